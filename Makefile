@@ -1,0 +1,142 @@
+# GNU make. `make help` lists the targets.
+#
+#   CC=clang     another compiler            OPENMP=0     without OpenMP (default: when a test program links)
+#   CFLAGS=...   flags of the drivers        BUILD=dir    another build folder
+
+ifeq ($(origin CC),default)
+CC = cc
+endif
+BUILD ?= build
+OPENMP ?= 1
+LIBS = -lm
+WARN = -Wall -Wextra -Wpedantic -Wshadow -Wconversion -Wstrict-prototypes -Wmissing-prototypes -Werror
+
+# What the compiler offers, found by compiling and linking a small program.
+ifneq ($(filter-out help clean,$(or $(MAKECMDGOALS),all)),)
+probe = $(shell d=$$(mktemp -d) && printf '$(1)' > $$d/p.c && \
+          $(CC) $(2) $$d/p.c -o $$d/p 2> $$d/log && echo '$(2)'; rm -rf $$d)
+NATIVE := $(call probe,int main(void) { return 0; }\n,-march=native)
+ifneq ($(OPENMP),0)
+OMP := $(call probe,\043include <omp.h>\nint main(void) { return omp_get_max_threads() < 1; }\n,-fopenmp)
+endif
+endif
+
+CFLAGS ?= -std=c99 -O3 $(NATIVE) -ffp-contract=off
+# Tests run the split sources with the library's own assertions on.
+DEV = -std=c99 -O2 -g -ffp-contract=off $(WARN) -DPD_DEBUG -DPDI_SPLIT $(OMP) $(EXTRA)
+
+SOURCES := $(wildcard src/*.c)
+HEADERS := $(wildcard src/*.h)
+DIMS = 1 2 3
+DRIVERS := $(foreach d,$(patsubst drivers/%.c,%,$(wildcard drivers/*.c)),\
+             $(foreach k,$(DIMS),$(BUILD)/$(if $(filter scene,$d),pd,$d)$kd))
+# tests/test_x.c with `dims: 1 3` in its first five lines becomes build/test_x_1d and build/test_x_3d.
+TESTS := $(shell for f in tests/test_*.c; do \
+             dims=$$(sed -n '1,5s/.*dims: *\([1-3][1-3 ]*\).*/\1/p' $$f | head -n 1); \
+             for k in $${dims:-2}; do echo $(BUILD)/$$(basename $$f .c)_$${k}d; done; done)
+SCRIPTS := $(wildcard tests/*.sh)
+LOGS = $(BUILD)/logs
+TEST_LOGS := $(TESTS:$(BUILD)/%=$(LOGS)/%.log)
+ALL_LOGS := $(LOGS)/amalgam.log $(LOGS)/lint.log $(TEST_LOGS) $(SCRIPTS:tests/%.sh=$(LOGS)/%.log)
+
+.PHONY: all run test test-quick tests amalgam lint check-compilers sanitize clean help FORCE
+.SECONDARY:
+.DELETE_ON_ERROR:
+
+all: $(DRIVERS) ## build the drivers (default)
+
+run: $(BUILD)/pd2d ## run the example scene of the magnesium pin into out/
+	$(BUILD)/pd2d examples/scenes/mg_pin_2d.scene --out out/mg_pin_2d
+
+# A test that does not build counts as failed, and the others still run.
+test: ## all checks and tests; ends with the sum
+	@rm -f $(LOGS)/*.log
+	+@$(MAKE) -k --no-print-directory $(ALL_LOGS) || true
+	@sh tools/sum.sh $(ALL_LOGS)
+
+test-quick: ## the test programs in 2D only
+	@rm -f $(LOGS)/*.log
+	+@$(MAKE) -k --no-print-directory $(filter %_2d.log,$(TEST_LOGS)) || true
+	@sh tools/sum.sh $(filter %_2d.log,$(TEST_LOGS))
+
+tests: $(TESTS) ## build the test programs without running them
+
+amalgam: $(BUILD)/amalgamate ## write pdcorr.h from src/
+	$(BUILD)/amalgamate src LICENSE pdcorr.h
+
+lint: $(BUILD)/lint $(BUILD)/amalgamate ## house rules and the order of the modules
+	$(BUILD)/amalgamate --rules src LICENSE pdcorr.h
+	$(BUILD)/lint
+
+sanitize: ## the test programs under the address and undefined-behaviour sanitizers
+	@rm -f $(BUILD)/sanitize/logs/*.log
+	+@$(MAKE) -k --no-print-directory BUILD=$(BUILD)/sanitize OPENMP=0 \
+	    EXTRA='-fsanitize=address,undefined -fno-sanitize-recover=all' sanitized-logs || true
+	@sh tools/sum.sh $(TEST_LOGS:$(LOGS)/%=$(BUILD)/sanitize/logs/%)
+
+.PHONY: sanitized-logs
+sanitized-logs: $(TEST_LOGS)
+
+clean: ## remove what was built
+	rm -rf $(BUILD)
+
+help: ## this list
+	@sed -n 's/^\([a-z-]*\):[^#]*## \(.*\)/  \1  \2/p' Makefile | awk '{ n = $$1; $$1 = ""; printf "  %-16s%s\n", n, $$0 }'
+
+# Everything is rebuilt when the compiler or a flag changes.
+$(BUILD)/flags: FORCE
+	@mkdir -p $(@D)
+	@echo '$(CC) | $(CFLAGS) | $(DEV)' > $@.new
+	@if cmp -s $@.new $@; then rm $@.new; else mv $@.new $@; fi
+
+define RULES_OF_DIM
+OBJECTS_$(1) := $$(SOURCES:src/%.c=$$(BUILD)/obj$(1)d/%.o)
+
+$$(BUILD)/obj$(1)d/%.o: src/%.c $$(BUILD)/flags
+	@mkdir -p $$(@D)
+	$$(CC) $$(DEV) -DPD_DIM=$(1) -MMD -MP -c $$< -o $$@
+
+$$(BUILD)/test_%_$(1)d: tests/test_%.c tests/test.h $$(HEADERS) $$(OBJECTS_$(1)) $$(BUILD)/flags
+	$$(CC) $$(DEV) -DPD_DIM=$(1) -Isrc -Itests $$< $$(OBJECTS_$(1)) -o $$@ $$(LIBS)
+
+$$(BUILD)/pd$(1)d: drivers/scene.c pdcorr.h $$(BUILD)/flags
+	$$(CC) $$(CFLAGS) $$(OMP) -DPD_DIM=$(1) -I. $$< -o $$@ $$(LIBS)
+
+$$(BUILD)/%$(1)d: drivers/%.c pdcorr.h $$(BUILD)/flags
+	$$(CC) $$(CFLAGS) $$(OMP) -DPD_DIM=$(1) -I. $$< -o $$@ $$(LIBS)
+
+-include $$(OBJECTS_$(1):.o=.d)
+endef
+$(foreach k,$(DIMS),$(eval $(call RULES_OF_DIM,$k)))
+
+$(BUILD)/amalgamate $(BUILD)/lint: $(BUILD)/%: tools/%.c $(BUILD)/flags
+	$(CC) -std=c99 -O1 $(WARN) $< -o $@
+
+# ---- logs: output, then a line "exit N"; tools/sum.sh adds them up. Threads sleep at barriers, because several
+# ---- programs share the processor.
+log = mkdir -p $(LOGS); OMP_WAIT_POLICY=passive $(1) > $@.new 2>&1; echo "exit $$?" >> $@.new; mv $@.new $@
+
+$(LOGS)/amalgam.log: $(BUILD)/amalgamate FORCE
+	@$(call log,$(BUILD)/amalgamate --check src LICENSE pdcorr.h)
+
+$(LOGS)/lint.log: $(BUILD)/lint FORCE
+	@$(call log,$(BUILD)/lint)
+
+$(TEST_LOGS): $(LOGS)/%.log: $(BUILD)/% FORCE
+	@$(call log,$<)
+
+$(SCRIPTS:tests/%.sh=$(LOGS)/%.log): $(LOGS)/%.log: tests/%.sh pdcorr.h $(DRIVERS) $(BUILD)/amalgamate FORCE
+	@$(call log,env CC='$(CC)' BUILD='$(BUILD)' OMP='$(OMP)' sh $<)
+
+# ---- the amalgam under every compiler at hand
+COMPILERS := $(foreach k,$(DIMS),gcc-$k gcc-$k-fopenmp clang-$k clang-$k-fopenmp g++-$k clang++-$k)
+COMPILER_LOGS := $(COMPILERS:%=$(LOGS)/compilers/%.log)
+
+check-compilers: ## compile the amalgam without a warning: gcc, clang, C99, C++11, OpenMP or not
+	@rm -rf $(LOGS)/compilers
+	+@$(MAKE) --no-print-directory $(COMPILER_LOGS)
+	@sh tools/sum.sh $(COMPILER_LOGS)
+
+$(COMPILER_LOGS): $(LOGS)/compilers/%.log: pdcorr.h tools/compile.sh FORCE
+	@mkdir -p $(@D)
+	@$(call log,sh tools/compile.sh $(subst -, ,$*) $(WARN))

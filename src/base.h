@@ -1,0 +1,96 @@
+/* base: status codes, the one failure path, the context and the allocator.
+ *
+ * Contract of every pd_status function: 0 done; negative: the call failed, outputs are empty but freeable and
+ * ctx->message says what, where and how to mend; positive: nothing changed, retry as the text says.
+ */
+#ifndef PD_BASE_H
+#define PD_BASE_H
+#include "config.h"
+
+#define PD_STATUS_TABLE(X) \
+    X(PD_OK, 0, "done") \
+    X(PD_RETRY, 1, "nothing changed: retry with a smaller step") \
+    X(PD_NOT_CONVERGED, 2, "the iteration limit was reached before the tolerance") \
+    X(PD_ERR_ARGUMENT, -1, "an argument is out of range") \
+    X(PD_ERR_MEMORY, -2, "out of memory") \
+    X(PD_ERR_LIMIT, -3, "the memory limit of the context would be exceeded") \
+    X(PD_ERR_SIZE, -4, "a size overflows its type") \
+    X(PD_ERR_FILE, -5, "a file cannot be read or written") \
+    X(PD_ERR_PARSE, -6, "text does not follow the format") \
+    X(PD_ERR_GEOMETRY, -7, "the geometry is not admissible") \
+    X(PD_ERR_STATE, -8, "the state left the admissible range") \
+    X(PD_ERR_DIVERGED, -9, "a solver diverged") \
+    X(PD_ERR_LEDGER, -10, "the mass ledger does not close") \
+    X(PD_ERR_INTERNAL, -11, "pdcorr broke a promise of its own")
+
+typedef enum pd_status {
+#define PDI_X(name, value, text) name = value,
+    PD_STATUS_TABLE(PDI_X)
+#undef PDI_X
+    PD_STATUS_FORCE_SIGNED = -1000
+} pd_status;
+
+/* Memory hook: like realloc with both sizes. new_size 0 frees. NULL fn: the C library's realloc and free. */
+typedef struct pd_allocator {
+    void *(*fn)(void *user, void *ptr, size_t old_size, size_t new_size);
+    void *user;
+    size_t limit; /* [byte] 0: none */
+} pd_allocator;
+
+#define PD_MESSAGE_SIZE 640
+
+/* One context a thread of the caller; pdcorr keeps no other state. */
+typedef struct pd_ctx {
+    pd_allocator alloc;
+    int threads;   /* 0: all that OpenMP offers */
+    size_t in_use; /* [byte] */
+    size_t peak;   /* [byte] */
+    pd_status status;
+    char message[PD_MESSAGE_SIZE];
+} pd_ctx;
+
+#define pd_ctx_init PD_NAME(pd_ctx_init)
+#define pd_status_name PD_NAME(pd_status_name)
+#define pd_status_text PD_NAME(pd_status_text)
+
+/* Make ctx ready: C library memory, no limit, all threads. */
+PD_API void pd_ctx_init(pd_ctx *ctx);
+/* "PD_ERR_FILE" and its sentence. Any int is accepted. */
+PD_API const char *pd_status_name(pd_status status);
+PD_API const char *pd_status_text(pd_status status);
+
+#ifdef PDI_INTERNAL
+/* The one place that every failure passes: sets ctx->status and ctx->message ("where: ..."), returns status. */
+PDI_FN pd_status pdi_fail(pd_ctx *ctx, pd_status status, const char *where, const char *format, ...)
+    PD_PRINTF_LIKE(4, 5);
+/* slot is the address of a pointer of any type (read and written as bytes, so that no aliasing rule is bent).
+ * pdi_alloc: slot gets count * size zeroed bytes (count 0: one element, so that NULL always means failure). */
+PDI_FN pd_status pdi_alloc(pd_ctx *ctx, const char *where, size_t count, size_t size, void *slot);
+/* Grow or shrink; old content kept, the new tail is zero. On failure the old block stays. */
+PDI_FN pd_status pdi_resize(pd_ctx *ctx, const char *where, size_t old_count, size_t new_count, size_t size,
+                            void *slot);
+/* count must be that of the allocation. The pointer becomes NULL; NULL is allowed. */
+PDI_FN void pdi_free(pd_ctx *ctx, size_t count, size_t size, void *slot);
+
+/* Typed forms: PDI_NEW(ctx, "grid", n, grid->kind) allocates n elements of *grid->kind. */
+#define PDI_NEW(ctx, where, count, lvalue) \
+    pdi_alloc((ctx), (where), (size_t)(count), sizeof *(lvalue), &(lvalue))
+#define PDI_GROW(ctx, where, old_count, new_count, lvalue) \
+    pdi_resize((ctx), (where), (size_t)(old_count), (size_t)(new_count), sizeof *(lvalue), &(lvalue))
+#define PDI_DELETE(ctx, count, lvalue) pdi_free((ctx), (size_t)(count), sizeof *(lvalue), &(lvalue))
+/* Return the status of a failed call to the caller. */
+#define PDI_TRY(call) \
+    do { \
+        pd_status pdi_try_status = (call); \
+        if (pdi_try_status < 0) return pdi_try_status; \
+    } while (0)
+/* What pdcorr itself guarantees; never used on input. */
+#ifdef PD_DEBUG
+#include <assert.h>
+#define PD_ASSERT(condition) assert(condition)
+#else
+#define PD_ASSERT(condition) ((void)0)
+#endif
+#endif
+
+#endif

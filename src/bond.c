@@ -1,0 +1,329 @@
+/* bond: see bond.h */
+#include "bond.h"
+#include "vec.h"
+#include <math.h>
+#include <string.h>
+
+/* A surface point closer to the node than this fraction of the bond is moved away: the node then lies on the wall
+ * within 1e-3 of a bond, and a/t stays representable against its neighbours. */
+#define PDI_BOND_MIN_T 1e-3
+/* Below this pivot ratio the open bonds do not span space (a channel one node wide). */
+#define PDI_BOND_MIN_PIVOT 1e-3
+
+PDI_FN int pdi_bond_closed_group(const pd_bonds *bonds, int32_t node, int k)
+{
+    const pd_stencil *s = bonds->stencil;
+    const uint8_t *kind = bonds->grid->kind;
+    for (int g = s->group_first[k]; g < s->group_first[k + 1]; g++) {
+        int closed = 1;
+        for (int c = s->group_cell[g]; c < s->group_cell[g + 1] && closed; c++)
+            closed = !pdi_grid_open(kind[node + bonds->cell_shift[c]]);
+        if (closed) return g;
+    }
+    return -1;
+}
+
+/* Where a cut bond meets the surface. */
+typedef struct pdi_cut {
+    double t;              /* fraction of the bond */
+    double normal[PD_DIM]; /* unit, towards the fluid */
+} pdi_cut;
+
+/* The surface as faces of closed cells. Entering through an edge or corner, the normal is that of the faces whose
+ * near side is open. */
+static void pdi_bond_face_cut(const pd_bonds *bonds, int32_t node, int k, int group, pdi_cut *cut)
+{
+    const pd_stencil *s = bonds->stencil;
+    const pd_grid *grid = bonds->grid;
+    const int *n = s->offset + k * PD_DIM;
+    int axes = s->group_axes[group], used = 0;
+    int32_t at = node + bonds->cell_shift[s->group_cell[group]];
+    int single = s->group_cell[group + 1] - s->group_cell[group] == 1;
+    double length = 0.0;
+    for (int pass = 0; pass < 2 && !used; pass++)
+        for (int d = 0; d < PD_DIM; d++) {
+            int sign = n[d] < 0 ? -1 : 1;
+            cut->normal[d] = 0.0;
+            if (!((axes >> d) & 1)) continue;
+            if (pass == 0 && single && !pdi_grid_open(grid->kind[at - sign * grid->stride[d]])) continue;
+            cut->normal[d] = -(double)sign;
+            used = 1;
+        }
+    for (int d = 0; d < PD_DIM; d++) length += cut->normal[d] * cut->normal[d];
+    for (int d = 0; d < PD_DIM; d++) cut->normal[d] /= sqrt(length);
+    cut->t = s->group_entry[group];
+}
+
+/* Signed distance at fraction t of the bond, positive in the fluid. */
+static double pdi_bond_distance(const pd_grid *grid, int shape, const double *x, const double *xi, double t)
+{
+    double at[PD_DIM];
+    for (int d = 0; d < PD_DIM; d++) at[d] = x[d] + t * xi[d];
+    return pd_shape_distance(grid->shapes, shape, at);
+}
+
+/* Move the cut onto the zero level of `shape`, if the bond crosses it within one cell of the face cut (a solid that has
+ * receded is described by its cells alone). Regula falsi with the Illinois rule. */
+static void pdi_bond_shape_cut(const pd_grid *grid, int shape, const double *x, const double *xi, pdi_cut *cut)
+{
+    double cell = 0.0, lo = 0.0, flo = pdi_bond_distance(grid, shape, x, xi, 0.0);
+    if (!(flo > 0.0)) return;
+    for (int d = 0; d < PD_DIM; d++) cell += fabs(xi[d]) / grid->h[d];
+    double hi = fmin(cut->t + 1.0 / cell, 1.0), fhi = pdi_bond_distance(grid, shape, x, xi, hi), t = hi;
+    if (!(fhi < 0.0)) return;
+    for (int step = 0, last = 0; step < 12; step++) {
+        t = (lo * fhi - hi * flo) / (fhi - flo);
+        double f = pdi_bond_distance(grid, shape, x, xi, t);
+        if (fabs(f) < 1e-12 * (fabs(flo) + fabs(fhi))) break;
+        if (f > 0.0) {
+            lo = t;
+            flo = f;
+            if (last == 1) fhi *= 0.5;
+            last = 1;
+        } else {
+            hi = t;
+            fhi = f;
+            if (last == -1) flo *= 0.5;
+            last = -1;
+        }
+    }
+    if (fabs(t - cut->t) * cell > 2.0) return;
+    double gradient[PD_DIM], eps = 1e-4 * grid->h[0], length;
+    for (int d = 0; d < PD_DIM; d++) {
+        double p[PD_DIM];
+        for (int a = 0; a < PD_DIM; a++) p[a] = x[a] + t * xi[a];
+        p[d] += eps;
+        double up = pd_shape_distance(grid->shapes, shape, p);
+        p[d] -= 2.0 * eps;
+        gradient[d] = (up - pd_shape_distance(grid->shapes, shape, p)) / (2.0 * eps);
+    }
+    length = pdi_vec_norm(gradient);
+    cut->t = t;
+    if (!(length > 0.0)) return;
+    for (int d = 0; d < PD_DIM; d++) cut->normal[d] = gradient[d] / length;
+}
+
+static void pdi_bond_cut(const pd_bonds *bonds, int32_t node, int k, int group, pdi_cut *cut)
+{
+    const pd_grid *grid = bonds->grid;
+    const pd_stencil *s = bonds->stencil;
+    int32_t closed = node + bonds->cell_shift[s->group_cell[group]];
+    int shape = grid->kind[closed] == PD_SOLID ? grid->solid : grid->wall, i[PD_DIM];
+    double x[PD_DIM];
+    pdi_bond_face_cut(bonds, node, k, group, cut);
+    pdi_grid_index(grid, closed, i);
+    if (shape >= 0 && pdi_grid_inside(grid, i) && pd_shape_exact(grid->shapes, shape)) {
+        pd_grid_position(grid, node, x);
+        pdi_bond_shape_cut(grid, shape, x, s->xi + k * PD_DIM, cut);
+    }
+    if (cut->t < PDI_BOND_MIN_T) cut->t = PDI_BOND_MIN_T;
+}
+
+/* Inverse of the moment matrix in lattice units, brought back to metres. Where the open bonds do not span space the
+ * zero normal gradient at the surface closes the system (eq. 3.6). */
+static void pdi_bond_invert(const pd_grid *grid, const double *moment, const double *closure, double *inverse)
+{
+    double scaled[PD_DIM * PD_DIM], trace = 0.0;
+    for (int a = 0; a < PD_DIM; a++) trace += (moment[a * PD_DIM + a] + closure[a * PD_DIM + a]) / (grid->h[a] * grid->h[a]);
+    for (int i = 0; i < PD_DIM * PD_DIM; i++) inverse[i] = 0.0;
+    if (!(trace > 0.0)) return;
+    for (int pass = 0; pass < 2; pass++) {
+        for (int a = 0; a < PD_DIM; a++)
+            for (int b = 0; b < PD_DIM; b++)
+                scaled[a * PD_DIM + b] = (moment[a * PD_DIM + b] + (pass ? closure[a * PD_DIM + b] : 0.0)) /
+                                         (grid->h[a] * grid->h[b] * trace);
+        if (pdi_vec_invert(scaled, inverse) > (pass ? 1e-9 : PDI_BOND_MIN_PIVOT)) break;
+        if (pass)
+            for (int i = 0; i < PD_DIM * PD_DIM; i++) inverse[i] = 0.0;
+    }
+    for (int a = 0; a < PD_DIM; a++)
+        for (int b = 0; b < PD_DIM; b++) inverse[a * PD_DIM + b] /= grid->h[a] * grid->h[b] * trace;
+}
+
+/* 1 when the family of `node` is whole and free of inlet ghosts (which carry no pressure). */
+static int pdi_bond_whole(const pd_bonds *bonds, int32_t node)
+{
+    for (int k = 0; k < bonds->stencil->count; k++) {
+        uint8_t kind = bonds->grid->kind[node + bonds->shift[k]];
+        if (kind != PD_FLUID && kind != PD_OUTLET) return 0;
+    }
+    return 1;
+}
+
+static void pdi_bond_fill_row(pd_bonds *bonds, int32_t r)
+{
+    const pd_stencil *s = bonds->stencil;
+    const pd_grid *grid = bonds->grid;
+    int32_t node = bonds->node[r];
+    double moment[PD_DIM * PD_DIM], closure[PD_DIM * PD_DIM];
+    memset(moment, 0, sizeof moment);
+    memset(closure, 0, sizeof closure);
+    uint16_t *open = bonds->bond + (int64_t)r * s->count;
+    int opened = 0;
+    bonds->wall_lap[r] = bonds->wall_curv[r] = 0.0;
+    for (int k = 0; k < s->count; k++) {
+        const double *xi = s->xi + k * PD_DIM;
+        int group = pdi_bond_closed_group(bonds, node, k);
+        if (group < 0) {
+            open[opened++] = (uint16_t)k;
+            if (grid->kind[node + bonds->shift[k]] == PD_INLET) continue;
+            for (int i = 0; i < PD_DIM * PD_DIM; i++) moment[i] += s->base[k] * xi[i / PD_DIM] * xi[i % PD_DIM];
+            continue;
+        }
+        pdi_cut cut;
+        pdi_bond_cut(bonds, node, k, group, &cut);
+        double reach = pdi_vec_dot(xi, cut.normal);
+        bonds->wall_lap[r] += s->lap[k] / cut.t;
+        bonds->wall_curv[r] += 0.5 * s->lap[k] * reach * reach * (1.0 - cut.t);
+        /* mirror of the far end: xi - 2 (1-t) (xi.N) N; its excess over xi is a known multiple of the gradient */
+        for (int i = 0; i < PD_DIM * PD_DIM; i++)
+            closure[i] += 2.0 * s->base[k] * (1.0 - cut.t) * reach * xi[i / PD_DIM] * cut.normal[i % PD_DIM];
+    }
+    bonds->open[r] = (uint16_t)opened;
+    pdi_bond_invert(grid, moment, closure, bonds->moment + (int64_t)r * PD_DIM * PD_DIM);
+}
+
+static pd_status pdi_bond_reserve(pd_ctx *ctx, int32_t rows, pd_bonds *b)
+{
+    if (rows <= b->capacity) return PD_OK;
+    int32_t old = b->capacity, fresh = rows + rows / 4 + 64;
+    int64_t count = b->stencil->count;
+    PDI_TRY(PDI_GROW(ctx, "bond", old, fresh, b->node));
+    PDI_TRY(PDI_GROW(ctx, "bond", old, fresh, b->open));
+    PDI_TRY(PDI_GROW(ctx, "bond", old * count, fresh * count, b->bond));
+    PDI_TRY(PDI_GROW(ctx, "bond", old, fresh, b->wall_lap));
+    PDI_TRY(PDI_GROW(ctx, "bond", old, fresh, b->wall_curv));
+    PDI_TRY(PDI_GROW(ctx, "bond", (int64_t)old * PD_DIM * PD_DIM, (int64_t)fresh * PD_DIM * PD_DIM, b->moment));
+    b->capacity = fresh;
+    return PD_OK;
+}
+
+static pd_status pdi_bond_runs(pd_ctx *ctx, pd_bonds *b)
+{
+    for (int pass = 0; pass < 2; pass++) {
+        int32_t runs = 0, length = 0;
+        for (int32_t node = 0; node <= b->grid->total; node++) {
+            int whole = node < b->grid->total && b->grid->kind[node] == PD_FLUID && b->row[node] < 0;
+            if (whole) length++;
+            if (whole || length == 0) continue;
+            if (pass) {
+                b->run_first[runs] = node - length;
+                b->run_length[runs] = length;
+            }
+            runs++;
+            length = 0;
+        }
+        b->runs = runs;
+        if (pass == 0 && runs > b->run_capacity) {
+            int32_t fresh = runs + runs / 4 + 16;
+            PDI_TRY(PDI_GROW(ctx, "bond", b->run_capacity, fresh, b->run_first));
+            PDI_TRY(PDI_GROW(ctx, "bond", b->run_capacity, fresh, b->run_length));
+            b->run_capacity = fresh;
+        }
+    }
+    return PD_OK;
+}
+
+/* Give `node` the row that its family needs, or none. */
+static pd_status pdi_bond_renew(pd_ctx *ctx, int32_t node, pd_bonds *b)
+{
+    int needed = b->grid->kind[node] == PD_FLUID && (b->all_rows || !pdi_bond_whole(b, node));
+    int32_t r = b->row[node];
+    if (needed && r < 0) {
+        PDI_TRY(pdi_bond_reserve(ctx, b->rows + 1, b));
+        r = b->row[node] = b->rows++;
+        b->node[r] = node;
+    }
+    if (needed) {
+        pdi_bond_fill_row(b, r);
+        return PD_OK;
+    }
+    if (r < 0) return PD_OK;
+    /* the last row takes the free place */
+    int32_t last = --b->rows;
+    int64_t count = b->stencil->count, dd = PD_DIM * PD_DIM;
+    b->row[node] = -1;
+    if (r == last) return PD_OK;
+    b->node[r] = b->node[last];
+    b->open[r] = b->open[last];
+    b->wall_lap[r] = b->wall_lap[last];
+    b->wall_curv[r] = b->wall_curv[last];
+    memcpy(b->bond + r * count, b->bond + last * count, (size_t)count * sizeof *b->bond);
+    memcpy(b->moment + r * dd, b->moment + last * dd, (size_t)dd * sizeof *b->moment);
+    b->row[b->node[r]] = r;
+    return PD_OK;
+}
+
+pd_status pd_bonds_build(pd_ctx *ctx, const pd_stencil *stencil, const pd_grid *grid, int all_rows, pd_bonds *bonds)
+{
+    memset(bonds, 0, sizeof *bonds);
+    bonds->stencil = stencil;
+    bonds->grid = grid;
+    bonds->all_rows = all_rows;
+    PDI_TRY(PDI_NEW(ctx, "bond", stencil->count, bonds->shift));
+    PDI_TRY(PDI_NEW(ctx, "bond", stencil->cells, bonds->cell_shift));
+    PDI_TRY(PDI_NEW(ctx, "bond", grid->total, bonds->row));
+    for (int k = 0; k < stencil->count; k++)
+        for (int d = 0; d < PD_DIM; d++) bonds->shift[k] += stencil->offset[k * PD_DIM + d] * grid->stride[d];
+    for (int c = 0; c < stencil->cells; c++)
+        for (int d = 0; d < PD_DIM; d++) bonds->cell_shift[c] += stencil->cell[c * PD_DIM + d] * grid->stride[d];
+    int32_t rows = 0;
+    for (int32_t node = 0; node < grid->total; node++) {
+        bonds->row[node] = -1;
+        if (grid->kind[node] == PD_FLUID) rows += all_rows || !pdi_bond_whole(bonds, node);
+    }
+    PDI_TRY(pdi_bond_reserve(ctx, rows, bonds));
+    for (int32_t node = 0; node < grid->total; node++)
+        if (grid->kind[node] == PD_FLUID) PDI_TRY(pdi_bond_renew(ctx, node, bonds));
+    return pdi_bond_runs(ctx, bonds);
+}
+
+pd_status pd_bonds_update(pd_ctx *ctx, const int32_t *changed, int32_t count, pd_bonds *bonds)
+{
+    const pd_grid *grid = bonds->grid;
+    for (int32_t c = 0; c < count; c++) {
+        PDI_TRY(pdi_bond_renew(ctx, changed[c], bonds));
+        for (int k = 0; k < bonds->stencil->count; k++) {
+            int32_t node = changed[c] + bonds->shift[k];
+            if (grid->kind[node] == PD_FLUID) PDI_TRY(pdi_bond_renew(ctx, node, bonds));
+        }
+    }
+    return pdi_bond_runs(ctx, bonds);
+}
+
+pd_status pd_bonds_validate(pd_ctx *ctx, const pd_bonds *b)
+{
+    const pd_stencil *s = b->stencil;
+    int64_t covered = b->rows;
+    for (int32_t r = 0; r < b->runs; r++) covered += b->run_length[r];
+    if (covered != pd_grid_count(b->grid, PD_FLUID))
+        return pdi_fail(ctx, PD_ERR_INTERNAL, "bond", "rows and runs cover %.0f of %.0f fluid nodes", (double)covered,
+                        (double)pd_grid_count(b->grid, PD_FLUID));
+    for (int32_t r = 0; r < b->rows; r++)
+        for (int i = 0; i < b->open[r]; i++) {
+            int k = b->bond[(int64_t)r * s->count + i];
+            int32_t other = b->node[r] + b->shift[k];
+            if (b->grid->kind[other] != PD_FLUID) continue;
+            if (pdi_bond_closed_group(b, other, s->count - 1 - k) >= 0)
+                return pdi_fail(ctx, PD_ERR_INTERNAL, "bond", "the bond from node %d to node %d is open one way only",
+                                (int)b->node[r], (int)other);
+        }
+    return PD_OK;
+}
+
+void pd_bonds_free(pd_ctx *ctx, pd_bonds *b)
+{
+    int64_t count = b->stencil ? b->stencil->count : 0;
+    PDI_DELETE(ctx, count, b->shift);
+    PDI_DELETE(ctx, b->stencil ? b->stencil->cells : 0, b->cell_shift);
+    PDI_DELETE(ctx, b->grid ? b->grid->total : 0, b->row);
+    PDI_DELETE(ctx, b->capacity, b->node);
+    PDI_DELETE(ctx, b->capacity, b->open);
+    PDI_DELETE(ctx, b->capacity * count, b->bond);
+    PDI_DELETE(ctx, b->capacity, b->wall_lap);
+    PDI_DELETE(ctx, b->capacity, b->wall_curv);
+    PDI_DELETE(ctx, (int64_t)b->capacity * PD_DIM * PD_DIM, b->moment);
+    PDI_DELETE(ctx, b->run_capacity, b->run_first);
+    PDI_DELETE(ctx, b->run_capacity, b->run_length);
+    memset(b, 0, sizeof *b);
+}

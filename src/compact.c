@@ -1,0 +1,99 @@
+/* compact: see compact.h */
+#include "compact.h"
+#include "par.h"
+#include <math.h>
+#include <string.h>
+
+PDI_FN int64_t pdi_compact_cell(const pd_grid *grid, const int *i)
+{
+    int64_t cell = 0;
+    for (int d = PD_DIM - 1; d >= 0; d--) cell = cell * grid->n[d] + i[d];
+    return cell;
+}
+
+PDI_FN pd_status pdi_compact_build(pd_ctx *ctx, const pd_grid *grid, int with_flux, pd_compact *c)
+{
+    memset(c, 0, sizeof *c);
+    c->grid = grid;
+    c->cells = 1;
+    for (int d = 0; d < PD_DIM; d++) c->cells *= grid->n[d];
+    PDI_TRY(PDI_NEW(ctx, "compact", c->cells, c->active));
+    PDI_TRY(PDI_NEW(ctx, "compact", c->cells, c->wall));
+    PDI_TRY(PDI_NEW(ctx, "compact", c->cells, c->mass));
+    for (int d = 0; d < PD_DIM; d++) {
+        PDI_TRY(PDI_NEW(ctx, "compact", c->cells, c->conduct[d]));
+        if (with_flux) PDI_TRY(PDI_NEW(ctx, "compact", c->cells, c->flux[d]));
+    }
+    return PD_OK;
+}
+
+static void pdi_compact_fill_cell(pd_compact *c, int64_t cell, int32_t node, double diffusivity, const double *u,
+                                  const pdi_compact_faces *faces)
+{
+    const pd_grid *grid = c->grid;
+    double wall = 0.0, mass = c->mass[cell];
+    for (int d = 0; d < PD_DIM; d++) {
+        double face = diffusivity / (grid->h[d] * grid->h[d]);
+        for (int up = 0; up < 2; up++) {
+            int32_t other = up ? node + grid->stride[d] : node - grid->stride[d];
+            uint8_t kind = grid->kind[other];
+            if (kind == PD_FLUID) {
+                if (!up) continue;
+                c->conduct[d][cell] = (float)face;
+                if (u)
+                    c->flux[d][cell] = (float)(0.5 * (u[(int64_t)d * grid->total + node] + u[(int64_t)d * grid->total + other]) /
+                                               grid->h[d]);
+                continue;
+            }
+            int held = kind == PD_INLET ? faces->inlet : kind == PD_OUTLET ? faces->outlet : faces->closed;
+            if (held) wall += 2.0 * face;
+            if (u && kind == PD_OUTLET) mass += fmax((up ? 1.0 : -1.0) * u[(int64_t)d * grid->total + node] / grid->h[d], 0.0);
+        }
+    }
+    c->wall[cell] = (float)wall;
+    c->mass[cell] = (float)mass;
+}
+
+PDI_FN void pdi_compact_fill(const pd_ctx *ctx, double diffusivity, const double *u, double mass,
+                             const pdi_compact_faces *faces, pd_compact *c)
+{
+    const pd_grid *grid = c->grid;
+    int nt = pdi_par_threads(ctx, c->cells * 20);
+    int64_t lines = c->cells / grid->n[0];
+    (void)nt;
+    PDI_PARALLEL_FOR(nt)
+    for (int64_t line = 0; line < lines; line++) {
+        int i[PD_DIM];
+        int64_t rest = line;
+        i[0] = 0;
+        for (int d = 1; d < PD_DIM; d++) {
+            i[d] = (int)(rest % grid->n[d]);
+            rest /= grid->n[d];
+        }
+        for (; i[0] < grid->n[0]; i[0]++) {
+            int64_t cell = line * grid->n[0] + i[0];
+            int32_t node = pd_grid_node(grid, i);
+            int fluid = grid->kind[node] == PD_FLUID;
+            c->active[cell] = (uint8_t)fluid;
+            c->wall[cell] = 0.0f;
+            c->mass[cell] = fluid ? (float)mass : 0.0f;
+            for (int d = 0; d < PD_DIM; d++) {
+                c->conduct[d][cell] = 0.0f;
+                if (c->flux[d]) c->flux[d][cell] = 0.0f;
+            }
+            if (fluid) pdi_compact_fill_cell(c, cell, node, diffusivity, u, faces);
+        }
+    }
+}
+
+PDI_FN void pdi_compact_free(pd_ctx *ctx, pd_compact *c)
+{
+    PDI_DELETE(ctx, c->cells, c->active);
+    PDI_DELETE(ctx, c->cells, c->wall);
+    PDI_DELETE(ctx, c->cells, c->mass);
+    for (int d = 0; d < PD_DIM; d++) {
+        PDI_DELETE(ctx, c->cells, c->conduct[d]);
+        PDI_DELETE(ctx, c->cells, c->flux[d]);
+    }
+    memset(c, 0, sizeof *c);
+}

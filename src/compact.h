@@ -1,0 +1,36 @@
+/* compact: the nearest-neighbour (2d+1 point) picture of a scene that multigrid preconditioners work on.
+ *
+ * The peridynamic operators act on whole families; their compact counterparts have the same continuum limit and
+ * bounded spectral ratio, which is all that a preconditioner needs. Arrays run over the cells of the box without
+ * ghosts, axis 0 fastest, as multigrid.h wants them.
+ */
+#ifndef PD_COMPACT_H
+#define PD_COMPACT_H
+#include "grid.h"
+
+typedef struct pd_compact {
+    const pd_grid *grid;
+    int64_t cells;
+    uint8_t *active;         /* [cells] 1: fluid */
+    float *conduct[PD_DIM];  /* [cells] [1/s or 1/m2] diffusive coefficient of the face towards + */
+    float *flux[PD_DIM];     /* [cells] [1/s] flow through that face towards +, NULL without flow */
+    float *wall;             /* [cells] boundary values held half a cell away */
+    float *mass;             /* [cells] outflow and time terms */
+} pd_compact;
+
+#ifdef PDI_INTERNAL
+/* Which boundary faces hold a value (1) or let nothing through (0). */
+typedef struct pdi_compact_faces {
+    int closed, inlet, outlet;
+} pdi_compact_faces;
+
+PDI_FN pd_status pdi_compact_build(pd_ctx *ctx, const pd_grid *grid, int with_flux, pd_compact *compact);
+/* diffusivity [m2/s, or 1]; u: [PD_DIM][total] velocity [m/s] or NULL; mass: value for every fluid cell [1/s]. */
+PDI_FN void pdi_compact_fill(const pd_ctx *ctx, double diffusivity, const double *u, double mass,
+                             const pdi_compact_faces *faces, pd_compact *compact);
+PDI_FN void pdi_compact_free(pd_ctx *ctx, pd_compact *compact);
+/* Box cell of a node inside the box, and back. */
+PDI_FN int64_t pdi_compact_cell(const pd_grid *grid, const int *i);
+#endif
+
+#endif

@@ -1,0 +1,56 @@
+/* config: compile-time switches. PD_DIM is the only required one.
+ *
+ *   PD_DIM                 1, 2 or 3: the space dimension (required)
+ *   PDCORR_IMPLEMENTATION  define in exactly one C file per PD_DIM
+ *   _OPENMP                set by the compiler (-fopenmp); without it the same bits come out
+ */
+#ifndef PD_CONFIG_H
+#define PD_CONFIG_H
+
+#define PD_VERSION "0.1.0"
+
+#ifndef PD_DIM
+#error "pdcorr: define PD_DIM as 1, 2 or 3 before the header"
+#endif
+#if PD_DIM < 1 || PD_DIM > 3
+#error "pdcorr: PD_DIM must be 1, 2 or 3"
+#endif
+
+#include <stddef.h>
+#include <stdint.h>
+
+/* Every public function carries the dimension in its linked name (pd_grid_build -> pd_grid_build_2d):
+ * two dimensions live in one program, and a mismatch between files is a link error. */
+#define PDI_PASTE2(name, dim) name##_##dim##d
+#define PDI_PASTE1(name, dim) PDI_PASTE2(name, dim)
+#define PD_NAME(name) PDI_PASTE1(name, PD_DIM)
+
+#ifdef __cplusplus
+#define PD_API extern "C"
+#define PD_RESTRICT __restrict
+#else
+#define PD_API extern
+#define PD_RESTRICT restrict
+#endif
+
+/* PDI_SPLIT: the development build compiles each src file by itself. */
+#if defined(PDCORR_IMPLEMENTATION) || defined(PDI_SPLIT)
+#define PDI_INTERNAL 1
+#endif
+#ifdef PDI_SPLIT
+#ifdef __cplusplus
+#define PDI_FN extern "C"
+#else
+#define PDI_FN extern
+#endif
+#else
+#define PDI_FN static
+#endif
+
+#if defined(__GNUC__) || defined(__clang__)
+#define PD_PRINTF_LIKE(f, a) __attribute__((format(printf, f, a)))
+#else
+#define PD_PRINTF_LIKE(f, a)
+#endif
+
+#endif

@@ -1,0 +1,90 @@
+/* flow: peridynamic Navier-Stokes operator: momentum and continuity residuals, their linearisation, flux sections.
+ *
+ * Unknowns are the velocity u [m/s] and the kinematic pressure P = p/rho [m2/s2] of fluid nodes. Continuity is a sum
+ * of antisymmetric bond fluxes F_ij = g.(u_i + u_j) over open bonds, so nothing passes solid or wall; a fourth-order
+ * antisymmetric pressure flux ties odd and even nodes (theory: eq. 4.1 to 4.6; Zhao and Bobaru 2022).
+ */
+#ifndef PD_FLOW_H
+#define PD_FLOW_H
+#include "bond.h"
+
+/* Prescribed velocity [m/s] at position x [m]. */
+typedef void (*pd_velocity_fn)(void *user, const double *x, double *u);
+
+typedef struct pd_flow_desc {
+    double rho;             /* [kg/m3] */
+    double mu;              /* [Pa s] */
+    double force[PD_DIM];   /* [m/s2] body force per mass */
+    double p_out;           /* [Pa] at outlets */
+    double speed;           /* [m/s] reference U of residuals and of the pressure flux, positive */
+    double length;          /* [m] reference L of residuals, positive */
+    pd_velocity_fn inlet;   /* NULL: fluid at rest in the inlet ghosts */
+    void *inlet_user;
+} pd_flow_desc;
+
+typedef struct pd_flow {
+    const pd_grid *grid;
+    const pd_bonds *bonds;
+    double rho;             /* [kg/m3] */
+    double nu;              /* [m2/s] */
+    double force[PD_DIM];   /* [m/s2] */
+    double p_out;           /* [m2/s2] kinematic */
+    double speed, length;   /* [m/s] [m] */
+    double tau;             /* [s] weight of the pressure flux (eq. 4.4) */
+    pd_velocity_fn inlet;
+    void *inlet_user;
+    double *u;              /* [PD_DIM][total] [m/s] */
+    double *p;              /* [total] [m2/s2] kinematic pressure */
+    double *grad;           /* [PD_DIM][total] [m/s2] gradient of p, work */
+    int32_t outlets;        /* outlet ghosts and their mirror nodes */
+    int32_t *outlet, *outlet_mirror;
+    uint8_t *outlet_axis;
+    int32_t outlet_capacity;
+    int64_t evaluations;    /* operator evaluations so far: residuals and linearised products */
+} pd_flow;
+
+#define pd_flow_build PD_NAME(pd_flow_build)
+#define pd_flow_update PD_NAME(pd_flow_update)
+#define pd_flow_residual PD_NAME(pd_flow_residual)
+#define pd_flow_section PD_NAME(pd_flow_section)
+#define pd_flow_section_nodes PD_NAME(pd_flow_section_nodes)
+#define pd_flow_free PD_NAME(pd_flow_free)
+
+/* Allocates the fields (fluid at rest, p = p_out) and fills the inlet ghosts. Grid and bonds are borrowed.
+ * PD_ERR_ARGUMENT: rho, mu, speed or length not positive. */
+PD_API pd_status pd_flow_build(pd_ctx *ctx, const pd_grid *grid, const pd_bonds *bonds, const pd_flow_desc *desc,
+                               pd_flow *flow);
+/* After pd_bonds_update: `changed` nodes have turned fluid. They start at rest with the mean pressure of their
+ * fluid neighbours. */
+PD_API pd_status pd_flow_update(pd_ctx *ctx, const int32_t *changed, int32_t count, pd_flow *flow);
+/* Residuals of the present state: ru [PD_DIM][total] [m/s2], rc [total] [1/s], zero outside of fluid nodes. */
+PD_API void pd_flow_residual(pd_ctx *ctx, pd_flow *flow, double *ru, double *rc);
+/* Volume flux [m^d/s, per unit depth in 2D] of all bonds that cross the plane between cells `index - 1` and `index` of
+ * `axis` (index 1 .. n-1): the quantity that the scheme conserves. */
+PD_API double pd_flow_section(pd_ctx *ctx, pd_flow *flow, int axis, int index);
+/* The same from node velocities of the layer `index` of `axis`: sum u_axis times the face of a cell. */
+PD_API double pd_flow_section_nodes(pd_ctx *ctx, const pd_flow *flow, int axis, int index);
+PD_API void pd_flow_free(pd_ctx *ctx, pd_flow *flow);
+
+#ifdef PDI_INTERNAL
+/* Fields of one operator evaluation. Residual: second pair NULL. Linearised product: (du, u) and (u, du). */
+typedef struct pdi_flow_terms {
+    const double *w, *u;   /* convecting and convected velocity of the first convective term [m/s] */
+    const double *w2, *u2; /* of the second, or NULL */
+    const double *viscous; /* velocity under the Laplacian and in the continuity equation [m/s] */
+    const double *p;       /* [m2/s2] */
+    const double *grad;    /* gradient of p [m/s2] */
+    const double *force;   /* [PD_DIM] [m/s2], or NULL */
+} pdi_flow_terms;
+/* Outlet ghosts from their mirror nodes: normal velocity even, tangential odd, pressure odd about p_out. */
+PDI_FN void pdi_flow_outlet_velocity(const pd_flow *flow, double *u);
+PDI_FN void pdi_flow_outlet_pressure(const pd_flow *flow, double p_out, double *p);
+/* grad = G p at fluid nodes and outlet ghosts (eq. 3.5). */
+PDI_FN void pdi_flow_gradient(const pd_ctx *ctx, const pd_flow *flow, const double *p, double *grad);
+/* Momentum and continuity terms M(u, P) (eq. 4.1, 4.2); ghosts must be filled. */
+PDI_FN void pdi_flow_terms_apply(const pd_ctx *ctx, const pd_flow *flow, const pdi_flow_terms *t, double *ru, double *rc);
+/* Volume flux per volume [1/s] of the bond k from node i to its far end, pressure flux included (eq. 4.4). */
+PDI_FN double pdi_flow_bond_flux(const pd_flow *flow, int32_t i, int k);
+#endif
+
+#endif

@@ -1,0 +1,245 @@
+/* grid: see grid.h */
+#include "grid.h"
+#include <math.h>
+#include <string.h>
+
+PDI_FN void pdi_grid_index(const pd_grid *grid, int32_t node, int *i)
+{
+    for (int d = 0; d < PD_DIM; d++) {
+        i[d] = (int)(node % grid->np[d]) - grid->ghost;
+        node /= grid->np[d];
+    }
+}
+
+PDI_FN int pdi_grid_inside(const pd_grid *grid, const int *i)
+{
+    for (int d = 0; d < PD_DIM; d++)
+        if (i[d] < 0 || i[d] >= grid->n[d]) return 0;
+    return 1;
+}
+
+int32_t pd_grid_node(const pd_grid *grid, const int *i)
+{
+    int32_t node = 0;
+    for (int d = 0; d < PD_DIM; d++) node += (int32_t)(i[d] + grid->ghost) * grid->stride[d];
+    return node;
+}
+
+void pd_grid_position(const pd_grid *grid, int32_t node, double *x)
+{
+    int i[PD_DIM];
+    pdi_grid_index(grid, node, i);
+    for (int d = 0; d < PD_DIM; d++) x[d] = grid->lo[d] + ((double)i[d] + 0.5) * grid->h[d];
+}
+
+int64_t pd_grid_count(const pd_grid *grid, pd_kind kind)
+{
+    int64_t count = 0;
+    for (int32_t node = 0; node < grid->total; node++) count += grid->kind[node] == (uint8_t)kind;
+    return count;
+}
+
+/* The side of the box behind which index i lies; -1: inside; -2: behind an edge or corner. */
+static int pdi_grid_side(const pd_grid *grid, const int *i)
+{
+    int side = -1;
+    for (int d = 0; d < PD_DIM; d++) {
+        if (i[d] >= 0 && i[d] < grid->n[d]) continue;
+        if (side != -1) return -2;
+        side = 2 * d + (i[d] < 0 ? 0 : 1);
+    }
+    return side;
+}
+
+PDI_FN int32_t pdi_grid_mirror(const pd_grid *grid, int32_t node)
+{
+    int i[PD_DIM];
+    pdi_grid_index(grid, node, i);
+    for (int d = 0; d < PD_DIM; d++) {
+        if (i[d] < 0) i[d] = -1 - i[d];
+        else if (i[d] >= grid->n[d]) i[d] = 2 * grid->n[d] - 1 - i[d];
+        /* a box thinner than the horizon: the nearest layer stands for the missing ones */
+        if (i[d] < 0) i[d] = 0;
+        if (i[d] >= grid->n[d]) i[d] = grid->n[d] - 1;
+    }
+    return pd_grid_node(grid, i);
+}
+
+/* A ghost of an inlet or outlet is open only in front of fluid; elsewhere it continues the wall. */
+static uint8_t pdi_grid_ghost_kind(const pd_grid *grid, int32_t node)
+{
+    int i[PD_DIM];
+    pdi_grid_index(grid, node, i);
+    int side = pdi_grid_side(grid, i);
+    if (side < 0 || grid->side[side] == PD_SIDE_WALL) return PD_WALL;
+    uint8_t behind = grid->kind[pdi_grid_mirror(grid, node)];
+    if (behind != PD_FLUID) return PD_WALL;
+    if (grid->side[side] == PD_SIDE_OUTLET) return PD_OUTLET;
+    int d = side / 2;
+    i[d] = side % 2 ? grid->n[d] - 1 : 0;
+    return grid->kind[pd_grid_node(grid, i)] == PD_FLUID ? PD_INLET : PD_WALL;
+}
+
+static void pdi_grid_ghosts(pd_grid *grid)
+{
+    for (int32_t node = 0; node < grid->total; node++) {
+        int i[PD_DIM];
+        pdi_grid_index(grid, node, i);
+        if (!pdi_grid_inside(grid, i)) grid->kind[node] = pdi_grid_ghost_kind(grid, node);
+    }
+}
+
+/* Walls beyond the reach of every fluid node own nothing. */
+static void pdi_grid_mark_outside(const pd_stencil *stencil, pd_grid *grid)
+{
+    for (int32_t node = 0; node < grid->total; node++) {
+        if (grid->kind[node] != PD_WALL) continue;
+        int i[PD_DIM], near_fluid = 0;
+        pdi_grid_index(grid, node, i);
+        for (int k = 0; k < stencil->count && !near_fluid; k++) {
+            int j[PD_DIM];
+            for (int d = 0; d < PD_DIM; d++) j[d] = i[d] + stencil->offset[k * PD_DIM + d];
+            near_fluid = pdi_grid_inside(grid, j) && (grid->kind[pd_grid_node(grid, j)] == PD_FLUID ||
+                                                      grid->kind[pd_grid_node(grid, j)] == PD_SOLID);
+        }
+        if (!near_fluid) grid->kind[node] = PD_OUTSIDE;
+    }
+}
+
+/* Box around shape `index`; unbounded directions stay at +-infinity. */
+static void pdi_grid_bounds(const pd_shape *shapes, int index, double *lo, double *hi)
+{
+    const pd_shape *s = &shapes[index];
+    for (int d = 0; d < PD_DIM; d++) {
+        lo[d] = -HUGE_VAL;
+        hi[d] = HUGE_VAL;
+        if (s->type == PD_SHAPE_BOX) {
+            lo[d] = s->a[d];
+            hi[d] = s->b[d];
+        } else if (s->type == PD_SHAPE_BALL || (s->type == PD_SHAPE_CYLINDER && d != s->axis)) {
+            lo[d] = s->a[d] - s->r;
+            hi[d] = s->a[d] + s->r;
+        } else if (s->type == PD_SHAPE_VOXELS) {
+            lo[d] = s->a[d];
+            hi[d] = s->a[d] + (double)s->n[d] * s->b[d];
+        }
+    }
+    int hull = s->type == PD_SHAPE_UNION, cut = s->type == PD_SHAPE_INTERSECT || s->type == PD_SHAPE_DIFFERENCE;
+    int used = s->type == PD_SHAPE_DIFFERENCE ? 1 : s->children;
+    for (int c = 0; c < used && (hull || cut); c++) {
+        double clo[PD_DIM], chi[PD_DIM];
+        pdi_grid_bounds(shapes, s->child[c], clo, chi);
+        for (int d = 0; d < PD_DIM; d++) {
+            if (c == 0) {
+                lo[d] = clo[d];
+                hi[d] = chi[d];
+                continue;
+            }
+            lo[d] = hull ? fmin(lo[d], clo[d]) : fmax(lo[d], clo[d]);
+            hi[d] = hull ? fmax(hi[d], chi[d]) : fmin(hi[d], chi[d]);
+        }
+    }
+}
+
+static pd_status pdi_grid_check_solid(pd_ctx *ctx, const pd_grid *grid)
+{
+    double lo[PD_DIM], hi[PD_DIM];
+    pdi_grid_bounds(grid->shapes, grid->solid, lo, hi);
+    for (int d = 0; d < PD_DIM; d++) {
+        double slack = 1e-9 * (grid->hi[d] - grid->lo[d]);
+        if ((lo[d] < grid->lo[d] - slack && lo[d] > -HUGE_VAL) || (hi[d] > grid->hi[d] + slack && hi[d] < HUGE_VAL))
+            return pdi_fail(ctx, PD_ERR_GEOMETRY, "grid",
+                            "the solid reaches from %g m to %g m on axis %d, outside of the box %g m .. %g m", lo[d],
+                            hi[d], d, grid->lo[d], grid->hi[d]);
+    }
+    return PD_OK;
+}
+
+static pd_status pdi_grid_size(pd_ctx *ctx, const pd_stencil *stencil, const pd_grid_desc *desc, pd_grid *grid)
+{
+    double total = 1.0;
+    grid->ghost = stencil->reach;
+    for (int d = 0; d < PD_DIM; d++) {
+        double edge = desc->hi[d] - desc->lo[d], cells = edge / stencil->h[d];
+        if (!(edge > 0.0) || !(cells < 2e9))
+            return pdi_fail(ctx, PD_ERR_GEOMETRY, "grid", "axis %d of the box goes from %g m to %g m with spacing %g m", d,
+                            desc->lo[d], desc->hi[d], stencil->h[d]);
+        double whole = floor(cells + 0.5);
+        if (whole < 1.0 || fabs(cells - whole) > 1e-6 * fmax(1.0, whole * 1e-3))
+            return pdi_fail(ctx, PD_ERR_GEOMETRY, "grid",
+                            "the box is %g cells of %g m long on axis %d, expected a whole number", cells,
+                            stencil->h[d], d);
+        grid->n[d] = (int)whole;
+        grid->np[d] = grid->n[d] + 2 * grid->ghost;
+        grid->h[d] = stencil->h[d];
+        grid->lo[d] = desc->lo[d];
+        grid->hi[d] = desc->hi[d];
+        total *= (double)grid->np[d];
+    }
+    if (total * PD_DIM >= 2147483647.0)
+        return pdi_fail(ctx, PD_ERR_SIZE, "grid", "%.3g nodes with ghosts, expected less than %.3g", total,
+                        2147483647.0 / PD_DIM);
+    grid->stride[0] = 1;
+    for (int d = 1; d < PD_DIM; d++) grid->stride[d] = grid->stride[d - 1] * (int32_t)grid->np[d - 1];
+    grid->total = (int32_t)total;
+    for (int s = 0; s < 2 * PD_DIM; s++) grid->side[s] = desc->side[s];
+    return PD_OK;
+}
+
+pd_status pd_grid_build(pd_ctx *ctx, const pd_stencil *stencil, const pd_grid_desc *desc, pd_grid *grid)
+{
+    memset(grid, 0, sizeof *grid);
+    PDI_TRY(pdi_grid_size(ctx, stencil, desc, grid));
+    grid->shapes = desc->shapes;
+    grid->solid = desc->shapes ? desc->solid : -1;
+    grid->wall = desc->shapes ? desc->wall : -1;
+    if (grid->solid >= 0) PDI_TRY(pdi_grid_check_solid(ctx, grid));
+    PDI_TRY(PDI_NEW(ctx, "grid", grid->total, grid->kind));
+    for (int32_t node = 0; node < grid->total; node++) {
+        int i[PD_DIM];
+        double x[PD_DIM];
+        pdi_grid_index(grid, node, i);
+        if (!pdi_grid_inside(grid, i)) continue;
+        pd_grid_position(grid, node, x);
+        if (grid->wall >= 0 && pd_shape_distance(grid->shapes, grid->wall, x) <= 0.0) grid->kind[node] = PD_WALL;
+        else if (grid->solid >= 0 && pd_shape_distance(grid->shapes, grid->solid, x) <= 0.0) grid->kind[node] = PD_SOLID;
+        else grid->kind[node] = PD_FLUID;
+    }
+    grid->fluid_count = pd_grid_count(grid, PD_FLUID);
+    grid->solid_count = pd_grid_count(grid, PD_SOLID);
+    if (grid->solid >= 0 && grid->solid_count == 0)
+        return pdi_fail(ctx, PD_ERR_GEOMETRY, "grid",
+                        "the solid covers no node: it is thinner than the spacing or lies inside the wall");
+    if (grid->fluid_count + grid->solid_count == 0)
+        return pdi_fail(ctx, PD_ERR_GEOMETRY, "grid", "the wall covers every node of the box");
+    pdi_grid_ghosts(grid);
+    pdi_grid_mark_outside(stencil, grid);
+    return PD_OK;
+}
+
+PDI_FN void pdi_grid_dissolve(pd_grid *grid, int32_t node)
+{
+    int i[PD_DIM];
+    grid->kind[node] = PD_FLUID;
+    grid->solid_count--;
+    grid->fluid_count++;
+    pdi_grid_index(grid, node, i);
+    for (int d = 0; d < PD_DIM; d++)
+        for (int up = 0; up < 2; up++) {
+            if (grid->side[2 * d + up] == PD_SIDE_WALL) continue;
+            /* all ghosts of this line: opening one layer may open the deeper ones of an inlet */
+            for (int layer = 0; layer < grid->ghost; layer++) {
+                int j[PD_DIM];
+                memcpy(j, i, sizeof j);
+                j[d] = up ? grid->n[d] + layer : -1 - layer;
+                int32_t ghost = pd_grid_node(grid, j);
+                grid->kind[ghost] = pdi_grid_ghost_kind(grid, ghost);
+            }
+        }
+}
+
+void pd_grid_free(pd_ctx *ctx, pd_grid *grid)
+{
+    PDI_DELETE(ctx, grid->total, grid->kind);
+    memset(grid, 0, sizeof *grid);
+}

@@ -1,0 +1,80 @@
+/* grid: the uniform lattice with ghost layers, the kind of every node, the geometry behind it.
+ *
+ * Nodes are cell centres: x_a = lo_a + (i_a + 1/2) h_a, axis 0 fastest in memory. Ghost layers, as deep as the
+ * stencil reaches, lie on every side, so that a bond of a fluid node never leaves the arrays.
+ */
+#ifndef PD_GRID_H
+#define PD_GRID_H
+#include "base.h"
+#include "shape.h"
+#include "stencil.h"
+
+typedef enum pd_kind {
+    PD_OUTSIDE = 0, /* owns nothing */
+    PD_FLUID = 1,
+    PD_SOLID = 2,
+    PD_WALL = 3,
+    PD_INLET = 4,   /* ghost with prescribed velocity and concentration */
+    PD_OUTLET = 5   /* ghost behind a pressure outlet */
+} pd_kind;
+
+/* What closes a side of the box. */
+typedef enum pd_side {
+    PD_SIDE_WALL = 0,
+    PD_SIDE_INLET = 1,
+    PD_SIDE_OUTLET = 2
+} pd_side;
+
+typedef struct pd_grid_desc {
+    double lo[PD_DIM], hi[PD_DIM]; /* [m] box; each edge a whole number of cells (1e-6 of a cell) */
+    pd_side side[2 * PD_DIM];      /* x-, x+, y-, ... */
+    const pd_shape *shapes;        /* borrowed for the life of the grid; NULL: none */
+    int solid;                     /* index of the solid shape, -1: none */
+    int wall;                      /* index of the wall shape (inside it: wall), -1: none */
+} pd_grid_desc;
+
+typedef struct pd_grid {
+    int n[PD_DIM];        /* cells of the box */
+    int np[PD_DIM];       /* with ghosts */
+    int ghost;            /* layers on every side */
+    int32_t stride[PD_DIM];
+    int32_t total;        /* nodes with ghosts */
+    double h[PD_DIM], lo[PD_DIM], hi[PD_DIM]; /* [m] */
+    pd_side side[2 * PD_DIM];
+    const pd_shape *shapes;
+    int solid, wall;
+    uint8_t *kind;        /* [total] pd_kind */
+    int64_t fluid_count, solid_count;
+} pd_grid;
+
+#define pd_grid_build PD_NAME(pd_grid_build)
+#define pd_grid_free PD_NAME(pd_grid_free)
+#define pd_grid_position PD_NAME(pd_grid_position)
+#define pd_grid_node PD_NAME(pd_grid_node)
+#define pd_grid_count PD_NAME(pd_grid_count)
+
+/* solid == -1 etc. as in the desc. PD_ERR_GEOMETRY: the box is not a whole number of cells, a shape lies outside the
+ * box, no fluid node is left. */
+PD_API pd_status pd_grid_build(pd_ctx *ctx, const pd_stencil *stencil, const pd_grid_desc *desc, pd_grid *grid);
+PD_API void pd_grid_free(pd_ctx *ctx, pd_grid *grid);
+/* Position [m] of node id (ghosts included). */
+PD_API void pd_grid_position(const pd_grid *grid, int32_t node, double *x);
+/* Node of cell index i[] of the box (ghosts: -ghost .. n+ghost-1). */
+PD_API int32_t pd_grid_node(const pd_grid *grid, const int *i);
+/* Number of nodes of one kind inside the box. */
+PD_API int64_t pd_grid_count(const pd_grid *grid, pd_kind kind);
+
+#ifdef PDI_INTERNAL
+/* Cell index (ghosts negative) of a node. */
+PDI_FN void pdi_grid_index(const pd_grid *grid, int32_t node, int *i);
+/* 1 when the index lies inside the box. */
+PDI_FN int pdi_grid_inside(const pd_grid *grid, const int *i);
+/* Mirror image of a ghost across its side; identity inside the box. */
+PDI_FN int32_t pdi_grid_mirror(const pd_grid *grid, int32_t node);
+/* A solid node turns fluid: its kind, the counts, and the ghosts of inlets and outlets in front of it. */
+PDI_FN void pdi_grid_dissolve(pd_grid *grid, int32_t node);
+/* Open: bonds between open nodes carry fluxes (fluid, inlet, outlet). */
+static inline int pdi_grid_open(uint8_t kind) { return kind == PD_FLUID || kind >= PD_INLET; }
+#endif
+
+#endif

@@ -1,0 +1,78 @@
+/* multigrid: a scalar, cell-centred, geometric V-cycle on the compact face stencil, used as a preconditioner.
+ *
+ * Operator over the cells of a box (2 PD_DIM + 1 points):
+ *   (A x)_c = (mass + wall)_c x_c + sum_f g_f (x_c - x_n) + sum_f ( max(F,0) x_c - max(-F,0) x_n )
+ * with g_f >= 0 the diffusive coefficient of face f and F the flow out of c through it, upwind.
+ *
+ * Coarse cells are the connected parts of the blocks of 2 cells along each coarsened axis: a wall thinner than a block
+ * stays a wall, and pockets that do not touch stay apart on all levels down to one cell each. Coefficients are kept
+ * in single precision, scaled by a power of two; each cycle scales its right-hand side likewise.
+ */
+#ifndef PD_MULTIGRID_H
+#define PD_MULTIGRID_H
+#include "base.h"
+
+#define PD_MULTIGRID_LEVELS 40
+
+typedef struct pd_multigrid_desc {
+    int n[PD_DIM];          /* cells of the box, axis 0 fastest */
+    int32_t stride[PD_DIM]; /* of the padded lattice on which rhs and x live */
+    int32_t first;          /* node of cell 0 on that lattice */
+    int symmetric;          /* 1: flux will always be NULL; saves PD_DIM floats a cell */
+} pd_multigrid_desc;
+
+/* One level. Level 0 holds all cells of the box and finds neighbours by stride; coarser levels are rows of links, the
+ * cells of one colour before those of the other. Offsets col, parent and child are cells of their level. */
+typedef struct pd_multigrid_level {
+    int n[PD_DIM];     /* blocks along the axes */
+    int halve[PD_DIM]; /* 1: the next level pairs the blocks of this axis */
+    int32_t cells, red; /* red: cells of the first colour (coarse levels) */
+    float *x, *b, *r;  /* [cells] correction, right-hand side, residual */
+    float *inv;        /* [cells] 1 / diagonal; 0: the cell takes no part */
+    int32_t *parent;   /* [cells] of the next level; -1: none */
+    float *lo[PD_DIM], *hi[PD_DIM]; /* level 0: coefficients of the two neighbours of each axis, 0: closed */
+    uint8_t *side;     /* level 0: bit d: interpolate along axis d, bit d + 3: from the upper neighbour */
+    int32_t *block;    /* coarse levels: [cells] block of the cell */
+    int32_t *row;      /* [cells + 1] */
+    int32_t *col;      /* [row[cells]] the neighbour */
+    float *a, *back;   /* its coefficient in this row, and that of this cell in its row */
+    float *w, *self;   /* interpolation weights: of the link's parent; of the own parent */
+    uint8_t *face;     /* 2 axis + (1: upper) */
+    int32_t *child_first, *child; /* cells of the level above that make up a cell */
+    int32_t cell_capacity, link_capacity, child_capacity;
+} pd_multigrid_level;
+
+typedef struct pd_multigrid {
+    pd_multigrid_desc desc;
+    int levels;     /* 0: not set up */
+    double scale;   /* power of two: stored coefficient = scale * given one */
+    int32_t pad;    /* zero floats before and after each level 0 array read at neighbours */
+    float *store;   /* level 0: x and coefficients with their pads */
+    float *mass, *wall, *coarse_mass, *coarse_wall; /* only during setup */
+    int32_t *mark;  /* only during setup */
+    pd_multigrid_level level[PD_MULTIGRID_LEVELS];
+} pd_multigrid;
+
+#define pd_multigrid_build PD_NAME(pd_multigrid_build)
+#define pd_multigrid_free PD_NAME(pd_multigrid_free)
+#define pd_multigrid_setup PD_NAME(pd_multigrid_setup)
+#define pd_multigrid_cycle PD_NAME(pd_multigrid_cycle)
+
+/* Allocate the finest level. PD_ERR_ARGUMENT: n or stride not positive. PD_ERR_SIZE: more than 2^31 - 1 cells. */
+PD_API pd_status pd_multigrid_build(pd_ctx *ctx, const pd_multigrid_desc *desc, pd_multigrid *mg);
+PD_API void pd_multigrid_free(pd_ctx *ctx, pd_multigrid *mg);
+/* Take the coefficients and build the coarser levels. All arrays over the box cells, axis 0 fastest:
+ * active: 1 for cells that take part; conduct[d][c] >= 0 and flux[d][c] (flux NULL: none): of the face between cell c
+ * and c + e_d, flow positive towards +e_d (faces of inactive cells and of the box side are ignored: put the net outflow
+ * through them into mass); wall[c] >= 0: Dirichlet half-cell conductance; mass[c] >= 0. wall and mass may be NULL.
+ * All share one unit. PD_ERR_ARGUMENT: a coefficient is negative or not finite. Memory is kept for the next setup. */
+PD_API pd_status pd_multigrid_setup(pd_ctx *ctx, pd_multigrid *mg, const uint8_t *active,
+                                    const float *const conduct[PD_DIM], const float *const flux[PD_DIM],
+                                    const float *wall, const float *mass);
+/* x = M^-1 rhs, one cycle from zero: a constant linear operator up to single precision rounding, symmetric when flux
+ * is NULL. rhs and x live on the padded lattice; x becomes 0 at inactive cells, nodes outside of the box are neither
+ * read nor written. A pocket without mass and wall gets a finite answer for any rhs. Allocates nothing.
+ * Sources: Trottenberg, Oosterlee and Schueller 2001 (ch. 2, 5, 7); Wesseling 1992 (cell-centred transfers). */
+PD_API void pd_multigrid_cycle(pd_ctx *ctx, pd_multigrid *mg, const double *rhs, double *x);
+
+#endif

@@ -1,0 +1,40 @@
+/* par: threads, ordered sums, wall clock.
+ *
+ * Loops run in gather form with a static schedule; sums are taken over blocks of fixed length and the block
+ * sums are added in order, so results are the same bits for any number of threads and without OpenMP.
+ */
+#ifndef PD_PAR_H
+#define PD_PAR_H
+#include "base.h"
+
+#ifdef PDI_INTERNAL
+#ifdef _OPENMP
+#define PDI_PRAGMA(text) _Pragma(#text)
+/* Put before a for loop; nt comes from pdi_par_threads. */
+#define PDI_PARALLEL_FOR(nt) PDI_PRAGMA(omp parallel for schedule(static) num_threads(nt))
+#else
+#define PDI_PARALLEL_FOR(nt)
+#endif
+
+/* Threads worth using for a loop of `work` scalar operations (1 when the fork would cost more). */
+PDI_FN int pdi_par_threads(const pd_ctx *ctx, int64_t work);
+/* Ordered sums over n elements. */
+PDI_FN double pdi_par_sum(const pd_ctx *ctx, int64_t n, const double *x);
+PDI_FN double pdi_par_dot(const pd_ctx *ctx, int64_t n, const double *x, const double *y);
+/* max |x|; NaN if any element is NaN. */
+PDI_FN double pdi_par_max_abs(const pd_ctx *ctx, int64_t n, const double *x);
+/* y += a x, and y = x, and y = 0. */
+PDI_FN void pdi_par_axpy(const pd_ctx *ctx, int64_t n, double a, const double *x, double *y);
+PDI_FN void pdi_par_copy(const pd_ctx *ctx, int64_t n, const double *x, double *y);
+PDI_FN void pdi_par_zero(const pd_ctx *ctx, int64_t n, double *y);
+/* Seconds of wall time where OpenMP gives it, else of processor time. */
+PDI_FN double pdi_par_clock(void);
+/* Compensated running sum (Neumaier): total() = sum + carry. */
+typedef struct pdi_sum {
+    double sum, carry;
+} pdi_sum;
+PDI_FN void pdi_sum_add(pdi_sum *s, double x);
+PDI_FN double pdi_sum_total(const pdi_sum *s);
+#endif
+
+#endif

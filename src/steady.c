@@ -1,0 +1,231 @@
+/* steady: see steady.h */
+#include "steady.h"
+#include "par.h"
+#include <math.h>
+#include <string.h>
+
+/* What the solver callbacks see. */
+typedef struct pdi_steady_user {
+    const pd_ctx *ctx;
+    pd_steady *steady;
+} pdi_steady_user;
+
+static int64_t pdi_steady_size(const pd_flow *flow) { return (int64_t)(PD_DIM + 1) * flow->grid->total; }
+
+/* Momentum residuals count in U^2/L, continuity residuals in U/L. */
+static void pdi_steady_scale(const pd_ctx *ctx, const pd_flow *flow, double momentum, double continuity, double *x)
+{
+    int64_t total = flow->grid->total, split = (int64_t)PD_DIM * total;
+    int nt = pdi_par_threads(ctx, pdi_steady_size(flow));
+    (void)nt;
+    PDI_PARALLEL_FOR(nt)
+    for (int64_t i = 0; i < split + total; i++) x[i] *= i < split ? momentum : continuity;
+}
+
+/* y = scaled J x: (conv(dw, u) + conv(u, dw) + G dp - nu lap du, div du - tau ...) */
+static void pdi_steady_jacobian(void *user, const double *x, double *y)
+{
+    pdi_steady_user *s = (pdi_steady_user *)user;
+    pd_flow *flow = s->steady->flow;
+    int64_t total = flow->grid->total, split = (int64_t)PD_DIM * total;
+    double *du = s->steady->work, *dp = du + split;
+    pdi_flow_terms t;
+    memset(&t, 0, sizeof t);
+    pdi_par_copy(s->ctx, split + total, x, du);
+    pdi_flow_outlet_velocity(flow, du);
+    pdi_flow_outlet_pressure(flow, 0.0, dp);
+    pdi_flow_gradient(s->ctx, flow, dp, flow->grad);
+    t.w = du;
+    t.u = flow->u;
+    t.w2 = flow->u;
+    t.u2 = du;
+    t.viscous = du;
+    t.p = dp;
+    t.grad = flow->grad;
+    pdi_flow_terms_apply(s->ctx, flow, &t, y, y + split);
+    if (s->steady->shift > 0.0) pdi_par_axpy(s->ctx, split, s->steady->shift, x, y);
+    pdi_steady_scale(s->ctx, flow, flow->length / (flow->speed * flow->speed), flow->length / flow->speed, y);
+    flow->evaluations++;
+}
+
+/* dp = F q = nu r + u.grad q + shift q with q = L^-1 r: the inverse of the Schur complement (eq. 4.9). */
+static void pdi_steady_commute(const pd_ctx *ctx, const pd_steady *s, const double *r, const double *q, double *dp)
+{
+    const pd_flow *flow = s->flow;
+    const pd_grid *grid = flow->grid;
+    int nt = pdi_par_threads(ctx, grid->total * 10);
+    (void)nt;
+    PDI_PARALLEL_FOR(nt)
+    for (int32_t i = 0; i < grid->total; i++) {
+        dp[i] = 0.0;
+        if (grid->kind[i] != PD_FLUID) continue;
+        double sum = flow->nu * r[i] + s->shift * q[i];
+        for (int d = 0; d < PD_DIM; d++)
+            for (int up = 0; up < 2; up++) {
+                int32_t j = up ? i + grid->stride[d] : i - grid->stride[d];
+                double sign = up ? 0.5 : -0.5, far = q[i];
+                if (grid->kind[j] == PD_FLUID) far = q[j];
+                else if (grid->kind[j] == PD_OUTLET) far = -q[i];
+                sum += sign * flow->u[(int64_t)d * grid->total + i] / grid->h[d] * far;
+            }
+        dp[i] = sum;
+    }
+}
+
+static void pdi_steady_precondition(void *user, const double *x, double *y)
+{
+    pdi_steady_user *s = (pdi_steady_user *)user;
+    pd_steady *st = s->steady;
+    pd_flow *flow = st->flow;
+    int64_t total = flow->grid->total, split = (int64_t)PD_DIM * total;
+    double *r = st->work, *rp = r + split, *dp = y + split;
+    pdi_par_copy(s->ctx, split + total, x, r);
+    pdi_steady_scale(s->ctx, flow, flow->speed * flow->speed / flow->length, flow->speed / flow->length, r);
+    pd_multigrid_cycle(s->ctx, &st->mg_p, rp, y);
+    pdi_steady_commute(s->ctx, st, rp, y, dp);
+    pdi_flow_outlet_pressure(flow, 0.0, dp);
+    pdi_flow_gradient(s->ctx, flow, dp, flow->grad);
+    pdi_par_axpy(s->ctx, split, -1.0, flow->grad, r);
+    for (int d = 0; d < PD_DIM; d++) pd_multigrid_cycle(s->ctx, &st->mg_u, r + d * total, y + d * total);
+    for (int32_t o = 0; o < flow->outlets; o++) dp[flow->outlet[o]] = 0.0;
+}
+
+static void pdi_steady_setup(pd_ctx *ctx, pd_steady *s)
+{
+    pdi_compact_faces velocity, pressure;
+    velocity.closed = velocity.inlet = 1;
+    velocity.outlet = 0;
+    pressure.closed = pressure.inlet = 0;
+    pressure.outlet = 1;
+    pdi_compact_fill(ctx, s->flow->nu, s->flow->u, s->shift, &velocity, &s->compact_u);
+    pdi_compact_fill(ctx, 1.0, NULL, 0.0, &pressure, &s->compact_p);
+    pd_compact *u = &s->compact_u, *p = &s->compact_p;
+    pd_multigrid_setup(ctx, &s->mg_u, u->active, (const float *const *)u->conduct, (const float *const *)u->flux, u->wall, u->mass);
+    pd_multigrid_setup(ctx, &s->mg_p, p->active, (const float *const *)p->conduct, NULL, p->wall, p->mass);
+}
+
+/* Scaled residual of the present state into s->residual; its norm. */
+static double pdi_steady_residual(pd_ctx *ctx, pd_steady *s, pd_steady_result *result)
+{
+    pd_flow *flow = s->flow;
+    int64_t total = flow->grid->total, split = (int64_t)PD_DIM * total;
+    double *r = s->residual;
+    pd_flow_residual(ctx, flow, r, r + split);
+    pdi_steady_scale(ctx, flow, flow->length / (flow->speed * flow->speed), flow->length / flow->speed, r);
+    result->momentum = pdi_par_max_abs(ctx, split, r);
+    result->continuity = pdi_par_max_abs(ctx, total, r + split);
+    return sqrt(pdi_par_dot(ctx, split + total, r, r));
+}
+
+static void pdi_steady_move(const pd_ctx *ctx, pd_steady *s, double factor)
+{
+    pd_flow *flow = s->flow;
+    int64_t total = flow->grid->total, split = (int64_t)PD_DIM * total;
+    pdi_par_axpy(ctx, split, factor, s->step, flow->u);
+    pdi_par_axpy(ctx, total, factor, s->step + split, flow->p);
+}
+
+/* Halve the step until the residual falls. Returns the new norm; NaN when no step helps (state restored). */
+static double pdi_steady_line_search(pd_ctx *ctx, pd_steady *s, double norm, pd_steady_result *result)
+{
+    double factor = 1.0, done = 0.0;
+    for (int trial = 0; trial < 8; trial++) {
+        pdi_steady_move(ctx, s, factor - done);
+        done = factor;
+        double fresh = pdi_steady_residual(ctx, s, result);
+        if (fresh < (1.0 - 1e-4 * factor) * norm) return fresh;
+        factor *= 0.5;
+    }
+    pdi_steady_move(ctx, s, -done);
+    return NAN;
+}
+
+pd_status pd_steady_build(pd_ctx *ctx, pd_flow *flow, const pd_steady_desc *desc, pd_steady *s)
+{
+    memset(s, 0, sizeof *s);
+    s->flow = flow;
+    s->desc = *desc;
+    if (!(desc->tolerance >= 0.0) || desc->tolerance >= 1.0 || desc->max_newton < 0 || desc->max_krylov < 0 || desc->restart < 0)
+        return pdi_fail(ctx, PD_ERR_ARGUMENT, "steady", "tolerance %g, max_newton %d, max_krylov %d, restart %d", desc->tolerance,
+                        desc->max_newton, desc->max_krylov, desc->restart);
+    if (!(s->desc.tolerance > 0.0)) s->desc.tolerance = 1e-6;
+    if (!s->desc.max_newton) s->desc.max_newton = 30;
+    if (!s->desc.max_krylov) s->desc.max_krylov = 300;
+    if (!s->desc.restart) s->desc.restart = PD_DIM == 3 ? 30 : 60;
+    int64_t size = pdi_steady_size(flow);
+    pd_krylov_desc kd;
+    pd_multigrid_desc md;
+    memset(&kd, 0, sizeof kd);
+    memset(&md, 0, sizeof md);
+    kd.n = size;
+    kd.restart = s->desc.restart;
+    kd.max_iterations = s->desc.max_krylov;
+    kd.zero_guess = 1;
+    int origin[PD_DIM];
+    for (int d = 0; d < PD_DIM; d++) {
+        origin[d] = 0;
+        md.n[d] = flow->grid->n[d];
+        md.stride[d] = flow->grid->stride[d];
+    }
+    md.first = pd_grid_node(flow->grid, origin);
+    PDI_TRY(pdi_compact_build(ctx, flow->grid, 1, &s->compact_u));
+    PDI_TRY(pdi_compact_build(ctx, flow->grid, 0, &s->compact_p));
+    PDI_TRY(pd_multigrid_build(ctx, &md, &s->mg_u));
+    md.symmetric = 1;
+    PDI_TRY(pd_multigrid_build(ctx, &md, &s->mg_p));
+    PDI_TRY(pd_krylov_build(ctx, &kd, &s->krylov));
+    PDI_TRY(PDI_NEW(ctx, "steady", size, s->residual));
+    PDI_TRY(PDI_NEW(ctx, "steady", size, s->step));
+    return PDI_NEW(ctx, "steady", size, s->work);
+}
+
+pd_status pd_steady_solve(pd_ctx *ctx, pd_steady *s, pd_steady_result *result)
+{
+    pd_flow *flow = s->flow;
+    int64_t start = flow->evaluations;
+    pdi_steady_user user;
+    user.ctx = ctx;
+    user.steady = s;
+    memset(result, 0, sizeof *result);
+    double norm = pdi_steady_residual(ctx, s, result), forcing = 0.1;
+    for (;;) {
+        result->evaluations = flow->evaluations - start;
+        if (!(norm < 1e300))
+            return pdi_fail(ctx, PD_ERR_DIVERGED, "steady", "the flow residual is %g after %d Newton steps", norm, result->newton);
+        result->converged = result->momentum <= s->desc.tolerance && result->continuity <= s->desc.tolerance;
+        if (result->converged) return PD_OK;
+        if (result->newton == s->desc.max_newton) return PD_NOT_CONVERGED;
+        pdi_steady_setup(ctx, s);
+        pdi_par_axpy(ctx, pdi_steady_size(flow), -2.0, s->residual, s->residual);
+        pd_krylov_result linear;
+        s->krylov.desc.rtol = forcing;
+        pd_status status = pd_krylov_solve(ctx, &s->krylov, pdi_steady_jacobian, pdi_steady_precondition, &user, s->residual,
+                                           s->step, &linear);
+        if (status < 0) return status;
+        result->krylov += linear.iterations;
+        result->newton++;
+        double fresh = pdi_steady_line_search(ctx, s, norm, result);
+        if (!(fresh == fresh)) {
+            pdi_steady_residual(ctx, s, result);
+            result->evaluations = flow->evaluations - start;
+            return PD_NOT_CONVERGED;
+        }
+        /* Eisenstat and Walker 1996, choice 2: solve as well as the last step predicted */
+        forcing = fmin(0.1, fmax(1e-3, 0.9 * (fresh / norm) * (fresh / norm)));
+        norm = fresh;
+    }
+}
+
+void pd_steady_free(pd_ctx *ctx, pd_steady *s)
+{
+    int64_t size = s->flow ? pdi_steady_size(s->flow) : 0;
+    pdi_compact_free(ctx, &s->compact_u);
+    pdi_compact_free(ctx, &s->compact_p);
+    pd_multigrid_free(ctx, &s->mg_u);
+    pd_multigrid_free(ctx, &s->mg_p);
+    pd_krylov_free(ctx, &s->krylov);
+    PDI_DELETE(ctx, size, s->residual);
+    PDI_DELETE(ctx, size, s->step);
+    PDI_DELETE(ctx, size, s->work);
+    memset(s, 0, sizeof *s);
+}

@@ -1,0 +1,49 @@
+/* steady: steady flow by Newton's method on the peridynamic residual.
+ *
+ * Each Newton step solves the exact linearisation by GMRES, preconditioned by a block triangle: one multigrid cycle for
+ * the velocity, one for the pressure with the convection-diffusion commutator for the Schur complement (theory:
+ * section 4.4; Elman, Silvester and Wathen 2014, ch. 9). It stops on residuals, never on changes per step.
+ */
+#ifndef PD_STEADY_H
+#define PD_STEADY_H
+#include "compact.h"
+#include "flow.h"
+#include "krylov.h"
+#include "multigrid.h"
+
+typedef struct pd_steady_desc {
+    double tolerance;   /* [-] of both residuals; 0: 1e-6 */
+    int max_newton;     /* 0: 30 */
+    int max_krylov;     /* of one Newton step; 0: 300 */
+    int restart;        /* GMRES; 0: 60 in 1D and 2D, 30 in 3D */
+} pd_steady_desc;
+
+typedef struct pd_steady {
+    pd_steady_desc desc;
+    pd_flow *flow;
+    pd_compact compact_u, compact_p;
+    pd_multigrid mg_u, mg_p;
+    pd_krylov krylov;
+    double *residual, *step, *work;     /* [(PD_DIM+1)][total] each */
+    double shift;                       /* [1/s] 1 over the pseudo time step */
+} pd_steady;
+
+typedef struct pd_steady_result {
+    double momentum;    /* [-] max |momentum residual| L/U^2 */
+    double continuity;  /* [-] max |continuity residual| L/U */
+    int newton, krylov; /* steps and iterations of this solve */
+    int64_t evaluations;
+    int converged;
+} pd_steady_result;
+
+#define pd_steady_build PD_NAME(pd_steady_build)
+#define pd_steady_solve PD_NAME(pd_steady_solve)
+#define pd_steady_free PD_NAME(pd_steady_free)
+
+PD_API pd_status pd_steady_build(pd_ctx *ctx, pd_flow *flow, const pd_steady_desc *desc, pd_steady *steady);
+/* From the state in flow to the steady state. PD_NOT_CONVERGED (positive): the limit came first, flow holds the best
+ * state and result its residuals. PD_ERR_DIVERGED: not finite. */
+PD_API pd_status pd_steady_solve(pd_ctx *ctx, pd_steady *steady, pd_steady_result *result);
+PD_API void pd_steady_free(pd_ctx *ctx, pd_steady *steady);
+
+#endif

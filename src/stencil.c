@@ -1,0 +1,238 @@
+/* stencil: see stencil.h */
+#include "stencil.h"
+#include "area.h"
+#include "vec.h"
+#include <math.h>
+#include <string.h>
+
+#define PDI_STENCIL_MAX_M 12.0
+
+static double pdi_stencil_lattice_length(const int *n)
+{
+    double sum = 0.0;
+    for (int d = 0; d < PD_DIM; d++) sum += (double)n[d] * (double)n[d];
+    return sqrt(sum);
+}
+
+/* Next offset of the cube [-reach, reach]^d in lexicographic order, axis 0 fastest. 0 at the end. */
+static int pdi_stencil_next(int *n, int reach)
+{
+    for (int d = 0; d < PD_DIM; d++) {
+        if (++n[d] <= reach) return 1;
+        n[d] = -reach;
+    }
+    return 0;
+}
+
+static int pdi_stencil_member(const int *n, double m)
+{
+    double length = pdi_stencil_lattice_length(n);
+    /* the last digits of sqrt must not decide on membership */
+    return length > 0.0 && length < m + 0.5 - 1e-12;
+}
+
+static pd_status pdi_stencil_family(pd_ctx *ctx, pd_stencil *s)
+{
+    int limit = (int)(s->m + 0.5), n[PD_DIM], count = 0;
+    for (int d = 0; d < PD_DIM; d++) n[d] = -limit;
+    do count += pdi_stencil_member(n, s->m);
+    while (pdi_stencil_next(n, limit));
+    s->count = count;
+    PDI_TRY(PDI_NEW(ctx, "stencil", count * PD_DIM, s->offset));
+    PDI_TRY(PDI_NEW(ctx, "stencil", count * PD_DIM, s->xi));
+    PDI_TRY(PDI_NEW(ctx, "stencil", count, s->beta));
+    PDI_TRY(PDI_NEW(ctx, "stencil", count, s->lap));
+    PDI_TRY(PDI_NEW(ctx, "stencil", count * PD_DIM, s->grad));
+    PDI_TRY(PDI_NEW(ctx, "stencil", count, s->base));
+    PDI_TRY(PDI_NEW(ctx, "stencil", count, s->area));
+    int k = 0;
+    for (int d = 0; d < PD_DIM; d++) n[d] = -limit;
+    do {
+        if (!pdi_stencil_member(n, s->m)) continue;
+        for (int d = 0; d < PD_DIM; d++) {
+            s->offset[k * PD_DIM + d] = n[d];
+            s->xi[k * PD_DIM + d] = (double)n[d] * s->h[d];
+            if (n[d] > s->reach) s->reach = n[d];
+        }
+        double length = pdi_stencil_lattice_length(n);
+        s->beta[k] = fmin(fmax(s->m + 0.5 - length, 0.0), 1.0);
+        /* w(n) = beta V |n|^d / |xi|^(d+2): on equal spacings beta V / |xi|^2 up to a constant (eq. 2.2) */
+        double xi2 = pdi_vec_dot(s->xi + k * PD_DIM, s->xi + k * PD_DIM);
+        s->base[k] = s->beta[k] * s->volume * pow(length / sqrt(xi2), PD_DIM) / xi2;
+        k++;
+    } while (pdi_stencil_next(n, limit));
+    return PD_OK;
+}
+
+/* Coefficients of the continuum: lap = k_L sum df/|xi|^2 V beta, grad = (d/V_H) sum df e/|xi| V beta.
+ * Elliptical horizons: delta_theta = m |xi|/|n| in place of delta (S1 eq. 16, corrected). */
+static void pdi_stencil_printed(pd_stencil *s)
+{
+    static const double pi = 3.14159265358979323846;
+    double horizon_volume = PD_DIM == 1 ? 2.0 : PD_DIM == 2 ? pi : 4.0 * pi / 3.0;
+    double lap_scale = PD_DIM == 1 ? 1.0 : PD_DIM == 2 ? 4.0 / pi : 9.0 / (2.0 * pi);
+    for (int d = 0; d < PD_DIM; d++) horizon_volume *= s->m * s->h[d];
+    for (int k = 0; k < s->count; k++) {
+        const double *xi = s->xi + k * PD_DIM;
+        double length = pdi_vec_norm(xi);
+        double delta = s->m * length / pdi_stencil_lattice_length(s->offset + k * PD_DIM);
+        s->lap[k] = lap_scale / pow(delta, PD_DIM) * s->beta[k] * s->volume / (length * length);
+        for (int d = 0; d < PD_DIM; d++)
+            s->grad[k * PD_DIM + d] =
+                (double)PD_DIM / horizon_volume * xi[d] / (length * length) * s->beta[k] * s->volume;
+    }
+}
+
+/* a(n) = w(n) sum_b s_b e_b^2 with sum_n a(n) xi_a^2 = 2 for every axis (eq. 2.3);
+ * g(n) = w(n) xi / sum w xi_a^2 (eq. 2.4). */
+static pd_status pdi_stencil_calibrate(pd_ctx *ctx, pd_stencil *s)
+{
+    double matrix[PD_DIM * PD_DIM], rhs[PD_DIM], scale[PD_DIM], moment[PD_DIM];
+    memset(matrix, 0, sizeof matrix);
+    memset(moment, 0, sizeof moment);
+    for (int k = 0; k < s->count; k++) {
+        const double *xi = s->xi + k * PD_DIM;
+        double xi2 = pdi_vec_dot(xi, xi);
+        for (int a = 0; a < PD_DIM; a++) {
+            moment[a] += s->base[k] * xi[a] * xi[a];
+            /* row a divided by h_a^2 keeps the system well scaled for any spacing */
+            for (int b = 0; b < PD_DIM; b++)
+                matrix[a * PD_DIM + b] += s->base[k] * (xi[a] / s->h[a]) * (xi[a] / s->h[a]) * xi[b] * xi[b] / xi2;
+        }
+    }
+    for (int a = 0; a < PD_DIM; a++) rhs[a] = 2.0 / (s->h[a] * s->h[a]);
+    if (!(pdi_vec_solve(matrix, rhs, scale) > 0.0))
+        return pdi_fail(ctx, PD_ERR_GEOMETRY, "stencil", "the moments of the family are singular (m = %g)", s->m);
+    for (int k = 0; k < s->count; k++) {
+        const double *xi = s->xi + k * PD_DIM;
+        double xi2 = pdi_vec_dot(xi, xi), factor = 0.0;
+        for (int a = 0; a < PD_DIM; a++) factor += scale[a] * xi[a] * xi[a] / xi2;
+        s->lap[k] = s->base[k] * factor;
+        if (s->beta[k] > 0.0 && !(s->lap[k] > 0.0))
+            return pdi_fail(ctx, PD_ERR_GEOMETRY, "stencil",
+                            "a calibrated Laplacian weight is %g, expected a positive one: the spacings differ too "
+                            "much for m = %g",
+                            s->lap[k], s->m);
+        for (int a = 0; a < PD_DIM; a++) s->grad[k * PD_DIM + a] = s->base[k] * xi[a] / moment[a];
+    }
+    return PD_OK;
+}
+
+/* A crossing of the face number `step` of axis `axis` lies at (2 step + 1) / (2 |n_axis|) of the bond. */
+typedef struct pdi_crossing {
+    int axis, numerator, denominator;
+} pdi_crossing;
+
+static int pdi_stencil_earlier(const pdi_crossing *a, const pdi_crossing *b)
+{
+    return a->numerator * b->denominator < b->numerator * a->denominator;
+}
+
+/* Append one group of alternatives: the cells from + (non-empty proper subsets of axes), or the single cell `from` +
+ * axes when `whole` is set. Counts only when the arrays are NULL. */
+static void pdi_stencil_group(pd_stencil *s, const int *from, const int *sign, int axes, int whole, double entry)
+{
+    if (s->group_cell) {
+        s->group_cell[s->groups] = s->cells;
+        s->group_entry[s->groups] = entry;
+        s->group_axes[s->groups] = (uint8_t)axes;
+    }
+    for (int subset = 1; subset <= axes; subset++) {
+        if ((subset & axes) != subset || (subset == axes) != whole) continue;
+        if (s->cell)
+            for (int d = 0; d < PD_DIM; d++)
+                s->cell[s->cells * PD_DIM + d] = from[d] + ((subset >> d) & 1) * sign[d];
+        s->cells++;
+    }
+    s->groups++;
+}
+
+/* Walk the straight bond cell by cell. Where it passes through an edge or a corner the cells beside the passage are
+ * alternatives: they block only when all of them are closed, so that a diagonal chain of solid nodes is tight. */
+static void pdi_stencil_path(pd_stencil *s, const int *n)
+{
+    pdi_crossing list[PD_DIM * (int)(PDI_STENCIL_MAX_M + 1.0)];
+    int sign[PD_DIM], at[PD_DIM], count = 0;
+    for (int d = 0; d < PD_DIM; d++) {
+        int steps = n[d] < 0 ? -n[d] : n[d];
+        sign[d] = n[d] < 0 ? -1 : 1;
+        at[d] = 0;
+        for (int k = 0; k < steps; k++) {
+            pdi_crossing c;
+            c.axis = d;
+            c.numerator = 2 * k + 1;
+            c.denominator = 2 * steps;
+            int place = count++;
+            for (; place > 0 && pdi_stencil_earlier(&c, &list[place - 1]); place--) list[place] = list[place - 1];
+            list[place] = c;
+        }
+    }
+    for (int k = 0; k < count;) {
+        int axes = 0, first = k;
+        do axes |= 1 << list[k++].axis;
+        while (k < count && !pdi_stencil_earlier(&list[first], &list[k]));
+        double entry = (double)list[first].numerator / (double)list[first].denominator;
+        if (axes & (axes - 1)) pdi_stencil_group(s, at, sign, axes, 0, entry);
+        pdi_stencil_group(s, at, sign, axes, 1, entry);
+        for (int d = 0; d < PD_DIM; d++) at[d] += ((axes >> d) & 1) * sign[d];
+    }
+}
+
+static pd_status pdi_stencil_paths(pd_ctx *ctx, pd_stencil *s)
+{
+    PDI_TRY(PDI_NEW(ctx, "stencil", s->count + 1, s->group_first));
+    for (int k = 0; k < s->count; k++) pdi_stencil_path(s, s->offset + k * PD_DIM);
+    int groups = s->groups, cells = s->cells;
+    PDI_TRY(PDI_NEW(ctx, "stencil", groups + 1, s->group_cell));
+    PDI_TRY(PDI_NEW(ctx, "stencil", groups, s->group_entry));
+    PDI_TRY(PDI_NEW(ctx, "stencil", groups, s->group_axes));
+    PDI_TRY(PDI_NEW(ctx, "stencil", cells * PD_DIM, s->cell));
+    s->groups = s->cells = 0;
+    for (int k = 0; k < s->count; k++) {
+        s->group_first[k] = s->groups;
+        pdi_stencil_path(s, s->offset + k * PD_DIM);
+    }
+    s->group_first[s->count] = s->groups;
+    s->group_cell[s->groups] = s->cells;
+    return PD_OK;
+}
+
+pd_status pd_stencil_build(pd_ctx *ctx, const pd_stencil_desc *desc, pd_stencil *stencil)
+{
+    memset(stencil, 0, sizeof *stencil);
+    stencil->m = desc->m > 0.0 ? desc->m : 3.0;
+    if (!(desc->m >= 0.0) || stencil->m < 1.0 || stencil->m > PDI_STENCIL_MAX_M)
+        return pdi_fail(ctx, PD_ERR_ARGUMENT, "stencil", "the horizon ratio m is %g, expected 1 to %g", desc->m,
+                        PDI_STENCIL_MAX_M);
+    stencil->volume = 1.0;
+    for (int d = 0; d < PD_DIM; d++) {
+        if (!(desc->h[d] > 0.0) || !(desc->h[d] < 1e100))
+            return pdi_fail(ctx, PD_ERR_ARGUMENT, "stencil", "the spacing of axis %d is %g m, expected a positive one", d,
+                            desc->h[d]);
+        stencil->h[d] = desc->h[d];
+        stencil->volume *= desc->h[d];
+    }
+    PDI_TRY(pdi_stencil_family(ctx, stencil));
+    if (desc->weights == PD_WEIGHTS_PRINTED) pdi_stencil_printed(stencil);
+    else PDI_TRY(pdi_stencil_calibrate(ctx, stencil));
+    PDI_TRY(pdi_area_weights(ctx, stencil->count, stencil->xi, stencil->beta, stencil->m, stencil->h, stencil->area,
+                             &stencil->anisotropy));
+    return pdi_stencil_paths(ctx, stencil);
+}
+
+void pd_stencil_free(pd_ctx *ctx, pd_stencil *s)
+{
+    PDI_DELETE(ctx, s->count * PD_DIM, s->offset);
+    PDI_DELETE(ctx, s->count * PD_DIM, s->xi);
+    PDI_DELETE(ctx, s->count, s->beta);
+    PDI_DELETE(ctx, s->count, s->lap);
+    PDI_DELETE(ctx, s->count * PD_DIM, s->grad);
+    PDI_DELETE(ctx, s->count, s->base);
+    PDI_DELETE(ctx, s->count, s->area);
+    PDI_DELETE(ctx, s->count + 1, s->group_first);
+    PDI_DELETE(ctx, s->groups + 1, s->group_cell);
+    PDI_DELETE(ctx, s->groups, s->group_entry);
+    PDI_DELETE(ctx, s->groups, s->group_axes);
+    PDI_DELETE(ctx, s->cells * PD_DIM, s->cell);
+    memset(s, 0, sizeof *s);
+}

@@ -1,0 +1,362 @@
+/* amalgamate: joins the modules of src/ into the single header.
+ *
+ *   amalgamate [--check | --rules] [--skip-missing] SRC LICENSE OUT
+ *
+ * SRC/MODULES lists `floor module` in order. The output is: banner with contents, every header in order, and under
+ * PDCORR_IMPLEMENTATION every .c in order. Files are copied as they are; only the lines that include another module
+ * are left out. Refused: include cycles, a module that includes a later one, files of SRC that no module owns, a
+ * module without header. --check compares with OUT instead of writing it, --rules stops after the refusals,
+ * --skip-missing passes over modules that have no header yet.
+ */
+#define _POSIX_C_SOURCE 200809L
+#include <ctype.h>
+#include <dirent.h>
+#include <stdarg.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#define MAX_MODULES 64
+#define NAME_SIZE 48
+#define PATH_SIZE 1024
+
+typedef struct module {
+    char name[NAME_SIZE];
+    int floor;
+    char *header, *source; /* texts; NULL: no such file */
+    char uses[MAX_MODULES]; /* 1: a file of this module includes that module */
+    int seen; /* of the cycle search: 1 on the path, 2 finished */
+} module;
+
+typedef struct text {
+    char *data;
+    size_t size, room;
+} text;
+
+static module modules[MAX_MODULES];
+static int module_count;
+
+static void die(const char *format, ...)
+{
+    va_list args;
+    va_start(args, format);
+    fprintf(stderr, "amalgamate: ");
+    vfprintf(stderr, format, args);
+    fprintf(stderr, "\n");
+    va_end(args);
+    exit(1);
+}
+
+static void append(text *t, const char *data, size_t size)
+{
+    if (t->size + size + 1 > t->room) {
+        t->room = 2 * (t->size + size + 1);
+        t->data = (char *)realloc(t->data, t->room);
+        if (!t->data) die("out of memory");
+    }
+    memcpy(t->data + t->size, data, size);
+    t->size += size;
+    t->data[t->size] = 0;
+}
+
+static void append_line(text *t, const char *format, ...)
+{
+    char line[512];
+    va_list args;
+    va_start(args, format);
+    int size = vsnprintf(line, sizeof line, format, args);
+    va_end(args);
+    if (size < 0 || (size_t)size >= sizeof line) die("a generated line is too long: %s", line);
+    append(t, line, (size_t)size);
+    append(t, "\n", 1);
+}
+
+/* The text of a file, NULL when it does not exist. */
+static char *read_text(const char *path)
+{
+    text t = {NULL, 0, 0};
+    char block[65536];
+    size_t size;
+    FILE *file = fopen(path, "rb");
+    if (!file) return NULL;
+    append(&t, "", 0);
+    while ((size = fread(block, 1, sizeof block, file)) > 0) append(&t, block, size);
+    if (ferror(file)) die("%s: cannot be read", path);
+    fclose(file);
+    if (strlen(t.data) != t.size) die("%s: holds a zero byte", path);
+    if (t.size == 0 || t.data[t.size - 1] != '\n') die("%s: does not end with a newline", path);
+    return t.data;
+}
+
+static const char *next_line(const char *line)
+{
+    const char *end = strchr(line, '\n');
+    return end ? end + 1 : line + strlen(line);
+}
+
+static int find_module(const char *name, size_t size)
+{
+    for (int k = 0; k < module_count; k++)
+        if (strlen(modules[k].name) == size && memcmp(modules[k].name, name, size) == 0) return k;
+    return -1;
+}
+
+/* 1 when the line is `#include "file"`. */
+static int local_include(const char *line, const char **file, size_t *size)
+{
+    while (*line == ' ') line++;
+    if (*line++ != '#') return 0;
+    while (*line == ' ') line++;
+    if (strncmp(line, "include", 7) != 0) return 0;
+    line += 7;
+    while (*line == ' ') line++;
+    if (*line != '"') return 0;
+    *file = line + 1;
+    *size = strcspn(*file, "\"\n");
+    return 1;
+}
+
+static void read_modules(const char *src, int skip_missing)
+{
+    char path[PATH_SIZE];
+    snprintf(path, sizeof path, "%s/MODULES", src);
+    const char *line = read_text(path);
+    if (!line) die("%s: not found", path);
+    for (; *line; line = next_line(line)) {
+        int floor;
+        char name[NAME_SIZE];
+        if (*line == '#' || *line == '\n') continue;
+        if (sscanf(line, "%d %47s", &floor, name) != 2)
+            die("%s: expected `floor module`, found '%.*s'", path, (int)strcspn(line, "\n"), line);
+        if (find_module(name, strlen(name)) >= 0) die("%s: %s is listed twice", path, name);
+        if (module_count && floor < modules[module_count - 1].floor)
+            die("%s: %s (floor %d) stands below a module of a higher floor", path, name, floor);
+        if (module_count == MAX_MODULES) die("%s: more than %d modules", path, MAX_MODULES);
+        module *m = &modules[module_count];
+        snprintf(path, sizeof path, "%s/%s.h", src, name);
+        m->header = read_text(path);
+        if (!m->header && skip_missing) continue;
+        if (!m->header) die("%s: not found, but MODULES lists %s", path, name);
+        snprintf(path, sizeof path, "%s/%s.c", src, name);
+        m->source = read_text(path);
+        strcpy(m->name, name);
+        m->floor = floor;
+        module_count++;
+    }
+    if (!module_count) die("%s: lists no module", path);
+}
+
+static void refuse_unowned_files(const char *src)
+{
+    DIR *dir = opendir(src);
+    if (!dir) die("%s: cannot be listed", src);
+    for (struct dirent *entry = readdir(dir); entry; entry = readdir(dir)) {
+        const char *name = entry->d_name, *dot = strrchr(name, '.');
+        if (name[0] == '.' || strcmp(name, "MODULES") == 0) continue;
+        int is_code = dot && (strcmp(dot, ".h") == 0 || strcmp(dot, ".c") == 0);
+        if (!is_code || find_module(name, (size_t)(dot - name)) < 0)
+            die("%s/%s: no module of MODULES owns this file", src, name);
+    }
+    closedir(dir);
+}
+
+static void note_uses(module *m, const char *data, const char *ending)
+{
+    for (const char *line = data; line && *line; line = next_line(line)) {
+        const char *file;
+        size_t size;
+        if (!local_include(line, &file, &size)) continue;
+        int used = size > 2 && memcmp(file + size - 2, ".h", 2) == 0 ? find_module(file, size - 2) : -1;
+        if (used < 0) die("%s%s includes \"%.*s\", which no module owns", m->name, ending, (int)size, file);
+        if (&modules[used] != m) m->uses[used] = 1;
+        else if (ending[1] == 'h') die("%s.h includes itself", m->name);
+    }
+}
+
+static void refuse_cycles(int k, int depth, int *path)
+{
+    path[depth] = k;
+    modules[k].seen = 1;
+    for (int used = 0; used < module_count; used++) {
+        if (!modules[k].uses[used] || modules[used].seen == 2) continue;
+        if (modules[used].seen == 0) {
+            refuse_cycles(used, depth + 1, path);
+            continue;
+        }
+        char text_of_cycle[PATH_SIZE] = "";
+        int first = depth;
+        while (path[first] != used) first--;
+        for (; first <= depth; first++) {
+            size_t length = strlen(text_of_cycle);
+            snprintf(text_of_cycle + length, sizeof text_of_cycle - length, "%s -> ", modules[path[first]].name);
+        }
+        die("include cycle: %s%s", text_of_cycle, modules[used].name);
+    }
+    modules[k].seen = 2;
+}
+
+static void refuse_reaching_up(void)
+{
+    for (int k = 0; k < module_count; k++)
+        for (int used = k + 1; used < module_count; used++)
+            if (modules[k].uses[used])
+                die("%s (floor %d) reaches up: it includes %s (floor %d), which stands later in MODULES",
+                    modules[k].name, modules[k].floor, modules[used].name, modules[used].floor);
+}
+
+/* The version, from the line #define PD_VERSION "..." of config.h. */
+static void find_version(char *version, size_t room)
+{
+    int config = find_module("config", 6);
+    const char *at = config < 0 ? NULL : strstr(modules[config].header, "#define PD_VERSION \"");
+    if (!at) die("config.h: no line #define PD_VERSION \"...\"");
+    at = strchr(at, '"') + 1;
+    snprintf(version, room, "%.*s", (int)strcspn(at, "\"\n"), at);
+}
+
+/* What follows "name: " in the first line of the header. */
+static void describe(const module *m, char *out, size_t room)
+{
+    char start[NAME_SIZE + 8];
+    snprintf(start, sizeof start, "/* %.*s: ", NAME_SIZE - 1, m->name);
+    if (strncmp(m->header, start, strlen(start)) != 0)
+        die("%s.h: the first line has to begin with '%s'", m->name, start);
+    const char *at = m->header + strlen(start);
+    snprintf(out, room, "%.*s", (int)strcspn(at, "\n"), at);
+    char *end = strstr(out, " */");
+    if (end) *end = 0;
+}
+
+static void append_banner(text *out)
+{
+    static const char *const lines[] = {
+        " *",
+        " * Generated by `make amalgam` from the modules in src/; changes belong there.",
+        " *",
+        " * HOW TO USE",
+        " *   Copy this file into your project. In exactly one C or C++ file for each space dimension write",
+        " *       #define PD_DIM 2                 (1, 2 or 3)",
+        " *       #define PDCORR_IMPLEMENTATION",
+        " *       #include \"pdcorr.h\"",
+        " *   and leave PDCORR_IMPLEMENTATION out everywhere else. Any C99 or C++11 compiler will do:",
+        " *       cc -std=c99 -O3 -march=native -ffp-contract=off -fopenmp prog.c -lm",
+        " *   OpenMP is optional and does not change a bit of the results. Linked names carry the dimension, so that",
+        " *   several dimensions live in one program. Start with pd_ctx_init; every call that can fail returns a",
+        " *   pd_status, and pd_ctx.message then says what, where and how to mend.",
+        " *",
+        " * IT DOES NOT",
+        " *   exit, print, keep globals, or assert on input;",
+        " *   read or write a file unless you call a function that says so;",
+        " *   allocate within a step, or outside the allocator of the context;",
+        " *   need another library, a mesh, a graphics card or MPI;",
+        " *   share a context between threads of the caller: one context a thread.",
+        " *",
+        " * CONTENTS (search for >> and the file name, for example >>config.h)",
+    };
+    char version[32], about[128];
+    find_version(version, sizeof version);
+    append_line(out, "/* pdcorr %s: peridynamic corrosion simulation in one C99 header.", version);
+    append_line(out, " * MIT licence, see the end of this file.");
+    for (size_t k = 0; k < sizeof lines / sizeof lines[0]; k++) append_line(out, "%s", lines[k]);
+    for (int k = 0; k < module_count; k++) {
+        describe(&modules[k], about, sizeof about);
+        append_line(out, " *   %-10s %s", modules[k].name, about);
+    }
+    append_line(out, " */");
+}
+
+static void append_file(text *out, const module *m, const char *data, const char *ending)
+{
+    char tag[NAME_SIZE + 8];
+    snprintf(tag, sizeof tag, ">>%s%s", m->name, ending);
+    append_line(out, "\n/* ======== %s ======== */", tag);
+    for (const char *line = data; *line; line = next_line(line)) {
+        const char *file;
+        size_t size;
+        if (!local_include(line, &file, &size)) append(out, line, (size_t)(next_line(line) - line));
+    }
+}
+
+static void append_licence(text *out, const char *path)
+{
+    const char *licence = read_text(path);
+    if (!licence) die("%s: not found", path);
+    if (strstr(licence, "*/")) die("%s: would end its comment", path);
+    append_line(out, "\n/* ======== >>licence ========");
+    for (const char *line = licence; *line; line = next_line(line)) {
+        size_t size = strcspn(line, "\n");
+        append_line(out, size ? " * %.*s" : " *%.*s", (int)size, line);
+    }
+    append_line(out, " */");
+}
+
+static void append_all(text *out, const char *licence)
+{
+    append_banner(out);
+    for (int k = 0; k < module_count; k++) append_file(out, &modules[k], modules[k].header, ".h");
+    append_line(out, "\n/* ======== >>implementation ======== */");
+    append_line(out, "#if defined(PDCORR_IMPLEMENTATION) && !defined(PDI_IMPLEMENTED)");
+    append_line(out, "#define PDI_IMPLEMENTED");
+    append_line(out, "#ifndef PDI_INTERNAL");
+    append_line(out, "#error \"pdcorr: define PDCORR_IMPLEMENTATION before the first inclusion in this file\"");
+    append_line(out, "#else");
+    for (int k = 0; k < module_count; k++)
+        if (modules[k].source) append_file(out, &modules[k], modules[k].source, ".c");
+    append_line(out, "\n#endif");
+    append_line(out, "#endif /* PDCORR_IMPLEMENTATION */");
+    append_licence(out, licence);
+}
+
+/* Written aside and renamed: a reader sees the old file or the new one. */
+static void write_text(const char *path, const text *out)
+{
+    char aside[PATH_SIZE];
+    snprintf(aside, sizeof aside, "%s.new", path);
+    FILE *file = fopen(aside, "wb");
+    if (!file) die("%s: cannot be written", aside);
+    int bad = fwrite(out->data, 1, out->size, file) != out->size;
+    bad = fclose(file) != 0 || bad;
+    if (bad || rename(aside, path) != 0) {
+        remove(aside);
+        die("%s: cannot be written", path);
+    }
+}
+
+static void check_text(const char *path, const text *out)
+{
+    const char *old = read_text(path), *fresh = out->data;
+    if (!old) die("%s: not found; run `make amalgam`", path);
+    if (strcmp(old, fresh) == 0) return;
+    int line = 1;
+    for (; *old && *old == *fresh; old++, fresh++) line += *old == '\n';
+    die("%s is stale (first difference in line %d); run `make amalgam`", path, line);
+}
+
+int main(int argc, char **argv)
+{
+    const char *name[3] = {NULL, NULL, NULL};
+    int names = 0, check = 0, rules = 0, skip_missing = 0, path[MAX_MODULES];
+    text out = {NULL, 0, 0};
+    for (int k = 1; k < argc; k++) {
+        if (strcmp(argv[k], "--check") == 0) check = 1;
+        else if (strcmp(argv[k], "--rules") == 0) rules = 1;
+        else if (strcmp(argv[k], "--skip-missing") == 0) skip_missing = 1;
+        else if (argv[k][0] != '-' && names < 3) name[names++] = argv[k];
+        else names = 4;
+    }
+    if (names != 3) die("usage: amalgamate [--check | --rules] [--skip-missing] SRC LICENSE OUT");
+    read_modules(name[0], skip_missing);
+    refuse_unowned_files(name[0]);
+    for (int k = 0; k < module_count; k++) {
+        note_uses(&modules[k], modules[k].header, ".h");
+        note_uses(&modules[k], modules[k].source, ".c");
+    }
+    for (int k = 0; k < module_count; k++)
+        if (modules[k].seen == 0) refuse_cycles(k, 0, path);
+    refuse_reaching_up();
+    if (rules) return 0;
+    append_all(&out, name[1]);
+    if (check) check_text(name[2], &out);
+    else write_text(name[2], &out);
+    return 0;
+}

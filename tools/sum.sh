@@ -1,0 +1,34 @@
+#!/bin/sh
+# sum.sh LOG...: one line for each log, the whole log where something failed, and the sum as the last line.
+# A log ends with "exit N"; its result is the last line "N passed, N failed[, N skipped]" or else its exit status.
+passed=0 failed=0 skipped=0
+for log in "$@"; do
+    name=$(basename "$log" .log)
+    if [ ! -f "$log" ]; then
+        echo "FAILED $name: not built"
+        failed=$((failed + 1))
+        continue
+    fi
+    status=$(sed -n '$s/^exit //p' "$log")
+    result=$(grep -E '^[0-9]+ passed, [0-9]+ failed(, [0-9]+ skipped)?$' "$log" | tail -n 1)
+    if [ -z "$result" ]; then
+        [ "$status" = 0 ] && result='1 passed, 0 failed' || result='0 passed, 1 failed'
+    fi
+    set -- $(echo "$result" | tr -dc '0-9 ')
+    p=$1 f=$2 s=${3:-0}
+    [ "$status" != 0 ] && [ "$f" = 0 ] && f=1
+    passed=$((passed + p)) failed=$((failed + f)) skipped=$((skipped + s))
+    if [ "$f" != 0 ]; then
+        echo "FAILED $name: $result (exit $status)"
+        sed 's/^/    /' "$log"
+    else
+        echo "ok     $name: $result"
+        grep -E '^(note|skipped): ' "$log" | sed 's/^/    /'
+    fi
+done
+if [ "$skipped" = 0 ]; then
+    echo "$passed passed, $failed failed"
+else
+    echo "$passed passed, $failed failed, $skipped skipped"
+fi
+[ "$failed" = 0 ]
