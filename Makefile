@@ -2,6 +2,7 @@
 #
 #   CC=clang     another compiler            OPENMP=0     without OpenMP (default: when a test program links)
 #   CFLAGS=...   flags of the drivers        BUILD=dir    another build folder
+#   V=1          show the commands           EXTRA=...    more flags for the tests
 
 ifeq ($(origin CC),default)
 CC = cc
@@ -9,6 +10,7 @@ endif
 BUILD ?= build
 OPENMP ?= 1
 LIBS = -lm
+building = @$(if $(V),set -x,echo '  $(notdir $(CC)) $@');
 WARN = -Wall -Wextra -Wpedantic -Wshadow -Wconversion -Wstrict-prototypes -Wmissing-prototypes -Werror
 
 # What the compiler offers, found by compiling and linking a small program.
@@ -94,23 +96,23 @@ OBJECTS_$(1) := $$(SOURCES:src/%.c=$$(BUILD)/obj$(1)d/%.o)
 
 $$(BUILD)/obj$(1)d/%.o: src/%.c $$(BUILD)/flags
 	@mkdir -p $$(@D)
-	$$(CC) $$(DEV) -DPD_DIM=$(1) -MMD -MP -c $$< -o $$@
+	$$(building) $$(CC) $$(DEV) -DPD_DIM=$(1) -MMD -MP -c $$< -o $$@
 
 $$(BUILD)/test_%_$(1)d: tests/test_%.c tests/test.h $$(HEADERS) $$(OBJECTS_$(1)) $$(BUILD)/flags
-	$$(CC) $$(DEV) -DPD_DIM=$(1) -Isrc -Itests $$< $$(OBJECTS_$(1)) -o $$@ $$(LIBS)
+	$$(building) $$(CC) $$(DEV) -DPD_DIM=$(1) -Isrc -Itests $$< $$(OBJECTS_$(1)) -o $$@ $$(LIBS)
 
 $$(BUILD)/pd$(1)d: drivers/scene.c pdcorr.h $$(BUILD)/flags
-	$$(CC) $$(CFLAGS) $$(OMP) -DPD_DIM=$(1) -I. $$< -o $$@ $$(LIBS)
+	$$(building) $$(CC) $$(CFLAGS) $$(OMP) -DPD_DIM=$(1) -I. $$< -o $$@ $$(LIBS)
 
 $$(BUILD)/%$(1)d: drivers/%.c pdcorr.h $$(BUILD)/flags
-	$$(CC) $$(CFLAGS) $$(OMP) -DPD_DIM=$(1) -I. $$< -o $$@ $$(LIBS)
+	$$(building) $$(CC) $$(CFLAGS) $$(OMP) -DPD_DIM=$(1) -I. $$< -o $$@ $$(LIBS)
 
 -include $$(OBJECTS_$(1):.o=.d)
 endef
 $(foreach k,$(DIMS),$(eval $(call RULES_OF_DIM,$k)))
 
 $(BUILD)/amalgamate $(BUILD)/lint: $(BUILD)/%: tools/%.c $(BUILD)/flags
-	$(CC) -std=c99 -O1 $(WARN) $< -o $@
+	$(building) $(CC) -std=c99 -O1 $(WARN) $< -o $@
 
 # ---- logs: output, then a line "exit N"; tools/sum.sh adds them up. Threads sleep at barriers, because several
 # ---- programs share the processor.
@@ -125,7 +127,8 @@ $(LOGS)/lint.log: $(BUILD)/lint FORCE
 $(TEST_LOGS): $(LOGS)/%.log: $(BUILD)/% FORCE
 	@$(call log,$<)
 
-$(SCRIPTS:tests/%.sh=$(LOGS)/%.log): $(LOGS)/%.log: tests/%.sh pdcorr.h $(DRIVERS) $(BUILD)/amalgamate FORCE
+SCRIPT_LOGS := $(SCRIPTS:tests/%.sh=$(LOGS)/%.log)
+$(SCRIPT_LOGS): $(LOGS)/%.log: tests/%.sh pdcorr.h $(DRIVERS) $(BUILD)/amalgamate $(BUILD)/lint FORCE
 	@$(call log,env CC='$(CC)' BUILD='$(BUILD)' OMP='$(OMP)' sh $<)
 
 # ---- the amalgam under every compiler at hand

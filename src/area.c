@@ -117,7 +117,10 @@ static pd_status pdi_area_orbits(pd_ctx *ctx, const double *xi, const double *be
         int divisor = pdi_area_key(xi + b * PD_DIM, h, key);
         double square = 0.0;
         for (int a = 0; a < PD_DIM; a++) {
-            double n = xi[b * PD_DIM + a] / h[a];
+            double n = xi[b * PD_DIM + a] / h[a], opposite = xi[(fit->bonds - 1 - b) * PD_DIM + a] / h[a];
+            if (!(fabs(n + opposite) < 1e-6))
+                return pdi_fail(ctx, PD_ERR_ARGUMENT, "area", "bond %d has offset %g on axis %d and bond %d has %g, "
+                                "expected the opposite", b, n, a, fit->bonds - 1 - b, opposite);
             if (!(fabs(fabs(n) - floor(fabs(n) + 0.5)) < 1e-6))
                 return pdi_fail(ctx, PD_ERR_ARGUMENT, "area", "bond %d has offset %g on axis %d, expected an integer",
                                 b, n, a);
@@ -350,8 +353,8 @@ static pd_status pdi_area_solve(pd_ctx *ctx, pdi_area_fit *fit, const double *xi
         double error = fabs(pdi_area_measure(fit->bonds, xi, area, fit->normal + i * PD_DIM) - 1.0);
         *anisotropy = fmax(*anisotropy, error);
         if (i < PD_DIM && !(error < 1e-9))
-            return pdi_fail(ctx, PD_ERR_ARGUMENT, "area", "planes normal to axis %d are measured %g times too large: "
-                            "the family lacks the unit bond or is not symmetric", i, error + 1.0);
+            return pdi_fail(ctx, PD_ERR_ARGUMENT, "area", "planes normal to axis %d are measured with an error of %g: "
+                            "the family lacks bonds", i, error);
     }
     return PD_OK;
 }

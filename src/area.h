@@ -16,7 +16,7 @@
  * partial volumes beta[count], on a lattice of spacing h. Equal on bonds that a symmetry of the lattice exchanges,
  * f exact along the axes, max |f - 1| least; among equally good weights near bonds are preferred, so that a front
  * stays thin. *anisotropy: the max |f - 1| reached [-].
- * PD_ERR_ARGUMENT: the family is not that of m and h, or is not symmetric.
+ * Bond count-1-k must be the opposite of bond k. PD_ERR_ARGUMENT: the family is not that of m and h.
  * Source: Boykov and Kolmogorov 2003 (Cauchy-Crofton on lattices); the minimax fit is ours. */
 PDI_FN pd_status pdi_area_weights(pd_ctx *ctx, int count, const double *xi, const double *beta, double m,
                                   const double *h, double *area, double *anisotropy);

@@ -39,10 +39,10 @@ static void pdi_compact_fill_cell(pd_compact *c, int64_t cell, int32_t node, dou
             uint8_t kind = grid->kind[other];
             if (kind == PD_FLUID) {
                 if (!up) continue;
-                c->conduct[d][cell] = (float)face;
-                if (u)
-                    c->flux[d][cell] = (float)(0.5 * (u[(int64_t)d * grid->total + node] + u[(int64_t)d * grid->total + other]) /
-                                               grid->h[d]);
+                double flux = u ? 0.5 * (u[(int64_t)d * grid->total + node] + u[(int64_t)d * grid->total + other]) / grid->h[d] : 0.0;
+                /* upwinding adds |flux|/2 of diffusion: what the face has already need not be added again */
+                c->conduct[d][cell] = (float)fmax(face - 0.5 * fabs(flux), 0.0);
+                if (u) c->flux[d][cell] = (float)flux;
                 continue;
             }
             int held = kind == PD_INLET ? faces->inlet : kind == PD_OUTLET ? faces->outlet : faces->closed;

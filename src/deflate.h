@@ -1,15 +1,13 @@
-/* deflate: compression and decompression of the zlib format (RFC 1950, RFC 1951), CRC-32 (ISO 3309).
+/* deflate: compression into the zlib format (RFC 1950, RFC 1951), its checksums, and a growing byte buffer.
  *
- * Compressing: LZ77 over a 32 KiB window with hash chains and one step of lazy matching; each block is written with
- * dynamic or fixed Huffman codes or stored, whichever is shortest. Decompressing takes nothing on trust: every code
- * set, distance, length and checksum is verified and the output has the size that the caller demands.
+ * LZ77 over a 32 KiB window with hash chains and one step of lazy matching; each block is written with dynamic or
+ * fixed Huffman codes or stored, whichever is shortest.
  */
 #ifndef PD_DEFLATE_H
 #define PD_DEFLATE_H
 #include "base.h"
 
 #ifdef PDI_INTERNAL
-/* A growing byte buffer. */
 typedef struct pdi_bytes {
     uint8_t *data;
     size_t size, capacity;
@@ -22,11 +20,10 @@ PDI_FN void pdi_bytes_free(pd_ctx *ctx, pdi_bytes *bytes);
 
 /* Append the zlib stream of data[0..size) to out. PD_ERR_SIZE above 1 GiB. */
 PDI_FN pd_status pdi_deflate(pd_ctx *ctx, const uint8_t *data, size_t size, pdi_bytes *out);
-/* Unpack a zlib stream that must give exactly out_size bytes. PD_ERR_PARSE; `name` (a file) is for the message. */
-PDI_FN pd_status pdi_inflate(pd_ctx *ctx, const char *name, const uint8_t *data, size_t size, uint8_t *out,
-                             size_t out_size);
-/* Running CRC-32; start with 0. */
-PDI_FN uint32_t pdi_crc32(uint32_t crc, const uint8_t *data, size_t size);
+/* Running CRC-32 (ISO 3309); start with 0. */
+PDI_FN uint32_t pdi_deflate_crc(uint32_t crc, const uint8_t *data, size_t size);
+/* Adler-32 (RFC 1950). */
+PDI_FN uint32_t pdi_deflate_adler(const uint8_t *data, size_t size);
 #endif
 
 #endif

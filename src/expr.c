@@ -1,5 +1,5 @@
-/* expr: see expr.h. Recursive descent that emits the code directly; an operation whose operands are all constants is folded
- * at once, so that a constant expression is one instruction. */
+/* expr: see expr.h. Recursive descent that emits the code directly; an operation whose operands are all constants is
+ * folded at once, so that a constant expression is one instruction. */
 #include "expr.h"
 #include <math.h>
 #include <stdarg.h>
@@ -113,7 +113,7 @@ PDI_FN void pdi_expr_quote(const char *found, char *text)
         size_t k = 0;
         if (n == 0)
             while (n < 20 && (pdi_units_digit(found[n]) || found[n] == '.')) n++;
-        if (n == 0) n = 1 + (found[1] == '=' && strchr("<>=!", c) != NULL);
+        if (n == 0) n = found[1] == '=' && strchr("<>=!", c) ? 2 : 1;
         text[k++] = '\'';
         for (size_t i = 0; i < n; i++) text[k++] = (unsigned char)found[i] < 0x80 ? found[i] : '?';
         text[k++] = '\'';
@@ -311,6 +311,8 @@ static pd_status pdi_expr_unknown(pdi_expr_parser *p, size_t size, int as_unit)
     pdi_expr_quote(word, found);
     if (!as_unit && pdi_units_scan(word, pdi_expr_declared, desc, &unit, &why) > 0)
         return pdi_expr_error(p, p->at, "found the unit %s, expected a number before it", found);
+    if (pdi_expr_function_index(word, size) >= 0)
+        return pdi_expr_error(p, p->at, "found the function %s, expected '(' after it", found);
     pdi_units_near_init(&near_word, word, size);
     for (int k = 0; k < desc->var_count; k++) pdi_units_offer(&near_word, desc->vars[k].name);
     for (int k = 0; k < desc->const_count; k++) pdi_units_offer(&near_word, desc->consts[k].name);
@@ -371,7 +373,7 @@ static pd_status pdi_expr_number(pdi_expr_parser *p, pdi_expr_type *type)
 {
     pdi_units_product unit;
     const char *why;
-    double value;
+    double value = 0;
     PDI_TRY(pdi_expr_digits(p, &value));
     size_t after = p->at;
     pdi_expr_blanks(p);
@@ -446,7 +448,7 @@ static pd_status pdi_expr_call(pdi_expr_parser *p, size_t size, pdi_expr_type *t
         break;
     case PDI_EXPR_ALIKE:
     case PDI_EXPR_RATIO:
-        snprintf(what, sizeof what, "the first argument of %s", f->name);
+        snprintf(what, sizeof what, "in the first argument of %s", f->name);
         PDI_TRY(pdi_expr_alike(p, type, &arg[1], what));
         if (f->rule == PDI_EXPR_RATIO) pdi_expr_make_plain(type);
         break;
@@ -468,7 +470,8 @@ static pd_status pdi_expr_name(pdi_expr_parser *p, size_t size, pdi_expr_type *t
         return pdi_expr_push(p, PDI_EXPR_VAR, k);
     }
     if ((k = pdi_expr_index(desc->consts, desc->const_count, word, size)) >= 0) constant = &desc->consts[k];
-    else if ((k = pdi_expr_index(pdi_expr_builtin, PDI_EXPR_BUILTINS, word, size)) >= 0) constant = &pdi_expr_builtin[k];
+    else if ((k = pdi_expr_index(pdi_expr_builtin, PDI_EXPR_BUILTINS, word, size)) >= 0)
+        constant = &pdi_expr_builtin[k];
     if (constant) {
         p->at += size;
         PDI_TRY(pdi_expr_unit_dims(p, constant, &type->dims));
@@ -527,7 +530,7 @@ static pd_status pdi_expr_divisor(pdi_expr_parser *p, pdi_expr_type *type, int *
     pdi_expr_blanks(p);
     size_t n = pdi_units_scan_divisor(p->text + p->at, pdi_expr_declared, p->desc, &unit, &why);
     *read = n > 0;
-    if (why) return pdi_expr_error(p, p->at, "%s", why);
+    if (why) return pdi_expr_error(p, p->at + n, "%s", why);
     if (n == 0) return PD_OK;
     memset(type, 0, sizeof *type);
     type->dims = unit.dims;

@@ -3,8 +3,9 @@
  * Grammar, loosest first: a < b (also > <= >=; 1 or 0, no chains); + and -; * and /; unary minus; ^ (from the right).
  * Primaries: number [unit], name, function(...), (...). A number directly followed by a unit is scaled to SI; a unit
  * may also follow a '/' ("0.5*x/s"). A declared name wins over a unit of the same name. The literal 0 fits any
- * dimension. Functions: sin cos tan exp log log10 tanh sinh cosh atan erf floor (plain numbers), abs sqrt min max atan2 pow
- * if(condition, then, otherwise). Built-in constants, unless shadowed: pi, R [J/mol/K], F [C/mol] (CODATA 2018).
+ * dimension. Functions: sin cos tan exp log log10 tanh sinh cosh atan erf floor (of plain numbers), abs sqrt min max
+ * atan2 pow and if(condition, then, otherwise). min and max pass NaN on. Built-in constants, unless
+ * shadowed: pi, R [J/mol/K], F [C/mol] (CODATA 2018).
  */
 #ifndef PD_EXPR_H
 #define PD_EXPR_H
@@ -18,7 +19,7 @@
 typedef struct pd_expr_symbol {
     const char *name;
     const char *unit; /* gives the dimension, for example "m/s"; "" is a plain number */
-    double value;     /* [SI] of a constant; not read for a variable */
+    double value;     /* [unit of that dimension in SI] of a constant; not read for a variable */
 } pd_expr_symbol;
 
 typedef struct pd_expr_desc {
@@ -35,7 +36,7 @@ typedef struct pd_expr_desc {
 
 typedef struct pd_expr {
     int32_t *code; /* [code_count] operation, and for operands 256 times the index */
-    double *value; /* [value_count] constants */
+    double *value; /* [value_count] constants [unit of each in SI] */
     int code_count, value_count;
     uint32_t uses; /* bit k: depends on variable k */
     pd_dims dims;  /* of the result; that of desc.unit when it was given */
@@ -47,12 +48,13 @@ typedef struct pd_expr {
 #define pd_expr_constant PD_NAME(pd_expr_constant)
 
 /* Compile. PD_ERR_PARSE: the text does not follow the grammar, names something unknown, mixes dimensions, has not the
- * dimension asked for, or is a constant that is not finite; the message tells the column, what stands there and what was expected.
+ * dimension asked for, or is a constant that is not finite; the message tells the column, what stands there and what
+ * was expected.
  * PD_ERR_ARGUMENT: a unit of the desc is no unit, or too many variables. */
 PD_API pd_status pd_expr_build(pd_ctx *ctx, const pd_expr_desc *desc, pd_expr *expr);
 PD_API void pd_expr_free(pd_ctx *ctx, pd_expr *expr);
-/* Value in SI for the variables vars[var_count] in SI. Reads only, so threads may share the expression. The result may be
- * NaN or infinite where the mathematics is; the caller checks. An expression that was never built gives NaN. */
+/* Value in SI for the variables vars[var_count] in SI. Reads only, so threads may share the expression. The result may
+ * be NaN or infinite where the mathematics is; the caller checks. An expression that was never built gives NaN. */
 PD_API double pd_expr_eval(const pd_expr *expr, const double *vars);
 /* 1 when the value depends on no variable; vars may then be NULL. */
 PD_API int pd_expr_constant(const pd_expr *expr);

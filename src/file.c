@@ -20,7 +20,7 @@ static pd_status pdi_file_check_path(pd_ctx *ctx, const char *path)
 {
     if (!path || !path[0]) return pdi_fail(ctx, PD_ERR_ARGUMENT, "file", "the path is empty");
     if (strlen(path) >= PD_PATH_SIZE)
-        return pdi_fail(ctx, PD_ERR_SIZE, "file", "a path of %lu characters is too long, at most %d are possible: %.80s...",
+        return pdi_fail(ctx, PD_ERR_SIZE, "file", "a path of %lu characters, at most %d are possible: %.80s...",
                         (unsigned long)strlen(path), PD_PATH_SIZE - 1, path);
     return PD_OK;
 }

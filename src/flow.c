@@ -5,8 +5,8 @@
  * paths evaluate the same sums.
  */
 #include "flow.h"
+#include "op.h"
 #include "par.h"
-#include "vec.h"
 #include <math.h>
 #include <string.h>
 
@@ -27,64 +27,13 @@ PDI_FN void pdi_flow_outlet_pressure(const pd_flow *flow, double p_out, double *
     for (int32_t o = 0; o < flow->outlets; o++) p[flow->outlet[o]] = 2.0 * p_out - p[flow->outlet_mirror[o]];
 }
 
-/* G p_i = sum g (p_j - p_i); the sum of g over a whole family is zero. */
-static void pdi_flow_gradient_run(const pd_flow *flow, int32_t first, int32_t length, const double *p, double *grad)
-{
-    const pd_stencil *s = flow->bonds->stencil;
-    int32_t total = flow->grid->total;
-    for (int32_t at = 0; at < length; at += PDI_FLOW_BLOCK) {
-        int32_t i = first + at, count = length - at < PDI_FLOW_BLOCK ? length - at : PDI_FLOW_BLOCK;
-        double sum[PD_DIM][PDI_FLOW_BLOCK];
-        memset(sum, 0, sizeof sum);
-        /* opposite bonds together: the difference of two values carries the weight once */
-        for (int k = 0; k < s->count / 2; k++) {
-            const double *far = p + i + flow->bonds->shift[k], *back = p + i - flow->bonds->shift[k];
-            const double *g = s->grad + k * PD_DIM;
-            if (count == PDI_FLOW_BLOCK) {
-                for (int b = 0; b < PDI_FLOW_BLOCK; b++)
-                    for (int d = 0; d < PD_DIM; d++) sum[d][b] += g[d] * (far[b] - back[b]);
-            } else {
-                for (int b = 0; b < count; b++)
-                    for (int d = 0; d < PD_DIM; d++) sum[d][b] += g[d] * (far[b] - back[b]);
-            }
-        }
-        for (int d = 0; d < PD_DIM; d++)
-            for (int b = 0; b < count; b++) grad[(int64_t)d * total + i + b] = sum[d][b];
-    }
-}
-
-static void pdi_flow_gradient_row(const pd_flow *flow, int32_t r, const double *p, double *grad)
-{
-    const pd_bonds *bonds = flow->bonds;
-    const pd_stencil *s = bonds->stencil;
-    int32_t i = bonds->node[r], total = flow->grid->total;
-    double sum[PD_DIM];
-    memset(sum, 0, sizeof sum);
-    for (int o = 0; o < bonds->open[r]; o++) {
-        int k = bonds->bond[(int64_t)r * s->count + o];
-        int32_t j = i + bonds->shift[k];
-        if (flow->grid->kind[j] == PD_INLET) continue;
-        double difference = s->base[k] * (p[j] - p[i]);
-        for (int d = 0; d < PD_DIM; d++) sum[d] += difference * s->xi[k * PD_DIM + d];
-    }
-    const double *inverse = bonds->moment + (int64_t)r * PD_DIM * PD_DIM;
-    for (int d = 0; d < PD_DIM; d++) grad[(int64_t)d * total + i] = pdi_vec_dot(inverse + d * PD_DIM, sum);
-}
-
 /* Work of a sweep in scalar operations, to decide on threads. */
 static int64_t pdi_flow_work(const pd_flow *flow) { return flow->grid->fluid_count * flow->bonds->stencil->count * 4; }
 
 PDI_FN void pdi_flow_gradient(const pd_ctx *ctx, const pd_flow *flow, const double *p, double *grad)
 {
-    const pd_bonds *bonds = flow->bonds;
-    int nt = pdi_par_threads(ctx, pdi_flow_work(flow));
     int32_t total = flow->grid->total;
-    (void)nt;
-    PDI_PARALLEL_FOR(nt)
-    for (int32_t run = 0; run < bonds->runs; run++)
-        pdi_flow_gradient_run(flow, bonds->run_first[run], bonds->run_length[run], p, grad);
-    PDI_PARALLEL_FOR(nt)
-    for (int32_t r = 0; r < bonds->rows; r++) pdi_flow_gradient_row(flow, r, p, grad);
+    pd_op_gradient(ctx, flow->bonds, p, grad);
     for (int32_t o = 0; o < flow->outlets; o++)
         for (int d = 0; d < PD_DIM; d++) {
             double value = grad[(int64_t)d * total + flow->outlet_mirror[o]];

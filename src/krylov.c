@@ -9,6 +9,8 @@
 #define PDI_KRYLOV_PROGRESS 0.999
 /* Orthogonalise again when the norm fell below this share (Daniel, Gragg, Kaufman and Stewart 1976). */
 #define PDI_KRYLOV_CANCEL 0.1
+/* Smaller pivots of the Hessenberg matrix, relative to the largest, are rounding of a singular one. */
+#define PDI_KRYLOV_PIVOT 1e-13
 
 /* One solve: what all methods share. */
 typedef struct pdi_krylov_run {
@@ -57,7 +59,9 @@ pd_status pd_krylov_build(pd_ctx *ctx, const pd_krylov_desc *desc, pd_krylov *kr
         return pdi_fail(ctx, PD_ERR_SIZE, "krylov", "%d vectors of %.0f entries overflow", krylov->vectors,
                         (double)d->n);
     PDI_TRY(PDI_NEW(ctx, "krylov", d->n * krylov->vectors, krylov->work));
-    return PDI_NEW(ctx, "krylov", pdi_krylov_small(d), krylov->small);
+    pd_status status = PDI_NEW(ctx, "krylov", pdi_krylov_small(d), krylov->small);
+    if (status < 0) pd_krylov_free(ctx, krylov);
+    return status;
 }
 
 void pd_krylov_free(pd_ctx *ctx, pd_krylov *krylov)
@@ -66,7 +70,10 @@ void pd_krylov_free(pd_ctx *ctx, pd_krylov *krylov)
     PDI_DELETE(ctx, pdi_krylov_small(&krylov->desc), krylov->small);
 }
 
-static double *pdi_krylov_vector(const pdi_krylov_run *run, int i) { return run->k->work + (int64_t)i * run->k->desc.n; }
+static double *pdi_krylov_vector(const pdi_krylov_run *run, int i)
+{
+    return run->k->work + (int64_t)i * run->k->desc.n;
+}
 
 static double pdi_krylov_dot(const pdi_krylov_run *run, const double *u, const double *v)
 {
@@ -190,7 +197,7 @@ static void pdi_krylov_rotate(int j, double *h, double *cs, double *sn, double *
     g[j] *= cs[j];
 }
 
-/* Back substitution. A singular operator can leave a zero pivot; its direction is left out. */
+/* Back substitution. A singular operator leaves a pivot of rounding size; its direction is left out. */
 static void pdi_krylov_back(int count, int m, const double *hess, const double *g, double *y)
 {
     double largest = 0.0;
@@ -199,7 +206,7 @@ static void pdi_krylov_back(int count, int m, const double *hess, const double *
         double sum = g[i];
         for (int j = i + 1; j < count; j++) sum -= hess[j * (m + 1) + i] * y[j];
         double pivot = hess[i * (m + 1) + i];
-        y[i] = fabs(pivot) > 4.0 * DBL_EPSILON * largest ? sum / pivot : 0.0;
+        y[i] = fabs(pivot) > PDI_KRYLOV_PIVOT * largest ? sum / pivot : 0.0;
     }
 }
 
@@ -235,6 +242,7 @@ static pd_status pdi_krylov_gmres_cycle(const pdi_krylov_run *run, double beta, 
         pdi_krylov_axpy(run, y[j], pdi_krylov_vector(run, flexible ? m + 2 + j : j), u);
     if (!flexible) pdi_krylov_precond(run, u, z);
     if (!pdi_krylov_finite(pdi_krylov_dot(run, z, z))) return pdi_krylov_diverged(run, "the correction");
+    pdi_krylov_copy(run, run->x, pdi_krylov_vector(run, 1)); /* the basis is no longer needed; for a way back */
     pdi_krylov_axpy(run, 1.0, z, run->x);
     return PD_OK;
 }
@@ -248,8 +256,8 @@ static pd_status pdi_krylov_gmres(const pdi_krylov_run *run, double norm)
         PDI_TRY(pdi_krylov_gmres_cycle(run, norm, z));
         double fresh = pdi_krylov_residual(run, r);
         if (!pdi_krylov_finite(fresh) || fresh > norm) {
-            /* rounding or a preconditioner that is not linear: the iterate before was better */
-            pdi_krylov_axpy(run, -1.0, z, run->x);
+            /* rounding, a singular operator or a preconditioner that is not linear: the iterate before was better */
+            pdi_krylov_copy(run, pdi_krylov_vector(run, 1), run->x);
             if (!pdi_krylov_finite(fresh)) return pdi_krylov_diverged(run, "the residual");
             return pdi_krylov_stopped(run, "stagnation");
         }

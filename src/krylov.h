@@ -30,7 +30,7 @@ typedef struct pd_krylov_desc {
     int zero_guess;     /* 1: the x passed in is ignored and taken as 0, which saves one application */
     /* Singular consistent systems: b, residuals and iterates are kept orthogonal to the null space of A (which must
      * also be that of its transpose), given by one vector (borrowed, n entries), a projection, or both as NULL. */
-    const double *null_vector;
+    const double *null_vector; /* [-] */
     pd_project_fn project;
 } pd_krylov_desc;
 
@@ -38,14 +38,14 @@ typedef struct pd_krylov_desc {
 typedef struct pd_krylov {
     pd_krylov_desc desc; /* defaults filled in */
     int vectors;         /* work vectors */
-    double *work;        /* [vectors][n] */
-    double *small;       /* GMRES: Hessenberg matrix, rotations, right-hand side, coefficients */
+    double *work;        /* [vectors][n] [unit of b or x] */
+    double *small;       /* [-] GMRES: Hessenberg matrix, rotations, right-hand side, coefficients */
 } pd_krylov;
 
 typedef struct pd_krylov_result {
     int iterations;
     int applies, precond_applies;
-    double residual0, residual; /* |b - A x| of the guess and of the returned x, not the recurrence's estimate */
+    double residual0, residual; /* [unit of b] true |b - A x| of the guess and of the returned x */
     int converged;
 } pd_krylov_result;
 
@@ -59,7 +59,8 @@ PD_API void pd_krylov_free(pd_ctx *ctx, pd_krylov *krylov);
 /* Solve A x = b, preconditioned from the right (CG: symmetrically). precond NULL: none; user goes to all callbacks.
  * x: guess in, solution out; result may be NULL. Allocates nothing.
  * PD_NOT_CONVERGED: iteration limit or stagnation; x is the best iterate seen. PD_ERR_DIVERGED: NaN or infinity came
- * out of a callback, or CG met an indefinite operator; x is the last finite iterate. PD_ERR_ARGUMENT: b or x not finite.
+ * out of a callback, or CG met an indefinite operator; x is the last finite iterate. PD_ERR_ARGUMENT: b or x is not
+ * finite.
  * Sources: Saad 2003 (GMRES alg. 9.5, 9.6; BiCGStab alg. 7.7; CG alg. 9.1), van der Vorst 1992,
  * Notay 2000 (flexible CG). */
 PD_API pd_status pd_krylov_solve(pd_ctx *ctx, pd_krylov *krylov, pd_apply_fn apply, pd_apply_fn precond, void *user,

@@ -18,38 +18,39 @@ typedef struct pd_multigrid_desc {
     int n[PD_DIM];          /* cells of the box, axis 0 fastest */
     int32_t stride[PD_DIM]; /* of the padded lattice on which rhs and x live */
     int32_t first;          /* node of cell 0 on that lattice */
-    int symmetric;          /* 1: flux will always be NULL; saves PD_DIM floats a cell */
+    int symmetric;          /* 1: flux will always be NULL: symmetric cycle, less memory; 0: smoother for flow */
 } pd_multigrid_desc;
 
 /* One level. Level 0 holds all cells of the box and finds neighbours by stride; coarser levels are rows of links, the
- * cells of one colour before those of the other. Offsets col, parent and child are cells of their level. */
+ * cells sorted by colour (symmetric) or by block. */
 typedef struct pd_multigrid_level {
     int n[PD_DIM];     /* blocks along the axes */
     int halve[PD_DIM]; /* 1: the next level pairs the blocks of this axis */
-    int32_t cells, red; /* red: cells of the first colour (coarse levels) */
+    float last[PD_DIM]; /* width of the last block, the others being 1 */
+    int32_t cells, red; /* red: cells of the first colour (symmetric, coarse levels) */
     float *x, *b, *r;  /* [cells] correction, right-hand side, residual */
     float *inv;        /* [cells] 1 / diagonal; 0: the cell takes no part */
     int32_t *parent;   /* [cells] of the next level; -1: none */
     float *lo[PD_DIM], *hi[PD_DIM]; /* level 0: coefficients of the two neighbours of each axis, 0: closed */
-    uint8_t *side;     /* level 0: bit d: interpolate along axis d, bit d + 3: from the upper neighbour */
     int32_t *block;    /* coarse levels: [cells] block of the cell */
     int32_t *row;      /* [cells + 1] */
     int32_t *col;      /* [row[cells]] the neighbour */
-    float *a, *back;   /* its coefficient in this row, and that of this cell in its row */
-    float *w, *self;   /* interpolation weights: of the link's parent; of the own parent */
+    float *a, *back;   /* its coefficient in this row, and that of this cell in its row (one allocation) */
     uint8_t *face;     /* 2 axis + (1: upper) */
     int32_t *child_first, *child; /* cells of the level above that make up a cell */
-    int32_t cell_capacity, link_capacity, child_capacity;
+    float *values;     /* coarse levels: storage of x, b, r, inv */
+    int32_t *indices;  /* coarse levels: storage of parent, block, row, child_first */
+    int32_t *line;     /* not symmetric: [lines + 1] first cell of each line of blocks along axis 0 */
+    int32_t cell_capacity, link_capacity, child_capacity, line_capacity;
 } pd_multigrid_level;
 
 typedef struct pd_multigrid {
     pd_multigrid_desc desc;
     int levels;     /* 0: not set up */
-    double scale;   /* power of two: stored coefficient = scale * given one */
+    double scale;   /* [-] power of two: stored coefficient = scale * given one */
     int32_t pad;    /* zero floats before and after each level 0 array read at neighbours */
-    float *store;   /* level 0: x and coefficients with their pads */
-    float *mass, *wall, *coarse_mass, *coarse_wall; /* only during setup */
-    int32_t *mark;  /* only during setup */
+    float *store;   /* level 0: x and coefficients with their pads, b, r, inv */
+    int32_t *mark;  /* only during setup: counts and marks */
     pd_multigrid_level level[PD_MULTIGRID_LEVELS];
 } pd_multigrid;
 
@@ -69,10 +70,12 @@ PD_API void pd_multigrid_free(pd_ctx *ctx, pd_multigrid *mg);
 PD_API pd_status pd_multigrid_setup(pd_ctx *ctx, pd_multigrid *mg, const uint8_t *active,
                                     const float *const conduct[PD_DIM], const float *const flux[PD_DIM],
                                     const float *wall, const float *mass);
-/* x = M^-1 rhs, one cycle from zero: a constant linear operator up to single precision rounding, symmetric when flux
- * is NULL. rhs and x live on the padded lattice; x becomes 0 at inactive cells, nodes outside of the box are neither
- * read nor written. A pocket without mass and wall gets a finite answer for any rhs. Allocates nothing.
- * Sources: Trottenberg, Oosterlee and Schueller 2001 (ch. 2, 5, 7); Wesseling 1992 (cell-centred transfers). */
+/* x = M^-1 rhs, one cycle from zero: a constant linear operator up to single precision rounding, symmetric positive
+ * (fit for CG) with desc.symmetric. With GMRES on stiff operators use the flexible form: rounding is not linear.
+ * rhs and x live on the padded lattice; x becomes 0 at inactive cells, nodes outside of the box are neither read nor
+ * written. A pocket without mass and wall gets a finite answer for any rhs. Allocates nothing. Before a successful
+ * setup it leaves x alone. Sources: Trottenberg, Oosterlee and Schueller 2001 (ch. 2, 5, 7); Braess 1995 (constant
+ * transfers with rescaled coarse operators). */
 PD_API void pd_multigrid_cycle(pd_ctx *ctx, pd_multigrid *mg, const double *rhs, double *x);
 
 #endif

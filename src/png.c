@@ -2,6 +2,7 @@
 #include "png.h"
 #include "deflate.h"
 #include "file.h"
+#include "inflate.h"
 #include <string.h>
 
 #define PDI_PNG_MAX_FILE ((size_t)256 << 20)
@@ -83,7 +84,7 @@ static pd_status pdi_png_chunk(pd_ctx *ctx, pd_file *file, const char *type, con
     uint8_t head[8], tail[4];
     pdi_png_put32(head, (uint32_t)size);
     memcpy(head + 4, type, 4);
-    pdi_png_put32(tail, pdi_crc32(pdi_crc32(0, head + 4, 4), data, size));
+    pdi_png_put32(tail, pdi_deflate_crc(pdi_deflate_crc(0, head + 4, 4), data, size));
     PDI_TRY(pdi_file_write(ctx, file, head, sizeof head));
     PDI_TRY(pdi_file_write(ctx, file, data, size));
     return pdi_file_write(ctx, file, tail, sizeof tail);
@@ -220,7 +221,7 @@ static pd_status pdi_png_chunks(pd_ctx *ctx, pdi_png_file *png, const uint8_t *d
         if (size - at < 12) return pdi_png_bad(ctx, png, "the file ends early");
         size_t length = pdi_png_get32(data + at);
         if (length > size - at - 12) return pdi_png_bad(ctx, png, "the file ends early");
-        if (pdi_crc32(0, data + at + 4, length + 4) != pdi_png_get32(data + at + 8 + length))
+        if (pdi_deflate_crc(0, data + at + 4, length + 4) != pdi_png_get32(data + at + 8 + length))
             return pdi_png_bad(ctx, png, "a chunk has a wrong checksum");
         PDI_TRY(pdi_png_take_chunk(ctx, png, data + at + 4, data + at + 8, length));
         at += 12 + length;

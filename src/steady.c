@@ -4,9 +4,14 @@
 #include <math.h>
 #include <string.h>
 
+/* First pseudo time step: L/U over this. */
+#define PDI_STEADY_SHIFT 3.0
+/* A step that lets the residual grow by more than this factor is taken back. */
+#define PDI_STEADY_GROWTH 10.0
+
 /* What the solver callbacks see. */
 typedef struct pdi_steady_user {
-    const pd_ctx *ctx;
+    pd_ctx *ctx;
     pd_steady *steady;
 } pdi_steady_user;
 
@@ -66,6 +71,7 @@ static void pdi_steady_commute(const pd_ctx *ctx, const pd_steady *s, const doub
                 double sign = up ? 0.5 : -0.5, far = q[i];
                 if (grid->kind[j] == PD_FLUID) far = q[j];
                 else if (grid->kind[j] == PD_OUTLET) far = -q[i];
+                else if (grid->kind[j] == PD_INLET) far = -q[i];
                 sum += sign * flow->u[(int64_t)d * grid->total + i] / grid->h[d] * far;
             }
         dp[i] = sum;
@@ -90,7 +96,7 @@ static void pdi_steady_precondition(void *user, const double *x, double *y)
     for (int32_t o = 0; o < flow->outlets; o++) dp[flow->outlet[o]] = 0.0;
 }
 
-static void pdi_steady_setup(pd_ctx *ctx, pd_steady *s)
+static pd_status pdi_steady_setup(pd_ctx *ctx, pd_steady *s)
 {
     pdi_compact_faces velocity, pressure;
     velocity.closed = velocity.inlet = 1;
@@ -100,8 +106,9 @@ static void pdi_steady_setup(pd_ctx *ctx, pd_steady *s)
     pdi_compact_fill(ctx, s->flow->nu, s->flow->u, s->shift, &velocity, &s->compact_u);
     pdi_compact_fill(ctx, 1.0, NULL, 0.0, &pressure, &s->compact_p);
     pd_compact *u = &s->compact_u, *p = &s->compact_p;
-    pd_multigrid_setup(ctx, &s->mg_u, u->active, (const float *const *)u->conduct, (const float *const *)u->flux, u->wall, u->mass);
-    pd_multigrid_setup(ctx, &s->mg_p, p->active, (const float *const *)p->conduct, NULL, p->wall, p->mass);
+    PDI_TRY(pd_multigrid_setup(ctx, &s->mg_u, u->active, (const float *const *)u->conduct,
+                               (const float *const *)u->flux, u->wall, u->mass));
+    return pd_multigrid_setup(ctx, &s->mg_p, p->active, (const float *const *)p->conduct, NULL, p->wall, p->mass);
 }
 
 /* Scaled residual of the present state into s->residual; its norm. */
@@ -123,21 +130,6 @@ static void pdi_steady_move(const pd_ctx *ctx, pd_steady *s, double factor)
     int64_t total = flow->grid->total, split = (int64_t)PD_DIM * total;
     pdi_par_axpy(ctx, split, factor, s->step, flow->u);
     pdi_par_axpy(ctx, total, factor, s->step + split, flow->p);
-}
-
-/* Halve the step until the residual falls. Returns the new norm; NaN when no step helps (state restored). */
-static double pdi_steady_line_search(pd_ctx *ctx, pd_steady *s, double norm, pd_steady_result *result)
-{
-    double factor = 1.0, done = 0.0;
-    for (int trial = 0; trial < 8; trial++) {
-        pdi_steady_move(ctx, s, factor - done);
-        done = factor;
-        double fresh = pdi_steady_residual(ctx, s, result);
-        if (fresh < (1.0 - 1e-4 * factor) * norm) return fresh;
-        factor *= 0.5;
-    }
-    pdi_steady_move(ctx, s, -done);
-    return NAN;
 }
 
 pd_status pd_steady_build(pd_ctx *ctx, pd_flow *flow, const pd_steady_desc *desc, pd_steady *s)
@@ -179,38 +171,53 @@ pd_status pd_steady_build(pd_ctx *ctx, pd_flow *flow, const pd_steady_desc *desc
     return PDI_NEW(ctx, "steady", size, s->work);
 }
 
+/* One linearised step with the pseudo time term `shift`; the state moves by s->step. */
+static pd_status pdi_steady_newton(pd_ctx *ctx, pd_steady *s, double shift, double forcing, pd_steady_result *result)
+{
+    pdi_steady_user user;
+    pd_krylov_result linear;
+    user.ctx = ctx;
+    user.steady = s;
+    s->shift = shift;
+    PDI_TRY(pdi_steady_setup(ctx, s));
+    pdi_par_axpy(ctx, pdi_steady_size(s->flow), -2.0, s->residual, s->residual);
+    s->krylov.desc.rtol = forcing;
+    PDI_TRY(pd_krylov_solve(ctx, &s->krylov, pdi_steady_jacobian, pdi_steady_precondition, &user, s->residual, s->step,
+                            &linear));
+    result->krylov += linear.iterations;
+    result->newton++;
+    pdi_steady_move(ctx, s, 1.0);
+    return PD_OK;
+}
+
 pd_status pd_steady_solve(pd_ctx *ctx, pd_steady *s, pd_steady_result *result)
 {
     pd_flow *flow = s->flow;
     int64_t start = flow->evaluations;
-    pdi_steady_user user;
-    user.ctx = ctx;
-    user.steady = s;
+    double forcing = 0.1, boost = 1.0;
     memset(result, 0, sizeof *result);
-    double norm = pdi_steady_residual(ctx, s, result), forcing = 0.1;
+    double norm = pdi_steady_residual(ctx, s, result);
+    s->norm0 = fmax(s->norm0, norm);
     for (;;) {
         result->evaluations = flow->evaluations - start;
         if (!(norm < 1e300))
-            return pdi_fail(ctx, PD_ERR_DIVERGED, "steady", "the flow residual is %g after %d Newton steps", norm, result->newton);
+            return pdi_fail(ctx, PD_ERR_DIVERGED, "steady", "the flow residual is %g after %d Newton steps", norm,
+                            result->newton);
         result->converged = result->momentum <= s->desc.tolerance && result->continuity <= s->desc.tolerance;
         if (result->converged) return PD_OK;
-        if (result->newton == s->desc.max_newton) return PD_NOT_CONVERGED;
-        pdi_steady_setup(ctx, s);
-        pdi_par_axpy(ctx, pdi_steady_size(flow), -2.0, s->residual, s->residual);
-        pd_krylov_result linear;
-        s->krylov.desc.rtol = forcing;
-        pd_status status = pd_krylov_solve(ctx, &s->krylov, pdi_steady_jacobian, pdi_steady_precondition, &user, s->residual,
-                                           s->step, &linear);
-        if (status < 0) return status;
-        result->krylov += linear.iterations;
-        result->newton++;
-        double fresh = pdi_steady_line_search(ctx, s, norm, result);
-        if (!(fresh == fresh)) {
-            pdi_steady_residual(ctx, s, result);
-            result->evaluations = flow->evaluations - start;
-            return PD_NOT_CONVERGED;
+        if (result->newton >= s->desc.max_newton) return PD_NOT_CONVERGED;
+        /* switched evolution relaxation: the pseudo time step grows as the residual falls (eq. 4.10) */
+        double shift = PDI_STEADY_SHIFT * boost * flow->speed / flow->length * sqrt(norm / s->norm0);
+        PDI_TRY(pdi_steady_newton(ctx, s, shift, forcing, result));
+        double fresh = pdi_steady_residual(ctx, s, result);
+        if (!(fresh < PDI_STEADY_GROWTH * norm)) {
+            pdi_steady_move(ctx, s, -1.0);
+            norm = pdi_steady_residual(ctx, s, result);
+            boost *= 10.0;
+            continue;
         }
-        /* Eisenstat and Walker 1996, choice 2: solve as well as the last step predicted */
+        boost = fmax(1.0, boost * 0.5);
+        /* Eisenstat and Walker 1996, choice 2: solve as well as the last step predicts */
         forcing = fmin(0.1, fmax(1e-3, 0.9 * (fresh / norm) * (fresh / norm)));
         norm = fresh;
     }

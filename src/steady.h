@@ -26,6 +26,7 @@ typedef struct pd_steady {
     pd_krylov krylov;
     double *residual, *step, *work;     /* [(PD_DIM+1)][total] each */
     double shift;                       /* [1/s] 1 over the pseudo time step */
+    double norm0;                       /* [-] largest initial residual norm of all solves */
 } pd_steady;
 
 typedef struct pd_steady_result {

@@ -226,19 +226,19 @@ static size_t pdi_units_term(const char *text, pdi_units_declared declared, cons
     for (int k = 0; k < PDI_UNITS_COUNT(pdi_units_offset); k++)
         if (pdi_units_equal(text, size, pdi_units_offset[k])) {
             *why = "a temperature scale with an offset is not a unit: write the temperature in K (37 degC is 310.15 K)";
-            return size;
+            return 0;
         }
     while (name > 1 && pdi_units_digit(text[name - 1])) name--;
-    if (size - name > 1 || !pdi_units_symbol(text, name, &factor)) return 0;
+    if (size - name > 2 || !pdi_units_symbol(text, name, &factor)) return 0;
     at = size;
     if (name < size) {
-        power = text[name] - '0';
+        for (power = 0; name < size; name++) power = 10 * power + (text[name] - '0');
     } else if (text[at] == '^') {
         n = pdi_units_exponent(text + at + 1, &power);
         at += 1 + n;
         if (n == 0) *why = "the exponent of a unit is a number (m^2, s^-1); for a power of the value write (3 m)^2";
     } else if (text[at] == '-' && pdi_units_digit(text[at + 1])) {
-        n = 1 + pdi_units_digit(text[at + 2]);
+        n = pdi_units_digit(text[at + 2]) ? 2 : 1;
         if (text[at + n + 1] != '.' && !pdi_units_word(text + at + n + 1) && !pdi_units_digit(text[at + n + 1]))
             at += pdi_units_exponent(text + at, &power);
     } else if (text[pdi_units_skip(text, at)] == '^') {
@@ -257,8 +257,8 @@ PDI_FN size_t pdi_units_scan(const char *text, pdi_units_declared declared, cons
     pdi_units_one(unit);
     if (text[0] == '1') at = pdi_units_skip(text, 1); /* the form "1/s" */
     end = at > 0 && text[at] == '/' ? at : pdi_units_term(text, declared, user, 1, unit, why);
-    if (end == 0) return 0;
-    while (!*why) {
+    if (end == 0 || *why) return end;
+    for (;;) {
         pdi_units_product group;
         size_t n, next = pdi_units_skip(text, end);
         if (text[next] == '/') {
@@ -269,6 +269,7 @@ PDI_FN size_t pdi_units_scan(const char *text, pdi_units_declared declared, cons
             if (text[next] == '*') next = pdi_units_skip(text, next + 1);
             n = pdi_units_term(text + next, declared, user, 1, unit, why);
         }
+        if (*why) return next + n;
         if (n == 0) break;
         end = next + n;
     }

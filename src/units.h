@@ -10,7 +10,7 @@
 
 /* Exponents of m, kg, s, A, mol, K. Real numbers: sqrt(x) of a length is a quantity too. */
 typedef struct pd_dims {
-    double e[6];
+    double e[6]; /* [-] */
 } pd_dims;
 
 #define PD_UNITS_TEXT 96 /* [byte] room for what pd_units_format and pd_units_describe write */

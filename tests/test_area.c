@@ -406,8 +406,9 @@ TEST(refusals)
     h[0] = 1.0;
     CHECK_INT(pdi_area_weights(&ctx, f->count, f->xi, f->beta, 2.0, h, f->area, &f->anisotropy), PD_ERR_ARGUMENT);
     CHECK(strstr(ctx.message, "expected 0 < |n| < m + 1/2") != NULL);
-    /* half a family is no family */
-    CHECK_INT(pdi_area_weights(&ctx, f->count / 2, f->xi, f->beta, 3.0, h, f->area, &f->anisotropy), PD_OK);
+    /* every bond has its opposite */
+    CHECK_INT(pdi_area_weights(&ctx, f->count - 1, f->xi, f->beta, 3.0, h, f->area, &f->anisotropy), PD_ERR_ARGUMENT);
+    CHECK(strstr(ctx.message, "expected the opposite") != NULL);
     CHECK_INT(ctx.in_use, 0);
 }
 

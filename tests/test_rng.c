@@ -46,7 +46,7 @@ static void uniform_statistics(int which)
     }
     double chi2 = 0.0, mean_count = (double)samples / bins;
     for (int b = 0; b < bins; b++) chi2 += pow(histogram[b] - mean_count, 2.0) / mean_count;
-    /* four standard deviations: of the mean 1/sqrt(12 n), of the variance 1/sqrt(180 n), of the product 1/(12 sqrt n) */
+    /* four standard deviations: mean 1/sqrt(12 n), variance 1/sqrt(180 n), product 1/(12 sqrt n) */
     double root = sqrt((double)samples);
     CHECK_NEAR(sum / samples, 0.5, 4.0 / (sqrt(12.0) * root));
     CHECK_NEAR(square / samples, 1.0 / 12.0, 4.0 / (sqrt(180.0) * root));

@@ -1,0 +1,146 @@
+/* couple: see couple.h */
+#include "couple.h"
+#include <math.h>
+#include <string.h>
+
+static double pdi_couple_solid(pd_ctx *ctx, const pd_couple *c)
+{
+    return c->dissolve ? pd_dissolve_stock(ctx, c->dissolve) : 0.0;
+}
+
+/* The opening balance counts what the solvers owe (carry) as zero; afterwards imbalance shows it. */
+static pd_status pdi_couple_balance(pd_ctx *ctx, pd_couple *c)
+{
+    pd_ledger *l = &c->ledger;
+    if (!c->transport) return PD_OK;
+    l->solid = pdi_couple_solid(ctx, c);
+    l->dissolved = pd_transport_stock(ctx, c->transport);
+    if (c->steps == 0) {
+        l->start = l->solid + l->dissolved;
+        c->solid_start = l->solid;
+    }
+    l->imbalance = (l->solid + l->dissolved - l->start) + (l->out - l->in);
+    double scale = c->solid_start > 0.0 ? c->solid_start : fmax(l->start, fmax(l->in, l->out));
+    l->relative = scale > 0.0 ? fabs(l->imbalance) / scale : 0.0;
+    if (!(l->relative <= c->desc.ledger_tolerance))
+        return pdi_fail(ctx, PD_ERR_LEDGER, "couple",
+                        "at t = %g s solid %.9g + dissolved %.9g + out %.9g - in %.9g mol misses the start %.9g mol by %.3g",
+                        c->time, l->solid, l->dissolved, l->out, l->in, l->start, l->imbalance);
+    return PD_OK;
+}
+
+static pd_status pdi_couple_flow(pd_ctx *ctx, pd_couple *c)
+{
+    if (!c->flow || !c->flow_stale) return PD_OK;
+    pd_status status = pd_steady_solve(ctx, c->steady, &c->steady_result);
+    c->flow_solves++;
+    c->krylov_flow += c->steady_result.krylov;
+    c->flow_evaluations += c->steady_result.evaluations;
+    if (status < 0) return status;
+    if (status != PD_OK)
+        return pdi_fail(ctx, PD_ERR_DIVERGED, "couple",
+                        "the flow is not steady at t = %g s: residuals %.3g (momentum) and %.3g (continuity) after %d steps, "
+                        "expected %g. Loosen the tolerance, refine the grid or lower the Reynolds number",
+                        c->time, c->steady_result.momentum, c->steady_result.continuity, c->steady_result.newton,
+                        c->steady->desc.tolerance);
+    c->flow_stale = 0;
+    return PD_OK;
+}
+
+pd_status pd_couple_build(pd_ctx *ctx, const pd_couple_desc *desc, pd_grid *grid, pd_bonds *bonds, pd_flow *flow,
+                          pd_steady *steady, pd_transport *transport, pd_dissolve *dissolve, pd_couple *c)
+{
+    memset(c, 0, sizeof *c);
+    if (!(desc->fraction >= 0.0) || desc->fraction > 1.0 || !(desc->max_step >= 0.0) || !(desc->ledger_tolerance >= 0.0))
+        return pdi_fail(ctx, PD_ERR_ARGUMENT, "couple", "fraction %g must lie in [0, 1], max_step %g s be at least 0",
+                        desc->fraction, desc->max_step);
+    if ((flow && !steady) || (dissolve && !transport))
+        return pdi_fail(ctx, PD_ERR_ARGUMENT, "couple", "flow needs its steady solver, dissolution needs transport");
+    c->desc = *desc;
+    if (!(c->desc.fraction > 0.0)) c->desc.fraction = 0.1;
+    if (!(c->desc.ledger_tolerance > 0.0)) c->desc.ledger_tolerance = 1e-10;
+    c->grid = grid;
+    c->bonds = bonds;
+    c->flow = flow;
+    c->steady = steady;
+    c->transport = transport;
+    c->dissolve = dissolve;
+    c->flow_stale = flow != NULL;
+    c->solid_nodes_start = grid->solid_count;
+    return PD_OK;
+}
+
+pd_status pd_couple_start(pd_ctx *ctx, pd_couple *c)
+{
+    PDI_TRY(pdi_couple_flow(ctx, c));
+    return pdi_couple_balance(ctx, c);
+}
+
+/* Longest admissible step, then equal steps up to t_limit. */
+static double pdi_couple_choose(pd_ctx *ctx, const pd_couple *c, double t_limit)
+{
+    double left = t_limit - c->time, dt = left;
+    double fastest = c->dissolve ? pd_dissolve_fastest(ctx, c->dissolve) : 0.0;
+    if (fastest > 0.0) dt = fmin(dt, c->desc.fraction / fastest);
+    if (c->desc.max_step > 0.0) dt = fmin(dt, c->desc.max_step);
+    return left / ceil(left / dt * (1.0 - 1e-12));
+}
+
+pd_status pd_couple_step(pd_ctx *ctx, pd_couple *c, double t_limit)
+{
+    if (!(t_limit > c->time))
+        return pdi_fail(ctx, PD_ERR_ARGUMENT, "couple", "a step from %g s cannot end at %g s", c->time, t_limit);
+    if (!c->transport) {
+        c->dt = t_limit - c->time;
+        c->time = t_limit;
+        c->steps++;
+        return PD_OK;
+    }
+    if (c->dissolve) PDI_TRY(pd_dissolve_prepare(ctx, c->dissolve));
+    double dt = pdi_couple_choose(ctx, c, t_limit);
+    PDI_TRY(pd_transport_implicit(ctx, c->transport, dt, &c->transport_result));
+    c->krylov_transport += c->transport_result.krylov;
+    c->ledger.out += dt * c->transport->outflow;
+    c->ledger.in += dt * c->transport->inflow;
+    if (c->dissolve) {
+        pd_dissolve *d = c->dissolve;
+        PDI_TRY(pd_dissolve_finish(ctx, d, dt));
+        if (d->changed_count) {
+            PDI_TRY(pd_bonds_update(ctx, d->changed, d->changed_count, c->bonds));
+            if (c->flow) PDI_TRY(pd_flow_update(ctx, d->changed, d->changed_count, c->flow));
+            pd_transport_update(c->transport);
+            c->flow_stale = c->flow != NULL;
+        }
+    }
+    c->dt = dt;
+    c->time = dt < t_limit - c->time ? c->time + dt : t_limit;
+    c->steps++;
+    PDI_TRY(pdi_couple_balance(ctx, c));
+    return pdi_couple_flow(ctx, c);
+}
+
+pd_status pd_couple_run(pd_ctx *ctx, pd_couple *c, double t_end, double every, pd_observer_fn observer, void *user)
+{
+    if (!(t_end >= c->time) || !(every >= 0.0))
+        return pdi_fail(ctx, PD_ERR_ARGUMENT, "couple", "the run from %g s to %g s with output every %g s", c->time, t_end,
+                        every);
+    if (c->steps == 0) {
+        PDI_TRY(pd_couple_start(ctx, c));
+        if (observer && observer(user, c)) return PD_OK;
+    }
+    while (c->time < t_end) {
+        double limit = t_end;
+        if (every > 0.0) {
+            limit = (floor(c->time / every * (1.0 + 1e-12)) + 1.0) * every;
+            if (limit > t_end * (1.0 - 1e-12)) limit = t_end;
+        }
+        PDI_TRY(pd_couple_step(ctx, c, limit));
+        if (observer && observer(user, c)) break;
+    }
+    return PD_OK;
+}
+
+double pd_couple_volume_loss(const pd_couple *c)
+{
+    return c->solid_start > 0.0 ? 1.0 - c->ledger.solid / c->solid_start : 0.0;
+}

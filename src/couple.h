@@ -1,0 +1,72 @@
+/* couple: one dissolution run: steady flow, implicit transport, dissolution steps with error control, the ledger.
+ *
+ * The fluid is quasi-steady at every instant of the dissolution (acoustics ns, advection ms, diffusion s, dissolution
+ * h): each step solves the flow where the geometry has changed, then transport and surface loss over a step in which no
+ * solid node loses more than a set fraction (theory: section 7). The caller's observer sees every step; no files here.
+ */
+#ifndef PD_COUPLE_H
+#define PD_COUPLE_H
+#include "dissolve.h"
+#include "steady.h"
+
+/* Amounts [mol, per m depth in 2D, per m2 in 1D]. imbalance = solid + dissolved + out - in - start. */
+typedef struct pd_ledger {
+    double start;     /* [mol] solid and dissolved at the start */
+    double solid;     /* [mol] now */
+    double dissolved; /* [mol] now in the fluid */
+    double out, in;   /* [mol] through outlets and inlets since the start */
+    double imbalance; /* [mol] */
+    double relative;  /* [-] |imbalance| over the initial solid (over start without solid) */
+} pd_ledger;
+
+typedef struct pd_couple_desc {
+    double fraction;        /* [-] largest share of a node's content lost in one step; 0: 0.1 */
+    double max_step;        /* [s] 0: none */
+    double ledger_tolerance; /* [-] 0: 1e-10: a larger relative imbalance is PD_ERR_LEDGER */
+} pd_couple_desc;
+
+typedef struct pd_couple {
+    pd_couple_desc desc;
+    pd_grid *grid;
+    pd_bonds *bonds;
+    pd_flow *flow;           /* NULL: no flow */
+    pd_steady *steady;       /* NULL without flow */
+    pd_transport *transport; /* NULL: flow alone */
+    pd_dissolve *dissolve;   /* NULL: no dissolution */
+    double time;             /* [s] */
+    double dt;               /* [s] of the last step */
+    int64_t steps, flow_solves;
+    int64_t krylov_flow, krylov_transport;
+    int64_t flow_evaluations;
+    int flow_stale;          /* the geometry has changed since the last flow solve */
+    pd_steady_result steady_result;       /* of the last flow solve */
+    pd_transport_result transport_result; /* of the last step */
+    pd_ledger ledger;
+    double solid_start;      /* [mol] */
+    int64_t solid_nodes_start;
+} pd_couple;
+
+/* Called after the start (step 0) and after every step; a non-zero return stops the run. */
+typedef int (*pd_observer_fn)(void *user, const pd_couple *couple);
+
+#define pd_couple_build PD_NAME(pd_couple_build)
+#define pd_couple_start PD_NAME(pd_couple_start)
+#define pd_couple_step PD_NAME(pd_couple_step)
+#define pd_couple_run PD_NAME(pd_couple_run)
+#define pd_couple_volume_loss PD_NAME(pd_couple_volume_loss)
+
+/* All objects are borrowed and may be NULL as noted above; nothing is allocated, so there is no free. */
+PD_API pd_status pd_couple_build(pd_ctx *ctx, const pd_couple_desc *desc, pd_grid *grid, pd_bonds *bonds, pd_flow *flow,
+                                 pd_steady *steady, pd_transport *transport, pd_dissolve *dissolve, pd_couple *couple);
+/* First flow solve and the opening balance. */
+PD_API pd_status pd_couple_start(pd_ctx *ctx, pd_couple *couple);
+/* One step that does not pass t_limit [s]. With nothing left to dissolve the step goes straight to t_limit. */
+PD_API pd_status pd_couple_step(pd_ctx *ctx, pd_couple *couple, double t_limit);
+/* Start if needed, then steps up to t_end [s]; observer may be NULL. Steps end exactly on multiples of `every` [s]
+ * (0: only on t_end). */
+PD_API pd_status pd_couple_run(pd_ctx *ctx, pd_couple *couple, double t_end, double every, pd_observer_fn observer,
+                               void *user);
+/* Share [-] of the initial solid amount that is gone. */
+PD_API double pd_couple_volume_loss(const pd_couple *couple);
+
+#endif

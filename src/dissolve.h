@@ -1,0 +1,62 @@
+/* dissolve: surface-rate dissolution. Solid nodes lose metal through the bonds that join them to fluid.
+ *
+ * A bond of offset n from solid node j to fluid node i moves  v(c_i) f_j c(n) Cs  [mol/m3/s] from j to i, with v the
+ * recession speed of the law, f_j the grain factor and c(n) the interface area that the bond stands for: a flat front
+ * recedes at v for every h, m and direction (theory: eq. 6.1 to 6.4). A node whose content falls to the threshold turns
+ * fluid and keeps what is left as dissolved metal; what it lost beyond that within the step is taken from its solid
+ * neighbours.
+ */
+#ifndef PD_DISSOLVE_H
+#define PD_DISSOLVE_H
+#include "transport.h"
+
+/* Recession speed [m/s] at dissolved concentration c [mol/m3]. */
+typedef double (*pd_rate_fn)(void *user, double c);
+
+typedef struct pd_dissolve_desc {
+    double solid;        /* [mol/m3] concentration Cs of intact metal */
+    double threshold;    /* [-] fraction of Cs at which a node turns fluid, 0 <= threshold < 1 */
+    pd_rate_fn rate;
+    void *rate_user;
+    const double *factor; /* [total] [-] of solid nodes, multiplies the speed; NULL: 1. Borrowed */
+} pd_dissolve_desc;
+
+typedef struct pd_dissolve {
+    pd_dissolve_desc desc;
+    pd_grid *grid;
+    const pd_bonds *bonds;
+    pd_transport *transport;  /* its array c holds the solid content too */
+    uint8_t *exposed;         /* [total] solid node with a fluid node in its family */
+    int32_t *front;           /* exposed nodes, ascending */
+    int32_t front_count, front_capacity;
+    int32_t *changed;         /* nodes that turned fluid in the last step */
+    int32_t changed_count, changed_capacity;
+    double *weight;           /* [total] [mol/m4] fluid nodes: sum f c(n) Cs over their solid bonds */
+    double *speed;            /* [total] [m/s] fluid nodes: v0 and, after a step, v */
+    double *slope;            /* [total] [m4/mol/s] dv/dc, not positive */
+    double *loss;             /* [total] [mol/m3] solid nodes: loss of the step */
+} pd_dissolve;
+
+#define pd_dissolve_build PD_NAME(pd_dissolve_build)
+#define pd_dissolve_prepare PD_NAME(pd_dissolve_prepare)
+#define pd_dissolve_fastest PD_NAME(pd_dissolve_fastest)
+#define pd_dissolve_finish PD_NAME(pd_dissolve_finish)
+#define pd_dissolve_stock PD_NAME(pd_dissolve_stock)
+#define pd_dissolve_free PD_NAME(pd_dissolve_free)
+
+/* Fills the solid nodes of transport->c with Cs. PD_ERR_ARGUMENT: solid not positive, threshold out of range. */
+PD_API pd_status pd_dissolve_build(pd_ctx *ctx, pd_grid *grid, const pd_bonds *bonds, pd_transport *transport,
+                                   const pd_dissolve_desc *desc, pd_dissolve *dissolve);
+/* Linearise the law at the present concentrations and set transport->source and ->absorb. PD_ERR_STATE: the law
+ * returned NaN or infinity (the message names node, place and concentration). */
+PD_API pd_status pd_dissolve_prepare(pd_ctx *ctx, pd_dissolve *dissolve);
+/* Largest loss rate [1/s] of any node as a fraction of what a node loses before it turns fluid. */
+PD_API double pd_dissolve_fastest(pd_ctx *ctx, const pd_dissolve *dissolve);
+/* After the transport step of dt [s]: take the losses from the solid, turn empty nodes fluid (grid kinds and ghosts
+ * change; bonds, flow and transport are the caller's to update with dissolve->changed). */
+PD_API pd_status pd_dissolve_finish(pd_ctx *ctx, pd_dissolve *dissolve, double dt);
+/* Amount [mol, per m in 2D] left in solid nodes. */
+PD_API double pd_dissolve_stock(pd_ctx *ctx, const pd_dissolve *dissolve);
+PD_API void pd_dissolve_free(pd_ctx *ctx, pd_dissolve *dissolve);
+
+#endif

@@ -1,0 +1,514 @@
+/* transport: see transport.h
+ *
+ * Design: bond fluxes are evaluated from the flow on the fly, in blocks of neighbours along axis 0 for nodes with whole
+ * families, one by one for rows and for nodes that see an outlet ghost. Implicit steps solve for corrections, so inlet
+ * values need no place in the Krylov vectors.
+ */
+#include "transport.h"
+#include "par.h"
+#include <math.h>
+#include <string.h>
+
+#define PDI_TRANSPORT_BLOCK 8
+/* Relative change of the field at which the limiter ratios are frozen. */
+#define PDI_TRANSPORT_FROZEN 1e-3
+/* Linear tolerance while the ratios still move. */
+#define PDI_TRANSPORT_LOOSE 1e-3
+
+/* Volume flux F [1/s] from i to the far end of bond k, and the diffusion d [1/s] that upwinding adds to D a. */
+static void pdi_transport_bond(const pd_transport *t, int32_t i, int k, double *flux, double *upwind)
+{
+    double bond = t->desc.diffusivity * t->bonds->stencil->lap[k];
+    *flux = t->flow ? pdi_flow_bond_flux(t->flow, i, k) : 0.0;
+    *upwind = fmax(0.5 * fabs(*flux) - bond, 0.0);
+}
+
+/* alpha of the bond: the antidiffusive flux d (c_i - c_j) raises the larger end and lowers the smaller one. */
+static double pdi_transport_alpha(const pd_transport *t, int32_t i, int32_t j)
+{
+    if (!t->limiting) return 0.0;
+    return t->limited[i] > t->limited[j] ? fmin(t->up[i], t->down[j]) : fmin(t->down[i], t->up[j]);
+}
+
+/* Amount per volume and time [mol/m3/s] that leaves i through bond k (eq. 5.1). */
+static double pdi_transport_bond_flux(const pd_transport *t, const double *c, int32_t i, int k)
+{
+    double flux, upwind;
+    int32_t j = i + t->bonds->shift[k];
+    pdi_transport_bond(t, i, k, &flux, &upwind);
+    if (t->grid->kind[j] == PD_OUTLET) return flux * c[i];
+    double spread = t->desc.diffusivity * t->bonds->stencil->lap[k] + (1.0 - pdi_transport_alpha(t, i, j)) * upwind;
+    return 0.5 * flux * (c[i] + c[j]) - spread * (c[j] - c[i]);
+}
+
+/* Open bonds of node i: those of its row, or the whole family. */
+typedef struct pdi_transport_list {
+    const uint16_t *bond; /* NULL: 0 .. count-1 */
+    int count;
+} pdi_transport_list;
+
+static pdi_transport_list pdi_transport_open(const pd_transport *t, int32_t i)
+{
+    pdi_transport_list list;
+    int32_t r = t->bonds->row[i];
+    list.bond = r < 0 ? NULL : t->bonds->bond + (int64_t)r * t->bonds->stencil->count;
+    list.count = r < 0 ? t->bonds->stencil->count : t->bonds->open[r];
+    return list;
+}
+
+/* What a sweep does with its nodes: y = A c, or the limiter ratios of c. */
+typedef struct pdi_transport_sweep {
+    const pd_transport *t;
+    const double *c;
+    double *y;    /* operator: result; NULL: ratios go to up and down */
+    double *up, *down;
+} pdi_transport_sweep;
+
+static double pdi_transport_ratio(double room, double wanted) { return wanted > room ? room / wanted : 1.0; }
+
+static void pdi_transport_node(const pdi_transport_sweep *s, int32_t i)
+{
+    const pd_transport *t = s->t;
+    pdi_transport_list list = pdi_transport_open(t, i);
+    double sum = 0.0, plus = 0.0, minus = 0.0, least = s->c[i], most = s->c[i], weight = 0.0;
+    for (int o = 0; o < list.count; o++) {
+        int k = list.bond ? list.bond[o] : o;
+        if (s->y) {
+            sum += pdi_transport_bond_flux(t, s->c, i, k);
+            continue;
+        }
+        double flux, upwind;
+        int32_t j = i + t->bonds->shift[k];
+        if (t->grid->kind[j] == PD_OUTLET) continue;
+        pdi_transport_bond(t, i, k, &flux, &upwind);
+        double anti = upwind * (s->c[i] - s->c[j]);
+        plus += fmax(anti, 0.0);
+        minus += fmax(-anti, 0.0);
+        least = fmin(least, s->c[j]);
+        most = fmax(most, s->c[j]);
+        weight += upwind;
+    }
+    if (s->y) {
+        s->y[i] = sum + ((t->dt > 0.0 ? 1.0 / t->dt : 0.0) + t->absorb[i]) * s->c[i];
+        return;
+    }
+    s->up[i] = pdi_transport_ratio(weight * (most - s->c[i]), plus);
+    s->down[i] = pdi_transport_ratio(weight * (s->c[i] - least), minus);
+}
+
+/* Fluxes of bond k for PDI_TRANSPORT_BLOCK consecutive nodes. */
+static inline void pdi_transport_block_flux(const pd_transport *t, int32_t i, int k, double *flux, double *upwind)
+{
+    const pd_stencil *st = t->bonds->stencil;
+    const pd_flow *f = t->flow;
+    int32_t total = t->grid->total, j = i + t->bonds->shift[k];
+    double bond = t->desc.diffusivity * st->lap[k], tie = f->tau * st->lap[k];
+    for (int b = 0; b < PDI_TRANSPORT_BLOCK; b++) flux[b] = -tie * (f->p[j + b] - f->p[i + b]);
+    for (int d = 0; d < PD_DIM; d++) {
+        const double *u = f->u + (int64_t)d * total, *g = f->grad + (int64_t)d * total;
+        double weight = st->grad[k * PD_DIM + d], half = 0.5 * tie * st->xi[k * PD_DIM + d];
+        for (int b = 0; b < PDI_TRANSPORT_BLOCK; b++)
+            flux[b] += weight * (u[i + b] + u[j + b]) + half * (g[i + b] + g[j + b]);
+    }
+    for (int b = 0; b < PDI_TRANSPORT_BLOCK; b++) {
+        double excess = 0.5 * fabs(flux[b]) - bond;
+        upwind[b] = excess > 0.0 ? excess : 0.0;
+    }
+}
+
+static void pdi_transport_block_apply(const pdi_transport_sweep *s, int32_t i)
+{
+    const pd_transport *t = s->t;
+    const double *c = s->c, *l = t->limited;
+    double sum[PDI_TRANSPORT_BLOCK], rate = t->dt > 0.0 ? 1.0 / t->dt : 0.0;
+    for (int b = 0; b < PDI_TRANSPORT_BLOCK; b++) sum[b] = (rate + t->absorb[i + b]) * c[i + b];
+    for (int k = 0; k < t->bonds->stencil->count; k++) {
+        double flux[PDI_TRANSPORT_BLOCK], upwind[PDI_TRANSPORT_BLOCK], bond = t->desc.diffusivity * t->bonds->stencil->lap[k];
+        int32_t j = i + t->bonds->shift[k];
+        pdi_transport_block_flux(t, i, k, flux, upwind);
+        if (t->limiting)
+            for (int b = 0; b < PDI_TRANSPORT_BLOCK; b++) {
+                int falls = l[i + b] > l[j + b];
+                double one = falls ? t->up[i + b] : t->down[i + b], two = falls ? t->down[j + b] : t->up[j + b];
+                upwind[b] *= 1.0 - (one < two ? one : two);
+            }
+        for (int b = 0; b < PDI_TRANSPORT_BLOCK; b++)
+            sum[b] += 0.5 * flux[b] * (c[i + b] + c[j + b]) - (bond + upwind[b]) * (c[j + b] - c[i + b]);
+    }
+    for (int b = 0; b < PDI_TRANSPORT_BLOCK; b++) s->y[i + b] = sum[b];
+}
+
+static void pdi_transport_block_ratios(const pdi_transport_sweep *s, int32_t i)
+{
+    const pd_transport *t = s->t;
+    const double *c = s->c;
+    double plus[PDI_TRANSPORT_BLOCK], minus[PDI_TRANSPORT_BLOCK], least[PDI_TRANSPORT_BLOCK], most[PDI_TRANSPORT_BLOCK],
+        weight[PDI_TRANSPORT_BLOCK];
+    for (int b = 0; b < PDI_TRANSPORT_BLOCK; b++) {
+        plus[b] = minus[b] = weight[b] = 0.0;
+        least[b] = most[b] = c[i + b];
+    }
+    for (int k = 0; k < t->bonds->stencil->count; k++) {
+        double flux[PDI_TRANSPORT_BLOCK], upwind[PDI_TRANSPORT_BLOCK];
+        int32_t j = i + t->bonds->shift[k];
+        pdi_transport_block_flux(t, i, k, flux, upwind);
+        for (int b = 0; b < PDI_TRANSPORT_BLOCK; b++) {
+            double far = c[j + b], anti = upwind[b] * (c[i + b] - far);
+            plus[b] += anti > 0.0 ? anti : 0.0;
+            minus[b] += anti < 0.0 ? -anti : 0.0;
+            least[b] = far < least[b] ? far : least[b];
+            most[b] = far > most[b] ? far : most[b];
+            weight[b] += upwind[b];
+        }
+    }
+    for (int b = 0; b < PDI_TRANSPORT_BLOCK; b++) {
+        s->up[i + b] = pdi_transport_ratio(weight[b] * (most[b] - c[i + b]), plus[b]);
+        s->down[i + b] = pdi_transport_ratio(weight[b] * (c[i + b] - least[b]), minus[b]);
+    }
+}
+
+/* Part [lo, hi) of a run whose nodes see no outlet ghost. */
+static void pdi_transport_inner(const pd_transport *t, int32_t first, int32_t length, int32_t *lo, int32_t *hi)
+{
+    const pd_grid *grid = t->grid;
+    int i[PD_DIM], reach = t->bonds->stencil->reach;
+    pdi_grid_index(grid, first, i);
+    *lo = 0;
+    *hi = length;
+    for (int d = 0; d < PD_DIM; d++)
+        for (int up = 0; up < 2; up++) {
+            if (grid->side[2 * d + up] != PD_SIDE_OUTLET) continue;
+            if (d > 0 && (up ? i[d] >= grid->n[d] - reach : i[d] < reach)) *hi = 0;
+            if (d == 0 && up && *hi > grid->n[0] - reach - i[0]) *hi = grid->n[0] - reach - i[0];
+            if (d == 0 && !up && *lo < reach - i[0]) *lo = reach - i[0];
+        }
+    if (*lo > length) *lo = length;
+    if (*hi < *lo) *hi = *lo;
+}
+
+static void pdi_transport_run(const pdi_transport_sweep *s, int32_t first, int32_t length)
+{
+    int32_t lo, hi, at;
+    pdi_transport_inner(s->t, first, length, &lo, &hi);
+    if (!s->t->flow) hi = lo;
+    for (at = 0; at < lo; at++) pdi_transport_node(s, first + at);
+    for (; at + PDI_TRANSPORT_BLOCK <= hi; at += PDI_TRANSPORT_BLOCK) {
+        if (s->y) pdi_transport_block_apply(s, first + at);
+        else pdi_transport_block_ratios(s, first + at);
+    }
+    for (; at < length; at++) pdi_transport_node(s, first + at);
+}
+
+static void pdi_transport_sweep_all(const pd_ctx *ctx, const pdi_transport_sweep *s)
+{
+    const pd_bonds *bonds = s->t->bonds;
+    int nt = pdi_par_threads(ctx, s->t->grid->fluid_count * bonds->stencil->count * 8);
+    (void)nt;
+    PDI_PARALLEL_FOR(nt)
+    for (int32_t run = 0; run < bonds->runs; run++) pdi_transport_run(s, bonds->run_first[run], bonds->run_length[run]);
+    PDI_PARALLEL_FOR(nt)
+    for (int32_t r = 0; r < bonds->rows; r++) pdi_transport_node(s, bonds->node[r]);
+}
+
+static void pdi_transport_operator(const pd_ctx *ctx, const pd_transport *t, const double *c, double *y)
+{
+    pdi_transport_sweep s;
+    memset(&s, 0, sizeof s);
+    s.t = t;
+    s.c = c;
+    s.y = y;
+    pdi_transport_sweep_all(ctx, &s);
+}
+
+/* Limiter ratios of the present field (eq. 5.4). Prescribed values of inlets limit nothing. */
+static void pdi_transport_ratios(const pd_ctx *ctx, pd_transport *t)
+{
+    pdi_transport_sweep s;
+    memset(&s, 0, sizeof s);
+    pdi_par_copy(ctx, t->grid->total, t->c, t->limited);
+    s.t = t;
+    s.c = t->limited;
+    s.up = t->up;
+    s.down = t->down;
+    pdi_transport_sweep_all(ctx, &s);
+    t->limiting = 1;
+}
+
+/* What the solver callbacks see. */
+typedef struct pdi_transport_user {
+    pd_ctx *ctx;
+    pd_transport *t;
+} pdi_transport_user;
+
+static void pdi_transport_apply(void *user, const double *x, double *y)
+{
+    pdi_transport_user *u = (pdi_transport_user *)user;
+    pdi_transport_operator(u->ctx, u->t, x, y);
+}
+
+static void pdi_transport_precondition(void *user, const double *x, double *y)
+{
+    pdi_transport_user *u = (pdi_transport_user *)user;
+    pd_multigrid_cycle(u->ctx, &u->t->mg, x, y);
+}
+
+static pd_status pdi_transport_setup(pd_ctx *ctx, pd_transport *t)
+{
+    pdi_compact_faces faces;
+    pd_compact *c = &t->compact;
+    const pd_grid *grid = t->grid;
+    faces.closed = faces.outlet = 0;
+    faces.inlet = 1;
+    pdi_compact_fill(ctx, t->desc.diffusivity, t->flow ? t->flow->u : NULL, 1.0 / t->dt, &faces, c);
+    for (int32_t node = 0; node < grid->total; node++) {
+        int i[PD_DIM];
+        if (grid->kind[node] != PD_FLUID || !(t->absorb[node] > 0.0)) continue;
+        pdi_grid_index(grid, node, i);
+        c->mass[pdi_compact_cell(grid, i)] += (float)t->absorb[node];
+    }
+    return pd_multigrid_setup(ctx, &t->mg, c->active, (const float *const *)c->conduct,
+                              t->flow ? (const float *const *)c->flux : NULL, c->wall, c->mass);
+}
+
+/* rhs = old/dt + source + carry/dt at fluid nodes. */
+static void pdi_transport_right_side(const pd_ctx *ctx, pd_transport *t)
+{
+    const uint8_t *kind = t->grid->kind;
+    int nt = pdi_par_threads(ctx, t->grid->total * 4);
+    (void)nt;
+    PDI_PARALLEL_FOR(nt)
+    for (int32_t i = 0; i < t->grid->total; i++)
+        t->rhs[i] = kind[i] == PD_FLUID ? (t->old[i] + t->carry[i]) / t->dt + t->source[i] : 0.0;
+}
+
+/* residual = rhs - A c at fluid nodes, into out. */
+static void pdi_transport_residual(const pd_ctx *ctx, const pd_transport *t, double *out)
+{
+    const uint8_t *kind = t->grid->kind;
+    int nt = pdi_par_threads(ctx, t->grid->total * 4);
+    (void)nt;
+    pdi_transport_operator(ctx, t, t->c, out);
+    PDI_PARALLEL_FOR(nt)
+    for (int32_t i = 0; i < t->grid->total; i++) out[i] = kind[i] == PD_FLUID ? t->rhs[i] - out[i] : 0.0;
+}
+
+/* Solve A delta = rhs - A c to an absolute tolerance and add delta to c. */
+static pd_status pdi_transport_correct(pd_ctx *ctx, pd_transport *t, double rtol, double atol, double *change,
+                                       pd_transport_result *result)
+{
+    pdi_transport_user user;
+    pd_krylov_result linear;
+    double *residual = t->work, *delta = t->work + t->grid->total;
+    const uint8_t *kind = t->grid->kind;
+    user.ctx = ctx;
+    user.t = t;
+    pdi_transport_residual(ctx, t, residual);
+    t->krylov.desc.rtol = rtol;
+    t->krylov.desc.atol = atol;
+    pd_status status = pd_krylov_solve(ctx, &t->krylov, pdi_transport_apply, pdi_transport_precondition, &user, residual,
+                                       delta, &linear);
+    if (status < 0) return status;
+    result->krylov += linear.iterations;
+    result->residual = linear.residual;
+    double moved = pdi_par_max_abs(ctx, t->grid->total, delta), size = 0.0;
+    for (int32_t i = 0; i < t->grid->total; i++) {
+        if (kind[i] != PD_FLUID) continue;
+        t->c[i] += delta[i];
+        size = fmax(size, fabs(t->c[i]));
+    }
+    *change = size > 0.0 ? moved / size : 0.0;
+    return status;
+}
+
+/* Flow through inlet and outlet bonds at the present field. */
+static void pdi_transport_boundary(pd_transport *t)
+{
+    pdi_sum out = {0.0, 0.0}, in = {0.0, 0.0};
+    const pd_grid *grid = t->grid;
+    int reach = t->bonds->stencil->reach;
+    for (int32_t i = 0; i < grid->total; i++) {
+        int at[PD_DIM], near_open = 0;
+        if (grid->kind[i] != PD_FLUID) continue;
+        pdi_grid_index(grid, i, at);
+        for (int d = 0; d < PD_DIM; d++) {
+            near_open = near_open || (grid->side[2 * d] != PD_SIDE_WALL && at[d] < reach);
+            near_open = near_open || (grid->side[2 * d + 1] != PD_SIDE_WALL && at[d] >= grid->n[d] - reach);
+        }
+        if (!near_open) continue;
+        pdi_transport_list list = pdi_transport_open(t, i);
+        for (int o = 0; o < list.count; o++) {
+            int k = list.bond ? list.bond[o] : o;
+            uint8_t far_kind = grid->kind[i + t->bonds->shift[k]];
+            if (far_kind == PD_OUTLET) pdi_sum_add(&out, pdi_transport_bond_flux(t, t->c, i, k));
+            if (far_kind == PD_INLET) pdi_sum_add(&in, -pdi_transport_bond_flux(t, t->c, i, k));
+        }
+    }
+    t->outflow = pdi_sum_total(&out) * t->bonds->stencil->volume;
+    t->inflow = pdi_sum_total(&in) * t->bonds->stencil->volume;
+}
+
+pd_status pd_transport_implicit(pd_ctx *ctx, pd_transport *t, double dt, pd_transport_result *result)
+{
+    int32_t total = t->grid->total;
+    int limiter = t->flow && t->desc.advection == PD_ADVECTION_LIMITED;
+    memset(result, 0, sizeof *result);
+    if (!(dt > 0.0) || !(dt < 1e300))
+        return pdi_fail(ctx, PD_ERR_ARGUMENT, "transport", "the step is %g s, expected a positive one", dt);
+    t->dt = dt;
+    t->limiting = 0;
+    pdi_par_copy(ctx, total, t->c, t->old);
+    pdi_transport_right_side(ctx, t);
+    PDI_TRY(pdi_transport_setup(ctx, t));
+    /* the right-hand side with the inflow, in the norm of the equations */
+    pdi_transport_residual(ctx, t, t->work);
+    double size = fmax(sqrt(pdi_par_dot(ctx, total, t->rhs, t->rhs)), sqrt(pdi_par_dot(ctx, total, t->work, t->work)));
+    double atol = t->desc.tolerance * size;
+    pd_status status = PD_OK;
+    for (int pass = 0; size > 0.0; pass++) {
+        int last = !limiter || pass == t->desc.max_limiter || (pass > 0 && result->change < PDI_TRANSPORT_FROZEN);
+        if (limiter) pdi_transport_ratios(ctx, t);
+        double change;
+        status = pdi_transport_correct(ctx, t, last ? 1e-15 : PDI_TRANSPORT_LOOSE, atol, &change, result);
+        if (status < 0) {
+            pdi_par_copy(ctx, total, t->old, t->c);
+            return status;
+        }
+        result->change = change;
+        result->limiter = pass;
+        if (last) break;
+    }
+    result->residual = size > 0.0 ? result->residual / size : 0.0;
+    pdi_transport_residual(ctx, t, t->carry);
+    for (int32_t i = 0; i < total; i++) t->carry[i] *= dt;
+    pdi_transport_boundary(t);
+    return result->residual <= 10.0 * t->desc.tolerance ? PD_OK : status;
+}
+
+double pd_transport_limit(pd_ctx *ctx, const pd_transport *t)
+{
+    double fastest = 0.0;
+    (void)ctx;
+    for (int32_t i = 0; i < t->grid->total; i++) {
+        if (t->grid->kind[i] != PD_FLUID) continue;
+        pdi_transport_list list = pdi_transport_open(t, i);
+        double rate = t->absorb[i];
+        for (int o = 0; o < list.count; o++) {
+            int k = list.bond ? list.bond[o] : o;
+            double flux, upwind;
+            pdi_transport_bond(t, i, k, &flux, &upwind);
+            if (t->grid->kind[i + t->bonds->shift[k]] == PD_OUTLET) rate += fmax(flux, 0.0);
+            else rate += t->desc.diffusivity * t->bonds->stencil->lap[k] + 2.0 * upwind - 0.5 * flux;
+        }
+        fastest = fmax(fastest, rate);
+    }
+    return fastest > 0.0 ? 1.0 / fastest : HUGE_VAL;
+}
+
+pd_status pd_transport_explicit(pd_ctx *ctx, pd_transport *t, double dt)
+{
+    const uint8_t *kind = t->grid->kind;
+    if (!(dt > 0.0)) return pdi_fail(ctx, PD_ERR_ARGUMENT, "transport", "the step is %g s, expected a positive one", dt);
+    double limit = pd_transport_limit(ctx, t);
+    if (dt > limit * (1.0 + 1e-12)) {
+        pdi_fail(ctx, PD_RETRY, "transport", "the explicit step of %g s exceeds the limit of %g s", dt, limit);
+        return PD_RETRY;
+    }
+    t->dt = 0.0;
+    t->limiting = 0;
+    if (t->flow && t->desc.advection == PD_ADVECTION_LIMITED) pdi_transport_ratios(ctx, t);
+    pdi_transport_operator(ctx, t, t->c, t->rhs);
+    pdi_transport_boundary(t);
+    for (int32_t i = 0; i < t->grid->total; i++)
+        if (kind[i] == PD_FLUID) {
+            t->c[i] += dt * (t->source[i] - t->rhs[i]) + t->carry[i];
+            t->carry[i] = 0.0;
+        }
+    return PD_OK;
+}
+
+double pd_transport_stock(pd_ctx *ctx, const pd_transport *t)
+{
+    pdi_sum sum = {0.0, 0.0};
+    (void)ctx;
+    for (int32_t i = 0; i < t->grid->total; i++)
+        if (t->grid->kind[i] == PD_FLUID) pdi_sum_add(&sum, t->c[i]);
+    return pdi_sum_total(&sum) * t->bonds->stencil->volume;
+}
+
+void pd_transport_update(pd_transport *t)
+{
+    for (int32_t i = 0; i < t->grid->total; i++)
+        if (t->grid->kind[i] == PD_INLET) {
+            t->c[i] = t->desc.inlet;
+            t->up[i] = t->down[i] = 1.0;
+        }
+}
+
+pd_status pd_transport_build(pd_ctx *ctx, const pd_grid *grid, const pd_bonds *bonds, const pd_flow *flow,
+                             const pd_transport_desc *desc, pd_transport *t)
+{
+    memset(t, 0, sizeof *t);
+    if (!(desc->diffusivity >= 0.0) || !(desc->inlet >= 0.0) || !(desc->initial >= 0.0) || !(desc->tolerance >= 0.0) ||
+        !(desc->diffusivity + desc->inlet + desc->initial < 1e100))
+        return pdi_fail(ctx, PD_ERR_ARGUMENT, "transport",
+                        "D = %g m2/s, inlet %g mol/m3, initial %g mol/m3, tolerance %g: expected finite values of at "
+                        "least 0", desc->diffusivity, desc->inlet, desc->initial, desc->tolerance);
+    t->desc = *desc;
+    if (!(t->desc.tolerance > 0.0)) t->desc.tolerance = 1e-11;
+    if (t->desc.max_limiter <= 0) t->desc.max_limiter = 12;
+    t->grid = grid;
+    t->bonds = bonds;
+    t->flow = flow;
+    pd_krylov_desc kd;
+    pd_multigrid_desc md;
+    int origin[PD_DIM];
+    memset(&kd, 0, sizeof kd);
+    memset(&md, 0, sizeof md);
+    kd.n = grid->total;
+    kd.restart = 20;
+    kd.flexible = 1;
+    kd.zero_guess = 1;
+    for (int d = 0; d < PD_DIM; d++) {
+        origin[d] = 0;
+        md.n[d] = grid->n[d];
+        md.stride[d] = grid->stride[d];
+    }
+    md.first = pd_grid_node(grid, origin);
+    md.symmetric = flow == NULL;
+    PDI_TRY(pdi_compact_build(ctx, grid, flow != NULL, &t->compact));
+    PDI_TRY(pd_multigrid_build(ctx, &md, &t->mg));
+    PDI_TRY(pd_krylov_build(ctx, &kd, &t->krylov));
+    PDI_TRY(PDI_NEW(ctx, "transport", grid->total, t->c));
+    PDI_TRY(PDI_NEW(ctx, "transport", grid->total, t->old));
+    PDI_TRY(PDI_NEW(ctx, "transport", grid->total, t->source));
+    PDI_TRY(PDI_NEW(ctx, "transport", grid->total, t->absorb));
+    PDI_TRY(PDI_NEW(ctx, "transport", grid->total, t->carry));
+    PDI_TRY(PDI_NEW(ctx, "transport", grid->total, t->up));
+    PDI_TRY(PDI_NEW(ctx, "transport", grid->total, t->down));
+    PDI_TRY(PDI_NEW(ctx, "transport", grid->total, t->limited));
+    PDI_TRY(PDI_NEW(ctx, "transport", grid->total, t->rhs));
+    PDI_TRY(PDI_NEW(ctx, "transport", 2 * (int64_t)grid->total, t->work));
+    for (int32_t i = 0; i < grid->total; i++)
+        if (grid->kind[i] == PD_FLUID) t->c[i] = desc->initial;
+    pd_transport_update(t);
+    return PD_OK;
+}
+
+void pd_transport_free(pd_ctx *ctx, pd_transport *t)
+{
+    int64_t total = t->grid ? t->grid->total : 0;
+    pdi_compact_free(ctx, &t->compact);
+    pd_multigrid_free(ctx, &t->mg);
+    pd_krylov_free(ctx, &t->krylov);
+    PDI_DELETE(ctx, total, t->c);
+    PDI_DELETE(ctx, total, t->old);
+    PDI_DELETE(ctx, total, t->source);
+    PDI_DELETE(ctx, total, t->absorb);
+    PDI_DELETE(ctx, total, t->carry);
+    PDI_DELETE(ctx, total, t->up);
+    PDI_DELETE(ctx, total, t->down);
+    PDI_DELETE(ctx, total, t->limited);
+    PDI_DELETE(ctx, total, t->rhs);
+    PDI_DELETE(ctx, 2 * total, t->work);
+    memset(t, 0, sizeof *t);
+}

@@ -1,0 +1,82 @@
+/* transport: conservative, bounded advection and diffusion of dissolved metal on fluid nodes.
+ *
+ * dc/dt + sum_j F_ij (c_i + c_j)/2 - sum_j (D a + (1 - alpha) d)(c_j - c_i) = source - absorb c  over open bonds, with F_ij
+ * the volume flux of the flow, d = max(|F|/2 - D a, 0) the diffusion that makes the row an M-matrix (upwinding) and
+ * alpha the limiter that takes it away where the field stays within its neighbours (theory: eq. 5.1 to 5.5; Kuzmin
+ * 2012). Bonds to solid and wall carry nothing. Sums over the domain conserve to rounding.
+ */
+#ifndef PD_TRANSPORT_H
+#define PD_TRANSPORT_H
+#include "compact.h"
+#include "flow.h"
+#include "krylov.h"
+#include "multigrid.h"
+
+typedef enum pd_advection {
+    PD_ADVECTION_LIMITED = 0, /* second order where smooth */
+    PD_ADVECTION_UPWIND = 1   /* first order everywhere */
+} pd_advection;
+
+typedef struct pd_transport_desc {
+    double diffusivity;     /* [m2/s] */
+    double inlet;           /* [mol/m3] concentration of the inflow */
+    double initial;         /* [mol/m3] */
+    pd_advection advection;
+    double tolerance;       /* [-] of the linear solves, relative to the right-hand side; 0: 1e-11 */
+    int max_limiter;        /* limiter iterations of one implicit step; 0: 12 */
+} pd_transport_desc;
+
+typedef struct pd_transport {
+    pd_transport_desc desc; /* defaults filled in */
+    const pd_grid *grid;
+    const pd_bonds *bonds;
+    const pd_flow *flow;    /* NULL: fluid at rest */
+    double *c;              /* [total] [mol/m3]; solid nodes: what is left of the solid */
+    double *old;            /* [total] [mol/m3] start of the step, work */
+    double *source;         /* [total] [mol/m3/s] given by the caller before a step */
+    double *absorb;         /* [total] [1/s] likewise; source - absorb c enters the fluid */
+    double *carry;          /* [total] [mol/m3] what the last solve left undone; the next step delivers it */
+    double *up, *down;      /* [total] [-] limiter ratios R+ and R- */
+    double *limited;        /* [total] [mol/m3] field of the limiter ratios */
+    double *rhs;            /* [total] [mol/m3/s] work */
+    double *work;           /* [2][total] residual [mol/m3/s] and correction [mol/m3] */
+    double dt;              /* [s] of the step in work; 0: none */
+    int limiting;           /* limiter ratios are in force */
+    pd_compact compact;
+    pd_multigrid mg;
+    pd_krylov krylov;
+    double outflow, inflow; /* [mol/s, per m in 2D] through outlets and inlets at the end of the last step */
+} pd_transport;
+
+typedef struct pd_transport_result {
+    int krylov;     /* iterations */
+    int limiter;    /* limiter iterations */
+    double residual; /* [-] last relative residual of the linear solve */
+    double change;  /* [-] last relative change of the limiter iteration */
+} pd_transport_result;
+
+#define pd_transport_build PD_NAME(pd_transport_build)
+#define pd_transport_update PD_NAME(pd_transport_update)
+#define pd_transport_implicit PD_NAME(pd_transport_implicit)
+#define pd_transport_explicit PD_NAME(pd_transport_explicit)
+#define pd_transport_limit PD_NAME(pd_transport_limit)
+#define pd_transport_stock PD_NAME(pd_transport_stock)
+#define pd_transport_free PD_NAME(pd_transport_free)
+
+/* flow may be NULL. PD_ERR_ARGUMENT: diffusivity or concentrations negative or not finite. */
+PD_API pd_status pd_transport_build(pd_ctx *ctx, const pd_grid *grid, const pd_bonds *bonds, const pd_flow *flow,
+                                    const pd_transport_desc *desc, pd_transport *transport);
+/* Inlet ghosts follow the grid after a change of kinds. Fluid values stay (a dissolved node keeps its content). */
+PD_API void pd_transport_update(pd_transport *transport);
+/* One backward Euler step of dt [s] (any length: dt >> all time scales gives the steady state). PD_NOT_CONVERGED: the
+ * linear solver stopped above its tolerance; what is missing is in carry. */
+PD_API pd_status pd_transport_implicit(pd_ctx *ctx, pd_transport *transport, double dt, pd_transport_result *result);
+/* One forward Euler step. PD_RETRY, nothing changed: dt exceeds pd_transport_limit. */
+PD_API pd_status pd_transport_explicit(pd_ctx *ctx, pd_transport *transport, double dt);
+/* Largest explicit step [s] that keeps every node within its neighbours. */
+PD_API double pd_transport_limit(pd_ctx *ctx, const pd_transport *transport);
+/* Dissolved amount [mol, per m in 2D] in fluid nodes. */
+PD_API double pd_transport_stock(pd_ctx *ctx, const pd_transport *transport);
+PD_API void pd_transport_free(pd_ctx *ctx, pd_transport *transport);
+
+#endif

@@ -1,0 +1,2 @@
+#define PDCORR_IMPLEMENTATION
+#include "pdcorr.h"

@@ -1,0 +1,107 @@
+#!/bin/sh
+# What amalgamate refuses, and that its output is the files themselves, less their includes of each other.
+tool=$PWD/${BUILD:-build}/amalgamate
+case ${BUILD:-build} in /*) tool=$BUILD/amalgamate ;; esac
+dir=$(mktemp -d) || exit 1
+trap 'rm -rf "$dir"' EXIT
+cd "$dir" || exit 1
+passed=0 failed=0
+
+check() {
+    name=$1
+    shift
+    if "$@"; then
+        passed=$((passed + 1))
+    else
+        failed=$((failed + 1))
+        echo "$name: failed; the tool said: $(cat log)"
+    fi
+}
+
+# A library of three modules on two floors.
+fresh() {
+    rm -rf src one.h one.h.new
+    mkdir src
+    printf '# floor module\n0 config\n0 low\n1 high\n' > src/MODULES
+    printf '/* config: switches. */\n#define PD_VERSION "9.8.7"\n' > src/config.h
+    printf '/* low: the floor below. */\n#include "config.h"\n#include <math.h>\nint low;\n' > src/low.h
+    printf '/* low: see low.h */\n#include "low.h"\nint low = 1;\n' > src/low.c
+    printf '/* high: the floor above. */\n#include "low.h"\nint high;\n' > src/high.h
+    printf '/* high: see high.h */\n#include "high.h"\n#include <stdio.h>\n  int  high = 2;  /* kept */\n' > src/high.c
+    printf 'Licence text\n' > LICENCE
+    : > log
+}
+
+tool() { "$tool" "$@" src LICENCE one.h > log 2>&1; }
+
+# refuses TEXT [OPTION]: fails, says TEXT, and leaves no output behind.
+refuses() {
+    text=$1
+    shift
+    ! tool "$@" && grep -q "$text" log && [ ! -e one.h ] && [ ! -e one.h.new ]
+}
+
+line_of() { grep -n "$1" one.h | head -n 1 | cut -d : -f 1; }
+
+fresh
+check "writes" tool
+check "leaves nothing aside" [ ! -e one.h.new ]
+check "names the version" grep -q 'pdcorr 9.8.7' one.h
+check "lists the contents" grep -q '^ \*   low  *the floor below.$' one.h
+check "drops local includes" [ "$(grep -c '^#include "' one.h)" = 0 ]
+check "keeps system includes" [ "$(grep -c '^#include <' one.h)" = 2 ]
+check "keeps lines as they are" grep -qx '  int  high = 2;  /\* kept \*/' one.h
+check "keeps the order" [ "$(line_of '>>low.h')" -lt "$(line_of '>>high.h')" ]
+check "puts sources after headers" [ "$(line_of '>>high.h')" -lt "$(line_of '>>low.c')" ]
+check "carries the licence" grep -q '^ \* Licence text$' one.h
+check "is fresh" tool --check
+cp one.h before.h
+check "writes again" tool
+check "the same bytes" cmp -s before.h one.h
+echo '/* more */' >> src/high.c
+check "notices a change" sh -c '! "$0" --check src LICENCE one.h > log 2>&1 && grep -q stale log' "$tool"
+check "does not mend it by itself" cmp -s before.h one.h
+
+fresh
+check "nothing to compare with" refuses 'not found; run' --check
+printf '#include "high.h"\n' >> src/low.c
+check "a source reaches up" sh -c '! "$0" --rules src LICENCE one.h > log 2>&1' "$tool"
+check "and is told so" grep -q 'include cycle: low -> high -> low' log
+fresh
+printf '/* low: the floor below. */\n#include "high.h"\n' > src/low.h
+printf '/* high: the floor above. */\n' > src/high.h
+printf '/* high: see high.h */\n#include "high.h"\n' > src/high.c
+check "a header reaches up" refuses 'low (floor 0) reaches up: it includes high (floor 1)'
+fresh
+printf '#include "high.h"\n' >> src/config.h
+check "a long cycle" refuses 'include cycle: config -> high -> low -> config'
+fresh
+printf '#include "low.h"\n' >> src/low.h
+check "a header includes itself" refuses 'low.h includes itself'
+fresh
+: > src/stray.c
+check "a file without module" refuses 'stray.c: no module'
+fresh
+printf '#include "foreign.h"\n' >> src/high.c
+check "an unknown include" refuses 'high.c includes "foreign.h"'
+fresh
+rm src/high.h
+check "a module without header" refuses 'high.h: not found'
+fresh
+printf '0 late\n' >> src/MODULES
+check "floors out of order" refuses 'late (floor 0) stands below'
+fresh
+printf '1 low\n' >> src/MODULES
+check "listed twice" refuses 'low is listed twice'
+fresh
+printf 'int tail;' >> src/high.c
+check "no newline at the end" refuses 'does not end with a newline'
+fresh
+printf 'int low;\n' > src/low.h
+check "no first comment" refuses 'first line has to begin'
+fresh
+rm src/low.c
+check "a module of a header alone" tool
+
+echo "$passed passed, $failed failed"
+[ "$failed" = 0 ]

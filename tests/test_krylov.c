@@ -1,0 +1,621 @@
+/* krylov: GMRES, BiCGStab and CG against closed forms of small systems.
+ * dims: 2 */
+#include "../src/krylov.h"
+#include "test.h"
+#include <stdlib.h>
+
+#define PI 3.14159265358979323846
+#define N_MAX 60000
+
+static const pd_krylov_method methods[3] = {PD_KRYLOV_GMRES, PD_KRYLOV_BICGSTAB, PD_KRYLOV_CG};
+
+/* The systems, selected by `kind`. */
+typedef enum kind {
+    K_POISSON,  /* -1 2 -1 with zero values beyond both ends */
+    K_PERIODIC, /* the same on a ring: constants in the null space */
+    K_RINGS,    /* two rings of n / 2 */
+    K_SHIFT,    /* (A x)_i = x_(i+1), cyclic */
+    K_DIAGONAL, /* diag d */
+    K_SKEW,     /* blocks (0 1; -1 0) */
+    K_WIND      /* -1-w, 2+w, -1: upwind transport */
+} kind;
+
+typedef struct sys {
+    kind what;
+    int n;
+    const double *d;
+    double wind;
+    int calls, poison; /* the call from which on NaN comes out, 0: never */
+    int precond_calls;
+} sys;
+
+static double ring(const double *x, int first, int n, int i)
+{
+    return 2.0 * x[first + i] - x[first + (i + 1) % n] - x[first + (i + n - 1) % n];
+}
+
+static void multiply(void *user, const double *x, double *y)
+{
+    sys *s = (sys *)user;
+    int n = s->n;
+    s->calls++;
+    for (int i = 0; i < n; i++) {
+        double left = i > 0 ? x[i - 1] : 0.0, right = i < n - 1 ? x[i + 1] : 0.0;
+        switch (s->what) {
+        case K_POISSON: y[i] = 2.0 * x[i] - left - right; break;
+        case K_PERIODIC: y[i] = ring(x, 0, n, i); break;
+        case K_RINGS: y[i] = i < n / 2 ? ring(x, 0, n / 2, i) : ring(x, n / 2, n / 2, i - n / 2); break;
+        case K_SHIFT: y[i] = x[(i + 1) % n]; break;
+        case K_DIAGONAL: y[i] = s->d[i] * x[i]; break;
+        case K_SKEW: y[i] = i % 2 ? -x[i - 1] : x[i + 1]; break;
+        case K_WIND: y[i] = (2.0 + s->wind) * x[i] - (1.0 + s->wind) * left - right; break;
+        }
+    }
+    if (s->poison && s->calls >= s->poison) y[n / 2] = (double)NAN;
+}
+
+static void jacobi(void *user, const double *x, double *y)
+{
+    sys *s = (sys *)user;
+    s->precond_calls++;
+    for (int i = 0; i < s->n; i++) y[i] = x[i] / (s->what == K_DIAGONAL ? s->d[i] : 2.0 + s->wind);
+}
+
+/* Not the same operator twice: its scale alternates over four decades in the halves of the vector. */
+static void restless(void *user, const double *x, double *y)
+{
+    sys *s = (sys *)user;
+    double c = s->precond_calls++ % 2 ? 100.0 : 1.0;
+    for (int i = 0; i < s->n; i++) y[i] = x[i] * (i < s->n / 2 ? c : 1.0 / c);
+}
+
+static void broken(void *user, const double *x, double *y)
+{
+    sys *s = (sys *)user;
+    for (int i = 0; i < s->n; i++) y[i] = x[i] * (double)NAN;
+}
+
+static void remove_means(void *user, double *v)
+{
+    sys *s = (sys *)user;
+    for (int first = 0; first < s->n; first += s->n / 2) {
+        double mean = 0.0;
+        for (int i = 0; i < s->n / 2; i++) mean += v[first + i];
+        for (int i = 0; i < s->n / 2; i++) v[first + i] -= mean / (s->n / 2);
+    }
+}
+
+static double unit_random(unsigned *state)
+{
+    *state = *state * 1664525u + 1013904223u;
+    return (double)(*state >> 8) / 16777216.0 - 0.5;
+}
+
+static double residual_norm(sys *s, const double *b, const double *x)
+{
+    static double y[N_MAX];
+    double sum = 0.0;
+    int poison = s->poison;
+    s->poison = 0;
+    multiply(s, x, y);
+    s->poison = poison;
+    for (int i = 0; i < s->n; i++) sum += (b[i] - y[i]) * (b[i] - y[i]);
+    return sqrt(sum);
+}
+
+static double largest_difference(int n, const double *u, const double *v)
+{
+    double largest = 0.0;
+    for (int i = 0; i < n; i++) largest = fmax(largest, fabs(u[i] - v[i]));
+    return largest;
+}
+
+static sys make(kind what, int n)
+{
+    sys s;
+    memset(&s, 0, sizeof s);
+    s.what = what;
+    s.n = n;
+    return s;
+}
+
+static pd_krylov_desc describe(pd_krylov_method method, int n)
+{
+    pd_krylov_desc d;
+    memset(&d, 0, sizeof d);
+    d.method = method;
+    d.n = n;
+    return d;
+}
+
+/* build, solve, free */
+static pd_status run(pd_ctx *ctx, const pd_krylov_desc *desc, sys *s, pd_apply_fn precond, const double *b, double *x,
+                     pd_krylov_result *result)
+{
+    pd_krylov k;
+    pd_status status = pd_krylov_build(ctx, desc, &k);
+    if (status == PD_OK) status = pd_krylov_solve(ctx, &k, multiply, precond, s, b, x, result);
+    pd_krylov_free(ctx, &k);
+    pd_krylov_free(ctx, &k);
+    CHECK_INT(ctx->in_use, 0);
+    return status;
+}
+
+/* -u'' = 1: the discrete solution is x_i = (i+1)(n-i)/2 */
+TEST(poisson_closed_form)
+{
+    enum { N = 120 };
+    double b[N], x[N], exact[N];
+    for (int i = 0; i < N; i++) {
+        b[i] = 1.0;
+        exact[i] = 0.5 * (i + 1) * (N - i);
+    }
+    for (int m = 0; m < 3; m++)
+        for (int pre = 0; pre < 2; pre++) {
+            pd_ctx ctx;
+            pd_krylov_result r;
+            pd_ctx_init(&ctx);
+            sys s = make(K_POISSON, N);
+            pd_krylov_desc d = describe(methods[m], N);
+            d.restart = N;
+            d.rtol = 1e-11;
+            memset(x, 0, sizeof x);
+            CHECK_OK(&ctx, run(&ctx, &d, &s, pre ? jacobi : NULL, b, x, &r));
+            CHECK_LE(largest_difference(N, x, exact) / exact[N / 2], 1e-9);
+            CHECK_INT(r.converged, 1);
+            double own = residual_norm(&s, b, x);
+            CHECK_REL(r.residual, own, 1e-3);
+            CHECK_REL(r.residual0, sqrt((double)N), 1e-14);
+            CHECK_LE(r.residual, 1e-11 * sqrt((double)N));
+            /* b is even about the middle: N / 2 distinct eigenvectors end CG and GMRES after N / 2 iterations */
+            if (methods[m] != PD_KRYLOV_BICGSTAB) CHECK_LE(r.iterations, N / 2 + 1);
+            CHECK_INT(s.precond_calls, r.precond_applies);
+            CHECK_INT(s.calls - 1, r.applies); /* one by residual_norm */
+        }
+}
+
+/* The cyclic shift: GMRES stands still for n - 1 steps, then is exact (Nachtigal, Reddy and Trefethen 1992). */
+TEST(gmres_cyclic_shift)
+{
+    enum { N = 24 };
+    double b[N] = {0.0}, x[N] = {0.0};
+    pd_ctx ctx;
+    pd_krylov_result r;
+    pd_ctx_init(&ctx);
+    sys s = make(K_SHIFT, N);
+    b[0] = 1.0;
+    pd_krylov_desc d = describe(PD_KRYLOV_GMRES, N);
+    d.restart = N;
+    CHECK_OK(&ctx, run(&ctx, &d, &s, NULL, b, x, &r));
+    CHECK_INT(r.iterations, N);
+    CHECK_NEAR(x[1], 1.0, 1e-14);
+    d.restart = N - 1;
+    d.max_iterations = 1000;
+    memset(x, 0, sizeof x);
+    CHECK_INT(run(&ctx, &d, &s, NULL, b, x, &r), PD_NOT_CONVERGED);
+    CHECK_INT(r.iterations, N - 1); /* stagnation is seen after one cycle */
+    CHECK(strstr(ctx.message, "stagnation") != NULL);
+    CHECK_NEAR(r.residual, 1.0, 1e-14);
+}
+
+/* As many iterations as distinct eigenvalues; the last one is a lucky breakdown. */
+TEST(gmres_breakdown)
+{
+    enum { N = 40 };
+    double b[N], x[N], d[N];
+    for (int values = 1; values <= 4; values++) {
+        pd_ctx ctx;
+        pd_krylov_result r;
+        pd_ctx_init(&ctx);
+        for (int i = 0; i < N; i++) {
+            d[i] = 1.0 + i % values;
+            b[i] = 1.0 + 0.1 * i;
+            x[i] = 0.0;
+        }
+        sys s = make(K_DIAGONAL, N);
+        s.d = d;
+        pd_krylov_desc desc = describe(PD_KRYLOV_GMRES, N);
+        desc.rtol = 1e-12;
+        CHECK_OK(&ctx, run(&ctx, &desc, &s, NULL, b, x, &r));
+        CHECK_INT(r.iterations, values);
+        for (int i = 0; i < N; i++) CHECK_REL(x[i], b[i] / d[i], 1e-11);
+    }
+}
+
+/* Condition 1e10: a basis that lost its orthogonality would not reach this residual in n steps. */
+TEST(gmres_orthogonality)
+{
+    enum { N = 24 };
+    double b[N], x[N], d[N];
+    pd_ctx ctx;
+    pd_krylov_result r;
+    pd_ctx_init(&ctx);
+    for (int i = 0; i < N; i++) {
+        d[i] = pow(10.0, -10.0 * i / (N - 1));
+        b[i] = 1.0;
+        x[i] = 0.0;
+    }
+    sys s = make(K_DIAGONAL, N);
+    s.d = d;
+    pd_krylov_desc desc = describe(PD_KRYLOV_GMRES, N);
+    desc.rtol = 1e-5;
+    CHECK_OK(&ctx, run(&ctx, &desc, &s, NULL, b, x, &r));
+    CHECK_LE(r.iterations, N + 1);
+    CHECK_LE(residual_norm(&s, b, x), 1e-5 * sqrt((double)N));
+}
+
+/* Singular without a projection: solved when b is in the range, else ended with an iterate no worse than the guess. */
+TEST(gmres_singular)
+{
+    enum { N = 20 };
+    double b[N], x[N], d[N];
+    for (int consistent = 0; consistent < 2; consistent++) {
+        pd_ctx ctx;
+        pd_krylov_result r;
+        pd_ctx_init(&ctx);
+        for (int i = 0; i < N; i++) {
+            d[i] = i == 3 ? 0.0 : 1.0 + i;
+            b[i] = i == 3 && consistent ? 0.0 : 1.0;
+            x[i] = 0.0;
+        }
+        sys s = make(K_DIAGONAL, N);
+        s.d = d;
+        pd_krylov_desc desc = describe(PD_KRYLOV_GMRES, N);
+        pd_status status = run(&ctx, &desc, &s, NULL, b, x, &r);
+        CHECK_INT(status, consistent ? PD_OK : PD_NOT_CONVERGED);
+        CHECK_INT(r.converged, consistent);
+        CHECK_LE(residual_norm(&s, b, x), consistent ? 1e-8 * r.residual0 : r.residual0);
+        for (int i = 0; i < N && consistent; i++) CHECK_NEAR(x[i], i == 3 ? 0.0 : 1.0 / (1.0 + i), 1e-7);
+    }
+}
+
+/* x.Ax = 0 for every x: BiCGStab breaks down at once and must say so; GMRES needs two steps. */
+TEST(skew)
+{
+    enum { N = 10 };
+    double b[N], x[N] = {0.0};
+    pd_ctx ctx;
+    pd_krylov_result r;
+    pd_ctx_init(&ctx);
+    sys s = make(K_SKEW, N);
+    for (int i = 0; i < N; i++) b[i] = 1.0 + i;
+    pd_krylov_desc d = describe(PD_KRYLOV_GMRES, N);
+    CHECK_OK(&ctx, run(&ctx, &d, &s, NULL, b, x, &r));
+    CHECK_INT(r.iterations, 2);
+    for (int i = 0; i < N; i++) CHECK_NEAR(x[i], i % 2 ? b[i - 1] : -b[i + 1], 1e-11);
+    d = describe(PD_KRYLOV_BICGSTAB, N);
+    memset(x, 0, sizeof x);
+    CHECK_INT(run(&ctx, &d, &s, NULL, b, x, &r), PD_NOT_CONVERGED);
+    CHECK_LE(r.residual, r.residual0);
+    d = describe(PD_KRYLOV_CG, N);
+    CHECK_INT(run(&ctx, &d, &s, NULL, b, x, &r), PD_ERR_DIVERGED);
+    CHECK(strstr(ctx.message, "positive definite") != NULL);
+}
+
+/* Nonsymmetric: upwind transport with the exact solution put in. */
+TEST(transport)
+{
+    enum { N = 300 };
+    double b[N], x[N], exact[N];
+    for (int m = 0; m < 2; m++)
+        for (int w = 0; w < (m == 0 ? 3 : 2); w++) { /* far from normal at wind 10: out of reach of BiCGStab */
+            pd_ctx ctx;
+            pd_krylov_result r;
+            pd_ctx_init(&ctx);
+            sys s = make(K_WIND, N);
+            s.wind = w == 0 ? 0.1 : w == 1 ? 1.0 : 10.0;
+            for (int i = 0; i < N; i++) exact[i] = sin(0.05 * i) + 0.2 * cos(1.3 * i);
+            multiply(&s, exact, b);
+            pd_krylov_desc d = describe(methods[m], N);
+            d.max_iterations = 4000;
+            d.rtol = 1e-10;
+            d.restart = 60;
+            memset(x, 0, sizeof x);
+            CHECK_OK(&ctx, run(&ctx, &d, &s, jacobi, b, x, &r));
+            CHECK_LE(residual_norm(&s, b, x), 1e-10 * r.residual0);
+            CHECK_LE(largest_difference(N, x, exact), 1e-5);
+        }
+}
+
+/* On a ring cos(2 pi k i / n) has the eigenvalue 2 - 2 cos(2 pi k / n); the constant in b and in the guess goes. */
+TEST(null_vector)
+{
+    enum { N = 64 };
+    double b[N], x[N], ones[N];
+    for (int m = 0; m < 3; m++) {
+        pd_ctx ctx;
+        pd_krylov_result r;
+        pd_ctx_init(&ctx);
+        sys s = make(K_PERIODIC, N);
+        for (int i = 0; i < N; i++) {
+            ones[i] = 3.0;
+            b[i] = cos(2.0 * PI * i / N) + 0.5 * sin(2.0 * PI * 5 * i / N) + 7.0;
+            x[i] = 11.0;
+        }
+        pd_krylov_desc d = describe(methods[m], N);
+        d.null_vector = ones;
+        d.rtol = 1e-11;
+        CHECK_OK(&ctx, run(&ctx, &d, &s, NULL, b, x, &r));
+        double a1 = 2.0 - 2.0 * cos(2.0 * PI / N), a5 = 2.0 - 2.0 * cos(2.0 * PI * 5 / N);
+        for (int i = 0; i < N; i++)
+            CHECK_NEAR(x[i], cos(2.0 * PI * i / N) / a1 + 0.5 * sin(2.0 * PI * 5 * i / N) / a5, 1e-7);
+    }
+}
+
+/* Two pockets, each with its own constant, through the projection callback. */
+TEST(project)
+{
+    enum { N = 60 };
+    double b[N], x[N];
+    for (int m = 0; m < 3; m++) {
+        pd_ctx ctx;
+        pd_krylov_result r;
+        pd_ctx_init(&ctx);
+        sys s = make(K_RINGS, N);
+        for (int i = 0; i < N; i++) {
+            int k = i < N / 2 ? 2 : 3;
+            b[i] = cos(2.0 * PI * k * i / (N / 2)) + (i < N / 2 ? 1.0 : -5.0);
+            x[i] = 0.0;
+        }
+        pd_krylov_desc d = describe(methods[m], N);
+        d.project = remove_means;
+        d.rtol = 1e-11;
+        CHECK_OK(&ctx, run(&ctx, &d, &s, NULL, b, x, &r));
+        for (int i = 0; i < N; i++) {
+            int k = i < N / 2 ? 2 : 3;
+            CHECK_NEAR(x[i], cos(2.0 * PI * k * i / (N / 2)) / (2.0 - 2.0 * cos(2.0 * PI * k / (N / 2))), 1e-8);
+        }
+    }
+}
+
+TEST(not_a_number)
+{
+    enum { N = 50 };
+    double b[N], x[N];
+    for (int m = 0; m < 3; m++)
+        for (int when = 0; when < 8; when++) {
+            pd_ctx ctx;
+            pd_krylov_result r;
+            pd_ctx_init(&ctx);
+            sys s = make(K_POISSON, N);
+            s.poison = when;
+            for (int i = 0; i < N; i++) {
+                b[i] = 1.0 + i % 3;
+                x[i] = 0.01 * i;
+            }
+            pd_krylov_desc d = describe(methods[m], N);
+            /* when 0: the preconditioner is the culprit */
+            CHECK_INT(run(&ctx, &d, &s, when ? NULL : broken, b, x, &r), PD_ERR_DIVERGED);
+            CHECK(strstr(ctx.message, "not finite") != NULL);
+            CHECK_INT(r.converged, 0);
+            for (int i = 0; i < N; i++) CHECK(fabs(x[i]) < 1e6);
+            b[7] = (double)NAN;
+            CHECK_INT(run(&ctx, &d, &s, NULL, b, x, &r), PD_ERR_ARGUMENT);
+        }
+}
+
+/* Stopped early: x is the best iterate and result tells its true residual. */
+TEST(not_converged)
+{
+    enum { N = 200 };
+    double b[N], x[N];
+    unsigned state = 7;
+    for (int i = 0; i < N; i++) b[i] = unit_random(&state);
+    for (int m = 0; m < 3; m++) {
+        double last = 1e300;
+        for (int limit = 1; limit < 40; limit += 3) {
+            pd_ctx ctx;
+            pd_krylov_result r;
+            pd_ctx_init(&ctx);
+            sys s = make(K_POISSON, N);
+            pd_krylov_desc d = describe(methods[m], N);
+            d.max_iterations = limit;
+            memset(x, 0, sizeof x);
+            CHECK_INT(run(&ctx, &d, &s, NULL, b, x, &r), PD_NOT_CONVERGED);
+            CHECK_INT(r.iterations, limit);
+            CHECK_REL(r.residual, residual_norm(&s, b, x), 1e-10);
+            CHECK_LE(r.residual, r.residual0 * (1.0 + 1e-12));
+            /* the best so far can only fall while one recurrence runs; GMRES restarts after 30 */
+            CHECK_LE(r.residual, last * (1.0 + 1e-9));
+            last = r.residual;
+        }
+    }
+}
+
+TEST(guesses)
+{
+    enum { N = 80 };
+    double b[N], x[N], exact[N];
+    for (int m = 0; m < 3; m++) {
+        pd_ctx ctx;
+        pd_krylov_result plain, flagged, warm, zero;
+        pd_ctx_init(&ctx);
+        sys s = make(K_POISSON, N);
+        for (int i = 0; i < N; i++) {
+            b[i] = 1.0;
+            exact[i] = 0.5 * (i + 1) * (N - i);
+            x[i] = 0.0;
+        }
+        pd_krylov_desc d = describe(methods[m], N);
+        d.restart = N;
+        CHECK_OK(&ctx, run(&ctx, &d, &s, NULL, b, x, &plain));
+        d.zero_guess = 1;
+        for (int i = 0; i < N; i++) x[i] = 1e30;
+        CHECK_OK(&ctx, run(&ctx, &d, &s, NULL, b, x, &flagged));
+        CHECK_INT(flagged.applies, plain.applies - 1);
+        CHECK_INT(flagged.iterations, plain.iterations);
+        d.zero_guess = 0;
+        CHECK_OK(&ctx, run(&ctx, &d, &s, NULL, b, exact, &warm));
+        CHECK_INT(warm.iterations, 0);
+        CHECK_INT(warm.applies, 1);
+        memset(b, 0, sizeof b); /* b = 0 has the solution 0 for any guess */
+        CHECK_OK(&ctx, run(&ctx, &d, &s, NULL, b, x, &zero));
+        for (int i = 0; i < N; i++) CHECK(x[i] == 0.0);
+        /* an absolute tolerance */
+        for (int i = 0; i < N; i++) b[i] = 1.0;
+        d.atol = 1.0;
+        memset(x, 0, sizeof x);
+        CHECK_OK(&ctx, run(&ctx, &d, &s, NULL, b, x, &zero));
+        CHECK_LE(zero.residual, 1.0);
+        CHECK_LE(zero.iterations, plain.iterations);
+    }
+}
+
+/* A preconditioner that changes from call to call: only the flexible form keeps its promise. */
+TEST(flexible)
+{
+    enum { N = 100 };
+    double b[N], x[N] = {0.0};
+    pd_ctx ctx;
+    pd_krylov_result r;
+    pd_ctx_init(&ctx);
+    sys s = make(K_POISSON, N);
+    unsigned state = 3;
+    for (int i = 0; i < N; i++) b[i] = unit_random(&state);
+    pd_krylov_desc d = describe(PD_KRYLOV_GMRES, N);
+    d.flexible = 1;
+    d.restart = N;
+    d.max_iterations = 2 * N;
+    CHECK_OK(&ctx, run(&ctx, &d, &s, restless, b, x, &r));
+    CHECK_LE(residual_norm(&s, b, x), 1e-8 * r.residual0);
+    CHECK_LE(r.iterations, N + 1); /* full GMRES: the space is exhausted */
+    CHECK_INT(r.precond_applies, r.iterations);
+}
+
+/* b scaled by a power of two scales x bit for bit: no absolute threshold anywhere. */
+TEST(unit_covariance)
+{
+    enum { N = 90 };
+    double b[N], x[N], y[N];
+    unsigned state = 11;
+    for (int m = 0; m < 3; m++) {
+        pd_ctx ctx;
+        pd_krylov_result r, q;
+        pd_ctx_init(&ctx);
+        sys s = make(K_POISSON, N);
+        for (int i = 0; i < N; i++) b[i] = unit_random(&state);
+        pd_krylov_desc d = describe(methods[m], N);
+        d.restart = N;
+        memset(x, 0, sizeof x);
+        CHECK_OK(&ctx, run(&ctx, &d, &s, jacobi, b, x, &r));
+        for (int i = 0; i < N; i++) b[i] = ldexp(b[i], -130);
+        memset(y, 0, sizeof y);
+        CHECK_OK(&ctx, run(&ctx, &d, &s, jacobi, b, y, &q));
+        CHECK_INT(r.iterations, q.iterations);
+        for (int i = 0; i < N; i++) CHECK(y[i] == ldexp(x[i], -130));
+    }
+}
+
+TEST(threads)
+{
+    double *b = (double *)calloc(N_MAX, sizeof *b), *x = (double *)calloc(3 * (size_t)N_MAX, sizeof *x);
+    unsigned state = 5;
+    if (!CHECK(b && x)) return;
+    for (int i = 0; i < N_MAX; i++) b[i] = unit_random(&state);
+    for (int m = 0; m < 3; m++) {
+        for (int t = 0; t < 3; t++) {
+            pd_ctx ctx;
+            pd_krylov_result r;
+            pd_ctx_init(&ctx);
+            ctx.threads = 1 << t;
+            sys s = make(K_POISSON, N_MAX);
+            pd_krylov_desc d = describe(methods[m], N_MAX);
+            d.max_iterations = 12;
+            d.zero_guess = 1;
+            CHECK_INT(run(&ctx, &d, &s, jacobi, b, x + t * N_MAX, &r), PD_NOT_CONVERGED);
+        }
+        CHECK(memcmp(x, x + N_MAX, N_MAX * sizeof *x) == 0);
+        CHECK(memcmp(x, x + 2 * N_MAX, N_MAX * sizeof *x) == 0);
+    }
+    free(b);
+    free(x);
+}
+
+/* Counts calls and fails from call `fail` on. */
+typedef struct counter {
+    int calls, fail;
+} counter;
+
+static void *counted(void *user, void *ptr, size_t old_size, size_t new_size)
+{
+    counter *c = (counter *)user;
+    (void)old_size;
+    if (new_size == 0) {
+        free(ptr);
+        return NULL;
+    }
+    c->calls++;
+    return c->fail && c->calls >= c->fail ? NULL : realloc(ptr, new_size);
+}
+
+TEST(memory)
+{
+    enum { N = 40 };
+    double b[N], x[N];
+    for (int i = 0; i < N; i++) b[i] = x[i] = 1.0;
+    for (int m = 0; m < 3; m++) {
+        pd_ctx ctx;
+        counter c = {0, 0};
+        pd_krylov k;
+        pd_krylov_desc d = describe(methods[m], N);
+        pd_ctx_init(&ctx);
+        ctx.alloc.fn = counted;
+        ctx.alloc.user = &c;
+        sys s = make(K_POISSON, N);
+        CHECK_OK(&ctx, pd_krylov_build(&ctx, &d, &k));
+        int built = c.calls;
+        CHECK_OK(&ctx, pd_krylov_solve(&ctx, &k, multiply, jacobi, &s, b, x, NULL));
+        CHECK_INT(c.calls, built); /* solve allocates nothing */
+        pd_krylov_free(&ctx, &k);
+        CHECK_INT(ctx.in_use, 0);
+        for (int fail = 1; fail <= built; fail++) {
+            c.calls = 0;
+            c.fail = fail;
+            CHECK_INT(pd_krylov_build(&ctx, &d, &k), PD_ERR_MEMORY);
+            CHECK_INT(pd_krylov_solve(&ctx, &k, multiply, NULL, &s, b, x, NULL), PD_ERR_ARGUMENT);
+            pd_krylov_free(&ctx, &k);
+            CHECK_INT(ctx.in_use, 0);
+        }
+    }
+}
+
+TEST(bad_input)
+{
+    pd_ctx ctx;
+    pd_krylov k;
+    pd_ctx_init(&ctx);
+    for (int fault = 0; fault < 9; fault++) {
+        pd_krylov_desc d = describe(PD_KRYLOV_GMRES, 10);
+        const char *word = "";
+        switch (fault) {
+        case 0: d.n = 0, word = "n = 0"; break;
+        case 1: d.restart = -1, word = "restart"; break;
+        case 2: d.max_iterations = -3, word = "max_iterations"; break;
+        case 3: d.rtol = -1e-3, word = "rtol"; break;
+        case 4: d.rtol = (double)NAN, word = "rtol"; break;
+        case 5: d.atol = -1.0, word = "atol"; break;
+        case 6: d.atol = (double)INFINITY, word = "atol"; break;
+        case 7: d.method = (pd_krylov_method)9, word = "method 9"; break;
+        default: d.rtol = 1.0, word = "rtol"; break;
+        }
+        CHECK_INT(pd_krylov_build(&ctx, &d, &k), PD_ERR_ARGUMENT);
+        CHECK(strstr(ctx.message, word) != NULL);
+        pd_krylov_free(&ctx, &k);
+    }
+    double b[4] = {1, 1, 1, 1}, x[4] = {0, 0, 0, 0}, none[4] = {0, 0, 0, 0};
+    sys s = make(K_POISSON, 4);
+    pd_krylov_desc d = describe(PD_KRYLOV_CG, 4);
+    d.null_vector = none;
+    CHECK_INT(run(&ctx, &d, &s, NULL, b, x, NULL), PD_ERR_ARGUMENT);
+    d.null_vector = NULL;
+    x[2] = (double)INFINITY;
+    CHECK_INT(run(&ctx, &d, &s, NULL, b, x, NULL), PD_ERR_ARGUMENT);
+    CHECK_OK(&ctx, pd_krylov_build(&ctx, &d, &k));
+    CHECK_INT(pd_krylov_solve(&ctx, &k, NULL, NULL, &s, b, x, NULL), PD_ERR_ARGUMENT);
+    pd_krylov_free(&ctx, &k);
+}
+
+TEST_MAIN(ENTRY(poisson_closed_form) ENTRY(gmres_cyclic_shift) ENTRY(gmres_breakdown) ENTRY(gmres_orthogonality)
+          ENTRY(gmres_singular) ENTRY(skew) ENTRY(transport) ENTRY(null_vector) ENTRY(project)
+          ENTRY(not_a_number) ENTRY(not_converged) ENTRY(guesses) ENTRY(flexible) ENTRY(unit_covariance)
+          ENTRY(threads) ENTRY(memory) ENTRY(bad_input))

@@ -1,0 +1,773 @@
+/* multigrid: iteration counts of the preconditioned Krylov solvers and properties of the cycle.
+ * dims: 1 2 3
+ * The operator is written a second time here, in double precision, straight from its formula. */
+#include "../src/krylov.h"
+#include "../src/multigrid.h"
+#include "test.h"
+#include <stdlib.h>
+
+#define PI 3.14159265358979323846
+#define GHOST 2
+
+typedef struct problem {
+    int n[PD_DIM], np[PD_DIM];
+    int cells, nodes;
+    int32_t stride[PD_DIM], first;
+    uint8_t *active;
+    float *conduct[PD_DIM], *flux[PD_DIM], *wall, *mass;
+    int flow;    /* flux is used */
+    int general; /* ask for the general smoother without flow too */
+    int *pocket; /* of each cell, -1: none */
+    int pockets;
+    pd_ctx ctx;
+    pd_multigrid mg;
+} problem;
+
+static unsigned seed;
+
+static double uniform(void)
+{
+    seed = seed * 1664525u + 1013904223u;
+    return (double)(seed >> 8) / 16777216.0;
+}
+
+static void *room(size_t count, size_t size)
+{
+    void *p = calloc(count, size);
+    if (!p) {
+        printf("out of memory\n");
+        exit(2);
+    }
+    return p;
+}
+
+/* Box of n cells along all axes (shrunk by the axis number for odd = 1), unit conductance. */
+static void start(problem *p, int n, int odd)
+{
+    memset(p, 0, sizeof *p);
+    pd_ctx_init(&p->ctx);
+    seed = 1; /* each problem by itself: counts do not depend on the tests before */
+    p->cells = p->nodes = 1;
+    for (int d = 0; d < PD_DIM; d++) {
+        p->n[d] = odd ? n + 1 - 2 * d : n;
+        p->np[d] = p->n[d] + 2 * GHOST;
+        p->stride[d] = p->nodes;
+        p->first += (int32_t)(GHOST * p->nodes);
+        p->cells *= p->n[d];
+        p->nodes *= p->np[d];
+    }
+    size_t cells = (size_t)p->cells;
+    p->active = (uint8_t *)room(cells, 1);
+    p->wall = (float *)room(cells, sizeof(float));
+    p->mass = (float *)room(cells, sizeof(float));
+    p->pocket = (int *)room(cells, sizeof(int));
+    memset(p->active, 1, cells);
+    for (int d = 0; d < PD_DIM; d++) {
+        p->conduct[d] = (float *)room(cells, sizeof(float));
+        p->flux[d] = (float *)room(cells, sizeof(float));
+        for (int c = 0; c < p->cells; c++) p->conduct[d][c] = 1.0f;
+    }
+}
+
+static void finish(problem *p)
+{
+    pd_multigrid_free(&p->ctx, &p->mg);
+    pd_multigrid_free(&p->ctx, &p->mg);
+    CHECK_INT(p->ctx.in_use, 0);
+    free(p->active);
+    free(p->wall);
+    free(p->mass);
+    free(p->pocket);
+    for (int d = 0; d < PD_DIM; d++) {
+        free(p->conduct[d]);
+        free(p->flux[d]);
+    }
+}
+
+static int step(const problem *p, int d)
+{
+    int s = 1;
+    for (int e = 0; e < d; e++) s *= p->n[e];
+    return s;
+}
+
+static int coordinate(const problem *p, int c, int d) { return c / step(p, d) % p->n[d]; }
+
+static int node(const problem *p, int c)
+{
+    int at = (int)p->first;
+    for (int d = 0; d < PD_DIM; d++) at += coordinate(p, c, d) * (int)p->stride[d];
+    return at;
+}
+
+/* Neighbour of c along +-d, -1: none that takes part. */
+static int neighbour(const problem *p, int c, int d, int upper)
+{
+    int i = coordinate(p, c, d);
+    if (upper ? i == p->n[d] - 1 : i == 0) return -1;
+    int q = upper ? c + step(p, d) : c - step(p, d);
+    return p->active[q] ? q : -1;
+}
+
+/* y = A x on the padded lattice; the ghosts of y are left alone. */
+static void multiply(void *user, const double *x, double *y)
+{
+    const problem *p = (const problem *)user;
+    for (int c = 0; c < p->cells; c++) {
+        if (!p->active[c]) {
+            y[node(p, c)] = 0.0;
+            continue;
+        }
+        double xc = x[node(p, c)], sum = ((double)p->mass[c] + (double)p->wall[c]) * xc;
+        for (int d = 0; d < PD_DIM; d++)
+            for (int upper = 0; upper < 2; upper++) {
+                int q = neighbour(p, c, d, upper);
+                if (q < 0) continue;
+                int face = upper ? c : q;
+                double xq = x[node(p, q)], out = 0.0;
+                if (p->flow) out = upper ? (double)p->flux[d][face] : -(double)p->flux[d][face];
+                sum += (double)p->conduct[d][face] * (xc - xq);
+                sum += out > 0.0 ? out * xc : out * xq;
+            }
+        y[node(p, c)] = sum;
+    }
+}
+
+static void cycle(void *user, const double *x, double *y)
+{
+    problem *p = (problem *)user;
+    pd_multigrid_cycle(&p->ctx, &p->mg, x, y);
+}
+
+/* Subtract the mean of every pocket. */
+static void project(void *user, double *v)
+{
+    const problem *p = (const problem *)user;
+    for (int k = 0; k < p->pockets; k++) {
+        double sum = 0.0, count = 0.0;
+        for (int c = 0; c < p->cells; c++)
+            if (p->active[c] && p->pocket[c] == k) sum += v[node(p, c)], count += 1.0;
+        for (int c = 0; c < p->cells; c++)
+            if (p->active[c] && p->pocket[c] == k) v[node(p, c)] -= sum / count;
+    }
+}
+
+/* Dirichlet walls at the sides of the chosen axes (bits) and, when asked, at inactive cells: half a cell away. */
+static void walls(problem *p, int axes, int obstacles)
+{
+    for (int c = 0; c < p->cells; c++) {
+        p->wall[c] = 0.0f;
+        for (int d = 0; d < PD_DIM; d++)
+            for (int upper = 0; upper < 2; upper++) {
+                int i = coordinate(p, c, d), side = upper ? i == p->n[d] - 1 : i == 0;
+                int face = upper || i == 0 ? c : c - step(p, d);
+                if (side ? axes >> d & 1 : obstacles && neighbour(p, c, d, upper) < 0)
+                    p->wall[c] += 2.0f * p->conduct[d][face];
+            }
+    }
+}
+
+static pd_status build(problem *p)
+{
+    pd_multigrid_desc desc;
+    memset(&desc, 0, sizeof desc);
+    for (int d = 0; d < PD_DIM; d++) {
+        desc.n[d] = p->n[d];
+        desc.stride[d] = p->stride[d];
+    }
+    desc.first = p->first;
+    desc.symmetric = !p->flow && !p->general;
+    return pd_multigrid_build(&p->ctx, &desc, &p->mg);
+}
+
+static pd_status setup(problem *p)
+{
+    return pd_multigrid_setup(&p->ctx, &p->mg, p->active, (const float *const *)p->conduct,
+                              p->flow ? (const float *const *)p->flux : NULL, p->wall, p->mass);
+}
+
+static double norm_difference(const problem *p, const double *u, const double *v)
+{
+    double sum = 0.0;
+    for (int i = 0; i < p->nodes; i++) sum += (u[i] - v[i]) * (u[i] - v[i]);
+    return sqrt(sum);
+}
+
+static double *vector(const problem *p) { return (double *)room((size_t)p->nodes, sizeof(double)); }
+
+static double *random_vector(const problem *p)
+{
+    double *v = vector(p);
+    for (int c = 0; c < p->cells; c++)
+        if (p->active[c]) v[node(p, c)] = uniform() - 0.5;
+    return v;
+}
+
+/* Solve A x = A exact for a random x to 1e-8; returns the iterations, checks the residual with the operator above. */
+static int count(problem *p, pd_krylov_method method)
+{
+    pd_krylov k;
+    pd_krylov_result r;
+    pd_krylov_desc desc;
+    memset(&desc, 0, sizeof desc);
+    memset(&r, 0, sizeof r);
+    desc.method = method;
+    desc.n = p->nodes;
+    desc.flexible = 1;
+    desc.zero_guess = 1;
+    if (p->pockets) desc.project = project;
+    double *exact = random_vector(p), *b = vector(p), *x = vector(p), *y = vector(p);
+    multiply(p, exact, b);
+    if (CHECK_OK(&p->ctx, build(p)) && CHECK_OK(&p->ctx, setup(p)) &&
+        CHECK_OK(&p->ctx, pd_krylov_build(&p->ctx, &desc, &k))) {
+        size_t held = p->ctx.in_use, peak = p->ctx.peak;
+        CHECK_OK(&p->ctx, pd_krylov_solve(&p->ctx, &k, multiply, cycle, p, b, x, &r));
+        CHECK_INT(p->ctx.in_use, held); /* neither the solver nor the cycle allocates */
+        CHECK_INT(p->ctx.peak, peak > held ? peak : held);
+        pd_krylov_free(&p->ctx, &k);
+        multiply(p, x, y);
+        memset(exact, 0, (size_t)p->nodes * sizeof *exact);
+        CHECK_LE(norm_difference(p, y, b), 1.001e-8 * norm_difference(p, exact, b));
+    }
+    free(exact);
+    free(b);
+    free(x);
+    free(y);
+    pd_multigrid_free(&p->ctx, &p->mg);
+    return r.iterations;
+}
+
+static const int sizes[3] = {PD_DIM == 3 ? 16 : 32, PD_DIM == 3 ? 32 : 128,
+                             PD_DIM == 3 ? 64 : PD_DIM == 2 ? 256 : 1024};
+#define SIZE (PD_DIM == 3 ? 32 : PD_DIM == 2 ? 128 : 500)
+
+/* Zero values half a cell outside: sin(k pi (i + 1/2) / n) has the eigenvalue sum 2 - 2 cos(k pi / n). */
+TEST(closed_form)
+{
+    problem p;
+    start(&p, PD_DIM == 3 ? 20 : 48, 0);
+    walls(&p, 7, 0);
+    double *b = vector(&p), *x = vector(&p), *exact = vector(&p);
+    for (int mode = 1; mode <= 3; mode += 2) {
+        double value = 0.0;
+        for (int d = 0; d < PD_DIM; d++) value += 2.0 - 2.0 * cos(PI * mode / p.n[d]);
+        for (int c = 0; c < p.cells; c++) {
+            double f = 1.0;
+            for (int d = 0; d < PD_DIM; d++) f *= sin(PI * mode * (coordinate(&p, c, d) + 0.5) / p.n[d]);
+            b[node(&p, c)] += f;
+            exact[node(&p, c)] += f / value;
+        }
+    }
+    pd_krylov k;
+    pd_krylov_desc desc;
+    memset(&desc, 0, sizeof desc);
+    desc.method = PD_KRYLOV_CG;
+    desc.n = p.nodes;
+    desc.rtol = 1e-12;
+    if (CHECK_OK(&p.ctx, build(&p)) && CHECK_OK(&p.ctx, setup(&p)) &&
+        CHECK_OK(&p.ctx, pd_krylov_build(&p.ctx, &desc, &k))) {
+        CHECK_OK(&p.ctx, pd_krylov_solve(&p.ctx, &k, multiply, cycle, &p, b, x, NULL));
+        pd_krylov_free(&p.ctx, &k);
+        for (int i = 0; i < p.nodes; i++) CHECK_NEAR(x[i], exact[i], 1e-8);
+    }
+    free(b);
+    free(x);
+    free(exact);
+    finish(&p);
+}
+
+TEST(poisson)
+{
+    int its[3];
+    problem p;
+    for (int s = 0; s < 3; s++) {
+        start(&p, sizes[s], 0);
+        walls(&p, 7, 0);
+        its[s] = count(&p, PD_KRYLOV_CG);
+        finish(&p);
+    }
+    NOTE("CG iterations at %d, %d, %d cells an axis: %d %d %d", sizes[0], sizes[1], sizes[2], its[0], its[1], its[2]);
+    for (int s = 0; s < 3; s++) CHECK_LE(its[s], 8);
+    CHECK_LE(its[2], its[0] + 2);
+    start(&p, SIZE, 1);
+    walls(&p, 7, 0);
+    int odd = count(&p, PD_KRYLOV_CG);
+    walls(&p, 1, 0);
+    int one = count(&p, PD_KRYLOV_CG), gmres = count(&p, PD_KRYLOV_GMRES), bicgstab = count(&p, PD_KRYLOV_BICGSTAB);
+    finish(&p);
+    NOTE("odd sizes %d; walls on one axis: CG %d, GMRES %d, BiCGStab %d", odd, one, gmres, bicgstab);
+    CHECK_LE(odd, 8);
+    CHECK_LE(one, 8);
+    CHECK_LE(gmres, 9);
+    CHECK_LE(bicgstab, 5);
+}
+
+/* Steep sinks and weak ones, down to where the mean of the box drowns in single precision. */
+TEST(mass)
+{
+    static const double ratio[5] = {10.0, 1e-2, 1e-5, 1e-9, 1e-20};
+    int its[5];
+    problem p;
+    for (int k = 0; k < 5; k++) {
+        start(&p, SIZE, 0);
+        for (int c = 0; c < p.cells; c++) p.mass[c] = (float)ratio[k];
+        its[k] = count(&p, PD_KRYLOV_CG);
+        finish(&p);
+        CHECK_LE(its[k], 9);
+    }
+    NOTE("CG iterations for mass 10, 1e-2, 1e-5, 1e-9, 1e-20: %d %d %d %d %d", its[0], its[1], its[2], its[3], its[4]);
+}
+
+/* A fifth of the cells blocked at random. In one dimension this cuts the box into short pieces. */
+TEST(mask)
+{
+    problem p;
+    start(&p, SIZE, 0);
+    for (int c = 0; c < p.cells; c++) p.active[c] = uniform() > 0.2;
+    walls(&p, 7, 0);
+    for (int c = 0; c < p.cells; c++) p.mass[c] = 1e-3f; /* enclosed cells stay regular */
+    int closed = count(&p, PD_KRYLOV_CG);
+    walls(&p, 7, 1);
+    int held = count(&p, PD_KRYLOV_CG);
+    finish(&p);
+    NOTE("CG iterations: insulating obstacles %d, Dirichlet obstacles %d", closed, held);
+    CHECK_LE(closed, 12);
+    CHECK_LE(held, 8);
+}
+
+/* A wall across most of the box, one cell thick or only closed faces; coarse blocks straddle it. */
+TEST(thin_wall)
+{
+    problem p;
+    int its[2];
+    for (int faces = 0; faces < 2; faces++) {
+        start(&p, SIZE, 0);
+        walls(&p, 7, 0);
+        for (int c = 0; c < p.cells; c++) {
+            if (coordinate(&p, c, 0) != SIZE / 2 - 2) continue;
+            if (PD_DIM > 1 && coordinate(&p, c, PD_DIM - 1) < SIZE / 8) continue;
+            if (faces)
+                p.conduct[0][c] = 0.0f;
+            else
+                p.active[c] = 0;
+        }
+        its[faces] = count(&p, PD_KRYLOV_CG);
+        finish(&p);
+        CHECK_LE(its[faces], 8);
+    }
+    NOTE("CG iterations: wall of one cell %d, of closed faces %d", its[0], its[1]);
+}
+
+/* Spacing ratio r: conductance ratio r^2, strong along the first or the last axis. */
+TEST(spacing_ratio)
+{
+    problem p;
+    for (int axis = 0; axis < PD_DIM; axis += PD_DIM > 1 ? PD_DIM - 1 : 1)
+        for (int ratio = 10; ratio <= 100; ratio *= 10) {
+            start(&p, SIZE, 0);
+            for (int c = 0; c < p.cells; c++) p.conduct[axis][c] = (float)(ratio * ratio);
+            walls(&p, 7, 0);
+            int all = count(&p, PD_KRYLOV_CG);
+            walls(&p, PD_DIM > 1 ? 7 & ~(1 << axis) : 1, 0);
+            int weak = count(&p, PD_KRYLOV_CG);
+            finish(&p);
+            NOTE("CG iterations at ratio %d, axis %d: walls on all sides %d, on weak axes %d", ratio, axis, all, weak);
+            CHECK_LE(all, 11);
+            CHECK_LE(weak, 10);
+        }
+}
+
+/* Closed pockets, two cells to half the box, without any sink: singular, once for each pocket. */
+TEST(singular_pockets)
+{
+    problem p;
+    start(&p, SIZE, 0);
+    int cut[4] = {0, 2, 9, SIZE / 2}; /* planes between the pockets along the last axis */
+    p.pockets = 4;
+    for (int c = 0; c < p.cells; c++) {
+        int i = coordinate(&p, c, PD_DIM - 1);
+        p.pocket[c] = 3;
+        for (int k = 1; k < 4; k++) {
+            if (i == cut[k]) p.active[c] = 0;
+            if (i < cut[k] && p.pocket[c] == 3) p.pocket[c] = k - 1;
+        }
+    }
+    int its = count(&p, PD_KRYLOV_CG), gmres = count(&p, PD_KRYLOV_GMRES);
+    NOTE("four pockets: CG %d, GMRES %d iterations", its, gmres);
+    CHECK_LE(its, 8);
+    CHECK_LE(gmres, 9);
+    /* a right-hand side with a net source in the pockets has no solution, yet the cycle stays of the size of one */
+    double *b = vector(&p), *x = vector(&p);
+    for (int c = 0; c < p.cells; c++) b[node(&p, c)] = p.active[c] ? 1.0 : 5.0;
+    for (p.general = 0; p.general < 2; p.general++) {
+        CHECK_OK(&p.ctx, build(&p));
+        CHECK_OK(&p.ctx, setup(&p));
+        cycle(&p, b, x);
+        for (int i = 0; i < p.nodes; i++) CHECK(fabs(x[i]) <= 2.0 * SIZE * SIZE);
+        for (int c = 0; c < p.cells; c++) CHECK(p.active[c] || x[node(&p, c)] == 0.0);
+        pd_multigrid_free(&p.ctx, &p.mg);
+    }
+    free(b);
+    free(x);
+    finish(&p);
+}
+
+/* Through flow along axis 0 (kind 0), oblique (1), one vortex in the plane of the first two axes (2). */
+static void flow(problem *p, double peclet, int kind)
+{
+    double a = PI / p->n[0], q = PD_DIM > 1 ? PI / p->n[PD_DIM > 1 ? 1 : 0] : 0.0;
+    p->flow = 1;
+    for (int c = 0; c < p->cells; c++) {
+        int i = coordinate(p, c, 0), j = PD_DIM > 1 ? coordinate(p, c, PD_DIM > 1 ? 1 : 0) : 0;
+        p->mass[c] = 0.0f;
+        for (int d = 0; d < PD_DIM; d++) {
+            double f = kind == 2 ? 0.0 : d == 0 ? peclet : kind == 1 ? 0.7 * peclet : 0.0;
+            /* differences of the stream function sin(a x) sin(q y) at the corners */
+            if (kind == 2 && d == 0) f = peclet / a * sin(a * (i + 1)) * (sin(q * (j + 1)) - sin(q * j));
+            if (kind == 2 && d == 1) f = -peclet / a * sin(q * (j + 1)) * (sin(a * (i + 1)) - sin(a * i));
+            p->flux[d][c] = (float)f;
+            if (kind < 2 && coordinate(p, c, d) == p->n[d] - 1) p->mass[c] += (float)f; /* leaves the box */
+        }
+    }
+}
+
+TEST(advection)
+{
+    static const double peclet[4] = {0.1, 1.0, 10.0, 1000.0};
+    static const char *const name[3] = {"along axis 0", "oblique", "vortex"};
+    for (int kind = 0; kind < (PD_DIM > 1 ? 3 : 1); kind++) {
+        int gmres[4], bicgstab[4], closed[4];
+        for (int k = 0; k < 4; k++) {
+            problem p;
+            start(&p, SIZE, 0);
+            walls(&p, 7, 0);
+            flow(&p, peclet[k], kind);
+            gmres[k] = count(&p, PD_KRYLOV_GMRES);
+            bicgstab[k] = count(&p, PD_KRYLOV_BICGSTAB);
+            CHECK_LE(gmres[k], kind < 2 ? 11 : PD_DIM == 2 ? 21 : 14);
+            CHECK_LE(bicgstab[k], kind < 2 ? 7 : PD_DIM == 2 ? 24 : 9);
+            closed[k] = 0;
+            if (kind == 2) { /* no wall gives way: constants are in the null space */
+                walls(&p, 0, 0);
+                p.pockets = 1;
+                closed[k] = count(&p, PD_KRYLOV_GMRES);
+                CHECK_LE(closed[k], PD_DIM == 2 ? 21 : 14);
+            }
+            finish(&p);
+        }
+        NOTE("%s, cell Peclet 0.1, 1, 10, 1000: GMRES %d %d %d %d, BiCGStab %d %d %d %d", name[kind], gmres[0],
+             gmres[1], gmres[2], gmres[3], bicgstab[0], bicgstab[1], bicgstab[2], bicgstab[3]);
+        if (kind == 2) NOTE("closed vortex: GMRES %d %d %d %d", closed[0], closed[1], closed[2], closed[3]);
+    }
+}
+
+static double dot(const problem *p, const double *u, const double *v)
+{
+    double sum = 0.0;
+    for (int i = 0; i < p->nodes; i++) sum += u[i] * v[i];
+    return sum;
+}
+
+/* A hard case: random mask and conductances, odd sizes. */
+static void tangle(problem *p)
+{
+    start(p, PD_DIM == 3 ? 21 : 70, 1);
+    for (int c = 0; c < p->cells; c++) {
+        p->active[c] = uniform() > 0.15;
+        p->mass[c] = (float)(0.01 * uniform());
+        for (int d = 0; d < PD_DIM; d++) p->conduct[d][c] = (float)pow(10.0, 2.0 * uniform() - 1.0);
+    }
+    walls(p, 1, 0);
+}
+
+/* <M x, y> = <x, M y> (red-black), <M x, x> > 0, M (x + 2 y) = M x + 2 M y, to single precision. */
+TEST(symmetric_linear)
+{
+    for (int general = 0; general < 2; general++) {
+        problem p;
+        tangle(&p);
+        p.general = general;
+        double *x = random_vector(&p), *y = random_vector(&p), *s = vector(&p);
+        double *mx = vector(&p), *my = vector(&p), *ms = vector(&p), *zero = vector(&p);
+        for (int i = 0; i < p.nodes; i++) s[i] = x[i] + 2.0 * y[i];
+        CHECK_OK(&p.ctx, build(&p));
+        CHECK_OK(&p.ctx, setup(&p));
+        cycle(&p, x, mx);
+        cycle(&p, y, my);
+        cycle(&p, s, ms);
+        double scale = norm_difference(&p, mx, zero) * norm_difference(&p, y, zero);
+        if (!general) CHECK_NEAR(dot(&p, mx, y), dot(&p, x, my), 1e-6 * scale);
+        CHECK(dot(&p, mx, x) > 0.0);
+        CHECK(dot(&p, my, y) > 0.0);
+        for (int i = 0; i < p.nodes; i++) s[i] = mx[i] + 2.0 * my[i];
+        CHECK_LE(norm_difference(&p, ms, s), 1e-6 * norm_difference(&p, ms, zero));
+        free(x);
+        free(y);
+        free(s);
+        free(mx);
+        free(my);
+        free(ms);
+        free(zero);
+        finish(&p);
+    }
+}
+
+/* The same bits for any number of threads; nodes outside of the box neither read nor written. */
+TEST(threads_and_ghosts)
+{
+    for (int general = 0; general < 2; general++) {
+        problem p;
+        start(&p, PD_DIM == 3 ? 40 : PD_DIM == 2 ? 200 : 60000, 1);
+        for (int c = 0; c < p.cells; c++) p.active[c] = uniform() > 0.1;
+        walls(&p, 7, 0);
+        if (general) flow(&p, 5.0, PD_DIM > 1 ? 2 : 0);
+        double *b = random_vector(&p), *x = vector(&p), *first = vector(&p), *inside = vector(&p);
+        for (int c = 0; c < p.cells; c++) inside[node(&p, c)] = 1.0;
+        for (int t = 1; t <= 4; t *= 2) {
+            p.ctx.threads = t;
+            for (int i = 0; i < p.nodes; i++) {
+                if (inside[i] == 0.0) b[i] = (double)NAN;
+                x[i] = 77.0;
+            }
+            CHECK_OK(&p.ctx, build(&p));
+            CHECK_OK(&p.ctx, setup(&p));
+            cycle(&p, b, x);
+            pd_multigrid_free(&p.ctx, &p.mg);
+            if (t == 1) memcpy(first, x, (size_t)p.nodes * sizeof *x);
+            CHECK(memcmp(first, x, (size_t)p.nodes * sizeof *x) == 0);
+            for (int i = 0; i < p.nodes; i++) CHECK(inside[i] > 0.0 ? fabs(x[i]) < 1e12 : x[i] == 77.0);
+        }
+        free(b);
+        free(x);
+        free(first);
+        free(inside);
+        finish(&p);
+    }
+}
+
+/* Coefficients and right-hand side in other units: powers of two come out bit for bit, far outside of float's range. */
+TEST(unit_covariance)
+{
+    for (int general = 0; general < 2; general++) {
+        problem p;
+        tangle(&p);
+        p.general = general;
+        double *b = random_vector(&p), *x = vector(&p), *y = vector(&p);
+        CHECK_OK(&p.ctx, build(&p));
+        CHECK_OK(&p.ctx, setup(&p));
+        cycle(&p, b, x);
+        for (int c = 0; c < p.cells; c++) {
+            p.mass[c] = ldexpf(p.mass[c], -90);
+            p.wall[c] = ldexpf(p.wall[c], -90);
+            b[node(&p, c)] = ldexp(b[node(&p, c)], -300);
+            for (int d = 0; d < PD_DIM; d++) p.conduct[d][c] = ldexpf(p.conduct[d][c], -90);
+        }
+        CHECK_OK(&p.ctx, setup(&p));
+        cycle(&p, b, y);
+        for (int i = 0; i < p.nodes; i++) CHECK(y[i] == ldexp(x[i], -210));
+        free(b);
+        free(x);
+        free(y);
+        finish(&p);
+    }
+}
+
+/* Setup again, with other masks and couplings, leaves no trace of what was there before. */
+TEST(setup_again)
+{
+    for (int general = 0; general < 2; general++) {
+        problem p;
+        start(&p, PD_DIM == 3 ? 12 : 40, 0);
+        p.general = general;
+        double *b = random_vector(&p), *x = vector(&p), *fresh = vector(&p);
+        pd_multigrid kept;
+        CHECK_OK(&p.ctx, build(&p));
+        for (int round = 0; round < 4; round++) {
+            for (int c = 0; c < p.cells; c++) {
+                p.active[c] = round % 2 ? uniform() > 0.5 : 1;
+                for (int d = 0; d < PD_DIM; d++) p.conduct[d][c] = round == 2 && d == 0 ? 1e4f : 1.0f;
+            }
+            walls(&p, 7, 0);
+            CHECK_OK(&p.ctx, setup(&p));
+            cycle(&p, b, x);
+            kept = p.mg;
+            CHECK_OK(&p.ctx, build(&p));
+            CHECK_OK(&p.ctx, setup(&p));
+            cycle(&p, b, fresh);
+            CHECK(memcmp(x, fresh, (size_t)p.nodes * sizeof *x) == 0);
+            pd_multigrid_free(&p.ctx, &p.mg);
+            p.mg = kept;
+        }
+        free(b);
+        free(x);
+        free(fresh);
+        finish(&p);
+    }
+}
+
+/* One cell, no cell, a row of single cells: the answer is b over the diagonal. */
+TEST(degenerate)
+{
+    for (int general = 0; general < 2; general++) {
+        problem p;
+        start(&p, 1, 0);
+        p.general = general;
+        p.mass[0] = 4.0f;
+        double *b = vector(&p), *x = vector(&p);
+        b[node(&p, 0)] = 3.0;
+        CHECK_OK(&p.ctx, build(&p));
+        CHECK_OK(&p.ctx, setup(&p));
+        cycle(&p, b, x);
+        CHECK_REL(x[node(&p, 0)], 0.75, 1e-7);
+        p.mass[0] = 0.0f; /* 0 x = b */
+        CHECK_OK(&p.ctx, setup(&p));
+        cycle(&p, b, x);
+        CHECK_NEAR(x[node(&p, 0)], 0.0, 0.0);
+        free(b);
+        free(x);
+        finish(&p);
+        start(&p, 9, 0);
+        p.general = general;
+        for (int c = 0; c < p.cells; c++) {
+            int sum = 0;
+            for (int d = 0; d < PD_DIM; d++) sum += coordinate(&p, c, d);
+            p.active[c] = sum % 2 == 0;
+            p.mass[c] = (float)(1 + c);
+        }
+        b = random_vector(&p);
+        x = vector(&p);
+        CHECK_OK(&p.ctx, build(&p));
+        CHECK_OK(&p.ctx, setup(&p));
+        cycle(&p, b, x);
+        for (int c = 0; c < p.cells; c++)
+            if (p.active[c]) CHECK_REL(x[node(&p, c)], b[node(&p, c)] / (1 + c), 1e-6);
+        memset(p.active, 0, (size_t)p.cells);
+        CHECK_OK(&p.ctx, setup(&p));
+        cycle(&p, b, x);
+        for (int c = 0; c < p.cells; c++) CHECK(x[node(&p, c)] == 0.0);
+        free(b);
+        free(x);
+        finish(&p);
+    }
+}
+
+/* NaN in the right-hand side comes out as NaN, so that the Krylov solver can tell. */
+TEST(not_a_number)
+{
+    problem p;
+    start(&p, 20, 0);
+    walls(&p, 7, 0);
+    double *b = random_vector(&p), *x = vector(&p);
+    CHECK_OK(&p.ctx, build(&p));
+    CHECK_OK(&p.ctx, setup(&p));
+    for (int kind = 0; kind < 2; kind++) {
+        int bad = 0;
+        b[node(&p, 7)] = kind ? (double)INFINITY : (double)NAN;
+        cycle(&p, b, x);
+        for (int c = 0; c < p.cells; c++) bad += !(fabs(x[node(&p, c)]) < 1e300);
+        CHECK(bad > 0);
+    }
+    free(b);
+    free(x);
+    finish(&p);
+}
+
+typedef struct counter {
+    int calls, fail;
+} counter;
+
+static void *counted(void *user, void *ptr, size_t old_size, size_t new_size)
+{
+    counter *c = (counter *)user;
+    (void)old_size;
+    if (new_size == 0) {
+        free(ptr);
+        return NULL;
+    }
+    c->calls++;
+    return c->fail && c->calls >= c->fail ? NULL : realloc(ptr, new_size);
+}
+
+/* Each allocation fails once; the next setup on the same object then works and gives the same bits. */
+TEST(memory)
+{
+    for (int general = 0; general < 2; general++) {
+        problem p;
+        counter k = {0, 0};
+        tangle(&p);
+        p.general = general;
+        p.ctx.alloc.fn = counted;
+        p.ctx.alloc.user = &k;
+        double *b = random_vector(&p), *x = vector(&p), *y = vector(&p);
+        CHECK_OK(&p.ctx, build(&p));
+        int built = k.calls;
+        CHECK_OK(&p.ctx, setup(&p));
+        int all = k.calls;
+        cycle(&p, b, x);
+        CHECK_INT(k.calls, all);
+        pd_multigrid_free(&p.ctx, &p.mg);
+        CHECK(all > built && built > 0);
+        for (int fail = 1; fail <= all; fail++) {
+            k.calls = 0;
+            k.fail = fail;
+            pd_status status = build(&p);
+            CHECK_INT(status, fail <= built ? PD_ERR_MEMORY : PD_OK);
+            CHECK_INT(setup(&p), fail <= built ? PD_ERR_ARGUMENT : PD_ERR_MEMORY);
+            cycle(&p, b, y);
+            k.fail = 0;
+            if (fail > built) {
+                CHECK_OK(&p.ctx, setup(&p));
+                cycle(&p, b, y);
+                CHECK(memcmp(x, y, (size_t)p.nodes * sizeof *x) == 0);
+            }
+            pd_multigrid_free(&p.ctx, &p.mg);
+            CHECK_INT(p.ctx.in_use, 0);
+        }
+        free(b);
+        free(x);
+        free(y);
+        finish(&p);
+    }
+}
+
+TEST(bad_input)
+{
+    problem p;
+    start(&p, 6, 0);
+    p.flow = 1;
+    CHECK_OK(&p.ctx, build(&p));
+    float *field[4] = {p.conduct[PD_DIM - 1], p.flux[0], p.wall, p.mass};
+    static const char *const name[4] = {"conduct", "flux", "wall", "mass"};
+    static const float value[3] = {-1.0f, (float)NAN, (float)INFINITY};
+    for (int f = 0; f < 4; f++)
+        for (int v = 0; v < 3; v++) {
+            float keep = field[f][3];
+            field[f][3] = value[v];
+            CHECK_INT(setup(&p), f == 1 && v == 0 ? PD_OK : PD_ERR_ARGUMENT); /* flow may be negative */
+            if (!(f == 1 && v == 0)) CHECK(strstr(p.ctx.message, name[f]) != NULL);
+            field[f][3] = keep;
+        }
+    pd_multigrid_free(&p.ctx, &p.mg);
+    p.flow = 0;
+    CHECK_OK(&p.ctx, build(&p));
+    p.flow = 1;
+    CHECK_INT(setup(&p), PD_ERR_ARGUMENT); /* flux for a symmetric one */
+    pd_multigrid_free(&p.ctx, &p.mg);
+    CHECK_INT(setup(&p), PD_ERR_ARGUMENT); /* not built */
+    int keep = p.n[0];
+    p.n[0] = 0;
+    CHECK_INT(build(&p), PD_ERR_ARGUMENT);
+    pd_multigrid_free(&p.ctx, &p.mg);
+    p.n[0] = 2000000000;
+    CHECK_INT(build(&p), PD_ERR_SIZE);
+    pd_multigrid_free(&p.ctx, &p.mg);
+    p.n[0] = keep;
+    p.stride[0] = 0;
+    CHECK_INT(build(&p), PD_ERR_ARGUMENT);
+    finish(&p);
+}
+
+TEST_MAIN(ENTRY(closed_form) ENTRY(poisson) ENTRY(mass) ENTRY(mask) ENTRY(thin_wall) ENTRY(spacing_ratio)
+          ENTRY(singular_pockets) ENTRY(advection) ENTRY(symmetric_linear) ENTRY(threads_and_ghosts)
+          ENTRY(unit_covariance) ENTRY(setup_again) ENTRY(degenerate) ENTRY(not_a_number) ENTRY(memory)
+          ENTRY(bad_input))
