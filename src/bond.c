@@ -124,7 +124,8 @@ static void pdi_bond_cut(const pd_bonds *bonds, int32_t node, int k, int group, 
 static void pdi_bond_invert(const pd_grid *grid, const double *moment, const double *closure, double *inverse)
 {
     double scaled[PD_DIM * PD_DIM], trace = 0.0;
-    for (int a = 0; a < PD_DIM; a++) trace += (moment[a * PD_DIM + a] + closure[a * PD_DIM + a]) / (grid->h[a] * grid->h[a]);
+    for (int a = 0; a < PD_DIM; a++)
+        trace += (moment[a * PD_DIM + a] + closure[a * PD_DIM + a]) / (grid->h[a] * grid->h[a]);
     for (int i = 0; i < PD_DIM * PD_DIM; i++) inverse[i] = 0.0;
     if (!(trace > 0.0)) return;
     for (int pass = 0; pass < 2; pass++) {
@@ -183,19 +184,60 @@ static void pdi_bond_fill_row(pd_bonds *bonds, int32_t r)
     pdi_bond_invert(grid, moment, closure, bonds->moment + (int64_t)r * PD_DIM * PD_DIM);
 }
 
+static void pdi_bond_free_rows(pd_ctx *ctx, pd_bonds *b)
+{
+    int64_t count = b->stencil ? b->stencil->count : 0;
+    PDI_DELETE(ctx, b->capacity, b->node);
+    PDI_DELETE(ctx, b->capacity, b->open);
+    PDI_DELETE(ctx, b->capacity * count, b->bond);
+    PDI_DELETE(ctx, b->capacity, b->wall_lap);
+    PDI_DELETE(ctx, b->capacity, b->wall_curv);
+    PDI_DELETE(ctx, (int64_t)b->capacity * PD_DIM * PD_DIM, b->moment);
+}
+
+static pd_status pdi_bond_new_rows(pd_ctx *ctx, pd_bonds *b)
+{
+    b->node = NULL;
+    b->open = b->bond = NULL;
+    b->wall_lap = b->wall_curv = b->moment = NULL;
+    PDI_TRY(PDI_NEW(ctx, "bond", b->capacity, b->node));
+    PDI_TRY(PDI_NEW(ctx, "bond", b->capacity, b->open));
+    PDI_TRY(PDI_NEW(ctx, "bond", (int64_t)b->capacity * b->stencil->count, b->bond));
+    PDI_TRY(PDI_NEW(ctx, "bond", b->capacity, b->wall_lap));
+    PDI_TRY(PDI_NEW(ctx, "bond", b->capacity, b->wall_curv));
+    return PDI_NEW(ctx, "bond", (int64_t)b->capacity * PD_DIM * PD_DIM, b->moment);
+}
+
+/* All arrays of rows have one capacity at any time, also when memory runs out half-way. */
 static pd_status pdi_bond_reserve(pd_ctx *ctx, int32_t rows, pd_bonds *b)
 {
     if (rows <= b->capacity) return PD_OK;
-    int32_t old = b->capacity, fresh = rows + rows / 4 + 64;
-    int64_t count = b->stencil->count;
-    PDI_TRY(PDI_GROW(ctx, "bond", old, fresh, b->node));
-    PDI_TRY(PDI_GROW(ctx, "bond", old, fresh, b->open));
-    PDI_TRY(PDI_GROW(ctx, "bond", old * count, fresh * count, b->bond));
-    PDI_TRY(PDI_GROW(ctx, "bond", old, fresh, b->wall_lap));
-    PDI_TRY(PDI_GROW(ctx, "bond", old, fresh, b->wall_curv));
-    PDI_TRY(PDI_GROW(ctx, "bond", (int64_t)old * PD_DIM * PD_DIM, (int64_t)fresh * PD_DIM * PD_DIM, b->moment));
-    b->capacity = fresh;
-    return PD_OK;
+    pd_bonds fresh = *b;
+    fresh.capacity = rows + rows / 4 + 64;
+    pd_status status = pdi_bond_new_rows(ctx, &fresh);
+    if (status == PD_OK) {
+        size_t used = (size_t)b->rows;
+        pd_bonds old = *b;
+        if (used) {
+            memcpy(fresh.node, b->node, used * sizeof *b->node);
+            memcpy(fresh.open, b->open, used * sizeof *b->open);
+            memcpy(fresh.bond, b->bond, used * (size_t)b->stencil->count * sizeof *b->bond);
+            memcpy(fresh.wall_lap, b->wall_lap, used * sizeof *b->wall_lap);
+            memcpy(fresh.wall_curv, b->wall_curv, used * sizeof *b->wall_curv);
+            memcpy(fresh.moment, b->moment, used * PD_DIM * PD_DIM * sizeof *b->moment);
+        }
+        *b = fresh;
+        fresh = old;
+    }
+    pdi_bond_free_rows(ctx, &fresh);
+    return status;
+}
+
+static void pdi_bond_free_runs(pd_ctx *ctx, pd_bonds *b)
+{
+    PDI_DELETE(ctx, b->run_capacity, b->run_first);
+    PDI_DELETE(ctx, b->run_capacity, b->run_length);
+    b->runs = 0;
 }
 
 static pd_status pdi_bond_runs(pd_ctx *ctx, pd_bonds *b)
@@ -215,10 +257,10 @@ static pd_status pdi_bond_runs(pd_ctx *ctx, pd_bonds *b)
         }
         b->runs = runs;
         if (pass == 0 && runs > b->run_capacity) {
-            int32_t fresh = runs + runs / 4 + 16;
-            PDI_TRY(PDI_GROW(ctx, "bond", b->run_capacity, fresh, b->run_first));
-            PDI_TRY(PDI_GROW(ctx, "bond", b->run_capacity, fresh, b->run_length));
-            b->run_capacity = fresh;
+            pdi_bond_free_runs(ctx, b);
+            b->run_capacity = runs + runs / 4 + 16;
+            PDI_TRY(PDI_NEW(ctx, "bond", b->run_capacity, b->run_first));
+            PDI_TRY(PDI_NEW(ctx, "bond", b->run_capacity, b->run_length));
         }
     }
     return PD_OK;
@@ -313,17 +355,10 @@ pd_status pd_bonds_validate(pd_ctx *ctx, const pd_bonds *b)
 
 void pd_bonds_free(pd_ctx *ctx, pd_bonds *b)
 {
-    int64_t count = b->stencil ? b->stencil->count : 0;
-    PDI_DELETE(ctx, count, b->shift);
+    PDI_DELETE(ctx, b->stencil ? b->stencil->count : 0, b->shift);
     PDI_DELETE(ctx, b->stencil ? b->stencil->cells : 0, b->cell_shift);
     PDI_DELETE(ctx, b->grid ? b->grid->total : 0, b->row);
-    PDI_DELETE(ctx, b->capacity, b->node);
-    PDI_DELETE(ctx, b->capacity, b->open);
-    PDI_DELETE(ctx, b->capacity * count, b->bond);
-    PDI_DELETE(ctx, b->capacity, b->wall_lap);
-    PDI_DELETE(ctx, b->capacity, b->wall_curv);
-    PDI_DELETE(ctx, (int64_t)b->capacity * PD_DIM * PD_DIM, b->moment);
-    PDI_DELETE(ctx, b->run_capacity, b->run_first);
-    PDI_DELETE(ctx, b->run_capacity, b->run_length);
+    pdi_bond_free_rows(ctx, b);
+    pdi_bond_free_runs(ctx, b);
     memset(b, 0, sizeof *b);
 }

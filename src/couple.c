@@ -8,18 +8,18 @@ static double pdi_couple_solid(pd_ctx *ctx, const pd_couple *c)
     return c->dissolve ? pd_dissolve_stock(ctx, c->dissolve) : 0.0;
 }
 
-/* The opening balance counts what the solvers owe (carry) as zero; afterwards imbalance shows it. */
 static pd_status pdi_couple_balance(pd_ctx *ctx, pd_couple *c)
 {
     pd_ledger *l = &c->ledger;
     if (!c->transport) return PD_OK;
     l->solid = pdi_couple_solid(ctx, c);
     l->dissolved = pd_transport_stock(ctx, c->transport);
+    l->carry = pd_transport_carried(ctx, c->transport);
     if (c->steps == 0) {
         l->start = l->solid + l->dissolved;
         c->solid_start = l->solid;
     }
-    l->imbalance = (l->solid + l->dissolved - l->start) + (l->out - l->in);
+    l->imbalance = (l->solid + l->dissolved + l->carry - l->start) + (l->out - l->in);
     double scale = c->solid_start > 0.0 ? c->solid_start : fmax(l->start, fmax(l->in, l->out));
     l->relative = scale > 0.0 ? fabs(l->imbalance) / scale : 0.0;
     if (!(l->relative <= c->desc.ledger_tolerance))

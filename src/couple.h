@@ -9,11 +9,12 @@
 #include "dissolve.h"
 #include "steady.h"
 
-/* Amounts [mol, per m depth in 2D, per m2 in 1D]. imbalance = solid + dissolved + out - in - start. */
+/* Amounts [mol, per m depth in 2D, per m2 in 1D]. imbalance = solid + dissolved + carry + out - in - start. */
 typedef struct pd_ledger {
     double start;     /* [mol] solid and dissolved at the start */
     double solid;     /* [mol] now */
     double dissolved; /* [mol] now in the fluid */
+    double carry;     /* [mol] what the last linear solve left undone or debris owes; delivered by the next step */
     double out, in;   /* [mol] through outlets and inlets since the start */
     double imbalance; /* [mol] */
     double relative;  /* [-] |imbalance| over the initial solid (over start without solid) */

@@ -29,6 +29,8 @@ typedef struct pdi_picture_layout {
     int y_label;
     pdi_axis axis_x, axis_y, axis_bar; /* positions in their unit; values */
     const char *unit_x, *unit_y;
+    char x_label[96];
+    int x_label_start;
     double stretch;  /* y against x */
     int has_bar, has_solid, has_wall;
 } pdi_picture_layout;
@@ -136,6 +138,16 @@ static int pdi_picture_widest(const pdi_axis *axis)
     return widest;
 }
 
+/* The label of the x axis also confesses a stretched axis. */
+static void pdi_picture_x_label(pdi_picture_layout *l)
+{
+    char axis = l->stretch > 1 ? 'y' : 'x';
+    double times = l->stretch > 1 ? l->stretch : 1 / l->stretch;
+    if (times > 1.05)
+        snprintf(l->x_label, sizeof l->x_label, "x [%s]   (%c drawn %.3g times larger)", l->unit_x, axis, times);
+    else snprintf(l->x_label, sizeof l->x_label, "x [%s]", l->unit_x);
+}
+
 static void pdi_picture_place(const pd_picture *p, pdi_picture_layout *l)
 {
     int title = p->title ? pdi_canvas_text_width(p->title) + 1 : 0;
@@ -144,14 +156,19 @@ static void pdi_picture_place(const pd_picture *p, pdi_picture_layout *l)
     l->left = l->y_label + PDI_CANVAS_CAPITAL + 14 + pdi_picture_widest(&l->axis_y) + 12;
     l->top = title || stamp ? 52 : 24;
     if (l->has_bar && l->axis_bar.exponent && !(title || stamp)) l->top += 16;
-    int right = l->left + l->x.pixels;
+    int edge = l->left + l->x.pixels, right = edge + pdi_picture_widest(&l->axis_x) / 2;
     if (l->has_bar) {
-        l->bar = right + 28;
+        l->bar = edge + 28;
         l->bar_label = l->bar + PDI_PICTURE_BAR + 12 + pdi_picture_widest(&l->axis_bar) + 16;
         right = l->bar_label + (p->label ? PDI_CANVAS_CAPITAL + 4 : -8);
     }
     int header = l->left + title + stamp + (title && stamp ? 30 : 0);
     if (!l->has_bar && p->label) header += pdi_canvas_text_width(p->label) + 30;
+    if (l->has_bar && l->axis_bar.exponent && header + 10 > l->bar) l->top += 22; /* room for the factor below */
+    /* Under a narrow field the label is wider than the field. */
+    int label = pdi_canvas_text_width(l->x_label), centred = l->left + (l->x.pixels - label) / 2;
+    l->x_label_start = centred > l->y_label ? centred : l->y_label;
+    if (l->x_label_start + label > right) right = l->x_label_start + label;
     l->width = (right > header ? right : header) + 22;
     l->height = l->top + l->y.pixels + 12 + PDI_CANVAS_CAPITAL + 14 + PDI_CANVAS_CAPITAL + 22;
 }
@@ -199,7 +216,7 @@ static void pdi_picture_field(const pd_picture *p, const pdi_picture_layout *l, 
 static void pdi_picture_axes(const pdi_picture_layout *l, pdi_canvas *canvas)
 {
     int bottom = l->top + l->y.pixels;
-    char text[96];
+    char text[32];
     for (int k = 0; k < l->axis_x.count; k++) {
         int x = l->left + (int)(pdi_axis_place(&l->axis_x, l->axis_x.at[k]) * l->x.pixels);
         pdi_canvas_fill(canvas, x, bottom, x + 1, bottom + 7, PDI_CANVAS_INK);
@@ -211,12 +228,8 @@ static void pdi_picture_axes(const pdi_picture_layout *l, pdi_canvas *canvas)
         pdi_canvas_text(canvas, l->left - 12, y - PDI_CANVAS_CAPITAL / 2 + 1, PDI_ALIGN_END, PDI_CANVAS_INK,
                         l->axis_y.label[k]);
     }
-    snprintf(text, sizeof text, "x [%s]", l->unit_x);
-    if (l->stretch > 1.05) snprintf(text, sizeof text, "x [%s]   (y drawn %.3g times larger)", l->unit_x, l->stretch);
-    if (l->stretch < 0.95)
-        snprintf(text, sizeof text, "x [%s]   (x drawn %.3g times larger)", l->unit_x, 1 / l->stretch);
-    pdi_canvas_text(canvas, l->left + l->x.pixels / 2, bottom + 12 + PDI_CANVAS_CAPITAL + 12, PDI_ALIGN_CENTRE,
-                    PDI_CANVAS_INK, text);
+    pdi_canvas_text(canvas, l->x_label_start, bottom + 12 + PDI_CANVAS_CAPITAL + 12, PDI_ALIGN_START, PDI_CANVAS_INK,
+                    l->x_label);
     snprintf(text, sizeof text, "y [%s]", l->unit_y);
     pdi_canvas_text_up(canvas, l->y_label, l->top + l->y.pixels / 2, PDI_ALIGN_CENTRE, PDI_CANVAS_INK, text);
 }
@@ -264,7 +277,7 @@ static void pdi_picture_key(const pdi_picture_layout *l, pdi_canvas *canvas)
 
 static void pdi_picture_header(const pd_picture *p, const pdi_picture_layout *l, pdi_canvas *canvas)
 {
-    int y = l->top - PDI_CANVAS_CAPITAL - 14, right = l->left + l->x.pixels;
+    int y = 24, right = l->left + l->x.pixels;
     if (p->title) pdi_canvas_title(canvas, l->left, y, PDI_CANVAS_INK, p->title);
     int taken = l->left + (p->title ? pdi_canvas_text_width(p->title) + 30 : 0);
     if (!l->has_bar && p->label) {
@@ -286,6 +299,7 @@ pd_status pd_picture_draw(pd_ctx *ctx, const pd_picture *picture, pd_image *imag
     PDI_TRY(pdi_picture_check(ctx, picture));
     pdi_picture_range(picture, &l);
     pdi_picture_scales(picture, &l);
+    pdi_picture_x_label(&l);
     pdi_picture_place(picture, &l);
     pdi_colour_table(picture->map == PD_MAP_DIVERGING ? PD_MAP_DIVERGING : PD_MAP_SEQUENTIAL, table);
     PDI_TRY(pdi_canvas_init(ctx, l.width, l.height, &canvas));

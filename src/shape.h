@@ -44,7 +44,7 @@ typedef struct pd_shape {
  * PD_ERR_ARGUMENT: the first shape and parameter at fault. PD_ERR_SIZE: a limit above. */
 PD_API pd_status pd_shape_validate(pd_ctx *ctx, const pd_shape *shapes, int count);
 /* Signed distance [m] of point x to shape `index` of a validated array, negative inside. Exact for primitives (voxel
- * masks: up to one cell, beyond that a bound); inside set operations a bound of the right sign. Lipschitz constant 1. */
+ * masks: up to one cell, beyond it a bound); a bound of the right sign inside set operations. Lipschitz constant 1. */
 PD_API double pd_shape_distance(const pd_shape *shapes, int index, const double *x);
 /* 1 when the zero level of the shape is a smooth description of the surface (no voxel mask below it). */
 PD_API int pd_shape_exact(const pd_shape *shapes, int index);

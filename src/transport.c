@@ -426,13 +426,24 @@ pd_status pd_transport_explicit(pd_ctx *ctx, pd_transport *t, double dt)
     return PD_OK;
 }
 
-double pd_transport_stock(pd_ctx *ctx, const pd_transport *t)
+static double pdi_transport_total(const pd_transport *t, const double *field)
 {
     pdi_sum sum = {0.0, 0.0};
-    (void)ctx;
     for (int32_t i = 0; i < t->grid->total; i++)
-        if (t->grid->kind[i] == PD_FLUID) pdi_sum_add(&sum, t->c[i]);
+        if (t->grid->kind[i] == PD_FLUID) pdi_sum_add(&sum, field[i]);
     return pdi_sum_total(&sum) * t->bonds->stencil->volume;
+}
+
+double pd_transport_stock(pd_ctx *ctx, const pd_transport *t)
+{
+    (void)ctx;
+    return pdi_transport_total(t, t->c);
+}
+
+double pd_transport_carried(pd_ctx *ctx, const pd_transport *t)
+{
+    (void)ctx;
+    return pdi_transport_total(t, t->carry);
 }
 
 void pd_transport_update(pd_transport *t)

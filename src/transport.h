@@ -61,6 +61,7 @@ typedef struct pd_transport_result {
 #define pd_transport_explicit PD_NAME(pd_transport_explicit)
 #define pd_transport_limit PD_NAME(pd_transport_limit)
 #define pd_transport_stock PD_NAME(pd_transport_stock)
+#define pd_transport_carried PD_NAME(pd_transport_carried)
 #define pd_transport_free PD_NAME(pd_transport_free)
 
 /* flow may be NULL. PD_ERR_ARGUMENT: diffusivity or concentrations negative or not finite. */
@@ -77,6 +78,8 @@ PD_API pd_status pd_transport_explicit(pd_ctx *ctx, pd_transport *transport, dou
 PD_API double pd_transport_limit(pd_ctx *ctx, const pd_transport *transport);
 /* Dissolved amount [mol, per m in 2D] in fluid nodes. */
 PD_API double pd_transport_stock(pd_ctx *ctx, const pd_transport *transport);
+/* Amount [mol] in carry: owed by the last solve, delivered by the next step. */
+PD_API double pd_transport_carried(pd_ctx *ctx, const pd_transport *transport);
 PD_API void pd_transport_free(pd_ctx *ctx, pd_transport *transport);
 
 #endif

@@ -257,7 +257,7 @@ TEST(refinement)
         }
         sample_free(&s);
     }
-    CHECK_LE(fabs(error[0]), PD_DIM == 2 ? 1e-2 : 3.5e-2);
+    CHECK_LE(fabs(error[0]), 1e-2);
     CHECK_LE(fabs(error[1]), 1e-2);
     CHECK_LE(fabs(error[2]), 5e-3);
 }

@@ -1,0 +1,478 @@
+/* scene: see scene.h */
+#include "scene.h"
+#include "flat.h"
+#include "sketch.h"
+#include <math.h>
+#include <stdio.h>
+#include <string.h>
+
+/* A rate that dissolves in less than a nanosecond or a box of light years is a slip of a unit. */
+#define PDI_SCENE_HUGE 1e30
+
+typedef struct pdi_scene {
+    pd_ctx *ctx;
+    pd_text *text;
+    pd_setup *setup;
+    pd_expr_symbol consts[5];
+} pdi_scene;
+
+/* A number in low .. high; low_open: low itself is refused. */
+static pd_status pdi_scene_within(pdi_scene *s, int section, const char *key, const char *unit, const char *fallback,
+                                  double low, double high, int low_open, double *value)
+{
+    char found[PD_UNITS_TEXT], bottom[PD_UNITS_TEXT], top[PD_UNITS_TEXT];
+    PDI_TRY(pd_text_number(s->ctx, s->text, section, key, unit, fallback, value));
+    if ((low_open ? *value > low : *value >= low) && *value <= high) return PD_OK;
+    pdi_setup_show(*value, unit, found);
+    pdi_setup_show(low, unit, bottom);
+    pdi_setup_show(high, unit, top);
+    if (high < PDI_SCENE_HUGE)
+        return pd_text_refuse(s->ctx, s->text, section, key, "found %s, expected a value %s %s and at most %s", found,
+                              low_open ? "above" : "from", bottom, top);
+    return pd_text_refuse(s->ctx, s->text, section, key, "found %s, expected %s", found,
+                          low_open ? "a positive value" : "a value of at least 0");
+}
+
+static pd_status pdi_scene_positive(pdi_scene *s, int section, const char *key, const char *unit, const char *fallback,
+                                    double *value)
+{
+    return pdi_scene_within(s, section, key, unit, fallback, 0.0, PDI_SCENE_HUGE, 1, value);
+}
+
+static pd_status pdi_scene_not_negative(pdi_scene *s, int section, const char *key, const char *unit,
+                                        const char *fallback, double *value)
+{
+    return pdi_scene_within(s, section, key, unit, fallback, 0.0, PDI_SCENE_HUGE, 0, value);
+}
+
+/* ---- [grid] ---- */
+
+static pd_status pdi_scene_whole_cells(pdi_scene *s, int section)
+{
+    const pd_setup *u = s->setup;
+    for (int d = 0; d < PD_DIM; d++) {
+        double cells = (u->hi[d] - u->lo[d]) / u->h[d];
+        char edge[PD_UNITS_TEXT], spacing[PD_UNITS_TEXT];
+        if (fabs(cells - floor(cells + 0.5)) <= 1e-6 && cells > 0.5) continue;
+        pdi_setup_show(u->hi[d] - u->lo[d], "m", edge);
+        pdi_setup_show(u->h[d], "m", spacing);
+        return pd_text_refuse(s->ctx, s->text, section, "box", "found %s on axis %c, %.6g cells of %s, expected a whole number"
+                              " of cells", edge, "xyz"[d], cells, spacing);
+    }
+    return PD_OK;
+}
+
+static pd_status pdi_scene_grid(pdi_scene *s)
+{
+    pd_setup *u = s->setup;
+    int section = pd_text_section(s->ctx, s->text, "grid", NULL), count;
+    PDI_TRY(pd_text_numbers(s->ctx, s->text, section, "h", "m", NULL, PD_DIM, u->h, &count));
+    if (count != 1 && count != PD_DIM)
+        return pd_text_refuse(s->ctx, s->text, section, "h", "found %d lengths, expected one or %d", count, PD_DIM);
+    for (int d = 0; d < PD_DIM; d++) {
+        if (count == 1) u->h[d] = u->h[0];
+        if (!(u->h[d] > 0.0))
+            return pd_text_refuse(s->ctx, s->text, section, "h", "found %.6g m, expected a positive length", u->h[d]);
+    }
+    PDI_TRY(pdi_scene_within(s, section, "m", "", "3", 1.0, 6.0, 0, &u->m));
+    PDI_TRY(pd_text_ranges(s->ctx, s->text, section, "box", "m", NULL, PD_DIM, u->lo, u->hi, &count));
+    if (count != PD_DIM)
+        return pd_text_refuse(s->ctx, s->text, section, "box", "found %d range%s, expected %d, one for each axis", count,
+                              count > 1 ? "s" : "", PD_DIM);
+    PDI_TRY(pd_text_integer(s->ctx, s->text, section, "threads", 0, 1024, "0", &u->threads));
+    return pdi_scene_whole_cells(s, section);
+}
+
+/* ---- [side ...] ---- */
+
+static pd_status pdi_scene_side_names(pdi_scene *s)
+{
+    for (int k = pd_text_next(s->ctx, s->text, "side", -1); k >= 0; k = pd_text_next(s->ctx, s->text, "side", k)) {
+        const char *label = s->text->section[k].label;
+        int known = 0;
+        for (int side = 0; side < 2 * PD_DIM; side++) known = known || strcmp(label, pdi_setup_side_name(side)) == 0;
+        if (!known)
+            return pd_text_refuse(s->ctx, s->text, k, "side", "found [side %.40s], expected one of x-, x+%s%s", label,
+                                  PD_DIM > 1 ? ", y-, y+" : "", PD_DIM > 2 ? ", z-, z+" : "");
+    }
+    return PD_OK;
+}
+
+static pd_status pdi_scene_speed(pdi_scene *s, int section, pd_setup_side *side)
+{
+    if (!pd_text_has(s->ctx, s->text, section, "flow_rate"))
+        return pdi_scene_not_negative(s, section, "mean", "m/s", NULL, &side->mean);
+    if (pd_text_has(s->ctx, s->text, section, "mean"))
+        return pd_text_refuse(s->ctx, s->text, section, "flow_rate", "found beside 'mean', expected one of them");
+    if (PD_DIM == 1)
+        return pd_text_refuse(s->ctx, s->text, section, "flow_rate", "found a volume flow in 1D, expected mean = speed");
+    return pdi_scene_positive(s, section, "flow_rate", "m3/s", NULL, &side->flow_rate);
+}
+
+static pd_status pdi_scene_inlet(pdi_scene *s, int section, pd_setup_side *side)
+{
+    static const char *const profiles[] = {"uniform", "parabola", "expression", NULL};
+    static const char *const keys[] = {"vx", "vy", "vz"};
+    int profile;
+    PDI_TRY(pd_text_choice(s->ctx, s->text, section, "profile", profiles, NULL, &profile));
+    side->profile = (pd_profile)(profile + PD_PROFILE_UNIFORM);
+    if (side->profile != PD_PROFILE_EXPRESSION) return pdi_scene_speed(s, section, side);
+    for (int d = 0; d < PD_DIM; d++)
+        PDI_TRY(pd_text_expr(s->ctx, s->text, section, keys[d], "m/s", pdi_setup_position(), PD_DIM, "0",
+                             &side->velocity[d]));
+    for (int d = 0; d < PD_DIM; d++)
+        if (pd_text_has(s->ctx, s->text, section, keys[d])) return PD_OK;
+    return pd_text_refuse(s->ctx, s->text, section, "profile", "found 'expression' without a velocity, expected vx = ...");
+}
+
+/* The inflow has one concentration, the outflow one pressure: a second value must repeat the first. */
+static pd_status pdi_scene_same(pdi_scene *s, int section, const char *key, const char *unit, int *seen, double *value)
+{
+    double found;
+    PDI_TRY(pdi_scene_within(s, section, key, unit, "0", key[0] == 'p' ? -PDI_SCENE_HUGE : 0.0, PDI_SCENE_HUGE, 0, &found));
+    if (*seen && fabs(found - *value) > 0.0)
+        return pd_text_refuse(s->ctx, s->text, section, key, "found %.6g, another side has %.6g, expected one value", found,
+                              *value);
+    *seen = 1;
+    *value = found;
+    return PD_OK;
+}
+
+static pd_status pdi_scene_side(pdi_scene *s, int k, int section, int *inlets, int *outlets)
+{
+    static const char *const flows[] = {"noslip", "inlet", "outlet", NULL};
+    pd_setup *u = s->setup;
+    int flow;
+    PDI_TRY(pd_text_choice(s->ctx, s->text, section, "flow", flows, "noslip", &flow));
+    if (flow && !u->has_flow)
+        return pd_text_refuse(s->ctx, s->text, section, "flow", "found '%s' without a [flow] section, expected C = ... alone"
+                              " to hold a concentration", flows[flow]);
+    u->side[k].kind = (pd_side)flow;
+    /* diffusion from a side: an inlet through which nothing flows */
+    int held = !u->has_flow && u->has_transport && pd_text_has(s->ctx, s->text, section, "C");
+    if (held) u->side[k].kind = PD_SIDE_INLET;
+    if (flow == PD_SIDE_INLET) PDI_TRY(pdi_scene_inlet(s, section, &u->side[k]));
+    if (flow == PD_SIDE_OUTLET) return pdi_scene_same(s, section, "p", "Pa", outlets, &u->p_out);
+    if (held || (flow == PD_SIDE_INLET && u->has_transport))
+        return pdi_scene_same(s, section, "C", "mol/m3", inlets, &u->inlet);
+    return PD_OK;
+}
+
+static pd_status pdi_scene_sides(pdi_scene *s)
+{
+    int inlets = 0, outlets = 0;
+    PDI_TRY(pdi_scene_side_names(s));
+    for (int k = 0; k < 2 * PD_DIM; k++) {
+        int section = pd_text_section(s->ctx, s->text, "side", pdi_setup_side_name(k));
+        if (pd_text_has(s->ctx, s->text, section, NULL)) PDI_TRY(pdi_scene_side(s, k, section, &inlets, &outlets));
+    }
+    return PD_OK;
+}
+
+/* ---- physics ---- */
+
+static pd_status pdi_scene_flow(pdi_scene *s)
+{
+    static const char *const states[] = {"tait", "linear", NULL};
+    pd_setup *u = s->setup;
+    int section = pd_text_section(s->ctx, s->text, "flow", NULL), count, state, inflow = 0, outflow = 0;
+    double sound;
+    if (!u->has_flow) return PD_OK;
+    PDI_TRY(pdi_scene_positive(s, section, "rho", "kg/m3", NULL, &u->rho));
+    PDI_TRY(pdi_scene_positive(s, section, "mu", "Pa s", NULL, &u->mu));
+    PDI_TRY(pdi_scene_within(s, section, "steady", "", "1e-6", 0.0, 0.1, 1, &u->steady));
+    if (pd_text_has(s->ctx, s->text, section, "force"))
+        PDI_TRY(pd_text_numbers(s->ctx, s->text, section, "force", "m/s2", NULL, PD_DIM, u->force, &count));
+    if (pd_text_has(s->ctx, s->text, section, "speed"))
+        PDI_TRY(pdi_scene_positive(s, section, "speed", "m/s", NULL, &u->speed));
+    if (pd_text_has(s->ctx, s->text, section, "length"))
+        PDI_TRY(pdi_scene_positive(s, section, "length", "m", NULL, &u->length));
+    if (pd_text_has(s->ctx, s->text, section, "eos") || pd_text_has(s->ctx, s->text, section, "c0")) {
+        PDI_TRY(pd_text_choice(s->ctx, s->text, section, "eos", states, "tait", &state));
+        PDI_TRY(pdi_scene_positive(s, section, "c0", "m/s", "1 m/s", &sound));
+        pdi_setup_note(u, "eos and c0 belong to compressible flow; the steady solver is incompressible and ignores them");
+    }
+    for (int k = 0; k < 2 * PD_DIM; k++) {
+        inflow += u->side[k].kind == PD_SIDE_INLET;
+        outflow += u->side[k].kind == PD_SIDE_OUTLET;
+    }
+    if (inflow && !outflow)
+        return pd_text_refuse(s->ctx, s->text, section, "flow", "found an inlet and no outlet, expected flow = outlet in a"
+                              " [side ...]");
+    if (!inflow && !(u->speed > 0.0 && u->length > 0.0))
+        return pd_text_refuse(s->ctx, s->text, section, "flow", "found no inlet, expected speed = ... and length = ... as"
+                              " reference values");
+    return PD_OK;
+}
+
+static pd_status pdi_scene_transport(pdi_scene *s)
+{
+    static const char *const schemes[] = {"limited", "upwind", NULL};
+    pd_setup *u = s->setup;
+    int section = pd_text_section(s->ctx, s->text, "transport", NULL), scheme;
+    if (!u->has_transport) return PD_OK;
+    PDI_TRY(pdi_scene_not_negative(s, section, "D", "m2/s", NULL, &u->diffusivity));
+    PDI_TRY(pd_text_choice(s->ctx, s->text, section, "advection", schemes, "limited", &scheme));
+    u->advection = (pd_advection)scheme;
+    PDI_TRY(pd_text_expr(s->ctx, s->text, section, "initial", "mol/m3", pdi_setup_position(), PD_DIM, "0", &u->initial));
+    if (pd_expr_constant(&u->initial) && pd_expr_eval(&u->initial, NULL) < 0.0)
+        return pd_text_refuse(s->ctx, s->text, section, "initial", "found %.6g mol/m3, expected at least 0",
+                              pd_expr_eval(&u->initial, NULL));
+    return PD_OK;
+}
+
+/* Cs, Csat and the properties of the metal become constants of all later numbers. */
+static pd_status pdi_scene_constants(pdi_scene *s)
+{
+    pd_setup *u = s->setup;
+    int section = pd_text_section(s->ctx, s->text, "dissolve", NULL), count = 0;
+    pd_expr_symbol *c = s->consts;
+    const pd_expr_symbol list[] = {{"rho_m", "kg/m3", u->material.density},
+                                   {"M_m", "kg/mol", u->material.molar_mass},
+                                   {"z_m", "", u->material.charge}};
+    for (; count < 3; count++) c[count] = list[count];
+    s->text->consts = c;
+    s->text->const_count = count;
+    if (u->has_dissolve && pd_text_has(s->ctx, s->text, section, "Cs"))
+        PDI_TRY(pdi_scene_positive(s, section, "Cs", "mol/m3", NULL, &u->solid_c));
+    c[count].name = "Cs";
+    c[count].unit = "mol/m3";
+    c[count++].value = u->solid_c;
+    s->text->const_count = count;
+    if (!u->has_dissolve || !pd_text_has(s->ctx, s->text, section, "Csat")) return PD_OK;
+    PDI_TRY(pdi_scene_positive(s, section, "Csat", "mol/m3", NULL, &u->saturation));
+    c[count].name = "Csat";
+    c[count].unit = "mol/m3";
+    c[count++].value = u->saturation;
+    s->text->const_count = count;
+    return PD_OK;
+}
+
+/* The law at C = 0 tells the size of the speed, and a rate that is negative there never dissolves anything. */
+static pd_status pdi_scene_check_rate(pdi_scene *s, int section, const char *key)
+{
+    double none = 0.0, v = s->setup->rate_scale * pd_expr_eval(&s->setup->rate, &none);
+    char slow[PD_UNITS_TEXT];
+    if (!(v >= 0.0) || v > 1.0)
+        return pd_text_refuse(s->ctx, s->text, section, key, "found a recession speed of %.6g m/s at C = 0, expected 0 to"
+                              " 1 m/s", v);
+    if (strcmp(key, "law") != 0) return PD_OK;
+    pdi_setup_show(s->setup->rate_scale, "m", slow);
+    pdi_setup_note(s->setup, "law: one layer of %s a unit of the rate: %.6g um/h = %.6g mm/year at C = 0", slow,
+                   v * 1e6 * 3600.0, v * 1e3 * 31557600.0);
+    return PD_OK;
+}
+
+static pd_status pdi_scene_dissolve(pdi_scene *s)
+{
+    static const pd_expr_symbol concentration[] = {{"C", "mol/m3", 0.0}};
+    pd_setup *u = s->setup;
+    int section = pd_text_section(s->ctx, s->text, "dissolve", NULL);
+    if (!u->has_dissolve) return PD_OK;
+    if (!u->has_transport)
+        return pd_text_refuse(s->ctx, s->text, section, "dissolve", "found no [transport] section, expected one: the metal"
+                              " goes into the fluid");
+    if (u->solid < 0)
+        return pd_text_refuse(s->ctx, s->text, section, "dissolve", "found no solid, expected a [shape ...] with kind ="
+                              " solid");
+    int layers = pd_text_has(s->ctx, s->text, section, "law");
+    const char *key = layers ? "law" : "rate";
+    if (layers && pd_text_has(s->ctx, s->text, section, "rate"))
+        return pd_text_refuse(s->ctx, s->text, section, "law", "found beside 'rate', expected one of them");
+    for (int d = 1; d < PD_DIM && layers; d++)
+        if (fabs(u->h[d] - u->h[0]) > 1e-9 * u->h[0])
+            return pd_text_refuse(s->ctx, s->text, section, "law", "found different spacings of the axes, expected rate ="
+                                  " speed there");
+    PDI_TRY(pd_text_expr(s->ctx, s->text, section, key, layers ? "1/s" : "m/s", concentration, 1, NULL, &u->rate));
+    u->rate_scale = layers ? u->h[0] : 1.0;
+    PDI_TRY(pdi_scene_check_rate(s, section, key));
+    PDI_TRY(pdi_scene_within(s, section, "gb_factor", "", "1", 0.0, 1e6, 0, &u->gb_factor));
+    if (fabs(u->gb_factor - 1.0) > 0.0 && !u->has_grains)
+        return pd_text_refuse(s->ctx, s->text, section, "gb_factor", "found %.6g without grains, expected grains = SIZE in a"
+                              " solid [shape ...]", u->gb_factor);
+    return pdi_scene_within(s, section, "threshold", "", "0", 0.0, 0.99, 0, &u->threshold);
+}
+
+/* ---- [run], [output], [probe ...] ---- */
+
+static pd_status pdi_scene_run(pdi_scene *s)
+{
+    pd_setup *u = s->setup;
+    int section = pd_text_section(s->ctx, s->text, "run", NULL);
+    double rtol;
+    if (u->has_transport) PDI_TRY(pdi_scene_positive(s, section, "until", "s", NULL, &u->until));
+    if (!u->has_transport) return PD_OK;
+    PDI_TRY(pdi_scene_within(s, section, "rtol", "", "1e-3", 0.0, 0.1, 1, &rtol));
+    PDI_TRY(pdi_scene_within(s, section, "max_step", "s", "0", 0.0, PDI_SCENE_HUGE, 0, &u->max_step));
+    /* The error of the volume loss is of first order in the share that a step takes (measured: docs). */
+    u->fraction = fmin(1.0, 100.0 * rtol);
+    if (!pd_text_has(s->ctx, s->text, section, "fraction")) return PD_OK;
+    return pdi_scene_within(s, section, "fraction", "", NULL, 0.0, 1.0, 1, &u->fraction);
+}
+
+/* Bits of a list of fields; with explicit fields, each must exist in this scene. */
+static pd_status pdi_scene_fields(pdi_scene *s, int section, const char *key, const char *fallback, unsigned *bits)
+{
+    pd_word_list list;
+    int given = pd_text_has(s->ctx, s->text, section, key);
+    PDI_TRY(pd_text_words(s->ctx, s->text, section, key, fallback, &list));
+    *bits = 0;
+    if (list.count == 1 && strcmp(list.word[0], "none") == 0) return PD_OK;
+    for (int w = 0; w < list.count; w++) {
+        int field = 0;
+        while (field < PD_FIELD_COUNT && strcmp(list.word[w], pdi_setup_field_name((pd_field)field)) != 0) field++;
+        if (field == PD_FIELD_COUNT)
+            return pd_text_refuse(s->ctx, s->text, section, key, "found '%s', expected some of C, v, p, kind, grain, phase, D,"
+                                  " rate, density, or none", list.word[w]);
+        const char *needs = pdi_setup_field_needs(s->setup, (pd_field)field);
+        if (needs && given)
+            return pd_text_refuse(s->ctx, s->text, section, key, "found '%s', which needs %s", list.word[w], needs);
+        if (!needs) *bits |= 1u << field;
+    }
+    return PD_OK;
+}
+
+/* "z 0 um" */
+static pd_status pdi_scene_slice(pdi_scene *s, int section)
+{
+    pd_setup *u = s->setup;
+    const char *value;
+    pd_expr expr;
+    pd_expr_desc desc;
+    u->slice_axis = PD_DIM - 1;
+    u->slice_at = 0.5 * (u->lo[u->slice_axis] + u->hi[u->slice_axis]);
+    if (!pd_text_has(s->ctx, s->text, section, "slice")) return PD_OK;
+    PDI_TRY(pd_text_string(s->ctx, s->text, section, "slice", NULL, &value));
+    if (PD_DIM < 3) return pd_text_refuse(s->ctx, s->text, section, "slice", "found in %dD, expected it in 3D only", PD_DIM);
+    if (value[0] < 'x' || value[0] > 'z' || value[1] != ' ')
+        return pd_text_refuse(s->ctx, s->text, section, "slice", "found '%.40s', expected an axis and a place: z 0 um", value);
+    u->slice_axis = value[0] - 'x';
+    memset(&desc, 0, sizeof desc);
+    desc.text = value + 2;
+    desc.unit = "m";
+    desc.where = "slice";
+    desc.column = 3;
+    if (pd_expr_build(s->ctx, &desc, &expr) < 0) {
+        char message[PD_MESSAGE_SIZE];
+        memcpy(message, s->ctx->message, sizeof message);
+        return pd_text_refuse(s->ctx, s->text, section, "slice", "%.500s", message);
+    }
+    u->slice_at = pd_expr_eval(&expr, NULL);
+    pd_expr_free(s->ctx, &expr);
+    int axis = u->slice_axis < PD_DIM ? u->slice_axis : PD_DIM - 1;
+    if (u->slice_at > u->lo[axis] && u->slice_at < u->hi[axis]) return PD_OK;
+    return pd_text_refuse(s->ctx, s->text, section, "slice", "found %.6g m, expected a place inside the box", u->slice_at);
+}
+
+/* A file name without a folder. */
+static pd_status pdi_scene_prefix(pdi_scene *s, int section)
+{
+    const char *value;
+    PDI_TRY(pd_text_string(s->ctx, s->text, section, "prefix", "corr", &value));
+    if (strlen(value) >= PD_SETUP_NAME || strpbrk(value, "/\\ :"))
+        return pd_text_refuse(s->ctx, s->text, section, "prefix", "found '%.40s', expected a short word without folder",
+                              value);
+    memcpy(s->setup->prefix, value, strlen(value) + 1);
+    return PD_OK;
+}
+
+static pd_status pdi_scene_output(pdi_scene *s)
+{
+    pd_setup *u = s->setup;
+    const char *folder;
+    int section = pd_text_section(s->ctx, s->text, "output", NULL);
+    u->every = u->until / 20.0;
+    if (u->has_transport && pd_text_has(s->ctx, s->text, section, "every"))
+        PDI_TRY(pdi_scene_positive(s, section, "every", "s", NULL, &u->every));
+    if (u->has_transport && u->until / u->every > 9e5)
+        return pd_text_refuse(s->ctx, s->text, section, "every", "found %.3g frames until the end, expected at most 900000",
+                              u->until / u->every);
+    PDI_TRY(pdi_scene_fields(s, section, "fields", "C, v, p, kind, grain", &u->fields));
+    PDI_TRY(pdi_scene_fields(s, section, "images", "none", &u->images));
+    PDI_TRY(pdi_scene_prefix(s, section));
+    PDI_TRY(pd_text_string(s->ctx, s->text, section, "folder", "output", &folder));
+    if (strlen(folder) >= PD_PATH_SIZE - PD_SETUP_NAME)
+        return pd_text_refuse(s->ctx, s->text, section, "folder", "the path is too long");
+    memcpy(u->folder, folder, strlen(folder) + 1);
+    return pdi_scene_slice(s, section);
+}
+
+static pd_status pdi_scene_probe(pdi_scene *s, int section)
+{
+    pd_setup *u = s->setup;
+    const char *label = s->text->section[section].label;
+    int count;
+    if (u->probes >= PD_SETUP_PROBES)
+        return pd_text_refuse(s->ctx, s->text, section, "probe", "found more than %d probes", PD_SETUP_PROBES);
+    if (label[0] == '\0' || strlen(label) >= PD_SETUP_NAME - 24)
+        return pd_text_refuse(s->ctx, s->text, section, "probe", "expected a short name: [probe NAME]");
+    pd_setup_probe *p = &u->probe[u->probes];
+    memcpy(p->name, label, strlen(label) + 1);
+    PDI_TRY(pd_text_numbers(s->ctx, s->text, section, "at", "m", NULL, PD_DIM, p->at, &count));
+    if (count != PD_DIM)
+        return pd_text_refuse(s->ctx, s->text, section, "at", "found %d number%s, expected %d, one for each axis", count,
+                              count > 1 ? "s" : "", PD_DIM);
+    for (int d = 0; d < PD_DIM; d++)
+        if (!(p->at[d] >= u->lo[d]) || !(p->at[d] <= u->hi[d]))
+            return pd_text_refuse(s->ctx, s->text, section, "at", "found %.6g m on axis %c, expected a place inside the box",
+                                  p->at[d], "xyz"[d]);
+    PDI_TRY(pdi_scene_fields(s, section, "fields", u->has_transport ? "C" : "v", &p->fields));
+    u->probes++;
+    return PD_OK;
+}
+
+static pd_status pdi_scene_sections(pd_ctx *ctx, pd_text *text, const char *path, pd_setup *setup)
+{
+    pdi_scene s;
+    char folder[PD_PATH_SIZE], name[PD_SETUP_NAME];
+    memset(&s, 0, sizeof s);
+    s.ctx = ctx;
+    s.text = text;
+    s.setup = setup;
+    pdi_setup_split_path(path, name, folder);
+    setup->has_flow = pd_text_has(ctx, text, pd_text_section(ctx, text, "flow", NULL), NULL);
+    setup->has_transport = pd_text_has(ctx, text, pd_text_section(ctx, text, "transport", NULL), NULL);
+    setup->has_dissolve = pd_text_has(ctx, text, pd_text_section(ctx, text, "dissolve", NULL), NULL);
+    PDI_TRY(pdi_sketch_read(ctx, text, folder, setup));
+    PDI_TRY(pdi_scene_constants(&s));
+    PDI_TRY(pdi_scene_grid(&s));
+    PDI_TRY(pdi_scene_sides(&s));
+    PDI_TRY(pdi_scene_flow(&s));
+    PDI_TRY(pdi_scene_transport(&s));
+    PDI_TRY(pdi_scene_dissolve(&s));
+    PDI_TRY(pdi_scene_run(&s));
+    PDI_TRY(pdi_scene_output(&s));
+    for (int k = pd_text_next(ctx, text, "probe", -1); k >= 0; k = pd_text_next(ctx, text, "probe", k))
+        PDI_TRY(pdi_scene_probe(&s, k));
+    PDI_TRY(pd_text_unused(ctx, text));
+    if (!setup->has_flow && !setup->has_transport)
+        return pd_text_refuse(ctx, text, 0, "scene", "found no physics, expected a [flow] or a [transport] section");
+    return PD_OK;
+}
+
+static pd_status pdi_scene_text(pd_ctx *ctx, pd_text *text, const char *path, const char *const *overrides, int count,
+                                pd_setup *setup)
+{
+    if (pd_text_flat(text)) return pdi_flat_read(ctx, text, overrides, count, setup);
+    for (int k = 0; k < count; k++) PDI_TRY(pd_text_override(ctx, text, overrides[k]));
+    pd_status status = pdi_scene_sections(ctx, text, path, setup);
+    text->consts = NULL;
+    text->const_count = 0;
+    return status;
+}
+
+pd_status pd_scene_read(pd_ctx *ctx, const char *path, const char *const *overrides, int count, pd_setup *setup)
+{
+    pd_text text;
+    PDI_TRY(pd_setup_init(ctx, setup));
+    pdi_setup_split_path(path, setup->name, NULL);
+    pd_status status = pd_text_read(ctx, path, &text);
+    if (status == PD_OK) {
+        status = pdi_scene_text(ctx, &text, path, overrides, count, setup);
+        pd_text_free(ctx, &text);
+    }
+    if (status < 0) pd_setup_free(ctx, setup);
+    return status;
+}
+
+#undef PDI_SCENE_HUGE

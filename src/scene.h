@@ -1,0 +1,31 @@
+/* scene: reads a scene file, or a flat parameter file, into a setup.
+ *
+ *   [grid]       h = 5 um (one length or one for each axis)  m = 3  box = a .. b, c .. d  threads = 2
+ *   [shape NAME] one of  box = a .. b, ... | ball = centre  radius = r | cylinder = x|y|z  centre  radius |
+ *                half_space = yes  point  normal | mask = file.png  corner  cell | raw = file  size  corner  cell |
+ *                union|intersect|difference = NAME, NAME;  outside = yes: the complement
+ *                kind = solid|wall|part  material = mg4ag  grains = 40 um  grain_spread  grain_seed  boundary_width
+ *   [side x-]    flow = inlet|outlet|noslip  profile = parabola|uniform|expression  mean = speed | flow_rate = 1 mL/min
+ *                vx = expression in x y z (vy, vz)  C = ...  p = 0; without [flow], C alone holds the side at C
+ *   [flow]       rho  mu  steady = 1e-6  force = ...  speed, length: reference values, by default those of the inlet
+ *   [transport]  D  initial = expression in x y z  advection = limited|upwind
+ *   [dissolve]   rate = speed, an expression in C | law = the same in 1/s per layer of h
+ *                Csat  Cs  gb_factor = 1  threshold = 0
+ *   [run]        until  rtol = 1e-3  fraction  max_step
+ *   [output]     every  fields = C, v, p, kind, grain, phase, D, rate, density  images = ...  slice = z 0 um  prefix
+ *                folder
+ *   [probe NAME] at = x, y  fields = C, v
+ *
+ * Named constants in numbers and expressions: Csat, Cs, and rho_m, M_m, z_m of the material.
+ */
+#ifndef PD_SCENE_H
+#define PD_SCENE_H
+#include "setup.h"
+
+#define pd_scene_read PD_NAME(pd_scene_read)
+
+/* Read the file, apply `count` overrides ("key=value", "section.key=value"), check everything that can be checked
+ * without a grid. PD_ERR_FILE, PD_ERR_PARSE, PD_ERR_ARGUMENT with file:line, what was found and what was expected. */
+PD_API pd_status pd_scene_read(pd_ctx *ctx, const char *path, const char *const *overrides, int count, pd_setup *setup);
+
+#endif

@@ -1,0 +1,142 @@
+/* setup: see setup.h */
+#include "setup.h"
+#include <stdarg.h>
+#include <stdio.h>
+#include <string.h>
+
+static const char *const pdi_setup_fields[] = {"C", "v", "p", "kind", "grain", "phase", "D", "rate", "density"};
+static const char *const pdi_setup_sides[] = {"x-", "x+", "y-", "y+", "z-", "z+"};
+static const pd_expr_symbol pdi_setup_axes[] = {{"x", "m", 0.0}, {"y", "m", 0.0}, {"z", "m", 0.0}};
+
+pd_status pd_setup_init(pd_ctx *ctx, pd_setup *setup)
+{
+    memset(setup, 0, sizeof *setup);
+    setup->solid = setup->wall = -1;
+    setup->m = 3.0;
+    setup->gb_factor = 1.0;
+    setup->rate_scale = 1.0;
+    setup->slice_axis = PD_DIM - 1;
+    setup->material = pd_material_mg4ag();
+    setup->solid_c = pd_material_concentration(&setup->material);
+    memcpy(setup->prefix, "corr", 5);
+    memcpy(setup->folder, "output", 7);
+    return PDI_NEW(ctx, "setup", PD_SHAPE_MAX, setup->shape);
+}
+
+void pd_setup_free(pd_ctx *ctx, pd_setup *setup)
+{
+    for (int s = 0; s < 2 * PD_DIM; s++)
+        for (int d = 0; d < PD_DIM; d++) pd_expr_free(ctx, &setup->side[s].velocity[d]);
+    pd_expr_free(ctx, &setup->initial);
+    pd_expr_free(ctx, &setup->rate);
+    for (int k = 0; k < setup->masks; k++) PDI_DELETE(ctx, setup->mask_size[k], setup->mask[k]);
+    PDI_DELETE(ctx, PD_SHAPE_MAX, setup->shape);
+    memset(setup, 0, sizeof *setup);
+}
+
+PDI_FN const char *pdi_setup_field_name(pd_field field) { return pdi_setup_fields[field]; }
+
+PDI_FN const char *pdi_setup_field_needs(const pd_setup *setup, pd_field field)
+{
+    switch (field) {
+    case PD_FIELD_V:
+    case PD_FIELD_P: return setup->has_flow ? NULL : "a [flow] section";
+    case PD_FIELD_C:
+    case PD_FIELD_D: return setup->has_transport ? NULL : "a [transport] section";
+    case PD_FIELD_RATE: return setup->has_dissolve ? NULL : "a [dissolve] section";
+    case PD_FIELD_GRAIN: return setup->has_grains ? NULL : "a solid [shape] with grains";
+    case PD_FIELD_DENSITY: return setup->has_flow || setup->has_dissolve ? NULL : "a [flow] or [dissolve] section";
+    case PD_FIELD_KIND:
+    case PD_FIELD_PHASE:
+    case PD_FIELD_COUNT: break;
+    }
+    return NULL;
+}
+
+PDI_FN const char *pdi_setup_side_name(int side) { return pdi_setup_sides[side]; }
+
+PDI_FN const pd_expr_symbol *pdi_setup_position(void) { return pdi_setup_axes; }
+
+PDI_FN pd_status pdi_setup_shape(pd_ctx *ctx, pd_setup *setup, const pd_shape *shape, int *index)
+{
+    if (setup->shapes >= PD_SHAPE_MAX)
+        return pdi_fail(ctx, PD_ERR_SIZE, "setup", "more than %d shapes and set operations", PD_SHAPE_MAX);
+    setup->shape[setup->shapes] = *shape;
+    *index = setup->shapes++;
+    return PD_OK;
+}
+
+PDI_FN pd_status pdi_setup_join(pd_ctx *ctx, pd_setup *setup, int index, int *whole)
+{
+    pd_shape both;
+    if (*whole < 0) {
+        *whole = index;
+        return PD_OK;
+    }
+    memset(&both, 0, sizeof both);
+    both.type = PD_SHAPE_UNION;
+    both.children = 2;
+    both.child[0] = *whole;
+    both.child[1] = index;
+    return pdi_setup_shape(ctx, setup, &both, whole);
+}
+
+PDI_FN pd_status pdi_setup_outside(pd_ctx *ctx, pd_setup *setup, int *index)
+{
+    pd_shape outside;
+    memset(&outside, 0, sizeof outside);
+    outside.type = PD_SHAPE_COMPLEMENT;
+    outside.children = 1;
+    outside.child[0] = *index;
+    return pdi_setup_shape(ctx, setup, &outside, index);
+}
+
+PDI_FN pd_status pdi_setup_mask(pd_ctx *ctx, pd_setup *setup, size_t size, uint8_t **mask)
+{
+    int k = setup->masks;
+    if (k >= PD_SETUP_MASKS) return pdi_fail(ctx, PD_ERR_SIZE, "setup", "more than %d masks", PD_SETUP_MASKS);
+    PDI_TRY(PDI_NEW(ctx, "setup", size, setup->mask[k]));
+    setup->mask_size[k] = size;
+    *mask = setup->mask[k];
+    setup->masks++;
+    return PD_OK;
+}
+
+PDI_FN void pdi_setup_note(pd_setup *setup, const char *format, ...)
+{
+    va_list args;
+    if (setup->notes >= PD_SETUP_NOTES) return;
+    va_start(args, format);
+    vsnprintf(setup->note[setup->notes++], sizeof setup->note[0], format, args);
+    va_end(args);
+}
+
+PDI_FN void pdi_setup_show(double value, const char *unit, char *text)
+{
+    pd_ctx quiet;
+    pd_dims dims;
+    pd_ctx_init(&quiet);
+    memset(&dims, 0, sizeof dims);
+    pd_units_parse(&quiet, unit, NULL, &dims);
+    pd_units_format(value, &dims, text);
+}
+
+PDI_FN void pdi_setup_split_path(const char *path, char *name, char *folder)
+{
+    const char *base = path, *end = NULL;
+    for (const char *c = path; *c; c++)
+        if (*c == '/' || *c == '\\') base = c + 1;
+    for (const char *c = base; *c; c++)
+        if (*c == '.' && c > base) end = c;
+    size_t length = end ? (size_t)(end - base) : strlen(base), above = (size_t)(base - path);
+    if (length > PD_SETUP_NAME - 1) length = PD_SETUP_NAME - 1;
+    memcpy(name, base, length);
+    name[length] = '\0';
+    /* the name becomes one word of a result line */
+    for (char *c = name; *c; c++)
+        if (*c == ' ' || *c == '=' || *c == '\t') *c = '_';
+    if (!folder) return;
+    if (above > PD_PATH_SIZE - 1) above = 0;
+    memcpy(folder, path, above);
+    folder[above] = '\0';
+}

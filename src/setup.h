@@ -1,0 +1,139 @@
+/* setup: everything that a run needs to know, as data: what scene files and flat files are turned into.
+ *
+ * A setup holds no field and no solver; model.h builds those. What has_... leaves out costs nothing.
+ */
+#ifndef PD_SETUP_H
+#define PD_SETUP_H
+#include "dissolve.h"
+#include "expr.h"
+#include "file.h"
+#include "grain.h"
+#include "material.h"
+
+#define PD_SETUP_NAME 64
+#define PD_SETUP_PROBES 16
+#define PD_SETUP_NOTES 32
+#define PD_SETUP_MASKS 8
+
+/* What can be written, drawn and probed. */
+typedef enum pd_field {
+    PD_FIELD_C = 0,
+    PD_FIELD_V,
+    PD_FIELD_P,
+    PD_FIELD_KIND,
+    PD_FIELD_GRAIN,
+    PD_FIELD_PHASE,
+    PD_FIELD_D,
+    PD_FIELD_RATE,
+    PD_FIELD_DENSITY,
+    PD_FIELD_COUNT
+} pd_field;
+
+typedef enum pd_profile {
+    PD_PROFILE_REST = 0, /* no velocity */
+    PD_PROFILE_UNIFORM,
+    PD_PROFILE_PARABOLA, /* 2D: between the walls of the side; 3D: of a tube */
+    PD_PROFILE_EXPRESSION
+} pd_profile;
+
+typedef struct pd_setup_side {
+    pd_side kind;
+    pd_profile profile;
+    double mean;              /* [m/s] speed into the box; unread with flow_rate or an expression */
+    double flow_rate;         /* [m3/s] 0: mean holds. 2D: through a tube as wide as the open part of the side */
+    pd_expr velocity[PD_DIM]; /* of x, y, z; in m/s */
+} pd_setup_side;
+
+typedef struct pd_setup_probe {
+    char name[PD_SETUP_NAME];
+    double at[PD_DIM]; /* [m] */
+    unsigned fields;   /* bit k: pd_field k */
+} pd_setup_probe;
+
+typedef struct pd_setup {
+    char name[PD_SETUP_NAME];  /* of the case: the file without folder and ending */
+    char folder[PD_PATH_SIZE]; /* of the output */
+    int threads;               /* 0: all */
+    /* lattice and geometry */
+    double m;                          /* [-] horizon ratio */
+    double h[PD_DIM];                  /* [m] */
+    double lo[PD_DIM], hi[PD_DIM];     /* [m] box */
+    pd_shape *shape;                   /* [PD_SHAPE_MAX], children first */
+    int shapes, solid, wall;           /* entries in use; index of the solid and of the wall, -1: none */
+    uint8_t *mask[PD_SETUP_MASKS];     /* voxels that shapes borrow */
+    size_t mask_size[PD_SETUP_MASKS];
+    int masks;
+    pd_setup_side side[2 * PD_DIM];    /* x-, x+, y-, ... */
+    int has_flow, has_transport, has_dissolve, has_grains;
+    /* flow */
+    double rho;             /* [kg/m3] */
+    double mu;              /* [Pa s] */
+    double force[PD_DIM];   /* [m/s2] */
+    double p_out;           /* [Pa] */
+    double speed;           /* [m/s] reference; 0: mean speed of the inlet */
+    double length;          /* [m] reference; 0: width of the inlet */
+    double steady;          /* [-] residual */
+    /* transport */
+    double diffusivity;     /* [m2/s] */
+    double inlet;           /* [mol/m3] */
+    pd_expr initial;        /* of x, y, z; in mol/m3 */
+    pd_advection advection;
+    /* dissolution */
+    pd_material material;
+    double solid_c;         /* [mol/m3] Cs */
+    double saturation;      /* [mol/m3] Csat; 0: not given */
+    double gb_factor;       /* [-] */
+    double threshold;       /* [-] */
+    pd_expr rate;           /* of C; in m/s, or 1/s per layer */
+    double rate_scale;      /* [m] thickness of the layer, or [-] 1 for a speed */
+    pd_grain_desc grain;
+    /* run */
+    double until;           /* [s] */
+    double fraction;        /* [-] largest share of a node that one step takes */
+    double max_step;        /* [s] 0: none */
+    /* output */
+    double every;           /* [s] */
+    unsigned fields, images; /* bit k: pd_field k */
+    char prefix[PD_SETUP_NAME];
+    int slice_axis;         /* 3D: the axis across the drawn plane */
+    double slice_at;        /* [m] */
+    pd_setup_probe probe[PD_SETUP_PROBES];
+    int probes;
+    /* what the reader has to say about the file, a line each */
+    char note[PD_SETUP_NOTES][200];
+    int notes;
+} pd_setup;
+
+#define pd_setup_init PD_NAME(pd_setup_init)
+#define pd_setup_free PD_NAME(pd_setup_free)
+
+/* Start a setup: no physics, walls all around, defaults of all numbers. */
+PD_API pd_status pd_setup_init(pd_ctx *ctx, pd_setup *setup);
+PD_API void pd_setup_free(pd_ctx *ctx, pd_setup *setup);
+
+#ifdef PDI_INTERNAL
+/* Name of a field in files: "C", "v", ... */
+PDI_FN const char *pdi_setup_field_name(pd_field field);
+/* Why the field does not exist in this setup: "[flow]", "[transport]", ...; NULL: it does. */
+PDI_FN const char *pdi_setup_field_needs(const pd_setup *setup, pd_field field);
+/* "x-", "x+", "y-", ... */
+PDI_FN const char *pdi_setup_side_name(int side);
+/* The variables x, y, z of expressions, PD_DIM of them. */
+PDI_FN const pd_expr_symbol *pdi_setup_position(void);
+/* Append a shape; *index is its place. PD_ERR_SIZE: too many. */
+PDI_FN pd_status pdi_setup_shape(pd_ctx *ctx, pd_setup *setup, const pd_shape *shape, int *index);
+/* The union of shape `index` and *whole (-1: nothing yet) becomes *whole. */
+PDI_FN pd_status pdi_setup_join(pd_ctx *ctx, pd_setup *setup, int index, int *whole);
+/* The complement of *index becomes *index. */
+PDI_FN pd_status pdi_setup_outside(pd_ctx *ctx, pd_setup *setup, int *index);
+/* Take a mask of `size` bytes; the setup owns it. */
+PDI_FN pd_status pdi_setup_mask(pd_ctx *ctx, pd_setup *setup, size_t size, uint8_t **mask);
+/* A line for the summary. Lines beyond the room are dropped. */
+PDI_FN void pdi_setup_note(pd_setup *setup, const char *format, ...) PD_PRINTF_LIKE(2, 3);
+/* The value with a unit of readable size ("80 um") into text[PD_UNITS_TEXT]; unit tells the dimension. */
+PDI_FN void pdi_setup_show(double value, const char *unit, char *text);
+/* name[PD_SETUP_NAME] and, when `folder` is not NULL, folder[PD_PATH_SIZE] of a path. */
+PDI_FN void pdi_setup_split_path(const char *path, char *name, char *folder);
+#endif
+
+#endif

@@ -1,0 +1,716 @@
+/* png: deflate and inflate against streams of zlib, images there and back, damaged files, pictures and plots. */
+/* dims: 2 */
+#include "axis.h"
+#include "colour.h"
+#include "deflate.h"
+#include "inflate.h"
+#include "file.h"
+#include "picture.h"
+#include "plot.h"
+#include "test.h"
+#include <stdlib.h>
+
+#define DIRECTORY "build/files_of_test_png"
+
+static void start(pd_ctx *ctx)
+{
+    pd_ctx_init(ctx);
+    CHECK_OK(ctx, pd_file_make_directory(ctx, DIRECTORY));
+}
+
+/* Deterministic bytes; the sizes below were found with zlib 1.2 for the same bytes. */
+static void generate(int kind, uint8_t *out, int n)
+{
+    uint32_t x = 12345;
+    for (int i = 0; i < n; i++) {
+        x = (x * 1103515245u + 12345u) & 0x7fffffffu;
+        if (kind == 0) out[i] = (uint8_t)(x >> 16);
+        else if (kind == 1) out[i] = (uint8_t)(i / 7 * (i / 1000));
+        else out[i] = (uint8_t)((x >> 16 & 3) * (uint32_t)(i >> 8 & 1) + (uint32_t)(i / 300 % 5));
+    }
+}
+
+TEST(checksums_have_their_published_values)
+{
+    const uint8_t digits[] = "123456789", name[] = "Wikipedia";
+    CHECK_INT(pdi_deflate_crc(0, digits, 9), 0xCBF43926);
+    CHECK_INT(pdi_deflate_crc(pdi_deflate_crc(0, digits, 4), digits + 4, 5), 0xCBF43926);
+    CHECK_INT(pdi_deflate_adler(name, 9), 0x11E60398);
+    CHECK_INT(pdi_deflate_adler(name, 0), 1);
+}
+
+/* "peridynamic corrosion, peridynamic corrosion" by zlib with fixed codes. */
+static const uint8_t fixed_stream[] = {0x78, 0x01, 0x2B, 0x48, 0x2D, 0xCA, 0x4C, 0xA9, 0xCC, 0x4B, 0xCC, 0xCD,
+                                       0x4C, 0x56, 0x48, 0xCE, 0x2F, 0x2A, 0xCA, 0x2F, 0xCE, 0xCC, 0xCF, 0xD3,
+                                       0x51, 0x28, 0xC0, 0x26, 0x0C, 0x00, 0x88, 0x46, 0x11, 0x73};
+
+TEST(a_stream_of_zlib_is_unpacked)
+{
+    static const char text[] = "peridynamic corrosion, peridynamic corrosion";
+    uint8_t out[64];
+    pd_ctx ctx;
+    pd_ctx_init(&ctx);
+    CHECK_OK(&ctx, pdi_inflate(&ctx, "here", fixed_stream, sizeof fixed_stream, out, 44));
+    CHECK(memcmp(out, text, 44) == 0);
+    CHECK_INT(pdi_inflate(&ctx, "here", fixed_stream, sizeof fixed_stream, out, 43), PD_ERR_PARSE);
+    CHECK(strstr(ctx.message, "here: damaged compressed data (more data") != NULL);
+    CHECK_INT(pdi_inflate(&ctx, "here", fixed_stream, sizeof fixed_stream, out, 45), PD_ERR_PARSE);
+    CHECK(strstr(ctx.message, "less data") != NULL);
+    for (size_t n = 0; n < sizeof fixed_stream; n++) {
+        CHECK_INT(pdi_inflate(&ctx, "here", fixed_stream, n, out, 44), PD_ERR_PARSE);
+        CHECK(strstr(ctx.message, "end early") != NULL);
+    }
+}
+
+TEST(packed_data_come_back_and_are_as_small_as_those_of_zlib)
+{
+    enum { N = 200000 };
+    static uint8_t data[N], back[N];
+    static const double zlib_size[3] = {200071, 39476, 39350}; /* level 6 */
+    pd_ctx ctx;
+    pd_ctx_init(&ctx);
+    for (int kind = 0; kind < 3; kind++)
+        for (int n = 0; n <= N; n = n < 20 ? n + 1 : n * 10) {
+            pdi_bytes packed = {NULL, 0, 0};
+            generate(kind, data, n);
+            if (!CHECK_OK(&ctx, pdi_deflate(&ctx, data, (size_t)n, &packed))) return;
+            if (!CHECK_OK(&ctx, pdi_inflate(&ctx, "here", packed.data, packed.size, back, (size_t)n))) return;
+            CHECK(memcmp(data, back, (size_t)n) == 0);
+            if (n == N) CHECK_LE((double)packed.size, zlib_size[kind] * 1.01);
+            pdi_bytes_free(&ctx, &packed);
+        }
+    pdi_bytes packed = {NULL, 0, 0};
+    memset(data, 7, N);
+    CHECK_OK(&ctx, pdi_deflate(&ctx, data, N, &packed));
+    CHECK_LE((double)packed.size, N / 800.0); /* the format reaches 1032 to 1 at best */
+    pdi_bytes_free(&ctx, &packed);
+    CHECK_INT(ctx.in_use, 0);
+}
+
+/* 400 bytes packed by zlib with dynamic codes. */
+static const uint8_t dynamic_stream[] = {
+    0x78, 0xDA, 0x15, 0xCE, 0xA1, 0x2F, 0x87, 0x41, 0x1C, 0xC7, 0xF1, 0xDF, 0xF6, 0xE5, 0xD9, 0x1E, 0xBB, 0xB9,
+    0xED, 0x78, 0xB6, 0xB3, 0x9B, 0x67, 0x3B, 0x9E, 0xED, 0xB1, 0x9B, 0xDB, 0x1E, 0x6E, 0x3B, 0x7B, 0xE6, 0xD9,
+    0x8E, 0xDB, 0x08, 0x04, 0x02, 0x81, 0x40, 0x20, 0x10, 0x08, 0x04, 0x02, 0x81, 0x40, 0xA0, 0x28, 0x8A, 0xA2,
+    0x28, 0x8A, 0xA2, 0x28, 0x8A, 0xA2, 0x28, 0x8A, 0xA2, 0x28, 0x8A, 0xA2, 0x28, 0x0A, 0x9F, 0xDF, 0xFB, 0x0F,
+    0x78, 0xEF, 0xD5, 0xA2, 0x84, 0x89, 0x4E, 0x6D, 0x5C, 0xD3, 0xC5, 0x95, 0xA9, 0xB9, 0x28, 0x3C, 0xF5, 0xDA,
+    0x28, 0x4C, 0x5F, 0x56, 0x25, 0x3A, 0xCF, 0x1C, 0xB3, 0x83, 0x26, 0x31, 0xE9, 0x10, 0xF7, 0x32, 0xD8, 0xD4,
+    0x29, 0x1A, 0x95, 0xE4, 0xF2, 0xB1, 0x60, 0x15, 0x6B, 0x5C, 0xA9, 0xF8, 0x64, 0xF0, 0xB6, 0x9C, 0x56, 0x99,
+    0xE0, 0xB3, 0x0C, 0xCD, 0x8B, 0x4C, 0xE9, 0x45, 0xEB, 0x03, 0x2D, 0xAB, 0xD2, 0xC5, 0x55, 0x65, 0x03, 0x5B,
+    0x77, 0x24, 0xAB, 0x4D, 0xE5, 0xD2, 0x62, 0x5B, 0x7A, 0x6E, 0x77, 0xDB, 0xBF, 0x7D, 0xE6, 0xB2, 0xE6, 0x30,
+    0xA9, 0xB2, 0x78, 0x2C, 0xA2, 0x95, 0xA7, 0xBE, 0x10, 0x74, 0x6E, 0x14, 0xA7, 0x0B, 0x67, 0xB4, 0xBC, 0x64,
+    0x09, 0xB5, 0xAE, 0x02, 0xBA, 0x6E, 0x01, 0x78, 0x23, 0x01, 0xBC, 0x25, 0x00, 0xEF, 0x08, 0xC0, 0x7B, 0x09,
+    0xE0, 0x43, 0x04, 0xF0, 0xB1, 0x01, 0xF0, 0x29, 0xC5, 0xF0, 0xD9, 0x02, 0xF8, 0x52, 0x00, 0xF8, 0x5A, 0x01,
+    0xF8, 0xC6, 0x00, 0x7C, 0x8F, 0x00, 0x7E, 0x10, 0x80, 0x9F, 0x1A, 0xC0, 0xAF, 0xB6, 0xEF, 0x9B, 0x03, 0xF8,
+    0x53, 0x02, 0xF8, 0xCB, 0x01, 0xFC, 0x63, 0x00, 0x76, 0xE4, 0x00, 0xA6, 0x04, 0x60, 0x77, 0x00, 0xB0, 0xA7,
+    0xFD, 0x93, 0x16, 0xC0, 0x7E, 0x0D, 0xE0, 0x80, 0x01, 0xB0, 0x24, 0x00, 0x87, 0x6B, 0x00, 0x47, 0x1A, 0x00,
+    0xBD, 0x00, 0x70, 0x3C, 0xC2, 0x37, 0x11, 0x01, 0x9C, 0x12, 0x00, 0xCE, 0x34, 0x00, 0xCE, 0xD5, 0x00, 0x2E,
+    0x10, 0x80, 0x4B, 0x06, 0xC0, 0x15, 0x0D, 0xE0, 0x9A, 0xC5, 0x70, 0x23, 0x05, 0x70, 0x2B, 0x00, 0xB8, 0x43,
+    0x00, 0xEE, 0xE5, 0x00, 0x1E, 0x30, 0x00, 0x8F, 0x38, 0x80, 0x27, 0x25, 0x80, 0x67, 0x1C, 0xBE, 0x7F, 0x77,
+    0x14, 0x49, 0x61};
+
+/* Any bytes: unpacked or refused, the output never overrun (the sanitizers watch). Of all streams with one bit
+ * changed zlib takes one, where the bit is not used (byte 322, the last before the checksum). */
+TEST(damaged_streams_are_refused_as_by_zlib)
+{
+    enum { N = 400 };
+    uint8_t data[N], back[N], stream[sizeof dynamic_stream];
+    pd_ctx ctx;
+    pd_ctx_init(&ctx);
+    for (int i = 0; i < N; i++) data[i] = (uint8_t)(i % 5 ? (i * i / 7 + i) % 23 * 3 : i);
+    memcpy(stream, dynamic_stream, sizeof stream);
+    CHECK_OK(&ctx, pdi_inflate(&ctx, "here", stream, sizeof stream, back, N));
+    CHECK(memcmp(data, back, N) == 0);
+    int accepted = 0;
+    for (size_t k = 0; k < sizeof stream; k++)
+        for (int bit = 0; bit < 8; bit++) {
+            stream[k] = (uint8_t)(stream[k] ^ 1 << bit);
+            pd_status status = pdi_inflate(&ctx, "here", stream, sizeof stream, back, N);
+            stream[k] = (uint8_t)(stream[k] ^ 1 << bit);
+            if (status != PD_OK) {
+                CHECK_INT(status, PD_ERR_PARSE);
+                continue;
+            }
+            accepted++;
+            CHECK(k == 322 && bit == 7 && memcmp(data, back, N) == 0);
+        }
+    CHECK_INT(accepted, 1);
+    uint32_t x = 1;
+    int unpacked = 0;
+    for (int k = 0; k < 20000; k++) { /* several bytes replaced */
+        memcpy(stream, dynamic_stream, sizeof stream);
+        for (int j = 0; j < 1 + k % 4; j++) {
+            x = x * 1664525u + 1013904223u;
+            stream[2 + (x >> 8) % (sizeof stream - 2)] = (uint8_t)(x >> 24);
+        }
+        unpacked += pdi_inflate(&ctx, "here", stream, sizeof stream, back, N) == PD_OK && memcmp(data, back, N) != 0;
+    }
+    CHECK_LE(unpacked, 2); /* the checksum has 32 bits */
+}
+
+static pd_image pattern(pd_ctx *ctx, int width, int height, int channels)
+{
+    pd_image image = {0, 0, 0, NULL};
+    size_t n = (size_t)width * (size_t)height * (size_t)channels;
+    if (!CHECK_OK(ctx, PDI_NEW(ctx, "test", n, image.pixels))) return image;
+    image.width = width;
+    image.height = height;
+    image.channels = channels;
+    for (size_t i = 0; i < n; i++) image.pixels[i] = (uint8_t)(i * i / 5 + i / (size_t)width);
+    return image;
+}
+
+TEST(images_come_back)
+{
+    static const int sizes[][2] = {{1, 1}, {1, 300}, {300, 1}, {7, 5}, {640, 333}};
+    pd_ctx ctx;
+    start(&ctx);
+    for (size_t k = 0; k < sizeof sizes / sizeof sizes[0]; k++)
+        for (int channels = 1; channels <= 3; channels += 2) {
+            pd_image image = pattern(&ctx, sizes[k][0], sizes[k][1], channels), back;
+            CHECK_OK(&ctx, pd_png_write(&ctx, DIRECTORY "/back.png", &image));
+            if (!CHECK_OK(&ctx, pd_png_read(&ctx, DIRECTORY "/back.png", &back))) return;
+            CHECK(back.width == image.width && back.height == image.height && back.channels == channels);
+            CHECK(memcmp(image.pixels, back.pixels,
+                         (size_t)image.width * (size_t)image.height * (size_t)channels) == 0);
+            pd_image_free(&ctx, &image);
+            pd_image_free(&ctx, &back);
+        }
+    CHECK_INT(ctx.in_use, 0);
+    remove(DIRECTORY "/back.png");
+}
+
+TEST(an_image_that_cannot_be_written_is_refused)
+{
+    pd_ctx ctx;
+    start(&ctx);
+    pd_image image = pattern(&ctx, 4, 4, 3);
+    CHECK_INT(pd_png_write(&ctx, DIRECTORY "/none/x.png", &image), PD_ERR_FILE);
+    image.channels = 2;
+    CHECK_INT(pd_png_write(&ctx, DIRECTORY "/x.png", &image), PD_ERR_ARGUMENT);
+    image.channels = 3;
+    image.height = 0;
+    CHECK_INT(pd_png_write(&ctx, DIRECTORY "/x.png", &image), PD_ERR_ARGUMENT);
+    image.width = image.height = 100000;
+    CHECK_INT(pd_png_write(&ctx, DIRECTORY "/x.png", &image), PD_ERR_SIZE);
+    image.width = image.height = 4;
+    pd_image_free(&ctx, &image);
+    CHECK_INT(ctx.in_use, 0);
+}
+
+TEST(gray_is_luminance_over_white_paper)
+{
+    uint8_t pixels[] = {255, 0, 0, 255, 0, 0, 0, 0, 0, 0, 0, 128, 255, 255, 255, 255}, gray[] = {77};
+    pd_image rgba = {2, 2, 4, pixels}, one = {1, 1, 1, gray};
+    CHECK_INT(pd_image_gray(&rgba, 0, 0), 76); /* 0.299 * 255 */
+    CHECK_INT(pd_image_gray(&rgba, 1, 0), 255);
+    CHECK_INT(pd_image_gray(&rgba, 0, 1), 127);
+    CHECK_INT(pd_image_gray(&rgba, 1, 1), 255);
+    CHECK_INT(pd_image_gray(&one, 0, 0), 77);
+}
+
+static void put(const uint8_t *data, size_t size)
+{
+    FILE *f = fopen(DIRECTORY "/hurt.png", "wb");
+    if (!CHECK(f != NULL)) return;
+    CHECK(fwrite(data, 1, size, f) == size);
+    fclose(f);
+}
+
+/* Read hurt.png; the message must hold `text`. */
+static void refused(pd_ctx *ctx, const char *text)
+{
+    pd_image image;
+    CHECK_INT(pd_png_read(ctx, DIRECTORY "/hurt.png", &image), PD_ERR_PARSE);
+    if (!CHECK(strstr(ctx->message, text) && strstr(ctx->message, "hurt.png"))) NOTE("%s", ctx->message);
+    CHECK(image.pixels == NULL);
+    CHECK_INT(ctx->in_use, 0);
+}
+
+static void put32(uint8_t *at, uint32_t value)
+{
+    for (int i = 0; i < 4; i++) at[i] = (uint8_t)(value >> (24 - 8 * i));
+}
+
+/* A file of a header with these entries, a palette of two colours if wanted, and compressed rows. */
+static void compose(pd_ctx *ctx, uint32_t width, uint32_t height, int depth, int colour, int interlaced, int palette,
+                    const uint8_t *rows, size_t size)
+{
+    static const uint8_t signature[8] = {0x89, 'P', 'N', 'G', '\r', '\n', 0x1A, '\n'};
+    uint8_t file[4096] = {0}, chunk[64] = {0};
+    size_t used = sizeof signature;
+    pdi_bytes packed = {NULL, 0, 0};
+    if (!CHECK_OK(ctx, pdi_deflate(ctx, rows, size, &packed))) return;
+    memcpy(file, signature, used);
+    for (int k = 0; k < 4; k++) {
+        static const char *const types[4] = {"IHDR", "PLTE", "IDAT", "IEND"};
+        const uint8_t *body = k == 2 ? packed.data : chunk;
+        size_t length = k == 0 ? 13 : k == 1 ? 6 : k == 2 ? packed.size : 0;
+        if (k == 1 && !palette) continue;
+        memset(chunk, 0, sizeof chunk);
+        if (k == 0) {
+            put32(chunk, width);
+            put32(chunk + 4, height);
+            chunk[8] = (uint8_t)depth;
+            chunk[9] = (uint8_t)colour;
+            chunk[12] = (uint8_t)interlaced;
+        } else if (k == 1) memcpy(chunk, "\x0A\x14\x1E\xC8\xD2\xDC", 6);
+        put32(file + used, (uint32_t)length);
+        memcpy(file + used + 4, types[k], 4);
+        memcpy(file + used + 8, body, length);
+        put32(file + used + 8 + length, pdi_deflate_crc(0, file + used + 4, length + 4));
+        used += length + 12;
+    }
+    pdi_bytes_free(ctx, &packed);
+    put(file, used);
+}
+
+TEST(few_bits_and_palettes_are_expanded)
+{
+    /* Rows of 10 pixels: filter byte, then bits from the left. */
+    /* Rows of 10 pixels: filter byte, then bits from the left. The second row adds the one above: A0, 40 + C0 = 00. */
+    static const uint8_t rows[] = {0, 0xA0, 0x40, 2, 0x00, 0xC0};
+    static const char *const expected[2] = {"1010000001", "1010000000"};
+    pd_ctx ctx;
+    pd_image image;
+    start(&ctx);
+    compose(&ctx, 10, 2, 1, 0, 0, 0, rows, sizeof rows);
+    if (!CHECK_OK(&ctx, pd_png_read(&ctx, DIRECTORY "/hurt.png", &image))) return;
+    CHECK(image.width == 10 && image.height == 2 && image.channels == 1);
+    for (int c = 0; c < 10; c++) {
+        CHECK_INT(pd_image_gray(&image, c, 0), expected[0][c] == '1' ? 255 : 0);
+        CHECK_INT(pd_image_gray(&image, c, 1), expected[1][c] == '1' ? 255 : 0);
+    }
+    pd_image_free(&ctx, &image);
+    compose(&ctx, 10, 2, 1, 3, 0, 1, rows, sizeof rows);
+    if (!CHECK_OK(&ctx, pd_png_read(&ctx, DIRECTORY "/hurt.png", &image))) return;
+    CHECK_INT(image.channels, 3);
+    CHECK(memcmp(image.pixels, "\xC8\xD2\xDC\x0A\x14\x1E\xC8\xD2\xDC", 9) == 0);
+    pd_image_free(&ctx, &image);
+    CHECK_INT(ctx.in_use, 0);
+}
+
+TEST(what_is_not_supported_is_said)
+{
+    static const uint8_t rows[] = {0, 0xA0, 0x40, 0, 0x00, 0xC0};
+    pd_ctx ctx;
+    start(&ctx);
+    compose(&ctx, 10, 2, 16, 0, 0, 0, rows, sizeof rows);
+    refused(&ctx, "16 bits a channel, expected 8");
+    compose(&ctx, 10, 2, 4, 2, 0, 0, rows, sizeof rows);
+    refused(&ctx, "4 bits a channel");
+    compose(&ctx, 10, 2, 1, 0, 1, 0, rows, sizeof rows);
+    refused(&ctx, "interlaced");
+    compose(&ctx, 10, 2, 8, 5, 0, 0, rows, sizeof rows);
+    refused(&ctx, "colour type 5");
+    compose(&ctx, 10, 2, 1, 3, 0, 0, rows, sizeof rows);
+    refused(&ctx, "the palette is missing");
+    compose(&ctx, 5, 2, 2, 3, 0, 1, rows, sizeof rows);
+    refused(&ctx, "beyond the palette");
+    compose(&ctx, 0, 2, 1, 0, 0, 0, rows, sizeof rows);
+    refused(&ctx, "no pixels");
+    compose(&ctx, 4000000000u, 4000000000u, 1, 0, 0, 0, rows, sizeof rows);
+    refused(&ctx, "4000000000 x 4000000000 pixels");
+    ctx.peak = 0;
+    compose(&ctx, 8000, 8000, 8, 0, 0, 0, rows, sizeof rows);
+    ctx.peak = 0;
+    refused(&ctx, "too few data");
+    CHECK_LE((double)ctx.peak, 1e6); /* nothing was taken for an image that cannot be there */
+    compose(&ctx, 10, 3, 1, 0, 0, 0, rows, sizeof rows);
+    refused(&ctx, "less data");
+    compose(&ctx, 10, 1, 1, 0, 0, 0, rows, sizeof rows);
+    refused(&ctx, "more data");
+    static const uint8_t unknown_filter[] = {5, 1, 2};
+    compose(&ctx, 10, 1, 1, 0, 0, 0, unknown_filter, sizeof unknown_filter);
+    refused(&ctx, "unknown filter");
+    put((const uint8_t *)"GIF89a", 6);
+    refused(&ctx, "not a PNG file");
+    pd_image image;
+    CHECK_INT(pd_png_read(&ctx, DIRECTORY "/none.png", &image), PD_ERR_FILE);
+}
+
+TEST(cut_and_damaged_files_are_refused)
+{
+    pd_ctx ctx;
+    char *data;
+    size_t size;
+    start(&ctx);
+    pd_image image = pattern(&ctx, 9, 6, 3);
+    CHECK_OK(&ctx, pd_png_write(&ctx, DIRECTORY "/good.png", &image));
+    pd_image_free(&ctx, &image);
+    if (!CHECK_OK(&ctx, pdi_file_read(&ctx, DIRECTORY "/good.png", 100000, &data, &size))) return;
+    size_t held = ctx.in_use;
+    int accepted = 0, other = 0, leaks = 0;
+    for (size_t k = 0; k < size; k++)
+        for (int bit = -1; bit < 8; bit++) {
+            if (bit >= 0) data[k] = (char)(data[k] ^ 1 << bit);
+            put((const uint8_t *)data, bit < 0 ? k : size);
+            pd_status status = pd_png_read(&ctx, DIRECTORY "/hurt.png", &image);
+            if (bit >= 0) data[k] = (char)(data[k] ^ 1 << bit);
+            accepted += status == PD_OK;
+            other += status != PD_OK && status != PD_ERR_PARSE;
+            if (status == PD_OK) pd_image_free(&ctx, &image);
+            leaks += ctx.in_use != held;
+        }
+    CHECK_INT(accepted, 0);
+    CHECK_INT(other, 0);
+    CHECK_INT(leaks, 0);
+    PDI_DELETE(&ctx, size + 1, data);
+    remove(DIRECTORY "/good.png");
+    remove(DIRECTORY "/hurt.png");
+}
+
+/* CIE 1976 L*a*b* (D65) of an sRGB colour: not the space in which the tables are made. */
+static void cielab(uint32_t colour, double *lab)
+{
+    double rgb[3], f[3];
+    static const double m[3][3] = {{0.4124564, 0.3575761, 0.1804375}, {0.2126729, 0.7151522, 0.0721750},
+                                   {0.0193339, 0.1191920, 0.9503041}}, white[3] = {0.95047, 1.0, 1.08883};
+    for (int k = 0; k < 3; k++) {
+        double x = (colour >> (16 - 8 * k) & 255) / 255.0;
+        rgb[k] = x <= 0.04045 ? x / 12.92 : pow((x + 0.055) / 1.055, 2.4);
+    }
+    for (int k = 0; k < 3; k++) {
+        double t = (m[k][0] * rgb[0] + m[k][1] * rgb[1] + m[k][2] * rgb[2]) / white[k];
+        f[k] = t > 216.0 / 24389 ? cbrt(t) : (24389.0 / 27 * t + 16) / 116;
+    }
+    lab[0] = 116 * f[1] - 16;
+    lab[1] = 500 * (f[0] - f[1]);
+    lab[2] = 200 * (f[1] - f[2]);
+}
+
+TEST(colours_are_ordered_by_lightness)
+{
+    uint32_t table[PDI_COLOUR_COUNT];
+    double lab[PDI_COLOUR_COUNT][3], straight = 0;
+    pdi_colour_table(PD_MAP_SEQUENTIAL, table);
+    for (int k = 0; k < PDI_COLOUR_COUNT; k++) cielab(table[k], lab[k]);
+    CHECK_LE(lab[0][0], 20);
+    CHECK_LE(85, lab[255][0]);
+    for (int k = 0; k < PDI_COLOUR_COUNT; k++) {
+        if (k >= 4) CHECK_LE(lab[k - 4][0] + 0.3, lab[k][0]); /* printed in gray the order stays */
+        straight = fmax(straight, fabs(lab[k][0] - (lab[0][0] + (lab[255][0] - lab[0][0]) * k / 255)));
+    }
+    CHECK_LE(straight, 8);
+    pdi_colour_table(PD_MAP_DIVERGING, table);
+    for (int k = 0; k < PDI_COLOUR_COUNT; k++) cielab(table[k], lab[k]);
+    for (int k = 0; k < 128; k++) {
+        CHECK_NEAR(lab[k][0], lab[255 - k][0], 8); /* both signs weigh the same */
+        if (k >= 4) CHECK_LE(lab[k - 4][0], lab[k][0]);
+    }
+    CHECK_LE(92, lab[127][0]);
+    CHECK_LE(hypot(lab[127][1], lab[127][2]), 8);
+    CHECK(lab[0][2] < -20 && lab[255][1] > 20); /* blue, red */
+}
+
+TEST(ticks_are_round_numbers)
+{
+    pdi_axis axis;
+    memset(&axis, 0, sizeof axis);
+    axis.lo = -80;
+    axis.hi = 480;
+    pdi_axis_ticks(10, &axis);
+    CHECK_INT(axis.count, 5);
+    CHECK_STR(axis.label[0], "0");
+    CHECK_STR(axis.label[4], "400");
+    axis.lo = 0;
+    axis.hi = 3.1e-4;
+    pdi_axis_ticks(4, &axis);
+    CHECK_INT(axis.exponent, -6);
+    CHECK_STR(axis.label[axis.count - 1], "300");
+    axis.lo = 99.95;
+    axis.hi = 100.05;
+    pdi_axis_ticks(5, &axis);
+    CHECK_STR(axis.label[0], "99.96");
+    CHECK_INT(axis.count, 5);
+    for (int k = 0; k < 400; k++) { /* any range: enough ticks, all inside, steps 1, 2 or 5 */
+        axis.lo = (k % 7 - 3) * pow(10, k % 23 - 11);
+        axis.hi = axis.lo + pow(1.37, k % 61 - 30);
+        pdi_axis_widen(0, &axis);
+        pdi_axis_ticks(8, &axis);
+        if (!CHECK(axis.count >= 2 && axis.count <= 9)) NOTE("%g .. %g: %d ticks", axis.lo, axis.hi, axis.count);
+        double step = axis.at[1] - axis.at[0], mantissa = step / pow(10, floor(log10(step) + 1e-6));
+        CHECK(fabs(mantissa - 1) < 1e-4 || fabs(mantissa - 2) < 1e-4 || fabs(mantissa - 5) < 1e-4);
+        CHECK(axis.at[0] >= axis.lo - 1e-5 * step && axis.at[axis.count - 1] <= axis.hi + 1e-5 * step);
+        for (int j = 1; j < axis.count; j++) CHECK(strcmp(axis.label[j], axis.label[j - 1]) != 0);
+    }
+    axis.log = 1;
+    axis.lo = 1e-6;
+    axis.hi = 1e-2;
+    pdi_axis_ticks(8, &axis);
+    CHECK_STR(axis.label[0], "1e-6");
+    CHECK_STR(axis.label[axis.count - 1], "0.01");
+    CHECK_NEAR(pdi_axis_place(&axis, 1e-4), 0.5, 1e-12);
+}
+
+static uint32_t pixel(const pd_image *image, int x, int y)
+{
+    const uint8_t *p = image->pixels + 3 * ((size_t)y * (size_t)image->width + (size_t)x);
+    return (uint32_t)p[0] << 16 | (uint32_t)p[1] << 8 | p[2];
+}
+
+/* Pixels of one colour and the box around them. */
+static int count_colour(const pd_image *image, uint32_t colour, int *box)
+{
+    int count = 0;
+    box[0] = box[1] = 1 << 20;
+    box[2] = box[3] = -1;
+    for (int y = 0; y < image->height; y++)
+        for (int x = 0; x < image->width; x++) {
+            if (pixel(image, x, y) != colour) continue;
+            count++;
+            if (x < box[0]) box[0] = x;
+            if (y < box[1]) box[1] = y;
+            if (x > box[2]) box[2] = x;
+            if (y > box[3]) box[3] = y;
+        }
+    return count;
+}
+
+TEST(a_picture_shows_every_cell_in_its_place)
+{
+    enum { NX = 20, NY = 15, EACH = 10 };
+    double values[NX * NY];
+    uint8_t paint[NX * NY] = {0};
+    uint32_t table[PDI_COLOUR_COUNT];
+    pd_ctx ctx;
+    pd_image image;
+    pd_picture picture;
+    int solid[4], wall[4], box[4];
+    pd_ctx_init(&ctx);
+    memset(&picture, 0, sizeof picture);
+    for (int k = 0; k < NX * NY; k++) values[k] = k;
+    paint[0] = PD_PAINT_SOLID;           /* lower left corner */
+    paint[NX * NY - 1] = PD_PAINT_WALL;  /* upper right corner */
+    values[NX + 3] = NAN;
+    picture.nx = NX;
+    picture.ny = NY;
+    picture.values = values;
+    picture.paint = paint;
+    picture.hi[0] = 20e-6;
+    picture.hi[1] = 15e-6;
+    picture.magnification = EACH;
+    picture.range_hi = 299;
+    if (!CHECK_OK(&ctx, pd_picture_draw(&ctx, &picture, &image))) return;
+    CHECK_INT(count_colour(&image, 0x9A9DA1, solid), EACH * EACH);
+    CHECK_INT(count_colour(&image, 0x3C4043, wall), EACH * EACH);
+    CHECK_INT(wall[2] - solid[0] + 1, NX * EACH);
+    CHECK_INT(solid[3] - wall[1] + 1, NY * EACH);
+    CHECK_INT(count_colour(&image, 0xFF00FF, box), EACH * EACH);
+    CHECK_INT(box[0] - solid[0], 3 * EACH);
+    CHECK_INT(solid[3] - box[3], EACH);
+    pdi_colour_table(PD_MAP_SEQUENTIAL, table);
+    int wrong = 0;
+    for (int k = 1; k < NX * NY - 1; k++) {
+        int x = solid[0] + k % NX * EACH + EACH / 2, y = solid[3] - k / NX * EACH - EACH / 2;
+        if (k != NX + 3) wrong += pixel(&image, x, y) != table[(int)(k / 299.0 * 255 + 0.5)];
+    }
+    CHECK_INT(wrong, 0);
+    pd_image_free(&ctx, &image);
+    CHECK_INT(ctx.in_use, 0);
+}
+
+TEST(pictures_of_any_shape_have_a_sensible_size)
+{
+    static const struct {
+        int nx, ny;
+        double lx, ly; /* [m] */
+    } cases[] = {{112, 60, 560e-6, 300e-6}, {508, 50, 12.7e-3, 50e-6}, {1, 1, 1, 1}, {3000, 2000, 3e-3, 2e-3},
+                 {400, 1, 0.4, 0.001}, {1, 400, 0.001, 0.4}, {66, 112, 330e-6, 560e-6}, {128, 128, 1, 1}};
+    static double values[3000 * 2000];
+    pd_ctx ctx;
+    pd_ctx_init(&ctx);
+    for (size_t k = 0; k < sizeof cases / sizeof cases[0]; k++)
+        for (int map = 0; map <= PD_MAP_LABELS; map++) {
+            pd_picture picture;
+            pd_image image;
+            memset(&picture, 0, sizeof picture);
+            picture.nx = cases[k].nx;
+            picture.ny = cases[k].ny;
+            picture.hi[0] = cases[k].lx;
+            picture.hi[1] = cases[k].ly;
+            picture.values = values;
+            picture.map = (pd_map)map;
+            picture.title = "a title";
+            picture.stamp = "t = 1 s";
+            picture.label = "C [mol/m3]";
+            if (!CHECK_OK(&ctx, pd_picture_draw(&ctx, &picture, &image))) return;
+            CHECK(image.width >= 300 && image.width <= 1700 && image.height >= 220 && image.height <= 1400);
+            for (int x = 0; x < image.width; x++) /* nothing runs into the edge */
+                CHECK(pixel(&image, x, 8) == 0xFFFFFF && pixel(&image, x, image.height - 6) == 0xFFFFFF);
+            for (int y = 0; y < image.height; y++)
+                CHECK(pixel(&image, 8, y) == 0xFFFFFF && pixel(&image, image.width - 8, y) == 0xFFFFFF);
+            pd_image_free(&ctx, &image);
+        }
+    CHECK_INT(ctx.in_use, 0);
+}
+
+TEST(a_picture_with_wrong_arguments_is_refused)
+{
+    double value = 1;
+    uint8_t paint = 4;
+    pd_ctx ctx;
+    pd_image image;
+    pd_picture good, bad;
+    pd_ctx_init(&ctx);
+    memset(&good, 0, sizeof good);
+    good.nx = good.ny = 1;
+    good.values = &value;
+    good.hi[0] = good.hi[1] = 1;
+#define REFUSED(member, wrong, text) \
+    bad = good; \
+    bad.member = wrong; \
+    CHECK_INT(pd_picture_draw(&ctx, &bad, &image), PD_ERR_ARGUMENT); \
+    CHECK(strstr(ctx.message, text) != NULL);
+    REFUSED(nx, 0, "0 x 1 cells")
+    REFUSED(values, NULL, "cells cannot be drawn")
+    REFUSED(hi[1], 0.0, "axis 1 is empty")
+    REFUSED(lo[0], NAN, "axis 0 is empty")
+    REFUSED(magnification, -1, "magnification -1")
+    REFUSED(range_lo, 2.0, "range 2 .. 0")
+    REFUSED(range_hi, NAN, "range 0 .. nan")
+    REFUSED(map, (pd_map)3, "colour map 3")
+    REFUSED(paint, &paint, "paint 4")
+#undef REFUSED
+    CHECK_INT(ctx.in_use, 0);
+}
+
+TEST(a_curve_passes_through_its_points)
+{
+    double x[5], y[5];
+    pd_ctx ctx;
+    pd_plot plot;
+    pd_image image;
+    int box[4];
+    pd_ctx_init(&ctx);
+    memset(&plot, 0, sizeof plot);
+    for (int k = 0; k < 5; k++) {
+        x[k] = pow(10, k);
+        y[k] = 3e-7 * x[k] * x[k]; /* a straight line on two log axes */
+    }
+    plot.count = 1;
+    plot.series[0].x = x;
+    plot.series[0].y = y;
+    plot.series[0].count = 5;
+    plot.x_log = plot.y_log = 1;
+    plot.x_lo = plot.y_lo = 1e-7;
+    plot.x_hi = plot.y_hi = 1e5;
+    if (!CHECK_OK(&ctx, pd_plot_draw(&ctx, &plot, &image))) return;
+    CHECK(image.width == 1100 && image.height == 760);
+    CHECK(count_colour(&image, 0x0072B2, box) > 200);
+    /* The frame is found by its ink: its left edge is the longest dark column. */
+    int left = 0, right = 0, top = 0, bottom = 0;
+    for (int xp = 0; xp < image.width; xp++) {
+        int dark = 0;
+        for (int yp = 0; yp < image.height; yp++) dark += pixel(&image, xp, yp) == 0x202124;
+        if (dark > 500 && !left) left = xp + 1;
+        if (dark > 500) right = xp;
+    }
+    for (int yp = 0; yp < image.height; yp++) {
+        int dark = 0;
+        for (int xp = 0; xp < image.width; xp++) dark += pixel(&image, xp, yp) == 0x202124;
+        if (dark > 700 && !top) top = yp + 1;
+        if (dark > 700) bottom = yp;
+    }
+    for (int k = 0; k <= 40; k++) { /* also between the points */
+        double px = pow(10, k * 0.1), py = 3e-7 * px * px;
+        int xp = (int)(left + (log10(px) + 7) / 12 * (right - left));
+        int yp = (int)(top + (5 - log10(py)) / 12 * (bottom - top));
+        int hit = 0;
+        for (int d = -1; d <= 1; d++) hit = hit || pixel(&image, xp, yp + d) == 0x0072B2;
+        CHECK(hit);
+    }
+    pd_image_free(&ctx, &image);
+}
+
+TEST(a_plot_copes_with_what_cannot_be_shown)
+{
+    double x[6] = {1, 2, NAN, 4, 5, 6}, y[6] = {0, -1, 2, INFINITY, 1e300, 3};
+    pd_ctx ctx;
+    pd_plot plot;
+    pd_image image;
+    pd_ctx_init(&ctx);
+    memset(&plot, 0, sizeof plot);
+    CHECK_INT(pd_plot_draw(&ctx, &plot, &image), PD_ERR_ARGUMENT);
+    plot.count = 1;
+    plot.series[0].name = "everything";
+    plot.series[0].x = x;
+    plot.series[0].y = y;
+    plot.series[0].count = 2;
+    plot.y_log = 1;
+    CHECK_INT(pd_plot_draw(&ctx, &plot, &image), PD_ERR_ARGUMENT);
+    CHECK(strstr(ctx.message, "no series has a point") != NULL);
+    plot.y_lo = 2;
+    plot.y_hi = 1;
+    plot.series[0].count = 6;
+    CHECK_INT(pd_plot_draw(&ctx, &plot, &image), PD_ERR_ARGUMENT);
+    for (int stroke = 0; stroke <= PD_STROKE_BOTH; stroke++)
+        for (int k = 0; k < 4; k++) {
+            plot.series[0].stroke = (pd_stroke)stroke;
+            plot.y_log = k % 2;
+            plot.y_lo = k / 2 ? 0.5 : 0;
+            plot.y_hi = k / 2 ? 4 : 0;
+            if (!CHECK_OK(&ctx, pd_plot_draw(&ctx, &plot, &image))) return;
+            pd_image_free(&ctx, &image);
+        }
+    plot.width = 100;
+    CHECK_INT(pd_plot_draw(&ctx, &plot, &image), PD_ERR_ARGUMENT);
+    CHECK_INT(ctx.in_use, 0);
+}
+
+/* Fails the call number `left` and all later ones. */
+static void *failing(void *user, void *ptr, size_t old_size, size_t new_size)
+{
+    int *left = (int *)user;
+    (void)old_size;
+    if (new_size == 0) {
+        free(ptr);
+        return NULL;
+    }
+    return (*left)-- > 0 ? realloc(ptr, new_size) : NULL;
+}
+
+TEST(every_failing_allocation_is_reported)
+{
+    double values[6] = {1, 2, 3, 4, 5, 6};
+    pd_ctx ctx;
+    pd_picture picture;
+    start(&ctx);
+    memset(&picture, 0, sizeof picture);
+    picture.nx = 3;
+    picture.ny = 2;
+    picture.values = values;
+    picture.hi[0] = 3;
+    picture.hi[1] = 2;
+    int failures = 0;
+    for (int phase = 0; phase < 2; phase++) {
+        pd_status status = PD_ERR_MEMORY;
+        for (int tries = 0; status != PD_OK && tries < 50; tries++) {
+            int left = tries;
+            pd_image image = {0, 0, 0, NULL};
+            ctx.alloc.fn = failing;
+            ctx.alloc.user = &left;
+            status = phase ? pd_png_read(&ctx, DIRECTORY "/memory.png", &image)
+                           : pd_picture_write(&ctx, DIRECTORY "/memory.png", &picture);
+            failures += status == PD_ERR_MEMORY;
+            if (status != PD_OK) CHECK_INT(status, PD_ERR_MEMORY);
+            pd_image_free(&ctx, &image);
+            CHECK_INT(ctx.in_use, 0);
+        }
+        CHECK_OK(&ctx, status);
+    }
+    CHECK(failures >= 8);
+    remove(DIRECTORY "/memory.png");
+    remove(DIRECTORY "/hurt.png");
+    remove(DIRECTORY);
+}
+
+TEST_MAIN(ENTRY(checksums_have_their_published_values) ENTRY(a_stream_of_zlib_is_unpacked)
+          ENTRY(packed_data_come_back_and_are_as_small_as_those_of_zlib) ENTRY(damaged_streams_are_refused_as_by_zlib)
+          ENTRY(images_come_back) ENTRY(an_image_that_cannot_be_written_is_refused)
+          ENTRY(gray_is_luminance_over_white_paper) ENTRY(few_bits_and_palettes_are_expanded)
+          ENTRY(what_is_not_supported_is_said) ENTRY(cut_and_damaged_files_are_refused)
+          ENTRY(colours_are_ordered_by_lightness) ENTRY(ticks_are_round_numbers)
+          ENTRY(a_picture_shows_every_cell_in_its_place) ENTRY(pictures_of_any_shape_have_a_sensible_size)
+          ENTRY(a_picture_with_wrong_arguments_is_refused) ENTRY(a_curve_passes_through_its_points)
+          ENTRY(a_plot_copes_with_what_cannot_be_shown) ENTRY(every_failing_allocation_is_reported))
