@@ -62,15 +62,35 @@ static double pdi_bond_distance(const pd_grid *grid, int shape, const double *x,
     return pd_shape_distance(grid->shapes, shape, at);
 }
 
-/* Move the cut onto the zero level of `shape`, if the bond crosses it within one cell of the face cut (a solid that has
- * receded is described by its cells alone). Regula falsi with the Illinois rule. */
+/* 1 when a node inside `shape` has dissolved in front of the closed group: the surface is then that of the cells. */
+static int pdi_bond_receded(const pd_bonds *bonds, int shape, int32_t node, int k, int group)
+{
+    const pd_stencil *s = bonds->stencil;
+    const pd_grid *grid = bonds->grid;
+    double x[PD_DIM];
+    for (int c = s->group_cell[s->group_first[k]]; c < s->group_cell[group]; c++) {
+        int32_t at = node + bonds->cell_shift[c];
+        if (!pdi_grid_open(grid->kind[at])) continue;
+        pd_grid_position(grid, at, x);
+        if (pd_shape_distance(grid->shapes, shape, x) <= 0.0) return 1;
+    }
+    return 0;
+}
+
+/* Move the cut onto the zero level of `shape`, if the bond crosses it: before the face cut or, where the line grazes
+ * the closed cell, behind it. Regula falsi with the Illinois rule. */
 static void pdi_bond_shape_cut(const pd_grid *grid, int shape, const double *x, const double *xi, pdi_cut *cut)
 {
-    double cell = 0.0, lo = 0.0, flo = pdi_bond_distance(grid, shape, x, xi, 0.0);
+    double cell = 0.0, lo = 0.0, hi = 0.0, flo = pdi_bond_distance(grid, shape, x, xi, 0.0), fhi = flo;
     if (!(flo > 0.0)) return;
-    for (int d = 0; d < PD_DIM; d++) cell += fabs(xi[d]) / grid->h[d];
-    double hi = fmin(cut->t + 1.0 / cell, 1.0), fhi = pdi_bond_distance(grid, shape, x, xi, hi), t = hi;
+    for (int d = 0; d < PD_DIM; d++) cell += xi[d] / grid->h[d] * (xi[d] / grid->h[d]);
+    cell = sqrt(cell);
+    for (int ahead = 1; hi < 1.0 && !(fhi < 0.0); ahead++) {
+        hi = fmin(cut->t + ahead / cell, 1.0);
+        fhi = pdi_bond_distance(grid, shape, x, xi, hi);
+    }
     if (!(fhi < 0.0)) return;
+    double t = hi;
     for (int step = 0, last = 0; step < 12; step++) {
         t = (lo * fhi - hi * flo) / (fhi - flo);
         double f = pdi_bond_distance(grid, shape, x, xi, t);
@@ -87,7 +107,6 @@ static void pdi_bond_shape_cut(const pd_grid *grid, int shape, const double *x, 
             last = -1;
         }
     }
-    if (fabs(t - cut->t) * cell > 2.0) return;
     double gradient[PD_DIM], eps = 1e-4 * grid->h[0], length;
     for (int d = 0; d < PD_DIM; d++) {
         double p[PD_DIM];
@@ -114,7 +133,8 @@ static void pdi_bond_cut(const pd_bonds *bonds, int32_t node, int k, int group, 
     pdi_grid_index(grid, closed, i);
     if (shape >= 0 && pdi_grid_inside(grid, i) && pd_shape_exact(grid->shapes, shape)) {
         pd_grid_position(grid, node, x);
-        pdi_bond_shape_cut(grid, shape, x, s->xi + k * PD_DIM, cut);
+        if (!pdi_bond_receded(bonds, shape, node, k, group))
+            pdi_bond_shape_cut(grid, shape, x, s->xi + k * PD_DIM, cut);
     }
     if (cut->t < PDI_BOND_MIN_T) cut->t = PDI_BOND_MIN_T;
 }

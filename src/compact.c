@@ -27,34 +27,46 @@ PDI_FN pd_status pdi_compact_build(pd_ctx *ctx, const pd_grid *grid, int with_fl
     return PD_OK;
 }
 
-static void pdi_compact_fill_cell(pd_compact *c, int64_t cell, int32_t node, double diffusivity, const double *u,
-                                  const pdi_compact_faces *faces)
+/* Diffusivity that stays on a face beside the compact upwinding, which adds |flux| h^2/2 itself. */
+static double pdi_compact_spread(const pd_grid *grid, const pdi_compact_convection *v, double diffusivity, int32_t node,
+                                 int32_t other, int d)
+{
+    for (int a = 0; a < PD_DIM; a++) {
+        int64_t row = (int64_t)a * grid->total;
+        double speed = 0.5 * fabs(v->u[row + node] + v->u[row + other]);
+        if (v->spread) diffusivity += speed * v->spread[a * PD_DIM + d];
+        if (a == d) diffusivity -= 0.5 * speed * grid->h[d];
+    }
+    return fmax(diffusivity, 0.0);
+}
+
+static void pdi_compact_fill_cell(pd_compact *c, int64_t cell, int32_t node, double diffusivity,
+                                  const pdi_compact_convection *v, const pdi_compact_faces *faces)
 {
     const pd_grid *grid = c->grid;
     double wall = 0.0, mass = c->mass[cell];
     for (int d = 0; d < PD_DIM; d++) {
-        double face = diffusivity / (grid->h[d] * grid->h[d]);
+        const double *u = v->u ? v->u + (int64_t)d * grid->total : NULL;
+        double inverse = 1.0 / (grid->h[d] * grid->h[d]);
         for (int up = 0; up < 2; up++) {
             int32_t other = up ? node + grid->stride[d] : node - grid->stride[d];
             uint8_t kind = grid->kind[other];
             if (kind == PD_FLUID) {
                 if (!up) continue;
-                double flux = u ? 0.5 * (u[(int64_t)d * grid->total + node] + u[(int64_t)d * grid->total + other]) / grid->h[d] : 0.0;
-                /* upwinding adds |flux|/2 of diffusion: what the face has already need not be added again */
-                c->conduct[d][cell] = (float)fmax(face - 0.5 * fabs(flux), 0.0);
-                if (u) c->flux[d][cell] = (float)flux;
+                c->conduct[d][cell] = (float)(inverse * (u ? pdi_compact_spread(grid, v, diffusivity, node, other, d) : diffusivity));
+                if (u) c->flux[d][cell] = (float)(0.5 * (u[node] + u[other]) / grid->h[d]);
                 continue;
             }
             int held = kind == PD_INLET ? faces->inlet : kind == PD_OUTLET ? faces->outlet : faces->closed;
-            if (held) wall += 2.0 * face;
-            if (u && kind == PD_OUTLET) mass += fmax((up ? 1.0 : -1.0) * u[(int64_t)d * grid->total + node] / grid->h[d], 0.0);
+            if (held) wall += 2.0 * diffusivity * inverse;
+            if (u && kind == PD_OUTLET) mass += fmax((up ? 1.0 : -1.0) * u[node] / grid->h[d], 0.0);
         }
     }
     c->wall[cell] = (float)wall;
     c->mass[cell] = (float)mass;
 }
 
-PDI_FN void pdi_compact_fill(const pd_ctx *ctx, double diffusivity, const double *u, double mass,
+PDI_FN void pdi_compact_fill(const pd_ctx *ctx, double diffusivity, const pdi_compact_convection *convection, double mass,
                              const pdi_compact_faces *faces, pd_compact *c)
 {
     const pd_grid *grid = c->grid;
@@ -81,7 +93,7 @@ PDI_FN void pdi_compact_fill(const pd_ctx *ctx, double diffusivity, const double
                 c->conduct[d][cell] = 0.0f;
                 if (c->flux[d]) c->flux[d][cell] = 0.0f;
             }
-            if (fluid) pdi_compact_fill_cell(c, cell, node, diffusivity, u, faces);
+            if (fluid) pdi_compact_fill_cell(c, cell, node, diffusivity, convection, faces);
         }
     }
 }

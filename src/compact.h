@@ -25,8 +25,14 @@ typedef struct pdi_compact_faces {
 } pdi_compact_faces;
 
 PDI_FN pd_status pdi_compact_build(pd_ctx *ctx, const pd_grid *grid, int with_flux, pd_compact *compact);
-/* diffusivity [m2/s, or 1]; u: [PD_DIM][total] velocity [m/s] or NULL; mass: value for every fluid cell [1/s]. */
-PDI_FN void pdi_compact_fill(const pd_ctx *ctx, double diffusivity, const double *u, double mass,
+/* What becomes of the convective term. */
+typedef struct pdi_compact_convection {
+    const double *u;      /* [PD_DIM][total] [m/s]; NULL: none */
+    const double *spread; /* [PD_DIM][PD_DIM] [m] diffusivity along the second axis per speed along the first, that the
+                           * peridynamic operator adds by upwinding; NULL: central */
+} pdi_compact_convection;
+/* diffusivity [m2/s, or 1]; mass: value for every fluid cell [1/s]. */
+PDI_FN void pdi_compact_fill(const pd_ctx *ctx, double diffusivity, const pdi_compact_convection *convection, double mass,
                              const pdi_compact_faces *faces, pd_compact *compact);
 PDI_FN void pdi_compact_free(pd_ctx *ctx, pd_compact *compact);
 /* Box cell of a node inside the box, and back. */

@@ -116,7 +116,7 @@ static void pdi_grid_bounds(const pd_shape *shapes, int index, double *lo, doubl
         if (s->type == PD_SHAPE_BOX) {
             lo[d] = s->a[d];
             hi[d] = s->b[d];
-        } else if (s->type == PD_SHAPE_BALL || (s->type == PD_SHAPE_CYLINDER && d != s->axis)) {
+        } else if (s->type == PD_SHAPE_BALL || (s->type == PD_SHAPE_CYLINDER && (PD_DIM == 1 || d != s->axis))) {
             lo[d] = s->a[d] - s->r;
             hi[d] = s->a[d] + s->r;
         } else if (s->type == PD_SHAPE_VOXELS) {
@@ -182,7 +182,12 @@ static pd_status pdi_grid_size(pd_ctx *ctx, const pd_stencil *stencil, const pd_
     grid->stride[0] = 1;
     for (int d = 1; d < PD_DIM; d++) grid->stride[d] = grid->stride[d - 1] * (int32_t)grid->np[d - 1];
     grid->total = (int32_t)total;
-    for (int s = 0; s < 2 * PD_DIM; s++) grid->side[s] = desc->side[s];
+    for (int s = 0; s < 2 * PD_DIM; s++) {
+        grid->side[s] = desc->side[s];
+        if ((int)desc->side[s] < PD_SIDE_WALL || (int)desc->side[s] > PD_SIDE_OUTLET)
+            return pdi_fail(ctx, PD_ERR_ARGUMENT, "grid", "side %d of the box has type %d, expected wall, inlet or outlet",
+                            s, (int)desc->side[s]);
+    }
     return PD_OK;
 }
 

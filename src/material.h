@@ -14,7 +14,7 @@ typedef struct pd_material {
 #define pd_material_find PD_NAME(pd_material_find)
 #define pd_material_concentration PD_NAME(pd_material_concentration)
 
-/* Mg-4Ag with the figures of pure magnesium: density 1738 kg/m3 (CRC Handbook of Chemistry and Physics, 97th ed.,
+/* Mg-4Ag with the figures of pure magnesium: density 1738 kg/m3 (CRC Handbook of Chemistry and Physics,
  * section 4), molar mass 24.305 g/mol (IUPAC 2021), z = 2 (Mg -> Mg2+ + 2 e-). The wire of Reimers et al. 2023, ACS
  * Appl. Mater. Interfaces 15, 35600; its 4 % of silver are not counted. */
 PD_API pd_material pd_material_mg4ag(void);

@@ -2,7 +2,6 @@
 #include "sketch.h"
 #include "png.h"
 #include <math.h>
-#include <stdio.h>
 #include <string.h>
 
 #define PDI_SKETCH_NAMES 64
@@ -96,12 +95,10 @@ static pd_status pdi_sketch_path(pdi_sketch *s, const char *key, char *path)
 {
     const char *name;
     PDI_TRY(pd_text_string(s->ctx, s->text, s->section, key, NULL, &name));
-    if (name[0] == '/' || strlen(s->folder) + strlen(name) >= PD_PATH_SIZE) {
-        if (strlen(name) >= PD_PATH_SIZE) return pd_text_refuse(s->ctx, s->text, s->section, key, "the path is too long");
-        memcpy(path, name, strlen(name) + 1);
-        return PD_OK;
-    }
-    snprintf(path, PD_PATH_SIZE, "%s%s", s->folder, name);
+    size_t above = name[0] == '/' ? 0 : strlen(s->folder), size = strlen(name) + 1;
+    if (above + size > PD_PATH_SIZE) return pd_text_refuse(s->ctx, s->text, s->section, key, "the path is too long");
+    memcpy(path, s->folder, above);
+    memcpy(path + above, name, size);
     return PD_OK;
 }
 

@@ -99,12 +99,15 @@ static void pdi_steady_precondition(void *user, const double *x, double *y)
 static pd_status pdi_steady_setup(pd_ctx *ctx, pd_steady *s)
 {
     pdi_compact_faces velocity, pressure;
+    pdi_compact_convection moving, resting;
     velocity.closed = velocity.inlet = 1;
     velocity.outlet = 0;
     pressure.closed = pressure.inlet = 0;
     pressure.outlet = 1;
-    pdi_compact_fill(ctx, s->flow->nu, s->flow->u, s->shift, &velocity, &s->compact_u);
-    pdi_compact_fill(ctx, 1.0, NULL, 0.0, &pressure, &s->compact_p);
+    moving.u = s->flow->u;
+    moving.spread = resting.spread = resting.u = NULL;
+    pdi_compact_fill(ctx, s->flow->nu, &moving, s->shift, &velocity, &s->compact_u);
+    pdi_compact_fill(ctx, 1.0, &resting, 0.0, &pressure, &s->compact_p);
     pd_compact *u = &s->compact_u, *p = &s->compact_p;
     PDI_TRY(pd_multigrid_setup(ctx, &s->mg_u, u->active, (const float *const *)u->conduct,
                                (const float *const *)u->flux, u->wall, u->mass));

@@ -10,10 +10,13 @@
 #include <string.h>
 
 #define PDI_TRANSPORT_BLOCK 8
-/* Relative change of the field at which the limiter ratios are frozen. */
-#define PDI_TRANSPORT_FROZEN 1e-3
-/* Linear tolerance while the ratios still move. */
-#define PDI_TRANSPORT_LOOSE 1e-3
+/* Linear tolerance while the antidiffusive fluxes still move, and their relaxation. */
+#define PDI_TRANSPORT_LOOSE 1e-2
+#define PDI_TRANSPORT_RELAX 0.7
+/* Share of the largest value by which a field may leave its bounds: rounding of the linear solve. */
+#define PDI_TRANSPORT_SLACK 1e-9
+/* Rounds of upwinding the nodes that leave their bounds before the whole step is upwinded. */
+#define PDI_TRANSPORT_ROUNDS 20
 
 /* Volume flux F [1/s] from i to the far end of bond k, and the diffusion d [1/s] that upwinding adds to D a. */
 static void pdi_transport_bond(const pd_transport *t, int32_t i, int k, double *flux, double *upwind)
@@ -24,20 +27,19 @@ static void pdi_transport_bond(const pd_transport *t, int32_t i, int k, double *
 }
 
 /* alpha of the bond: the antidiffusive flux d (c_i - c_j) raises the larger end and lowers the smaller one. */
-static double pdi_transport_alpha(const pd_transport *t, int32_t i, int32_t j)
+static double pdi_transport_alpha(const pd_transport *t, const double *c, int32_t i, int32_t j)
 {
-    if (!t->limiting) return 0.0;
-    return t->limited[i] > t->limited[j] ? fmin(t->up[i], t->down[j]) : fmin(t->down[i], t->up[j]);
+    return c[i] > c[j] ? fmin(t->up[i], t->down[j]) : fmin(t->down[i], t->up[j]);
 }
 
-/* Amount per volume and time [mol/m3/s] that leaves i through bond k (eq. 5.1). */
+/* Amount per volume and time [mol/m3/s] that leaves i through bond k, upwinded (eq. 5.1). */
 static double pdi_transport_bond_flux(const pd_transport *t, const double *c, int32_t i, int k)
 {
     double flux, upwind;
     int32_t j = i + t->bonds->shift[k];
     pdi_transport_bond(t, i, k, &flux, &upwind);
     if (t->grid->kind[j] == PD_OUTLET) return flux * c[i];
-    double spread = t->desc.diffusivity * t->bonds->stencil->lap[k] + (1.0 - pdi_transport_alpha(t, i, j)) * upwind;
+    double spread = t->desc.diffusivity * t->bonds->stencil->lap[k] + upwind;
     return 0.5 * flux * (c[i] + c[j]) - spread * (c[j] - c[i]);
 }
 
@@ -56,11 +58,18 @@ static pdi_transport_list pdi_transport_open(const pd_transport *t, int32_t i)
     return list;
 }
 
-/* What a sweep does with its nodes: y = A c, or the limiter ratios of c. */
+/* What a sweep does with its nodes: y = A c, the limiter ratios of c, or the limited fluxes y = sum alpha d (c_i - c_j). */
+typedef enum pdi_transport_task {
+    PDI_TRANSPORT_APPLY,
+    PDI_TRANSPORT_RATIOS,
+    PDI_TRANSPORT_ANTI
+} pdi_transport_task;
+
 typedef struct pdi_transport_sweep {
+    pdi_transport_task task;
     const pd_transport *t;
     const double *c;
-    double *y;    /* operator: result; NULL: ratios go to up and down */
+    double *y;
     double *up, *down;
 } pdi_transport_sweep;
 
@@ -73,23 +82,30 @@ static void pdi_transport_node(const pdi_transport_sweep *s, int32_t i)
     double sum = 0.0, plus = 0.0, minus = 0.0, least = s->c[i], most = s->c[i], weight = 0.0;
     for (int o = 0; o < list.count; o++) {
         int k = list.bond ? list.bond[o] : o;
-        if (s->y) {
+        if (s->task == PDI_TRANSPORT_APPLY) {
             sum += pdi_transport_bond_flux(t, s->c, i, k);
             continue;
         }
         double flux, upwind;
         int32_t j = i + t->bonds->shift[k];
-        if (t->grid->kind[j] == PD_OUTLET) continue;
+        uint8_t kind = t->grid->kind[j];
+        /* what passes an inlet stays upwinded, so that antidiffusion sums to zero over the domain */
+        if (kind == PD_OUTLET || (kind == PD_INLET && s->task == PDI_TRANSPORT_ANTI)) continue;
         pdi_transport_bond(t, i, k, &flux, &upwind);
         double anti = upwind * (s->c[i] - s->c[j]);
+        if (s->task == PDI_TRANSPORT_ANTI) {
+            sum += pdi_transport_alpha(t, s->c, i, j) * anti;
+            continue;
+        }
         plus += fmax(anti, 0.0);
         minus += fmax(-anti, 0.0);
         least = fmin(least, s->c[j]);
         most = fmax(most, s->c[j]);
         weight += upwind;
     }
-    if (s->y) {
-        s->y[i] = sum + ((t->dt > 0.0 ? 1.0 / t->dt : 0.0) + t->absorb[i]) * s->c[i];
+    if (s->task == PDI_TRANSPORT_APPLY) sum += ((t->dt > 0.0 ? 1.0 / t->dt : 0.0) + t->absorb[i]) * s->c[i];
+    if (s->task != PDI_TRANSPORT_RATIOS) {
+        s->y[i] = sum;
         return;
     }
     s->up[i] = pdi_transport_ratio(weight * (most - s->c[i]), plus);
@@ -119,21 +135,34 @@ static inline void pdi_transport_block_flux(const pd_transport *t, int32_t i, in
 static void pdi_transport_block_apply(const pdi_transport_sweep *s, int32_t i)
 {
     const pd_transport *t = s->t;
-    const double *c = s->c, *l = t->limited;
+    const double *c = s->c;
     double sum[PDI_TRANSPORT_BLOCK], rate = t->dt > 0.0 ? 1.0 / t->dt : 0.0;
     for (int b = 0; b < PDI_TRANSPORT_BLOCK; b++) sum[b] = (rate + t->absorb[i + b]) * c[i + b];
     for (int k = 0; k < t->bonds->stencil->count; k++) {
         double flux[PDI_TRANSPORT_BLOCK], upwind[PDI_TRANSPORT_BLOCK], bond = t->desc.diffusivity * t->bonds->stencil->lap[k];
         int32_t j = i + t->bonds->shift[k];
         pdi_transport_block_flux(t, i, k, flux, upwind);
-        if (t->limiting)
-            for (int b = 0; b < PDI_TRANSPORT_BLOCK; b++) {
-                int falls = l[i + b] > l[j + b];
-                double one = falls ? t->up[i + b] : t->down[i + b], two = falls ? t->down[j + b] : t->up[j + b];
-                upwind[b] *= 1.0 - (one < two ? one : two);
-            }
         for (int b = 0; b < PDI_TRANSPORT_BLOCK; b++)
             sum[b] += 0.5 * flux[b] * (c[i + b] + c[j + b]) - (bond + upwind[b]) * (c[j + b] - c[i + b]);
+    }
+    for (int b = 0; b < PDI_TRANSPORT_BLOCK; b++) s->y[i + b] = sum[b];
+}
+
+static void pdi_transport_block_anti(const pdi_transport_sweep *s, int32_t i)
+{
+    const pd_transport *t = s->t;
+    const double *c = s->c;
+    double sum[PDI_TRANSPORT_BLOCK];
+    for (int b = 0; b < PDI_TRANSPORT_BLOCK; b++) sum[b] = 0.0;
+    for (int k = 0; k < t->bonds->stencil->count; k++) {
+        double flux[PDI_TRANSPORT_BLOCK], upwind[PDI_TRANSPORT_BLOCK];
+        int32_t j = i + t->bonds->shift[k];
+        pdi_transport_block_flux(t, i, k, flux, upwind);
+        for (int b = 0; b < PDI_TRANSPORT_BLOCK; b++) {
+            int falls = c[i + b] > c[j + b];
+            double one = falls ? t->up[i + b] : t->down[i + b], two = falls ? t->down[j + b] : t->up[j + b];
+            sum[b] += (one < two ? one : two) * upwind[b] * (c[i + b] - c[j + b]);
+        }
     }
     for (int b = 0; b < PDI_TRANSPORT_BLOCK; b++) s->y[i + b] = sum[b];
 }
@@ -193,7 +222,8 @@ static void pdi_transport_run(const pdi_transport_sweep *s, int32_t first, int32
     if (!s->t->flow) hi = lo;
     for (at = 0; at < lo; at++) pdi_transport_node(s, first + at);
     for (; at + PDI_TRANSPORT_BLOCK <= hi; at += PDI_TRANSPORT_BLOCK) {
-        if (s->y) pdi_transport_block_apply(s, first + at);
+        if (s->task == PDI_TRANSPORT_APPLY) pdi_transport_block_apply(s, first + at);
+        else if (s->task == PDI_TRANSPORT_ANTI) pdi_transport_block_anti(s, first + at);
         else pdi_transport_block_ratios(s, first + at);
     }
     for (; at < length; at++) pdi_transport_node(s, first + at);
@@ -217,21 +247,30 @@ static void pdi_transport_operator(const pd_ctx *ctx, const pd_transport *t, con
     s.t = t;
     s.c = c;
     s.y = y;
+    s.task = PDI_TRANSPORT_APPLY;
     pdi_transport_sweep_all(ctx, &s);
 }
 
-/* Limiter ratios of the present field (eq. 5.4). Prescribed values of inlets limit nothing. */
-static void pdi_transport_ratios(const pd_ctx *ctx, pd_transport *t)
+/* Limited antidiffusive fluxes of the present field (eq. 5.4), relaxed into t->anti. Prescribed values of inlets limit
+ * nothing. */
+static void pdi_transport_limit_fluxes(const pd_ctx *ctx, pd_transport *t, double relax)
 {
     pdi_transport_sweep s;
+    const uint8_t *kind = t->grid->kind;
     memset(&s, 0, sizeof s);
-    pdi_par_copy(ctx, t->grid->total, t->c, t->limited);
     s.t = t;
-    s.c = t->limited;
+    s.c = t->c;
+    s.y = t->work;
     s.up = t->up;
     s.down = t->down;
+    s.task = PDI_TRANSPORT_RATIOS;
     pdi_transport_sweep_all(ctx, &s);
-    t->limiting = 1;
+    for (int32_t i = 0; i < t->grid->total; i++)
+        if (t->upwinded[i]) t->up[i] = t->down[i] = 0.0;
+    s.task = PDI_TRANSPORT_ANTI;
+    pdi_transport_sweep_all(ctx, &s);
+    for (int32_t i = 0; i < t->grid->total; i++)
+        if (kind[i] == PD_FLUID) t->anti[i] += relax * (t->work[i] - t->anti[i]);
 }
 
 /* What the solver callbacks see. */
@@ -252,14 +291,30 @@ static void pdi_transport_precondition(void *user, const double *x, double *y)
     pd_multigrid_cycle(u->ctx, &u->t->mg, x, y);
 }
 
+/* Upwinding bond by bond spreads along b by 1/2 sum |g_a| xi_b^2 per speed along a. */
+static void pdi_transport_spread(const pd_stencil *s, double *spread)
+{
+    for (int i = 0; i < PD_DIM * PD_DIM; i++) spread[i] = 0.0;
+    for (int k = 0; k < s->count; k++)
+        for (int a = 0; a < PD_DIM; a++)
+            for (int b = 0; b < PD_DIM; b++)
+                spread[a * PD_DIM + b] +=
+                    0.5 * fabs(s->grad[k * PD_DIM + a]) * s->xi[k * PD_DIM + b] * s->xi[k * PD_DIM + b];
+}
+
 static pd_status pdi_transport_setup(pd_ctx *ctx, pd_transport *t)
 {
     pdi_compact_faces faces;
+    pdi_compact_convection convection;
+    double spread[PD_DIM * PD_DIM];
     pd_compact *c = &t->compact;
     const pd_grid *grid = t->grid;
     faces.closed = faces.outlet = 0;
     faces.inlet = 1;
-    pdi_compact_fill(ctx, t->desc.diffusivity, t->flow ? t->flow->u : NULL, 1.0 / t->dt, &faces, c);
+    pdi_transport_spread(t->bonds->stencil, spread);
+    convection.u = t->flow ? t->flow->u : NULL;
+    convection.spread = spread;
+    pdi_compact_fill(ctx, t->desc.diffusivity, &convection, 1.0 / t->dt, &faces, c);
     for (int32_t node = 0; node < grid->total; node++) {
         int i[PD_DIM];
         if (grid->kind[node] != PD_FLUID || !(t->absorb[node] > 0.0)) continue;
@@ -270,7 +325,7 @@ static pd_status pdi_transport_setup(pd_ctx *ctx, pd_transport *t)
                               t->flow ? (const float *const *)c->flux : NULL, c->wall, c->mass);
 }
 
-/* rhs = old/dt + source + carry/dt at fluid nodes. */
+/* rhs = old/dt + source + carry/dt + anti at fluid nodes. */
 static void pdi_transport_right_side(const pd_ctx *ctx, pd_transport *t)
 {
     const uint8_t *kind = t->grid->kind;
@@ -278,7 +333,7 @@ static void pdi_transport_right_side(const pd_ctx *ctx, pd_transport *t)
     (void)nt;
     PDI_PARALLEL_FOR(nt)
     for (int32_t i = 0; i < t->grid->total; i++)
-        t->rhs[i] = kind[i] == PD_FLUID ? (t->old[i] + t->carry[i]) / t->dt + t->source[i] : 0.0;
+        t->rhs[i] = kind[i] == PD_FLUID ? (t->old[i] + t->carry[i]) / t->dt + t->source[i] + t->anti[i] : 0.0;
 }
 
 /* residual = rhs - A c at fluid nodes, into out. */
@@ -347,35 +402,92 @@ static void pdi_transport_boundary(pd_transport *t)
     t->inflow = pdi_sum_total(&in) * t->bonds->stencil->volume;
 }
 
+/* Bounds that the step must keep: those of the old field and the inflow; a source lifts the upper one. */
+static void pdi_transport_bounds(const pd_transport *t, double *low, double *high)
+{
+    *low = HUGE_VAL;
+    *high = 0.0;
+    for (int32_t i = 0; i < t->grid->total; i++) {
+        uint8_t kind = t->grid->kind[i];
+        if (kind != PD_FLUID && kind != PD_INLET) continue;
+        *low = fmin(*low, t->old[i]);
+        *high = fmax(*high, t->old[i]);
+        if (kind == PD_FLUID && t->source[i] < 0.0) *low = -HUGE_VAL;
+        if (kind == PD_FLUID && t->absorb[i] > 0.0) *low = fmin(*low, 0.0);
+        if (kind == PD_FLUID && t->source[i] > 0.0) *high = HUGE_VAL;
+    }
+}
+
+/* Mark the nodes outside of the bounds; how many are new. */
+static int64_t pdi_transport_mark(pd_transport *t, double low, double high)
+{
+    double size = 0.0;
+    int64_t found = 0;
+    for (int32_t i = 0; i < t->grid->total; i++)
+        if (t->grid->kind[i] == PD_FLUID) size = fmax(size, fabs(t->c[i]));
+    for (int32_t i = 0; i < t->grid->total; i++) {
+        if (t->grid->kind[i] != PD_FLUID || t->upwinded[i]) continue;
+        if (t->c[i] >= low - PDI_TRANSPORT_SLACK * size && t->c[i] <= high + PDI_TRANSPORT_SLACK * size) continue;
+        t->upwinded[i] = 1;
+        found++;
+    }
+    return found;
+}
+
+/* The limiter bounds a converged field; where the iteration has left the field outside of its bounds, the nodes concerned
+ * lose their antidiffusive fluxes until none is left. Fluxes are limited, values never. */
+static pd_status pdi_transport_enforce(pd_ctx *ctx, pd_transport *t, double atol, pd_transport_result *result)
+{
+    double low, high, change;
+    pd_status status = PD_OK;
+    pdi_transport_bounds(t, &low, &high);
+    for (int round = 1; round <= PDI_TRANSPORT_ROUNDS && pdi_transport_mark(t, low, high) > 0; round++) {
+        if (round == PDI_TRANSPORT_ROUNDS) pdi_par_zero(ctx, t->grid->total, t->anti);
+        else pdi_transport_limit_fluxes(ctx, t, 1.0);
+        pdi_transport_right_side(ctx, t);
+        status = pdi_transport_correct(ctx, t, 1e-15, atol, &change, result);
+        if (status < 0) return status;
+        result->bounded = round;
+    }
+    return status;
+}
+
+static pd_status pdi_transport_iterate(pd_ctx *ctx, pd_transport *t, double atol, pd_transport_result *result)
+{
+    pd_status status = PD_OK;
+    int limiter = t->flow && t->desc.advection == PD_ADVECTION_LIMITED;
+    for (int pass = 0;; pass++) {
+        int last = !limiter || pass == t->desc.max_limiter || (pass > 0 && result->change < t->desc.limiter_tolerance);
+        if (limiter && pass > 0) {
+            pdi_transport_limit_fluxes(ctx, t, PDI_TRANSPORT_RELAX);
+            pdi_transport_right_side(ctx, t);
+        }
+        status = pdi_transport_correct(ctx, t, last ? 1e-15 : PDI_TRANSPORT_LOOSE, atol, &result->change, result);
+        result->limiter = pass;
+        if (status < 0) return status;
+        if (last) break;
+    }
+    return limiter ? pdi_transport_enforce(ctx, t, atol, result) : status;
+}
+
 pd_status pd_transport_implicit(pd_ctx *ctx, pd_transport *t, double dt, pd_transport_result *result)
 {
     int32_t total = t->grid->total;
-    int limiter = t->flow && t->desc.advection == PD_ADVECTION_LIMITED;
     memset(result, 0, sizeof *result);
     if (!(dt > 0.0) || !(dt < 1e300))
         return pdi_fail(ctx, PD_ERR_ARGUMENT, "transport", "the step is %g s, expected a positive one", dt);
     t->dt = dt;
-    t->limiting = 0;
     pdi_par_copy(ctx, total, t->c, t->old);
+    memset(t->upwinded, 0, (size_t)total);
     pdi_transport_right_side(ctx, t);
     PDI_TRY(pdi_transport_setup(ctx, t));
-    /* the right-hand side with the inflow, in the norm of the equations */
+    /* the size of the equations: right-hand side and inflow */
     pdi_transport_residual(ctx, t, t->work);
     double size = fmax(sqrt(pdi_par_dot(ctx, total, t->rhs, t->rhs)), sqrt(pdi_par_dot(ctx, total, t->work, t->work)));
-    double atol = t->desc.tolerance * size;
-    pd_status status = PD_OK;
-    for (int pass = 0; size > 0.0; pass++) {
-        int last = !limiter || pass == t->desc.max_limiter || (pass > 0 && result->change < PDI_TRANSPORT_FROZEN);
-        if (limiter) pdi_transport_ratios(ctx, t);
-        double change;
-        status = pdi_transport_correct(ctx, t, last ? 1e-15 : PDI_TRANSPORT_LOOSE, atol, &change, result);
-        if (status < 0) {
-            pdi_par_copy(ctx, total, t->old, t->c);
-            return status;
-        }
-        result->change = change;
-        result->limiter = pass;
-        if (last) break;
+    pd_status status = size > 0.0 ? pdi_transport_iterate(ctx, t, t->desc.tolerance * size, result) : PD_OK;
+    if (status < 0) {
+        pdi_par_copy(ctx, total, t->old, t->c);
+        return status;
     }
     result->residual = size > 0.0 ? result->residual / size : 0.0;
     pdi_transport_residual(ctx, t, t->carry);
@@ -414,13 +526,12 @@ pd_status pd_transport_explicit(pd_ctx *ctx, pd_transport *t, double dt)
         return PD_RETRY;
     }
     t->dt = 0.0;
-    t->limiting = 0;
-    if (t->flow && t->desc.advection == PD_ADVECTION_LIMITED) pdi_transport_ratios(ctx, t);
+    if (t->flow && t->desc.advection == PD_ADVECTION_LIMITED) pdi_transport_limit_fluxes(ctx, t, 1.0);
     pdi_transport_operator(ctx, t, t->c, t->rhs);
     pdi_transport_boundary(t);
     for (int32_t i = 0; i < t->grid->total; i++)
         if (kind[i] == PD_FLUID) {
-            t->c[i] += dt * (t->source[i] - t->rhs[i]) + t->carry[i];
+            t->c[i] += dt * (t->source[i] + t->anti[i] - t->rhs[i]) + t->carry[i];
             t->carry[i] = 0.0;
         }
     return PD_OK;
@@ -466,7 +577,8 @@ pd_status pd_transport_build(pd_ctx *ctx, const pd_grid *grid, const pd_bonds *b
                         "least 0", desc->diffusivity, desc->inlet, desc->initial, desc->tolerance);
     t->desc = *desc;
     if (!(t->desc.tolerance > 0.0)) t->desc.tolerance = 1e-11;
-    if (t->desc.max_limiter <= 0) t->desc.max_limiter = 12;
+    if (t->desc.max_limiter <= 0) t->desc.max_limiter = 30;
+    if (!(t->desc.limiter_tolerance > 0.0)) t->desc.limiter_tolerance = 1e-3;
     t->grid = grid;
     t->bonds = bonds;
     t->flow = flow;
@@ -496,7 +608,8 @@ pd_status pd_transport_build(pd_ctx *ctx, const pd_grid *grid, const pd_bonds *b
     PDI_TRY(PDI_NEW(ctx, "transport", grid->total, t->carry));
     PDI_TRY(PDI_NEW(ctx, "transport", grid->total, t->up));
     PDI_TRY(PDI_NEW(ctx, "transport", grid->total, t->down));
-    PDI_TRY(PDI_NEW(ctx, "transport", grid->total, t->limited));
+    PDI_TRY(PDI_NEW(ctx, "transport", grid->total, t->anti));
+    PDI_TRY(PDI_NEW(ctx, "transport", grid->total, t->upwinded));
     PDI_TRY(PDI_NEW(ctx, "transport", grid->total, t->rhs));
     PDI_TRY(PDI_NEW(ctx, "transport", 2 * (int64_t)grid->total, t->work));
     for (int32_t i = 0; i < grid->total; i++)
@@ -518,7 +631,8 @@ void pd_transport_free(pd_ctx *ctx, pd_transport *t)
     PDI_DELETE(ctx, total, t->carry);
     PDI_DELETE(ctx, total, t->up);
     PDI_DELETE(ctx, total, t->down);
-    PDI_DELETE(ctx, total, t->limited);
+    PDI_DELETE(ctx, total, t->anti);
+    PDI_DELETE(ctx, total, t->upwinded);
     PDI_DELETE(ctx, total, t->rhs);
     PDI_DELETE(ctx, 2 * total, t->work);
     memset(t, 0, sizeof *t);

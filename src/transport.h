@@ -1,9 +1,10 @@
 /* transport: conservative, bounded advection and diffusion of dissolved metal on fluid nodes.
  *
- * dc/dt + sum_j F_ij (c_i + c_j)/2 - sum_j (D a + (1 - alpha) d)(c_j - c_i) = source - absorb c  over open bonds, with F_ij
- * the volume flux of the flow, d = max(|F|/2 - D a, 0) the diffusion that makes the row an M-matrix (upwinding) and
- * alpha the limiter that takes it away where the field stays within its neighbours (theory: eq. 5.1 to 5.5; Kuzmin
- * 2012). Bonds to solid and wall carry nothing. Sums over the domain conserve to rounding.
+ * dc/dt + sum_j F_ij (c_i + c_j)/2 - sum_j (D a + d)(c_j - c_i) = source - absorb c + sum_j alpha d (c_i - c_j)  over open
+ * bonds, with F_ij the volume flux of the flow, d = max(|F|/2 - D a, 0) the diffusion that makes the left side an
+ * M-matrix (upwinding) and alpha the limiter that gives it back as antidiffusive fluxes where the field stays within
+ * its neighbours (theory: eq. 5.1 to 5.5; Kuzmin 2012). Implicit steps solve the left side and iterate on the right.
+ * Bonds to solid and wall carry nothing. Every sum over bonds conserves to rounding, converged or not.
  */
 #ifndef PD_TRANSPORT_H
 #define PD_TRANSPORT_H
@@ -23,7 +24,8 @@ typedef struct pd_transport_desc {
     double initial;         /* [mol/m3] */
     pd_advection advection;
     double tolerance;       /* [-] of the linear solves, relative to the right-hand side; 0: 1e-11 */
-    int max_limiter;        /* limiter iterations of one implicit step; 0: 12 */
+    int max_limiter;        /* limiter iterations of one implicit step; 0: 30 */
+    double limiter_tolerance; /* [-] relative change of the field at which they stop; 0: 1e-3 */
 } pd_transport_desc;
 
 typedef struct pd_transport {
@@ -37,11 +39,11 @@ typedef struct pd_transport {
     double *absorb;         /* [total] [1/s] likewise; source - absorb c enters the fluid */
     double *carry;          /* [total] [mol/m3] what the last solve left undone; the next step delivers it */
     double *up, *down;      /* [total] [-] limiter ratios R+ and R- */
-    double *limited;        /* [total] [mol/m3] field of the limiter ratios */
+    double *anti;           /* [total] [mol/m3/s] limited antidiffusive fluxes in force */
+    uint8_t *upwinded;      /* [total] node lost its antidiffusive fluxes in this step, to keep the bounds */
     double *rhs;            /* [total] [mol/m3/s] work */
     double *work;           /* [2][total] residual [mol/m3/s] and correction [mol/m3] */
     double dt;              /* [s] of the step in work; 0: none */
-    int limiting;           /* limiter ratios are in force */
     pd_compact compact;
     pd_multigrid mg;
     pd_krylov krylov;
@@ -51,6 +53,7 @@ typedef struct pd_transport {
 typedef struct pd_transport_result {
     int krylov;     /* iterations */
     int limiter;    /* limiter iterations */
+    int bounded;    /* rounds in which nodes were upwinded to keep the bounds */
     double residual; /* [-] last relative residual of the linear solve */
     double change;  /* [-] last relative change of the limiter iteration */
 } pd_transport_result;

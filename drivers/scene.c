@@ -1,0 +1,201 @@
+/* pd1d, pd2d, pd3d: run a scene file.
+ *
+ *   pd2d SCENE [key=value ...] [--out DIR] [--threads N] [--quiet] [--check] [--help]
+ *
+ * Exit status: 0 done, 1 the run failed or was interrupted, 2 wrong usage or bad input.
+ */
+#define _POSIX_C_SOURCE 200809L
+#define PDCORR_IMPLEMENTATION
+#include "pdcorr.h"
+
+#include <signal.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <sys/resource.h>
+#include <time.h>
+#include <unistd.h>
+
+enum { MAX_OVERRIDES = 64 };
+
+typedef struct options {
+    const char *program, *scene, *out;
+    const char *overrides[MAX_OVERRIDES];
+    int count, threads, quiet, check, help;
+} options;
+
+typedef struct screen {
+    int quiet, terminal;
+    int open; /* a progress line stands without its newline */
+} screen;
+
+static volatile sig_atomic_t interrupted;
+
+static void on_interrupt(int number)
+{
+    (void)number;
+    interrupted = 1;
+}
+
+static int is_interrupted(void *user)
+{
+    (void)user;
+    return interrupted != 0;
+}
+
+static void end_progress(screen *s)
+{
+    if (s->open) fprintf(stderr, "\n");
+    s->open = 0;
+}
+
+/* Progress goes to the terminal alone, so that logs stay readable. */
+static void print(void *user, pd_print_kind kind, const char *text)
+{
+    screen *s = (screen *)user;
+    if (kind == PD_PRINT_PROGRESS) {
+        if (!s->terminal) return;
+        fprintf(stderr, "\r%s\033[K", text);
+        fflush(stderr);
+        s->open = 1;
+        return;
+    }
+    if (s->quiet) return;
+    end_progress(s);
+    printf("%s%s\n", kind == PD_PRINT_NOTE ? "note: " : "", text);
+    fflush(stdout);
+}
+
+static void help(const char *program)
+{
+    printf("%s SCENE [key=value ...] [--out DIR] [--threads N] [--quiet] [--check] [--help]\n\n"
+           "Runs a corrosion scene in %d dimension%s (pdcorr %s).\n\n"
+           "  SCENE          scene file, or a flat file of key = value lines\n"
+           "  key=value      replaces a value of the scene; also section.key=value, section.label.key=value\n"
+           "  --out DIR      folder of the output, made when missing\n"
+           "  --threads N    threads, 0: all\n"
+           "  --quiet        print the result line and errors only\n"
+           "  --check        read the scene, build it and print the summary; run and write nothing\n\n"
+           "Exit status: 0 done, 1 the run failed or was interrupted, 2 wrong usage or bad input.\n",
+           program, PD_DIM, PD_DIM > 1 ? "s" : "", PD_VERSION);
+}
+
+static int usage(const options *o, const char *what, const char *found)
+{
+    fprintf(stderr, "%s: %s%s; %s --help tells the usage\n", o->program, what, found, o->program);
+    return 2;
+}
+
+/* The value behind an option that takes one. */
+static const char *value_of(int argc, char **argv, int *k) { return *k + 1 < argc ? argv[++*k] : NULL; }
+
+static int parse_threads(const char *text, int *threads)
+{
+    char *end;
+    long n = text ? strtol(text, &end, 10) : -1;
+    if (!text || end == text || *end || n < 0 || n > 1024) return 0;
+    *threads = (int)n;
+    return 1;
+}
+
+static int parse(int argc, char **argv, options *o)
+{
+    const char *slash = strrchr(argv[0], '/');
+    memset(o, 0, sizeof *o);
+    o->program = slash ? slash + 1 : argv[0];
+    for (int k = 1; k < argc; k++) {
+        const char *a = argv[k];
+        if (strcmp(a, "--help") == 0 || strcmp(a, "-h") == 0) o->help = 1;
+        else if (strcmp(a, "--quiet") == 0) o->quiet = 1;
+        else if (strcmp(a, "--check") == 0) o->check = 1;
+        else if (strcmp(a, "--out") == 0) {
+            o->out = value_of(argc, argv, &k);
+            if (!o->out || !o->out[0]) return usage(o, "--out expects a folder", "");
+        } else if (strcmp(a, "--threads") == 0) {
+            if (!parse_threads(value_of(argc, argv, &k), &o->threads))
+                return usage(o, "--threads expects a number from 0 to 1024", "");
+        } else if (a[0] == '-' && a[1]) return usage(o, "unknown option ", a);
+        else if (strchr(a, '=')) {
+            if (o->count == MAX_OVERRIDES) return usage(o, "more than 64 key=value arguments", "");
+            o->overrides[o->count++] = a;
+        } else if (o->scene) return usage(o, "a second scene: ", a);
+        else o->scene = a;
+    }
+    return o->scene || o->help ? 0 : usage(o, "no scene file given", "");
+}
+
+static double seconds(clockid_t clock)
+{
+    struct timespec t;
+    return clock_gettime(clock, &t) == 0 ? (double)t.tv_sec + 1e-9 * (double)t.tv_nsec : 0.0;
+}
+
+static double peak_rss_mb(void)
+{
+    struct rusage usage_now;
+    if (getrusage(RUSAGE_SELF, &usage_now) != 0) return 0.0;
+#ifdef __APPLE__
+    return (double)usage_now.ru_maxrss / 1048576.0;
+#else
+    return (double)usage_now.ru_maxrss / 1024.0;
+#endif
+}
+
+static int fail(const options *o, screen *s, const char *message, int status)
+{
+    end_progress(s);
+    fprintf(stderr, "%s: %s\n", o->program, message);
+    return status;
+}
+
+static int run(const options *o, pd_ctx *ctx, const pd_setup *setup, screen *s)
+{
+    char line[1024];
+    pd_run_desc desc;
+    pd_run_result result;
+    double wall = seconds(CLOCK_MONOTONIC);
+    memset(&desc, 0, sizeof desc);
+    desc.folder = o->out;
+    desc.check = o->check;
+    desc.print = print;
+    desc.print_user = s;
+    desc.stop = is_interrupted;
+    pd_status status = pd_run(ctx, setup, &desc, &result);
+    if (status < 0) return fail(o, s, ctx->message, result.bad_input ? 2 : 1);
+    end_progress(s);
+    if (o->check) return 0;
+    pd_run_line(&result, line, sizeof line);
+    printf("%s wall_s=%.3f cpu_s=%.3f peak_rss_mb=%.1f threads=%d\n", line, seconds(CLOCK_MONOTONIC) - wall,
+           seconds(CLOCK_PROCESS_CPUTIME_ID), peak_rss_mb(), result.threads);
+    if (!result.stopped) return 0;
+    snprintf(line, sizeof line, "interrupted at t = %g s; the output is complete up to there", result.time);
+    return fail(o, s, line, 1);
+}
+
+int main(int argc, char **argv)
+{
+    options o;
+    screen s;
+    pd_ctx ctx;
+    pd_setup setup;
+    int status = parse(argc, argv, &o);
+    if (status) return status;
+    if (o.help) {
+        help(o.program);
+        return 0;
+    }
+    memset(&s, 0, sizeof s);
+    s.quiet = o.quiet;
+    s.terminal = !o.quiet && isatty(2);
+    pd_ctx_init(&ctx);
+    ctx.threads = o.threads;
+    if (pd_scene_read(&ctx, o.scene, o.overrides, o.count, &setup) < 0) return fail(&o, &s, ctx.message, 2);
+    struct sigaction action;
+    memset(&action, 0, sizeof action);
+    action.sa_handler = on_interrupt;
+    action.sa_flags = (int)SA_RESETHAND; /* a second interrupt ends the program at once */
+    sigaction(SIGINT, &action, NULL);
+    status = run(&o, &ctx, &setup, &s);
+    pd_setup_free(&ctx, &setup);
+    return status;
+}

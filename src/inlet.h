@@ -1,0 +1,24 @@
+/* inlet: prescribed velocity behind the inlets of a box: where a side is open, how wide, and the profile over it. */
+#ifndef PD_INLET_H
+#define PD_INLET_H
+#include "setup.h"
+
+typedef struct pd_inlet {
+    const pd_setup *setup;
+    int inlets;
+    double mean[2 * PD_DIM];    /* [m/s] into the box, 0 for other sides */
+    double width[2 * PD_DIM];   /* [m] of the open part: 2H or 2R */
+    double centre[2 * PD_DIM][PD_DIM]; /* [m] of the open part */
+    int first;                  /* first inlet side, -1: none */
+} pd_inlet;
+
+#define pd_inlet_build PD_NAME(pd_inlet_build)
+#define pd_inlet_velocity PD_NAME(pd_inlet_velocity)
+
+/* Measure the open part of each inlet side of the grid. PD_ERR_GEOMETRY: a side without open nodes, a parabola where no
+ * parabola fits (two openings, a rectangular duct, solid in the opening). setup is borrowed; nothing is allocated. */
+PD_API pd_status pd_inlet_build(pd_ctx *ctx, const pd_setup *setup, const pd_grid *grid, pd_inlet *inlet);
+/* A pd_velocity_fn; user is the pd_inlet. 2D parabola: 3/2 U (1 - s^2); tube: 2 U (1 - (r/R)^2). */
+PD_API void pd_inlet_velocity(void *user, const double *x, double *u);
+
+#endif

@@ -1,0 +1,175 @@
+/* model: see model.h */
+#include "model.h"
+#include <math.h>
+#include <string.h>
+
+static pd_status pdi_model_lattice(pd_ctx *ctx, pd_model *m)
+{
+    const pd_setup *u = m->setup;
+    pd_stencil_desc stencil;
+    pd_grid_desc grid;
+    memset(&stencil, 0, sizeof stencil);
+    memset(&grid, 0, sizeof grid);
+    stencil.m = u->m;
+    for (int d = 0; d < PD_DIM; d++) {
+        stencil.h[d] = u->h[d];
+        grid.lo[d] = u->lo[d];
+        grid.hi[d] = u->hi[d];
+    }
+    for (int s = 0; s < 2 * PD_DIM; s++) grid.side[s] = u->side[s].kind;
+    grid.shapes = u->shapes ? u->shape : NULL;
+    grid.solid = u->solid;
+    grid.wall = u->wall;
+    PDI_TRY(pd_stencil_build(ctx, &stencil, &m->stencil));
+    PDI_TRY(pd_grid_build(ctx, &m->stencil, &grid, &m->grid));
+    PDI_TRY(pd_bonds_build(ctx, &m->stencil, &m->grid, 0, &m->bonds));
+    return pd_inlet_build(ctx, u, &m->grid, &m->inlet);
+}
+
+static pd_status pdi_model_flow(pd_ctx *ctx, pd_model *m)
+{
+    const pd_setup *u = m->setup;
+    pd_flow_desc flow;
+    pd_steady_desc steady;
+    memset(&flow, 0, sizeof flow);
+    memset(&steady, 0, sizeof steady);
+    flow.rho = u->rho;
+    flow.mu = u->mu;
+    for (int d = 0; d < PD_DIM; d++) flow.force[d] = u->force[d];
+    flow.p_out = u->p_out;
+    flow.speed = u->speed;
+    flow.length = u->length;
+    for (int s = 2 * PD_DIM - 1; s >= 0; s--) {
+        if (u->side[s].kind != PD_SIDE_INLET) continue;
+        if (!(u->speed > 0.0) && fabs(m->inlet.mean[s]) > 0.0) flow.speed = fabs(m->inlet.mean[s]);
+        if (!(u->length > 0.0)) flow.length = m->inlet.width[s];
+    }
+    if (!(flow.speed > 0.0))
+        return pdi_fail(ctx, PD_ERR_ARGUMENT, "model", "the mean speed of the inlet is 0, expected speed = ... in [flow] as a "
+                                                       "reference value");
+    if (m->inlet.inlets) flow.inlet = pd_inlet_velocity;
+    flow.inlet_user = &m->inlet;
+    steady.tolerance = u->steady;
+    PDI_TRY(pd_flow_build(ctx, &m->grid, &m->bonds, &flow, &m->flow));
+    PDI_TRY(pd_steady_build(ctx, &m->flow, &steady, &m->steady));
+    m->unknowns[PD_PART_FLOW] = (PD_DIM + 1) * m->grid.fluid_count;
+    return PD_OK;
+}
+
+static pd_status pdi_model_initial(pd_ctx *ctx, pd_model *m)
+{
+    for (int32_t node = 0; node < m->grid.total; node++) {
+        double x[PD_DIM];
+        if (m->grid.kind[node] != PD_FLUID) continue;
+        pd_grid_position(&m->grid, node, x);
+        double c = pd_expr_eval(&m->setup->initial, x);
+        if (!(c >= 0.0) || !(c < 1e100))
+            return pdi_fail(ctx, PD_ERR_STATE, "model", "initial gives C = %g mol/m3 at x = %g m, expected a finite value of at"
+                                                        " least 0", c, x[0]);
+        m->transport.c[node] = c;
+    }
+    return PD_OK;
+}
+
+static pd_status pdi_model_transport(pd_ctx *ctx, pd_model *m)
+{
+    const pd_setup *u = m->setup;
+    pd_transport_desc desc;
+    memset(&desc, 0, sizeof desc);
+    desc.diffusivity = u->diffusivity;
+    desc.inlet = u->inlet;
+    desc.advection = u->advection;
+    PDI_TRY(pd_transport_build(ctx, &m->grid, &m->bonds, u->has_flow ? &m->flow : NULL, &desc, &m->transport));
+    m->unknowns[PD_PART_TRANSPORT] = m->grid.fluid_count;
+    return pdi_model_initial(ctx, m);
+}
+
+/* factor = 1 + (gb_factor - 1) * share of the node that is grain boundary */
+static pd_status pdi_model_factor(pd_ctx *ctx, pd_model *m, float *fraction)
+{
+    PDI_TRY(pd_grain_fraction(ctx, &m->stencil, &m->grid, &m->grain, fraction));
+    PDI_TRY(pd_grain_measure(ctx, &m->grid, &m->grain, fraction, &m->grain_stats));
+    if (!m->setup->has_dissolve || !(fabs(m->setup->gb_factor - 1.0) > 0.0)) return PD_OK;
+    PDI_TRY(PDI_NEW(ctx, "model", m->grid.total, m->factor));
+    for (int32_t i = 0; i < m->grid.total; i++)
+        m->factor[i] = 1.0 + (m->setup->gb_factor - 1.0) * (double)fraction[i];
+    return PD_OK;
+}
+
+static pd_status pdi_model_grains(pd_ctx *ctx, pd_model *m)
+{
+    float *fraction = NULL;
+    PDI_TRY(pd_grain_build(ctx, &m->grid, &m->setup->grain, &m->grain));
+    PDI_TRY(PDI_NEW(ctx, "model", m->grid.total, fraction));
+    pd_status status = pdi_model_factor(ctx, m, fraction);
+    PDI_DELETE(ctx, m->grid.total, fraction);
+    return status;
+}
+
+static double pdi_model_rate(void *user, double c)
+{
+    const pd_setup *u = (const pd_setup *)user;
+    return u->rate_scale * pd_expr_eval(&u->rate, &c);
+}
+
+static pd_status pdi_model_dissolve(pd_ctx *ctx, pd_model *m)
+{
+    pd_dissolve_desc desc;
+    memset(&desc, 0, sizeof desc);
+    desc.solid = m->setup->solid_c;
+    desc.threshold = m->setup->threshold;
+    desc.rate = pdi_model_rate;
+    desc.rate_user = (void *)m->setup; /* only read */
+    desc.factor = m->factor;
+    m->unknowns[PD_PART_DISSOLVE] = m->grid.solid_count;
+    return pd_dissolve_build(ctx, &m->grid, &m->bonds, &m->transport, &desc, &m->dissolve);
+}
+
+static pd_status pdi_model_parts(pd_ctx *ctx, pd_model *m)
+{
+    typedef pd_status (*build_fn)(pd_ctx *, pd_model *);
+    const pd_setup *u = m->setup;
+    const pd_part part[] = {PD_PART_GRID, PD_PART_FLOW, PD_PART_TRANSPORT, PD_PART_GRAIN, PD_PART_DISSOLVE};
+    const build_fn build[] = {pdi_model_lattice, pdi_model_flow, pdi_model_transport, pdi_model_grains,
+                              pdi_model_dissolve};
+    const int wanted[] = {1, u->has_flow, u->has_transport, u->has_grains, u->has_dissolve};
+    for (int k = 0; k < PD_PART_COUNT; k++) {
+        size_t before = ctx->in_use;
+        if (!wanted[k]) continue;
+        PDI_TRY(build[k](ctx, m));
+        m->bytes[part[k]] = ctx->in_use - before;
+    }
+    return PD_OK;
+}
+
+pd_status pd_model_build(pd_ctx *ctx, const pd_setup *setup, pd_model *m)
+{
+    pd_couple_desc desc;
+    memset(m, 0, sizeof *m);
+    memset(&desc, 0, sizeof desc);
+    m->setup = setup;
+    pd_status status = pdi_model_parts(ctx, m);
+    if (status == PD_OK) {
+        desc.fraction = setup->fraction;
+        desc.max_step = setup->max_step;
+        status = pd_couple_build(ctx, &desc, &m->grid, &m->bonds, setup->has_flow ? &m->flow : NULL,
+                                 setup->has_flow ? &m->steady : NULL, setup->has_transport ? &m->transport : NULL,
+                                 setup->has_dissolve ? &m->dissolve : NULL, &m->couple);
+    }
+    if (status < 0) pd_model_free(ctx, m);
+    return status;
+}
+
+void pd_model_free(pd_ctx *ctx, pd_model *m)
+{
+    pd_dissolve_free(ctx, &m->dissolve);
+    PDI_DELETE(ctx, m->grid.total, m->factor);
+    pd_grain_free(ctx, &m->grain);
+    pd_transport_free(ctx, &m->transport);
+    pd_steady_free(ctx, &m->steady);
+    pd_flow_free(ctx, &m->flow);
+    pd_bonds_free(ctx, &m->bonds);
+    pd_grid_free(ctx, &m->grid);
+    pd_stencil_free(ctx, &m->stencil);
+    memset(m, 0, sizeof *m);
+}

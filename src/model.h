@@ -1,0 +1,44 @@
+/* model: the objects of one run, built from a setup: grid, bonds and only the physics that the setup asks for. */
+#ifndef PD_MODEL_H
+#define PD_MODEL_H
+#include "couple.h"
+#include "inlet.h"
+
+/* Parts that own memory, in the order of the summary. */
+typedef enum pd_part {
+    PD_PART_GRID = 0, /* stencil, lattice, bonds */
+    PD_PART_FLOW,     /* fields and steady solver */
+    PD_PART_TRANSPORT,
+    PD_PART_DISSOLVE,
+    PD_PART_GRAIN,
+    PD_PART_COUNT
+} pd_part;
+
+/* Objects point at each other: a built model must not be moved. Absent physics stays zero. */
+typedef struct pd_model {
+    const pd_setup *setup;
+    pd_stencil stencil;
+    pd_grid grid;
+    pd_bonds bonds;
+    pd_inlet inlet;
+    pd_flow flow;
+    pd_steady steady;
+    pd_transport transport;
+    pd_grain grain;
+    pd_grain_stats grain_stats;
+    double *factor;           /* [total] [-] rate factor of the grain boundaries; NULL: 1 */
+    pd_dissolve dissolve;
+    pd_couple couple;
+    size_t bytes[PD_PART_COUNT];     /* [byte] */
+    int64_t unknowns[PD_PART_COUNT];
+} pd_model;
+
+#define pd_model_build PD_NAME(pd_model_build)
+#define pd_model_free PD_NAME(pd_model_free)
+
+/* setup is borrowed for the life of the model. The errors of the builders, PD_ERR_STATE for an initial field that is
+ * negative or not finite. */
+PD_API pd_status pd_model_build(pd_ctx *ctx, const pd_setup *setup, pd_model *model);
+PD_API void pd_model_free(pd_ctx *ctx, pd_model *model);
+
+#endif

@@ -1,0 +1,94 @@
+/* observe: see observe.h */
+#include "observe.h"
+#include <math.h>
+#include <string.h>
+
+pd_status pd_observe_build(pd_ctx *ctx, const pd_model *model, pd_observables *o)
+{
+    const pd_setup *u = model->setup;
+    int inlet = model->inlet.first, through = u->has_flow && model->inlet.inlets == 1;
+    memset(o, 0, sizeof *o);
+    for (int s = 0; s < 2 * PD_DIM && through; s++)
+        if (s != inlet) through = (u->side[s].kind == PD_SIDE_OUTLET) == (s / 2 == inlet / 2);
+    if (!through || !(fabs(model->inlet.mean[inlet]) > 0.0)) return PD_OK;
+    o->has_flux = 1;
+    o->flux_axis = inlet / 2;
+    o->flux_up = inlet % 2 == 0;
+    o->layers = model->grid.n[o->flux_axis];
+    return PDI_NEW(ctx, "observe", o->layers, o->layer);
+}
+
+void pd_observe_free(pd_ctx *ctx, pd_observables *o)
+{
+    PDI_DELETE(ctx, o->layers, o->layer);
+    memset(o, 0, sizeof *o);
+}
+
+static void pdi_observe_extremes(const pd_model *m, pd_observables *o)
+{
+    int32_t total = m->grid.total;
+    o->v_max = o->c_max = 0.0;
+    for (int32_t i = 0; i < total; i++) {
+        double square = 0.0;
+        if (m->grid.kind[i] != PD_FLUID) continue;
+        if (m->transport.c) o->c_max = fmax(o->c_max, m->transport.c[i]);
+        for (int d = 0; d < PD_DIM && m->flow.u; d++) square += m->flow.u[(int64_t)d * total + i] * m->flow.u[(int64_t)d * total + i];
+        o->v_max = fmax(o->v_max, square);
+    }
+    o->v_max = sqrt(o->v_max);
+}
+
+/* Planes (between layers index - 1 and index) a quarter of the free length away from the low and the high end. */
+static void pdi_observe_planes(const pd_grid *grid, int axis, int *low, int *high)
+{
+    int n = grid->n[axis], first = n, last = -1;
+    for (int32_t node = 0; node < grid->total; node++) {
+        int i[PD_DIM];
+        if (grid->kind[node] != PD_SOLID) continue;
+        pdi_grid_index(grid, node, i);
+        first = i[axis] < first ? i[axis] : first;
+        last = i[axis] > last ? i[axis] : last;
+    }
+    *low = first / 4;
+    *high = n - (n - 1 - last) / 4;
+    if (*low < 1) *low = 1;
+    if (*high > n - 1) *high = n - 1;
+}
+
+/* The sums of pd_flow_section_nodes for all layers in one sweep. */
+static void pdi_observe_layers(const pd_model *m, pd_observables *o)
+{
+    const pd_grid *grid = &m->grid;
+    double face = m->stencil.volume / grid->h[o->flux_axis];
+    for (int32_t k = 0; k < o->layers; k++) o->layer[k] = 0.0;
+    for (int32_t node = 0; node < grid->total; node++) {
+        int i[PD_DIM];
+        if (grid->kind[node] != PD_FLUID) continue;
+        pdi_grid_index(grid, node, i);
+        o->layer[i[o->flux_axis]] += face * m->flow.u[(int64_t)o->flux_axis * grid->total + node];
+    }
+}
+
+static void pdi_observe_flux(pd_ctx *ctx, pd_model *m, pd_observables *o)
+{
+    int low, high;
+    pdi_observe_planes(&m->grid, o->flux_axis, &low, &high);
+    if (low >= high) return;
+    int up = o->flux_up ? low : high, down = o->flux_up ? high : low;
+    double before = pd_flow_section(ctx, &m->flow, o->flux_axis, up);
+    double behind = pd_flow_section(ctx, &m->flow, o->flux_axis, down);
+    o->flux = fmax(o->flux, fabs(behind - before) / fabs(before));
+    pdi_observe_layers(m, o);
+    double reference = o->layer[up];
+    for (int32_t k = 0; k < o->layers; k++)
+        o->flux_max = fmax(o->flux_max, fabs(o->layer[k] - reference) / fabs(reference));
+}
+
+void pd_observe(pd_ctx *ctx, pd_model *m, pd_observables *o)
+{
+    o->volume_loss = pd_couple_volume_loss(&m->couple);
+    pdi_observe_extremes(m, o);
+    if (!o->has_flux || m->couple.flow_solves == o->seen) return;
+    o->seen = m->couple.flow_solves;
+    pdi_observe_flux(ctx, m, o);
+}

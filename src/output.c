@@ -1,0 +1,432 @@
+/* output: see output.h */
+#include "output.h"
+#include "picture.h"
+#include "plot.h"
+#include <math.h>
+#include <stdio.h>
+#include <string.h>
+
+static const char *const pdi_output_labels[] = {"C [mol/m3]", "v [m/s]",  "p [Pa]",     "kind",           "grain",
+                                                "phase",      "D [m2/s]", "rate [m/s]", "density [kg/m3]"};
+
+static const char *const pdi_output_columns[] = {"time_s",       "time_h",     "volume_loss",  "solid_nodes", "v_max",
+                                                 "C_max",        "ledger",     "flux",         "dt_s",        "step",
+                                                 "flow_solves",  "flow_evals", "flow_krylov",  "transport_krylov",
+                                                 "limiter",      "momentum",   "continuity"};
+#define PDI_OUTPUT_COLUMNS ((int)(sizeof pdi_output_columns / sizeof pdi_output_columns[0]))
+
+/* ---- fields ---- */
+
+/* Fields that are computed into an array of their own. */
+static int pdi_output_derived(pd_field field)
+{
+    return field == PD_FIELD_C || field == PD_FIELD_P || field == PD_FIELD_D || field == PD_FIELD_RATE ||
+           field == PD_FIELD_DENSITY;
+}
+
+static double pdi_output_density(const pd_model *m, int32_t i)
+{
+    const pd_setup *u = m->setup;
+    if (m->grid.kind[i] == PD_SOLID)
+        return u->has_dissolve ? u->material.density * m->transport.c[i] / u->solid_c : u->material.density;
+    return m->grid.kind[i] == PD_FLUID && u->has_flow ? u->rho : 0.0;
+}
+
+/* Value of a scalar field at a node. The metal left in a node is in `density`, C is what the fluid has dissolved. */
+static double pdi_output_value(const pd_model *m, pd_field field, int32_t i)
+{
+    int fluid = m->grid.kind[i] == PD_FLUID;
+    double square = 0.0;
+    switch (field) {
+    case PD_FIELD_C: return fluid ? m->transport.c[i] : 0.0;
+    case PD_FIELD_V:
+        for (int d = 0; d < PD_DIM && fluid; d++) {
+            double u = m->flow.u[(int64_t)d * m->grid.total + i];
+            square += u * u;
+        }
+        return sqrt(square);
+    case PD_FIELD_P: return fluid ? m->flow.p[i] * m->flow.rho : 0.0;
+    case PD_FIELD_KIND: return m->grid.kind[i];
+    case PD_FIELD_GRAIN: return m->grid.kind[i] == PD_SOLID ? m->grain.id[i] : -1.0;
+    case PD_FIELD_PHASE: return m->grid.kind[i] == PD_SOLID;
+    case PD_FIELD_D: return fluid ? m->setup->diffusivity : 0.0;
+    case PD_FIELD_RATE:
+        return fluid && m->dissolve.weight[i] > 0.0
+                   ? fmax(0.0, m->dissolve.speed[i] + m->dissolve.slope[i] * m->transport.c[i]) : 0.0;
+    case PD_FIELD_DENSITY: return pdi_output_density(m, i);
+    case PD_FIELD_COUNT: break;
+    }
+    return 0.0;
+}
+
+static void pdi_output_fill(pd_output *out)
+{
+    const pd_model *m = out->model;
+    for (int k = 0; k < PD_FIELD_COUNT; k++)
+        for (int32_t i = 0; i < m->grid.total && out->scalar[k]; i++)
+            out->scalar[k][i] = pdi_output_value(m, (pd_field)k, i);
+    for (int32_t i = 0; i < m->grid.total && out->phase; i++) out->phase[i] = m->grid.kind[i] == PD_SOLID;
+}
+
+static int pdi_output_list(const pd_output *out, pd_vti_field *fields)
+{
+    const pd_model *m = out->model;
+    int count = 0;
+    for (int k = 0; k < PD_FIELD_COUNT; k++) {
+        pd_vti_field *f = &fields[count];
+        if (!((m->setup->fields >> k) & 1u)) continue;
+        memset(f, 0, sizeof *f);
+        f->name = pdi_output_labels[k];
+        f->type = PD_VTI_FLOAT32;
+        f->data = out->scalar[k];
+        if (k == PD_FIELD_V) {
+            f->vector = 1;
+            f->data = m->flow.u;
+        } else if (k == PD_FIELD_KIND || k == PD_FIELD_PHASE) {
+            f->type = PD_VTI_UINT8;
+            f->data = k == PD_FIELD_KIND ? m->grid.kind : out->phase;
+        } else if (k == PD_FIELD_GRAIN) {
+            f->type = PD_VTI_INT32;
+            f->data = m->grain.id;
+        }
+        count++;
+    }
+    return count;
+}
+
+static pd_status pdi_output_path(pd_ctx *ctx, const pd_output *out, const char *prefix, const char *extension, char *path)
+{
+    char name[PD_PATH_SIZE];
+    PDI_TRY(pd_file_frame_name(ctx, prefix, out->frame, out->model->couple.time, extension, name));
+    return pd_file_join(ctx, out->folder, name, path);
+}
+
+static pd_status pdi_output_vti(pd_ctx *ctx, pd_output *out)
+{
+    char path[PD_PATH_SIZE];
+    pd_vti_field fields[PD_FIELD_COUNT];
+    int count = pdi_output_list(out, fields);
+    double time = out->model->couple.time;
+    if (count == 0) return PD_OK;
+    PDI_TRY(pdi_output_path(ctx, out, out->model->setup->prefix, "vti", path));
+    PDI_TRY(pd_vti_write(ctx, path, &out->model->grid, time, fields, count));
+    return pd_pvd_add(ctx, &out->pvd, time, path);
+}
+
+/* ---- pictures ---- */
+
+/* Axes to the right and upward of the drawn plane. */
+static void pdi_output_plane(const pd_setup *u, int *right, int *up)
+{
+    *right = PD_DIM == 3 && u->slice_axis == 0 ? 1 : 0;
+    *up = PD_DIM == 3 && u->slice_axis == 2 ? 1 : PD_DIM - 1;
+}
+
+static pd_paint pdi_output_paint(const pd_model *m, pd_field field, int32_t node)
+{
+    uint8_t kind = m->grid.kind[node];
+    int solid = field == PD_FIELD_GRAIN || field == PD_FIELD_PHASE || field == PD_FIELD_DENSITY;
+    if (field == PD_FIELD_KIND) return PD_PAINT_FIELD;
+    if (kind == PD_WALL || kind == PD_OUTSIDE) return PD_PAINT_WALL;
+    if (kind == PD_SOLID) return solid ? PD_PAINT_FIELD : PD_PAINT_SOLID;
+    return field == PD_FIELD_GRAIN ? PD_PAINT_OUTSIDE : PD_PAINT_FIELD;
+}
+
+static void pdi_output_stamp(double time, char *stamp, size_t size)
+{
+    char text[PD_UNITS_TEXT];
+    pdi_setup_show(time, "s", text);
+    snprintf(stamp, size, "t = %s", text);
+}
+
+static void pdi_output_cells(pd_output *out, pd_field field, int right, int up)
+{
+    const pd_model *m = out->model;
+    int i[PD_DIM], nx = m->grid.n[right], ny = right == up ? 1 : m->grid.n[up]; /* 1D: one row */
+    for (int d = 0; d < PD_DIM; d++) {
+        double cell = floor((m->setup->slice_at - m->grid.lo[d]) / m->grid.h[d]);
+        i[d] = (int)fmax(0.0, fmin(cell, m->grid.n[d] - 1.0));
+    }
+    for (int row = 0; row < ny; row++)
+        for (int column = 0; column < nx; column++) {
+            i[up] = row;
+            i[right] = column;
+            int32_t node = pd_grid_node(&m->grid, i);
+            int64_t at = (int64_t)row * nx + column;
+            out->cell[at] = pdi_output_value(m, field, node);
+            out->paint[at] = (uint8_t)pdi_output_paint(m, field, node);
+        }
+}
+
+static void pdi_output_title(const pd_setup *u, pd_field field, char *title, size_t size)
+{
+    char place[PD_UNITS_TEXT];
+    if (PD_DIM < 3) {
+        snprintf(title, size, "%s: %s", u->name, pdi_setup_field_name(field));
+        return;
+    }
+    pdi_setup_show(u->slice_at, "m", place);
+    snprintf(title, size, "%s: %s at %c = %s", u->name, pdi_setup_field_name(field), "xyz"[u->slice_axis], place);
+}
+
+static pd_status pdi_output_picture(pd_ctx *ctx, pd_output *out, pd_field field, const char *path)
+{
+    const pd_model *m = out->model;
+    int right, up;
+    char title[PD_SETUP_NAME + PD_UNITS_TEXT + 32], stamp[PD_UNITS_TEXT + 8];
+    pd_picture picture;
+    memset(&picture, 0, sizeof picture);
+    pdi_output_plane(m->setup, &right, &up);
+    pdi_output_cells(out, field, right, up);
+    pdi_output_title(m->setup, field, title, sizeof title);
+    pdi_output_stamp(m->couple.time, stamp, sizeof stamp);
+    picture.nx = m->grid.n[right];
+    picture.ny = m->grid.n[up];
+    picture.values = out->cell;
+    picture.paint = out->paint;
+    picture.lo[0] = m->grid.lo[right];
+    picture.lo[1] = m->grid.lo[up];
+    picture.hi[0] = m->grid.hi[right];
+    picture.hi[1] = m->grid.hi[up];
+    picture.map = field == PD_FIELD_KIND || field == PD_FIELD_GRAIN || field == PD_FIELD_PHASE ? PD_MAP_LABELS
+                  : field == PD_FIELD_P                                                        ? PD_MAP_DIVERGING
+                                                                                               : PD_MAP_SEQUENTIAL;
+    picture.title = title;
+    picture.stamp = stamp;
+    picture.label = pdi_output_labels[field];
+    return pd_picture_write(ctx, path, &picture);
+}
+
+/* 1D: the field over x. */
+static pd_status pdi_output_curve(pd_ctx *ctx, pd_output *out, pd_field field, const char *path)
+{
+    const pd_model *m = out->model;
+    char title[PD_SETUP_NAME + PD_UNITS_TEXT + 32], stamp[PD_UNITS_TEXT + 8];
+    pd_plot plot;
+    double *x = NULL;
+    memset(&plot, 0, sizeof plot);
+    PDI_TRY(PDI_NEW(ctx, "output", m->grid.n[0], x));
+    pdi_output_cells(out, field, 0, 0);
+    for (int k = 0; k < m->grid.n[0]; k++) {
+        x[k] = (m->grid.lo[0] + (k + 0.5) * m->grid.h[0]) * 1e6;
+        if (out->paint[k] != PD_PAINT_FIELD) out->cell[k] = (double)NAN;
+    }
+    pdi_output_stamp(m->couple.time, stamp, sizeof stamp);
+    snprintf(title, sizeof title, "%s, %s", m->setup->name, stamp);
+    plot.title = title;
+    plot.x_label = "x [um]";
+    plot.y_label = pdi_output_labels[field];
+    plot.count = 1;
+    plot.series[0].x = x;
+    plot.series[0].y = out->cell;
+    plot.series[0].count = m->grid.n[0];
+    pd_status status = pd_plot_write(ctx, path, &plot);
+    PDI_DELETE(ctx, m->grid.n[0], x);
+    return status;
+}
+
+static pd_status pdi_output_images(pd_ctx *ctx, pd_output *out)
+{
+    char path[PD_PATH_SIZE];
+    for (int k = 0; k < PD_FIELD_COUNT; k++) {
+        if (!((out->model->setup->images >> k) & 1u)) continue;
+        PDI_TRY(pdi_output_path(ctx, out, pdi_setup_field_name((pd_field)k), "png", path));
+        PDI_TRY(PD_DIM == 1 ? pdi_output_curve(ctx, out, (pd_field)k, path)
+                            : pdi_output_picture(ctx, out, (pd_field)k, path));
+    }
+    return PD_OK;
+}
+
+/* ---- tables ---- */
+
+static pd_status pdi_output_find_probe(pd_ctx *ctx, const pd_model *m, int k, int32_t *node)
+{
+    const pd_setup_probe *p = &m->setup->probe[k];
+    int i[PD_DIM];
+    for (int d = 0; d < PD_DIM; d++) {
+        i[d] = (int)floor((p->at[d] - m->grid.lo[d]) / m->grid.h[d]);
+        if (i[d] >= m->grid.n[d]) i[d] = m->grid.n[d] - 1;
+        if (i[d] < 0) i[d] = 0;
+    }
+    *node = pd_grid_node(&m->grid, i);
+    if (m->grid.kind[*node] == PD_FLUID || m->grid.kind[*node] == PD_SOLID) return PD_OK;
+    return pdi_fail(ctx, PD_ERR_GEOMETRY, "output", "probe '%s' stands in the wall", p->name);
+}
+
+/* Columns of the probes: one for each field, v with PD_DIM components. */
+static int pdi_output_probe_row(const pd_output *out, char names[][PD_SETUP_NAME], double *values, int room)
+{
+    const pd_model *m = out->model;
+    int count = 0;
+    if (values) values[0] = m->couple.time;
+    if (names) memcpy(names[0], "time_s", 7);
+    count = 1;
+    for (int k = 0; k < m->setup->probes; k++)
+        for (int f = 0; f < PD_FIELD_COUNT; f++) {
+            const pd_setup_probe *p = &m->setup->probe[k];
+            int parts = f == PD_FIELD_V ? PD_DIM : 1;
+            for (int d = 0; d < parts && ((p->fields >> f) & 1u) && count < room; d++, count++) {
+                if (names)
+                    snprintf(names[count], PD_SETUP_NAME, f == PD_FIELD_V ? "%.40s_%.12s%c" : "%.40s_%.12s", p->name,
+                             pdi_setup_field_name((pd_field)f), "xyz"[d]);
+                if (!values) continue;
+                int32_t node = out->probe_node[k];
+                values[count] = f == PD_FIELD_V ? m->flow.u[(int64_t)d * m->grid.total + node]
+                                                : pdi_output_value(m, (pd_field)f, node);
+            }
+        }
+    return count;
+}
+
+static pd_status pdi_output_probe_table(pd_ctx *ctx, pd_output *out)
+{
+    char names[PD_CSV_COLUMNS][PD_SETUP_NAME], path[PD_PATH_SIZE];
+    const char *list[PD_CSV_COLUMNS];
+    if (out->model->setup->probes == 0) return PD_OK;
+    int count = pdi_output_probe_row(out, names, NULL, PD_CSV_COLUMNS);
+    for (int k = 0; k < count; k++) list[k] = names[k];
+    PDI_TRY(pd_file_join(ctx, out->folder, "probes.csv", path));
+    return pd_csv_create(ctx, path, "SI units; values of the node whose cell holds the probe", list, count, &out->probes);
+}
+
+static pd_status pdi_output_tables(pd_ctx *ctx, pd_output *out)
+{
+    char path[PD_PATH_SIZE];
+    PDI_TRY(pd_file_join(ctx, out->folder, "diagnostics.csv", path));
+    PDI_TRY(pd_csv_create(ctx, path, "SI units; ledger, flux, momentum and continuity are relative", pdi_output_columns,
+                          PDI_OUTPUT_COLUMNS, &out->diagnostics));
+    return pdi_output_probe_table(ctx, out);
+}
+
+static pd_status pdi_output_keep(pd_ctx *ctx, pd_output *out, double time, double loss)
+{
+    if (out->rows == out->room) {
+        int64_t fresh = 2 * out->room + 256;
+        PDI_TRY(PDI_GROW(ctx, "output", out->room, fresh, out->time));
+        PDI_TRY(PDI_GROW(ctx, "output", out->room, fresh, out->loss));
+        out->room = fresh;
+    }
+    out->time[out->rows] = time / 3600.0;
+    out->loss[out->rows++] = loss;
+    return PD_OK;
+}
+
+pd_status pd_output_step(pd_ctx *ctx, pd_output *out, const pd_observables *o)
+{
+    const pd_couple *c = &out->model->couple;
+    double row[PDI_OUTPUT_COLUMNS], probe[PD_CSV_COLUMNS];
+    int k = 0;
+    row[k++] = c->time;
+    row[k++] = c->time / 3600.0;
+    row[k++] = o->volume_loss;
+    row[k++] = (double)out->model->grid.solid_count;
+    row[k++] = o->v_max;
+    row[k++] = o->c_max;
+    row[k++] = c->ledger.relative;
+    row[k++] = o->flux;
+    row[k++] = c->dt;
+    row[k++] = (double)c->steps;
+    row[k++] = (double)c->flow_solves;
+    row[k++] = (double)c->flow_evaluations;
+    row[k++] = (double)c->krylov_flow;
+    row[k++] = (double)c->krylov_transport;
+    row[k++] = (double)c->transport_result.limiter;
+    row[k++] = c->steady_result.momentum;
+    row[k++] = c->steady_result.continuity;
+    PD_ASSERT(k == PDI_OUTPUT_COLUMNS);
+    PDI_TRY(pd_csv_row(ctx, &out->diagnostics, row));
+    PDI_TRY(pdi_output_keep(ctx, out, c->time, o->volume_loss));
+    if (out->model->setup->probes == 0) return PD_OK;
+    pdi_output_probe_row(out, NULL, probe, PD_CSV_COLUMNS);
+    return pd_csv_row(ctx, &out->probes, probe);
+}
+
+/* ---- life ---- */
+
+static pd_status pdi_output_reserve(pd_ctx *ctx, pd_output *out)
+{
+    const pd_model *m = out->model;
+    int right, up;
+    for (int k = 0; k < PD_FIELD_COUNT; k++) {
+        if (!((m->setup->fields >> k) & 1u)) continue;
+        if (pdi_output_derived((pd_field)k)) PDI_TRY(PDI_NEW(ctx, "output", m->grid.total, out->scalar[k]));
+        if (k == PD_FIELD_PHASE) PDI_TRY(PDI_NEW(ctx, "output", m->grid.total, out->phase));
+    }
+    if (!m->setup->images) return PD_OK;
+    pdi_output_plane(m->setup, &right, &up);
+    out->cells = (int64_t)m->grid.n[right] * (right == up ? 1 : m->grid.n[up]);
+    PDI_TRY(PDI_NEW(ctx, "output", out->cells, out->cell));
+    return PDI_NEW(ctx, "output", out->cells, out->paint);
+}
+
+pd_status pd_output_open(pd_ctx *ctx, pd_model *model, const char *folder, pd_output *out)
+{
+    char path[PD_PATH_SIZE];
+    memset(out, 0, sizeof *out);
+    out->model = model;
+    out->written = -1.0;
+    if (strlen(folder) >= PD_PATH_SIZE)
+        return pdi_fail(ctx, PD_ERR_SIZE, "output", "the path of the folder is too long");
+    memcpy(out->folder, folder, strlen(folder) + 1);
+    for (int k = 0; k < model->setup->probes; k++) PDI_TRY(pdi_output_find_probe(ctx, model, k, &out->probe_node[k]));
+    PDI_TRY(pdi_output_reserve(ctx, out));
+    PDI_TRY(pd_file_make_directory(ctx, folder));
+    PDI_TRY(pd_file_join(ctx, folder, "simulation.pvd", path));
+    PDI_TRY(pd_pvd_init(ctx, path, &out->pvd));
+    return pdi_output_tables(ctx, out);
+}
+
+pd_status pd_output_frame(pd_ctx *ctx, pd_output *out)
+{
+    double time = out->model->couple.time;
+    if (out->written >= time) return PD_OK;
+    pdi_output_fill(out);
+    PDI_TRY(pdi_output_vti(ctx, out));
+    PDI_TRY(pdi_output_images(ctx, out));
+    out->written = time;
+    out->frame++;
+    return PD_OK;
+}
+
+static pd_status pdi_output_loss(pd_ctx *ctx, pd_output *out)
+{
+    char path[PD_PATH_SIZE];
+    pd_plot plot;
+    if (!out->model->setup->has_dissolve || out->rows < 2) return PD_OK;
+    memset(&plot, 0, sizeof plot);
+    for (int64_t k = 0; k < out->rows; k++) out->loss[k] *= 100.0;
+    plot.title = out->model->setup->name;
+    plot.x_label = "t [h]";
+    plot.y_label = "volume loss [%]";
+    plot.count = 1;
+    plot.series[0].x = out->time;
+    plot.series[0].y = out->loss;
+    plot.series[0].count = (int)out->rows;
+    PDI_TRY(pd_file_join(ctx, out->folder, "volume_loss.png", path));
+    return pd_plot_write(ctx, path, &plot);
+}
+
+pd_status pd_output_close(pd_ctx *ctx, pd_output *out)
+{
+    PDI_TRY(pdi_output_loss(ctx, out));
+    PDI_TRY(pd_csv_close(ctx, &out->diagnostics));
+    return pd_csv_close(ctx, &out->probes);
+}
+
+void pd_output_free(pd_ctx *ctx, pd_output *out)
+{
+    pd_ctx quiet = *ctx; /* a failure to close must not hide an earlier message */
+    int32_t total = out->model ? out->model->grid.total : 0;
+    pd_csv_close(&quiet, &out->diagnostics);
+    pd_csv_close(&quiet, &out->probes);
+    pd_pvd_free(ctx, &out->pvd);
+    for (int k = 0; k < PD_FIELD_COUNT; k++) PDI_DELETE(ctx, total, out->scalar[k]);
+    PDI_DELETE(ctx, total, out->phase);
+    PDI_DELETE(ctx, out->cells, out->cell);
+    PDI_DELETE(ctx, out->cells, out->paint);
+    PDI_DELETE(ctx, out->room, out->time);
+    PDI_DELETE(ctx, out->room, out->loss);
+    memset(out, 0, sizeof *out);
+}
+
+#undef PDI_OUTPUT_COLUMNS

@@ -1,0 +1,147 @@
+/* run: see run.h */
+#include "run.h"
+#include "output.h"
+#include "par.h"
+#include "progress.h"
+#include <math.h>
+#include <stdarg.h>
+#include <stdio.h>
+#include <string.h>
+
+#define PDI_RUN_PROGRESS 0.2 /* [s] between progress lines */
+
+typedef struct pdi_run {
+    pd_ctx *ctx;
+    const pd_run_desc *desc;
+    const pd_setup *setup;
+    pd_model model;
+    pd_output output;
+    pd_observables observables;
+    pd_status status;     /* of the observer */
+    int stopped;
+    double started, told; /* [s] clock */
+} pdi_run;
+
+static void pdi_run_progress(pdi_run *r)
+{
+    char line[160];
+    double now = pdi_par_clock(), until = r->setup->until;
+    if (!r->desc->print || !(until > 0.0)) return;
+    if (now - r->told < PDI_RUN_PROGRESS && r->model.couple.time < until) return;
+    r->told = now;
+    pd_progress_line(r->model.couple.time / until, now - r->started, r->setup->name, line, sizeof line);
+    r->desc->print(r->desc->print_user, PD_PRINT_PROGRESS, line);
+}
+
+/* Fields are due at multiples of `every`, at the end, and when the run is stopped. */
+static int pdi_run_due(const pdi_run *r)
+{
+    double time = r->model.couple.time, every = r->setup->every, next = r->output.written + 0.5 * every;
+    if (r->output.written < 0.0 || r->stopped || !(time < r->setup->until)) return 1;
+    double multiple = floor(time / every + 0.5) * every;
+    return time >= next && fabs(time - multiple) <= 1e-9 * every;
+}
+
+static int pdi_run_observe(void *user, const pd_couple *couple)
+{
+    pdi_run *r = (pdi_run *)user;
+    (void)couple;
+    pd_observe(r->ctx, &r->model, &r->observables);
+    if (r->desc->stop && r->desc->stop(r->desc->stop_user)) r->stopped = 1;
+    r->status = pd_output_step(r->ctx, &r->output, &r->observables);
+    if (r->status == PD_OK && pdi_run_due(r)) r->status = pd_output_frame(r->ctx, &r->output);
+    pdi_run_progress(r);
+    return r->stopped || r->status < 0;
+}
+
+static pd_status pdi_run_steps(pdi_run *r)
+{
+    pd_couple *couple = &r->model.couple;
+    PDI_TRY(pd_couple_run(r->ctx, couple, r->setup->until, r->setup->every, pdi_run_observe, r));
+    PDI_TRY(r->status);
+    return pd_output_close(r->ctx, &r->output);
+}
+
+static void pdi_run_collect(const pdi_run *r, pd_run_result *result)
+{
+    const pd_model *m = &r->model;
+    const pd_couple *c = &m->couple;
+    int64_t nodes = m->grid.fluid_count + m->grid.solid_count;
+    memcpy(result->name, r->setup->name, sizeof result->name);
+    result->stopped = r->stopped;
+    result->time = c->time;
+    result->h = r->setup->h[0];
+    result->m = m->stencil.m;
+    result->volume_loss = r->observables.volume_loss;
+    result->ledger = c->ledger.relative;
+    result->has_flux = r->observables.has_flux;
+    result->flux = r->observables.flux;
+    result->flux_max = r->observables.flux_max;
+    result->residual = fmax(c->steady_result.momentum, c->steady_result.continuity);
+    result->evaluations = c->flow_evaluations;
+    result->steps = c->steps;
+    result->threads = pdi_par_threads(r->ctx, INT64_MAX);
+    for (int k = 0; k < PD_PART_COUNT; k++) result->unknowns += m->unknowns[k];
+    result->bytes_per_node = nodes ? (double)r->ctx->peak / (double)nodes : 0.0;
+}
+
+static pd_status pdi_run_built(pdi_run *r, pd_run_result *result)
+{
+    const char *folder = r->desc->folder ? r->desc->folder : r->setup->folder;
+    pd_summary_print(&r->model, r->desc->print, r->desc->print_user);
+    pdi_run_collect(r, result);
+    if (r->desc->check) return PD_OK;
+    PDI_TRY(pd_observe_build(r->ctx, &r->model, &r->observables));
+    PDI_TRY(pd_output_open(r->ctx, &r->model, folder, &r->output));
+    pd_status status = pdi_run_steps(r);
+    result->unknowns = 0;
+    pdi_run_collect(r, result);
+    return status;
+}
+
+pd_status pd_run(pd_ctx *ctx, const pd_setup *setup, const pd_run_desc *desc, pd_run_result *result)
+{
+    pdi_run *r = NULL;
+    memset(result, 0, sizeof *result);
+    PDI_TRY(PDI_NEW(ctx, "run", 1, r));
+    r->ctx = ctx;
+    r->desc = desc;
+    r->setup = setup;
+    r->started = r->told = pdi_par_clock();
+    if (setup->threads > 0 && ctx->threads == 0) ctx->threads = setup->threads;
+    pd_status status = pd_model_build(ctx, setup, &r->model);
+    result->bad_input = status < 0 && status != PD_ERR_MEMORY && status != PD_ERR_LIMIT;
+    if (status == PD_OK) {
+        status = pdi_run_built(r, result);
+        pd_output_free(ctx, &r->output);
+        pd_observe_free(ctx, &r->observables);
+        pd_model_free(ctx, &r->model);
+    }
+    PDI_DELETE(ctx, 1, r);
+    return status;
+}
+
+/* Append " key=value". */
+PD_PRINTF_LIKE(3, 4)
+static void pdi_run_append(char *text, size_t size, const char *format, ...)
+{
+    size_t used = strlen(text);
+    va_list args;
+    if (used + 1 >= size) return;
+    va_start(args, format);
+    vsnprintf(text + used, size - used, format, args);
+    va_end(args);
+}
+
+void pd_run_line(const pd_run_result *r, char *text, size_t size)
+{
+    if (size == 0) return;
+    text[0] = '\0';
+    pdi_run_append(text, size, "result case=%s dim=%d h=%.6g m=%.6g volume_loss=%.9g ledger=%.3g", r->name, PD_DIM, r->h,
+                   r->m, r->volume_loss, r->ledger);
+    if (r->has_flux) pdi_run_append(text, size, " flux=%.3g flux_max=%.3g", r->flux, r->flux_max);
+    pdi_run_append(text, size, " residual=%.3g evals=%.0f steps=%.0f unknowns=%.0f bytes_per_node=%.0f", r->residual,
+                   (double)r->evaluations, (double)r->steps, (double)r->unknowns, r->bytes_per_node);
+}
+
+#undef PDI_RUN_PROGRESS

@@ -1,0 +1,50 @@
+/* run: runs a setup from its first flow solve to its end: output files, diagnostics, pictures, summary, result.
+ *
+ *   pd_setup setup; pd_run_result result;
+ *   pd_scene_read(&ctx, "pin.scene", NULL, 0, &setup);
+ *   pd_run(&ctx, &setup, &desc, &result);
+ *   pd_setup_free(&ctx, &setup);
+ *
+ * Nothing is printed: all text goes to the caller's print function.
+ */
+#ifndef PD_RUN_H
+#define PD_RUN_H
+#include "scene.h"
+#include "summary.h"
+
+/* Zero-initialise. */
+typedef struct pd_run_desc {
+    const char *folder;      /* of the output; NULL: that of the setup */
+    int check;               /* 1: build and summarise, run nothing, write nothing */
+    pd_print_fn print;       /* NULL: silent */
+    void *print_user;
+    int (*stop)(void *user); /* asked after every step; not 0: the run ends there. NULL: never */
+    void *stop_user;
+} pd_run_desc;
+
+typedef struct pd_run_result {
+    char name[PD_SETUP_NAME];
+    int bad_input;        /* the failure lies in the setup, nothing was written */
+    int stopped;          /* by desc.stop */
+    double time;          /* [s] reached */
+    double h;             /* [m] along x */
+    double m;             /* [-] */
+    double volume_loss;   /* [-] */
+    double ledger;        /* [-] */
+    int has_flux;
+    double flux, flux_max; /* [-] see pd_observables */
+    double residual;      /* [-] larger one of the last flow solve */
+    int64_t evaluations, steps, unknowns;
+    int threads;          /* at most in use */
+    double bytes_per_node; /* [byte] peak memory over fluid and solid nodes */
+} pd_run_result;
+
+#define pd_run PD_NAME(pd_run)
+#define pd_run_line PD_NAME(pd_run_line)
+
+/* Build the model, print the summary, run, write the files. On failure the files hold all steps before it. */
+PD_API pd_status pd_run(pd_ctx *ctx, const pd_setup *setup, const pd_run_desc *desc, pd_run_result *result);
+/* "result case=... dim=2 h=5e-06 m=3 volume_loss=..." into text[size]; the caller appends its times. */
+PD_API void pd_run_line(const pd_run_result *result, char *text, size_t size);
+
+#endif

@@ -1,0 +1,570 @@
+/* bond: openness, tightness of thin walls, updates, wall coefficients, cut points, memory faults.
+ * dims: 1 2 3 */
+#include "bond.h"
+#include "test.h"
+#include <stdlib.h>
+
+#define CELLS_MAX 4096
+
+typedef struct scene {
+    pd_ctx ctx;
+    pd_stencil stencil;
+    pd_grid_desc desc;
+    pd_shape shapes[3];
+    uint8_t mask[CELLS_MAX];
+    int n[PD_DIM], cells;
+    pd_grid grid;
+    pd_bonds bonds;
+} scene;
+
+static scene test_scene;
+
+static uint32_t next_random(uint32_t *state)
+{
+    *state = *state * 1664525u + 1013904223u;
+    return *state >> 8;
+}
+
+/* A box from the origin with spacing h, walls all round, no shape; the context is kept. */
+static int scene_init(scene *s, double m, double h, int x, int y, int z)
+{
+    pd_stencil_desc sd;
+    pd_ctx ctx = s->ctx;
+    int all[3];
+    memset(s, 0, sizeof *s);
+    memset(&sd, 0, sizeof sd);
+    s->ctx = ctx;
+    all[0] = x;
+    all[1] = y;
+    all[2] = z;
+    sd.m = m;
+    s->desc.solid = s->desc.wall = -1;
+    s->desc.shapes = s->shapes;
+    s->cells = 1;
+    for (int d = 0; d < PD_DIM; d++) {
+        sd.h[d] = h;
+        s->n[d] = all[d];
+        s->cells *= all[d];
+        s->desc.hi[d] = all[d] * h;
+    }
+    return CHECK_OK(&s->ctx, pd_stencil_build(&s->ctx, &sd, &s->stencil));
+}
+
+/* The mask becomes the solid. */
+static void scene_voxels(scene *s)
+{
+    s->shapes[0].type = PD_SHAPE_VOXELS;
+    s->shapes[0].mask = s->mask;
+    for (int d = 0; d < PD_DIM; d++) {
+        s->shapes[0].b[d] = s->stencil.h[d];
+        s->shapes[0].n[d] = s->n[d];
+    }
+    s->desc.solid = 0;
+}
+
+static int scene_build(scene *s)
+{
+    return CHECK_OK(&s->ctx, pd_grid_build(&s->ctx, &s->stencil, &s->desc, &s->grid)) &&
+           CHECK_OK(&s->ctx, pd_bonds_build(&s->ctx, &s->stencil, &s->grid, 0, &s->bonds)) &&
+           CHECK_OK(&s->ctx, pd_bonds_validate(&s->ctx, &s->bonds));
+}
+
+static void scene_free(scene *s)
+{
+    pd_bonds_free(&s->ctx, &s->bonds);
+    pd_bonds_free(&s->ctx, &s->bonds); /* twice is allowed */
+    pd_grid_free(&s->ctx, &s->grid);
+    pd_stencil_free(&s->ctx, &s->stencil);
+    CHECK_INT(s->ctx.in_use, 0);
+}
+
+static void cell_index(const scene *s, int cell, int *i)
+{
+    for (int d = 0; d < PD_DIM; d++) {
+        i[d] = cell % s->n[d];
+        cell /= s->n[d];
+    }
+}
+
+static int32_t cell_node(const scene *s, int cell)
+{
+    int i[PD_DIM];
+    cell_index(s, cell, i);
+    return pd_grid_node(&s->grid, i);
+}
+
+/* 1 when bond k of `node` is in its row, or the node needs none. */
+static int is_open(const pd_bonds *b, int32_t node, int k)
+{
+    int32_t r = b->row[node];
+    if (r < 0) return 1;
+    for (int o = 0; o < b->open[r]; o++)
+        if (b->bond[(int64_t)r * b->stencil->count + o] == k) return 1;
+    return 0;
+}
+
+/* Fractions of the bond between which its line runs through the closed cell c (offset from the start). 0: never. */
+static int passage(const int *n, const int *c, double *first, double *last)
+{
+    *first = 0.0;
+    *last = 1.0;
+    for (int d = 0; d < PD_DIM; d++) {
+        if (n[d] == 0 && c[d] == 0) continue;
+        if (n[d] == 0) return 0;
+        double a = (c[d] - 0.5) / n[d], b = (c[d] + 0.5) / n[d];
+        *first = fmax(*first, fmin(a, b));
+        *last = fmin(*last, fmax(a, b));
+    }
+    return *last > *first - 1e-12;
+}
+
+/* The definition of openness: a way from face to face along open cells that the line touches leads to the far end. */
+static int connected(const pd_bonds *b, int32_t node, int k)
+{
+    const int *n = b->stencil->offset + k * PD_DIM;
+    static int32_t touched[512];
+    static int reached[512];
+    int reach = b->stencil->reach, total = 1, count = 0, grown = 1;
+    for (int d = 0; d < PD_DIM; d++) total *= 2 * reach + 1;
+    for (int i = 0; i < total; i++) {
+        int c[PD_DIM];
+        double first, last;
+        int32_t at = node;
+        for (int d = 0, rest = i; d < PD_DIM; d++, rest /= 2 * reach + 1) {
+            c[d] = rest % (2 * reach + 1) - reach;
+            at += c[d] * b->grid->stride[d];
+        }
+        if (!passage(n, c, &first, &last) || !pdi_grid_open(b->grid->kind[at])) continue;
+        touched[count] = at;
+        reached[count++] = at == node;
+    }
+    while (grown) {
+        grown = 0;
+        for (int i = 0; i < count; i++)
+            for (int j = 0; j < count && reached[i]; j++)
+                for (int d = 0; d < PD_DIM && !reached[j]; d++)
+                    if (abs(touched[i] - touched[j]) == b->grid->stride[d]) grown = reached[j] = 1;
+    }
+    for (int i = 0; i < count; i++)
+        if (touched[i] == node + b->shift[k]) return reached[i];
+    return 0;
+}
+
+static void check_openness(const scene *s)
+{
+    const pd_bonds *b = &s->bonds;
+    int count = s->stencil.count;
+    int64_t fluid = 0;
+    for (int32_t node = 0; node < s->grid.total; node++) {
+        if (s->grid.kind[node] != PD_FLUID) {
+            CHECK_INT(b->row[node], -1);
+            continue;
+        }
+        fluid++;
+        for (int k = 0; k < count; k++) {
+            int32_t far = node + b->shift[k];
+            int open = is_open(b, node, k);
+            CHECK_INT(open, connected(b, node, k));
+            if (s->grid.kind[far] == PD_FLUID) CHECK_INT(open, is_open(b, far, count - 1 - k));
+        }
+    }
+    CHECK_INT(fluid, s->grid.fluid_count);
+}
+
+TEST(random_masks)
+{
+    scene *s = &test_scene;
+    uint32_t state = 3;
+    pd_ctx_init(&s->ctx);
+    for (int round = 0; round < (PD_DIM == 3 ? 4 : 12); round++) {
+        int share = 2 + round % 8;
+        if (!scene_init(s, PD_DIM == 3 ? 2.0 + round % 2 : 1.0 + round % 5, 1.0, 9, 8, 6)) return;
+        for (int c = 0; c < s->cells; c++) s->mask[c] = next_random(&state) % 10 < (uint32_t)share;
+        s->mask[0] = 1;
+        scene_voxels(s);
+        s->desc.side[0] = PD_SIDE_INLET;
+        s->desc.side[1] = PD_SIDE_OUTLET;
+        if (!scene_build(s)) return;
+        check_openness(s);
+        scene_free(s);
+    }
+}
+
+#if PD_DIM > 1
+static int sheet_of(const int *i, const int *normal)
+{
+    int sum = 0;
+    for (int d = 0; d < PD_DIM; d++) sum += normal[d] * i[d];
+    return sum;
+}
+
+/* The nodes of one lattice plane are solid: no bond joins its sides, however oblique the plane. */
+static void check_tight(double m, const int *normal, int level)
+{
+    scene *s = &test_scene;
+    int crossing = 0, sides[2] = {0, 0};
+    pd_ctx_init(&s->ctx);
+    if (!scene_init(s, m, 1.0, 12, 11, 10)) return;
+    for (int c = 0; c < s->cells; c++) {
+        int i[PD_DIM];
+        cell_index(s, c, i);
+        s->mask[c] = sheet_of(i, normal) == level;
+    }
+    scene_voxels(s);
+    if (!scene_build(s)) return;
+    for (int32_t node = 0; node < s->grid.total; node++) {
+        int i[PD_DIM], j[PD_DIM];
+        if (s->grid.kind[node] != PD_FLUID) continue;
+        pdi_grid_index(&s->grid, node, i);
+        int side = sheet_of(i, normal) > level;
+        sides[side]++;
+        for (int k = 0; k < s->stencil.count; k++) {
+            for (int d = 0; d < PD_DIM; d++) j[d] = i[d] + s->stencil.offset[k * PD_DIM + d];
+            if (!pdi_grid_inside(&s->grid, j) || s->grid.kind[pd_grid_node(&s->grid, j)] != PD_FLUID) continue;
+            crossing += (sheet_of(j, normal) > level) != side && is_open(&s->bonds, node, k);
+        }
+    }
+    CHECK_INT(crossing, 0);
+    CHECK(sides[0] > 20 && sides[1] > 20);
+    scene_free(s);
+}
+
+TEST(thin_walls_are_tight)
+{
+#if PD_DIM == 2
+    static const int normal[][2] = {{1, 0}, {0, 1}, {1, -1}, {1, 1}};
+    static const int level[] = {5, 4, 0, 10};
+#else
+    static const int normal[][3] = {{1, 0, 0}, {0, 0, 1}, {1, -1, 0}, {0, 1, 1}, {1, 1, 1}, {1, 1, -1}, {-1, 1, 1}};
+    static const int level[] = {5, 4, 0, 9, 14, 7, 5};
+#endif
+    for (int k = 0; k < (int)(sizeof level / sizeof level[0]); k++)
+        for (int m = 1; m <= (PD_DIM == 2 ? 6 : 4); m++) check_tight(m, normal[k], level[k]);
+}
+#endif
+
+/* Rows of both as sets, with the same numbers bit for bit, and the same nodes in runs. */
+static void check_same(const pd_bonds *a, const pd_bonds *b)
+{
+    int64_t in_runs[2] = {0, 0}, dd = PD_DIM * PD_DIM;
+    size_t count = (size_t)a->stencil->count;
+    CHECK_INT(a->rows, b->rows);
+    for (int32_t node = 0; node < a->grid->total; node++) {
+        int32_t r = a->row[node], q = b->row[node];
+        if (!CHECK((r < 0) == (q < 0)) || r < 0) continue;
+        CHECK_INT(a->node[r], node);
+        if (!CHECK_INT(a->open[r], b->open[q])) continue;
+        CHECK(memcmp(a->bond + (size_t)r * count, b->bond + (size_t)q * count, a->open[r] * sizeof *a->bond) == 0);
+        CHECK(a->wall_lap[r] == b->wall_lap[q]);
+        CHECK(a->wall_curv[r] == b->wall_curv[q]);
+        CHECK(memcmp(a->moment + r * dd, b->moment + q * dd, (size_t)dd * sizeof *a->moment) == 0);
+    }
+    CHECK_INT(a->runs, b->runs);
+    for (int32_t k = 0; k < a->runs && k < b->runs; k++) {
+        CHECK_INT(a->run_first[k], b->run_first[k]);
+        CHECK_INT(a->run_length[k], b->run_length[k]);
+        for (int32_t o = 0; o < a->run_length[k]; o++)
+            CHECK(a->row[a->run_first[k] + o] < 0 && a->grid->kind[a->run_first[k] + o] == PD_FLUID);
+        in_runs[0] += a->run_length[k];
+        in_runs[1] += b->run_length[k];
+    }
+    CHECK_INT(in_runs[0] + a->rows, a->grid->fluid_count);
+    CHECK_INT(in_runs[1], in_runs[0]);
+}
+
+/* Dissolve random nodes in batches until none is left; after each batch the updated bonds are those of a new build. */
+static void dissolve_all(scene *s, uint32_t *state)
+{
+    while (s->grid.solid_count > 0) {
+        int32_t changed[64], count = 0, batch = 1 + (int32_t)(next_random(state) % 60);
+        pd_bonds fresh;
+        for (int c = (int)(next_random(state) % (uint32_t)s->cells), tried = 0; tried < s->cells && count < batch; tried++) {
+            int32_t node = cell_node(s, c);
+            c = (c + 7) % s->cells;
+            if (s->grid.kind[node] != PD_SOLID) continue;
+            pdi_grid_dissolve(&s->grid, node);
+            changed[count++] = node;
+        }
+        if (!CHECK_OK(&s->ctx, pd_bonds_update(&s->ctx, changed, count, &s->bonds))) return;
+        if (!CHECK_OK(&s->ctx, pd_bonds_validate(&s->ctx, &s->bonds))) return;
+        if (!CHECK_OK(&s->ctx, pd_bonds_build(&s->ctx, &s->stencil, &s->grid, 0, &fresh))) return;
+        check_same(&s->bonds, &fresh);
+        pd_bonds_free(&s->ctx, &fresh);
+    }
+}
+
+/* With a voxel solid (faces) and with a ball (cut points on its surface, then on faces). */
+TEST(update_equals_fresh)
+{
+    scene *s = &test_scene;
+    uint32_t state = 11;
+    pd_ctx_init(&s->ctx);
+    for (int round = 0; round < 4; round++) {
+        if (!scene_init(s, 1.0 + round % 3, 0.5, 15, 13, 11)) return;
+        for (int c = 0; c < s->cells; c++) s->mask[c] = next_random(&state) % 10 < 6;
+        s->mask[0] = 1;
+        scene_voxels(s);
+        s->desc.side[0] = PD_SIDE_INLET;
+        s->desc.side[2 * PD_DIM - 1] = PD_SIDE_OUTLET;
+        if (round % 2) {
+            s->shapes[0].type = PD_SHAPE_BALL;
+            for (int d = 0; d < PD_DIM; d++) s->shapes[0].a[d] = 2.8;
+            s->shapes[0].r = 2.1;
+        }
+        if (!scene_build(s)) return;
+        dissolve_all(s, &state);
+        scene_free(s);
+    }
+}
+
+TEST(validate_notices)
+{
+    scene *s = &test_scene;
+    int i[PD_DIM];
+    pd_ctx_init(&s->ctx);
+    if (!scene_init(s, 2.0, 1.0, 10, 9, 8) || !scene_build(s)) return;
+    for (int d = 0; d < PD_DIM; d++) i[d] = 4;
+    int32_t node = pd_grid_node(&s->grid, i);
+    s->grid.kind[node] = PD_SOLID; /* behind the back of the bonds */
+    CHECK_INT(pd_bonds_validate(&s->ctx, &s->bonds), PD_ERR_INTERNAL);
+    s->grid.kind[node] = PD_FLUID;
+    CHECK_OK(&s->ctx, pd_bonds_validate(&s->ctx, &s->bonds));
+    memset(i, 0, sizeof i);
+    CHECK_INT(s->bonds.node[0], pd_grid_node(&s->grid, i));
+    s->bonds.bond[0] = 0; /* a bond of the corner node that leaves the box */
+    s->bonds.open[0] = 1;
+    s->grid.kind[s->bonds.node[0] + s->bonds.shift[0]] = PD_FLUID;
+    CHECK_INT(pd_bonds_validate(&s->ctx, &s->bonds), PD_ERR_INTERNAL);
+    scene_free(s);
+}
+
+/* ---- wall coefficients ---- */
+
+/* Sums over the bonds of a node `layer` cells above a wall that lies on a face: a bond n steps down meets it at
+ * t = (layer + 1/2)/n. */
+static void flat_wall(const pd_stencil *s, int axis, int layer, double *lap, double *curv)
+{
+    *lap = *curv = 0.0;
+    for (int k = 0; k < s->count; k++) {
+        int n = -s->offset[k * PD_DIM + axis];
+        if (n <= layer) continue;
+        double t = (layer + 0.5) / n, height = n * s->h[axis];
+        *lap += s->lap[k] / t;
+        *curv += s->lap[k] * height * height * (1.0 - t) / 2.0;
+    }
+}
+
+TEST(flat_wall_coefficients)
+{
+    scene *s = &test_scene;
+    pd_ctx_init(&s->ctx);
+    for (int m = 1; m <= 4; m++)
+        for (int axis = 0; axis < PD_DIM; axis++) {
+            int i[PD_DIM];
+            double lap, curv;
+            if (!scene_init(s, m, 0.5, 14, 13, 12) || !scene_build(s)) return;
+            for (int d = 0; d < PD_DIM; d++) i[d] = 6;
+            for (int layer = 0; layer < m; layer++) {
+                i[axis] = layer;
+                int32_t r = s->bonds.row[pd_grid_node(&s->grid, i)];
+                if (!CHECK(r >= 0)) continue;
+                flat_wall(&s->stencil, axis, layer, &lap, &curv);
+                CHECK_REL(s->bonds.wall_lap[r], lap, 1e-13);
+                CHECK_REL(s->bonds.wall_curv[r], curv, 1e-13);
+            }
+            i[axis] = m;
+            CHECK_INT(s->bonds.row[pd_grid_node(&s->grid, i)], -1);
+            scene_free(s);
+        }
+}
+
+#if PD_DIM == 1
+/* m = 1: a = 1/h^2, t = 1/2: a/t = 2/h^2 and 1/2 (1 - 1/2) = 1/4.
+ * m = 2: a_1 = 2/3, a_2 = 1/12 (over h^2); node 0: t = 1/2, 1/4; node 1: only a_2 at t = 3/4. */
+TEST(flat_wall_by_hand)
+{
+    scene *s = &test_scene;
+    double h = 0.5;
+    pd_ctx_init(&s->ctx);
+    if (!scene_init(s, 1.0, h, 9, 1, 1) || !scene_build(s)) return;
+    CHECK_INT(s->bonds.rows, 2);
+    CHECK_REL(s->bonds.wall_lap[0], 2.0 / (h * h), 1e-14);
+    CHECK_REL(s->bonds.wall_curv[0], 0.25, 1e-14);
+    scene_free(s);
+    if (!scene_init(s, 2.0, h, 9, 1, 1) || !scene_build(s)) return;
+    CHECK_INT(s->bonds.rows, 4);
+    CHECK_REL(s->bonds.wall_lap[0], 5.0 / 3.0 / (h * h), 1e-14);
+    CHECK_REL(s->bonds.wall_curv[0], 7.0 / 24.0, 1e-14);
+    CHECK_REL(s->bonds.wall_lap[1], 1.0 / 9.0 / (h * h), 1e-14);
+    CHECK_REL(s->bonds.wall_curv[1], 1.0 / 24.0, 1e-14);
+    scene_free(s);
+}
+#endif
+
+/* First fraction t > 0 at which |x + t xi - c| = r over the axes in `round`; 2: none before the end. */
+static double hit_round(const double *x, const double *xi, const double *c, double r, int round)
+{
+    double aa = 0.0, ab = 0.0, bb = -r * r;
+    for (int d = 0; d < PD_DIM; d++) {
+        if (!((round >> d) & 1)) continue;
+        aa += xi[d] * xi[d];
+        ab += xi[d] * (x[d] - c[d]);
+        bb += (x[d] - c[d]) * (x[d] - c[d]);
+    }
+    double root = ab * ab - aa * bb;
+    if (root < 0.0 || aa == 0.0) return 2.0;
+    double t = (-ab - sqrt(root)) / aa;
+    if (t <= 0.0) t = (-ab + sqrt(root)) / aa;
+    return t > 0.0 && t <= 1.0 ? t : 2.0;
+}
+
+/* Nodes all of whose cut bonds end in the closed body: their coefficients from the exact intersections. Returns how
+ * many nodes there were. */
+static int check_round(const scene *s, const double *centre, double r, int round)
+{
+    int checked = 0;
+    for (int32_t row = 0; row < s->bonds.rows; row++) {
+        double x[PD_DIM], lap = 0.0, curv = 0.0, reach;
+        int32_t node = s->bonds.node[row];
+        int whole = 1, cuts = 0;
+        pd_grid_position(&s->grid, node, x);
+        for (int k = 0; k < s->stencil.count && whole; k++) {
+            const double *xi = s->stencil.xi + k * PD_DIM;
+            int32_t far = node + s->bonds.shift[k];
+            int i[PD_DIM];
+            if (is_open(&s->bonds, node, k)) continue;
+            double t = hit_round(x, xi, centre, r, round);
+            pdi_grid_index(&s->grid, far, i);
+            whole = t <= 1.0 && !pdi_grid_open(s->grid.kind[far]) && pdi_grid_inside(&s->grid, i);
+            reach = 0.0; /* xi.N with N = (x + t xi - c)/r */
+            for (int d = 0; d < PD_DIM; d++)
+                if ((round >> d) & 1) reach += xi[d] * (x[d] + t * xi[d] - centre[d]) / r;
+            lap += s->stencil.lap[k] / t;
+            curv += 0.5 * s->stencil.lap[k] * reach * reach * (1.0 - t);
+            cuts++;
+        }
+        if (!whole || !cuts) continue;
+        CHECK_REL(s->bonds.wall_lap[row], lap, 1e-9);
+        CHECK_REL(s->bonds.wall_curv[row], curv, 1e-7); /* normals come from differences of the distance */
+        checked++;
+    }
+    return checked;
+}
+
+/* A ball in the fluid and, in 2D and 3D, a fluid tube in a wall. */
+TEST(cut_points_on_round_surfaces)
+{
+    scene *s = &test_scene;
+    double centre[PD_DIM];
+    pd_ctx_init(&s->ctx);
+    for (int m = 1; m <= 3; m++) {
+        if (!scene_init(s, m, 0.1, 24, 24, 14)) return;
+        for (int d = 0; d < PD_DIM; d++) s->shapes[0].a[d] = centre[d] = d == 2 ? 0.71 : 1.23;
+        s->shapes[0].type = PD_SHAPE_BALL;
+        s->shapes[0].r = 0.533;
+        s->desc.solid = 0;
+        if (!scene_build(s)) return;
+        CHECK_LE(PD_DIM == 1 ? 2 : 12, check_round(s, centre, 0.533, 7));
+        scene_free(s);
+#if PD_DIM > 1
+        if (!scene_init(s, m, 0.1, 24, 24, 14)) return;
+        s->shapes[0].type = PD_SHAPE_CYLINDER;
+        s->shapes[0].axis = 2;
+        s->shapes[0].a[0] = s->shapes[0].a[1] = centre[0] = centre[1] = 1.21;
+        s->shapes[0].r = 0.8007;
+        s->shapes[1].type = PD_SHAPE_COMPLEMENT;
+        s->shapes[1].children = 1;
+        s->desc.wall = 1;
+        if (!scene_build(s)) return;
+        CHECK_LE(12, check_round(s, centre, 0.8007, 3));
+        scene_free(s);
+#endif
+    }
+}
+
+/* ---- memory faults ---- */
+
+/* An allocator that fails at its call number `fail_at` and compares the sizes it is told. */
+typedef struct faulty {
+    int calls, fail_at, live, wrong_size;
+} faulty;
+
+static void *faulty_realloc(void *user, void *ptr, size_t old_size, size_t new_size)
+{
+    faulty *f = (faulty *)user;
+    size_t *block = ptr ? (size_t *)ptr - 2 : NULL;
+    if ((block ? block[0] : 0) != old_size) f->wrong_size++;
+    if (new_size == 0) {
+        free(block);
+        f->live -= block != NULL;
+        return NULL;
+    }
+    if (++f->calls == f->fail_at) return NULL;
+    f->live += block == NULL;
+    block = (size_t *)realloc(block, new_size + 2 * sizeof *block);
+    if (!block) abort();
+    block[0] = new_size;
+    return block + 2;
+}
+
+/* Stencil, grid, bonds and an update, until the first failure. */
+static pd_status build_all(scene *s)
+{
+    pd_stencil_desc sd;
+    int32_t changed[CELLS_MAX], count = 0;
+    pd_status status;
+    memset(&sd, 0, sizeof sd);
+    sd.m = 2.0;
+    for (int d = 0; d < PD_DIM; d++) sd.h[d] = 1.0;
+    if ((status = pd_stencil_build(&s->ctx, &sd, &s->stencil)) < 0) return status;
+    if ((status = pd_grid_build(&s->ctx, &s->stencil, &s->desc, &s->grid)) < 0) return status;
+    if ((status = pd_bonds_build(&s->ctx, &s->stencil, &s->grid, 0, &s->bonds)) < 0) return status;
+    for (int32_t node = 0; node < s->grid.total; node++) {
+        int i[PD_DIM];
+        if (s->grid.kind[node] != PD_SOLID) continue;
+        pdi_grid_index(&s->grid, node, i);
+        if (i[0] % 4 > 1) continue;
+        pdi_grid_dissolve(&s->grid, node);
+        changed[count++] = node;
+    }
+    return pd_bonds_update(&s->ctx, changed, count, &s->bonds);
+}
+
+TEST(memory_faults)
+{
+    scene *s = &test_scene;
+    pd_status status = PD_ERR_MEMORY;
+    int tried = 0;
+    while (status < 0 && tried < 200) {
+        faulty f;
+        memset(&f, 0, sizeof f);
+        f.fail_at = ++tried;
+        pd_ctx_init(&s->ctx);
+        if (!scene_init(s, 2.0, 1.0, PD_DIM == 1 ? 900 : 24, 16, 8)) return;
+        pd_stencil_free(&s->ctx, &s->stencil);
+        s->shapes[0].type = PD_SHAPE_BOX; /* all solid but a strip at the start of axis 0 */
+        for (int d = 0; d < PD_DIM; d++) s->shapes[0].b[d] = s->desc.hi[d];
+        s->shapes[0].a[0] = 2.0;
+        s->desc.solid = 0;
+        pd_ctx_init(&s->ctx);
+        s->ctx.alloc.fn = faulty_realloc;
+        s->ctx.alloc.user = &f;
+        status = build_all(s);
+        if (status < 0) CHECK_INT(status, PD_ERR_MEMORY);
+        else CHECK_OK(&s->ctx, pd_bonds_validate(&s->ctx, &s->bonds));
+        scene_free(s);
+        CHECK_INT(f.live, 0);
+        CHECK_INT(f.wrong_size, 0);
+    }
+    CHECK_INT(status, PD_OK);
+    CHECK(tried > 25);
+}
+
+#if PD_DIM == 1
+#define OF_DIM ENTRY(flat_wall_by_hand)
+#else
+#define OF_DIM ENTRY(thin_walls_are_tight)
+#endif
+
+TEST_MAIN(ENTRY(random_masks) OF_DIM ENTRY(update_equals_fresh) ENTRY(validate_notices) ENTRY(flat_wall_coefficients)
+              ENTRY(cut_points_on_round_surfaces) ENTRY(memory_faults))

@@ -1,0 +1,99 @@
+#!/bin/sh
+# VTI and PVD files opened with VTK itself (vtk_reader.py). Skipped without VTK for Python (Debian: python3-vtk9).
+CC=${CC:-cc}
+root=$PWD
+python=
+for candidate in python3 /usr/bin/python3; do
+    if $candidate -c 'import vtkmodules.vtkIOXML' 2> /dev/null; then
+        python=$candidate
+        break
+    fi
+done
+if [ -z "$python" ]; then
+    echo "skipped: VTK for Python is not installed"
+    echo "0 passed, 0 failed, 1 skipped"
+    exit 0
+fi
+dir=$(mktemp -d) || exit 1
+trap 'rm -rf "$dir"' EXIT
+cd "$dir" || exit 1
+
+# Two frames and their collection; vtk_reader.py knows the same formulas.
+cat > program.c <<'END'
+#define PDCORR_IMPLEMENTATION
+#include "pdcorr.h"
+#include <math.h>
+#include <stdio.h>
+#include <string.h>
+
+#define NODES 4096
+
+static double c[NODES], v[NODES * PD_DIM];
+static uint8_t kind[NODES];
+static int32_t grain[NODES];
+
+int main(void)
+{
+    static const int cells[3] = {7, 5, 4};
+    static const double spacing[3] = {5e-6, 2.5e-6, 1e-3};
+    pd_vti_field fields[5] = {{"C [mol/m3]", PD_VTI_FLOAT64, 0, c}, {"C & <half>", PD_VTI_FLOAT32, 0, c},
+                              {"kind", PD_VTI_UINT8, 0, kind}, {"grain", PD_VTI_INT32, 0, grain},
+                              {"v [m/s]", PD_VTI_FLOAT64, 1, v}};
+    pd_ctx ctx;
+    pd_grid grid;
+    pd_pvd pvd;
+    char name[PD_PATH_SIZE], path[PD_PATH_SIZE];
+    memset(&grid, 0, sizeof grid);
+    grid.ghost = 3;
+    grid.total = 1;
+    for (int d = 0; d < PD_DIM; d++) {
+        grid.n[d] = cells[d];
+        grid.np[d] = cells[d] + 6;
+        grid.stride[d] = grid.total;
+        grid.total *= grid.np[d];
+        grid.h[d] = spacing[d];
+        grid.lo[d] = -0.1 * (d + 1);
+    }
+    pd_ctx_init(&ctx);
+    if (pd_file_make_directory(&ctx, "out") != PD_OK || pd_pvd_init(&ctx, "out/run.pvd", &pvd) != PD_OK) goto failed;
+    for (int frame = 0; frame < 2; frame++) {
+        for (int32_t node = 0; node < grid.total; node++) {
+            int i[3] = {0, 0, 0}, inside = 1;
+            for (int d = 0; d < PD_DIM; d++) {
+                i[d] = node / grid.stride[d] % grid.np[d] - 3;
+                inside = inside && i[d] >= 0 && i[d] < cells[d];
+            }
+            double value = i[0] + 100 * i[1] + 10000 * i[2] + 0.1 + frame;
+            c[node] = inside ? value : NAN;
+            kind[node] = (uint8_t)(inside ? (i[0] + 2 * i[1] + 3 * i[2]) % 6 : 99);
+            grain[node] = inside ? -i[0] - 1000 * i[1] - 1000000 * i[2] : 99;
+            for (int d = 0; d < PD_DIM; d++) v[d * grid.total + node] = inside ? (d + 1) * value : NAN;
+        }
+        if (pd_file_frame_name(&ctx, "corr", frame, 6.1 * frame, "vti", name) != PD_OK) goto failed;
+        if (pd_file_join(&ctx, "out", name, path) != PD_OK) goto failed;
+        if (pd_vti_write(&ctx, path, &grid, 6.1 * frame, fields, 5) != PD_OK) goto failed;
+        if (pd_pvd_add(&ctx, &pvd, 6.1 * frame, path) != PD_OK) goto failed;
+    }
+    pd_pvd_free(&ctx, &pvd);
+    return ctx.in_use != 0;
+failed:
+    printf("%s\n", ctx.message);
+    return 1;
+}
+END
+
+passed=0 failed=0
+for dim in 1 2 3; do
+    rm -rf out
+    if $CC -std=c99 -O1 -DPD_DIM=$dim -I"$root" program.c -o program -lm > log 2>&1 && ./program >> log 2>&1; then
+        $python "$root/tests/vtk_reader.py" out $dim > log 2>&1
+    else
+        echo "the program that writes the files failed" >> log
+    fi
+    result=$(sed -n 's/^\([0-9]*\) passed, \([0-9]*\) failed$/\1 \2/p' log)
+    [ -z "$result" ] && result='0 1'
+    passed=$((passed + ${result% *})) failed=$((failed + ${result#* }))
+    [ "${result#* }" = 0 ] || cat log
+done
+echo "$passed passed, $failed failed, 0 skipped"
+[ "$failed" = 0 ]
