@@ -1633,7 +1633,7 @@ typedef struct pd_material {
 #define pd_material_find PD_NAME(pd_material_find)
 #define pd_material_concentration PD_NAME(pd_material_concentration)
 
-/* Mg-4Ag with the figures of pure magnesium: density 1738 kg/m3 (CRC Handbook of Chemistry and Physics, 97th ed.,
+/* Mg-4Ag with the figures of pure magnesium: density 1738 kg/m3 (CRC Handbook of Chemistry and Physics,
  * section 4), molar mass 24.305 g/mol (IUPAC 2021), z = 2 (Mg -> Mg2+ + 2 e-). The wire of Reimers et al. 2023, ACS
  * Appl. Mater. Interfaces 15, 35600; its 4 % of silver are not counted. */
 PD_API pd_material pd_material_mg4ag(void);
@@ -1874,9 +1874,10 @@ PD_API void pd_transport_free(pd_ctx *ctx, pd_transport *transport);
  *
  * A bond of offset n from solid node j to fluid node i moves  v(c_i) f_j c(n) Cs  [mol/m3/s] from j to i, with v the
  * recession speed of the law, f_j the grain factor and c(n) the interface area that the bond stands for: a flat front
- * recedes at v for every h, m and direction (theory: eq. 6.1 to 6.4). A node whose content falls to the threshold turns
- * fluid and keeps what is left as dissolved metal; what it lost beyond that within the step is taken from its solid
- * neighbours.
+ * recedes at v for every h, m and direction (theory: eq. 6.1 to 6.4). The set of solid nodes would lead the metal by about
+ * one cell, and a curved front would be too fast: so a node joins the fluid when as much is left as the node set leads on
+ * average, and its solid neighbours take over the rest (their content may exceed Cs: the surface stands out of the cell).
+ * The share `threshold` of the content stays in the node as dissolved metal. Amounts are moved, never dropped.
  */
 #ifndef PD_DISSOLVE_H
 #define PD_DISSOLVE_H
@@ -1902,10 +1903,11 @@ typedef struct pd_dissolve {
     int32_t front_count, front_capacity;
     int32_t *changed;         /* nodes that turned fluid in the last step */
     int32_t changed_count, changed_capacity;
+    double lead;              /* [-] content at which a node joins the fluid and its solid neighbours take the rest, so
+                               * that the surface of the node set lies where the metal ends on average (eq. 6.5) */
     double *weight;           /* [total] [mol/m4] fluid nodes: sum f c(n) Cs over their solid bonds */
     double *speed;            /* [total] [m/s] fluid nodes: v0 and, after a step, v */
     double *slope;            /* [total] [m4/mol/s] dv/dc, not positive */
-    double *loss;             /* [total] [mol/m3] solid nodes: loss of the step */
 } pd_dissolve;
 
 #define pd_dissolve_build PD_NAME(pd_dissolve_build)
@@ -2283,10 +2285,10 @@ typedef struct pd_observables {
     double v_max;         /* [m/s] */
     double c_max;         /* [mol/m3] dissolved */
     int has_flux;         /* the flow enters on one side and leaves through the opposite one */
-    double flux;          /* [-] far downstream against far upstream of the solid, of the flux that the scheme conserves;
-                           * relative, worst so far */
-    double flux_max;      /* [-] largest deviation of the flux through any layer of nodes from the upstream one, worst so
-                           * far */
+    double flux;          /* [-] flux that the scheme conserves, far downstream against far upstream of the solid, worst
+                           * so far */
+    double flux_max;      /* [-] largest deviation of the flux through a layer of nodes from the upstream one, worst
+                           * so far */
     int flux_axis, flux_up; /* axis of the flow; 1: towards + */
     int64_t seen;         /* flow solves that flux and flux_max know */
     int32_t layers;
@@ -4692,7 +4694,7 @@ static void pdi_stencil_printed(pd_stencil *s)
     }
 }
 
-/* Add the weights w(n) sum_b s_b e_b^2 of `scale` to the Laplacian and take their moments off `left`: what is missing of
+/* Add the weights w(n) sum_b s_b e_b^2 with s = `scale` to the Laplacian. left: what is now missing of
  * sum_n a(n) xi_a^2 = 2, over h_a^2. */
 static void pdi_stencil_add_weights(pd_stencil *s, const double *scale, double *left)
 {
@@ -4850,8 +4852,8 @@ pd_status pd_stencil_build(pd_ctx *ctx, const pd_stencil_desc *desc, pd_stencil 
     stencil->volume = 1.0;
     for (int d = 0; d < PD_DIM; d++) {
         if (!(desc->h[d] > 0.0) || !(desc->h[d] < 1e100))
-            return pdi_fail(ctx, PD_ERR_ARGUMENT, "stencil", "the spacing of axis %d is %g m, expected a positive one", d,
-                            desc->h[d]);
+            return pdi_fail(ctx, PD_ERR_ARGUMENT, "stencil",
+                            "the spacing of axis %d is %g m, expected a positive one", d, desc->h[d]);
         stencil->h[d] = desc->h[d];
         stencil->volume *= desc->h[d];
     }
@@ -5044,8 +5046,9 @@ static pd_status pdi_grid_size(pd_ctx *ctx, const pd_stencil *stencil, const pd_
     for (int d = 0; d < PD_DIM; d++) {
         double edge = desc->hi[d] - desc->lo[d], cells = edge / stencil->h[d];
         if (!(edge > 0.0) || !(cells < 2e9))
-            return pdi_fail(ctx, PD_ERR_GEOMETRY, "grid", "axis %d of the box goes from %g m to %g m with spacing %g m", d,
-                            desc->lo[d], desc->hi[d], stencil->h[d]);
+            return pdi_fail(ctx, PD_ERR_GEOMETRY, "grid",
+                            "axis %d of the box goes from %g m to %g m with spacing %g m", d, desc->lo[d], desc->hi[d],
+                            stencil->h[d]);
         double whole = floor(cells + 0.5);
         if (whole < 1.0 || fabs(cells - whole) > 1e-6 * fmax(1.0, whole * 1e-3))
             return pdi_fail(ctx, PD_ERR_GEOMETRY, "grid",
@@ -5067,8 +5070,8 @@ static pd_status pdi_grid_size(pd_ctx *ctx, const pd_stencil *stencil, const pd_
     for (int s = 0; s < 2 * PD_DIM; s++) {
         grid->side[s] = desc->side[s];
         if ((int)desc->side[s] < PD_SIDE_WALL || (int)desc->side[s] > PD_SIDE_OUTLET)
-            return pdi_fail(ctx, PD_ERR_ARGUMENT, "grid", "side %d of the box has type %d, expected wall, inlet or outlet",
-                            s, (int)desc->side[s]);
+            return pdi_fail(ctx, PD_ERR_ARGUMENT, "grid",
+                            "side %d of the box has type %d, expected wall, inlet or outlet", s, (int)desc->side[s]);
     }
     return PD_OK;
 }
@@ -5088,9 +5091,11 @@ pd_status pd_grid_build(pd_ctx *ctx, const pd_stencil *stencil, const pd_grid_de
         pdi_grid_index(grid, node, i);
         if (!pdi_grid_inside(grid, i)) continue;
         pd_grid_position(grid, node, x);
-        if (grid->wall >= 0 && pd_shape_distance(grid->shapes, grid->wall, x) <= 0.0) grid->kind[node] = PD_WALL;
-        else if (grid->solid >= 0 && pd_shape_distance(grid->shapes, grid->solid, x) <= 0.0) grid->kind[node] = PD_SOLID;
-        else grid->kind[node] = PD_FLUID;
+        grid->kind[node] = PD_FLUID;
+        if (grid->wall >= 0 && pd_shape_distance(grid->shapes, grid->wall, x) <= 0.0)
+            grid->kind[node] = PD_WALL;
+        else if (grid->solid >= 0 && pd_shape_distance(grid->shapes, grid->solid, x) <= 0.0)
+            grid->kind[node] = PD_SOLID;
     }
     grid->fluid_count = pd_grid_count(grid, PD_FLUID);
     grid->solid_count = pd_grid_count(grid, PD_SOLID);
@@ -5139,6 +5144,11 @@ void pd_grid_free(pd_ctx *ctx, pd_grid *grid)
 /* A surface point closer to the node than this fraction of the bond is moved away: the node then lies on the wall
  * within 1e-3 of a bond, and a/t stays representable against its neighbours. */
 #define PDI_BOND_MIN_T 1e-3
+/* A surface that bends more than this over one cell is an edge; less than that, flat but for rounding. */
+#define PDI_BOND_SHARP 0.5
+#define PDI_BOND_FLAT 1e-5
+/* A blocked bond whose line does not reach the surface is extended up to this many times its length. */
+#define PDI_BOND_MAX_T 4.0
 /* Below this pivot ratio the open bonds do not span space (a channel one node wide). */
 #define PDI_BOND_MIN_PIVOT 1e-3
 
@@ -5159,6 +5169,9 @@ PDI_FN int pdi_bond_closed_group(const pd_bonds *bonds, int32_t node, int k)
 typedef struct pdi_cut {
     double t;              /* fraction of the bond */
     double normal[PD_DIM]; /* unit, towards the fluid */
+    double distance;       /* [m] of the node from a smooth surface; 0: unknown or flat, then the next two are 0 */
+    double mean;           /* [1/m] sum of the curvatures: Laplacian of the distance */
+    double bend;           /* [m] xi.D xi - mean (xi.N)^2 with the second derivatives D of the distance */
 } pdi_cut;
 
 /* The surface as faces of closed cells. Entering through an edge or corner, the normal is that of the faces whose
@@ -5172,6 +5185,7 @@ static void pdi_bond_face_cut(const pd_bonds *bonds, int32_t node, int k, int gr
     int32_t at = node + bonds->cell_shift[s->group_cell[group]];
     int single = s->group_cell[group + 1] - s->group_cell[group] == 1;
     double length = 0.0;
+    cut->distance = cut->mean = cut->bend = 0.0;
     for (int pass = 0; pass < 2 && !used; pass++)
         for (int d = 0; d < PD_DIM; d++) {
             int sign = n[d] < 0 ? -1 : 1;
@@ -5186,12 +5200,25 @@ static void pdi_bond_face_cut(const pd_bonds *bonds, int32_t node, int k, int gr
     cut->t = s->group_entry[group];
 }
 
-/* Signed distance at fraction t of the bond, positive in the fluid. */
+/* Signed distance of a point, positive in the fluid. Behind an inlet or outlet the geometry is the mirror image of that
+ * before it, as the kinds of the ghosts are. */
+static double pdi_bond_level(const pd_grid *grid, int shape, const double *x)
+{
+    double at[PD_DIM];
+    for (int d = 0; d < PD_DIM; d++) {
+        at[d] = x[d];
+        if (x[d] < grid->lo[d] && grid->side[2 * d] != PD_SIDE_WALL) at[d] = 2.0 * grid->lo[d] - x[d];
+        if (x[d] > grid->hi[d] && grid->side[2 * d + 1] != PD_SIDE_WALL) at[d] = 2.0 * grid->hi[d] - x[d];
+    }
+    return pd_shape_distance(grid->shapes, shape, at);
+}
+
+/* The same at fraction t of the bond. */
 static double pdi_bond_distance(const pd_grid *grid, int shape, const double *x, const double *xi, double t)
 {
     double at[PD_DIM];
     for (int d = 0; d < PD_DIM; d++) at[d] = x[d] + t * xi[d];
-    return pd_shape_distance(grid->shapes, shape, at);
+    return pdi_bond_level(grid, shape, at);
 }
 
 /* 1 when a node inside `shape` has dissolved in front of the closed group: the surface is then that of the cells. */
@@ -5204,21 +5231,54 @@ static int pdi_bond_receded(const pd_bonds *bonds, int shape, int32_t node, int 
         int32_t at = node + bonds->cell_shift[c];
         if (!pdi_grid_open(grid->kind[at])) continue;
         pd_grid_position(grid, at, x);
-        if (pd_shape_distance(grid->shapes, shape, x) <= 0.0) return 1;
+        if (pdi_bond_level(grid, shape, x) <= 0.0) return 1;
     }
     return 0;
 }
 
+/* Normal and curvature of the surface at the cut, from differences of the distance. An edge counts as flat. */
+static void pdi_bond_curve(const pd_grid *grid, int shape, const double *x, const double *xi, pdi_cut *cut)
+{
+    double gradient[PD_DIM], p[PD_DIM], eps = 1e-3 * grid->h[0], mean = 0.0, sharpest = 0.0;
+    for (int d = 0; d < PD_DIM; d++) p[d] = x[d] + cut->t * xi[d];
+    double centre = pdi_bond_level(grid, shape, p), length = pdi_vec_norm(xi);
+    for (int d = 0; d < PD_DIM; d++) {
+        double at = p[d];
+        p[d] = at + eps;
+        double up = pdi_bond_level(grid, shape, p);
+        p[d] = at - eps;
+        double down = pdi_bond_level(grid, shape, p), second = (up - centre) - (centre - down);
+        p[d] = at;
+        gradient[d] = (up - down) / (2.0 * eps);
+        mean += second / (eps * eps);
+        sharpest = fmax(sharpest, fabs(second) / (eps * eps) * grid->h[d]);
+    }
+    double slope = pdi_vec_norm(gradient), step = eps / length, reach;
+    if (!(slope > 0.0)) return;
+    for (int d = 0; d < PD_DIM; d++) cut->normal[d] = gradient[d] / slope;
+    double second = (pdi_bond_distance(grid, shape, x, xi, cut->t + step) - centre) -
+                    (centre - pdi_bond_distance(grid, shape, x, xi, cut->t - step));
+    /* no closer than the least t allows, and not out where the expansion about the surface ends */
+    double distance = fmax(pdi_bond_level(grid, shape, x), PDI_BOND_MIN_T * grid->h[0]);
+    if (!(sharpest < PDI_BOND_SHARP) || sharpest < PDI_BOND_FLAT || !(distance * mean < 1.5)) return;
+    reach = pdi_vec_dot(xi, cut->normal);
+    cut->distance = distance;
+    cut->mean = mean;
+    cut->bend = second / (step * step) - mean * reach * reach;
+}
+
 /* Move the cut onto the zero level of `shape`, if the bond crosses it: before the face cut or, where the line grazes
- * the closed cell, behind it. Regula falsi with the Illinois rule. */
-static void pdi_bond_shape_cut(const pd_grid *grid, int shape, const double *x, const double *xi, pdi_cut *cut)
+ * the closed cell, behind it, up to fraction `limit`: in a tube even behind the far end, where cells at the wall block
+ * the line between two fluid nodes. Regula falsi with the Illinois rule. */
+static void pdi_bond_shape_cut(const pd_grid *grid, int shape, const double *x, const double *xi, double limit,
+                               pdi_cut *cut)
 {
     double cell = 0.0, lo = 0.0, hi = 0.0, flo = pdi_bond_distance(grid, shape, x, xi, 0.0), fhi = flo;
     if (!(flo > 0.0)) return;
     for (int d = 0; d < PD_DIM; d++) cell += xi[d] / grid->h[d] * (xi[d] / grid->h[d]);
     cell = sqrt(cell);
-    for (int ahead = 1; hi < 1.0 && !(fhi < 0.0); ahead++) {
-        hi = fmin(cut->t + ahead / cell, 1.0);
+    for (int ahead = 1; hi < limit && !(fhi < 0.0); ahead++) {
+        hi = fmin(cut->t + ahead / cell, limit);
         fhi = pdi_bond_distance(grid, shape, x, xi, hi);
     }
     if (!(fhi < 0.0)) return;
@@ -5239,19 +5299,28 @@ static void pdi_bond_shape_cut(const pd_grid *grid, int shape, const double *x, 
             last = -1;
         }
     }
-    double gradient[PD_DIM], eps = 1e-4 * grid->h[0], length;
-    for (int d = 0; d < PD_DIM; d++) {
-        double p[PD_DIM];
-        for (int a = 0; a < PD_DIM; a++) p[a] = x[a] + t * xi[a];
-        p[d] += eps;
-        double up = pd_shape_distance(grid->shapes, shape, p);
-        p[d] -= 2.0 * eps;
-        gradient[d] = (up - pd_shape_distance(grid->shapes, shape, p)) / (2.0 * eps);
-    }
-    length = pdi_vec_norm(gradient);
     cut->t = t;
-    if (!(length > 0.0)) return;
-    for (int d = 0; d < PD_DIM; d++) cut->normal[d] = gradient[d] / length;
+    pdi_bond_curve(grid, shape, x, xi, cut);
+}
+
+/* 1 when the node lies behind a side of the box that is a wall. */
+static int pdi_bond_walled(const pd_grid *grid, int32_t node)
+{
+    int i[PD_DIM];
+    pdi_grid_index(grid, node, i);
+    for (int d = 0; d < PD_DIM; d++)
+        if ((i[d] < 0 && grid->side[2 * d] == PD_SIDE_WALL) ||
+            (i[d] >= grid->n[d] && grid->side[2 * d + 1] == PD_SIDE_WALL))
+            return 1;
+    return 0;
+}
+
+/* The shape that may cut bonds to a closed node; -1: none, or none with a smooth surface. */
+static int pdi_bond_shape(const pd_grid *grid, int32_t closed, int walled)
+{
+    uint8_t kind = grid->kind[pdi_grid_mirror(grid, closed)];
+    int shape = walled ? grid->wall : kind == PD_SOLID ? grid->solid : pdi_grid_open(kind) ? -1 : grid->wall;
+    return shape >= 0 && pd_shape_exact(grid->shapes, shape) ? shape : -1;
 }
 
 static void pdi_bond_cut(const pd_bonds *bonds, int32_t node, int k, int group, pdi_cut *cut)
@@ -5259,14 +5328,13 @@ static void pdi_bond_cut(const pd_bonds *bonds, int32_t node, int k, int group, 
     const pd_grid *grid = bonds->grid;
     const pd_stencil *s = bonds->stencil;
     int32_t closed = node + bonds->cell_shift[s->group_cell[group]];
-    int shape = grid->kind[closed] == PD_SOLID ? grid->solid : grid->wall, i[PD_DIM];
+    int walled = pdi_bond_walled(grid, closed), shape = pdi_bond_shape(grid, closed, walled);
     double x[PD_DIM];
     pdi_bond_face_cut(bonds, node, k, group, cut);
-    pdi_grid_index(grid, closed, i);
-    if (shape >= 0 && pdi_grid_inside(grid, i) && pd_shape_exact(grid->shapes, shape)) {
+    if (shape >= 0 && !pdi_bond_receded(bonds, shape, node, k, group)) {
         pd_grid_position(grid, node, x);
-        if (!pdi_bond_receded(bonds, shape, node, k, group))
-            pdi_bond_shape_cut(grid, shape, x, s->xi + k * PD_DIM, cut);
+        /* a tube that touches the box: its wall lies at or before the side */
+        pdi_bond_shape_cut(grid, shape, x, s->xi + k * PD_DIM, walled ? cut->t : PDI_BOND_MAX_T, cut);
     }
     if (cut->t < PDI_BOND_MIN_T) cut->t = PDI_BOND_MIN_T;
 }
@@ -5303,6 +5371,20 @@ static int pdi_bond_whole(const pd_bonds *bonds, int32_t node)
     return 1;
 }
 
+/* The field along a cut bond is u_i + s u' + s^2/2 u'' with its zero at t (eq. 3.3, 3.4). Near a wall at distance d
+ * u = g d + q d^2/2, so that u'' = g (xi.D xi) + q (xi.N)^2 and the Laplacian of u is g mean + q: both u'' and the
+ * slope g follow from u_i and that Laplacian. */
+static void pdi_bond_add_wall(const pd_stencil *s, int k, const pdi_cut *cut, double *lap, double *curv)
+{
+    double reach = pdi_vec_dot(s->xi + k * PD_DIM, cut->normal), half = 0.5 * s->lap[k] * (1.0 - cut->t);
+    *lap += s->lap[k] / cut->t;
+    *curv += half * reach * reach;
+    if (!(cut->distance > 0.0)) return;
+    double slope = 1.0 / (1.0 - 0.5 * cut->distance * cut->mean);
+    *lap -= half * cut->bend * slope / cut->distance;
+    *curv -= half * cut->bend * slope * 0.5 * cut->distance;
+}
+
 static void pdi_bond_fill_row(pd_bonds *bonds, int32_t r)
 {
     const pd_stencil *s = bonds->stencil;
@@ -5325,12 +5407,10 @@ static void pdi_bond_fill_row(pd_bonds *bonds, int32_t r)
         }
         pdi_cut cut;
         pdi_bond_cut(bonds, node, k, group, &cut);
-        double reach = pdi_vec_dot(xi, cut.normal);
-        bonds->wall_lap[r] += s->lap[k] / cut.t;
-        bonds->wall_curv[r] += 0.5 * s->lap[k] * reach * reach * (1.0 - cut.t);
+        pdi_bond_add_wall(s, k, &cut, &bonds->wall_lap[r], &bonds->wall_curv[r]);
         /* mirror of the far end: xi - 2 (1-t) (xi.N) N; its excess over xi is a known multiple of the gradient */
-        for (int i = 0; i < PD_DIM * PD_DIM; i++)
-            closure[i] += 2.0 * s->base[k] * (1.0 - cut.t) * reach * xi[i / PD_DIM] * cut.normal[i % PD_DIM];
+        double excess = 2.0 * s->base[k] * fmax(1.0 - cut.t, 0.0) * pdi_vec_dot(xi, cut.normal);
+        for (int i = 0; i < PD_DIM * PD_DIM; i++) closure[i] += excess * xi[i / PD_DIM] * cut.normal[i % PD_DIM];
     }
     bonds->open[r] = (uint16_t)opened;
     pdi_bond_invert(grid, moment, closure, bonds->moment + (int64_t)r * PD_DIM * PD_DIM);
@@ -12639,6 +12719,9 @@ void pd_transport_free(pd_ctx *ctx, pd_transport *t)
 /* Content above the threshold that counts as none, as a fraction of Cs: rounding of the losses. */
 #define PDI_DISSOLVE_EMPTY 1e-12
 
+/* A node that left nearly untouched would let roughness grow: larger families keep a small lead. */
+#define PDI_DISSOLVE_MAX_LEAD 0.85
+
 static double pdi_dissolve_factor(const pd_dissolve *d, int32_t solid)
 {
     return d->desc.factor ? d->desc.factor[solid] : 1.0;
@@ -12647,10 +12730,20 @@ static double pdi_dissolve_factor(const pd_dissolve *d, int32_t solid)
 /* What an intact node loses before it turns fluid [mol/m3]. */
 static double pdi_dissolve_span(const pd_dissolve *d) { return d->desc.solid * (1.0 - d->desc.threshold); }
 
+/* Far end of bond k of node i. Ghosts behind a side of the box stand for their mirror images, so that a front that meets
+ * a side is as fast there as elsewhere. */
+static int32_t pdi_dissolve_far(const pd_dissolve *d, int32_t i, int k)
+{
+    int32_t j = i + d->bonds->shift[k];
+    uint8_t kind = d->grid->kind[j];
+    return kind == PD_FLUID || kind == PD_SOLID ? j : pdi_grid_mirror(d->grid, j);
+}
+
 /* 1 when metal can pass bond k of fluid node i to its solid end: no wall in between. */
 static int pdi_dissolve_free(const pd_dissolve *d, int32_t i, int k)
 {
     const pd_stencil *s = d->bonds->stencil;
+    if (d->grid->kind[i + d->bonds->shift[k]] != PD_SOLID) return 1;
     for (int g = s->group_first[k]; g < s->group_first[k + 1] - 1; g++) {
         int walled = 1;
         for (int c = s->group_cell[g]; c < s->group_cell[g + 1] && walled; c++) {
@@ -12668,11 +12761,25 @@ static double pdi_dissolve_rate(const pd_dissolve *d, int32_t j)
     const pd_stencil *s = d->bonds->stencil;
     double sum = 0.0;
     for (int k = 0; k < s->count; k++) {
-        int32_t i = j + d->bonds->shift[k];
+        int32_t i = pdi_dissolve_far(d, j, k);
         if (d->grid->kind[i] != PD_FLUID || !pdi_dissolve_free(d, i, s->count - 1 - k)) continue;
         sum += s->area[k] * (d->speed[i] + d->slope[i] * d->transport->c[i]);
     }
     return sum * pdi_dissolve_factor(d, j);
+}
+
+/* Mean lead of the node set in cells: along an axis layer l loses the share a_l = sum over n_axis >= l of c(n) h, and has
+ * on average lost its own share half and those of the layers below whole: sum_l (l - 1/2) a_l = sum c(n) h n^2 / 2 over
+ * n_axis > 0. */
+static double pdi_dissolve_lead(const pd_stencil *s)
+{
+    double sum = 0.0;
+    for (int k = 0; k < s->count; k++)
+        for (int d = 0; d < PD_DIM; d++) {
+            double n = (double)s->offset[k * PD_DIM + d];
+            sum += 0.25 * s->area[k] * s->h[d] * n * n / PD_DIM;
+        }
+    return fmin(sum, PDI_DISSOLVE_MAX_LEAD);
 }
 
 static pd_status pdi_dissolve_collect(pd_ctx *ctx, pd_dissolve *d)
@@ -12694,7 +12801,7 @@ static int pdi_dissolve_is_exposed(const pd_dissolve *d, int32_t j)
 {
     if (d->grid->kind[j] != PD_SOLID) return 0;
     for (int k = 0; k < d->bonds->stencil->count; k++)
-        if (d->grid->kind[j + d->bonds->shift[k]] == PD_FLUID) return 1;
+        if (d->grid->kind[pdi_dissolve_far(d, j, k)] == PD_FLUID) return 1;
     return 0;
 }
 
@@ -12714,11 +12821,11 @@ pd_status pd_dissolve_build(pd_ctx *ctx, pd_grid *grid, const pd_bonds *bonds, p
     PDI_TRY(PDI_NEW(ctx, "dissolve", grid->total, d->weight));
     PDI_TRY(PDI_NEW(ctx, "dissolve", grid->total, d->speed));
     PDI_TRY(PDI_NEW(ctx, "dissolve", grid->total, d->slope));
-    PDI_TRY(PDI_NEW(ctx, "dissolve", grid->total, d->loss));
     for (int32_t j = 0; j < grid->total; j++) {
         if (grid->kind[j] == PD_SOLID) transport->c[j] = desc->solid;
         d->exposed[j] = (uint8_t)pdi_dissolve_is_exposed(d, j);
     }
+    d->lead = pdi_dissolve_lead(bonds->stencil);
     return pdi_dissolve_collect(ctx, d);
 }
 
@@ -12749,7 +12856,7 @@ pd_status pd_dissolve_prepare(pd_ctx *ctx, pd_dissolve *d)
         int32_t i = b->node[r];
         double weight = 0.0;
         for (int k = 0; k < s->count; k++) {
-            int32_t j = i + b->shift[k];
+            int32_t j = pdi_dissolve_far(d, i, k);
             if (d->grid->kind[j] == PD_SOLID && pdi_dissolve_free(d, i, k)) weight += s->area[k] * pdi_dissolve_factor(d, j);
         }
         d->weight[i] = weight * pdi_dissolve_span(d);
@@ -12769,23 +12876,22 @@ double pd_dissolve_fastest(pd_ctx *ctx, const pd_dissolve *d)
     return fastest;
 }
 
-/* What node j was charged beyond its content goes to its solid neighbours: the front has moved on to them. Debris
- * without neighbours owes it to the fluid around, which repays in the next step. */
-static pd_status pdi_dissolve_hand_over(pd_ctx *ctx, pd_dissolve *d, int32_t j, double excess)
+/* Move `rest` (what node j still holds, or owes when negative) to its solid neighbours, the present front. Debris without
+ * neighbours settles a debt with the fluid around, which repays in the next step. */
+static pd_status pdi_dissolve_hand_over(pd_ctx *ctx, pd_dissolve *d, int32_t j, double rest)
 {
     const pd_stencil *s = d->bonds->stencil;
-    double *c = d->transport->c, floor_content = d->desc.threshold * d->desc.solid;
     for (int pass = 0; pass < 2; pass++) {
         double sum = 0.0;
         uint8_t wanted = pass ? PD_FLUID : PD_SOLID;
         for (int give = 0; give < 2; give++) {
             for (int k = 0; k < s->count; k++) {
-                int32_t i = j + d->bonds->shift[k];
-                if (d->grid->kind[i] != wanted || (!pass && c[i] <= floor_content)) continue;
+                int32_t i = pdi_dissolve_far(d, j, k);
+                if (d->grid->kind[i] != wanted) continue;
                 double weight = s->area[k] * (pass ? 1.0 : pdi_dissolve_factor(d, i));
                 if (!give) sum += weight;
-                else if (pass) d->transport->carry[i] -= excess * weight / sum;
-                else d->loss[i] += excess * weight / sum;
+                else if (pass) d->transport->carry[i] += rest * weight / sum;
+                else d->transport->c[i] += rest * weight / sum;
             }
             if (!(sum > 0.0)) break;
         }
@@ -12810,36 +12916,48 @@ static void pdi_dissolve_expose(pd_dissolve *d, int32_t j)
 {
     d->exposed[j] = 0;
     for (int k = 0; k < d->bonds->stencil->count; k++) {
-        int32_t i = j + d->bonds->shift[k];
+        int32_t i = pdi_dissolve_far(d, j, k);
         if (d->grid->kind[i] == PD_SOLID) d->exposed[i] = 1;
     }
 }
 
-/* Take the losses from the contents and hand over what is too much, until no node is overdrawn. */
+/* Content of node j above what stays in it, as a share of the span. */
+static double pdi_dissolve_left(const pd_dissolve *d, int32_t j)
+{
+    return (d->transport->c[j] - d->desc.threshold * d->desc.solid) / pdi_dissolve_span(d);
+}
+
+/* 1 when node j has to leave the solid: down to the lead with solid behind it that does not leave too, or empty. */
+static int pdi_dissolve_spent(const pd_dissolve *d, int32_t j)
+{
+    double left = pdi_dissolve_left(d, j);
+    if (left <= PDI_DISSOLVE_EMPTY) return 1;
+    for (int k = 0; k < d->bonds->stencil->count && left <= d->lead; k++) {
+        int32_t i = pdi_dissolve_far(d, j, k);
+        if (d->grid->kind[i] == PD_SOLID && pdi_dissolve_left(d, i) > d->lead) return 1;
+    }
+    return 0;
+}
+
+/* Spent nodes leave the solid, all of a round together, so that a flat layer leaves as one; what they hand over may
+ * overdraw others, which leave in the next round. */
 static pd_status pdi_dissolve_settle(pd_ctx *ctx, pd_dissolve *d)
 {
     double *c = d->transport->c, floor_content = d->desc.threshold * d->desc.solid;
-    for (int again = 1; again;) {
-        int32_t first = d->changed_count;
-        again = 0;
-        for (int32_t j = 0; j < d->grid->total; j++) {
-            if (d->grid->kind[j] != PD_SOLID || !(fabs(d->loss[j]) > 0.0)) continue;
-            c[j] -= d->loss[j];
-            d->loss[j] = 0.0;
-            if (c[j] <= floor_content + PDI_DISSOLVE_EMPTY * d->desc.solid) PDI_TRY(pdi_dissolve_note(ctx, d, j));
+    for (int32_t first = 0;;) {
+        for (int32_t f = 0; f < d->front_count; f++) {
+            int32_t j = d->front[f];
+            if (d->grid->kind[j] == PD_SOLID && pdi_dissolve_spent(d, j)) PDI_TRY(pdi_dissolve_note(ctx, d, j));
         }
-        for (int32_t n = first; n < d->changed_count; n++) {
-            int32_t j = d->changed[n];
-            double excess = floor_content - c[j];
-            if (excess > 0.0) {
-                PDI_TRY(pdi_dissolve_hand_over(ctx, d, j, excess));
-                c[j] = floor_content;
-                again = 1;
-            }
-        }
+        if (first == d->changed_count) return PD_OK;
         for (int32_t n = first; n < d->changed_count; n++) pdi_grid_dissolve(d->grid, d->changed[n]);
+        for (; first < d->changed_count; first++) {
+            int32_t j = d->changed[first];
+            double rest = c[j] - floor_content;
+            c[j] = floor_content;
+            if (fabs(rest) > 0.0) PDI_TRY(pdi_dissolve_hand_over(ctx, d, j, rest));
+        }
     }
-    return PD_OK;
 }
 
 pd_status pd_dissolve_finish(pd_ctx *ctx, pd_dissolve *d, double dt)
@@ -12849,7 +12967,8 @@ pd_status pd_dissolve_finish(pd_ctx *ctx, pd_dissolve *d, double dt)
     (void)nt;
     d->changed_count = 0;
     PDI_PARALLEL_FOR(nt)
-    for (int32_t f = 0; f < d->front_count; f++) d->loss[d->front[f]] = dt * span * pdi_dissolve_rate(d, d->front[f]);
+    for (int32_t f = 0; f < d->front_count; f++)
+        d->transport->c[d->front[f]] -= dt * span * pdi_dissolve_rate(d, d->front[f]);
     PDI_TRY(pdi_dissolve_settle(ctx, d));
     if (!d->changed_count) return PD_OK;
     for (int32_t n = 0; n < d->changed_count; n++) pdi_dissolve_expose(d, d->changed[n]);
@@ -12872,7 +12991,6 @@ void pd_dissolve_free(pd_ctx *ctx, pd_dissolve *d)
     PDI_DELETE(ctx, total, d->weight);
     PDI_DELETE(ctx, total, d->speed);
     PDI_DELETE(ctx, total, d->slope);
-    PDI_DELETE(ctx, total, d->loss);
     PDI_DELETE(ctx, d->front_capacity, d->front);
     PDI_DELETE(ctx, d->changed_capacity, d->changed);
     memset(d, 0, sizeof *d);
@@ -13322,7 +13440,8 @@ static pd_status pdi_sketch_raw(pdi_sketch *s, pd_shape *shape)
     if (pdi_file_read(s->ctx, path, PDI_SKETCH_RAW_LIMIT, &bytes, &size) < 0) return pdi_sketch_unreadable(s, "raw");
     pd_status status;
     if ((double)size < voxels || (double)size > voxels)
-        status = pd_text_refuse(s->ctx, s->text, s->section, "raw", "found a file of %.0f bytes, expected %.0f, one for each"
+        status = pd_text_refuse(s->ctx, s->text, s->section, "raw",
+                                "found a file of %.0f bytes, expected %.0f, one for each"
                                 " voxel", (double)size, voxels);
     else status = pdi_setup_mask(s->ctx, s->setup, size, &mask);
     if (status == PD_OK) {
@@ -13342,7 +13461,8 @@ static pd_status pdi_sketch_mask(pdi_sketch *s, pdi_sketch_form form, pd_shape *
     for (int d = 0; d < PD_DIM; d++) {
         if (count == 1) shape->b[d] = shape->b[0];
         if ((count != 1 && count != PD_DIM) || !(shape->b[d] > 0.0))
-            return pd_text_refuse(s->ctx, s->text, s->section, "cell", "expected one positive length or one for each axis");
+            return pd_text_refuse(s->ctx, s->text, s->section, "cell",
+                                  "expected one positive length or one for each axis");
     }
     return form == PDI_SKETCH_MASK ? pdi_sketch_png(s, shape) : pdi_sketch_raw(s, shape);
 }
@@ -13387,7 +13507,8 @@ static pd_status pdi_sketch_which(pdi_sketch *s, pdi_sketch_form *form)
         found = k;
     }
     if (found < 0)
-        return pd_text_refuse(s->ctx, s->text, s->section, "shape", "found no geometry, expected one of box, ball, cylinder,"
+        return pd_text_refuse(s->ctx, s->text, s->section, "shape",
+                              "found no geometry, expected one of box, ball, cylinder,"
                               " half_space, mask, raw, union, intersect, difference");
     *form = (pdi_sketch_form)found;
     return PD_OK;
@@ -13447,17 +13568,18 @@ static pd_status pdi_sketch_grains(pdi_sketch *s)
     PDI_TRY(pd_text_integer(s->ctx, s->text, s->section, "grain_seed", 0, 2147483647, "1", &seed));
     PDI_TRY(pd_text_number(s->ctx, s->text, s->section, "boundary_width", "m", "0.5 um", &grain.boundary_width));
     if (grain.spread < 0.0)
-        return pd_text_refuse(s->ctx, s->text, s->section, "grain_spread", "found %.6g m, expected at least 0", grain.spread);
+        return pd_text_refuse(s->ctx, s->text, s->section, "grain_spread", "found %.6g m, expected at least 0",
+                              grain.spread);
     if (!(grain.boundary_width >= 0.0) || grain.boundary_width > grain.size)
-        return pd_text_refuse(s->ctx, s->text, s->section, "boundary_width", "found %.6g m, expected 0 to the grain size"
-                              " %.6g m", grain.boundary_width, grain.size);
+        return pd_text_refuse(s->ctx, s->text, s->section, "boundary_width",
+                              "found %.6g m, expected 0 to the grain size %.6g m", grain.boundary_width, grain.size);
     grain.seed = (uint64_t)seed;
     const pd_grain_desc *first = &s->setup->grain;
     double change = fabs(grain.size - first->size) + fabs(grain.spread - first->spread) +
                     fabs(grain.boundary_width - first->boundary_width);
     if (s->grains++ && (change > 0.0 || grain.seed != first->seed))
-        return pd_text_refuse(s->ctx, s->text, s->section, "grains", "found other grains than in a shape above, expected the"
-                              " same for all solids");
+        return pd_text_refuse(s->ctx, s->text, s->section, "grains",
+                              "found other grains than in a shape above, expected the same for all solids");
     s->setup->grain = grain;
     s->setup->has_grains = 1;
     return PD_OK;
@@ -13599,10 +13721,12 @@ static pd_status pdi_flat_box(pd_ctx *ctx, const pd_text *text, const pdi_flat *
     double length = f->L_upstream + f->L_wire + f->L_downstream, cells = length / f->dx, across = f->R_tube / f->dx;
     double half = PD_DIM == 3 ? ceil(across - 1e-6) * f->dx : f->R_tube;
     if (fabs(cells - floor(cells + 0.5)) > 1e-6)
-        return pd_text_refuse(ctx, text, 0, "dx", "L_upstream + L_wire + L_downstream are %.6g cells, expected a whole number"
+        return pd_text_refuse(ctx, text, 0, "dx",
+                              "L_upstream + L_wire + L_downstream are %.6g cells, expected a whole number"
                               " of them", cells);
     if (PD_DIM == 2 && fabs(2.0 * across - floor(2.0 * across + 0.5)) > 1e-6)
-        return pd_text_refuse(ctx, text, 0, "dx", "2 R_tube are %.6g cells, expected a whole number of them", 2.0 * across);
+        return pd_text_refuse(ctx, text, 0, "dx", "2 R_tube are %.6g cells, expected a whole number of them",
+                              2.0 * across);
     for (int d = 0; d < PD_DIM; d++) {
         setup->h[d] = f->dx;
         setup->lo[d] = d == 0 ? -f->L_upstream : -half;
@@ -13629,7 +13753,8 @@ static pd_status pdi_flat_shapes(pd_ctx *ctx, const pd_text *text, const pdi_fla
     }
     if (!(f->R_wire > 0.0) || !(f->L_wire > 0.0)) return PD_OK;
     if (f->R_wire >= f->R_tube)
-        return pd_text_refuse(ctx, text, 0, "R_wire", "found %.6g, expected less than R_tube = %.6g", f->R_wire, f->R_tube);
+        return pd_text_refuse(ctx, text, 0, "R_wire", "found %.6g, expected less than R_tube = %.6g", f->R_wire,
+                              f->R_tube);
     memset(&shape, 0, sizeof shape);
     shape.type = PD_SHAPE_BOX;
     for (int d = 0; d < PD_DIM; d++) {
@@ -13691,8 +13816,8 @@ static pd_status pdi_flat_dissolve(pd_ctx *ctx, const pd_text *text, const pdi_f
     setup->has_dissolve = setup->solid >= 0 && f->k_corr > 0.0;
     if (!setup->has_dissolve) return PD_OK;
     if (f->C_thresh >= f->C_solid_init)
-        return pd_text_refuse(ctx, text, 0, "C_thresh", "found %.6g, expected less than C_solid_init = %.6g", f->C_thresh,
-                              f->C_solid_init);
+        return pd_text_refuse(ctx, text, 0, "C_thresh", "found %.6g, expected less than C_solid_init = %.6g",
+                              f->C_thresh, f->C_solid_init);
     setup->threshold = f->C_thresh / f->C_solid_init;
     setup->gb_factor = f->gb_corr_factor;
     snprintf(rate, sizeof rate, "%.17g", speed);
@@ -13700,7 +13825,8 @@ static pd_status pdi_flat_dissolve(pd_ctx *ctx, const pd_text *text, const pdi_f
     desc.text = rate;
     desc.unit = "m/s";
     desc.allow_bare = 1;
-    pdi_setup_note(setup, "k_corr = %g 1/s of a layer of dx = %g m: recession at %.6g um/h = %.6g mm/year, for every dx",
+    pdi_setup_note(setup,
+                   "k_corr = %g 1/s of a layer of dx = %g m: recession at %.6g um/h = %.6g mm/year, for every dx",
                    f->k_corr, f->dx_file, speed * 1e6 * 3600.0, speed * 1e3 * 31557600.0);
     return pd_expr_build(ctx, &desc, &setup->rate);
 }
@@ -13816,7 +13942,8 @@ static pd_status pdi_scene_whole_cells(pdi_scene *s, int section)
         if (fabs(cells - floor(cells + 0.5)) <= 1e-6 && cells > 0.5) continue;
         pdi_setup_show(u->hi[d] - u->lo[d], "m", edge);
         pdi_setup_show(u->h[d], "m", spacing);
-        return pd_text_refuse(s->ctx, s->text, section, "box", "found %s on axis %c, %.6g cells of %s, expected a whole number"
+        return pd_text_refuse(s->ctx, s->text, section, "box",
+                              "found %s on axis %c, %.6g cells of %s, expected a whole number"
                               " of cells", edge, "xyz"[d], cells, spacing);
     }
     return PD_OK;
@@ -13837,8 +13964,8 @@ static pd_status pdi_scene_grid(pdi_scene *s)
     PDI_TRY(pdi_scene_within(s, section, "m", "", "3", 1.0, 6.0, 0, &u->m));
     PDI_TRY(pd_text_ranges(s->ctx, s->text, section, "box", "m", NULL, PD_DIM, u->lo, u->hi, &count));
     if (count != PD_DIM)
-        return pd_text_refuse(s->ctx, s->text, section, "box", "found %d range%s, expected %d, one for each axis", count,
-                              count > 1 ? "s" : "", PD_DIM);
+        return pd_text_refuse(s->ctx, s->text, section, "box", "found %d range%s, expected %d, one for each axis",
+                              count, count > 1 ? "s" : "", PD_DIM);
     PDI_TRY(pd_text_integer(s->ctx, s->text, section, "threads", 0, 1024, "0", &u->threads));
     return pdi_scene_whole_cells(s, section);
 }
@@ -13865,7 +13992,8 @@ static pd_status pdi_scene_speed(pdi_scene *s, int section, pd_setup_side *side)
     if (pd_text_has(s->ctx, s->text, section, "mean"))
         return pd_text_refuse(s->ctx, s->text, section, "flow_rate", "found beside 'mean', expected one of them");
     if (PD_DIM == 1)
-        return pd_text_refuse(s->ctx, s->text, section, "flow_rate", "found a volume flow in 1D, expected mean = speed");
+        return pd_text_refuse(s->ctx, s->text, section, "flow_rate",
+                              "found a volume flow in 1D, expected mean = speed");
     return pdi_scene_positive(s, section, "flow_rate", "m3/s", NULL, &side->flow_rate);
 }
 
@@ -13882,17 +14010,19 @@ static pd_status pdi_scene_inlet(pdi_scene *s, int section, pd_setup_side *side)
                              &side->velocity[d]));
     for (int d = 0; d < PD_DIM; d++)
         if (pd_text_has(s->ctx, s->text, section, keys[d])) return PD_OK;
-    return pd_text_refuse(s->ctx, s->text, section, "profile", "found 'expression' without a velocity, expected vx = ...");
+    return pd_text_refuse(s->ctx, s->text, section, "profile",
+                          "found 'expression' without a velocity, expected vx = ...");
 }
 
 /* The inflow has one concentration, the outflow one pressure: a second value must repeat the first. */
 static pd_status pdi_scene_same(pdi_scene *s, int section, const char *key, const char *unit, int *seen, double *value)
 {
     double found;
-    PDI_TRY(pdi_scene_within(s, section, key, unit, "0", key[0] == 'p' ? -PDI_SCENE_HUGE : 0.0, PDI_SCENE_HUGE, 0, &found));
+    PDI_TRY(pdi_scene_within(s, section, key, unit, "0", key[0] == 'p' ? -PDI_SCENE_HUGE : 0.0, PDI_SCENE_HUGE, 0,
+                             &found));
     if (*seen && fabs(found - *value) > 0.0)
-        return pd_text_refuse(s->ctx, s->text, section, key, "found %.6g, another side has %.6g, expected one value", found,
-                              *value);
+        return pd_text_refuse(s->ctx, s->text, section, key, "found %.6g, another side has %.6g, expected one value",
+                              found, *value);
     *seen = 1;
     *value = found;
     return PD_OK;
@@ -13905,7 +14035,8 @@ static pd_status pdi_scene_side(pdi_scene *s, int k, int section, int *inlets, i
     int flow;
     PDI_TRY(pd_text_choice(s->ctx, s->text, section, "flow", flows, "noslip", &flow));
     if (flow && !u->has_flow)
-        return pd_text_refuse(s->ctx, s->text, section, "flow", "found '%s' without a [flow] section, expected C = ... alone"
+        return pd_text_refuse(s->ctx, s->text, section, "flow",
+                              "found '%s' without a [flow] section, expected C = ... alone"
                               " to hold a concentration", flows[flow]);
     u->side[k].kind = (pd_side)flow;
     /* diffusion from a side: an inlet through which nothing flows */
@@ -13950,18 +14081,19 @@ static pd_status pdi_scene_flow(pdi_scene *s)
     if (pd_text_has(s->ctx, s->text, section, "eos") || pd_text_has(s->ctx, s->text, section, "c0")) {
         PDI_TRY(pd_text_choice(s->ctx, s->text, section, "eos", states, "tait", &state));
         PDI_TRY(pdi_scene_positive(s, section, "c0", "m/s", "1 m/s", &sound));
-        pdi_setup_note(u, "eos and c0 belong to compressible flow; the steady solver is incompressible and ignores them");
+        pdi_setup_note(u,
+                       "eos and c0 belong to compressible flow; the steady solver is incompressible and ignores them");
     }
     for (int k = 0; k < 2 * PD_DIM; k++) {
         inflow += u->side[k].kind == PD_SIDE_INLET;
         outflow += u->side[k].kind == PD_SIDE_OUTLET;
     }
     if (inflow && !outflow)
-        return pd_text_refuse(s->ctx, s->text, section, "flow", "found an inlet and no outlet, expected flow = outlet in a"
-                              " [side ...]");
+        return pd_text_refuse(s->ctx, s->text, section, "flow",
+                              "found an inlet and no outlet, expected flow = outlet in a [side ...]");
     if (!inflow && !(u->speed > 0.0 && u->length > 0.0))
-        return pd_text_refuse(s->ctx, s->text, section, "flow", "found no inlet, expected speed = ... and length = ... as"
-                              " reference values");
+        return pd_text_refuse(s->ctx, s->text, section, "flow",
+                              "found no inlet, expected speed = ... and length = ... as reference values");
     return PD_OK;
 }
 
@@ -13974,7 +14106,8 @@ static pd_status pdi_scene_transport(pdi_scene *s)
     PDI_TRY(pdi_scene_not_negative(s, section, "D", "m2/s", NULL, &u->diffusivity));
     PDI_TRY(pd_text_choice(s->ctx, s->text, section, "advection", schemes, "limited", &scheme));
     u->advection = (pd_advection)scheme;
-    PDI_TRY(pd_text_expr(s->ctx, s->text, section, "initial", "mol/m3", pdi_setup_position(), PD_DIM, "0", &u->initial));
+    PDI_TRY(pd_text_expr(s->ctx, s->text, section, "initial", "mol/m3", pdi_setup_position(), PD_DIM, "0",
+                         &u->initial));
     if (pd_expr_constant(&u->initial) && pd_expr_eval(&u->initial, NULL) < 0.0)
         return pd_text_refuse(s->ctx, s->text, section, "initial", "found %.6g mol/m3, expected at least 0",
                               pd_expr_eval(&u->initial, NULL));
@@ -14014,8 +14147,8 @@ static pd_status pdi_scene_check_rate(pdi_scene *s, int section, const char *key
     double none = 0.0, v = s->setup->rate_scale * pd_expr_eval(&s->setup->rate, &none);
     char slow[PD_UNITS_TEXT];
     if (!(v >= 0.0) || v > 1.0)
-        return pd_text_refuse(s->ctx, s->text, section, key, "found a recession speed of %.6g m/s at C = 0, expected 0 to"
-                              " 1 m/s", v);
+        return pd_text_refuse(s->ctx, s->text, section, key,
+                              "found a recession speed of %.6g m/s at C = 0, expected 0 to 1 m/s", v);
     if (strcmp(key, "law") != 0) return PD_OK;
     pdi_setup_show(s->setup->rate_scale, "m", slow);
     pdi_setup_note(s->setup, "law: one layer of %s a unit of the rate: %.6g um/h = %.6g mm/year at C = 0", slow,
@@ -14030,8 +14163,8 @@ static pd_status pdi_scene_dissolve(pdi_scene *s)
     int section = pd_text_section(s->ctx, s->text, "dissolve", NULL);
     if (!u->has_dissolve) return PD_OK;
     if (!u->has_transport)
-        return pd_text_refuse(s->ctx, s->text, section, "dissolve", "found no [transport] section, expected one: the metal"
-                              " goes into the fluid");
+        return pd_text_refuse(s->ctx, s->text, section, "dissolve",
+                              "found no [transport] section, expected one: the metal goes into the fluid");
     if (u->solid < 0)
         return pd_text_refuse(s->ctx, s->text, section, "dissolve", "found no solid, expected a [shape ...] with kind ="
                               " solid");
@@ -14041,14 +14174,15 @@ static pd_status pdi_scene_dissolve(pdi_scene *s)
         return pd_text_refuse(s->ctx, s->text, section, "law", "found beside 'rate', expected one of them");
     for (int d = 1; d < PD_DIM && layers; d++)
         if (fabs(u->h[d] - u->h[0]) > 1e-9 * u->h[0])
-            return pd_text_refuse(s->ctx, s->text, section, "law", "found different spacings of the axes, expected rate ="
-                                  " speed there");
+            return pd_text_refuse(s->ctx, s->text, section, "law",
+                                  "found different spacings of the axes, expected rate = speed there");
     PDI_TRY(pd_text_expr(s->ctx, s->text, section, key, layers ? "1/s" : "m/s", concentration, 1, NULL, &u->rate));
     u->rate_scale = layers ? u->h[0] : 1.0;
     PDI_TRY(pdi_scene_check_rate(s, section, key));
     PDI_TRY(pdi_scene_within(s, section, "gb_factor", "", "1", 0.0, 1e6, 0, &u->gb_factor));
     if (fabs(u->gb_factor - 1.0) > 0.0 && !u->has_grains)
-        return pd_text_refuse(s->ctx, s->text, section, "gb_factor", "found %.6g without grains, expected grains = SIZE in a"
+        return pd_text_refuse(s->ctx, s->text, section, "gb_factor",
+                              "found %.6g without grains, expected grains = SIZE in a"
                               " solid [shape ...]", u->gb_factor);
     return pdi_scene_within(s, section, "threshold", "", "0", 0.0, 0.99, 0, &u->threshold);
 }
@@ -14082,7 +14216,8 @@ static pd_status pdi_scene_fields(pdi_scene *s, int section, const char *key, co
         int field = 0;
         while (field < PD_FIELD_COUNT && strcmp(list.word[w], pdi_setup_field_name((pd_field)field)) != 0) field++;
         if (field == PD_FIELD_COUNT)
-            return pd_text_refuse(s->ctx, s->text, section, key, "found '%s', expected some of C, v, p, kind, grain, phase, D,"
+            return pd_text_refuse(s->ctx, s->text, section, key,
+                                  "found '%s', expected some of C, v, p, kind, grain, phase, D,"
                                   " rate, density, or none", list.word[w]);
         const char *needs = pdi_setup_field_needs(s->setup, (pd_field)field);
         if (needs && given)
@@ -14103,9 +14238,11 @@ static pd_status pdi_scene_slice(pdi_scene *s, int section)
     u->slice_at = 0.5 * (u->lo[u->slice_axis] + u->hi[u->slice_axis]);
     if (!pd_text_has(s->ctx, s->text, section, "slice")) return PD_OK;
     PDI_TRY(pd_text_string(s->ctx, s->text, section, "slice", NULL, &value));
-    if (PD_DIM < 3) return pd_text_refuse(s->ctx, s->text, section, "slice", "found in %dD, expected it in 3D only", PD_DIM);
+    if (PD_DIM < 3) return pd_text_refuse(s->ctx, s->text, section, "slice", "found in %dD, expected it in 3D only",
+                                          PD_DIM);
     if (value[0] < 'x' || value[0] > 'z' || value[1] != ' ')
-        return pd_text_refuse(s->ctx, s->text, section, "slice", "found '%.40s', expected an axis and a place: z 0 um", value);
+        return pd_text_refuse(s->ctx, s->text, section, "slice", "found '%.40s', expected an axis and a place: z 0 um",
+                              value);
     u->slice_axis = value[0] - 'x';
     memset(&desc, 0, sizeof desc);
     desc.text = value + 2;
@@ -14121,7 +14258,8 @@ static pd_status pdi_scene_slice(pdi_scene *s, int section)
     pd_expr_free(s->ctx, &expr);
     int axis = u->slice_axis < PD_DIM ? u->slice_axis : PD_DIM - 1;
     if (u->slice_at > u->lo[axis] && u->slice_at < u->hi[axis]) return PD_OK;
-    return pd_text_refuse(s->ctx, s->text, section, "slice", "found %.6g m, expected a place inside the box", u->slice_at);
+    return pd_text_refuse(s->ctx, s->text, section, "slice", "found %.6g m, expected a place inside the box",
+                          u->slice_at);
 }
 
 /* A file name without a folder. */
@@ -14145,8 +14283,8 @@ static pd_status pdi_scene_output(pdi_scene *s)
     if (u->has_transport && pd_text_has(s->ctx, s->text, section, "every"))
         PDI_TRY(pdi_scene_positive(s, section, "every", "s", NULL, &u->every));
     if (u->has_transport && u->until / u->every > 9e5)
-        return pd_text_refuse(s->ctx, s->text, section, "every", "found %.3g frames until the end, expected at most 900000",
-                              u->until / u->every);
+        return pd_text_refuse(s->ctx, s->text, section, "every",
+                              "found %.3g frames until the end, expected at most 900000", u->until / u->every);
     PDI_TRY(pdi_scene_fields(s, section, "fields", "C, v, p, kind, grain", &u->fields));
     PDI_TRY(pdi_scene_fields(s, section, "images", "none", &u->images));
     PDI_TRY(pdi_scene_prefix(s, section));
@@ -14170,12 +14308,12 @@ static pd_status pdi_scene_probe(pdi_scene *s, int section)
     memcpy(p->name, label, strlen(label) + 1);
     PDI_TRY(pd_text_numbers(s->ctx, s->text, section, "at", "m", NULL, PD_DIM, p->at, &count));
     if (count != PD_DIM)
-        return pd_text_refuse(s->ctx, s->text, section, "at", "found %d number%s, expected %d, one for each axis", count,
-                              count > 1 ? "s" : "", PD_DIM);
+        return pd_text_refuse(s->ctx, s->text, section, "at", "found %d number%s, expected %d, one for each axis",
+                              count, count > 1 ? "s" : "", PD_DIM);
     for (int d = 0; d < PD_DIM; d++)
         if (!(p->at[d] >= u->lo[d]) || !(p->at[d] <= u->hi[d]))
-            return pd_text_refuse(s->ctx, s->text, section, "at", "found %.6g m on axis %c, expected a place inside the box",
-                                  p->at[d], "xyz"[d]);
+            return pd_text_refuse(s->ctx, s->text, section, "at",
+                                  "found %.6g m on axis %c, expected a place inside the box", p->at[d], "xyz"[d]);
     PDI_TRY(pdi_scene_fields(s, section, "fields", u->has_transport ? "C" : "v", &p->fields));
     u->probes++;
     return PD_OK;
@@ -14375,7 +14513,8 @@ static pd_status pdi_inlet_measure(pd_ctx *ctx, const pd_grid *grid, int side, c
         inlet->centre[side][along] = 0.5 * (lo + hi);
         if (layer->open == layer->hi - layer->lo + 1) *area = hi - lo;
         else if (parabola)
-            return pdi_inlet_refuse(ctx, side, "found several openings, expected one for a parabola; give an expression");
+            return pdi_inlet_refuse(ctx, side,
+                                    "found several openings, expected one for a parabola; give an expression");
         return PD_OK;
     }
     if (grid->wall >= 0) radius = pdi_inlet_tube(grid, grid->wall, axis, inlet->centre[side]);
@@ -14386,7 +14525,8 @@ static pd_status pdi_inlet_measure(pd_ctx *ctx, const pd_grid *grid, int side, c
     }
     inlet->width[side] = sqrt(4.0 * *area / PDI_INLET_PI);
     if (!parabola) return PD_OK;
-    return pdi_inlet_refuse(ctx, side, "the opening is not the section of a tube (a wall: cylinder along the inflow with "
+    return pdi_inlet_refuse(ctx, side,
+                            "the opening is not the section of a tube (a wall: cylinder along the inflow with "
                                        "outside = yes), expected profile = expression with its velocity");
 }
 
@@ -14486,8 +14626,8 @@ static pd_status pdi_model_flow(pd_ctx *ctx, pd_model *m)
         if (!(u->length > 0.0)) flow.length = m->inlet.width[s];
     }
     if (!(flow.speed > 0.0))
-        return pdi_fail(ctx, PD_ERR_ARGUMENT, "model", "the mean speed of the inlet is 0, expected speed = ... in [flow] as a "
-                                                       "reference value");
+        return pdi_fail(ctx, PD_ERR_ARGUMENT, "model",
+                        "the mean speed of the inlet is 0, expected speed = ... in [flow] as a reference value");
     if (m->inlet.inlets) flow.inlet = pd_inlet_velocity;
     flow.inlet_user = &m->inlet;
     steady.tolerance = u->steady;
@@ -14505,7 +14645,8 @@ static pd_status pdi_model_initial(pd_ctx *ctx, pd_model *m)
         pd_grid_position(&m->grid, node, x);
         double c = pd_expr_eval(&m->setup->initial, x);
         if (!(c >= 0.0) || !(c < 1e100))
-            return pdi_fail(ctx, PD_ERR_STATE, "model", "initial gives C = %g mol/m3 at x = %g m, expected a finite value of at"
+            return pdi_fail(ctx, PD_ERR_STATE, "model",
+                            "initial gives C = %g mol/m3 at x = %g m, expected a finite value of at"
                                                         " least 0", c, x[0]);
         m->transport.c[node] = c;
     }
@@ -14649,7 +14790,8 @@ static void pdi_observe_extremes(const pd_model *m, pd_observables *o)
         double square = 0.0;
         if (m->grid.kind[i] != PD_FLUID) continue;
         if (m->transport.c) o->c_max = fmax(o->c_max, m->transport.c[i]);
-        for (int d = 0; d < PD_DIM && m->flow.u; d++) square += m->flow.u[(int64_t)d * total + i] * m->flow.u[(int64_t)d * total + i];
+        for (int d = 0; d < PD_DIM &&
+             m->flow.u; d++) square += m->flow.u[(int64_t)d * total + i] * m->flow.u[(int64_t)d * total + i];
         o->v_max = fmax(o->v_max, square);
     }
     o->v_max = sqrt(o->v_max);
@@ -14804,7 +14946,8 @@ static int pdi_output_list(const pd_output *out, pd_vti_field *fields)
     return count;
 }
 
-static pd_status pdi_output_path(pd_ctx *ctx, const pd_output *out, const char *prefix, const char *extension, char *path)
+static pd_status pdi_output_path(pd_ctx *ctx, const pd_output *out, const char *prefix, const char *extension,
+                                 char *path)
 {
     char name[PD_PATH_SIZE];
     PDI_TRY(pd_file_frame_name(ctx, prefix, out->frame, out->model->couple.time, extension, name));
@@ -14898,12 +15041,11 @@ static pd_status pdi_output_picture(pd_ctx *ctx, pd_output *out, pd_field field,
     picture.lo[1] = m->grid.lo[up];
     picture.hi[0] = m->grid.hi[right];
     picture.hi[1] = m->grid.hi[up];
-    picture.map = field == PD_FIELD_KIND || field == PD_FIELD_GRAIN || field == PD_FIELD_PHASE ? PD_MAP_LABELS
-                  : field == PD_FIELD_P                                                        ? PD_MAP_DIVERGING
-                                                                                               : PD_MAP_SEQUENTIAL;
+    int numbered = field == PD_FIELD_KIND || field == PD_FIELD_GRAIN || field == PD_FIELD_PHASE;
+    picture.map = numbered ? PD_MAP_LABELS : field == PD_FIELD_P ? PD_MAP_DIVERGING : PD_MAP_SEQUENTIAL;
     picture.title = title;
     picture.stamp = stamp;
-    picture.label = pdi_output_labels[field];
+    picture.label = numbered ? NULL : pdi_output_labels[field]; /* the title names it */
     return pd_picture_write(ctx, path, &picture);
 }
 
@@ -14996,7 +15138,8 @@ static pd_status pdi_output_probe_table(pd_ctx *ctx, pd_output *out)
     int count = pdi_output_probe_row(out, names, NULL, PD_CSV_COLUMNS);
     for (int k = 0; k < count; k++) list[k] = names[k];
     PDI_TRY(pd_file_join(ctx, out->folder, "probes.csv", path));
-    return pd_csv_create(ctx, path, "SI units; values of the node whose cell holds the probe", list, count, &out->probes);
+    return pd_csv_create(ctx, path, "SI units; values of the node whose cell holds the probe", list, count,
+                         &out->probes);
 }
 
 static pd_status pdi_output_tables(pd_ctx *ctx, pd_output *out)
@@ -15190,8 +15333,8 @@ static void pdi_summary_grid(const pdi_summary *s)
     }
     pdi_summary_line(s, "%s: %dD, %s nodes at %s, m = %g (%d bonds a node)", m->setup->name, PD_DIM, size, spacing,
                      m->stencil.m, m->stencil.count);
-    snprintf(size, sizeof size, "%.0f fluid, %.0f solid, %.0f wall", (double)m->grid.fluid_count, (double)m->grid.solid_count,
-             (double)(pd_grid_count(&m->grid, PD_WALL)));
+    snprintf(size, sizeof size, "%.0f fluid, %.0f solid, %.0f wall", (double)m->grid.fluid_count,
+             (double)m->grid.solid_count, (double)(pd_grid_count(&m->grid, PD_WALL)));
     pdi_summary_part(s, PD_PART_GRID, "lattice", size);
 }
 
@@ -15202,8 +15345,8 @@ static void pdi_summary_flow(const pdi_summary *s)
     if (!m->setup->has_flow) return;
     pdi_setup_show(m->flow.speed, "m/s", speed);
     pdi_setup_show(m->flow.length, "m", length);
-    snprintf(text, sizeof text, "steady Navier-Stokes to residual %g, U = %s, L = %s, Re = %.4g", m->setup->steady, speed,
-             length, m->flow.speed * m->flow.length / m->flow.nu);
+    snprintf(text, sizeof text, "steady Navier-Stokes to residual %g, U = %s, L = %s, Re = %.4g", m->setup->steady,
+             speed, length, m->flow.speed * m->flow.length / m->flow.nu);
     pdi_summary_part(s, PD_PART_FLOW, "flow", text);
 }
 
@@ -15229,7 +15372,8 @@ static void pdi_summary_dissolve(const pdi_summary *s)
     if (!u->has_dissolve) return;
     double v = u->rate_scale * pd_expr_eval(&u->rate, &none);
     pdi_setup_show(v, "m/s", speed);
-    snprintf(text, sizeof text, "surface rate %s at C = 0 (%.4g mm/year, %.4g A/m2 with z = %g), Cs = %.6g mol/m3", speed,
+    snprintf(text, sizeof text, "surface rate %s at C = 0 (%.4g mm/year, %.4g A/m2 with z = %g), Cs = %.6g mol/m3",
+             speed,
              v * 1e3 * 31557600.0, v * u->solid_c * u->material.charge * 96485.33212, u->material.charge, u->solid_c);
     pdi_summary_part(s, PD_PART_DISSOLVE, "dissolution", text);
     if (u->saturation > 0.0) pdi_summary_line(s, "  %-12sCsat = %.6g mol/m3", "", u->saturation);
@@ -15243,7 +15387,8 @@ static void pdi_summary_grains(const pdi_summary *s)
     pdi_setup_show(m->grain_stats.mean, "m", mean);
     pdi_setup_show(m->grain.boundary_width, "m", width);
     double share = m->grain_stats.boundary_fraction;
-    snprintf(text, sizeof text, "%d in the solid, mean %s, boundaries %s wide: %.3g %% of the solid, mean rate factor %.5g",
+    snprintf(text, sizeof text,
+             "%d in the solid, mean %s, boundaries %s wide: %.3g %% of the solid, mean rate factor %.5g",
              (int)m->grain_stats.count, mean, width, 100.0 * share, 1.0 + (m->setup->gb_factor - 1.0) * share);
     pdi_summary_part(s, PD_PART_GRAIN, "grains", text);
 }
@@ -15417,8 +15562,8 @@ void pd_run_line(const pd_run_result *r, char *text, size_t size)
 {
     if (size == 0) return;
     text[0] = '\0';
-    pdi_run_append(text, size, "result case=%s dim=%d h=%.6g m=%.6g volume_loss=%.9g ledger=%.3g", r->name, PD_DIM, r->h,
-                   r->m, r->volume_loss, r->ledger);
+    pdi_run_append(text, size, "result case=%s dim=%d h=%.6g m=%.6g volume_loss=%.9g ledger=%.3g", r->name, PD_DIM,
+                   r->h, r->m, r->volume_loss, r->ledger);
     if (r->has_flux) pdi_run_append(text, size, " flux=%.3g flux_max=%.3g", r->flux, r->flux_max);
     pdi_run_append(text, size, " residual=%.3g evals=%.0f steps=%.0f unknowns=%.0f bytes_per_node=%.0f", r->residual,
                    (double)r->evaluations, (double)r->steps, (double)r->unknowns, r->bytes_per_node);

@@ -7,6 +7,11 @@
 /* A surface point closer to the node than this fraction of the bond is moved away: the node then lies on the wall
  * within 1e-3 of a bond, and a/t stays representable against its neighbours. */
 #define PDI_BOND_MIN_T 1e-3
+/* A surface that bends more than this over one cell is an edge; less than that, flat but for rounding. */
+#define PDI_BOND_SHARP 0.5
+#define PDI_BOND_FLAT 1e-5
+/* A blocked bond whose line does not reach the surface is extended up to this many times its length. */
+#define PDI_BOND_MAX_T 4.0
 /* Below this pivot ratio the open bonds do not span space (a channel one node wide). */
 #define PDI_BOND_MIN_PIVOT 1e-3
 
@@ -27,6 +32,9 @@ PDI_FN int pdi_bond_closed_group(const pd_bonds *bonds, int32_t node, int k)
 typedef struct pdi_cut {
     double t;              /* fraction of the bond */
     double normal[PD_DIM]; /* unit, towards the fluid */
+    double distance;       /* [m] of the node from a smooth surface; 0: unknown or flat, then the next two are 0 */
+    double mean;           /* [1/m] sum of the curvatures: Laplacian of the distance */
+    double bend;           /* [m] xi.D xi - mean (xi.N)^2 with the second derivatives D of the distance */
 } pdi_cut;
 
 /* The surface as faces of closed cells. Entering through an edge or corner, the normal is that of the faces whose
@@ -40,6 +48,7 @@ static void pdi_bond_face_cut(const pd_bonds *bonds, int32_t node, int k, int gr
     int32_t at = node + bonds->cell_shift[s->group_cell[group]];
     int single = s->group_cell[group + 1] - s->group_cell[group] == 1;
     double length = 0.0;
+    cut->distance = cut->mean = cut->bend = 0.0;
     for (int pass = 0; pass < 2 && !used; pass++)
         for (int d = 0; d < PD_DIM; d++) {
             int sign = n[d] < 0 ? -1 : 1;
@@ -54,12 +63,25 @@ static void pdi_bond_face_cut(const pd_bonds *bonds, int32_t node, int k, int gr
     cut->t = s->group_entry[group];
 }
 
-/* Signed distance at fraction t of the bond, positive in the fluid. */
+/* Signed distance of a point, positive in the fluid. Behind an inlet or outlet the geometry is the mirror image of that
+ * before it, as the kinds of the ghosts are. */
+static double pdi_bond_level(const pd_grid *grid, int shape, const double *x)
+{
+    double at[PD_DIM];
+    for (int d = 0; d < PD_DIM; d++) {
+        at[d] = x[d];
+        if (x[d] < grid->lo[d] && grid->side[2 * d] != PD_SIDE_WALL) at[d] = 2.0 * grid->lo[d] - x[d];
+        if (x[d] > grid->hi[d] && grid->side[2 * d + 1] != PD_SIDE_WALL) at[d] = 2.0 * grid->hi[d] - x[d];
+    }
+    return pd_shape_distance(grid->shapes, shape, at);
+}
+
+/* The same at fraction t of the bond. */
 static double pdi_bond_distance(const pd_grid *grid, int shape, const double *x, const double *xi, double t)
 {
     double at[PD_DIM];
     for (int d = 0; d < PD_DIM; d++) at[d] = x[d] + t * xi[d];
-    return pd_shape_distance(grid->shapes, shape, at);
+    return pdi_bond_level(grid, shape, at);
 }
 
 /* 1 when a node inside `shape` has dissolved in front of the closed group: the surface is then that of the cells. */
@@ -72,21 +94,55 @@ static int pdi_bond_receded(const pd_bonds *bonds, int shape, int32_t node, int 
         int32_t at = node + bonds->cell_shift[c];
         if (!pdi_grid_open(grid->kind[at])) continue;
         pd_grid_position(grid, at, x);
-        if (pd_shape_distance(grid->shapes, shape, x) <= 0.0) return 1;
+        if (pdi_bond_level(grid, shape, x) <= 0.0) return 1;
     }
     return 0;
 }
 
+/* Normal and curvature of the surface at the cut, from differences of the distance. An edge counts as flat. */
+static void pdi_bond_curve(const pd_grid *grid, int shape, const double *x, const double *xi, pdi_cut *cut)
+{
+    double gradient[PD_DIM], p[PD_DIM], eps = 1e-3 * grid->h[0], mean = 0.0, sharpest = 0.0;
+    for (int d = 0; d < PD_DIM; d++) p[d] = x[d] + cut->t * xi[d];
+    double centre = pdi_bond_level(grid, shape, p), length = pdi_vec_norm(xi);
+    for (int d = 0; d < PD_DIM; d++) {
+        double at = p[d];
+        p[d] = at + eps;
+        double up = pdi_bond_level(grid, shape, p);
+        p[d] = at - eps;
+        double down = pdi_bond_level(grid, shape, p), second = (up - centre) - (centre - down);
+        p[d] = at;
+        gradient[d] = (up - down) / (2.0 * eps);
+        mean += second / (eps * eps);
+        sharpest = fmax(sharpest, fabs(second) / (eps * eps) * grid->h[d]);
+    }
+    double slope = pdi_vec_norm(gradient), step = eps / length, reach;
+    if (!(slope > 0.0)) return;
+    for (int d = 0; d < PD_DIM; d++) cut->normal[d] = gradient[d] / slope;
+    double second = (pdi_bond_distance(grid, shape, x, xi, cut->t + step) - centre) -
+                    (centre - pdi_bond_distance(grid, shape, x, xi, cut->t - step));
+    /* no closer than the least t allows, and not out where the expansion about the surface ends */
+    double distance = fmax(pdi_bond_level(grid, shape, x), PDI_BOND_MIN_T * grid->h[0]);
+    if (!(sharpest < PDI_BOND_SHARP) || sharpest < PDI_BOND_FLAT || !(distance * mean < 1.5)) return;
+    reach = pdi_vec_dot(xi, cut->normal);
+    cut->distance = distance;
+    cut->mean = mean;
+    cut->bend = second / (step * step) - mean * reach * reach;
+}
+
 /* Move the cut onto the zero level of `shape`, if the bond crosses it: before the face cut or, where the line grazes
- * the closed cell, behind it. Regula falsi with the Illinois rule. */
-static void pdi_bond_shape_cut(const pd_grid *grid, int shape, const double *x, const double *xi, pdi_cut *cut)
+ * the closed cell, behind it, up to fraction `limit`: in a tube even behind the far end, where cells at the wall block
+ * the line between two fluid nodes. Regula falsi with the Illinois rule. */
+static void pdi_bond_shape_cut(const pd_grid *grid, int shape, const double *x, const double *xi, double limit,
+                               pdi_cut *cut)
 {
     double cell = 0.0, lo = 0.0, hi = 0.0, flo = pdi_bond_distance(grid, shape, x, xi, 0.0), fhi = flo;
     if (!(flo > 0.0)) return;
     for (int d = 0; d < PD_DIM; d++) cell += xi[d] / grid->h[d] * (xi[d] / grid->h[d]);
     cell = sqrt(cell);
-    for (int ahead = 1; hi < 1.0 && !(fhi < 0.0); ahead++) {
-        hi = fmin(cut->t + ahead / cell, 1.0);
+    for (int ahead = 1; hi < limit && !(fhi < 0.0); ahead++) {
+        double next = fmin(cut->t + ahead / cell, limit);
+        hi = hi < 1.0 ? fmin(next, 1.0) : next; /* a closed far end is inside for certain */
         fhi = pdi_bond_distance(grid, shape, x, xi, hi);
     }
     if (!(fhi < 0.0)) return;
@@ -107,19 +163,28 @@ static void pdi_bond_shape_cut(const pd_grid *grid, int shape, const double *x, 
             last = -1;
         }
     }
-    double gradient[PD_DIM], eps = 1e-4 * grid->h[0], length;
-    for (int d = 0; d < PD_DIM; d++) {
-        double p[PD_DIM];
-        for (int a = 0; a < PD_DIM; a++) p[a] = x[a] + t * xi[a];
-        p[d] += eps;
-        double up = pd_shape_distance(grid->shapes, shape, p);
-        p[d] -= 2.0 * eps;
-        gradient[d] = (up - pd_shape_distance(grid->shapes, shape, p)) / (2.0 * eps);
-    }
-    length = pdi_vec_norm(gradient);
     cut->t = t;
-    if (!(length > 0.0)) return;
-    for (int d = 0; d < PD_DIM; d++) cut->normal[d] = gradient[d] / length;
+    pdi_bond_curve(grid, shape, x, xi, cut);
+}
+
+/* 1 when the node lies behind a side of the box that is a wall. */
+static int pdi_bond_walled(const pd_grid *grid, int32_t node)
+{
+    int i[PD_DIM];
+    pdi_grid_index(grid, node, i);
+    for (int d = 0; d < PD_DIM; d++)
+        if ((i[d] < 0 && grid->side[2 * d] == PD_SIDE_WALL) ||
+            (i[d] >= grid->n[d] && grid->side[2 * d + 1] == PD_SIDE_WALL))
+            return 1;
+    return 0;
+}
+
+/* The shape that may cut bonds to a closed node; -1: none, or none with a smooth surface. */
+static int pdi_bond_shape(const pd_grid *grid, int32_t closed, int walled)
+{
+    uint8_t kind = grid->kind[pdi_grid_mirror(grid, closed)];
+    int shape = walled ? grid->wall : kind == PD_SOLID ? grid->solid : pdi_grid_open(kind) ? -1 : grid->wall;
+    return shape >= 0 && pd_shape_exact(grid->shapes, shape) ? shape : -1;
 }
 
 static void pdi_bond_cut(const pd_bonds *bonds, int32_t node, int k, int group, pdi_cut *cut)
@@ -127,14 +192,13 @@ static void pdi_bond_cut(const pd_bonds *bonds, int32_t node, int k, int group, 
     const pd_grid *grid = bonds->grid;
     const pd_stencil *s = bonds->stencil;
     int32_t closed = node + bonds->cell_shift[s->group_cell[group]];
-    int shape = grid->kind[closed] == PD_SOLID ? grid->solid : grid->wall, i[PD_DIM];
+    int walled = pdi_bond_walled(grid, closed), shape = pdi_bond_shape(grid, closed, walled);
     double x[PD_DIM];
     pdi_bond_face_cut(bonds, node, k, group, cut);
-    pdi_grid_index(grid, closed, i);
-    if (shape >= 0 && pdi_grid_inside(grid, i) && pd_shape_exact(grid->shapes, shape)) {
+    if (shape >= 0 && !pdi_bond_receded(bonds, shape, node, k, group)) {
         pd_grid_position(grid, node, x);
-        if (!pdi_bond_receded(bonds, shape, node, k, group))
-            pdi_bond_shape_cut(grid, shape, x, s->xi + k * PD_DIM, cut);
+        /* a tube that touches the box: its wall lies at or before the side */
+        pdi_bond_shape_cut(grid, shape, x, s->xi + k * PD_DIM, walled ? cut->t : PDI_BOND_MAX_T, cut);
     }
     if (cut->t < PDI_BOND_MIN_T) cut->t = PDI_BOND_MIN_T;
 }
@@ -171,6 +235,20 @@ static int pdi_bond_whole(const pd_bonds *bonds, int32_t node)
     return 1;
 }
 
+/* The field along a cut bond is u_i + s u' + s^2/2 u'' with its zero at t (eq. 3.3, 3.4). Near a wall at distance d
+ * u = g d + q d^2/2, so that u'' = g (xi.D xi) + q (xi.N)^2 and the Laplacian of u is g mean + q: both u'' and the
+ * slope g follow from u_i and that Laplacian. */
+static void pdi_bond_add_wall(const pd_stencil *s, int k, const pdi_cut *cut, double *lap, double *curv)
+{
+    double reach = pdi_vec_dot(s->xi + k * PD_DIM, cut->normal), half = 0.5 * s->lap[k] * (1.0 - cut->t);
+    *lap += s->lap[k] / cut->t;
+    *curv += half * reach * reach;
+    if (!(cut->distance > 0.0)) return;
+    double slope = 1.0 / (1.0 - 0.5 * cut->distance * cut->mean);
+    *lap -= half * cut->bend * slope / cut->distance;
+    *curv -= half * cut->bend * slope * 0.5 * cut->distance;
+}
+
 static void pdi_bond_fill_row(pd_bonds *bonds, int32_t r)
 {
     const pd_stencil *s = bonds->stencil;
@@ -193,12 +271,10 @@ static void pdi_bond_fill_row(pd_bonds *bonds, int32_t r)
         }
         pdi_cut cut;
         pdi_bond_cut(bonds, node, k, group, &cut);
-        double reach = pdi_vec_dot(xi, cut.normal);
-        bonds->wall_lap[r] += s->lap[k] / cut.t;
-        bonds->wall_curv[r] += 0.5 * s->lap[k] * reach * reach * (1.0 - cut.t);
+        pdi_bond_add_wall(s, k, &cut, &bonds->wall_lap[r], &bonds->wall_curv[r]);
         /* mirror of the far end: xi - 2 (1-t) (xi.N) N; its excess over xi is a known multiple of the gradient */
-        for (int i = 0; i < PD_DIM * PD_DIM; i++)
-            closure[i] += 2.0 * s->base[k] * (1.0 - cut.t) * reach * xi[i / PD_DIM] * cut.normal[i % PD_DIM];
+        double excess = 2.0 * s->base[k] * fmax(1.0 - cut.t, 0.0) * pdi_vec_dot(xi, cut.normal);
+        for (int i = 0; i < PD_DIM * PD_DIM; i++) closure[i] += excess * xi[i / PD_DIM] * cut.normal[i % PD_DIM];
     }
     bonds->open[r] = (uint16_t)opened;
     pdi_bond_invert(grid, moment, closure, bonds->moment + (int64_t)r * PD_DIM * PD_DIM);

@@ -7,6 +7,9 @@
 /* Content above the threshold that counts as none, as a fraction of Cs: rounding of the losses. */
 #define PDI_DISSOLVE_EMPTY 1e-12
 
+/* A node that left nearly untouched would let roughness grow: larger families keep a small lead. */
+#define PDI_DISSOLVE_MAX_LEAD 0.85
+
 static double pdi_dissolve_factor(const pd_dissolve *d, int32_t solid)
 {
     return d->desc.factor ? d->desc.factor[solid] : 1.0;
@@ -15,10 +18,20 @@ static double pdi_dissolve_factor(const pd_dissolve *d, int32_t solid)
 /* What an intact node loses before it turns fluid [mol/m3]. */
 static double pdi_dissolve_span(const pd_dissolve *d) { return d->desc.solid * (1.0 - d->desc.threshold); }
 
+/* Far end of bond k of node i. Ghosts behind a side of the box stand for their mirror images, so that a front that meets
+ * a side is as fast there as elsewhere. */
+static int32_t pdi_dissolve_far(const pd_dissolve *d, int32_t i, int k)
+{
+    int32_t j = i + d->bonds->shift[k];
+    uint8_t kind = d->grid->kind[j];
+    return kind == PD_FLUID || kind == PD_SOLID ? j : pdi_grid_mirror(d->grid, j);
+}
+
 /* 1 when metal can pass bond k of fluid node i to its solid end: no wall in between. */
 static int pdi_dissolve_free(const pd_dissolve *d, int32_t i, int k)
 {
     const pd_stencil *s = d->bonds->stencil;
+    if (d->grid->kind[i + d->bonds->shift[k]] != PD_SOLID) return 1;
     for (int g = s->group_first[k]; g < s->group_first[k + 1] - 1; g++) {
         int walled = 1;
         for (int c = s->group_cell[g]; c < s->group_cell[g + 1] && walled; c++) {
@@ -36,11 +49,25 @@ static double pdi_dissolve_rate(const pd_dissolve *d, int32_t j)
     const pd_stencil *s = d->bonds->stencil;
     double sum = 0.0;
     for (int k = 0; k < s->count; k++) {
-        int32_t i = j + d->bonds->shift[k];
+        int32_t i = pdi_dissolve_far(d, j, k);
         if (d->grid->kind[i] != PD_FLUID || !pdi_dissolve_free(d, i, s->count - 1 - k)) continue;
         sum += s->area[k] * (d->speed[i] + d->slope[i] * d->transport->c[i]);
     }
     return sum * pdi_dissolve_factor(d, j);
+}
+
+/* Mean lead of the node set in cells: along an axis layer l loses the share a_l = sum over n_axis >= l of c(n) h, and has
+ * on average lost its own share half and those of the layers below whole: sum_l (l - 1/2) a_l = sum c(n) h n^2 / 2 over
+ * n_axis > 0. */
+static double pdi_dissolve_lead(const pd_stencil *s)
+{
+    double sum = 0.0;
+    for (int k = 0; k < s->count; k++)
+        for (int d = 0; d < PD_DIM; d++) {
+            double n = (double)s->offset[k * PD_DIM + d];
+            sum += 0.25 * s->area[k] * s->h[d] * n * n / PD_DIM;
+        }
+    return fmin(sum, PDI_DISSOLVE_MAX_LEAD);
 }
 
 static pd_status pdi_dissolve_collect(pd_ctx *ctx, pd_dissolve *d)
@@ -62,7 +89,7 @@ static int pdi_dissolve_is_exposed(const pd_dissolve *d, int32_t j)
 {
     if (d->grid->kind[j] != PD_SOLID) return 0;
     for (int k = 0; k < d->bonds->stencil->count; k++)
-        if (d->grid->kind[j + d->bonds->shift[k]] == PD_FLUID) return 1;
+        if (d->grid->kind[pdi_dissolve_far(d, j, k)] == PD_FLUID) return 1;
     return 0;
 }
 
@@ -82,11 +109,11 @@ pd_status pd_dissolve_build(pd_ctx *ctx, pd_grid *grid, const pd_bonds *bonds, p
     PDI_TRY(PDI_NEW(ctx, "dissolve", grid->total, d->weight));
     PDI_TRY(PDI_NEW(ctx, "dissolve", grid->total, d->speed));
     PDI_TRY(PDI_NEW(ctx, "dissolve", grid->total, d->slope));
-    PDI_TRY(PDI_NEW(ctx, "dissolve", grid->total, d->loss));
     for (int32_t j = 0; j < grid->total; j++) {
         if (grid->kind[j] == PD_SOLID) transport->c[j] = desc->solid;
         d->exposed[j] = (uint8_t)pdi_dissolve_is_exposed(d, j);
     }
+    d->lead = pdi_dissolve_lead(bonds->stencil);
     return pdi_dissolve_collect(ctx, d);
 }
 
@@ -117,7 +144,7 @@ pd_status pd_dissolve_prepare(pd_ctx *ctx, pd_dissolve *d)
         int32_t i = b->node[r];
         double weight = 0.0;
         for (int k = 0; k < s->count; k++) {
-            int32_t j = i + b->shift[k];
+            int32_t j = pdi_dissolve_far(d, i, k);
             if (d->grid->kind[j] == PD_SOLID && pdi_dissolve_free(d, i, k)) weight += s->area[k] * pdi_dissolve_factor(d, j);
         }
         d->weight[i] = weight * pdi_dissolve_span(d);
@@ -137,23 +164,22 @@ double pd_dissolve_fastest(pd_ctx *ctx, const pd_dissolve *d)
     return fastest;
 }
 
-/* What node j was charged beyond its content goes to its solid neighbours: the front has moved on to them. Debris
- * without neighbours owes it to the fluid around, which repays in the next step. */
-static pd_status pdi_dissolve_hand_over(pd_ctx *ctx, pd_dissolve *d, int32_t j, double excess)
+/* Move `rest` (what node j still holds, or owes when negative) to its solid neighbours, the present front. Debris without
+ * neighbours settles a debt with the fluid around, which repays in the next step. */
+static pd_status pdi_dissolve_hand_over(pd_ctx *ctx, pd_dissolve *d, int32_t j, double rest)
 {
     const pd_stencil *s = d->bonds->stencil;
-    double *c = d->transport->c, floor_content = d->desc.threshold * d->desc.solid;
     for (int pass = 0; pass < 2; pass++) {
         double sum = 0.0;
         uint8_t wanted = pass ? PD_FLUID : PD_SOLID;
         for (int give = 0; give < 2; give++) {
             for (int k = 0; k < s->count; k++) {
-                int32_t i = j + d->bonds->shift[k];
-                if (d->grid->kind[i] != wanted || (!pass && c[i] <= floor_content)) continue;
+                int32_t i = pdi_dissolve_far(d, j, k);
+                if (d->grid->kind[i] != wanted) continue;
                 double weight = s->area[k] * (pass ? 1.0 : pdi_dissolve_factor(d, i));
                 if (!give) sum += weight;
-                else if (pass) d->transport->carry[i] -= excess * weight / sum;
-                else d->loss[i] += excess * weight / sum;
+                else if (pass) d->transport->carry[i] += rest * weight / sum;
+                else d->transport->c[i] += rest * weight / sum;
             }
             if (!(sum > 0.0)) break;
         }
@@ -178,36 +204,48 @@ static void pdi_dissolve_expose(pd_dissolve *d, int32_t j)
 {
     d->exposed[j] = 0;
     for (int k = 0; k < d->bonds->stencil->count; k++) {
-        int32_t i = j + d->bonds->shift[k];
+        int32_t i = pdi_dissolve_far(d, j, k);
         if (d->grid->kind[i] == PD_SOLID) d->exposed[i] = 1;
     }
 }
 
-/* Take the losses from the contents and hand over what is too much, until no node is overdrawn. */
+/* Content of node j above what stays in it, as a share of the span. */
+static double pdi_dissolve_left(const pd_dissolve *d, int32_t j)
+{
+    return (d->transport->c[j] - d->desc.threshold * d->desc.solid) / pdi_dissolve_span(d);
+}
+
+/* 1 when node j has to leave the solid: down to the lead with solid behind it that does not leave too, or empty. */
+static int pdi_dissolve_spent(const pd_dissolve *d, int32_t j)
+{
+    double left = pdi_dissolve_left(d, j);
+    if (left <= PDI_DISSOLVE_EMPTY) return 1;
+    for (int k = 0; k < d->bonds->stencil->count && left <= d->lead; k++) {
+        int32_t i = pdi_dissolve_far(d, j, k);
+        if (d->grid->kind[i] == PD_SOLID && pdi_dissolve_left(d, i) > d->lead) return 1;
+    }
+    return 0;
+}
+
+/* Spent nodes leave the solid, all of a round together, so that a flat layer leaves as one; what they hand over may
+ * overdraw others, which leave in the next round. */
 static pd_status pdi_dissolve_settle(pd_ctx *ctx, pd_dissolve *d)
 {
     double *c = d->transport->c, floor_content = d->desc.threshold * d->desc.solid;
-    for (int again = 1; again;) {
-        int32_t first = d->changed_count;
-        again = 0;
-        for (int32_t j = 0; j < d->grid->total; j++) {
-            if (d->grid->kind[j] != PD_SOLID || !(fabs(d->loss[j]) > 0.0)) continue;
-            c[j] -= d->loss[j];
-            d->loss[j] = 0.0;
-            if (c[j] <= floor_content + PDI_DISSOLVE_EMPTY * d->desc.solid) PDI_TRY(pdi_dissolve_note(ctx, d, j));
+    for (int32_t first = 0;;) {
+        for (int32_t f = 0; f < d->front_count; f++) {
+            int32_t j = d->front[f];
+            if (d->grid->kind[j] == PD_SOLID && pdi_dissolve_spent(d, j)) PDI_TRY(pdi_dissolve_note(ctx, d, j));
         }
-        for (int32_t n = first; n < d->changed_count; n++) {
-            int32_t j = d->changed[n];
-            double excess = floor_content - c[j];
-            if (excess > 0.0) {
-                PDI_TRY(pdi_dissolve_hand_over(ctx, d, j, excess));
-                c[j] = floor_content;
-                again = 1;
-            }
-        }
+        if (first == d->changed_count) return PD_OK;
         for (int32_t n = first; n < d->changed_count; n++) pdi_grid_dissolve(d->grid, d->changed[n]);
+        for (; first < d->changed_count; first++) {
+            int32_t j = d->changed[first];
+            double rest = c[j] - floor_content;
+            c[j] = floor_content;
+            if (fabs(rest) > 0.0) PDI_TRY(pdi_dissolve_hand_over(ctx, d, j, rest));
+        }
     }
-    return PD_OK;
 }
 
 pd_status pd_dissolve_finish(pd_ctx *ctx, pd_dissolve *d, double dt)
@@ -217,7 +255,8 @@ pd_status pd_dissolve_finish(pd_ctx *ctx, pd_dissolve *d, double dt)
     (void)nt;
     d->changed_count = 0;
     PDI_PARALLEL_FOR(nt)
-    for (int32_t f = 0; f < d->front_count; f++) d->loss[d->front[f]] = dt * span * pdi_dissolve_rate(d, d->front[f]);
+    for (int32_t f = 0; f < d->front_count; f++)
+        d->transport->c[d->front[f]] -= dt * span * pdi_dissolve_rate(d, d->front[f]);
     PDI_TRY(pdi_dissolve_settle(ctx, d));
     if (!d->changed_count) return PD_OK;
     for (int32_t n = 0; n < d->changed_count; n++) pdi_dissolve_expose(d, d->changed[n]);
@@ -240,7 +279,6 @@ void pd_dissolve_free(pd_ctx *ctx, pd_dissolve *d)
     PDI_DELETE(ctx, total, d->weight);
     PDI_DELETE(ctx, total, d->speed);
     PDI_DELETE(ctx, total, d->slope);
-    PDI_DELETE(ctx, total, d->loss);
     PDI_DELETE(ctx, d->front_capacity, d->front);
     PDI_DELETE(ctx, d->changed_capacity, d->changed);
     memset(d, 0, sizeof *d);

@@ -2,9 +2,10 @@
  *
  * A bond of offset n from solid node j to fluid node i moves  v(c_i) f_j c(n) Cs  [mol/m3/s] from j to i, with v the
  * recession speed of the law, f_j the grain factor and c(n) the interface area that the bond stands for: a flat front
- * recedes at v for every h, m and direction (theory: eq. 6.1 to 6.4). A node whose content falls to the threshold turns
- * fluid and keeps what is left as dissolved metal; what it lost beyond that within the step is taken from its solid
- * neighbours.
+ * recedes at v for every h, m and direction (theory: eq. 6.1 to 6.4). The set of solid nodes would lead the metal by about
+ * one cell, and a curved front would be too fast: so a node joins the fluid when as much is left as the node set leads on
+ * average, and its solid neighbours take over the rest (their content may exceed Cs: the surface stands out of the cell).
+ * The share `threshold` of the content stays in the node as dissolved metal. Amounts are moved, never dropped.
  */
 #ifndef PD_DISSOLVE_H
 #define PD_DISSOLVE_H
@@ -31,10 +32,11 @@ typedef struct pd_dissolve {
     int32_t front_count, front_capacity;
     int32_t *changed;         /* nodes that turned fluid in the last step */
     int32_t changed_count, changed_capacity;
+    double lead;              /* [-] content at which a node joins the fluid and its solid neighbours take the rest, so
+                               * that the surface of the node set lies where the metal ends on average (eq. 6.5) */
     double *weight;           /* [total] [mol/m4] fluid nodes: sum f c(n) Cs over their solid bonds */
     double *speed;            /* [total] [m/s] fluid nodes: v0 and, after a step, v */
     double *slope;            /* [total] [m4/mol/s] dv/dc, not positive */
-    double *loss;             /* [total] [mol/m3] solid nodes: loss of the step */
 } pd_dissolve;
 
 #define pd_dissolve_build PD_NAME(pd_dissolve_build)

@@ -92,10 +92,12 @@ static pd_status pdi_flat_box(pd_ctx *ctx, const pd_text *text, const pdi_flat *
     double length = f->L_upstream + f->L_wire + f->L_downstream, cells = length / f->dx, across = f->R_tube / f->dx;
     double half = PD_DIM == 3 ? ceil(across - 1e-6) * f->dx : f->R_tube;
     if (fabs(cells - floor(cells + 0.5)) > 1e-6)
-        return pd_text_refuse(ctx, text, 0, "dx", "L_upstream + L_wire + L_downstream are %.6g cells, expected a whole number"
+        return pd_text_refuse(ctx, text, 0, "dx",
+                              "L_upstream + L_wire + L_downstream are %.6g cells, expected a whole number"
                               " of them", cells);
     if (PD_DIM == 2 && fabs(2.0 * across - floor(2.0 * across + 0.5)) > 1e-6)
-        return pd_text_refuse(ctx, text, 0, "dx", "2 R_tube are %.6g cells, expected a whole number of them", 2.0 * across);
+        return pd_text_refuse(ctx, text, 0, "dx", "2 R_tube are %.6g cells, expected a whole number of them",
+                              2.0 * across);
     for (int d = 0; d < PD_DIM; d++) {
         setup->h[d] = f->dx;
         setup->lo[d] = d == 0 ? -f->L_upstream : -half;
@@ -122,7 +124,8 @@ static pd_status pdi_flat_shapes(pd_ctx *ctx, const pd_text *text, const pdi_fla
     }
     if (!(f->R_wire > 0.0) || !(f->L_wire > 0.0)) return PD_OK;
     if (f->R_wire >= f->R_tube)
-        return pd_text_refuse(ctx, text, 0, "R_wire", "found %.6g, expected less than R_tube = %.6g", f->R_wire, f->R_tube);
+        return pd_text_refuse(ctx, text, 0, "R_wire", "found %.6g, expected less than R_tube = %.6g", f->R_wire,
+                              f->R_tube);
     memset(&shape, 0, sizeof shape);
     shape.type = PD_SHAPE_BOX;
     for (int d = 0; d < PD_DIM; d++) {
@@ -184,8 +187,8 @@ static pd_status pdi_flat_dissolve(pd_ctx *ctx, const pd_text *text, const pdi_f
     setup->has_dissolve = setup->solid >= 0 && f->k_corr > 0.0;
     if (!setup->has_dissolve) return PD_OK;
     if (f->C_thresh >= f->C_solid_init)
-        return pd_text_refuse(ctx, text, 0, "C_thresh", "found %.6g, expected less than C_solid_init = %.6g", f->C_thresh,
-                              f->C_solid_init);
+        return pd_text_refuse(ctx, text, 0, "C_thresh", "found %.6g, expected less than C_solid_init = %.6g",
+                              f->C_thresh, f->C_solid_init);
     setup->threshold = f->C_thresh / f->C_solid_init;
     setup->gb_factor = f->gb_corr_factor;
     snprintf(rate, sizeof rate, "%.17g", speed);
@@ -193,7 +196,8 @@ static pd_status pdi_flat_dissolve(pd_ctx *ctx, const pd_text *text, const pdi_f
     desc.text = rate;
     desc.unit = "m/s";
     desc.allow_bare = 1;
-    pdi_setup_note(setup, "k_corr = %g 1/s of a layer of dx = %g m: recession at %.6g um/h = %.6g mm/year, for every dx",
+    pdi_setup_note(setup,
+                   "k_corr = %g 1/s of a layer of dx = %g m: recession at %.6g um/h = %.6g mm/year, for every dx",
                    f->k_corr, f->dx_file, speed * 1e6 * 3600.0, speed * 1e3 * 31557600.0);
     return pd_expr_build(ctx, &desc, &setup->rate);
 }

@@ -162,8 +162,9 @@ static pd_status pdi_grid_size(pd_ctx *ctx, const pd_stencil *stencil, const pd_
     for (int d = 0; d < PD_DIM; d++) {
         double edge = desc->hi[d] - desc->lo[d], cells = edge / stencil->h[d];
         if (!(edge > 0.0) || !(cells < 2e9))
-            return pdi_fail(ctx, PD_ERR_GEOMETRY, "grid", "axis %d of the box goes from %g m to %g m with spacing %g m", d,
-                            desc->lo[d], desc->hi[d], stencil->h[d]);
+            return pdi_fail(ctx, PD_ERR_GEOMETRY, "grid",
+                            "axis %d of the box goes from %g m to %g m with spacing %g m", d, desc->lo[d], desc->hi[d],
+                            stencil->h[d]);
         double whole = floor(cells + 0.5);
         if (whole < 1.0 || fabs(cells - whole) > 1e-6 * fmax(1.0, whole * 1e-3))
             return pdi_fail(ctx, PD_ERR_GEOMETRY, "grid",
@@ -185,8 +186,8 @@ static pd_status pdi_grid_size(pd_ctx *ctx, const pd_stencil *stencil, const pd_
     for (int s = 0; s < 2 * PD_DIM; s++) {
         grid->side[s] = desc->side[s];
         if ((int)desc->side[s] < PD_SIDE_WALL || (int)desc->side[s] > PD_SIDE_OUTLET)
-            return pdi_fail(ctx, PD_ERR_ARGUMENT, "grid", "side %d of the box has type %d, expected wall, inlet or outlet",
-                            s, (int)desc->side[s]);
+            return pdi_fail(ctx, PD_ERR_ARGUMENT, "grid",
+                            "side %d of the box has type %d, expected wall, inlet or outlet", s, (int)desc->side[s]);
     }
     return PD_OK;
 }
@@ -206,9 +207,11 @@ pd_status pd_grid_build(pd_ctx *ctx, const pd_stencil *stencil, const pd_grid_de
         pdi_grid_index(grid, node, i);
         if (!pdi_grid_inside(grid, i)) continue;
         pd_grid_position(grid, node, x);
-        if (grid->wall >= 0 && pd_shape_distance(grid->shapes, grid->wall, x) <= 0.0) grid->kind[node] = PD_WALL;
-        else if (grid->solid >= 0 && pd_shape_distance(grid->shapes, grid->solid, x) <= 0.0) grid->kind[node] = PD_SOLID;
-        else grid->kind[node] = PD_FLUID;
+        grid->kind[node] = PD_FLUID;
+        if (grid->wall >= 0 && pd_shape_distance(grid->shapes, grid->wall, x) <= 0.0)
+            grid->kind[node] = PD_WALL;
+        else if (grid->solid >= 0 && pd_shape_distance(grid->shapes, grid->solid, x) <= 0.0)
+            grid->kind[node] = PD_SOLID;
     }
     grid->fluid_count = pd_grid_count(grid, PD_FLUID);
     grid->solid_count = pd_grid_count(grid, PD_SOLID);

@@ -136,7 +136,8 @@ static pd_status pdi_inlet_measure(pd_ctx *ctx, const pd_grid *grid, int side, c
         inlet->centre[side][along] = 0.5 * (lo + hi);
         if (layer->open == layer->hi - layer->lo + 1) *area = hi - lo;
         else if (parabola)
-            return pdi_inlet_refuse(ctx, side, "found several openings, expected one for a parabola; give an expression");
+            return pdi_inlet_refuse(ctx, side,
+                                    "found several openings, expected one for a parabola; give an expression");
         return PD_OK;
     }
     if (grid->wall >= 0) radius = pdi_inlet_tube(grid, grid->wall, axis, inlet->centre[side]);
@@ -147,7 +148,8 @@ static pd_status pdi_inlet_measure(pd_ctx *ctx, const pd_grid *grid, int side, c
     }
     inlet->width[side] = sqrt(4.0 * *area / PDI_INLET_PI);
     if (!parabola) return PD_OK;
-    return pdi_inlet_refuse(ctx, side, "the opening is not the section of a tube (a wall: cylinder along the inflow with "
+    return pdi_inlet_refuse(ctx, side,
+                            "the opening is not the section of a tube (a wall: cylinder along the inflow with "
                                        "outside = yes), expected profile = expression with its velocity");
 }
 

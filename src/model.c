@@ -45,8 +45,8 @@ static pd_status pdi_model_flow(pd_ctx *ctx, pd_model *m)
         if (!(u->length > 0.0)) flow.length = m->inlet.width[s];
     }
     if (!(flow.speed > 0.0))
-        return pdi_fail(ctx, PD_ERR_ARGUMENT, "model", "the mean speed of the inlet is 0, expected speed = ... in [flow] as a "
-                                                       "reference value");
+        return pdi_fail(ctx, PD_ERR_ARGUMENT, "model",
+                        "the mean speed of the inlet is 0, expected speed = ... in [flow] as a reference value");
     if (m->inlet.inlets) flow.inlet = pd_inlet_velocity;
     flow.inlet_user = &m->inlet;
     steady.tolerance = u->steady;
@@ -64,7 +64,8 @@ static pd_status pdi_model_initial(pd_ctx *ctx, pd_model *m)
         pd_grid_position(&m->grid, node, x);
         double c = pd_expr_eval(&m->setup->initial, x);
         if (!(c >= 0.0) || !(c < 1e100))
-            return pdi_fail(ctx, PD_ERR_STATE, "model", "initial gives C = %g mol/m3 at x = %g m, expected a finite value of at"
+            return pdi_fail(ctx, PD_ERR_STATE, "model",
+                            "initial gives C = %g mol/m3 at x = %g m, expected a finite value of at"
                                                         " least 0", c, x[0]);
         m->transport.c[node] = c;
     }

@@ -32,7 +32,8 @@ static void pdi_observe_extremes(const pd_model *m, pd_observables *o)
         double square = 0.0;
         if (m->grid.kind[i] != PD_FLUID) continue;
         if (m->transport.c) o->c_max = fmax(o->c_max, m->transport.c[i]);
-        for (int d = 0; d < PD_DIM && m->flow.u; d++) square += m->flow.u[(int64_t)d * total + i] * m->flow.u[(int64_t)d * total + i];
+        for (int d = 0; d < PD_DIM &&
+             m->flow.u; d++) square += m->flow.u[(int64_t)d * total + i] * m->flow.u[(int64_t)d * total + i];
         o->v_max = fmax(o->v_max, square);
     }
     o->v_max = sqrt(o->v_max);

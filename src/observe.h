@@ -8,10 +8,10 @@ typedef struct pd_observables {
     double v_max;         /* [m/s] */
     double c_max;         /* [mol/m3] dissolved */
     int has_flux;         /* the flow enters on one side and leaves through the opposite one */
-    double flux;          /* [-] far downstream against far upstream of the solid, of the flux that the scheme conserves;
-                           * relative, worst so far */
-    double flux_max;      /* [-] largest deviation of the flux through any layer of nodes from the upstream one, worst so
-                           * far */
+    double flux;          /* [-] flux that the scheme conserves, far downstream against far upstream of the solid, worst
+                           * so far */
+    double flux_max;      /* [-] largest deviation of the flux through a layer of nodes from the upstream one, worst
+                           * so far */
     int flux_axis, flux_up; /* axis of the flow; 1: towards + */
     int64_t seen;         /* flow solves that flux and flux_max know */
     int32_t layers;

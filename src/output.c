@@ -94,7 +94,8 @@ static int pdi_output_list(const pd_output *out, pd_vti_field *fields)
     return count;
 }
 
-static pd_status pdi_output_path(pd_ctx *ctx, const pd_output *out, const char *prefix, const char *extension, char *path)
+static pd_status pdi_output_path(pd_ctx *ctx, const pd_output *out, const char *prefix, const char *extension,
+                                 char *path)
 {
     char name[PD_PATH_SIZE];
     PDI_TRY(pd_file_frame_name(ctx, prefix, out->frame, out->model->couple.time, extension, name));
@@ -188,12 +189,11 @@ static pd_status pdi_output_picture(pd_ctx *ctx, pd_output *out, pd_field field,
     picture.lo[1] = m->grid.lo[up];
     picture.hi[0] = m->grid.hi[right];
     picture.hi[1] = m->grid.hi[up];
-    picture.map = field == PD_FIELD_KIND || field == PD_FIELD_GRAIN || field == PD_FIELD_PHASE ? PD_MAP_LABELS
-                  : field == PD_FIELD_P                                                        ? PD_MAP_DIVERGING
-                                                                                               : PD_MAP_SEQUENTIAL;
+    int numbered = field == PD_FIELD_KIND || field == PD_FIELD_GRAIN || field == PD_FIELD_PHASE;
+    picture.map = numbered ? PD_MAP_LABELS : field == PD_FIELD_P ? PD_MAP_DIVERGING : PD_MAP_SEQUENTIAL;
     picture.title = title;
     picture.stamp = stamp;
-    picture.label = pdi_output_labels[field];
+    picture.label = numbered ? NULL : pdi_output_labels[field]; /* the title names it */
     return pd_picture_write(ctx, path, &picture);
 }
 
@@ -286,7 +286,8 @@ static pd_status pdi_output_probe_table(pd_ctx *ctx, pd_output *out)
     int count = pdi_output_probe_row(out, names, NULL, PD_CSV_COLUMNS);
     for (int k = 0; k < count; k++) list[k] = names[k];
     PDI_TRY(pd_file_join(ctx, out->folder, "probes.csv", path));
-    return pd_csv_create(ctx, path, "SI units; values of the node whose cell holds the probe", list, count, &out->probes);
+    return pd_csv_create(ctx, path, "SI units; values of the node whose cell holds the probe", list, count,
+                         &out->probes);
 }
 
 static pd_status pdi_output_tables(pd_ctx *ctx, pd_output *out)

@@ -56,7 +56,8 @@ static pd_status pdi_scene_whole_cells(pdi_scene *s, int section)
         if (fabs(cells - floor(cells + 0.5)) <= 1e-6 && cells > 0.5) continue;
         pdi_setup_show(u->hi[d] - u->lo[d], "m", edge);
         pdi_setup_show(u->h[d], "m", spacing);
-        return pd_text_refuse(s->ctx, s->text, section, "box", "found %s on axis %c, %.6g cells of %s, expected a whole number"
+        return pd_text_refuse(s->ctx, s->text, section, "box",
+                              "found %s on axis %c, %.6g cells of %s, expected a whole number"
                               " of cells", edge, "xyz"[d], cells, spacing);
     }
     return PD_OK;
@@ -77,8 +78,8 @@ static pd_status pdi_scene_grid(pdi_scene *s)
     PDI_TRY(pdi_scene_within(s, section, "m", "", "3", 1.0, 6.0, 0, &u->m));
     PDI_TRY(pd_text_ranges(s->ctx, s->text, section, "box", "m", NULL, PD_DIM, u->lo, u->hi, &count));
     if (count != PD_DIM)
-        return pd_text_refuse(s->ctx, s->text, section, "box", "found %d range%s, expected %d, one for each axis", count,
-                              count > 1 ? "s" : "", PD_DIM);
+        return pd_text_refuse(s->ctx, s->text, section, "box", "found %d range%s, expected %d, one for each axis",
+                              count, count > 1 ? "s" : "", PD_DIM);
     PDI_TRY(pd_text_integer(s->ctx, s->text, section, "threads", 0, 1024, "0", &u->threads));
     return pdi_scene_whole_cells(s, section);
 }
@@ -105,7 +106,8 @@ static pd_status pdi_scene_speed(pdi_scene *s, int section, pd_setup_side *side)
     if (pd_text_has(s->ctx, s->text, section, "mean"))
         return pd_text_refuse(s->ctx, s->text, section, "flow_rate", "found beside 'mean', expected one of them");
     if (PD_DIM == 1)
-        return pd_text_refuse(s->ctx, s->text, section, "flow_rate", "found a volume flow in 1D, expected mean = speed");
+        return pd_text_refuse(s->ctx, s->text, section, "flow_rate",
+                              "found a volume flow in 1D, expected mean = speed");
     return pdi_scene_positive(s, section, "flow_rate", "m3/s", NULL, &side->flow_rate);
 }
 
@@ -122,17 +124,19 @@ static pd_status pdi_scene_inlet(pdi_scene *s, int section, pd_setup_side *side)
                              &side->velocity[d]));
     for (int d = 0; d < PD_DIM; d++)
         if (pd_text_has(s->ctx, s->text, section, keys[d])) return PD_OK;
-    return pd_text_refuse(s->ctx, s->text, section, "profile", "found 'expression' without a velocity, expected vx = ...");
+    return pd_text_refuse(s->ctx, s->text, section, "profile",
+                          "found 'expression' without a velocity, expected vx = ...");
 }
 
 /* The inflow has one concentration, the outflow one pressure: a second value must repeat the first. */
 static pd_status pdi_scene_same(pdi_scene *s, int section, const char *key, const char *unit, int *seen, double *value)
 {
     double found;
-    PDI_TRY(pdi_scene_within(s, section, key, unit, "0", key[0] == 'p' ? -PDI_SCENE_HUGE : 0.0, PDI_SCENE_HUGE, 0, &found));
+    PDI_TRY(pdi_scene_within(s, section, key, unit, "0", key[0] == 'p' ? -PDI_SCENE_HUGE : 0.0, PDI_SCENE_HUGE, 0,
+                             &found));
     if (*seen && fabs(found - *value) > 0.0)
-        return pd_text_refuse(s->ctx, s->text, section, key, "found %.6g, another side has %.6g, expected one value", found,
-                              *value);
+        return pd_text_refuse(s->ctx, s->text, section, key, "found %.6g, another side has %.6g, expected one value",
+                              found, *value);
     *seen = 1;
     *value = found;
     return PD_OK;
@@ -145,7 +149,8 @@ static pd_status pdi_scene_side(pdi_scene *s, int k, int section, int *inlets, i
     int flow;
     PDI_TRY(pd_text_choice(s->ctx, s->text, section, "flow", flows, "noslip", &flow));
     if (flow && !u->has_flow)
-        return pd_text_refuse(s->ctx, s->text, section, "flow", "found '%s' without a [flow] section, expected C = ... alone"
+        return pd_text_refuse(s->ctx, s->text, section, "flow",
+                              "found '%s' without a [flow] section, expected C = ... alone"
                               " to hold a concentration", flows[flow]);
     u->side[k].kind = (pd_side)flow;
     /* diffusion from a side: an inlet through which nothing flows */
@@ -190,18 +195,19 @@ static pd_status pdi_scene_flow(pdi_scene *s)
     if (pd_text_has(s->ctx, s->text, section, "eos") || pd_text_has(s->ctx, s->text, section, "c0")) {
         PDI_TRY(pd_text_choice(s->ctx, s->text, section, "eos", states, "tait", &state));
         PDI_TRY(pdi_scene_positive(s, section, "c0", "m/s", "1 m/s", &sound));
-        pdi_setup_note(u, "eos and c0 belong to compressible flow; the steady solver is incompressible and ignores them");
+        pdi_setup_note(u,
+                       "eos and c0 belong to compressible flow; the steady solver is incompressible and ignores them");
     }
     for (int k = 0; k < 2 * PD_DIM; k++) {
         inflow += u->side[k].kind == PD_SIDE_INLET;
         outflow += u->side[k].kind == PD_SIDE_OUTLET;
     }
     if (inflow && !outflow)
-        return pd_text_refuse(s->ctx, s->text, section, "flow", "found an inlet and no outlet, expected flow = outlet in a"
-                              " [side ...]");
+        return pd_text_refuse(s->ctx, s->text, section, "flow",
+                              "found an inlet and no outlet, expected flow = outlet in a [side ...]");
     if (!inflow && !(u->speed > 0.0 && u->length > 0.0))
-        return pd_text_refuse(s->ctx, s->text, section, "flow", "found no inlet, expected speed = ... and length = ... as"
-                              " reference values");
+        return pd_text_refuse(s->ctx, s->text, section, "flow",
+                              "found no inlet, expected speed = ... and length = ... as reference values");
     return PD_OK;
 }
 
@@ -214,7 +220,8 @@ static pd_status pdi_scene_transport(pdi_scene *s)
     PDI_TRY(pdi_scene_not_negative(s, section, "D", "m2/s", NULL, &u->diffusivity));
     PDI_TRY(pd_text_choice(s->ctx, s->text, section, "advection", schemes, "limited", &scheme));
     u->advection = (pd_advection)scheme;
-    PDI_TRY(pd_text_expr(s->ctx, s->text, section, "initial", "mol/m3", pdi_setup_position(), PD_DIM, "0", &u->initial));
+    PDI_TRY(pd_text_expr(s->ctx, s->text, section, "initial", "mol/m3", pdi_setup_position(), PD_DIM, "0",
+                         &u->initial));
     if (pd_expr_constant(&u->initial) && pd_expr_eval(&u->initial, NULL) < 0.0)
         return pd_text_refuse(s->ctx, s->text, section, "initial", "found %.6g mol/m3, expected at least 0",
                               pd_expr_eval(&u->initial, NULL));
@@ -254,8 +261,8 @@ static pd_status pdi_scene_check_rate(pdi_scene *s, int section, const char *key
     double none = 0.0, v = s->setup->rate_scale * pd_expr_eval(&s->setup->rate, &none);
     char slow[PD_UNITS_TEXT];
     if (!(v >= 0.0) || v > 1.0)
-        return pd_text_refuse(s->ctx, s->text, section, key, "found a recession speed of %.6g m/s at C = 0, expected 0 to"
-                              " 1 m/s", v);
+        return pd_text_refuse(s->ctx, s->text, section, key,
+                              "found a recession speed of %.6g m/s at C = 0, expected 0 to 1 m/s", v);
     if (strcmp(key, "law") != 0) return PD_OK;
     pdi_setup_show(s->setup->rate_scale, "m", slow);
     pdi_setup_note(s->setup, "law: one layer of %s a unit of the rate: %.6g um/h = %.6g mm/year at C = 0", slow,
@@ -270,8 +277,8 @@ static pd_status pdi_scene_dissolve(pdi_scene *s)
     int section = pd_text_section(s->ctx, s->text, "dissolve", NULL);
     if (!u->has_dissolve) return PD_OK;
     if (!u->has_transport)
-        return pd_text_refuse(s->ctx, s->text, section, "dissolve", "found no [transport] section, expected one: the metal"
-                              " goes into the fluid");
+        return pd_text_refuse(s->ctx, s->text, section, "dissolve",
+                              "found no [transport] section, expected one: the metal goes into the fluid");
     if (u->solid < 0)
         return pd_text_refuse(s->ctx, s->text, section, "dissolve", "found no solid, expected a [shape ...] with kind ="
                               " solid");
@@ -281,14 +288,15 @@ static pd_status pdi_scene_dissolve(pdi_scene *s)
         return pd_text_refuse(s->ctx, s->text, section, "law", "found beside 'rate', expected one of them");
     for (int d = 1; d < PD_DIM && layers; d++)
         if (fabs(u->h[d] - u->h[0]) > 1e-9 * u->h[0])
-            return pd_text_refuse(s->ctx, s->text, section, "law", "found different spacings of the axes, expected rate ="
-                                  " speed there");
+            return pd_text_refuse(s->ctx, s->text, section, "law",
+                                  "found different spacings of the axes, expected rate = speed there");
     PDI_TRY(pd_text_expr(s->ctx, s->text, section, key, layers ? "1/s" : "m/s", concentration, 1, NULL, &u->rate));
     u->rate_scale = layers ? u->h[0] : 1.0;
     PDI_TRY(pdi_scene_check_rate(s, section, key));
     PDI_TRY(pdi_scene_within(s, section, "gb_factor", "", "1", 0.0, 1e6, 0, &u->gb_factor));
     if (fabs(u->gb_factor - 1.0) > 0.0 && !u->has_grains)
-        return pd_text_refuse(s->ctx, s->text, section, "gb_factor", "found %.6g without grains, expected grains = SIZE in a"
+        return pd_text_refuse(s->ctx, s->text, section, "gb_factor",
+                              "found %.6g without grains, expected grains = SIZE in a"
                               " solid [shape ...]", u->gb_factor);
     return pdi_scene_within(s, section, "threshold", "", "0", 0.0, 0.99, 0, &u->threshold);
 }
@@ -322,7 +330,8 @@ static pd_status pdi_scene_fields(pdi_scene *s, int section, const char *key, co
         int field = 0;
         while (field < PD_FIELD_COUNT && strcmp(list.word[w], pdi_setup_field_name((pd_field)field)) != 0) field++;
         if (field == PD_FIELD_COUNT)
-            return pd_text_refuse(s->ctx, s->text, section, key, "found '%s', expected some of C, v, p, kind, grain, phase, D,"
+            return pd_text_refuse(s->ctx, s->text, section, key,
+                                  "found '%s', expected some of C, v, p, kind, grain, phase, D,"
                                   " rate, density, or none", list.word[w]);
         const char *needs = pdi_setup_field_needs(s->setup, (pd_field)field);
         if (needs && given)
@@ -343,9 +352,11 @@ static pd_status pdi_scene_slice(pdi_scene *s, int section)
     u->slice_at = 0.5 * (u->lo[u->slice_axis] + u->hi[u->slice_axis]);
     if (!pd_text_has(s->ctx, s->text, section, "slice")) return PD_OK;
     PDI_TRY(pd_text_string(s->ctx, s->text, section, "slice", NULL, &value));
-    if (PD_DIM < 3) return pd_text_refuse(s->ctx, s->text, section, "slice", "found in %dD, expected it in 3D only", PD_DIM);
+    if (PD_DIM < 3) return pd_text_refuse(s->ctx, s->text, section, "slice", "found in %dD, expected it in 3D only",
+                                          PD_DIM);
     if (value[0] < 'x' || value[0] > 'z' || value[1] != ' ')
-        return pd_text_refuse(s->ctx, s->text, section, "slice", "found '%.40s', expected an axis and a place: z 0 um", value);
+        return pd_text_refuse(s->ctx, s->text, section, "slice", "found '%.40s', expected an axis and a place: z 0 um",
+                              value);
     u->slice_axis = value[0] - 'x';
     memset(&desc, 0, sizeof desc);
     desc.text = value + 2;
@@ -361,7 +372,8 @@ static pd_status pdi_scene_slice(pdi_scene *s, int section)
     pd_expr_free(s->ctx, &expr);
     int axis = u->slice_axis < PD_DIM ? u->slice_axis : PD_DIM - 1;
     if (u->slice_at > u->lo[axis] && u->slice_at < u->hi[axis]) return PD_OK;
-    return pd_text_refuse(s->ctx, s->text, section, "slice", "found %.6g m, expected a place inside the box", u->slice_at);
+    return pd_text_refuse(s->ctx, s->text, section, "slice", "found %.6g m, expected a place inside the box",
+                          u->slice_at);
 }
 
 /* A file name without a folder. */
@@ -385,8 +397,8 @@ static pd_status pdi_scene_output(pdi_scene *s)
     if (u->has_transport && pd_text_has(s->ctx, s->text, section, "every"))
         PDI_TRY(pdi_scene_positive(s, section, "every", "s", NULL, &u->every));
     if (u->has_transport && u->until / u->every > 9e5)
-        return pd_text_refuse(s->ctx, s->text, section, "every", "found %.3g frames until the end, expected at most 900000",
-                              u->until / u->every);
+        return pd_text_refuse(s->ctx, s->text, section, "every",
+                              "found %.3g frames until the end, expected at most 900000", u->until / u->every);
     PDI_TRY(pdi_scene_fields(s, section, "fields", "C, v, p, kind, grain", &u->fields));
     PDI_TRY(pdi_scene_fields(s, section, "images", "none", &u->images));
     PDI_TRY(pdi_scene_prefix(s, section));
@@ -410,12 +422,12 @@ static pd_status pdi_scene_probe(pdi_scene *s, int section)
     memcpy(p->name, label, strlen(label) + 1);
     PDI_TRY(pd_text_numbers(s->ctx, s->text, section, "at", "m", NULL, PD_DIM, p->at, &count));
     if (count != PD_DIM)
-        return pd_text_refuse(s->ctx, s->text, section, "at", "found %d number%s, expected %d, one for each axis", count,
-                              count > 1 ? "s" : "", PD_DIM);
+        return pd_text_refuse(s->ctx, s->text, section, "at", "found %d number%s, expected %d, one for each axis",
+                              count, count > 1 ? "s" : "", PD_DIM);
     for (int d = 0; d < PD_DIM; d++)
         if (!(p->at[d] >= u->lo[d]) || !(p->at[d] <= u->hi[d]))
-            return pd_text_refuse(s->ctx, s->text, section, "at", "found %.6g m on axis %c, expected a place inside the box",
-                                  p->at[d], "xyz"[d]);
+            return pd_text_refuse(s->ctx, s->text, section, "at",
+                                  "found %.6g m on axis %c, expected a place inside the box", p->at[d], "xyz"[d]);
     PDI_TRY(pdi_scene_fields(s, section, "fields", u->has_transport ? "C" : "v", &p->fields));
     u->probes++;
     return PD_OK;

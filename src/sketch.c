@@ -153,7 +153,8 @@ static pd_status pdi_sketch_raw(pdi_sketch *s, pd_shape *shape)
     if (pdi_file_read(s->ctx, path, PDI_SKETCH_RAW_LIMIT, &bytes, &size) < 0) return pdi_sketch_unreadable(s, "raw");
     pd_status status;
     if ((double)size < voxels || (double)size > voxels)
-        status = pd_text_refuse(s->ctx, s->text, s->section, "raw", "found a file of %.0f bytes, expected %.0f, one for each"
+        status = pd_text_refuse(s->ctx, s->text, s->section, "raw",
+                                "found a file of %.0f bytes, expected %.0f, one for each"
                                 " voxel", (double)size, voxels);
     else status = pdi_setup_mask(s->ctx, s->setup, size, &mask);
     if (status == PD_OK) {
@@ -173,7 +174,8 @@ static pd_status pdi_sketch_mask(pdi_sketch *s, pdi_sketch_form form, pd_shape *
     for (int d = 0; d < PD_DIM; d++) {
         if (count == 1) shape->b[d] = shape->b[0];
         if ((count != 1 && count != PD_DIM) || !(shape->b[d] > 0.0))
-            return pd_text_refuse(s->ctx, s->text, s->section, "cell", "expected one positive length or one for each axis");
+            return pd_text_refuse(s->ctx, s->text, s->section, "cell",
+                                  "expected one positive length or one for each axis");
     }
     return form == PDI_SKETCH_MASK ? pdi_sketch_png(s, shape) : pdi_sketch_raw(s, shape);
 }
@@ -218,7 +220,8 @@ static pd_status pdi_sketch_which(pdi_sketch *s, pdi_sketch_form *form)
         found = k;
     }
     if (found < 0)
-        return pd_text_refuse(s->ctx, s->text, s->section, "shape", "found no geometry, expected one of box, ball, cylinder,"
+        return pd_text_refuse(s->ctx, s->text, s->section, "shape",
+                              "found no geometry, expected one of box, ball, cylinder,"
                               " half_space, mask, raw, union, intersect, difference");
     *form = (pdi_sketch_form)found;
     return PD_OK;
@@ -278,17 +281,18 @@ static pd_status pdi_sketch_grains(pdi_sketch *s)
     PDI_TRY(pd_text_integer(s->ctx, s->text, s->section, "grain_seed", 0, 2147483647, "1", &seed));
     PDI_TRY(pd_text_number(s->ctx, s->text, s->section, "boundary_width", "m", "0.5 um", &grain.boundary_width));
     if (grain.spread < 0.0)
-        return pd_text_refuse(s->ctx, s->text, s->section, "grain_spread", "found %.6g m, expected at least 0", grain.spread);
+        return pd_text_refuse(s->ctx, s->text, s->section, "grain_spread", "found %.6g m, expected at least 0",
+                              grain.spread);
     if (!(grain.boundary_width >= 0.0) || grain.boundary_width > grain.size)
-        return pd_text_refuse(s->ctx, s->text, s->section, "boundary_width", "found %.6g m, expected 0 to the grain size"
-                              " %.6g m", grain.boundary_width, grain.size);
+        return pd_text_refuse(s->ctx, s->text, s->section, "boundary_width",
+                              "found %.6g m, expected 0 to the grain size %.6g m", grain.boundary_width, grain.size);
     grain.seed = (uint64_t)seed;
     const pd_grain_desc *first = &s->setup->grain;
     double change = fabs(grain.size - first->size) + fabs(grain.spread - first->spread) +
                     fabs(grain.boundary_width - first->boundary_width);
     if (s->grains++ && (change > 0.0 || grain.seed != first->seed))
-        return pd_text_refuse(s->ctx, s->text, s->section, "grains", "found other grains than in a shape above, expected the"
-                              " same for all solids");
+        return pd_text_refuse(s->ctx, s->text, s->section, "grains",
+                              "found other grains than in a shape above, expected the same for all solids");
     s->setup->grain = grain;
     s->setup->has_grains = 1;
     return PD_OK;

@@ -83,7 +83,7 @@ static void pdi_stencil_printed(pd_stencil *s)
     }
 }
 
-/* Add the weights w(n) sum_b s_b e_b^2 of `scale` to the Laplacian and take their moments off `left`: what is missing of
+/* Add the weights w(n) sum_b s_b e_b^2 with s = `scale` to the Laplacian. left: what is now missing of
  * sum_n a(n) xi_a^2 = 2, over h_a^2. */
 static void pdi_stencil_add_weights(pd_stencil *s, const double *scale, double *left)
 {
@@ -241,8 +241,8 @@ pd_status pd_stencil_build(pd_ctx *ctx, const pd_stencil_desc *desc, pd_stencil 
     stencil->volume = 1.0;
     for (int d = 0; d < PD_DIM; d++) {
         if (!(desc->h[d] > 0.0) || !(desc->h[d] < 1e100))
-            return pdi_fail(ctx, PD_ERR_ARGUMENT, "stencil", "the spacing of axis %d is %g m, expected a positive one", d,
-                            desc->h[d]);
+            return pdi_fail(ctx, PD_ERR_ARGUMENT, "stencil",
+                            "the spacing of axis %d is %g m, expected a positive one", d, desc->h[d]);
         stencil->h[d] = desc->h[d];
         stencil->volume *= desc->h[d];
     }

@@ -47,8 +47,8 @@ static void pdi_summary_grid(const pdi_summary *s)
     }
     pdi_summary_line(s, "%s: %dD, %s nodes at %s, m = %g (%d bonds a node)", m->setup->name, PD_DIM, size, spacing,
                      m->stencil.m, m->stencil.count);
-    snprintf(size, sizeof size, "%.0f fluid, %.0f solid, %.0f wall", (double)m->grid.fluid_count, (double)m->grid.solid_count,
-             (double)(pd_grid_count(&m->grid, PD_WALL)));
+    snprintf(size, sizeof size, "%.0f fluid, %.0f solid, %.0f wall", (double)m->grid.fluid_count,
+             (double)m->grid.solid_count, (double)(pd_grid_count(&m->grid, PD_WALL)));
     pdi_summary_part(s, PD_PART_GRID, "lattice", size);
 }
 
@@ -59,8 +59,8 @@ static void pdi_summary_flow(const pdi_summary *s)
     if (!m->setup->has_flow) return;
     pdi_setup_show(m->flow.speed, "m/s", speed);
     pdi_setup_show(m->flow.length, "m", length);
-    snprintf(text, sizeof text, "steady Navier-Stokes to residual %g, U = %s, L = %s, Re = %.4g", m->setup->steady, speed,
-             length, m->flow.speed * m->flow.length / m->flow.nu);
+    snprintf(text, sizeof text, "steady Navier-Stokes to residual %g, U = %s, L = %s, Re = %.4g", m->setup->steady,
+             speed, length, m->flow.speed * m->flow.length / m->flow.nu);
     pdi_summary_part(s, PD_PART_FLOW, "flow", text);
 }
 
@@ -86,7 +86,8 @@ static void pdi_summary_dissolve(const pdi_summary *s)
     if (!u->has_dissolve) return;
     double v = u->rate_scale * pd_expr_eval(&u->rate, &none);
     pdi_setup_show(v, "m/s", speed);
-    snprintf(text, sizeof text, "surface rate %s at C = 0 (%.4g mm/year, %.4g A/m2 with z = %g), Cs = %.6g mol/m3", speed,
+    snprintf(text, sizeof text, "surface rate %s at C = 0 (%.4g mm/year, %.4g A/m2 with z = %g), Cs = %.6g mol/m3",
+             speed,
              v * 1e3 * 31557600.0, v * u->solid_c * u->material.charge * 96485.33212, u->material.charge, u->solid_c);
     pdi_summary_part(s, PD_PART_DISSOLVE, "dissolution", text);
     if (u->saturation > 0.0) pdi_summary_line(s, "  %-12sCsat = %.6g mol/m3", "", u->saturation);
@@ -100,7 +101,8 @@ static void pdi_summary_grains(const pdi_summary *s)
     pdi_setup_show(m->grain_stats.mean, "m", mean);
     pdi_setup_show(m->grain.boundary_width, "m", width);
     double share = m->grain_stats.boundary_fraction;
-    snprintf(text, sizeof text, "%d in the solid, mean %s, boundaries %s wide: %.3g %% of the solid, mean rate factor %.5g",
+    snprintf(text, sizeof text,
+             "%d in the solid, mean %s, boundaries %s wide: %.3g %% of the solid, mean rate factor %.5g",
              (int)m->grain_stats.count, mean, width, 100.0 * share, 1.0 + (m->setup->gb_factor - 1.0) * share);
     pdi_summary_part(s, PD_PART_GRAIN, "grains", text);
 }

@@ -94,7 +94,7 @@ static void check_positive(const pd_stencil *s)
     for (int k = 0; k < s->count; k++) CHECK(s->lap[k] > 0.0 && s->beta[k] > 0.0 && s->beta[k] <= 1.0);
 }
 
-/* Every assignment of the spacings 1 and `ratio` to the axes, all m: calibration never meets a negative weight there. */
+/* Every assignment of the spacings 1 and `ratio` to the axes, all m: no weight turns negative there. */
 TEST(patch_on_any_spacing)
 {
     static const double ratios[] = {1.0, 2.0, 10.0, 100.0};
@@ -285,7 +285,7 @@ static int passage(const int *n, const int *c, double *first, double *last)
     return *last > *first - 1e-12;
 }
 
-/* Groups of one cell are the cells whose inside the line crosses, in order; the others touch it in an edge or corner. */
+/* Groups of one cell are the cells whose inside the line crosses, in order; others touch it in an edge or corner. */
 static void check_path(const pd_stencil *s, int k)
 {
     const int *n = s->offset + k * PD_DIM;
@@ -306,7 +306,8 @@ static void check_path(const pd_stencil *s, int k)
     int total = 1, expected = -1; /* less the cell of the start */
     for (int d = 0; d < PD_DIM; d++) total *= 2 * s->reach + 1;
     for (int i = 0; i < total; i++) {
-        for (int d = 0, rest = i; d < PD_DIM; d++, rest /= 2 * s->reach + 1) c[d] = rest % (2 * s->reach + 1) - s->reach;
+        for (int d = 0, rest = i; d < PD_DIM; d++, rest /= 2 * s->reach + 1)
+            c[d] = rest % (2 * s->reach + 1) - s->reach;
         expected += passage(n, c, &first, &last) && last > first + 1e-12;
     }
     CHECK_INT(crossed, expected);

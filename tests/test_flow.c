@@ -1,0 +1,466 @@
+/* flow: exact discrete solutions, conservation through sections, linearisation, faults.
+ * dims: 2 3 */
+#include "flow.h"
+#include "test.h"
+#include <stdlib.h>
+
+#define RHO 1000.0
+#define MU 1e-3
+#define U 0.236
+#define H 10e-6
+
+typedef struct scene {
+    pd_ctx ctx;
+    pd_stencil stencil;
+    pd_grid_desc grid_desc;
+    pd_shape shapes[4];
+    pd_grid grid;
+    pd_bonds bonds;
+    pd_flow_desc flow_desc;
+    pd_flow flow;
+    double *ru, *rc; /* residuals, one block */
+} scene;
+
+static scene test_scene;
+
+static uint32_t next_random(uint32_t *state)
+{
+    *state = *state * 1664525u + 1013904223u;
+    return *state >> 8;
+}
+
+static double random_real(uint32_t *state) { return (double)next_random(state) / 8388608.0 - 1.0; }
+
+/* Parabola between planes y = centre -+ half. */
+typedef struct channel {
+    double centre, half; /* [m] */
+} channel;
+
+static void parabola(void *user, const double *x, double *u)
+{
+    const channel *c = (const channel *)user;
+    double y = (x[1] - c->centre) / c->half;
+    for (int d = 0; d < PD_DIM; d++) u[d] = 0.0;
+    u[0] = 1.5 * U * (1.0 - y * y);
+}
+
+/* A box from the origin of x * y (* z) cells, all sides walls, spacing H. */
+static void scene_start(scene *s, int x, int y, int z)
+{
+    int n[3];
+    memset(s, 0, sizeof *s);
+    pd_ctx_init(&s->ctx);
+    n[0] = x;
+    n[1] = y;
+    n[2] = z;
+    for (int d = 0; d < PD_DIM; d++) s->grid_desc.hi[d] = n[d] * H;
+    s->grid_desc.shapes = s->shapes;
+    s->grid_desc.solid = s->grid_desc.wall = -1;
+    s->flow_desc.rho = RHO;
+    s->flow_desc.mu = MU;
+    s->flow_desc.speed = U;
+    s->flow_desc.length = n[1] * H;
+}
+
+static pd_status scene_build_parts(scene *s, double m)
+{
+    pd_stencil_desc sd;
+    pd_status status;
+    memset(&sd, 0, sizeof sd);
+    sd.m = m;
+    for (int d = 0; d < PD_DIM; d++) sd.h[d] = H;
+    if ((status = pd_stencil_build(&s->ctx, &sd, &s->stencil)) < 0) return status;
+    if ((status = pd_grid_build(&s->ctx, &s->stencil, &s->grid_desc, &s->grid)) < 0) return status;
+    if ((status = pd_bonds_build(&s->ctx, &s->stencil, &s->grid, 0, &s->bonds)) < 0) return status;
+    return pd_flow_build(&s->ctx, &s->grid, &s->bonds, &s->flow_desc, &s->flow);
+}
+
+static int scene_build(scene *s, double m)
+{
+    if (!CHECK_OK(&s->ctx, scene_build_parts(s, m))) return 0;
+    s->ru = (double *)calloc((size_t)(PD_DIM + 1) * (size_t)s->grid.total, sizeof(double));
+    s->rc = s->ru + (int64_t)PD_DIM * s->grid.total;
+    return CHECK(s->ru != NULL);
+}
+
+static void scene_free(scene *s)
+{
+    pd_flow_free(&s->ctx, &s->flow);
+    pd_flow_free(&s->ctx, &s->flow); /* twice is allowed */
+    pd_bonds_free(&s->ctx, &s->bonds);
+    pd_grid_free(&s->ctx, &s->grid);
+    pd_stencil_free(&s->ctx, &s->stencil);
+    free(s->ru);
+    CHECK_INT(s->ctx.in_use, 0);
+}
+
+/* Inlet at x-, outlet at x+, a ball (disc) in between. */
+static int build_ball(scene *s, double m, channel *c)
+{
+    if (PD_DIM == 2) scene_start(s, 40, 24, 1);
+    else scene_start(s, 20, 13, 12);
+    c->half = 0.5 * s->grid_desc.hi[1];
+    c->centre = c->half;
+    s->grid_desc.side[0] = PD_SIDE_INLET;
+    s->grid_desc.side[1] = PD_SIDE_OUTLET;
+    s->shapes[0].type = PD_SHAPE_BALL;
+    s->shapes[0].r = 3.3 * H;
+    for (int d = 0; d < PD_DIM; d++) s->shapes[0].a[d] = 0.47 * s->grid_desc.hi[d];
+    s->grid_desc.solid = 0;
+    s->flow_desc.inlet = parabola;
+    s->flow_desc.inlet_user = c;
+    s->flow_desc.p_out = 3.0;
+    return scene_build(s, m);
+}
+
+/* Any state: random velocity of magnitude U and pressure of magnitude U^2. */
+static void fill_random(scene *s, uint32_t seed)
+{
+    for (int32_t node = 0; node < s->grid.total; node++) {
+        if (s->grid.kind[node] != PD_FLUID) continue;
+        for (int d = 0; d < PD_DIM; d++) s->flow.u[(int64_t)d * s->grid.total + node] = U * random_real(&seed);
+        s->flow.p[node] = U * U * random_real(&seed);
+    }
+}
+
+/* Largest residuals in units of U^2/L and U/L. */
+static void scaled_residuals(scene *s, double *momentum, double *continuity)
+{
+    double length = s->flow_desc.length;
+    int64_t split = (int64_t)PD_DIM * s->grid.total;
+    pd_flow_residual(&s->ctx, &s->flow, s->ru, s->rc);
+    *momentum = *continuity = 0.0;
+    for (int64_t k = 0; k < split; k++) *momentum = fmax(*momentum, fabs(s->ru[k]) * length / (U * U));
+    for (int32_t k = 0; k < s->grid.total; k++) *continuity = fmax(*continuity, fabs(s->rc[k]) * length / U);
+}
+
+/* ---- exact solutions ---- */
+
+/* Fluid at rest under a body force in a closed vessel around a ball: p = f.x, no residual at any node. */
+TEST(hydrostatics)
+{
+    scene *s = &test_scene;
+    double momentum, continuity;
+    scene_start(s, PD_DIM == 2 ? 30 : 14, 13, 12);
+    s->shapes[0].type = PD_SHAPE_BALL;
+    s->shapes[0].r = 3.3 * H;
+    for (int d = 0; d < PD_DIM; d++) {
+        s->shapes[0].a[d] = 0.47 * s->grid_desc.hi[d];
+        s->flow_desc.force[d] = (d + 1.0) * U * U / s->flow_desc.length;
+    }
+    s->grid_desc.solid = 0;
+    if (!scene_build(s, 3.0)) return;
+    for (int32_t node = 0; node < s->grid.total; node++) {
+        double x[PD_DIM];
+        pd_grid_position(&s->grid, node, x);
+        for (int d = 0; d < PD_DIM && s->grid.kind[node] == PD_FLUID; d++)
+            s->flow.p[node] += s->flow_desc.force[d] * x[d];
+    }
+    scaled_residuals(s, &momentum, &continuity);
+    CHECK_LE(momentum, 1e-12);
+    CHECK_LE(continuity, 1e-12);
+    scene_free(s);
+}
+
+#if PD_DIM == 2
+/* Residual of the exact parabola and its linear pressure, and node fluxes of the middle layers. */
+static void check_poiseuille(scene *s, const channel *c)
+{
+    double momentum, continuity, drop = 3.0 * MU / RHO * U / (c->half * c->half);
+    for (int32_t node = 0; node < s->grid.total; node++) {
+        double x[2], u[2];
+        if (s->grid.kind[node] != PD_FLUID) continue;
+        pd_grid_position(&s->grid, node, x);
+        parabola((void *)(uintptr_t)c, x, u);
+        s->flow.u[node] = u[0];
+        s->flow.p[node] = s->flow.p_out + drop * (s->grid.hi[0] - x[0]);
+    }
+    scaled_residuals(s, &momentum, &continuity);
+    CHECK_LE(momentum, 1e-12);
+    CHECK_LE(continuity, 1e-12);
+    double reference = pd_flow_section(&s->ctx, &s->flow, 0, s->grid.n[0] / 2);
+    CHECK(reference > 0.0);
+    for (int index = 1; index < s->grid.n[0]; index++)
+        CHECK_REL(pd_flow_section(&s->ctx, &s->flow, 0, index), reference, 1e-12);
+}
+
+/* The channel is the box: any number of cells across, down to one. */
+TEST(poiseuille_between_sides)
+{
+    scene *s = &test_scene;
+    static const int across[] = {1, 2, 3, 4, 7, 20, 60};
+    for (int m = 2; m <= 4; m++)
+        for (int k = 0; k < 7; k++) {
+            channel c;
+            scene_start(s, 16, across[k], 1);
+            c.half = 0.5 * across[k] * H;
+            c.centre = c.half;
+            s->grid_desc.side[0] = PD_SIDE_INLET;
+            s->grid_desc.side[1] = PD_SIDE_OUTLET;
+            s->flow_desc.inlet = parabola;
+            s->flow_desc.inlet_user = &c;
+            s->flow_desc.p_out = 2.0;
+            if (!scene_build(s, m)) return;
+            check_poiseuille(s, &c);
+            /* the midpoint sum of the parabola: 2 U half (1 + 1/(2 n^2)) */
+            double flux = 2.0 * U * c.half * (1.0 + 0.5 / (across[k] * across[k]));
+            CHECK_REL(pd_flow_section_nodes(&s->ctx, &s->flow, 0, 5), flux, 1e-12);
+            scene_free(s);
+        }
+}
+
+/* Walls given by shapes, off the centre of the box and off the faces of the cells. */
+TEST(poiseuille_between_planes)
+{
+    scene *s = &test_scene;
+    static const double low[] = {3.0, 2.8, 4.45, 5.13, 6.3}, high[] = {20.0, 17.31, 21.9, 8.02, 7.7};
+    for (int m = 2; m <= 4; m++)
+        for (int k = 0; k < 5; k++) {
+            channel c;
+            scene_start(s, 16, 24, 1);
+            for (int side = 0; side < 2; side++) {
+                s->shapes[side].type = PD_SHAPE_HALF_SPACE;
+                s->shapes[side].a[1] = (side ? high[k] : low[k]) * H;
+                s->shapes[side].b[1] = side ? -1.0 : 1.0;
+                s->shapes[2].child[side] = side;
+            }
+            s->shapes[2].type = PD_SHAPE_UNION;
+            s->shapes[2].children = 2;
+            s->grid_desc.wall = 2;
+            c.half = 0.5 * (high[k] - low[k]) * H;
+            c.centre = 0.5 * (high[k] + low[k]) * H;
+            s->grid_desc.side[0] = PD_SIDE_INLET;
+            s->grid_desc.side[1] = PD_SIDE_OUTLET;
+            s->flow_desc.inlet = parabola;
+            s->flow_desc.inlet_user = &c;
+            if (!scene_build(s, m)) return;
+            check_poiseuille(s, &c);
+            scene_free(s);
+        }
+}
+#endif
+
+/* ---- structure ---- */
+
+/* Whatever the state, what two sections of a channel with a ball let through differs by the sum of the continuity
+ * residuals in between: the sections count every flux of the scheme once. */
+TEST(sections_balance)
+{
+    scene *s = &test_scene;
+    channel c;
+    double momentum, continuity;
+    for (int m = 1; m <= 3; m++) {
+        if (!build_ball(s, m, &c)) return;
+        fill_random(s, 5);
+        scaled_residuals(s, &momentum, &continuity);
+        double start = pd_flow_section(&s->ctx, &s->flow, 0, 1), scale = U * pow(s->flow_desc.length, PD_DIM - 1);
+        for (int index = 2; index < s->grid.n[0]; index++) {
+            double gain = 0.0;
+            for (int32_t node = 0; node < s->grid.total; node++) {
+                int i[PD_DIM];
+                pdi_grid_index(&s->grid, node, i);
+                if (s->grid.kind[node] != PD_FLUID || i[0] < 1 || i[0] >= index) continue;
+                gain += s->rc[node] * s->stencil.volume;
+            }
+            CHECK_NEAR(pd_flow_section(&s->ctx, &s->flow, 0, index), start + gain, 1e-12 * scale);
+        }
+        scene_free(s);
+    }
+}
+
+/* The operator is quadratic: a central difference of any size is its derivative to rounding. */
+TEST(linearisation)
+{
+    scene *s = &test_scene;
+    channel c;
+    if (!build_ball(s, 3.0, &c)) return;
+    int64_t total = s->grid.total, split = PD_DIM * total, size = split + total;
+    double *work = (double *)calloc((size_t)(4 * size + split), sizeof *work);
+    double *step = work, *state = work + size, *up = state + size, *product = up + size, *grad = product + size;
+    if (!CHECK(work != NULL)) return;
+    fill_random(s, 9);
+    uint32_t seed = 21;
+    for (int64_t k = 0; k < size; k++) {
+        double value = random_real(&seed) * (k < split ? U : U * U);
+        if (s->grid.kind[k % total] == PD_FLUID) step[k] = value;
+        state[k] = k < split ? s->flow.u[k] : s->flow.p[k - split];
+    }
+    for (int sign = 1; sign >= -1; sign -= 2) {
+        for (int64_t k = 0; k < size; k++) {
+            double value = state[k] + 0.5 * sign * step[k];
+            if (k < split) s->flow.u[k] = value;
+            else s->flow.p[k - split] = value;
+        }
+        pd_flow_residual(&s->ctx, &s->flow, s->ru, s->rc);
+        if (sign > 0) memcpy(up, s->ru, (size_t)size * sizeof *up);
+    }
+    memcpy(s->flow.u, state, (size_t)split * sizeof *state);
+    pdi_flow_terms t;
+    memset(&t, 0, sizeof t);
+    pdi_flow_outlet_velocity(&s->flow, s->flow.u);
+    pdi_flow_outlet_velocity(&s->flow, step);
+    pdi_flow_outlet_pressure(&s->flow, 0.0, step + split);
+    pdi_flow_gradient(&s->ctx, &s->flow, step + split, grad);
+    t.w = t.u2 = t.viscous = step;
+    t.u = t.w2 = s->flow.u;
+    t.p = step + split;
+    t.grad = grad;
+    pdi_flow_terms_apply(&s->ctx, &s->flow, &t, product, product + split);
+    double largest[2] = {0.0, 0.0};
+    for (int64_t k = 0; k < size; k++) largest[k >= split] = fmax(largest[k >= split], fabs(product[k]));
+    CHECK(largest[0] > 0.0 && largest[1] > 0.0);
+    for (int64_t k = 0; k < size; k++) CHECK_NEAR(product[k], up[k] - s->ru[k], 1e-12 * largest[k >= split]);
+    free(work);
+    scene_free(s);
+}
+
+TEST(threads_change_no_bit)
+{
+    scene *s = &test_scene;
+    channel c;
+    if (!build_ball(s, 3.0, &c)) return;
+    size_t bytes = (size_t)(PD_DIM + 1) * (size_t)s->grid.total * sizeof(double);
+    double *first = (double *)malloc(bytes);
+    if (!CHECK(first != NULL)) return;
+    fill_random(s, 13);
+    s->ctx.threads = 1;
+    pd_flow_residual(&s->ctx, &s->flow, s->ru, s->rc);
+    memcpy(first, s->ru, bytes);
+    for (int threads = 2; threads <= 4; threads *= 2) {
+        s->ctx.threads = threads;
+        pd_flow_residual(&s->ctx, &s->flow, s->ru, s->rc);
+        CHECK(memcmp(first, s->ru, bytes) == 0);
+    }
+    CHECK_INT(s->flow.evaluations, 3);
+    free(first);
+    scene_free(s);
+}
+
+/* ---- building and changing ---- */
+
+static void not_finite(void *user, const double *x, double *u)
+{
+    parabola(user, x, u);
+    u[PD_DIM - 1] = (double)NAN;
+}
+
+TEST(bad_input)
+{
+    scene *s = &test_scene;
+    channel c;
+    if (!build_ball(s, 2.0, &c)) return;
+    for (int k = 0; k < 10; k++) {
+        static const double wrong[2] = {0.0, (double)NAN};
+        pd_flow_desc desc = s->flow_desc;
+        pd_flow flow;
+        double *value[4];
+        value[0] = &desc.rho;
+        value[1] = &desc.mu;
+        value[2] = &desc.speed;
+        value[3] = &desc.length;
+        if (k < 8) *value[k / 2] = wrong[k % 2];
+        else if (k == 8) desc.mu = -MU;
+        else desc.inlet = not_finite;
+        CHECK_INT(pd_flow_build(&s->ctx, &s->grid, &s->bonds, &desc, &flow), PD_ERR_ARGUMENT);
+        CHECK(strncmp(s->ctx.message, "flow: ", 6) == 0);
+        pd_flow_free(&s->ctx, &flow);
+    }
+    scene_free(s);
+}
+
+/* A dissolved node starts at rest with the mean pressure of the fluid around it; ghosts follow. */
+TEST(update_of_dissolved_nodes)
+{
+    scene *s = &test_scene;
+    int32_t changed[4096], count = 0;
+    uint32_t seed = 3;
+    scene_start(s, 14, 11, 10);
+    s->grid_desc.side[0] = PD_SIDE_INLET;
+    s->grid_desc.side[1] = PD_SIDE_OUTLET;
+    s->shapes[0].type = PD_SHAPE_BOX; /* reaches the outlet */
+    s->shapes[0].a[0] = 6.0 * H;
+    for (int d = 0; d < PD_DIM; d++) s->shapes[0].b[d] = d ? 5.0 * H : s->grid_desc.hi[0];
+    s->grid_desc.solid = 0;
+    if (!scene_build(s, 2.0)) return;
+    int32_t before = s->flow.outlets;
+    fill_random(s, 7);
+    for (int32_t node = 0; node < s->grid.total; node++) {
+        if (s->grid.kind[node] != PD_SOLID || next_random(&seed) % 2) continue;
+        changed[count++] = node;
+    }
+    for (int32_t k = 0; k < count; k++) pdi_grid_dissolve(&s->grid, changed[k]);
+    CHECK_OK(&s->ctx, pd_bonds_update(&s->ctx, changed, count, &s->bonds));
+    CHECK_OK(&s->ctx, pd_flow_update(&s->ctx, changed, count, &s->flow));
+    CHECK(count > 10 && s->flow.outlets > before);
+    CHECK_INT(s->flow.outlets, pd_grid_count(&s->grid, PD_OUTLET));
+    for (int32_t k = 0; k < count; k++) {
+        for (int d = 0; d < PD_DIM; d++) CHECK_NEAR(s->flow.u[(int64_t)d * s->grid.total + changed[k]], 0.0, 0.0);
+        CHECK(fabs(s->flow.p[changed[k]]) <= U * U);
+    }
+    pd_flow_residual(&s->ctx, &s->flow, s->ru, s->rc);
+    for (int64_t k = 0; k < (int64_t)(PD_DIM + 1) * s->grid.total; k++) CHECK(s->ru[k] - s->ru[k] == 0.0); /* finite */
+    for (int32_t o = 0; o < s->flow.outlets; o++)
+        CHECK_NEAR(s->flow.p[s->flow.outlet[o]], -s->flow.p[s->flow.outlet_mirror[o]], 1e-15);
+    scene_free(s);
+}
+
+/* An allocator that fails at its call number `fail_at` and compares the sizes it is told. */
+typedef struct faulty {
+    int calls, fail_at, live, wrong_size;
+} faulty;
+
+static void *faulty_realloc(void *user, void *ptr, size_t old_size, size_t new_size)
+{
+    faulty *f = (faulty *)user;
+    size_t *block = ptr ? (size_t *)ptr - 2 : NULL;
+    if ((block ? block[0] : 0) != old_size) f->wrong_size++;
+    if (new_size == 0) {
+        free(block);
+        f->live -= block != NULL;
+        return NULL;
+    }
+    if (++f->calls == f->fail_at) return NULL;
+    f->live += block == NULL;
+    block = (size_t *)realloc(block, new_size + 2 * sizeof *block);
+    if (!block) abort();
+    block[0] = new_size;
+    return block + 2;
+}
+
+TEST(memory_faults)
+{
+    scene *s = &test_scene;
+    pd_status status = PD_ERR_MEMORY;
+    int tried = 0;
+    while (status < 0 && tried < 200) {
+        channel c;
+        faulty f;
+        memset(&f, 0, sizeof f);
+        f.fail_at = ++tried;
+        scene_start(s, 10, 6, 5);
+        c.half = 3.0 * H;
+        c.centre = c.half;
+        s->grid_desc.side[0] = PD_SIDE_INLET;
+        s->grid_desc.side[1] = PD_SIDE_OUTLET;
+        s->flow_desc.inlet = parabola;
+        s->flow_desc.inlet_user = &c;
+        s->ctx.alloc.fn = faulty_realloc;
+        s->ctx.alloc.user = &f;
+        status = scene_build_parts(s, 2.0);
+        if (status < 0) CHECK_INT(status, PD_ERR_MEMORY);
+        scene_free(s);
+        CHECK_INT(f.live, 0);
+        CHECK_INT(f.wrong_size, 0);
+    }
+    CHECK_INT(status, PD_OK);
+    CHECK(tried > 20);
+}
+
+#if PD_DIM == 2
+#define OF_DIM ENTRY(poiseuille_between_sides) ENTRY(poiseuille_between_planes)
+#else
+#define OF_DIM
+#endif
+
+TEST_MAIN(ENTRY(hydrostatics) OF_DIM ENTRY(sections_balance) ENTRY(linearisation) ENTRY(threads_change_no_bit)
+              ENTRY(bad_input) ENTRY(update_of_dissolved_nodes) ENTRY(memory_faults))

@@ -1,0 +1,336 @@
+/* steady: convergence from rest, flux through sections, exact profiles, re-solves, threads.
+ * dims: 2 3 */
+#include "steady.h"
+#include "test.h"
+#include <stdlib.h>
+
+#define RHO 1000.0
+#define MU 1e-3
+#define RADIUS 150e-6 /* [m] half-width of the channel, radius of the tube */
+
+typedef struct scene {
+    pd_ctx ctx;
+    pd_stencil stencil;
+    pd_grid_desc grid_desc;
+    pd_shape shapes[3];
+    pd_grid grid;
+    pd_bonds bonds;
+    pd_flow flow;
+    pd_steady steady;
+    double mean; /* [m/s] */
+} scene;
+
+static scene test_scene, other_scene;
+
+/* Fully developed: parabola in y (2D), paraboloid in r (3D). */
+static void profile(void *user, const double *x, double *u)
+{
+    const scene *s = (const scene *)user;
+    double r2 = 0.0;
+    for (int d = 1; d < PD_DIM; d++) {
+        r2 += x[d] * x[d] / (RADIUS * RADIUS);
+        u[d] = 0.0;
+    }
+    u[0] = s->mean * (PD_DIM == 2 ? 1.5 : 2.0) * fmax(1.0 - r2, 0.0);
+}
+
+static double exact_drop(const scene *s) { return (PD_DIM == 2 ? -3.0 : -8.0) * MU * s->mean / (RADIUS * RADIUS); }
+
+/* Channel or tube from lo to hi along x, with a pin 0 .. 400 um by 80 um if asked for. */
+static int scene_build(scene *s, double h, double lo, double hi, double mean, int pin, double tolerance)
+{
+    pd_stencil_desc sd;
+    pd_flow_desc fd;
+    pd_steady_desc dd;
+    memset(s, 0, sizeof *s);
+    memset(&sd, 0, sizeof sd);
+    memset(&fd, 0, sizeof fd);
+    memset(&dd, 0, sizeof dd);
+    pd_ctx_init(&s->ctx);
+    s->mean = mean;
+    s->shapes[0].type = PD_SHAPE_BOX;
+    s->shapes[0].b[0] = 400e-6;
+    s->shapes[1].type = PD_SHAPE_CYLINDER;
+    s->shapes[1].r = RADIUS;
+    s->shapes[2].type = PD_SHAPE_COMPLEMENT;
+    s->shapes[2].child[0] = 1;
+    s->shapes[2].children = 1;
+    for (int d = 0; d < PD_DIM; d++) {
+        sd.h[d] = h;
+        s->grid_desc.lo[d] = d ? -RADIUS : lo;
+        s->grid_desc.hi[d] = d ? RADIUS : hi;
+        if (d) s->shapes[0].b[d] = 40e-6;
+        if (d) s->shapes[0].a[d] = -40e-6;
+    }
+    s->grid_desc.side[0] = PD_SIDE_INLET;
+    s->grid_desc.side[1] = PD_SIDE_OUTLET;
+    s->grid_desc.shapes = s->shapes;
+    s->grid_desc.solid = pin ? 0 : -1;
+    s->grid_desc.wall = PD_DIM == 3 ? 2 : -1;
+    fd.rho = RHO;
+    fd.mu = MU;
+    fd.speed = mean;
+    fd.length = 2.0 * RADIUS;
+    fd.inlet = profile;
+    fd.inlet_user = s;
+    dd.tolerance = tolerance;
+    return CHECK_OK(&s->ctx, pd_stencil_build(&s->ctx, &sd, &s->stencil)) &&
+           CHECK_OK(&s->ctx, pd_grid_build(&s->ctx, &s->stencil, &s->grid_desc, &s->grid)) &&
+           CHECK_OK(&s->ctx, pd_bonds_build(&s->ctx, &s->stencil, &s->grid, 0, &s->bonds)) &&
+           CHECK_OK(&s->ctx, pd_flow_build(&s->ctx, &s->grid, &s->bonds, &fd, &s->flow)) &&
+           CHECK_OK(&s->ctx, pd_steady_build(&s->ctx, &s->flow, &dd, &s->steady));
+}
+
+static void scene_free(scene *s)
+{
+    pd_steady_free(&s->ctx, &s->steady);
+    pd_steady_free(&s->ctx, &s->steady); /* twice is allowed */
+    pd_flow_free(&s->ctx, &s->flow);
+    pd_bonds_free(&s->ctx, &s->bonds);
+    pd_grid_free(&s->ctx, &s->grid);
+    pd_stencil_free(&s->ctx, &s->stencil);
+    CHECK_INT(s->ctx.in_use, 0);
+}
+
+#if PD_DIM == 2
+static void start_from_profile(scene *s)
+{
+    for (int32_t node = 0; node < s->grid.total; node++) {
+        double x[PD_DIM], u[PD_DIM];
+        if (s->grid.kind[node] != PD_FLUID) continue;
+        pd_grid_position(&s->grid, node, x);
+        profile(s, x, u);
+        for (int d = 0; d < PD_DIM; d++) s->flow.u[(int64_t)d * s->grid.total + node] = u[d];
+        s->flow.p[node] = exact_drop(s) / RHO * (x[0] - s->grid.hi[0]);
+    }
+}
+#endif
+
+/* Solve and check what the result says against the residual of the state. */
+static int solve(scene *s, pd_steady_result *result)
+{
+    int64_t total = s->grid.total, split = PD_DIM * total;
+    double momentum = 0.0, continuity = 0.0, length = s->flow.length, speed = s->flow.speed;
+    if (!CHECK_OK(&s->ctx, pd_steady_solve(&s->ctx, &s->steady, result))) return 0;
+    CHECK_INT(result->converged, 1);
+    double *r = (double *)calloc((size_t)(split + total), sizeof *r);
+    if (!CHECK(r != NULL)) return 0;
+    pd_flow_residual(&s->ctx, &s->flow, r, r + split);
+    for (int64_t k = 0; k < split; k++) momentum = fmax(momentum, fabs(r[k]) * length / (speed * speed));
+    for (int64_t k = split; k < split + total; k++) continuity = fmax(continuity, fabs(r[k]) * length / speed);
+    free(r);
+    CHECK_LE(momentum, s->steady.desc.tolerance);
+    CHECK_LE(continuity, s->steady.desc.tolerance);
+    CHECK_REL(result->momentum, momentum, 1e-6);
+    return 1;
+}
+
+/* Relative L2 difference of the velocities of fluid nodes from the profile. */
+static double profile_error(const scene *s)
+{
+    double error = 0.0, size = 0.0;
+    for (int32_t node = 0; node < s->grid.total; node++) {
+        double x[PD_DIM], u[PD_DIM];
+        if (s->grid.kind[node] != PD_FLUID) continue;
+        pd_grid_position(&s->grid, node, x);
+        profile((void *)(uintptr_t)s, x, u);
+        for (int d = 0; d < PD_DIM; d++) {
+            double off = s->flow.u[(int64_t)d * s->grid.total + node] - u[d];
+            error += off * off;
+            size += u[d] * u[d];
+        }
+    }
+    return sqrt(error / size);
+}
+
+/* dp/dx [Pa/m] on the axis, halfway along. */
+static double axis_drop(const scene *s)
+{
+    int i[PD_DIM], j[PD_DIM];
+    for (int d = 0; d < PD_DIM; d++) i[d] = j[d] = s->grid.n[d] / 2;
+    j[0]--;
+    return RHO * (s->flow.p[pd_grid_node(&s->grid, i)] - s->flow.p[pd_grid_node(&s->grid, j)]) / s->grid.h[0];
+}
+
+/* Relative difference of two states of one grid. */
+static double state_difference(const scene *a, const scene *b)
+{
+    double worst = 0.0, pressure = 0.0, pressure_size = 0.0;
+    for (int32_t node = 0; node < a->grid.total; node++) {
+        if (a->grid.kind[node] != PD_FLUID) continue;
+        for (int d = 0; d < PD_DIM; d++) {
+            int64_t k = (int64_t)d * a->grid.total + node;
+            worst = fmax(worst, fabs(a->flow.u[k] - b->flow.u[k]) / a->mean);
+        }
+        pressure = fmax(pressure, fabs(a->flow.p[node] - b->flow.p[node]));
+        pressure_size = fmax(pressure_size, fabs(a->flow.p[node]));
+    }
+    return fmax(worst, pressure / pressure_size);
+}
+
+/* Largest relative difference of a section flux from that of the first section. */
+static double section_spread(scene *s)
+{
+    double worst = 0.0, first = pd_flow_section(&s->ctx, &s->flow, 0, 1);
+    for (int index = 2; index < s->grid.n[0]; index++)
+        worst = fmax(worst, fabs(pd_flow_section(&s->ctx, &s->flow, 0, index) / first - 1.0));
+    return worst;
+}
+
+#if PD_DIM == 2
+static int build_pin(scene *s) { return scene_build(s, 10e-6, -80e-6, 480e-6, 0.236, 1, 1e-8); }
+
+TEST(pin_from_rest)
+{
+    scene *s = &test_scene, *o = &other_scene;
+    pd_steady_result result;
+    if (!build_pin(s) || !solve(s, &result)) return;
+    CHECK_LE(result.evaluations, 1000);
+    CHECK_INT(s->flow.evaluations, result.evaluations + 1); /* and the one of this test */
+    CHECK_LE(section_spread(s), 1e-6);
+    /* from another start: the same answer */
+    if (!build_pin(o)) return;
+    start_from_profile(o);
+    if (!solve(o, &result)) return;
+    CHECK_LE(state_difference(s, o), 1e-6);
+    scene_free(s);
+    scene_free(o);
+}
+
+/* The flow mirrors about the axis as the scene does. */
+TEST(pin_is_symmetric)
+{
+    scene *s = &test_scene;
+    pd_steady_result result;
+    if (!build_pin(s) || !solve(s, &result)) return;
+    for (int32_t node = 0; node < s->grid.total; node++) {
+        int i[2];
+        if (s->grid.kind[node] != PD_FLUID) continue;
+        pdi_grid_index(&s->grid, node, i);
+        i[1] = s->grid.n[1] - 1 - i[1];
+        int32_t image = pd_grid_node(&s->grid, i);
+        CHECK_NEAR(s->flow.u[node], s->flow.u[image], 1e-7 * s->mean);
+        CHECK_NEAR(s->flow.u[s->grid.total + node], -s->flow.u[s->grid.total + image], 1e-7 * s->mean);
+    }
+    scene_free(s);
+}
+
+TEST(poiseuille_from_rest)
+{
+    scene *s = &test_scene;
+    pd_steady_result result;
+    for (double h = 10e-6; h > 4e-6; h *= 0.5) {
+        if (!scene_build(s, h, 0.0, 300e-6, 0.236, 0, 1e-8) || !solve(s, &result)) return;
+        CHECK_LE(profile_error(s), 1e-6);
+        CHECK_REL(axis_drop(s), exact_drop(s), 1e-6);
+        CHECK_LE(result.evaluations, 1000);
+        scene_free(s);
+    }
+}
+
+/* Some surface nodes of the pin dissolve: the old state leads to the state that a start from rest finds. */
+TEST(resolve_after_dissolution)
+{
+    scene *s = &test_scene, *o = &other_scene;
+    pd_steady_result result;
+    int32_t changed[64], count = 0;
+    if (!build_pin(s) || !build_pin(o) || !solve(s, &result)) return;
+    int64_t from_rest = result.evaluations;
+    for (int32_t node = 0; node < s->grid.total; node++) {
+        int i[2];
+        pdi_grid_index(&s->grid, node, i);
+        if (s->grid.kind[node] != PD_SOLID || s->grid.kind[node + s->grid.stride[1]] != PD_FLUID || i[0] % 5) continue;
+        changed[count++] = node;
+    }
+    CHECK(count > 4);
+    for (int pass = 0; pass < 2; pass++) {
+        scene *now = pass ? o : s;
+        for (int32_t k = 0; k < count; k++) pdi_grid_dissolve(&now->grid, changed[k]);
+        CHECK_OK(&now->ctx, pd_bonds_update(&now->ctx, changed, count, &now->bonds));
+        CHECK_OK(&now->ctx, pd_flow_update(&now->ctx, changed, count, &now->flow));
+        if (!solve(now, &result)) return;
+        if (!pass) CHECK_LE(result.evaluations, from_rest);
+        CHECK_LE(section_spread(now), 1e-6);
+    }
+    CHECK_LE(state_difference(s, o), 1e-6);
+    scene_free(s);
+    scene_free(o);
+}
+#else
+/* Slow flow through a short tube whose wall is cut by the lattice: second order, and far below a percent. */
+TEST(hagen_poiseuille)
+{
+    scene *s = &test_scene;
+    pd_steady_result result;
+    double error[3];
+    for (int k = 0; k < 3; k++) {
+        int cells = 6 + 3 * k; /* R/h */
+        if (!scene_build(s, RADIUS / cells, 0.0, RADIUS, 0.0236, 0, 1e-7) || !solve(s, &result)) return;
+        error[k] = profile_error(s);
+        CHECK_LE(error[k], 5e-3);
+        CHECK_REL(axis_drop(s), exact_drop(s), 5e-3);
+        CHECK_LE(section_spread(s), 1e-6);
+        scene_free(s);
+    }
+    CHECK_LE(1.8, log(error[0] / error[2]) / log(2.0));
+    CHECK_LE(1.8, log(error[0] / error[1]) / log(1.5));
+    CHECK_LE(1.8, log(error[1] / error[2]) / log(12.0 / 9.0));
+}
+#endif
+
+TEST(threads_change_no_bit)
+{
+    scene *s = &test_scene, *o = &other_scene;
+    pd_steady_result result, again;
+    double h = PD_DIM == 2 ? 10e-6 : 30e-6, lo = PD_DIM == 2 ? -80e-6 : -90e-6, hi = PD_DIM == 2 ? 480e-6 : 510e-6;
+    double mean = PD_DIM == 2 ? 0.236 : 0.0236;
+    if (!scene_build(s, h, lo, hi, mean, PD_DIM == 2, 1e-4)) return;
+    if (!scene_build(o, h, lo, hi, mean, PD_DIM == 2, 1e-4)) return;
+    s->ctx.threads = 1;
+    o->ctx.threads = 2;
+    if (!solve(s, &result) || !solve(o, &again)) return;
+    CHECK_INT(again.krylov, result.krylov);
+    CHECK(memcmp(s->flow.u, o->flow.u, (size_t)PD_DIM * (size_t)s->grid.total * sizeof(double)) == 0);
+    CHECK(memcmp(s->flow.p, o->flow.p, (size_t)s->grid.total * sizeof(double)) == 0);
+    CHECK_NEAR(state_difference(s, o), 0.0, 0.0);
+    scene_free(s);
+    scene_free(o);
+}
+
+/* The limit of Newton steps is honoured, and the start from the exact answer ends at once. */
+TEST(limits)
+{
+    scene *s = &test_scene;
+    pd_steady_result result;
+    pd_steady_desc wrong;
+    pd_steady other;
+    double h = PD_DIM == 2 ? 10e-6 : 25e-6;
+    if (!scene_build(s, h, 0.0, 300e-6, 0.0236, 0, 1e-9)) return;
+    s->steady.desc.max_newton = 1;
+    CHECK_INT(pd_steady_solve(&s->ctx, &s->steady, &result), PD_NOT_CONVERGED);
+    CHECK_INT(result.newton, 1);
+    CHECK_INT(result.converged, 0);
+#if PD_DIM == 2
+    start_from_profile(s);
+    CHECK_OK(&s->ctx, pd_steady_solve(&s->ctx, &s->steady, &result));
+    CHECK_INT(result.newton, 0);
+    CHECK_INT(result.evaluations, 1);
+#endif
+    memset(&wrong, 0, sizeof wrong);
+    wrong.tolerance = (double)NAN;
+    CHECK_INT(pd_steady_build(&s->ctx, &s->flow, &wrong, &other), PD_ERR_ARGUMENT);
+    pd_steady_free(&s->ctx, &other);
+    wrong.tolerance = 0.0;
+    wrong.max_newton = -1;
+    CHECK_INT(pd_steady_build(&s->ctx, &s->flow, &wrong, &other), PD_ERR_ARGUMENT);
+    pd_steady_free(&s->ctx, &other);
+    scene_free(s);
+}
+
+#if PD_DIM == 2
+#define OF_DIM ENTRY(pin_from_rest) ENTRY(pin_is_symmetric) ENTRY(poiseuille_from_rest) ENTRY(resolve_after_dissolution)
+#else
+#define OF_DIM ENTRY(hagen_poiseuille)
+#endif
+
+TEST_MAIN(OF_DIM ENTRY(threads_change_no_bit) ENTRY(limits))
