@@ -690,8 +690,8 @@ typedef struct pd_bonds {
     int32_t *node;       /* [capacity] */
     uint16_t *open;      /* [capacity] open bonds of the row */
     uint16_t *bond;      /* [capacity][count] their stencil indices, ascending */
-    double *wall_lap;    /* [capacity] [1/m2] sum over cut bonds of a/t (eq. 3.3) */
-    double *wall_curv;   /* [capacity] [-] sum over cut bonds of a (xi.N)^2 (1-t)/2 (eq. 3.4) */
+    double *wall_lap;    /* [capacity] [1/m2] sum over cut bonds of a/t (eq. 3.3), and the bend of a curved surface */
+    double *wall_curv;   /* [capacity] [-] sum over cut bonds of a (xi.N)^2 (1-t)/2 (eq. 3.4), likewise */
     double *moment;      /* [capacity][PD_DIM][PD_DIM] inverse of sum w xi xi^T over open bonds (eq. 3.5) */
     int32_t runs, run_capacity;
     int32_t *run_first, *run_length; /* nodes with whole families, consecutive along axis 0 */
@@ -5278,7 +5278,8 @@ static void pdi_bond_shape_cut(const pd_grid *grid, int shape, const double *x, 
     for (int d = 0; d < PD_DIM; d++) cell += xi[d] / grid->h[d] * (xi[d] / grid->h[d]);
     cell = sqrt(cell);
     for (int ahead = 1; hi < limit && !(fhi < 0.0); ahead++) {
-        hi = fmin(cut->t + ahead / cell, limit);
+        double next = fmin(cut->t + ahead / cell, limit);
+        hi = hi < 1.0 ? fmin(next, 1.0) : next; /* a closed far end is inside for certain */
         fhi = pdi_bond_distance(grid, shape, x, xi, hi);
     }
     if (!(fhi < 0.0)) return;
@@ -11741,10 +11742,13 @@ static pd_status pdi_flow_ghosts(pd_ctx *ctx, pd_flow *flow)
     int32_t count = 0;
     for (int32_t node = 0; node < grid->total; node++) count += grid->kind[node] == PD_OUTLET;
     if (count > flow->outlet_capacity) {
-        PDI_TRY(PDI_GROW(ctx, "flow", flow->outlet_capacity, count, flow->outlet));
-        PDI_TRY(PDI_GROW(ctx, "flow", flow->outlet_capacity, count, flow->outlet_mirror));
-        PDI_TRY(PDI_GROW(ctx, "flow", flow->outlet_capacity, count, flow->outlet_axis));
+        PDI_DELETE(ctx, flow->outlet_capacity, flow->outlet);
+        PDI_DELETE(ctx, flow->outlet_capacity, flow->outlet_mirror);
+        PDI_DELETE(ctx, flow->outlet_capacity, flow->outlet_axis);
         flow->outlet_capacity = count;
+        PDI_TRY(PDI_NEW(ctx, "flow", count, flow->outlet));
+        PDI_TRY(PDI_NEW(ctx, "flow", count, flow->outlet_mirror));
+        PDI_TRY(PDI_NEW(ctx, "flow", count, flow->outlet_axis));
     }
     flow->outlets = 0;
     for (int32_t node = 0; node < grid->total; node++) {
@@ -13619,7 +13623,8 @@ PDI_FN pd_status pdi_sketch_read(pd_ctx *ctx, pd_text *text, const char *folder,
     for (int k = 0; k < s.names; k++) {
         if (s.used[k]) continue;
         return pd_text_refuse(ctx, text, pd_text_section(ctx, text, "shape", s.name[k]), "shape",
-                              "'%.40s' has no kind and is part of no other shape, expected kind = solid or wall", s.name[k]);
+                              "'%.40s' has no kind and is part of no other shape, expected kind = solid or wall",
+                              s.name[k]);
     }
     return setup->shapes ? pd_shape_validate(ctx, setup->shape, setup->shapes) : PD_OK;
 }
@@ -14319,6 +14324,28 @@ static pd_status pdi_scene_probe(pdi_scene *s, int section)
     return PD_OK;
 }
 
+/* A misspelt section first: what is missing without it would be told otherwise. */
+static pd_status pdi_scene_known(pd_ctx *ctx, pd_text *text)
+{
+    static const char *const names[] = {"grid", "shape", "side", "flow", "transport", "dissolve", "run", "output",
+                                        "probe"};
+    const size_t count = sizeof names / sizeof names[0];
+    for (int k = 1; k < text->section_count; k++) {
+        const char *name = text->section[k].name;
+        char hint[PD_UNITS_TEXT];
+        pdi_units_near close;
+        size_t n = 0;
+        pdi_units_near_init(&close, name, strlen(name));
+        for (; n < count && strcmp(names[n], name) != 0; n++) pdi_units_offer(&close, names[n]);
+        if (n < count) continue;
+        pdi_units_hint(&close, hint);
+        return pd_text_refuse(ctx, text, k, "scene",
+                              "found the section [%.40s], expected one of grid, shape, side, flow,"
+                              " transport, dissolve, run, output, probe%s", name, hint);
+    }
+    return PD_OK;
+}
+
 static pd_status pdi_scene_sections(pd_ctx *ctx, pd_text *text, const char *path, pd_setup *setup)
 {
     pdi_scene s;
@@ -14328,6 +14355,7 @@ static pd_status pdi_scene_sections(pd_ctx *ctx, pd_text *text, const char *path
     s.text = text;
     s.setup = setup;
     pdi_setup_split_path(path, name, folder);
+    PDI_TRY(pdi_scene_known(ctx, text));
     setup->has_flow = pd_text_has(ctx, text, pd_text_section(ctx, text, "flow", NULL), NULL);
     setup->has_transport = pd_text_has(ctx, text, pd_text_section(ctx, text, "transport", NULL), NULL);
     setup->has_dissolve = pd_text_has(ctx, text, pd_text_section(ctx, text, "dissolve", NULL), NULL);
@@ -14351,6 +14379,8 @@ static pd_status pdi_scene_sections(pd_ctx *ctx, pd_text *text, const char *path
 static pd_status pdi_scene_text(pd_ctx *ctx, pd_text *text, const char *path, const char *const *overrides, int count,
                                 pd_setup *setup)
 {
+    if (text->section_count <= 1 && text->entry_count == 0)
+        return pd_text_refuse(ctx, text, 0, "scene", "found an empty file, expected sections or lines key = value");
     if (pd_text_flat(text)) return pdi_flat_read(ctx, text, overrides, count, setup);
     for (int k = 0; k < count; k++) PDI_TRY(pd_text_override(ctx, text, overrides[k]));
     pd_status status = pdi_scene_sections(ctx, text, path, setup);

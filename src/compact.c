@@ -53,7 +53,8 @@ static void pdi_compact_fill_cell(pd_compact *c, int64_t cell, int32_t node, dou
             uint8_t kind = grid->kind[other];
             if (kind == PD_FLUID) {
                 if (!up) continue;
-                c->conduct[d][cell] = (float)(inverse * (u ? pdi_compact_spread(grid, v, diffusivity, node, other, d) : diffusivity));
+                c->conduct[d][cell] =
+                    (float)(inverse * (u ? pdi_compact_spread(grid, v, diffusivity, node, other, d) : diffusivity));
                 if (u) c->flux[d][cell] = (float)(0.5 * (u[node] + u[other]) / grid->h[d]);
                 continue;
             }
@@ -66,8 +67,8 @@ static void pdi_compact_fill_cell(pd_compact *c, int64_t cell, int32_t node, dou
     c->mass[cell] = (float)mass;
 }
 
-PDI_FN void pdi_compact_fill(const pd_ctx *ctx, double diffusivity, const pdi_compact_convection *convection, double mass,
-                             const pdi_compact_faces *faces, pd_compact *c)
+PDI_FN void pdi_compact_fill(const pd_ctx *ctx, double diffusivity, const pdi_compact_convection *convection,
+                             double mass, const pdi_compact_faces *faces, pd_compact *c)
 {
     const pd_grid *grid = c->grid;
     int nt = pdi_par_threads(ctx, c->cells * 20);

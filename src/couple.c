@@ -23,9 +23,10 @@ static pd_status pdi_couple_balance(pd_ctx *ctx, pd_couple *c)
     double scale = c->solid_start > 0.0 ? c->solid_start : fmax(l->start, fmax(l->in, l->out));
     l->relative = scale > 0.0 ? fabs(l->imbalance) / scale : 0.0;
     if (!(l->relative <= c->desc.ledger_tolerance))
-        return pdi_fail(ctx, PD_ERR_LEDGER, "couple",
-                        "at t = %g s solid %.9g + dissolved %.9g + out %.9g - in %.9g mol misses the start %.9g mol by %.3g",
-                        c->time, l->solid, l->dissolved, l->out, l->in, l->start, l->imbalance);
+        return pdi_fail(
+            ctx, PD_ERR_LEDGER, "couple",
+            "at t = %g s solid %.9g + dissolved %.9g + out %.9g - in %.9g mol misses the start %.9g mol by %.3g",
+            c->time, l->solid, l->dissolved, l->out, l->in, l->start, l->imbalance);
     return PD_OK;
 }
 
@@ -38,11 +39,12 @@ static pd_status pdi_couple_flow(pd_ctx *ctx, pd_couple *c)
     c->flow_evaluations += c->steady_result.evaluations;
     if (status < 0) return status;
     if (status != PD_OK)
-        return pdi_fail(ctx, PD_ERR_DIVERGED, "couple",
-                        "the flow is not steady at t = %g s: residuals %.3g (momentum) and %.3g (continuity) after %d steps, "
-                        "expected %g. Loosen the tolerance, refine the grid or lower the Reynolds number",
-                        c->time, c->steady_result.momentum, c->steady_result.continuity, c->steady_result.newton,
-                        c->steady->desc.tolerance);
+        return pdi_fail(
+            ctx, PD_ERR_DIVERGED, "couple",
+            "the flow is not steady at t = %g s: residuals %.3g (momentum) and %.3g (continuity) after %d steps, "
+            "expected %g. Loosen the tolerance, refine the grid or lower the Reynolds number",
+            c->time, c->steady_result.momentum, c->steady_result.continuity, c->steady_result.newton,
+            c->steady->desc.tolerance);
     c->flow_stale = 0;
     return PD_OK;
 }
@@ -51,7 +53,8 @@ pd_status pd_couple_build(pd_ctx *ctx, const pd_couple_desc *desc, pd_grid *grid
                           pd_steady *steady, pd_transport *transport, pd_dissolve *dissolve, pd_couple *c)
 {
     memset(c, 0, sizeof *c);
-    if (!(desc->fraction >= 0.0) || desc->fraction > 1.0 || !(desc->max_step >= 0.0) || !(desc->ledger_tolerance >= 0.0))
+    if (!(desc->fraction >= 0.0) || desc->fraction > 1.0 || !(desc->max_step >= 0.0) ||
+        !(desc->ledger_tolerance >= 0.0))
         return pdi_fail(ctx, PD_ERR_ARGUMENT, "couple", "fraction %g must lie in [0, 1], max_step %g s be at least 0",
                         desc->fraction, desc->max_step);
     if ((flow && !steady) || (dissolve && !transport))
@@ -122,8 +125,8 @@ pd_status pd_couple_step(pd_ctx *ctx, pd_couple *c, double t_limit)
 pd_status pd_couple_run(pd_ctx *ctx, pd_couple *c, double t_end, double every, pd_observer_fn observer, void *user)
 {
     if (!(t_end >= c->time) || !(every >= 0.0))
-        return pdi_fail(ctx, PD_ERR_ARGUMENT, "couple", "the run from %g s to %g s with output every %g s", c->time, t_end,
-                        every);
+        return pdi_fail(ctx, PD_ERR_ARGUMENT, "couple", "the run from %g s to %g s with output every %g s", c->time,
+                        t_end, every);
     if (c->steps == 0) {
         PDI_TRY(pd_couple_start(ctx, c));
         if (observer && observer(user, c)) return PD_OK;

@@ -18,8 +18,8 @@ static double pdi_dissolve_factor(const pd_dissolve *d, int32_t solid)
 /* What an intact node loses before it turns fluid [mol/m3]. */
 static double pdi_dissolve_span(const pd_dissolve *d) { return d->desc.solid * (1.0 - d->desc.threshold); }
 
-/* Far end of bond k of node i. Ghosts behind a side of the box stand for their mirror images, so that a front that meets
- * a side is as fast there as elsewhere. */
+/* Far end of bond k of node i. Ghosts behind a side of the box stand for their mirror images, so that a front that
+ * meets a side is as fast there as elsewhere. */
 static int32_t pdi_dissolve_far(const pd_dissolve *d, int32_t i, int k)
 {
     int32_t j = i + d->bonds->shift[k];
@@ -27,16 +27,18 @@ static int32_t pdi_dissolve_far(const pd_dissolve *d, int32_t i, int k)
     return kind == PD_FLUID || kind == PD_SOLID ? j : pdi_grid_mirror(d->grid, j);
 }
 
-/* 1 when metal can pass bond k of fluid node i to its solid end: no wall in between. */
+/* 1 when metal can pass bond k of node i: no wall in between, mirror images included. Both ends agree, because paths are
+ * the same both ways. */
 static int pdi_dissolve_free(const pd_dissolve *d, int32_t i, int k)
 {
     const pd_stencil *s = d->bonds->stencil;
-    if (d->grid->kind[i + d->bonds->shift[k]] != PD_SOLID) return 1;
     for (int g = s->group_first[k]; g < s->group_first[k + 1] - 1; g++) {
         int walled = 1;
         for (int c = s->group_cell[g]; c < s->group_cell[g + 1] && walled; c++) {
-            uint8_t kind = d->grid->kind[i + d->bonds->cell_shift[c]];
-            walled = kind == PD_WALL || kind == PD_OUTSIDE;
+            int32_t at = i + d->bonds->cell_shift[c];
+            uint8_t kind = d->grid->kind[at];
+            if (kind != PD_FLUID && kind != PD_SOLID) kind = d->grid->kind[pdi_grid_mirror(d->grid, at)];
+            walled = kind != PD_FLUID && kind != PD_SOLID;
         }
         if (walled) return 0;
     }
@@ -50,15 +52,15 @@ static double pdi_dissolve_rate(const pd_dissolve *d, int32_t j)
     double sum = 0.0;
     for (int k = 0; k < s->count; k++) {
         int32_t i = pdi_dissolve_far(d, j, k);
-        if (d->grid->kind[i] != PD_FLUID || !pdi_dissolve_free(d, i, s->count - 1 - k)) continue;
+        if (d->grid->kind[i] != PD_FLUID || !pdi_dissolve_free(d, j, k)) continue;
         sum += s->area[k] * (d->speed[i] + d->slope[i] * d->transport->c[i]);
     }
     return sum * pdi_dissolve_factor(d, j);
 }
 
-/* Mean lead of the node set in cells: along an axis layer l loses the share a_l = sum over n_axis >= l of c(n) h, and has
- * on average lost its own share half and those of the layers below whole: sum_l (l - 1/2) a_l = sum c(n) h n^2 / 2 over
- * n_axis > 0. */
+/* Mean lead of the node set in cells: along an axis layer l loses the share a_l = sum over n_axis >= l of c(n) h, and
+ * has on average lost its own share half and those of the layers below whole: sum_l (l - 1/2) a_l = sum c(n) h n^2 / 2
+ * over n_axis > 0. */
 static double pdi_dissolve_lead(const pd_stencil *s)
 {
     double sum = 0.0;
@@ -97,10 +99,11 @@ pd_status pd_dissolve_build(pd_ctx *ctx, pd_grid *grid, const pd_bonds *bonds, p
                             const pd_dissolve_desc *desc, pd_dissolve *d)
 {
     memset(d, 0, sizeof *d);
-    if (!(desc->solid > 0.0) || !(desc->solid < 1e100) || !(desc->threshold >= 0.0) || !(desc->threshold < 1.0) || !desc->rate)
+    if (!(desc->solid > 0.0) || !(desc->solid < 1e100) || !(desc->threshold >= 0.0) || !(desc->threshold < 1.0) ||
+        !desc->rate)
         return pdi_fail(ctx, PD_ERR_ARGUMENT, "dissolve",
-                        "Cs = %g mol/m3 must be positive, the threshold %g lie in [0, 1), a rate law be given", desc->solid,
-                        desc->threshold);
+                        "Cs = %g mol/m3 must be positive, the threshold %g lie in [0, 1), a rate law be given",
+                        desc->solid, desc->threshold);
     d->desc = *desc;
     d->grid = grid;
     d->bonds = bonds;
@@ -126,8 +129,8 @@ static pd_status pdi_dissolve_law(pd_ctx *ctx, pd_dissolve *d, int32_t i)
         double x[PD_DIM];
         pd_grid_position(d->grid, i, x);
         return pdi_fail(ctx, PD_ERR_STATE, "dissolve",
-                        "the rate law gives %g m/s at c = %g mol/m3 (node %d at x = %g m), expected a finite speed", now, c,
-                        (int)i, x[0]);
+                        "the rate law gives %g m/s at c = %g mol/m3 (node %d at x = %g m), expected a finite speed",
+                        now, c, (int)i, x[0]);
     }
     d->slope[i] = now > 0.0 ? fmin((ahead - now) / step, 0.0) : 0.0;
     d->speed[i] = fmax(now, 0.0) - d->slope[i] * c;
@@ -145,7 +148,8 @@ pd_status pd_dissolve_prepare(pd_ctx *ctx, pd_dissolve *d)
         double weight = 0.0;
         for (int k = 0; k < s->count; k++) {
             int32_t j = pdi_dissolve_far(d, i, k);
-            if (d->grid->kind[j] == PD_SOLID && pdi_dissolve_free(d, i, k)) weight += s->area[k] * pdi_dissolve_factor(d, j);
+            if (d->grid->kind[j] == PD_SOLID && pdi_dissolve_free(d, i, k))
+                weight += s->area[k] * pdi_dissolve_factor(d, j);
         }
         d->weight[i] = weight * pdi_dissolve_span(d);
         if (!(weight > 0.0)) continue;
@@ -164,8 +168,8 @@ double pd_dissolve_fastest(pd_ctx *ctx, const pd_dissolve *d)
     return fastest;
 }
 
-/* Move `rest` (what node j still holds, or owes when negative) to its solid neighbours, the present front. Debris without
- * neighbours settles a debt with the fluid around, which repays in the next step. */
+/* Move `rest` (what node j still holds, or owes when negative) to its solid neighbours, the present front. Debris
+ * without neighbours settles a debt with the fluid around, which repays in the next step. */
 static pd_status pdi_dissolve_hand_over(pd_ctx *ctx, pd_dissolve *d, int32_t j, double rest)
 {
     const pd_stencil *s = d->bonds->stencil;
@@ -175,7 +179,7 @@ static pd_status pdi_dissolve_hand_over(pd_ctx *ctx, pd_dissolve *d, int32_t j, 
         for (int give = 0; give < 2; give++) {
             for (int k = 0; k < s->count; k++) {
                 int32_t i = pdi_dissolve_far(d, j, k);
-                if (d->grid->kind[i] != wanted) continue;
+                if (d->grid->kind[i] != wanted || !pdi_dissolve_free(d, j, k)) continue;
                 double weight = s->area[k] * (pass ? 1.0 : pdi_dissolve_factor(d, i));
                 if (!give) sum += weight;
                 else if (pass) d->transport->carry[i] += rest * weight / sum;
@@ -222,7 +226,8 @@ static int pdi_dissolve_spent(const pd_dissolve *d, int32_t j)
     if (left <= PDI_DISSOLVE_EMPTY) return 1;
     for (int k = 0; k < d->bonds->stencil->count && left <= d->lead; k++) {
         int32_t i = pdi_dissolve_far(d, j, k);
-        if (d->grid->kind[i] == PD_SOLID && pdi_dissolve_left(d, i) > d->lead) return 1;
+        if (d->grid->kind[i] != PD_SOLID || !(pdi_dissolve_left(d, i) > d->lead)) continue;
+        if (d->bonds->stencil->area[k] * pdi_dissolve_factor(d, i) > 0.0 && pdi_dissolve_free(d, j, k)) return 1;
     }
     return 0;
 }

@@ -42,8 +42,8 @@ PDI_FN void pdi_flow_gradient(const pd_ctx *ctx, const pd_flow *flow, const doub
 }
 
 /* conv += 1/2 sum_j g.(w_i + w_j) u_j for a block: the skew-symmetric convective term (eq. 4.3). */
-static void pdi_flow_convect_block(const double *g, const double *w, const double *u, int32_t i, int32_t j, int32_t total,
-                                   int count, double conv[PD_DIM][PDI_FLOW_BLOCK])
+static void pdi_flow_convect_block(const double *g, const double *w, const double *u, int32_t i, int32_t j,
+                                   int32_t total, int count, double conv[PD_DIM][PDI_FLOW_BLOCK])
 {
     double flux[PDI_FLOW_BLOCK];
     for (int b = 0; b < count; b++) flux[b] = 0.5 * g[0] * (w[i + b] + w[j + b]);
@@ -56,7 +56,8 @@ static void pdi_flow_convect_block(const double *g, const double *w, const doubl
 
 /* One block of `count` consecutive nodes from i with whole families. Inlined twice, with count a constant for full
  * blocks. */
-static inline void pdi_flow_block(const pd_flow *flow, const pdi_flow_terms *t, int32_t i, int count, double *ru, double *rc)
+static inline void pdi_flow_block(const pd_flow *flow, const pdi_flow_terms *t, int32_t i, int count, double *ru,
+                                  double *rc)
 {
     const pd_stencil *s = flow->bonds->stencil;
     int32_t total = flow->grid->total;
@@ -78,9 +79,8 @@ static inline void pdi_flow_block(const pd_flow *flow, const pdi_flow_terms *t, 
         for (int d = 0; d < PD_DIM; d++) {
             double half = 0.5 * a * xi[d];
             for (int b = 0; b < count; b++) {
-                double far = t->viscous[(int64_t)d * total + j + b];
-                lap[d][b] += a * (far - centre[d][b]);
-                div[b] += g[d] * far;
+                lap[d][b] += a * (t->viscous[(int64_t)d * total + j + b] - centre[d][b]);
+                div[b] += g[d] * t->mass[(int64_t)d * total + j + b];
                 tie[b] -= half * t->grad[(int64_t)d * total + j + b];
             }
         }
@@ -93,7 +93,8 @@ static inline void pdi_flow_block(const pd_flow *flow, const pdi_flow_terms *t, 
         }
 }
 
-static void pdi_flow_run(const pd_flow *flow, const pdi_flow_terms *t, int32_t first, int32_t length, double *ru, double *rc)
+static void pdi_flow_run(const pd_flow *flow, const pdi_flow_terms *t, int32_t first, int32_t length, double *ru,
+                         double *rc)
 {
     int32_t at = 0;
     for (; at + PDI_FLOW_BLOCK <= length; at += PDI_FLOW_BLOCK)
@@ -126,7 +127,7 @@ static void pdi_flow_row(const pd_flow *flow, const pdi_flow_terms *t, int32_t r
         double a = s->lap[k];
         double flux = t->w ? pdi_flow_half_flux(g, t->w, i, j, total) : 0.0;
         double flux2 = t->w2 ? pdi_flow_half_flux(g, t->w2, i, j, total) : 0.0;
-        div += 2.0 * pdi_flow_half_flux(g, t->viscous, i, j, total);
+        div += 2.0 * pdi_flow_half_flux(g, t->mass, i, j, total);
         for (int d = 0; d < PD_DIM; d++) {
             int64_t row = (int64_t)d * total;
             lap[d] += a * (t->viscous[row + j] - t->viscous[row + i]);
@@ -145,7 +146,8 @@ static void pdi_flow_row(const pd_flow *flow, const pdi_flow_terms *t, int32_t r
     }
 }
 
-PDI_FN void pdi_flow_terms_apply(const pd_ctx *ctx, const pd_flow *flow, const pdi_flow_terms *t, double *ru, double *rc)
+PDI_FN void pdi_flow_terms_apply(const pd_ctx *ctx, const pd_flow *flow, const pdi_flow_terms *t, double *ru,
+                                 double *rc)
 {
     const pd_bonds *bonds = flow->bonds;
     int nt = pdi_par_threads(ctx, pdi_flow_work(flow));
@@ -164,7 +166,7 @@ void pd_flow_residual(pd_ctx *ctx, pd_flow *flow, double *ru, double *rc)
     pdi_flow_outlet_velocity(flow, flow->u);
     pdi_flow_outlet_pressure(flow, flow->p_out, flow->p);
     pdi_flow_gradient(ctx, flow, flow->p, flow->grad);
-    t.w = t.u = t.viscous = flow->u;
+    t.w = t.u = t.viscous = t.mass = flow->u;
     t.p = flow->p;
     t.grad = flow->grad;
     t.force = flow->force;
@@ -237,10 +239,13 @@ static pd_status pdi_flow_ghosts(pd_ctx *ctx, pd_flow *flow)
     int32_t count = 0;
     for (int32_t node = 0; node < grid->total; node++) count += grid->kind[node] == PD_OUTLET;
     if (count > flow->outlet_capacity) {
-        PDI_TRY(PDI_GROW(ctx, "flow", flow->outlet_capacity, count, flow->outlet));
-        PDI_TRY(PDI_GROW(ctx, "flow", flow->outlet_capacity, count, flow->outlet_mirror));
-        PDI_TRY(PDI_GROW(ctx, "flow", flow->outlet_capacity, count, flow->outlet_axis));
+        PDI_DELETE(ctx, flow->outlet_capacity, flow->outlet);
+        PDI_DELETE(ctx, flow->outlet_capacity, flow->outlet_mirror);
+        PDI_DELETE(ctx, flow->outlet_capacity, flow->outlet_axis);
         flow->outlet_capacity = count;
+        PDI_TRY(PDI_NEW(ctx, "flow", count, flow->outlet));
+        PDI_TRY(PDI_NEW(ctx, "flow", count, flow->outlet_mirror));
+        PDI_TRY(PDI_NEW(ctx, "flow", count, flow->outlet_axis));
     }
     flow->outlets = 0;
     for (int32_t node = 0; node < grid->total; node++) {
@@ -260,14 +265,16 @@ static pd_status pdi_flow_ghosts(pd_ctx *ctx, pd_flow *flow)
         flow->inlet(flow->inlet_user, x, u);
         for (int d = 0; d < PD_DIM; d++) {
             if (!(fabs(u[d]) < 1e100))
-                return pdi_fail(ctx, PD_ERR_ARGUMENT, "flow", "the inlet velocity at (%g, ...) m is %g m/s", x[0], u[d]);
+                return pdi_fail(ctx, PD_ERR_ARGUMENT, "flow", "the inlet velocity at (%g, ...) m is %g m/s", x[0],
+                                u[d]);
             flow->u[(int64_t)d * grid->total + node] = u[d];
         }
     }
     return PD_OK;
 }
 
-pd_status pd_flow_build(pd_ctx *ctx, const pd_grid *grid, const pd_bonds *bonds, const pd_flow_desc *desc, pd_flow *flow)
+pd_status pd_flow_build(pd_ctx *ctx, const pd_grid *grid, const pd_bonds *bonds, const pd_flow_desc *desc,
+                        pd_flow *flow)
 {
     memset(flow, 0, sizeof *flow);
     if (!(desc->rho > 0.0) || !(desc->mu > 0.0) || !(desc->speed > 0.0) || !(desc->length > 0.0))

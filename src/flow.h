@@ -71,7 +71,8 @@ PD_API void pd_flow_free(pd_ctx *ctx, pd_flow *flow);
 typedef struct pdi_flow_terms {
     const double *w, *u;   /* convecting and convected velocity of the first convective term [m/s] */
     const double *w2, *u2; /* of the second, or NULL */
-    const double *viscous; /* velocity under the Laplacian and in the continuity equation [m/s] */
+    const double *viscous; /* velocity under the Laplacian [m/s] */
+    const double *mass;    /* velocity in the continuity equation [m/s] */
     const double *p;       /* [m2/s2] */
     const double *grad;    /* gradient of p [m/s2] */
     const double *force;   /* [PD_DIM] [m/s2], or NULL */
@@ -82,7 +83,8 @@ PDI_FN void pdi_flow_outlet_pressure(const pd_flow *flow, double p_out, double *
 /* grad = G p at fluid nodes and outlet ghosts (eq. 3.5). */
 PDI_FN void pdi_flow_gradient(const pd_ctx *ctx, const pd_flow *flow, const double *p, double *grad);
 /* Momentum and continuity terms M(u, P) (eq. 4.1, 4.2); ghosts must be filled. */
-PDI_FN void pdi_flow_terms_apply(const pd_ctx *ctx, const pd_flow *flow, const pdi_flow_terms *t, double *ru, double *rc);
+PDI_FN void pdi_flow_terms_apply(const pd_ctx *ctx, const pd_flow *flow, const pdi_flow_terms *t, double *ru,
+                                 double *rc);
 /* Volume flux per volume [1/s] of the bond k from node i to its far end, pressure flux included (eq. 4.4). */
 PDI_FN double pdi_flow_bond_flux(const pd_flow *flow, int32_t i, int k);
 #endif

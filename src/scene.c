@@ -310,10 +310,11 @@ static pd_status pdi_scene_run(pdi_scene *s)
     double rtol;
     if (u->has_transport) PDI_TRY(pdi_scene_positive(s, section, "until", "s", NULL, &u->until));
     if (!u->has_transport) return PD_OK;
-    PDI_TRY(pdi_scene_within(s, section, "rtol", "", "1e-3", 0.0, 0.1, 1, &rtol));
+    PDI_TRY(pdi_scene_within(s, section, "rtol", "", "4e-3", 0.0, 0.1, 1, &rtol));
     PDI_TRY(pdi_scene_within(s, section, "max_step", "s", "0", 0.0, PDI_SCENE_HUGE, 0, &u->max_step));
-    /* The error of the volume loss is of first order in the share that a step takes (measured: docs). */
-    u->fraction = fmin(1.0, 100.0 * rtol);
+    /* Measured on a dissolving disc of radius 12 h, law 1 - C/Csat: the volume loss after 4 h of recession is off by 3e-3
+     * when a step takes 0.1 of a node at most, by 1e-3 with 0.025. */
+    u->fraction = fmin(1.0, 25.0 * rtol);
     if (!pd_text_has(s->ctx, s->text, section, "fraction")) return PD_OK;
     return pdi_scene_within(s, section, "fraction", "", NULL, 0.0, 1.0, 1, &u->fraction);
 }
@@ -433,6 +434,28 @@ static pd_status pdi_scene_probe(pdi_scene *s, int section)
     return PD_OK;
 }
 
+/* A misspelt section first: what is missing without it would be told otherwise. */
+static pd_status pdi_scene_known(pd_ctx *ctx, pd_text *text)
+{
+    static const char *const names[] = {"grid", "shape", "side", "flow", "transport", "dissolve", "run", "output",
+                                        "probe"};
+    const size_t count = sizeof names / sizeof names[0];
+    for (int k = 1; k < text->section_count; k++) {
+        const char *name = text->section[k].name;
+        char hint[PD_UNITS_TEXT];
+        pdi_units_near close;
+        size_t n = 0;
+        pdi_units_near_init(&close, name, strlen(name));
+        for (; n < count && strcmp(names[n], name) != 0; n++) pdi_units_offer(&close, names[n]);
+        if (n < count) continue;
+        pdi_units_hint(&close, hint);
+        return pd_text_refuse(ctx, text, k, "scene",
+                              "found the section [%.40s], expected one of grid, shape, side, flow,"
+                              " transport, dissolve, run, output, probe%s", name, hint);
+    }
+    return PD_OK;
+}
+
 static pd_status pdi_scene_sections(pd_ctx *ctx, pd_text *text, const char *path, pd_setup *setup)
 {
     pdi_scene s;
@@ -442,6 +465,7 @@ static pd_status pdi_scene_sections(pd_ctx *ctx, pd_text *text, const char *path
     s.text = text;
     s.setup = setup;
     pdi_setup_split_path(path, name, folder);
+    PDI_TRY(pdi_scene_known(ctx, text));
     setup->has_flow = pd_text_has(ctx, text, pd_text_section(ctx, text, "flow", NULL), NULL);
     setup->has_transport = pd_text_has(ctx, text, pd_text_section(ctx, text, "transport", NULL), NULL);
     setup->has_dissolve = pd_text_has(ctx, text, pd_text_section(ctx, text, "dissolve", NULL), NULL);
@@ -465,6 +489,8 @@ static pd_status pdi_scene_sections(pd_ctx *ctx, pd_text *text, const char *path
 static pd_status pdi_scene_text(pd_ctx *ctx, pd_text *text, const char *path, const char *const *overrides, int count,
                                 pd_setup *setup)
 {
+    if (text->section_count <= 1 && text->entry_count == 0)
+        return pd_text_refuse(ctx, text, 0, "scene", "found an empty file, expected sections or lines key = value");
     if (pd_text_flat(text)) return pdi_flat_read(ctx, text, overrides, count, setup);
     for (int k = 0; k < count; k++) PDI_TRY(pd_text_override(ctx, text, overrides[k]));
     pd_status status = pdi_scene_sections(ctx, text, path, setup);

@@ -44,7 +44,7 @@ static void pdi_steady_jacobian(void *user, const double *x, double *y)
     t.u = flow->u;
     t.w2 = flow->u;
     t.u2 = du;
-    t.viscous = du;
+    t.viscous = t.mass = du;
     t.p = dp;
     t.grad = flow->grad;
     pdi_flow_terms_apply(s->ctx, flow, &t, y, y + split);
@@ -140,9 +140,10 @@ pd_status pd_steady_build(pd_ctx *ctx, pd_flow *flow, const pd_steady_desc *desc
     memset(s, 0, sizeof *s);
     s->flow = flow;
     s->desc = *desc;
-    if (!(desc->tolerance >= 0.0) || desc->tolerance >= 1.0 || desc->max_newton < 0 || desc->max_krylov < 0 || desc->restart < 0)
-        return pdi_fail(ctx, PD_ERR_ARGUMENT, "steady", "tolerance %g, max_newton %d, max_krylov %d, restart %d", desc->tolerance,
-                        desc->max_newton, desc->max_krylov, desc->restart);
+    if (!(desc->tolerance >= 0.0) || desc->tolerance >= 1.0 || desc->max_newton < 0 || desc->max_krylov < 0 ||
+        desc->restart < 0)
+        return pdi_fail(ctx, PD_ERR_ARGUMENT, "steady", "tolerance %g, max_newton %d, max_krylov %d, restart %d",
+                        desc->tolerance, desc->max_newton, desc->max_krylov, desc->restart);
     if (!(s->desc.tolerance > 0.0)) s->desc.tolerance = 1e-6;
     if (!s->desc.max_newton) s->desc.max_newton = 30;
     if (!s->desc.max_krylov) s->desc.max_krylov = 300;

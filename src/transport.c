@@ -58,7 +58,8 @@ static pdi_transport_list pdi_transport_open(const pd_transport *t, int32_t i)
     return list;
 }
 
-/* What a sweep does with its nodes: y = A c, the limiter ratios of c, or the limited fluxes y = sum alpha d (c_i - c_j). */
+/* What a sweep does with its nodes: y = A c, the limiter ratios of c, or the limited fluxes y = sum alpha d (c_i -
+ * c_j). */
 typedef enum pdi_transport_task {
     PDI_TRANSPORT_APPLY,
     PDI_TRANSPORT_RATIOS,
@@ -139,7 +140,8 @@ static void pdi_transport_block_apply(const pdi_transport_sweep *s, int32_t i)
     double sum[PDI_TRANSPORT_BLOCK], rate = t->dt > 0.0 ? 1.0 / t->dt : 0.0;
     for (int b = 0; b < PDI_TRANSPORT_BLOCK; b++) sum[b] = (rate + t->absorb[i + b]) * c[i + b];
     for (int k = 0; k < t->bonds->stencil->count; k++) {
-        double flux[PDI_TRANSPORT_BLOCK], upwind[PDI_TRANSPORT_BLOCK], bond = t->desc.diffusivity * t->bonds->stencil->lap[k];
+        double flux[PDI_TRANSPORT_BLOCK], upwind[PDI_TRANSPORT_BLOCK],
+            bond = t->desc.diffusivity * t->bonds->stencil->lap[k];
         int32_t j = i + t->bonds->shift[k];
         pdi_transport_block_flux(t, i, k, flux, upwind);
         for (int b = 0; b < PDI_TRANSPORT_BLOCK; b++)
@@ -360,8 +362,8 @@ static pd_status pdi_transport_correct(pd_ctx *ctx, pd_transport *t, double rtol
     pdi_transport_residual(ctx, t, residual);
     t->krylov.desc.rtol = rtol;
     t->krylov.desc.atol = atol;
-    pd_status status = pd_krylov_solve(ctx, &t->krylov, pdi_transport_apply, pdi_transport_precondition, &user, residual,
-                                       delta, &linear);
+    pd_status status = pd_krylov_solve(ctx, &t->krylov, pdi_transport_apply, pdi_transport_precondition, &user,
+                                       residual, delta, &linear);
     if (status < 0) return status;
     result->krylov += linear.iterations;
     result->residual = linear.residual;
@@ -434,8 +436,8 @@ static int64_t pdi_transport_mark(pd_transport *t, double low, double high)
     return found;
 }
 
-/* The limiter bounds a converged field; where the iteration has left the field outside of its bounds, the nodes concerned
- * lose their antidiffusive fluxes until none is left. Fluxes are limited, values never. */
+/* The limiter bounds a converged field; where the iteration has left the field outside of its bounds, the nodes
+ * concerned lose their antidiffusive fluxes until none is left. Fluxes are limited, values never. */
 static pd_status pdi_transport_enforce(pd_ctx *ctx, pd_transport *t, double atol, pd_transport_result *result)
 {
     double low, high, change;
@@ -519,7 +521,8 @@ double pd_transport_limit(pd_ctx *ctx, const pd_transport *t)
 pd_status pd_transport_explicit(pd_ctx *ctx, pd_transport *t, double dt)
 {
     const uint8_t *kind = t->grid->kind;
-    if (!(dt > 0.0)) return pdi_fail(ctx, PD_ERR_ARGUMENT, "transport", "the step is %g s, expected a positive one", dt);
+    if (!(dt > 0.0))
+        return pdi_fail(ctx, PD_ERR_ARGUMENT, "transport", "the step is %g s, expected a positive one", dt);
     double limit = pd_transport_limit(ctx, t);
     if (dt > limit * (1.0 + 1e-12)) {
         pdi_fail(ctx, PD_RETRY, "transport", "the explicit step of %g s exceeds the limit of %g s", dt, limit);

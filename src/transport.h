@@ -1,7 +1,7 @@
 /* transport: conservative, bounded advection and diffusion of dissolved metal on fluid nodes.
  *
- * dc/dt + sum_j F_ij (c_i + c_j)/2 - sum_j (D a + d)(c_j - c_i) = source - absorb c + sum_j alpha d (c_i - c_j)  over open
- * bonds, with F_ij the volume flux of the flow, d = max(|F|/2 - D a, 0) the diffusion that makes the left side an
+ * dc/dt + sum_j F_ij (c_i + c_j)/2 - sum_j (D a + d)(c_j - c_i) = source - absorb c + sum_j alpha d (c_i - c_j)  over
+ * open bonds, with F_ij the volume flux of the flow, d = max(|F|/2 - D a, 0) the diffusion that makes the left side an
  * M-matrix (upwinding) and alpha the limiter that gives it back as antidiffusive fluxes where the field stays within
  * its neighbours (theory: eq. 5.1 to 5.5; Kuzmin 2012). Implicit steps solve the left side and iterate on the right.
  * Bonds to solid and wall carry nothing. Every sum over bonds conserves to rounding, converged or not.
@@ -42,12 +42,13 @@ typedef struct pd_transport {
     double *anti;           /* [total] [mol/m3/s] limited antidiffusive fluxes in force */
     uint8_t *upwinded;      /* [total] node lost its antidiffusive fluxes in this step, to keep the bounds */
     double *rhs;            /* [total] [mol/m3/s] work */
-    double *work;           /* [2][total] residual [mol/m3/s] and correction [mol/m3] */
+    double *work;           /* [2][total] [mol/m3/s] residual, [mol/m3] correction */
     double dt;              /* [s] of the step in work; 0: none */
     pd_compact compact;
     pd_multigrid mg;
     pd_krylov krylov;
-    double outflow, inflow; /* [mol/s, per m in 2D] through outlets and inlets at the end of the last step */
+    double outflow;         /* [mol/s] (per m in 2D) through outlets at the end of the last step */
+    double inflow;          /* [mol/s] (per m in 2D) through inlets */
 } pd_transport;
 
 typedef struct pd_transport_result {

@@ -10,19 +10,18 @@ passed=0 failed=0
 
 # A small channel with a pin: the base that each case spoils.
 base() {
-    cat > bad.scene << 'END'
+    cat << 'END'
 [grid]      h = 10 um   m = 3   box = -100 um .. 200 um, -60 um .. 60 um
 [shape pin] box = 0 .. 60 um, -20 um .. 20 um   kind = solid   material = mg4ag   grains = 40 um
 [side x-]   flow = inlet   profile = parabola   mean = 0.01 m/s   C = 0
 [side x+]   flow = outlet   p = 0
-[flow]      rho = 1000   mu = 1e-3 Pa s
+[flow]      rho = 1000 kg/m3   mu = 1e-3 Pa s
 [transport] D = 1e-9 m2/s
 [dissolve]  rate = 1.3 um/h * (1 - C/Csat)   Csat = 56 mol/m3   gb_factor = 3
 [run]       until = 1 h
 [output]    fields = C, v
 [probe a]   at = 100 um, 0
 END
-    sed -i 's/rho = 1000 /rho = 1000 kg\/m3 /' bad.scene
 }
 
 # rejects NAME MESSAGE [ARGUMENT...]: status 2, nothing on stdout, exactly the line "pd2d: MESSAGE", no folder.
@@ -46,7 +45,103 @@ rejects() {
 
 # spoil NAME SED MESSAGE: one edit of the base.
 spoil() {
-    base
-    sed -i "$2" bad.scene
+    base | sed "$2" > bad.scene
     rejects "$1" "$3"
 }
+
+spoil "no h" 's/h = 10 um  *m/m/' "bad.scene:1: found no 'h' in [grid], expected h = a length [m]"
+spoil "no unit" 's/h = 10 um/h = 10/' \
+    "bad.scene:1: column 17: found a number without unit, expected a length [m]: write its unit, for example \
+nm, um, mm, m, km"
+spoil "wrong unit" 's/mean = 0.01 m\/s/mean = 0.01 kg/' \
+    "bad.scene:3: column 56: found a mass [kg], expected a speed [m/s]"
+spoil "unknown unit" 's/until = 1 h/until = 1 hr/' \
+    "bad.scene:8: column 23: found 'hr', expected a unit or an operator: did you mean 'hm'?"
+spoil "unknown key" 's/until/untl/' "bad.scene:8: found no 'until' in [run], expected until = a time [s]"
+spoil "unknown section" 's/\[transport\]/[transprt]/' \
+    "bad.scene:6: scene: found the section [transprt], expected one of grid, shape, side, flow, transport, \
+dissolve, run, output, probe: did you mean 'transport'?"
+spoil "fractional cells" 's/h = 10 um/h = 7 um/' \
+    "bad.scene:1: box: found 300 um on axis x, 42.8571 cells of 7 um, expected a whole number of cells"
+spoil "one range" 's/, -60 um .. 60 um//' "bad.scene:1: box: found 1 range, expected 2, one for each axis"
+spoil "range backwards" 's/-60 um .. 60 um/60 um .. -60 um/' \
+    "bad.scene:1: column 57: found a range from 6e-05 to -6e-05, expected its start below its end"
+spoil "m too large" 's/m = 3/m = 9/' "bad.scene:1: m: found 9, expected a value from 1 and at most 6"
+spoil "negative density" 's/rho = 1000/rho = -1000/' "bad.scene:5: rho: found -1000 kg/m3, expected a positive value"
+spoil "unknown side" 's/side x+/side w+/' "bad.scene:4: side: found [side w+], expected one of x-, x+, y-, y+"
+spoil "unknown profile" 's/parabola/parabole/' \
+    "bad.scene:3: column 38: found 'parabole', expected one of uniform, parabola, expression: did you mean \
+'parabola'?"
+spoil "no speed" 's/mean = 0.01 m\/s//' "bad.scene:3: found no 'mean' in [side x-], expected mean = a speed [m/s]"
+spoil "no outlet" 's/flow = outlet   p = 0/flow = noslip/' \
+    "bad.scene:5: flow: found an inlet and no outlet, expected flow = outlet in a [side ...]"
+spoil "no solid" 's/kind = solid   material = mg4ag   grains = 40 um/kind = wall/' \
+    "bad.scene:7: dissolve: found no solid, expected a [shape ...] with kind = solid"
+spoil "no transport" '/transport/d' \
+    "bad.scene:6: dissolve: found no [transport] section, expected one: the metal goes into the fluid"
+spoil "no Csat" 's/Csat = 56 mol\/m3//' \
+    "bad.scene:7: column 38: found 'Csat', expected a known variable, constant or function"
+spoil "rate not a speed" 's/1.3 um\/h \*/1.3 um */' \
+    "bad.scene:7: column 20: found a length [m], expected a speed [m/s]"
+spoil "gb_factor without grains" 's/grains = 40 um//' \
+    "bad.scene:7: gb_factor: found 3 without grains, expected grains = SIZE in a solid [shape ...]"
+spoil "unknown material" 's/mg4ag/iron/' "bad.scene:2: material: found 'iron', expected mg4ag"
+spoil "unknown field" 's/fields = C, v/fields = C, T/' \
+    "bad.scene:9: fields: found 'T', expected some of C, v, p, kind, grain, phase, D, rate, density, or none"
+spoil "field without physics" 's/fields = C, v/fields = C, v, grain/;s/grains = 40 um//;s/gb_factor = 3//' \
+    "bad.scene:9: fields: found 'grain', which needs a solid [shape] with grains"
+spoil "probe outside" 's/at = 100 um/at = 300 um/' \
+    "bad.scene:10: at: found 0.0003 m on axis x, expected a place inside the box"
+spoil "two shapes in one" 's/kind = solid/kind = solid   ball = 0, 0   radius = 5 um/' \
+    "bad.scene:2: ball: found beside 'box', expected one primitive or operation in a [shape] section"
+spoil "unknown operand" 's/\[side x-\]/[shape b] union = pin, tube   kind = wall\n[side x-]/' \
+    "bad.scene:3: union: found 'tube', expected the name of a [shape] above"
+spoil "unused shape" 's/\[side x-\]/[shape b] ball = 0, 0   radius = 20 um\n[side x-]/' \
+    "bad.scene:3: shape: 'b' has no kind and is part of no other shape, expected kind = solid or wall"
+spoil "missing mask" 's/\[side x-\]/[shape b] mask = none.png   corner = 0, 0   cell = 1 um   kind = wall\n[side x-]/' \
+    "bad.scene:3: mask: file: cannot open 'none.png': No such file or directory"
+spoil "key twice" 's/until = 1 h/until = 1 h   until = 2 h/' \
+    "bad.scene:8: found 'until' a second time in [run], first on line 8; expected it once"
+spoil "solid outside" 's/box = 0 .. 60 um, -20/box = 0 .. 60 um, -80/' \
+    "bad.scene: grid: the solid reaches from -8e-05 m to 2e-05 m on axis 1, outside of the box -6e-05 m .. \
+6e-05 m"
+spoil "solid too thin" 's/-20 um .. 20 um/-1 um .. 1 um/' \
+    "bad.scene: grid: the solid covers no node: it is thinner than the spacing or lies inside the wall"
+spoil "flow without section" '/^\[flow\]/d' \
+    "bad.scene:3: flow: found 'inlet' without a [flow] section, expected C = ... alone to hold a concentration"
+spoil "inlet closed" 's/box = 0 .. 60 um, -20 um .. 20 um/box = -100 um .. 60 um, -60 um .. 60 um/' \
+    "bad.scene: inlet: side x-: the inlet is closed by wall or solid"
+spoil "negative initial" 's/D = 1e-9 m2\/s/D = 1e-9 m2\/s   initial = 1 mol\/m3 * x\/(1 um)/' \
+    "bad.scene: model: initial gives C = -95 mol/m3 at x = -9.5e-05 m, expected a finite value of at least 0"
+base > bad.scene
+rejects "bad override" \
+    "command line: column 8: found a number without unit, expected a length [m]: write its unit, for example \
+nm, um, mm, m, km" grid.h=10
+rejects "unknown override" \
+    "command line: found the key 'nothing', which no section of bad.scene has, expected section.key" nothing=1
+rejects "unknown label" \
+    "command line: found the section [side y], expected one of bad.scene (its labels: x-, x+)" side.y.C=1
+printf 'dx = 5e-6\nR_wir = 40e-6\n' > bad.scene
+rejects "flat: unknown key" \
+    "bad.scene:2: found the unknown key 'R_wir' in the file, expected one of dx, m_ratio, R_wire, L_wire, \
+R_tube, L_upstream, L_downstream, rho_f, mu_f, Q_flow, rho_m, D_liquid, C_solid_init, C_liquid_init, \
+C_thresh, grain_size_mean, grain_size_std, gb_width_cells, k_corr, gb_corr_factor, flow_conv_tol, \
+T_final ...: did you mean 'R_wire'?"
+printf 'dx = 7e-6\n' > bad.scene
+rejects "flat: fractional cells" "bad.scene:1: dx: 2 R_tube are 42.8571 cells, expected a whole number of them"
+printf 'dx = abc\n' > bad.scene
+rejects "flat: not a number" \
+    "bad.scene:1: column 6: found 'abc', expected a known variable, constant or function: did you mean 'abs'?"
+printf 'R_wire = 200e-6\n' > bad.scene
+rejects "flat: pin wider than tube" "bad.scene:1: R_wire: found 0.0002, expected less than R_tube = 0.00015"
+printf 'C_thresh = 1.5\n' > bad.scene
+rejects "flat: out of range" "bad.scene:1: C_thresh: found 1.5, expected a value from 0 and at most 0.99"
+printf '\000\001\002' > bad.scene
+rejects "not text" "bad.scene:1: found byte 0x00, expected text"
+: > bad.scene
+rejects "empty" "bad.scene:1: scene: found an empty file, expected sections or lines key = value"
+rm -f bad.scene
+rejects "missing" "file: cannot open 'bad.scene': No such file or directory"
+
+echo "$passed passed, $failed failed"
+[ "$failed" = 0 ]

@@ -301,7 +301,7 @@ TEST(linearisation)
     pdi_flow_outlet_velocity(&s->flow, step);
     pdi_flow_outlet_pressure(&s->flow, 0.0, step + split);
     pdi_flow_gradient(&s->ctx, &s->flow, step + split, grad);
-    t.w = t.u2 = t.viscous = step;
+    t.w = t.u2 = t.viscous = t.mass = step;
     t.u = t.w2 = s->flow.u;
     t.p = step + split;
     t.grad = grad;

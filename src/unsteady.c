@@ -1,0 +1,220 @@
+/* unsteady: see unsteady.h */
+#include "unsteady.h"
+#include "par.h"
+#include <math.h>
+#include <string.h>
+
+/* Stability of the three-stage method on the imaginary and on the negative real axis. */
+#define PDI_UNSTEADY_IMAGINARY 1.7320508
+#define PDI_UNSTEADY_REAL 2.51
+
+static double pdi_unsteady_pressure(const pd_unsteady_desc *d, double density)
+{
+    double c2 = d->sound * d->sound;
+    if (d->eos == PD_EOS_LINEAR) return c2 * (density - 1.0);
+    return c2 / d->gamma * (pow(density, d->gamma) - 1.0);
+}
+
+static double pdi_unsteady_density(const pd_unsteady_desc *d, double pressure)
+{
+    double c2 = d->sound * d->sound;
+    if (d->eos == PD_EOS_LINEAR) return 1.0 + pressure / c2;
+    return pow(1.0 + d->gamma * pressure / c2, 1.0 / d->gamma);
+}
+
+pd_status pd_unsteady_build(pd_ctx *ctx, pd_flow *flow, const pd_unsteady_desc *desc, pd_unsteady *un)
+{
+    const pd_stencil *s = flow->bonds->stencil;
+    const pd_grid *grid = flow->grid;
+    memset(un, 0, sizeof *un);
+    un->desc = *desc;
+    if (!(un->desc.gamma > 0.0)) un->desc.gamma = 7.0;
+    if (!(un->desc.diffusion > 0.0)) un->desc.diffusion = 0.1;
+    if (!(un->desc.cfl > 0.0)) un->desc.cfl = 0.8;
+    if (!(desc->sound > 0.0) || !(desc->sound < 1e100) || un->desc.gamma < 1.0 || !(desc->gamma >= 0.0) ||
+        !(desc->diffusion >= 0.0) || !(desc->cfl >= 0.0))
+        return pdi_fail(ctx, PD_ERR_ARGUMENT, "unsteady",
+                        "sound = %g m/s must be positive, gamma = %g at least 1, diffusion = %g and cfl = %g not negative",
+                        desc->sound, desc->gamma, desc->diffusion, desc->cfl);
+    un->flow = flow;
+    double spacing = grid->h[0];
+    for (int d = 1; d < PD_DIM; d++) spacing = fmin(spacing, grid->h[d]);
+    /* eta c0 delta lap rho, written for the pressure: d rho = rho0 dp/(rho0 c0^2) */
+    flow->tau = un->desc.diffusion * s->m * spacing / un->desc.sound;
+    PDI_TRY(PDI_NEW(ctx, "unsteady", grid->total, un->density));
+    PDI_TRY(PDI_NEW(ctx, "unsteady", (int64_t)PD_DIM * grid->total, un->mass));
+    PDI_TRY(PDI_NEW(ctx, "unsteady", (int64_t)(PD_DIM + 1) * grid->total, un->start));
+    PDI_TRY(PDI_NEW(ctx, "unsteady", (int64_t)(PD_DIM + 1) * grid->total, un->rate));
+    for (int32_t i = 0; i < grid->total; i++) {
+        un->density[i] = 1.0;
+        if (grid->kind[i] == PD_FLUID) un->density[i] = pdi_unsteady_density(&un->desc, flow->p[i]);
+        if (!(un->density[i] > 0.0))
+            return pdi_fail(ctx, PD_ERR_ARGUMENT, "unsteady", "the pressure %g Pa of node %d has no density",
+                            flow->p[i] * flow->rho, (int)i);
+    }
+    return PD_OK;
+}
+
+/* Fill pressure and ghosts from the state. Inlets bring fluid of rest density. */
+static void pdi_unsteady_fill(const pd_ctx *ctx, pd_unsteady *un)
+{
+    pd_flow *flow = un->flow;
+    const uint8_t *kind = flow->grid->kind;
+    int32_t total = flow->grid->total;
+    int nt = pdi_par_threads(ctx, total * 8);
+    (void)nt;
+    PDI_PARALLEL_FOR(nt)
+    for (int32_t i = 0; i < total; i++)
+        if (kind[i] == PD_FLUID) flow->p[i] = pdi_unsteady_pressure(&un->desc, un->density[i]);
+    pdi_flow_outlet_velocity(flow, flow->u);
+    pdi_flow_outlet_pressure(flow, flow->p_out, flow->p);
+    double out = pdi_unsteady_density(&un->desc, flow->p_out);
+    for (int32_t o = 0; o < flow->outlets; o++)
+        un->density[flow->outlet[o]] = 2.0 * out - un->density[flow->outlet_mirror[o]];
+    PDI_PARALLEL_FOR(nt)
+    for (int32_t i = 0; i < total; i++)
+        for (int d = 0; d < PD_DIM; d++) un->mass[(int64_t)d * total + i] = un->density[i] * flow->u[(int64_t)d * total + i];
+    pdi_flow_gradient(ctx, flow, flow->p, flow->grad);
+}
+
+/* Time derivatives of velocity and density (eq. 4.12, 4.13). The convective term of flow.h is half the divergence of
+ * (rho v) v; half of v div(rho v) is taken off to make it rho v.grad v. */
+static void pdi_unsteady_rates(const pd_ctx *ctx, pd_unsteady *un)
+{
+    pd_flow *flow = un->flow;
+    const uint8_t *kind = flow->grid->kind;
+    int32_t total = flow->grid->total;
+    double *ru = un->rate, *rc = un->rate + (int64_t)PD_DIM * total;
+    pdi_flow_terms t;
+    memset(&t, 0, sizeof t);
+    pdi_unsteady_fill(ctx, un);
+    t.w = t.mass = un->mass;
+    t.u = t.viscous = flow->u;
+    t.p = flow->p;
+    t.grad = flow->grad;
+    t.force = flow->force;
+    pdi_flow_terms_apply(ctx, flow, &t, ru, rc);
+    flow->evaluations++;
+    int nt = pdi_par_threads(ctx, total * 8);
+    (void)nt;
+    PDI_PARALLEL_FOR(nt)
+    for (int32_t i = 0; i < total; i++) {
+        if (kind[i] != PD_FLUID) continue;
+        for (int d = 0; d < PD_DIM; d++) {
+            int64_t at = (int64_t)d * total + i;
+            ru[at] = (0.5 * flow->u[at] * rc[i] - ru[at]) / un->density[i];
+        }
+        rc[i] = -rc[i];
+    }
+}
+
+/* state = old_share * start + (1 - old_share) * (state + dt rate). 0: a value left the admissible range. */
+static int pdi_unsteady_stage(const pd_ctx *ctx, pd_unsteady *un, double old_share, double dt)
+{
+    pd_flow *flow = un->flow;
+    const uint8_t *kind = flow->grid->kind;
+    int32_t total = flow->grid->total;
+    int nt = pdi_par_threads(ctx, total * 8), good = 1;
+    (void)nt;
+    pdi_unsteady_rates(ctx, un);
+    PDI_PARALLEL_FOR(nt)
+    for (int32_t i = 0; i < total; i++) {
+        if (kind[i] != PD_FLUID) continue;
+        for (int d = 0; d <= PD_DIM; d++) {
+            int64_t at = (int64_t)d * total + i;
+            double *x = d < PD_DIM ? &flow->u[at] : &un->density[i];
+            *x = old_share * un->start[at] + (1.0 - old_share) * (*x + dt * un->rate[at]);
+        }
+    }
+    for (int32_t i = 0; i < total && good; i++) {
+        if (kind[i] != PD_FLUID) continue;
+        good = un->density[i] > 0.0 && un->density[i] < 1e100;
+        for (int d = 0; d < PD_DIM; d++) good = good && fabs(flow->u[(int64_t)d * total + i]) < 1e100;
+    }
+    return good;
+}
+
+pd_status pd_unsteady_step(pd_ctx *ctx, pd_unsteady *un, double dt)
+{
+    static const double old_share[3] = {0.0, 0.75, 1.0 / 3.0};
+    pd_flow *flow = un->flow;
+    int64_t total = flow->grid->total, split = (int64_t)PD_DIM * total;
+    if (!(dt > 0.0)) return pdi_fail(ctx, PD_ERR_ARGUMENT, "unsteady", "the step is %g s, expected a positive one", dt);
+    pdi_par_copy(ctx, split, flow->u, un->start);
+    pdi_par_copy(ctx, total, un->density, un->start + split);
+    for (int stage = 0; stage < 3; stage++) {
+        if (pdi_unsteady_stage(ctx, un, old_share[stage], dt)) continue;
+        pdi_par_copy(ctx, split, un->start, flow->u);
+        pdi_par_copy(ctx, total, un->start + split, un->density);
+        pdi_unsteady_fill(ctx, un);
+        return pdi_fail(ctx, PD_RETRY, "unsteady", "a density or velocity left its range in a step of %g s at t = %g s", dt,
+                        un->time);
+    }
+    pdi_unsteady_fill(ctx, un);
+    un->time += dt;
+    un->steps++;
+    return PD_OK;
+}
+
+double pd_unsteady_limit(pd_ctx *ctx, const pd_unsteady *un)
+{
+    const pd_flow *flow = un->flow;
+    const pd_stencil *s = flow->bonds->stencil;
+    const pd_grid *grid = flow->grid;
+    double speed = 0.0, gradient = 0.0, lap = 0.0, cut = 0.0;
+    (void)ctx;
+    for (int32_t i = 0; i < grid->total; i++) {
+        double square = 0.0;
+        if (!pdi_grid_open(grid->kind[i])) continue;
+        for (int d = 0; d < PD_DIM; d++) {
+            double u = flow->u[(int64_t)d * grid->total + i];
+            square += u * u;
+        }
+        speed = fmax(speed, square);
+    }
+    for (int d = 0; d < PD_DIM; d++) {
+        double sum = 0.0;
+        for (int k = 0; k < s->count; k++) sum += fabs(s->grad[k * PD_DIM + d]);
+        gradient += sum * sum;
+    }
+    for (int k = 0; k < s->count; k++) lap += s->lap[k];
+    for (int32_t r = 0; r < flow->bonds->rows; r++) cut = fmax(cut, flow->bonds->wall_lap[r]);
+    double acoustic = (un->desc.sound + sqrt(speed)) * sqrt(gradient);
+    /* pressure flux: tau c0^2 (lap - div grad), bounded by its Laplacian part */
+    double diffusive = 2.0 * lap * un->flow->tau * un->desc.sound * un->desc.sound;
+    double viscous = flow->nu * (2.0 * lap + cut);
+    return 1.0 / (acoustic / PDI_UNSTEADY_IMAGINARY + fmax(viscous, diffusive) / PDI_UNSTEADY_REAL);
+}
+
+pd_status pd_unsteady_run(pd_ctx *ctx, pd_unsteady *un, double t_end)
+{
+    if (!(t_end >= un->time)) return pdi_fail(ctx, PD_ERR_ARGUMENT, "unsteady", "a run from %g s to %g s", un->time, t_end);
+    while (un->time < t_end) {
+        double left = t_end - un->time, dt = un->desc.cfl * pd_unsteady_limit(ctx, un);
+        int last = dt >= left;
+        if (last) dt = left;
+        pd_status status = PD_RETRY;
+        for (int halved = 0; halved <= 20 && status == PD_RETRY; halved++) {
+            status = pd_unsteady_step(ctx, un, dt);
+            if (status == PD_OK) break;
+            if (status < 0) return status;
+            dt *= 0.5;
+            last = 0;
+        }
+        if (status == PD_RETRY)
+            return pdi_fail(ctx, PD_ERR_STATE, "unsteady", "steps down to %g s at t = %g s leave the admissible range", dt,
+                            un->time);
+        if (last) un->time = t_end;
+    }
+    return PD_OK;
+}
+
+void pd_unsteady_free(pd_ctx *ctx, pd_unsteady *un)
+{
+    int64_t total = un->flow ? un->flow->grid->total : 0;
+    PDI_DELETE(ctx, total, un->density);
+    PDI_DELETE(ctx, PD_DIM * total, un->mass);
+    PDI_DELETE(ctx, (PD_DIM + 1) * total, un->start);
+    PDI_DELETE(ctx, (PD_DIM + 1) * total, un->rate);
+    memset(un, 0, sizeof *un);
+}

@@ -1,0 +1,188 @@
+/* flat: every key of the flat parameter file, in 2D and 3D, and what overrides do to it.
+ * dims: 2 3 */
+#define _XOPEN_SOURCE 700
+#include "model.h"
+#include "scene.h"
+#include "test.h"
+#include <stdlib.h>
+#include <unistd.h>
+
+static const char defaults[] = "examples/scenes/s0_params.cfg";
+
+/* A flat file with this text. */
+static pd_status load(pd_ctx *ctx, const char *text, const char *const *overrides, int count, pd_setup *setup)
+{
+    char folder[200], path[256];
+    pd_ctx_init(ctx);
+    ctx->threads = 1;
+    snprintf(folder, sizeof folder, "%s/pdcorr_XXXXXX", P_tmpdir);
+    CHECK(mkdtemp(folder) != NULL);
+    snprintf(path, sizeof path, "%s/flat.cfg", folder);
+    FILE *file = fopen(path, "w");
+    CHECK(file && fputs(text, file) >= 0 && fclose(file) == 0);
+    pd_status status = pd_scene_read(ctx, path, overrides, count, setup);
+    CHECK(remove(path) == 0 && rmdir(folder) == 0);
+    return status;
+}
+
+static void leave(pd_ctx *ctx, pd_setup *setup)
+{
+    pd_setup_free(ctx, setup);
+    CHECK_INT(ctx->in_use, 0);
+}
+
+static double speed_of(const pd_setup *u)
+{
+    double none = 0.0;
+    return u->rate_scale * pd_expr_eval(&u->rate, &none);
+}
+
+/* The figures of the project's own file, worked out by hand. */
+static void check_defaults(const pd_setup *u)
+{
+    CHECK_NEAR(u->h[0], 5e-6, 0.0);
+    CHECK_NEAR(u->m, 3.0, 0.0);
+    CHECK_NEAR(u->lo[0], -500e-6, 0.0);
+    CHECK_REL(u->hi[0], 900e-6, 1e-14);
+    CHECK_REL(u->hi[1], 150e-6, 1e-14);
+    CHECK(u->has_flow && u->has_transport && u->has_dissolve && u->has_grains);
+    CHECK_INT(u->side[0].kind, PD_SIDE_INLET);
+    CHECK_INT(u->side[0].profile, PD_PROFILE_PARABOLA);
+    CHECK_NEAR(u->side[0].mean, 0.2358, 5e-5); /* 1.667e-8 / (pi (150e-6)^2) */
+    CHECK_INT(u->side[1].kind, PD_SIDE_OUTLET);
+    CHECK_INT(u->side[2].kind, PD_SIDE_WALL);
+    CHECK_NEAR(u->rho, 1000.0, 0.0);
+    CHECK_NEAR(u->mu, 1e-3, 0.0);
+    CHECK_NEAR(u->steady, 5e-6, 0.0);
+    CHECK_NEAR(u->diffusivity, 1e-9, 0.0);
+    CHECK_NEAR(u->solid_c, 71507.9, 0.05); /* 1738 / 0.024305 */
+    CHECK_NEAR(u->inlet, 0.0, 0.0);
+    CHECK_NEAR(u->threshold, 0.2, 0.0);
+    CHECK_REL(speed_of(u), 5e-9, 1e-14);
+    CHECK_NEAR(u->gb_factor, 3.0, 0.0);
+    CHECK_NEAR(u->grain.size, 40e-6, 0.0);
+    CHECK_NEAR(u->grain.spread, 5e-6, 0.0);
+    CHECK_NEAR(u->grain.boundary_width, 5e-6, 0.0);
+    CHECK_NEAR(u->until, 10.0, 0.0);
+    CHECK_NEAR(u->every, 0.5, 0.0);
+    CHECK_STR(u->folder, "output");
+    CHECK_STR(u->name, "s0_params");
+}
+
+TEST(file_of_the_project)
+{
+    static const char *const ignored[] = {"D_grain", "D_gb", "w_advect", "alpha_art_diff", "gamma_eos", "c0 ",
+                                          "eta_density", "cfl_factor ", "cfl_factor_corr", "flow_max_iters",
+                                          "corrosion_steps_per_check", "output_every_flow", "output_every_corr"};
+    pd_ctx ctx;
+    pd_setup u;
+    pd_ctx_init(&ctx);
+    if (!CHECK_OK(&ctx, pd_scene_read(&ctx, defaults, NULL, 0, &u))) return;
+    check_defaults(&u);
+    for (size_t k = 0; k < sizeof ignored / sizeof ignored[0]; k++) {
+        int found = 0;
+        for (int n = 0; n < u.notes; n++)
+            found += strncmp(u.note[n], ignored[k], strlen(ignored[k])) == 0 && strstr(u.note[n], "ignored") != NULL;
+        if (!CHECK_INT(found, 1)) NOTE("no note on %s", ignored[k]);
+    }
+    int rate = 0;
+    for (int n = 0; n < u.notes; n++)
+        rate += strstr(u.note[n], "18 um/h") != NULL && strstr(u.note[n], "157.788 mm/year") != NULL;
+    CHECK_INT(rate, 1);
+    leave(&ctx, &u);
+}
+
+/* One key alone: the defaults are those of the file. */
+TEST(defaults_without_the_file)
+{
+    pd_ctx ctx;
+    pd_setup u;
+    if (!CHECK_OK(&ctx, load(&ctx, "T_final = 10\n", NULL, 0, &u))) return;
+    memcpy(u.name, "s0_params", 10);
+    check_defaults(&u);
+    leave(&ctx, &u);
+}
+
+/* Refining dx keeps the recession speed and the boundary width, which refer to dx as it stands in the file. */
+TEST(refining_keeps_the_speed)
+{
+    static const char *const overrides[] = {"dx=2.5e-6", "T_final=32400"};
+    pd_ctx ctx;
+    pd_setup u;
+    pd_ctx_init(&ctx);
+    if (!CHECK_OK(&ctx, pd_scene_read(&ctx, defaults, overrides, 2, &u))) return;
+    CHECK_NEAR(u.h[0], 2.5e-6, 0.0);
+    CHECK_NEAR(u.until, 32400.0, 0.0);
+    CHECK_REL(speed_of(&u), 5e-9, 1e-14);
+    CHECK_NEAR(u.grain.boundary_width, 5e-6, 0.0);
+    leave(&ctx, &u);
+    if (!CHECK_OK(&ctx, load(&ctx, "dx = 1e-5\nk_corr = 2e-3\ngb_width_cells = 1\n", overrides, 1, &u))) return;
+    CHECK_REL(speed_of(&u), 2e-8, 1e-14);
+    CHECK_REL(u.grain.boundary_width, 3e-5, 1e-14);
+    leave(&ctx, &u);
+}
+
+/* The set-up of the project's Poiseuille check. */
+TEST(without_pin)
+{
+    pd_ctx ctx;
+    pd_setup u;
+    if (!CHECK_OK(&ctx, load(&ctx, "R_wire = 0\nL_wire = 0\nL_upstream = 1500e-6\nk_corr = 0\ngb_corr_factor = 1\n"
+                             "flow_conv_tol = 1e-6\nT_final = 1e-8\n", NULL, 0, &u))) return;
+    CHECK_INT(u.solid, -1);
+    CHECK(u.has_flow && !u.has_dissolve && !u.has_grains);
+    CHECK_NEAR(u.lo[0], -1500e-6, 0.0);
+    CHECK_NEAR(u.hi[0], 500e-6, 0.0);
+    CHECK_NEAR(u.steady, 1e-6, 0.0);
+    CHECK_NEAR(u.until, 1e-8, 0.0);
+    leave(&ctx, &u);
+    if (!CHECK_OK(&ctx, load(&ctx, "Q_flow = 0\nC_liquid_init = 0.01\ngrain_size_mean = 0\n", NULL, 0, &u))) return;
+    CHECK(!u.has_flow && u.has_dissolve && !u.has_grains);
+    CHECK_NEAR(u.gb_factor, 1.0, 0.0);
+    CHECK_NEAR(u.inlet, 715.079, 1e-3);
+    CHECK_INT(u.fields >> PD_FIELD_V & 1u, 0);
+    leave(&ctx, &u);
+}
+
+/* Solid nodes of the pin: a slab of 16 x 80 cells in 2D; in 3D a wire whose section is that of a disc. */
+TEST(geometry)
+{
+    static const char *const overrides[] = {"dx=1e-5", "L_upstream=40e-6", "L_downstream=40e-6"};
+    pd_ctx ctx;
+    pd_setup u;
+    pd_model m;
+    pd_ctx_init(&ctx);
+    ctx.threads = 1;
+    if (!CHECK_OK(&ctx, pd_scene_read(&ctx, defaults, overrides, 3, &u))) return;
+    if (CHECK_OK(&ctx, pd_model_build(&ctx, &u, &m))) {
+        double cells = PD_DIM == 2 ? 8.0 * 40.0 : 3.14159265358979323846 * 16.0 * 40.0;
+        CHECK_REL((double)m.grid.solid_count, cells, PD_DIM == 2 ? 0.0 : 0.05);
+        double open = PD_DIM == 2 ? 30.0 * 48.0 : 3.14159265358979323846 * 225.0 * 48.0;
+        CHECK_REL((double)(m.grid.solid_count + m.grid.fluid_count), open, PD_DIM == 2 ? 0.0 : 0.02);
+        CHECK_REL(m.flow.length, 300e-6, 1e-9);
+        pd_model_free(&ctx, &m);
+    }
+    leave(&ctx, &u);
+}
+
+static void refused(const char *text, const char *part)
+{
+    pd_ctx ctx;
+    pd_setup setup;
+    CHECK(load(&ctx, text, NULL, 0, &setup) < 0);
+    if (!CHECK(strstr(ctx.message, part) != NULL)) NOTE("message: %s; expected: %s", ctx.message, part);
+    CHECK_INT(ctx.in_use, 0);
+}
+
+TEST(refusals)
+{
+    refused("R_wrie = 1e-6\n", "did you mean 'R_wire'?");
+    refused("dx = 5e-6\nR_tube = -1\n", "flat.cfg:2: R_tube: found -1, expected a value above 0");
+    refused("R_wire = 150e-6\n", "flat.cfg:1: R_wire: found 0.00015, expected less than R_tube");
+    refused("dx = 3e-6\n", "flat.cfg:1: dx: ");
+    refused("C_solid_init = 0.1\n", "C_thresh: found 0.2, expected less than C_solid_init = 0.1");
+    refused("m_ratio = 7\n", "flat.cfg:1: m_ratio: found 7, expected a value from 1 and at most 6");
+}
+
+TEST_MAIN(ENTRY(file_of_the_project) ENTRY(defaults_without_the_file) ENTRY(refining_keeps_the_speed) ENTRY(without_pin)
+              ENTRY(geometry) ENTRY(refusals))

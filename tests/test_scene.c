@@ -1,0 +1,597 @@
+/* scene, sketch, inlet, model, run: every section of a scene, what is built from it, the files of a run.
+ * dims: 1 2 3 */
+#define _XOPEN_SOURCE 700
+#include "output.h"
+#include "png.h"
+#include "run.h"
+#include "test.h"
+#include <stdlib.h>
+#include <unistd.h>
+
+static char folder[256]; /* of this test program */
+
+static const char *path_of(const char *name)
+{
+    static char path[4][512];
+    static int turn;
+    turn = (turn + 1) % 4;
+    snprintf(path[turn], sizeof path[0], "%s/%s", folder, name);
+    return path[turn];
+}
+
+static void remove_folder(void)
+{
+    char command[300];
+    snprintf(command, sizeof command, "rm -rf '%s'", folder);
+    if (system(command) != 0) printf("cannot remove %s\n", folder);
+}
+
+static void need_folder(void)
+{
+    if (folder[0]) return;
+    snprintf(folder, sizeof folder, "%s/pdcorr_XXXXXX", P_tmpdir);
+    if (CHECK(mkdtemp(folder) != NULL)) atexit(remove_folder);
+}
+
+static void put(const char *name, const void *bytes, size_t size)
+{
+    need_folder();
+    FILE *file = fopen(path_of(name), "wb");
+    CHECK(file != NULL && fwrite(bytes, 1, size, file) == size && fclose(file) == 0);
+}
+
+static pd_status load(pd_ctx *ctx, const char *text, const char *const *overrides, int count, pd_setup *setup)
+{
+    pd_ctx_init(ctx);
+    ctx->threads = 1;
+    put("a.scene", text, strlen(text));
+    return pd_scene_read(ctx, path_of("a.scene"), overrides, count, setup);
+}
+
+static void leave(pd_ctx *ctx, pd_setup *setup)
+{
+    pd_setup_free(ctx, setup);
+    pd_setup_free(ctx, setup);
+    CHECK_INT(ctx->in_use, 0);
+}
+
+/* The scene is refused with a message that holds `part`, and nothing is left behind. */
+static void refused(const char *text, const char *part)
+{
+    pd_ctx ctx;
+    pd_setup setup;
+    CHECK(load(&ctx, text, NULL, 0, &setup) < 0);
+    if (!CHECK(strstr(ctx.message, part) != NULL)) NOTE("message: %s; expected: %s", ctx.message, part);
+    CHECK_INT(ctx.in_use, 0);
+}
+
+#if PD_DIM == 2
+static const char full[] =
+    "[grid]       h = 5 um, 10 um   m = 2.5   box = -100 um .. 200 um, -60 um .. 60 um   threads = 2\n"
+    "[shape rod]  ball = 20 um, 0   radius = 20 um\n"
+    "[shape cut]  half_space = yes   point = 10 um, 0   normal = 1, 0\n"
+    "[shape pin]  difference = rod, cut   kind = solid   material = mg4ag   grains = 40 um   grain_spread = 4 um\n"
+    "             grain_seed = 7   boundary_width = 0.5 um\n"
+    "[shape pin2] box = 100 um .. 120 um, -20 um .. 20 um   kind = solid\n"
+    "[shape lid]  cylinder = x   radius = 50 um   outside = yes   kind = wall\n"
+    "[side x-]    flow = inlet   profile = parabola   mean = 0.01 m/s   C = 0.1*Csat\n"
+    "[side x+]    flow = outlet   p = 2 Pa\n"
+    "[side y-]    flow = noslip\n"
+    "[flow]       rho = 1 g/cm3   mu = 2 mPa s   steady = 1e-7   force = 0.5 m/s2, 0\n"
+    "[transport]  D = 2e-9 m2/s   advection = upwind   initial = 1 mol/m3 * (1 + x/(1 mm))\n"
+    "[dissolve]   rate = 3.6 um/h * (1 - C/Csat)   Csat = 50 mol/m3   gb_factor = 3   threshold = 0.1\n"
+    "[run]        until = 2 h   fraction = 0.2   max_step = 60 s\n"
+    "[output]     every = 10 min   fields = C, v, grain   images = C, rate   prefix = pit   folder = elsewhere\n"
+    "[probe a]    at = 100 um, 25 um   fields = C, v\n";
+
+TEST(every_key)
+{
+    pd_ctx ctx;
+    pd_setup u;
+    double x[2] = {1e-3, 0.0}, c = 25.0;
+    if (!CHECK_OK(&ctx, load(&ctx, full, NULL, 0, &u))) return;
+    CHECK_STR(u.name, "a");
+    CHECK_STR(u.folder, "elsewhere");
+    CHECK_STR(u.prefix, "pit");
+    CHECK_INT(u.threads, 2);
+    CHECK_NEAR(u.h[0], 5e-6, 0.0);
+    CHECK_NEAR(u.h[1], 10e-6, 0.0);
+    CHECK_NEAR(u.m, 2.5, 0.0);
+    CHECK_NEAR(u.lo[0], -100e-6, 0.0);
+    CHECK_NEAR(u.hi[1], 60e-6, 0.0);
+    CHECK(u.has_flow && u.has_transport && u.has_dissolve && u.has_grains);
+    CHECK_INT(u.side[0].kind, PD_SIDE_INLET);
+    CHECK_INT(u.side[0].profile, PD_PROFILE_PARABOLA);
+    CHECK_NEAR(u.side[0].mean, 0.01, 0.0);
+    CHECK_INT(u.side[1].kind, PD_SIDE_OUTLET);
+    CHECK_INT(u.side[2].kind, PD_SIDE_WALL);
+    CHECK_INT(u.side[3].kind, PD_SIDE_WALL);
+    CHECK_NEAR(u.inlet, 5.0, 1e-15);
+    CHECK_NEAR(u.p_out, 2.0, 0.0);
+    CHECK_REL(u.rho, 1000.0, 1e-15);
+    CHECK_REL(u.mu, 2e-3, 1e-15);
+    CHECK_NEAR(u.force[0], 0.5, 0.0);
+    CHECK_NEAR(u.steady, 1e-7, 0.0);
+    CHECK_NEAR(u.diffusivity, 2e-9, 0.0);
+    CHECK_INT(u.advection, PD_ADVECTION_UPWIND);
+    CHECK_REL(pd_expr_eval(&u.initial, x), 2.0, 1e-15);
+    CHECK_REL(u.rate_scale * pd_expr_eval(&u.rate, &c), 0.5e-9, 1e-14);
+    CHECK_REL(u.solid_c, 1738.0 / 0.024305, 1e-15);
+    CHECK_NEAR(u.saturation, 50.0, 0.0);
+    CHECK_NEAR(u.gb_factor, 3.0, 0.0);
+    CHECK_NEAR(u.threshold, 0.1, 0.0);
+    CHECK_NEAR(u.grain.size, 40e-6, 0.0);
+    CHECK_NEAR(u.grain.spread, 4e-6, 0.0);
+    CHECK_INT(u.grain.seed, 7);
+    CHECK_NEAR(u.grain.boundary_width, 0.5e-6, 1e-22);
+    CHECK_NEAR(u.until, 7200.0, 0.0);
+    CHECK_NEAR(u.every, 600.0, 0.0);
+    CHECK_NEAR(u.fraction, 0.2, 0.0);
+    CHECK_NEAR(u.max_step, 60.0, 0.0);
+    CHECK_INT(u.fields, 1 << PD_FIELD_C | 1 << PD_FIELD_V | 1 << PD_FIELD_GRAIN);
+    CHECK_INT(u.images, 1 << PD_FIELD_C | 1 << PD_FIELD_RATE);
+    CHECK_INT(u.probes, 1);
+    CHECK_NEAR(u.probe[0].at[1], 25e-6, 0.0);
+    leave(&ctx, &u);
+}
+
+/* Inside and outside of the united solids and of the wall at hand-picked points. */
+TEST(shapes_and_operations)
+{
+    static const struct {
+        double x, y; /* um */
+        int solid, wall;
+    } at[] = {{5, 0, 0, 0},  {15, 0, 1, 0},  {39, 0, 1, 0},  {41, 0, 0, 0}, {35, 18, 0, 0},
+              {110, 0, 1, 0}, {110, 21, 0, 0}, {0, 51, 0, 1}, {0, -49, 0, 0}, {190, -51, 0, 1}};
+    pd_ctx ctx;
+    pd_setup u;
+    if (!CHECK_OK(&ctx, load(&ctx, full, NULL, 0, &u))) return;
+    for (size_t k = 0; k < sizeof at / sizeof at[0]; k++) {
+        double x[2] = {at[k].x * 1e-6, at[k].y * 1e-6};
+        CHECK_INT(pd_shape_distance(u.shape, u.solid, x) < 0.0, at[k].solid);
+        CHECK_INT(pd_shape_distance(u.shape, u.wall, x) < 0.0, at[k].wall);
+    }
+    leave(&ctx, &u);
+}
+
+TEST(overrides_replace_values)
+{
+    static const char *const overrides[] = {"h=20 um", "side.x-.mean=1 mm/s", "run.until=30 min",
+                                            "shape.rod.radius=15 um", "transport.advection=limited"};
+    pd_ctx ctx;
+    pd_setup u;
+    if (!CHECK_OK(&ctx, load(&ctx, full, overrides, 5, &u))) return;
+    CHECK_NEAR(u.h[0], 20e-6, 0.0);
+    CHECK_NEAR(u.h[1], 20e-6, 0.0);
+    CHECK_NEAR(u.side[0].mean, 1e-3, 0.0);
+    CHECK_NEAR(u.until, 1800.0, 0.0);
+    CHECK_NEAR(u.shape[0].r, 15e-6, 0.0);
+    CHECK_INT(u.advection, PD_ADVECTION_LIMITED);
+    leave(&ctx, &u);
+}
+
+#define CHANNEL "[grid] h = 10 um  box = 0 .. 200 um, 0 .. 100 um\n[side x+] flow = outlet\n" \
+    "[flow] rho = 1000 kg/m3  mu = 1e-3 Pa s\n"
+#define STILL "[grid] h = 10 um  box = 0 .. 200 um, 0 .. 100 um\n[transport] D = 1e-9 m2/s\n[run] until = 1 s\n"
+#define BLOCK "[shape b] box = 0 .. 50 um, 0 .. 50 um  kind = solid\n"
+
+/* A rate per layer of h is the speed rate * h. */
+TEST(law_per_layer)
+{
+    pd_ctx ctx;
+    pd_setup u;
+    double c = 0.0;
+    if (!CHECK_OK(&ctx, load(&ctx, STILL BLOCK "[dissolve] law = 1e-3 1/s\n", NULL, 0, &u))) return;
+    CHECK_REL(u.rate_scale * pd_expr_eval(&u.rate, &c), 1e-8, 1e-14);
+    CHECK_INT(u.notes, 1);
+    CHECK(strstr(u.note[0], "36 um/h") != NULL && strstr(u.note[0], "315.576 mm/year") != NULL);
+    leave(&ctx, &u);
+}
+
+TEST(masks)
+{
+    static const uint8_t gray[8] = {255, 0, 0, 255, 0, 200, 100, 0}; /* two rows of four, the upper one first */
+    static const uint8_t raw[8] = {0, 1, 0, 0, 1, 0, 0, 1};          /* the lower row first */
+    pd_ctx ctx;
+    pd_setup u;
+    pd_image image;
+    image.width = 4;
+    image.height = 2;
+    image.channels = 1;
+    image.pixels = (uint8_t *)gray;
+    need_folder();
+    pd_ctx_init(&ctx);
+    CHECK_OK(&ctx, pd_png_write(&ctx, path_of("mask.png"), &image));
+    put("mask.raw", raw, sizeof raw);
+    static const char *const scenes[] = {
+        STILL "[shape a] mask = mask.png  corner = 20 um, 30 um  cell = 10 um  kind = solid\n",
+        STILL "[shape a] raw = mask.raw  size = 4, 2  corner = 20 um, 30 um  cell = 10 um, 10 um  kind = solid\n"};
+    for (int s = 0; s < 2; s++) {
+        if (!CHECK_OK(&ctx, load(&ctx, scenes[s], NULL, 0, &u))) continue;
+        for (int row = 0; row < 2; row++)
+            for (int column = 0; column < 4; column++) {
+                double x[2] = {20e-6 + (column + 0.5) * 10e-6, 30e-6 + (row + 0.5) * 10e-6};
+                int inside = s ? raw[row * 4 + column] : gray[(1 - row) * 4 + column] >= 128;
+                CHECK_INT(pd_shape_distance(u.shape, u.solid, x) < 0.0, inside);
+            }
+        leave(&ctx, &u);
+    }
+    refused(STILL "[shape a] raw = mask.raw  size = 4, 3  corner = 0, 0  cell = 10 um  kind = solid\n",
+            "raw: found a file of 8 bytes, expected 12");
+    refused(STILL "[shape a] mask = mask.raw  corner = 0, 0  cell = 10 um  kind = solid\n", "a.scene:4: mask: ");
+}
+
+static int build(pd_ctx *ctx, const char *text, pd_setup *setup, pd_model *model)
+{
+    if (!CHECK_OK(ctx, load(ctx, text, NULL, 0, setup))) return 0;
+    if (CHECK_OK(ctx, pd_model_build(ctx, setup, model))) return 1;
+    pd_setup_free(ctx, setup);
+    return 0;
+}
+
+/* 3/2 U (1 - s^2) between the walls of the side, wherever they stand. */
+TEST(parabola_between_walls)
+{
+    pd_ctx ctx;
+    pd_setup u;
+    pd_model m;
+    double x[2] = {-5e-6, 0.0}, v[2];
+    if (!build(&ctx, CHANNEL "[shape w] half_space = yes  point = 0, 33 um  normal = 0, 1  kind = wall\n"
+                     "[side x-] flow = inlet  profile = parabola  mean = 0.3 m/s\n", &u, &m)) return;
+    CHECK_NEAR(m.flow.speed, 0.3, 0.0);
+    CHECK_NEAR(m.flow.length, 67e-6, 1e-12);
+    for (int k = 0; k < 7; k++) {
+        x[1] = 35e-6 + k * 10e-6;
+        double s = (x[1] - 66.5e-6) / 33.5e-6;
+        pd_inlet_velocity(&m.inlet, x, v);
+        CHECK_NEAR(v[0], 0.45 * (1.0 - s * s), 1e-9);
+        CHECK_NEAR(v[1], 0.0, 0.0);
+    }
+    pd_model_free(&ctx, &m);
+    leave(&ctx, &u);
+}
+
+/* 2D: the flow of a tube as wide as the channel; from the other side it flows towards -x. */
+TEST(flow_rate_and_direction)
+{
+    pd_ctx ctx;
+    pd_setup u;
+    pd_model m;
+    double x[2] = {205e-6, 50e-6}, v[2];
+    if (!build(&ctx, "[grid] h = 10 um  box = 0 .. 200 um, 0 .. 100 um\n[flow] rho = 1 g/cm3  mu = 1 mPa s\n"
+                     "[side x+] flow = inlet  profile = uniform  flow_rate = 1 uL/min\n[side x-] flow = outlet\n",
+               &u, &m)) return;
+    pd_inlet_velocity(&m.inlet, x, v);
+    CHECK_REL(v[0], -1e-9 / 60.0 / (3.14159265358979323846 * 50e-6 * 50e-6), 1e-12);
+    pd_model_free(&ctx, &m);
+    leave(&ctx, &u);
+}
+
+TEST(expression_profile)
+{
+    pd_ctx ctx;
+    pd_setup u;
+    pd_model m;
+    double x[2] = {-25e-6, 20e-6}, v[2];
+    if (!build(&ctx, CHANNEL "[side x-] flow = inlet  profile = expression  vx = 10 1/s * y  vy = 1 mm/s\n", &u,
+               &m)) return;
+    pd_inlet_velocity(&m.inlet, x, v);
+    CHECK_REL(v[0], 2e-4, 1e-14);
+    CHECK_REL(v[1], 1e-3, 1e-14);
+    CHECK_REL(m.flow.speed, 5e-4, 1e-12); /* the mean of 10/s y over the side */
+    pd_model_free(&ctx, &m);
+    leave(&ctx, &u);
+}
+
+/* What a scene leaves out owns no memory. */
+TEST(absent_physics_costs_nothing)
+{
+    pd_ctx ctx;
+    pd_setup u;
+    pd_model m;
+    if (build(&ctx, STILL, &u, &m)) {
+        CHECK_INT(m.bytes[PD_PART_FLOW] + m.bytes[PD_PART_GRAIN] + m.bytes[PD_PART_DISSOLVE], 0);
+        CHECK(m.flow.u == NULL && m.steady.work == NULL && m.factor == NULL && m.dissolve.front == NULL);
+        CHECK(m.couple.flow == NULL && m.couple.dissolve == NULL && m.couple.transport == &m.transport);
+        CHECK_INT(m.unknowns[PD_PART_FLOW], 0);
+        CHECK_INT(m.unknowns[PD_PART_TRANSPORT], 200);
+        pd_model_free(&ctx, &m);
+        leave(&ctx, &u);
+    }
+    if (build(&ctx, CHANNEL "[side x-] flow = inlet  profile = uniform  mean = 1 mm/s\n", &u, &m)) {
+        CHECK_INT(m.bytes[PD_PART_TRANSPORT], 0);
+        CHECK(m.transport.c == NULL && m.couple.transport == NULL);
+        CHECK_INT(m.unknowns[PD_PART_FLOW], 600);
+        pd_model_free(&ctx, &m);
+        leave(&ctx, &u);
+    }
+    /* grains without a boundary factor need no factor field */
+    if (build(&ctx, STILL "[shape b] box = 0 .. 50 um, 0 .. 50 um  kind = solid  grains = 20 um\n"
+                    "[dissolve] rate = 1 um/h\n", &u, &m)) {
+        CHECK(m.factor == NULL && m.grain.id != NULL);
+        pd_model_free(&ctx, &m);
+        leave(&ctx, &u);
+    }
+}
+
+/* factor = 1 + (gb_factor - 1) * boundary share: its mean over the solid follows from the measured share. */
+TEST(grain_factor)
+{
+    pd_ctx ctx;
+    pd_setup u;
+    pd_model m;
+    double sum = 0.0, least = 1e9;
+    if (!build(&ctx,
+               STILL "[shape b] box = 0 .. 200 um, 0 .. 50 um  kind = solid  grains = 40 um  boundary_width = 1 um\n"
+                     "[dissolve] rate = 1 um/h  gb_factor = 3\n", &u, &m)) return;
+    for (int32_t i = 0; i < m.grid.total; i++)
+        if (m.grid.kind[i] == PD_SOLID) {
+            sum += m.factor[i];
+            least = fmin(least, m.factor[i]);
+        }
+    CHECK_REL(sum / 100.0, 1.0 + 2.0 * m.grain_stats.boundary_fraction, 1e-6);
+    CHECK(m.grain_stats.boundary_fraction > 0.02 && m.grain_stats.boundary_fraction < 0.15);
+    CHECK_NEAR(least, 1.0, 0.2);
+    pd_model_free(&ctx, &m);
+    leave(&ctx, &u);
+}
+
+typedef struct listener {
+    int summary, notes, progress, steps, stop_after;
+    char text[4000];
+} listener;
+
+static void listen(void *user, pd_print_kind kind, const char *text)
+{
+    listener *l = (listener *)user;
+    size_t used = strlen(l->text);
+    l->summary += kind == PD_PRINT_SUMMARY;
+    l->notes += kind == PD_PRINT_NOTE;
+    l->progress += kind == PD_PRINT_PROGRESS;
+    CHECK(strchr(text, '\n') == NULL);
+    snprintf(l->text + used, sizeof l->text - used, "%s\n", text);
+}
+
+static int stop(void *user)
+{
+    listener *l = (listener *)user;
+    return ++l->steps == l->stop_after;
+}
+
+static pd_status run(pd_ctx *ctx, const pd_setup *setup, const char *out, int check, listener *l, pd_run_result *result)
+{
+    pd_run_desc desc;
+    memset(&desc, 0, sizeof desc);
+    desc.folder = out;
+    desc.check = check;
+    desc.print = listen;
+    desc.print_user = l;
+    desc.stop = stop;
+    desc.stop_user = l;
+    return pd_run(ctx, setup, &desc, result);
+}
+
+#define DISSOLVING \
+    "[grid] h = 10 um  box = 0 .. 200 um, 0 .. 100 um\n" \
+    "[shape b] box = 0 .. 200 um, 0 .. 50 um  kind = solid  material = mg4ag\n" \
+    "[transport] D = 1e-9 m2/s\n[dissolve] rate = 2 um/h\n[run] until = 1 h\n" \
+    "[output] every = 20 min  fields = C, kind, density  images = C, kind  prefix = pit\n" \
+    "[probe a] at = 100 um, 75 um  fields = C\n"
+
+/* A flat front that recedes at 2 um/h for an hour takes 2 of 50 um; all files are there and can be read. */
+TEST(files_of_a_run)
+{
+    static const char *const files[] = {"pit_000000_t0.0s.vti",  "pit_000001_t1200.0s.vti", "pit_000002_t2400.0s.vti",
+                                        "pit_000003_t3600.0s.vti", "C_000003_t3600.0s.png", "kind_000000_t0.0s.png",
+                                        "volume_loss.png"};
+    pd_ctx ctx;
+    pd_setup u;
+    pd_run_result r;
+    listener l;
+    pd_table table;
+    pd_image image;
+    double loss[1000], time[1000];
+    char line[600];
+    memset(&l, 0, sizeof l);
+    if (!CHECK_OK(&ctx, load(&ctx, DISSOLVING, NULL, 0, &u))) return;
+    CHECK_OK(&ctx, run(&ctx, &u, path_of("made/here"), 0, &l, &r));
+    CHECK_REL(r.volume_loss, 0.04, 0.02);
+    CHECK_LE(r.ledger, 1e-12);
+    CHECK_NEAR(r.time, 3600.0, 0.0);
+    CHECK(l.summary >= 5 && !r.stopped && !r.has_flux);
+    CHECK(strstr(l.text, "not modelled: flow, grains, ") != NULL);
+    pd_run_line(&r, line, sizeof line);
+    CHECK(strncmp(line, "result case=a dim=2 h=1e-05 m=3 volume_loss=0.0", 47) == 0);
+    for (size_t k = 0; k < sizeof files / sizeof files[0]; k++) {
+        char name[128];
+        snprintf(name, sizeof name, "made/here/%s", files[k]);
+        if (!CHECK(access(path_of(name), R_OK) == 0)) NOTE("no %s", name);
+        memset(&image, 0, sizeof image);
+        if (strstr(name, ".png")) CHECK_OK(&ctx, pd_png_read(&ctx, path_of(name), &image));
+        if (strstr(name, ".png")) CHECK(image.width > 200 && image.height > 100);
+        pd_image_free(&ctx, &image);
+    }
+    memset(&table, 0, sizeof table);
+    if (CHECK_OK(&ctx, pd_table_read(&ctx, path_of("made/here/diagnostics.csv"), &table)) && table.rows < 1000) {
+        CHECK_INT(table.rows, r.steps + 1);
+        CHECK_OK(&ctx, pd_table_column(&ctx, &table, "volume_loss", loss));
+        CHECK_OK(&ctx, pd_table_column(&ctx, &table, "time_s", time));
+        CHECK_NEAR(loss[table.rows - 1], r.volume_loss, 0.0);
+        CHECK_NEAR(loss[0], 0.0, 0.0);
+        for (int k = 1; k < table.rows; k++) CHECK(time[k] > time[k - 1] && loss[k] > loss[k - 1]);
+    }
+    pd_table_free(&ctx, &table);
+    memset(&table, 0, sizeof table);
+    if (CHECK_OK(&ctx, pd_table_read(&ctx, path_of("made/here/probes.csv"), &table)))
+        CHECK_INT(pd_table_find(&table, "a_C"), 1);
+    pd_table_free(&ctx, &table);
+    leave(&ctx, &u);
+}
+
+TEST(stop_and_check)
+{
+    pd_ctx ctx;
+    pd_setup u;
+    pd_run_result r;
+    listener l;
+    memset(&l, 0, sizeof l);
+    if (!CHECK_OK(&ctx, load(&ctx, DISSOLVING, NULL, 0, &u))) return;
+    CHECK_OK(&ctx, run(&ctx, &u, path_of("checked"), 1, &l, &r));
+    CHECK(access(path_of("checked"), F_OK) != 0);
+    CHECK_INT(r.unknowns, 200);
+    memset(&l, 0, sizeof l);
+    l.stop_after = 2;
+    CHECK_OK(&ctx, run(&ctx, &u, path_of("stopped"), 0, &l, &r));
+    CHECK(r.stopped && r.time > 0.0 && r.time < 3600.0);
+    CHECK_INT(r.steps, 1);
+    CHECK(access(path_of("stopped/simulation.pvd"), R_OK) == 0 && access(path_of("stopped/volume_loss.png"),
+                                                                         R_OK) == 0);
+    leave(&ctx, &u);
+}
+
+/* An empty channel: what goes in comes out, and the parabola is kept. */
+TEST(flow_alone)
+{
+    pd_ctx ctx;
+    pd_setup u;
+    pd_run_result r;
+    listener l;
+    memset(&l, 0, sizeof l);
+    if (!CHECK_OK(&ctx, load(&ctx, CHANNEL "[side x-] flow = inlet  profile = parabola  mean = 1 cm/s\n", NULL, 0, &u)))
+        return;
+    CHECK_OK(&ctx, run(&ctx, &u, path_of("flow"), 0, &l, &r));
+    CHECK(r.has_flux);
+    CHECK_LE(r.flux, 1e-6);
+    CHECK_LE(r.flux_max, 1e-6);
+    CHECK_LE(r.residual, 1e-6);
+    CHECK(access(path_of("flow/corr_000000_t0.0s.vti"), R_OK) == 0);
+    leave(&ctx, &u);
+}
+
+TEST(refusals)
+{
+    pd_ctx ctx;
+    pd_setup u;
+    pd_model m;
+    refused(STILL "[shape a] kind = solid\n", "a.scene:4: shape: found no geometry");
+    refused(STILL "[shape a] box = 0 .. 1 um, 0 .. 1 um  kind = solid  grains = -1 um\n",
+            "a.scene:4: grains: found -1e-06 m");
+    refused(STILL BLOCK "[dissolve] rate = 1 um/h  law = 1 1/s\n", "a.scene:5: law: found beside 'rate'");
+    refused(STILL BLOCK "[dissolve] rate = 1 um/h  threshold = 1\n", "a.scene:5: threshold: found 1, expected");
+    refused(STILL BLOCK "[dissolve] rate = -1 um/h\n", "a.scene:5: rate: found a recession speed of -2.77778e-10 m/s");
+    refused(STILL "[output] slice = z 0 um\n", "a.scene:4: slice: found in 2D");
+    refused(STILL "[output] prefix = a/b\n", "a.scene:4: prefix: found 'a/b'");
+    refused("[grid] h = 1 um  box = 0 .. 9 um, 0 .. 9 um\n", "found no physics");
+    refused(CHANNEL "[side x-] flow = inlet  profile = parabola  mean = 1 m/s  flow_rate = 1 mL/min\n",
+            "a.scene:4: flow_rate: found beside 'mean'");
+    refused(CHANNEL "[side x-] flow = inlet  profile = expression\n", "a.scene:4: profile: found 'expression' without");
+    refused(CHANNEL, "a.scene:3: flow: found no inlet, expected speed");
+    /* two openings */
+    if (!CHECK_OK(&ctx, load(&ctx, CHANNEL "[shape w] box = 0 .. 50 um, 40 um .. 60 um  kind = wall\n"
+                             "[side x-] flow = inlet  profile = parabola  mean = 1 m/s\n", NULL, 0, &u))) return;
+    CHECK_INT(pd_model_build(&ctx, &u, &m), PD_ERR_GEOMETRY);
+    CHECK(strstr(ctx.message, "side x-: found several openings") != NULL);
+    leave(&ctx, &u);
+}
+TEST_MAIN(ENTRY(every_key) ENTRY(shapes_and_operations) ENTRY(overrides_replace_values) ENTRY(law_per_layer)
+          ENTRY(masks) ENTRY(parabola_between_walls) ENTRY(flow_rate_and_direction) ENTRY(expression_profile)
+          ENTRY(absent_physics_costs_nothing) ENTRY(grain_factor) ENTRY(files_of_a_run) ENTRY(stop_and_check)
+          ENTRY(flow_alone) ENTRY(refusals))
+#elif PD_DIM == 3
+#define TUBE \
+    "[grid] h = 10 um  box = 0 .. 80 um, -40 um .. 40 um, -40 um .. 40 um\n" \
+    "[flow] rho = 1 g/cm3  mu = 1 mPa s\n[side x+] flow = outlet\n"
+
+/* 2 U (1 - (r/R)^2) with U = Q / (pi R^2). */
+TEST(parabola_of_a_tube)
+{
+    pd_ctx ctx;
+    pd_setup u;
+    pd_model m;
+    double x[3] = {-15e-6, 10e-6, -20e-6}, v[3], mean = 1e-9 / 60.0 / (3.14159265358979323846 * 37e-6 * 37e-6);
+    if (!CHECK_OK(&ctx, load(&ctx, TUBE "[shape w] cylinder = x  radius = 37 um  outside = yes  kind = wall\n"
+                             "[side x-] flow = inlet  profile = parabola  flow_rate = 1 uL/min\n", NULL, 0, &u)))
+        return;
+    if (CHECK_OK(&ctx, pd_model_build(&ctx, &u, &m))) {
+        CHECK_REL(m.flow.speed, mean, 1e-12);
+        CHECK_REL(m.flow.length, 74e-6, 1e-12);
+        pd_inlet_velocity(&m.inlet, x, v);
+        CHECK_REL(v[0], 2.0 * mean * (1.0 - 500.0 / 1369.0), 1e-12);
+        CHECK_NEAR(fabs(v[1]) + fabs(v[2]), 0.0, 0.0);
+        pd_model_free(&ctx, &m);
+    }
+    leave(&ctx, &u);
+}
+
+TEST(rectangular_duct_is_refused)
+{
+    pd_ctx ctx;
+    pd_setup u;
+    pd_model m;
+    if (!CHECK_OK(&ctx, load(&ctx, TUBE "[side x-] flow = inlet  profile = parabola  mean = 1 m/s\n", NULL, 0,
+                             &u))) return;
+    CHECK_INT(pd_model_build(&ctx, &u, &m), PD_ERR_GEOMETRY);
+    CHECK(strstr(ctx.message, "expected profile = expression") != NULL);
+    leave(&ctx, &u);
+}
+
+TEST(slices)
+{
+    static const char *const scene = TUBE "[side x-] flow = inlet  profile = uniform  mean = 1 mm/s\n"
+                                          "[output] images = v  slice = y 15 um\n";
+    pd_ctx ctx;
+    pd_setup u;
+    if (!CHECK_OK(&ctx, load(&ctx, scene, NULL, 0, &u))) return;
+    CHECK_INT(u.slice_axis, 1);
+    CHECK_NEAR(u.slice_at, 15e-6, 0.0);
+    leave(&ctx, &u);
+    refused(TUBE "[side x-] flow = inlet  profile = uniform  mean = 1 mm/s\n[output] slice = y 15\n",
+            "a.scene:5: slice: slice: column 3: found a number without unit");
+    refused(TUBE "[side x-] flow = inlet  profile = uniform  mean = 1 mm/s\n[output] slice = w 0 um\n",
+            "a.scene:5: slice: found 'w 0 um'");
+}
+TEST_MAIN(ENTRY(parabola_of_a_tube) ENTRY(rectangular_duct_is_refused) ENTRY(slices))
+#else
+/* A closed rod held at 2 mol/m3 on one end fills up to that; its picture is a curve. */
+TEST(diffusion_in_one_dimension)
+{
+    pd_ctx ctx;
+    pd_setup u;
+    pd_run_desc desc;
+    pd_run_result r;
+    pd_image image;
+    pd_table table;
+    double c[100];
+    memset(&table, 0, sizeof table);
+    memset(&desc, 0, sizeof desc);
+    memset(&image, 0, sizeof image);
+    if (!CHECK_OK(&ctx, load(&ctx, "[grid] h = 10 um  box = 0 .. 400 um\n[side x-] C = 2 mol/m3\n"
+                             "[transport] D = 1e-9 m2/s\n[run] until = 1 h  max_step = 60 s\n"
+                             "[output] images = C  every = 1 h\n"
+                             "[probe end] at = 395 um\n", NULL, 0, &u))) return;
+    CHECK_INT(u.side[0].kind, PD_SIDE_INLET);
+    desc.folder = path_of("line");
+    CHECK_OK(&ctx, pd_run(&ctx, &u, &desc, &r));
+    CHECK_LE(r.ledger, 1e-11);
+    CHECK_OK(&ctx, pd_png_read(&ctx, path_of("line/C_000001_t3600.0s.png"), &image));
+    CHECK(image.width > 200);
+    pd_image_free(&ctx, &image);
+    if (CHECK_OK(&ctx, pd_table_read(&ctx, path_of("line/probes.csv"), &table)) && table.rows < 100) {
+        CHECK_INT(table.rows, 61);
+        CHECK_OK(&ctx, pd_table_column(&ctx, &table, "end_C", c));
+        CHECK_NEAR(c[0], 0.0, 0.0);
+        CHECK_REL(c[60], 2.0, 1e-6);
+    }
+    pd_table_free(&ctx, &table);
+    leave(&ctx, &u);
+}
+
+TEST(refusals)
+{
+    refused("[grid] h = 10 um  box = 0 .. 400 um\n[side y-] C = 2 mol/m3\n"
+            "[transport] D = 1e-9 m2/s\n[run] until = 1 h\n",
+            "a.scene:2: side: found [side y-], expected one of x-, x+");
+    refused("dx = 1e-6\n", "which describes a pin in 2D or 3D");
+}
+TEST_MAIN(ENTRY(diffusion_in_one_dimension) ENTRY(refusals))
+#endif
