@@ -55,6 +55,7 @@
  *   material   properties of metals that dissolve, as presets with their sources.
  *   flow       peridynamic Navier-Stokes operator: momentum and continuity residuals, their linearisation, flux sections.
  *   steady     steady flow by Newton's method on the peridynamic residual.
+ *   unsteady   time-dependent weakly compressible flow, explicit.
  *   transport  conservative, bounded advection and diffusion of dissolved metal on fluid nodes.
  *   dissolve   surface-rate dissolution. Solid nodes lose metal through the bonds that join them to fluid.
  *   couple     one dissolution run: steady flow, implicit transport, dissolution steps with error control, the ledger.
@@ -692,7 +693,7 @@ typedef struct pd_bonds {
     uint16_t *bond;      /* [capacity][count] their stencil indices, ascending */
     double *wall_lap;    /* [capacity] [1/m2] sum over cut bonds of a/t (eq. 3.3), and the bend of a curved surface */
     double *wall_curv;   /* [capacity] [-] sum over cut bonds of a (xi.N)^2 (1-t)/2 (eq. 3.4), likewise */
-    double *moment;      /* [capacity][PD_DIM][PD_DIM] inverse of sum w xi xi^T over open bonds (eq. 3.5) */
+    double *moment;      /* [capacity][PD_DIM][PD_DIM] [unit of 1/(base m2)] inverse of sum w xi xi^T over open bonds (eq. 3.5) */
     int32_t runs, run_capacity;
     int32_t *run_first, *run_length; /* nodes with whole families, consecutive along axis 0 */
 } pd_bonds;
@@ -1005,8 +1006,8 @@ typedef struct pdi_compact_convection {
                            * peridynamic operator adds by upwinding; NULL: central */
 } pdi_compact_convection;
 /* diffusivity [m2/s, or 1]; mass: value for every fluid cell [1/s]. */
-PDI_FN void pdi_compact_fill(const pd_ctx *ctx, double diffusivity, const pdi_compact_convection *convection, double mass,
-                             const pdi_compact_faces *faces, pd_compact *compact);
+PDI_FN void pdi_compact_fill(const pd_ctx *ctx, double diffusivity, const pdi_compact_convection *convection,
+                             double mass, const pdi_compact_faces *faces, pd_compact *compact);
 PDI_FN void pdi_compact_free(pd_ctx *ctx, pd_compact *compact);
 /* Box cell of a node inside the box, and back. */
 PDI_FN int64_t pdi_compact_cell(const pd_grid *grid, const int *i);
@@ -1717,7 +1718,8 @@ PD_API void pd_flow_free(pd_ctx *ctx, pd_flow *flow);
 typedef struct pdi_flow_terms {
     const double *w, *u;   /* convecting and convected velocity of the first convective term [m/s] */
     const double *w2, *u2; /* of the second, or NULL */
-    const double *viscous; /* velocity under the Laplacian and in the continuity equation [m/s] */
+    const double *viscous; /* velocity under the Laplacian [m/s] */
+    const double *mass;    /* velocity in the continuity equation [m/s] */
     const double *p;       /* [m2/s2] */
     const double *grad;    /* gradient of p [m/s2] */
     const double *force;   /* [PD_DIM] [m/s2], or NULL */
@@ -1728,7 +1730,8 @@ PDI_FN void pdi_flow_outlet_pressure(const pd_flow *flow, double p_out, double *
 /* grad = G p at fluid nodes and outlet ghosts (eq. 3.5). */
 PDI_FN void pdi_flow_gradient(const pd_ctx *ctx, const pd_flow *flow, const double *p, double *grad);
 /* Momentum and continuity terms M(u, P) (eq. 4.1, 4.2); ghosts must be filled. */
-PDI_FN void pdi_flow_terms_apply(const pd_ctx *ctx, const pd_flow *flow, const pdi_flow_terms *t, double *ru, double *rc);
+PDI_FN void pdi_flow_terms_apply(const pd_ctx *ctx, const pd_flow *flow, const pdi_flow_terms *t, double *ru,
+                                 double *rc);
 /* Volume flux per volume [1/s] of the bond k from node i to its far end, pressure flux included (eq. 4.4). */
 PDI_FN double pdi_flow_bond_flux(const pd_flow *flow, int32_t i, int k);
 #endif
@@ -1758,7 +1761,7 @@ typedef struct pd_steady {
     pd_compact compact_u, compact_p;
     pd_multigrid mg_u, mg_p;
     pd_krylov krylov;
-    double *residual, *step, *work;     /* [(PD_DIM+1)][total] each */
+    double *residual, *step, *work;     /* [(PD_DIM+1)][total] each, [-] scaled residual; [m/s] and [m2/s2] for the others */
     double shift;                       /* [1/s] 1 over the pseudo time step */
     double norm0;                       /* [-] largest initial residual norm of all solves */
 } pd_steady;
@@ -1783,11 +1786,64 @@ PD_API void pd_steady_free(pd_ctx *ctx, pd_steady *steady);
 
 #endif
 
+/* ======== >>unsteady.h ======== */
+/* unsteady: time-dependent weakly compressible flow, explicit.
+ *
+ * d rho/dt + div(rho v) = fourth-order density diffusion,  rho dv/dt + rho v.grad v = -grad p + mu lap v + rho f,  with an
+ * equation of state p(rho), on the sums of flow.h, in time by the three-stage Runge-Kutta method of Shu and Osher 1988
+ * (theory: eq. 4.11 to 4.14). At rest in time it has the steady solution of steady.h up to O(Mach^2).
+ */
+#ifndef PD_UNSTEADY_H
+#define PD_UNSTEADY_H
+
+typedef enum pd_eos {
+    PD_EOS_TAIT = 0,  /* p = rho0 c0^2/gamma ((rho/rho0)^gamma - 1); Monaghan 1994 */
+    PD_EOS_LINEAR = 1 /* p = c0^2 (rho - rho0) */
+} pd_eos;
+
+typedef struct pd_unsteady_desc {
+    pd_eos eos;
+    double sound;     /* [m/s] c0, positive; about ten times the largest speed or more */
+    double gamma;     /* [-] of Tait; 0: 7 */
+    double diffusion; /* [-] eta of the density diffusion eta c0 delta; 0: 0.1 */
+    double cfl;       /* [-] share of the stability limit; 0: 0.8 */
+} pd_unsteady_desc;
+
+typedef struct pd_unsteady {
+    pd_unsteady_desc desc; /* defaults filled in */
+    pd_flow *flow;         /* its u and p are the state; its tau becomes that of the density diffusion */
+    double *density;       /* [total] [-] rho/rho0 */
+    double *mass;          /* [PD_DIM][total] [m/s] rho v/rho0, work */
+    double *start;         /* [PD_DIM+1][total] [m/s], [-] state at the start of the step: v, then density */
+    double *rate;          /* [PD_DIM+1][total] [m/s2], [1/s] time derivatives of the stage */
+    double time;           /* [s] */
+    int64_t steps;
+} pd_unsteady;
+
+#define pd_unsteady_build PD_NAME(pd_unsteady_build)
+#define pd_unsteady_limit PD_NAME(pd_unsteady_limit)
+#define pd_unsteady_step PD_NAME(pd_unsteady_step)
+#define pd_unsteady_run PD_NAME(pd_unsteady_run)
+#define pd_unsteady_free PD_NAME(pd_unsteady_free)
+
+/* Starts from the velocity and pressure in flow (borrowed). PD_ERR_ARGUMENT: sound not positive, gamma below 1,
+ * negative diffusion or cfl. */
+PD_API pd_status pd_unsteady_build(pd_ctx *ctx, pd_flow *flow, const pd_unsteady_desc *desc, pd_unsteady *unsteady);
+/* Stability limit [s] of the present state (cfl not applied): acoustic, viscous and density diffusion together. */
+PD_API double pd_unsteady_limit(pd_ctx *ctx, const pd_unsteady *unsteady);
+/* One step of dt [s]. PD_RETRY, state unchanged: a density became non-positive or a value not finite. */
+PD_API pd_status pd_unsteady_step(pd_ctx *ctx, pd_unsteady *unsteady, double dt);
+/* Steps of cfl times the limit up to t_end [s]; rejected steps are halved. PD_ERR_STATE: 20 halvings did not help. */
+PD_API pd_status pd_unsteady_run(pd_ctx *ctx, pd_unsteady *unsteady, double t_end);
+PD_API void pd_unsteady_free(pd_ctx *ctx, pd_unsteady *unsteady);
+
+#endif
+
 /* ======== >>transport.h ======== */
 /* transport: conservative, bounded advection and diffusion of dissolved metal on fluid nodes.
  *
- * dc/dt + sum_j F_ij (c_i + c_j)/2 - sum_j (D a + d)(c_j - c_i) = source - absorb c + sum_j alpha d (c_i - c_j)  over open
- * bonds, with F_ij the volume flux of the flow, d = max(|F|/2 - D a, 0) the diffusion that makes the left side an
+ * dc/dt + sum_j F_ij (c_i + c_j)/2 - sum_j (D a + d)(c_j - c_i) = source - absorb c + sum_j alpha d (c_i - c_j)  over
+ * open bonds, with F_ij the volume flux of the flow, d = max(|F|/2 - D a, 0) the diffusion that makes the left side an
  * M-matrix (upwinding) and alpha the limiter that gives it back as antidiffusive fluxes where the field stays within
  * its neighbours (theory: eq. 5.1 to 5.5; Kuzmin 2012). Implicit steps solve the left side and iterate on the right.
  * Bonds to solid and wall carry nothing. Every sum over bonds conserves to rounding, converged or not.
@@ -1806,7 +1862,7 @@ typedef struct pd_transport_desc {
     double initial;         /* [mol/m3] */
     pd_advection advection;
     double tolerance;       /* [-] of the linear solves, relative to the right-hand side; 0: 1e-11 */
-    int max_limiter;        /* limiter iterations of one implicit step; 0: 30 */
+    int max_limiter;        /* limiter iterations of one implicit step; 0: 10 */
     double limiter_tolerance; /* [-] relative change of the field at which they stop; 0: 1e-3 */
 } pd_transport_desc;
 
@@ -1824,12 +1880,13 @@ typedef struct pd_transport {
     double *anti;           /* [total] [mol/m3/s] limited antidiffusive fluxes in force */
     uint8_t *upwinded;      /* [total] node lost its antidiffusive fluxes in this step, to keep the bounds */
     double *rhs;            /* [total] [mol/m3/s] work */
-    double *work;           /* [2][total] residual [mol/m3/s] and correction [mol/m3] */
+    double *work;           /* [2][total] [mol/m3/s] residual, [mol/m3] correction */
     double dt;              /* [s] of the step in work; 0: none */
     pd_compact compact;
     pd_multigrid mg;
     pd_krylov krylov;
-    double outflow, inflow; /* [mol/s, per m in 2D] through outlets and inlets at the end of the last step */
+    double outflow;         /* [mol/s] (per m in 2D) through outlets at the end of the last step */
+    double inflow;          /* [mol/s] (per m in 2D) through inlets */
 } pd_transport;
 
 typedef struct pd_transport_result {
@@ -1874,10 +1931,11 @@ PD_API void pd_transport_free(pd_ctx *ctx, pd_transport *transport);
  *
  * A bond of offset n from solid node j to fluid node i moves  v(c_i) f_j c(n) Cs  [mol/m3/s] from j to i, with v the
  * recession speed of the law, f_j the grain factor and c(n) the interface area that the bond stands for: a flat front
- * recedes at v for every h, m and direction (theory: eq. 6.1 to 6.4). The set of solid nodes would lead the metal by about
- * one cell, and a curved front would be too fast: so a node joins the fluid when as much is left as the node set leads on
- * average, and its solid neighbours take over the rest (their content may exceed Cs: the surface stands out of the cell).
- * The share `threshold` of the content stays in the node as dissolved metal. Amounts are moved, never dropped.
+ * recedes at v for every h, m and direction (theory: eq. 6.1 to 6.4). The set of solid nodes would lead the metal by
+ * about one cell, and a curved front would be too fast: so a node joins the fluid when as much is left as the node set
+ * leads on average, and its solid neighbours take over the rest (their content may exceed Cs: the surface stands out of
+ * the cell). The share `threshold` of the content stays in the node as dissolved metal. Amounts are moved, never
+ * dropped.
  */
 #ifndef PD_DISSOLVE_H
 #define PD_DISSOLVE_H
@@ -2188,7 +2246,7 @@ PDI_FN pd_status pdi_flat_read(pd_ctx *ctx, pd_text *text, const char *const *ov
  *   [transport]  D  initial = expression in x y z  advection = limited|upwind
  *   [dissolve]   rate = speed, an expression in C | law = the same in 1/s per layer of h
  *                Csat  Cs  gb_factor = 1  threshold = 0
- *   [run]        until  rtol = 1e-3  fraction  max_step
+ *   [run]        until  rtol = 4e-3 (of the volume loss)  fraction of a node that a step takes (25 rtol)  max_step
  *   [output]     every  fields = C, v, p, kind, grain, phase, D, rate, density  images = ...  slice = z 0 um  prefix
  *                folder
  *   [probe NAME] at = x, y  fields = C, v
@@ -7684,7 +7742,8 @@ static void pdi_compact_fill_cell(pd_compact *c, int64_t cell, int32_t node, dou
             uint8_t kind = grid->kind[other];
             if (kind == PD_FLUID) {
                 if (!up) continue;
-                c->conduct[d][cell] = (float)(inverse * (u ? pdi_compact_spread(grid, v, diffusivity, node, other, d) : diffusivity));
+                c->conduct[d][cell] =
+                    (float)(inverse * (u ? pdi_compact_spread(grid, v, diffusivity, node, other, d) : diffusivity));
                 if (u) c->flux[d][cell] = (float)(0.5 * (u[node] + u[other]) / grid->h[d]);
                 continue;
             }
@@ -7697,8 +7756,8 @@ static void pdi_compact_fill_cell(pd_compact *c, int64_t cell, int32_t node, dou
     c->mass[cell] = (float)mass;
 }
 
-PDI_FN void pdi_compact_fill(const pd_ctx *ctx, double diffusivity, const pdi_compact_convection *convection, double mass,
-                             const pdi_compact_faces *faces, pd_compact *c)
+PDI_FN void pdi_compact_fill(const pd_ctx *ctx, double diffusivity, const pdi_compact_convection *convection,
+                             double mass, const pdi_compact_faces *faces, pd_compact *c)
 {
     const pd_grid *grid = c->grid;
     int nt = pdi_par_threads(ctx, c->cells * 20);
@@ -11547,8 +11606,8 @@ PDI_FN void pdi_flow_gradient(const pd_ctx *ctx, const pd_flow *flow, const doub
 }
 
 /* conv += 1/2 sum_j g.(w_i + w_j) u_j for a block: the skew-symmetric convective term (eq. 4.3). */
-static void pdi_flow_convect_block(const double *g, const double *w, const double *u, int32_t i, int32_t j, int32_t total,
-                                   int count, double conv[PD_DIM][PDI_FLOW_BLOCK])
+static void pdi_flow_convect_block(const double *g, const double *w, const double *u, int32_t i, int32_t j,
+                                   int32_t total, int count, double conv[PD_DIM][PDI_FLOW_BLOCK])
 {
     double flux[PDI_FLOW_BLOCK];
     for (int b = 0; b < count; b++) flux[b] = 0.5 * g[0] * (w[i + b] + w[j + b]);
@@ -11561,7 +11620,8 @@ static void pdi_flow_convect_block(const double *g, const double *w, const doubl
 
 /* One block of `count` consecutive nodes from i with whole families. Inlined twice, with count a constant for full
  * blocks. */
-static inline void pdi_flow_block(const pd_flow *flow, const pdi_flow_terms *t, int32_t i, int count, double *ru, double *rc)
+static inline void pdi_flow_block(const pd_flow *flow, const pdi_flow_terms *t, int32_t i, int count, double *ru,
+                                  double *rc)
 {
     const pd_stencil *s = flow->bonds->stencil;
     int32_t total = flow->grid->total;
@@ -11583,9 +11643,8 @@ static inline void pdi_flow_block(const pd_flow *flow, const pdi_flow_terms *t, 
         for (int d = 0; d < PD_DIM; d++) {
             double half = 0.5 * a * xi[d];
             for (int b = 0; b < count; b++) {
-                double far = t->viscous[(int64_t)d * total + j + b];
-                lap[d][b] += a * (far - centre[d][b]);
-                div[b] += g[d] * far;
+                lap[d][b] += a * (t->viscous[(int64_t)d * total + j + b] - centre[d][b]);
+                div[b] += g[d] * t->mass[(int64_t)d * total + j + b];
                 tie[b] -= half * t->grad[(int64_t)d * total + j + b];
             }
         }
@@ -11598,7 +11657,8 @@ static inline void pdi_flow_block(const pd_flow *flow, const pdi_flow_terms *t, 
         }
 }
 
-static void pdi_flow_run(const pd_flow *flow, const pdi_flow_terms *t, int32_t first, int32_t length, double *ru, double *rc)
+static void pdi_flow_run(const pd_flow *flow, const pdi_flow_terms *t, int32_t first, int32_t length, double *ru,
+                         double *rc)
 {
     int32_t at = 0;
     for (; at + PDI_FLOW_BLOCK <= length; at += PDI_FLOW_BLOCK)
@@ -11631,7 +11691,7 @@ static void pdi_flow_row(const pd_flow *flow, const pdi_flow_terms *t, int32_t r
         double a = s->lap[k];
         double flux = t->w ? pdi_flow_half_flux(g, t->w, i, j, total) : 0.0;
         double flux2 = t->w2 ? pdi_flow_half_flux(g, t->w2, i, j, total) : 0.0;
-        div += 2.0 * pdi_flow_half_flux(g, t->viscous, i, j, total);
+        div += 2.0 * pdi_flow_half_flux(g, t->mass, i, j, total);
         for (int d = 0; d < PD_DIM; d++) {
             int64_t row = (int64_t)d * total;
             lap[d] += a * (t->viscous[row + j] - t->viscous[row + i]);
@@ -11650,7 +11710,8 @@ static void pdi_flow_row(const pd_flow *flow, const pdi_flow_terms *t, int32_t r
     }
 }
 
-PDI_FN void pdi_flow_terms_apply(const pd_ctx *ctx, const pd_flow *flow, const pdi_flow_terms *t, double *ru, double *rc)
+PDI_FN void pdi_flow_terms_apply(const pd_ctx *ctx, const pd_flow *flow, const pdi_flow_terms *t, double *ru,
+                                 double *rc)
 {
     const pd_bonds *bonds = flow->bonds;
     int nt = pdi_par_threads(ctx, pdi_flow_work(flow));
@@ -11669,7 +11730,7 @@ void pd_flow_residual(pd_ctx *ctx, pd_flow *flow, double *ru, double *rc)
     pdi_flow_outlet_velocity(flow, flow->u);
     pdi_flow_outlet_pressure(flow, flow->p_out, flow->p);
     pdi_flow_gradient(ctx, flow, flow->p, flow->grad);
-    t.w = t.u = t.viscous = flow->u;
+    t.w = t.u = t.viscous = t.mass = flow->u;
     t.p = flow->p;
     t.grad = flow->grad;
     t.force = flow->force;
@@ -11768,14 +11829,16 @@ static pd_status pdi_flow_ghosts(pd_ctx *ctx, pd_flow *flow)
         flow->inlet(flow->inlet_user, x, u);
         for (int d = 0; d < PD_DIM; d++) {
             if (!(fabs(u[d]) < 1e100))
-                return pdi_fail(ctx, PD_ERR_ARGUMENT, "flow", "the inlet velocity at (%g, ...) m is %g m/s", x[0], u[d]);
+                return pdi_fail(ctx, PD_ERR_ARGUMENT, "flow", "the inlet velocity at (%g, ...) m is %g m/s", x[0],
+                                u[d]);
             flow->u[(int64_t)d * grid->total + node] = u[d];
         }
     }
     return PD_OK;
 }
 
-pd_status pd_flow_build(pd_ctx *ctx, const pd_grid *grid, const pd_bonds *bonds, const pd_flow_desc *desc, pd_flow *flow)
+pd_status pd_flow_build(pd_ctx *ctx, const pd_grid *grid, const pd_bonds *bonds, const pd_flow_desc *desc,
+                        pd_flow *flow)
 {
     memset(flow, 0, sizeof *flow);
     if (!(desc->rho > 0.0) || !(desc->mu > 0.0) || !(desc->speed > 0.0) || !(desc->length > 0.0))
@@ -11880,7 +11943,7 @@ static void pdi_steady_jacobian(void *user, const double *x, double *y)
     t.u = flow->u;
     t.w2 = flow->u;
     t.u2 = du;
-    t.viscous = du;
+    t.viscous = t.mass = du;
     t.p = dp;
     t.grad = flow->grad;
     pdi_flow_terms_apply(s->ctx, flow, &t, y, y + split);
@@ -11976,9 +12039,10 @@ pd_status pd_steady_build(pd_ctx *ctx, pd_flow *flow, const pd_steady_desc *desc
     memset(s, 0, sizeof *s);
     s->flow = flow;
     s->desc = *desc;
-    if (!(desc->tolerance >= 0.0) || desc->tolerance >= 1.0 || desc->max_newton < 0 || desc->max_krylov < 0 || desc->restart < 0)
-        return pdi_fail(ctx, PD_ERR_ARGUMENT, "steady", "tolerance %g, max_newton %d, max_krylov %d, restart %d", desc->tolerance,
-                        desc->max_newton, desc->max_krylov, desc->restart);
+    if (!(desc->tolerance >= 0.0) || desc->tolerance >= 1.0 || desc->max_newton < 0 || desc->max_krylov < 0 ||
+        desc->restart < 0)
+        return pdi_fail(ctx, PD_ERR_ARGUMENT, "steady", "tolerance %g, max_newton %d, max_krylov %d, restart %d",
+                        desc->tolerance, desc->max_newton, desc->max_krylov, desc->restart);
     if (!(s->desc.tolerance > 0.0)) s->desc.tolerance = 1e-6;
     if (!s->desc.max_newton) s->desc.max_newton = 30;
     if (!s->desc.max_krylov) s->desc.max_krylov = 300;
@@ -12076,6 +12140,226 @@ void pd_steady_free(pd_ctx *ctx, pd_steady *s)
     memset(s, 0, sizeof *s);
 }
 
+/* ======== >>unsteady.c ======== */
+/* unsteady: see unsteady.h */
+#include <math.h>
+#include <string.h>
+
+/* Stability of the three-stage method on the imaginary and on the negative real axis. */
+#define PDI_UNSTEADY_IMAGINARY 1.7320508
+#define PDI_UNSTEADY_REAL 2.51
+
+static double pdi_unsteady_pressure(const pd_unsteady_desc *d, double density)
+{
+    double c2 = d->sound * d->sound;
+    if (d->eos == PD_EOS_LINEAR) return c2 * (density - 1.0);
+    return c2 / d->gamma * (pow(density, d->gamma) - 1.0);
+}
+
+static double pdi_unsteady_density(const pd_unsteady_desc *d, double pressure)
+{
+    double c2 = d->sound * d->sound;
+    if (d->eos == PD_EOS_LINEAR) return 1.0 + pressure / c2;
+    return pow(1.0 + d->gamma * pressure / c2, 1.0 / d->gamma);
+}
+
+pd_status pd_unsteady_build(pd_ctx *ctx, pd_flow *flow, const pd_unsteady_desc *desc, pd_unsteady *un)
+{
+    const pd_stencil *s = flow->bonds->stencil;
+    const pd_grid *grid = flow->grid;
+    memset(un, 0, sizeof *un);
+    un->desc = *desc;
+    if (!(un->desc.gamma > 0.0)) un->desc.gamma = 7.0;
+    if (!(un->desc.diffusion > 0.0)) un->desc.diffusion = 0.1;
+    if (!(un->desc.cfl > 0.0)) un->desc.cfl = 0.8;
+    if (!(desc->sound > 0.0) || !(desc->sound < 1e100) || un->desc.gamma < 1.0 || !(desc->gamma >= 0.0) ||
+        !(desc->diffusion >= 0.0) || !(desc->cfl >= 0.0))
+        return pdi_fail(ctx, PD_ERR_ARGUMENT, "unsteady",
+                        "sound = %g m/s must be positive, gamma = %g at least 1, diffusion = %g and cfl = %g not negative",
+                        desc->sound, desc->gamma, desc->diffusion, desc->cfl);
+    un->flow = flow;
+    double spacing = grid->h[0];
+    for (int d = 1; d < PD_DIM; d++) spacing = fmin(spacing, grid->h[d]);
+    /* eta c0 delta lap rho, written for the pressure: d rho = rho0 dp/(rho0 c0^2) */
+    flow->tau = un->desc.diffusion * s->m * spacing / un->desc.sound;
+    PDI_TRY(PDI_NEW(ctx, "unsteady", grid->total, un->density));
+    PDI_TRY(PDI_NEW(ctx, "unsteady", (int64_t)PD_DIM * grid->total, un->mass));
+    PDI_TRY(PDI_NEW(ctx, "unsteady", (int64_t)(PD_DIM + 1) * grid->total, un->start));
+    PDI_TRY(PDI_NEW(ctx, "unsteady", (int64_t)(PD_DIM + 1) * grid->total, un->rate));
+    for (int32_t i = 0; i < grid->total; i++) {
+        un->density[i] = 1.0;
+        if (grid->kind[i] == PD_FLUID) un->density[i] = pdi_unsteady_density(&un->desc, flow->p[i]);
+        if (!(un->density[i] > 0.0))
+            return pdi_fail(ctx, PD_ERR_ARGUMENT, "unsteady", "the pressure %g Pa of node %d has no density",
+                            flow->p[i] * flow->rho, (int)i);
+    }
+    return PD_OK;
+}
+
+/* Fill pressure and ghosts from the state. Inlets bring fluid of rest density. */
+static void pdi_unsteady_fill(const pd_ctx *ctx, pd_unsteady *un)
+{
+    pd_flow *flow = un->flow;
+    const uint8_t *kind = flow->grid->kind;
+    int32_t total = flow->grid->total;
+    int nt = pdi_par_threads(ctx, total * 8);
+    (void)nt;
+    PDI_PARALLEL_FOR(nt)
+    for (int32_t i = 0; i < total; i++)
+        if (kind[i] == PD_FLUID) flow->p[i] = pdi_unsteady_pressure(&un->desc, un->density[i]);
+    pdi_flow_outlet_velocity(flow, flow->u);
+    pdi_flow_outlet_pressure(flow, flow->p_out, flow->p);
+    double out = pdi_unsteady_density(&un->desc, flow->p_out);
+    for (int32_t o = 0; o < flow->outlets; o++)
+        un->density[flow->outlet[o]] = 2.0 * out - un->density[flow->outlet_mirror[o]];
+    PDI_PARALLEL_FOR(nt)
+    for (int32_t i = 0; i < total; i++)
+        for (int d = 0; d < PD_DIM; d++) un->mass[(int64_t)d * total + i] = un->density[i] * flow->u[(int64_t)d * total + i];
+    pdi_flow_gradient(ctx, flow, flow->p, flow->grad);
+}
+
+/* Time derivatives of velocity and density (eq. 4.12, 4.13). The convective term of flow.h is half the divergence of
+ * (rho v) v; half of v div(rho v) is taken off to make it rho v.grad v. */
+static void pdi_unsteady_rates(const pd_ctx *ctx, pd_unsteady *un)
+{
+    pd_flow *flow = un->flow;
+    const uint8_t *kind = flow->grid->kind;
+    int32_t total = flow->grid->total;
+    double *ru = un->rate, *rc = un->rate + (int64_t)PD_DIM * total;
+    pdi_flow_terms t;
+    memset(&t, 0, sizeof t);
+    pdi_unsteady_fill(ctx, un);
+    t.w = t.mass = un->mass;
+    t.u = t.viscous = flow->u;
+    t.p = flow->p;
+    t.grad = flow->grad;
+    t.force = flow->force;
+    pdi_flow_terms_apply(ctx, flow, &t, ru, rc);
+    flow->evaluations++;
+    int nt = pdi_par_threads(ctx, total * 8);
+    (void)nt;
+    PDI_PARALLEL_FOR(nt)
+    for (int32_t i = 0; i < total; i++) {
+        if (kind[i] != PD_FLUID) continue;
+        for (int d = 0; d < PD_DIM; d++) {
+            int64_t at = (int64_t)d * total + i;
+            ru[at] = (0.5 * flow->u[at] * rc[i] - ru[at]) / un->density[i];
+        }
+        rc[i] = -rc[i];
+    }
+}
+
+/* state = old_share * start + (1 - old_share) * (state + dt rate). 0: a value left the admissible range. */
+static int pdi_unsteady_stage(const pd_ctx *ctx, pd_unsteady *un, double old_share, double dt)
+{
+    pd_flow *flow = un->flow;
+    const uint8_t *kind = flow->grid->kind;
+    int32_t total = flow->grid->total;
+    int nt = pdi_par_threads(ctx, total * 8), good = 1;
+    (void)nt;
+    pdi_unsteady_rates(ctx, un);
+    PDI_PARALLEL_FOR(nt)
+    for (int32_t i = 0; i < total; i++) {
+        if (kind[i] != PD_FLUID) continue;
+        for (int d = 0; d <= PD_DIM; d++) {
+            int64_t at = (int64_t)d * total + i;
+            double *x = d < PD_DIM ? &flow->u[at] : &un->density[i];
+            *x = old_share * un->start[at] + (1.0 - old_share) * (*x + dt * un->rate[at]);
+        }
+    }
+    for (int32_t i = 0; i < total && good; i++) {
+        if (kind[i] != PD_FLUID) continue;
+        good = un->density[i] > 0.0 && un->density[i] < 1e100;
+        for (int d = 0; d < PD_DIM; d++) good = good && fabs(flow->u[(int64_t)d * total + i]) < 1e100;
+    }
+    return good;
+}
+
+pd_status pd_unsteady_step(pd_ctx *ctx, pd_unsteady *un, double dt)
+{
+    static const double old_share[3] = {0.0, 0.75, 1.0 / 3.0};
+    pd_flow *flow = un->flow;
+    int64_t total = flow->grid->total, split = (int64_t)PD_DIM * total;
+    if (!(dt > 0.0)) return pdi_fail(ctx, PD_ERR_ARGUMENT, "unsteady", "the step is %g s, expected a positive one", dt);
+    pdi_par_copy(ctx, split, flow->u, un->start);
+    pdi_par_copy(ctx, total, un->density, un->start + split);
+    for (int stage = 0; stage < 3; stage++) {
+        if (pdi_unsteady_stage(ctx, un, old_share[stage], dt)) continue;
+        pdi_par_copy(ctx, split, un->start, flow->u);
+        pdi_par_copy(ctx, total, un->start + split, un->density);
+        pdi_unsteady_fill(ctx, un);
+        return pdi_fail(ctx, PD_RETRY, "unsteady", "a density or velocity left its range in a step of %g s at t = %g s", dt,
+                        un->time);
+    }
+    pdi_unsteady_fill(ctx, un);
+    un->time += dt;
+    un->steps++;
+    return PD_OK;
+}
+
+double pd_unsteady_limit(pd_ctx *ctx, const pd_unsteady *un)
+{
+    const pd_flow *flow = un->flow;
+    const pd_stencil *s = flow->bonds->stencil;
+    const pd_grid *grid = flow->grid;
+    double speed = 0.0, gradient = 0.0, lap = 0.0, cut = 0.0;
+    (void)ctx;
+    for (int32_t i = 0; i < grid->total; i++) {
+        double square = 0.0;
+        if (!pdi_grid_open(grid->kind[i])) continue;
+        for (int d = 0; d < PD_DIM; d++) {
+            double u = flow->u[(int64_t)d * grid->total + i];
+            square += u * u;
+        }
+        speed = fmax(speed, square);
+    }
+    for (int d = 0; d < PD_DIM; d++) {
+        double sum = 0.0;
+        for (int k = 0; k < s->count; k++) sum += fabs(s->grad[k * PD_DIM + d]);
+        gradient += sum * sum;
+    }
+    for (int k = 0; k < s->count; k++) lap += s->lap[k];
+    for (int32_t r = 0; r < flow->bonds->rows; r++) cut = fmax(cut, flow->bonds->wall_lap[r]);
+    double acoustic = (un->desc.sound + sqrt(speed)) * sqrt(gradient);
+    /* pressure flux: tau c0^2 (lap - div grad), bounded by its Laplacian part */
+    double diffusive = 2.0 * lap * un->flow->tau * un->desc.sound * un->desc.sound;
+    double viscous = flow->nu * (2.0 * lap + cut);
+    return 1.0 / (acoustic / PDI_UNSTEADY_IMAGINARY + fmax(viscous, diffusive) / PDI_UNSTEADY_REAL);
+}
+
+pd_status pd_unsteady_run(pd_ctx *ctx, pd_unsteady *un, double t_end)
+{
+    if (!(t_end >= un->time)) return pdi_fail(ctx, PD_ERR_ARGUMENT, "unsteady", "a run from %g s to %g s", un->time, t_end);
+    while (un->time < t_end) {
+        double left = t_end - un->time, dt = un->desc.cfl * pd_unsteady_limit(ctx, un);
+        int last = dt >= left;
+        if (last) dt = left;
+        pd_status status = PD_RETRY;
+        for (int halved = 0; halved <= 20 && status == PD_RETRY; halved++) {
+            status = pd_unsteady_step(ctx, un, dt);
+            if (status == PD_OK) break;
+            if (status < 0) return status;
+            dt *= 0.5;
+            last = 0;
+        }
+        if (status == PD_RETRY)
+            return pdi_fail(ctx, PD_ERR_STATE, "unsteady", "steps down to %g s at t = %g s leave the admissible range", dt,
+                            un->time);
+        if (last) un->time = t_end;
+    }
+    return PD_OK;
+}
+
+void pd_unsteady_free(pd_ctx *ctx, pd_unsteady *un)
+{
+    int64_t total = un->flow ? un->flow->grid->total : 0;
+    PDI_DELETE(ctx, total, un->density);
+    PDI_DELETE(ctx, PD_DIM * total, un->mass);
+    PDI_DELETE(ctx, (PD_DIM + 1) * total, un->start);
+    PDI_DELETE(ctx, (PD_DIM + 1) * total, un->rate);
+    memset(un, 0, sizeof *un);
+}
+
 /* ======== >>transport.c ======== */
 /* transport: see transport.h
  *
@@ -12092,6 +12376,8 @@ void pd_steady_free(pd_ctx *ctx, pd_steady *s)
 #define PDI_TRANSPORT_RELAX 0.7
 /* Share of the largest value by which a field may leave its bounds: rounding of the linear solve. */
 #define PDI_TRANSPORT_SLACK 1e-9
+/* Linear tolerance that is enough to see bounds broken, over the final one. */
+#define PDI_TRANSPORT_ROUGH 30.0
 /* Rounds of upwinding the nodes that leave their bounds before the whole step is upwinded. */
 #define PDI_TRANSPORT_ROUNDS 20
 
@@ -12135,7 +12421,8 @@ static pdi_transport_list pdi_transport_open(const pd_transport *t, int32_t i)
     return list;
 }
 
-/* What a sweep does with its nodes: y = A c, the limiter ratios of c, or the limited fluxes y = sum alpha d (c_i - c_j). */
+/* What a sweep does with its nodes: y = A c, the limiter ratios of c, or the limited fluxes y = sum alpha d (c_i -
+ * c_j). */
 typedef enum pdi_transport_task {
     PDI_TRANSPORT_APPLY,
     PDI_TRANSPORT_RATIOS,
@@ -12216,7 +12503,8 @@ static void pdi_transport_block_apply(const pdi_transport_sweep *s, int32_t i)
     double sum[PDI_TRANSPORT_BLOCK], rate = t->dt > 0.0 ? 1.0 / t->dt : 0.0;
     for (int b = 0; b < PDI_TRANSPORT_BLOCK; b++) sum[b] = (rate + t->absorb[i + b]) * c[i + b];
     for (int k = 0; k < t->bonds->stencil->count; k++) {
-        double flux[PDI_TRANSPORT_BLOCK], upwind[PDI_TRANSPORT_BLOCK], bond = t->desc.diffusivity * t->bonds->stencil->lap[k];
+        double flux[PDI_TRANSPORT_BLOCK], upwind[PDI_TRANSPORT_BLOCK],
+            bond = t->desc.diffusivity * t->bonds->stencil->lap[k];
         int32_t j = i + t->bonds->shift[k];
         pdi_transport_block_flux(t, i, k, flux, upwind);
         for (int b = 0; b < PDI_TRANSPORT_BLOCK; b++)
@@ -12437,8 +12725,8 @@ static pd_status pdi_transport_correct(pd_ctx *ctx, pd_transport *t, double rtol
     pdi_transport_residual(ctx, t, residual);
     t->krylov.desc.rtol = rtol;
     t->krylov.desc.atol = atol;
-    pd_status status = pd_krylov_solve(ctx, &t->krylov, pdi_transport_apply, pdi_transport_precondition, &user, residual,
-                                       delta, &linear);
+    pd_status status = pd_krylov_solve(ctx, &t->krylov, pdi_transport_apply, pdi_transport_precondition, &user,
+                                       residual, delta, &linear);
     if (status < 0) return status;
     result->krylov += linear.iterations;
     result->residual = linear.residual;
@@ -12511,8 +12799,8 @@ static int64_t pdi_transport_mark(pd_transport *t, double low, double high)
     return found;
 }
 
-/* The limiter bounds a converged field; where the iteration has left the field outside of its bounds, the nodes concerned
- * lose their antidiffusive fluxes until none is left. Fluxes are limited, values never. */
+/* The limiter bounds a converged field; where the iteration has left the field outside of its bounds, the nodes
+ * concerned lose their antidiffusive fluxes until none is left. Fluxes are limited, values never. */
 static pd_status pdi_transport_enforce(pd_ctx *ctx, pd_transport *t, double atol, pd_transport_result *result)
 {
     double low, high, change;
@@ -12522,11 +12810,11 @@ static pd_status pdi_transport_enforce(pd_ctx *ctx, pd_transport *t, double atol
         if (round == PDI_TRANSPORT_ROUNDS) pdi_par_zero(ctx, t->grid->total, t->anti);
         else pdi_transport_limit_fluxes(ctx, t, 1.0);
         pdi_transport_right_side(ctx, t);
-        status = pdi_transport_correct(ctx, t, 1e-15, atol, &change, result);
+        status = pdi_transport_correct(ctx, t, 1e-15, PDI_TRANSPORT_ROUGH * atol, &change, result);
         if (status < 0) return status;
         result->bounded = round;
     }
-    return status;
+    return pdi_transport_correct(ctx, t, 1e-15, atol, &change, result);
 }
 
 static pd_status pdi_transport_iterate(pd_ctx *ctx, pd_transport *t, double atol, pd_transport_result *result)
@@ -12539,7 +12827,8 @@ static pd_status pdi_transport_iterate(pd_ctx *ctx, pd_transport *t, double atol
             pdi_transport_limit_fluxes(ctx, t, PDI_TRANSPORT_RELAX);
             pdi_transport_right_side(ctx, t);
         }
-        status = pdi_transport_correct(ctx, t, last ? 1e-15 : PDI_TRANSPORT_LOOSE, atol, &result->change, result);
+        double floor_residual = limiter ? PDI_TRANSPORT_ROUGH * atol : atol;
+        status = pdi_transport_correct(ctx, t, last ? 1e-15 : PDI_TRANSPORT_LOOSE, floor_residual, &result->change, result);
         result->limiter = pass;
         if (status < 0) return status;
         if (last) break;
@@ -12596,7 +12885,8 @@ double pd_transport_limit(pd_ctx *ctx, const pd_transport *t)
 pd_status pd_transport_explicit(pd_ctx *ctx, pd_transport *t, double dt)
 {
     const uint8_t *kind = t->grid->kind;
-    if (!(dt > 0.0)) return pdi_fail(ctx, PD_ERR_ARGUMENT, "transport", "the step is %g s, expected a positive one", dt);
+    if (!(dt > 0.0))
+        return pdi_fail(ctx, PD_ERR_ARGUMENT, "transport", "the step is %g s, expected a positive one", dt);
     double limit = pd_transport_limit(ctx, t);
     if (dt > limit * (1.0 + 1e-12)) {
         pdi_fail(ctx, PD_RETRY, "transport", "the explicit step of %g s exceeds the limit of %g s", dt, limit);
@@ -12654,7 +12944,7 @@ pd_status pd_transport_build(pd_ctx *ctx, const pd_grid *grid, const pd_bonds *b
                         "least 0", desc->diffusivity, desc->inlet, desc->initial, desc->tolerance);
     t->desc = *desc;
     if (!(t->desc.tolerance > 0.0)) t->desc.tolerance = 1e-11;
-    if (t->desc.max_limiter <= 0) t->desc.max_limiter = 30;
+    if (t->desc.max_limiter <= 0) t->desc.max_limiter = 10;
     if (!(t->desc.limiter_tolerance > 0.0)) t->desc.limiter_tolerance = 1e-3;
     t->grid = grid;
     t->bonds = bonds;
@@ -12734,8 +13024,8 @@ static double pdi_dissolve_factor(const pd_dissolve *d, int32_t solid)
 /* What an intact node loses before it turns fluid [mol/m3]. */
 static double pdi_dissolve_span(const pd_dissolve *d) { return d->desc.solid * (1.0 - d->desc.threshold); }
 
-/* Far end of bond k of node i. Ghosts behind a side of the box stand for their mirror images, so that a front that meets
- * a side is as fast there as elsewhere. */
+/* Far end of bond k of node i. Ghosts behind a side of the box stand for their mirror images, so that a front that
+ * meets a side is as fast there as elsewhere. */
 static int32_t pdi_dissolve_far(const pd_dissolve *d, int32_t i, int k)
 {
     int32_t j = i + d->bonds->shift[k];
@@ -12743,16 +13033,18 @@ static int32_t pdi_dissolve_far(const pd_dissolve *d, int32_t i, int k)
     return kind == PD_FLUID || kind == PD_SOLID ? j : pdi_grid_mirror(d->grid, j);
 }
 
-/* 1 when metal can pass bond k of fluid node i to its solid end: no wall in between. */
+/* 1 when metal can pass bond k of node i: no wall in between, mirror images included. Both ends agree, because paths are
+ * the same both ways. */
 static int pdi_dissolve_free(const pd_dissolve *d, int32_t i, int k)
 {
     const pd_stencil *s = d->bonds->stencil;
-    if (d->grid->kind[i + d->bonds->shift[k]] != PD_SOLID) return 1;
     for (int g = s->group_first[k]; g < s->group_first[k + 1] - 1; g++) {
         int walled = 1;
         for (int c = s->group_cell[g]; c < s->group_cell[g + 1] && walled; c++) {
-            uint8_t kind = d->grid->kind[i + d->bonds->cell_shift[c]];
-            walled = kind == PD_WALL || kind == PD_OUTSIDE;
+            int32_t at = i + d->bonds->cell_shift[c];
+            uint8_t kind = d->grid->kind[at];
+            if (kind != PD_FLUID && kind != PD_SOLID) kind = d->grid->kind[pdi_grid_mirror(d->grid, at)];
+            walled = kind != PD_FLUID && kind != PD_SOLID;
         }
         if (walled) return 0;
     }
@@ -12766,15 +13058,15 @@ static double pdi_dissolve_rate(const pd_dissolve *d, int32_t j)
     double sum = 0.0;
     for (int k = 0; k < s->count; k++) {
         int32_t i = pdi_dissolve_far(d, j, k);
-        if (d->grid->kind[i] != PD_FLUID || !pdi_dissolve_free(d, i, s->count - 1 - k)) continue;
+        if (d->grid->kind[i] != PD_FLUID || !pdi_dissolve_free(d, j, k)) continue;
         sum += s->area[k] * (d->speed[i] + d->slope[i] * d->transport->c[i]);
     }
     return sum * pdi_dissolve_factor(d, j);
 }
 
-/* Mean lead of the node set in cells: along an axis layer l loses the share a_l = sum over n_axis >= l of c(n) h, and has
- * on average lost its own share half and those of the layers below whole: sum_l (l - 1/2) a_l = sum c(n) h n^2 / 2 over
- * n_axis > 0. */
+/* Mean lead of the node set in cells: along an axis layer l loses the share a_l = sum over n_axis >= l of c(n) h, and
+ * has on average lost its own share half and those of the layers below whole: sum_l (l - 1/2) a_l = sum c(n) h n^2 / 2
+ * over n_axis > 0. */
 static double pdi_dissolve_lead(const pd_stencil *s)
 {
     double sum = 0.0;
@@ -12813,10 +13105,11 @@ pd_status pd_dissolve_build(pd_ctx *ctx, pd_grid *grid, const pd_bonds *bonds, p
                             const pd_dissolve_desc *desc, pd_dissolve *d)
 {
     memset(d, 0, sizeof *d);
-    if (!(desc->solid > 0.0) || !(desc->solid < 1e100) || !(desc->threshold >= 0.0) || !(desc->threshold < 1.0) || !desc->rate)
+    if (!(desc->solid > 0.0) || !(desc->solid < 1e100) || !(desc->threshold >= 0.0) || !(desc->threshold < 1.0) ||
+        !desc->rate)
         return pdi_fail(ctx, PD_ERR_ARGUMENT, "dissolve",
-                        "Cs = %g mol/m3 must be positive, the threshold %g lie in [0, 1), a rate law be given", desc->solid,
-                        desc->threshold);
+                        "Cs = %g mol/m3 must be positive, the threshold %g lie in [0, 1), a rate law be given",
+                        desc->solid, desc->threshold);
     d->desc = *desc;
     d->grid = grid;
     d->bonds = bonds;
@@ -12842,8 +13135,8 @@ static pd_status pdi_dissolve_law(pd_ctx *ctx, pd_dissolve *d, int32_t i)
         double x[PD_DIM];
         pd_grid_position(d->grid, i, x);
         return pdi_fail(ctx, PD_ERR_STATE, "dissolve",
-                        "the rate law gives %g m/s at c = %g mol/m3 (node %d at x = %g m), expected a finite speed", now, c,
-                        (int)i, x[0]);
+                        "the rate law gives %g m/s at c = %g mol/m3 (node %d at x = %g m), expected a finite speed",
+                        now, c, (int)i, x[0]);
     }
     d->slope[i] = now > 0.0 ? fmin((ahead - now) / step, 0.0) : 0.0;
     d->speed[i] = fmax(now, 0.0) - d->slope[i] * c;
@@ -12861,7 +13154,8 @@ pd_status pd_dissolve_prepare(pd_ctx *ctx, pd_dissolve *d)
         double weight = 0.0;
         for (int k = 0; k < s->count; k++) {
             int32_t j = pdi_dissolve_far(d, i, k);
-            if (d->grid->kind[j] == PD_SOLID && pdi_dissolve_free(d, i, k)) weight += s->area[k] * pdi_dissolve_factor(d, j);
+            if (d->grid->kind[j] == PD_SOLID && pdi_dissolve_free(d, i, k))
+                weight += s->area[k] * pdi_dissolve_factor(d, j);
         }
         d->weight[i] = weight * pdi_dissolve_span(d);
         if (!(weight > 0.0)) continue;
@@ -12880,8 +13174,8 @@ double pd_dissolve_fastest(pd_ctx *ctx, const pd_dissolve *d)
     return fastest;
 }
 
-/* Move `rest` (what node j still holds, or owes when negative) to its solid neighbours, the present front. Debris without
- * neighbours settles a debt with the fluid around, which repays in the next step. */
+/* Move `rest` (what node j still holds, or owes when negative) to its solid neighbours, the present front. Debris
+ * without neighbours settles a debt with the fluid around, which repays in the next step. */
 static pd_status pdi_dissolve_hand_over(pd_ctx *ctx, pd_dissolve *d, int32_t j, double rest)
 {
     const pd_stencil *s = d->bonds->stencil;
@@ -12891,7 +13185,7 @@ static pd_status pdi_dissolve_hand_over(pd_ctx *ctx, pd_dissolve *d, int32_t j, 
         for (int give = 0; give < 2; give++) {
             for (int k = 0; k < s->count; k++) {
                 int32_t i = pdi_dissolve_far(d, j, k);
-                if (d->grid->kind[i] != wanted) continue;
+                if (d->grid->kind[i] != wanted || !pdi_dissolve_free(d, j, k)) continue;
                 double weight = s->area[k] * (pass ? 1.0 : pdi_dissolve_factor(d, i));
                 if (!give) sum += weight;
                 else if (pass) d->transport->carry[i] += rest * weight / sum;
@@ -12938,7 +13232,8 @@ static int pdi_dissolve_spent(const pd_dissolve *d, int32_t j)
     if (left <= PDI_DISSOLVE_EMPTY) return 1;
     for (int k = 0; k < d->bonds->stencil->count && left <= d->lead; k++) {
         int32_t i = pdi_dissolve_far(d, j, k);
-        if (d->grid->kind[i] == PD_SOLID && pdi_dissolve_left(d, i) > d->lead) return 1;
+        if (d->grid->kind[i] != PD_SOLID || !(pdi_dissolve_left(d, i) > d->lead)) continue;
+        if (d->bonds->stencil->area[k] * pdi_dissolve_factor(d, i) > 0.0 && pdi_dissolve_free(d, j, k)) return 1;
     }
     return 0;
 }
@@ -13025,9 +13320,10 @@ static pd_status pdi_couple_balance(pd_ctx *ctx, pd_couple *c)
     double scale = c->solid_start > 0.0 ? c->solid_start : fmax(l->start, fmax(l->in, l->out));
     l->relative = scale > 0.0 ? fabs(l->imbalance) / scale : 0.0;
     if (!(l->relative <= c->desc.ledger_tolerance))
-        return pdi_fail(ctx, PD_ERR_LEDGER, "couple",
-                        "at t = %g s solid %.9g + dissolved %.9g + out %.9g - in %.9g mol misses the start %.9g mol by %.3g",
-                        c->time, l->solid, l->dissolved, l->out, l->in, l->start, l->imbalance);
+        return pdi_fail(
+            ctx, PD_ERR_LEDGER, "couple",
+            "at t = %g s solid %.9g + dissolved %.9g + out %.9g - in %.9g mol misses the start %.9g mol by %.3g",
+            c->time, l->solid, l->dissolved, l->out, l->in, l->start, l->imbalance);
     return PD_OK;
 }
 
@@ -13040,11 +13336,12 @@ static pd_status pdi_couple_flow(pd_ctx *ctx, pd_couple *c)
     c->flow_evaluations += c->steady_result.evaluations;
     if (status < 0) return status;
     if (status != PD_OK)
-        return pdi_fail(ctx, PD_ERR_DIVERGED, "couple",
-                        "the flow is not steady at t = %g s: residuals %.3g (momentum) and %.3g (continuity) after %d steps, "
-                        "expected %g. Loosen the tolerance, refine the grid or lower the Reynolds number",
-                        c->time, c->steady_result.momentum, c->steady_result.continuity, c->steady_result.newton,
-                        c->steady->desc.tolerance);
+        return pdi_fail(
+            ctx, PD_ERR_DIVERGED, "couple",
+            "the flow is not steady at t = %g s: residuals %.3g (momentum) and %.3g (continuity) after %d steps, "
+            "expected %g. Loosen the tolerance, refine the grid or lower the Reynolds number",
+            c->time, c->steady_result.momentum, c->steady_result.continuity, c->steady_result.newton,
+            c->steady->desc.tolerance);
     c->flow_stale = 0;
     return PD_OK;
 }
@@ -13053,7 +13350,8 @@ pd_status pd_couple_build(pd_ctx *ctx, const pd_couple_desc *desc, pd_grid *grid
                           pd_steady *steady, pd_transport *transport, pd_dissolve *dissolve, pd_couple *c)
 {
     memset(c, 0, sizeof *c);
-    if (!(desc->fraction >= 0.0) || desc->fraction > 1.0 || !(desc->max_step >= 0.0) || !(desc->ledger_tolerance >= 0.0))
+    if (!(desc->fraction >= 0.0) || desc->fraction > 1.0 || !(desc->max_step >= 0.0) ||
+        !(desc->ledger_tolerance >= 0.0))
         return pdi_fail(ctx, PD_ERR_ARGUMENT, "couple", "fraction %g must lie in [0, 1], max_step %g s be at least 0",
                         desc->fraction, desc->max_step);
     if ((flow && !steady) || (dissolve && !transport))
@@ -13124,8 +13422,8 @@ pd_status pd_couple_step(pd_ctx *ctx, pd_couple *c, double t_limit)
 pd_status pd_couple_run(pd_ctx *ctx, pd_couple *c, double t_end, double every, pd_observer_fn observer, void *user)
 {
     if (!(t_end >= c->time) || !(every >= 0.0))
-        return pdi_fail(ctx, PD_ERR_ARGUMENT, "couple", "the run from %g s to %g s with output every %g s", c->time, t_end,
-                        every);
+        return pdi_fail(ctx, PD_ERR_ARGUMENT, "couple", "the run from %g s to %g s with output every %g s", c->time,
+                        t_end, every);
     if (c->steps == 0) {
         PDI_TRY(pd_couple_start(ctx, c));
         if (observer && observer(user, c)) return PD_OK;
@@ -14201,10 +14499,11 @@ static pd_status pdi_scene_run(pdi_scene *s)
     double rtol;
     if (u->has_transport) PDI_TRY(pdi_scene_positive(s, section, "until", "s", NULL, &u->until));
     if (!u->has_transport) return PD_OK;
-    PDI_TRY(pdi_scene_within(s, section, "rtol", "", "1e-3", 0.0, 0.1, 1, &rtol));
+    PDI_TRY(pdi_scene_within(s, section, "rtol", "", "4e-3", 0.0, 0.1, 1, &rtol));
     PDI_TRY(pdi_scene_within(s, section, "max_step", "s", "0", 0.0, PDI_SCENE_HUGE, 0, &u->max_step));
-    /* The error of the volume loss is of first order in the share that a step takes (measured: docs). */
-    u->fraction = fmin(1.0, 100.0 * rtol);
+    /* Measured on a dissolving disc of radius 12 h, law 1 - C/Csat, after 4 h of recession: the volume loss is off by
+     * 3e-3 when a step takes at most 0.1 of a node, by 1e-3 with 0.025. */
+    u->fraction = fmin(1.0, 25.0 * rtol);
     if (!pd_text_has(s->ctx, s->text, section, "fraction")) return PD_OK;
     return pdi_scene_within(s, section, "fraction", "", NULL, 0.0, 1.0, 1, &u->fraction);
 }

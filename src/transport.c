@@ -15,6 +15,8 @@
 #define PDI_TRANSPORT_RELAX 0.7
 /* Share of the largest value by which a field may leave its bounds: rounding of the linear solve. */
 #define PDI_TRANSPORT_SLACK 1e-9
+/* Linear tolerance that is enough to see bounds broken, over the final one. */
+#define PDI_TRANSPORT_ROUGH 30.0
 /* Rounds of upwinding the nodes that leave their bounds before the whole step is upwinded. */
 #define PDI_TRANSPORT_ROUNDS 20
 
@@ -447,11 +449,11 @@ static pd_status pdi_transport_enforce(pd_ctx *ctx, pd_transport *t, double atol
         if (round == PDI_TRANSPORT_ROUNDS) pdi_par_zero(ctx, t->grid->total, t->anti);
         else pdi_transport_limit_fluxes(ctx, t, 1.0);
         pdi_transport_right_side(ctx, t);
-        status = pdi_transport_correct(ctx, t, 1e-15, atol, &change, result);
+        status = pdi_transport_correct(ctx, t, 1e-15, PDI_TRANSPORT_ROUGH * atol, &change, result);
         if (status < 0) return status;
         result->bounded = round;
     }
-    return status;
+    return pdi_transport_correct(ctx, t, 1e-15, atol, &change, result);
 }
 
 static pd_status pdi_transport_iterate(pd_ctx *ctx, pd_transport *t, double atol, pd_transport_result *result)
@@ -464,7 +466,8 @@ static pd_status pdi_transport_iterate(pd_ctx *ctx, pd_transport *t, double atol
             pdi_transport_limit_fluxes(ctx, t, PDI_TRANSPORT_RELAX);
             pdi_transport_right_side(ctx, t);
         }
-        status = pdi_transport_correct(ctx, t, last ? 1e-15 : PDI_TRANSPORT_LOOSE, atol, &result->change, result);
+        double floor_residual = limiter ? PDI_TRANSPORT_ROUGH * atol : atol;
+        status = pdi_transport_correct(ctx, t, last ? 1e-15 : PDI_TRANSPORT_LOOSE, floor_residual, &result->change, result);
         result->limiter = pass;
         if (status < 0) return status;
         if (last) break;
@@ -580,7 +583,7 @@ pd_status pd_transport_build(pd_ctx *ctx, const pd_grid *grid, const pd_bonds *b
                         "least 0", desc->diffusivity, desc->inlet, desc->initial, desc->tolerance);
     t->desc = *desc;
     if (!(t->desc.tolerance > 0.0)) t->desc.tolerance = 1e-11;
-    if (t->desc.max_limiter <= 0) t->desc.max_limiter = 30;
+    if (t->desc.max_limiter <= 0) t->desc.max_limiter = 10;
     if (!(t->desc.limiter_tolerance > 0.0)) t->desc.limiter_tolerance = 1e-3;
     t->grid = grid;
     t->bonds = bonds;

@@ -24,7 +24,7 @@ typedef struct pd_transport_desc {
     double initial;         /* [mol/m3] */
     pd_advection advection;
     double tolerance;       /* [-] of the linear solves, relative to the right-hand side; 0: 1e-11 */
-    int max_limiter;        /* limiter iterations of one implicit step; 0: 30 */
+    int max_limiter;        /* limiter iterations of one implicit step; 0: 10 */
     double limiter_tolerance; /* [-] relative change of the field at which they stop; 0: 1e-3 */
 } pd_transport_desc;
 
