@@ -9,6 +9,10 @@
 /* A step that lets the residual grow by more than this factor is taken back. */
 #define PDI_STEADY_GROWTH 10.0
 
+/* Krylov iterations of a Newton step that call for a shorter or a longer pseudo time step. */
+#define PDI_STEADY_HARD 150
+#define PDI_STEADY_EASY 60
+
 /* What the solver callbacks see. */
 typedef struct pdi_steady_user {
     pd_ctx *ctx;
@@ -145,9 +149,9 @@ pd_status pd_steady_build(pd_ctx *ctx, pd_flow *flow, const pd_steady_desc *desc
         return pdi_fail(ctx, PD_ERR_ARGUMENT, "steady", "tolerance %g, max_newton %d, max_krylov %d, restart %d",
                         desc->tolerance, desc->max_newton, desc->max_krylov, desc->restart);
     if (!(s->desc.tolerance > 0.0)) s->desc.tolerance = 1e-6;
-    if (!s->desc.max_newton) s->desc.max_newton = 30;
+    if (!s->desc.max_newton) s->desc.max_newton = 60;
     if (!s->desc.max_krylov) s->desc.max_krylov = 300;
-    if (!s->desc.restart) s->desc.restart = PD_DIM == 3 ? 30 : 60;
+    if (!s->desc.restart) s->desc.restart = 60;
     int64_t size = pdi_steady_size(flow);
     pd_krylov_desc kd;
     pd_multigrid_desc md;
@@ -175,8 +179,10 @@ pd_status pd_steady_build(pd_ctx *ctx, pd_flow *flow, const pd_steady_desc *desc
     return PDI_NEW(ctx, "steady", size, s->work);
 }
 
-/* One linearised step with the pseudo time term `shift`; the state moves by s->step. */
-static pd_status pdi_steady_newton(pd_ctx *ctx, pd_steady *s, double shift, double forcing, pd_steady_result *result)
+/* One linearised step with the pseudo time term `shift`; the state moves by s->step. *effort: Krylov iterations, beyond the
+ * limit when the tolerance was missed. */
+static pd_status pdi_steady_newton(pd_ctx *ctx, pd_steady *s, double shift, double forcing, pd_steady_result *result,
+                                   int *effort)
 {
     pdi_steady_user user;
     pd_krylov_result linear;
@@ -188,6 +194,7 @@ static pd_status pdi_steady_newton(pd_ctx *ctx, pd_steady *s, double shift, doub
     s->krylov.desc.rtol = forcing;
     PDI_TRY(pd_krylov_solve(ctx, &s->krylov, pdi_steady_jacobian, pdi_steady_precondition, &user, s->residual, s->step,
                             &linear));
+    *effort = linear.converged ? linear.iterations : s->desc.max_krylov + 1;
     result->krylov += linear.iterations;
     result->newton++;
     pdi_steady_move(ctx, s, 1.0);
@@ -212,7 +219,8 @@ pd_status pd_steady_solve(pd_ctx *ctx, pd_steady *s, pd_steady_result *result)
         if (result->newton >= s->desc.max_newton) return PD_NOT_CONVERGED;
         /* switched evolution relaxation: the pseudo time step grows as the residual falls (eq. 4.10) */
         double shift = PDI_STEADY_SHIFT * boost * flow->speed / flow->length * sqrt(norm / s->norm0);
-        PDI_TRY(pdi_steady_newton(ctx, s, shift, forcing, result));
+        int effort = 0;
+        PDI_TRY(pdi_steady_newton(ctx, s, shift, forcing, result, &effort));
         double fresh = pdi_steady_residual(ctx, s, result);
         if (!(fresh < PDI_STEADY_GROWTH * norm)) {
             pdi_steady_move(ctx, s, -1.0);
@@ -220,7 +228,10 @@ pd_status pd_steady_solve(pd_ctx *ctx, pd_steady *s, pd_steady_result *result)
             boost *= 10.0;
             continue;
         }
-        boost = fmax(1.0, boost * 0.5);
+        /* a linear system that is hard to solve gets a shorter pseudo time step next time, an easy one a longer one */
+        if (effort > s->desc.max_krylov) boost *= 10.0;
+        else if (effort > PDI_STEADY_HARD) boost *= 2.0;
+        else if (effort < PDI_STEADY_EASY) boost = fmax(1.0, boost * 0.5);
         /* Eisenstat and Walker 1996, choice 2: solve as well as the last step predicts */
         forcing = fmin(0.1, fmax(1e-3, 0.9 * (fresh / norm) * (fresh / norm)));
         norm = fresh;

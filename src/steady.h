@@ -13,9 +13,9 @@
 
 typedef struct pd_steady_desc {
     double tolerance;   /* [-] of both residuals; 0: 1e-6 */
-    int max_newton;     /* 0: 30 */
+    int max_newton;     /* 0: 60 */
     int max_krylov;     /* of one Newton step; 0: 300 */
-    int restart;        /* GMRES; 0: 60 in 1D and 2D, 30 in 3D */
+    int restart;        /* GMRES; 0: 60 */
 } pd_steady_desc;
 
 typedef struct pd_steady {

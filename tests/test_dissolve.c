@@ -1,0 +1,568 @@
+/* dissolve: speed of fronts of every shape, saturation, exact amounts, walls, small and empty solids.
+ * dims: 2 3 */
+#include "couple.h"
+#include "test.h"
+#include <stdlib.h>
+
+#define PI 3.14159265358979323846
+#define CS 71500.0        /* [mol/m3] */
+#define SPEED 1e-9        /* [m/s] */
+#define H 1e-5            /* [m] */
+
+typedef struct law {
+    double speed, csat; /* csat 0: none */
+} law;
+
+typedef struct scene {
+    pd_ctx ctx;
+    pd_stencil stencil;
+    pd_grid_desc grid_desc;
+    pd_shape shapes[4];
+    pd_grid grid;
+    pd_bonds bonds;
+    pd_transport_desc transport_desc;
+    pd_transport transport;
+    law rate;
+    pd_dissolve_desc desc;
+    pd_dissolve dissolve;
+    pd_couple_desc couple_desc;
+    pd_couple couple;
+} scene;
+
+static scene test_scene;
+
+static double rate_law(void *user, double c)
+{
+    const law *l = (const law *)user;
+    return l->csat > 0.0 ? l->speed * (1.0 - c / l->csat) : l->speed;
+}
+
+static uint32_t next_random(uint32_t *state)
+{
+    *state = *state * 1664525u + 1013904223u;
+    return *state >> 8;
+}
+
+/* A closed box from the origin of the given edges [m]; a fluid that takes up any amount. */
+static scene *scene_start(const double *edge)
+{
+    scene *s = &test_scene;
+    memset(s, 0, sizeof *s);
+    pd_ctx_init(&s->ctx);
+    for (int d = 0; d < PD_DIM; d++) s->grid_desc.hi[d] = edge[d];
+    s->grid_desc.shapes = s->shapes;
+    s->grid_desc.solid = 0;
+    s->grid_desc.wall = -1;
+    s->transport_desc.diffusivity = 1e-9;
+    s->rate.speed = SPEED;
+    s->desc.solid = CS;
+    s->desc.rate = rate_law;
+    s->desc.rate_user = &s->rate;
+    return s;
+}
+
+static scene *scene_cells(int x, int y, int z)
+{
+    double edge[3];
+    edge[0] = x * H;
+    edge[1] = y * H;
+    edge[2] = z * H;
+    return scene_start(edge);
+}
+
+static void solid_box(scene *s, const double *lo, const double *hi)
+{
+    s->shapes[0].type = PD_SHAPE_BOX;
+    for (int d = 0; d < PD_DIM; d++) {
+        s->shapes[0].a[d] = lo[d];
+        s->shapes[0].b[d] = hi[d];
+    }
+}
+
+static int scene_grid(scene *s, double h, double m)
+{
+    pd_stencil_desc sd;
+    memset(&sd, 0, sizeof sd);
+    sd.m = m;
+    for (int d = 0; d < PD_DIM; d++) sd.h[d] = h;
+    return CHECK_OK(&s->ctx, pd_stencil_build(&s->ctx, &sd, &s->stencil)) &&
+           CHECK_OK(&s->ctx, pd_grid_build(&s->ctx, &s->stencil, &s->grid_desc, &s->grid));
+}
+
+static int scene_fields(scene *s)
+{
+    return CHECK_OK(&s->ctx, pd_bonds_build(&s->ctx, &s->stencil, &s->grid, 0, &s->bonds)) &&
+           CHECK_OK(&s->ctx, pd_transport_build(&s->ctx, &s->grid, &s->bonds, NULL, &s->transport_desc, &s->transport)) &&
+           CHECK_OK(&s->ctx,
+                    pd_dissolve_build(&s->ctx, &s->grid, &s->bonds, &s->transport, &s->desc, &s->dissolve)) &&
+           CHECK_OK(&s->ctx, pd_couple_build(&s->ctx, &s->couple_desc, &s->grid, &s->bonds, NULL, NULL, &s->transport,
+                                             &s->dissolve, &s->couple)) &&
+           CHECK_OK(&s->ctx, pd_couple_start(&s->ctx, &s->couple));
+}
+
+static int scene_build(scene *s, double h, double m) { return scene_grid(s, h, m) && scene_fields(s); }
+
+static void scene_free(scene *s)
+{
+    pd_dissolve_free(&s->ctx, &s->dissolve);
+    pd_dissolve_free(&s->ctx, &s->dissolve); /* twice is allowed */
+    pd_transport_free(&s->ctx, &s->transport);
+    pd_bonds_free(&s->ctx, &s->bonds);
+    pd_grid_free(&s->ctx, &s->grid);
+    pd_stencil_free(&s->ctx, &s->stencil);
+    CHECK_INT(s->ctx.in_use, 0);
+}
+
+/* Steps up to `end`; the ledger closes to rounding after each, and each ends. */
+static int run_to(scene *s, double end)
+{
+    for (int steps = 0; s->couple.time < end; steps++) {
+        if (!CHECK(steps < 20000)) return 0;
+        if (!CHECK_OK(&s->ctx, pd_couple_step(&s->ctx, &s->couple, end))) return 0;
+        if (!CHECK_LE(s->couple.ledger.relative, 1e-13)) return 0;
+    }
+    return 1;
+}
+
+/* ---- speeds ---- */
+
+/* Metal on the low side of a closed box, a flat front across `axis`: what is left is the depth of the metal less
+ * speed times time, to rounding, at every time, for every spacing, horizon and threshold; across the whole box, so that
+ * sides do not matter. */
+static void check_flat(int axis, double h, double m, double threshold)
+{
+    double edge[3], lo[3] = {0.0, 0.0, 0.0};
+    for (int d = 0; d < PD_DIM; d++) edge[d] = (d == axis ? 20.0 : 4.0) * H;
+    scene *s = scene_start(edge);
+    edge[axis] = 10.0 * H;
+    solid_box(s, lo, edge);
+    s->desc.threshold = threshold;
+    if (!scene_build(s, h, m)) return;
+    for (int k = 1; k <= 6; k++) {
+        double depth = 1.1 * k * H;
+        if (!run_to(s, depth / SPEED)) return;
+        double gone = s->couple.ledger.start - s->couple.ledger.solid;
+        /* a threshold leaves its share of each dissolved layer in the fluid, which counts as dissolved at once */
+        double receded = gone / s->couple.ledger.start * 10.0 * H;
+        if (!(threshold > 0.0)) CHECK_REL(receded, depth, 1e-10);
+        else CHECK_NEAR(receded, depth, (threshold + 1e-9) * m * h);
+    }
+    scene_free(s);
+}
+
+TEST(flat_front_is_exact)
+{
+    for (int axis = 0; axis < PD_DIM; axis++)
+        for (int m = 1; m <= 4; m++) {
+            check_flat(axis, H, m, 0.0);
+            if (PD_DIM == 2) check_flat(axis, 0.5 * H, m, 0.0);
+        }
+    check_flat(0, PD_DIM == 2 ? 0.25 * H : 0.5 * H, 3.0, 0.0);
+}
+
+/* A wedge of 45 degrees fills the corner of the box beyond x + y = const (extruded in 3D); the surface meets both sides
+ * at that angle, so that mirror images would bend it: the depth is taken in the middle third, from the metal found on
+ * lines along the normal, and from the metal of the whole box to the coarser bound. */
+static double diagonal_speed(double m, int cells)
+{
+    double edge[3], h = 40.0 * H / cells;
+    edge[0] = edge[1] = 40.0 * H;
+    edge[2] = 2.0 * h;
+    scene *s = scene_start(edge);
+    double before = 0.0, after = 0.0, end = 6.0 * H / SPEED;
+    s->shapes[0].type = PD_SHAPE_HALF_SPACE;
+    s->shapes[0].a[0] = s->shapes[0].a[1] = 22.0 * H;
+    s->shapes[0].b[0] = s->shapes[0].b[1] = 1.0;
+    if (!scene_build(s, h, m)) return 0.0;
+    for (int k = 0; k < 2; k++) {
+        double sum = 0.0;
+        if (k && !run_to(s, end)) return 0.0;
+        for (int32_t j = 0; j < s->grid.total; j++) {
+            double x[PD_DIM];
+            pd_grid_position(&s->grid, j, x);
+            if (s->grid.kind[j] == PD_SOLID && fabs(x[0] - x[1]) < 12.0 * H) sum += s->transport.c[j] / CS * s->stencil.volume;
+        }
+        *(k ? &after : &before) = sum;
+    }
+    scene_free(s);
+    double width = 24.0 * H / sqrt(2.0) * (PD_DIM == 3 ? 2.0 * h : 1.0);
+    return (before - after) / width / (SPEED * end);
+}
+
+TEST(diagonal_front)
+{
+    for (int m = 2; m <= 3; m++) {
+        double speed = diagonal_speed(m, 40);
+        NOTE("m = %d: 45 degrees at %.4f of the speed", m, speed);
+        CHECK_NEAR(speed, 1.0, 0.02);
+    }
+}
+
+/* A disc or ball of `ratio` cells radius: worst deviation of the mean recession from speed times time, in shares of the
+ * latter, between 20 % of the radius gone and half the metal gone; radii are those of equal amount. */
+static double ball_deviation(double ratio, double m, double threshold)
+{
+    double edge[3], radius = 8.0 * H, h = radius / ratio, worst = 0.0;
+    for (int d = 0; d < PD_DIM; d++) edge[d] = 2.0 * h * ceil(1.25 * ratio);
+    scene *s = scene_start(edge);
+    s->shapes[0].type = PD_SHAPE_BALL;
+    s->shapes[0].r = radius;
+    for (int d = 0; d < PD_DIM; d++) s->shapes[0].a[d] = 0.5 * edge[d];
+    s->desc.threshold = threshold;
+    s->couple_desc.fraction = 0.05;
+    if (!scene_build(s, h, m)) return HUGE_VAL;
+    double start = s->couple.ledger.start / CS;
+    double first = PD_DIM == 2 ? sqrt(start / PI) : cbrt(0.75 * start / PI);
+    for (int k = 4; pd_couple_volume_loss(&s->couple) < 0.5; k++) {
+        double receded = 0.05 * k * radius;
+        if (!run_to(s, receded / SPEED)) return HUGE_VAL;
+        double mean = first * (1.0 - pow(s->couple.ledger.solid / s->couple.ledger.start, 1.0 / PD_DIM));
+        worst = fmax(worst, fabs(mean / receded - 1.0));
+    }
+    scene_free(s);
+    return worst;
+}
+
+TEST(ball_shrinks_at_the_speed)
+{
+    double coarse = ball_deviation(8.0, 3.0, 0.0);
+    NOTE("R/h = 8: %.4f", coarse);
+    CHECK_LE(coarse, 0.02);
+    if (PD_DIM == 3) return;
+    double fine = ball_deviation(16.0, 3.0, 0.0);
+    NOTE("R/h = 16: %.4f", fine);
+    CHECK_LE(fine, 0.01);
+    CHECK_LE(fine, coarse);
+}
+
+/* The threshold says how much of a node joins the fluid at once, not how fast the front is. */
+TEST(threshold_does_not_change_the_speed)
+{
+    for (int k = 1; k <= 2; k++) check_flat(0, H, 2.0, 0.25 * k);
+}
+
+/* ---- the law ---- */
+
+/* A closed box with too little fluid: dissolution stops where the fluid is saturated, having taken exactly what that
+ * needs, and no concentration exceeds saturation on the way. */
+TEST(saturation)
+{
+    for (int fast = 0; fast < 2; fast++) {
+        double lo[3] = {0.0, 0.0, 0.0}, hi[3] = {6.0 * H, 5.0 * H, 4.0 * H};
+        scene *s = scene_cells(12, 5, 4);
+        solid_box(s, lo, hi);
+        s->rate.csat = 0.1 * CS;
+        s->rate.speed = fast ? 1e3 * SPEED : SPEED;
+        if (!scene_build(s, H, 2.0)) return;
+        for (int k = 1; k <= 40; k++) {
+            if (!run_to(s, k * 0.5 * H / SPEED)) return;
+            for (int32_t i = 0; i < s->grid.total; i++)
+                if (s->grid.kind[i] == PD_FLUID) CHECK_LE(s->transport.c[i], s->rate.csat * (1.0 + 1e-9));
+        }
+        double fluid = (double)s->grid.fluid_count * s->stencil.volume;
+        CHECK(s->grid.solid_count > 0);
+        CHECK_REL(s->couple.ledger.dissolved, fluid * s->rate.csat, 1e-6);
+        CHECK_REL(s->couple.ledger.solid, s->couple.ledger.start - s->couple.ledger.dissolved, 1e-12);
+        scene_free(s);
+    }
+}
+
+/* The factor multiplies the speed. */
+TEST(factor_multiplies)
+{
+    double lo[3] = {0.0, 0.0, 0.0}, hi[3] = {10.0 * H, 4.0 * H, 4.0 * H};
+    for (int k = 0; k < 2; k++) {
+        scene *s = scene_cells(20, 4, 4);
+        solid_box(s, lo, hi);
+        if (!scene_grid(s, H, 3.0)) return;
+        double *factor = (double *)malloc((size_t)s->grid.total * sizeof *factor);
+        if (!CHECK(factor != NULL)) return;
+        for (int32_t i = 0; i < s->grid.total; i++) factor[i] = k ? 0.25 : 3.0;
+        s->desc.factor = factor;
+        if (!scene_fields(s) || !run_to(s, 2.0 * H / SPEED)) return;
+        CHECK_REL(pd_couple_volume_loss(&s->couple) * 10.0, 2.0 * (k ? 0.25 : 3.0), 1e-10);
+        scene_free(s);
+        free(factor);
+    }
+}
+
+/* Metal of factor 0 stays for good, and hands nothing to the fluid when its neighbours go. */
+TEST(inert_metal_stays)
+{
+    double lo[3] = {0.0, 0.0, 0.0}, hi[3] = {6.0 * H, 4.0 * H, 4.0 * H}, most = 0.0;
+    scene *s = scene_cells(12, 4, 4);
+    solid_box(s, lo, hi);
+    if (!scene_grid(s, H, 2.0)) return;
+    double *factor = (double *)malloc((size_t)s->grid.total * sizeof *factor);
+    if (!CHECK(factor != NULL)) return;
+    for (int32_t i = 0; i < s->grid.total; i++) {
+        double x[PD_DIM];
+        pd_grid_position(&s->grid, i, x);
+        factor[i] = x[0] < 3.0 * H ? 0.0 : 1.0;
+    }
+    s->desc.factor = factor;
+    s->rate.csat = 0.9 * CS;
+    if (!scene_fields(s) || !run_to(s, 100.0 * H / SPEED)) return;
+    for (int32_t i = 0; i < s->grid.total; i++)
+        if (s->grid.kind[i] == PD_FLUID) most = fmax(most, s->transport.c[i]);
+    CHECK_LE(most, s->rate.csat);
+    CHECK_INT(s->grid.solid_count, 3 * (PD_DIM == 2 ? 4 : 16));
+    CHECK_REL(s->couple.ledger.solid, 0.5 * s->couple.ledger.start, 1e-12);
+    scene_free(s);
+    free(factor);
+}
+
+static double not_a_number(void *user, double c)
+{
+    (void)user;
+    return c > 1.0 ? (double)NAN : SPEED;
+}
+
+static double infinite(void *user, double c)
+{
+    (void)user;
+    (void)c;
+    return HUGE_VAL;
+}
+
+TEST(law_without_a_value)
+{
+    for (int k = 0; k < 2; k++) {
+        double lo[3] = {0.0, 0.0, 0.0}, hi[3] = {5.0 * H, 4.0 * H, 4.0 * H};
+        scene *s = scene_cells(10, 4, 4);
+        solid_box(s, lo, hi);
+        s->desc.rate = k ? infinite : not_a_number;
+        if (!scene_build(s, H, 2.0)) return;
+        pd_status status = PD_OK;
+        for (int step = 0; step < 100 && status == PD_OK; step++)
+            status = pd_couple_step(&s->ctx, &s->couple, 10.0 * H / SPEED);
+        CHECK_INT(status, PD_ERR_STATE);
+        CHECK(strstr(s->ctx.message, "the rate law gives") != NULL);
+        CHECK(strstr(s->ctx.message, " at x = ") != NULL);
+        scene_free(s);
+    }
+}
+
+/* A law below zero does not deposit; a rising one is taken as it stands. */
+static double falling_below(void *user, double c)
+{
+    (void)user;
+    (void)c;
+    return -SPEED;
+}
+
+TEST(no_deposit)
+{
+    double lo[3] = {0.0, 0.0, 0.0}, hi[3] = {5.0 * H, 4.0 * H, 4.0 * H};
+    scene *s = scene_cells(10, 4, 4);
+    solid_box(s, lo, hi);
+    s->desc.rate = falling_below;
+    s->transport_desc.initial = 10.0;
+    if (!scene_build(s, H, 2.0)) return;
+    if (!run_to(s, H / SPEED)) return;
+    CHECK(pd_couple_volume_loss(&s->couple) == 0.0);
+    scene_free(s);
+}
+
+/* ---- small, empty, walled ---- */
+
+/* One node of metal dissolves whole and leaves exactly its content. */
+TEST(single_node)
+{
+    for (int m = 1; m <= 3; m++) {
+        double lo[3] = {4.0 * H, 4.0 * H, 3.0 * H}, hi[3] = {5.0 * H, 5.0 * H, 4.0 * H};
+        scene *s = scene_cells(9, 9, 7);
+        solid_box(s, lo, hi);
+        if (!scene_build(s, H, m)) return;
+        CHECK_INT(s->grid.solid_count, 1);
+        if (!run_to(s, 20.0 * H / SPEED)) return;
+        CHECK_INT(s->grid.solid_count, 0);
+        CHECK(pd_couple_volume_loss(&s->couple) == 1.0);
+        CHECK_REL(s->couple.ledger.dissolved + s->couple.ledger.carry, CS * s->stencil.volume, 1e-13);
+        CHECK_OK(&s->ctx, pd_bonds_validate(&s->ctx, &s->bonds));
+        /* and with nothing left a step of any length is one step */
+        int64_t steps = s->couple.steps;
+        if (!run_to(s, 1e6 * H / SPEED)) return;
+        CHECK_INT(s->couple.steps, steps + 1);
+        scene_free(s);
+    }
+}
+
+/* Debris at random, dissolved to the last node: the fluid holds all of it. */
+TEST(everything_dissolves)
+{
+    uint32_t seed = 77;
+    for (int round = 0; round < 6; round++) {
+        double lo[3] = {3.0 * H, 2.0 * H, 2.0 * H}, hi[3] = {11.0 * H, 8.0 * H, 5.0 * H};
+        scene *s = scene_cells(14, 10, 7);
+        solid_box(s, lo, hi);
+        if (!scene_grid(s, H, 1.0 + round % 3)) return;
+        for (int32_t i = 0; i < s->grid.total; i++)
+            if (s->grid.kind[i] == PD_SOLID && next_random(&seed) % 3 == 0) pdi_grid_dissolve(&s->grid, i);
+        if (!scene_fields(s) || !run_to(s, 60.0 * H / SPEED)) return;
+        CHECK_INT(s->grid.solid_count, 0);
+        CHECK_REL(s->couple.ledger.dissolved + s->couple.ledger.carry, s->couple.ledger.start, 1e-13);
+        scene_free(s);
+    }
+}
+
+TEST(nothing_to_dissolve)
+{
+    scene *s = scene_cells(8, 7, 6);
+    s->grid_desc.solid = -1;
+    if (!scene_build(s, H, 2.0)) return;
+    CHECK_INT(s->dissolve.front_count, 0);
+    if (!run_to(s, 1.0)) return;
+    CHECK_INT(s->couple.steps, 1);
+    CHECK(pd_couple_volume_loss(&s->couple) == 0.0);
+    CHECK(pd_dissolve_fastest(&s->ctx, &s->dissolve) == 0.0);
+    scene_free(s);
+}
+
+/* Metal without any fluid beside it stays. */
+TEST(no_fluid)
+{
+    double lo[3] = {0.0, 0.0, 0.0}, hi[3] = {8.0 * H, 7.0 * H, 6.0 * H};
+    scene *s = scene_cells(8, 7, 6);
+    solid_box(s, lo, hi);
+    if (!scene_build(s, H, 2.0) || !run_to(s, 10.0 * H / SPEED)) return;
+    CHECK(pd_couple_volume_loss(&s->couple) == 0.0);
+    scene_free(s);
+}
+
+/* A sheet one node thick between two pockets: it goes, and they become one. */
+TEST(thin_sheet)
+{
+    double lo[3] = {7.0 * H, 0.0, 0.0}, hi[3] = {8.0 * H, 4.0 * H, 4.0 * H};
+    for (int m = 1; m <= 3; m++) {
+        scene *s = scene_cells(15, 4, 4);
+        solid_box(s, lo, hi);
+        if (!scene_build(s, H, m)) return;
+        for (int32_t i = 0; i < s->grid.total; i++) {
+            double x[PD_DIM];
+            pd_grid_position(&s->grid, i, x);
+            if (s->grid.kind[i] == PD_FLUID && x[0] < 7.0 * H) s->transport.c[i] = 50.0;
+        }
+        s->couple.steps = 0;
+        if (!CHECK_OK(&s->ctx, pd_couple_start(&s->ctx, &s->couple))) return;
+        double volume = s->stencil.volume * (double)(7 * s->grid.solid_count);
+        if (!run_to(s, 0.2 * H / SPEED)) return;
+        /* both sides lose at the speed, and nothing passes */
+        CHECK_REL(1.0 - pd_couple_volume_loss(&s->couple), 0.6, 1e-10);
+        double left = 0.0;
+        for (int32_t i = 0; i < s->grid.total; i++) {
+            double x[PD_DIM];
+            pd_grid_position(&s->grid, i, x);
+            if (s->grid.kind[i] == PD_FLUID && x[0] < 7.0 * H) left += s->transport.c[i] * s->stencil.volume;
+        }
+        CHECK_REL(left, 50.0 * volume + 0.2 * s->couple.solid_start, 1e-9);
+        if (!run_to(s, 1e4 * H / SPEED)) return;
+        CHECK_INT(s->grid.solid_count, 0);
+        double low = HUGE_VAL, high = 0.0;
+        for (int32_t i = 0; i < s->grid.total; i++) {
+            if (s->grid.kind[i] != PD_FLUID) continue;
+            low = fmin(low, s->transport.c[i]);
+            high = fmax(high, s->transport.c[i]);
+        }
+        CHECK_REL(low, high, 1e-6);
+        scene_free(s);
+    }
+}
+
+/* Amount [mol] on the low side of the plane x = at: fluid, debt and metal. */
+static double amount_below(const scene *s, double at)
+{
+    double sum = 0.0;
+    for (int32_t i = 0; i < s->grid.total; i++) {
+        double x[PD_DIM];
+        pd_grid_position(&s->grid, i, x);
+        if (x[0] > at || (s->grid.kind[i] != PD_FLUID && s->grid.kind[i] != PD_SOLID)) continue;
+        sum += (s->transport.c[i] + (s->grid.kind[i] == PD_FLUID ? s->transport.carry[i] : 0.0)) * s->stencil.volume;
+    }
+    return sum;
+}
+
+/* A wall one node thick with metal on both of its faces and different shapes on either side: no metal passes it. */
+TEST(wall_is_tight)
+{
+    uint32_t seed = 5;
+    for (int m = 1; m <= 3; m++)
+        for (int round = 0; round < 3; round++) {
+            double lo[3] = {4.0 * H, 1.0 * H, 1.0 * H}, hi[3] = {10.0 * H, 6.0 * H, 4.0 * H};
+            scene *s = scene_cells(15, 7, 5);
+            solid_box(s, lo, hi);
+            s->shapes[1].type = PD_SHAPE_BOX;
+            for (int d = 0; d < PD_DIM; d++) s->shapes[1].b[d] = s->grid_desc.hi[d];
+            s->shapes[1].a[0] = 7.0 * H;
+            s->shapes[1].b[0] = 8.0 * H;
+            s->grid_desc.wall = 1;
+            if (!scene_grid(s, H, m)) return;
+            for (int32_t i = 0; i < s->grid.total; i++)
+                if (s->grid.kind[i] == PD_SOLID && next_random(&seed) % 4 == 0) pdi_grid_dissolve(&s->grid, i);
+            if (!scene_fields(s)) return;
+            double below = amount_below(s, 7.5 * H);
+            for (int k = 1; k <= 30; k++) {
+                if (!run_to(s, k * 0.3 * H / SPEED)) return;
+                if (!CHECK_REL(amount_below(s, 7.5 * H), below, 1e-12)) return;
+            }
+            CHECK_INT(s->grid.solid_count, 0);
+            scene_free(s);
+        }
+}
+
+/* Walls at random inside boxes down to one cell across: amounts close although paths mirror at the sides. */
+TEST(random_walls)
+{
+    uint32_t seed = 9;
+    for (int round = 0; round < 40; round++) {
+        int n[3];
+        double edge[3], lo[3] = {0.0, 0.0, 0.0};
+        for (int d = 0; d < 3; d++) {
+            n[d] = 1 + (int)(next_random(&seed) % (PD_DIM == 3 ? 6 : 12));
+            edge[d] = n[d] * H;
+        }
+        scene *s = scene_start(edge);
+        solid_box(s, lo, edge);
+        if (!scene_grid(s, H, 1.0 + round % 4)) return;
+        for (int32_t i = 0; i < s->grid.total; i++) {
+            if (s->grid.kind[i] != PD_SOLID) continue;
+            uint32_t pick = next_random(&seed) % 6;
+            if (pick < 2) pdi_grid_dissolve(&s->grid, i);
+            if (pick != 2) continue;
+            s->grid.kind[i] = PD_WALL;
+            s->grid.solid_count--;
+        }
+        if (!scene_fields(s) || !run_to(s, 40.0 * H / SPEED)) return;
+        CHECK_OK(&s->ctx, pd_bonds_validate(&s->ctx, &s->bonds));
+        scene_free(s);
+    }
+}
+
+TEST(bad_input)
+{
+    double lo[3] = {0.0, 0.0, 0.0}, hi[3] = {4.0 * H, 4.0 * H, 4.0 * H};
+    scene *s = scene_cells(8, 7, 6);
+    solid_box(s, lo, hi);
+    if (!scene_build(s, H, 2.0)) return;
+    for (int k = 0; k < 7; k++) {
+        pd_dissolve_desc desc = s->desc;
+        pd_dissolve other;
+        if (k == 0) desc.solid = 0.0;
+        if (k == 1) desc.solid = (double)NAN;
+        if (k == 2) desc.threshold = -0.1;
+        if (k == 3) desc.threshold = 1.0;
+        if (k == 4) desc.threshold = (double)NAN;
+        if (k == 5) desc.rate = NULL;
+        if (k == 6) desc.solid = HUGE_VAL;
+        CHECK_INT(pd_dissolve_build(&s->ctx, &s->grid, &s->bonds, &s->transport, &desc, &other), PD_ERR_ARGUMENT);
+        CHECK(strncmp(s->ctx.message, "dissolve: ", 10) == 0);
+        pd_dissolve_free(&s->ctx, &other);
+    }
+    scene_free(s);
+}
+
+TEST_MAIN(ENTRY(flat_front_is_exact) ENTRY(diagonal_front) ENTRY(ball_shrinks_at_the_speed)
+              ENTRY(threshold_does_not_change_the_speed) ENTRY(saturation) ENTRY(factor_multiplies)
+                  ENTRY(inert_metal_stays) ENTRY(law_without_a_value) ENTRY(no_deposit) ENTRY(single_node)
+                      ENTRY(everything_dissolves) ENTRY(nothing_to_dissolve) ENTRY(no_fluid) ENTRY(thin_sheet)
+                          ENTRY(wall_is_tight) ENTRY(random_walls) ENTRY(bad_input))
