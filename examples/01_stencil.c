@@ -45,7 +45,8 @@ static void print_moments(void)
     static const double ratios[] = {1.0, 25.0};
     int bonds, last = PD_DIM - 1;
     printf("Laplacian of x^2 over its true value\n"
-           "  m  bonds  hx/hy   printed x  printed %c   calibrated x - 1  calibrated %c - 1\n", "xyz"[last], "xyz"[last]);
+           "  m  bonds  hx/hy   printed x  printed %c   calibrated x - 1  calibrated %c - 1\n",
+           "xyz"[last], "xyz"[last]);
     for (int r = 0; r < (PD_DIM > 1 ? 2 : 1); r++)
         for (int m = 2; m <= 4; m++) {
             double x = second_moment(m, ratios[r], PD_WEIGHTS_PRINTED, 0, &bonds);

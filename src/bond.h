@@ -23,7 +23,8 @@ typedef struct pd_bonds {
     uint16_t *bond;      /* [capacity][count] their stencil indices, ascending */
     double *wall_lap;    /* [capacity] [1/m2] sum over cut bonds of a/t (eq. 3.3), and the bend of a curved surface */
     double *wall_curv;   /* [capacity] [-] sum over cut bonds of a (xi.N)^2 (1-t)/2 (eq. 3.4), likewise */
-    double *moment;      /* [capacity][PD_DIM][PD_DIM] [unit of 1/(base m2)] inverse of sum w xi xi^T over open bonds (eq. 3.5) */
+    double *moment;      /* [capacity][PD_DIM][PD_DIM] [unit of 1/(base m2)] inverse of sum w xi xi^T over open bonds
+                          * (eq. 3.5) */
     int32_t runs, run_capacity;
     int32_t *run_first, *run_length; /* nodes with whole families, consecutive along axis 0 */
 } pd_bonds;

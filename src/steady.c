@@ -179,8 +179,8 @@ pd_status pd_steady_build(pd_ctx *ctx, pd_flow *flow, const pd_steady_desc *desc
     return PDI_NEW(ctx, "steady", size, s->work);
 }
 
-/* One linearised step with the pseudo time term `shift`; the state moves by s->step. *effort: Krylov iterations, beyond the
- * limit when the tolerance was missed. */
+/* One linearised step with the pseudo time term `shift`; the state moves by s->step. *effort: Krylov iterations, beyond
+ * the limit when the tolerance was missed. */
 static pd_status pdi_steady_newton(pd_ctx *ctx, pd_steady *s, double shift, double forcing, pd_steady_result *result,
                                    int *effort)
 {

@@ -24,7 +24,8 @@ typedef struct pd_steady {
     pd_compact compact_u, compact_p;
     pd_multigrid mg_u, mg_p;
     pd_krylov krylov;
-    double *residual, *step, *work;     /* [(PD_DIM+1)][total] each, [-] scaled residual; [m/s] and [m2/s2] for the others */
+    double *residual;                   /* [PD_DIM+1][total] [-] scaled */
+    double *step, *work;                /* [PD_DIM+1][total] [m/s], last row [m2/s2] */
     double shift;                       /* [1/s] 1 over the pseudo time step */
     double norm0;                       /* [-] largest initial residual norm of all solves */
 } pd_steady;

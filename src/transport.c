@@ -467,7 +467,8 @@ static pd_status pdi_transport_iterate(pd_ctx *ctx, pd_transport *t, double atol
             pdi_transport_right_side(ctx, t);
         }
         double floor_residual = limiter ? PDI_TRANSPORT_ROUGH * atol : atol;
-        status = pdi_transport_correct(ctx, t, last ? 1e-15 : PDI_TRANSPORT_LOOSE, floor_residual, &result->change, result);
+        status =
+            pdi_transport_correct(ctx, t, last ? 1e-15 : PDI_TRANSPORT_LOOSE, floor_residual, &result->change, result);
         result->limiter = pass;
         if (status < 0) return status;
         if (last) break;

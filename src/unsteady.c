@@ -33,9 +33,10 @@ pd_status pd_unsteady_build(pd_ctx *ctx, pd_flow *flow, const pd_unsteady_desc *
     if (!(un->desc.cfl > 0.0)) un->desc.cfl = 0.8;
     if (!(desc->sound > 0.0) || !(desc->sound < 1e100) || un->desc.gamma < 1.0 || !(desc->gamma >= 0.0) ||
         !(desc->diffusion >= 0.0) || !(desc->cfl >= 0.0))
-        return pdi_fail(ctx, PD_ERR_ARGUMENT, "unsteady",
-                        "sound = %g m/s must be positive, gamma = %g at least 1, diffusion = %g and cfl = %g not negative",
-                        desc->sound, desc->gamma, desc->diffusion, desc->cfl);
+        return pdi_fail(
+            ctx, PD_ERR_ARGUMENT, "unsteady",
+            "sound = %g m/s must be positive, gamma = %g at least 1, diffusion = %g and cfl = %g not negative",
+            desc->sound, desc->gamma, desc->diffusion, desc->cfl);
     un->flow = flow;
     double spacing = grid->h[0];
     for (int d = 1; d < PD_DIM; d++) spacing = fmin(spacing, grid->h[d]);
@@ -73,7 +74,8 @@ static void pdi_unsteady_fill(const pd_ctx *ctx, pd_unsteady *un)
         un->density[flow->outlet[o]] = 2.0 * out - un->density[flow->outlet_mirror[o]];
     PDI_PARALLEL_FOR(nt)
     for (int32_t i = 0; i < total; i++)
-        for (int d = 0; d < PD_DIM; d++) un->mass[(int64_t)d * total + i] = un->density[i] * flow->u[(int64_t)d * total + i];
+        for (int d = 0; d < PD_DIM; d++)
+            un->mass[(int64_t)d * total + i] = un->density[i] * flow->u[(int64_t)d * total + i];
     pdi_flow_gradient(ctx, flow, flow->p, flow->grad);
 }
 
@@ -147,8 +149,8 @@ pd_status pd_unsteady_step(pd_ctx *ctx, pd_unsteady *un, double dt)
         pdi_par_copy(ctx, split, un->start, flow->u);
         pdi_par_copy(ctx, total, un->start + split, un->density);
         pdi_unsteady_fill(ctx, un);
-        return pdi_fail(ctx, PD_RETRY, "unsteady", "a density or velocity left its range in a step of %g s at t = %g s", dt,
-                        un->time);
+        return pdi_fail(ctx, PD_RETRY, "unsteady", "a density or velocity left its range in a step of %g s at t = %g s",
+                        dt, un->time);
     }
     pdi_unsteady_fill(ctx, un);
     un->time += dt;
@@ -188,7 +190,8 @@ double pd_unsteady_limit(pd_ctx *ctx, const pd_unsteady *un)
 
 pd_status pd_unsteady_run(pd_ctx *ctx, pd_unsteady *un, double t_end)
 {
-    if (!(t_end >= un->time)) return pdi_fail(ctx, PD_ERR_ARGUMENT, "unsteady", "a run from %g s to %g s", un->time, t_end);
+    if (!(t_end >= un->time))
+        return pdi_fail(ctx, PD_ERR_ARGUMENT, "unsteady", "a run from %g s to %g s", un->time, t_end);
     while (un->time < t_end) {
         double left = t_end - un->time, dt = un->desc.cfl * pd_unsteady_limit(ctx, un);
         int last = dt >= left;
@@ -202,8 +205,8 @@ pd_status pd_unsteady_run(pd_ctx *ctx, pd_unsteady *un, double t_end)
             last = 0;
         }
         if (status == PD_RETRY)
-            return pdi_fail(ctx, PD_ERR_STATE, "unsteady", "steps down to %g s at t = %g s leave the admissible range", dt,
-                            un->time);
+            return pdi_fail(ctx, PD_ERR_STATE, "unsteady", "steps down to %g s at t = %g s leave the admissible range",
+                            dt, un->time);
         if (last) un->time = t_end;
     }
     return PD_OK;

@@ -1,8 +1,8 @@
 /* unsteady: time-dependent weakly compressible flow, explicit.
  *
- * d rho/dt + div(rho v) = fourth-order density diffusion,  rho dv/dt + rho v.grad v = -grad p + mu lap v + rho f,  with an
- * equation of state p(rho), on the sums of flow.h, in time by the three-stage Runge-Kutta method of Shu and Osher 1988
- * (theory: eq. 4.11 to 4.14). At rest in time it has the steady solution of steady.h up to O(Mach^2).
+ * d rho/dt + div(rho v) = fourth-order density diffusion,  rho dv/dt + rho v.grad v = -grad p + mu lap v + rho f,  with
+ * an equation of state p(rho), on the sums of flow.h, in time by the three-stage Runge-Kutta method of Shu and Osher
+ * 1988 (theory: eq. 4.11 to 4.14). At rest in time it has the steady solution of steady.h up to O(Mach^2).
  */
 #ifndef PD_UNSTEADY_H
 #define PD_UNSTEADY_H

@@ -157,19 +157,19 @@ TEST(flat_front_is_exact)
             check_flat(axis, H, m, 0.0);
             if (PD_DIM == 2) check_flat(axis, 0.5 * H, m, 0.0);
         }
-    check_flat(0, PD_DIM == 2 ? 0.25 * H : 0.5 * H, 3.0, 0.0);
+    if (PD_DIM == 2) check_flat(0, 0.25 * H, 3.0, 0.0);
+    else check_flat(2, 0.5 * H, 2.0, 0.0);
 }
 
-/* A wedge of 45 degrees fills the corner of the box beyond x + y = const (extruded in 3D); the surface meets both sides
- * at that angle, so that mirror images would bend it: the depth is taken in the middle third, from the metal found on
- * lines along the normal, and from the metal of the whole box to the coarser bound. */
+/* A half-space cut at 45 degrees (extruded in 3D). The sides of the box mirror the metal and bend the front there, so the
+ * depth is that of the middle lines of nodes along the normal, half the way to the sides: h/sqrt(2) of width each. */
 static double diagonal_speed(double m, int cells)
 {
-    double edge[3], h = 40.0 * H / cells;
+    double edge[3], h = 40.0 * H / cells, before = 0.0, after = 0.0, end = 8.0 * H / SPEED;
+    int side_lines = 8 * cells / 40;
     edge[0] = edge[1] = 40.0 * H;
     edge[2] = 2.0 * h;
     scene *s = scene_start(edge);
-    double before = 0.0, after = 0.0, end = 6.0 * H / SPEED;
     s->shapes[0].type = PD_SHAPE_HALF_SPACE;
     s->shapes[0].a[0] = s->shapes[0].a[1] = 22.0 * H;
     s->shapes[0].b[0] = s->shapes[0].b[1] = 1.0;
@@ -180,21 +180,22 @@ static double diagonal_speed(double m, int cells)
         for (int32_t j = 0; j < s->grid.total; j++) {
             double x[PD_DIM];
             pd_grid_position(&s->grid, j, x);
-            if (s->grid.kind[j] == PD_SOLID && fabs(x[0] - x[1]) < 12.0 * H) sum += s->transport.c[j] / CS * s->stencil.volume;
+            if (s->grid.kind[j] == PD_SOLID && fabs(x[0] - x[1]) < (side_lines + 0.5) * h) sum += s->transport.c[j] / CS;
         }
-        *(k ? &after : &before) = sum;
+        *(k ? &after : &before) = sum * h * h / (PD_DIM == 3 ? 2.0 : 1.0); /* two layers in 3D */
     }
+    double width = (2 * side_lines + 1) * h / sqrt(2.0);
     scene_free(s);
-    double width = 24.0 * H / sqrt(2.0) * (PD_DIM == 3 ? 2.0 * h : 1.0);
     return (before - after) / width / (SPEED * end);
 }
 
 TEST(diagonal_front)
 {
-    for (int m = 2; m <= 3; m++) {
-        double speed = diagonal_speed(m, 40);
-        NOTE("m = %d: 45 degrees at %.4f of the speed", m, speed);
-        CHECK_NEAR(speed, 1.0, 0.02);
+    for (int m = 1; m <= 3; m++) {
+        double coarse = diagonal_speed(m, 40), fine = PD_DIM == 2 ? diagonal_speed(m, 80) : 1.0;
+        NOTE("m = %d: 45 degrees at %.4f and %.4f of the speed", m, coarse, fine);
+        CHECK_NEAR(coarse, 1.0, 0.02);
+        CHECK_NEAR(fine, 1.0, 0.01);
     }
 }
 
@@ -262,7 +263,8 @@ TEST(saturation)
         double fluid = (double)s->grid.fluid_count * s->stencil.volume;
         CHECK(s->grid.solid_count > 0);
         CHECK_REL(s->couple.ledger.dissolved, fluid * s->rate.csat, 1e-6);
-        CHECK_REL(s->couple.ledger.solid, s->couple.ledger.start - s->couple.ledger.dissolved, 1e-12);
+        CHECK_REL(s->couple.ledger.solid, s->couple.ledger.start - s->couple.ledger.dissolved - s->couple.ledger.carry,
+                  1e-12);
         scene_free(s);
     }
 }
@@ -302,10 +304,13 @@ TEST(inert_metal_stays)
     }
     s->desc.factor = factor;
     s->rate.csat = 0.9 * CS;
-    if (!scene_fields(s) || !run_to(s, 100.0 * H / SPEED)) return;
-    for (int32_t i = 0; i < s->grid.total; i++)
-        if (s->grid.kind[i] == PD_FLUID) most = fmax(most, s->transport.c[i]);
-    CHECK_LE(most, s->rate.csat);
+    if (!scene_fields(s)) return;
+    for (int k = 1; k <= 100; k++) {
+        if (!run_to(s, 0.4 * k * H / SPEED)) return;
+        for (int32_t i = 0; i < s->grid.total; i++)
+            if (s->grid.kind[i] == PD_FLUID) most = fmax(most, s->transport.c[i] + s->transport.carry[i]);
+    }
+    CHECK_LE(most, s->rate.csat * (1.0 + 1e-9));
     CHECK_INT(s->grid.solid_count, 3 * (PD_DIM == 2 ? 4 : 16));
     CHECK_REL(s->couple.ledger.solid, 0.5 * s->couple.ledger.start, 1e-12);
     scene_free(s);
@@ -430,7 +435,8 @@ TEST(no_fluid)
     scene_free(s);
 }
 
-/* A sheet one node thick between two pockets: it goes, and they become one. */
+/* A sheet one node thick between two pockets: it goes, and they become one. The speed is that of the law for families of
+ * one cell; larger ones would draw a part of it from metal behind the sheet that is not there. */
 TEST(thin_sheet)
 {
     double lo[3] = {7.0 * H, 0.0, 0.0}, hi[3] = {8.0 * H, 4.0 * H, 4.0 * H};
@@ -448,14 +454,17 @@ TEST(thin_sheet)
         double volume = s->stencil.volume * (double)(7 * s->grid.solid_count);
         if (!run_to(s, 0.2 * H / SPEED)) return;
         /* both sides lose at the speed, and nothing passes */
-        CHECK_REL(1.0 - pd_couple_volume_loss(&s->couple), 0.6, 1e-10);
+        double gone = s->couple.solid_start - s->couple.ledger.solid;
+        if (m == 1) CHECK_REL(gone, 0.4 * s->couple.solid_start, 1e-10);
+        CHECK_LE(gone, 0.4 * s->couple.solid_start * (1.0 + 1e-10));
+        CHECK_LE(0.25 * s->couple.solid_start, gone);
         double left = 0.0;
         for (int32_t i = 0; i < s->grid.total; i++) {
             double x[PD_DIM];
             pd_grid_position(&s->grid, i, x);
             if (s->grid.kind[i] == PD_FLUID && x[0] < 7.0 * H) left += s->transport.c[i] * s->stencil.volume;
         }
-        CHECK_REL(left, 50.0 * volume + 0.2 * s->couple.solid_start, 1e-9);
+        CHECK_REL(left, 50.0 * volume + 0.5 * gone, 1e-9);
         if (!run_to(s, 1e4 * H / SPEED)) return;
         CHECK_INT(s->grid.solid_count, 0);
         double low = HUGE_VAL, high = 0.0;
@@ -515,15 +524,11 @@ TEST(random_walls)
 {
     uint32_t seed = 9;
     for (int round = 0; round < 40; round++) {
-        int n[3];
         double edge[3], lo[3] = {0.0, 0.0, 0.0};
-        for (int d = 0; d < 3; d++) {
-            n[d] = 1 + (int)(next_random(&seed) % (PD_DIM == 3 ? 6 : 12));
-            edge[d] = n[d] * H;
-        }
+        for (int d = 0; d < 3; d++) edge[d] = (1 + (int)(next_random(&seed) % (PD_DIM == 3 ? 6 : 12))) * H;
         scene *s = scene_start(edge);
         solid_box(s, lo, edge);
-        if (!scene_grid(s, H, 1.0 + round % 4)) return;
+        if (!scene_grid(s, H, 1.0 + round % 3)) return;
         for (int32_t i = 0; i < s->grid.total; i++) {
             if (s->grid.kind[i] != PD_SOLID) continue;
             uint32_t pick = next_random(&seed) % 6;

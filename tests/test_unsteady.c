@@ -18,7 +18,8 @@ typedef struct scene {
 } scene;
 
 /* Box [0, length] x [0, 1]; `open`: both x sides are outlets at p = 0. */
-static pd_status scene_build(scene *s, double length, double h, int open, double nu, double force, double sound, pd_eos eos)
+static pd_status scene_build(scene *s, double length, double h, int open, double nu, double force, double sound,
+                             pd_eos eos)
 {
     pd_stencil_desc sd;
     pd_grid_desc gd;

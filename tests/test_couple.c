@@ -1,0 +1,460 @@
+/* couple: a pin that dissolves in a flow: ledger, sections, threads, step size, memory, local updates, units, geometries
+ * at random.
+ * dims: 2 3 */
+#include "couple.h"
+#include "test.h"
+#include <stdlib.h>
+
+#define HOUR 3600.0
+#define RHO 1000.0
+#define MU 1e-3
+
+/* Magnesium pin (S1: half-width of the channel 150 um, pin 80 um thick, 1.3 um/h, mean inflow 0.236 m/s), shortened. */
+typedef struct pin {
+    double h, half, lead_in, pin_length, pin_half; /* [m] */
+    double mean, speed;                            /* [m/s] inflow and law */
+    double diffusivity, nu, solid, csat;
+} pin;
+
+typedef struct scene {
+    pin p;
+    pd_ctx ctx;
+    pd_stencil stencil;
+    pd_grid_desc grid_desc;
+    pd_shape shapes[4];
+    pd_grid grid;
+    pd_bonds bonds;
+    pd_flow_desc flow_desc;
+    pd_flow flow;
+    pd_steady steady;
+    pd_transport_desc transport_desc;
+    pd_transport transport;
+    pd_dissolve_desc desc;
+    pd_dissolve dissolve;
+    pd_couple_desc couple_desc;
+    pd_couple couple;
+} scene;
+
+static double law(void *user, double c)
+{
+    const pin *p = (const pin *)user;
+    return p->speed * (1.0 - c / p->csat);
+}
+
+static void parabola(void *user, const double *x, double *u)
+{
+    const pin *p = (const pin *)user;
+    double r2 = x[1] / p->half * (x[1] / p->half);
+    for (int d = 0; d < PD_DIM; d++) u[d] = 0.0;
+    if (PD_DIM == 3) r2 += x[PD_DIM - 1] / p->half * (x[PD_DIM - 1] / p->half);
+    u[0] = (PD_DIM == 3 ? 2.0 : 1.5) * p->mean * fmax(1.0 - r2, 0.0);
+}
+
+static void pin_default(pin *p)
+{
+    p->h = PD_DIM == 2 ? 10e-6 : 25e-6;
+    p->half = 150e-6;
+    p->lead_in = PD_DIM == 2 ? 60e-6 : 75e-6;
+    p->pin_length = PD_DIM == 2 ? 100e-6 : 75e-6;
+    p->pin_half = PD_DIM == 2 ? 40e-6 : 50e-6;
+    p->mean = 0.236;
+    p->speed = 1.3e-6 / HOUR * (PD_DIM == 2 ? 3.0 : 8.0);
+    p->diffusivity = 1e-9;
+    p->nu = MU / RHO;
+    p->solid = 71500.0;
+    p->csat = 1000.0;
+}
+
+static int scene_finish(scene *s, double m, int flowing)
+{
+    pd_stencil_desc sd;
+    pd_steady_desc steady_desc;
+    memset(&sd, 0, sizeof sd);
+    memset(&steady_desc, 0, sizeof steady_desc);
+    sd.m = m;
+    for (int d = 0; d < PD_DIM; d++) sd.h[d] = s->p.h;
+    steady_desc.tolerance = 1e-8;
+    s->flow_desc.rho = RHO;
+    s->flow_desc.mu = s->p.nu * RHO;
+    s->flow_desc.speed = s->p.mean;
+    s->flow_desc.length = 2.0 * s->p.half;
+    s->flow_desc.inlet = parabola;
+    s->flow_desc.inlet_user = &s->p;
+    s->transport_desc.diffusivity = s->p.diffusivity;
+    s->desc.solid = s->p.solid;
+    s->desc.rate = law;
+    s->desc.rate_user = &s->p;
+    if (!CHECK_OK(&s->ctx, pd_stencil_build(&s->ctx, &sd, &s->stencil)) ||
+        !CHECK_OK(&s->ctx, pd_grid_build(&s->ctx, &s->stencil, &s->grid_desc, &s->grid)) ||
+        !CHECK_OK(&s->ctx, pd_bonds_build(&s->ctx, &s->stencil, &s->grid, 0, &s->bonds)))
+        return 0;
+    if (flowing && (!CHECK_OK(&s->ctx, pd_flow_build(&s->ctx, &s->grid, &s->bonds, &s->flow_desc, &s->flow)) ||
+                    !CHECK_OK(&s->ctx, pd_steady_build(&s->ctx, &s->flow, &steady_desc, &s->steady))))
+        return 0;
+    return CHECK_OK(&s->ctx, pd_transport_build(&s->ctx, &s->grid, &s->bonds, flowing ? &s->flow : NULL,
+                                                &s->transport_desc, &s->transport)) &&
+           CHECK_OK(&s->ctx,
+                    pd_dissolve_build(&s->ctx, &s->grid, &s->bonds, &s->transport, &s->desc, &s->dissolve)) &&
+           CHECK_OK(&s->ctx, pd_couple_build(&s->ctx, &s->couple_desc, &s->grid, &s->bonds, flowing ? &s->flow : NULL,
+                                             flowing ? &s->steady : NULL, &s->transport, &s->dissolve, &s->couple));
+}
+
+static int pin_build(scene *s, const pin *p, int threads, double fraction)
+{
+    memset(s, 0, sizeof *s);
+    pd_ctx_init(&s->ctx);
+    s->ctx.threads = threads;
+    s->p = *p;
+    s->grid_desc.lo[0] = -p->lead_in;
+    s->grid_desc.hi[0] = p->pin_length + p->lead_in;
+    for (int d = 1; d < PD_DIM; d++) {
+        s->grid_desc.lo[d] = -p->half;
+        s->grid_desc.hi[d] = p->half;
+    }
+    s->grid_desc.side[0] = PD_SIDE_INLET;
+    s->grid_desc.side[1] = PD_SIDE_OUTLET;
+    s->grid_desc.shapes = s->shapes;
+    s->grid_desc.wall = -1;
+    s->shapes[0].type = PD_SHAPE_BOX;
+    for (int d = 0; d < PD_DIM; d++) {
+        s->shapes[0].a[d] = d ? -p->pin_half : 0.0;
+        s->shapes[0].b[d] = d ? p->pin_half : p->pin_length;
+    }
+    s->couple_desc.fraction = fraction;
+    return scene_finish(s, PD_DIM == 2 ? 3.0 : 2.0, 1);
+}
+
+static void scene_free(scene *s)
+{
+    pd_dissolve_free(&s->ctx, &s->dissolve);
+    pd_transport_free(&s->ctx, &s->transport);
+    pd_steady_free(&s->ctx, &s->steady);
+    pd_flow_free(&s->ctx, &s->flow);
+    pd_bonds_free(&s->ctx, &s->bonds);
+    pd_grid_free(&s->ctx, &s->grid);
+    pd_stencil_free(&s->ctx, &s->stencil);
+    CHECK_INT(s->ctx.in_use, 0);
+}
+
+/* Bonds built afresh on the same kinds: the same rows, whatever their order, and the same runs. */
+static void check_bonds(scene *s)
+{
+    pd_bonds fresh;
+    const pd_bonds *b = &s->bonds;
+    int64_t count = s->stencil.count, dd = PD_DIM * PD_DIM;
+    if (!CHECK_OK(&s->ctx, pd_bonds_build(&s->ctx, &s->stencil, &s->grid, 0, &fresh))) return;
+    CHECK_INT(b->rows, fresh.rows);
+    CHECK_INT(b->runs, fresh.runs);
+    for (int32_t r = 0; r < fresh.runs && r < b->runs; r++)
+        CHECK(b->run_first[r] == fresh.run_first[r] && b->run_length[r] == fresh.run_length[r]);
+    for (int32_t r = 0; r < fresh.rows; r++) {
+        int32_t q = b->row[fresh.node[r]];
+        if (!CHECK(q >= 0) || !CHECK_INT(b->open[q], fresh.open[r])) continue;
+        CHECK(memcmp(b->bond + q * count, fresh.bond + r * count, fresh.open[r] * sizeof *b->bond) == 0);
+        CHECK(memcmp(&b->wall_lap[q], &fresh.wall_lap[r], sizeof *b->wall_lap) == 0);
+        CHECK(memcmp(&b->wall_curv[q], &fresh.wall_curv[r], sizeof *b->wall_curv) == 0);
+        CHECK(memcmp(b->moment + q * dd, fresh.moment + r * dd, (size_t)dd * sizeof *b->moment) == 0);
+    }
+    pd_bonds_free(&s->ctx, &fresh);
+}
+
+/* What one run is held to at every step. */
+typedef struct watch {
+    scene *s;
+    double loss, last_time;
+    size_t in_use;
+    int64_t steps, nodes;
+} watch;
+
+static int observe(void *user, const pd_couple *couple)
+{
+    watch *w = (watch *)user;
+    scene *s = w->s;
+    CHECK_LE(couple->ledger.relative, 1e-12);
+    CHECK_LE(w->loss, pd_couple_volume_loss(couple));
+    CHECK_INT(couple->steps, w->steps);
+    if (couple->steps) CHECK(couple->time > w->last_time);
+    w->loss = pd_couple_volume_loss(couple);
+    w->last_time = couple->time;
+    w->steps++;
+    /* what is not changed asks for no memory */
+    if (couple->steps > 1 && s->dissolve.changed_count == 0) CHECK(s->ctx.in_use == w->in_use);
+    w->in_use = s->ctx.in_use;
+    if (couple->flow && (couple->steps == 0 || s->dissolve.changed_count)) {
+        double up = pd_flow_section(&s->ctx, &s->flow, 0, 2);
+        double down = pd_flow_section(&s->ctx, &s->flow, 0, s->grid.n[0] - 2);
+        CHECK_REL(down, up, 1e-6);
+    }
+    return 0;
+}
+
+/* ---- the pin ---- */
+
+static scene first_scene, second_scene;
+
+/* Ledger, sections, monotony and memory at every step, bonds at the end; and the same bits for 1, 2 and 4 threads. */
+TEST(pin_run)
+{
+    scene *s = &first_scene, *t = &second_scene;
+    pin p;
+    double end = 3.0 * HOUR;
+    pin_default(&p);
+    for (int threads = 1; threads <= 4; threads *= 2) {
+        scene *now = threads == 1 ? s : t;
+        watch w;
+        memset(&w, 0, sizeof w);
+        w.s = now;
+        if (!pin_build(now, &p, threads, 0.0)) return;
+        if (!CHECK_OK(&now->ctx, pd_couple_run(&now->ctx, &now->couple, end, 0.5 * HOUR, observe, &w))) return;
+        CHECK(now->couple.time == end);
+        CHECK(w.loss > 0.1 && now->grid.solid_count < now->couple.solid_nodes_start);
+        check_bonds(now);
+        if (threads == 1) {
+            NOTE("loss %.4f, %d steps, %d flow solves", w.loss, (int)s->couple.steps, (int)s->couple.flow_solves);
+            continue;
+        }
+        size_t bytes = (size_t)s->grid.total * sizeof(double);
+        CHECK(memcmp(s->transport.c, t->transport.c, bytes) == 0);
+        CHECK(memcmp(s->flow.u, t->flow.u, PD_DIM * bytes) == 0);
+        CHECK(memcmp(s->flow.p, t->flow.p, bytes) == 0);
+        CHECK(memcmp(&s->couple.ledger, &t->couple.ledger, sizeof s->couple.ledger) == 0);
+        scene_free(t);
+    }
+    scene_free(s);
+}
+
+/* Steps ten times shorter change the loss by less than 1 %. */
+TEST(step_size)
+{
+    pin p;
+    double loss[2];
+    pin_default(&p);
+    for (int k = 0; k < 2; k++) {
+        scene *s = &first_scene;
+        if (!pin_build(s, &p, 0, k ? 0.01 : 0.1)) return;
+        if (!CHECK_OK(&s->ctx, pd_couple_run(&s->ctx, &s->couple, (PD_DIM == 2 ? 3.0 : 1.0) * HOUR, 0.0, NULL, NULL))) return;
+        loss[k] = pd_couple_volume_loss(&s->couple);
+        scene_free(s);
+    }
+    NOTE("loss %.6f, steps ten times shorter %.6f", loss[0], loss[1]);
+    CHECK_REL(loss[0], loss[1], 0.01);
+}
+
+/* Another unit of length (times 2^k) and of time (times 2^j) scales every field by its power of two and changes no digit:
+ * no literal of the library has a dimension. */
+TEST(units_do_not_matter)
+{
+    scene *s = &first_scene, *t = &second_scene;
+    pin p, q;
+    pin_default(&p);
+    double end = 1.0 * HOUR, length = 1048576.0, time = 4096.0; /* 2^20, 2^12 */
+    q = p;
+    q.h *= length;
+    q.half *= length;
+    q.lead_in *= length;
+    q.pin_length *= length;
+    q.pin_half *= length;
+    q.mean *= length / time;
+    q.speed *= length / time;
+    q.diffusivity *= length * length / time;
+    q.nu *= length * length / time;
+    if (!pin_build(s, &p, 0, 0.0) || !pin_build(t, &q, 0, 0.0)) return;
+    if (!CHECK_OK(&s->ctx, pd_couple_run(&s->ctx, &s->couple, end, 0.0, NULL, NULL))) return;
+    if (!CHECK_OK(&t->ctx, pd_couple_run(&t->ctx, &t->couple, end * time, 0.0, NULL, NULL))) return;
+    CHECK_INT(s->couple.steps, t->couple.steps);
+    CHECK_INT(s->couple.krylov_flow, t->couple.krylov_flow);
+    CHECK_INT(s->couple.krylov_transport, t->couple.krylov_transport);
+    int64_t differ[3] = {0, 0, 0}, total = s->grid.total;
+    double largest[3] = {0.0, 0.0, 0.0}, off[3] = {0.0, 0.0, 0.0};
+    for (int64_t i = 0; i < total; i++) {
+        if (s->grid.kind[i] != t->grid.kind[i]) differ[0]++;
+        if (s->grid.kind[i] != PD_FLUID && s->grid.kind[i] != PD_SOLID) continue;
+        double a[3], b[3];
+        a[0] = s->transport.c[i];
+        b[0] = t->transport.c[i];
+        a[1] = s->flow.u[i];
+        b[1] = t->flow.u[i] * time / length;
+        a[2] = s->flow.p[i];
+        b[2] = t->flow.p[i] * (time / length) * (time / length);
+        for (int k = 0; k < 3; k++) {
+            differ[k] += a[k] < b[k] || a[k] > b[k];
+            largest[k] = fmax(largest[k], fabs(a[k]));
+            off[k] = fmax(off[k], fabs(a[k] - b[k]));
+        }
+    }
+    NOTE("values that differ: c %d, u %d, p %d; by %.3g, %.3g, %.3g of the largest", (int)differ[0], (int)differ[1],
+         (int)differ[2], off[0] / largest[0], off[1] / largest[1], off[2] / largest[2]);
+    for (int k = 0; k < 3; k++) CHECK_INT(differ[k], 0);
+    scene_free(s);
+    scene_free(t);
+}
+
+/* ---- geometries at random ---- */
+
+static uint32_t next_random(uint32_t *state)
+{
+    *state = *state * 1664525u + 1013904223u;
+    return *state >> 8;
+}
+
+static double between(uint32_t *seed, double low, double high)
+{
+    return low + (high - low) * ((double)next_random(seed) / 16777216.0);
+}
+
+/* Boxes of 3 to 12 cells an edge with a ball and a box of metal somewhere, walls or a flow through: every run ends, the
+ * amounts close, no concentration leaves its bounds. */
+static int random_scene(scene *s, uint32_t *seed, int flowing)
+{
+    pin p;
+    memset(s, 0, sizeof *s);
+    pd_ctx_init(&s->ctx);
+    s->ctx.threads = 1;
+    pin_default(&p);
+    p.h = 10e-6;
+    s->p = p;
+    int most = PD_DIM == 3 ? 7 : 12, least = flowing ? 6 : 3;
+    for (int d = 0; d < PD_DIM; d++)
+        s->grid_desc.hi[d] = p.h * (double)(least + (int)(next_random(seed) % (uint32_t)(most - least + 1)));
+    if (flowing) {
+        s->grid_desc.lo[1] = -0.5 * s->grid_desc.hi[1];
+        s->grid_desc.hi[1] *= 0.5;
+        s->p.half = s->grid_desc.hi[1];
+        s->p.mean = 0.01;
+        s->grid_desc.side[0] = PD_SIDE_INLET;
+        s->grid_desc.side[1] = PD_SIDE_OUTLET;
+    }
+    s->grid_desc.shapes = s->shapes;
+    s->grid_desc.wall = -1;
+    s->grid_desc.solid = 2;
+    double least_edge = HUGE_VAL;
+    for (int d = 0; d < PD_DIM; d++) least_edge = fmin(least_edge, s->grid_desc.hi[d] - s->grid_desc.lo[d]);
+    s->shapes[0].type = PD_SHAPE_BALL;
+    s->shapes[0].r = between(seed, 0.1, flowing ? 0.25 : 0.49) * least_edge;
+    s->shapes[1].type = PD_SHAPE_BOX;
+    for (int d = 0; d < PD_DIM; d++) {
+        double lo = s->grid_desc.lo[d], hi = s->grid_desc.hi[d], r = s->shapes[0].r;
+        s->shapes[0].a[d] = between(seed, lo + r, hi - r);
+        s->shapes[1].a[d] = between(seed, lo, 0.5 * (lo + hi));
+        s->shapes[1].b[d] = fmin(hi, s->shapes[1].a[d] + between(seed, 1.01 * p.h, 0.5 * (hi - lo) + p.h));
+        if (flowing && d == 1) s->shapes[1].b[d] = fmin(s->shapes[1].b[d], s->shapes[1].a[d] + 2.0 * p.h);
+    }
+    s->shapes[2].type = PD_SHAPE_UNION;
+    s->shapes[2].children = 2;
+    s->shapes[2].child[1] = 1;
+    s->p.csat = p.solid * between(seed, 0.01, 2.0);
+    s->desc.threshold = next_random(seed) % 3 ? 0.0 : between(seed, 0.0, 0.009) * s->p.csat / p.solid;
+    return scene_finish(s, 1.0 + next_random(seed) % 3, flowing);
+}
+
+static void random_run(scene *s, double end)
+{
+    if (!CHECK_OK(&s->ctx, pd_couple_start(&s->ctx, &s->couple))) return;
+    for (int steps = 0; s->couple.time < end; steps++) {
+        if (!CHECK(steps < 3000) || !CHECK_OK(&s->ctx, pd_couple_step(&s->ctx, &s->couple, end))) return;
+        CHECK_LE(s->couple.ledger.relative, 1e-12);
+        for (int32_t i = 0; i < s->grid.total; i++)
+            if (s->grid.kind[i] == PD_FLUID)
+                CHECK(s->transport.c[i] >= -1e-7 * s->p.csat && s->transport.c[i] <= s->p.csat * (1.0 + 1e-7));
+    }
+    CHECK_OK(&s->ctx, pd_bonds_validate(&s->ctx, &s->bonds));
+}
+
+TEST(random_geometries)
+{
+    uint32_t seed = 2024;
+    int rounds = PD_DIM == 2 ? 200 : 12, whole = 0;
+    for (int round = 0; round < rounds; round++) {
+        scene *s = &first_scene;
+        if (!random_scene(s, &seed, 0)) return;
+        int before = test_now.failures;
+        random_run(s, 40.0 * HOUR);
+        whole += s->grid.solid_count == 0;
+        if (test_now.failures > before) NOTE("round %d failed", round);
+        scene_free(s);
+    }
+    CHECK(whole > 0 && whole < rounds);
+}
+
+TEST(random_geometries_in_flow)
+{
+    uint32_t seed = 7;
+    for (int round = 0; round < (PD_DIM == 2 ? 8 : 2); round++) {
+        scene *s = &first_scene;
+        if (!random_scene(s, &seed, 1)) return;
+        int before = test_now.failures;
+        random_run(s, 20.0 * HOUR);
+        if (test_now.failures > before) NOTE("round %d failed", round);
+        scene_free(s);
+    }
+}
+
+/* ---- arguments ---- */
+
+static int stop_at_once(void *user, const pd_couple *couple)
+{
+    (void)couple;
+    ++*(int *)user;
+    return 1;
+}
+
+TEST(arguments)
+{
+    scene *s = &first_scene;
+    uint32_t seed = 3;
+    pd_couple other;
+    if (!random_scene(s, &seed, 0)) return;
+    for (int k = 0; k < 6; k++) {
+        pd_couple_desc desc;
+        memset(&desc, 0, sizeof desc);
+        if (k == 0) desc.fraction = -0.1;
+        if (k == 1) desc.fraction = 1.1;
+        if (k == 2) desc.max_step = -1.0;
+        if (k == 3) desc.ledger_tolerance = (double)NAN;
+        pd_flow *flow = k == 4 ? &s->flow : NULL;
+        CHECK_INT(pd_couple_build(&s->ctx, &desc, &s->grid, &s->bonds, flow, NULL, k == 5 ? NULL : &s->transport,
+                                  &s->dissolve, &other), PD_ERR_ARGUMENT);
+        CHECK(strncmp(s->ctx.message, "couple: ", 8) == 0);
+    }
+    CHECK_INT(pd_couple_run(&s->ctx, &s->couple, -1.0, 0.0, NULL, NULL), PD_ERR_ARGUMENT);
+    CHECK_INT(pd_couple_run(&s->ctx, &s->couple, (double)NAN, 0.0, NULL, NULL), PD_ERR_ARGUMENT);
+    CHECK_INT(pd_couple_step(&s->ctx, &s->couple, 0.0), PD_ERR_ARGUMENT);
+    int calls = 0;
+    CHECK_OK(&s->ctx, pd_couple_run(&s->ctx, &s->couple, HOUR, 0.0, stop_at_once, &calls));
+    CHECK_INT(calls, 1);
+    CHECK_INT(s->couple.steps, 0);
+    scene_free(s);
+}
+
+/* Steps end on the multiples of the interval, exactly. */
+typedef struct clock_watch {
+    double every;
+    int met;
+} clock_watch;
+
+static int meet(void *user, const pd_couple *couple)
+{
+    clock_watch *w = (clock_watch *)user;
+    if (couple->time >= (w->met + 1) * w->every) {
+        CHECK(couple->time == (w->met + 1) * w->every);
+        w->met++;
+    }
+    return 0;
+}
+
+TEST(steps_meet_the_interval)
+{
+    scene *s = &first_scene;
+    uint32_t seed = 3;
+    clock_watch w;
+    w.every = 0.1 * HOUR;
+    w.met = 0;
+    if (!random_scene(s, &seed, 0)) return;
+    CHECK_OK(&s->ctx, pd_couple_run(&s->ctx, &s->couple, 10 * w.every, w.every, meet, &w));
+    CHECK_INT(w.met, 10);
+    CHECK(s->couple.time == 10 * w.every);
+    scene_free(s);
+}
+
+TEST_MAIN(ENTRY(pin_run) ENTRY(step_size) ENTRY(units_do_not_matter) ENTRY(random_geometries)
+              ENTRY(random_geometries_in_flow) ENTRY(arguments) ENTRY(steps_meet_the_interval))
