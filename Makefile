@@ -49,6 +49,7 @@ all: $(DRIVERS) ## build the drivers (default)
 
 run: $(BUILD)/pd2d ## run the example scene of the magnesium pin into out/
 	$(BUILD)/pd2d examples/scenes/mg_pin_2d.scene --out out/mg_pin_2d
+	@echo "pictures:"; ls out/mg_pin_2d/volume_loss.png $$(ls -d out/mg_pin_2d/*_t32400.0s.png)
 
 # A test that does not build counts as failed, and the others still run.
 test: ## all checks and tests; ends with the sum

@@ -271,8 +271,7 @@ PDI_FN double pdi_vec_invert(const double *a, double *inverse);
 
 /* Threads worth using for a loop of `work` scalar operations (1 when the fork would cost more). */
 PDI_FN int pdi_par_threads(const pd_ctx *ctx, int64_t work);
-/* Ordered sums over n elements. */
-PDI_FN double pdi_par_sum(const pd_ctx *ctx, int64_t n, const double *x);
+/* Ordered sum over n elements. */
 PDI_FN double pdi_par_dot(const pd_ctx *ctx, int64_t n, const double *x, const double *y);
 /* max |x|; NaN if any element is NaN. */
 PDI_FN double pdi_par_max_abs(const pd_ctx *ctx, int64_t n, const double *x);
@@ -693,7 +692,8 @@ typedef struct pd_bonds {
     uint16_t *bond;      /* [capacity][count] their stencil indices, ascending */
     double *wall_lap;    /* [capacity] [1/m2] sum over cut bonds of a/t (eq. 3.3), and the bend of a curved surface */
     double *wall_curv;   /* [capacity] [-] sum over cut bonds of a (xi.N)^2 (1-t)/2 (eq. 3.4), likewise */
-    double *moment;      /* [capacity][PD_DIM][PD_DIM] [unit of 1/(base m2)] inverse of sum w xi xi^T over open bonds (eq. 3.5) */
+    double *moment;      /* [capacity][PD_DIM][PD_DIM] [unit of 1/(base m2)] inverse of sum w xi xi^T over open bonds
+                          * (eq. 3.5) */
     int32_t runs, run_capacity;
     int32_t *run_first, *run_length; /* nodes with whole families, consecutive along axis 0 */
 } pd_bonds;
@@ -1761,7 +1761,8 @@ typedef struct pd_steady {
     pd_compact compact_u, compact_p;
     pd_multigrid mg_u, mg_p;
     pd_krylov krylov;
-    double *residual, *step, *work;     /* [(PD_DIM+1)][total] each, [-] scaled residual; [m/s] and [m2/s2] for the others */
+    double *residual;                   /* [PD_DIM+1][total] [-] scaled */
+    double *step, *work;                /* [PD_DIM+1][total] [m/s], last row [m2/s2] */
     double shift;                       /* [1/s] 1 over the pseudo time step */
     double norm0;                       /* [-] largest initial residual norm of all solves */
 } pd_steady;
@@ -1789,9 +1790,9 @@ PD_API void pd_steady_free(pd_ctx *ctx, pd_steady *steady);
 /* ======== >>unsteady.h ======== */
 /* unsteady: time-dependent weakly compressible flow, explicit.
  *
- * d rho/dt + div(rho v) = fourth-order density diffusion,  rho dv/dt + rho v.grad v = -grad p + mu lap v + rho f,  with an
- * equation of state p(rho), on the sums of flow.h, in time by the three-stage Runge-Kutta method of Shu and Osher 1988
- * (theory: eq. 4.11 to 4.14). At rest in time it has the steady solution of steady.h up to O(Mach^2).
+ * d rho/dt + div(rho v) = fourth-order density diffusion,  rho dv/dt + rho v.grad v = -grad p + mu lap v + rho f,  with
+ * an equation of state p(rho), on the sums of flow.h, in time by the three-stage Runge-Kutta method of Shu and Osher
+ * 1988 (theory: eq. 4.11 to 4.14). At rest in time it has the steady solution of steady.h up to O(Mach^2).
  */
 #ifndef PD_UNSTEADY_H
 #define PD_UNSTEADY_H
@@ -2704,22 +2705,7 @@ static double pdi_par_block_dot(const double *x, const double *y, int64_t n)
     return (s0 + s1) + (s2 + s3);
 }
 
-static double pdi_par_block_sum(const double *x, int64_t n)
-{
-    double s0 = 0.0, s1 = 0.0, s2 = 0.0, s3 = 0.0;
-    int64_t i = 0;
-    for (; i + 3 < n; i += 4) {
-        s0 += x[i];
-        s1 += x[i + 1];
-        s2 += x[i + 2];
-        s3 += x[i + 3];
-    }
-    for (; i < n; i++) s0 += x[i];
-    return (s0 + s1) + (s2 + s3);
-}
-
-/* y NULL: plain sum */
-static double pdi_par_reduce(const pd_ctx *ctx, int64_t n, const double *x, const double *y)
+PDI_FN double pdi_par_dot(const pd_ctx *ctx, int64_t n, const double *x, const double *y)
 {
     double partial[PDI_PAR_BATCH];
     double total = 0.0;
@@ -2732,18 +2718,11 @@ static double pdi_par_reduce(const pd_ctx *ctx, int64_t n, const double *x, cons
         for (int b = 0; b < count; b++) {
             int64_t lo = (first + b) * PDI_PAR_BLOCK;
             int64_t len = n - lo < PDI_PAR_BLOCK ? n - lo : PDI_PAR_BLOCK;
-            partial[b] = y ? pdi_par_block_dot(x + lo, y + lo, len) : pdi_par_block_sum(x + lo, len);
+            partial[b] = pdi_par_block_dot(x + lo, y + lo, len);
         }
         for (int b = 0; b < count; b++) total += partial[b];
     }
     return total;
-}
-
-PDI_FN double pdi_par_sum(const pd_ctx *ctx, int64_t n, const double *x) { return pdi_par_reduce(ctx, n, x, NULL); }
-
-PDI_FN double pdi_par_dot(const pd_ctx *ctx, int64_t n, const double *x, const double *y)
-{
-    return pdi_par_reduce(ctx, n, x, y);
 }
 
 PDI_FN double pdi_par_max_abs(const pd_ctx *ctx, int64_t n, const double *x)
@@ -12078,8 +12057,8 @@ pd_status pd_steady_build(pd_ctx *ctx, pd_flow *flow, const pd_steady_desc *desc
     return PDI_NEW(ctx, "steady", size, s->work);
 }
 
-/* One linearised step with the pseudo time term `shift`; the state moves by s->step. *effort: Krylov iterations, beyond the
- * limit when the tolerance was missed. */
+/* One linearised step with the pseudo time term `shift`; the state moves by s->step. *effort: Krylov iterations, beyond
+ * the limit when the tolerance was missed. */
 static pd_status pdi_steady_newton(pd_ctx *ctx, pd_steady *s, double shift, double forcing, pd_steady_result *result,
                                    int *effort)
 {
@@ -12185,9 +12164,10 @@ pd_status pd_unsteady_build(pd_ctx *ctx, pd_flow *flow, const pd_unsteady_desc *
     if (!(un->desc.cfl > 0.0)) un->desc.cfl = 0.8;
     if (!(desc->sound > 0.0) || !(desc->sound < 1e100) || un->desc.gamma < 1.0 || !(desc->gamma >= 0.0) ||
         !(desc->diffusion >= 0.0) || !(desc->cfl >= 0.0))
-        return pdi_fail(ctx, PD_ERR_ARGUMENT, "unsteady",
-                        "sound = %g m/s must be positive, gamma = %g at least 1, diffusion = %g and cfl = %g not negative",
-                        desc->sound, desc->gamma, desc->diffusion, desc->cfl);
+        return pdi_fail(
+            ctx, PD_ERR_ARGUMENT, "unsteady",
+            "sound = %g m/s must be positive, gamma = %g at least 1, diffusion = %g and cfl = %g not negative",
+            desc->sound, desc->gamma, desc->diffusion, desc->cfl);
     un->flow = flow;
     double spacing = grid->h[0];
     for (int d = 1; d < PD_DIM; d++) spacing = fmin(spacing, grid->h[d]);
@@ -12225,7 +12205,8 @@ static void pdi_unsteady_fill(const pd_ctx *ctx, pd_unsteady *un)
         un->density[flow->outlet[o]] = 2.0 * out - un->density[flow->outlet_mirror[o]];
     PDI_PARALLEL_FOR(nt)
     for (int32_t i = 0; i < total; i++)
-        for (int d = 0; d < PD_DIM; d++) un->mass[(int64_t)d * total + i] = un->density[i] * flow->u[(int64_t)d * total + i];
+        for (int d = 0; d < PD_DIM; d++)
+            un->mass[(int64_t)d * total + i] = un->density[i] * flow->u[(int64_t)d * total + i];
     pdi_flow_gradient(ctx, flow, flow->p, flow->grad);
 }
 
@@ -12299,8 +12280,8 @@ pd_status pd_unsteady_step(pd_ctx *ctx, pd_unsteady *un, double dt)
         pdi_par_copy(ctx, split, un->start, flow->u);
         pdi_par_copy(ctx, total, un->start + split, un->density);
         pdi_unsteady_fill(ctx, un);
-        return pdi_fail(ctx, PD_RETRY, "unsteady", "a density or velocity left its range in a step of %g s at t = %g s", dt,
-                        un->time);
+        return pdi_fail(ctx, PD_RETRY, "unsteady", "a density or velocity left its range in a step of %g s at t = %g s",
+                        dt, un->time);
     }
     pdi_unsteady_fill(ctx, un);
     un->time += dt;
@@ -12340,7 +12321,8 @@ double pd_unsteady_limit(pd_ctx *ctx, const pd_unsteady *un)
 
 pd_status pd_unsteady_run(pd_ctx *ctx, pd_unsteady *un, double t_end)
 {
-    if (!(t_end >= un->time)) return pdi_fail(ctx, PD_ERR_ARGUMENT, "unsteady", "a run from %g s to %g s", un->time, t_end);
+    if (!(t_end >= un->time))
+        return pdi_fail(ctx, PD_ERR_ARGUMENT, "unsteady", "a run from %g s to %g s", un->time, t_end);
     while (un->time < t_end) {
         double left = t_end - un->time, dt = un->desc.cfl * pd_unsteady_limit(ctx, un);
         int last = dt >= left;
@@ -12354,8 +12336,8 @@ pd_status pd_unsteady_run(pd_ctx *ctx, pd_unsteady *un, double t_end)
             last = 0;
         }
         if (status == PD_RETRY)
-            return pdi_fail(ctx, PD_ERR_STATE, "unsteady", "steps down to %g s at t = %g s leave the admissible range", dt,
-                            un->time);
+            return pdi_fail(ctx, PD_ERR_STATE, "unsteady", "steps down to %g s at t = %g s leave the admissible range",
+                            dt, un->time);
         if (last) un->time = t_end;
     }
     return PD_OK;
@@ -12839,7 +12821,8 @@ static pd_status pdi_transport_iterate(pd_ctx *ctx, pd_transport *t, double atol
             pdi_transport_right_side(ctx, t);
         }
         double floor_residual = limiter ? PDI_TRANSPORT_ROUGH * atol : atol;
-        status = pdi_transport_correct(ctx, t, last ? 1e-15 : PDI_TRANSPORT_LOOSE, floor_residual, &result->change, result);
+        status =
+            pdi_transport_correct(ctx, t, last ? 1e-15 : PDI_TRANSPORT_LOOSE, floor_residual, &result->change, result);
         result->limiter = pass;
         if (status < 0) return status;
         if (last) break;

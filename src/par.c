@@ -38,22 +38,7 @@ static double pdi_par_block_dot(const double *x, const double *y, int64_t n)
     return (s0 + s1) + (s2 + s3);
 }
 
-static double pdi_par_block_sum(const double *x, int64_t n)
-{
-    double s0 = 0.0, s1 = 0.0, s2 = 0.0, s3 = 0.0;
-    int64_t i = 0;
-    for (; i + 3 < n; i += 4) {
-        s0 += x[i];
-        s1 += x[i + 1];
-        s2 += x[i + 2];
-        s3 += x[i + 3];
-    }
-    for (; i < n; i++) s0 += x[i];
-    return (s0 + s1) + (s2 + s3);
-}
-
-/* y NULL: plain sum */
-static double pdi_par_reduce(const pd_ctx *ctx, int64_t n, const double *x, const double *y)
+PDI_FN double pdi_par_dot(const pd_ctx *ctx, int64_t n, const double *x, const double *y)
 {
     double partial[PDI_PAR_BATCH];
     double total = 0.0;
@@ -66,18 +51,11 @@ static double pdi_par_reduce(const pd_ctx *ctx, int64_t n, const double *x, cons
         for (int b = 0; b < count; b++) {
             int64_t lo = (first + b) * PDI_PAR_BLOCK;
             int64_t len = n - lo < PDI_PAR_BLOCK ? n - lo : PDI_PAR_BLOCK;
-            partial[b] = y ? pdi_par_block_dot(x + lo, y + lo, len) : pdi_par_block_sum(x + lo, len);
+            partial[b] = pdi_par_block_dot(x + lo, y + lo, len);
         }
         for (int b = 0; b < count; b++) total += partial[b];
     }
     return total;
-}
-
-PDI_FN double pdi_par_sum(const pd_ctx *ctx, int64_t n, const double *x) { return pdi_par_reduce(ctx, n, x, NULL); }
-
-PDI_FN double pdi_par_dot(const pd_ctx *ctx, int64_t n, const double *x, const double *y)
-{
-    return pdi_par_reduce(ctx, n, x, y);
 }
 
 PDI_FN double pdi_par_max_abs(const pd_ctx *ctx, int64_t n, const double *x)

@@ -18,8 +18,7 @@
 
 /* Threads worth using for a loop of `work` scalar operations (1 when the fork would cost more). */
 PDI_FN int pdi_par_threads(const pd_ctx *ctx, int64_t work);
-/* Ordered sums over n elements. */
-PDI_FN double pdi_par_sum(const pd_ctx *ctx, int64_t n, const double *x);
+/* Ordered sum over n elements. */
 PDI_FN double pdi_par_dot(const pd_ctx *ctx, int64_t n, const double *x, const double *y);
 /* max |x|; NaN if any element is NaN. */
 PDI_FN double pdi_par_max_abs(const pd_ctx *ctx, int64_t n, const double *x);

@@ -243,40 +243,46 @@ static double *new_array(int64_t n)
 TEST(sums_of_whole_numbers)
 {
     pd_ctx ctx;
-    double *x = new_array(LONGEST);
-    if (!x) return;
+    double *x = new_array(LONGEST), *one = new_array(LONGEST);
     pd_ctx_init(&ctx);
-    for (int64_t i = 0; i < LONGEST; i++) x[i] = (double)((i + 1) % 1000); /* all partial sums are exact */
+    if (!CHECK(x && one)) return;
+    for (int64_t i = 0; i < LONGEST; i++) {
+        x[i] = (double)((i + 1) % 1000); /* all partial sums are exact */
+        one[i] = 1.0;
+    }
     for (int k = 0; k < LENGTHS; k++) {
         int64_t sum = 0, squares = 0;
         for (int64_t i = 1; i <= lengths[k]; i++) sum += i % 1000, squares += (i % 1000) * (i % 1000);
-        CHECK_NEAR(pdi_par_sum(&ctx, lengths[k], x), (double)sum, 0.0);
+        CHECK_NEAR(pdi_par_dot(&ctx, lengths[k], x, one), (double)sum, 0.0);
         CHECK_NEAR(pdi_par_dot(&ctx, lengths[k], x, x), (double)squares, 0.0);
     }
     free(x);
+    free(one);
 }
 
 TEST(sums_do_not_depend_on_threads)
 {
     pd_ctx ctx;
-    double *x = new_array(LONGEST), *y = new_array(LONGEST);
+    double *x = new_array(LONGEST), *y = new_array(LONGEST), *one = new_array(LONGEST);
     pd_ctx_init(&ctx);
-    for (int64_t i = 0; x && y && i < LONGEST; i++) {
+    for (int64_t i = 0; x && y && one && i < LONGEST; i++) {
         x[i] = 1.0 / ((double)(i + 1) * (double)(i + 2)); /* telescopes: the first n sum to n / (n + 1) */
         y[i] = cos(0.7 * (double)i);
+        one[i] = 1.0;
     }
-    for (int k = 0; x && y && k < LENGTHS; k++) {
+    for (int k = 0; x && y && one && k < LENGTHS; k++) {
         int64_t n = lengths[k];
         ctx.threads = 1;
-        double sum = pdi_par_sum(&ctx, n, x), dot = pdi_par_dot(&ctx, n, x, y);
+        double sum = pdi_par_dot(&ctx, n, x, one), dot = pdi_par_dot(&ctx, n, x, y);
         CHECK_NEAR(sum, (double)n / (double)(n + 1), 1e-14);
         for (ctx.threads = 2; ctx.threads <= 5; ctx.threads++) {
-            CHECK_NEAR(pdi_par_sum(&ctx, n, x), sum, 0.0);
+            CHECK_NEAR(pdi_par_dot(&ctx, n, x, one), sum, 0.0);
             CHECK_NEAR(pdi_par_dot(&ctx, n, x, y), dot, 0.0);
         }
     }
     free(x);
     free(y);
+    free(one);
 }
 
 TEST(vector_updates)

@@ -163,7 +163,8 @@ typedef struct watch {
     scene *s;
     double loss, last_time;
     size_t in_use;
-    int64_t steps, nodes;
+    int64_t steps;
+    int quiet; /* the step before changed no geometry either */
 } watch;
 
 static int observe(void *user, const pd_couple *couple)
@@ -177,10 +178,12 @@ static int observe(void *user, const pd_couple *couple)
     w->loss = pd_couple_volume_loss(couple);
     w->last_time = couple->time;
     w->steps++;
-    /* what is not changed asks for no memory */
-    if (couple->steps > 1 && s->dissolve.changed_count == 0) CHECK(s->ctx.in_use == w->in_use);
+    /* only a change asks for memory: in its own step, or in the next one, which sets up the solvers for it */
+    int changed = s->dissolve.changed_count > 0;
+    if (couple->steps > 1 && w->quiet && !changed) CHECK(s->ctx.in_use == w->in_use);
     w->in_use = s->ctx.in_use;
-    if (couple->flow && (couple->steps == 0 || s->dissolve.changed_count)) {
+    w->quiet = !changed;
+    if (couple->flow && (couple->steps == 0 || changed)) {
         double up = pd_flow_section(&s->ctx, &s->flow, 0, 2);
         double down = pd_flow_section(&s->ctx, &s->flow, 0, s->grid.n[0] - 2);
         CHECK_REL(down, up, 1e-6);
@@ -197,7 +200,7 @@ TEST(pin_run)
 {
     scene *s = &first_scene, *t = &second_scene;
     pin p;
-    double end = 3.0 * HOUR;
+    double end = (PD_DIM == 2 ? 3.0 : 0.5) * HOUR;
     pin_default(&p);
     for (int threads = 1; threads <= 4; threads *= 2) {
         scene *now = threads == 1 ? s : t;
@@ -205,7 +208,7 @@ TEST(pin_run)
         memset(&w, 0, sizeof w);
         w.s = now;
         if (!pin_build(now, &p, threads, 0.0)) return;
-        if (!CHECK_OK(&now->ctx, pd_couple_run(&now->ctx, &now->couple, end, 0.5 * HOUR, observe, &w))) return;
+        if (!CHECK_OK(&now->ctx, pd_couple_run(&now->ctx, &now->couple, end, end / 6.0, observe, &w))) return;
         CHECK(now->couple.time == end);
         CHECK(w.loss > 0.1 && now->grid.solid_count < now->couple.solid_nodes_start);
         check_bonds(now);
@@ -223,22 +226,25 @@ TEST(pin_run)
     scene_free(s);
 }
 
-/* Steps ten times shorter change the loss by less than 1 %. */
+#if PD_DIM == 2
+/* The pin of the experiment for 3 h: steps ten times shorter change the loss by less than 1 %. */
 TEST(step_size)
 {
     pin p;
     double loss[2];
     pin_default(&p);
+    p.speed = 1.3e-6 / HOUR;
     for (int k = 0; k < 2; k++) {
         scene *s = &first_scene;
         if (!pin_build(s, &p, 0, k ? 0.01 : 0.1)) return;
-        if (!CHECK_OK(&s->ctx, pd_couple_run(&s->ctx, &s->couple, (PD_DIM == 2 ? 3.0 : 1.0) * HOUR, 0.0, NULL, NULL))) return;
+        if (!CHECK_OK(&s->ctx, pd_couple_run(&s->ctx, &s->couple, 3.0 * HOUR, 0.0, NULL, NULL))) return;
         loss[k] = pd_couple_volume_loss(&s->couple);
         scene_free(s);
     }
     NOTE("loss %.6f, steps ten times shorter %.6f", loss[0], loss[1]);
     CHECK_REL(loss[0], loss[1], 0.01);
 }
+#endif
 
 /* Another unit of length (times 2^k) and of time (times 2^j) scales every field by its power of two and changes no digit:
  * no literal of the library has a dimension. */
@@ -247,7 +253,7 @@ TEST(units_do_not_matter)
     scene *s = &first_scene, *t = &second_scene;
     pin p, q;
     pin_default(&p);
-    double end = 1.0 * HOUR, length = 1048576.0, time = 4096.0; /* 2^20, 2^12 */
+    double end = (PD_DIM == 2 ? 1.0 : 0.3) * HOUR, length = 1048576.0, time = 4096.0; /* 2^20, 2^12 */
     q = p;
     q.h *= length;
     q.half *= length;
@@ -302,7 +308,7 @@ static double between(uint32_t *seed, double low, double high)
     return low + (high - low) * ((double)next_random(seed) / 16777216.0);
 }
 
-/* Boxes of 3 to 12 cells an edge with a ball and a box of metal somewhere, walls or a flow through: every run ends, the
+/* Boxes of 3 to 14 cells an edge with a ball and a box of metal somewhere, walls or a flow through: every run ends, the
  * amounts close, no concentration leaves its bounds. */
 static int random_scene(scene *s, uint32_t *seed, int flowing)
 {
@@ -313,7 +319,7 @@ static int random_scene(scene *s, uint32_t *seed, int flowing)
     pin_default(&p);
     p.h = 10e-6;
     s->p = p;
-    int most = PD_DIM == 3 ? 7 : 12, least = flowing ? 6 : 3;
+    int most = PD_DIM == 3 && !flowing ? 7 : 14, least = flowing ? 9 : 3;
     for (int d = 0; d < PD_DIM; d++)
         s->grid_desc.hi[d] = p.h * (double)(least + (int)(next_random(seed) % (uint32_t)(most - least + 1)));
     if (flowing) {
@@ -329,15 +335,16 @@ static int random_scene(scene *s, uint32_t *seed, int flowing)
     s->grid_desc.solid = 2;
     double least_edge = HUGE_VAL;
     for (int d = 0; d < PD_DIM; d++) least_edge = fmin(least_edge, s->grid_desc.hi[d] - s->grid_desc.lo[d]);
+    /* with flow, two cells stay free on every side */
+    double margin = flowing ? 2.0 * p.h : 0.0;
     s->shapes[0].type = PD_SHAPE_BALL;
-    s->shapes[0].r = between(seed, 0.1, flowing ? 0.25 : 0.49) * least_edge;
+    s->shapes[0].r = between(seed, 0.1, 0.49) * (least_edge - 2.0 * margin);
     s->shapes[1].type = PD_SHAPE_BOX;
     for (int d = 0; d < PD_DIM; d++) {
-        double lo = s->grid_desc.lo[d], hi = s->grid_desc.hi[d], r = s->shapes[0].r;
+        double lo = s->grid_desc.lo[d] + margin, hi = s->grid_desc.hi[d] - margin, r = s->shapes[0].r;
         s->shapes[0].a[d] = between(seed, lo + r, hi - r);
         s->shapes[1].a[d] = between(seed, lo, 0.5 * (lo + hi));
         s->shapes[1].b[d] = fmin(hi, s->shapes[1].a[d] + between(seed, 1.01 * p.h, 0.5 * (hi - lo) + p.h));
-        if (flowing && d == 1) s->shapes[1].b[d] = fmin(s->shapes[1].b[d], s->shapes[1].a[d] + 2.0 * p.h);
     }
     s->shapes[2].type = PD_SHAPE_UNION;
     s->shapes[2].children = 2;
@@ -373,7 +380,8 @@ TEST(random_geometries)
         if (test_now.failures > before) NOTE("round %d failed", round);
         scene_free(s);
     }
-    CHECK(whole > 0 && whole < rounds);
+    CHECK(whole > 0);
+    if (PD_DIM == 2) CHECK(whole < rounds); /* saturation keeps some */
 }
 
 TEST(random_geometries_in_flow)
@@ -456,5 +464,11 @@ TEST(steps_meet_the_interval)
     scene_free(s);
 }
 
-TEST_MAIN(ENTRY(pin_run) ENTRY(step_size) ENTRY(units_do_not_matter) ENTRY(random_geometries)
+#if PD_DIM == 2
+#define OF_DIM ENTRY(step_size)
+#else
+#define OF_DIM
+#endif
+
+TEST_MAIN(ENTRY(pin_run) OF_DIM ENTRY(units_do_not_matter) ENTRY(random_geometries)
               ENTRY(random_geometries_in_flow) ENTRY(arguments) ENTRY(steps_meet_the_interval))
