@@ -37,6 +37,7 @@ typedef struct pd_dissolve {
                                * that the surface of the node set lies where the metal ends on average (eq. 6.5) */
     double *weight;           /* [total] [mol/m4] fluid nodes: sum f c(n) Cs over their solid bonds */
     double *speed;            /* [total] [m/s] fluid nodes: v0 and, after a step, v */
+    double *rate;             /* [total] [1/s] solid nodes: share of the span lost per time in the last step */
     double *slope;            /* [total] [m4/mol/s] dv/dc, not positive */
 } pd_dissolve;
 

@@ -65,7 +65,7 @@ static pd_status pdi_stencil_family(pd_ctx *ctx, pd_stencil *s)
 }
 
 /* Coefficients of the continuum: lap = k_L sum df/|xi|^2 V beta, grad = (d/V_H) sum df e/|xi| V beta.
- * Elliptical horizons: delta_theta = m |xi|/|n| in place of delta (S1 eq. 16, corrected). */
+ * Elliptical horizons: delta_theta = m |xi|/|n| in place of delta (Jafarzadeh et al. 2022, eq. 16, corrected). */
 static void pdi_stencil_printed(pd_stencil *s)
 {
     static const double pi = 3.14159265358979323846;

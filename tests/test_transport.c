@@ -69,7 +69,8 @@ static int scene_grid(scene *s, double m)
 static int scene_fields(scene *s)
 {
     if (!CHECK_OK(&s->ctx, pd_bonds_build(&s->ctx, &s->stencil, &s->grid, 0, &s->bonds))) return 0;
-    if (s->flowing && !CHECK_OK(&s->ctx, pd_flow_build(&s->ctx, &s->grid, &s->bonds, &s->flow_desc, &s->flow))) return 0;
+    if (s->flowing && !CHECK_OK(&s->ctx, pd_flow_build(&s->ctx, &s->grid, &s->bonds, &s->flow_desc, &s->flow)))
+        return 0;
     return CHECK_OK(&s->ctx, pd_transport_build(&s->ctx, &s->grid, &s->bonds, s->flowing ? &s->flow : NULL, &s->desc,
                                                 &s->transport));
 }
@@ -170,7 +171,8 @@ TEST(variance_of_a_drop)
         }
 }
 
-/* Largest error of a Gaussian of a width of 3 (3D: 1.2) cells times 2^level after its variance has doubled, over its amplitude. */
+/* Largest error of a Gaussian of a width of 3 (3D: 1.2) cells times 2^level after its variance has doubled, over its
+ * amplitude. */
 static double gaussian_error(int level, double m)
 {
     int n = (PD_DIM == 3 ? 9 : 24) << level;
@@ -556,15 +558,16 @@ static void travel(int axis, int width, double m, pd_advection advection, double
     scene_free(s);
 }
 
-/* The limiter is not symmetric about a pulse that disperses, so that its centre is a matter of resolution: widths of two
- * horizons and more stay within a tenth of a cell. */
+/* The limiter is not symmetric about a pulse that disperses, so that its centre is a matter of resolution: widths of
+ * two horizons and more stay within a tenth of a cell. */
 TEST(pulse_arrives)
 {
     for (int axis = 0; axis < PD_DIM; axis++)
         for (int m = 1; m <= 3; m += 2) {
             double away[2] = {1.0, 1.0}, peak[2] = {0.0, 0.0};
             for (int upwind = 0; upwind < 2; upwind++)
-                travel(axis, m == 1 ? 4 : 6, m, upwind ? PD_ADVECTION_UPWIND : PD_ADVECTION_LIMITED, &away[upwind], &peak[upwind]);
+                travel(axis, m == 1 ? 4 : 6, m, upwind ? PD_ADVECTION_UPWIND : PD_ADVECTION_LIMITED, &away[upwind],
+                       &peak[upwind]);
             NOTE("axis %d, m = %d: centre off by %.3g h, peak %.3f; upwind %.3g h, %.3f", axis, m, away[0], peak[0],
                  away[1], peak[1]);
             CHECK_NEAR(away[0], 0.0, 0.1);
@@ -689,7 +692,7 @@ TEST(bad_input)
 #define OF_DIM
 #endif
 
-TEST_MAIN(ENTRY(variance_of_a_drop) ENTRY(second_order_in_space) ENTRY(cosine_in_a_closed_box) ENTRY(steady_linear) OF_DIM
-              ENTRY(explicit_limit) ENTRY(maximum_principle_on_random_masks) ENTRY(balance_of_a_channel)
+TEST_MAIN(ENTRY(variance_of_a_drop) ENTRY(second_order_in_space) ENTRY(cosine_in_a_closed_box) ENTRY(steady_linear)
+              OF_DIM ENTRY(explicit_limit) ENTRY(maximum_principle_on_random_masks) ENTRY(balance_of_a_channel)
                   ENTRY(source_and_absorption) ENTRY(boundary_layer_bounded) ENTRY(front_bounded)
                       ENTRY(threads_change_no_bit) ENTRY(bad_input))
