@@ -140,7 +140,7 @@ static pd_status pdi_sketch_raw(pdi_sketch *s, pd_shape *shape)
     char path[PD_PATH_SIZE], *bytes = NULL;
     double number[PD_DIM], voxels = 1.0;
     size_t size = 0;
-    uint8_t *mask;
+    uint8_t *mask = NULL;
     PDI_TRY(pdi_sketch_path(s, "raw", path));
     PDI_TRY(pdi_sketch_point(s, "size", "", number));
     for (int d = 0; d < PD_DIM; d++) {

@@ -9,7 +9,7 @@
 #define RHO 1000.0
 #define MU 1e-3
 
-/* Magnesium pin (S1: half-width of the channel 150 um, pin 80 um thick, 1.3 um/h, mean inflow 0.236 m/s), shortened. */
+/* Magnesium pin (half-width of the channel 150 um, pin 80 um thick, 1.3 um/h, mean inflow 0.236 m/s), shortened. */
 typedef struct pin {
     double h, half, lead_in, pin_length, pin_half; /* [m] */
     double mean, speed;                            /* [m/s] inflow and law */

@@ -163,7 +163,7 @@ TEST(flat_front_is_exact)
 }
 
 /* A half-space cut at 45 degrees (extruded in 3D). The sides of the box mirror the metal and bend the front there, so
- * the depth is that of the middle lines of nodes along the normal, well away from the sides: h/sqrt(2) of width each.
+ * the depth is that of the middle lines of nodes along the normal, away from the sides, h/sqrt(2) of width each.
  */
 static double diagonal_speed(double m, int cells)
 {

@@ -209,7 +209,7 @@ TEST(flat_files)
     pd_text text;
     double value;
     const char *dir;
-    CHECK_OK(&ctx, load(&ctx, "\xEF\xBB\xBF# S0\ndx = 5e-6\nQ_flow = 1.667e-8 # 1 mL/min\noutput_dir = out/a b\n"
+    CHECK_OK(&ctx, load(&ctx, "\xEF\xBB\xBF# pin\ndx = 5e-6\nQ_flow = 1.667e-8 # 1 mL/min\noutput_dir = out/a b\n"
                               "R_wire = 40 um\nT_final = 9 m", &text));
     CHECK(pd_text_flat(&text));
     CHECK_OK(&ctx, pd_text_number(&ctx, &text, 0, "dx", "m", NULL, &value));
