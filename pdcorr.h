@@ -4978,11 +4978,9 @@ PDI_FN int32_t pdi_grid_mirror(const pd_grid *grid, int32_t node)
     int i[PD_DIM];
     pdi_grid_index(grid, node, i);
     for (int d = 0; d < PD_DIM; d++) {
-        if (i[d] < 0) i[d] = -1 - i[d];
-        else if (i[d] >= grid->n[d]) i[d] = 2 * grid->n[d] - 1 - i[d];
-        /* a box thinner than the horizon: the nearest layer stands for the missing ones */
-        if (i[d] < 0) i[d] = 0;
-        if (i[d] >= grid->n[d]) i[d] = grid->n[d] - 1;
+        /* the images of a box have twice its period; a box thinner than the horizon is mirrored more than once */
+        int period = 2 * grid->n[d], place = ((i[d] % period) + period) % period;
+        i[d] = place < grid->n[d] ? place : period - 1 - place;
     }
     return pd_grid_node(grid, i);
 }
@@ -11888,6 +11886,8 @@ void pd_flow_free(pd_ctx *ctx, pd_flow *flow)
 /* A step that lets the residual grow by more than this factor is taken back. */
 #define PDI_STEADY_GROWTH 10.0
 
+/* Pseudo time steps shorter than this against the planned one are hopeless. */
+#define PDI_STEADY_MAX_BOOST 1e8
 /* Krylov iterations of a Newton step that call for a shorter or a longer pseudo time step. */
 #define PDI_STEADY_HARD 150
 #define PDI_STEADY_EASY 60
@@ -12105,6 +12105,10 @@ pd_status pd_steady_solve(pd_ctx *ctx, pd_steady *s, pd_steady_result *result)
             pdi_steady_move(ctx, s, -1.0);
             norm = pdi_steady_residual(ctx, s, result);
             boost *= 10.0;
+            if (boost > PDI_STEADY_MAX_BOOST)
+                return pdi_fail(ctx, PD_ERR_DIVERGED, "steady",
+                                "no pseudo time step lowers the flow residual of %g (%d Newton steps)", norm,
+                                result->newton);
             continue;
         }
         /* a linear system that is hard to solve gets a shorter pseudo time step next time, an easy one a longer one */

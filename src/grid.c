@@ -56,11 +56,9 @@ PDI_FN int32_t pdi_grid_mirror(const pd_grid *grid, int32_t node)
     int i[PD_DIM];
     pdi_grid_index(grid, node, i);
     for (int d = 0; d < PD_DIM; d++) {
-        if (i[d] < 0) i[d] = -1 - i[d];
-        else if (i[d] >= grid->n[d]) i[d] = 2 * grid->n[d] - 1 - i[d];
-        /* a box thinner than the horizon: the nearest layer stands for the missing ones */
-        if (i[d] < 0) i[d] = 0;
-        if (i[d] >= grid->n[d]) i[d] = grid->n[d] - 1;
+        /* the images of a box have twice its period; a box thinner than the horizon is mirrored more than once */
+        int period = 2 * grid->n[d], place = ((i[d] % period) + period) % period;
+        i[d] = place < grid->n[d] ? place : period - 1 - place;
     }
     return pd_grid_node(grid, i);
 }

@@ -9,6 +9,8 @@
 /* A step that lets the residual grow by more than this factor is taken back. */
 #define PDI_STEADY_GROWTH 10.0
 
+/* Pseudo time steps shorter than this against the planned one are hopeless. */
+#define PDI_STEADY_MAX_BOOST 1e8
 /* Krylov iterations of a Newton step that call for a shorter or a longer pseudo time step. */
 #define PDI_STEADY_HARD 150
 #define PDI_STEADY_EASY 60
@@ -226,6 +228,10 @@ pd_status pd_steady_solve(pd_ctx *ctx, pd_steady *s, pd_steady_result *result)
             pdi_steady_move(ctx, s, -1.0);
             norm = pdi_steady_residual(ctx, s, result);
             boost *= 10.0;
+            if (boost > PDI_STEADY_MAX_BOOST)
+                return pdi_fail(ctx, PD_ERR_DIVERGED, "steady",
+                                "no pseudo time step lowers the flow residual of %g (%d Newton steps)", norm,
+                                result->newton);
             continue;
         }
         /* a linear system that is hard to solve gets a shorter pseudo time step next time, an easy one a longer one */

@@ -175,7 +175,8 @@ static void check_ghosts(const scene *s)
             int up = i[axis] >= g->n[axis], layer = up ? i[axis] - g->n[axis] : -1 - i[axis];
             pd_side side = g->side[2 * axis + up];
             memcpy(image, i, sizeof i);
-            if (layer >= g->n[axis]) layer = g->n[axis] - 1;
+            layer %= 2 * g->n[axis]; /* a thin box is mirrored more than once */
+            if (layer >= g->n[axis]) layer = 2 * g->n[axis] - 1 - layer;
             image[axis] = up ? g->n[axis] - 1 - layer : layer;
             CHECK_INT(pdi_grid_mirror(g, node), pd_grid_node(g, image));
             int fluid = g->kind[pd_grid_node(g, image)] == PD_FLUID;
