@@ -425,7 +425,7 @@ static void hostile(const char *text, int *good, int *bad)
         if (!(status == PD_ERR_PARSE && strncmp(ctx.message, "expr: column ", 13) == 0))
             CHECK_STR(ctx.message, "expr: column ...");
         for (const char *c = ctx.message; *c; c++)
-            if ((unsigned char)*c < 0x20 || (unsigned char)*c >= 0x7f) CHECK_INT((unsigned char)*c, 0x20); /* raw byte */
+            if ((unsigned char)*c < 0x20 || (unsigned char)*c >= 0x7f) CHECK_INT((unsigned char)*c, 0x20);
     }
     pd_expr_free(&ctx, &expr);
     if (ctx.in_use != 0) CHECK_INT(ctx.in_use, 0);
