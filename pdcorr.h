@@ -273,6 +273,11 @@ PDI_FN double pdi_vec_invert(const double *a, double *inverse);
 PDI_FN int pdi_par_threads(const pd_ctx *ctx, int64_t work);
 /* Ordered sum over n elements. */
 PDI_FN double pdi_par_dot(const pd_ctx *ctx, int64_t n, const double *x, const double *y);
+/* dots[m] = v[m].w for m < count <= PDI_PAR_GROUP, and w += sum a[m] v[m]: one pass over w each. */
+#define PDI_PAR_GROUP 4
+PDI_FN void pdi_par_dots(const pd_ctx *ctx, int64_t n, int count, const double *const *v, const double *w,
+                         double *dots);
+PDI_FN void pdi_par_axpys(const pd_ctx *ctx, int64_t n, int count, const double *a, const double *const *v, double *w);
 /* max |x|; NaN if any element is NaN. */
 PDI_FN double pdi_par_max_abs(const pd_ctx *ctx, int64_t n, const double *x);
 /* y += a x, and y = x, and y = 0. */
@@ -687,15 +692,19 @@ typedef struct pd_bonds {
     int32_t *cell_shift; /* [cells] the same for the cells of the paths */
     int32_t *row;        /* [total] row of a node; -1: whole family, or not fluid */
     int32_t rows, capacity;
+    int32_t plain;       /* rows [0, plain) are in the order of their nodes and see no inlet; the others come behind */
+    int words;           /* of a mask */
     int32_t *node;       /* [capacity] */
-    uint16_t *open;      /* [capacity] open bonds of the row */
-    uint16_t *bond;      /* [capacity][count] their stencil indices, ascending */
+    uint32_t *mask;      /* [words][capacity] bit k % 32 of word k / 32: bond k is open */
+    uint8_t *inlet;      /* [capacity] 1: an open bond ends on an inlet ghost */
     double *wall_lap;    /* [capacity] [1/m2] sum over cut bonds of a/t (eq. 3.3), and the bend of a curved surface */
     double *wall_curv;   /* [capacity] [-] sum over cut bonds of a (xi.N)^2 (1-t)/2 (eq. 3.4), likewise */
     double *moment;      /* [capacity][PD_DIM][PD_DIM] [unit of 1/(base m2)] inverse of sum w xi xi^T over open bonds
                           * (eq. 3.5) */
     int32_t runs, run_capacity;
     int32_t *run_first, *run_length; /* nodes with whole families, consecutive along axis 0 */
+    int32_t batches, batch_capacity;
+    int32_t *batch_first, *batch_length; /* plain rows whose nodes are consecutive along axis 0 */
 } pd_bonds;
 
 #define pd_bonds_build PD_NAME(pd_bonds_build)
@@ -708,11 +717,49 @@ PD_API pd_status pd_bonds_build(pd_ctx *ctx, const pd_stencil *stencil, const pd
                                 pd_bonds *bonds);
 /* The kinds of `count` nodes have changed: renew the rows within one reach of them, nothing else. */
 PD_API pd_status pd_bonds_update(pd_ctx *ctx, const int32_t *changed, int32_t count, pd_bonds *bonds);
-/* O(N): openness is mutual, rows and runs cover every fluid node once. PD_ERR_INTERNAL otherwise. */
+/* O(N): openness is mutual, rows stand in order, batches and runs cover every fluid node once. PD_ERR_INTERNAL otherwise. */
 PD_API pd_status pd_bonds_validate(pd_ctx *ctx, const pd_bonds *bonds);
 PD_API void pd_bonds_free(pd_ctx *ctx, pd_bonds *bonds);
 
 #ifdef PDI_INTERNAL
+/* Nodes along axis 0 that a sweep works on at once, bond by bond: the inner loops are plain vectors. */
+#define PDI_LANES 64
+/* Pieces shorter than this are not worth a vector. */
+#define PDI_VECTOR 8
+/* Lanes of the next piece, from *at, of `length` consecutive nodes. What is left over behind the last whole vector goes
+ * together with nodes that are done already: they get the same bits again. */
+static inline int pdi_bond_piece(int32_t length, int32_t *at)
+{
+    int32_t left = length - *at;
+    if (left >= PDI_LANES) return PDI_LANES;
+    if (left % PDI_VECTOR == 0 || length < PDI_VECTOR) return (int)left;
+    if (left > PDI_VECTOR) return (int)(left - left % PDI_VECTOR);
+    *at = length - PDI_VECTOR;
+    return PDI_VECTOR;
+}
+static inline int pdi_bond_open(const pd_bonds *bonds, int32_t row, int k)
+{
+    return (int)(bonds->mask[(int64_t)(k >> 5) * bonds->capacity + row] >> (k & 31) & 1u);
+}
+typedef enum pdi_lanes {
+    PDI_LANES_NONE,
+    PDI_LANES_ALL,
+    PDI_LANES_SOME
+} pdi_lanes;
+/* Which of the rows row .. row+count-1 have bond k open. SOME: open[b] is 1.0 for those and 0.0 for the others. */
+static inline pdi_lanes pdi_bond_open_lanes(const pd_bonds *bonds, int32_t row, int k, int count, double *open)
+{
+    const uint32_t *word = bonds->mask + (int64_t)(k >> 5) * bonds->capacity + row;
+    uint32_t any = 0, all = ~(uint32_t)0, bit = 1u << (k & 31);
+    for (int b = 0; b < count; b++) {
+        any |= word[b];
+        all &= word[b];
+    }
+    if (all & bit) return PDI_LANES_ALL;
+    if (!(any & bit)) return PDI_LANES_NONE;
+    for (int b = 0; b < count; b++) open[b] = (double)(int32_t)(word[b] >> (k & 31) & 1u);
+    return PDI_LANES_SOME;
+}
 /* First closed group on bond k from `node` (index into the stencil's groups); -1: open. */
 PDI_FN int pdi_bond_closed_group(const pd_bonds *bonds, int32_t node, int k);
 #endif
@@ -1714,12 +1761,13 @@ PD_API double pd_flow_section_nodes(pd_ctx *ctx, const pd_flow *flow, int axis, 
 PD_API void pd_flow_free(pd_ctx *ctx, pd_flow *flow);
 
 #ifdef PDI_INTERNAL
-/* Fields of one operator evaluation. Residual: second pair NULL. Linearised product: (du, u) and (u, du). */
+/* Fields of one operator evaluation. Residual: mass, carried and viscous are u. Linearised product: (du, u, du) and
+ * frozen = u. */
 typedef struct pdi_flow_terms {
-    const double *w, *u;   /* convecting and convected velocity of the first convective term [m/s] */
-    const double *w2, *u2; /* of the second, or NULL */
-    const double *viscous; /* velocity under the Laplacian [m/s] */
-    const double *mass;    /* velocity in the continuity equation [m/s] */
+    const double *mass;    /* convects `carried`; its divergence is the continuity term [m/s] */
+    const double *carried; /* [m/s] */
+    const double *viscous; /* under the Laplacian [m/s] */
+    const double *frozen;  /* convects `viscous`, or NULL [m/s] */
     const double *p;       /* [m2/s2] */
     const double *grad;    /* gradient of p [m/s2] */
     const double *force;   /* [PD_DIM] [m/s2], or NULL */
@@ -2676,6 +2724,8 @@ PDI_FN double pdi_vec_invert(const double *a, double *inverse)
 
 /* Blocks of fixed length make the order of additions independent of the thread count. */
 #define PDI_PAR_BLOCK 2048
+/* Partial sums of a block. */
+#define PDI_PAR_CHAINS 16
 /* Block sums are kept on the stack in batches of this many. */
 #define PDI_PAR_BATCH 512
 
@@ -2693,37 +2743,58 @@ PDI_FN int pdi_par_threads(const pd_ctx *ctx, int64_t work)
 
 static double pdi_par_block_dot(const double *x, const double *y, int64_t n)
 {
-    /* four chains let the compiler keep the adders busy without reassociating */
-    double s0 = 0.0, s1 = 0.0, s2 = 0.0, s3 = 0.0;
+    /* chains let the compiler use vectors without reassociating */
+    double s[PDI_PAR_CHAINS], total = 0.0;
     int64_t i = 0;
-    for (; i + 3 < n; i += 4) {
-        s0 += x[i] * y[i];
-        s1 += x[i + 1] * y[i + 1];
-        s2 += x[i + 2] * y[i + 2];
-        s3 += x[i + 3] * y[i + 3];
+    for (int c = 0; c < PDI_PAR_CHAINS; c++) s[c] = 0.0;
+    for (; i + PDI_PAR_CHAINS <= n; i += PDI_PAR_CHAINS)
+        for (int c = 0; c < PDI_PAR_CHAINS; c++) s[c] += x[i + c] * y[i + c];
+    for (int c = 0; i < n; i++, c++) s[c] += x[i] * y[i];
+    for (int c = 0; c < PDI_PAR_CHAINS; c++) total += s[c];
+    return total;
+}
+
+PDI_FN void pdi_par_dots(const pd_ctx *ctx, int64_t n, int count, const double *const *v, const double *w, double *dots)
+{
+    double partial[PDI_PAR_BATCH][PDI_PAR_GROUP];
+    int nt = pdi_par_threads(ctx, n);
+    (void)nt;
+    int64_t blocks = (n + PDI_PAR_BLOCK - 1) / PDI_PAR_BLOCK;
+    for (int m = 0; m < count; m++) dots[m] = 0.0;
+    for (int64_t first = 0; first < blocks; first += PDI_PAR_BATCH) {
+        int batch = (int)(blocks - first < PDI_PAR_BATCH ? blocks - first : PDI_PAR_BATCH);
+        PDI_PARALLEL_FOR(nt)
+        for (int b = 0; b < batch; b++) {
+            int64_t lo = (first + b) * PDI_PAR_BLOCK;
+            int64_t len = n - lo < PDI_PAR_BLOCK ? n - lo : PDI_PAR_BLOCK;
+            for (int m = 0; m < count; m++) partial[b][m] = pdi_par_block_dot(v[m] + lo, w + lo, len);
+        }
+        for (int b = 0; b < batch; b++)
+            for (int m = 0; m < count; m++) dots[m] += partial[b][m];
     }
-    for (; i < n; i++) s0 += x[i] * y[i];
-    return (s0 + s1) + (s2 + s3);
+}
+
+PDI_FN void pdi_par_axpys(const pd_ctx *ctx, int64_t n, int count, const double *a, const double *const *v, double *w)
+{
+    int nt = pdi_par_threads(ctx, n);
+    (void)nt;
+    int64_t blocks = (n + PDI_PAR_BLOCK - 1) / PDI_PAR_BLOCK;
+    PDI_PARALLEL_FOR(nt)
+    for (int64_t b = 0; b < blocks; b++) {
+        int64_t lo = b * PDI_PAR_BLOCK, hi = n - lo < PDI_PAR_BLOCK ? n : lo + PDI_PAR_BLOCK;
+        for (int m = 0; m < count; m++) {
+            const double *x = v[m];
+            double factor = a[m];
+            for (int64_t i = lo; i < hi; i++) w[i] += factor * x[i];
+        }
+    }
 }
 
 PDI_FN double pdi_par_dot(const pd_ctx *ctx, int64_t n, const double *x, const double *y)
 {
-    double partial[PDI_PAR_BATCH];
-    double total = 0.0;
-    int nt = pdi_par_threads(ctx, n);
-    (void)nt;
-    int64_t blocks = (n + PDI_PAR_BLOCK - 1) / PDI_PAR_BLOCK;
-    for (int64_t first = 0; first < blocks; first += PDI_PAR_BATCH) {
-        int count = (int)(blocks - first < PDI_PAR_BATCH ? blocks - first : PDI_PAR_BATCH);
-        PDI_PARALLEL_FOR(nt)
-        for (int b = 0; b < count; b++) {
-            int64_t lo = (first + b) * PDI_PAR_BLOCK;
-            int64_t len = n - lo < PDI_PAR_BLOCK ? n - lo : PDI_PAR_BLOCK;
-            partial[b] = pdi_par_block_dot(x + lo, y + lo, len);
-        }
-        for (int b = 0; b < count; b++) total += partial[b];
-    }
-    return total;
+    double dot;
+    pdi_par_dots(ctx, n, 1, &x, y, &dot);
+    return dot;
 }
 
 PDI_FN double pdi_par_max_abs(const pd_ctx *ctx, int64_t n, const double *x)
@@ -5430,15 +5501,18 @@ static void pdi_bond_fill_row(pd_bonds *bonds, int32_t r)
     double moment[PD_DIM * PD_DIM], closure[PD_DIM * PD_DIM];
     memset(moment, 0, sizeof moment);
     memset(closure, 0, sizeof closure);
-    uint16_t *open = bonds->bond + (int64_t)r * s->count;
-    int opened = 0;
+    for (int w = 0; w < bonds->words; w++) bonds->mask[(int64_t)w * bonds->capacity + r] = 0;
+    bonds->inlet[r] = 0;
     bonds->wall_lap[r] = bonds->wall_curv[r] = 0.0;
     for (int k = 0; k < s->count; k++) {
         const double *xi = s->xi + k * PD_DIM;
         int group = pdi_bond_closed_group(bonds, node, k);
         if (group < 0) {
-            open[opened++] = (uint16_t)k;
-            if (grid->kind[node + bonds->shift[k]] == PD_INLET) continue;
+            bonds->mask[(int64_t)(k >> 5) * bonds->capacity + r] |= 1u << (k & 31);
+            if (grid->kind[node + bonds->shift[k]] == PD_INLET) {
+                bonds->inlet[r] = 1;
+                continue;
+            }
             for (int i = 0; i < PD_DIM * PD_DIM; i++) moment[i] += s->base[k] * xi[i / PD_DIM] * xi[i % PD_DIM];
             continue;
         }
@@ -5449,16 +5523,14 @@ static void pdi_bond_fill_row(pd_bonds *bonds, int32_t r)
         double excess = 2.0 * s->base[k] * fmax(1.0 - cut.t, 0.0) * pdi_vec_dot(xi, cut.normal);
         for (int i = 0; i < PD_DIM * PD_DIM; i++) closure[i] += excess * xi[i / PD_DIM] * cut.normal[i % PD_DIM];
     }
-    bonds->open[r] = (uint16_t)opened;
     pdi_bond_invert(grid, moment, closure, bonds->moment + (int64_t)r * PD_DIM * PD_DIM);
 }
 
 static void pdi_bond_free_rows(pd_ctx *ctx, pd_bonds *b)
 {
-    int64_t count = b->stencil ? b->stencil->count : 0;
     PDI_DELETE(ctx, b->capacity, b->node);
-    PDI_DELETE(ctx, b->capacity, b->open);
-    PDI_DELETE(ctx, b->capacity * count, b->bond);
+    PDI_DELETE(ctx, (int64_t)b->capacity * b->words, b->mask);
+    PDI_DELETE(ctx, b->capacity, b->inlet);
     PDI_DELETE(ctx, b->capacity, b->wall_lap);
     PDI_DELETE(ctx, b->capacity, b->wall_curv);
     PDI_DELETE(ctx, (int64_t)b->capacity * PD_DIM * PD_DIM, b->moment);
@@ -5467,11 +5539,12 @@ static void pdi_bond_free_rows(pd_ctx *ctx, pd_bonds *b)
 static pd_status pdi_bond_new_rows(pd_ctx *ctx, pd_bonds *b)
 {
     b->node = NULL;
-    b->open = b->bond = NULL;
+    b->mask = NULL;
+    b->inlet = NULL;
     b->wall_lap = b->wall_curv = b->moment = NULL;
     PDI_TRY(PDI_NEW(ctx, "bond", b->capacity, b->node));
-    PDI_TRY(PDI_NEW(ctx, "bond", b->capacity, b->open));
-    PDI_TRY(PDI_NEW(ctx, "bond", (int64_t)b->capacity * b->stencil->count, b->bond));
+    PDI_TRY(PDI_NEW(ctx, "bond", (int64_t)b->capacity * b->words, b->mask));
+    PDI_TRY(PDI_NEW(ctx, "bond", b->capacity, b->inlet));
     PDI_TRY(PDI_NEW(ctx, "bond", b->capacity, b->wall_lap));
     PDI_TRY(PDI_NEW(ctx, "bond", b->capacity, b->wall_curv));
     return PDI_NEW(ctx, "bond", (int64_t)b->capacity * PD_DIM * PD_DIM, b->moment);
@@ -5489,8 +5562,10 @@ static pd_status pdi_bond_reserve(pd_ctx *ctx, int32_t rows, pd_bonds *b)
         pd_bonds old = *b;
         if (used) {
             memcpy(fresh.node, b->node, used * sizeof *b->node);
-            memcpy(fresh.open, b->open, used * sizeof *b->open);
-            memcpy(fresh.bond, b->bond, used * (size_t)b->stencil->count * sizeof *b->bond);
+            for (int w = 0; w < b->words; w++)
+                memcpy(fresh.mask + (int64_t)w * fresh.capacity, b->mask + (int64_t)w * b->capacity,
+                       used * sizeof *b->mask);
+            memcpy(fresh.inlet, b->inlet, used * sizeof *b->inlet);
             memcpy(fresh.wall_lap, b->wall_lap, used * sizeof *b->wall_lap);
             memcpy(fresh.wall_curv, b->wall_curv, used * sizeof *b->wall_curv);
             memcpy(fresh.moment, b->moment, used * PD_DIM * PD_DIM * sizeof *b->moment);
@@ -5502,11 +5577,62 @@ static pd_status pdi_bond_reserve(pd_ctx *ctx, int32_t rows, pd_bonds *b)
     return status;
 }
 
+static void pdi_bond_swap_double(double *x, double *y)
+{
+    double keep = *x;
+    *x = *y;
+    *y = keep;
+}
+
+static void pdi_bond_swap_rows(pd_bonds *b, int32_t r, int32_t q)
+{
+    int dd = PD_DIM * PD_DIM;
+    int32_t node = b->node[r];
+    uint8_t inlet = b->inlet[r];
+    for (int w = 0; w < b->words; w++) {
+        uint32_t *mask = b->mask + (int64_t)w * b->capacity, keep = mask[r];
+        mask[r] = mask[q];
+        mask[q] = keep;
+    }
+    b->node[r] = b->node[q];
+    b->node[q] = node;
+    b->inlet[r] = b->inlet[q];
+    b->inlet[q] = inlet;
+    pdi_bond_swap_double(b->wall_lap + r, b->wall_lap + q);
+    pdi_bond_swap_double(b->wall_curv + r, b->wall_curv + q);
+    for (int i = 0; i < dd; i++)
+        pdi_bond_swap_double(b->moment + (int64_t)r * dd + i, b->moment + (int64_t)q * dd + i);
+    b->row[b->node[r]] = r;
+    b->row[b->node[q]] = q;
+}
+
+/* Plain rows first, in the order of their nodes, then those at inlets. */
+static void pdi_bond_sort(pd_bonds *b)
+{
+    int32_t next = 0;
+    for (int inlet = 0; inlet < 2; inlet++) {
+        for (int32_t node = 0; node < b->grid->total && next < b->rows; node++) {
+            int32_t r = b->row[node];
+            if (r < 0 || b->inlet[r] != inlet) continue;
+            if (r != next) pdi_bond_swap_rows(b, r, next);
+            next++;
+        }
+        if (!inlet) b->plain = next;
+    }
+}
+
 static void pdi_bond_free_runs(pd_ctx *ctx, pd_bonds *b)
 {
     PDI_DELETE(ctx, b->run_capacity, b->run_first);
     PDI_DELETE(ctx, b->run_capacity, b->run_length);
     b->runs = 0;
+}
+
+static void pdi_bond_free_batches(pd_ctx *ctx, pd_bonds *b)
+{
+    PDI_DELETE(ctx, b->batch_capacity, b->batch_first);
+    PDI_DELETE(ctx, b->batch_capacity, b->batch_length);
+    b->batches = 0;
 }
 
 static pd_status pdi_bond_runs(pd_ctx *ctx, pd_bonds *b)
@@ -5535,6 +5661,39 @@ static pd_status pdi_bond_runs(pd_ctx *ctx, pd_bonds *b)
     return PD_OK;
 }
 
+static pd_status pdi_bond_batches(pd_ctx *ctx, pd_bonds *b)
+{
+    for (int pass = 0; pass < 2; pass++) {
+        int32_t batches = 0, length = 0;
+        for (int32_t r = 0; r < b->plain; r++) {
+            length++;
+            if (r + 1 < b->plain && b->node[r + 1] == b->node[r] + 1) continue;
+            if (pass) {
+                b->batch_first[batches] = r + 1 - length;
+                b->batch_length[batches] = length;
+            }
+            batches++;
+            length = 0;
+        }
+        b->batches = batches;
+        if (pass == 0 && batches > b->batch_capacity) {
+            pdi_bond_free_batches(ctx, b);
+            b->batch_capacity = batches + batches / 4 + 16;
+            PDI_TRY(PDI_NEW(ctx, "bond", b->batch_capacity, b->batch_first));
+            PDI_TRY(PDI_NEW(ctx, "bond", b->batch_capacity, b->batch_length));
+        }
+    }
+    return PD_OK;
+}
+
+/* The order of the rows, and the lists that sweeps go by. */
+static pd_status pdi_bond_arrange(pd_ctx *ctx, pd_bonds *b)
+{
+    pdi_bond_sort(b);
+    PDI_TRY(pdi_bond_runs(ctx, b));
+    return pdi_bond_batches(ctx, b);
+}
+
 /* Give `node` the row that its family needs, or none. */
 static pd_status pdi_bond_renew(pd_ctx *ctx, int32_t node, pd_bonds *b)
 {
@@ -5551,17 +5710,10 @@ static pd_status pdi_bond_renew(pd_ctx *ctx, int32_t node, pd_bonds *b)
     }
     if (r < 0) return PD_OK;
     /* the last row takes the free place */
-    int32_t last = --b->rows;
-    int64_t count = b->stencil->count, dd = PD_DIM * PD_DIM;
+    int32_t last = b->rows - 1;
+    if (r != last) pdi_bond_swap_rows(b, r, last);
     b->row[node] = -1;
-    if (r == last) return PD_OK;
-    b->node[r] = b->node[last];
-    b->open[r] = b->open[last];
-    b->wall_lap[r] = b->wall_lap[last];
-    b->wall_curv[r] = b->wall_curv[last];
-    memcpy(b->bond + r * count, b->bond + last * count, (size_t)count * sizeof *b->bond);
-    memcpy(b->moment + r * dd, b->moment + last * dd, (size_t)dd * sizeof *b->moment);
-    b->row[b->node[r]] = r;
+    b->rows--;
     return PD_OK;
 }
 
@@ -5571,6 +5723,7 @@ pd_status pd_bonds_build(pd_ctx *ctx, const pd_stencil *stencil, const pd_grid *
     bonds->stencil = stencil;
     bonds->grid = grid;
     bonds->all_rows = all_rows;
+    bonds->words = (stencil->count + 31) / 32;
     PDI_TRY(PDI_NEW(ctx, "bond", stencil->count, bonds->shift));
     PDI_TRY(PDI_NEW(ctx, "bond", stencil->cells, bonds->cell_shift));
     PDI_TRY(PDI_NEW(ctx, "bond", grid->total, bonds->row));
@@ -5586,7 +5739,7 @@ pd_status pd_bonds_build(pd_ctx *ctx, const pd_stencil *stencil, const pd_grid *
     PDI_TRY(pdi_bond_reserve(ctx, rows, bonds));
     for (int32_t node = 0; node < grid->total; node++)
         if (grid->kind[node] == PD_FLUID) PDI_TRY(pdi_bond_renew(ctx, node, bonds));
-    return pdi_bond_runs(ctx, bonds);
+    return pdi_bond_arrange(ctx, bonds);
 }
 
 pd_status pd_bonds_update(pd_ctx *ctx, const int32_t *changed, int32_t count, pd_bonds *bonds)
@@ -5599,26 +5752,32 @@ pd_status pd_bonds_update(pd_ctx *ctx, const int32_t *changed, int32_t count, pd
             if (grid->kind[node] == PD_FLUID) PDI_TRY(pdi_bond_renew(ctx, node, bonds));
         }
     }
-    return pdi_bond_runs(ctx, bonds);
+    return pdi_bond_arrange(ctx, bonds);
 }
 
 pd_status pd_bonds_validate(pd_ctx *ctx, const pd_bonds *b)
 {
     const pd_stencil *s = b->stencil;
-    int64_t covered = b->rows;
+    int64_t covered = b->rows - b->plain;
+    for (int32_t r = 0; r < b->batches; r++) covered += b->batch_length[r];
     for (int32_t r = 0; r < b->runs; r++) covered += b->run_length[r];
     if (covered != pd_grid_count(b->grid, PD_FLUID))
         return pdi_fail(ctx, PD_ERR_INTERNAL, "bond", "rows and runs cover %.0f of %.0f fluid nodes", (double)covered,
                         (double)pd_grid_count(b->grid, PD_FLUID));
-    for (int32_t r = 0; r < b->rows; r++)
-        for (int i = 0; i < b->open[r]; i++) {
-            int k = b->bond[(int64_t)r * s->count + i];
+    for (int32_t r = 0; r < b->rows; r++) {
+        int plain = r < b->plain, ordered = r == 0 || r == b->plain || b->node[r - 1] < b->node[r];
+        if (b->row[b->node[r]] != r || b->inlet[r] == plain || !ordered)
+            return pdi_fail(ctx, PD_ERR_INTERNAL, "bond", "row %d of node %d stands out of order", (int)r,
+                            (int)b->node[r]);
+        for (int k = 0; k < s->count; k++) {
+            if (!pdi_bond_open(b, r, k)) continue;
             int32_t other = b->node[r] + b->shift[k];
             if (b->grid->kind[other] != PD_FLUID) continue;
             if (pdi_bond_closed_group(b, other, s->count - 1 - k) >= 0)
                 return pdi_fail(ctx, PD_ERR_INTERNAL, "bond", "the bond from node %d to node %d is open one way only",
                                 (int)b->node[r], (int)other);
         }
+    }
     return PD_OK;
 }
 
@@ -5629,6 +5788,7 @@ void pd_bonds_free(pd_ctx *ctx, pd_bonds *b)
     PDI_DELETE(ctx, b->grid ? b->grid->total : 0, b->row);
     pdi_bond_free_rows(ctx, b);
     pdi_bond_free_runs(ctx, b);
+    pdi_bond_free_batches(ctx, b);
     memset(b, 0, sizeof *b);
 }
 
@@ -6186,13 +6346,10 @@ pd_status pd_grain_measure(pd_ctx *ctx, const pd_grid *grid, const pd_grain *gra
 /* ======== >>op.c ======== */
 /* op: see op.h
  *
- * Nodes with whole families are worked on in blocks of neighbours along axis 0, bond by bond, so that the inner loops
- * are plain vectors with shared weights; each block function is inlined twice, with the length a constant for full
- * blocks. Opposite bonds go together: they share their weight. Nodes that own a row go one by one.
+ * Sweeps work on up to PDI_LANES neighbours along axis 0 at once, bond by bond, so that the inner loops are plain
+ * vectors: nodes with whole families share the weights (opposite bonds go together), rows blank out their closed bonds.
  */
 #include <string.h>
-
-#define PDI_OP_BLOCK 8
 
 /* The operands of one sweep. */
 typedef struct pdi_op_sweep {
@@ -6202,18 +6359,28 @@ typedef struct pdi_op_sweep {
     double *out;
 } pdi_op_sweep;
 
-typedef void (*pdi_op_block_fn)(const pdi_op_sweep *w, int32_t first, int32_t length);
-typedef void (*pdi_op_row_fn)(const pdi_op_sweep *w, int32_t row);
+/* `count` nodes with whole families from node `first`, or rows from row `first`, with consecutive nodes. */
+typedef void (*pdi_op_lanes_fn)(const pdi_op_sweep *w, int32_t first, int count);
 
-static void pdi_op_apply(const pd_ctx *ctx, const pdi_op_sweep *w, pdi_op_block_fn run, pdi_op_row_fn row)
+static void pdi_op_split(const pdi_op_sweep *w, pdi_op_lanes_fn lanes, int32_t first, int32_t length)
+{
+    int count;
+    for (int32_t at = 0; at < length; at += count) {
+        count = pdi_bond_piece(length, &at);
+        lanes(w, first + at, count);
+    }
+}
+
+static void pdi_op_apply(const pd_ctx *ctx, const pdi_op_sweep *w, pdi_op_lanes_fn whole, pdi_op_lanes_fn cut)
 {
     const pd_bonds *bonds = w->bonds;
     int nt = pdi_par_threads(ctx, bonds->grid->fluid_count * bonds->stencil->count * 4);
     (void)nt;
     PDI_PARALLEL_FOR(nt)
-    for (int32_t r = 0; r < bonds->runs; r++) run(w, bonds->run_first[r], bonds->run_length[r]);
+    for (int32_t r = 0; r < bonds->runs; r++) pdi_op_split(w, whole, bonds->run_first[r], bonds->run_length[r]);
     PDI_PARALLEL_FOR(nt)
-    for (int32_t r = 0; r < bonds->rows; r++) row(w, r);
+    for (int32_t r = 0; r < bonds->batches; r++) pdi_op_split(w, cut, bonds->batch_first[r], bonds->batch_length[r]);
+    for (int32_t r = bonds->plain; r < bonds->rows; r++) cut(w, r, 1);
 }
 
 static void pdi_op_sweep_init(const pd_bonds *bonds, const double *f, const double *d, double *out, pdi_op_sweep *w)
@@ -6227,10 +6394,10 @@ static void pdi_op_sweep_init(const pd_bonds *bonds, const double *f, const doub
 
 /* ---- gradient: G f_i = sum g (f_j - f_i); the sum of g over a whole family is zero (eq. 2.4) ---- */
 
-static inline void pdi_op_gradient_block(const pdi_op_sweep *w, int32_t i, int count)
+static void pdi_op_gradient_whole(const pdi_op_sweep *w, int32_t i, int count)
 {
     const pd_stencil *s = w->bonds->stencil;
-    double sum[PD_DIM][PDI_OP_BLOCK];
+    double sum[PD_DIM][PDI_LANES];
     memset(sum, 0, sizeof sum);
     for (int k = 0; k < s->count / 2; k++) {
         const double *far = w->f + i + w->bonds->shift[k], *back = w->f + i - w->bonds->shift[k];
@@ -6238,129 +6405,127 @@ static inline void pdi_op_gradient_block(const pdi_op_sweep *w, int32_t i, int c
         for (int d = 0; d < PD_DIM; d++)
             for (int b = 0; b < count; b++) sum[d][b] += g[d] * (far[b] - back[b]);
     }
-    for (int d = 0; d < PD_DIM; d++)
-        for (int b = 0; b < count; b++) w->out[(int64_t)d * w->total + i + b] = sum[d][b];
-}
-
-static void pdi_op_gradient_run(const pdi_op_sweep *w, int32_t first, int32_t length)
-{
-    int32_t at = 0;
-    for (; at + PDI_OP_BLOCK <= length; at += PDI_OP_BLOCK) pdi_op_gradient_block(w, first + at, PDI_OP_BLOCK);
-    if (at < length) pdi_op_gradient_block(w, first + at, (int)(length - at));
+    for (int d = 0; d < PD_DIM; d++) memcpy(w->out + (int64_t)d * w->total + i, sum[d], (size_t)count * sizeof(double));
 }
 
 /* K^-1 sum w xi (f_j - f_i) with the moments K of the open bonds (eq. 3.5). */
-static void pdi_op_gradient_row(const pdi_op_sweep *w, int32_t r)
+static void pdi_op_gradient_cut(const pdi_op_sweep *w, int32_t r, int count)
 {
     const pd_bonds *bonds = w->bonds;
     const pd_stencil *s = bonds->stencil;
     int32_t i = bonds->node[r];
-    double sum[PD_DIM];
+    double sum[PD_DIM][PDI_LANES], open[PDI_LANES];
     memset(sum, 0, sizeof sum);
-    for (int o = 0; o < bonds->open[r]; o++) {
-        int k = bonds->bond[(int64_t)r * s->count + o];
-        int32_t j = i + bonds->shift[k];
-        if (bonds->grid->kind[j] == PD_INLET) continue;
-        double difference = s->base[k] * (w->f[j] - w->f[i]);
-        for (int d = 0; d < PD_DIM; d++) sum[d] += difference * s->xi[k * PD_DIM + d];
+    for (int k = 0; k < s->count; k++) {
+        const double *far = w->f + i + bonds->shift[k], *f = w->f + i, *xi = s->xi + k * PD_DIM;
+        double base = s->base[k];
+        pdi_lanes lanes = pdi_bond_open_lanes(bonds, r, k, count, open);
+        if (lanes == PDI_LANES_NONE) continue;
+        if (r >= bonds->plain && bonds->grid->kind[i + bonds->shift[k]] == PD_INLET) continue;
+        for (int b = 0; b < count; b++) {
+            double difference = lanes == PDI_LANES_ALL || open[b] > 0.0 ? base * (far[b] - f[b]) : 0.0;
+            for (int d = 0; d < PD_DIM; d++) sum[d][b] += difference * xi[d];
+        }
     }
-    const double *inverse = bonds->moment + (int64_t)r * PD_DIM * PD_DIM;
-    for (int d = 0; d < PD_DIM; d++) w->out[(int64_t)d * w->total + i] = pdi_vec_dot(inverse + d * PD_DIM, sum);
+    for (int b = 0; b < count; b++) {
+        const double *inverse = bonds->moment + (int64_t)(r + b) * PD_DIM * PD_DIM;
+        for (int d = 0; d < PD_DIM; d++) {
+            double value = 0.0;
+            for (int e = 0; e < PD_DIM; e++) value += inverse[d * PD_DIM + e] * sum[e][b];
+            w->out[(int64_t)d * w->total + i + b] = value;
+        }
+    }
 }
 
 void pd_op_gradient(const pd_ctx *ctx, const pd_bonds *bonds, const double *f, double *grad)
 {
     pdi_op_sweep w;
     pdi_op_sweep_init(bonds, f, NULL, grad, &w);
-    pdi_op_apply(ctx, &w, pdi_op_gradient_run, pdi_op_gradient_row);
+    pdi_op_apply(ctx, &w, pdi_op_gradient_whole, pdi_op_gradient_cut);
 }
 
 /* ---- divergence: D u_i = sum g.(u_i + u_j), antisymmetric in i and j (eq. 4.2) ---- */
 
-static inline void pdi_op_divergence_block(const pdi_op_sweep *w, int32_t i, int count)
+static void pdi_op_divergence_whole(const pdi_op_sweep *w, int32_t i, int count)
 {
     const pd_stencil *s = w->bonds->stencil;
-    double sum[PDI_OP_BLOCK];
+    double sum[PDI_LANES];
     memset(sum, 0, sizeof sum);
     for (int k = 0; k < s->count / 2; k++)
         for (int d = 0; d < PD_DIM; d++) {
-            const double *u = w->f + (int64_t)d * w->total + i, g = s->grad[k * PD_DIM + d];
+            const double *u = w->f + (int64_t)d * w->total + i;
             const double *far = u + w->bonds->shift[k], *back = u - w->bonds->shift[k];
+            double g = s->grad[k * PD_DIM + d];
             for (int b = 0; b < count; b++) sum[b] += g * (far[b] - back[b]);
         }
-    for (int b = 0; b < count; b++) w->out[i + b] = sum[b];
+    memcpy(w->out + i, sum, (size_t)count * sizeof(double));
 }
 
-static void pdi_op_divergence_run(const pdi_op_sweep *w, int32_t first, int32_t length)
-{
-    int32_t at = 0;
-    for (; at + PDI_OP_BLOCK <= length; at += PDI_OP_BLOCK) pdi_op_divergence_block(w, first + at, PDI_OP_BLOCK);
-    if (at < length) pdi_op_divergence_block(w, first + at, (int)(length - at));
-}
-
-static void pdi_op_divergence_row(const pdi_op_sweep *w, int32_t r)
+static void pdi_op_divergence_cut(const pdi_op_sweep *w, int32_t r, int count)
 {
     const pd_bonds *bonds = w->bonds;
     const pd_stencil *s = bonds->stencil;
     int32_t i = bonds->node[r];
-    double sum = 0.0;
-    for (int o = 0; o < bonds->open[r]; o++) {
-        int k = bonds->bond[(int64_t)r * s->count + o];
-        int32_t j = i + bonds->shift[k];
-        for (int d = 0; d < PD_DIM; d++)
-            sum += s->grad[k * PD_DIM + d] * (w->f[(int64_t)d * w->total + i] + w->f[(int64_t)d * w->total + j]);
+    double sum[PDI_LANES], open[PDI_LANES];
+    memset(sum, 0, sizeof sum);
+    for (int k = 0; k < s->count; k++) {
+        pdi_lanes lanes = pdi_bond_open_lanes(bonds, r, k, count, open);
+        if (lanes == PDI_LANES_NONE) continue;
+        for (int d = 0; d < PD_DIM; d++) {
+            const double *u = w->f + (int64_t)d * w->total + i, *far = u + bonds->shift[k];
+            double g = s->grad[k * PD_DIM + d];
+            for (int b = 0; b < count; b++) sum[b] += lanes == PDI_LANES_ALL || open[b] > 0.0 ? g * (u[b] + far[b]) : 0.0;
+        }
     }
-    w->out[i] = sum;
+    memcpy(w->out + i, sum, (size_t)count * sizeof(double));
 }
 
 void pd_op_divergence(const pd_ctx *ctx, const pd_bonds *bonds, const double *u, double *div)
 {
     pdi_op_sweep w;
     pdi_op_sweep_init(bonds, u, NULL, div, &w);
-    pdi_op_apply(ctx, &w, pdi_op_divergence_run, pdi_op_divergence_row);
+    pdi_op_apply(ctx, &w, pdi_op_divergence_whole, pdi_op_divergence_cut);
 }
 
 /* ---- Laplacian: L f_i = sum a (f_j - f_i), symmetric weights (eq. 2.3) ---- */
 
-static inline void pdi_op_laplacian_block(const pdi_op_sweep *w, int32_t i, int count)
+static void pdi_op_laplacian_whole(const pdi_op_sweep *w, int32_t i, int count)
 {
     const pd_stencil *s = w->bonds->stencil;
     const double *f = w->f + i;
-    double sum[PDI_OP_BLOCK];
+    double sum[PDI_LANES];
     memset(sum, 0, sizeof sum);
     /* differences, not sums less the centre: constants come out as exact zeros */
     for (int k = 0; k < s->count / 2; k++) {
-        const double *far = f + w->bonds->shift[k], *back = f - w->bonds->shift[k], a = s->lap[k];
+        const double *far = f + w->bonds->shift[k], *back = f - w->bonds->shift[k];
+        double a = s->lap[k];
         for (int b = 0; b < count; b++) sum[b] += a * ((far[b] - f[b]) + (back[b] - f[b]));
     }
-    for (int b = 0; b < count; b++) w->out[i + b] = sum[b];
+    memcpy(w->out + i, sum, (size_t)count * sizeof(double));
 }
 
-static void pdi_op_laplacian_run(const pdi_op_sweep *w, int32_t first, int32_t length)
-{
-    int32_t at = 0;
-    for (; at + PDI_OP_BLOCK <= length; at += PDI_OP_BLOCK) pdi_op_laplacian_block(w, first + at, PDI_OP_BLOCK);
-    if (at < length) pdi_op_laplacian_block(w, first + at, (int)(length - at));
-}
-
-static void pdi_op_laplacian_row(const pdi_op_sweep *w, int32_t r)
+static void pdi_op_laplacian_cut(const pdi_op_sweep *w, int32_t r, int count)
 {
     const pd_bonds *bonds = w->bonds;
     const pd_stencil *s = bonds->stencil;
-    int32_t i = bonds->node[r];
-    double sum = 0.0;
-    for (int o = 0; o < bonds->open[r]; o++) {
-        int k = bonds->bond[(int64_t)r * s->count + o];
-        sum += s->lap[k] * (w->f[i + bonds->shift[k]] - w->f[i]);
+    const double *f = w->f + bonds->node[r];
+    double sum[PDI_LANES], open[PDI_LANES];
+    memset(sum, 0, sizeof sum);
+    for (int k = 0; k < s->count; k++) {
+        const double *far = f + bonds->shift[k];
+        double a = s->lap[k];
+        pdi_lanes lanes = pdi_bond_open_lanes(bonds, r, k, count, open);
+        if (lanes == PDI_LANES_NONE) continue;
+        for (int b = 0; b < count; b++) sum[b] += lanes == PDI_LANES_ALL || open[b] > 0.0 ? a * (far[b] - f[b]) : 0.0;
     }
-    w->out[i] = sum;
+    memcpy(w->out + bonds->node[r], sum, (size_t)count * sizeof(double));
 }
 
 void pd_op_laplacian(const pd_ctx *ctx, const pd_bonds *bonds, const double *f, double *lap)
 {
     pdi_op_sweep w;
     pdi_op_sweep_init(bonds, f, NULL, lap, &w);
-    pdi_op_apply(ctx, &w, pdi_op_laplacian_run, pdi_op_laplacian_row);
+    pdi_op_apply(ctx, &w, pdi_op_laplacian_whole, pdi_op_laplacian_cut);
 }
 
 /* ---- diffusion: sum D_ij a (f_j - f_i), D_ij = 2 D_i D_j / (D_i + D_j) (eq. 5.2) ---- */
@@ -6372,39 +6537,36 @@ static inline double pdi_op_harmonic(double a, double b)
     return upper > 0.0 ? 2.0 * lower / (1.0 + lower / upper) : 0.0;
 }
 
-static inline void pdi_op_diffuse_block(const pdi_op_sweep *w, int32_t i, int count)
+static void pdi_op_diffuse_whole(const pdi_op_sweep *w, int32_t i, int count)
 {
     const pd_stencil *s = w->bonds->stencil;
     const double *f = w->f + i, *d = w->d + i;
-    double sum[PDI_OP_BLOCK];
+    double sum[PDI_LANES];
     memset(sum, 0, sizeof sum);
     for (int k = 0; k < s->count; k++) {
-        int32_t shift = w->bonds->shift[k];
+        const double *far = f + w->bonds->shift[k], *d_far = d + w->bonds->shift[k];
         double a = s->lap[k];
-        for (int b = 0; b < count; b++) sum[b] += a * pdi_op_harmonic(d[b], d[b + shift]) * (f[b + shift] - f[b]);
+        for (int b = 0; b < count; b++) sum[b] += a * pdi_op_harmonic(d[b], d_far[b]) * (far[b] - f[b]);
     }
-    for (int b = 0; b < count; b++) w->out[i + b] = sum[b];
+    memcpy(w->out + i, sum, (size_t)count * sizeof(double));
 }
 
-static void pdi_op_diffuse_run(const pdi_op_sweep *w, int32_t first, int32_t length)
-{
-    int32_t at = 0;
-    for (; at + PDI_OP_BLOCK <= length; at += PDI_OP_BLOCK) pdi_op_diffuse_block(w, first + at, PDI_OP_BLOCK);
-    if (at < length) pdi_op_diffuse_block(w, first + at, (int)(length - at));
-}
-
-static void pdi_op_diffuse_row(const pdi_op_sweep *w, int32_t r)
+static void pdi_op_diffuse_cut(const pdi_op_sweep *w, int32_t r, int count)
 {
     const pd_bonds *bonds = w->bonds;
     const pd_stencil *s = bonds->stencil;
-    int32_t i = bonds->node[r];
-    double sum = 0.0;
-    for (int o = 0; o < bonds->open[r]; o++) {
-        int k = bonds->bond[(int64_t)r * s->count + o];
-        int32_t j = i + bonds->shift[k];
-        sum += s->lap[k] * pdi_op_harmonic(w->d[i], w->d[j]) * (w->f[j] - w->f[i]);
+    const double *f = w->f + bonds->node[r], *d = w->d + bonds->node[r];
+    double sum[PDI_LANES], open[PDI_LANES];
+    memset(sum, 0, sizeof sum);
+    for (int k = 0; k < s->count; k++) {
+        const double *far = f + bonds->shift[k], *d_far = d + bonds->shift[k];
+        double a = s->lap[k];
+        pdi_lanes lanes = pdi_bond_open_lanes(bonds, r, k, count, open);
+        if (lanes == PDI_LANES_NONE) continue;
+        for (int b = 0; b < count; b++)
+            sum[b] += lanes == PDI_LANES_ALL || open[b] > 0.0 ? a * pdi_op_harmonic(d[b], d_far[b]) * (far[b] - f[b]) : 0.0;
     }
-    w->out[i] = sum;
+    memcpy(w->out + bonds->node[r], sum, (size_t)count * sizeof(double));
 }
 
 pd_status pd_op_diffuse(pd_ctx *ctx, const pd_bonds *bonds, const double *diffusivity, const double *f, double *out)
@@ -6416,7 +6578,7 @@ pd_status pd_op_diffuse(pd_ctx *ctx, const pd_bonds *bonds, const double *diffus
             return pdi_fail(ctx, PD_ERR_ARGUMENT, "op", "the diffusivity of node %d is %g m2/s, expected one >= 0",
                             (int)node, diffusivity[node]);
     pdi_op_sweep_init(bonds, f, diffusivity, out, &w);
-    pdi_op_apply(ctx, &w, pdi_op_diffuse_run, pdi_op_diffuse_row);
+    pdi_op_apply(ctx, &w, pdi_op_diffuse_whole, pdi_op_diffuse_cut);
     return PD_OK;
 }
 
@@ -6588,11 +6750,18 @@ static double pdi_krylov_arnoldi(const pdi_krylov_run *run, int j, double *w, do
     for (int i = 0; i <= j; i++) h[i] = 0.0;
     for (int pass = 0; pass < 2; pass++) {
         double start = norm;
-        for (int i = 0; i <= j; i++) {
-            const double *v = pdi_krylov_vector(run, i);
-            double dot = pdi_krylov_dot(run, v, w);
-            h[i] += dot;
-            pdi_krylov_axpy(run, -dot, v, w);
+        /* modified Gram-Schmidt by groups: one pass over w for several vectors */
+        for (int i = 0; i <= j; i += PDI_PAR_GROUP) {
+            int count = j + 1 - i < PDI_PAR_GROUP ? j + 1 - i : PDI_PAR_GROUP;
+            const double *v[PDI_PAR_GROUP];
+            double dots[PDI_PAR_GROUP];
+            for (int m = 0; m < count; m++) v[m] = pdi_krylov_vector(run, i + m);
+            pdi_par_dots(run->ctx, run->k->desc.n, count, v, w, dots);
+            for (int m = 0; m < count; m++) {
+                h[i + m] += dots[m];
+                dots[m] = -dots[m];
+            }
+            pdi_par_axpys(run->ctx, run->k->desc.n, count, dots, v, w);
         }
         norm = sqrt(pdi_krylov_dot(run, w, w));
         if (!(norm < PDI_KRYLOV_CANCEL * start)) break;
@@ -11545,14 +11714,11 @@ double pd_material_concentration(const pd_material *material) { return material-
 /* ======== >>flow.c ======== */
 /* flow: see flow.h
  *
- * Design: the sweep over nodes with whole families works on blocks of PDI_FLOW_BLOCK neighbours along axis 0, bond
- * by bond, so that the inner loops are plain vectors with shared weights. Nodes that own a row go one by one. Both
- * paths evaluate the same sums.
+ * Design: sweeps work on up to PDI_LANES neighbours along axis 0 at once, bond by bond, so that the inner loops are
+ * plain vectors. All terms of a bond are taken in one pass. Rows blank out their closed bonds.
  */
 #include <math.h>
 #include <string.h>
-
-#define PDI_FLOW_BLOCK 8
 
 PDI_FN void pdi_flow_outlet_velocity(const pd_flow *flow, double *u)
 {
@@ -11583,108 +11749,103 @@ PDI_FN void pdi_flow_gradient(const pd_ctx *ctx, const pd_flow *flow, const doub
         }
 }
 
-/* conv += 1/2 sum_j g.(w_i + w_j) u_j for a block: the skew-symmetric convective term (eq. 4.3). */
-static void pdi_flow_convect_block(const double *g, const double *w, const double *u, int32_t i, int32_t j,
-                                   int32_t total, int count, double conv[PD_DIM][PDI_FLOW_BLOCK])
-{
-    double flux[PDI_FLOW_BLOCK];
-    for (int b = 0; b < count; b++) flux[b] = 0.5 * g[0] * (w[i + b] + w[j + b]);
-    for (int d = 1; d < PD_DIM; d++)
-        for (int b = 0; b < count; b++)
-            flux[b] += 0.5 * g[d] * (w[(int64_t)d * total + i + b] + w[(int64_t)d * total + j + b]);
-    for (int d = 0; d < PD_DIM; d++)
-        for (int b = 0; b < count; b++) conv[d][b] += flux[b] * u[(int64_t)d * total + j + b];
-}
+/* The sums of a sweep over its lanes. */
+typedef struct pdi_flow_sums {
+    double conv[PD_DIM][PDI_LANES]; /* sum 1/2 g.(w_i + w_j) v_j: the skew-symmetric convective term (eq. 4.3) */
+    double lap[PD_DIM][PDI_LANES];
+    double half_div[PDI_LANES];
+    double tie[PDI_LANES]; /* fourth-order pressure difference (eq. 4.4) */
+} pdi_flow_sums;
 
-/* One block of `count` consecutive nodes from i with whole families. Inlined twice, with count a constant for full
- * blocks. */
-static inline void pdi_flow_block(const pd_flow *flow, const pdi_flow_terms *t, int32_t i, int count, double *ru,
-                                  double *rc)
+/* Add bond k of the nodes i .. i+count-1. open: 1 or 0 for each of them, NULL: 1. tied: 1, or 0 when the bond carries
+ * no pressure. Inlined with constants for `cut` and `linear`. */
+static inline void pdi_flow_bond_lanes(const pd_flow *flow, const pdi_flow_terms *t, int32_t i, int k, int count,
+                                       int cut, const double *PD_RESTRICT open, double tied, int linear,
+                                       pdi_flow_sums *PD_RESTRICT sums)
 {
     const pd_stencil *s = flow->bonds->stencil;
-    int32_t total = flow->grid->total;
-    double conv[PD_DIM][PDI_FLOW_BLOCK], lap[PD_DIM][PDI_FLOW_BLOCK], div[PDI_FLOW_BLOCK], tie[PDI_FLOW_BLOCK];
-    double centre[PD_DIM][PDI_FLOW_BLOCK];
-    memset(conv, 0, sizeof conv);
-    memset(lap, 0, sizeof lap);
-    memset(div, 0, sizeof div);
-    memset(tie, 0, sizeof tie);
-    for (int d = 0; d < PD_DIM; d++)
-        for (int b = 0; b < count; b++) centre[d][b] = t->viscous[(int64_t)d * total + i + b];
-    for (int k = 0; k < s->count; k++) {
-        int32_t j = i + flow->bonds->shift[k];
-        const double *g = s->grad + k * PD_DIM, *xi = s->xi + k * PD_DIM;
-        double a = s->lap[k];
-        if (t->w) pdi_flow_convect_block(g, t->w, t->u, i, j, total, count, conv);
-        if (t->w2) pdi_flow_convect_block(g, t->w2, t->u2, i, j, total, count, conv);
-        for (int b = 0; b < count; b++) tie[b] += a * (t->p[j + b] - t->p[i + b]);
+    int64_t total = flow->grid->total, shift = flow->bonds->shift[k];
+    const double *mass = t->mass + i, *carried = t->carried + i + shift, *viscous = t->viscous + i;
+    const double *frozen = linear ? t->frozen + i : NULL, *p = t->p + i, *grad = t->grad + i;
+    double half[PD_DIM], arm[PD_DIM], a = s->lap[k];
+    for (int d = 0; d < PD_DIM; d++) {
+        half[d] = 0.5 * s->grad[k * PD_DIM + d];
+        arm[d] = 0.5 * s->xi[k * PD_DIM + d];
+    }
+    for (int b = 0; b < count; b++) {
+        double flux = 0.0, flux2 = 0.0, tie = p[b + shift] - p[b], weight = cut ? open[b] * a : a;
         for (int d = 0; d < PD_DIM; d++) {
-            double half = 0.5 * a * xi[d];
-            for (int b = 0; b < count; b++) {
-                lap[d][b] += a * (t->viscous[(int64_t)d * total + j + b] - centre[d][b]);
-                div[b] += g[d] * t->mass[(int64_t)d * total + j + b];
-                tie[b] -= half * t->grad[(int64_t)d * total + j + b];
-            }
+            flux += half[d] * (mass[d * total + b] + mass[d * total + b + shift]);
+            if (linear) flux2 += half[d] * (frozen[d * total + b] + frozen[d * total + b + shift]);
+            tie -= arm[d] * (grad[d * total + b] + grad[d * total + b + shift]);
+        }
+        if (cut) {
+            flux *= open[b];
+            flux2 *= open[b];
+        }
+        sums->half_div[b] += flux;
+        sums->tie[b] += tied * weight * tie;
+        for (int d = 0; d < PD_DIM; d++) {
+            double far = viscous[d * total + b + shift];
+            sums->conv[d][b] += flux * carried[d * total + b];
+            if (linear) sums->conv[d][b] += flux2 * far;
+            sums->lap[d][b] += weight * (far - viscous[d * total + b]);
         }
     }
-    for (int b = 0; b < count; b++) rc[i + b] = div[b] - flow->tau * tie[b];
-    for (int d = 0; d < PD_DIM; d++)
-        for (int b = 0; b < count; b++) {
-            double drive = t->grad[(int64_t)d * total + i + b] - (t->force ? t->force[d] : 0.0);
-            ru[(int64_t)d * total + i + b] = conv[d][b] + drive - flow->nu * lap[d][b];
-        }
 }
 
-static void pdi_flow_run(const pd_flow *flow, const pdi_flow_terms *t, int32_t first, int32_t length, double *ru,
-                         double *rc)
+static void pdi_flow_bond(const pd_flow *flow, const pdi_flow_terms *t, int32_t i, int k, int count, const double *open,
+                          double tied, pdi_flow_sums *sums)
 {
-    int32_t at = 0;
-    for (; at + PDI_FLOW_BLOCK <= length; at += PDI_FLOW_BLOCK)
-        pdi_flow_block(flow, t, first + at, PDI_FLOW_BLOCK, ru, rc);
-    if (at < length) pdi_flow_block(flow, t, first + at, (int)(length - at), ru, rc);
+    if (t->frozen && open) pdi_flow_bond_lanes(flow, t, i, k, count, 1, open, tied, 1, sums);
+    else if (t->frozen) pdi_flow_bond_lanes(flow, t, i, k, count, 0, NULL, tied, 1, sums);
+    else if (open) pdi_flow_bond_lanes(flow, t, i, k, count, 1, open, tied, 0, sums);
+    else pdi_flow_bond_lanes(flow, t, i, k, count, 0, NULL, tied, 0, sums);
 }
 
-/* Half the volume flux through a bond: 1/2 g.(w_i + w_j). */
-static double pdi_flow_half_flux(const double *g, const double *w, int32_t i, int32_t j, int32_t total)
+/* Nodes with whole families from node i. */
+static void pdi_flow_whole(const pd_flow *flow, const pdi_flow_terms *t, int32_t i, int count, double *ru, double *rc)
 {
-    double flux = 0.0;
-    for (int d = 0; d < PD_DIM; d++) flux += 0.5 * g[d] * (w[(int64_t)d * total + i] + w[(int64_t)d * total + j]);
-    return flux;
+    int64_t total = flow->grid->total;
+    pdi_flow_sums sums;
+    memset(&sums, 0, sizeof sums);
+    for (int k = 0; k < flow->bonds->stencil->count; k++) pdi_flow_bond(flow, t, i, k, count, NULL, 1.0, &sums);
+    for (int b = 0; b < count; b++) rc[i + b] = 2.0 * sums.half_div[b] - flow->tau * sums.tie[b];
+    for (int d = 0; d < PD_DIM; d++) {
+        double force = t->force ? t->force[d] : 0.0;
+        for (int b = 0; b < count; b++)
+            ru[d * total + i + b] =
+                sums.conv[d][b] + (t->grad[d * total + i + b] - force) - flow->nu * sums.lap[d][b];
+    }
 }
 
-/* One node with a cut family. The wall enters the Laplacian through wall_lap, and the curvature of the velocity at the
- * wall, known from the momentum balance there (nu u'' = G - f), through wall_curv (eq. 3.3, 3.4). */
-static void pdi_flow_row(const pd_flow *flow, const pdi_flow_terms *t, int32_t r, double *ru, double *rc)
+/* Rows from row r, their nodes being consecutive. The wall enters the Laplacian through wall_lap, and the curvature of
+ * the velocity at the wall, known from the momentum balance there (nu u'' = G - f), through wall_curv (eq. 3.3, 3.4).
+ * Bonds to inlets carry no pressure. */
+static void pdi_flow_cut(const pd_flow *flow, const pdi_flow_terms *t, int32_t r, int count, double *ru, double *rc)
 {
     const pd_bonds *bonds = flow->bonds;
-    const pd_stencil *s = bonds->stencil;
-    int32_t i = bonds->node[r], total = flow->grid->total;
-    double conv[PD_DIM], lap[PD_DIM], div = 0.0, tie = 0.0;
-    memset(conv, 0, sizeof conv);
-    for (int d = 0; d < PD_DIM; d++) lap[d] = -bonds->wall_lap[r] * t->viscous[(int64_t)d * total + i];
-    for (int o = 0; o < bonds->open[r]; o++) {
-        int k = bonds->bond[(int64_t)r * s->count + o];
-        int32_t j = i + bonds->shift[k];
-        const double *g = s->grad + k * PD_DIM, *xi = s->xi + k * PD_DIM;
-        double a = s->lap[k];
-        double flux = t->w ? pdi_flow_half_flux(g, t->w, i, j, total) : 0.0;
-        double flux2 = t->w2 ? pdi_flow_half_flux(g, t->w2, i, j, total) : 0.0;
-        div += 2.0 * pdi_flow_half_flux(g, t->mass, i, j, total);
-        for (int d = 0; d < PD_DIM; d++) {
-            int64_t row = (int64_t)d * total;
-            lap[d] += a * (t->viscous[row + j] - t->viscous[row + i]);
-            if (t->w) conv[d] += flux * t->u[row + j];
-            if (t->w2) conv[d] += flux2 * t->u2[row + j];
-        }
-        if (flow->grid->kind[j] == PD_INLET) continue;
-        tie += a * (t->p[j] - t->p[i]);
-        for (int d = 0; d < PD_DIM; d++)
-            tie -= 0.5 * a * xi[d] * (t->grad[(int64_t)d * total + i] + t->grad[(int64_t)d * total + j]);
+    int32_t i = bonds->node[r];
+    int64_t total = flow->grid->total;
+    pdi_flow_sums sums;
+    double open[PDI_LANES];
+    memset(&sums, 0, sizeof sums);
+    for (int d = 0; d < PD_DIM; d++)
+        for (int b = 0; b < count; b++) sums.lap[d][b] = -bonds->wall_lap[r + b] * t->viscous[d * total + i + b];
+    for (int k = 0; k < bonds->stencil->count; k++) {
+        pdi_lanes lanes = pdi_bond_open_lanes(bonds, r, k, count, open);
+        if (lanes == PDI_LANES_NONE) continue;
+        double tied = r >= bonds->plain && flow->grid->kind[i + bonds->shift[k]] == PD_INLET ? 0.0 : 1.0;
+        if (lanes == PDI_LANES_ALL) pdi_flow_bond(flow, t, i, k, count, NULL, tied, &sums);
+        else pdi_flow_bond(flow, t, i, k, count, open, tied, &sums);
     }
-    rc[i] = div - flow->tau * tie;
+    for (int b = 0; b < count; b++) rc[i + b] = 2.0 * sums.half_div[b] - flow->tau * sums.tie[b];
     for (int d = 0; d < PD_DIM; d++) {
-        double drive = t->grad[(int64_t)d * total + i] - (t->force ? t->force[d] : 0.0);
-        ru[(int64_t)d * total + i] = conv[d] + (1.0 - bonds->wall_curv[r]) * drive - flow->nu * lap[d];
+        double force = t->force ? t->force[d] : 0.0;
+        for (int b = 0; b < count; b++)
+            ru[d * total + i + b] = sums.conv[d][b] +
+                                    (1.0 - bonds->wall_curv[r + b]) * (t->grad[d * total + i + b] - force) -
+                                    flow->nu * sums.lap[d][b];
     }
 }
 
@@ -11695,10 +11856,30 @@ PDI_FN void pdi_flow_terms_apply(const pd_ctx *ctx, const pd_flow *flow, const p
     int nt = pdi_par_threads(ctx, pdi_flow_work(flow));
     (void)nt;
     PDI_PARALLEL_FOR(nt)
-    for (int32_t run = 0; run < bonds->runs; run++)
-        pdi_flow_run(flow, t, bonds->run_first[run], bonds->run_length[run], ru, rc);
+    for (int32_t run = 0; run < bonds->runs; run++) {
+        int count;
+        for (int32_t at = 0, length = bonds->run_length[run]; at < length; at += count) {
+            count = pdi_bond_piece(length, &at);
+            pdi_flow_whole(flow, t, bonds->run_first[run] + at, count, ru, rc);
+        }
+    }
     PDI_PARALLEL_FOR(nt)
-    for (int32_t r = 0; r < bonds->rows; r++) pdi_flow_row(flow, t, r, ru, rc);
+    for (int32_t batch = 0; batch < bonds->batches; batch++) {
+        int count;
+        for (int32_t at = 0, length = bonds->batch_length[batch]; at < length; at += count) {
+            count = pdi_bond_piece(length, &at);
+            pdi_flow_cut(flow, t, bonds->batch_first[batch] + at, count, ru, rc);
+        }
+    }
+    for (int32_t r = bonds->plain; r < bonds->rows; r++) pdi_flow_cut(flow, t, r, 1, ru, rc);
+}
+
+/* Half the volume flux through a bond: 1/2 g.(w_i + w_j). */
+static double pdi_flow_half_flux(const double *g, const double *w, int32_t i, int32_t j, int32_t total)
+{
+    double flux = 0.0;
+    for (int d = 0; d < PD_DIM; d++) flux += 0.5 * g[d] * (w[(int64_t)d * total + i] + w[(int64_t)d * total + j]);
+    return flux;
 }
 
 void pd_flow_residual(pd_ctx *ctx, pd_flow *flow, double *ru, double *rc)
@@ -11708,7 +11889,7 @@ void pd_flow_residual(pd_ctx *ctx, pd_flow *flow, double *ru, double *rc)
     pdi_flow_outlet_velocity(flow, flow->u);
     pdi_flow_outlet_pressure(flow, flow->p_out, flow->p);
     pdi_flow_gradient(ctx, flow, flow->p, flow->grad);
-    t.w = t.u = t.viscous = t.mass = flow->u;
+    t.mass = t.carried = t.viscous = flow->u;
     t.p = flow->p;
     t.grad = flow->grad;
     t.force = flow->force;
@@ -11892,6 +12073,9 @@ void pd_flow_free(pd_ctx *ctx, pd_flow *flow)
 #define PDI_STEADY_HARD 150
 #define PDI_STEADY_EASY 60
 
+/* The last Newton step aims at this share of the tolerance. */
+#define PDI_STEADY_ENOUGH 0.3
+
 /* What the solver callbacks see. */
 typedef struct pdi_steady_user {
     pd_ctx *ctx;
@@ -11908,32 +12092,6 @@ static void pdi_steady_scale(const pd_ctx *ctx, const pd_flow *flow, double mome
     (void)nt;
     PDI_PARALLEL_FOR(nt)
     for (int64_t i = 0; i < split + total; i++) x[i] *= i < split ? momentum : continuity;
-}
-
-/* y = scaled J x: (conv(dw, u) + conv(u, dw) + G dp - nu lap du, div du - tau ...) */
-static void pdi_steady_jacobian(void *user, const double *x, double *y)
-{
-    pdi_steady_user *s = (pdi_steady_user *)user;
-    pd_flow *flow = s->steady->flow;
-    int64_t total = flow->grid->total, split = (int64_t)PD_DIM * total;
-    double *du = s->steady->work, *dp = du + split;
-    pdi_flow_terms t;
-    memset(&t, 0, sizeof t);
-    pdi_par_copy(s->ctx, split + total, x, du);
-    pdi_flow_outlet_velocity(flow, du);
-    pdi_flow_outlet_pressure(flow, 0.0, dp);
-    pdi_flow_gradient(s->ctx, flow, dp, flow->grad);
-    t.w = du;
-    t.u = flow->u;
-    t.w2 = flow->u;
-    t.u2 = du;
-    t.viscous = t.mass = du;
-    t.p = dp;
-    t.grad = flow->grad;
-    pdi_flow_terms_apply(s->ctx, flow, &t, y, y + split);
-    if (s->steady->shift > 0.0) pdi_par_axpy(s->ctx, split, s->steady->shift, x, y);
-    pdi_steady_scale(s->ctx, flow, flow->length / (flow->speed * flow->speed), flow->length / flow->speed, y);
-    flow->evaluations++;
 }
 
 /* dp = F q = nu r + u.grad q + shift q with q = L^-1 r: the inverse of the Schur complement (eq. 4.9). */
@@ -11961,22 +12119,57 @@ static void pdi_steady_commute(const pd_ctx *ctx, const pd_steady *s, const doub
     }
 }
 
-static void pdi_steady_precondition(void *user, const double *x, double *y)
+/* Ghosts of outlets are no part of the equations. */
+static void pdi_steady_clear_outlets(const pd_flow *flow, double *momentum)
 {
-    pdi_steady_user *s = (pdi_steady_user *)user;
-    pd_steady *st = s->steady;
-    pd_flow *flow = st->flow;
+    for (int32_t o = 0; o < flow->outlets; o++)
+        for (int d = 0; d < PD_DIM; d++) momentum[(int64_t)d * flow->grid->total + flow->outlet[o]] = 0.0;
+}
+
+/* s->work = M^-1 x, and flow->grad the pressure gradient of it. r: scratch. */
+static void pdi_steady_precondition(pd_ctx *ctx, pd_steady *s, const double *x, double *r)
+{
+    pd_flow *flow = s->flow;
     int64_t total = flow->grid->total, split = (int64_t)PD_DIM * total;
-    double *r = st->work, *rp = r + split, *dp = y + split;
-    pdi_par_copy(s->ctx, split + total, x, r);
-    pdi_steady_scale(s->ctx, flow, flow->speed * flow->speed / flow->length, flow->speed / flow->length, r);
-    pd_multigrid_cycle(s->ctx, &st->mg_p, rp, y);
-    pdi_steady_commute(s->ctx, st, rp, y, dp);
+    double *rp = r + split, *y = s->work, *dp = y + split;
+    pdi_par_copy(ctx, split + total, x, r);
+    pdi_steady_scale(ctx, flow, flow->speed * flow->speed / flow->length, flow->speed / flow->length, r);
+    pd_multigrid_cycle(ctx, &s->mg_p, rp, y);
+    pdi_steady_commute(ctx, s, rp, y, dp);
     pdi_flow_outlet_pressure(flow, 0.0, dp);
-    pdi_flow_gradient(s->ctx, flow, dp, flow->grad);
-    pdi_par_axpy(s->ctx, split, -1.0, flow->grad, r);
-    for (int d = 0; d < PD_DIM; d++) pd_multigrid_cycle(s->ctx, &st->mg_u, r + d * total, y + d * total);
-    for (int32_t o = 0; o < flow->outlets; o++) dp[flow->outlet[o]] = 0.0;
+    pdi_flow_gradient(ctx, flow, dp, flow->grad);
+    pdi_par_axpy(ctx, split, -1.0, flow->grad, r);
+    pdi_steady_clear_outlets(flow, r);
+    for (int d = 0; d < PD_DIM; d++) pd_multigrid_cycle(ctx, &s->mg_u, r + d * total, y + d * total);
+}
+
+/* y = scaled J (du, dp) of s->work, whose pressure gradient is in flow->grad:
+ * (conv(du, u) + conv(u, du) + G dp - nu lap du, div du - tau ...). */
+static void pdi_steady_jacobian(pd_ctx *ctx, pd_steady *s, double *y)
+{
+    pd_flow *flow = s->flow;
+    int64_t total = flow->grid->total, split = (int64_t)PD_DIM * total;
+    double *du = s->work;
+    pdi_flow_terms t;
+    memset(&t, 0, sizeof t);
+    pdi_flow_outlet_velocity(flow, du);
+    t.mass = t.viscous = du;
+    t.carried = t.frozen = flow->u;
+    t.p = du + split;
+    t.grad = flow->grad;
+    pdi_flow_terms_apply(ctx, flow, &t, y, y + split);
+    if (s->shift > 0.0) pdi_par_axpy(ctx, split, s->shift, du, y);
+    pdi_steady_clear_outlets(flow, y);
+    pdi_steady_scale(ctx, flow, flow->length / (flow->speed * flow->speed), flow->length / flow->speed, y);
+    flow->evaluations++;
+}
+
+/* y = J M^-1 x: preconditioned from the right, so that both share the pressure gradient. */
+static void pdi_steady_product(void *user, const double *x, double *y)
+{
+    pdi_steady_user *u = (pdi_steady_user *)user;
+    pdi_steady_precondition(u->ctx, u->steady, x, y);
+    pdi_steady_jacobian(u->ctx, u->steady, y);
 }
 
 static pd_status pdi_steady_setup(pd_ctx *ctx, pd_steady *s)
@@ -12071,8 +12264,9 @@ static pd_status pdi_steady_newton(pd_ctx *ctx, pd_steady *s, double shift, doub
     PDI_TRY(pdi_steady_setup(ctx, s));
     pdi_par_axpy(ctx, pdi_steady_size(s->flow), -2.0, s->residual, s->residual);
     s->krylov.desc.rtol = forcing;
-    PDI_TRY(pd_krylov_solve(ctx, &s->krylov, pdi_steady_jacobian, pdi_steady_precondition, &user, s->residual, s->step,
-                            &linear));
+    PDI_TRY(pd_krylov_solve(ctx, &s->krylov, pdi_steady_product, NULL, &user, s->residual, s->step, &linear));
+    pdi_steady_precondition(ctx, s, s->step, s->residual);
+    pdi_par_copy(ctx, pdi_steady_size(s->flow), s->work, s->step);
     *effort = linear.converged ? linear.iterations : s->desc.max_krylov + 1;
     result->krylov += linear.iterations;
     result->newton++;
@@ -12115,8 +12309,10 @@ pd_status pd_steady_solve(pd_ctx *ctx, pd_steady *s, pd_steady_result *result)
         if (effort > s->desc.max_krylov) boost *= 10.0;
         else if (effort > PDI_STEADY_HARD) boost *= 2.0;
         else if (effort < PDI_STEADY_EASY) boost = fmax(1.0, boost * 0.5);
-        /* Eisenstat and Walker 1996, choice 2: solve as well as the last step predicts */
-        forcing = fmin(0.1, fmax(1e-3, 0.9 * (fresh / norm) * (fresh / norm)));
+        /* Eisenstat and Walker 1996, choice 2: solve as well as the last step predicts, no better than asked for */
+        double excess = fmax(result->momentum, result->continuity) / s->desc.tolerance;
+        forcing = fmax(0.9 * (fresh / norm) * (fresh / norm), PDI_STEADY_ENOUGH / fmax(excess, 1.0));
+        forcing = fmin(0.1, fmax(1e-3, forcing));
         norm = fresh;
     }
 }
@@ -12226,8 +12422,8 @@ static void pdi_unsteady_rates(const pd_ctx *ctx, pd_unsteady *un)
     pdi_flow_terms t;
     memset(&t, 0, sizeof t);
     pdi_unsteady_fill(ctx, un);
-    t.w = t.mass = un->mass;
-    t.u = t.viscous = flow->u;
+    t.mass = un->mass;
+    t.carried = t.viscous = flow->u;
     t.p = flow->p;
     t.grad = flow->grad;
     t.force = flow->force;
@@ -12404,19 +12600,11 @@ static double pdi_transport_bond_flux(const pd_transport *t, const double *c, in
     return 0.5 * flux * (c[i] + c[j]) - spread * (c[j] - c[i]);
 }
 
-/* Open bonds of node i: those of its row, or the whole family. */
-typedef struct pdi_transport_list {
-    const uint16_t *bond; /* NULL: 0 .. count-1 */
-    int count;
-} pdi_transport_list;
-
-static pdi_transport_list pdi_transport_open(const pd_transport *t, int32_t i)
+/* Bond k of node i is open: by its row, or since its family is whole. */
+static int pdi_transport_open(const pd_transport *t, int32_t i, int k)
 {
-    pdi_transport_list list;
     int32_t r = t->bonds->row[i];
-    list.bond = r < 0 ? NULL : t->bonds->bond + (int64_t)r * t->bonds->stencil->count;
-    list.count = r < 0 ? t->bonds->stencil->count : t->bonds->open[r];
-    return list;
+    return r < 0 || pdi_bond_open(t->bonds, r, k);
 }
 
 /* What a sweep does with its nodes: y = A c, the limiter ratios of c, or the limited fluxes y = sum alpha d (c_i -
@@ -12440,10 +12628,9 @@ static double pdi_transport_ratio(double room, double wanted) { return wanted > 
 static void pdi_transport_node(const pdi_transport_sweep *s, int32_t i)
 {
     const pd_transport *t = s->t;
-    pdi_transport_list list = pdi_transport_open(t, i);
     double sum = 0.0, plus = 0.0, minus = 0.0, least = s->c[i], most = s->c[i], weight = 0.0;
-    for (int o = 0; o < list.count; o++) {
-        int k = list.bond ? list.bond[o] : o;
+    for (int k = 0; k < t->bonds->stencil->count; k++) {
+        if (!pdi_transport_open(t, i, k)) continue;
         if (s->task == PDI_TRANSPORT_APPLY) {
             sum += pdi_transport_bond_flux(t, s->c, i, k);
             continue;
@@ -12753,9 +12940,8 @@ static void pdi_transport_boundary(pd_transport *t)
             near_open = near_open || (grid->side[2 * d + 1] != PD_SIDE_WALL && at[d] >= grid->n[d] - reach);
         }
         if (!near_open) continue;
-        pdi_transport_list list = pdi_transport_open(t, i);
-        for (int o = 0; o < list.count; o++) {
-            int k = list.bond ? list.bond[o] : o;
+        for (int k = 0; k < t->bonds->stencil->count; k++) {
+            if (!pdi_transport_open(t, i, k)) continue;
             uint8_t far_kind = grid->kind[i + t->bonds->shift[k]];
             if (far_kind == PD_OUTLET) pdi_sum_add(&out, pdi_transport_bond_flux(t, t->c, i, k));
             if (far_kind == PD_INLET) pdi_sum_add(&in, -pdi_transport_bond_flux(t, t->c, i, k));
@@ -12867,10 +13053,9 @@ double pd_transport_limit(pd_ctx *ctx, const pd_transport *t)
     (void)ctx;
     for (int32_t i = 0; i < t->grid->total; i++) {
         if (t->grid->kind[i] != PD_FLUID) continue;
-        pdi_transport_list list = pdi_transport_open(t, i);
         double rate = t->absorb[i];
-        for (int o = 0; o < list.count; o++) {
-            int k = list.bond ? list.bond[o] : o;
+        for (int k = 0; k < t->bonds->stencil->count; k++) {
+            if (!pdi_transport_open(t, i, k)) continue;
             double flux, upwind;
             pdi_transport_bond(t, i, k, &flux, &upwind);
             if (t->grid->kind[i + t->bonds->shift[k]] == PD_OUTLET) rate += fmax(flux, 0.0);

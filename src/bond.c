@@ -257,15 +257,18 @@ static void pdi_bond_fill_row(pd_bonds *bonds, int32_t r)
     double moment[PD_DIM * PD_DIM], closure[PD_DIM * PD_DIM];
     memset(moment, 0, sizeof moment);
     memset(closure, 0, sizeof closure);
-    uint16_t *open = bonds->bond + (int64_t)r * s->count;
-    int opened = 0;
+    for (int w = 0; w < bonds->words; w++) bonds->mask[(int64_t)w * bonds->capacity + r] = 0;
+    bonds->inlet[r] = 0;
     bonds->wall_lap[r] = bonds->wall_curv[r] = 0.0;
     for (int k = 0; k < s->count; k++) {
         const double *xi = s->xi + k * PD_DIM;
         int group = pdi_bond_closed_group(bonds, node, k);
         if (group < 0) {
-            open[opened++] = (uint16_t)k;
-            if (grid->kind[node + bonds->shift[k]] == PD_INLET) continue;
+            bonds->mask[(int64_t)(k >> 5) * bonds->capacity + r] |= 1u << (k & 31);
+            if (grid->kind[node + bonds->shift[k]] == PD_INLET) {
+                bonds->inlet[r] = 1;
+                continue;
+            }
             for (int i = 0; i < PD_DIM * PD_DIM; i++) moment[i] += s->base[k] * xi[i / PD_DIM] * xi[i % PD_DIM];
             continue;
         }
@@ -276,16 +279,14 @@ static void pdi_bond_fill_row(pd_bonds *bonds, int32_t r)
         double excess = 2.0 * s->base[k] * fmax(1.0 - cut.t, 0.0) * pdi_vec_dot(xi, cut.normal);
         for (int i = 0; i < PD_DIM * PD_DIM; i++) closure[i] += excess * xi[i / PD_DIM] * cut.normal[i % PD_DIM];
     }
-    bonds->open[r] = (uint16_t)opened;
     pdi_bond_invert(grid, moment, closure, bonds->moment + (int64_t)r * PD_DIM * PD_DIM);
 }
 
 static void pdi_bond_free_rows(pd_ctx *ctx, pd_bonds *b)
 {
-    int64_t count = b->stencil ? b->stencil->count : 0;
     PDI_DELETE(ctx, b->capacity, b->node);
-    PDI_DELETE(ctx, b->capacity, b->open);
-    PDI_DELETE(ctx, b->capacity * count, b->bond);
+    PDI_DELETE(ctx, (int64_t)b->capacity * b->words, b->mask);
+    PDI_DELETE(ctx, b->capacity, b->inlet);
     PDI_DELETE(ctx, b->capacity, b->wall_lap);
     PDI_DELETE(ctx, b->capacity, b->wall_curv);
     PDI_DELETE(ctx, (int64_t)b->capacity * PD_DIM * PD_DIM, b->moment);
@@ -294,11 +295,12 @@ static void pdi_bond_free_rows(pd_ctx *ctx, pd_bonds *b)
 static pd_status pdi_bond_new_rows(pd_ctx *ctx, pd_bonds *b)
 {
     b->node = NULL;
-    b->open = b->bond = NULL;
+    b->mask = NULL;
+    b->inlet = NULL;
     b->wall_lap = b->wall_curv = b->moment = NULL;
     PDI_TRY(PDI_NEW(ctx, "bond", b->capacity, b->node));
-    PDI_TRY(PDI_NEW(ctx, "bond", b->capacity, b->open));
-    PDI_TRY(PDI_NEW(ctx, "bond", (int64_t)b->capacity * b->stencil->count, b->bond));
+    PDI_TRY(PDI_NEW(ctx, "bond", (int64_t)b->capacity * b->words, b->mask));
+    PDI_TRY(PDI_NEW(ctx, "bond", b->capacity, b->inlet));
     PDI_TRY(PDI_NEW(ctx, "bond", b->capacity, b->wall_lap));
     PDI_TRY(PDI_NEW(ctx, "bond", b->capacity, b->wall_curv));
     return PDI_NEW(ctx, "bond", (int64_t)b->capacity * PD_DIM * PD_DIM, b->moment);
@@ -316,8 +318,10 @@ static pd_status pdi_bond_reserve(pd_ctx *ctx, int32_t rows, pd_bonds *b)
         pd_bonds old = *b;
         if (used) {
             memcpy(fresh.node, b->node, used * sizeof *b->node);
-            memcpy(fresh.open, b->open, used * sizeof *b->open);
-            memcpy(fresh.bond, b->bond, used * (size_t)b->stencil->count * sizeof *b->bond);
+            for (int w = 0; w < b->words; w++)
+                memcpy(fresh.mask + (int64_t)w * fresh.capacity, b->mask + (int64_t)w * b->capacity,
+                       used * sizeof *b->mask);
+            memcpy(fresh.inlet, b->inlet, used * sizeof *b->inlet);
             memcpy(fresh.wall_lap, b->wall_lap, used * sizeof *b->wall_lap);
             memcpy(fresh.wall_curv, b->wall_curv, used * sizeof *b->wall_curv);
             memcpy(fresh.moment, b->moment, used * PD_DIM * PD_DIM * sizeof *b->moment);
@@ -329,11 +333,62 @@ static pd_status pdi_bond_reserve(pd_ctx *ctx, int32_t rows, pd_bonds *b)
     return status;
 }
 
+static void pdi_bond_swap_double(double *x, double *y)
+{
+    double keep = *x;
+    *x = *y;
+    *y = keep;
+}
+
+static void pdi_bond_swap_rows(pd_bonds *b, int32_t r, int32_t q)
+{
+    int dd = PD_DIM * PD_DIM;
+    int32_t node = b->node[r];
+    uint8_t inlet = b->inlet[r];
+    for (int w = 0; w < b->words; w++) {
+        uint32_t *mask = b->mask + (int64_t)w * b->capacity, keep = mask[r];
+        mask[r] = mask[q];
+        mask[q] = keep;
+    }
+    b->node[r] = b->node[q];
+    b->node[q] = node;
+    b->inlet[r] = b->inlet[q];
+    b->inlet[q] = inlet;
+    pdi_bond_swap_double(b->wall_lap + r, b->wall_lap + q);
+    pdi_bond_swap_double(b->wall_curv + r, b->wall_curv + q);
+    for (int i = 0; i < dd; i++)
+        pdi_bond_swap_double(b->moment + (int64_t)r * dd + i, b->moment + (int64_t)q * dd + i);
+    b->row[b->node[r]] = r;
+    b->row[b->node[q]] = q;
+}
+
+/* Plain rows first, in the order of their nodes, then those at inlets. */
+static void pdi_bond_sort(pd_bonds *b)
+{
+    int32_t next = 0;
+    for (int inlet = 0; inlet < 2; inlet++) {
+        for (int32_t node = 0; node < b->grid->total && next < b->rows; node++) {
+            int32_t r = b->row[node];
+            if (r < 0 || b->inlet[r] != inlet) continue;
+            if (r != next) pdi_bond_swap_rows(b, r, next);
+            next++;
+        }
+        if (!inlet) b->plain = next;
+    }
+}
+
 static void pdi_bond_free_runs(pd_ctx *ctx, pd_bonds *b)
 {
     PDI_DELETE(ctx, b->run_capacity, b->run_first);
     PDI_DELETE(ctx, b->run_capacity, b->run_length);
     b->runs = 0;
+}
+
+static void pdi_bond_free_batches(pd_ctx *ctx, pd_bonds *b)
+{
+    PDI_DELETE(ctx, b->batch_capacity, b->batch_first);
+    PDI_DELETE(ctx, b->batch_capacity, b->batch_length);
+    b->batches = 0;
 }
 
 static pd_status pdi_bond_runs(pd_ctx *ctx, pd_bonds *b)
@@ -362,6 +417,39 @@ static pd_status pdi_bond_runs(pd_ctx *ctx, pd_bonds *b)
     return PD_OK;
 }
 
+static pd_status pdi_bond_batches(pd_ctx *ctx, pd_bonds *b)
+{
+    for (int pass = 0; pass < 2; pass++) {
+        int32_t batches = 0, length = 0;
+        for (int32_t r = 0; r < b->plain; r++) {
+            length++;
+            if (r + 1 < b->plain && b->node[r + 1] == b->node[r] + 1) continue;
+            if (pass) {
+                b->batch_first[batches] = r + 1 - length;
+                b->batch_length[batches] = length;
+            }
+            batches++;
+            length = 0;
+        }
+        b->batches = batches;
+        if (pass == 0 && batches > b->batch_capacity) {
+            pdi_bond_free_batches(ctx, b);
+            b->batch_capacity = batches + batches / 4 + 16;
+            PDI_TRY(PDI_NEW(ctx, "bond", b->batch_capacity, b->batch_first));
+            PDI_TRY(PDI_NEW(ctx, "bond", b->batch_capacity, b->batch_length));
+        }
+    }
+    return PD_OK;
+}
+
+/* The order of the rows, and the lists that sweeps go by. */
+static pd_status pdi_bond_arrange(pd_ctx *ctx, pd_bonds *b)
+{
+    pdi_bond_sort(b);
+    PDI_TRY(pdi_bond_runs(ctx, b));
+    return pdi_bond_batches(ctx, b);
+}
+
 /* Give `node` the row that its family needs, or none. */
 static pd_status pdi_bond_renew(pd_ctx *ctx, int32_t node, pd_bonds *b)
 {
@@ -378,17 +466,10 @@ static pd_status pdi_bond_renew(pd_ctx *ctx, int32_t node, pd_bonds *b)
     }
     if (r < 0) return PD_OK;
     /* the last row takes the free place */
-    int32_t last = --b->rows;
-    int64_t count = b->stencil->count, dd = PD_DIM * PD_DIM;
+    int32_t last = b->rows - 1;
+    if (r != last) pdi_bond_swap_rows(b, r, last);
     b->row[node] = -1;
-    if (r == last) return PD_OK;
-    b->node[r] = b->node[last];
-    b->open[r] = b->open[last];
-    b->wall_lap[r] = b->wall_lap[last];
-    b->wall_curv[r] = b->wall_curv[last];
-    memcpy(b->bond + r * count, b->bond + last * count, (size_t)count * sizeof *b->bond);
-    memcpy(b->moment + r * dd, b->moment + last * dd, (size_t)dd * sizeof *b->moment);
-    b->row[b->node[r]] = r;
+    b->rows--;
     return PD_OK;
 }
 
@@ -398,6 +479,7 @@ pd_status pd_bonds_build(pd_ctx *ctx, const pd_stencil *stencil, const pd_grid *
     bonds->stencil = stencil;
     bonds->grid = grid;
     bonds->all_rows = all_rows;
+    bonds->words = (stencil->count + 31) / 32;
     PDI_TRY(PDI_NEW(ctx, "bond", stencil->count, bonds->shift));
     PDI_TRY(PDI_NEW(ctx, "bond", stencil->cells, bonds->cell_shift));
     PDI_TRY(PDI_NEW(ctx, "bond", grid->total, bonds->row));
@@ -413,7 +495,7 @@ pd_status pd_bonds_build(pd_ctx *ctx, const pd_stencil *stencil, const pd_grid *
     PDI_TRY(pdi_bond_reserve(ctx, rows, bonds));
     for (int32_t node = 0; node < grid->total; node++)
         if (grid->kind[node] == PD_FLUID) PDI_TRY(pdi_bond_renew(ctx, node, bonds));
-    return pdi_bond_runs(ctx, bonds);
+    return pdi_bond_arrange(ctx, bonds);
 }
 
 pd_status pd_bonds_update(pd_ctx *ctx, const int32_t *changed, int32_t count, pd_bonds *bonds)
@@ -426,26 +508,32 @@ pd_status pd_bonds_update(pd_ctx *ctx, const int32_t *changed, int32_t count, pd
             if (grid->kind[node] == PD_FLUID) PDI_TRY(pdi_bond_renew(ctx, node, bonds));
         }
     }
-    return pdi_bond_runs(ctx, bonds);
+    return pdi_bond_arrange(ctx, bonds);
 }
 
 pd_status pd_bonds_validate(pd_ctx *ctx, const pd_bonds *b)
 {
     const pd_stencil *s = b->stencil;
-    int64_t covered = b->rows;
+    int64_t covered = b->rows - b->plain;
+    for (int32_t r = 0; r < b->batches; r++) covered += b->batch_length[r];
     for (int32_t r = 0; r < b->runs; r++) covered += b->run_length[r];
     if (covered != pd_grid_count(b->grid, PD_FLUID))
         return pdi_fail(ctx, PD_ERR_INTERNAL, "bond", "rows and runs cover %.0f of %.0f fluid nodes", (double)covered,
                         (double)pd_grid_count(b->grid, PD_FLUID));
-    for (int32_t r = 0; r < b->rows; r++)
-        for (int i = 0; i < b->open[r]; i++) {
-            int k = b->bond[(int64_t)r * s->count + i];
+    for (int32_t r = 0; r < b->rows; r++) {
+        int plain = r < b->plain, ordered = r == 0 || r == b->plain || b->node[r - 1] < b->node[r];
+        if (b->row[b->node[r]] != r || b->inlet[r] == plain || !ordered)
+            return pdi_fail(ctx, PD_ERR_INTERNAL, "bond", "row %d of node %d stands out of order", (int)r,
+                            (int)b->node[r]);
+        for (int k = 0; k < s->count; k++) {
+            if (!pdi_bond_open(b, r, k)) continue;
             int32_t other = b->node[r] + b->shift[k];
             if (b->grid->kind[other] != PD_FLUID) continue;
             if (pdi_bond_closed_group(b, other, s->count - 1 - k) >= 0)
                 return pdi_fail(ctx, PD_ERR_INTERNAL, "bond", "the bond from node %d to node %d is open one way only",
                                 (int)b->node[r], (int)other);
         }
+    }
     return PD_OK;
 }
 
@@ -456,5 +544,6 @@ void pd_bonds_free(pd_ctx *ctx, pd_bonds *b)
     PDI_DELETE(ctx, b->grid ? b->grid->total : 0, b->row);
     pdi_bond_free_rows(ctx, b);
     pdi_bond_free_runs(ctx, b);
+    pdi_bond_free_batches(ctx, b);
     memset(b, 0, sizeof *b);
 }

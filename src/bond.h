@@ -18,15 +18,19 @@ typedef struct pd_bonds {
     int32_t *cell_shift; /* [cells] the same for the cells of the paths */
     int32_t *row;        /* [total] row of a node; -1: whole family, or not fluid */
     int32_t rows, capacity;
+    int32_t plain;       /* rows [0, plain) are in the order of their nodes and see no inlet; the others come behind */
+    int words;           /* of a mask */
     int32_t *node;       /* [capacity] */
-    uint16_t *open;      /* [capacity] open bonds of the row */
-    uint16_t *bond;      /* [capacity][count] their stencil indices, ascending */
+    uint32_t *mask;      /* [words][capacity] bit k % 32 of word k / 32: bond k is open */
+    uint8_t *inlet;      /* [capacity] 1: an open bond ends on an inlet ghost */
     double *wall_lap;    /* [capacity] [1/m2] sum over cut bonds of a/t (eq. 3.3), and the bend of a curved surface */
     double *wall_curv;   /* [capacity] [-] sum over cut bonds of a (xi.N)^2 (1-t)/2 (eq. 3.4), likewise */
     double *moment;      /* [capacity][PD_DIM][PD_DIM] [unit of 1/(base m2)] inverse of sum w xi xi^T over open bonds
                           * (eq. 3.5) */
     int32_t runs, run_capacity;
     int32_t *run_first, *run_length; /* nodes with whole families, consecutive along axis 0 */
+    int32_t batches, batch_capacity;
+    int32_t *batch_first, *batch_length; /* plain rows whose nodes are consecutive along axis 0 */
 } pd_bonds;
 
 #define pd_bonds_build PD_NAME(pd_bonds_build)
@@ -39,11 +43,50 @@ PD_API pd_status pd_bonds_build(pd_ctx *ctx, const pd_stencil *stencil, const pd
                                 pd_bonds *bonds);
 /* The kinds of `count` nodes have changed: renew the rows within one reach of them, nothing else. */
 PD_API pd_status pd_bonds_update(pd_ctx *ctx, const int32_t *changed, int32_t count, pd_bonds *bonds);
-/* O(N): openness is mutual, rows and runs cover every fluid node once. PD_ERR_INTERNAL otherwise. */
+/* O(N): openness is mutual, rows stand in order, batches and runs cover every fluid node once.
+ * PD_ERR_INTERNAL otherwise. */
 PD_API pd_status pd_bonds_validate(pd_ctx *ctx, const pd_bonds *bonds);
 PD_API void pd_bonds_free(pd_ctx *ctx, pd_bonds *bonds);
 
 #ifdef PDI_INTERNAL
+/* Nodes along axis 0 that a sweep works on at once, bond by bond: the inner loops are plain vectors. */
+#define PDI_LANES 64
+/* Pieces shorter than this are not worth a vector. */
+#define PDI_VECTOR 8
+/* Lanes of the next piece, from *at, of `length` consecutive nodes. What is left over behind the last whole vector goes
+ * together with nodes that are done already: they get the same bits again. */
+static inline int pdi_bond_piece(int32_t length, int32_t *at)
+{
+    int32_t left = length - *at;
+    if (left >= PDI_LANES) return PDI_LANES;
+    if (left % PDI_VECTOR == 0 || length < PDI_VECTOR) return (int)left;
+    if (left > PDI_VECTOR) return (int)(left - left % PDI_VECTOR);
+    *at = length - PDI_VECTOR;
+    return PDI_VECTOR;
+}
+static inline int pdi_bond_open(const pd_bonds *bonds, int32_t row, int k)
+{
+    return (int)(bonds->mask[(int64_t)(k >> 5) * bonds->capacity + row] >> (k & 31) & 1u);
+}
+typedef enum pdi_lanes {
+    PDI_LANES_NONE,
+    PDI_LANES_ALL,
+    PDI_LANES_SOME
+} pdi_lanes;
+/* Which of the rows row .. row+count-1 have bond k open. SOME: open[b] is 1.0 for those and 0.0 for the others. */
+static inline pdi_lanes pdi_bond_open_lanes(const pd_bonds *bonds, int32_t row, int k, int count, double *open)
+{
+    const uint32_t *word = bonds->mask + (int64_t)(k >> 5) * bonds->capacity + row;
+    uint32_t any = 0, all = ~(uint32_t)0, bit = 1u << (k & 31);
+    for (int b = 0; b < count; b++) {
+        any |= word[b];
+        all &= word[b];
+    }
+    if (all & bit) return PDI_LANES_ALL;
+    if (!(any & bit)) return PDI_LANES_NONE;
+    for (int b = 0; b < count; b++) open[b] = (double)(int32_t)(word[b] >> (k & 31) & 1u);
+    return PDI_LANES_SOME;
+}
 /* First closed group on bond k from `node` (index into the stencil's groups); -1: open. */
 PDI_FN int pdi_bond_closed_group(const pd_bonds *bonds, int32_t node, int k);
 #endif

@@ -1,16 +1,13 @@
 /* flow: see flow.h
  *
- * Design: the sweep over nodes with whole families works on blocks of PDI_FLOW_BLOCK neighbours along axis 0, bond
- * by bond, so that the inner loops are plain vectors with shared weights. Nodes that own a row go one by one. Both
- * paths evaluate the same sums.
+ * Design: sweeps work on up to PDI_LANES neighbours along axis 0 at once, bond by bond, so that the inner loops are
+ * plain vectors. All terms of a bond are taken in one pass. Rows blank out their closed bonds.
  */
 #include "flow.h"
 #include "op.h"
 #include "par.h"
 #include <math.h>
 #include <string.h>
-
-#define PDI_FLOW_BLOCK 8
 
 PDI_FN void pdi_flow_outlet_velocity(const pd_flow *flow, double *u)
 {
@@ -41,108 +38,103 @@ PDI_FN void pdi_flow_gradient(const pd_ctx *ctx, const pd_flow *flow, const doub
         }
 }
 
-/* conv += 1/2 sum_j g.(w_i + w_j) u_j for a block: the skew-symmetric convective term (eq. 4.3). */
-static void pdi_flow_convect_block(const double *g, const double *w, const double *u, int32_t i, int32_t j,
-                                   int32_t total, int count, double conv[PD_DIM][PDI_FLOW_BLOCK])
-{
-    double flux[PDI_FLOW_BLOCK];
-    for (int b = 0; b < count; b++) flux[b] = 0.5 * g[0] * (w[i + b] + w[j + b]);
-    for (int d = 1; d < PD_DIM; d++)
-        for (int b = 0; b < count; b++)
-            flux[b] += 0.5 * g[d] * (w[(int64_t)d * total + i + b] + w[(int64_t)d * total + j + b]);
-    for (int d = 0; d < PD_DIM; d++)
-        for (int b = 0; b < count; b++) conv[d][b] += flux[b] * u[(int64_t)d * total + j + b];
-}
+/* The sums of a sweep over its lanes. */
+typedef struct pdi_flow_sums {
+    double conv[PD_DIM][PDI_LANES]; /* sum 1/2 g.(w_i + w_j) v_j: the skew-symmetric convective term (eq. 4.3) */
+    double lap[PD_DIM][PDI_LANES];
+    double half_div[PDI_LANES];
+    double tie[PDI_LANES]; /* fourth-order pressure difference (eq. 4.4) */
+} pdi_flow_sums;
 
-/* One block of `count` consecutive nodes from i with whole families. Inlined twice, with count a constant for full
- * blocks. */
-static inline void pdi_flow_block(const pd_flow *flow, const pdi_flow_terms *t, int32_t i, int count, double *ru,
-                                  double *rc)
+/* Add bond k of the nodes i .. i+count-1. open: 1 or 0 for each of them, NULL: 1. tied: 1, or 0 when the bond carries
+ * no pressure. Inlined with constants for `cut` and `linear`. */
+static inline void pdi_flow_bond_lanes(const pd_flow *flow, const pdi_flow_terms *t, int32_t i, int k, int count,
+                                       int cut, const double *PD_RESTRICT open, double tied, int linear,
+                                       pdi_flow_sums *PD_RESTRICT sums)
 {
     const pd_stencil *s = flow->bonds->stencil;
-    int32_t total = flow->grid->total;
-    double conv[PD_DIM][PDI_FLOW_BLOCK], lap[PD_DIM][PDI_FLOW_BLOCK], div[PDI_FLOW_BLOCK], tie[PDI_FLOW_BLOCK];
-    double centre[PD_DIM][PDI_FLOW_BLOCK];
-    memset(conv, 0, sizeof conv);
-    memset(lap, 0, sizeof lap);
-    memset(div, 0, sizeof div);
-    memset(tie, 0, sizeof tie);
-    for (int d = 0; d < PD_DIM; d++)
-        for (int b = 0; b < count; b++) centre[d][b] = t->viscous[(int64_t)d * total + i + b];
-    for (int k = 0; k < s->count; k++) {
-        int32_t j = i + flow->bonds->shift[k];
-        const double *g = s->grad + k * PD_DIM, *xi = s->xi + k * PD_DIM;
-        double a = s->lap[k];
-        if (t->w) pdi_flow_convect_block(g, t->w, t->u, i, j, total, count, conv);
-        if (t->w2) pdi_flow_convect_block(g, t->w2, t->u2, i, j, total, count, conv);
-        for (int b = 0; b < count; b++) tie[b] += a * (t->p[j + b] - t->p[i + b]);
+    int64_t total = flow->grid->total, shift = flow->bonds->shift[k];
+    const double *mass = t->mass + i, *carried = t->carried + i + shift, *viscous = t->viscous + i;
+    const double *frozen = linear ? t->frozen + i : NULL, *p = t->p + i, *grad = t->grad + i;
+    double half[PD_DIM], arm[PD_DIM], a = s->lap[k];
+    for (int d = 0; d < PD_DIM; d++) {
+        half[d] = 0.5 * s->grad[k * PD_DIM + d];
+        arm[d] = 0.5 * s->xi[k * PD_DIM + d];
+    }
+    for (int b = 0; b < count; b++) {
+        double flux = 0.0, flux2 = 0.0, tie = p[b + shift] - p[b], weight = cut ? open[b] * a : a;
         for (int d = 0; d < PD_DIM; d++) {
-            double half = 0.5 * a * xi[d];
-            for (int b = 0; b < count; b++) {
-                lap[d][b] += a * (t->viscous[(int64_t)d * total + j + b] - centre[d][b]);
-                div[b] += g[d] * t->mass[(int64_t)d * total + j + b];
-                tie[b] -= half * t->grad[(int64_t)d * total + j + b];
-            }
+            flux += half[d] * (mass[d * total + b] + mass[d * total + b + shift]);
+            if (linear) flux2 += half[d] * (frozen[d * total + b] + frozen[d * total + b + shift]);
+            tie -= arm[d] * (grad[d * total + b] + grad[d * total + b + shift]);
+        }
+        if (cut) {
+            flux *= open[b];
+            flux2 *= open[b];
+        }
+        sums->half_div[b] += flux;
+        sums->tie[b] += tied * weight * tie;
+        for (int d = 0; d < PD_DIM; d++) {
+            double far = viscous[d * total + b + shift];
+            sums->conv[d][b] += flux * carried[d * total + b];
+            if (linear) sums->conv[d][b] += flux2 * far;
+            sums->lap[d][b] += weight * (far - viscous[d * total + b]);
         }
     }
-    for (int b = 0; b < count; b++) rc[i + b] = div[b] - flow->tau * tie[b];
-    for (int d = 0; d < PD_DIM; d++)
-        for (int b = 0; b < count; b++) {
-            double drive = t->grad[(int64_t)d * total + i + b] - (t->force ? t->force[d] : 0.0);
-            ru[(int64_t)d * total + i + b] = conv[d][b] + drive - flow->nu * lap[d][b];
-        }
 }
 
-static void pdi_flow_run(const pd_flow *flow, const pdi_flow_terms *t, int32_t first, int32_t length, double *ru,
-                         double *rc)
+static void pdi_flow_bond(const pd_flow *flow, const pdi_flow_terms *t, int32_t i, int k, int count, const double *open,
+                          double tied, pdi_flow_sums *sums)
 {
-    int32_t at = 0;
-    for (; at + PDI_FLOW_BLOCK <= length; at += PDI_FLOW_BLOCK)
-        pdi_flow_block(flow, t, first + at, PDI_FLOW_BLOCK, ru, rc);
-    if (at < length) pdi_flow_block(flow, t, first + at, (int)(length - at), ru, rc);
+    if (t->frozen && open) pdi_flow_bond_lanes(flow, t, i, k, count, 1, open, tied, 1, sums);
+    else if (t->frozen) pdi_flow_bond_lanes(flow, t, i, k, count, 0, NULL, tied, 1, sums);
+    else if (open) pdi_flow_bond_lanes(flow, t, i, k, count, 1, open, tied, 0, sums);
+    else pdi_flow_bond_lanes(flow, t, i, k, count, 0, NULL, tied, 0, sums);
 }
 
-/* Half the volume flux through a bond: 1/2 g.(w_i + w_j). */
-static double pdi_flow_half_flux(const double *g, const double *w, int32_t i, int32_t j, int32_t total)
+/* Nodes with whole families from node i. */
+static void pdi_flow_whole(const pd_flow *flow, const pdi_flow_terms *t, int32_t i, int count, double *ru, double *rc)
 {
-    double flux = 0.0;
-    for (int d = 0; d < PD_DIM; d++) flux += 0.5 * g[d] * (w[(int64_t)d * total + i] + w[(int64_t)d * total + j]);
-    return flux;
+    int64_t total = flow->grid->total;
+    pdi_flow_sums sums;
+    memset(&sums, 0, sizeof sums);
+    for (int k = 0; k < flow->bonds->stencil->count; k++) pdi_flow_bond(flow, t, i, k, count, NULL, 1.0, &sums);
+    for (int b = 0; b < count; b++) rc[i + b] = 2.0 * sums.half_div[b] - flow->tau * sums.tie[b];
+    for (int d = 0; d < PD_DIM; d++) {
+        double force = t->force ? t->force[d] : 0.0;
+        for (int b = 0; b < count; b++)
+            ru[d * total + i + b] =
+                sums.conv[d][b] + (t->grad[d * total + i + b] - force) - flow->nu * sums.lap[d][b];
+    }
 }
 
-/* One node with a cut family. The wall enters the Laplacian through wall_lap, and the curvature of the velocity at the
- * wall, known from the momentum balance there (nu u'' = G - f), through wall_curv (eq. 3.3, 3.4). */
-static void pdi_flow_row(const pd_flow *flow, const pdi_flow_terms *t, int32_t r, double *ru, double *rc)
+/* Rows from row r, their nodes being consecutive. The wall enters the Laplacian through wall_lap, and the curvature of
+ * the velocity at the wall, known from the momentum balance there (nu u'' = G - f), through wall_curv (eq. 3.3, 3.4).
+ * Bonds to inlets carry no pressure. */
+static void pdi_flow_cut(const pd_flow *flow, const pdi_flow_terms *t, int32_t r, int count, double *ru, double *rc)
 {
     const pd_bonds *bonds = flow->bonds;
-    const pd_stencil *s = bonds->stencil;
-    int32_t i = bonds->node[r], total = flow->grid->total;
-    double conv[PD_DIM], lap[PD_DIM], div = 0.0, tie = 0.0;
-    memset(conv, 0, sizeof conv);
-    for (int d = 0; d < PD_DIM; d++) lap[d] = -bonds->wall_lap[r] * t->viscous[(int64_t)d * total + i];
-    for (int o = 0; o < bonds->open[r]; o++) {
-        int k = bonds->bond[(int64_t)r * s->count + o];
-        int32_t j = i + bonds->shift[k];
-        const double *g = s->grad + k * PD_DIM, *xi = s->xi + k * PD_DIM;
-        double a = s->lap[k];
-        double flux = t->w ? pdi_flow_half_flux(g, t->w, i, j, total) : 0.0;
-        double flux2 = t->w2 ? pdi_flow_half_flux(g, t->w2, i, j, total) : 0.0;
-        div += 2.0 * pdi_flow_half_flux(g, t->mass, i, j, total);
-        for (int d = 0; d < PD_DIM; d++) {
-            int64_t row = (int64_t)d * total;
-            lap[d] += a * (t->viscous[row + j] - t->viscous[row + i]);
-            if (t->w) conv[d] += flux * t->u[row + j];
-            if (t->w2) conv[d] += flux2 * t->u2[row + j];
-        }
-        if (flow->grid->kind[j] == PD_INLET) continue;
-        tie += a * (t->p[j] - t->p[i]);
-        for (int d = 0; d < PD_DIM; d++)
-            tie -= 0.5 * a * xi[d] * (t->grad[(int64_t)d * total + i] + t->grad[(int64_t)d * total + j]);
+    int32_t i = bonds->node[r];
+    int64_t total = flow->grid->total;
+    pdi_flow_sums sums;
+    double open[PDI_LANES];
+    memset(&sums, 0, sizeof sums);
+    for (int d = 0; d < PD_DIM; d++)
+        for (int b = 0; b < count; b++) sums.lap[d][b] = -bonds->wall_lap[r + b] * t->viscous[d * total + i + b];
+    for (int k = 0; k < bonds->stencil->count; k++) {
+        pdi_lanes lanes = pdi_bond_open_lanes(bonds, r, k, count, open);
+        if (lanes == PDI_LANES_NONE) continue;
+        double tied = r >= bonds->plain && flow->grid->kind[i + bonds->shift[k]] == PD_INLET ? 0.0 : 1.0;
+        if (lanes == PDI_LANES_ALL) pdi_flow_bond(flow, t, i, k, count, NULL, tied, &sums);
+        else pdi_flow_bond(flow, t, i, k, count, open, tied, &sums);
     }
-    rc[i] = div - flow->tau * tie;
+    for (int b = 0; b < count; b++) rc[i + b] = 2.0 * sums.half_div[b] - flow->tau * sums.tie[b];
     for (int d = 0; d < PD_DIM; d++) {
-        double drive = t->grad[(int64_t)d * total + i] - (t->force ? t->force[d] : 0.0);
-        ru[(int64_t)d * total + i] = conv[d] + (1.0 - bonds->wall_curv[r]) * drive - flow->nu * lap[d];
+        double force = t->force ? t->force[d] : 0.0;
+        for (int b = 0; b < count; b++)
+            ru[d * total + i + b] = sums.conv[d][b] +
+                                    (1.0 - bonds->wall_curv[r + b]) * (t->grad[d * total + i + b] - force) -
+                                    flow->nu * sums.lap[d][b];
     }
 }
 
@@ -153,10 +145,30 @@ PDI_FN void pdi_flow_terms_apply(const pd_ctx *ctx, const pd_flow *flow, const p
     int nt = pdi_par_threads(ctx, pdi_flow_work(flow));
     (void)nt;
     PDI_PARALLEL_FOR(nt)
-    for (int32_t run = 0; run < bonds->runs; run++)
-        pdi_flow_run(flow, t, bonds->run_first[run], bonds->run_length[run], ru, rc);
+    for (int32_t run = 0; run < bonds->runs; run++) {
+        int count;
+        for (int32_t at = 0, length = bonds->run_length[run]; at < length; at += count) {
+            count = pdi_bond_piece(length, &at);
+            pdi_flow_whole(flow, t, bonds->run_first[run] + at, count, ru, rc);
+        }
+    }
     PDI_PARALLEL_FOR(nt)
-    for (int32_t r = 0; r < bonds->rows; r++) pdi_flow_row(flow, t, r, ru, rc);
+    for (int32_t batch = 0; batch < bonds->batches; batch++) {
+        int count;
+        for (int32_t at = 0, length = bonds->batch_length[batch]; at < length; at += count) {
+            count = pdi_bond_piece(length, &at);
+            pdi_flow_cut(flow, t, bonds->batch_first[batch] + at, count, ru, rc);
+        }
+    }
+    for (int32_t r = bonds->plain; r < bonds->rows; r++) pdi_flow_cut(flow, t, r, 1, ru, rc);
+}
+
+/* Half the volume flux through a bond: 1/2 g.(w_i + w_j). */
+static double pdi_flow_half_flux(const double *g, const double *w, int32_t i, int32_t j, int32_t total)
+{
+    double flux = 0.0;
+    for (int d = 0; d < PD_DIM; d++) flux += 0.5 * g[d] * (w[(int64_t)d * total + i] + w[(int64_t)d * total + j]);
+    return flux;
 }
 
 void pd_flow_residual(pd_ctx *ctx, pd_flow *flow, double *ru, double *rc)
@@ -166,7 +178,7 @@ void pd_flow_residual(pd_ctx *ctx, pd_flow *flow, double *ru, double *rc)
     pdi_flow_outlet_velocity(flow, flow->u);
     pdi_flow_outlet_pressure(flow, flow->p_out, flow->p);
     pdi_flow_gradient(ctx, flow, flow->p, flow->grad);
-    t.w = t.u = t.viscous = t.mass = flow->u;
+    t.mass = t.carried = t.viscous = flow->u;
     t.p = flow->p;
     t.grad = flow->grad;
     t.force = flow->force;

@@ -67,12 +67,13 @@ PD_API double pd_flow_section_nodes(pd_ctx *ctx, const pd_flow *flow, int axis, 
 PD_API void pd_flow_free(pd_ctx *ctx, pd_flow *flow);
 
 #ifdef PDI_INTERNAL
-/* Fields of one operator evaluation. Residual: second pair NULL. Linearised product: (du, u) and (u, du). */
+/* Fields of one operator evaluation. Residual: mass, carried and viscous are u. Linearised product: (du, u, du) and
+ * frozen = u. */
 typedef struct pdi_flow_terms {
-    const double *w, *u;   /* convecting and convected velocity of the first convective term [m/s] */
-    const double *w2, *u2; /* of the second, or NULL */
-    const double *viscous; /* velocity under the Laplacian [m/s] */
-    const double *mass;    /* velocity in the continuity equation [m/s] */
+    const double *mass;    /* convects `carried`; its divergence is the continuity term [m/s] */
+    const double *carried; /* [m/s] */
+    const double *viscous; /* under the Laplacian [m/s] */
+    const double *frozen;  /* convects `viscous`, or NULL [m/s] */
     const double *p;       /* [m2/s2] */
     const double *grad;    /* gradient of p [m/s2] */
     const double *force;   /* [PD_DIM] [m/s2], or NULL */

@@ -167,11 +167,18 @@ static double pdi_krylov_arnoldi(const pdi_krylov_run *run, int j, double *w, do
     for (int i = 0; i <= j; i++) h[i] = 0.0;
     for (int pass = 0; pass < 2; pass++) {
         double start = norm;
-        for (int i = 0; i <= j; i++) {
-            const double *v = pdi_krylov_vector(run, i);
-            double dot = pdi_krylov_dot(run, v, w);
-            h[i] += dot;
-            pdi_krylov_axpy(run, -dot, v, w);
+        /* modified Gram-Schmidt by groups: one pass over w for several vectors */
+        for (int i = 0; i <= j; i += PDI_PAR_GROUP) {
+            int count = j + 1 - i < PDI_PAR_GROUP ? j + 1 - i : PDI_PAR_GROUP;
+            const double *v[PDI_PAR_GROUP];
+            double dots[PDI_PAR_GROUP];
+            for (int m = 0; m < count; m++) v[m] = pdi_krylov_vector(run, i + m);
+            pdi_par_dots(run->ctx, run->k->desc.n, count, v, w, dots);
+            for (int m = 0; m < count; m++) {
+                h[i + m] += dots[m];
+                dots[m] = -dots[m];
+            }
+            pdi_par_axpys(run->ctx, run->k->desc.n, count, dots, v, w);
         }
         norm = sqrt(pdi_krylov_dot(run, w, w));
         if (!(norm < PDI_KRYLOV_CANCEL * start)) break;

@@ -8,6 +8,8 @@
 
 /* Blocks of fixed length make the order of additions independent of the thread count. */
 #define PDI_PAR_BLOCK 2048
+/* Partial sums of a block. */
+#define PDI_PAR_CHAINS 16
 /* Block sums are kept on the stack in batches of this many. */
 #define PDI_PAR_BATCH 512
 
@@ -25,37 +27,58 @@ PDI_FN int pdi_par_threads(const pd_ctx *ctx, int64_t work)
 
 static double pdi_par_block_dot(const double *x, const double *y, int64_t n)
 {
-    /* four chains let the compiler keep the adders busy without reassociating */
-    double s0 = 0.0, s1 = 0.0, s2 = 0.0, s3 = 0.0;
+    /* chains let the compiler use vectors without reassociating */
+    double s[PDI_PAR_CHAINS], total = 0.0;
     int64_t i = 0;
-    for (; i + 3 < n; i += 4) {
-        s0 += x[i] * y[i];
-        s1 += x[i + 1] * y[i + 1];
-        s2 += x[i + 2] * y[i + 2];
-        s3 += x[i + 3] * y[i + 3];
+    for (int c = 0; c < PDI_PAR_CHAINS; c++) s[c] = 0.0;
+    for (; i + PDI_PAR_CHAINS <= n; i += PDI_PAR_CHAINS)
+        for (int c = 0; c < PDI_PAR_CHAINS; c++) s[c] += x[i + c] * y[i + c];
+    for (int c = 0; i < n; i++, c++) s[c] += x[i] * y[i];
+    for (int c = 0; c < PDI_PAR_CHAINS; c++) total += s[c];
+    return total;
+}
+
+PDI_FN void pdi_par_dots(const pd_ctx *ctx, int64_t n, int count, const double *const *v, const double *w, double *dots)
+{
+    double partial[PDI_PAR_BATCH][PDI_PAR_GROUP];
+    int nt = pdi_par_threads(ctx, n);
+    (void)nt;
+    int64_t blocks = (n + PDI_PAR_BLOCK - 1) / PDI_PAR_BLOCK;
+    for (int m = 0; m < count; m++) dots[m] = 0.0;
+    for (int64_t first = 0; first < blocks; first += PDI_PAR_BATCH) {
+        int batch = (int)(blocks - first < PDI_PAR_BATCH ? blocks - first : PDI_PAR_BATCH);
+        PDI_PARALLEL_FOR(nt)
+        for (int b = 0; b < batch; b++) {
+            int64_t lo = (first + b) * PDI_PAR_BLOCK;
+            int64_t len = n - lo < PDI_PAR_BLOCK ? n - lo : PDI_PAR_BLOCK;
+            for (int m = 0; m < count; m++) partial[b][m] = pdi_par_block_dot(v[m] + lo, w + lo, len);
+        }
+        for (int b = 0; b < batch; b++)
+            for (int m = 0; m < count; m++) dots[m] += partial[b][m];
     }
-    for (; i < n; i++) s0 += x[i] * y[i];
-    return (s0 + s1) + (s2 + s3);
+}
+
+PDI_FN void pdi_par_axpys(const pd_ctx *ctx, int64_t n, int count, const double *a, const double *const *v, double *w)
+{
+    int nt = pdi_par_threads(ctx, n);
+    (void)nt;
+    int64_t blocks = (n + PDI_PAR_BLOCK - 1) / PDI_PAR_BLOCK;
+    PDI_PARALLEL_FOR(nt)
+    for (int64_t b = 0; b < blocks; b++) {
+        int64_t lo = b * PDI_PAR_BLOCK, hi = n - lo < PDI_PAR_BLOCK ? n : lo + PDI_PAR_BLOCK;
+        for (int m = 0; m < count; m++) {
+            const double *x = v[m];
+            double factor = a[m];
+            for (int64_t i = lo; i < hi; i++) w[i] += factor * x[i];
+        }
+    }
 }
 
 PDI_FN double pdi_par_dot(const pd_ctx *ctx, int64_t n, const double *x, const double *y)
 {
-    double partial[PDI_PAR_BATCH];
-    double total = 0.0;
-    int nt = pdi_par_threads(ctx, n);
-    (void)nt;
-    int64_t blocks = (n + PDI_PAR_BLOCK - 1) / PDI_PAR_BLOCK;
-    for (int64_t first = 0; first < blocks; first += PDI_PAR_BATCH) {
-        int count = (int)(blocks - first < PDI_PAR_BATCH ? blocks - first : PDI_PAR_BATCH);
-        PDI_PARALLEL_FOR(nt)
-        for (int b = 0; b < count; b++) {
-            int64_t lo = (first + b) * PDI_PAR_BLOCK;
-            int64_t len = n - lo < PDI_PAR_BLOCK ? n - lo : PDI_PAR_BLOCK;
-            partial[b] = pdi_par_block_dot(x + lo, y + lo, len);
-        }
-        for (int b = 0; b < count; b++) total += partial[b];
-    }
-    return total;
+    double dot;
+    pdi_par_dots(ctx, n, 1, &x, y, &dot);
+    return dot;
 }
 
 PDI_FN double pdi_par_max_abs(const pd_ctx *ctx, int64_t n, const double *x)

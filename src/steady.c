@@ -15,6 +15,9 @@
 #define PDI_STEADY_HARD 150
 #define PDI_STEADY_EASY 60
 
+/* The last Newton step aims at this share of the tolerance. */
+#define PDI_STEADY_ENOUGH 0.3
+
 /* What the solver callbacks see. */
 typedef struct pdi_steady_user {
     pd_ctx *ctx;
@@ -31,32 +34,6 @@ static void pdi_steady_scale(const pd_ctx *ctx, const pd_flow *flow, double mome
     (void)nt;
     PDI_PARALLEL_FOR(nt)
     for (int64_t i = 0; i < split + total; i++) x[i] *= i < split ? momentum : continuity;
-}
-
-/* y = scaled J x: (conv(dw, u) + conv(u, dw) + G dp - nu lap du, div du - tau ...) */
-static void pdi_steady_jacobian(void *user, const double *x, double *y)
-{
-    pdi_steady_user *s = (pdi_steady_user *)user;
-    pd_flow *flow = s->steady->flow;
-    int64_t total = flow->grid->total, split = (int64_t)PD_DIM * total;
-    double *du = s->steady->work, *dp = du + split;
-    pdi_flow_terms t;
-    memset(&t, 0, sizeof t);
-    pdi_par_copy(s->ctx, split + total, x, du);
-    pdi_flow_outlet_velocity(flow, du);
-    pdi_flow_outlet_pressure(flow, 0.0, dp);
-    pdi_flow_gradient(s->ctx, flow, dp, flow->grad);
-    t.w = du;
-    t.u = flow->u;
-    t.w2 = flow->u;
-    t.u2 = du;
-    t.viscous = t.mass = du;
-    t.p = dp;
-    t.grad = flow->grad;
-    pdi_flow_terms_apply(s->ctx, flow, &t, y, y + split);
-    if (s->steady->shift > 0.0) pdi_par_axpy(s->ctx, split, s->steady->shift, x, y);
-    pdi_steady_scale(s->ctx, flow, flow->length / (flow->speed * flow->speed), flow->length / flow->speed, y);
-    flow->evaluations++;
 }
 
 /* dp = F q = nu r + u.grad q + shift q with q = L^-1 r: the inverse of the Schur complement (eq. 4.9). */
@@ -84,22 +61,57 @@ static void pdi_steady_commute(const pd_ctx *ctx, const pd_steady *s, const doub
     }
 }
 
-static void pdi_steady_precondition(void *user, const double *x, double *y)
+/* Ghosts of outlets are no part of the equations. */
+static void pdi_steady_clear_outlets(const pd_flow *flow, double *momentum)
 {
-    pdi_steady_user *s = (pdi_steady_user *)user;
-    pd_steady *st = s->steady;
-    pd_flow *flow = st->flow;
+    for (int32_t o = 0; o < flow->outlets; o++)
+        for (int d = 0; d < PD_DIM; d++) momentum[(int64_t)d * flow->grid->total + flow->outlet[o]] = 0.0;
+}
+
+/* s->work = M^-1 x, and flow->grad the pressure gradient of it. r: scratch. */
+static void pdi_steady_precondition(pd_ctx *ctx, pd_steady *s, const double *x, double *r)
+{
+    pd_flow *flow = s->flow;
     int64_t total = flow->grid->total, split = (int64_t)PD_DIM * total;
-    double *r = st->work, *rp = r + split, *dp = y + split;
-    pdi_par_copy(s->ctx, split + total, x, r);
-    pdi_steady_scale(s->ctx, flow, flow->speed * flow->speed / flow->length, flow->speed / flow->length, r);
-    pd_multigrid_cycle(s->ctx, &st->mg_p, rp, y);
-    pdi_steady_commute(s->ctx, st, rp, y, dp);
+    double *rp = r + split, *y = s->work, *dp = y + split;
+    pdi_par_copy(ctx, split + total, x, r);
+    pdi_steady_scale(ctx, flow, flow->speed * flow->speed / flow->length, flow->speed / flow->length, r);
+    pd_multigrid_cycle(ctx, &s->mg_p, rp, y);
+    pdi_steady_commute(ctx, s, rp, y, dp);
     pdi_flow_outlet_pressure(flow, 0.0, dp);
-    pdi_flow_gradient(s->ctx, flow, dp, flow->grad);
-    pdi_par_axpy(s->ctx, split, -1.0, flow->grad, r);
-    for (int d = 0; d < PD_DIM; d++) pd_multigrid_cycle(s->ctx, &st->mg_u, r + d * total, y + d * total);
-    for (int32_t o = 0; o < flow->outlets; o++) dp[flow->outlet[o]] = 0.0;
+    pdi_flow_gradient(ctx, flow, dp, flow->grad);
+    pdi_par_axpy(ctx, split, -1.0, flow->grad, r);
+    pdi_steady_clear_outlets(flow, r);
+    for (int d = 0; d < PD_DIM; d++) pd_multigrid_cycle(ctx, &s->mg_u, r + d * total, y + d * total);
+}
+
+/* y = scaled J (du, dp) of s->work, whose pressure gradient is in flow->grad:
+ * (conv(du, u) + conv(u, du) + G dp - nu lap du, div du - tau ...). */
+static void pdi_steady_jacobian(pd_ctx *ctx, pd_steady *s, double *y)
+{
+    pd_flow *flow = s->flow;
+    int64_t total = flow->grid->total, split = (int64_t)PD_DIM * total;
+    double *du = s->work;
+    pdi_flow_terms t;
+    memset(&t, 0, sizeof t);
+    pdi_flow_outlet_velocity(flow, du);
+    t.mass = t.viscous = du;
+    t.carried = t.frozen = flow->u;
+    t.p = du + split;
+    t.grad = flow->grad;
+    pdi_flow_terms_apply(ctx, flow, &t, y, y + split);
+    if (s->shift > 0.0) pdi_par_axpy(ctx, split, s->shift, du, y);
+    pdi_steady_clear_outlets(flow, y);
+    pdi_steady_scale(ctx, flow, flow->length / (flow->speed * flow->speed), flow->length / flow->speed, y);
+    flow->evaluations++;
+}
+
+/* y = J M^-1 x: preconditioned from the right, so that both share the pressure gradient. */
+static void pdi_steady_product(void *user, const double *x, double *y)
+{
+    pdi_steady_user *u = (pdi_steady_user *)user;
+    pdi_steady_precondition(u->ctx, u->steady, x, y);
+    pdi_steady_jacobian(u->ctx, u->steady, y);
 }
 
 static pd_status pdi_steady_setup(pd_ctx *ctx, pd_steady *s)
@@ -194,8 +206,9 @@ static pd_status pdi_steady_newton(pd_ctx *ctx, pd_steady *s, double shift, doub
     PDI_TRY(pdi_steady_setup(ctx, s));
     pdi_par_axpy(ctx, pdi_steady_size(s->flow), -2.0, s->residual, s->residual);
     s->krylov.desc.rtol = forcing;
-    PDI_TRY(pd_krylov_solve(ctx, &s->krylov, pdi_steady_jacobian, pdi_steady_precondition, &user, s->residual, s->step,
-                            &linear));
+    PDI_TRY(pd_krylov_solve(ctx, &s->krylov, pdi_steady_product, NULL, &user, s->residual, s->step, &linear));
+    pdi_steady_precondition(ctx, s, s->step, s->residual);
+    pdi_par_copy(ctx, pdi_steady_size(s->flow), s->work, s->step);
     *effort = linear.converged ? linear.iterations : s->desc.max_krylov + 1;
     result->krylov += linear.iterations;
     result->newton++;
@@ -238,8 +251,10 @@ pd_status pd_steady_solve(pd_ctx *ctx, pd_steady *s, pd_steady_result *result)
         if (effort > s->desc.max_krylov) boost *= 10.0;
         else if (effort > PDI_STEADY_HARD) boost *= 2.0;
         else if (effort < PDI_STEADY_EASY) boost = fmax(1.0, boost * 0.5);
-        /* Eisenstat and Walker 1996, choice 2: solve as well as the last step predicts */
-        forcing = fmin(0.1, fmax(1e-3, 0.9 * (fresh / norm) * (fresh / norm)));
+        /* Eisenstat and Walker 1996, choice 2: solve as well as the last step predicts, no better than asked for */
+        double excess = fmax(result->momentum, result->continuity) / s->desc.tolerance;
+        forcing = fmax(0.9 * (fresh / norm) * (fresh / norm), PDI_STEADY_ENOUGH / fmax(excess, 1.0));
+        forcing = fmin(0.1, fmax(1e-3, forcing));
         norm = fresh;
     }
 }

@@ -45,19 +45,11 @@ static double pdi_transport_bond_flux(const pd_transport *t, const double *c, in
     return 0.5 * flux * (c[i] + c[j]) - spread * (c[j] - c[i]);
 }
 
-/* Open bonds of node i: those of its row, or the whole family. */
-typedef struct pdi_transport_list {
-    const uint16_t *bond; /* NULL: 0 .. count-1 */
-    int count;
-} pdi_transport_list;
-
-static pdi_transport_list pdi_transport_open(const pd_transport *t, int32_t i)
+/* Bond k of node i is open: by its row, or since its family is whole. */
+static int pdi_transport_open(const pd_transport *t, int32_t i, int k)
 {
-    pdi_transport_list list;
     int32_t r = t->bonds->row[i];
-    list.bond = r < 0 ? NULL : t->bonds->bond + (int64_t)r * t->bonds->stencil->count;
-    list.count = r < 0 ? t->bonds->stencil->count : t->bonds->open[r];
-    return list;
+    return r < 0 || pdi_bond_open(t->bonds, r, k);
 }
 
 /* What a sweep does with its nodes: y = A c, the limiter ratios of c, or the limited fluxes y = sum alpha d (c_i -
@@ -81,10 +73,9 @@ static double pdi_transport_ratio(double room, double wanted) { return wanted > 
 static void pdi_transport_node(const pdi_transport_sweep *s, int32_t i)
 {
     const pd_transport *t = s->t;
-    pdi_transport_list list = pdi_transport_open(t, i);
     double sum = 0.0, plus = 0.0, minus = 0.0, least = s->c[i], most = s->c[i], weight = 0.0;
-    for (int o = 0; o < list.count; o++) {
-        int k = list.bond ? list.bond[o] : o;
+    for (int k = 0; k < t->bonds->stencil->count; k++) {
+        if (!pdi_transport_open(t, i, k)) continue;
         if (s->task == PDI_TRANSPORT_APPLY) {
             sum += pdi_transport_bond_flux(t, s->c, i, k);
             continue;
@@ -394,9 +385,8 @@ static void pdi_transport_boundary(pd_transport *t)
             near_open = near_open || (grid->side[2 * d + 1] != PD_SIDE_WALL && at[d] >= grid->n[d] - reach);
         }
         if (!near_open) continue;
-        pdi_transport_list list = pdi_transport_open(t, i);
-        for (int o = 0; o < list.count; o++) {
-            int k = list.bond ? list.bond[o] : o;
+        for (int k = 0; k < t->bonds->stencil->count; k++) {
+            if (!pdi_transport_open(t, i, k)) continue;
             uint8_t far_kind = grid->kind[i + t->bonds->shift[k]];
             if (far_kind == PD_OUTLET) pdi_sum_add(&out, pdi_transport_bond_flux(t, t->c, i, k));
             if (far_kind == PD_INLET) pdi_sum_add(&in, -pdi_transport_bond_flux(t, t->c, i, k));
@@ -508,10 +498,9 @@ double pd_transport_limit(pd_ctx *ctx, const pd_transport *t)
     (void)ctx;
     for (int32_t i = 0; i < t->grid->total; i++) {
         if (t->grid->kind[i] != PD_FLUID) continue;
-        pdi_transport_list list = pdi_transport_open(t, i);
         double rate = t->absorb[i];
-        for (int o = 0; o < list.count; o++) {
-            int k = list.bond ? list.bond[o] : o;
+        for (int k = 0; k < t->bonds->stencil->count; k++) {
+            if (!pdi_transport_open(t, i, k)) continue;
             double flux, upwind;
             pdi_transport_bond(t, i, k, &flux, &upwind);
             if (t->grid->kind[i + t->bonds->shift[k]] == PD_OUTLET) rate += fmax(flux, 0.0);

@@ -90,8 +90,8 @@ static void pdi_unsteady_rates(const pd_ctx *ctx, pd_unsteady *un)
     pdi_flow_terms t;
     memset(&t, 0, sizeof t);
     pdi_unsteady_fill(ctx, un);
-    t.w = t.mass = un->mass;
-    t.u = t.viscous = flow->u;
+    t.mass = un->mass;
+    t.carried = t.viscous = flow->u;
     t.p = flow->p;
     t.grad = flow->grad;
     t.force = flow->force;

@@ -97,10 +97,7 @@ static int32_t cell_node(const scene *s, int cell)
 static int is_open(const pd_bonds *b, int32_t node, int k)
 {
     int32_t r = b->row[node];
-    if (r < 0) return 1;
-    for (int o = 0; o < b->open[r]; o++)
-        if (b->bond[(int64_t)r * b->stencil->count + o] == k) return 1;
-    return 0;
+    return r < 0 || pdi_bond_open(b, r, k);
 }
 
 /* Fractions of the bond between which its line runs through the closed cell c (offset from the start). 0: never. */
@@ -243,22 +240,26 @@ TEST(thin_walls_are_tight)
 }
 #endif
 
-/* Rows of both as sets, with the same numbers bit for bit, and the same nodes in runs. */
+/* The same rows in the same order, with the same numbers bit for bit, and the same nodes in runs and batches. */
 static void check_same(const pd_bonds *a, const pd_bonds *b)
 {
     int64_t in_runs[2] = {0, 0}, dd = PD_DIM * PD_DIM;
-    size_t count = (size_t)a->stencil->count;
     CHECK_INT(a->rows, b->rows);
+    CHECK_INT(a->plain, b->plain);
     for (int32_t node = 0; node < a->grid->total; node++) {
         int32_t r = a->row[node], q = b->row[node];
         if (!CHECK((r < 0) == (q < 0)) || r < 0) continue;
         CHECK_INT(a->node[r], node);
-        if (!CHECK_INT(a->open[r], b->open[q])) continue;
-        CHECK(memcmp(a->bond + (size_t)r * count, b->bond + (size_t)q * count, a->open[r] * sizeof *a->bond) == 0);
+        CHECK_INT(r, q);
+        CHECK_INT(a->inlet[r], b->inlet[q]);
+        for (int k = 0; k < a->stencil->count; k++) CHECK_INT(pdi_bond_open(a, r, k), pdi_bond_open(b, q, k));
         CHECK(a->wall_lap[r] == b->wall_lap[q]);
         CHECK(a->wall_curv[r] == b->wall_curv[q]);
         CHECK(memcmp(a->moment + r * dd, b->moment + q * dd, (size_t)dd * sizeof *a->moment) == 0);
     }
+    CHECK_INT(a->batches, b->batches);
+    for (int32_t r = 0; r < a->batches && r < b->batches; r++)
+        CHECK(a->batch_first[r] == b->batch_first[r] && a->batch_length[r] == b->batch_length[r]);
     CHECK_INT(a->runs, b->runs);
     for (int32_t k = 0; k < a->runs && k < b->runs; k++) {
         CHECK_INT(a->run_first[k], b->run_first[k]);
@@ -331,8 +332,7 @@ TEST(validate_notices)
     CHECK_OK(&s->ctx, pd_bonds_validate(&s->ctx, &s->bonds));
     memset(i, 0, sizeof i);
     CHECK_INT(s->bonds.node[0], pd_grid_node(&s->grid, i));
-    s->bonds.bond[0] = 0; /* a bond of the corner node that leaves the box */
-    s->bonds.open[0] = 1;
+    s->bonds.mask[0] |= 1u; /* a bond of the corner node that leaves the box */
     s->grid.kind[s->bonds.node[0] + s->bonds.shift[0]] = PD_FLUID;
     CHECK_INT(pd_bonds_validate(&s->ctx, &s->bonds), PD_ERR_INTERNAL);
     scene_free(s);

@@ -301,8 +301,8 @@ TEST(linearisation)
     pdi_flow_outlet_velocity(&s->flow, step);
     pdi_flow_outlet_pressure(&s->flow, 0.0, step + split);
     pdi_flow_gradient(&s->ctx, &s->flow, step + split, grad);
-    t.w = t.u2 = t.viscous = t.mass = step;
-    t.u = t.w2 = s->flow.u;
+    t.viscous = t.mass = step;
+    t.carried = t.frozen = s->flow.u;
     t.p = step + split;
     t.grad = grad;
     pdi_flow_terms_apply(&s->ctx, &s->flow, &t, product, product + split);
