@@ -222,7 +222,8 @@ static void pdi_op_diffuse_cut(const pdi_op_sweep *w, int32_t r, int count)
         pdi_lanes lanes = pdi_bond_open_lanes(bonds, r, k, count, open);
         if (lanes == PDI_LANES_NONE) continue;
         for (int b = 0; b < count; b++)
-            sum[b] += lanes == PDI_LANES_ALL || open[b] > 0.0 ? a * pdi_op_harmonic(d[b], d_far[b]) * (far[b] - f[b]) : 0.0;
+            sum[b] +=
+                lanes == PDI_LANES_ALL || open[b] > 0.0 ? a * pdi_op_harmonic(d[b], d_far[b]) * (far[b] - f[b]) : 0.0;
     }
     memcpy(w->out + bonds->node[r], sum, (size_t)count * sizeof(double));
 }

@@ -1,15 +1,14 @@
 /* transport: see transport.h
  *
- * Design: bond fluxes are evaluated from the flow on the fly, in blocks of neighbours along axis 0 for nodes with whole
- * families, one by one for rows and for nodes that see an outlet ghost. Implicit steps solve for corrections, so inlet
- * values need no place in the Krylov vectors.
+ * Design: bond fluxes are evaluated from the flow on the fly, bond by bond for up to PDI_LANES neighbours along axis 0.
+ * A gate shuts the bonds that take no part. Implicit steps solve for corrections, so inlet values need no place in the
+ * Krylov vectors.
  */
 #include "transport.h"
 #include "par.h"
 #include <math.h>
 #include <string.h>
 
-#define PDI_TRANSPORT_BLOCK 8
 /* Linear tolerance while the antidiffusive fluxes still move, and their relaxation. */
 #define PDI_TRANSPORT_LOOSE 1e-2
 #define PDI_TRANSPORT_RELAX 0.7
@@ -26,12 +25,6 @@ static void pdi_transport_bond(const pd_transport *t, int32_t i, int k, double *
     double bond = t->desc.diffusivity * t->bonds->stencil->lap[k];
     *flux = t->flow ? pdi_flow_bond_flux(t->flow, i, k) : 0.0;
     *upwind = fmax(0.5 * fabs(*flux) - bond, 0.0);
-}
-
-/* alpha of the bond: the antidiffusive flux d (c_i - c_j) raises the larger end and lowers the smaller one. */
-static double pdi_transport_alpha(const pd_transport *t, const double *c, int32_t i, int32_t j)
-{
-    return c[i] > c[j] ? fmin(t->up[i], t->down[j]) : fmin(t->down[i], t->up[j]);
 }
 
 /* Amount per volume and time [mol/m3/s] that leaves i through bond k, upwinded (eq. 5.1). */
@@ -70,158 +63,171 @@ typedef struct pdi_transport_sweep {
 
 static double pdi_transport_ratio(double room, double wanted) { return wanted > room ? room / wanted : 1.0; }
 
-static void pdi_transport_node(const pdi_transport_sweep *s, int32_t i)
-{
-    const pd_transport *t = s->t;
-    double sum = 0.0, plus = 0.0, minus = 0.0, least = s->c[i], most = s->c[i], weight = 0.0;
-    for (int k = 0; k < t->bonds->stencil->count; k++) {
-        if (!pdi_transport_open(t, i, k)) continue;
-        if (s->task == PDI_TRANSPORT_APPLY) {
-            sum += pdi_transport_bond_flux(t, s->c, i, k);
-            continue;
-        }
-        double flux, upwind;
-        int32_t j = i + t->bonds->shift[k];
-        uint8_t kind = t->grid->kind[j];
-        /* what passes an inlet stays upwinded, so that antidiffusion sums to zero over the domain */
-        if (kind == PD_OUTLET || (kind == PD_INLET && s->task == PDI_TRANSPORT_ANTI)) continue;
-        pdi_transport_bond(t, i, k, &flux, &upwind);
-        double anti = upwind * (s->c[i] - s->c[j]);
-        if (s->task == PDI_TRANSPORT_ANTI) {
-            sum += pdi_transport_alpha(t, s->c, i, j) * anti;
-            continue;
-        }
-        plus += fmax(anti, 0.0);
-        minus += fmax(-anti, 0.0);
-        least = fmin(least, s->c[j]);
-        most = fmax(most, s->c[j]);
-        weight += upwind;
-    }
-    if (s->task == PDI_TRANSPORT_APPLY) sum += ((t->dt > 0.0 ? 1.0 / t->dt : 0.0) + t->absorb[i]) * s->c[i];
-    if (s->task != PDI_TRANSPORT_RATIOS) {
-        s->y[i] = sum;
-        return;
-    }
-    s->up[i] = pdi_transport_ratio(weight * (most - s->c[i]), plus);
-    s->down[i] = pdi_transport_ratio(weight * (s->c[i] - least), minus);
-}
+/* One bond of the nodes i .. i+count-1: what the tasks need of it. */
+typedef struct pdi_transport_lanes {
+    int count;
+    int gated;          /* 0: all gates are open */
+    double bond;        /* D a [1/s] */
+    const double *far;  /* c at the far ends [mol/m3] */
+    double gate[PDI_LANES];   /* 1.0: takes part, 0.0: does not */
+    double flux[PDI_LANES];   /* F [1/s] */
+    double upwind[PDI_LANES]; /* diffusion that upwinding adds to `bond` [1/s] */
+    double edge[PDI_LANES];   /* holds far values beside outlets */
+} pdi_transport_lanes;
 
-/* Fluxes of bond k for PDI_TRANSPORT_BLOCK consecutive nodes. */
-static inline void pdi_transport_block_flux(const pd_transport *t, int32_t i, int k, double *flux, double *upwind)
+/* Volume fluxes of bond k (as pdi_flow_bond_flux). tied: 0 where the bond carries no pressure; NULL: everywhere 1. */
+static void pdi_transport_flux(const pd_transport *t, int32_t i, int k, const double *tied, pdi_transport_lanes *l)
 {
     const pd_stencil *st = t->bonds->stencil;
     const pd_flow *f = t->flow;
-    int32_t total = t->grid->total, j = i + t->bonds->shift[k];
-    double bond = t->desc.diffusivity * st->lap[k], tie = f->tau * st->lap[k];
-    for (int b = 0; b < PDI_TRANSPORT_BLOCK; b++) flux[b] = -tie * (f->p[j + b] - f->p[i + b]);
-    for (int d = 0; d < PD_DIM; d++) {
-        const double *u = f->u + (int64_t)d * total, *g = f->grad + (int64_t)d * total;
-        double weight = st->grad[k * PD_DIM + d], half = 0.5 * tie * st->xi[k * PD_DIM + d];
-        for (int b = 0; b < PDI_TRANSPORT_BLOCK; b++)
-            flux[b] += weight * (u[i + b] + u[j + b]) + half * (g[i + b] + g[j + b]);
-    }
-    for (int b = 0; b < PDI_TRANSPORT_BLOCK; b++) {
-        double excess = 0.5 * fabs(flux[b]) - bond;
-        upwind[b] = excess > 0.0 ? excess : 0.0;
+    int64_t total = t->grid->total, shift = t->bonds->shift[k];
+    const double *p = f->p + i, *u = f->u + i, *grad = f->grad + i, *g = st->grad + k * PD_DIM;
+    double tie = f->tau * st->lap[k], arm[PD_DIM];
+    for (int d = 0; d < PD_DIM; d++) arm[d] = 0.5 * st->xi[k * PD_DIM + d];
+    for (int b = 0; b < l->count; b++) {
+        double pressure = p[b + shift] - p[b], flux = 0.0;
+        for (int d = 0; d < PD_DIM; d++) {
+            flux += g[d] * (u[d * total + b] + u[d * total + b + shift]);
+            pressure -= arm[d] * (grad[d * total + b] + grad[d * total + b + shift]);
+        }
+        flux -= (tied ? tied[b] : 1.0) * tie * pressure;
+        double excess = 0.5 * fabs(flux) - l->bond;
+        l->flux[b] = flux;
+        l->upwind[b] = excess > 0.0 ? excess : 0.0;
     }
 }
 
-static void pdi_transport_block_apply(const pdi_transport_sweep *s, int32_t i)
+/* Beside inlets and outlets: an outlet takes c of the node, and only moves with the flow; antidiffusion stays off
+ * inlets, so that it sums to zero over the domain. */
+static void pdi_transport_ends(const pdi_transport_sweep *s, int32_t i, int k, double *tied, pdi_transport_lanes *l)
 {
-    const pd_transport *t = s->t;
-    const double *c = s->c;
-    double sum[PDI_TRANSPORT_BLOCK], rate = t->dt > 0.0 ? 1.0 / t->dt : 0.0;
-    for (int b = 0; b < PDI_TRANSPORT_BLOCK; b++) sum[b] = (rate + t->absorb[i + b]) * c[i + b];
-    for (int k = 0; k < t->bonds->stencil->count; k++) {
-        double flux[PDI_TRANSPORT_BLOCK], upwind[PDI_TRANSPORT_BLOCK],
-            bond = t->desc.diffusivity * t->bonds->stencil->lap[k];
-        int32_t j = i + t->bonds->shift[k];
-        pdi_transport_block_flux(t, i, k, flux, upwind);
-        for (int b = 0; b < PDI_TRANSPORT_BLOCK; b++)
-            sum[b] += 0.5 * flux[b] * (c[i + b] + c[j + b]) - (bond + upwind[b]) * (c[j + b] - c[i + b]);
+    int32_t shift = s->t->bonds->shift[k];
+    for (int b = 0; b < l->count; b++) {
+        uint8_t kind = s->t->grid->kind[i + b + shift];
+        tied[b] = kind == PD_INLET ? 0.0 : 1.0;
+        l->edge[b] = kind == PD_OUTLET ? s->c[i + b] : l->far[b];
+        if (!l->gated) l->gate[b] = 1.0;
+        if (kind == PD_OUTLET && s->task != PDI_TRANSPORT_APPLY) l->gate[b] = 0.0;
+        if (kind == PD_INLET && s->task == PDI_TRANSPORT_ANTI) l->gate[b] = 0.0;
     }
-    for (int b = 0; b < PDI_TRANSPORT_BLOCK; b++) s->y[i + b] = sum[b];
+    l->far = l->edge;
+    l->gated = 1;
 }
 
-static void pdi_transport_block_anti(const pdi_transport_sweep *s, int32_t i)
+/* Bond k of the nodes i .. i+count-1, which are the rows from `row` (-1: whole families); 0 when it is shut for all. */
+static int pdi_transport_bond_lanes(const pdi_transport_sweep *s, int32_t i, int32_t row, int k, int ends,
+                                    pdi_transport_lanes *l)
 {
     const pd_transport *t = s->t;
-    const double *c = s->c;
-    double sum[PDI_TRANSPORT_BLOCK];
-    for (int b = 0; b < PDI_TRANSPORT_BLOCK; b++) sum[b] = 0.0;
+    double tied[PDI_LANES];
+    pdi_lanes open = row < 0 ? PDI_LANES_ALL : pdi_bond_open_lanes(t->bonds, row, k, l->count, l->gate);
+    if (open == PDI_LANES_NONE) return 0;
+    l->gated = open == PDI_LANES_SOME;
+    l->bond = t->desc.diffusivity * t->bonds->stencil->lap[k];
+    l->far = s->c + i + t->bonds->shift[k];
+    if (ends) pdi_transport_ends(s, i, k, tied, l);
+    if (t->flow) pdi_transport_flux(t, i, k, ends ? tied : NULL, l);
+    return 1;
+}
+
+static void pdi_transport_apply_lanes(const pdi_transport_sweep *s, int32_t i, int32_t row, int count, int ends)
+{
+    const pd_transport *t = s->t;
+    const double *c = s->c + i;
+    double sum[PDI_LANES], rate = t->dt > 0.0 ? 1.0 / t->dt : 0.0;
+    pdi_transport_lanes l;
+    memset(&l, 0, sizeof l);
+    l.count = count;
+    for (int b = 0; b < count; b++) sum[b] = (rate + t->absorb[i + b]) * c[b];
     for (int k = 0; k < t->bonds->stencil->count; k++) {
-        double flux[PDI_TRANSPORT_BLOCK], upwind[PDI_TRANSPORT_BLOCK];
-        int32_t j = i + t->bonds->shift[k];
-        pdi_transport_block_flux(t, i, k, flux, upwind);
-        for (int b = 0; b < PDI_TRANSPORT_BLOCK; b++) {
-            int falls = c[i + b] > c[j + b];
-            double one = falls ? t->up[i + b] : t->down[i + b], two = falls ? t->down[j + b] : t->up[j + b];
-            sum[b] += (one < two ? one : two) * upwind[b] * (c[i + b] - c[j + b]);
+        if (!pdi_transport_bond_lanes(s, i, row, k, ends, &l)) continue;
+        for (int b = 0; b < count; b++) {
+            double flux = 0.5 * l.flux[b] * (c[b] + l.far[b]) - (l.bond + l.upwind[b]) * (l.far[b] - c[b]);
+            sum[b] += l.gated ? l.gate[b] * flux : flux;
         }
     }
-    for (int b = 0; b < PDI_TRANSPORT_BLOCK; b++) s->y[i + b] = sum[b];
+    memcpy(s->y + i, sum, (size_t)count * sizeof(double));
 }
 
-static void pdi_transport_block_ratios(const pdi_transport_sweep *s, int32_t i)
+/* alpha of the bond: the antidiffusive flux d (c_i - c_j) raises the larger end and lowers the smaller one. */
+static void pdi_transport_anti_lanes(const pdi_transport_sweep *s, int32_t i, int32_t row, int count, int ends)
 {
     const pd_transport *t = s->t;
-    const double *c = s->c;
-    double plus[PDI_TRANSPORT_BLOCK], minus[PDI_TRANSPORT_BLOCK], least[PDI_TRANSPORT_BLOCK], most[PDI_TRANSPORT_BLOCK],
-        weight[PDI_TRANSPORT_BLOCK];
-    for (int b = 0; b < PDI_TRANSPORT_BLOCK; b++) {
+    const double *c = s->c + i, *up = t->up + i, *down = t->down + i;
+    double sum[PDI_LANES];
+    pdi_transport_lanes l;
+    memset(sum, 0, sizeof sum);
+    memset(&l, 0, sizeof l);
+    l.count = count;
+    for (int k = 0; k < t->bonds->stencil->count; k++) {
+        int32_t shift = t->bonds->shift[k];
+        if (!pdi_transport_bond_lanes(s, i, row, k, ends, &l)) continue;
+        for (int b = 0; b < count; b++) {
+            int falls = c[b] > l.far[b];
+            double one = falls ? up[b] : down[b], two = falls ? down[b + shift] : up[b + shift];
+            double flux = (one < two ? one : two) * l.upwind[b] * (c[b] - l.far[b]);
+            sum[b] += l.gated ? l.gate[b] * flux : flux;
+        }
+    }
+    memcpy(s->y + i, sum, (size_t)count * sizeof(double));
+}
+
+static void pdi_transport_ratios_lanes(const pdi_transport_sweep *s, int32_t i, int32_t row, int count, int ends)
+{
+    const pd_transport *t = s->t;
+    const double *c = s->c + i;
+    double plus[PDI_LANES], minus[PDI_LANES], least[PDI_LANES], most[PDI_LANES], weight[PDI_LANES];
+    pdi_transport_lanes l;
+    memset(&l, 0, sizeof l);
+    l.count = count;
+    for (int b = 0; b < count; b++) {
         plus[b] = minus[b] = weight[b] = 0.0;
-        least[b] = most[b] = c[i + b];
+        least[b] = most[b] = c[b];
     }
     for (int k = 0; k < t->bonds->stencil->count; k++) {
-        double flux[PDI_TRANSPORT_BLOCK], upwind[PDI_TRANSPORT_BLOCK];
-        int32_t j = i + t->bonds->shift[k];
-        pdi_transport_block_flux(t, i, k, flux, upwind);
-        for (int b = 0; b < PDI_TRANSPORT_BLOCK; b++) {
-            double far = c[j + b], anti = upwind[b] * (c[i + b] - far);
+        if (!pdi_transport_bond_lanes(s, i, row, k, ends, &l)) continue;
+        for (int b = 0; b < count; b++) {
+            double upwind = l.gated ? l.gate[b] * l.upwind[b] : l.upwind[b];
+            double far = !l.gated || l.gate[b] > 0.0 ? l.far[b] : c[b], anti = upwind * (c[b] - far);
             plus[b] += anti > 0.0 ? anti : 0.0;
             minus[b] += anti < 0.0 ? -anti : 0.0;
             least[b] = far < least[b] ? far : least[b];
             most[b] = far > most[b] ? far : most[b];
-            weight[b] += upwind[b];
+            weight[b] += upwind;
         }
     }
-    for (int b = 0; b < PDI_TRANSPORT_BLOCK; b++) {
-        s->up[i + b] = pdi_transport_ratio(weight[b] * (most[b] - c[i + b]), plus[b]);
-        s->down[i + b] = pdi_transport_ratio(weight[b] * (c[i + b] - least[b]), minus[b]);
+    for (int b = 0; b < count; b++) {
+        s->up[i + b] = pdi_transport_ratio(weight[b] * (most[b] - c[b]), plus[b]);
+        s->down[i + b] = pdi_transport_ratio(weight[b] * (c[b] - least[b]), minus[b]);
     }
 }
 
-/* Part [lo, hi) of a run whose nodes see no outlet ghost. */
-static void pdi_transport_inner(const pd_transport *t, int32_t first, int32_t length, int32_t *lo, int32_t *hi)
+/* 1 when a family of the nodes i .. i+count-1 may hold ghosts of an inlet or outlet. */
+static int pdi_transport_sees_ends(const pd_transport *t, int32_t i, int count)
 {
     const pd_grid *grid = t->grid;
-    int i[PD_DIM], reach = t->bonds->stencil->reach;
-    pdi_grid_index(grid, first, i);
-    *lo = 0;
-    *hi = length;
-    for (int d = 0; d < PD_DIM; d++)
-        for (int up = 0; up < 2; up++) {
-            if (grid->side[2 * d + up] != PD_SIDE_OUTLET) continue;
-            if (d > 0 && (up ? i[d] >= grid->n[d] - reach : i[d] < reach)) *hi = 0;
-            if (d == 0 && up && *hi > grid->n[0] - reach - i[0]) *hi = grid->n[0] - reach - i[0];
-            if (d == 0 && !up && *lo < reach - i[0]) *lo = reach - i[0];
-        }
-    if (*lo > length) *lo = length;
-    if (*hi < *lo) *hi = *lo;
+    int at[PD_DIM], reach = t->bonds->stencil->reach;
+    pdi_grid_index(grid, i, at);
+    for (int d = 0; d < PD_DIM; d++) {
+        int last = d == 0 ? at[0] + count - 1 : at[d];
+        if (grid->side[2 * d] != PD_SIDE_WALL && at[d] < reach) return 1;
+        if (grid->side[2 * d + 1] != PD_SIDE_WALL && last >= grid->n[d] - reach) return 1;
+    }
+    return 0;
 }
 
-static void pdi_transport_run(const pdi_transport_sweep *s, int32_t first, int32_t length)
+/* `length` consecutive nodes from i, which are the rows from `row` (-1: whole families). */
+static void pdi_transport_run(const pdi_transport_sweep *s, int32_t i, int32_t row, int32_t length)
 {
-    int32_t lo, hi, at;
-    pdi_transport_inner(s->t, first, length, &lo, &hi);
-    if (!s->t->flow) hi = lo;
-    for (at = 0; at < lo; at++) pdi_transport_node(s, first + at);
-    for (; at + PDI_TRANSPORT_BLOCK <= hi; at += PDI_TRANSPORT_BLOCK) {
-        if (s->task == PDI_TRANSPORT_APPLY) pdi_transport_block_apply(s, first + at);
-        else if (s->task == PDI_TRANSPORT_ANTI) pdi_transport_block_anti(s, first + at);
-        else pdi_transport_block_ratios(s, first + at);
+    int count;
+    for (int32_t at = 0; at < length; at += count) {
+        count = pdi_bond_piece(length, &at);
+        int32_t r = row < 0 ? row : row + at;
+        int ends = pdi_transport_sees_ends(s->t, i + at, count);
+        if (s->task == PDI_TRANSPORT_APPLY) pdi_transport_apply_lanes(s, i + at, r, count, ends);
+        else if (s->task == PDI_TRANSPORT_ANTI) pdi_transport_anti_lanes(s, i + at, r, count, ends);
+        else pdi_transport_ratios_lanes(s, i + at, r, count, ends);
     }
-    for (; at < length; at++) pdi_transport_node(s, first + at);
 }
 
 static void pdi_transport_sweep_all(const pd_ctx *ctx, const pdi_transport_sweep *s)
@@ -230,9 +236,12 @@ static void pdi_transport_sweep_all(const pd_ctx *ctx, const pdi_transport_sweep
     int nt = pdi_par_threads(ctx, s->t->grid->fluid_count * bonds->stencil->count * 8);
     (void)nt;
     PDI_PARALLEL_FOR(nt)
-    for (int32_t run = 0; run < bonds->runs; run++) pdi_transport_run(s, bonds->run_first[run], bonds->run_length[run]);
+    for (int32_t run = 0; run < bonds->runs; run++)
+        pdi_transport_run(s, bonds->run_first[run], -1, bonds->run_length[run]);
     PDI_PARALLEL_FOR(nt)
-    for (int32_t r = 0; r < bonds->rows; r++) pdi_transport_node(s, bonds->node[r]);
+    for (int32_t b = 0; b < bonds->batches; b++)
+        pdi_transport_run(s, bonds->node[bonds->batch_first[b]], bonds->batch_first[b], bonds->batch_length[b]);
+    for (int32_t r = bonds->plain; r < bonds->rows; r++) pdi_transport_run(s, bonds->node[r], r, 1);
 }
 
 static void pdi_transport_operator(const pd_ctx *ctx, const pd_transport *t, const double *c, double *y)
