@@ -33,6 +33,7 @@
  *   area       interface area of lattice bonds (Cauchy-Crofton on a lattice).
  *   stencil    the family of an interior node of a uniform lattice and its calibrated weights.
  *   grid       the uniform lattice with ghost layers, the kind of every node, the geometry behind it.
+ *   ghost      fills the ghosts that stand for fluid nodes: images behind periodic and mirror sides, and outlets.
  *   bond       rows of open bonds for fluid nodes whose family is cut, and runs of nodes whose family is whole.
  *   grain      Voronoi grains of a polycrystal and the volume fraction of their boundaries.
  *   op         the peridynamic operators on scalar and vector fields.
@@ -608,14 +609,17 @@ typedef enum pd_kind {
     PD_SOLID = 2,
     PD_WALL = 3,
     PD_INLET = 4,   /* ghost with prescribed velocity and concentration */
-    PD_OUTLET = 5   /* ghost behind a pressure outlet */
+    PD_OUTLET = 5,  /* ghost behind a pressure outlet */
+    PD_IMAGE = 6    /* ghost that repeats a fluid node behind a periodic or mirror side */
 } pd_kind;
 
 /* What closes a side of the box. */
 typedef enum pd_side {
     PD_SIDE_WALL = 0,
     PD_SIDE_INLET = 1,
-    PD_SIDE_OUTLET = 2
+    PD_SIDE_OUTLET = 2,
+    PD_SIDE_PERIODIC = 3, /* both sides of the axis */
+    PD_SIDE_MIRROR = 4    /* plane of symmetry: free slip, no flux */
 } pd_side;
 
 typedef struct pd_grid_desc {
@@ -647,7 +651,8 @@ typedef struct pd_grid {
 #define pd_grid_count PD_NAME(pd_grid_count)
 
 /* solid == -1 etc. as in the desc. PD_ERR_GEOMETRY: the box is not a whole number of cells, a shape lies outside the
- * box, no fluid node is left. */
+ * box (behind periodic and mirror sides it is cut off), no fluid node is left. PD_ERR_ARGUMENT: an axis is periodic on
+ * one side only. */
 PD_API pd_status pd_grid_build(pd_ctx *ctx, const pd_stencil *stencil, const pd_grid_desc *desc, pd_grid *grid);
 PD_API void pd_grid_free(pd_ctx *ctx, pd_grid *grid);
 /* Position [m] of node id (ghosts included). */
@@ -662,21 +667,71 @@ PD_API int64_t pd_grid_count(const pd_grid *grid, pd_kind kind);
 PDI_FN void pdi_grid_index(const pd_grid *grid, int32_t node, int *i);
 /* 1 when the index lies inside the box. */
 PDI_FN int pdi_grid_inside(const pd_grid *grid, const int *i);
-/* Mirror image of a ghost across its side; identity inside the box. */
-PDI_FN int32_t pdi_grid_mirror(const pd_grid *grid, int32_t node);
-/* A solid node turns fluid: its kind, the counts, and the ghosts of inlets and outlets in front of it. */
+/* Node of the box that a ghost stands for: its place one period on behind periodic sides, its mirror image behind all
+ * others; identity inside the box. *flip (or NULL): bit d set when it is mirrored along axis d. */
+PDI_FN int32_t pdi_grid_image(const pd_grid *grid, int32_t node, int *flip);
+/* Bring index i[] back through periodic and mirror sides only; the bits of flip as above. */
+PDI_FN int pdi_grid_fold(const pd_grid *grid, int *i);
+/* The same for a position [m]; behind inlets and outlets the geometry is the mirror image too, so those fold likewise.
+ * Walls do not. */
+PDI_FN void pdi_grid_fold_position(const pd_grid *grid, double *x);
+/* 1 for sides that fluid passes. */
+static inline int pdi_grid_port(pd_side side) { return side == PD_SIDE_INLET || side == PD_SIDE_OUTLET; }
+/* A solid node turns fluid: its kind, the counts, and the ghosts that stand for it or lie in front of it. */
 PDI_FN void pdi_grid_dissolve(pd_grid *grid, int32_t node);
-/* Open: bonds between open nodes carry fluxes (fluid, inlet, outlet). */
+/* Open: bonds between open nodes carry fluxes (fluid, inlet, outlet, image). */
 static inline int pdi_grid_open(uint8_t kind) { return kind == PD_FLUID || kind >= PD_INLET; }
 #endif
+
+#endif
+
+/* ======== >>ghost.h ======== */
+/* ghost: fills the ghosts that stand for fluid nodes: images behind periodic and mirror sides, and outlets.
+ *
+ * One list for all sides. A ghost has one source node of the box and a sign for each component of a vector, the product
+ * of what the axes ask for, so corners do not depend on the order of the axes. Mirror: the normal component is odd.
+ * Outlet: tangential components are odd, the normal one is even, a pressure is odd about its value at the outlet
+ * (theory: section 3.6). Ghosts of inlets hold what their owner puts there; walls have no values (see bond.h).
+ */
+#ifndef PD_GHOST_H
+#define PD_GHOST_H
+
+typedef struct pd_ghosts {
+    const pd_grid *grid;
+    int32_t images, count, capacity; /* images come first, then outlets */
+    int32_t *node, *source;          /* [capacity] */
+    uint8_t *odd;                    /* [capacity] bit d: component d of a vector changes its sign */
+} pd_ghosts;
+
+#define pd_ghosts_build PD_NAME(pd_ghosts_build)
+#define pd_ghosts_update PD_NAME(pd_ghosts_update)
+#define pd_ghosts_scalar PD_NAME(pd_ghosts_scalar)
+#define pd_ghosts_vector PD_NAME(pd_ghosts_vector)
+#define pd_ghosts_pressure PD_NAME(pd_ghosts_pressure)
+#define pd_ghosts_clear PD_NAME(pd_ghosts_clear)
+#define pd_ghosts_free PD_NAME(pd_ghosts_free)
+
+/* The grid is borrowed. */
+PD_API pd_status pd_ghosts_build(pd_ctx *ctx, const pd_grid *grid, pd_ghosts *ghosts);
+/* The kinds of the grid have changed. */
+PD_API pd_status pd_ghosts_update(pd_ctx *ctx, pd_ghosts *ghosts);
+/* f [total]: images take the value of their source; outlets are left alone. */
+PD_API void pd_ghosts_scalar(const pd_ghosts *ghosts, double *f);
+/* v [PD_DIM][total]: images and outlets. */
+PD_API void pd_ghosts_vector(const pd_ghosts *ghosts, double *v);
+/* p [total]: images, and outlets odd about `held`, in the unit of p. */
+PD_API void pd_ghosts_pressure(const pd_ghosts *ghosts, double held, double *p);
+/* x [components][total]: zero at all ghosts of the list. */
+PD_API void pd_ghosts_clear(const pd_ghosts *ghosts, int components, double *x);
+PD_API void pd_ghosts_free(pd_ctx *ctx, pd_ghosts *ghosts);
 
 #endif
 
 /* ======== >>bond.h ======== */
 /* bond: rows of open bonds for fluid nodes whose family is cut, and runs of nodes whose family is whole.
  *
- * A bond is open when both ends and every cell that its straight line passes are open (fluid, inlet, outlet), so a
- * wall one node thick separates its two sides. A cut bond meets the surface at the fraction t of its length: on the
+ * A bond is open when both ends and every cell that its straight line passes are open (fluid, inlet, outlet, image), so
+ * a wall one node thick separates its two sides. A cut bond meets the surface at the fraction t of its length: on the
  * zero level of the shape where that is known, else on the face of the closed cell. It acts through its fictitious
  * end value, the extension of the field from the node through the wall value at t (theory: eq. 3.2 to 3.4), which
  * needs three numbers a node (wall_lap, wall_curv, gradient) and no ghost value in the solid.
@@ -687,6 +742,7 @@ static inline int pdi_grid_open(uint8_t kind) { return kind == PD_FLUID || kind 
 typedef struct pd_bonds {
     const pd_stencil *stencil;
     const pd_grid *grid;
+    pd_ghosts ghosts;    /* of the grid: whoever has bonds can fill the far ends */
     int all_rows;        /* every fluid node owns a row (for comparisons of both paths) */
     int32_t *shift;      /* [count] node id of the far end minus that of the node */
     int32_t *cell_shift; /* [cells] the same for the cells of the paths */
@@ -1731,10 +1787,6 @@ typedef struct pd_flow {
     double *u;              /* [PD_DIM][total] [m/s] */
     double *p;              /* [total] [m2/s2] kinematic pressure */
     double *grad;           /* [PD_DIM][total] [m/s2] gradient of p, work */
-    int32_t outlets;        /* outlet ghosts and their mirror nodes */
-    int32_t *outlet, *outlet_mirror;
-    uint8_t *outlet_axis;
-    int32_t outlet_capacity;
     int64_t evaluations;    /* operator evaluations so far: residuals and linearised products */
 } pd_flow;
 
@@ -1773,10 +1825,7 @@ typedef struct pdi_flow_terms {
     const double *grad;    /* gradient of p [m/s2] */
     const double *force;   /* [PD_DIM] [m/s2], or NULL */
 } pdi_flow_terms;
-/* Outlet ghosts from their mirror nodes: normal velocity even, tangential odd, pressure odd about p_out. */
-PDI_FN void pdi_flow_outlet_velocity(const pd_flow *flow, double *u);
-PDI_FN void pdi_flow_outlet_pressure(const pd_flow *flow, double p_out, double *p);
-/* grad = G p at fluid nodes and outlet ghosts (eq. 3.5). */
+/* grad = G p at fluid nodes, images and outlet ghosts (eq. 3.5). */
 PDI_FN void pdi_flow_gradient(const pd_ctx *ctx, const pd_flow *flow, const double *p, double *grad);
 /* Momentum and continuity terms M(u, P) (eq. 4.1, 4.2); ghosts must be filled. */
 PDI_FN void pdi_flow_terms_apply(const pd_ctx *ctx, const pd_flow *flow, const pdi_flow_terms *t, double *ru,
@@ -1931,6 +1980,7 @@ typedef struct pd_transport {
     uint8_t *upwinded;      /* [total] node lost its antidiffusive fluxes in this step, to keep the bounds */
     double *rhs;            /* [total] [mol/m3/s] work */
     double *work;           /* [2][total] [mol/m3/s] residual, [mol/m3] correction */
+    double *repeated;       /* [total] [mol/m3] operand with its images, work; NULL: no periodic or mirror side */
     double dt;              /* [s] of the step in work; 0: none */
     pd_compact compact;
     pd_multigrid mg;
@@ -5045,27 +5095,68 @@ static int pdi_grid_side(const pd_grid *grid, const int *i)
     return side;
 }
 
-PDI_FN int32_t pdi_grid_mirror(const pd_grid *grid, int32_t node)
+static int pdi_grid_wrap(int i, int period) { return ((i % period) + period) % period; }
+
+/* Mirror images have twice the period of the box; a box thinner than the horizon is mirrored more than once. */
+static int pdi_grid_reflect(int i, int n, int *flipped)
 {
-    int i[PD_DIM];
+    int place = pdi_grid_wrap(i, 2 * n);
+    *flipped = place >= n;
+    return *flipped ? 2 * n - 1 - place : place;
+}
+
+/* Fold index i of axis d through the side behind which it lies; `all`: through whatever side that is. The bit of the
+ * axis when it is mirrored. */
+static int pdi_grid_fold_axis(const pd_grid *grid, int d, int all, int *i)
+{
+    int flipped = 0;
+    if (*i >= 0 && *i < grid->n[d]) return 0;
+    pd_side side = grid->side[2 * d + (*i < 0 ? 0 : 1)];
+    if (side == PD_SIDE_PERIODIC) *i = pdi_grid_wrap(*i, grid->n[d]);
+    else if (side == PD_SIDE_MIRROR || all) *i = pdi_grid_reflect(*i, grid->n[d], &flipped);
+    return flipped ? 1 << d : 0;
+}
+
+PDI_FN int32_t pdi_grid_image(const pd_grid *grid, int32_t node, int *flip)
+{
+    int i[PD_DIM], flipped = 0;
     pdi_grid_index(grid, node, i);
-    for (int d = 0; d < PD_DIM; d++) {
-        /* the images of a box have twice its period; a box thinner than the horizon is mirrored more than once */
-        int period = 2 * grid->n[d], place = ((i[d] % period) + period) % period;
-        i[d] = place < grid->n[d] ? place : period - 1 - place;
-    }
+    for (int d = 0; d < PD_DIM; d++) flipped |= pdi_grid_fold_axis(grid, d, 1, &i[d]);
+    if (flip) *flip = flipped;
     return pd_grid_node(grid, i);
 }
 
-/* A ghost of an inlet or outlet is open only in front of fluid; elsewhere it continues the wall. */
+PDI_FN int pdi_grid_fold(const pd_grid *grid, int *i)
+{
+    int flipped = 0;
+    for (int d = 0; d < PD_DIM; d++) flipped |= pdi_grid_fold_axis(grid, d, 0, &i[d]);
+    return flipped;
+}
+
+PDI_FN void pdi_grid_fold_position(const pd_grid *grid, double *x)
+{
+    for (int d = 0; d < PD_DIM; d++) {
+        if (x[d] >= grid->lo[d] && x[d] <= grid->hi[d]) continue;
+        int up = x[d] > grid->hi[d];
+        double edge = up ? grid->hi[d] : grid->lo[d], length = grid->hi[d] - grid->lo[d];
+        pd_side side = grid->side[2 * d + up];
+        if (side == PD_SIDE_PERIODIC) x[d] += up ? -length : length;
+        else if (side != PD_SIDE_WALL) x[d] = 2.0 * edge - x[d];
+    }
+}
+
+/* A ghost of an inlet or outlet is open only in front of fluid; elsewhere it continues the wall. Behind periodic and
+ * mirror sides it is what it stands for, solid being as closed as a wall. */
 static uint8_t pdi_grid_ghost_kind(const pd_grid *grid, int32_t node)
 {
     int i[PD_DIM];
     pdi_grid_index(grid, node, i);
+    pdi_grid_fold(grid, i);
     int side = pdi_grid_side(grid, i);
-    if (side < 0 || grid->side[side] == PD_SIDE_WALL) return PD_WALL;
-    uint8_t behind = grid->kind[pdi_grid_mirror(grid, node)];
-    if (behind != PD_FLUID) return PD_WALL;
+    uint8_t behind = grid->kind[pdi_grid_image(grid, node, NULL)];
+    if (side == -2 || behind != PD_FLUID) return PD_WALL;
+    if (side == -1) return PD_IMAGE;
+    if (grid->side[side] == PD_SIDE_WALL) return PD_WALL;
     if (grid->side[side] == PD_SIDE_OUTLET) return PD_OUTLET;
     int d = side / 2;
     i[d] = side % 2 ? grid->n[d] - 1 : 0;
@@ -5139,7 +5230,9 @@ static pd_status pdi_grid_check_solid(pd_ctx *ctx, const pd_grid *grid)
     pdi_grid_bounds(grid->shapes, grid->solid, lo, hi);
     for (int d = 0; d < PD_DIM; d++) {
         double slack = 1e-9 * (grid->hi[d] - grid->lo[d]);
-        if ((lo[d] < grid->lo[d] - slack && lo[d] > -HUGE_VAL) || (hi[d] > grid->hi[d] + slack && hi[d] < HUGE_VAL))
+        int below = lo[d] < grid->lo[d] - slack && lo[d] > -HUGE_VAL && grid->side[2 * d] < PD_SIDE_PERIODIC;
+        int above = hi[d] > grid->hi[d] + slack && hi[d] < HUGE_VAL && grid->side[2 * d + 1] < PD_SIDE_PERIODIC;
+        if (below || above)
             return pdi_fail(ctx, PD_ERR_GEOMETRY, "grid",
                             "the solid reaches from %g m to %g m on axis %d, outside of the box %g m .. %g m", lo[d],
                             hi[d], d, grid->lo[d], grid->hi[d]);
@@ -5177,9 +5270,12 @@ static pd_status pdi_grid_size(pd_ctx *ctx, const pd_stencil *stencil, const pd_
     grid->total = (int32_t)total;
     for (int s = 0; s < 2 * PD_DIM; s++) {
         grid->side[s] = desc->side[s];
-        if ((int)desc->side[s] < PD_SIDE_WALL || (int)desc->side[s] > PD_SIDE_OUTLET)
+        if ((int)desc->side[s] < PD_SIDE_WALL || (int)desc->side[s] > PD_SIDE_MIRROR)
             return pdi_fail(ctx, PD_ERR_ARGUMENT, "grid",
-                            "side %d of the box has type %d, expected wall, inlet or outlet", s, (int)desc->side[s]);
+                            "side %d of the box has type %d, expected wall, inlet, outlet, periodic or mirror", s,
+                            (int)desc->side[s]);
+        if ((desc->side[s] == PD_SIDE_PERIODIC) != (desc->side[s ^ 1] == PD_SIDE_PERIODIC))
+            return pdi_fail(ctx, PD_ERR_ARGUMENT, "grid", "axis %d is periodic on one side only", s / 2);
     }
     return PD_OK;
 }
@@ -5217,31 +5313,149 @@ pd_status pd_grid_build(pd_ctx *ctx, const pd_stencil *stencil, const pd_grid_de
     return PD_OK;
 }
 
+/* 1 when a ghost with index j along axis d may change its kind with a box node of index i: it stands for that node, or
+ * lies on its line behind an inlet or outlet (opening one layer may open the deeper ones of an inlet). */
+static int pdi_grid_follows(const pd_grid *grid, int d, int i, int j)
+{
+    if (j >= 0 && j < grid->n[d]) return i == j;
+    pd_side side = grid->side[2 * d + (j < 0 ? 0 : 1)];
+    if (side == PD_SIDE_INLET || side == PD_SIDE_OUTLET) return 1;
+    if (side == PD_SIDE_WALL) return 0;
+    pdi_grid_fold_axis(grid, d, 0, &j);
+    return i == j;
+}
+
 PDI_FN void pdi_grid_dissolve(pd_grid *grid, int32_t node)
 {
-    int i[PD_DIM];
+    int i[PD_DIM], j[PD_DIM], d;
     grid->kind[node] = PD_FLUID;
     grid->solid_count--;
     grid->fluid_count++;
     pdi_grid_index(grid, node, i);
-    for (int d = 0; d < PD_DIM; d++)
-        for (int up = 0; up < 2; up++) {
-            if (grid->side[2 * d + up] == PD_SIDE_WALL) continue;
-            /* all ghosts of this line: opening one layer may open the deeper ones of an inlet */
-            for (int layer = 0; layer < grid->ghost; layer++) {
-                int j[PD_DIM];
-                memcpy(j, i, sizeof j);
-                j[d] = up ? grid->n[d] + layer : -1 - layer;
-                int32_t ghost = pd_grid_node(grid, j);
-                grid->kind[ghost] = pdi_grid_ghost_kind(grid, ghost);
-            }
+    int ghost = grid->ghost;
+    for (d = 0; d < PD_DIM; d++) j[d] = -ghost - 1;
+    /* all combinations of followers along the axes */
+    for (d = 0; d >= 0;) {
+        do j[d]++;
+        while (j[d] < grid->n[d] + ghost && !pdi_grid_follows(grid, d, i[d], j[d]));
+        if (j[d] >= grid->n[d] + ghost) {
+            j[d--] = -ghost - 1;
+            continue;
         }
+        if (++d < PD_DIM) continue;
+        d = PD_DIM - 1;
+        if (pdi_grid_inside(grid, j)) continue;
+        int32_t at = pd_grid_node(grid, j);
+        grid->kind[at] = pdi_grid_ghost_kind(grid, at);
+    }
 }
 
 void pd_grid_free(pd_ctx *ctx, pd_grid *grid)
 {
     PDI_DELETE(ctx, grid->total, grid->kind);
     memset(grid, 0, sizeof *grid);
+}
+
+/* ======== >>ghost.c ======== */
+/* ghost: see ghost.h */
+#include <string.h>
+
+pd_status pd_ghosts_build(pd_ctx *ctx, const pd_grid *grid, pd_ghosts *g)
+{
+    memset(g, 0, sizeof *g);
+    g->grid = grid;
+    return pd_ghosts_update(ctx, g);
+}
+
+static void pdi_ghosts_release(pd_ctx *ctx, pd_ghosts *g)
+{
+    PDI_DELETE(ctx, g->capacity, g->node);
+    PDI_DELETE(ctx, g->capacity, g->source);
+    PDI_DELETE(ctx, g->capacity, g->odd);
+    g->capacity = g->count = g->images = 0;
+}
+
+static pd_status pdi_ghosts_reserve(pd_ctx *ctx, int32_t count, pd_ghosts *g)
+{
+    if (count <= g->capacity) return PD_OK;
+    pdi_ghosts_release(ctx, g);
+    g->capacity = count;
+    PDI_TRY(PDI_NEW(ctx, "ghost", count, g->node));
+    PDI_TRY(PDI_NEW(ctx, "ghost", count, g->source));
+    return PDI_NEW(ctx, "ghost", count, g->odd);
+}
+
+/* Signs of the components behind an outlet: all but the normal one change. */
+static int pdi_ghosts_outlet_odd(const pd_grid *grid, int32_t node)
+{
+    int i[PD_DIM], odd = (1 << PD_DIM) - 1;
+    pdi_grid_index(grid, node, i);
+    pdi_grid_fold(grid, i);
+    for (int d = 0; d < PD_DIM; d++)
+        if (i[d] < 0 || i[d] >= grid->n[d]) odd &= ~(1 << d);
+    return odd;
+}
+
+static void pdi_ghosts_add(pd_ghosts *g, int32_t node)
+{
+    const pd_grid *grid = g->grid;
+    int i[PD_DIM], odd, flip;
+    pdi_grid_index(grid, node, i);
+    odd = pdi_grid_fold(grid, i);
+    g->source[g->count] = pdi_grid_image(grid, node, &flip);
+    if (grid->kind[node] == PD_OUTLET) odd ^= pdi_ghosts_outlet_odd(grid, node);
+    g->node[g->count] = node;
+    g->odd[g->count++] = (uint8_t)odd;
+}
+
+pd_status pd_ghosts_update(pd_ctx *ctx, pd_ghosts *g)
+{
+    const pd_grid *grid = g->grid;
+    int32_t count = 0;
+    for (int32_t node = 0; node < grid->total; node++)
+        count += grid->kind[node] == PD_IMAGE || grid->kind[node] == PD_OUTLET;
+    PDI_TRY(pdi_ghosts_reserve(ctx, count, g));
+    g->count = 0;
+    for (int32_t node = 0; node < grid->total; node++)
+        if (grid->kind[node] == PD_IMAGE) pdi_ghosts_add(g, node);
+    g->images = g->count;
+    for (int32_t node = 0; node < grid->total; node++)
+        if (grid->kind[node] == PD_OUTLET) pdi_ghosts_add(g, node);
+    return PD_OK;
+}
+
+void pd_ghosts_scalar(const pd_ghosts *g, double *f)
+{
+    for (int32_t k = 0; k < g->images; k++) f[g->node[k]] = f[g->source[k]];
+}
+
+void pd_ghosts_vector(const pd_ghosts *g, double *v)
+{
+    int64_t total = g->grid->total;
+    for (int d = 0; d < PD_DIM; d++)
+        for (int32_t k = 0; k < g->count; k++) {
+            double value = v[d * total + g->source[k]];
+            v[d * total + g->node[k]] = g->odd[k] >> d & 1 ? -value : value;
+        }
+}
+
+void pd_ghosts_pressure(const pd_ghosts *g, double held, double *p)
+{
+    pd_ghosts_scalar(g, p);
+    for (int32_t k = g->images; k < g->count; k++) p[g->node[k]] = 2.0 * held - p[g->source[k]];
+}
+
+void pd_ghosts_clear(const pd_ghosts *g, int components, double *x)
+{
+    int64_t total = g->grid->total;
+    for (int d = 0; d < components; d++)
+        for (int32_t k = 0; k < g->count; k++) x[d * total + g->node[k]] = 0.0;
+}
+
+void pd_ghosts_free(pd_ctx *ctx, pd_ghosts *g)
+{
+    pdi_ghosts_release(ctx, g);
+    memset(g, 0, sizeof *g);
 }
 
 /* ======== >>bond.c ======== */
@@ -5308,16 +5522,13 @@ static void pdi_bond_face_cut(const pd_bonds *bonds, int32_t node, int k, int gr
     cut->t = s->group_entry[group];
 }
 
-/* Signed distance of a point, positive in the fluid. Behind an inlet or outlet the geometry is the mirror image of that
- * before it, as the kinds of the ghosts are. */
+/* Signed distance of a point, positive in the fluid. Behind sides that are not walls the geometry repeats, as the kinds
+ * of the ghosts do. */
 static double pdi_bond_level(const pd_grid *grid, int shape, const double *x)
 {
     double at[PD_DIM];
-    for (int d = 0; d < PD_DIM; d++) {
-        at[d] = x[d];
-        if (x[d] < grid->lo[d] && grid->side[2 * d] != PD_SIDE_WALL) at[d] = 2.0 * grid->lo[d] - x[d];
-        if (x[d] > grid->hi[d] && grid->side[2 * d + 1] != PD_SIDE_WALL) at[d] = 2.0 * grid->hi[d] - x[d];
-    }
+    memcpy(at, x, sizeof at);
+    pdi_grid_fold_position(grid, at);
     return pd_shape_distance(grid->shapes, shape, at);
 }
 
@@ -5427,7 +5638,7 @@ static int pdi_bond_walled(const pd_grid *grid, int32_t node)
 /* The shape that may cut bonds to a closed node; -1: none, or none with a smooth surface. */
 static int pdi_bond_shape(const pd_grid *grid, int32_t closed, int walled)
 {
-    uint8_t kind = grid->kind[pdi_grid_mirror(grid, closed)];
+    uint8_t kind = grid->kind[pdi_grid_image(grid, closed, NULL)];
     int shape = walled ? grid->wall : kind == PD_SOLID ? grid->solid : pdi_grid_open(kind) ? -1 : grid->wall;
     return shape >= 0 && pd_shape_exact(grid->shapes, shape) ? shape : -1;
 }
@@ -5475,7 +5686,7 @@ static int pdi_bond_whole(const pd_bonds *bonds, int32_t node)
 {
     for (int k = 0; k < bonds->stencil->count; k++) {
         uint8_t kind = bonds->grid->kind[node + bonds->shift[k]];
-        if (kind != PD_FLUID && kind != PD_OUTLET) return 0;
+        if (kind != PD_FLUID && kind != PD_OUTLET && kind != PD_IMAGE) return 0;
     }
     return 1;
 }
@@ -5728,6 +5939,7 @@ pd_status pd_bonds_build(pd_ctx *ctx, const pd_stencil *stencil, const pd_grid *
     PDI_TRY(PDI_NEW(ctx, "bond", stencil->count, bonds->shift));
     PDI_TRY(PDI_NEW(ctx, "bond", stencil->cells, bonds->cell_shift));
     PDI_TRY(PDI_NEW(ctx, "bond", grid->total, bonds->row));
+    PDI_TRY(pd_ghosts_build(ctx, grid, &bonds->ghosts));
     for (int k = 0; k < stencil->count; k++)
         for (int d = 0; d < PD_DIM; d++) bonds->shift[k] += stencil->offset[k * PD_DIM + d] * grid->stride[d];
     for (int c = 0; c < stencil->cells; c++)
@@ -5746,10 +5958,17 @@ pd_status pd_bonds_build(pd_ctx *ctx, const pd_stencil *stencil, const pd_grid *
 pd_status pd_bonds_update(pd_ctx *ctx, const int32_t *changed, int32_t count, pd_bonds *bonds)
 {
     const pd_grid *grid = bonds->grid;
+    const pd_stencil *s = bonds->stencil;
+    PDI_TRY(pd_ghosts_update(ctx, &bonds->ghosts));
     for (int32_t c = 0; c < count; c++) {
+        int i[PD_DIM], j[PD_DIM];
         PDI_TRY(pdi_bond_renew(ctx, changed[c], bonds));
-        for (int k = 0; k < bonds->stencil->count; k++) {
-            int32_t node = changed[c] + bonds->shift[k];
+        pdi_grid_index(grid, changed[c], i);
+        for (int k = 0; k < s->count; k++) {
+            /* who has an image of the node in its family */
+            for (int d = 0; d < PD_DIM; d++) j[d] = i[d] + s->offset[k * PD_DIM + d];
+            pdi_grid_fold(grid, j);
+            int32_t node = pd_grid_node(grid, j);
             if (grid->kind[node] == PD_FLUID) PDI_TRY(pdi_bond_renew(ctx, node, bonds));
         }
     }
@@ -5787,6 +6006,7 @@ void pd_bonds_free(pd_ctx *ctx, pd_bonds *b)
     PDI_DELETE(ctx, b->stencil ? b->stencil->count : 0, b->shift);
     PDI_DELETE(ctx, b->stencil ? b->stencil->cells : 0, b->cell_shift);
     PDI_DELETE(ctx, b->grid ? b->grid->total : 0, b->row);
+    pd_ghosts_free(ctx, &b->ghosts);
     pdi_bond_free_rows(ctx, b);
     pdi_bond_free_runs(ctx, b);
     pdi_bond_free_batches(ctx, b);
@@ -11723,33 +11943,13 @@ double pd_material_concentration(const pd_material *material) { return material-
 #include <math.h>
 #include <string.h>
 
-PDI_FN void pdi_flow_outlet_velocity(const pd_flow *flow, double *u)
-{
-    int32_t total = flow->grid->total;
-    for (int32_t o = 0; o < flow->outlets; o++)
-        for (int d = 0; d < PD_DIM; d++) {
-            double value = u[(int64_t)d * total + flow->outlet_mirror[o]];
-            u[(int64_t)d * total + flow->outlet[o]] = d == flow->outlet_axis[o] ? value : -value;
-        }
-}
-
-PDI_FN void pdi_flow_outlet_pressure(const pd_flow *flow, double p_out, double *p)
-{
-    for (int32_t o = 0; o < flow->outlets; o++) p[flow->outlet[o]] = 2.0 * p_out - p[flow->outlet_mirror[o]];
-}
-
 /* Work of a sweep in scalar operations, to decide on threads. */
 static int64_t pdi_flow_work(const pd_flow *flow) { return flow->grid->fluid_count * flow->bonds->stencil->count * 4; }
 
 PDI_FN void pdi_flow_gradient(const pd_ctx *ctx, const pd_flow *flow, const double *p, double *grad)
 {
-    int32_t total = flow->grid->total;
     pd_op_gradient(ctx, flow->bonds, p, grad);
-    for (int32_t o = 0; o < flow->outlets; o++)
-        for (int d = 0; d < PD_DIM; d++) {
-            double value = grad[(int64_t)d * total + flow->outlet_mirror[o]];
-            grad[(int64_t)d * total + flow->outlet[o]] = d == flow->outlet_axis[o] ? value : -value;
-        }
+    pd_ghosts_vector(&flow->bonds->ghosts, grad);
 }
 
 /* The sums of a sweep over its lanes. */
@@ -11889,8 +12089,8 @@ void pd_flow_residual(pd_ctx *ctx, pd_flow *flow, double *ru, double *rc)
 {
     pdi_flow_terms t;
     memset(&t, 0, sizeof t);
-    pdi_flow_outlet_velocity(flow, flow->u);
-    pdi_flow_outlet_pressure(flow, flow->p_out, flow->p);
+    pd_ghosts_vector(&flow->bonds->ghosts, flow->u);
+    pd_ghosts_pressure(&flow->bonds->ghosts, flow->p_out, flow->p);
     pdi_flow_gradient(ctx, flow, flow->p, flow->grad);
     t.mass = t.carried = t.viscous = flow->u;
     t.p = flow->p;
@@ -11912,20 +12112,30 @@ PDI_FN double pdi_flow_bond_flux(const pd_flow *flow, int32_t i, int k)
     return flux - flow->tau * s->lap[k] * tie;
 }
 
+/* 1 when index i lies outside of the box along `axis` only. */
+static int pdi_flow_repeats(const pd_grid *grid, int axis, const int *i)
+{
+    for (int d = 0; d < PD_DIM; d++)
+        if (d != axis && (i[d] < 0 || i[d] >= grid->n[d])) return 0;
+    return 1;
+}
+
 /* Bonds that start before the plane and end behind it; each pair of nodes counts once. */
 double pd_flow_section(pd_ctx *ctx, pd_flow *flow, int axis, int index)
 {
     const pd_stencil *s = flow->bonds->stencil;
     const pd_grid *grid = flow->grid;
     double sum = 0.0;
-    pdi_flow_outlet_velocity(flow, flow->u);
-    pdi_flow_outlet_pressure(flow, flow->p_out, flow->p);
+    pd_ghosts_vector(&flow->bonds->ghosts, flow->u);
+    pd_ghosts_pressure(&flow->bonds->ghosts, flow->p_out, flow->p);
     pdi_flow_gradient(ctx, flow, flow->p, flow->grad);
     for (int32_t node = 0; node < grid->total; node++) {
         int i[PD_DIM];
-        if (grid->kind[node] != PD_FLUID && grid->kind[node] != PD_INLET) continue;
+        if (!pdi_grid_open(grid->kind[node]) || grid->kind[node] == PD_OUTLET) continue;
         pdi_grid_index(grid, node, i);
         if (i[axis] >= index || i[axis] < index - s->reach) continue;
+        /* images count where the flow itself repeats, not beside it */
+        if (grid->kind[node] == PD_IMAGE && !pdi_flow_repeats(grid, axis, i)) continue;
         for (int k = 0; k < s->count; k++) {
             if (i[axis] + s->offset[k * PD_DIM + axis] < index) continue;
             /* bonds that would leave the arrays start behind a side ghost */
@@ -11936,7 +12146,7 @@ double pd_flow_section(pd_ctx *ctx, pd_flow *flow, int axis, int index)
             }
             if (!inside) continue;
             uint8_t far_kind = grid->kind[node + flow->bonds->shift[k]];
-            if (grid->kind[node] == PD_INLET && far_kind != PD_FLUID) continue;
+            if (grid->kind[node] != PD_FLUID && far_kind != PD_FLUID) continue;
             if (!pdi_grid_open(far_kind) || pdi_bond_closed_group(flow->bonds, node, k) >= 0) continue;
             sum += pdi_flow_bond_flux(flow, node, k) * s->volume;
         }
@@ -11958,42 +12168,23 @@ double pd_flow_section_nodes(pd_ctx *ctx, const pd_flow *flow, int axis, int ind
     return sum;
 }
 
-/* Outlet ghosts and inlet values follow the kinds of the ghosts. */
-static pd_status pdi_flow_ghosts(pd_ctx *ctx, pd_flow *flow)
+/* Inlet values follow the kinds of the ghosts; behind periodic and mirror sides they are images too. */
+static pd_status pdi_flow_inlets(pd_ctx *ctx, pd_flow *flow)
 {
     const pd_grid *grid = flow->grid;
-    int32_t count = 0;
-    for (int32_t node = 0; node < grid->total; node++) count += grid->kind[node] == PD_OUTLET;
-    if (count > flow->outlet_capacity) {
-        PDI_DELETE(ctx, flow->outlet_capacity, flow->outlet);
-        PDI_DELETE(ctx, flow->outlet_capacity, flow->outlet_mirror);
-        PDI_DELETE(ctx, flow->outlet_capacity, flow->outlet_axis);
-        flow->outlet_capacity = count;
-        PDI_TRY(PDI_NEW(ctx, "flow", count, flow->outlet));
-        PDI_TRY(PDI_NEW(ctx, "flow", count, flow->outlet_mirror));
-        PDI_TRY(PDI_NEW(ctx, "flow", count, flow->outlet_axis));
-    }
-    flow->outlets = 0;
-    for (int32_t node = 0; node < grid->total; node++) {
+    for (int32_t node = 0; node < grid->total && flow->inlet; node++) {
         int i[PD_DIM];
         double x[PD_DIM], u[PD_DIM];
-        if (grid->kind[node] == PD_OUTLET) {
-            pdi_grid_index(grid, node, i);
-            int axis = 0;
-            for (int d = 0; d < PD_DIM; d++)
-                if (i[d] < 0 || i[d] >= grid->n[d]) axis = d;
-            flow->outlet[flow->outlets] = node;
-            flow->outlet_axis[flow->outlets] = (uint8_t)axis;
-            flow->outlet_mirror[flow->outlets++] = pdi_grid_mirror(grid, node);
-        }
-        if (grid->kind[node] != PD_INLET || !flow->inlet) continue;
-        pd_grid_position(grid, node, x);
+        if (grid->kind[node] != PD_INLET) continue;
+        pdi_grid_index(grid, node, i);
+        int flip = pdi_grid_fold(grid, i);
+        pd_grid_position(grid, pd_grid_node(grid, i), x);
         flow->inlet(flow->inlet_user, x, u);
         for (int d = 0; d < PD_DIM; d++) {
             if (!(fabs(u[d]) < 1e100))
                 return pdi_fail(ctx, PD_ERR_ARGUMENT, "flow", "the inlet velocity at (%g, ...) m is %g m/s", x[0],
                                 u[d]);
-            flow->u[(int64_t)d * grid->total + node] = u[d];
+            flow->u[(int64_t)d * grid->total + node] = flip >> d & 1 ? -u[d] : u[d];
         }
     }
     return PD_OK;
@@ -12027,7 +12218,7 @@ pd_status pd_flow_build(pd_ctx *ctx, const pd_grid *grid, const pd_bonds *bonds,
     PDI_TRY(PDI_NEW(ctx, "flow", (int64_t)PD_DIM * grid->total, flow->grad));
     for (int32_t node = 0; node < grid->total; node++)
         if (grid->kind[node] == PD_FLUID) flow->p[node] = flow->p_out;
-    return pdi_flow_ghosts(ctx, flow);
+    return pdi_flow_inlets(ctx, flow);
 }
 
 pd_status pd_flow_update(pd_ctx *ctx, const int32_t *changed, int32_t count, pd_flow *flow)
@@ -12045,7 +12236,7 @@ pd_status pd_flow_update(pd_ctx *ctx, const int32_t *changed, int32_t count, pd_
         flow->p[changed[c]] = found ? sum / found : flow->p_out;
         for (int d = 0; d < PD_DIM; d++) flow->u[(int64_t)d * flow->grid->total + changed[c]] = 0.0;
     }
-    return pdi_flow_ghosts(ctx, flow);
+    return pdi_flow_inlets(ctx, flow);
 }
 
 void pd_flow_free(pd_ctx *ctx, pd_flow *flow)
@@ -12054,9 +12245,6 @@ void pd_flow_free(pd_ctx *ctx, pd_flow *flow)
     PDI_DELETE(ctx, (int64_t)PD_DIM * total, flow->u);
     PDI_DELETE(ctx, total, flow->p);
     PDI_DELETE(ctx, (int64_t)PD_DIM * total, flow->grad);
-    PDI_DELETE(ctx, flow->outlet_capacity, flow->outlet);
-    PDI_DELETE(ctx, flow->outlet_capacity, flow->outlet_mirror);
-    PDI_DELETE(ctx, flow->outlet_capacity, flow->outlet_axis);
     memset(flow, 0, sizeof *flow);
 }
 
@@ -12113,7 +12301,7 @@ static void pdi_steady_commute(const pd_ctx *ctx, const pd_steady *s, const doub
             for (int up = 0; up < 2; up++) {
                 int32_t j = up ? i + grid->stride[d] : i - grid->stride[d];
                 double sign = up ? 0.5 : -0.5, far = q[i];
-                if (grid->kind[j] == PD_FLUID) far = q[j];
+                if (grid->kind[j] == PD_FLUID || grid->kind[j] == PD_IMAGE) far = q[j];
                 else if (grid->kind[j] == PD_OUTLET) far = -q[i];
                 else if (grid->kind[j] == PD_INLET) far = -q[i];
                 sum += sign * flow->u[(int64_t)d * grid->total + i] / grid->h[d] * far;
@@ -12122,27 +12310,22 @@ static void pdi_steady_commute(const pd_ctx *ctx, const pd_steady *s, const doub
     }
 }
 
-/* Ghosts of outlets are no part of the equations. */
-static void pdi_steady_clear_outlets(const pd_flow *flow, double *momentum)
-{
-    for (int32_t o = 0; o < flow->outlets; o++)
-        for (int d = 0; d < PD_DIM; d++) momentum[(int64_t)d * flow->grid->total + flow->outlet[o]] = 0.0;
-}
-
 /* s->work = M^-1 x, and flow->grad the pressure gradient of it. r: scratch. */
 static void pdi_steady_precondition(pd_ctx *ctx, pd_steady *s, const double *x, double *r)
 {
     pd_flow *flow = s->flow;
     int64_t total = flow->grid->total, split = (int64_t)PD_DIM * total;
+    const pd_ghosts *ghosts = &flow->bonds->ghosts;
     double *rp = r + split, *y = s->work, *dp = y + split;
     pdi_par_copy(ctx, split + total, x, r);
     pdi_steady_scale(ctx, flow, flow->speed * flow->speed / flow->length, flow->speed / flow->length, r);
     pd_multigrid_cycle(ctx, &s->mg_p, rp, y);
+    pd_ghosts_scalar(ghosts, y);
     pdi_steady_commute(ctx, s, rp, y, dp);
-    pdi_flow_outlet_pressure(flow, 0.0, dp);
+    pd_ghosts_pressure(ghosts, 0.0, dp);
     pdi_flow_gradient(ctx, flow, dp, flow->grad);
     pdi_par_axpy(ctx, split, -1.0, flow->grad, r);
-    pdi_steady_clear_outlets(flow, r);
+    pd_ghosts_clear(ghosts, PD_DIM, r); /* no part of the equations */
     for (int d = 0; d < PD_DIM; d++) pd_multigrid_cycle(ctx, &s->mg_u, r + d * total, y + d * total);
 }
 
@@ -12155,14 +12338,14 @@ static void pdi_steady_jacobian(pd_ctx *ctx, pd_steady *s, double *y)
     double *du = s->work;
     pdi_flow_terms t;
     memset(&t, 0, sizeof t);
-    pdi_flow_outlet_velocity(flow, du);
+    pd_ghosts_vector(&flow->bonds->ghosts, du);
     t.mass = t.viscous = du;
     t.carried = t.frozen = flow->u;
     t.p = du + split;
     t.grad = flow->grad;
     pdi_flow_terms_apply(ctx, flow, &t, y, y + split);
     if (s->shift > 0.0) pdi_par_axpy(ctx, split, s->shift, du, y);
-    pdi_steady_clear_outlets(flow, y);
+    pd_ghosts_clear(&flow->bonds->ghosts, PD_DIM, y);
     pdi_steady_scale(ctx, flow, flow->length / (flow->speed * flow->speed), flow->length / flow->speed, y);
     flow->evaluations++;
 }
@@ -12395,6 +12578,7 @@ pd_status pd_unsteady_build(pd_ctx *ctx, pd_flow *flow, const pd_unsteady_desc *
 static void pdi_unsteady_fill(const pd_ctx *ctx, pd_unsteady *un)
 {
     pd_flow *flow = un->flow;
+    const pd_ghosts *ghosts = &flow->bonds->ghosts;
     const uint8_t *kind = flow->grid->kind;
     int32_t total = flow->grid->total;
     int nt = pdi_par_threads(ctx, total * 8);
@@ -12402,11 +12586,9 @@ static void pdi_unsteady_fill(const pd_ctx *ctx, pd_unsteady *un)
     PDI_PARALLEL_FOR(nt)
     for (int32_t i = 0; i < total; i++)
         if (kind[i] == PD_FLUID) flow->p[i] = pdi_unsteady_pressure(&un->desc, un->density[i]);
-    pdi_flow_outlet_velocity(flow, flow->u);
-    pdi_flow_outlet_pressure(flow, flow->p_out, flow->p);
-    double out = pdi_unsteady_density(&un->desc, flow->p_out);
-    for (int32_t o = 0; o < flow->outlets; o++)
-        un->density[flow->outlet[o]] = 2.0 * out - un->density[flow->outlet_mirror[o]];
+    pd_ghosts_vector(ghosts, flow->u);
+    pd_ghosts_pressure(ghosts, flow->p_out, flow->p);
+    pd_ghosts_pressure(ghosts, pdi_unsteady_density(&un->desc, flow->p_out), un->density);
     PDI_PARALLEL_FOR(nt)
     for (int32_t i = 0; i < total; i++)
         for (int d = 0; d < PD_DIM; d++)
@@ -12768,8 +12950,8 @@ static int pdi_transport_sees_ends(const pd_transport *t, int32_t i, int count)
     pdi_grid_index(grid, i, at);
     for (int d = 0; d < PD_DIM; d++) {
         int last = d == 0 ? at[0] + count - 1 : at[d];
-        if (grid->side[2 * d] != PD_SIDE_WALL && at[d] < reach) return 1;
-        if (grid->side[2 * d + 1] != PD_SIDE_WALL && last >= grid->n[d] - reach) return 1;
+        if (pdi_grid_port(grid->side[2 * d]) && at[d] < reach) return 1;
+        if (pdi_grid_port(grid->side[2 * d + 1]) && last >= grid->n[d] - reach) return 1;
     }
     return 0;
 }
@@ -12806,6 +12988,11 @@ static void pdi_transport_operator(const pd_ctx *ctx, const pd_transport *t, con
 {
     pdi_transport_sweep s;
     memset(&s, 0, sizeof s);
+    if (t->repeated) {
+        pdi_par_copy(ctx, t->grid->total, c, t->repeated);
+        pd_ghosts_scalar(&t->bonds->ghosts, t->repeated);
+        c = t->repeated;
+    }
     s.t = t;
     s.c = c;
     s.y = y;
@@ -12819,6 +13006,8 @@ static void pdi_transport_limit_fluxes(const pd_ctx *ctx, pd_transport *t, doubl
 {
     pdi_transport_sweep s;
     const uint8_t *kind = t->grid->kind;
+    const pd_ghosts *ghosts = &t->bonds->ghosts;
+    pd_ghosts_scalar(ghosts, t->c);
     memset(&s, 0, sizeof s);
     s.t = t;
     s.c = t->c;
@@ -12829,6 +13018,8 @@ static void pdi_transport_limit_fluxes(const pd_ctx *ctx, pd_transport *t, doubl
     pdi_transport_sweep_all(ctx, &s);
     for (int32_t i = 0; i < t->grid->total; i++)
         if (t->upwinded[i]) t->up[i] = t->down[i] = 0.0;
+    pd_ghosts_scalar(ghosts, t->up);
+    pd_ghosts_scalar(ghosts, t->down);
     s.task = PDI_TRANSPORT_ANTI;
     pdi_transport_sweep_all(ctx, &s);
     for (int32_t i = 0; i < t->grid->total; i++)
@@ -12948,8 +13139,8 @@ static void pdi_transport_boundary(pd_transport *t)
         if (grid->kind[i] != PD_FLUID) continue;
         pdi_grid_index(grid, i, at);
         for (int d = 0; d < PD_DIM; d++) {
-            near_open = near_open || (grid->side[2 * d] != PD_SIDE_WALL && at[d] < reach);
-            near_open = near_open || (grid->side[2 * d + 1] != PD_SIDE_WALL && at[d] >= grid->n[d] - reach);
+            near_open = near_open || (pdi_grid_port(grid->side[2 * d]) && at[d] < reach);
+            near_open = near_open || (pdi_grid_port(grid->side[2 * d + 1]) && at[d] >= grid->n[d] - reach);
         }
         if (!near_open) continue;
         for (int k = 0; k < t->bonds->stencil->count; k++) {
@@ -13175,6 +13366,8 @@ pd_status pd_transport_build(pd_ctx *ctx, const pd_grid *grid, const pd_bonds *b
     PDI_TRY(PDI_NEW(ctx, "transport", grid->total, t->upwinded));
     PDI_TRY(PDI_NEW(ctx, "transport", grid->total, t->rhs));
     PDI_TRY(PDI_NEW(ctx, "transport", 2 * (int64_t)grid->total, t->work));
+    for (int s = 0; s < 2 * PD_DIM && !t->repeated; s++)
+        if (grid->side[s] >= PD_SIDE_PERIODIC) PDI_TRY(PDI_NEW(ctx, "transport", grid->total, t->repeated));
     for (int32_t i = 0; i < grid->total; i++)
         if (grid->kind[i] == PD_FLUID) t->c[i] = desc->initial;
     pd_transport_update(t);
@@ -13198,6 +13391,7 @@ void pd_transport_free(pd_ctx *ctx, pd_transport *t)
     PDI_DELETE(ctx, total, t->upwinded);
     PDI_DELETE(ctx, total, t->rhs);
     PDI_DELETE(ctx, 2 * total, t->work);
+    PDI_DELETE(ctx, total, t->repeated);
     memset(t, 0, sizeof *t);
 }
 
@@ -13224,13 +13418,13 @@ static double pdi_dissolve_factor(const pd_dissolve *d, int32_t solid)
 /* What an intact node loses before it turns fluid [mol/m3]. */
 static double pdi_dissolve_span(const pd_dissolve *d) { return d->desc.solid * (1.0 - d->desc.threshold); }
 
-/* Far end of bond k of node i. Ghosts behind a side of the box stand for their mirror images, so that a front that
- * meets a side is as fast there as elsewhere. */
+/* Far end of bond k of node i. Ghosts behind a side of the box stand for their images, so that a front that meets a
+ * side is as fast there as elsewhere. */
 static int32_t pdi_dissolve_far(const pd_dissolve *d, int32_t i, int k)
 {
     int32_t j = i + d->bonds->shift[k];
     uint8_t kind = d->grid->kind[j];
-    return kind == PD_FLUID || kind == PD_SOLID ? j : pdi_grid_mirror(d->grid, j);
+    return kind == PD_FLUID || kind == PD_SOLID ? j : pdi_grid_image(d->grid, j, NULL);
 }
 
 /* 1 when metal can pass bond k of node i: no wall in between, mirror images included. Both ends agree, because paths
@@ -13243,7 +13437,7 @@ static int pdi_dissolve_free(const pd_dissolve *d, int32_t i, int k)
         for (int c = s->group_cell[g]; c < s->group_cell[g + 1] && walled; c++) {
             int32_t at = i + d->bonds->cell_shift[c];
             uint8_t kind = d->grid->kind[at];
-            if (kind != PD_FLUID && kind != PD_SOLID) kind = d->grid->kind[pdi_grid_mirror(d->grid, at)];
+            if (kind != PD_FLUID && kind != PD_SOLID) kind = d->grid->kind[pdi_grid_image(d->grid, at, NULL)];
             walled = kind != PD_FLUID && kind != PD_SOLID;
         }
         if (walled) return 0;

@@ -63,16 +63,13 @@ static void pdi_bond_face_cut(const pd_bonds *bonds, int32_t node, int k, int gr
     cut->t = s->group_entry[group];
 }
 
-/* Signed distance of a point, positive in the fluid. Behind an inlet or outlet the geometry is the mirror image of that
- * before it, as the kinds of the ghosts are. */
+/* Signed distance of a point, positive in the fluid. Behind sides that are not walls the geometry repeats, as the kinds
+ * of the ghosts do. */
 static double pdi_bond_level(const pd_grid *grid, int shape, const double *x)
 {
     double at[PD_DIM];
-    for (int d = 0; d < PD_DIM; d++) {
-        at[d] = x[d];
-        if (x[d] < grid->lo[d] && grid->side[2 * d] != PD_SIDE_WALL) at[d] = 2.0 * grid->lo[d] - x[d];
-        if (x[d] > grid->hi[d] && grid->side[2 * d + 1] != PD_SIDE_WALL) at[d] = 2.0 * grid->hi[d] - x[d];
-    }
+    memcpy(at, x, sizeof at);
+    pdi_grid_fold_position(grid, at);
     return pd_shape_distance(grid->shapes, shape, at);
 }
 
@@ -182,7 +179,7 @@ static int pdi_bond_walled(const pd_grid *grid, int32_t node)
 /* The shape that may cut bonds to a closed node; -1: none, or none with a smooth surface. */
 static int pdi_bond_shape(const pd_grid *grid, int32_t closed, int walled)
 {
-    uint8_t kind = grid->kind[pdi_grid_mirror(grid, closed)];
+    uint8_t kind = grid->kind[pdi_grid_image(grid, closed, NULL)];
     int shape = walled ? grid->wall : kind == PD_SOLID ? grid->solid : pdi_grid_open(kind) ? -1 : grid->wall;
     return shape >= 0 && pd_shape_exact(grid->shapes, shape) ? shape : -1;
 }
@@ -230,7 +227,7 @@ static int pdi_bond_whole(const pd_bonds *bonds, int32_t node)
 {
     for (int k = 0; k < bonds->stencil->count; k++) {
         uint8_t kind = bonds->grid->kind[node + bonds->shift[k]];
-        if (kind != PD_FLUID && kind != PD_OUTLET) return 0;
+        if (kind != PD_FLUID && kind != PD_OUTLET && kind != PD_IMAGE) return 0;
     }
     return 1;
 }
@@ -483,6 +480,7 @@ pd_status pd_bonds_build(pd_ctx *ctx, const pd_stencil *stencil, const pd_grid *
     PDI_TRY(PDI_NEW(ctx, "bond", stencil->count, bonds->shift));
     PDI_TRY(PDI_NEW(ctx, "bond", stencil->cells, bonds->cell_shift));
     PDI_TRY(PDI_NEW(ctx, "bond", grid->total, bonds->row));
+    PDI_TRY(pd_ghosts_build(ctx, grid, &bonds->ghosts));
     for (int k = 0; k < stencil->count; k++)
         for (int d = 0; d < PD_DIM; d++) bonds->shift[k] += stencil->offset[k * PD_DIM + d] * grid->stride[d];
     for (int c = 0; c < stencil->cells; c++)
@@ -501,10 +499,17 @@ pd_status pd_bonds_build(pd_ctx *ctx, const pd_stencil *stencil, const pd_grid *
 pd_status pd_bonds_update(pd_ctx *ctx, const int32_t *changed, int32_t count, pd_bonds *bonds)
 {
     const pd_grid *grid = bonds->grid;
+    const pd_stencil *s = bonds->stencil;
+    PDI_TRY(pd_ghosts_update(ctx, &bonds->ghosts));
     for (int32_t c = 0; c < count; c++) {
+        int i[PD_DIM], j[PD_DIM];
         PDI_TRY(pdi_bond_renew(ctx, changed[c], bonds));
-        for (int k = 0; k < bonds->stencil->count; k++) {
-            int32_t node = changed[c] + bonds->shift[k];
+        pdi_grid_index(grid, changed[c], i);
+        for (int k = 0; k < s->count; k++) {
+            /* who has an image of the node in its family */
+            for (int d = 0; d < PD_DIM; d++) j[d] = i[d] + s->offset[k * PD_DIM + d];
+            pdi_grid_fold(grid, j);
+            int32_t node = pd_grid_node(grid, j);
             if (grid->kind[node] == PD_FLUID) PDI_TRY(pdi_bond_renew(ctx, node, bonds));
         }
     }
@@ -542,6 +547,7 @@ void pd_bonds_free(pd_ctx *ctx, pd_bonds *b)
     PDI_DELETE(ctx, b->stencil ? b->stencil->count : 0, b->shift);
     PDI_DELETE(ctx, b->stencil ? b->stencil->cells : 0, b->cell_shift);
     PDI_DELETE(ctx, b->grid ? b->grid->total : 0, b->row);
+    pd_ghosts_free(ctx, &b->ghosts);
     pdi_bond_free_rows(ctx, b);
     pdi_bond_free_runs(ctx, b);
     pdi_bond_free_batches(ctx, b);

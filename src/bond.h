@@ -1,18 +1,19 @@
 /* bond: rows of open bonds for fluid nodes whose family is cut, and runs of nodes whose family is whole.
  *
- * A bond is open when both ends and every cell that its straight line passes are open (fluid, inlet, outlet), so a
- * wall one node thick separates its two sides. A cut bond meets the surface at the fraction t of its length: on the
+ * A bond is open when both ends and every cell that its straight line passes are open (fluid, inlet, outlet, image), so
+ * a wall one node thick separates its two sides. A cut bond meets the surface at the fraction t of its length: on the
  * zero level of the shape where that is known, else on the face of the closed cell. It acts through its fictitious
  * end value, the extension of the field from the node through the wall value at t (theory: eq. 3.2 to 3.4), which
  * needs three numbers a node (wall_lap, wall_curv, gradient) and no ghost value in the solid.
  */
 #ifndef PD_BOND_H
 #define PD_BOND_H
-#include "grid.h"
+#include "ghost.h"
 
 typedef struct pd_bonds {
     const pd_stencil *stencil;
     const pd_grid *grid;
+    pd_ghosts ghosts;    /* of the grid: whoever has bonds can fill the far ends */
     int all_rows;        /* every fluid node owns a row (for comparisons of both paths) */
     int32_t *shift;      /* [count] node id of the far end minus that of the node */
     int32_t *cell_shift; /* [cells] the same for the cells of the paths */

@@ -22,13 +22,13 @@ static double pdi_dissolve_factor(const pd_dissolve *d, int32_t solid)
 /* What an intact node loses before it turns fluid [mol/m3]. */
 static double pdi_dissolve_span(const pd_dissolve *d) { return d->desc.solid * (1.0 - d->desc.threshold); }
 
-/* Far end of bond k of node i. Ghosts behind a side of the box stand for their mirror images, so that a front that
- * meets a side is as fast there as elsewhere. */
+/* Far end of bond k of node i. Ghosts behind a side of the box stand for their images, so that a front that meets a
+ * side is as fast there as elsewhere. */
 static int32_t pdi_dissolve_far(const pd_dissolve *d, int32_t i, int k)
 {
     int32_t j = i + d->bonds->shift[k];
     uint8_t kind = d->grid->kind[j];
-    return kind == PD_FLUID || kind == PD_SOLID ? j : pdi_grid_mirror(d->grid, j);
+    return kind == PD_FLUID || kind == PD_SOLID ? j : pdi_grid_image(d->grid, j, NULL);
 }
 
 /* 1 when metal can pass bond k of node i: no wall in between, mirror images included. Both ends agree, because paths
@@ -41,7 +41,7 @@ static int pdi_dissolve_free(const pd_dissolve *d, int32_t i, int k)
         for (int c = s->group_cell[g]; c < s->group_cell[g + 1] && walled; c++) {
             int32_t at = i + d->bonds->cell_shift[c];
             uint8_t kind = d->grid->kind[at];
-            if (kind != PD_FLUID && kind != PD_SOLID) kind = d->grid->kind[pdi_grid_mirror(d->grid, at)];
+            if (kind != PD_FLUID && kind != PD_SOLID) kind = d->grid->kind[pdi_grid_image(d->grid, at, NULL)];
             walled = kind != PD_FLUID && kind != PD_SOLID;
         }
         if (walled) return 0;

@@ -9,33 +9,13 @@
 #include <math.h>
 #include <string.h>
 
-PDI_FN void pdi_flow_outlet_velocity(const pd_flow *flow, double *u)
-{
-    int32_t total = flow->grid->total;
-    for (int32_t o = 0; o < flow->outlets; o++)
-        for (int d = 0; d < PD_DIM; d++) {
-            double value = u[(int64_t)d * total + flow->outlet_mirror[o]];
-            u[(int64_t)d * total + flow->outlet[o]] = d == flow->outlet_axis[o] ? value : -value;
-        }
-}
-
-PDI_FN void pdi_flow_outlet_pressure(const pd_flow *flow, double p_out, double *p)
-{
-    for (int32_t o = 0; o < flow->outlets; o++) p[flow->outlet[o]] = 2.0 * p_out - p[flow->outlet_mirror[o]];
-}
-
 /* Work of a sweep in scalar operations, to decide on threads. */
 static int64_t pdi_flow_work(const pd_flow *flow) { return flow->grid->fluid_count * flow->bonds->stencil->count * 4; }
 
 PDI_FN void pdi_flow_gradient(const pd_ctx *ctx, const pd_flow *flow, const double *p, double *grad)
 {
-    int32_t total = flow->grid->total;
     pd_op_gradient(ctx, flow->bonds, p, grad);
-    for (int32_t o = 0; o < flow->outlets; o++)
-        for (int d = 0; d < PD_DIM; d++) {
-            double value = grad[(int64_t)d * total + flow->outlet_mirror[o]];
-            grad[(int64_t)d * total + flow->outlet[o]] = d == flow->outlet_axis[o] ? value : -value;
-        }
+    pd_ghosts_vector(&flow->bonds->ghosts, grad);
 }
 
 /* The sums of a sweep over its lanes. */
@@ -175,8 +155,8 @@ void pd_flow_residual(pd_ctx *ctx, pd_flow *flow, double *ru, double *rc)
 {
     pdi_flow_terms t;
     memset(&t, 0, sizeof t);
-    pdi_flow_outlet_velocity(flow, flow->u);
-    pdi_flow_outlet_pressure(flow, flow->p_out, flow->p);
+    pd_ghosts_vector(&flow->bonds->ghosts, flow->u);
+    pd_ghosts_pressure(&flow->bonds->ghosts, flow->p_out, flow->p);
     pdi_flow_gradient(ctx, flow, flow->p, flow->grad);
     t.mass = t.carried = t.viscous = flow->u;
     t.p = flow->p;
@@ -198,20 +178,30 @@ PDI_FN double pdi_flow_bond_flux(const pd_flow *flow, int32_t i, int k)
     return flux - flow->tau * s->lap[k] * tie;
 }
 
+/* 1 when index i lies outside of the box along `axis` only. */
+static int pdi_flow_repeats(const pd_grid *grid, int axis, const int *i)
+{
+    for (int d = 0; d < PD_DIM; d++)
+        if (d != axis && (i[d] < 0 || i[d] >= grid->n[d])) return 0;
+    return 1;
+}
+
 /* Bonds that start before the plane and end behind it; each pair of nodes counts once. */
 double pd_flow_section(pd_ctx *ctx, pd_flow *flow, int axis, int index)
 {
     const pd_stencil *s = flow->bonds->stencil;
     const pd_grid *grid = flow->grid;
     double sum = 0.0;
-    pdi_flow_outlet_velocity(flow, flow->u);
-    pdi_flow_outlet_pressure(flow, flow->p_out, flow->p);
+    pd_ghosts_vector(&flow->bonds->ghosts, flow->u);
+    pd_ghosts_pressure(&flow->bonds->ghosts, flow->p_out, flow->p);
     pdi_flow_gradient(ctx, flow, flow->p, flow->grad);
     for (int32_t node = 0; node < grid->total; node++) {
         int i[PD_DIM];
-        if (grid->kind[node] != PD_FLUID && grid->kind[node] != PD_INLET) continue;
+        if (!pdi_grid_open(grid->kind[node]) || grid->kind[node] == PD_OUTLET) continue;
         pdi_grid_index(grid, node, i);
         if (i[axis] >= index || i[axis] < index - s->reach) continue;
+        /* images count where the flow itself repeats, not beside it */
+        if (grid->kind[node] == PD_IMAGE && !pdi_flow_repeats(grid, axis, i)) continue;
         for (int k = 0; k < s->count; k++) {
             if (i[axis] + s->offset[k * PD_DIM + axis] < index) continue;
             /* bonds that would leave the arrays start behind a side ghost */
@@ -222,7 +212,7 @@ double pd_flow_section(pd_ctx *ctx, pd_flow *flow, int axis, int index)
             }
             if (!inside) continue;
             uint8_t far_kind = grid->kind[node + flow->bonds->shift[k]];
-            if (grid->kind[node] == PD_INLET && far_kind != PD_FLUID) continue;
+            if (grid->kind[node] != PD_FLUID && far_kind != PD_FLUID) continue;
             if (!pdi_grid_open(far_kind) || pdi_bond_closed_group(flow->bonds, node, k) >= 0) continue;
             sum += pdi_flow_bond_flux(flow, node, k) * s->volume;
         }
@@ -244,42 +234,23 @@ double pd_flow_section_nodes(pd_ctx *ctx, const pd_flow *flow, int axis, int ind
     return sum;
 }
 
-/* Outlet ghosts and inlet values follow the kinds of the ghosts. */
-static pd_status pdi_flow_ghosts(pd_ctx *ctx, pd_flow *flow)
+/* Inlet values follow the kinds of the ghosts; behind periodic and mirror sides they are images too. */
+static pd_status pdi_flow_inlets(pd_ctx *ctx, pd_flow *flow)
 {
     const pd_grid *grid = flow->grid;
-    int32_t count = 0;
-    for (int32_t node = 0; node < grid->total; node++) count += grid->kind[node] == PD_OUTLET;
-    if (count > flow->outlet_capacity) {
-        PDI_DELETE(ctx, flow->outlet_capacity, flow->outlet);
-        PDI_DELETE(ctx, flow->outlet_capacity, flow->outlet_mirror);
-        PDI_DELETE(ctx, flow->outlet_capacity, flow->outlet_axis);
-        flow->outlet_capacity = count;
-        PDI_TRY(PDI_NEW(ctx, "flow", count, flow->outlet));
-        PDI_TRY(PDI_NEW(ctx, "flow", count, flow->outlet_mirror));
-        PDI_TRY(PDI_NEW(ctx, "flow", count, flow->outlet_axis));
-    }
-    flow->outlets = 0;
-    for (int32_t node = 0; node < grid->total; node++) {
+    for (int32_t node = 0; node < grid->total && flow->inlet; node++) {
         int i[PD_DIM];
         double x[PD_DIM], u[PD_DIM];
-        if (grid->kind[node] == PD_OUTLET) {
-            pdi_grid_index(grid, node, i);
-            int axis = 0;
-            for (int d = 0; d < PD_DIM; d++)
-                if (i[d] < 0 || i[d] >= grid->n[d]) axis = d;
-            flow->outlet[flow->outlets] = node;
-            flow->outlet_axis[flow->outlets] = (uint8_t)axis;
-            flow->outlet_mirror[flow->outlets++] = pdi_grid_mirror(grid, node);
-        }
-        if (grid->kind[node] != PD_INLET || !flow->inlet) continue;
-        pd_grid_position(grid, node, x);
+        if (grid->kind[node] != PD_INLET) continue;
+        pdi_grid_index(grid, node, i);
+        int flip = pdi_grid_fold(grid, i);
+        pd_grid_position(grid, pd_grid_node(grid, i), x);
         flow->inlet(flow->inlet_user, x, u);
         for (int d = 0; d < PD_DIM; d++) {
             if (!(fabs(u[d]) < 1e100))
                 return pdi_fail(ctx, PD_ERR_ARGUMENT, "flow", "the inlet velocity at (%g, ...) m is %g m/s", x[0],
                                 u[d]);
-            flow->u[(int64_t)d * grid->total + node] = u[d];
+            flow->u[(int64_t)d * grid->total + node] = flip >> d & 1 ? -u[d] : u[d];
         }
     }
     return PD_OK;
@@ -313,7 +284,7 @@ pd_status pd_flow_build(pd_ctx *ctx, const pd_grid *grid, const pd_bonds *bonds,
     PDI_TRY(PDI_NEW(ctx, "flow", (int64_t)PD_DIM * grid->total, flow->grad));
     for (int32_t node = 0; node < grid->total; node++)
         if (grid->kind[node] == PD_FLUID) flow->p[node] = flow->p_out;
-    return pdi_flow_ghosts(ctx, flow);
+    return pdi_flow_inlets(ctx, flow);
 }
 
 pd_status pd_flow_update(pd_ctx *ctx, const int32_t *changed, int32_t count, pd_flow *flow)
@@ -331,7 +302,7 @@ pd_status pd_flow_update(pd_ctx *ctx, const int32_t *changed, int32_t count, pd_
         flow->p[changed[c]] = found ? sum / found : flow->p_out;
         for (int d = 0; d < PD_DIM; d++) flow->u[(int64_t)d * flow->grid->total + changed[c]] = 0.0;
     }
-    return pdi_flow_ghosts(ctx, flow);
+    return pdi_flow_inlets(ctx, flow);
 }
 
 void pd_flow_free(pd_ctx *ctx, pd_flow *flow)
@@ -340,8 +311,5 @@ void pd_flow_free(pd_ctx *ctx, pd_flow *flow)
     PDI_DELETE(ctx, (int64_t)PD_DIM * total, flow->u);
     PDI_DELETE(ctx, total, flow->p);
     PDI_DELETE(ctx, (int64_t)PD_DIM * total, flow->grad);
-    PDI_DELETE(ctx, flow->outlet_capacity, flow->outlet);
-    PDI_DELETE(ctx, flow->outlet_capacity, flow->outlet_mirror);
-    PDI_DELETE(ctx, flow->outlet_capacity, flow->outlet_axis);
     memset(flow, 0, sizeof *flow);
 }

@@ -36,10 +36,6 @@ typedef struct pd_flow {
     double *u;              /* [PD_DIM][total] [m/s] */
     double *p;              /* [total] [m2/s2] kinematic pressure */
     double *grad;           /* [PD_DIM][total] [m/s2] gradient of p, work */
-    int32_t outlets;        /* outlet ghosts and their mirror nodes */
-    int32_t *outlet, *outlet_mirror;
-    uint8_t *outlet_axis;
-    int32_t outlet_capacity;
     int64_t evaluations;    /* operator evaluations so far: residuals and linearised products */
 } pd_flow;
 
@@ -78,10 +74,7 @@ typedef struct pdi_flow_terms {
     const double *grad;    /* gradient of p [m/s2] */
     const double *force;   /* [PD_DIM] [m/s2], or NULL */
 } pdi_flow_terms;
-/* Outlet ghosts from their mirror nodes: normal velocity even, tangential odd, pressure odd about p_out. */
-PDI_FN void pdi_flow_outlet_velocity(const pd_flow *flow, double *u);
-PDI_FN void pdi_flow_outlet_pressure(const pd_flow *flow, double p_out, double *p);
-/* grad = G p at fluid nodes and outlet ghosts (eq. 3.5). */
+/* grad = G p at fluid nodes, images and outlet ghosts (eq. 3.5). */
 PDI_FN void pdi_flow_gradient(const pd_ctx *ctx, const pd_flow *flow, const double *p, double *grad);
 /* Momentum and continuity terms M(u, P) (eq. 4.1, 4.2); ghosts must be filled. */
 PDI_FN void pdi_flow_terms_apply(const pd_ctx *ctx, const pd_flow *flow, const pdi_flow_terms *t, double *ru,

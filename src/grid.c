@@ -51,27 +51,68 @@ static int pdi_grid_side(const pd_grid *grid, const int *i)
     return side;
 }
 
-PDI_FN int32_t pdi_grid_mirror(const pd_grid *grid, int32_t node)
+static int pdi_grid_wrap(int i, int period) { return ((i % period) + period) % period; }
+
+/* Mirror images have twice the period of the box; a box thinner than the horizon is mirrored more than once. */
+static int pdi_grid_reflect(int i, int n, int *flipped)
 {
-    int i[PD_DIM];
+    int place = pdi_grid_wrap(i, 2 * n);
+    *flipped = place >= n;
+    return *flipped ? 2 * n - 1 - place : place;
+}
+
+/* Fold index i of axis d through the side behind which it lies; `all`: through whatever side that is. The bit of the
+ * axis when it is mirrored. */
+static int pdi_grid_fold_axis(const pd_grid *grid, int d, int all, int *i)
+{
+    int flipped = 0;
+    if (*i >= 0 && *i < grid->n[d]) return 0;
+    pd_side side = grid->side[2 * d + (*i < 0 ? 0 : 1)];
+    if (side == PD_SIDE_PERIODIC) *i = pdi_grid_wrap(*i, grid->n[d]);
+    else if (side == PD_SIDE_MIRROR || all) *i = pdi_grid_reflect(*i, grid->n[d], &flipped);
+    return flipped ? 1 << d : 0;
+}
+
+PDI_FN int32_t pdi_grid_image(const pd_grid *grid, int32_t node, int *flip)
+{
+    int i[PD_DIM], flipped = 0;
     pdi_grid_index(grid, node, i);
-    for (int d = 0; d < PD_DIM; d++) {
-        /* the images of a box have twice its period; a box thinner than the horizon is mirrored more than once */
-        int period = 2 * grid->n[d], place = ((i[d] % period) + period) % period;
-        i[d] = place < grid->n[d] ? place : period - 1 - place;
-    }
+    for (int d = 0; d < PD_DIM; d++) flipped |= pdi_grid_fold_axis(grid, d, 1, &i[d]);
+    if (flip) *flip = flipped;
     return pd_grid_node(grid, i);
 }
 
-/* A ghost of an inlet or outlet is open only in front of fluid; elsewhere it continues the wall. */
+PDI_FN int pdi_grid_fold(const pd_grid *grid, int *i)
+{
+    int flipped = 0;
+    for (int d = 0; d < PD_DIM; d++) flipped |= pdi_grid_fold_axis(grid, d, 0, &i[d]);
+    return flipped;
+}
+
+PDI_FN void pdi_grid_fold_position(const pd_grid *grid, double *x)
+{
+    for (int d = 0; d < PD_DIM; d++) {
+        if (x[d] >= grid->lo[d] && x[d] <= grid->hi[d]) continue;
+        int up = x[d] > grid->hi[d];
+        double edge = up ? grid->hi[d] : grid->lo[d], length = grid->hi[d] - grid->lo[d];
+        pd_side side = grid->side[2 * d + up];
+        if (side == PD_SIDE_PERIODIC) x[d] += up ? -length : length;
+        else if (side != PD_SIDE_WALL) x[d] = 2.0 * edge - x[d];
+    }
+}
+
+/* A ghost of an inlet or outlet is open only in front of fluid; elsewhere it continues the wall. Behind periodic and
+ * mirror sides it is what it stands for, solid being as closed as a wall. */
 static uint8_t pdi_grid_ghost_kind(const pd_grid *grid, int32_t node)
 {
     int i[PD_DIM];
     pdi_grid_index(grid, node, i);
+    pdi_grid_fold(grid, i);
     int side = pdi_grid_side(grid, i);
-    if (side < 0 || grid->side[side] == PD_SIDE_WALL) return PD_WALL;
-    uint8_t behind = grid->kind[pdi_grid_mirror(grid, node)];
-    if (behind != PD_FLUID) return PD_WALL;
+    uint8_t behind = grid->kind[pdi_grid_image(grid, node, NULL)];
+    if (side == -2 || behind != PD_FLUID) return PD_WALL;
+    if (side == -1) return PD_IMAGE;
+    if (grid->side[side] == PD_SIDE_WALL) return PD_WALL;
     if (grid->side[side] == PD_SIDE_OUTLET) return PD_OUTLET;
     int d = side / 2;
     i[d] = side % 2 ? grid->n[d] - 1 : 0;
@@ -145,7 +186,9 @@ static pd_status pdi_grid_check_solid(pd_ctx *ctx, const pd_grid *grid)
     pdi_grid_bounds(grid->shapes, grid->solid, lo, hi);
     for (int d = 0; d < PD_DIM; d++) {
         double slack = 1e-9 * (grid->hi[d] - grid->lo[d]);
-        if ((lo[d] < grid->lo[d] - slack && lo[d] > -HUGE_VAL) || (hi[d] > grid->hi[d] + slack && hi[d] < HUGE_VAL))
+        int below = lo[d] < grid->lo[d] - slack && lo[d] > -HUGE_VAL && grid->side[2 * d] < PD_SIDE_PERIODIC;
+        int above = hi[d] > grid->hi[d] + slack && hi[d] < HUGE_VAL && grid->side[2 * d + 1] < PD_SIDE_PERIODIC;
+        if (below || above)
             return pdi_fail(ctx, PD_ERR_GEOMETRY, "grid",
                             "the solid reaches from %g m to %g m on axis %d, outside of the box %g m .. %g m", lo[d],
                             hi[d], d, grid->lo[d], grid->hi[d]);
@@ -183,9 +226,12 @@ static pd_status pdi_grid_size(pd_ctx *ctx, const pd_stencil *stencil, const pd_
     grid->total = (int32_t)total;
     for (int s = 0; s < 2 * PD_DIM; s++) {
         grid->side[s] = desc->side[s];
-        if ((int)desc->side[s] < PD_SIDE_WALL || (int)desc->side[s] > PD_SIDE_OUTLET)
+        if ((int)desc->side[s] < PD_SIDE_WALL || (int)desc->side[s] > PD_SIDE_MIRROR)
             return pdi_fail(ctx, PD_ERR_ARGUMENT, "grid",
-                            "side %d of the box has type %d, expected wall, inlet or outlet", s, (int)desc->side[s]);
+                            "side %d of the box has type %d, expected wall, inlet, outlet, periodic or mirror", s,
+                            (int)desc->side[s]);
+        if ((desc->side[s] == PD_SIDE_PERIODIC) != (desc->side[s ^ 1] == PD_SIDE_PERIODIC))
+            return pdi_fail(ctx, PD_ERR_ARGUMENT, "grid", "axis %d is periodic on one side only", s / 2);
     }
     return PD_OK;
 }
@@ -223,25 +269,41 @@ pd_status pd_grid_build(pd_ctx *ctx, const pd_stencil *stencil, const pd_grid_de
     return PD_OK;
 }
 
+/* 1 when a ghost with index j along axis d may change its kind with a box node of index i: it stands for that node, or
+ * lies on its line behind an inlet or outlet (opening one layer may open the deeper ones of an inlet). */
+static int pdi_grid_follows(const pd_grid *grid, int d, int i, int j)
+{
+    if (j >= 0 && j < grid->n[d]) return i == j;
+    pd_side side = grid->side[2 * d + (j < 0 ? 0 : 1)];
+    if (side == PD_SIDE_INLET || side == PD_SIDE_OUTLET) return 1;
+    if (side == PD_SIDE_WALL) return 0;
+    pdi_grid_fold_axis(grid, d, 0, &j);
+    return i == j;
+}
+
 PDI_FN void pdi_grid_dissolve(pd_grid *grid, int32_t node)
 {
-    int i[PD_DIM];
+    int i[PD_DIM], j[PD_DIM], d;
     grid->kind[node] = PD_FLUID;
     grid->solid_count--;
     grid->fluid_count++;
     pdi_grid_index(grid, node, i);
-    for (int d = 0; d < PD_DIM; d++)
-        for (int up = 0; up < 2; up++) {
-            if (grid->side[2 * d + up] == PD_SIDE_WALL) continue;
-            /* all ghosts of this line: opening one layer may open the deeper ones of an inlet */
-            for (int layer = 0; layer < grid->ghost; layer++) {
-                int j[PD_DIM];
-                memcpy(j, i, sizeof j);
-                j[d] = up ? grid->n[d] + layer : -1 - layer;
-                int32_t ghost = pd_grid_node(grid, j);
-                grid->kind[ghost] = pdi_grid_ghost_kind(grid, ghost);
-            }
+    int ghost = grid->ghost;
+    for (d = 0; d < PD_DIM; d++) j[d] = -ghost - 1;
+    /* all combinations of followers along the axes */
+    for (d = 0; d >= 0;) {
+        do j[d]++;
+        while (j[d] < grid->n[d] + ghost && !pdi_grid_follows(grid, d, i[d], j[d]));
+        if (j[d] >= grid->n[d] + ghost) {
+            j[d--] = -ghost - 1;
+            continue;
         }
+        if (++d < PD_DIM) continue;
+        d = PD_DIM - 1;
+        if (pdi_grid_inside(grid, j)) continue;
+        int32_t at = pd_grid_node(grid, j);
+        grid->kind[at] = pdi_grid_ghost_kind(grid, at);
+    }
 }
 
 void pd_grid_free(pd_ctx *ctx, pd_grid *grid)

@@ -15,14 +15,17 @@ typedef enum pd_kind {
     PD_SOLID = 2,
     PD_WALL = 3,
     PD_INLET = 4,   /* ghost with prescribed velocity and concentration */
-    PD_OUTLET = 5   /* ghost behind a pressure outlet */
+    PD_OUTLET = 5,  /* ghost behind a pressure outlet */
+    PD_IMAGE = 6    /* ghost that repeats a fluid node behind a periodic or mirror side */
 } pd_kind;
 
 /* What closes a side of the box. */
 typedef enum pd_side {
     PD_SIDE_WALL = 0,
     PD_SIDE_INLET = 1,
-    PD_SIDE_OUTLET = 2
+    PD_SIDE_OUTLET = 2,
+    PD_SIDE_PERIODIC = 3, /* both sides of the axis */
+    PD_SIDE_MIRROR = 4    /* plane of symmetry: free slip, no flux */
 } pd_side;
 
 typedef struct pd_grid_desc {
@@ -54,7 +57,8 @@ typedef struct pd_grid {
 #define pd_grid_count PD_NAME(pd_grid_count)
 
 /* solid == -1 etc. as in the desc. PD_ERR_GEOMETRY: the box is not a whole number of cells, a shape lies outside the
- * box, no fluid node is left. */
+ * box (behind periodic and mirror sides it is cut off), no fluid node is left. PD_ERR_ARGUMENT: an axis is periodic on
+ * one side only. */
 PD_API pd_status pd_grid_build(pd_ctx *ctx, const pd_stencil *stencil, const pd_grid_desc *desc, pd_grid *grid);
 PD_API void pd_grid_free(pd_ctx *ctx, pd_grid *grid);
 /* Position [m] of node id (ghosts included). */
@@ -69,11 +73,19 @@ PD_API int64_t pd_grid_count(const pd_grid *grid, pd_kind kind);
 PDI_FN void pdi_grid_index(const pd_grid *grid, int32_t node, int *i);
 /* 1 when the index lies inside the box. */
 PDI_FN int pdi_grid_inside(const pd_grid *grid, const int *i);
-/* Mirror image of a ghost across its side; identity inside the box. */
-PDI_FN int32_t pdi_grid_mirror(const pd_grid *grid, int32_t node);
-/* A solid node turns fluid: its kind, the counts, and the ghosts of inlets and outlets in front of it. */
+/* Node of the box that a ghost stands for: its place one period on behind periodic sides, its mirror image behind all
+ * others; identity inside the box. *flip (or NULL): bit d set when it is mirrored along axis d. */
+PDI_FN int32_t pdi_grid_image(const pd_grid *grid, int32_t node, int *flip);
+/* Bring index i[] back through periodic and mirror sides only; the bits of flip as above. */
+PDI_FN int pdi_grid_fold(const pd_grid *grid, int *i);
+/* The same for a position [m]; behind inlets and outlets the geometry is the mirror image too, so those fold likewise.
+ * Walls do not. */
+PDI_FN void pdi_grid_fold_position(const pd_grid *grid, double *x);
+/* 1 for sides that fluid passes. */
+static inline int pdi_grid_port(pd_side side) { return side == PD_SIDE_INLET || side == PD_SIDE_OUTLET; }
+/* A solid node turns fluid: its kind, the counts, and the ghosts that stand for it or lie in front of it. */
 PDI_FN void pdi_grid_dissolve(pd_grid *grid, int32_t node);
-/* Open: bonds between open nodes carry fluxes (fluid, inlet, outlet). */
+/* Open: bonds between open nodes carry fluxes (fluid, inlet, outlet, image). */
 static inline int pdi_grid_open(uint8_t kind) { return kind == PD_FLUID || kind >= PD_INLET; }
 #endif
 

@@ -52,7 +52,7 @@ static void pdi_steady_commute(const pd_ctx *ctx, const pd_steady *s, const doub
             for (int up = 0; up < 2; up++) {
                 int32_t j = up ? i + grid->stride[d] : i - grid->stride[d];
                 double sign = up ? 0.5 : -0.5, far = q[i];
-                if (grid->kind[j] == PD_FLUID) far = q[j];
+                if (grid->kind[j] == PD_FLUID || grid->kind[j] == PD_IMAGE) far = q[j];
                 else if (grid->kind[j] == PD_OUTLET) far = -q[i];
                 else if (grid->kind[j] == PD_INLET) far = -q[i];
                 sum += sign * flow->u[(int64_t)d * grid->total + i] / grid->h[d] * far;
@@ -61,27 +61,22 @@ static void pdi_steady_commute(const pd_ctx *ctx, const pd_steady *s, const doub
     }
 }
 
-/* Ghosts of outlets are no part of the equations. */
-static void pdi_steady_clear_outlets(const pd_flow *flow, double *momentum)
-{
-    for (int32_t o = 0; o < flow->outlets; o++)
-        for (int d = 0; d < PD_DIM; d++) momentum[(int64_t)d * flow->grid->total + flow->outlet[o]] = 0.0;
-}
-
 /* s->work = M^-1 x, and flow->grad the pressure gradient of it. r: scratch. */
 static void pdi_steady_precondition(pd_ctx *ctx, pd_steady *s, const double *x, double *r)
 {
     pd_flow *flow = s->flow;
     int64_t total = flow->grid->total, split = (int64_t)PD_DIM * total;
+    const pd_ghosts *ghosts = &flow->bonds->ghosts;
     double *rp = r + split, *y = s->work, *dp = y + split;
     pdi_par_copy(ctx, split + total, x, r);
     pdi_steady_scale(ctx, flow, flow->speed * flow->speed / flow->length, flow->speed / flow->length, r);
     pd_multigrid_cycle(ctx, &s->mg_p, rp, y);
+    pd_ghosts_scalar(ghosts, y);
     pdi_steady_commute(ctx, s, rp, y, dp);
-    pdi_flow_outlet_pressure(flow, 0.0, dp);
+    pd_ghosts_pressure(ghosts, 0.0, dp);
     pdi_flow_gradient(ctx, flow, dp, flow->grad);
     pdi_par_axpy(ctx, split, -1.0, flow->grad, r);
-    pdi_steady_clear_outlets(flow, r);
+    pd_ghosts_clear(ghosts, PD_DIM, r); /* no part of the equations */
     for (int d = 0; d < PD_DIM; d++) pd_multigrid_cycle(ctx, &s->mg_u, r + d * total, y + d * total);
 }
 
@@ -94,14 +89,14 @@ static void pdi_steady_jacobian(pd_ctx *ctx, pd_steady *s, double *y)
     double *du = s->work;
     pdi_flow_terms t;
     memset(&t, 0, sizeof t);
-    pdi_flow_outlet_velocity(flow, du);
+    pd_ghosts_vector(&flow->bonds->ghosts, du);
     t.mass = t.viscous = du;
     t.carried = t.frozen = flow->u;
     t.p = du + split;
     t.grad = flow->grad;
     pdi_flow_terms_apply(ctx, flow, &t, y, y + split);
     if (s->shift > 0.0) pdi_par_axpy(ctx, split, s->shift, du, y);
-    pdi_steady_clear_outlets(flow, y);
+    pd_ghosts_clear(&flow->bonds->ghosts, PD_DIM, y);
     pdi_steady_scale(ctx, flow, flow->length / (flow->speed * flow->speed), flow->length / flow->speed, y);
     flow->evaluations++;
 }

@@ -210,8 +210,8 @@ static int pdi_transport_sees_ends(const pd_transport *t, int32_t i, int count)
     pdi_grid_index(grid, i, at);
     for (int d = 0; d < PD_DIM; d++) {
         int last = d == 0 ? at[0] + count - 1 : at[d];
-        if (grid->side[2 * d] != PD_SIDE_WALL && at[d] < reach) return 1;
-        if (grid->side[2 * d + 1] != PD_SIDE_WALL && last >= grid->n[d] - reach) return 1;
+        if (pdi_grid_port(grid->side[2 * d]) && at[d] < reach) return 1;
+        if (pdi_grid_port(grid->side[2 * d + 1]) && last >= grid->n[d] - reach) return 1;
     }
     return 0;
 }
@@ -248,6 +248,11 @@ static void pdi_transport_operator(const pd_ctx *ctx, const pd_transport *t, con
 {
     pdi_transport_sweep s;
     memset(&s, 0, sizeof s);
+    if (t->repeated) {
+        pdi_par_copy(ctx, t->grid->total, c, t->repeated);
+        pd_ghosts_scalar(&t->bonds->ghosts, t->repeated);
+        c = t->repeated;
+    }
     s.t = t;
     s.c = c;
     s.y = y;
@@ -261,6 +266,8 @@ static void pdi_transport_limit_fluxes(const pd_ctx *ctx, pd_transport *t, doubl
 {
     pdi_transport_sweep s;
     const uint8_t *kind = t->grid->kind;
+    const pd_ghosts *ghosts = &t->bonds->ghosts;
+    pd_ghosts_scalar(ghosts, t->c);
     memset(&s, 0, sizeof s);
     s.t = t;
     s.c = t->c;
@@ -271,6 +278,8 @@ static void pdi_transport_limit_fluxes(const pd_ctx *ctx, pd_transport *t, doubl
     pdi_transport_sweep_all(ctx, &s);
     for (int32_t i = 0; i < t->grid->total; i++)
         if (t->upwinded[i]) t->up[i] = t->down[i] = 0.0;
+    pd_ghosts_scalar(ghosts, t->up);
+    pd_ghosts_scalar(ghosts, t->down);
     s.task = PDI_TRANSPORT_ANTI;
     pdi_transport_sweep_all(ctx, &s);
     for (int32_t i = 0; i < t->grid->total; i++)
@@ -390,8 +399,8 @@ static void pdi_transport_boundary(pd_transport *t)
         if (grid->kind[i] != PD_FLUID) continue;
         pdi_grid_index(grid, i, at);
         for (int d = 0; d < PD_DIM; d++) {
-            near_open = near_open || (grid->side[2 * d] != PD_SIDE_WALL && at[d] < reach);
-            near_open = near_open || (grid->side[2 * d + 1] != PD_SIDE_WALL && at[d] >= grid->n[d] - reach);
+            near_open = near_open || (pdi_grid_port(grid->side[2 * d]) && at[d] < reach);
+            near_open = near_open || (pdi_grid_port(grid->side[2 * d + 1]) && at[d] >= grid->n[d] - reach);
         }
         if (!near_open) continue;
         for (int k = 0; k < t->bonds->stencil->count; k++) {
@@ -617,6 +626,8 @@ pd_status pd_transport_build(pd_ctx *ctx, const pd_grid *grid, const pd_bonds *b
     PDI_TRY(PDI_NEW(ctx, "transport", grid->total, t->upwinded));
     PDI_TRY(PDI_NEW(ctx, "transport", grid->total, t->rhs));
     PDI_TRY(PDI_NEW(ctx, "transport", 2 * (int64_t)grid->total, t->work));
+    for (int s = 0; s < 2 * PD_DIM && !t->repeated; s++)
+        if (grid->side[s] >= PD_SIDE_PERIODIC) PDI_TRY(PDI_NEW(ctx, "transport", grid->total, t->repeated));
     for (int32_t i = 0; i < grid->total; i++)
         if (grid->kind[i] == PD_FLUID) t->c[i] = desc->initial;
     pd_transport_update(t);
@@ -640,5 +651,6 @@ void pd_transport_free(pd_ctx *ctx, pd_transport *t)
     PDI_DELETE(ctx, total, t->upwinded);
     PDI_DELETE(ctx, total, t->rhs);
     PDI_DELETE(ctx, 2 * total, t->work);
+    PDI_DELETE(ctx, total, t->repeated);
     memset(t, 0, sizeof *t);
 }

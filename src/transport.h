@@ -43,6 +43,7 @@ typedef struct pd_transport {
     uint8_t *upwinded;      /* [total] node lost its antidiffusive fluxes in this step, to keep the bounds */
     double *rhs;            /* [total] [mol/m3/s] work */
     double *work;           /* [2][total] [mol/m3/s] residual, [mol/m3] correction */
+    double *repeated;       /* [total] [mol/m3] operand with its images, work; NULL: no periodic or mirror side */
     double dt;              /* [s] of the step in work; 0: none */
     pd_compact compact;
     pd_multigrid mg;

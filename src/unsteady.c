@@ -60,6 +60,7 @@ pd_status pd_unsteady_build(pd_ctx *ctx, pd_flow *flow, const pd_unsteady_desc *
 static void pdi_unsteady_fill(const pd_ctx *ctx, pd_unsteady *un)
 {
     pd_flow *flow = un->flow;
+    const pd_ghosts *ghosts = &flow->bonds->ghosts;
     const uint8_t *kind = flow->grid->kind;
     int32_t total = flow->grid->total;
     int nt = pdi_par_threads(ctx, total * 8);
@@ -67,11 +68,9 @@ static void pdi_unsteady_fill(const pd_ctx *ctx, pd_unsteady *un)
     PDI_PARALLEL_FOR(nt)
     for (int32_t i = 0; i < total; i++)
         if (kind[i] == PD_FLUID) flow->p[i] = pdi_unsteady_pressure(&un->desc, un->density[i]);
-    pdi_flow_outlet_velocity(flow, flow->u);
-    pdi_flow_outlet_pressure(flow, flow->p_out, flow->p);
-    double out = pdi_unsteady_density(&un->desc, flow->p_out);
-    for (int32_t o = 0; o < flow->outlets; o++)
-        un->density[flow->outlet[o]] = 2.0 * out - un->density[flow->outlet_mirror[o]];
+    pd_ghosts_vector(ghosts, flow->u);
+    pd_ghosts_pressure(ghosts, flow->p_out, flow->p);
+    pd_ghosts_pressure(ghosts, pdi_unsteady_density(&un->desc, flow->p_out), un->density);
     PDI_PARALLEL_FOR(nt)
     for (int32_t i = 0; i < total; i++)
         for (int d = 0; d < PD_DIM; d++)

@@ -297,9 +297,9 @@ TEST(linearisation)
     memcpy(s->flow.u, state, (size_t)split * sizeof *state);
     pdi_flow_terms t;
     memset(&t, 0, sizeof t);
-    pdi_flow_outlet_velocity(&s->flow, s->flow.u);
-    pdi_flow_outlet_velocity(&s->flow, step);
-    pdi_flow_outlet_pressure(&s->flow, 0.0, step + split);
+    pd_ghosts_vector(&s->bonds.ghosts, s->flow.u);
+    pd_ghosts_vector(&s->bonds.ghosts, step);
+    pd_ghosts_pressure(&s->bonds.ghosts, 0.0, step + split);
     pdi_flow_gradient(&s->ctx, &s->flow, step + split, grad);
     t.viscous = t.mass = step;
     t.carried = t.frozen = s->flow.u;
@@ -382,7 +382,7 @@ TEST(update_of_dissolved_nodes)
     for (int d = 0; d < PD_DIM; d++) s->shapes[0].b[d] = d ? 5.0 * H : s->grid_desc.hi[0];
     s->grid_desc.solid = 0;
     if (!scene_build(s, 2.0)) return;
-    int32_t before = s->flow.outlets;
+    int32_t before = s->bonds.ghosts.count;
     fill_random(s, 7);
     for (int32_t node = 0; node < s->grid.total; node++) {
         if (s->grid.kind[node] != PD_SOLID || next_random(&seed) % 2) continue;
@@ -391,16 +391,16 @@ TEST(update_of_dissolved_nodes)
     for (int32_t k = 0; k < count; k++) pdi_grid_dissolve(&s->grid, changed[k]);
     CHECK_OK(&s->ctx, pd_bonds_update(&s->ctx, changed, count, &s->bonds));
     CHECK_OK(&s->ctx, pd_flow_update(&s->ctx, changed, count, &s->flow));
-    CHECK(count > 10 && s->flow.outlets > before);
-    CHECK_INT(s->flow.outlets, pd_grid_count(&s->grid, PD_OUTLET));
+    CHECK(count > 10 && s->bonds.ghosts.count > before);
+    CHECK_INT(s->bonds.ghosts.count, pd_grid_count(&s->grid, PD_OUTLET));
     for (int32_t k = 0; k < count; k++) {
         for (int d = 0; d < PD_DIM; d++) CHECK_NEAR(s->flow.u[(int64_t)d * s->grid.total + changed[k]], 0.0, 0.0);
         CHECK(fabs(s->flow.p[changed[k]]) <= U * U);
     }
     pd_flow_residual(&s->ctx, &s->flow, s->ru, s->rc);
     for (int64_t k = 0; k < (int64_t)(PD_DIM + 1) * s->grid.total; k++) CHECK(s->ru[k] - s->ru[k] == 0.0); /* finite */
-    for (int32_t o = 0; o < s->flow.outlets; o++)
-        CHECK_NEAR(s->flow.p[s->flow.outlet[o]], -s->flow.p[s->flow.outlet_mirror[o]], 1e-15);
+    for (int32_t o = 0; o < s->bonds.ghosts.count; o++)
+        CHECK_NEAR(s->flow.p[s->bonds.ghosts.node[o]], -s->flow.p[s->bonds.ghosts.source[o]], 1e-15);
     scene_free(s);
 }
 

@@ -178,7 +178,7 @@ static void check_ghosts(const scene *s)
             layer %= 2 * g->n[axis]; /* a thin box is mirrored more than once */
             if (layer >= g->n[axis]) layer = 2 * g->n[axis] - 1 - layer;
             image[axis] = up ? g->n[axis] - 1 - layer : layer;
-            CHECK_INT(pdi_grid_mirror(g, node), pd_grid_node(g, image));
+            CHECK_INT(pdi_grid_image(g, node, NULL), pd_grid_node(g, image));
             int fluid = g->kind[pd_grid_node(g, image)] == PD_FLUID;
             image[axis] = up ? g->n[axis] - 1 : 0;
             int first = g->kind[pd_grid_node(g, image)] == PD_FLUID;

@@ -1,0 +1,101 @@
+/* ghost: see ghost.h */
+#include "ghost.h"
+#include <string.h>
+
+pd_status pd_ghosts_build(pd_ctx *ctx, const pd_grid *grid, pd_ghosts *g)
+{
+    memset(g, 0, sizeof *g);
+    g->grid = grid;
+    return pd_ghosts_update(ctx, g);
+}
+
+static void pdi_ghosts_release(pd_ctx *ctx, pd_ghosts *g)
+{
+    PDI_DELETE(ctx, g->capacity, g->node);
+    PDI_DELETE(ctx, g->capacity, g->source);
+    PDI_DELETE(ctx, g->capacity, g->odd);
+    g->capacity = g->count = g->images = 0;
+}
+
+static pd_status pdi_ghosts_reserve(pd_ctx *ctx, int32_t count, pd_ghosts *g)
+{
+    if (count <= g->capacity) return PD_OK;
+    pdi_ghosts_release(ctx, g);
+    g->capacity = count;
+    PDI_TRY(PDI_NEW(ctx, "ghost", count, g->node));
+    PDI_TRY(PDI_NEW(ctx, "ghost", count, g->source));
+    return PDI_NEW(ctx, "ghost", count, g->odd);
+}
+
+/* Signs of the components behind an outlet: all but the normal one change. */
+static int pdi_ghosts_outlet_odd(const pd_grid *grid, int32_t node)
+{
+    int i[PD_DIM], odd = (1 << PD_DIM) - 1;
+    pdi_grid_index(grid, node, i);
+    pdi_grid_fold(grid, i);
+    for (int d = 0; d < PD_DIM; d++)
+        if (i[d] < 0 || i[d] >= grid->n[d]) odd &= ~(1 << d);
+    return odd;
+}
+
+static void pdi_ghosts_add(pd_ghosts *g, int32_t node)
+{
+    const pd_grid *grid = g->grid;
+    int i[PD_DIM], odd, flip;
+    pdi_grid_index(grid, node, i);
+    odd = pdi_grid_fold(grid, i);
+    g->source[g->count] = pdi_grid_image(grid, node, &flip);
+    if (grid->kind[node] == PD_OUTLET) odd ^= pdi_ghosts_outlet_odd(grid, node);
+    g->node[g->count] = node;
+    g->odd[g->count++] = (uint8_t)odd;
+}
+
+pd_status pd_ghosts_update(pd_ctx *ctx, pd_ghosts *g)
+{
+    const pd_grid *grid = g->grid;
+    int32_t count = 0;
+    for (int32_t node = 0; node < grid->total; node++)
+        count += grid->kind[node] == PD_IMAGE || grid->kind[node] == PD_OUTLET;
+    PDI_TRY(pdi_ghosts_reserve(ctx, count, g));
+    g->count = 0;
+    for (int32_t node = 0; node < grid->total; node++)
+        if (grid->kind[node] == PD_IMAGE) pdi_ghosts_add(g, node);
+    g->images = g->count;
+    for (int32_t node = 0; node < grid->total; node++)
+        if (grid->kind[node] == PD_OUTLET) pdi_ghosts_add(g, node);
+    return PD_OK;
+}
+
+void pd_ghosts_scalar(const pd_ghosts *g, double *f)
+{
+    for (int32_t k = 0; k < g->images; k++) f[g->node[k]] = f[g->source[k]];
+}
+
+void pd_ghosts_vector(const pd_ghosts *g, double *v)
+{
+    int64_t total = g->grid->total;
+    for (int d = 0; d < PD_DIM; d++)
+        for (int32_t k = 0; k < g->count; k++) {
+            double value = v[d * total + g->source[k]];
+            v[d * total + g->node[k]] = g->odd[k] >> d & 1 ? -value : value;
+        }
+}
+
+void pd_ghosts_pressure(const pd_ghosts *g, double held, double *p)
+{
+    pd_ghosts_scalar(g, p);
+    for (int32_t k = g->images; k < g->count; k++) p[g->node[k]] = 2.0 * held - p[g->source[k]];
+}
+
+void pd_ghosts_clear(const pd_ghosts *g, int components, double *x)
+{
+    int64_t total = g->grid->total;
+    for (int d = 0; d < components; d++)
+        for (int32_t k = 0; k < g->count; k++) x[d * total + g->node[k]] = 0.0;
+}
+
+void pd_ghosts_free(pd_ctx *ctx, pd_ghosts *g)
+{
+    pdi_ghosts_release(ctx, g);
+    memset(g, 0, sizeof *g);
+}

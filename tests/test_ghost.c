@@ -1,0 +1,296 @@
+/* test_ghost: periodic and mirror sides in any combination: kinds, images, signs, and what operators make of them.
+ * dims: 1 2 3 */
+#include "test.h"
+#include "op.h"
+#include <math.h>
+#include <string.h>
+
+typedef struct scene {
+    pd_ctx ctx;
+    pd_stencil stencil;
+    pd_grid grid;
+    pd_bonds bonds;
+    double *f, *v, *out;
+} scene;
+
+static const int CELLS[3] = {7, 6, 5};
+
+static pd_status scene_build(scene *s, double m, const pd_side *side, const pd_shape *shapes, int solid)
+{
+    pd_stencil_desc sd;
+    pd_grid_desc gd;
+    memset(s, 0, sizeof *s);
+    memset(&sd, 0, sizeof sd);
+    memset(&gd, 0, sizeof gd);
+    pd_ctx_init(&s->ctx);
+    sd.m = m;
+    for (int d = 0; d < PD_DIM; d++) {
+        sd.h[d] = 1.0;
+        gd.hi[d] = (double)CELLS[d];
+    }
+    memcpy(gd.side, side, sizeof gd.side);
+    gd.shapes = shapes;
+    gd.solid = solid;
+    gd.wall = -1;
+    PDI_TRY(pd_stencil_build(&s->ctx, &sd, &s->stencil));
+    PDI_TRY(pd_grid_build(&s->ctx, &s->stencil, &gd, &s->grid));
+    PDI_TRY(pd_bonds_build(&s->ctx, &s->stencil, &s->grid, 0, &s->bonds));
+    PDI_TRY(PDI_NEW(&s->ctx, "test", s->grid.total, s->f));
+    PDI_TRY(PDI_NEW(&s->ctx, "test", s->grid.total, s->out));
+    return PDI_NEW(&s->ctx, "test", PD_DIM * s->grid.total, s->v);
+}
+
+static void scene_free(scene *s)
+{
+    PDI_DELETE(&s->ctx, s->grid.total, s->f);
+    PDI_DELETE(&s->ctx, s->grid.total, s->out);
+    PDI_DELETE(&s->ctx, PD_DIM * s->grid.total, s->v);
+    pd_bonds_free(&s->ctx, &s->bonds);
+    pd_grid_free(&s->ctx, &s->grid);
+    pd_stencil_free(&s->ctx, &s->stencil);
+    CHECK_INT((int)s->ctx.in_use, 0);
+}
+
+/* Side kinds of the axes from a number: two bits a side. */
+static int sides_of(int code, pd_side *side)
+{
+    static const pd_side kinds[4] = {PD_SIDE_WALL, PD_SIDE_OUTLET, PD_SIDE_MIRROR, PD_SIDE_INLET};
+    for (int d = 0; d < PD_DIM; d++) {
+        int pick = code % 6;
+        code /= 6;
+        side[2 * d] = side[2 * d + 1] = PD_SIDE_PERIODIC;
+        if (pick == 1) side[2 * d] = side[2 * d + 1] = PD_SIDE_MIRROR;
+        if (pick == 2) side[2 * d] = side[2 * d + 1] = PD_SIDE_WALL;
+        if (pick > 2) {
+            side[2 * d] = kinds[pick - 2];
+            side[2 * d + 1] = kinds[pick == 5 ? 1 : 5 - pick];
+        }
+    }
+    return code == 0;
+}
+
+/* Where coordinate x of axis d lies in the periodic or mirrored picture, by repeated moves; *sign: of the component. */
+static double unfold(const pd_grid *g, int d, double x, int *sign, int *behind)
+{
+    double lo = g->lo[d], hi = g->hi[d];
+    *sign = 1;
+    *behind = 0;
+    for (int guard = 0; guard < 20 && (x < lo || x > hi); guard++) {
+        int up = x > hi;
+        pd_side side = g->side[2 * d + up];
+        if (side == PD_SIDE_PERIODIC) x += up ? lo - hi : hi - lo;
+        else {
+            x = 2.0 * (up ? hi : lo) - x;
+            if (side == PD_SIDE_MIRROR) *sign = -*sign;
+            else *behind = 1 + (int)side;
+        }
+    }
+    return x;
+}
+
+static double smooth(const double *x, int c)
+{
+    double value = 0.3 * (c + 1);
+    for (int d = 0; d < PD_DIM; d++) value += (1.0 + 0.5 * d) * x[d] * (c + 1) + 0.1 * x[d] * x[d];
+    return value;
+}
+
+/* All combinations of sides: each ghost is of the kind, takes the value and has the signs that moving its position back
+ * through the sides asks for, whatever the order of the axes. */
+TEST(every_combination_of_sides)
+{
+    pd_side side[2 * PD_DIM];
+    for (int code = 0; sides_of(code, side); code++) {
+        scene s_, *s = &s_;
+        if (!CHECK_OK(&s->ctx, scene_build(s, 3.0, side, NULL, -1))) return;
+        const pd_grid *g = &s->grid;
+        for (int32_t node = 0; node < g->total; node++) {
+            double x[PD_DIM];
+            s->f[node] = -1e30;
+            for (int d = 0; d < PD_DIM; d++) s->v[d * g->total + node] = -1e30;
+            if (g->kind[node] != PD_FLUID) continue;
+            pd_grid_position(g, node, x);
+            s->f[node] = smooth(x, 0);
+            for (int d = 0; d < PD_DIM; d++) s->v[d * g->total + node] = smooth(x, d + 1);
+        }
+        pd_ghosts_pressure(&s->bonds.ghosts, 2.0, s->f);
+        pd_ghosts_vector(&s->bonds.ghosts, s->v);
+        int bad = 0, seen = 0;
+        for (int32_t node = 0; node < g->total; node++) {
+            double x[PD_DIM];
+            int sign[PD_DIM], behind[PD_DIM], ports = 0, walls = 0, outlet = -1, inlet = 0, inside = 1;
+            pd_grid_position(g, node, x);
+            for (int d = 0; d < PD_DIM; d++) {
+                inside = inside && x[d] > g->lo[d] && x[d] < g->hi[d];
+                x[d] = unfold(g, d, x[d], &sign[d], &behind[d]);
+                walls += behind[d] == 1 + PD_SIDE_WALL;
+                ports += behind[d] > 1 + PD_SIDE_WALL;
+                inlet += behind[d] == 1 + PD_SIDE_INLET;
+                if (behind[d] == 1 + PD_SIDE_OUTLET) outlet = d;
+            }
+            uint8_t kind = g->kind[node], wanted = PD_IMAGE;
+            if (inside) wanted = PD_FLUID;
+            else if (walls || ports > 1) wanted = PD_WALL;
+            else if (ports == 1) wanted = inlet ? PD_INLET : PD_OUTLET;
+            if (kind != wanted && !(wanted == PD_WALL && kind == PD_OUTSIDE)) bad++;
+            if (kind != PD_IMAGE && kind != PD_OUTLET) continue;
+            seen++;
+            double p = smooth(x, 0);
+            if (s->f[node] != (kind == PD_OUTLET ? 4.0 - p : p)) bad++;
+            for (int d = 0; d < PD_DIM; d++) {
+                double want = sign[d] * smooth(x, d + 1);
+                if (kind == PD_OUTLET && d != outlet) want = -want;
+                if (s->v[d * g->total + node] != want) bad++;
+            }
+        }
+        if (!CHECK_INT(bad, 0)) NOTE("combination %d", code);
+        CHECK_INT(seen, s->bonds.ghosts.count);
+        CHECK_OK(&s->ctx, pd_bonds_validate(&s->ctx, &s->bonds));
+        scene_free(s);
+    }
+}
+
+/* In a periodic or mirrored box every node sees the whole family and needs no row, in boxes thinner than the horizon
+ * too. */
+TEST(whole_families)
+{
+    static const double ms[] = {1.0, 2.0, 3.0, 4.5, 9.0};
+    for (int k = 0; k < 5; k++)
+        for (int mirror = 0; mirror < 2; mirror++) {
+            pd_side side[2 * PD_DIM];
+            scene s_, *s = &s_;
+            if (PD_DIM == 3 && k == 4) continue; /* a million ghosts */
+            for (int d = 0; d < 2 * PD_DIM; d++) side[d] = mirror ? PD_SIDE_MIRROR : PD_SIDE_PERIODIC;
+            if (!CHECK_OK(&s->ctx, scene_build(s, ms[k], side, NULL, -1))) return;
+            CHECK_INT(s->bonds.rows, 0);
+            int64_t covered = 0;
+            for (int32_t r = 0; r < s->bonds.runs; r++) covered += s->bonds.run_length[r];
+            CHECK_INT(covered, s->grid.fluid_count);
+            scene_free(s);
+        }
+}
+
+/* Number of a node in a box whose origin has moved by (d + 1) * move cells along axis d. */
+static int place_of(const scene *s, int32_t node, int move)
+{
+    int i[PD_DIM], place = 0;
+    pdi_grid_index(&s->grid, node, i);
+    for (int d = PD_DIM - 1; d >= 0; d--) place = place * CELLS[d] + (i[d] + (d + 1) * move) % CELLS[d];
+    return place;
+}
+
+/* A field moved by whole cells gives the moved Laplacian, bit for bit, and the sum of it vanishes. */
+TEST(periodic_translation)
+{
+    static double first[7 * 6 * 5];
+    pd_side side[2 * PD_DIM];
+    scene s_, *s = &s_;
+    for (int d = 0; d < 2 * PD_DIM; d++) side[d] = PD_SIDE_PERIODIC;
+    if (!CHECK_OK(&s->ctx, scene_build(s, 3.0, side, NULL, -1))) return;
+    for (int move = 0; move < 4; move++) {
+        int different = 0;
+        double sum = 0.0, size = 0.0;
+        for (int32_t node = 0; node < s->grid.total; node++)
+            if (s->grid.kind[node] == PD_FLUID) s->f[node] = sin(1.7 * place_of(s, node, move));
+        pd_ghosts_scalar(&s->bonds.ghosts, s->f);
+        pd_op_laplacian(&s->ctx, &s->bonds, s->f, s->out);
+        for (int32_t node = 0; node < s->grid.total; node++) {
+            if (s->grid.kind[node] != PD_FLUID) continue;
+            int place = place_of(s, node, move);
+            if (move == 0) first[place] = s->out[node];
+            different += s->out[node] != first[place];
+            sum += s->out[node];
+            size += fabs(s->out[node]);
+        }
+        CHECK_INT(different, 0);
+        CHECK_LE(fabs(sum), 1e-14 * size);
+    }
+    scene_free(s);
+}
+
+/* The divergence of bond fluxes sums to zero over a periodic or mirrored box for any velocity: what passes a bond to an
+ * image comes back through its partner. */
+TEST(fluxes_close)
+{
+    pd_side side[2 * PD_DIM];
+    for (int code = 0; sides_of(code, side); code++) {
+        scene s_, *s = &s_;
+        double sum = 0.0, size = 0.0;
+        int closed = 1;
+        for (int d = 0; d < 2 * PD_DIM; d++) closed = closed && !pdi_grid_port(side[d]);
+        if (!closed) continue;
+        if (!CHECK_OK(&s->ctx, scene_build(s, 3.0, side, NULL, -1))) return;
+        for (int32_t node = 0; node < s->grid.total; node++)
+            for (int d = 0; d < PD_DIM && s->grid.kind[node] == PD_FLUID; d++)
+                s->v[d * s->grid.total + node] = sin(3.1 * node + d);
+        pd_ghosts_vector(&s->bonds.ghosts, s->v);
+        pd_op_divergence(&s->ctx, &s->bonds, s->v, s->out);
+        for (int32_t node = 0; node < s->grid.total; node++) {
+            if (s->grid.kind[node] != PD_FLUID) continue;
+            sum += s->out[node];
+            size += fabs(s->out[node]);
+        }
+        CHECK(size > 0.0);
+        CHECK_LE(fabs(sum), 1e-14 * size);
+        scene_free(s);
+    }
+}
+
+static void check_same_rows(const pd_bonds *a, const pd_bonds *b)
+{
+    int different = 0;
+    if (!CHECK_INT(a->rows, b->rows)) return;
+    for (int32_t r = 0; r < a->rows; r++) {
+        different += a->node[r] != b->node[r] || a->wall_lap[r] != b->wall_lap[r];
+        for (int w = 0; w < a->words; w++)
+            different += a->mask[(int64_t)w * a->capacity + r] != b->mask[(int64_t)w * b->capacity + r];
+    }
+    CHECK_INT(different, 0);
+    CHECK_INT(a->ghosts.images, b->ghosts.images);
+}
+
+/* A solid that touches periodic and mirror sides: local updates give the rows of a fresh build, images included. */
+TEST(solid_at_sides_dissolves)
+{
+    for (int mirror = 0; mirror < 2; mirror++) {
+        pd_side side[2 * PD_DIM];
+        pd_shape shape;
+        scene s_, *s = &s_;
+        memset(&shape, 0, sizeof shape);
+        shape.type = PD_SHAPE_BOX;
+        for (int d = 0; d < PD_DIM; d++) {
+            side[2 * d] = side[2 * d + 1] = mirror ? PD_SIDE_MIRROR : PD_SIDE_PERIODIC;
+            shape.a[d] = mirror ? -1.0 : 0.0; /* reaches behind the mirror */
+            shape.b[d] = 3.0;
+        }
+        if (!CHECK_OK(&s->ctx, scene_build(s, 3.0, side, &shape, 0))) return;
+        for (int round = 0; s->grid.solid_count > 0; round++) {
+            int32_t gone = -1;
+            for (int32_t node = 0; node < s->grid.total; node++)
+                if (s->grid.kind[node] == PD_SOLID && (gone < 0 || (node * 7 + round) % 5 == 0)) gone = node;
+            pdi_grid_dissolve(&s->grid, gone);
+            if (!CHECK_OK(&s->ctx, pd_bonds_update(&s->ctx, &gone, 1, &s->bonds))) return;
+            pd_bonds fresh;
+            if (!CHECK_OK(&s->ctx, pd_bonds_build(&s->ctx, &s->stencil, &s->grid, 0, &fresh))) return;
+            check_same_rows(&s->bonds, &fresh);
+            pd_bonds_free(&s->ctx, &fresh);
+        }
+        CHECK_INT(s->bonds.rows, 0);
+        scene_free(s);
+    }
+}
+
+TEST(one_sided_period_is_refused)
+{
+    pd_side side[2 * PD_DIM];
+    scene s_, *s = &s_;
+    for (int d = 0; d < 2 * PD_DIM; d++) side[d] = PD_SIDE_WALL;
+    side[1] = PD_SIDE_PERIODIC;
+    CHECK_INT(scene_build(s, 3.0, side, NULL, -1), PD_ERR_ARGUMENT);
+    CHECK(strstr(s->ctx.message, "periodic on one side only") != NULL);
+    pd_grid_free(&s->ctx, &s->grid);
+    pd_stencil_free(&s->ctx, &s->stencil);
+}
+
+TEST_MAIN(ENTRY(every_combination_of_sides) ENTRY(whole_families) ENTRY(periodic_translation) ENTRY(fluxes_close)
+          ENTRY(solid_at_sides_dissolves) ENTRY(one_sided_period_is_refused))
