@@ -691,16 +691,17 @@ static inline int pdi_grid_open(uint8_t kind) { return kind == PD_FLUID || kind 
  * One list for all sides. A ghost has one source node of the box and a sign for each component of a vector, the product
  * of what the axes ask for, so corners do not depend on the order of the axes. Mirror: the normal component is odd.
  * Outlet: tangential components are odd, the normal one is even, a pressure is odd about its value at the outlet
- * (theory: section 3.6). Ghosts of inlets hold what their owner puts there; walls have no values (see bond.h).
+ * (theory: section 3.6). Ghosts of inlets are listed, too, and hold what their owner puts there; walls have no values
+ * (see bond.h).
  */
 #ifndef PD_GHOST_H
 #define PD_GHOST_H
 
 typedef struct pd_ghosts {
     const pd_grid *grid;
-    int32_t images, count, capacity; /* images come first, then outlets */
-    int32_t *node, *source;          /* [capacity] */
-    uint8_t *odd;                    /* [capacity] bit d: component d of a vector changes its sign */
+    int32_t images, count, listed, capacity; /* images come first, then outlets up to count, then inlets up to listed */
+    int32_t *node, *source; /* [capacity] */
+    uint8_t *odd;           /* [capacity] bit d: component d of a vector changes its sign */
 } pd_ghosts;
 
 #define pd_ghosts_build PD_NAME(pd_ghosts_build)
@@ -721,7 +722,7 @@ PD_API void pd_ghosts_scalar(const pd_ghosts *ghosts, double *f);
 PD_API void pd_ghosts_vector(const pd_ghosts *ghosts, double *v);
 /* p [total]: images, and outlets odd about `held`, in the unit of p. */
 PD_API void pd_ghosts_pressure(const pd_ghosts *ghosts, double held, double *p);
-/* x [components][total]: zero at all ghosts of the list. */
+/* x [components][total]: zero at images and outlets. */
 PD_API void pd_ghosts_clear(const pd_ghosts *ghosts, int components, double *x);
 PD_API void pd_ghosts_free(pd_ctx *ctx, pd_ghosts *ghosts);
 
@@ -738,6 +739,9 @@ PD_API void pd_ghosts_free(pd_ctx *ctx, pd_ghosts *ghosts);
  */
 #ifndef PD_BOND_H
 #define PD_BOND_H
+
+/* Velocity [m/s] at position x [m]. */
+typedef void (*pd_velocity_fn)(void *user, const double *x, double *u);
 
 typedef struct pd_bonds {
     const pd_stencil *stencil;
@@ -757,6 +761,8 @@ typedef struct pd_bonds {
     double *wall_curv;   /* [capacity] [-] sum over cut bonds of a (xi.N)^2 (1-t)/2 (eq. 3.4), likewise */
     double *moment;      /* [capacity][PD_DIM][PD_DIM] [unit of 1/(base m2)] inverse of sum w xi xi^T over open bonds
                           * (eq. 3.5) */
+    double *carrier;     /* [capacity][PD_DIM][PD_DIM] [-] makes the flux through the bonds of a cut family that of a
+                          * whole one (eq. 4.2b): the transpose of what eq. 3.5 makes of g, inlets included */
     int32_t runs, run_capacity;
     int32_t *run_first, *run_length; /* nodes with whole families, consecutive along axis 0 */
     int32_t batches, batch_capacity;
@@ -817,6 +823,9 @@ static inline pdi_lanes pdi_bond_open_lanes(const pd_bonds *bonds, int32_t row, 
     for (int b = 0; b < count; b++) open[b] = (double)(int32_t)(word[b] >> (k & 31) & 1u);
     return PDI_LANES_SOME;
 }
+/* drive = sum over the cut bonds of a row of their part of wall_lap times the wall velocity where they meet the surface
+ * (eq. 3.3): what a moving wall adds to the Laplacian [unit of the velocity / m2]. */
+PDI_FN void pdi_bond_drive(const pd_bonds *bonds, int32_t row, pd_velocity_fn wall, void *user, double *drive);
 /* First closed group on bond k from `node` (index into the stencil's groups); -1: open. */
 PDI_FN int pdi_bond_closed_group(const pd_bonds *bonds, int32_t node, int k);
 #endif
@@ -1759,9 +1768,6 @@ PD_API double pd_material_concentration(const pd_material *material);
 #ifndef PD_FLOW_H
 #define PD_FLOW_H
 
-/* Prescribed velocity [m/s] at position x [m]. */
-typedef void (*pd_velocity_fn)(void *user, const double *x, double *u);
-
 typedef struct pd_flow_desc {
     double rho;             /* [kg/m3] */
     double mu;              /* [Pa s] */
@@ -1771,6 +1777,8 @@ typedef struct pd_flow_desc {
     double length;          /* [m] reference L of residuals, positive */
     pd_velocity_fn inlet;   /* NULL: fluid at rest in the inlet ghosts */
     void *inlet_user;
+    pd_velocity_fn wall;    /* velocity along the surface of walls and solids, at points on it; NULL: at rest */
+    void *wall_user;
 } pd_flow_desc;
 
 typedef struct pd_flow {
@@ -1784,14 +1792,19 @@ typedef struct pd_flow {
     double tau;             /* [s] weight of the pressure flux (eq. 4.4) */
     pd_velocity_fn inlet;
     void *inlet_user;
+    pd_velocity_fn wall;
+    void *wall_user;
+    double *drive;          /* [PD_DIM][total] [1/m/s] of moving walls (pdi_bond_drive); NULL: walls at rest */
     double *u;              /* [PD_DIM][total] [m/s] */
     double *p;              /* [total] [m2/s2] kinematic pressure */
-    double *grad;           /* [PD_DIM][total] [m/s2] gradient of p, work */
+    double *grad;           /* [PD_DIM][total] [m/s2] gradient of p */
+    double *carrier;        /* [PD_DIM][total] [m/s] velocity that makes the bond fluxes (eq. 4.2b) */
     int64_t evaluations;    /* operator evaluations so far: residuals and linearised products */
 } pd_flow;
 
 #define pd_flow_build PD_NAME(pd_flow_build)
 #define pd_flow_update PD_NAME(pd_flow_update)
+#define pd_flow_prepare PD_NAME(pd_flow_prepare)
 #define pd_flow_residual PD_NAME(pd_flow_residual)
 #define pd_flow_section PD_NAME(pd_flow_section)
 #define pd_flow_section_nodes PD_NAME(pd_flow_section_nodes)
@@ -1804,6 +1817,9 @@ PD_API pd_status pd_flow_build(pd_ctx *ctx, const pd_grid *grid, const pd_bonds 
 /* After pd_bonds_update: `changed` nodes have turned fluid. They start at rest with the mean pressure of their
  * fluid neighbours. */
 PD_API pd_status pd_flow_update(pd_ctx *ctx, const int32_t *changed, int32_t count, pd_flow *flow);
+/* Ghosts, pressure gradient and carrier of the u and p that the caller has put in: all that transport needs of a given
+ * flow. */
+PD_API void pd_flow_prepare(pd_ctx *ctx, pd_flow *flow);
 /* Residuals of the present state: ru [PD_DIM][total] [m/s2], rc [total] [1/s], zero outside of fluid nodes. */
 PD_API void pd_flow_residual(pd_ctx *ctx, pd_flow *flow, double *ru, double *rc);
 /* Volume flux [m^d/s, per unit depth in 2D] of all bonds that cross the plane between cells `index - 1` and `index` of
@@ -1814,17 +1830,20 @@ PD_API double pd_flow_section_nodes(pd_ctx *ctx, const pd_flow *flow, int axis, 
 PD_API void pd_flow_free(pd_ctx *ctx, pd_flow *flow);
 
 #ifdef PDI_INTERNAL
-/* Fields of one operator evaluation. Residual: mass, carried and viscous are u. Linearised product: (du, u, du) and
- * frozen = u. */
+/* Fields of one operator evaluation. Residual: (carrier of u, u, u). Linearised product: (carrier of du, u, du) and
+ * frozen = carrier of u. */
 typedef struct pdi_flow_terms {
-    const double *mass;    /* convects `carried`; its divergence is the continuity term [m/s] */
+    const double *mass;    /* carrier: convects `carried`; its divergence is the continuity term [m/s] */
     const double *carried; /* [m/s] */
     const double *viscous; /* under the Laplacian [m/s] */
-    const double *frozen;  /* convects `viscous`, or NULL [m/s] */
+    const double *frozen;  /* carrier: convects `viscous`, or NULL [m/s] */
     const double *p;       /* [m2/s2] */
     const double *grad;    /* gradient of p [m/s2] */
     const double *force;   /* [PD_DIM] [m/s2], or NULL */
+    const double *drive;   /* of moving walls [1/m/s], or NULL */
 } pdi_flow_terms;
+/* carrier = K v at nodes whose family is cut, v elsewhere, ghosts filled (eq. 4.2b); v and its inlet ghosts are given. */
+PDI_FN void pdi_flow_carrier(const pd_ctx *ctx, const pd_flow *flow, const double *v, double *carrier);
 /* grad = G p at fluid nodes, images and outlet ghosts (eq. 3.5). */
 PDI_FN void pdi_flow_gradient(const pd_ctx *ctx, const pd_flow *flow, const double *p, double *grad);
 /* Momentum and continuity terms M(u, P) (eq. 4.1, 4.2); ghosts must be filled. */
@@ -1861,6 +1880,7 @@ typedef struct pd_steady {
     pd_krylov krylov;
     double *residual;                   /* [PD_DIM+1][total] [-] scaled */
     double *step, *work;                /* [PD_DIM+1][total] [m/s], last row [m2/s2] */
+    double *carrier;                    /* [PD_DIM][total] [m/s] of the linearised velocity, work */
     double shift;                       /* [1/s] 1 over the pseudo time step */
     double norm0;                       /* [-] largest initial residual norm of all solves */
 } pd_steady;
@@ -2006,7 +2026,7 @@ typedef struct pd_transport_result {
 #define pd_transport_carried PD_NAME(pd_transport_carried)
 #define pd_transport_free PD_NAME(pd_transport_free)
 
-/* flow may be NULL. PD_ERR_ARGUMENT: diffusivity or concentrations negative or not finite. */
+/* flow may be NULL; of a flow that the caller sets, pd_flow_prepare comes before any step. PD_ERR_ARGUMENT: diffusivity or concentrations negative or not finite. */
 PD_API pd_status pd_transport_build(pd_ctx *ctx, const pd_grid *grid, const pd_bonds *bonds, const pd_flow *flow,
                                     const pd_transport_desc *desc, pd_transport *transport);
 /* Inlet ghosts follow the grid after a change of kinds. Fluid values stay (a dissolved node keeps its content). */
@@ -5367,18 +5387,18 @@ pd_status pd_ghosts_build(pd_ctx *ctx, const pd_grid *grid, pd_ghosts *g)
     return pd_ghosts_update(ctx, g);
 }
 
-static void pdi_ghosts_release(pd_ctx *ctx, pd_ghosts *g)
+static void pdi_ghost_release(pd_ctx *ctx, pd_ghosts *g)
 {
     PDI_DELETE(ctx, g->capacity, g->node);
     PDI_DELETE(ctx, g->capacity, g->source);
     PDI_DELETE(ctx, g->capacity, g->odd);
-    g->capacity = g->count = g->images = 0;
+    g->capacity = g->listed = g->count = g->images = 0;
 }
 
-static pd_status pdi_ghosts_reserve(pd_ctx *ctx, int32_t count, pd_ghosts *g)
+static pd_status pdi_ghost_reserve(pd_ctx *ctx, int32_t count, pd_ghosts *g)
 {
     if (count <= g->capacity) return PD_OK;
-    pdi_ghosts_release(ctx, g);
+    pdi_ghost_release(ctx, g);
     g->capacity = count;
     PDI_TRY(PDI_NEW(ctx, "ghost", count, g->node));
     PDI_TRY(PDI_NEW(ctx, "ghost", count, g->source));
@@ -5386,7 +5406,7 @@ static pd_status pdi_ghosts_reserve(pd_ctx *ctx, int32_t count, pd_ghosts *g)
 }
 
 /* Signs of the components behind an outlet: all but the normal one change. */
-static int pdi_ghosts_outlet_odd(const pd_grid *grid, int32_t node)
+static int pdi_ghost_outlet_odd(const pd_grid *grid, int32_t node)
 {
     int i[PD_DIM], odd = (1 << PD_DIM) - 1;
     pdi_grid_index(grid, node, i);
@@ -5396,31 +5416,34 @@ static int pdi_ghosts_outlet_odd(const pd_grid *grid, int32_t node)
     return odd;
 }
 
-static void pdi_ghosts_add(pd_ghosts *g, int32_t node)
+static void pdi_ghost_add(pd_ghosts *g, int32_t node)
 {
     const pd_grid *grid = g->grid;
-    int i[PD_DIM], odd, flip;
+    int i[PD_DIM], odd;
     pdi_grid_index(grid, node, i);
     odd = pdi_grid_fold(grid, i);
-    g->source[g->count] = pdi_grid_image(grid, node, &flip);
-    if (grid->kind[node] == PD_OUTLET) odd ^= pdi_ghosts_outlet_odd(grid, node);
-    g->node[g->count] = node;
-    g->odd[g->count++] = (uint8_t)odd;
+    g->source[g->listed] = pdi_grid_image(grid, node, NULL);
+    if (grid->kind[node] == PD_OUTLET) odd ^= pdi_ghost_outlet_odd(grid, node);
+    g->node[g->listed] = node;
+    g->odd[g->listed++] = (uint8_t)odd;
 }
 
 pd_status pd_ghosts_update(pd_ctx *ctx, pd_ghosts *g)
 {
     const pd_grid *grid = g->grid;
-    int32_t count = 0;
-    for (int32_t node = 0; node < grid->total; node++)
-        count += grid->kind[node] == PD_IMAGE || grid->kind[node] == PD_OUTLET;
-    PDI_TRY(pdi_ghosts_reserve(ctx, count, g));
-    g->count = 0;
-    for (int32_t node = 0; node < grid->total; node++)
-        if (grid->kind[node] == PD_IMAGE) pdi_ghosts_add(g, node);
-    g->images = g->count;
-    for (int32_t node = 0; node < grid->total; node++)
-        if (grid->kind[node] == PD_OUTLET) pdi_ghosts_add(g, node);
+    static const uint8_t kinds[3] = {PD_IMAGE, PD_OUTLET, PD_INLET};
+    int32_t *end[3], count = 0;
+    end[0] = &g->images;
+    end[1] = &g->count;
+    end[2] = &g->listed;
+    for (int32_t node = 0; node < grid->total; node++) count += grid->kind[node] >= PD_INLET;
+    PDI_TRY(pdi_ghost_reserve(ctx, count, g));
+    g->listed = 0;
+    for (int k = 0; k < 3; k++) {
+        for (int32_t node = 0; node < grid->total; node++)
+            if (grid->kind[node] == kinds[k]) pdi_ghost_add(g, node);
+        *end[k] = g->listed;
+    }
     return PD_OK;
 }
 
@@ -5454,7 +5477,7 @@ void pd_ghosts_clear(const pd_ghosts *g, int components, double *x)
 
 void pd_ghosts_free(pd_ctx *ctx, pd_ghosts *g)
 {
-    pdi_ghosts_release(ctx, g);
+    pdi_ghost_release(ctx, g);
     memset(g, 0, sizeof *g);
 }
 
@@ -5705,13 +5728,47 @@ static void pdi_bond_add_wall(const pd_stencil *s, int k, const pdi_cut *cut, do
     *curv -= half * cut->bend * slope * 0.5 * cut->distance;
 }
 
+PDI_FN void pdi_bond_drive(const pd_bonds *bonds, int32_t row, pd_velocity_fn wall, void *user, double *drive)
+{
+    const pd_stencil *s = bonds->stencil;
+    int32_t node = bonds->node[row];
+    double x[PD_DIM], u[PD_DIM];
+    for (int d = 0; d < PD_DIM; d++) drive[d] = 0.0;
+    for (int k = 0; k < s->count; k++) {
+        pdi_cut cut;
+        double lap = 0.0, curv = 0.0;
+        int group = pdi_bond_closed_group(bonds, node, k);
+        if (group < 0) continue;
+        pdi_bond_cut(bonds, node, k, group, &cut);
+        pdi_bond_add_wall(s, k, &cut, &lap, &curv);
+        pd_grid_position(bonds->grid, node, x);
+        for (int d = 0; d < PD_DIM; d++) x[d] += cut.t * s->xi[k * PD_DIM + d];
+        wall(user, x, u);
+        for (int d = 0; d < PD_DIM; d++) drive[d] += lap * u[d];
+    }
+}
+
+/* From the inverse moments S^-1 to N S^-T with the moments N of a whole family, which g = w xi / N is made with. */
+static void pdi_bond_transpose(const pd_stencil *s, double *k)
+{
+    double norm[PD_DIM], inverse[PD_DIM * PD_DIM];
+    memcpy(inverse, k, sizeof inverse);
+    for (int a = 0; a < PD_DIM; a++) {
+        norm[a] = 0.0;
+        for (int b = 0; b < s->count; b++) norm[a] += s->base[b] * s->xi[b * PD_DIM + a] * s->xi[b * PD_DIM + a];
+    }
+    for (int a = 0; a < PD_DIM; a++)
+        for (int b = 0; b < PD_DIM; b++) k[a * PD_DIM + b] = norm[a] * inverse[b * PD_DIM + a];
+}
+
 static void pdi_bond_fill_row(pd_bonds *bonds, int32_t r)
 {
     const pd_stencil *s = bonds->stencil;
     const pd_grid *grid = bonds->grid;
     int32_t node = bonds->node[r];
-    double moment[PD_DIM * PD_DIM], closure[PD_DIM * PD_DIM];
+    double moment[PD_DIM * PD_DIM], closure[PD_DIM * PD_DIM], entry[PD_DIM * PD_DIM];
     memset(moment, 0, sizeof moment);
+    memset(entry, 0, sizeof entry);
     memset(closure, 0, sizeof closure);
     for (int w = 0; w < bonds->words; w++) bonds->mask[(int64_t)w * bonds->capacity + r] = 0;
     bonds->inlet[r] = 0;
@@ -5721,11 +5778,10 @@ static void pdi_bond_fill_row(pd_bonds *bonds, int32_t r)
         int group = pdi_bond_closed_group(bonds, node, k);
         if (group < 0) {
             bonds->mask[(int64_t)(k >> 5) * bonds->capacity + r] |= 1u << (k & 31);
-            if (grid->kind[node + bonds->shift[k]] == PD_INLET) {
-                bonds->inlet[r] = 1;
-                continue;
-            }
-            for (int i = 0; i < PD_DIM * PD_DIM; i++) moment[i] += s->base[k] * xi[i / PD_DIM] * xi[i % PD_DIM];
+            int inlet = grid->kind[node + bonds->shift[k]] == PD_INLET;
+            double *sum = inlet ? entry : moment;
+            if (inlet) bonds->inlet[r] = 1;
+            for (int i = 0; i < PD_DIM * PD_DIM; i++) sum[i] += s->base[k] * xi[i / PD_DIM] * xi[i % PD_DIM];
             continue;
         }
         pdi_cut cut;
@@ -5735,7 +5791,12 @@ static void pdi_bond_fill_row(pd_bonds *bonds, int32_t r)
         double excess = 2.0 * s->base[k] * fmax(1.0 - cut.t, 0.0) * pdi_vec_dot(xi, cut.normal);
         for (int i = 0; i < PD_DIM * PD_DIM; i++) closure[i] += excess * xi[i / PD_DIM] * cut.normal[i % PD_DIM];
     }
-    pdi_bond_invert(grid, moment, closure, bonds->moment + (int64_t)r * PD_DIM * PD_DIM);
+    double *inverse = bonds->moment + (int64_t)r * PD_DIM * PD_DIM;
+    double *carrier = bonds->carrier + (int64_t)r * PD_DIM * PD_DIM;
+    for (int i = 0; i < PD_DIM * PD_DIM; i++) entry[i] += moment[i];
+    pdi_bond_invert(grid, moment, closure, inverse);
+    pdi_bond_invert(grid, entry, closure, carrier);
+    pdi_bond_transpose(s, carrier);
 }
 
 static void pdi_bond_free_rows(pd_ctx *ctx, pd_bonds *b)
@@ -5746,6 +5807,7 @@ static void pdi_bond_free_rows(pd_ctx *ctx, pd_bonds *b)
     PDI_DELETE(ctx, b->capacity, b->wall_lap);
     PDI_DELETE(ctx, b->capacity, b->wall_curv);
     PDI_DELETE(ctx, (int64_t)b->capacity * PD_DIM * PD_DIM, b->moment);
+    PDI_DELETE(ctx, (int64_t)b->capacity * PD_DIM * PD_DIM, b->carrier);
 }
 
 static pd_status pdi_bond_new_rows(pd_ctx *ctx, pd_bonds *b)
@@ -5753,13 +5815,14 @@ static pd_status pdi_bond_new_rows(pd_ctx *ctx, pd_bonds *b)
     b->node = NULL;
     b->mask = NULL;
     b->inlet = NULL;
-    b->wall_lap = b->wall_curv = b->moment = NULL;
+    b->wall_lap = b->wall_curv = b->moment = b->carrier = NULL;
     PDI_TRY(PDI_NEW(ctx, "bond", b->capacity, b->node));
     PDI_TRY(PDI_NEW(ctx, "bond", (int64_t)b->capacity * b->words, b->mask));
     PDI_TRY(PDI_NEW(ctx, "bond", b->capacity, b->inlet));
     PDI_TRY(PDI_NEW(ctx, "bond", b->capacity, b->wall_lap));
     PDI_TRY(PDI_NEW(ctx, "bond", b->capacity, b->wall_curv));
-    return PDI_NEW(ctx, "bond", (int64_t)b->capacity * PD_DIM * PD_DIM, b->moment);
+    PDI_TRY(PDI_NEW(ctx, "bond", (int64_t)b->capacity * PD_DIM * PD_DIM, b->moment));
+    return PDI_NEW(ctx, "bond", (int64_t)b->capacity * PD_DIM * PD_DIM, b->carrier);
 }
 
 /* All arrays of rows have one capacity at any time, also when memory runs out half-way. */
@@ -5781,6 +5844,7 @@ static pd_status pdi_bond_reserve(pd_ctx *ctx, int32_t rows, pd_bonds *b)
             memcpy(fresh.wall_lap, b->wall_lap, used * sizeof *b->wall_lap);
             memcpy(fresh.wall_curv, b->wall_curv, used * sizeof *b->wall_curv);
             memcpy(fresh.moment, b->moment, used * PD_DIM * PD_DIM * sizeof *b->moment);
+            memcpy(fresh.carrier, b->carrier, used * PD_DIM * PD_DIM * sizeof *b->carrier);
         }
         *b = fresh;
         fresh = old;
@@ -5812,8 +5876,10 @@ static void pdi_bond_swap_rows(pd_bonds *b, int32_t r, int32_t q)
     b->inlet[q] = inlet;
     pdi_bond_swap_double(b->wall_lap + r, b->wall_lap + q);
     pdi_bond_swap_double(b->wall_curv + r, b->wall_curv + q);
-    for (int i = 0; i < dd; i++)
+    for (int i = 0; i < dd; i++) {
         pdi_bond_swap_double(b->moment + (int64_t)r * dd + i, b->moment + (int64_t)q * dd + i);
+        pdi_bond_swap_double(b->carrier + (int64_t)r * dd + i, b->carrier + (int64_t)q * dd + i);
+    }
     b->row[b->node[r]] = r;
     b->row[b->node[q]] = q;
 }
@@ -11952,6 +12018,47 @@ PDI_FN void pdi_flow_gradient(const pd_ctx *ctx, const pd_flow *flow, const doub
     pd_ghosts_vector(&flow->bonds->ghosts, grad);
 }
 
+/* carrier = K v at `node` with the tensor of row r, mirrored along the axes of `odd`. */
+static void pdi_flow_carry(const pd_flow *flow, int32_t r, int32_t node, int odd, const double *v, double *carrier)
+{
+    const double *k = flow->bonds->carrier + (int64_t)r * PD_DIM * PD_DIM;
+    int64_t total = flow->grid->total;
+    for (int a = 0; a < PD_DIM; a++) {
+        double sum = 0.0;
+        for (int b = 0; b < PD_DIM; b++) {
+            double part = k[a * PD_DIM + b] * v[b * total + node];
+            sum += ((odd >> a ^ odd >> b) & 1) ? -part : part;
+        }
+        carrier[a * total + node] = sum;
+    }
+}
+
+PDI_FN void pdi_flow_carrier(const pd_ctx *ctx, const pd_flow *flow, const double *v, double *carrier)
+{
+    const pd_bonds *bonds = flow->bonds;
+    const pd_ghosts *ghosts = &bonds->ghosts;
+    int64_t total = flow->grid->total;
+    int nt = pdi_par_threads(ctx, (int64_t)bonds->rows * PD_DIM * PD_DIM);
+    (void)nt;
+    pdi_par_copy(ctx, PD_DIM * total, v, carrier);
+    PDI_PARALLEL_FOR(nt)
+    for (int32_t r = 0; r < bonds->rows; r++) pdi_flow_carry(flow, r, bonds->node[r], 0, v, carrier);
+    /* inlet ghosts lie behind the same walls as the node that they mirror */
+    for (int32_t g = ghosts->count; g < ghosts->listed; g++) {
+        int32_t r = bonds->row[ghosts->source[g]];
+        if (r >= 0) pdi_flow_carry(flow, r, ghosts->node[g], ghosts->odd[g], v, carrier);
+    }
+    pd_ghosts_vector(ghosts, carrier);
+}
+
+void pd_flow_prepare(pd_ctx *ctx, pd_flow *flow)
+{
+    pd_ghosts_vector(&flow->bonds->ghosts, flow->u);
+    pd_ghosts_pressure(&flow->bonds->ghosts, flow->p_out, flow->p);
+    pdi_flow_gradient(ctx, flow, flow->p, flow->grad);
+    pdi_flow_carrier(ctx, flow, flow->u, flow->carrier);
+}
+
 /* The sums of a sweep over its lanes. */
 typedef struct pdi_flow_sums {
     double conv[PD_DIM][PDI_LANES]; /* sum 1/2 g.(w_i + w_j) v_j: the skew-symmetric convective term (eq. 4.3) */
@@ -12034,7 +12141,10 @@ static void pdi_flow_cut(const pd_flow *flow, const pdi_flow_terms *t, int32_t r
     double open[PDI_LANES];
     memset(&sums, 0, sizeof sums);
     for (int d = 0; d < PD_DIM; d++)
-        for (int b = 0; b < count; b++) sums.lap[d][b] = -bonds->wall_lap[r + b] * t->viscous[d * total + i + b];
+        for (int b = 0; b < count; b++) {
+            sums.lap[d][b] = -bonds->wall_lap[r + b] * t->viscous[d * total + i + b];
+            if (t->drive) sums.lap[d][b] += t->drive[d * total + i + b];
+        }
     for (int k = 0; k < bonds->stencil->count; k++) {
         pdi_lanes lanes = pdi_bond_open_lanes(bonds, r, k, count, open);
         if (lanes == PDI_LANES_NONE) continue;
@@ -12089,13 +12199,13 @@ void pd_flow_residual(pd_ctx *ctx, pd_flow *flow, double *ru, double *rc)
 {
     pdi_flow_terms t;
     memset(&t, 0, sizeof t);
-    pd_ghosts_vector(&flow->bonds->ghosts, flow->u);
-    pd_ghosts_pressure(&flow->bonds->ghosts, flow->p_out, flow->p);
-    pdi_flow_gradient(ctx, flow, flow->p, flow->grad);
-    t.mass = t.carried = t.viscous = flow->u;
+    pd_flow_prepare(ctx, flow);
+    t.mass = flow->carrier;
+    t.carried = t.viscous = flow->u;
     t.p = flow->p;
     t.grad = flow->grad;
     t.force = flow->force;
+    t.drive = flow->drive;
     pdi_flow_terms_apply(ctx, flow, &t, ru, rc);
     flow->evaluations++;
 }
@@ -12104,7 +12214,7 @@ PDI_FN double pdi_flow_bond_flux(const pd_flow *flow, int32_t i, int k)
 {
     const pd_stencil *s = flow->bonds->stencil;
     int32_t total = flow->grid->total, j = i + flow->bonds->shift[k];
-    double flux = 2.0 * pdi_flow_half_flux(s->grad + k * PD_DIM, flow->u, i, j, total);
+    double flux = 2.0 * pdi_flow_half_flux(s->grad + k * PD_DIM, flow->carrier, i, j, total);
     if (flow->grid->kind[i] == PD_INLET || flow->grid->kind[j] == PD_INLET) return flux;
     double tie = flow->p[j] - flow->p[i];
     for (int d = 0; d < PD_DIM; d++)
@@ -12126,9 +12236,7 @@ double pd_flow_section(pd_ctx *ctx, pd_flow *flow, int axis, int index)
     const pd_stencil *s = flow->bonds->stencil;
     const pd_grid *grid = flow->grid;
     double sum = 0.0;
-    pd_ghosts_vector(&flow->bonds->ghosts, flow->u);
-    pd_ghosts_pressure(&flow->bonds->ghosts, flow->p_out, flow->p);
-    pdi_flow_gradient(ctx, flow, flow->p, flow->grad);
+    pd_flow_prepare(ctx, flow);
     for (int32_t node = 0; node < grid->total; node++) {
         int i[PD_DIM];
         if (!pdi_grid_open(grid->kind[node]) || grid->kind[node] == PD_OUTLET) continue;
@@ -12190,6 +12298,17 @@ static pd_status pdi_flow_inlets(pd_ctx *ctx, pd_flow *flow)
     return PD_OK;
 }
 
+/* What moving walls do to the rows. */
+static void pdi_flow_drive(pd_flow *flow)
+{
+    const pd_bonds *bonds = flow->bonds;
+    double drive[PD_DIM];
+    for (int32_t r = 0; r < bonds->rows && flow->wall; r++) {
+        pdi_bond_drive(bonds, r, flow->wall, flow->wall_user, drive);
+        for (int d = 0; d < PD_DIM; d++) flow->drive[(int64_t)d * flow->grid->total + bonds->node[r]] = drive[d];
+    }
+}
+
 pd_status pd_flow_build(pd_ctx *ctx, const pd_grid *grid, const pd_bonds *bonds, const pd_flow_desc *desc,
                         pd_flow *flow)
 {
@@ -12207,6 +12326,8 @@ pd_status pd_flow_build(pd_ctx *ctx, const pd_grid *grid, const pd_bonds *bonds,
     flow->length = desc->length;
     flow->inlet = desc->inlet;
     flow->inlet_user = desc->inlet_user;
+    flow->wall = desc->wall;
+    flow->wall_user = desc->wall_user;
     double rate = 0.0;
     for (int d = 0; d < PD_DIM; d++) {
         flow->force[d] = desc->force[d];
@@ -12216,6 +12337,9 @@ pd_status pd_flow_build(pd_ctx *ctx, const pd_grid *grid, const pd_bonds *bonds,
     PDI_TRY(PDI_NEW(ctx, "flow", (int64_t)PD_DIM * grid->total, flow->u));
     PDI_TRY(PDI_NEW(ctx, "flow", grid->total, flow->p));
     PDI_TRY(PDI_NEW(ctx, "flow", (int64_t)PD_DIM * grid->total, flow->grad));
+    PDI_TRY(PDI_NEW(ctx, "flow", (int64_t)PD_DIM * grid->total, flow->carrier));
+    if (flow->wall) PDI_TRY(PDI_NEW(ctx, "flow", (int64_t)PD_DIM * grid->total, flow->drive));
+    pdi_flow_drive(flow);
     for (int32_t node = 0; node < grid->total; node++)
         if (grid->kind[node] == PD_FLUID) flow->p[node] = flow->p_out;
     return pdi_flow_inlets(ctx, flow);
@@ -12236,6 +12360,7 @@ pd_status pd_flow_update(pd_ctx *ctx, const int32_t *changed, int32_t count, pd_
         flow->p[changed[c]] = found ? sum / found : flow->p_out;
         for (int d = 0; d < PD_DIM; d++) flow->u[(int64_t)d * flow->grid->total + changed[c]] = 0.0;
     }
+    pdi_flow_drive(flow);
     return pdi_flow_inlets(ctx, flow);
 }
 
@@ -12245,6 +12370,8 @@ void pd_flow_free(pd_ctx *ctx, pd_flow *flow)
     PDI_DELETE(ctx, (int64_t)PD_DIM * total, flow->u);
     PDI_DELETE(ctx, total, flow->p);
     PDI_DELETE(ctx, (int64_t)PD_DIM * total, flow->grad);
+    PDI_DELETE(ctx, (int64_t)PD_DIM * total, flow->carrier);
+    PDI_DELETE(ctx, (int64_t)PD_DIM * total, flow->drive);
     memset(flow, 0, sizeof *flow);
 }
 
@@ -12339,8 +12466,11 @@ static void pdi_steady_jacobian(pd_ctx *ctx, pd_steady *s, double *y)
     pdi_flow_terms t;
     memset(&t, 0, sizeof t);
     pd_ghosts_vector(&flow->bonds->ghosts, du);
-    t.mass = t.viscous = du;
-    t.carried = t.frozen = flow->u;
+    pdi_flow_carrier(ctx, flow, du, s->carrier);
+    t.mass = s->carrier;
+    t.viscous = du;
+    t.carried = flow->u;
+    t.frozen = flow->carrier;
     t.p = du + split;
     t.grad = flow->grad;
     pdi_flow_terms_apply(ctx, flow, &t, y, y + split);
@@ -12434,7 +12564,8 @@ pd_status pd_steady_build(pd_ctx *ctx, pd_flow *flow, const pd_steady_desc *desc
     PDI_TRY(pd_krylov_build(ctx, &kd, &s->krylov));
     PDI_TRY(PDI_NEW(ctx, "steady", size, s->residual));
     PDI_TRY(PDI_NEW(ctx, "steady", size, s->step));
-    return PDI_NEW(ctx, "steady", size, s->work);
+    PDI_TRY(PDI_NEW(ctx, "steady", size, s->work));
+    return PDI_NEW(ctx, "steady", (int64_t)PD_DIM * flow->grid->total, s->carrier);
 }
 
 /* One linearised step with the pseudo time term `shift`; the state moves by s->step. *effort: Krylov iterations, beyond
@@ -12514,6 +12645,7 @@ void pd_steady_free(pd_ctx *ctx, pd_steady *s)
     PDI_DELETE(ctx, size, s->residual);
     PDI_DELETE(ctx, size, s->step);
     PDI_DELETE(ctx, size, s->work);
+    PDI_DELETE(ctx, s->flow ? (int64_t)PD_DIM * s->flow->grid->total : 0, s->carrier);
     memset(s, 0, sizeof *s);
 }
 
@@ -12593,6 +12725,7 @@ static void pdi_unsteady_fill(const pd_ctx *ctx, pd_unsteady *un)
     for (int32_t i = 0; i < total; i++)
         for (int d = 0; d < PD_DIM; d++)
             un->mass[(int64_t)d * total + i] = un->density[i] * flow->u[(int64_t)d * total + i];
+    pdi_flow_carrier(ctx, flow, un->mass, flow->carrier);
     pdi_flow_gradient(ctx, flow, flow->p, flow->grad);
 }
 
@@ -12607,11 +12740,12 @@ static void pdi_unsteady_rates(const pd_ctx *ctx, pd_unsteady *un)
     pdi_flow_terms t;
     memset(&t, 0, sizeof t);
     pdi_unsteady_fill(ctx, un);
-    t.mass = un->mass;
+    t.mass = flow->carrier;
     t.carried = t.viscous = flow->u;
     t.p = flow->p;
     t.grad = flow->grad;
     t.force = flow->force;
+    t.drive = flow->drive;
     pdi_flow_terms_apply(ctx, flow, &t, ru, rc);
     flow->evaluations++;
     int nt = pdi_par_threads(ctx, total * 8);
@@ -12821,7 +12955,7 @@ static void pdi_transport_flux(const pd_transport *t, int32_t i, int k, const do
     const pd_stencil *st = t->bonds->stencil;
     const pd_flow *f = t->flow;
     int64_t total = t->grid->total, shift = t->bonds->shift[k];
-    const double *p = f->p + i, *u = f->u + i, *grad = f->grad + i, *g = st->grad + k * PD_DIM;
+    const double *p = f->p + i, *u = f->carrier + i, *grad = f->grad + i, *g = st->grad + k * PD_DIM;
     double tie = f->tau * st->lap[k], arm[PD_DIM];
     for (int d = 0; d < PD_DIM; d++) arm[d] = 0.5 * st->xi[k * PD_DIM + d];
     for (int b = 0; b < l->count; b++) {

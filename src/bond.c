@@ -246,13 +246,47 @@ static void pdi_bond_add_wall(const pd_stencil *s, int k, const pdi_cut *cut, do
     *curv -= half * cut->bend * slope * 0.5 * cut->distance;
 }
 
+PDI_FN void pdi_bond_drive(const pd_bonds *bonds, int32_t row, pd_velocity_fn wall, void *user, double *drive)
+{
+    const pd_stencil *s = bonds->stencil;
+    int32_t node = bonds->node[row];
+    double x[PD_DIM], u[PD_DIM];
+    for (int d = 0; d < PD_DIM; d++) drive[d] = 0.0;
+    for (int k = 0; k < s->count; k++) {
+        pdi_cut cut;
+        double lap = 0.0, curv = 0.0;
+        int group = pdi_bond_closed_group(bonds, node, k);
+        if (group < 0) continue;
+        pdi_bond_cut(bonds, node, k, group, &cut);
+        pdi_bond_add_wall(s, k, &cut, &lap, &curv);
+        pd_grid_position(bonds->grid, node, x);
+        for (int d = 0; d < PD_DIM; d++) x[d] += cut.t * s->xi[k * PD_DIM + d];
+        wall(user, x, u);
+        for (int d = 0; d < PD_DIM; d++) drive[d] += lap * u[d];
+    }
+}
+
+/* From the inverse moments S^-1 to N S^-T with the moments N of a whole family, which g = w xi / N is made with. */
+static void pdi_bond_transpose(const pd_stencil *s, double *k)
+{
+    double norm[PD_DIM], inverse[PD_DIM * PD_DIM];
+    memcpy(inverse, k, sizeof inverse);
+    for (int a = 0; a < PD_DIM; a++) {
+        norm[a] = 0.0;
+        for (int b = 0; b < s->count; b++) norm[a] += s->base[b] * s->xi[b * PD_DIM + a] * s->xi[b * PD_DIM + a];
+    }
+    for (int a = 0; a < PD_DIM; a++)
+        for (int b = 0; b < PD_DIM; b++) k[a * PD_DIM + b] = norm[a] * inverse[b * PD_DIM + a];
+}
+
 static void pdi_bond_fill_row(pd_bonds *bonds, int32_t r)
 {
     const pd_stencil *s = bonds->stencil;
     const pd_grid *grid = bonds->grid;
     int32_t node = bonds->node[r];
-    double moment[PD_DIM * PD_DIM], closure[PD_DIM * PD_DIM];
+    double moment[PD_DIM * PD_DIM], closure[PD_DIM * PD_DIM], entry[PD_DIM * PD_DIM];
     memset(moment, 0, sizeof moment);
+    memset(entry, 0, sizeof entry);
     memset(closure, 0, sizeof closure);
     for (int w = 0; w < bonds->words; w++) bonds->mask[(int64_t)w * bonds->capacity + r] = 0;
     bonds->inlet[r] = 0;
@@ -262,11 +296,10 @@ static void pdi_bond_fill_row(pd_bonds *bonds, int32_t r)
         int group = pdi_bond_closed_group(bonds, node, k);
         if (group < 0) {
             bonds->mask[(int64_t)(k >> 5) * bonds->capacity + r] |= 1u << (k & 31);
-            if (grid->kind[node + bonds->shift[k]] == PD_INLET) {
-                bonds->inlet[r] = 1;
-                continue;
-            }
-            for (int i = 0; i < PD_DIM * PD_DIM; i++) moment[i] += s->base[k] * xi[i / PD_DIM] * xi[i % PD_DIM];
+            int inlet = grid->kind[node + bonds->shift[k]] == PD_INLET;
+            double *sum = inlet ? entry : moment;
+            if (inlet) bonds->inlet[r] = 1;
+            for (int i = 0; i < PD_DIM * PD_DIM; i++) sum[i] += s->base[k] * xi[i / PD_DIM] * xi[i % PD_DIM];
             continue;
         }
         pdi_cut cut;
@@ -276,7 +309,12 @@ static void pdi_bond_fill_row(pd_bonds *bonds, int32_t r)
         double excess = 2.0 * s->base[k] * fmax(1.0 - cut.t, 0.0) * pdi_vec_dot(xi, cut.normal);
         for (int i = 0; i < PD_DIM * PD_DIM; i++) closure[i] += excess * xi[i / PD_DIM] * cut.normal[i % PD_DIM];
     }
-    pdi_bond_invert(grid, moment, closure, bonds->moment + (int64_t)r * PD_DIM * PD_DIM);
+    double *inverse = bonds->moment + (int64_t)r * PD_DIM * PD_DIM;
+    double *carrier = bonds->carrier + (int64_t)r * PD_DIM * PD_DIM;
+    for (int i = 0; i < PD_DIM * PD_DIM; i++) entry[i] += moment[i];
+    pdi_bond_invert(grid, moment, closure, inverse);
+    pdi_bond_invert(grid, entry, closure, carrier);
+    pdi_bond_transpose(s, carrier);
 }
 
 static void pdi_bond_free_rows(pd_ctx *ctx, pd_bonds *b)
@@ -287,6 +325,7 @@ static void pdi_bond_free_rows(pd_ctx *ctx, pd_bonds *b)
     PDI_DELETE(ctx, b->capacity, b->wall_lap);
     PDI_DELETE(ctx, b->capacity, b->wall_curv);
     PDI_DELETE(ctx, (int64_t)b->capacity * PD_DIM * PD_DIM, b->moment);
+    PDI_DELETE(ctx, (int64_t)b->capacity * PD_DIM * PD_DIM, b->carrier);
 }
 
 static pd_status pdi_bond_new_rows(pd_ctx *ctx, pd_bonds *b)
@@ -294,13 +333,14 @@ static pd_status pdi_bond_new_rows(pd_ctx *ctx, pd_bonds *b)
     b->node = NULL;
     b->mask = NULL;
     b->inlet = NULL;
-    b->wall_lap = b->wall_curv = b->moment = NULL;
+    b->wall_lap = b->wall_curv = b->moment = b->carrier = NULL;
     PDI_TRY(PDI_NEW(ctx, "bond", b->capacity, b->node));
     PDI_TRY(PDI_NEW(ctx, "bond", (int64_t)b->capacity * b->words, b->mask));
     PDI_TRY(PDI_NEW(ctx, "bond", b->capacity, b->inlet));
     PDI_TRY(PDI_NEW(ctx, "bond", b->capacity, b->wall_lap));
     PDI_TRY(PDI_NEW(ctx, "bond", b->capacity, b->wall_curv));
-    return PDI_NEW(ctx, "bond", (int64_t)b->capacity * PD_DIM * PD_DIM, b->moment);
+    PDI_TRY(PDI_NEW(ctx, "bond", (int64_t)b->capacity * PD_DIM * PD_DIM, b->moment));
+    return PDI_NEW(ctx, "bond", (int64_t)b->capacity * PD_DIM * PD_DIM, b->carrier);
 }
 
 /* All arrays of rows have one capacity at any time, also when memory runs out half-way. */
@@ -322,6 +362,7 @@ static pd_status pdi_bond_reserve(pd_ctx *ctx, int32_t rows, pd_bonds *b)
             memcpy(fresh.wall_lap, b->wall_lap, used * sizeof *b->wall_lap);
             memcpy(fresh.wall_curv, b->wall_curv, used * sizeof *b->wall_curv);
             memcpy(fresh.moment, b->moment, used * PD_DIM * PD_DIM * sizeof *b->moment);
+            memcpy(fresh.carrier, b->carrier, used * PD_DIM * PD_DIM * sizeof *b->carrier);
         }
         *b = fresh;
         fresh = old;
@@ -353,8 +394,10 @@ static void pdi_bond_swap_rows(pd_bonds *b, int32_t r, int32_t q)
     b->inlet[q] = inlet;
     pdi_bond_swap_double(b->wall_lap + r, b->wall_lap + q);
     pdi_bond_swap_double(b->wall_curv + r, b->wall_curv + q);
-    for (int i = 0; i < dd; i++)
+    for (int i = 0; i < dd; i++) {
         pdi_bond_swap_double(b->moment + (int64_t)r * dd + i, b->moment + (int64_t)q * dd + i);
+        pdi_bond_swap_double(b->carrier + (int64_t)r * dd + i, b->carrier + (int64_t)q * dd + i);
+    }
     b->row[b->node[r]] = r;
     b->row[b->node[q]] = q;
 }

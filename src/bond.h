@@ -10,6 +10,9 @@
 #define PD_BOND_H
 #include "ghost.h"
 
+/* Velocity [m/s] at position x [m]. */
+typedef void (*pd_velocity_fn)(void *user, const double *x, double *u);
+
 typedef struct pd_bonds {
     const pd_stencil *stencil;
     const pd_grid *grid;
@@ -28,6 +31,8 @@ typedef struct pd_bonds {
     double *wall_curv;   /* [capacity] [-] sum over cut bonds of a (xi.N)^2 (1-t)/2 (eq. 3.4), likewise */
     double *moment;      /* [capacity][PD_DIM][PD_DIM] [unit of 1/(base m2)] inverse of sum w xi xi^T over open bonds
                           * (eq. 3.5) */
+    double *carrier;     /* [capacity][PD_DIM][PD_DIM] [-] makes the flux through the bonds of a cut family that of a
+                          * whole one (eq. 4.2b): the transpose of what eq. 3.5 makes of g, inlets included */
     int32_t runs, run_capacity;
     int32_t *run_first, *run_length; /* nodes with whole families, consecutive along axis 0 */
     int32_t batches, batch_capacity;
@@ -88,6 +93,9 @@ static inline pdi_lanes pdi_bond_open_lanes(const pd_bonds *bonds, int32_t row, 
     for (int b = 0; b < count; b++) open[b] = (double)(int32_t)(word[b] >> (k & 31) & 1u);
     return PDI_LANES_SOME;
 }
+/* drive = sum over the cut bonds of a row of their part of wall_lap times the wall velocity where they meet the surface
+ * (eq. 3.3): what a moving wall adds to the Laplacian [unit of the velocity / m2]. */
+PDI_FN void pdi_bond_drive(const pd_bonds *bonds, int32_t row, pd_velocity_fn wall, void *user, double *drive);
 /* First closed group on bond k from `node` (index into the stencil's groups); -1: open. */
 PDI_FN int pdi_bond_closed_group(const pd_bonds *bonds, int32_t node, int k);
 #endif

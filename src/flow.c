@@ -18,6 +18,47 @@ PDI_FN void pdi_flow_gradient(const pd_ctx *ctx, const pd_flow *flow, const doub
     pd_ghosts_vector(&flow->bonds->ghosts, grad);
 }
 
+/* carrier = K v at `node` with the tensor of row r, mirrored along the axes of `odd`. */
+static void pdi_flow_carry(const pd_flow *flow, int32_t r, int32_t node, int odd, const double *v, double *carrier)
+{
+    const double *k = flow->bonds->carrier + (int64_t)r * PD_DIM * PD_DIM;
+    int64_t total = flow->grid->total;
+    for (int a = 0; a < PD_DIM; a++) {
+        double sum = 0.0;
+        for (int b = 0; b < PD_DIM; b++) {
+            double part = k[a * PD_DIM + b] * v[b * total + node];
+            sum += ((odd >> a ^ odd >> b) & 1) ? -part : part;
+        }
+        carrier[a * total + node] = sum;
+    }
+}
+
+PDI_FN void pdi_flow_carrier(const pd_ctx *ctx, const pd_flow *flow, const double *v, double *carrier)
+{
+    const pd_bonds *bonds = flow->bonds;
+    const pd_ghosts *ghosts = &bonds->ghosts;
+    int64_t total = flow->grid->total;
+    int nt = pdi_par_threads(ctx, (int64_t)bonds->rows * PD_DIM * PD_DIM);
+    (void)nt;
+    pdi_par_copy(ctx, PD_DIM * total, v, carrier);
+    PDI_PARALLEL_FOR(nt)
+    for (int32_t r = 0; r < bonds->rows; r++) pdi_flow_carry(flow, r, bonds->node[r], 0, v, carrier);
+    /* inlet ghosts lie behind the same walls as the node that they mirror */
+    for (int32_t g = ghosts->count; g < ghosts->listed; g++) {
+        int32_t r = bonds->row[ghosts->source[g]];
+        if (r >= 0) pdi_flow_carry(flow, r, ghosts->node[g], ghosts->odd[g], v, carrier);
+    }
+    pd_ghosts_vector(ghosts, carrier);
+}
+
+void pd_flow_prepare(pd_ctx *ctx, pd_flow *flow)
+{
+    pd_ghosts_vector(&flow->bonds->ghosts, flow->u);
+    pd_ghosts_pressure(&flow->bonds->ghosts, flow->p_out, flow->p);
+    pdi_flow_gradient(ctx, flow, flow->p, flow->grad);
+    pdi_flow_carrier(ctx, flow, flow->u, flow->carrier);
+}
+
 /* The sums of a sweep over its lanes. */
 typedef struct pdi_flow_sums {
     double conv[PD_DIM][PDI_LANES]; /* sum 1/2 g.(w_i + w_j) v_j: the skew-symmetric convective term (eq. 4.3) */
@@ -100,7 +141,10 @@ static void pdi_flow_cut(const pd_flow *flow, const pdi_flow_terms *t, int32_t r
     double open[PDI_LANES];
     memset(&sums, 0, sizeof sums);
     for (int d = 0; d < PD_DIM; d++)
-        for (int b = 0; b < count; b++) sums.lap[d][b] = -bonds->wall_lap[r + b] * t->viscous[d * total + i + b];
+        for (int b = 0; b < count; b++) {
+            sums.lap[d][b] = -bonds->wall_lap[r + b] * t->viscous[d * total + i + b];
+            if (t->drive) sums.lap[d][b] += t->drive[d * total + i + b];
+        }
     for (int k = 0; k < bonds->stencil->count; k++) {
         pdi_lanes lanes = pdi_bond_open_lanes(bonds, r, k, count, open);
         if (lanes == PDI_LANES_NONE) continue;
@@ -155,13 +199,13 @@ void pd_flow_residual(pd_ctx *ctx, pd_flow *flow, double *ru, double *rc)
 {
     pdi_flow_terms t;
     memset(&t, 0, sizeof t);
-    pd_ghosts_vector(&flow->bonds->ghosts, flow->u);
-    pd_ghosts_pressure(&flow->bonds->ghosts, flow->p_out, flow->p);
-    pdi_flow_gradient(ctx, flow, flow->p, flow->grad);
-    t.mass = t.carried = t.viscous = flow->u;
+    pd_flow_prepare(ctx, flow);
+    t.mass = flow->carrier;
+    t.carried = t.viscous = flow->u;
     t.p = flow->p;
     t.grad = flow->grad;
     t.force = flow->force;
+    t.drive = flow->drive;
     pdi_flow_terms_apply(ctx, flow, &t, ru, rc);
     flow->evaluations++;
 }
@@ -170,7 +214,7 @@ PDI_FN double pdi_flow_bond_flux(const pd_flow *flow, int32_t i, int k)
 {
     const pd_stencil *s = flow->bonds->stencil;
     int32_t total = flow->grid->total, j = i + flow->bonds->shift[k];
-    double flux = 2.0 * pdi_flow_half_flux(s->grad + k * PD_DIM, flow->u, i, j, total);
+    double flux = 2.0 * pdi_flow_half_flux(s->grad + k * PD_DIM, flow->carrier, i, j, total);
     if (flow->grid->kind[i] == PD_INLET || flow->grid->kind[j] == PD_INLET) return flux;
     double tie = flow->p[j] - flow->p[i];
     for (int d = 0; d < PD_DIM; d++)
@@ -192,9 +236,7 @@ double pd_flow_section(pd_ctx *ctx, pd_flow *flow, int axis, int index)
     const pd_stencil *s = flow->bonds->stencil;
     const pd_grid *grid = flow->grid;
     double sum = 0.0;
-    pd_ghosts_vector(&flow->bonds->ghosts, flow->u);
-    pd_ghosts_pressure(&flow->bonds->ghosts, flow->p_out, flow->p);
-    pdi_flow_gradient(ctx, flow, flow->p, flow->grad);
+    pd_flow_prepare(ctx, flow);
     for (int32_t node = 0; node < grid->total; node++) {
         int i[PD_DIM];
         if (!pdi_grid_open(grid->kind[node]) || grid->kind[node] == PD_OUTLET) continue;
@@ -256,6 +298,17 @@ static pd_status pdi_flow_inlets(pd_ctx *ctx, pd_flow *flow)
     return PD_OK;
 }
 
+/* What moving walls do to the rows. */
+static void pdi_flow_drive(pd_flow *flow)
+{
+    const pd_bonds *bonds = flow->bonds;
+    double drive[PD_DIM];
+    for (int32_t r = 0; r < bonds->rows && flow->wall; r++) {
+        pdi_bond_drive(bonds, r, flow->wall, flow->wall_user, drive);
+        for (int d = 0; d < PD_DIM; d++) flow->drive[(int64_t)d * flow->grid->total + bonds->node[r]] = drive[d];
+    }
+}
+
 pd_status pd_flow_build(pd_ctx *ctx, const pd_grid *grid, const pd_bonds *bonds, const pd_flow_desc *desc,
                         pd_flow *flow)
 {
@@ -273,6 +326,8 @@ pd_status pd_flow_build(pd_ctx *ctx, const pd_grid *grid, const pd_bonds *bonds,
     flow->length = desc->length;
     flow->inlet = desc->inlet;
     flow->inlet_user = desc->inlet_user;
+    flow->wall = desc->wall;
+    flow->wall_user = desc->wall_user;
     double rate = 0.0;
     for (int d = 0; d < PD_DIM; d++) {
         flow->force[d] = desc->force[d];
@@ -282,6 +337,9 @@ pd_status pd_flow_build(pd_ctx *ctx, const pd_grid *grid, const pd_bonds *bonds,
     PDI_TRY(PDI_NEW(ctx, "flow", (int64_t)PD_DIM * grid->total, flow->u));
     PDI_TRY(PDI_NEW(ctx, "flow", grid->total, flow->p));
     PDI_TRY(PDI_NEW(ctx, "flow", (int64_t)PD_DIM * grid->total, flow->grad));
+    PDI_TRY(PDI_NEW(ctx, "flow", (int64_t)PD_DIM * grid->total, flow->carrier));
+    if (flow->wall) PDI_TRY(PDI_NEW(ctx, "flow", (int64_t)PD_DIM * grid->total, flow->drive));
+    pdi_flow_drive(flow);
     for (int32_t node = 0; node < grid->total; node++)
         if (grid->kind[node] == PD_FLUID) flow->p[node] = flow->p_out;
     return pdi_flow_inlets(ctx, flow);
@@ -302,6 +360,7 @@ pd_status pd_flow_update(pd_ctx *ctx, const int32_t *changed, int32_t count, pd_
         flow->p[changed[c]] = found ? sum / found : flow->p_out;
         for (int d = 0; d < PD_DIM; d++) flow->u[(int64_t)d * flow->grid->total + changed[c]] = 0.0;
     }
+    pdi_flow_drive(flow);
     return pdi_flow_inlets(ctx, flow);
 }
 
@@ -311,5 +370,7 @@ void pd_flow_free(pd_ctx *ctx, pd_flow *flow)
     PDI_DELETE(ctx, (int64_t)PD_DIM * total, flow->u);
     PDI_DELETE(ctx, total, flow->p);
     PDI_DELETE(ctx, (int64_t)PD_DIM * total, flow->grad);
+    PDI_DELETE(ctx, (int64_t)PD_DIM * total, flow->carrier);
+    PDI_DELETE(ctx, (int64_t)PD_DIM * total, flow->drive);
     memset(flow, 0, sizeof *flow);
 }

@@ -8,9 +8,6 @@
 #define PD_FLOW_H
 #include "bond.h"
 
-/* Prescribed velocity [m/s] at position x [m]. */
-typedef void (*pd_velocity_fn)(void *user, const double *x, double *u);
-
 typedef struct pd_flow_desc {
     double rho;             /* [kg/m3] */
     double mu;              /* [Pa s] */
@@ -20,6 +17,8 @@ typedef struct pd_flow_desc {
     double length;          /* [m] reference L of residuals, positive */
     pd_velocity_fn inlet;   /* NULL: fluid at rest in the inlet ghosts */
     void *inlet_user;
+    pd_velocity_fn wall;    /* velocity along the surface of walls and solids, at points on it; NULL: at rest */
+    void *wall_user;
 } pd_flow_desc;
 
 typedef struct pd_flow {
@@ -33,14 +32,19 @@ typedef struct pd_flow {
     double tau;             /* [s] weight of the pressure flux (eq. 4.4) */
     pd_velocity_fn inlet;
     void *inlet_user;
+    pd_velocity_fn wall;
+    void *wall_user;
+    double *drive;          /* [PD_DIM][total] [1/m/s] of moving walls (pdi_bond_drive); NULL: walls at rest */
     double *u;              /* [PD_DIM][total] [m/s] */
     double *p;              /* [total] [m2/s2] kinematic pressure */
-    double *grad;           /* [PD_DIM][total] [m/s2] gradient of p, work */
+    double *grad;           /* [PD_DIM][total] [m/s2] gradient of p */
+    double *carrier;        /* [PD_DIM][total] [m/s] velocity that makes the bond fluxes (eq. 4.2b) */
     int64_t evaluations;    /* operator evaluations so far: residuals and linearised products */
 } pd_flow;
 
 #define pd_flow_build PD_NAME(pd_flow_build)
 #define pd_flow_update PD_NAME(pd_flow_update)
+#define pd_flow_prepare PD_NAME(pd_flow_prepare)
 #define pd_flow_residual PD_NAME(pd_flow_residual)
 #define pd_flow_section PD_NAME(pd_flow_section)
 #define pd_flow_section_nodes PD_NAME(pd_flow_section_nodes)
@@ -53,6 +57,9 @@ PD_API pd_status pd_flow_build(pd_ctx *ctx, const pd_grid *grid, const pd_bonds 
 /* After pd_bonds_update: `changed` nodes have turned fluid. They start at rest with the mean pressure of their
  * fluid neighbours. */
 PD_API pd_status pd_flow_update(pd_ctx *ctx, const int32_t *changed, int32_t count, pd_flow *flow);
+/* Ghosts, pressure gradient and carrier of the u and p that the caller has put in: all that transport needs of a given
+ * flow. */
+PD_API void pd_flow_prepare(pd_ctx *ctx, pd_flow *flow);
 /* Residuals of the present state: ru [PD_DIM][total] [m/s2], rc [total] [1/s], zero outside of fluid nodes. */
 PD_API void pd_flow_residual(pd_ctx *ctx, pd_flow *flow, double *ru, double *rc);
 /* Volume flux [m^d/s, per unit depth in 2D] of all bonds that cross the plane between cells `index - 1` and `index` of
@@ -63,17 +70,20 @@ PD_API double pd_flow_section_nodes(pd_ctx *ctx, const pd_flow *flow, int axis, 
 PD_API void pd_flow_free(pd_ctx *ctx, pd_flow *flow);
 
 #ifdef PDI_INTERNAL
-/* Fields of one operator evaluation. Residual: mass, carried and viscous are u. Linearised product: (du, u, du) and
- * frozen = u. */
+/* Fields of one operator evaluation. Residual: (carrier of u, u, u). Linearised product: (carrier of du, u, du) and
+ * frozen = carrier of u. */
 typedef struct pdi_flow_terms {
-    const double *mass;    /* convects `carried`; its divergence is the continuity term [m/s] */
+    const double *mass;    /* carrier: convects `carried`; its divergence is the continuity term [m/s] */
     const double *carried; /* [m/s] */
     const double *viscous; /* under the Laplacian [m/s] */
-    const double *frozen;  /* convects `viscous`, or NULL [m/s] */
+    const double *frozen;  /* carrier: convects `viscous`, or NULL [m/s] */
     const double *p;       /* [m2/s2] */
     const double *grad;    /* gradient of p [m/s2] */
     const double *force;   /* [PD_DIM] [m/s2], or NULL */
+    const double *drive;   /* of moving walls [1/m/s], or NULL */
 } pdi_flow_terms;
+/* carrier = K v at nodes whose family is cut, v elsewhere, ghosts filled (eq. 4.2b); v and its inlet ghosts are given. */
+PDI_FN void pdi_flow_carrier(const pd_ctx *ctx, const pd_flow *flow, const double *v, double *carrier);
 /* grad = G p at fluid nodes, images and outlet ghosts (eq. 3.5). */
 PDI_FN void pdi_flow_gradient(const pd_ctx *ctx, const pd_flow *flow, const double *p, double *grad);
 /* Momentum and continuity terms M(u, P) (eq. 4.1, 4.2); ghosts must be filled. */

@@ -9,18 +9,18 @@ pd_status pd_ghosts_build(pd_ctx *ctx, const pd_grid *grid, pd_ghosts *g)
     return pd_ghosts_update(ctx, g);
 }
 
-static void pdi_ghosts_release(pd_ctx *ctx, pd_ghosts *g)
+static void pdi_ghost_release(pd_ctx *ctx, pd_ghosts *g)
 {
     PDI_DELETE(ctx, g->capacity, g->node);
     PDI_DELETE(ctx, g->capacity, g->source);
     PDI_DELETE(ctx, g->capacity, g->odd);
-    g->capacity = g->count = g->images = 0;
+    g->capacity = g->listed = g->count = g->images = 0;
 }
 
-static pd_status pdi_ghosts_reserve(pd_ctx *ctx, int32_t count, pd_ghosts *g)
+static pd_status pdi_ghost_reserve(pd_ctx *ctx, int32_t count, pd_ghosts *g)
 {
     if (count <= g->capacity) return PD_OK;
-    pdi_ghosts_release(ctx, g);
+    pdi_ghost_release(ctx, g);
     g->capacity = count;
     PDI_TRY(PDI_NEW(ctx, "ghost", count, g->node));
     PDI_TRY(PDI_NEW(ctx, "ghost", count, g->source));
@@ -28,7 +28,7 @@ static pd_status pdi_ghosts_reserve(pd_ctx *ctx, int32_t count, pd_ghosts *g)
 }
 
 /* Signs of the components behind an outlet: all but the normal one change. */
-static int pdi_ghosts_outlet_odd(const pd_grid *grid, int32_t node)
+static int pdi_ghost_outlet_odd(const pd_grid *grid, int32_t node)
 {
     int i[PD_DIM], odd = (1 << PD_DIM) - 1;
     pdi_grid_index(grid, node, i);
@@ -38,31 +38,34 @@ static int pdi_ghosts_outlet_odd(const pd_grid *grid, int32_t node)
     return odd;
 }
 
-static void pdi_ghosts_add(pd_ghosts *g, int32_t node)
+static void pdi_ghost_add(pd_ghosts *g, int32_t node)
 {
     const pd_grid *grid = g->grid;
-    int i[PD_DIM], odd, flip;
+    int i[PD_DIM], odd;
     pdi_grid_index(grid, node, i);
     odd = pdi_grid_fold(grid, i);
-    g->source[g->count] = pdi_grid_image(grid, node, &flip);
-    if (grid->kind[node] == PD_OUTLET) odd ^= pdi_ghosts_outlet_odd(grid, node);
-    g->node[g->count] = node;
-    g->odd[g->count++] = (uint8_t)odd;
+    g->source[g->listed] = pdi_grid_image(grid, node, NULL);
+    if (grid->kind[node] == PD_OUTLET) odd ^= pdi_ghost_outlet_odd(grid, node);
+    g->node[g->listed] = node;
+    g->odd[g->listed++] = (uint8_t)odd;
 }
 
 pd_status pd_ghosts_update(pd_ctx *ctx, pd_ghosts *g)
 {
     const pd_grid *grid = g->grid;
-    int32_t count = 0;
-    for (int32_t node = 0; node < grid->total; node++)
-        count += grid->kind[node] == PD_IMAGE || grid->kind[node] == PD_OUTLET;
-    PDI_TRY(pdi_ghosts_reserve(ctx, count, g));
-    g->count = 0;
-    for (int32_t node = 0; node < grid->total; node++)
-        if (grid->kind[node] == PD_IMAGE) pdi_ghosts_add(g, node);
-    g->images = g->count;
-    for (int32_t node = 0; node < grid->total; node++)
-        if (grid->kind[node] == PD_OUTLET) pdi_ghosts_add(g, node);
+    static const uint8_t kinds[3] = {PD_IMAGE, PD_OUTLET, PD_INLET};
+    int32_t *end[3], count = 0;
+    end[0] = &g->images;
+    end[1] = &g->count;
+    end[2] = &g->listed;
+    for (int32_t node = 0; node < grid->total; node++) count += grid->kind[node] >= PD_INLET;
+    PDI_TRY(pdi_ghost_reserve(ctx, count, g));
+    g->listed = 0;
+    for (int k = 0; k < 3; k++) {
+        for (int32_t node = 0; node < grid->total; node++)
+            if (grid->kind[node] == kinds[k]) pdi_ghost_add(g, node);
+        *end[k] = g->listed;
+    }
     return PD_OK;
 }
 
@@ -96,6 +99,6 @@ void pd_ghosts_clear(const pd_ghosts *g, int components, double *x)
 
 void pd_ghosts_free(pd_ctx *ctx, pd_ghosts *g)
 {
-    pdi_ghosts_release(ctx, g);
+    pdi_ghost_release(ctx, g);
     memset(g, 0, sizeof *g);
 }

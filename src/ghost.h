@@ -3,7 +3,8 @@
  * One list for all sides. A ghost has one source node of the box and a sign for each component of a vector, the product
  * of what the axes ask for, so corners do not depend on the order of the axes. Mirror: the normal component is odd.
  * Outlet: tangential components are odd, the normal one is even, a pressure is odd about its value at the outlet
- * (theory: section 3.6). Ghosts of inlets hold what their owner puts there; walls have no values (see bond.h).
+ * (theory: section 3.6). Ghosts of inlets are listed, too, and hold what their owner puts there; walls have no values
+ * (see bond.h).
  */
 #ifndef PD_GHOST_H
 #define PD_GHOST_H
@@ -11,9 +12,9 @@
 
 typedef struct pd_ghosts {
     const pd_grid *grid;
-    int32_t images, count, capacity; /* images come first, then outlets */
-    int32_t *node, *source;          /* [capacity] */
-    uint8_t *odd;                    /* [capacity] bit d: component d of a vector changes its sign */
+    int32_t images, count, listed, capacity; /* images come first, then outlets up to count, then inlets up to listed */
+    int32_t *node, *source; /* [capacity] */
+    uint8_t *odd;           /* [capacity] bit d: component d of a vector changes its sign */
 } pd_ghosts;
 
 #define pd_ghosts_build PD_NAME(pd_ghosts_build)
@@ -34,7 +35,7 @@ PD_API void pd_ghosts_scalar(const pd_ghosts *ghosts, double *f);
 PD_API void pd_ghosts_vector(const pd_ghosts *ghosts, double *v);
 /* p [total]: images, and outlets odd about `held`, in the unit of p. */
 PD_API void pd_ghosts_pressure(const pd_ghosts *ghosts, double held, double *p);
-/* x [components][total]: zero at all ghosts of the list. */
+/* x [components][total]: zero at images and outlets. */
 PD_API void pd_ghosts_clear(const pd_ghosts *ghosts, int components, double *x);
 PD_API void pd_ghosts_free(pd_ctx *ctx, pd_ghosts *ghosts);
 

@@ -90,8 +90,11 @@ static void pdi_steady_jacobian(pd_ctx *ctx, pd_steady *s, double *y)
     pdi_flow_terms t;
     memset(&t, 0, sizeof t);
     pd_ghosts_vector(&flow->bonds->ghosts, du);
-    t.mass = t.viscous = du;
-    t.carried = t.frozen = flow->u;
+    pdi_flow_carrier(ctx, flow, du, s->carrier);
+    t.mass = s->carrier;
+    t.viscous = du;
+    t.carried = flow->u;
+    t.frozen = flow->carrier;
     t.p = du + split;
     t.grad = flow->grad;
     pdi_flow_terms_apply(ctx, flow, &t, y, y + split);
@@ -185,7 +188,8 @@ pd_status pd_steady_build(pd_ctx *ctx, pd_flow *flow, const pd_steady_desc *desc
     PDI_TRY(pd_krylov_build(ctx, &kd, &s->krylov));
     PDI_TRY(PDI_NEW(ctx, "steady", size, s->residual));
     PDI_TRY(PDI_NEW(ctx, "steady", size, s->step));
-    return PDI_NEW(ctx, "steady", size, s->work);
+    PDI_TRY(PDI_NEW(ctx, "steady", size, s->work));
+    return PDI_NEW(ctx, "steady", (int64_t)PD_DIM * flow->grid->total, s->carrier);
 }
 
 /* One linearised step with the pseudo time term `shift`; the state moves by s->step. *effort: Krylov iterations, beyond
@@ -265,5 +269,6 @@ void pd_steady_free(pd_ctx *ctx, pd_steady *s)
     PDI_DELETE(ctx, size, s->residual);
     PDI_DELETE(ctx, size, s->step);
     PDI_DELETE(ctx, size, s->work);
+    PDI_DELETE(ctx, s->flow ? (int64_t)PD_DIM * s->flow->grid->total : 0, s->carrier);
     memset(s, 0, sizeof *s);
 }

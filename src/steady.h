@@ -26,6 +26,7 @@ typedef struct pd_steady {
     pd_krylov krylov;
     double *residual;                   /* [PD_DIM+1][total] [-] scaled */
     double *step, *work;                /* [PD_DIM+1][total] [m/s], last row [m2/s2] */
+    double *carrier;                    /* [PD_DIM][total] [m/s] of the linearised velocity, work */
     double shift;                       /* [1/s] 1 over the pseudo time step */
     double norm0;                       /* [-] largest initial residual norm of all solves */
 } pd_steady;

@@ -81,7 +81,7 @@ static void pdi_transport_flux(const pd_transport *t, int32_t i, int k, const do
     const pd_stencil *st = t->bonds->stencil;
     const pd_flow *f = t->flow;
     int64_t total = t->grid->total, shift = t->bonds->shift[k];
-    const double *p = f->p + i, *u = f->u + i, *grad = f->grad + i, *g = st->grad + k * PD_DIM;
+    const double *p = f->p + i, *u = f->carrier + i, *grad = f->grad + i, *g = st->grad + k * PD_DIM;
     double tie = f->tau * st->lap[k], arm[PD_DIM];
     for (int d = 0; d < PD_DIM; d++) arm[d] = 0.5 * st->xi[k * PD_DIM + d];
     for (int b = 0; b < l->count; b++) {

@@ -75,6 +75,7 @@ static void pdi_unsteady_fill(const pd_ctx *ctx, pd_unsteady *un)
     for (int32_t i = 0; i < total; i++)
         for (int d = 0; d < PD_DIM; d++)
             un->mass[(int64_t)d * total + i] = un->density[i] * flow->u[(int64_t)d * total + i];
+    pdi_flow_carrier(ctx, flow, un->mass, flow->carrier);
     pdi_flow_gradient(ctx, flow, flow->p, flow->grad);
 }
 
@@ -89,11 +90,12 @@ static void pdi_unsteady_rates(const pd_ctx *ctx, pd_unsteady *un)
     pdi_flow_terms t;
     memset(&t, 0, sizeof t);
     pdi_unsteady_fill(ctx, un);
-    t.mass = un->mass;
+    t.mass = flow->carrier;
     t.carried = t.viscous = flow->u;
     t.p = flow->p;
     t.grad = flow->grad;
     t.force = flow->force;
+    t.drive = flow->drive;
     pdi_flow_terms_apply(ctx, flow, &t, ru, rc);
     flow->evaluations++;
     int nt = pdi_par_threads(ctx, total * 8);

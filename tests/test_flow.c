@@ -275,8 +275,9 @@ TEST(linearisation)
     channel c;
     if (!build_ball(s, 3.0, &c)) return;
     int64_t total = s->grid.total, split = PD_DIM * total, size = split + total;
-    double *work = (double *)calloc((size_t)(4 * size + split), sizeof *work);
+    double *work = (double *)calloc((size_t)(4 * size + 3 * split), sizeof *work);
     double *step = work, *state = work + size, *up = state + size, *product = up + size, *grad = product + size;
+    double *mass = grad + split, *frozen = mass + split;
     if (!CHECK(work != NULL)) return;
     fill_random(s, 9);
     uint32_t seed = 21;
@@ -301,8 +302,12 @@ TEST(linearisation)
     pd_ghosts_vector(&s->bonds.ghosts, step);
     pd_ghosts_pressure(&s->bonds.ghosts, 0.0, step + split);
     pdi_flow_gradient(&s->ctx, &s->flow, step + split, grad);
-    t.viscous = t.mass = step;
-    t.carried = t.frozen = s->flow.u;
+    pdi_flow_carrier(&s->ctx, &s->flow, step, mass);
+    pdi_flow_carrier(&s->ctx, &s->flow, s->flow.u, frozen);
+    t.viscous = step;
+    t.mass = mass;
+    t.carried = s->flow.u;
+    t.frozen = frozen;
     t.p = step + split;
     t.grad = grad;
     pdi_flow_terms_apply(&s->ctx, &s->flow, &t, product, product + split);

@@ -92,6 +92,7 @@ static void scene_free(scene *s)
 static void uniform_flow(scene *s, int axis, double speed)
 {
     for (int32_t i = 0; i < s->grid.total; i++) s->flow.u[(int64_t)axis * s->grid.total + i] = speed;
+    pd_flow_prepare(&s->ctx, &s->flow);
 }
 
 static void channel(scene *s, int axis)

@@ -137,12 +137,12 @@ static double standing_wave(double h, pd_eos eos, double *drift)
 TEST(standing_wave)
 {
     double drift;
-    double coarse = standing_wave(1.0 / 40.0, PD_EOS_TAIT, &drift);
+    double coarse = standing_wave(1.0 / 20.0, PD_EOS_TAIT, &drift);
     CHECK_LE(drift, 1e-14);
     double fine = standing_wave(1.0 / 80.0, PD_EOS_TAIT, &drift);
     CHECK_LE(drift, 1e-14);
-    CHECK_LE(fine, 6e-3);
-    CHECK_LE(1.7, log(coarse / fine) / log(2.0));
+    CHECK_LE(fine, 4e-3);
+    CHECK_LE(1.8, log(coarse / fine) / log(4.0));
     CHECK_LE(standing_wave(1.0 / 40.0, PD_EOS_LINEAR, &drift), 2e-2);
     CHECK_LE(drift, 1e-14);
 }
