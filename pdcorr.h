@@ -691,7 +691,7 @@ static inline int pdi_grid_open(uint8_t kind) { return kind == PD_FLUID || kind 
  * One list for all sides. A ghost has one source node of the box and a sign for each component of a vector, the product
  * of what the axes ask for, so corners do not depend on the order of the axes. Mirror: the normal component is odd.
  * Outlet: tangential components are odd, the normal one is even, a pressure is odd about its value at the outlet
- * (theory: section 3.6). Ghosts of inlets are listed, too, and hold what their owner puts there; walls have no values
+ * (theory: section 3.4). Ghosts of inlets are listed, too, and hold what their owner puts there; walls have no values
  * (see bond.h).
  */
 #ifndef PD_GHOST_H
@@ -1762,7 +1762,7 @@ PD_API double pd_material_concentration(const pd_material *material);
 /* flow: peridynamic Navier-Stokes operator: momentum and continuity residuals, their linearisation, flux sections.
  *
  * Unknowns are the velocity u [m/s] and the kinematic pressure P = p/rho [m2/s2] of fluid nodes. Continuity is a sum
- * of antisymmetric bond fluxes F_ij = g.(u_i + u_j) over open bonds, so nothing passes solid or wall; a fourth-order
+ * of antisymmetric bond fluxes F_ij = g.(v_i + v_j) over open bonds, so nothing passes solid or wall; a fourth-order
  * antisymmetric pressure flux ties odd and even nodes (theory: eq. 4.1 to 4.6; Zhao and Bobaru 2022).
  */
 #ifndef PD_FLOW_H
@@ -1842,7 +1842,8 @@ typedef struct pdi_flow_terms {
     const double *force;   /* [PD_DIM] [m/s2], or NULL */
     const double *drive;   /* of moving walls [1/m/s], or NULL */
 } pdi_flow_terms;
-/* carrier = K v at nodes whose family is cut, v elsewhere, ghosts filled (eq. 4.2b); v and its inlet ghosts are given. */
+/* carrier = K v at nodes whose family is cut, v elsewhere, ghosts filled (eq. 4.2b); v and its inlet ghosts are
+ * given. */
 PDI_FN void pdi_flow_carrier(const pd_ctx *ctx, const pd_flow *flow, const double *v, double *carrier);
 /* grad = G p at fluid nodes, images and outlet ghosts (eq. 3.5). */
 PDI_FN void pdi_flow_gradient(const pd_ctx *ctx, const pd_flow *flow, const double *p, double *grad);
@@ -2026,7 +2027,8 @@ typedef struct pd_transport_result {
 #define pd_transport_carried PD_NAME(pd_transport_carried)
 #define pd_transport_free PD_NAME(pd_transport_free)
 
-/* flow may be NULL; of a flow that the caller sets, pd_flow_prepare comes before any step. PD_ERR_ARGUMENT: diffusivity or concentrations negative or not finite. */
+/* flow may be NULL; after setting the fields of a flow by hand call pd_flow_prepare. PD_ERR_ARGUMENT: diffusivity or
+ * concentrations negative or not finite. */
 PD_API pd_status pd_transport_build(pd_ctx *ctx, const pd_grid *grid, const pd_bonds *bonds, const pd_flow *flow,
                                     const pd_transport_desc *desc, pd_transport *transport);
 /* Inlet ghosts follow the grid after a change of kinds. Fluid values stay (a dissolved node keeps its content). */

@@ -1,7 +1,7 @@
 /* flow: peridynamic Navier-Stokes operator: momentum and continuity residuals, their linearisation, flux sections.
  *
  * Unknowns are the velocity u [m/s] and the kinematic pressure P = p/rho [m2/s2] of fluid nodes. Continuity is a sum
- * of antisymmetric bond fluxes F_ij = g.(u_i + u_j) over open bonds, so nothing passes solid or wall; a fourth-order
+ * of antisymmetric bond fluxes F_ij = g.(v_i + v_j) over open bonds, so nothing passes solid or wall; a fourth-order
  * antisymmetric pressure flux ties odd and even nodes (theory: eq. 4.1 to 4.6; Zhao and Bobaru 2022).
  */
 #ifndef PD_FLOW_H
@@ -82,7 +82,8 @@ typedef struct pdi_flow_terms {
     const double *force;   /* [PD_DIM] [m/s2], or NULL */
     const double *drive;   /* of moving walls [1/m/s], or NULL */
 } pdi_flow_terms;
-/* carrier = K v at nodes whose family is cut, v elsewhere, ghosts filled (eq. 4.2b); v and its inlet ghosts are given. */
+/* carrier = K v at nodes whose family is cut, v elsewhere, ghosts filled (eq. 4.2b); v and its inlet ghosts are
+ * given. */
 PDI_FN void pdi_flow_carrier(const pd_ctx *ctx, const pd_flow *flow, const double *v, double *carrier);
 /* grad = G p at fluid nodes, images and outlet ghosts (eq. 3.5). */
 PDI_FN void pdi_flow_gradient(const pd_ctx *ctx, const pd_flow *flow, const double *p, double *grad);

@@ -69,7 +69,8 @@ typedef struct pd_transport_result {
 #define pd_transport_carried PD_NAME(pd_transport_carried)
 #define pd_transport_free PD_NAME(pd_transport_free)
 
-/* flow may be NULL; of a flow that the caller sets, pd_flow_prepare comes before any step. PD_ERR_ARGUMENT: diffusivity or concentrations negative or not finite. */
+/* flow may be NULL; after setting the fields of a flow by hand call pd_flow_prepare. PD_ERR_ARGUMENT: diffusivity or
+ * concentrations negative or not finite. */
 PD_API pd_status pd_transport_build(pd_ctx *ctx, const pd_grid *grid, const pd_bonds *bonds, const pd_flow *flow,
                                     const pd_transport_desc *desc, pd_transport *transport);
 /* Inlet ghosts follow the grid after a change of kinds. Fluid values stay (a dissolved node keeps its content). */
