@@ -56,6 +56,7 @@
  *   material   properties of metals that dissolve, as presets with their sources.
  *   flow       peridynamic Navier-Stokes operator: momentum and continuity residuals, their linearisation, flux sections.
  *   steady     steady flow by Newton's method on the peridynamic residual.
+ *   implicit   time-dependent incompressible flow by the two-stage, second-order, L-stable SDIRK method.
  *   unsteady   time-dependent weakly compressible flow, explicit.
  *   transport  conservative, bounded advection and diffusion of dissolved metal on fluid nodes.
  *   dissolve   surface-rate dissolution. Solid nodes lose metal through the bonds that join them to fluid.
@@ -1883,6 +1884,8 @@ typedef struct pd_steady {
     double *step, *work;                /* [PD_DIM+1][total] [m/s], last row [m2/s2] */
     double *carrier;                    /* [PD_DIM][total] [m/s] of the linearised velocity, work */
     double shift;                       /* [1/s] 1 over the pseudo time step */
+    double rate;                        /* [1/s] of a step in time: rate (u - target) joins the momentum residual; 0: none */
+    const double *target;               /* [PD_DIM][total] [m/s] */
     double norm0;                       /* [-] largest initial residual norm of all solves */
 } pd_steady;
 
@@ -1903,6 +1906,60 @@ PD_API pd_status pd_steady_build(pd_ctx *ctx, pd_flow *flow, const pd_steady_des
  * state and result its residuals. PD_ERR_DIVERGED: not finite. */
 PD_API pd_status pd_steady_solve(pd_ctx *ctx, pd_steady *steady, pd_steady_result *result);
 PD_API void pd_steady_free(pd_ctx *ctx, pd_steady *steady);
+
+#ifdef PDI_INTERNAL
+/* Solve R(u, p) + rate (u - target) = 0 from the state in flow: a stage of an implicit step. tolerance [-]: of the
+ * velocity against the reference speed, and of the continuity residual. PD_RETRY: not reached, flow holds no solution. */
+PDI_FN pd_status pdi_steady_stage(pd_ctx *ctx, pd_steady *steady, double rate, const double *target, double tolerance,
+                                  pd_steady_result *result);
+#endif
+
+#endif
+
+/* ======== >>implicit.h ======== */
+/* implicit: time-dependent incompressible flow by the two-stage, second-order, L-stable SDIRK method.
+ *
+ * du/dt + R(u, P) = 0,  div u = 0 on the sums of flow.h. Both stages have the form R(u) + (u - u*)/(gamma dt) = 0 with
+ * gamma = 1 - 1/sqrt(2) and are solved by the Newton-Krylov method of steady.h (theory: eq. 4.15 to 4.17; Alexander
+ * 1977; Hairer and Wanner 1996, IV.6). No sound, so no acoustic limit on the step; an impulsive start is damped, not
+ * kept. A velocity that does not obey the boundary conditions or continuity is projected by the first stage.
+ */
+#ifndef PD_IMPLICIT_H
+#define PD_IMPLICIT_H
+
+typedef struct pd_implicit_desc {
+    double tolerance; /* [-] of the stages, against the reference speed; 0: 1e-8 */
+    double rtol;      /* [-] error of one step against the reference speed, by the embedded estimate; 0: 1e-4 */
+    double first;     /* [s] first step of a run; 0: 1e-3 L/U */
+    double largest;   /* [s] largest step of a run; 0: none */
+} pd_implicit_desc;
+
+typedef struct pd_implicit {
+    pd_implicit_desc desc; /* defaults filled in */
+    pd_flow *flow;         /* its u and p are the state */
+    pd_steady *steady;     /* solves the stages */
+    double *start;         /* [PD_DIM+1][total] [m/s], [m2/s2] state at the start of the step */
+    double *target;        /* [PD_DIM][total] [m/s] u* of the second stage */
+    double *slope;         /* [PD_DIM][total] [m/s] gamma dt du/dt of the first stage */
+    double time;           /* [s] */
+    double dt;             /* [s] that a run would try next; 0: not known yet */
+    double error;          /* [-] estimated error of the last step against the reference speed */
+    int64_t steps, rejected, evaluations;
+} pd_implicit;
+
+#define pd_implicit_build PD_NAME(pd_implicit_build)
+#define pd_implicit_step PD_NAME(pd_implicit_step)
+#define pd_implicit_run PD_NAME(pd_implicit_run)
+#define pd_implicit_free PD_NAME(pd_implicit_free)
+
+/* Starts from the state in flow; flow and steady are borrowed. PD_ERR_ARGUMENT: a knob is negative or not finite. */
+PD_API pd_status pd_implicit_build(pd_ctx *ctx, pd_flow *flow, pd_steady *steady, const pd_implicit_desc *desc,
+                                   pd_implicit *implicit);
+/* One step of dt [s], whatever its error. PD_RETRY, state unchanged: a stage did not converge. */
+PD_API pd_status pd_implicit_step(pd_ctx *ctx, pd_implicit *implicit, double dt);
+/* Steps of controlled error up to t_end [s]. PD_ERR_STATE: steps of 1e-12 of the first one do not converge. */
+PD_API pd_status pd_implicit_run(pd_ctx *ctx, pd_implicit *implicit, double t_end);
+PD_API void pd_implicit_free(pd_ctx *ctx, pd_implicit *implicit);
 
 #endif
 
@@ -12396,6 +12453,10 @@ void pd_flow_free(pd_ctx *ctx, pd_flow *flow)
 /* The last Newton step aims at this share of the tolerance. */
 #define PDI_STEADY_ENOUGH 0.3
 
+/* Newton steps of a stage in time, and the linear tolerance of the first. */
+#define PDI_STEADY_STAGE 8
+#define PDI_STEADY_STAGE_FORCING 1e-2
+
 /* What the solver callbacks see. */
 typedef struct pdi_steady_user {
     pd_ctx *ctx;
@@ -12437,6 +12498,15 @@ static void pdi_steady_commute(const pd_ctx *ctx, const pd_steady *s, const doub
             }
         dp[i] = sum;
     }
+}
+
+/* What flow->u holds in ghosts, inlets included, is no part of the equations. */
+static void pdi_steady_clear_ghosts(const pd_flow *flow, double *momentum)
+{
+    const pd_ghosts *ghosts = &flow->bonds->ghosts;
+    for (int d = 0; d < PD_DIM; d++)
+        for (int32_t g = 0; g < ghosts->listed; g++)
+            momentum[(int64_t)d * flow->grid->total + ghosts->node[g]] = 0.0;
 }
 
 /* s->work = M^-1 x, and flow->grad the pressure gradient of it. r: scratch. */
@@ -12515,6 +12585,11 @@ static double pdi_steady_residual(pd_ctx *ctx, pd_steady *s, pd_steady_result *r
     int64_t total = flow->grid->total, split = (int64_t)PD_DIM * total;
     double *r = s->residual;
     pd_flow_residual(ctx, flow, r, r + split);
+    if (s->rate > 0.0) {
+        pdi_par_axpy(ctx, split, s->rate, flow->u, r);
+        pdi_par_axpy(ctx, split, -s->rate, s->target, r);
+        pdi_steady_clear_ghosts(flow, r);
+    }
     pdi_steady_scale(ctx, flow, flow->length / (flow->speed * flow->speed), flow->length / flow->speed, r);
     result->momentum = pdi_par_max_abs(ctx, split, r);
     result->continuity = pdi_par_max_abs(ctx, total, r + split);
@@ -12636,6 +12711,33 @@ pd_status pd_steady_solve(pd_ctx *ctx, pd_steady *s, pd_steady_result *result)
     }
 }
 
+PDI_FN pd_status pdi_steady_stage(pd_ctx *ctx, pd_steady *s, double rate, const double *target, double tolerance,
+                                  pd_steady_result *result)
+{
+    pd_flow *flow = s->flow;
+    int64_t start = flow->evaluations;
+    /* an error of the velocity shows in the residual `rate` times as large */
+    double least = fmin(1.0, flow->speed / (flow->length * rate)), before = HUGE_VAL;
+    memset(result, 0, sizeof *result);
+    s->rate = rate;
+    s->target = target;
+    for (;;) {
+        double norm = pdi_steady_residual(ctx, s, result);
+        result->evaluations = flow->evaluations - start;
+        double excess = fmax(least * result->momentum, result->continuity) / tolerance;
+        result->converged = excess <= 1.0;
+        if (result->converged || !(norm < before) || result->newton >= PDI_STEADY_STAGE) break;
+        int effort = 0;
+        before = norm;
+        double forcing = fmin(PDI_STEADY_STAGE_FORCING, fmax(1e-4, PDI_STEADY_ENOUGH / excess));
+        pd_status status = pdi_steady_newton(ctx, s, rate, forcing, result, &effort);
+        if (status < 0) break;
+    }
+    s->rate = 0.0;
+    s->target = NULL;
+    return result->converged ? PD_OK : PD_RETRY;
+}
+
 void pd_steady_free(pd_ctx *ctx, pd_steady *s)
 {
     int64_t size = s->flow ? pdi_steady_size(s->flow) : 0;
@@ -12649,6 +12751,145 @@ void pd_steady_free(pd_ctx *ctx, pd_steady *s)
     PDI_DELETE(ctx, size, s->work);
     PDI_DELETE(ctx, s->flow ? (int64_t)PD_DIM * s->flow->grid->total : 0, s->carrier);
     memset(s, 0, sizeof *s);
+}
+
+/* ======== >>implicit.c ======== */
+/* implicit: see implicit.h */
+#include <math.h>
+#include <string.h>
+
+#define PDI_IMPLICIT_GAMMA 0.29289321881345254 /* 1 - 1/sqrt(2) */
+/* Step control: aim, and the largest change of one step to the next. */
+#define PDI_IMPLICIT_SAFETY 0.9
+#define PDI_IMPLICIT_GROWTH 3.0
+#define PDI_IMPLICIT_SHRINK 0.2
+#define PDI_IMPLICIT_SMALLEST 1e-12
+
+pd_status pd_implicit_build(pd_ctx *ctx, pd_flow *flow, pd_steady *steady, const pd_implicit_desc *desc,
+                            pd_implicit *im)
+{
+    int64_t total = flow->grid->total;
+    memset(im, 0, sizeof *im);
+    im->desc = *desc;
+    if (!(desc->tolerance >= 0.0) || !(desc->rtol >= 0.0) || !(desc->first >= 0.0) || !(desc->largest >= 0.0) ||
+        !(desc->tolerance + desc->rtol + desc->first + desc->largest < 1e100))
+        return pdi_fail(ctx, PD_ERR_ARGUMENT, "implicit",
+                        "tolerance %g, rtol %g, first %g s, largest %g s: expected finite values of at least 0",
+                        desc->tolerance, desc->rtol, desc->first, desc->largest);
+    if (!(im->desc.tolerance > 0.0)) im->desc.tolerance = 1e-8;
+    if (!(im->desc.rtol > 0.0)) im->desc.rtol = 1e-4;
+    if (!(im->desc.first > 0.0)) im->desc.first = 1e-3 * flow->length / flow->speed;
+    im->flow = flow;
+    im->steady = steady;
+    PDI_TRY(PDI_NEW(ctx, "implicit", (PD_DIM + 1) * total, im->start));
+    PDI_TRY(PDI_NEW(ctx, "implicit", PD_DIM * total, im->target));
+    return PDI_NEW(ctx, "implicit", PD_DIM * total, im->slope);
+}
+
+static pd_status pdi_implicit_stage(pd_ctx *ctx, pd_implicit *im, double dt, const double *target)
+{
+    pd_steady_result result;
+    pd_status status = pdi_steady_stage(ctx, im->steady, 1.0 / (PDI_IMPLICIT_GAMMA * dt), target, im->desc.tolerance,
+                                        &result);
+    im->evaluations += result.evaluations;
+    return status;
+}
+
+/* error = gamma dt max |f1 - f2| / U, the distance to the step of first order with f1 alone, from `slope` = gamma dt f1
+ * and u - u* = gamma dt f2. The start may break continuity or a boundary condition, which is no error of the step, so
+ * that two equal estimates count less than their sum. */
+static double pdi_implicit_error(pd_implicit *im)
+{
+    const pd_flow *flow = im->flow;
+    double worst = 0.0;
+    for (int32_t i = 0; i < flow->grid->total; i++) {
+        if (flow->grid->kind[i] != PD_FLUID) continue;
+        for (int d = 0; d < PD_DIM; d++) {
+            int64_t at = (int64_t)d * flow->grid->total + i;
+            worst = fmax(worst, fabs(im->slope[at] - (flow->u[at] - im->target[at])));
+        }
+    }
+    return worst / flow->speed;
+}
+
+pd_status pd_implicit_step(pd_ctx *ctx, pd_implicit *im, double dt)
+{
+    pd_flow *flow = im->flow;
+    int64_t total = flow->grid->total, split = PD_DIM * total;
+    double ratio = (1.0 - PDI_IMPLICIT_GAMMA) / PDI_IMPLICIT_GAMMA;
+    if (!(dt > 0.0) || !(dt < 1e100))
+        return pdi_fail(ctx, PD_ERR_ARGUMENT, "implicit", "the step is %g s, expected a positive one", dt);
+    pdi_par_copy(ctx, split, flow->u, im->start);
+    pdi_par_copy(ctx, total, flow->p, im->start + split);
+    pd_status status = pdi_implicit_stage(ctx, im, dt, im->start);
+    if (status == PD_OK) {
+        pdi_par_copy(ctx, split, flow->u, im->slope);
+        pdi_par_axpy(ctx, split, -1.0, im->start, im->slope);
+        pdi_par_copy(ctx, split, im->start, im->target);
+        pdi_par_axpy(ctx, split, ratio, im->slope, im->target);
+        status = pdi_implicit_stage(ctx, im, dt, im->target);
+    }
+    if (status != PD_OK) {
+        pdi_par_copy(ctx, split, im->start, flow->u);
+        pdi_par_copy(ctx, total, im->start + split, flow->p);
+        pdi_fail(ctx, PD_RETRY, "implicit", "a stage of a step of %g s at t = %g s does not converge", dt, im->time);
+        return PD_RETRY;
+    }
+    im->error = pdi_implicit_error(im);
+    im->time += dt;
+    im->steps++;
+    return PD_OK;
+}
+
+/* The last step was too coarse: back to its start. */
+static void pdi_implicit_reject(const pd_ctx *ctx, pd_implicit *im, double dt)
+{
+    int64_t total = im->flow->grid->total, split = PD_DIM * total;
+    pdi_par_copy(ctx, split, im->start, im->flow->u);
+    pdi_par_copy(ctx, total, im->start + split, im->flow->p);
+    im->time -= dt;
+    im->steps--;
+    im->rejected++;
+}
+
+pd_status pd_implicit_run(pd_ctx *ctx, pd_implicit *im, double t_end)
+{
+    if (!(t_end >= im->time))
+        return pdi_fail(ctx, PD_ERR_ARGUMENT, "implicit", "a run from %g s to %g s", im->time, t_end);
+    if (!(im->dt > 0.0)) im->dt = im->desc.first;
+    while (im->time < t_end) {
+        double left = t_end - im->time, dt = im->dt, begin = im->time;
+        if (im->desc.largest > 0.0) dt = fmin(dt, im->desc.largest);
+        /* two equal steps to the end rather than a long and a tiny one */
+        int last = dt >= left * (1.0 - 1e-9), second_last = !last && dt > 0.5 * left;
+        if (last) dt = left;
+        if (second_last) dt = 0.5 * left;
+        pd_status status = pd_implicit_step(ctx, im, dt);
+        if (status < 0) return status;
+        double share = status == PD_OK ? im->error / im->desc.rtol : 25.0;
+        double factor = fmin(PDI_IMPLICIT_GROWTH, PDI_IMPLICIT_SAFETY / sqrt(fmax(share, 1e-6)));
+        if (share > 1.0 && dt > PDI_IMPLICIT_SMALLEST * im->desc.first) {
+            if (status == PD_OK) pdi_implicit_reject(ctx, im, dt);
+            im->time = begin;
+            im->dt = dt * fmax(PDI_IMPLICIT_SHRINK, factor);
+            continue;
+        }
+        if (status != PD_OK)
+            return pdi_fail(ctx, PD_ERR_STATE, "implicit", "steps down to %g s at t = %g s do not converge", dt,
+                            im->time);
+        if (last) im->time = t_end;
+        if (!(last || second_last) || factor < 1.0) im->dt = dt * factor;
+    }
+    return PD_OK;
+}
+
+void pd_implicit_free(pd_ctx *ctx, pd_implicit *im)
+{
+    int64_t total = im->flow ? im->flow->grid->total : 0;
+    PDI_DELETE(ctx, (PD_DIM + 1) * total, im->start);
+    PDI_DELETE(ctx, PD_DIM * total, im->target);
+    PDI_DELETE(ctx, PD_DIM * total, im->slope);
+    memset(im, 0, sizeof *im);
 }
 
 /* ======== >>unsteady.c ======== */

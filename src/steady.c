@@ -18,6 +18,10 @@
 /* The last Newton step aims at this share of the tolerance. */
 #define PDI_STEADY_ENOUGH 0.3
 
+/* Newton steps of a stage in time, and the linear tolerance of the first. */
+#define PDI_STEADY_STAGE 8
+#define PDI_STEADY_STAGE_FORCING 1e-2
+
 /* What the solver callbacks see. */
 typedef struct pdi_steady_user {
     pd_ctx *ctx;
@@ -59,6 +63,15 @@ static void pdi_steady_commute(const pd_ctx *ctx, const pd_steady *s, const doub
             }
         dp[i] = sum;
     }
+}
+
+/* What flow->u holds in ghosts, inlets included, is no part of the equations. */
+static void pdi_steady_clear_ghosts(const pd_flow *flow, double *momentum)
+{
+    const pd_ghosts *ghosts = &flow->bonds->ghosts;
+    for (int d = 0; d < PD_DIM; d++)
+        for (int32_t g = 0; g < ghosts->listed; g++)
+            momentum[(int64_t)d * flow->grid->total + ghosts->node[g]] = 0.0;
 }
 
 /* s->work = M^-1 x, and flow->grad the pressure gradient of it. r: scratch. */
@@ -137,6 +150,11 @@ static double pdi_steady_residual(pd_ctx *ctx, pd_steady *s, pd_steady_result *r
     int64_t total = flow->grid->total, split = (int64_t)PD_DIM * total;
     double *r = s->residual;
     pd_flow_residual(ctx, flow, r, r + split);
+    if (s->rate > 0.0) {
+        pdi_par_axpy(ctx, split, s->rate, flow->u, r);
+        pdi_par_axpy(ctx, split, -s->rate, s->target, r);
+        pdi_steady_clear_ghosts(flow, r);
+    }
     pdi_steady_scale(ctx, flow, flow->length / (flow->speed * flow->speed), flow->length / flow->speed, r);
     result->momentum = pdi_par_max_abs(ctx, split, r);
     result->continuity = pdi_par_max_abs(ctx, total, r + split);
@@ -256,6 +274,33 @@ pd_status pd_steady_solve(pd_ctx *ctx, pd_steady *s, pd_steady_result *result)
         forcing = fmin(0.1, fmax(1e-3, forcing));
         norm = fresh;
     }
+}
+
+PDI_FN pd_status pdi_steady_stage(pd_ctx *ctx, pd_steady *s, double rate, const double *target, double tolerance,
+                                  pd_steady_result *result)
+{
+    pd_flow *flow = s->flow;
+    int64_t start = flow->evaluations;
+    /* an error of the velocity shows in the residual `rate` times as large */
+    double least = fmin(1.0, flow->speed / (flow->length * rate)), before = HUGE_VAL;
+    memset(result, 0, sizeof *result);
+    s->rate = rate;
+    s->target = target;
+    for (;;) {
+        double norm = pdi_steady_residual(ctx, s, result);
+        result->evaluations = flow->evaluations - start;
+        double excess = fmax(least * result->momentum, result->continuity) / tolerance;
+        result->converged = excess <= 1.0;
+        if (result->converged || !(norm < before) || result->newton >= PDI_STEADY_STAGE) break;
+        int effort = 0;
+        before = norm;
+        double forcing = fmin(PDI_STEADY_STAGE_FORCING, fmax(1e-4, PDI_STEADY_ENOUGH / excess));
+        pd_status status = pdi_steady_newton(ctx, s, rate, forcing, result, &effort);
+        if (status < 0) break;
+    }
+    s->rate = 0.0;
+    s->target = NULL;
+    return result->converged ? PD_OK : PD_RETRY;
 }
 
 void pd_steady_free(pd_ctx *ctx, pd_steady *s)

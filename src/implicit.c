@@ -1,0 +1,139 @@
+/* implicit: see implicit.h */
+#include "implicit.h"
+#include "par.h"
+#include <math.h>
+#include <string.h>
+
+#define PDI_IMPLICIT_GAMMA 0.29289321881345254 /* 1 - 1/sqrt(2) */
+/* Step control: aim, and the largest change of one step to the next. */
+#define PDI_IMPLICIT_SAFETY 0.9
+#define PDI_IMPLICIT_GROWTH 3.0
+#define PDI_IMPLICIT_SHRINK 0.2
+#define PDI_IMPLICIT_SMALLEST 1e-12
+
+pd_status pd_implicit_build(pd_ctx *ctx, pd_flow *flow, pd_steady *steady, const pd_implicit_desc *desc,
+                            pd_implicit *im)
+{
+    int64_t total = flow->grid->total;
+    memset(im, 0, sizeof *im);
+    im->desc = *desc;
+    if (!(desc->tolerance >= 0.0) || !(desc->rtol >= 0.0) || !(desc->first >= 0.0) || !(desc->largest >= 0.0) ||
+        !(desc->tolerance + desc->rtol + desc->first + desc->largest < 1e100))
+        return pdi_fail(ctx, PD_ERR_ARGUMENT, "implicit",
+                        "tolerance %g, rtol %g, first %g s, largest %g s: expected finite values of at least 0",
+                        desc->tolerance, desc->rtol, desc->first, desc->largest);
+    if (!(im->desc.tolerance > 0.0)) im->desc.tolerance = 1e-8;
+    if (!(im->desc.rtol > 0.0)) im->desc.rtol = 1e-4;
+    if (!(im->desc.first > 0.0)) im->desc.first = 1e-3 * flow->length / flow->speed;
+    im->flow = flow;
+    im->steady = steady;
+    PDI_TRY(PDI_NEW(ctx, "implicit", (PD_DIM + 1) * total, im->start));
+    PDI_TRY(PDI_NEW(ctx, "implicit", PD_DIM * total, im->target));
+    return PDI_NEW(ctx, "implicit", PD_DIM * total, im->slope);
+}
+
+static pd_status pdi_implicit_stage(pd_ctx *ctx, pd_implicit *im, double dt, const double *target)
+{
+    pd_steady_result result;
+    pd_status status = pdi_steady_stage(ctx, im->steady, 1.0 / (PDI_IMPLICIT_GAMMA * dt), target, im->desc.tolerance,
+                                        &result);
+    im->evaluations += result.evaluations;
+    return status;
+}
+
+/* error = gamma dt max |f1 - f2| / U, the distance to the step of first order with f1 alone, from `slope` = gamma dt f1
+ * and u - u* = gamma dt f2. The start may break continuity or a boundary condition, which is no error of the step, so
+ * that two equal estimates count less than their sum. */
+static double pdi_implicit_error(pd_implicit *im)
+{
+    const pd_flow *flow = im->flow;
+    double worst = 0.0;
+    for (int32_t i = 0; i < flow->grid->total; i++) {
+        if (flow->grid->kind[i] != PD_FLUID) continue;
+        for (int d = 0; d < PD_DIM; d++) {
+            int64_t at = (int64_t)d * flow->grid->total + i;
+            worst = fmax(worst, fabs(im->slope[at] - (flow->u[at] - im->target[at])));
+        }
+    }
+    return worst / flow->speed;
+}
+
+pd_status pd_implicit_step(pd_ctx *ctx, pd_implicit *im, double dt)
+{
+    pd_flow *flow = im->flow;
+    int64_t total = flow->grid->total, split = PD_DIM * total;
+    double ratio = (1.0 - PDI_IMPLICIT_GAMMA) / PDI_IMPLICIT_GAMMA;
+    if (!(dt > 0.0) || !(dt < 1e100))
+        return pdi_fail(ctx, PD_ERR_ARGUMENT, "implicit", "the step is %g s, expected a positive one", dt);
+    pdi_par_copy(ctx, split, flow->u, im->start);
+    pdi_par_copy(ctx, total, flow->p, im->start + split);
+    pd_status status = pdi_implicit_stage(ctx, im, dt, im->start);
+    if (status == PD_OK) {
+        pdi_par_copy(ctx, split, flow->u, im->slope);
+        pdi_par_axpy(ctx, split, -1.0, im->start, im->slope);
+        pdi_par_copy(ctx, split, im->start, im->target);
+        pdi_par_axpy(ctx, split, ratio, im->slope, im->target);
+        status = pdi_implicit_stage(ctx, im, dt, im->target);
+    }
+    if (status != PD_OK) {
+        pdi_par_copy(ctx, split, im->start, flow->u);
+        pdi_par_copy(ctx, total, im->start + split, flow->p);
+        pdi_fail(ctx, PD_RETRY, "implicit", "a stage of a step of %g s at t = %g s does not converge", dt, im->time);
+        return PD_RETRY;
+    }
+    im->error = pdi_implicit_error(im);
+    im->time += dt;
+    im->steps++;
+    return PD_OK;
+}
+
+/* The last step was too coarse: back to its start. */
+static void pdi_implicit_reject(const pd_ctx *ctx, pd_implicit *im, double dt)
+{
+    int64_t total = im->flow->grid->total, split = PD_DIM * total;
+    pdi_par_copy(ctx, split, im->start, im->flow->u);
+    pdi_par_copy(ctx, total, im->start + split, im->flow->p);
+    im->time -= dt;
+    im->steps--;
+    im->rejected++;
+}
+
+pd_status pd_implicit_run(pd_ctx *ctx, pd_implicit *im, double t_end)
+{
+    if (!(t_end >= im->time))
+        return pdi_fail(ctx, PD_ERR_ARGUMENT, "implicit", "a run from %g s to %g s", im->time, t_end);
+    if (!(im->dt > 0.0)) im->dt = im->desc.first;
+    while (im->time < t_end) {
+        double left = t_end - im->time, dt = im->dt, begin = im->time;
+        if (im->desc.largest > 0.0) dt = fmin(dt, im->desc.largest);
+        /* two equal steps to the end rather than a long and a tiny one */
+        int last = dt >= left * (1.0 - 1e-9), second_last = !last && dt > 0.5 * left;
+        if (last) dt = left;
+        if (second_last) dt = 0.5 * left;
+        pd_status status = pd_implicit_step(ctx, im, dt);
+        if (status < 0) return status;
+        double share = status == PD_OK ? im->error / im->desc.rtol : 25.0;
+        double factor = fmin(PDI_IMPLICIT_GROWTH, PDI_IMPLICIT_SAFETY / sqrt(fmax(share, 1e-6)));
+        if (share > 1.0 && dt > PDI_IMPLICIT_SMALLEST * im->desc.first) {
+            if (status == PD_OK) pdi_implicit_reject(ctx, im, dt);
+            im->time = begin;
+            im->dt = dt * fmax(PDI_IMPLICIT_SHRINK, factor);
+            continue;
+        }
+        if (status != PD_OK)
+            return pdi_fail(ctx, PD_ERR_STATE, "implicit", "steps down to %g s at t = %g s do not converge", dt,
+                            im->time);
+        if (last) im->time = t_end;
+        if (!(last || second_last) || factor < 1.0) im->dt = dt * factor;
+    }
+    return PD_OK;
+}
+
+void pd_implicit_free(pd_ctx *ctx, pd_implicit *im)
+{
+    int64_t total = im->flow ? im->flow->grid->total : 0;
+    PDI_DELETE(ctx, (PD_DIM + 1) * total, im->start);
+    PDI_DELETE(ctx, PD_DIM * total, im->target);
+    PDI_DELETE(ctx, PD_DIM * total, im->slope);
+    memset(im, 0, sizeof *im);
+}
