@@ -58,6 +58,7 @@
  *   steady     steady flow by Newton's method on the peridynamic residual.
  *   implicit   time-dependent incompressible flow by the two-stage, second-order, L-stable SDIRK method.
  *   unsteady   time-dependent weakly compressible flow, explicit.
+ *   diffusion  the conductances of bonds beside walls, between materials, and to values that are held on walls.
  *   transport  conservative, bounded advection and diffusion of dissolved metal on fluid nodes.
  *   dissolve   surface-rate dissolution. Solid nodes lose metal through the bonds that join them to fluid.
  *   couple     one dissolution run: steady flow, implicit transport, dissolution steps with error control, the ledger.
@@ -702,7 +703,7 @@ typedef struct pd_ghosts {
     const pd_grid *grid;
     int32_t images, count, listed, capacity; /* images come first, then outlets up to count, then inlets up to listed */
     int32_t *node, *source; /* [capacity] */
-    uint8_t *odd;           /* [capacity] bit d: component d of a vector changes its sign */
+    uint8_t *odd;           /* [capacity] bit d: component d of a vector changes its sign; inlets: axis d is mirrored */
 } pd_ghosts;
 
 #define pd_ghosts_build PD_NAME(pd_ghosts_build)
@@ -827,6 +828,8 @@ static inline pdi_lanes pdi_bond_open_lanes(const pd_bonds *bonds, int32_t row, 
 /* drive = sum over the cut bonds of a row of their part of wall_lap times the wall velocity where they meet the surface
  * (eq. 3.3): what a moving wall adds to the Laplacian [unit of the velocity / m2]. */
 PDI_FN void pdi_bond_drive(const pd_bonds *bonds, int32_t row, pd_velocity_fn wall, void *user, double *drive);
+/* Fraction t at which the cut bond k of a row meets the surface, and the place x [m]. */
+PDI_FN double pdi_bond_meet(const pd_bonds *bonds, int32_t row, int k, double *x);
 /* First closed group on bond k from `node` (index into the stencil's groups); -1: open. */
 PDI_FN int pdi_bond_closed_group(const pd_bonds *bonds, int32_t node, int k);
 #endif
@@ -1119,9 +1122,10 @@ typedef struct pdi_compact_convection {
     const double *spread; /* [PD_DIM][PD_DIM] [m] diffusivity along the second axis per speed along the first, that the
                            * peridynamic operator adds by upwinding; NULL: central */
 } pdi_compact_convection;
-/* diffusivity [m2/s, or 1]; mass: value for every fluid cell [1/s]. */
-PDI_FN void pdi_compact_fill(const pd_ctx *ctx, double diffusivity, const pdi_compact_convection *convection,
-                             double mass, const pdi_compact_faces *faces, pd_compact *compact);
+/* diffusivity [m2/s, or 1], or field [total] of it when not NULL; mass: value for every fluid cell [1/s]. */
+PDI_FN void pdi_compact_fill(const pd_ctx *ctx, double diffusivity, const double *field,
+                             const pdi_compact_convection *convection, double mass, const pdi_compact_faces *faces,
+                             pd_compact *compact);
 PDI_FN void pdi_compact_free(pd_ctx *ctx, pd_compact *compact);
 /* Box cell of a node inside the box, and back. */
 PDI_FN int64_t pdi_compact_cell(const pd_grid *grid, const int *i);
@@ -1884,7 +1888,7 @@ typedef struct pd_steady {
     double *step, *work;                /* [PD_DIM+1][total] [m/s], last row [m2/s2] */
     double *carrier;                    /* [PD_DIM][total] [m/s] of the linearised velocity, work */
     double shift;                       /* [1/s] 1 over the pseudo time step */
-    double rate;                        /* [1/s] of a step in time: rate (u - target) joins the momentum residual; 0: none */
+    double rate;                        /* [1/s] rate (u - target) joins the momentum residual: a step in time; 0: none */
     const double *target;               /* [PD_DIM][total] [m/s] */
     double norm0;                       /* [-] largest initial residual norm of all solves */
 } pd_steady;
@@ -1909,7 +1913,8 @@ PD_API void pd_steady_free(pd_ctx *ctx, pd_steady *steady);
 
 #ifdef PDI_INTERNAL
 /* Solve R(u, p) + rate (u - target) = 0 from the state in flow: a stage of an implicit step. tolerance [-]: of the
- * velocity against the reference speed, and of the continuity residual. PD_RETRY: not reached, flow holds no solution. */
+ * velocity against the reference speed, and of the continuity residual. PD_RETRY: not reached, flow holds no
+ * solution. */
 PDI_FN pd_status pdi_steady_stage(pd_ctx *ctx, pd_steady *steady, double rate, const double *target, double tolerance,
                                   pd_steady_result *result);
 #endif
@@ -2016,6 +2021,63 @@ PD_API void pd_unsteady_free(pd_ctx *ctx, pd_unsteady *unsteady);
 
 #endif
 
+/* ======== >>diffusion.h ======== */
+/* diffusion: the conductances of bonds beside walls, between materials, and to values that are held on walls.
+ *
+ * Far from everything a bond conducts D a(n). The bonds that a wall cuts are missing, also for diffusion along the
+ * wall, so bonds between two nodes of cut families conduct more, by a factor that restores the second moments of the
+ * family on average over the layers (theory: eq. 5.6, 5.7). Between two diffusivities the parts of a bond are
+ * resistances in series (eq. 5.8). Conductances are symmetric and positive: what they do is conservative and keeps the
+ * maximum principle.
+ */
+#ifndef PD_DIFFUSION_H
+#define PD_DIFFUSION_H
+
+#define PD_DIFFUSION_TENSOR (PD_DIM * (PD_DIM + 1) / 2)
+
+/* A number at position x [m]. */
+typedef double (*pd_point_fn)(void *user, const double *x);
+
+/* Zero-initialise. */
+typedef struct pd_diffusion_desc {
+    double diffusivity;  /* [m2/s] where `field` is NULL */
+    pd_point_fn field;   /* [m2/s] diffusivity at nodes; NULL: constant */
+    pd_point_fn level;   /* [m] signed distance from the interface where `field` jumps; NULL: it does not */
+    pd_point_fn held;    /* [mol/m3] value held on walls and solids, at points of their surface; NaN: no flux there.
+                          * NULL: no flux anywhere */
+    void *user;          /* of all three */
+} pd_diffusion_desc;
+
+typedef struct pd_diffusion {
+    pd_diffusion_desc desc;
+    const pd_bonds *bonds;
+    float *tensor[PD_DIFFUSION_TENSOR]; /* [total] [-] K - I of rows (eq. 5.7), 0 elsewhere: xx, xy, yy, xz, yz, zz */
+    float *cut;                         /* [total] [-] 1: a bond of the node is cut */
+    double *field, *level;              /* [total] [m2/s], [m]; NULL as above */
+    double *hold;                       /* [total] [1/s] conductance to held walls, or NULL */
+    double *drive;                      /* [total] [mol/m3/s] sum of conductance times held value, or NULL */
+    uint8_t *held;                      /* [count of a family] work */
+    double held_least, held_most;       /* [mol/m3] of the values held; least > most: none */
+} pd_diffusion;
+
+#define pd_diffusion_build PD_NAME(pd_diffusion_build)
+#define pd_diffusion_update PD_NAME(pd_diffusion_update)
+#define pd_diffusion_free PD_NAME(pd_diffusion_free)
+
+/* Bonds are borrowed. PD_ERR_ARGUMENT: a diffusivity is negative or not finite. */
+PD_API pd_status pd_diffusion_build(pd_ctx *ctx, const pd_bonds *bonds, const pd_diffusion_desc *desc,
+                                    pd_diffusion *diffusion);
+/* After pd_bonds_update. */
+PD_API void pd_diffusion_update(pd_ctx *ctx, pd_diffusion *diffusion);
+PD_API void pd_diffusion_free(pd_ctx *ctx, pd_diffusion *diffusion);
+
+#ifdef PDI_INTERNAL
+/* Conductance [1/s] of bond k of the nodes i .. i+count-1; rows: they have rows. */
+PDI_FN void pdi_diffusion_bond(const pd_diffusion *diffusion, int32_t i, int k, int count, int rows, double *bond);
+#endif
+
+#endif
+
 /* ======== >>transport.h ======== */
 /* transport: conservative, bounded advection and diffusion of dissolved metal on fluid nodes.
  *
@@ -2035,6 +2097,8 @@ typedef enum pd_advection {
 
 typedef struct pd_transport_desc {
     double diffusivity;     /* [m2/s] */
+    pd_point_fn field, level, held; /* see pd_diffusion_desc; NULL: constant diffusivity, no flux into walls */
+    void *user;             /* of these three */
     double inlet;           /* [mol/m3] concentration of the inflow */
     double initial;         /* [mol/m3] */
     pd_advection advection;
@@ -2048,6 +2112,7 @@ typedef struct pd_transport {
     const pd_grid *grid;
     const pd_bonds *bonds;
     const pd_flow *flow;    /* NULL: fluid at rest */
+    pd_diffusion diffusion; /* conductances of the bonds */
     double *c;              /* [total] [mol/m3]; solid nodes: what is left of the solid */
     double *old;            /* [total] [mol/m3] start of the step, work */
     double *source;         /* [total] [mol/m3/s] given by the caller before a step */
@@ -2063,8 +2128,8 @@ typedef struct pd_transport {
     pd_compact compact;
     pd_multigrid mg;
     pd_krylov krylov;
-    double outflow;         /* [mol/s] (per m in 2D) through outlets at the end of the last step */
-    double inflow;          /* [mol/s] (per m in 2D) through inlets */
+    double outflow;         /* [mol/s] (per m in 2D) through outlets and into held walls at the end of the last step */
+    double inflow;          /* [mol/s] (per m in 2D) through inlets and from held walls */
 } pd_transport;
 
 typedef struct pd_transport_result {
@@ -2088,8 +2153,9 @@ typedef struct pd_transport_result {
  * concentrations negative or not finite. */
 PD_API pd_status pd_transport_build(pd_ctx *ctx, const pd_grid *grid, const pd_bonds *bonds, const pd_flow *flow,
                                     const pd_transport_desc *desc, pd_transport *transport);
-/* Inlet ghosts follow the grid after a change of kinds. Fluid values stay (a dissolved node keeps its content). */
-PD_API void pd_transport_update(pd_transport *transport);
+/* After pd_bonds_update: inlet ghosts and conductances follow. Fluid values stay (a dissolved node keeps its
+ * content). */
+PD_API void pd_transport_update(pd_ctx *ctx, pd_transport *transport);
 /* One backward Euler step of dt [s] (any length: dt >> all time scales gives the steady state). PD_NOT_CONVERGED: the
  * linear solver stopped above its tolerance; what is missing is in carry. */
 PD_API pd_status pd_transport_implicit(pd_ctx *ctx, pd_transport *transport, double dt, pd_transport_result *result);
@@ -5478,11 +5544,12 @@ static int pdi_ghost_outlet_odd(const pd_grid *grid, int32_t node)
 static void pdi_ghost_add(pd_ghosts *g, int32_t node)
 {
     const pd_grid *grid = g->grid;
-    int i[PD_DIM], odd;
+    int i[PD_DIM], odd, flip;
     pdi_grid_index(grid, node, i);
     odd = pdi_grid_fold(grid, i);
-    g->source[g->listed] = pdi_grid_image(grid, node, NULL);
+    g->source[g->listed] = pdi_grid_image(grid, node, &flip);
     if (grid->kind[node] == PD_OUTLET) odd ^= pdi_ghost_outlet_odd(grid, node);
+    if (grid->kind[node] == PD_INLET) odd = flip;
     g->node[g->listed] = node;
     g->odd[g->listed++] = (uint8_t)odd;
 }
@@ -5785,6 +5852,17 @@ static void pdi_bond_add_wall(const pd_stencil *s, int k, const pdi_cut *cut, do
     double slope = 1.0 / (1.0 - 0.5 * cut->distance * cut->mean);
     *lap -= half * cut->bend * slope / cut->distance;
     *curv -= half * cut->bend * slope * 0.5 * cut->distance;
+}
+
+PDI_FN double pdi_bond_meet(const pd_bonds *bonds, int32_t row, int k, double *x)
+{
+    const double *xi = bonds->stencil->xi + k * PD_DIM;
+    int32_t node = bonds->node[row];
+    pdi_cut cut;
+    pdi_bond_cut(bonds, node, k, pdi_bond_closed_group(bonds, node, k), &cut);
+    pd_grid_position(bonds->grid, node, x);
+    for (int d = 0; d < PD_DIM; d++) x[d] += cut.t * xi[d];
+    return cut.t;
 }
 
 PDI_FN void pdi_bond_drive(const pd_bonds *bonds, int32_t row, pd_velocity_fn wall, void *user, double *drive)
@@ -8224,7 +8302,7 @@ static double pdi_compact_spread(const pd_grid *grid, const pdi_compact_convecti
     return fmax(diffusivity, 0.0);
 }
 
-static void pdi_compact_fill_cell(pd_compact *c, int64_t cell, int32_t node, double diffusivity,
+static void pdi_compact_fill_cell(pd_compact *c, int64_t cell, int32_t node, double constant, const double *field,
                                   const pdi_compact_convection *v, const pdi_compact_faces *faces)
 {
     const pd_grid *grid = c->grid;
@@ -8235,7 +8313,10 @@ static void pdi_compact_fill_cell(pd_compact *c, int64_t cell, int32_t node, dou
         for (int up = 0; up < 2; up++) {
             int32_t other = up ? node + grid->stride[d] : node - grid->stride[d];
             uint8_t kind = grid->kind[other];
+            double diffusivity = field ? field[node] : constant;
             if (kind == PD_FLUID) {
+                if (field && diffusivity > 0.0)
+                    diffusivity = 2.0 * diffusivity * field[other] / (diffusivity + field[other]);
                 if (!up) continue;
                 c->conduct[d][cell] =
                     (float)(inverse * (u ? pdi_compact_spread(grid, v, diffusivity, node, other, d) : diffusivity));
@@ -8251,8 +8332,9 @@ static void pdi_compact_fill_cell(pd_compact *c, int64_t cell, int32_t node, dou
     c->mass[cell] = (float)mass;
 }
 
-PDI_FN void pdi_compact_fill(const pd_ctx *ctx, double diffusivity, const pdi_compact_convection *convection,
-                             double mass, const pdi_compact_faces *faces, pd_compact *c)
+PDI_FN void pdi_compact_fill(const pd_ctx *ctx, double diffusivity, const double *field,
+                             const pdi_compact_convection *convection, double mass, const pdi_compact_faces *faces,
+                             pd_compact *c)
 {
     const pd_grid *grid = c->grid;
     int nt = pdi_par_threads(ctx, c->cells * 20);
@@ -8278,7 +8360,7 @@ PDI_FN void pdi_compact_fill(const pd_ctx *ctx, double diffusivity, const pdi_co
                 c->conduct[d][cell] = 0.0f;
                 if (c->flux[d]) c->flux[d][cell] = 0.0f;
             }
-            if (fluid) pdi_compact_fill_cell(c, cell, node, diffusivity, convection, faces);
+            if (fluid) pdi_compact_fill_cell(c, cell, node, diffusivity, field, convection, faces);
         }
     }
 }
@@ -12570,8 +12652,8 @@ static pd_status pdi_steady_setup(pd_ctx *ctx, pd_steady *s)
     pressure.outlet = 1;
     moving.u = s->flow->u;
     moving.spread = resting.spread = resting.u = NULL;
-    pdi_compact_fill(ctx, s->flow->nu, &moving, s->shift, &velocity, &s->compact_u);
-    pdi_compact_fill(ctx, 1.0, &resting, 0.0, &pressure, &s->compact_p);
+    pdi_compact_fill(ctx, s->flow->nu, NULL, &moving, s->shift, &velocity, &s->compact_u);
+    pdi_compact_fill(ctx, 1.0, NULL, &resting, 0.0, &pressure, &s->compact_p);
     pd_compact *u = &s->compact_u, *p = &s->compact_p;
     PDI_TRY(pd_multigrid_setup(ctx, &s->mg_u, u->active, (const float *const *)u->conduct,
                                (const float *const *)u->flux, u->wall, u->mass));
@@ -13116,6 +13198,263 @@ void pd_unsteady_free(pd_ctx *ctx, pd_unsteady *un)
     memset(un, 0, sizeof *un);
 }
 
+/* ======== >>diffusion.c ======== */
+/* diffusion: see diffusion.h */
+#include <math.h>
+#include <string.h>
+
+/* Directions that the bonds between rows do not span keep the factor 1: singular values below this share of the trace
+ * are damped away. */
+#define PDI_DIFFUSION_DAMPING 1e-3
+/* Factors stay within these bounds. */
+#define PDI_DIFFUSION_LEAST 0.25
+#define PDI_DIFFUSION_MOST 8.0
+
+/* (xi xi^T) packed as xx, xy, yy, xz, yz, zz. */
+static void pdi_diffusion_pack(const double *xi, double *packed)
+{
+    int at = 0;
+    for (int a = 0; a < PD_DIM; a++)
+        for (int b = 0; b <= a; b++) packed[at++] = xi[a] * xi[b];
+}
+
+/* e^T X e = sum of this times the packed entries of X, off-diagonal ones counting twice. */
+static void pdi_diffusion_quadratic(const double *xi, double *weight)
+{
+    double square = pdi_vec_dot(xi, xi);
+    int at = 0;
+    for (int a = 0; a < PD_DIM; a++)
+        for (int b = 0; b <= a; b++) weight[at++] = (a == b ? 1.0 : 2.0) * xi[a] * xi[b] / square;
+}
+
+/* Solve a small dense system by elimination with pivoting; 0: singular. */
+static int pdi_diffusion_solve(int n, double a[][PD_DIFFUSION_TENSOR], double *b)
+{
+    for (int c = 0; c < n; c++) {
+        int pivot = c;
+        for (int r = c + 1; r < n; r++)
+            if (fabs(a[r][c]) > fabs(a[pivot][c])) pivot = r;
+        if (!(fabs(a[pivot][c]) > 0.0)) return 0;
+        for (int k = 0; k < n; k++) {
+            double keep = a[c][k];
+            a[c][k] = a[pivot][k];
+            a[pivot][k] = keep;
+        }
+        double keep = b[c];
+        b[c] = b[pivot];
+        b[pivot] = keep;
+        for (int r = c + 1; r < n; r++) {
+            double factor = a[r][c] / a[c][c];
+            for (int k = c; k < n; k++) a[r][k] -= factor * a[c][k];
+            b[r] -= factor * b[c];
+        }
+    }
+    for (int c = n - 1; c >= 0; c--) {
+        for (int k = c + 1; k < n; k++) b[c] -= a[c][k] * b[k];
+        b[c] /= a[c][c];
+    }
+    return 1;
+}
+
+/* X of one row: sum over its bonds to rows of a (e^T X e) xi xi^T = what the moments of all its bonds lack (eq. 5.7),
+ * in the sense of least squares. */
+static void pdi_diffusion_row(const pd_diffusion *d, int32_t r, const uint8_t *held, double *x)
+{
+    enum { N = PD_DIFFUSION_TENSOR };
+    const pd_bonds *bonds = d->bonds;
+    const pd_stencil *s = bonds->stencil;
+    double matrix[N][N], normal[N][N], lack[N], packed[N], weight[N], trace = 0.0;
+    memset(matrix, 0, sizeof matrix);
+    memset(normal, 0, sizeof normal);
+    memset(lack, 0, sizeof lack);
+    for (int k = 0; k < s->count; k++) {
+        double xi[PD_DIM];
+        for (int a = 0; a < PD_DIM; a++) xi[a] = (double)s->offset[k * PD_DIM + a];
+        pdi_diffusion_pack(xi, packed);
+        pdi_diffusion_quadratic(xi, weight);
+        int open = pdi_bond_open(bonds, r, k), row = open && d->cut[bonds->node[r] + bonds->shift[k]] > 0.0f;
+        for (int p = 0; p < N; p++) {
+            if (!open && !(held && held[k])) lack[p] += s->lap[k] * packed[p];
+            for (int q = 0; q < N && row; q++) matrix[p][q] += s->lap[k] * packed[p] * weight[q];
+        }
+    }
+    for (int p = 0; p < N; p++) trace += matrix[p][p];
+    for (int p = 0; p < N; p++) {
+        x[p] = 0.0;
+        for (int q = 0; q < N; q++) {
+            x[p] += matrix[q][p] * lack[q];
+            for (int t = 0; t < N; t++) normal[p][q] += matrix[t][p] * matrix[t][q];
+        }
+        normal[p][p] += PDI_DIFFUSION_DAMPING * PDI_DIFFUSION_DAMPING * trace * trace;
+    }
+    if (!pdi_diffusion_solve(N, normal, x)) memset(x, 0, N * sizeof *x);
+}
+
+static void pdi_diffusion_keep(pd_diffusion *d, int32_t r, const uint8_t *held)
+{
+    double x[PD_DIFFUSION_TENSOR];
+    pdi_diffusion_row(d, r, held, x);
+    for (int t = 0; t < PD_DIFFUSION_TENSOR; t++) d->tensor[t][d->bonds->node[r]] = (float)x[t];
+}
+
+/* Images and inlet ghosts have the tensors of the nodes that they stand for, or mirror. Behind mirrors the off-diagonal
+ * entries change their sign with the axes. */
+static void pdi_diffusion_ghosts(pd_diffusion *d)
+{
+    const pd_ghosts *g = &d->bonds->ghosts;
+    for (int32_t k = 0; k < g->listed; k++) {
+        int at = 0;
+        if (k >= g->images && k < g->count) continue;
+        d->cut[g->node[k]] = d->cut[g->source[k]];
+        for (int a = 0; a < PD_DIM; a++)
+            for (int b = 0; b <= a; b++, at++) {
+                float value = d->tensor[at][g->source[k]];
+                d->tensor[at][g->node[k]] = ((g->odd[k] >> a ^ g->odd[k] >> b) & 1) ? -value : value;
+            }
+    }
+}
+
+/* Conductance of row r to the values held where its cut bonds meet walls, by linear extension (eq. 3.2 without
+ * bending), and which of its bonds those are. */
+static void pdi_diffusion_hold(pd_diffusion *d, int32_t r, uint8_t *held)
+{
+    const pd_bonds *bonds = d->bonds;
+    const pd_stencil *s = bonds->stencil;
+    int32_t i = bonds->node[r];
+    double value = d->field ? d->field[i] : d->desc.diffusivity, x[PD_DIM];
+    for (int k = 0; k < s->count; k++) {
+        held[k] = 0;
+        if (pdi_bond_open(bonds, r, k)) continue;
+        double t = pdi_bond_meet(bonds, r, k, x), c = d->desc.held(d->desc.user, x);
+        if (!(c >= 0.0)) continue;
+        held[k] = 1;
+        d->hold[i] += value * s->lap[k] / t;
+        d->drive[i] += value * s->lap[k] / t * c;
+        d->held_least = fmin(d->held_least, c);
+        d->held_most = fmax(d->held_most, c);
+    }
+}
+
+/* 1 when a bond of the node is cut. Rows at inlets may have none. */
+static int pdi_diffusion_cut(const pd_bonds *bonds, int32_t i)
+{
+    int32_t r = bonds->row[i];
+    for (int k = 0; k < bonds->stencil->count && r >= 0; k++)
+        if (!pdi_bond_open(bonds, r, k)) return 1;
+    return 0;
+}
+
+void pd_diffusion_update(pd_ctx *ctx, pd_diffusion *d)
+{
+    const pd_bonds *bonds = d->bonds;
+    int32_t total = bonds->grid->total;
+    int nt = pdi_par_threads(ctx, (int64_t)bonds->rows * bonds->stencil->count * PD_DIFFUSION_TENSOR);
+    (void)nt;
+    for (int32_t i = 0; i < total; i++) {
+        d->cut[i] = pdi_diffusion_cut(bonds, i) ? 1.0f : 0.0f;
+        for (int t = 0; t < PD_DIFFUSION_TENSOR; t++) d->tensor[t][i] = 0.0f;
+        if (d->hold) d->hold[i] = d->drive[i] = 0.0;
+    }
+    pdi_diffusion_ghosts(d);
+    d->held_least = HUGE_VAL;
+    d->held_most = -HUGE_VAL;
+    for (int32_t r = 0; r < bonds->rows && d->hold; r++) {
+        if (!(d->cut[bonds->node[r]] > 0.0f)) continue;
+        pdi_diffusion_hold(d, r, d->held);
+        pdi_diffusion_keep(d, r, d->held);
+    }
+    PDI_PARALLEL_FOR(nt)
+    for (int32_t r = 0; r < (d->hold ? 0 : bonds->rows); r++)
+        if (d->cut[bonds->node[r]] > 0.0f) pdi_diffusion_keep(d, r, NULL);
+    pdi_diffusion_ghosts(d);
+}
+
+static pd_status pdi_diffusion_fields(pd_ctx *ctx, pd_diffusion *d)
+{
+    const pd_grid *grid = d->bonds->grid;
+    if (d->desc.field) PDI_TRY(PDI_NEW(ctx, "diffusion", grid->total, d->field));
+    if (d->desc.field && d->desc.level) PDI_TRY(PDI_NEW(ctx, "diffusion", grid->total, d->level));
+    for (int32_t i = 0; i < grid->total && d->field; i++) {
+        double x[PD_DIM];
+        if (grid->kind[i] == PD_OUTSIDE) continue;
+        pd_grid_position(grid, i, x);
+        pdi_grid_fold_position(grid, x);
+        d->field[i] = d->desc.field(d->desc.user, x);
+        if (d->level) d->level[i] = d->desc.level(d->desc.user, x);
+        if (!(d->field[i] >= 0.0) || !(d->field[i] < 1e100))
+            return pdi_fail(ctx, PD_ERR_ARGUMENT, "diffusion",
+                            "the diffusivity at x = %g m is %g m2/s, expected a finite value of at least 0", x[0],
+                            d->field[i]);
+    }
+    return PD_OK;
+}
+
+pd_status pd_diffusion_build(pd_ctx *ctx, const pd_bonds *bonds, const pd_diffusion_desc *desc, pd_diffusion *d)
+{
+    int32_t total = bonds->grid->total;
+    memset(d, 0, sizeof *d);
+    d->desc = *desc;
+    d->bonds = bonds;
+    if (!(desc->diffusivity >= 0.0) || !(desc->diffusivity < 1e100))
+        return pdi_fail(ctx, PD_ERR_ARGUMENT, "diffusion", "D = %g m2/s, expected a finite value of at least 0",
+                        desc->diffusivity);
+    for (int t = 0; t < PD_DIFFUSION_TENSOR; t++) PDI_TRY(PDI_NEW(ctx, "diffusion", total, d->tensor[t]));
+    PDI_TRY(PDI_NEW(ctx, "diffusion", total, d->cut));
+    if (desc->held) PDI_TRY(PDI_NEW(ctx, "diffusion", total, d->hold));
+    if (desc->held) PDI_TRY(PDI_NEW(ctx, "diffusion", total, d->drive));
+    if (desc->held) PDI_TRY(PDI_NEW(ctx, "diffusion", bonds->stencil->count, d->held));
+    PDI_TRY(pdi_diffusion_fields(ctx, d));
+    pd_diffusion_update(ctx, d);
+    return PD_OK;
+}
+
+/* Resistances in series: the interface cuts the bond at the fraction t; half and half inside of one material. */
+static void pdi_diffusion_series(const pd_diffusion *d, int32_t i, int32_t j, double a, int count, double *bond)
+{
+    const double *near_d = d->field + i, *far_d = d->field + j;
+    for (int b = 0; b < count; b++) {
+        double t = 0.5;
+        if (d->level && d->level[i + b] * d->level[j + b] < 0.0)
+            t = fabs(d->level[i + b]) / (fabs(d->level[i + b]) + fabs(d->level[j + b]));
+        double below = t * far_d[b] + (1.0 - t) * near_d[b];
+        bond[b] = below > 0.0 ? a * near_d[b] * far_d[b] / below : 0.0;
+    }
+}
+
+PDI_FN void pdi_diffusion_bond(const pd_diffusion *d, int32_t i, int k, int count, int rows, double *bond)
+{
+    const pd_stencil *s = d->bonds->stencil;
+    int32_t j = i + d->bonds->shift[k];
+    double a = s->lap[k], weight[PD_DIFFUSION_TENSOR];
+    for (int b = 0; b < count; b++) bond[b] = d->desc.diffusivity * a;
+    if (d->field) pdi_diffusion_series(d, i, j, a, count, bond);
+    if (!rows) return;
+    double xi[PD_DIM];
+    for (int e = 0; e < PD_DIM; e++) xi[e] = (double)s->offset[k * PD_DIM + e];
+    pdi_diffusion_quadratic(xi, weight);
+    for (int b = 0; b < count; b++) {
+        double factor = 0.0;
+        for (int t = 0; t < PD_DIFFUSION_TENSOR; t++)
+            factor += 0.5 * weight[t] * ((double)d->tensor[t][i + b] + (double)d->tensor[t][j + b]);
+        factor = 1.0 + (double)(d->cut[i + b] * d->cut[j + b]) * factor;
+        factor = factor > PDI_DIFFUSION_LEAST ? factor : PDI_DIFFUSION_LEAST;
+        bond[b] *= factor < PDI_DIFFUSION_MOST ? factor : PDI_DIFFUSION_MOST;
+    }
+}
+
+void pd_diffusion_free(pd_ctx *ctx, pd_diffusion *d)
+{
+    int32_t total = d->bonds ? d->bonds->grid->total : 0;
+    for (int t = 0; t < PD_DIFFUSION_TENSOR; t++) PDI_DELETE(ctx, total, d->tensor[t]);
+    PDI_DELETE(ctx, total, d->cut);
+    PDI_DELETE(ctx, total, d->hold);
+    PDI_DELETE(ctx, total, d->drive);
+    PDI_DELETE(ctx, d->bonds ? d->bonds->stencil->count : 0, d->held);
+    PDI_DELETE(ctx, total, d->field);
+    PDI_DELETE(ctx, total, d->level);
+    memset(d, 0, sizeof *d);
+}
+
 /* ======== >>transport.c ======== */
 /* transport: see transport.h
  *
@@ -13136,23 +13475,22 @@ void pd_unsteady_free(pd_ctx *ctx, pd_unsteady *un)
 /* Rounds of upwinding the nodes that leave their bounds before the whole step is upwinded. */
 #define PDI_TRANSPORT_ROUNDS 20
 
-/* Volume flux F [1/s] from i to the far end of bond k, and the diffusion d [1/s] that upwinding adds to D a. */
-static void pdi_transport_bond(const pd_transport *t, int32_t i, int k, double *flux, double *upwind)
+/* Of bond k of node i: volume flux F [1/s] to the far end, conductance [1/s], and what upwinding adds to it [1/s]. */
+static void pdi_transport_bond(const pd_transport *t, int32_t i, int k, double *flux, double *bond, double *upwind)
 {
-    double bond = t->desc.diffusivity * t->bonds->stencil->lap[k];
+    pdi_diffusion_bond(&t->diffusion, i, k, 1, t->bonds->row[i] >= 0, bond);
     *flux = t->flow ? pdi_flow_bond_flux(t->flow, i, k) : 0.0;
-    *upwind = fmax(0.5 * fabs(*flux) - bond, 0.0);
+    *upwind = fmax(0.5 * fabs(*flux) - *bond, 0.0);
 }
 
 /* Amount per volume and time [mol/m3/s] that leaves i through bond k, upwinded (eq. 5.1). */
 static double pdi_transport_bond_flux(const pd_transport *t, const double *c, int32_t i, int k)
 {
-    double flux, upwind;
+    double flux, bond, upwind;
     int32_t j = i + t->bonds->shift[k];
-    pdi_transport_bond(t, i, k, &flux, &upwind);
+    pdi_transport_bond(t, i, k, &flux, &bond, &upwind);
     if (t->grid->kind[j] == PD_OUTLET) return flux * c[i];
-    double spread = t->desc.diffusivity * t->bonds->stencil->lap[k] + upwind;
-    return 0.5 * flux * (c[i] + c[j]) - spread * (c[j] - c[i]);
+    return 0.5 * flux * (c[i] + c[j]) - (bond + upwind) * (c[j] - c[i]);
 }
 
 /* Bond k of node i is open: by its row, or since its family is whole. */
@@ -13184,9 +13522,9 @@ static double pdi_transport_ratio(double room, double wanted) { return wanted > 
 typedef struct pdi_transport_lanes {
     int count;
     int gated;          /* 0: all gates are open */
-    double bond;        /* D a [1/s] */
     const double *far;  /* c at the far ends [mol/m3] */
     double gate[PDI_LANES];   /* 1.0: takes part, 0.0: does not */
+    double bond[PDI_LANES];   /* conductance [1/s] */
     double flux[PDI_LANES];   /* F [1/s] */
     double upwind[PDI_LANES]; /* diffusion that upwinding adds to `bond` [1/s] */
     double edge[PDI_LANES];   /* holds far values beside outlets */
@@ -13208,7 +13546,7 @@ static void pdi_transport_flux(const pd_transport *t, int32_t i, int k, const do
             pressure -= arm[d] * (grad[d * total + b] + grad[d * total + b + shift]);
         }
         flux -= (tied ? tied[b] : 1.0) * tie * pressure;
-        double excess = 0.5 * fabs(flux) - l->bond;
+        double excess = 0.5 * fabs(flux) - l->bond[b];
         l->flux[b] = flux;
         l->upwind[b] = excess > 0.0 ? excess : 0.0;
     }
@@ -13240,7 +13578,7 @@ static int pdi_transport_bond_lanes(const pdi_transport_sweep *s, int32_t i, int
     pdi_lanes open = row < 0 ? PDI_LANES_ALL : pdi_bond_open_lanes(t->bonds, row, k, l->count, l->gate);
     if (open == PDI_LANES_NONE) return 0;
     l->gated = open == PDI_LANES_SOME;
-    l->bond = t->desc.diffusivity * t->bonds->stencil->lap[k];
+    pdi_diffusion_bond(&t->diffusion, i, k, l->count, row >= 0, l->bond);
     l->far = s->c + i + t->bonds->shift[k];
     if (ends) pdi_transport_ends(s, i, k, tied, l);
     if (t->flow) pdi_transport_flux(t, i, k, ends ? tied : NULL, l);
@@ -13256,10 +13594,11 @@ static void pdi_transport_apply_lanes(const pdi_transport_sweep *s, int32_t i, i
     memset(&l, 0, sizeof l);
     l.count = count;
     for (int b = 0; b < count; b++) sum[b] = (rate + t->absorb[i + b]) * c[b];
+    for (int b = 0; b < count && t->diffusion.hold; b++) sum[b] += t->diffusion.hold[i + b] * c[b];
     for (int k = 0; k < t->bonds->stencil->count; k++) {
         if (!pdi_transport_bond_lanes(s, i, row, k, ends, &l)) continue;
         for (int b = 0; b < count; b++) {
-            double flux = 0.5 * l.flux[b] * (c[b] + l.far[b]) - (l.bond + l.upwind[b]) * (l.far[b] - c[b]);
+            double flux = 0.5 * l.flux[b] * (c[b] + l.far[b]) - (l.bond[b] + l.upwind[b]) * (l.far[b] - c[b]);
             sum[b] += l.gated ? l.gate[b] * flux : flux;
         }
     }
@@ -13444,12 +13783,13 @@ static pd_status pdi_transport_setup(pd_ctx *ctx, pd_transport *t)
     pdi_transport_spread(t->bonds->stencil, spread);
     convection.u = t->flow ? t->flow->u : NULL;
     convection.spread = spread;
-    pdi_compact_fill(ctx, t->desc.diffusivity, &convection, 1.0 / t->dt, &faces, c);
+    pdi_compact_fill(ctx, t->desc.diffusivity, t->diffusion.field, &convection, 1.0 / t->dt, &faces, c);
     for (int32_t node = 0; node < grid->total; node++) {
         int i[PD_DIM];
-        if (grid->kind[node] != PD_FLUID || !(t->absorb[node] > 0.0)) continue;
+        double drain = t->absorb[node] + (t->diffusion.hold ? t->diffusion.hold[node] : 0.0);
+        if (grid->kind[node] != PD_FLUID || !(drain > 0.0)) continue;
         pdi_grid_index(grid, node, i);
-        c->mass[pdi_compact_cell(grid, i)] += (float)t->absorb[node];
+        c->mass[pdi_compact_cell(grid, i)] += (float)drain;
     }
     return pd_multigrid_setup(ctx, &t->mg, c->active, (const float *const *)c->conduct,
                               t->flow ? (const float *const *)c->flux : NULL, c->wall, c->mass);
@@ -13464,6 +13804,8 @@ static void pdi_transport_right_side(const pd_ctx *ctx, pd_transport *t)
     PDI_PARALLEL_FOR(nt)
     for (int32_t i = 0; i < t->grid->total; i++)
         t->rhs[i] = kind[i] == PD_FLUID ? (t->old[i] + t->carry[i]) / t->dt + t->source[i] + t->anti[i] : 0.0;
+    for (int32_t i = 0; i < t->grid->total && t->diffusion.drive; i++)
+        if (kind[i] == PD_FLUID) t->rhs[i] += t->diffusion.drive[i];
 }
 
 /* residual = rhs - A c at fluid nodes, into out. */
@@ -13505,7 +13847,7 @@ static pd_status pdi_transport_correct(pd_ctx *ctx, pd_transport *t, double rtol
     return status;
 }
 
-/* Flow through inlet and outlet bonds at the present field. */
+/* Flow through inlet and outlet bonds, and from and to held walls, at the present field. */
 static void pdi_transport_boundary(pd_transport *t)
 {
     pdi_sum out = {0.0, 0.0}, in = {0.0, 0.0};
@@ -13518,6 +13860,10 @@ static void pdi_transport_boundary(pd_transport *t)
         for (int d = 0; d < PD_DIM; d++) {
             near_open = near_open || (pdi_grid_port(grid->side[2 * d]) && at[d] < reach);
             near_open = near_open || (pdi_grid_port(grid->side[2 * d + 1]) && at[d] >= grid->n[d] - reach);
+        }
+        if (t->diffusion.hold) {
+            double gain = t->diffusion.drive[i] - t->diffusion.hold[i] * t->c[i];
+            pdi_sum_add(gain > 0.0 ? &in : &out, fabs(gain));
         }
         if (!near_open) continue;
         for (int k = 0; k < t->bonds->stencil->count; k++) {
@@ -13545,6 +13891,9 @@ static void pdi_transport_bounds(const pd_transport *t, double *low, double *hig
         if (kind == PD_FLUID && t->absorb[i] > 0.0) *low = fmin(*low, 0.0);
         if (kind == PD_FLUID && t->source[i] > 0.0) *high = HUGE_VAL;
     }
+    if (!t->diffusion.hold) return;
+    *low = fmin(*low, t->diffusion.held_least);
+    *high = fmax(*high, t->diffusion.held_most);
 }
 
 /* Mark the nodes outside of the bounds; how many are new. */
@@ -13633,13 +13982,13 @@ double pd_transport_limit(pd_ctx *ctx, const pd_transport *t)
     (void)ctx;
     for (int32_t i = 0; i < t->grid->total; i++) {
         if (t->grid->kind[i] != PD_FLUID) continue;
-        double rate = t->absorb[i];
+        double rate = t->absorb[i] + (t->diffusion.hold ? t->diffusion.hold[i] : 0.0);
         for (int k = 0; k < t->bonds->stencil->count; k++) {
             if (!pdi_transport_open(t, i, k)) continue;
-            double flux, upwind;
-            pdi_transport_bond(t, i, k, &flux, &upwind);
+            double flux, bond, upwind;
+            pdi_transport_bond(t, i, k, &flux, &bond, &upwind);
             if (t->grid->kind[i + t->bonds->shift[k]] == PD_OUTLET) rate += fmax(flux, 0.0);
-            else rate += t->desc.diffusivity * t->bonds->stencil->lap[k] + 2.0 * upwind - 0.5 * flux;
+            else rate += bond + 2.0 * upwind - 0.5 * flux;
         }
         fastest = fmax(fastest, rate);
     }
@@ -13662,7 +14011,8 @@ pd_status pd_transport_explicit(pd_ctx *ctx, pd_transport *t, double dt)
     pdi_transport_boundary(t);
     for (int32_t i = 0; i < t->grid->total; i++)
         if (kind[i] == PD_FLUID) {
-            t->c[i] += dt * (t->source[i] + t->anti[i] - t->rhs[i]) + t->carry[i];
+            double held = t->diffusion.drive ? t->diffusion.drive[i] : 0.0;
+            t->c[i] += dt * (t->source[i] + held + t->anti[i] - t->rhs[i]) + t->carry[i];
             t->carry[i] = 0.0;
         }
     return PD_OK;
@@ -13688,13 +14038,19 @@ double pd_transport_carried(pd_ctx *ctx, const pd_transport *t)
     return pdi_transport_total(t, t->carry);
 }
 
-void pd_transport_update(pd_transport *t)
+static void pdi_transport_inlets(pd_transport *t)
 {
     for (int32_t i = 0; i < t->grid->total; i++)
         if (t->grid->kind[i] == PD_INLET) {
             t->c[i] = t->desc.inlet;
             t->up[i] = t->down[i] = 1.0;
         }
+}
+
+void pd_transport_update(pd_ctx *ctx, pd_transport *t)
+{
+    pd_diffusion_update(ctx, &t->diffusion);
+    pdi_transport_inlets(t);
 }
 
 pd_status pd_transport_build(pd_ctx *ctx, const pd_grid *grid, const pd_bonds *bonds, const pd_flow *flow,
@@ -13747,13 +14103,22 @@ pd_status pd_transport_build(pd_ctx *ctx, const pd_grid *grid, const pd_bonds *b
         if (grid->side[s] >= PD_SIDE_PERIODIC) PDI_TRY(PDI_NEW(ctx, "transport", grid->total, t->repeated));
     for (int32_t i = 0; i < grid->total; i++)
         if (grid->kind[i] == PD_FLUID) t->c[i] = desc->initial;
-    pd_transport_update(t);
+    pd_diffusion_desc dd;
+    memset(&dd, 0, sizeof dd);
+    dd.diffusivity = desc->diffusivity;
+    dd.field = desc->field;
+    dd.level = desc->level;
+    dd.held = desc->held;
+    dd.user = desc->user;
+    PDI_TRY(pd_diffusion_build(ctx, bonds, &dd, &t->diffusion));
+    pdi_transport_inlets(t);
     return PD_OK;
 }
 
 void pd_transport_free(pd_ctx *ctx, pd_transport *t)
 {
     int64_t total = t->grid ? t->grid->total : 0;
+    pd_diffusion_free(ctx, &t->diffusion);
     pdi_compact_free(ctx, &t->compact);
     pd_multigrid_free(ctx, &t->mg);
     pd_krylov_free(ctx, &t->krylov);
@@ -14194,7 +14559,7 @@ pd_status pd_couple_step(pd_ctx *ctx, pd_couple *c, double t_limit)
         if (d->changed_count) {
             PDI_TRY(pd_bonds_update(ctx, d->changed, d->changed_count, c->bonds));
             if (c->flow) PDI_TRY(pd_flow_update(ctx, d->changed, d->changed_count, c->flow));
-            pd_transport_update(c->transport);
+            pd_transport_update(ctx, c->transport);
             c->flow_stale = c->flow != NULL;
         }
     }

@@ -246,6 +246,17 @@ static void pdi_bond_add_wall(const pd_stencil *s, int k, const pdi_cut *cut, do
     *curv -= half * cut->bend * slope * 0.5 * cut->distance;
 }
 
+PDI_FN double pdi_bond_meet(const pd_bonds *bonds, int32_t row, int k, double *x)
+{
+    const double *xi = bonds->stencil->xi + k * PD_DIM;
+    int32_t node = bonds->node[row];
+    pdi_cut cut;
+    pdi_bond_cut(bonds, node, k, pdi_bond_closed_group(bonds, node, k), &cut);
+    pd_grid_position(bonds->grid, node, x);
+    for (int d = 0; d < PD_DIM; d++) x[d] += cut.t * xi[d];
+    return cut.t;
+}
+
 PDI_FN void pdi_bond_drive(const pd_bonds *bonds, int32_t row, pd_velocity_fn wall, void *user, double *drive)
 {
     const pd_stencil *s = bonds->stencil;

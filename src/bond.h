@@ -96,6 +96,8 @@ static inline pdi_lanes pdi_bond_open_lanes(const pd_bonds *bonds, int32_t row, 
 /* drive = sum over the cut bonds of a row of their part of wall_lap times the wall velocity where they meet the surface
  * (eq. 3.3): what a moving wall adds to the Laplacian [unit of the velocity / m2]. */
 PDI_FN void pdi_bond_drive(const pd_bonds *bonds, int32_t row, pd_velocity_fn wall, void *user, double *drive);
+/* Fraction t at which the cut bond k of a row meets the surface, and the place x [m]. */
+PDI_FN double pdi_bond_meet(const pd_bonds *bonds, int32_t row, int k, double *x);
 /* First closed group on bond k from `node` (index into the stencil's groups); -1: open. */
 PDI_FN int pdi_bond_closed_group(const pd_bonds *bonds, int32_t node, int k);
 #endif

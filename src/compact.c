@@ -40,7 +40,7 @@ static double pdi_compact_spread(const pd_grid *grid, const pdi_compact_convecti
     return fmax(diffusivity, 0.0);
 }
 
-static void pdi_compact_fill_cell(pd_compact *c, int64_t cell, int32_t node, double diffusivity,
+static void pdi_compact_fill_cell(pd_compact *c, int64_t cell, int32_t node, double constant, const double *field,
                                   const pdi_compact_convection *v, const pdi_compact_faces *faces)
 {
     const pd_grid *grid = c->grid;
@@ -51,7 +51,10 @@ static void pdi_compact_fill_cell(pd_compact *c, int64_t cell, int32_t node, dou
         for (int up = 0; up < 2; up++) {
             int32_t other = up ? node + grid->stride[d] : node - grid->stride[d];
             uint8_t kind = grid->kind[other];
+            double diffusivity = field ? field[node] : constant;
             if (kind == PD_FLUID) {
+                if (field && diffusivity > 0.0)
+                    diffusivity = 2.0 * diffusivity * field[other] / (diffusivity + field[other]);
                 if (!up) continue;
                 c->conduct[d][cell] =
                     (float)(inverse * (u ? pdi_compact_spread(grid, v, diffusivity, node, other, d) : diffusivity));
@@ -67,8 +70,9 @@ static void pdi_compact_fill_cell(pd_compact *c, int64_t cell, int32_t node, dou
     c->mass[cell] = (float)mass;
 }
 
-PDI_FN void pdi_compact_fill(const pd_ctx *ctx, double diffusivity, const pdi_compact_convection *convection,
-                             double mass, const pdi_compact_faces *faces, pd_compact *c)
+PDI_FN void pdi_compact_fill(const pd_ctx *ctx, double diffusivity, const double *field,
+                             const pdi_compact_convection *convection, double mass, const pdi_compact_faces *faces,
+                             pd_compact *c)
 {
     const pd_grid *grid = c->grid;
     int nt = pdi_par_threads(ctx, c->cells * 20);
@@ -94,7 +98,7 @@ PDI_FN void pdi_compact_fill(const pd_ctx *ctx, double diffusivity, const pdi_co
                 c->conduct[d][cell] = 0.0f;
                 if (c->flux[d]) c->flux[d][cell] = 0.0f;
             }
-            if (fluid) pdi_compact_fill_cell(c, cell, node, diffusivity, convection, faces);
+            if (fluid) pdi_compact_fill_cell(c, cell, node, diffusivity, field, convection, faces);
         }
     }
 }

@@ -31,9 +31,10 @@ typedef struct pdi_compact_convection {
     const double *spread; /* [PD_DIM][PD_DIM] [m] diffusivity along the second axis per speed along the first, that the
                            * peridynamic operator adds by upwinding; NULL: central */
 } pdi_compact_convection;
-/* diffusivity [m2/s, or 1]; mass: value for every fluid cell [1/s]. */
-PDI_FN void pdi_compact_fill(const pd_ctx *ctx, double diffusivity, const pdi_compact_convection *convection,
-                             double mass, const pdi_compact_faces *faces, pd_compact *compact);
+/* diffusivity [m2/s, or 1], or field [total] of it when not NULL; mass: value for every fluid cell [1/s]. */
+PDI_FN void pdi_compact_fill(const pd_ctx *ctx, double diffusivity, const double *field,
+                             const pdi_compact_convection *convection, double mass, const pdi_compact_faces *faces,
+                             pd_compact *compact);
 PDI_FN void pdi_compact_free(pd_ctx *ctx, pd_compact *compact);
 /* Box cell of a node inside the box, and back. */
 PDI_FN int64_t pdi_compact_cell(const pd_grid *grid, const int *i);

@@ -111,7 +111,7 @@ pd_status pd_couple_step(pd_ctx *ctx, pd_couple *c, double t_limit)
         if (d->changed_count) {
             PDI_TRY(pd_bonds_update(ctx, d->changed, d->changed_count, c->bonds));
             if (c->flow) PDI_TRY(pd_flow_update(ctx, d->changed, d->changed_count, c->flow));
-            pd_transport_update(c->transport);
+            pd_transport_update(ctx, c->transport);
             c->flow_stale = c->flow != NULL;
         }
     }

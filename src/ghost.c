@@ -41,11 +41,12 @@ static int pdi_ghost_outlet_odd(const pd_grid *grid, int32_t node)
 static void pdi_ghost_add(pd_ghosts *g, int32_t node)
 {
     const pd_grid *grid = g->grid;
-    int i[PD_DIM], odd;
+    int i[PD_DIM], odd, flip;
     pdi_grid_index(grid, node, i);
     odd = pdi_grid_fold(grid, i);
-    g->source[g->listed] = pdi_grid_image(grid, node, NULL);
+    g->source[g->listed] = pdi_grid_image(grid, node, &flip);
     if (grid->kind[node] == PD_OUTLET) odd ^= pdi_ghost_outlet_odd(grid, node);
+    if (grid->kind[node] == PD_INLET) odd = flip;
     g->node[g->listed] = node;
     g->odd[g->listed++] = (uint8_t)odd;
 }

@@ -14,7 +14,7 @@ typedef struct pd_ghosts {
     const pd_grid *grid;
     int32_t images, count, listed, capacity; /* images come first, then outlets up to count, then inlets up to listed */
     int32_t *node, *source; /* [capacity] */
-    uint8_t *odd;           /* [capacity] bit d: component d of a vector changes its sign */
+    uint8_t *odd;           /* [capacity] bit d: component d of a vector changes its sign; inlets: axis d is mirrored */
 } pd_ghosts;
 
 #define pd_ghosts_build PD_NAME(pd_ghosts_build)

@@ -135,8 +135,8 @@ static pd_status pdi_steady_setup(pd_ctx *ctx, pd_steady *s)
     pressure.outlet = 1;
     moving.u = s->flow->u;
     moving.spread = resting.spread = resting.u = NULL;
-    pdi_compact_fill(ctx, s->flow->nu, &moving, s->shift, &velocity, &s->compact_u);
-    pdi_compact_fill(ctx, 1.0, &resting, 0.0, &pressure, &s->compact_p);
+    pdi_compact_fill(ctx, s->flow->nu, NULL, &moving, s->shift, &velocity, &s->compact_u);
+    pdi_compact_fill(ctx, 1.0, NULL, &resting, 0.0, &pressure, &s->compact_p);
     pd_compact *u = &s->compact_u, *p = &s->compact_p;
     PDI_TRY(pd_multigrid_setup(ctx, &s->mg_u, u->active, (const float *const *)u->conduct,
                                (const float *const *)u->flux, u->wall, u->mass));

@@ -28,7 +28,7 @@ typedef struct pd_steady {
     double *step, *work;                /* [PD_DIM+1][total] [m/s], last row [m2/s2] */
     double *carrier;                    /* [PD_DIM][total] [m/s] of the linearised velocity, work */
     double shift;                       /* [1/s] 1 over the pseudo time step */
-    double rate;                        /* [1/s] of a step in time: rate (u - target) joins the momentum residual; 0: none */
+    double rate;                        /* [1/s] rate (u - target) joins the momentum residual: a step in time; 0: none */
     const double *target;               /* [PD_DIM][total] [m/s] */
     double norm0;                       /* [-] largest initial residual norm of all solves */
 } pd_steady;
@@ -53,7 +53,8 @@ PD_API void pd_steady_free(pd_ctx *ctx, pd_steady *steady);
 
 #ifdef PDI_INTERNAL
 /* Solve R(u, p) + rate (u - target) = 0 from the state in flow: a stage of an implicit step. tolerance [-]: of the
- * velocity against the reference speed, and of the continuity residual. PD_RETRY: not reached, flow holds no solution. */
+ * velocity against the reference speed, and of the continuity residual. PD_RETRY: not reached, flow holds no
+ * solution. */
 PDI_FN pd_status pdi_steady_stage(pd_ctx *ctx, pd_steady *steady, double rate, const double *target, double tolerance,
                                   pd_steady_result *result);
 #endif

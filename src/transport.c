@@ -19,23 +19,22 @@
 /* Rounds of upwinding the nodes that leave their bounds before the whole step is upwinded. */
 #define PDI_TRANSPORT_ROUNDS 20
 
-/* Volume flux F [1/s] from i to the far end of bond k, and the diffusion d [1/s] that upwinding adds to D a. */
-static void pdi_transport_bond(const pd_transport *t, int32_t i, int k, double *flux, double *upwind)
+/* Of bond k of node i: volume flux F [1/s] to the far end, conductance [1/s], and what upwinding adds to it [1/s]. */
+static void pdi_transport_bond(const pd_transport *t, int32_t i, int k, double *flux, double *bond, double *upwind)
 {
-    double bond = t->desc.diffusivity * t->bonds->stencil->lap[k];
+    pdi_diffusion_bond(&t->diffusion, i, k, 1, t->bonds->row[i] >= 0, bond);
     *flux = t->flow ? pdi_flow_bond_flux(t->flow, i, k) : 0.0;
-    *upwind = fmax(0.5 * fabs(*flux) - bond, 0.0);
+    *upwind = fmax(0.5 * fabs(*flux) - *bond, 0.0);
 }
 
 /* Amount per volume and time [mol/m3/s] that leaves i through bond k, upwinded (eq. 5.1). */
 static double pdi_transport_bond_flux(const pd_transport *t, const double *c, int32_t i, int k)
 {
-    double flux, upwind;
+    double flux, bond, upwind;
     int32_t j = i + t->bonds->shift[k];
-    pdi_transport_bond(t, i, k, &flux, &upwind);
+    pdi_transport_bond(t, i, k, &flux, &bond, &upwind);
     if (t->grid->kind[j] == PD_OUTLET) return flux * c[i];
-    double spread = t->desc.diffusivity * t->bonds->stencil->lap[k] + upwind;
-    return 0.5 * flux * (c[i] + c[j]) - spread * (c[j] - c[i]);
+    return 0.5 * flux * (c[i] + c[j]) - (bond + upwind) * (c[j] - c[i]);
 }
 
 /* Bond k of node i is open: by its row, or since its family is whole. */
@@ -67,9 +66,9 @@ static double pdi_transport_ratio(double room, double wanted) { return wanted > 
 typedef struct pdi_transport_lanes {
     int count;
     int gated;          /* 0: all gates are open */
-    double bond;        /* D a [1/s] */
     const double *far;  /* c at the far ends [mol/m3] */
     double gate[PDI_LANES];   /* 1.0: takes part, 0.0: does not */
+    double bond[PDI_LANES];   /* conductance [1/s] */
     double flux[PDI_LANES];   /* F [1/s] */
     double upwind[PDI_LANES]; /* diffusion that upwinding adds to `bond` [1/s] */
     double edge[PDI_LANES];   /* holds far values beside outlets */
@@ -91,7 +90,7 @@ static void pdi_transport_flux(const pd_transport *t, int32_t i, int k, const do
             pressure -= arm[d] * (grad[d * total + b] + grad[d * total + b + shift]);
         }
         flux -= (tied ? tied[b] : 1.0) * tie * pressure;
-        double excess = 0.5 * fabs(flux) - l->bond;
+        double excess = 0.5 * fabs(flux) - l->bond[b];
         l->flux[b] = flux;
         l->upwind[b] = excess > 0.0 ? excess : 0.0;
     }
@@ -123,7 +122,7 @@ static int pdi_transport_bond_lanes(const pdi_transport_sweep *s, int32_t i, int
     pdi_lanes open = row < 0 ? PDI_LANES_ALL : pdi_bond_open_lanes(t->bonds, row, k, l->count, l->gate);
     if (open == PDI_LANES_NONE) return 0;
     l->gated = open == PDI_LANES_SOME;
-    l->bond = t->desc.diffusivity * t->bonds->stencil->lap[k];
+    pdi_diffusion_bond(&t->diffusion, i, k, l->count, row >= 0, l->bond);
     l->far = s->c + i + t->bonds->shift[k];
     if (ends) pdi_transport_ends(s, i, k, tied, l);
     if (t->flow) pdi_transport_flux(t, i, k, ends ? tied : NULL, l);
@@ -139,10 +138,11 @@ static void pdi_transport_apply_lanes(const pdi_transport_sweep *s, int32_t i, i
     memset(&l, 0, sizeof l);
     l.count = count;
     for (int b = 0; b < count; b++) sum[b] = (rate + t->absorb[i + b]) * c[b];
+    for (int b = 0; b < count && t->diffusion.hold; b++) sum[b] += t->diffusion.hold[i + b] * c[b];
     for (int k = 0; k < t->bonds->stencil->count; k++) {
         if (!pdi_transport_bond_lanes(s, i, row, k, ends, &l)) continue;
         for (int b = 0; b < count; b++) {
-            double flux = 0.5 * l.flux[b] * (c[b] + l.far[b]) - (l.bond + l.upwind[b]) * (l.far[b] - c[b]);
+            double flux = 0.5 * l.flux[b] * (c[b] + l.far[b]) - (l.bond[b] + l.upwind[b]) * (l.far[b] - c[b]);
             sum[b] += l.gated ? l.gate[b] * flux : flux;
         }
     }
@@ -327,12 +327,13 @@ static pd_status pdi_transport_setup(pd_ctx *ctx, pd_transport *t)
     pdi_transport_spread(t->bonds->stencil, spread);
     convection.u = t->flow ? t->flow->u : NULL;
     convection.spread = spread;
-    pdi_compact_fill(ctx, t->desc.diffusivity, &convection, 1.0 / t->dt, &faces, c);
+    pdi_compact_fill(ctx, t->desc.diffusivity, t->diffusion.field, &convection, 1.0 / t->dt, &faces, c);
     for (int32_t node = 0; node < grid->total; node++) {
         int i[PD_DIM];
-        if (grid->kind[node] != PD_FLUID || !(t->absorb[node] > 0.0)) continue;
+        double drain = t->absorb[node] + (t->diffusion.hold ? t->diffusion.hold[node] : 0.0);
+        if (grid->kind[node] != PD_FLUID || !(drain > 0.0)) continue;
         pdi_grid_index(grid, node, i);
-        c->mass[pdi_compact_cell(grid, i)] += (float)t->absorb[node];
+        c->mass[pdi_compact_cell(grid, i)] += (float)drain;
     }
     return pd_multigrid_setup(ctx, &t->mg, c->active, (const float *const *)c->conduct,
                               t->flow ? (const float *const *)c->flux : NULL, c->wall, c->mass);
@@ -347,6 +348,8 @@ static void pdi_transport_right_side(const pd_ctx *ctx, pd_transport *t)
     PDI_PARALLEL_FOR(nt)
     for (int32_t i = 0; i < t->grid->total; i++)
         t->rhs[i] = kind[i] == PD_FLUID ? (t->old[i] + t->carry[i]) / t->dt + t->source[i] + t->anti[i] : 0.0;
+    for (int32_t i = 0; i < t->grid->total && t->diffusion.drive; i++)
+        if (kind[i] == PD_FLUID) t->rhs[i] += t->diffusion.drive[i];
 }
 
 /* residual = rhs - A c at fluid nodes, into out. */
@@ -388,7 +391,7 @@ static pd_status pdi_transport_correct(pd_ctx *ctx, pd_transport *t, double rtol
     return status;
 }
 
-/* Flow through inlet and outlet bonds at the present field. */
+/* Flow through inlet and outlet bonds, and from and to held walls, at the present field. */
 static void pdi_transport_boundary(pd_transport *t)
 {
     pdi_sum out = {0.0, 0.0}, in = {0.0, 0.0};
@@ -401,6 +404,10 @@ static void pdi_transport_boundary(pd_transport *t)
         for (int d = 0; d < PD_DIM; d++) {
             near_open = near_open || (pdi_grid_port(grid->side[2 * d]) && at[d] < reach);
             near_open = near_open || (pdi_grid_port(grid->side[2 * d + 1]) && at[d] >= grid->n[d] - reach);
+        }
+        if (t->diffusion.hold) {
+            double gain = t->diffusion.drive[i] - t->diffusion.hold[i] * t->c[i];
+            pdi_sum_add(gain > 0.0 ? &in : &out, fabs(gain));
         }
         if (!near_open) continue;
         for (int k = 0; k < t->bonds->stencil->count; k++) {
@@ -428,6 +435,9 @@ static void pdi_transport_bounds(const pd_transport *t, double *low, double *hig
         if (kind == PD_FLUID && t->absorb[i] > 0.0) *low = fmin(*low, 0.0);
         if (kind == PD_FLUID && t->source[i] > 0.0) *high = HUGE_VAL;
     }
+    if (!t->diffusion.hold) return;
+    *low = fmin(*low, t->diffusion.held_least);
+    *high = fmax(*high, t->diffusion.held_most);
 }
 
 /* Mark the nodes outside of the bounds; how many are new. */
@@ -516,13 +526,13 @@ double pd_transport_limit(pd_ctx *ctx, const pd_transport *t)
     (void)ctx;
     for (int32_t i = 0; i < t->grid->total; i++) {
         if (t->grid->kind[i] != PD_FLUID) continue;
-        double rate = t->absorb[i];
+        double rate = t->absorb[i] + (t->diffusion.hold ? t->diffusion.hold[i] : 0.0);
         for (int k = 0; k < t->bonds->stencil->count; k++) {
             if (!pdi_transport_open(t, i, k)) continue;
-            double flux, upwind;
-            pdi_transport_bond(t, i, k, &flux, &upwind);
+            double flux, bond, upwind;
+            pdi_transport_bond(t, i, k, &flux, &bond, &upwind);
             if (t->grid->kind[i + t->bonds->shift[k]] == PD_OUTLET) rate += fmax(flux, 0.0);
-            else rate += t->desc.diffusivity * t->bonds->stencil->lap[k] + 2.0 * upwind - 0.5 * flux;
+            else rate += bond + 2.0 * upwind - 0.5 * flux;
         }
         fastest = fmax(fastest, rate);
     }
@@ -545,7 +555,8 @@ pd_status pd_transport_explicit(pd_ctx *ctx, pd_transport *t, double dt)
     pdi_transport_boundary(t);
     for (int32_t i = 0; i < t->grid->total; i++)
         if (kind[i] == PD_FLUID) {
-            t->c[i] += dt * (t->source[i] + t->anti[i] - t->rhs[i]) + t->carry[i];
+            double held = t->diffusion.drive ? t->diffusion.drive[i] : 0.0;
+            t->c[i] += dt * (t->source[i] + held + t->anti[i] - t->rhs[i]) + t->carry[i];
             t->carry[i] = 0.0;
         }
     return PD_OK;
@@ -571,13 +582,19 @@ double pd_transport_carried(pd_ctx *ctx, const pd_transport *t)
     return pdi_transport_total(t, t->carry);
 }
 
-void pd_transport_update(pd_transport *t)
+static void pdi_transport_inlets(pd_transport *t)
 {
     for (int32_t i = 0; i < t->grid->total; i++)
         if (t->grid->kind[i] == PD_INLET) {
             t->c[i] = t->desc.inlet;
             t->up[i] = t->down[i] = 1.0;
         }
+}
+
+void pd_transport_update(pd_ctx *ctx, pd_transport *t)
+{
+    pd_diffusion_update(ctx, &t->diffusion);
+    pdi_transport_inlets(t);
 }
 
 pd_status pd_transport_build(pd_ctx *ctx, const pd_grid *grid, const pd_bonds *bonds, const pd_flow *flow,
@@ -630,13 +647,22 @@ pd_status pd_transport_build(pd_ctx *ctx, const pd_grid *grid, const pd_bonds *b
         if (grid->side[s] >= PD_SIDE_PERIODIC) PDI_TRY(PDI_NEW(ctx, "transport", grid->total, t->repeated));
     for (int32_t i = 0; i < grid->total; i++)
         if (grid->kind[i] == PD_FLUID) t->c[i] = desc->initial;
-    pd_transport_update(t);
+    pd_diffusion_desc dd;
+    memset(&dd, 0, sizeof dd);
+    dd.diffusivity = desc->diffusivity;
+    dd.field = desc->field;
+    dd.level = desc->level;
+    dd.held = desc->held;
+    dd.user = desc->user;
+    PDI_TRY(pd_diffusion_build(ctx, bonds, &dd, &t->diffusion));
+    pdi_transport_inlets(t);
     return PD_OK;
 }
 
 void pd_transport_free(pd_ctx *ctx, pd_transport *t)
 {
     int64_t total = t->grid ? t->grid->total : 0;
+    pd_diffusion_free(ctx, &t->diffusion);
     pdi_compact_free(ctx, &t->compact);
     pd_multigrid_free(ctx, &t->mg);
     pd_krylov_free(ctx, &t->krylov);

@@ -9,6 +9,7 @@
 #ifndef PD_TRANSPORT_H
 #define PD_TRANSPORT_H
 #include "compact.h"
+#include "diffusion.h"
 #include "flow.h"
 #include "krylov.h"
 #include "multigrid.h"
@@ -20,6 +21,8 @@ typedef enum pd_advection {
 
 typedef struct pd_transport_desc {
     double diffusivity;     /* [m2/s] */
+    pd_point_fn field, level, held; /* see pd_diffusion_desc; NULL: constant diffusivity, no flux into walls */
+    void *user;             /* of these three */
     double inlet;           /* [mol/m3] concentration of the inflow */
     double initial;         /* [mol/m3] */
     pd_advection advection;
@@ -33,6 +36,7 @@ typedef struct pd_transport {
     const pd_grid *grid;
     const pd_bonds *bonds;
     const pd_flow *flow;    /* NULL: fluid at rest */
+    pd_diffusion diffusion; /* conductances of the bonds */
     double *c;              /* [total] [mol/m3]; solid nodes: what is left of the solid */
     double *old;            /* [total] [mol/m3] start of the step, work */
     double *source;         /* [total] [mol/m3/s] given by the caller before a step */
@@ -48,8 +52,8 @@ typedef struct pd_transport {
     pd_compact compact;
     pd_multigrid mg;
     pd_krylov krylov;
-    double outflow;         /* [mol/s] (per m in 2D) through outlets at the end of the last step */
-    double inflow;          /* [mol/s] (per m in 2D) through inlets */
+    double outflow;         /* [mol/s] (per m in 2D) through outlets and into held walls at the end of the last step */
+    double inflow;          /* [mol/s] (per m in 2D) through inlets and from held walls */
 } pd_transport;
 
 typedef struct pd_transport_result {
@@ -73,8 +77,9 @@ typedef struct pd_transport_result {
  * concentrations negative or not finite. */
 PD_API pd_status pd_transport_build(pd_ctx *ctx, const pd_grid *grid, const pd_bonds *bonds, const pd_flow *flow,
                                     const pd_transport_desc *desc, pd_transport *transport);
-/* Inlet ghosts follow the grid after a change of kinds. Fluid values stay (a dissolved node keeps its content). */
-PD_API void pd_transport_update(pd_transport *transport);
+/* After pd_bonds_update: inlet ghosts and conductances follow. Fluid values stay (a dissolved node keeps its
+ * content). */
+PD_API void pd_transport_update(pd_ctx *ctx, pd_transport *transport);
 /* One backward Euler step of dt [s] (any length: dt >> all time scales gives the steady state). PD_NOT_CONVERGED: the
  * linear solver stopped above its tolerance; what is missing is in carry. */
 PD_API pd_status pd_transport_implicit(pd_ctx *ctx, pd_transport *transport, double dt, pd_transport_result *result);

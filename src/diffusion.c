@@ -1,0 +1,258 @@
+/* diffusion: see diffusion.h */
+#include "diffusion.h"
+#include "par.h"
+#include "vec.h"
+#include <math.h>
+#include <string.h>
+
+/* Directions that the bonds between rows do not span keep the factor 1: singular values below this share of the trace
+ * are damped away. */
+#define PDI_DIFFUSION_DAMPING 1e-3
+/* Factors stay within these bounds. */
+#define PDI_DIFFUSION_LEAST 0.25
+#define PDI_DIFFUSION_MOST 8.0
+
+/* (xi xi^T) packed as xx, xy, yy, xz, yz, zz. */
+static void pdi_diffusion_pack(const double *xi, double *packed)
+{
+    int at = 0;
+    for (int a = 0; a < PD_DIM; a++)
+        for (int b = 0; b <= a; b++) packed[at++] = xi[a] * xi[b];
+}
+
+/* e^T X e = sum of this times the packed entries of X, off-diagonal ones counting twice. */
+static void pdi_diffusion_quadratic(const double *xi, double *weight)
+{
+    double square = pdi_vec_dot(xi, xi);
+    int at = 0;
+    for (int a = 0; a < PD_DIM; a++)
+        for (int b = 0; b <= a; b++) weight[at++] = (a == b ? 1.0 : 2.0) * xi[a] * xi[b] / square;
+}
+
+/* Solve a small dense system by elimination with pivoting; 0: singular. */
+static int pdi_diffusion_solve(int n, double a[][PD_DIFFUSION_TENSOR], double *b)
+{
+    for (int c = 0; c < n; c++) {
+        int pivot = c;
+        for (int r = c + 1; r < n; r++)
+            if (fabs(a[r][c]) > fabs(a[pivot][c])) pivot = r;
+        if (!(fabs(a[pivot][c]) > 0.0)) return 0;
+        for (int k = 0; k < n; k++) {
+            double keep = a[c][k];
+            a[c][k] = a[pivot][k];
+            a[pivot][k] = keep;
+        }
+        double keep = b[c];
+        b[c] = b[pivot];
+        b[pivot] = keep;
+        for (int r = c + 1; r < n; r++) {
+            double factor = a[r][c] / a[c][c];
+            for (int k = c; k < n; k++) a[r][k] -= factor * a[c][k];
+            b[r] -= factor * b[c];
+        }
+    }
+    for (int c = n - 1; c >= 0; c--) {
+        for (int k = c + 1; k < n; k++) b[c] -= a[c][k] * b[k];
+        b[c] /= a[c][c];
+    }
+    return 1;
+}
+
+/* X of one row: sum over its bonds to rows of a (e^T X e) xi xi^T = what the moments of all its bonds lack (eq. 5.7),
+ * in the sense of least squares. */
+static void pdi_diffusion_row(const pd_diffusion *d, int32_t r, const uint8_t *held, double *x)
+{
+    enum { N = PD_DIFFUSION_TENSOR };
+    const pd_bonds *bonds = d->bonds;
+    const pd_stencil *s = bonds->stencil;
+    double matrix[N][N], normal[N][N], lack[N], packed[N], weight[N], trace = 0.0;
+    memset(matrix, 0, sizeof matrix);
+    memset(normal, 0, sizeof normal);
+    memset(lack, 0, sizeof lack);
+    for (int k = 0; k < s->count; k++) {
+        double xi[PD_DIM];
+        for (int a = 0; a < PD_DIM; a++) xi[a] = (double)s->offset[k * PD_DIM + a];
+        pdi_diffusion_pack(xi, packed);
+        pdi_diffusion_quadratic(xi, weight);
+        int open = pdi_bond_open(bonds, r, k), row = open && d->cut[bonds->node[r] + bonds->shift[k]] > 0.0f;
+        for (int p = 0; p < N; p++) {
+            if (!open && !(held && held[k])) lack[p] += s->lap[k] * packed[p];
+            for (int q = 0; q < N && row; q++) matrix[p][q] += s->lap[k] * packed[p] * weight[q];
+        }
+    }
+    for (int p = 0; p < N; p++) trace += matrix[p][p];
+    for (int p = 0; p < N; p++) {
+        x[p] = 0.0;
+        for (int q = 0; q < N; q++) {
+            x[p] += matrix[q][p] * lack[q];
+            for (int t = 0; t < N; t++) normal[p][q] += matrix[t][p] * matrix[t][q];
+        }
+        normal[p][p] += PDI_DIFFUSION_DAMPING * PDI_DIFFUSION_DAMPING * trace * trace;
+    }
+    if (!pdi_diffusion_solve(N, normal, x)) memset(x, 0, N * sizeof *x);
+}
+
+static void pdi_diffusion_keep(pd_diffusion *d, int32_t r, const uint8_t *held)
+{
+    double x[PD_DIFFUSION_TENSOR];
+    pdi_diffusion_row(d, r, held, x);
+    for (int t = 0; t < PD_DIFFUSION_TENSOR; t++) d->tensor[t][d->bonds->node[r]] = (float)x[t];
+}
+
+/* Images and inlet ghosts have the tensors of the nodes that they stand for, or mirror. Behind mirrors the off-diagonal
+ * entries change their sign with the axes. */
+static void pdi_diffusion_ghosts(pd_diffusion *d)
+{
+    const pd_ghosts *g = &d->bonds->ghosts;
+    for (int32_t k = 0; k < g->listed; k++) {
+        int at = 0;
+        if (k >= g->images && k < g->count) continue;
+        d->cut[g->node[k]] = d->cut[g->source[k]];
+        for (int a = 0; a < PD_DIM; a++)
+            for (int b = 0; b <= a; b++, at++) {
+                float value = d->tensor[at][g->source[k]];
+                d->tensor[at][g->node[k]] = ((g->odd[k] >> a ^ g->odd[k] >> b) & 1) ? -value : value;
+            }
+    }
+}
+
+/* Conductance of row r to the values held where its cut bonds meet walls, by linear extension (eq. 3.2 without
+ * bending), and which of its bonds those are. */
+static void pdi_diffusion_hold(pd_diffusion *d, int32_t r, uint8_t *held)
+{
+    const pd_bonds *bonds = d->bonds;
+    const pd_stencil *s = bonds->stencil;
+    int32_t i = bonds->node[r];
+    double value = d->field ? d->field[i] : d->desc.diffusivity, x[PD_DIM];
+    for (int k = 0; k < s->count; k++) {
+        held[k] = 0;
+        if (pdi_bond_open(bonds, r, k)) continue;
+        double t = pdi_bond_meet(bonds, r, k, x), c = d->desc.held(d->desc.user, x);
+        if (!(c >= 0.0)) continue;
+        held[k] = 1;
+        d->hold[i] += value * s->lap[k] / t;
+        d->drive[i] += value * s->lap[k] / t * c;
+        d->held_least = fmin(d->held_least, c);
+        d->held_most = fmax(d->held_most, c);
+    }
+}
+
+/* 1 when a bond of the node is cut. Rows at inlets may have none. */
+static int pdi_diffusion_cut(const pd_bonds *bonds, int32_t i)
+{
+    int32_t r = bonds->row[i];
+    for (int k = 0; k < bonds->stencil->count && r >= 0; k++)
+        if (!pdi_bond_open(bonds, r, k)) return 1;
+    return 0;
+}
+
+void pd_diffusion_update(pd_ctx *ctx, pd_diffusion *d)
+{
+    const pd_bonds *bonds = d->bonds;
+    int32_t total = bonds->grid->total;
+    int nt = pdi_par_threads(ctx, (int64_t)bonds->rows * bonds->stencil->count * PD_DIFFUSION_TENSOR);
+    (void)nt;
+    for (int32_t i = 0; i < total; i++) {
+        d->cut[i] = pdi_diffusion_cut(bonds, i) ? 1.0f : 0.0f;
+        for (int t = 0; t < PD_DIFFUSION_TENSOR; t++) d->tensor[t][i] = 0.0f;
+        if (d->hold) d->hold[i] = d->drive[i] = 0.0;
+    }
+    pdi_diffusion_ghosts(d);
+    d->held_least = HUGE_VAL;
+    d->held_most = -HUGE_VAL;
+    for (int32_t r = 0; r < bonds->rows && d->hold; r++) {
+        if (!(d->cut[bonds->node[r]] > 0.0f)) continue;
+        pdi_diffusion_hold(d, r, d->held);
+        pdi_diffusion_keep(d, r, d->held);
+    }
+    PDI_PARALLEL_FOR(nt)
+    for (int32_t r = 0; r < (d->hold ? 0 : bonds->rows); r++)
+        if (d->cut[bonds->node[r]] > 0.0f) pdi_diffusion_keep(d, r, NULL);
+    pdi_diffusion_ghosts(d);
+}
+
+static pd_status pdi_diffusion_fields(pd_ctx *ctx, pd_diffusion *d)
+{
+    const pd_grid *grid = d->bonds->grid;
+    if (d->desc.field) PDI_TRY(PDI_NEW(ctx, "diffusion", grid->total, d->field));
+    if (d->desc.field && d->desc.level) PDI_TRY(PDI_NEW(ctx, "diffusion", grid->total, d->level));
+    for (int32_t i = 0; i < grid->total && d->field; i++) {
+        double x[PD_DIM];
+        if (grid->kind[i] == PD_OUTSIDE) continue;
+        pd_grid_position(grid, i, x);
+        pdi_grid_fold_position(grid, x);
+        d->field[i] = d->desc.field(d->desc.user, x);
+        if (d->level) d->level[i] = d->desc.level(d->desc.user, x);
+        if (!(d->field[i] >= 0.0) || !(d->field[i] < 1e100))
+            return pdi_fail(ctx, PD_ERR_ARGUMENT, "diffusion",
+                            "the diffusivity at x = %g m is %g m2/s, expected a finite value of at least 0", x[0],
+                            d->field[i]);
+    }
+    return PD_OK;
+}
+
+pd_status pd_diffusion_build(pd_ctx *ctx, const pd_bonds *bonds, const pd_diffusion_desc *desc, pd_diffusion *d)
+{
+    int32_t total = bonds->grid->total;
+    memset(d, 0, sizeof *d);
+    d->desc = *desc;
+    d->bonds = bonds;
+    if (!(desc->diffusivity >= 0.0) || !(desc->diffusivity < 1e100))
+        return pdi_fail(ctx, PD_ERR_ARGUMENT, "diffusion", "D = %g m2/s, expected a finite value of at least 0",
+                        desc->diffusivity);
+    for (int t = 0; t < PD_DIFFUSION_TENSOR; t++) PDI_TRY(PDI_NEW(ctx, "diffusion", total, d->tensor[t]));
+    PDI_TRY(PDI_NEW(ctx, "diffusion", total, d->cut));
+    if (desc->held) PDI_TRY(PDI_NEW(ctx, "diffusion", total, d->hold));
+    if (desc->held) PDI_TRY(PDI_NEW(ctx, "diffusion", total, d->drive));
+    if (desc->held) PDI_TRY(PDI_NEW(ctx, "diffusion", bonds->stencil->count, d->held));
+    PDI_TRY(pdi_diffusion_fields(ctx, d));
+    pd_diffusion_update(ctx, d);
+    return PD_OK;
+}
+
+/* Resistances in series: the interface cuts the bond at the fraction t; half and half inside of one material. */
+static void pdi_diffusion_series(const pd_diffusion *d, int32_t i, int32_t j, double a, int count, double *bond)
+{
+    const double *near_d = d->field + i, *far_d = d->field + j;
+    for (int b = 0; b < count; b++) {
+        double t = 0.5;
+        if (d->level && d->level[i + b] * d->level[j + b] < 0.0)
+            t = fabs(d->level[i + b]) / (fabs(d->level[i + b]) + fabs(d->level[j + b]));
+        double below = t * far_d[b] + (1.0 - t) * near_d[b];
+        bond[b] = below > 0.0 ? a * near_d[b] * far_d[b] / below : 0.0;
+    }
+}
+
+PDI_FN void pdi_diffusion_bond(const pd_diffusion *d, int32_t i, int k, int count, int rows, double *bond)
+{
+    const pd_stencil *s = d->bonds->stencil;
+    int32_t j = i + d->bonds->shift[k];
+    double a = s->lap[k], weight[PD_DIFFUSION_TENSOR];
+    for (int b = 0; b < count; b++) bond[b] = d->desc.diffusivity * a;
+    if (d->field) pdi_diffusion_series(d, i, j, a, count, bond);
+    if (!rows) return;
+    double xi[PD_DIM];
+    for (int e = 0; e < PD_DIM; e++) xi[e] = (double)s->offset[k * PD_DIM + e];
+    pdi_diffusion_quadratic(xi, weight);
+    for (int b = 0; b < count; b++) {
+        double factor = 0.0;
+        for (int t = 0; t < PD_DIFFUSION_TENSOR; t++)
+            factor += 0.5 * weight[t] * ((double)d->tensor[t][i + b] + (double)d->tensor[t][j + b]);
+        factor = 1.0 + (double)(d->cut[i + b] * d->cut[j + b]) * factor;
+        factor = factor > PDI_DIFFUSION_LEAST ? factor : PDI_DIFFUSION_LEAST;
+        bond[b] *= factor < PDI_DIFFUSION_MOST ? factor : PDI_DIFFUSION_MOST;
+    }
+}
+
+void pd_diffusion_free(pd_ctx *ctx, pd_diffusion *d)
+{
+    int32_t total = d->bonds ? d->bonds->grid->total : 0;
+    for (int t = 0; t < PD_DIFFUSION_TENSOR; t++) PDI_DELETE(ctx, total, d->tensor[t]);
+    PDI_DELETE(ctx, total, d->cut);
+    PDI_DELETE(ctx, total, d->hold);
+    PDI_DELETE(ctx, total, d->drive);
+    PDI_DELETE(ctx, d->bonds ? d->bonds->stencil->count : 0, d->held);
+    PDI_DELETE(ctx, total, d->field);
+    PDI_DELETE(ctx, total, d->level);
+    memset(d, 0, sizeof *d);
+}

@@ -1,0 +1,56 @@
+/* diffusion: the conductances of bonds beside walls, between materials, and to values that are held on walls.
+ *
+ * Far from everything a bond conducts D a(n). The bonds that a wall cuts are missing, also for diffusion along the
+ * wall, so bonds between two nodes of cut families conduct more, by a factor that restores the second moments of the
+ * family on average over the layers (theory: eq. 5.6, 5.7). Between two diffusivities the parts of a bond are
+ * resistances in series (eq. 5.8). Conductances are symmetric and positive: what they do is conservative and keeps the
+ * maximum principle.
+ */
+#ifndef PD_DIFFUSION_H
+#define PD_DIFFUSION_H
+#include "bond.h"
+
+#define PD_DIFFUSION_TENSOR (PD_DIM * (PD_DIM + 1) / 2)
+
+/* A number at position x [m]. */
+typedef double (*pd_point_fn)(void *user, const double *x);
+
+/* Zero-initialise. */
+typedef struct pd_diffusion_desc {
+    double diffusivity;  /* [m2/s] where `field` is NULL */
+    pd_point_fn field;   /* [m2/s] diffusivity at nodes; NULL: constant */
+    pd_point_fn level;   /* [m] signed distance from the interface where `field` jumps; NULL: it does not */
+    pd_point_fn held;    /* [mol/m3] value held on walls and solids, at points of their surface; NaN: no flux there.
+                          * NULL: no flux anywhere */
+    void *user;          /* of all three */
+} pd_diffusion_desc;
+
+typedef struct pd_diffusion {
+    pd_diffusion_desc desc;
+    const pd_bonds *bonds;
+    float *tensor[PD_DIFFUSION_TENSOR]; /* [total] [-] K - I of rows (eq. 5.7), 0 elsewhere: xx, xy, yy, xz, yz, zz */
+    float *cut;                         /* [total] [-] 1: a bond of the node is cut */
+    double *field, *level;              /* [total] [m2/s], [m]; NULL as above */
+    double *hold;                       /* [total] [1/s] conductance to held walls, or NULL */
+    double *drive;                      /* [total] [mol/m3/s] sum of conductance times held value, or NULL */
+    uint8_t *held;                      /* [count of a family] work */
+    double held_least, held_most;       /* [mol/m3] of the values held; least > most: none */
+} pd_diffusion;
+
+#define pd_diffusion_build PD_NAME(pd_diffusion_build)
+#define pd_diffusion_update PD_NAME(pd_diffusion_update)
+#define pd_diffusion_free PD_NAME(pd_diffusion_free)
+
+/* Bonds are borrowed. PD_ERR_ARGUMENT: a diffusivity is negative or not finite. */
+PD_API pd_status pd_diffusion_build(pd_ctx *ctx, const pd_bonds *bonds, const pd_diffusion_desc *desc,
+                                    pd_diffusion *diffusion);
+/* After pd_bonds_update. */
+PD_API void pd_diffusion_update(pd_ctx *ctx, pd_diffusion *diffusion);
+PD_API void pd_diffusion_free(pd_ctx *ctx, pd_diffusion *diffusion);
+
+#ifdef PDI_INTERNAL
+/* Conductance [1/s] of bond k of the nodes i .. i+count-1; rows: they have rows. */
+PDI_FN void pdi_diffusion_bond(const pd_diffusion *diffusion, int32_t i, int k, int count, int rows, double *bond);
+#endif
+
+#endif
