@@ -154,7 +154,8 @@ static pd_status run_level(const options *o, pd_ctx *ctx, val_result *r, int l)
     job.profile = o->out && l == r->levels - 1 ? &r->profile : NULL;
     pd_status status = r->part->run(&job);
     lab_free(ctx, &lab);
-    if (!(job.out->x > 0.0)) job.out->x = job.out->h;
+    if (!(job.out->x > 0.0))
+        job.out->x = r->part->by == VAL_BY_M ? job.level.m : r->part->by == VAL_BY_P ? job.level.p : job.out->h;
     job.out->wall = seconds(CLOCK_MONOTONIC) - wall;
     job.out->cpu = seconds(CLOCK_PROCESS_CPUTIME_ID) - cpu;
     job.out->peak_rss_mb = peak_rss_mb();

@@ -22,15 +22,21 @@ typedef struct val_level {
     double p; /* parameter of the part, in the unit of its column */
 } val_level;
 
-/* bound > 0: the error must not exceed it at any level with n >= from. order > 0: the error must fall with at least
- * this order between the last two levels, if the last one has n >= from. A guard is no goal of the project: it holds
- * coarse levels to what they reach, so that a quick run notices a regression. */
+/* What is asked of the levels with n >= from. bound > 0: the error exceeds it at none of them. order > 0: the errors of at least two
+ * of them fall with this order, the slope of the straight line of least squares. A guard is no goal of the project: it
+ * holds coarse levels to what they reach, so that a quick run notices a regression. */
+typedef enum val_rank {
+    VAL_GOAL = 0,
+    VAL_GUARD,
+    VAL_GOAL_OF_ALL /* judged only when all levels of the part are run */
+} val_rank;
+
 typedef struct val_goal {
     int measure; /* index */
     double bound;
     double order; /* [-] */
     int from;
-    int guard;
+    val_rank rank;
 } val_goal;
 
 /* Key of result lines, and words for tables. */
@@ -134,24 +140,41 @@ static double val_order(const val_result *r, int level, int measure)
     return log(a->err[measure] / b->err[measure]) / log(a->x / b->x);
 }
 
+/* Slope of the straight line of least squares through log error over log x, levels with n >= from; NaN for fewer than
+ * two of them. */
+static double val_fitted_order(const val_result *r, const val_goal *g)
+{
+    double count = 0.0, sx = 0.0, sy = 0.0, sxx = 0.0, sxy = 0.0;
+    for (int l = 0; l < r->levels; l++) {
+        if (r->level[l].n < g->from) continue;
+        double x = log(r->out[l].x), y = log(r->out[l].err[g->measure]);
+        count += 1.0;
+        sx += x;
+        sy += y;
+        sxx += x * x;
+        sxy += x * y;
+    }
+    return count > 1.5 ? (count * sxy - sx * sy) / (count * sxx - sx * sx) : NAN;
+}
+
 /* *value: the worst error where the bound holds, or the order. A value that is no number is a miss. */
 static val_verdict val_judge(const val_result *r, const val_goal *g, double *value)
 {
-    int judged = 0;
+    int judged = 0, missed = 0;
     *value = NAN;
-    if (g->order > 0.0) {
-        if (r->levels < 2 || r->level[r->levels - 1].n < g->from) return VAL_UNJUDGED;
-        *value = val_order(r, r->levels - 1, g->measure);
-        return *value >= g->order ? VAL_MET : VAL_MISSED;
-    }
+    if (g->rank == VAL_GOAL_OF_ALL && r->levels < r->part->levels) return VAL_UNJUDGED;
     for (int l = 0; l < r->levels; l++) {
-        if (r->level[l].n < g->from) continue;
         double e = r->out[l].err[g->measure];
-        if (!judged || !(e <= *value)) *value = e;
-        if (!(e <= g->bound)) return VAL_MISSED;
-        judged = 1;
+        if (r->level[l].n < g->from) continue;
+        if (!judged++ || !(e <= *value)) *value = e;
+        missed = missed || !(e <= g->bound);
     }
-    return judged ? VAL_MET : VAL_UNJUDGED;
+    if (g->order > 0.0) {
+        if (judged < 2) return VAL_UNJUDGED;
+        *value = val_fitted_order(r, g);
+        missed = !(*value >= g->order);
+    }
+    return !judged ? VAL_UNJUDGED : missed ? VAL_MISSED : VAL_MET;
 }
 
 /* Add a curve to the profile of a job; NULL when none is wanted or no room is left. */

@@ -73,7 +73,6 @@ static pd_status patch_run(val_job *job)
     PDI_TRY(lab_build(job->ctx, lab, VAL_LATTICE));
     PDI_TRY(lab_fields(job->ctx, lab, 4, PD_DIM));
     job->out->h = lab->grid.h[0];
-    job->out->x = m;
     for (int a = 0; a < PD_DIM; a++)
         for (int b = -1; b <= a; b++) patch_errors(job, a, b, job->out->err);
     return PD_OK;
@@ -81,7 +80,7 @@ static pd_status patch_run(val_job *job)
 
 #define PATCH_MEASURES \
     {{"err_gradient", "gradient"}, {"err_divergence", "divergence"}, {"err_laplacian", "Laplacian"}}, 3
-#define PATCH_GOALS {{0, 1e-12, 0.0, 0, 0}, {1, 1e-12, 0.0, 0, 0}, {2, 1e-12, 0.0, 0, 0}}, 3
+#define PATCH_GOALS {{0, 1e-12, 0.0, 0, VAL_GOAL}, {1, 1e-12, 0.0, 0, VAL_GOAL}, {2, 1e-12, 0.0, 0, VAL_GOAL}}, 3
 #define PATCH_LEVELS(ratio) \
     {{2, 2.0, ratio}, {3, 3.0, ratio}, {4, 4.0, ratio}, {5, 5.0, ratio}, {6, 6.0, ratio}}, 5, PD_DIM == 3 ? 2 : 5
 

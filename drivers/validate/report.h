@@ -75,7 +75,7 @@ static val_verdict val_goal_text(const val_result *r, const val_goal *g, char *t
     else snprintf(what, sizeof what, "%s at most %g", m->label, g->bound);
     if (g->from > 0) snprintf(range, sizeof range, " (from n = %d)", g->from);
     if (v != VAL_UNJUDGED) snprintf(number, sizeof number, g->order > 0.0 ? ", %.2f" : ", %.2e", value);
-    snprintf(text, size, "%s: %s%s: %s%s", g->guard ? "guard" : "goal", what, range, words[v], number);
+    snprintf(text, size, "%s: %s%s: %s%s", g->rank == VAL_GUARD ? "guard" : "goal", what, range, words[v], number);
     return v;
 }
 
@@ -184,7 +184,7 @@ static pd_status val_draw_errors(pd_ctx *ctx, const char *path, const val_result
         val_line_series(&plot, slope_name, x, slope, r->levels, PD_STROKE_DASHED);
     }
     for (int k = 0; k < p->goals && plot.count < PD_PLOT_SERIES; k++) {
-        if (!(p->goal[k].bound > 0.0) || p->goal[k].guard) continue;
+        if (!(p->goal[k].bound > 0.0) || p->goal[k].rank == VAL_GUARD) continue;
         for (int l = 0; l <= last; l++) bound[l] = p->goal[k].bound;
         snprintf(bound_name, sizeof bound_name, "goal %g", p->goal[k].bound);
         val_line_series(&plot, bound_name, x, bound, r->levels, PD_STROKE_DASHED);
@@ -309,7 +309,7 @@ static pd_status val_text_summary(pd_ctx *ctx, pd_file *file, const val_result *
         const val_goal *g = &r->part->goal[k];
         double value;
         val_verdict v = val_judge(r, g, &value);
-        if (g->guard || v == VAL_UNJUDGED) continue;
+        if (g->rank == VAL_GUARD || v == VAL_UNJUDGED) continue;
         PDI_TRY(val_text(ctx, file, "| %s | [%s, %dD](#%s-%dd) | %s | %s%s | ", v == VAL_MET ? "met" : "**missed**",
                          r->of->name, PD_DIM, r->of->name, PD_DIM, r->part->name[0] ? r->part->title : "",
                          g->order > 0.0 ? "order of " : "", r->part->measure[g->measure].label));
