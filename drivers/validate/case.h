@@ -13,7 +13,7 @@
 #define VAL_GOALS 6
 #define VAL_PARTS 6
 #define VAL_CURVES 4
-#define VAL_POINTS 512
+#define VAL_POINTS 1024
 
 /* One set of numbers that a part runs with. */
 typedef struct val_level {
@@ -22,9 +22,9 @@ typedef struct val_level {
     double p; /* parameter of the part, in the unit of its column */
 } val_level;
 
-/* What is asked of the levels with n >= from. bound > 0: the error exceeds it at none of them. order > 0: the errors of at least two
- * of them fall with this order, the slope of the straight line of least squares. A guard is no goal of the project: it
- * holds coarse levels to what they reach, so that a quick run notices a regression. */
+/* What is asked of the levels with n >= from. bound > 0: the error exceeds it at none of them. order > 0: the errors of
+ * at least two of them fall with this order, the slope of the straight line of least squares. A guard is no goal of the
+ * project: it holds coarse levels to what they reach, so that a quick run notices a regression. */
 typedef enum val_rank {
     VAL_GOAL = 0,
     VAL_GUARD,

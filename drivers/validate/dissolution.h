@@ -88,7 +88,10 @@ static pd_status stefan_run(val_job *job)
             double from = k ? stefan_time[k - 1] : start;
             next = from + (stefan_time[k] - from) * part / 10.0;
             while (lab->couple.time < next - start) PDI_TRY(pd_couple_step(job->ctx, &lab->couple, next - start));
-            val_add_point(exact, next, 2e6 * STEFAN_LAMBDA * sqrt(STEFAN_D * next));
+            for (int q = 4; q >= 0; q--) {
+                double at = next - (stefan_time[k] - from) * q / 50.0;
+                val_add_point(exact, at, 2e6 * STEFAN_LAMBDA * sqrt(STEFAN_D * at));
+            }
             val_add_point(found, next, 1e6 * stefan_now(job, bottom));
         }
         job->out->err[k] = fabs(stefan_now(job, bottom) / stefan_depth[k] - 1.0);
@@ -100,8 +103,8 @@ static pd_status stefan_run(val_job *job)
 #if PD_DIM > 1
 #define STEFAN_MISS \
     "Two errors of first order, of opposite growth: the prescribed side acts about 0.7 h in front of its place (see " \
-    "diffusion, slab), and bonds that the walls beside the column cut are left out, so that diffusion along the column " \
-    "is too weak within one horizon of them, which is most of a column of 24 um at coarse h."
+    "diffusion, slab), and bonds that the walls beside the column cut are left out, so that diffusion along it is " \
+    "too weak within one horizon of them, which is most of a column of 24 um at coarse h."
 #else
 #define STEFAN_MISS \
     "First order: the prescribed side acts about 0.7 h in front of its place (see diffusion, slab)."
@@ -132,8 +135,8 @@ static const val_case stefan_case = {
     "run starts on the closed form at a depth of 8 um; the law is 1e-3 m/s (1 - c/Csat). Depth at 10, 100 and 300 s "
     "against 24.92, 78.81 and 136.5 um; in 2D and 3D the pencil is a column 24 um wide between walls, up to 100 s and "
     "10 s.",
-    "Sources that count neighbours, values reset when a node turns fluid, a salt layer that does not let go, metal that "
-    "vanishes.",
+    "Sources that count neighbours, values reset when a node turns fluid, a salt layer that does not let go, metal "
+    "that vanishes.",
     "closed form: depth = 2 lambda sqrt(D t), sqrt(pi) lambda exp(lambda^2) erf(lambda) = Csat/(Cs - Csat), with "
     "D = 8.5e-10 m2/s, Cs = 143 mol/L, Csat = 5.1 mol/L; table `pencil304_stefan.csv`",
     stefan_parts, 1};

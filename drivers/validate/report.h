@@ -163,14 +163,22 @@ static void val_line_series(pd_plot *plot, const char *name, const double *x, co
     s->stroke = stroke;
 }
 
-/* Errors against the abscissa; beside them the expected slope, from the finest error of the first measure, and the
- * bound of the first goal. */
+/* The measure whose expected slope and bound a figure shows: that of the first goal with an order, else the first. */
+static int val_main_measure(const val_part *p)
+{
+    for (int k = 0; k < p->goals; k++)
+        if (p->goal[k].order > 0.0) return p->goal[k].measure;
+    return 0;
+}
+
+/* Errors against the abscissa; beside them the expected slope, from the finest error of the main measure, and its
+ * bound. */
 static pd_status val_draw_errors(pd_ctx *ctx, const char *path, const val_result *r)
 {
     double x[VAL_LEVELS], e[VAL_MEASURES][VAL_LEVELS], slope[VAL_LEVELS], bound[VAL_LEVELS];
     char title[160], slope_name[32], bound_name[32];
     const val_part *p = r->part;
-    int last = r->levels - 1;
+    int last = r->levels - 1, top = val_main_measure(p);
     pd_plot plot;
     memset(&plot, 0, sizeof plot);
     for (int l = 0; l <= last; l++) x[l] = r->out[l].x;
@@ -179,12 +187,12 @@ static pd_status val_draw_errors(pd_ctx *ctx, const char *path, const val_result
         val_line_series(&plot, p->measure[k].label, x, e[k], r->levels, PD_STROKE_BOTH);
     }
     if (p->slope > 0.0) {
-        for (int l = 0; l <= last; l++) slope[l] = e[0][last] * pow(x[l] / x[last], p->slope);
+        for (int l = 0; l <= last; l++) slope[l] = e[top][last] * pow(x[l] / x[last], p->slope);
         snprintf(slope_name, sizeof slope_name, "order %g", p->slope);
         val_line_series(&plot, slope_name, x, slope, r->levels, PD_STROKE_DASHED);
     }
     for (int k = 0; k < p->goals && plot.count < PD_PLOT_SERIES; k++) {
-        if (!(p->goal[k].bound > 0.0) || p->goal[k].rank == VAL_GUARD) continue;
+        if (!(p->goal[k].bound > 0.0) || p->goal[k].measure != top || p->goal[k].rank == VAL_GUARD) continue;
         for (int l = 0; l <= last; l++) bound[l] = p->goal[k].bound;
         snprintf(bound_name, sizeof bound_name, "goal %g", p->goal[k].bound);
         val_line_series(&plot, bound_name, x, bound, r->levels, PD_STROKE_DASHED);
