@@ -240,8 +240,8 @@ static const val_part hagen_part = {
     "The errors are far below the goal, but follow no power of h. At almost all nodes the paraboloid solves the "
     "discrete equations exactly (with m = 2 and R/h = 16 the error is 9e-12). What is left comes from few bonds "
     "between two fluid nodes whose line grazes a wall cell and meets the tube only several bond lengths behind its "
-    "end: they are cut at the face of that cell, where the velocity is not zero. At R/h = 20 there are 20 such nodes in "
-    "a section, the worst with a residual of 0.47 of the pressure gradient; which R/h has how many is chance."};
+    "end: they are cut at the face of that cell, where the velocity is not zero. At R/h = 20 there are 20 such nodes "
+    "in a section, the worst with a residual of 0.47 of the pressure gradient; which R/h has how many is chance."};
 static const val_part *const hagen_parts[] = {&hagen_part};
 
 static const val_case hagen_case = {
