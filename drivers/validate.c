@@ -1,0 +1,235 @@
+/* validate1d, validate2d, validate3d: accuracy of the solvers against closed forms and published figures.
+ *
+ *   validate2d [NAME ...] [m=3] [n=60] [--quick] [--check] [--out DIR] [--threads N] [--quiet] [--list] [--help]
+ *
+ * Exit status: 0 done, 1 a run failed or, with --check, a goal was missed, 2 wrong usage.
+ */
+#define _POSIX_C_SOURCE 200809L
+#define PDCORR_IMPLEMENTATION
+#include "pdcorr.h"
+
+#include <math.h>
+#include <stdarg.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <sys/resource.h>
+#include <time.h>
+
+#include "validate/cases.h"
+#include "validate/report.h"
+
+enum { MAX_RESULTS = 96 };
+
+typedef struct options {
+    const char *program, *out;
+    int wanted[VAL_CASE_COUNT]; /* cases named on the command line */
+    int named, threads, n;
+    double m;
+    int quick, check, quiet, list, help;
+} options;
+
+static val_result results[MAX_RESULTS];
+static val_lab lab;
+
+static void help(const char *program)
+{
+    printf("%s [NAME ...] [m=M] [n=N] [options]\n\n"
+           "Compares solutions in %d dimension%s with closed forms and published figures (pdcorr %s).\n\n"
+           "  NAME           cases to run, all when none is named\n"
+           "  m=M            horizon ratio in place of that of every level\n"
+           "  n=N            one level of this resolution in place of the list of levels\n"
+           "  --quick        the coarse levels only: seconds in total\n"
+           "  --check        exit status 1 when a goal that applies to the levels run is missed, or none was judged\n"
+           "  --out DIR      write the sections of the report and their figures into DIR, made when missing\n"
+           "  --threads N    threads, 0: all\n"
+           "  --quiet        print result lines and errors only\n"
+           "  --list         print the names of the cases\n\n"
+           "Exit status: 0 done, 1 a run failed or a goal was missed (--check), 2 wrong usage.\n",
+           program, PD_DIM, PD_DIM > 1 ? "s" : "", PD_VERSION);
+}
+
+static int usage(const options *o, const char *what, const char *found)
+{
+    fprintf(stderr, "%s: %s%s; %s --help tells the usage\n", o->program, what, found, o->program);
+    return 2;
+}
+
+/* A number within [lo, hi] and nothing behind it. */
+static int parse_number(const char *text, double lo, double hi, double *value)
+{
+    char *end;
+    if (!text || !*text) return 0;
+    *value = strtod(text, &end);
+    return !*end && *value >= lo && *value <= hi;
+}
+
+static int parse_whole(const char *text, double lo, double hi, int *value)
+{
+    double number;
+    if (!parse_number(text, lo, hi, &number) || number != floor(number)) return 0;
+    *value = (int)number;
+    return 1;
+}
+
+static int parse_name(const char *name, options *o)
+{
+    for (int k = 0; k < VAL_CASE_COUNT; k++)
+        if (strcmp(val_cases[k]->name, name) == 0) return o->wanted[k] = o->named = 1;
+    return 0;
+}
+
+static int parse(int argc, char **argv, options *o)
+{
+    const char *slash = strrchr(argv[0], '/');
+    memset(o, 0, sizeof *o);
+    o->program = slash ? slash + 1 : argv[0];
+    for (int k = 1; k < argc; k++) {
+        const char *a = argv[k];
+        if (strcmp(a, "--help") == 0 || strcmp(a, "-h") == 0) o->help = 1;
+        else if (strcmp(a, "--list") == 0) o->list = 1;
+        else if (strcmp(a, "--quick") == 0) o->quick = 1;
+        else if (strcmp(a, "--check") == 0) o->check = 1;
+        else if (strcmp(a, "--quiet") == 0) o->quiet = 1;
+        else if (strcmp(a, "--out") == 0) {
+            o->out = k + 1 < argc ? argv[++k] : "";
+            if (!o->out[0]) return usage(o, "--out expects a folder", "");
+        } else if (strcmp(a, "--threads") == 0) {
+            if (!parse_whole(k + 1 < argc ? argv[++k] : "", 0.0, 1024.0, &o->threads))
+                return usage(o, "--threads expects a number from 0 to 1024", "");
+        } else if (strncmp(a, "m=", 2) == 0) {
+            if (!parse_number(a + 2, 1.0, 12.0, &o->m)) return usage(o, "m expects a number from 1 to 12, found ", a);
+        } else if (strncmp(a, "n=", 2) == 0) {
+            if (!parse_whole(a + 2, 1.0, 1e6, &o->n)) return usage(o, "n expects a whole number, found ", a);
+        } else if (a[0] == '-' && a[1]) return usage(o, "unknown option ", a);
+        else if (strchr(a, '=')) return usage(o, "unknown key (m and n can be set): ", a);
+        else if (!parse_name(a, o)) return usage(o, "no case has the name (--list prints them) ", a);
+    }
+    return 0;
+}
+
+static double seconds(clockid_t clock)
+{
+    struct timespec t;
+    return clock_gettime(clock, &t) == 0 ? (double)t.tv_sec + 1e-9 * (double)t.tv_nsec : 0.0;
+}
+
+static double peak_rss_mb(void)
+{
+    struct rusage usage_now;
+    if (getrusage(RUSAGE_SELF, &usage_now) != 0) return 0.0;
+#ifdef __APPLE__
+    return (double)usage_now.ru_maxrss / 1048576.0;
+#else
+    return (double)usage_now.ru_maxrss / 1024.0;
+#endif
+}
+
+/* The levels that the options ask for. */
+static void choose_levels(const options *o, val_result *r)
+{
+    const val_part *p = r->part;
+    r->levels = o->quick ? p->quick : p->levels;
+    for (int l = 0; l < r->levels; l++) r->level[l] = p->level[l];
+    if (o->n && p->by == VAL_BY_N) {
+        r->levels = 1;
+        r->level[0] = p->level[p->levels - 1];
+    }
+    for (int l = 0; l < r->levels; l++) {
+        if (o->n) r->level[l].n = o->n;
+        if (o->m > 0.0 && p->by != VAL_BY_M) r->level[l].m = o->m;
+    }
+}
+
+static pd_status run_level(const options *o, pd_ctx *ctx, val_result *r, int l)
+{
+    val_job job;
+    double wall = seconds(CLOCK_MONOTONIC), cpu = seconds(CLOCK_PROCESS_CPUTIME_ID);
+    memset(&job, 0, sizeof job);
+    memset(&lab, 0, sizeof lab);
+    job.ctx = ctx;
+    job.level = r->level[l];
+    job.lab = &lab;
+    job.out = &r->out[l];
+    job.profile = o->out && l == r->levels - 1 ? &r->profile : NULL;
+    pd_status status = r->part->run(&job);
+    lab_free(ctx, &lab);
+    if (!(job.out->x > 0.0))
+        job.out->x = r->part->by == VAL_BY_M ? job.level.m : r->part->by == VAL_BY_P ? job.level.p : job.out->h;
+    job.out->wall = seconds(CLOCK_MONOTONIC) - wall;
+    job.out->cpu = seconds(CLOCK_PROCESS_CPUTIME_ID) - cpu;
+    job.out->peak_rss_mb = peak_rss_mb();
+    return status;
+}
+
+/* Runs one part; what was reached before a failure stays in its table. */
+static void run_part(const options *o, pd_ctx *ctx, const val_case *c, const val_part *p, val_result *r)
+{
+    memset(r, 0, sizeof *r);
+    r->of = c;
+    r->part = p;
+    choose_levels(o, r);
+    for (int l = 0; l < r->levels; l++) {
+        if (run_level(o, ctx, r, l) == PD_OK) continue;
+        r->failed = 1;
+        r->levels = l;
+        r->profile.curves = 0;
+        snprintf(r->message, sizeof r->message, "%s", ctx->message);
+    }
+}
+
+typedef struct tally {
+    int results, missed, failed, unjudged;
+} tally;
+
+static pd_status run_case(const options *o, pd_ctx *ctx, const val_case *c, tally *t)
+{
+    int first = t->results, judged = 0;
+    if (!o->quiet) val_print_title(c);
+    for (int k = 0; k < c->parts && t->results < MAX_RESULTS; k++) {
+        val_result *r = &results[t->results];
+        run_part(o, ctx, c, c->part[k], r);
+        if (!r->levels && !r->failed) continue; /* a quick run may leave out a part */
+        if (!o->quiet) val_print_part(r);
+        else if (r->failed) fprintf(stderr, "%s: %s: %s\n", o->program, c->name, r->message);
+        val_verdict v = val_part_verdict(r);
+        t->missed += v == VAL_MISSED;
+        t->failed += r->failed;
+        judged += v != VAL_UNJUDGED;
+        t->results++;
+    }
+    t->unjudged += !judged;
+    return o->out ? val_write_case(ctx, o->out, &results[first], t->results - first) : PD_OK;
+}
+
+static int run(const options *o, pd_ctx *ctx)
+{
+    tally t;
+    int threads = pdi_par_threads(ctx, INT64_MAX);
+    pd_status status = o->out ? pd_file_make_directory(ctx, o->out) : PD_OK;
+    memset(&t, 0, sizeof t);
+    for (int k = 0; k < VAL_CASE_COUNT && status == PD_OK; k++)
+        if (!o->named || o->wanted[k]) status = run_case(o, ctx, val_cases[k], &t);
+    if (status == PD_OK && o->out) status = val_write_summary(ctx, o->out, results, t.results);
+    if (status != PD_OK) {
+        fprintf(stderr, "%s: %s\n", o->program, ctx->message);
+        return 1;
+    }
+    if (!o->quiet) printf("\n");
+    for (int k = 0; k < t.results; k++) val_print_result(&results[k], threads);
+    return t.failed || (o->check && (t.missed || t.unjudged));
+}
+
+int main(int argc, char **argv)
+{
+    options o;
+    pd_ctx ctx;
+    int status = parse(argc, argv, &o);
+    if (status) return status;
+    if (o.help) help(o.program);
+    for (int k = 0; k < VAL_CASE_COUNT && o.list; k++) printf("%-12s %s\n", val_cases[k]->name, val_cases[k]->title);
+    if (o.help || o.list) return 0;
+    pd_ctx_init(&ctx);
+    ctx.threads = o.threads;
+    return run(&o, &ctx);
+}

@@ -1,0 +1,28 @@
+/* cases: the table of all cases of this dimension, in the order in which they run. */
+#ifndef VAL_CASES_H
+#define VAL_CASES_H
+#include "case.h"
+#include "operators.h"
+#include "flow.h"
+#include "transport.h"
+#include "dissolution.h"
+
+static const val_case *const val_cases[] = {
+    &patch_case,
+#if PD_DIM == 2
+    &poiseuille_case,
+    &flux_case,
+#endif
+#if PD_DIM == 3
+    &hagen_case,
+#endif
+    &diffusion_case,
+    &advection_case,
+    &stefan_case,
+    &rate_case,
+    &ledger_case,
+};
+
+enum { VAL_CASE_COUNT = (int)(sizeof val_cases / sizeof val_cases[0]) };
+
+#endif

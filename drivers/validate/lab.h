@@ -1,0 +1,89 @@
+/* lab: the objects that a validation case works with, built from the descs that it fills in. */
+#ifndef VAL_LAB_H
+#define VAL_LAB_H
+
+typedef enum val_build {
+    VAL_LATTICE = 0, /* stencil, grid and bonds are always built */
+    VAL_FLOW = 1,
+    VAL_STEADY = 2,  /* with VAL_FLOW */
+    VAL_TRANSPORT = 4,
+    VAL_DISSOLVE = 8,
+    VAL_COUPLE = 16
+} val_build;
+
+typedef struct val_lab {
+    pd_stencil_desc stencil_desc;
+    pd_grid_desc grid_desc;
+    pd_shape shapes[4];
+    pd_flow_desc flow_desc;
+    pd_steady_desc steady_desc;
+    pd_transport_desc transport_desc;
+    pd_dissolve_desc dissolve_desc;
+    pd_couple_desc couple_desc;
+    pd_stencil stencil;
+    pd_grid grid;
+    pd_bonds bonds;
+    pd_flow flow;
+    pd_steady steady;
+    pd_transport transport;
+    pd_dissolve dissolve;
+    pd_couple couple;
+    double *field[4]; /* [field_size] work of the case, see lab_fields */
+    size_t field_size;
+} val_lab;
+
+/* Equal spacings h [m], no shapes, the box from lo to hi [m] along every axis; sides are walls. */
+static void lab_box(val_lab *lab, double h, double m, double lo, double hi)
+{
+    lab->stencil_desc.m = m;
+    lab->grid_desc.solid = lab->grid_desc.wall = -1;
+    lab->grid_desc.shapes = lab->shapes;
+    for (int d = 0; d < PD_DIM; d++) {
+        lab->stencil_desc.h[d] = h;
+        lab->grid_desc.lo[d] = lo;
+        lab->grid_desc.hi[d] = hi;
+    }
+}
+
+static pd_status lab_build(pd_ctx *ctx, val_lab *lab, int parts)
+{
+    pd_flow *flow = parts & VAL_FLOW ? &lab->flow : NULL;
+    pd_steady *steady = parts & VAL_STEADY ? &lab->steady : NULL;
+    pd_dissolve *dissolve = parts & VAL_DISSOLVE ? &lab->dissolve : NULL;
+    PDI_TRY(pd_stencil_build(ctx, &lab->stencil_desc, &lab->stencil));
+    PDI_TRY(pd_grid_build(ctx, &lab->stencil, &lab->grid_desc, &lab->grid));
+    PDI_TRY(pd_bonds_build(ctx, &lab->stencil, &lab->grid, 0, &lab->bonds));
+    if (flow) PDI_TRY(pd_flow_build(ctx, &lab->grid, &lab->bonds, &lab->flow_desc, flow));
+    if (steady) PDI_TRY(pd_steady_build(ctx, flow, &lab->steady_desc, steady));
+    if (parts & VAL_TRANSPORT)
+        PDI_TRY(pd_transport_build(ctx, &lab->grid, &lab->bonds, flow, &lab->transport_desc, &lab->transport));
+    if (dissolve)
+        PDI_TRY(
+            pd_dissolve_build(ctx, &lab->grid, &lab->bonds, &lab->transport, &lab->dissolve_desc, &lab->dissolve));
+    if (parts & VAL_COUPLE)
+        PDI_TRY(pd_couple_build(ctx, &lab->couple_desc, &lab->grid, &lab->bonds, flow, steady, &lab->transport,
+                                dissolve, &lab->couple));
+    return PD_OK;
+}
+
+/* The first `count` work fields get `components` values for every node of the padded lattice, zero. */
+static pd_status lab_fields(pd_ctx *ctx, val_lab *lab, int count, int components)
+{
+    lab->field_size = (size_t)lab->grid.total * (size_t)components;
+    for (int k = 0; k < count; k++) PDI_TRY(PDI_NEW(ctx, "validate", lab->field_size, lab->field[k]));
+    return PD_OK;
+}
+
+static void lab_free(pd_ctx *ctx, val_lab *lab)
+{
+    for (int k = 0; k < 4; k++) PDI_DELETE(ctx, lab->field_size, lab->field[k]);
+    pd_dissolve_free(ctx, &lab->dissolve);
+    pd_transport_free(ctx, &lab->transport);
+    pd_steady_free(ctx, &lab->steady);
+    pd_flow_free(ctx, &lab->flow);
+    pd_bonds_free(ctx, &lab->bonds);
+    pd_grid_free(ctx, &lab->grid);
+    pd_stencil_free(ctx, &lab->stencil);
+}
+
+#endif
