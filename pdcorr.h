@@ -1888,7 +1888,7 @@ typedef struct pd_steady {
     double *step, *work;                /* [PD_DIM+1][total] [m/s], last row [m2/s2] */
     double *carrier;                    /* [PD_DIM][total] [m/s] of the linearised velocity, work */
     double shift;                       /* [1/s] 1 over the pseudo time step */
-    double rate;                        /* [1/s] rate (u - target) joins the momentum residual: a step in time; 0: none */
+    double rate;                        /* [1/s] rate (u - target) joins the momentum residual; 0: steady */
     const double *target;               /* [PD_DIM][total] [m/s] */
     double norm0;                       /* [-] largest initial residual norm of all solves */
 } pd_steady;
