@@ -390,8 +390,8 @@ TEST(sound_between_walls)
 }
 
 /* A shock runs against a wall and comes back. Behind it the gas is at rest, at the pressure that the jump conditions
- * ask for, ((3 gamma - 1) r - (gamma - 1))/((gamma - 1) r + gamma + 1) times that behind the incident shock of ratio r. The
- * wall is a side of the box, or the face of a solid. */
+ * ask for, ((3 gamma - 1) r - (gamma - 1))/((gamma - 1) r + gamma + 1) times that behind the incident shock of ratio r.
+ * The wall is a side of the box, or the face of a solid. */
 TEST(shock_comes_back_from_a_wall)
 {
     const double ratio = 5.0, z = (GAMMA - 1.0) / (GAMMA + 1.0);
