@@ -106,9 +106,11 @@ static tube_error tube_run(const tube *t, setup *u)
     u->gas.initial = tube_state;
     u->gas.initial_user = &copy;
     if (!CHECK_OK(&s.ctx, scene_build(&s, u))) return e;
-    int bad = 0, step = 0;
+    int bad = 0;
     while (s.gas.time < t->t) {
-        CHECK_OK(&s.ctx, pd_gas_run(&s.ctx, &s.gas, fmin(t->t, t->t * ++step / 20.0)));
+        double limit;
+        CHECK_OK(&s.ctx, pd_gas_limit(&s.ctx, &s.gas, &limit));
+        if (!CHECK_OK(&s.ctx, pd_gas_run(&s.ctx, &s.gas, fmin(t->t, s.gas.time + s.gas.desc.cfl * limit)))) break;
         for (int32_t i = 0; i < s.grid.total; i++)
             bad += s.grid.kind[i] == PD_FLUID && !(field(&s, 0, i) > 0.0 && field(&s, P_FIELD, i) > 0.0);
     }
