@@ -1946,8 +1946,8 @@ PD_API void pd_unsteady_free(pd_ctx *ctx, pd_unsteady *unsteady);
  * p = (gamma - 1) (rho E - rho v.v/2). A bond carries a flux between two states, antisymmetric in its ends, so mass,
  * momentum and energy are conserved to rounding: HLLC (Toro, Spruce and Speares 1994; wave speeds of Einfeldt 1988),
  * with limited linear states in the middle of the bond, and first order where those would lose positivity. Closed bonds
- * press on the gas as a wall that slips. In time the three-stage method of Shu and Osher 1988 (theory: eq. 4.15 to
- * 4.23).
+ * press on the gas as a wall that slips. In time the three-stage method of Shu and Osher 1988 (theory: eq. 4.18 to
+ * 4.26).
  */
 #ifndef PD_GAS_H
 #define PD_GAS_H
@@ -2001,7 +2001,7 @@ typedef struct pd_gas {
  * PD_ERR_ARGUMENT: gamma not above 1, cfl negative, an initial density or pressure not positive and finite. */
 PD_API pd_status pd_gas_build(pd_ctx *ctx, const pd_grid *grid, const pd_bonds *bonds, const pd_gas_desc *desc,
                               pd_gas *gas);
-/* Step limit [s] of the present state (eq. 4.23, cfl not applied): to this length a step of first order keeps density
+/* Step limit [s] of the present state (eq. 4.26, cfl not applied): to this length a step of first order keeps density
  * and pressure positive. PD_ERR_STATE: the state is not admissible. */
 PD_API pd_status pd_gas_limit(pd_ctx *ctx, pd_gas *gas, double *limit);
 /* One step of dt [s]. PD_RETRY, state unchanged: a density or pressure would turn non-positive, or a value infinite.
@@ -12945,7 +12945,7 @@ static void pdi_gas_ghosts(const pd_gas *gas, int with_slopes)
 }
 
 /* Factors of the gradients of density and pressure, into the fields of rate: half a bond must not lead further from
- * the value of the node than the least and the largest value of its family are away, both of them (eq. 4.20). At a
+ * the value of the node than the least and the largest value of its family are away, both of them (eq. 4.23). At a
  * minimum the gradient is zero, so that nothing drains it. */
 static void pdi_gas_room_lanes(const pd_gas *gas, int32_t i, int32_t row, int count)
 {
@@ -13008,7 +13008,7 @@ static inline double pdi_gas_limited(double a, double b)
     return 2.0 * positive / sum;
 }
 
-/* States on both sides of the middle of bond k (eq. 4.19). They lie between those of its ends. open: 1.0 or 0.0 for
+/* States on both sides of the middle of bond k (eq. 4.22). They lie between those of its ends. open: 1.0 or 0.0 for
  * each lane, NULL: all open. */
 static void pdi_gas_reconstruct(const pd_gas *gas, int32_t i, int k, int count, const double *open, pdi_gas_face *f)
 {
@@ -13040,7 +13040,7 @@ static void pdi_gas_reconstruct(const pd_gas *gas, int32_t i, int k, int count, 
 /* Weight of the jump of the normal velocity in the mean speed of sound: at least that of Roe's mean. */
 static double pdi_gas_spread(double gamma) { return gamma > 2.0 ? 0.5 * (gamma - 1.0) : 0.5; }
 
-/* Slowest wave of a face [m/s] (eq. 4.18); the fastest one is that of the mirrored face with its sign changed. */
+/* Slowest wave of a face [m/s] (eq. 4.21); the fastest one is that of the mirrored face with its sign changed. */
 static inline double pdi_gas_slowest(double gamma, double spread, double rho_l, double u_l, double p_l, double rho_r,
                                      double u_r, double p_r)
 {
@@ -13069,7 +13069,7 @@ static void pdi_gas_waves(const pd_gas *gas, const double *n, int count, pdi_gas
     }
 }
 
-/* Add `weight` times the flux through faces with the normal n, less the pressure p of the nodes (eq. 4.16, 4.17). */
+/* Add `weight` times the flux through faces with the normal n, less the pressure p of the nodes (eq. 4.19, 4.20). */
 static void pdi_gas_hllc(const pd_gas *gas, const double *n, double weight, const double *p, int count,
                          const double *open, const pdi_gas_face *f, double (*sum)[PDI_LANES])
 {
@@ -13140,7 +13140,7 @@ static double pdi_gas_bond(const pd_stencil *s, int k, double *n)
     return 2.0 * sqrt(square);
 }
 
-/* Time derivatives (eq. 4.16, 4.21). */
+/* Time derivatives (eq. 4.19, 4.24). */
 static void pdi_gas_rate_lanes(const pd_gas *gas, int32_t i, int32_t row, int count)
 {
     const pd_bonds *bonds = gas->bonds;
@@ -13168,7 +13168,7 @@ static void pdi_gas_rate_lanes(const pd_gas *gas, int32_t i, int32_t row, int co
         for (int b = 0; b < count; b++) gas->rate[c * total + i + b] = -sum[c][b];
 }
 
-/* Sums of wave speeds [1/s] of the step limit (eq. 4.23), into the first field of rate. */
+/* Sums of wave speeds [1/s] of the step limit (eq. 4.26), into the first field of rate. */
 static void pdi_gas_limit_lanes(const pd_gas *gas, int32_t i, int32_t row, int count)
 {
     const pd_bonds *bonds = gas->bonds;

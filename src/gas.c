@@ -129,7 +129,7 @@ static void pdi_gas_ghosts(const pd_gas *gas, int with_slopes)
 }
 
 /* Factors of the gradients of density and pressure, into the fields of rate: half a bond must not lead further from
- * the value of the node than the least and the largest value of its family are away, both of them (eq. 4.20). At a
+ * the value of the node than the least and the largest value of its family are away, both of them (eq. 4.23). At a
  * minimum the gradient is zero, so that nothing drains it. */
 static void pdi_gas_room_lanes(const pd_gas *gas, int32_t i, int32_t row, int count)
 {
@@ -192,7 +192,7 @@ static inline double pdi_gas_limited(double a, double b)
     return 2.0 * positive / sum;
 }
 
-/* States on both sides of the middle of bond k (eq. 4.19). They lie between those of its ends. open: 1.0 or 0.0 for
+/* States on both sides of the middle of bond k (eq. 4.22). They lie between those of its ends. open: 1.0 or 0.0 for
  * each lane, NULL: all open. */
 static void pdi_gas_reconstruct(const pd_gas *gas, int32_t i, int k, int count, const double *open, pdi_gas_face *f)
 {
@@ -224,7 +224,7 @@ static void pdi_gas_reconstruct(const pd_gas *gas, int32_t i, int k, int count, 
 /* Weight of the jump of the normal velocity in the mean speed of sound: at least that of Roe's mean. */
 static double pdi_gas_spread(double gamma) { return gamma > 2.0 ? 0.5 * (gamma - 1.0) : 0.5; }
 
-/* Slowest wave of a face [m/s] (eq. 4.18); the fastest one is that of the mirrored face with its sign changed. */
+/* Slowest wave of a face [m/s] (eq. 4.21); the fastest one is that of the mirrored face with its sign changed. */
 static inline double pdi_gas_slowest(double gamma, double spread, double rho_l, double u_l, double p_l, double rho_r,
                                      double u_r, double p_r)
 {
@@ -253,7 +253,7 @@ static void pdi_gas_waves(const pd_gas *gas, const double *n, int count, pdi_gas
     }
 }
 
-/* Add `weight` times the flux through faces with the normal n, less the pressure p of the nodes (eq. 4.16, 4.17). */
+/* Add `weight` times the flux through faces with the normal n, less the pressure p of the nodes (eq. 4.19, 4.20). */
 static void pdi_gas_hllc(const pd_gas *gas, const double *n, double weight, const double *p, int count,
                          const double *open, const pdi_gas_face *f, double (*sum)[PDI_LANES])
 {
@@ -324,7 +324,7 @@ static double pdi_gas_bond(const pd_stencil *s, int k, double *n)
     return 2.0 * sqrt(square);
 }
 
-/* Time derivatives (eq. 4.16, 4.21). */
+/* Time derivatives (eq. 4.19, 4.24). */
 static void pdi_gas_rate_lanes(const pd_gas *gas, int32_t i, int32_t row, int count)
 {
     const pd_bonds *bonds = gas->bonds;
@@ -352,7 +352,7 @@ static void pdi_gas_rate_lanes(const pd_gas *gas, int32_t i, int32_t row, int co
         for (int b = 0; b < count; b++) gas->rate[c * total + i + b] = -sum[c][b];
 }
 
-/* Sums of wave speeds [1/s] of the step limit (eq. 4.23), into the first field of rate. */
+/* Sums of wave speeds [1/s] of the step limit (eq. 4.26), into the first field of rate. */
 static void pdi_gas_limit_lanes(const pd_gas *gas, int32_t i, int32_t row, int count)
 {
     const pd_bonds *bonds = gas->bonds;

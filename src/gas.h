@@ -4,8 +4,8 @@
  * p = (gamma - 1) (rho E - rho v.v/2). A bond carries a flux between two states, antisymmetric in its ends, so mass,
  * momentum and energy are conserved to rounding: HLLC (Toro, Spruce and Speares 1994; wave speeds of Einfeldt 1988),
  * with limited linear states in the middle of the bond, and first order where those would lose positivity. Closed bonds
- * press on the gas as a wall that slips. In time the three-stage method of Shu and Osher 1988 (theory: eq. 4.15 to
- * 4.23).
+ * press on the gas as a wall that slips. In time the three-stage method of Shu and Osher 1988 (theory: eq. 4.18 to
+ * 4.26).
  */
 #ifndef PD_GAS_H
 #define PD_GAS_H
@@ -60,7 +60,7 @@ typedef struct pd_gas {
  * PD_ERR_ARGUMENT: gamma not above 1, cfl negative, an initial density or pressure not positive and finite. */
 PD_API pd_status pd_gas_build(pd_ctx *ctx, const pd_grid *grid, const pd_bonds *bonds, const pd_gas_desc *desc,
                               pd_gas *gas);
-/* Step limit [s] of the present state (eq. 4.23, cfl not applied): to this length a step of first order keeps density
+/* Step limit [s] of the present state (eq. 4.26, cfl not applied): to this length a step of first order keeps density
  * and pressure positive. PD_ERR_STATE: the state is not admissible. */
 PD_API pd_status pd_gas_limit(pd_ctx *ctx, pd_gas *gas, double *limit);
 /* One step of dt [s]. PD_RETRY, state unchanged: a density or pressure would turn non-positive, or a value infinite.
