@@ -68,6 +68,7 @@
  *   flat       the `key = value` parameter file of the Mg-pin project (SI numbers without units) as a setup.
  *   scene      reads a scene file, or a flat parameter file, into a setup.
  *   inlet      prescribed velocity behind the inlets of a box: where a side is open, how wide, and the profile over it.
+ *   wall       what the walls at the sides of a box do in a setup: they move along themselves, they hold a concentration.
  *   model      the objects of one run, built from a setup: grid, bonds and only the physics that the setup asks for.
  *   observe    the figures of one instant of a run: losses, extremes, and the flux of the flow along its way.
  *   output     the files of a run: fields, pictures, diagnostics, probes, the curve of the volume loss.
@@ -936,6 +937,12 @@ PD_API void pd_op_laplacian(const pd_ctx *ctx, const pd_bonds *bonds, const doub
 PD_API pd_status pd_op_diffuse(pd_ctx *ctx, const pd_bonds *bonds, const double *diffusivity, const double *f,
                                double *out);
 
+#ifdef PDI_INTERNAL
+/* Value of f [total] at the place x [m] inside the cell of fluid node `node`: along the gradient there (eq. 2.4, 3.5),
+ * exact for linear fields. Ghosts must be filled. */
+PDI_FN double pdi_op_sample(const pd_bonds *bonds, const double *f, int32_t node, const double *x);
+#endif
+
 #endif
 
 /* ======== >>krylov.h ======== */
@@ -1162,8 +1169,8 @@ typedef struct pd_file {
 PD_API pd_status pd_file_make_directory(pd_ctx *ctx, const char *path);
 /* path[PD_PATH_SIZE] = "directory/name"; an empty directory gives the name. PD_ERR_SIZE when it does not fit. */
 PD_API pd_status pd_file_join(pd_ctx *ctx, const char *directory, const char *name, char *path);
-/* name[PD_PATH_SIZE] = "corr_000012_t6.1s.vti" from prefix "corr", frame 12 (0..999999), time 6.1 [s] >= 0 and
- * extension "vti". PD_ERR_ARGUMENT, PD_ERR_SIZE. */
+/* name[PD_PATH_SIZE] = "corr_000012_t6.1s.vti" from prefix "corr", frame 12 (0..999999), time 6.1 [s] >= 0 (one to
+ * six decimals, as many as it needs) and extension "vti". PD_ERR_ARGUMENT, PD_ERR_SIZE. */
 PD_API pd_status pd_file_frame_name(pd_ctx *ctx, const char *prefix, int frame, double time, const char *extension,
                                     char *name);
 
@@ -2347,7 +2354,9 @@ typedef struct pd_couple {
     pd_grid *grid;
     pd_bonds *bonds;
     pd_flow *flow;           /* NULL: no flow */
-    pd_steady *steady;       /* NULL without flow */
+    pd_steady *steady;       /* NULL without flow, or with flow in time */
+    pd_implicit *implicit;   /* set one of these after the build for flow in time; the steps of the coupling are then */
+    pd_unsteady *unsteady;   /* those of the implicit flow, or of max_step (without: to the next output) */
     pd_transport *transport; /* NULL: flow alone */
     pd_dissolve *dissolve;   /* NULL: no dissolution */
     double time;             /* [s] */
@@ -2375,7 +2384,8 @@ typedef int (*pd_observer_fn)(void *user, const pd_couple *couple);
 /* All objects are borrowed and may be NULL as noted above; nothing is allocated, so there is no free. */
 PD_API pd_status pd_couple_build(pd_ctx *ctx, const pd_couple_desc *desc, pd_grid *grid, pd_bonds *bonds, pd_flow *flow,
                                  pd_steady *steady, pd_transport *transport, pd_dissolve *dissolve, pd_couple *couple);
-/* First flow solve and the opening balance. */
+/* First flow solve and the opening balance. PD_ERR_ARGUMENT: no solver for the flow, or dissolution with flow in
+ * time. */
 PD_API pd_status pd_couple_start(pd_ctx *ctx, pd_couple *couple);
 /* One step that does not pass t_limit [s]. With nothing left to dissolve the step goes straight to t_limit. */
 PD_API pd_status pd_couple_step(pd_ctx *ctx, pd_couple *couple, double t_limit);
@@ -2428,7 +2438,17 @@ typedef struct pd_setup_side {
     double mean;              /* [m/s] speed into the box; unread with flow_rate or an expression */
     double flow_rate;         /* [m3/s] 0: mean holds. 2D: through a tube as wide as the open part of the side */
     pd_expr velocity[PD_DIM]; /* of x, y, z; in m/s */
+    double slide[PD_DIM];     /* [m/s] of a wall along itself */
+    int holds;                /* a wall that holds a concentration */
+    double held;              /* [mol/m3] */
 } pd_setup_side;
+
+/* How the flow gets from one instant to the next. */
+typedef enum pd_motion {
+    PD_MOTION_STEADY = 0,
+    PD_MOTION_IMPLICIT, /* incompressible, implicit.h */
+    PD_MOTION_EXPLICIT  /* weakly compressible, unsteady.h */
+} pd_motion;
 
 typedef struct pd_setup_probe {
     char name[PD_SETUP_NAME];
@@ -2459,6 +2479,11 @@ typedef struct pd_setup {
     double speed;           /* [m/s] reference; 0: mean speed of the inlet */
     double length;          /* [m] reference; 0: width of the inlet */
     double steady;          /* [-] residual */
+    pd_motion motion;
+    pd_expr start[PD_DIM];  /* of x, y, z; in m/s: flow at the start when it is not steady */
+    double flow_rtol;       /* [-] error of an implicit step */
+    int linear;             /* explicit: equation of state p = c0^2 (rho - rho0), else Tait */
+    double sound;           /* [m/s] explicit: c0 */
     /* transport */
     double diffusivity;     /* [m2/s] */
     double inlet;           /* [mol/m3] */
@@ -2563,9 +2588,12 @@ PDI_FN pd_status pdi_flat_read(pd_ctx *ctx, pd_text *text, const char *const *ov
  *                half_space = yes  point  normal | mask = file.png  corner  cell | raw = file  size  corner  cell |
  *                union|intersect|difference = NAME, NAME;  outside = yes: the complement
  *                kind = solid|wall|part  material = mg4ag  grains = 40 um  grain_spread  grain_seed  boundary_width
- *   [side x-]    flow = inlet|outlet|noslip  profile = parabola|uniform|expression  mean = speed | flow_rate = 1 mL/min
- *                vx = expression in x y z (vy, vz)  C = ...  p = 0; without [flow], C alone holds the side at C
+ *   [side x-]    flow = inlet|outlet|noslip|periodic|mirror  profile = parabola|uniform|expression
+ *                mean = speed | flow_rate = 1 mL/min  vx = expression in x y z (vy, vz)  C = ...  p = 0
+ *                noslip: velocity = 1 m/s, 0 m/s of a wall that slides along itself; C = ... held by the wall
  *   [flow]       rho  mu  steady = 1e-6  force = ...  speed, length: reference values, by default those of the inlet
+ *                time = steady|implicit|explicit  vx (vy, vz) = expression: flow at the start  rtol = 1e-4 of implicit
+ *                steps  eos = tait|linear, c0 = speed of sound of explicit ones
  *   [transport]  D  initial = expression in x y z  advection = limited|upwind
  *   [dissolve]   rate = speed, an expression in C | law = the same in 1/s per layer of h
  *                Csat  Cs  gb_factor = 1  threshold = 0
@@ -2612,6 +2640,26 @@ PD_API void pd_inlet_velocity(void *user, const double *x, double *u);
 
 #endif
 
+/* ======== >>wall.h ======== */
+/* wall: what the walls at the sides of a box do in a setup: they move along themselves, they hold a concentration. */
+#ifndef PD_WALL_H
+#define PD_WALL_H
+
+#define pd_wall_moves PD_NAME(pd_wall_moves)
+#define pd_wall_holds PD_NAME(pd_wall_holds)
+#define pd_wall_velocity PD_NAME(pd_wall_velocity)
+#define pd_wall_held PD_NAME(pd_wall_held)
+
+/* 1 when a wall of the setup moves, or holds a concentration. */
+PD_API int pd_wall_moves(const pd_setup *setup);
+PD_API int pd_wall_holds(const pd_setup *setup);
+/* A pd_velocity_fn and a pd_point_fn; user is the pd_setup. x lies on a surface. Where two sides meet the velocity is
+ * their mean, and the first of them that holds a concentration counts; elsewhere rest, and NaN. */
+PD_API void pd_wall_velocity(void *user, const double *x, double *u);
+PD_API double pd_wall_held(void *user, const double *x);
+
+#endif
+
 /* ======== >>model.h ======== */
 /* model: the objects of one run, built from a setup: grid, bonds and only the physics that the setup asks for. */
 #ifndef PD_MODEL_H
@@ -2635,7 +2683,9 @@ typedef struct pd_model {
     pd_bonds bonds;
     pd_inlet inlet;
     pd_flow flow;
-    pd_steady steady;
+    pd_steady steady;     /* absent with explicit flow */
+    pd_implicit implicit;
+    pd_unsteady unsteady;
     pd_transport transport;
     pd_grain grain;
     pd_grain_stats grain_stats;
@@ -6945,6 +6995,28 @@ void pd_op_gradient(const pd_ctx *ctx, const pd_bonds *bonds, const double *f, d
     pdi_op_apply(ctx, &w, pdi_op_gradient_whole, pdi_op_gradient_cut);
 }
 
+PDI_FN double pdi_op_sample(const pd_bonds *bonds, const double *f, int32_t node, const double *x)
+{
+    const pd_stencil *s = bonds->stencil;
+    int32_t r = bonds->row[node];
+    double sum[PD_DIM], at[PD_DIM], value = f[node];
+    for (int d = 0; d < PD_DIM; d++) sum[d] = 0.0;
+    for (int k = 0; k < s->count; k++) {
+        int32_t j = node + bonds->shift[k];
+        if (r >= 0 && (!pdi_bond_open(bonds, r, k) || bonds->grid->kind[j] == PD_INLET)) continue;
+        for (int d = 0; d < PD_DIM; d++)
+            sum[d] += (r < 0 ? s->grad[k * PD_DIM + d] : s->base[k] * s->xi[k * PD_DIM + d]) * (f[j] - f[node]);
+    }
+    pd_grid_position(bonds->grid, node, at);
+    for (int d = 0; d < PD_DIM; d++) {
+        double slope = r < 0 ? sum[d] : 0.0;
+        for (int e = 0; e < PD_DIM && r >= 0; e++)
+            slope += bonds->moment[(int64_t)r * PD_DIM * PD_DIM + d * PD_DIM + e] * sum[e];
+        value += slope * (x[d] - at[d]);
+    }
+    return value;
+}
+
 /* ---- divergence: D u_i = sum g.(u_i + u_j), antisymmetric in i and j (eq. 4.2) ---- */
 
 static void pdi_op_divergence_whole(const pdi_op_sweep *w, int32_t i, int count)
@@ -8547,13 +8619,16 @@ pd_status pd_file_frame_name(pd_ctx *ctx, const char *prefix, int frame, double 
         return pdi_fail(ctx, PD_ERR_ARGUMENT, "file", "frame time %g s, expected 0 or more", time);
     if (strlen(prefix) + strlen(extension) + sizeof stamp + 16 > PD_PATH_SIZE)
         return pdi_fail(ctx, PD_ERR_SIZE, "file", "the name '%.60s...' is too long", prefix);
-    int used = snprintf(stamp, sizeof stamp, "%.1f", time);
-    /* Not every locale writes a point: the digit behind it is the last character. */
+    /* as many decimals as the time needs, one to six */
+    int decimals = 1;
+    double scale = 10.0;
+    for (; decimals < 6 && fabs(floor(time * scale + 0.5) / scale - time) > 1e-9 * time; decimals++) scale *= 10.0;
+    int used = snprintf(stamp, sizeof stamp, "%.*f", decimals, time);
+    /* Not every locale writes a point; some take more than one byte for it. */
     for (int i = 0; i < used; i++)
         if (stamp[i] < '0' || stamp[i] > '9') {
             stamp[i] = '.';
-            stamp[i + 1] = stamp[used - 1];
-            stamp[i + 2] = 0;
+            memmove(stamp + i + 1, stamp + used - decimals, (size_t)decimals + 1);
             break;
         }
     snprintf(name, PD_PATH_SIZE, "%s_%06d_t%ss.%s", prefix, frame, stamp, extension);
@@ -13020,9 +13095,9 @@ pd_status pd_implicit_run(pd_ctx *ctx, pd_implicit *im, double t_end)
         double left = t_end - im->time, dt = im->dt, begin = im->time;
         if (im->desc.largest > 0.0) dt = fmin(dt, im->desc.largest);
         /* two equal steps to the end rather than a long and a tiny one */
-        int last = dt >= left * (1.0 - 1e-9), second_last = !last && dt > 0.5 * left;
+        int last = dt >= left * (1.0 - 1e-9);
         if (last) dt = left;
-        if (second_last) dt = 0.5 * left;
+        else if (dt > 0.5 * left) dt = 0.5 * left;
         pd_status status = pd_implicit_step(ctx, im, dt);
         if (status < 0) return status;
         double share = status == PD_OK ? im->error / im->desc.rtol : 25.0;
@@ -13037,7 +13112,8 @@ pd_status pd_implicit_run(pd_ctx *ctx, pd_implicit *im, double t_end)
             return pdi_fail(ctx, PD_ERR_STATE, "implicit", "steps down to %g s at t = %g s do not converge", dt,
                             im->time);
         if (last) im->time = t_end;
-        if (!(last || second_last) || factor < 1.0) im->dt = dt * factor;
+        /* a step cut short at the end says little about longer ones */
+        if (factor < 1.0 ? dt * factor < im->dt : dt * factor > im->dt) im->dt = dt * factor;
     }
     return PD_OK;
 }
@@ -15207,7 +15283,7 @@ static pd_status pdi_couple_balance(pd_ctx *ctx, pd_couple *c)
 
 static pd_status pdi_couple_flow(pd_ctx *ctx, pd_couple *c)
 {
-    if (!c->flow || !c->flow_stale) return PD_OK;
+    if (!c->steady || !c->flow_stale) return PD_OK;
     pd_status status = pd_steady_solve(ctx, c->steady, &c->steady_result);
     c->flow_solves++;
     c->krylov_flow += c->steady_result.krylov;
@@ -15232,8 +15308,8 @@ pd_status pd_couple_build(pd_ctx *ctx, const pd_couple_desc *desc, pd_grid *grid
         !(desc->ledger_tolerance >= 0.0))
         return pdi_fail(ctx, PD_ERR_ARGUMENT, "couple", "fraction %g must lie in [0, 1], max_step %g s be at least 0",
                         desc->fraction, desc->max_step);
-    if ((flow && !steady) || (dissolve && !transport))
-        return pdi_fail(ctx, PD_ERR_ARGUMENT, "couple", "flow needs its steady solver, dissolution needs transport");
+    if (dissolve && !transport)
+        return pdi_fail(ctx, PD_ERR_ARGUMENT, "couple", "dissolution needs transport");
     c->desc = *desc;
     if (!(c->desc.fraction > 0.0)) c->desc.fraction = 0.1;
     if (!(c->desc.ledger_tolerance > 0.0)) c->desc.ledger_tolerance = 1e-10;
@@ -15248,8 +15324,30 @@ pd_status pd_couple_build(pd_ctx *ctx, const pd_couple_desc *desc, pd_grid *grid
     return PD_OK;
 }
 
+/* Move the flow on by a step that does not pass t_limit; *reached: where it ends. */
+static pd_status pdi_couple_move(pd_ctx *ctx, pd_couple *c, double t_limit, double *reached)
+{
+    double left = t_limit - c->time, dt = left;
+    int64_t before = c->flow->evaluations;
+    if (c->desc.max_step > 0.0) dt = fmin(dt, c->desc.max_step);
+    if (c->implicit) {
+        double wanted = c->implicit->dt > 0.0 ? c->implicit->dt : c->implicit->desc.first;
+        dt = fmin(dt, wanted);
+    }
+    dt = left / ceil(left / dt * (1.0 - 1e-12));
+    *reached = dt < left ? c->time + dt : t_limit;
+    PDI_TRY(c->implicit ? pd_implicit_run(ctx, c->implicit, *reached) : pd_unsteady_run(ctx, c->unsteady, *reached));
+    c->flow_evaluations += c->flow->evaluations - before;
+    c->flow_solves++;
+    return PD_OK;
+}
+
 pd_status pd_couple_start(pd_ctx *ctx, pd_couple *c)
 {
+    int moving = (c->implicit != NULL) + (c->unsteady != NULL);
+    if ((c->flow && !c->steady && moving != 1) || (c->dissolve && moving))
+        return pdi_fail(ctx, PD_ERR_ARGUMENT, "couple", "flow needs one solver, dissolution a steady one");
+    if (moving) pd_flow_prepare(ctx, c->flow);
     PDI_TRY(pdi_couple_flow(ctx, c));
     return pdi_couple_balance(ctx, c);
 }
@@ -15260,7 +15358,7 @@ static double pdi_couple_choose(pd_ctx *ctx, const pd_couple *c, double t_limit)
     double left = t_limit - c->time, dt = left;
     double fastest = c->dissolve ? pd_dissolve_fastest(ctx, c->dissolve) : 0.0;
     if (fastest > 0.0) dt = fmin(dt, c->desc.fraction / fastest);
-    if (c->desc.max_step > 0.0) dt = fmin(dt, c->desc.max_step);
+    if (c->desc.max_step > 0.0 && !c->implicit && !c->unsteady) dt = fmin(dt, c->desc.max_step);
     return left / ceil(left / dt * (1.0 - 1e-12));
 }
 
@@ -15268,6 +15366,7 @@ pd_status pd_couple_step(pd_ctx *ctx, pd_couple *c, double t_limit)
 {
     if (!(t_limit > c->time))
         return pdi_fail(ctx, PD_ERR_ARGUMENT, "couple", "a step from %g s cannot end at %g s", c->time, t_limit);
+    if (c->implicit || c->unsteady) PDI_TRY(pdi_couple_move(ctx, c, t_limit, &t_limit));
     if (!c->transport) {
         c->dt = t_limit - c->time;
         c->time = t_limit;
@@ -15352,6 +15451,7 @@ void pd_setup_free(pd_ctx *ctx, pd_setup *setup)
 {
     for (int s = 0; s < 2 * PD_DIM; s++)
         for (int d = 0; d < PD_DIM; d++) pd_expr_free(ctx, &setup->side[s].velocity[d]);
+    for (int d = 0; d < PD_DIM; d++) pd_expr_free(ctx, &setup->start[d]);
     pd_expr_free(ctx, &setup->initial);
     pd_expr_free(ctx, &setup->rate);
     for (int k = 0; k < setup->masks; k++) PDI_DELETE(ctx, setup->mask_size[k], setup->mask[k]);
@@ -16209,23 +16309,52 @@ static pd_status pdi_scene_same(pdi_scene *s, int section, const char *key, cons
     return PD_OK;
 }
 
+/* A wall may slide along itself and hold a concentration. */
+static pd_status pdi_scene_wall(pdi_scene *s, int section, int k)
+{
+    pd_setup_side *side = &s->setup->side[k];
+    int count;
+    if (s->setup->has_flow && pd_text_has(s->ctx, s->text, section, "velocity")) {
+        PDI_TRY(pd_text_numbers(s->ctx, s->text, section, "velocity", "m/s", NULL, PD_DIM, side->slide, &count));
+        if (count != PD_DIM || fabs(side->slide[k / 2]) > 0.0)
+            return pd_text_refuse(s->ctx, s->text, section, "velocity",
+                                  "expected %d components, that along %c being 0: a wall slides along itself", PD_DIM,
+                                  "xyz"[k / 2]);
+    }
+    if (!s->setup->has_transport || !pd_text_has(s->ctx, s->text, section, "C")) return PD_OK;
+    side->holds = 1;
+    return pdi_scene_not_negative(s, section, "C", "mol/m3", NULL, &side->held);
+}
+
+/* Periodic sides come in pairs. */
+static pd_status pdi_scene_pairs(pdi_scene *s)
+{
+    for (int k = 0; k < 2 * PD_DIM; k++) {
+        const pd_setup_side *a = &s->setup->side[k], *b = &s->setup->side[k ^ 1];
+        if ((a->kind == PD_SIDE_PERIODIC) == (b->kind == PD_SIDE_PERIODIC)) continue;
+        int periodic = a->kind == PD_SIDE_PERIODIC ? k : k ^ 1;
+        int section = pd_text_section(s->ctx, s->text, "side", pdi_setup_side_name(periodic));
+        return pd_text_refuse(s->ctx, s->text, section, "flow", "found 'periodic', expected it on %s and %s",
+                              pdi_setup_side_name(k & ~1), pdi_setup_side_name(k | 1));
+    }
+    return PD_OK;
+}
+
 static pd_status pdi_scene_side(pdi_scene *s, int k, int section, int *inlets, int *outlets)
 {
-    static const char *const flows[] = {"noslip", "inlet", "outlet", NULL};
+    static const char *const flows[] = {"noslip", "inlet", "outlet", "periodic", "mirror", NULL};
     pd_setup *u = s->setup;
     int flow;
     PDI_TRY(pd_text_choice(s->ctx, s->text, section, "flow", flows, "noslip", &flow));
-    if (flow && !u->has_flow)
+    if (pdi_grid_port((pd_side)flow) && !u->has_flow)
         return pd_text_refuse(s->ctx, s->text, section, "flow",
                               "found '%s' without a [flow] section, expected C = ... alone"
                               " to hold a concentration", flows[flow]);
     u->side[k].kind = (pd_side)flow;
-    /* diffusion from a side: an inlet through which nothing flows */
-    int held = !u->has_flow && u->has_transport && pd_text_has(s->ctx, s->text, section, "C");
-    if (held) u->side[k].kind = PD_SIDE_INLET;
+    if (flow == PD_SIDE_WALL) return pdi_scene_wall(s, section, k);
     if (flow == PD_SIDE_INLET) PDI_TRY(pdi_scene_inlet(s, section, &u->side[k]));
     if (flow == PD_SIDE_OUTLET) return pdi_scene_same(s, section, "p", "Pa", outlets, &u->p_out);
-    if (held || (flow == PD_SIDE_INLET && u->has_transport))
+    if (flow == PD_SIDE_INLET && u->has_transport)
         return pdi_scene_same(s, section, "C", "mol/m3", inlets, &u->inlet);
     return PD_OK;
 }
@@ -16238,17 +16367,54 @@ static pd_status pdi_scene_sides(pdi_scene *s)
         int section = pd_text_section(s->ctx, s->text, "side", pdi_setup_side_name(k));
         if (pd_text_has(s->ctx, s->text, section, NULL)) PDI_TRY(pdi_scene_side(s, k, section, &inlets, &outlets));
     }
-    return PD_OK;
+    return pdi_scene_pairs(s);
 }
 
 /* ---- physics ---- */
 
-static pd_status pdi_scene_flow(pdi_scene *s)
+/* Flow that is not steady: where it starts, and how it moves on. */
+static pd_status pdi_scene_motion(pdi_scene *s, int section)
+{
+    static const char *const motions[] = {"steady", "implicit", "explicit", NULL};
+    static const char *const states[] = {"tait", "linear", NULL};
+    static const char *const keys[] = {"vx", "vy", "vz"};
+    pd_setup *u = s->setup;
+    int motion;
+    PDI_TRY(pd_text_choice(s->ctx, s->text, section, "time", motions, "steady", &motion));
+    u->motion = (pd_motion)motion;
+    if (u->motion == PD_MOTION_STEADY) return PD_OK;
+    if (u->has_dissolve)
+        return pd_text_refuse(s->ctx, s->text, section, "time",
+                              "found '%s' beside [dissolve], expected steady: dissolution takes hours, the flow"
+                              " settles within a second", motions[motion]);
+    for (int d = 0; d < PD_DIM; d++)
+        PDI_TRY(pd_text_expr(s->ctx, s->text, section, keys[d], "m/s", pdi_setup_position(), PD_DIM, "0",
+                             &u->start[d]));
+    if (u->motion == PD_MOTION_IMPLICIT)
+        return pdi_scene_within(s, section, "rtol", "", "1e-4", 0.0, 0.1, 1, &u->flow_rtol);
+    PDI_TRY(pd_text_choice(s->ctx, s->text, section, "eos", states, "tait", &u->linear));
+    return pdi_scene_positive(s, section, "c0", "m/s", NULL, &u->sound);
+}
+
+/* Compressible keys of a scene whose flow is steady are read and set aside. */
+static pd_status pdi_scene_compressible(pdi_scene *s, int section)
 {
     static const char *const states[] = {"tait", "linear", NULL};
-    pd_setup *u = s->setup;
-    int section = pd_text_section(s->ctx, s->text, "flow", NULL), count, state, inflow = 0, outflow = 0;
     double sound;
+    int state;
+    if (s->setup->motion != PD_MOTION_STEADY) return PD_OK;
+    if (!pd_text_has(s->ctx, s->text, section, "eos") && !pd_text_has(s->ctx, s->text, section, "c0")) return PD_OK;
+    PDI_TRY(pd_text_choice(s->ctx, s->text, section, "eos", states, "tait", &state));
+    PDI_TRY(pdi_scene_positive(s, section, "c0", "m/s", "1 m/s", &sound));
+    pdi_setup_note(s->setup,
+                   "eos and c0 belong to time = explicit; the steady solver is incompressible and ignores them");
+    return PD_OK;
+}
+
+static pd_status pdi_scene_flow(pdi_scene *s)
+{
+    pd_setup *u = s->setup;
+    int section = pd_text_section(s->ctx, s->text, "flow", NULL), count, inflow = 0, outflow = 0;
     if (!u->has_flow) return PD_OK;
     PDI_TRY(pdi_scene_positive(s, section, "rho", "kg/m3", NULL, &u->rho));
     PDI_TRY(pdi_scene_positive(s, section, "mu", "Pa s", NULL, &u->mu));
@@ -16259,12 +16425,8 @@ static pd_status pdi_scene_flow(pdi_scene *s)
         PDI_TRY(pdi_scene_positive(s, section, "speed", "m/s", NULL, &u->speed));
     if (pd_text_has(s->ctx, s->text, section, "length"))
         PDI_TRY(pdi_scene_positive(s, section, "length", "m", NULL, &u->length));
-    if (pd_text_has(s->ctx, s->text, section, "eos") || pd_text_has(s->ctx, s->text, section, "c0")) {
-        PDI_TRY(pd_text_choice(s->ctx, s->text, section, "eos", states, "tait", &state));
-        PDI_TRY(pdi_scene_positive(s, section, "c0", "m/s", "1 m/s", &sound));
-        pdi_setup_note(u,
-                       "eos and c0 belong to compressible flow; the steady solver is incompressible and ignores them");
-    }
+    PDI_TRY(pdi_scene_motion(s, section));
+    PDI_TRY(pdi_scene_compressible(s, section));
     for (int k = 0; k < 2 * PD_DIM; k++) {
         inflow += u->side[k].kind == PD_SIDE_INLET;
         outflow += u->side[k].kind == PD_SIDE_OUTLET;
@@ -16375,7 +16537,8 @@ static pd_status pdi_scene_run(pdi_scene *s)
     pd_setup *u = s->setup;
     int section = pd_text_section(s->ctx, s->text, "run", NULL);
     double rtol;
-    if (u->has_transport) PDI_TRY(pdi_scene_positive(s, section, "until", "s", NULL, &u->until));
+    if (!u->has_transport && u->motion == PD_MOTION_STEADY) return PD_OK;
+    PDI_TRY(pdi_scene_positive(s, section, "until", "s", NULL, &u->until));
     if (!u->has_transport) return PD_OK;
     PDI_TRY(pdi_scene_within(s, section, "rtol", "", "4e-3", 0.0, 0.1, 1, &rtol));
     PDI_TRY(pdi_scene_within(s, section, "max_step", "s", "0", 0.0, PDI_SCENE_HUGE, 0, &u->max_step));
@@ -16462,9 +16625,9 @@ static pd_status pdi_scene_output(pdi_scene *s)
     const char *folder;
     int section = pd_text_section(s->ctx, s->text, "output", NULL);
     u->every = u->until / 20.0;
-    if (u->has_transport && pd_text_has(s->ctx, s->text, section, "every"))
+    if (u->until > 0.0 && pd_text_has(s->ctx, s->text, section, "every"))
         PDI_TRY(pdi_scene_positive(s, section, "every", "s", NULL, &u->every));
-    if (u->has_transport && u->until / u->every > 9e5)
+    if (u->until > 0.0 && u->until / u->every > 9e5)
         return pd_text_refuse(s->ctx, s->text, section, "every",
                               "found %.3g frames until the end, expected at most 900000", u->until / u->every);
     PDI_TRY(pdi_scene_fields(s, section, "fields", "C, v, p, kind, grain", &u->fields));
@@ -16786,6 +16949,58 @@ void pd_inlet_velocity(void *user, const double *x, double *u)
 
 #undef PDI_INLET_PI
 
+/* ======== >>wall.c ======== */
+/* wall: see wall.h */
+#include <math.h>
+
+/* Distance in cells at which a point lies on a side: rounding. */
+#define PDI_WALL_NEAR 1e-6
+
+static int pdi_wall_on(const pd_setup *u, int side, const double *x)
+{
+    int d = side / 2;
+    double edge = side % 2 ? u->hi[d] : u->lo[d];
+    return u->side[side].kind == PD_SIDE_WALL && fabs(x[d] - edge) < PDI_WALL_NEAR * u->h[d];
+}
+
+int pd_wall_moves(const pd_setup *u)
+{
+    for (int s = 0; s < 2 * PD_DIM; s++)
+        for (int d = 0; d < PD_DIM; d++)
+            if (fabs(u->side[s].slide[d]) > 0.0) return 1;
+    return 0;
+}
+
+int pd_wall_holds(const pd_setup *u)
+{
+    for (int s = 0; s < 2 * PD_DIM; s++)
+        if (u->side[s].holds) return 1;
+    return 0;
+}
+
+void pd_wall_velocity(void *user, const double *x, double *v)
+{
+    const pd_setup *u = (const pd_setup *)user;
+    int met = 0;
+    for (int d = 0; d < PD_DIM; d++) v[d] = 0.0;
+    for (int s = 0; s < 2 * PD_DIM; s++) {
+        if (!pdi_wall_on(u, s, x)) continue;
+        met++;
+        for (int d = 0; d < PD_DIM; d++) v[d] += u->side[s].slide[d];
+    }
+    for (int d = 0; d < PD_DIM && met > 1; d++) v[d] /= met;
+}
+
+double pd_wall_held(void *user, const double *x)
+{
+    const pd_setup *u = (const pd_setup *)user;
+    for (int s = 0; s < 2 * PD_DIM; s++)
+        if (u->side[s].holds && pdi_wall_on(u, s, x)) return u->side[s].held;
+    return (double)NAN;
+}
+
+#undef PDI_WALL_NEAR
+
 /* ======== >>model.c ======== */
 /* model: see model.h */
 #include <math.h>
@@ -16814,6 +17029,32 @@ static pd_status pdi_model_lattice(pd_ctx *ctx, pd_model *m)
     return pd_inlet_build(ctx, u, &m->grid, &m->inlet);
 }
 
+/* The flow at the start, and what moves it on. */
+static pd_status pdi_model_motion(pd_ctx *ctx, pd_model *m)
+{
+    const pd_setup *u = m->setup;
+    pd_implicit_desc implicit;
+    pd_unsteady_desc explicit_;
+    memset(&implicit, 0, sizeof implicit);
+    memset(&explicit_, 0, sizeof explicit_);
+    for (int32_t node = 0; node < m->grid.total; node++) {
+        double x[PD_DIM];
+        if (m->grid.kind[node] != PD_FLUID) continue;
+        pd_grid_position(&m->grid, node, x);
+        for (int d = 0; d < PD_DIM; d++) {
+            double v = pd_expr_eval(&u->start[d], x);
+            if (!(fabs(v) < 1e100))
+                return pdi_fail(ctx, PD_ERR_STATE, "model", "the velocity at the start is %g m/s at x = %g m", v, x[0]);
+            m->flow.u[(int64_t)d * m->grid.total + node] = v;
+        }
+    }
+    implicit.rtol = u->flow_rtol;
+    explicit_.eos = u->linear ? PD_EOS_LINEAR : PD_EOS_TAIT;
+    explicit_.sound = u->sound;
+    if (u->motion == PD_MOTION_IMPLICIT) return pd_implicit_build(ctx, &m->flow, &m->steady, &implicit, &m->implicit);
+    return pd_unsteady_build(ctx, &m->flow, &explicit_, &m->unsteady);
+}
+
 static pd_status pdi_model_flow(pd_ctx *ctx, pd_model *m)
 {
     const pd_setup *u = m->setup;
@@ -16837,9 +17078,12 @@ static pd_status pdi_model_flow(pd_ctx *ctx, pd_model *m)
                         "the mean speed of the inlet is 0, expected speed = ... in [flow] as a reference value");
     if (m->inlet.inlets) flow.inlet = pd_inlet_velocity;
     flow.inlet_user = &m->inlet;
+    if (pd_wall_moves(u)) flow.wall = pd_wall_velocity;
+    flow.wall_user = (void *)u; /* only read */
     steady.tolerance = u->steady;
     PDI_TRY(pd_flow_build(ctx, &m->grid, &m->bonds, &flow, &m->flow));
-    PDI_TRY(pd_steady_build(ctx, &m->flow, &steady, &m->steady));
+    if (u->motion != PD_MOTION_EXPLICIT) PDI_TRY(pd_steady_build(ctx, &m->flow, &steady, &m->steady));
+    if (u->motion != PD_MOTION_STEADY) PDI_TRY(pdi_model_motion(ctx, m));
     m->unknowns[PD_PART_FLOW] = (PD_DIM + 1) * m->grid.fluid_count;
     return PD_OK;
 }
@@ -16868,6 +17112,8 @@ static pd_status pdi_model_transport(pd_ctx *ctx, pd_model *m)
     desc.diffusivity = u->diffusivity;
     desc.inlet = u->inlet;
     desc.advection = u->advection;
+    if (pd_wall_holds(u)) desc.held = pd_wall_held;
+    desc.user = (void *)u; /* only read */
     PDI_TRY(pd_transport_build(ctx, &m->grid, &m->bonds, u->has_flow ? &m->flow : NULL, &desc, &m->transport));
     m->unknowns[PD_PART_TRANSPORT] = m->grid.fluid_count;
     return pdi_model_initial(ctx, m);
@@ -16942,8 +17188,11 @@ pd_status pd_model_build(pd_ctx *ctx, const pd_setup *setup, pd_model *m)
         desc.fraction = setup->fraction;
         desc.max_step = setup->max_step;
         status = pd_couple_build(ctx, &desc, &m->grid, &m->bonds, setup->has_flow ? &m->flow : NULL,
-                                 setup->has_flow ? &m->steady : NULL, setup->has_transport ? &m->transport : NULL,
+                                 setup->has_flow && setup->motion == PD_MOTION_STEADY ? &m->steady : NULL,
+                                 setup->has_transport ? &m->transport : NULL,
                                  setup->has_dissolve ? &m->dissolve : NULL, &m->couple);
+        if (setup->motion == PD_MOTION_IMPLICIT) m->couple.implicit = &m->implicit;
+        if (setup->motion == PD_MOTION_EXPLICIT) m->couple.unsteady = &m->unsteady;
     }
     if (status < 0) pd_model_free(ctx, m);
     return status;
@@ -16955,6 +17204,8 @@ void pd_model_free(pd_ctx *ctx, pd_model *m)
     PDI_DELETE(ctx, m->grid.total, m->factor);
     pd_grain_free(ctx, &m->grain);
     pd_transport_free(ctx, &m->transport);
+    pd_implicit_free(ctx, &m->implicit);
+    pd_unsteady_free(ctx, &m->unsteady);
     pd_steady_free(ctx, &m->steady);
     pd_flow_free(ctx, &m->flow);
     pd_bonds_free(ctx, &m->bonds);
@@ -17312,6 +17563,18 @@ static pd_status pdi_output_find_probe(pd_ctx *ctx, const pd_model *m, int k, in
     return pdi_fail(ctx, PD_ERR_GEOMETRY, "output", "probe '%s' stands in the wall", p->name);
 }
 
+/* Flow and concentration vary within a cell, the other fields do not. */
+static double pdi_output_probe(const pd_model *m, pd_field field, int component, int32_t node, const double *at)
+{
+    const double *f = NULL;
+    if (field == PD_FIELD_V) f = m->flow.u + (int64_t)component * m->grid.total;
+    if (field == PD_FIELD_P) f = m->flow.p;
+    if (field == PD_FIELD_C) f = m->transport.c;
+    if (!f || m->grid.kind[node] != PD_FLUID)
+        return field == PD_FIELD_V ? 0.0 : pdi_output_value(m, field, node);
+    return (field == PD_FIELD_P ? m->flow.rho : 1.0) * pdi_op_sample(&m->bonds, f, node, at);
+}
+
 /* Columns of the probes: one for each field, v with PD_DIM components. */
 static int pdi_output_probe_row(const pd_output *out, char names[][PD_SETUP_NAME], double *values, int room)
 {
@@ -17330,8 +17593,7 @@ static int pdi_output_probe_row(const pd_output *out, char names[][PD_SETUP_NAME
                              pdi_setup_field_name((pd_field)f), "xyz"[d]);
                 if (!values) continue;
                 int32_t node = out->probe_node[k];
-                values[count] = f == PD_FIELD_V ? m->flow.u[(int64_t)d * m->grid.total + node]
-                                                : pdi_output_value(m, (pd_field)f, node);
+                values[count] = pdi_output_probe(m, (pd_field)f, d, node, p->at);
             }
         }
     return count;
@@ -17345,8 +17607,8 @@ static pd_status pdi_output_probe_table(pd_ctx *ctx, pd_output *out)
     int count = pdi_output_probe_row(out, names, NULL, PD_CSV_COLUMNS);
     for (int k = 0; k < count; k++) list[k] = names[k];
     PDI_TRY(pd_file_join(ctx, out->folder, "probes.csv", path));
-    return pd_csv_create(ctx, path, "SI units; values of the node whose cell holds the probe", list, count,
-                         &out->probes);
+    return pd_csv_create(ctx, path, "SI units; flow and concentration at the probe, other fields of its cell",
+                         list, count, &out->probes);
 }
 
 static pd_status pdi_output_tables(pd_ctx *ctx, pd_output *out)
@@ -17397,6 +17659,7 @@ pd_status pd_output_step(pd_ctx *ctx, pd_output *out, const pd_observables *o)
     PDI_TRY(pd_csv_row(ctx, &out->diagnostics, row));
     PDI_TRY(pdi_output_keep(ctx, out, c->time, o->volume_loss));
     if (out->model->setup->probes == 0) return PD_OK;
+    if (out->model->transport.c) pd_ghosts_scalar(&out->model->bonds.ghosts, out->model->transport.c);
     pdi_output_probe_row(out, NULL, probe, PD_CSV_COLUMNS);
     return pd_csv_row(ctx, &out->probes, probe);
 }
@@ -17552,8 +17815,14 @@ static void pdi_summary_flow(const pdi_summary *s)
     if (!m->setup->has_flow) return;
     pdi_setup_show(m->flow.speed, "m/s", speed);
     pdi_setup_show(m->flow.length, "m", length);
-    snprintf(text, sizeof text, "steady Navier-Stokes to residual %g, U = %s, L = %s, Re = %.4g", m->setup->steady,
-             speed, length, m->flow.speed * m->flow.length / m->flow.nu);
+    char how[96];
+    if (m->setup->motion == PD_MOTION_IMPLICIT)
+        snprintf(how, sizeof how, "incompressible flow in time, implicit, step error %g", m->implicit.desc.rtol);
+    else if (m->setup->motion == PD_MOTION_EXPLICIT)
+        snprintf(how, sizeof how, "weakly compressible flow in time, explicit, c0 = %g m/s", m->setup->sound);
+    else snprintf(how, sizeof how, "steady Navier-Stokes to residual %g", m->setup->steady);
+    snprintf(text, sizeof text, "%s, U = %s, L = %s, Re = %.4g", how, speed, length,
+             m->flow.speed * m->flow.length / m->flow.nu);
     pdi_summary_part(s, PD_PART_FLOW, "flow", text);
 }
 
@@ -17610,7 +17879,7 @@ static void pdi_summary_absent(const pdi_summary *s)
         size_t used = strlen(text);
         if (!has[k]) snprintf(text + used, sizeof text - used, "%s, ", names[k]);
     }
-    pdi_summary_line(s, "%sinertia of the flow in time, gas, mechanics", text);
+    pdi_summary_line(s, "%s%sgas, mechanics", text, u->motion ? "" : "inertia of the flow in time, ");
 }
 
 void pd_summary_print(const pd_model *model, pd_print_fn print, void *user)

@@ -32,7 +32,7 @@ static pd_status pdi_couple_balance(pd_ctx *ctx, pd_couple *c)
 
 static pd_status pdi_couple_flow(pd_ctx *ctx, pd_couple *c)
 {
-    if (!c->flow || !c->flow_stale) return PD_OK;
+    if (!c->steady || !c->flow_stale) return PD_OK;
     pd_status status = pd_steady_solve(ctx, c->steady, &c->steady_result);
     c->flow_solves++;
     c->krylov_flow += c->steady_result.krylov;
@@ -57,8 +57,8 @@ pd_status pd_couple_build(pd_ctx *ctx, const pd_couple_desc *desc, pd_grid *grid
         !(desc->ledger_tolerance >= 0.0))
         return pdi_fail(ctx, PD_ERR_ARGUMENT, "couple", "fraction %g must lie in [0, 1], max_step %g s be at least 0",
                         desc->fraction, desc->max_step);
-    if ((flow && !steady) || (dissolve && !transport))
-        return pdi_fail(ctx, PD_ERR_ARGUMENT, "couple", "flow needs its steady solver, dissolution needs transport");
+    if (dissolve && !transport)
+        return pdi_fail(ctx, PD_ERR_ARGUMENT, "couple", "dissolution needs transport");
     c->desc = *desc;
     if (!(c->desc.fraction > 0.0)) c->desc.fraction = 0.1;
     if (!(c->desc.ledger_tolerance > 0.0)) c->desc.ledger_tolerance = 1e-10;
@@ -73,8 +73,30 @@ pd_status pd_couple_build(pd_ctx *ctx, const pd_couple_desc *desc, pd_grid *grid
     return PD_OK;
 }
 
+/* Move the flow on by a step that does not pass t_limit; *reached: where it ends. */
+static pd_status pdi_couple_move(pd_ctx *ctx, pd_couple *c, double t_limit, double *reached)
+{
+    double left = t_limit - c->time, dt = left;
+    int64_t before = c->flow->evaluations;
+    if (c->desc.max_step > 0.0) dt = fmin(dt, c->desc.max_step);
+    if (c->implicit) {
+        double wanted = c->implicit->dt > 0.0 ? c->implicit->dt : c->implicit->desc.first;
+        dt = fmin(dt, wanted);
+    }
+    dt = left / ceil(left / dt * (1.0 - 1e-12));
+    *reached = dt < left ? c->time + dt : t_limit;
+    PDI_TRY(c->implicit ? pd_implicit_run(ctx, c->implicit, *reached) : pd_unsteady_run(ctx, c->unsteady, *reached));
+    c->flow_evaluations += c->flow->evaluations - before;
+    c->flow_solves++;
+    return PD_OK;
+}
+
 pd_status pd_couple_start(pd_ctx *ctx, pd_couple *c)
 {
+    int moving = (c->implicit != NULL) + (c->unsteady != NULL);
+    if ((c->flow && !c->steady && moving != 1) || (c->dissolve && moving))
+        return pdi_fail(ctx, PD_ERR_ARGUMENT, "couple", "flow needs one solver, dissolution a steady one");
+    if (moving) pd_flow_prepare(ctx, c->flow);
     PDI_TRY(pdi_couple_flow(ctx, c));
     return pdi_couple_balance(ctx, c);
 }
@@ -85,7 +107,7 @@ static double pdi_couple_choose(pd_ctx *ctx, const pd_couple *c, double t_limit)
     double left = t_limit - c->time, dt = left;
     double fastest = c->dissolve ? pd_dissolve_fastest(ctx, c->dissolve) : 0.0;
     if (fastest > 0.0) dt = fmin(dt, c->desc.fraction / fastest);
-    if (c->desc.max_step > 0.0) dt = fmin(dt, c->desc.max_step);
+    if (c->desc.max_step > 0.0 && !c->implicit && !c->unsteady) dt = fmin(dt, c->desc.max_step);
     return left / ceil(left / dt * (1.0 - 1e-12));
 }
 
@@ -93,6 +115,7 @@ pd_status pd_couple_step(pd_ctx *ctx, pd_couple *c, double t_limit)
 {
     if (!(t_limit > c->time))
         return pdi_fail(ctx, PD_ERR_ARGUMENT, "couple", "a step from %g s cannot end at %g s", c->time, t_limit);
+    if (c->implicit || c->unsteady) PDI_TRY(pdi_couple_move(ctx, c, t_limit, &t_limit));
     if (!c->transport) {
         c->dt = t_limit - c->time;
         c->time = t_limit;

@@ -7,7 +7,8 @@
 #ifndef PD_COUPLE_H
 #define PD_COUPLE_H
 #include "dissolve.h"
-#include "steady.h"
+#include "implicit.h"
+#include "unsteady.h"
 
 /* Amounts [mol, per m depth in 2D, per m2 in 1D]. imbalance = solid + dissolved + carry + out - in - start. */
 typedef struct pd_ledger {
@@ -31,7 +32,9 @@ typedef struct pd_couple {
     pd_grid *grid;
     pd_bonds *bonds;
     pd_flow *flow;           /* NULL: no flow */
-    pd_steady *steady;       /* NULL without flow */
+    pd_steady *steady;       /* NULL without flow, or with flow in time */
+    pd_implicit *implicit;   /* set one of these after the build for flow in time; the steps of the coupling are then */
+    pd_unsteady *unsteady;   /* those of the implicit flow, or of max_step (without: to the next output) */
     pd_transport *transport; /* NULL: flow alone */
     pd_dissolve *dissolve;   /* NULL: no dissolution */
     double time;             /* [s] */
@@ -59,7 +62,8 @@ typedef int (*pd_observer_fn)(void *user, const pd_couple *couple);
 /* All objects are borrowed and may be NULL as noted above; nothing is allocated, so there is no free. */
 PD_API pd_status pd_couple_build(pd_ctx *ctx, const pd_couple_desc *desc, pd_grid *grid, pd_bonds *bonds, pd_flow *flow,
                                  pd_steady *steady, pd_transport *transport, pd_dissolve *dissolve, pd_couple *couple);
-/* First flow solve and the opening balance. */
+/* First flow solve and the opening balance. PD_ERR_ARGUMENT: no solver for the flow, or dissolution with flow in
+ * time. */
 PD_API pd_status pd_couple_start(pd_ctx *ctx, pd_couple *couple);
 /* One step that does not pass t_limit [s]. With nothing left to dissolve the step goes straight to t_limit. */
 PD_API pd_status pd_couple_step(pd_ctx *ctx, pd_couple *couple, double t_limit);

@@ -91,13 +91,16 @@ pd_status pd_file_frame_name(pd_ctx *ctx, const char *prefix, int frame, double 
         return pdi_fail(ctx, PD_ERR_ARGUMENT, "file", "frame time %g s, expected 0 or more", time);
     if (strlen(prefix) + strlen(extension) + sizeof stamp + 16 > PD_PATH_SIZE)
         return pdi_fail(ctx, PD_ERR_SIZE, "file", "the name '%.60s...' is too long", prefix);
-    int used = snprintf(stamp, sizeof stamp, "%.1f", time);
-    /* Not every locale writes a point: the digit behind it is the last character. */
+    /* as many decimals as the time needs, one to six */
+    int decimals = 1;
+    double scale = 10.0;
+    for (; decimals < 6 && fabs(floor(time * scale + 0.5) / scale - time) > 1e-9 * time; decimals++) scale *= 10.0;
+    int used = snprintf(stamp, sizeof stamp, "%.*f", decimals, time);
+    /* Not every locale writes a point; some take more than one byte for it. */
     for (int i = 0; i < used; i++)
         if (stamp[i] < '0' || stamp[i] > '9') {
             stamp[i] = '.';
-            stamp[i + 1] = stamp[used - 1];
-            stamp[i + 2] = 0;
+            memmove(stamp + i + 1, stamp + used - decimals, (size_t)decimals + 1);
             break;
         }
     snprintf(name, PD_PATH_SIZE, "%s_%06d_t%ss.%s", prefix, frame, stamp, extension);

@@ -26,8 +26,8 @@ typedef struct pd_file {
 PD_API pd_status pd_file_make_directory(pd_ctx *ctx, const char *path);
 /* path[PD_PATH_SIZE] = "directory/name"; an empty directory gives the name. PD_ERR_SIZE when it does not fit. */
 PD_API pd_status pd_file_join(pd_ctx *ctx, const char *directory, const char *name, char *path);
-/* name[PD_PATH_SIZE] = "corr_000012_t6.1s.vti" from prefix "corr", frame 12 (0..999999), time 6.1 [s] >= 0 and
- * extension "vti". PD_ERR_ARGUMENT, PD_ERR_SIZE. */
+/* name[PD_PATH_SIZE] = "corr_000012_t6.1s.vti" from prefix "corr", frame 12 (0..999999), time 6.1 [s] >= 0 (one to
+ * six decimals, as many as it needs) and extension "vti". PD_ERR_ARGUMENT, PD_ERR_SIZE. */
 PD_API pd_status pd_file_frame_name(pd_ctx *ctx, const char *prefix, int frame, double time, const char *extension,
                                     char *name);
 

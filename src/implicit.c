@@ -107,9 +107,9 @@ pd_status pd_implicit_run(pd_ctx *ctx, pd_implicit *im, double t_end)
         double left = t_end - im->time, dt = im->dt, begin = im->time;
         if (im->desc.largest > 0.0) dt = fmin(dt, im->desc.largest);
         /* two equal steps to the end rather than a long and a tiny one */
-        int last = dt >= left * (1.0 - 1e-9), second_last = !last && dt > 0.5 * left;
+        int last = dt >= left * (1.0 - 1e-9);
         if (last) dt = left;
-        if (second_last) dt = 0.5 * left;
+        else if (dt > 0.5 * left) dt = 0.5 * left;
         pd_status status = pd_implicit_step(ctx, im, dt);
         if (status < 0) return status;
         double share = status == PD_OK ? im->error / im->desc.rtol : 25.0;
@@ -124,7 +124,8 @@ pd_status pd_implicit_run(pd_ctx *ctx, pd_implicit *im, double t_end)
             return pdi_fail(ctx, PD_ERR_STATE, "implicit", "steps down to %g s at t = %g s do not converge", dt,
                             im->time);
         if (last) im->time = t_end;
-        if (!(last || second_last) || factor < 1.0) im->dt = dt * factor;
+        /* a step cut short at the end says little about longer ones */
+        if (factor < 1.0 ? dt * factor < im->dt : dt * factor > im->dt) im->dt = dt * factor;
     }
     return PD_OK;
 }

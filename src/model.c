@@ -26,6 +26,32 @@ static pd_status pdi_model_lattice(pd_ctx *ctx, pd_model *m)
     return pd_inlet_build(ctx, u, &m->grid, &m->inlet);
 }
 
+/* The flow at the start, and what moves it on. */
+static pd_status pdi_model_motion(pd_ctx *ctx, pd_model *m)
+{
+    const pd_setup *u = m->setup;
+    pd_implicit_desc implicit;
+    pd_unsteady_desc explicit_;
+    memset(&implicit, 0, sizeof implicit);
+    memset(&explicit_, 0, sizeof explicit_);
+    for (int32_t node = 0; node < m->grid.total; node++) {
+        double x[PD_DIM];
+        if (m->grid.kind[node] != PD_FLUID) continue;
+        pd_grid_position(&m->grid, node, x);
+        for (int d = 0; d < PD_DIM; d++) {
+            double v = pd_expr_eval(&u->start[d], x);
+            if (!(fabs(v) < 1e100))
+                return pdi_fail(ctx, PD_ERR_STATE, "model", "the velocity at the start is %g m/s at x = %g m", v, x[0]);
+            m->flow.u[(int64_t)d * m->grid.total + node] = v;
+        }
+    }
+    implicit.rtol = u->flow_rtol;
+    explicit_.eos = u->linear ? PD_EOS_LINEAR : PD_EOS_TAIT;
+    explicit_.sound = u->sound;
+    if (u->motion == PD_MOTION_IMPLICIT) return pd_implicit_build(ctx, &m->flow, &m->steady, &implicit, &m->implicit);
+    return pd_unsteady_build(ctx, &m->flow, &explicit_, &m->unsteady);
+}
+
 static pd_status pdi_model_flow(pd_ctx *ctx, pd_model *m)
 {
     const pd_setup *u = m->setup;
@@ -49,9 +75,12 @@ static pd_status pdi_model_flow(pd_ctx *ctx, pd_model *m)
                         "the mean speed of the inlet is 0, expected speed = ... in [flow] as a reference value");
     if (m->inlet.inlets) flow.inlet = pd_inlet_velocity;
     flow.inlet_user = &m->inlet;
+    if (pd_wall_moves(u)) flow.wall = pd_wall_velocity;
+    flow.wall_user = (void *)u; /* only read */
     steady.tolerance = u->steady;
     PDI_TRY(pd_flow_build(ctx, &m->grid, &m->bonds, &flow, &m->flow));
-    PDI_TRY(pd_steady_build(ctx, &m->flow, &steady, &m->steady));
+    if (u->motion != PD_MOTION_EXPLICIT) PDI_TRY(pd_steady_build(ctx, &m->flow, &steady, &m->steady));
+    if (u->motion != PD_MOTION_STEADY) PDI_TRY(pdi_model_motion(ctx, m));
     m->unknowns[PD_PART_FLOW] = (PD_DIM + 1) * m->grid.fluid_count;
     return PD_OK;
 }
@@ -80,6 +109,8 @@ static pd_status pdi_model_transport(pd_ctx *ctx, pd_model *m)
     desc.diffusivity = u->diffusivity;
     desc.inlet = u->inlet;
     desc.advection = u->advection;
+    if (pd_wall_holds(u)) desc.held = pd_wall_held;
+    desc.user = (void *)u; /* only read */
     PDI_TRY(pd_transport_build(ctx, &m->grid, &m->bonds, u->has_flow ? &m->flow : NULL, &desc, &m->transport));
     m->unknowns[PD_PART_TRANSPORT] = m->grid.fluid_count;
     return pdi_model_initial(ctx, m);
@@ -154,8 +185,11 @@ pd_status pd_model_build(pd_ctx *ctx, const pd_setup *setup, pd_model *m)
         desc.fraction = setup->fraction;
         desc.max_step = setup->max_step;
         status = pd_couple_build(ctx, &desc, &m->grid, &m->bonds, setup->has_flow ? &m->flow : NULL,
-                                 setup->has_flow ? &m->steady : NULL, setup->has_transport ? &m->transport : NULL,
+                                 setup->has_flow && setup->motion == PD_MOTION_STEADY ? &m->steady : NULL,
+                                 setup->has_transport ? &m->transport : NULL,
                                  setup->has_dissolve ? &m->dissolve : NULL, &m->couple);
+        if (setup->motion == PD_MOTION_IMPLICIT) m->couple.implicit = &m->implicit;
+        if (setup->motion == PD_MOTION_EXPLICIT) m->couple.unsteady = &m->unsteady;
     }
     if (status < 0) pd_model_free(ctx, m);
     return status;
@@ -167,6 +201,8 @@ void pd_model_free(pd_ctx *ctx, pd_model *m)
     PDI_DELETE(ctx, m->grid.total, m->factor);
     pd_grain_free(ctx, &m->grain);
     pd_transport_free(ctx, &m->transport);
+    pd_implicit_free(ctx, &m->implicit);
+    pd_unsteady_free(ctx, &m->unsteady);
     pd_steady_free(ctx, &m->steady);
     pd_flow_free(ctx, &m->flow);
     pd_bonds_free(ctx, &m->bonds);

@@ -3,6 +3,7 @@
 #define PD_MODEL_H
 #include "couple.h"
 #include "inlet.h"
+#include "wall.h"
 
 /* Parts that own memory, in the order of the summary. */
 typedef enum pd_part {
@@ -22,7 +23,9 @@ typedef struct pd_model {
     pd_bonds bonds;
     pd_inlet inlet;
     pd_flow flow;
-    pd_steady steady;
+    pd_steady steady;     /* absent with explicit flow */
+    pd_implicit implicit;
+    pd_unsteady unsteady;
     pd_transport transport;
     pd_grain grain;
     pd_grain_stats grain_stats;

@@ -101,6 +101,28 @@ void pd_op_gradient(const pd_ctx *ctx, const pd_bonds *bonds, const double *f, d
     pdi_op_apply(ctx, &w, pdi_op_gradient_whole, pdi_op_gradient_cut);
 }
 
+PDI_FN double pdi_op_sample(const pd_bonds *bonds, const double *f, int32_t node, const double *x)
+{
+    const pd_stencil *s = bonds->stencil;
+    int32_t r = bonds->row[node];
+    double sum[PD_DIM], at[PD_DIM], value = f[node];
+    for (int d = 0; d < PD_DIM; d++) sum[d] = 0.0;
+    for (int k = 0; k < s->count; k++) {
+        int32_t j = node + bonds->shift[k];
+        if (r >= 0 && (!pdi_bond_open(bonds, r, k) || bonds->grid->kind[j] == PD_INLET)) continue;
+        for (int d = 0; d < PD_DIM; d++)
+            sum[d] += (r < 0 ? s->grad[k * PD_DIM + d] : s->base[k] * s->xi[k * PD_DIM + d]) * (f[j] - f[node]);
+    }
+    pd_grid_position(bonds->grid, node, at);
+    for (int d = 0; d < PD_DIM; d++) {
+        double slope = r < 0 ? sum[d] : 0.0;
+        for (int e = 0; e < PD_DIM && r >= 0; e++)
+            slope += bonds->moment[(int64_t)r * PD_DIM * PD_DIM + d * PD_DIM + e] * sum[e];
+        value += slope * (x[d] - at[d]);
+    }
+    return value;
+}
+
 /* ---- divergence: D u_i = sum g.(u_i + u_j), antisymmetric in i and j (eq. 4.2) ---- */
 
 static void pdi_op_divergence_whole(const pdi_op_sweep *w, int32_t i, int count)

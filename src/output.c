@@ -1,5 +1,6 @@
 /* output: see output.h */
 #include "output.h"
+#include "op.h"
 #include "picture.h"
 #include "plot.h"
 #include <math.h>
@@ -253,6 +254,18 @@ static pd_status pdi_output_find_probe(pd_ctx *ctx, const pd_model *m, int k, in
     return pdi_fail(ctx, PD_ERR_GEOMETRY, "output", "probe '%s' stands in the wall", p->name);
 }
 
+/* Flow and concentration vary within a cell, the other fields do not. */
+static double pdi_output_probe(const pd_model *m, pd_field field, int component, int32_t node, const double *at)
+{
+    const double *f = NULL;
+    if (field == PD_FIELD_V) f = m->flow.u + (int64_t)component * m->grid.total;
+    if (field == PD_FIELD_P) f = m->flow.p;
+    if (field == PD_FIELD_C) f = m->transport.c;
+    if (!f || m->grid.kind[node] != PD_FLUID)
+        return field == PD_FIELD_V ? 0.0 : pdi_output_value(m, field, node);
+    return (field == PD_FIELD_P ? m->flow.rho : 1.0) * pdi_op_sample(&m->bonds, f, node, at);
+}
+
 /* Columns of the probes: one for each field, v with PD_DIM components. */
 static int pdi_output_probe_row(const pd_output *out, char names[][PD_SETUP_NAME], double *values, int room)
 {
@@ -271,8 +284,7 @@ static int pdi_output_probe_row(const pd_output *out, char names[][PD_SETUP_NAME
                              pdi_setup_field_name((pd_field)f), "xyz"[d]);
                 if (!values) continue;
                 int32_t node = out->probe_node[k];
-                values[count] = f == PD_FIELD_V ? m->flow.u[(int64_t)d * m->grid.total + node]
-                                                : pdi_output_value(m, (pd_field)f, node);
+                values[count] = pdi_output_probe(m, (pd_field)f, d, node, p->at);
             }
         }
     return count;
@@ -286,8 +298,8 @@ static pd_status pdi_output_probe_table(pd_ctx *ctx, pd_output *out)
     int count = pdi_output_probe_row(out, names, NULL, PD_CSV_COLUMNS);
     for (int k = 0; k < count; k++) list[k] = names[k];
     PDI_TRY(pd_file_join(ctx, out->folder, "probes.csv", path));
-    return pd_csv_create(ctx, path, "SI units; values of the node whose cell holds the probe", list, count,
-                         &out->probes);
+    return pd_csv_create(ctx, path, "SI units; flow and concentration at the probe, other fields of its cell",
+                         list, count, &out->probes);
 }
 
 static pd_status pdi_output_tables(pd_ctx *ctx, pd_output *out)
@@ -338,6 +350,7 @@ pd_status pd_output_step(pd_ctx *ctx, pd_output *out, const pd_observables *o)
     PDI_TRY(pd_csv_row(ctx, &out->diagnostics, row));
     PDI_TRY(pdi_output_keep(ctx, out, c->time, o->volume_loss));
     if (out->model->setup->probes == 0) return PD_OK;
+    if (out->model->transport.c) pd_ghosts_scalar(&out->model->bonds.ghosts, out->model->transport.c);
     pdi_output_probe_row(out, NULL, probe, PD_CSV_COLUMNS);
     return pd_csv_row(ctx, &out->probes, probe);
 }

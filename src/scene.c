@@ -142,23 +142,52 @@ static pd_status pdi_scene_same(pdi_scene *s, int section, const char *key, cons
     return PD_OK;
 }
 
+/* A wall may slide along itself and hold a concentration. */
+static pd_status pdi_scene_wall(pdi_scene *s, int section, int k)
+{
+    pd_setup_side *side = &s->setup->side[k];
+    int count;
+    if (s->setup->has_flow && pd_text_has(s->ctx, s->text, section, "velocity")) {
+        PDI_TRY(pd_text_numbers(s->ctx, s->text, section, "velocity", "m/s", NULL, PD_DIM, side->slide, &count));
+        if (count != PD_DIM || fabs(side->slide[k / 2]) > 0.0)
+            return pd_text_refuse(s->ctx, s->text, section, "velocity",
+                                  "expected %d components, that along %c being 0: a wall slides along itself", PD_DIM,
+                                  "xyz"[k / 2]);
+    }
+    if (!s->setup->has_transport || !pd_text_has(s->ctx, s->text, section, "C")) return PD_OK;
+    side->holds = 1;
+    return pdi_scene_not_negative(s, section, "C", "mol/m3", NULL, &side->held);
+}
+
+/* Periodic sides come in pairs. */
+static pd_status pdi_scene_pairs(pdi_scene *s)
+{
+    for (int k = 0; k < 2 * PD_DIM; k++) {
+        const pd_setup_side *a = &s->setup->side[k], *b = &s->setup->side[k ^ 1];
+        if ((a->kind == PD_SIDE_PERIODIC) == (b->kind == PD_SIDE_PERIODIC)) continue;
+        int periodic = a->kind == PD_SIDE_PERIODIC ? k : k ^ 1;
+        int section = pd_text_section(s->ctx, s->text, "side", pdi_setup_side_name(periodic));
+        return pd_text_refuse(s->ctx, s->text, section, "flow", "found 'periodic', expected it on %s and %s",
+                              pdi_setup_side_name(k & ~1), pdi_setup_side_name(k | 1));
+    }
+    return PD_OK;
+}
+
 static pd_status pdi_scene_side(pdi_scene *s, int k, int section, int *inlets, int *outlets)
 {
-    static const char *const flows[] = {"noslip", "inlet", "outlet", NULL};
+    static const char *const flows[] = {"noslip", "inlet", "outlet", "periodic", "mirror", NULL};
     pd_setup *u = s->setup;
     int flow;
     PDI_TRY(pd_text_choice(s->ctx, s->text, section, "flow", flows, "noslip", &flow));
-    if (flow && !u->has_flow)
+    if (pdi_grid_port((pd_side)flow) && !u->has_flow)
         return pd_text_refuse(s->ctx, s->text, section, "flow",
                               "found '%s' without a [flow] section, expected C = ... alone"
                               " to hold a concentration", flows[flow]);
     u->side[k].kind = (pd_side)flow;
-    /* diffusion from a side: an inlet through which nothing flows */
-    int held = !u->has_flow && u->has_transport && pd_text_has(s->ctx, s->text, section, "C");
-    if (held) u->side[k].kind = PD_SIDE_INLET;
+    if (flow == PD_SIDE_WALL) return pdi_scene_wall(s, section, k);
     if (flow == PD_SIDE_INLET) PDI_TRY(pdi_scene_inlet(s, section, &u->side[k]));
     if (flow == PD_SIDE_OUTLET) return pdi_scene_same(s, section, "p", "Pa", outlets, &u->p_out);
-    if (held || (flow == PD_SIDE_INLET && u->has_transport))
+    if (flow == PD_SIDE_INLET && u->has_transport)
         return pdi_scene_same(s, section, "C", "mol/m3", inlets, &u->inlet);
     return PD_OK;
 }
@@ -171,17 +200,54 @@ static pd_status pdi_scene_sides(pdi_scene *s)
         int section = pd_text_section(s->ctx, s->text, "side", pdi_setup_side_name(k));
         if (pd_text_has(s->ctx, s->text, section, NULL)) PDI_TRY(pdi_scene_side(s, k, section, &inlets, &outlets));
     }
-    return PD_OK;
+    return pdi_scene_pairs(s);
 }
 
 /* ---- physics ---- */
 
-static pd_status pdi_scene_flow(pdi_scene *s)
+/* Flow that is not steady: where it starts, and how it moves on. */
+static pd_status pdi_scene_motion(pdi_scene *s, int section)
+{
+    static const char *const motions[] = {"steady", "implicit", "explicit", NULL};
+    static const char *const states[] = {"tait", "linear", NULL};
+    static const char *const keys[] = {"vx", "vy", "vz"};
+    pd_setup *u = s->setup;
+    int motion;
+    PDI_TRY(pd_text_choice(s->ctx, s->text, section, "time", motions, "steady", &motion));
+    u->motion = (pd_motion)motion;
+    if (u->motion == PD_MOTION_STEADY) return PD_OK;
+    if (u->has_dissolve)
+        return pd_text_refuse(s->ctx, s->text, section, "time",
+                              "found '%s' beside [dissolve], expected steady: dissolution takes hours, the flow"
+                              " settles within a second", motions[motion]);
+    for (int d = 0; d < PD_DIM; d++)
+        PDI_TRY(pd_text_expr(s->ctx, s->text, section, keys[d], "m/s", pdi_setup_position(), PD_DIM, "0",
+                             &u->start[d]));
+    if (u->motion == PD_MOTION_IMPLICIT)
+        return pdi_scene_within(s, section, "rtol", "", "1e-4", 0.0, 0.1, 1, &u->flow_rtol);
+    PDI_TRY(pd_text_choice(s->ctx, s->text, section, "eos", states, "tait", &u->linear));
+    return pdi_scene_positive(s, section, "c0", "m/s", NULL, &u->sound);
+}
+
+/* Compressible keys of a scene whose flow is steady are read and set aside. */
+static pd_status pdi_scene_compressible(pdi_scene *s, int section)
 {
     static const char *const states[] = {"tait", "linear", NULL};
-    pd_setup *u = s->setup;
-    int section = pd_text_section(s->ctx, s->text, "flow", NULL), count, state, inflow = 0, outflow = 0;
     double sound;
+    int state;
+    if (s->setup->motion != PD_MOTION_STEADY) return PD_OK;
+    if (!pd_text_has(s->ctx, s->text, section, "eos") && !pd_text_has(s->ctx, s->text, section, "c0")) return PD_OK;
+    PDI_TRY(pd_text_choice(s->ctx, s->text, section, "eos", states, "tait", &state));
+    PDI_TRY(pdi_scene_positive(s, section, "c0", "m/s", "1 m/s", &sound));
+    pdi_setup_note(s->setup,
+                   "eos and c0 belong to time = explicit; the steady solver is incompressible and ignores them");
+    return PD_OK;
+}
+
+static pd_status pdi_scene_flow(pdi_scene *s)
+{
+    pd_setup *u = s->setup;
+    int section = pd_text_section(s->ctx, s->text, "flow", NULL), count, inflow = 0, outflow = 0;
     if (!u->has_flow) return PD_OK;
     PDI_TRY(pdi_scene_positive(s, section, "rho", "kg/m3", NULL, &u->rho));
     PDI_TRY(pdi_scene_positive(s, section, "mu", "Pa s", NULL, &u->mu));
@@ -192,12 +258,8 @@ static pd_status pdi_scene_flow(pdi_scene *s)
         PDI_TRY(pdi_scene_positive(s, section, "speed", "m/s", NULL, &u->speed));
     if (pd_text_has(s->ctx, s->text, section, "length"))
         PDI_TRY(pdi_scene_positive(s, section, "length", "m", NULL, &u->length));
-    if (pd_text_has(s->ctx, s->text, section, "eos") || pd_text_has(s->ctx, s->text, section, "c0")) {
-        PDI_TRY(pd_text_choice(s->ctx, s->text, section, "eos", states, "tait", &state));
-        PDI_TRY(pdi_scene_positive(s, section, "c0", "m/s", "1 m/s", &sound));
-        pdi_setup_note(u,
-                       "eos and c0 belong to compressible flow; the steady solver is incompressible and ignores them");
-    }
+    PDI_TRY(pdi_scene_motion(s, section));
+    PDI_TRY(pdi_scene_compressible(s, section));
     for (int k = 0; k < 2 * PD_DIM; k++) {
         inflow += u->side[k].kind == PD_SIDE_INLET;
         outflow += u->side[k].kind == PD_SIDE_OUTLET;
@@ -308,7 +370,8 @@ static pd_status pdi_scene_run(pdi_scene *s)
     pd_setup *u = s->setup;
     int section = pd_text_section(s->ctx, s->text, "run", NULL);
     double rtol;
-    if (u->has_transport) PDI_TRY(pdi_scene_positive(s, section, "until", "s", NULL, &u->until));
+    if (!u->has_transport && u->motion == PD_MOTION_STEADY) return PD_OK;
+    PDI_TRY(pdi_scene_positive(s, section, "until", "s", NULL, &u->until));
     if (!u->has_transport) return PD_OK;
     PDI_TRY(pdi_scene_within(s, section, "rtol", "", "4e-3", 0.0, 0.1, 1, &rtol));
     PDI_TRY(pdi_scene_within(s, section, "max_step", "s", "0", 0.0, PDI_SCENE_HUGE, 0, &u->max_step));
@@ -395,9 +458,9 @@ static pd_status pdi_scene_output(pdi_scene *s)
     const char *folder;
     int section = pd_text_section(s->ctx, s->text, "output", NULL);
     u->every = u->until / 20.0;
-    if (u->has_transport && pd_text_has(s->ctx, s->text, section, "every"))
+    if (u->until > 0.0 && pd_text_has(s->ctx, s->text, section, "every"))
         PDI_TRY(pdi_scene_positive(s, section, "every", "s", NULL, &u->every));
-    if (u->has_transport && u->until / u->every > 9e5)
+    if (u->until > 0.0 && u->until / u->every > 9e5)
         return pd_text_refuse(s->ctx, s->text, section, "every",
                               "found %.3g frames until the end, expected at most 900000", u->until / u->every);
     PDI_TRY(pdi_scene_fields(s, section, "fields", "C, v, p, kind, grain", &u->fields));

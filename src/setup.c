@@ -27,6 +27,7 @@ void pd_setup_free(pd_ctx *ctx, pd_setup *setup)
 {
     for (int s = 0; s < 2 * PD_DIM; s++)
         for (int d = 0; d < PD_DIM; d++) pd_expr_free(ctx, &setup->side[s].velocity[d]);
+    for (int d = 0; d < PD_DIM; d++) pd_expr_free(ctx, &setup->start[d]);
     pd_expr_free(ctx, &setup->initial);
     pd_expr_free(ctx, &setup->rate);
     for (int k = 0; k < setup->masks; k++) PDI_DELETE(ctx, setup->mask_size[k], setup->mask[k]);

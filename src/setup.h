@@ -42,7 +42,17 @@ typedef struct pd_setup_side {
     double mean;              /* [m/s] speed into the box; unread with flow_rate or an expression */
     double flow_rate;         /* [m3/s] 0: mean holds. 2D: through a tube as wide as the open part of the side */
     pd_expr velocity[PD_DIM]; /* of x, y, z; in m/s */
+    double slide[PD_DIM];     /* [m/s] of a wall along itself */
+    int holds;                /* a wall that holds a concentration */
+    double held;              /* [mol/m3] */
 } pd_setup_side;
+
+/* How the flow gets from one instant to the next. */
+typedef enum pd_motion {
+    PD_MOTION_STEADY = 0,
+    PD_MOTION_IMPLICIT, /* incompressible, implicit.h */
+    PD_MOTION_EXPLICIT  /* weakly compressible, unsteady.h */
+} pd_motion;
 
 typedef struct pd_setup_probe {
     char name[PD_SETUP_NAME];
@@ -73,6 +83,11 @@ typedef struct pd_setup {
     double speed;           /* [m/s] reference; 0: mean speed of the inlet */
     double length;          /* [m] reference; 0: width of the inlet */
     double steady;          /* [-] residual */
+    pd_motion motion;
+    pd_expr start[PD_DIM];  /* of x, y, z; in m/s: flow at the start when it is not steady */
+    double flow_rtol;       /* [-] error of an implicit step */
+    int linear;             /* explicit: equation of state p = c0^2 (rho - rho0), else Tait */
+    double sound;           /* [m/s] explicit: c0 */
     /* transport */
     double diffusivity;     /* [m2/s] */
     double inlet;           /* [mol/m3] */

@@ -59,8 +59,14 @@ static void pdi_summary_flow(const pdi_summary *s)
     if (!m->setup->has_flow) return;
     pdi_setup_show(m->flow.speed, "m/s", speed);
     pdi_setup_show(m->flow.length, "m", length);
-    snprintf(text, sizeof text, "steady Navier-Stokes to residual %g, U = %s, L = %s, Re = %.4g", m->setup->steady,
-             speed, length, m->flow.speed * m->flow.length / m->flow.nu);
+    char how[96];
+    if (m->setup->motion == PD_MOTION_IMPLICIT)
+        snprintf(how, sizeof how, "incompressible flow in time, implicit, step error %g", m->implicit.desc.rtol);
+    else if (m->setup->motion == PD_MOTION_EXPLICIT)
+        snprintf(how, sizeof how, "weakly compressible flow in time, explicit, c0 = %g m/s", m->setup->sound);
+    else snprintf(how, sizeof how, "steady Navier-Stokes to residual %g", m->setup->steady);
+    snprintf(text, sizeof text, "%s, U = %s, L = %s, Re = %.4g", how, speed, length,
+             m->flow.speed * m->flow.length / m->flow.nu);
     pdi_summary_part(s, PD_PART_FLOW, "flow", text);
 }
 
@@ -117,7 +123,7 @@ static void pdi_summary_absent(const pdi_summary *s)
         size_t used = strlen(text);
         if (!has[k]) snprintf(text + used, sizeof text - used, "%s, ", names[k]);
     }
-    pdi_summary_line(s, "%sinertia of the flow in time, gas, mechanics", text);
+    pdi_summary_line(s, "%s%sgas, mechanics", text, u->motion ? "" : "inertia of the flow in time, ");
 }
 
 void pd_summary_print(const pd_model *model, pd_print_fn print, void *user)

@@ -188,6 +188,10 @@ TEST(names_are_joined_and_numbered)
     CHECK_STR(path, "corr_000012_t6.1s.vti");
     CHECK_OK(&ctx, pd_file_frame_name(&ctx, "C", 999999, 32400, "png", path));
     CHECK_STR(path, "C_999999_t32400.0s.png");
+    CHECK_OK(&ctx, pd_file_frame_name(&ctx, "v", 3, 0.025, "vti", path));
+    CHECK_STR(path, "v_000003_t0.025s.vti");
+    CHECK_OK(&ctx, pd_file_frame_name(&ctx, "v", 3, 2.0 / 3.0, "vti", path));
+    CHECK_STR(path, "v_000003_t0.666667s.vti");
     CHECK_INT(pd_file_frame_name(&ctx, "C", 1000000, 0, "png", path), PD_ERR_ARGUMENT);
     CHECK_INT(pd_file_frame_name(&ctx, "C", -1, 0, "png", path), PD_ERR_ARGUMENT);
     CHECK_INT(pd_file_frame_name(&ctx, "C", 1, -0.5, "png", path), PD_ERR_ARGUMENT);

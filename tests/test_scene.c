@@ -283,6 +283,49 @@ TEST(expression_profile)
     leave(&ctx, &u);
 }
 
+#define CLOSED "[grid] h = 10 um  box = 0 .. 200 um, 0 .. 100 um\n" \
+    "[flow] rho = 1 g/cm3  mu = 1 mPa s  speed = 1 mm/s  length = 100 um"
+
+/* Sides and flow in time as the file says. */
+TEST(sides_and_motion)
+{
+    pd_ctx ctx;
+    pd_setup u;
+    pd_model m;
+    if (build(&ctx, CLOSED "  time = implicit  vx = 2 mm/s * y / 100 um  rtol = 1e-3\n[run] until = 3 s\n"
+                    "[side x-] flow = periodic\n[side x+] flow = periodic\n[side y-] flow = mirror\n"
+                    "[side y+] velocity = 3 mm/s, 0 m/s  C = 5 mol/m3\n[transport] D = 1e-9 m2/s\n", &u, &m)) {
+        double x[2] = {30e-6, 100e-6}, inside[2] = {30e-6, 50e-6}, v[2];
+        int at[2] = {3, 4};
+        CHECK_INT(u.side[0].kind, PD_SIDE_PERIODIC);
+        CHECK_INT(u.side[2].kind, PD_SIDE_MIRROR);
+        CHECK_INT(u.motion, PD_MOTION_IMPLICIT);
+        CHECK_NEAR(m.implicit.desc.rtol, 1e-3, 0.0);
+        CHECK_NEAR(m.flow.u[pd_grid_node(&m.grid, at)], 0.9e-3, 1e-18);
+        pd_wall_velocity(&u, x, v);
+        CHECK_NEAR(v[0], 3e-3, 0.0);
+        CHECK_NEAR(pd_wall_held(&u, x), 5.0, 0.0);
+        CHECK(!(pd_wall_held(&u, inside) >= 0.0));
+        CHECK(m.couple.implicit == &m.implicit && m.couple.steady == NULL && m.unsteady.density == NULL);
+        pd_model_free(&ctx, &m);
+        leave(&ctx, &u);
+    }
+    if (build(&ctx, CLOSED "  time = explicit  c0 = 20 mm/s  eos = linear\n[run] until = 3 s\n", &u, &m)) {
+        CHECK_INT(m.unsteady.desc.eos, PD_EOS_LINEAR);
+        CHECK_NEAR(m.unsteady.desc.sound, 0.02, 0.0);
+        CHECK(m.steady.work == NULL && m.implicit.start == NULL);
+        pd_model_free(&ctx, &m);
+        leave(&ctx, &u);
+    }
+    refused(CLOSED "\n[side y-] flow = periodic\n", "flow: found 'periodic', expected it on y- and y+");
+    refused(CLOSED "\n[side y-] velocity = 1 m/s, 1 m/s\n", "velocity: expected 2 components, that along y being 0");
+    refused(CLOSED "  time = explicit\n[run] until = 1 s\n", "c0");
+    refused(CLOSED "  time = sometimes\n", "found 'sometimes', expected one of steady, implicit, explicit");
+    refused(CLOSED "  time = implicit\n", "until");
+    refused(CLOSED "  time = implicit\n[transport] D = 0 m2/s\n[run] until = 1 s\n" BLOCK "[dissolve] rate = 1 um/h\n",
+            "time: found 'implicit' beside [dissolve]");
+}
+
 /* What a scene leaves out owns no memory. */
 TEST(absent_physics_costs_nothing)
 {
@@ -495,6 +538,7 @@ TEST(refusals)
 }
 TEST_MAIN(ENTRY(every_key) ENTRY(shapes_and_operations) ENTRY(overrides_replace_values) ENTRY(law_per_layer)
           ENTRY(masks) ENTRY(parabola_between_walls) ENTRY(flow_rate_and_direction) ENTRY(expression_profile)
+          ENTRY(sides_and_motion)
           ENTRY(absent_physics_costs_nothing) ENTRY(grain_factor) ENTRY(files_of_a_run) ENTRY(stop_and_check)
           ENTRY(flow_alone) ENTRY(refusals))
 #elif PD_DIM == 3
@@ -569,7 +613,7 @@ TEST(diffusion_in_one_dimension)
                              "[transport] D = 1e-9 m2/s\n[run] until = 1 h  max_step = 60 s\n"
                              "[output] images = C  every = 1 h\n"
                              "[probe end] at = 395 um\n", NULL, 0, &u))) return;
-    CHECK_INT(u.side[0].kind, PD_SIDE_INLET);
+    CHECK(u.side[0].kind == PD_SIDE_WALL && u.side[0].holds);
     desc.folder = path_of("line");
     CHECK_OK(&ctx, pd_run(&ctx, &u, &desc, &r));
     CHECK_LE(r.ledger, 1e-11);

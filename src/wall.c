@@ -1,0 +1,51 @@
+/* wall: see wall.h */
+#include "wall.h"
+#include <math.h>
+
+/* Distance in cells at which a point lies on a side: rounding. */
+#define PDI_WALL_NEAR 1e-6
+
+static int pdi_wall_on(const pd_setup *u, int side, const double *x)
+{
+    int d = side / 2;
+    double edge = side % 2 ? u->hi[d] : u->lo[d];
+    return u->side[side].kind == PD_SIDE_WALL && fabs(x[d] - edge) < PDI_WALL_NEAR * u->h[d];
+}
+
+int pd_wall_moves(const pd_setup *u)
+{
+    for (int s = 0; s < 2 * PD_DIM; s++)
+        for (int d = 0; d < PD_DIM; d++)
+            if (fabs(u->side[s].slide[d]) > 0.0) return 1;
+    return 0;
+}
+
+int pd_wall_holds(const pd_setup *u)
+{
+    for (int s = 0; s < 2 * PD_DIM; s++)
+        if (u->side[s].holds) return 1;
+    return 0;
+}
+
+void pd_wall_velocity(void *user, const double *x, double *v)
+{
+    const pd_setup *u = (const pd_setup *)user;
+    int met = 0;
+    for (int d = 0; d < PD_DIM; d++) v[d] = 0.0;
+    for (int s = 0; s < 2 * PD_DIM; s++) {
+        if (!pdi_wall_on(u, s, x)) continue;
+        met++;
+        for (int d = 0; d < PD_DIM; d++) v[d] += u->side[s].slide[d];
+    }
+    for (int d = 0; d < PD_DIM && met > 1; d++) v[d] /= met;
+}
+
+double pd_wall_held(void *user, const double *x)
+{
+    const pd_setup *u = (const pd_setup *)user;
+    for (int s = 0; s < 2 * PD_DIM; s++)
+        if (u->side[s].holds && pdi_wall_on(u, s, x)) return u->side[s].held;
+    return (double)NAN;
+}
+
+#undef PDI_WALL_NEAR
