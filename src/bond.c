@@ -10,8 +10,11 @@
 /* A surface that bends more than this over one cell is an edge; less than that, flat but for rounding. */
 #define PDI_BOND_SHARP 0.5
 #define PDI_BOND_FLAT 1e-5
-/* A blocked bond whose line does not reach the surface is extended up to this many times its length. */
-#define PDI_BOND_MAX_T 4.0
+/* A blocked bond whose line grazes the surface is extended up to this many times its length: the chord that it lies on
+ * grows with the square root of the radius. */
+#define PDI_BOND_MAX_T 16.0
+/* Distance in cells that counts as none. */
+#define PDI_BOND_TOUCH 1e-9
 /* Below this pivot ratio the open bonds do not span space (a channel one node wide). */
 #define PDI_BOND_MIN_PIVOT 1e-3
 
@@ -138,16 +141,18 @@ static void pdi_bond_shape_cut(const pd_grid *grid, int shape, const double *x, 
     for (int d = 0; d < PD_DIM; d++) cell += xi[d] / grid->h[d] * (xi[d] / grid->h[d]);
     cell = sqrt(cell);
     for (int ahead = 1; hi < limit && !(fhi < 0.0); ahead++) {
-        double next = fmin(cut->t + ahead / cell, limit);
+        double next = fmin(hi < 1.0 ? cut->t + ahead / cell : 1.25 * hi, limit);
         hi = hi < 1.0 ? fmin(next, 1.0) : next; /* a closed far end is inside for certain */
         fhi = pdi_bond_distance(grid, shape, x, xi, hi);
     }
-    if (!(fhi < 0.0)) return;
+    /* a tube that touches the side meets it to rounding */
+    if (!(fhi <= PDI_BOND_TOUCH * grid->h[0])) return;
+    fhi = fmin(fhi, 0.0);
     double t = hi;
     for (int step = 0, last = 0; step < 12; step++) {
         t = (lo * fhi - hi * flo) / (fhi - flo);
         double f = pdi_bond_distance(grid, shape, x, xi, t);
-        if (fabs(f) < 1e-12 * (fabs(flo) + fabs(fhi))) break;
+        if (fabs(f) <= 1e-12 * (fabs(flo) + fabs(fhi))) break;
         if (f > 0.0) {
             lo = t;
             flo = f;
