@@ -61,6 +61,7 @@
  *   gas        inviscid flow of an ideal gas with energy, explicit in time: shock tubes, blasts, sound.
  *   diffusion  the conductances of bonds beside walls, between materials, and to values that are held on walls.
  *   transport  conservative, bounded advection and diffusion of dissolved metal on fluid nodes.
+ *   advance    transport in time, of second order, with error-controlled steps.
  *   dissolve   surface-rate dissolution. Solid nodes lose metal through the bonds that join them to fluid.
  *   couple     one dissolution run: steady flow, implicit transport, dissolution steps with error control, the ledger.
  *   setup      everything that a run needs to know, as data: what scene files and flat files are turned into.
@@ -2253,6 +2254,66 @@ PD_API double pd_transport_stock(pd_ctx *ctx, const pd_transport *transport);
 PD_API double pd_transport_carried(pd_ctx *ctx, const pd_transport *transport);
 PD_API void pd_transport_free(pd_ctx *ctx, pd_transport *transport);
 
+#ifdef PDI_INTERNAL
+/* (c - old - carry)/dt + F(c) = 0 for given old and carry (eq. 5.3), from the present c; outflow and inflow are those
+ * at the end. bounded: values outside of the bounds of old and inflow lose their antidiffusive fluxes. carry stays. */
+PDI_FN pd_status pdi_transport_stage(pd_ctx *ctx, pd_transport *transport, double dt, int bounded,
+                                     pd_transport_result *result);
+/* rest [total] [mol/m3/s]: what the last stage left undone. */
+PDI_FN void pdi_transport_rest(const pd_ctx *ctx, const pd_transport *transport, double *rest);
+/* 1 when c lies within the bounds of `start` and the inflow. */
+PDI_FN int pdi_transport_within(const pd_transport *transport, const double *start);
+#endif
+
+#endif
+
+/* ======== >>advance.h ======== */
+/* advance: transport in time, of second order, with error-controlled steps.
+ *
+ * The two-stage L-stable SDIRK method of implicit.h on the implicit stages of transport.h (theory: eq. 5.9 to 5.11). No
+ * linear method of second order keeps all fields within their bounds for all steps; a step that leaves them is taken
+ * again by backward Euler, which does. Amounts are conserved to rounding either way.
+ */
+#ifndef PD_ADVANCE_H
+#define PD_ADVANCE_H
+
+typedef struct pd_advance_desc {
+    double rtol;    /* [-] error of one step against the largest concentration, by the embedded estimate; 0: 1e-3 */
+    double first;   /* [s] first step of a run; 0: found from the error of trial steps */
+    double largest; /* [s] largest step of a run; 0: none */
+} pd_advance_desc;
+
+typedef struct pd_advance {
+    pd_advance_desc desc; /* defaults filled in */
+    pd_transport *transport;
+    double *start, *carry; /* [total] [mol/m3] field and carry at the start of the step */
+    double *slope;         /* [total] [mol/m3] change of the first stage */
+    double *rest;          /* [total] [mol/m3/s] what the first stage left undone */
+    double time;           /* [s] */
+    double dt;             /* [s] that a run would try next; 0: not known yet */
+    double error;          /* [-] estimated error of the last step */
+    double out, in;        /* [mol] (per m in 2D) through outlets, inlets and held walls since the build */
+    int64_t steps, rejected, krylov;
+    int64_t euler;         /* steps taken by backward Euler to keep the bounds */
+} pd_advance;
+
+#define pd_advance_build PD_NAME(pd_advance_build)
+#define pd_advance_step PD_NAME(pd_advance_step)
+#define pd_advance_next PD_NAME(pd_advance_next)
+#define pd_advance_run PD_NAME(pd_advance_run)
+#define pd_advance_free PD_NAME(pd_advance_free)
+
+/* transport is borrowed; its c is the state. PD_ERR_ARGUMENT: a knob is negative or not finite. */
+PD_API pd_status pd_advance_build(pd_ctx *ctx, pd_transport *transport, const pd_advance_desc *desc,
+                                  pd_advance *advance);
+/* One step of dt [s], whatever its error. result: of the last stage. */
+PD_API pd_status pd_advance_step(pd_ctx *ctx, pd_advance *advance, double dt, pd_transport_result *result);
+/* One step of controlled error that does not pass t_end [s]. PD_ERR_STATE: the error does not fall with the step. */
+PD_API pd_status pd_advance_next(pd_ctx *ctx, pd_advance *advance, double t_end, pd_transport_result *result);
+/* Such steps up to t_end [s]. */
+PD_API pd_status pd_advance_run(pd_ctx *ctx, pd_advance *advance, double t_end, pd_transport_result *result);
+PD_API void pd_advance_free(pd_ctx *ctx, pd_advance *advance);
+
 #endif
 
 /* ======== >>dissolve.h ======== */
@@ -2359,6 +2420,7 @@ typedef struct pd_couple {
     pd_unsteady *unsteady;   /* those of the implicit flow, or of max_step (without: to the next output) */
     pd_transport *transport; /* NULL: flow alone */
     pd_dissolve *dissolve;   /* NULL: no dissolution */
+    pd_advance *advance;     /* set after the build: transport without dissolution in its error-controlled steps */
     double time;             /* [s] */
     double dt;               /* [s] of the last step */
     int64_t steps, flow_solves;
@@ -2500,6 +2562,7 @@ typedef struct pd_setup {
     pd_grain_desc grain;
     /* run */
     double until;           /* [s] */
+    double rtol;            /* [-] of the volume loss; without dissolution: error of a step of the transport */
     double fraction;        /* [-] largest share of a node that one step takes */
     double max_step;        /* [s] 0: none */
     /* output */
@@ -2597,7 +2660,8 @@ PDI_FN pd_status pdi_flat_read(pd_ctx *ctx, pd_text *text, const char *const *ov
  *   [transport]  D  initial = expression in x y z  advection = limited|upwind
  *   [dissolve]   rate = speed, an expression in C | law = the same in 1/s per layer of h
  *                Csat  Cs  gb_factor = 1  threshold = 0
- *   [run]        until  rtol = 4e-3 (of the volume loss)  fraction of a node that a step takes (25 rtol)  max_step
+ *   [run]        until  rtol = 4e-3 (of the volume loss; without dissolution 1e-3, of a step of the transport)
+ *                fraction of a node that a step takes (25 rtol)  max_step
  *   [output]     every  fields = C, v, p, kind, grain, phase, D, rate, density  images = ...  slice = z 0 um  prefix
  *                folder
  *   [probe NAME] at = x, y  fields = C, v
@@ -2687,6 +2751,7 @@ typedef struct pd_model {
     pd_implicit implicit;
     pd_unsteady unsteady;
     pd_transport transport;
+    pd_advance advance;   /* without dissolution */
     pd_grain grain;
     pd_grain_stats grain_stats;
     double *factor;           /* [total] [-] rate factor of the grain boundaries; NULL: 1 */
@@ -14685,16 +14750,17 @@ static void pdi_transport_boundary(pd_transport *t)
     t->inflow = pdi_sum_total(&in) * t->bonds->stencil->volume;
 }
 
-/* Bounds that the step must keep: those of the old field and the inflow; a source lifts the upper one. */
-static void pdi_transport_bounds(const pd_transport *t, double *low, double *high)
+/* Bounds that the step must keep: those of the field at its start and of the inflow; a source lifts the upper one. */
+static void pdi_transport_bounds(const pd_transport *t, const double *start, double *low, double *high)
 {
     *low = HUGE_VAL;
     *high = 0.0;
     for (int32_t i = 0; i < t->grid->total; i++) {
         uint8_t kind = t->grid->kind[i];
         if (kind != PD_FLUID && kind != PD_INLET) continue;
-        *low = fmin(*low, t->old[i]);
-        *high = fmax(*high, t->old[i]);
+        double value = kind == PD_FLUID ? start[i] : t->c[i];
+        *low = fmin(*low, value);
+        *high = fmax(*high, value);
         if (kind == PD_FLUID && t->source[i] < 0.0) *low = -HUGE_VAL;
         if (kind == PD_FLUID && t->absorb[i] > 0.0) *low = fmin(*low, 0.0);
         if (kind == PD_FLUID && t->source[i] > 0.0) *high = HUGE_VAL;
@@ -14726,7 +14792,7 @@ static pd_status pdi_transport_enforce(pd_ctx *ctx, pd_transport *t, double atol
 {
     double low, high, change;
     pd_status status = PD_OK;
-    pdi_transport_bounds(t, &low, &high);
+    pdi_transport_bounds(t, t->old, &low, &high);
     for (int round = 1; round <= PDI_TRANSPORT_ROUNDS && pdi_transport_mark(t, low, high) > 0; round++) {
         if (round == PDI_TRANSPORT_ROUNDS) pdi_par_zero(ctx, t->grid->total, t->anti);
         else pdi_transport_limit_fluxes(ctx, t, 1.0);
@@ -14738,7 +14804,8 @@ static pd_status pdi_transport_enforce(pd_ctx *ctx, pd_transport *t, double atol
     return pdi_transport_correct(ctx, t, 1e-15, atol, &change, result);
 }
 
-static pd_status pdi_transport_iterate(pd_ctx *ctx, pd_transport *t, double atol, pd_transport_result *result)
+static pd_status pdi_transport_iterate(pd_ctx *ctx, pd_transport *t, double atol, int bounded,
+                                       pd_transport_result *result)
 {
     pd_status status = PD_OK;
     int limiter = t->flow && t->desc.advection == PD_ADVECTION_LIMITED;
@@ -14755,33 +14822,60 @@ static pd_status pdi_transport_iterate(pd_ctx *ctx, pd_transport *t, double atol
         if (status < 0) return status;
         if (last) break;
     }
-    return limiter ? pdi_transport_enforce(ctx, t, atol, result) : status;
+    if (!limiter) return status;
+    if (bounded) return pdi_transport_enforce(ctx, t, atol, result);
+    return pdi_transport_correct(ctx, t, 1e-15, atol, &result->change, result);
 }
 
-pd_status pd_transport_implicit(pd_ctx *ctx, pd_transport *t, double dt, pd_transport_result *result)
+PDI_FN pd_status pdi_transport_stage(pd_ctx *ctx, pd_transport *t, double dt, int bounded, pd_transport_result *result)
 {
     int32_t total = t->grid->total;
     memset(result, 0, sizeof *result);
-    if (!(dt > 0.0) || !(dt < 1e300))
-        return pdi_fail(ctx, PD_ERR_ARGUMENT, "transport", "the step is %g s, expected a positive one", dt);
     t->dt = dt;
-    pdi_par_copy(ctx, total, t->c, t->old);
     memset(t->upwinded, 0, (size_t)total);
     pdi_transport_right_side(ctx, t);
     PDI_TRY(pdi_transport_setup(ctx, t));
     /* the size of the equations: right-hand side and inflow */
     pdi_transport_residual(ctx, t, t->work);
     double size = fmax(sqrt(pdi_par_dot(ctx, total, t->rhs, t->rhs)), sqrt(pdi_par_dot(ctx, total, t->work, t->work)));
-    pd_status status = size > 0.0 ? pdi_transport_iterate(ctx, t, t->desc.tolerance * size, result) : PD_OK;
+    pd_status status = size > 0.0 ? pdi_transport_iterate(ctx, t, t->desc.tolerance * size, bounded, result) : PD_OK;
+    if (status < 0) return status;
+    result->residual = size > 0.0 ? result->residual / size : 0.0;
+    pdi_transport_boundary(t);
+    return result->residual <= 10.0 * t->desc.tolerance ? PD_OK : status;
+}
+
+PDI_FN void pdi_transport_rest(const pd_ctx *ctx, const pd_transport *t, double *rest)
+{
+    pdi_transport_residual(ctx, t, rest);
+}
+
+PDI_FN int pdi_transport_within(const pd_transport *t, const double *start)
+{
+    double low, high, size = 0.0;
+    pdi_transport_bounds(t, start, &low, &high);
+    for (int32_t i = 0; i < t->grid->total; i++)
+        if (t->grid->kind[i] == PD_FLUID) size = fmax(size, fabs(t->c[i]));
+    for (int32_t i = 0; i < t->grid->total; i++)
+        if (t->grid->kind[i] == PD_FLUID && (t->c[i] < low - PDI_TRANSPORT_SLACK * size ||
+                                             t->c[i] > high + PDI_TRANSPORT_SLACK * size)) return 0;
+    return 1;
+}
+
+pd_status pd_transport_implicit(pd_ctx *ctx, pd_transport *t, double dt, pd_transport_result *result)
+{
+    int32_t total = t->grid->total;
+    if (!(dt > 0.0) || !(dt < 1e300))
+        return pdi_fail(ctx, PD_ERR_ARGUMENT, "transport", "the step is %g s, expected a positive one", dt);
+    pdi_par_copy(ctx, total, t->c, t->old);
+    pd_status status = pdi_transport_stage(ctx, t, dt, 1, result);
     if (status < 0) {
         pdi_par_copy(ctx, total, t->old, t->c);
         return status;
     }
-    result->residual = size > 0.0 ? result->residual / size : 0.0;
-    pdi_transport_residual(ctx, t, t->carry);
+    pdi_transport_rest(ctx, t, t->carry);
     for (int32_t i = 0; i < total; i++) t->carry[i] *= dt;
-    pdi_transport_boundary(t);
-    return result->residual <= 10.0 * t->desc.tolerance ? PD_OK : status;
+    return status;
 }
 
 double pd_transport_limit(pd_ctx *ctx, const pd_transport *t)
@@ -14943,6 +15037,178 @@ void pd_transport_free(pd_ctx *ctx, pd_transport *t)
     PDI_DELETE(ctx, 2 * total, t->work);
     PDI_DELETE(ctx, total, t->repeated);
     memset(t, 0, sizeof *t);
+}
+
+/* ======== >>advance.c ======== */
+/* advance: see advance.h */
+#include <math.h>
+#include <string.h>
+
+#define PDI_ADVANCE_GAMMA 0.29289321881345254 /* 1 - 1/sqrt(2) */
+/* Step control: aim, and the largest change from one step to the next. */
+#define PDI_ADVANCE_SAFETY 0.9
+#define PDI_ADVANCE_GROWTH 4.0
+#define PDI_ADVANCE_SHRINK 0.1
+#define PDI_ADVANCE_TRIALS 200 /* rejected steps in a row */
+
+pd_status pd_advance_build(pd_ctx *ctx, pd_transport *transport, const pd_advance_desc *desc, pd_advance *a)
+{
+    int32_t total = transport->grid->total;
+    memset(a, 0, sizeof *a);
+    a->desc = *desc;
+    if (!(desc->rtol >= 0.0) || !(desc->first >= 0.0) || !(desc->largest >= 0.0) ||
+        !(desc->rtol + desc->first + desc->largest < 1e100))
+        return pdi_fail(ctx, PD_ERR_ARGUMENT, "advance",
+                        "rtol %g, first %g s, largest %g s: expected finite values of at least 0", desc->rtol,
+                        desc->first, desc->largest);
+    if (!(a->desc.rtol > 0.0)) a->desc.rtol = 1e-3;
+    a->transport = transport;
+    PDI_TRY(PDI_NEW(ctx, "advance", total, a->start));
+    PDI_TRY(PDI_NEW(ctx, "advance", total, a->carry));
+    PDI_TRY(PDI_NEW(ctx, "advance", total, a->slope));
+    return PDI_NEW(ctx, "advance", total, a->rest);
+}
+
+static void pdi_advance_restore(const pd_ctx *ctx, pd_advance *a)
+{
+    pdi_par_copy(ctx, a->transport->grid->total, a->start, a->transport->c);
+    pdi_par_copy(ctx, a->transport->grid->total, a->carry, a->transport->carry);
+}
+
+/* The change of the first stage, start + carry being where it begins, and with it the start of the second one:
+ * start + carry + (1 - gamma)/gamma slope. */
+static void pdi_advance_between(pd_advance *a)
+{
+    pd_transport *t = a->transport;
+    double ratio = (1.0 - PDI_ADVANCE_GAMMA) / PDI_ADVANCE_GAMMA;
+    for (int32_t i = 0; i < t->grid->total; i++) {
+        if (t->grid->kind[i] != PD_FLUID) continue;
+        double begin = a->start[i] + a->carry[i];
+        a->slope[i] = t->c[i] - begin;
+        t->old[i] = begin + ratio * a->slope[i];
+        t->carry[i] = 0.0;
+    }
+}
+
+/* error = gamma dt max |f1 - f2| over the largest concentration (as eq. 4.17). */
+static double pdi_advance_error(const pd_advance *a)
+{
+    const pd_transport *t = a->transport;
+    double worst = 0.0, size = 0.0;
+    for (int32_t i = 0; i < t->grid->total; i++) {
+        if (t->grid->kind[i] != PD_FLUID) continue;
+        worst = fmax(worst, fabs(a->slope[i] - (t->c[i] - t->old[i])));
+        size = fmax(size, fmax(fabs(t->c[i]), fabs(a->start[i])));
+    }
+    return size > 0.0 ? worst / size : 0.0;
+}
+
+static pd_status pdi_advance_stages(pd_ctx *ctx, pd_advance *a, double dt, pd_transport_result *result)
+{
+    pd_transport *t = a->transport;
+    int32_t total = t->grid->total;
+    double g = PDI_ADVANCE_GAMMA;
+    pdi_par_copy(ctx, total, a->start, t->old);
+    pd_status status = pdi_transport_stage(ctx, t, g * dt, 0, result);
+    a->krylov += result->krylov;
+    if (status < 0) return status;
+    double out = (1.0 - g) * t->outflow, in = (1.0 - g) * t->inflow;
+    pdi_transport_rest(ctx, t, a->rest);
+    pdi_advance_between(a);
+    status = pdi_transport_stage(ctx, t, g * dt, 0, result);
+    a->krylov += result->krylov;
+    if (status < 0) return status;
+    a->error = pdi_advance_error(a);
+    t->outflow = out + g * t->outflow;
+    t->inflow = in + g * t->inflow;
+    pdi_transport_rest(ctx, t, t->carry);
+    for (int32_t i = 0; i < total; i++) t->carry[i] = dt * ((1.0 - g) * a->rest[i] + g * t->carry[i]);
+    return status;
+}
+
+pd_status pd_advance_step(pd_ctx *ctx, pd_advance *a, double dt, pd_transport_result *result)
+{
+    pd_transport *t = a->transport;
+    int32_t total = t->grid->total;
+    memset(result, 0, sizeof *result);
+    if (!(dt > 0.0) || !(dt < 1e300))
+        return pdi_fail(ctx, PD_ERR_ARGUMENT, "advance", "the step is %g s, expected a positive one", dt);
+    pdi_par_copy(ctx, total, t->c, a->start);
+    pdi_par_copy(ctx, total, t->carry, a->carry);
+    pd_status status = pdi_advance_stages(ctx, a, dt, result);
+    if (status >= 0 && !pdi_transport_within(t, a->start)) {
+        pdi_advance_restore(ctx, a);
+        status = pd_transport_implicit(ctx, t, dt, result);
+        a->krylov += result->krylov;
+        a->euler++;
+    }
+    if (status < 0) {
+        pdi_advance_restore(ctx, a);
+        return status;
+    }
+    a->out += dt * t->outflow;
+    a->in += dt * t->inflow;
+    a->time += dt;
+    a->steps++;
+    return status;
+}
+
+/* Take the last step back; time and amounts are the caller's. */
+static void pdi_advance_reject(const pd_ctx *ctx, pd_advance *a)
+{
+    pdi_advance_restore(ctx, a);
+    a->steps--;
+    a->rejected++;
+}
+
+pd_status pd_advance_next(pd_ctx *ctx, pd_advance *a, double t_end, pd_transport_result *result)
+{
+    if (!(t_end > a->time))
+        return pdi_fail(ctx, PD_ERR_ARGUMENT, "advance", "a step from %g s to %g s", a->time, t_end);
+    if (!(a->dt > 0.0)) a->dt = a->desc.first > 0.0 ? a->desc.first : t_end - a->time;
+    for (int trial = 0; trial < PDI_ADVANCE_TRIALS; trial++) {
+        double left = t_end - a->time, dt = a->dt, begin = a->time, out = a->out, in = a->in;
+        if (a->desc.largest > 0.0) dt = fmin(dt, a->desc.largest);
+        int last = dt >= left * (1.0 - 1e-9);
+        if (last) dt = left;
+        else if (dt > 0.5 * left) dt = 0.5 * left;
+        pd_status status = pd_advance_step(ctx, a, dt, result);
+        if (status < 0) return status;
+        double share = a->error / a->desc.rtol;
+        double factor = fmin(PDI_ADVANCE_GROWTH, PDI_ADVANCE_SAFETY / sqrt(fmax(share, 1e-6)));
+        if (share <= 1.0) {
+            if (last) a->time = t_end;
+            /* a step cut short at the end says little about longer ones */
+            if (factor < 1.0 ? dt * factor < a->dt : dt * factor > a->dt) a->dt = dt * factor;
+            return PD_OK;
+        }
+        pdi_advance_reject(ctx, a);
+        a->time = begin;
+        a->out = out;
+        a->in = in;
+        a->dt = dt * fmax(PDI_ADVANCE_SHRINK, factor);
+    }
+    return pdi_fail(ctx, PD_ERR_STATE, "advance",
+                    "the error of a step of %g s at t = %g s is %g, expected it to fall with the step", a->dt, a->time,
+                    a->error);
+}
+
+pd_status pd_advance_run(pd_ctx *ctx, pd_advance *a, double t_end, pd_transport_result *result)
+{
+    if (!(t_end >= a->time))
+        return pdi_fail(ctx, PD_ERR_ARGUMENT, "advance", "a run from %g s to %g s", a->time, t_end);
+    while (a->time < t_end) PDI_TRY(pd_advance_next(ctx, a, t_end, result));
+    return PD_OK;
+}
+
+void pd_advance_free(pd_ctx *ctx, pd_advance *a)
+{
+    int32_t total = a->transport ? a->transport->grid->total : 0;
+    PDI_DELETE(ctx, total, a->start);
+    PDI_DELETE(ctx, total, a->carry);
+    PDI_DELETE(ctx, total, a->slope);
+    PDI_DELETE(ctx, total, a->rest);
+    memset(a, 0, sizeof *a);
 }
 
 /* ======== >>dissolve.c ======== */
@@ -15350,9 +15616,11 @@ static pd_status pdi_couple_move(pd_ctx *ctx, pd_couple *c, double t_limit, doub
 pd_status pd_couple_start(pd_ctx *ctx, pd_couple *c)
 {
     int moving = (c->implicit != NULL) + (c->unsteady != NULL);
-    if ((c->flow && !c->steady && moving != 1) || (c->dissolve && moving))
-        return pdi_fail(ctx, PD_ERR_ARGUMENT, "couple", "flow needs one solver, dissolution a steady one");
+    if ((c->flow && !c->steady && moving != 1) || (c->dissolve && (moving || c->advance)))
+        return pdi_fail(ctx, PD_ERR_ARGUMENT, "couple",
+                        "flow needs one solver, dissolution a steady one and the steps of the coupling");
     if (moving) pd_flow_prepare(ctx, c->flow);
+    if (c->advance) c->advance->time = c->time;
     PDI_TRY(pdi_couple_flow(ctx, c));
     return pdi_couple_balance(ctx, c);
 }
@@ -15367,33 +15635,52 @@ static double pdi_couple_choose(pd_ctx *ctx, const pd_couple *c, double t_limit)
     return left / ceil(left / dt * (1.0 - 1e-12));
 }
 
-pd_status pd_couple_step(pd_ctx *ctx, pd_couple *c, double t_limit)
+/* Transport over one step that does not pass t_limit: in one step, or in as many as its error asks for. */
+static pd_status pdi_couple_transport(pd_ctx *ctx, pd_couple *c, double t_limit, double *dt)
 {
-    if (!(t_limit > c->time))
-        return pdi_fail(ctx, PD_ERR_ARGUMENT, "couple", "a step from %g s cannot end at %g s", c->time, t_limit);
-    if (c->implicit || c->unsteady) PDI_TRY(pdi_couple_move(ctx, c, t_limit, &t_limit));
-    if (!c->transport) {
-        c->dt = t_limit - c->time;
-        c->time = t_limit;
-        c->steps++;
+    *dt = t_limit - c->time;
+    if (c->advance) {
+        pd_advance *a = c->advance;
+        double out = a->out, in = a->in;
+        int64_t krylov = a->krylov;
+        PDI_TRY(c->implicit || c->unsteady ? pd_advance_run(ctx, a, t_limit, &c->transport_result)
+                                           : pd_advance_next(ctx, a, t_limit, &c->transport_result));
+        if (a->time < t_limit) *dt = a->time - c->time;
+        c->krylov_transport += a->krylov - krylov;
+        c->ledger.out += a->out - out;
+        c->ledger.in += a->in - in;
         return PD_OK;
     }
     if (c->dissolve) PDI_TRY(pd_dissolve_prepare(ctx, c->dissolve));
-    double dt = pdi_couple_choose(ctx, c, t_limit);
-    PDI_TRY(pd_transport_implicit(ctx, c->transport, dt, &c->transport_result));
+    *dt = pdi_couple_choose(ctx, c, t_limit);
+    PDI_TRY(pd_transport_implicit(ctx, c->transport, *dt, &c->transport_result));
     c->krylov_transport += c->transport_result.krylov;
-    c->ledger.out += dt * c->transport->outflow;
-    c->ledger.in += dt * c->transport->inflow;
-    if (c->dissolve) {
-        pd_dissolve *d = c->dissolve;
-        PDI_TRY(pd_dissolve_finish(ctx, d, dt));
-        if (d->changed_count) {
-            PDI_TRY(pd_bonds_update(ctx, d->changed, d->changed_count, c->bonds));
-            if (c->flow) PDI_TRY(pd_flow_update(ctx, d->changed, d->changed_count, c->flow));
-            pd_transport_update(ctx, c->transport);
-            c->flow_stale = c->flow != NULL;
-        }
-    }
+    c->ledger.out += *dt * c->transport->outflow;
+    c->ledger.in += *dt * c->transport->inflow;
+    return PD_OK;
+}
+
+static pd_status pdi_couple_dissolve(pd_ctx *ctx, pd_couple *c, double dt)
+{
+    pd_dissolve *d = c->dissolve;
+    PDI_TRY(pd_dissolve_finish(ctx, d, dt));
+    if (!d->changed_count) return PD_OK;
+    PDI_TRY(pd_bonds_update(ctx, d->changed, d->changed_count, c->bonds));
+    if (c->flow) PDI_TRY(pd_flow_update(ctx, d->changed, d->changed_count, c->flow));
+    pd_transport_update(ctx, c->transport);
+    c->flow_stale = c->flow != NULL;
+    return PD_OK;
+}
+
+pd_status pd_couple_step(pd_ctx *ctx, pd_couple *c, double t_limit)
+{
+    double dt = t_limit - c->time;
+    if (!(t_limit > c->time))
+        return pdi_fail(ctx, PD_ERR_ARGUMENT, "couple", "a step from %g s cannot end at %g s", c->time, t_limit);
+    if (c->implicit || c->unsteady) PDI_TRY(pdi_couple_move(ctx, c, t_limit, &t_limit));
+    if (c->transport) PDI_TRY(pdi_couple_transport(ctx, c, t_limit, &dt));
+    else dt = t_limit - c->time;
+    if (c->dissolve) PDI_TRY(pdi_couple_dissolve(ctx, c, dt));
     c->dt = dt;
     c->time = dt < t_limit - c->time ? c->time + dt : t_limit;
     c->steps++;
@@ -16541,15 +16828,14 @@ static pd_status pdi_scene_run(pdi_scene *s)
 {
     pd_setup *u = s->setup;
     int section = pd_text_section(s->ctx, s->text, "run", NULL);
-    double rtol;
     if (!u->has_transport && u->motion == PD_MOTION_STEADY) return PD_OK;
     PDI_TRY(pdi_scene_positive(s, section, "until", "s", NULL, &u->until));
     if (!u->has_transport) return PD_OK;
-    PDI_TRY(pdi_scene_within(s, section, "rtol", "", "4e-3", 0.0, 0.1, 1, &rtol));
+    PDI_TRY(pdi_scene_within(s, section, "rtol", "", u->has_dissolve ? "4e-3" : "1e-3", 0.0, 0.1, 1, &u->rtol));
     PDI_TRY(pdi_scene_within(s, section, "max_step", "s", "0", 0.0, PDI_SCENE_HUGE, 0, &u->max_step));
     /* Measured on a dissolving disc of radius 12 h, law 1 - C/Csat, after 4 h of recession: the volume loss is off by
      * 3e-3 when a step takes at most 0.1 of a node, by 1e-3 with 0.025. */
-    u->fraction = fmin(1.0, 25.0 * rtol);
+    u->fraction = fmin(1.0, 25.0 * u->rtol);
     if (!pd_text_has(s->ctx, s->text, section, "fraction")) return PD_OK;
     return pdi_scene_within(s, section, "fraction", "", NULL, 0.0, 1.0, 1, &u->fraction);
 }
@@ -17121,6 +17407,13 @@ static pd_status pdi_model_transport(pd_ctx *ctx, pd_model *m)
     desc.user = (void *)u; /* only read */
     PDI_TRY(pd_transport_build(ctx, &m->grid, &m->bonds, u->has_flow ? &m->flow : NULL, &desc, &m->transport));
     m->unknowns[PD_PART_TRANSPORT] = m->grid.fluid_count;
+    if (!u->has_dissolve) {
+        pd_advance_desc advance;
+        memset(&advance, 0, sizeof advance);
+        advance.rtol = u->rtol;
+        advance.largest = u->max_step;
+        PDI_TRY(pd_advance_build(ctx, &m->transport, &advance, &m->advance));
+    }
     return pdi_model_initial(ctx, m);
 }
 
@@ -17196,6 +17489,7 @@ pd_status pd_model_build(pd_ctx *ctx, const pd_setup *setup, pd_model *m)
                                  setup->has_flow && setup->motion == PD_MOTION_STEADY ? &m->steady : NULL,
                                  setup->has_transport ? &m->transport : NULL,
                                  setup->has_dissolve ? &m->dissolve : NULL, &m->couple);
+        if (setup->has_transport && !setup->has_dissolve) m->couple.advance = &m->advance;
         if (setup->motion == PD_MOTION_IMPLICIT) m->couple.implicit = &m->implicit;
         if (setup->motion == PD_MOTION_EXPLICIT) m->couple.unsteady = &m->unsteady;
     }
@@ -17208,6 +17502,7 @@ void pd_model_free(pd_ctx *ctx, pd_model *m)
     pd_dissolve_free(ctx, &m->dissolve);
     PDI_DELETE(ctx, m->grid.total, m->factor);
     pd_grain_free(ctx, &m->grain);
+    pd_advance_free(ctx, &m->advance);
     pd_transport_free(ctx, &m->transport);
     pd_implicit_free(ctx, &m->implicit);
     pd_unsteady_free(ctx, &m->unsteady);

@@ -94,9 +94,11 @@ static pd_status pdi_couple_move(pd_ctx *ctx, pd_couple *c, double t_limit, doub
 pd_status pd_couple_start(pd_ctx *ctx, pd_couple *c)
 {
     int moving = (c->implicit != NULL) + (c->unsteady != NULL);
-    if ((c->flow && !c->steady && moving != 1) || (c->dissolve && moving))
-        return pdi_fail(ctx, PD_ERR_ARGUMENT, "couple", "flow needs one solver, dissolution a steady one");
+    if ((c->flow && !c->steady && moving != 1) || (c->dissolve && (moving || c->advance)))
+        return pdi_fail(ctx, PD_ERR_ARGUMENT, "couple",
+                        "flow needs one solver, dissolution a steady one and the steps of the coupling");
     if (moving) pd_flow_prepare(ctx, c->flow);
+    if (c->advance) c->advance->time = c->time;
     PDI_TRY(pdi_couple_flow(ctx, c));
     return pdi_couple_balance(ctx, c);
 }
@@ -111,33 +113,52 @@ static double pdi_couple_choose(pd_ctx *ctx, const pd_couple *c, double t_limit)
     return left / ceil(left / dt * (1.0 - 1e-12));
 }
 
-pd_status pd_couple_step(pd_ctx *ctx, pd_couple *c, double t_limit)
+/* Transport over one step that does not pass t_limit: in one step, or in as many as its error asks for. */
+static pd_status pdi_couple_transport(pd_ctx *ctx, pd_couple *c, double t_limit, double *dt)
 {
-    if (!(t_limit > c->time))
-        return pdi_fail(ctx, PD_ERR_ARGUMENT, "couple", "a step from %g s cannot end at %g s", c->time, t_limit);
-    if (c->implicit || c->unsteady) PDI_TRY(pdi_couple_move(ctx, c, t_limit, &t_limit));
-    if (!c->transport) {
-        c->dt = t_limit - c->time;
-        c->time = t_limit;
-        c->steps++;
+    *dt = t_limit - c->time;
+    if (c->advance) {
+        pd_advance *a = c->advance;
+        double out = a->out, in = a->in;
+        int64_t krylov = a->krylov;
+        PDI_TRY(c->implicit || c->unsteady ? pd_advance_run(ctx, a, t_limit, &c->transport_result)
+                                           : pd_advance_next(ctx, a, t_limit, &c->transport_result));
+        if (a->time < t_limit) *dt = a->time - c->time;
+        c->krylov_transport += a->krylov - krylov;
+        c->ledger.out += a->out - out;
+        c->ledger.in += a->in - in;
         return PD_OK;
     }
     if (c->dissolve) PDI_TRY(pd_dissolve_prepare(ctx, c->dissolve));
-    double dt = pdi_couple_choose(ctx, c, t_limit);
-    PDI_TRY(pd_transport_implicit(ctx, c->transport, dt, &c->transport_result));
+    *dt = pdi_couple_choose(ctx, c, t_limit);
+    PDI_TRY(pd_transport_implicit(ctx, c->transport, *dt, &c->transport_result));
     c->krylov_transport += c->transport_result.krylov;
-    c->ledger.out += dt * c->transport->outflow;
-    c->ledger.in += dt * c->transport->inflow;
-    if (c->dissolve) {
-        pd_dissolve *d = c->dissolve;
-        PDI_TRY(pd_dissolve_finish(ctx, d, dt));
-        if (d->changed_count) {
-            PDI_TRY(pd_bonds_update(ctx, d->changed, d->changed_count, c->bonds));
-            if (c->flow) PDI_TRY(pd_flow_update(ctx, d->changed, d->changed_count, c->flow));
-            pd_transport_update(ctx, c->transport);
-            c->flow_stale = c->flow != NULL;
-        }
-    }
+    c->ledger.out += *dt * c->transport->outflow;
+    c->ledger.in += *dt * c->transport->inflow;
+    return PD_OK;
+}
+
+static pd_status pdi_couple_dissolve(pd_ctx *ctx, pd_couple *c, double dt)
+{
+    pd_dissolve *d = c->dissolve;
+    PDI_TRY(pd_dissolve_finish(ctx, d, dt));
+    if (!d->changed_count) return PD_OK;
+    PDI_TRY(pd_bonds_update(ctx, d->changed, d->changed_count, c->bonds));
+    if (c->flow) PDI_TRY(pd_flow_update(ctx, d->changed, d->changed_count, c->flow));
+    pd_transport_update(ctx, c->transport);
+    c->flow_stale = c->flow != NULL;
+    return PD_OK;
+}
+
+pd_status pd_couple_step(pd_ctx *ctx, pd_couple *c, double t_limit)
+{
+    double dt = t_limit - c->time;
+    if (!(t_limit > c->time))
+        return pdi_fail(ctx, PD_ERR_ARGUMENT, "couple", "a step from %g s cannot end at %g s", c->time, t_limit);
+    if (c->implicit || c->unsteady) PDI_TRY(pdi_couple_move(ctx, c, t_limit, &t_limit));
+    if (c->transport) PDI_TRY(pdi_couple_transport(ctx, c, t_limit, &dt));
+    else dt = t_limit - c->time;
+    if (c->dissolve) PDI_TRY(pdi_couple_dissolve(ctx, c, dt));
     c->dt = dt;
     c->time = dt < t_limit - c->time ? c->time + dt : t_limit;
     c->steps++;

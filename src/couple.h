@@ -6,6 +6,7 @@
  */
 #ifndef PD_COUPLE_H
 #define PD_COUPLE_H
+#include "advance.h"
 #include "dissolve.h"
 #include "implicit.h"
 #include "unsteady.h"
@@ -37,6 +38,7 @@ typedef struct pd_couple {
     pd_unsteady *unsteady;   /* those of the implicit flow, or of max_step (without: to the next output) */
     pd_transport *transport; /* NULL: flow alone */
     pd_dissolve *dissolve;   /* NULL: no dissolution */
+    pd_advance *advance;     /* set after the build: transport without dissolution in its error-controlled steps */
     double time;             /* [s] */
     double dt;               /* [s] of the last step */
     int64_t steps, flow_solves;

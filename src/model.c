@@ -113,6 +113,13 @@ static pd_status pdi_model_transport(pd_ctx *ctx, pd_model *m)
     desc.user = (void *)u; /* only read */
     PDI_TRY(pd_transport_build(ctx, &m->grid, &m->bonds, u->has_flow ? &m->flow : NULL, &desc, &m->transport));
     m->unknowns[PD_PART_TRANSPORT] = m->grid.fluid_count;
+    if (!u->has_dissolve) {
+        pd_advance_desc advance;
+        memset(&advance, 0, sizeof advance);
+        advance.rtol = u->rtol;
+        advance.largest = u->max_step;
+        PDI_TRY(pd_advance_build(ctx, &m->transport, &advance, &m->advance));
+    }
     return pdi_model_initial(ctx, m);
 }
 
@@ -188,6 +195,7 @@ pd_status pd_model_build(pd_ctx *ctx, const pd_setup *setup, pd_model *m)
                                  setup->has_flow && setup->motion == PD_MOTION_STEADY ? &m->steady : NULL,
                                  setup->has_transport ? &m->transport : NULL,
                                  setup->has_dissolve ? &m->dissolve : NULL, &m->couple);
+        if (setup->has_transport && !setup->has_dissolve) m->couple.advance = &m->advance;
         if (setup->motion == PD_MOTION_IMPLICIT) m->couple.implicit = &m->implicit;
         if (setup->motion == PD_MOTION_EXPLICIT) m->couple.unsteady = &m->unsteady;
     }
@@ -200,6 +208,7 @@ void pd_model_free(pd_ctx *ctx, pd_model *m)
     pd_dissolve_free(ctx, &m->dissolve);
     PDI_DELETE(ctx, m->grid.total, m->factor);
     pd_grain_free(ctx, &m->grain);
+    pd_advance_free(ctx, &m->advance);
     pd_transport_free(ctx, &m->transport);
     pd_implicit_free(ctx, &m->implicit);
     pd_unsteady_free(ctx, &m->unsteady);

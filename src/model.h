@@ -27,6 +27,7 @@ typedef struct pd_model {
     pd_implicit implicit;
     pd_unsteady unsteady;
     pd_transport transport;
+    pd_advance advance;   /* without dissolution */
     pd_grain grain;
     pd_grain_stats grain_stats;
     double *factor;           /* [total] [-] rate factor of the grain boundaries; NULL: 1 */

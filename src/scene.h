@@ -14,7 +14,8 @@
  *   [transport]  D  initial = expression in x y z  advection = limited|upwind
  *   [dissolve]   rate = speed, an expression in C | law = the same in 1/s per layer of h
  *                Csat  Cs  gb_factor = 1  threshold = 0
- *   [run]        until  rtol = 4e-3 (of the volume loss)  fraction of a node that a step takes (25 rtol)  max_step
+ *   [run]        until  rtol = 4e-3 (of the volume loss; without dissolution 1e-3, of a step of the transport)
+ *                fraction of a node that a step takes (25 rtol)  max_step
  *   [output]     every  fields = C, v, p, kind, grain, phase, D, rate, density  images = ...  slice = z 0 um  prefix
  *                folder
  *   [probe NAME] at = x, y  fields = C, v

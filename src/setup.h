@@ -104,6 +104,7 @@ typedef struct pd_setup {
     pd_grain_desc grain;
     /* run */
     double until;           /* [s] */
+    double rtol;            /* [-] of the volume loss; without dissolution: error of a step of the transport */
     double fraction;        /* [-] largest share of a node that one step takes */
     double max_step;        /* [s] 0: none */
     /* output */

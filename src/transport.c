@@ -421,16 +421,17 @@ static void pdi_transport_boundary(pd_transport *t)
     t->inflow = pdi_sum_total(&in) * t->bonds->stencil->volume;
 }
 
-/* Bounds that the step must keep: those of the old field and the inflow; a source lifts the upper one. */
-static void pdi_transport_bounds(const pd_transport *t, double *low, double *high)
+/* Bounds that the step must keep: those of the field at its start and of the inflow; a source lifts the upper one. */
+static void pdi_transport_bounds(const pd_transport *t, const double *start, double *low, double *high)
 {
     *low = HUGE_VAL;
     *high = 0.0;
     for (int32_t i = 0; i < t->grid->total; i++) {
         uint8_t kind = t->grid->kind[i];
         if (kind != PD_FLUID && kind != PD_INLET) continue;
-        *low = fmin(*low, t->old[i]);
-        *high = fmax(*high, t->old[i]);
+        double value = kind == PD_FLUID ? start[i] : t->c[i];
+        *low = fmin(*low, value);
+        *high = fmax(*high, value);
         if (kind == PD_FLUID && t->source[i] < 0.0) *low = -HUGE_VAL;
         if (kind == PD_FLUID && t->absorb[i] > 0.0) *low = fmin(*low, 0.0);
         if (kind == PD_FLUID && t->source[i] > 0.0) *high = HUGE_VAL;
@@ -462,7 +463,7 @@ static pd_status pdi_transport_enforce(pd_ctx *ctx, pd_transport *t, double atol
 {
     double low, high, change;
     pd_status status = PD_OK;
-    pdi_transport_bounds(t, &low, &high);
+    pdi_transport_bounds(t, t->old, &low, &high);
     for (int round = 1; round <= PDI_TRANSPORT_ROUNDS && pdi_transport_mark(t, low, high) > 0; round++) {
         if (round == PDI_TRANSPORT_ROUNDS) pdi_par_zero(ctx, t->grid->total, t->anti);
         else pdi_transport_limit_fluxes(ctx, t, 1.0);
@@ -474,7 +475,8 @@ static pd_status pdi_transport_enforce(pd_ctx *ctx, pd_transport *t, double atol
     return pdi_transport_correct(ctx, t, 1e-15, atol, &change, result);
 }
 
-static pd_status pdi_transport_iterate(pd_ctx *ctx, pd_transport *t, double atol, pd_transport_result *result)
+static pd_status pdi_transport_iterate(pd_ctx *ctx, pd_transport *t, double atol, int bounded,
+                                       pd_transport_result *result)
 {
     pd_status status = PD_OK;
     int limiter = t->flow && t->desc.advection == PD_ADVECTION_LIMITED;
@@ -491,33 +493,60 @@ static pd_status pdi_transport_iterate(pd_ctx *ctx, pd_transport *t, double atol
         if (status < 0) return status;
         if (last) break;
     }
-    return limiter ? pdi_transport_enforce(ctx, t, atol, result) : status;
+    if (!limiter) return status;
+    if (bounded) return pdi_transport_enforce(ctx, t, atol, result);
+    return pdi_transport_correct(ctx, t, 1e-15, atol, &result->change, result);
 }
 
-pd_status pd_transport_implicit(pd_ctx *ctx, pd_transport *t, double dt, pd_transport_result *result)
+PDI_FN pd_status pdi_transport_stage(pd_ctx *ctx, pd_transport *t, double dt, int bounded, pd_transport_result *result)
 {
     int32_t total = t->grid->total;
     memset(result, 0, sizeof *result);
-    if (!(dt > 0.0) || !(dt < 1e300))
-        return pdi_fail(ctx, PD_ERR_ARGUMENT, "transport", "the step is %g s, expected a positive one", dt);
     t->dt = dt;
-    pdi_par_copy(ctx, total, t->c, t->old);
     memset(t->upwinded, 0, (size_t)total);
     pdi_transport_right_side(ctx, t);
     PDI_TRY(pdi_transport_setup(ctx, t));
     /* the size of the equations: right-hand side and inflow */
     pdi_transport_residual(ctx, t, t->work);
     double size = fmax(sqrt(pdi_par_dot(ctx, total, t->rhs, t->rhs)), sqrt(pdi_par_dot(ctx, total, t->work, t->work)));
-    pd_status status = size > 0.0 ? pdi_transport_iterate(ctx, t, t->desc.tolerance * size, result) : PD_OK;
+    pd_status status = size > 0.0 ? pdi_transport_iterate(ctx, t, t->desc.tolerance * size, bounded, result) : PD_OK;
+    if (status < 0) return status;
+    result->residual = size > 0.0 ? result->residual / size : 0.0;
+    pdi_transport_boundary(t);
+    return result->residual <= 10.0 * t->desc.tolerance ? PD_OK : status;
+}
+
+PDI_FN void pdi_transport_rest(const pd_ctx *ctx, const pd_transport *t, double *rest)
+{
+    pdi_transport_residual(ctx, t, rest);
+}
+
+PDI_FN int pdi_transport_within(const pd_transport *t, const double *start)
+{
+    double low, high, size = 0.0;
+    pdi_transport_bounds(t, start, &low, &high);
+    for (int32_t i = 0; i < t->grid->total; i++)
+        if (t->grid->kind[i] == PD_FLUID) size = fmax(size, fabs(t->c[i]));
+    for (int32_t i = 0; i < t->grid->total; i++)
+        if (t->grid->kind[i] == PD_FLUID && (t->c[i] < low - PDI_TRANSPORT_SLACK * size ||
+                                             t->c[i] > high + PDI_TRANSPORT_SLACK * size)) return 0;
+    return 1;
+}
+
+pd_status pd_transport_implicit(pd_ctx *ctx, pd_transport *t, double dt, pd_transport_result *result)
+{
+    int32_t total = t->grid->total;
+    if (!(dt > 0.0) || !(dt < 1e300))
+        return pdi_fail(ctx, PD_ERR_ARGUMENT, "transport", "the step is %g s, expected a positive one", dt);
+    pdi_par_copy(ctx, total, t->c, t->old);
+    pd_status status = pdi_transport_stage(ctx, t, dt, 1, result);
     if (status < 0) {
         pdi_par_copy(ctx, total, t->old, t->c);
         return status;
     }
-    result->residual = size > 0.0 ? result->residual / size : 0.0;
-    pdi_transport_residual(ctx, t, t->carry);
+    pdi_transport_rest(ctx, t, t->carry);
     for (int32_t i = 0; i < total; i++) t->carry[i] *= dt;
-    pdi_transport_boundary(t);
-    return result->residual <= 10.0 * t->desc.tolerance ? PD_OK : status;
+    return status;
 }
 
 double pd_transport_limit(pd_ctx *ctx, const pd_transport *t)

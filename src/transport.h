@@ -93,4 +93,15 @@ PD_API double pd_transport_stock(pd_ctx *ctx, const pd_transport *transport);
 PD_API double pd_transport_carried(pd_ctx *ctx, const pd_transport *transport);
 PD_API void pd_transport_free(pd_ctx *ctx, pd_transport *transport);
 
+#ifdef PDI_INTERNAL
+/* (c - old - carry)/dt + F(c) = 0 for given old and carry (eq. 5.3), from the present c; outflow and inflow are those
+ * at the end. bounded: values outside of the bounds of old and inflow lose their antidiffusive fluxes. carry stays. */
+PDI_FN pd_status pdi_transport_stage(pd_ctx *ctx, pd_transport *transport, double dt, int bounded,
+                                     pd_transport_result *result);
+/* rest [total] [mol/m3/s]: what the last stage left undone. */
+PDI_FN void pdi_transport_rest(const pd_ctx *ctx, const pd_transport *transport, double *rest);
+/* 1 when c lies within the bounds of `start` and the inflow. */
+PDI_FN int pdi_transport_within(const pd_transport *transport, const double *start);
+#endif
+
 #endif

@@ -1,0 +1,172 @@
+/* advance: see advance.h */
+#include "advance.h"
+#include "par.h"
+#include <math.h>
+#include <string.h>
+
+#define PDI_ADVANCE_GAMMA 0.29289321881345254 /* 1 - 1/sqrt(2) */
+/* Step control: aim, and the largest change from one step to the next. */
+#define PDI_ADVANCE_SAFETY 0.9
+#define PDI_ADVANCE_GROWTH 4.0
+#define PDI_ADVANCE_SHRINK 0.1
+#define PDI_ADVANCE_TRIALS 200 /* rejected steps in a row */
+
+pd_status pd_advance_build(pd_ctx *ctx, pd_transport *transport, const pd_advance_desc *desc, pd_advance *a)
+{
+    int32_t total = transport->grid->total;
+    memset(a, 0, sizeof *a);
+    a->desc = *desc;
+    if (!(desc->rtol >= 0.0) || !(desc->first >= 0.0) || !(desc->largest >= 0.0) ||
+        !(desc->rtol + desc->first + desc->largest < 1e100))
+        return pdi_fail(ctx, PD_ERR_ARGUMENT, "advance",
+                        "rtol %g, first %g s, largest %g s: expected finite values of at least 0", desc->rtol,
+                        desc->first, desc->largest);
+    if (!(a->desc.rtol > 0.0)) a->desc.rtol = 1e-3;
+    a->transport = transport;
+    PDI_TRY(PDI_NEW(ctx, "advance", total, a->start));
+    PDI_TRY(PDI_NEW(ctx, "advance", total, a->carry));
+    PDI_TRY(PDI_NEW(ctx, "advance", total, a->slope));
+    return PDI_NEW(ctx, "advance", total, a->rest);
+}
+
+static void pdi_advance_restore(const pd_ctx *ctx, pd_advance *a)
+{
+    pdi_par_copy(ctx, a->transport->grid->total, a->start, a->transport->c);
+    pdi_par_copy(ctx, a->transport->grid->total, a->carry, a->transport->carry);
+}
+
+/* The change of the first stage, start + carry being where it begins, and with it the start of the second one:
+ * start + carry + (1 - gamma)/gamma slope. */
+static void pdi_advance_between(pd_advance *a)
+{
+    pd_transport *t = a->transport;
+    double ratio = (1.0 - PDI_ADVANCE_GAMMA) / PDI_ADVANCE_GAMMA;
+    for (int32_t i = 0; i < t->grid->total; i++) {
+        if (t->grid->kind[i] != PD_FLUID) continue;
+        double begin = a->start[i] + a->carry[i];
+        a->slope[i] = t->c[i] - begin;
+        t->old[i] = begin + ratio * a->slope[i];
+        t->carry[i] = 0.0;
+    }
+}
+
+/* error = gamma dt max |f1 - f2| over the largest concentration (as eq. 4.17). */
+static double pdi_advance_error(const pd_advance *a)
+{
+    const pd_transport *t = a->transport;
+    double worst = 0.0, size = 0.0;
+    for (int32_t i = 0; i < t->grid->total; i++) {
+        if (t->grid->kind[i] != PD_FLUID) continue;
+        worst = fmax(worst, fabs(a->slope[i] - (t->c[i] - t->old[i])));
+        size = fmax(size, fmax(fabs(t->c[i]), fabs(a->start[i])));
+    }
+    return size > 0.0 ? worst / size : 0.0;
+}
+
+static pd_status pdi_advance_stages(pd_ctx *ctx, pd_advance *a, double dt, pd_transport_result *result)
+{
+    pd_transport *t = a->transport;
+    int32_t total = t->grid->total;
+    double g = PDI_ADVANCE_GAMMA;
+    pdi_par_copy(ctx, total, a->start, t->old);
+    pd_status status = pdi_transport_stage(ctx, t, g * dt, 0, result);
+    a->krylov += result->krylov;
+    if (status < 0) return status;
+    double out = (1.0 - g) * t->outflow, in = (1.0 - g) * t->inflow;
+    pdi_transport_rest(ctx, t, a->rest);
+    pdi_advance_between(a);
+    status = pdi_transport_stage(ctx, t, g * dt, 0, result);
+    a->krylov += result->krylov;
+    if (status < 0) return status;
+    a->error = pdi_advance_error(a);
+    t->outflow = out + g * t->outflow;
+    t->inflow = in + g * t->inflow;
+    pdi_transport_rest(ctx, t, t->carry);
+    for (int32_t i = 0; i < total; i++) t->carry[i] = dt * ((1.0 - g) * a->rest[i] + g * t->carry[i]);
+    return status;
+}
+
+pd_status pd_advance_step(pd_ctx *ctx, pd_advance *a, double dt, pd_transport_result *result)
+{
+    pd_transport *t = a->transport;
+    int32_t total = t->grid->total;
+    memset(result, 0, sizeof *result);
+    if (!(dt > 0.0) || !(dt < 1e300))
+        return pdi_fail(ctx, PD_ERR_ARGUMENT, "advance", "the step is %g s, expected a positive one", dt);
+    pdi_par_copy(ctx, total, t->c, a->start);
+    pdi_par_copy(ctx, total, t->carry, a->carry);
+    pd_status status = pdi_advance_stages(ctx, a, dt, result);
+    if (status >= 0 && !pdi_transport_within(t, a->start)) {
+        pdi_advance_restore(ctx, a);
+        status = pd_transport_implicit(ctx, t, dt, result);
+        a->krylov += result->krylov;
+        a->euler++;
+    }
+    if (status < 0) {
+        pdi_advance_restore(ctx, a);
+        return status;
+    }
+    a->out += dt * t->outflow;
+    a->in += dt * t->inflow;
+    a->time += dt;
+    a->steps++;
+    return status;
+}
+
+/* Take the last step back; time and amounts are the caller's. */
+static void pdi_advance_reject(const pd_ctx *ctx, pd_advance *a)
+{
+    pdi_advance_restore(ctx, a);
+    a->steps--;
+    a->rejected++;
+}
+
+pd_status pd_advance_next(pd_ctx *ctx, pd_advance *a, double t_end, pd_transport_result *result)
+{
+    if (!(t_end > a->time))
+        return pdi_fail(ctx, PD_ERR_ARGUMENT, "advance", "a step from %g s to %g s", a->time, t_end);
+    if (!(a->dt > 0.0)) a->dt = a->desc.first > 0.0 ? a->desc.first : t_end - a->time;
+    for (int trial = 0; trial < PDI_ADVANCE_TRIALS; trial++) {
+        double left = t_end - a->time, dt = a->dt, begin = a->time, out = a->out, in = a->in;
+        if (a->desc.largest > 0.0) dt = fmin(dt, a->desc.largest);
+        int last = dt >= left * (1.0 - 1e-9);
+        if (last) dt = left;
+        else if (dt > 0.5 * left) dt = 0.5 * left;
+        pd_status status = pd_advance_step(ctx, a, dt, result);
+        if (status < 0) return status;
+        double share = a->error / a->desc.rtol;
+        double factor = fmin(PDI_ADVANCE_GROWTH, PDI_ADVANCE_SAFETY / sqrt(fmax(share, 1e-6)));
+        if (share <= 1.0) {
+            if (last) a->time = t_end;
+            /* a step cut short at the end says little about longer ones */
+            if (factor < 1.0 ? dt * factor < a->dt : dt * factor > a->dt) a->dt = dt * factor;
+            return PD_OK;
+        }
+        pdi_advance_reject(ctx, a);
+        a->time = begin;
+        a->out = out;
+        a->in = in;
+        a->dt = dt * fmax(PDI_ADVANCE_SHRINK, factor);
+    }
+    return pdi_fail(ctx, PD_ERR_STATE, "advance",
+                    "the error of a step of %g s at t = %g s is %g, expected it to fall with the step", a->dt, a->time,
+                    a->error);
+}
+
+pd_status pd_advance_run(pd_ctx *ctx, pd_advance *a, double t_end, pd_transport_result *result)
+{
+    if (!(t_end >= a->time))
+        return pdi_fail(ctx, PD_ERR_ARGUMENT, "advance", "a run from %g s to %g s", a->time, t_end);
+    while (a->time < t_end) PDI_TRY(pd_advance_next(ctx, a, t_end, result));
+    return PD_OK;
+}
+
+void pd_advance_free(pd_ctx *ctx, pd_advance *a)
+{
+    int32_t total = a->transport ? a->transport->grid->total : 0;
+    PDI_DELETE(ctx, total, a->start);
+    PDI_DELETE(ctx, total, a->carry);
+    PDI_DELETE(ctx, total, a->slope);
+    PDI_DELETE(ctx, total, a->rest);
+    memset(a, 0, sizeof *a);
+}
