@@ -11,6 +11,9 @@
  * run over a curved one: 0.6 is fitted to discs of 8 and 16 cells (within 1.5 % of the speed until half is gone). */
 #define PDI_DISSOLVE_LEAD_SHARE 0.6
 
+/* Most fluid nodes among which a bond enters the fluid. */
+#define PDI_DISSOLVE_ENTRIES 8
+
 /* A solid neighbour that loses at most this share of what a node loses lies behind it. */
 #define PDI_DISSOLVE_SHELTERED 0.6
 
@@ -49,15 +52,34 @@ static int pdi_dissolve_free(const pd_dissolve *d, int32_t i, int k)
     return 1;
 }
 
-/* Rate [1/s] at which solid node j loses its span: f sum c(n) v_i over its fluid ends. */
+/* The fluid nodes at which bond k of solid node j enters the fluid, where it takes the concentration and leaves the
+ * metal: the far end may lie a horizon away from the surface. How many; 0: the bond does not end in fluid, or a wall
+ * stands in between. Several: the bond passes an edge or corner between them. */
+static int pdi_dissolve_entry(const pd_dissolve *d, int32_t j, int k, int32_t *entry)
+{
+    const pd_stencil *s = d->bonds->stencil;
+    int found = 0;
+    if (d->grid->kind[pdi_dissolve_far(d, j, k)] != PD_FLUID || !pdi_dissolve_free(d, j, k)) return 0;
+    for (int g = s->group_first[k]; g < s->group_first[k + 1] && !found; g++)
+        for (int c = s->group_cell[g]; c < s->group_cell[g + 1] && found < PDI_DISSOLVE_ENTRIES; c++) {
+            int32_t at = j + d->bonds->cell_shift[c];
+            uint8_t kind = d->grid->kind[at];
+            if (kind != PD_FLUID && kind != PD_SOLID) at = pdi_grid_image(d->grid, at, NULL);
+            if (d->grid->kind[at] == PD_FLUID) entry[found++] = at;
+        }
+    return found;
+}
+
+/* Rate [1/s] at which solid node j loses its span: f sum c(n) v over its bonds to fluid. */
 static double pdi_dissolve_rate(const pd_dissolve *d, int32_t j)
 {
     const pd_stencil *s = d->bonds->stencil;
+    int32_t entry[PDI_DISSOLVE_ENTRIES];
     double sum = 0.0;
     for (int k = 0; k < s->count; k++) {
-        int32_t i = pdi_dissolve_far(d, j, k);
-        if (d->grid->kind[i] != PD_FLUID || !pdi_dissolve_free(d, j, k)) continue;
-        sum += s->area[k] * (d->speed[i] + d->slope[i] * d->transport->c[i]);
+        int found = pdi_dissolve_entry(d, j, k, entry);
+        for (int e = 0; e < found; e++)
+            sum += s->area[k] / found * (d->speed[entry[e]] + d->slope[entry[e]] * d->transport->c[entry[e]]);
     }
     return sum * pdi_dissolve_factor(d, j);
 }
@@ -144,20 +166,19 @@ static pd_status pdi_dissolve_law(pd_ctx *ctx, pd_dissolve *d, int32_t i)
 
 pd_status pd_dissolve_prepare(pd_ctx *ctx, pd_dissolve *d)
 {
-    const pd_bonds *b = d->bonds;
-    const pd_stencil *s = b->stencil;
+    const pd_stencil *s = d->bonds->stencil;
     pd_transport *t = d->transport;
-    for (int32_t i = 0; i < d->grid->total; i++) t->source[i] = t->absorb[i] = 0.0;
-    for (int32_t r = 0; r < b->rows; r++) {
-        int32_t i = b->node[r];
-        double weight = 0.0;
+    for (int32_t i = 0; i < d->grid->total; i++) t->source[i] = t->absorb[i] = d->weight[i] = 0.0;
+    for (int32_t f = 0; f < d->front_count; f++) {
+        int32_t j = d->front[f], entry[PDI_DISSOLVE_ENTRIES];
+        double weight = pdi_dissolve_span(d) * pdi_dissolve_factor(d, j);
         for (int k = 0; k < s->count; k++) {
-            int32_t j = pdi_dissolve_far(d, i, k);
-            if (d->grid->kind[j] == PD_SOLID && pdi_dissolve_free(d, i, k))
-                weight += s->area[k] * pdi_dissolve_factor(d, j);
+            int found = pdi_dissolve_entry(d, j, k, entry);
+            for (int e = 0; e < found; e++) d->weight[entry[e]] += weight * (s->area[k] / found);
         }
-        d->weight[i] = weight * pdi_dissolve_span(d);
-        if (!(weight > 0.0)) continue;
+    }
+    for (int32_t i = 0; i < d->grid->total; i++) {
+        if (!(d->weight[i] > 0.0)) continue;
         PDI_TRY(pdi_dissolve_law(ctx, d, i));
         t->source[i] = d->weight[i] * d->speed[i];
         t->absorb[i] = -d->weight[i] * d->slope[i];
