@@ -627,12 +627,18 @@ typedef enum pd_side {
     PD_SIDE_MIRROR = 4    /* plane of symmetry: free slip, no flux */
 } pd_side;
 
+/* 1 when fluid enters the box at place x [m] of a side, 0 when it leaves. */
+typedef int (*pd_entry_fn)(void *user, int side, const double *x);
+
 typedef struct pd_grid_desc {
     double lo[PD_DIM], hi[PD_DIM]; /* [m] box; each edge a whole number of cells (1e-6 of a cell) */
     pd_side side[2 * PD_DIM];      /* x-, x+, y-, ... */
     const pd_shape *shapes;        /* borrowed for the life of the grid; NULL: none */
     int solid;                     /* index of the solid shape, -1: none */
     int wall;                      /* index of the wall shape (inside it: wall), -1: none */
+    pd_entry_fn entry;             /* tells inlet and outlet apart, place by place, on sides that are one of them; NULL:
+                                    * as `side` says */
+    void *entry_user;
 } pd_grid_desc;
 
 typedef struct pd_grid {
@@ -645,6 +651,8 @@ typedef struct pd_grid {
     pd_side side[2 * PD_DIM];
     const pd_shape *shapes;
     int solid, wall;
+    pd_entry_fn entry;
+    void *entry_user;
     uint8_t *kind;        /* [total] pd_kind */
     int64_t fluid_count, solid_count;
 } pd_grid;
@@ -680,6 +688,8 @@ PDI_FN int pdi_grid_fold(const pd_grid *grid, int *i);
 /* The same for a position [m]; behind inlets and outlets the geometry is the mirror image too, so those fold likewise.
  * Walls do not. */
 PDI_FN void pdi_grid_fold_position(const pd_grid *grid, double *x);
+/* Through periodic and mirror sides only. */
+PDI_FN void pdi_grid_fold_images(const pd_grid *grid, double *x);
 /* 1 for sides that fluid passes. */
 static inline int pdi_grid_port(pd_side side) { return side == PD_SIDE_INLET || side == PD_SIDE_OUTLET; }
 /* A solid node turns fluid: its kind, the counts, and the ghosts that stand for it or lie in front of it. */
@@ -2183,8 +2193,9 @@ typedef enum pd_advection {
 typedef struct pd_transport_desc {
     double diffusivity;     /* [m2/s] */
     pd_point_fn field, level, held; /* see pd_diffusion_desc; NULL: constant diffusivity, no flux into walls */
-    void *user;             /* of these three */
     double inlet;           /* [mol/m3] concentration of the inflow */
+    pd_point_fn entering;   /* the same at the places of the inlet ghosts; NULL: `inlet` everywhere */
+    void *user;             /* of these four */
     double initial;         /* [mol/m3] */
     pd_advection advection;
     double tolerance;       /* [-] of the linear solves, relative to the right-hand side; 0: 1e-11 */
@@ -2228,6 +2239,7 @@ typedef struct pd_transport_result {
 #define pd_transport_build PD_NAME(pd_transport_build)
 #define pd_transport_update PD_NAME(pd_transport_update)
 #define pd_transport_implicit PD_NAME(pd_transport_implicit)
+#define pd_transport_steady PD_NAME(pd_transport_steady)
 #define pd_transport_explicit PD_NAME(pd_transport_explicit)
 #define pd_transport_limit PD_NAME(pd_transport_limit)
 #define pd_transport_stock PD_NAME(pd_transport_stock)
@@ -2244,6 +2256,10 @@ PD_API void pd_transport_update(pd_ctx *ctx, pd_transport *transport);
 /* One backward Euler step of dt [s] (any length: dt >> all time scales gives the steady state). PD_NOT_CONVERGED: the
  * linear solver stopped above its tolerance; what is missing is in carry. */
 PD_API pd_status pd_transport_implicit(pd_ctx *ctx, pd_transport *transport, double dt, pd_transport_result *result);
+/* The steady field, by steps of 1e9 times the explicit limit until the field changes by less than the limiter's
+ * tolerance. PD_NOT_CONVERGED: the limiter still moves the field by result->change after 60 steps; it is bounded and
+ * conservative all the same. */
+PD_API pd_status pd_transport_steady(pd_ctx *ctx, pd_transport *transport, pd_transport_result *result);
 /* One forward Euler step. PD_RETRY, nothing changed: dt exceeds pd_transport_limit. */
 PD_API pd_status pd_transport_explicit(pd_ctx *ctx, pd_transport *transport, double dt);
 /* Largest explicit step [s] that keeps every node within its neighbours. */
@@ -2321,11 +2337,11 @@ PD_API void pd_advance_free(pd_ctx *ctx, pd_advance *advance);
  *
  * A bond of offset n from solid node j moves  v(c_i) f_j c(n) Cs  [mol/m3/s] from j to i, the first fluid node on its
  * way into the fluid, with v the recession speed of the law, f_j the grain factor and c(n) the interface area that the
- * bond stands for: a flat front recedes at v for every h, m and direction (theory: eq. 6.1 to 6.4). The set of solid nodes would lead the metal by
- * about one cell, and a curved front would be too fast: so a node joins the fluid when as much is left as the node set
- * leads on average, and its solid neighbours take over the rest (their content may exceed Cs: the surface stands out of
- * the cell). The share `threshold` of the content stays in the node as dissolved metal. Amounts are moved, never
- * dropped.
+ * bond stands for: a flat front recedes at v for every h, m and direction (theory: eq. 6.1 to 6.4). The set of solid
+ * nodes would lead the metal by about one cell, and a curved front would be too fast: so a node joins the fluid when as
+ * much is left as the node set leads on average, and its solid neighbours take over the rest (their content may exceed
+ * Cs: the surface stands out of the cell). The share `threshold` of the content stays in the node as dissolved metal.
+ * Amounts are moved, never dropped.
  */
 #ifndef PD_DISSOLVE_H
 #define PD_DISSOLVE_H
@@ -2420,6 +2436,7 @@ typedef struct pd_couple {
     pd_unsteady *unsteady;   /* those of the implicit flow, or of max_step (without: to the next output) */
     pd_transport *transport; /* NULL: flow alone */
     pd_dissolve *dissolve;   /* NULL: no dissolution */
+    int settle;              /* set after the build: the field of transport starts steady */
     pd_advance *advance;     /* set after the build: transport without dissolution in its error-controlled steps */
     double time;             /* [s] */
     double dt;               /* [s] of the last step */
@@ -2500,6 +2517,8 @@ typedef struct pd_setup_side {
     double mean;              /* [m/s] speed into the box; unread with flow_rate or an expression */
     double flow_rate;         /* [m3/s] 0: mean holds. 2D: through a tube as wide as the open part of the side */
     pd_expr velocity[PD_DIM]; /* of x, y, z; in m/s */
+    int open;                 /* inlet where a given flow enters, outlet where it leaves */
+    pd_expr entering;         /* of x, y, z; in mol/m3: concentration of what enters an open side */
     double slide[PD_DIM];     /* [m/s] of a wall along itself */
     int holds;                /* a wall that holds a concentration */
     double held;              /* [mol/m3] */
@@ -2509,7 +2528,8 @@ typedef struct pd_setup_side {
 typedef enum pd_motion {
     PD_MOTION_STEADY = 0,
     PD_MOTION_IMPLICIT, /* incompressible, implicit.h */
-    PD_MOTION_EXPLICIT  /* weakly compressible, unsteady.h */
+    PD_MOTION_EXPLICIT, /* weakly compressible, unsteady.h */
+    PD_MOTION_GIVEN     /* prescribed once and for all */
 } pd_motion;
 
 typedef struct pd_setup_probe {
@@ -2542,7 +2562,7 @@ typedef struct pd_setup {
     double length;          /* [m] reference; 0: width of the inlet */
     double steady;          /* [-] residual */
     pd_motion motion;
-    pd_expr start[PD_DIM];  /* of x, y, z; in m/s: flow at the start when it is not steady */
+    pd_expr start[PD_DIM];  /* of x, y, z; in m/s: given flow, or flow at the start */
     double flow_rtol;       /* [-] error of an implicit step */
     int linear;             /* explicit: equation of state p = c0^2 (rho - rho0), else Tait */
     double sound;           /* [m/s] explicit: c0 */
@@ -2551,6 +2571,7 @@ typedef struct pd_setup {
     double inlet;           /* [mol/m3] */
     pd_expr initial;        /* of x, y, z; in mol/m3 */
     pd_advection advection;
+    int settle;             /* the steady field, and nothing else in time */
     /* dissolution */
     pd_material material;
     double solid_c;         /* [mol/m3] Cs */
@@ -2651,13 +2672,14 @@ PDI_FN pd_status pdi_flat_read(pd_ctx *ctx, pd_text *text, const char *const *ov
  *                half_space = yes  point  normal | mask = file.png  corner  cell | raw = file  size  corner  cell |
  *                union|intersect|difference = NAME, NAME;  outside = yes: the complement
  *                kind = solid|wall|part  material = mg4ag  grains = 40 um  grain_spread  grain_seed  boundary_width
- *   [side x-]    flow = inlet|outlet|noslip|periodic|mirror  profile = parabola|uniform|expression
+ *   [side x-]    flow = inlet|outlet|noslip|periodic|mirror|open  profile = parabola|uniform|expression
  *                mean = speed | flow_rate = 1 mL/min  vx = expression in x y z (vy, vz)  C = ...  p = 0
  *                noslip: velocity = 1 m/s, 0 m/s of a wall that slides along itself; C = ... held by the wall
  *   [flow]       rho  mu  steady = 1e-6  force = ...  speed, length: reference values, by default those of the inlet
- *                time = steady|implicit|explicit  vx (vy, vz) = expression: flow at the start  rtol = 1e-4 of implicit
- *                steps  eos = tait|linear, c0 = speed of sound of explicit ones
- *   [transport]  D  initial = expression in x y z  advection = limited|upwind
+ *                time = steady|implicit|explicit|given  vx (vy, vz) = expression: flow at the start, or the given flow,
+ *                which open sides let in and out  rtol = 1e-4 of implicit steps  eos = tait|linear, c0 = speed of sound
+ *                of explicit ones
+ *   [transport]  D  initial = expression in x y z  advection = limited|upwind  time = implicit|steady
  *   [dissolve]   rate = speed, an expression in C | law = the same in 1/s per layer of h
  *                Csat  Cs  gb_factor = 1  threshold = 0
  *   [run]        until  rtol = 4e-3 (of the volume loss; without dissolution 1e-3, of a step of the transport)
@@ -2695,12 +2717,18 @@ typedef struct pd_inlet {
 
 #define pd_inlet_build PD_NAME(pd_inlet_build)
 #define pd_inlet_velocity PD_NAME(pd_inlet_velocity)
+#define pd_inlet_enters PD_NAME(pd_inlet_enters)
+#define pd_inlet_entering PD_NAME(pd_inlet_entering)
 
 /* Measure the open part of each inlet side of the grid. PD_ERR_GEOMETRY: a side without open nodes, a parabola where no
  * parabola fits (two openings, a rectangular duct, solid in the opening). setup is borrowed; nothing is allocated. */
 PD_API pd_status pd_inlet_build(pd_ctx *ctx, const pd_setup *setup, const pd_grid *grid, pd_inlet *inlet);
 /* A pd_velocity_fn; user is the pd_inlet. 2D parabola: 3/2 U (1 - s^2); tube: 2 U (1 - (r/R)^2). */
 PD_API void pd_inlet_velocity(void *user, const double *x, double *u);
+/* A pd_entry_fn and a pd_point_fn, user being the pd_setup: where a given flow enters through open sides, and the
+ * concentration [mol/m3] behind inlets and open sides. */
+PD_API int pd_inlet_enters(void *user, int side, const double *x);
+PD_API double pd_inlet_entering(void *user, const double *x);
 
 #endif
 
@@ -2907,6 +2935,8 @@ typedef struct pd_run_result {
     int has_flux;
     double flux, flux_max; /* [-] see pd_observables */
     double residual;      /* [-] larger one of the last flow solve */
+    int settled;          /* the transport was solved for its steady field */
+    double change;        /* [-] of that field in the last step of its solver, over the largest value */
     int64_t evaluations, steps, unknowns;
     int threads;          /* at most in use */
     double bytes_per_node; /* [byte] peak memory over fluid and solid nodes */
@@ -5470,6 +5500,15 @@ PDI_FN int pdi_grid_fold(const pd_grid *grid, int *i)
     return flipped;
 }
 
+PDI_FN void pdi_grid_fold_images(const pd_grid *grid, double *x)
+{
+    double at[PD_DIM];
+    memcpy(at, x, sizeof at);
+    pdi_grid_fold_position(grid, at);
+    for (int d = 0; d < PD_DIM; d++)
+        if (!pdi_grid_port(grid->side[2 * d + (x[d] > grid->hi[d])])) x[d] = at[d];
+}
+
 PDI_FN void pdi_grid_fold_position(const pd_grid *grid, double *x)
 {
     for (int d = 0; d < PD_DIM; d++) {
@@ -5494,8 +5533,14 @@ static uint8_t pdi_grid_ghost_kind(const pd_grid *grid, int32_t node)
     if (side == -2 || behind != PD_FLUID) return PD_WALL;
     if (side == -1) return PD_IMAGE;
     if (grid->side[side] == PD_SIDE_WALL) return PD_WALL;
-    if (grid->side[side] == PD_SIDE_OUTLET) return PD_OUTLET;
-    int d = side / 2;
+    int d = side / 2, enters = grid->side[side] == PD_SIDE_INLET;
+    if (grid->entry) {
+        double x[PD_DIM];
+        for (int e = 0; e < PD_DIM; e++) x[e] = grid->lo[e] + ((double)i[e] + 0.5) * grid->h[e];
+        x[d] = side % 2 ? grid->hi[d] : grid->lo[d];
+        enters = grid->entry(grid->entry_user, side, x);
+    }
+    if (!enters) return PD_OUTLET;
     i[d] = side % 2 ? grid->n[d] - 1 : 0;
     return grid->kind[pd_grid_node(grid, i)] == PD_FLUID ? PD_INLET : PD_WALL;
 }
@@ -5624,6 +5669,8 @@ pd_status pd_grid_build(pd_ctx *ctx, const pd_stencil *stencil, const pd_grid_de
     grid->shapes = desc->shapes;
     grid->solid = desc->shapes ? desc->solid : -1;
     grid->wall = desc->shapes ? desc->wall : -1;
+    grid->entry = desc->entry;
+    grid->entry_user = desc->entry_user;
     if (grid->solid >= 0) PDI_TRY(pdi_grid_check_solid(ctx, grid));
     PDI_TRY(PDI_NEW(ctx, "grid", grid->total, grid->kind));
     for (int32_t node = 0; node < grid->total; node++) {
@@ -14347,6 +14394,9 @@ void pd_diffusion_free(pd_ctx *ctx, pd_diffusion *d)
 #define PDI_TRANSPORT_ROUGH 30.0
 /* Rounds of upwinding the nodes that leave their bounds before the whole step is upwinded. */
 #define PDI_TRANSPORT_ROUNDS 20
+/* The steady field: length of a step over the explicit limit, and how many. */
+#define PDI_TRANSPORT_LONG 1e9
+#define PDI_TRANSPORT_STEPS 60
 
 /* Of bond k of node i: volume flux F [1/s] to the far end, conductance [1/s], and what upwinding adds to it [1/s]. */
 static void pdi_transport_bond(const pd_transport *t, int32_t i, int k, double *flux, double *bond, double *upwind)
@@ -14878,6 +14928,30 @@ pd_status pd_transport_implicit(pd_ctx *ctx, pd_transport *t, double dt, pd_tran
     return status;
 }
 
+pd_status pd_transport_steady(pd_ctx *ctx, pd_transport *t, pd_transport_result *result)
+{
+    double limit = pd_transport_limit(ctx, t);
+    int krylov = 0;
+    if (!(limit < 1e200))
+        return pdi_fail(ctx, PD_ERR_ARGUMENT, "transport", "nothing moves: there is no steady field to find");
+    for (int step = 0; step < PDI_TRANSPORT_STEPS; step++) {
+        double moved = 0.0, size = 0.0;
+        pd_status status = pd_transport_implicit(ctx, t, PDI_TRANSPORT_LONG * limit, result);
+        result->krylov = krylov += result->krylov;
+        if (status < 0) return status;
+        /* what is owed belongs to a time that never was */
+        pdi_par_zero(ctx, t->grid->total, t->carry);
+        for (int32_t i = 0; i < t->grid->total; i++) {
+            if (t->grid->kind[i] != PD_FLUID) continue;
+            moved = fmax(moved, fabs(t->c[i] - t->old[i]));
+            size = fmax(size, fabs(t->c[i]));
+        }
+        result->change = size > 0.0 ? moved / size : 0.0;
+        if (result->change <= t->desc.limiter_tolerance) return PD_OK;
+    }
+    return PD_NOT_CONVERGED;
+}
+
 double pd_transport_limit(pd_ctx *ctx, const pd_transport *t)
 {
     double fastest = 0.0;
@@ -14942,11 +15016,14 @@ double pd_transport_carried(pd_ctx *ctx, const pd_transport *t)
 
 static void pdi_transport_inlets(pd_transport *t)
 {
-    for (int32_t i = 0; i < t->grid->total; i++)
-        if (t->grid->kind[i] == PD_INLET) {
-            t->c[i] = t->desc.inlet;
-            t->up[i] = t->down[i] = 1.0;
-        }
+    for (int32_t i = 0; i < t->grid->total; i++) {
+        double x[PD_DIM];
+        if (t->grid->kind[i] != PD_INLET) continue;
+        pd_grid_position(t->grid, i, x);
+        pdi_grid_fold_images(t->grid, x);
+        t->c[i] = t->desc.entering ? t->desc.entering(t->desc.user, x) : t->desc.inlet;
+        t->up[i] = t->down[i] = 1.0;
+    }
 }
 
 void pd_transport_update(pd_ctx *ctx, pd_transport *t)
@@ -15643,6 +15720,11 @@ pd_status pd_couple_start(pd_ctx *ctx, pd_couple *c)
     if (moving) pd_flow_prepare(ctx, c->flow);
     if (c->advance) c->advance->time = c->time;
     PDI_TRY(pdi_couple_flow(ctx, c));
+    if (c->settle) {
+        pd_status status = pd_transport_steady(ctx, c->transport, &c->transport_result);
+        c->krylov_transport += c->transport_result.krylov;
+        if (status < 0) return status;
+    }
     return pdi_couple_balance(ctx, c);
 }
 
@@ -15762,8 +15844,10 @@ pd_status pd_setup_init(pd_ctx *ctx, pd_setup *setup)
 
 void pd_setup_free(pd_ctx *ctx, pd_setup *setup)
 {
-    for (int s = 0; s < 2 * PD_DIM; s++)
+    for (int s = 0; s < 2 * PD_DIM; s++) {
         for (int d = 0; d < PD_DIM; d++) pd_expr_free(ctx, &setup->side[s].velocity[d]);
+        pd_expr_free(ctx, &setup->side[s].entering);
+    }
     for (int d = 0; d < PD_DIM; d++) pd_expr_free(ctx, &setup->start[d]);
     pd_expr_free(ctx, &setup->initial);
     pd_expr_free(ctx, &setup->rate);
@@ -16622,6 +16706,14 @@ static pd_status pdi_scene_same(pdi_scene *s, int section, const char *key, cons
     return PD_OK;
 }
 
+/* An inlet where the given flow enters, an outlet where it leaves. */
+static pd_status pdi_scene_open(pdi_scene *s, int section, pd_setup_side *side)
+{
+    side->kind = PD_SIDE_INLET;
+    side->open = 1;
+    return pd_text_expr(s->ctx, s->text, section, "C", "mol/m3", pdi_setup_position(), PD_DIM, "0", &side->entering);
+}
+
 /* A wall may slide along itself and hold a concentration. */
 static pd_status pdi_scene_wall(pdi_scene *s, int section, int k)
 {
@@ -16655,14 +16747,16 @@ static pd_status pdi_scene_pairs(pdi_scene *s)
 
 static pd_status pdi_scene_side(pdi_scene *s, int k, int section, int *inlets, int *outlets)
 {
-    static const char *const flows[] = {"noslip", "inlet", "outlet", "periodic", "mirror", NULL};
+    static const char *const flows[] = {"noslip", "inlet", "outlet", "periodic", "mirror", "open", NULL};
+    const int open = 5;
     pd_setup *u = s->setup;
     int flow;
     PDI_TRY(pd_text_choice(s->ctx, s->text, section, "flow", flows, "noslip", &flow));
-    if (pdi_grid_port((pd_side)flow) && !u->has_flow)
+    if ((pdi_grid_port((pd_side)flow) || flow == open) && !u->has_flow)
         return pd_text_refuse(s->ctx, s->text, section, "flow",
                               "found '%s' without a [flow] section, expected C = ... alone"
                               " to hold a concentration", flows[flow]);
+    if (flow == open) return pdi_scene_open(s, section, &u->side[k]);
     u->side[k].kind = (pd_side)flow;
     if (flow == PD_SIDE_WALL) return pdi_scene_wall(s, section, k);
     if (flow == PD_SIDE_INLET) PDI_TRY(pdi_scene_inlet(s, section, &u->side[k]));
@@ -16688,13 +16782,17 @@ static pd_status pdi_scene_sides(pdi_scene *s)
 /* Flow that is not steady: where it starts, and how it moves on. */
 static pd_status pdi_scene_motion(pdi_scene *s, int section)
 {
-    static const char *const motions[] = {"steady", "implicit", "explicit", NULL};
+    static const char *const motions[] = {"steady", "implicit", "explicit", "given", NULL};
     static const char *const states[] = {"tait", "linear", NULL};
     static const char *const keys[] = {"vx", "vy", "vz"};
     pd_setup *u = s->setup;
     int motion;
     PDI_TRY(pd_text_choice(s->ctx, s->text, section, "time", motions, "steady", &motion));
     u->motion = (pd_motion)motion;
+    for (int k = 0; k < 2 * PD_DIM; k++)
+        if (u->side[k].open && u->motion != PD_MOTION_GIVEN)
+            return pd_text_refuse(s->ctx, s->text, section, "time", "found '%s' beside an open side, expected given",
+                                  motions[motion]);
     if (u->motion == PD_MOTION_STEADY) return PD_OK;
     if (u->has_dissolve)
         return pd_text_refuse(s->ctx, s->text, section, "time",
@@ -16703,6 +16801,7 @@ static pd_status pdi_scene_motion(pdi_scene *s, int section)
     for (int d = 0; d < PD_DIM; d++)
         PDI_TRY(pd_text_expr(s->ctx, s->text, section, keys[d], "m/s", pdi_setup_position(), PD_DIM, "0",
                              &u->start[d]));
+    if (u->motion == PD_MOTION_GIVEN) return PD_OK;
     if (u->motion == PD_MOTION_IMPLICIT)
         return pdi_scene_within(s, section, "rtol", "", "1e-4", 0.0, 0.1, 1, &u->flow_rtol);
     PDI_TRY(pd_text_choice(s->ctx, s->text, section, "eos", states, "tait", &u->linear));
@@ -16741,7 +16840,7 @@ static pd_status pdi_scene_flow(pdi_scene *s)
     PDI_TRY(pdi_scene_motion(s, section));
     PDI_TRY(pdi_scene_compressible(s, section));
     for (int k = 0; k < 2 * PD_DIM; k++) {
-        inflow += u->side[k].kind == PD_SIDE_INLET;
+        inflow += u->side[k].kind == PD_SIDE_INLET && !u->side[k].open;
         outflow += u->side[k].kind == PD_SIDE_OUTLET;
     }
     if (inflow && !outflow)
@@ -16755,13 +16854,16 @@ static pd_status pdi_scene_flow(pdi_scene *s)
 
 static pd_status pdi_scene_transport(pdi_scene *s)
 {
-    static const char *const schemes[] = {"limited", "upwind", NULL};
+    static const char *const schemes[] = {"limited", "upwind", NULL}, *const times[] = {"implicit", "steady", NULL};
     pd_setup *u = s->setup;
     int section = pd_text_section(s->ctx, s->text, "transport", NULL), scheme;
     if (!u->has_transport) return PD_OK;
     PDI_TRY(pdi_scene_not_negative(s, section, "D", "m2/s", NULL, &u->diffusivity));
     PDI_TRY(pd_text_choice(s->ctx, s->text, section, "advection", schemes, "limited", &scheme));
     u->advection = (pd_advection)scheme;
+    PDI_TRY(pd_text_choice(s->ctx, s->text, section, "time", times, "implicit", &u->settle));
+    if (u->settle && u->has_dissolve)
+        return pd_text_refuse(s->ctx, s->text, section, "time", "found 'steady' beside [dissolve], expected implicit");
     PDI_TRY(pd_text_expr(s->ctx, s->text, section, "initial", "mol/m3", pdi_setup_position(), PD_DIM, "0",
                          &u->initial));
     if (pd_expr_constant(&u->initial) && pd_expr_eval(&u->initial, NULL) < 0.0)
@@ -16849,7 +16951,8 @@ static pd_status pdi_scene_run(pdi_scene *s)
 {
     pd_setup *u = s->setup;
     int section = pd_text_section(s->ctx, s->text, "run", NULL);
-    if (!u->has_transport && u->motion == PD_MOTION_STEADY) return PD_OK;
+    int rests = u->motion == PD_MOTION_STEADY || u->motion == PD_MOTION_GIVEN;
+    if (rests && (!u->has_transport || u->settle)) return PD_OK;
     PDI_TRY(pdi_scene_positive(s, section, "until", "s", NULL, &u->until));
     if (!u->has_transport) return PD_OK;
     PDI_TRY(pdi_scene_within(s, section, "rtol", "", u->has_dissolve ? "4e-3" : "1e-3", 0.0, 0.1, 1, &u->rtol));
@@ -17259,6 +17362,26 @@ void pd_inlet_velocity(void *user, const double *x, double *u)
     }
 }
 
+int pd_inlet_enters(void *user, int side, const double *x)
+{
+    const pd_setup *u = (const pd_setup *)user;
+    if (!u->side[side].open) return u->side[side].kind == PD_SIDE_INLET;
+    double v = pd_expr_eval(&u->start[side / 2], x);
+    return side % 2 ? v < 0.0 : v > 0.0;
+}
+
+double pd_inlet_entering(void *user, const double *x)
+{
+    const pd_setup *u = (const pd_setup *)user;
+    for (int s = 0; s < 2 * PD_DIM; s++) {
+        int d = s / 2;
+        int behind = s % 2 ? x[d] > u->hi[d] : x[d] < u->lo[d];
+        if (u->side[s].open && behind) return pd_expr_eval(&u->side[s].entering, x);
+    }
+    return u->inlet;
+}
+
+
 #undef PDI_INLET_PI
 
 /* ======== >>wall.c ======== */
@@ -17335,6 +17458,9 @@ static pd_status pdi_model_lattice(pd_ctx *ctx, pd_model *m)
     grid.shapes = u->shapes ? u->shape : NULL;
     grid.solid = u->solid;
     grid.wall = u->wall;
+    for (int s = 0; s < 2 * PD_DIM; s++)
+        if (u->side[s].open) grid.entry = pd_inlet_enters;
+    grid.entry_user = (void *)u; /* only read */
     PDI_TRY(pd_stencil_build(ctx, &stencil, &m->stencil));
     PDI_TRY(pd_grid_build(ctx, &m->stencil, &grid, &m->grid));
     PDI_TRY(pd_bonds_build(ctx, &m->stencil, &m->grid, 0, &m->bonds));
@@ -17351,8 +17477,10 @@ static pd_status pdi_model_motion(pd_ctx *ctx, pd_model *m)
     memset(&explicit_, 0, sizeof explicit_);
     for (int32_t node = 0; node < m->grid.total; node++) {
         double x[PD_DIM];
-        if (m->grid.kind[node] != PD_FLUID) continue;
+        if (m->grid.kind[node] != PD_FLUID && m->grid.kind[node] != PD_INLET) continue;
+        if (m->grid.kind[node] == PD_INLET && u->motion != PD_MOTION_GIVEN) continue;
         pd_grid_position(&m->grid, node, x);
+        pdi_grid_fold_images(&m->grid, x);
         for (int d = 0; d < PD_DIM; d++) {
             double v = pd_expr_eval(&u->start[d], x);
             if (!(fabs(v) < 1e100))
@@ -17363,6 +17491,8 @@ static pd_status pdi_model_motion(pd_ctx *ctx, pd_model *m)
     implicit.rtol = u->flow_rtol;
     explicit_.eos = u->linear ? PD_EOS_LINEAR : PD_EOS_TAIT;
     explicit_.sound = u->sound;
+    pd_flow_prepare(ctx, &m->flow);
+    if (u->motion == PD_MOTION_GIVEN) return PD_OK;
     if (u->motion == PD_MOTION_IMPLICIT) return pd_implicit_build(ctx, &m->flow, &m->steady, &implicit, &m->implicit);
     return pd_unsteady_build(ctx, &m->flow, &explicit_, &m->unsteady);
 }
@@ -17394,9 +17524,10 @@ static pd_status pdi_model_flow(pd_ctx *ctx, pd_model *m)
     flow.wall_user = (void *)u; /* only read */
     steady.tolerance = u->steady;
     PDI_TRY(pd_flow_build(ctx, &m->grid, &m->bonds, &flow, &m->flow));
-    if (u->motion != PD_MOTION_EXPLICIT) PDI_TRY(pd_steady_build(ctx, &m->flow, &steady, &m->steady));
+    if (u->motion == PD_MOTION_STEADY || u->motion == PD_MOTION_IMPLICIT)
+        PDI_TRY(pd_steady_build(ctx, &m->flow, &steady, &m->steady));
     if (u->motion != PD_MOTION_STEADY) PDI_TRY(pdi_model_motion(ctx, m));
-    m->unknowns[PD_PART_FLOW] = (PD_DIM + 1) * m->grid.fluid_count;
+    if (u->motion != PD_MOTION_GIVEN) m->unknowns[PD_PART_FLOW] = (PD_DIM + 1) * m->grid.fluid_count;
     return PD_OK;
 }
 
@@ -17425,6 +17556,7 @@ static pd_status pdi_model_transport(pd_ctx *ctx, pd_model *m)
     desc.inlet = u->inlet;
     desc.advection = u->advection;
     if (pd_wall_holds(u)) desc.held = pd_wall_held;
+    if (u->motion == PD_MOTION_GIVEN) desc.entering = pd_inlet_entering;
     desc.user = (void *)u; /* only read */
     PDI_TRY(pd_transport_build(ctx, &m->grid, &m->bonds, u->has_flow ? &m->flow : NULL, &desc, &m->transport));
     m->unknowns[PD_PART_TRANSPORT] = m->grid.fluid_count;
@@ -17506,11 +17638,13 @@ pd_status pd_model_build(pd_ctx *ctx, const pd_setup *setup, pd_model *m)
     if (status == PD_OK) {
         desc.fraction = setup->fraction;
         desc.max_step = setup->max_step;
-        status = pd_couple_build(ctx, &desc, &m->grid, &m->bonds, setup->has_flow ? &m->flow : NULL,
+        status = pd_couple_build(ctx, &desc, &m->grid, &m->bonds,
+                                 setup->has_flow && setup->motion != PD_MOTION_GIVEN ? &m->flow : NULL,
                                  setup->has_flow && setup->motion == PD_MOTION_STEADY ? &m->steady : NULL,
                                  setup->has_transport ? &m->transport : NULL,
                                  setup->has_dissolve ? &m->dissolve : NULL, &m->couple);
         if (setup->has_transport && !setup->has_dissolve) m->couple.advance = &m->advance;
+        m->couple.settle = setup->settle;
         if (setup->motion == PD_MOTION_IMPLICIT) m->couple.implicit = &m->implicit;
         if (setup->motion == PD_MOTION_EXPLICIT) m->couple.unsteady = &m->unsteady;
     }
@@ -18141,6 +18275,7 @@ static void pdi_summary_flow(const pdi_summary *s)
         snprintf(how, sizeof how, "incompressible flow in time, implicit, step error %g", m->implicit.desc.rtol);
     else if (m->setup->motion == PD_MOTION_EXPLICIT)
         snprintf(how, sizeof how, "weakly compressible flow in time, explicit, c0 = %g m/s", m->setup->sound);
+    else if (m->setup->motion == PD_MOTION_GIVEN) snprintf(how, sizeof how, "given flow");
     else snprintf(how, sizeof how, "steady Navier-Stokes to residual %g", m->setup->steady);
     snprintf(text, sizeof text, "%s, U = %s, L = %s, Re = %.4g", how, speed, length,
              m->flow.speed * m->flow.length / m->flow.nu);
@@ -18154,7 +18289,7 @@ static void pdi_summary_transport(const pdi_summary *s)
     if (!u->has_transport) return;
     pdi_setup_show(u->diffusivity, "m2/s", value);
     pdi_setup_show(u->until, "s", until);
-    snprintf(text, sizeof text, "%s, D = %s, implicit, until %s",
+    snprintf(text, sizeof text, u->settle ? "%s, D = %s, steady" : "%s, D = %s, implicit, until %s",
              !u->has_flow ? "diffusion" : u->advection == PD_ADVECTION_UPWIND ? "upwind advection and diffusion"
                                                                                : "limited advection and diffusion",
              value, until);
@@ -18301,6 +18436,8 @@ static void pdi_run_collect(const pdi_run *r, pd_run_result *result)
     result->flux_max = r->observables.flux_max;
     result->residual = fmax(c->steady_result.momentum, c->steady_result.continuity);
     result->evaluations = c->flow_evaluations;
+    result->settled = c->settle;
+    result->change = c->transport_result.change;
     result->steps = c->steps;
     result->threads = pdi_par_threads(r->ctx, INT64_MAX);
     for (int k = 0; k < PD_PART_COUNT; k++) result->unknowns += m->unknowns[k];
@@ -18361,6 +18498,7 @@ void pd_run_line(const pd_run_result *r, char *text, size_t size)
     text[0] = '\0';
     pdi_run_append(text, size, "result case=%s dim=%d h=%.6g m=%.6g volume_loss=%.9g ledger=%.3g", r->name, PD_DIM,
                    r->h, r->m, r->volume_loss, r->ledger);
+    if (r->settled) pdi_run_append(text, size, " change=%.3g", r->change);
     if (r->has_flux) pdi_run_append(text, size, " flux=%.3g flux_max=%.3g", r->flux, r->flux_max);
     pdi_run_append(text, size, " residual=%.3g evals=%.0f steps=%.0f unknowns=%.0f bytes_per_node=%.0f", r->residual,
                    (double)r->evaluations, (double)r->steps, (double)r->unknowns, r->bytes_per_node);

@@ -100,6 +100,11 @@ pd_status pd_couple_start(pd_ctx *ctx, pd_couple *c)
     if (moving) pd_flow_prepare(ctx, c->flow);
     if (c->advance) c->advance->time = c->time;
     PDI_TRY(pdi_couple_flow(ctx, c));
+    if (c->settle) {
+        pd_status status = pd_transport_steady(ctx, c->transport, &c->transport_result);
+        c->krylov_transport += c->transport_result.krylov;
+        if (status < 0) return status;
+    }
     return pdi_couple_balance(ctx, c);
 }
 

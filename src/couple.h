@@ -38,6 +38,7 @@ typedef struct pd_couple {
     pd_unsteady *unsteady;   /* those of the implicit flow, or of max_step (without: to the next output) */
     pd_transport *transport; /* NULL: flow alone */
     pd_dissolve *dissolve;   /* NULL: no dissolution */
+    int settle;              /* set after the build: the field of transport starts steady */
     pd_advance *advance;     /* set after the build: transport without dissolution in its error-controlled steps */
     double time;             /* [s] */
     double dt;               /* [s] of the last step */

@@ -2,11 +2,11 @@
  *
  * A bond of offset n from solid node j moves  v(c_i) f_j c(n) Cs  [mol/m3/s] from j to i, the first fluid node on its
  * way into the fluid, with v the recession speed of the law, f_j the grain factor and c(n) the interface area that the
- * bond stands for: a flat front recedes at v for every h, m and direction (theory: eq. 6.1 to 6.4). The set of solid nodes would lead the metal by
- * about one cell, and a curved front would be too fast: so a node joins the fluid when as much is left as the node set
- * leads on average, and its solid neighbours take over the rest (their content may exceed Cs: the surface stands out of
- * the cell). The share `threshold` of the content stays in the node as dissolved metal. Amounts are moved, never
- * dropped.
+ * bond stands for: a flat front recedes at v for every h, m and direction (theory: eq. 6.1 to 6.4). The set of solid
+ * nodes would lead the metal by about one cell, and a curved front would be too fast: so a node joins the fluid when as
+ * much is left as the node set leads on average, and its solid neighbours take over the rest (their content may exceed
+ * Cs: the surface stands out of the cell). The share `threshold` of the content stays in the node as dissolved metal.
+ * Amounts are moved, never dropped.
  */
 #ifndef PD_DISSOLVE_H
 #define PD_DISSOLVE_H

@@ -89,6 +89,15 @@ PDI_FN int pdi_grid_fold(const pd_grid *grid, int *i)
     return flipped;
 }
 
+PDI_FN void pdi_grid_fold_images(const pd_grid *grid, double *x)
+{
+    double at[PD_DIM];
+    memcpy(at, x, sizeof at);
+    pdi_grid_fold_position(grid, at);
+    for (int d = 0; d < PD_DIM; d++)
+        if (!pdi_grid_port(grid->side[2 * d + (x[d] > grid->hi[d])])) x[d] = at[d];
+}
+
 PDI_FN void pdi_grid_fold_position(const pd_grid *grid, double *x)
 {
     for (int d = 0; d < PD_DIM; d++) {
@@ -113,8 +122,14 @@ static uint8_t pdi_grid_ghost_kind(const pd_grid *grid, int32_t node)
     if (side == -2 || behind != PD_FLUID) return PD_WALL;
     if (side == -1) return PD_IMAGE;
     if (grid->side[side] == PD_SIDE_WALL) return PD_WALL;
-    if (grid->side[side] == PD_SIDE_OUTLET) return PD_OUTLET;
-    int d = side / 2;
+    int d = side / 2, enters = grid->side[side] == PD_SIDE_INLET;
+    if (grid->entry) {
+        double x[PD_DIM];
+        for (int e = 0; e < PD_DIM; e++) x[e] = grid->lo[e] + ((double)i[e] + 0.5) * grid->h[e];
+        x[d] = side % 2 ? grid->hi[d] : grid->lo[d];
+        enters = grid->entry(grid->entry_user, side, x);
+    }
+    if (!enters) return PD_OUTLET;
     i[d] = side % 2 ? grid->n[d] - 1 : 0;
     return grid->kind[pd_grid_node(grid, i)] == PD_FLUID ? PD_INLET : PD_WALL;
 }
@@ -243,6 +258,8 @@ pd_status pd_grid_build(pd_ctx *ctx, const pd_stencil *stencil, const pd_grid_de
     grid->shapes = desc->shapes;
     grid->solid = desc->shapes ? desc->solid : -1;
     grid->wall = desc->shapes ? desc->wall : -1;
+    grid->entry = desc->entry;
+    grid->entry_user = desc->entry_user;
     if (grid->solid >= 0) PDI_TRY(pdi_grid_check_solid(ctx, grid));
     PDI_TRY(PDI_NEW(ctx, "grid", grid->total, grid->kind));
     for (int32_t node = 0; node < grid->total; node++) {

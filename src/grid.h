@@ -28,12 +28,18 @@ typedef enum pd_side {
     PD_SIDE_MIRROR = 4    /* plane of symmetry: free slip, no flux */
 } pd_side;
 
+/* 1 when fluid enters the box at place x [m] of a side, 0 when it leaves. */
+typedef int (*pd_entry_fn)(void *user, int side, const double *x);
+
 typedef struct pd_grid_desc {
     double lo[PD_DIM], hi[PD_DIM]; /* [m] box; each edge a whole number of cells (1e-6 of a cell) */
     pd_side side[2 * PD_DIM];      /* x-, x+, y-, ... */
     const pd_shape *shapes;        /* borrowed for the life of the grid; NULL: none */
     int solid;                     /* index of the solid shape, -1: none */
     int wall;                      /* index of the wall shape (inside it: wall), -1: none */
+    pd_entry_fn entry;             /* tells inlet and outlet apart, place by place, on sides that are one of them; NULL:
+                                    * as `side` says */
+    void *entry_user;
 } pd_grid_desc;
 
 typedef struct pd_grid {
@@ -46,6 +52,8 @@ typedef struct pd_grid {
     pd_side side[2 * PD_DIM];
     const pd_shape *shapes;
     int solid, wall;
+    pd_entry_fn entry;
+    void *entry_user;
     uint8_t *kind;        /* [total] pd_kind */
     int64_t fluid_count, solid_count;
 } pd_grid;
@@ -81,6 +89,8 @@ PDI_FN int pdi_grid_fold(const pd_grid *grid, int *i);
 /* The same for a position [m]; behind inlets and outlets the geometry is the mirror image too, so those fold likewise.
  * Walls do not. */
 PDI_FN void pdi_grid_fold_position(const pd_grid *grid, double *x);
+/* Through periodic and mirror sides only. */
+PDI_FN void pdi_grid_fold_images(const pd_grid *grid, double *x);
 /* 1 for sides that fluid passes. */
 static inline int pdi_grid_port(pd_side side) { return side == PD_SIDE_INLET || side == PD_SIDE_OUTLET; }
 /* A solid node turns fluid: its kind, the counts, and the ghosts that stand for it or lie in front of it. */

@@ -200,4 +200,24 @@ void pd_inlet_velocity(void *user, const double *x, double *u)
     }
 }
 
+int pd_inlet_enters(void *user, int side, const double *x)
+{
+    const pd_setup *u = (const pd_setup *)user;
+    if (!u->side[side].open) return u->side[side].kind == PD_SIDE_INLET;
+    double v = pd_expr_eval(&u->start[side / 2], x);
+    return side % 2 ? v < 0.0 : v > 0.0;
+}
+
+double pd_inlet_entering(void *user, const double *x)
+{
+    const pd_setup *u = (const pd_setup *)user;
+    for (int s = 0; s < 2 * PD_DIM; s++) {
+        int d = s / 2;
+        int behind = s % 2 ? x[d] > u->hi[d] : x[d] < u->lo[d];
+        if (u->side[s].open && behind) return pd_expr_eval(&u->side[s].entering, x);
+    }
+    return u->inlet;
+}
+
+
 #undef PDI_INLET_PI

@@ -14,11 +14,17 @@ typedef struct pd_inlet {
 
 #define pd_inlet_build PD_NAME(pd_inlet_build)
 #define pd_inlet_velocity PD_NAME(pd_inlet_velocity)
+#define pd_inlet_enters PD_NAME(pd_inlet_enters)
+#define pd_inlet_entering PD_NAME(pd_inlet_entering)
 
 /* Measure the open part of each inlet side of the grid. PD_ERR_GEOMETRY: a side without open nodes, a parabola where no
  * parabola fits (two openings, a rectangular duct, solid in the opening). setup is borrowed; nothing is allocated. */
 PD_API pd_status pd_inlet_build(pd_ctx *ctx, const pd_setup *setup, const pd_grid *grid, pd_inlet *inlet);
 /* A pd_velocity_fn; user is the pd_inlet. 2D parabola: 3/2 U (1 - s^2); tube: 2 U (1 - (r/R)^2). */
 PD_API void pd_inlet_velocity(void *user, const double *x, double *u);
+/* A pd_entry_fn and a pd_point_fn, user being the pd_setup: where a given flow enters through open sides, and the
+ * concentration [mol/m3] behind inlets and open sides. */
+PD_API int pd_inlet_enters(void *user, int side, const double *x);
+PD_API double pd_inlet_entering(void *user, const double *x);
 
 #endif

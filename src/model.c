@@ -20,6 +20,9 @@ static pd_status pdi_model_lattice(pd_ctx *ctx, pd_model *m)
     grid.shapes = u->shapes ? u->shape : NULL;
     grid.solid = u->solid;
     grid.wall = u->wall;
+    for (int s = 0; s < 2 * PD_DIM; s++)
+        if (u->side[s].open) grid.entry = pd_inlet_enters;
+    grid.entry_user = (void *)u; /* only read */
     PDI_TRY(pd_stencil_build(ctx, &stencil, &m->stencil));
     PDI_TRY(pd_grid_build(ctx, &m->stencil, &grid, &m->grid));
     PDI_TRY(pd_bonds_build(ctx, &m->stencil, &m->grid, 0, &m->bonds));
@@ -36,8 +39,10 @@ static pd_status pdi_model_motion(pd_ctx *ctx, pd_model *m)
     memset(&explicit_, 0, sizeof explicit_);
     for (int32_t node = 0; node < m->grid.total; node++) {
         double x[PD_DIM];
-        if (m->grid.kind[node] != PD_FLUID) continue;
+        if (m->grid.kind[node] != PD_FLUID && m->grid.kind[node] != PD_INLET) continue;
+        if (m->grid.kind[node] == PD_INLET && u->motion != PD_MOTION_GIVEN) continue;
         pd_grid_position(&m->grid, node, x);
+        pdi_grid_fold_images(&m->grid, x);
         for (int d = 0; d < PD_DIM; d++) {
             double v = pd_expr_eval(&u->start[d], x);
             if (!(fabs(v) < 1e100))
@@ -48,6 +53,8 @@ static pd_status pdi_model_motion(pd_ctx *ctx, pd_model *m)
     implicit.rtol = u->flow_rtol;
     explicit_.eos = u->linear ? PD_EOS_LINEAR : PD_EOS_TAIT;
     explicit_.sound = u->sound;
+    pd_flow_prepare(ctx, &m->flow);
+    if (u->motion == PD_MOTION_GIVEN) return PD_OK;
     if (u->motion == PD_MOTION_IMPLICIT) return pd_implicit_build(ctx, &m->flow, &m->steady, &implicit, &m->implicit);
     return pd_unsteady_build(ctx, &m->flow, &explicit_, &m->unsteady);
 }
@@ -79,9 +86,10 @@ static pd_status pdi_model_flow(pd_ctx *ctx, pd_model *m)
     flow.wall_user = (void *)u; /* only read */
     steady.tolerance = u->steady;
     PDI_TRY(pd_flow_build(ctx, &m->grid, &m->bonds, &flow, &m->flow));
-    if (u->motion != PD_MOTION_EXPLICIT) PDI_TRY(pd_steady_build(ctx, &m->flow, &steady, &m->steady));
+    if (u->motion == PD_MOTION_STEADY || u->motion == PD_MOTION_IMPLICIT)
+        PDI_TRY(pd_steady_build(ctx, &m->flow, &steady, &m->steady));
     if (u->motion != PD_MOTION_STEADY) PDI_TRY(pdi_model_motion(ctx, m));
-    m->unknowns[PD_PART_FLOW] = (PD_DIM + 1) * m->grid.fluid_count;
+    if (u->motion != PD_MOTION_GIVEN) m->unknowns[PD_PART_FLOW] = (PD_DIM + 1) * m->grid.fluid_count;
     return PD_OK;
 }
 
@@ -110,6 +118,7 @@ static pd_status pdi_model_transport(pd_ctx *ctx, pd_model *m)
     desc.inlet = u->inlet;
     desc.advection = u->advection;
     if (pd_wall_holds(u)) desc.held = pd_wall_held;
+    if (u->motion == PD_MOTION_GIVEN) desc.entering = pd_inlet_entering;
     desc.user = (void *)u; /* only read */
     PDI_TRY(pd_transport_build(ctx, &m->grid, &m->bonds, u->has_flow ? &m->flow : NULL, &desc, &m->transport));
     m->unknowns[PD_PART_TRANSPORT] = m->grid.fluid_count;
@@ -191,11 +200,13 @@ pd_status pd_model_build(pd_ctx *ctx, const pd_setup *setup, pd_model *m)
     if (status == PD_OK) {
         desc.fraction = setup->fraction;
         desc.max_step = setup->max_step;
-        status = pd_couple_build(ctx, &desc, &m->grid, &m->bonds, setup->has_flow ? &m->flow : NULL,
+        status = pd_couple_build(ctx, &desc, &m->grid, &m->bonds,
+                                 setup->has_flow && setup->motion != PD_MOTION_GIVEN ? &m->flow : NULL,
                                  setup->has_flow && setup->motion == PD_MOTION_STEADY ? &m->steady : NULL,
                                  setup->has_transport ? &m->transport : NULL,
                                  setup->has_dissolve ? &m->dissolve : NULL, &m->couple);
         if (setup->has_transport && !setup->has_dissolve) m->couple.advance = &m->advance;
+        m->couple.settle = setup->settle;
         if (setup->motion == PD_MOTION_IMPLICIT) m->couple.implicit = &m->implicit;
         if (setup->motion == PD_MOTION_EXPLICIT) m->couple.unsteady = &m->unsteady;
     }

@@ -34,6 +34,8 @@ typedef struct pd_run_result {
     int has_flux;
     double flux, flux_max; /* [-] see pd_observables */
     double residual;      /* [-] larger one of the last flow solve */
+    int settled;          /* the transport was solved for its steady field */
+    double change;        /* [-] of that field in the last step of its solver, over the largest value */
     int64_t evaluations, steps, unknowns;
     int threads;          /* at most in use */
     double bytes_per_node; /* [byte] peak memory over fluid and solid nodes */

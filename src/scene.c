@@ -142,6 +142,14 @@ static pd_status pdi_scene_same(pdi_scene *s, int section, const char *key, cons
     return PD_OK;
 }
 
+/* An inlet where the given flow enters, an outlet where it leaves. */
+static pd_status pdi_scene_open(pdi_scene *s, int section, pd_setup_side *side)
+{
+    side->kind = PD_SIDE_INLET;
+    side->open = 1;
+    return pd_text_expr(s->ctx, s->text, section, "C", "mol/m3", pdi_setup_position(), PD_DIM, "0", &side->entering);
+}
+
 /* A wall may slide along itself and hold a concentration. */
 static pd_status pdi_scene_wall(pdi_scene *s, int section, int k)
 {
@@ -175,14 +183,16 @@ static pd_status pdi_scene_pairs(pdi_scene *s)
 
 static pd_status pdi_scene_side(pdi_scene *s, int k, int section, int *inlets, int *outlets)
 {
-    static const char *const flows[] = {"noslip", "inlet", "outlet", "periodic", "mirror", NULL};
+    static const char *const flows[] = {"noslip", "inlet", "outlet", "periodic", "mirror", "open", NULL};
+    const int open = 5;
     pd_setup *u = s->setup;
     int flow;
     PDI_TRY(pd_text_choice(s->ctx, s->text, section, "flow", flows, "noslip", &flow));
-    if (pdi_grid_port((pd_side)flow) && !u->has_flow)
+    if ((pdi_grid_port((pd_side)flow) || flow == open) && !u->has_flow)
         return pd_text_refuse(s->ctx, s->text, section, "flow",
                               "found '%s' without a [flow] section, expected C = ... alone"
                               " to hold a concentration", flows[flow]);
+    if (flow == open) return pdi_scene_open(s, section, &u->side[k]);
     u->side[k].kind = (pd_side)flow;
     if (flow == PD_SIDE_WALL) return pdi_scene_wall(s, section, k);
     if (flow == PD_SIDE_INLET) PDI_TRY(pdi_scene_inlet(s, section, &u->side[k]));
@@ -208,13 +218,17 @@ static pd_status pdi_scene_sides(pdi_scene *s)
 /* Flow that is not steady: where it starts, and how it moves on. */
 static pd_status pdi_scene_motion(pdi_scene *s, int section)
 {
-    static const char *const motions[] = {"steady", "implicit", "explicit", NULL};
+    static const char *const motions[] = {"steady", "implicit", "explicit", "given", NULL};
     static const char *const states[] = {"tait", "linear", NULL};
     static const char *const keys[] = {"vx", "vy", "vz"};
     pd_setup *u = s->setup;
     int motion;
     PDI_TRY(pd_text_choice(s->ctx, s->text, section, "time", motions, "steady", &motion));
     u->motion = (pd_motion)motion;
+    for (int k = 0; k < 2 * PD_DIM; k++)
+        if (u->side[k].open && u->motion != PD_MOTION_GIVEN)
+            return pd_text_refuse(s->ctx, s->text, section, "time", "found '%s' beside an open side, expected given",
+                                  motions[motion]);
     if (u->motion == PD_MOTION_STEADY) return PD_OK;
     if (u->has_dissolve)
         return pd_text_refuse(s->ctx, s->text, section, "time",
@@ -223,6 +237,7 @@ static pd_status pdi_scene_motion(pdi_scene *s, int section)
     for (int d = 0; d < PD_DIM; d++)
         PDI_TRY(pd_text_expr(s->ctx, s->text, section, keys[d], "m/s", pdi_setup_position(), PD_DIM, "0",
                              &u->start[d]));
+    if (u->motion == PD_MOTION_GIVEN) return PD_OK;
     if (u->motion == PD_MOTION_IMPLICIT)
         return pdi_scene_within(s, section, "rtol", "", "1e-4", 0.0, 0.1, 1, &u->flow_rtol);
     PDI_TRY(pd_text_choice(s->ctx, s->text, section, "eos", states, "tait", &u->linear));
@@ -261,7 +276,7 @@ static pd_status pdi_scene_flow(pdi_scene *s)
     PDI_TRY(pdi_scene_motion(s, section));
     PDI_TRY(pdi_scene_compressible(s, section));
     for (int k = 0; k < 2 * PD_DIM; k++) {
-        inflow += u->side[k].kind == PD_SIDE_INLET;
+        inflow += u->side[k].kind == PD_SIDE_INLET && !u->side[k].open;
         outflow += u->side[k].kind == PD_SIDE_OUTLET;
     }
     if (inflow && !outflow)
@@ -275,13 +290,16 @@ static pd_status pdi_scene_flow(pdi_scene *s)
 
 static pd_status pdi_scene_transport(pdi_scene *s)
 {
-    static const char *const schemes[] = {"limited", "upwind", NULL};
+    static const char *const schemes[] = {"limited", "upwind", NULL}, *const times[] = {"implicit", "steady", NULL};
     pd_setup *u = s->setup;
     int section = pd_text_section(s->ctx, s->text, "transport", NULL), scheme;
     if (!u->has_transport) return PD_OK;
     PDI_TRY(pdi_scene_not_negative(s, section, "D", "m2/s", NULL, &u->diffusivity));
     PDI_TRY(pd_text_choice(s->ctx, s->text, section, "advection", schemes, "limited", &scheme));
     u->advection = (pd_advection)scheme;
+    PDI_TRY(pd_text_choice(s->ctx, s->text, section, "time", times, "implicit", &u->settle));
+    if (u->settle && u->has_dissolve)
+        return pd_text_refuse(s->ctx, s->text, section, "time", "found 'steady' beside [dissolve], expected implicit");
     PDI_TRY(pd_text_expr(s->ctx, s->text, section, "initial", "mol/m3", pdi_setup_position(), PD_DIM, "0",
                          &u->initial));
     if (pd_expr_constant(&u->initial) && pd_expr_eval(&u->initial, NULL) < 0.0)
@@ -369,7 +387,8 @@ static pd_status pdi_scene_run(pdi_scene *s)
 {
     pd_setup *u = s->setup;
     int section = pd_text_section(s->ctx, s->text, "run", NULL);
-    if (!u->has_transport && u->motion == PD_MOTION_STEADY) return PD_OK;
+    int rests = u->motion == PD_MOTION_STEADY || u->motion == PD_MOTION_GIVEN;
+    if (rests && (!u->has_transport || u->settle)) return PD_OK;
     PDI_TRY(pdi_scene_positive(s, section, "until", "s", NULL, &u->until));
     if (!u->has_transport) return PD_OK;
     PDI_TRY(pdi_scene_within(s, section, "rtol", "", u->has_dissolve ? "4e-3" : "1e-3", 0.0, 0.1, 1, &u->rtol));

@@ -5,13 +5,14 @@
  *                half_space = yes  point  normal | mask = file.png  corner  cell | raw = file  size  corner  cell |
  *                union|intersect|difference = NAME, NAME;  outside = yes: the complement
  *                kind = solid|wall|part  material = mg4ag  grains = 40 um  grain_spread  grain_seed  boundary_width
- *   [side x-]    flow = inlet|outlet|noslip|periodic|mirror  profile = parabola|uniform|expression
+ *   [side x-]    flow = inlet|outlet|noslip|periodic|mirror|open  profile = parabola|uniform|expression
  *                mean = speed | flow_rate = 1 mL/min  vx = expression in x y z (vy, vz)  C = ...  p = 0
  *                noslip: velocity = 1 m/s, 0 m/s of a wall that slides along itself; C = ... held by the wall
  *   [flow]       rho  mu  steady = 1e-6  force = ...  speed, length: reference values, by default those of the inlet
- *                time = steady|implicit|explicit  vx (vy, vz) = expression: flow at the start  rtol = 1e-4 of implicit
- *                steps  eos = tait|linear, c0 = speed of sound of explicit ones
- *   [transport]  D  initial = expression in x y z  advection = limited|upwind
+ *                time = steady|implicit|explicit|given  vx (vy, vz) = expression: flow at the start, or the given flow,
+ *                which open sides let in and out  rtol = 1e-4 of implicit steps  eos = tait|linear, c0 = speed of sound
+ *                of explicit ones
+ *   [transport]  D  initial = expression in x y z  advection = limited|upwind  time = implicit|steady
  *   [dissolve]   rate = speed, an expression in C | law = the same in 1/s per layer of h
  *                Csat  Cs  gb_factor = 1  threshold = 0
  *   [run]        until  rtol = 4e-3 (of the volume loss; without dissolution 1e-3, of a step of the transport)

@@ -25,8 +25,10 @@ pd_status pd_setup_init(pd_ctx *ctx, pd_setup *setup)
 
 void pd_setup_free(pd_ctx *ctx, pd_setup *setup)
 {
-    for (int s = 0; s < 2 * PD_DIM; s++)
+    for (int s = 0; s < 2 * PD_DIM; s++) {
         for (int d = 0; d < PD_DIM; d++) pd_expr_free(ctx, &setup->side[s].velocity[d]);
+        pd_expr_free(ctx, &setup->side[s].entering);
+    }
     for (int d = 0; d < PD_DIM; d++) pd_expr_free(ctx, &setup->start[d]);
     pd_expr_free(ctx, &setup->initial);
     pd_expr_free(ctx, &setup->rate);

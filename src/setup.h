@@ -42,6 +42,8 @@ typedef struct pd_setup_side {
     double mean;              /* [m/s] speed into the box; unread with flow_rate or an expression */
     double flow_rate;         /* [m3/s] 0: mean holds. 2D: through a tube as wide as the open part of the side */
     pd_expr velocity[PD_DIM]; /* of x, y, z; in m/s */
+    int open;                 /* inlet where a given flow enters, outlet where it leaves */
+    pd_expr entering;         /* of x, y, z; in mol/m3: concentration of what enters an open side */
     double slide[PD_DIM];     /* [m/s] of a wall along itself */
     int holds;                /* a wall that holds a concentration */
     double held;              /* [mol/m3] */
@@ -51,7 +53,8 @@ typedef struct pd_setup_side {
 typedef enum pd_motion {
     PD_MOTION_STEADY = 0,
     PD_MOTION_IMPLICIT, /* incompressible, implicit.h */
-    PD_MOTION_EXPLICIT  /* weakly compressible, unsteady.h */
+    PD_MOTION_EXPLICIT, /* weakly compressible, unsteady.h */
+    PD_MOTION_GIVEN     /* prescribed once and for all */
 } pd_motion;
 
 typedef struct pd_setup_probe {
@@ -84,7 +87,7 @@ typedef struct pd_setup {
     double length;          /* [m] reference; 0: width of the inlet */
     double steady;          /* [-] residual */
     pd_motion motion;
-    pd_expr start[PD_DIM];  /* of x, y, z; in m/s: flow at the start when it is not steady */
+    pd_expr start[PD_DIM];  /* of x, y, z; in m/s: given flow, or flow at the start */
     double flow_rtol;       /* [-] error of an implicit step */
     int linear;             /* explicit: equation of state p = c0^2 (rho - rho0), else Tait */
     double sound;           /* [m/s] explicit: c0 */
@@ -93,6 +96,7 @@ typedef struct pd_setup {
     double inlet;           /* [mol/m3] */
     pd_expr initial;        /* of x, y, z; in mol/m3 */
     pd_advection advection;
+    int settle;             /* the steady field, and nothing else in time */
     /* dissolution */
     pd_material material;
     double solid_c;         /* [mol/m3] Cs */

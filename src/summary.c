@@ -64,6 +64,7 @@ static void pdi_summary_flow(const pdi_summary *s)
         snprintf(how, sizeof how, "incompressible flow in time, implicit, step error %g", m->implicit.desc.rtol);
     else if (m->setup->motion == PD_MOTION_EXPLICIT)
         snprintf(how, sizeof how, "weakly compressible flow in time, explicit, c0 = %g m/s", m->setup->sound);
+    else if (m->setup->motion == PD_MOTION_GIVEN) snprintf(how, sizeof how, "given flow");
     else snprintf(how, sizeof how, "steady Navier-Stokes to residual %g", m->setup->steady);
     snprintf(text, sizeof text, "%s, U = %s, L = %s, Re = %.4g", how, speed, length,
              m->flow.speed * m->flow.length / m->flow.nu);
@@ -77,7 +78,7 @@ static void pdi_summary_transport(const pdi_summary *s)
     if (!u->has_transport) return;
     pdi_setup_show(u->diffusivity, "m2/s", value);
     pdi_setup_show(u->until, "s", until);
-    snprintf(text, sizeof text, "%s, D = %s, implicit, until %s",
+    snprintf(text, sizeof text, u->settle ? "%s, D = %s, steady" : "%s, D = %s, implicit, until %s",
              !u->has_flow ? "diffusion" : u->advection == PD_ADVECTION_UPWIND ? "upwind advection and diffusion"
                                                                                : "limited advection and diffusion",
              value, until);

@@ -18,6 +18,9 @@
 #define PDI_TRANSPORT_ROUGH 30.0
 /* Rounds of upwinding the nodes that leave their bounds before the whole step is upwinded. */
 #define PDI_TRANSPORT_ROUNDS 20
+/* The steady field: length of a step over the explicit limit, and how many. */
+#define PDI_TRANSPORT_LONG 1e9
+#define PDI_TRANSPORT_STEPS 60
 
 /* Of bond k of node i: volume flux F [1/s] to the far end, conductance [1/s], and what upwinding adds to it [1/s]. */
 static void pdi_transport_bond(const pd_transport *t, int32_t i, int k, double *flux, double *bond, double *upwind)
@@ -549,6 +552,30 @@ pd_status pd_transport_implicit(pd_ctx *ctx, pd_transport *t, double dt, pd_tran
     return status;
 }
 
+pd_status pd_transport_steady(pd_ctx *ctx, pd_transport *t, pd_transport_result *result)
+{
+    double limit = pd_transport_limit(ctx, t);
+    int krylov = 0;
+    if (!(limit < 1e200))
+        return pdi_fail(ctx, PD_ERR_ARGUMENT, "transport", "nothing moves: there is no steady field to find");
+    for (int step = 0; step < PDI_TRANSPORT_STEPS; step++) {
+        double moved = 0.0, size = 0.0;
+        pd_status status = pd_transport_implicit(ctx, t, PDI_TRANSPORT_LONG * limit, result);
+        result->krylov = krylov += result->krylov;
+        if (status < 0) return status;
+        /* what is owed belongs to a time that never was */
+        pdi_par_zero(ctx, t->grid->total, t->carry);
+        for (int32_t i = 0; i < t->grid->total; i++) {
+            if (t->grid->kind[i] != PD_FLUID) continue;
+            moved = fmax(moved, fabs(t->c[i] - t->old[i]));
+            size = fmax(size, fabs(t->c[i]));
+        }
+        result->change = size > 0.0 ? moved / size : 0.0;
+        if (result->change <= t->desc.limiter_tolerance) return PD_OK;
+    }
+    return PD_NOT_CONVERGED;
+}
+
 double pd_transport_limit(pd_ctx *ctx, const pd_transport *t)
 {
     double fastest = 0.0;
@@ -613,11 +640,14 @@ double pd_transport_carried(pd_ctx *ctx, const pd_transport *t)
 
 static void pdi_transport_inlets(pd_transport *t)
 {
-    for (int32_t i = 0; i < t->grid->total; i++)
-        if (t->grid->kind[i] == PD_INLET) {
-            t->c[i] = t->desc.inlet;
-            t->up[i] = t->down[i] = 1.0;
-        }
+    for (int32_t i = 0; i < t->grid->total; i++) {
+        double x[PD_DIM];
+        if (t->grid->kind[i] != PD_INLET) continue;
+        pd_grid_position(t->grid, i, x);
+        pdi_grid_fold_images(t->grid, x);
+        t->c[i] = t->desc.entering ? t->desc.entering(t->desc.user, x) : t->desc.inlet;
+        t->up[i] = t->down[i] = 1.0;
+    }
 }
 
 void pd_transport_update(pd_ctx *ctx, pd_transport *t)

@@ -22,8 +22,9 @@ typedef enum pd_advection {
 typedef struct pd_transport_desc {
     double diffusivity;     /* [m2/s] */
     pd_point_fn field, level, held; /* see pd_diffusion_desc; NULL: constant diffusivity, no flux into walls */
-    void *user;             /* of these three */
     double inlet;           /* [mol/m3] concentration of the inflow */
+    pd_point_fn entering;   /* the same at the places of the inlet ghosts; NULL: `inlet` everywhere */
+    void *user;             /* of these four */
     double initial;         /* [mol/m3] */
     pd_advection advection;
     double tolerance;       /* [-] of the linear solves, relative to the right-hand side; 0: 1e-11 */
@@ -67,6 +68,7 @@ typedef struct pd_transport_result {
 #define pd_transport_build PD_NAME(pd_transport_build)
 #define pd_transport_update PD_NAME(pd_transport_update)
 #define pd_transport_implicit PD_NAME(pd_transport_implicit)
+#define pd_transport_steady PD_NAME(pd_transport_steady)
 #define pd_transport_explicit PD_NAME(pd_transport_explicit)
 #define pd_transport_limit PD_NAME(pd_transport_limit)
 #define pd_transport_stock PD_NAME(pd_transport_stock)
@@ -83,6 +85,10 @@ PD_API void pd_transport_update(pd_ctx *ctx, pd_transport *transport);
 /* One backward Euler step of dt [s] (any length: dt >> all time scales gives the steady state). PD_NOT_CONVERGED: the
  * linear solver stopped above its tolerance; what is missing is in carry. */
 PD_API pd_status pd_transport_implicit(pd_ctx *ctx, pd_transport *transport, double dt, pd_transport_result *result);
+/* The steady field, by steps of 1e9 times the explicit limit until the field changes by less than the limiter's
+ * tolerance. PD_NOT_CONVERGED: the limiter still moves the field by result->change after 60 steps; it is bounded and
+ * conservative all the same. */
+PD_API pd_status pd_transport_steady(pd_ctx *ctx, pd_transport *transport, pd_transport_result *result);
 /* One forward Euler step. PD_RETRY, nothing changed: dt exceeds pd_transport_limit. */
 PD_API pd_status pd_transport_explicit(pd_ctx *ctx, pd_transport *transport, double dt);
 /* Largest explicit step [s] that keeps every node within its neighbours. */
