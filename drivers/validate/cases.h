@@ -4,6 +4,7 @@
 #include "case.h"
 #include "operators.h"
 #include "flow.h"
+#include "enclosed.h"
 #include "transport.h"
 #include "dissolution.h"
 
@@ -12,6 +13,7 @@ static const val_case *const val_cases[] = {
 #if PD_DIM == 2
     &poiseuille_case,
     &flux_case,
+    &cavity_case,
 #endif
 #if PD_DIM == 3
     &hagen_case,
