@@ -15,6 +15,8 @@
 #define VAL_CURVES 4
 #define VAL_POINTS 1024
 
+static const double val_pi = 3.14159265358979323846;
+
 /* One set of numbers that a part runs with. */
 typedef struct val_level {
     int n;    /* resolution: cells across the length that the part names */

@@ -14,6 +14,10 @@ static const val_case *const val_cases[] = {
     &poiseuille_case,
     &flux_case,
     &cavity_case,
+    &taylor_case,
+#endif
+#if PD_DIM > 1
+    &isotropy_case,
 #endif
 #if PD_DIM == 3
     &hagen_case,

@@ -3,7 +3,6 @@
 #define VAL_TRANSPORT_H
 
 #define TRANSPORT_D 1e-9 /* [m2/s] */
-static const double transport_pi = 3.14159265358979323846;
 
 /* Concentration at x [m] and time t [s]. */
 typedef double (*transport_field_fn)(const val_lab *lab, const double *x, double t);
@@ -189,7 +188,7 @@ static double slab_field(const val_lab *lab, const double *x, double t)
     double fo = TRANSPORT_D * t / (SLAB_L * SLAB_L), c = 1.0;
     (void)lab;
     for (int k = 0; k < 200; k++) {
-        double q = (k + 0.5) * transport_pi;
+        double q = (k + 0.5) * val_pi;
         c -= 2.0 / q * exp(-q * q * fo) * sin(q * x[0] / SLAB_L);
     }
     return c;
@@ -200,7 +199,7 @@ static double slab_uptake(double fo)
 {
     double sum = 1.0;
     for (int k = 0; k < 200; k++) {
-        double q = (k + 0.5) * transport_pi;
+        double q = (k + 0.5) * val_pi;
         sum -= 2.0 / (q * q) * exp(-q * q * fo);
     }
     return sum;
