@@ -11,7 +11,6 @@
 #define VAL_MEASURES 4
 #define VAL_LEVELS 8
 #define VAL_GOALS 6
-#define VAL_PARTS 6
 #define VAL_CURVES 4
 #define VAL_POINTS 1024
 

@@ -5,8 +5,10 @@
 #include "operators.h"
 #include "flow.h"
 #include "enclosed.h"
+#include "startup.h"
 #include "transport.h"
 #include "dissolution.h"
+#include "gas.h"
 
 static const val_case *const val_cases[] = {
     &patch_case,
@@ -15,6 +17,7 @@ static const val_case *const val_cases[] = {
     &flux_case,
     &cavity_case,
     &taylor_case,
+    &startup_case,
 #endif
 #if PD_DIM > 1
     &isotropy_case,
@@ -27,6 +30,7 @@ static const val_case *const val_cases[] = {
     &stefan_case,
     &rate_case,
     &ledger_case,
+    &sod_case,
 };
 
 enum { VAL_CASE_COUNT = (int)(sizeof val_cases / sizeof val_cases[0]) };

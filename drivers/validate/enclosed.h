@@ -216,7 +216,7 @@ static const val_case taylor_case = {
 #define WAVE_ANGLES 3
 
 /* Periodic boxes of these cells hold one wave of about 32 nodes at angles of 0, 30.03 and 45 degrees (2D), along an
- * axis and the diagonals of faces and cubes (3D); 0 cells: the wave does not vary along the axis, 4 cells are enough. */
+ * axis and the diagonals of faces and cubes (3D). 0 cells: the wave does not vary along the axis, 4 are enough. */
 #if PD_DIM == 2
 static const int wave_cells[WAVE_ANGLES][3] = {{32, 0, 0}, {37, 64, 0}, {45, 45, 0}};
 #else
@@ -330,7 +330,8 @@ static const val_part isotropy_m = {
 static const val_part isotropy_n = {
     "waves", "m = 3, longer and shorter waves", "nodes a wave", VAL_BY_N, NULL, 2.0, WAVE_MEASURES,
     {{0, 1e-3, 0.0, 32, VAL_GOAL}, {1, 0.0, 1.9, 0, VAL_GUARD}}, 2,
-    {{16, 3.0, 0.0}, {32, 3.0, 0.0}, {64, 3.0, 0.0}}, PD_DIM == 2 ? 3 : 2, 0, isotropy_run, NULL};
+    {{16, 3.0, 0.0}, {32, 3.0, 0.0}, {64, 3.0, 0.0}}, PD_DIM == 2 ? 3 : 2, 0,
+    isotropy_run, NULL};
 static const val_part *const isotropy_parts[] = {&isotropy_m, &isotropy_n};
 
 static const val_case isotropy_case = {
