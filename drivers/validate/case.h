@@ -11,9 +11,10 @@
 #define VAL_MEASURES 4
 #define VAL_LEVELS 8
 #define VAL_GOALS 6
-#define VAL_PARTS 6
 #define VAL_CURVES 4
 #define VAL_POINTS 1024
+
+static const double val_pi = 3.14159265358979323846;
 
 /* One set of numbers that a part runs with. */
 typedef struct val_level {

@@ -4,14 +4,23 @@
 #include "case.h"
 #include "operators.h"
 #include "flow.h"
+#include "enclosed.h"
+#include "startup.h"
 #include "transport.h"
 #include "dissolution.h"
+#include "gas.h"
 
 static const val_case *const val_cases[] = {
     &patch_case,
 #if PD_DIM == 2
     &poiseuille_case,
     &flux_case,
+    &cavity_case,
+    &taylor_case,
+    &startup_case,
+#endif
+#if PD_DIM > 1
+    &isotropy_case,
 #endif
 #if PD_DIM == 3
     &hagen_case,
@@ -21,6 +30,7 @@ static const val_case *const val_cases[] = {
     &stefan_case,
     &rate_case,
     &ledger_case,
+    &sod_case,
 };
 
 enum { VAL_CASE_COUNT = (int)(sizeof val_cases / sizeof val_cases[0]) };

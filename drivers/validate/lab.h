@@ -8,7 +8,9 @@ typedef enum val_build {
     VAL_STEADY = 2,  /* with VAL_FLOW */
     VAL_TRANSPORT = 4,
     VAL_DISSOLVE = 8,
-    VAL_COUPLE = 16
+    VAL_COUPLE = 16,
+    VAL_IMPLICIT = 32, /* with VAL_STEADY */
+    VAL_GAS = 64
 } val_build;
 
 typedef struct val_lab {
@@ -20,6 +22,8 @@ typedef struct val_lab {
     pd_transport_desc transport_desc;
     pd_dissolve_desc dissolve_desc;
     pd_couple_desc couple_desc;
+    pd_implicit_desc implicit_desc;
+    pd_gas_desc gas_desc;
     pd_stencil stencil;
     pd_grid grid;
     pd_bonds bonds;
@@ -28,6 +32,8 @@ typedef struct val_lab {
     pd_transport transport;
     pd_dissolve dissolve;
     pd_couple couple;
+    pd_implicit implicit;
+    pd_gas gas;
     double *field[4]; /* [field_size] work of the case, see lab_fields */
     size_t field_size;
 } val_lab;
@@ -55,6 +61,9 @@ static pd_status lab_build(pd_ctx *ctx, val_lab *lab, int parts)
     PDI_TRY(pd_bonds_build(ctx, &lab->stencil, &lab->grid, 0, &lab->bonds));
     if (flow) PDI_TRY(pd_flow_build(ctx, &lab->grid, &lab->bonds, &lab->flow_desc, flow));
     if (steady) PDI_TRY(pd_steady_build(ctx, flow, &lab->steady_desc, steady));
+    if (parts & VAL_IMPLICIT)
+        PDI_TRY(pd_implicit_build(ctx, flow, steady, &lab->implicit_desc, &lab->implicit));
+    if (parts & VAL_GAS) PDI_TRY(pd_gas_build(ctx, &lab->grid, &lab->bonds, &lab->gas_desc, &lab->gas));
     if (parts & VAL_TRANSPORT)
         PDI_TRY(pd_transport_build(ctx, &lab->grid, &lab->bonds, flow, &lab->transport_desc, &lab->transport));
     if (dissolve)
@@ -77,6 +86,8 @@ static pd_status lab_fields(pd_ctx *ctx, val_lab *lab, int count, int components
 static void lab_free(pd_ctx *ctx, val_lab *lab)
 {
     for (int k = 0; k < 4; k++) PDI_DELETE(ctx, lab->field_size, lab->field[k]);
+    pd_gas_free(ctx, &lab->gas);
+    pd_implicit_free(ctx, &lab->implicit);
     pd_dissolve_free(ctx, &lab->dissolve);
     pd_transport_free(ctx, &lab->transport);
     pd_steady_free(ctx, &lab->steady);
