@@ -5,14 +5,14 @@ dir=$(mktemp -d) || exit 1
 trap 'rm -rf "$dir"' EXIT
 passed=0 failed=0
 
-# shows SCENE FILE KEY COLUMN VALUE TOLERANCE [OVERRIDE...]: the row of FILE that starts with KEY has VALUE in COLUMN, up
-# to TOLERANCE times VALUE.
+# shows SCENE FILE KEY COLUMN VALUE TOLERANCE: the row of FILE that starts with KEY has VALUE in COLUMN, up to TOLERANCE
+# times VALUE.
 shows() {
     scene=$1 file=$2 key=$3 column=$4 value=$5 tolerance=$6
-    shift 6
     kind=${scene##*_}
     if [ ! -d "$dir/$scene" ]; then
-        "$build/pd$kind" "examples/scenes/validation/$scene.scene" --out "$dir/$scene" "$@" > "$dir/log" 2>&1 || cat "$dir/log"
+        "$build/pd$kind" "examples/scenes/validation/$scene.scene" --out "$dir/$scene" > "$dir/log" 2>&1 ||
+            cat "$dir/log"
     fi
     found=$(awk -F, -v key="$key" -v column="$column" '
         !/^#/ && head == "" { head = $0; for (k = 1; k <= NF; k++) if ($k == column) at = k; next }
