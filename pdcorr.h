@@ -55,6 +55,7 @@
  *   progress   one line of text with the share done and the time left. The library prints nothing; a driver shows the
  *   material   properties of metals that dissolve, as presets with their sources.
  *   flow       peridynamic Navier-Stokes operator: momentum and continuity residuals, their linearisation, flux sections.
+ *   force      what a flow does to walls and solids, in two ways that share nothing but the fields.
  *   steady     steady flow by Newton's method on the peridynamic residual.
  *   implicit   time-dependent incompressible flow by the two-stage, second-order, L-stable SDIRK method.
  *   unsteady   time-dependent weakly compressible flow, explicit.
@@ -1877,6 +1878,31 @@ PDI_FN void pdi_flow_terms_apply(const pd_ctx *ctx, const pd_flow *flow, const p
 /* Volume flux per volume [1/s] of the bond k from node i to its far end, pressure flux included (eq. 4.4). */
 PDI_FN double pdi_flow_bond_flux(const pd_flow *flow, int32_t i, int k);
 #endif
+
+#endif
+
+/* ======== >>force.h ======== */
+/* force: what a flow does to walls and solids, in two ways that share nothing but the fields.
+ *
+ * On the surface: cut bonds carry friction (the wall terms of eq. 3.3 and 3.4), and closed bonds are faces with the
+ * area 2 g V that the pressure presses on. Around the body: momentum that passes the sides of a box of cells. Both are
+ * second order where the surface is smooth; their difference measures the error (theory: eq. 4.27, 4.28).
+ */
+#ifndef PD_FORCE_H
+#define PD_FORCE_H
+
+#define pd_force_surface PD_NAME(pd_force_surface)
+#define pd_force_balance PD_NAME(pd_force_balance)
+
+/* force [PD_DIM] [N; 1D: N/m2, 2D: N/m] that the present state of the flow exerts on walls and solids between lo and
+ * hi [m]: friction of the fluid nodes there, and pressure on the points there at which bonds meet the surface. friction
+ * and pressure are its parts (NULL: not wanted). Friction takes the steady balance of momentum on the surface. */
+PD_API void pd_force_surface(pd_ctx *ctx, pd_flow *flow, const double *lo, const double *hi, double *force,
+                             double *friction, double *pressure);
+/* The same for everything inside of the box of cells next to lo .. hi [m], from what passes its sides in a steady flow;
+ * the body force counts with the cells of fluid inside. PD_ERR_GEOMETRY: a closed or outer node lies within two cells
+ * of a side. */
+PD_API pd_status pd_force_balance(pd_ctx *ctx, pd_flow *flow, const double *lo, const double *hi, double *force);
 
 #endif
 
@@ -12783,6 +12809,177 @@ void pd_flow_free(pd_ctx *ctx, pd_flow *flow)
     PDI_DELETE(ctx, (int64_t)PD_DIM * total, flow->carrier);
     PDI_DELETE(ctx, (int64_t)PD_DIM * total, flow->drive);
     memset(flow, 0, sizeof *flow);
+}
+
+/* ======== >>force.c ======== */
+/* force: see force.h */
+#include <math.h>
+#include <string.h>
+
+/* Surfaces often lie on the bounds that the caller gives: cells that count as inside beyond them. */
+#define PDI_FORCE_SLACK 1e-6
+
+static int pdi_force_inside(const pd_grid *grid, const double *lo, const double *hi, const double *x)
+{
+    for (int d = 0; d < PD_DIM; d++) {
+        double slack = PDI_FORCE_SLACK * grid->h[d];
+        if (!(x[d] >= lo[d] - slack) || !(x[d] <= hi[d] + slack)) return 0;
+    }
+    return 1;
+}
+
+/* What row r presses on its closed faces between lo and hi, over rho: V sum_closed 2 g P at the surface, P continued
+ * with its gradient (eq. 4.27). */
+static void pdi_force_press(const pd_flow *flow, int32_t r, const double *lo, const double *hi, double *press)
+{
+    const pd_bonds *bonds = flow->bonds;
+    const pd_stencil *s = bonds->stencil;
+    int32_t node = bonds->node[r];
+    double at[PD_DIM];
+    for (int d = 0; d < PD_DIM; d++) press[d] = 0.0;
+    for (int k = 0; k < s->count; k++) {
+        if (pdi_bond_open(bonds, r, k)) continue;
+        double t = pdi_bond_meet(bonds, r, k, at), p = flow->p[node];
+        pdi_grid_fold_position(flow->grid, at); /* behind a periodic side the surface goes on */
+        if (!pdi_force_inside(flow->grid, lo, hi, at)) continue;
+        for (int d = 0; d < PD_DIM; d++)
+            p += t * s->xi[k * PD_DIM + d] * flow->grad[(int64_t)d * flow->grid->total + node];
+        for (int d = 0; d < PD_DIM; d++) press[d] += 2.0 * s->volume * s->grad[k * PD_DIM + d] * p;
+    }
+}
+
+/* Friction of row r over rho: V (nu (W u - drive) - Q (G P - f)), which its momentum residual holds (eq. 4.27). */
+static void pdi_force_rub(const pd_flow *flow, int32_t r, double *rub)
+{
+    const pd_bonds *bonds = flow->bonds;
+    int64_t total = flow->grid->total;
+    int32_t node = bonds->node[r];
+    for (int d = 0; d < PD_DIM; d++) {
+        int64_t at = (int64_t)d * total + node;
+        double drive = flow->drive ? flow->drive[at] : 0.0;
+        rub[d] = bonds->stencil->volume * (flow->nu * (bonds->wall_lap[r] * flow->u[at] - drive) -
+                                           bonds->wall_curv[r] * (flow->grad[at] - flow->force[d]));
+    }
+}
+
+void pd_force_surface(pd_ctx *ctx, pd_flow *flow, const double *lo, const double *hi, double *force, double *friction,
+                      double *pressure)
+{
+    const pd_bonds *bonds = flow->bonds;
+    pdi_sum sum[2 * PD_DIM];
+    memset(sum, 0, sizeof sum);
+    pd_flow_prepare(ctx, flow);
+    for (int32_t r = 0; r < bonds->rows; r++) {
+        double x[PD_DIM], rub[PD_DIM], press[PD_DIM];
+        pd_grid_position(flow->grid, bonds->node[r], x);
+        int inside = pdi_force_inside(flow->grid, lo, hi, x);
+        pdi_force_rub(flow, r, rub);
+        pdi_force_press(flow, r, lo, hi, press);
+        for (int d = 0; d < PD_DIM; d++) {
+            if (inside) pdi_sum_add(&sum[d], flow->rho * rub[d]);
+            pdi_sum_add(&sum[PD_DIM + d], flow->rho * press[d]);
+        }
+    }
+    for (int d = 0; d < PD_DIM; d++) {
+        double f = pdi_sum_total(&sum[d]), p = pdi_sum_total(&sum[PD_DIM + d]);
+        force[d] = f + p;
+        if (friction) friction[d] = f;
+        if (pressure) pressure[d] = p;
+    }
+}
+
+/* Field f on the face between node - stride and node, and its derivative across it times the spacing: cubics. */
+static double pdi_force_mid(const double *f, int32_t node, int32_t stride)
+{
+    return (9.0 * (f[node] + f[node - stride]) - (f[node + stride] + f[node - 2 * stride])) / 16.0;
+}
+
+static double pdi_force_slope(const double *f, int32_t node, int32_t stride)
+{
+    return (27.0 * (f[node] - f[node - stride]) - (f[node + stride] - f[node - 2 * stride])) / 24.0;
+}
+
+/* Momentum that passes the face before `node` towards + of `axis`, over its area: u u_n + P n - nu du/dn. */
+static void pdi_force_pass(const pd_flow *flow, int32_t node, int axis, double *pass)
+{
+    const pd_grid *grid = flow->grid;
+    int32_t stride = grid->stride[axis];
+    double speed = pdi_force_mid(flow->u + (int64_t)axis * grid->total, node, stride);
+    for (int d = 0; d < PD_DIM; d++) {
+        const double *u = flow->u + (int64_t)d * grid->total;
+        pass[d] = speed * pdi_force_mid(u, node, stride) - flow->nu * pdi_force_slope(u, node, stride) / grid->h[axis];
+    }
+    pass[axis] += pdi_force_mid(flow->p, node, stride);
+}
+
+/* First and last cells of the box. */
+static pd_status pdi_force_cells(pd_ctx *ctx, const pd_grid *grid, const double *lo, const double *hi, int *first,
+                                 int *last)
+{
+    for (int d = 0; d < PD_DIM; d++) {
+        double low = floor((lo[d] - grid->lo[d]) / grid->h[d] + 0.5);
+        double high = floor((hi[d] - grid->lo[d]) / grid->h[d] + 0.5);
+        if (!(low >= 2.0) || !(high <= grid->n[d] - 2.0) || !(high > low))
+            return pdi_fail(ctx, PD_ERR_GEOMETRY, "force",
+                            "cells %g .. %g of axis %d: a box of fluid two cells inside of %d is expected", low, high,
+                            d, grid->n[d]);
+        first[d] = (int)low;
+        last[d] = (int)high - 1;
+    }
+    return PD_OK;
+}
+
+/* Adds what leaves through both sides of `axis`. */
+static pd_status pdi_force_sides(pd_ctx *ctx, const pd_flow *flow, const int *first, const int *last, int axis,
+                                 pdi_sum *sum)
+{
+    const pd_grid *grid = flow->grid;
+    double area = flow->bonds->stencil->volume / grid->h[axis];
+    int32_t stride = grid->stride[axis];
+    for (int side = 0; side < 2; side++) {
+        int i[PD_DIM], more = 1;
+        memcpy(i, first, sizeof i);
+        i[axis] = side ? last[axis] + 1 : first[axis];
+        while (more) {
+            double pass[PD_DIM];
+            int32_t node = pd_grid_node(grid, i);
+            for (int k = -2; k < 2; k++)
+                if (grid->kind[node + k * stride] != PD_FLUID)
+                    return pdi_fail(ctx, PD_ERR_GEOMETRY, "force",
+                                    "a side of the box, axis %d, comes within two cells of a closed node", axis);
+            pdi_force_pass(flow, node, axis, pass);
+            for (int d = 0; d < PD_DIM; d++) pdi_sum_add(&sum[d], (side ? -1.0 : 1.0) * flow->rho * area * pass[d]);
+            more = 0;
+            for (int d = 0; d < PD_DIM && !more; d++) {
+                if (d == axis) continue;
+                more = i[d] < last[d];
+                i[d] = more ? i[d] + 1 : first[d];
+            }
+        }
+    }
+    return PD_OK;
+}
+
+pd_status pd_force_balance(pd_ctx *ctx, pd_flow *flow, const double *lo, const double *hi, double *force)
+{
+    const pd_grid *grid = flow->grid;
+    pdi_sum sum[PD_DIM];
+    int first[PD_DIM], last[PD_DIM];
+    double fluid = 0.0;
+    memset(sum, 0, sizeof sum);
+    for (int d = 0; d < PD_DIM; d++) force[d] = 0.0;
+    PDI_TRY(pdi_force_cells(ctx, grid, lo, hi, first, last));
+    pd_flow_prepare(ctx, flow);
+    for (int axis = 0; axis < PD_DIM; axis++) PDI_TRY(pdi_force_sides(ctx, flow, first, last, axis, sum));
+    for (int32_t node = 0; node < grid->total; node++) {
+        int i[PD_DIM], inside = grid->kind[node] == PD_FLUID;
+        pdi_grid_index(grid, node, i);
+        for (int d = 0; d < PD_DIM; d++) inside = inside && i[d] >= first[d] && i[d] <= last[d];
+        fluid += inside;
+    }
+    for (int d = 0; d < PD_DIM; d++)
+        force[d] = pdi_sum_total(&sum[d]) + flow->rho * flow->force[d] * fluid * flow->bonds->stencil->volume;
+    return PD_OK;
 }
 
 /* ======== >>steady.c ======== */

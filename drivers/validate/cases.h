@@ -6,7 +6,9 @@
 #include "flow.h"
 #include "enclosed.h"
 #include "startup.h"
+#include "cylinder.h"
 #include "transport.h"
+#include "exchange.h"
 #include "dissolution.h"
 #include "gas.h"
 
@@ -16,6 +18,7 @@ static const val_case *const val_cases[] = {
     &poiseuille_case,
     &flux_case,
     &cavity_case,
+    &cylinder_case,
     &taylor_case,
     &startup_case,
 #endif
@@ -27,6 +30,9 @@ static const val_case *const val_cases[] = {
 #endif
     &diffusion_case,
     &advection_case,
+#if PD_DIM == 2
+    &graetz_case,
+#endif
     &stefan_case,
     &rate_case,
     &ledger_case,

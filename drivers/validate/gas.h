@@ -141,9 +141,9 @@ static const val_part *const sod_parts[] = {&sod_m3, &sod_m1};
 
 static const val_case sod_case = {
     "sod", "Shock tube",
-    "Gas at 1 and at 0.1 Pa on both sides of a membrane that breaks: a rarefaction, a contact and a shock, to 0.2 s. "
-    "Mean error of the density; nodes whose density or pressure is not positive, summed over all steps. In 2D and 3D "
-    "the tube is two nodes wide, between mirrors.",
+    "Gas at 1 and at 0.1 Pa on both sides of a membrane that breaks: a rarefaction, a contact and a shock, until "
+    "0.2 s. Mean error of the density; nodes whose density or pressure is not positive, summed over all steps. In 2D "
+    "and 3D the tube is two nodes wide, between mirrors.",
     "A shock at the wrong speed because a scheme does not conserve, expansion shocks, oscillations that make a density "
     "negative, mirrors that act as walls.",
     "exact solution of the Riemann problem of G. A. Sod, J. Comput. Phys. 27, 1978",
