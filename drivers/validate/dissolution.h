@@ -108,10 +108,10 @@ static pd_status stefan_run(val_job *job)
 }
 
 #define STEFAN_MISS \
-    "First order: the front is too deep by a number of cells that hardly depends on h or on time, 0.8 to 1.0 h in 1D " \
-    "and 1.5 to 2.0 h in 2D. The other surface, a wall that holds c = 0, is in its place (see diffusion, slab). " \
-    "Metal goes to fluid nodes, up to m cells away in 2D and 3D and to the next one in 1D; with a fast law all of them " \
-    "saturate, so that diffusion starts in front of the metal and has a shorter way."
+    "First order: the front is too deep by a number of cells that hardly depends on h or on time, 0.8 to 1.0 h in " \
+    "1D and 1.5 to 2.0 h in 2D. The other surface, a wall that holds c = 0, is in its place (see diffusion, " \
+    "slab). Metal goes to fluid nodes, up to m cells away in 2D and 3D and to the next one in 1D; with a fast law " \
+    "all of them saturate, so that diffusion starts in front of the metal and has a shorter way."
 
 static const val_part stefan_part = {
     "", "", "8 um/h", VAL_BY_N, NULL, 1.0,
@@ -134,10 +134,10 @@ static const val_part *const stefan_parts[] = {&stefan_part};
 
 static const val_case stefan_case = {
     "stefan", "Pencil electrode",
-    "304 steel dissolves as fast as metal diffuses away: c = 0 at the original surface, a held wall, saturation at "
-    "the front. The run starts on the closed form at a depth of 8 um; the law is 1e-3 m/s (1 - c/Csat). Depth at 10, 100 and 300 s "
-    "against 24.92, 78.81 and 136.5 um; in 2D and 3D the pencil is a column 24 um wide between walls, up to 100 s and "
-    "10 s.",
+    "304 steel dissolves as fast as metal diffuses away: c = 0 at the original surface, a held wall, saturation "
+    "at the front. The run starts on the closed form at a depth of 8 um; the law is 1e-3 m/s (1 - c/Csat). Depth "
+    "at 10, 100 and 300 s against 24.92, 78.81 and 136.5 um; in 2D and 3D the pencil is a column 24 um wide "
+    "between walls, up to 100 s and 10 s.",
     "Sources that count neighbours, values reset when a node turns fluid, a salt layer that does not let go, metal "
     "that vanishes.",
     "closed form: depth = 2 lambda sqrt(D t), sqrt(pi) lambda exp(lambda^2) erf(lambda) = Csat/(Cs - Csat), with "
