@@ -27,6 +27,7 @@ static const val_case *const val_cases[] = {
 #endif
 #if PD_DIM == 3
     &hagen_case,
+    &channel_case,
 #endif
     &diffusion_case,
     &advection_case,

@@ -195,8 +195,8 @@ static const val_part flux_part = {
     "The flux of bonds, which the scheme conserves, is equal to rounding everywhere. The sum of node velocities over a "
     "layer is a midpoint rule for the flux, and at the edges of the pin, solid angles of 90 degrees, the velocity "
     "grows as r^0.544 with the distance (H. K. Moffatt, J. Fluid Mech. 18, 1964). A midpoint rule is of order 1.54 "
-    "there, which agrees with what is found in the layers at the leading edges; halfway along the pin the deviation "
-    "is 2.3e-2, 6.0e-3 and 1.5e-3, of second order. Second order at the edges cannot be had on equal spacings."};
+    "there, which agrees with what is found in the layers at the leading edges. Second order at the edges cannot be "
+    "had on equal spacings."};
 static const val_part *const flux_parts[] = {&flux_part};
 
 static const val_case flux_case = {
