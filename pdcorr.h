@@ -15488,6 +15488,7 @@ void pd_advance_free(pd_ctx *ctx, pd_advance *a)
 /* ======== >>dissolve.c ======== */
 /* dissolve: see dissolve.h */
 #include <math.h>
+#include <stdlib.h>
 #include <string.h>
 
 /* Content above the threshold that counts as none, as a fraction of Cs: rounding of the losses. */
@@ -15538,34 +15539,66 @@ static int pdi_dissolve_free(const pd_dissolve *d, int32_t i, int k)
     return 1;
 }
 
-/* The fluid nodes at which bond k of solid node j enters the fluid, where it takes the concentration and leaves the
- * metal: the far end may lie a horizon away from the surface. How many; 0: the bond does not end in fluid, or a wall
- * stands in between. Several: the bond passes an edge or corner between them. */
-static int pdi_dissolve_entry(const pd_dissolve *d, int32_t j, int k, int32_t *entry)
+/* Where bond k of solid node j enters the fluid. */
+typedef struct pdi_dissolve_entry {
+    int count;                          /* 0: the bond does not end in fluid, or a wall stands in between */
+    int32_t node[PDI_DISSOLVE_ENTRIES]; /* several: the bond passes an edge or corner between them */
+    double film;                        /* [m] from the surface to there */
+} pdi_dissolve_entry;
+
+/* Content of node j above what stays in it, as a share of the span. */
+static double pdi_dissolve_left(const pd_dissolve *d, int32_t j)
+{
+    return (d->transport->c[j] - d->desc.threshold * d->desc.solid) / pdi_dissolve_span(d);
+}
+
+/* The first fluid nodes on the bond take the concentration and get the metal: the far end may lie a horizon away from
+ * the surface. The surface stands in the last solid cell before them, as deep as that has lost metal. */
+static void pdi_dissolve_enter(const pd_dissolve *d, int32_t j, int k, pdi_dissolve_entry *entry)
 {
     const pd_stencil *s = d->bonds->stencil;
-    int found = 0;
-    if (d->grid->kind[pdi_dissolve_far(d, j, k)] != PD_FLUID || !pdi_dissolve_free(d, j, k)) return 0;
-    for (int g = s->group_first[k]; g < s->group_first[k + 1] && !found; g++)
-        for (int c = s->group_cell[g]; c < s->group_cell[g + 1] && found < PDI_DISSOLVE_ENTRIES; c++) {
+    const int *n = s->offset + k * PD_DIM;
+    int32_t last = j;
+    int axis = 0;
+    entry->count = 0;
+    if (d->grid->kind[pdi_dissolve_far(d, j, k)] != PD_FLUID || !pdi_dissolve_free(d, j, k)) return;
+    for (int g = s->group_first[k]; g < s->group_first[k + 1] && !entry->count; g++)
+        for (int c = s->group_cell[g]; c < s->group_cell[g + 1] && entry->count < PDI_DISSOLVE_ENTRIES; c++) {
             int32_t at = j + d->bonds->cell_shift[c];
             uint8_t kind = d->grid->kind[at];
             if (kind != PD_FLUID && kind != PD_SOLID) at = pdi_grid_image(d->grid, at, NULL);
-            if (d->grid->kind[at] == PD_FLUID) entry[found++] = at;
+            if (d->grid->kind[at] == PD_FLUID) entry->node[entry->count++] = at;
+            else if (d->grid->kind[at] == PD_SOLID && !entry->count) last = at;
         }
-    return found;
+    for (int e = 1; e < PD_DIM; e++)
+        if (abs(n[e]) * s->h[e] > abs(n[axis]) * s->h[axis]) axis = e;
+    entry->film = s->h[axis] * fmax(1.5 - pdi_dissolve_left(d, last), 0.0);
+}
+
+/* Share of the law that is left when the metal has to diffuse through the film between the surface and node i, where
+ * the law is linearised: v = v0 + v1 (c + v Cs film/D). */
+static double pdi_dissolve_share_of_law(const pd_dissolve *d, int32_t i, double film)
+{
+    const pd_diffusion *diffusion = &d->transport->diffusion;
+    double diffusivity = diffusion->field ? diffusion->field[i] : diffusion->desc.diffusivity;
+    if (!(d->slope[i] < 0.0)) return 1.0;
+    double resistance = -d->slope[i] * d->desc.solid * film;
+    return diffusivity > 0.0 ? diffusivity / (diffusivity + resistance) : 0.0;
 }
 
 /* Rate [1/s] at which solid node j loses its span: f sum c(n) v over its bonds to fluid. */
 static double pdi_dissolve_rate(const pd_dissolve *d, int32_t j)
 {
     const pd_stencil *s = d->bonds->stencil;
-    int32_t entry[PDI_DISSOLVE_ENTRIES];
+    pdi_dissolve_entry entry;
     double sum = 0.0;
     for (int k = 0; k < s->count; k++) {
-        int found = pdi_dissolve_entry(d, j, k, entry);
-        for (int e = 0; e < found; e++)
-            sum += s->area[k] / found * (d->speed[entry[e]] + d->slope[entry[e]] * d->transport->c[entry[e]]);
+        pdi_dissolve_enter(d, j, k, &entry);
+        for (int e = 0; e < entry.count; e++) {
+            int32_t i = entry.node[e];
+            sum += s->area[k] / entry.count * pdi_dissolve_share_of_law(d, i, entry.film) *
+                   (d->speed[i] + d->slope[i] * d->transport->c[i]);
+        }
     }
     return sum * pdi_dissolve_factor(d, j);
 }
@@ -15654,20 +15687,27 @@ pd_status pd_dissolve_prepare(pd_ctx *ctx, pd_dissolve *d)
 {
     const pd_stencil *s = d->bonds->stencil;
     pd_transport *t = d->transport;
+    pdi_dissolve_entry entry;
     for (int32_t i = 0; i < d->grid->total; i++) t->source[i] = t->absorb[i] = d->weight[i] = 0.0;
-    for (int32_t f = 0; f < d->front_count; f++) {
-        int32_t j = d->front[f], entry[PDI_DISSOLVE_ENTRIES];
-        double weight = pdi_dissolve_span(d) * pdi_dissolve_factor(d, j);
-        for (int k = 0; k < s->count; k++) {
-            int found = pdi_dissolve_entry(d, j, k, entry);
-            for (int e = 0; e < found; e++) d->weight[entry[e]] += weight * (s->area[k] / found);
+    for (int pass = 0; pass < 2; pass++) {
+        for (int32_t f = 0; f < d->front_count; f++) {
+            int32_t j = d->front[f];
+            double span = pdi_dissolve_span(d) * pdi_dissolve_factor(d, j);
+            for (int k = 0; k < s->count; k++) {
+                pdi_dissolve_enter(d, j, k, &entry);
+                for (int e = 0; e < entry.count; e++) {
+                    int32_t i = entry.node[e];
+                    double weight = span * (s->area[k] / entry.count);
+                    if (!pass) d->weight[i] += weight;
+                    if (!pass) continue;
+                    weight *= pdi_dissolve_share_of_law(d, i, entry.film);
+                    t->source[i] += weight * d->speed[i];
+                    t->absorb[i] -= weight * d->slope[i];
+                }
+            }
         }
-    }
-    for (int32_t i = 0; i < d->grid->total; i++) {
-        if (!(d->weight[i] > 0.0)) continue;
-        PDI_TRY(pdi_dissolve_law(ctx, d, i));
-        t->source[i] = d->weight[i] * d->speed[i];
-        t->absorb[i] = -d->weight[i] * d->slope[i];
+        for (int32_t i = 0; i < d->grid->total && !pass; i++)
+            if (d->weight[i] > 0.0) PDI_TRY(pdi_dissolve_law(ctx, d, i));
     }
     return PD_OK;
 }
@@ -15736,12 +15776,6 @@ static void pdi_dissolve_expose(pd_dissolve *d, int32_t j)
     }
 }
 
-/* Content of node j above what stays in it, as a share of the span. */
-static double pdi_dissolve_left(const pd_dissolve *d, int32_t j)
-{
-    return (d->transport->c[j] - d->desc.threshold * d->desc.solid) / pdi_dissolve_span(d);
-}
-
 /* 1 when node j has to leave the solid: down to the lead with a layer behind it that stays, or empty. */
 static int pdi_dissolve_spent(const pd_dissolve *d, int32_t j)
 {
@@ -15782,11 +15816,9 @@ pd_status pd_dissolve_finish(pd_ctx *ctx, pd_dissolve *d, double dt)
     (void)nt;
     d->changed_count = 0;
     PDI_PARALLEL_FOR(nt)
-    for (int32_t f = 0; f < d->front_count; f++) {
-        int32_t j = d->front[f];
-        d->rate[j] = pdi_dissolve_rate(d, j);
-        d->transport->c[j] -= dt * span * d->rate[j];
-    }
+    for (int32_t f = 0; f < d->front_count; f++) d->rate[d->front[f]] = pdi_dissolve_rate(d, d->front[f]);
+    /* the contents tell where the surface stands, so all rates come first */
+    for (int32_t f = 0; f < d->front_count; f++) d->transport->c[d->front[f]] -= dt * span * d->rate[d->front[f]];
     PDI_TRY(pdi_dissolve_settle(ctx, d));
     if (!d->changed_count) return PD_OK;
     for (int32_t n = 0; n < d->changed_count; n++) pdi_dissolve_expose(d, d->changed[n]);
