@@ -108,8 +108,8 @@ static pd_status stefan_run(val_job *job)
 }
 
 #define STEFAN_MISS \
-    "First order: where the metal stands within its cell is known on average only, and nodes leave the solid one cell " \
-    "at a time."
+    "First order: where the metal stands within its cell is known on average only, and nodes leave the solid one " \
+    "cell at a time."
 
 static const val_part stefan_part = {
     "", "", "8 um/h", VAL_BY_N, NULL, 1.0,
