@@ -156,6 +156,8 @@ pd_status pd_force_balance(pd_ctx *ctx, pd_flow *flow, const double *lo, const d
     int first[PD_DIM], last[PD_DIM];
     double fluid = 0.0;
     memset(sum, 0, sizeof sum);
+    memset(first, 0, sizeof first);
+    memset(last, 0, sizeof last);
     for (int d = 0; d < PD_DIM; d++) force[d] = 0.0;
     PDI_TRY(pdi_force_cells(ctx, grid, lo, hi, first, last));
     pd_flow_prepare(ctx, flow);
