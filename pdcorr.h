@@ -738,7 +738,7 @@ PD_API void pd_ghosts_scalar(const pd_ghosts *ghosts, double *f);
 PD_API void pd_ghosts_vector(const pd_ghosts *ghosts, double *v);
 /* p [total]: images, and outlets odd about `held`, in the unit of p. */
 PD_API void pd_ghosts_pressure(const pd_ghosts *ghosts, double held, double *p);
-/* x [components][total]: zero at images and outlets. */
+/* x [components][total]: zero at all ghosts of the list, inlets included. */
 PD_API void pd_ghosts_clear(const pd_ghosts *ghosts, int components, double *x);
 PD_API void pd_ghosts_free(pd_ctx *ctx, pd_ghosts *ghosts);
 
@@ -766,6 +766,7 @@ typedef struct pd_bonds {
     int all_rows;        /* every fluid node owns a row (for comparisons of both paths) */
     int32_t *shift;      /* [count] node id of the far end minus that of the node */
     int32_t *cell_shift; /* [cells] the same for the cells of the paths */
+    double norm[PD_DIM]; /* [unit of base m2] sum w xi_a^2 over a whole family */
     int32_t *row;        /* [total] row of a node; -1: whole family, or not fluid */
     int32_t rows, capacity;
     int32_t plain;       /* rows [0, plain) are in the order of their nodes and see no inlet; the others come behind */
@@ -2301,8 +2302,8 @@ PD_API void pd_transport_free(pd_ctx *ctx, pd_transport *transport);
  * at the end. bounded: values outside of the bounds of old and inflow lose their antidiffusive fluxes. carry stays. */
 PDI_FN pd_status pdi_transport_stage(pd_ctx *ctx, pd_transport *transport, double dt, int bounded,
                                      pd_transport_result *result);
-/* rest [total] [mol/m3/s]: what the last stage left undone. */
-PDI_FN void pdi_transport_rest(const pd_ctx *ctx, const pd_transport *transport, double *rest);
+/* out [total] [mol/m3/s]: residual of the last stage, what it left undone. */
+PDI_FN void pdi_transport_residual(const pd_ctx *ctx, const pd_transport *transport, double *out);
 /* 1 when c lies within the bounds of `start` and the inflow. */
 PDI_FN int pdi_transport_within(const pd_transport *transport, const double *start);
 #endif
@@ -5863,7 +5864,7 @@ void pd_ghosts_clear(const pd_ghosts *g, int components, double *x)
 {
     int64_t total = g->grid->total;
     for (int d = 0; d < components; d++)
-        for (int32_t k = 0; k < g->count; k++) x[d * total + g->node[k]] = 0.0;
+        for (int32_t k = 0; k < g->listed; k++) x[d * total + g->node[k]] = 0.0;
 }
 
 void pd_ghosts_free(pd_ctx *ctx, pd_ghosts *g)
@@ -6156,16 +6157,12 @@ PDI_FN void pdi_bond_drive(const pd_bonds *bonds, int32_t row, pd_velocity_fn wa
 }
 
 /* From the inverse moments S^-1 to N S^-T with the moments N of a whole family, which g = w xi / N is made with. */
-static void pdi_bond_transpose(const pd_stencil *s, double *k)
+static void pdi_bond_transpose(const pd_bonds *bonds, double *k)
 {
-    double norm[PD_DIM], inverse[PD_DIM * PD_DIM];
+    double inverse[PD_DIM * PD_DIM];
     memcpy(inverse, k, sizeof inverse);
-    for (int a = 0; a < PD_DIM; a++) {
-        norm[a] = 0.0;
-        for (int b = 0; b < s->count; b++) norm[a] += s->base[b] * s->xi[b * PD_DIM + a] * s->xi[b * PD_DIM + a];
-    }
     for (int a = 0; a < PD_DIM; a++)
-        for (int b = 0; b < PD_DIM; b++) k[a * PD_DIM + b] = norm[a] * inverse[b * PD_DIM + a];
+        for (int b = 0; b < PD_DIM; b++) k[a * PD_DIM + b] = bonds->norm[a] * inverse[b * PD_DIM + a];
 }
 
 static void pdi_bond_fill_row(pd_bonds *bonds, int32_t r)
@@ -6203,7 +6200,7 @@ static void pdi_bond_fill_row(pd_bonds *bonds, int32_t r)
     for (int i = 0; i < PD_DIM * PD_DIM; i++) entry[i] += moment[i];
     pdi_bond_invert(grid, moment, closure, inverse);
     pdi_bond_invert(grid, entry, closure, carrier);
-    pdi_bond_transpose(s, carrier);
+    pdi_bond_transpose(bonds, carrier);
 }
 
 static void pdi_bond_free_rows(pd_ctx *ctx, pd_bonds *b)
@@ -6409,6 +6406,9 @@ pd_status pd_bonds_build(pd_ctx *ctx, const pd_stencil *stencil, const pd_grid *
     bonds->grid = grid;
     bonds->all_rows = all_rows;
     bonds->words = (stencil->count + 31) / 32;
+    for (int k = 0; k < stencil->count; k++)
+        for (int d = 0; d < PD_DIM; d++)
+            bonds->norm[d] += stencil->base[k] * stencil->xi[k * PD_DIM + d] * stencil->xi[k * PD_DIM + d];
     PDI_TRY(PDI_NEW(ctx, "bond", stencil->count, bonds->shift));
     PDI_TRY(PDI_NEW(ctx, "bond", stencil->cells, bonds->cell_shift));
     PDI_TRY(PDI_NEW(ctx, "bond", grid->total, bonds->row));
@@ -13050,15 +13050,6 @@ static void pdi_steady_commute(const pd_ctx *ctx, const pd_steady *s, const doub
     }
 }
 
-/* What flow->u holds in ghosts, inlets included, is no part of the equations. */
-static void pdi_steady_clear_ghosts(const pd_flow *flow, double *momentum)
-{
-    const pd_ghosts *ghosts = &flow->bonds->ghosts;
-    for (int d = 0; d < PD_DIM; d++)
-        for (int32_t g = 0; g < ghosts->listed; g++)
-            momentum[(int64_t)d * flow->grid->total + ghosts->node[g]] = 0.0;
-}
-
 /* s->work = M^-1 x, and flow->grad the pressure gradient of it. r: scratch. */
 static void pdi_steady_precondition(pd_ctx *ctx, pd_steady *s, const double *x, double *r)
 {
@@ -13138,7 +13129,7 @@ static double pdi_steady_residual(pd_ctx *ctx, pd_steady *s, pd_steady_result *r
     if (s->rate > 0.0) {
         pdi_par_axpy(ctx, split, s->rate, flow->u, r);
         pdi_par_axpy(ctx, split, -s->rate, s->target, r);
-        pdi_steady_clear_ghosts(flow, r);
+        pd_ghosts_clear(&flow->bonds->ghosts, PD_DIM, r); /* inlets hold a velocity, and have no equation */
     }
     pdi_steady_scale(ctx, flow, flow->length / (flow->speed * flow->speed), flow->length / flow->speed, r);
     result->momentum = pdi_par_max_abs(ctx, split, r);
@@ -14931,7 +14922,7 @@ static void pdi_transport_right_side(const pd_ctx *ctx, pd_transport *t)
 }
 
 /* residual = rhs - A c at fluid nodes, into out. */
-static void pdi_transport_residual(const pd_ctx *ctx, const pd_transport *t, double *out)
+PDI_FN void pdi_transport_residual(const pd_ctx *ctx, const pd_transport *t, double *out)
 {
     const uint8_t *kind = t->grid->kind;
     int nt = pdi_par_threads(ctx, t->grid->total * 4);
@@ -14974,20 +14965,13 @@ static void pdi_transport_boundary(pd_transport *t)
 {
     pdi_sum out = {0.0, 0.0}, in = {0.0, 0.0};
     const pd_grid *grid = t->grid;
-    int reach = t->bonds->stencil->reach;
     for (int32_t i = 0; i < grid->total; i++) {
-        int at[PD_DIM], near_open = 0;
         if (grid->kind[i] != PD_FLUID) continue;
-        pdi_grid_index(grid, i, at);
-        for (int d = 0; d < PD_DIM; d++) {
-            near_open = near_open || (pdi_grid_port(grid->side[2 * d]) && at[d] < reach);
-            near_open = near_open || (pdi_grid_port(grid->side[2 * d + 1]) && at[d] >= grid->n[d] - reach);
-        }
         if (t->diffusion.hold) {
             double gain = t->diffusion.drive[i] - t->diffusion.hold[i] * t->c[i];
             pdi_sum_add(gain > 0.0 ? &in : &out, fabs(gain));
         }
-        if (!near_open) continue;
+        if (!pdi_transport_sees_ends(t, i, 1)) continue;
         for (int k = 0; k < t->bonds->stencil->count; k++) {
             if (!pdi_transport_open(t, i, k)) continue;
             uint8_t far_kind = grid->kind[i + t->bonds->shift[k]];
@@ -15019,16 +15003,24 @@ static void pdi_transport_bounds(const pd_transport *t, const double *start, dou
     *high = fmax(*high, t->diffusion.held_most);
 }
 
+/* Widen the bounds by the rounding of the linear solve. */
+static void pdi_transport_slack(const pd_transport *t, double *low, double *high)
+{
+    double size = 0.0;
+    for (int32_t i = 0; i < t->grid->total; i++)
+        if (t->grid->kind[i] == PD_FLUID) size = fmax(size, fabs(t->c[i]));
+    *low -= PDI_TRANSPORT_SLACK * size;
+    *high += PDI_TRANSPORT_SLACK * size;
+}
+
 /* Mark the nodes outside of the bounds; how many are new. */
 static int64_t pdi_transport_mark(pd_transport *t, double low, double high)
 {
-    double size = 0.0;
     int64_t found = 0;
-    for (int32_t i = 0; i < t->grid->total; i++)
-        if (t->grid->kind[i] == PD_FLUID) size = fmax(size, fabs(t->c[i]));
+    pdi_transport_slack(t, &low, &high);
     for (int32_t i = 0; i < t->grid->total; i++) {
         if (t->grid->kind[i] != PD_FLUID || t->upwinded[i]) continue;
-        if (t->c[i] >= low - PDI_TRANSPORT_SLACK * size && t->c[i] <= high + PDI_TRANSPORT_SLACK * size) continue;
+        if (t->c[i] >= low && t->c[i] <= high) continue;
         t->upwinded[i] = 1;
         found++;
     }
@@ -15094,20 +15086,13 @@ PDI_FN pd_status pdi_transport_stage(pd_ctx *ctx, pd_transport *t, double dt, in
     return result->residual <= 10.0 * t->desc.tolerance ? PD_OK : status;
 }
 
-PDI_FN void pdi_transport_rest(const pd_ctx *ctx, const pd_transport *t, double *rest)
-{
-    pdi_transport_residual(ctx, t, rest);
-}
-
 PDI_FN int pdi_transport_within(const pd_transport *t, const double *start)
 {
-    double low, high, size = 0.0;
+    double low, high;
     pdi_transport_bounds(t, start, &low, &high);
+    pdi_transport_slack(t, &low, &high);
     for (int32_t i = 0; i < t->grid->total; i++)
-        if (t->grid->kind[i] == PD_FLUID) size = fmax(size, fabs(t->c[i]));
-    for (int32_t i = 0; i < t->grid->total; i++)
-        if (t->grid->kind[i] == PD_FLUID && (t->c[i] < low - PDI_TRANSPORT_SLACK * size ||
-                                             t->c[i] > high + PDI_TRANSPORT_SLACK * size)) return 0;
+        if (t->grid->kind[i] == PD_FLUID && (t->c[i] < low || t->c[i] > high)) return 0;
     return 1;
 }
 
@@ -15122,7 +15107,7 @@ pd_status pd_transport_implicit(pd_ctx *ctx, pd_transport *t, double dt, pd_tran
         pdi_par_copy(ctx, total, t->old, t->c);
         return status;
     }
-    pdi_transport_rest(ctx, t, t->carry);
+    pdi_transport_residual(ctx, t, t->carry);
     for (int32_t i = 0; i < total; i++) t->carry[i] *= dt;
     return status;
 }
@@ -15389,7 +15374,7 @@ static pd_status pdi_advance_stages(pd_ctx *ctx, pd_advance *a, double dt, pd_tr
     a->krylov += result->krylov;
     if (status < 0) return status;
     double out = (1.0 - g) * t->outflow, in = (1.0 - g) * t->inflow;
-    pdi_transport_rest(ctx, t, a->rest);
+    pdi_transport_residual(ctx, t, a->rest);
     pdi_advance_between(a);
     status = pdi_transport_stage(ctx, t, g * dt, 0, result);
     a->krylov += result->krylov;
@@ -15397,7 +15382,7 @@ static pd_status pdi_advance_stages(pd_ctx *ctx, pd_advance *a, double dt, pd_tr
     a->error = pdi_advance_error(a);
     t->outflow = out + g * t->outflow;
     t->inflow = in + g * t->inflow;
-    pdi_transport_rest(ctx, t, t->carry);
+    pdi_transport_residual(ctx, t, t->carry);
     for (int32_t i = 0; i < total; i++) t->carry[i] = dt * ((1.0 - g) * a->rest[i] + g * t->carry[i]);
     return status;
 }
@@ -15691,25 +15676,22 @@ pd_status pd_dissolve_prepare(pd_ctx *ctx, pd_dissolve *d)
     pd_transport *t = d->transport;
     pdi_dissolve_entry entry;
     for (int32_t i = 0; i < d->grid->total; i++) t->source[i] = t->absorb[i] = d->weight[i] = 0.0;
-    for (int pass = 0; pass < 2; pass++) {
-        for (int32_t f = 0; f < d->front_count; f++) {
-            int32_t j = d->front[f];
-            double span = pdi_dissolve_span(d) * pdi_dissolve_factor(d, j);
-            for (int k = 0; k < s->count; k++) {
-                pdi_dissolve_enter(d, j, k, &entry);
-                for (int e = 0; e < entry.count; e++) {
-                    int32_t i = entry.node[e];
-                    double weight = span * (s->area[k] / entry.count);
-                    if (!pass) d->weight[i] += weight;
-                    if (!pass) continue;
-                    weight *= pdi_dissolve_share_of_law(d, i, entry.film);
-                    t->source[i] += weight * d->speed[i];
-                    t->absorb[i] -= weight * d->slope[i];
-                }
+    for (int32_t f = 0; f < d->front_count; f++) {
+        int32_t j = d->front[f];
+        double span = pdi_dissolve_span(d) * pdi_dissolve_factor(d, j);
+        for (int k = 0; k < s->count; k++) {
+            pdi_dissolve_enter(d, j, k, &entry);
+            for (int e = 0; e < entry.count; e++) {
+                int32_t i = entry.node[e];
+                double weight = span * (s->area[k] / entry.count);
+                if (!(weight > 0.0)) continue;
+                if (!(d->weight[i] > 0.0)) PDI_TRY(pdi_dissolve_law(ctx, d, i));
+                d->weight[i] += weight;
+                weight *= pdi_dissolve_share_of_law(d, i, entry.film);
+                t->source[i] += weight * d->speed[i];
+                t->absorb[i] -= weight * d->slope[i];
             }
         }
-        for (int32_t i = 0; i < d->grid->total && !pass; i++)
-            if (d->weight[i] > 0.0) PDI_TRY(pdi_dissolve_law(ctx, d, i));
     }
     return PD_OK;
 }

@@ -73,7 +73,7 @@ static pd_status pdi_advance_stages(pd_ctx *ctx, pd_advance *a, double dt, pd_tr
     a->krylov += result->krylov;
     if (status < 0) return status;
     double out = (1.0 - g) * t->outflow, in = (1.0 - g) * t->inflow;
-    pdi_transport_rest(ctx, t, a->rest);
+    pdi_transport_residual(ctx, t, a->rest);
     pdi_advance_between(a);
     status = pdi_transport_stage(ctx, t, g * dt, 0, result);
     a->krylov += result->krylov;
@@ -81,7 +81,7 @@ static pd_status pdi_advance_stages(pd_ctx *ctx, pd_advance *a, double dt, pd_tr
     a->error = pdi_advance_error(a);
     t->outflow = out + g * t->outflow;
     t->inflow = in + g * t->inflow;
-    pdi_transport_rest(ctx, t, t->carry);
+    pdi_transport_residual(ctx, t, t->carry);
     for (int32_t i = 0; i < total; i++) t->carry[i] = dt * ((1.0 - g) * a->rest[i] + g * t->carry[i]);
     return status;
 }

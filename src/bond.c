@@ -283,16 +283,12 @@ PDI_FN void pdi_bond_drive(const pd_bonds *bonds, int32_t row, pd_velocity_fn wa
 }
 
 /* From the inverse moments S^-1 to N S^-T with the moments N of a whole family, which g = w xi / N is made with. */
-static void pdi_bond_transpose(const pd_stencil *s, double *k)
+static void pdi_bond_transpose(const pd_bonds *bonds, double *k)
 {
-    double norm[PD_DIM], inverse[PD_DIM * PD_DIM];
+    double inverse[PD_DIM * PD_DIM];
     memcpy(inverse, k, sizeof inverse);
-    for (int a = 0; a < PD_DIM; a++) {
-        norm[a] = 0.0;
-        for (int b = 0; b < s->count; b++) norm[a] += s->base[b] * s->xi[b * PD_DIM + a] * s->xi[b * PD_DIM + a];
-    }
     for (int a = 0; a < PD_DIM; a++)
-        for (int b = 0; b < PD_DIM; b++) k[a * PD_DIM + b] = norm[a] * inverse[b * PD_DIM + a];
+        for (int b = 0; b < PD_DIM; b++) k[a * PD_DIM + b] = bonds->norm[a] * inverse[b * PD_DIM + a];
 }
 
 static void pdi_bond_fill_row(pd_bonds *bonds, int32_t r)
@@ -330,7 +326,7 @@ static void pdi_bond_fill_row(pd_bonds *bonds, int32_t r)
     for (int i = 0; i < PD_DIM * PD_DIM; i++) entry[i] += moment[i];
     pdi_bond_invert(grid, moment, closure, inverse);
     pdi_bond_invert(grid, entry, closure, carrier);
-    pdi_bond_transpose(s, carrier);
+    pdi_bond_transpose(bonds, carrier);
 }
 
 static void pdi_bond_free_rows(pd_ctx *ctx, pd_bonds *b)
@@ -536,6 +532,9 @@ pd_status pd_bonds_build(pd_ctx *ctx, const pd_stencil *stencil, const pd_grid *
     bonds->grid = grid;
     bonds->all_rows = all_rows;
     bonds->words = (stencil->count + 31) / 32;
+    for (int k = 0; k < stencil->count; k++)
+        for (int d = 0; d < PD_DIM; d++)
+            bonds->norm[d] += stencil->base[k] * stencil->xi[k * PD_DIM + d] * stencil->xi[k * PD_DIM + d];
     PDI_TRY(PDI_NEW(ctx, "bond", stencil->count, bonds->shift));
     PDI_TRY(PDI_NEW(ctx, "bond", stencil->cells, bonds->cell_shift));
     PDI_TRY(PDI_NEW(ctx, "bond", grid->total, bonds->row));

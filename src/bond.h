@@ -20,6 +20,7 @@ typedef struct pd_bonds {
     int all_rows;        /* every fluid node owns a row (for comparisons of both paths) */
     int32_t *shift;      /* [count] node id of the far end minus that of the node */
     int32_t *cell_shift; /* [cells] the same for the cells of the paths */
+    double norm[PD_DIM]; /* [unit of base m2] sum w xi_a^2 over a whole family */
     int32_t *row;        /* [total] row of a node; -1: whole family, or not fluid */
     int32_t rows, capacity;
     int32_t plain;       /* rows [0, plain) are in the order of their nodes and see no inlet; the others come behind */

@@ -203,25 +203,22 @@ pd_status pd_dissolve_prepare(pd_ctx *ctx, pd_dissolve *d)
     pd_transport *t = d->transport;
     pdi_dissolve_entry entry;
     for (int32_t i = 0; i < d->grid->total; i++) t->source[i] = t->absorb[i] = d->weight[i] = 0.0;
-    for (int pass = 0; pass < 2; pass++) {
-        for (int32_t f = 0; f < d->front_count; f++) {
-            int32_t j = d->front[f];
-            double span = pdi_dissolve_span(d) * pdi_dissolve_factor(d, j);
-            for (int k = 0; k < s->count; k++) {
-                pdi_dissolve_enter(d, j, k, &entry);
-                for (int e = 0; e < entry.count; e++) {
-                    int32_t i = entry.node[e];
-                    double weight = span * (s->area[k] / entry.count);
-                    if (!pass) d->weight[i] += weight;
-                    if (!pass) continue;
-                    weight *= pdi_dissolve_share_of_law(d, i, entry.film);
-                    t->source[i] += weight * d->speed[i];
-                    t->absorb[i] -= weight * d->slope[i];
-                }
+    for (int32_t f = 0; f < d->front_count; f++) {
+        int32_t j = d->front[f];
+        double span = pdi_dissolve_span(d) * pdi_dissolve_factor(d, j);
+        for (int k = 0; k < s->count; k++) {
+            pdi_dissolve_enter(d, j, k, &entry);
+            for (int e = 0; e < entry.count; e++) {
+                int32_t i = entry.node[e];
+                double weight = span * (s->area[k] / entry.count);
+                if (!(weight > 0.0)) continue;
+                if (!(d->weight[i] > 0.0)) PDI_TRY(pdi_dissolve_law(ctx, d, i));
+                d->weight[i] += weight;
+                weight *= pdi_dissolve_share_of_law(d, i, entry.film);
+                t->source[i] += weight * d->speed[i];
+                t->absorb[i] -= weight * d->slope[i];
             }
         }
-        for (int32_t i = 0; i < d->grid->total && !pass; i++)
-            if (d->weight[i] > 0.0) PDI_TRY(pdi_dissolve_law(ctx, d, i));
     }
     return PD_OK;
 }

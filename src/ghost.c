@@ -95,7 +95,7 @@ void pd_ghosts_clear(const pd_ghosts *g, int components, double *x)
 {
     int64_t total = g->grid->total;
     for (int d = 0; d < components; d++)
-        for (int32_t k = 0; k < g->count; k++) x[d * total + g->node[k]] = 0.0;
+        for (int32_t k = 0; k < g->listed; k++) x[d * total + g->node[k]] = 0.0;
 }
 
 void pd_ghosts_free(pd_ctx *ctx, pd_ghosts *g)

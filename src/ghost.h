@@ -35,7 +35,7 @@ PD_API void pd_ghosts_scalar(const pd_ghosts *ghosts, double *f);
 PD_API void pd_ghosts_vector(const pd_ghosts *ghosts, double *v);
 /* p [total]: images, and outlets odd about `held`, in the unit of p. */
 PD_API void pd_ghosts_pressure(const pd_ghosts *ghosts, double held, double *p);
-/* x [components][total]: zero at images and outlets. */
+/* x [components][total]: zero at all ghosts of the list, inlets included. */
 PD_API void pd_ghosts_clear(const pd_ghosts *ghosts, int components, double *x);
 PD_API void pd_ghosts_free(pd_ctx *ctx, pd_ghosts *ghosts);
 

@@ -356,7 +356,7 @@ static void pdi_transport_right_side(const pd_ctx *ctx, pd_transport *t)
 }
 
 /* residual = rhs - A c at fluid nodes, into out. */
-static void pdi_transport_residual(const pd_ctx *ctx, const pd_transport *t, double *out)
+PDI_FN void pdi_transport_residual(const pd_ctx *ctx, const pd_transport *t, double *out)
 {
     const uint8_t *kind = t->grid->kind;
     int nt = pdi_par_threads(ctx, t->grid->total * 4);
@@ -399,20 +399,13 @@ static void pdi_transport_boundary(pd_transport *t)
 {
     pdi_sum out = {0.0, 0.0}, in = {0.0, 0.0};
     const pd_grid *grid = t->grid;
-    int reach = t->bonds->stencil->reach;
     for (int32_t i = 0; i < grid->total; i++) {
-        int at[PD_DIM], near_open = 0;
         if (grid->kind[i] != PD_FLUID) continue;
-        pdi_grid_index(grid, i, at);
-        for (int d = 0; d < PD_DIM; d++) {
-            near_open = near_open || (pdi_grid_port(grid->side[2 * d]) && at[d] < reach);
-            near_open = near_open || (pdi_grid_port(grid->side[2 * d + 1]) && at[d] >= grid->n[d] - reach);
-        }
         if (t->diffusion.hold) {
             double gain = t->diffusion.drive[i] - t->diffusion.hold[i] * t->c[i];
             pdi_sum_add(gain > 0.0 ? &in : &out, fabs(gain));
         }
-        if (!near_open) continue;
+        if (!pdi_transport_sees_ends(t, i, 1)) continue;
         for (int k = 0; k < t->bonds->stencil->count; k++) {
             if (!pdi_transport_open(t, i, k)) continue;
             uint8_t far_kind = grid->kind[i + t->bonds->shift[k]];
@@ -444,16 +437,24 @@ static void pdi_transport_bounds(const pd_transport *t, const double *start, dou
     *high = fmax(*high, t->diffusion.held_most);
 }
 
+/* Widen the bounds by the rounding of the linear solve. */
+static void pdi_transport_slack(const pd_transport *t, double *low, double *high)
+{
+    double size = 0.0;
+    for (int32_t i = 0; i < t->grid->total; i++)
+        if (t->grid->kind[i] == PD_FLUID) size = fmax(size, fabs(t->c[i]));
+    *low -= PDI_TRANSPORT_SLACK * size;
+    *high += PDI_TRANSPORT_SLACK * size;
+}
+
 /* Mark the nodes outside of the bounds; how many are new. */
 static int64_t pdi_transport_mark(pd_transport *t, double low, double high)
 {
-    double size = 0.0;
     int64_t found = 0;
-    for (int32_t i = 0; i < t->grid->total; i++)
-        if (t->grid->kind[i] == PD_FLUID) size = fmax(size, fabs(t->c[i]));
+    pdi_transport_slack(t, &low, &high);
     for (int32_t i = 0; i < t->grid->total; i++) {
         if (t->grid->kind[i] != PD_FLUID || t->upwinded[i]) continue;
-        if (t->c[i] >= low - PDI_TRANSPORT_SLACK * size && t->c[i] <= high + PDI_TRANSPORT_SLACK * size) continue;
+        if (t->c[i] >= low && t->c[i] <= high) continue;
         t->upwinded[i] = 1;
         found++;
     }
@@ -519,20 +520,13 @@ PDI_FN pd_status pdi_transport_stage(pd_ctx *ctx, pd_transport *t, double dt, in
     return result->residual <= 10.0 * t->desc.tolerance ? PD_OK : status;
 }
 
-PDI_FN void pdi_transport_rest(const pd_ctx *ctx, const pd_transport *t, double *rest)
-{
-    pdi_transport_residual(ctx, t, rest);
-}
-
 PDI_FN int pdi_transport_within(const pd_transport *t, const double *start)
 {
-    double low, high, size = 0.0;
+    double low, high;
     pdi_transport_bounds(t, start, &low, &high);
+    pdi_transport_slack(t, &low, &high);
     for (int32_t i = 0; i < t->grid->total; i++)
-        if (t->grid->kind[i] == PD_FLUID) size = fmax(size, fabs(t->c[i]));
-    for (int32_t i = 0; i < t->grid->total; i++)
-        if (t->grid->kind[i] == PD_FLUID && (t->c[i] < low - PDI_TRANSPORT_SLACK * size ||
-                                             t->c[i] > high + PDI_TRANSPORT_SLACK * size)) return 0;
+        if (t->grid->kind[i] == PD_FLUID && (t->c[i] < low || t->c[i] > high)) return 0;
     return 1;
 }
 
@@ -547,7 +541,7 @@ pd_status pd_transport_implicit(pd_ctx *ctx, pd_transport *t, double dt, pd_tran
         pdi_par_copy(ctx, total, t->old, t->c);
         return status;
     }
-    pdi_transport_rest(ctx, t, t->carry);
+    pdi_transport_residual(ctx, t, t->carry);
     for (int32_t i = 0; i < total; i++) t->carry[i] *= dt;
     return status;
 }

@@ -104,8 +104,8 @@ PD_API void pd_transport_free(pd_ctx *ctx, pd_transport *transport);
  * at the end. bounded: values outside of the bounds of old and inflow lose their antidiffusive fluxes. carry stays. */
 PDI_FN pd_status pdi_transport_stage(pd_ctx *ctx, pd_transport *transport, double dt, int bounded,
                                      pd_transport_result *result);
-/* rest [total] [mol/m3/s]: what the last stage left undone. */
-PDI_FN void pdi_transport_rest(const pd_ctx *ctx, const pd_transport *transport, double *rest);
+/* out [total] [mol/m3/s]: residual of the last stage, what it left undone. */
+PDI_FN void pdi_transport_residual(const pd_ctx *ctx, const pd_transport *transport, double *out);
 /* 1 when c lies within the bounds of `start` and the inflow. */
 PDI_FN int pdi_transport_within(const pd_transport *transport, const double *start);
 #endif
