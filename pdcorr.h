@@ -40,6 +40,7 @@
  *   krylov     iterative solvers for A x = b over callbacks; they know no physics.
  *   multigrid  a scalar, cell-centred, geometric V-cycle on the compact face stencil, used as a preconditioner.
  *   compact    the nearest-neighbour (2d+1 point) picture of a scene that multigrid preconditioners work on.
+ *   sdirk      what all users of the two-stage, second-order, L-stable SDIRK method share: its constant, and the choice of
  *   file       whole-file reading with a limit, writing aside and renaming, appending line by line, directories, numbers.
  *   text       the text of a scene, sections of `key = value` pairs, and the typed look-up of its values.
  *   deflate    compression into the zlib format (RFC 1950, RFC 1951), its checksums, and a growing byte buffer.
@@ -1150,6 +1151,26 @@ PDI_FN void pdi_compact_fill(const pd_ctx *ctx, double diffusivity, const double
 PDI_FN void pdi_compact_free(pd_ctx *ctx, pd_compact *compact);
 /* Box cell of a node inside the box, and back. */
 PDI_FN int64_t pdi_compact_cell(const pd_grid *grid, const int *i);
+#endif
+
+#endif
+
+/* ======== >>sdirk.h ======== */
+/* sdirk: what all users of the two-stage, second-order, L-stable SDIRK method share: its constant, and the choice of
+ * steps by an embedded error estimate (Alexander 1977; Hairer and Wanner 1996, IV.8).
+ */
+#ifndef PD_SDIRK_H
+#define PD_SDIRK_H
+
+#ifdef PDI_INTERNAL
+#define PDI_SDIRK_GAMMA 0.29289321881345254 /* 1 - 1/sqrt(2) */
+/* The step [s] to take when `planned` is wanted, `largest` (0: none) allowed and `left` remains: two equal steps to the
+ * end rather than a long and a tiny one. *last: it reaches the end. */
+PDI_FN double pdi_sdirk_clip(double planned, double largest, double left, int *last);
+/* Factor for the next step from the error over its tolerance, at most `growth`. */
+PDI_FN double pdi_sdirk_factor(double share, double growth);
+/* The plan after an accepted step dt: one that was cut short at the end says little about longer ones. */
+PDI_FN double pdi_sdirk_plan(double planned, double dt, double factor);
 #endif
 
 #endif
@@ -8669,6 +8690,33 @@ PDI_FN void pdi_compact_free(pd_ctx *ctx, pd_compact *c)
     memset(c, 0, sizeof *c);
 }
 
+/* ======== >>sdirk.c ======== */
+/* sdirk: see sdirk.h */
+#include <math.h>
+
+#define PDI_SDIRK_SAFETY 0.9
+
+PDI_FN double pdi_sdirk_clip(double planned, double largest, double left, int *last)
+{
+    double dt = largest > 0.0 ? fmin(planned, largest) : planned;
+    *last = dt >= left * (1.0 - 1e-9);
+    if (*last) return left;
+    return dt > 0.5 * left ? 0.5 * left : dt;
+}
+
+PDI_FN double pdi_sdirk_factor(double share, double growth)
+{
+    return fmin(growth, PDI_SDIRK_SAFETY / sqrt(fmax(share, 1e-6)));
+}
+
+PDI_FN double pdi_sdirk_plan(double planned, double dt, double factor)
+{
+    double next = dt * factor;
+    return factor < 1.0 ? fmin(planned, next) : fmax(planned, next);
+}
+
+#undef PDI_SDIRK_SAFETY
+
 /* ======== >>file.c ======== */
 /* file: see file.h */
 #include <errno.h>
@@ -13299,9 +13347,7 @@ void pd_steady_free(pd_ctx *ctx, pd_steady *s)
 #include <math.h>
 #include <string.h>
 
-#define PDI_IMPLICIT_GAMMA 0.29289321881345254 /* 1 - 1/sqrt(2) */
-/* Step control: aim, and the largest change of one step to the next. */
-#define PDI_IMPLICIT_SAFETY 0.9
+/* Step control: the largest change of one step to the next. */
 #define PDI_IMPLICIT_GROWTH 3.0
 #define PDI_IMPLICIT_SHRINK 0.2
 #define PDI_IMPLICIT_SMALLEST 1e-12
@@ -13330,7 +13376,7 @@ pd_status pd_implicit_build(pd_ctx *ctx, pd_flow *flow, pd_steady *steady, const
 static pd_status pdi_implicit_stage(pd_ctx *ctx, pd_implicit *im, double dt, const double *target)
 {
     pd_steady_result result;
-    pd_status status = pdi_steady_stage(ctx, im->steady, 1.0 / (PDI_IMPLICIT_GAMMA * dt), target, im->desc.tolerance,
+    pd_status status = pdi_steady_stage(ctx, im->steady, 1.0 / (PDI_SDIRK_GAMMA * dt), target, im->desc.tolerance,
                                         &result);
     im->evaluations += result.evaluations;
     return status;
@@ -13357,7 +13403,7 @@ pd_status pd_implicit_step(pd_ctx *ctx, pd_implicit *im, double dt)
 {
     pd_flow *flow = im->flow;
     int64_t total = flow->grid->total, split = PD_DIM * total;
-    double ratio = (1.0 - PDI_IMPLICIT_GAMMA) / PDI_IMPLICIT_GAMMA;
+    double ratio = (1.0 - PDI_SDIRK_GAMMA) / PDI_SDIRK_GAMMA;
     if (!(dt > 0.0) || !(dt < 1e100))
         return pdi_fail(ctx, PD_ERR_ARGUMENT, "implicit", "the step is %g s, expected a positive one", dt);
     pdi_par_copy(ctx, split, flow->u, im->start);
@@ -13399,16 +13445,12 @@ pd_status pd_implicit_run(pd_ctx *ctx, pd_implicit *im, double t_end)
         return pdi_fail(ctx, PD_ERR_ARGUMENT, "implicit", "a run from %g s to %g s", im->time, t_end);
     if (!(im->dt > 0.0)) im->dt = im->desc.first;
     while (im->time < t_end) {
-        double left = t_end - im->time, dt = im->dt, begin = im->time;
-        if (im->desc.largest > 0.0) dt = fmin(dt, im->desc.largest);
-        /* two equal steps to the end rather than a long and a tiny one */
-        int last = dt >= left * (1.0 - 1e-9);
-        if (last) dt = left;
-        else if (dt > 0.5 * left) dt = 0.5 * left;
+        int last;
+        double begin = im->time, dt = pdi_sdirk_clip(im->dt, im->desc.largest, t_end - begin, &last);
         pd_status status = pd_implicit_step(ctx, im, dt);
         if (status < 0) return status;
         double share = status == PD_OK ? im->error / im->desc.rtol : 25.0;
-        double factor = fmin(PDI_IMPLICIT_GROWTH, PDI_IMPLICIT_SAFETY / sqrt(fmax(share, 1e-6)));
+        double factor = pdi_sdirk_factor(share, PDI_IMPLICIT_GROWTH);
         if (share > 1.0 && dt > PDI_IMPLICIT_SMALLEST * im->desc.first) {
             if (status == PD_OK) pdi_implicit_reject(ctx, im, dt);
             im->time = begin;
@@ -13419,8 +13461,7 @@ pd_status pd_implicit_run(pd_ctx *ctx, pd_implicit *im, double t_end)
             return pdi_fail(ctx, PD_ERR_STATE, "implicit", "steps down to %g s at t = %g s do not converge", dt,
                             im->time);
         if (last) im->time = t_end;
-        /* a step cut short at the end says little about longer ones */
-        if (factor < 1.0 ? dt * factor < im->dt : dt * factor > im->dt) im->dt = dt * factor;
+        im->dt = pdi_sdirk_plan(im->dt, dt, factor);
     }
     return PD_OK;
 }
@@ -15305,9 +15346,7 @@ void pd_transport_free(pd_ctx *ctx, pd_transport *t)
 #include <math.h>
 #include <string.h>
 
-#define PDI_ADVANCE_GAMMA 0.29289321881345254 /* 1 - 1/sqrt(2) */
-/* Step control: aim, and the largest change from one step to the next. */
-#define PDI_ADVANCE_SAFETY 0.9
+/* Step control: the largest change from one step to the next. */
 #define PDI_ADVANCE_GROWTH 4.0
 #define PDI_ADVANCE_SHRINK 0.1
 #define PDI_ADVANCE_TRIALS 200 /* rejected steps in a row */
@@ -15341,7 +15380,7 @@ static void pdi_advance_restore(const pd_ctx *ctx, pd_advance *a)
 static void pdi_advance_between(pd_advance *a)
 {
     pd_transport *t = a->transport;
-    double ratio = (1.0 - PDI_ADVANCE_GAMMA) / PDI_ADVANCE_GAMMA;
+    double ratio = (1.0 - PDI_SDIRK_GAMMA) / PDI_SDIRK_GAMMA;
     for (int32_t i = 0; i < t->grid->total; i++) {
         if (t->grid->kind[i] != PD_FLUID) continue;
         double begin = a->start[i] + a->carry[i];
@@ -15368,7 +15407,7 @@ static pd_status pdi_advance_stages(pd_ctx *ctx, pd_advance *a, double dt, pd_tr
 {
     pd_transport *t = a->transport;
     int32_t total = t->grid->total;
-    double g = PDI_ADVANCE_GAMMA;
+    double g = PDI_SDIRK_GAMMA;
     pdi_par_copy(ctx, total, a->start, t->old);
     pd_status status = pdi_transport_stage(ctx, t, g * dt, 0, result);
     a->krylov += result->krylov;
@@ -15428,19 +15467,16 @@ pd_status pd_advance_next(pd_ctx *ctx, pd_advance *a, double t_end, pd_transport
         return pdi_fail(ctx, PD_ERR_ARGUMENT, "advance", "a step from %g s to %g s", a->time, t_end);
     if (!(a->dt > 0.0)) a->dt = a->desc.first > 0.0 ? a->desc.first : t_end - a->time;
     for (int trial = 0; trial < PDI_ADVANCE_TRIALS; trial++) {
-        double left = t_end - a->time, dt = a->dt, begin = a->time, out = a->out, in = a->in;
-        if (a->desc.largest > 0.0) dt = fmin(dt, a->desc.largest);
-        int last = dt >= left * (1.0 - 1e-9);
-        if (last) dt = left;
-        else if (dt > 0.5 * left) dt = 0.5 * left;
+        int last;
+        double begin = a->time, out = a->out, in = a->in;
+        double dt = pdi_sdirk_clip(a->dt, a->desc.largest, t_end - begin, &last);
         pd_status status = pd_advance_step(ctx, a, dt, result);
         if (status < 0) return status;
         double share = a->error / a->desc.rtol;
-        double factor = fmin(PDI_ADVANCE_GROWTH, PDI_ADVANCE_SAFETY / sqrt(fmax(share, 1e-6)));
+        double factor = pdi_sdirk_factor(share, PDI_ADVANCE_GROWTH);
         if (share <= 1.0) {
             if (last) a->time = t_end;
-            /* a step cut short at the end says little about longer ones */
-            if (factor < 1.0 ? dt * factor < a->dt : dt * factor > a->dt) a->dt = dt * factor;
+            a->dt = pdi_sdirk_plan(a->dt, dt, factor);
             return PD_OK;
         }
         pdi_advance_reject(ctx, a);

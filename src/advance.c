@@ -1,12 +1,11 @@
 /* advance: see advance.h */
 #include "advance.h"
 #include "par.h"
+#include "sdirk.h"
 #include <math.h>
 #include <string.h>
 
-#define PDI_ADVANCE_GAMMA 0.29289321881345254 /* 1 - 1/sqrt(2) */
-/* Step control: aim, and the largest change from one step to the next. */
-#define PDI_ADVANCE_SAFETY 0.9
+/* Step control: the largest change from one step to the next. */
 #define PDI_ADVANCE_GROWTH 4.0
 #define PDI_ADVANCE_SHRINK 0.1
 #define PDI_ADVANCE_TRIALS 200 /* rejected steps in a row */
@@ -40,7 +39,7 @@ static void pdi_advance_restore(const pd_ctx *ctx, pd_advance *a)
 static void pdi_advance_between(pd_advance *a)
 {
     pd_transport *t = a->transport;
-    double ratio = (1.0 - PDI_ADVANCE_GAMMA) / PDI_ADVANCE_GAMMA;
+    double ratio = (1.0 - PDI_SDIRK_GAMMA) / PDI_SDIRK_GAMMA;
     for (int32_t i = 0; i < t->grid->total; i++) {
         if (t->grid->kind[i] != PD_FLUID) continue;
         double begin = a->start[i] + a->carry[i];
@@ -67,7 +66,7 @@ static pd_status pdi_advance_stages(pd_ctx *ctx, pd_advance *a, double dt, pd_tr
 {
     pd_transport *t = a->transport;
     int32_t total = t->grid->total;
-    double g = PDI_ADVANCE_GAMMA;
+    double g = PDI_SDIRK_GAMMA;
     pdi_par_copy(ctx, total, a->start, t->old);
     pd_status status = pdi_transport_stage(ctx, t, g * dt, 0, result);
     a->krylov += result->krylov;
@@ -127,19 +126,16 @@ pd_status pd_advance_next(pd_ctx *ctx, pd_advance *a, double t_end, pd_transport
         return pdi_fail(ctx, PD_ERR_ARGUMENT, "advance", "a step from %g s to %g s", a->time, t_end);
     if (!(a->dt > 0.0)) a->dt = a->desc.first > 0.0 ? a->desc.first : t_end - a->time;
     for (int trial = 0; trial < PDI_ADVANCE_TRIALS; trial++) {
-        double left = t_end - a->time, dt = a->dt, begin = a->time, out = a->out, in = a->in;
-        if (a->desc.largest > 0.0) dt = fmin(dt, a->desc.largest);
-        int last = dt >= left * (1.0 - 1e-9);
-        if (last) dt = left;
-        else if (dt > 0.5 * left) dt = 0.5 * left;
+        int last;
+        double begin = a->time, out = a->out, in = a->in;
+        double dt = pdi_sdirk_clip(a->dt, a->desc.largest, t_end - begin, &last);
         pd_status status = pd_advance_step(ctx, a, dt, result);
         if (status < 0) return status;
         double share = a->error / a->desc.rtol;
-        double factor = fmin(PDI_ADVANCE_GROWTH, PDI_ADVANCE_SAFETY / sqrt(fmax(share, 1e-6)));
+        double factor = pdi_sdirk_factor(share, PDI_ADVANCE_GROWTH);
         if (share <= 1.0) {
             if (last) a->time = t_end;
-            /* a step cut short at the end says little about longer ones */
-            if (factor < 1.0 ? dt * factor < a->dt : dt * factor > a->dt) a->dt = dt * factor;
+            a->dt = pdi_sdirk_plan(a->dt, dt, factor);
             return PD_OK;
         }
         pdi_advance_reject(ctx, a);

@@ -1,12 +1,11 @@
 /* implicit: see implicit.h */
 #include "implicit.h"
 #include "par.h"
+#include "sdirk.h"
 #include <math.h>
 #include <string.h>
 
-#define PDI_IMPLICIT_GAMMA 0.29289321881345254 /* 1 - 1/sqrt(2) */
-/* Step control: aim, and the largest change of one step to the next. */
-#define PDI_IMPLICIT_SAFETY 0.9
+/* Step control: the largest change of one step to the next. */
 #define PDI_IMPLICIT_GROWTH 3.0
 #define PDI_IMPLICIT_SHRINK 0.2
 #define PDI_IMPLICIT_SMALLEST 1e-12
@@ -35,7 +34,7 @@ pd_status pd_implicit_build(pd_ctx *ctx, pd_flow *flow, pd_steady *steady, const
 static pd_status pdi_implicit_stage(pd_ctx *ctx, pd_implicit *im, double dt, const double *target)
 {
     pd_steady_result result;
-    pd_status status = pdi_steady_stage(ctx, im->steady, 1.0 / (PDI_IMPLICIT_GAMMA * dt), target, im->desc.tolerance,
+    pd_status status = pdi_steady_stage(ctx, im->steady, 1.0 / (PDI_SDIRK_GAMMA * dt), target, im->desc.tolerance,
                                         &result);
     im->evaluations += result.evaluations;
     return status;
@@ -62,7 +61,7 @@ pd_status pd_implicit_step(pd_ctx *ctx, pd_implicit *im, double dt)
 {
     pd_flow *flow = im->flow;
     int64_t total = flow->grid->total, split = PD_DIM * total;
-    double ratio = (1.0 - PDI_IMPLICIT_GAMMA) / PDI_IMPLICIT_GAMMA;
+    double ratio = (1.0 - PDI_SDIRK_GAMMA) / PDI_SDIRK_GAMMA;
     if (!(dt > 0.0) || !(dt < 1e100))
         return pdi_fail(ctx, PD_ERR_ARGUMENT, "implicit", "the step is %g s, expected a positive one", dt);
     pdi_par_copy(ctx, split, flow->u, im->start);
@@ -104,16 +103,12 @@ pd_status pd_implicit_run(pd_ctx *ctx, pd_implicit *im, double t_end)
         return pdi_fail(ctx, PD_ERR_ARGUMENT, "implicit", "a run from %g s to %g s", im->time, t_end);
     if (!(im->dt > 0.0)) im->dt = im->desc.first;
     while (im->time < t_end) {
-        double left = t_end - im->time, dt = im->dt, begin = im->time;
-        if (im->desc.largest > 0.0) dt = fmin(dt, im->desc.largest);
-        /* two equal steps to the end rather than a long and a tiny one */
-        int last = dt >= left * (1.0 - 1e-9);
-        if (last) dt = left;
-        else if (dt > 0.5 * left) dt = 0.5 * left;
+        int last;
+        double begin = im->time, dt = pdi_sdirk_clip(im->dt, im->desc.largest, t_end - begin, &last);
         pd_status status = pd_implicit_step(ctx, im, dt);
         if (status < 0) return status;
         double share = status == PD_OK ? im->error / im->desc.rtol : 25.0;
-        double factor = fmin(PDI_IMPLICIT_GROWTH, PDI_IMPLICIT_SAFETY / sqrt(fmax(share, 1e-6)));
+        double factor = pdi_sdirk_factor(share, PDI_IMPLICIT_GROWTH);
         if (share > 1.0 && dt > PDI_IMPLICIT_SMALLEST * im->desc.first) {
             if (status == PD_OK) pdi_implicit_reject(ctx, im, dt);
             im->time = begin;
@@ -124,8 +119,7 @@ pd_status pd_implicit_run(pd_ctx *ctx, pd_implicit *im, double t_end)
             return pdi_fail(ctx, PD_ERR_STATE, "implicit", "steps down to %g s at t = %g s do not converge", dt,
                             im->time);
         if (last) im->time = t_end;
-        /* a step cut short at the end says little about longer ones */
-        if (factor < 1.0 ? dt * factor < im->dt : dt * factor > im->dt) im->dt = dt * factor;
+        im->dt = pdi_sdirk_plan(im->dt, dt, factor);
     }
     return PD_OK;
 }
