@@ -67,6 +67,7 @@
  *   dissolve   surface-rate dissolution. Solid nodes lose metal through the bonds that join them to fluid.
  *   couple     one dissolution run: steady flow, implicit transport, dissolution steps with error control, the ledger.
  *   setup      everything that a run needs to know, as data: what scene files and flat files are turned into.
+ *   syntax     the sections of a scene and their keys, checked before anything is read: a misspelt key is reported as such
  *   sketch     the [shape NAME] sections of a scene: primitives, voxel masks, set operations, materials and grains.
  *   flat       the `key = value` parameter file of the Mg-pin project (SI numbers without units) as a setup.
  *   scene      reads a scene file, or a flat parameter file, into a setup.
@@ -2552,6 +2553,16 @@ typedef enum pd_field {
     PD_FIELD_COUNT
 } pd_field;
 
+/* Parts of a model, in the order of the summary. */
+typedef enum pd_part {
+    PD_PART_GRID = 0, /* stencil, lattice, bonds */
+    PD_PART_FLOW,     /* fields and steady solver */
+    PD_PART_TRANSPORT,
+    PD_PART_DISSOLVE,
+    PD_PART_GRAIN,
+    PD_PART_COUNT
+} pd_part;
+
 typedef enum pd_profile {
     PD_PROFILE_REST = 0, /* no velocity */
     PD_PROFILE_UNIFORM,
@@ -2570,6 +2581,7 @@ typedef struct pd_setup_side {
     double slide[PD_DIM];     /* [m/s] of a wall along itself */
     int holds;                /* a wall that holds a concentration */
     double held;              /* [mol/m3] */
+    int line;                 /* of the file, 0: none */
 } pd_setup_side;
 
 /* How the flow gets from one instant to the next. */
@@ -2584,11 +2596,15 @@ typedef struct pd_setup_probe {
     char name[PD_SETUP_NAME];
     double at[PD_DIM]; /* [m] */
     unsigned fields;   /* bit k: pd_field k */
+    int line;          /* of the file */
 } pd_setup_probe;
 
 typedef struct pd_setup {
     char name[PD_SETUP_NAME];  /* of the case: the file without folder and ending */
     char folder[PD_PATH_SIZE]; /* of the output */
+    char source[PD_PATH_SIZE]; /* the file as it was named, for messages */
+    int line[PD_PART_COUNT];   /* of the file: the section of each part, 0: none */
+    int shape_line;            /* of the first solid, without solid of the first shape; 0: none */
     int threads;               /* 0: all */
     /* lattice and geometry */
     double m;                          /* [-] horizon ratio */
@@ -2681,6 +2697,20 @@ PDI_FN void pdi_setup_split_path(const char *path, char *name, char *folder);
 
 #endif
 
+/* ======== >>syntax.h ======== */
+/* syntax: the sections of a scene and their keys, checked before anything is read: a misspelt key is reported as such
+ * and not by what is missing without it. */
+#ifndef PD_SYNTAX_H
+#define PD_SYNTAX_H
+
+#ifdef PDI_INTERNAL
+/* PD_ERR_PARSE or PD_ERR_ARGUMENT with file:line: a section or a key that no scene has, and the nearest that one has.
+ * Whether a key has an effect in this scene is left to pd_text_unused. */
+PDI_FN pd_status pdi_syntax_check(pd_ctx *ctx, const pd_text *text);
+#endif
+
+#endif
+
 /* ======== >>sketch.h ======== */
 /* sketch: the [shape NAME] sections of a scene: primitives, voxel masks, set operations, materials and grains. */
 #ifndef PD_SKETCH_H
@@ -2761,6 +2791,7 @@ typedef struct pd_inlet {
     double width[2 * PD_DIM];   /* [m] of the open part: 2H or 2R */
     double centre[2 * PD_DIM][PD_DIM]; /* [m] of the open part */
     int first;                  /* first inlet side, -1: none */
+    int latest;                 /* the side that was measured last: the one that the build refuses */
 } pd_inlet;
 
 #define pd_inlet_build PD_NAME(pd_inlet_build)
@@ -2805,19 +2836,10 @@ PD_API double pd_wall_held(void *user, const double *x);
 #ifndef PD_MODEL_H
 #define PD_MODEL_H
 
-/* Parts that own memory, in the order of the summary. */
-typedef enum pd_part {
-    PD_PART_GRID = 0, /* stencil, lattice, bonds */
-    PD_PART_FLOW,     /* fields and steady solver */
-    PD_PART_TRANSPORT,
-    PD_PART_DISSOLVE,
-    PD_PART_GRAIN,
-    PD_PART_COUNT
-} pd_part;
-
 /* Objects point at each other: a built model must not be moved. Absent physics stays zero. */
 typedef struct pd_model {
     const pd_setup *setup;
+    int line;                 /* of the scene: what was being built when the build failed; 0: unknown */
     pd_stencil stencil;
     pd_grid grid;
     pd_bonds bonds;
@@ -7109,30 +7131,28 @@ static void pdi_op_sweep_init(const pd_bonds *bonds, const double *f, const doub
 
 /* ---- gradient: G f_i = sum g (f_j - f_i); the sum of g over a whole family is zero (eq. 2.4) ---- */
 
-static void pdi_op_gradient_whole(const pdi_op_sweep *w, int32_t i, int count)
+static void pdi_op_slope_whole(const pd_bonds *bonds, const double *f, int32_t i, int count,
+                               double slope[PD_DIM][PDI_LANES])
 {
-    const pd_stencil *s = w->bonds->stencil;
-    double sum[PD_DIM][PDI_LANES];
-    memset(sum, 0, sizeof sum);
+    const pd_stencil *s = bonds->stencil;
+    memset(slope, 0, PD_DIM * sizeof *slope);
     for (int k = 0; k < s->count / 2; k++) {
-        const double *far = w->f + i + w->bonds->shift[k], *back = w->f + i - w->bonds->shift[k];
-        const double *g = s->grad + k * PD_DIM;
+        const double *far = f + i + bonds->shift[k], *back = f + i - bonds->shift[k], *g = s->grad + k * PD_DIM;
         for (int d = 0; d < PD_DIM; d++)
-            for (int b = 0; b < count; b++) sum[d][b] += g[d] * (far[b] - back[b]);
+            for (int b = 0; b < count; b++) slope[d][b] += g[d] * (far[b] - back[b]);
     }
-    for (int d = 0; d < PD_DIM; d++) memcpy(w->out + (int64_t)d * w->total + i, sum[d], (size_t)count * sizeof(double));
 }
 
 /* K^-1 sum w xi (f_j - f_i) with the moments K of the open bonds (eq. 3.5). */
-static void pdi_op_gradient_cut(const pdi_op_sweep *w, int32_t r, int count)
+static void pdi_op_slope_cut(const pd_bonds *bonds, const double *field, int32_t r, int count,
+                             double slope[PD_DIM][PDI_LANES])
 {
-    const pd_bonds *bonds = w->bonds;
     const pd_stencil *s = bonds->stencil;
     int32_t i = bonds->node[r];
     double sum[PD_DIM][PDI_LANES], open[PDI_LANES];
     memset(sum, 0, sizeof sum);
     for (int k = 0; k < s->count; k++) {
-        const double *far = w->f + i + bonds->shift[k], *f = w->f + i, *xi = s->xi + k * PD_DIM;
+        const double *far = field + i + bonds->shift[k], *f = field + i, *xi = s->xi + k * PD_DIM;
         double base = s->base[k];
         pdi_lanes lanes = pdi_bond_open_lanes(bonds, r, k, count, open);
         if (lanes == PDI_LANES_NONE) continue;
@@ -7147,9 +7167,29 @@ static void pdi_op_gradient_cut(const pdi_op_sweep *w, int32_t r, int count)
         for (int d = 0; d < PD_DIM; d++) {
             double value = 0.0;
             for (int e = 0; e < PD_DIM; e++) value += inverse[d * PD_DIM + e] * sum[e][b];
-            w->out[(int64_t)d * w->total + i + b] = value;
+            slope[d][b] = value;
         }
     }
+}
+
+static void pdi_op_gradient_put(const pdi_op_sweep *w, int32_t i, int count, double slope[PD_DIM][PDI_LANES])
+{
+    for (int d = 0; d < PD_DIM; d++)
+        memcpy(w->out + (int64_t)d * w->total + i, slope[d], (size_t)count * sizeof(double));
+}
+
+static void pdi_op_gradient_whole(const pdi_op_sweep *w, int32_t i, int count)
+{
+    double slope[PD_DIM][PDI_LANES];
+    pdi_op_slope_whole(w->bonds, w->f, i, count, slope);
+    pdi_op_gradient_put(w, i, count, slope);
+}
+
+static void pdi_op_gradient_cut(const pdi_op_sweep *w, int32_t r, int count)
+{
+    double slope[PD_DIM][PDI_LANES];
+    pdi_op_slope_cut(w->bonds, w->f, r, count, slope);
+    pdi_op_gradient_put(w, w->bonds->node[r], count, slope);
 }
 
 void pd_op_gradient(const pd_ctx *ctx, const pd_bonds *bonds, const double *f, double *grad)
@@ -7161,23 +7201,11 @@ void pd_op_gradient(const pd_ctx *ctx, const pd_bonds *bonds, const double *f, d
 
 PDI_FN double pdi_op_sample(const pd_bonds *bonds, const double *f, int32_t node, const double *x)
 {
-    const pd_stencil *s = bonds->stencil;
-    int32_t r = bonds->row[node];
-    double sum[PD_DIM], at[PD_DIM], value = f[node];
-    for (int d = 0; d < PD_DIM; d++) sum[d] = 0.0;
-    for (int k = 0; k < s->count; k++) {
-        int32_t j = node + bonds->shift[k];
-        if (r >= 0 && (!pdi_bond_open(bonds, r, k) || bonds->grid->kind[j] == PD_INLET)) continue;
-        for (int d = 0; d < PD_DIM; d++)
-            sum[d] += (r < 0 ? s->grad[k * PD_DIM + d] : s->base[k] * s->xi[k * PD_DIM + d]) * (f[j] - f[node]);
-    }
+    double slope[PD_DIM][PDI_LANES], at[PD_DIM], value = f[node];
+    if (bonds->row[node] < 0) pdi_op_slope_whole(bonds, f, node, 1, slope);
+    else pdi_op_slope_cut(bonds, f, bonds->row[node], 1, slope);
     pd_grid_position(bonds->grid, node, at);
-    for (int d = 0; d < PD_DIM; d++) {
-        double slope = r < 0 ? sum[d] : 0.0;
-        for (int e = 0; e < PD_DIM && r >= 0; e++)
-            slope += bonds->moment[(int64_t)r * PD_DIM * PD_DIM + d * PD_DIM + e] * sum[e];
-        value += slope * (x[d] - at[d]);
-    }
+    for (int d = 0; d < PD_DIM; d++) value += slope[d][0] * (x[d] - at[d]);
     return value;
 }
 
@@ -8789,13 +8817,14 @@ pd_status pd_file_make_directory(pd_ctx *ctx, const char *path)
 
 pd_status pd_file_join(pd_ctx *ctx, const char *directory, const char *name, char *path)
 {
-    size_t length = strlen(directory);
-    const char *slash = length == 0 || directory[length - 1] == '/' ? "" : "/";
+    size_t length = strlen(directory), size = strlen(name) + 1;
     path[0] = 0;
-    if (length + strlen(name) + 2 > PD_PATH_SIZE)
+    if (length + size + 1 > PD_PATH_SIZE)
         return pdi_fail(ctx, PD_ERR_SIZE, "file", "the path '%.60s.../%.60s' is longer than %d characters", directory,
                         name, PD_PATH_SIZE - 1);
-    snprintf(path, PD_PATH_SIZE, "%s%s%s", directory, slash, name);
+    memcpy(path, directory, length);
+    if (length > 0 && directory[length - 1] != '/') path[length++] = '/';
+    memcpy(path + length, name, size);
     return PD_OK;
 }
 
@@ -16212,6 +16241,90 @@ PDI_FN void pdi_setup_split_path(const char *path, char *name, char *folder)
     folder[above] = '\0';
 }
 
+/* ======== >>syntax.c ======== */
+/* syntax: see syntax.h */
+#include <stdio.h>
+#include <string.h>
+
+typedef struct pdi_syntax_section {
+    const char *name, *keys; /* keys in the order of the guide */
+} pdi_syntax_section;
+
+static const pdi_syntax_section pdi_syntax_table[] = {
+    {"grid", "h, m, box, threads"},
+    {"shape", "box, ball, cylinder, half_space, mask, raw, union, intersect, difference, radius, centre, point, "
+              "normal, corner, cell, size, outside, kind, material, grains, grain_spread, grain_seed, boundary_width"},
+    {"side", "flow, profile, mean, flow_rate, vx, vy, vz, p, velocity, C"},
+    {"flow", "rho, mu, steady, force, speed, length, time, vx, vy, vz, rtol, eos, c0"},
+    {"transport", "D, initial, advection, time"},
+    {"dissolve", "rate, law, Csat, Cs, gb_factor, threshold"},
+    {"run", "until, rtol, fraction, max_step"},
+    {"output", "every, fields, images, slice, prefix, folder"},
+    {"probe", "at, fields"}};
+#define PDI_SYNTAX_SECTIONS ((int)(sizeof pdi_syntax_table / sizeof pdi_syntax_table[0]))
+
+/* 1 when the comma-separated list holds the word; offers all its words to near_word. */
+static int pdi_syntax_listed(const char *list, const char *word, pdi_units_near *near_word)
+{
+    while (*list) {
+        char item[PD_TEXT_WORD];
+        size_t size = strcspn(list, ",");
+        PD_ASSERT(size < sizeof item);
+        memcpy(item, list, size);
+        item[size] = '\0';
+        if (strcmp(item, word) == 0) return 1;
+        pdi_units_offer(near_word, item);
+        list += size;
+        list += strspn(list, ", ");
+    }
+    return 0;
+}
+
+static pd_status pdi_syntax_section_of(pd_ctx *ctx, const pd_text *text, int section, int *found)
+{
+    const char *name = text->section[section].name;
+    char hint[PD_UNITS_TEXT], list[256] = "";
+    pdi_units_near near_word;
+    pdi_units_near_init(&near_word, name, strlen(name));
+    for (int k = 0; k < PDI_SYNTAX_SECTIONS; k++) {
+        *found = k;
+        if (strcmp(pdi_syntax_table[k].name, name) == 0) return PD_OK;
+        pdi_units_offer(&near_word, pdi_syntax_table[k].name);
+        snprintf(list + strlen(list), sizeof list - strlen(list), "%s%s", k ? ", " : "", pdi_syntax_table[k].name);
+    }
+    pdi_units_hint(&near_word, hint);
+    return pd_text_refuse(ctx, text, section, "scene", "found the section [%.40s], expected one of %s%s", name, list,
+                          hint);
+}
+
+static pd_status pdi_syntax_key(pd_ctx *ctx, const pd_text *text, const pd_text_entry *e, const char *keys)
+{
+    const pd_section *s = &text->section[e->section];
+    char hint[PD_UNITS_TEXT], where[320] = "command line";
+    pdi_units_near near_word;
+    pdi_units_near_init(&near_word, e->key, strlen(e->key));
+    if (pdi_syntax_listed(keys, e->key, &near_word)) return PD_OK;
+    pdi_units_hint(&near_word, hint);
+    if (e->line > 0) snprintf(where, sizeof where, "%.280s:%d", text->name, e->line);
+    return pdi_fail(ctx, PD_ERR_PARSE, where, "found the unknown key '%.40s' in [%.40s%s%.40s], expected one of %s%s",
+                    e->key, s->name, s->label[0] ? " " : "", s->label, keys, hint);
+}
+
+PDI_FN pd_status pdi_syntax_check(pd_ctx *ctx, const pd_text *text)
+{
+    int found;
+    for (int k = 1; k < text->section_count; k++) PDI_TRY(pdi_syntax_section_of(ctx, text, k, &found));
+    for (int k = 0; k < text->entry_count; k++) {
+        const pd_text_entry *e = &text->entry[k];
+        if (e->section == 0) continue; /* a pair before the first section: pd_text_unused */
+        PDI_TRY(pdi_syntax_section_of(ctx, text, e->section, &found));
+        PDI_TRY(pdi_syntax_key(ctx, text, e, pdi_syntax_table[found].keys));
+    }
+    return PD_OK;
+}
+
+#undef PDI_SYNTAX_SECTIONS
+
 /* ======== >>sketch.c ======== */
 /* sketch: see sketch.h */
 #include <math.h>
@@ -16507,6 +16620,7 @@ static pd_status pdi_sketch_grains(pdi_sketch *s)
         return pd_text_refuse(s->ctx, s->text, s->section, "grains",
                               "found other grains than in a shape above, expected the same for all solids");
     s->setup->grain = grain;
+    s->setup->line[PD_PART_GRAIN] = s->text->section[s->section].line;
     s->setup->has_grains = 1;
     return PD_OK;
 }
@@ -16524,6 +16638,8 @@ static pd_status pdi_sketch_section(pdi_sketch *s)
     s->name[s->names] = label;
     s->index[s->names] = index;
     s->used[s->names++] = kind != PDI_SKETCH_PART;
+    int line = s->text->section[s->section].line;
+    if (s->names == 1 || (kind == PDI_SKETCH_SOLID && s->setup->solid < 0)) s->setup->shape_line = line;
     if (kind == PDI_SKETCH_WALL) return pdi_setup_join(s->ctx, s->setup, index, &s->setup->wall);
     if (kind != PDI_SKETCH_SOLID) return PD_OK;
     PDI_TRY(pdi_sketch_material(s));
@@ -17315,6 +17431,7 @@ static pd_status pdi_scene_probe(pdi_scene *s, int section)
         return pd_text_refuse(s->ctx, s->text, section, "probe", "expected a short name: [probe NAME]");
     pd_setup_probe *p = &u->probe[u->probes];
     memcpy(p->name, label, strlen(label) + 1);
+    p->line = s->text->section[section].line;
     PDI_TRY(pd_text_numbers(s->ctx, s->text, section, "at", "m", NULL, PD_DIM, p->at, &count));
     if (count != PD_DIM)
         return pd_text_refuse(s->ctx, s->text, section, "at", "found %d number%s, expected %d, one for each axis",
@@ -17328,26 +17445,22 @@ static pd_status pdi_scene_probe(pdi_scene *s, int section)
     return PD_OK;
 }
 
-/* A misspelt section first: what is missing without it would be told otherwise. */
-static pd_status pdi_scene_known(pd_ctx *ctx, pd_text *text)
+/* Line of a section, 0: absent. */
+static int pdi_scene_line(pdi_scene *s, const char *name, const char *label)
 {
-    static const char *const names[] = {"grid", "shape", "side", "flow", "transport", "dissolve", "run", "output",
-                                        "probe"};
-    const size_t count = sizeof names / sizeof names[0];
-    for (int k = 1; k < text->section_count; k++) {
-        const char *name = text->section[k].name;
-        char hint[PD_UNITS_TEXT];
-        pdi_units_near close;
-        size_t n = 0;
-        pdi_units_near_init(&close, name, strlen(name));
-        for (; n < count && strcmp(names[n], name) != 0; n++) pdi_units_offer(&close, names[n]);
-        if (n < count) continue;
-        pdi_units_hint(&close, hint);
-        return pd_text_refuse(ctx, text, k, "scene",
-                              "found the section [%.40s], expected one of grid, shape, side, flow,"
-                              " transport, dissolve, run, output, probe%s", name, hint);
-    }
-    return PD_OK;
+    int section = pd_text_section(s->ctx, s->text, name, label);
+    return section >= 0 ? s->text->section[section].line : 0;
+}
+
+/* Where errors belong that show only when the model is built. */
+static void pdi_scene_lines(pdi_scene *s)
+{
+    pd_setup *u = s->setup;
+    u->line[PD_PART_GRID] = pdi_scene_line(s, "grid", NULL);
+    u->line[PD_PART_FLOW] = pdi_scene_line(s, "flow", NULL);
+    u->line[PD_PART_TRANSPORT] = pdi_scene_line(s, "transport", NULL);
+    u->line[PD_PART_DISSOLVE] = pdi_scene_line(s, "dissolve", NULL);
+    for (int k = 0; k < 2 * PD_DIM; k++) u->side[k].line = pdi_scene_line(s, "side", pdi_setup_side_name(k));
 }
 
 static pd_status pdi_scene_sections(pd_ctx *ctx, pd_text *text, const char *path, pd_setup *setup)
@@ -17359,7 +17472,8 @@ static pd_status pdi_scene_sections(pd_ctx *ctx, pd_text *text, const char *path
     s.text = text;
     s.setup = setup;
     pdi_setup_split_path(path, name, folder);
-    PDI_TRY(pdi_scene_known(ctx, text));
+    PDI_TRY(pdi_syntax_check(ctx, text));
+    pdi_scene_lines(&s);
     setup->has_flow = pd_text_has(ctx, text, pd_text_section(ctx, text, "flow", NULL), NULL);
     setup->has_transport = pd_text_has(ctx, text, pd_text_section(ctx, text, "transport", NULL), NULL);
     setup->has_dissolve = pd_text_has(ctx, text, pd_text_section(ctx, text, "dissolve", NULL), NULL);
@@ -17398,6 +17512,7 @@ pd_status pd_scene_read(pd_ctx *ctx, const char *path, const char *const *overri
     pd_text text;
     PDI_TRY(pd_setup_init(ctx, setup));
     pdi_setup_split_path(path, setup->name, NULL);
+    if (strlen(path) < sizeof setup->source) memcpy(setup->source, path, strlen(path) + 1);
     pd_status status = pd_text_read(ctx, path, &text);
     if (status == PD_OK) {
         status = pdi_scene_text(ctx, &text, path, overrides, count, setup);
@@ -17574,6 +17689,7 @@ pd_status pd_inlet_build(pd_ctx *ctx, const pd_setup *setup, const pd_grid *grid
         pdi_inlet_layer layer;
         double area;
         if (s->kind != PD_SIDE_INLET || s->profile == PD_PROFILE_REST) continue;
+        inlet->latest = side;
         pdi_inlet_scan(setup, grid, side, &layer);
         PDI_TRY(pdi_inlet_measure(ctx, grid, side, &layer, inlet, &area));
         if (PD_DIM == 2 && s->flow_rate > 0.0)
@@ -17711,9 +17827,12 @@ static pd_status pdi_model_lattice(pd_ctx *ctx, pd_model *m)
         if (u->side[s].open) grid.entry = pd_inlet_enters;
     grid.entry_user = (void *)u; /* only read */
     PDI_TRY(pd_stencil_build(ctx, &stencil, &m->stencil));
+    if (u->shape_line) m->line = u->shape_line; /* what the lattice refuses are shapes */
     PDI_TRY(pd_grid_build(ctx, &m->stencil, &grid, &m->grid));
     PDI_TRY(pd_bonds_build(ctx, &m->stencil, &m->grid, 0, &m->bonds));
-    return pd_inlet_build(ctx, u, &m->grid, &m->inlet);
+    pd_status status = pd_inlet_build(ctx, u, &m->grid, &m->inlet);
+    m->line = u->side[m->inlet.latest].line;
+    return status;
 }
 
 /* The flow at the start, and what moves it on. */
@@ -17871,6 +17990,7 @@ static pd_status pdi_model_parts(pd_ctx *ctx, pd_model *m)
     for (int k = 0; k < PD_PART_COUNT; k++) {
         size_t before = ctx->in_use;
         if (!wanted[k]) continue;
+        m->line = u->line[part[k]];
         PDI_TRY(build[k](ctx, m));
         m->bytes[part[k]] = ctx->in_use - before;
     }
@@ -17897,7 +18017,9 @@ pd_status pd_model_build(pd_ctx *ctx, const pd_setup *setup, pd_model *m)
         if (setup->motion == PD_MOTION_IMPLICIT) m->couple.implicit = &m->implicit;
         if (setup->motion == PD_MOTION_EXPLICIT) m->couple.unsteady = &m->unsteady;
     }
+    int line = m->line;
     if (status < 0) pd_model_free(ctx, m);
+    m->line = line;
     return status;
 }
 
@@ -18707,6 +18829,17 @@ static pd_status pdi_run_built(pdi_run *r, pd_run_result *result)
     return status;
 }
 
+/* Put file and line before the message of a setup that cannot be built. */
+static void pdi_run_blame(pd_ctx *ctx, const pd_setup *setup, int line)
+{
+    char where[320], message[PD_MESSAGE_SIZE];
+    if (!setup->source[0]) return;
+    memcpy(message, ctx->message, sizeof message);
+    if (line > 0) snprintf(where, sizeof where, "%.280s:%d", setup->source, line);
+    else snprintf(where, sizeof where, "%.280s", setup->source);
+    pdi_fail(ctx, ctx->status, where, "%s", message);
+}
+
 pd_status pd_run(pd_ctx *ctx, const pd_setup *setup, const pd_run_desc *desc, pd_run_result *result)
 {
     pdi_run *r = NULL;
@@ -18719,6 +18852,7 @@ pd_status pd_run(pd_ctx *ctx, const pd_setup *setup, const pd_run_desc *desc, pd
     if (setup->threads > 0 && ctx->threads == 0) ctx->threads = setup->threads;
     pd_status status = pd_model_build(ctx, setup, &r->model);
     result->bad_input = status < 0 && status != PD_ERR_MEMORY && status != PD_ERR_LIMIT;
+    if (result->bad_input) pdi_run_blame(ctx, setup, r->model.line);
     if (status == PD_OK) {
         status = pdi_run_built(r, result);
         pd_output_free(ctx, &r->output);

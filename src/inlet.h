@@ -10,6 +10,7 @@ typedef struct pd_inlet {
     double width[2 * PD_DIM];   /* [m] of the open part: 2H or 2R */
     double centre[2 * PD_DIM][PD_DIM]; /* [m] of the open part */
     int first;                  /* first inlet side, -1: none */
+    int latest;                 /* the side that was measured last: the one that the build refuses */
 } pd_inlet;
 
 #define pd_inlet_build PD_NAME(pd_inlet_build)

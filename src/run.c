@@ -101,6 +101,17 @@ static pd_status pdi_run_built(pdi_run *r, pd_run_result *result)
     return status;
 }
 
+/* Put file and line before the message of a setup that cannot be built. */
+static void pdi_run_blame(pd_ctx *ctx, const pd_setup *setup, int line)
+{
+    char where[320], message[PD_MESSAGE_SIZE];
+    if (!setup->source[0]) return;
+    memcpy(message, ctx->message, sizeof message);
+    if (line > 0) snprintf(where, sizeof where, "%.280s:%d", setup->source, line);
+    else snprintf(where, sizeof where, "%.280s", setup->source);
+    pdi_fail(ctx, ctx->status, where, "%s", message);
+}
+
 pd_status pd_run(pd_ctx *ctx, const pd_setup *setup, const pd_run_desc *desc, pd_run_result *result)
 {
     pdi_run *r = NULL;
@@ -113,6 +124,7 @@ pd_status pd_run(pd_ctx *ctx, const pd_setup *setup, const pd_run_desc *desc, pd
     if (setup->threads > 0 && ctx->threads == 0) ctx->threads = setup->threads;
     pd_status status = pd_model_build(ctx, setup, &r->model);
     result->bad_input = status < 0 && status != PD_ERR_MEMORY && status != PD_ERR_LIMIT;
+    if (result->bad_input) pdi_run_blame(ctx, setup, r->model.line);
     if (status == PD_OK) {
         status = pdi_run_built(r, result);
         pd_output_free(ctx, &r->output);

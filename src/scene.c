@@ -2,6 +2,7 @@
 #include "scene.h"
 #include "flat.h"
 #include "sketch.h"
+#include "syntax.h"
 #include <math.h>
 #include <stdio.h>
 #include <string.h>
@@ -502,6 +503,7 @@ static pd_status pdi_scene_probe(pdi_scene *s, int section)
         return pd_text_refuse(s->ctx, s->text, section, "probe", "expected a short name: [probe NAME]");
     pd_setup_probe *p = &u->probe[u->probes];
     memcpy(p->name, label, strlen(label) + 1);
+    p->line = s->text->section[section].line;
     PDI_TRY(pd_text_numbers(s->ctx, s->text, section, "at", "m", NULL, PD_DIM, p->at, &count));
     if (count != PD_DIM)
         return pd_text_refuse(s->ctx, s->text, section, "at", "found %d number%s, expected %d, one for each axis",
@@ -515,26 +517,22 @@ static pd_status pdi_scene_probe(pdi_scene *s, int section)
     return PD_OK;
 }
 
-/* A misspelt section first: what is missing without it would be told otherwise. */
-static pd_status pdi_scene_known(pd_ctx *ctx, pd_text *text)
+/* Line of a section, 0: absent. */
+static int pdi_scene_line(pdi_scene *s, const char *name, const char *label)
 {
-    static const char *const names[] = {"grid", "shape", "side", "flow", "transport", "dissolve", "run", "output",
-                                        "probe"};
-    const size_t count = sizeof names / sizeof names[0];
-    for (int k = 1; k < text->section_count; k++) {
-        const char *name = text->section[k].name;
-        char hint[PD_UNITS_TEXT];
-        pdi_units_near close;
-        size_t n = 0;
-        pdi_units_near_init(&close, name, strlen(name));
-        for (; n < count && strcmp(names[n], name) != 0; n++) pdi_units_offer(&close, names[n]);
-        if (n < count) continue;
-        pdi_units_hint(&close, hint);
-        return pd_text_refuse(ctx, text, k, "scene",
-                              "found the section [%.40s], expected one of grid, shape, side, flow,"
-                              " transport, dissolve, run, output, probe%s", name, hint);
-    }
-    return PD_OK;
+    int section = pd_text_section(s->ctx, s->text, name, label);
+    return section >= 0 ? s->text->section[section].line : 0;
+}
+
+/* Where errors belong that show only when the model is built. */
+static void pdi_scene_lines(pdi_scene *s)
+{
+    pd_setup *u = s->setup;
+    u->line[PD_PART_GRID] = pdi_scene_line(s, "grid", NULL);
+    u->line[PD_PART_FLOW] = pdi_scene_line(s, "flow", NULL);
+    u->line[PD_PART_TRANSPORT] = pdi_scene_line(s, "transport", NULL);
+    u->line[PD_PART_DISSOLVE] = pdi_scene_line(s, "dissolve", NULL);
+    for (int k = 0; k < 2 * PD_DIM; k++) u->side[k].line = pdi_scene_line(s, "side", pdi_setup_side_name(k));
 }
 
 static pd_status pdi_scene_sections(pd_ctx *ctx, pd_text *text, const char *path, pd_setup *setup)
@@ -546,7 +544,8 @@ static pd_status pdi_scene_sections(pd_ctx *ctx, pd_text *text, const char *path
     s.text = text;
     s.setup = setup;
     pdi_setup_split_path(path, name, folder);
-    PDI_TRY(pdi_scene_known(ctx, text));
+    PDI_TRY(pdi_syntax_check(ctx, text));
+    pdi_scene_lines(&s);
     setup->has_flow = pd_text_has(ctx, text, pd_text_section(ctx, text, "flow", NULL), NULL);
     setup->has_transport = pd_text_has(ctx, text, pd_text_section(ctx, text, "transport", NULL), NULL);
     setup->has_dissolve = pd_text_has(ctx, text, pd_text_section(ctx, text, "dissolve", NULL), NULL);
@@ -585,6 +584,7 @@ pd_status pd_scene_read(pd_ctx *ctx, const char *path, const char *const *overri
     pd_text text;
     PDI_TRY(pd_setup_init(ctx, setup));
     pdi_setup_split_path(path, setup->name, NULL);
+    if (strlen(path) < sizeof setup->source) memcpy(setup->source, path, strlen(path) + 1);
     pd_status status = pd_text_read(ctx, path, &text);
     if (status == PD_OK) {
         status = pdi_scene_text(ctx, &text, path, overrides, count, setup);

@@ -57,7 +57,10 @@ spoil "wrong unit" 's/mean = 0.01 m\/s/mean = 0.01 kg/' \
     "bad.scene:3: column 56: found a mass [kg], expected a speed [m/s]"
 spoil "unknown unit" 's/until = 1 h/until = 1 hr/' \
     "bad.scene:8: column 23: found 'hr', expected a unit or an operator: did you mean 'hm'?"
-spoil "unknown key" 's/until/untl/' "bad.scene:8: found no 'until' in [run], expected until = a time [s]"
+spoil "unknown key" 's/until/untl/' \
+    "bad.scene:8: found the unknown key 'untl' in [run], expected one of until, rtol, fraction, max_step: did you \
+mean 'until'?"
+spoil "no until" 's/until = 1 h//' "bad.scene:8: found no 'until' in [run], expected until = a time [s]"
 spoil "unknown section" 's/\[transport\]/[transprt]/' \
     "bad.scene:6: scene: found the section [transprt], expected one of grid, shape, side, flow, transport, \
 dissolve, run, output, probe: did you mean 'transport'?"
@@ -103,16 +106,16 @@ spoil "missing mask" 's/\[side x-\]/[shape b] mask = none.png   corner = 0, 0   
 spoil "key twice" 's/until = 1 h/until = 1 h   until = 2 h/' \
     "bad.scene:8: found 'until' a second time in [run], first on line 8; expected it once"
 spoil "solid outside" 's/box = 0 .. 60 um, -20/box = 0 .. 60 um, -80/' \
-    "bad.scene: grid: the solid reaches from -8e-05 m to 2e-05 m on axis 1, outside of the box -6e-05 m .. \
+    "bad.scene:2: grid: the solid reaches from -8e-05 m to 2e-05 m on axis 1, outside of the box -6e-05 m .. \
 6e-05 m"
 spoil "solid too thin" 's/-20 um .. 20 um/-1 um .. 1 um/' \
-    "bad.scene: grid: the solid covers no node: it is thinner than the spacing or lies inside the wall"
+    "bad.scene:2: grid: the solid covers no node: it is thinner than the spacing or lies inside the wall"
 spoil "flow without section" '/^\[flow\]/d' \
     "bad.scene:3: flow: found 'inlet' without a [flow] section, expected C = ... alone to hold a concentration"
 spoil "inlet closed" 's/box = 0 .. 60 um, -20 um .. 20 um/box = -100 um .. 60 um, -60 um .. 60 um/' \
-    "bad.scene: inlet: side x-: the inlet is closed by wall or solid"
+    "bad.scene:3: inlet: side x-: the inlet is closed by wall or solid"
 spoil "negative initial" 's/D = 1e-9 m2\/s/D = 1e-9 m2\/s   initial = 1 mol\/m3 * x\/(1 um)/' \
-    "bad.scene: model: initial gives C = -95 mol/m3 at x = -9.5e-05 m, expected a finite value of at least 0"
+    "bad.scene:6: model: initial gives C = -95 mol/m3 at x = -9.5e-05 m, expected a finite value of at least 0"
 base > bad.scene
 rejects "bad override" \
     "command line: column 8: found a number without unit, expected a length [m]: write its unit, for example \
