@@ -65,6 +65,7 @@
  *   transport  conservative, bounded advection and diffusion of dissolved metal on fluid nodes.
  *   advance    transport in time, of second order, with error-controlled steps.
  *   dissolve   surface-rate dissolution. Solid nodes lose metal through the bonds that join them to fluid.
+ *   measure    figures of a flow and of what it carries: through a plane of the lattice, from walls and metal, in a box.
  *   couple     one dissolution run: steady flow, implicit transport, dissolution steps with error control, the ledger.
  *   setup      everything that a run needs to know, as data: what scene files and flat files are turned into.
  *   syntax     the sections of a scene and their keys, checked before anything is read: a misspelt key is reported as such
@@ -847,6 +848,11 @@ static inline pdi_lanes pdi_bond_open_lanes(const pd_bonds *bonds, int32_t row, 
 PDI_FN void pdi_bond_drive(const pd_bonds *bonds, int32_t row, pd_velocity_fn wall, void *user, double *drive);
 /* Fraction t at which the cut bond k of a row meets the surface, and the place x [m]. */
 PDI_FN double pdi_bond_meet(const pd_bonds *bonds, int32_t row, int k, double *x);
+/* A flux through the open bond k of node i, counted towards its far end. */
+typedef double (*pdi_bond_flux_fn)(const void *user, int32_t i, int k);
+/* Sum of the fluxes of all bonds that cross the plane between the cells index - 1 and index of `axis`. One end of each
+ * is fluid, and each pair of nodes counts once. */
+PDI_FN double pdi_bond_section(const pd_bonds *bonds, int axis, int index, pdi_bond_flux_fn flux, const void *user);
 /* First closed group on bond k from `node` (index into the stencil's groups); -1: open. */
 PDI_FN int pdi_bond_closed_group(const pd_bonds *bonds, int32_t node, int k);
 #endif
@@ -2291,6 +2297,7 @@ typedef struct pd_transport_result {
 #define pd_transport_steady PD_NAME(pd_transport_steady)
 #define pd_transport_explicit PD_NAME(pd_transport_explicit)
 #define pd_transport_limit PD_NAME(pd_transport_limit)
+#define pd_transport_section PD_NAME(pd_transport_section)
 #define pd_transport_stock PD_NAME(pd_transport_stock)
 #define pd_transport_carried PD_NAME(pd_transport_carried)
 #define pd_transport_free PD_NAME(pd_transport_free)
@@ -2313,6 +2320,10 @@ PD_API pd_status pd_transport_steady(pd_ctx *ctx, pd_transport *transport, pd_tr
 PD_API pd_status pd_transport_explicit(pd_ctx *ctx, pd_transport *transport, double dt);
 /* Largest explicit step [s] that keeps every node within its neighbours. */
 PD_API double pd_transport_limit(pd_ctx *ctx, const pd_transport *transport);
+/* Flux [mol/s, per m in 2D] towards + of all bonds that cross the plane between cells index - 1 and index of `axis`
+ * (index 1 .. n-1), at the present field and with the limiter of the last step: what the scheme conserves, up to the
+ * tolerance of the limiter (eq. 5.1, 5.4). */
+PD_API double pd_transport_section(pd_ctx *ctx, pd_transport *transport, int axis, int index);
 /* Dissolved amount [mol, per m in 2D] in fluid nodes. */
 PD_API double pd_transport_stock(pd_ctx *ctx, const pd_transport *transport);
 /* Amount [mol] in carry: owed by the last solve, delivered by the next step. */
@@ -2445,6 +2456,56 @@ PD_API pd_status pd_dissolve_finish(pd_ctx *ctx, pd_dissolve *dissolve, double d
 /* Amount [mol, per m in 2D] left in solid nodes. */
 PD_API double pd_dissolve_stock(pd_ctx *ctx, const pd_dissolve *dissolve);
 PD_API void pd_dissolve_free(pd_ctx *ctx, pd_dissolve *dissolve);
+
+#endif
+
+/* ======== >>measure.h ======== */
+/* measure: figures of a flow and of what it carries: through a plane of the lattice, from walls and metal, in a box.
+ *
+ * Fluxes are the sums of bond fluxes that the schemes conserve (theory: eq. 4.2, 5.1), so that two planes with nothing
+ * between them agree to rounding. Boxes take the nodes whose centres lie inside. Nothing is allocated or changed but
+ * ghosts. In 2D amounts are per metre of depth, in 1D per square metre.
+ */
+#ifndef PD_MEASURE_H
+#define PD_MEASURE_H
+
+typedef struct pd_measure_plane_result {
+    double area;     /* [m^(d-1)] faces between two fluid cells */
+    double flow;     /* [m^d/s] volume flux towards + */
+    double speed;    /* [m/s] flow over area */
+    double pressure; /* [Pa] mean over the area */
+    double mean;     /* [mol/m3] concentration, mean over the area */
+    double bulk;     /* [mol/m3] concentration of the mixed stream, sum u c / sum u over the faces; NaN at rest */
+    double species;  /* [mol/s] metal that is carried and diffuses towards + */
+} pd_measure_plane_result;
+
+typedef struct pd_measure_box_result {
+    double volume;   /* [m^d] of the fluid */
+    double energy;   /* [J] kinetic */
+    double momentum[PD_DIM]; /* [kg m/s] */
+    double dissolved; /* [mol] */
+    double solid;    /* [mol] left in the metal */
+    double least, most; /* [mol/m3] smallest and largest concentration of the fluid; NaN without fluid */
+} pd_measure_box_result;
+
+#define pd_measure_plane PD_NAME(pd_measure_plane)
+#define pd_measure_exchange PD_NAME(pd_measure_exchange)
+#define pd_measure_box PD_NAME(pd_measure_box)
+
+/* The plane between the cells index - 1 and index of `axis`, index 1 .. n-1. flow and transport may be NULL; their
+ * figures are 0 then. The flux of metal is that of the last step, up to the tolerance of the limiter. */
+PD_API void pd_measure_plane(pd_ctx *ctx, const pd_bonds *bonds, pd_flow *flow, pd_transport *transport, int axis,
+                             int index, pd_measure_plane_result *result);
+/* flux [mol/s]: what walls that hold a concentration, and with `dissolve` (or NULL) the metal, give to the fluid nodes
+ * between lo and hi [m] at the end of the last step. area [m^(d-1)]: of these surfaces as those nodes see them, by the
+ * area weights (theory: eq. 6.3); where a closed side meets them, a part of a cell is missed. axis -1: one value each;
+ * otherwise [n of that axis], one for each layer of cells. */
+PD_API void pd_measure_exchange(pd_ctx *ctx, const pd_transport *transport, const pd_dissolve *dissolve,
+                                const double *lo, const double *hi, int axis, double *flux, double *area);
+/* What the nodes between lo and hi [m] hold. flow, transport and dissolve may be NULL; their figures are 0 then. */
+PD_API void pd_measure_box(pd_ctx *ctx, const pd_bonds *bonds, const pd_flow *flow, const pd_transport *transport,
+                           const pd_dissolve *dissolve, const double *lo, const double *hi,
+                           pd_measure_box_result *result);
 
 #endif
 
@@ -6489,6 +6550,47 @@ pd_status pd_bonds_update(pd_ctx *ctx, const int32_t *changed, int32_t count, pd
         }
     }
     return pdi_bond_arrange(ctx, bonds);
+}
+
+/* Fluxes through the plane of the bonds that start at `node`, of index i. */
+static void pdi_bond_cross(const pd_bonds *bonds, int32_t node, const int *i, int axis, int index,
+                           pdi_bond_flux_fn flux, const void *user, pdi_sum *sum)
+{
+    const pd_stencil *s = bonds->stencil;
+    const pd_grid *grid = bonds->grid;
+    for (int k = 0; k < s->count; k++) {
+        if (i[axis] + s->offset[k * PD_DIM + axis] < index) continue;
+        /* bonds that would leave the arrays start behind a side ghost */
+        int inside = 1;
+        for (int d = 0; d < PD_DIM; d++) {
+            int far = i[d] + s->offset[k * PD_DIM + d];
+            inside = inside && far >= -grid->ghost && far < grid->n[d] + grid->ghost;
+        }
+        if (!inside) continue;
+        uint8_t far_kind = grid->kind[node + bonds->shift[k]];
+        if (grid->kind[node] != PD_FLUID && far_kind != PD_FLUID) continue;
+        int port = far_kind == PD_INLET || far_kind == PD_OUTLET;
+        if (port && i[axis] + s->offset[k * PD_DIM + axis] < grid->n[axis]) continue; /* passes a side beside */
+        if (!pdi_grid_open(far_kind) || pdi_bond_closed_group(bonds, node, k) >= 0) continue;
+        pdi_sum_add(sum, flux(user, node, k));
+    }
+}
+
+PDI_FN double pdi_bond_section(const pd_bonds *bonds, int axis, int index, pdi_bond_flux_fn flux, const void *user)
+{
+    const pd_grid *grid = bonds->grid;
+    pdi_sum sum = {0.0, 0.0};
+    for (int32_t node = 0; node < grid->total; node++) {
+        int i[PD_DIM];
+        if (!pdi_grid_open(grid->kind[node])) continue;
+        pdi_grid_index(grid, node, i);
+        if (i[axis] >= index || i[axis] < index - bonds->stencil->reach) continue;
+        /* ghosts count before the box, not beside it: ports there belong to no plane, and an image repeats a bond of
+         * the box */
+        if (grid->kind[node] != PD_FLUID && i[axis] >= 0) continue;
+        pdi_bond_cross(bonds, node, i, axis, index, flux, user, &sum);
+    }
+    return pdi_sum_total(&sum);
 }
 
 pd_status pd_bonds_validate(pd_ctx *ctx, const pd_bonds *b)
@@ -12735,44 +12837,15 @@ PDI_FN double pdi_flow_bond_flux(const pd_flow *flow, int32_t i, int k)
     return flux - flow->tau * s->lap[k] * tie;
 }
 
-/* 1 when index i lies outside of the box along `axis` only. */
-static int pdi_flow_repeats(const pd_grid *grid, int axis, const int *i)
+static double pdi_flow_section_bond(const void *user, int32_t i, int k)
 {
-    for (int d = 0; d < PD_DIM; d++)
-        if (d != axis && (i[d] < 0 || i[d] >= grid->n[d])) return 0;
-    return 1;
+    return pdi_flow_bond_flux((const pd_flow *)user, i, k);
 }
 
-/* Bonds that start before the plane and end behind it; each pair of nodes counts once. */
 double pd_flow_section(pd_ctx *ctx, pd_flow *flow, int axis, int index)
 {
-    const pd_stencil *s = flow->bonds->stencil;
-    const pd_grid *grid = flow->grid;
-    double sum = 0.0;
     pd_flow_prepare(ctx, flow);
-    for (int32_t node = 0; node < grid->total; node++) {
-        int i[PD_DIM];
-        if (!pdi_grid_open(grid->kind[node]) || grid->kind[node] == PD_OUTLET) continue;
-        pdi_grid_index(grid, node, i);
-        if (i[axis] >= index || i[axis] < index - s->reach) continue;
-        /* images count where the flow itself repeats, not beside it */
-        if (grid->kind[node] == PD_IMAGE && !pdi_flow_repeats(grid, axis, i)) continue;
-        for (int k = 0; k < s->count; k++) {
-            if (i[axis] + s->offset[k * PD_DIM + axis] < index) continue;
-            /* bonds that would leave the arrays start behind a side ghost */
-            int inside = 1;
-            for (int d = 0; d < PD_DIM; d++) {
-                int far = i[d] + s->offset[k * PD_DIM + d];
-                inside = inside && far >= -grid->ghost && far < grid->n[d] + grid->ghost;
-            }
-            if (!inside) continue;
-            uint8_t far_kind = grid->kind[node + flow->bonds->shift[k]];
-            if (grid->kind[node] != PD_FLUID && far_kind != PD_FLUID) continue;
-            if (!pdi_grid_open(far_kind) || pdi_bond_closed_group(flow->bonds, node, k) >= 0) continue;
-            sum += pdi_flow_bond_flux(flow, node, k) * s->volume;
-        }
-    }
-    return sum;
+    return pdi_bond_section(flow->bonds, axis, index, pdi_flow_section_bond, flow) * flow->bonds->stencil->volume;
 }
 
 double pd_flow_section_nodes(pd_ctx *ctx, const pd_flow *flow, int axis, int index)
@@ -15248,6 +15321,30 @@ pd_status pd_transport_explicit(pd_ctx *ctx, pd_transport *t, double dt)
     return PD_OK;
 }
 
+/* Flux [mol/m3/s] of bond k of node i with its antidiffusive part. One of both ends is fluid, the flux is told from
+ * there. */
+static double pdi_transport_section_bond(const void *user, int32_t i, int k)
+{
+    const pd_transport *t = (const pd_transport *)user;
+    int32_t j = i + t->bonds->shift[k];
+    double flux, bond, upwind;
+    if (t->grid->kind[i] != PD_FLUID) return -pdi_transport_section_bond(t, j, t->bonds->stencil->count - 1 - k);
+    double low = pdi_transport_bond_flux(t, t->c, i, k);
+    int port = t->grid->kind[j] == PD_INLET || t->grid->kind[j] == PD_OUTLET;
+    if (port || !t->flow || t->desc.advection != PD_ADVECTION_LIMITED) return low;
+    pdi_transport_bond(t, i, k, &flux, &bond, &upwind);
+    int falls = t->c[i] > t->c[j];
+    double alpha = fmin(falls ? t->up[i] : t->down[i], falls ? t->down[j] : t->up[j]);
+    return low - alpha * upwind * (t->c[i] - t->c[j]);
+}
+
+double pd_transport_section(pd_ctx *ctx, pd_transport *t, int axis, int index)
+{
+    (void)ctx;
+    pd_ghosts_scalar(&t->bonds->ghosts, t->c);
+    return pdi_bond_section(t->bonds, axis, index, pdi_transport_section_bond, t) * t->bonds->stencil->volume;
+}
+
 static double pdi_transport_total(const pd_transport *t, const double *field)
 {
     pdi_sum sum = {0.0, 0.0};
@@ -15895,6 +15992,146 @@ void pd_dissolve_free(pd_ctx *ctx, pd_dissolve *d)
     PDI_DELETE(ctx, d->changed_capacity, d->changed);
     memset(d, 0, sizeof *d);
 }
+
+/* ======== >>measure.c ======== */
+/* measure: see measure.h */
+#include <math.h>
+#include <string.h>
+
+/* Surfaces and nodes often lie on the bounds that the caller gives: cells that count as inside beyond them. */
+#define PDI_MEASURE_SLACK 1e-6
+
+static int pdi_measure_inside(const pd_grid *grid, int32_t node, const double *lo, const double *hi)
+{
+    double x[PD_DIM];
+    pd_grid_position(grid, node, x);
+    for (int d = 0; d < PD_DIM; d++) {
+        double slack = PDI_MEASURE_SLACK * grid->h[d];
+        if (!(x[d] >= lo[d] - slack) || !(x[d] <= hi[d] + slack)) return 0;
+    }
+    return 1;
+}
+
+/* ---- plane ---- */
+
+/* Means over the faces of the plane: the value on a face is the mean of both cells. */
+static void pdi_measure_faces(const pd_bonds *bonds, const pd_flow *flow, const pd_transport *transport, int axis,
+                              int index, pd_measure_plane_result *r)
+{
+    const pd_grid *grid = bonds->grid;
+    pdi_sum pressure = {0.0, 0.0}, mean = {0.0, 0.0}, stream = {0.0, 0.0}, carried = {0.0, 0.0};
+    double faces = 0.0;
+    for (int32_t node = 0; node < grid->total; node++) {
+        int i[PD_DIM];
+        int32_t before = node - grid->stride[axis];
+        if (grid->kind[node] != PD_FLUID) continue;
+        pdi_grid_index(grid, node, i);
+        if (i[axis] != index || grid->kind[before] != PD_FLUID) continue;
+        double c = transport ? 0.5 * (transport->c[before] + transport->c[node]) : 0.0;
+        faces += 1.0;
+        pdi_sum_add(&mean, c);
+        if (!flow) continue;
+        const double *u = flow->u + (int64_t)axis * grid->total;
+        pdi_sum_add(&pressure, 0.5 * (flow->p[before] + flow->p[node]));
+        pdi_sum_add(&stream, 0.5 * (u[before] + u[node]));
+        pdi_sum_add(&carried, 0.5 * (u[before] + u[node]) * c);
+    }
+    r->area = faces * bonds->stencil->volume / grid->h[axis];
+    r->mean = pdi_sum_total(&mean) / faces;
+    r->bulk = pdi_sum_total(&carried) / pdi_sum_total(&stream);
+    r->pressure = flow ? flow->rho * pdi_sum_total(&pressure) / faces : 0.0;
+}
+
+void pd_measure_plane(pd_ctx *ctx, const pd_bonds *bonds, pd_flow *flow, pd_transport *transport, int axis, int index,
+                      pd_measure_plane_result *r)
+{
+    memset(r, 0, sizeof *r);
+    pdi_measure_faces(bonds, flow, transport, axis, index, r);
+    if (flow) r->flow = pd_flow_section(ctx, flow, axis, index);
+    if (transport) r->species = pd_transport_section(ctx, transport, axis, index);
+    r->speed = r->flow / r->area;
+}
+
+/* ---- exchange ---- */
+
+/* Area of the surfaces that give metal, as row r sees it: each of its bonds that ends behind one stands for
+ * c(n) V. */
+static double pdi_measure_area(const pd_transport *t, const pd_dissolve *dissolve, int32_t r)
+{
+    const pd_bonds *bonds = t->bonds;
+    const pd_stencil *s = bonds->stencil;
+    int32_t node = bonds->node[r];
+    double sum = 0.0, x[PD_DIM];
+    for (int k = 0; k < s->count; k++) {
+        if (!(s->area[k] > 0.0) || pdi_grid_open(t->grid->kind[node + bonds->shift[k]])) continue;
+        int32_t cell = node + bonds->cell_shift[s->group_cell[pdi_bond_closed_group(bonds, node, k)]];
+        int gives = dissolve && t->grid->kind[cell] == PD_SOLID;
+        if (!gives && t->desc.held) {
+            pdi_bond_meet(bonds, r, k, x);
+            gives = t->desc.held(t->desc.user, x) >= 0.0;
+        }
+        if (gives) sum += s->area[k] * s->volume;
+    }
+    return sum;
+}
+
+void pd_measure_exchange(pd_ctx *ctx, const pd_transport *t, const pd_dissolve *dissolve, const double *lo,
+                         const double *hi, int axis, double *flux, double *area)
+{
+    const pd_bonds *bonds = t->bonds;
+    const pd_grid *grid = t->grid;
+    int layers = axis < 0 ? 1 : grid->n[axis];
+    (void)ctx;
+    for (int k = 0; k < layers; k++) flux[k] = area[k] = 0.0;
+    for (int32_t r = 0; r < bonds->rows; r++) {
+        int i[PD_DIM];
+        int32_t node = bonds->node[r];
+        if (!pdi_measure_inside(grid, node, lo, hi)) continue;
+        pdi_grid_index(grid, node, i);
+        int k = axis < 0 ? 0 : i[axis];
+        double gain = t->source[node] - t->absorb[node] * t->c[node];
+        if (t->diffusion.hold) gain += t->diffusion.drive[node] - t->diffusion.hold[node] * t->c[node];
+        flux[k] += gain * bonds->stencil->volume;
+        area[k] += pdi_measure_area(t, dissolve, r);
+    }
+}
+
+/* ---- box ---- */
+
+void pd_measure_box(pd_ctx *ctx, const pd_bonds *bonds, const pd_flow *flow, const pd_transport *transport,
+                    const pd_dissolve *dissolve, const double *lo, const double *hi, pd_measure_box_result *r)
+{
+    const pd_grid *grid = bonds->grid;
+    pdi_sum energy = {0.0, 0.0}, dissolved = {0.0, 0.0}, solid = {0.0, 0.0}, momentum[PD_DIM];
+    double nodes = 0.0, volume = bonds->stencil->volume;
+    (void)ctx;
+    memset(r, 0, sizeof *r);
+    memset(momentum, 0, sizeof momentum);
+    r->least = r->most = (double)NAN;
+    for (int32_t i = 0; i < grid->total; i++) {
+        int fluid = grid->kind[i] == PD_FLUID;
+        if ((!fluid && grid->kind[i] != PD_SOLID) || !pdi_measure_inside(grid, i, lo, hi)) continue;
+        if (!fluid && dissolve) pdi_sum_add(&solid, transport->c[i]);
+        if (!fluid) continue;
+        nodes += 1.0;
+        for (int d = 0; d < PD_DIM && flow; d++) {
+            double u = flow->u[(int64_t)d * grid->total + i];
+            pdi_sum_add(&momentum[d], u);
+            pdi_sum_add(&energy, 0.5 * u * u);
+        }
+        if (!transport) continue;
+        pdi_sum_add(&dissolved, transport->c[i]);
+        r->least = fmin(r->least, transport->c[i]);
+        r->most = fmax(r->most, transport->c[i]);
+    }
+    r->volume = nodes * volume;
+    r->dissolved = pdi_sum_total(&dissolved) * volume;
+    r->solid = pdi_sum_total(&solid) * volume;
+    r->energy = flow ? flow->rho * volume * pdi_sum_total(&energy) : 0.0;
+    for (int d = 0; d < PD_DIM; d++) r->momentum[d] = flow ? flow->rho * volume * pdi_sum_total(&momentum[d]) : 0.0;
+}
+
+#undef PDI_MEASURE_SLACK
 
 /* ======== >>couple.c ======== */
 /* couple: see couple.h */

@@ -612,6 +612,30 @@ pd_status pd_transport_explicit(pd_ctx *ctx, pd_transport *t, double dt)
     return PD_OK;
 }
 
+/* Flux [mol/m3/s] of bond k of node i with its antidiffusive part. One of both ends is fluid, the flux is told from
+ * there. */
+static double pdi_transport_section_bond(const void *user, int32_t i, int k)
+{
+    const pd_transport *t = (const pd_transport *)user;
+    int32_t j = i + t->bonds->shift[k];
+    double flux, bond, upwind;
+    if (t->grid->kind[i] != PD_FLUID) return -pdi_transport_section_bond(t, j, t->bonds->stencil->count - 1 - k);
+    double low = pdi_transport_bond_flux(t, t->c, i, k);
+    int port = t->grid->kind[j] == PD_INLET || t->grid->kind[j] == PD_OUTLET;
+    if (port || !t->flow || t->desc.advection != PD_ADVECTION_LIMITED) return low;
+    pdi_transport_bond(t, i, k, &flux, &bond, &upwind);
+    int falls = t->c[i] > t->c[j];
+    double alpha = fmin(falls ? t->up[i] : t->down[i], falls ? t->down[j] : t->up[j]);
+    return low - alpha * upwind * (t->c[i] - t->c[j]);
+}
+
+double pd_transport_section(pd_ctx *ctx, pd_transport *t, int axis, int index)
+{
+    (void)ctx;
+    pd_ghosts_scalar(&t->bonds->ghosts, t->c);
+    return pdi_bond_section(t->bonds, axis, index, pdi_transport_section_bond, t) * t->bonds->stencil->volume;
+}
+
 static double pdi_transport_total(const pd_transport *t, const double *field)
 {
     pdi_sum sum = {0.0, 0.0};
