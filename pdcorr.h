@@ -71,13 +71,16 @@
  *   syntax     the sections of a scene and their keys, checked before anything is read: a misspelt key is reported as such
  *   sketch     the [shape NAME] sections of a scene: primitives, voxel masks, set operations, materials and grains.
  *   flat       the `key = value` parameter file of the Mg-pin project (SI numbers without units) as a setup.
+ *   watch      reads from a scene what a run shall watch: probes, lines, planes, forces, mass transfer, totals.
  *   scene      reads a scene file, or a flat parameter file, into a setup.
  *   inlet      prescribed velocity behind the inlets of a box: where a side is open, how wide, and the profile over it.
  *   wall       what the walls at the sides of a box do in a setup: they move along themselves, they hold a concentration.
  *   model      the objects of one run, built from a setup: grid, bonds and only the physics that the setup asks for.
  *   observe    the figures of one instant of a run: losses, extremes, and the flux of the flow along its way.
+ *   sample     values of the fields of a model at nodes and at points.
  *   output     the files of a run: fields, pictures, diagnostics, probes, the curve of the volume loss.
  *   summary    what a run models and what it leaves out, with unknowns and memory, in lines of text.
+ *   monitor    what a run watches besides its fields: tables in time, profiles and plots, last values.
  *   run        runs a setup from its first flow solve to its end: output files, diagnostics, pictures, summary, result.
  */
 
@@ -1738,6 +1741,7 @@ typedef struct pd_table {
 #define pd_csv_create PD_NAME(pd_csv_create)
 #define pd_csv_row PD_NAME(pd_csv_row)
 #define pd_csv_close PD_NAME(pd_csv_close)
+#define pd_csv_write PD_NAME(pd_csv_write)
 #define pd_table_read PD_NAME(pd_table_read)
 #define pd_table_find PD_NAME(pd_table_find)
 #define pd_table_text PD_NAME(pd_table_text)
@@ -1753,6 +1757,10 @@ PD_API pd_status pd_csv_create(pd_ctx *ctx, const char *path, const char *commen
 PD_API pd_status pd_csv_row(pd_ctx *ctx, pd_csv *csv, const double *values);
 /* Close. Allowed on one that is not open. PD_ERR_FILE. */
 PD_API pd_status pd_csv_close(pd_ctx *ctx, pd_csv *csv);
+
+/* A whole table values[rows][columns] at once, written aside and renamed. Errors as above. */
+PD_API pd_status pd_csv_write(pd_ctx *ctx, const char *path, const char *comment, const char *const *names,
+                              int columns, const double *values, int64_t rows);
 
 /* Read a table. PD_ERR_FILE; PD_ERR_PARSE with file:line: a row with more or fewer fields than names, an open quote,
  * a name twice. */
@@ -2321,8 +2329,8 @@ PD_API pd_status pd_transport_explicit(pd_ctx *ctx, pd_transport *transport, dou
 /* Largest explicit step [s] that keeps every node within its neighbours. */
 PD_API double pd_transport_limit(pd_ctx *ctx, const pd_transport *transport);
 /* Flux [mol/s, per m in 2D] towards + of all bonds that cross the plane between cells index - 1 and index of `axis`
- * (index 1 .. n-1), at the present field and with the limiter of the last step: what the scheme conserves, up to the
- * tolerance of the limiter (eq. 5.1, 5.4). */
+ * (index 1 .. n-1) at the end of the last step, antidiffusive fluxes included: what the scheme conserves (eq. 5.1,
+ * 5.4). Along a periodic axis up to the tolerance of the limiter. */
 PD_API double pd_transport_section(pd_ctx *ctx, pd_transport *transport, int axis, int index);
 /* Dissolved amount [mol, per m in 2D] in fluid nodes. */
 PD_API double pd_transport_stock(pd_ctx *ctx, const pd_transport *transport);
@@ -2493,7 +2501,7 @@ typedef struct pd_measure_box_result {
 #define pd_measure_box PD_NAME(pd_measure_box)
 
 /* The plane between the cells index - 1 and index of `axis`, index 1 .. n-1. flow and transport may be NULL; their
- * figures are 0 then. The flux of metal is that of the last step, up to the tolerance of the limiter. */
+ * figures are 0 then. The flux of metal is that at the end of the last step. */
 PD_API void pd_measure_plane(pd_ctx *ctx, const pd_bonds *bonds, pd_flow *flow, pd_transport *transport, int axis,
                              int index, pd_measure_plane_result *result);
 /* flux [mol/s]: what walls that hold a concentration, and with `dissolve` (or NULL) the metal, give to the fluid nodes
@@ -2597,6 +2605,7 @@ PD_API double pd_couple_volume_loss(const pd_couple *couple);
 
 #define PD_SETUP_NAME 64
 #define PD_SETUP_PROBES 16
+#define PD_SETUP_MONITORS 32
 #define PD_SETUP_NOTES 32
 #define PD_SETUP_MASKS 8
 
@@ -2660,6 +2669,40 @@ typedef struct pd_setup_probe {
     int line;          /* of the file */
 } pd_setup_probe;
 
+/* What is watched in a run, besides the probes. */
+typedef enum pd_monitor_kind {
+    PD_MONITOR_LINE = 0, /* fields along a straight line, at output times */
+    PD_MONITOR_PLANE,    /* what passes a plane of the lattice */
+    PD_MONITOR_FORCE,    /* of the flow on what a box holds */
+    PD_MONITOR_TRANSFER, /* metal from walls and solids in a box to the fluid */
+    PD_MONITOR_TOTAL     /* what a box holds */
+} pd_monitor_kind;
+
+/* The concentration of the fluid that a Sherwood number refers to. */
+typedef enum pd_against {
+    PD_AGAINST_VALUE = 0,
+    PD_AGAINST_INLET,
+    PD_AGAINST_BULK /* of the mixed stream, layer by layer of `axis` */
+} pd_against;
+
+typedef struct pd_setup_monitor {
+    pd_monitor_kind kind;
+    char name[PD_SETUP_NAME];
+    int line;                      /* of the file */
+    double lo[PD_DIM], hi[PD_DIM]; /* [m] the box; line: its ends */
+    unsigned fields, images;       /* line. bit k: pd_field k */
+    int points;                    /* line */
+    int axis;                      /* plane: across it; transfer: of the local values, -1: none */
+    int index;                     /* plane: between the cells index - 1 and index */
+    int balance;                   /* force: measured around the box, too */
+    double speed;                  /* [m/s] force: reference, 0: no coefficients */
+    double area;                   /* [m^(d-1)] force: reference; transfer: of the surface, 0: measured */
+    double length;                 /* [m] transfer: reference, 0: no Sherwood number */
+    double diffusivity;            /* [m2/s] transfer */
+    double surface, fluid;         /* [mol/m3] transfer: concentrations that drive */
+    pd_against against;
+} pd_setup_monitor;
+
 typedef struct pd_setup {
     char name[PD_SETUP_NAME];  /* of the case: the file without folder and ending */
     char folder[PD_PATH_SIZE]; /* of the output */
@@ -2719,6 +2762,8 @@ typedef struct pd_setup {
     double slice_at;        /* [m] */
     pd_setup_probe probe[PD_SETUP_PROBES];
     int probes;
+    pd_setup_monitor monitor[PD_SETUP_MONITORS];
+    int monitors;
     /* what the reader has to say about the file, a line each */
     char note[PD_SETUP_NOTES][200];
     int notes;
@@ -2734,6 +2779,8 @@ PD_API void pd_setup_free(pd_ctx *ctx, pd_setup *setup);
 #ifdef PDI_INTERNAL
 /* Name of a field in files: "C", "v", ... */
 PDI_FN const char *pdi_setup_field_name(pd_field field);
+/* Section of a kind of monitor: "line", ... */
+PDI_FN const char *pdi_setup_monitor_name(pd_monitor_kind kind);
 /* Why the field does not exist in this setup: "[flow]", "[transport]", ...; NULL: it does. */
 PDI_FN const char *pdi_setup_field_needs(const pd_setup *setup, pd_field field);
 /* "x-", "x+", "y-", ... */
@@ -2803,6 +2850,25 @@ PDI_FN pd_status pdi_flat_read(pd_ctx *ctx, pd_text *text, const char *const *ov
 
 #endif
 
+/* ======== >>watch.h ======== */
+/* watch: reads from a scene what a run shall watch: probes, lines, planes, forces, mass transfer, totals. */
+#ifndef PD_WATCH_H
+#define PD_WATCH_H
+
+#ifdef PDI_INTERNAL
+/* All of these sections into the setup, whose physics, sides and box are known. PD_ERR_PARSE, PD_ERR_ARGUMENT with
+ * file:line. */
+PDI_FN pd_status pdi_watch_read(pd_ctx *ctx, pd_text *text, pd_setup *setup);
+/* Bits of the list of fields under `key`; what the list names must exist in this scene, the fallback need not. */
+PDI_FN pd_status pdi_watch_fields(pd_ctx *ctx, pd_text *text, const pd_setup *setup, int section, const char *key,
+                                  const char *fallback, unsigned *bits);
+/* "x 1 mm": an axis and a place [m] inside the box. */
+PDI_FN pd_status pdi_watch_place(pd_ctx *ctx, pd_text *text, const pd_setup *setup, int section, const char *key,
+                                 int *axis, double *at);
+#endif
+
+#endif
+
 /* ======== >>scene.h ======== */
 /* scene: reads a scene file, or a flat parameter file, into a setup.
  *
@@ -2826,6 +2892,11 @@ PDI_FN pd_status pdi_flat_read(pd_ctx *ctx, pd_text *text, const char *const *ov
  *   [output]     every  fields = C, v, p, kind, grain, phase, D, rate, density  images = ...  slice = z 0 um  prefix
  *                folder
  *   [probe NAME] at = x, y  fields = C, v
+ *   [line NAME]  from = x, y  to = x, y  points = 101 | spacing  fields  images
+ *   [plane NAME] at = x 1 mm
+ *   [force NAME] box = a .. b, c .. d  balance = yes|no  speed, length (3D: area): reference values of coefficients
+ *   [transfer NAME] box  along = x|y|z  length  surface = C there  fluid = inlet|bulk|C  D  area
+ *   [total NAME] box
  *
  * Named constants in numbers and expressions: Csat, Cs, and rho_m, M_m, z_m of the material.
  */
@@ -2961,6 +3032,29 @@ PD_API void pd_observe_free(pd_ctx *ctx, pd_observables *o);
 
 #endif
 
+/* ======== >>sample.h ======== */
+/* sample: values of the fields of a model at nodes and at points. */
+#ifndef PD_SAMPLE_H
+#define PD_SAMPLE_H
+
+#ifdef PDI_INTERNAL
+/* "C [mol/m3]" */
+PDI_FN const char *pdi_sample_label(pd_field field);
+/* Value of a scalar field at a node, of v its length; 0 where the field has none. The metal left in a node is in
+ * `density`, C is what the fluid has dissolved. */
+PDI_FN double pdi_sample_node(const pd_model *m, pd_field field, int32_t node);
+/* Fill the ghosts of the concentration; once before pdi_sample_point is called for an instant. */
+PDI_FN void pdi_sample_prepare(pd_model *m);
+/* Value at the place x [m] of the box: C, v (its component) and p along their gradients, exact for linear fields, as
+ * the mean over the fluid cells that x touches, so that a point on a surface shows the fluid beside it; NaN where there
+ * is none. The other fields: of the cell. */
+PDI_FN double pdi_sample_point(const pd_model *m, pd_field field, int component, const double *x);
+/* 1 when x touches a cell of fluid or solid. */
+PDI_FN int pdi_sample_inside(const pd_model *m, const double *x);
+#endif
+
+#endif
+
 /* ======== >>output.h ======== */
 /* output: the files of a run: fields, pictures, diagnostics, probes, the curve of the volume loss.
  *
@@ -2988,7 +3082,6 @@ typedef struct pd_output {
     int64_t cells;
     double *time, *loss;      /* [rows] [h] and [-] */
     int64_t rows, room;
-    int32_t probe_node[PD_SETUP_PROBES];
 } pd_output;
 
 #define pd_output_open PD_NAME(pd_output_open)
@@ -3018,7 +3111,8 @@ PD_API void pd_output_free(pd_ctx *ctx, pd_output *out);
 typedef enum pd_print_kind {
     PD_PRINT_SUMMARY = 0, /* a line about the scene */
     PD_PRINT_NOTE = 1,    /* a line that the user should know: an ignored key, a conversion */
-    PD_PRINT_PROGRESS = 2 /* the share done and the time left; replaces the line before */
+    PD_PRINT_PROGRESS = 2, /* the share done and the time left; replaces the line before */
+    PD_PRINT_RESULT = 3   /* figures for scripts: "result case=... key=value ..." */
 } pd_print_kind;
 
 /* Text without newline; valid during the call. */
@@ -3028,6 +3122,68 @@ typedef void (*pd_print_fn)(void *user, pd_print_kind kind, const char *text);
 
 /* Describe a built model. */
 PD_API void pd_summary_print(const pd_model *model, pd_print_fn print, void *user);
+
+#endif
+
+/* ======== >>monitor.h ======== */
+/* monitor: what a run watches besides its fields: tables in time, profiles and plots, last values.
+ *
+ *   plane_up.csv, force_pin.csv, transfer_pin.csv, total_all.csv     one row a step
+ *   line_centre_000012_t6.1s.csv, line_centre_C_000012_t6.1s.png     at output times; likewise the local values of a
+ *                                                                    transfer
+ *
+ * Names of columns hold their units, "flow [m2/s]". Sherwood number: Sh = flux L / (area (C_surface - C_fluid) D); with
+ * the bulk concentration, area (C_surface - C_fluid) is summed over the layers.
+ */
+#ifndef PD_MONITOR_H
+#define PD_MONITOR_H
+
+#define PD_MONITOR_FIGURES 24
+
+typedef struct pd_monitor_figure {
+    char key[24], unit[16];
+    double value; /* [unit] */
+} pd_monitor_figure;
+
+typedef struct pd_monitor {
+    const pd_setup_monitor *desc;
+    pd_csv table;
+    int count;              /* of the figures */
+    pd_monitor_figure figure[PD_MONITOR_FIGURES];
+    int64_t seen;           /* force: flow solves that the figures know */
+    int columns, rows;      /* of the profile */
+    double *profile;        /* [rows][columns] [unit of the column] */
+    double *flux, *area, *fluid; /* [rows] [mol/s] [m^(d-1)] [mol/m3] transfer: of the layers */
+} pd_monitor;
+
+typedef struct pd_monitors {
+    pd_model *model;
+    char folder[PD_PATH_SIZE];
+    int line;                              /* of the scene: the section that the build refused */
+    pd_monitor monitor[PD_SETUP_MONITORS]; /* setup->monitors of them */
+} pd_monitors;
+
+#define pd_monitors_build PD_NAME(pd_monitors_build)
+#define pd_monitors_open PD_NAME(pd_monitors_open)
+#define pd_monitors_step PD_NAME(pd_monitors_step)
+#define pd_monitors_frame PD_NAME(pd_monitors_frame)
+#define pd_monitors_print PD_NAME(pd_monitors_print)
+#define pd_monitors_close PD_NAME(pd_monitors_close)
+#define pd_monitors_free PD_NAME(pd_monitors_free)
+
+/* Of all monitors of the setup; model is borrowed. PD_ERR_GEOMETRY: a probe in the wall, a box around a body that comes
+ * too close to other walls. */
+PD_API pd_status pd_monitors_build(pd_ctx *ctx, pd_model *model, pd_monitors *monitors);
+/* Start the tables in an existing folder. PD_ERR_FILE. */
+PD_API pd_status pd_monitors_open(pd_ctx *ctx, pd_monitors *monitors, const char *folder);
+/* A row of the tables. */
+PD_API pd_status pd_monitors_step(pd_ctx *ctx, pd_monitors *monitors);
+/* Profiles and plots of this instant, after its step. */
+PD_API pd_status pd_monitors_frame(pd_ctx *ctx, pd_monitors *monitors, int frame);
+/* A line "result case=... monitor=..." with the last figures of each table. */
+PD_API void pd_monitors_print(const pd_monitors *monitors, pd_print_fn print, void *user);
+PD_API pd_status pd_monitors_close(pd_ctx *ctx, pd_monitors *monitors);
+PD_API void pd_monitors_free(pd_ctx *ctx, pd_monitors *monitors);
 
 #endif
 
@@ -12334,18 +12490,38 @@ static pd_status pdi_csv_head(pd_ctx *ctx, pd_file *file, const char *comment, c
     return pdi_file_text(ctx, file, "\n");
 }
 
+static pd_status pdi_csv_values(pd_ctx *ctx, pd_file *file, const double *values, int columns)
+{
+    char row[PD_CSV_COLUMNS * PDI_NUMBER_SIZE];
+    size_t used = 0;
+    for (int k = 0; k < columns; k++) {
+        if (k) row[used++] = ',';
+        pdi_file_number(values[k], row + used);
+        used += strlen(row + used);
+    }
+    row[used++] = '\n';
+    return pdi_file_write(ctx, file, row, used);
+}
+
+pd_status pd_csv_write(pd_ctx *ctx, const char *path, const char *comment, const char *const *names, int columns,
+                       const double *values, int64_t rows)
+{
+    pd_file file;
+    PDI_TRY(pdi_csv_check_names(ctx, path, names, columns));
+    PDI_TRY(pdi_file_create(ctx, path, &file));
+    pd_status status = pdi_csv_head(ctx, &file, comment, names, columns);
+    for (int64_t k = 0; k < rows && status == PD_OK; k++)
+        status = pdi_csv_values(ctx, &file, values + k * columns, columns);
+    if (status == PD_OK) return pdi_file_commit(ctx, &file);
+    pdi_file_abandon(&file);
+    return status;
+}
+
 pd_status pd_csv_create(pd_ctx *ctx, const char *path, const char *comment, const char *const *names, int columns,
                         pd_csv *csv)
 {
     memset(csv, 0, sizeof *csv);
-    PDI_TRY(pdi_csv_check_names(ctx, path, names, columns));
-    PDI_TRY(pdi_file_create(ctx, path, &csv->file));
-    pd_status status = pdi_csv_head(ctx, &csv->file, comment, names, columns);
-    if (status != PD_OK) {
-        pdi_file_abandon(&csv->file);
-        return status;
-    }
-    PDI_TRY(pdi_file_commit(ctx, &csv->file));
+    PDI_TRY(pd_csv_write(ctx, path, comment, names, columns, NULL, 0));
     PDI_TRY(pdi_file_append(ctx, path, &csv->file));
     csv->columns = columns;
     return PD_OK;
@@ -12353,15 +12529,7 @@ pd_status pd_csv_create(pd_ctx *ctx, const char *path, const char *comment, cons
 
 pd_status pd_csv_row(pd_ctx *ctx, pd_csv *csv, const double *values)
 {
-    char row[PD_CSV_COLUMNS * PDI_NUMBER_SIZE];
-    size_t used = 0;
-    for (int k = 0; k < csv->columns; k++) {
-        if (k) row[used++] = ',';
-        pdi_file_number(values[k], row + used);
-        used += strlen(row + used);
-    }
-    row[used++] = '\n';
-    PDI_TRY(pdi_file_write(ctx, &csv->file, row, used));
+    PDI_TRY(pdi_csv_values(ctx, &csv->file, values, csv->columns));
     return pdi_file_flush(ctx, &csv->file);
 }
 
@@ -15321,28 +15489,47 @@ pd_status pd_transport_explicit(pd_ctx *ctx, pd_transport *t, double dt)
     return PD_OK;
 }
 
-/* Flux [mol/m3/s] of bond k of node i with its antidiffusive part. One of both ends is fluid, the flux is told from
- * there. */
+/* Upwinded flux [mol/m3/s] of bond k of node i. One of both ends is fluid, the flux is told from there. */
 static double pdi_transport_section_bond(const void *user, int32_t i, int k)
 {
     const pd_transport *t = (const pd_transport *)user;
-    int32_t j = i + t->bonds->shift[k];
+    if (t->grid->kind[i] == PD_FLUID) return pdi_transport_bond_flux(t, t->c, i, k);
+    return -pdi_transport_bond_flux(t, t->c, i + t->bonds->shift[k], t->bonds->stencil->count - 1 - k);
+}
+
+/* The same of its antidiffusive flux with the present ratios (eq. 5.4). Ports have none. */
+static double pdi_transport_section_anti(const void *user, int32_t i, int k)
+{
+    const pd_transport *t = (const pd_transport *)user;
     double flux, bond, upwind;
-    if (t->grid->kind[i] != PD_FLUID) return -pdi_transport_section_bond(t, j, t->bonds->stencil->count - 1 - k);
-    double low = pdi_transport_bond_flux(t, t->c, i, k);
-    int port = t->grid->kind[j] == PD_INLET || t->grid->kind[j] == PD_OUTLET;
-    if (port || !t->flow || t->desc.advection != PD_ADVECTION_LIMITED) return low;
+    int32_t j = i + t->bonds->shift[k];
+    if (t->grid->kind[i] != PD_FLUID) return -pdi_transport_section_anti(t, j, t->bonds->stencil->count - 1 - k);
+    if (t->grid->kind[j] == PD_INLET || t->grid->kind[j] == PD_OUTLET) return 0.0;
     pdi_transport_bond(t, i, k, &flux, &bond, &upwind);
     int falls = t->c[i] > t->c[j];
     double alpha = fmin(falls ? t->up[i] : t->down[i], falls ? t->down[j] : t->up[j]);
-    return low - alpha * upwind * (t->c[i] - t->c[j]);
+    return alpha * upwind * (t->c[i] - t->c[j]);
 }
 
 double pd_transport_section(pd_ctx *ctx, pd_transport *t, int axis, int index)
 {
+    double low, anti;
+    pdi_sum sum = {0.0, 0.0};
     (void)ctx;
     pd_ghosts_scalar(&t->bonds->ghosts, t->c);
-    return pdi_bond_section(t->bonds, axis, index, pdi_transport_section_bond, t) * t->bonds->stencil->volume;
+    low = pdi_bond_section(t->bonds, axis, index, pdi_transport_section_bond, t);
+    /* What passes the plane is all that the nodes before it gain: the fluxes between them cancel. Through a periodic
+     * axis they gain at its other end too. */
+    for (int32_t node = 0; node < t->grid->total; node++) {
+        int i[PD_DIM];
+        if (t->grid->kind[node] != PD_FLUID) continue;
+        pdi_grid_index(t->grid, node, i);
+        if (i[axis] < index) pdi_sum_add(&sum, t->anti[node]);
+    }
+    anti = pdi_sum_total(&sum);
+    if (t->grid->side[2 * axis] == PD_SIDE_PERIODIC && t->flow && t->desc.advection == PD_ADVECTION_LIMITED)
+        anti = pdi_bond_section(t->bonds, axis, index, pdi_transport_section_anti, t);
+    return (low - anti) * t->bonds->stencil->volume;
 }
 
 static double pdi_transport_total(const pd_transport *t, const double *field)
@@ -16390,6 +16577,12 @@ PDI_FN const char *pdi_setup_field_needs(const pd_setup *setup, pd_field field)
     return NULL;
 }
 
+PDI_FN const char *pdi_setup_monitor_name(pd_monitor_kind kind)
+{
+    static const char *const names[] = {"line", "plane", "force", "transfer", "total"};
+    return names[kind];
+}
+
 PDI_FN const char *pdi_setup_side_name(int side) { return pdi_setup_sides[side]; }
 
 PDI_FN const pd_expr_symbol *pdi_setup_position(void) { return pdi_setup_axes; }
@@ -16497,7 +16690,12 @@ static const pdi_syntax_section pdi_syntax_table[] = {
     {"dissolve", "rate, law, Csat, Cs, gb_factor, threshold"},
     {"run", "until, rtol, fraction, max_step"},
     {"output", "every, fields, images, slice, prefix, folder"},
-    {"probe", "at, fields"}};
+    {"probe", "at, fields"},
+    {"line", "from, to, points, spacing, fields, images"},
+    {"plane", "at"},
+    {"force", "box, balance, speed, length, area"},
+    {"transfer", "box, along, length, surface, fluid, D, area"},
+    {"total", "box"}};
 #define PDI_SYNTAX_SECTIONS ((int)(sizeof pdi_syntax_table / sizeof pdi_syntax_table[0]))
 
 /* 1 when the comma-separated list holds the word; offers all its words to near_word. */
@@ -17166,6 +17364,291 @@ PDI_FN pd_status pdi_flat_read(pd_ctx *ctx, pd_text *text, const char *const *ov
 #undef PDI_FLAT_FRAMES
 #undef PDI_FLAT_NUMBERS
 
+/* ======== >>watch.c ======== */
+/* watch: see watch.h */
+#include <math.h>
+#include <stdio.h>
+#include <string.h>
+
+#define PDI_WATCH_POINTS 100000 /* most points of a line */
+
+typedef struct pdi_watch {
+    pd_ctx *ctx;
+    pd_text *text;
+    pd_setup *setup;
+    int section;
+} pdi_watch;
+
+/* ---- values ---- */
+
+PDI_FN pd_status pdi_watch_fields(pd_ctx *ctx, pd_text *text, const pd_setup *setup, int section, const char *key,
+                                  const char *fallback, unsigned *bits)
+{
+    pd_word_list list;
+    int given = pd_text_has(ctx, text, section, key);
+    PDI_TRY(pd_text_words(ctx, text, section, key, fallback, &list));
+    *bits = 0;
+    if (list.count == 1 && strcmp(list.word[0], "none") == 0) return PD_OK;
+    for (int w = 0; w < list.count; w++) {
+        int field = 0;
+        while (field < PD_FIELD_COUNT && strcmp(list.word[w], pdi_setup_field_name((pd_field)field)) != 0) field++;
+        if (field == PD_FIELD_COUNT)
+            return pd_text_refuse(ctx, text, section, key,
+                                  "found '%s', expected some of C, v, p, kind, grain, phase, D,"
+                                  " rate, density, or none", list.word[w]);
+        const char *needs = pdi_setup_field_needs(setup, (pd_field)field);
+        if (needs && given)
+            return pd_text_refuse(ctx, text, section, key, "found '%s', which needs %s", list.word[w], needs);
+        if (!needs) *bits |= 1u << field;
+    }
+    return PD_OK;
+}
+
+PDI_FN pd_status pdi_watch_place(pd_ctx *ctx, pd_text *text, const pd_setup *setup, int section, const char *key,
+                                 int *axis, double *at)
+{
+    const char *value;
+    pd_expr expr;
+    pd_expr_desc desc;
+    PDI_TRY(pd_text_string(ctx, text, section, key, NULL, &value));
+    *axis = value[0] - 'x';
+    if (*axis < 0 || *axis >= PD_DIM || value[1] != ' ')
+        return pd_text_refuse(ctx, text, section, key, "found '%.40s', expected an axis and a place: %c 0 um", value,
+                              "xyz"[PD_DIM - 1]);
+    memset(&desc, 0, sizeof desc);
+    desc.text = value + 2;
+    desc.consts = text->consts;
+    desc.const_count = text->const_count;
+    desc.unit = "m";
+    desc.where = key;
+    desc.column = 3;
+    if (pd_expr_build(ctx, &desc, &expr) < 0) {
+        char message[PD_MESSAGE_SIZE];
+        memcpy(message, ctx->message, sizeof message);
+        return pd_text_refuse(ctx, text, section, key, "%.500s", message);
+    }
+    *at = pd_expr_eval(&expr, NULL);
+    pd_expr_free(ctx, &expr);
+    if (*at > setup->lo[*axis] && *at < setup->hi[*axis]) return PD_OK;
+    return pd_text_refuse(ctx, text, section, key, "found %.6g m, expected a place inside the box", *at);
+}
+
+/* A point of the box. */
+static pd_status pdi_watch_point(pdi_watch *w, const char *key, double *x)
+{
+    const pd_setup *u = w->setup;
+    int count;
+    PDI_TRY(pd_text_numbers(w->ctx, w->text, w->section, key, "m", NULL, PD_DIM, x, &count));
+    if (count != PD_DIM)
+        return pd_text_refuse(w->ctx, w->text, w->section, key, "found %d number%s, expected %d, one for each axis",
+                              count, count > 1 ? "s" : "", PD_DIM);
+    for (int d = 0; d < PD_DIM; d++)
+        if (!(x[d] >= u->lo[d]) || !(x[d] <= u->hi[d]))
+            return pd_text_refuse(w->ctx, w->text, w->section, key,
+                                  "found %.6g m on axis %c, expected a place inside the box", x[d], "xyz"[d]);
+    return PD_OK;
+}
+
+static pd_status pdi_watch_positive(pdi_watch *w, const char *key, const char *unit, const char *fallback,
+                                    double *value)
+{
+    char found[PD_UNITS_TEXT];
+    PDI_TRY(pd_text_number(w->ctx, w->text, w->section, key, unit, fallback, value));
+    if (*value > 0.0) return PD_OK;
+    pdi_setup_show(*value, unit, found);
+    return pd_text_refuse(w->ctx, w->text, w->section, key, "found %s, expected a positive value", found);
+}
+
+static pd_status pdi_watch_concentration(pdi_watch *w, const char *key, double *value)
+{
+    PDI_TRY(pd_text_number(w->ctx, w->text, w->section, key, "mol/m3", NULL, value));
+    if (*value >= 0.0) return PD_OK;
+    return pd_text_refuse(w->ctx, w->text, w->section, key, "found %.6g mol/m3, expected at least 0", *value);
+}
+
+/* The box of a monitor; without the key that of the grid, if `optional`. */
+static pd_status pdi_watch_box(pdi_watch *w, int optional, pd_setup_monitor *m)
+{
+    int count;
+    memcpy(m->lo, w->setup->lo, sizeof m->lo);
+    memcpy(m->hi, w->setup->hi, sizeof m->hi);
+    if (optional && !pd_text_has(w->ctx, w->text, w->section, "box")) return PD_OK;
+    PDI_TRY(pd_text_ranges(w->ctx, w->text, w->section, "box", "m", NULL, PD_DIM, m->lo, m->hi, &count));
+    if (count == PD_DIM) return PD_OK;
+    return pd_text_refuse(w->ctx, w->text, w->section, "box", "found %d range%s, expected %d, one for each axis", count,
+                          count > 1 ? "s" : "", PD_DIM);
+}
+
+/* ---- sections ---- */
+
+static pd_status pdi_watch_needs(pdi_watch *w, int has, const char *what)
+{
+    const char *name = w->text->section[w->section].name;
+    if (has) return PD_OK;
+    return pd_text_refuse(w->ctx, w->text, w->section, name, "found no [%s] section, expected one", what);
+}
+
+static pd_status pdi_watch_line(pdi_watch *w, pd_setup_monitor *m)
+{
+    double spacing, length = 0.0;
+    PDI_TRY(pdi_watch_point(w, "from", m->lo));
+    PDI_TRY(pdi_watch_point(w, "to", m->hi));
+    for (int d = 0; d < PD_DIM; d++) length += (m->hi[d] - m->lo[d]) * (m->hi[d] - m->lo[d]);
+    length = sqrt(length);
+    if (!(length > 0.0))
+        return pd_text_refuse(w->ctx, w->text, w->section, "to", "found the point of 'from', expected another one");
+    PDI_TRY(pdi_watch_fields(w->ctx, w->text, w->setup, w->section, "fields", "C, v, p", &m->fields));
+    m->images = m->fields;
+    if (pd_text_has(w->ctx, w->text, w->section, "images"))
+        PDI_TRY(pdi_watch_fields(w->ctx, w->text, w->setup, w->section, "images", NULL, &m->images));
+    if (m->images & ~m->fields)
+        return pd_text_refuse(w->ctx, w->text, w->section, "images", "found a field that is not among 'fields'");
+    if (!pd_text_has(w->ctx, w->text, w->section, "spacing"))
+        return pd_text_integer(w->ctx, w->text, w->section, "points", 2, PDI_WATCH_POINTS, NULL, &m->points);
+    if (pd_text_has(w->ctx, w->text, w->section, "points"))
+        return pd_text_refuse(w->ctx, w->text, w->section, "spacing", "found beside 'points', expected one of them");
+    PDI_TRY(pdi_watch_positive(w, "spacing", "m", NULL, &spacing));
+    if (length / spacing > PDI_WATCH_POINTS - 1.0)
+        return pd_text_refuse(w->ctx, w->text, w->section, "spacing", "found %.6g m, which makes more than %d points",
+                              spacing, PDI_WATCH_POINTS);
+    m->points = (int)fmax(ceil(length / spacing * (1.0 - 1e-12)), 1.0) + 1;
+    return PD_OK;
+}
+
+/* The plane of the lattice nearest to the place. */
+static pd_status pdi_watch_plane(pdi_watch *w, pd_setup_monitor *m)
+{
+    const pd_setup *u = w->setup;
+    double at, index;
+    PDI_TRY(pdi_watch_place(w->ctx, w->text, u, w->section, "at", &m->axis, &at));
+    double cells = floor((u->hi[m->axis] - u->lo[m->axis]) / u->h[m->axis] + 0.5);
+    index = floor((at - u->lo[m->axis]) / u->h[m->axis] + 0.5);
+    if (!(index >= 1.0) || !(index <= cells - 1.0))
+        return pd_text_refuse(w->ctx, w->text, w->section, "at",
+                              "found %.6g m, expected a place at least half a cell inside of the box", at);
+    m->index = (int)index;
+    return PD_OK;
+}
+
+/* Reference values make coefficients: 2 F/(rho U^2 A). */
+static pd_status pdi_watch_force(pdi_watch *w, pd_setup_monitor *m)
+{
+    const char *size = PD_DIM == 3 ? "area" : "length";
+    PDI_TRY(pdi_watch_needs(w, w->setup->has_flow, "flow"));
+    PDI_TRY(pdi_watch_box(w, 0, m));
+    PDI_TRY(pd_text_bool(w->ctx, w->text, w->section, "balance", "yes", &m->balance));
+    if (!pd_text_has(w->ctx, w->text, w->section, "speed") && !pd_text_has(w->ctx, w->text, w->section, size))
+        return PD_OK;
+    PDI_TRY(pdi_watch_positive(w, "speed", "m/s", NULL, &m->speed));
+    m->area = 1.0;
+    return PD_DIM == 1 ? PD_OK : pdi_watch_positive(w, size, PD_DIM == 3 ? "m2" : "m", NULL, &m->area);
+}
+
+/* fluid = inlet, bulk, or a concentration */
+static pd_status pdi_watch_against(pdi_watch *w, pd_setup_monitor *m)
+{
+    const pd_setup *u = w->setup;
+    const char *value;
+    int inlets = 0;
+    PDI_TRY(pd_text_string(w->ctx, w->text, w->section, "fluid", NULL, &value));
+    for (int side = 0; side < 2 * PD_DIM; side++)
+        inlets += u->side[side].kind == PD_SIDE_INLET && !u->side[side].open;
+    if (strcmp(value, "inlet") == 0) {
+        m->against = PD_AGAINST_INLET;
+        m->fluid = u->inlet;
+        if (inlets) return PD_OK;
+        return pd_text_refuse(w->ctx, w->text, w->section, "fluid",
+                              "found 'inlet' in a scene without one, expected bulk or a concentration");
+    }
+    if (strcmp(value, "bulk") != 0) return pdi_watch_concentration(w, "fluid", &m->fluid);
+    m->against = PD_AGAINST_BULK;
+    PDI_TRY(pdi_watch_needs(w, u->has_flow, "flow"));
+    if (m->axis >= 0) return PD_OK;
+    return pd_text_refuse(w->ctx, w->text, w->section, "fluid",
+                          "found 'bulk' without the axis of the stream, expected along = %s",
+                          PD_DIM == 3 ? "x, y or z" : PD_DIM == 2 ? "x or y" : "x");
+}
+
+static pd_status pdi_watch_transfer(pdi_watch *w, pd_setup_monitor *m)
+{
+    static const char *const axes[] = {"x", "y", "z"};
+    const char *names[PD_DIM + 1], *unit = PD_DIM == 3 ? "m2" : PD_DIM == 2 ? "m" : "";
+    char diffusivity[PD_UNITS_TEXT];
+    for (int d = 0; d < PD_DIM; d++) names[d] = axes[d];
+    names[PD_DIM] = NULL;
+    PDI_TRY(pdi_watch_needs(w, w->setup->has_transport, "transport"));
+    PDI_TRY(pdi_watch_box(w, 1, m));
+    m->axis = -1;
+    if (pd_text_has(w->ctx, w->text, w->section, "along"))
+        PDI_TRY(pd_text_choice(w->ctx, w->text, w->section, "along", names, NULL, &m->axis));
+    if (pd_text_has(w->ctx, w->text, w->section, "area"))
+        PDI_TRY(pdi_watch_positive(w, "area", unit, NULL, &m->area));
+    if (!pd_text_has(w->ctx, w->text, w->section, "length")) return PD_OK;
+    PDI_TRY(pdi_watch_positive(w, "length", "m", NULL, &m->length));
+    PDI_TRY(pdi_watch_concentration(w, "surface", &m->surface));
+    PDI_TRY(pdi_watch_against(w, m));
+    snprintf(diffusivity, sizeof diffusivity, "%.17g m2/s", w->setup->diffusivity);
+    return pdi_watch_positive(w, "D", "m2/s", diffusivity, &m->diffusivity);
+}
+
+static pd_status pdi_watch_monitor(pdi_watch *w, pd_monitor_kind kind)
+{
+    pd_setup *u = w->setup;
+    const char *label = w->text->section[w->section].label, *name = pdi_setup_monitor_name(kind);
+    if (u->monitors >= PD_SETUP_MONITORS)
+        return pd_text_refuse(w->ctx, w->text, w->section, name, "found more than %d sections of this sort",
+                              PD_SETUP_MONITORS);
+    if (label[0] == '\0' || strlen(label) >= PD_SETUP_NAME - 24)
+        return pd_text_refuse(w->ctx, w->text, w->section, name, "expected a short name: [%s NAME]", name);
+    pd_setup_monitor *m = &u->monitor[u->monitors++];
+    m->kind = kind;
+    m->line = w->text->section[w->section].line;
+    memcpy(m->name, label, strlen(label) + 1);
+    switch (kind) {
+    case PD_MONITOR_LINE: return pdi_watch_line(w, m);
+    case PD_MONITOR_PLANE: return pdi_watch_plane(w, m);
+    case PD_MONITOR_FORCE: return pdi_watch_force(w, m);
+    case PD_MONITOR_TRANSFER: return pdi_watch_transfer(w, m);
+    case PD_MONITOR_TOTAL: return pdi_watch_box(w, 1, m);
+    }
+    return PD_OK;
+}
+
+static pd_status pdi_watch_probe(pdi_watch *w)
+{
+    pd_setup *u = w->setup;
+    const char *label = w->text->section[w->section].label;
+    if (u->probes >= PD_SETUP_PROBES)
+        return pd_text_refuse(w->ctx, w->text, w->section, "probe", "found more than %d probes", PD_SETUP_PROBES);
+    if (label[0] == '\0' || strlen(label) >= PD_SETUP_NAME - 24)
+        return pd_text_refuse(w->ctx, w->text, w->section, "probe", "expected a short name: [probe NAME]");
+    pd_setup_probe *p = &u->probe[u->probes++];
+    memcpy(p->name, label, strlen(label) + 1);
+    p->line = w->text->section[w->section].line;
+    PDI_TRY(pdi_watch_point(w, "at", p->at));
+    return pdi_watch_fields(w->ctx, w->text, u, w->section, "fields", u->has_transport ? "C" : "v", &p->fields);
+}
+
+PDI_FN pd_status pdi_watch_read(pd_ctx *ctx, pd_text *text, pd_setup *setup)
+{
+    pdi_watch w;
+    w.ctx = ctx;
+    w.text = text;
+    w.setup = setup;
+    for (w.section = pd_text_next(ctx, text, "probe", -1); w.section >= 0;
+         w.section = pd_text_next(ctx, text, "probe", w.section))
+        PDI_TRY(pdi_watch_probe(&w));
+    for (int kind = PD_MONITOR_LINE; kind <= PD_MONITOR_TOTAL; kind++) {
+        const char *name = pdi_setup_monitor_name((pd_monitor_kind)kind);
+        for (w.section = pd_text_next(ctx, text, name, -1); w.section >= 0;
+             w.section = pd_text_next(ctx, text, name, w.section))
+            PDI_TRY(pdi_watch_monitor(&w, (pd_monitor_kind)kind));
+    }
+    return PD_OK;
+}
+
+#undef PDI_WATCH_POINTS
+
 /* ======== >>scene.c ======== */
 /* scene: see scene.h */
 #include <math.h>
@@ -17547,7 +18030,7 @@ static pd_status pdi_scene_dissolve(pdi_scene *s)
     return pdi_scene_within(s, section, "threshold", "", "0", 0.0, 0.99, 0, &u->threshold);
 }
 
-/* ---- [run], [output], [probe ...] ---- */
+/* ---- [run], [output] ---- */
 
 static pd_status pdi_scene_run(pdi_scene *s)
 {
@@ -17566,62 +18049,15 @@ static pd_status pdi_scene_run(pdi_scene *s)
     return pdi_scene_within(s, section, "fraction", "", NULL, 0.0, 1.0, 1, &u->fraction);
 }
 
-/* Bits of a list of fields; with explicit fields, each must exist in this scene. */
-static pd_status pdi_scene_fields(pdi_scene *s, int section, const char *key, const char *fallback, unsigned *bits)
-{
-    pd_word_list list;
-    int given = pd_text_has(s->ctx, s->text, section, key);
-    PDI_TRY(pd_text_words(s->ctx, s->text, section, key, fallback, &list));
-    *bits = 0;
-    if (list.count == 1 && strcmp(list.word[0], "none") == 0) return PD_OK;
-    for (int w = 0; w < list.count; w++) {
-        int field = 0;
-        while (field < PD_FIELD_COUNT && strcmp(list.word[w], pdi_setup_field_name((pd_field)field)) != 0) field++;
-        if (field == PD_FIELD_COUNT)
-            return pd_text_refuse(s->ctx, s->text, section, key,
-                                  "found '%s', expected some of C, v, p, kind, grain, phase, D,"
-                                  " rate, density, or none", list.word[w]);
-        const char *needs = pdi_setup_field_needs(s->setup, (pd_field)field);
-        if (needs && given)
-            return pd_text_refuse(s->ctx, s->text, section, key, "found '%s', which needs %s", list.word[w], needs);
-        if (!needs) *bits |= 1u << field;
-    }
-    return PD_OK;
-}
-
-/* "z 0 um" */
 static pd_status pdi_scene_slice(pdi_scene *s, int section)
 {
     pd_setup *u = s->setup;
-    const char *value;
-    pd_expr expr;
-    pd_expr_desc desc;
     u->slice_axis = PD_DIM - 1;
     u->slice_at = 0.5 * (u->lo[u->slice_axis] + u->hi[u->slice_axis]);
     if (!pd_text_has(s->ctx, s->text, section, "slice")) return PD_OK;
-    PDI_TRY(pd_text_string(s->ctx, s->text, section, "slice", NULL, &value));
     if (PD_DIM < 3) return pd_text_refuse(s->ctx, s->text, section, "slice", "found in %dD, expected it in 3D only",
                                           PD_DIM);
-    if (value[0] < 'x' || value[0] > 'z' || value[1] != ' ')
-        return pd_text_refuse(s->ctx, s->text, section, "slice", "found '%.40s', expected an axis and a place: z 0 um",
-                              value);
-    u->slice_axis = value[0] - 'x';
-    memset(&desc, 0, sizeof desc);
-    desc.text = value + 2;
-    desc.unit = "m";
-    desc.where = "slice";
-    desc.column = 3;
-    if (pd_expr_build(s->ctx, &desc, &expr) < 0) {
-        char message[PD_MESSAGE_SIZE];
-        memcpy(message, s->ctx->message, sizeof message);
-        return pd_text_refuse(s->ctx, s->text, section, "slice", "%.500s", message);
-    }
-    u->slice_at = pd_expr_eval(&expr, NULL);
-    pd_expr_free(s->ctx, &expr);
-    int axis = u->slice_axis < PD_DIM ? u->slice_axis : PD_DIM - 1;
-    if (u->slice_at > u->lo[axis] && u->slice_at < u->hi[axis]) return PD_OK;
-    return pd_text_refuse(s->ctx, s->text, section, "slice", "found %.6g m, expected a place inside the box",
-                          u->slice_at);
+    return pdi_watch_place(s->ctx, s->text, u, section, "slice", &u->slice_axis, &u->slice_at);
 }
 
 /* A file name without a folder. */
@@ -17647,39 +18083,14 @@ static pd_status pdi_scene_output(pdi_scene *s)
     if (u->until > 0.0 && u->until / u->every > 9e5)
         return pd_text_refuse(s->ctx, s->text, section, "every",
                               "found %.3g frames until the end, expected at most 900000", u->until / u->every);
-    PDI_TRY(pdi_scene_fields(s, section, "fields", "C, v, p, kind, grain", &u->fields));
-    PDI_TRY(pdi_scene_fields(s, section, "images", "none", &u->images));
+    PDI_TRY(pdi_watch_fields(s->ctx, s->text, u, section, "fields", "C, v, p, kind, grain", &u->fields));
+    PDI_TRY(pdi_watch_fields(s->ctx, s->text, u, section, "images", "none", &u->images));
     PDI_TRY(pdi_scene_prefix(s, section));
     PDI_TRY(pd_text_string(s->ctx, s->text, section, "folder", "output", &folder));
     if (strlen(folder) >= PD_PATH_SIZE - PD_SETUP_NAME)
         return pd_text_refuse(s->ctx, s->text, section, "folder", "the path is too long");
     memcpy(u->folder, folder, strlen(folder) + 1);
     return pdi_scene_slice(s, section);
-}
-
-static pd_status pdi_scene_probe(pdi_scene *s, int section)
-{
-    pd_setup *u = s->setup;
-    const char *label = s->text->section[section].label;
-    int count;
-    if (u->probes >= PD_SETUP_PROBES)
-        return pd_text_refuse(s->ctx, s->text, section, "probe", "found more than %d probes", PD_SETUP_PROBES);
-    if (label[0] == '\0' || strlen(label) >= PD_SETUP_NAME - 24)
-        return pd_text_refuse(s->ctx, s->text, section, "probe", "expected a short name: [probe NAME]");
-    pd_setup_probe *p = &u->probe[u->probes];
-    memcpy(p->name, label, strlen(label) + 1);
-    p->line = s->text->section[section].line;
-    PDI_TRY(pd_text_numbers(s->ctx, s->text, section, "at", "m", NULL, PD_DIM, p->at, &count));
-    if (count != PD_DIM)
-        return pd_text_refuse(s->ctx, s->text, section, "at", "found %d number%s, expected %d, one for each axis",
-                              count, count > 1 ? "s" : "", PD_DIM);
-    for (int d = 0; d < PD_DIM; d++)
-        if (!(p->at[d] >= u->lo[d]) || !(p->at[d] <= u->hi[d]))
-            return pd_text_refuse(s->ctx, s->text, section, "at",
-                                  "found %.6g m on axis %c, expected a place inside the box", p->at[d], "xyz"[d]);
-    PDI_TRY(pdi_scene_fields(s, section, "fields", u->has_transport ? "C" : "v", &p->fields));
-    u->probes++;
-    return PD_OK;
 }
 
 /* Line of a section, 0: absent. */
@@ -17723,8 +18134,7 @@ static pd_status pdi_scene_sections(pd_ctx *ctx, pd_text *text, const char *path
     PDI_TRY(pdi_scene_dissolve(&s));
     PDI_TRY(pdi_scene_run(&s));
     PDI_TRY(pdi_scene_output(&s));
-    for (int k = pd_text_next(ctx, text, "probe", -1); k >= 0; k = pd_text_next(ctx, text, "probe", k))
-        PDI_TRY(pdi_scene_probe(&s, k));
+    PDI_TRY(pdi_watch_read(ctx, text, setup));
     PDI_TRY(pd_text_unused(ctx, text));
     if (!setup->has_flow && !setup->has_transport)
         return pd_text_refuse(ctx, text, 0, "scene", "found no physics, expected a [flow] or a [transport] section");
@@ -18373,14 +18783,120 @@ void pd_observe(pd_ctx *ctx, pd_model *m, pd_observables *o)
     pdi_observe_flux(ctx, m, o);
 }
 
+/* ======== >>sample.c ======== */
+/* sample: see sample.h */
+#include <math.h>
+
+#define PDI_SAMPLE_NEAR 1e-6 /* [cells] from a face: the point touches the cells on both sides */
+#define PDI_SAMPLE_CELLS (1 << PD_DIM)
+
+static const char *const pdi_sample_labels[] = {"C [mol/m3]", "v [m/s]",  "p [Pa]",     "kind",           "grain",
+                                                "phase",      "D [m2/s]", "rate [m/s]", "density [kg/m3]"};
+
+PDI_FN const char *pdi_sample_label(pd_field field) { return pdi_sample_labels[field]; }
+
+static double pdi_sample_density(const pd_model *m, int32_t i)
+{
+    const pd_setup *u = m->setup;
+    if (m->grid.kind[i] == PD_SOLID)
+        return u->has_dissolve ? u->material.density * m->transport.c[i] / u->solid_c : u->material.density;
+    return m->grid.kind[i] == PD_FLUID && u->has_flow ? u->rho : 0.0;
+}
+
+PDI_FN double pdi_sample_node(const pd_model *m, pd_field field, int32_t i)
+{
+    int fluid = m->grid.kind[i] == PD_FLUID;
+    const double *diffusivity = m->transport.diffusion.field;
+    double square = 0.0;
+    switch (field) {
+    case PD_FIELD_C: return fluid ? m->transport.c[i] : 0.0;
+    case PD_FIELD_V:
+        for (int d = 0; d < PD_DIM && fluid; d++) {
+            double u = m->flow.u[(int64_t)d * m->grid.total + i];
+            square += u * u;
+        }
+        return sqrt(square);
+    case PD_FIELD_P: return fluid ? m->flow.p[i] * m->flow.rho : 0.0;
+    case PD_FIELD_KIND: return m->grid.kind[i];
+    case PD_FIELD_GRAIN: return m->grid.kind[i] == PD_SOLID ? m->grain.id[i] : -1.0;
+    case PD_FIELD_PHASE: return m->grid.kind[i] == PD_SOLID;
+    case PD_FIELD_D: return !fluid ? 0.0 : diffusivity ? diffusivity[i] : m->setup->diffusivity;
+    case PD_FIELD_RATE:
+        return fluid && m->dissolve.weight[i] > 0.0
+                   ? fmax(0.0, m->dissolve.speed[i] + m->dissolve.slope[i] * m->transport.c[i]) : 0.0;
+    case PD_FIELD_DENSITY: return pdi_sample_density(m, i);
+    case PD_FIELD_COUNT: break;
+    }
+    return 0.0;
+}
+
+PDI_FN void pdi_sample_prepare(pd_model *m)
+{
+    const pd_ghosts *g = &m->bonds.ghosts;
+    double *c = m->transport.c;
+    /* behind outlets there is no gradient (eq. 5.1); inlets hold their own values */
+    for (int32_t k = 0; k < g->count && c; k++) c[g->node[k]] = c[g->source[k]];
+}
+
+/* The cells that x touches. */
+static int pdi_sample_cells(const pd_grid *grid, const double *x, int32_t *node)
+{
+    int i[PD_DIM][2], choices[PD_DIM], at[PD_DIM], count = 1;
+    for (int d = 0; d < PD_DIM; d++) {
+        double place = (x[d] - grid->lo[d]) / grid->h[d];
+        int low = (int)floor(place - PDI_SAMPLE_NEAR), high = (int)floor(place + PDI_SAMPLE_NEAR);
+        i[d][0] = low < 0 ? 0 : low >= grid->n[d] ? grid->n[d] - 1 : low;
+        i[d][1] = high < 0 ? 0 : high >= grid->n[d] ? grid->n[d] - 1 : high;
+        choices[d] = i[d][1] > i[d][0] ? 2 : 1;
+        count *= choices[d];
+    }
+    for (int k = 0; k < count; k++) {
+        int rest = k;
+        for (int d = 0; d < PD_DIM; d++) {
+            at[d] = i[d][rest % choices[d]];
+            rest /= choices[d];
+        }
+        node[k] = pd_grid_node(grid, at);
+    }
+    return count;
+}
+
+PDI_FN double pdi_sample_point(const pd_model *m, pd_field field, int component, const double *x)
+{
+    int32_t node[PDI_SAMPLE_CELLS];
+    int cells = pdi_sample_cells(&m->grid, x, node), fluid = 0;
+    const double *f = NULL;
+    double sum = 0.0;
+    if (field == PD_FIELD_V) f = m->flow.u + (int64_t)component * m->grid.total;
+    if (field == PD_FIELD_P) f = m->flow.p;
+    if (field == PD_FIELD_C) f = m->transport.c;
+    if (!f) return pdi_sample_node(m, field, node[cells - 1]);
+    for (int k = 0; k < cells; k++) {
+        if (m->grid.kind[node[k]] != PD_FLUID) continue;
+        sum += pdi_op_sample(&m->bonds, f, node[k], x);
+        fluid++;
+    }
+    if (!fluid) return (double)NAN;
+    return (field == PD_FIELD_P ? m->flow.rho : 1.0) * sum / fluid;
+}
+
+PDI_FN int pdi_sample_inside(const pd_model *m, const double *x)
+{
+    int32_t node[PDI_SAMPLE_CELLS];
+    int cells = pdi_sample_cells(&m->grid, x, node);
+    for (int k = 0; k < cells; k++)
+        if (m->grid.kind[node[k]] == PD_FLUID || m->grid.kind[node[k]] == PD_SOLID) return 1;
+    return 0;
+}
+
+#undef PDI_SAMPLE_NEAR
+#undef PDI_SAMPLE_CELLS
+
 /* ======== >>output.c ======== */
 /* output: see output.h */
 #include <math.h>
 #include <stdio.h>
 #include <string.h>
-
-static const char *const pdi_output_labels[] = {"C [mol/m3]", "v [m/s]",  "p [Pa]",     "kind",           "grain",
-                                                "phase",      "D [m2/s]", "rate [m/s]", "density [kg/m3]"};
 
 static const char *const pdi_output_columns[] = {"time_s",       "time_h",     "volume_loss",  "solid_nodes", "v_max",
                                                  "C_max",        "ledger",     "flux",         "dt_s",        "step",
@@ -18397,47 +18913,12 @@ static int pdi_output_derived(pd_field field)
            field == PD_FIELD_DENSITY;
 }
 
-static double pdi_output_density(const pd_model *m, int32_t i)
-{
-    const pd_setup *u = m->setup;
-    if (m->grid.kind[i] == PD_SOLID)
-        return u->has_dissolve ? u->material.density * m->transport.c[i] / u->solid_c : u->material.density;
-    return m->grid.kind[i] == PD_FLUID && u->has_flow ? u->rho : 0.0;
-}
-
-/* Value of a scalar field at a node. The metal left in a node is in `density`, C is what the fluid has dissolved. */
-static double pdi_output_value(const pd_model *m, pd_field field, int32_t i)
-{
-    int fluid = m->grid.kind[i] == PD_FLUID;
-    double square = 0.0;
-    switch (field) {
-    case PD_FIELD_C: return fluid ? m->transport.c[i] : 0.0;
-    case PD_FIELD_V:
-        for (int d = 0; d < PD_DIM && fluid; d++) {
-            double u = m->flow.u[(int64_t)d * m->grid.total + i];
-            square += u * u;
-        }
-        return sqrt(square);
-    case PD_FIELD_P: return fluid ? m->flow.p[i] * m->flow.rho : 0.0;
-    case PD_FIELD_KIND: return m->grid.kind[i];
-    case PD_FIELD_GRAIN: return m->grid.kind[i] == PD_SOLID ? m->grain.id[i] : -1.0;
-    case PD_FIELD_PHASE: return m->grid.kind[i] == PD_SOLID;
-    case PD_FIELD_D: return fluid ? m->setup->diffusivity : 0.0;
-    case PD_FIELD_RATE:
-        return fluid && m->dissolve.weight[i] > 0.0
-                   ? fmax(0.0, m->dissolve.speed[i] + m->dissolve.slope[i] * m->transport.c[i]) : 0.0;
-    case PD_FIELD_DENSITY: return pdi_output_density(m, i);
-    case PD_FIELD_COUNT: break;
-    }
-    return 0.0;
-}
-
 static void pdi_output_fill(pd_output *out)
 {
     const pd_model *m = out->model;
     for (int k = 0; k < PD_FIELD_COUNT; k++)
         for (int32_t i = 0; i < m->grid.total && out->scalar[k]; i++)
-            out->scalar[k][i] = pdi_output_value(m, (pd_field)k, i);
+            out->scalar[k][i] = pdi_sample_node(m, (pd_field)k, i);
     for (int32_t i = 0; i < m->grid.total && out->phase; i++) out->phase[i] = m->grid.kind[i] == PD_SOLID;
 }
 
@@ -18449,7 +18930,7 @@ static int pdi_output_list(const pd_output *out, pd_vti_field *fields)
         pd_vti_field *f = &fields[count];
         if (!((m->setup->fields >> k) & 1u)) continue;
         memset(f, 0, sizeof *f);
-        f->name = pdi_output_labels[k];
+        f->name = pdi_sample_label((pd_field)k);
         f->type = PD_VTI_FLOAT32;
         f->data = out->scalar[k];
         if (k == PD_FIELD_V) {
@@ -18527,7 +19008,7 @@ static void pdi_output_cells(pd_output *out, pd_field field, int right, int up)
             i[right] = column;
             int32_t node = pd_grid_node(&m->grid, i);
             int64_t at = (int64_t)row * nx + column;
-            out->cell[at] = pdi_output_value(m, field, node);
+            out->cell[at] = pdi_sample_node(m, field, node);
             out->paint[at] = (uint8_t)pdi_output_paint(m, field, node);
         }
 }
@@ -18566,7 +19047,7 @@ static pd_status pdi_output_picture(pd_ctx *ctx, pd_output *out, pd_field field,
     picture.map = numbered ? PD_MAP_LABELS : field == PD_FIELD_P ? PD_MAP_DIVERGING : PD_MAP_SEQUENTIAL;
     picture.title = title;
     picture.stamp = stamp;
-    picture.label = numbered ? NULL : pdi_output_labels[field]; /* the title names it */
+    picture.label = numbered ? NULL : pdi_sample_label(field); /* the title names it */
     return pd_picture_write(ctx, path, &picture);
 }
 
@@ -18588,7 +19069,7 @@ static pd_status pdi_output_curve(pd_ctx *ctx, pd_output *out, pd_field field, c
     snprintf(title, sizeof title, "%s, %s", m->setup->name, stamp);
     plot.title = title;
     plot.x_label = "x [um]";
-    plot.y_label = pdi_output_labels[field];
+    plot.y_label = pdi_sample_label(field);
     plot.count = 1;
     plot.series[0].x = x;
     plot.series[0].y = out->cell;
@@ -18612,30 +19093,11 @@ static pd_status pdi_output_images(pd_ctx *ctx, pd_output *out)
 
 /* ---- tables ---- */
 
-static pd_status pdi_output_find_probe(pd_ctx *ctx, const pd_model *m, int k, int32_t *node)
+/* A probe in the metal shows 0 where only fluid has a value. */
+static double pdi_output_probe(const pd_model *m, pd_field field, int component, const double *at)
 {
-    const pd_setup_probe *p = &m->setup->probe[k];
-    int i[PD_DIM];
-    for (int d = 0; d < PD_DIM; d++) {
-        i[d] = (int)floor((p->at[d] - m->grid.lo[d]) / m->grid.h[d]);
-        if (i[d] >= m->grid.n[d]) i[d] = m->grid.n[d] - 1;
-        if (i[d] < 0) i[d] = 0;
-    }
-    *node = pd_grid_node(&m->grid, i);
-    if (m->grid.kind[*node] == PD_FLUID || m->grid.kind[*node] == PD_SOLID) return PD_OK;
-    return pdi_fail(ctx, PD_ERR_GEOMETRY, "output", "probe '%s' stands in the wall", p->name);
-}
-
-/* Flow and concentration vary within a cell, the other fields do not. */
-static double pdi_output_probe(const pd_model *m, pd_field field, int component, int32_t node, const double *at)
-{
-    const double *f = NULL;
-    if (field == PD_FIELD_V) f = m->flow.u + (int64_t)component * m->grid.total;
-    if (field == PD_FIELD_P) f = m->flow.p;
-    if (field == PD_FIELD_C) f = m->transport.c;
-    if (!f || m->grid.kind[node] != PD_FLUID)
-        return field == PD_FIELD_V ? 0.0 : pdi_output_value(m, field, node);
-    return (field == PD_FIELD_P ? m->flow.rho : 1.0) * pdi_op_sample(&m->bonds, f, node, at);
+    double value = pdi_sample_point(m, field, component, at);
+    return value == value ? value : 0.0;
 }
 
 /* Columns of the probes: one for each field, v with PD_DIM components. */
@@ -18655,8 +19117,7 @@ static int pdi_output_probe_row(const pd_output *out, char names[][PD_SETUP_NAME
                     snprintf(names[count], PD_SETUP_NAME, f == PD_FIELD_V ? "%.40s_%.12s%c" : "%.40s_%.12s", p->name,
                              pdi_setup_field_name((pd_field)f), "xyz"[d]);
                 if (!values) continue;
-                int32_t node = out->probe_node[k];
-                values[count] = pdi_output_probe(m, (pd_field)f, d, node, p->at);
+                values[count] = pdi_output_probe(m, (pd_field)f, d, p->at);
             }
         }
     return count;
@@ -18722,7 +19183,7 @@ pd_status pd_output_step(pd_ctx *ctx, pd_output *out, const pd_observables *o)
     PDI_TRY(pd_csv_row(ctx, &out->diagnostics, row));
     PDI_TRY(pdi_output_keep(ctx, out, c->time, o->volume_loss));
     if (out->model->setup->probes == 0) return PD_OK;
-    if (out->model->transport.c) pd_ghosts_scalar(&out->model->bonds.ghosts, out->model->transport.c);
+    pdi_sample_prepare(out->model);
     pdi_output_probe_row(out, NULL, probe, PD_CSV_COLUMNS);
     return pd_csv_row(ctx, &out->probes, probe);
 }
@@ -18754,7 +19215,6 @@ pd_status pd_output_open(pd_ctx *ctx, pd_model *model, const char *folder, pd_ou
     if (strlen(folder) >= PD_PATH_SIZE)
         return pdi_fail(ctx, PD_ERR_SIZE, "output", "the path of the folder is too long");
     memcpy(out->folder, folder, strlen(folder) + 1);
-    for (int k = 0; k < model->setup->probes; k++) PDI_TRY(pdi_output_find_probe(ctx, model, k, &out->probe_node[k]));
     PDI_TRY(pdi_output_reserve(ctx, out));
     PDI_TRY(pd_file_make_directory(ctx, folder));
     PDI_TRY(pd_file_join(ctx, folder, "simulation.pvd", path));
@@ -18966,6 +19426,451 @@ void pd_summary_print(const pd_model *model, pd_print_fn print, void *user)
     for (int k = 0; k < model->setup->notes; k++) print(user, PD_PRINT_NOTE, model->setup->note[k]);
 }
 
+/* ======== >>monitor.c ======== */
+/* monitor: see monitor.h */
+#include <math.h>
+#include <stdio.h>
+#include <string.h>
+
+/* Units of amounts per depth, by dimension. */
+static const char *const pdi_monitor_unit_area[] = {"-", "m", "m2"};
+static const char *const pdi_monitor_unit_volume[] = {"m", "m2", "m3"};
+static const char *const pdi_monitor_unit_flow[] = {"m/s", "m2/s", "m3/s"};
+static const char *const pdi_monitor_unit_amount[] = {"mol/m2", "mol/m", "mol"};
+static const char *const pdi_monitor_unit_species[] = {"mol/m2/s", "mol/m/s", "mol/s"};
+static const char *const pdi_monitor_unit_force[] = {"N/m2", "N/m", "N"};
+static const char *const pdi_monitor_unit_energy[] = {"J/m2", "J/m", "J"};
+static const char *const pdi_monitor_unit_momentum[] = {"kg/m/s", "kg/s", "kg m/s"};
+
+/* ---- figures ---- */
+
+static void pdi_monitor_put(pd_monitor *m, const char *key, const char *unit, double value)
+{
+    pd_monitor_figure *f = &m->figure[m->count++];
+    PD_ASSERT(m->count <= PD_MONITOR_FIGURES);
+    snprintf(f->key, sizeof f->key, "%s", key);
+    snprintf(f->unit, sizeof f->unit, "%s", unit);
+    f->value = value;
+}
+
+/* One figure an axis: key with x, y or z behind its first letter. */
+static void pdi_monitor_put_vector(pd_monitor *m, char letter, const char *rest, const char *unit, const double *value,
+                                   double scale)
+{
+    char key[24];
+    for (int d = 0; d < PD_DIM; d++) {
+        snprintf(key, sizeof key, "%c%c%s", letter, "xyz"[d], rest);
+        pdi_monitor_put(m, key, unit, scale * value[d]);
+    }
+}
+
+static void pdi_monitor_plane(pd_ctx *ctx, pd_model *model, pd_monitor *m)
+{
+    const pd_setup *u = model->setup;
+    pd_measure_plane_result r;
+    pd_measure_plane(ctx, &model->bonds, u->has_flow ? &model->flow : NULL, u->has_transport ? &model->transport : NULL,
+                     m->desc->axis, m->desc->index, &r);
+    pdi_monitor_put(m, "area", pdi_monitor_unit_area[PD_DIM - 1], r.area);
+    if (u->has_flow) {
+        pdi_monitor_put(m, "flow", pdi_monitor_unit_flow[PD_DIM - 1], r.flow);
+        pdi_monitor_put(m, "speed", "m/s", r.speed);
+        pdi_monitor_put(m, "p", "Pa", r.pressure);
+    }
+    if (u->has_transport) pdi_monitor_put(m, "C_mean", "mol/m3", r.mean);
+    if (u->has_transport && u->has_flow) pdi_monitor_put(m, "C_bulk", "mol/m3", r.bulk);
+    if (u->has_transport) pdi_monitor_put(m, "species", pdi_monitor_unit_species[PD_DIM - 1], r.species);
+}
+
+static pd_status pdi_monitor_balance(pd_ctx *ctx, pd_model *model, const pd_setup_monitor *d, double *force)
+{
+    char message[PD_MESSAGE_SIZE];
+    pd_status status = pd_force_balance(ctx, &model->flow, d->lo, d->hi, force);
+    if (status != PD_ERR_GEOMETRY) return status;
+    memcpy(message, ctx->message, sizeof message);
+    const char *what = strchr(message, ' ');
+    return pdi_fail(ctx, status, "force", "%.500s; balance = no leaves it out", what ? what + 1 : message);
+}
+
+/* The steady flow of a dissolution changes with the geometry only. */
+static pd_status pdi_monitor_force(pd_ctx *ctx, pd_model *model, pd_monitor *m)
+{
+    const pd_setup_monitor *d = m->desc;
+    const char *unit = pdi_monitor_unit_force[PD_DIM - 1];
+    double force[PD_DIM], friction[PD_DIM], pressure[PD_DIM], around[PD_DIM];
+    double scale = d->speed > 0.0 ? 2.0 / (model->flow.rho * d->speed * d->speed * d->area) : 0.0;
+    if (m->seen == model->couple.flow_solves) return PD_OK;
+    m->seen = model->couple.flow_solves;
+    m->count = 0;
+    pd_force_surface(ctx, &model->flow, d->lo, d->hi, force, friction, pressure);
+    pdi_monitor_put_vector(m, 'f', "", unit, force, 1.0);
+    pdi_monitor_put_vector(m, 'f', "_friction", unit, friction, 1.0);
+    pdi_monitor_put_vector(m, 'f', "_pressure", unit, pressure, 1.0);
+    if (d->balance) PDI_TRY(pdi_monitor_balance(ctx, model, d, around));
+    if (d->balance) pdi_monitor_put_vector(m, 'f', "_balance", unit, around, 1.0);
+    if (d->speed > 0.0) pdi_monitor_put_vector(m, 'c', "", "-", force, scale);
+    if (d->speed > 0.0 && d->balance) pdi_monitor_put_vector(m, 'c', "_balance", "-", around, scale);
+    return PD_OK;
+}
+
+/* Concentration of the fluid in each layer: of the mixed stream, sum u c / sum u, or the same everywhere. */
+static void pdi_monitor_fluid(const pd_model *model, pd_monitor *m)
+{
+    const pd_grid *grid = &model->grid;
+    const pd_setup_monitor *d = m->desc;
+    for (int k = 0; k < m->rows; k++) m->fluid[k] = d->fluid;
+    if (d->against != PD_AGAINST_BULK) return;
+    const double *u = model->flow.u + (int64_t)d->axis * grid->total;
+    double *stream = m->profile; /* filled later */
+    for (int k = 0; k < m->rows; k++) m->fluid[k] = stream[k] = 0.0;
+    for (int32_t node = 0; node < grid->total; node++) {
+        int i[PD_DIM];
+        if (grid->kind[node] != PD_FLUID) continue;
+        pdi_grid_index(grid, node, i);
+        m->fluid[i[d->axis]] += u[node] * model->transport.c[node];
+        stream[i[d->axis]] += u[node];
+    }
+    for (int k = 0; k < m->rows; k++) m->fluid[k] /= stream[k];
+}
+
+static void pdi_monitor_transfer(pd_ctx *ctx, pd_model *model, pd_monitor *m)
+{
+    const pd_setup_monitor *d = m->desc;
+    double flux = 0.0, area = 0.0, driven = 0.0;
+    pd_measure_exchange(ctx, &model->transport, model->setup->has_dissolve ? &model->dissolve : NULL, d->lo, d->hi,
+                        d->axis, m->flux, m->area);
+    pdi_monitor_fluid(model, m);
+    for (int k = 0; k < m->rows; k++) {
+        flux += m->flux[k];
+        area += m->area[k];
+        if (m->area[k] > 0.0) driven += m->area[k] * (d->surface - m->fluid[k]);
+    }
+    if (d->area > 0.0) {
+        driven *= d->area / area;
+        area = d->area;
+    }
+    pdi_monitor_put(m, "flux", pdi_monitor_unit_species[PD_DIM - 1], flux);
+    pdi_monitor_put(m, "area", pdi_monitor_unit_area[PD_DIM - 1], area);
+    pdi_monitor_put(m, "density", "mol/m2/s", flux / area);
+    if (d->length > 0.0) pdi_monitor_put(m, "Sh", "-", flux * d->length / (driven * d->diffusivity));
+}
+
+static void pdi_monitor_total(pd_ctx *ctx, pd_model *model, pd_monitor *m)
+{
+    const pd_setup *u = model->setup;
+    pd_measure_box_result r;
+    pd_measure_box(ctx, &model->bonds, u->has_flow ? &model->flow : NULL, u->has_transport ? &model->transport : NULL,
+                   u->has_dissolve ? &model->dissolve : NULL, m->desc->lo, m->desc->hi, &r);
+    pdi_monitor_put(m, "volume", pdi_monitor_unit_volume[PD_DIM - 1], r.volume);
+    if (u->has_flow) {
+        pdi_monitor_put(m, "energy", pdi_monitor_unit_energy[PD_DIM - 1], r.energy);
+        pdi_monitor_put_vector(m, 'm', "", pdi_monitor_unit_momentum[PD_DIM - 1], r.momentum, 1.0);
+    }
+    if (u->has_transport) {
+        pdi_monitor_put(m, "dissolved", pdi_monitor_unit_amount[PD_DIM - 1], r.dissolved);
+        pdi_monitor_put(m, "C_min", "mol/m3", r.least);
+        pdi_monitor_put(m, "C_max", "mol/m3", r.most);
+    }
+    if (u->has_dissolve) pdi_monitor_put(m, "solid", pdi_monitor_unit_amount[PD_DIM - 1], r.solid);
+}
+
+static pd_status pdi_monitor_figures(pd_ctx *ctx, pd_model *model, pd_monitor *m)
+{
+    if (m->desc->kind == PD_MONITOR_FORCE) return pdi_monitor_force(ctx, model, m);
+    m->count = 0;
+    if (m->desc->kind == PD_MONITOR_PLANE) pdi_monitor_plane(ctx, model, m);
+    if (m->desc->kind == PD_MONITOR_TRANSFER) pdi_monitor_transfer(ctx, model, m);
+    if (m->desc->kind == PD_MONITOR_TOTAL) pdi_monitor_total(ctx, model, m);
+    return PD_OK;
+}
+
+/* ---- profiles ---- */
+
+/* Add the name of a column; returns the next place. */
+static int pdi_monitor_name(char names[][PD_SETUP_NAME], int column, const char *name)
+{
+    snprintf(names[column], PD_SETUP_NAME, "%s", name);
+    return column + 1;
+}
+
+/* Columns of a line: length along it, position, fields, v with its components. first[f]: column of field f. */
+static int pdi_monitor_line_names(const pd_monitor *m, char names[][PD_SETUP_NAME], int *first)
+{
+    char name[PD_SETUP_NAME];
+    int count = pdi_monitor_name(names, 0, "s [m]");
+    for (int d = 0; d < PD_DIM; d++) {
+        snprintf(name, sizeof name, "%c [m]", "xyz"[d]);
+        count = pdi_monitor_name(names, count, name);
+    }
+    for (int f = 0; f < PD_FIELD_COUNT; f++) {
+        first[f] = count;
+        if (!((m->desc->fields >> f) & 1u)) continue;
+        for (int d = 0; d < PD_DIM && f == PD_FIELD_V; d++) {
+            snprintf(name, sizeof name, "v%c [m/s]", "xyz"[d]);
+            count = pdi_monitor_name(names, count, name);
+        }
+        if (f != PD_FIELD_V) count = pdi_monitor_name(names, count, pdi_sample_label((pd_field)f));
+    }
+    return count;
+}
+
+static int pdi_monitor_transfer_names(const pd_monitor *m, char names[][PD_SETUP_NAME])
+{
+    char name[PD_SETUP_NAME];
+    int count;
+    snprintf(name, sizeof name, "%c [m]", "xyz"[m->desc->axis]);
+    count = pdi_monitor_name(names, 0, name);
+    snprintf(name, sizeof name, "area [%s]", pdi_monitor_unit_area[PD_DIM - 1]);
+    count = pdi_monitor_name(names, count, name);
+    count = pdi_monitor_name(names, count, "density [mol/m2/s]");
+    if (!(m->desc->length > 0.0)) return count;
+    count = pdi_monitor_name(names, count, "C_fluid [mol/m3]");
+    return pdi_monitor_name(names, count, "Sh [-]");
+}
+
+static void pdi_monitor_line_fill(const pd_model *model, pd_monitor *m)
+{
+    const pd_setup_monitor *d = m->desc;
+    for (int k = 0; k < m->rows; k++) {
+        double *row = m->profile + (int64_t)k * m->columns, *x = row + 1, share = k / (m->rows - 1.0), square = 0.0;
+        int column = 1 + PD_DIM;
+        for (int a = 0; a < PD_DIM; a++) {
+            x[a] = (1.0 - share) * d->lo[a] + share * d->hi[a];
+            square += (x[a] - d->lo[a]) * (x[a] - d->lo[a]);
+        }
+        row[0] = sqrt(square);
+        for (int f = 0; f < PD_FIELD_COUNT; f++)
+            for (int c = 0; c < (f == PD_FIELD_V ? PD_DIM : 1) && ((d->fields >> f) & 1u); c++)
+                row[column++] = pdi_sample_point(model, (pd_field)f, c, x);
+    }
+}
+
+static void pdi_monitor_transfer_fill(const pd_model *model, pd_monitor *m)
+{
+    const pd_setup_monitor *d = m->desc;
+    for (int k = 0; k < m->rows; k++) {
+        double *row = m->profile + (int64_t)k * m->columns;
+        row[0] = model->grid.lo[d->axis] + (k + 0.5) * model->grid.h[d->axis];
+        row[1] = m->area[k];
+        row[2] = m->area[k] > 0.0 ? m->flux[k] / m->area[k] : (double)NAN;
+        if (!(d->length > 0.0)) continue;
+        row[3] = m->fluid[k];
+        row[4] = row[2] * d->length / ((d->surface - m->fluid[k]) * d->diffusivity);
+    }
+}
+
+/* `count` columns from `first` over column 0. Lengths in a unit of readable size. What has no value leaves a gap. */
+static pd_status pdi_monitor_draw(pd_ctx *ctx, const pd_monitors *all, const pd_monitor *m, int first, int count,
+                                  const char *axis, const char *label, const char *path)
+{
+    char title[PD_SETUP_NAME + 2 * PD_UNITS_TEXT], stamp[PD_UNITS_TEXT], x_label[16];
+    static const char *const names[] = {"x", "y", "z"};
+    double *work = NULL, last = m->profile[(int64_t)(m->rows - 1) * m->columns];
+    double unit = last < 2e-3 ? 1e6 : last < 2.0 ? 1e3 : 1.0;
+    int64_t size = (int64_t)(count + 1) * m->rows, shown = 0;
+    pd_plot plot;
+    memset(&plot, 0, sizeof plot);
+    PDI_TRY(PDI_NEW(ctx, "monitor", size, work));
+    for (int k = 0; k < m->rows; k++) {
+        const double *row = m->profile + (int64_t)k * m->columns;
+        work[k] = unit * row[0];
+        for (int c = 0; c < count; c++) {
+            work[(int64_t)(c + 1) * m->rows + k] = row[first + c];
+            shown += fabs(row[first + c]) < HUGE_VAL;
+        }
+    }
+    pdi_setup_show(all->model->couple.time, "s", stamp);
+    snprintf(title, sizeof title, "%.60s: %.40s, t = %s", all->model->setup->name, m->desc->name, stamp);
+    snprintf(x_label, sizeof x_label, "%s [%s]", axis, unit > 1e4 ? "um" : unit > 10.0 ? "mm" : "m");
+    plot.title = title;
+    plot.x_label = x_label;
+    plot.y_label = label;
+    plot.count = count;
+    for (int c = 0; c < count; c++) {
+        plot.series[c].name = count > 1 ? names[c] : NULL;
+        plot.series[c].x = work;
+        plot.series[c].y = work + (int64_t)(c + 1) * m->rows;
+        plot.series[c].count = m->rows;
+    }
+    pd_status status = shown ? pd_plot_write(ctx, path, &plot) : PD_OK;
+    PDI_DELETE(ctx, size, work);
+    return status;
+}
+
+/* ---- files ---- */
+
+/* "FOLDER/line_NAME_C_000012_t6.1s.png" */
+static pd_status pdi_monitor_path(pd_ctx *ctx, const pd_monitors *all, const pd_monitor *m, const char *field,
+                                  int frame, const char *extension, char *path)
+{
+    char prefix[2 * PD_SETUP_NAME], name[PD_PATH_SIZE];
+    snprintf(prefix, sizeof prefix, "%s_%s%s%s", pdi_setup_monitor_name(m->desc->kind), m->desc->name,
+             field[0] ? "_" : "", field);
+    PDI_TRY(pd_file_frame_name(ctx, prefix, frame, all->model->couple.time, extension, name));
+    return pd_file_join(ctx, all->folder, name, path);
+}
+
+static pd_status pdi_monitor_line_images(pd_ctx *ctx, const pd_monitors *all, const pd_monitor *m, const int *first,
+                                         int frame)
+{
+    char path[PD_PATH_SIZE];
+    for (int f = 0; f < PD_FIELD_COUNT; f++) {
+        if (!((m->desc->images >> f) & 1u)) continue;
+        PDI_TRY(pdi_monitor_path(ctx, all, m, pdi_setup_field_name((pd_field)f), frame, "png", path));
+        PDI_TRY(pdi_monitor_draw(ctx, all, m, first[f], f == PD_FIELD_V ? PD_DIM : 1, "s",
+                                 pdi_sample_label((pd_field)f), path));
+    }
+    return PD_OK;
+}
+
+static pd_status pdi_monitor_profile(pd_ctx *ctx, const pd_monitors *all, pd_monitor *m, int frame)
+{
+    char names[1 + PD_DIM + PD_FIELD_COUNT + PD_DIM][PD_SETUP_NAME], path[PD_PATH_SIZE];
+    const char *list[1 + PD_DIM + PD_FIELD_COUNT + PD_DIM];
+    const pd_setup_monitor *d = m->desc;
+    int first[PD_FIELD_COUNT], line = d->kind == PD_MONITOR_LINE;
+    int count = line ? pdi_monitor_line_names(m, names, first) : pdi_monitor_transfer_names(m, names);
+    for (int k = 0; k < count; k++) list[k] = names[k];
+    if (line) pdi_monitor_line_fill(all->model, m);
+    else pdi_monitor_transfer_fill(all->model, m);
+    PDI_TRY(pdi_monitor_path(ctx, all, m, "", frame, "csv", path));
+    PDI_TRY(pd_csv_write(ctx, path, NULL, list, count, m->profile, m->rows));
+    if (line) return pdi_monitor_line_images(ctx, all, m, first, frame);
+    int sherwood = d->length > 0.0;
+    PDI_TRY(pdi_monitor_path(ctx, all, m, sherwood ? "Sh" : "density", frame, "png", path));
+    return pdi_monitor_draw(ctx, all, m, sherwood ? 4 : 2, 1, d->axis == 0 ? "x" : d->axis == 1 ? "y" : "z",
+                            sherwood ? "Sh [-]" : "density [mol/m2/s]", path);
+}
+
+static pd_status pdi_monitor_table(pd_ctx *ctx, const pd_monitors *all, pd_monitor *m)
+{
+    char names[PD_MONITOR_FIGURES + 1][64], file[2 * PD_SETUP_NAME], path[PD_PATH_SIZE];
+    const char *list[PD_MONITOR_FIGURES + 1];
+    snprintf(names[0], sizeof names[0], "time [s]");
+    for (int k = 0; k < m->count; k++)
+        snprintf(names[k + 1], sizeof names[0], "%s [%s]", m->figure[k].key, m->figure[k].unit);
+    for (int k = 0; k <= m->count; k++) list[k] = names[k];
+    snprintf(file, sizeof file, "%s_%s.csv", pdi_setup_monitor_name(m->desc->kind), m->desc->name);
+    PDI_TRY(pd_file_join(ctx, all->folder, file, path));
+    return pd_csv_create(ctx, path, NULL, list, m->count + 1, &m->table);
+}
+
+/* ---- life ---- */
+
+static pd_status pdi_monitor_reserve(pd_ctx *ctx, const pd_model *model, pd_monitor *m)
+{
+    const pd_setup_monitor *d = m->desc;
+    m->rows = d->kind == PD_MONITOR_LINE ? d->points : 0;
+    m->columns = 1 + PD_DIM;
+    for (int f = 0; f < PD_FIELD_COUNT; f++)
+        if ((d->fields >> f) & 1u) m->columns += f == PD_FIELD_V ? PD_DIM : 1;
+    if (d->kind == PD_MONITOR_TRANSFER) {
+        m->rows = d->axis < 0 ? 1 : model->grid.n[d->axis];
+        m->columns = d->length > 0.0 ? 5 : 3;
+        PDI_TRY(PDI_NEW(ctx, "monitor", m->rows, m->flux));
+        PDI_TRY(PDI_NEW(ctx, "monitor", m->rows, m->area));
+        PDI_TRY(PDI_NEW(ctx, "monitor", m->rows, m->fluid));
+    }
+    return m->rows ? PDI_NEW(ctx, "monitor", (int64_t)m->rows * m->columns, m->profile) : PD_OK;
+}
+
+pd_status pd_monitors_build(pd_ctx *ctx, pd_model *model, pd_monitors *all)
+{
+    const pd_setup *u = model->setup;
+    memset(all, 0, sizeof *all);
+    all->model = model;
+    for (int k = 0; k < u->probes; k++) {
+        all->line = u->probe[k].line;
+        if (!pdi_sample_inside(model, u->probe[k].at))
+            return pdi_fail(ctx, PD_ERR_GEOMETRY, "probe", "'%s' stands in the wall", u->probe[k].name);
+    }
+    for (int k = 0; k < u->monitors; k++) {
+        pd_monitor *m = &all->monitor[k];
+        m->desc = &u->monitor[k];
+        m->seen = -1;
+        all->line = m->desc->line;
+        PDI_TRY(pdi_monitor_reserve(ctx, model, m));
+        PDI_TRY(pdi_monitor_figures(ctx, model, m));
+        m->seen = -1;
+    }
+    return PD_OK;
+}
+
+pd_status pd_monitors_open(pd_ctx *ctx, pd_monitors *all, const char *folder)
+{
+    if (strlen(folder) >= PD_PATH_SIZE)
+        return pdi_fail(ctx, PD_ERR_SIZE, "monitor", "the path of the folder is too long");
+    memcpy(all->folder, folder, strlen(folder) + 1);
+    for (int k = 0; k < all->model->setup->monitors; k++)
+        if (all->monitor[k].count) PDI_TRY(pdi_monitor_table(ctx, all, &all->monitor[k]));
+    return PD_OK;
+}
+
+pd_status pd_monitors_step(pd_ctx *ctx, pd_monitors *all)
+{
+    const pd_couple *c = &all->model->couple;
+    double row[PD_MONITOR_FIGURES + 1];
+    int count = all->model->setup->monitors;
+    if (count == 0) return PD_OK;
+    pdi_sample_prepare(all->model);
+    /* sources belong to a step: before the first one they are those that it starts with */
+    if (c->dissolve && c->steps == 0) PDI_TRY(pd_dissolve_prepare(ctx, c->dissolve));
+    for (int k = 0; k < count; k++) {
+        pd_monitor *m = &all->monitor[k];
+        PDI_TRY(pdi_monitor_figures(ctx, all->model, m));
+        if (m->count == 0) continue;
+        row[0] = c->time;
+        for (int f = 0; f < m->count; f++) row[f + 1] = m->figure[f].value;
+        PDI_TRY(pd_csv_row(ctx, &m->table, row));
+    }
+    return PD_OK;
+}
+
+pd_status pd_monitors_frame(pd_ctx *ctx, pd_monitors *all, int frame)
+{
+    for (int k = 0; k < all->model->setup->monitors; k++) {
+        pd_monitor *m = &all->monitor[k];
+        if (m->rows > 1) PDI_TRY(pdi_monitor_profile(ctx, all, m, frame));
+    }
+    return PD_OK;
+}
+
+void pd_monitors_print(const pd_monitors *all, pd_print_fn print, void *user)
+{
+    char text[1024];
+    if (!print) return;
+    for (int k = 0; k < all->model->setup->monitors; k++) {
+        const pd_monitor *m = &all->monitor[k];
+        if (m->count == 0) continue;
+        snprintf(text, sizeof text, "result case=%s %s=%s time=%.9g", all->model->setup->name,
+                 pdi_setup_monitor_name(m->desc->kind), m->desc->name, all->model->couple.time);
+        for (int f = 0; f < m->count; f++) {
+            size_t used = strlen(text);
+            snprintf(text + used, sizeof text - used, " %s=%.9g", m->figure[f].key, m->figure[f].value);
+        }
+        print(user, PD_PRINT_RESULT, text);
+    }
+}
+
+pd_status pd_monitors_close(pd_ctx *ctx, pd_monitors *all)
+{
+    for (int k = 0; k < all->model->setup->monitors; k++) PDI_TRY(pd_csv_close(ctx, &all->monitor[k].table));
+    return PD_OK;
+}
+
+void pd_monitors_free(pd_ctx *ctx, pd_monitors *all)
+{
+    pd_ctx quiet = *ctx; /* a failure to close must not hide an earlier message */
+    for (int k = 0; k < PD_SETUP_MONITORS; k++) {
+        pd_monitor *m = &all->monitor[k];
+        pd_csv_close(&quiet, &m->table);
+        PDI_DELETE(ctx, (int64_t)m->rows * m->columns, m->profile);
+        PDI_DELETE(ctx, m->rows, m->flux);
+        PDI_DELETE(ctx, m->rows, m->area);
+        PDI_DELETE(ctx, m->rows, m->fluid);
+    }
+    memset(all, 0, sizeof *all);
+}
+
 /* ======== >>run.c ======== */
 /* run: see run.h */
 #include <math.h>
@@ -18982,6 +19887,7 @@ typedef struct pdi_run {
     pd_model model;
     pd_output output;
     pd_observables observables;
+    pd_monitors monitors;
     pd_status status;     /* of the observer */
     int stopped;
     double started, told; /* [s] clock */
@@ -19007,6 +19913,13 @@ static int pdi_run_due(const pdi_run *r)
     return time >= next && fabs(time - multiple) <= 1e-9 * every;
 }
 
+static pd_status pdi_run_frame(pdi_run *r)
+{
+    int frame = r->output.frame;
+    PDI_TRY(pd_output_frame(r->ctx, &r->output));
+    return r->output.frame > frame ? pd_monitors_frame(r->ctx, &r->monitors, frame) : PD_OK;
+}
+
 static int pdi_run_observe(void *user, const pd_couple *couple)
 {
     pdi_run *r = (pdi_run *)user;
@@ -19014,7 +19927,8 @@ static int pdi_run_observe(void *user, const pd_couple *couple)
     pd_observe(r->ctx, &r->model, &r->observables);
     if (r->desc->stop && r->desc->stop(r->desc->stop_user)) r->stopped = 1;
     r->status = pd_output_step(r->ctx, &r->output, &r->observables);
-    if (r->status == PD_OK && pdi_run_due(r)) r->status = pd_output_frame(r->ctx, &r->output);
+    if (r->status == PD_OK) r->status = pd_monitors_step(r->ctx, &r->monitors);
+    if (r->status == PD_OK && pdi_run_due(r)) r->status = pdi_run_frame(r);
     pdi_run_progress(r);
     return r->stopped || r->status < 0;
 }
@@ -19024,6 +19938,8 @@ static pd_status pdi_run_steps(pdi_run *r)
     pd_couple *couple = &r->model.couple;
     PDI_TRY(pd_couple_run(r->ctx, couple, r->setup->until, r->setup->every, pdi_run_observe, r));
     PDI_TRY(r->status);
+    PDI_TRY(pd_monitors_close(r->ctx, &r->monitors));
+    pd_monitors_print(&r->monitors, r->desc->print, r->desc->print_user);
     return pd_output_close(r->ctx, &r->output);
 }
 
@@ -19052,20 +19968,6 @@ static void pdi_run_collect(const pdi_run *r, pd_run_result *result)
     result->bytes_per_node = nodes ? (double)r->ctx->peak / (double)nodes : 0.0;
 }
 
-static pd_status pdi_run_built(pdi_run *r, pd_run_result *result)
-{
-    const char *folder = r->desc->folder ? r->desc->folder : r->setup->folder;
-    pd_summary_print(&r->model, r->desc->print, r->desc->print_user);
-    pdi_run_collect(r, result);
-    if (r->desc->check) return PD_OK;
-    PDI_TRY(pd_observe_build(r->ctx, &r->model, &r->observables));
-    PDI_TRY(pd_output_open(r->ctx, &r->model, folder, &r->output));
-    pd_status status = pdi_run_steps(r);
-    result->unknowns = 0;
-    pdi_run_collect(r, result);
-    return status;
-}
-
 /* Put file and line before the message of a setup that cannot be built. */
 static void pdi_run_blame(pd_ctx *ctx, const pd_setup *setup, int line)
 {
@@ -19075,6 +19977,35 @@ static void pdi_run_blame(pd_ctx *ctx, const pd_setup *setup, int line)
     if (line > 0) snprintf(where, sizeof where, "%.280s:%d", setup->source, line);
     else snprintf(where, sizeof where, "%.280s", setup->source);
     pdi_fail(ctx, ctx->status, where, "%s", message);
+}
+
+/* Build everything that can refuse the setup; nothing is written before that. */
+static pd_status pdi_run_build(pdi_run *r, pd_run_result *result)
+{
+    pd_status status = pd_model_build(r->ctx, r->setup, &r->model);
+    int line = r->model.line;
+    if (status == PD_OK) {
+        status = pd_monitors_build(r->ctx, &r->model, &r->monitors);
+        line = r->monitors.line;
+    }
+    result->bad_input = status < 0 && status != PD_ERR_MEMORY && status != PD_ERR_LIMIT;
+    if (result->bad_input) pdi_run_blame(r->ctx, r->setup, line);
+    return status;
+}
+
+static pd_status pdi_run_built(pdi_run *r, pd_run_result *result)
+{
+    const char *folder = r->desc->folder ? r->desc->folder : r->setup->folder;
+    pd_summary_print(&r->model, r->desc->print, r->desc->print_user);
+    pdi_run_collect(r, result);
+    if (r->desc->check) return PD_OK;
+    PDI_TRY(pd_observe_build(r->ctx, &r->model, &r->observables));
+    PDI_TRY(pd_output_open(r->ctx, &r->model, folder, &r->output));
+    PDI_TRY(pd_monitors_open(r->ctx, &r->monitors, folder));
+    pd_status status = pdi_run_steps(r);
+    result->unknowns = 0;
+    pdi_run_collect(r, result);
+    return status;
 }
 
 pd_status pd_run(pd_ctx *ctx, const pd_setup *setup, const pd_run_desc *desc, pd_run_result *result)
@@ -19087,15 +20018,12 @@ pd_status pd_run(pd_ctx *ctx, const pd_setup *setup, const pd_run_desc *desc, pd
     r->setup = setup;
     r->started = r->told = pdi_par_clock();
     if (setup->threads > 0 && ctx->threads == 0) ctx->threads = setup->threads;
-    pd_status status = pd_model_build(ctx, setup, &r->model);
-    result->bad_input = status < 0 && status != PD_ERR_MEMORY && status != PD_ERR_LIMIT;
-    if (result->bad_input) pdi_run_blame(ctx, setup, r->model.line);
-    if (status == PD_OK) {
-        status = pdi_run_built(r, result);
-        pd_output_free(ctx, &r->output);
-        pd_observe_free(ctx, &r->observables);
-        pd_model_free(ctx, &r->model);
-    }
+    pd_status status = pdi_run_build(r, result);
+    if (status == PD_OK) status = pdi_run_built(r, result);
+    pd_output_free(ctx, &r->output);
+    pd_observe_free(ctx, &r->observables);
+    pd_monitors_free(ctx, &r->monitors);
+    pd_model_free(ctx, &r->model);
     PDI_DELETE(ctx, 1, r);
     return status;
 }

@@ -60,7 +60,7 @@ static void print(void *user, pd_print_kind kind, const char *text)
         s->open = 1;
         return;
     }
-    if (s->quiet) return;
+    if (s->quiet && kind != PD_PRINT_RESULT) return;
     end_progress(s);
     printf("%s%s\n", kind == PD_PRINT_NOTE ? "note: " : "", text);
     fflush(stdout);

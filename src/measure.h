@@ -32,7 +32,7 @@ typedef struct pd_measure_box_result {
 #define pd_measure_box PD_NAME(pd_measure_box)
 
 /* The plane between the cells index - 1 and index of `axis`, index 1 .. n-1. flow and transport may be NULL; their
- * figures are 0 then. The flux of metal is that of the last step, up to the tolerance of the limiter. */
+ * figures are 0 then. The flux of metal is that at the end of the last step. */
 PD_API void pd_measure_plane(pd_ctx *ctx, const pd_bonds *bonds, pd_flow *flow, pd_transport *transport, int axis,
                              int index, pd_measure_plane_result *result);
 /* flux [mol/s]: what walls that hold a concentration, and with `dissolve` (or NULL) the metal, give to the fluid nodes

@@ -3,6 +3,7 @@
 #include "flat.h"
 #include "sketch.h"
 #include "syntax.h"
+#include "watch.h"
 #include <math.h>
 #include <stdio.h>
 #include <string.h>
@@ -382,7 +383,7 @@ static pd_status pdi_scene_dissolve(pdi_scene *s)
     return pdi_scene_within(s, section, "threshold", "", "0", 0.0, 0.99, 0, &u->threshold);
 }
 
-/* ---- [run], [output], [probe ...] ---- */
+/* ---- [run], [output] ---- */
 
 static pd_status pdi_scene_run(pdi_scene *s)
 {
@@ -401,62 +402,15 @@ static pd_status pdi_scene_run(pdi_scene *s)
     return pdi_scene_within(s, section, "fraction", "", NULL, 0.0, 1.0, 1, &u->fraction);
 }
 
-/* Bits of a list of fields; with explicit fields, each must exist in this scene. */
-static pd_status pdi_scene_fields(pdi_scene *s, int section, const char *key, const char *fallback, unsigned *bits)
-{
-    pd_word_list list;
-    int given = pd_text_has(s->ctx, s->text, section, key);
-    PDI_TRY(pd_text_words(s->ctx, s->text, section, key, fallback, &list));
-    *bits = 0;
-    if (list.count == 1 && strcmp(list.word[0], "none") == 0) return PD_OK;
-    for (int w = 0; w < list.count; w++) {
-        int field = 0;
-        while (field < PD_FIELD_COUNT && strcmp(list.word[w], pdi_setup_field_name((pd_field)field)) != 0) field++;
-        if (field == PD_FIELD_COUNT)
-            return pd_text_refuse(s->ctx, s->text, section, key,
-                                  "found '%s', expected some of C, v, p, kind, grain, phase, D,"
-                                  " rate, density, or none", list.word[w]);
-        const char *needs = pdi_setup_field_needs(s->setup, (pd_field)field);
-        if (needs && given)
-            return pd_text_refuse(s->ctx, s->text, section, key, "found '%s', which needs %s", list.word[w], needs);
-        if (!needs) *bits |= 1u << field;
-    }
-    return PD_OK;
-}
-
-/* "z 0 um" */
 static pd_status pdi_scene_slice(pdi_scene *s, int section)
 {
     pd_setup *u = s->setup;
-    const char *value;
-    pd_expr expr;
-    pd_expr_desc desc;
     u->slice_axis = PD_DIM - 1;
     u->slice_at = 0.5 * (u->lo[u->slice_axis] + u->hi[u->slice_axis]);
     if (!pd_text_has(s->ctx, s->text, section, "slice")) return PD_OK;
-    PDI_TRY(pd_text_string(s->ctx, s->text, section, "slice", NULL, &value));
     if (PD_DIM < 3) return pd_text_refuse(s->ctx, s->text, section, "slice", "found in %dD, expected it in 3D only",
                                           PD_DIM);
-    if (value[0] < 'x' || value[0] > 'z' || value[1] != ' ')
-        return pd_text_refuse(s->ctx, s->text, section, "slice", "found '%.40s', expected an axis and a place: z 0 um",
-                              value);
-    u->slice_axis = value[0] - 'x';
-    memset(&desc, 0, sizeof desc);
-    desc.text = value + 2;
-    desc.unit = "m";
-    desc.where = "slice";
-    desc.column = 3;
-    if (pd_expr_build(s->ctx, &desc, &expr) < 0) {
-        char message[PD_MESSAGE_SIZE];
-        memcpy(message, s->ctx->message, sizeof message);
-        return pd_text_refuse(s->ctx, s->text, section, "slice", "%.500s", message);
-    }
-    u->slice_at = pd_expr_eval(&expr, NULL);
-    pd_expr_free(s->ctx, &expr);
-    int axis = u->slice_axis < PD_DIM ? u->slice_axis : PD_DIM - 1;
-    if (u->slice_at > u->lo[axis] && u->slice_at < u->hi[axis]) return PD_OK;
-    return pd_text_refuse(s->ctx, s->text, section, "slice", "found %.6g m, expected a place inside the box",
-                          u->slice_at);
+    return pdi_watch_place(s->ctx, s->text, u, section, "slice", &u->slice_axis, &u->slice_at);
 }
 
 /* A file name without a folder. */
@@ -482,39 +436,14 @@ static pd_status pdi_scene_output(pdi_scene *s)
     if (u->until > 0.0 && u->until / u->every > 9e5)
         return pd_text_refuse(s->ctx, s->text, section, "every",
                               "found %.3g frames until the end, expected at most 900000", u->until / u->every);
-    PDI_TRY(pdi_scene_fields(s, section, "fields", "C, v, p, kind, grain", &u->fields));
-    PDI_TRY(pdi_scene_fields(s, section, "images", "none", &u->images));
+    PDI_TRY(pdi_watch_fields(s->ctx, s->text, u, section, "fields", "C, v, p, kind, grain", &u->fields));
+    PDI_TRY(pdi_watch_fields(s->ctx, s->text, u, section, "images", "none", &u->images));
     PDI_TRY(pdi_scene_prefix(s, section));
     PDI_TRY(pd_text_string(s->ctx, s->text, section, "folder", "output", &folder));
     if (strlen(folder) >= PD_PATH_SIZE - PD_SETUP_NAME)
         return pd_text_refuse(s->ctx, s->text, section, "folder", "the path is too long");
     memcpy(u->folder, folder, strlen(folder) + 1);
     return pdi_scene_slice(s, section);
-}
-
-static pd_status pdi_scene_probe(pdi_scene *s, int section)
-{
-    pd_setup *u = s->setup;
-    const char *label = s->text->section[section].label;
-    int count;
-    if (u->probes >= PD_SETUP_PROBES)
-        return pd_text_refuse(s->ctx, s->text, section, "probe", "found more than %d probes", PD_SETUP_PROBES);
-    if (label[0] == '\0' || strlen(label) >= PD_SETUP_NAME - 24)
-        return pd_text_refuse(s->ctx, s->text, section, "probe", "expected a short name: [probe NAME]");
-    pd_setup_probe *p = &u->probe[u->probes];
-    memcpy(p->name, label, strlen(label) + 1);
-    p->line = s->text->section[section].line;
-    PDI_TRY(pd_text_numbers(s->ctx, s->text, section, "at", "m", NULL, PD_DIM, p->at, &count));
-    if (count != PD_DIM)
-        return pd_text_refuse(s->ctx, s->text, section, "at", "found %d number%s, expected %d, one for each axis",
-                              count, count > 1 ? "s" : "", PD_DIM);
-    for (int d = 0; d < PD_DIM; d++)
-        if (!(p->at[d] >= u->lo[d]) || !(p->at[d] <= u->hi[d]))
-            return pd_text_refuse(s->ctx, s->text, section, "at",
-                                  "found %.6g m on axis %c, expected a place inside the box", p->at[d], "xyz"[d]);
-    PDI_TRY(pdi_scene_fields(s, section, "fields", u->has_transport ? "C" : "v", &p->fields));
-    u->probes++;
-    return PD_OK;
 }
 
 /* Line of a section, 0: absent. */
@@ -558,8 +487,7 @@ static pd_status pdi_scene_sections(pd_ctx *ctx, pd_text *text, const char *path
     PDI_TRY(pdi_scene_dissolve(&s));
     PDI_TRY(pdi_scene_run(&s));
     PDI_TRY(pdi_scene_output(&s));
-    for (int k = pd_text_next(ctx, text, "probe", -1); k >= 0; k = pd_text_next(ctx, text, "probe", k))
-        PDI_TRY(pdi_scene_probe(&s, k));
+    PDI_TRY(pdi_watch_read(ctx, text, setup));
     PDI_TRY(pd_text_unused(ctx, text));
     if (!setup->has_flow && !setup->has_transport)
         return pd_text_refuse(ctx, text, 0, "scene", "found no physics, expected a [flow] or a [transport] section");

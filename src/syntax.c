@@ -17,7 +17,12 @@ static const pdi_syntax_section pdi_syntax_table[] = {
     {"dissolve", "rate, law, Csat, Cs, gb_factor, threshold"},
     {"run", "until, rtol, fraction, max_step"},
     {"output", "every, fields, images, slice, prefix, folder"},
-    {"probe", "at, fields"}};
+    {"probe", "at, fields"},
+    {"line", "from, to, points, spacing, fields, images"},
+    {"plane", "at"},
+    {"force", "box, balance, speed, length, area"},
+    {"transfer", "box, along, length, surface, fluid, D, area"},
+    {"total", "box"}};
 #define PDI_SYNTAX_SECTIONS ((int)(sizeof pdi_syntax_table / sizeof pdi_syntax_table[0]))
 
 /* 1 when the comma-separated list holds the word; offers all its words to near_word. */

@@ -612,28 +612,47 @@ pd_status pd_transport_explicit(pd_ctx *ctx, pd_transport *t, double dt)
     return PD_OK;
 }
 
-/* Flux [mol/m3/s] of bond k of node i with its antidiffusive part. One of both ends is fluid, the flux is told from
- * there. */
+/* Upwinded flux [mol/m3/s] of bond k of node i. One of both ends is fluid, the flux is told from there. */
 static double pdi_transport_section_bond(const void *user, int32_t i, int k)
 {
     const pd_transport *t = (const pd_transport *)user;
-    int32_t j = i + t->bonds->shift[k];
+    if (t->grid->kind[i] == PD_FLUID) return pdi_transport_bond_flux(t, t->c, i, k);
+    return -pdi_transport_bond_flux(t, t->c, i + t->bonds->shift[k], t->bonds->stencil->count - 1 - k);
+}
+
+/* The same of its antidiffusive flux with the present ratios (eq. 5.4). Ports have none. */
+static double pdi_transport_section_anti(const void *user, int32_t i, int k)
+{
+    const pd_transport *t = (const pd_transport *)user;
     double flux, bond, upwind;
-    if (t->grid->kind[i] != PD_FLUID) return -pdi_transport_section_bond(t, j, t->bonds->stencil->count - 1 - k);
-    double low = pdi_transport_bond_flux(t, t->c, i, k);
-    int port = t->grid->kind[j] == PD_INLET || t->grid->kind[j] == PD_OUTLET;
-    if (port || !t->flow || t->desc.advection != PD_ADVECTION_LIMITED) return low;
+    int32_t j = i + t->bonds->shift[k];
+    if (t->grid->kind[i] != PD_FLUID) return -pdi_transport_section_anti(t, j, t->bonds->stencil->count - 1 - k);
+    if (t->grid->kind[j] == PD_INLET || t->grid->kind[j] == PD_OUTLET) return 0.0;
     pdi_transport_bond(t, i, k, &flux, &bond, &upwind);
     int falls = t->c[i] > t->c[j];
     double alpha = fmin(falls ? t->up[i] : t->down[i], falls ? t->down[j] : t->up[j]);
-    return low - alpha * upwind * (t->c[i] - t->c[j]);
+    return alpha * upwind * (t->c[i] - t->c[j]);
 }
 
 double pd_transport_section(pd_ctx *ctx, pd_transport *t, int axis, int index)
 {
+    double low, anti;
+    pdi_sum sum = {0.0, 0.0};
     (void)ctx;
     pd_ghosts_scalar(&t->bonds->ghosts, t->c);
-    return pdi_bond_section(t->bonds, axis, index, pdi_transport_section_bond, t) * t->bonds->stencil->volume;
+    low = pdi_bond_section(t->bonds, axis, index, pdi_transport_section_bond, t);
+    /* What passes the plane is all that the nodes before it gain: the fluxes between them cancel. Through a periodic
+     * axis they gain at its other end too. */
+    for (int32_t node = 0; node < t->grid->total; node++) {
+        int i[PD_DIM];
+        if (t->grid->kind[node] != PD_FLUID) continue;
+        pdi_grid_index(t->grid, node, i);
+        if (i[axis] < index) pdi_sum_add(&sum, t->anti[node]);
+    }
+    anti = pdi_sum_total(&sum);
+    if (t->grid->side[2 * axis] == PD_SIDE_PERIODIC && t->flow && t->desc.advection == PD_ADVECTION_LIMITED)
+        anti = pdi_bond_section(t->bonds, axis, index, pdi_transport_section_anti, t);
+    return (low - anti) * t->bonds->stencil->volume;
 }
 
 static double pdi_transport_total(const pd_transport *t, const double *field)

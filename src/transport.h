@@ -95,8 +95,8 @@ PD_API pd_status pd_transport_explicit(pd_ctx *ctx, pd_transport *transport, dou
 /* Largest explicit step [s] that keeps every node within its neighbours. */
 PD_API double pd_transport_limit(pd_ctx *ctx, const pd_transport *transport);
 /* Flux [mol/s, per m in 2D] towards + of all bonds that cross the plane between cells index - 1 and index of `axis`
- * (index 1 .. n-1), at the present field and with the limiter of the last step: what the scheme conserves, up to the
- * tolerance of the limiter (eq. 5.1, 5.4). */
+ * (index 1 .. n-1) at the end of the last step, antidiffusive fluxes included: what the scheme conserves (eq. 5.1,
+ * 5.4). Along a periodic axis up to the tolerance of the limiter. */
 PD_API double pd_transport_section(pd_ctx *ctx, pd_transport *transport, int axis, int index);
 /* Dissolved amount [mol, per m in 2D] in fluid nodes. */
 PD_API double pd_transport_stock(pd_ctx *ctx, const pd_transport *transport);

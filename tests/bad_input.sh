@@ -63,7 +63,7 @@ mean 'until'?"
 spoil "no until" 's/until = 1 h//' "bad.scene:8: found no 'until' in [run], expected until = a time [s]"
 spoil "unknown section" 's/\[transport\]/[transprt]/' \
     "bad.scene:6: scene: found the section [transprt], expected one of grid, shape, side, flow, transport, \
-dissolve, run, output, probe: did you mean 'transport'?"
+dissolve, run, output, probe, line, plane, force, transfer, total: did you mean 'transport'?"
 spoil "fractional cells" 's/h = 10 um/h = 7 um/' \
     "bad.scene:1: box: found 300 um on axis x, 42.8571 cells of 7 um, expected a whole number of cells"
 spoil "one range" 's/, -60 um .. 60 um//' "bad.scene:1: box: found 1 range, expected 2, one for each axis"
@@ -116,6 +116,38 @@ spoil "inlet closed" 's/box = 0 .. 60 um, -20 um .. 20 um/box = -100 um .. 60 um
     "bad.scene:3: inlet: side x-: the inlet is closed by wall or solid"
 spoil "negative initial" 's/D = 1e-9 m2\/s/D = 1e-9 m2\/s   initial = 1 mol\/m3 * x\/(1 um)/' \
     "bad.scene:6: model: initial gives C = -95 mol/m3 at x = -9.5e-05 m, expected a finite value of at least 0"
+# watch NAME SECTION MESSAGE: the base with one more section on line 11.
+watch() {
+    { base; echo "$2"; } > bad.scene
+    rejects "$1" "bad.scene:11: $3"
+}
+watch "line without end" "[line a] from = 0, 0   points = 5" "found no 'to' in [line a], expected to = a length [m]"
+watch "line without points" "[line a] from = 0, 0   to = 50 um, 0" \
+    "found no 'points' in [line a], expected points = a whole number"
+watch "line of no length" "[line a] from = 0, 0   to = 0, 0   points = 5" \
+    "to: found the point of 'from', expected another one"
+watch "line drawn without field" "[line a] from = 0, 0   to = 50 um, 0   points = 5   fields = C   images = v" \
+    "images: found a field that is not among 'fields'"
+watch "plane at the end" "[plane a] at = x 198 um" \
+    "at: found 0.000198 m, expected a place at least half a cell inside of the box"
+watch "plane without axis" "[plane a] at = 10 um" "at: found '10 um', expected an axis and a place: y 0 um"
+watch "force without box" "[force a] balance = no" "found no 'box' in [force a], expected box = a .. b, one range for \
+each axis"
+watch "force too near" "[force a] box = -10 um .. 80 um, -30 um .. 60 um" \
+    "force: cells 3 .. 12 of axis 1: a box of fluid two cells inside of 12 is expected; balance = no leaves it out"
+watch "coefficient without length" "[force a] box = -30 um .. 90 um, -40 um .. 40 um   speed = 1 m/s" \
+    "found no 'length' in [force a], expected length = a length [m]"
+watch "transfer without surface" "[transfer a] length = 1 mm" \
+    "found no 'surface' in [transfer a], expected surface = a concentration [mol/m3]"
+watch "bulk without axis" "[transfer a] length = 1 mm   surface = Csat   fluid = bulk" \
+    "fluid: found 'bulk' without the axis of the stream, expected along = x or y"
+watch "watching without name" "[total] box = 0 .. 1 um, 0 .. 1 um" "total: expected a short name: [total NAME]"
+watch "misspelt key of a line" "[line a] form = 0, 0   to = 50 um, 0   points = 5" \
+    "found the unknown key 'form' in [line a], expected one of from, to, points, spacing, fields, images: did you \
+mean 'from'?"
+spoil "probe in the wall" \
+    's/at = 100 um, 0/at = 100 um, 0\n[shape lid] box = 90 um .. 120 um, -60 um .. 60 um   kind = wall/' \
+    "bad.scene:10: probe: 'a' stands in the wall"
 base > bad.scene
 rejects "bad override" \
     "command line: column 8: found a number without unit, expected a length [m]: write its unit, for example \
