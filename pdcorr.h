@@ -2320,9 +2320,9 @@ PD_API void pd_transport_update(pd_ctx *ctx, pd_transport *transport);
 /* One backward Euler step of dt [s] (any length: dt >> all time scales gives the steady state). PD_NOT_CONVERGED: the
  * linear solver stopped above its tolerance; what is missing is in carry. */
 PD_API pd_status pd_transport_implicit(pd_ctx *ctx, pd_transport *transport, double dt, pd_transport_result *result);
-/* The steady field, by steps of 1e9 times the explicit limit until the field changes by less than the limiter's
- * tolerance. PD_NOT_CONVERGED: the limiter still moves the field by result->change after 60 steps; it is bounded and
- * conservative all the same. */
+/* The steady field, by steps of 1e9 times the exchange time of the slowest node until the field changes by less than
+ * the limiter's tolerance. PD_NOT_CONVERGED: the limiter still moves the field by result->change after 60 steps; it is
+ * bounded and conservative all the same. */
 PD_API pd_status pd_transport_steady(pd_ctx *ctx, pd_transport *transport, pd_transport_result *result);
 /* One forward Euler step. PD_RETRY, nothing changed: dt exceeds pd_transport_limit. */
 PD_API pd_status pd_transport_explicit(pd_ctx *ctx, pd_transport *transport, double dt);
@@ -2715,7 +2715,7 @@ typedef struct pd_setup {
     double h[PD_DIM];                  /* [m] */
     double lo[PD_DIM], hi[PD_DIM];     /* [m] box */
     pd_shape *shape;                   /* [PD_SHAPE_MAX], children first */
-    int shapes, solid, wall;           /* entries in use; index of the solid and of the wall, -1: none */
+    int shapes, solid, wall, medium;   /* entries in use; index of the solid, the wall, the medium, -1: none */
     uint8_t *mask[PD_SETUP_MASKS];     /* voxels that shapes borrow */
     size_t mask_size[PD_SETUP_MASKS];
     int masks;
@@ -2736,6 +2736,7 @@ typedef struct pd_setup {
     double sound;           /* [m/s] explicit: c0 */
     /* transport */
     double diffusivity;     /* [m2/s] */
+    double medium_diffusivity; /* [m2/s] of fluid inside the medium */
     double inlet;           /* [mol/m3] */
     pd_expr initial;        /* of x, y, z; in mol/m3 */
     pd_advection advection;
@@ -2876,7 +2877,8 @@ PDI_FN pd_status pdi_watch_place(pd_ctx *ctx, pd_text *text, const pd_setup *set
  *   [shape NAME] one of  box = a .. b, ... | ball = centre  radius = r | cylinder = x|y|z  centre  radius |
  *                half_space = yes  point  normal | mask = file.png  corner  cell | raw = file  size  corner  cell |
  *                union|intersect|difference = NAME, NAME;  outside = yes: the complement
- *                kind = solid|wall|part  material = mg4ag  grains = 40 um  grain_spread  grain_seed  boundary_width
+ *                kind = solid|wall|medium (D = its diffusivity)|part  material = mg4ag
+ *                grains = 40 um  grain_spread  grain_seed  boundary_width
  *   [side x-]    flow = inlet|outlet|noslip|periodic|mirror|open  profile = parabola|uniform|expression
  *                mean = speed | flow_rate = 1 mL/min  vx = expression in x y z (vy, vz)  C = ...  p = 0
  *                noslip: velocity = 1 m/s, 0 m/s of a wall that slides along itself; C = ... held by the wall
@@ -14895,7 +14897,7 @@ void pd_diffusion_free(pd_ctx *ctx, pd_diffusion *d)
 #define PDI_TRANSPORT_ROUGH 30.0
 /* Rounds of upwinding the nodes that leave their bounds before the whole step is upwinded. */
 #define PDI_TRANSPORT_ROUNDS 20
-/* The steady field: length of a step over the explicit limit, and how many. */
+/* The steady field: length of a step over the exchange time of the slowest node, and how many. */
 #define PDI_TRANSPORT_LONG 1e9
 #define PDI_TRANSPORT_STEPS 60
 
@@ -15423,9 +15425,43 @@ pd_status pd_transport_implicit(pd_ctx *ctx, pd_transport *t, double dt, pd_tran
     return status;
 }
 
+/* Rate [1/s] at which node i exchanges its content: one over its explicit limit. */
+static double pdi_transport_rate(const pd_transport *t, int32_t i)
+{
+    double rate = t->absorb[i] + (t->diffusion.hold ? t->diffusion.hold[i] : 0.0);
+    for (int k = 0; k < t->bonds->stencil->count; k++) {
+        double flux, bond, upwind;
+        if (!pdi_transport_open(t, i, k)) continue;
+        pdi_transport_bond(t, i, k, &flux, &bond, &upwind);
+        if (t->grid->kind[i + t->bonds->shift[k]] == PD_OUTLET) rate += fmax(flux, 0.0);
+        else rate += bond + 2.0 * upwind - 0.5 * flux;
+    }
+    return rate;
+}
+
+double pd_transport_limit(pd_ctx *ctx, const pd_transport *t)
+{
+    double fastest = 0.0;
+    (void)ctx;
+    for (int32_t i = 0; i < t->grid->total; i++)
+        if (t->grid->kind[i] == PD_FLUID) fastest = fmax(fastest, pdi_transport_rate(t, i));
+    return fastest > 0.0 ? 1.0 / fastest : HUGE_VAL;
+}
+
+/* Longest time [s] in which a node exchanges its content; HUGE_VAL: nothing moves. */
+static double pdi_transport_slowest(const pd_transport *t)
+{
+    double slowest = HUGE_VAL;
+    for (int32_t i = 0; i < t->grid->total; i++) {
+        double rate = t->grid->kind[i] == PD_FLUID ? pdi_transport_rate(t, i) : 0.0;
+        if (rate > 0.0) slowest = fmin(slowest, rate);
+    }
+    return slowest < HUGE_VAL ? 1.0 / slowest : HUGE_VAL;
+}
+
 pd_status pd_transport_steady(pd_ctx *ctx, pd_transport *t, pd_transport_result *result)
 {
-    double limit = pd_transport_limit(ctx, t);
+    double limit = pdi_transport_slowest(t);
     int krylov = 0;
     if (!(limit < 1e200))
         return pdi_fail(ctx, PD_ERR_ARGUMENT, "transport", "nothing moves: there is no steady field to find");
@@ -15445,25 +15481,6 @@ pd_status pd_transport_steady(pd_ctx *ctx, pd_transport *t, pd_transport_result 
         if (result->change <= t->desc.limiter_tolerance) return PD_OK;
     }
     return PD_NOT_CONVERGED;
-}
-
-double pd_transport_limit(pd_ctx *ctx, const pd_transport *t)
-{
-    double fastest = 0.0;
-    (void)ctx;
-    for (int32_t i = 0; i < t->grid->total; i++) {
-        if (t->grid->kind[i] != PD_FLUID) continue;
-        double rate = t->absorb[i] + (t->diffusion.hold ? t->diffusion.hold[i] : 0.0);
-        for (int k = 0; k < t->bonds->stencil->count; k++) {
-            if (!pdi_transport_open(t, i, k)) continue;
-            double flux, bond, upwind;
-            pdi_transport_bond(t, i, k, &flux, &bond, &upwind);
-            if (t->grid->kind[i + t->bonds->shift[k]] == PD_OUTLET) rate += fmax(flux, 0.0);
-            else rate += bond + 2.0 * upwind - 0.5 * flux;
-        }
-        fastest = fmax(fastest, rate);
-    }
-    return fastest > 0.0 ? 1.0 / fastest : HUGE_VAL;
 }
 
 pd_status pd_transport_explicit(pd_ctx *ctx, pd_transport *t, double dt)
@@ -16532,7 +16549,7 @@ static const pd_expr_symbol pdi_setup_axes[] = {{"x", "m", 0.0}, {"y", "m", 0.0}
 pd_status pd_setup_init(pd_ctx *ctx, pd_setup *setup)
 {
     memset(setup, 0, sizeof *setup);
-    setup->solid = setup->wall = -1;
+    setup->solid = setup->wall = setup->medium = -1;
     setup->m = 3.0;
     setup->gb_factor = 1.0;
     setup->rate_scale = 1.0;
@@ -16682,8 +16699,9 @@ typedef struct pdi_syntax_section {
 
 static const pdi_syntax_section pdi_syntax_table[] = {
     {"grid", "h, m, box, threads"},
-    {"shape", "box, ball, cylinder, half_space, mask, raw, union, intersect, difference, radius, centre, point, "
-              "normal, corner, cell, size, outside, kind, material, grains, grain_spread, grain_seed, boundary_width"},
+    {"shape", "box, ball, cylinder, half_space, mask, raw, union, intersect, difference, radius, centre, "
+              "point, normal, corner, cell, size, outside, kind, material, D, grains, grain_spread, grain_seed, "
+              "boundary_width"},
     {"side", "flow, profile, mean, flow_rate, vx, vy, vz, p, velocity, C"},
     {"flow", "rho, mu, steady, force, speed, length, time, vx, vy, vz, rtol, eos, c0"},
     {"transport", "D, initial, advection, time"},
@@ -16771,7 +16789,8 @@ PDI_FN pd_status pdi_syntax_check(pd_ctx *ctx, const pd_text *text)
 typedef enum pdi_sketch_kind {
     PDI_SKETCH_PART = 0, /* only an operand of set operations */
     PDI_SKETCH_SOLID,
-    PDI_SKETCH_WALL
+    PDI_SKETCH_WALL,
+    PDI_SKETCH_MEDIUM /* fluid with a diffusivity of its own */
 } pdi_sketch_kind;
 
 typedef struct pdi_sketch {
@@ -17060,9 +17079,26 @@ static pd_status pdi_sketch_grains(pdi_sketch *s)
     return PD_OK;
 }
 
+/* One diffusivity for all shapes of this kind. */
+static pd_status pdi_sketch_medium(pdi_sketch *s, int index)
+{
+    pd_setup *u = s->setup;
+    double value;
+    if (!u->has_transport)
+        return pd_text_refuse(s->ctx, s->text, s->section, "kind", "found 'medium' without a [transport] section");
+    PDI_TRY(pd_text_number(s->ctx, s->text, s->section, "D", "m2/s", NULL, &value));
+    if (!(value >= 0.0))
+        return pd_text_refuse(s->ctx, s->text, s->section, "D", "found %.6g m2/s, expected at least 0", value);
+    if (u->medium >= 0 && fabs(value - u->medium_diffusivity) > 0.0)
+        return pd_text_refuse(s->ctx, s->text, s->section, "D", "found another diffusivity than in a medium above,"
+                              " expected the same for all");
+    u->medium_diffusivity = value;
+    return pdi_setup_join(s->ctx, u, index, &u->medium);
+}
+
 static pd_status pdi_sketch_section(pdi_sketch *s)
 {
-    static const char *const kinds[] = {"part", "solid", "wall", NULL};
+    static const char *const kinds[] = {"part", "solid", "wall", "medium", NULL};
     const char *label = s->text->section[s->section].label;
     int kind = 0, index = 0;
     if (label[0] == '\0') return pd_text_refuse(s->ctx, s->text, s->section, "shape", "expected a name: [shape NAME]");
@@ -17075,6 +17111,7 @@ static pd_status pdi_sketch_section(pdi_sketch *s)
     s->used[s->names++] = kind != PDI_SKETCH_PART;
     int line = s->text->section[s->section].line;
     if (s->names == 1 || (kind == PDI_SKETCH_SOLID && s->setup->solid < 0)) s->setup->shape_line = line;
+    if (kind == PDI_SKETCH_MEDIUM) return pdi_sketch_medium(s, index);
     if (kind == PDI_SKETCH_WALL) return pdi_setup_join(s->ctx, s->setup, index, &s->setup->wall);
     if (kind != PDI_SKETCH_SOLID) return PD_OK;
     PDI_TRY(pdi_sketch_material(s));
@@ -17096,7 +17133,8 @@ PDI_FN pd_status pdi_sketch_read(pd_ctx *ctx, pd_text *text, const char *folder,
     for (int k = 0; k < s.names; k++) {
         if (s.used[k]) continue;
         return pd_text_refuse(ctx, text, pd_text_section(ctx, text, "shape", s.name[k]), "shape",
-                              "'%.40s' has no kind and is part of no other shape, expected kind = solid or wall",
+                              "'%.40s' has no kind and is part of no other shape, expected kind = solid, wall or"
+                              " medium",
                               s.name[k]);
     }
     return setup->shapes ? pd_shape_validate(ctx, setup->shape, setup->shapes) : PD_OK;
@@ -18562,6 +18600,19 @@ static pd_status pdi_model_initial(pd_ctx *ctx, pd_model *m)
     return PD_OK;
 }
 
+/* Signed distance [m] from the surface of the medium, and the diffusivity [m2/s] on both sides of it. */
+static double pdi_model_interface(void *user, const double *x)
+{
+    const pd_setup *u = (const pd_setup *)user;
+    return pd_shape_distance(u->shape, u->medium, x);
+}
+
+static double pdi_model_diffusivity(void *user, const double *x)
+{
+    const pd_setup *u = (const pd_setup *)user;
+    return pdi_model_interface(user, x) < 0.0 ? u->medium_diffusivity : u->diffusivity;
+}
+
 static pd_status pdi_model_transport(pd_ctx *ctx, pd_model *m)
 {
     const pd_setup *u = m->setup;
@@ -18570,6 +18621,8 @@ static pd_status pdi_model_transport(pd_ctx *ctx, pd_model *m)
     desc.diffusivity = u->diffusivity;
     desc.inlet = u->inlet;
     desc.advection = u->advection;
+    if (u->medium >= 0) desc.field = pdi_model_diffusivity;
+    if (u->medium >= 0) desc.level = pdi_model_interface;
     if (pd_wall_holds(u)) desc.held = pd_wall_held;
     if (u->motion == PD_MOTION_GIVEN) desc.entering = pd_inlet_entering;
     desc.user = (void *)u; /* only read */
@@ -19353,9 +19406,11 @@ static void pdi_summary_flow(const pdi_summary *s)
 static void pdi_summary_transport(const pdi_summary *s)
 {
     const pd_setup *u = s->model->setup;
-    char text[384], value[PD_UNITS_TEXT], until[PD_UNITS_TEXT];
+    char text[384], value[2 * PD_UNITS_TEXT + 32], inside[PD_UNITS_TEXT], until[PD_UNITS_TEXT];
     if (!u->has_transport) return;
     pdi_setup_show(u->diffusivity, "m2/s", value);
+    pdi_setup_show(u->medium_diffusivity, "m2/s", inside);
+    if (u->medium >= 0) snprintf(value + strlen(value), sizeof value - strlen(value), " and %s in the medium", inside);
     pdi_setup_show(u->until, "s", until);
     snprintf(text, sizeof text, u->settle ? "%s, D = %s, steady" : "%s, D = %s, implicit, until %s",
              !u->has_flow ? "diffusion" : u->advection == PD_ADVECTION_UPWIND ? "upwind advection and diffusion"

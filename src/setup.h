@@ -122,7 +122,7 @@ typedef struct pd_setup {
     double h[PD_DIM];                  /* [m] */
     double lo[PD_DIM], hi[PD_DIM];     /* [m] box */
     pd_shape *shape;                   /* [PD_SHAPE_MAX], children first */
-    int shapes, solid, wall;           /* entries in use; index of the solid and of the wall, -1: none */
+    int shapes, solid, wall, medium;   /* entries in use; index of the solid, the wall, the medium, -1: none */
     uint8_t *mask[PD_SETUP_MASKS];     /* voxels that shapes borrow */
     size_t mask_size[PD_SETUP_MASKS];
     int masks;
@@ -143,6 +143,7 @@ typedef struct pd_setup {
     double sound;           /* [m/s] explicit: c0 */
     /* transport */
     double diffusivity;     /* [m2/s] */
+    double medium_diffusivity; /* [m2/s] of fluid inside the medium */
     double inlet;           /* [mol/m3] */
     pd_expr initial;        /* of x, y, z; in mol/m3 */
     pd_advection advection;

@@ -74,9 +74,11 @@ static void pdi_summary_flow(const pdi_summary *s)
 static void pdi_summary_transport(const pdi_summary *s)
 {
     const pd_setup *u = s->model->setup;
-    char text[384], value[PD_UNITS_TEXT], until[PD_UNITS_TEXT];
+    char text[384], value[2 * PD_UNITS_TEXT + 32], inside[PD_UNITS_TEXT], until[PD_UNITS_TEXT];
     if (!u->has_transport) return;
     pdi_setup_show(u->diffusivity, "m2/s", value);
+    pdi_setup_show(u->medium_diffusivity, "m2/s", inside);
+    if (u->medium >= 0) snprintf(value + strlen(value), sizeof value - strlen(value), " and %s in the medium", inside);
     pdi_setup_show(u->until, "s", until);
     snprintf(text, sizeof text, u->settle ? "%s, D = %s, steady" : "%s, D = %s, implicit, until %s",
              !u->has_flow ? "diffusion" : u->advection == PD_ADVECTION_UPWIND ? "upwind advection and diffusion"
