@@ -20,7 +20,7 @@ typedef struct pdi_ring_fit {
     double scale[PD_DIM];      /* of the weights: sum scale_a w n_a^2 = 1 over a family */
     double excess;             /* kappa of eq. 3.8 */
     double first;              /* radius of the first row of the box in cells; 0.5: at the axis */
-    int rows;                  /* near the axis; 0: the axis is not in reach */
+    int rows;                  /* fitted, from the axis on; 0: the axis is not in reach */
     double *axial, *radial;    /* [rows] multipliers of eq. 3.9, 3.10 */
     double *matrix, *lack, *x; /* [2 rows][2 rows], [2 rows], [2 rows] of the Newton step */
     int *row_of, *column_of;   /* [2 rows] pivots */
@@ -127,6 +127,43 @@ static pd_status pdi_ring_newton(pd_ctx *ctx, pdi_ring_fit *f)
     return pdi_fail(ctx, PD_ERR_GEOMETRY, "ring", "the weights at the axis miss their conditions by %g", best);
 }
 
+/* Rows to fit: all that miss bonds, and so many that kappa is at most half of R^2 on all other bonds. */
+static int pdi_ring_rows(const pdi_ring_fit *f)
+{
+    int reach = f->stencil->reach, rows = reach;
+    if (f->first > 0.5) return 0;
+    for (;; rows++) {
+        double least = rows + 0.5 - 0.5 * reach;
+        if (least * least >= 2.0 * f->excess) return rows;
+    }
+}
+
+static void pdi_ring_release(pd_ctx *ctx, pdi_ring_fit *f)
+{
+    int64_t n = 2 * (int64_t)f->rows;
+    PDI_DELETE(ctx, f->rows, f->axial);
+    PDI_DELETE(ctx, f->rows, f->radial);
+    PDI_DELETE(ctx, n * n, f->matrix);
+    PDI_DELETE(ctx, n, f->lack);
+    PDI_DELETE(ctx, n, f->x);
+    PDI_DELETE(ctx, n, f->row_of);
+    PDI_DELETE(ctx, n, f->column_of);
+}
+
+static pd_status pdi_ring_reserve(pd_ctx *ctx, int rows, pdi_ring_fit *f)
+{
+    int64_t n = 2 * (int64_t)rows;
+    pdi_ring_release(ctx, f);
+    f->rows = rows;
+    PDI_TRY(PDI_NEW(ctx, "ring", rows, f->axial));
+    PDI_TRY(PDI_NEW(ctx, "ring", rows, f->radial));
+    PDI_TRY(PDI_NEW(ctx, "ring", n * n, f->matrix));
+    PDI_TRY(PDI_NEW(ctx, "ring", n, f->lack));
+    PDI_TRY(PDI_NEW(ctx, "ring", n, f->x));
+    PDI_TRY(PDI_NEW(ctx, "ring", n, f->row_of));
+    return PDI_NEW(ctx, "ring", n, f->column_of);
+}
+
 /* Fit the conductances of `weight` and put c_ij over the radius, times `unit`, into table[rows][count]. */
 static pd_status pdi_ring_table(pd_ctx *ctx, pdi_ring_fit *f, const pd_grid *grid, const double *weight,
                                 const double *unit, double *table)
@@ -144,7 +181,7 @@ static pd_status pdi_ring_table(pd_ctx *ctx, pdi_ring_fit *f, const pd_grid *gri
     f->scale[0] = 1.0 / moment[0];
     f->scale[PD_DIM - 1] = 1.0 / moment[1];
     f->excess = curl > 0.0 ? curl / straight : 0.0;
-    for (int i = 0; i < f->rows; i++) f->axial[i] = f->radial[i] = 0.0;
+    PDI_TRY(pdi_ring_reserve(ctx, pdi_ring_rows(f), f));
     PDI_TRY(pdi_ring_newton(ctx, f));
     for (int row = 0; row < grid->np[PD_DIM - 1]; row++)
         for (int k = 0; k < s->count; k++) {
@@ -166,17 +203,9 @@ static void pdi_ring_hoop(const pd_stencil *s, const pdi_ring_fit *f, const pd_g
 
 static pd_status pdi_ring_fill(pd_ctx *ctx, const pd_stencil *s, const pd_grid *grid, pdi_ring_fit *f, pd_ring *ring)
 {
-    int64_t n = 2 * (int64_t)f->rows;
     PDI_TRY(PDI_NEW(ctx, "ring", (int64_t)ring->rows * ring->count, ring->lap));
     PDI_TRY(PDI_NEW(ctx, "ring", (int64_t)ring->rows * ring->count, ring->flux));
     PDI_TRY(PDI_NEW(ctx, "ring", ring->rows, ring->hoop));
-    PDI_TRY(PDI_NEW(ctx, "ring", f->rows, f->axial));
-    PDI_TRY(PDI_NEW(ctx, "ring", f->rows, f->radial));
-    PDI_TRY(PDI_NEW(ctx, "ring", n * n, f->matrix));
-    PDI_TRY(PDI_NEW(ctx, "ring", n, f->lack));
-    PDI_TRY(PDI_NEW(ctx, "ring", n, f->x));
-    PDI_TRY(PDI_NEW(ctx, "ring", n, f->row_of));
-    PDI_TRY(PDI_NEW(ctx, "ring", n, f->column_of));
     PDI_TRY(pdi_ring_table(ctx, f, grid, s->lap, s->lap, ring->lap));
     PDI_TRY(pdi_ring_table(ctx, f, grid, s->base, NULL, ring->flux));
     pdi_ring_hoop(s, f, grid, ring);
@@ -189,22 +218,13 @@ pd_status pd_ring_build(pd_ctx *ctx, const pd_stencil *stencil, const pd_grid *g
     memset(ring, 0, sizeof *ring);
     memset(&f, 0, sizeof f);
     if (!grid->circumference) return PD_OK;
-    double h = grid->h[PD_DIM - 1];
     ring->rows = grid->np[PD_DIM - 1];
     ring->count = stencil->count;
     f.stencil = stencil;
-    f.first = grid->circumference[grid->ghost] / (2.0 * PDI_PI * h);
-    f.rows = f.first < 1.0 ? stencil->reach : 0;
-    if (f.rows) f.first = 0.5;
+    f.first = grid->circumference[grid->ghost] / (2.0 * PDI_PI * grid->h[PD_DIM - 1]);
+    if (f.first < 1.0) f.first = 0.5; /* at the axis, but for rounding */
     pd_status status = pdi_ring_fill(ctx, stencil, grid, &f, ring);
-    int64_t n = 2 * (int64_t)f.rows;
-    PDI_DELETE(ctx, f.rows, f.axial);
-    PDI_DELETE(ctx, f.rows, f.radial);
-    PDI_DELETE(ctx, n * n, f.matrix);
-    PDI_DELETE(ctx, n, f.lack);
-    PDI_DELETE(ctx, n, f.x);
-    PDI_DELETE(ctx, n, f.row_of);
-    PDI_DELETE(ctx, n, f.column_of);
+    pdi_ring_release(ctx, &f);
     return status;
 }
 

@@ -181,6 +181,9 @@ TEST(exact)
         for (int k = 0; k < 5; k++) exactness(m, spacing[k][0], spacing[k][1], 0);
     exactness(3.0, 1.0, 1.0, 4);
     exactness(1.5, 1.0, 2.0, 0);
+    exactness(12.0, 1.0, 1.0, 0);
+    exactness(8.0, 20.0, 1.0, 0);
+    exactness(8.0, 1.0, 20.0, 0);
 }
 
 /* lap u_r - hoop u_r vanishes on r, and is 8 r on r^3 up to the order. */
