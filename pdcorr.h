@@ -66,17 +66,22 @@
  *   transport  conservative, bounded advection and diffusion of dissolved metal on fluid nodes.
  *   advance    transport in time, of second order, with error-controlled steps.
  *   dissolve   surface-rate dissolution. Solid nodes lose metal through the bonds that join them to fluid.
+ *   measure    figures of a flow and of what it carries: through a plane of the lattice, from walls and metal, in a box.
  *   couple     one dissolution run: steady flow, implicit transport, dissolution steps with error control, the ledger.
  *   setup      everything that a run needs to know, as data: what scene files and flat files are turned into.
+ *   syntax     the sections of a scene and their keys, checked before anything is read: a misspelt key is reported as such
  *   sketch     the [shape NAME] sections of a scene: primitives, voxel masks, set operations, materials and grains.
  *   flat       the `key = value` parameter file of the Mg-pin project (SI numbers without units) as a setup.
+ *   watch      reads from a scene what a run shall watch: probes, lines, planes, forces, mass transfer, totals.
  *   scene      reads a scene file, or a flat parameter file, into a setup.
  *   inlet      prescribed velocity behind the inlets of a box: where a side is open, how wide, and the profile over it.
  *   wall       what the walls at the sides of a box do in a setup: they move along themselves, they hold a concentration.
  *   model      the objects of one run, built from a setup: grid, bonds and only the physics that the setup asks for.
  *   observe    the figures of one instant of a run: losses, extremes, and the flux of the flow along its way.
+ *   sample     values of the fields of a model at nodes and at points.
  *   output     the files of a run: fields, pictures, diagnostics, probes, the curve of the volume loss.
  *   summary    what a run models and what it leaves out, with unknowns and memory, in lines of text.
+ *   monitor    what a run watches besides its fields: tables in time, profiles and plots, last values.
  *   run        runs a setup from its first flow solve to its end: output files, diagnostics, pictures, summary, result.
  */
 
@@ -693,10 +698,12 @@ PDI_FN int pdi_grid_inside(const pd_grid *grid, const int *i);
  * others; identity inside the box. *flip (or NULL): bit d set when it is mirrored along axis d. */
 PDI_FN int32_t pdi_grid_image(const pd_grid *grid, int32_t node, int *flip);
 /* Factor of the cell volume in sums over volume: the circumference of an axisymmetric node [m], else 1. */
-static inline double pdi_grid_measure(const pd_grid *grid, int32_t node)
+static inline double pdi_grid_circumference(const pd_grid *grid, int32_t node)
 {
     return grid->circumference ? grid->circumference[node / grid->stride[PD_DIM - 1]] : 1.0;
 }
+/* The same at the distance `out` [m] outwards from the node. */
+PDI_FN double pdi_grid_around(const pd_grid *grid, int32_t node, double out);
 /* Bring index i[] back through periodic and mirror sides only; the bits of flip as above. */
 PDI_FN int pdi_grid_fold(const pd_grid *grid, int *i);
 /* The same for a position [m]; behind inlets and outlets the geometry is the mirror image too, so those fold likewise.
@@ -898,6 +905,11 @@ static inline pdi_lanes pdi_bond_open_lanes(const pd_bonds *bonds, int32_t row, 
 PDI_FN void pdi_bond_drive(const pd_bonds *bonds, int32_t row, pd_velocity_fn wall, void *user, double *drive);
 /* Fraction t at which the cut bond k of a row meets the surface, and the place x [m]. */
 PDI_FN double pdi_bond_meet(const pd_bonds *bonds, int32_t row, int k, double *x);
+/* A flux through the open bond k of node i, counted towards its far end. */
+typedef double (*pdi_bond_flux_fn)(const void *user, int32_t i, int k);
+/* Sum of the fluxes of all bonds that cross the plane between the cells index - 1 and index of `axis`. One end of each
+ * is fluid, and each pair of nodes counts once. */
+PDI_FN double pdi_bond_section(const pd_bonds *bonds, int axis, int index, pdi_bond_flux_fn flux, const void *user);
 /* First closed group on bond k from `node` (index into the stencil's groups); -1: open. */
 PDI_FN int pdi_bond_closed_group(const pd_bonds *bonds, int32_t node, int k);
 #endif
@@ -1788,6 +1800,7 @@ typedef struct pd_table {
 #define pd_csv_create PD_NAME(pd_csv_create)
 #define pd_csv_row PD_NAME(pd_csv_row)
 #define pd_csv_close PD_NAME(pd_csv_close)
+#define pd_csv_write PD_NAME(pd_csv_write)
 #define pd_table_read PD_NAME(pd_table_read)
 #define pd_table_find PD_NAME(pd_table_find)
 #define pd_table_text PD_NAME(pd_table_text)
@@ -1803,6 +1816,10 @@ PD_API pd_status pd_csv_create(pd_ctx *ctx, const char *path, const char *commen
 PD_API pd_status pd_csv_row(pd_ctx *ctx, pd_csv *csv, const double *values);
 /* Close. Allowed on one that is not open. PD_ERR_FILE. */
 PD_API pd_status pd_csv_close(pd_ctx *ctx, pd_csv *csv);
+
+/* A whole table values[rows][columns] at once, written aside and renamed. Errors as above. */
+PD_API pd_status pd_csv_write(pd_ctx *ctx, const char *path, const char *comment, const char *const *names,
+                              int columns, const double *values, int64_t rows);
 
 /* Read a table. PD_ERR_FILE; PD_ERR_PARSE with file:line: a row with more or fewer fields than names, an open quote,
  * a name twice. */
@@ -2349,6 +2366,7 @@ typedef struct pd_transport_result {
 #define pd_transport_steady PD_NAME(pd_transport_steady)
 #define pd_transport_explicit PD_NAME(pd_transport_explicit)
 #define pd_transport_limit PD_NAME(pd_transport_limit)
+#define pd_transport_section PD_NAME(pd_transport_section)
 #define pd_transport_stock PD_NAME(pd_transport_stock)
 #define pd_transport_carried PD_NAME(pd_transport_carried)
 #define pd_transport_free PD_NAME(pd_transport_free)
@@ -2371,6 +2389,10 @@ PD_API pd_status pd_transport_steady(pd_ctx *ctx, pd_transport *transport, pd_tr
 PD_API pd_status pd_transport_explicit(pd_ctx *ctx, pd_transport *transport, double dt);
 /* Largest explicit step [s] that keeps every node within its neighbours. */
 PD_API double pd_transport_limit(pd_ctx *ctx, const pd_transport *transport);
+/* Flux [mol/s, per m in planar 2D] towards + of all bonds that cross the plane between cells index - 1 and index of
+ * `axis` (index 1 .. n-1) at the end of the last step, antidiffusive fluxes included: what the scheme conserves (eq.
+ * 5.1, 5.4). Along a periodic axis up to the tolerance of the limiter. */
+PD_API double pd_transport_section(pd_ctx *ctx, pd_transport *transport, int axis, int index);
 /* Dissolved amount [mol, per m in planar 2D] in fluid nodes. */
 PD_API double pd_transport_stock(pd_ctx *ctx, const pd_transport *transport);
 /* Amount [mol] in carry: owed by the last solve, delivered by the next step. */
@@ -2506,6 +2528,57 @@ PD_API void pd_dissolve_free(pd_ctx *ctx, pd_dissolve *dissolve);
 
 #endif
 
+/* ======== >>measure.h ======== */
+/* measure: figures of a flow and of what it carries: through a plane of the lattice, from walls and metal, in a box.
+ *
+ * Fluxes are the sums of bond fluxes that the schemes conserve (theory: eq. 4.2, 5.1), so that two planes with nothing
+ * between them agree to rounding. Boxes take the nodes whose centres lie inside. Nothing is allocated or changed but
+ * ghosts. In planar 2D amounts are per metre of depth, in 1D per square metre, axisymmetric those of
+ * the whole body.
+ */
+#ifndef PD_MEASURE_H
+#define PD_MEASURE_H
+
+typedef struct pd_measure_plane_result {
+    double area;     /* [m^(d-1)] faces between two fluid cells */
+    double flow;     /* [m^d/s] volume flux towards + */
+    double speed;    /* [m/s] flow over area */
+    double pressure; /* [Pa] mean over the area */
+    double mean;     /* [mol/m3] concentration, mean over the area */
+    double bulk;     /* [mol/m3] concentration of the mixed stream, sum u c / sum u over the faces; NaN at rest */
+    double species;  /* [mol/s] metal that is carried and diffuses towards + */
+} pd_measure_plane_result;
+
+typedef struct pd_measure_box_result {
+    double volume;   /* [m^d] of the fluid */
+    double energy;   /* [J] kinetic */
+    double momentum[PD_DIM]; /* [kg m/s] */
+    double dissolved; /* [mol] */
+    double solid;    /* [mol] left in the metal */
+    double least, most; /* [mol/m3] smallest and largest concentration of the fluid; NaN without fluid */
+} pd_measure_box_result;
+
+#define pd_measure_plane PD_NAME(pd_measure_plane)
+#define pd_measure_exchange PD_NAME(pd_measure_exchange)
+#define pd_measure_box PD_NAME(pd_measure_box)
+
+/* The plane between the cells index - 1 and index of `axis`, index 1 .. n-1. flow and transport may be NULL; their
+ * figures are 0 then. The flux of metal is that at the end of the last step. */
+PD_API void pd_measure_plane(pd_ctx *ctx, const pd_bonds *bonds, pd_flow *flow, pd_transport *transport, int axis,
+                             int index, pd_measure_plane_result *result);
+/* flux [mol/s]: what walls that hold a concentration, and with `dissolve` (or NULL) the metal, give to the fluid nodes
+ * between lo and hi [m] at the end of the last step. area [m^(d-1)]: of these surfaces as those nodes see them, by the
+ * area weights (theory: eq. 6.3); where a closed side meets them, a part of a cell is missed. axis -1: one value each;
+ * otherwise [n of that axis], one for each layer of cells. */
+PD_API void pd_measure_exchange(pd_ctx *ctx, const pd_transport *transport, const pd_dissolve *dissolve,
+                                const double *lo, const double *hi, int axis, double *flux, double *area);
+/* What the nodes between lo and hi [m] hold. flow, transport and dissolve may be NULL; their figures are 0 then. */
+PD_API void pd_measure_box(pd_ctx *ctx, const pd_bonds *bonds, const pd_flow *flow, const pd_transport *transport,
+                           const pd_dissolve *dissolve, const double *lo, const double *hi,
+                           pd_measure_box_result *result);
+
+#endif
+
 /* ======== >>couple.h ======== */
 /* couple: one dissolution run: steady flow, implicit transport, dissolution steps with error control, the ledger.
  *
@@ -2594,6 +2667,7 @@ PD_API double pd_couple_volume_loss(const pd_couple *couple);
 
 #define PD_SETUP_NAME 64
 #define PD_SETUP_PROBES 16
+#define PD_SETUP_MONITORS 32
 #define PD_SETUP_NOTES 32
 #define PD_SETUP_MASKS 8
 
@@ -2610,6 +2684,16 @@ typedef enum pd_field {
     PD_FIELD_DENSITY,
     PD_FIELD_COUNT
 } pd_field;
+
+/* Parts of a model, in the order of the summary. */
+typedef enum pd_part {
+    PD_PART_GRID = 0, /* stencil, lattice, bonds */
+    PD_PART_FLOW,     /* fields and steady solver */
+    PD_PART_TRANSPORT,
+    PD_PART_DISSOLVE,
+    PD_PART_GRAIN,
+    PD_PART_COUNT
+} pd_part;
 
 typedef enum pd_profile {
     PD_PROFILE_REST = 0, /* no velocity */
@@ -2629,6 +2713,7 @@ typedef struct pd_setup_side {
     double slide[PD_DIM];     /* [m/s] of a wall along itself */
     int holds;                /* a wall that holds a concentration */
     double held;              /* [mol/m3] */
+    int line;                 /* of the file, 0: none */
 } pd_setup_side;
 
 /* How the flow gets from one instant to the next. */
@@ -2643,11 +2728,49 @@ typedef struct pd_setup_probe {
     char name[PD_SETUP_NAME];
     double at[PD_DIM]; /* [m] */
     unsigned fields;   /* bit k: pd_field k */
+    int line;          /* of the file */
 } pd_setup_probe;
+
+/* What is watched in a run, besides the probes. */
+typedef enum pd_monitor_kind {
+    PD_MONITOR_LINE = 0, /* fields along a straight line, at output times */
+    PD_MONITOR_PLANE,    /* what passes a plane of the lattice */
+    PD_MONITOR_FORCE,    /* of the flow on what a box holds */
+    PD_MONITOR_TRANSFER, /* metal from walls and solids in a box to the fluid */
+    PD_MONITOR_TOTAL     /* what a box holds */
+} pd_monitor_kind;
+
+/* The concentration of the fluid that a Sherwood number refers to. */
+typedef enum pd_against {
+    PD_AGAINST_VALUE = 0,
+    PD_AGAINST_INLET,
+    PD_AGAINST_BULK /* of the mixed stream, layer by layer of `axis` */
+} pd_against;
+
+typedef struct pd_setup_monitor {
+    pd_monitor_kind kind;
+    char name[PD_SETUP_NAME];
+    int line;                      /* of the file */
+    double lo[PD_DIM], hi[PD_DIM]; /* [m] the box; line: its ends */
+    unsigned fields, images;       /* line. bit k: pd_field k */
+    int points;                    /* line */
+    int axis;                      /* plane: across it; transfer: of the local values, -1: none */
+    int index;                     /* plane: between the cells index - 1 and index */
+    int balance;                   /* force: measured around the box, too */
+    double speed;                  /* [m/s] force: reference, 0: no coefficients */
+    double area;                   /* [m^(d-1)] force: reference; transfer: of the surface, 0: measured */
+    double length;                 /* [m] transfer: reference, 0: no Sherwood number */
+    double diffusivity;            /* [m2/s] transfer */
+    double surface, fluid;         /* [mol/m3] transfer: concentrations that drive */
+    pd_against against;
+} pd_setup_monitor;
 
 typedef struct pd_setup {
     char name[PD_SETUP_NAME];  /* of the case: the file without folder and ending */
     char folder[PD_PATH_SIZE]; /* of the output */
+    char source[PD_PATH_SIZE]; /* the file as it was named, for messages */
+    int line[PD_PART_COUNT];   /* of the file: the section of each part, 0: none */
+    int shape_line;            /* of the first solid, without solid of the first shape; 0: none */
     int threads;               /* 0: all */
     /* lattice and geometry */
     double m;                          /* [-] horizon ratio */
@@ -2702,6 +2825,8 @@ typedef struct pd_setup {
     double slice_at;        /* [m] */
     pd_setup_probe probe[PD_SETUP_PROBES];
     int probes;
+    pd_setup_monitor monitor[PD_SETUP_MONITORS];
+    int monitors;
     /* what the reader has to say about the file, a line each */
     char note[PD_SETUP_NOTES][200];
     int notes;
@@ -2717,6 +2842,8 @@ PD_API void pd_setup_free(pd_ctx *ctx, pd_setup *setup);
 #ifdef PDI_INTERNAL
 /* Name of a field in files: "C", "v", ... */
 PDI_FN const char *pdi_setup_field_name(pd_field field);
+/* Section of a kind of monitor: "line", ... */
+PDI_FN const char *pdi_setup_monitor_name(pd_monitor_kind kind);
 /* Why the field does not exist in this setup: "[flow]", "[transport]", ...; NULL: it does. */
 PDI_FN const char *pdi_setup_field_needs(const pd_setup *setup, pd_field field);
 /* "x-", "x+", "y-", ... */
@@ -2737,6 +2864,20 @@ PDI_FN void pdi_setup_note(pd_setup *setup, const char *format, ...) PD_PRINTF_L
 PDI_FN void pdi_setup_show(double value, const char *unit, char *text);
 /* name[PD_SETUP_NAME] and, when `folder` is not NULL, folder[PD_PATH_SIZE] of a path. */
 PDI_FN void pdi_setup_split_path(const char *path, char *name, char *folder);
+#endif
+
+#endif
+
+/* ======== >>syntax.h ======== */
+/* syntax: the sections of a scene and their keys, checked before anything is read: a misspelt key is reported as such
+ * and not by what is missing without it. */
+#ifndef PD_SYNTAX_H
+#define PD_SYNTAX_H
+
+#ifdef PDI_INTERNAL
+/* PD_ERR_PARSE or PD_ERR_ARGUMENT with file:line: a section or a key that no scene has, and the nearest that one has.
+ * Whether a key has an effect in this scene is left to pd_text_unused. */
+PDI_FN pd_status pdi_syntax_check(pd_ctx *ctx, const pd_text *text);
 #endif
 
 #endif
@@ -2772,6 +2913,25 @@ PDI_FN pd_status pdi_flat_read(pd_ctx *ctx, pd_text *text, const char *const *ov
 
 #endif
 
+/* ======== >>watch.h ======== */
+/* watch: reads from a scene what a run shall watch: probes, lines, planes, forces, mass transfer, totals. */
+#ifndef PD_WATCH_H
+#define PD_WATCH_H
+
+#ifdef PDI_INTERNAL
+/* All of these sections into the setup, whose physics, sides and box are known. PD_ERR_PARSE, PD_ERR_ARGUMENT with
+ * file:line. */
+PDI_FN pd_status pdi_watch_read(pd_ctx *ctx, pd_text *text, pd_setup *setup);
+/* Bits of the list of fields under `key`; what the list names must exist in this scene, the fallback need not. */
+PDI_FN pd_status pdi_watch_fields(pd_ctx *ctx, pd_text *text, const pd_setup *setup, int section, const char *key,
+                                  const char *fallback, unsigned *bits);
+/* "x 1 mm": an axis and a place [m] inside the box. */
+PDI_FN pd_status pdi_watch_place(pd_ctx *ctx, pd_text *text, const pd_setup *setup, int section, const char *key,
+                                 int *axis, double *at);
+#endif
+
+#endif
+
 /* ======== >>scene.h ======== */
 /* scene: reads a scene file, or a flat parameter file, into a setup.
  *
@@ -2795,6 +2955,11 @@ PDI_FN pd_status pdi_flat_read(pd_ctx *ctx, pd_text *text, const char *const *ov
  *   [output]     every  fields = C, v, p, kind, grain, phase, D, rate, density  images = ...  slice = z 0 um  prefix
  *                folder
  *   [probe NAME] at = x, y  fields = C, v
+ *   [line NAME]  from = x, y  to = x, y  points = 101 | spacing  fields  images
+ *   [plane NAME] at = x 1 mm
+ *   [force NAME] box = a .. b, c .. d  balance = yes|no  speed, length (3D: area): reference values of coefficients
+ *   [transfer NAME] box  along = x|y|z  length  surface = C there  fluid = inlet|bulk|C  D  area
+ *   [total NAME] box
  *
  * Named constants in numbers and expressions: Csat, Cs, and rho_m, M_m, z_m of the material.
  */
@@ -2822,6 +2987,7 @@ typedef struct pd_inlet {
     double centre[2 * PD_DIM][PD_DIM]; /* [m] of the open part; axisymmetric: 0 */
     double inner[2 * PD_DIM];   /* [m] axisymmetric, across the axis: least radius of the open part, 0: a tube */
     int first;                  /* first inlet side, -1: none */
+    int latest;                 /* the side that was measured last: the one that the build refuses */
 } pd_inlet;
 
 #define pd_inlet_build PD_NAME(pd_inlet_build)
@@ -2867,19 +3033,10 @@ PD_API double pd_wall_held(void *user, const double *x);
 #ifndef PD_MODEL_H
 #define PD_MODEL_H
 
-/* Parts that own memory, in the order of the summary. */
-typedef enum pd_part {
-    PD_PART_GRID = 0, /* stencil, lattice, bonds */
-    PD_PART_FLOW,     /* fields and steady solver */
-    PD_PART_TRANSPORT,
-    PD_PART_DISSOLVE,
-    PD_PART_GRAIN,
-    PD_PART_COUNT
-} pd_part;
-
 /* Objects point at each other: a built model must not be moved. Absent physics stays zero. */
 typedef struct pd_model {
     const pd_setup *setup;
+    int line;                 /* of the scene: what was being built when the build failed; 0: unknown */
     pd_stencil stencil;
     pd_grid grid;
     pd_bonds bonds;
@@ -2940,6 +3097,29 @@ PD_API void pd_observe_free(pd_ctx *ctx, pd_observables *o);
 
 #endif
 
+/* ======== >>sample.h ======== */
+/* sample: values of the fields of a model at nodes and at points. */
+#ifndef PD_SAMPLE_H
+#define PD_SAMPLE_H
+
+#ifdef PDI_INTERNAL
+/* "C [mol/m3]" */
+PDI_FN const char *pdi_sample_label(pd_field field);
+/* Value of a scalar field at a node, of v its length; 0 where the field has none. The metal left in a node is in
+ * `density`, C is what the fluid has dissolved. */
+PDI_FN double pdi_sample_node(const pd_model *m, pd_field field, int32_t node);
+/* Fill the ghosts of the concentration; once before pdi_sample_point is called for an instant. */
+PDI_FN void pdi_sample_prepare(pd_model *m);
+/* Value at the place x [m] of the box: C, v (its component) and p along their gradients, exact for linear fields, as
+ * the mean over the fluid cells that x touches, so that a point on a surface shows the fluid beside it; NaN where there
+ * is none. The other fields: of the cell. */
+PDI_FN double pdi_sample_point(const pd_model *m, pd_field field, int component, const double *x);
+/* 1 when x touches a cell of fluid or solid. */
+PDI_FN int pdi_sample_inside(const pd_model *m, const double *x);
+#endif
+
+#endif
+
 /* ======== >>output.h ======== */
 /* output: the files of a run: fields, pictures, diagnostics, probes, the curve of the volume loss.
  *
@@ -2967,7 +3147,6 @@ typedef struct pd_output {
     int64_t cells;
     double *time, *loss;      /* [rows] [h] and [-] */
     int64_t rows, room;
-    int32_t probe_node[PD_SETUP_PROBES];
 } pd_output;
 
 #define pd_output_open PD_NAME(pd_output_open)
@@ -2997,7 +3176,8 @@ PD_API void pd_output_free(pd_ctx *ctx, pd_output *out);
 typedef enum pd_print_kind {
     PD_PRINT_SUMMARY = 0, /* a line about the scene */
     PD_PRINT_NOTE = 1,    /* a line that the user should know: an ignored key, a conversion */
-    PD_PRINT_PROGRESS = 2 /* the share done and the time left; replaces the line before */
+    PD_PRINT_PROGRESS = 2, /* the share done and the time left; replaces the line before */
+    PD_PRINT_RESULT = 3   /* figures for scripts: "result case=... key=value ..." */
 } pd_print_kind;
 
 /* Text without newline; valid during the call. */
@@ -3007,6 +3187,68 @@ typedef void (*pd_print_fn)(void *user, pd_print_kind kind, const char *text);
 
 /* Describe a built model. */
 PD_API void pd_summary_print(const pd_model *model, pd_print_fn print, void *user);
+
+#endif
+
+/* ======== >>monitor.h ======== */
+/* monitor: what a run watches besides its fields: tables in time, profiles and plots, last values.
+ *
+ *   plane_up.csv, force_pin.csv, transfer_pin.csv, total_all.csv     one row a step
+ *   line_centre_000012_t6.1s.csv, line_centre_C_000012_t6.1s.png     at output times; likewise the local values of a
+ *                                                                    transfer
+ *
+ * Names of columns hold their units, "flow [m2/s]". Sherwood number: Sh = flux L / (area (C_surface - C_fluid) D); with
+ * the bulk concentration, area (C_surface - C_fluid) is summed over the layers.
+ */
+#ifndef PD_MONITOR_H
+#define PD_MONITOR_H
+
+#define PD_MONITOR_FIGURES 24
+
+typedef struct pd_monitor_figure {
+    char key[24], unit[16];
+    double value; /* [unit] */
+} pd_monitor_figure;
+
+typedef struct pd_monitor {
+    const pd_setup_monitor *desc;
+    pd_csv table;
+    int count;              /* of the figures */
+    pd_monitor_figure figure[PD_MONITOR_FIGURES];
+    int64_t seen;           /* force: flow solves that the figures know */
+    int columns, rows;      /* of the profile */
+    double *profile;        /* [rows][columns] [unit of the column] */
+    double *flux, *area, *fluid; /* [rows] [mol/s] [m^(d-1)] [mol/m3] transfer: of the layers */
+} pd_monitor;
+
+typedef struct pd_monitors {
+    pd_model *model;
+    char folder[PD_PATH_SIZE];
+    int line;                              /* of the scene: the section that the build refused */
+    pd_monitor monitor[PD_SETUP_MONITORS]; /* setup->monitors of them */
+} pd_monitors;
+
+#define pd_monitors_build PD_NAME(pd_monitors_build)
+#define pd_monitors_open PD_NAME(pd_monitors_open)
+#define pd_monitors_step PD_NAME(pd_monitors_step)
+#define pd_monitors_frame PD_NAME(pd_monitors_frame)
+#define pd_monitors_print PD_NAME(pd_monitors_print)
+#define pd_monitors_close PD_NAME(pd_monitors_close)
+#define pd_monitors_free PD_NAME(pd_monitors_free)
+
+/* Of all monitors of the setup; model is borrowed. PD_ERR_GEOMETRY: a probe in the wall, a box around a body that comes
+ * too close to other walls. */
+PD_API pd_status pd_monitors_build(pd_ctx *ctx, pd_model *model, pd_monitors *monitors);
+/* Start the tables in an existing folder. PD_ERR_FILE. */
+PD_API pd_status pd_monitors_open(pd_ctx *ctx, pd_monitors *monitors, const char *folder);
+/* A row of the tables. */
+PD_API pd_status pd_monitors_step(pd_ctx *ctx, pd_monitors *monitors);
+/* Profiles and plots of this instant, after its step. */
+PD_API pd_status pd_monitors_frame(pd_ctx *ctx, pd_monitors *monitors, int frame);
+/* A line "result case=... monitor=..." with the last figures of each table. */
+PD_API void pd_monitors_print(const pd_monitors *monitors, pd_print_fn print, void *user);
+PD_API pd_status pd_monitors_close(pd_ctx *ctx, pd_monitors *monitors);
+PD_API void pd_monitors_free(pd_ctx *ctx, pd_monitors *monitors);
 
 #endif
 
@@ -5559,6 +5801,14 @@ int64_t pd_grid_count(const pd_grid *grid, pd_kind kind)
     return count;
 }
 
+PDI_FN double pdi_grid_around(const pd_grid *grid, int32_t node, double out)
+{
+    double x[PD_DIM];
+    if (!grid->circumference) return 1.0;
+    pd_grid_position(grid, node, x);
+    return 2.0 * PDI_PI * fabs(x[PD_DIM - 1] + out);
+}
+
 /* The side of the box behind which index i lies; -1: inside; -2: behind an edge or corner. */
 static int pdi_grid_side(const pd_grid *grid, const int *i)
 {
@@ -6814,6 +7064,47 @@ pd_status pd_bonds_update(pd_ctx *ctx, const int32_t *changed, int32_t count, pd
     return pdi_bond_arrange(ctx, bonds);
 }
 
+/* Fluxes through the plane of the bonds that start at `node`, of index i. */
+static void pdi_bond_cross(const pd_bonds *bonds, int32_t node, const int *i, int axis, int index,
+                           pdi_bond_flux_fn flux, const void *user, pdi_sum *sum)
+{
+    const pd_stencil *s = bonds->stencil;
+    const pd_grid *grid = bonds->grid;
+    for (int k = 0; k < s->count; k++) {
+        if (i[axis] + s->offset[k * PD_DIM + axis] < index) continue;
+        /* bonds that would leave the arrays start behind a side ghost */
+        int inside = 1;
+        for (int d = 0; d < PD_DIM; d++) {
+            int far = i[d] + s->offset[k * PD_DIM + d];
+            inside = inside && far >= -grid->ghost && far < grid->n[d] + grid->ghost;
+        }
+        if (!inside) continue;
+        uint8_t far_kind = grid->kind[node + bonds->shift[k]];
+        if (grid->kind[node] != PD_FLUID && far_kind != PD_FLUID) continue;
+        int port = far_kind == PD_INLET || far_kind == PD_OUTLET;
+        if (port && i[axis] + s->offset[k * PD_DIM + axis] < grid->n[axis]) continue; /* passes a side beside */
+        if (!pdi_grid_open(far_kind) || pdi_bond_closed_group(bonds, node, k) >= 0) continue;
+        pdi_sum_add(sum, flux(user, node, k) * pdi_grid_circumference(grid, node));
+    }
+}
+
+PDI_FN double pdi_bond_section(const pd_bonds *bonds, int axis, int index, pdi_bond_flux_fn flux, const void *user)
+{
+    const pd_grid *grid = bonds->grid;
+    pdi_sum sum = {0.0, 0.0};
+    for (int32_t node = 0; node < grid->total; node++) {
+        int i[PD_DIM];
+        if (!pdi_grid_open(grid->kind[node])) continue;
+        pdi_grid_index(grid, node, i);
+        if (i[axis] >= index || i[axis] < index - bonds->stencil->reach) continue;
+        /* ghosts count before the box, not beside it: ports there belong to no plane, and an image repeats a bond of
+         * the box */
+        if (grid->kind[node] != PD_FLUID && i[axis] >= 0) continue;
+        pdi_bond_cross(bonds, node, i, axis, index, flux, user, &sum);
+    }
+    return pdi_sum_total(&sum);
+}
+
 pd_status pd_bonds_validate(pd_ctx *ctx, const pd_bonds *b)
 {
     const pd_stencil *s = b->stencil;
@@ -7455,30 +7746,28 @@ static void pdi_op_sweep_init(const pd_bonds *bonds, const double *f, const doub
 
 /* ---- gradient: G f_i = sum g (f_j - f_i); the sum of g over a whole family is zero (eq. 2.4) ---- */
 
-static void pdi_op_gradient_whole(const pdi_op_sweep *w, int32_t i, int count)
+static void pdi_op_slope_whole(const pd_bonds *bonds, const double *f, int32_t i, int count,
+                               double slope[PD_DIM][PDI_LANES])
 {
-    const pd_stencil *s = w->bonds->stencil;
-    double sum[PD_DIM][PDI_LANES];
-    memset(sum, 0, sizeof sum);
+    const pd_stencil *s = bonds->stencil;
+    memset(slope, 0, PD_DIM * sizeof *slope);
     for (int k = 0; k < s->count / 2; k++) {
-        const double *far = w->f + i + w->bonds->shift[k], *back = w->f + i - w->bonds->shift[k];
-        const double *g = s->grad + k * PD_DIM;
+        const double *far = f + i + bonds->shift[k], *back = f + i - bonds->shift[k], *g = s->grad + k * PD_DIM;
         for (int d = 0; d < PD_DIM; d++)
-            for (int b = 0; b < count; b++) sum[d][b] += g[d] * (far[b] - back[b]);
+            for (int b = 0; b < count; b++) slope[d][b] += g[d] * (far[b] - back[b]);
     }
-    for (int d = 0; d < PD_DIM; d++) memcpy(w->out + (int64_t)d * w->total + i, sum[d], (size_t)count * sizeof(double));
 }
 
 /* K^-1 sum w xi (f_j - f_i) with the moments K of the open bonds (eq. 3.5). */
-static void pdi_op_gradient_cut(const pdi_op_sweep *w, int32_t r, int count)
+static void pdi_op_slope_cut(const pd_bonds *bonds, const double *field, int32_t r, int count,
+                             double slope[PD_DIM][PDI_LANES])
 {
-    const pd_bonds *bonds = w->bonds;
     const pd_stencil *s = bonds->stencil;
     int32_t i = bonds->node[r];
     double sum[PD_DIM][PDI_LANES], open[PDI_LANES];
     memset(sum, 0, sizeof sum);
     for (int k = 0; k < s->count; k++) {
-        const double *far = w->f + i + bonds->shift[k], *f = w->f + i, *xi = s->xi + k * PD_DIM;
+        const double *far = field + i + bonds->shift[k], *f = field + i, *xi = s->xi + k * PD_DIM;
         double base = s->base[k];
         pdi_lanes lanes = pdi_bond_open_lanes(bonds, r, k, count, open);
         if (lanes == PDI_LANES_NONE) continue;
@@ -7493,9 +7782,29 @@ static void pdi_op_gradient_cut(const pdi_op_sweep *w, int32_t r, int count)
         for (int d = 0; d < PD_DIM; d++) {
             double value = 0.0;
             for (int e = 0; e < PD_DIM; e++) value += inverse[d * PD_DIM + e] * sum[e][b];
-            w->out[(int64_t)d * w->total + i + b] = value;
+            slope[d][b] = value;
         }
     }
+}
+
+static void pdi_op_gradient_put(const pdi_op_sweep *w, int32_t i, int count, double slope[PD_DIM][PDI_LANES])
+{
+    for (int d = 0; d < PD_DIM; d++)
+        memcpy(w->out + (int64_t)d * w->total + i, slope[d], (size_t)count * sizeof(double));
+}
+
+static void pdi_op_gradient_whole(const pdi_op_sweep *w, int32_t i, int count)
+{
+    double slope[PD_DIM][PDI_LANES];
+    pdi_op_slope_whole(w->bonds, w->f, i, count, slope);
+    pdi_op_gradient_put(w, i, count, slope);
+}
+
+static void pdi_op_gradient_cut(const pdi_op_sweep *w, int32_t r, int count)
+{
+    double slope[PD_DIM][PDI_LANES];
+    pdi_op_slope_cut(w->bonds, w->f, r, count, slope);
+    pdi_op_gradient_put(w, w->bonds->node[r], count, slope);
 }
 
 void pd_op_gradient(const pd_ctx *ctx, const pd_bonds *bonds, const double *f, double *grad)
@@ -7507,23 +7816,11 @@ void pd_op_gradient(const pd_ctx *ctx, const pd_bonds *bonds, const double *f, d
 
 PDI_FN double pdi_op_sample(const pd_bonds *bonds, const double *f, int32_t node, const double *x)
 {
-    const pd_stencil *s = bonds->stencil;
-    int32_t r = bonds->row[node];
-    double sum[PD_DIM], at[PD_DIM], value = f[node];
-    for (int d = 0; d < PD_DIM; d++) sum[d] = 0.0;
-    for (int k = 0; k < s->count; k++) {
-        int32_t j = node + bonds->shift[k];
-        if (r >= 0 && (!pdi_bond_open(bonds, r, k) || bonds->grid->kind[j] == PD_INLET)) continue;
-        for (int d = 0; d < PD_DIM; d++)
-            sum[d] += (r < 0 ? s->grad[k * PD_DIM + d] : s->base[k] * s->xi[k * PD_DIM + d]) * (f[j] - f[node]);
-    }
+    double slope[PD_DIM][PDI_LANES], at[PD_DIM], value = f[node];
+    if (bonds->row[node] < 0) pdi_op_slope_whole(bonds, f, node, 1, slope);
+    else pdi_op_slope_cut(bonds, f, bonds->row[node], 1, slope);
     pd_grid_position(bonds->grid, node, at);
-    for (int d = 0; d < PD_DIM; d++) {
-        double slope = r < 0 ? sum[d] : 0.0;
-        for (int e = 0; e < PD_DIM && r >= 0; e++)
-            slope += bonds->moment[(int64_t)r * PD_DIM * PD_DIM + d * PD_DIM + e] * sum[e];
-        value += slope * (x[d] - at[d]);
-    }
+    for (int d = 0; d < PD_DIM; d++) value += slope[d][0] * (x[d] - at[d]);
     return value;
 }
 
@@ -8985,12 +9282,13 @@ static void pdi_compact_fill_cell(pd_compact *c, int64_t cell, int32_t node, dou
                                   const pdi_compact_convection *v, const pdi_compact_faces *faces)
 {
     const pd_grid *grid = c->grid;
-    double wall = 0.0, measure = pdi_grid_measure(grid, node), mass = measure * c->mass[cell];
+    double wall = 0.0, around = pdi_grid_circumference(grid, node), mass = around * c->mass[cell];
     for (int d = 0; d < PD_DIM; d++) {
         const double *u = v->u ? v->u + (int64_t)d * grid->total : NULL;
         for (int up = 0; up < 2; up++) {
             int32_t other = up ? node + grid->stride[d] : node - grid->stride[d];
-            double face = 0.5 * (measure + pdi_grid_measure(grid, other)), inverse = face / (grid->h[d] * grid->h[d]);
+            double face = 0.5 * (around + pdi_grid_circumference(grid, other));
+            double inverse = face / (grid->h[d] * grid->h[d]);
             uint8_t kind = grid->kind[other];
             double diffusivity = field ? field[node] : constant;
             if (kind == PD_FLUID) {
@@ -9155,13 +9453,14 @@ pd_status pd_file_make_directory(pd_ctx *ctx, const char *path)
 
 pd_status pd_file_join(pd_ctx *ctx, const char *directory, const char *name, char *path)
 {
-    size_t length = strlen(directory);
-    const char *slash = length == 0 || directory[length - 1] == '/' ? "" : "/";
+    size_t length = strlen(directory), size = strlen(name) + 1;
     path[0] = 0;
-    if (length + strlen(name) + 2 > PD_PATH_SIZE)
+    if (length + size + 1 > PD_PATH_SIZE)
         return pdi_fail(ctx, PD_ERR_SIZE, "file", "the path '%.60s.../%.60s' is longer than %d characters", directory,
                         name, PD_PATH_SIZE - 1);
-    snprintf(path, PD_PATH_SIZE, "%s%s%s", directory, slash, name);
+    memcpy(path, directory, length);
+    if (length > 0 && directory[length - 1] != '/') path[length++] = '/';
+    memcpy(path + length, name, size);
     return PD_OK;
 }
 
@@ -12569,18 +12868,38 @@ static pd_status pdi_csv_head(pd_ctx *ctx, pd_file *file, const char *comment, c
     return pdi_file_text(ctx, file, "\n");
 }
 
+static pd_status pdi_csv_values(pd_ctx *ctx, pd_file *file, const double *values, int columns)
+{
+    char row[PD_CSV_COLUMNS * PDI_NUMBER_SIZE];
+    size_t used = 0;
+    for (int k = 0; k < columns; k++) {
+        if (k) row[used++] = ',';
+        pdi_file_number(values[k], row + used);
+        used += strlen(row + used);
+    }
+    row[used++] = '\n';
+    return pdi_file_write(ctx, file, row, used);
+}
+
+pd_status pd_csv_write(pd_ctx *ctx, const char *path, const char *comment, const char *const *names, int columns,
+                       const double *values, int64_t rows)
+{
+    pd_file file;
+    PDI_TRY(pdi_csv_check_names(ctx, path, names, columns));
+    PDI_TRY(pdi_file_create(ctx, path, &file));
+    pd_status status = pdi_csv_head(ctx, &file, comment, names, columns);
+    for (int64_t k = 0; k < rows && status == PD_OK; k++)
+        status = pdi_csv_values(ctx, &file, values + k * columns, columns);
+    if (status == PD_OK) return pdi_file_commit(ctx, &file);
+    pdi_file_abandon(&file);
+    return status;
+}
+
 pd_status pd_csv_create(pd_ctx *ctx, const char *path, const char *comment, const char *const *names, int columns,
                         pd_csv *csv)
 {
     memset(csv, 0, sizeof *csv);
-    PDI_TRY(pdi_csv_check_names(ctx, path, names, columns));
-    PDI_TRY(pdi_file_create(ctx, path, &csv->file));
-    pd_status status = pdi_csv_head(ctx, &csv->file, comment, names, columns);
-    if (status != PD_OK) {
-        pdi_file_abandon(&csv->file);
-        return status;
-    }
-    PDI_TRY(pdi_file_commit(ctx, &csv->file));
+    PDI_TRY(pd_csv_write(ctx, path, comment, names, columns, NULL, 0));
     PDI_TRY(pdi_file_append(ctx, path, &csv->file));
     csv->columns = columns;
     return PD_OK;
@@ -12588,15 +12907,7 @@ pd_status pd_csv_create(pd_ctx *ctx, const char *path, const char *comment, cons
 
 pd_status pd_csv_row(pd_ctx *ctx, pd_csv *csv, const double *values)
 {
-    char row[PD_CSV_COLUMNS * PDI_NUMBER_SIZE];
-    size_t used = 0;
-    for (int k = 0; k < csv->columns; k++) {
-        if (k) row[used++] = ',';
-        pdi_file_number(values[k], row + used);
-        used += strlen(row + used);
-    }
-    row[used++] = '\n';
-    PDI_TRY(pdi_file_write(ctx, &csv->file, row, used));
+    PDI_TRY(pdi_csv_values(ctx, &csv->file, values, csv->columns));
     return pdi_file_flush(ctx, &csv->file);
 }
 
@@ -13085,44 +13396,15 @@ PDI_FN double pdi_flow_bond_flux(const pd_flow *flow, int32_t i, int k)
     return flux - flow->tau * pdi_bond_lap(flow->bonds, i)[k] * tie;
 }
 
-/* 1 when index i lies outside of the box along `axis` only. */
-static int pdi_flow_repeats(const pd_grid *grid, int axis, const int *i)
+static double pdi_flow_section_bond(const void *user, int32_t i, int k)
 {
-    for (int d = 0; d < PD_DIM; d++)
-        if (d != axis && (i[d] < 0 || i[d] >= grid->n[d])) return 0;
-    return 1;
+    return pdi_flow_bond_flux((const pd_flow *)user, i, k);
 }
 
-/* Bonds that start before the plane and end behind it; each pair of nodes counts once. */
 double pd_flow_section(pd_ctx *ctx, pd_flow *flow, int axis, int index)
 {
-    const pd_stencil *s = flow->bonds->stencil;
-    const pd_grid *grid = flow->grid;
-    double sum = 0.0;
     pd_flow_prepare(ctx, flow);
-    for (int32_t node = 0; node < grid->total; node++) {
-        int i[PD_DIM];
-        if (!pdi_grid_open(grid->kind[node]) || grid->kind[node] == PD_OUTLET) continue;
-        pdi_grid_index(grid, node, i);
-        if (i[axis] >= index || i[axis] < index - s->reach) continue;
-        /* images count where the flow itself repeats, not beside it */
-        if (grid->kind[node] == PD_IMAGE && !pdi_flow_repeats(grid, axis, i)) continue;
-        for (int k = 0; k < s->count; k++) {
-            if (i[axis] + s->offset[k * PD_DIM + axis] < index) continue;
-            /* bonds that would leave the arrays start behind a side ghost */
-            int inside = 1;
-            for (int d = 0; d < PD_DIM; d++) {
-                int far = i[d] + s->offset[k * PD_DIM + d];
-                inside = inside && far >= -grid->ghost && far < grid->n[d] + grid->ghost;
-            }
-            if (!inside) continue;
-            uint8_t far_kind = grid->kind[node + flow->bonds->shift[k]];
-            if (grid->kind[node] != PD_FLUID && far_kind != PD_FLUID) continue;
-            if (!pdi_grid_open(far_kind) || pdi_bond_closed_group(flow->bonds, node, k) >= 0) continue;
-            sum += pdi_flow_bond_flux(flow, node, k) * s->volume * pdi_grid_measure(grid, node);
-        }
-    }
-    return sum;
+    return pdi_bond_section(flow->bonds, axis, index, pdi_flow_section_bond, flow) * flow->bonds->stencil->volume;
 }
 
 double pd_flow_section_nodes(pd_ctx *ctx, const pd_flow *flow, int axis, int index)
@@ -13135,7 +13417,7 @@ double pd_flow_section_nodes(pd_ctx *ctx, const pd_flow *flow, int axis, int ind
         if (grid->kind[node] != PD_FLUID) continue;
         pdi_grid_index(grid, node, i);
         if (i[axis] != index) continue;
-        sum += flow->u[(int64_t)axis * grid->total + node] * face * pdi_grid_measure(grid, node);
+        sum += flow->u[(int64_t)axis * grid->total + node] * face * pdi_grid_circumference(grid, node);
     }
     return sum;
 }
@@ -13256,15 +13538,6 @@ static int pdi_force_inside(const pd_grid *grid, const double *lo, const double 
     return 1;
 }
 
-/* Circumference at the distance `out` outwards from the node; 1 on a planar grid. */
-static double pdi_force_around(const pd_grid *grid, int32_t node, double out)
-{
-    double x[PD_DIM];
-    if (!grid->circumference) return 1.0;
-    pd_grid_position(grid, node, x);
-    return 2.0 * PDI_PI * fabs(x[PD_DIM - 1] + out);
-}
-
 /* Around an axis radial forces cancel. */
 static void pdi_force_cancel(const pd_grid *grid, double *force)
 {
@@ -13287,7 +13560,7 @@ static void pdi_force_press(const pd_flow *flow, int32_t r, const double *lo, co
         if (!pdi_force_inside(flow->grid, lo, hi, at)) continue;
         for (int d = 0; d < PD_DIM; d++)
             p += t * s->xi[k * PD_DIM + d] * flow->grad[(int64_t)d * flow->grid->total + node];
-        double volume = s->volume * pdi_force_around(flow->grid, node, 0.5 * s->xi[k * PD_DIM + PD_DIM - 1]);
+        double volume = s->volume * pdi_grid_around(flow->grid, node, 0.5 * s->xi[k * PD_DIM + PD_DIM - 1]);
         for (int d = 0; d < PD_DIM; d++) press[d] += 2.0 * volume * s->grad[k * PD_DIM + d] * p;
     }
 }
@@ -13301,7 +13574,7 @@ static void pdi_force_rub(const pd_flow *flow, int32_t r, double *rub)
     for (int d = 0; d < PD_DIM; d++) {
         int64_t at = (int64_t)d * total + node;
         double drive = flow->drive ? flow->drive[at] : 0.0;
-        rub[d] = bonds->stencil->volume * pdi_grid_measure(flow->grid, node) *
+        rub[d] = bonds->stencil->volume * pdi_grid_circumference(flow->grid, node) *
                  (flow->nu * (bonds->wall_lap[r] * flow->u[at] - drive) -
                   bonds->wall_curv[r] * (flow->grad[at] - flow->force[d]));
     }
@@ -13403,7 +13676,7 @@ static pd_status pdi_force_sides(pd_ctx *ctx, const pd_flow *flow, const int *fi
                 if (grid->kind[node + k * stride] != PD_FLUID)
                     return pdi_fail(ctx, PD_ERR_GEOMETRY, "force",
                                     "a side of the box, axis %d, comes within two cells of a closed node", axis);
-            double area = face * pdi_force_around(grid, node, axis == PD_DIM - 1 ? -0.5 * grid->h[axis] : 0.0);
+            double area = face * pdi_grid_around(grid, node, axis == PD_DIM - 1 ? -0.5 * grid->h[axis] : 0.0);
             pdi_force_pass(flow, node, axis, pass);
             for (int d = 0; d < PD_DIM; d++) pdi_sum_add(&sum[d], (side ? -1.0 : 1.0) * flow->rho * area * pass[d]);
             more = 0;
@@ -13434,7 +13707,7 @@ pd_status pd_force_balance(pd_ctx *ctx, pd_flow *flow, const double *lo, const d
         int i[PD_DIM], inside = grid->kind[node] == PD_FLUID;
         pdi_grid_index(grid, node, i);
         for (int d = 0; d < PD_DIM; d++) inside = inside && i[d] >= first[d] && i[d] <= last[d];
-        if (inside) fluid += pdi_grid_measure(grid, node);
+        if (inside) fluid += pdi_grid_circumference(grid, node);
     }
     for (int d = 0; d < PD_DIM; d++)
         force[d] = pdi_sum_total(&sum[d]) + flow->rho * flow->force[d] * fluid * flow->bonds->stencil->volume;
@@ -15358,7 +15631,7 @@ static pd_status pdi_transport_setup(pd_ctx *ctx, pd_transport *t)
         double drain = t->absorb[node] + (t->diffusion.hold ? t->diffusion.hold[node] : 0.0);
         if (grid->kind[node] != PD_FLUID || !(drain > 0.0)) continue;
         pdi_grid_index(grid, node, i);
-        c->mass[pdi_compact_cell(grid, i)] += (float)(drain * pdi_grid_measure(grid, node));
+        c->mass[pdi_compact_cell(grid, i)] += (float)(drain * pdi_grid_circumference(grid, node));
     }
     return pd_multigrid_setup(ctx, &t->mg, c->active, (const float *const *)c->conduct,
                               t->flow ? (const float *const *)c->flux : NULL, c->wall, c->mass);
@@ -15423,17 +15696,17 @@ static void pdi_transport_boundary(pd_transport *t)
     const pd_grid *grid = t->grid;
     for (int32_t i = 0; i < grid->total; i++) {
         if (grid->kind[i] != PD_FLUID) continue;
-        double measure = pdi_grid_measure(grid, i);
+        double around = pdi_grid_circumference(grid, i);
         if (t->diffusion.hold) {
             double gain = t->diffusion.drive[i] - t->diffusion.hold[i] * t->c[i];
-            pdi_sum_add(gain > 0.0 ? &in : &out, fabs(gain) * measure);
+            pdi_sum_add(gain > 0.0 ? &in : &out, fabs(gain) * around);
         }
         if (!pdi_transport_sees_ends(t, i, 1)) continue;
         for (int k = 0; k < t->bonds->stencil->count; k++) {
             if (!pdi_transport_open(t, i, k)) continue;
             uint8_t far_kind = grid->kind[i + t->bonds->shift[k]];
-            if (far_kind == PD_OUTLET) pdi_sum_add(&out, measure * pdi_transport_bond_flux(t, t->c, i, k));
-            if (far_kind == PD_INLET) pdi_sum_add(&in, -measure * pdi_transport_bond_flux(t, t->c, i, k));
+            if (far_kind == PD_OUTLET) pdi_sum_add(&out, around * pdi_transport_bond_flux(t, t->c, i, k));
+            if (far_kind == PD_INLET) pdi_sum_add(&in, -around * pdi_transport_bond_flux(t, t->c, i, k));
         }
     }
     t->outflow = pdi_sum_total(&out) * t->bonds->stencil->volume;
@@ -15635,11 +15908,54 @@ pd_status pd_transport_explicit(pd_ctx *ctx, pd_transport *t, double dt)
     return PD_OK;
 }
 
+/* Upwinded flux [mol/m3/s] of bond k of node i. One of both ends is fluid, the flux is told from there. */
+static double pdi_transport_section_bond(const void *user, int32_t i, int k)
+{
+    const pd_transport *t = (const pd_transport *)user;
+    if (t->grid->kind[i] == PD_FLUID) return pdi_transport_bond_flux(t, t->c, i, k);
+    return -pdi_transport_bond_flux(t, t->c, i + t->bonds->shift[k], t->bonds->stencil->count - 1 - k);
+}
+
+/* The same of its antidiffusive flux with the present ratios (eq. 5.4). Ports have none. */
+static double pdi_transport_section_anti(const void *user, int32_t i, int k)
+{
+    const pd_transport *t = (const pd_transport *)user;
+    double flux, bond, upwind;
+    int32_t j = i + t->bonds->shift[k];
+    if (t->grid->kind[i] != PD_FLUID) return -pdi_transport_section_anti(t, j, t->bonds->stencil->count - 1 - k);
+    if (t->grid->kind[j] == PD_INLET || t->grid->kind[j] == PD_OUTLET) return 0.0;
+    pdi_transport_bond(t, i, k, &flux, &bond, &upwind);
+    int falls = t->c[i] > t->c[j];
+    double alpha = fmin(falls ? t->up[i] : t->down[i], falls ? t->down[j] : t->up[j]);
+    return alpha * upwind * (t->c[i] - t->c[j]);
+}
+
+double pd_transport_section(pd_ctx *ctx, pd_transport *t, int axis, int index)
+{
+    double low, anti;
+    pdi_sum sum = {0.0, 0.0};
+    (void)ctx;
+    pd_ghosts_scalar(&t->bonds->ghosts, t->c);
+    low = pdi_bond_section(t->bonds, axis, index, pdi_transport_section_bond, t);
+    /* What passes the plane is all that the nodes before it gain: the fluxes between them cancel. Through a periodic
+     * axis they gain at its other end too. */
+    for (int32_t node = 0; node < t->grid->total; node++) {
+        int i[PD_DIM];
+        if (t->grid->kind[node] != PD_FLUID) continue;
+        pdi_grid_index(t->grid, node, i);
+        if (i[axis] < index) pdi_sum_add(&sum, t->anti[node] * pdi_grid_circumference(t->grid, node));
+    }
+    anti = pdi_sum_total(&sum);
+    if (t->grid->side[2 * axis] == PD_SIDE_PERIODIC && t->flow && t->desc.advection == PD_ADVECTION_LIMITED)
+        anti = pdi_bond_section(t->bonds, axis, index, pdi_transport_section_anti, t);
+    return (low - anti) * t->bonds->stencil->volume;
+}
+
 static double pdi_transport_total(const pd_transport *t, const double *field)
 {
     pdi_sum sum = {0.0, 0.0};
     for (int32_t i = 0; i < t->grid->total; i++)
-        if (t->grid->kind[i] == PD_FLUID) pdi_sum_add(&sum, field[i] * pdi_grid_measure(t->grid, i));
+        if (t->grid->kind[i] == PD_FLUID) pdi_sum_add(&sum, field[i] * pdi_grid_circumference(t->grid, i));
     return pdi_sum_total(&sum) * t->bonds->stencil->volume;
 }
 
@@ -15965,7 +16281,7 @@ static double pdi_dissolve_area(const pd_dissolve *d, int32_t j, int k)
 /* Volume of node j over that of node i. */
 static double pdi_dissolve_over(const pd_dissolve *d, int32_t j, int32_t i)
 {
-    return pdi_grid_measure(d->grid, j) / pdi_grid_measure(d->grid, i);
+    return pdi_grid_circumference(d->grid, j) / pdi_grid_circumference(d->grid, i);
 }
 
 /* Far end of bond k of node i. Ghosts behind a side of the box stand for their images, so that a front that meets a
@@ -16286,7 +16602,7 @@ double pd_dissolve_stock(pd_ctx *ctx, const pd_dissolve *d)
     pdi_sum sum = {0.0, 0.0};
     (void)ctx;
     for (int32_t j = 0; j < d->grid->total; j++)
-        if (d->grid->kind[j] == PD_SOLID) pdi_sum_add(&sum, d->transport->c[j] * pdi_grid_measure(d->grid, j));
+        if (d->grid->kind[j] == PD_SOLID) pdi_sum_add(&sum, d->transport->c[j] * pdi_grid_circumference(d->grid, j));
     return pdi_sum_total(&sum) * d->bonds->stencil->volume;
 }
 
@@ -16302,6 +16618,148 @@ void pd_dissolve_free(pd_ctx *ctx, pd_dissolve *d)
     PDI_DELETE(ctx, d->changed_capacity, d->changed);
     memset(d, 0, sizeof *d);
 }
+
+/* ======== >>measure.c ======== */
+/* measure: see measure.h */
+#include <math.h>
+#include <string.h>
+
+/* Surfaces and nodes often lie on the bounds that the caller gives: cells that count as inside beyond them. */
+#define PDI_MEASURE_SLACK 1e-6
+
+static int pdi_measure_inside(const pd_grid *grid, int32_t node, const double *lo, const double *hi)
+{
+    double x[PD_DIM];
+    pd_grid_position(grid, node, x);
+    for (int d = 0; d < PD_DIM; d++) {
+        double slack = PDI_MEASURE_SLACK * grid->h[d];
+        if (!(x[d] >= lo[d] - slack) || !(x[d] <= hi[d] + slack)) return 0;
+    }
+    return 1;
+}
+
+/* ---- plane ---- */
+
+/* Means over the faces of the plane: the value on a face is the mean of both cells. */
+static void pdi_measure_faces(const pd_bonds *bonds, const pd_flow *flow, const pd_transport *transport, int axis,
+                              int index, pd_measure_plane_result *r)
+{
+    const pd_grid *grid = bonds->grid;
+    pdi_sum pressure = {0.0, 0.0}, mean = {0.0, 0.0}, stream = {0.0, 0.0}, carried = {0.0, 0.0};
+    double faces = 0.0;
+    for (int32_t node = 0; node < grid->total; node++) {
+        int i[PD_DIM];
+        int32_t before = node - grid->stride[axis];
+        if (grid->kind[node] != PD_FLUID) continue;
+        pdi_grid_index(grid, node, i);
+        if (i[axis] != index || grid->kind[before] != PD_FLUID) continue;
+        double c = transport ? 0.5 * (transport->c[before] + transport->c[node]) : 0.0;
+        double face = 0.5 * (pdi_grid_circumference(grid, before) + pdi_grid_circumference(grid, node));
+        faces += face;
+        pdi_sum_add(&mean, face * c);
+        if (!flow) continue;
+        const double *u = flow->u + (int64_t)axis * grid->total;
+        pdi_sum_add(&pressure, face * 0.5 * (flow->p[before] + flow->p[node]));
+        pdi_sum_add(&stream, face * 0.5 * (u[before] + u[node]));
+        pdi_sum_add(&carried, face * 0.5 * (u[before] + u[node]) * c);
+    }
+    r->area = faces * bonds->stencil->volume / grid->h[axis];
+    r->mean = pdi_sum_total(&mean) / faces;
+    r->bulk = pdi_sum_total(&carried) / pdi_sum_total(&stream);
+    r->pressure = flow ? flow->rho * pdi_sum_total(&pressure) / faces : 0.0;
+}
+
+void pd_measure_plane(pd_ctx *ctx, const pd_bonds *bonds, pd_flow *flow, pd_transport *transport, int axis, int index,
+                      pd_measure_plane_result *r)
+{
+    memset(r, 0, sizeof *r);
+    pdi_measure_faces(bonds, flow, transport, axis, index, r);
+    if (flow) r->flow = pd_flow_section(ctx, flow, axis, index);
+    if (transport) r->species = pd_transport_section(ctx, transport, axis, index);
+    r->speed = r->flow / r->area;
+}
+
+/* ---- exchange ---- */
+
+/* Area of the surfaces that give metal, as row r sees it: each of its bonds that ends behind one stands for
+ * c(n) V. */
+static double pdi_measure_area(const pd_transport *t, const pd_dissolve *dissolve, int32_t r)
+{
+    const pd_bonds *bonds = t->bonds;
+    const pd_stencil *s = bonds->stencil;
+    int32_t node = bonds->node[r];
+    double sum = 0.0, x[PD_DIM];
+    for (int k = 0; k < s->count; k++) {
+        if (!(s->area[k] > 0.0) || pdi_grid_open(t->grid->kind[node + bonds->shift[k]])) continue;
+        int32_t cell = node + bonds->cell_shift[s->group_cell[pdi_bond_closed_group(bonds, node, k)]];
+        int gives = dissolve && t->grid->kind[cell] == PD_SOLID;
+        if (!gives && t->desc.held) {
+            pdi_bond_meet(bonds, r, k, x);
+            gives = t->desc.held(t->desc.user, x) >= 0.0;
+        }
+        if (gives) sum += s->area[k] * s->volume * pdi_grid_around(t->grid, node, 0.5 * s->xi[(k + 1) * PD_DIM - 1]);
+    }
+    return sum;
+}
+
+void pd_measure_exchange(pd_ctx *ctx, const pd_transport *t, const pd_dissolve *dissolve, const double *lo,
+                         const double *hi, int axis, double *flux, double *area)
+{
+    const pd_bonds *bonds = t->bonds;
+    const pd_grid *grid = t->grid;
+    int layers = axis < 0 ? 1 : grid->n[axis];
+    (void)ctx;
+    for (int k = 0; k < layers; k++) flux[k] = area[k] = 0.0;
+    for (int32_t r = 0; r < bonds->rows; r++) {
+        int i[PD_DIM];
+        int32_t node = bonds->node[r];
+        if (!pdi_measure_inside(grid, node, lo, hi)) continue;
+        pdi_grid_index(grid, node, i);
+        int k = axis < 0 ? 0 : i[axis];
+        double gain = t->source[node] - t->absorb[node] * t->c[node];
+        if (t->diffusion.hold) gain += t->diffusion.drive[node] - t->diffusion.hold[node] * t->c[node];
+        flux[k] += gain * bonds->stencil->volume * pdi_grid_circumference(grid, node);
+        area[k] += pdi_measure_area(t, dissolve, r);
+    }
+}
+
+/* ---- box ---- */
+
+void pd_measure_box(pd_ctx *ctx, const pd_bonds *bonds, const pd_flow *flow, const pd_transport *transport,
+                    const pd_dissolve *dissolve, const double *lo, const double *hi, pd_measure_box_result *r)
+{
+    const pd_grid *grid = bonds->grid;
+    pdi_sum energy = {0.0, 0.0}, dissolved = {0.0, 0.0}, solid = {0.0, 0.0}, momentum[PD_DIM];
+    double nodes = 0.0, volume = bonds->stencil->volume;
+    (void)ctx;
+    memset(r, 0, sizeof *r);
+    memset(momentum, 0, sizeof momentum);
+    r->least = r->most = (double)NAN;
+    for (int32_t i = 0; i < grid->total; i++) {
+        int fluid = grid->kind[i] == PD_FLUID;
+        if ((!fluid && grid->kind[i] != PD_SOLID) || !pdi_measure_inside(grid, i, lo, hi)) continue;
+        double around = pdi_grid_circumference(grid, i);
+        if (!fluid && dissolve) pdi_sum_add(&solid, around * transport->c[i]);
+        if (!fluid) continue;
+        nodes += around;
+        for (int d = 0; d < PD_DIM && flow; d++) {
+            double u = flow->u[(int64_t)d * grid->total + i];
+            if (!grid->circumference || d < PD_DIM - 1) pdi_sum_add(&momentum[d], around * u); /* radial ones cancel */
+            pdi_sum_add(&energy, 0.5 * around * u * u);
+        }
+        if (!transport) continue;
+        pdi_sum_add(&dissolved, around * transport->c[i]);
+        r->least = fmin(r->least, transport->c[i]);
+        r->most = fmax(r->most, transport->c[i]);
+    }
+    r->volume = nodes * volume;
+    r->dissolved = pdi_sum_total(&dissolved) * volume;
+    r->solid = pdi_sum_total(&solid) * volume;
+    r->energy = flow ? flow->rho * volume * pdi_sum_total(&energy) : 0.0;
+    for (int d = 0; d < PD_DIM; d++) r->momentum[d] = flow ? flow->rho * volume * pdi_sum_total(&momentum[d]) : 0.0;
+}
+
+#undef PDI_MEASURE_SLACK
 
 /* ======== >>couple.c ======== */
 /* couple: see couple.h */
@@ -16560,6 +17018,12 @@ PDI_FN const char *pdi_setup_field_needs(const pd_setup *setup, pd_field field)
     return NULL;
 }
 
+PDI_FN const char *pdi_setup_monitor_name(pd_monitor_kind kind)
+{
+    static const char *const names[] = {"line", "plane", "force", "transfer", "total"};
+    return names[kind];
+}
+
 PDI_FN const char *pdi_setup_side_name(int side) { return pdi_setup_sides[side]; }
 
 PDI_FN const pd_expr_symbol *pdi_setup_position(void) { return pdi_setup_axes; }
@@ -16647,6 +17111,95 @@ PDI_FN void pdi_setup_split_path(const char *path, char *name, char *folder)
     memcpy(folder, path, above);
     folder[above] = '\0';
 }
+
+/* ======== >>syntax.c ======== */
+/* syntax: see syntax.h */
+#include <stdio.h>
+#include <string.h>
+
+typedef struct pdi_syntax_section {
+    const char *name, *keys; /* keys in the order of the guide */
+} pdi_syntax_section;
+
+static const pdi_syntax_section pdi_syntax_table[] = {
+    {"grid", "h, m, box, geometry, threads"},
+    {"shape", "box, ball, cylinder, half_space, mask, raw, union, intersect, difference, radius, centre, point, "
+              "normal, corner, cell, size, outside, kind, material, grains, grain_spread, grain_seed, boundary_width"},
+    {"side", "flow, profile, mean, flow_rate, vx, vy, vz, p, velocity, C"},
+    {"flow", "rho, mu, steady, force, speed, length, time, vx, vy, vz, rtol, eos, c0"},
+    {"transport", "D, initial, advection, time"},
+    {"dissolve", "rate, law, Csat, Cs, gb_factor, threshold"},
+    {"run", "until, rtol, fraction, max_step"},
+    {"output", "every, fields, images, slice, prefix, folder"},
+    {"probe", "at, fields"},
+    {"line", "from, to, points, spacing, fields, images"},
+    {"plane", "at"},
+    {"force", "box, balance, speed, length, area"},
+    {"transfer", "box, along, length, surface, fluid, D, area"},
+    {"total", "box"}};
+#define PDI_SYNTAX_SECTIONS ((int)(sizeof pdi_syntax_table / sizeof pdi_syntax_table[0]))
+
+/* 1 when the comma-separated list holds the word; offers all its words to near_word. */
+static int pdi_syntax_listed(const char *list, const char *word, pdi_units_near *near_word)
+{
+    while (*list) {
+        char item[PD_TEXT_WORD];
+        size_t size = strcspn(list, ",");
+        PD_ASSERT(size < sizeof item);
+        memcpy(item, list, size);
+        item[size] = '\0';
+        if (strcmp(item, word) == 0) return 1;
+        pdi_units_offer(near_word, item);
+        list += size;
+        list += strspn(list, ", ");
+    }
+    return 0;
+}
+
+static pd_status pdi_syntax_section_of(pd_ctx *ctx, const pd_text *text, int section, int *found)
+{
+    const char *name = text->section[section].name;
+    char hint[PD_UNITS_TEXT], list[256] = "";
+    pdi_units_near near_word;
+    pdi_units_near_init(&near_word, name, strlen(name));
+    for (int k = 0; k < PDI_SYNTAX_SECTIONS; k++) {
+        *found = k;
+        if (strcmp(pdi_syntax_table[k].name, name) == 0) return PD_OK;
+        pdi_units_offer(&near_word, pdi_syntax_table[k].name);
+        snprintf(list + strlen(list), sizeof list - strlen(list), "%s%s", k ? ", " : "", pdi_syntax_table[k].name);
+    }
+    pdi_units_hint(&near_word, hint);
+    return pd_text_refuse(ctx, text, section, "scene", "found the section [%.40s], expected one of %s%s", name, list,
+                          hint);
+}
+
+static pd_status pdi_syntax_key(pd_ctx *ctx, const pd_text *text, const pd_text_entry *e, const char *keys)
+{
+    const pd_section *s = &text->section[e->section];
+    char hint[PD_UNITS_TEXT], where[320] = "command line";
+    pdi_units_near near_word;
+    pdi_units_near_init(&near_word, e->key, strlen(e->key));
+    if (pdi_syntax_listed(keys, e->key, &near_word)) return PD_OK;
+    pdi_units_hint(&near_word, hint);
+    if (e->line > 0) snprintf(where, sizeof where, "%.280s:%d", text->name, e->line);
+    return pdi_fail(ctx, PD_ERR_PARSE, where, "found the unknown key '%.40s' in [%.40s%s%.40s], expected one of %s%s",
+                    e->key, s->name, s->label[0] ? " " : "", s->label, keys, hint);
+}
+
+PDI_FN pd_status pdi_syntax_check(pd_ctx *ctx, const pd_text *text)
+{
+    int found;
+    for (int k = 1; k < text->section_count; k++) PDI_TRY(pdi_syntax_section_of(ctx, text, k, &found));
+    for (int k = 0; k < text->entry_count; k++) {
+        const pd_text_entry *e = &text->entry[k];
+        if (e->section == 0) continue; /* a pair before the first section: pd_text_unused */
+        PDI_TRY(pdi_syntax_section_of(ctx, text, e->section, &found));
+        PDI_TRY(pdi_syntax_key(ctx, text, e, pdi_syntax_table[found].keys));
+    }
+    return PD_OK;
+}
+
+#undef PDI_SYNTAX_SECTIONS
 
 /* ======== >>sketch.c ======== */
 /* sketch: see sketch.h */
@@ -16943,6 +17496,7 @@ static pd_status pdi_sketch_grains(pdi_sketch *s)
         return pd_text_refuse(s->ctx, s->text, s->section, "grains",
                               "found other grains than in a shape above, expected the same for all solids");
     s->setup->grain = grain;
+    s->setup->line[PD_PART_GRAIN] = s->text->section[s->section].line;
     s->setup->has_grains = 1;
     return PD_OK;
 }
@@ -16960,6 +17514,8 @@ static pd_status pdi_sketch_section(pdi_sketch *s)
     s->name[s->names] = label;
     s->index[s->names] = index;
     s->used[s->names++] = kind != PDI_SKETCH_PART;
+    int line = s->text->section[s->section].line;
+    if (s->names == 1 || (kind == PDI_SKETCH_SOLID && s->setup->solid < 0)) s->setup->shape_line = line;
     if (kind == PDI_SKETCH_WALL) return pdi_setup_join(s->ctx, s->setup, index, &s->setup->wall);
     if (kind != PDI_SKETCH_SOLID) return PD_OK;
     PDI_TRY(pdi_sketch_material(s));
@@ -17246,6 +17802,291 @@ PDI_FN pd_status pdi_flat_read(pd_ctx *ctx, pd_text *text, const char *const *ov
 #undef PDI_FLAT_FRAMES
 #undef PDI_FLAT_NUMBERS
 
+/* ======== >>watch.c ======== */
+/* watch: see watch.h */
+#include <math.h>
+#include <stdio.h>
+#include <string.h>
+
+#define PDI_WATCH_POINTS 100000 /* most points of a line */
+
+typedef struct pdi_watch {
+    pd_ctx *ctx;
+    pd_text *text;
+    pd_setup *setup;
+    int section;
+} pdi_watch;
+
+/* ---- values ---- */
+
+PDI_FN pd_status pdi_watch_fields(pd_ctx *ctx, pd_text *text, const pd_setup *setup, int section, const char *key,
+                                  const char *fallback, unsigned *bits)
+{
+    pd_word_list list;
+    int given = pd_text_has(ctx, text, section, key);
+    PDI_TRY(pd_text_words(ctx, text, section, key, fallback, &list));
+    *bits = 0;
+    if (list.count == 1 && strcmp(list.word[0], "none") == 0) return PD_OK;
+    for (int w = 0; w < list.count; w++) {
+        int field = 0;
+        while (field < PD_FIELD_COUNT && strcmp(list.word[w], pdi_setup_field_name((pd_field)field)) != 0) field++;
+        if (field == PD_FIELD_COUNT)
+            return pd_text_refuse(ctx, text, section, key,
+                                  "found '%s', expected some of C, v, p, kind, grain, phase, D,"
+                                  " rate, density, or none", list.word[w]);
+        const char *needs = pdi_setup_field_needs(setup, (pd_field)field);
+        if (needs && given)
+            return pd_text_refuse(ctx, text, section, key, "found '%s', which needs %s", list.word[w], needs);
+        if (!needs) *bits |= 1u << field;
+    }
+    return PD_OK;
+}
+
+PDI_FN pd_status pdi_watch_place(pd_ctx *ctx, pd_text *text, const pd_setup *setup, int section, const char *key,
+                                 int *axis, double *at)
+{
+    const char *value;
+    pd_expr expr;
+    pd_expr_desc desc;
+    PDI_TRY(pd_text_string(ctx, text, section, key, NULL, &value));
+    *axis = value[0] - 'x';
+    if (*axis < 0 || *axis >= PD_DIM || value[1] != ' ')
+        return pd_text_refuse(ctx, text, section, key, "found '%.40s', expected an axis and a place: %c 0 um", value,
+                              "xyz"[PD_DIM - 1]);
+    memset(&desc, 0, sizeof desc);
+    desc.text = value + 2;
+    desc.consts = text->consts;
+    desc.const_count = text->const_count;
+    desc.unit = "m";
+    desc.where = key;
+    desc.column = 3;
+    if (pd_expr_build(ctx, &desc, &expr) < 0) {
+        char message[PD_MESSAGE_SIZE];
+        memcpy(message, ctx->message, sizeof message);
+        return pd_text_refuse(ctx, text, section, key, "%.500s", message);
+    }
+    *at = pd_expr_eval(&expr, NULL);
+    pd_expr_free(ctx, &expr);
+    if (*at > setup->lo[*axis] && *at < setup->hi[*axis]) return PD_OK;
+    return pd_text_refuse(ctx, text, section, key, "found %.6g m, expected a place inside the box", *at);
+}
+
+/* A point of the box. */
+static pd_status pdi_watch_point(pdi_watch *w, const char *key, double *x)
+{
+    const pd_setup *u = w->setup;
+    int count;
+    PDI_TRY(pd_text_numbers(w->ctx, w->text, w->section, key, "m", NULL, PD_DIM, x, &count));
+    if (count != PD_DIM)
+        return pd_text_refuse(w->ctx, w->text, w->section, key, "found %d number%s, expected %d, one for each axis",
+                              count, count > 1 ? "s" : "", PD_DIM);
+    for (int d = 0; d < PD_DIM; d++)
+        if (!(x[d] >= u->lo[d]) || !(x[d] <= u->hi[d]))
+            return pd_text_refuse(w->ctx, w->text, w->section, key,
+                                  "found %.6g m on axis %c, expected a place inside the box", x[d], "xyz"[d]);
+    return PD_OK;
+}
+
+static pd_status pdi_watch_positive(pdi_watch *w, const char *key, const char *unit, const char *fallback,
+                                    double *value)
+{
+    char found[PD_UNITS_TEXT];
+    PDI_TRY(pd_text_number(w->ctx, w->text, w->section, key, unit, fallback, value));
+    if (*value > 0.0) return PD_OK;
+    pdi_setup_show(*value, unit, found);
+    return pd_text_refuse(w->ctx, w->text, w->section, key, "found %s, expected a positive value", found);
+}
+
+static pd_status pdi_watch_concentration(pdi_watch *w, const char *key, double *value)
+{
+    PDI_TRY(pd_text_number(w->ctx, w->text, w->section, key, "mol/m3", NULL, value));
+    if (*value >= 0.0) return PD_OK;
+    return pd_text_refuse(w->ctx, w->text, w->section, key, "found %.6g mol/m3, expected at least 0", *value);
+}
+
+/* The box of a monitor; without the key that of the grid, if `optional`. */
+static pd_status pdi_watch_box(pdi_watch *w, int optional, pd_setup_monitor *m)
+{
+    int count;
+    memcpy(m->lo, w->setup->lo, sizeof m->lo);
+    memcpy(m->hi, w->setup->hi, sizeof m->hi);
+    if (optional && !pd_text_has(w->ctx, w->text, w->section, "box")) return PD_OK;
+    PDI_TRY(pd_text_ranges(w->ctx, w->text, w->section, "box", "m", NULL, PD_DIM, m->lo, m->hi, &count));
+    if (count == PD_DIM) return PD_OK;
+    return pd_text_refuse(w->ctx, w->text, w->section, "box", "found %d range%s, expected %d, one for each axis", count,
+                          count > 1 ? "s" : "", PD_DIM);
+}
+
+/* ---- sections ---- */
+
+static pd_status pdi_watch_needs(pdi_watch *w, int has, const char *what)
+{
+    const char *name = w->text->section[w->section].name;
+    if (has) return PD_OK;
+    return pd_text_refuse(w->ctx, w->text, w->section, name, "found no [%s] section, expected one", what);
+}
+
+static pd_status pdi_watch_line(pdi_watch *w, pd_setup_monitor *m)
+{
+    double spacing, length = 0.0;
+    PDI_TRY(pdi_watch_point(w, "from", m->lo));
+    PDI_TRY(pdi_watch_point(w, "to", m->hi));
+    for (int d = 0; d < PD_DIM; d++) length += (m->hi[d] - m->lo[d]) * (m->hi[d] - m->lo[d]);
+    length = sqrt(length);
+    if (!(length > 0.0))
+        return pd_text_refuse(w->ctx, w->text, w->section, "to", "found the point of 'from', expected another one");
+    PDI_TRY(pdi_watch_fields(w->ctx, w->text, w->setup, w->section, "fields", "C, v, p", &m->fields));
+    m->images = m->fields;
+    if (pd_text_has(w->ctx, w->text, w->section, "images"))
+        PDI_TRY(pdi_watch_fields(w->ctx, w->text, w->setup, w->section, "images", NULL, &m->images));
+    if (m->images & ~m->fields)
+        return pd_text_refuse(w->ctx, w->text, w->section, "images", "found a field that is not among 'fields'");
+    if (!pd_text_has(w->ctx, w->text, w->section, "spacing"))
+        return pd_text_integer(w->ctx, w->text, w->section, "points", 2, PDI_WATCH_POINTS, NULL, &m->points);
+    if (pd_text_has(w->ctx, w->text, w->section, "points"))
+        return pd_text_refuse(w->ctx, w->text, w->section, "spacing", "found beside 'points', expected one of them");
+    PDI_TRY(pdi_watch_positive(w, "spacing", "m", NULL, &spacing));
+    if (length / spacing > PDI_WATCH_POINTS - 1.0)
+        return pd_text_refuse(w->ctx, w->text, w->section, "spacing", "found %.6g m, which makes more than %d points",
+                              spacing, PDI_WATCH_POINTS);
+    m->points = (int)fmax(ceil(length / spacing * (1.0 - 1e-12)), 1.0) + 1;
+    return PD_OK;
+}
+
+/* The plane of the lattice nearest to the place. */
+static pd_status pdi_watch_plane(pdi_watch *w, pd_setup_monitor *m)
+{
+    const pd_setup *u = w->setup;
+    double at, index;
+    PDI_TRY(pdi_watch_place(w->ctx, w->text, u, w->section, "at", &m->axis, &at));
+    double cells = floor((u->hi[m->axis] - u->lo[m->axis]) / u->h[m->axis] + 0.5);
+    index = floor((at - u->lo[m->axis]) / u->h[m->axis] + 0.5);
+    if (!(index >= 1.0) || !(index <= cells - 1.0))
+        return pd_text_refuse(w->ctx, w->text, w->section, "at",
+                              "found %.6g m, expected a place at least half a cell inside of the box", at);
+    m->index = (int)index;
+    return PD_OK;
+}
+
+/* Reference values make coefficients: 2 F/(rho U^2 A). */
+static pd_status pdi_watch_force(pdi_watch *w, pd_setup_monitor *m)
+{
+    const char *size = PD_DIM == 3 ? "area" : "length";
+    PDI_TRY(pdi_watch_needs(w, w->setup->has_flow, "flow"));
+    PDI_TRY(pdi_watch_box(w, 0, m));
+    PDI_TRY(pd_text_bool(w->ctx, w->text, w->section, "balance", "yes", &m->balance));
+    if (!pd_text_has(w->ctx, w->text, w->section, "speed") && !pd_text_has(w->ctx, w->text, w->section, size))
+        return PD_OK;
+    PDI_TRY(pdi_watch_positive(w, "speed", "m/s", NULL, &m->speed));
+    m->area = 1.0;
+    return PD_DIM == 1 ? PD_OK : pdi_watch_positive(w, size, PD_DIM == 3 ? "m2" : "m", NULL, &m->area);
+}
+
+/* fluid = inlet, bulk, or a concentration */
+static pd_status pdi_watch_against(pdi_watch *w, pd_setup_monitor *m)
+{
+    const pd_setup *u = w->setup;
+    const char *value;
+    int inlets = 0;
+    PDI_TRY(pd_text_string(w->ctx, w->text, w->section, "fluid", NULL, &value));
+    for (int side = 0; side < 2 * PD_DIM; side++)
+        inlets += u->side[side].kind == PD_SIDE_INLET && !u->side[side].open;
+    if (strcmp(value, "inlet") == 0) {
+        m->against = PD_AGAINST_INLET;
+        m->fluid = u->inlet;
+        if (inlets) return PD_OK;
+        return pd_text_refuse(w->ctx, w->text, w->section, "fluid",
+                              "found 'inlet' in a scene without one, expected bulk or a concentration");
+    }
+    if (strcmp(value, "bulk") != 0) return pdi_watch_concentration(w, "fluid", &m->fluid);
+    m->against = PD_AGAINST_BULK;
+    PDI_TRY(pdi_watch_needs(w, u->has_flow, "flow"));
+    if (m->axis >= 0) return PD_OK;
+    return pd_text_refuse(w->ctx, w->text, w->section, "fluid",
+                          "found 'bulk' without the axis of the stream, expected along = %s",
+                          PD_DIM == 3 ? "x, y or z" : PD_DIM == 2 ? "x or y" : "x");
+}
+
+static pd_status pdi_watch_transfer(pdi_watch *w, pd_setup_monitor *m)
+{
+    static const char *const axes[] = {"x", "y", "z"};
+    const char *names[PD_DIM + 1], *unit = PD_DIM == 3 ? "m2" : PD_DIM == 2 ? "m" : "";
+    char diffusivity[PD_UNITS_TEXT];
+    for (int d = 0; d < PD_DIM; d++) names[d] = axes[d];
+    names[PD_DIM] = NULL;
+    PDI_TRY(pdi_watch_needs(w, w->setup->has_transport, "transport"));
+    PDI_TRY(pdi_watch_box(w, 1, m));
+    m->axis = -1;
+    if (pd_text_has(w->ctx, w->text, w->section, "along"))
+        PDI_TRY(pd_text_choice(w->ctx, w->text, w->section, "along", names, NULL, &m->axis));
+    if (pd_text_has(w->ctx, w->text, w->section, "area"))
+        PDI_TRY(pdi_watch_positive(w, "area", unit, NULL, &m->area));
+    if (!pd_text_has(w->ctx, w->text, w->section, "length")) return PD_OK;
+    PDI_TRY(pdi_watch_positive(w, "length", "m", NULL, &m->length));
+    PDI_TRY(pdi_watch_concentration(w, "surface", &m->surface));
+    PDI_TRY(pdi_watch_against(w, m));
+    snprintf(diffusivity, sizeof diffusivity, "%.17g m2/s", w->setup->diffusivity);
+    return pdi_watch_positive(w, "D", "m2/s", diffusivity, &m->diffusivity);
+}
+
+static pd_status pdi_watch_monitor(pdi_watch *w, pd_monitor_kind kind)
+{
+    pd_setup *u = w->setup;
+    const char *label = w->text->section[w->section].label, *name = pdi_setup_monitor_name(kind);
+    if (u->monitors >= PD_SETUP_MONITORS)
+        return pd_text_refuse(w->ctx, w->text, w->section, name, "found more than %d sections of this sort",
+                              PD_SETUP_MONITORS);
+    if (label[0] == '\0' || strlen(label) >= PD_SETUP_NAME - 24)
+        return pd_text_refuse(w->ctx, w->text, w->section, name, "expected a short name: [%s NAME]", name);
+    pd_setup_monitor *m = &u->monitor[u->monitors++];
+    m->kind = kind;
+    m->line = w->text->section[w->section].line;
+    memcpy(m->name, label, strlen(label) + 1);
+    switch (kind) {
+    case PD_MONITOR_LINE: return pdi_watch_line(w, m);
+    case PD_MONITOR_PLANE: return pdi_watch_plane(w, m);
+    case PD_MONITOR_FORCE: return pdi_watch_force(w, m);
+    case PD_MONITOR_TRANSFER: return pdi_watch_transfer(w, m);
+    case PD_MONITOR_TOTAL: return pdi_watch_box(w, 1, m);
+    }
+    return PD_OK;
+}
+
+static pd_status pdi_watch_probe(pdi_watch *w)
+{
+    pd_setup *u = w->setup;
+    const char *label = w->text->section[w->section].label;
+    if (u->probes >= PD_SETUP_PROBES)
+        return pd_text_refuse(w->ctx, w->text, w->section, "probe", "found more than %d probes", PD_SETUP_PROBES);
+    if (label[0] == '\0' || strlen(label) >= PD_SETUP_NAME - 24)
+        return pd_text_refuse(w->ctx, w->text, w->section, "probe", "expected a short name: [probe NAME]");
+    pd_setup_probe *p = &u->probe[u->probes++];
+    memcpy(p->name, label, strlen(label) + 1);
+    p->line = w->text->section[w->section].line;
+    PDI_TRY(pdi_watch_point(w, "at", p->at));
+    return pdi_watch_fields(w->ctx, w->text, u, w->section, "fields", u->has_transport ? "C" : "v", &p->fields);
+}
+
+PDI_FN pd_status pdi_watch_read(pd_ctx *ctx, pd_text *text, pd_setup *setup)
+{
+    pdi_watch w;
+    w.ctx = ctx;
+    w.text = text;
+    w.setup = setup;
+    for (w.section = pd_text_next(ctx, text, "probe", -1); w.section >= 0;
+         w.section = pd_text_next(ctx, text, "probe", w.section))
+        PDI_TRY(pdi_watch_probe(&w));
+    for (int kind = PD_MONITOR_LINE; kind <= PD_MONITOR_TOTAL; kind++) {
+        const char *name = pdi_setup_monitor_name((pd_monitor_kind)kind);
+        for (w.section = pd_text_next(ctx, text, name, -1); w.section >= 0;
+             w.section = pd_text_next(ctx, text, name, w.section))
+            PDI_TRY(pdi_watch_monitor(&w, (pd_monitor_kind)kind));
+    }
+    return PD_OK;
+}
+
+#undef PDI_WATCH_POINTS
+
 /* ======== >>scene.c ======== */
 /* scene: see scene.h */
 #include <math.h>
@@ -17319,6 +18160,9 @@ static pd_status pdi_scene_geometry(pdi_scene *s, int section)
     char found[PD_UNITS_TEXT], horizon[PD_UNITS_TEXT];
     PDI_TRY(pd_text_choice(s->ctx, s->text, section, "geometry", kinds, "planar", &u->axisymmetric));
     if (!u->axisymmetric) return PD_OK;
+    if (PD_DIM != 2)
+        return pd_text_refuse(s->ctx, s->text, section, "geometry", "found 'axisymmetric' in %dD, expected it in 2D",
+                              PD_DIM);
     if (fabs(u->lo[r]) <= 1e-9 * u->h[r]) {
         u->lo[r] = 0.0;
         u->side[2 * r].kind = PD_SIDE_MIRROR;
@@ -17351,7 +18195,7 @@ static pd_status pdi_scene_grid(pdi_scene *s)
                               count, count > 1 ? "s" : "", PD_DIM);
     PDI_TRY(pd_text_integer(s->ctx, s->text, section, "threads", 0, 1024, "0", &u->threads));
     PDI_TRY(pdi_scene_whole_cells(s, section));
-    return PD_DIM == 2 ? pdi_scene_geometry(s, section) : PD_OK;
+    return pdi_scene_geometry(s, section);
 }
 
 /* ---- [side ...] ---- */
@@ -17660,7 +18504,7 @@ static pd_status pdi_scene_dissolve(pdi_scene *s)
     return pdi_scene_within(s, section, "threshold", "", "0", 0.0, 0.99, 0, &u->threshold);
 }
 
-/* ---- [run], [output], [probe ...] ---- */
+/* ---- [run], [output] ---- */
 
 static pd_status pdi_scene_run(pdi_scene *s)
 {
@@ -17679,62 +18523,15 @@ static pd_status pdi_scene_run(pdi_scene *s)
     return pdi_scene_within(s, section, "fraction", "", NULL, 0.0, 1.0, 1, &u->fraction);
 }
 
-/* Bits of a list of fields; with explicit fields, each must exist in this scene. */
-static pd_status pdi_scene_fields(pdi_scene *s, int section, const char *key, const char *fallback, unsigned *bits)
-{
-    pd_word_list list;
-    int given = pd_text_has(s->ctx, s->text, section, key);
-    PDI_TRY(pd_text_words(s->ctx, s->text, section, key, fallback, &list));
-    *bits = 0;
-    if (list.count == 1 && strcmp(list.word[0], "none") == 0) return PD_OK;
-    for (int w = 0; w < list.count; w++) {
-        int field = 0;
-        while (field < PD_FIELD_COUNT && strcmp(list.word[w], pdi_setup_field_name((pd_field)field)) != 0) field++;
-        if (field == PD_FIELD_COUNT)
-            return pd_text_refuse(s->ctx, s->text, section, key,
-                                  "found '%s', expected some of C, v, p, kind, grain, phase, D,"
-                                  " rate, density, or none", list.word[w]);
-        const char *needs = pdi_setup_field_needs(s->setup, (pd_field)field);
-        if (needs && given)
-            return pd_text_refuse(s->ctx, s->text, section, key, "found '%s', which needs %s", list.word[w], needs);
-        if (!needs) *bits |= 1u << field;
-    }
-    return PD_OK;
-}
-
-/* "z 0 um" */
 static pd_status pdi_scene_slice(pdi_scene *s, int section)
 {
     pd_setup *u = s->setup;
-    const char *value;
-    pd_expr expr;
-    pd_expr_desc desc;
     u->slice_axis = PD_DIM - 1;
     u->slice_at = 0.5 * (u->lo[u->slice_axis] + u->hi[u->slice_axis]);
     if (!pd_text_has(s->ctx, s->text, section, "slice")) return PD_OK;
-    PDI_TRY(pd_text_string(s->ctx, s->text, section, "slice", NULL, &value));
     if (PD_DIM < 3) return pd_text_refuse(s->ctx, s->text, section, "slice", "found in %dD, expected it in 3D only",
                                           PD_DIM);
-    if (value[0] < 'x' || value[0] > 'z' || value[1] != ' ')
-        return pd_text_refuse(s->ctx, s->text, section, "slice", "found '%.40s', expected an axis and a place: z 0 um",
-                              value);
-    u->slice_axis = value[0] - 'x';
-    memset(&desc, 0, sizeof desc);
-    desc.text = value + 2;
-    desc.unit = "m";
-    desc.where = "slice";
-    desc.column = 3;
-    if (pd_expr_build(s->ctx, &desc, &expr) < 0) {
-        char message[PD_MESSAGE_SIZE];
-        memcpy(message, s->ctx->message, sizeof message);
-        return pd_text_refuse(s->ctx, s->text, section, "slice", "%.500s", message);
-    }
-    u->slice_at = pd_expr_eval(&expr, NULL);
-    pd_expr_free(s->ctx, &expr);
-    int axis = u->slice_axis < PD_DIM ? u->slice_axis : PD_DIM - 1;
-    if (u->slice_at > u->lo[axis] && u->slice_at < u->hi[axis]) return PD_OK;
-    return pd_text_refuse(s->ctx, s->text, section, "slice", "found %.6g m, expected a place inside the box",
-                          u->slice_at);
+    return pdi_watch_place(s->ctx, s->text, u, section, "slice", &u->slice_axis, &u->slice_at);
 }
 
 /* A file name without a folder. */
@@ -17760,8 +18557,8 @@ static pd_status pdi_scene_output(pdi_scene *s)
     if (u->until > 0.0 && u->until / u->every > 9e5)
         return pd_text_refuse(s->ctx, s->text, section, "every",
                               "found %.3g frames until the end, expected at most 900000", u->until / u->every);
-    PDI_TRY(pdi_scene_fields(s, section, "fields", "C, v, p, kind, grain", &u->fields));
-    PDI_TRY(pdi_scene_fields(s, section, "images", "none", &u->images));
+    PDI_TRY(pdi_watch_fields(s->ctx, s->text, u, section, "fields", "C, v, p, kind, grain", &u->fields));
+    PDI_TRY(pdi_watch_fields(s->ctx, s->text, u, section, "images", "none", &u->images));
     PDI_TRY(pdi_scene_prefix(s, section));
     PDI_TRY(pd_text_string(s->ctx, s->text, section, "folder", "output", &folder));
     if (strlen(folder) >= PD_PATH_SIZE - PD_SETUP_NAME)
@@ -17770,50 +18567,22 @@ static pd_status pdi_scene_output(pdi_scene *s)
     return pdi_scene_slice(s, section);
 }
 
-static pd_status pdi_scene_probe(pdi_scene *s, int section)
+/* Line of a section, 0: absent. */
+static int pdi_scene_line(pdi_scene *s, const char *name, const char *label)
 {
-    pd_setup *u = s->setup;
-    const char *label = s->text->section[section].label;
-    int count;
-    if (u->probes >= PD_SETUP_PROBES)
-        return pd_text_refuse(s->ctx, s->text, section, "probe", "found more than %d probes", PD_SETUP_PROBES);
-    if (label[0] == '\0' || strlen(label) >= PD_SETUP_NAME - 24)
-        return pd_text_refuse(s->ctx, s->text, section, "probe", "expected a short name: [probe NAME]");
-    pd_setup_probe *p = &u->probe[u->probes];
-    memcpy(p->name, label, strlen(label) + 1);
-    PDI_TRY(pd_text_numbers(s->ctx, s->text, section, "at", "m", NULL, PD_DIM, p->at, &count));
-    if (count != PD_DIM)
-        return pd_text_refuse(s->ctx, s->text, section, "at", "found %d number%s, expected %d, one for each axis",
-                              count, count > 1 ? "s" : "", PD_DIM);
-    for (int d = 0; d < PD_DIM; d++)
-        if (!(p->at[d] >= u->lo[d]) || !(p->at[d] <= u->hi[d]))
-            return pd_text_refuse(s->ctx, s->text, section, "at",
-                                  "found %.6g m on axis %c, expected a place inside the box", p->at[d], "xyz"[d]);
-    PDI_TRY(pdi_scene_fields(s, section, "fields", u->has_transport ? "C" : "v", &p->fields));
-    u->probes++;
-    return PD_OK;
+    int section = pd_text_section(s->ctx, s->text, name, label);
+    return section >= 0 ? s->text->section[section].line : 0;
 }
 
-/* A misspelt section first: what is missing without it would be told otherwise. */
-static pd_status pdi_scene_known(pd_ctx *ctx, pd_text *text)
+/* Where errors belong that show only when the model is built. */
+static void pdi_scene_lines(pdi_scene *s)
 {
-    static const char *const names[] = {"grid", "shape", "side", "flow", "transport", "dissolve", "run", "output",
-                                        "probe"};
-    const size_t count = sizeof names / sizeof names[0];
-    for (int k = 1; k < text->section_count; k++) {
-        const char *name = text->section[k].name;
-        char hint[PD_UNITS_TEXT];
-        pdi_units_near close;
-        size_t n = 0;
-        pdi_units_near_init(&close, name, strlen(name));
-        for (; n < count && strcmp(names[n], name) != 0; n++) pdi_units_offer(&close, names[n]);
-        if (n < count) continue;
-        pdi_units_hint(&close, hint);
-        return pd_text_refuse(ctx, text, k, "scene",
-                              "found the section [%.40s], expected one of grid, shape, side, flow,"
-                              " transport, dissolve, run, output, probe%s", name, hint);
-    }
-    return PD_OK;
+    pd_setup *u = s->setup;
+    u->line[PD_PART_GRID] = pdi_scene_line(s, "grid", NULL);
+    u->line[PD_PART_FLOW] = pdi_scene_line(s, "flow", NULL);
+    u->line[PD_PART_TRANSPORT] = pdi_scene_line(s, "transport", NULL);
+    u->line[PD_PART_DISSOLVE] = pdi_scene_line(s, "dissolve", NULL);
+    for (int k = 0; k < 2 * PD_DIM; k++) u->side[k].line = pdi_scene_line(s, "side", pdi_setup_side_name(k));
 }
 
 static pd_status pdi_scene_sections(pd_ctx *ctx, pd_text *text, const char *path, pd_setup *setup)
@@ -17825,7 +18594,8 @@ static pd_status pdi_scene_sections(pd_ctx *ctx, pd_text *text, const char *path
     s.text = text;
     s.setup = setup;
     pdi_setup_split_path(path, name, folder);
-    PDI_TRY(pdi_scene_known(ctx, text));
+    PDI_TRY(pdi_syntax_check(ctx, text));
+    pdi_scene_lines(&s);
     setup->has_flow = pd_text_has(ctx, text, pd_text_section(ctx, text, "flow", NULL), NULL);
     setup->has_transport = pd_text_has(ctx, text, pd_text_section(ctx, text, "transport", NULL), NULL);
     setup->has_dissolve = pd_text_has(ctx, text, pd_text_section(ctx, text, "dissolve", NULL), NULL);
@@ -17838,8 +18608,7 @@ static pd_status pdi_scene_sections(pd_ctx *ctx, pd_text *text, const char *path
     PDI_TRY(pdi_scene_dissolve(&s));
     PDI_TRY(pdi_scene_run(&s));
     PDI_TRY(pdi_scene_output(&s));
-    for (int k = pd_text_next(ctx, text, "probe", -1); k >= 0; k = pd_text_next(ctx, text, "probe", k))
-        PDI_TRY(pdi_scene_probe(&s, k));
+    PDI_TRY(pdi_watch_read(ctx, text, setup));
     PDI_TRY(pd_text_unused(ctx, text));
     if (!setup->has_flow && !setup->has_transport)
         return pd_text_refuse(ctx, text, 0, "scene", "found no physics, expected a [flow] or a [transport] section");
@@ -17864,6 +18633,7 @@ pd_status pd_scene_read(pd_ctx *ctx, const char *path, const char *const *overri
     pd_text text;
     PDI_TRY(pd_setup_init(ctx, setup));
     pdi_setup_split_path(path, setup->name, NULL);
+    if (strlen(path) < sizeof setup->source) memcpy(setup->source, path, strlen(path) + 1);
     pd_status status = pd_text_read(ctx, path, &text);
     if (status == PD_OK) {
         status = pdi_scene_text(ctx, &text, path, overrides, count, setup);
@@ -17925,8 +18695,8 @@ static void pdi_inlet_scan(const pd_setup *setup, const pd_grid *grid, int side,
         pd_grid_position(grid, node, x);
         x[axis] = side % 2 ? grid->hi[axis] : grid->lo[axis];
         pdi_inlet_expression(&setup->side[side], x, u);
-        sum += pdi_inlet_sign(side) * u[axis] * pdi_grid_measure(grid, node);
-        weight += pdi_grid_measure(grid, node);
+        sum += pdi_inlet_sign(side) * u[axis] * pdi_grid_circumference(grid, node);
+        weight += pdi_grid_circumference(grid, node);
     } while (pdi_inlet_next(grid, axis, i));
     if (weight > 0.0) layer->velocity = sum / weight;
 }
@@ -18007,7 +18777,7 @@ static void pdi_inlet_rings(const pd_grid *grid, int side, double lo, double hi,
     if (several) *area = 0.0;
     if (several) do {
             int32_t node = pd_grid_node(grid, i);
-            if (grid->kind[node] == PD_FLUID) *area += pdi_grid_measure(grid, node) * grid->h[r];
+            if (grid->kind[node] == PD_FLUID) *area += pdi_grid_circumference(grid, node) * grid->h[r];
         } while (pdi_inlet_next(grid, axis, i));
 }
 
@@ -18063,6 +18833,7 @@ pd_status pd_inlet_build(pd_ctx *ctx, const pd_setup *setup, const pd_grid *grid
         pdi_inlet_layer layer;
         double area;
         if (s->kind != PD_SIDE_INLET || s->profile == PD_PROFILE_REST) continue;
+        inlet->latest = side;
         pdi_inlet_scan(setup, grid, side, &layer);
         PDI_TRY(pdi_inlet_measure(ctx, grid, side, &layer, inlet, &area));
         if (PD_DIM == 2 && !grid->circumference && s->flow_rate > 0.0)
@@ -18213,9 +18984,12 @@ static pd_status pdi_model_lattice(pd_ctx *ctx, pd_model *m)
         if (u->side[s].open) grid.entry = pd_inlet_enters;
     grid.entry_user = (void *)u; /* only read */
     PDI_TRY(pd_stencil_build(ctx, &stencil, &m->stencil));
+    if (u->shape_line) m->line = u->shape_line; /* what the lattice refuses are shapes */
     PDI_TRY(pd_grid_build(ctx, &m->stencil, &grid, &m->grid));
     PDI_TRY(pd_bonds_build(ctx, &m->stencil, &m->grid, 0, &m->bonds));
-    return pd_inlet_build(ctx, u, &m->grid, &m->inlet);
+    pd_status status = pd_inlet_build(ctx, u, &m->grid, &m->inlet);
+    m->line = u->side[m->inlet.latest].line;
+    return status;
 }
 
 /* The flow at the start, and what moves it on. */
@@ -18373,6 +19147,7 @@ static pd_status pdi_model_parts(pd_ctx *ctx, pd_model *m)
     for (int k = 0; k < PD_PART_COUNT; k++) {
         size_t before = ctx->in_use;
         if (!wanted[k]) continue;
+        m->line = u->line[part[k]];
         PDI_TRY(build[k](ctx, m));
         m->bytes[part[k]] = ctx->in_use - before;
     }
@@ -18399,7 +19174,9 @@ pd_status pd_model_build(pd_ctx *ctx, const pd_setup *setup, pd_model *m)
         if (setup->motion == PD_MOTION_IMPLICIT) m->couple.implicit = &m->implicit;
         if (setup->motion == PD_MOTION_EXPLICIT) m->couple.unsteady = &m->unsteady;
     }
+    int line = m->line;
     if (status < 0) pd_model_free(ctx, m);
+    m->line = line;
     return status;
 }
 
@@ -18488,7 +19265,7 @@ static void pdi_observe_layers(const pd_model *m, pd_observables *o)
         int i[PD_DIM];
         if (grid->kind[node] != PD_FLUID) continue;
         pdi_grid_index(grid, node, i);
-        double area = face * pdi_grid_measure(grid, node);
+        double area = face * pdi_grid_circumference(grid, node);
         o->layer[i[o->flux_axis]] += area * m->flow.u[(int64_t)o->flux_axis * grid->total + node];
     }
 }
@@ -18517,14 +19294,120 @@ void pd_observe(pd_ctx *ctx, pd_model *m, pd_observables *o)
     pdi_observe_flux(ctx, m, o);
 }
 
+/* ======== >>sample.c ======== */
+/* sample: see sample.h */
+#include <math.h>
+
+#define PDI_SAMPLE_NEAR 1e-6 /* [cells] from a face: the point touches the cells on both sides */
+#define PDI_SAMPLE_CELLS (1 << PD_DIM)
+
+static const char *const pdi_sample_labels[] = {"C [mol/m3]", "v [m/s]",  "p [Pa]",     "kind",           "grain",
+                                                "phase",      "D [m2/s]", "rate [m/s]", "density [kg/m3]"};
+
+PDI_FN const char *pdi_sample_label(pd_field field) { return pdi_sample_labels[field]; }
+
+static double pdi_sample_density(const pd_model *m, int32_t i)
+{
+    const pd_setup *u = m->setup;
+    if (m->grid.kind[i] == PD_SOLID)
+        return u->has_dissolve ? u->material.density * m->transport.c[i] / u->solid_c : u->material.density;
+    return m->grid.kind[i] == PD_FLUID && u->has_flow ? u->rho : 0.0;
+}
+
+PDI_FN double pdi_sample_node(const pd_model *m, pd_field field, int32_t i)
+{
+    int fluid = m->grid.kind[i] == PD_FLUID;
+    const double *diffusivity = m->transport.diffusion.field;
+    double square = 0.0;
+    switch (field) {
+    case PD_FIELD_C: return fluid ? m->transport.c[i] : 0.0;
+    case PD_FIELD_V:
+        for (int d = 0; d < PD_DIM && fluid; d++) {
+            double u = m->flow.u[(int64_t)d * m->grid.total + i];
+            square += u * u;
+        }
+        return sqrt(square);
+    case PD_FIELD_P: return fluid ? m->flow.p[i] * m->flow.rho : 0.0;
+    case PD_FIELD_KIND: return m->grid.kind[i];
+    case PD_FIELD_GRAIN: return m->grid.kind[i] == PD_SOLID ? m->grain.id[i] : -1.0;
+    case PD_FIELD_PHASE: return m->grid.kind[i] == PD_SOLID;
+    case PD_FIELD_D: return !fluid ? 0.0 : diffusivity ? diffusivity[i] : m->setup->diffusivity;
+    case PD_FIELD_RATE:
+        return fluid && m->dissolve.weight[i] > 0.0
+                   ? fmax(0.0, m->dissolve.speed[i] + m->dissolve.slope[i] * m->transport.c[i]) : 0.0;
+    case PD_FIELD_DENSITY: return pdi_sample_density(m, i);
+    case PD_FIELD_COUNT: break;
+    }
+    return 0.0;
+}
+
+PDI_FN void pdi_sample_prepare(pd_model *m)
+{
+    const pd_ghosts *g = &m->bonds.ghosts;
+    double *c = m->transport.c;
+    /* behind outlets there is no gradient (eq. 5.1); inlets hold their own values */
+    for (int32_t k = 0; k < g->count && c; k++) c[g->node[k]] = c[g->source[k]];
+}
+
+/* The cells that x touches. */
+static int pdi_sample_cells(const pd_grid *grid, const double *x, int32_t *node)
+{
+    int i[PD_DIM][2], choices[PD_DIM], at[PD_DIM], count = 1;
+    for (int d = 0; d < PD_DIM; d++) {
+        double place = (x[d] - grid->lo[d]) / grid->h[d];
+        int low = (int)floor(place - PDI_SAMPLE_NEAR), high = (int)floor(place + PDI_SAMPLE_NEAR);
+        i[d][0] = low < 0 ? 0 : low >= grid->n[d] ? grid->n[d] - 1 : low;
+        i[d][1] = high < 0 ? 0 : high >= grid->n[d] ? grid->n[d] - 1 : high;
+        choices[d] = i[d][1] > i[d][0] ? 2 : 1;
+        count *= choices[d];
+    }
+    for (int k = 0; k < count; k++) {
+        int rest = k;
+        for (int d = 0; d < PD_DIM; d++) {
+            at[d] = i[d][rest % choices[d]];
+            rest /= choices[d];
+        }
+        node[k] = pd_grid_node(grid, at);
+    }
+    return count;
+}
+
+PDI_FN double pdi_sample_point(const pd_model *m, pd_field field, int component, const double *x)
+{
+    int32_t node[PDI_SAMPLE_CELLS];
+    int cells = pdi_sample_cells(&m->grid, x, node), fluid = 0;
+    const double *f = NULL;
+    double sum = 0.0;
+    if (field == PD_FIELD_V) f = m->flow.u + (int64_t)component * m->grid.total;
+    if (field == PD_FIELD_P) f = m->flow.p;
+    if (field == PD_FIELD_C) f = m->transport.c;
+    if (!f) return pdi_sample_node(m, field, node[cells - 1]);
+    for (int k = 0; k < cells; k++) {
+        if (m->grid.kind[node[k]] != PD_FLUID) continue;
+        sum += pdi_op_sample(&m->bonds, f, node[k], x);
+        fluid++;
+    }
+    if (!fluid) return (double)NAN;
+    return (field == PD_FIELD_P ? m->flow.rho : 1.0) * sum / fluid;
+}
+
+PDI_FN int pdi_sample_inside(const pd_model *m, const double *x)
+{
+    int32_t node[PDI_SAMPLE_CELLS];
+    int cells = pdi_sample_cells(&m->grid, x, node);
+    for (int k = 0; k < cells; k++)
+        if (m->grid.kind[node[k]] == PD_FLUID || m->grid.kind[node[k]] == PD_SOLID) return 1;
+    return 0;
+}
+
+#undef PDI_SAMPLE_NEAR
+#undef PDI_SAMPLE_CELLS
+
 /* ======== >>output.c ======== */
 /* output: see output.h */
 #include <math.h>
 #include <stdio.h>
 #include <string.h>
-
-static const char *const pdi_output_labels[] = {"C [mol/m3]", "v [m/s]",  "p [Pa]",     "kind",           "grain",
-                                                "phase",      "D [m2/s]", "rate [m/s]", "density [kg/m3]"};
 
 static const char *const pdi_output_columns[] = {"time_s",       "time_h",     "volume_loss",  "solid_nodes", "v_max",
                                                  "C_max",        "ledger",     "flux",         "dt_s",        "step",
@@ -18541,47 +19424,12 @@ static int pdi_output_derived(pd_field field)
            field == PD_FIELD_DENSITY;
 }
 
-static double pdi_output_density(const pd_model *m, int32_t i)
-{
-    const pd_setup *u = m->setup;
-    if (m->grid.kind[i] == PD_SOLID)
-        return u->has_dissolve ? u->material.density * m->transport.c[i] / u->solid_c : u->material.density;
-    return m->grid.kind[i] == PD_FLUID && u->has_flow ? u->rho : 0.0;
-}
-
-/* Value of a scalar field at a node. The metal left in a node is in `density`, C is what the fluid has dissolved. */
-static double pdi_output_value(const pd_model *m, pd_field field, int32_t i)
-{
-    int fluid = m->grid.kind[i] == PD_FLUID;
-    double square = 0.0;
-    switch (field) {
-    case PD_FIELD_C: return fluid ? m->transport.c[i] : 0.0;
-    case PD_FIELD_V:
-        for (int d = 0; d < PD_DIM && fluid; d++) {
-            double u = m->flow.u[(int64_t)d * m->grid.total + i];
-            square += u * u;
-        }
-        return sqrt(square);
-    case PD_FIELD_P: return fluid ? m->flow.p[i] * m->flow.rho : 0.0;
-    case PD_FIELD_KIND: return m->grid.kind[i];
-    case PD_FIELD_GRAIN: return m->grid.kind[i] == PD_SOLID ? m->grain.id[i] : -1.0;
-    case PD_FIELD_PHASE: return m->grid.kind[i] == PD_SOLID;
-    case PD_FIELD_D: return fluid ? m->setup->diffusivity : 0.0;
-    case PD_FIELD_RATE:
-        return fluid && m->dissolve.weight[i] > 0.0
-                   ? fmax(0.0, m->dissolve.speed[i] + m->dissolve.slope[i] * m->transport.c[i]) : 0.0;
-    case PD_FIELD_DENSITY: return pdi_output_density(m, i);
-    case PD_FIELD_COUNT: break;
-    }
-    return 0.0;
-}
-
 static void pdi_output_fill(pd_output *out)
 {
     const pd_model *m = out->model;
     for (int k = 0; k < PD_FIELD_COUNT; k++)
         for (int32_t i = 0; i < m->grid.total && out->scalar[k]; i++)
-            out->scalar[k][i] = pdi_output_value(m, (pd_field)k, i);
+            out->scalar[k][i] = pdi_sample_node(m, (pd_field)k, i);
     for (int32_t i = 0; i < m->grid.total && out->phase; i++) out->phase[i] = m->grid.kind[i] == PD_SOLID;
 }
 
@@ -18593,7 +19441,7 @@ static int pdi_output_list(const pd_output *out, pd_vti_field *fields)
         pd_vti_field *f = &fields[count];
         if (!((m->setup->fields >> k) & 1u)) continue;
         memset(f, 0, sizeof *f);
-        f->name = pdi_output_labels[k];
+        f->name = pdi_sample_label((pd_field)k);
         f->type = PD_VTI_FLOAT32;
         f->data = out->scalar[k];
         if (k == PD_FIELD_V) {
@@ -18678,7 +19526,7 @@ static void pdi_output_cells(pd_output *out, pd_field field, int right, int up)
             i[right] = column;
             int32_t node = pd_grid_node(&m->grid, i);
             int64_t at = (int64_t)row * nx + column;
-            out->cell[at] = pdi_output_value(m, field, node);
+            out->cell[at] = pdi_sample_node(m, field, node);
             out->paint[at] = (uint8_t)pdi_output_paint(m, field, node);
         }
 }
@@ -18717,7 +19565,7 @@ static pd_status pdi_output_picture(pd_ctx *ctx, pd_output *out, pd_field field,
     picture.map = numbered ? PD_MAP_LABELS : field == PD_FIELD_P ? PD_MAP_DIVERGING : PD_MAP_SEQUENTIAL;
     picture.title = title;
     picture.stamp = stamp;
-    picture.label = numbered ? NULL : pdi_output_labels[field]; /* the title names it */
+    picture.label = numbered ? NULL : pdi_sample_label(field); /* the title names it */
     return pd_picture_write(ctx, path, &picture);
 }
 
@@ -18739,7 +19587,7 @@ static pd_status pdi_output_curve(pd_ctx *ctx, pd_output *out, pd_field field, c
     snprintf(title, sizeof title, "%s, %s", m->setup->name, stamp);
     plot.title = title;
     plot.x_label = "x [um]";
-    plot.y_label = pdi_output_labels[field];
+    plot.y_label = pdi_sample_label(field);
     plot.count = 1;
     plot.series[0].x = x;
     plot.series[0].y = out->cell;
@@ -18763,30 +19611,11 @@ static pd_status pdi_output_images(pd_ctx *ctx, pd_output *out)
 
 /* ---- tables ---- */
 
-static pd_status pdi_output_find_probe(pd_ctx *ctx, const pd_model *m, int k, int32_t *node)
+/* A probe in the metal shows 0 where only fluid has a value. */
+static double pdi_output_probe(const pd_model *m, pd_field field, int component, const double *at)
 {
-    const pd_setup_probe *p = &m->setup->probe[k];
-    int i[PD_DIM];
-    for (int d = 0; d < PD_DIM; d++) {
-        i[d] = (int)floor((p->at[d] - m->grid.lo[d]) / m->grid.h[d]);
-        if (i[d] >= m->grid.n[d]) i[d] = m->grid.n[d] - 1;
-        if (i[d] < 0) i[d] = 0;
-    }
-    *node = pd_grid_node(&m->grid, i);
-    if (m->grid.kind[*node] == PD_FLUID || m->grid.kind[*node] == PD_SOLID) return PD_OK;
-    return pdi_fail(ctx, PD_ERR_GEOMETRY, "output", "probe '%s' stands in the wall", p->name);
-}
-
-/* Flow and concentration vary within a cell, the other fields do not. */
-static double pdi_output_probe(const pd_model *m, pd_field field, int component, int32_t node, const double *at)
-{
-    const double *f = NULL;
-    if (field == PD_FIELD_V) f = m->flow.u + (int64_t)component * m->grid.total;
-    if (field == PD_FIELD_P) f = m->flow.p;
-    if (field == PD_FIELD_C) f = m->transport.c;
-    if (!f || m->grid.kind[node] != PD_FLUID)
-        return field == PD_FIELD_V ? 0.0 : pdi_output_value(m, field, node);
-    return (field == PD_FIELD_P ? m->flow.rho : 1.0) * pdi_op_sample(&m->bonds, f, node, at);
+    double value = pdi_sample_point(m, field, component, at);
+    return value == value ? value : 0.0;
 }
 
 /* Columns of the probes: one for each field, v with PD_DIM components. */
@@ -18806,8 +19635,7 @@ static int pdi_output_probe_row(const pd_output *out, char names[][PD_SETUP_NAME
                     snprintf(names[count], PD_SETUP_NAME, f == PD_FIELD_V ? "%.40s_%.12s%c" : "%.40s_%.12s", p->name,
                              pdi_setup_field_name((pd_field)f), "xyz"[d]);
                 if (!values) continue;
-                int32_t node = out->probe_node[k];
-                values[count] = pdi_output_probe(m, (pd_field)f, d, node, p->at);
+                values[count] = pdi_output_probe(m, (pd_field)f, d, p->at);
             }
         }
     return count;
@@ -18873,7 +19701,7 @@ pd_status pd_output_step(pd_ctx *ctx, pd_output *out, const pd_observables *o)
     PDI_TRY(pd_csv_row(ctx, &out->diagnostics, row));
     PDI_TRY(pdi_output_keep(ctx, out, c->time, o->volume_loss));
     if (out->model->setup->probes == 0) return PD_OK;
-    if (out->model->transport.c) pd_ghosts_scalar(&out->model->bonds.ghosts, out->model->transport.c);
+    pdi_sample_prepare(out->model);
     pdi_output_probe_row(out, NULL, probe, PD_CSV_COLUMNS);
     return pd_csv_row(ctx, &out->probes, probe);
 }
@@ -18905,7 +19733,6 @@ pd_status pd_output_open(pd_ctx *ctx, pd_model *model, const char *folder, pd_ou
     if (strlen(folder) >= PD_PATH_SIZE)
         return pdi_fail(ctx, PD_ERR_SIZE, "output", "the path of the folder is too long");
     memcpy(out->folder, folder, strlen(folder) + 1);
-    for (int k = 0; k < model->setup->probes; k++) PDI_TRY(pdi_output_find_probe(ctx, model, k, &out->probe_node[k]));
     PDI_TRY(pdi_output_reserve(ctx, out));
     PDI_TRY(pd_file_make_directory(ctx, folder));
     PDI_TRY(pd_file_join(ctx, folder, "simulation.pvd", path));
@@ -19117,6 +19944,455 @@ void pd_summary_print(const pd_model *model, pd_print_fn print, void *user)
     for (int k = 0; k < model->setup->notes; k++) print(user, PD_PRINT_NOTE, model->setup->note[k]);
 }
 
+/* ======== >>monitor.c ======== */
+/* monitor: see monitor.h */
+#include <math.h>
+#include <stdio.h>
+#include <string.h>
+
+/* Units of amounts per depth, by dimension. */
+static const char *const pdi_monitor_unit_area[] = {"-", "m", "m2"};
+static const char *const pdi_monitor_unit_volume[] = {"m", "m2", "m3"};
+static const char *const pdi_monitor_unit_flow[] = {"m/s", "m2/s", "m3/s"};
+static const char *const pdi_monitor_unit_amount[] = {"mol/m2", "mol/m", "mol"};
+static const char *const pdi_monitor_unit_species[] = {"mol/m2/s", "mol/m/s", "mol/s"};
+static const char *const pdi_monitor_unit_force[] = {"N/m2", "N/m", "N"};
+static const char *const pdi_monitor_unit_energy[] = {"J/m2", "J/m", "J"};
+static const char *const pdi_monitor_unit_momentum[] = {"kg/m/s", "kg/s", "kg m/s"};
+
+/* The dimension that amounts have, less one: rings close. */
+static int pdi_monitor_extent(const pd_setup *setup) { return setup->axisymmetric ? 2 : PD_DIM - 1; }
+
+/* ---- figures ---- */
+
+static void pdi_monitor_put(pd_monitor *m, const char *key, const char *unit, double value)
+{
+    pd_monitor_figure *f = &m->figure[m->count++];
+    PD_ASSERT(m->count <= PD_MONITOR_FIGURES);
+    snprintf(f->key, sizeof f->key, "%s", key);
+    snprintf(f->unit, sizeof f->unit, "%s", unit);
+    f->value = value;
+}
+
+/* One figure an axis: key with x, y or z behind its first letter. */
+static void pdi_monitor_put_vector(pd_monitor *m, char letter, const char *rest, const char *unit, const double *value,
+                                   double scale)
+{
+    char key[24];
+    for (int d = 0; d < PD_DIM; d++) {
+        snprintf(key, sizeof key, "%c%c%s", letter, "xyz"[d], rest);
+        pdi_monitor_put(m, key, unit, scale * value[d]);
+    }
+}
+
+static void pdi_monitor_plane(pd_ctx *ctx, pd_model *model, pd_monitor *m)
+{
+    const pd_setup *u = model->setup;
+    pd_measure_plane_result r;
+    pd_measure_plane(ctx, &model->bonds, u->has_flow ? &model->flow : NULL, u->has_transport ? &model->transport : NULL,
+                     m->desc->axis, m->desc->index, &r);
+    pdi_monitor_put(m, "area", pdi_monitor_unit_area[pdi_monitor_extent(u)], r.area);
+    if (u->has_flow) {
+        pdi_monitor_put(m, "flow", pdi_monitor_unit_flow[pdi_monitor_extent(u)], r.flow);
+        pdi_monitor_put(m, "speed", "m/s", r.speed);
+        pdi_monitor_put(m, "p", "Pa", r.pressure);
+    }
+    if (u->has_transport) pdi_monitor_put(m, "C_mean", "mol/m3", r.mean);
+    if (u->has_transport && u->has_flow) pdi_monitor_put(m, "C_bulk", "mol/m3", r.bulk);
+    if (u->has_transport) pdi_monitor_put(m, "species", pdi_monitor_unit_species[pdi_monitor_extent(u)], r.species);
+}
+
+static pd_status pdi_monitor_balance(pd_ctx *ctx, pd_model *model, const pd_setup_monitor *d, double *force)
+{
+    char message[PD_MESSAGE_SIZE];
+    pd_status status = pd_force_balance(ctx, &model->flow, d->lo, d->hi, force);
+    if (status != PD_ERR_GEOMETRY) return status;
+    memcpy(message, ctx->message, sizeof message);
+    const char *what = strchr(message, ' ');
+    return pdi_fail(ctx, status, "force", "%.500s; balance = no leaves it out", what ? what + 1 : message);
+}
+
+/* The steady flow of a dissolution changes with the geometry only. */
+static pd_status pdi_monitor_force(pd_ctx *ctx, pd_model *model, pd_monitor *m)
+{
+    const pd_setup_monitor *d = m->desc;
+    const char *unit = pdi_monitor_unit_force[pdi_monitor_extent(model->setup)];
+    double force[PD_DIM], friction[PD_DIM], pressure[PD_DIM], around[PD_DIM];
+    double scale = d->speed > 0.0 ? 2.0 / (model->flow.rho * d->speed * d->speed * d->area) : 0.0;
+    if (m->seen == model->couple.flow_solves) return PD_OK;
+    m->seen = model->couple.flow_solves;
+    m->count = 0;
+    pd_force_surface(ctx, &model->flow, d->lo, d->hi, force, friction, pressure);
+    pdi_monitor_put_vector(m, 'f', "", unit, force, 1.0);
+    pdi_monitor_put_vector(m, 'f', "_friction", unit, friction, 1.0);
+    pdi_monitor_put_vector(m, 'f', "_pressure", unit, pressure, 1.0);
+    if (d->balance) PDI_TRY(pdi_monitor_balance(ctx, model, d, around));
+    if (d->balance) pdi_monitor_put_vector(m, 'f', "_balance", unit, around, 1.0);
+    if (d->speed > 0.0) pdi_monitor_put_vector(m, 'c', "", "-", force, scale);
+    if (d->speed > 0.0 && d->balance) pdi_monitor_put_vector(m, 'c', "_balance", "-", around, scale);
+    return PD_OK;
+}
+
+/* Concentration of the fluid in each layer: of the mixed stream, sum u c / sum u, or the same everywhere. */
+static void pdi_monitor_fluid(const pd_model *model, pd_monitor *m)
+{
+    const pd_grid *grid = &model->grid;
+    const pd_setup_monitor *d = m->desc;
+    for (int k = 0; k < m->rows; k++) m->fluid[k] = d->fluid;
+    if (d->against != PD_AGAINST_BULK) return;
+    const double *u = model->flow.u + (int64_t)d->axis * grid->total;
+    double *stream = m->profile; /* filled later */
+    for (int k = 0; k < m->rows; k++) m->fluid[k] = stream[k] = 0.0;
+    for (int32_t node = 0; node < grid->total; node++) {
+        int i[PD_DIM];
+        if (grid->kind[node] != PD_FLUID) continue;
+        pdi_grid_index(grid, node, i);
+        m->fluid[i[d->axis]] += u[node] * model->transport.c[node];
+        stream[i[d->axis]] += u[node];
+    }
+    for (int k = 0; k < m->rows; k++) m->fluid[k] /= stream[k];
+}
+
+static void pdi_monitor_transfer(pd_ctx *ctx, pd_model *model, pd_monitor *m)
+{
+    const pd_setup_monitor *d = m->desc;
+    double flux = 0.0, area = 0.0, driven = 0.0;
+    pd_measure_exchange(ctx, &model->transport, model->setup->has_dissolve ? &model->dissolve : NULL, d->lo, d->hi,
+                        d->axis, m->flux, m->area);
+    pdi_monitor_fluid(model, m);
+    for (int k = 0; k < m->rows; k++) {
+        flux += m->flux[k];
+        area += m->area[k];
+        if (m->area[k] > 0.0) driven += m->area[k] * (d->surface - m->fluid[k]);
+    }
+    if (d->area > 0.0) {
+        driven *= d->area / area;
+        area = d->area;
+    }
+    pdi_monitor_put(m, "flux", pdi_monitor_unit_species[pdi_monitor_extent(model->setup)], flux);
+    pdi_monitor_put(m, "area", pdi_monitor_unit_area[pdi_monitor_extent(model->setup)], area);
+    pdi_monitor_put(m, "density", "mol/m2/s", flux / area);
+    if (d->length > 0.0) pdi_monitor_put(m, "Sh", "-", flux * d->length / (driven * d->diffusivity));
+}
+
+static void pdi_monitor_total(pd_ctx *ctx, pd_model *model, pd_monitor *m)
+{
+    const pd_setup *u = model->setup;
+    pd_measure_box_result r;
+    pd_measure_box(ctx, &model->bonds, u->has_flow ? &model->flow : NULL, u->has_transport ? &model->transport : NULL,
+                   u->has_dissolve ? &model->dissolve : NULL, m->desc->lo, m->desc->hi, &r);
+    pdi_monitor_put(m, "volume", pdi_monitor_unit_volume[pdi_monitor_extent(u)], r.volume);
+    if (u->has_flow) {
+        pdi_monitor_put(m, "energy", pdi_monitor_unit_energy[pdi_monitor_extent(u)], r.energy);
+        pdi_monitor_put_vector(m, 'm', "", pdi_monitor_unit_momentum[pdi_monitor_extent(u)], r.momentum, 1.0);
+    }
+    if (u->has_transport) {
+        pdi_monitor_put(m, "dissolved", pdi_monitor_unit_amount[pdi_monitor_extent(u)], r.dissolved);
+        pdi_monitor_put(m, "C_min", "mol/m3", r.least);
+        pdi_monitor_put(m, "C_max", "mol/m3", r.most);
+    }
+    if (u->has_dissolve) pdi_monitor_put(m, "solid", pdi_monitor_unit_amount[pdi_monitor_extent(u)], r.solid);
+}
+
+static pd_status pdi_monitor_figures(pd_ctx *ctx, pd_model *model, pd_monitor *m)
+{
+    if (m->desc->kind == PD_MONITOR_FORCE) return pdi_monitor_force(ctx, model, m);
+    m->count = 0;
+    if (m->desc->kind == PD_MONITOR_PLANE) pdi_monitor_plane(ctx, model, m);
+    if (m->desc->kind == PD_MONITOR_TRANSFER) pdi_monitor_transfer(ctx, model, m);
+    if (m->desc->kind == PD_MONITOR_TOTAL) pdi_monitor_total(ctx, model, m);
+    return PD_OK;
+}
+
+/* ---- profiles ---- */
+
+/* Add the name of a column; returns the next place. */
+static int pdi_monitor_name(char names[][PD_SETUP_NAME], int column, const char *name)
+{
+    snprintf(names[column], PD_SETUP_NAME, "%s", name);
+    return column + 1;
+}
+
+/* Columns of a line: length along it, position, fields, v with its components. first[f]: column of field f. */
+static int pdi_monitor_line_names(const pd_monitor *m, char names[][PD_SETUP_NAME], int *first)
+{
+    char name[PD_SETUP_NAME];
+    int count = pdi_monitor_name(names, 0, "s [m]");
+    for (int d = 0; d < PD_DIM; d++) {
+        snprintf(name, sizeof name, "%c [m]", "xyz"[d]);
+        count = pdi_monitor_name(names, count, name);
+    }
+    for (int f = 0; f < PD_FIELD_COUNT; f++) {
+        first[f] = count;
+        if (!((m->desc->fields >> f) & 1u)) continue;
+        for (int d = 0; d < PD_DIM && f == PD_FIELD_V; d++) {
+            snprintf(name, sizeof name, "v%c [m/s]", "xyz"[d]);
+            count = pdi_monitor_name(names, count, name);
+        }
+        if (f != PD_FIELD_V) count = pdi_monitor_name(names, count, pdi_sample_label((pd_field)f));
+    }
+    return count;
+}
+
+static int pdi_monitor_transfer_names(const pd_setup *u, const pd_monitor *m, char names[][PD_SETUP_NAME])
+{
+    char name[PD_SETUP_NAME];
+    int count;
+    snprintf(name, sizeof name, "%c [m]", "xyz"[m->desc->axis]);
+    count = pdi_monitor_name(names, 0, name);
+    snprintf(name, sizeof name, "area [%s]", pdi_monitor_unit_area[pdi_monitor_extent(u)]);
+    count = pdi_monitor_name(names, count, name);
+    count = pdi_monitor_name(names, count, "density [mol/m2/s]");
+    if (!(m->desc->length > 0.0)) return count;
+    count = pdi_monitor_name(names, count, "C_fluid [mol/m3]");
+    return pdi_monitor_name(names, count, "Sh [-]");
+}
+
+static void pdi_monitor_line_fill(const pd_model *model, pd_monitor *m)
+{
+    const pd_setup_monitor *d = m->desc;
+    for (int k = 0; k < m->rows; k++) {
+        double *row = m->profile + (int64_t)k * m->columns, *x = row + 1, share = k / (m->rows - 1.0), square = 0.0;
+        int column = 1 + PD_DIM;
+        for (int a = 0; a < PD_DIM; a++) {
+            x[a] = (1.0 - share) * d->lo[a] + share * d->hi[a];
+            square += (x[a] - d->lo[a]) * (x[a] - d->lo[a]);
+        }
+        row[0] = sqrt(square);
+        for (int f = 0; f < PD_FIELD_COUNT; f++)
+            for (int c = 0; c < (f == PD_FIELD_V ? PD_DIM : 1) && ((d->fields >> f) & 1u); c++)
+                row[column++] = pdi_sample_point(model, (pd_field)f, c, x);
+    }
+}
+
+static void pdi_monitor_transfer_fill(const pd_model *model, pd_monitor *m)
+{
+    const pd_setup_monitor *d = m->desc;
+    for (int k = 0; k < m->rows; k++) {
+        double *row = m->profile + (int64_t)k * m->columns;
+        row[0] = model->grid.lo[d->axis] + (k + 0.5) * model->grid.h[d->axis];
+        row[1] = m->area[k];
+        row[2] = m->area[k] > 0.0 ? m->flux[k] / m->area[k] : (double)NAN;
+        if (!(d->length > 0.0)) continue;
+        row[3] = m->fluid[k];
+        row[4] = row[2] * d->length / ((d->surface - m->fluid[k]) * d->diffusivity);
+    }
+}
+
+/* `count` columns from `first` over column 0. Lengths in a unit of readable size. What has no value leaves a gap. */
+static pd_status pdi_monitor_draw(pd_ctx *ctx, const pd_monitors *all, const pd_monitor *m, int first, int count,
+                                  const char *axis, const char *label, const char *path)
+{
+    char title[PD_SETUP_NAME + 2 * PD_UNITS_TEXT], stamp[PD_UNITS_TEXT], x_label[16];
+    static const char *const names[] = {"x", "y", "z"};
+    double *work = NULL, last = m->profile[(int64_t)(m->rows - 1) * m->columns];
+    double unit = last < 2e-3 ? 1e6 : last < 2.0 ? 1e3 : 1.0;
+    int64_t size = (int64_t)(count + 1) * m->rows, shown = 0;
+    pd_plot plot;
+    memset(&plot, 0, sizeof plot);
+    PDI_TRY(PDI_NEW(ctx, "monitor", size, work));
+    for (int k = 0; k < m->rows; k++) {
+        const double *row = m->profile + (int64_t)k * m->columns;
+        work[k] = unit * row[0];
+        for (int c = 0; c < count; c++) {
+            work[(int64_t)(c + 1) * m->rows + k] = row[first + c];
+            shown += fabs(row[first + c]) < HUGE_VAL;
+        }
+    }
+    pdi_setup_show(all->model->couple.time, "s", stamp);
+    snprintf(title, sizeof title, "%.60s: %.40s, t = %s", all->model->setup->name, m->desc->name, stamp);
+    snprintf(x_label, sizeof x_label, "%s [%s]", axis, unit > 1e4 ? "um" : unit > 10.0 ? "mm" : "m");
+    plot.title = title;
+    plot.x_label = x_label;
+    plot.y_label = label;
+    plot.count = count;
+    for (int c = 0; c < count; c++) {
+        plot.series[c].name = count > 1 ? names[c] : NULL;
+        plot.series[c].x = work;
+        plot.series[c].y = work + (int64_t)(c + 1) * m->rows;
+        plot.series[c].count = m->rows;
+    }
+    pd_status status = shown ? pd_plot_write(ctx, path, &plot) : PD_OK;
+    PDI_DELETE(ctx, size, work);
+    return status;
+}
+
+/* ---- files ---- */
+
+/* "FOLDER/line_NAME_C_000012_t6.1s.png" */
+static pd_status pdi_monitor_path(pd_ctx *ctx, const pd_monitors *all, const pd_monitor *m, const char *field,
+                                  int frame, const char *extension, char *path)
+{
+    char prefix[2 * PD_SETUP_NAME], name[PD_PATH_SIZE];
+    snprintf(prefix, sizeof prefix, "%s_%s%s%s", pdi_setup_monitor_name(m->desc->kind), m->desc->name,
+             field[0] ? "_" : "", field);
+    PDI_TRY(pd_file_frame_name(ctx, prefix, frame, all->model->couple.time, extension, name));
+    return pd_file_join(ctx, all->folder, name, path);
+}
+
+static pd_status pdi_monitor_line_images(pd_ctx *ctx, const pd_monitors *all, const pd_monitor *m, const int *first,
+                                         int frame)
+{
+    char path[PD_PATH_SIZE];
+    for (int f = 0; f < PD_FIELD_COUNT; f++) {
+        if (!((m->desc->images >> f) & 1u)) continue;
+        PDI_TRY(pdi_monitor_path(ctx, all, m, pdi_setup_field_name((pd_field)f), frame, "png", path));
+        PDI_TRY(pdi_monitor_draw(ctx, all, m, first[f], f == PD_FIELD_V ? PD_DIM : 1, "s",
+                                 pdi_sample_label((pd_field)f), path));
+    }
+    return PD_OK;
+}
+
+static pd_status pdi_monitor_profile(pd_ctx *ctx, const pd_monitors *all, pd_monitor *m, int frame)
+{
+    char names[1 + PD_DIM + PD_FIELD_COUNT + PD_DIM][PD_SETUP_NAME], path[PD_PATH_SIZE];
+    const char *list[1 + PD_DIM + PD_FIELD_COUNT + PD_DIM];
+    const pd_setup_monitor *d = m->desc;
+    int first[PD_FIELD_COUNT], line = d->kind == PD_MONITOR_LINE;
+    const pd_setup *u = all->model->setup;
+    int count = line ? pdi_monitor_line_names(m, names, first) : pdi_monitor_transfer_names(u, m, names);
+    for (int k = 0; k < count; k++) list[k] = names[k];
+    if (line) pdi_monitor_line_fill(all->model, m);
+    else pdi_monitor_transfer_fill(all->model, m);
+    PDI_TRY(pdi_monitor_path(ctx, all, m, "", frame, "csv", path));
+    PDI_TRY(pd_csv_write(ctx, path, NULL, list, count, m->profile, m->rows));
+    if (line) return pdi_monitor_line_images(ctx, all, m, first, frame);
+    int sherwood = d->length > 0.0;
+    PDI_TRY(pdi_monitor_path(ctx, all, m, sherwood ? "Sh" : "density", frame, "png", path));
+    return pdi_monitor_draw(ctx, all, m, sherwood ? 4 : 2, 1, d->axis == 0 ? "x" : d->axis == 1 ? "y" : "z",
+                            sherwood ? "Sh [-]" : "density [mol/m2/s]", path);
+}
+
+static pd_status pdi_monitor_table(pd_ctx *ctx, const pd_monitors *all, pd_monitor *m)
+{
+    char names[PD_MONITOR_FIGURES + 1][64], file[2 * PD_SETUP_NAME], path[PD_PATH_SIZE];
+    const char *list[PD_MONITOR_FIGURES + 1];
+    snprintf(names[0], sizeof names[0], "time [s]");
+    for (int k = 0; k < m->count; k++)
+        snprintf(names[k + 1], sizeof names[0], "%s [%s]", m->figure[k].key, m->figure[k].unit);
+    for (int k = 0; k <= m->count; k++) list[k] = names[k];
+    snprintf(file, sizeof file, "%s_%s.csv", pdi_setup_monitor_name(m->desc->kind), m->desc->name);
+    PDI_TRY(pd_file_join(ctx, all->folder, file, path));
+    return pd_csv_create(ctx, path, NULL, list, m->count + 1, &m->table);
+}
+
+/* ---- life ---- */
+
+static pd_status pdi_monitor_reserve(pd_ctx *ctx, const pd_model *model, pd_monitor *m)
+{
+    const pd_setup_monitor *d = m->desc;
+    m->rows = d->kind == PD_MONITOR_LINE ? d->points : 0;
+    m->columns = 1 + PD_DIM;
+    for (int f = 0; f < PD_FIELD_COUNT; f++)
+        if ((d->fields >> f) & 1u) m->columns += f == PD_FIELD_V ? PD_DIM : 1;
+    if (d->kind == PD_MONITOR_TRANSFER) {
+        m->rows = d->axis < 0 ? 1 : model->grid.n[d->axis];
+        m->columns = d->length > 0.0 ? 5 : 3;
+        PDI_TRY(PDI_NEW(ctx, "monitor", m->rows, m->flux));
+        PDI_TRY(PDI_NEW(ctx, "monitor", m->rows, m->area));
+        PDI_TRY(PDI_NEW(ctx, "monitor", m->rows, m->fluid));
+    }
+    return m->rows ? PDI_NEW(ctx, "monitor", (int64_t)m->rows * m->columns, m->profile) : PD_OK;
+}
+
+pd_status pd_monitors_build(pd_ctx *ctx, pd_model *model, pd_monitors *all)
+{
+    const pd_setup *u = model->setup;
+    memset(all, 0, sizeof *all);
+    all->model = model;
+    for (int k = 0; k < u->probes; k++) {
+        all->line = u->probe[k].line;
+        if (!pdi_sample_inside(model, u->probe[k].at))
+            return pdi_fail(ctx, PD_ERR_GEOMETRY, "probe", "'%s' stands in the wall", u->probe[k].name);
+    }
+    for (int k = 0; k < u->monitors; k++) {
+        pd_monitor *m = &all->monitor[k];
+        m->desc = &u->monitor[k];
+        m->seen = -1;
+        all->line = m->desc->line;
+        PDI_TRY(pdi_monitor_reserve(ctx, model, m));
+        PDI_TRY(pdi_monitor_figures(ctx, model, m));
+        m->seen = -1;
+    }
+    return PD_OK;
+}
+
+pd_status pd_monitors_open(pd_ctx *ctx, pd_monitors *all, const char *folder)
+{
+    if (strlen(folder) >= PD_PATH_SIZE)
+        return pdi_fail(ctx, PD_ERR_SIZE, "monitor", "the path of the folder is too long");
+    memcpy(all->folder, folder, strlen(folder) + 1);
+    for (int k = 0; k < all->model->setup->monitors; k++)
+        if (all->monitor[k].count) PDI_TRY(pdi_monitor_table(ctx, all, &all->monitor[k]));
+    return PD_OK;
+}
+
+pd_status pd_monitors_step(pd_ctx *ctx, pd_monitors *all)
+{
+    const pd_couple *c = &all->model->couple;
+    double row[PD_MONITOR_FIGURES + 1];
+    int count = all->model->setup->monitors;
+    if (count == 0) return PD_OK;
+    pdi_sample_prepare(all->model);
+    /* sources belong to a step: before the first one they are those that it starts with */
+    if (c->dissolve && c->steps == 0) PDI_TRY(pd_dissolve_prepare(ctx, c->dissolve));
+    for (int k = 0; k < count; k++) {
+        pd_monitor *m = &all->monitor[k];
+        PDI_TRY(pdi_monitor_figures(ctx, all->model, m));
+        if (m->count == 0) continue;
+        row[0] = c->time;
+        for (int f = 0; f < m->count; f++) row[f + 1] = m->figure[f].value;
+        PDI_TRY(pd_csv_row(ctx, &m->table, row));
+    }
+    return PD_OK;
+}
+
+pd_status pd_monitors_frame(pd_ctx *ctx, pd_monitors *all, int frame)
+{
+    for (int k = 0; k < all->model->setup->monitors; k++) {
+        pd_monitor *m = &all->monitor[k];
+        if (m->rows > 1) PDI_TRY(pdi_monitor_profile(ctx, all, m, frame));
+    }
+    return PD_OK;
+}
+
+void pd_monitors_print(const pd_monitors *all, pd_print_fn print, void *user)
+{
+    char text[1024];
+    if (!print) return;
+    for (int k = 0; k < all->model->setup->monitors; k++) {
+        const pd_monitor *m = &all->monitor[k];
+        if (m->count == 0) continue;
+        snprintf(text, sizeof text, "result case=%s %s=%s time=%.9g", all->model->setup->name,
+                 pdi_setup_monitor_name(m->desc->kind), m->desc->name, all->model->couple.time);
+        for (int f = 0; f < m->count; f++) {
+            size_t used = strlen(text);
+            snprintf(text + used, sizeof text - used, " %s=%.9g", m->figure[f].key, m->figure[f].value);
+        }
+        print(user, PD_PRINT_RESULT, text);
+    }
+}
+
+pd_status pd_monitors_close(pd_ctx *ctx, pd_monitors *all)
+{
+    for (int k = 0; k < all->model->setup->monitors; k++) PDI_TRY(pd_csv_close(ctx, &all->monitor[k].table));
+    return PD_OK;
+}
+
+void pd_monitors_free(pd_ctx *ctx, pd_monitors *all)
+{
+    pd_ctx quiet = *ctx; /* a failure to close must not hide an earlier message */
+    for (int k = 0; k < PD_SETUP_MONITORS; k++) {
+        pd_monitor *m = &all->monitor[k];
+        pd_csv_close(&quiet, &m->table);
+        PDI_DELETE(ctx, (int64_t)m->rows * m->columns, m->profile);
+        PDI_DELETE(ctx, m->rows, m->flux);
+        PDI_DELETE(ctx, m->rows, m->area);
+        PDI_DELETE(ctx, m->rows, m->fluid);
+    }
+    memset(all, 0, sizeof *all);
+}
+
 /* ======== >>run.c ======== */
 /* run: see run.h */
 #include <math.h>
@@ -19133,6 +20409,7 @@ typedef struct pdi_run {
     pd_model model;
     pd_output output;
     pd_observables observables;
+    pd_monitors monitors;
     pd_status status;     /* of the observer */
     int stopped;
     double started, told; /* [s] clock */
@@ -19158,6 +20435,13 @@ static int pdi_run_due(const pdi_run *r)
     return time >= next && fabs(time - multiple) <= 1e-9 * every;
 }
 
+static pd_status pdi_run_frame(pdi_run *r)
+{
+    int frame = r->output.frame;
+    PDI_TRY(pd_output_frame(r->ctx, &r->output));
+    return r->output.frame > frame ? pd_monitors_frame(r->ctx, &r->monitors, frame) : PD_OK;
+}
+
 static int pdi_run_observe(void *user, const pd_couple *couple)
 {
     pdi_run *r = (pdi_run *)user;
@@ -19165,7 +20449,8 @@ static int pdi_run_observe(void *user, const pd_couple *couple)
     pd_observe(r->ctx, &r->model, &r->observables);
     if (r->desc->stop && r->desc->stop(r->desc->stop_user)) r->stopped = 1;
     r->status = pd_output_step(r->ctx, &r->output, &r->observables);
-    if (r->status == PD_OK && pdi_run_due(r)) r->status = pd_output_frame(r->ctx, &r->output);
+    if (r->status == PD_OK) r->status = pd_monitors_step(r->ctx, &r->monitors);
+    if (r->status == PD_OK && pdi_run_due(r)) r->status = pdi_run_frame(r);
     pdi_run_progress(r);
     return r->stopped || r->status < 0;
 }
@@ -19175,6 +20460,8 @@ static pd_status pdi_run_steps(pdi_run *r)
     pd_couple *couple = &r->model.couple;
     PDI_TRY(pd_couple_run(r->ctx, couple, r->setup->until, r->setup->every, pdi_run_observe, r));
     PDI_TRY(r->status);
+    PDI_TRY(pd_monitors_close(r->ctx, &r->monitors));
+    pd_monitors_print(&r->monitors, r->desc->print, r->desc->print_user);
     return pd_output_close(r->ctx, &r->output);
 }
 
@@ -19203,6 +20490,31 @@ static void pdi_run_collect(const pdi_run *r, pd_run_result *result)
     result->bytes_per_node = nodes ? (double)r->ctx->peak / (double)nodes : 0.0;
 }
 
+/* Put file and line before the message of a setup that cannot be built. */
+static void pdi_run_blame(pd_ctx *ctx, const pd_setup *setup, int line)
+{
+    char where[320], message[PD_MESSAGE_SIZE];
+    if (!setup->source[0]) return;
+    memcpy(message, ctx->message, sizeof message);
+    if (line > 0) snprintf(where, sizeof where, "%.280s:%d", setup->source, line);
+    else snprintf(where, sizeof where, "%.280s", setup->source);
+    pdi_fail(ctx, ctx->status, where, "%s", message);
+}
+
+/* Build everything that can refuse the setup; nothing is written before that. */
+static pd_status pdi_run_build(pdi_run *r, pd_run_result *result)
+{
+    pd_status status = pd_model_build(r->ctx, r->setup, &r->model);
+    int line = r->model.line;
+    if (status == PD_OK) {
+        status = pd_monitors_build(r->ctx, &r->model, &r->monitors);
+        line = r->monitors.line;
+    }
+    result->bad_input = status < 0 && status != PD_ERR_MEMORY && status != PD_ERR_LIMIT;
+    if (result->bad_input) pdi_run_blame(r->ctx, r->setup, line);
+    return status;
+}
+
 static pd_status pdi_run_built(pdi_run *r, pd_run_result *result)
 {
     const char *folder = r->desc->folder ? r->desc->folder : r->setup->folder;
@@ -19211,6 +20523,7 @@ static pd_status pdi_run_built(pdi_run *r, pd_run_result *result)
     if (r->desc->check) return PD_OK;
     PDI_TRY(pd_observe_build(r->ctx, &r->model, &r->observables));
     PDI_TRY(pd_output_open(r->ctx, &r->model, folder, &r->output));
+    PDI_TRY(pd_monitors_open(r->ctx, &r->monitors, folder));
     pd_status status = pdi_run_steps(r);
     result->unknowns = 0;
     pdi_run_collect(r, result);
@@ -19227,14 +20540,12 @@ pd_status pd_run(pd_ctx *ctx, const pd_setup *setup, const pd_run_desc *desc, pd
     r->setup = setup;
     r->started = r->told = pdi_par_clock();
     if (setup->threads > 0 && ctx->threads == 0) ctx->threads = setup->threads;
-    pd_status status = pd_model_build(ctx, setup, &r->model);
-    result->bad_input = status < 0 && status != PD_ERR_MEMORY && status != PD_ERR_LIMIT;
-    if (status == PD_OK) {
-        status = pdi_run_built(r, result);
-        pd_output_free(ctx, &r->output);
-        pd_observe_free(ctx, &r->observables);
-        pd_model_free(ctx, &r->model);
-    }
+    pd_status status = pdi_run_build(r, result);
+    if (status == PD_OK) status = pdi_run_built(r, result);
+    pd_output_free(ctx, &r->output);
+    pd_observe_free(ctx, &r->observables);
+    pd_monitors_free(ctx, &r->monitors);
+    pd_model_free(ctx, &r->model);
     PDI_DELETE(ctx, 1, r);
     return status;
 }

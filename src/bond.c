@@ -1,5 +1,6 @@
 /* bond: see bond.h */
 #include "bond.h"
+#include "par.h"
 #include "vec.h"
 #include <math.h>
 #include <string.h>
@@ -592,6 +593,47 @@ pd_status pd_bonds_update(pd_ctx *ctx, const int32_t *changed, int32_t count, pd
         }
     }
     return pdi_bond_arrange(ctx, bonds);
+}
+
+/* Fluxes through the plane of the bonds that start at `node`, of index i. */
+static void pdi_bond_cross(const pd_bonds *bonds, int32_t node, const int *i, int axis, int index,
+                           pdi_bond_flux_fn flux, const void *user, pdi_sum *sum)
+{
+    const pd_stencil *s = bonds->stencil;
+    const pd_grid *grid = bonds->grid;
+    for (int k = 0; k < s->count; k++) {
+        if (i[axis] + s->offset[k * PD_DIM + axis] < index) continue;
+        /* bonds that would leave the arrays start behind a side ghost */
+        int inside = 1;
+        for (int d = 0; d < PD_DIM; d++) {
+            int far = i[d] + s->offset[k * PD_DIM + d];
+            inside = inside && far >= -grid->ghost && far < grid->n[d] + grid->ghost;
+        }
+        if (!inside) continue;
+        uint8_t far_kind = grid->kind[node + bonds->shift[k]];
+        if (grid->kind[node] != PD_FLUID && far_kind != PD_FLUID) continue;
+        int port = far_kind == PD_INLET || far_kind == PD_OUTLET;
+        if (port && i[axis] + s->offset[k * PD_DIM + axis] < grid->n[axis]) continue; /* passes a side beside */
+        if (!pdi_grid_open(far_kind) || pdi_bond_closed_group(bonds, node, k) >= 0) continue;
+        pdi_sum_add(sum, flux(user, node, k) * pdi_grid_circumference(grid, node));
+    }
+}
+
+PDI_FN double pdi_bond_section(const pd_bonds *bonds, int axis, int index, pdi_bond_flux_fn flux, const void *user)
+{
+    const pd_grid *grid = bonds->grid;
+    pdi_sum sum = {0.0, 0.0};
+    for (int32_t node = 0; node < grid->total; node++) {
+        int i[PD_DIM];
+        if (!pdi_grid_open(grid->kind[node])) continue;
+        pdi_grid_index(grid, node, i);
+        if (i[axis] >= index || i[axis] < index - bonds->stencil->reach) continue;
+        /* ghosts count before the box, not beside it: ports there belong to no plane, and an image repeats a bond of
+         * the box */
+        if (grid->kind[node] != PD_FLUID && i[axis] >= 0) continue;
+        pdi_bond_cross(bonds, node, i, axis, index, flux, user, &sum);
+    }
+    return pdi_sum_total(&sum);
 }
 
 pd_status pd_bonds_validate(pd_ctx *ctx, const pd_bonds *b)

@@ -112,6 +112,11 @@ static inline pdi_lanes pdi_bond_open_lanes(const pd_bonds *bonds, int32_t row, 
 PDI_FN void pdi_bond_drive(const pd_bonds *bonds, int32_t row, pd_velocity_fn wall, void *user, double *drive);
 /* Fraction t at which the cut bond k of a row meets the surface, and the place x [m]. */
 PDI_FN double pdi_bond_meet(const pd_bonds *bonds, int32_t row, int k, double *x);
+/* A flux through the open bond k of node i, counted towards its far end. */
+typedef double (*pdi_bond_flux_fn)(const void *user, int32_t i, int k);
+/* Sum of the fluxes of all bonds that cross the plane between the cells index - 1 and index of `axis`. One end of each
+ * is fluid, and each pair of nodes counts once. */
+PDI_FN double pdi_bond_section(const pd_bonds *bonds, int axis, int index, pdi_bond_flux_fn flux, const void *user);
 /* First closed group on bond k from `node` (index into the stencil's groups); -1: open. */
 PDI_FN int pdi_bond_closed_group(const pd_bonds *bonds, int32_t node, int k);
 #endif

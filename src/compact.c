@@ -44,12 +44,13 @@ static void pdi_compact_fill_cell(pd_compact *c, int64_t cell, int32_t node, dou
                                   const pdi_compact_convection *v, const pdi_compact_faces *faces)
 {
     const pd_grid *grid = c->grid;
-    double wall = 0.0, measure = pdi_grid_measure(grid, node), mass = measure * c->mass[cell];
+    double wall = 0.0, around = pdi_grid_circumference(grid, node), mass = around * c->mass[cell];
     for (int d = 0; d < PD_DIM; d++) {
         const double *u = v->u ? v->u + (int64_t)d * grid->total : NULL;
         for (int up = 0; up < 2; up++) {
             int32_t other = up ? node + grid->stride[d] : node - grid->stride[d];
-            double face = 0.5 * (measure + pdi_grid_measure(grid, other)), inverse = face / (grid->h[d] * grid->h[d]);
+            double face = 0.5 * (around + pdi_grid_circumference(grid, other));
+            double inverse = face / (grid->h[d] * grid->h[d]);
             uint8_t kind = grid->kind[other];
             double diffusivity = field ? field[node] : constant;
             if (kind == PD_FLUID) {

@@ -39,7 +39,7 @@ static double pdi_dissolve_area(const pd_dissolve *d, int32_t j, int k)
 /* Volume of node j over that of node i. */
 static double pdi_dissolve_over(const pd_dissolve *d, int32_t j, int32_t i)
 {
-    return pdi_grid_measure(d->grid, j) / pdi_grid_measure(d->grid, i);
+    return pdi_grid_circumference(d->grid, j) / pdi_grid_circumference(d->grid, i);
 }
 
 /* Far end of bond k of node i. Ghosts behind a side of the box stand for their images, so that a front that meets a
@@ -360,7 +360,7 @@ double pd_dissolve_stock(pd_ctx *ctx, const pd_dissolve *d)
     pdi_sum sum = {0.0, 0.0};
     (void)ctx;
     for (int32_t j = 0; j < d->grid->total; j++)
-        if (d->grid->kind[j] == PD_SOLID) pdi_sum_add(&sum, d->transport->c[j] * pdi_grid_measure(d->grid, j));
+        if (d->grid->kind[j] == PD_SOLID) pdi_sum_add(&sum, d->transport->c[j] * pdi_grid_circumference(d->grid, j));
     return pdi_sum_total(&sum) * d->bonds->stencil->volume;
 }
 

@@ -235,44 +235,15 @@ PDI_FN double pdi_flow_bond_flux(const pd_flow *flow, int32_t i, int k)
     return flux - flow->tau * pdi_bond_lap(flow->bonds, i)[k] * tie;
 }
 
-/* 1 when index i lies outside of the box along `axis` only. */
-static int pdi_flow_repeats(const pd_grid *grid, int axis, const int *i)
+static double pdi_flow_section_bond(const void *user, int32_t i, int k)
 {
-    for (int d = 0; d < PD_DIM; d++)
-        if (d != axis && (i[d] < 0 || i[d] >= grid->n[d])) return 0;
-    return 1;
+    return pdi_flow_bond_flux((const pd_flow *)user, i, k);
 }
 
-/* Bonds that start before the plane and end behind it; each pair of nodes counts once. */
 double pd_flow_section(pd_ctx *ctx, pd_flow *flow, int axis, int index)
 {
-    const pd_stencil *s = flow->bonds->stencil;
-    const pd_grid *grid = flow->grid;
-    double sum = 0.0;
     pd_flow_prepare(ctx, flow);
-    for (int32_t node = 0; node < grid->total; node++) {
-        int i[PD_DIM];
-        if (!pdi_grid_open(grid->kind[node]) || grid->kind[node] == PD_OUTLET) continue;
-        pdi_grid_index(grid, node, i);
-        if (i[axis] >= index || i[axis] < index - s->reach) continue;
-        /* images count where the flow itself repeats, not beside it */
-        if (grid->kind[node] == PD_IMAGE && !pdi_flow_repeats(grid, axis, i)) continue;
-        for (int k = 0; k < s->count; k++) {
-            if (i[axis] + s->offset[k * PD_DIM + axis] < index) continue;
-            /* bonds that would leave the arrays start behind a side ghost */
-            int inside = 1;
-            for (int d = 0; d < PD_DIM; d++) {
-                int far = i[d] + s->offset[k * PD_DIM + d];
-                inside = inside && far >= -grid->ghost && far < grid->n[d] + grid->ghost;
-            }
-            if (!inside) continue;
-            uint8_t far_kind = grid->kind[node + flow->bonds->shift[k]];
-            if (grid->kind[node] != PD_FLUID && far_kind != PD_FLUID) continue;
-            if (!pdi_grid_open(far_kind) || pdi_bond_closed_group(flow->bonds, node, k) >= 0) continue;
-            sum += pdi_flow_bond_flux(flow, node, k) * s->volume * pdi_grid_measure(grid, node);
-        }
-    }
-    return sum;
+    return pdi_bond_section(flow->bonds, axis, index, pdi_flow_section_bond, flow) * flow->bonds->stencil->volume;
 }
 
 double pd_flow_section_nodes(pd_ctx *ctx, const pd_flow *flow, int axis, int index)
@@ -285,7 +256,7 @@ double pd_flow_section_nodes(pd_ctx *ctx, const pd_flow *flow, int axis, int ind
         if (grid->kind[node] != PD_FLUID) continue;
         pdi_grid_index(grid, node, i);
         if (i[axis] != index) continue;
-        sum += flow->u[(int64_t)axis * grid->total + node] * face * pdi_grid_measure(grid, node);
+        sum += flow->u[(int64_t)axis * grid->total + node] * face * pdi_grid_circumference(grid, node);
     }
     return sum;
 }

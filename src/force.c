@@ -17,15 +17,6 @@ static int pdi_force_inside(const pd_grid *grid, const double *lo, const double 
     return 1;
 }
 
-/* Circumference at the distance `out` outwards from the node; 1 on a planar grid. */
-static double pdi_force_around(const pd_grid *grid, int32_t node, double out)
-{
-    double x[PD_DIM];
-    if (!grid->circumference) return 1.0;
-    pd_grid_position(grid, node, x);
-    return 2.0 * PDI_PI * fabs(x[PD_DIM - 1] + out);
-}
-
 /* Around an axis radial forces cancel. */
 static void pdi_force_cancel(const pd_grid *grid, double *force)
 {
@@ -48,7 +39,7 @@ static void pdi_force_press(const pd_flow *flow, int32_t r, const double *lo, co
         if (!pdi_force_inside(flow->grid, lo, hi, at)) continue;
         for (int d = 0; d < PD_DIM; d++)
             p += t * s->xi[k * PD_DIM + d] * flow->grad[(int64_t)d * flow->grid->total + node];
-        double volume = s->volume * pdi_force_around(flow->grid, node, 0.5 * s->xi[k * PD_DIM + PD_DIM - 1]);
+        double volume = s->volume * pdi_grid_around(flow->grid, node, 0.5 * s->xi[k * PD_DIM + PD_DIM - 1]);
         for (int d = 0; d < PD_DIM; d++) press[d] += 2.0 * volume * s->grad[k * PD_DIM + d] * p;
     }
 }
@@ -62,7 +53,7 @@ static void pdi_force_rub(const pd_flow *flow, int32_t r, double *rub)
     for (int d = 0; d < PD_DIM; d++) {
         int64_t at = (int64_t)d * total + node;
         double drive = flow->drive ? flow->drive[at] : 0.0;
-        rub[d] = bonds->stencil->volume * pdi_grid_measure(flow->grid, node) *
+        rub[d] = bonds->stencil->volume * pdi_grid_circumference(flow->grid, node) *
                  (flow->nu * (bonds->wall_lap[r] * flow->u[at] - drive) -
                   bonds->wall_curv[r] * (flow->grad[at] - flow->force[d]));
     }
@@ -164,7 +155,7 @@ static pd_status pdi_force_sides(pd_ctx *ctx, const pd_flow *flow, const int *fi
                 if (grid->kind[node + k * stride] != PD_FLUID)
                     return pdi_fail(ctx, PD_ERR_GEOMETRY, "force",
                                     "a side of the box, axis %d, comes within two cells of a closed node", axis);
-            double area = face * pdi_force_around(grid, node, axis == PD_DIM - 1 ? -0.5 * grid->h[axis] : 0.0);
+            double area = face * pdi_grid_around(grid, node, axis == PD_DIM - 1 ? -0.5 * grid->h[axis] : 0.0);
             pdi_force_pass(flow, node, axis, pass);
             for (int d = 0; d < PD_DIM; d++) pdi_sum_add(&sum[d], (side ? -1.0 : 1.0) * flow->rho * area * pass[d]);
             more = 0;
@@ -195,7 +186,7 @@ pd_status pd_force_balance(pd_ctx *ctx, pd_flow *flow, const double *lo, const d
         int i[PD_DIM], inside = grid->kind[node] == PD_FLUID;
         pdi_grid_index(grid, node, i);
         for (int d = 0; d < PD_DIM; d++) inside = inside && i[d] >= first[d] && i[d] <= last[d];
-        if (inside) fluid += pdi_grid_measure(grid, node);
+        if (inside) fluid += pdi_grid_circumference(grid, node);
     }
     for (int d = 0; d < PD_DIM; d++)
         force[d] = pdi_sum_total(&sum[d]) + flow->rho * flow->force[d] * fluid * flow->bonds->stencil->volume;

@@ -40,6 +40,14 @@ int64_t pd_grid_count(const pd_grid *grid, pd_kind kind)
     return count;
 }
 
+PDI_FN double pdi_grid_around(const pd_grid *grid, int32_t node, double out)
+{
+    double x[PD_DIM];
+    if (!grid->circumference) return 1.0;
+    pd_grid_position(grid, node, x);
+    return 2.0 * PDI_PI * fabs(x[PD_DIM - 1] + out);
+}
+
 /* The side of the box behind which index i lies; -1: inside; -2: behind an edge or corner. */
 static int pdi_grid_side(const pd_grid *grid, const int *i)
 {

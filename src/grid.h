@@ -89,10 +89,12 @@ PDI_FN int pdi_grid_inside(const pd_grid *grid, const int *i);
  * others; identity inside the box. *flip (or NULL): bit d set when it is mirrored along axis d. */
 PDI_FN int32_t pdi_grid_image(const pd_grid *grid, int32_t node, int *flip);
 /* Factor of the cell volume in sums over volume: the circumference of an axisymmetric node [m], else 1. */
-static inline double pdi_grid_measure(const pd_grid *grid, int32_t node)
+static inline double pdi_grid_circumference(const pd_grid *grid, int32_t node)
 {
     return grid->circumference ? grid->circumference[node / grid->stride[PD_DIM - 1]] : 1.0;
 }
+/* The same at the distance `out` [m] outwards from the node. */
+PDI_FN double pdi_grid_around(const pd_grid *grid, int32_t node, double out);
 /* Bring index i[] back through periodic and mirror sides only; the bits of flip as above. */
 PDI_FN int pdi_grid_fold(const pd_grid *grid, int *i);
 /* The same for a position [m]; behind inlets and outlets the geometry is the mirror image too, so those fold likewise.

@@ -49,8 +49,8 @@ static void pdi_inlet_scan(const pd_setup *setup, const pd_grid *grid, int side,
         pd_grid_position(grid, node, x);
         x[axis] = side % 2 ? grid->hi[axis] : grid->lo[axis];
         pdi_inlet_expression(&setup->side[side], x, u);
-        sum += pdi_inlet_sign(side) * u[axis] * pdi_grid_measure(grid, node);
-        weight += pdi_grid_measure(grid, node);
+        sum += pdi_inlet_sign(side) * u[axis] * pdi_grid_circumference(grid, node);
+        weight += pdi_grid_circumference(grid, node);
     } while (pdi_inlet_next(grid, axis, i));
     if (weight > 0.0) layer->velocity = sum / weight;
 }
@@ -131,7 +131,7 @@ static void pdi_inlet_rings(const pd_grid *grid, int side, double lo, double hi,
     if (several) *area = 0.0;
     if (several) do {
             int32_t node = pd_grid_node(grid, i);
-            if (grid->kind[node] == PD_FLUID) *area += pdi_grid_measure(grid, node) * grid->h[r];
+            if (grid->kind[node] == PD_FLUID) *area += pdi_grid_circumference(grid, node) * grid->h[r];
         } while (pdi_inlet_next(grid, axis, i));
 }
 
@@ -187,6 +187,7 @@ pd_status pd_inlet_build(pd_ctx *ctx, const pd_setup *setup, const pd_grid *grid
         pdi_inlet_layer layer;
         double area;
         if (s->kind != PD_SIDE_INLET || s->profile == PD_PROFILE_REST) continue;
+        inlet->latest = side;
         pdi_inlet_scan(setup, grid, side, &layer);
         PDI_TRY(pdi_inlet_measure(ctx, grid, side, &layer, inlet, &area));
         if (PD_DIM == 2 && !grid->circumference && s->flow_rate > 0.0)

@@ -11,6 +11,7 @@ typedef struct pd_inlet {
     double centre[2 * PD_DIM][PD_DIM]; /* [m] of the open part; axisymmetric: 0 */
     double inner[2 * PD_DIM];   /* [m] axisymmetric, across the axis: least radius of the open part, 0: a tube */
     int first;                  /* first inlet side, -1: none */
+    int latest;                 /* the side that was measured last: the one that the build refuses */
 } pd_inlet;
 
 #define pd_inlet_build PD_NAME(pd_inlet_build)

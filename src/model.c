@@ -25,9 +25,12 @@ static pd_status pdi_model_lattice(pd_ctx *ctx, pd_model *m)
         if (u->side[s].open) grid.entry = pd_inlet_enters;
     grid.entry_user = (void *)u; /* only read */
     PDI_TRY(pd_stencil_build(ctx, &stencil, &m->stencil));
+    if (u->shape_line) m->line = u->shape_line; /* what the lattice refuses are shapes */
     PDI_TRY(pd_grid_build(ctx, &m->stencil, &grid, &m->grid));
     PDI_TRY(pd_bonds_build(ctx, &m->stencil, &m->grid, 0, &m->bonds));
-    return pd_inlet_build(ctx, u, &m->grid, &m->inlet);
+    pd_status status = pd_inlet_build(ctx, u, &m->grid, &m->inlet);
+    m->line = u->side[m->inlet.latest].line;
+    return status;
 }
 
 /* The flow at the start, and what moves it on. */
@@ -185,6 +188,7 @@ static pd_status pdi_model_parts(pd_ctx *ctx, pd_model *m)
     for (int k = 0; k < PD_PART_COUNT; k++) {
         size_t before = ctx->in_use;
         if (!wanted[k]) continue;
+        m->line = u->line[part[k]];
         PDI_TRY(build[k](ctx, m));
         m->bytes[part[k]] = ctx->in_use - before;
     }
@@ -211,7 +215,9 @@ pd_status pd_model_build(pd_ctx *ctx, const pd_setup *setup, pd_model *m)
         if (setup->motion == PD_MOTION_IMPLICIT) m->couple.implicit = &m->implicit;
         if (setup->motion == PD_MOTION_EXPLICIT) m->couple.unsteady = &m->unsteady;
     }
+    int line = m->line;
     if (status < 0) pd_model_free(ctx, m);
+    m->line = line;
     return status;
 }
 

@@ -51,30 +51,28 @@ static void pdi_op_sweep_init(const pd_bonds *bonds, const double *f, const doub
 
 /* ---- gradient: G f_i = sum g (f_j - f_i); the sum of g over a whole family is zero (eq. 2.4) ---- */
 
-static void pdi_op_gradient_whole(const pdi_op_sweep *w, int32_t i, int count)
+static void pdi_op_slope_whole(const pd_bonds *bonds, const double *f, int32_t i, int count,
+                               double slope[PD_DIM][PDI_LANES])
 {
-    const pd_stencil *s = w->bonds->stencil;
-    double sum[PD_DIM][PDI_LANES];
-    memset(sum, 0, sizeof sum);
+    const pd_stencil *s = bonds->stencil;
+    memset(slope, 0, PD_DIM * sizeof *slope);
     for (int k = 0; k < s->count / 2; k++) {
-        const double *far = w->f + i + w->bonds->shift[k], *back = w->f + i - w->bonds->shift[k];
-        const double *g = s->grad + k * PD_DIM;
+        const double *far = f + i + bonds->shift[k], *back = f + i - bonds->shift[k], *g = s->grad + k * PD_DIM;
         for (int d = 0; d < PD_DIM; d++)
-            for (int b = 0; b < count; b++) sum[d][b] += g[d] * (far[b] - back[b]);
+            for (int b = 0; b < count; b++) slope[d][b] += g[d] * (far[b] - back[b]);
     }
-    for (int d = 0; d < PD_DIM; d++) memcpy(w->out + (int64_t)d * w->total + i, sum[d], (size_t)count * sizeof(double));
 }
 
 /* K^-1 sum w xi (f_j - f_i) with the moments K of the open bonds (eq. 3.5). */
-static void pdi_op_gradient_cut(const pdi_op_sweep *w, int32_t r, int count)
+static void pdi_op_slope_cut(const pd_bonds *bonds, const double *field, int32_t r, int count,
+                             double slope[PD_DIM][PDI_LANES])
 {
-    const pd_bonds *bonds = w->bonds;
     const pd_stencil *s = bonds->stencil;
     int32_t i = bonds->node[r];
     double sum[PD_DIM][PDI_LANES], open[PDI_LANES];
     memset(sum, 0, sizeof sum);
     for (int k = 0; k < s->count; k++) {
-        const double *far = w->f + i + bonds->shift[k], *f = w->f + i, *xi = s->xi + k * PD_DIM;
+        const double *far = field + i + bonds->shift[k], *f = field + i, *xi = s->xi + k * PD_DIM;
         double base = s->base[k];
         pdi_lanes lanes = pdi_bond_open_lanes(bonds, r, k, count, open);
         if (lanes == PDI_LANES_NONE) continue;
@@ -89,9 +87,29 @@ static void pdi_op_gradient_cut(const pdi_op_sweep *w, int32_t r, int count)
         for (int d = 0; d < PD_DIM; d++) {
             double value = 0.0;
             for (int e = 0; e < PD_DIM; e++) value += inverse[d * PD_DIM + e] * sum[e][b];
-            w->out[(int64_t)d * w->total + i + b] = value;
+            slope[d][b] = value;
         }
     }
+}
+
+static void pdi_op_gradient_put(const pdi_op_sweep *w, int32_t i, int count, double slope[PD_DIM][PDI_LANES])
+{
+    for (int d = 0; d < PD_DIM; d++)
+        memcpy(w->out + (int64_t)d * w->total + i, slope[d], (size_t)count * sizeof(double));
+}
+
+static void pdi_op_gradient_whole(const pdi_op_sweep *w, int32_t i, int count)
+{
+    double slope[PD_DIM][PDI_LANES];
+    pdi_op_slope_whole(w->bonds, w->f, i, count, slope);
+    pdi_op_gradient_put(w, i, count, slope);
+}
+
+static void pdi_op_gradient_cut(const pdi_op_sweep *w, int32_t r, int count)
+{
+    double slope[PD_DIM][PDI_LANES];
+    pdi_op_slope_cut(w->bonds, w->f, r, count, slope);
+    pdi_op_gradient_put(w, w->bonds->node[r], count, slope);
 }
 
 void pd_op_gradient(const pd_ctx *ctx, const pd_bonds *bonds, const double *f, double *grad)
@@ -103,23 +121,11 @@ void pd_op_gradient(const pd_ctx *ctx, const pd_bonds *bonds, const double *f, d
 
 PDI_FN double pdi_op_sample(const pd_bonds *bonds, const double *f, int32_t node, const double *x)
 {
-    const pd_stencil *s = bonds->stencil;
-    int32_t r = bonds->row[node];
-    double sum[PD_DIM], at[PD_DIM], value = f[node];
-    for (int d = 0; d < PD_DIM; d++) sum[d] = 0.0;
-    for (int k = 0; k < s->count; k++) {
-        int32_t j = node + bonds->shift[k];
-        if (r >= 0 && (!pdi_bond_open(bonds, r, k) || bonds->grid->kind[j] == PD_INLET)) continue;
-        for (int d = 0; d < PD_DIM; d++)
-            sum[d] += (r < 0 ? s->grad[k * PD_DIM + d] : s->base[k] * s->xi[k * PD_DIM + d]) * (f[j] - f[node]);
-    }
+    double slope[PD_DIM][PDI_LANES], at[PD_DIM], value = f[node];
+    if (bonds->row[node] < 0) pdi_op_slope_whole(bonds, f, node, 1, slope);
+    else pdi_op_slope_cut(bonds, f, bonds->row[node], 1, slope);
     pd_grid_position(bonds->grid, node, at);
-    for (int d = 0; d < PD_DIM; d++) {
-        double slope = r < 0 ? sum[d] : 0.0;
-        for (int e = 0; e < PD_DIM && r >= 0; e++)
-            slope += bonds->moment[(int64_t)r * PD_DIM * PD_DIM + d * PD_DIM + e] * sum[e];
-        value += slope * (x[d] - at[d]);
-    }
+    for (int d = 0; d < PD_DIM; d++) value += slope[d][0] * (x[d] - at[d]);
     return value;
 }
 

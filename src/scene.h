@@ -20,6 +20,11 @@
  *   [output]     every  fields = C, v, p, kind, grain, phase, D, rate, density  images = ...  slice = z 0 um  prefix
  *                folder
  *   [probe NAME] at = x, y  fields = C, v
+ *   [line NAME]  from = x, y  to = x, y  points = 101 | spacing  fields  images
+ *   [plane NAME] at = x 1 mm
+ *   [force NAME] box = a .. b, c .. d  balance = yes|no  speed, length (3D: area): reference values of coefficients
+ *   [transfer NAME] box  along = x|y|z  length  surface = C there  fluid = inlet|bulk|C  D  area
+ *   [total NAME] box
  *
  * Named constants in numbers and expressions: Csat, Cs, and rho_m, M_m, z_m of the material.
  */

@@ -56,6 +56,12 @@ PDI_FN const char *pdi_setup_field_needs(const pd_setup *setup, pd_field field)
     return NULL;
 }
 
+PDI_FN const char *pdi_setup_monitor_name(pd_monitor_kind kind)
+{
+    static const char *const names[] = {"line", "plane", "force", "transfer", "total"};
+    return names[kind];
+}
+
 PDI_FN const char *pdi_setup_side_name(int side) { return pdi_setup_sides[side]; }
 
 PDI_FN const pd_expr_symbol *pdi_setup_position(void) { return pdi_setup_axes; }

@@ -12,6 +12,7 @@
 
 #define PD_SETUP_NAME 64
 #define PD_SETUP_PROBES 16
+#define PD_SETUP_MONITORS 32
 #define PD_SETUP_NOTES 32
 #define PD_SETUP_MASKS 8
 
@@ -28,6 +29,16 @@ typedef enum pd_field {
     PD_FIELD_DENSITY,
     PD_FIELD_COUNT
 } pd_field;
+
+/* Parts of a model, in the order of the summary. */
+typedef enum pd_part {
+    PD_PART_GRID = 0, /* stencil, lattice, bonds */
+    PD_PART_FLOW,     /* fields and steady solver */
+    PD_PART_TRANSPORT,
+    PD_PART_DISSOLVE,
+    PD_PART_GRAIN,
+    PD_PART_COUNT
+} pd_part;
 
 typedef enum pd_profile {
     PD_PROFILE_REST = 0, /* no velocity */
@@ -47,6 +58,7 @@ typedef struct pd_setup_side {
     double slide[PD_DIM];     /* [m/s] of a wall along itself */
     int holds;                /* a wall that holds a concentration */
     double held;              /* [mol/m3] */
+    int line;                 /* of the file, 0: none */
 } pd_setup_side;
 
 /* How the flow gets from one instant to the next. */
@@ -61,11 +73,49 @@ typedef struct pd_setup_probe {
     char name[PD_SETUP_NAME];
     double at[PD_DIM]; /* [m] */
     unsigned fields;   /* bit k: pd_field k */
+    int line;          /* of the file */
 } pd_setup_probe;
+
+/* What is watched in a run, besides the probes. */
+typedef enum pd_monitor_kind {
+    PD_MONITOR_LINE = 0, /* fields along a straight line, at output times */
+    PD_MONITOR_PLANE,    /* what passes a plane of the lattice */
+    PD_MONITOR_FORCE,    /* of the flow on what a box holds */
+    PD_MONITOR_TRANSFER, /* metal from walls and solids in a box to the fluid */
+    PD_MONITOR_TOTAL     /* what a box holds */
+} pd_monitor_kind;
+
+/* The concentration of the fluid that a Sherwood number refers to. */
+typedef enum pd_against {
+    PD_AGAINST_VALUE = 0,
+    PD_AGAINST_INLET,
+    PD_AGAINST_BULK /* of the mixed stream, layer by layer of `axis` */
+} pd_against;
+
+typedef struct pd_setup_monitor {
+    pd_monitor_kind kind;
+    char name[PD_SETUP_NAME];
+    int line;                      /* of the file */
+    double lo[PD_DIM], hi[PD_DIM]; /* [m] the box; line: its ends */
+    unsigned fields, images;       /* line. bit k: pd_field k */
+    int points;                    /* line */
+    int axis;                      /* plane: across it; transfer: of the local values, -1: none */
+    int index;                     /* plane: between the cells index - 1 and index */
+    int balance;                   /* force: measured around the box, too */
+    double speed;                  /* [m/s] force: reference, 0: no coefficients */
+    double area;                   /* [m^(d-1)] force: reference; transfer: of the surface, 0: measured */
+    double length;                 /* [m] transfer: reference, 0: no Sherwood number */
+    double diffusivity;            /* [m2/s] transfer */
+    double surface, fluid;         /* [mol/m3] transfer: concentrations that drive */
+    pd_against against;
+} pd_setup_monitor;
 
 typedef struct pd_setup {
     char name[PD_SETUP_NAME];  /* of the case: the file without folder and ending */
     char folder[PD_PATH_SIZE]; /* of the output */
+    char source[PD_PATH_SIZE]; /* the file as it was named, for messages */
+    int line[PD_PART_COUNT];   /* of the file: the section of each part, 0: none */
+    int shape_line;            /* of the first solid, without solid of the first shape; 0: none */
     int threads;               /* 0: all */
     /* lattice and geometry */
     double m;                          /* [-] horizon ratio */
@@ -120,6 +170,8 @@ typedef struct pd_setup {
     double slice_at;        /* [m] */
     pd_setup_probe probe[PD_SETUP_PROBES];
     int probes;
+    pd_setup_monitor monitor[PD_SETUP_MONITORS];
+    int monitors;
     /* what the reader has to say about the file, a line each */
     char note[PD_SETUP_NOTES][200];
     int notes;
@@ -135,6 +187,8 @@ PD_API void pd_setup_free(pd_ctx *ctx, pd_setup *setup);
 #ifdef PDI_INTERNAL
 /* Name of a field in files: "C", "v", ... */
 PDI_FN const char *pdi_setup_field_name(pd_field field);
+/* Section of a kind of monitor: "line", ... */
+PDI_FN const char *pdi_setup_monitor_name(pd_monitor_kind kind);
 /* Why the field does not exist in this setup: "[flow]", "[transport]", ...; NULL: it does. */
 PDI_FN const char *pdi_setup_field_needs(const pd_setup *setup, pd_field field);
 /* "x-", "x+", "y-", ... */

@@ -294,6 +294,7 @@ static pd_status pdi_sketch_grains(pdi_sketch *s)
         return pd_text_refuse(s->ctx, s->text, s->section, "grains",
                               "found other grains than in a shape above, expected the same for all solids");
     s->setup->grain = grain;
+    s->setup->line[PD_PART_GRAIN] = s->text->section[s->section].line;
     s->setup->has_grains = 1;
     return PD_OK;
 }
@@ -311,6 +312,8 @@ static pd_status pdi_sketch_section(pdi_sketch *s)
     s->name[s->names] = label;
     s->index[s->names] = index;
     s->used[s->names++] = kind != PDI_SKETCH_PART;
+    int line = s->text->section[s->section].line;
+    if (s->names == 1 || (kind == PDI_SKETCH_SOLID && s->setup->solid < 0)) s->setup->shape_line = line;
     if (kind == PDI_SKETCH_WALL) return pdi_setup_join(s->ctx, s->setup, index, &s->setup->wall);
     if (kind != PDI_SKETCH_SOLID) return PD_OK;
     PDI_TRY(pdi_sketch_material(s));

@@ -336,7 +336,7 @@ static pd_status pdi_transport_setup(pd_ctx *ctx, pd_transport *t)
         double drain = t->absorb[node] + (t->diffusion.hold ? t->diffusion.hold[node] : 0.0);
         if (grid->kind[node] != PD_FLUID || !(drain > 0.0)) continue;
         pdi_grid_index(grid, node, i);
-        c->mass[pdi_compact_cell(grid, i)] += (float)(drain * pdi_grid_measure(grid, node));
+        c->mass[pdi_compact_cell(grid, i)] += (float)(drain * pdi_grid_circumference(grid, node));
     }
     return pd_multigrid_setup(ctx, &t->mg, c->active, (const float *const *)c->conduct,
                               t->flow ? (const float *const *)c->flux : NULL, c->wall, c->mass);
@@ -401,17 +401,17 @@ static void pdi_transport_boundary(pd_transport *t)
     const pd_grid *grid = t->grid;
     for (int32_t i = 0; i < grid->total; i++) {
         if (grid->kind[i] != PD_FLUID) continue;
-        double measure = pdi_grid_measure(grid, i);
+        double around = pdi_grid_circumference(grid, i);
         if (t->diffusion.hold) {
             double gain = t->diffusion.drive[i] - t->diffusion.hold[i] * t->c[i];
-            pdi_sum_add(gain > 0.0 ? &in : &out, fabs(gain) * measure);
+            pdi_sum_add(gain > 0.0 ? &in : &out, fabs(gain) * around);
         }
         if (!pdi_transport_sees_ends(t, i, 1)) continue;
         for (int k = 0; k < t->bonds->stencil->count; k++) {
             if (!pdi_transport_open(t, i, k)) continue;
             uint8_t far_kind = grid->kind[i + t->bonds->shift[k]];
-            if (far_kind == PD_OUTLET) pdi_sum_add(&out, measure * pdi_transport_bond_flux(t, t->c, i, k));
-            if (far_kind == PD_INLET) pdi_sum_add(&in, -measure * pdi_transport_bond_flux(t, t->c, i, k));
+            if (far_kind == PD_OUTLET) pdi_sum_add(&out, around * pdi_transport_bond_flux(t, t->c, i, k));
+            if (far_kind == PD_INLET) pdi_sum_add(&in, -around * pdi_transport_bond_flux(t, t->c, i, k));
         }
     }
     t->outflow = pdi_sum_total(&out) * t->bonds->stencil->volume;
@@ -613,11 +613,54 @@ pd_status pd_transport_explicit(pd_ctx *ctx, pd_transport *t, double dt)
     return PD_OK;
 }
 
+/* Upwinded flux [mol/m3/s] of bond k of node i. One of both ends is fluid, the flux is told from there. */
+static double pdi_transport_section_bond(const void *user, int32_t i, int k)
+{
+    const pd_transport *t = (const pd_transport *)user;
+    if (t->grid->kind[i] == PD_FLUID) return pdi_transport_bond_flux(t, t->c, i, k);
+    return -pdi_transport_bond_flux(t, t->c, i + t->bonds->shift[k], t->bonds->stencil->count - 1 - k);
+}
+
+/* The same of its antidiffusive flux with the present ratios (eq. 5.4). Ports have none. */
+static double pdi_transport_section_anti(const void *user, int32_t i, int k)
+{
+    const pd_transport *t = (const pd_transport *)user;
+    double flux, bond, upwind;
+    int32_t j = i + t->bonds->shift[k];
+    if (t->grid->kind[i] != PD_FLUID) return -pdi_transport_section_anti(t, j, t->bonds->stencil->count - 1 - k);
+    if (t->grid->kind[j] == PD_INLET || t->grid->kind[j] == PD_OUTLET) return 0.0;
+    pdi_transport_bond(t, i, k, &flux, &bond, &upwind);
+    int falls = t->c[i] > t->c[j];
+    double alpha = fmin(falls ? t->up[i] : t->down[i], falls ? t->down[j] : t->up[j]);
+    return alpha * upwind * (t->c[i] - t->c[j]);
+}
+
+double pd_transport_section(pd_ctx *ctx, pd_transport *t, int axis, int index)
+{
+    double low, anti;
+    pdi_sum sum = {0.0, 0.0};
+    (void)ctx;
+    pd_ghosts_scalar(&t->bonds->ghosts, t->c);
+    low = pdi_bond_section(t->bonds, axis, index, pdi_transport_section_bond, t);
+    /* What passes the plane is all that the nodes before it gain: the fluxes between them cancel. Through a periodic
+     * axis they gain at its other end too. */
+    for (int32_t node = 0; node < t->grid->total; node++) {
+        int i[PD_DIM];
+        if (t->grid->kind[node] != PD_FLUID) continue;
+        pdi_grid_index(t->grid, node, i);
+        if (i[axis] < index) pdi_sum_add(&sum, t->anti[node] * pdi_grid_circumference(t->grid, node));
+    }
+    anti = pdi_sum_total(&sum);
+    if (t->grid->side[2 * axis] == PD_SIDE_PERIODIC && t->flow && t->desc.advection == PD_ADVECTION_LIMITED)
+        anti = pdi_bond_section(t->bonds, axis, index, pdi_transport_section_anti, t);
+    return (low - anti) * t->bonds->stencil->volume;
+}
+
 static double pdi_transport_total(const pd_transport *t, const double *field)
 {
     pdi_sum sum = {0.0, 0.0};
     for (int32_t i = 0; i < t->grid->total; i++)
-        if (t->grid->kind[i] == PD_FLUID) pdi_sum_add(&sum, field[i] * pdi_grid_measure(t->grid, i));
+        if (t->grid->kind[i] == PD_FLUID) pdi_sum_add(&sum, field[i] * pdi_grid_circumference(t->grid, i));
     return pdi_sum_total(&sum) * t->bonds->stencil->volume;
 }
 

@@ -72,6 +72,7 @@ typedef struct pd_transport_result {
 #define pd_transport_steady PD_NAME(pd_transport_steady)
 #define pd_transport_explicit PD_NAME(pd_transport_explicit)
 #define pd_transport_limit PD_NAME(pd_transport_limit)
+#define pd_transport_section PD_NAME(pd_transport_section)
 #define pd_transport_stock PD_NAME(pd_transport_stock)
 #define pd_transport_carried PD_NAME(pd_transport_carried)
 #define pd_transport_free PD_NAME(pd_transport_free)
@@ -94,6 +95,10 @@ PD_API pd_status pd_transport_steady(pd_ctx *ctx, pd_transport *transport, pd_tr
 PD_API pd_status pd_transport_explicit(pd_ctx *ctx, pd_transport *transport, double dt);
 /* Largest explicit step [s] that keeps every node within its neighbours. */
 PD_API double pd_transport_limit(pd_ctx *ctx, const pd_transport *transport);
+/* Flux [mol/s, per m in planar 2D] towards + of all bonds that cross the plane between cells index - 1 and index of
+ * `axis` (index 1 .. n-1) at the end of the last step, antidiffusive fluxes included: what the scheme conserves (eq.
+ * 5.1, 5.4). Along a periodic axis up to the tolerance of the limiter. */
+PD_API double pd_transport_section(pd_ctx *ctx, pd_transport *transport, int axis, int index);
 /* Dissolved amount [mol, per m in planar 2D] in fluid nodes. */
 PD_API double pd_transport_stock(pd_ctx *ctx, const pd_transport *transport);
 /* Amount [mol] in carry: owed by the last solve, delivered by the next step. */

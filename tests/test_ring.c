@@ -238,8 +238,8 @@ TEST(conservation)
         pd_op_divergence(&s->ctx, &s->bonds, s->u, s->out);
         for (int32_t node = 0; node < s->total; node++) {
             if (s->grid.kind[node] != PD_FLUID) continue;
-            sum[0] += s->out[node] * pdi_grid_measure(&s->grid, node);
-            size[0] += fabs(s->out[node]) * pdi_grid_measure(&s->grid, node);
+            sum[0] += s->out[node] * pdi_grid_circumference(&s->grid, node);
+            size[0] += fabs(s->out[node]) * pdi_grid_circumference(&s->grid, node);
         }
         for (int32_t node = 0; node < s->total; node++) s->f[node] = random_real(&state);
         pd_ghosts_scalar(&s->bonds.ghosts, s->f);
@@ -248,7 +248,7 @@ TEST(conservation)
         pd_op_laplacian(&s->ctx, &s->bonds, s->u, s->out + s->total);
         for (int32_t node = 0; node < s->total; node++) {
             if (s->grid.kind[node] != PD_FLUID) continue;
-            double volume = pdi_grid_measure(&s->grid, node);
+            double volume = pdi_grid_circumference(&s->grid, node);
             sum[1] += s->out[node] * volume;
             size[1] += fabs(s->out[node]) * volume;
             sum[2] += (s->u[node] * s->out[node] - s->f[node] * s->out[s->total + node]) * volume;
@@ -289,7 +289,8 @@ TEST(order)
         mean[level] = most[level] = 0.0;
         for (int32_t node = 0; node < s->total; node++) {
             if (s->grid.kind[node] != PD_FLUID) continue;
-            double volume = pdi_grid_measure(&s->grid, node), error = fabs(s->out[node] + (a * a + b * b) * s->f[node]);
+            double volume = pdi_grid_circumference(&s->grid, node);
+            double error = fabs(s->out[node] + (a * a + b * b) * s->f[node]);
             mean[level] += volume * error;
             weight += volume;
             most[level] = fmax(most[level], error);
@@ -370,7 +371,7 @@ static double pipe_error(int cells, int first, double m, double *gradient, int64
     for (int32_t node = 0; node < s->total; node++) {
         if (s->grid.kind[node] != PD_FLUID) continue;
         pd_grid_position(&s->grid, node, x);
-        double volume = pdi_grid_measure(&s->grid, node);
+        double volume = pdi_grid_circumference(&s->grid, node);
         double e = t.flow.u[node] - developed(t.inner, outer, x[1]), v = t.flow.u[s->total + node];
         sum += volume * (e * e + v * v);
         weight += volume;
@@ -484,8 +485,8 @@ static double fading_error(int n, double *gone)
         if (s->grid.kind[i] != PD_FLUID) continue;
         pd_grid_position(&s->grid, i, x);
         double e = transport.c[i] - 2.0 - exp(-0.1 * zero * zero) * bessel0(zero * x[1]);
-        sum += pdi_grid_measure(&s->grid, i) * e * e;
-        weight += pdi_grid_measure(&s->grid, i);
+        sum += pdi_grid_circumference(&s->grid, i) * e * e;
+        weight += pdi_grid_circumference(&s->grid, i);
     }
     pd_advance_free(&s->ctx, &advance);
     pd_transport_free(&s->ctx, &transport);
