@@ -34,6 +34,7 @@
  *   stencil    the family of an interior node of a uniform lattice and its calibrated weights.
  *   grid       the uniform lattice with ghost layers, the kind of every node, the geometry behind it.
  *   ghost      fills the ghosts that stand for fluid nodes: images behind periodic and mirror sides, and outlets.
+ *   ring       the weights of bonds on an axisymmetric lattice, whose nodes are rings around the axis r = 0.
  *   bond       rows of open bonds for fluid nodes whose family is cut, and runs of nodes whose family is whole.
  *   grain      Voronoi grains of a polycrystal and the volume fraction of their boundaries.
  *   op         the peridynamic operators on scalar and vector fields.
@@ -245,6 +246,8 @@ PDI_FN void pdi_free(pd_ctx *ctx, size_t count, size_t size, void *slot);
 #define PD_VEC_H
 
 #ifdef PDI_INTERNAL
+#define PDI_PI 3.14159265358979323846
+
 #if PD_DIM == 1
 #define PDI_SYM 1
 #elif PD_DIM == 2
@@ -646,6 +649,8 @@ typedef struct pd_grid_desc {
     pd_entry_fn entry;             /* tells inlet and outlet apart, place by place, on sides that are one of them; NULL:
                                     * as `side` says */
     void *entry_user;
+    int axisymmetric;              /* 2D: axis 0 is z, axis 1 is r >= 0, and nodes are rings. A box that begins at r = 0
+                                    * has a mirror there; else it begins at least one horizon away from the axis */
 } pd_grid_desc;
 
 typedef struct pd_grid {
@@ -660,6 +665,7 @@ typedef struct pd_grid {
     int solid, wall;
     pd_entry_fn entry;
     void *entry_user;
+    double *circumference; /* [np of the last axis] [m] 2 pi |r| of axisymmetric rows of nodes; NULL: planar */
     uint8_t *kind;        /* [total] pd_kind */
     int64_t fluid_count, solid_count;
 } pd_grid;
@@ -671,8 +677,9 @@ typedef struct pd_grid {
 #define pd_grid_count PD_NAME(pd_grid_count)
 
 /* solid == -1 etc. as in the desc. PD_ERR_GEOMETRY: the box is not a whole number of cells, a shape lies outside the
- * box (behind periodic and mirror sides it is cut off), no fluid node is left. PD_ERR_ARGUMENT: an axis is periodic on
- * one side only. */
+ * box (behind periodic and mirror sides it is cut off), no fluid node is left, an axisymmetric box does not begin at
+ * the axis or a horizon away. PD_ERR_ARGUMENT: an axis is periodic on one side only; axisymmetric not in 2D, or with
+ * sides across r other than the axis, walls, inlets and outlets. */
 PD_API pd_status pd_grid_build(pd_ctx *ctx, const pd_stencil *stencil, const pd_grid_desc *desc, pd_grid *grid);
 PD_API void pd_grid_free(pd_ctx *ctx, pd_grid *grid);
 /* Position [m] of node id (ghosts included). */
@@ -690,6 +697,13 @@ PDI_FN int pdi_grid_inside(const pd_grid *grid, const int *i);
 /* Node of the box that a ghost stands for: its place one period on behind periodic sides, its mirror image behind all
  * others; identity inside the box. *flip (or NULL): bit d set when it is mirrored along axis d. */
 PDI_FN int32_t pdi_grid_image(const pd_grid *grid, int32_t node, int *flip);
+/* Factor of the cell volume in sums over volume: the circumference of an axisymmetric node [m], else 1. */
+static inline double pdi_grid_circumference(const pd_grid *grid, int32_t node)
+{
+    return grid->circumference ? grid->circumference[node / grid->stride[PD_DIM - 1]] : 1.0;
+}
+/* The same at the distance `out` [m] outwards from the node. */
+PDI_FN double pdi_grid_around(const pd_grid *grid, int32_t node, double out);
 /* Bring index i[] back through periodic and mirror sides only; the bits of flip as above. */
 PDI_FN int pdi_grid_fold(const pd_grid *grid, int *i);
 /* The same for a position [m]; behind inlets and outlets the geometry is the mirror image too, so those fold likewise.
@@ -750,6 +764,34 @@ PD_API void pd_ghosts_free(pd_ctx *ctx, pd_ghosts *ghosts);
 
 #endif
 
+/* ======== >>ring.h ======== */
+/* ring: the weights of bonds on an axisymmetric lattice, whose nodes are rings around the axis r = 0.
+ *
+ * Axis 0 is z, the last axis is r, sums over volume count the circumference of a node. A bond between the rings i and
+ * j has one conductance c_ij = c_ji, so what it moves leaves the one and enters the other: a(n) times the mean radius
+ * far from the axis. Near it, where the bonds that would cross it are missing, the conductances closest to that in the
+ * sense of relative entropy which keep the Laplacian and the divergence exact on all quadratics of (z, r): positive for
+ * every horizon ratio and spacing (theory: section 3.5, eq. 3.7 to 3.10).
+ */
+#ifndef PD_RING_H
+#define PD_RING_H
+
+typedef struct pd_ring {
+    int rows, count; /* rows of the padded lattice along r; bonds of a family */
+    double *lap;     /* [rows][count] [1/m2] of the Laplacian: c_ij / r_i; 0 across the axis */
+    double *flux;    /* [rows][count] [-] factor of g(n) in the fluxes of bonds; 0 across the axis */
+    double *hoop;    /* [rows] [1/m2] of the radial component of a vector: lap u_r - hoop u_r is exact on r */
+} pd_ring;
+
+#define pd_ring_build PD_NAME(pd_ring_build)
+#define pd_ring_free PD_NAME(pd_ring_free)
+
+/* Empty on a planar grid. PD_ERR_GEOMETRY: no conductances exist (never seen). */
+PD_API pd_status pd_ring_build(pd_ctx *ctx, const pd_stencil *stencil, const pd_grid *grid, pd_ring *ring);
+PD_API void pd_ring_free(pd_ctx *ctx, pd_ring *ring);
+
+#endif
+
 /* ======== >>bond.h ======== */
 /* bond: rows of open bonds for fluid nodes whose family is cut, and runs of nodes whose family is whole.
  *
@@ -772,7 +814,7 @@ typedef struct pd_bonds {
     int all_rows;        /* every fluid node owns a row (for comparisons of both paths) */
     int32_t *shift;      /* [count] node id of the far end minus that of the node */
     int32_t *cell_shift; /* [cells] the same for the cells of the paths */
-    double norm[PD_DIM]; /* [unit of base m2] sum w xi_a^2 over a whole family */
+    pd_ring ring;        /* weights of an axisymmetric grid; empty: planar */
     int32_t *row;        /* [total] row of a node; -1: whole family, or not fluid */
     int32_t rows, capacity;
     int32_t plain;       /* rows [0, plain) are in the order of their nodes and see no inlet; the others come behind */
@@ -822,6 +864,18 @@ static inline int pdi_bond_piece(int32_t length, int32_t *at)
     if (left > PDI_VECTOR) return (int)(left - left % PDI_VECTOR);
     *at = length - PDI_VECTOR;
     return PDI_VECTOR;
+}
+/* Weights a(n) [count] of the bonds of `node`, and what the flux along bond k of it counts beside g(n). */
+static inline const double *pdi_bond_lap(const pd_bonds *bonds, int32_t node)
+{
+    const pd_ring *ring = &bonds->ring;
+    if (!ring->lap) return bonds->stencil->lap;
+    return ring->lap + (int64_t)(node / bonds->grid->stride[PD_DIM - 1]) * ring->count;
+}
+static inline double pdi_bond_flux(const pd_bonds *bonds, int32_t node, int k)
+{
+    const pd_ring *ring = &bonds->ring;
+    return ring->flux ? ring->flux[(int64_t)(node / bonds->grid->stride[PD_DIM - 1]) * ring->count + k] : 1.0;
 }
 static inline int pdi_bond_open(const pd_bonds *bonds, int32_t row, int k)
 {
@@ -933,6 +987,9 @@ PD_API pd_status pd_grain_measure(pd_ctx *ctx, const pd_grid *grid, const pd_gra
  *   divergence  exact on quadratics  no flux through cut bonds              sum V div u = 0
  *   laplacian   exact on cubics      no flux through cut bonds              sum V lap f = 0, self-adjoint
  *   diffuse     lap times D          no flux through cut bonds              sum V out = 0, self-adjoint
+ *
+ * On an axisymmetric grid they are those of a scalar and of a vector without swirl in (z, r): V counts the
+ * circumference, and "whole" reaches up to the axis (theory: section 3.5).
  */
 #ifndef PD_OP_H
 #define PD_OP_H
@@ -1059,6 +1116,8 @@ typedef struct pd_multigrid_desc {
     int n[PD_DIM];          /* cells of the box, axis 0 fastest */
     int32_t stride[PD_DIM]; /* of the padded lattice on which rhs and x live */
     int32_t first;          /* node of cell 0 on that lattice */
+    const double *weight;   /* [n of the last axis] [m] or [-]: factors of the right-hand side, layer by layer, which
+                             * the coefficients hold already; NULL: 1. Borrowed */
     int symmetric;          /* 1: flux will always be NULL: symmetric cycle, less memory; 0: smoother for flow */
 } pd_multigrid_desc;
 
@@ -1126,7 +1185,7 @@ PD_API void pd_multigrid_cycle(pd_ctx *ctx, pd_multigrid *mg, const double *rhs,
  *
  * The peridynamic operators act on whole families; their compact counterparts have the same continuum limit and
  * bounded spectral ratio, which is all that a preconditioner needs. Arrays run over the cells of the box without
- * ghosts, axis 0 fastest, as multigrid.h wants them.
+ * ghosts, axis 0 fastest, as multigrid.h wants them. On an axisymmetric grid all coefficients count the circumference.
  */
 #ifndef PD_COMPACT_H
 #define PD_COMPACT_H
@@ -1884,8 +1943,8 @@ PD_API pd_status pd_flow_update(pd_ctx *ctx, const int32_t *changed, int32_t cou
 PD_API void pd_flow_prepare(pd_ctx *ctx, pd_flow *flow);
 /* Residuals of the present state: ru [PD_DIM][total] [m/s2], rc [total] [1/s], zero outside of fluid nodes. */
 PD_API void pd_flow_residual(pd_ctx *ctx, pd_flow *flow, double *ru, double *rc);
-/* Volume flux [m^d/s, per unit depth in 2D] of all bonds that cross the plane between cells `index - 1` and `index` of
- * `axis` (index 1 .. n-1): the quantity that the scheme conserves. */
+/* Volume flux [m^d/s; planar 2D: per unit depth, axisymmetric: m3/s] of all bonds that cross the plane between cells
+ * `index - 1` and `index` of `axis` (index 1 .. n-1): the quantity that the scheme conserves. */
 PD_API double pd_flow_section(pd_ctx *ctx, pd_flow *flow, int axis, int index);
 /* The same from node velocities of the layer `index` of `axis`: sum u_axis times the face of a cell. */
 PD_API double pd_flow_section_nodes(pd_ctx *ctx, const pd_flow *flow, int axis, int index);
@@ -1931,9 +1990,10 @@ PDI_FN double pdi_flow_bond_flux(const pd_flow *flow, int32_t i, int k);
 #define pd_force_surface PD_NAME(pd_force_surface)
 #define pd_force_balance PD_NAME(pd_force_balance)
 
-/* force [PD_DIM] [N; 1D: N/m2, 2D: N/m] that the present state of the flow exerts on walls and solids between lo and
- * hi [m]: friction of the fluid nodes there, and pressure on the points there at which bonds meet the surface. friction
- * and pressure are its parts (NULL: not wanted). Friction takes the steady balance of momentum on the surface. */
+/* force [PD_DIM] [N; 1D: N/m2, 2D: N/m, axisymmetric: N along z, 0 across] that the present state of the flow exerts on
+ * walls and solids between lo and hi [m]: friction of the fluid nodes there, and pressure on the points there at which
+ * bonds meet the surface. friction and pressure are its parts (NULL: not wanted). Friction takes the steady balance of
+ * momentum on the surface. */
 PD_API void pd_force_surface(pd_ctx *ctx, pd_flow *flow, const double *lo, const double *hi, double *force,
                              double *friction, double *pressure);
 /* The same for everything inside of the box of cells next to lo .. hi [m], from what passes its sides in a steady flow;
@@ -2287,8 +2347,9 @@ typedef struct pd_transport {
     pd_compact compact;
     pd_multigrid mg;
     pd_krylov krylov;
-    double outflow;         /* [mol/s] (per m in 2D) through outlets and into held walls at the end of the last step */
-    double inflow;          /* [mol/s] (per m in 2D) through inlets and from held walls */
+    double outflow;         /* [mol/s] (per m in planar 2D) through outlets and into held walls at the end of the last
+                             * step */
+    double inflow;          /* [mol/s] (per m in planar 2D) through inlets and from held walls */
 } pd_transport;
 
 typedef struct pd_transport_result {
@@ -2328,11 +2389,11 @@ PD_API pd_status pd_transport_steady(pd_ctx *ctx, pd_transport *transport, pd_tr
 PD_API pd_status pd_transport_explicit(pd_ctx *ctx, pd_transport *transport, double dt);
 /* Largest explicit step [s] that keeps every node within its neighbours. */
 PD_API double pd_transport_limit(pd_ctx *ctx, const pd_transport *transport);
-/* Flux [mol/s, per m in 2D] towards + of all bonds that cross the plane between cells index - 1 and index of `axis`
- * (index 1 .. n-1) at the end of the last step, antidiffusive fluxes included: what the scheme conserves (eq. 5.1,
- * 5.4). Along a periodic axis up to the tolerance of the limiter. */
+/* Flux [mol/s, per m in planar 2D] towards + of all bonds that cross the plane between cells index - 1 and index of
+ * `axis` (index 1 .. n-1) at the end of the last step, antidiffusive fluxes included: what the scheme conserves (eq.
+ * 5.1, 5.4). Along a periodic axis up to the tolerance of the limiter. */
 PD_API double pd_transport_section(pd_ctx *ctx, pd_transport *transport, int axis, int index);
-/* Dissolved amount [mol, per m in 2D] in fluid nodes. */
+/* Dissolved amount [mol, per m in planar 2D] in fluid nodes. */
 PD_API double pd_transport_stock(pd_ctx *ctx, const pd_transport *transport);
 /* Amount [mol] in carry: owed by the last solve, delivered by the next step. */
 PD_API double pd_transport_carried(pd_ctx *ctx, const pd_transport *transport);
@@ -2376,7 +2437,7 @@ typedef struct pd_advance {
     double time;           /* [s] */
     double dt;             /* [s] that a run would try next; 0: not known yet */
     double error;          /* [-] estimated error of the last step */
-    double out, in;        /* [mol] (per m in 2D) through outlets, inlets and held walls since the build */
+    double out, in;        /* [mol] (per m in planar 2D) through outlets, inlets and held walls since the build */
     int64_t steps, rejected, krylov;
     int64_t euler;         /* steps taken by backward Euler to keep the bounds */
 } pd_advance;
@@ -2461,7 +2522,7 @@ PD_API double pd_dissolve_fastest(pd_ctx *ctx, const pd_dissolve *dissolve);
 /* After the transport step of dt [s]: take the losses from the solid, turn empty nodes fluid (grid kinds and ghosts
  * change; bonds, flow and transport are the caller's to update with dissolve->changed). */
 PD_API pd_status pd_dissolve_finish(pd_ctx *ctx, pd_dissolve *dissolve, double dt);
-/* Amount [mol, per m in 2D] left in solid nodes. */
+/* Amount [mol, per m in planar 2D] left in solid nodes. */
 PD_API double pd_dissolve_stock(pd_ctx *ctx, const pd_dissolve *dissolve);
 PD_API void pd_dissolve_free(pd_ctx *ctx, pd_dissolve *dissolve);
 
@@ -2472,7 +2533,8 @@ PD_API void pd_dissolve_free(pd_ctx *ctx, pd_dissolve *dissolve);
  *
  * Fluxes are the sums of bond fluxes that the schemes conserve (theory: eq. 4.2, 5.1), so that two planes with nothing
  * between them agree to rounding. Boxes take the nodes whose centres lie inside. Nothing is allocated or changed but
- * ghosts. In 2D amounts are per metre of depth, in 1D per square metre.
+ * ghosts. In planar 2D amounts are per metre of depth, in 1D per square metre, axisymmetric those of
+ * the whole body.
  */
 #ifndef PD_MEASURE_H
 #define PD_MEASURE_H
@@ -2527,7 +2589,7 @@ PD_API void pd_measure_box(pd_ctx *ctx, const pd_bonds *bonds, const pd_flow *fl
 #ifndef PD_COUPLE_H
 #define PD_COUPLE_H
 
-/* Amounts [mol, per m depth in 2D, per m2 in 1D]. imbalance = solid + dissolved + carry + out - in - start. */
+/* Amounts [mol, per m depth in planar 2D, per m2 in 1D]. imbalance = solid + dissolved + carry + out - in - start. */
 typedef struct pd_ledger {
     double start;     /* [mol] solid and dissolved at the start */
     double solid;     /* [mol] now */
@@ -2636,7 +2698,7 @@ typedef enum pd_part {
 typedef enum pd_profile {
     PD_PROFILE_REST = 0, /* no velocity */
     PD_PROFILE_UNIFORM,
-    PD_PROFILE_PARABOLA, /* 2D: between the walls of the side; 3D: of a tube */
+    PD_PROFILE_PARABOLA, /* 2D: between the walls of the side; 3D, axisymmetric: of a tube, or between two */
     PD_PROFILE_EXPRESSION
 } pd_profile;
 
@@ -2644,7 +2706,7 @@ typedef struct pd_setup_side {
     pd_side kind;
     pd_profile profile;
     double mean;              /* [m/s] speed into the box; unread with flow_rate or an expression */
-    double flow_rate;         /* [m3/s] 0: mean holds. 2D: through a tube as wide as the open part of the side */
+    double flow_rate;         /* [m3/s] 0: mean holds. Planar 2D: through a tube as wide as the open part of the side */
     pd_expr velocity[PD_DIM]; /* of x, y, z; in m/s */
     int open;                 /* inlet where a given flow enters, outlet where it leaves */
     pd_expr entering;         /* of x, y, z; in mol/m3: concentration of what enters an open side */
@@ -2714,6 +2776,7 @@ typedef struct pd_setup {
     double m;                          /* [-] horizon ratio */
     double h[PD_DIM];                  /* [m] */
     double lo[PD_DIM], hi[PD_DIM];     /* [m] box */
+    int axisymmetric;                  /* 2D: x is the axis, y the distance from it */
     pd_shape *shape;                   /* [PD_SHAPE_MAX], children first */
     int shapes, solid, wall, medium;   /* entries in use; index of the solid, the wall, the medium, -1: none */
     uint8_t *mask[PD_SETUP_MASKS];     /* voxels that shapes borrow */
@@ -2923,7 +2986,8 @@ typedef struct pd_inlet {
     int inlets;
     double mean[2 * PD_DIM];    /* [m/s] into the box, 0 for other sides */
     double width[2 * PD_DIM];   /* [m] of the open part: 2H or 2R */
-    double centre[2 * PD_DIM][PD_DIM]; /* [m] of the open part */
+    double centre[2 * PD_DIM][PD_DIM]; /* [m] of the open part; axisymmetric: 0 */
+    double inner[2 * PD_DIM];   /* [m] axisymmetric, across the axis: least radius of the open part, 0: a tube */
     int first;                  /* first inlet side, -1: none */
     int latest;                 /* the side that was measured last: the one that the build refuses */
 } pd_inlet;
@@ -2936,7 +3000,8 @@ typedef struct pd_inlet {
 /* Measure the open part of each inlet side of the grid. PD_ERR_GEOMETRY: a side without open nodes, a parabola where no
  * parabola fits (two openings, a rectangular duct, solid in the opening). setup is borrowed; nothing is allocated. */
 PD_API pd_status pd_inlet_build(pd_ctx *ctx, const pd_setup *setup, const pd_grid *grid, pd_inlet *inlet);
-/* A pd_velocity_fn; user is the pd_inlet. 2D parabola: 3/2 U (1 - s^2); tube: 2 U (1 - (r/R)^2). */
+/* A pd_velocity_fn; user is the pd_inlet. 2D parabola: 3/2 U (1 - s^2); tube: 2 U (1 - (r/R)^2); between
+ * two tubes (R1 < R2, k = R1/R2, s = r/R2): 2 U (1 - s^2 + a ln s)/(1 + k^2 - a), a = (1 - k^2)/ln(1/k). */
 PD_API void pd_inlet_velocity(void *user, const double *x, double *u);
 /* A pd_entry_fn and a pd_point_fn, user being the pd_setup: where a given flow enters through open sides, and the
  * concentration [mol/m3] behind inlets and open sides. */
@@ -5495,9 +5560,8 @@ static pd_status pdi_stencil_family(pd_ctx *ctx, pd_stencil *s)
  * Elliptical horizons: delta_theta = m |xi|/|n| in place of delta (Jafarzadeh et al. 2022, eq. 16, corrected). */
 static void pdi_stencil_printed(pd_stencil *s)
 {
-    static const double pi = 3.14159265358979323846;
-    double horizon_volume = PD_DIM == 1 ? 2.0 : PD_DIM == 2 ? pi : 4.0 * pi / 3.0;
-    double lap_scale = PD_DIM == 1 ? 1.0 : PD_DIM == 2 ? 4.0 / pi : 9.0 / (2.0 * pi);
+    double horizon_volume = PD_DIM == 1 ? 2.0 : PD_DIM == 2 ? PDI_PI : 4.0 * PDI_PI / 3.0;
+    double lap_scale = PD_DIM == 1 ? 1.0 : PD_DIM == 2 ? 4.0 / PDI_PI : 9.0 / (2.0 * PDI_PI);
     for (int d = 0; d < PD_DIM; d++) horizon_volume *= s->m * s->h[d];
     for (int k = 0; k < s->count; k++) {
         const double *xi = s->xi + k * PD_DIM;
@@ -5739,6 +5803,14 @@ int64_t pd_grid_count(const pd_grid *grid, pd_kind kind)
     return count;
 }
 
+PDI_FN double pdi_grid_around(const pd_grid *grid, int32_t node, double out)
+{
+    double x[PD_DIM];
+    if (!grid->circumference) return 1.0;
+    pd_grid_position(grid, node, x);
+    return 2.0 * PDI_PI * fabs(x[PD_DIM - 1] + out);
+}
+
 /* The side of the box behind which index i lies; -1: inside; -2: behind an edge or corner. */
 static int pdi_grid_side(const pd_grid *grid, const int *i)
 {
@@ -5951,10 +6023,36 @@ static pd_status pdi_grid_size(pd_ctx *ctx, const pd_stencil *stencil, const pd_
     return PD_OK;
 }
 
+/* The circumferences of the rows; what would not conserve is refused. */
+static pd_status pdi_grid_rings(pd_ctx *ctx, const pd_stencil *stencil, pd_grid *grid)
+{
+    int r = PD_DIM - 1, at_axis = fabs(grid->lo[r]) <= 1e-9 * grid->h[r];
+    if (PD_DIM != 2)
+        return pdi_fail(ctx, PD_ERR_ARGUMENT, "grid", "axisymmetric in %dD, expected PD_DIM = 2 with axes z and r",
+                        PD_DIM);
+    if (!at_axis && !(grid->lo[r] >= stencil->reach * grid->h[r]))
+        return pdi_fail(ctx, PD_ERR_GEOMETRY, "grid",
+                        "an axisymmetric box begins at r = %g m, expected 0 or at least one horizon, %g m", grid->lo[r],
+                        stencil->reach * grid->h[r]);
+    if (at_axis && grid->side[2 * r] != PD_SIDE_MIRROR)
+        return pdi_fail(ctx, PD_ERR_ARGUMENT, "grid", "the side at the axis r = 0 has type %d, expected mirror",
+                        (int)grid->side[2 * r]);
+    if ((!at_axis && grid->side[2 * r] >= PD_SIDE_PERIODIC) || grid->side[2 * r + 1] >= PD_SIDE_PERIODIC)
+        return pdi_fail(ctx, PD_ERR_ARGUMENT, "grid",
+                        "an axisymmetric box is periodic or mirrored across r > 0, expected wall, inlet or outlet");
+    PDI_TRY(PDI_NEW(ctx, "grid", grid->np[r], grid->circumference));
+    for (int row = 0; row < grid->np[r]; row++) {
+        double cell = row - grid->ghost + 0.5;
+        grid->circumference[row] = 2.0 * PDI_PI * fabs((at_axis ? 0.0 : grid->lo[r]) + cell * grid->h[r]);
+    }
+    return PD_OK;
+}
+
 pd_status pd_grid_build(pd_ctx *ctx, const pd_stencil *stencil, const pd_grid_desc *desc, pd_grid *grid)
 {
     memset(grid, 0, sizeof *grid);
     PDI_TRY(pdi_grid_size(ctx, stencil, desc, grid));
+    if (desc->axisymmetric) PDI_TRY(pdi_grid_rings(ctx, stencil, grid));
     grid->shapes = desc->shapes;
     grid->solid = desc->shapes ? desc->solid : -1;
     grid->wall = desc->shapes ? desc->wall : -1;
@@ -6026,6 +6124,7 @@ PDI_FN void pdi_grid_dissolve(pd_grid *grid, int32_t node)
 void pd_grid_free(pd_ctx *ctx, pd_grid *grid)
 {
     PDI_DELETE(ctx, grid->total, grid->kind);
+    PDI_DELETE(ctx, grid->np[PD_DIM - 1], grid->circumference);
     memset(grid, 0, sizeof *grid);
 }
 
@@ -6133,6 +6232,243 @@ void pd_ghosts_free(pd_ctx *ctx, pd_ghosts *g)
 {
     pdi_ghost_release(ctx, g);
     memset(g, 0, sizeof *g);
+}
+
+/* ======== >>ring.c ======== */
+/* ring: see ring.h
+ *
+ * Radii are in cells here: node i of the rows at the axis has rho_i = i + 1/2, a bond the mean rho = (rho_i + rho_j)/2.
+ */
+#include <math.h>
+#include <string.h>
+
+/* Newton's method for the conductances near the axis: steps, the error of the conditions that is rounding, the one that
+ * has to be reached, and pivots that count as none: total fluxes near the axis are known twice. */
+#define PDI_RING_STEPS 60
+#define PDI_RING_TOLERANCE 4e-16
+#define PDI_RING_EXACT 1e-12
+#define PDI_RING_PIVOT 1e-9
+/* The fit of one set of weights w(n): multipliers of the two conditions at each of the rows next to the axis. */
+typedef struct pdi_ring_fit {
+    const pd_stencil *stencil;
+    const double *weight;      /* [count] */
+    double scale[PD_DIM];      /* of the weights: sum scale_a w n_a^2 = 1 over a family */
+    double excess;             /* kappa of eq. 3.8 */
+    double first;              /* radius of the first row of the box in cells; 0.5: at the axis */
+    int rows;                  /* fitted, from the axis on; 0: the axis is not in reach */
+    double *axial, *radial;    /* [rows] multipliers of eq. 3.9, 3.10 */
+    double *matrix, *lack, *x; /* [2 rows][2 rows], [2 rows], [2 rows] of the Newton step */
+    int *row_of, *column_of;   /* [2 rows] pivots */
+} pdi_ring_fit;
+
+static int pdi_ring_offset(const pd_stencil *s, int k, int radial)
+{
+    return s->offset[k * PD_DIM + (radial ? PD_DIM - 1 : 0)];
+}
+
+/* Conductance of bond k of row i over its weight, in cells: rho f; 0 across the axis. */
+static double pdi_ring_conductance(const pdi_ring_fit *f, int i, int k)
+{
+    int axial = pdi_ring_offset(f->stencil, k, 0), j = i + pdi_ring_offset(f->stencil, k, 1);
+    double from = f->first + i, to = f->first + j, rho = 0.5 * (from + to);
+    if (!(from > 0.0) || !(to > 0.0)) return 0.0;
+    if (i >= f->rows || j >= f->rows) return axial ? rho : rho - f->excess / rho;
+    double square = (double)axial * axial;
+    return rho * exp(square * (f->axial[i] + f->axial[j]) + (to * to - from * from) * (f->radial[i] - f->radial[j]));
+}
+
+/* Gauss elimination with complete pivoting; what is left below the smallest pivot is consistent, its unknowns 0. */
+static void pdi_ring_solve(pdi_ring_fit *f)
+{
+    int n = 2 * f->rows, rank = 0;
+    double largest = 0.0, *a = f->matrix, *b = f->lack;
+    for (int k = 0; k < n; k++) f->row_of[k] = f->column_of[k] = k;
+    for (; rank < n; rank++) {
+        int row = rank, column = rank;
+        for (int r = rank; r < n; r++)
+            for (int c = rank; c < n; c++)
+                if (fabs(a[f->row_of[r] * n + f->column_of[c]]) > fabs(a[f->row_of[row] * n + f->column_of[column]])) {
+                    row = r;
+                    column = c;
+                }
+        double pivot = a[f->row_of[row] * n + f->column_of[column]];
+        largest = fmax(largest, fabs(pivot));
+        if (!(fabs(pivot) > PDI_RING_PIVOT * largest)) break;
+        int keep = f->row_of[rank];
+        f->row_of[rank] = f->row_of[row];
+        f->row_of[row] = keep;
+        keep = f->column_of[rank];
+        f->column_of[rank] = f->column_of[column];
+        f->column_of[column] = keep;
+        for (int r = rank + 1; r < n; r++) {
+            double factor = a[f->row_of[r] * n + f->column_of[rank]] / pivot;
+            for (int c = rank; c < n; c++)
+                a[f->row_of[r] * n + f->column_of[c]] -= factor * a[f->row_of[rank] * n + f->column_of[c]];
+            b[f->row_of[r]] -= factor * b[f->row_of[rank]];
+        }
+    }
+    for (int k = 0; k < n; k++) f->x[k] = 0.0;
+    for (int k = rank - 1; k >= 0; k--) {
+        double sum = b[f->row_of[k]];
+        for (int c = k + 1; c < rank; c++) sum -= a[f->row_of[k] * n + f->column_of[c]] * f->x[f->column_of[c]];
+        f->x[f->column_of[k]] = sum / a[f->row_of[k] * n + f->column_of[k]];
+    }
+}
+
+/* What the conditions lack, relative, and its derivatives by the multipliers; the largest. */
+static double pdi_ring_conditions(pdi_ring_fit *f)
+{
+    const pd_stencil *s = f->stencil;
+    int n = 2 * f->rows;
+    double worst = 0.0;
+    for (int k = 0; k < n * n; k++) f->matrix[k] = 0.0;
+    for (int i = 0; i < f->rows; i++) {
+        double rho = f->first + i, *lack = f->lack + 2 * i;
+        lack[0] = lack[1] = 1.0;
+        for (int k = 0; k < s->count; k++) {
+            int j = i + pdi_ring_offset(s, k, 1);
+            double c = f->weight[k] * pdi_ring_conductance(f, i, k), to = f->first + j, part[2];
+            double square = (double)pdi_ring_offset(s, k, 0) * pdi_ring_offset(s, k, 0), step = to * to - rho * rho;
+            part[0] = f->scale[0] * c * square / rho;
+            part[1] = f->scale[PD_DIM - 1] * c * step / (2.0 * rho);
+            for (int e = 0; e < 2; e++) {
+                double *row = f->matrix + (int64_t)(2 * i + e) * n;
+                lack[e] -= part[e];
+                if (j < 0 || j >= f->rows) continue;
+                row[2 * i] += part[e] * square;
+                row[2 * j] += part[e] * square;
+                row[2 * i + 1] += part[e] * step;
+                row[2 * j + 1] -= part[e] * step;
+            }
+        }
+        worst = fmax(worst, fmax(fabs(lack[0]), fabs(lack[1])));
+    }
+    return worst;
+}
+
+static pd_status pdi_ring_newton(pd_ctx *ctx, pdi_ring_fit *f)
+{
+    double best = HUGE_VAL;
+    for (int step = 0; step < PDI_RING_STEPS; step++) {
+        double error = pdi_ring_conditions(f);
+        if (error <= PDI_RING_TOLERANCE || (error <= PDI_RING_EXACT && !(error < 0.5 * best))) return PD_OK;
+        best = fmin(best, error);
+        pdi_ring_solve(f);
+        for (int i = 0; i < f->rows; i++) {
+            f->axial[i] += f->x[2 * i];
+            f->radial[i] += f->x[2 * i + 1];
+        }
+    }
+    return pdi_fail(ctx, PD_ERR_GEOMETRY, "ring", "the weights at the axis miss their conditions by %g", best);
+}
+
+/* Rows to fit: all that miss bonds, and so many that kappa is at most half of R^2 on all other bonds. */
+static int pdi_ring_rows(const pdi_ring_fit *f)
+{
+    int reach = f->stencil->reach, rows = reach;
+    if (f->first > 0.5) return 0;
+    for (;; rows++) {
+        double least = rows + 0.5 - 0.5 * reach;
+        if (least * least >= 2.0 * f->excess) return rows;
+    }
+}
+
+static void pdi_ring_release(pd_ctx *ctx, pdi_ring_fit *f)
+{
+    int64_t n = 2 * (int64_t)f->rows;
+    PDI_DELETE(ctx, f->rows, f->axial);
+    PDI_DELETE(ctx, f->rows, f->radial);
+    PDI_DELETE(ctx, n * n, f->matrix);
+    PDI_DELETE(ctx, n, f->lack);
+    PDI_DELETE(ctx, n, f->x);
+    PDI_DELETE(ctx, n, f->row_of);
+    PDI_DELETE(ctx, n, f->column_of);
+}
+
+static pd_status pdi_ring_reserve(pd_ctx *ctx, int rows, pdi_ring_fit *f)
+{
+    int64_t n = 2 * (int64_t)rows;
+    pdi_ring_release(ctx, f);
+    f->rows = rows;
+    PDI_TRY(PDI_NEW(ctx, "ring", rows, f->axial));
+    PDI_TRY(PDI_NEW(ctx, "ring", rows, f->radial));
+    PDI_TRY(PDI_NEW(ctx, "ring", n * n, f->matrix));
+    PDI_TRY(PDI_NEW(ctx, "ring", n, f->lack));
+    PDI_TRY(PDI_NEW(ctx, "ring", n, f->x));
+    PDI_TRY(PDI_NEW(ctx, "ring", n, f->row_of));
+    return PDI_NEW(ctx, "ring", n, f->column_of);
+}
+
+/* Fit the conductances of `weight` and put c_ij over the radius, times `unit`, into table[rows][count]. */
+static pd_status pdi_ring_table(pd_ctx *ctx, pdi_ring_fit *f, const pd_grid *grid, const double *weight,
+                                const double *unit, double *table)
+{
+    const pd_stencil *s = f->stencil;
+    double moment[2] = {0.0, 0.0}, curl = 0.0, straight = 0.0;
+    f->weight = weight;
+    for (int k = 0; k < s->count; k++) {
+        double axial = pdi_ring_offset(s, k, 0), radial = pdi_ring_offset(s, k, 1), square = radial * radial;
+        moment[0] += weight[k] * axial * axial;
+        moment[1] += weight[k] * square;
+        curl += weight[k] * square * (square - 1.0) / 12.0;
+        if (!(fabs(axial) > 0.0)) straight += weight[k] * square;
+    }
+    f->scale[0] = 1.0 / moment[0];
+    f->scale[PD_DIM - 1] = 1.0 / moment[1];
+    f->excess = curl > 0.0 ? curl / straight : 0.0;
+    PDI_TRY(pdi_ring_reserve(ctx, pdi_ring_rows(f), f));
+    PDI_TRY(pdi_ring_newton(ctx, f));
+    for (int row = 0; row < grid->np[PD_DIM - 1]; row++)
+        for (int k = 0; k < s->count; k++) {
+            double rho = f->first + (row - grid->ghost), c = pdi_ring_conductance(f, row - grid->ghost, k);
+            table[(int64_t)row * s->count + k] = rho > 0.0 ? (unit ? unit[k] : 1.0) * c / rho : 0.0;
+        }
+    return PD_OK;
+}
+
+static void pdi_ring_hoop(const pd_stencil *s, const pdi_ring_fit *f, const pd_grid *grid, pd_ring *ring)
+{
+    for (int row = 0; row < ring->rows; row++) {
+        double rho = f->first + (row - grid->ghost), sum = 0.0;
+        for (int k = 0; k < s->count; k++)
+            sum += ring->lap[(int64_t)row * s->count + k] * pdi_ring_offset(s, k, 1);
+        ring->hoop[row] = rho > 0.0 ? sum / rho : 0.0;
+    }
+}
+
+static pd_status pdi_ring_fill(pd_ctx *ctx, const pd_stencil *s, const pd_grid *grid, pdi_ring_fit *f, pd_ring *ring)
+{
+    PDI_TRY(PDI_NEW(ctx, "ring", (int64_t)ring->rows * ring->count, ring->lap));
+    PDI_TRY(PDI_NEW(ctx, "ring", (int64_t)ring->rows * ring->count, ring->flux));
+    PDI_TRY(PDI_NEW(ctx, "ring", ring->rows, ring->hoop));
+    PDI_TRY(pdi_ring_table(ctx, f, grid, s->lap, s->lap, ring->lap));
+    PDI_TRY(pdi_ring_table(ctx, f, grid, s->base, NULL, ring->flux));
+    pdi_ring_hoop(s, f, grid, ring);
+    return PD_OK;
+}
+
+pd_status pd_ring_build(pd_ctx *ctx, const pd_stencil *stencil, const pd_grid *grid, pd_ring *ring)
+{
+    pdi_ring_fit f;
+    memset(ring, 0, sizeof *ring);
+    memset(&f, 0, sizeof f);
+    if (!grid->circumference) return PD_OK;
+    ring->rows = grid->np[PD_DIM - 1];
+    ring->count = stencil->count;
+    f.stencil = stencil;
+    f.first = grid->circumference[grid->ghost] / (2.0 * PDI_PI * grid->h[PD_DIM - 1]);
+    if (f.first < 1.0) f.first = 0.5; /* at the axis, but for rounding */
+    pd_status status = pdi_ring_fill(ctx, stencil, grid, &f, ring);
+    pdi_ring_release(ctx, &f);
+    return status;
+}
+
+void pd_ring_free(pd_ctx *ctx, pd_ring *ring)
+{
+    PDI_DELETE(ctx, (int64_t)ring->rows * ring->count, ring->lap);
+    PDI_DELETE(ctx, (int64_t)ring->rows * ring->count, ring->flux);
+    PDI_DELETE(ctx, ring->rows, ring->hoop);
+    memset(ring, 0, sizeof *ring);
 }
 
 /* ======== >>bond.c ======== */
@@ -6325,6 +6661,19 @@ static int pdi_bond_shape(const pd_grid *grid, int32_t closed, int walled)
     return shape >= 0 && pd_shape_exact(grid->shapes, shape) ? shape : -1;
 }
 
+/* A surface of revolution bends round the axis too, by N_r/r, whatever its section does. */
+static void pdi_bond_revolve(const pd_grid *grid, const double *x, const double *xi, pdi_cut *cut)
+{
+    int r = PD_DIM - 1;
+    double radius = x[r] + cut->t * xi[r], reach = pdi_vec_dot(xi, cut->normal);
+    double round = radius > 0.0 ? cut->normal[r] / radius : 0.0;
+    double distance = cut->distance > 0.0 ? cut->distance : cut->t * fabs(reach);
+    if (!(fabs(round) * grid->h[r] < PDI_BOND_SHARP) || !(distance * (cut->mean + round) < 1.5)) return;
+    cut->distance = distance;
+    cut->mean += round;
+    cut->bend -= round * reach * reach;
+}
+
 static void pdi_bond_cut(const pd_bonds *bonds, int32_t node, int k, int group, pdi_cut *cut)
 {
     const pd_grid *grid = bonds->grid;
@@ -6333,12 +6682,12 @@ static void pdi_bond_cut(const pd_bonds *bonds, int32_t node, int k, int group, 
     int walled = pdi_bond_walled(grid, closed), shape = pdi_bond_shape(grid, closed, walled);
     double x[PD_DIM];
     pdi_bond_face_cut(bonds, node, k, group, cut);
-    if (shape >= 0 && !pdi_bond_receded(bonds, shape, node, k, group)) {
-        pd_grid_position(grid, node, x);
-        /* a tube that touches the box: its wall lies at or before the side */
+    pd_grid_position(grid, node, x);
+    /* a tube that touches the box: its wall lies at or before the side */
+    if (shape >= 0 && !pdi_bond_receded(bonds, shape, node, k, group))
         pdi_bond_shape_cut(grid, shape, x, s->xi + k * PD_DIM, walled ? cut->t : PDI_BOND_MAX_T, cut);
-    }
     if (cut->t < PDI_BOND_MIN_T) cut->t = PDI_BOND_MIN_T;
+    if (grid->circumference) pdi_bond_revolve(grid, x, s->xi + k * PD_DIM, cut);
 }
 
 /* Inverse of the moment matrix in lattice units, brought back to metres. Where the open bonds do not span space the
@@ -6376,10 +6725,12 @@ static int pdi_bond_whole(const pd_bonds *bonds, int32_t node)
 /* The field along a cut bond is u_i + s u' + s^2/2 u'' with its zero at t (eq. 3.3, 3.4). Near a wall at distance d
  * u = g d + q d^2/2, so that u'' = g (xi.D xi) + q (xi.N)^2 and the Laplacian of u is g mean + q: both u'' and the
  * slope g follow from u_i and that Laplacian. */
-static void pdi_bond_add_wall(const pd_stencil *s, int k, const pdi_cut *cut, double *lap, double *curv)
+static void pdi_bond_add_wall(const pd_bonds *bonds, int32_t node, int k, const pdi_cut *cut, double *lap,
+                              double *curv)
 {
-    double reach = pdi_vec_dot(s->xi + k * PD_DIM, cut->normal), half = 0.5 * s->lap[k] * (1.0 - cut->t);
-    *lap += s->lap[k] / cut->t;
+    double a = pdi_bond_lap(bonds, node)[k], half = 0.5 * a * (1.0 - cut->t);
+    double reach = pdi_vec_dot(bonds->stencil->xi + k * PD_DIM, cut->normal);
+    *lap += a / cut->t;
     *curv += half * reach * reach;
     if (!(cut->distance > 0.0)) return;
     double slope = 1.0 / (1.0 - 0.5 * cut->distance * cut->mean);
@@ -6410,7 +6761,7 @@ PDI_FN void pdi_bond_drive(const pd_bonds *bonds, int32_t row, pd_velocity_fn wa
         int group = pdi_bond_closed_group(bonds, node, k);
         if (group < 0) continue;
         pdi_bond_cut(bonds, node, k, group, &cut);
-        pdi_bond_add_wall(s, k, &cut, &lap, &curv);
+        pdi_bond_add_wall(bonds, node, k, &cut, &lap, &curv);
         pd_grid_position(bonds->grid, node, x);
         for (int d = 0; d < PD_DIM; d++) x[d] += cut.t * s->xi[k * PD_DIM + d];
         wall(user, x, u);
@@ -6419,12 +6770,12 @@ PDI_FN void pdi_bond_drive(const pd_bonds *bonds, int32_t row, pd_velocity_fn wa
 }
 
 /* From the inverse moments S^-1 to N S^-T with the moments N of a whole family, which g = w xi / N is made with. */
-static void pdi_bond_transpose(const pd_bonds *bonds, double *k)
+static void pdi_bond_transpose(const double *norm, double *k)
 {
     double inverse[PD_DIM * PD_DIM];
     memcpy(inverse, k, sizeof inverse);
     for (int a = 0; a < PD_DIM; a++)
-        for (int b = 0; b < PD_DIM; b++) k[a * PD_DIM + b] = bonds->norm[a] * inverse[b * PD_DIM + a];
+        for (int b = 0; b < PD_DIM; b++) k[a * PD_DIM + b] = norm[a] * inverse[b * PD_DIM + a];
 }
 
 static void pdi_bond_fill_row(pd_bonds *bonds, int32_t r)
@@ -6432,37 +6783,44 @@ static void pdi_bond_fill_row(pd_bonds *bonds, int32_t r)
     const pd_stencil *s = bonds->stencil;
     const pd_grid *grid = bonds->grid;
     int32_t node = bonds->node[r];
-    double moment[PD_DIM * PD_DIM], closure[PD_DIM * PD_DIM], entry[PD_DIM * PD_DIM];
+    double moment[PD_DIM * PD_DIM], closure[PD_DIM * PD_DIM], inner[PD_DIM * PD_DIM], entry[PD_DIM * PD_DIM];
+    double norm[PD_DIM];
     memset(moment, 0, sizeof moment);
+    memset(inner, 0, sizeof inner);
     memset(entry, 0, sizeof entry);
     memset(closure, 0, sizeof closure);
+    memset(norm, 0, sizeof norm);
     for (int w = 0; w < bonds->words; w++) bonds->mask[(int64_t)w * bonds->capacity + r] = 0;
     bonds->inlet[r] = 0;
     bonds->wall_lap[r] = bonds->wall_curv[r] = 0.0;
     for (int k = 0; k < s->count; k++) {
         const double *xi = s->xi + k * PD_DIM;
         int group = pdi_bond_closed_group(bonds, node, k);
+        double flux = s->base[k] * pdi_bond_flux(bonds, node, k);
+        for (int d = 0; d < PD_DIM; d++) norm[d] += flux * xi[d] * xi[d];
         if (group < 0) {
             bonds->mask[(int64_t)(k >> 5) * bonds->capacity + r] |= 1u << (k & 31);
             int inlet = grid->kind[node + bonds->shift[k]] == PD_INLET;
-            double *sum = inlet ? entry : moment;
             if (inlet) bonds->inlet[r] = 1;
-            for (int i = 0; i < PD_DIM * PD_DIM; i++) sum[i] += s->base[k] * xi[i / PD_DIM] * xi[i % PD_DIM];
+            for (int i = 0; i < PD_DIM * PD_DIM; i++) {
+                if (!inlet) moment[i] += s->base[k] * xi[i / PD_DIM] * xi[i % PD_DIM];
+                (inlet ? entry : inner)[i] += flux * xi[i / PD_DIM] * xi[i % PD_DIM];
+            }
             continue;
         }
         pdi_cut cut;
         pdi_bond_cut(bonds, node, k, group, &cut);
-        pdi_bond_add_wall(s, k, &cut, &bonds->wall_lap[r], &bonds->wall_curv[r]);
+        pdi_bond_add_wall(bonds, node, k, &cut, &bonds->wall_lap[r], &bonds->wall_curv[r]);
         /* mirror of the far end: xi - 2 (1-t) (xi.N) N; its excess over xi is a known multiple of the gradient */
         double excess = 2.0 * s->base[k] * fmax(1.0 - cut.t, 0.0) * pdi_vec_dot(xi, cut.normal);
         for (int i = 0; i < PD_DIM * PD_DIM; i++) closure[i] += excess * xi[i / PD_DIM] * cut.normal[i % PD_DIM];
     }
     double *inverse = bonds->moment + (int64_t)r * PD_DIM * PD_DIM;
     double *carrier = bonds->carrier + (int64_t)r * PD_DIM * PD_DIM;
-    for (int i = 0; i < PD_DIM * PD_DIM; i++) entry[i] += moment[i];
+    for (int i = 0; i < PD_DIM * PD_DIM; i++) entry[i] += inner[i];
     pdi_bond_invert(grid, moment, closure, inverse);
     pdi_bond_invert(grid, entry, closure, carrier);
-    pdi_bond_transpose(bonds, carrier);
+    pdi_bond_transpose(norm, carrier);
 }
 
 static void pdi_bond_free_rows(pd_ctx *ctx, pd_bonds *b)
@@ -6668,13 +7026,11 @@ pd_status pd_bonds_build(pd_ctx *ctx, const pd_stencil *stencil, const pd_grid *
     bonds->grid = grid;
     bonds->all_rows = all_rows;
     bonds->words = (stencil->count + 31) / 32;
-    for (int k = 0; k < stencil->count; k++)
-        for (int d = 0; d < PD_DIM; d++)
-            bonds->norm[d] += stencil->base[k] * stencil->xi[k * PD_DIM + d] * stencil->xi[k * PD_DIM + d];
     PDI_TRY(PDI_NEW(ctx, "bond", stencil->count, bonds->shift));
     PDI_TRY(PDI_NEW(ctx, "bond", stencil->cells, bonds->cell_shift));
     PDI_TRY(PDI_NEW(ctx, "bond", grid->total, bonds->row));
     PDI_TRY(pd_ghosts_build(ctx, grid, &bonds->ghosts));
+    PDI_TRY(pd_ring_build(ctx, stencil, grid, &bonds->ring));
     for (int k = 0; k < stencil->count; k++)
         for (int d = 0; d < PD_DIM; d++) bonds->shift[k] += stencil->offset[k * PD_DIM + d] * grid->stride[d];
     for (int c = 0; c < stencil->cells; c++)
@@ -6730,7 +7086,7 @@ static void pdi_bond_cross(const pd_bonds *bonds, int32_t node, const int *i, in
         int port = far_kind == PD_INLET || far_kind == PD_OUTLET;
         if (port && i[axis] + s->offset[k * PD_DIM + axis] < grid->n[axis]) continue; /* passes a side beside */
         if (!pdi_grid_open(far_kind) || pdi_bond_closed_group(bonds, node, k) >= 0) continue;
-        pdi_sum_add(sum, flux(user, node, k));
+        pdi_sum_add(sum, flux(user, node, k) * pdi_grid_circumference(grid, node));
     }
 }
 
@@ -6783,6 +7139,7 @@ void pd_bonds_free(pd_ctx *ctx, pd_bonds *b)
     PDI_DELETE(ctx, b->stencil ? b->stencil->cells : 0, b->cell_shift);
     PDI_DELETE(ctx, b->grid ? b->grid->total : 0, b->row);
     pd_ghosts_free(ctx, &b->ghosts);
+    pd_ring_free(ctx, &b->ring);
     pdi_bond_free_rows(ctx, b);
     pdi_bond_free_runs(ctx, b);
     pdi_bond_free_batches(ctx, b);
@@ -7471,10 +7828,34 @@ PDI_FN double pdi_op_sample(const pd_bonds *bonds, const double *f, int32_t node
 
 /* ---- divergence: D u_i = sum g.(u_i + u_j), antisymmetric in i and j (eq. 4.2) ---- */
 
+/* Nodes i .. i+count-1, which are the rows from r (-1: whole families), bond by bond. */
+static void pdi_op_divergence_bonds(const pdi_op_sweep *w, int32_t i, int32_t r, int count)
+{
+    const pd_bonds *bonds = w->bonds;
+    const pd_stencil *s = bonds->stencil;
+    double sum[PDI_LANES], open[PDI_LANES];
+    memset(sum, 0, sizeof sum);
+    for (int k = 0; k < s->count; k++) {
+        pdi_lanes lanes = r < 0 ? PDI_LANES_ALL : pdi_bond_open_lanes(bonds, r, k, count, open);
+        if (lanes == PDI_LANES_NONE) continue;
+        for (int d = 0; d < PD_DIM; d++) {
+            const double *u = w->f + (int64_t)d * w->total + i, *far = u + bonds->shift[k];
+            double g = s->grad[k * PD_DIM + d] * pdi_bond_flux(bonds, i, k);
+            for (int b = 0; b < count; b++)
+                sum[b] += lanes == PDI_LANES_ALL || open[b] > 0.0 ? g * (u[b] + far[b]) : 0.0;
+        }
+    }
+    memcpy(w->out + i, sum, (size_t)count * sizeof(double));
+}
+
 static void pdi_op_divergence_whole(const pdi_op_sweep *w, int32_t i, int count)
 {
     const pd_stencil *s = w->bonds->stencil;
     double sum[PDI_LANES];
+    if (w->bonds->ring.flux) {
+        pdi_op_divergence_bonds(w, i, -1, count);
+        return;
+    }
     memset(sum, 0, sizeof sum);
     for (int k = 0; k < s->count / 2; k++)
         for (int d = 0; d < PD_DIM; d++) {
@@ -7488,22 +7869,7 @@ static void pdi_op_divergence_whole(const pdi_op_sweep *w, int32_t i, int count)
 
 static void pdi_op_divergence_cut(const pdi_op_sweep *w, int32_t r, int count)
 {
-    const pd_bonds *bonds = w->bonds;
-    const pd_stencil *s = bonds->stencil;
-    int32_t i = bonds->node[r];
-    double sum[PDI_LANES], open[PDI_LANES];
-    memset(sum, 0, sizeof sum);
-    for (int k = 0; k < s->count; k++) {
-        pdi_lanes lanes = pdi_bond_open_lanes(bonds, r, k, count, open);
-        if (lanes == PDI_LANES_NONE) continue;
-        for (int d = 0; d < PD_DIM; d++) {
-            const double *u = w->f + (int64_t)d * w->total + i, *far = u + bonds->shift[k];
-            double g = s->grad[k * PD_DIM + d];
-            for (int b = 0; b < count; b++)
-                sum[b] += lanes == PDI_LANES_ALL || open[b] > 0.0 ? g * (u[b] + far[b]) : 0.0;
-        }
-    }
-    memcpy(w->out + i, sum, (size_t)count * sizeof(double));
+    pdi_op_divergence_bonds(w, w->bonds->node[r], r, count);
 }
 
 void pd_op_divergence(const pd_ctx *ctx, const pd_bonds *bonds, const double *u, double *div)
@@ -7515,11 +7881,32 @@ void pd_op_divergence(const pd_ctx *ctx, const pd_bonds *bonds, const double *u,
 
 /* ---- Laplacian: L f_i = sum a (f_j - f_i), symmetric weights (eq. 2.3) ---- */
 
+/* Nodes i .. i+count-1, which are the rows from r (-1: whole families), bond by bond. */
+static void pdi_op_laplacian_bonds(const pdi_op_sweep *w, int32_t i, int32_t r, int count)
+{
+    const pd_bonds *bonds = w->bonds;
+    const double *f = w->f + i, *lap = pdi_bond_lap(bonds, i);
+    double sum[PDI_LANES], open[PDI_LANES];
+    memset(sum, 0, sizeof sum);
+    for (int k = 0; k < bonds->stencil->count; k++) {
+        const double *far = f + bonds->shift[k];
+        double a = lap[k];
+        pdi_lanes lanes = r < 0 ? PDI_LANES_ALL : pdi_bond_open_lanes(bonds, r, k, count, open);
+        if (lanes == PDI_LANES_NONE) continue;
+        for (int b = 0; b < count; b++) sum[b] += lanes == PDI_LANES_ALL || open[b] > 0.0 ? a * (far[b] - f[b]) : 0.0;
+    }
+    memcpy(w->out + i, sum, (size_t)count * sizeof(double));
+}
+
 static void pdi_op_laplacian_whole(const pdi_op_sweep *w, int32_t i, int count)
 {
     const pd_stencil *s = w->bonds->stencil;
     const double *f = w->f + i;
     double sum[PDI_LANES];
+    if (w->bonds->ring.lap) {
+        pdi_op_laplacian_bonds(w, i, -1, count);
+        return;
+    }
     memset(sum, 0, sizeof sum);
     /* differences, not sums less the centre: constants come out as exact zeros */
     for (int k = 0; k < s->count / 2; k++) {
@@ -7532,19 +7919,7 @@ static void pdi_op_laplacian_whole(const pdi_op_sweep *w, int32_t i, int count)
 
 static void pdi_op_laplacian_cut(const pdi_op_sweep *w, int32_t r, int count)
 {
-    const pd_bonds *bonds = w->bonds;
-    const pd_stencil *s = bonds->stencil;
-    const double *f = w->f + bonds->node[r];
-    double sum[PDI_LANES], open[PDI_LANES];
-    memset(sum, 0, sizeof sum);
-    for (int k = 0; k < s->count; k++) {
-        const double *far = f + bonds->shift[k];
-        double a = s->lap[k];
-        pdi_lanes lanes = pdi_bond_open_lanes(bonds, r, k, count, open);
-        if (lanes == PDI_LANES_NONE) continue;
-        for (int b = 0; b < count; b++) sum[b] += lanes == PDI_LANES_ALL || open[b] > 0.0 ? a * (far[b] - f[b]) : 0.0;
-    }
-    memcpy(w->out + bonds->node[r], sum, (size_t)count * sizeof(double));
+    pdi_op_laplacian_bonds(w, w->bonds->node[r], r, count);
 }
 
 void pd_op_laplacian(const pd_ctx *ctx, const pd_bonds *bonds, const double *f, double *lap)
@@ -7563,37 +7938,29 @@ static inline double pdi_op_harmonic(double a, double b)
     return upper > 0.0 ? 2.0 * lower / (1.0 + lower / upper) : 0.0;
 }
 
-static void pdi_op_diffuse_whole(const pdi_op_sweep *w, int32_t i, int count)
-{
-    const pd_stencil *s = w->bonds->stencil;
-    const double *f = w->f + i, *d = w->d + i;
-    double sum[PDI_LANES];
-    memset(sum, 0, sizeof sum);
-    for (int k = 0; k < s->count; k++) {
-        const double *far = f + w->bonds->shift[k], *d_far = d + w->bonds->shift[k];
-        double a = s->lap[k];
-        for (int b = 0; b < count; b++) sum[b] += a * pdi_op_harmonic(d[b], d_far[b]) * (far[b] - f[b]);
-    }
-    memcpy(w->out + i, sum, (size_t)count * sizeof(double));
-}
-
-static void pdi_op_diffuse_cut(const pdi_op_sweep *w, int32_t r, int count)
+static void pdi_op_diffuse_bonds(const pdi_op_sweep *w, int32_t i, int32_t r, int count)
 {
     const pd_bonds *bonds = w->bonds;
-    const pd_stencil *s = bonds->stencil;
-    const double *f = w->f + bonds->node[r], *d = w->d + bonds->node[r];
+    const double *f = w->f + i, *d = w->d + i, *lap = pdi_bond_lap(bonds, i);
     double sum[PDI_LANES], open[PDI_LANES];
     memset(sum, 0, sizeof sum);
-    for (int k = 0; k < s->count; k++) {
+    for (int k = 0; k < bonds->stencil->count; k++) {
         const double *far = f + bonds->shift[k], *d_far = d + bonds->shift[k];
-        double a = s->lap[k];
-        pdi_lanes lanes = pdi_bond_open_lanes(bonds, r, k, count, open);
+        double a = lap[k];
+        pdi_lanes lanes = r < 0 ? PDI_LANES_ALL : pdi_bond_open_lanes(bonds, r, k, count, open);
         if (lanes == PDI_LANES_NONE) continue;
         for (int b = 0; b < count; b++)
             sum[b] +=
                 lanes == PDI_LANES_ALL || open[b] > 0.0 ? a * pdi_op_harmonic(d[b], d_far[b]) * (far[b] - f[b]) : 0.0;
     }
-    memcpy(w->out + bonds->node[r], sum, (size_t)count * sizeof(double));
+    memcpy(w->out + i, sum, (size_t)count * sizeof(double));
+}
+
+static void pdi_op_diffuse_whole(const pdi_op_sweep *w, int32_t i, int count) { pdi_op_diffuse_bonds(w, i, -1, count); }
+
+static void pdi_op_diffuse_cut(const pdi_op_sweep *w, int32_t r, int count)
+{
+    pdi_op_diffuse_bonds(w, w->bonds->node[r], r, count);
 }
 
 pd_status pd_op_diffuse(pd_ctx *ctx, const pd_bonds *bonds, const double *diffusivity, const double *f, double *out)
@@ -8814,6 +9181,14 @@ static int32_t pdi_multigrid_row_node(const pd_multigrid *mg, int32_t r)
     return node;
 }
 
+/* Factor of the right-hand side in row r of the box. */
+static double pdi_multigrid_weight(const pd_multigrid *mg, int32_t r)
+{
+    const int *n = mg->level[0].n;
+    if (PD_DIM == 1 || !mg->desc.weight) return 1.0;
+    return mg->desc.weight[PD_DIM == 3 ? r / n[PD_DIM - 2] : r];
+}
+
 /* max |rhs| over the cells that take part, by parts of rows. */
 static double pdi_multigrid_rhs_size(const pd_ctx *ctx, const pd_multigrid *mg, const double *rhs)
 {
@@ -8829,6 +9204,7 @@ static double pdi_multigrid_rhs_size(const pd_ctx *ctx, const pd_multigrid *mg, 
             int32_t node = pdi_multigrid_row_node(mg, r), base = r * fine->n[0];
             for (int32_t i = 0; i < fine->n[0]; i++) {
                 double size = fine->inv[base + i] > 0.0f ? fabs(rhs[node + i * mg->desc.stride[0]]) : 0.0;
+                size *= pdi_multigrid_weight(mg, r);
                 if (size > part[q]) part[q] = size;
             }
         }
@@ -8848,8 +9224,9 @@ void pd_multigrid_cycle(pd_ctx *ctx, pd_multigrid *mg, const double *rhs, double
     PDI_PARALLEL_FOR(nt)
     for (int32_t r = 0; r < rows; r++) {
         int32_t node = pdi_multigrid_row_node(mg, r), base = r * n0;
+        double factor = in * pdi_multigrid_weight(mg, r);
         for (int32_t i = 0; i < n0; i++)
-            fine->b[base + i] = fine->inv[base + i] > 0.0f ? (float)(in * rhs[node + i * s0]) : 0.0f;
+            fine->b[base + i] = fine->inv[base + i] > 0.0f ? (float)(factor * rhs[node + i * s0]) : 0.0f;
     }
     for (int l = 0; l < mg->levels - 1; l++) pdi_multigrid_down(ctx, mg, &mg->level[l]);
     const pd_multigrid_level *last = &mg->level[mg->levels - 1]; /* no links are left: the diagonal is the operator */
@@ -8907,12 +9284,13 @@ static void pdi_compact_fill_cell(pd_compact *c, int64_t cell, int32_t node, dou
                                   const pdi_compact_convection *v, const pdi_compact_faces *faces)
 {
     const pd_grid *grid = c->grid;
-    double wall = 0.0, mass = c->mass[cell];
+    double wall = 0.0, around = pdi_grid_circumference(grid, node), mass = around * c->mass[cell];
     for (int d = 0; d < PD_DIM; d++) {
         const double *u = v->u ? v->u + (int64_t)d * grid->total : NULL;
-        double inverse = 1.0 / (grid->h[d] * grid->h[d]);
         for (int up = 0; up < 2; up++) {
             int32_t other = up ? node + grid->stride[d] : node - grid->stride[d];
+            double face = 0.5 * (around + pdi_grid_circumference(grid, other));
+            double inverse = face / (grid->h[d] * grid->h[d]);
             uint8_t kind = grid->kind[other];
             double diffusivity = field ? field[node] : constant;
             if (kind == PD_FLUID) {
@@ -8921,12 +9299,12 @@ static void pdi_compact_fill_cell(pd_compact *c, int64_t cell, int32_t node, dou
                 if (!up) continue;
                 c->conduct[d][cell] =
                     (float)(inverse * (u ? pdi_compact_spread(grid, v, diffusivity, node, other, d) : diffusivity));
-                if (u) c->flux[d][cell] = (float)(0.5 * (u[node] + u[other]) / grid->h[d]);
+                if (u) c->flux[d][cell] = (float)(face * 0.5 * (u[node] + u[other]) / grid->h[d]);
                 continue;
             }
             int held = kind == PD_INLET ? faces->inlet : kind == PD_OUTLET ? faces->outlet : faces->closed;
             if (held) wall += 2.0 * diffusivity * inverse;
-            if (u && kind == PD_OUTLET) mass += fmax((up ? 1.0 : -1.0) * u[node] / grid->h[d], 0.0);
+            if (u && kind == PD_OUTLET) mass += face * fmax((up ? 1.0 : -1.0) * u[node] / grid->h[d], 0.0);
         }
     }
     c->wall[cell] = (float)wall;
@@ -12862,9 +13240,9 @@ static inline void pdi_flow_bond_lanes(const pd_flow *flow, const pdi_flow_terms
     int64_t total = flow->grid->total, shift = flow->bonds->shift[k];
     const double *mass = t->mass + i, *carried = t->carried + i + shift, *viscous = t->viscous + i;
     const double *frozen = linear ? t->frozen + i : NULL, *p = t->p + i, *grad = t->grad + i;
-    double half[PD_DIM], arm[PD_DIM], a = s->lap[k];
+    double half[PD_DIM], arm[PD_DIM], a = pdi_bond_lap(flow->bonds, i)[k], share = pdi_bond_flux(flow->bonds, i, k);
     for (int d = 0; d < PD_DIM; d++) {
-        half[d] = 0.5 * s->grad[k * PD_DIM + d];
+        half[d] = 0.5 * share * s->grad[k * PD_DIM + d];
         arm[d] = 0.5 * s->xi[k * PD_DIM + d];
     }
     for (int b = 0; b < count; b++) {
@@ -12898,6 +13276,16 @@ static void pdi_flow_bond(const pd_flow *flow, const pdi_flow_terms *t, int32_t 
     else pdi_flow_bond_lanes(flow, t, i, k, count, 0, NULL, tied, 0, sums);
 }
 
+/* The radial component of a vector turns with the circumference: lap u_r - u_r/r^2 (eq. 3.10). */
+static void pdi_flow_hoop(const pd_flow *flow, const pdi_flow_terms *t, int32_t i, int count, pdi_flow_sums *sums)
+{
+    const pd_grid *grid = flow->grid;
+    const double *hoop = flow->bonds->ring.hoop;
+    int r = PD_DIM - 1;
+    for (int b = 0; b < count && hoop; b++)
+        sums->lap[r][b] -= hoop[i / grid->stride[r]] * t->viscous[(int64_t)r * grid->total + i + b];
+}
+
 /* Nodes with whole families from node i. */
 static void pdi_flow_whole(const pd_flow *flow, const pdi_flow_terms *t, int32_t i, int count, double *ru, double *rc)
 {
@@ -12905,6 +13293,7 @@ static void pdi_flow_whole(const pd_flow *flow, const pdi_flow_terms *t, int32_t
     pdi_flow_sums sums;
     memset(&sums, 0, sizeof sums);
     for (int k = 0; k < flow->bonds->stencil->count; k++) pdi_flow_bond(flow, t, i, k, count, NULL, 1.0, &sums);
+    pdi_flow_hoop(flow, t, i, count, &sums);
     for (int b = 0; b < count; b++) rc[i + b] = 2.0 * sums.half_div[b] - flow->tau * sums.tie[b];
     for (int d = 0; d < PD_DIM; d++) {
         double force = t->force ? t->force[d] : 0.0;
@@ -12937,6 +13326,7 @@ static void pdi_flow_cut(const pd_flow *flow, const pdi_flow_terms *t, int32_t r
         if (lanes == PDI_LANES_ALL) pdi_flow_bond(flow, t, i, k, count, NULL, tied, &sums);
         else pdi_flow_bond(flow, t, i, k, count, open, tied, &sums);
     }
+    pdi_flow_hoop(flow, t, i, count, &sums);
     for (int b = 0; b < count; b++) rc[i + b] = 2.0 * sums.half_div[b] - flow->tau * sums.tie[b];
     for (int d = 0; d < PD_DIM; d++) {
         double force = t->force ? t->force[d] : 0.0;
@@ -12999,12 +13389,13 @@ PDI_FN double pdi_flow_bond_flux(const pd_flow *flow, int32_t i, int k)
 {
     const pd_stencil *s = flow->bonds->stencil;
     int32_t total = flow->grid->total, j = i + flow->bonds->shift[k];
-    double flux = 2.0 * pdi_flow_half_flux(s->grad + k * PD_DIM, flow->carrier, i, j, total);
+    double share = pdi_bond_flux(flow->bonds, i, k);
+    double flux = 2.0 * share * pdi_flow_half_flux(s->grad + k * PD_DIM, flow->carrier, i, j, total);
     if (flow->grid->kind[i] == PD_INLET || flow->grid->kind[j] == PD_INLET) return flux;
     double tie = flow->p[j] - flow->p[i];
     for (int d = 0; d < PD_DIM; d++)
         tie -= 0.5 * s->xi[k * PD_DIM + d] * (flow->grad[(int64_t)d * total + i] + flow->grad[(int64_t)d * total + j]);
-    return flux - flow->tau * s->lap[k] * tie;
+    return flux - flow->tau * pdi_bond_lap(flow->bonds, i)[k] * tie;
 }
 
 static double pdi_flow_section_bond(const void *user, int32_t i, int k)
@@ -13027,7 +13418,8 @@ double pd_flow_section_nodes(pd_ctx *ctx, const pd_flow *flow, int axis, int ind
         int i[PD_DIM];
         if (grid->kind[node] != PD_FLUID) continue;
         pdi_grid_index(grid, node, i);
-        if (i[axis] == index) sum += flow->u[(int64_t)axis * grid->total + node] * face;
+        if (i[axis] != index) continue;
+        sum += flow->u[(int64_t)axis * grid->total + node] * face * pdi_grid_circumference(grid, node);
     }
     return sum;
 }
@@ -13148,6 +13540,12 @@ static int pdi_force_inside(const pd_grid *grid, const double *lo, const double 
     return 1;
 }
 
+/* Around an axis radial forces cancel. */
+static void pdi_force_cancel(const pd_grid *grid, double *force)
+{
+    if (grid->circumference) force[PD_DIM - 1] = 0.0;
+}
+
 /* What row r presses on its closed faces between lo and hi, over rho: V sum_closed 2 g P at the surface, P continued
  * with its gradient (eq. 4.27). */
 static void pdi_force_press(const pd_flow *flow, int32_t r, const double *lo, const double *hi, double *press)
@@ -13164,7 +13562,8 @@ static void pdi_force_press(const pd_flow *flow, int32_t r, const double *lo, co
         if (!pdi_force_inside(flow->grid, lo, hi, at)) continue;
         for (int d = 0; d < PD_DIM; d++)
             p += t * s->xi[k * PD_DIM + d] * flow->grad[(int64_t)d * flow->grid->total + node];
-        for (int d = 0; d < PD_DIM; d++) press[d] += 2.0 * s->volume * s->grad[k * PD_DIM + d] * p;
+        double volume = s->volume * pdi_grid_around(flow->grid, node, 0.5 * s->xi[k * PD_DIM + PD_DIM - 1]);
+        for (int d = 0; d < PD_DIM; d++) press[d] += 2.0 * volume * s->grad[k * PD_DIM + d] * p;
     }
 }
 
@@ -13177,8 +13576,9 @@ static void pdi_force_rub(const pd_flow *flow, int32_t r, double *rub)
     for (int d = 0; d < PD_DIM; d++) {
         int64_t at = (int64_t)d * total + node;
         double drive = flow->drive ? flow->drive[at] : 0.0;
-        rub[d] = bonds->stencil->volume * (flow->nu * (bonds->wall_lap[r] * flow->u[at] - drive) -
-                                           bonds->wall_curv[r] * (flow->grad[at] - flow->force[d]));
+        rub[d] = bonds->stencil->volume * pdi_grid_circumference(flow->grid, node) *
+                 (flow->nu * (bonds->wall_lap[r] * flow->u[at] - drive) -
+                  bonds->wall_curv[r] * (flow->grad[at] - flow->force[d]));
     }
 }
 
@@ -13206,6 +13606,9 @@ void pd_force_surface(pd_ctx *ctx, pd_flow *flow, const double *lo, const double
         if (friction) friction[d] = f;
         if (pressure) pressure[d] = p;
     }
+    pdi_force_cancel(flow->grid, force);
+    if (friction) pdi_force_cancel(flow->grid, friction);
+    if (pressure) pdi_force_cancel(flow->grid, pressure);
 }
 
 /* Field f on the face between node - stride and node, and its derivative across it times the spacing: cubics. */
@@ -13232,6 +13635,12 @@ static void pdi_force_pass(const pd_flow *flow, int32_t node, int axis, double *
     pass[axis] += pdi_force_mid(flow->p, node, stride);
 }
 
+/* 1 when the low side of axis d is the axis of rings, which nothing passes. */
+static int pdi_force_axis(const pd_grid *grid, int d)
+{
+    return grid->circumference && d == PD_DIM - 1 && grid->side[2 * d] == PD_SIDE_MIRROR;
+}
+
 /* First and last cells of the box. */
 static pd_status pdi_force_cells(pd_ctx *ctx, const pd_grid *grid, const double *lo, const double *hi, int *first,
                                  int *last)
@@ -13239,7 +13648,9 @@ static pd_status pdi_force_cells(pd_ctx *ctx, const pd_grid *grid, const double 
     for (int d = 0; d < PD_DIM; d++) {
         double low = floor((lo[d] - grid->lo[d]) / grid->h[d] + 0.5);
         double high = floor((hi[d] - grid->lo[d]) / grid->h[d] + 0.5);
-        if (!(low >= 2.0) || !(high <= grid->n[d] - 2.0) || !(high > low))
+        int axis = pdi_force_axis(grid, d);
+        if (axis) low = 0.0;
+        if ((!axis && !(low >= 2.0)) || !(high <= grid->n[d] - 2.0) || !(high > low))
             return pdi_fail(ctx, PD_ERR_GEOMETRY, "force",
                             "cells %g .. %g of axis %d: a box of fluid two cells inside of %d is expected", low, high,
                             d, grid->n[d]);
@@ -13254,9 +13665,9 @@ static pd_status pdi_force_sides(pd_ctx *ctx, const pd_flow *flow, const int *fi
                                  pdi_sum *sum)
 {
     const pd_grid *grid = flow->grid;
-    double area = flow->bonds->stencil->volume / grid->h[axis];
+    double face = flow->bonds->stencil->volume / grid->h[axis];
     int32_t stride = grid->stride[axis];
-    for (int side = 0; side < 2; side++) {
+    for (int side = pdi_force_axis(grid, axis) ? 1 : 0; side < 2; side++) {
         int i[PD_DIM], more = 1;
         memcpy(i, first, sizeof i);
         i[axis] = side ? last[axis] + 1 : first[axis];
@@ -13267,6 +13678,7 @@ static pd_status pdi_force_sides(pd_ctx *ctx, const pd_flow *flow, const int *fi
                 if (grid->kind[node + k * stride] != PD_FLUID)
                     return pdi_fail(ctx, PD_ERR_GEOMETRY, "force",
                                     "a side of the box, axis %d, comes within two cells of a closed node", axis);
+            double area = face * pdi_grid_around(grid, node, axis == PD_DIM - 1 ? -0.5 * grid->h[axis] : 0.0);
             pdi_force_pass(flow, node, axis, pass);
             for (int d = 0; d < PD_DIM; d++) pdi_sum_add(&sum[d], (side ? -1.0 : 1.0) * flow->rho * area * pass[d]);
             more = 0;
@@ -13297,10 +13709,11 @@ pd_status pd_force_balance(pd_ctx *ctx, pd_flow *flow, const double *lo, const d
         int i[PD_DIM], inside = grid->kind[node] == PD_FLUID;
         pdi_grid_index(grid, node, i);
         for (int d = 0; d < PD_DIM; d++) inside = inside && i[d] >= first[d] && i[d] <= last[d];
-        fluid += inside;
+        if (inside) fluid += pdi_grid_circumference(grid, node);
     }
     for (int d = 0; d < PD_DIM; d++)
         force[d] = pdi_sum_total(&sum[d]) + flow->rho * flow->force[d] * fluid * flow->bonds->stencil->volume;
+    pdi_force_cancel(grid, force);
     return PD_OK;
 }
 
@@ -13494,6 +13907,7 @@ pd_status pd_steady_build(pd_ctx *ctx, pd_flow *flow, const pd_steady_desc *desc
         md.stride[d] = flow->grid->stride[d];
     }
     md.first = pd_grid_node(flow->grid, origin);
+    md.weight = flow->grid->circumference ? flow->grid->circumference + flow->grid->ghost : NULL;
     PDI_TRY(pdi_compact_build(ctx, flow->grid, 1, &s->compact_u));
     PDI_TRY(pdi_compact_build(ctx, flow->grid, 0, &s->compact_p));
     PDI_TRY(pd_multigrid_build(ctx, &md, &s->mg_u));
@@ -14589,6 +15003,8 @@ pd_status pd_gas_build(pd_ctx *ctx, const pd_grid *grid, const pd_bonds *bonds, 
         return pdi_fail(ctx, PD_ERR_ARGUMENT, "gas",
                         "gamma = %g must be above 1, cfl = %g not negative, both finite, order %d one of pd_gas_order",
                         desc->gamma, desc->cfl, (int)desc->order);
+    if (grid->circumference)
+        return pdi_fail(ctx, PD_ERR_ARGUMENT, "gas", "found an axisymmetric grid, expected a planar one");
     gas->grid = grid;
     gas->bonds = bonds;
     gas->rows = bonds->rows;
@@ -14687,6 +15103,7 @@ static void pdi_diffusion_row(const pd_diffusion *d, int32_t r, const uint8_t *h
     const pd_bonds *bonds = d->bonds;
     const pd_stencil *s = bonds->stencil;
     double matrix[N][N], normal[N][N], lack[N], packed[N], weight[N], trace = 0.0;
+    const double *lap = pdi_bond_lap(bonds, bonds->node[r]);
     memset(matrix, 0, sizeof matrix);
     memset(normal, 0, sizeof normal);
     memset(lack, 0, sizeof lack);
@@ -14697,8 +15114,8 @@ static void pdi_diffusion_row(const pd_diffusion *d, int32_t r, const uint8_t *h
         pdi_diffusion_quadratic(xi, weight);
         int open = pdi_bond_open(bonds, r, k), row = open && d->cut[bonds->node[r] + bonds->shift[k]] > 0.0f;
         for (int p = 0; p < N; p++) {
-            if (!open && !(held && held[k])) lack[p] += s->lap[k] * packed[p];
-            for (int q = 0; q < N && row; q++) matrix[p][q] += s->lap[k] * packed[p] * weight[q];
+            if (!open && !(held && held[k])) lack[p] += lap[k] * packed[p];
+            for (int q = 0; q < N && row; q++) matrix[p][q] += lap[k] * packed[p] * weight[q];
         }
     }
     for (int p = 0; p < N; p++) trace += matrix[p][p];
@@ -14744,6 +15161,7 @@ static void pdi_diffusion_hold(pd_diffusion *d, int32_t r, uint8_t *held)
     const pd_bonds *bonds = d->bonds;
     const pd_stencil *s = bonds->stencil;
     int32_t i = bonds->node[r];
+    const double *lap = pdi_bond_lap(bonds, i);
     double value = d->field ? d->field[i] : d->desc.diffusivity, x[PD_DIM];
     for (int k = 0; k < s->count; k++) {
         held[k] = 0;
@@ -14751,8 +15169,8 @@ static void pdi_diffusion_hold(pd_diffusion *d, int32_t r, uint8_t *held)
         double t = pdi_bond_meet(bonds, r, k, x), c = d->desc.held(d->desc.user, x);
         if (!(c >= 0.0)) continue;
         held[k] = 1;
-        d->hold[i] += value * s->lap[k] / t;
-        d->drive[i] += value * s->lap[k] / t * c;
+        d->hold[i] += value * lap[k] / t;
+        d->drive[i] += value * lap[k] / t * c;
         d->held_least = fmin(d->held_least, c);
         d->held_most = fmax(d->held_most, c);
     }
@@ -14848,7 +15266,7 @@ PDI_FN void pdi_diffusion_bond(const pd_diffusion *d, int32_t i, int k, int coun
 {
     const pd_stencil *s = d->bonds->stencil;
     int32_t j = i + d->bonds->shift[k];
-    double a = s->lap[k], weight[PD_DIFFUSION_TENSOR];
+    double a = pdi_bond_lap(d->bonds, i)[k], weight[PD_DIFFUSION_TENSOR];
     for (int b = 0; b < count; b++) bond[b] = d->desc.diffusivity * a;
     if (d->field) pdi_diffusion_series(d, i, j, a, count, bond);
     if (!rows) return;
@@ -14963,12 +15381,12 @@ static void pdi_transport_flux(const pd_transport *t, int32_t i, int k, const do
     const pd_flow *f = t->flow;
     int64_t total = t->grid->total, shift = t->bonds->shift[k];
     const double *p = f->p + i, *u = f->carrier + i, *grad = f->grad + i, *g = st->grad + k * PD_DIM;
-    double tie = f->tau * st->lap[k], arm[PD_DIM];
+    double tie = f->tau * pdi_bond_lap(t->bonds, i)[k], share = pdi_bond_flux(t->bonds, i, k), arm[PD_DIM];
     for (int d = 0; d < PD_DIM; d++) arm[d] = 0.5 * st->xi[k * PD_DIM + d];
     for (int b = 0; b < l->count; b++) {
         double pressure = p[b + shift] - p[b], flux = 0.0;
         for (int d = 0; d < PD_DIM; d++) {
-            flux += g[d] * (u[d * total + b] + u[d * total + b + shift]);
+            flux += share * g[d] * (u[d * total + b] + u[d * total + b + shift]);
             pressure -= arm[d] * (grad[d * total + b] + grad[d * total + b + shift]);
         }
         flux -= (tied ? tied[b] : 1.0) * tie * pressure;
@@ -15215,7 +15633,7 @@ static pd_status pdi_transport_setup(pd_ctx *ctx, pd_transport *t)
         double drain = t->absorb[node] + (t->diffusion.hold ? t->diffusion.hold[node] : 0.0);
         if (grid->kind[node] != PD_FLUID || !(drain > 0.0)) continue;
         pdi_grid_index(grid, node, i);
-        c->mass[pdi_compact_cell(grid, i)] += (float)drain;
+        c->mass[pdi_compact_cell(grid, i)] += (float)(drain * pdi_grid_circumference(grid, node));
     }
     return pd_multigrid_setup(ctx, &t->mg, c->active, (const float *const *)c->conduct,
                               t->flow ? (const float *const *)c->flux : NULL, c->wall, c->mass);
@@ -15280,16 +15698,17 @@ static void pdi_transport_boundary(pd_transport *t)
     const pd_grid *grid = t->grid;
     for (int32_t i = 0; i < grid->total; i++) {
         if (grid->kind[i] != PD_FLUID) continue;
+        double around = pdi_grid_circumference(grid, i);
         if (t->diffusion.hold) {
             double gain = t->diffusion.drive[i] - t->diffusion.hold[i] * t->c[i];
-            pdi_sum_add(gain > 0.0 ? &in : &out, fabs(gain));
+            pdi_sum_add(gain > 0.0 ? &in : &out, fabs(gain) * around);
         }
         if (!pdi_transport_sees_ends(t, i, 1)) continue;
         for (int k = 0; k < t->bonds->stencil->count; k++) {
             if (!pdi_transport_open(t, i, k)) continue;
             uint8_t far_kind = grid->kind[i + t->bonds->shift[k]];
-            if (far_kind == PD_OUTLET) pdi_sum_add(&out, pdi_transport_bond_flux(t, t->c, i, k));
-            if (far_kind == PD_INLET) pdi_sum_add(&in, -pdi_transport_bond_flux(t, t->c, i, k));
+            if (far_kind == PD_OUTLET) pdi_sum_add(&out, around * pdi_transport_bond_flux(t, t->c, i, k));
+            if (far_kind == PD_INLET) pdi_sum_add(&in, -around * pdi_transport_bond_flux(t, t->c, i, k));
         }
     }
     t->outflow = pdi_sum_total(&out) * t->bonds->stencil->volume;
@@ -15541,7 +15960,7 @@ double pd_transport_section(pd_ctx *ctx, pd_transport *t, int axis, int index)
         int i[PD_DIM];
         if (t->grid->kind[node] != PD_FLUID) continue;
         pdi_grid_index(t->grid, node, i);
-        if (i[axis] < index) pdi_sum_add(&sum, t->anti[node]);
+        if (i[axis] < index) pdi_sum_add(&sum, t->anti[node] * pdi_grid_circumference(t->grid, node));
     }
     anti = pdi_sum_total(&sum);
     if (t->grid->side[2 * axis] == PD_SIDE_PERIODIC && t->flow && t->desc.advection == PD_ADVECTION_LIMITED)
@@ -15553,7 +15972,7 @@ static double pdi_transport_total(const pd_transport *t, const double *field)
 {
     pdi_sum sum = {0.0, 0.0};
     for (int32_t i = 0; i < t->grid->total; i++)
-        if (t->grid->kind[i] == PD_FLUID) pdi_sum_add(&sum, field[i]);
+        if (t->grid->kind[i] == PD_FLUID) pdi_sum_add(&sum, field[i] * pdi_grid_circumference(t->grid, i));
     return pdi_sum_total(&sum) * t->bonds->stencil->volume;
 }
 
@@ -15618,6 +16037,7 @@ pd_status pd_transport_build(pd_ctx *ctx, const pd_grid *grid, const pd_bonds *b
         md.stride[d] = grid->stride[d];
     }
     md.first = pd_grid_node(grid, origin);
+    md.weight = grid->circumference ? grid->circumference + grid->ghost : NULL;
     md.symmetric = flow == NULL;
     PDI_TRY(pdi_compact_build(ctx, grid, flow != NULL, &t->compact));
     PDI_TRY(pd_multigrid_build(ctx, &md, &t->mg));
@@ -15865,6 +16285,22 @@ static double pdi_dissolve_factor(const pd_dissolve *d, int32_t solid)
 /* What an intact node loses before it turns fluid [mol/m3]. */
 static double pdi_dissolve_span(const pd_dissolve *d) { return d->desc.solid * (1.0 - d->desc.threshold); }
 
+/* Interface area c(n) [1/m] of bond k of node j; a ring moves what a bond crosses at its mean radius. */
+static double pdi_dissolve_area(const pd_dissolve *d, int32_t j, int k)
+{
+    const pd_stencil *s = d->bonds->stencil;
+    double x[PD_DIM];
+    if (!d->grid->circumference) return s->area[k];
+    pd_grid_position(d->grid, j, x);
+    return s->area[k] * fabs(1.0 + 0.5 * s->xi[k * PD_DIM + PD_DIM - 1] / x[PD_DIM - 1]);
+}
+
+/* Volume of node j over that of node i. */
+static double pdi_dissolve_over(const pd_dissolve *d, int32_t j, int32_t i)
+{
+    return pdi_grid_circumference(d->grid, j) / pdi_grid_circumference(d->grid, i);
+}
+
 /* Far end of bond k of node i. Ghosts behind a side of the box stand for their images, so that a front that meets a
  * side is as fast there as elsewhere. */
 static int32_t pdi_dissolve_far(const pd_dissolve *d, int32_t i, int k)
@@ -15949,7 +16385,7 @@ static double pdi_dissolve_rate(const pd_dissolve *d, int32_t j)
         pdi_dissolve_enter(d, j, k, &entry);
         for (int e = 0; e < entry.count; e++) {
             int32_t i = entry.node[e];
-            sum += s->area[k] / entry.count * pdi_dissolve_share_of_law(d, i, entry.film) *
+            sum += pdi_dissolve_area(d, j, k) / entry.count * pdi_dissolve_share_of_law(d, i, entry.film) *
                    (d->speed[i] + d->slope[i] * d->transport->c[i]);
         }
     }
@@ -16049,7 +16485,7 @@ pd_status pd_dissolve_prepare(pd_ctx *ctx, pd_dissolve *d)
             pdi_dissolve_enter(d, j, k, &entry);
             for (int e = 0; e < entry.count; e++) {
                 int32_t i = entry.node[e];
-                double weight = span * (s->area[k] / entry.count);
+                double weight = span * (pdi_dissolve_area(d, j, k) / entry.count) * pdi_dissolve_over(d, j, i);
                 if (!(weight > 0.0)) continue;
                 if (!(d->weight[i] > 0.0)) PDI_TRY(pdi_dissolve_law(ctx, d, i));
                 d->weight[i] += weight;
@@ -16098,8 +16534,11 @@ static pd_status pdi_dissolve_hand_over(pd_ctx *ctx, pd_dissolve *d, int32_t j, 
         for (int k = 0; k < count; k++) sum += pdi_dissolve_share(d, j, k, (pdi_dissolve_heir)heir);
         if (!(sum > 0.0)) continue;
         double *target = heir == PDI_DISSOLVE_FLUID ? d->transport->carry : d->transport->c;
-        for (int k = 0; k < count; k++)
-            target[pdi_dissolve_far(d, j, k)] += rest * (pdi_dissolve_share(d, j, k, (pdi_dissolve_heir)heir) / sum);
+        for (int k = 0; k < count; k++) {
+            int32_t i = pdi_dissolve_far(d, j, k);
+            double share = pdi_dissolve_share(d, j, k, (pdi_dissolve_heir)heir) / sum;
+            if (share > 0.0) target[i] += rest * share * pdi_dissolve_over(d, j, i);
+        }
         return PD_OK;
     }
     return pdi_fail(ctx, PD_ERR_INTERNAL, "dissolve", "node %d dissolved without any neighbour", (int)j);
@@ -16180,7 +16619,7 @@ double pd_dissolve_stock(pd_ctx *ctx, const pd_dissolve *d)
     pdi_sum sum = {0.0, 0.0};
     (void)ctx;
     for (int32_t j = 0; j < d->grid->total; j++)
-        if (d->grid->kind[j] == PD_SOLID) pdi_sum_add(&sum, d->transport->c[j]);
+        if (d->grid->kind[j] == PD_SOLID) pdi_sum_add(&sum, d->transport->c[j] * pdi_grid_circumference(d->grid, j));
     return pdi_sum_total(&sum) * d->bonds->stencil->volume;
 }
 
@@ -16232,13 +16671,14 @@ static void pdi_measure_faces(const pd_bonds *bonds, const pd_flow *flow, const 
         pdi_grid_index(grid, node, i);
         if (i[axis] != index || grid->kind[before] != PD_FLUID) continue;
         double c = transport ? 0.5 * (transport->c[before] + transport->c[node]) : 0.0;
-        faces += 1.0;
-        pdi_sum_add(&mean, c);
+        double face = 0.5 * (pdi_grid_circumference(grid, before) + pdi_grid_circumference(grid, node));
+        faces += face;
+        pdi_sum_add(&mean, face * c);
         if (!flow) continue;
         const double *u = flow->u + (int64_t)axis * grid->total;
-        pdi_sum_add(&pressure, 0.5 * (flow->p[before] + flow->p[node]));
-        pdi_sum_add(&stream, 0.5 * (u[before] + u[node]));
-        pdi_sum_add(&carried, 0.5 * (u[before] + u[node]) * c);
+        pdi_sum_add(&pressure, face * 0.5 * (flow->p[before] + flow->p[node]));
+        pdi_sum_add(&stream, face * 0.5 * (u[before] + u[node]));
+        pdi_sum_add(&carried, face * 0.5 * (u[before] + u[node]) * c);
     }
     r->area = faces * bonds->stencil->volume / grid->h[axis];
     r->mean = pdi_sum_total(&mean) / faces;
@@ -16274,7 +16714,7 @@ static double pdi_measure_area(const pd_transport *t, const pd_dissolve *dissolv
             pdi_bond_meet(bonds, r, k, x);
             gives = t->desc.held(t->desc.user, x) >= 0.0;
         }
-        if (gives) sum += s->area[k] * s->volume;
+        if (gives) sum += s->area[k] * s->volume * pdi_grid_around(t->grid, node, 0.5 * s->xi[(k + 1) * PD_DIM - 1]);
     }
     return sum;
 }
@@ -16295,7 +16735,7 @@ void pd_measure_exchange(pd_ctx *ctx, const pd_transport *t, const pd_dissolve *
         int k = axis < 0 ? 0 : i[axis];
         double gain = t->source[node] - t->absorb[node] * t->c[node];
         if (t->diffusion.hold) gain += t->diffusion.drive[node] - t->diffusion.hold[node] * t->c[node];
-        flux[k] += gain * bonds->stencil->volume;
+        flux[k] += gain * bonds->stencil->volume * pdi_grid_circumference(grid, node);
         area[k] += pdi_measure_area(t, dissolve, r);
     }
 }
@@ -16315,16 +16755,17 @@ void pd_measure_box(pd_ctx *ctx, const pd_bonds *bonds, const pd_flow *flow, con
     for (int32_t i = 0; i < grid->total; i++) {
         int fluid = grid->kind[i] == PD_FLUID;
         if ((!fluid && grid->kind[i] != PD_SOLID) || !pdi_measure_inside(grid, i, lo, hi)) continue;
-        if (!fluid && dissolve) pdi_sum_add(&solid, transport->c[i]);
+        double around = pdi_grid_circumference(grid, i);
+        if (!fluid && dissolve) pdi_sum_add(&solid, around * transport->c[i]);
         if (!fluid) continue;
-        nodes += 1.0;
+        nodes += around;
         for (int d = 0; d < PD_DIM && flow; d++) {
             double u = flow->u[(int64_t)d * grid->total + i];
-            pdi_sum_add(&momentum[d], u);
-            pdi_sum_add(&energy, 0.5 * u * u);
+            if (!grid->circumference || d < PD_DIM - 1) pdi_sum_add(&momentum[d], around * u); /* radial ones cancel */
+            pdi_sum_add(&energy, 0.5 * around * u * u);
         }
         if (!transport) continue;
-        pdi_sum_add(&dissolved, transport->c[i]);
+        pdi_sum_add(&dissolved, around * transport->c[i]);
         r->least = fmin(r->least, transport->c[i]);
         r->most = fmax(r->most, transport->c[i]);
     }
@@ -16698,7 +17139,7 @@ typedef struct pdi_syntax_section {
 } pdi_syntax_section;
 
 static const pdi_syntax_section pdi_syntax_table[] = {
-    {"grid", "h, m, box, threads"},
+    {"grid", "h, m, box, geometry, threads"},
     {"shape", "box, ball, cylinder, half_space, mask, raw, union, intersect, difference, radius, centre, "
               "point, normal, corner, cell, size, outside, kind, material, D, grains, grain_spread, grain_seed, "
               "boundary_width"},
@@ -17149,7 +17590,6 @@ PDI_FN pd_status pdi_sketch_read(pd_ctx *ctx, pd_text *text, const char *folder,
 #include <stdio.h>
 #include <string.h>
 
-#define PDI_FLAT_PI 3.14159265358979323846
 #define PDI_FLAT_FRAMES 20.0
 
 /* One line a number: name, default as in the original file, smallest and largest admissible value, 1: that bound
@@ -17299,7 +17739,7 @@ static void pdi_flat_flow(const pdi_flat *f, pd_setup *setup)
     setup->steady = f->flow_conv_tol;
     setup->side[0].kind = PD_SIDE_INLET;
     setup->side[0].profile = PD_PROFILE_PARABOLA;
-    setup->side[0].mean = f->Q_flow / (PDI_FLAT_PI * f->R_tube * f->R_tube);
+    setup->side[0].mean = f->Q_flow / (PDI_PI * f->R_tube * f->R_tube);
     setup->side[1].kind = PD_SIDE_OUTLET;
     pdi_setup_note(setup, "flow_conv_tol = %g is the tolerance of the residuals, not of the change per step",
                    f->flow_conv_tol);
@@ -17397,8 +17837,6 @@ PDI_FN pd_status pdi_flat_read(pd_ctx *ctx, pd_text *text, const char *const *ov
     PDI_TRY(pdi_flat_output(ctx, text, &f, setup));
     return pd_text_unused(ctx, text);
 }
-
-#undef PDI_FLAT_PI
 #undef PDI_FLAT_FRAMES
 #undef PDI_FLAT_NUMBERS
 
@@ -17750,6 +18188,32 @@ static pd_status pdi_scene_whole_cells(pdi_scene *s, int section)
     return PD_OK;
 }
 
+/* Planar, or rings around x: then the box begins on the axis, which is no side of its own, or away from it. */
+static pd_status pdi_scene_geometry(pdi_scene *s, int section)
+{
+    static const char *const kinds[] = {"planar", "axisymmetric", NULL};
+    pd_setup *u = s->setup;
+    int r = PD_DIM - 1;
+    double reach = ceil(u->m + 0.5) - 1.0; /* the largest n with |n| < m + 1/2 */
+    char found[PD_UNITS_TEXT], horizon[PD_UNITS_TEXT];
+    PDI_TRY(pd_text_choice(s->ctx, s->text, section, "geometry", kinds, "planar", &u->axisymmetric));
+    if (!u->axisymmetric) return PD_OK;
+    if (PD_DIM != 2)
+        return pd_text_refuse(s->ctx, s->text, section, "geometry", "found 'axisymmetric' in %dD, expected it in 2D",
+                              PD_DIM);
+    if (fabs(u->lo[r]) <= 1e-9 * u->h[r]) {
+        u->lo[r] = 0.0;
+        u->side[2 * r].kind = PD_SIDE_MIRROR;
+        return PD_OK;
+    }
+    if (u->lo[r] >= reach * u->h[r] * (1.0 - 1e-12)) return PD_OK;
+    pdi_setup_show(u->lo[r], "m", found);
+    pdi_setup_show(reach * u->h[r], "m", horizon);
+    return pd_text_refuse(s->ctx, s->text, section, "box",
+                          "found y from %s, expected the distance from the axis to begin at 0 or at least at one"
+                          " horizon, %s", found, horizon);
+}
+
 static pd_status pdi_scene_grid(pdi_scene *s)
 {
     pd_setup *u = s->setup;
@@ -17768,7 +18232,8 @@ static pd_status pdi_scene_grid(pdi_scene *s)
         return pd_text_refuse(s->ctx, s->text, section, "box", "found %d range%s, expected %d, one for each axis",
                               count, count > 1 ? "s" : "", PD_DIM);
     PDI_TRY(pd_text_integer(s->ctx, s->text, section, "threads", 0, 1024, "0", &u->threads));
-    return pdi_scene_whole_cells(s, section);
+    PDI_TRY(pdi_scene_whole_cells(s, section));
+    return pdi_scene_geometry(s, section);
 }
 
 /* ---- [side ...] ---- */
@@ -17875,6 +18340,15 @@ static pd_status pdi_scene_side(pdi_scene *s, int k, int section, int *inlets, i
     pd_setup *u = s->setup;
     int flow;
     PDI_TRY(pd_text_choice(s->ctx, s->text, section, "flow", flows, "noslip", &flow));
+    if (u->axisymmetric && k / 2 == PD_DIM - 1) {
+        int axis = u->side[k].kind == PD_SIDE_MIRROR;
+        if (axis && flow != PD_SIDE_MIRROR)
+            return pd_text_refuse(s->ctx, s->text, section, "flow",
+                                  "found '%s' on the axis, expected mirror or nothing", flows[flow]);
+        if (!axis && (flow == PD_SIDE_PERIODIC || flow == PD_SIDE_MIRROR))
+            return pd_text_refuse(s->ctx, s->text, section, "flow",
+                                  "found '%s' around an axis, expected noslip, inlet, outlet or open", flows[flow]);
+    }
     if ((pdi_grid_port((pd_side)flow) || flow == open) && !u->has_flow)
         return pd_text_refuse(s->ctx, s->text, section, "flow",
                               "found '%s' without a [flow] section, expected C = ... alone"
@@ -18214,8 +18688,6 @@ pd_status pd_scene_read(pd_ctx *ctx, const char *path, const char *const *overri
 #include <math.h>
 #include <string.h>
 
-#define PDI_INLET_PI 3.14159265358979323846
-
 /* Open nodes of the layer inside a side. */
 typedef struct pdi_inlet_layer {
     int64_t open, solid;
@@ -18244,7 +18716,7 @@ static void pdi_inlet_expression(const pd_setup_side *side, const double *x, dou
 static void pdi_inlet_scan(const pd_setup *setup, const pd_grid *grid, int side, pdi_inlet_layer *layer)
 {
     int i[PD_DIM], axis = side / 2, along = PD_DIM > 1 ? 1 - axis : 0;
-    double sum = 0.0;
+    double sum = 0.0, weight = 0.0;
     memset(i, 0, sizeof i);
     memset(layer, 0, sizeof *layer);
     i[axis] = side % 2 ? grid->n[axis] - 1 : 0;
@@ -18261,9 +18733,10 @@ static void pdi_inlet_scan(const pd_setup *setup, const pd_grid *grid, int side,
         pd_grid_position(grid, node, x);
         x[axis] = side % 2 ? grid->hi[axis] : grid->lo[axis];
         pdi_inlet_expression(&setup->side[side], x, u);
-        sum += pdi_inlet_sign(side) * u[axis];
+        sum += pdi_inlet_sign(side) * u[axis] * pdi_grid_circumference(grid, node);
+        weight += pdi_grid_circumference(grid, node);
     } while (pdi_inlet_next(grid, axis, i));
-    if (layer->open) layer->velocity = sum / (double)layer->open;
+    if (weight > 0.0) layer->velocity = sum / weight;
 }
 
 /* Where the wall begins between the open node at s and the closed one `step` further, along axis `along`. */
@@ -18324,6 +18797,28 @@ static pd_status pdi_inlet_refuse(pd_ctx *ctx, int side, const char *why)
     return pdi_fail(ctx, PD_ERR_GEOMETRY, "inlet", "side %s: %s", pdi_setup_side_name(side), why);
 }
 
+/* The same around an axis: across it a tube or the room between two, along it a cylinder. */
+static void pdi_inlet_rings(const pd_grid *grid, int side, double lo, double hi, int several, pd_inlet *inlet,
+                            double *area)
+{
+    int i[PD_DIM], axis = side / 2, r = PD_DIM - 1;
+    if (axis == r) {
+        *area *= 2.0 * PDI_PI * (side % 2 ? grid->hi[r] : grid->lo[r]);
+        return;
+    }
+    inlet->centre[side][r] = 0.0;
+    inlet->inner[side] = lo;
+    inlet->width[side] = lo > 0.0 ? hi - lo : 2.0 * hi;
+    *area = PDI_PI * (hi - lo) * (hi + lo);
+    memset(i, 0, sizeof i);
+    i[axis] = side % 2 ? grid->n[axis] - 1 : 0;
+    if (several) *area = 0.0;
+    if (several) do {
+            int32_t node = pd_grid_node(grid, i);
+            if (grid->kind[node] == PD_FLUID) *area += pdi_grid_circumference(grid, node) * grid->h[r];
+        } while (pdi_inlet_next(grid, axis, i));
+}
+
 /* Width and centre of the open part, and its area. */
 static pd_status pdi_inlet_measure(pd_ctx *ctx, const pd_grid *grid, int side, const pdi_inlet_layer *layer,
                                    pd_inlet *inlet, double *area)
@@ -18345,19 +18840,21 @@ static pd_status pdi_inlet_measure(pd_ctx *ctx, const pd_grid *grid, int side, c
         double lo = pdi_inlet_edge(grid, side, layer->lo, -1), hi = pdi_inlet_edge(grid, side, layer->hi, 1);
         inlet->width[side] = hi - lo;
         inlet->centre[side][along] = 0.5 * (lo + hi);
-        if (layer->open == layer->hi - layer->lo + 1) *area = hi - lo;
+        int several = layer->open != layer->hi - layer->lo + 1;
+        if (!several) *area = hi - lo;
         else if (parabola)
             return pdi_inlet_refuse(ctx, side,
                                     "found several openings, expected one for a parabola; give an expression");
+        if (grid->circumference) pdi_inlet_rings(grid, side, lo, hi, several, inlet, area);
         return PD_OK;
     }
     if (grid->wall >= 0) radius = pdi_inlet_tube(grid, grid->wall, axis, inlet->centre[side]);
     if (radius > 0.0 && pdi_inlet_round(grid, side, inlet->centre[side], radius)) {
         inlet->width[side] = 2.0 * radius;
-        *area = PDI_INLET_PI * radius * radius;
+        *area = PDI_PI * radius * radius;
         return PD_OK;
     }
-    inlet->width[side] = sqrt(4.0 * *area / PDI_INLET_PI);
+    inlet->width[side] = sqrt(4.0 * *area / PDI_PI);
     if (!parabola) return PD_OK;
     return pdi_inlet_refuse(ctx, side,
                             "the opening is not the section of a tube (a wall: cylinder along the inflow with "
@@ -18377,14 +18874,23 @@ pd_status pd_inlet_build(pd_ctx *ctx, const pd_setup *setup, const pd_grid *grid
         inlet->latest = side;
         pdi_inlet_scan(setup, grid, side, &layer);
         PDI_TRY(pdi_inlet_measure(ctx, grid, side, &layer, inlet, &area));
-        if (PD_DIM == 2 && s->flow_rate > 0.0)
-            area = 0.25 * PDI_INLET_PI * inlet->width[side] * inlet->width[side];
+        if (PD_DIM == 2 && !grid->circumference && s->flow_rate > 0.0)
+            area = 0.25 * PDI_PI * inlet->width[side] * inlet->width[side];
         inlet->mean[side] = s->flow_rate > 0.0 ? s->flow_rate / area : s->mean;
         if (s->profile == PD_PROFILE_EXPRESSION) inlet->mean[side] = layer.velocity;
         if (inlet->first < 0) inlet->first = side;
         inlet->inlets++;
     }
     return PD_OK;
+}
+
+/* Fully developed flow in a tube or between two (k > 0) at s = r/R, over its mean (White, Viscous Fluid
+ * Flow, 3-3.3). */
+static double pdi_inlet_round_profile(double k, double s)
+{
+    if (!(k > 0.0)) return 2.0 * (1.0 - s * s);
+    double a = (1.0 - k * k) / log(1.0 / k);
+    return 2.0 * (1.0 - s * s + a * log(s)) / (1.0 + k * k - a);
 }
 
 void pd_inlet_velocity(void *user, const double *x, double *u)
@@ -18403,6 +18909,12 @@ void pd_inlet_velocity(void *user, const double *x, double *u)
         }
         u[axis] = pdi_inlet_sign(side) * inlet->mean[side];
         if (s->profile != PD_PROFILE_PARABOLA) return;
+        if (setup->axisymmetric && axis != PD_DIM - 1) {
+            double inner = inlet->inner[side], width = inlet->width[side];
+            double outer = inner > 0.0 ? inner + width : 0.5 * width;
+            u[axis] *= pdi_inlet_round_profile(inner / outer, x[PD_DIM - 1] / outer);
+            return;
+        }
         for (int d = 0; d < PD_DIM; d++) {
             double across = d == axis ? 0.0 : 2.0 * (x[d] - inlet->centre[side][d]) / inlet->width[side];
             square += across * across;
@@ -18430,9 +18942,6 @@ double pd_inlet_entering(void *user, const double *x)
     }
     return u->inlet;
 }
-
-
-#undef PDI_INLET_PI
 
 /* ======== >>wall.c ======== */
 /* wall: see wall.h */
@@ -18506,6 +19015,7 @@ static pd_status pdi_model_lattice(pd_ctx *ctx, pd_model *m)
     }
     for (int s = 0; s < 2 * PD_DIM; s++) grid.side[s] = u->side[s].kind;
     grid.shapes = u->shapes ? u->shape : NULL;
+    grid.axisymmetric = u->axisymmetric;
     grid.solid = u->solid;
     grid.wall = u->wall;
     for (int s = 0; s < 2 * PD_DIM; s++)
@@ -18808,7 +19318,8 @@ static void pdi_observe_layers(const pd_model *m, pd_observables *o)
         int i[PD_DIM];
         if (grid->kind[node] != PD_FLUID) continue;
         pdi_grid_index(grid, node, i);
-        o->layer[i[o->flux_axis]] += face * m->flow.u[(int64_t)o->flux_axis * grid->total + node];
+        double area = face * pdi_grid_circumference(grid, node);
+        o->layer[i[o->flux_axis]] += area * m->flow.u[(int64_t)o->flux_axis * grid->total + node];
     }
 }
 
@@ -19047,17 +19558,24 @@ static void pdi_output_stamp(double time, char *stamp, size_t size)
     snprintf(stamp, size, "t = %s", text);
 }
 
+/* Cells below the axis of an axisymmetric scene, which is drawn whole. */
+static int pdi_output_below(const pd_model *m, int up)
+{
+    return m->setup->axisymmetric && !(m->grid.lo[up] > 0.0) ? m->grid.n[up] : 0;
+}
+
 static void pdi_output_cells(pd_output *out, pd_field field, int right, int up)
 {
     const pd_model *m = out->model;
-    int i[PD_DIM], nx = m->grid.n[right], ny = right == up ? 1 : m->grid.n[up]; /* 1D: one row */
+    int below = pdi_output_below(m, up);
+    int i[PD_DIM], nx = m->grid.n[right], ny = right == up ? 1 : m->grid.n[up] + below; /* 1D: one row */
     for (int d = 0; d < PD_DIM; d++) {
         double cell = floor((m->setup->slice_at - m->grid.lo[d]) / m->grid.h[d]);
         i[d] = (int)fmax(0.0, fmin(cell, m->grid.n[d] - 1.0));
     }
     for (int row = 0; row < ny; row++)
         for (int column = 0; column < nx; column++) {
-            i[up] = row;
+            i[up] = row < below ? below - 1 - row : row - below;
             i[right] = column;
             int32_t node = pd_grid_node(&m->grid, i);
             int64_t at = (int64_t)row * nx + column;
@@ -19089,11 +19607,11 @@ static pd_status pdi_output_picture(pd_ctx *ctx, pd_output *out, pd_field field,
     pdi_output_title(m->setup, field, title, sizeof title);
     pdi_output_stamp(m->couple.time, stamp, sizeof stamp);
     picture.nx = m->grid.n[right];
-    picture.ny = m->grid.n[up];
+    picture.ny = m->grid.n[up] + pdi_output_below(m, up);
     picture.values = out->cell;
     picture.paint = out->paint;
     picture.lo[0] = m->grid.lo[right];
-    picture.lo[1] = m->grid.lo[up];
+    picture.lo[1] = pdi_output_below(m, up) ? -m->grid.hi[up] : m->grid.lo[up];
     picture.hi[0] = m->grid.hi[right];
     picture.hi[1] = m->grid.hi[up];
     int numbered = field == PD_FIELD_KIND || field == PD_FIELD_GRAIN || field == PD_FIELD_PHASE;
@@ -19254,7 +19772,7 @@ static pd_status pdi_output_reserve(pd_ctx *ctx, pd_output *out)
     }
     if (!m->setup->images) return PD_OK;
     pdi_output_plane(m->setup, &right, &up);
-    out->cells = (int64_t)m->grid.n[right] * (right == up ? 1 : m->grid.n[up]);
+    out->cells = (int64_t)m->grid.n[right] * (right == up ? 1 : m->grid.n[up] + pdi_output_below(m, up));
     PDI_TRY(PDI_NEW(ctx, "output", out->cells, out->cell));
     return PDI_NEW(ctx, "output", out->cells, out->paint);
 }
@@ -19377,8 +19895,8 @@ static void pdi_summary_grid(const pdi_summary *s)
         pdi_setup_show(m->grid.h[d], "m", text);
         snprintf(spacing + told, sizeof spacing - told, "%s%s", d ? " x " : "", text);
     }
-    pdi_summary_line(s, "%s: %dD, %s nodes at %s, m = %g (%d bonds a node)", m->setup->name, PD_DIM, size, spacing,
-                     m->stencil.m, m->stencil.count);
+    pdi_summary_line(s, "%s: %dD%s, %s nodes at %s, m = %g (%d bonds a node)", m->setup->name, PD_DIM,
+                     m->setup->axisymmetric ? " axisymmetric" : "", size, spacing, m->stencil.m, m->stencil.count);
     snprintf(size, sizeof size, "%.0f fluid, %.0f solid, %.0f wall", (double)m->grid.fluid_count,
              (double)m->grid.solid_count, (double)(pd_grid_count(&m->grid, PD_WALL)));
     pdi_summary_part(s, PD_PART_GRID, "lattice", size);
@@ -19497,6 +20015,9 @@ static const char *const pdi_monitor_unit_force[] = {"N/m2", "N/m", "N"};
 static const char *const pdi_monitor_unit_energy[] = {"J/m2", "J/m", "J"};
 static const char *const pdi_monitor_unit_momentum[] = {"kg/m/s", "kg/s", "kg m/s"};
 
+/* The dimension that amounts have, less one: rings close. */
+static int pdi_monitor_extent(const pd_setup *setup) { return setup->axisymmetric ? 2 : PD_DIM - 1; }
+
 /* ---- figures ---- */
 
 static void pdi_monitor_put(pd_monitor *m, const char *key, const char *unit, double value)
@@ -19525,15 +20046,15 @@ static void pdi_monitor_plane(pd_ctx *ctx, pd_model *model, pd_monitor *m)
     pd_measure_plane_result r;
     pd_measure_plane(ctx, &model->bonds, u->has_flow ? &model->flow : NULL, u->has_transport ? &model->transport : NULL,
                      m->desc->axis, m->desc->index, &r);
-    pdi_monitor_put(m, "area", pdi_monitor_unit_area[PD_DIM - 1], r.area);
+    pdi_monitor_put(m, "area", pdi_monitor_unit_area[pdi_monitor_extent(u)], r.area);
     if (u->has_flow) {
-        pdi_monitor_put(m, "flow", pdi_monitor_unit_flow[PD_DIM - 1], r.flow);
+        pdi_monitor_put(m, "flow", pdi_monitor_unit_flow[pdi_monitor_extent(u)], r.flow);
         pdi_monitor_put(m, "speed", "m/s", r.speed);
         pdi_monitor_put(m, "p", "Pa", r.pressure);
     }
     if (u->has_transport) pdi_monitor_put(m, "C_mean", "mol/m3", r.mean);
     if (u->has_transport && u->has_flow) pdi_monitor_put(m, "C_bulk", "mol/m3", r.bulk);
-    if (u->has_transport) pdi_monitor_put(m, "species", pdi_monitor_unit_species[PD_DIM - 1], r.species);
+    if (u->has_transport) pdi_monitor_put(m, "species", pdi_monitor_unit_species[pdi_monitor_extent(u)], r.species);
 }
 
 static pd_status pdi_monitor_balance(pd_ctx *ctx, pd_model *model, const pd_setup_monitor *d, double *force)
@@ -19550,7 +20071,7 @@ static pd_status pdi_monitor_balance(pd_ctx *ctx, pd_model *model, const pd_setu
 static pd_status pdi_monitor_force(pd_ctx *ctx, pd_model *model, pd_monitor *m)
 {
     const pd_setup_monitor *d = m->desc;
-    const char *unit = pdi_monitor_unit_force[PD_DIM - 1];
+    const char *unit = pdi_monitor_unit_force[pdi_monitor_extent(model->setup)];
     double force[PD_DIM], friction[PD_DIM], pressure[PD_DIM], around[PD_DIM];
     double scale = d->speed > 0.0 ? 2.0 / (model->flow.rho * d->speed * d->speed * d->area) : 0.0;
     if (m->seen == model->couple.flow_solves) return PD_OK;
@@ -19581,8 +20102,9 @@ static void pdi_monitor_fluid(const pd_model *model, pd_monitor *m)
         int i[PD_DIM];
         if (grid->kind[node] != PD_FLUID) continue;
         pdi_grid_index(grid, node, i);
-        m->fluid[i[d->axis]] += u[node] * model->transport.c[node];
-        stream[i[d->axis]] += u[node];
+        double flow = u[node] * pdi_grid_circumference(grid, node);
+        m->fluid[i[d->axis]] += flow * model->transport.c[node];
+        stream[i[d->axis]] += flow;
     }
     for (int k = 0; k < m->rows; k++) m->fluid[k] /= stream[k];
 }
@@ -19603,8 +20125,8 @@ static void pdi_monitor_transfer(pd_ctx *ctx, pd_model *model, pd_monitor *m)
         driven *= d->area / area;
         area = d->area;
     }
-    pdi_monitor_put(m, "flux", pdi_monitor_unit_species[PD_DIM - 1], flux);
-    pdi_monitor_put(m, "area", pdi_monitor_unit_area[PD_DIM - 1], area);
+    pdi_monitor_put(m, "flux", pdi_monitor_unit_species[pdi_monitor_extent(model->setup)], flux);
+    pdi_monitor_put(m, "area", pdi_monitor_unit_area[pdi_monitor_extent(model->setup)], area);
     pdi_monitor_put(m, "density", "mol/m2/s", flux / area);
     if (d->length > 0.0) pdi_monitor_put(m, "Sh", "-", flux * d->length / (driven * d->diffusivity));
 }
@@ -19615,17 +20137,17 @@ static void pdi_monitor_total(pd_ctx *ctx, pd_model *model, pd_monitor *m)
     pd_measure_box_result r;
     pd_measure_box(ctx, &model->bonds, u->has_flow ? &model->flow : NULL, u->has_transport ? &model->transport : NULL,
                    u->has_dissolve ? &model->dissolve : NULL, m->desc->lo, m->desc->hi, &r);
-    pdi_monitor_put(m, "volume", pdi_monitor_unit_volume[PD_DIM - 1], r.volume);
+    pdi_monitor_put(m, "volume", pdi_monitor_unit_volume[pdi_monitor_extent(u)], r.volume);
     if (u->has_flow) {
-        pdi_monitor_put(m, "energy", pdi_monitor_unit_energy[PD_DIM - 1], r.energy);
-        pdi_monitor_put_vector(m, 'm', "", pdi_monitor_unit_momentum[PD_DIM - 1], r.momentum, 1.0);
+        pdi_monitor_put(m, "energy", pdi_monitor_unit_energy[pdi_monitor_extent(u)], r.energy);
+        pdi_monitor_put_vector(m, 'm', "", pdi_monitor_unit_momentum[pdi_monitor_extent(u)], r.momentum, 1.0);
     }
     if (u->has_transport) {
-        pdi_monitor_put(m, "dissolved", pdi_monitor_unit_amount[PD_DIM - 1], r.dissolved);
+        pdi_monitor_put(m, "dissolved", pdi_monitor_unit_amount[pdi_monitor_extent(u)], r.dissolved);
         pdi_monitor_put(m, "C_min", "mol/m3", r.least);
         pdi_monitor_put(m, "C_max", "mol/m3", r.most);
     }
-    if (u->has_dissolve) pdi_monitor_put(m, "solid", pdi_monitor_unit_amount[PD_DIM - 1], r.solid);
+    if (u->has_dissolve) pdi_monitor_put(m, "solid", pdi_monitor_unit_amount[pdi_monitor_extent(u)], r.solid);
 }
 
 static pd_status pdi_monitor_figures(pd_ctx *ctx, pd_model *model, pd_monitor *m)
@@ -19668,13 +20190,13 @@ static int pdi_monitor_line_names(const pd_monitor *m, char names[][PD_SETUP_NAM
     return count;
 }
 
-static int pdi_monitor_transfer_names(const pd_monitor *m, char names[][PD_SETUP_NAME])
+static int pdi_monitor_transfer_names(const pd_setup *u, const pd_monitor *m, char names[][PD_SETUP_NAME])
 {
     char name[PD_SETUP_NAME];
     int count;
     snprintf(name, sizeof name, "%c [m]", "xyz"[m->desc->axis]);
     count = pdi_monitor_name(names, 0, name);
-    snprintf(name, sizeof name, "area [%s]", pdi_monitor_unit_area[PD_DIM - 1]);
+    snprintf(name, sizeof name, "area [%s]", pdi_monitor_unit_area[pdi_monitor_extent(u)]);
     count = pdi_monitor_name(names, count, name);
     count = pdi_monitor_name(names, count, "density [mol/m2/s]");
     if (!(m->desc->length > 0.0)) return count;
@@ -19783,7 +20305,8 @@ static pd_status pdi_monitor_profile(pd_ctx *ctx, const pd_monitors *all, pd_mon
     const char *list[1 + PD_DIM + PD_FIELD_COUNT + PD_DIM];
     const pd_setup_monitor *d = m->desc;
     int first[PD_FIELD_COUNT], line = d->kind == PD_MONITOR_LINE;
-    int count = line ? pdi_monitor_line_names(m, names, first) : pdi_monitor_transfer_names(m, names);
+    const pd_setup *u = all->model->setup;
+    int count = line ? pdi_monitor_line_names(m, names, first) : pdi_monitor_transfer_names(u, m, names);
     for (int k = 0; k < count; k++) list[k] = names[k];
     if (line) pdi_monitor_line_fill(all->model, m);
     else pdi_monitor_transfer_fill(all->model, m);

@@ -34,13 +34,14 @@ static void pdi_measure_faces(const pd_bonds *bonds, const pd_flow *flow, const 
         pdi_grid_index(grid, node, i);
         if (i[axis] != index || grid->kind[before] != PD_FLUID) continue;
         double c = transport ? 0.5 * (transport->c[before] + transport->c[node]) : 0.0;
-        faces += 1.0;
-        pdi_sum_add(&mean, c);
+        double face = 0.5 * (pdi_grid_circumference(grid, before) + pdi_grid_circumference(grid, node));
+        faces += face;
+        pdi_sum_add(&mean, face * c);
         if (!flow) continue;
         const double *u = flow->u + (int64_t)axis * grid->total;
-        pdi_sum_add(&pressure, 0.5 * (flow->p[before] + flow->p[node]));
-        pdi_sum_add(&stream, 0.5 * (u[before] + u[node]));
-        pdi_sum_add(&carried, 0.5 * (u[before] + u[node]) * c);
+        pdi_sum_add(&pressure, face * 0.5 * (flow->p[before] + flow->p[node]));
+        pdi_sum_add(&stream, face * 0.5 * (u[before] + u[node]));
+        pdi_sum_add(&carried, face * 0.5 * (u[before] + u[node]) * c);
     }
     r->area = faces * bonds->stencil->volume / grid->h[axis];
     r->mean = pdi_sum_total(&mean) / faces;
@@ -76,7 +77,7 @@ static double pdi_measure_area(const pd_transport *t, const pd_dissolve *dissolv
             pdi_bond_meet(bonds, r, k, x);
             gives = t->desc.held(t->desc.user, x) >= 0.0;
         }
-        if (gives) sum += s->area[k] * s->volume;
+        if (gives) sum += s->area[k] * s->volume * pdi_grid_around(t->grid, node, 0.5 * s->xi[(k + 1) * PD_DIM - 1]);
     }
     return sum;
 }
@@ -97,7 +98,7 @@ void pd_measure_exchange(pd_ctx *ctx, const pd_transport *t, const pd_dissolve *
         int k = axis < 0 ? 0 : i[axis];
         double gain = t->source[node] - t->absorb[node] * t->c[node];
         if (t->diffusion.hold) gain += t->diffusion.drive[node] - t->diffusion.hold[node] * t->c[node];
-        flux[k] += gain * bonds->stencil->volume;
+        flux[k] += gain * bonds->stencil->volume * pdi_grid_circumference(grid, node);
         area[k] += pdi_measure_area(t, dissolve, r);
     }
 }
@@ -117,16 +118,17 @@ void pd_measure_box(pd_ctx *ctx, const pd_bonds *bonds, const pd_flow *flow, con
     for (int32_t i = 0; i < grid->total; i++) {
         int fluid = grid->kind[i] == PD_FLUID;
         if ((!fluid && grid->kind[i] != PD_SOLID) || !pdi_measure_inside(grid, i, lo, hi)) continue;
-        if (!fluid && dissolve) pdi_sum_add(&solid, transport->c[i]);
+        double around = pdi_grid_circumference(grid, i);
+        if (!fluid && dissolve) pdi_sum_add(&solid, around * transport->c[i]);
         if (!fluid) continue;
-        nodes += 1.0;
+        nodes += around;
         for (int d = 0; d < PD_DIM && flow; d++) {
             double u = flow->u[(int64_t)d * grid->total + i];
-            pdi_sum_add(&momentum[d], u);
-            pdi_sum_add(&energy, 0.5 * u * u);
+            if (!grid->circumference || d < PD_DIM - 1) pdi_sum_add(&momentum[d], around * u); /* radial ones cancel */
+            pdi_sum_add(&energy, 0.5 * around * u * u);
         }
         if (!transport) continue;
-        pdi_sum_add(&dissolved, transport->c[i]);
+        pdi_sum_add(&dissolved, around * transport->c[i]);
         r->least = fmin(r->least, transport->c[i]);
         r->most = fmax(r->most, transport->c[i]);
     }

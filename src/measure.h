@@ -2,7 +2,8 @@
  *
  * Fluxes are the sums of bond fluxes that the schemes conserve (theory: eq. 4.2, 5.1), so that two planes with nothing
  * between them agree to rounding. Boxes take the nodes whose centres lie inside. Nothing is allocated or changed but
- * ghosts. In 2D amounts are per metre of depth, in 1D per square metre.
+ * ghosts. In planar 2D amounts are per metre of depth, in 1D per square metre, axisymmetric those of
+ * the whole body.
  */
 #ifndef PD_MEASURE_H
 #define PD_MEASURE_H

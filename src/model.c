@@ -18,6 +18,7 @@ static pd_status pdi_model_lattice(pd_ctx *ctx, pd_model *m)
     }
     for (int s = 0; s < 2 * PD_DIM; s++) grid.side[s] = u->side[s].kind;
     grid.shapes = u->shapes ? u->shape : NULL;
+    grid.axisymmetric = u->axisymmetric;
     grid.solid = u->solid;
     grid.wall = u->wall;
     for (int s = 0; s < 2 * PD_DIM; s++)

@@ -18,6 +18,9 @@ static const char *const pdi_monitor_unit_force[] = {"N/m2", "N/m", "N"};
 static const char *const pdi_monitor_unit_energy[] = {"J/m2", "J/m", "J"};
 static const char *const pdi_monitor_unit_momentum[] = {"kg/m/s", "kg/s", "kg m/s"};
 
+/* The dimension that amounts have, less one: rings close. */
+static int pdi_monitor_extent(const pd_setup *setup) { return setup->axisymmetric ? 2 : PD_DIM - 1; }
+
 /* ---- figures ---- */
 
 static void pdi_monitor_put(pd_monitor *m, const char *key, const char *unit, double value)
@@ -46,15 +49,15 @@ static void pdi_monitor_plane(pd_ctx *ctx, pd_model *model, pd_monitor *m)
     pd_measure_plane_result r;
     pd_measure_plane(ctx, &model->bonds, u->has_flow ? &model->flow : NULL, u->has_transport ? &model->transport : NULL,
                      m->desc->axis, m->desc->index, &r);
-    pdi_monitor_put(m, "area", pdi_monitor_unit_area[PD_DIM - 1], r.area);
+    pdi_monitor_put(m, "area", pdi_monitor_unit_area[pdi_monitor_extent(u)], r.area);
     if (u->has_flow) {
-        pdi_monitor_put(m, "flow", pdi_monitor_unit_flow[PD_DIM - 1], r.flow);
+        pdi_monitor_put(m, "flow", pdi_monitor_unit_flow[pdi_monitor_extent(u)], r.flow);
         pdi_monitor_put(m, "speed", "m/s", r.speed);
         pdi_monitor_put(m, "p", "Pa", r.pressure);
     }
     if (u->has_transport) pdi_monitor_put(m, "C_mean", "mol/m3", r.mean);
     if (u->has_transport && u->has_flow) pdi_monitor_put(m, "C_bulk", "mol/m3", r.bulk);
-    if (u->has_transport) pdi_monitor_put(m, "species", pdi_monitor_unit_species[PD_DIM - 1], r.species);
+    if (u->has_transport) pdi_monitor_put(m, "species", pdi_monitor_unit_species[pdi_monitor_extent(u)], r.species);
 }
 
 static pd_status pdi_monitor_balance(pd_ctx *ctx, pd_model *model, const pd_setup_monitor *d, double *force)
@@ -71,7 +74,7 @@ static pd_status pdi_monitor_balance(pd_ctx *ctx, pd_model *model, const pd_setu
 static pd_status pdi_monitor_force(pd_ctx *ctx, pd_model *model, pd_monitor *m)
 {
     const pd_setup_monitor *d = m->desc;
-    const char *unit = pdi_monitor_unit_force[PD_DIM - 1];
+    const char *unit = pdi_monitor_unit_force[pdi_monitor_extent(model->setup)];
     double force[PD_DIM], friction[PD_DIM], pressure[PD_DIM], around[PD_DIM];
     double scale = d->speed > 0.0 ? 2.0 / (model->flow.rho * d->speed * d->speed * d->area) : 0.0;
     if (m->seen == model->couple.flow_solves) return PD_OK;
@@ -102,8 +105,9 @@ static void pdi_monitor_fluid(const pd_model *model, pd_monitor *m)
         int i[PD_DIM];
         if (grid->kind[node] != PD_FLUID) continue;
         pdi_grid_index(grid, node, i);
-        m->fluid[i[d->axis]] += u[node] * model->transport.c[node];
-        stream[i[d->axis]] += u[node];
+        double flow = u[node] * pdi_grid_circumference(grid, node);
+        m->fluid[i[d->axis]] += flow * model->transport.c[node];
+        stream[i[d->axis]] += flow;
     }
     for (int k = 0; k < m->rows; k++) m->fluid[k] /= stream[k];
 }
@@ -124,8 +128,8 @@ static void pdi_monitor_transfer(pd_ctx *ctx, pd_model *model, pd_monitor *m)
         driven *= d->area / area;
         area = d->area;
     }
-    pdi_monitor_put(m, "flux", pdi_monitor_unit_species[PD_DIM - 1], flux);
-    pdi_monitor_put(m, "area", pdi_monitor_unit_area[PD_DIM - 1], area);
+    pdi_monitor_put(m, "flux", pdi_monitor_unit_species[pdi_monitor_extent(model->setup)], flux);
+    pdi_monitor_put(m, "area", pdi_monitor_unit_area[pdi_monitor_extent(model->setup)], area);
     pdi_monitor_put(m, "density", "mol/m2/s", flux / area);
     if (d->length > 0.0) pdi_monitor_put(m, "Sh", "-", flux * d->length / (driven * d->diffusivity));
 }
@@ -136,17 +140,17 @@ static void pdi_monitor_total(pd_ctx *ctx, pd_model *model, pd_monitor *m)
     pd_measure_box_result r;
     pd_measure_box(ctx, &model->bonds, u->has_flow ? &model->flow : NULL, u->has_transport ? &model->transport : NULL,
                    u->has_dissolve ? &model->dissolve : NULL, m->desc->lo, m->desc->hi, &r);
-    pdi_monitor_put(m, "volume", pdi_monitor_unit_volume[PD_DIM - 1], r.volume);
+    pdi_monitor_put(m, "volume", pdi_monitor_unit_volume[pdi_monitor_extent(u)], r.volume);
     if (u->has_flow) {
-        pdi_monitor_put(m, "energy", pdi_monitor_unit_energy[PD_DIM - 1], r.energy);
-        pdi_monitor_put_vector(m, 'm', "", pdi_monitor_unit_momentum[PD_DIM - 1], r.momentum, 1.0);
+        pdi_monitor_put(m, "energy", pdi_monitor_unit_energy[pdi_monitor_extent(u)], r.energy);
+        pdi_monitor_put_vector(m, 'm', "", pdi_monitor_unit_momentum[pdi_monitor_extent(u)], r.momentum, 1.0);
     }
     if (u->has_transport) {
-        pdi_monitor_put(m, "dissolved", pdi_monitor_unit_amount[PD_DIM - 1], r.dissolved);
+        pdi_monitor_put(m, "dissolved", pdi_monitor_unit_amount[pdi_monitor_extent(u)], r.dissolved);
         pdi_monitor_put(m, "C_min", "mol/m3", r.least);
         pdi_monitor_put(m, "C_max", "mol/m3", r.most);
     }
-    if (u->has_dissolve) pdi_monitor_put(m, "solid", pdi_monitor_unit_amount[PD_DIM - 1], r.solid);
+    if (u->has_dissolve) pdi_monitor_put(m, "solid", pdi_monitor_unit_amount[pdi_monitor_extent(u)], r.solid);
 }
 
 static pd_status pdi_monitor_figures(pd_ctx *ctx, pd_model *model, pd_monitor *m)
@@ -189,13 +193,13 @@ static int pdi_monitor_line_names(const pd_monitor *m, char names[][PD_SETUP_NAM
     return count;
 }
 
-static int pdi_monitor_transfer_names(const pd_monitor *m, char names[][PD_SETUP_NAME])
+static int pdi_monitor_transfer_names(const pd_setup *u, const pd_monitor *m, char names[][PD_SETUP_NAME])
 {
     char name[PD_SETUP_NAME];
     int count;
     snprintf(name, sizeof name, "%c [m]", "xyz"[m->desc->axis]);
     count = pdi_monitor_name(names, 0, name);
-    snprintf(name, sizeof name, "area [%s]", pdi_monitor_unit_area[PD_DIM - 1]);
+    snprintf(name, sizeof name, "area [%s]", pdi_monitor_unit_area[pdi_monitor_extent(u)]);
     count = pdi_monitor_name(names, count, name);
     count = pdi_monitor_name(names, count, "density [mol/m2/s]");
     if (!(m->desc->length > 0.0)) return count;
@@ -304,7 +308,8 @@ static pd_status pdi_monitor_profile(pd_ctx *ctx, const pd_monitors *all, pd_mon
     const char *list[1 + PD_DIM + PD_FIELD_COUNT + PD_DIM];
     const pd_setup_monitor *d = m->desc;
     int first[PD_FIELD_COUNT], line = d->kind == PD_MONITOR_LINE;
-    int count = line ? pdi_monitor_line_names(m, names, first) : pdi_monitor_transfer_names(m, names);
+    const pd_setup *u = all->model->setup;
+    int count = line ? pdi_monitor_line_names(m, names, first) : pdi_monitor_transfer_names(u, m, names);
     for (int k = 0; k < count; k++) list[k] = names[k];
     if (line) pdi_monitor_line_fill(all->model, m);
     else pdi_monitor_transfer_fill(all->model, m);

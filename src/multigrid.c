@@ -736,6 +736,14 @@ static int32_t pdi_multigrid_row_node(const pd_multigrid *mg, int32_t r)
     return node;
 }
 
+/* Factor of the right-hand side in row r of the box. */
+static double pdi_multigrid_weight(const pd_multigrid *mg, int32_t r)
+{
+    const int *n = mg->level[0].n;
+    if (PD_DIM == 1 || !mg->desc.weight) return 1.0;
+    return mg->desc.weight[PD_DIM == 3 ? r / n[PD_DIM - 2] : r];
+}
+
 /* max |rhs| over the cells that take part, by parts of rows. */
 static double pdi_multigrid_rhs_size(const pd_ctx *ctx, const pd_multigrid *mg, const double *rhs)
 {
@@ -751,6 +759,7 @@ static double pdi_multigrid_rhs_size(const pd_ctx *ctx, const pd_multigrid *mg, 
             int32_t node = pdi_multigrid_row_node(mg, r), base = r * fine->n[0];
             for (int32_t i = 0; i < fine->n[0]; i++) {
                 double size = fine->inv[base + i] > 0.0f ? fabs(rhs[node + i * mg->desc.stride[0]]) : 0.0;
+                size *= pdi_multigrid_weight(mg, r);
                 if (size > part[q]) part[q] = size;
             }
         }
@@ -770,8 +779,9 @@ void pd_multigrid_cycle(pd_ctx *ctx, pd_multigrid *mg, const double *rhs, double
     PDI_PARALLEL_FOR(nt)
     for (int32_t r = 0; r < rows; r++) {
         int32_t node = pdi_multigrid_row_node(mg, r), base = r * n0;
+        double factor = in * pdi_multigrid_weight(mg, r);
         for (int32_t i = 0; i < n0; i++)
-            fine->b[base + i] = fine->inv[base + i] > 0.0f ? (float)(in * rhs[node + i * s0]) : 0.0f;
+            fine->b[base + i] = fine->inv[base + i] > 0.0f ? (float)(factor * rhs[node + i * s0]) : 0.0f;
     }
     for (int l = 0; l < mg->levels - 1; l++) pdi_multigrid_down(ctx, mg, &mg->level[l]);
     const pd_multigrid_level *last = &mg->level[mg->levels - 1]; /* no links are left: the diagonal is the operator */

@@ -18,6 +18,8 @@ typedef struct pd_multigrid_desc {
     int n[PD_DIM];          /* cells of the box, axis 0 fastest */
     int32_t stride[PD_DIM]; /* of the padded lattice on which rhs and x live */
     int32_t first;          /* node of cell 0 on that lattice */
+    const double *weight;   /* [n of the last axis] [m] or [-]: factors of the right-hand side, layer by layer, which
+                             * the coefficients hold already; NULL: 1. Borrowed */
     int symmetric;          /* 1: flux will always be NULL: symmetric cycle, less memory; 0: smoother for flow */
 } pd_multigrid_desc;
 

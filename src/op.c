@@ -131,10 +131,34 @@ PDI_FN double pdi_op_sample(const pd_bonds *bonds, const double *f, int32_t node
 
 /* ---- divergence: D u_i = sum g.(u_i + u_j), antisymmetric in i and j (eq. 4.2) ---- */
 
+/* Nodes i .. i+count-1, which are the rows from r (-1: whole families), bond by bond. */
+static void pdi_op_divergence_bonds(const pdi_op_sweep *w, int32_t i, int32_t r, int count)
+{
+    const pd_bonds *bonds = w->bonds;
+    const pd_stencil *s = bonds->stencil;
+    double sum[PDI_LANES], open[PDI_LANES];
+    memset(sum, 0, sizeof sum);
+    for (int k = 0; k < s->count; k++) {
+        pdi_lanes lanes = r < 0 ? PDI_LANES_ALL : pdi_bond_open_lanes(bonds, r, k, count, open);
+        if (lanes == PDI_LANES_NONE) continue;
+        for (int d = 0; d < PD_DIM; d++) {
+            const double *u = w->f + (int64_t)d * w->total + i, *far = u + bonds->shift[k];
+            double g = s->grad[k * PD_DIM + d] * pdi_bond_flux(bonds, i, k);
+            for (int b = 0; b < count; b++)
+                sum[b] += lanes == PDI_LANES_ALL || open[b] > 0.0 ? g * (u[b] + far[b]) : 0.0;
+        }
+    }
+    memcpy(w->out + i, sum, (size_t)count * sizeof(double));
+}
+
 static void pdi_op_divergence_whole(const pdi_op_sweep *w, int32_t i, int count)
 {
     const pd_stencil *s = w->bonds->stencil;
     double sum[PDI_LANES];
+    if (w->bonds->ring.flux) {
+        pdi_op_divergence_bonds(w, i, -1, count);
+        return;
+    }
     memset(sum, 0, sizeof sum);
     for (int k = 0; k < s->count / 2; k++)
         for (int d = 0; d < PD_DIM; d++) {
@@ -148,22 +172,7 @@ static void pdi_op_divergence_whole(const pdi_op_sweep *w, int32_t i, int count)
 
 static void pdi_op_divergence_cut(const pdi_op_sweep *w, int32_t r, int count)
 {
-    const pd_bonds *bonds = w->bonds;
-    const pd_stencil *s = bonds->stencil;
-    int32_t i = bonds->node[r];
-    double sum[PDI_LANES], open[PDI_LANES];
-    memset(sum, 0, sizeof sum);
-    for (int k = 0; k < s->count; k++) {
-        pdi_lanes lanes = pdi_bond_open_lanes(bonds, r, k, count, open);
-        if (lanes == PDI_LANES_NONE) continue;
-        for (int d = 0; d < PD_DIM; d++) {
-            const double *u = w->f + (int64_t)d * w->total + i, *far = u + bonds->shift[k];
-            double g = s->grad[k * PD_DIM + d];
-            for (int b = 0; b < count; b++)
-                sum[b] += lanes == PDI_LANES_ALL || open[b] > 0.0 ? g * (u[b] + far[b]) : 0.0;
-        }
-    }
-    memcpy(w->out + i, sum, (size_t)count * sizeof(double));
+    pdi_op_divergence_bonds(w, w->bonds->node[r], r, count);
 }
 
 void pd_op_divergence(const pd_ctx *ctx, const pd_bonds *bonds, const double *u, double *div)
@@ -175,11 +184,32 @@ void pd_op_divergence(const pd_ctx *ctx, const pd_bonds *bonds, const double *u,
 
 /* ---- Laplacian: L f_i = sum a (f_j - f_i), symmetric weights (eq. 2.3) ---- */
 
+/* Nodes i .. i+count-1, which are the rows from r (-1: whole families), bond by bond. */
+static void pdi_op_laplacian_bonds(const pdi_op_sweep *w, int32_t i, int32_t r, int count)
+{
+    const pd_bonds *bonds = w->bonds;
+    const double *f = w->f + i, *lap = pdi_bond_lap(bonds, i);
+    double sum[PDI_LANES], open[PDI_LANES];
+    memset(sum, 0, sizeof sum);
+    for (int k = 0; k < bonds->stencil->count; k++) {
+        const double *far = f + bonds->shift[k];
+        double a = lap[k];
+        pdi_lanes lanes = r < 0 ? PDI_LANES_ALL : pdi_bond_open_lanes(bonds, r, k, count, open);
+        if (lanes == PDI_LANES_NONE) continue;
+        for (int b = 0; b < count; b++) sum[b] += lanes == PDI_LANES_ALL || open[b] > 0.0 ? a * (far[b] - f[b]) : 0.0;
+    }
+    memcpy(w->out + i, sum, (size_t)count * sizeof(double));
+}
+
 static void pdi_op_laplacian_whole(const pdi_op_sweep *w, int32_t i, int count)
 {
     const pd_stencil *s = w->bonds->stencil;
     const double *f = w->f + i;
     double sum[PDI_LANES];
+    if (w->bonds->ring.lap) {
+        pdi_op_laplacian_bonds(w, i, -1, count);
+        return;
+    }
     memset(sum, 0, sizeof sum);
     /* differences, not sums less the centre: constants come out as exact zeros */
     for (int k = 0; k < s->count / 2; k++) {
@@ -192,19 +222,7 @@ static void pdi_op_laplacian_whole(const pdi_op_sweep *w, int32_t i, int count)
 
 static void pdi_op_laplacian_cut(const pdi_op_sweep *w, int32_t r, int count)
 {
-    const pd_bonds *bonds = w->bonds;
-    const pd_stencil *s = bonds->stencil;
-    const double *f = w->f + bonds->node[r];
-    double sum[PDI_LANES], open[PDI_LANES];
-    memset(sum, 0, sizeof sum);
-    for (int k = 0; k < s->count; k++) {
-        const double *far = f + bonds->shift[k];
-        double a = s->lap[k];
-        pdi_lanes lanes = pdi_bond_open_lanes(bonds, r, k, count, open);
-        if (lanes == PDI_LANES_NONE) continue;
-        for (int b = 0; b < count; b++) sum[b] += lanes == PDI_LANES_ALL || open[b] > 0.0 ? a * (far[b] - f[b]) : 0.0;
-    }
-    memcpy(w->out + bonds->node[r], sum, (size_t)count * sizeof(double));
+    pdi_op_laplacian_bonds(w, w->bonds->node[r], r, count);
 }
 
 void pd_op_laplacian(const pd_ctx *ctx, const pd_bonds *bonds, const double *f, double *lap)
@@ -223,37 +241,29 @@ static inline double pdi_op_harmonic(double a, double b)
     return upper > 0.0 ? 2.0 * lower / (1.0 + lower / upper) : 0.0;
 }
 
-static void pdi_op_diffuse_whole(const pdi_op_sweep *w, int32_t i, int count)
-{
-    const pd_stencil *s = w->bonds->stencil;
-    const double *f = w->f + i, *d = w->d + i;
-    double sum[PDI_LANES];
-    memset(sum, 0, sizeof sum);
-    for (int k = 0; k < s->count; k++) {
-        const double *far = f + w->bonds->shift[k], *d_far = d + w->bonds->shift[k];
-        double a = s->lap[k];
-        for (int b = 0; b < count; b++) sum[b] += a * pdi_op_harmonic(d[b], d_far[b]) * (far[b] - f[b]);
-    }
-    memcpy(w->out + i, sum, (size_t)count * sizeof(double));
-}
-
-static void pdi_op_diffuse_cut(const pdi_op_sweep *w, int32_t r, int count)
+static void pdi_op_diffuse_bonds(const pdi_op_sweep *w, int32_t i, int32_t r, int count)
 {
     const pd_bonds *bonds = w->bonds;
-    const pd_stencil *s = bonds->stencil;
-    const double *f = w->f + bonds->node[r], *d = w->d + bonds->node[r];
+    const double *f = w->f + i, *d = w->d + i, *lap = pdi_bond_lap(bonds, i);
     double sum[PDI_LANES], open[PDI_LANES];
     memset(sum, 0, sizeof sum);
-    for (int k = 0; k < s->count; k++) {
+    for (int k = 0; k < bonds->stencil->count; k++) {
         const double *far = f + bonds->shift[k], *d_far = d + bonds->shift[k];
-        double a = s->lap[k];
-        pdi_lanes lanes = pdi_bond_open_lanes(bonds, r, k, count, open);
+        double a = lap[k];
+        pdi_lanes lanes = r < 0 ? PDI_LANES_ALL : pdi_bond_open_lanes(bonds, r, k, count, open);
         if (lanes == PDI_LANES_NONE) continue;
         for (int b = 0; b < count; b++)
             sum[b] +=
                 lanes == PDI_LANES_ALL || open[b] > 0.0 ? a * pdi_op_harmonic(d[b], d_far[b]) * (far[b] - f[b]) : 0.0;
     }
-    memcpy(w->out + bonds->node[r], sum, (size_t)count * sizeof(double));
+    memcpy(w->out + i, sum, (size_t)count * sizeof(double));
+}
+
+static void pdi_op_diffuse_whole(const pdi_op_sweep *w, int32_t i, int count) { pdi_op_diffuse_bonds(w, i, -1, count); }
+
+static void pdi_op_diffuse_cut(const pdi_op_sweep *w, int32_t r, int count)
+{
+    pdi_op_diffuse_bonds(w, w->bonds->node[r], r, count);
 }
 
 pd_status pd_op_diffuse(pd_ctx *ctx, const pd_bonds *bonds, const double *diffusivity, const double *f, double *out)

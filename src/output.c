@@ -103,17 +103,24 @@ static void pdi_output_stamp(double time, char *stamp, size_t size)
     snprintf(stamp, size, "t = %s", text);
 }
 
+/* Cells below the axis of an axisymmetric scene, which is drawn whole. */
+static int pdi_output_below(const pd_model *m, int up)
+{
+    return m->setup->axisymmetric && !(m->grid.lo[up] > 0.0) ? m->grid.n[up] : 0;
+}
+
 static void pdi_output_cells(pd_output *out, pd_field field, int right, int up)
 {
     const pd_model *m = out->model;
-    int i[PD_DIM], nx = m->grid.n[right], ny = right == up ? 1 : m->grid.n[up]; /* 1D: one row */
+    int below = pdi_output_below(m, up);
+    int i[PD_DIM], nx = m->grid.n[right], ny = right == up ? 1 : m->grid.n[up] + below; /* 1D: one row */
     for (int d = 0; d < PD_DIM; d++) {
         double cell = floor((m->setup->slice_at - m->grid.lo[d]) / m->grid.h[d]);
         i[d] = (int)fmax(0.0, fmin(cell, m->grid.n[d] - 1.0));
     }
     for (int row = 0; row < ny; row++)
         for (int column = 0; column < nx; column++) {
-            i[up] = row;
+            i[up] = row < below ? below - 1 - row : row - below;
             i[right] = column;
             int32_t node = pd_grid_node(&m->grid, i);
             int64_t at = (int64_t)row * nx + column;
@@ -145,11 +152,11 @@ static pd_status pdi_output_picture(pd_ctx *ctx, pd_output *out, pd_field field,
     pdi_output_title(m->setup, field, title, sizeof title);
     pdi_output_stamp(m->couple.time, stamp, sizeof stamp);
     picture.nx = m->grid.n[right];
-    picture.ny = m->grid.n[up];
+    picture.ny = m->grid.n[up] + pdi_output_below(m, up);
     picture.values = out->cell;
     picture.paint = out->paint;
     picture.lo[0] = m->grid.lo[right];
-    picture.lo[1] = m->grid.lo[up];
+    picture.lo[1] = pdi_output_below(m, up) ? -m->grid.hi[up] : m->grid.lo[up];
     picture.hi[0] = m->grid.hi[right];
     picture.hi[1] = m->grid.hi[up];
     int numbered = field == PD_FIELD_KIND || field == PD_FIELD_GRAIN || field == PD_FIELD_PHASE;
@@ -310,7 +317,7 @@ static pd_status pdi_output_reserve(pd_ctx *ctx, pd_output *out)
     }
     if (!m->setup->images) return PD_OK;
     pdi_output_plane(m->setup, &right, &up);
-    out->cells = (int64_t)m->grid.n[right] * (right == up ? 1 : m->grid.n[up]);
+    out->cells = (int64_t)m->grid.n[right] * (right == up ? 1 : m->grid.n[up] + pdi_output_below(m, up));
     PDI_TRY(PDI_NEW(ctx, "output", out->cells, out->cell));
     return PDI_NEW(ctx, "output", out->cells, out->paint);
 }

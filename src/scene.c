@@ -65,6 +65,32 @@ static pd_status pdi_scene_whole_cells(pdi_scene *s, int section)
     return PD_OK;
 }
 
+/* Planar, or rings around x: then the box begins on the axis, which is no side of its own, or away from it. */
+static pd_status pdi_scene_geometry(pdi_scene *s, int section)
+{
+    static const char *const kinds[] = {"planar", "axisymmetric", NULL};
+    pd_setup *u = s->setup;
+    int r = PD_DIM - 1;
+    double reach = ceil(u->m + 0.5) - 1.0; /* the largest n with |n| < m + 1/2 */
+    char found[PD_UNITS_TEXT], horizon[PD_UNITS_TEXT];
+    PDI_TRY(pd_text_choice(s->ctx, s->text, section, "geometry", kinds, "planar", &u->axisymmetric));
+    if (!u->axisymmetric) return PD_OK;
+    if (PD_DIM != 2)
+        return pd_text_refuse(s->ctx, s->text, section, "geometry", "found 'axisymmetric' in %dD, expected it in 2D",
+                              PD_DIM);
+    if (fabs(u->lo[r]) <= 1e-9 * u->h[r]) {
+        u->lo[r] = 0.0;
+        u->side[2 * r].kind = PD_SIDE_MIRROR;
+        return PD_OK;
+    }
+    if (u->lo[r] >= reach * u->h[r] * (1.0 - 1e-12)) return PD_OK;
+    pdi_setup_show(u->lo[r], "m", found);
+    pdi_setup_show(reach * u->h[r], "m", horizon);
+    return pd_text_refuse(s->ctx, s->text, section, "box",
+                          "found y from %s, expected the distance from the axis to begin at 0 or at least at one"
+                          " horizon, %s", found, horizon);
+}
+
 static pd_status pdi_scene_grid(pdi_scene *s)
 {
     pd_setup *u = s->setup;
@@ -83,7 +109,8 @@ static pd_status pdi_scene_grid(pdi_scene *s)
         return pd_text_refuse(s->ctx, s->text, section, "box", "found %d range%s, expected %d, one for each axis",
                               count, count > 1 ? "s" : "", PD_DIM);
     PDI_TRY(pd_text_integer(s->ctx, s->text, section, "threads", 0, 1024, "0", &u->threads));
-    return pdi_scene_whole_cells(s, section);
+    PDI_TRY(pdi_scene_whole_cells(s, section));
+    return pdi_scene_geometry(s, section);
 }
 
 /* ---- [side ...] ---- */
@@ -190,6 +217,15 @@ static pd_status pdi_scene_side(pdi_scene *s, int k, int section, int *inlets, i
     pd_setup *u = s->setup;
     int flow;
     PDI_TRY(pd_text_choice(s->ctx, s->text, section, "flow", flows, "noslip", &flow));
+    if (u->axisymmetric && k / 2 == PD_DIM - 1) {
+        int axis = u->side[k].kind == PD_SIDE_MIRROR;
+        if (axis && flow != PD_SIDE_MIRROR)
+            return pd_text_refuse(s->ctx, s->text, section, "flow",
+                                  "found '%s' on the axis, expected mirror or nothing", flows[flow]);
+        if (!axis && (flow == PD_SIDE_PERIODIC || flow == PD_SIDE_MIRROR))
+            return pd_text_refuse(s->ctx, s->text, section, "flow",
+                                  "found '%s' around an axis, expected noslip, inlet, outlet or open", flows[flow]);
+    }
     if ((pdi_grid_port((pd_side)flow) || flow == open) && !u->has_flow)
         return pd_text_refuse(s->ctx, s->text, section, "flow",
                               "found '%s' without a [flow] section, expected C = ... alone"

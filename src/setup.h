@@ -43,7 +43,7 @@ typedef enum pd_part {
 typedef enum pd_profile {
     PD_PROFILE_REST = 0, /* no velocity */
     PD_PROFILE_UNIFORM,
-    PD_PROFILE_PARABOLA, /* 2D: between the walls of the side; 3D: of a tube */
+    PD_PROFILE_PARABOLA, /* 2D: between the walls of the side; 3D, axisymmetric: of a tube, or between two */
     PD_PROFILE_EXPRESSION
 } pd_profile;
 
@@ -51,7 +51,7 @@ typedef struct pd_setup_side {
     pd_side kind;
     pd_profile profile;
     double mean;              /* [m/s] speed into the box; unread with flow_rate or an expression */
-    double flow_rate;         /* [m3/s] 0: mean holds. 2D: through a tube as wide as the open part of the side */
+    double flow_rate;         /* [m3/s] 0: mean holds. Planar 2D: through a tube as wide as the open part of the side */
     pd_expr velocity[PD_DIM]; /* of x, y, z; in m/s */
     int open;                 /* inlet where a given flow enters, outlet where it leaves */
     pd_expr entering;         /* of x, y, z; in mol/m3: concentration of what enters an open side */
@@ -121,6 +121,7 @@ typedef struct pd_setup {
     double m;                          /* [-] horizon ratio */
     double h[PD_DIM];                  /* [m] */
     double lo[PD_DIM], hi[PD_DIM];     /* [m] box */
+    int axisymmetric;                  /* 2D: x is the axis, y the distance from it */
     pd_shape *shape;                   /* [PD_SHAPE_MAX], children first */
     int shapes, solid, wall, medium;   /* entries in use; index of the solid, the wall, the medium, -1: none */
     uint8_t *mask[PD_SETUP_MASKS];     /* voxels that shapes borrow */

@@ -189,6 +189,7 @@ pd_status pd_steady_build(pd_ctx *ctx, pd_flow *flow, const pd_steady_desc *desc
         md.stride[d] = flow->grid->stride[d];
     }
     md.first = pd_grid_node(flow->grid, origin);
+    md.weight = flow->grid->circumference ? flow->grid->circumference + flow->grid->ghost : NULL;
     PDI_TRY(pdi_compact_build(ctx, flow->grid, 1, &s->compact_u));
     PDI_TRY(pdi_compact_build(ctx, flow->grid, 0, &s->compact_p));
     PDI_TRY(pd_multigrid_build(ctx, &md, &s->mg_u));

@@ -68,9 +68,8 @@ static pd_status pdi_stencil_family(pd_ctx *ctx, pd_stencil *s)
  * Elliptical horizons: delta_theta = m |xi|/|n| in place of delta (Jafarzadeh et al. 2022, eq. 16, corrected). */
 static void pdi_stencil_printed(pd_stencil *s)
 {
-    static const double pi = 3.14159265358979323846;
-    double horizon_volume = PD_DIM == 1 ? 2.0 : PD_DIM == 2 ? pi : 4.0 * pi / 3.0;
-    double lap_scale = PD_DIM == 1 ? 1.0 : PD_DIM == 2 ? 4.0 / pi : 9.0 / (2.0 * pi);
+    double horizon_volume = PD_DIM == 1 ? 2.0 : PD_DIM == 2 ? PDI_PI : 4.0 * PDI_PI / 3.0;
+    double lap_scale = PD_DIM == 1 ? 1.0 : PD_DIM == 2 ? 4.0 / PDI_PI : 9.0 / (2.0 * PDI_PI);
     for (int d = 0; d < PD_DIM; d++) horizon_volume *= s->m * s->h[d];
     for (int k = 0; k < s->count; k++) {
         const double *xi = s->xi + k * PD_DIM;

@@ -45,8 +45,8 @@ static void pdi_summary_grid(const pdi_summary *s)
         pdi_setup_show(m->grid.h[d], "m", text);
         snprintf(spacing + told, sizeof spacing - told, "%s%s", d ? " x " : "", text);
     }
-    pdi_summary_line(s, "%s: %dD, %s nodes at %s, m = %g (%d bonds a node)", m->setup->name, PD_DIM, size, spacing,
-                     m->stencil.m, m->stencil.count);
+    pdi_summary_line(s, "%s: %dD%s, %s nodes at %s, m = %g (%d bonds a node)", m->setup->name, PD_DIM,
+                     m->setup->axisymmetric ? " axisymmetric" : "", size, spacing, m->stencil.m, m->stencil.count);
     snprintf(size, sizeof size, "%.0f fluid, %.0f solid, %.0f wall", (double)m->grid.fluid_count,
              (double)m->grid.solid_count, (double)(pd_grid_count(&m->grid, PD_WALL)));
     pdi_summary_part(s, PD_PART_GRID, "lattice", size);

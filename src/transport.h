@@ -53,8 +53,9 @@ typedef struct pd_transport {
     pd_compact compact;
     pd_multigrid mg;
     pd_krylov krylov;
-    double outflow;         /* [mol/s] (per m in 2D) through outlets and into held walls at the end of the last step */
-    double inflow;          /* [mol/s] (per m in 2D) through inlets and from held walls */
+    double outflow;         /* [mol/s] (per m in planar 2D) through outlets and into held walls at the end of the last
+                             * step */
+    double inflow;          /* [mol/s] (per m in planar 2D) through inlets and from held walls */
 } pd_transport;
 
 typedef struct pd_transport_result {
@@ -94,11 +95,11 @@ PD_API pd_status pd_transport_steady(pd_ctx *ctx, pd_transport *transport, pd_tr
 PD_API pd_status pd_transport_explicit(pd_ctx *ctx, pd_transport *transport, double dt);
 /* Largest explicit step [s] that keeps every node within its neighbours. */
 PD_API double pd_transport_limit(pd_ctx *ctx, const pd_transport *transport);
-/* Flux [mol/s, per m in 2D] towards + of all bonds that cross the plane between cells index - 1 and index of `axis`
- * (index 1 .. n-1) at the end of the last step, antidiffusive fluxes included: what the scheme conserves (eq. 5.1,
- * 5.4). Along a periodic axis up to the tolerance of the limiter. */
+/* Flux [mol/s, per m in planar 2D] towards + of all bonds that cross the plane between cells index - 1 and index of
+ * `axis` (index 1 .. n-1) at the end of the last step, antidiffusive fluxes included: what the scheme conserves (eq.
+ * 5.1, 5.4). Along a periodic axis up to the tolerance of the limiter. */
 PD_API double pd_transport_section(pd_ctx *ctx, pd_transport *transport, int axis, int index);
-/* Dissolved amount [mol, per m in 2D] in fluid nodes. */
+/* Dissolved amount [mol, per m in planar 2D] in fluid nodes. */
 PD_API double pd_transport_stock(pd_ctx *ctx, const pd_transport *transport);
 /* Amount [mol] in carry: owed by the last solve, delivered by the next step. */
 PD_API double pd_transport_carried(pd_ctx *ctx, const pd_transport *transport);

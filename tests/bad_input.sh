@@ -116,6 +116,14 @@ spoil "inlet closed" 's/box = 0 .. 60 um, -20 um .. 20 um/box = -100 um .. 60 um
     "bad.scene:3: inlet: side x-: the inlet is closed by wall or solid"
 spoil "negative initial" 's/D = 1e-9 m2\/s/D = 1e-9 m2\/s   initial = 1 mol\/m3 * x\/(1 um)/' \
     "bad.scene:6: model: initial gives C = -95 mol/m3 at x = -9.5e-05 m, expected a finite value of at least 0"
+spoil "box below the axis" 's/m = 3/m = 3   geometry = axisymmetric/' \
+    "bad.scene:1: box: found y from -60 um, expected the distance from the axis to begin at 0 or at least at one \
+horizon, 30 um"
+round='s/m = 3/m = 3   geometry = axisymmetric/;s/-60 um .. 60 um/0 .. 60 um/'
+spoil "wall on the axis" "$round"';s/\[flow\]/[side y-] flow = noslip\n[flow]/' \
+    "bad.scene:5: flow: found 'noslip' on the axis, expected mirror or nothing"
+spoil "mirror around the axis" "$round"';s/\[flow\]/[side y+] flow = mirror\n[flow]/' \
+    "bad.scene:5: flow: found 'mirror' around an axis, expected noslip, inlet, outlet or open"
 # watch NAME SECTION MESSAGE: the base with one more section on line 11.
 watch() {
     { base; echo "$2"; } > bad.scene

@@ -78,6 +78,8 @@ shows startup_2d probes.csv 0.2 centre_vx 0.185193 1e-3
 shows startup_2d probes.csv 0.8 centre_vx 0.428330 1e-3
 shows couette_2d probes.csv 0.05 a_vx 0.113844 5e-3
 shows couette_2d probes.csv 0.2 a_vx 0.411566 1e-3
+shows annulus_2d probes.csv 0 a_vx 1.537394 1e-4
+shows annulus_2d probes.csv 0 b_p 1.731608 3e-4
 shows cavity_2d probes.csv 0 centre_vx -0.20915 5e-3
 shows taylor_green_2d probes.csv 1 a_vx 0.454041 1e-2
 # kinetic energy: 1/4 exp(-16 pi^2 nu t) of both

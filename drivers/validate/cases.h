@@ -9,6 +9,7 @@
 #include "cylinder.h"
 #include "transport.h"
 #include "exchange.h"
+#include "annulus.h"
 #include "dissolution.h"
 #include "gas.h"
 
@@ -33,6 +34,7 @@ static const val_case *const val_cases[] = {
     &advection_case,
 #if PD_DIM == 2
     &graetz_case,
+    &annulus_case,
 #endif
     &stefan_case,
     &rate_case,
