@@ -75,7 +75,7 @@
  *   watch      reads from a scene what a run shall watch: probes, lines, planes, forces, mass transfer, totals.
  *   scene      reads a scene file, or a flat parameter file, into a setup.
  *   inlet      prescribed velocity behind the inlets of a box: where a side is open, how wide, and the profile over it.
- *   wall       what the walls at the sides of a box do in a setup: they move along themselves, they hold a concentration.
+ *   wall       what the walls of a setup do: sides of the box move along themselves, sides and shapes hold a concentration.
  *   model      the objects of one run, built from a setup: grid, bonds and only the physics that the setup asks for.
  *   observe    the figures of one instant of a run: losses, extremes, and the flux of the flow along its way.
  *   sample     values of the fields of a model at nodes and at points.
@@ -2670,6 +2670,7 @@ PD_API double pd_couple_volume_loss(const pd_couple *couple);
 #define PD_SETUP_MONITORS 32
 #define PD_SETUP_NOTES 32
 #define PD_SETUP_MASKS 8
+#define PD_SETUP_WALLS 32
 
 /* What can be written, drawn and probed. */
 typedef enum pd_field {
@@ -2715,6 +2716,13 @@ typedef struct pd_setup_side {
     double held;              /* [mol/m3] */
     int line;                 /* of the file, 0: none */
 } pd_setup_side;
+
+/* One of the shapes that are walls. */
+typedef struct pd_setup_wall {
+    int shape;   /* index */
+    int holds;   /* it holds a concentration */
+    double held; /* [mol/m3] */
+} pd_setup_wall;
 
 /* How the flow gets from one instant to the next. */
 typedef enum pd_motion {
@@ -2779,6 +2787,8 @@ typedef struct pd_setup {
     int axisymmetric;                  /* 2D: x is the axis, y the distance from it */
     pd_shape *shape;                   /* [PD_SHAPE_MAX], children first */
     int shapes, solid, wall, medium;   /* entries in use; index of the solid, the wall, the medium, -1: none */
+    pd_setup_wall walls[PD_SETUP_WALLS]; /* the parts of `wall` */
+    int wall_count;
     uint8_t *mask[PD_SETUP_MASKS];     /* voxels that shapes borrow */
     size_t mask_size[PD_SETUP_MASKS];
     int masks;
@@ -2940,7 +2950,7 @@ PDI_FN pd_status pdi_watch_place(pd_ctx *ctx, pd_text *text, const pd_setup *set
  *   [shape NAME] one of  box = a .. b, ... | ball = centre  radius = r | cylinder = x|y|z  centre  radius |
  *                half_space = yes  point  normal | mask = file.png  corner  cell | raw = file  size  corner  cell |
  *                union|intersect|difference = NAME, NAME;  outside = yes: the complement
- *                kind = solid|wall|medium (D = its diffusivity)|part  material = mg4ag
+ *                kind = solid|wall (C = held)|medium (D = its diffusivity)|part  material = mg4ag
  *                grains = 40 um  grain_spread  grain_seed  boundary_width
  *   [side x-]    flow = inlet|outlet|noslip|periodic|mirror|open  profile = parabola|uniform|expression
  *                mean = speed | flow_rate = 1 mL/min  vx = expression in x y z (vy, vz)  C = ...  p = 0
@@ -3011,7 +3021,7 @@ PD_API double pd_inlet_entering(void *user, const double *x);
 #endif
 
 /* ======== >>wall.h ======== */
-/* wall: what the walls at the sides of a box do in a setup: they move along themselves, they hold a concentration. */
+/* wall: what the walls of a setup do: sides of the box move along themselves, sides and shapes hold a concentration. */
 #ifndef PD_WALL_H
 #define PD_WALL_H
 
@@ -3024,7 +3034,8 @@ PD_API double pd_inlet_entering(void *user, const double *x);
 PD_API int pd_wall_moves(const pd_setup *setup);
 PD_API int pd_wall_holds(const pd_setup *setup);
 /* A pd_velocity_fn and a pd_point_fn; user is the pd_setup. x lies on a surface. Where two sides meet the velocity is
- * their mean, and the first of them that holds a concentration counts; elsewhere rest, and NaN. */
+ * their mean, and the first of them that holds a concentration counts. Off the sides, at rest, the nearest of the wall
+ * and solid shapes counts: found within a cell, since surfaces that are not smooth lie on faces of cells. */
 PD_API void pd_wall_velocity(void *user, const double *x, double *u);
 PD_API double pd_wall_held(void *user, const double *x);
 
@@ -13959,6 +13970,10 @@ pd_status pd_steady_solve(pd_ctx *ctx, pd_steady *s, pd_steady_result *result)
         result->converged = result->momentum <= s->desc.tolerance && result->continuity <= s->desc.tolerance;
         if (result->converged) return PD_OK;
         if (result->newton >= s->desc.max_newton) return PD_NOT_CONVERGED;
+        if (boost > PDI_STEADY_MAX_BOOST)
+            return pdi_fail(ctx, PD_ERR_DIVERGED, "steady",
+                            "no pseudo time step lowers the flow residual of %g (%d Newton steps)", norm,
+                            result->newton);
         /* switched evolution relaxation: the pseudo time step grows as the residual falls (eq. 4.10) */
         double shift = PDI_STEADY_SHIFT * boost * flow->speed / flow->length * sqrt(norm / s->norm0);
         int effort = 0;
@@ -13968,10 +13983,6 @@ pd_status pd_steady_solve(pd_ctx *ctx, pd_steady *s, pd_steady_result *result)
             pdi_steady_move(ctx, s, -1.0);
             norm = pdi_steady_residual(ctx, s, result);
             boost *= 10.0;
-            if (boost > PDI_STEADY_MAX_BOOST)
-                return pdi_fail(ctx, PD_ERR_DIVERGED, "steady",
-                                "no pseudo time step lowers the flow residual of %g (%d Newton steps)", norm,
-                                result->newton);
             continue;
         }
         /* a linear system that is hard to solve gets a shorter pseudo time step next time, an easy one a longer one */
@@ -17141,7 +17152,7 @@ typedef struct pdi_syntax_section {
 static const pdi_syntax_section pdi_syntax_table[] = {
     {"grid", "h, m, box, geometry, threads"},
     {"shape", "box, ball, cylinder, half_space, mask, raw, union, intersect, difference, radius, centre, "
-              "point, normal, corner, cell, size, outside, kind, material, D, grains, grain_spread, grain_seed, "
+              "point, normal, corner, cell, size, outside, kind, C, material, D, grains, grain_spread, grain_seed, "
               "boundary_width"},
     {"side", "flow, profile, mean, flow_rate, vx, vy, vz, p, velocity, C"},
     {"flow", "rho, mu, steady, force, speed, length, time, vx, vy, vz, rtol, eos, c0"},
@@ -17520,6 +17531,23 @@ static pd_status pdi_sketch_grains(pdi_sketch *s)
     return PD_OK;
 }
 
+/* A wall may hold a concentration. */
+static pd_status pdi_sketch_wall(pdi_sketch *s, int index)
+{
+    pd_setup *u = s->setup;
+    if (u->wall_count >= PD_SETUP_WALLS)
+        return pd_text_refuse(s->ctx, s->text, s->section, "kind", "found more than %d walls", PD_SETUP_WALLS);
+    pd_setup_wall *w = &u->walls[u->wall_count++];
+    w->shape = index;
+    if (u->has_transport && pd_text_has(s->ctx, s->text, s->section, "C")) {
+        PDI_TRY(pd_text_number(s->ctx, s->text, s->section, "C", "mol/m3", NULL, &w->held));
+        if (!(w->held >= 0.0))
+            return pd_text_refuse(s->ctx, s->text, s->section, "C", "found %.6g mol/m3, expected at least 0", w->held);
+        w->holds = 1;
+    }
+    return pdi_setup_join(s->ctx, u, index, &u->wall);
+}
+
 /* One diffusivity for all shapes of this kind. */
 static pd_status pdi_sketch_medium(pdi_sketch *s, int index)
 {
@@ -17553,7 +17581,7 @@ static pd_status pdi_sketch_section(pdi_sketch *s)
     int line = s->text->section[s->section].line;
     if (s->names == 1 || (kind == PDI_SKETCH_SOLID && s->setup->solid < 0)) s->setup->shape_line = line;
     if (kind == PDI_SKETCH_MEDIUM) return pdi_sketch_medium(s, index);
-    if (kind == PDI_SKETCH_WALL) return pdi_setup_join(s->ctx, s->setup, index, &s->setup->wall);
+    if (kind == PDI_SKETCH_WALL) return pdi_sketch_wall(s, index);
     if (kind != PDI_SKETCH_SOLID) return PD_OK;
     PDI_TRY(pdi_sketch_material(s));
     PDI_TRY(pdi_sketch_grains(s));
@@ -18969,6 +18997,8 @@ int pd_wall_holds(const pd_setup *u)
 {
     for (int s = 0; s < 2 * PD_DIM; s++)
         if (u->side[s].holds) return 1;
+    for (int k = 0; k < u->wall_count; k++)
+        if (u->walls[k].holds) return 1;
     return 0;
 }
 
@@ -18985,12 +19015,31 @@ void pd_wall_velocity(void *user, const double *x, double *v)
     for (int d = 0; d < PD_DIM && met > 1; d++) v[d] /= met;
 }
 
+/* What the nearest shape holds: x lies within a cell of its surface. */
+static double pdi_wall_shape(const pd_setup *u, const double *x)
+{
+    double held = (double)NAN, nearest = 0.0;
+    for (int d = 0; d < PD_DIM; d++) nearest = fmax(nearest, u->h[d]);
+    if (u->solid >= 0) nearest = fmin(nearest, fabs(pd_shape_distance(u->shape, u->solid, x)));
+    for (int k = 0; k < u->wall_count; k++) {
+        double distance = fabs(pd_shape_distance(u->shape, u->walls[k].shape, x));
+        if (!(distance < nearest)) continue;
+        nearest = distance;
+        held = u->walls[k].holds ? u->walls[k].held : (double)NAN;
+    }
+    return held;
+}
+
 double pd_wall_held(void *user, const double *x)
 {
     const pd_setup *u = (const pd_setup *)user;
-    for (int s = 0; s < 2 * PD_DIM; s++)
-        if (u->side[s].holds && pdi_wall_on(u, s, x)) return u->side[s].held;
-    return (double)NAN;
+    int side = 0;
+    for (int s = 0; s < 2 * PD_DIM; s++) {
+        if (!pdi_wall_on(u, s, x)) continue;
+        if (u->side[s].holds) return u->side[s].held;
+        side = 1;
+    }
+    return side ? (double)NAN : pdi_wall_shape(u, x);
 }
 
 #undef PDI_WALL_NEAR
@@ -19966,6 +20015,19 @@ static void pdi_summary_grains(const pdi_summary *s)
     pdi_summary_part(s, PD_PART_GRAIN, "grains", text);
 }
 
+/* "plane up, plane down, force pin" */
+static void pdi_summary_watched(const pdi_summary *s)
+{
+    const pd_setup *u = s->model->setup;
+    char text[384] = "";
+    for (int k = 0; k < u->monitors; k++) {
+        size_t used = strlen(text);
+        snprintf(text + used, sizeof text - used, "%s%s %s", k ? ", " : "",
+                 pdi_setup_monitor_name(u->monitor[k].kind), u->monitor[k].name);
+    }
+    if (u->monitors) pdi_summary_line(s, "  %-12s%s", "watched", text);
+}
+
 static void pdi_summary_absent(const pdi_summary *s)
 {
     const pd_setup *u = s->model->setup;
@@ -19992,6 +20054,7 @@ void pd_summary_print(const pd_model *model, pd_print_fn print, void *user)
     pdi_summary_transport(&s);
     pdi_summary_dissolve(&s);
     pdi_summary_grains(&s);
+    pdi_summary_watched(&s);
     pdi_summary_absent(&s);
     for (int k = 0; k < PD_PART_COUNT; k++) bytes += model->bytes[k];
     pdi_summary_line(&s, "  %-12s%.3g MB, %.0f bytes a node", "in all", (double)bytes * 1e-6,

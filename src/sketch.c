@@ -300,6 +300,23 @@ static pd_status pdi_sketch_grains(pdi_sketch *s)
     return PD_OK;
 }
 
+/* A wall may hold a concentration. */
+static pd_status pdi_sketch_wall(pdi_sketch *s, int index)
+{
+    pd_setup *u = s->setup;
+    if (u->wall_count >= PD_SETUP_WALLS)
+        return pd_text_refuse(s->ctx, s->text, s->section, "kind", "found more than %d walls", PD_SETUP_WALLS);
+    pd_setup_wall *w = &u->walls[u->wall_count++];
+    w->shape = index;
+    if (u->has_transport && pd_text_has(s->ctx, s->text, s->section, "C")) {
+        PDI_TRY(pd_text_number(s->ctx, s->text, s->section, "C", "mol/m3", NULL, &w->held));
+        if (!(w->held >= 0.0))
+            return pd_text_refuse(s->ctx, s->text, s->section, "C", "found %.6g mol/m3, expected at least 0", w->held);
+        w->holds = 1;
+    }
+    return pdi_setup_join(s->ctx, u, index, &u->wall);
+}
+
 /* One diffusivity for all shapes of this kind. */
 static pd_status pdi_sketch_medium(pdi_sketch *s, int index)
 {
@@ -333,7 +350,7 @@ static pd_status pdi_sketch_section(pdi_sketch *s)
     int line = s->text->section[s->section].line;
     if (s->names == 1 || (kind == PDI_SKETCH_SOLID && s->setup->solid < 0)) s->setup->shape_line = line;
     if (kind == PDI_SKETCH_MEDIUM) return pdi_sketch_medium(s, index);
-    if (kind == PDI_SKETCH_WALL) return pdi_setup_join(s->ctx, s->setup, index, &s->setup->wall);
+    if (kind == PDI_SKETCH_WALL) return pdi_sketch_wall(s, index);
     if (kind != PDI_SKETCH_SOLID) return PD_OK;
     PDI_TRY(pdi_sketch_material(s));
     PDI_TRY(pdi_sketch_grains(s));

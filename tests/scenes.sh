@@ -115,6 +115,14 @@ for peclet in 0.5 5 50 5e5; do
     reports advection_$peclet C_min -1e-9 1e-3
     reports advection_$peclet C_max 0.5 1.000000001
 done
+# round walls that hold: ln(R/r)/ln(R/a), 2/ln(R/a); 4 pi D/(1/a - 1/R)/8
+follows shells_2d line_a_000000_t0.0s.csv "C [mol/m3]" "-log(x) / log(2.5)" 1.5e-3
+shows shells_2d transfer_core.csv 0 "Sh [-]" 2.182713 2e-3
+shows shells_2d transfer_core.csv 0 "area [m]" 2.513274 1e-3
+reports shells_2d flux -1e-8 1e-8
+shows shells_3d transfer_core.csv 0 "flux [mol/s]" 1.047198 2e-2
+# a cylinder in a wide cross flow: cylinder_crossflow_sherwood_re20.csv, good to 1 %
+shows cylinder_mass_2d transfer_c.csv 0 "Sh [-]" 2.7341 2e-2
 # local Sherwood numbers at 0.01 and 0.0147 Dh^2 U/D
 shows graetz_2d transfer_wall_000000_t0.0s.csv 40.050000000000004 "Sh [-]" 7.74050 2e-2
 shows graetz_2d transfer_wall_000000_t0.0s.csv 58.75 "Sh [-]" 7.58700 2e-2
