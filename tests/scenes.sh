@@ -85,6 +85,10 @@ shows taylor_green_2d probes.csv 1 a_vx 0.454041 1e-2
 # kinetic energy: 1/4 exp(-16 pi^2 nu t) of both
 shows taylor_green_2d total_all.csv 1 "energy [J/m]" 0.0515383 2e-2
 shows isotropy_2d total_all.csv 0.6 "energy [J/m]" 0.0969285 1.5e-2
+# the series at 5 s: between the walls from u = 1 on towards 3/2 y (2 - y)
+run channel channel3d_3d "h=0.1 m" "box=0 .. 0.4 m, 0 .. 2 m, 0 .. 0.4 m" "at=0.2 m, 1 m, 0.2 m" "slice=z 0.2 m" \
+    "until=5 s" "every=5 s"
+shows channel probes.csv 5 centre_vx 1.245925 4e-3
 # Schaefer and Turek: drag in two ways, lift, pressure drop
 shows cylinder_2d force_c.csv 0 "cx [-]" 5.57953523 1e-2
 shows cylinder_2d force_c.csv 0 "cx_balance [-]" 5.57953523 1e-2
