@@ -37,6 +37,7 @@
  *   ring       the weights of bonds on an axisymmetric lattice, whose nodes are rings around the axis r = 0.
  *   bond       rows of open bonds for fluid nodes whose family is cut, and runs of nodes whose family is whole.
  *   grain      Voronoi grains of a polycrystal and the volume fraction of their boundaries.
+ *   line       the Laplacian of nodes with whole families by lines along axis 0.
  *   op         the peridynamic operators on scalar and vector fields.
  *   krylov     iterative solvers for A x = b over callbacks; they know no physics.
  *   multigrid  a scalar, cell-centred, geometric V-cycle on the compact face stencil, used as a preconditioner.
@@ -589,6 +590,14 @@ typedef struct pd_stencil {
     double *base;        /* [count] [m^(d-2)] w(n), the weight before calibration */
     double *area;        /* [count] [1/m] c(n): interface area that a solid-fluid bond stands for, over V (eq. 6.3) */
     double anisotropy;   /* [-] largest deviation of the area measure from 1 over all directions */
+    /* The family as lines along axis 0. Lines with the same weights are of one kind; the line through the node is none
+     * of them. */
+    int kinds;           /* of lines */
+    int *line_first;     /* [kinds+1] into line */
+    int *line;           /* [lines][PD_DIM] offset of the line, 0 along axis 0 */
+    int *line_reach;     /* [kinds] largest |n_0| of the line */
+    double *line_lap;    /* [kinds][reach+1] [1/m2] a(n) by |n_0| */
+    double *layer_lap;   /* [reach+1] [1/m2] sum of a(n) over all bonds with one n_0 > 0 */
     /* Cells that the straight bond passes: groups of alternatives; the bond is blocked when every cell of one group
      * is closed. The last group of each bond is its end node. */
     int *group_first;    /* [count+1] into group_* */
@@ -813,6 +822,7 @@ typedef struct pd_bonds {
     pd_ghosts ghosts;    /* of the grid: whoever has bonds can fill the far ends */
     int all_rows;        /* every fluid node owns a row (for comparisons of both paths) */
     int32_t *shift;      /* [count] node id of the far end minus that of the node */
+    int32_t *line_shift; /* [lines of the stencil] the same for the lines */
     int32_t *cell_shift; /* [cells] the same for the cells of the paths */
     pd_ring ring;        /* weights of an axisymmetric grid; empty: planar */
     int32_t *row;        /* [total] row of a node; -1: whole family, or not fluid */
@@ -971,6 +981,24 @@ PD_API pd_status pd_grain_fraction(pd_ctx *ctx, const pd_stencil *stencil, const
 /* Statistics of the solid as it is; fraction from pd_grain_fraction, or NULL (boundary_fraction is then 0). */
 PD_API pd_status pd_grain_measure(pd_ctx *ctx, const pd_grid *grid, const pd_grain *grain, const float *fraction,
                                   pd_grain_stats *stats);
+
+#endif
+
+/* ======== >>line.h ======== */
+/* line: the Laplacian of nodes with whole families by lines along axis 0.
+ *
+ * The difference over a bond is that along its line plus that between the lines, and lines with the same weights share
+ * theirs (stencil.h). A node costs one addition a line and one product a kind of lines and layer, instead of one a
+ * bond: 12 products for 36 bonds (2D, m = 3), 24 for 178 (3D). Only differences are summed, so constants come out as
+ * exact zeros.
+ */
+#ifndef PD_LINE_H
+#define PD_LINE_H
+
+#ifdef PDI_INTERNAL
+/* out [length] = sum a (f_j - f_i) for the nodes i .. i+length-1 of f [total] (eq. 2.3). */
+PDI_FN void pdi_line_laplacian(const pd_bonds *bonds, const double *f, int32_t i, int32_t length, double *out);
+#endif
 
 #endif
 
@@ -5720,6 +5748,67 @@ static pd_status pdi_stencil_paths(pd_ctx *ctx, pd_stencil *s)
     return PD_OK;
 }
 
+/* Weights that differ by less than this, relative, are the same but for rounding. */
+#define PDI_STENCIL_SAME 1e-13
+
+/* a(n) on the line through `line` at distance n_0, 0 where no bond ends. */
+static double pdi_stencil_on_line(const pd_stencil *s, const int *line, int n0)
+{
+    for (int k = 0; k < s->count; k++) {
+        int same = s->offset[k * PD_DIM] == n0;
+        for (int d = 1; d < PD_DIM; d++) same = same && s->offset[k * PD_DIM + d] == line[d];
+        if (same) return s->lap[k];
+    }
+    return 0.0;
+}
+
+/* 1 when the lines of the family through the bonds k and j have the same weights. */
+static int pdi_stencil_same_kind(const pd_stencil *s, int k, int j)
+{
+    for (int n0 = 0; n0 <= s->reach; n0++) {
+        double a = pdi_stencil_on_line(s, s->offset + k * PD_DIM, n0);
+        double b = pdi_stencil_on_line(s, s->offset + j * PD_DIM, n0);
+        if (!(fabs(a - b) <= PDI_STENCIL_SAME * fabs(a))) return 0;
+    }
+    return 1;
+}
+
+/* Largest n_0 of the bonds on the line through bond k. */
+static int pdi_stencil_line_reach(const pd_stencil *s, int k)
+{
+    int reach = s->reach;
+    while (reach > 0 && !(pdi_stencil_on_line(s, s->offset + k * PD_DIM, reach) > 0.0)) reach--;
+    return reach;
+}
+
+/* Lines are named by their bonds with n_0 = 0. Kinds that reach far come first. */
+static pd_status pdi_stencil_lines(pd_ctx *ctx, pd_stencil *s)
+{
+    int width = s->reach + 1;
+    PDI_TRY(PDI_NEW(ctx, "stencil", s->count + 1, s->line_first));
+    PDI_TRY(PDI_NEW(ctx, "stencil", s->count * PD_DIM, s->line));
+    PDI_TRY(PDI_NEW(ctx, "stencil", s->count, s->line_reach));
+    PDI_TRY(PDI_NEW(ctx, "stencil", (int64_t)s->count * width, s->line_lap));
+    PDI_TRY(PDI_NEW(ctx, "stencil", width, s->layer_lap));
+    for (int k = 0; k < s->count; k++)
+        if (s->offset[k * PD_DIM] > 0) s->layer_lap[s->offset[k * PD_DIM]] += s->lap[k];
+    for (int reach = s->reach, used = 0; reach >= 0; reach--)
+        for (int k = 0; k < s->count; k++) {
+            int seen = s->offset[k * PD_DIM] != 0 || pdi_stencil_line_reach(s, k) != reach;
+            for (int j = 0; j < k && !seen; j++) seen = s->offset[j * PD_DIM] == 0 && pdi_stencil_same_kind(s, j, k);
+            if (seen) continue;
+            for (int n0 = 0; n0 < width; n0++)
+                s->line_lap[s->kinds * width + n0] = pdi_stencil_on_line(s, s->offset + k * PD_DIM, n0);
+            s->line_reach[s->kinds] = reach;
+            for (int j = k; j < s->count; j++) {
+                if (s->offset[j * PD_DIM] != 0 || !pdi_stencil_same_kind(s, k, j)) continue;
+                memcpy(s->line + used++ * PD_DIM, s->offset + j * PD_DIM, PD_DIM * sizeof *s->line);
+            }
+            s->line_first[++s->kinds] = used;
+        }
+    return PD_OK;
+}
+
 pd_status pd_stencil_build(pd_ctx *ctx, const pd_stencil_desc *desc, pd_stencil *stencil)
 {
     memset(stencil, 0, sizeof *stencil);
@@ -5740,6 +5829,7 @@ pd_status pd_stencil_build(pd_ctx *ctx, const pd_stencil_desc *desc, pd_stencil 
     else PDI_TRY(pdi_stencil_calibrate(ctx, stencil));
     PDI_TRY(pdi_area_weights(ctx, stencil->count, stencil->xi, stencil->beta, stencil->m, stencil->h, stencil->area,
                              &stencil->anisotropy));
+    PDI_TRY(pdi_stencil_lines(ctx, stencil));
     return pdi_stencil_paths(ctx, stencil);
 }
 
@@ -5752,6 +5842,11 @@ void pd_stencil_free(pd_ctx *ctx, pd_stencil *s)
     PDI_DELETE(ctx, s->count * PD_DIM, s->grad);
     PDI_DELETE(ctx, s->count, s->base);
     PDI_DELETE(ctx, s->count, s->area);
+    PDI_DELETE(ctx, s->count + 1, s->line_first);
+    PDI_DELETE(ctx, s->count * PD_DIM, s->line);
+    PDI_DELETE(ctx, s->count, s->line_reach);
+    PDI_DELETE(ctx, (int64_t)s->count * (s->reach + 1), s->line_lap);
+    PDI_DELETE(ctx, s->reach + 1, s->layer_lap);
     PDI_DELETE(ctx, s->count + 1, s->group_first);
     PDI_DELETE(ctx, s->groups + 1, s->group_cell);
     PDI_DELETE(ctx, s->groups, s->group_entry);
@@ -7025,12 +7120,15 @@ pd_status pd_bonds_build(pd_ctx *ctx, const pd_stencil *stencil, const pd_grid *
     bonds->all_rows = all_rows;
     bonds->words = (stencil->count + 31) / 32;
     PDI_TRY(PDI_NEW(ctx, "bond", stencil->count, bonds->shift));
+    PDI_TRY(PDI_NEW(ctx, "bond", stencil->line_first[stencil->kinds], bonds->line_shift));
     PDI_TRY(PDI_NEW(ctx, "bond", stencil->cells, bonds->cell_shift));
     PDI_TRY(PDI_NEW(ctx, "bond", grid->total, bonds->row));
     PDI_TRY(pd_ghosts_build(ctx, grid, &bonds->ghosts));
     PDI_TRY(pd_ring_build(ctx, stencil, grid, &bonds->ring));
     for (int k = 0; k < stencil->count; k++)
         for (int d = 0; d < PD_DIM; d++) bonds->shift[k] += stencil->offset[k * PD_DIM + d] * grid->stride[d];
+    for (int l = 0; l < stencil->line_first[stencil->kinds]; l++)
+        for (int d = 1; d < PD_DIM; d++) bonds->line_shift[l] += stencil->line[l * PD_DIM + d] * grid->stride[d];
     for (int c = 0; c < stencil->cells; c++)
         for (int d = 0; d < PD_DIM; d++) bonds->cell_shift[c] += stencil->cell[c * PD_DIM + d] * grid->stride[d];
     int32_t rows = 0;
@@ -7134,6 +7232,7 @@ pd_status pd_bonds_validate(pd_ctx *ctx, const pd_bonds *b)
 void pd_bonds_free(pd_ctx *ctx, pd_bonds *b)
 {
     PDI_DELETE(ctx, b->stencil ? b->stencil->count : 0, b->shift);
+    PDI_DELETE(ctx, b->stencil ? b->stencil->line_first[b->stencil->kinds] : 0, b->line_shift);
     PDI_DELETE(ctx, b->stencil ? b->stencil->cells : 0, b->cell_shift);
     PDI_DELETE(ctx, b->grid ? b->grid->total : 0, b->row);
     pd_ghosts_free(ctx, &b->ghosts);
@@ -7695,6 +7794,173 @@ pd_status pd_grain_measure(pd_ctx *ctx, const pd_grid *grid, const pd_grain *gra
     return PD_OK;
 }
 
+/* ======== >>line.c ======== */
+/* line: see line.h
+ *
+ * Each pass streams over the columns of a piece, a few operands at a time: what is written stays in the first cache.
+ */
+
+/* Deepest family, nodes and columns of a piece (with both its sides, whole vectors), kinds of lines that are kept at a
+ * time. */
+#define PDI_LINE_REACH 12
+#define PDI_LINE_LANES 256
+#define PDI_LINE_COLUMNS (PDI_LINE_LANES + 2 * PDI_LINE_REACH + PDI_VECTOR)
+#define PDI_LINE_KINDS 4
+
+/* sum (+)= (a - c) + (b - c): a line and its mirror image. */
+static void pdi_line_pair(const double *PD_RESTRICT c, const double *PD_RESTRICT a, const double *PD_RESTRICT b,
+                          int first, int n, double *PD_RESTRICT sum)
+{
+    if (first)
+        for (int k = 0; k < n; k++) sum[k] = (a[k] - c[k]) + (b[k] - c[k]);
+    else
+        for (int k = 0; k < n; k++) sum[k] += (a[k] - c[k]) + (b[k] - c[k]);
+}
+
+/* sum (+)= two pairs, shift[4]. */
+static void pdi_line_pairs(const double *PD_RESTRICT c, const int32_t *shift, int first, int n,
+                           double *PD_RESTRICT sum)
+{
+    const double *PD_RESTRICT p = c + shift[0], *PD_RESTRICT q = c + shift[1];
+    const double *PD_RESTRICT r = c + shift[2], *PD_RESTRICT s = c + shift[3];
+    if (first)
+        for (int k = 0; k < n; k++) sum[k] = ((p[k] - c[k]) + (q[k] - c[k])) + ((r[k] - c[k]) + (s[k] - c[k]));
+    else
+        for (int k = 0; k < n; k++) sum[k] += ((p[k] - c[k]) + (q[k] - c[k])) + ((r[k] - c[k]) + (s[k] - c[k]));
+}
+
+/* sum = four pairs, shift[8]. */
+static void pdi_line_four_pairs(const double *PD_RESTRICT c, const int32_t *shift, int n, double *PD_RESTRICT sum)
+{
+    const double *PD_RESTRICT p = c + shift[0], *PD_RESTRICT q = c + shift[1];
+    const double *PD_RESTRICT r = c + shift[2], *PD_RESTRICT s = c + shift[3];
+    const double *PD_RESTRICT t = c + shift[4], *PD_RESTRICT u = c + shift[5];
+    const double *PD_RESTRICT v = c + shift[6], *PD_RESTRICT w = c + shift[7];
+    for (int k = 0; k < n; k++)
+        sum[k] = (((p[k] - c[k]) + (q[k] - c[k])) + ((r[k] - c[k]) + (s[k] - c[k]))) +
+                 (((t[k] - c[k]) + (u[k] - c[k])) + ((v[k] - c[k]) + (w[k] - c[k])));
+}
+
+/* Differences of all lines of one kind to the line through the node. Their number is even: opposite ones belong
+ * together. */
+static void pdi_line_kind(const pd_bonds *bonds, const double *f, int kind, int n, double *sum)
+{
+    const int32_t *shift = bonds->line_shift;
+    int first = bonds->stencil->line_first[kind], end = bonds->stencil->line_first[kind + 1], l = first;
+    if (end - l >= 8) {
+        pdi_line_four_pairs(f, shift + l, n, sum);
+        l += 8;
+    }
+    for (; l + 4 <= end; l += 4) pdi_line_pairs(f, shift + l, l == first, n, sum);
+    for (; l < end; l += 2) pdi_line_pair(f, f + shift[l], f + shift[l + 1], l == first, n, sum);
+}
+
+/* t (+)= a[0] x[0] + .. + a[kinds-1] x[kinds-1], at most four kinds. */
+static void pdi_line_weigh(double (*x)[PDI_LINE_COLUMNS], const double *a, int kinds, int first, int n,
+                           double *PD_RESTRICT t)
+{
+    const double *PD_RESTRICT p = x[0], *PD_RESTRICT q = x[1], *PD_RESTRICT r = x[2], *PD_RESTRICT s = x[3];
+    double b = a[0], c = a[1], d = a[2], e = a[3];
+    if (kinds == 4 && first)
+        for (int k = 0; k < n; k++) t[k] = (b * p[k] + c * q[k]) + (d * r[k] + e * s[k]);
+    else if (kinds == 4)
+        for (int k = 0; k < n; k++) t[k] += (b * p[k] + c * q[k]) + (d * r[k] + e * s[k]);
+    else if (first)
+        for (int k = 0; k < n; k++) t[k] = 0.0;
+    if (kinds == 3)
+        for (int k = 0; k < n; k++) t[k] += (b * p[k] + c * q[k]) + d * r[k];
+    if (kinds == 2)
+        for (int k = 0; k < n; k++) t[k] += b * p[k] + c * q[k];
+    if (kinds == 1)
+        for (int k = 0; k < n; k++) t[k] += b * p[k];
+}
+
+/* The family of m = 3 in 2D in one pass: three pairs of lines, which reach three, two and one layers. */
+static void pdi_line_three(const double *PD_RESTRICT f, const int32_t *shift, const double *a, int n,
+                           double (*t)[PDI_LINE_COLUMNS])
+{
+    const double *PD_RESTRICT u = f + shift[0], *PD_RESTRICT v = f + shift[1], *PD_RESTRICT w = f + shift[2];
+    const double *PD_RESTRICT x = f + shift[3], *PD_RESTRICT y = f + shift[4], *PD_RESTRICT z = f + shift[5];
+    double *PD_RESTRICT t0 = t[0], *PD_RESTRICT t1 = t[1], *PD_RESTRICT t2 = t[2], *PD_RESTRICT t3 = t[3];
+    for (int k = 0; k < n; k++) {
+        double p = (u[k] - f[k]) + (v[k] - f[k]), q = (w[k] - f[k]) + (x[k] - f[k]), r = (y[k] - f[k]) + (z[k] - f[k]);
+        t0[k] = (a[0] * p + a[4] * q) + a[8] * r;
+        t1[k] = (a[1] * p + a[5] * q) + a[9] * r;
+        t2[k] = a[2] * p + a[6] * q;
+        t3[k] = a[3] * p;
+    }
+}
+
+static int pdi_line_is_three(const pd_stencil *s)
+{
+    return s->reach == 3 && s->kinds == 3 && s->line_first[3] == 6 && s->line_first[1] == 2 && s->line_first[2] == 4 &&
+           s->line_reach[0] == 3 && s->line_reach[1] == 2 && s->line_reach[2] == 1;
+}
+
+/* out += the layers n and -n: what the lines beside it bring there, and the bonds of the layer along axis 0. */
+static void pdi_line_layer(const double *PD_RESTRICT f, const double *PD_RESTRICT side, double a, int n, int count,
+                           double *PD_RESTRICT out)
+{
+    const double *up = f + n, *down = f - n, *right = side + n, *left = side - n;
+    for (int b = 0; b < count; b++) out[b] += (left[b] + right[b]) + a * ((up[b] - f[b]) + (down[b] - f[b]));
+}
+
+/* The first three layers at once. */
+static void pdi_line_layers(const double *PD_RESTRICT f, double (*t)[PDI_LINE_COLUMNS], int reach, const double *a,
+                            int count, double *PD_RESTRICT out)
+{
+    const double *PD_RESTRICT s = t[0] + reach, *PD_RESTRICT u = t[1] + reach, *PD_RESTRICT v = t[2] + reach;
+    const double *PD_RESTRICT w = t[3] + reach;
+    double c = a[1], d = a[2], e = a[3];
+    for (int b = 0; b < count; b++)
+        out[b] = (s[b] + ((u[b - 1] + u[b + 1]) + c * ((f[b + 1] - f[b]) + (f[b - 1] - f[b])))) +
+                 (((v[b - 2] + v[b + 2]) + d * ((f[b + 2] - f[b]) + (f[b - 2] - f[b]))) +
+                  ((w[b - 3] + w[b + 3]) + e * ((f[b + 3] - f[b]) + (f[b - 3] - f[b]))));
+}
+
+/* Columns that a line has no bond to may hold anything, and do not get into the sums that are read: kinds are sorted by
+ * their reach, and layer n takes those that reach it. `columns` may be more than count and both sides. */
+static void pdi_line_piece(const pd_bonds *bonds, const double *f, int count, int columns, double *out)
+{
+    const pd_stencil *s = bonds->stencil;
+    int reach = s->reach, at = 1;
+    double x[PDI_LINE_KINDS][PDI_LINE_COLUMNS], t[PDI_LINE_REACH + 1][PDI_LINE_COLUMNS];
+    int three = pdi_line_is_three(s);
+    if (three) pdi_line_three(f - reach, bonds->line_shift, s->line_lap, columns, t);
+    for (int first = 0; (first == 0 || first < s->kinds) && !three; first += PDI_LINE_KINDS) {
+        int some = s->kinds - first < PDI_LINE_KINDS ? s->kinds - first : PDI_LINE_KINDS;
+        for (int k = 0; k < some; k++) pdi_line_kind(bonds, f - reach, first + k, columns, x[k]);
+        for (int n = 0; n <= reach; n++) {
+            double a[PDI_LINE_KINDS];
+            int kinds = 0;
+            for (; kinds < some && s->line_reach[first + kinds] >= n; kinds++)
+                a[kinds] = s->line_lap[(first + kinds) * (reach + 1) + n];
+            for (int k = kinds; k < PDI_LINE_KINDS; k++) a[k] = 0.0;
+            pdi_line_weigh(x, a, kinds, first == 0, columns, t[n]);
+        }
+    }
+    if (reach >= 3) {
+        pdi_line_layers(f, t, reach, s->layer_lap, count, out);
+        at = 4;
+    } else
+        for (int b = 0; b < count; b++) out[b] = t[0][b + reach];
+    for (; at <= reach; at++) pdi_line_layer(f, t[at] + reach, s->layer_lap[at], at, count, out);
+}
+
+PDI_FN void pdi_line_laplacian(const pd_bonds *bonds, const double *f, int32_t i, int32_t length, double *out)
+{
+    const pd_grid *grid = bonds->grid;
+    int reach = bonds->stencil->reach, deepest = 0;
+    for (int d = 0; d < PD_DIM; d++) deepest += reach * grid->stride[d];
+    for (int32_t at = 0; at < length; at += PDI_LINE_LANES) {
+        int count = length - at < PDI_LINE_LANES ? (int)(length - at) : PDI_LINE_LANES;
+        /* whole vectors, where that does not leave the array */
+        int columns = count + 2 * reach, vectors = (columns + PDI_VECTOR - 1) / PDI_VECTOR * PDI_VECTOR;
+        if (i + at + deepest + vectors - reach <= grid->total) columns = vectors;
+        pdi_line_piece(bonds, f + i + at, count, columns, out + at);
+    }
+}
+
 /* ======== >>op.c ======== */
 /* op: see op.h
  *
@@ -7723,13 +7989,19 @@ static void pdi_op_split(const pdi_op_sweep *w, pdi_op_lanes_fn lanes, int32_t f
     }
 }
 
+/* Takes runs of any length. */
+static void pdi_op_laplacian_whole(const pdi_op_sweep *w, int32_t i, int count);
+
 static void pdi_op_apply(const pd_ctx *ctx, const pdi_op_sweep *w, pdi_op_lanes_fn whole, pdi_op_lanes_fn cut)
 {
     const pd_bonds *bonds = w->bonds;
     int nt = pdi_par_threads(ctx, bonds->grid->fluid_count * bonds->stencil->count * 4);
     (void)nt;
     PDI_PARALLEL_FOR(nt)
-    for (int32_t r = 0; r < bonds->runs; r++) pdi_op_split(w, whole, bonds->run_first[r], bonds->run_length[r]);
+    for (int32_t r = 0; r < bonds->runs; r++) {
+        if (whole == pdi_op_laplacian_whole) whole(w, bonds->run_first[r], bonds->run_length[r]);
+        else pdi_op_split(w, whole, bonds->run_first[r], bonds->run_length[r]);
+    }
     PDI_PARALLEL_FOR(nt)
     for (int32_t r = 0; r < bonds->batches; r++) pdi_op_split(w, cut, bonds->batch_first[r], bonds->batch_length[r]);
     for (int32_t r = bonds->plain; r < bonds->rows; r++) cut(w, r, 1);
@@ -7898,21 +8170,12 @@ static void pdi_op_laplacian_bonds(const pdi_op_sweep *w, int32_t i, int32_t r, 
 
 static void pdi_op_laplacian_whole(const pdi_op_sweep *w, int32_t i, int count)
 {
-    const pd_stencil *s = w->bonds->stencil;
-    const double *f = w->f + i;
-    double sum[PDI_LANES];
-    if (w->bonds->ring.lap) {
-        pdi_op_laplacian_bonds(w, i, -1, count);
-        return;
-    }
-    memset(sum, 0, sizeof sum);
-    /* differences, not sums less the centre: constants come out as exact zeros */
-    for (int k = 0; k < s->count / 2; k++) {
-        const double *far = f + w->bonds->shift[k], *back = f - w->bonds->shift[k];
-        double a = s->lap[k];
-        for (int b = 0; b < count; b++) sum[b] += a * ((far[b] - f[b]) + (back[b] - f[b]));
-    }
-    memcpy(w->out + i, sum, (size_t)count * sizeof(double));
+    pdi_line_laplacian(w->bonds, w->f, i, count, w->out + i);
+}
+
+static void pdi_op_laplacian_rings(const pdi_op_sweep *w, int32_t i, int count)
+{
+    pdi_op_laplacian_bonds(w, i, -1, count);
 }
 
 static void pdi_op_laplacian_cut(const pdi_op_sweep *w, int32_t r, int count)
@@ -7924,7 +8187,7 @@ void pd_op_laplacian(const pd_ctx *ctx, const pd_bonds *bonds, const double *f, 
 {
     pdi_op_sweep w;
     pdi_op_sweep_init(bonds, f, NULL, lap, &w);
-    pdi_op_apply(ctx, &w, pdi_op_laplacian_whole, pdi_op_laplacian_cut);
+    pdi_op_apply(ctx, &w, bonds->ring.lap ? pdi_op_laplacian_rings : pdi_op_laplacian_whole, pdi_op_laplacian_cut);
 }
 
 /* ---- diffusion: sum D_ij a (f_j - f_i), D_ij = 2 D_i D_j / (D_i + D_j) (eq. 5.2) ---- */
