@@ -40,6 +40,7 @@
  *   line       the Laplacian of nodes with whole families by lines along axis 0.
  *   op         the peridynamic operators on scalar and vector fields.
  *   krylov     iterative solvers for A x = b over callbacks; they know no physics.
+ *   smooth     one level of the multigrid hierarchy, and the sweeps over its cells.
  *   multigrid  a scalar, cell-centred, geometric V-cycle on the compact face stencil, used as a preconditioner.
  *   compact    the nearest-neighbour (2d+1 point) picture of a scene that multigrid preconditioners work on.
  *   sdirk      what all users of the two-stage, second-order, L-stable SDIRK method share: its constant, and the choice of
@@ -1124,6 +1125,90 @@ PD_API pd_status pd_krylov_solve(pd_ctx *ctx, pd_krylov *krylov, pd_apply_fn app
 
 #endif
 
+/* ======== >>smooth.h ======== */
+/* smooth: one level of the multigrid hierarchy, and the sweeps over its cells.
+ *
+ * The operator of a level is that of multigrid.h: (A x)_c = x_c/inv_c - sum over links of a x. Sweeps go by colour
+ * (symmetric) or by line; both give the same bits for any number of threads.
+ */
+#ifndef PD_SMOOTH_H
+#define PD_SMOOTH_H
+
+/* One level. Level 0 holds all cells of the box and finds neighbours by stride; coarser levels are rows of links, the
+ * cells sorted by colour (symmetric) or by block. */
+typedef struct pd_smooth_level {
+    int n[PD_DIM];     /* blocks along the axes */
+    int halve[PD_DIM]; /* 1: the next level pairs the blocks of this axis */
+    int shared;        /* level 0: lo is hi of the neighbour (symmetric) */
+    int wrap[PD_DIM];  /* 1: the first and the last blocks of this axis are linked */
+    float last[PD_DIM]; /* width of the last block, the others being 1 */
+    int32_t cells, red; /* red: cells of the first colour (symmetric, coarse levels) */
+    float *x, *b, *r;  /* [cells] correction, right-hand side, residual */
+    float *inv;        /* [cells] 1 / diagonal; 0: the cell takes no part */
+    int32_t *parent;   /* [cells] of the next level; -1: none */
+    float *lo[PD_DIM], *hi[PD_DIM]; /* level 0: coefficients of the two neighbours of each axis, 0: closed */
+    int32_t *block;    /* coarse levels: [cells] block of the cell */
+    int32_t *row;      /* [cells + 1] */
+    int32_t *col;      /* [row[cells]] the neighbour */
+    float *a, *back;   /* its coefficient in this row, and that of this cell in its row (one allocation) */
+    uint8_t *face;     /* 2 axis + (1: upper) */
+    uint8_t *edge;     /* level 0: [cells] 1: the cell has a neighbour across the box; NULL: no axis wraps */
+    int32_t *child_first, *child; /* cells of the level above that make up a cell */
+    float *values;     /* coarse levels: storage of x, b, r, inv */
+    int32_t *indices;  /* coarse levels: storage of parent, block, row, child_first */
+    int32_t *line;     /* not symmetric: [lines + 1] first cell of each line of blocks along axis 0 */
+    int32_t cell_capacity, link_capacity, child_capacity, line_capacity;
+} pd_smooth_level;
+
+#ifdef PDI_INTERNAL
+/* Loops over cells are cut into this many parts. */
+#define PDI_SMOOTH_PARTS 64
+/* Operations a cell, to decide on threads. */
+#define PDI_SMOOTH_WORK (4 * PD_DIM)
+typedef enum pdi_smooth_job {
+    PDI_SMOOTH_START,    /* x = b / diag */
+    PDI_SMOOTH_SWEEP,   /* x = (b + sum a x) / diag */
+    PDI_SMOOTH_RESIDUAL, /* r = b + sum a x - diag x */
+    PDI_SMOOTH_PROLONG   /* x += x of the parent */
+} pdi_smooth_job;
+/* Cells from one block to the next along axis d, n blocks along the axes. */
+static inline int32_t pdi_smooth_stride(const int *n, int d)
+{
+    int32_t stride = 1;
+    for (int e = 0; e < d; e++) stride *= n[e];
+    return stride;
+}
+/* Begin of a part of a loop over count items. */
+static inline int32_t pdi_smooth_part(int64_t count, int part) { return (int32_t)(count * part / PDI_SMOOTH_PARTS); }
+/* Neighbour of cell c of level 0, across the box where the axis wraps; -1: none. */
+static inline int32_t pdi_smooth_across(const pd_smooth_level *fine, int32_t stride, int axis, int upper,
+                                           int32_t c)
+{
+    int32_t n = fine->n[axis], i = c / stride % n;
+    if (i != (upper ? n - 1 : 0)) return upper ? c + stride : c - stride;
+    if (!fine->wrap[axis]) return -1;
+    return upper ? c - (n - 1) * stride : c + (n - 1) * stride;
+}
+
+/* Coefficient of `neighbour` in the row of c. With symmetric storage the lower one of a cell is the upper one of the
+ * cell below. */
+static inline float pdi_smooth_edge_coefficient(const pd_smooth_level *fine, int axis, int upper, int32_t c,
+                                                   int32_t neighbour)
+{
+    if (upper) return fine->hi[axis][c];
+    return fine->shared ? fine->hi[axis][neighbour] : fine->lo[axis][c];
+}
+/* A job on count cells from `first`, in any order. */
+PDI_FN void pdi_smooth_range(const pd_ctx *ctx, const pd_smooth_level *level, pdi_smooth_job job, int32_t first,
+                                int32_t count);
+/* A job on the cells of one colour: they do not touch each other. */
+PDI_FN void pdi_smooth_colour(const pd_ctx *ctx, const pd_smooth_level *level, pdi_smooth_job job, int colour);
+/* Gauss-Seidel forth and back along every line, ascending or descending. */
+PDI_FN void pdi_smooth_lines(const pd_ctx *ctx, const pd_smooth_level *level, int descending);
+#endif
+
+#endif
+
 /* ======== >>multigrid.h ======== */
 /* multigrid: a scalar, cell-centred, geometric V-cycle on the compact face stencil, used as a preconditioner.
  *
@@ -1146,31 +1231,9 @@ typedef struct pd_multigrid_desc {
     int32_t first;          /* node of cell 0 on that lattice */
     const double *weight;   /* [n of the last axis] [m] or [-]: factors of the right-hand side, layer by layer, which
                              * the coefficients hold already; NULL: 1. Borrowed */
+    int periodic[PD_DIM];   /* 1: the first cells of the axis are neighbours of its last ones */
     int symmetric;          /* 1: flux will always be NULL: symmetric cycle, less memory; 0: smoother for flow */
 } pd_multigrid_desc;
-
-/* One level. Level 0 holds all cells of the box and finds neighbours by stride; coarser levels are rows of links, the
- * cells sorted by colour (symmetric) or by block. */
-typedef struct pd_multigrid_level {
-    int n[PD_DIM];     /* blocks along the axes */
-    int halve[PD_DIM]; /* 1: the next level pairs the blocks of this axis */
-    float last[PD_DIM]; /* width of the last block, the others being 1 */
-    int32_t cells, red; /* red: cells of the first colour (symmetric, coarse levels) */
-    float *x, *b, *r;  /* [cells] correction, right-hand side, residual */
-    float *inv;        /* [cells] 1 / diagonal; 0: the cell takes no part */
-    int32_t *parent;   /* [cells] of the next level; -1: none */
-    float *lo[PD_DIM], *hi[PD_DIM]; /* level 0: coefficients of the two neighbours of each axis, 0: closed */
-    int32_t *block;    /* coarse levels: [cells] block of the cell */
-    int32_t *row;      /* [cells + 1] */
-    int32_t *col;      /* [row[cells]] the neighbour */
-    float *a, *back;   /* its coefficient in this row, and that of this cell in its row (one allocation) */
-    uint8_t *face;     /* 2 axis + (1: upper) */
-    int32_t *child_first, *child; /* cells of the level above that make up a cell */
-    float *values;     /* coarse levels: storage of x, b, r, inv */
-    int32_t *indices;  /* coarse levels: storage of parent, block, row, child_first */
-    int32_t *line;     /* not symmetric: [lines + 1] first cell of each line of blocks along axis 0 */
-    int32_t cell_capacity, link_capacity, child_capacity, line_capacity;
-} pd_multigrid_level;
 
 typedef struct pd_multigrid {
     pd_multigrid_desc desc;
@@ -1179,7 +1242,7 @@ typedef struct pd_multigrid {
     int32_t pad;    /* zero floats before and after each level 0 array read at neighbours */
     float *store;   /* level 0: x and coefficients with their pads, b, r, inv */
     int32_t *mark;  /* only during setup: counts and marks */
-    pd_multigrid_level level[PD_MULTIGRID_LEVELS];
+    pd_smooth_level level[PD_MULTIGRID_LEVELS];
 } pd_multigrid;
 
 #define pd_multigrid_build PD_NAME(pd_multigrid_build)
@@ -1192,8 +1255,9 @@ PD_API pd_status pd_multigrid_build(pd_ctx *ctx, const pd_multigrid_desc *desc, 
 PD_API void pd_multigrid_free(pd_ctx *ctx, pd_multigrid *mg);
 /* Take the coefficients and build the coarser levels. All arrays over the box cells, axis 0 fastest:
  * active: 1 for cells that take part; conduct[d][c] >= 0 and flux[d][c] (flux NULL: none): of the face between cell c
- * and c + e_d, flow positive towards +e_d (faces of inactive cells and of the box side are ignored: put the net outflow
- * through them into mass); wall[c] >= 0: Dirichlet half-cell conductance; mass[c] >= 0. wall and mass may be NULL.
+ * and c + e_d, flow positive towards +e_d (faces of inactive cells are ignored, and those of the box side unless its
+ * axis is periodic: put the net outflow through them into mass); wall[c] >= 0: Dirichlet half-cell conductance;
+ * mass[c] >= 0. wall and mass may be NULL.
  * All share one unit. PD_ERR_ARGUMENT: a coefficient is negative or not finite. Memory is kept for the next setup. */
 PD_API pd_status pd_multigrid_setup(pd_ctx *ctx, pd_multigrid *mg, const uint8_t *active,
                                     const float *const conduct[PD_DIM], const float *const flux[PD_DIM],
@@ -8705,6 +8769,157 @@ pd_status pd_krylov_solve(pd_ctx *ctx, pd_krylov *krylov, pd_apply_fn apply, pd_
     return status;
 }
 
+/* ======== >>smooth.c ======== */
+/* smooth: see smooth.h */
+
+/* Lines are swept in slabs along the last axis, even slabs then odd ones; the partition depends on the size only. */
+#define PDI_SMOOTH_SLABS 8
+#define PDI_SMOOTH_SLAB_PLANES 16
+#define PDI_SMOOTH_SLAB_CELLS 16384
+
+/* sum over links of a x */
+static inline float pdi_smooth_edge_sum(const pd_smooth_level *fine, const int32_t *stride, int32_t c)
+{
+    float sum = 0.0f;
+    for (int d = 0; d < PD_DIM; d++)
+        for (int upper = 0; upper < 2; upper++) {
+            int32_t q = pdi_smooth_across(fine, stride[d], d, upper, c);
+            if (q >= 0) sum += pdi_smooth_edge_coefficient(fine, d, upper, c, q) * fine->x[q];
+        }
+    return sum;
+}
+
+static inline float pdi_smooth_fine_sum(const pd_smooth_level *fine, const int32_t *stride, int32_t c)
+{
+    float sum = 0.0f;
+    if (fine->edge && fine->edge[c]) return pdi_smooth_edge_sum(fine, stride, c);
+    for (int d = 0; d < PD_DIM; d++)
+        sum += fine->lo[d][c] * fine->x[c - stride[d]] + fine->hi[d][c] * fine->x[c + stride[d]];
+    return sum;
+}
+
+static inline float pdi_smooth_coarse_sum(const pd_smooth_level *level, int32_t c)
+{
+    float sum = 0.0f;
+    for (int32_t k = level->row[c]; k < level->row[c + 1]; k++) sum += level->a[k] * level->x[level->col[k]];
+    return sum;
+}
+
+static inline float pdi_smooth_sum(const pd_smooth_level *level, const int32_t *stride, int32_t c)
+{
+    return level->row ? pdi_smooth_coarse_sum(level, c) : pdi_smooth_fine_sum(level, stride, c);
+}
+
+/* One job on the cells first, first + step, ... before end. */
+static inline void pdi_smooth_cells(const pd_smooth_level *level, const int32_t *stride, pdi_smooth_job job,
+                                       int32_t first, int32_t end, int32_t step)
+{
+    float *x = level->x;
+    const float *b = level->b, *inv = level->inv;
+    switch (job) {
+    case PDI_SMOOTH_START:
+        for (int32_t c = first; c < end; c += step) x[c] = b[c] * inv[c];
+        break;
+    case PDI_SMOOTH_SWEEP:
+        for (int32_t c = first; c < end; c += step) x[c] = (b[c] + pdi_smooth_sum(level, stride, c)) * inv[c];
+        break;
+    case PDI_SMOOTH_RESIDUAL:
+        for (int32_t c = first; c < end; c += step)
+            level->r[c] = inv[c] > 0.0f ? b[c] + pdi_smooth_sum(level, stride, c) - x[c] / inv[c] : 0.0f;
+        break;
+    case PDI_SMOOTH_PROLONG: /* the levels lie in one array: the next one is level + 1 */
+        for (int32_t c = first; c < end; c += step)
+            if (level->parent[c] >= 0) x[c] += level[1].x[level->parent[c]];
+        break;
+    }
+}
+
+static void pdi_smooth_strides(const pd_smooth_level *level, int32_t *stride)
+{
+    for (int d = 0; d < PD_DIM; d++) stride[d] = pdi_smooth_stride(level->n, d);
+}
+
+/* Colour of the first cell of row r of level 0. */
+static int pdi_smooth_row_colour(const pd_smooth_level *fine, int32_t r)
+{
+    int sum = 0;
+    for (int d = 1; d < PD_DIM; d++) {
+        sum += (int)(r % fine->n[d]);
+        r /= fine->n[d];
+    }
+    return sum & 1;
+}
+
+/* A job on count cells from `first`, in any order. */
+PDI_FN void pdi_smooth_range(const pd_ctx *ctx, const pd_smooth_level *level, pdi_smooth_job job,
+                                int32_t first, int32_t count)
+{
+    int32_t stride[PD_DIM];
+    pdi_smooth_strides(level, stride);
+    int nt = pdi_par_threads(ctx, (int64_t)count * PDI_SMOOTH_WORK);
+    (void)nt;
+    PDI_PARALLEL_FOR(nt)
+    for (int part = 0; part < PDI_SMOOTH_PARTS; part++)
+        pdi_smooth_cells(level, stride, job, first + pdi_smooth_part(count, part),
+                            first + pdi_smooth_part(count, part + 1), 1);
+}
+
+/* A job on the cells of one colour: they do not touch each other. */
+PDI_FN void pdi_smooth_colour(const pd_ctx *ctx, const pd_smooth_level *level, pdi_smooth_job job, int colour)
+{
+    if (level->row) {
+        pdi_smooth_range(ctx, level, job, colour ? level->red : 0, colour ? level->cells - level->red : level->red);
+        return;
+    }
+    int32_t stride[PD_DIM], n0 = level->n[0], rows = level->cells / n0;
+    pdi_smooth_strides(level, stride);
+    int nt = pdi_par_threads(ctx, (int64_t)level->cells * PDI_SMOOTH_WORK);
+    (void)nt;
+    PDI_PARALLEL_FOR(nt)
+    for (int32_t r = 0; r < rows; r++)
+        pdi_smooth_cells(level, stride, job, r * n0 + (pdi_smooth_row_colour(level, r) ^ colour), (r + 1) * n0,
+                            2);
+}
+
+/* Gauss-Seidel forth and back along one line. */
+static inline void pdi_smooth_line(const pd_smooth_level *level, const int32_t *stride, int32_t line)
+{
+    int32_t first = level->row ? level->line[line] : line * level->n[0];
+    int32_t end = level->row ? level->line[line + 1] : first + level->n[0];
+    float *x = level->x;
+    const float *b = level->b, *inv = level->inv;
+    for (int32_t c = first; c < end; c++) x[c] = (b[c] + pdi_smooth_sum(level, stride, c)) * inv[c];
+    for (int32_t c = end - 1; c >= first; c--) x[c] = (b[c] + pdi_smooth_sum(level, stride, c)) * inv[c];
+}
+
+/* Lines of the slabs, ascending or descending; slabs of one parity do not touch each other. */
+PDI_FN void pdi_smooth_lines(const pd_ctx *ctx, const pd_smooth_level *level, int descending)
+{
+    int32_t stride[PD_DIM], planes = PD_DIM > 1 ? level->n[PD_DIM - 1] : 1, lines = 1;
+    pdi_smooth_strides(level, stride);
+    for (int d = 1; d < PD_DIM; d++) lines *= level->n[d];
+    int slabs = level->cells < PDI_SMOOTH_SLAB_CELLS ? 1 : (int)(planes / PDI_SMOOTH_SLAB_PLANES);
+    if (slabs > PDI_SMOOTH_SLABS) slabs = PDI_SMOOTH_SLABS;
+    if (slabs > 1 && level->wrap[PD_DIM - 1]) slabs -= slabs % 2; /* the last slab touches the first */
+    if (slabs < 1) slabs = 1;
+    int nt = slabs > 1 ? pdi_par_threads(ctx, (int64_t)level->cells * PDI_SMOOTH_WORK) : 1;
+    (void)nt;
+    for (int half = 0; half < 2; half++) {
+        int parity = descending ? 1 - half : half;
+        PDI_PARALLEL_FOR(nt)
+        for (int s = parity; s < slabs; s += 2) {
+            int32_t first = (int32_t)((int64_t)planes * s / slabs) * (lines / planes);
+            int32_t end = (int32_t)((int64_t)planes * (s + 1) / slabs) * (lines / planes);
+            for (int32_t q = first; q < end; q++)
+                pdi_smooth_line(level, stride, descending ? first + end - 1 - q : q);
+        }
+    }
+}
+
+#undef PDI_SMOOTH_SLABS
+#undef PDI_SMOOTH_SLAB_PLANES
+#undef PDI_SMOOTH_SLAB_CELLS
+
 /* ======== >>multigrid.c ======== */
 /* multigrid: see multigrid.h
  *
@@ -8730,24 +8945,7 @@ pd_status pd_krylov_solve(pd_ctx *ctx, pd_krylov *krylov, pd_apply_fn apply, pd_
 #define PDI_MULTIGRID_FLOOR 1e-6f
 #define PDI_MULTIGRID_NONE (-1)
 
-/* Lines are swept in slabs along the last axis, even slabs then odd ones; the partition depends on the size only. */
-#define PDI_MULTIGRID_SLABS 8
-#define PDI_MULTIGRID_SLAB_PLANES 16
-#define PDI_MULTIGRID_SLAB_CELLS 16384
-
-/* Loops over cells are cut into this many parts. */
-#define PDI_MULTIGRID_PARTS 64
-/* Operations a cell, to decide on threads. */
-#define PDI_MULTIGRID_WORK (4 * PD_DIM)
-
 /* ---- memory ---- */
-
-static int32_t pdi_multigrid_stride(const int *n, int d)
-{
-    int32_t stride = 1;
-    for (int e = 0; e < d; e++) stride *= n[e];
-    return stride;
-}
 
 /* Floats of level 0: x and the coefficients with their pads, b, r, inv. */
 static size_t pdi_multigrid_store(const pd_multigrid *mg)
@@ -8756,11 +8954,27 @@ static size_t pdi_multigrid_store(const pd_multigrid *mg)
     return padded * (cells + 2 * (size_t)mg->pad) + 3 * cells;
 }
 
+/* 1: the ends of an axis of n blocks are linked, when its ends on the level above are. Red-black sweeps need an even
+ * number, else both ends have one colour. */
+static int pdi_multigrid_wraps(const pd_multigrid *mg, int n, int above)
+{
+    return above && n > 2 && !(mg->desc.symmetric && n % 2);
+}
+
+static void pdi_multigrid_edges(pd_smooth_level *fine)
+{
+    for (int d = 0; d < PD_DIM; d++) {
+        int32_t stride = pdi_smooth_stride(fine->n, d);
+        for (int32_t c = 0; fine->wrap[d] && c < fine->cells; c++)
+            if (c / stride % fine->n[d] % (fine->n[d] - 1) == 0) fine->edge[c] = 1;
+    }
+}
+
 pd_status pd_multigrid_build(pd_ctx *ctx, const pd_multigrid_desc *desc, pd_multigrid *mg)
 {
     memset(mg, 0, sizeof *mg);
     mg->desc = *desc;
-    pd_multigrid_level *fine = &mg->level[0];
+    pd_smooth_level *fine = &mg->level[0];
     int64_t cells = 1;
     for (int d = 0; d < PD_DIM; d++) {
         if (desc->n[d] < 1 || desc->stride[d] < 1 || desc->first < 0)
@@ -8773,21 +8987,27 @@ pd_status pd_multigrid_build(pd_ctx *ctx, const pd_multigrid_desc *desc, pd_mult
         fine->last[d] = 1.0f;
     }
     fine->cells = (int32_t)cells;
-    mg->pad = pdi_multigrid_stride(fine->n, PD_DIM - 1);
+    fine->shared = desc->symmetric;
+    for (int d = 0; d < PD_DIM; d++) {
+        fine->wrap[d] = pdi_multigrid_wraps(mg, fine->n[d], desc->periodic[d]);
+        if (fine->wrap[d] && !fine->edge) PDI_TRY(PDI_NEW(ctx, "multigrid", cells, fine->edge));
+    }
+    mg->pad = pdi_smooth_stride(fine->n, PD_DIM - 1);
     PDI_TRY(PDI_NEW(ctx, "multigrid", pdi_multigrid_store(mg), mg->store));
     float *next = mg->store + mg->pad;
     int64_t length = cells + 2 * (int64_t)mg->pad;
     fine->x = next;
     for (int d = 0; d < PD_DIM; d++) fine->hi[d] = next += length;
     for (int d = 0; d < PD_DIM; d++)
-        fine->lo[d] = desc->symmetric ? fine->hi[d] - pdi_multigrid_stride(fine->n, d) : (next += length);
+        fine->lo[d] = desc->symmetric ? fine->hi[d] - pdi_smooth_stride(fine->n, d) : (next += length);
     fine->b = next + cells + mg->pad;
     fine->r = fine->b + cells;
     fine->inv = fine->r + cells;
+    pdi_multigrid_edges(fine);
     return PDI_NEW(ctx, "multigrid", cells, fine->parent);
 }
 
-static void pdi_multigrid_level_free(pd_ctx *ctx, pd_multigrid_level *level)
+static void pdi_multigrid_level_free(pd_ctx *ctx, pd_smooth_level *level)
 {
     size_t cells = (size_t)level->cell_capacity, links = (size_t)level->link_capacity;
     PDI_DELETE(ctx, 4 * cells, level->values);
@@ -8805,6 +9025,7 @@ void pd_multigrid_free(pd_ctx *ctx, pd_multigrid *mg)
     PDI_DELETE(ctx, pdi_multigrid_store(mg), mg->store);
     PDI_DELETE(ctx, mg->level[0].cells + 3, mg->mark);
     PDI_DELETE(ctx, mg->level[0].cells, mg->level[0].parent);
+    PDI_DELETE(ctx, mg->level[0].cells, mg->level[0].edge);
     for (int l = 1; l < PD_MULTIGRID_LEVELS; l++) pdi_multigrid_level_free(ctx, &mg->level[l]);
     mg->levels = 0;
 }
@@ -8820,7 +9041,7 @@ static pd_status pdi_multigrid_reserve_list(pd_ctx *ctx, int32_t **list, int32_t
     return PD_OK;
 }
 
-static pd_status pdi_multigrid_reserve_cells(pd_ctx *ctx, pd_multigrid_level *level, int32_t cells)
+static pd_status pdi_multigrid_reserve_cells(pd_ctx *ctx, pd_smooth_level *level, int32_t cells)
 {
     if (cells <= level->cell_capacity && level->values && level->indices) return PD_OK;
     size_t room = (size_t)cells;
@@ -8839,7 +9060,7 @@ static pd_status pdi_multigrid_reserve_cells(pd_ctx *ctx, pd_multigrid_level *le
     return PD_OK;
 }
 
-static pd_status pdi_multigrid_reserve_links(pd_ctx *ctx, pd_multigrid_level *level, int32_t links)
+static pd_status pdi_multigrid_reserve_links(pd_ctx *ctx, pd_smooth_level *level, int32_t links)
 {
     if (links <= level->link_capacity && level->a && level->col && level->face) return PD_OK;
     size_t old = (size_t)level->link_capacity, room = (size_t)links;
@@ -8863,7 +9084,7 @@ typedef struct pdi_multigrid_link {
 } pdi_multigrid_link;
 
 /* Link k of cell c; 0: closed. */
-static int pdi_multigrid_link_get(const pd_multigrid_level *level, int32_t c, int32_t k, pdi_multigrid_link *link)
+static int pdi_multigrid_link_get(const pd_smooth_level *level, int32_t c, int32_t k, pdi_multigrid_link *link)
 {
     if (level->row) {
         link->cell = level->col[k];
@@ -8875,7 +9096,14 @@ static int pdi_multigrid_link_get(const pd_multigrid_level *level, int32_t c, in
     }
     link->axis = k >> 1;
     link->upper = k & 1;
-    int32_t stride = pdi_multigrid_stride(level->n, link->axis);
+    int32_t stride = pdi_smooth_stride(level->n, link->axis);
+    if (level->edge && level->edge[c]) {
+        link->cell = pdi_smooth_across(level, stride, link->axis, link->upper, c);
+        if (link->cell < 0) return 0;
+        link->a = pdi_smooth_edge_coefficient(level, link->axis, link->upper, c, link->cell);
+        link->back = pdi_smooth_edge_coefficient(level, link->axis, !link->upper, link->cell, c);
+        return link->a + link->back > 0.0f;
+    }
     link->cell = link->upper ? c + stride : c - stride;
     link->a = link->upper ? level->hi[link->axis][c] : level->lo[link->axis][c];
     link->back = link->upper ? level->lo[link->axis][c + stride] : level->hi[link->axis][c - stride];
@@ -8887,7 +9115,7 @@ static int pdi_multigrid_link_get(const pd_multigrid_level *level, int32_t c, in
     for (int32_t k = (level)->row ? (level)->row[c] : 0; k < ((level)->row ? (level)->row[(c) + 1] : 2 * PD_DIM); k++) \
         if (pdi_multigrid_link_get((level), (c), k, &(link)))
 
-static void pdi_multigrid_block_index(const pd_multigrid_level *level, int32_t c, int *i)
+static void pdi_multigrid_block_index(const pd_smooth_level *level, int32_t c, int *i)
 {
     int32_t rest = level->block ? level->block[c] : c;
     for (int d = 0; d < PD_DIM; d++) {
@@ -8924,18 +9152,19 @@ static double pdi_multigrid_scale(double largest)
 static void pdi_multigrid_fine_faces(pd_multigrid *mg, int d, const uint8_t *active, const float *conduct,
                                      const float *flux)
 {
-    pd_multigrid_level *fine = &mg->level[0];
-    int32_t stride = pdi_multigrid_stride(fine->n, d), n = fine->n[d];
+    pd_smooth_level *fine = &mg->level[0];
+    int32_t stride = pdi_smooth_stride(fine->n, d), n = fine->n[d];
     double scale = mg->scale; /* may exceed the range of float */
     float *hi = fine->hi[d], *lo = fine->lo[d];
     for (int32_t c = 0; c < fine->cells; c++) {
         int inside = c / stride % n < n - 1;
-        int open = inside && active[c] && active[c + stride];
+        int32_t above = inside ? c + stride : fine->wrap[d] ? c - (n - 1) * stride : -1;
+        int open = above >= 0 && active[c] && active[above];
         float g = open ? (float)(scale * (double)conduct[c]) : 0.0f;
         float f = open && flux ? (float)(scale * (double)flux[c]) : 0.0f;
         hi[c] = g + (f < 0.0f ? -f : 0.0f);
-        /* with symmetric storage both are the same element; at the upper side of the box there is no neighbour */
-        if (inside) lo[c + stride] = g + (f > 0.0f ? f : 0.0f);
+        /* with symmetric storage both are the same element, which across the box is found by the neighbour */
+        if (inside || (above >= 0 && !fine->shared)) lo[above] = g + (f > 0.0f ? f : 0.0f);
     }
 }
 
@@ -8943,7 +9172,7 @@ static void pdi_multigrid_fine_faces(pd_multigrid *mg, int d, const uint8_t *act
 static void pdi_multigrid_fine(pd_multigrid *mg, const uint8_t *active, const float *const conduct[PD_DIM],
                                const float *const *flux, const float *wall, const float *mass)
 {
-    pd_multigrid_level *fine = &mg->level[0];
+    pd_smooth_level *fine = &mg->level[0];
     for (int d = 0; d < PD_DIM; d++)
         pdi_multigrid_fine_faces(mg, d, active, conduct[d], flux ? flux[d] : NULL);
     for (int32_t c = 0; c < fine->cells; c++) {
@@ -8960,7 +9189,7 @@ static void pdi_multigrid_fine(pd_multigrid *mg, const uint8_t *active, const fl
 /* ---- setup: coarsening ---- */
 
 /* Choose the axes to halve; 0: no cell has a link any more. */
-static int pdi_multigrid_choose(pd_multigrid_level *level)
+static int pdi_multigrid_choose(pd_smooth_level *level)
 {
     double sum[PD_DIM], count[PD_DIM], strongest = 0.0;
     for (int d = 0; d < PD_DIM; d++) sum[d] = count[d] = 0.0;
@@ -8983,8 +9212,8 @@ static int pdi_multigrid_choose(pd_multigrid_level *level)
 }
 
 /* Coarse block of a cell. key: what coarse cells are sorted by, the colour for red-black sweeps, else the block. */
-static int32_t pdi_multigrid_coarse_block(const pd_multigrid *mg, const pd_multigrid_level *level,
-                                          const pd_multigrid_level *coarse, int32_t c, int32_t *key)
+static int32_t pdi_multigrid_coarse_block(const pd_multigrid *mg, const pd_smooth_level *level,
+                                          const pd_smooth_level *coarse, int32_t c, int32_t *key)
 {
     int i[PD_DIM], sum = 0;
     int32_t block = 0;
@@ -9012,7 +9241,7 @@ static int32_t pdi_multigrid_root(int32_t *parent, int32_t c)
 }
 
 /* Join linked cells of one block. A cell without links is solved by its diagonal and needs no parent. */
-static void pdi_multigrid_join(pd_multigrid_level *level)
+static void pdi_multigrid_join(pd_smooth_level *level)
 {
     int32_t *parent = level->parent;
     pdi_multigrid_link link;
@@ -9028,6 +9257,7 @@ static void pdi_multigrid_join(pd_multigrid_level *level)
         {
             /* only links to the other half of the own block, each once */
             if (!link.upper || !level->halve[link.axis] || (i[link.axis] & 1)) continue;
+            if (i[link.axis] == level->n[link.axis] - 1) continue; /* across the box */
             int32_t p = pdi_multigrid_root(parent, c), q = pdi_multigrid_root(parent, link.cell);
             if (p < q) parent[q] = p;
             if (q < p) parent[p] = q;
@@ -9036,7 +9266,7 @@ static void pdi_multigrid_join(pd_multigrid_level *level)
 }
 
 /* Where the colours or the lines begin, from the key counts; turns counts into offsets. */
-static pd_status pdi_multigrid_order(pd_ctx *ctx, pd_multigrid *mg, pd_multigrid_level *coarse, int32_t keys)
+static pd_status pdi_multigrid_order(pd_ctx *ctx, pd_multigrid *mg, pd_smooth_level *coarse, int32_t keys)
 {
     int32_t *offset = mg->mark;
     for (int32_t k = 0; k < keys; k++) offset[k + 1] += offset[k];
@@ -9049,12 +9279,13 @@ static pd_status pdi_multigrid_order(pd_ctx *ctx, pd_multigrid *mg, pd_multigrid
 }
 
 /* Number the joined cells and turn parent into those numbers. */
-static pd_status pdi_multigrid_number(pd_ctx *ctx, pd_multigrid *mg, pd_multigrid_level *level,
-                                      pd_multigrid_level *coarse)
+static pd_status pdi_multigrid_number(pd_ctx *ctx, pd_multigrid *mg, pd_smooth_level *level,
+                                      pd_smooth_level *coarse)
 {
     int32_t *parent = level->parent, *offset = mg->mark, keys = mg->desc.symmetric ? 2 : 1, cells = 0, key;
     for (int d = 0; d < PD_DIM; d++) {
         coarse->n[d] = level->halve[d] ? (level->n[d] + 1) / 2 : level->n[d];
+        coarse->wrap[d] = pdi_multigrid_wraps(mg, coarse->n[d], level->wrap[d]);
         if (!mg->desc.symmetric) keys *= coarse->n[d];
     }
     for (int32_t k = 0; k <= keys; k++) offset[k] = 0;
@@ -9082,7 +9313,7 @@ static pd_status pdi_multigrid_number(pd_ctx *ctx, pd_multigrid *mg, pd_multigri
     return PD_OK;
 }
 
-static pd_status pdi_multigrid_children(pd_ctx *ctx, const pd_multigrid_level *level, pd_multigrid_level *coarse)
+static pd_status pdi_multigrid_children(pd_ctx *ctx, const pd_smooth_level *level, pd_smooth_level *coarse)
 {
     int32_t *first = coarse->child_first;
     for (int32_t p = 0; p <= coarse->cells; p++) first[p] = 0;
@@ -9099,7 +9330,7 @@ static pd_status pdi_multigrid_children(pd_ctx *ctx, const pd_multigrid_level *l
 }
 
 /* Widths of the last blocks, which odd sizes leave thinner (unit: width of the others). */
-static void pdi_multigrid_widths(const pd_multigrid_level *level, pd_multigrid_level *coarse)
+static void pdi_multigrid_widths(const pd_smooth_level *level, pd_smooth_level *coarse)
 {
     for (int d = 0; d < PD_DIM; d++) {
         float last = level->last[d];
@@ -9108,12 +9339,13 @@ static void pdi_multigrid_widths(const pd_multigrid_level *level, pd_multigrid_l
 }
 
 /* Share of the conductance of a face that is left when the distance of its cells grows from this level to the next. */
-static float pdi_multigrid_link_factor(const pd_multigrid_level *level, const pd_multigrid_level *coarse,
+static float pdi_multigrid_link_factor(const pd_smooth_level *level, const pd_smooth_level *coarse,
                                        const int *i, const pdi_multigrid_link *link)
 {
     int d = link->axis, n = level->n[d];
     if (!level->halve[d]) return 1.0f;
     int above = i[d] + link->upper; /* block above the face */
+    if (above == 0 || above == n) return (1.0f + level->last[d]) / (1.0f + coarse->last[d]) * 0.5f;
     float fine = above == n - 1 ? 0.5f * (1.0f + level->last[d]) : 1.0f;
     return fine / (above / 2 == coarse->n[d] - 1 ? 1.0f + coarse->last[d] : 2.0f);
 }
@@ -9121,7 +9353,7 @@ static float pdi_multigrid_link_factor(const pd_multigrid_level *level, const pd
 /* The same for the half cell before a Dirichlet wall. Its normal is unknown; when all axes are halved any will do but
  * for last blocks, which mostly face the side of the box. Otherwise the strong axis is halved alone: its walls then
  * become too stiff, which does less harm than soft walls on the others. */
-static float pdi_multigrid_wall_factor(const pd_multigrid_level *level, const pd_multigrid_level *coarse, int32_t p)
+static float pdi_multigrid_wall_factor(const pd_smooth_level *level, const pd_smooth_level *coarse, int32_t p)
 {
     int i[PD_DIM];
     float factor = 0.5f;
@@ -9134,10 +9366,18 @@ static float pdi_multigrid_wall_factor(const pd_multigrid_level *level, const pd
     return factor;
 }
 
+/* 1: a link across the box that the next level does without. */
+static int pdi_multigrid_parted(const pd_smooth_level *level, const pd_smooth_level *coarse, const int *i,
+                                const pdi_multigrid_link *link)
+{
+    int d = link->axis;
+    return level->wrap[d] && !coarse->wrap[d] && i[d] == (link->upper ? level->n[d] - 1 : 0);
+}
+
 /* Row p of the coarse links, found through the children: conductances of the faces are summed and reduced as the
  * distance of the centres grows; flows are summed and taken upwind anew.
  * fill 0: only count. Returns the end of the row. */
-static int32_t pdi_multigrid_coarse_row(pd_multigrid *mg, const pd_multigrid_level *level, pd_multigrid_level *coarse,
+static int32_t pdi_multigrid_coarse_row(pd_multigrid *mg, const pd_smooth_level *level, pd_smooth_level *coarse,
                                         int32_t p, int32_t start, int fill)
 {
     int32_t end = start, *mark = mg->mark;
@@ -9149,7 +9389,7 @@ static int32_t pdi_multigrid_coarse_row(pd_multigrid *mg, const pd_multigrid_lev
         PDI_MULTIGRID_LINKS(level, c, k, link)
         {
             int32_t q = level->parent[link.cell];
-            if (q == p) continue;
+            if (q == p || pdi_multigrid_parted(level, coarse, i, &link)) continue;
             int fresh = mark[q] < start || mark[q] >= end;
             if (fresh) mark[q] = end++;
             if (!fill) continue;
@@ -9172,8 +9412,8 @@ static int32_t pdi_multigrid_coarse_row(pd_multigrid *mg, const pd_multigrid_lev
     return end;
 }
 
-static pd_status pdi_multigrid_coarse_links(pd_ctx *ctx, pd_multigrid *mg, const pd_multigrid_level *level,
-                                            pd_multigrid_level *coarse)
+static pd_status pdi_multigrid_coarse_links(pd_ctx *ctx, pd_multigrid *mg, const pd_smooth_level *level,
+                                            pd_smooth_level *coarse)
 {
     for (int32_t p = 0; p < coarse->cells; p++) mg->mark[p] = -1;
     coarse->row[0] = 0;
@@ -9185,7 +9425,7 @@ static pd_status pdi_multigrid_coarse_links(pd_ctx *ctx, pd_multigrid *mg, const
     return PD_OK;
 }
 
-static void pdi_multigrid_coarse_diagonal(const pd_multigrid_level *level, pd_multigrid_level *coarse)
+static void pdi_multigrid_coarse_diagonal(const pd_smooth_level *level, pd_smooth_level *coarse)
 {
     for (int32_t p = 0; p < coarse->cells; p++) {
         float mass = 0.0f, wall = 0.0f, links = 0.0f, stiff = 0.0f;
@@ -9209,7 +9449,7 @@ static void pdi_multigrid_coarse_diagonal(const pd_multigrid_level *level, pd_mu
 static pd_status pdi_multigrid_coarsen(pd_ctx *ctx, pd_multigrid *mg)
 {
     for (int l = 0; pdi_multigrid_choose(&mg->level[l]); l++) {
-        pd_multigrid_level *level = &mg->level[l], *coarse = level + 1;
+        pd_smooth_level *level = &mg->level[l], *coarse = level + 1;
         if (l + 1 == PD_MULTIGRID_LEVELS)
             return pdi_fail(ctx, PD_ERR_INTERNAL, "multigrid", "more than %d levels", PD_MULTIGRID_LEVELS);
         pdi_multigrid_join(level);
@@ -9251,146 +9491,10 @@ pd_status pd_multigrid_setup(pd_ctx *ctx, pd_multigrid *mg, const uint8_t *activ
 
 /* ---- cycle: x of a level from its b ---- */
 
-/* sum over links of a x */
-static inline float pdi_multigrid_fine_sum(const pd_multigrid_level *fine, const int32_t *stride, int32_t c)
-{
-    float sum = 0.0f;
-    for (int d = 0; d < PD_DIM; d++)
-        sum += fine->lo[d][c] * fine->x[c - stride[d]] + fine->hi[d][c] * fine->x[c + stride[d]];
-    return sum;
-}
-
-static inline float pdi_multigrid_coarse_sum(const pd_multigrid_level *level, int32_t c)
-{
-    float sum = 0.0f;
-    for (int32_t k = level->row[c]; k < level->row[c + 1]; k++) sum += level->a[k] * level->x[level->col[k]];
-    return sum;
-}
-
-static inline float pdi_multigrid_sum(const pd_multigrid_level *level, const int32_t *stride, int32_t c)
-{
-    return level->row ? pdi_multigrid_coarse_sum(level, c) : pdi_multigrid_fine_sum(level, stride, c);
-}
-
-typedef enum pdi_multigrid_job {
-    PDI_MULTIGRID_START,    /* x = b / diag */
-    PDI_MULTIGRID_SMOOTH,   /* x = (b + sum a x) / diag */
-    PDI_MULTIGRID_RESIDUAL, /* r = b + sum a x - diag x */
-    PDI_MULTIGRID_PROLONG   /* x += x of the parent */
-} pdi_multigrid_job;
-
-/* One job on the cells first, first + step, ... before end. */
-static inline void pdi_multigrid_cells(const pd_multigrid_level *level, const int32_t *stride, pdi_multigrid_job job,
-                                       int32_t first, int32_t end, int32_t step)
-{
-    float *x = level->x;
-    const float *b = level->b, *inv = level->inv;
-    switch (job) {
-    case PDI_MULTIGRID_START:
-        for (int32_t c = first; c < end; c += step) x[c] = b[c] * inv[c];
-        break;
-    case PDI_MULTIGRID_SMOOTH:
-        for (int32_t c = first; c < end; c += step) x[c] = (b[c] + pdi_multigrid_sum(level, stride, c)) * inv[c];
-        break;
-    case PDI_MULTIGRID_RESIDUAL:
-        for (int32_t c = first; c < end; c += step)
-            level->r[c] = inv[c] > 0.0f ? b[c] + pdi_multigrid_sum(level, stride, c) - x[c] / inv[c] : 0.0f;
-        break;
-    case PDI_MULTIGRID_PROLONG: /* the levels lie in one array: the next one is level + 1 */
-        for (int32_t c = first; c < end; c += step)
-            if (level->parent[c] >= 0) x[c] += level[1].x[level->parent[c]];
-        break;
-    }
-}
-
-static void pdi_multigrid_strides(const pd_multigrid_level *level, int32_t *stride)
-{
-    for (int d = 0; d < PD_DIM; d++) stride[d] = pdi_multigrid_stride(level->n, d);
-}
-
-/* Colour of the first cell of row r of level 0. */
-static int pdi_multigrid_row_colour(const pd_multigrid_level *fine, int32_t r)
-{
-    int sum = 0;
-    for (int d = 1; d < PD_DIM; d++) {
-        sum += (int)(r % fine->n[d]);
-        r /= fine->n[d];
-    }
-    return sum & 1;
-}
-
-/* Begin of a part of a loop over count items. */
-static int32_t pdi_multigrid_part(int64_t count, int part) { return (int32_t)(count * part / PDI_MULTIGRID_PARTS); }
-
-/* A job on count cells from `first`, in any order. */
-static void pdi_multigrid_range(const pd_ctx *ctx, const pd_multigrid_level *level, pdi_multigrid_job job,
-                                int32_t first, int32_t count)
-{
-    int32_t stride[PD_DIM];
-    pdi_multigrid_strides(level, stride);
-    int nt = pdi_par_threads(ctx, (int64_t)count * PDI_MULTIGRID_WORK);
-    (void)nt;
-    PDI_PARALLEL_FOR(nt)
-    for (int part = 0; part < PDI_MULTIGRID_PARTS; part++)
-        pdi_multigrid_cells(level, stride, job, first + pdi_multigrid_part(count, part),
-                            first + pdi_multigrid_part(count, part + 1), 1);
-}
-
-/* A job on the cells of one colour: they do not touch each other. */
-static void pdi_multigrid_colour(const pd_ctx *ctx, const pd_multigrid_level *level, pdi_multigrid_job job, int colour)
-{
-    if (level->row) {
-        pdi_multigrid_range(ctx, level, job, colour ? level->red : 0, colour ? level->cells - level->red : level->red);
-        return;
-    }
-    int32_t stride[PD_DIM], n0 = level->n[0], rows = level->cells / n0;
-    pdi_multigrid_strides(level, stride);
-    int nt = pdi_par_threads(ctx, (int64_t)level->cells * PDI_MULTIGRID_WORK);
-    (void)nt;
-    PDI_PARALLEL_FOR(nt)
-    for (int32_t r = 0; r < rows; r++)
-        pdi_multigrid_cells(level, stride, job, r * n0 + (pdi_multigrid_row_colour(level, r) ^ colour), (r + 1) * n0,
-                            2);
-}
-
-/* Gauss-Seidel forth and back along one line. */
-static inline void pdi_multigrid_line(const pd_multigrid_level *level, const int32_t *stride, int32_t line)
-{
-    int32_t first = level->row ? level->line[line] : line * level->n[0];
-    int32_t end = level->row ? level->line[line + 1] : first + level->n[0];
-    float *x = level->x;
-    const float *b = level->b, *inv = level->inv;
-    for (int32_t c = first; c < end; c++) x[c] = (b[c] + pdi_multigrid_sum(level, stride, c)) * inv[c];
-    for (int32_t c = end - 1; c >= first; c--) x[c] = (b[c] + pdi_multigrid_sum(level, stride, c)) * inv[c];
-}
-
-/* Lines of the slabs, ascending or descending; slabs of one parity do not touch each other. */
-static void pdi_multigrid_lines(const pd_ctx *ctx, const pd_multigrid_level *level, int descending)
-{
-    int32_t stride[PD_DIM], planes = PD_DIM > 1 ? level->n[PD_DIM - 1] : 1, lines = 1;
-    pdi_multigrid_strides(level, stride);
-    for (int d = 1; d < PD_DIM; d++) lines *= level->n[d];
-    int slabs = level->cells < PDI_MULTIGRID_SLAB_CELLS ? 1 : (int)(planes / PDI_MULTIGRID_SLAB_PLANES);
-    if (slabs > PDI_MULTIGRID_SLABS) slabs = PDI_MULTIGRID_SLABS;
-    if (slabs < 1) slabs = 1;
-    int nt = slabs > 1 ? pdi_par_threads(ctx, (int64_t)level->cells * PDI_MULTIGRID_WORK) : 1;
-    (void)nt;
-    for (int half = 0; half < 2; half++) {
-        int parity = descending ? 1 - half : half;
-        PDI_PARALLEL_FOR(nt)
-        for (int s = parity; s < slabs; s += 2) {
-            int32_t first = (int32_t)((int64_t)planes * s / slabs) * (lines / planes);
-            int32_t end = (int32_t)((int64_t)planes * (s + 1) / slabs) * (lines / planes);
-            for (int32_t q = first; q < end; q++)
-                pdi_multigrid_line(level, stride, descending ? first + end - 1 - q : q);
-        }
-    }
-}
-
 /* b of the next level = sum of r over the children */
-static void pdi_multigrid_restrict(const pd_ctx *ctx, const pd_multigrid_level *level)
+static void pdi_multigrid_restrict(const pd_ctx *ctx, const pd_smooth_level *level)
 {
-    const pd_multigrid_level *coarse = level + 1;
+    const pd_smooth_level *coarse = level + 1;
     int nt = pdi_par_threads(ctx, (int64_t)level->cells);
     (void)nt;
     PDI_PARALLEL_FOR(nt)
@@ -9401,33 +9505,33 @@ static void pdi_multigrid_restrict(const pd_ctx *ctx, const pd_multigrid_level *
     }
 }
 
-static void pdi_multigrid_down(const pd_ctx *ctx, const pd_multigrid *mg, const pd_multigrid_level *level)
+static void pdi_multigrid_down(const pd_ctx *ctx, const pd_multigrid *mg, const pd_smooth_level *level)
 {
     if (mg->desc.symmetric) {
-        pdi_multigrid_colour(ctx, level, PDI_MULTIGRID_START, 0);
-        pdi_multigrid_colour(ctx, level, PDI_MULTIGRID_SMOOTH, 1);
-        pdi_multigrid_colour(ctx, level, PDI_MULTIGRID_SMOOTH, 0);
-        pdi_multigrid_colour(ctx, level, PDI_MULTIGRID_SMOOTH, 1);
-        pdi_multigrid_colour(ctx, level, PDI_MULTIGRID_RESIDUAL, 0); /* r stays 0 on the other colour */
+        pdi_smooth_colour(ctx, level, PDI_SMOOTH_START, 0);
+        pdi_smooth_colour(ctx, level, PDI_SMOOTH_SWEEP, 1);
+        pdi_smooth_colour(ctx, level, PDI_SMOOTH_SWEEP, 0);
+        pdi_smooth_colour(ctx, level, PDI_SMOOTH_SWEEP, 1);
+        pdi_smooth_colour(ctx, level, PDI_SMOOTH_RESIDUAL, 0); /* r stays 0 on the other colour */
     } else {
-        pdi_multigrid_range(ctx, level, PDI_MULTIGRID_START, 0, level->cells);
-        pdi_multigrid_lines(ctx, level, 0);
-        pdi_multigrid_range(ctx, level, PDI_MULTIGRID_RESIDUAL, 0, level->cells);
+        pdi_smooth_range(ctx, level, PDI_SMOOTH_START, 0, level->cells);
+        pdi_smooth_lines(ctx, level, 0);
+        pdi_smooth_range(ctx, level, PDI_SMOOTH_RESIDUAL, 0, level->cells);
     }
     pdi_multigrid_restrict(ctx, level);
 }
 
-static void pdi_multigrid_up(const pd_ctx *ctx, const pd_multigrid *mg, const pd_multigrid_level *level)
+static void pdi_multigrid_up(const pd_ctx *ctx, const pd_multigrid *mg, const pd_smooth_level *level)
 {
     if (mg->desc.symmetric) {
-        pdi_multigrid_colour(ctx, level, PDI_MULTIGRID_PROLONG, 0);
+        pdi_smooth_colour(ctx, level, PDI_SMOOTH_PROLONG, 0);
         for (int sweep = 0; sweep < 2; sweep++) {
-            pdi_multigrid_colour(ctx, level, PDI_MULTIGRID_SMOOTH, 1);
-            pdi_multigrid_colour(ctx, level, PDI_MULTIGRID_SMOOTH, 0);
+            pdi_smooth_colour(ctx, level, PDI_SMOOTH_SWEEP, 1);
+            pdi_smooth_colour(ctx, level, PDI_SMOOTH_SWEEP, 0);
         }
     } else {
-        pdi_multigrid_range(ctx, level, PDI_MULTIGRID_PROLONG, 0, level->cells);
-        pdi_multigrid_lines(ctx, level, 1);
+        pdi_smooth_range(ctx, level, PDI_SMOOTH_PROLONG, 0, level->cells);
+        pdi_smooth_lines(ctx, level, 1);
     }
 }
 
@@ -9453,15 +9557,15 @@ static double pdi_multigrid_weight(const pd_multigrid *mg, int32_t r)
 /* max |rhs| over the cells that take part, by parts of rows. */
 static double pdi_multigrid_rhs_size(const pd_ctx *ctx, const pd_multigrid *mg, const double *rhs)
 {
-    double part[PDI_MULTIGRID_PARTS], largest = 0.0;
-    const pd_multigrid_level *fine = &mg->level[0];
+    double part[PDI_SMOOTH_PARTS], largest = 0.0;
+    const pd_smooth_level *fine = &mg->level[0];
     int64_t rows = fine->cells / fine->n[0];
     int nt = pdi_par_threads(ctx, fine->cells);
     (void)nt;
     PDI_PARALLEL_FOR(nt)
-    for (int q = 0; q < PDI_MULTIGRID_PARTS; q++) {
+    for (int q = 0; q < PDI_SMOOTH_PARTS; q++) {
         part[q] = 0.0;
-        for (int32_t r = pdi_multigrid_part(rows, q); r < pdi_multigrid_part(rows, q + 1); r++) {
+        for (int32_t r = pdi_smooth_part(rows, q); r < pdi_smooth_part(rows, q + 1); r++) {
             int32_t node = pdi_multigrid_row_node(mg, r), base = r * fine->n[0];
             for (int32_t i = 0; i < fine->n[0]; i++) {
                 double size = fine->inv[base + i] > 0.0f ? fabs(rhs[node + i * mg->desc.stride[0]]) : 0.0;
@@ -9470,13 +9574,13 @@ static double pdi_multigrid_rhs_size(const pd_ctx *ctx, const pd_multigrid *mg, 
             }
         }
     }
-    for (int q = 0; q < PDI_MULTIGRID_PARTS; q++) largest = fmax(largest, part[q]);
+    for (int q = 0; q < PDI_SMOOTH_PARTS; q++) largest = fmax(largest, part[q]);
     return largest;
 }
 
 void pd_multigrid_cycle(pd_ctx *ctx, pd_multigrid *mg, const double *rhs, double *x)
 {
-    const pd_multigrid_level *fine = &mg->level[0];
+    const pd_smooth_level *fine = &mg->level[0];
     if (mg->levels == 0) return; /* setup failed or was never called */
     int32_t rows = fine->cells / fine->n[0], n0 = fine->n[0], s0 = mg->desc.stride[0];
     double in = pdi_multigrid_scale(pdi_multigrid_rhs_size(ctx, mg, rhs)), out = mg->scale / in;
@@ -9490,8 +9594,8 @@ void pd_multigrid_cycle(pd_ctx *ctx, pd_multigrid *mg, const double *rhs, double
             fine->b[base + i] = fine->inv[base + i] > 0.0f ? (float)(factor * rhs[node + i * s0]) : 0.0f;
     }
     for (int l = 0; l < mg->levels - 1; l++) pdi_multigrid_down(ctx, mg, &mg->level[l]);
-    const pd_multigrid_level *last = &mg->level[mg->levels - 1]; /* no links are left: the diagonal is the operator */
-    pdi_multigrid_range(ctx, last, PDI_MULTIGRID_START, 0, last->cells);
+    const pd_smooth_level *last = &mg->level[mg->levels - 1]; /* no links are left: the diagonal is the operator */
+    pdi_smooth_range(ctx, last, PDI_SMOOTH_START, 0, last->cells);
     for (int l = mg->levels - 2; l >= 0; l--) pdi_multigrid_up(ctx, mg, &mg->level[l]);
     PDI_PARALLEL_FOR(nt)
     for (int32_t r = 0; r < rows; r++) {
@@ -9549,14 +9653,19 @@ static void pdi_compact_fill_cell(pd_compact *c, int64_t cell, int32_t node, dou
     for (int d = 0; d < PD_DIM; d++) {
         const double *u = v->u ? v->u + (int64_t)d * grid->total : NULL;
         for (int up = 0; up < 2; up++) {
-            int32_t other = up ? node + grid->stride[d] : node - grid->stride[d];
+            int32_t other = up ? node + grid->stride[d] : node - grid->stride[d], source = other;
             double face = 0.5 * (around + pdi_grid_circumference(grid, other));
             double inverse = face / (grid->h[d] * grid->h[d]);
             uint8_t kind = grid->kind[other];
             double diffusivity = field ? field[node] : constant;
+            if (kind == PD_IMAGE) {
+                if (grid->side[2 * d + up] != PD_SIDE_PERIODIC) continue; /* nothing passes a mirror */
+                kind = PD_FLUID;
+                source = pdi_grid_image(grid, other, NULL);
+            }
             if (kind == PD_FLUID) {
                 if (field && diffusivity > 0.0)
-                    diffusivity = 2.0 * diffusivity * field[other] / (diffusivity + field[other]);
+                    diffusivity = 2.0 * diffusivity * field[source] / (diffusivity + field[source]);
                 if (!up) continue;
                 c->conduct[d][cell] =
                     (float)(inverse * (u ? pdi_compact_spread(grid, v, diffusivity, node, other, d) : diffusivity));
@@ -14166,6 +14275,7 @@ pd_status pd_steady_build(pd_ctx *ctx, pd_flow *flow, const pd_steady_desc *desc
         origin[d] = 0;
         md.n[d] = flow->grid->n[d];
         md.stride[d] = flow->grid->stride[d];
+        md.periodic[d] = flow->grid->side[2 * d] == PD_SIDE_PERIODIC;
     }
     md.first = pd_grid_node(flow->grid, origin);
     md.weight = flow->grid->circumference ? flow->grid->circumference + flow->grid->ghost : NULL;
@@ -16281,6 +16391,7 @@ pd_status pd_transport_build(pd_ctx *ctx, const pd_grid *grid, const pd_bonds *b
         origin[d] = 0;
         md.n[d] = grid->n[d];
         md.stride[d] = grid->stride[d];
+        md.periodic[d] = grid->side[2 * d] == PD_SIDE_PERIODIC;
     }
     md.first = pd_grid_node(grid, origin);
     md.weight = grid->circumference ? grid->circumference + grid->ghost : NULL;
