@@ -9,6 +9,7 @@
 #include "cylinder.h"
 #include "transport.h"
 #include "exchange.h"
+#include "turn.h"
 #include "dissolution.h"
 #include "gas.h"
 
@@ -32,6 +33,7 @@ static const val_case *const val_cases[] = {
     &diffusion_case,
     &advection_case,
 #if PD_DIM == 2
+    &turn_case,
     &graetz_case,
 #endif
     &stefan_case,
