@@ -65,6 +65,7 @@
  *   unsteady   time-dependent weakly compressible flow, explicit.
  *   gas        inviscid flow of an ideal gas with energy, explicit in time: shock tubes, blasts, sound.
  *   diffusion  the conductances of bonds beside walls, between materials, and to values that are held on walls.
+ *   limiter    the gradient of a concentration, and the share of its antidiffusive fluxes that a node may keep.
  *   transport  conservative, bounded advection and diffusion of dissolved metal on fluid nodes.
  *   advance    transport in time, of second order, with error-controlled steps.
  *   dissolve   surface-rate dissolution. Solid nodes lose metal through the bonds that join them to fluid.
@@ -825,6 +826,7 @@ typedef struct pd_bonds {
     int32_t *shift;      /* [count] node id of the far end minus that of the node */
     int32_t *line_shift; /* [lines of the stencil] the same for the lines */
     int32_t *cell_shift; /* [cells] the same for the cells of the paths */
+    double norm[PD_DIM]; /* [unit of base m2] sum w xi_a^2 over a whole family */
     pd_ring ring;        /* weights of an axisymmetric grid; empty: planar */
     int32_t *row;        /* [total] row of a node; -1: whole family, or not fluid */
     int32_t rows, capacity;
@@ -2366,6 +2368,9 @@ typedef struct pd_diffusion {
     double *field, *level;              /* [total] [m2/s], [m]; NULL as above */
     double *hold;                       /* [total] [1/s] conductance to held walls, or NULL */
     double *drive;                      /* [total] [mol/m3/s] sum of conductance times held value, or NULL */
+    double *hold_grad, *hold_lean;      /* [PD_DIM][total] [mol/m4], [1/m] held values add grad - lean c to the
+                                         * gradient at their node; or NULL */
+    uint8_t *hold_part;                 /* [total] 1: a cut bond of the node sees no held value, or NULL */
     uint8_t *held;                      /* [count of a family] work */
     double held_least, held_most;       /* [mol/m3] of the values held; least > most: none */
 } pd_diffusion;
@@ -2388,13 +2393,42 @@ PDI_FN void pdi_diffusion_bond(const pd_diffusion *diffusion, int32_t i, int k, 
 
 #endif
 
+/* ======== >>limiter.h ======== */
+/* limiter: the gradient of a concentration, and the share of its antidiffusive fluxes that a node may keep.
+ *
+ * keep = 1 - rho^4 with the ratio rho of the sum of all weighted steps along the bonds to that of their sizes (theory:
+ * eq. 5.4): 1 where the field is nearly linear, 0 where the node is a maximum or minimum of its family. Wall values
+ * count by linear extension. Both change continuously with the field, so Newton's method applies.
+ */
+#ifndef PD_LIMITER_H
+#define PD_LIMITER_H
+
+typedef struct pd_limiter {
+    const pd_bonds *bonds;
+    const pd_diffusion *diffusion;
+    double sum;    /* [1/m2] of the weights of a family */
+    double *slope; /* [PD_DIM][total] [mol/m4] gradient, images included */
+    double *keep;  /* [total] [-] images included; ghosts of inlets 1 */
+} pd_limiter;
+
+#ifdef PDI_INTERNAL
+PDI_FN pd_status pdi_limiter_build(pd_ctx *ctx, const pd_diffusion *diffusion, pd_limiter *limiter);
+/* c [total] with its images and inlets; steps along bonds far below `least` [mol/m3] count as none. */
+PDI_FN void pdi_limiter_update(const pd_ctx *ctx, pd_limiter *limiter, const double *c, double least);
+/* 1 when a family of the nodes i .. i+count-1 may hold ghosts of an inlet or outlet. */
+PDI_FN int pdi_limiter_ports(const pd_bonds *bonds, int32_t i, int count);
+PDI_FN void pdi_limiter_free(pd_ctx *ctx, pd_limiter *limiter);
+#endif
+
+#endif
+
 /* ======== >>transport.h ======== */
 /* transport: conservative, bounded advection and diffusion of dissolved metal on fluid nodes.
  *
- * dc/dt + sum_j F_ij (c_i + c_j)/2 - sum_j (D a + d)(c_j - c_i) = source - absorb c + sum_j alpha d (c_i - c_j)  over
- * open bonds, with F_ij the volume flux of the flow, d = max(|F|/2 - D a, 0) the diffusion that makes the left side an
- * M-matrix (upwinding) and alpha the limiter that gives it back as antidiffusive fluxes where the field stays within
- * its neighbours (theory: eq. 5.1 to 5.5; Kuzmin 2012). Implicit steps solve the left side and iterate on the right.
+ * dc/dt + sum_j F_ij (c_i + c_j)/2 - sum_j (D a + d)(c_j - c_i) = source - absorb c - sum_j alpha d s_ij  over open
+ * bonds, with F_ij the volume flux of the flow and d = max(|F|/2 - D a, 0) the diffusion that makes the left side an
+ * M-matrix (upwinding). The right side gives it back as antidiffusive fluxes along the steps s_ij of the field, where
+ * the limiter alpha allows it (theory: eq. 5.1 to 5.5). Implicit steps are solved by Newton's method.
  * Bonds to solid and wall carry nothing. Every sum over bonds conserves to rounding, converged or not.
  */
 #ifndef PD_TRANSPORT_H
@@ -2414,8 +2448,8 @@ typedef struct pd_transport_desc {
     double initial;         /* [mol/m3] */
     pd_advection advection;
     double tolerance;       /* [-] of the linear solves, relative to the right-hand side; 0: 1e-11 */
-    int max_limiter;        /* limiter iterations of one implicit step; 0: 10 */
-    double limiter_tolerance; /* [-] relative change of the field at which they stop; 0: 1e-3 */
+    int max_limiter;        /* Newton steps on the limited equations in one implicit step; 0: 30 */
+    double limiter_tolerance; /* [-] relative change of the field at which they stop; 0: 1e-7 */
 } pd_transport_desc;
 
 typedef struct pd_transport {
@@ -2424,16 +2458,19 @@ typedef struct pd_transport {
     const pd_bonds *bonds;
     const pd_flow *flow;    /* NULL: fluid at rest */
     pd_diffusion diffusion; /* conductances of the bonds */
+    pd_limiter limiter;     /* with a flow */
     double *c;              /* [total] [mol/m3]; solid nodes: what is left of the solid */
     double *old;            /* [total] [mol/m3] start of the step, work */
     double *source;         /* [total] [mol/m3/s] given by the caller before a step */
     double *absorb;         /* [total] [1/s] likewise; source - absorb c enters the fluid */
     double *carry;          /* [total] [mol/m3] what the last solve left undone; the next step delivers it */
-    double *up, *down;      /* [total] [-] limiter ratios R+ and R- */
     double *anti;           /* [total] [mol/m3/s] limited antidiffusive fluxes in force */
+    double size;            /* [mol/m3] of the field at the start of the step */
+    int upwinding;          /* 1: a node is upwinded */
     uint8_t *upwinded;      /* [total] node lost its antidiffusive fluxes in this step, to keep the bounds */
     double *rhs;            /* [total] [mol/m3/s] work */
     double *work;           /* [2][total] [mol/m3/s] residual, [mol/m3] correction */
+    double *probe;          /* [2][total] [mol/m3] displaced field, [mol/m3/s] its antidiffusive fluxes, work */
     double *repeated;       /* [total] [mol/m3] operand with its images, work; NULL: no periodic or mirror side */
     double dt;              /* [s] of the step in work; 0: none */
     pd_compact compact;
@@ -2446,10 +2483,10 @@ typedef struct pd_transport {
 
 typedef struct pd_transport_result {
     int krylov;     /* iterations */
-    int limiter;    /* limiter iterations */
+    int limiter;    /* Newton steps on the limited equations */
     int bounded;    /* rounds in which nodes were upwinded to keep the bounds */
     double residual; /* [-] last relative residual of the linear solve */
-    double change;  /* [-] last relative change of the limiter iteration */
+    double change;  /* [-] relative change of the field by the last of these steps */
 } pd_transport_result;
 
 #define pd_transport_build PD_NAME(pd_transport_build)
@@ -2474,7 +2511,7 @@ PD_API void pd_transport_update(pd_ctx *ctx, pd_transport *transport);
  * linear solver stopped above its tolerance; what is missing is in carry. */
 PD_API pd_status pd_transport_implicit(pd_ctx *ctx, pd_transport *transport, double dt, pd_transport_result *result);
 /* The steady field, by steps of 1e9 times the exchange time of the slowest node until the field changes by less than
- * the limiter's tolerance. PD_NOT_CONVERGED: the limiter still moves the field by result->change after 60 steps; it is
+ * 1e-6 of itself. PD_NOT_CONVERGED: the limiter still moves the field by result->change after 60 steps; it is
  * bounded and conservative all the same. */
 PD_API pd_status pd_transport_steady(pd_ctx *ctx, pd_transport *transport, pd_transport_result *result);
 /* One forward Euler step. PD_RETRY, nothing changed: dt exceeds pd_transport_limit. */
@@ -7196,6 +7233,9 @@ pd_status pd_bonds_build(pd_ctx *ctx, const pd_stencil *stencil, const pd_grid *
     bonds->grid = grid;
     bonds->all_rows = all_rows;
     bonds->words = (stencil->count + 31) / 32;
+    for (int k = 0; k < stencil->count; k++)
+        for (int d = 0; d < PD_DIM; d++)
+            bonds->norm[d] += stencil->base[k] * stencil->xi[k * PD_DIM + d] * stencil->xi[k * PD_DIM + d];
     PDI_TRY(PDI_NEW(ctx, "bond", stencil->count, bonds->shift));
     PDI_TRY(PDI_NEW(ctx, "bond", stencil->line_first[stencil->kinds], bonds->line_shift));
     PDI_TRY(PDI_NEW(ctx, "bond", stencil->cells, bonds->cell_shift));
@@ -15551,8 +15591,13 @@ static void pdi_diffusion_hold(pd_diffusion *d, int32_t r, uint8_t *held)
         held[k] = 0;
         if (pdi_bond_open(bonds, r, k)) continue;
         double t = pdi_bond_meet(bonds, r, k, x), c = d->desc.held(d->desc.user, x);
+        if (!(c >= 0.0)) d->hold_part[i] = 1;
         if (!(c >= 0.0)) continue;
         held[k] = 1;
+        for (int a = 0; a < PD_DIM; a++) {
+            d->hold_grad[(int64_t)a * bonds->grid->total + i] += s->grad[k * PD_DIM + a] / t * c;
+            d->hold_lean[(int64_t)a * bonds->grid->total + i] += s->grad[k * PD_DIM + a] / t;
+        }
         d->hold[i] += value * lap[k] / t;
         d->drive[i] += value * lap[k] / t * c;
         d->held_least = fmin(d->held_least, c);
@@ -15579,6 +15624,9 @@ void pd_diffusion_update(pd_ctx *ctx, pd_diffusion *d)
         d->cut[i] = pdi_diffusion_cut(bonds, i) ? 1.0f : 0.0f;
         for (int t = 0; t < PD_DIFFUSION_TENSOR; t++) d->tensor[t][i] = 0.0f;
         if (d->hold) d->hold[i] = d->drive[i] = 0.0;
+        if (d->hold) d->hold_part[i] = 0;
+        for (int a = 0; a < PD_DIM && d->hold; a++)
+            d->hold_grad[(int64_t)a * total + i] = d->hold_lean[(int64_t)a * total + i] = 0.0;
     }
     pdi_diffusion_ghosts(d);
     d->held_least = HUGE_VAL;
@@ -15627,6 +15675,9 @@ pd_status pd_diffusion_build(pd_ctx *ctx, const pd_bonds *bonds, const pd_diffus
     PDI_TRY(PDI_NEW(ctx, "diffusion", total, d->cut));
     if (desc->held) PDI_TRY(PDI_NEW(ctx, "diffusion", total, d->hold));
     if (desc->held) PDI_TRY(PDI_NEW(ctx, "diffusion", total, d->drive));
+    if (desc->held) PDI_TRY(PDI_NEW(ctx, "diffusion", total, d->hold_part));
+    if (desc->held) PDI_TRY(PDI_NEW(ctx, "diffusion", PD_DIM * (int64_t)total, d->hold_grad));
+    if (desc->held) PDI_TRY(PDI_NEW(ctx, "diffusion", PD_DIM * (int64_t)total, d->hold_lean));
     if (desc->held) PDI_TRY(PDI_NEW(ctx, "diffusion", bonds->stencil->count, d->held));
     PDI_TRY(pdi_diffusion_fields(ctx, d));
     pd_diffusion_update(ctx, d);
@@ -15674,10 +15725,170 @@ void pd_diffusion_free(pd_ctx *ctx, pd_diffusion *d)
     PDI_DELETE(ctx, total, d->cut);
     PDI_DELETE(ctx, total, d->hold);
     PDI_DELETE(ctx, total, d->drive);
+    PDI_DELETE(ctx, total, d->hold_part);
+    PDI_DELETE(ctx, (int64_t)PD_DIM * total, d->hold_grad);
+    PDI_DELETE(ctx, (int64_t)PD_DIM * total, d->hold_lean);
     PDI_DELETE(ctx, d->bonds ? d->bonds->stencil->count : 0, d->held);
     PDI_DELETE(ctx, total, d->field);
     PDI_DELETE(ctx, total, d->level);
     memset(d, 0, sizeof *d);
+}
+
+/* ======== >>limiter.c ======== */
+/* limiter: see limiter.h */
+#include <math.h>
+#include <string.h>
+
+/* One piece of a sweep: the nodes i .. i+count-1, which are the rows from `row` (-1: whole families). */
+typedef struct pdi_limiter_piece {
+    const double *c; /* [mol/m3] of these nodes */
+    int32_t i, row;
+    int count;
+    double gate[PDI_LANES]; /* 1.0: the bond takes part, 0.0: it does not */
+    double lean[PDI_LANES]; /* the same for the gradient */
+    double bend[PDI_LANES]; /* [mol/m5] sum of the weighted steps */
+    double size[PDI_LANES]; /* [mol/m5] sum of their sizes */
+} pdi_limiter_piece;
+
+PDI_FN int pdi_limiter_ports(const pd_bonds *bonds, int32_t i, int count)
+{
+    const pd_grid *grid = bonds->grid;
+    int at[PD_DIM], reach = bonds->stencil->reach;
+    pdi_grid_index(grid, i, at);
+    for (int d = 0; d < PD_DIM; d++) {
+        int last = d == 0 ? at[0] + count - 1 : at[d];
+        if (pdi_grid_port(grid->side[2 * d]) && at[d] < reach) return 1;
+        if (pdi_grid_port(grid->side[2 * d + 1]) && last >= grid->n[d] - reach) return 1;
+    }
+    return 0;
+}
+
+/* The gradient of the node needs the moments of its open bonds: some of the others see no held value. */
+static int pdi_limiter_cut(const pd_limiter *l, int32_t i)
+{
+    const pd_diffusion *f = l->diffusion;
+    return f->cut[i] > 0.0f && !(f->hold && f->hold[i] > 0.0 && !f->hold_part[i]);
+}
+
+/* Which of the nodes have bond k open; 0: none. Outlets show the value of the node, inlets are no part of the moments
+ * of eq. 3.5. */
+static int pdi_limiter_gates(const pd_limiter *l, pdi_limiter_piece *p, int k, int ports)
+{
+    const pd_bonds *bonds = l->bonds;
+    pdi_lanes open = p->row < 0 ? PDI_LANES_ALL : pdi_bond_open_lanes(bonds, p->row, k, p->count, p->gate);
+    if (open == PDI_LANES_NONE) return 0;
+    for (int b = 0; b < p->count; b++) {
+        if (open == PDI_LANES_ALL) p->gate[b] = 1.0;
+        if (ports && bonds->grid->kind[p->i + b + bonds->shift[k]] == PD_OUTLET) p->gate[b] = 0.0;
+        p->lean[b] = p->gate[b];
+        if (ports && bonds->grid->kind[p->i + b + bonds->shift[k]] == PD_INLET && pdi_limiter_cut(l, p->i + b))
+            p->lean[b] = 0.0;
+    }
+    return 1;
+}
+
+/* What held walls add to the sums and to the gradient of a node, or the moments of its open bonds (eq. 3.5). */
+static void pdi_limiter_walls(const pd_limiter *l, pdi_limiter_piece *p, int b)
+{
+    const pd_diffusion *f = l->diffusion;
+    const pd_bonds *bonds = l->bonds;
+    int32_t i = p->i + b;
+    int64_t total = bonds->grid->total;
+    double c = p->c[b], value = f->field ? f->field[i] : f->desc.diffusivity, sum[PD_DIM], *slope = l->slope + i;
+    if (f->hold && f->hold[i] > 0.0) {
+        double step = (f->drive[i] - f->hold[i] * c) / value;
+        p->bend[b] += step;
+        p->size[b] += fabs(step);
+    }
+    if (!(f->cut[i] > 0.0f)) return;
+    if (!pdi_limiter_cut(l, i)) {
+        for (int d = 0; d < PD_DIM; d++)
+            slope[d * total] += f->hold_grad[d * total + i] - f->hold_lean[d * total + i] * c;
+        return;
+    }
+    const double *moment = bonds->moment + (int64_t)(p->row + b) * PD_DIM * PD_DIM;
+    for (int d = 0; d < PD_DIM; d++) sum[d] = slope[d * total] * bonds->norm[d];
+    for (int d = 0; d < PD_DIM; d++) {
+        slope[d * total] = 0.0;
+        for (int e = 0; e < PD_DIM; e++) slope[d * total] += moment[d * PD_DIM + e] * sum[e];
+    }
+}
+
+static void pdi_limiter_lanes(const pd_limiter *l, pdi_limiter_piece *p, double least)
+{
+    const pd_bonds *bonds = l->bonds;
+    const pd_stencil *s = bonds->stencil;
+    int64_t total = bonds->grid->total;
+    double *slope = l->slope + p->i, *keep = l->keep + p->i, floor_size = least * l->sum;
+    int ports = pdi_limiter_ports(bonds, p->i, p->count), plain = p->row < 0 && !ports;
+    for (int b = 0; b < p->count; b++) {
+        p->bend[b] = p->size[b] = 0.0;
+        p->gate[b] = p->lean[b] = 1.0;
+        for (int d = 0; d < PD_DIM; d++) slope[d * total + b] = 0.0;
+    }
+    for (int k = 0; k < s->count; k++) {
+        const double *far = p->c + bonds->shift[k], *g = s->grad + k * PD_DIM;
+        if (!plain && !pdi_limiter_gates(l, p, k, ports)) continue;
+        for (int b = 0; b < p->count; b++) {
+            double step = far[b] - p->c[b], part = s->lap[k] * p->gate[b] * step;
+            p->bend[b] += part;
+            p->size[b] += fabs(part);
+            for (int d = 0; d < PD_DIM; d++) slope[d * total + b] += g[d] * p->lean[b] * step;
+        }
+    }
+    for (int b = 0; b < p->count && p->row >= 0; b++) pdi_limiter_walls(l, p, b);
+    for (int b = 0; b < p->count; b++) {
+        double below = p->size[b] + floor_size, ratio = below > 0.0 ? (fabs(p->bend[b]) + floor_size) / below : 1.0;
+        keep[b] = 1.0 - ratio * ratio * ratio * ratio;
+    }
+}
+
+static void pdi_limiter_run(const pd_limiter *l, const double *c, double least, int32_t i, int32_t row, int32_t length)
+{
+    pdi_limiter_piece p;
+    for (int32_t at = 0; at < length; at += p.count) {
+        p.count = pdi_bond_piece(length, &at);
+        p.i = i + at;
+        p.row = row < 0 ? row : row + at;
+        p.c = c + p.i;
+        pdi_limiter_lanes(l, &p, least);
+    }
+}
+
+PDI_FN void pdi_limiter_update(const pd_ctx *ctx, pd_limiter *l, const double *c, double least)
+{
+    const pd_bonds *bonds = l->bonds;
+    int nt = pdi_par_threads(ctx, bonds->grid->fluid_count * bonds->stencil->count * 4);
+    (void)nt;
+    PDI_PARALLEL_FOR(nt)
+    for (int32_t run = 0; run < bonds->runs; run++)
+        pdi_limiter_run(l, c, least, bonds->run_first[run], -1, bonds->run_length[run]);
+    PDI_PARALLEL_FOR(nt)
+    for (int32_t b = 0; b < bonds->batches; b++)
+        pdi_limiter_run(l, c, least, bonds->node[bonds->batch_first[b]], bonds->batch_first[b], bonds->batch_length[b]);
+    for (int32_t r = bonds->plain; r < bonds->rows; r++) pdi_limiter_run(l, c, least, bonds->node[r], r, 1);
+    for (int32_t k = bonds->ghosts.count; k < bonds->ghosts.listed; k++) l->keep[bonds->ghosts.node[k]] = 1.0;
+    pd_ghosts_scalar(&bonds->ghosts, l->keep);
+    pd_ghosts_vector(&bonds->ghosts, l->slope);
+}
+
+PDI_FN pd_status pdi_limiter_build(pd_ctx *ctx, const pd_diffusion *diffusion, pd_limiter *l)
+{
+    int64_t total = diffusion->bonds->grid->total;
+    memset(l, 0, sizeof *l);
+    l->bonds = diffusion->bonds;
+    l->diffusion = diffusion;
+    for (int k = 0; k < l->bonds->stencil->count; k++) l->sum += l->bonds->stencil->lap[k];
+    PDI_TRY(PDI_NEW(ctx, "limiter", PD_DIM * total, l->slope));
+    return PDI_NEW(ctx, "limiter", total, l->keep);
+}
+
+PDI_FN void pdi_limiter_free(pd_ctx *ctx, pd_limiter *l)
+{
+    int64_t total = l->bonds ? l->bonds->grid->total : 0;
+    PDI_DELETE(ctx, PD_DIM * total, l->slope);
+    PDI_DELETE(ctx, total, l->keep);
+    memset(l, 0, sizeof *l);
 }
 
 /* ======== >>transport.c ======== */
@@ -15690,18 +15901,31 @@ void pd_diffusion_free(pd_ctx *ctx, pd_diffusion *d)
 #include <math.h>
 #include <string.h>
 
-/* Linear tolerance while the antidiffusive fluxes still move, and their relaxation. */
-#define PDI_TRANSPORT_LOOSE 1e-2
-#define PDI_TRANSPORT_RELAX 0.7
+/* Share of xi.G in the antidiffusive fluxes: damps what alternates from node to node, which a central flux does not
+ * see. */
+#define PDI_TRANSPORT_LEAN 0.3
+/* Steps along bonds far below this share of the field are upwinded. */
+#define PDI_TRANSPORT_FAINT 1e-4
+/* Displacement of a difference quotient over the field, and tolerances of the linear solves of Newton's method. */
+#define PDI_TRANSPORT_PROBE 1e-7
+#define PDI_TRANSPORT_LOOSE 0.1
+#define PDI_TRANSPORT_TIGHT 1e-3
+/* Iterations of one of these, and the shortest step along its direction. */
+#define PDI_TRANSPORT_KRYLOV 60
+#define PDI_TRANSPORT_SHORTEST 0.03
+/* A step that leaves more than this share of the residual ends the iteration. */
+#define PDI_TRANSPORT_STALLED 0.999
 /* Share of the largest value by which a field may leave its bounds: rounding of the linear solve. */
-#define PDI_TRANSPORT_SLACK 1e-9
-/* Linear tolerance that is enough to see bounds broken, over the final one. */
+#define PDI_TRANSPORT_SLACK 3e-10
+/* Tolerance that is enough to limit, and to see bounds broken, over the final one. */
 #define PDI_TRANSPORT_ROUGH 30.0
 /* Rounds of upwinding the nodes that leave their bounds before the whole step is upwinded. */
 #define PDI_TRANSPORT_ROUNDS 20
 /* The steady field: length of a step over the exchange time of the slowest node, and how many. */
 #define PDI_TRANSPORT_LONG 1e9
 #define PDI_TRANSPORT_STEPS 60
+/* Relative change of the field by the last of them. */
+#define PDI_TRANSPORT_SETTLED 1e-6
 
 /* Of bond k of node i: volume flux F [1/s] to the far end, conductance [1/s], and what upwinding adds to it [1/s]. */
 static void pdi_transport_bond(const pd_transport *t, int32_t i, int k, double *flux, double *bond, double *upwind)
@@ -15728,11 +15952,9 @@ static int pdi_transport_open(const pd_transport *t, int32_t i, int k)
     return r < 0 || pdi_bond_open(t->bonds, r, k);
 }
 
-/* What a sweep does with its nodes: y = A c, the limiter ratios of c, or the limited fluxes y = sum alpha d (c_i -
- * c_j). */
+/* What a sweep does with its nodes: y = A c, or the limited antidiffusive fluxes y. */
 typedef enum pdi_transport_task {
     PDI_TRANSPORT_APPLY,
-    PDI_TRANSPORT_RATIOS,
     PDI_TRANSPORT_ANTI
 } pdi_transport_task;
 
@@ -15741,10 +15963,7 @@ typedef struct pdi_transport_sweep {
     const pd_transport *t;
     const double *c;
     double *y;
-    double *up, *down;
 } pdi_transport_sweep;
-
-static double pdi_transport_ratio(double room, double wanted) { return wanted > room ? room / wanted : 1.0; }
 
 /* One bond of the nodes i .. i+count-1: what the tasks need of it. */
 typedef struct pdi_transport_lanes {
@@ -15780,8 +15999,7 @@ static void pdi_transport_flux(const pd_transport *t, int32_t i, int k, const do
     }
 }
 
-/* Beside inlets and outlets: an outlet takes c of the node, and only moves with the flow; antidiffusion stays off
- * inlets, so that it sums to zero over the domain. */
+/* Beside inlets and outlets: an outlet takes c of the node, and only moves with the flow. */
 static void pdi_transport_ends(const pdi_transport_sweep *s, int32_t i, int k, double *tied, pdi_transport_lanes *l)
 {
     int32_t shift = s->t->bonds->shift[k];
@@ -15790,8 +16008,7 @@ static void pdi_transport_ends(const pdi_transport_sweep *s, int32_t i, int k, d
         tied[b] = kind == PD_INLET ? 0.0 : 1.0;
         l->edge[b] = kind == PD_OUTLET ? s->c[i + b] : l->far[b];
         if (!l->gated) l->gate[b] = 1.0;
-        if (kind == PD_OUTLET && s->task != PDI_TRANSPORT_APPLY) l->gate[b] = 0.0;
-        if (kind == PD_INLET && s->task == PDI_TRANSPORT_ANTI) l->gate[b] = 0.0;
+        if (kind == PD_OUTLET && s->task == PDI_TRANSPORT_ANTI) l->gate[b] = 0.0;
     }
     l->far = l->edge;
     l->gated = 1;
@@ -15833,12 +16050,37 @@ static void pdi_transport_apply_lanes(const pdi_transport_sweep *s, int32_t i, i
     memcpy(s->y + i, sum, (size_t)count * sizeof(double));
 }
 
-/* alpha of the bond: the antidiffusive flux d (c_i - c_j) raises the larger end and lowers the smaller one. */
+/* Of bond k: the step D of the field along it, leant towards xi.G of the upwind end, within 0 and 2 D (eq. 5.4). An
+ * inlet has no gradient. */
+static void pdi_transport_lean(const pdi_transport_sweep *s, int32_t i, int k, int ends, const pdi_transport_lanes *l,
+                               double *lean)
+{
+    const pd_transport *t = s->t;
+    int64_t total = t->grid->total;
+    int32_t shift = t->bonds->shift[k];
+    const double *c = s->c + i, *slope = t->limiter.slope + i, *xi = t->bonds->stencil->xi + k * PD_DIM;
+    for (int b = 0; b < l->count; b++) {
+        double step = l->far[b] - c[b], near_x = 0.0, far_x = 0.0;
+        for (int d = 0; d < PD_DIM; d++) {
+            near_x += xi[d] * slope[d * total + b];
+            far_x += xi[d] * slope[d * total + b + shift];
+        }
+        double x = l->flux[b] > 0.0 ? near_x : far_x;
+        double mixed = (1.0 - PDI_TRANSPORT_LEAN) * step + PDI_TRANSPORT_LEAN * x, twice = 2.0 * step;
+        double low = twice < 0.0 ? twice : 0.0, high = twice > 0.0 ? twice : 0.0;
+        mixed = mixed > low ? mixed : low;
+        lean[b] = mixed < high ? mixed : high;
+    }
+    for (int b = 0; b < l->count && ends; b++)
+        if (l->flux[b] <= 0.0 && t->grid->kind[i + b + shift] == PD_INLET) lean[b] = l->far[b] - c[b];
+}
+
+/* y_i = - sum alpha d s with s of pdi_transport_lean and alpha of the upwind end of the bond (eq. 5.4). */
 static void pdi_transport_anti_lanes(const pdi_transport_sweep *s, int32_t i, int32_t row, int count, int ends)
 {
     const pd_transport *t = s->t;
-    const double *c = s->c + i, *up = t->up + i, *down = t->down + i;
-    double sum[PDI_LANES];
+    const double *keep = t->limiter.keep + i;
+    double sum[PDI_LANES], lean[PDI_LANES];
     pdi_transport_lanes l;
     memset(sum, 0, sizeof sum);
     memset(&l, 0, sizeof l);
@@ -15846,58 +16088,13 @@ static void pdi_transport_anti_lanes(const pdi_transport_sweep *s, int32_t i, in
     for (int k = 0; k < t->bonds->stencil->count; k++) {
         int32_t shift = t->bonds->shift[k];
         if (!pdi_transport_bond_lanes(s, i, row, k, ends, &l)) continue;
+        pdi_transport_lean(s, i, k, ends, &l, lean);
         for (int b = 0; b < count; b++) {
-            int falls = c[b] > l.far[b];
-            double one = falls ? up[b] : down[b], two = falls ? down[b + shift] : up[b + shift];
-            double flux = (one < two ? one : two) * l.upwind[b] * (c[b] - l.far[b]);
-            sum[b] += l.gated ? l.gate[b] * flux : flux;
+            double flux = (l.flux[b] > 0.0 ? keep[b] : keep[b + shift]) * l.upwind[b] * lean[b];
+            sum[b] -= l.gated ? l.gate[b] * flux : flux;
         }
     }
     memcpy(s->y + i, sum, (size_t)count * sizeof(double));
-}
-
-static void pdi_transport_ratios_lanes(const pdi_transport_sweep *s, int32_t i, int32_t row, int count, int ends)
-{
-    const pd_transport *t = s->t;
-    const double *c = s->c + i;
-    double plus[PDI_LANES], minus[PDI_LANES], least[PDI_LANES], most[PDI_LANES], weight[PDI_LANES];
-    pdi_transport_lanes l;
-    memset(&l, 0, sizeof l);
-    l.count = count;
-    for (int b = 0; b < count; b++) {
-        plus[b] = minus[b] = weight[b] = 0.0;
-        least[b] = most[b] = c[b];
-    }
-    for (int k = 0; k < t->bonds->stencil->count; k++) {
-        if (!pdi_transport_bond_lanes(s, i, row, k, ends, &l)) continue;
-        for (int b = 0; b < count; b++) {
-            double upwind = l.gated ? l.gate[b] * l.upwind[b] : l.upwind[b];
-            double far = !l.gated || l.gate[b] > 0.0 ? l.far[b] : c[b], anti = upwind * (c[b] - far);
-            plus[b] += anti > 0.0 ? anti : 0.0;
-            minus[b] += anti < 0.0 ? -anti : 0.0;
-            least[b] = far < least[b] ? far : least[b];
-            most[b] = far > most[b] ? far : most[b];
-            weight[b] += upwind;
-        }
-    }
-    for (int b = 0; b < count; b++) {
-        s->up[i + b] = pdi_transport_ratio(weight[b] * (most[b] - c[b]), plus[b]);
-        s->down[i + b] = pdi_transport_ratio(weight[b] * (c[b] - least[b]), minus[b]);
-    }
-}
-
-/* 1 when a family of the nodes i .. i+count-1 may hold ghosts of an inlet or outlet. */
-static int pdi_transport_sees_ends(const pd_transport *t, int32_t i, int count)
-{
-    const pd_grid *grid = t->grid;
-    int at[PD_DIM], reach = t->bonds->stencil->reach;
-    pdi_grid_index(grid, i, at);
-    for (int d = 0; d < PD_DIM; d++) {
-        int last = d == 0 ? at[0] + count - 1 : at[d];
-        if (pdi_grid_port(grid->side[2 * d]) && at[d] < reach) return 1;
-        if (pdi_grid_port(grid->side[2 * d + 1]) && last >= grid->n[d] - reach) return 1;
-    }
-    return 0;
 }
 
 /* `length` consecutive nodes from i, which are the rows from `row` (-1: whole families). */
@@ -15907,10 +16104,9 @@ static void pdi_transport_run(const pdi_transport_sweep *s, int32_t i, int32_t r
     for (int32_t at = 0; at < length; at += count) {
         count = pdi_bond_piece(length, &at);
         int32_t r = row < 0 ? row : row + at;
-        int ends = pdi_transport_sees_ends(s->t, i + at, count);
+        int ends = pdi_limiter_ports(s->t->bonds, i + at, count);
         if (s->task == PDI_TRANSPORT_APPLY) pdi_transport_apply_lanes(s, i + at, r, count, ends);
-        else if (s->task == PDI_TRANSPORT_ANTI) pdi_transport_anti_lanes(s, i + at, r, count, ends);
-        else pdi_transport_ratios_lanes(s, i + at, r, count, ends);
+        else pdi_transport_anti_lanes(s, i + at, r, count, ends);
     }
 }
 
@@ -15944,42 +16140,57 @@ static void pdi_transport_operator(const pd_ctx *ctx, const pd_transport *t, con
     pdi_transport_sweep_all(ctx, &s);
 }
 
-/* Limited antidiffusive fluxes of the present field (eq. 5.4), relaxed into t->anti. Prescribed values of inlets limit
- * nothing. */
-static void pdi_transport_limit_fluxes(const pd_ctx *ctx, pd_transport *t, double relax)
+/* out [total]: limited antidiffusive fluxes of the field c (eq. 5.4), whose images are filled here. */
+static void pdi_transport_anti(const pd_ctx *ctx, pd_transport *t, double *c, double *out)
 {
     pdi_transport_sweep s;
-    const uint8_t *kind = t->grid->kind;
-    const pd_ghosts *ghosts = &t->bonds->ghosts;
-    pd_ghosts_scalar(ghosts, t->c);
+    pd_ghosts_scalar(&t->bonds->ghosts, c);
+    pdi_limiter_update(ctx, &t->limiter, c, PDI_TRANSPORT_FAINT * t->size);
+    if (t->upwinding) {
+        for (int32_t i = 0; i < t->grid->total; i++)
+            if (t->upwinded[i]) t->limiter.keep[i] = 0.0;
+        pd_ghosts_scalar(&t->bonds->ghosts, t->limiter.keep);
+    }
     memset(&s, 0, sizeof s);
     s.t = t;
-    s.c = t->c;
-    s.y = t->work;
-    s.up = t->up;
-    s.down = t->down;
-    s.task = PDI_TRANSPORT_RATIOS;
-    pdi_transport_sweep_all(ctx, &s);
-    for (int32_t i = 0; i < t->grid->total; i++)
-        if (t->upwinded[i]) t->up[i] = t->down[i] = 0.0;
-    pd_ghosts_scalar(ghosts, t->up);
-    pd_ghosts_scalar(ghosts, t->down);
+    s.c = c;
+    s.y = out;
     s.task = PDI_TRANSPORT_ANTI;
     pdi_transport_sweep_all(ctx, &s);
-    for (int32_t i = 0; i < t->grid->total; i++)
-        if (kind[i] == PD_FLUID) t->anti[i] += relax * (t->work[i] - t->anti[i]);
 }
 
 /* What the solver callbacks see. */
 typedef struct pdi_transport_user {
     pd_ctx *ctx;
     pd_transport *t;
+    int limited; /* 1: there are antidiffusive fluxes */
 } pdi_transport_user;
 
 static void pdi_transport_apply(void *user, const double *x, double *y)
 {
     pdi_transport_user *u = (pdi_transport_user *)user;
     pdi_transport_operator(u->ctx, u->t, x, y);
+}
+
+/* y = A x less the derivative of the limited fluxes along x, by a difference quotient. */
+static void pdi_transport_jacobian(void *user, const double *x, double *y)
+{
+    pdi_transport_user *u = (pdi_transport_user *)user;
+    pd_transport *t = u->t;
+    int32_t total = t->grid->total;
+    const uint8_t *kind = t->grid->kind;
+    double size = pdi_par_max_abs(u->ctx, total, x), *probe = t->probe, *moved = t->probe + total;
+    int nt = pdi_par_threads(u->ctx, (int64_t)total * 4);
+    (void)nt;
+    pdi_transport_operator(u->ctx, t, x, y);
+    if (!u->limited || !(size > 0.0)) return;
+    double step = PDI_TRANSPORT_PROBE * t->size / size;
+    PDI_PARALLEL_FOR(nt)
+    for (int32_t i = 0; i < total; i++) probe[i] = kind[i] == PD_FLUID ? t->c[i] + step * x[i] : t->c[i];
+    pdi_transport_anti(u->ctx, t, probe, moved);
+    PDI_PARALLEL_FOR(nt)
+    for (int32_t i = 0; i < total; i++)
+        if (kind[i] == PD_FLUID) y[i] -= (moved[i] - t->anti[i]) / step;
 }
 
 static void pdi_transport_precondition(void *user, const double *x, double *y)
@@ -16087,7 +16298,7 @@ static void pdi_transport_boundary(pd_transport *t)
             double gain = t->diffusion.drive[i] - t->diffusion.hold[i] * t->c[i];
             pdi_sum_add(gain > 0.0 ? &in : &out, fabs(gain) * around);
         }
-        if (!pdi_transport_sees_ends(t, i, 1)) continue;
+        if (!pdi_limiter_ports(t->bonds, i, 1)) continue;
         for (int k = 0; k < t->bonds->stencil->count; k++) {
             if (!pdi_transport_open(t, i, k)) continue;
             uint8_t far_kind = grid->kind[i + t->bonds->shift[k]];
@@ -16095,6 +16306,9 @@ static void pdi_transport_boundary(pd_transport *t)
             if (far_kind == PD_INLET) pdi_sum_add(&in, -around * pdi_transport_bond_flux(t, t->c, i, k));
         }
     }
+    /* between nodes antidiffusive fluxes cancel: their sum came through the inlets */
+    for (int32_t i = 0; i < grid->total; i++)
+        if (grid->kind[i] == PD_FLUID) pdi_sum_add(&in, t->anti[i] * pdi_grid_circumference(grid, i));
     t->outflow = pdi_sum_total(&out) * t->bonds->stencil->volume;
     t->inflow = pdi_sum_total(&in) * t->bonds->stencil->volume;
 }
@@ -16119,28 +16333,45 @@ static void pdi_transport_bounds(const pd_transport *t, const double *start, dou
     *high = fmax(*high, t->diffusion.held_most);
 }
 
-/* Widen the bounds by the rounding of the linear solve. */
-static void pdi_transport_slack(const pd_transport *t, double *low, double *high)
+/* Widen the bounds by a share of the field. */
+static void pdi_transport_slack(const pd_transport *t, double share, double *low, double *high)
 {
     double size = 0.0;
     for (int32_t i = 0; i < t->grid->total; i++)
         if (t->grid->kind[i] == PD_FLUID) size = fmax(size, fabs(t->c[i]));
-    *low -= PDI_TRANSPORT_SLACK * size;
-    *high += PDI_TRANSPORT_SLACK * size;
+    *low -= share * size;
+    *high += share * size;
 }
 
 /* Mark the nodes outside of the bounds; how many are new. */
-static int64_t pdi_transport_mark(pd_transport *t, double low, double high)
+static int64_t pdi_transport_mark(pd_transport *t, double low, double high, double slack)
 {
     int64_t found = 0;
-    pdi_transport_slack(t, &low, &high);
+    pdi_transport_slack(t, slack, &low, &high);
     for (int32_t i = 0; i < t->grid->total; i++) {
         if (t->grid->kind[i] != PD_FLUID || t->upwinded[i]) continue;
         if (t->c[i] >= low && t->c[i] <= high) continue;
         t->upwinded[i] = 1;
         found++;
     }
+    t->upwinding = t->upwinding || found > 0;
     return found;
+}
+
+static void pdi_transport_measure(pd_transport *t)
+{
+    for (int32_t i = 0; i < t->grid->total; i++)
+        if (t->grid->kind[i] == PD_FLUID || t->grid->kind[i] == PD_INLET) t->size = fmax(t->size, fabs(t->c[i]));
+}
+
+/* Begin a step: no node is upwinded, and the size of the field is that of now. Returns 1 when fluxes are limited. */
+static int pdi_transport_start(pd_transport *t)
+{
+    memset(t->upwinded, 0, (size_t)t->grid->total);
+    t->upwinding = 0;
+    t->size = t->diffusion.hold ? fmax(t->diffusion.held_most, 0.0) : 0.0;
+    pdi_transport_measure(t);
+    return t->flow && t->desc.advection == PD_ADVECTION_LIMITED;
 }
 
 /* The limiter bounds a converged field; where the iteration has left the field outside of its bounds, the nodes
@@ -16150,9 +16381,10 @@ static pd_status pdi_transport_enforce(pd_ctx *ctx, pd_transport *t, double atol
     double low, high, change;
     pd_status status = PD_OK;
     pdi_transport_bounds(t, t->old, &low, &high);
-    for (int round = 1; round <= PDI_TRANSPORT_ROUNDS && pdi_transport_mark(t, low, high) > 0; round++) {
+    for (int round = 1; round <= PDI_TRANSPORT_ROUNDS; round++) {
+        if (!pdi_transport_mark(t, low, high, PDI_TRANSPORT_SLACK)) break;
         if (round == PDI_TRANSPORT_ROUNDS) pdi_par_zero(ctx, t->grid->total, t->anti);
-        else pdi_transport_limit_fluxes(ctx, t, 1.0);
+        else pdi_transport_anti(ctx, t, t->c, t->anti);
         pdi_transport_right_side(ctx, t);
         status = pdi_transport_correct(ctx, t, 1e-15, PDI_TRANSPORT_ROUGH * atol, &change, result);
         if (status < 0) return status;
@@ -16161,27 +16393,65 @@ static pd_status pdi_transport_enforce(pd_ctx *ctx, pd_transport *t, double atol
     return pdi_transport_correct(ctx, t, 1e-15, atol, &change, result);
 }
 
-static pd_status pdi_transport_iterate(pd_ctx *ctx, pd_transport *t, double atol, int bounded,
+/* Antidiffusive fluxes, right-hand side and residual of the present field; returns the norm of the residual. */
+static double pdi_transport_evaluate(pd_ctx *ctx, pd_transport *t)
+{
+    pdi_transport_anti(ctx, t, t->c, t->anti);
+    pdi_transport_right_side(ctx, t);
+    pdi_transport_residual(ctx, t, t->work);
+    return sqrt(pdi_par_dot(ctx, t->grid->total, t->work, t->work));
+}
+
+/* c += share delta, where delta is zero at all ghosts. */
+static double pdi_transport_move(pd_ctx *ctx, pd_transport *t, double share, const double *delta)
+{
+    pdi_par_axpy(ctx, t->grid->total, share, delta, t->c);
+    pdi_transport_measure(t);
+    return pdi_transport_evaluate(ctx, t);
+}
+
+/* Newton's method on the limited equations until their residual falls below `goal` [mol/m3/s] or the field stays. Its
+ * linear systems are solved as well as the last step paid (Eisenstat and Walker 1996); a step that does not lower the
+ * residual is halved. */
+static pd_status pdi_transport_newton(pd_ctx *ctx, pd_transport *t, double goal, pd_transport_result *result)
+{
+    pdi_transport_user user;
+    pd_krylov_result linear;
+    double *delta = t->work + t->grid->total, norm = pdi_transport_evaluate(ctx, t), loose = PDI_TRANSPORT_LOOSE;
+    int most = t->krylov.desc.max_iterations;
+    pd_status status = PD_OK;
+    user.ctx = ctx;
+    user.t = t;
+    t->krylov.desc.max_iterations = PDI_TRANSPORT_KRYLOV;
+    while (result->limiter < t->desc.max_limiter && norm > goal) {
+        user.limited = pdi_par_max_abs(ctx, t->grid->total, t->anti) > 0.0;
+        t->krylov.desc.rtol = user.limited ? loose : 1e-15;
+        t->krylov.desc.atol = 0.5 * goal;
+        status = pd_krylov_solve(ctx, &t->krylov, pdi_transport_jacobian, pdi_transport_precondition, &user, t->work,
+                                 delta, &linear);
+        if (status < 0) break;
+        result->krylov += linear.iterations;
+        double moved = pdi_par_max_abs(ctx, t->grid->total, delta), before = norm, share = 1.0;
+        norm = pdi_transport_move(ctx, t, share, delta);
+        for (; norm > before && share > PDI_TRANSPORT_SHORTEST; share *= 0.5)
+            norm = pdi_transport_move(ctx, t, -0.5 * share, delta);
+        result->change = t->size > 0.0 ? share * moved / t->size : 0.0;
+        result->limiter++;
+        if (result->change <= t->desc.limiter_tolerance || norm > PDI_TRANSPORT_STALLED * before) break;
+        loose = fmin(PDI_TRANSPORT_LOOSE, fmax(PDI_TRANSPORT_TIGHT, 0.9 * (norm / before) * (norm / before)));
+    }
+    t->krylov.desc.max_iterations = most;
+    return status < 0 ? status : PD_OK;
+}
+
+static pd_status pdi_transport_iterate(pd_ctx *ctx, pd_transport *t, double size, int bounded,
                                        pd_transport_result *result)
 {
-    pd_status status = PD_OK;
-    int limiter = t->flow && t->desc.advection == PD_ADVECTION_LIMITED;
-    for (int pass = 0;; pass++) {
-        int last = !limiter || pass == t->desc.max_limiter || (pass > 0 && result->change < t->desc.limiter_tolerance);
-        if (limiter && pass > 0) {
-            pdi_transport_limit_fluxes(ctx, t, PDI_TRANSPORT_RELAX);
-            pdi_transport_right_side(ctx, t);
-        }
-        double floor_residual = limiter ? PDI_TRANSPORT_ROUGH * atol : atol;
-        status =
-            pdi_transport_correct(ctx, t, last ? 1e-15 : PDI_TRANSPORT_LOOSE, floor_residual, &result->change, result);
-        result->limiter = pass;
-        if (status < 0) return status;
-        if (last) break;
-    }
-    if (!limiter) return status;
+    double atol = t->desc.tolerance * size, change;
+    if (!pdi_transport_start(t)) return pdi_transport_correct(ctx, t, 1e-15, atol, &result->change, result);
+    PDI_TRY(pdi_transport_newton(ctx, t, PDI_TRANSPORT_ROUGH * atol, result));
     if (bounded) return pdi_transport_enforce(ctx, t, atol, result);
-    return pdi_transport_correct(ctx, t, 1e-15, atol, &result->change, result);
+    return pdi_transport_correct(ctx, t, 1e-15, atol, &change, result);
 }
 
 PDI_FN pd_status pdi_transport_stage(pd_ctx *ctx, pd_transport *t, double dt, int bounded, pd_transport_result *result)
@@ -16189,13 +16459,12 @@ PDI_FN pd_status pdi_transport_stage(pd_ctx *ctx, pd_transport *t, double dt, in
     int32_t total = t->grid->total;
     memset(result, 0, sizeof *result);
     t->dt = dt;
-    memset(t->upwinded, 0, (size_t)total);
     pdi_transport_right_side(ctx, t);
     PDI_TRY(pdi_transport_setup(ctx, t));
     /* the size of the equations: right-hand side and inflow */
     pdi_transport_residual(ctx, t, t->work);
     double size = fmax(sqrt(pdi_par_dot(ctx, total, t->rhs, t->rhs)), sqrt(pdi_par_dot(ctx, total, t->work, t->work)));
-    pd_status status = size > 0.0 ? pdi_transport_iterate(ctx, t, t->desc.tolerance * size, bounded, result) : PD_OK;
+    pd_status status = size > 0.0 ? pdi_transport_iterate(ctx, t, size, bounded, result) : PD_OK;
     if (status < 0) return status;
     result->residual = size > 0.0 ? result->residual / size : 0.0;
     pdi_transport_boundary(t);
@@ -16206,7 +16475,7 @@ PDI_FN int pdi_transport_within(const pd_transport *t, const double *start)
 {
     double low, high;
     pdi_transport_bounds(t, start, &low, &high);
-    pdi_transport_slack(t, &low, &high);
+    pdi_transport_slack(t, PDI_TRANSPORT_SLACK, &low, &high);
     for (int32_t i = 0; i < t->grid->total; i++)
         if (t->grid->kind[i] == PD_FLUID && (t->c[i] < low || t->c[i] > high)) return 0;
     return 1;
@@ -16281,7 +16550,7 @@ pd_status pd_transport_steady(pd_ctx *ctx, pd_transport *t, pd_transport_result 
             size = fmax(size, fabs(t->c[i]));
         }
         result->change = size > 0.0 ? moved / size : 0.0;
-        if (result->change <= t->desc.limiter_tolerance) return PD_OK;
+        if (result->change <= PDI_TRANSPORT_SETTLED) return PD_OK;
     }
     return PD_NOT_CONVERGED;
 }
@@ -16297,15 +16566,22 @@ pd_status pd_transport_explicit(pd_ctx *ctx, pd_transport *t, double dt)
         return PD_RETRY;
     }
     t->dt = 0.0;
-    if (t->flow && t->desc.advection == PD_ADVECTION_LIMITED) pdi_transport_limit_fluxes(ctx, t, 1.0);
-    pdi_transport_operator(ctx, t, t->c, t->rhs);
-    pdi_transport_boundary(t);
-    for (int32_t i = 0; i < t->grid->total; i++)
-        if (kind[i] == PD_FLUID) {
-            double held = t->diffusion.drive ? t->diffusion.drive[i] : 0.0;
-            t->c[i] += dt * (t->source[i] + held + t->anti[i] - t->rhs[i]) + t->carry[i];
-            t->carry[i] = 0.0;
-        }
+    int limited = pdi_transport_start(t), rounds = PDI_TRANSPORT_ROUNDS;
+    double low, high;
+    pdi_par_copy(ctx, t->grid->total, t->c, t->old);
+    pdi_transport_bounds(t, t->old, &low, &high);
+    pdi_transport_operator(ctx, t, t->old, t->rhs);
+    do {
+        pdi_par_copy(ctx, t->grid->total, t->old, t->c);
+        if (limited) pdi_transport_anti(ctx, t, t->c, t->anti);
+        pdi_transport_boundary(t);
+        for (int32_t i = 0; i < t->grid->total; i++)
+            if (kind[i] == PD_FLUID) {
+                double held = t->diffusion.drive ? t->diffusion.drive[i] : 0.0;
+                t->c[i] = t->old[i] + dt * (t->source[i] + held + t->anti[i] - t->rhs[i]) + t->carry[i];
+            }
+    } while (limited && --rounds > 0 && pdi_transport_mark(t, low, high, 1e-15) > 0);
+    pdi_par_zero(ctx, t->grid->total, t->carry);
     return PD_OK;
 }
 
@@ -16313,43 +16589,65 @@ pd_status pd_transport_explicit(pd_ctx *ctx, pd_transport *t, double dt)
 static double pdi_transport_section_bond(const void *user, int32_t i, int k)
 {
     const pd_transport *t = (const pd_transport *)user;
+    int32_t j = i + t->bonds->shift[k];
     if (t->grid->kind[i] == PD_FLUID) return pdi_transport_bond_flux(t, t->c, i, k);
-    return -pdi_transport_bond_flux(t, t->c, i + t->bonds->shift[k], t->bonds->stencil->count - 1 - k);
+    double over = pdi_grid_circumference(t->grid, j) / pdi_grid_circumference(t->grid, i);
+    return -over * pdi_transport_bond_flux(t, t->c, j, t->bonds->stencil->count - 1 - k);
 }
 
-/* The same of its antidiffusive flux with the present ratios (eq. 5.4). Ports have none. */
+/* What node i gains by the antidiffusive flux of bond k (eq. 5.4), likewise. */
 static double pdi_transport_section_anti(const void *user, int32_t i, int k)
 {
     const pd_transport *t = (const pd_transport *)user;
-    double flux, bond, upwind;
     int32_t j = i + t->bonds->shift[k];
-    if (t->grid->kind[i] != PD_FLUID) return -pdi_transport_section_anti(t, j, t->bonds->stencil->count - 1 - k);
-    if (t->grid->kind[j] == PD_INLET || t->grid->kind[j] == PD_OUTLET) return 0.0;
-    pdi_transport_bond(t, i, k, &flux, &bond, &upwind);
-    int falls = t->c[i] > t->c[j];
-    double alpha = fmin(falls ? t->up[i] : t->down[i], falls ? t->down[j] : t->up[j]);
-    return alpha * upwind * (t->c[i] - t->c[j]);
+    pdi_transport_sweep s;
+    pdi_transport_lanes l;
+    double lean;
+    if (t->grid->kind[i] != PD_FLUID) {
+        double over = pdi_grid_circumference(t->grid, j) / pdi_grid_circumference(t->grid, i);
+        return -over * pdi_transport_section_anti(t, j, t->bonds->stencil->count - 1 - k);
+    }
+    memset(&s, 0, sizeof s);
+    memset(&l, 0, sizeof l);
+    s.t = t;
+    s.c = t->c;
+    s.task = PDI_TRANSPORT_ANTI;
+    l.count = 1;
+    int ports = pdi_limiter_ports(t->bonds, i, 1);
+    if (!pdi_transport_bond_lanes(&s, i, t->bonds->row[i], k, ports, &l)) return 0.0;
+    pdi_transport_lean(&s, i, k, ports, &l, &lean);
+    return -(l.gated ? l.gate[0] : 1.0) * t->limiter.keep[l.flux[0] > 0.0 ? i : j] * l.upwind[0] * lean;
+}
+
+/* What passes the plane by antidiffusion is all that the nodes on one side of it gain, since the fluxes between them
+ * cancel, unless inlets feed both sides or the axis is periodic: then bond by bond, up to what the limiter still
+ * moves. */
+static double pdi_transport_section_gain(const pd_transport *t, int axis, int index)
+{
+    pdi_sum sum[2] = {{0.0, 0.0}, {0.0, 0.0}};
+    int fed[2] = {0, 0};
+    if (t->grid->side[2 * axis] == PD_SIDE_PERIODIC) fed[0] = fed[1] = 1;
+    for (int32_t node = 0; node < t->grid->total; node++) {
+        int i[PD_DIM];
+        pdi_grid_index(t->grid, node, i);
+        int behind = i[axis] >= index;
+        if (t->grid->kind[node] == PD_INLET) fed[behind] = 1;
+        if (t->grid->kind[node] != PD_FLUID) continue;
+        pdi_sum_add(&sum[behind], t->anti[node] * pdi_grid_circumference(t->grid, node));
+    }
+    if (!fed[0]) return pdi_sum_total(&sum[0]);
+    if (!fed[1]) return -pdi_sum_total(&sum[1]);
+    return pdi_bond_section(t->bonds, axis, index, pdi_transport_section_anti, t);
 }
 
 double pd_transport_section(pd_ctx *ctx, pd_transport *t, int axis, int index)
 {
-    double low, anti;
-    pdi_sum sum = {0.0, 0.0};
+    int limited = t->flow && t->desc.advection == PD_ADVECTION_LIMITED;
     (void)ctx;
     pd_ghosts_scalar(&t->bonds->ghosts, t->c);
-    low = pdi_bond_section(t->bonds, axis, index, pdi_transport_section_bond, t);
-    /* What passes the plane is all that the nodes before it gain: the fluxes between them cancel. Through a periodic
-     * axis they gain at its other end too. */
-    for (int32_t node = 0; node < t->grid->total; node++) {
-        int i[PD_DIM];
-        if (t->grid->kind[node] != PD_FLUID) continue;
-        pdi_grid_index(t->grid, node, i);
-        if (i[axis] < index) pdi_sum_add(&sum, t->anti[node] * pdi_grid_circumference(t->grid, node));
-    }
-    anti = pdi_sum_total(&sum);
-    if (t->grid->side[2 * axis] == PD_SIDE_PERIODIC && t->flow && t->desc.advection == PD_ADVECTION_LIMITED)
-        anti = pdi_bond_section(t->bonds, axis, index, pdi_transport_section_anti, t);
-    return (low - anti) * t->bonds->stencil->volume;
+    double low = pdi_bond_section(t->bonds, axis, index, pdi_transport_section_bond, t);
+    double gain = limited ? pdi_transport_section_gain(t, axis, index) : 0.0;
+    return (low - gain) * t->bonds->stencil->volume;
 }
 
 static double pdi_transport_total(const pd_transport *t, const double *field)
@@ -16380,7 +16678,6 @@ static void pdi_transport_inlets(pd_transport *t)
         pd_grid_position(t->grid, i, x);
         pdi_grid_fold_images(t->grid, x);
         t->c[i] = t->desc.entering ? t->desc.entering(t->desc.user, x) : t->desc.inlet;
-        t->up[i] = t->down[i] = 1.0;
     }
 }
 
@@ -16401,8 +16698,8 @@ pd_status pd_transport_build(pd_ctx *ctx, const pd_grid *grid, const pd_bonds *b
                         "least 0", desc->diffusivity, desc->inlet, desc->initial, desc->tolerance);
     t->desc = *desc;
     if (!(t->desc.tolerance > 0.0)) t->desc.tolerance = 1e-11;
-    if (t->desc.max_limiter <= 0) t->desc.max_limiter = 10;
-    if (!(t->desc.limiter_tolerance > 0.0)) t->desc.limiter_tolerance = 1e-3;
+    if (t->desc.max_limiter <= 0) t->desc.max_limiter = 30;
+    if (!(t->desc.limiter_tolerance > 0.0)) t->desc.limiter_tolerance = 1e-7;
     t->grid = grid;
     t->bonds = bonds;
     t->flow = flow;
@@ -16432,12 +16729,11 @@ pd_status pd_transport_build(pd_ctx *ctx, const pd_grid *grid, const pd_bonds *b
     PDI_TRY(PDI_NEW(ctx, "transport", grid->total, t->source));
     PDI_TRY(PDI_NEW(ctx, "transport", grid->total, t->absorb));
     PDI_TRY(PDI_NEW(ctx, "transport", grid->total, t->carry));
-    PDI_TRY(PDI_NEW(ctx, "transport", grid->total, t->up));
-    PDI_TRY(PDI_NEW(ctx, "transport", grid->total, t->down));
     PDI_TRY(PDI_NEW(ctx, "transport", grid->total, t->anti));
     PDI_TRY(PDI_NEW(ctx, "transport", grid->total, t->upwinded));
     PDI_TRY(PDI_NEW(ctx, "transport", grid->total, t->rhs));
     PDI_TRY(PDI_NEW(ctx, "transport", 2 * (int64_t)grid->total, t->work));
+    PDI_TRY(PDI_NEW(ctx, "transport", 2 * (int64_t)grid->total, t->probe));
     for (int s = 0; s < 2 * PD_DIM && !t->repeated; s++)
         if (grid->side[s] >= PD_SIDE_PERIODIC) PDI_TRY(PDI_NEW(ctx, "transport", grid->total, t->repeated));
     for (int32_t i = 0; i < grid->total; i++)
@@ -16450,6 +16746,7 @@ pd_status pd_transport_build(pd_ctx *ctx, const pd_grid *grid, const pd_bonds *b
     dd.held = desc->held;
     dd.user = desc->user;
     PDI_TRY(pd_diffusion_build(ctx, bonds, &dd, &t->diffusion));
+    if (flow) PDI_TRY(pdi_limiter_build(ctx, &t->diffusion, &t->limiter));
     pdi_transport_inlets(t);
     return PD_OK;
 }
@@ -16457,6 +16754,7 @@ pd_status pd_transport_build(pd_ctx *ctx, const pd_grid *grid, const pd_bonds *b
 void pd_transport_free(pd_ctx *ctx, pd_transport *t)
 {
     int64_t total = t->grid ? t->grid->total : 0;
+    pdi_limiter_free(ctx, &t->limiter);
     pd_diffusion_free(ctx, &t->diffusion);
     pdi_compact_free(ctx, &t->compact);
     pd_multigrid_free(ctx, &t->mg);
@@ -16466,12 +16764,11 @@ void pd_transport_free(pd_ctx *ctx, pd_transport *t)
     PDI_DELETE(ctx, total, t->source);
     PDI_DELETE(ctx, total, t->absorb);
     PDI_DELETE(ctx, total, t->carry);
-    PDI_DELETE(ctx, total, t->up);
-    PDI_DELETE(ctx, total, t->down);
     PDI_DELETE(ctx, total, t->anti);
     PDI_DELETE(ctx, total, t->upwinded);
     PDI_DELETE(ctx, total, t->rhs);
     PDI_DELETE(ctx, 2 * total, t->work);
+    PDI_DELETE(ctx, 2 * total, t->probe);
     PDI_DELETE(ctx, total, t->repeated);
     memset(t, 0, sizeof *t);
 }
