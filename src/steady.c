@@ -187,6 +187,7 @@ pd_status pd_steady_build(pd_ctx *ctx, pd_flow *flow, const pd_steady_desc *desc
         origin[d] = 0;
         md.n[d] = flow->grid->n[d];
         md.stride[d] = flow->grid->stride[d];
+        md.periodic[d] = flow->grid->side[2 * d] == PD_SIDE_PERIODIC;
     }
     md.first = pd_grid_node(flow->grid, origin);
     md.weight = flow->grid->circumference ? flow->grid->circumference + flow->grid->ghost : NULL;
