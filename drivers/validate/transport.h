@@ -69,7 +69,7 @@ static void transport_errors(const val_lab *lab, const double *c, transport_fiel
     *l2 = sqrt(off / size);
 }
 
-/* c and the closed form along x through the middle of the box. */
+/* c and the closed form along x through the middle of the box, or along its mirrors. */
 static void transport_curves(val_job *job, const double *c, transport_field_fn field, double t, const char *title,
                              const char *label)
 {
@@ -81,7 +81,7 @@ static void transport_curves(val_job *job, const double *c, transport_field_fn f
     val_curve *exact = val_add_curve(job, "closed form", PD_STROKE_LINE);
     val_curve *found = val_add_curve(job, "computed", PD_STROKE_MARKERS);
     int i[PD_DIM], every = lab->grid.n[0] / 60 + 1;
-    for (int d = 0; d < PD_DIM; d++) i[d] = lab->grid.n[d] / 2;
+    for (int d = 0; d < PD_DIM; d++) i[d] = lab->grid.side[2 * d] == PD_SIDE_MIRROR ? 0 : lab->grid.n[d] / 2;
     for (i[0] = 0; i[0] < lab->grid.n[0]; i[0]++) {
         double x[PD_DIM];
         int32_t node = pd_grid_node(&lab->grid, i);
