@@ -34,10 +34,13 @@
  *   stencil    the family of an interior node of a uniform lattice and its calibrated weights.
  *   grid       the uniform lattice with ghost layers, the kind of every node, the geometry behind it.
  *   ghost      fills the ghosts that stand for fluid nodes: images behind periodic and mirror sides, and outlets.
+ *   ring       the weights of bonds on an axisymmetric lattice, whose nodes are rings around the axis r = 0.
  *   bond       rows of open bonds for fluid nodes whose family is cut, and runs of nodes whose family is whole.
  *   grain      Voronoi grains of a polycrystal and the volume fraction of their boundaries.
+ *   line       the Laplacian of nodes with whole families by lines along axis 0.
  *   op         the peridynamic operators on scalar and vector fields.
  *   krylov     iterative solvers for A x = b over callbacks; they know no physics.
+ *   smooth     one level of the multigrid hierarchy, and the sweeps over its cells.
  *   multigrid  a scalar, cell-centred, geometric V-cycle on the compact face stencil, used as a preconditioner.
  *   compact    the nearest-neighbour (2d+1 point) picture of a scene that multigrid preconditioners work on.
  *   sdirk      what all users of the two-stage, second-order, L-stable SDIRK method share: its constant, and the choice of
@@ -66,17 +69,22 @@
  *   transport  conservative, bounded advection and diffusion of dissolved metal on fluid nodes.
  *   advance    transport in time, of second order, with error-controlled steps.
  *   dissolve   surface-rate dissolution. Solid nodes lose metal through the bonds that join them to fluid.
+ *   measure    figures of a flow and of what it carries: through a plane of the lattice, from walls and metal, in a box.
  *   couple     one dissolution run: steady flow, implicit transport, dissolution steps with error control, the ledger.
  *   setup      everything that a run needs to know, as data: what scene files and flat files are turned into.
+ *   syntax     the sections of a scene and their keys, checked before anything is read: a misspelt key is reported as such
  *   sketch     the [shape NAME] sections of a scene: primitives, voxel masks, set operations, materials and grains.
  *   flat       the `key = value` parameter file of the Mg-pin project (SI numbers without units) as a setup.
+ *   watch      reads from a scene what a run shall watch: probes, lines, planes, forces, mass transfer, totals.
  *   scene      reads a scene file, or a flat parameter file, into a setup.
  *   inlet      prescribed velocity behind the inlets of a box: where a side is open, how wide, and the profile over it.
- *   wall       what the walls at the sides of a box do in a setup: they move along themselves, they hold a concentration.
+ *   wall       what the walls of a setup do: sides of the box move along themselves, sides and shapes hold a concentration.
  *   model      the objects of one run, built from a setup: grid, bonds and only the physics that the setup asks for.
  *   observe    the figures of one instant of a run: losses, extremes, and the flux of the flow along its way.
+ *   sample     values of the fields of a model at nodes and at points.
  *   output     the files of a run: fields, pictures, diagnostics, probes, the curve of the volume loss.
  *   summary    what a run models and what it leaves out, with unknowns and memory, in lines of text.
+ *   monitor    what a run watches besides its fields: tables in time, profiles and plots, last values.
  *   run        runs a setup from its first flow solve to its end: output files, diagnostics, pictures, summary, result.
  */
 
@@ -241,6 +249,8 @@ PDI_FN void pdi_free(pd_ctx *ctx, size_t count, size_t size, void *slot);
 #define PD_VEC_H
 
 #ifdef PDI_INTERNAL
+#define PDI_PI 3.14159265358979323846
+
 #if PD_DIM == 1
 #define PDI_SYM 1
 #elif PD_DIM == 2
@@ -582,6 +592,14 @@ typedef struct pd_stencil {
     double *base;        /* [count] [m^(d-2)] w(n), the weight before calibration */
     double *area;        /* [count] [1/m] c(n): interface area that a solid-fluid bond stands for, over V (eq. 6.3) */
     double anisotropy;   /* [-] largest deviation of the area measure from 1 over all directions */
+    /* The family as lines along axis 0. Lines with the same weights are of one kind; the line through the node is none
+     * of them. */
+    int kinds;           /* of lines */
+    int *line_first;     /* [kinds+1] into line */
+    int *line;           /* [lines][PD_DIM] offset of the line, 0 along axis 0 */
+    int *line_reach;     /* [kinds] largest |n_0| of the line */
+    double *line_lap;    /* [kinds][reach+1] [1/m2] a(n) by |n_0| */
+    double *layer_lap;   /* [reach+1] [1/m2] sum of a(n) over all bonds with one n_0 > 0 */
     /* Cells that the straight bond passes: groups of alternatives; the bond is blocked when every cell of one group
      * is closed. The last group of each bond is its end node. */
     int *group_first;    /* [count+1] into group_* */
@@ -642,6 +660,8 @@ typedef struct pd_grid_desc {
     pd_entry_fn entry;             /* tells inlet and outlet apart, place by place, on sides that are one of them; NULL:
                                     * as `side` says */
     void *entry_user;
+    int axisymmetric;              /* 2D: axis 0 is z, axis 1 is r >= 0, and nodes are rings. A box that begins at r = 0
+                                    * has a mirror there; else it begins at least one horizon away from the axis */
 } pd_grid_desc;
 
 typedef struct pd_grid {
@@ -656,6 +676,7 @@ typedef struct pd_grid {
     int solid, wall;
     pd_entry_fn entry;
     void *entry_user;
+    double *circumference; /* [np of the last axis] [m] 2 pi |r| of axisymmetric rows of nodes; NULL: planar */
     uint8_t *kind;        /* [total] pd_kind */
     int64_t fluid_count, solid_count;
 } pd_grid;
@@ -667,8 +688,9 @@ typedef struct pd_grid {
 #define pd_grid_count PD_NAME(pd_grid_count)
 
 /* solid == -1 etc. as in the desc. PD_ERR_GEOMETRY: the box is not a whole number of cells, a shape lies outside the
- * box (behind periodic and mirror sides it is cut off), no fluid node is left. PD_ERR_ARGUMENT: an axis is periodic on
- * one side only. */
+ * box (behind periodic and mirror sides it is cut off), no fluid node is left, an axisymmetric box does not begin at
+ * the axis or a horizon away. PD_ERR_ARGUMENT: an axis is periodic on one side only; axisymmetric not in 2D, or with
+ * sides across r other than the axis, walls, inlets and outlets. */
 PD_API pd_status pd_grid_build(pd_ctx *ctx, const pd_stencil *stencil, const pd_grid_desc *desc, pd_grid *grid);
 PD_API void pd_grid_free(pd_ctx *ctx, pd_grid *grid);
 /* Position [m] of node id (ghosts included). */
@@ -686,6 +708,13 @@ PDI_FN int pdi_grid_inside(const pd_grid *grid, const int *i);
 /* Node of the box that a ghost stands for: its place one period on behind periodic sides, its mirror image behind all
  * others; identity inside the box. *flip (or NULL): bit d set when it is mirrored along axis d. */
 PDI_FN int32_t pdi_grid_image(const pd_grid *grid, int32_t node, int *flip);
+/* Factor of the cell volume in sums over volume: the circumference of an axisymmetric node [m], else 1. */
+static inline double pdi_grid_circumference(const pd_grid *grid, int32_t node)
+{
+    return grid->circumference ? grid->circumference[node / grid->stride[PD_DIM - 1]] : 1.0;
+}
+/* The same at the distance `out` [m] outwards from the node. */
+PDI_FN double pdi_grid_around(const pd_grid *grid, int32_t node, double out);
 /* Bring index i[] back through periodic and mirror sides only; the bits of flip as above. */
 PDI_FN int pdi_grid_fold(const pd_grid *grid, int *i);
 /* The same for a position [m]; behind inlets and outlets the geometry is the mirror image too, so those fold likewise.
@@ -746,6 +775,34 @@ PD_API void pd_ghosts_free(pd_ctx *ctx, pd_ghosts *ghosts);
 
 #endif
 
+/* ======== >>ring.h ======== */
+/* ring: the weights of bonds on an axisymmetric lattice, whose nodes are rings around the axis r = 0.
+ *
+ * Axis 0 is z, the last axis is r, sums over volume count the circumference of a node. A bond between the rings i and
+ * j has one conductance c_ij = c_ji, so what it moves leaves the one and enters the other: a(n) times the mean radius
+ * far from the axis. Near it, where the bonds that would cross it are missing, the conductances closest to that in the
+ * sense of relative entropy which keep the Laplacian and the divergence exact on all quadratics of (z, r): positive for
+ * every horizon ratio and spacing (theory: section 3.5, eq. 3.7 to 3.10).
+ */
+#ifndef PD_RING_H
+#define PD_RING_H
+
+typedef struct pd_ring {
+    int rows, count; /* rows of the padded lattice along r; bonds of a family */
+    double *lap;     /* [rows][count] [1/m2] of the Laplacian: c_ij / r_i; 0 across the axis */
+    double *flux;    /* [rows][count] [-] factor of g(n) in the fluxes of bonds; 0 across the axis */
+    double *hoop;    /* [rows] [1/m2] of the radial component of a vector: lap u_r - hoop u_r is exact on r */
+} pd_ring;
+
+#define pd_ring_build PD_NAME(pd_ring_build)
+#define pd_ring_free PD_NAME(pd_ring_free)
+
+/* Empty on a planar grid. PD_ERR_GEOMETRY: no conductances exist (never seen). */
+PD_API pd_status pd_ring_build(pd_ctx *ctx, const pd_stencil *stencil, const pd_grid *grid, pd_ring *ring);
+PD_API void pd_ring_free(pd_ctx *ctx, pd_ring *ring);
+
+#endif
+
 /* ======== >>bond.h ======== */
 /* bond: rows of open bonds for fluid nodes whose family is cut, and runs of nodes whose family is whole.
  *
@@ -767,8 +824,10 @@ typedef struct pd_bonds {
     pd_ghosts ghosts;    /* of the grid: whoever has bonds can fill the far ends */
     int all_rows;        /* every fluid node owns a row (for comparisons of both paths) */
     int32_t *shift;      /* [count] node id of the far end minus that of the node */
+    int32_t *line_shift; /* [lines of the stencil] the same for the lines */
     int32_t *cell_shift; /* [cells] the same for the cells of the paths */
     double norm[PD_DIM]; /* [unit of base m2] sum w xi_a^2 over a whole family */
+    pd_ring ring;        /* weights of an axisymmetric grid; empty: planar */
     int32_t *row;        /* [total] row of a node; -1: whole family, or not fluid */
     int32_t rows, capacity;
     int32_t plain;       /* rows [0, plain) are in the order of their nodes and see no inlet; the others come behind */
@@ -819,6 +878,18 @@ static inline int pdi_bond_piece(int32_t length, int32_t *at)
     *at = length - PDI_VECTOR;
     return PDI_VECTOR;
 }
+/* Weights a(n) [count] of the bonds of `node`, and what the flux along bond k of it counts beside g(n). */
+static inline const double *pdi_bond_lap(const pd_bonds *bonds, int32_t node)
+{
+    const pd_ring *ring = &bonds->ring;
+    if (!ring->lap) return bonds->stencil->lap;
+    return ring->lap + (int64_t)(node / bonds->grid->stride[PD_DIM - 1]) * ring->count;
+}
+static inline double pdi_bond_flux(const pd_bonds *bonds, int32_t node, int k)
+{
+    const pd_ring *ring = &bonds->ring;
+    return ring->flux ? ring->flux[(int64_t)(node / bonds->grid->stride[PD_DIM - 1]) * ring->count + k] : 1.0;
+}
 static inline int pdi_bond_open(const pd_bonds *bonds, int32_t row, int k)
 {
     return (int)(bonds->mask[(int64_t)(k >> 5) * bonds->capacity + row] >> (k & 31) & 1u);
@@ -847,6 +918,11 @@ static inline pdi_lanes pdi_bond_open_lanes(const pd_bonds *bonds, int32_t row, 
 PDI_FN void pdi_bond_drive(const pd_bonds *bonds, int32_t row, pd_velocity_fn wall, void *user, double *drive);
 /* Fraction t at which the cut bond k of a row meets the surface, and the place x [m]. */
 PDI_FN double pdi_bond_meet(const pd_bonds *bonds, int32_t row, int k, double *x);
+/* A flux through the open bond k of node i, counted towards its far end. */
+typedef double (*pdi_bond_flux_fn)(const void *user, int32_t i, int k);
+/* Sum of the fluxes of all bonds that cross the plane between the cells index - 1 and index of `axis`. One end of each
+ * is fluid, and each pair of nodes counts once. */
+PDI_FN double pdi_bond_section(const pd_bonds *bonds, int axis, int index, pdi_bond_flux_fn flux, const void *user);
 /* First closed group on bond k from `node` (index into the stencil's groups); -1: open. */
 PDI_FN int pdi_bond_closed_group(const pd_bonds *bonds, int32_t node, int k);
 #endif
@@ -911,6 +987,24 @@ PD_API pd_status pd_grain_measure(pd_ctx *ctx, const pd_grid *grid, const pd_gra
 
 #endif
 
+/* ======== >>line.h ======== */
+/* line: the Laplacian of nodes with whole families by lines along axis 0.
+ *
+ * The difference over a bond is that along its line plus that between the lines, and lines with the same weights share
+ * theirs (stencil.h). A node costs one addition a line and one product a kind of lines and layer, instead of one a
+ * bond: 12 products for 36 bonds (2D, m = 3), 24 for 178 (3D). Only differences are summed, so constants come out as
+ * exact zeros.
+ */
+#ifndef PD_LINE_H
+#define PD_LINE_H
+
+#ifdef PDI_INTERNAL
+/* out [length] = sum a (f_j - f_i) for the nodes i .. i+length-1 of f [total] (eq. 2.3). */
+PDI_FN void pdi_line_laplacian(const pd_bonds *bonds, const double *f, int32_t i, int32_t length, double *out);
+#endif
+
+#endif
+
 /* ======== >>op.h ======== */
 /* op: the peridynamic operators on scalar and vector fields.
  *
@@ -924,6 +1018,9 @@ PD_API pd_status pd_grain_measure(pd_ctx *ctx, const pd_grid *grid, const pd_gra
  *   divergence  exact on quadratics  no flux through cut bonds              sum V div u = 0
  *   laplacian   exact on cubics      no flux through cut bonds              sum V lap f = 0, self-adjoint
  *   diffuse     lap times D          no flux through cut bonds              sum V out = 0, self-adjoint
+ *
+ * On an axisymmetric grid they are those of a scalar and of a vector without swirl in (z, r): V counts the
+ * circumference, and "whole" reaches up to the axis (theory: section 3.5).
  */
 #ifndef PD_OP_H
 #define PD_OP_H
@@ -1030,6 +1127,90 @@ PD_API pd_status pd_krylov_solve(pd_ctx *ctx, pd_krylov *krylov, pd_apply_fn app
 
 #endif
 
+/* ======== >>smooth.h ======== */
+/* smooth: one level of the multigrid hierarchy, and the sweeps over its cells.
+ *
+ * The operator of a level is that of multigrid.h: (A x)_c = x_c/inv_c - sum over links of a x. Sweeps go by colour
+ * (symmetric) or by line; both give the same bits for any number of threads.
+ */
+#ifndef PD_SMOOTH_H
+#define PD_SMOOTH_H
+
+/* One level. Level 0 holds all cells of the box and finds neighbours by stride; coarser levels are rows of links, the
+ * cells sorted by colour (symmetric) or by block. */
+typedef struct pd_smooth_level {
+    int n[PD_DIM];     /* blocks along the axes */
+    int halve[PD_DIM]; /* 1: the next level pairs the blocks of this axis */
+    int shared;        /* level 0: lo is hi of the neighbour (symmetric) */
+    int wrap[PD_DIM];  /* 1: the first and the last blocks of this axis are linked */
+    float last[PD_DIM]; /* width of the last block, the others being 1 */
+    int32_t cells, red; /* red: cells of the first colour (symmetric, coarse levels) */
+    float *x, *b, *r;  /* [cells] correction, right-hand side, residual */
+    float *inv;        /* [cells] 1 / diagonal; 0: the cell takes no part */
+    int32_t *parent;   /* [cells] of the next level; -1: none */
+    float *lo[PD_DIM], *hi[PD_DIM]; /* level 0: coefficients of the two neighbours of each axis, 0: closed */
+    int32_t *block;    /* coarse levels: [cells] block of the cell */
+    int32_t *row;      /* [cells + 1] */
+    int32_t *col;      /* [row[cells]] the neighbour */
+    float *a, *back;   /* its coefficient in this row, and that of this cell in its row (one allocation) */
+    uint8_t *face;     /* 2 axis + (1: upper) */
+    uint8_t *edge;     /* level 0: [cells] 1: the cell has a neighbour across the box; NULL: no axis wraps */
+    int32_t *child_first, *child; /* cells of the level above that make up a cell */
+    float *values;     /* coarse levels: storage of x, b, r, inv */
+    int32_t *indices;  /* coarse levels: storage of parent, block, row, child_first */
+    int32_t *line;     /* not symmetric: [lines + 1] first cell of each line of blocks along axis 0 */
+    int32_t cell_capacity, link_capacity, child_capacity, line_capacity;
+} pd_smooth_level;
+
+#ifdef PDI_INTERNAL
+/* Loops over cells are cut into this many parts. */
+#define PDI_SMOOTH_PARTS 64
+/* Operations a cell, to decide on threads. */
+#define PDI_SMOOTH_WORK (4 * PD_DIM)
+typedef enum pdi_smooth_job {
+    PDI_SMOOTH_START,    /* x = b / diag */
+    PDI_SMOOTH_SWEEP,   /* x = (b + sum a x) / diag */
+    PDI_SMOOTH_RESIDUAL, /* r = b + sum a x - diag x */
+    PDI_SMOOTH_PROLONG   /* x += x of the parent */
+} pdi_smooth_job;
+/* Cells from one block to the next along axis d, n blocks along the axes. */
+static inline int32_t pdi_smooth_stride(const int *n, int d)
+{
+    int32_t stride = 1;
+    for (int e = 0; e < d; e++) stride *= n[e];
+    return stride;
+}
+/* Begin of a part of a loop over count items. */
+static inline int32_t pdi_smooth_part(int64_t count, int part) { return (int32_t)(count * part / PDI_SMOOTH_PARTS); }
+/* Neighbour of cell c of level 0, across the box where the axis wraps; -1: none. */
+static inline int32_t pdi_smooth_across(const pd_smooth_level *fine, int32_t stride, int axis, int upper,
+                                           int32_t c)
+{
+    int32_t n = fine->n[axis], i = c / stride % n;
+    if (i != (upper ? n - 1 : 0)) return upper ? c + stride : c - stride;
+    if (!fine->wrap[axis]) return -1;
+    return upper ? c - (n - 1) * stride : c + (n - 1) * stride;
+}
+
+/* Coefficient of `neighbour` in the row of c. With symmetric storage the lower one of a cell is the upper one of the
+ * cell below. */
+static inline float pdi_smooth_edge_coefficient(const pd_smooth_level *fine, int axis, int upper, int32_t c,
+                                                   int32_t neighbour)
+{
+    if (upper) return fine->hi[axis][c];
+    return fine->shared ? fine->hi[axis][neighbour] : fine->lo[axis][c];
+}
+/* A job on count cells from `first`, in any order. */
+PDI_FN void pdi_smooth_range(const pd_ctx *ctx, const pd_smooth_level *level, pdi_smooth_job job, int32_t first,
+                                int32_t count);
+/* A job on the cells of one colour: they do not touch each other. */
+PDI_FN void pdi_smooth_colour(const pd_ctx *ctx, const pd_smooth_level *level, pdi_smooth_job job, int colour);
+/* Gauss-Seidel forth and back along every line, ascending or descending. */
+PDI_FN void pdi_smooth_lines(const pd_ctx *ctx, const pd_smooth_level *level, int descending);
+#endif
+
+#endif
+
 /* ======== >>multigrid.h ======== */
 /* multigrid: a scalar, cell-centred, geometric V-cycle on the compact face stencil, used as a preconditioner.
  *
@@ -1050,31 +1231,11 @@ typedef struct pd_multigrid_desc {
     int n[PD_DIM];          /* cells of the box, axis 0 fastest */
     int32_t stride[PD_DIM]; /* of the padded lattice on which rhs and x live */
     int32_t first;          /* node of cell 0 on that lattice */
+    const double *weight;   /* [n of the last axis] [m] or [-]: factors of the right-hand side, layer by layer, which
+                             * the coefficients hold already; NULL: 1. Borrowed */
+    int periodic[PD_DIM];   /* 1: the first cells of the axis are neighbours of its last ones */
     int symmetric;          /* 1: flux will always be NULL: symmetric cycle, less memory; 0: smoother for flow */
 } pd_multigrid_desc;
-
-/* One level. Level 0 holds all cells of the box and finds neighbours by stride; coarser levels are rows of links, the
- * cells sorted by colour (symmetric) or by block. */
-typedef struct pd_multigrid_level {
-    int n[PD_DIM];     /* blocks along the axes */
-    int halve[PD_DIM]; /* 1: the next level pairs the blocks of this axis */
-    float last[PD_DIM]; /* width of the last block, the others being 1 */
-    int32_t cells, red; /* red: cells of the first colour (symmetric, coarse levels) */
-    float *x, *b, *r;  /* [cells] correction, right-hand side, residual */
-    float *inv;        /* [cells] 1 / diagonal; 0: the cell takes no part */
-    int32_t *parent;   /* [cells] of the next level; -1: none */
-    float *lo[PD_DIM], *hi[PD_DIM]; /* level 0: coefficients of the two neighbours of each axis, 0: closed */
-    int32_t *block;    /* coarse levels: [cells] block of the cell */
-    int32_t *row;      /* [cells + 1] */
-    int32_t *col;      /* [row[cells]] the neighbour */
-    float *a, *back;   /* its coefficient in this row, and that of this cell in its row (one allocation) */
-    uint8_t *face;     /* 2 axis + (1: upper) */
-    int32_t *child_first, *child; /* cells of the level above that make up a cell */
-    float *values;     /* coarse levels: storage of x, b, r, inv */
-    int32_t *indices;  /* coarse levels: storage of parent, block, row, child_first */
-    int32_t *line;     /* not symmetric: [lines + 1] first cell of each line of blocks along axis 0 */
-    int32_t cell_capacity, link_capacity, child_capacity, line_capacity;
-} pd_multigrid_level;
 
 typedef struct pd_multigrid {
     pd_multigrid_desc desc;
@@ -1083,7 +1244,7 @@ typedef struct pd_multigrid {
     int32_t pad;    /* zero floats before and after each level 0 array read at neighbours */
     float *store;   /* level 0: x and coefficients with their pads, b, r, inv */
     int32_t *mark;  /* only during setup: counts and marks */
-    pd_multigrid_level level[PD_MULTIGRID_LEVELS];
+    pd_smooth_level level[PD_MULTIGRID_LEVELS];
 } pd_multigrid;
 
 #define pd_multigrid_build PD_NAME(pd_multigrid_build)
@@ -1096,8 +1257,9 @@ PD_API pd_status pd_multigrid_build(pd_ctx *ctx, const pd_multigrid_desc *desc, 
 PD_API void pd_multigrid_free(pd_ctx *ctx, pd_multigrid *mg);
 /* Take the coefficients and build the coarser levels. All arrays over the box cells, axis 0 fastest:
  * active: 1 for cells that take part; conduct[d][c] >= 0 and flux[d][c] (flux NULL: none): of the face between cell c
- * and c + e_d, flow positive towards +e_d (faces of inactive cells and of the box side are ignored: put the net outflow
- * through them into mass); wall[c] >= 0: Dirichlet half-cell conductance; mass[c] >= 0. wall and mass may be NULL.
+ * and c + e_d, flow positive towards +e_d (faces of inactive cells are ignored, and those of the box side unless its
+ * axis is periodic: put the net outflow through them into mass); wall[c] >= 0: Dirichlet half-cell conductance;
+ * mass[c] >= 0. wall and mass may be NULL.
  * All share one unit. PD_ERR_ARGUMENT: a coefficient is negative or not finite. Memory is kept for the next setup. */
 PD_API pd_status pd_multigrid_setup(pd_ctx *ctx, pd_multigrid *mg, const uint8_t *active,
                                     const float *const conduct[PD_DIM], const float *const flux[PD_DIM],
@@ -1117,7 +1279,7 @@ PD_API void pd_multigrid_cycle(pd_ctx *ctx, pd_multigrid *mg, const double *rhs,
  *
  * The peridynamic operators act on whole families; their compact counterparts have the same continuum limit and
  * bounded spectral ratio, which is all that a preconditioner needs. Arrays run over the cells of the box without
- * ghosts, axis 0 fastest, as multigrid.h wants them.
+ * ghosts, axis 0 fastest, as multigrid.h wants them. On an axisymmetric grid all coefficients count the circumference.
  */
 #ifndef PD_COMPACT_H
 #define PD_COMPACT_H
@@ -1732,6 +1894,7 @@ typedef struct pd_table {
 #define pd_csv_create PD_NAME(pd_csv_create)
 #define pd_csv_row PD_NAME(pd_csv_row)
 #define pd_csv_close PD_NAME(pd_csv_close)
+#define pd_csv_write PD_NAME(pd_csv_write)
 #define pd_table_read PD_NAME(pd_table_read)
 #define pd_table_find PD_NAME(pd_table_find)
 #define pd_table_text PD_NAME(pd_table_text)
@@ -1747,6 +1910,10 @@ PD_API pd_status pd_csv_create(pd_ctx *ctx, const char *path, const char *commen
 PD_API pd_status pd_csv_row(pd_ctx *ctx, pd_csv *csv, const double *values);
 /* Close. Allowed on one that is not open. PD_ERR_FILE. */
 PD_API pd_status pd_csv_close(pd_ctx *ctx, pd_csv *csv);
+
+/* A whole table values[rows][columns] at once, written aside and renamed. Errors as above. */
+PD_API pd_status pd_csv_write(pd_ctx *ctx, const char *path, const char *comment, const char *const *names,
+                              int columns, const double *values, int64_t rows);
 
 /* Read a table. PD_ERR_FILE; PD_ERR_PARSE with file:line: a row with more or fewer fields than names, an open quote,
  * a name twice. */
@@ -1870,8 +2037,8 @@ PD_API pd_status pd_flow_update(pd_ctx *ctx, const int32_t *changed, int32_t cou
 PD_API void pd_flow_prepare(pd_ctx *ctx, pd_flow *flow);
 /* Residuals of the present state: ru [PD_DIM][total] [m/s2], rc [total] [1/s], zero outside of fluid nodes. */
 PD_API void pd_flow_residual(pd_ctx *ctx, pd_flow *flow, double *ru, double *rc);
-/* Volume flux [m^d/s, per unit depth in 2D] of all bonds that cross the plane between cells `index - 1` and `index` of
- * `axis` (index 1 .. n-1): the quantity that the scheme conserves. */
+/* Volume flux [m^d/s; planar 2D: per unit depth, axisymmetric: m3/s] of all bonds that cross the plane between cells
+ * `index - 1` and `index` of `axis` (index 1 .. n-1): the quantity that the scheme conserves. */
 PD_API double pd_flow_section(pd_ctx *ctx, pd_flow *flow, int axis, int index);
 /* The same from node velocities of the layer `index` of `axis`: sum u_axis times the face of a cell. */
 PD_API double pd_flow_section_nodes(pd_ctx *ctx, const pd_flow *flow, int axis, int index);
@@ -1917,9 +2084,10 @@ PDI_FN double pdi_flow_bond_flux(const pd_flow *flow, int32_t i, int k);
 #define pd_force_surface PD_NAME(pd_force_surface)
 #define pd_force_balance PD_NAME(pd_force_balance)
 
-/* force [PD_DIM] [N; 1D: N/m2, 2D: N/m] that the present state of the flow exerts on walls and solids between lo and
- * hi [m]: friction of the fluid nodes there, and pressure on the points there at which bonds meet the surface. friction
- * and pressure are its parts (NULL: not wanted). Friction takes the steady balance of momentum on the surface. */
+/* force [PD_DIM] [N; 1D: N/m2, 2D: N/m, axisymmetric: N along z, 0 across] that the present state of the flow exerts on
+ * walls and solids between lo and hi [m]: friction of the fluid nodes there, and pressure on the points there at which
+ * bonds meet the surface. friction and pressure are its parts (NULL: not wanted). Friction takes the steady balance of
+ * momentum on the surface. */
 PD_API void pd_force_surface(pd_ctx *ctx, pd_flow *flow, const double *lo, const double *hi, double *force,
                              double *friction, double *pressure);
 /* The same for everything inside of the box of cells next to lo .. hi [m], from what passes its sides in a steady flow;
@@ -2308,8 +2476,9 @@ typedef struct pd_transport {
     pd_compact compact;
     pd_multigrid mg;
     pd_krylov krylov;
-    double outflow;         /* [mol/s] (per m in 2D) through outlets and into held walls at the end of the last step */
-    double inflow;          /* [mol/s] (per m in 2D) through inlets and from held walls */
+    double outflow;         /* [mol/s] (per m in planar 2D) through outlets and into held walls at the end of the last
+                             * step */
+    double inflow;          /* [mol/s] (per m in planar 2D) through inlets and from held walls */
 } pd_transport;
 
 typedef struct pd_transport_result {
@@ -2326,6 +2495,7 @@ typedef struct pd_transport_result {
 #define pd_transport_steady PD_NAME(pd_transport_steady)
 #define pd_transport_explicit PD_NAME(pd_transport_explicit)
 #define pd_transport_limit PD_NAME(pd_transport_limit)
+#define pd_transport_section PD_NAME(pd_transport_section)
 #define pd_transport_stock PD_NAME(pd_transport_stock)
 #define pd_transport_carried PD_NAME(pd_transport_carried)
 #define pd_transport_free PD_NAME(pd_transport_free)
@@ -2340,15 +2510,19 @@ PD_API void pd_transport_update(pd_ctx *ctx, pd_transport *transport);
 /* One backward Euler step of dt [s] (any length: dt >> all time scales gives the steady state). PD_NOT_CONVERGED: the
  * linear solver stopped above its tolerance; what is missing is in carry. */
 PD_API pd_status pd_transport_implicit(pd_ctx *ctx, pd_transport *transport, double dt, pd_transport_result *result);
-/* The steady field, by steps of 1e9 times the explicit limit until the field changes by less than 1e-6 of itself.
- * PD_NOT_CONVERGED: the limiter still moves the field by result->change after 60 steps; it is bounded and
- * conservative all the same. */
+/* The steady field, by steps of 1e9 times the exchange time of the slowest node until the field changes by less than
+ * 1e-6 of itself. PD_NOT_CONVERGED: the limiter still moves the field by result->change after 60 steps; it is
+ * bounded and conservative all the same. */
 PD_API pd_status pd_transport_steady(pd_ctx *ctx, pd_transport *transport, pd_transport_result *result);
 /* One forward Euler step. PD_RETRY, nothing changed: dt exceeds pd_transport_limit. */
 PD_API pd_status pd_transport_explicit(pd_ctx *ctx, pd_transport *transport, double dt);
 /* Largest explicit step [s] that keeps every node within its neighbours. */
 PD_API double pd_transport_limit(pd_ctx *ctx, const pd_transport *transport);
-/* Dissolved amount [mol, per m in 2D] in fluid nodes. */
+/* Flux [mol/s, per m in planar 2D] towards + of all bonds that cross the plane between cells index - 1 and index of
+ * `axis` (index 1 .. n-1) at the end of the last step, antidiffusive fluxes included: what the scheme conserves (eq.
+ * 5.1, 5.4). Along a periodic axis up to the tolerance of the limiter. */
+PD_API double pd_transport_section(pd_ctx *ctx, pd_transport *transport, int axis, int index);
+/* Dissolved amount [mol, per m in planar 2D] in fluid nodes. */
 PD_API double pd_transport_stock(pd_ctx *ctx, const pd_transport *transport);
 /* Amount [mol] in carry: owed by the last solve, delivered by the next step. */
 PD_API double pd_transport_carried(pd_ctx *ctx, const pd_transport *transport);
@@ -2392,7 +2566,7 @@ typedef struct pd_advance {
     double time;           /* [s] */
     double dt;             /* [s] that a run would try next; 0: not known yet */
     double error;          /* [-] estimated error of the last step */
-    double out, in;        /* [mol] (per m in 2D) through outlets, inlets and held walls since the build */
+    double out, in;        /* [mol] (per m in planar 2D) through outlets, inlets and held walls since the build */
     int64_t steps, rejected, krylov;
     int64_t euler;         /* steps taken by backward Euler to keep the bounds */
 } pd_advance;
@@ -2478,9 +2652,60 @@ PD_API double pd_dissolve_fastest(pd_ctx *ctx, const pd_dissolve *dissolve);
 /* After the transport step of dt [s]: take the losses from the solid, turn empty nodes fluid (grid kinds and ghosts
  * change; bonds, flow and transport are the caller's to update with dissolve->changed). */
 PD_API pd_status pd_dissolve_finish(pd_ctx *ctx, pd_dissolve *dissolve, double dt);
-/* Amount [mol, per m in 2D] left in solid nodes. */
+/* Amount [mol, per m in planar 2D] left in solid nodes. */
 PD_API double pd_dissolve_stock(pd_ctx *ctx, const pd_dissolve *dissolve);
 PD_API void pd_dissolve_free(pd_ctx *ctx, pd_dissolve *dissolve);
+
+#endif
+
+/* ======== >>measure.h ======== */
+/* measure: figures of a flow and of what it carries: through a plane of the lattice, from walls and metal, in a box.
+ *
+ * Fluxes are the sums of bond fluxes that the schemes conserve (theory: eq. 4.2, 5.1), so that two planes with nothing
+ * between them agree to rounding. Boxes take the nodes whose centres lie inside. Nothing is allocated or changed but
+ * ghosts. In planar 2D amounts are per metre of depth, in 1D per square metre, axisymmetric those of
+ * the whole body.
+ */
+#ifndef PD_MEASURE_H
+#define PD_MEASURE_H
+
+typedef struct pd_measure_plane_result {
+    double area;     /* [m^(d-1)] faces between two fluid cells */
+    double flow;     /* [m^d/s] volume flux towards + */
+    double speed;    /* [m/s] flow over area */
+    double pressure; /* [Pa] mean over the area */
+    double mean;     /* [mol/m3] concentration, mean over the area */
+    double bulk;     /* [mol/m3] concentration of the mixed stream, sum u c / sum u over the faces; NaN at rest */
+    double species;  /* [mol/s] metal that is carried and diffuses towards + */
+} pd_measure_plane_result;
+
+typedef struct pd_measure_box_result {
+    double volume;   /* [m^d] of the fluid */
+    double energy;   /* [J] kinetic */
+    double momentum[PD_DIM]; /* [kg m/s] */
+    double dissolved; /* [mol] */
+    double solid;    /* [mol] left in the metal */
+    double least, most; /* [mol/m3] smallest and largest concentration of the fluid; NaN without fluid */
+} pd_measure_box_result;
+
+#define pd_measure_plane PD_NAME(pd_measure_plane)
+#define pd_measure_exchange PD_NAME(pd_measure_exchange)
+#define pd_measure_box PD_NAME(pd_measure_box)
+
+/* The plane between the cells index - 1 and index of `axis`, index 1 .. n-1. flow and transport may be NULL; their
+ * figures are 0 then. The flux of metal is that at the end of the last step. */
+PD_API void pd_measure_plane(pd_ctx *ctx, const pd_bonds *bonds, pd_flow *flow, pd_transport *transport, int axis,
+                             int index, pd_measure_plane_result *result);
+/* flux [mol/s]: what walls that hold a concentration, and with `dissolve` (or NULL) the metal, give to the fluid nodes
+ * between lo and hi [m] at the end of the last step. area [m^(d-1)]: of these surfaces as those nodes see them, by the
+ * area weights (theory: eq. 6.3); where a closed side meets them, a part of a cell is missed. axis -1: one value each;
+ * otherwise [n of that axis], one for each layer of cells. */
+PD_API void pd_measure_exchange(pd_ctx *ctx, const pd_transport *transport, const pd_dissolve *dissolve,
+                                const double *lo, const double *hi, int axis, double *flux, double *area);
+/* What the nodes between lo and hi [m] hold. flow, transport and dissolve may be NULL; their figures are 0 then. */
+PD_API void pd_measure_box(pd_ctx *ctx, const pd_bonds *bonds, const pd_flow *flow, const pd_transport *transport,
+                           const pd_dissolve *dissolve, const double *lo, const double *hi,
+                           pd_measure_box_result *result);
 
 #endif
 
@@ -2494,7 +2719,7 @@ PD_API void pd_dissolve_free(pd_ctx *ctx, pd_dissolve *dissolve);
 #ifndef PD_COUPLE_H
 #define PD_COUPLE_H
 
-/* Amounts [mol, per m depth in 2D, per m2 in 1D]. imbalance = solid + dissolved + carry + out - in - start. */
+/* Amounts [mol, per m depth in planar 2D, per m2 in 1D]. imbalance = solid + dissolved + carry + out - in - start. */
 typedef struct pd_ledger {
     double start;     /* [mol] solid and dissolved at the start */
     double solid;     /* [mol] now */
@@ -2575,8 +2800,10 @@ PD_API double pd_couple_volume_loss(const pd_couple *couple);
 
 #define PD_SETUP_NAME 64
 #define PD_SETUP_PROBES 16
+#define PD_SETUP_MONITORS 32
 #define PD_SETUP_NOTES 32
 #define PD_SETUP_MASKS 8
+#define PD_SETUP_WALLS 32
 
 /* What can be written, drawn and probed. */
 typedef enum pd_field {
@@ -2592,10 +2819,20 @@ typedef enum pd_field {
     PD_FIELD_COUNT
 } pd_field;
 
+/* Parts of a model, in the order of the summary. */
+typedef enum pd_part {
+    PD_PART_GRID = 0, /* stencil, lattice, bonds */
+    PD_PART_FLOW,     /* fields and steady solver */
+    PD_PART_TRANSPORT,
+    PD_PART_DISSOLVE,
+    PD_PART_GRAIN,
+    PD_PART_COUNT
+} pd_part;
+
 typedef enum pd_profile {
     PD_PROFILE_REST = 0, /* no velocity */
     PD_PROFILE_UNIFORM,
-    PD_PROFILE_PARABOLA, /* 2D: between the walls of the side; 3D: of a tube */
+    PD_PROFILE_PARABOLA, /* 2D: between the walls of the side; 3D, axisymmetric: of a tube, or between two */
     PD_PROFILE_EXPRESSION
 } pd_profile;
 
@@ -2603,14 +2840,22 @@ typedef struct pd_setup_side {
     pd_side kind;
     pd_profile profile;
     double mean;              /* [m/s] speed into the box; unread with flow_rate or an expression */
-    double flow_rate;         /* [m3/s] 0: mean holds. 2D: through a tube as wide as the open part of the side */
+    double flow_rate;         /* [m3/s] 0: mean holds. Planar 2D: through a tube as wide as the open part of the side */
     pd_expr velocity[PD_DIM]; /* of x, y, z; in m/s */
     int open;                 /* inlet where a given flow enters, outlet where it leaves */
     pd_expr entering;         /* of x, y, z; in mol/m3: concentration of what enters an open side */
     double slide[PD_DIM];     /* [m/s] of a wall along itself */
     int holds;                /* a wall that holds a concentration */
     double held;              /* [mol/m3] */
+    int line;                 /* of the file, 0: none */
 } pd_setup_side;
+
+/* One of the shapes that are walls. */
+typedef struct pd_setup_wall {
+    int shape;   /* index */
+    int holds;   /* it holds a concentration */
+    double held; /* [mol/m3] */
+} pd_setup_wall;
 
 /* How the flow gets from one instant to the next. */
 typedef enum pd_motion {
@@ -2624,18 +2869,59 @@ typedef struct pd_setup_probe {
     char name[PD_SETUP_NAME];
     double at[PD_DIM]; /* [m] */
     unsigned fields;   /* bit k: pd_field k */
+    int line;          /* of the file */
 } pd_setup_probe;
+
+/* What is watched in a run, besides the probes. */
+typedef enum pd_monitor_kind {
+    PD_MONITOR_LINE = 0, /* fields along a straight line, at output times */
+    PD_MONITOR_PLANE,    /* what passes a plane of the lattice */
+    PD_MONITOR_FORCE,    /* of the flow on what a box holds */
+    PD_MONITOR_TRANSFER, /* metal from walls and solids in a box to the fluid */
+    PD_MONITOR_TOTAL     /* what a box holds */
+} pd_monitor_kind;
+
+/* The concentration of the fluid that a Sherwood number refers to. */
+typedef enum pd_against {
+    PD_AGAINST_VALUE = 0,
+    PD_AGAINST_INLET,
+    PD_AGAINST_BULK /* of the mixed stream, layer by layer of `axis` */
+} pd_against;
+
+typedef struct pd_setup_monitor {
+    pd_monitor_kind kind;
+    char name[PD_SETUP_NAME];
+    int line;                      /* of the file */
+    double lo[PD_DIM], hi[PD_DIM]; /* [m] the box; line: its ends */
+    unsigned fields, images;       /* line. bit k: pd_field k */
+    int points;                    /* line */
+    int axis;                      /* plane: across it; transfer: of the local values, -1: none */
+    int index;                     /* plane: between the cells index - 1 and index */
+    int balance;                   /* force: measured around the box, too */
+    double speed;                  /* [m/s] force: reference, 0: no coefficients */
+    double area;                   /* [m^(d-1)] force: reference; transfer: of the surface, 0: measured */
+    double length;                 /* [m] transfer: reference, 0: no Sherwood number */
+    double diffusivity;            /* [m2/s] transfer */
+    double surface, fluid;         /* [mol/m3] transfer: concentrations that drive */
+    pd_against against;
+} pd_setup_monitor;
 
 typedef struct pd_setup {
     char name[PD_SETUP_NAME];  /* of the case: the file without folder and ending */
     char folder[PD_PATH_SIZE]; /* of the output */
+    char source[PD_PATH_SIZE]; /* the file as it was named, for messages */
+    int line[PD_PART_COUNT];   /* of the file: the section of each part, 0: none */
+    int shape_line;            /* of the first solid, without solid of the first shape; 0: none */
     int threads;               /* 0: all */
     /* lattice and geometry */
     double m;                          /* [-] horizon ratio */
     double h[PD_DIM];                  /* [m] */
     double lo[PD_DIM], hi[PD_DIM];     /* [m] box */
+    int axisymmetric;                  /* 2D: x is the axis, y the distance from it */
     pd_shape *shape;                   /* [PD_SHAPE_MAX], children first */
-    int shapes, solid, wall;           /* entries in use; index of the solid and of the wall, -1: none */
+    int shapes, solid, wall, medium;   /* entries in use; index of the solid, the wall, the medium, -1: none */
+    pd_setup_wall walls[PD_SETUP_WALLS]; /* the parts of `wall` */
+    int wall_count;
     uint8_t *mask[PD_SETUP_MASKS];     /* voxels that shapes borrow */
     size_t mask_size[PD_SETUP_MASKS];
     int masks;
@@ -2656,6 +2942,7 @@ typedef struct pd_setup {
     double sound;           /* [m/s] explicit: c0 */
     /* transport */
     double diffusivity;     /* [m2/s] */
+    double medium_diffusivity; /* [m2/s] of fluid inside the medium */
     double inlet;           /* [mol/m3] */
     pd_expr initial;        /* of x, y, z; in mol/m3 */
     pd_advection advection;
@@ -2682,6 +2969,8 @@ typedef struct pd_setup {
     double slice_at;        /* [m] */
     pd_setup_probe probe[PD_SETUP_PROBES];
     int probes;
+    pd_setup_monitor monitor[PD_SETUP_MONITORS];
+    int monitors;
     /* what the reader has to say about the file, a line each */
     char note[PD_SETUP_NOTES][200];
     int notes;
@@ -2697,6 +2986,8 @@ PD_API void pd_setup_free(pd_ctx *ctx, pd_setup *setup);
 #ifdef PDI_INTERNAL
 /* Name of a field in files: "C", "v", ... */
 PDI_FN const char *pdi_setup_field_name(pd_field field);
+/* Section of a kind of monitor: "line", ... */
+PDI_FN const char *pdi_setup_monitor_name(pd_monitor_kind kind);
 /* Why the field does not exist in this setup: "[flow]", "[transport]", ...; NULL: it does. */
 PDI_FN const char *pdi_setup_field_needs(const pd_setup *setup, pd_field field);
 /* "x-", "x+", "y-", ... */
@@ -2717,6 +3008,20 @@ PDI_FN void pdi_setup_note(pd_setup *setup, const char *format, ...) PD_PRINTF_L
 PDI_FN void pdi_setup_show(double value, const char *unit, char *text);
 /* name[PD_SETUP_NAME] and, when `folder` is not NULL, folder[PD_PATH_SIZE] of a path. */
 PDI_FN void pdi_setup_split_path(const char *path, char *name, char *folder);
+#endif
+
+#endif
+
+/* ======== >>syntax.h ======== */
+/* syntax: the sections of a scene and their keys, checked before anything is read: a misspelt key is reported as such
+ * and not by what is missing without it. */
+#ifndef PD_SYNTAX_H
+#define PD_SYNTAX_H
+
+#ifdef PDI_INTERNAL
+/* PD_ERR_PARSE or PD_ERR_ARGUMENT with file:line: a section or a key that no scene has, and the nearest that one has.
+ * Whether a key has an effect in this scene is left to pd_text_unused. */
+PDI_FN pd_status pdi_syntax_check(pd_ctx *ctx, const pd_text *text);
 #endif
 
 #endif
@@ -2752,6 +3057,25 @@ PDI_FN pd_status pdi_flat_read(pd_ctx *ctx, pd_text *text, const char *const *ov
 
 #endif
 
+/* ======== >>watch.h ======== */
+/* watch: reads from a scene what a run shall watch: probes, lines, planes, forces, mass transfer, totals. */
+#ifndef PD_WATCH_H
+#define PD_WATCH_H
+
+#ifdef PDI_INTERNAL
+/* All of these sections into the setup, whose physics, sides and box are known. PD_ERR_PARSE, PD_ERR_ARGUMENT with
+ * file:line. */
+PDI_FN pd_status pdi_watch_read(pd_ctx *ctx, pd_text *text, pd_setup *setup);
+/* Bits of the list of fields under `key`; what the list names must exist in this scene, the fallback need not. */
+PDI_FN pd_status pdi_watch_fields(pd_ctx *ctx, pd_text *text, const pd_setup *setup, int section, const char *key,
+                                  const char *fallback, unsigned *bits);
+/* "x 1 mm": an axis and a place [m] inside the box. */
+PDI_FN pd_status pdi_watch_place(pd_ctx *ctx, pd_text *text, const pd_setup *setup, int section, const char *key,
+                                 int *axis, double *at);
+#endif
+
+#endif
+
 /* ======== >>scene.h ======== */
 /* scene: reads a scene file, or a flat parameter file, into a setup.
  *
@@ -2759,7 +3083,8 @@ PDI_FN pd_status pdi_flat_read(pd_ctx *ctx, pd_text *text, const char *const *ov
  *   [shape NAME] one of  box = a .. b, ... | ball = centre  radius = r | cylinder = x|y|z  centre  radius |
  *                half_space = yes  point  normal | mask = file.png  corner  cell | raw = file  size  corner  cell |
  *                union|intersect|difference = NAME, NAME;  outside = yes: the complement
- *                kind = solid|wall|part  material = mg4ag  grains = 40 um  grain_spread  grain_seed  boundary_width
+ *                kind = solid|wall (C = held)|medium (D = its diffusivity)|part  material = mg4ag
+ *                grains = 40 um  grain_spread  grain_seed  boundary_width
  *   [side x-]    flow = inlet|outlet|noslip|periodic|mirror|open  profile = parabola|uniform|expression
  *                mean = speed | flow_rate = 1 mL/min  vx = expression in x y z (vy, vz)  C = ...  p = 0
  *                noslip: velocity = 1 m/s, 0 m/s of a wall that slides along itself; C = ... held by the wall
@@ -2775,6 +3100,11 @@ PDI_FN pd_status pdi_flat_read(pd_ctx *ctx, pd_text *text, const char *const *ov
  *   [output]     every  fields = C, v, p, kind, grain, phase, D, rate, density  images = ...  slice = z 0 um  prefix
  *                folder
  *   [probe NAME] at = x, y  fields = C, v
+ *   [line NAME]  from = x, y  to = x, y  points = 101 | spacing  fields  images
+ *   [plane NAME] at = x 1 mm
+ *   [force NAME] box = a .. b, c .. d  balance = yes|no  speed, length (3D: area): reference values of coefficients
+ *   [transfer NAME] box  along = x|y|z  length  surface = C there  fluid = inlet|bulk|C  D  area
+ *   [total NAME] box
  *
  * Named constants in numbers and expressions: Csat, Cs, and rho_m, M_m, z_m of the material.
  */
@@ -2799,8 +3129,10 @@ typedef struct pd_inlet {
     int inlets;
     double mean[2 * PD_DIM];    /* [m/s] into the box, 0 for other sides */
     double width[2 * PD_DIM];   /* [m] of the open part: 2H or 2R */
-    double centre[2 * PD_DIM][PD_DIM]; /* [m] of the open part */
+    double centre[2 * PD_DIM][PD_DIM]; /* [m] of the open part; axisymmetric: 0 */
+    double inner[2 * PD_DIM];   /* [m] axisymmetric, across the axis: least radius of the open part, 0: a tube */
     int first;                  /* first inlet side, -1: none */
+    int latest;                 /* the side that was measured last: the one that the build refuses */
 } pd_inlet;
 
 #define pd_inlet_build PD_NAME(pd_inlet_build)
@@ -2811,7 +3143,8 @@ typedef struct pd_inlet {
 /* Measure the open part of each inlet side of the grid. PD_ERR_GEOMETRY: a side without open nodes, a parabola where no
  * parabola fits (two openings, a rectangular duct, solid in the opening). setup is borrowed; nothing is allocated. */
 PD_API pd_status pd_inlet_build(pd_ctx *ctx, const pd_setup *setup, const pd_grid *grid, pd_inlet *inlet);
-/* A pd_velocity_fn; user is the pd_inlet. 2D parabola: 3/2 U (1 - s^2); tube: 2 U (1 - (r/R)^2). */
+/* A pd_velocity_fn; user is the pd_inlet. 2D parabola: 3/2 U (1 - s^2); tube: 2 U (1 - (r/R)^2); between
+ * two tubes (R1 < R2, k = R1/R2, s = r/R2): 2 U (1 - s^2 + a ln s)/(1 + k^2 - a), a = (1 - k^2)/ln(1/k). */
 PD_API void pd_inlet_velocity(void *user, const double *x, double *u);
 /* A pd_entry_fn and a pd_point_fn, user being the pd_setup: where a given flow enters through open sides, and the
  * concentration [mol/m3] behind inlets and open sides. */
@@ -2821,7 +3154,7 @@ PD_API double pd_inlet_entering(void *user, const double *x);
 #endif
 
 /* ======== >>wall.h ======== */
-/* wall: what the walls at the sides of a box do in a setup: they move along themselves, they hold a concentration. */
+/* wall: what the walls of a setup do: sides of the box move along themselves, sides and shapes hold a concentration. */
 #ifndef PD_WALL_H
 #define PD_WALL_H
 
@@ -2834,7 +3167,8 @@ PD_API double pd_inlet_entering(void *user, const double *x);
 PD_API int pd_wall_moves(const pd_setup *setup);
 PD_API int pd_wall_holds(const pd_setup *setup);
 /* A pd_velocity_fn and a pd_point_fn; user is the pd_setup. x lies on a surface. Where two sides meet the velocity is
- * their mean, and the first of them that holds a concentration counts; elsewhere rest, and NaN. */
+ * their mean, and the first of them that holds a concentration counts. Off the sides, at rest, the nearest of the wall
+ * and solid shapes counts: found within a cell, since surfaces that are not smooth lie on faces of cells. */
 PD_API void pd_wall_velocity(void *user, const double *x, double *u);
 PD_API double pd_wall_held(void *user, const double *x);
 
@@ -2845,19 +3179,10 @@ PD_API double pd_wall_held(void *user, const double *x);
 #ifndef PD_MODEL_H
 #define PD_MODEL_H
 
-/* Parts that own memory, in the order of the summary. */
-typedef enum pd_part {
-    PD_PART_GRID = 0, /* stencil, lattice, bonds */
-    PD_PART_FLOW,     /* fields and steady solver */
-    PD_PART_TRANSPORT,
-    PD_PART_DISSOLVE,
-    PD_PART_GRAIN,
-    PD_PART_COUNT
-} pd_part;
-
 /* Objects point at each other: a built model must not be moved. Absent physics stays zero. */
 typedef struct pd_model {
     const pd_setup *setup;
+    int line;                 /* of the scene: what was being built when the build failed; 0: unknown */
     pd_stencil stencil;
     pd_grid grid;
     pd_bonds bonds;
@@ -2918,6 +3243,29 @@ PD_API void pd_observe_free(pd_ctx *ctx, pd_observables *o);
 
 #endif
 
+/* ======== >>sample.h ======== */
+/* sample: values of the fields of a model at nodes and at points. */
+#ifndef PD_SAMPLE_H
+#define PD_SAMPLE_H
+
+#ifdef PDI_INTERNAL
+/* "C [mol/m3]" */
+PDI_FN const char *pdi_sample_label(pd_field field);
+/* Value of a scalar field at a node, of v its length; 0 where the field has none. The metal left in a node is in
+ * `density`, C is what the fluid has dissolved. */
+PDI_FN double pdi_sample_node(const pd_model *m, pd_field field, int32_t node);
+/* Fill the ghosts of the concentration; once before pdi_sample_point is called for an instant. */
+PDI_FN void pdi_sample_prepare(pd_model *m);
+/* Value at the place x [m] of the box: C, v (its component) and p along their gradients, exact for linear fields, as
+ * the mean over the fluid cells that x touches, so that a point on a surface shows the fluid beside it; NaN where there
+ * is none. The other fields: of the cell. */
+PDI_FN double pdi_sample_point(const pd_model *m, pd_field field, int component, const double *x);
+/* 1 when x touches a cell of fluid or solid. */
+PDI_FN int pdi_sample_inside(const pd_model *m, const double *x);
+#endif
+
+#endif
+
 /* ======== >>output.h ======== */
 /* output: the files of a run: fields, pictures, diagnostics, probes, the curve of the volume loss.
  *
@@ -2945,7 +3293,6 @@ typedef struct pd_output {
     int64_t cells;
     double *time, *loss;      /* [rows] [h] and [-] */
     int64_t rows, room;
-    int32_t probe_node[PD_SETUP_PROBES];
 } pd_output;
 
 #define pd_output_open PD_NAME(pd_output_open)
@@ -2975,7 +3322,8 @@ PD_API void pd_output_free(pd_ctx *ctx, pd_output *out);
 typedef enum pd_print_kind {
     PD_PRINT_SUMMARY = 0, /* a line about the scene */
     PD_PRINT_NOTE = 1,    /* a line that the user should know: an ignored key, a conversion */
-    PD_PRINT_PROGRESS = 2 /* the share done and the time left; replaces the line before */
+    PD_PRINT_PROGRESS = 2, /* the share done and the time left; replaces the line before */
+    PD_PRINT_RESULT = 3   /* figures for scripts: "result case=... key=value ..." */
 } pd_print_kind;
 
 /* Text without newline; valid during the call. */
@@ -2985,6 +3333,68 @@ typedef void (*pd_print_fn)(void *user, pd_print_kind kind, const char *text);
 
 /* Describe a built model. */
 PD_API void pd_summary_print(const pd_model *model, pd_print_fn print, void *user);
+
+#endif
+
+/* ======== >>monitor.h ======== */
+/* monitor: what a run watches besides its fields: tables in time, profiles and plots, last values.
+ *
+ *   plane_up.csv, force_pin.csv, transfer_pin.csv, total_all.csv     one row a step
+ *   line_centre_000012_t6.1s.csv, line_centre_C_000012_t6.1s.png     at output times; likewise the local values of a
+ *                                                                    transfer
+ *
+ * Names of columns hold their units, "flow [m2/s]". Sherwood number: Sh = flux L / (area (C_surface - C_fluid) D); with
+ * the bulk concentration, area (C_surface - C_fluid) is summed over the layers.
+ */
+#ifndef PD_MONITOR_H
+#define PD_MONITOR_H
+
+#define PD_MONITOR_FIGURES 24
+
+typedef struct pd_monitor_figure {
+    char key[24], unit[16];
+    double value; /* [unit] */
+} pd_monitor_figure;
+
+typedef struct pd_monitor {
+    const pd_setup_monitor *desc;
+    pd_csv table;
+    int count;              /* of the figures */
+    pd_monitor_figure figure[PD_MONITOR_FIGURES];
+    int64_t seen;           /* force: flow solves that the figures know */
+    int columns, rows;      /* of the profile */
+    double *profile;        /* [rows][columns] [unit of the column] */
+    double *flux, *area, *fluid; /* [rows] [mol/s] [m^(d-1)] [mol/m3] transfer: of the layers */
+} pd_monitor;
+
+typedef struct pd_monitors {
+    pd_model *model;
+    char folder[PD_PATH_SIZE];
+    int line;                              /* of the scene: the section that the build refused */
+    pd_monitor monitor[PD_SETUP_MONITORS]; /* setup->monitors of them */
+} pd_monitors;
+
+#define pd_monitors_build PD_NAME(pd_monitors_build)
+#define pd_monitors_open PD_NAME(pd_monitors_open)
+#define pd_monitors_step PD_NAME(pd_monitors_step)
+#define pd_monitors_frame PD_NAME(pd_monitors_frame)
+#define pd_monitors_print PD_NAME(pd_monitors_print)
+#define pd_monitors_close PD_NAME(pd_monitors_close)
+#define pd_monitors_free PD_NAME(pd_monitors_free)
+
+/* Of all monitors of the setup; model is borrowed. PD_ERR_GEOMETRY: a probe in the wall, a box around a body that comes
+ * too close to other walls. */
+PD_API pd_status pd_monitors_build(pd_ctx *ctx, pd_model *model, pd_monitors *monitors);
+/* Start the tables in an existing folder. PD_ERR_FILE. */
+PD_API pd_status pd_monitors_open(pd_ctx *ctx, pd_monitors *monitors, const char *folder);
+/* A row of the tables. */
+PD_API pd_status pd_monitors_step(pd_ctx *ctx, pd_monitors *monitors);
+/* Profiles and plots of this instant, after its step. */
+PD_API pd_status pd_monitors_frame(pd_ctx *ctx, pd_monitors *monitors, int frame);
+/* A line "result case=... monitor=..." with the last figures of each table. */
+PD_API void pd_monitors_print(const pd_monitors *monitors, pd_print_fn print, void *user);
+PD_API pd_status pd_monitors_close(pd_ctx *ctx, pd_monitors *monitors);
+PD_API void pd_monitors_free(pd_ctx *ctx, pd_monitors *monitors);
 
 #endif
 
@@ -5295,9 +5705,8 @@ static pd_status pdi_stencil_family(pd_ctx *ctx, pd_stencil *s)
  * Elliptical horizons: delta_theta = m |xi|/|n| in place of delta (Jafarzadeh et al. 2022, eq. 16, corrected). */
 static void pdi_stencil_printed(pd_stencil *s)
 {
-    static const double pi = 3.14159265358979323846;
-    double horizon_volume = PD_DIM == 1 ? 2.0 : PD_DIM == 2 ? pi : 4.0 * pi / 3.0;
-    double lap_scale = PD_DIM == 1 ? 1.0 : PD_DIM == 2 ? 4.0 / pi : 9.0 / (2.0 * pi);
+    double horizon_volume = PD_DIM == 1 ? 2.0 : PD_DIM == 2 ? PDI_PI : 4.0 * PDI_PI / 3.0;
+    double lap_scale = PD_DIM == 1 ? 1.0 : PD_DIM == 2 ? 4.0 / PDI_PI : 9.0 / (2.0 * PDI_PI);
     for (int d = 0; d < PD_DIM; d++) horizon_volume *= s->m * s->h[d];
     for (int k = 0; k < s->count; k++) {
         const double *xi = s->xi + k * PD_DIM;
@@ -5458,6 +5867,67 @@ static pd_status pdi_stencil_paths(pd_ctx *ctx, pd_stencil *s)
     return PD_OK;
 }
 
+/* Weights that differ by less than this, relative, are the same but for rounding. */
+#define PDI_STENCIL_SAME 1e-13
+
+/* a(n) on the line through `line` at distance n_0, 0 where no bond ends. */
+static double pdi_stencil_on_line(const pd_stencil *s, const int *line, int n0)
+{
+    for (int k = 0; k < s->count; k++) {
+        int same = s->offset[k * PD_DIM] == n0;
+        for (int d = 1; d < PD_DIM; d++) same = same && s->offset[k * PD_DIM + d] == line[d];
+        if (same) return s->lap[k];
+    }
+    return 0.0;
+}
+
+/* 1 when the lines of the family through the bonds k and j have the same weights. */
+static int pdi_stencil_same_kind(const pd_stencil *s, int k, int j)
+{
+    for (int n0 = 0; n0 <= s->reach; n0++) {
+        double a = pdi_stencil_on_line(s, s->offset + k * PD_DIM, n0);
+        double b = pdi_stencil_on_line(s, s->offset + j * PD_DIM, n0);
+        if (!(fabs(a - b) <= PDI_STENCIL_SAME * fabs(a))) return 0;
+    }
+    return 1;
+}
+
+/* Largest n_0 of the bonds on the line through bond k. */
+static int pdi_stencil_line_reach(const pd_stencil *s, int k)
+{
+    int reach = s->reach;
+    while (reach > 0 && !(pdi_stencil_on_line(s, s->offset + k * PD_DIM, reach) > 0.0)) reach--;
+    return reach;
+}
+
+/* Lines are named by their bonds with n_0 = 0. Kinds that reach far come first. */
+static pd_status pdi_stencil_lines(pd_ctx *ctx, pd_stencil *s)
+{
+    int width = s->reach + 1;
+    PDI_TRY(PDI_NEW(ctx, "stencil", s->count + 1, s->line_first));
+    PDI_TRY(PDI_NEW(ctx, "stencil", s->count * PD_DIM, s->line));
+    PDI_TRY(PDI_NEW(ctx, "stencil", s->count, s->line_reach));
+    PDI_TRY(PDI_NEW(ctx, "stencil", (int64_t)s->count * width, s->line_lap));
+    PDI_TRY(PDI_NEW(ctx, "stencil", width, s->layer_lap));
+    for (int k = 0; k < s->count; k++)
+        if (s->offset[k * PD_DIM] > 0) s->layer_lap[s->offset[k * PD_DIM]] += s->lap[k];
+    for (int reach = s->reach, used = 0; reach >= 0; reach--)
+        for (int k = 0; k < s->count; k++) {
+            int seen = s->offset[k * PD_DIM] != 0 || pdi_stencil_line_reach(s, k) != reach;
+            for (int j = 0; j < k && !seen; j++) seen = s->offset[j * PD_DIM] == 0 && pdi_stencil_same_kind(s, j, k);
+            if (seen) continue;
+            for (int n0 = 0; n0 < width; n0++)
+                s->line_lap[s->kinds * width + n0] = pdi_stencil_on_line(s, s->offset + k * PD_DIM, n0);
+            s->line_reach[s->kinds] = reach;
+            for (int j = k; j < s->count; j++) {
+                if (s->offset[j * PD_DIM] != 0 || !pdi_stencil_same_kind(s, k, j)) continue;
+                memcpy(s->line + used++ * PD_DIM, s->offset + j * PD_DIM, PD_DIM * sizeof *s->line);
+            }
+            s->line_first[++s->kinds] = used;
+        }
+    return PD_OK;
+}
+
 pd_status pd_stencil_build(pd_ctx *ctx, const pd_stencil_desc *desc, pd_stencil *stencil)
 {
     memset(stencil, 0, sizeof *stencil);
@@ -5478,6 +5948,7 @@ pd_status pd_stencil_build(pd_ctx *ctx, const pd_stencil_desc *desc, pd_stencil 
     else PDI_TRY(pdi_stencil_calibrate(ctx, stencil));
     PDI_TRY(pdi_area_weights(ctx, stencil->count, stencil->xi, stencil->beta, stencil->m, stencil->h, stencil->area,
                              &stencil->anisotropy));
+    PDI_TRY(pdi_stencil_lines(ctx, stencil));
     return pdi_stencil_paths(ctx, stencil);
 }
 
@@ -5490,6 +5961,11 @@ void pd_stencil_free(pd_ctx *ctx, pd_stencil *s)
     PDI_DELETE(ctx, s->count * PD_DIM, s->grad);
     PDI_DELETE(ctx, s->count, s->base);
     PDI_DELETE(ctx, s->count, s->area);
+    PDI_DELETE(ctx, s->count + 1, s->line_first);
+    PDI_DELETE(ctx, s->count * PD_DIM, s->line);
+    PDI_DELETE(ctx, s->count, s->line_reach);
+    PDI_DELETE(ctx, (int64_t)s->count * (s->reach + 1), s->line_lap);
+    PDI_DELETE(ctx, s->reach + 1, s->layer_lap);
     PDI_DELETE(ctx, s->count + 1, s->group_first);
     PDI_DELETE(ctx, s->groups + 1, s->group_cell);
     PDI_DELETE(ctx, s->groups, s->group_entry);
@@ -5537,6 +6013,14 @@ int64_t pd_grid_count(const pd_grid *grid, pd_kind kind)
     int64_t count = 0;
     for (int32_t node = 0; node < grid->total; node++) count += grid->kind[node] == (uint8_t)kind;
     return count;
+}
+
+PDI_FN double pdi_grid_around(const pd_grid *grid, int32_t node, double out)
+{
+    double x[PD_DIM];
+    if (!grid->circumference) return 1.0;
+    pd_grid_position(grid, node, x);
+    return 2.0 * PDI_PI * fabs(x[PD_DIM - 1] + out);
 }
 
 /* The side of the box behind which index i lies; -1: inside; -2: behind an edge or corner. */
@@ -5751,10 +6235,36 @@ static pd_status pdi_grid_size(pd_ctx *ctx, const pd_stencil *stencil, const pd_
     return PD_OK;
 }
 
+/* The circumferences of the rows; what would not conserve is refused. */
+static pd_status pdi_grid_rings(pd_ctx *ctx, const pd_stencil *stencil, pd_grid *grid)
+{
+    int r = PD_DIM - 1, at_axis = fabs(grid->lo[r]) <= 1e-9 * grid->h[r];
+    if (PD_DIM != 2)
+        return pdi_fail(ctx, PD_ERR_ARGUMENT, "grid", "axisymmetric in %dD, expected PD_DIM = 2 with axes z and r",
+                        PD_DIM);
+    if (!at_axis && !(grid->lo[r] >= stencil->reach * grid->h[r]))
+        return pdi_fail(ctx, PD_ERR_GEOMETRY, "grid",
+                        "an axisymmetric box begins at r = %g m, expected 0 or at least one horizon, %g m", grid->lo[r],
+                        stencil->reach * grid->h[r]);
+    if (at_axis && grid->side[2 * r] != PD_SIDE_MIRROR)
+        return pdi_fail(ctx, PD_ERR_ARGUMENT, "grid", "the side at the axis r = 0 has type %d, expected mirror",
+                        (int)grid->side[2 * r]);
+    if ((!at_axis && grid->side[2 * r] >= PD_SIDE_PERIODIC) || grid->side[2 * r + 1] >= PD_SIDE_PERIODIC)
+        return pdi_fail(ctx, PD_ERR_ARGUMENT, "grid",
+                        "an axisymmetric box is periodic or mirrored across r > 0, expected wall, inlet or outlet");
+    PDI_TRY(PDI_NEW(ctx, "grid", grid->np[r], grid->circumference));
+    for (int row = 0; row < grid->np[r]; row++) {
+        double cell = row - grid->ghost + 0.5;
+        grid->circumference[row] = 2.0 * PDI_PI * fabs((at_axis ? 0.0 : grid->lo[r]) + cell * grid->h[r]);
+    }
+    return PD_OK;
+}
+
 pd_status pd_grid_build(pd_ctx *ctx, const pd_stencil *stencil, const pd_grid_desc *desc, pd_grid *grid)
 {
     memset(grid, 0, sizeof *grid);
     PDI_TRY(pdi_grid_size(ctx, stencil, desc, grid));
+    if (desc->axisymmetric) PDI_TRY(pdi_grid_rings(ctx, stencil, grid));
     grid->shapes = desc->shapes;
     grid->solid = desc->shapes ? desc->solid : -1;
     grid->wall = desc->shapes ? desc->wall : -1;
@@ -5826,6 +6336,7 @@ PDI_FN void pdi_grid_dissolve(pd_grid *grid, int32_t node)
 void pd_grid_free(pd_ctx *ctx, pd_grid *grid)
 {
     PDI_DELETE(ctx, grid->total, grid->kind);
+    PDI_DELETE(ctx, grid->np[PD_DIM - 1], grid->circumference);
     memset(grid, 0, sizeof *grid);
 }
 
@@ -5933,6 +6444,243 @@ void pd_ghosts_free(pd_ctx *ctx, pd_ghosts *g)
 {
     pdi_ghost_release(ctx, g);
     memset(g, 0, sizeof *g);
+}
+
+/* ======== >>ring.c ======== */
+/* ring: see ring.h
+ *
+ * Radii are in cells here: node i of the rows at the axis has rho_i = i + 1/2, a bond the mean rho = (rho_i + rho_j)/2.
+ */
+#include <math.h>
+#include <string.h>
+
+/* Newton's method for the conductances near the axis: steps, the error of the conditions that is rounding, the one that
+ * has to be reached, and pivots that count as none: total fluxes near the axis are known twice. */
+#define PDI_RING_STEPS 60
+#define PDI_RING_TOLERANCE 4e-16
+#define PDI_RING_EXACT 1e-12
+#define PDI_RING_PIVOT 1e-9
+/* The fit of one set of weights w(n): multipliers of the two conditions at each of the rows next to the axis. */
+typedef struct pdi_ring_fit {
+    const pd_stencil *stencil;
+    const double *weight;      /* [count] */
+    double scale[PD_DIM];      /* of the weights: sum scale_a w n_a^2 = 1 over a family */
+    double excess;             /* kappa of eq. 3.8 */
+    double first;              /* radius of the first row of the box in cells; 0.5: at the axis */
+    int rows;                  /* fitted, from the axis on; 0: the axis is not in reach */
+    double *axial, *radial;    /* [rows] multipliers of eq. 3.9, 3.10 */
+    double *matrix, *lack, *x; /* [2 rows][2 rows], [2 rows], [2 rows] of the Newton step */
+    int *row_of, *column_of;   /* [2 rows] pivots */
+} pdi_ring_fit;
+
+static int pdi_ring_offset(const pd_stencil *s, int k, int radial)
+{
+    return s->offset[k * PD_DIM + (radial ? PD_DIM - 1 : 0)];
+}
+
+/* Conductance of bond k of row i over its weight, in cells: rho f; 0 across the axis. */
+static double pdi_ring_conductance(const pdi_ring_fit *f, int i, int k)
+{
+    int axial = pdi_ring_offset(f->stencil, k, 0), j = i + pdi_ring_offset(f->stencil, k, 1);
+    double from = f->first + i, to = f->first + j, rho = 0.5 * (from + to);
+    if (!(from > 0.0) || !(to > 0.0)) return 0.0;
+    if (i >= f->rows || j >= f->rows) return axial ? rho : rho - f->excess / rho;
+    double square = (double)axial * axial;
+    return rho * exp(square * (f->axial[i] + f->axial[j]) + (to * to - from * from) * (f->radial[i] - f->radial[j]));
+}
+
+/* Gauss elimination with complete pivoting; what is left below the smallest pivot is consistent, its unknowns 0. */
+static void pdi_ring_solve(pdi_ring_fit *f)
+{
+    int n = 2 * f->rows, rank = 0;
+    double largest = 0.0, *a = f->matrix, *b = f->lack;
+    for (int k = 0; k < n; k++) f->row_of[k] = f->column_of[k] = k;
+    for (; rank < n; rank++) {
+        int row = rank, column = rank;
+        for (int r = rank; r < n; r++)
+            for (int c = rank; c < n; c++)
+                if (fabs(a[f->row_of[r] * n + f->column_of[c]]) > fabs(a[f->row_of[row] * n + f->column_of[column]])) {
+                    row = r;
+                    column = c;
+                }
+        double pivot = a[f->row_of[row] * n + f->column_of[column]];
+        largest = fmax(largest, fabs(pivot));
+        if (!(fabs(pivot) > PDI_RING_PIVOT * largest)) break;
+        int keep = f->row_of[rank];
+        f->row_of[rank] = f->row_of[row];
+        f->row_of[row] = keep;
+        keep = f->column_of[rank];
+        f->column_of[rank] = f->column_of[column];
+        f->column_of[column] = keep;
+        for (int r = rank + 1; r < n; r++) {
+            double factor = a[f->row_of[r] * n + f->column_of[rank]] / pivot;
+            for (int c = rank; c < n; c++)
+                a[f->row_of[r] * n + f->column_of[c]] -= factor * a[f->row_of[rank] * n + f->column_of[c]];
+            b[f->row_of[r]] -= factor * b[f->row_of[rank]];
+        }
+    }
+    for (int k = 0; k < n; k++) f->x[k] = 0.0;
+    for (int k = rank - 1; k >= 0; k--) {
+        double sum = b[f->row_of[k]];
+        for (int c = k + 1; c < rank; c++) sum -= a[f->row_of[k] * n + f->column_of[c]] * f->x[f->column_of[c]];
+        f->x[f->column_of[k]] = sum / a[f->row_of[k] * n + f->column_of[k]];
+    }
+}
+
+/* What the conditions lack, relative, and its derivatives by the multipliers; the largest. */
+static double pdi_ring_conditions(pdi_ring_fit *f)
+{
+    const pd_stencil *s = f->stencil;
+    int n = 2 * f->rows;
+    double worst = 0.0;
+    for (int k = 0; k < n * n; k++) f->matrix[k] = 0.0;
+    for (int i = 0; i < f->rows; i++) {
+        double rho = f->first + i, *lack = f->lack + 2 * i;
+        lack[0] = lack[1] = 1.0;
+        for (int k = 0; k < s->count; k++) {
+            int j = i + pdi_ring_offset(s, k, 1);
+            double c = f->weight[k] * pdi_ring_conductance(f, i, k), to = f->first + j, part[2];
+            double square = (double)pdi_ring_offset(s, k, 0) * pdi_ring_offset(s, k, 0), step = to * to - rho * rho;
+            part[0] = f->scale[0] * c * square / rho;
+            part[1] = f->scale[PD_DIM - 1] * c * step / (2.0 * rho);
+            for (int e = 0; e < 2; e++) {
+                double *row = f->matrix + (int64_t)(2 * i + e) * n;
+                lack[e] -= part[e];
+                if (j < 0 || j >= f->rows) continue;
+                row[2 * i] += part[e] * square;
+                row[2 * j] += part[e] * square;
+                row[2 * i + 1] += part[e] * step;
+                row[2 * j + 1] -= part[e] * step;
+            }
+        }
+        worst = fmax(worst, fmax(fabs(lack[0]), fabs(lack[1])));
+    }
+    return worst;
+}
+
+static pd_status pdi_ring_newton(pd_ctx *ctx, pdi_ring_fit *f)
+{
+    double best = HUGE_VAL;
+    for (int step = 0; step < PDI_RING_STEPS; step++) {
+        double error = pdi_ring_conditions(f);
+        if (error <= PDI_RING_TOLERANCE || (error <= PDI_RING_EXACT && !(error < 0.5 * best))) return PD_OK;
+        best = fmin(best, error);
+        pdi_ring_solve(f);
+        for (int i = 0; i < f->rows; i++) {
+            f->axial[i] += f->x[2 * i];
+            f->radial[i] += f->x[2 * i + 1];
+        }
+    }
+    return pdi_fail(ctx, PD_ERR_GEOMETRY, "ring", "the weights at the axis miss their conditions by %g", best);
+}
+
+/* Rows to fit: all that miss bonds, and so many that kappa is at most half of R^2 on all other bonds. */
+static int pdi_ring_rows(const pdi_ring_fit *f)
+{
+    int reach = f->stencil->reach, rows = reach;
+    if (f->first > 0.5) return 0;
+    for (;; rows++) {
+        double least = rows + 0.5 - 0.5 * reach;
+        if (least * least >= 2.0 * f->excess) return rows;
+    }
+}
+
+static void pdi_ring_release(pd_ctx *ctx, pdi_ring_fit *f)
+{
+    int64_t n = 2 * (int64_t)f->rows;
+    PDI_DELETE(ctx, f->rows, f->axial);
+    PDI_DELETE(ctx, f->rows, f->radial);
+    PDI_DELETE(ctx, n * n, f->matrix);
+    PDI_DELETE(ctx, n, f->lack);
+    PDI_DELETE(ctx, n, f->x);
+    PDI_DELETE(ctx, n, f->row_of);
+    PDI_DELETE(ctx, n, f->column_of);
+}
+
+static pd_status pdi_ring_reserve(pd_ctx *ctx, int rows, pdi_ring_fit *f)
+{
+    int64_t n = 2 * (int64_t)rows;
+    pdi_ring_release(ctx, f);
+    f->rows = rows;
+    PDI_TRY(PDI_NEW(ctx, "ring", rows, f->axial));
+    PDI_TRY(PDI_NEW(ctx, "ring", rows, f->radial));
+    PDI_TRY(PDI_NEW(ctx, "ring", n * n, f->matrix));
+    PDI_TRY(PDI_NEW(ctx, "ring", n, f->lack));
+    PDI_TRY(PDI_NEW(ctx, "ring", n, f->x));
+    PDI_TRY(PDI_NEW(ctx, "ring", n, f->row_of));
+    return PDI_NEW(ctx, "ring", n, f->column_of);
+}
+
+/* Fit the conductances of `weight` and put c_ij over the radius, times `unit`, into table[rows][count]. */
+static pd_status pdi_ring_table(pd_ctx *ctx, pdi_ring_fit *f, const pd_grid *grid, const double *weight,
+                                const double *unit, double *table)
+{
+    const pd_stencil *s = f->stencil;
+    double moment[2] = {0.0, 0.0}, curl = 0.0, straight = 0.0;
+    f->weight = weight;
+    for (int k = 0; k < s->count; k++) {
+        double axial = pdi_ring_offset(s, k, 0), radial = pdi_ring_offset(s, k, 1), square = radial * radial;
+        moment[0] += weight[k] * axial * axial;
+        moment[1] += weight[k] * square;
+        curl += weight[k] * square * (square - 1.0) / 12.0;
+        if (!(fabs(axial) > 0.0)) straight += weight[k] * square;
+    }
+    f->scale[0] = 1.0 / moment[0];
+    f->scale[PD_DIM - 1] = 1.0 / moment[1];
+    f->excess = curl > 0.0 ? curl / straight : 0.0;
+    PDI_TRY(pdi_ring_reserve(ctx, pdi_ring_rows(f), f));
+    PDI_TRY(pdi_ring_newton(ctx, f));
+    for (int row = 0; row < grid->np[PD_DIM - 1]; row++)
+        for (int k = 0; k < s->count; k++) {
+            double rho = f->first + (row - grid->ghost), c = pdi_ring_conductance(f, row - grid->ghost, k);
+            table[(int64_t)row * s->count + k] = rho > 0.0 ? (unit ? unit[k] : 1.0) * c / rho : 0.0;
+        }
+    return PD_OK;
+}
+
+static void pdi_ring_hoop(const pd_stencil *s, const pdi_ring_fit *f, const pd_grid *grid, pd_ring *ring)
+{
+    for (int row = 0; row < ring->rows; row++) {
+        double rho = f->first + (row - grid->ghost), sum = 0.0;
+        for (int k = 0; k < s->count; k++)
+            sum += ring->lap[(int64_t)row * s->count + k] * pdi_ring_offset(s, k, 1);
+        ring->hoop[row] = rho > 0.0 ? sum / rho : 0.0;
+    }
+}
+
+static pd_status pdi_ring_fill(pd_ctx *ctx, const pd_stencil *s, const pd_grid *grid, pdi_ring_fit *f, pd_ring *ring)
+{
+    PDI_TRY(PDI_NEW(ctx, "ring", (int64_t)ring->rows * ring->count, ring->lap));
+    PDI_TRY(PDI_NEW(ctx, "ring", (int64_t)ring->rows * ring->count, ring->flux));
+    PDI_TRY(PDI_NEW(ctx, "ring", ring->rows, ring->hoop));
+    PDI_TRY(pdi_ring_table(ctx, f, grid, s->lap, s->lap, ring->lap));
+    PDI_TRY(pdi_ring_table(ctx, f, grid, s->base, NULL, ring->flux));
+    pdi_ring_hoop(s, f, grid, ring);
+    return PD_OK;
+}
+
+pd_status pd_ring_build(pd_ctx *ctx, const pd_stencil *stencil, const pd_grid *grid, pd_ring *ring)
+{
+    pdi_ring_fit f;
+    memset(ring, 0, sizeof *ring);
+    memset(&f, 0, sizeof f);
+    if (!grid->circumference) return PD_OK;
+    ring->rows = grid->np[PD_DIM - 1];
+    ring->count = stencil->count;
+    f.stencil = stencil;
+    f.first = grid->circumference[grid->ghost] / (2.0 * PDI_PI * grid->h[PD_DIM - 1]);
+    if (f.first < 1.0) f.first = 0.5; /* at the axis, but for rounding */
+    pd_status status = pdi_ring_fill(ctx, stencil, grid, &f, ring);
+    pdi_ring_release(ctx, &f);
+    return status;
+}
+
+void pd_ring_free(pd_ctx *ctx, pd_ring *ring)
+{
+    PDI_DELETE(ctx, (int64_t)ring->rows * ring->count, ring->lap);
+    PDI_DELETE(ctx, (int64_t)ring->rows * ring->count, ring->flux);
+    PDI_DELETE(ctx, ring->rows, ring->hoop);
+    memset(ring, 0, sizeof *ring);
 }
 
 /* ======== >>bond.c ======== */
@@ -6125,6 +6873,19 @@ static int pdi_bond_shape(const pd_grid *grid, int32_t closed, int walled)
     return shape >= 0 && pd_shape_exact(grid->shapes, shape) ? shape : -1;
 }
 
+/* A surface of revolution bends round the axis too, by N_r/r, whatever its section does. */
+static void pdi_bond_revolve(const pd_grid *grid, const double *x, const double *xi, pdi_cut *cut)
+{
+    int r = PD_DIM - 1;
+    double radius = x[r] + cut->t * xi[r], reach = pdi_vec_dot(xi, cut->normal);
+    double round = radius > 0.0 ? cut->normal[r] / radius : 0.0;
+    double distance = cut->distance > 0.0 ? cut->distance : cut->t * fabs(reach);
+    if (!(fabs(round) * grid->h[r] < PDI_BOND_SHARP) || !(distance * (cut->mean + round) < 1.5)) return;
+    cut->distance = distance;
+    cut->mean += round;
+    cut->bend -= round * reach * reach;
+}
+
 static void pdi_bond_cut(const pd_bonds *bonds, int32_t node, int k, int group, pdi_cut *cut)
 {
     const pd_grid *grid = bonds->grid;
@@ -6133,12 +6894,12 @@ static void pdi_bond_cut(const pd_bonds *bonds, int32_t node, int k, int group, 
     int walled = pdi_bond_walled(grid, closed), shape = pdi_bond_shape(grid, closed, walled);
     double x[PD_DIM];
     pdi_bond_face_cut(bonds, node, k, group, cut);
-    if (shape >= 0 && !pdi_bond_receded(bonds, shape, node, k, group)) {
-        pd_grid_position(grid, node, x);
-        /* a tube that touches the box: its wall lies at or before the side */
+    pd_grid_position(grid, node, x);
+    /* a tube that touches the box: its wall lies at or before the side */
+    if (shape >= 0 && !pdi_bond_receded(bonds, shape, node, k, group))
         pdi_bond_shape_cut(grid, shape, x, s->xi + k * PD_DIM, walled ? cut->t : PDI_BOND_MAX_T, cut);
-    }
     if (cut->t < PDI_BOND_MIN_T) cut->t = PDI_BOND_MIN_T;
+    if (grid->circumference) pdi_bond_revolve(grid, x, s->xi + k * PD_DIM, cut);
 }
 
 /* Inverse of the moment matrix in lattice units, brought back to metres. Where the open bonds do not span space the
@@ -6176,10 +6937,12 @@ static int pdi_bond_whole(const pd_bonds *bonds, int32_t node)
 /* The field along a cut bond is u_i + s u' + s^2/2 u'' with its zero at t (eq. 3.3, 3.4). Near a wall at distance d
  * u = g d + q d^2/2, so that u'' = g (xi.D xi) + q (xi.N)^2 and the Laplacian of u is g mean + q: both u'' and the
  * slope g follow from u_i and that Laplacian. */
-static void pdi_bond_add_wall(const pd_stencil *s, int k, const pdi_cut *cut, double *lap, double *curv)
+static void pdi_bond_add_wall(const pd_bonds *bonds, int32_t node, int k, const pdi_cut *cut, double *lap,
+                              double *curv)
 {
-    double reach = pdi_vec_dot(s->xi + k * PD_DIM, cut->normal), half = 0.5 * s->lap[k] * (1.0 - cut->t);
-    *lap += s->lap[k] / cut->t;
+    double a = pdi_bond_lap(bonds, node)[k], half = 0.5 * a * (1.0 - cut->t);
+    double reach = pdi_vec_dot(bonds->stencil->xi + k * PD_DIM, cut->normal);
+    *lap += a / cut->t;
     *curv += half * reach * reach;
     if (!(cut->distance > 0.0)) return;
     double slope = 1.0 / (1.0 - 0.5 * cut->distance * cut->mean);
@@ -6210,7 +6973,7 @@ PDI_FN void pdi_bond_drive(const pd_bonds *bonds, int32_t row, pd_velocity_fn wa
         int group = pdi_bond_closed_group(bonds, node, k);
         if (group < 0) continue;
         pdi_bond_cut(bonds, node, k, group, &cut);
-        pdi_bond_add_wall(s, k, &cut, &lap, &curv);
+        pdi_bond_add_wall(bonds, node, k, &cut, &lap, &curv);
         pd_grid_position(bonds->grid, node, x);
         for (int d = 0; d < PD_DIM; d++) x[d] += cut.t * s->xi[k * PD_DIM + d];
         wall(user, x, u);
@@ -6219,12 +6982,12 @@ PDI_FN void pdi_bond_drive(const pd_bonds *bonds, int32_t row, pd_velocity_fn wa
 }
 
 /* From the inverse moments S^-1 to N S^-T with the moments N of a whole family, which g = w xi / N is made with. */
-static void pdi_bond_transpose(const pd_bonds *bonds, double *k)
+static void pdi_bond_transpose(const double *norm, double *k)
 {
     double inverse[PD_DIM * PD_DIM];
     memcpy(inverse, k, sizeof inverse);
     for (int a = 0; a < PD_DIM; a++)
-        for (int b = 0; b < PD_DIM; b++) k[a * PD_DIM + b] = bonds->norm[a] * inverse[b * PD_DIM + a];
+        for (int b = 0; b < PD_DIM; b++) k[a * PD_DIM + b] = norm[a] * inverse[b * PD_DIM + a];
 }
 
 static void pdi_bond_fill_row(pd_bonds *bonds, int32_t r)
@@ -6232,37 +6995,44 @@ static void pdi_bond_fill_row(pd_bonds *bonds, int32_t r)
     const pd_stencil *s = bonds->stencil;
     const pd_grid *grid = bonds->grid;
     int32_t node = bonds->node[r];
-    double moment[PD_DIM * PD_DIM], closure[PD_DIM * PD_DIM], entry[PD_DIM * PD_DIM];
+    double moment[PD_DIM * PD_DIM], closure[PD_DIM * PD_DIM], inner[PD_DIM * PD_DIM], entry[PD_DIM * PD_DIM];
+    double norm[PD_DIM];
     memset(moment, 0, sizeof moment);
+    memset(inner, 0, sizeof inner);
     memset(entry, 0, sizeof entry);
     memset(closure, 0, sizeof closure);
+    memset(norm, 0, sizeof norm);
     for (int w = 0; w < bonds->words; w++) bonds->mask[(int64_t)w * bonds->capacity + r] = 0;
     bonds->inlet[r] = 0;
     bonds->wall_lap[r] = bonds->wall_curv[r] = 0.0;
     for (int k = 0; k < s->count; k++) {
         const double *xi = s->xi + k * PD_DIM;
         int group = pdi_bond_closed_group(bonds, node, k);
+        double flux = s->base[k] * pdi_bond_flux(bonds, node, k);
+        for (int d = 0; d < PD_DIM; d++) norm[d] += flux * xi[d] * xi[d];
         if (group < 0) {
             bonds->mask[(int64_t)(k >> 5) * bonds->capacity + r] |= 1u << (k & 31);
             int inlet = grid->kind[node + bonds->shift[k]] == PD_INLET;
-            double *sum = inlet ? entry : moment;
             if (inlet) bonds->inlet[r] = 1;
-            for (int i = 0; i < PD_DIM * PD_DIM; i++) sum[i] += s->base[k] * xi[i / PD_DIM] * xi[i % PD_DIM];
+            for (int i = 0; i < PD_DIM * PD_DIM; i++) {
+                if (!inlet) moment[i] += s->base[k] * xi[i / PD_DIM] * xi[i % PD_DIM];
+                (inlet ? entry : inner)[i] += flux * xi[i / PD_DIM] * xi[i % PD_DIM];
+            }
             continue;
         }
         pdi_cut cut;
         pdi_bond_cut(bonds, node, k, group, &cut);
-        pdi_bond_add_wall(s, k, &cut, &bonds->wall_lap[r], &bonds->wall_curv[r]);
+        pdi_bond_add_wall(bonds, node, k, &cut, &bonds->wall_lap[r], &bonds->wall_curv[r]);
         /* mirror of the far end: xi - 2 (1-t) (xi.N) N; its excess over xi is a known multiple of the gradient */
         double excess = 2.0 * s->base[k] * fmax(1.0 - cut.t, 0.0) * pdi_vec_dot(xi, cut.normal);
         for (int i = 0; i < PD_DIM * PD_DIM; i++) closure[i] += excess * xi[i / PD_DIM] * cut.normal[i % PD_DIM];
     }
     double *inverse = bonds->moment + (int64_t)r * PD_DIM * PD_DIM;
     double *carrier = bonds->carrier + (int64_t)r * PD_DIM * PD_DIM;
-    for (int i = 0; i < PD_DIM * PD_DIM; i++) entry[i] += moment[i];
+    for (int i = 0; i < PD_DIM * PD_DIM; i++) entry[i] += inner[i];
     pdi_bond_invert(grid, moment, closure, inverse);
     pdi_bond_invert(grid, entry, closure, carrier);
-    pdi_bond_transpose(bonds, carrier);
+    pdi_bond_transpose(norm, carrier);
 }
 
 static void pdi_bond_free_rows(pd_ctx *ctx, pd_bonds *b)
@@ -6472,11 +7242,15 @@ pd_status pd_bonds_build(pd_ctx *ctx, const pd_stencil *stencil, const pd_grid *
         for (int d = 0; d < PD_DIM; d++)
             bonds->norm[d] += stencil->base[k] * stencil->xi[k * PD_DIM + d] * stencil->xi[k * PD_DIM + d];
     PDI_TRY(PDI_NEW(ctx, "bond", stencil->count, bonds->shift));
+    PDI_TRY(PDI_NEW(ctx, "bond", stencil->line_first[stencil->kinds], bonds->line_shift));
     PDI_TRY(PDI_NEW(ctx, "bond", stencil->cells, bonds->cell_shift));
     PDI_TRY(PDI_NEW(ctx, "bond", grid->total, bonds->row));
     PDI_TRY(pd_ghosts_build(ctx, grid, &bonds->ghosts));
+    PDI_TRY(pd_ring_build(ctx, stencil, grid, &bonds->ring));
     for (int k = 0; k < stencil->count; k++)
         for (int d = 0; d < PD_DIM; d++) bonds->shift[k] += stencil->offset[k * PD_DIM + d] * grid->stride[d];
+    for (int l = 0; l < stencil->line_first[stencil->kinds]; l++)
+        for (int d = 1; d < PD_DIM; d++) bonds->line_shift[l] += stencil->line[l * PD_DIM + d] * grid->stride[d];
     for (int c = 0; c < stencil->cells; c++)
         for (int d = 0; d < PD_DIM; d++) bonds->cell_shift[c] += stencil->cell[c * PD_DIM + d] * grid->stride[d];
     int32_t rows = 0;
@@ -6510,6 +7284,47 @@ pd_status pd_bonds_update(pd_ctx *ctx, const int32_t *changed, int32_t count, pd
     return pdi_bond_arrange(ctx, bonds);
 }
 
+/* Fluxes through the plane of the bonds that start at `node`, of index i. */
+static void pdi_bond_cross(const pd_bonds *bonds, int32_t node, const int *i, int axis, int index,
+                           pdi_bond_flux_fn flux, const void *user, pdi_sum *sum)
+{
+    const pd_stencil *s = bonds->stencil;
+    const pd_grid *grid = bonds->grid;
+    for (int k = 0; k < s->count; k++) {
+        if (i[axis] + s->offset[k * PD_DIM + axis] < index) continue;
+        /* bonds that would leave the arrays start behind a side ghost */
+        int inside = 1;
+        for (int d = 0; d < PD_DIM; d++) {
+            int far = i[d] + s->offset[k * PD_DIM + d];
+            inside = inside && far >= -grid->ghost && far < grid->n[d] + grid->ghost;
+        }
+        if (!inside) continue;
+        uint8_t far_kind = grid->kind[node + bonds->shift[k]];
+        if (grid->kind[node] != PD_FLUID && far_kind != PD_FLUID) continue;
+        int port = far_kind == PD_INLET || far_kind == PD_OUTLET;
+        if (port && i[axis] + s->offset[k * PD_DIM + axis] < grid->n[axis]) continue; /* passes a side beside */
+        if (!pdi_grid_open(far_kind) || pdi_bond_closed_group(bonds, node, k) >= 0) continue;
+        pdi_sum_add(sum, flux(user, node, k) * pdi_grid_circumference(grid, node));
+    }
+}
+
+PDI_FN double pdi_bond_section(const pd_bonds *bonds, int axis, int index, pdi_bond_flux_fn flux, const void *user)
+{
+    const pd_grid *grid = bonds->grid;
+    pdi_sum sum = {0.0, 0.0};
+    for (int32_t node = 0; node < grid->total; node++) {
+        int i[PD_DIM];
+        if (!pdi_grid_open(grid->kind[node])) continue;
+        pdi_grid_index(grid, node, i);
+        if (i[axis] >= index || i[axis] < index - bonds->stencil->reach) continue;
+        /* ghosts count before the box, not beside it: ports there belong to no plane, and an image repeats a bond of
+         * the box */
+        if (grid->kind[node] != PD_FLUID && i[axis] >= 0) continue;
+        pdi_bond_cross(bonds, node, i, axis, index, flux, user, &sum);
+    }
+    return pdi_sum_total(&sum);
+}
+
 pd_status pd_bonds_validate(pd_ctx *ctx, const pd_bonds *b)
 {
     const pd_stencil *s = b->stencil;
@@ -6539,9 +7354,11 @@ pd_status pd_bonds_validate(pd_ctx *ctx, const pd_bonds *b)
 void pd_bonds_free(pd_ctx *ctx, pd_bonds *b)
 {
     PDI_DELETE(ctx, b->stencil ? b->stencil->count : 0, b->shift);
+    PDI_DELETE(ctx, b->stencil ? b->stencil->line_first[b->stencil->kinds] : 0, b->line_shift);
     PDI_DELETE(ctx, b->stencil ? b->stencil->cells : 0, b->cell_shift);
     PDI_DELETE(ctx, b->grid ? b->grid->total : 0, b->row);
     pd_ghosts_free(ctx, &b->ghosts);
+    pd_ring_free(ctx, &b->ring);
     pdi_bond_free_rows(ctx, b);
     pdi_bond_free_runs(ctx, b);
     pdi_bond_free_batches(ctx, b);
@@ -7099,6 +7916,173 @@ pd_status pd_grain_measure(pd_ctx *ctx, const pd_grid *grid, const pd_grain *gra
     return PD_OK;
 }
 
+/* ======== >>line.c ======== */
+/* line: see line.h
+ *
+ * Each pass streams over the columns of a piece, a few operands at a time: what is written stays in the first cache.
+ */
+
+/* Deepest family, nodes and columns of a piece (with both its sides, whole vectors), kinds of lines that are kept at a
+ * time. */
+#define PDI_LINE_REACH 12
+#define PDI_LINE_LANES 256
+#define PDI_LINE_COLUMNS (PDI_LINE_LANES + 2 * PDI_LINE_REACH + PDI_VECTOR)
+#define PDI_LINE_KINDS 4
+
+/* sum (+)= (a - c) + (b - c): a line and its mirror image. */
+static void pdi_line_pair(const double *PD_RESTRICT c, const double *PD_RESTRICT a, const double *PD_RESTRICT b,
+                          int first, int n, double *PD_RESTRICT sum)
+{
+    if (first)
+        for (int k = 0; k < n; k++) sum[k] = (a[k] - c[k]) + (b[k] - c[k]);
+    else
+        for (int k = 0; k < n; k++) sum[k] += (a[k] - c[k]) + (b[k] - c[k]);
+}
+
+/* sum (+)= two pairs, shift[4]. */
+static void pdi_line_pairs(const double *PD_RESTRICT c, const int32_t *shift, int first, int n,
+                           double *PD_RESTRICT sum)
+{
+    const double *PD_RESTRICT p = c + shift[0], *PD_RESTRICT q = c + shift[1];
+    const double *PD_RESTRICT r = c + shift[2], *PD_RESTRICT s = c + shift[3];
+    if (first)
+        for (int k = 0; k < n; k++) sum[k] = ((p[k] - c[k]) + (q[k] - c[k])) + ((r[k] - c[k]) + (s[k] - c[k]));
+    else
+        for (int k = 0; k < n; k++) sum[k] += ((p[k] - c[k]) + (q[k] - c[k])) + ((r[k] - c[k]) + (s[k] - c[k]));
+}
+
+/* sum = four pairs, shift[8]. */
+static void pdi_line_four_pairs(const double *PD_RESTRICT c, const int32_t *shift, int n, double *PD_RESTRICT sum)
+{
+    const double *PD_RESTRICT p = c + shift[0], *PD_RESTRICT q = c + shift[1];
+    const double *PD_RESTRICT r = c + shift[2], *PD_RESTRICT s = c + shift[3];
+    const double *PD_RESTRICT t = c + shift[4], *PD_RESTRICT u = c + shift[5];
+    const double *PD_RESTRICT v = c + shift[6], *PD_RESTRICT w = c + shift[7];
+    for (int k = 0; k < n; k++)
+        sum[k] = (((p[k] - c[k]) + (q[k] - c[k])) + ((r[k] - c[k]) + (s[k] - c[k]))) +
+                 (((t[k] - c[k]) + (u[k] - c[k])) + ((v[k] - c[k]) + (w[k] - c[k])));
+}
+
+/* Differences of all lines of one kind to the line through the node. Their number is even: opposite ones belong
+ * together. */
+static void pdi_line_kind(const pd_bonds *bonds, const double *f, int kind, int n, double *sum)
+{
+    const int32_t *shift = bonds->line_shift;
+    int first = bonds->stencil->line_first[kind], end = bonds->stencil->line_first[kind + 1], l = first;
+    if (end - l >= 8) {
+        pdi_line_four_pairs(f, shift + l, n, sum);
+        l += 8;
+    }
+    for (; l + 4 <= end; l += 4) pdi_line_pairs(f, shift + l, l == first, n, sum);
+    for (; l < end; l += 2) pdi_line_pair(f, f + shift[l], f + shift[l + 1], l == first, n, sum);
+}
+
+/* t (+)= a[0] x[0] + .. + a[kinds-1] x[kinds-1], at most four kinds. */
+static void pdi_line_weigh(double (*x)[PDI_LINE_COLUMNS], const double *a, int kinds, int first, int n,
+                           double *PD_RESTRICT t)
+{
+    const double *PD_RESTRICT p = x[0], *PD_RESTRICT q = x[1], *PD_RESTRICT r = x[2], *PD_RESTRICT s = x[3];
+    double b = a[0], c = a[1], d = a[2], e = a[3];
+    if (kinds == 4 && first)
+        for (int k = 0; k < n; k++) t[k] = (b * p[k] + c * q[k]) + (d * r[k] + e * s[k]);
+    else if (kinds == 4)
+        for (int k = 0; k < n; k++) t[k] += (b * p[k] + c * q[k]) + (d * r[k] + e * s[k]);
+    else if (first)
+        for (int k = 0; k < n; k++) t[k] = 0.0;
+    if (kinds == 3)
+        for (int k = 0; k < n; k++) t[k] += (b * p[k] + c * q[k]) + d * r[k];
+    if (kinds == 2)
+        for (int k = 0; k < n; k++) t[k] += b * p[k] + c * q[k];
+    if (kinds == 1)
+        for (int k = 0; k < n; k++) t[k] += b * p[k];
+}
+
+/* The family of m = 3 in 2D in one pass: three pairs of lines, which reach three, two and one layers. */
+static void pdi_line_three(const double *PD_RESTRICT f, const int32_t *shift, const double *a, int n,
+                           double (*t)[PDI_LINE_COLUMNS])
+{
+    const double *PD_RESTRICT u = f + shift[0], *PD_RESTRICT v = f + shift[1], *PD_RESTRICT w = f + shift[2];
+    const double *PD_RESTRICT x = f + shift[3], *PD_RESTRICT y = f + shift[4], *PD_RESTRICT z = f + shift[5];
+    double *PD_RESTRICT t0 = t[0], *PD_RESTRICT t1 = t[1], *PD_RESTRICT t2 = t[2], *PD_RESTRICT t3 = t[3];
+    for (int k = 0; k < n; k++) {
+        double p = (u[k] - f[k]) + (v[k] - f[k]), q = (w[k] - f[k]) + (x[k] - f[k]), r = (y[k] - f[k]) + (z[k] - f[k]);
+        t0[k] = (a[0] * p + a[4] * q) + a[8] * r;
+        t1[k] = (a[1] * p + a[5] * q) + a[9] * r;
+        t2[k] = a[2] * p + a[6] * q;
+        t3[k] = a[3] * p;
+    }
+}
+
+static int pdi_line_is_three(const pd_stencil *s)
+{
+    return s->reach == 3 && s->kinds == 3 && s->line_first[3] == 6 && s->line_first[1] == 2 && s->line_first[2] == 4 &&
+           s->line_reach[0] == 3 && s->line_reach[1] == 2 && s->line_reach[2] == 1;
+}
+
+/* out += the layers n and -n: what the lines beside it bring there, and the bonds of the layer along axis 0. */
+static void pdi_line_layer(const double *PD_RESTRICT f, const double *PD_RESTRICT side, double a, int n, int count,
+                           double *PD_RESTRICT out)
+{
+    const double *up = f + n, *down = f - n, *right = side + n, *left = side - n;
+    for (int b = 0; b < count; b++) out[b] += (left[b] + right[b]) + a * ((up[b] - f[b]) + (down[b] - f[b]));
+}
+
+/* The first three layers at once. */
+static void pdi_line_layers(const double *PD_RESTRICT f, double (*t)[PDI_LINE_COLUMNS], int reach, const double *a,
+                            int count, double *PD_RESTRICT out)
+{
+    const double *PD_RESTRICT s = t[0] + reach, *PD_RESTRICT u = t[1] + reach, *PD_RESTRICT v = t[2] + reach;
+    const double *PD_RESTRICT w = t[3] + reach;
+    double c = a[1], d = a[2], e = a[3];
+    for (int b = 0; b < count; b++)
+        out[b] = (s[b] + ((u[b - 1] + u[b + 1]) + c * ((f[b + 1] - f[b]) + (f[b - 1] - f[b])))) +
+                 (((v[b - 2] + v[b + 2]) + d * ((f[b + 2] - f[b]) + (f[b - 2] - f[b]))) +
+                  ((w[b - 3] + w[b + 3]) + e * ((f[b + 3] - f[b]) + (f[b - 3] - f[b]))));
+}
+
+/* Columns that a line has no bond to may hold anything, and do not get into the sums that are read: kinds are sorted by
+ * their reach, and layer n takes those that reach it. `columns` may be more than count and both sides. */
+static void pdi_line_piece(const pd_bonds *bonds, const double *f, int count, int columns, double *out)
+{
+    const pd_stencil *s = bonds->stencil;
+    int reach = s->reach, at = 1;
+    double x[PDI_LINE_KINDS][PDI_LINE_COLUMNS], t[PDI_LINE_REACH + 1][PDI_LINE_COLUMNS];
+    int three = pdi_line_is_three(s);
+    if (three) pdi_line_three(f - reach, bonds->line_shift, s->line_lap, columns, t);
+    for (int first = 0; (first == 0 || first < s->kinds) && !three; first += PDI_LINE_KINDS) {
+        int some = s->kinds - first < PDI_LINE_KINDS ? s->kinds - first : PDI_LINE_KINDS;
+        for (int k = 0; k < some; k++) pdi_line_kind(bonds, f - reach, first + k, columns, x[k]);
+        for (int n = 0; n <= reach; n++) {
+            double a[PDI_LINE_KINDS];
+            int kinds = 0;
+            for (; kinds < some && s->line_reach[first + kinds] >= n; kinds++)
+                a[kinds] = s->line_lap[(first + kinds) * (reach + 1) + n];
+            for (int k = kinds; k < PDI_LINE_KINDS; k++) a[k] = 0.0;
+            pdi_line_weigh(x, a, kinds, first == 0, columns, t[n]);
+        }
+    }
+    if (reach >= 3) {
+        pdi_line_layers(f, t, reach, s->layer_lap, count, out);
+        at = 4;
+    } else
+        for (int b = 0; b < count; b++) out[b] = t[0][b + reach];
+    for (; at <= reach; at++) pdi_line_layer(f, t[at] + reach, s->layer_lap[at], at, count, out);
+}
+
+PDI_FN void pdi_line_laplacian(const pd_bonds *bonds, const double *f, int32_t i, int32_t length, double *out)
+{
+    const pd_grid *grid = bonds->grid;
+    int reach = bonds->stencil->reach, deepest = 0;
+    for (int d = 0; d < PD_DIM; d++) deepest += reach * grid->stride[d];
+    for (int32_t at = 0; at < length; at += PDI_LINE_LANES) {
+        int count = length - at < PDI_LINE_LANES ? (int)(length - at) : PDI_LINE_LANES;
+        /* whole vectors, where that does not leave the array */
+        int columns = count + 2 * reach, vectors = (columns + PDI_VECTOR - 1) / PDI_VECTOR * PDI_VECTOR;
+        if (i + at + deepest + vectors - reach <= grid->total) columns = vectors;
+        pdi_line_piece(bonds, f + i + at, count, columns, out + at);
+    }
+}
+
 /* ======== >>op.c ======== */
 /* op: see op.h
  *
@@ -7127,13 +8111,19 @@ static void pdi_op_split(const pdi_op_sweep *w, pdi_op_lanes_fn lanes, int32_t f
     }
 }
 
+/* Takes runs of any length. */
+static void pdi_op_laplacian_whole(const pdi_op_sweep *w, int32_t i, int count);
+
 static void pdi_op_apply(const pd_ctx *ctx, const pdi_op_sweep *w, pdi_op_lanes_fn whole, pdi_op_lanes_fn cut)
 {
     const pd_bonds *bonds = w->bonds;
     int nt = pdi_par_threads(ctx, bonds->grid->fluid_count * bonds->stencil->count * 4);
     (void)nt;
     PDI_PARALLEL_FOR(nt)
-    for (int32_t r = 0; r < bonds->runs; r++) pdi_op_split(w, whole, bonds->run_first[r], bonds->run_length[r]);
+    for (int32_t r = 0; r < bonds->runs; r++) {
+        if (whole == pdi_op_laplacian_whole) whole(w, bonds->run_first[r], bonds->run_length[r]);
+        else pdi_op_split(w, whole, bonds->run_first[r], bonds->run_length[r]);
+    }
     PDI_PARALLEL_FOR(nt)
     for (int32_t r = 0; r < bonds->batches; r++) pdi_op_split(w, cut, bonds->batch_first[r], bonds->batch_length[r]);
     for (int32_t r = bonds->plain; r < bonds->rows; r++) cut(w, r, 1);
@@ -7150,30 +8140,28 @@ static void pdi_op_sweep_init(const pd_bonds *bonds, const double *f, const doub
 
 /* ---- gradient: G f_i = sum g (f_j - f_i); the sum of g over a whole family is zero (eq. 2.4) ---- */
 
-static void pdi_op_gradient_whole(const pdi_op_sweep *w, int32_t i, int count)
+static void pdi_op_slope_whole(const pd_bonds *bonds, const double *f, int32_t i, int count,
+                               double slope[PD_DIM][PDI_LANES])
 {
-    const pd_stencil *s = w->bonds->stencil;
-    double sum[PD_DIM][PDI_LANES];
-    memset(sum, 0, sizeof sum);
+    const pd_stencil *s = bonds->stencil;
+    memset(slope, 0, PD_DIM * sizeof *slope);
     for (int k = 0; k < s->count / 2; k++) {
-        const double *far = w->f + i + w->bonds->shift[k], *back = w->f + i - w->bonds->shift[k];
-        const double *g = s->grad + k * PD_DIM;
+        const double *far = f + i + bonds->shift[k], *back = f + i - bonds->shift[k], *g = s->grad + k * PD_DIM;
         for (int d = 0; d < PD_DIM; d++)
-            for (int b = 0; b < count; b++) sum[d][b] += g[d] * (far[b] - back[b]);
+            for (int b = 0; b < count; b++) slope[d][b] += g[d] * (far[b] - back[b]);
     }
-    for (int d = 0; d < PD_DIM; d++) memcpy(w->out + (int64_t)d * w->total + i, sum[d], (size_t)count * sizeof(double));
 }
 
 /* K^-1 sum w xi (f_j - f_i) with the moments K of the open bonds (eq. 3.5). */
-static void pdi_op_gradient_cut(const pdi_op_sweep *w, int32_t r, int count)
+static void pdi_op_slope_cut(const pd_bonds *bonds, const double *field, int32_t r, int count,
+                             double slope[PD_DIM][PDI_LANES])
 {
-    const pd_bonds *bonds = w->bonds;
     const pd_stencil *s = bonds->stencil;
     int32_t i = bonds->node[r];
     double sum[PD_DIM][PDI_LANES], open[PDI_LANES];
     memset(sum, 0, sizeof sum);
     for (int k = 0; k < s->count; k++) {
-        const double *far = w->f + i + bonds->shift[k], *f = w->f + i, *xi = s->xi + k * PD_DIM;
+        const double *far = field + i + bonds->shift[k], *f = field + i, *xi = s->xi + k * PD_DIM;
         double base = s->base[k];
         pdi_lanes lanes = pdi_bond_open_lanes(bonds, r, k, count, open);
         if (lanes == PDI_LANES_NONE) continue;
@@ -7188,9 +8176,29 @@ static void pdi_op_gradient_cut(const pdi_op_sweep *w, int32_t r, int count)
         for (int d = 0; d < PD_DIM; d++) {
             double value = 0.0;
             for (int e = 0; e < PD_DIM; e++) value += inverse[d * PD_DIM + e] * sum[e][b];
-            w->out[(int64_t)d * w->total + i + b] = value;
+            slope[d][b] = value;
         }
     }
+}
+
+static void pdi_op_gradient_put(const pdi_op_sweep *w, int32_t i, int count, double slope[PD_DIM][PDI_LANES])
+{
+    for (int d = 0; d < PD_DIM; d++)
+        memcpy(w->out + (int64_t)d * w->total + i, slope[d], (size_t)count * sizeof(double));
+}
+
+static void pdi_op_gradient_whole(const pdi_op_sweep *w, int32_t i, int count)
+{
+    double slope[PD_DIM][PDI_LANES];
+    pdi_op_slope_whole(w->bonds, w->f, i, count, slope);
+    pdi_op_gradient_put(w, i, count, slope);
+}
+
+static void pdi_op_gradient_cut(const pdi_op_sweep *w, int32_t r, int count)
+{
+    double slope[PD_DIM][PDI_LANES];
+    pdi_op_slope_cut(w->bonds, w->f, r, count, slope);
+    pdi_op_gradient_put(w, w->bonds->node[r], count, slope);
 }
 
 void pd_op_gradient(const pd_ctx *ctx, const pd_bonds *bonds, const double *f, double *grad)
@@ -7202,32 +8210,44 @@ void pd_op_gradient(const pd_ctx *ctx, const pd_bonds *bonds, const double *f, d
 
 PDI_FN double pdi_op_sample(const pd_bonds *bonds, const double *f, int32_t node, const double *x)
 {
-    const pd_stencil *s = bonds->stencil;
-    int32_t r = bonds->row[node];
-    double sum[PD_DIM], at[PD_DIM], value = f[node];
-    for (int d = 0; d < PD_DIM; d++) sum[d] = 0.0;
-    for (int k = 0; k < s->count; k++) {
-        int32_t j = node + bonds->shift[k];
-        if (r >= 0 && (!pdi_bond_open(bonds, r, k) || bonds->grid->kind[j] == PD_INLET)) continue;
-        for (int d = 0; d < PD_DIM; d++)
-            sum[d] += (r < 0 ? s->grad[k * PD_DIM + d] : s->base[k] * s->xi[k * PD_DIM + d]) * (f[j] - f[node]);
-    }
+    double slope[PD_DIM][PDI_LANES], at[PD_DIM], value = f[node];
+    if (bonds->row[node] < 0) pdi_op_slope_whole(bonds, f, node, 1, slope);
+    else pdi_op_slope_cut(bonds, f, bonds->row[node], 1, slope);
     pd_grid_position(bonds->grid, node, at);
-    for (int d = 0; d < PD_DIM; d++) {
-        double slope = r < 0 ? sum[d] : 0.0;
-        for (int e = 0; e < PD_DIM && r >= 0; e++)
-            slope += bonds->moment[(int64_t)r * PD_DIM * PD_DIM + d * PD_DIM + e] * sum[e];
-        value += slope * (x[d] - at[d]);
-    }
+    for (int d = 0; d < PD_DIM; d++) value += slope[d][0] * (x[d] - at[d]);
     return value;
 }
 
 /* ---- divergence: D u_i = sum g.(u_i + u_j), antisymmetric in i and j (eq. 4.2) ---- */
 
+/* Nodes i .. i+count-1, which are the rows from r (-1: whole families), bond by bond. */
+static void pdi_op_divergence_bonds(const pdi_op_sweep *w, int32_t i, int32_t r, int count)
+{
+    const pd_bonds *bonds = w->bonds;
+    const pd_stencil *s = bonds->stencil;
+    double sum[PDI_LANES], open[PDI_LANES];
+    memset(sum, 0, sizeof sum);
+    for (int k = 0; k < s->count; k++) {
+        pdi_lanes lanes = r < 0 ? PDI_LANES_ALL : pdi_bond_open_lanes(bonds, r, k, count, open);
+        if (lanes == PDI_LANES_NONE) continue;
+        for (int d = 0; d < PD_DIM; d++) {
+            const double *u = w->f + (int64_t)d * w->total + i, *far = u + bonds->shift[k];
+            double g = s->grad[k * PD_DIM + d] * pdi_bond_flux(bonds, i, k);
+            for (int b = 0; b < count; b++)
+                sum[b] += lanes == PDI_LANES_ALL || open[b] > 0.0 ? g * (u[b] + far[b]) : 0.0;
+        }
+    }
+    memcpy(w->out + i, sum, (size_t)count * sizeof(double));
+}
+
 static void pdi_op_divergence_whole(const pdi_op_sweep *w, int32_t i, int count)
 {
     const pd_stencil *s = w->bonds->stencil;
     double sum[PDI_LANES];
+    if (w->bonds->ring.flux) {
+        pdi_op_divergence_bonds(w, i, -1, count);
+        return;
+    }
     memset(sum, 0, sizeof sum);
     for (int k = 0; k < s->count / 2; k++)
         for (int d = 0; d < PD_DIM; d++) {
@@ -7241,22 +8261,7 @@ static void pdi_op_divergence_whole(const pdi_op_sweep *w, int32_t i, int count)
 
 static void pdi_op_divergence_cut(const pdi_op_sweep *w, int32_t r, int count)
 {
-    const pd_bonds *bonds = w->bonds;
-    const pd_stencil *s = bonds->stencil;
-    int32_t i = bonds->node[r];
-    double sum[PDI_LANES], open[PDI_LANES];
-    memset(sum, 0, sizeof sum);
-    for (int k = 0; k < s->count; k++) {
-        pdi_lanes lanes = pdi_bond_open_lanes(bonds, r, k, count, open);
-        if (lanes == PDI_LANES_NONE) continue;
-        for (int d = 0; d < PD_DIM; d++) {
-            const double *u = w->f + (int64_t)d * w->total + i, *far = u + bonds->shift[k];
-            double g = s->grad[k * PD_DIM + d];
-            for (int b = 0; b < count; b++)
-                sum[b] += lanes == PDI_LANES_ALL || open[b] > 0.0 ? g * (u[b] + far[b]) : 0.0;
-        }
-    }
-    memcpy(w->out + i, sum, (size_t)count * sizeof(double));
+    pdi_op_divergence_bonds(w, w->bonds->node[r], r, count);
 }
 
 void pd_op_divergence(const pd_ctx *ctx, const pd_bonds *bonds, const double *u, double *div)
@@ -7268,43 +8273,43 @@ void pd_op_divergence(const pd_ctx *ctx, const pd_bonds *bonds, const double *u,
 
 /* ---- Laplacian: L f_i = sum a (f_j - f_i), symmetric weights (eq. 2.3) ---- */
 
-static void pdi_op_laplacian_whole(const pdi_op_sweep *w, int32_t i, int count)
+/* Nodes i .. i+count-1, which are the rows from r (-1: whole families), bond by bond. */
+static void pdi_op_laplacian_bonds(const pdi_op_sweep *w, int32_t i, int32_t r, int count)
 {
-    const pd_stencil *s = w->bonds->stencil;
-    const double *f = w->f + i;
-    double sum[PDI_LANES];
+    const pd_bonds *bonds = w->bonds;
+    const double *f = w->f + i, *lap = pdi_bond_lap(bonds, i);
+    double sum[PDI_LANES], open[PDI_LANES];
     memset(sum, 0, sizeof sum);
-    /* differences, not sums less the centre: constants come out as exact zeros */
-    for (int k = 0; k < s->count / 2; k++) {
-        const double *far = f + w->bonds->shift[k], *back = f - w->bonds->shift[k];
-        double a = s->lap[k];
-        for (int b = 0; b < count; b++) sum[b] += a * ((far[b] - f[b]) + (back[b] - f[b]));
+    for (int k = 0; k < bonds->stencil->count; k++) {
+        const double *far = f + bonds->shift[k];
+        double a = lap[k];
+        pdi_lanes lanes = r < 0 ? PDI_LANES_ALL : pdi_bond_open_lanes(bonds, r, k, count, open);
+        if (lanes == PDI_LANES_NONE) continue;
+        for (int b = 0; b < count; b++) sum[b] += lanes == PDI_LANES_ALL || open[b] > 0.0 ? a * (far[b] - f[b]) : 0.0;
     }
     memcpy(w->out + i, sum, (size_t)count * sizeof(double));
 }
 
+static void pdi_op_laplacian_whole(const pdi_op_sweep *w, int32_t i, int count)
+{
+    pdi_line_laplacian(w->bonds, w->f, i, count, w->out + i);
+}
+
+static void pdi_op_laplacian_rings(const pdi_op_sweep *w, int32_t i, int count)
+{
+    pdi_op_laplacian_bonds(w, i, -1, count);
+}
+
 static void pdi_op_laplacian_cut(const pdi_op_sweep *w, int32_t r, int count)
 {
-    const pd_bonds *bonds = w->bonds;
-    const pd_stencil *s = bonds->stencil;
-    const double *f = w->f + bonds->node[r];
-    double sum[PDI_LANES], open[PDI_LANES];
-    memset(sum, 0, sizeof sum);
-    for (int k = 0; k < s->count; k++) {
-        const double *far = f + bonds->shift[k];
-        double a = s->lap[k];
-        pdi_lanes lanes = pdi_bond_open_lanes(bonds, r, k, count, open);
-        if (lanes == PDI_LANES_NONE) continue;
-        for (int b = 0; b < count; b++) sum[b] += lanes == PDI_LANES_ALL || open[b] > 0.0 ? a * (far[b] - f[b]) : 0.0;
-    }
-    memcpy(w->out + bonds->node[r], sum, (size_t)count * sizeof(double));
+    pdi_op_laplacian_bonds(w, w->bonds->node[r], r, count);
 }
 
 void pd_op_laplacian(const pd_ctx *ctx, const pd_bonds *bonds, const double *f, double *lap)
 {
     pdi_op_sweep w;
     pdi_op_sweep_init(bonds, f, NULL, lap, &w);
-    pdi_op_apply(ctx, &w, pdi_op_laplacian_whole, pdi_op_laplacian_cut);
+    pdi_op_apply(ctx, &w, bonds->ring.lap ? pdi_op_laplacian_rings : pdi_op_laplacian_whole, pdi_op_laplacian_cut);
 }
 
 /* ---- diffusion: sum D_ij a (f_j - f_i), D_ij = 2 D_i D_j / (D_i + D_j) (eq. 5.2) ---- */
@@ -7316,37 +8321,29 @@ static inline double pdi_op_harmonic(double a, double b)
     return upper > 0.0 ? 2.0 * lower / (1.0 + lower / upper) : 0.0;
 }
 
-static void pdi_op_diffuse_whole(const pdi_op_sweep *w, int32_t i, int count)
-{
-    const pd_stencil *s = w->bonds->stencil;
-    const double *f = w->f + i, *d = w->d + i;
-    double sum[PDI_LANES];
-    memset(sum, 0, sizeof sum);
-    for (int k = 0; k < s->count; k++) {
-        const double *far = f + w->bonds->shift[k], *d_far = d + w->bonds->shift[k];
-        double a = s->lap[k];
-        for (int b = 0; b < count; b++) sum[b] += a * pdi_op_harmonic(d[b], d_far[b]) * (far[b] - f[b]);
-    }
-    memcpy(w->out + i, sum, (size_t)count * sizeof(double));
-}
-
-static void pdi_op_diffuse_cut(const pdi_op_sweep *w, int32_t r, int count)
+static void pdi_op_diffuse_bonds(const pdi_op_sweep *w, int32_t i, int32_t r, int count)
 {
     const pd_bonds *bonds = w->bonds;
-    const pd_stencil *s = bonds->stencil;
-    const double *f = w->f + bonds->node[r], *d = w->d + bonds->node[r];
+    const double *f = w->f + i, *d = w->d + i, *lap = pdi_bond_lap(bonds, i);
     double sum[PDI_LANES], open[PDI_LANES];
     memset(sum, 0, sizeof sum);
-    for (int k = 0; k < s->count; k++) {
+    for (int k = 0; k < bonds->stencil->count; k++) {
         const double *far = f + bonds->shift[k], *d_far = d + bonds->shift[k];
-        double a = s->lap[k];
-        pdi_lanes lanes = pdi_bond_open_lanes(bonds, r, k, count, open);
+        double a = lap[k];
+        pdi_lanes lanes = r < 0 ? PDI_LANES_ALL : pdi_bond_open_lanes(bonds, r, k, count, open);
         if (lanes == PDI_LANES_NONE) continue;
         for (int b = 0; b < count; b++)
             sum[b] +=
                 lanes == PDI_LANES_ALL || open[b] > 0.0 ? a * pdi_op_harmonic(d[b], d_far[b]) * (far[b] - f[b]) : 0.0;
     }
-    memcpy(w->out + bonds->node[r], sum, (size_t)count * sizeof(double));
+    memcpy(w->out + i, sum, (size_t)count * sizeof(double));
+}
+
+static void pdi_op_diffuse_whole(const pdi_op_sweep *w, int32_t i, int count) { pdi_op_diffuse_bonds(w, i, -1, count); }
+
+static void pdi_op_diffuse_cut(const pdi_op_sweep *w, int32_t r, int count)
+{
+    pdi_op_diffuse_bonds(w, w->bonds->node[r], r, count);
 }
 
 pd_status pd_op_diffuse(pd_ctx *ctx, const pd_bonds *bonds, const double *diffusivity, const double *f, double *out)
@@ -7830,6 +8827,157 @@ pd_status pd_krylov_solve(pd_ctx *ctx, pd_krylov *krylov, pd_apply_fn apply, pd_
     return status;
 }
 
+/* ======== >>smooth.c ======== */
+/* smooth: see smooth.h */
+
+/* Lines are swept in slabs along the last axis, even slabs then odd ones; the partition depends on the size only. */
+#define PDI_SMOOTH_SLABS 8
+#define PDI_SMOOTH_SLAB_PLANES 16
+#define PDI_SMOOTH_SLAB_CELLS 16384
+
+/* sum over links of a x */
+static inline float pdi_smooth_edge_sum(const pd_smooth_level *fine, const int32_t *stride, int32_t c)
+{
+    float sum = 0.0f;
+    for (int d = 0; d < PD_DIM; d++)
+        for (int upper = 0; upper < 2; upper++) {
+            int32_t q = pdi_smooth_across(fine, stride[d], d, upper, c);
+            if (q >= 0) sum += pdi_smooth_edge_coefficient(fine, d, upper, c, q) * fine->x[q];
+        }
+    return sum;
+}
+
+static inline float pdi_smooth_fine_sum(const pd_smooth_level *fine, const int32_t *stride, int32_t c)
+{
+    float sum = 0.0f;
+    if (fine->edge && fine->edge[c]) return pdi_smooth_edge_sum(fine, stride, c);
+    for (int d = 0; d < PD_DIM; d++)
+        sum += fine->lo[d][c] * fine->x[c - stride[d]] + fine->hi[d][c] * fine->x[c + stride[d]];
+    return sum;
+}
+
+static inline float pdi_smooth_coarse_sum(const pd_smooth_level *level, int32_t c)
+{
+    float sum = 0.0f;
+    for (int32_t k = level->row[c]; k < level->row[c + 1]; k++) sum += level->a[k] * level->x[level->col[k]];
+    return sum;
+}
+
+static inline float pdi_smooth_sum(const pd_smooth_level *level, const int32_t *stride, int32_t c)
+{
+    return level->row ? pdi_smooth_coarse_sum(level, c) : pdi_smooth_fine_sum(level, stride, c);
+}
+
+/* One job on the cells first, first + step, ... before end. */
+static inline void pdi_smooth_cells(const pd_smooth_level *level, const int32_t *stride, pdi_smooth_job job,
+                                       int32_t first, int32_t end, int32_t step)
+{
+    float *x = level->x;
+    const float *b = level->b, *inv = level->inv;
+    switch (job) {
+    case PDI_SMOOTH_START:
+        for (int32_t c = first; c < end; c += step) x[c] = b[c] * inv[c];
+        break;
+    case PDI_SMOOTH_SWEEP:
+        for (int32_t c = first; c < end; c += step) x[c] = (b[c] + pdi_smooth_sum(level, stride, c)) * inv[c];
+        break;
+    case PDI_SMOOTH_RESIDUAL:
+        for (int32_t c = first; c < end; c += step)
+            level->r[c] = inv[c] > 0.0f ? b[c] + pdi_smooth_sum(level, stride, c) - x[c] / inv[c] : 0.0f;
+        break;
+    case PDI_SMOOTH_PROLONG: /* the levels lie in one array: the next one is level + 1 */
+        for (int32_t c = first; c < end; c += step)
+            if (level->parent[c] >= 0) x[c] += level[1].x[level->parent[c]];
+        break;
+    }
+}
+
+static void pdi_smooth_strides(const pd_smooth_level *level, int32_t *stride)
+{
+    for (int d = 0; d < PD_DIM; d++) stride[d] = pdi_smooth_stride(level->n, d);
+}
+
+/* Colour of the first cell of row r of level 0. */
+static int pdi_smooth_row_colour(const pd_smooth_level *fine, int32_t r)
+{
+    int sum = 0;
+    for (int d = 1; d < PD_DIM; d++) {
+        sum += (int)(r % fine->n[d]);
+        r /= fine->n[d];
+    }
+    return sum & 1;
+}
+
+/* A job on count cells from `first`, in any order. */
+PDI_FN void pdi_smooth_range(const pd_ctx *ctx, const pd_smooth_level *level, pdi_smooth_job job,
+                                int32_t first, int32_t count)
+{
+    int32_t stride[PD_DIM];
+    pdi_smooth_strides(level, stride);
+    int nt = pdi_par_threads(ctx, (int64_t)count * PDI_SMOOTH_WORK);
+    (void)nt;
+    PDI_PARALLEL_FOR(nt)
+    for (int part = 0; part < PDI_SMOOTH_PARTS; part++)
+        pdi_smooth_cells(level, stride, job, first + pdi_smooth_part(count, part),
+                            first + pdi_smooth_part(count, part + 1), 1);
+}
+
+/* A job on the cells of one colour: they do not touch each other. */
+PDI_FN void pdi_smooth_colour(const pd_ctx *ctx, const pd_smooth_level *level, pdi_smooth_job job, int colour)
+{
+    if (level->row) {
+        pdi_smooth_range(ctx, level, job, colour ? level->red : 0, colour ? level->cells - level->red : level->red);
+        return;
+    }
+    int32_t stride[PD_DIM], n0 = level->n[0], rows = level->cells / n0;
+    pdi_smooth_strides(level, stride);
+    int nt = pdi_par_threads(ctx, (int64_t)level->cells * PDI_SMOOTH_WORK);
+    (void)nt;
+    PDI_PARALLEL_FOR(nt)
+    for (int32_t r = 0; r < rows; r++)
+        pdi_smooth_cells(level, stride, job, r * n0 + (pdi_smooth_row_colour(level, r) ^ colour), (r + 1) * n0,
+                            2);
+}
+
+/* Gauss-Seidel forth and back along one line. */
+static inline void pdi_smooth_line(const pd_smooth_level *level, const int32_t *stride, int32_t line)
+{
+    int32_t first = level->row ? level->line[line] : line * level->n[0];
+    int32_t end = level->row ? level->line[line + 1] : first + level->n[0];
+    float *x = level->x;
+    const float *b = level->b, *inv = level->inv;
+    for (int32_t c = first; c < end; c++) x[c] = (b[c] + pdi_smooth_sum(level, stride, c)) * inv[c];
+    for (int32_t c = end - 1; c >= first; c--) x[c] = (b[c] + pdi_smooth_sum(level, stride, c)) * inv[c];
+}
+
+/* Lines of the slabs, ascending or descending; slabs of one parity do not touch each other. */
+PDI_FN void pdi_smooth_lines(const pd_ctx *ctx, const pd_smooth_level *level, int descending)
+{
+    int32_t stride[PD_DIM], planes = PD_DIM > 1 ? level->n[PD_DIM - 1] : 1, lines = 1;
+    pdi_smooth_strides(level, stride);
+    for (int d = 1; d < PD_DIM; d++) lines *= level->n[d];
+    int slabs = level->cells < PDI_SMOOTH_SLAB_CELLS ? 1 : (int)(planes / PDI_SMOOTH_SLAB_PLANES);
+    if (slabs > PDI_SMOOTH_SLABS) slabs = PDI_SMOOTH_SLABS;
+    if (slabs > 1 && level->wrap[PD_DIM - 1]) slabs -= slabs % 2; /* the last slab touches the first */
+    if (slabs < 1) slabs = 1;
+    int nt = slabs > 1 ? pdi_par_threads(ctx, (int64_t)level->cells * PDI_SMOOTH_WORK) : 1;
+    (void)nt;
+    for (int half = 0; half < 2; half++) {
+        int parity = descending ? 1 - half : half;
+        PDI_PARALLEL_FOR(nt)
+        for (int s = parity; s < slabs; s += 2) {
+            int32_t first = (int32_t)((int64_t)planes * s / slabs) * (lines / planes);
+            int32_t end = (int32_t)((int64_t)planes * (s + 1) / slabs) * (lines / planes);
+            for (int32_t q = first; q < end; q++)
+                pdi_smooth_line(level, stride, descending ? first + end - 1 - q : q);
+        }
+    }
+}
+
+#undef PDI_SMOOTH_SLABS
+#undef PDI_SMOOTH_SLAB_PLANES
+#undef PDI_SMOOTH_SLAB_CELLS
+
 /* ======== >>multigrid.c ======== */
 /* multigrid: see multigrid.h
  *
@@ -7855,24 +9003,7 @@ pd_status pd_krylov_solve(pd_ctx *ctx, pd_krylov *krylov, pd_apply_fn apply, pd_
 #define PDI_MULTIGRID_FLOOR 1e-6f
 #define PDI_MULTIGRID_NONE (-1)
 
-/* Lines are swept in slabs along the last axis, even slabs then odd ones; the partition depends on the size only. */
-#define PDI_MULTIGRID_SLABS 8
-#define PDI_MULTIGRID_SLAB_PLANES 16
-#define PDI_MULTIGRID_SLAB_CELLS 16384
-
-/* Loops over cells are cut into this many parts. */
-#define PDI_MULTIGRID_PARTS 64
-/* Operations a cell, to decide on threads. */
-#define PDI_MULTIGRID_WORK (4 * PD_DIM)
-
 /* ---- memory ---- */
-
-static int32_t pdi_multigrid_stride(const int *n, int d)
-{
-    int32_t stride = 1;
-    for (int e = 0; e < d; e++) stride *= n[e];
-    return stride;
-}
 
 /* Floats of level 0: x and the coefficients with their pads, b, r, inv. */
 static size_t pdi_multigrid_store(const pd_multigrid *mg)
@@ -7881,11 +9012,27 @@ static size_t pdi_multigrid_store(const pd_multigrid *mg)
     return padded * (cells + 2 * (size_t)mg->pad) + 3 * cells;
 }
 
+/* 1: the ends of an axis of n blocks are linked, when its ends on the level above are. Red-black sweeps need an even
+ * number, else both ends have one colour. */
+static int pdi_multigrid_wraps(const pd_multigrid *mg, int n, int above)
+{
+    return above && n > 2 && !(mg->desc.symmetric && n % 2);
+}
+
+static void pdi_multigrid_edges(pd_smooth_level *fine)
+{
+    for (int d = 0; d < PD_DIM; d++) {
+        int32_t stride = pdi_smooth_stride(fine->n, d);
+        for (int32_t c = 0; fine->wrap[d] && c < fine->cells; c++)
+            if (c / stride % fine->n[d] % (fine->n[d] - 1) == 0) fine->edge[c] = 1;
+    }
+}
+
 pd_status pd_multigrid_build(pd_ctx *ctx, const pd_multigrid_desc *desc, pd_multigrid *mg)
 {
     memset(mg, 0, sizeof *mg);
     mg->desc = *desc;
-    pd_multigrid_level *fine = &mg->level[0];
+    pd_smooth_level *fine = &mg->level[0];
     int64_t cells = 1;
     for (int d = 0; d < PD_DIM; d++) {
         if (desc->n[d] < 1 || desc->stride[d] < 1 || desc->first < 0)
@@ -7898,21 +9045,27 @@ pd_status pd_multigrid_build(pd_ctx *ctx, const pd_multigrid_desc *desc, pd_mult
         fine->last[d] = 1.0f;
     }
     fine->cells = (int32_t)cells;
-    mg->pad = pdi_multigrid_stride(fine->n, PD_DIM - 1);
+    fine->shared = desc->symmetric;
+    for (int d = 0; d < PD_DIM; d++) {
+        fine->wrap[d] = pdi_multigrid_wraps(mg, fine->n[d], desc->periodic[d]);
+        if (fine->wrap[d] && !fine->edge) PDI_TRY(PDI_NEW(ctx, "multigrid", cells, fine->edge));
+    }
+    mg->pad = pdi_smooth_stride(fine->n, PD_DIM - 1);
     PDI_TRY(PDI_NEW(ctx, "multigrid", pdi_multigrid_store(mg), mg->store));
     float *next = mg->store + mg->pad;
     int64_t length = cells + 2 * (int64_t)mg->pad;
     fine->x = next;
     for (int d = 0; d < PD_DIM; d++) fine->hi[d] = next += length;
     for (int d = 0; d < PD_DIM; d++)
-        fine->lo[d] = desc->symmetric ? fine->hi[d] - pdi_multigrid_stride(fine->n, d) : (next += length);
+        fine->lo[d] = desc->symmetric ? fine->hi[d] - pdi_smooth_stride(fine->n, d) : (next += length);
     fine->b = next + cells + mg->pad;
     fine->r = fine->b + cells;
     fine->inv = fine->r + cells;
+    pdi_multigrid_edges(fine);
     return PDI_NEW(ctx, "multigrid", cells, fine->parent);
 }
 
-static void pdi_multigrid_level_free(pd_ctx *ctx, pd_multigrid_level *level)
+static void pdi_multigrid_level_free(pd_ctx *ctx, pd_smooth_level *level)
 {
     size_t cells = (size_t)level->cell_capacity, links = (size_t)level->link_capacity;
     PDI_DELETE(ctx, 4 * cells, level->values);
@@ -7930,6 +9083,7 @@ void pd_multigrid_free(pd_ctx *ctx, pd_multigrid *mg)
     PDI_DELETE(ctx, pdi_multigrid_store(mg), mg->store);
     PDI_DELETE(ctx, mg->level[0].cells + 3, mg->mark);
     PDI_DELETE(ctx, mg->level[0].cells, mg->level[0].parent);
+    PDI_DELETE(ctx, mg->level[0].cells, mg->level[0].edge);
     for (int l = 1; l < PD_MULTIGRID_LEVELS; l++) pdi_multigrid_level_free(ctx, &mg->level[l]);
     mg->levels = 0;
 }
@@ -7945,7 +9099,7 @@ static pd_status pdi_multigrid_reserve_list(pd_ctx *ctx, int32_t **list, int32_t
     return PD_OK;
 }
 
-static pd_status pdi_multigrid_reserve_cells(pd_ctx *ctx, pd_multigrid_level *level, int32_t cells)
+static pd_status pdi_multigrid_reserve_cells(pd_ctx *ctx, pd_smooth_level *level, int32_t cells)
 {
     if (cells <= level->cell_capacity && level->values && level->indices) return PD_OK;
     size_t room = (size_t)cells;
@@ -7964,7 +9118,7 @@ static pd_status pdi_multigrid_reserve_cells(pd_ctx *ctx, pd_multigrid_level *le
     return PD_OK;
 }
 
-static pd_status pdi_multigrid_reserve_links(pd_ctx *ctx, pd_multigrid_level *level, int32_t links)
+static pd_status pdi_multigrid_reserve_links(pd_ctx *ctx, pd_smooth_level *level, int32_t links)
 {
     if (links <= level->link_capacity && level->a && level->col && level->face) return PD_OK;
     size_t old = (size_t)level->link_capacity, room = (size_t)links;
@@ -7988,7 +9142,7 @@ typedef struct pdi_multigrid_link {
 } pdi_multigrid_link;
 
 /* Link k of cell c; 0: closed. */
-static int pdi_multigrid_link_get(const pd_multigrid_level *level, int32_t c, int32_t k, pdi_multigrid_link *link)
+static int pdi_multigrid_link_get(const pd_smooth_level *level, int32_t c, int32_t k, pdi_multigrid_link *link)
 {
     if (level->row) {
         link->cell = level->col[k];
@@ -8000,7 +9154,14 @@ static int pdi_multigrid_link_get(const pd_multigrid_level *level, int32_t c, in
     }
     link->axis = k >> 1;
     link->upper = k & 1;
-    int32_t stride = pdi_multigrid_stride(level->n, link->axis);
+    int32_t stride = pdi_smooth_stride(level->n, link->axis);
+    if (level->edge && level->edge[c]) {
+        link->cell = pdi_smooth_across(level, stride, link->axis, link->upper, c);
+        if (link->cell < 0) return 0;
+        link->a = pdi_smooth_edge_coefficient(level, link->axis, link->upper, c, link->cell);
+        link->back = pdi_smooth_edge_coefficient(level, link->axis, !link->upper, link->cell, c);
+        return link->a + link->back > 0.0f;
+    }
     link->cell = link->upper ? c + stride : c - stride;
     link->a = link->upper ? level->hi[link->axis][c] : level->lo[link->axis][c];
     link->back = link->upper ? level->lo[link->axis][c + stride] : level->hi[link->axis][c - stride];
@@ -8012,7 +9173,7 @@ static int pdi_multigrid_link_get(const pd_multigrid_level *level, int32_t c, in
     for (int32_t k = (level)->row ? (level)->row[c] : 0; k < ((level)->row ? (level)->row[(c) + 1] : 2 * PD_DIM); k++) \
         if (pdi_multigrid_link_get((level), (c), k, &(link)))
 
-static void pdi_multigrid_block_index(const pd_multigrid_level *level, int32_t c, int *i)
+static void pdi_multigrid_block_index(const pd_smooth_level *level, int32_t c, int *i)
 {
     int32_t rest = level->block ? level->block[c] : c;
     for (int d = 0; d < PD_DIM; d++) {
@@ -8049,18 +9210,19 @@ static double pdi_multigrid_scale(double largest)
 static void pdi_multigrid_fine_faces(pd_multigrid *mg, int d, const uint8_t *active, const float *conduct,
                                      const float *flux)
 {
-    pd_multigrid_level *fine = &mg->level[0];
-    int32_t stride = pdi_multigrid_stride(fine->n, d), n = fine->n[d];
+    pd_smooth_level *fine = &mg->level[0];
+    int32_t stride = pdi_smooth_stride(fine->n, d), n = fine->n[d];
     double scale = mg->scale; /* may exceed the range of float */
     float *hi = fine->hi[d], *lo = fine->lo[d];
     for (int32_t c = 0; c < fine->cells; c++) {
         int inside = c / stride % n < n - 1;
-        int open = inside && active[c] && active[c + stride];
+        int32_t above = inside ? c + stride : fine->wrap[d] ? c - (n - 1) * stride : -1;
+        int open = above >= 0 && active[c] && active[above];
         float g = open ? (float)(scale * (double)conduct[c]) : 0.0f;
         float f = open && flux ? (float)(scale * (double)flux[c]) : 0.0f;
         hi[c] = g + (f < 0.0f ? -f : 0.0f);
-        /* with symmetric storage both are the same element; at the upper side of the box there is no neighbour */
-        if (inside) lo[c + stride] = g + (f > 0.0f ? f : 0.0f);
+        /* with symmetric storage both are the same element, which across the box is found by the neighbour */
+        if (inside || (above >= 0 && !fine->shared)) lo[above] = g + (f > 0.0f ? f : 0.0f);
     }
 }
 
@@ -8068,7 +9230,7 @@ static void pdi_multigrid_fine_faces(pd_multigrid *mg, int d, const uint8_t *act
 static void pdi_multigrid_fine(pd_multigrid *mg, const uint8_t *active, const float *const conduct[PD_DIM],
                                const float *const *flux, const float *wall, const float *mass)
 {
-    pd_multigrid_level *fine = &mg->level[0];
+    pd_smooth_level *fine = &mg->level[0];
     for (int d = 0; d < PD_DIM; d++)
         pdi_multigrid_fine_faces(mg, d, active, conduct[d], flux ? flux[d] : NULL);
     for (int32_t c = 0; c < fine->cells; c++) {
@@ -8085,7 +9247,7 @@ static void pdi_multigrid_fine(pd_multigrid *mg, const uint8_t *active, const fl
 /* ---- setup: coarsening ---- */
 
 /* Choose the axes to halve; 0: no cell has a link any more. */
-static int pdi_multigrid_choose(pd_multigrid_level *level)
+static int pdi_multigrid_choose(pd_smooth_level *level)
 {
     double sum[PD_DIM], count[PD_DIM], strongest = 0.0;
     for (int d = 0; d < PD_DIM; d++) sum[d] = count[d] = 0.0;
@@ -8108,8 +9270,8 @@ static int pdi_multigrid_choose(pd_multigrid_level *level)
 }
 
 /* Coarse block of a cell. key: what coarse cells are sorted by, the colour for red-black sweeps, else the block. */
-static int32_t pdi_multigrid_coarse_block(const pd_multigrid *mg, const pd_multigrid_level *level,
-                                          const pd_multigrid_level *coarse, int32_t c, int32_t *key)
+static int32_t pdi_multigrid_coarse_block(const pd_multigrid *mg, const pd_smooth_level *level,
+                                          const pd_smooth_level *coarse, int32_t c, int32_t *key)
 {
     int i[PD_DIM], sum = 0;
     int32_t block = 0;
@@ -8137,7 +9299,7 @@ static int32_t pdi_multigrid_root(int32_t *parent, int32_t c)
 }
 
 /* Join linked cells of one block. A cell without links is solved by its diagonal and needs no parent. */
-static void pdi_multigrid_join(pd_multigrid_level *level)
+static void pdi_multigrid_join(pd_smooth_level *level)
 {
     int32_t *parent = level->parent;
     pdi_multigrid_link link;
@@ -8153,6 +9315,7 @@ static void pdi_multigrid_join(pd_multigrid_level *level)
         {
             /* only links to the other half of the own block, each once */
             if (!link.upper || !level->halve[link.axis] || (i[link.axis] & 1)) continue;
+            if (i[link.axis] == level->n[link.axis] - 1) continue; /* across the box */
             int32_t p = pdi_multigrid_root(parent, c), q = pdi_multigrid_root(parent, link.cell);
             if (p < q) parent[q] = p;
             if (q < p) parent[p] = q;
@@ -8161,7 +9324,7 @@ static void pdi_multigrid_join(pd_multigrid_level *level)
 }
 
 /* Where the colours or the lines begin, from the key counts; turns counts into offsets. */
-static pd_status pdi_multigrid_order(pd_ctx *ctx, pd_multigrid *mg, pd_multigrid_level *coarse, int32_t keys)
+static pd_status pdi_multigrid_order(pd_ctx *ctx, pd_multigrid *mg, pd_smooth_level *coarse, int32_t keys)
 {
     int32_t *offset = mg->mark;
     for (int32_t k = 0; k < keys; k++) offset[k + 1] += offset[k];
@@ -8174,12 +9337,13 @@ static pd_status pdi_multigrid_order(pd_ctx *ctx, pd_multigrid *mg, pd_multigrid
 }
 
 /* Number the joined cells and turn parent into those numbers. */
-static pd_status pdi_multigrid_number(pd_ctx *ctx, pd_multigrid *mg, pd_multigrid_level *level,
-                                      pd_multigrid_level *coarse)
+static pd_status pdi_multigrid_number(pd_ctx *ctx, pd_multigrid *mg, pd_smooth_level *level,
+                                      pd_smooth_level *coarse)
 {
     int32_t *parent = level->parent, *offset = mg->mark, keys = mg->desc.symmetric ? 2 : 1, cells = 0, key;
     for (int d = 0; d < PD_DIM; d++) {
         coarse->n[d] = level->halve[d] ? (level->n[d] + 1) / 2 : level->n[d];
+        coarse->wrap[d] = pdi_multigrid_wraps(mg, coarse->n[d], level->wrap[d]);
         if (!mg->desc.symmetric) keys *= coarse->n[d];
     }
     for (int32_t k = 0; k <= keys; k++) offset[k] = 0;
@@ -8207,7 +9371,7 @@ static pd_status pdi_multigrid_number(pd_ctx *ctx, pd_multigrid *mg, pd_multigri
     return PD_OK;
 }
 
-static pd_status pdi_multigrid_children(pd_ctx *ctx, const pd_multigrid_level *level, pd_multigrid_level *coarse)
+static pd_status pdi_multigrid_children(pd_ctx *ctx, const pd_smooth_level *level, pd_smooth_level *coarse)
 {
     int32_t *first = coarse->child_first;
     for (int32_t p = 0; p <= coarse->cells; p++) first[p] = 0;
@@ -8224,7 +9388,7 @@ static pd_status pdi_multigrid_children(pd_ctx *ctx, const pd_multigrid_level *l
 }
 
 /* Widths of the last blocks, which odd sizes leave thinner (unit: width of the others). */
-static void pdi_multigrid_widths(const pd_multigrid_level *level, pd_multigrid_level *coarse)
+static void pdi_multigrid_widths(const pd_smooth_level *level, pd_smooth_level *coarse)
 {
     for (int d = 0; d < PD_DIM; d++) {
         float last = level->last[d];
@@ -8233,12 +9397,13 @@ static void pdi_multigrid_widths(const pd_multigrid_level *level, pd_multigrid_l
 }
 
 /* Share of the conductance of a face that is left when the distance of its cells grows from this level to the next. */
-static float pdi_multigrid_link_factor(const pd_multigrid_level *level, const pd_multigrid_level *coarse,
+static float pdi_multigrid_link_factor(const pd_smooth_level *level, const pd_smooth_level *coarse,
                                        const int *i, const pdi_multigrid_link *link)
 {
     int d = link->axis, n = level->n[d];
     if (!level->halve[d]) return 1.0f;
     int above = i[d] + link->upper; /* block above the face */
+    if (above == 0 || above == n) return (1.0f + level->last[d]) / (1.0f + coarse->last[d]) * 0.5f;
     float fine = above == n - 1 ? 0.5f * (1.0f + level->last[d]) : 1.0f;
     return fine / (above / 2 == coarse->n[d] - 1 ? 1.0f + coarse->last[d] : 2.0f);
 }
@@ -8246,7 +9411,7 @@ static float pdi_multigrid_link_factor(const pd_multigrid_level *level, const pd
 /* The same for the half cell before a Dirichlet wall. Its normal is unknown; when all axes are halved any will do but
  * for last blocks, which mostly face the side of the box. Otherwise the strong axis is halved alone: its walls then
  * become too stiff, which does less harm than soft walls on the others. */
-static float pdi_multigrid_wall_factor(const pd_multigrid_level *level, const pd_multigrid_level *coarse, int32_t p)
+static float pdi_multigrid_wall_factor(const pd_smooth_level *level, const pd_smooth_level *coarse, int32_t p)
 {
     int i[PD_DIM];
     float factor = 0.5f;
@@ -8259,10 +9424,18 @@ static float pdi_multigrid_wall_factor(const pd_multigrid_level *level, const pd
     return factor;
 }
 
+/* 1: a link across the box that the next level does without. */
+static int pdi_multigrid_parted(const pd_smooth_level *level, const pd_smooth_level *coarse, const int *i,
+                                const pdi_multigrid_link *link)
+{
+    int d = link->axis;
+    return level->wrap[d] && !coarse->wrap[d] && i[d] == (link->upper ? level->n[d] - 1 : 0);
+}
+
 /* Row p of the coarse links, found through the children: conductances of the faces are summed and reduced as the
  * distance of the centres grows; flows are summed and taken upwind anew.
  * fill 0: only count. Returns the end of the row. */
-static int32_t pdi_multigrid_coarse_row(pd_multigrid *mg, const pd_multigrid_level *level, pd_multigrid_level *coarse,
+static int32_t pdi_multigrid_coarse_row(pd_multigrid *mg, const pd_smooth_level *level, pd_smooth_level *coarse,
                                         int32_t p, int32_t start, int fill)
 {
     int32_t end = start, *mark = mg->mark;
@@ -8274,7 +9447,7 @@ static int32_t pdi_multigrid_coarse_row(pd_multigrid *mg, const pd_multigrid_lev
         PDI_MULTIGRID_LINKS(level, c, k, link)
         {
             int32_t q = level->parent[link.cell];
-            if (q == p) continue;
+            if (q == p || pdi_multigrid_parted(level, coarse, i, &link)) continue;
             int fresh = mark[q] < start || mark[q] >= end;
             if (fresh) mark[q] = end++;
             if (!fill) continue;
@@ -8297,8 +9470,8 @@ static int32_t pdi_multigrid_coarse_row(pd_multigrid *mg, const pd_multigrid_lev
     return end;
 }
 
-static pd_status pdi_multigrid_coarse_links(pd_ctx *ctx, pd_multigrid *mg, const pd_multigrid_level *level,
-                                            pd_multigrid_level *coarse)
+static pd_status pdi_multigrid_coarse_links(pd_ctx *ctx, pd_multigrid *mg, const pd_smooth_level *level,
+                                            pd_smooth_level *coarse)
 {
     for (int32_t p = 0; p < coarse->cells; p++) mg->mark[p] = -1;
     coarse->row[0] = 0;
@@ -8310,7 +9483,7 @@ static pd_status pdi_multigrid_coarse_links(pd_ctx *ctx, pd_multigrid *mg, const
     return PD_OK;
 }
 
-static void pdi_multigrid_coarse_diagonal(const pd_multigrid_level *level, pd_multigrid_level *coarse)
+static void pdi_multigrid_coarse_diagonal(const pd_smooth_level *level, pd_smooth_level *coarse)
 {
     for (int32_t p = 0; p < coarse->cells; p++) {
         float mass = 0.0f, wall = 0.0f, links = 0.0f, stiff = 0.0f;
@@ -8334,7 +9507,7 @@ static void pdi_multigrid_coarse_diagonal(const pd_multigrid_level *level, pd_mu
 static pd_status pdi_multigrid_coarsen(pd_ctx *ctx, pd_multigrid *mg)
 {
     for (int l = 0; pdi_multigrid_choose(&mg->level[l]); l++) {
-        pd_multigrid_level *level = &mg->level[l], *coarse = level + 1;
+        pd_smooth_level *level = &mg->level[l], *coarse = level + 1;
         if (l + 1 == PD_MULTIGRID_LEVELS)
             return pdi_fail(ctx, PD_ERR_INTERNAL, "multigrid", "more than %d levels", PD_MULTIGRID_LEVELS);
         pdi_multigrid_join(level);
@@ -8376,146 +9549,10 @@ pd_status pd_multigrid_setup(pd_ctx *ctx, pd_multigrid *mg, const uint8_t *activ
 
 /* ---- cycle: x of a level from its b ---- */
 
-/* sum over links of a x */
-static inline float pdi_multigrid_fine_sum(const pd_multigrid_level *fine, const int32_t *stride, int32_t c)
-{
-    float sum = 0.0f;
-    for (int d = 0; d < PD_DIM; d++)
-        sum += fine->lo[d][c] * fine->x[c - stride[d]] + fine->hi[d][c] * fine->x[c + stride[d]];
-    return sum;
-}
-
-static inline float pdi_multigrid_coarse_sum(const pd_multigrid_level *level, int32_t c)
-{
-    float sum = 0.0f;
-    for (int32_t k = level->row[c]; k < level->row[c + 1]; k++) sum += level->a[k] * level->x[level->col[k]];
-    return sum;
-}
-
-static inline float pdi_multigrid_sum(const pd_multigrid_level *level, const int32_t *stride, int32_t c)
-{
-    return level->row ? pdi_multigrid_coarse_sum(level, c) : pdi_multigrid_fine_sum(level, stride, c);
-}
-
-typedef enum pdi_multigrid_job {
-    PDI_MULTIGRID_START,    /* x = b / diag */
-    PDI_MULTIGRID_SMOOTH,   /* x = (b + sum a x) / diag */
-    PDI_MULTIGRID_RESIDUAL, /* r = b + sum a x - diag x */
-    PDI_MULTIGRID_PROLONG   /* x += x of the parent */
-} pdi_multigrid_job;
-
-/* One job on the cells first, first + step, ... before end. */
-static inline void pdi_multigrid_cells(const pd_multigrid_level *level, const int32_t *stride, pdi_multigrid_job job,
-                                       int32_t first, int32_t end, int32_t step)
-{
-    float *x = level->x;
-    const float *b = level->b, *inv = level->inv;
-    switch (job) {
-    case PDI_MULTIGRID_START:
-        for (int32_t c = first; c < end; c += step) x[c] = b[c] * inv[c];
-        break;
-    case PDI_MULTIGRID_SMOOTH:
-        for (int32_t c = first; c < end; c += step) x[c] = (b[c] + pdi_multigrid_sum(level, stride, c)) * inv[c];
-        break;
-    case PDI_MULTIGRID_RESIDUAL:
-        for (int32_t c = first; c < end; c += step)
-            level->r[c] = inv[c] > 0.0f ? b[c] + pdi_multigrid_sum(level, stride, c) - x[c] / inv[c] : 0.0f;
-        break;
-    case PDI_MULTIGRID_PROLONG: /* the levels lie in one array: the next one is level + 1 */
-        for (int32_t c = first; c < end; c += step)
-            if (level->parent[c] >= 0) x[c] += level[1].x[level->parent[c]];
-        break;
-    }
-}
-
-static void pdi_multigrid_strides(const pd_multigrid_level *level, int32_t *stride)
-{
-    for (int d = 0; d < PD_DIM; d++) stride[d] = pdi_multigrid_stride(level->n, d);
-}
-
-/* Colour of the first cell of row r of level 0. */
-static int pdi_multigrid_row_colour(const pd_multigrid_level *fine, int32_t r)
-{
-    int sum = 0;
-    for (int d = 1; d < PD_DIM; d++) {
-        sum += (int)(r % fine->n[d]);
-        r /= fine->n[d];
-    }
-    return sum & 1;
-}
-
-/* Begin of a part of a loop over count items. */
-static int32_t pdi_multigrid_part(int64_t count, int part) { return (int32_t)(count * part / PDI_MULTIGRID_PARTS); }
-
-/* A job on count cells from `first`, in any order. */
-static void pdi_multigrid_range(const pd_ctx *ctx, const pd_multigrid_level *level, pdi_multigrid_job job,
-                                int32_t first, int32_t count)
-{
-    int32_t stride[PD_DIM];
-    pdi_multigrid_strides(level, stride);
-    int nt = pdi_par_threads(ctx, (int64_t)count * PDI_MULTIGRID_WORK);
-    (void)nt;
-    PDI_PARALLEL_FOR(nt)
-    for (int part = 0; part < PDI_MULTIGRID_PARTS; part++)
-        pdi_multigrid_cells(level, stride, job, first + pdi_multigrid_part(count, part),
-                            first + pdi_multigrid_part(count, part + 1), 1);
-}
-
-/* A job on the cells of one colour: they do not touch each other. */
-static void pdi_multigrid_colour(const pd_ctx *ctx, const pd_multigrid_level *level, pdi_multigrid_job job, int colour)
-{
-    if (level->row) {
-        pdi_multigrid_range(ctx, level, job, colour ? level->red : 0, colour ? level->cells - level->red : level->red);
-        return;
-    }
-    int32_t stride[PD_DIM], n0 = level->n[0], rows = level->cells / n0;
-    pdi_multigrid_strides(level, stride);
-    int nt = pdi_par_threads(ctx, (int64_t)level->cells * PDI_MULTIGRID_WORK);
-    (void)nt;
-    PDI_PARALLEL_FOR(nt)
-    for (int32_t r = 0; r < rows; r++)
-        pdi_multigrid_cells(level, stride, job, r * n0 + (pdi_multigrid_row_colour(level, r) ^ colour), (r + 1) * n0,
-                            2);
-}
-
-/* Gauss-Seidel forth and back along one line. */
-static inline void pdi_multigrid_line(const pd_multigrid_level *level, const int32_t *stride, int32_t line)
-{
-    int32_t first = level->row ? level->line[line] : line * level->n[0];
-    int32_t end = level->row ? level->line[line + 1] : first + level->n[0];
-    float *x = level->x;
-    const float *b = level->b, *inv = level->inv;
-    for (int32_t c = first; c < end; c++) x[c] = (b[c] + pdi_multigrid_sum(level, stride, c)) * inv[c];
-    for (int32_t c = end - 1; c >= first; c--) x[c] = (b[c] + pdi_multigrid_sum(level, stride, c)) * inv[c];
-}
-
-/* Lines of the slabs, ascending or descending; slabs of one parity do not touch each other. */
-static void pdi_multigrid_lines(const pd_ctx *ctx, const pd_multigrid_level *level, int descending)
-{
-    int32_t stride[PD_DIM], planes = PD_DIM > 1 ? level->n[PD_DIM - 1] : 1, lines = 1;
-    pdi_multigrid_strides(level, stride);
-    for (int d = 1; d < PD_DIM; d++) lines *= level->n[d];
-    int slabs = level->cells < PDI_MULTIGRID_SLAB_CELLS ? 1 : (int)(planes / PDI_MULTIGRID_SLAB_PLANES);
-    if (slabs > PDI_MULTIGRID_SLABS) slabs = PDI_MULTIGRID_SLABS;
-    if (slabs < 1) slabs = 1;
-    int nt = slabs > 1 ? pdi_par_threads(ctx, (int64_t)level->cells * PDI_MULTIGRID_WORK) : 1;
-    (void)nt;
-    for (int half = 0; half < 2; half++) {
-        int parity = descending ? 1 - half : half;
-        PDI_PARALLEL_FOR(nt)
-        for (int s = parity; s < slabs; s += 2) {
-            int32_t first = (int32_t)((int64_t)planes * s / slabs) * (lines / planes);
-            int32_t end = (int32_t)((int64_t)planes * (s + 1) / slabs) * (lines / planes);
-            for (int32_t q = first; q < end; q++)
-                pdi_multigrid_line(level, stride, descending ? first + end - 1 - q : q);
-        }
-    }
-}
-
 /* b of the next level = sum of r over the children */
-static void pdi_multigrid_restrict(const pd_ctx *ctx, const pd_multigrid_level *level)
+static void pdi_multigrid_restrict(const pd_ctx *ctx, const pd_smooth_level *level)
 {
-    const pd_multigrid_level *coarse = level + 1;
+    const pd_smooth_level *coarse = level + 1;
     int nt = pdi_par_threads(ctx, (int64_t)level->cells);
     (void)nt;
     PDI_PARALLEL_FOR(nt)
@@ -8526,33 +9563,33 @@ static void pdi_multigrid_restrict(const pd_ctx *ctx, const pd_multigrid_level *
     }
 }
 
-static void pdi_multigrid_down(const pd_ctx *ctx, const pd_multigrid *mg, const pd_multigrid_level *level)
+static void pdi_multigrid_down(const pd_ctx *ctx, const pd_multigrid *mg, const pd_smooth_level *level)
 {
     if (mg->desc.symmetric) {
-        pdi_multigrid_colour(ctx, level, PDI_MULTIGRID_START, 0);
-        pdi_multigrid_colour(ctx, level, PDI_MULTIGRID_SMOOTH, 1);
-        pdi_multigrid_colour(ctx, level, PDI_MULTIGRID_SMOOTH, 0);
-        pdi_multigrid_colour(ctx, level, PDI_MULTIGRID_SMOOTH, 1);
-        pdi_multigrid_colour(ctx, level, PDI_MULTIGRID_RESIDUAL, 0); /* r stays 0 on the other colour */
+        pdi_smooth_colour(ctx, level, PDI_SMOOTH_START, 0);
+        pdi_smooth_colour(ctx, level, PDI_SMOOTH_SWEEP, 1);
+        pdi_smooth_colour(ctx, level, PDI_SMOOTH_SWEEP, 0);
+        pdi_smooth_colour(ctx, level, PDI_SMOOTH_SWEEP, 1);
+        pdi_smooth_colour(ctx, level, PDI_SMOOTH_RESIDUAL, 0); /* r stays 0 on the other colour */
     } else {
-        pdi_multigrid_range(ctx, level, PDI_MULTIGRID_START, 0, level->cells);
-        pdi_multigrid_lines(ctx, level, 0);
-        pdi_multigrid_range(ctx, level, PDI_MULTIGRID_RESIDUAL, 0, level->cells);
+        pdi_smooth_range(ctx, level, PDI_SMOOTH_START, 0, level->cells);
+        pdi_smooth_lines(ctx, level, 0);
+        pdi_smooth_range(ctx, level, PDI_SMOOTH_RESIDUAL, 0, level->cells);
     }
     pdi_multigrid_restrict(ctx, level);
 }
 
-static void pdi_multigrid_up(const pd_ctx *ctx, const pd_multigrid *mg, const pd_multigrid_level *level)
+static void pdi_multigrid_up(const pd_ctx *ctx, const pd_multigrid *mg, const pd_smooth_level *level)
 {
     if (mg->desc.symmetric) {
-        pdi_multigrid_colour(ctx, level, PDI_MULTIGRID_PROLONG, 0);
+        pdi_smooth_colour(ctx, level, PDI_SMOOTH_PROLONG, 0);
         for (int sweep = 0; sweep < 2; sweep++) {
-            pdi_multigrid_colour(ctx, level, PDI_MULTIGRID_SMOOTH, 1);
-            pdi_multigrid_colour(ctx, level, PDI_MULTIGRID_SMOOTH, 0);
+            pdi_smooth_colour(ctx, level, PDI_SMOOTH_SWEEP, 1);
+            pdi_smooth_colour(ctx, level, PDI_SMOOTH_SWEEP, 0);
         }
     } else {
-        pdi_multigrid_range(ctx, level, PDI_MULTIGRID_PROLONG, 0, level->cells);
-        pdi_multigrid_lines(ctx, level, 1);
+        pdi_smooth_range(ctx, level, PDI_SMOOTH_PROLONG, 0, level->cells);
+        pdi_smooth_lines(ctx, level, 1);
     }
 }
 
@@ -8567,32 +9604,41 @@ static int32_t pdi_multigrid_row_node(const pd_multigrid *mg, int32_t r)
     return node;
 }
 
+/* Factor of the right-hand side in row r of the box. */
+static double pdi_multigrid_weight(const pd_multigrid *mg, int32_t r)
+{
+    const int *n = mg->level[0].n;
+    if (PD_DIM == 1 || !mg->desc.weight) return 1.0;
+    return mg->desc.weight[PD_DIM == 3 ? r / n[PD_DIM - 2] : r];
+}
+
 /* max |rhs| over the cells that take part, by parts of rows. */
 static double pdi_multigrid_rhs_size(const pd_ctx *ctx, const pd_multigrid *mg, const double *rhs)
 {
-    double part[PDI_MULTIGRID_PARTS], largest = 0.0;
-    const pd_multigrid_level *fine = &mg->level[0];
+    double part[PDI_SMOOTH_PARTS], largest = 0.0;
+    const pd_smooth_level *fine = &mg->level[0];
     int64_t rows = fine->cells / fine->n[0];
     int nt = pdi_par_threads(ctx, fine->cells);
     (void)nt;
     PDI_PARALLEL_FOR(nt)
-    for (int q = 0; q < PDI_MULTIGRID_PARTS; q++) {
+    for (int q = 0; q < PDI_SMOOTH_PARTS; q++) {
         part[q] = 0.0;
-        for (int32_t r = pdi_multigrid_part(rows, q); r < pdi_multigrid_part(rows, q + 1); r++) {
+        for (int32_t r = pdi_smooth_part(rows, q); r < pdi_smooth_part(rows, q + 1); r++) {
             int32_t node = pdi_multigrid_row_node(mg, r), base = r * fine->n[0];
             for (int32_t i = 0; i < fine->n[0]; i++) {
                 double size = fine->inv[base + i] > 0.0f ? fabs(rhs[node + i * mg->desc.stride[0]]) : 0.0;
+                size *= pdi_multigrid_weight(mg, r);
                 if (size > part[q]) part[q] = size;
             }
         }
     }
-    for (int q = 0; q < PDI_MULTIGRID_PARTS; q++) largest = fmax(largest, part[q]);
+    for (int q = 0; q < PDI_SMOOTH_PARTS; q++) largest = fmax(largest, part[q]);
     return largest;
 }
 
 void pd_multigrid_cycle(pd_ctx *ctx, pd_multigrid *mg, const double *rhs, double *x)
 {
-    const pd_multigrid_level *fine = &mg->level[0];
+    const pd_smooth_level *fine = &mg->level[0];
     if (mg->levels == 0) return; /* setup failed or was never called */
     int32_t rows = fine->cells / fine->n[0], n0 = fine->n[0], s0 = mg->desc.stride[0];
     double in = pdi_multigrid_scale(pdi_multigrid_rhs_size(ctx, mg, rhs)), out = mg->scale / in;
@@ -8601,12 +9647,13 @@ void pd_multigrid_cycle(pd_ctx *ctx, pd_multigrid *mg, const double *rhs, double
     PDI_PARALLEL_FOR(nt)
     for (int32_t r = 0; r < rows; r++) {
         int32_t node = pdi_multigrid_row_node(mg, r), base = r * n0;
+        double factor = in * pdi_multigrid_weight(mg, r);
         for (int32_t i = 0; i < n0; i++)
-            fine->b[base + i] = fine->inv[base + i] > 0.0f ? (float)(in * rhs[node + i * s0]) : 0.0f;
+            fine->b[base + i] = fine->inv[base + i] > 0.0f ? (float)(factor * rhs[node + i * s0]) : 0.0f;
     }
     for (int l = 0; l < mg->levels - 1; l++) pdi_multigrid_down(ctx, mg, &mg->level[l]);
-    const pd_multigrid_level *last = &mg->level[mg->levels - 1]; /* no links are left: the diagonal is the operator */
-    pdi_multigrid_range(ctx, last, PDI_MULTIGRID_START, 0, last->cells);
+    const pd_smooth_level *last = &mg->level[mg->levels - 1]; /* no links are left: the diagonal is the operator */
+    pdi_smooth_range(ctx, last, PDI_SMOOTH_START, 0, last->cells);
     for (int l = mg->levels - 2; l >= 0; l--) pdi_multigrid_up(ctx, mg, &mg->level[l]);
     PDI_PARALLEL_FOR(nt)
     for (int32_t r = 0; r < rows; r++) {
@@ -8660,26 +9707,32 @@ static void pdi_compact_fill_cell(pd_compact *c, int64_t cell, int32_t node, dou
                                   const pdi_compact_convection *v, const pdi_compact_faces *faces)
 {
     const pd_grid *grid = c->grid;
-    double wall = 0.0, mass = c->mass[cell];
+    double wall = 0.0, around = pdi_grid_circumference(grid, node), mass = around * c->mass[cell];
     for (int d = 0; d < PD_DIM; d++) {
         const double *u = v->u ? v->u + (int64_t)d * grid->total : NULL;
-        double inverse = 1.0 / (grid->h[d] * grid->h[d]);
         for (int up = 0; up < 2; up++) {
-            int32_t other = up ? node + grid->stride[d] : node - grid->stride[d];
+            int32_t other = up ? node + grid->stride[d] : node - grid->stride[d], source = other;
+            double face = 0.5 * (around + pdi_grid_circumference(grid, other));
+            double inverse = face / (grid->h[d] * grid->h[d]);
             uint8_t kind = grid->kind[other];
             double diffusivity = field ? field[node] : constant;
+            if (kind == PD_IMAGE) {
+                if (grid->side[2 * d + up] != PD_SIDE_PERIODIC) continue; /* nothing passes a mirror */
+                kind = PD_FLUID;
+                source = pdi_grid_image(grid, other, NULL);
+            }
             if (kind == PD_FLUID) {
                 if (field && diffusivity > 0.0)
-                    diffusivity = 2.0 * diffusivity * field[other] / (diffusivity + field[other]);
+                    diffusivity = 2.0 * diffusivity * field[source] / (diffusivity + field[source]);
                 if (!up) continue;
                 c->conduct[d][cell] =
                     (float)(inverse * (u ? pdi_compact_spread(grid, v, diffusivity, node, other, d) : diffusivity));
-                if (u) c->flux[d][cell] = (float)(0.5 * (u[node] + u[other]) / grid->h[d]);
+                if (u) c->flux[d][cell] = (float)(face * 0.5 * (u[node] + u[other]) / grid->h[d]);
                 continue;
             }
             int held = kind == PD_INLET ? faces->inlet : kind == PD_OUTLET ? faces->outlet : faces->closed;
             if (held) wall += 2.0 * diffusivity * inverse;
-            if (u && kind == PD_OUTLET) mass += fmax((up ? 1.0 : -1.0) * u[node] / grid->h[d], 0.0);
+            if (u && kind == PD_OUTLET) mass += face * fmax((up ? 1.0 : -1.0) * u[node] / grid->h[d], 0.0);
         }
     }
     c->wall[cell] = (float)wall;
@@ -8830,13 +9883,14 @@ pd_status pd_file_make_directory(pd_ctx *ctx, const char *path)
 
 pd_status pd_file_join(pd_ctx *ctx, const char *directory, const char *name, char *path)
 {
-    size_t length = strlen(directory);
-    const char *slash = length == 0 || directory[length - 1] == '/' ? "" : "/";
+    size_t length = strlen(directory), size = strlen(name) + 1;
     path[0] = 0;
-    if (length + strlen(name) + 2 > PD_PATH_SIZE)
+    if (length + size + 1 > PD_PATH_SIZE)
         return pdi_fail(ctx, PD_ERR_SIZE, "file", "the path '%.60s.../%.60s' is longer than %d characters", directory,
                         name, PD_PATH_SIZE - 1);
-    snprintf(path, PD_PATH_SIZE, "%s%s%s", directory, slash, name);
+    memcpy(path, directory, length);
+    if (length > 0 && directory[length - 1] != '/') path[length++] = '/';
+    memcpy(path + length, name, size);
     return PD_OK;
 }
 
@@ -12244,18 +13298,38 @@ static pd_status pdi_csv_head(pd_ctx *ctx, pd_file *file, const char *comment, c
     return pdi_file_text(ctx, file, "\n");
 }
 
+static pd_status pdi_csv_values(pd_ctx *ctx, pd_file *file, const double *values, int columns)
+{
+    char row[PD_CSV_COLUMNS * PDI_NUMBER_SIZE];
+    size_t used = 0;
+    for (int k = 0; k < columns; k++) {
+        if (k) row[used++] = ',';
+        pdi_file_number(values[k], row + used);
+        used += strlen(row + used);
+    }
+    row[used++] = '\n';
+    return pdi_file_write(ctx, file, row, used);
+}
+
+pd_status pd_csv_write(pd_ctx *ctx, const char *path, const char *comment, const char *const *names, int columns,
+                       const double *values, int64_t rows)
+{
+    pd_file file;
+    PDI_TRY(pdi_csv_check_names(ctx, path, names, columns));
+    PDI_TRY(pdi_file_create(ctx, path, &file));
+    pd_status status = pdi_csv_head(ctx, &file, comment, names, columns);
+    for (int64_t k = 0; k < rows && status == PD_OK; k++)
+        status = pdi_csv_values(ctx, &file, values + k * columns, columns);
+    if (status == PD_OK) return pdi_file_commit(ctx, &file);
+    pdi_file_abandon(&file);
+    return status;
+}
+
 pd_status pd_csv_create(pd_ctx *ctx, const char *path, const char *comment, const char *const *names, int columns,
                         pd_csv *csv)
 {
     memset(csv, 0, sizeof *csv);
-    PDI_TRY(pdi_csv_check_names(ctx, path, names, columns));
-    PDI_TRY(pdi_file_create(ctx, path, &csv->file));
-    pd_status status = pdi_csv_head(ctx, &csv->file, comment, names, columns);
-    if (status != PD_OK) {
-        pdi_file_abandon(&csv->file);
-        return status;
-    }
-    PDI_TRY(pdi_file_commit(ctx, &csv->file));
+    PDI_TRY(pd_csv_write(ctx, path, comment, names, columns, NULL, 0));
     PDI_TRY(pdi_file_append(ctx, path, &csv->file));
     csv->columns = columns;
     return PD_OK;
@@ -12263,15 +13337,7 @@ pd_status pd_csv_create(pd_ctx *ctx, const char *path, const char *comment, cons
 
 pd_status pd_csv_row(pd_ctx *ctx, pd_csv *csv, const double *values)
 {
-    char row[PD_CSV_COLUMNS * PDI_NUMBER_SIZE];
-    size_t used = 0;
-    for (int k = 0; k < csv->columns; k++) {
-        if (k) row[used++] = ',';
-        pdi_file_number(values[k], row + used);
-        used += strlen(row + used);
-    }
-    row[used++] = '\n';
-    PDI_TRY(pdi_file_write(ctx, &csv->file, row, used));
+    PDI_TRY(pdi_csv_values(ctx, &csv->file, values, csv->columns));
     return pdi_file_flush(ctx, &csv->file);
 }
 
@@ -12602,9 +13668,9 @@ static inline void pdi_flow_bond_lanes(const pd_flow *flow, const pdi_flow_terms
     int64_t total = flow->grid->total, shift = flow->bonds->shift[k];
     const double *mass = t->mass + i, *carried = t->carried + i + shift, *viscous = t->viscous + i;
     const double *frozen = linear ? t->frozen + i : NULL, *p = t->p + i, *grad = t->grad + i;
-    double half[PD_DIM], arm[PD_DIM], a = s->lap[k];
+    double half[PD_DIM], arm[PD_DIM], a = pdi_bond_lap(flow->bonds, i)[k], share = pdi_bond_flux(flow->bonds, i, k);
     for (int d = 0; d < PD_DIM; d++) {
-        half[d] = 0.5 * s->grad[k * PD_DIM + d];
+        half[d] = 0.5 * share * s->grad[k * PD_DIM + d];
         arm[d] = 0.5 * s->xi[k * PD_DIM + d];
     }
     for (int b = 0; b < count; b++) {
@@ -12638,6 +13704,16 @@ static void pdi_flow_bond(const pd_flow *flow, const pdi_flow_terms *t, int32_t 
     else pdi_flow_bond_lanes(flow, t, i, k, count, 0, NULL, tied, 0, sums);
 }
 
+/* The radial component of a vector turns with the circumference: lap u_r - u_r/r^2 (eq. 3.10). */
+static void pdi_flow_hoop(const pd_flow *flow, const pdi_flow_terms *t, int32_t i, int count, pdi_flow_sums *sums)
+{
+    const pd_grid *grid = flow->grid;
+    const double *hoop = flow->bonds->ring.hoop;
+    int r = PD_DIM - 1;
+    for (int b = 0; b < count && hoop; b++)
+        sums->lap[r][b] -= hoop[i / grid->stride[r]] * t->viscous[(int64_t)r * grid->total + i + b];
+}
+
 /* Nodes with whole families from node i. */
 static void pdi_flow_whole(const pd_flow *flow, const pdi_flow_terms *t, int32_t i, int count, double *ru, double *rc)
 {
@@ -12645,6 +13721,7 @@ static void pdi_flow_whole(const pd_flow *flow, const pdi_flow_terms *t, int32_t
     pdi_flow_sums sums;
     memset(&sums, 0, sizeof sums);
     for (int k = 0; k < flow->bonds->stencil->count; k++) pdi_flow_bond(flow, t, i, k, count, NULL, 1.0, &sums);
+    pdi_flow_hoop(flow, t, i, count, &sums);
     for (int b = 0; b < count; b++) rc[i + b] = 2.0 * sums.half_div[b] - flow->tau * sums.tie[b];
     for (int d = 0; d < PD_DIM; d++) {
         double force = t->force ? t->force[d] : 0.0;
@@ -12677,6 +13754,7 @@ static void pdi_flow_cut(const pd_flow *flow, const pdi_flow_terms *t, int32_t r
         if (lanes == PDI_LANES_ALL) pdi_flow_bond(flow, t, i, k, count, NULL, tied, &sums);
         else pdi_flow_bond(flow, t, i, k, count, open, tied, &sums);
     }
+    pdi_flow_hoop(flow, t, i, count, &sums);
     for (int b = 0; b < count; b++) rc[i + b] = 2.0 * sums.half_div[b] - flow->tau * sums.tie[b];
     for (int d = 0; d < PD_DIM; d++) {
         double force = t->force ? t->force[d] : 0.0;
@@ -12739,52 +13817,24 @@ PDI_FN double pdi_flow_bond_flux(const pd_flow *flow, int32_t i, int k)
 {
     const pd_stencil *s = flow->bonds->stencil;
     int32_t total = flow->grid->total, j = i + flow->bonds->shift[k];
-    double flux = 2.0 * pdi_flow_half_flux(s->grad + k * PD_DIM, flow->carrier, i, j, total);
+    double share = pdi_bond_flux(flow->bonds, i, k);
+    double flux = 2.0 * share * pdi_flow_half_flux(s->grad + k * PD_DIM, flow->carrier, i, j, total);
     if (flow->grid->kind[i] == PD_INLET || flow->grid->kind[j] == PD_INLET) return flux;
     double tie = flow->p[j] - flow->p[i];
     for (int d = 0; d < PD_DIM; d++)
         tie -= 0.5 * s->xi[k * PD_DIM + d] * (flow->grad[(int64_t)d * total + i] + flow->grad[(int64_t)d * total + j]);
-    return flux - flow->tau * s->lap[k] * tie;
+    return flux - flow->tau * pdi_bond_lap(flow->bonds, i)[k] * tie;
 }
 
-/* 1 when index i lies outside of the box along `axis` only. */
-static int pdi_flow_repeats(const pd_grid *grid, int axis, const int *i)
+static double pdi_flow_section_bond(const void *user, int32_t i, int k)
 {
-    for (int d = 0; d < PD_DIM; d++)
-        if (d != axis && (i[d] < 0 || i[d] >= grid->n[d])) return 0;
-    return 1;
+    return pdi_flow_bond_flux((const pd_flow *)user, i, k);
 }
 
-/* Bonds that start before the plane and end behind it; each pair of nodes counts once. */
 double pd_flow_section(pd_ctx *ctx, pd_flow *flow, int axis, int index)
 {
-    const pd_stencil *s = flow->bonds->stencil;
-    const pd_grid *grid = flow->grid;
-    double sum = 0.0;
     pd_flow_prepare(ctx, flow);
-    for (int32_t node = 0; node < grid->total; node++) {
-        int i[PD_DIM];
-        if (!pdi_grid_open(grid->kind[node]) || grid->kind[node] == PD_OUTLET) continue;
-        pdi_grid_index(grid, node, i);
-        if (i[axis] >= index || i[axis] < index - s->reach) continue;
-        /* images count where the flow itself repeats, not beside it */
-        if (grid->kind[node] == PD_IMAGE && !pdi_flow_repeats(grid, axis, i)) continue;
-        for (int k = 0; k < s->count; k++) {
-            if (i[axis] + s->offset[k * PD_DIM + axis] < index) continue;
-            /* bonds that would leave the arrays start behind a side ghost */
-            int inside = 1;
-            for (int d = 0; d < PD_DIM; d++) {
-                int far = i[d] + s->offset[k * PD_DIM + d];
-                inside = inside && far >= -grid->ghost && far < grid->n[d] + grid->ghost;
-            }
-            if (!inside) continue;
-            uint8_t far_kind = grid->kind[node + flow->bonds->shift[k]];
-            if (grid->kind[node] != PD_FLUID && far_kind != PD_FLUID) continue;
-            if (!pdi_grid_open(far_kind) || pdi_bond_closed_group(flow->bonds, node, k) >= 0) continue;
-            sum += pdi_flow_bond_flux(flow, node, k) * s->volume;
-        }
-    }
-    return sum;
+    return pdi_bond_section(flow->bonds, axis, index, pdi_flow_section_bond, flow) * flow->bonds->stencil->volume;
 }
 
 double pd_flow_section_nodes(pd_ctx *ctx, const pd_flow *flow, int axis, int index)
@@ -12796,7 +13846,8 @@ double pd_flow_section_nodes(pd_ctx *ctx, const pd_flow *flow, int axis, int ind
         int i[PD_DIM];
         if (grid->kind[node] != PD_FLUID) continue;
         pdi_grid_index(grid, node, i);
-        if (i[axis] == index) sum += flow->u[(int64_t)axis * grid->total + node] * face;
+        if (i[axis] != index) continue;
+        sum += flow->u[(int64_t)axis * grid->total + node] * face * pdi_grid_circumference(grid, node);
     }
     return sum;
 }
@@ -12917,6 +13968,12 @@ static int pdi_force_inside(const pd_grid *grid, const double *lo, const double 
     return 1;
 }
 
+/* Around an axis radial forces cancel. */
+static void pdi_force_cancel(const pd_grid *grid, double *force)
+{
+    if (grid->circumference) force[PD_DIM - 1] = 0.0;
+}
+
 /* What row r presses on its closed faces between lo and hi, over rho: V sum_closed 2 g P at the surface, P continued
  * with its gradient (eq. 4.27). */
 static void pdi_force_press(const pd_flow *flow, int32_t r, const double *lo, const double *hi, double *press)
@@ -12933,7 +13990,8 @@ static void pdi_force_press(const pd_flow *flow, int32_t r, const double *lo, co
         if (!pdi_force_inside(flow->grid, lo, hi, at)) continue;
         for (int d = 0; d < PD_DIM; d++)
             p += t * s->xi[k * PD_DIM + d] * flow->grad[(int64_t)d * flow->grid->total + node];
-        for (int d = 0; d < PD_DIM; d++) press[d] += 2.0 * s->volume * s->grad[k * PD_DIM + d] * p;
+        double volume = s->volume * pdi_grid_around(flow->grid, node, 0.5 * s->xi[k * PD_DIM + PD_DIM - 1]);
+        for (int d = 0; d < PD_DIM; d++) press[d] += 2.0 * volume * s->grad[k * PD_DIM + d] * p;
     }
 }
 
@@ -12946,8 +14004,9 @@ static void pdi_force_rub(const pd_flow *flow, int32_t r, double *rub)
     for (int d = 0; d < PD_DIM; d++) {
         int64_t at = (int64_t)d * total + node;
         double drive = flow->drive ? flow->drive[at] : 0.0;
-        rub[d] = bonds->stencil->volume * (flow->nu * (bonds->wall_lap[r] * flow->u[at] - drive) -
-                                           bonds->wall_curv[r] * (flow->grad[at] - flow->force[d]));
+        rub[d] = bonds->stencil->volume * pdi_grid_circumference(flow->grid, node) *
+                 (flow->nu * (bonds->wall_lap[r] * flow->u[at] - drive) -
+                  bonds->wall_curv[r] * (flow->grad[at] - flow->force[d]));
     }
 }
 
@@ -12975,6 +14034,9 @@ void pd_force_surface(pd_ctx *ctx, pd_flow *flow, const double *lo, const double
         if (friction) friction[d] = f;
         if (pressure) pressure[d] = p;
     }
+    pdi_force_cancel(flow->grid, force);
+    if (friction) pdi_force_cancel(flow->grid, friction);
+    if (pressure) pdi_force_cancel(flow->grid, pressure);
 }
 
 /* Field f on the face between node - stride and node, and its derivative across it times the spacing: cubics. */
@@ -13001,6 +14063,12 @@ static void pdi_force_pass(const pd_flow *flow, int32_t node, int axis, double *
     pass[axis] += pdi_force_mid(flow->p, node, stride);
 }
 
+/* 1 when the low side of axis d is the axis of rings, which nothing passes. */
+static int pdi_force_axis(const pd_grid *grid, int d)
+{
+    return grid->circumference && d == PD_DIM - 1 && grid->side[2 * d] == PD_SIDE_MIRROR;
+}
+
 /* First and last cells of the box. */
 static pd_status pdi_force_cells(pd_ctx *ctx, const pd_grid *grid, const double *lo, const double *hi, int *first,
                                  int *last)
@@ -13008,7 +14076,9 @@ static pd_status pdi_force_cells(pd_ctx *ctx, const pd_grid *grid, const double 
     for (int d = 0; d < PD_DIM; d++) {
         double low = floor((lo[d] - grid->lo[d]) / grid->h[d] + 0.5);
         double high = floor((hi[d] - grid->lo[d]) / grid->h[d] + 0.5);
-        if (!(low >= 2.0) || !(high <= grid->n[d] - 2.0) || !(high > low))
+        int axis = pdi_force_axis(grid, d);
+        if (axis) low = 0.0;
+        if ((!axis && !(low >= 2.0)) || !(high <= grid->n[d] - 2.0) || !(high > low))
             return pdi_fail(ctx, PD_ERR_GEOMETRY, "force",
                             "cells %g .. %g of axis %d: a box of fluid two cells inside of %d is expected", low, high,
                             d, grid->n[d]);
@@ -13023,9 +14093,9 @@ static pd_status pdi_force_sides(pd_ctx *ctx, const pd_flow *flow, const int *fi
                                  pdi_sum *sum)
 {
     const pd_grid *grid = flow->grid;
-    double area = flow->bonds->stencil->volume / grid->h[axis];
+    double face = flow->bonds->stencil->volume / grid->h[axis];
     int32_t stride = grid->stride[axis];
-    for (int side = 0; side < 2; side++) {
+    for (int side = pdi_force_axis(grid, axis) ? 1 : 0; side < 2; side++) {
         int i[PD_DIM], more = 1;
         memcpy(i, first, sizeof i);
         i[axis] = side ? last[axis] + 1 : first[axis];
@@ -13036,6 +14106,7 @@ static pd_status pdi_force_sides(pd_ctx *ctx, const pd_flow *flow, const int *fi
                 if (grid->kind[node + k * stride] != PD_FLUID)
                     return pdi_fail(ctx, PD_ERR_GEOMETRY, "force",
                                     "a side of the box, axis %d, comes within two cells of a closed node", axis);
+            double area = face * pdi_grid_around(grid, node, axis == PD_DIM - 1 ? -0.5 * grid->h[axis] : 0.0);
             pdi_force_pass(flow, node, axis, pass);
             for (int d = 0; d < PD_DIM; d++) pdi_sum_add(&sum[d], (side ? -1.0 : 1.0) * flow->rho * area * pass[d]);
             more = 0;
@@ -13066,10 +14137,11 @@ pd_status pd_force_balance(pd_ctx *ctx, pd_flow *flow, const double *lo, const d
         int i[PD_DIM], inside = grid->kind[node] == PD_FLUID;
         pdi_grid_index(grid, node, i);
         for (int d = 0; d < PD_DIM; d++) inside = inside && i[d] >= first[d] && i[d] <= last[d];
-        fluid += inside;
+        if (inside) fluid += pdi_grid_circumference(grid, node);
     }
     for (int d = 0; d < PD_DIM; d++)
         force[d] = pdi_sum_total(&sum[d]) + flow->rho * flow->force[d] * fluid * flow->bonds->stencil->volume;
+    pdi_force_cancel(grid, force);
     return PD_OK;
 }
 
@@ -13261,8 +14333,10 @@ pd_status pd_steady_build(pd_ctx *ctx, pd_flow *flow, const pd_steady_desc *desc
         origin[d] = 0;
         md.n[d] = flow->grid->n[d];
         md.stride[d] = flow->grid->stride[d];
+        md.periodic[d] = flow->grid->side[2 * d] == PD_SIDE_PERIODIC;
     }
     md.first = pd_grid_node(flow->grid, origin);
+    md.weight = flow->grid->circumference ? flow->grid->circumference + flow->grid->ghost : NULL;
     PDI_TRY(pdi_compact_build(ctx, flow->grid, 1, &s->compact_u));
     PDI_TRY(pdi_compact_build(ctx, flow->grid, 0, &s->compact_p));
     PDI_TRY(pd_multigrid_build(ctx, &md, &s->mg_u));
@@ -13314,6 +14388,10 @@ pd_status pd_steady_solve(pd_ctx *ctx, pd_steady *s, pd_steady_result *result)
         result->converged = result->momentum <= s->desc.tolerance && result->continuity <= s->desc.tolerance;
         if (result->converged) return PD_OK;
         if (result->newton >= s->desc.max_newton) return PD_NOT_CONVERGED;
+        if (boost > PDI_STEADY_MAX_BOOST)
+            return pdi_fail(ctx, PD_ERR_DIVERGED, "steady",
+                            "no pseudo time step lowers the flow residual of %g (%d Newton steps)", norm,
+                            result->newton);
         /* switched evolution relaxation: the pseudo time step grows as the residual falls (eq. 4.10) */
         double shift = PDI_STEADY_SHIFT * boost * flow->speed / flow->length * sqrt(norm / s->norm0);
         int effort = 0;
@@ -13323,10 +14401,6 @@ pd_status pd_steady_solve(pd_ctx *ctx, pd_steady *s, pd_steady_result *result)
             pdi_steady_move(ctx, s, -1.0);
             norm = pdi_steady_residual(ctx, s, result);
             boost *= 10.0;
-            if (boost > PDI_STEADY_MAX_BOOST)
-                return pdi_fail(ctx, PD_ERR_DIVERGED, "steady",
-                                "no pseudo time step lowers the flow residual of %g (%d Newton steps)", norm,
-                                result->newton);
             continue;
         }
         /* a linear system that is hard to solve gets a shorter pseudo time step next time, an easy one a longer one */
@@ -14358,6 +15432,8 @@ pd_status pd_gas_build(pd_ctx *ctx, const pd_grid *grid, const pd_bonds *bonds, 
         return pdi_fail(ctx, PD_ERR_ARGUMENT, "gas",
                         "gamma = %g must be above 1, cfl = %g not negative, both finite, order %d one of pd_gas_order",
                         desc->gamma, desc->cfl, (int)desc->order);
+    if (grid->circumference)
+        return pdi_fail(ctx, PD_ERR_ARGUMENT, "gas", "found an axisymmetric grid, expected a planar one");
     gas->grid = grid;
     gas->bonds = bonds;
     gas->rows = bonds->rows;
@@ -14456,6 +15532,7 @@ static void pdi_diffusion_row(const pd_diffusion *d, int32_t r, const uint8_t *h
     const pd_bonds *bonds = d->bonds;
     const pd_stencil *s = bonds->stencil;
     double matrix[N][N], normal[N][N], lack[N], packed[N], weight[N], trace = 0.0;
+    const double *lap = pdi_bond_lap(bonds, bonds->node[r]);
     memset(matrix, 0, sizeof matrix);
     memset(normal, 0, sizeof normal);
     memset(lack, 0, sizeof lack);
@@ -14466,8 +15543,8 @@ static void pdi_diffusion_row(const pd_diffusion *d, int32_t r, const uint8_t *h
         pdi_diffusion_quadratic(xi, weight);
         int open = pdi_bond_open(bonds, r, k), row = open && d->cut[bonds->node[r] + bonds->shift[k]] > 0.0f;
         for (int p = 0; p < N; p++) {
-            if (!open && !(held && held[k])) lack[p] += s->lap[k] * packed[p];
-            for (int q = 0; q < N && row; q++) matrix[p][q] += s->lap[k] * packed[p] * weight[q];
+            if (!open && !(held && held[k])) lack[p] += lap[k] * packed[p];
+            for (int q = 0; q < N && row; q++) matrix[p][q] += lap[k] * packed[p] * weight[q];
         }
     }
     for (int p = 0; p < N; p++) trace += matrix[p][p];
@@ -14513,6 +15590,7 @@ static void pdi_diffusion_hold(pd_diffusion *d, int32_t r, uint8_t *held)
     const pd_bonds *bonds = d->bonds;
     const pd_stencil *s = bonds->stencil;
     int32_t i = bonds->node[r];
+    const double *lap = pdi_bond_lap(bonds, i);
     double value = d->field ? d->field[i] : d->desc.diffusivity, x[PD_DIM];
     for (int k = 0; k < s->count; k++) {
         held[k] = 0;
@@ -14525,8 +15603,8 @@ static void pdi_diffusion_hold(pd_diffusion *d, int32_t r, uint8_t *held)
             d->hold_grad[(int64_t)a * bonds->grid->total + i] += s->grad[k * PD_DIM + a] / t * c;
             d->hold_lean[(int64_t)a * bonds->grid->total + i] += s->grad[k * PD_DIM + a] / t;
         }
-        d->hold[i] += value * s->lap[k] / t;
-        d->drive[i] += value * s->lap[k] / t * c;
+        d->hold[i] += value * lap[k] / t;
+        d->drive[i] += value * lap[k] / t * c;
         d->held_least = fmin(d->held_least, c);
         d->held_most = fmax(d->held_most, c);
     }
@@ -14628,7 +15706,7 @@ PDI_FN void pdi_diffusion_bond(const pd_diffusion *d, int32_t i, int k, int coun
 {
     const pd_stencil *s = d->bonds->stencil;
     int32_t j = i + d->bonds->shift[k];
-    double a = s->lap[k], weight[PD_DIFFUSION_TENSOR];
+    double a = pdi_bond_lap(d->bonds, i)[k], weight[PD_DIFFUSION_TENSOR];
     for (int b = 0; b < count; b++) bond[b] = d->desc.diffusivity * a;
     if (d->field) pdi_diffusion_series(d, i, j, a, count, bond);
     if (!rows) return;
@@ -14848,7 +15926,7 @@ PDI_FN void pdi_limiter_free(pd_ctx *ctx, pd_limiter *l)
 #define PDI_TRANSPORT_ROUGH 30.0
 /* Rounds of upwinding the nodes that leave their bounds before the whole step is upwinded. */
 #define PDI_TRANSPORT_ROUNDS 20
-/* The steady field: length of a step over the explicit limit, and how many. */
+/* The steady field: length of a step over the exchange time of the slowest node, and how many. */
 #define PDI_TRANSPORT_LONG 1e9
 #define PDI_TRANSPORT_STEPS 60
 /* Relative change of the field by the last of them. */
@@ -14911,12 +15989,12 @@ static void pdi_transport_flux(const pd_transport *t, int32_t i, int k, const do
     const pd_flow *f = t->flow;
     int64_t total = t->grid->total, shift = t->bonds->shift[k];
     const double *p = f->p + i, *u = f->carrier + i, *grad = f->grad + i, *g = st->grad + k * PD_DIM;
-    double tie = f->tau * st->lap[k], arm[PD_DIM];
+    double tie = f->tau * pdi_bond_lap(t->bonds, i)[k], share = pdi_bond_flux(t->bonds, i, k), arm[PD_DIM];
     for (int d = 0; d < PD_DIM; d++) arm[d] = 0.5 * st->xi[k * PD_DIM + d];
     for (int b = 0; b < l->count; b++) {
         double pressure = p[b + shift] - p[b], flux = 0.0;
         for (int d = 0; d < PD_DIM; d++) {
-            flux += g[d] * (u[d * total + b] + u[d * total + b + shift]);
+            flux += share * g[d] * (u[d * total + b] + u[d * total + b + shift]);
             pressure -= arm[d] * (grad[d * total + b] + grad[d * total + b + shift]);
         }
         flux -= (tied ? tied[b] : 1.0) * tie * pressure;
@@ -15155,7 +16233,7 @@ static pd_status pdi_transport_setup(pd_ctx *ctx, pd_transport *t)
         double drain = t->absorb[node] + (t->diffusion.hold ? t->diffusion.hold[node] : 0.0);
         if (grid->kind[node] != PD_FLUID || !(drain > 0.0)) continue;
         pdi_grid_index(grid, node, i);
-        c->mass[pdi_compact_cell(grid, i)] += (float)drain;
+        c->mass[pdi_compact_cell(grid, i)] += (float)(drain * pdi_grid_circumference(grid, node));
     }
     return pd_multigrid_setup(ctx, &t->mg, c->active, (const float *const *)c->conduct,
                               t->flow ? (const float *const *)c->flux : NULL, c->wall, c->mass);
@@ -15220,21 +16298,22 @@ static void pdi_transport_boundary(pd_transport *t)
     const pd_grid *grid = t->grid;
     for (int32_t i = 0; i < grid->total; i++) {
         if (grid->kind[i] != PD_FLUID) continue;
+        double around = pdi_grid_circumference(grid, i);
         if (t->diffusion.hold) {
             double gain = t->diffusion.drive[i] - t->diffusion.hold[i] * t->c[i];
-            pdi_sum_add(gain > 0.0 ? &in : &out, fabs(gain));
+            pdi_sum_add(gain > 0.0 ? &in : &out, fabs(gain) * around);
         }
         if (!pdi_limiter_ports(t->bonds, i, 1)) continue;
         for (int k = 0; k < t->bonds->stencil->count; k++) {
             if (!pdi_transport_open(t, i, k)) continue;
             uint8_t far_kind = grid->kind[i + t->bonds->shift[k]];
-            if (far_kind == PD_OUTLET) pdi_sum_add(&out, pdi_transport_bond_flux(t, t->c, i, k));
-            if (far_kind == PD_INLET) pdi_sum_add(&in, -pdi_transport_bond_flux(t, t->c, i, k));
+            if (far_kind == PD_OUTLET) pdi_sum_add(&out, around * pdi_transport_bond_flux(t, t->c, i, k));
+            if (far_kind == PD_INLET) pdi_sum_add(&in, -around * pdi_transport_bond_flux(t, t->c, i, k));
         }
     }
     /* between nodes antidiffusive fluxes cancel: their sum came through the inlets */
     for (int32_t i = 0; i < grid->total; i++)
-        if (grid->kind[i] == PD_FLUID) pdi_sum_add(&in, t->anti[i]);
+        if (grid->kind[i] == PD_FLUID) pdi_sum_add(&in, t->anti[i] * pdi_grid_circumference(grid, i));
     t->outflow = pdi_sum_total(&out) * t->bonds->stencil->volume;
     t->inflow = pdi_sum_total(&in) * t->bonds->stencil->volume;
 }
@@ -15423,9 +16502,43 @@ pd_status pd_transport_implicit(pd_ctx *ctx, pd_transport *t, double dt, pd_tran
     return status;
 }
 
+/* Rate [1/s] at which node i exchanges its content: one over its explicit limit. */
+static double pdi_transport_rate(const pd_transport *t, int32_t i)
+{
+    double rate = t->absorb[i] + (t->diffusion.hold ? t->diffusion.hold[i] : 0.0);
+    for (int k = 0; k < t->bonds->stencil->count; k++) {
+        double flux, bond, upwind;
+        if (!pdi_transport_open(t, i, k)) continue;
+        pdi_transport_bond(t, i, k, &flux, &bond, &upwind);
+        if (t->grid->kind[i + t->bonds->shift[k]] == PD_OUTLET) rate += fmax(flux, 0.0);
+        else rate += bond + 2.0 * upwind - 0.5 * flux;
+    }
+    return rate;
+}
+
+double pd_transport_limit(pd_ctx *ctx, const pd_transport *t)
+{
+    double fastest = 0.0;
+    (void)ctx;
+    for (int32_t i = 0; i < t->grid->total; i++)
+        if (t->grid->kind[i] == PD_FLUID) fastest = fmax(fastest, pdi_transport_rate(t, i));
+    return fastest > 0.0 ? 1.0 / fastest : HUGE_VAL;
+}
+
+/* Longest time [s] in which a node exchanges its content; HUGE_VAL: nothing moves. */
+static double pdi_transport_slowest(const pd_transport *t)
+{
+    double slowest = HUGE_VAL;
+    for (int32_t i = 0; i < t->grid->total; i++) {
+        double rate = t->grid->kind[i] == PD_FLUID ? pdi_transport_rate(t, i) : 0.0;
+        if (rate > 0.0) slowest = fmin(slowest, rate);
+    }
+    return slowest < HUGE_VAL ? 1.0 / slowest : HUGE_VAL;
+}
+
 pd_status pd_transport_steady(pd_ctx *ctx, pd_transport *t, pd_transport_result *result)
 {
-    double limit = pd_transport_limit(ctx, t);
+    double limit = pdi_transport_slowest(t);
     int krylov = 0;
     if (!(limit < 1e200))
         return pdi_fail(ctx, PD_ERR_ARGUMENT, "transport", "nothing moves: there is no steady field to find");
@@ -15445,25 +16558,6 @@ pd_status pd_transport_steady(pd_ctx *ctx, pd_transport *t, pd_transport_result 
         if (result->change <= PDI_TRANSPORT_SETTLED) return PD_OK;
     }
     return PD_NOT_CONVERGED;
-}
-
-double pd_transport_limit(pd_ctx *ctx, const pd_transport *t)
-{
-    double fastest = 0.0;
-    (void)ctx;
-    for (int32_t i = 0; i < t->grid->total; i++) {
-        if (t->grid->kind[i] != PD_FLUID) continue;
-        double rate = t->absorb[i] + (t->diffusion.hold ? t->diffusion.hold[i] : 0.0);
-        for (int k = 0; k < t->bonds->stencil->count; k++) {
-            if (!pdi_transport_open(t, i, k)) continue;
-            double flux, bond, upwind;
-            pdi_transport_bond(t, i, k, &flux, &bond, &upwind);
-            if (t->grid->kind[i + t->bonds->shift[k]] == PD_OUTLET) rate += fmax(flux, 0.0);
-            else rate += bond + 2.0 * upwind - 0.5 * flux;
-        }
-        fastest = fmax(fastest, rate);
-    }
-    return fastest > 0.0 ? 1.0 / fastest : HUGE_VAL;
 }
 
 pd_status pd_transport_explicit(pd_ctx *ctx, pd_transport *t, double dt)
@@ -15496,11 +16590,76 @@ pd_status pd_transport_explicit(pd_ctx *ctx, pd_transport *t, double dt)
     return PD_OK;
 }
 
+/* Upwinded flux [mol/m3/s] of bond k of node i. One of both ends is fluid, the flux is told from there. */
+static double pdi_transport_section_bond(const void *user, int32_t i, int k)
+{
+    const pd_transport *t = (const pd_transport *)user;
+    int32_t j = i + t->bonds->shift[k];
+    if (t->grid->kind[i] == PD_FLUID) return pdi_transport_bond_flux(t, t->c, i, k);
+    double over = pdi_grid_circumference(t->grid, j) / pdi_grid_circumference(t->grid, i);
+    return -over * pdi_transport_bond_flux(t, t->c, j, t->bonds->stencil->count - 1 - k);
+}
+
+/* What node i gains by the antidiffusive flux of bond k (eq. 5.4), likewise. */
+static double pdi_transport_section_anti(const void *user, int32_t i, int k)
+{
+    const pd_transport *t = (const pd_transport *)user;
+    int32_t j = i + t->bonds->shift[k];
+    pdi_transport_sweep s;
+    pdi_transport_lanes l;
+    double lean;
+    if (t->grid->kind[i] != PD_FLUID) {
+        double over = pdi_grid_circumference(t->grid, j) / pdi_grid_circumference(t->grid, i);
+        return -over * pdi_transport_section_anti(t, j, t->bonds->stencil->count - 1 - k);
+    }
+    memset(&s, 0, sizeof s);
+    memset(&l, 0, sizeof l);
+    s.t = t;
+    s.c = t->c;
+    s.task = PDI_TRANSPORT_ANTI;
+    l.count = 1;
+    int ports = pdi_limiter_ports(t->bonds, i, 1);
+    if (!pdi_transport_bond_lanes(&s, i, t->bonds->row[i], k, ports, &l)) return 0.0;
+    pdi_transport_lean(&s, i, k, ports, &l, &lean);
+    return -(l.gated ? l.gate[0] : 1.0) * t->limiter.keep[l.flux[0] > 0.0 ? i : j] * l.upwind[0] * lean;
+}
+
+/* What passes the plane by antidiffusion is all that the nodes on one side of it gain, since the fluxes between them
+ * cancel, unless inlets feed both sides or the axis is periodic: then bond by bond, up to what the limiter still
+ * moves. */
+static double pdi_transport_section_gain(const pd_transport *t, int axis, int index)
+{
+    pdi_sum sum[2] = {{0.0, 0.0}, {0.0, 0.0}};
+    int fed[2] = {0, 0};
+    if (t->grid->side[2 * axis] == PD_SIDE_PERIODIC) fed[0] = fed[1] = 1;
+    for (int32_t node = 0; node < t->grid->total; node++) {
+        int i[PD_DIM];
+        pdi_grid_index(t->grid, node, i);
+        int behind = i[axis] >= index;
+        if (t->grid->kind[node] == PD_INLET) fed[behind] = 1;
+        if (t->grid->kind[node] != PD_FLUID) continue;
+        pdi_sum_add(&sum[behind], t->anti[node] * pdi_grid_circumference(t->grid, node));
+    }
+    if (!fed[0]) return pdi_sum_total(&sum[0]);
+    if (!fed[1]) return -pdi_sum_total(&sum[1]);
+    return pdi_bond_section(t->bonds, axis, index, pdi_transport_section_anti, t);
+}
+
+double pd_transport_section(pd_ctx *ctx, pd_transport *t, int axis, int index)
+{
+    int limited = t->flow && t->desc.advection == PD_ADVECTION_LIMITED;
+    (void)ctx;
+    pd_ghosts_scalar(&t->bonds->ghosts, t->c);
+    double low = pdi_bond_section(t->bonds, axis, index, pdi_transport_section_bond, t);
+    double gain = limited ? pdi_transport_section_gain(t, axis, index) : 0.0;
+    return (low - gain) * t->bonds->stencil->volume;
+}
+
 static double pdi_transport_total(const pd_transport *t, const double *field)
 {
     pdi_sum sum = {0.0, 0.0};
     for (int32_t i = 0; i < t->grid->total; i++)
-        if (t->grid->kind[i] == PD_FLUID) pdi_sum_add(&sum, field[i]);
+        if (t->grid->kind[i] == PD_FLUID) pdi_sum_add(&sum, field[i] * pdi_grid_circumference(t->grid, i));
     return pdi_sum_total(&sum) * t->bonds->stencil->volume;
 }
 
@@ -15562,8 +16721,10 @@ pd_status pd_transport_build(pd_ctx *ctx, const pd_grid *grid, const pd_bonds *b
         origin[d] = 0;
         md.n[d] = grid->n[d];
         md.stride[d] = grid->stride[d];
+        md.periodic[d] = grid->side[2 * d] == PD_SIDE_PERIODIC;
     }
     md.first = pd_grid_node(grid, origin);
+    md.weight = grid->circumference ? grid->circumference + grid->ghost : NULL;
     md.symmetric = flow == NULL;
     PDI_TRY(pdi_compact_build(ctx, grid, flow != NULL, &t->compact));
     PDI_TRY(pd_multigrid_build(ctx, &md, &t->mg));
@@ -15816,6 +16977,22 @@ static double pdi_dissolve_factor(const pd_dissolve *d, int32_t solid)
 /* What an intact node loses before it turns fluid [mol/m3]. */
 static double pdi_dissolve_span(const pd_dissolve *d) { return d->desc.solid * (1.0 - d->desc.threshold); }
 
+/* Interface area c(n) [1/m] of bond k of node j; a ring moves what a bond crosses at its mean radius. */
+static double pdi_dissolve_area(const pd_dissolve *d, int32_t j, int k)
+{
+    const pd_stencil *s = d->bonds->stencil;
+    double x[PD_DIM];
+    if (!d->grid->circumference) return s->area[k];
+    pd_grid_position(d->grid, j, x);
+    return s->area[k] * fabs(1.0 + 0.5 * s->xi[k * PD_DIM + PD_DIM - 1] / x[PD_DIM - 1]);
+}
+
+/* Volume of node j over that of node i. */
+static double pdi_dissolve_over(const pd_dissolve *d, int32_t j, int32_t i)
+{
+    return pdi_grid_circumference(d->grid, j) / pdi_grid_circumference(d->grid, i);
+}
+
 /* Far end of bond k of node i. Ghosts behind a side of the box stand for their images, so that a front that meets a
  * side is as fast there as elsewhere. */
 static int32_t pdi_dissolve_far(const pd_dissolve *d, int32_t i, int k)
@@ -15900,7 +17077,7 @@ static double pdi_dissolve_rate(const pd_dissolve *d, int32_t j)
         pdi_dissolve_enter(d, j, k, &entry);
         for (int e = 0; e < entry.count; e++) {
             int32_t i = entry.node[e];
-            sum += s->area[k] / entry.count * pdi_dissolve_share_of_law(d, i, entry.film) *
+            sum += pdi_dissolve_area(d, j, k) / entry.count * pdi_dissolve_share_of_law(d, i, entry.film) *
                    (d->speed[i] + d->slope[i] * d->transport->c[i]);
         }
     }
@@ -16000,7 +17177,7 @@ pd_status pd_dissolve_prepare(pd_ctx *ctx, pd_dissolve *d)
             pdi_dissolve_enter(d, j, k, &entry);
             for (int e = 0; e < entry.count; e++) {
                 int32_t i = entry.node[e];
-                double weight = span * (s->area[k] / entry.count);
+                double weight = span * (pdi_dissolve_area(d, j, k) / entry.count) * pdi_dissolve_over(d, j, i);
                 if (!(weight > 0.0)) continue;
                 if (!(d->weight[i] > 0.0)) PDI_TRY(pdi_dissolve_law(ctx, d, i));
                 d->weight[i] += weight;
@@ -16049,8 +17226,11 @@ static pd_status pdi_dissolve_hand_over(pd_ctx *ctx, pd_dissolve *d, int32_t j, 
         for (int k = 0; k < count; k++) sum += pdi_dissolve_share(d, j, k, (pdi_dissolve_heir)heir);
         if (!(sum > 0.0)) continue;
         double *target = heir == PDI_DISSOLVE_FLUID ? d->transport->carry : d->transport->c;
-        for (int k = 0; k < count; k++)
-            target[pdi_dissolve_far(d, j, k)] += rest * (pdi_dissolve_share(d, j, k, (pdi_dissolve_heir)heir) / sum);
+        for (int k = 0; k < count; k++) {
+            int32_t i = pdi_dissolve_far(d, j, k);
+            double share = pdi_dissolve_share(d, j, k, (pdi_dissolve_heir)heir) / sum;
+            if (share > 0.0) target[i] += rest * share * pdi_dissolve_over(d, j, i);
+        }
         return PD_OK;
     }
     return pdi_fail(ctx, PD_ERR_INTERNAL, "dissolve", "node %d dissolved without any neighbour", (int)j);
@@ -16131,7 +17311,7 @@ double pd_dissolve_stock(pd_ctx *ctx, const pd_dissolve *d)
     pdi_sum sum = {0.0, 0.0};
     (void)ctx;
     for (int32_t j = 0; j < d->grid->total; j++)
-        if (d->grid->kind[j] == PD_SOLID) pdi_sum_add(&sum, d->transport->c[j]);
+        if (d->grid->kind[j] == PD_SOLID) pdi_sum_add(&sum, d->transport->c[j] * pdi_grid_circumference(d->grid, j));
     return pdi_sum_total(&sum) * d->bonds->stencil->volume;
 }
 
@@ -16147,6 +17327,148 @@ void pd_dissolve_free(pd_ctx *ctx, pd_dissolve *d)
     PDI_DELETE(ctx, d->changed_capacity, d->changed);
     memset(d, 0, sizeof *d);
 }
+
+/* ======== >>measure.c ======== */
+/* measure: see measure.h */
+#include <math.h>
+#include <string.h>
+
+/* Surfaces and nodes often lie on the bounds that the caller gives: cells that count as inside beyond them. */
+#define PDI_MEASURE_SLACK 1e-6
+
+static int pdi_measure_inside(const pd_grid *grid, int32_t node, const double *lo, const double *hi)
+{
+    double x[PD_DIM];
+    pd_grid_position(grid, node, x);
+    for (int d = 0; d < PD_DIM; d++) {
+        double slack = PDI_MEASURE_SLACK * grid->h[d];
+        if (!(x[d] >= lo[d] - slack) || !(x[d] <= hi[d] + slack)) return 0;
+    }
+    return 1;
+}
+
+/* ---- plane ---- */
+
+/* Means over the faces of the plane: the value on a face is the mean of both cells. */
+static void pdi_measure_faces(const pd_bonds *bonds, const pd_flow *flow, const pd_transport *transport, int axis,
+                              int index, pd_measure_plane_result *r)
+{
+    const pd_grid *grid = bonds->grid;
+    pdi_sum pressure = {0.0, 0.0}, mean = {0.0, 0.0}, stream = {0.0, 0.0}, carried = {0.0, 0.0};
+    double faces = 0.0;
+    for (int32_t node = 0; node < grid->total; node++) {
+        int i[PD_DIM];
+        int32_t before = node - grid->stride[axis];
+        if (grid->kind[node] != PD_FLUID) continue;
+        pdi_grid_index(grid, node, i);
+        if (i[axis] != index || grid->kind[before] != PD_FLUID) continue;
+        double c = transport ? 0.5 * (transport->c[before] + transport->c[node]) : 0.0;
+        double face = 0.5 * (pdi_grid_circumference(grid, before) + pdi_grid_circumference(grid, node));
+        faces += face;
+        pdi_sum_add(&mean, face * c);
+        if (!flow) continue;
+        const double *u = flow->u + (int64_t)axis * grid->total;
+        pdi_sum_add(&pressure, face * 0.5 * (flow->p[before] + flow->p[node]));
+        pdi_sum_add(&stream, face * 0.5 * (u[before] + u[node]));
+        pdi_sum_add(&carried, face * 0.5 * (u[before] + u[node]) * c);
+    }
+    r->area = faces * bonds->stencil->volume / grid->h[axis];
+    r->mean = pdi_sum_total(&mean) / faces;
+    r->bulk = pdi_sum_total(&carried) / pdi_sum_total(&stream);
+    r->pressure = flow ? flow->rho * pdi_sum_total(&pressure) / faces : 0.0;
+}
+
+void pd_measure_plane(pd_ctx *ctx, const pd_bonds *bonds, pd_flow *flow, pd_transport *transport, int axis, int index,
+                      pd_measure_plane_result *r)
+{
+    memset(r, 0, sizeof *r);
+    pdi_measure_faces(bonds, flow, transport, axis, index, r);
+    if (flow) r->flow = pd_flow_section(ctx, flow, axis, index);
+    if (transport) r->species = pd_transport_section(ctx, transport, axis, index);
+    r->speed = r->flow / r->area;
+}
+
+/* ---- exchange ---- */
+
+/* Area of the surfaces that give metal, as row r sees it: each of its bonds that ends behind one stands for
+ * c(n) V. */
+static double pdi_measure_area(const pd_transport *t, const pd_dissolve *dissolve, int32_t r)
+{
+    const pd_bonds *bonds = t->bonds;
+    const pd_stencil *s = bonds->stencil;
+    int32_t node = bonds->node[r];
+    double sum = 0.0, x[PD_DIM];
+    for (int k = 0; k < s->count; k++) {
+        if (!(s->area[k] > 0.0) || pdi_grid_open(t->grid->kind[node + bonds->shift[k]])) continue;
+        int32_t cell = node + bonds->cell_shift[s->group_cell[pdi_bond_closed_group(bonds, node, k)]];
+        int gives = dissolve && t->grid->kind[cell] == PD_SOLID;
+        if (!gives && t->desc.held) {
+            pdi_bond_meet(bonds, r, k, x);
+            gives = t->desc.held(t->desc.user, x) >= 0.0;
+        }
+        if (gives) sum += s->area[k] * s->volume * pdi_grid_around(t->grid, node, 0.5 * s->xi[(k + 1) * PD_DIM - 1]);
+    }
+    return sum;
+}
+
+void pd_measure_exchange(pd_ctx *ctx, const pd_transport *t, const pd_dissolve *dissolve, const double *lo,
+                         const double *hi, int axis, double *flux, double *area)
+{
+    const pd_bonds *bonds = t->bonds;
+    const pd_grid *grid = t->grid;
+    int layers = axis < 0 ? 1 : grid->n[axis];
+    (void)ctx;
+    for (int k = 0; k < layers; k++) flux[k] = area[k] = 0.0;
+    for (int32_t r = 0; r < bonds->rows; r++) {
+        int i[PD_DIM];
+        int32_t node = bonds->node[r];
+        if (!pdi_measure_inside(grid, node, lo, hi)) continue;
+        pdi_grid_index(grid, node, i);
+        int k = axis < 0 ? 0 : i[axis];
+        double gain = t->source[node] - t->absorb[node] * t->c[node];
+        if (t->diffusion.hold) gain += t->diffusion.drive[node] - t->diffusion.hold[node] * t->c[node];
+        flux[k] += gain * bonds->stencil->volume * pdi_grid_circumference(grid, node);
+        area[k] += pdi_measure_area(t, dissolve, r);
+    }
+}
+
+/* ---- box ---- */
+
+void pd_measure_box(pd_ctx *ctx, const pd_bonds *bonds, const pd_flow *flow, const pd_transport *transport,
+                    const pd_dissolve *dissolve, const double *lo, const double *hi, pd_measure_box_result *r)
+{
+    const pd_grid *grid = bonds->grid;
+    pdi_sum energy = {0.0, 0.0}, dissolved = {0.0, 0.0}, solid = {0.0, 0.0}, momentum[PD_DIM];
+    double nodes = 0.0, volume = bonds->stencil->volume;
+    (void)ctx;
+    memset(r, 0, sizeof *r);
+    memset(momentum, 0, sizeof momentum);
+    r->least = r->most = (double)NAN;
+    for (int32_t i = 0; i < grid->total; i++) {
+        int fluid = grid->kind[i] == PD_FLUID;
+        if ((!fluid && grid->kind[i] != PD_SOLID) || !pdi_measure_inside(grid, i, lo, hi)) continue;
+        double around = pdi_grid_circumference(grid, i);
+        if (!fluid && dissolve) pdi_sum_add(&solid, around * transport->c[i]);
+        if (!fluid) continue;
+        nodes += around;
+        for (int d = 0; d < PD_DIM && flow; d++) {
+            double u = flow->u[(int64_t)d * grid->total + i];
+            if (!grid->circumference || d < PD_DIM - 1) pdi_sum_add(&momentum[d], around * u); /* radial ones cancel */
+            pdi_sum_add(&energy, 0.5 * around * u * u);
+        }
+        if (!transport) continue;
+        pdi_sum_add(&dissolved, around * transport->c[i]);
+        r->least = fmin(r->least, transport->c[i]);
+        r->most = fmax(r->most, transport->c[i]);
+    }
+    r->volume = nodes * volume;
+    r->dissolved = pdi_sum_total(&dissolved) * volume;
+    r->solid = pdi_sum_total(&solid) * volume;
+    r->energy = flow ? flow->rho * volume * pdi_sum_total(&energy) : 0.0;
+    for (int d = 0; d < PD_DIM; d++) r->momentum[d] = flow ? flow->rho * volume * pdi_sum_total(&momentum[d]) : 0.0;
+}
+
+#undef PDI_MEASURE_SLACK
 
 /* ======== >>couple.c ======== */
 /* couple: see couple.h */
@@ -16366,7 +17688,7 @@ static const pd_expr_symbol pdi_setup_axes[] = {{"x", "m", 0.0}, {"y", "m", 0.0}
 pd_status pd_setup_init(pd_ctx *ctx, pd_setup *setup)
 {
     memset(setup, 0, sizeof *setup);
-    setup->solid = setup->wall = -1;
+    setup->solid = setup->wall = setup->medium = -1;
     setup->m = 3.0;
     setup->gb_factor = 1.0;
     setup->rate_scale = 1.0;
@@ -16409,6 +17731,12 @@ PDI_FN const char *pdi_setup_field_needs(const pd_setup *setup, pd_field field)
     case PD_FIELD_COUNT: break;
     }
     return NULL;
+}
+
+PDI_FN const char *pdi_setup_monitor_name(pd_monitor_kind kind)
+{
+    static const char *const names[] = {"line", "plane", "force", "transfer", "total"};
+    return names[kind];
 }
 
 PDI_FN const char *pdi_setup_side_name(int side) { return pdi_setup_sides[side]; }
@@ -16499,6 +17827,96 @@ PDI_FN void pdi_setup_split_path(const char *path, char *name, char *folder)
     folder[above] = '\0';
 }
 
+/* ======== >>syntax.c ======== */
+/* syntax: see syntax.h */
+#include <stdio.h>
+#include <string.h>
+
+typedef struct pdi_syntax_section {
+    const char *name, *keys; /* keys in the order of the guide */
+} pdi_syntax_section;
+
+static const pdi_syntax_section pdi_syntax_table[] = {
+    {"grid", "h, m, box, geometry, threads"},
+    {"shape", "box, ball, cylinder, half_space, mask, raw, union, intersect, difference, radius, centre, "
+              "point, normal, corner, cell, size, outside, kind, C, material, D, grains, grain_spread, grain_seed, "
+              "boundary_width"},
+    {"side", "flow, profile, mean, flow_rate, vx, vy, vz, p, velocity, C"},
+    {"flow", "rho, mu, steady, force, speed, length, time, vx, vy, vz, rtol, eos, c0"},
+    {"transport", "D, initial, advection, time"},
+    {"dissolve", "rate, law, Csat, Cs, gb_factor, threshold"},
+    {"run", "until, rtol, fraction, max_step"},
+    {"output", "every, fields, images, slice, prefix, folder"},
+    {"probe", "at, fields"},
+    {"line", "from, to, points, spacing, fields, images"},
+    {"plane", "at"},
+    {"force", "box, balance, speed, length, area"},
+    {"transfer", "box, along, length, surface, fluid, D, area"},
+    {"total", "box"}};
+#define PDI_SYNTAX_SECTIONS ((int)(sizeof pdi_syntax_table / sizeof pdi_syntax_table[0]))
+
+/* 1 when the comma-separated list holds the word; offers all its words to near_word. */
+static int pdi_syntax_listed(const char *list, const char *word, pdi_units_near *near_word)
+{
+    while (*list) {
+        char item[PD_TEXT_WORD];
+        size_t size = strcspn(list, ",");
+        PD_ASSERT(size < sizeof item);
+        memcpy(item, list, size);
+        item[size] = '\0';
+        if (strcmp(item, word) == 0) return 1;
+        pdi_units_offer(near_word, item);
+        list += size;
+        list += strspn(list, ", ");
+    }
+    return 0;
+}
+
+static pd_status pdi_syntax_section_of(pd_ctx *ctx, const pd_text *text, int section, int *found)
+{
+    const char *name = text->section[section].name;
+    char hint[PD_UNITS_TEXT], list[256] = "";
+    pdi_units_near near_word;
+    pdi_units_near_init(&near_word, name, strlen(name));
+    for (int k = 0; k < PDI_SYNTAX_SECTIONS; k++) {
+        *found = k;
+        if (strcmp(pdi_syntax_table[k].name, name) == 0) return PD_OK;
+        pdi_units_offer(&near_word, pdi_syntax_table[k].name);
+        snprintf(list + strlen(list), sizeof list - strlen(list), "%s%s", k ? ", " : "", pdi_syntax_table[k].name);
+    }
+    pdi_units_hint(&near_word, hint);
+    return pd_text_refuse(ctx, text, section, "scene", "found the section [%.40s], expected one of %s%s", name, list,
+                          hint);
+}
+
+static pd_status pdi_syntax_key(pd_ctx *ctx, const pd_text *text, const pd_text_entry *e, const char *keys)
+{
+    const pd_section *s = &text->section[e->section];
+    char hint[PD_UNITS_TEXT], where[320] = "command line";
+    pdi_units_near near_word;
+    pdi_units_near_init(&near_word, e->key, strlen(e->key));
+    if (pdi_syntax_listed(keys, e->key, &near_word)) return PD_OK;
+    pdi_units_hint(&near_word, hint);
+    if (e->line > 0) snprintf(where, sizeof where, "%.280s:%d", text->name, e->line);
+    return pdi_fail(ctx, PD_ERR_PARSE, where, "found the unknown key '%.40s' in [%.40s%s%.40s], expected one of %s%s",
+                    e->key, s->name, s->label[0] ? " " : "", s->label, keys, hint);
+}
+
+PDI_FN pd_status pdi_syntax_check(pd_ctx *ctx, const pd_text *text)
+{
+    int found;
+    for (int k = 1; k < text->section_count; k++) PDI_TRY(pdi_syntax_section_of(ctx, text, k, &found));
+    for (int k = 0; k < text->entry_count; k++) {
+        const pd_text_entry *e = &text->entry[k];
+        if (e->section == 0) continue; /* a pair before the first section: pd_text_unused */
+        PDI_TRY(pdi_syntax_section_of(ctx, text, e->section, &found));
+        PDI_TRY(pdi_syntax_key(ctx, text, e, pdi_syntax_table[found].keys));
+    }
+    return PD_OK;
+}
+
+#undef PDI_SYNTAX_SECTIONS
+
 /* ======== >>sketch.c ======== */
 /* sketch: see sketch.h */
 #include <math.h>
@@ -16510,7 +17928,8 @@ PDI_FN void pdi_setup_split_path(const char *path, char *name, char *folder)
 typedef enum pdi_sketch_kind {
     PDI_SKETCH_PART = 0, /* only an operand of set operations */
     PDI_SKETCH_SOLID,
-    PDI_SKETCH_WALL
+    PDI_SKETCH_WALL,
+    PDI_SKETCH_MEDIUM /* fluid with a diffusivity of its own */
 } pdi_sketch_kind;
 
 typedef struct pdi_sketch {
@@ -16794,13 +18213,48 @@ static pd_status pdi_sketch_grains(pdi_sketch *s)
         return pd_text_refuse(s->ctx, s->text, s->section, "grains",
                               "found other grains than in a shape above, expected the same for all solids");
     s->setup->grain = grain;
+    s->setup->line[PD_PART_GRAIN] = s->text->section[s->section].line;
     s->setup->has_grains = 1;
     return PD_OK;
 }
 
+/* A wall may hold a concentration. */
+static pd_status pdi_sketch_wall(pdi_sketch *s, int index)
+{
+    pd_setup *u = s->setup;
+    if (u->wall_count >= PD_SETUP_WALLS)
+        return pd_text_refuse(s->ctx, s->text, s->section, "kind", "found more than %d walls", PD_SETUP_WALLS);
+    pd_setup_wall *w = &u->walls[u->wall_count++];
+    w->shape = index;
+    if (u->has_transport && pd_text_has(s->ctx, s->text, s->section, "C")) {
+        PDI_TRY(pd_text_number(s->ctx, s->text, s->section, "C", "mol/m3", NULL, &w->held));
+        if (!(w->held >= 0.0))
+            return pd_text_refuse(s->ctx, s->text, s->section, "C", "found %.6g mol/m3, expected at least 0", w->held);
+        w->holds = 1;
+    }
+    return pdi_setup_join(s->ctx, u, index, &u->wall);
+}
+
+/* One diffusivity for all shapes of this kind. */
+static pd_status pdi_sketch_medium(pdi_sketch *s, int index)
+{
+    pd_setup *u = s->setup;
+    double value;
+    if (!u->has_transport)
+        return pd_text_refuse(s->ctx, s->text, s->section, "kind", "found 'medium' without a [transport] section");
+    PDI_TRY(pd_text_number(s->ctx, s->text, s->section, "D", "m2/s", NULL, &value));
+    if (!(value >= 0.0))
+        return pd_text_refuse(s->ctx, s->text, s->section, "D", "found %.6g m2/s, expected at least 0", value);
+    if (u->medium >= 0 && fabs(value - u->medium_diffusivity) > 0.0)
+        return pd_text_refuse(s->ctx, s->text, s->section, "D", "found another diffusivity than in a medium above,"
+                              " expected the same for all");
+    u->medium_diffusivity = value;
+    return pdi_setup_join(s->ctx, u, index, &u->medium);
+}
+
 static pd_status pdi_sketch_section(pdi_sketch *s)
 {
-    static const char *const kinds[] = {"part", "solid", "wall", NULL};
+    static const char *const kinds[] = {"part", "solid", "wall", "medium", NULL};
     const char *label = s->text->section[s->section].label;
     int kind = 0, index = 0;
     if (label[0] == '\0') return pd_text_refuse(s->ctx, s->text, s->section, "shape", "expected a name: [shape NAME]");
@@ -16811,7 +18265,10 @@ static pd_status pdi_sketch_section(pdi_sketch *s)
     s->name[s->names] = label;
     s->index[s->names] = index;
     s->used[s->names++] = kind != PDI_SKETCH_PART;
-    if (kind == PDI_SKETCH_WALL) return pdi_setup_join(s->ctx, s->setup, index, &s->setup->wall);
+    int line = s->text->section[s->section].line;
+    if (s->names == 1 || (kind == PDI_SKETCH_SOLID && s->setup->solid < 0)) s->setup->shape_line = line;
+    if (kind == PDI_SKETCH_MEDIUM) return pdi_sketch_medium(s, index);
+    if (kind == PDI_SKETCH_WALL) return pdi_sketch_wall(s, index);
     if (kind != PDI_SKETCH_SOLID) return PD_OK;
     PDI_TRY(pdi_sketch_material(s));
     PDI_TRY(pdi_sketch_grains(s));
@@ -16832,7 +18289,8 @@ PDI_FN pd_status pdi_sketch_read(pd_ctx *ctx, pd_text *text, const char *folder,
     for (int k = 0; k < s.names; k++) {
         if (s.used[k]) continue;
         return pd_text_refuse(ctx, text, pd_text_section(ctx, text, "shape", s.name[k]), "shape",
-                              "'%.40s' has no kind and is part of no other shape, expected kind = solid or wall",
+                              "'%.40s' has no kind and is part of no other shape, expected kind = solid, wall or"
+                              " medium",
                               s.name[k]);
     }
     return setup->shapes ? pd_shape_validate(ctx, setup->shape, setup->shapes) : PD_OK;
@@ -16847,7 +18305,6 @@ PDI_FN pd_status pdi_sketch_read(pd_ctx *ctx, pd_text *text, const char *folder,
 #include <stdio.h>
 #include <string.h>
 
-#define PDI_FLAT_PI 3.14159265358979323846
 #define PDI_FLAT_FRAMES 20.0
 
 /* One line a number: name, default as in the original file, smallest and largest admissible value, 1: that bound
@@ -16997,7 +18454,7 @@ static void pdi_flat_flow(const pdi_flat *f, pd_setup *setup)
     setup->steady = f->flow_conv_tol;
     setup->side[0].kind = PD_SIDE_INLET;
     setup->side[0].profile = PD_PROFILE_PARABOLA;
-    setup->side[0].mean = f->Q_flow / (PDI_FLAT_PI * f->R_tube * f->R_tube);
+    setup->side[0].mean = f->Q_flow / (PDI_PI * f->R_tube * f->R_tube);
     setup->side[1].kind = PD_SIDE_OUTLET;
     pdi_setup_note(setup, "flow_conv_tol = %g is the tolerance of the residuals, not of the change per step",
                    f->flow_conv_tol);
@@ -17095,10 +18552,293 @@ PDI_FN pd_status pdi_flat_read(pd_ctx *ctx, pd_text *text, const char *const *ov
     PDI_TRY(pdi_flat_output(ctx, text, &f, setup));
     return pd_text_unused(ctx, text);
 }
-
-#undef PDI_FLAT_PI
 #undef PDI_FLAT_FRAMES
 #undef PDI_FLAT_NUMBERS
+
+/* ======== >>watch.c ======== */
+/* watch: see watch.h */
+#include <math.h>
+#include <stdio.h>
+#include <string.h>
+
+#define PDI_WATCH_POINTS 100000 /* most points of a line */
+
+typedef struct pdi_watch {
+    pd_ctx *ctx;
+    pd_text *text;
+    pd_setup *setup;
+    int section;
+} pdi_watch;
+
+/* ---- values ---- */
+
+PDI_FN pd_status pdi_watch_fields(pd_ctx *ctx, pd_text *text, const pd_setup *setup, int section, const char *key,
+                                  const char *fallback, unsigned *bits)
+{
+    pd_word_list list;
+    int given = pd_text_has(ctx, text, section, key);
+    PDI_TRY(pd_text_words(ctx, text, section, key, fallback, &list));
+    *bits = 0;
+    if (list.count == 1 && strcmp(list.word[0], "none") == 0) return PD_OK;
+    for (int w = 0; w < list.count; w++) {
+        int field = 0;
+        while (field < PD_FIELD_COUNT && strcmp(list.word[w], pdi_setup_field_name((pd_field)field)) != 0) field++;
+        if (field == PD_FIELD_COUNT)
+            return pd_text_refuse(ctx, text, section, key,
+                                  "found '%s', expected some of C, v, p, kind, grain, phase, D,"
+                                  " rate, density, or none", list.word[w]);
+        const char *needs = pdi_setup_field_needs(setup, (pd_field)field);
+        if (needs && given)
+            return pd_text_refuse(ctx, text, section, key, "found '%s', which needs %s", list.word[w], needs);
+        if (!needs) *bits |= 1u << field;
+    }
+    return PD_OK;
+}
+
+PDI_FN pd_status pdi_watch_place(pd_ctx *ctx, pd_text *text, const pd_setup *setup, int section, const char *key,
+                                 int *axis, double *at)
+{
+    const char *value;
+    pd_expr expr;
+    pd_expr_desc desc;
+    PDI_TRY(pd_text_string(ctx, text, section, key, NULL, &value));
+    *axis = value[0] - 'x';
+    if (*axis < 0 || *axis >= PD_DIM || value[1] != ' ')
+        return pd_text_refuse(ctx, text, section, key, "found '%.40s', expected an axis and a place: %c 0 um", value,
+                              "xyz"[PD_DIM - 1]);
+    memset(&desc, 0, sizeof desc);
+    desc.text = value + 2;
+    desc.consts = text->consts;
+    desc.const_count = text->const_count;
+    desc.unit = "m";
+    desc.where = key;
+    desc.column = 3;
+    if (pd_expr_build(ctx, &desc, &expr) < 0) {
+        char message[PD_MESSAGE_SIZE];
+        memcpy(message, ctx->message, sizeof message);
+        return pd_text_refuse(ctx, text, section, key, "%.500s", message);
+    }
+    *at = pd_expr_eval(&expr, NULL);
+    pd_expr_free(ctx, &expr);
+    if (*at > setup->lo[*axis] && *at < setup->hi[*axis]) return PD_OK;
+    return pd_text_refuse(ctx, text, section, key, "found %.6g m, expected a place inside the box", *at);
+}
+
+/* A point of the box. */
+static pd_status pdi_watch_point(pdi_watch *w, const char *key, double *x)
+{
+    const pd_setup *u = w->setup;
+    int count;
+    PDI_TRY(pd_text_numbers(w->ctx, w->text, w->section, key, "m", NULL, PD_DIM, x, &count));
+    if (count != PD_DIM)
+        return pd_text_refuse(w->ctx, w->text, w->section, key, "found %d number%s, expected %d, one for each axis",
+                              count, count > 1 ? "s" : "", PD_DIM);
+    for (int d = 0; d < PD_DIM; d++)
+        if (!(x[d] >= u->lo[d]) || !(x[d] <= u->hi[d]))
+            return pd_text_refuse(w->ctx, w->text, w->section, key,
+                                  "found %.6g m on axis %c, expected a place inside the box", x[d], "xyz"[d]);
+    return PD_OK;
+}
+
+static pd_status pdi_watch_positive(pdi_watch *w, const char *key, const char *unit, const char *fallback,
+                                    double *value)
+{
+    char found[PD_UNITS_TEXT];
+    PDI_TRY(pd_text_number(w->ctx, w->text, w->section, key, unit, fallback, value));
+    if (*value > 0.0) return PD_OK;
+    pdi_setup_show(*value, unit, found);
+    return pd_text_refuse(w->ctx, w->text, w->section, key, "found %s, expected a positive value", found);
+}
+
+static pd_status pdi_watch_concentration(pdi_watch *w, const char *key, double *value)
+{
+    PDI_TRY(pd_text_number(w->ctx, w->text, w->section, key, "mol/m3", NULL, value));
+    if (*value >= 0.0) return PD_OK;
+    return pd_text_refuse(w->ctx, w->text, w->section, key, "found %.6g mol/m3, expected at least 0", *value);
+}
+
+/* The box of a monitor; without the key that of the grid, if `optional`. */
+static pd_status pdi_watch_box(pdi_watch *w, int optional, pd_setup_monitor *m)
+{
+    int count;
+    memcpy(m->lo, w->setup->lo, sizeof m->lo);
+    memcpy(m->hi, w->setup->hi, sizeof m->hi);
+    if (optional && !pd_text_has(w->ctx, w->text, w->section, "box")) return PD_OK;
+    PDI_TRY(pd_text_ranges(w->ctx, w->text, w->section, "box", "m", NULL, PD_DIM, m->lo, m->hi, &count));
+    if (count == PD_DIM) return PD_OK;
+    return pd_text_refuse(w->ctx, w->text, w->section, "box", "found %d range%s, expected %d, one for each axis", count,
+                          count > 1 ? "s" : "", PD_DIM);
+}
+
+/* ---- sections ---- */
+
+static pd_status pdi_watch_needs(pdi_watch *w, int has, const char *what)
+{
+    const char *name = w->text->section[w->section].name;
+    if (has) return PD_OK;
+    return pd_text_refuse(w->ctx, w->text, w->section, name, "found no [%s] section, expected one", what);
+}
+
+static pd_status pdi_watch_line(pdi_watch *w, pd_setup_monitor *m)
+{
+    double spacing, length = 0.0;
+    PDI_TRY(pdi_watch_point(w, "from", m->lo));
+    PDI_TRY(pdi_watch_point(w, "to", m->hi));
+    for (int d = 0; d < PD_DIM; d++) length += (m->hi[d] - m->lo[d]) * (m->hi[d] - m->lo[d]);
+    length = sqrt(length);
+    if (!(length > 0.0))
+        return pd_text_refuse(w->ctx, w->text, w->section, "to", "found the point of 'from', expected another one");
+    PDI_TRY(pdi_watch_fields(w->ctx, w->text, w->setup, w->section, "fields", "C, v, p", &m->fields));
+    m->images = m->fields;
+    if (pd_text_has(w->ctx, w->text, w->section, "images"))
+        PDI_TRY(pdi_watch_fields(w->ctx, w->text, w->setup, w->section, "images", NULL, &m->images));
+    if (m->images & ~m->fields)
+        return pd_text_refuse(w->ctx, w->text, w->section, "images", "found a field that is not among 'fields'");
+    if (!pd_text_has(w->ctx, w->text, w->section, "spacing"))
+        return pd_text_integer(w->ctx, w->text, w->section, "points", 2, PDI_WATCH_POINTS, NULL, &m->points);
+    if (pd_text_has(w->ctx, w->text, w->section, "points"))
+        return pd_text_refuse(w->ctx, w->text, w->section, "spacing", "found beside 'points', expected one of them");
+    PDI_TRY(pdi_watch_positive(w, "spacing", "m", NULL, &spacing));
+    if (length / spacing > PDI_WATCH_POINTS - 1.0)
+        return pd_text_refuse(w->ctx, w->text, w->section, "spacing", "found %.6g m, which makes more than %d points",
+                              spacing, PDI_WATCH_POINTS);
+    m->points = (int)fmax(ceil(length / spacing * (1.0 - 1e-12)), 1.0) + 1;
+    return PD_OK;
+}
+
+/* The plane of the lattice nearest to the place. */
+static pd_status pdi_watch_plane(pdi_watch *w, pd_setup_monitor *m)
+{
+    const pd_setup *u = w->setup;
+    double at, index;
+    PDI_TRY(pdi_watch_place(w->ctx, w->text, u, w->section, "at", &m->axis, &at));
+    double cells = floor((u->hi[m->axis] - u->lo[m->axis]) / u->h[m->axis] + 0.5);
+    index = floor((at - u->lo[m->axis]) / u->h[m->axis] + 0.5);
+    if (!(index >= 1.0) || !(index <= cells - 1.0))
+        return pd_text_refuse(w->ctx, w->text, w->section, "at",
+                              "found %.6g m, expected a place at least half a cell inside of the box", at);
+    m->index = (int)index;
+    return PD_OK;
+}
+
+/* Reference values make coefficients: 2 F/(rho U^2 A). */
+static pd_status pdi_watch_force(pdi_watch *w, pd_setup_monitor *m)
+{
+    const char *size = PD_DIM == 3 ? "area" : "length";
+    PDI_TRY(pdi_watch_needs(w, w->setup->has_flow, "flow"));
+    PDI_TRY(pdi_watch_box(w, 0, m));
+    PDI_TRY(pd_text_bool(w->ctx, w->text, w->section, "balance", "yes", &m->balance));
+    if (!pd_text_has(w->ctx, w->text, w->section, "speed") && !pd_text_has(w->ctx, w->text, w->section, size))
+        return PD_OK;
+    PDI_TRY(pdi_watch_positive(w, "speed", "m/s", NULL, &m->speed));
+    m->area = 1.0;
+    return PD_DIM == 1 ? PD_OK : pdi_watch_positive(w, size, PD_DIM == 3 ? "m2" : "m", NULL, &m->area);
+}
+
+/* fluid = inlet, bulk, or a concentration */
+static pd_status pdi_watch_against(pdi_watch *w, pd_setup_monitor *m)
+{
+    const pd_setup *u = w->setup;
+    const char *value;
+    int inlets = 0;
+    PDI_TRY(pd_text_string(w->ctx, w->text, w->section, "fluid", NULL, &value));
+    for (int side = 0; side < 2 * PD_DIM; side++)
+        inlets += u->side[side].kind == PD_SIDE_INLET && !u->side[side].open;
+    if (strcmp(value, "inlet") == 0) {
+        m->against = PD_AGAINST_INLET;
+        m->fluid = u->inlet;
+        if (inlets) return PD_OK;
+        return pd_text_refuse(w->ctx, w->text, w->section, "fluid",
+                              "found 'inlet' in a scene without one, expected bulk or a concentration");
+    }
+    if (strcmp(value, "bulk") != 0) return pdi_watch_concentration(w, "fluid", &m->fluid);
+    m->against = PD_AGAINST_BULK;
+    PDI_TRY(pdi_watch_needs(w, u->has_flow, "flow"));
+    if (m->axis >= 0) return PD_OK;
+    return pd_text_refuse(w->ctx, w->text, w->section, "fluid",
+                          "found 'bulk' without the axis of the stream, expected along = %s",
+                          PD_DIM == 3 ? "x, y or z" : PD_DIM == 2 ? "x or y" : "x");
+}
+
+static pd_status pdi_watch_transfer(pdi_watch *w, pd_setup_monitor *m)
+{
+    static const char *const axes[] = {"x", "y", "z"};
+    const char *names[PD_DIM + 1], *unit = PD_DIM == 3 ? "m2" : PD_DIM == 2 ? "m" : "";
+    char diffusivity[PD_UNITS_TEXT];
+    for (int d = 0; d < PD_DIM; d++) names[d] = axes[d];
+    names[PD_DIM] = NULL;
+    PDI_TRY(pdi_watch_needs(w, w->setup->has_transport, "transport"));
+    PDI_TRY(pdi_watch_box(w, 1, m));
+    m->axis = -1;
+    if (pd_text_has(w->ctx, w->text, w->section, "along"))
+        PDI_TRY(pd_text_choice(w->ctx, w->text, w->section, "along", names, NULL, &m->axis));
+    if (pd_text_has(w->ctx, w->text, w->section, "area"))
+        PDI_TRY(pdi_watch_positive(w, "area", unit, NULL, &m->area));
+    if (!pd_text_has(w->ctx, w->text, w->section, "length")) return PD_OK;
+    PDI_TRY(pdi_watch_positive(w, "length", "m", NULL, &m->length));
+    PDI_TRY(pdi_watch_concentration(w, "surface", &m->surface));
+    PDI_TRY(pdi_watch_against(w, m));
+    snprintf(diffusivity, sizeof diffusivity, "%.17g m2/s", w->setup->diffusivity);
+    return pdi_watch_positive(w, "D", "m2/s", diffusivity, &m->diffusivity);
+}
+
+static pd_status pdi_watch_monitor(pdi_watch *w, pd_monitor_kind kind)
+{
+    pd_setup *u = w->setup;
+    const char *label = w->text->section[w->section].label, *name = pdi_setup_monitor_name(kind);
+    if (u->monitors >= PD_SETUP_MONITORS)
+        return pd_text_refuse(w->ctx, w->text, w->section, name, "found more than %d sections of this sort",
+                              PD_SETUP_MONITORS);
+    if (label[0] == '\0' || strlen(label) >= PD_SETUP_NAME - 24)
+        return pd_text_refuse(w->ctx, w->text, w->section, name, "expected a short name: [%s NAME]", name);
+    pd_setup_monitor *m = &u->monitor[u->monitors++];
+    m->kind = kind;
+    m->line = w->text->section[w->section].line;
+    memcpy(m->name, label, strlen(label) + 1);
+    switch (kind) {
+    case PD_MONITOR_LINE: return pdi_watch_line(w, m);
+    case PD_MONITOR_PLANE: return pdi_watch_plane(w, m);
+    case PD_MONITOR_FORCE: return pdi_watch_force(w, m);
+    case PD_MONITOR_TRANSFER: return pdi_watch_transfer(w, m);
+    case PD_MONITOR_TOTAL: return pdi_watch_box(w, 1, m);
+    }
+    return PD_OK;
+}
+
+static pd_status pdi_watch_probe(pdi_watch *w)
+{
+    pd_setup *u = w->setup;
+    const char *label = w->text->section[w->section].label;
+    if (u->probes >= PD_SETUP_PROBES)
+        return pd_text_refuse(w->ctx, w->text, w->section, "probe", "found more than %d probes", PD_SETUP_PROBES);
+    if (label[0] == '\0' || strlen(label) >= PD_SETUP_NAME - 24)
+        return pd_text_refuse(w->ctx, w->text, w->section, "probe", "expected a short name: [probe NAME]");
+    pd_setup_probe *p = &u->probe[u->probes++];
+    memcpy(p->name, label, strlen(label) + 1);
+    p->line = w->text->section[w->section].line;
+    PDI_TRY(pdi_watch_point(w, "at", p->at));
+    return pdi_watch_fields(w->ctx, w->text, u, w->section, "fields", u->has_transport ? "C" : "v", &p->fields);
+}
+
+PDI_FN pd_status pdi_watch_read(pd_ctx *ctx, pd_text *text, pd_setup *setup)
+{
+    pdi_watch w;
+    w.ctx = ctx;
+    w.text = text;
+    w.setup = setup;
+    for (w.section = pd_text_next(ctx, text, "probe", -1); w.section >= 0;
+         w.section = pd_text_next(ctx, text, "probe", w.section))
+        PDI_TRY(pdi_watch_probe(&w));
+    for (int kind = PD_MONITOR_LINE; kind <= PD_MONITOR_TOTAL; kind++) {
+        const char *name = pdi_setup_monitor_name((pd_monitor_kind)kind);
+        for (w.section = pd_text_next(ctx, text, name, -1); w.section >= 0;
+             w.section = pd_text_next(ctx, text, name, w.section))
+            PDI_TRY(pdi_watch_monitor(&w, (pd_monitor_kind)kind));
+    }
+    return PD_OK;
+}
+
+#undef PDI_WATCH_POINTS
 
 /* ======== >>scene.c ======== */
 /* scene: see scene.h */
@@ -17163,6 +18903,32 @@ static pd_status pdi_scene_whole_cells(pdi_scene *s, int section)
     return PD_OK;
 }
 
+/* Planar, or rings around x: then the box begins on the axis, which is no side of its own, or away from it. */
+static pd_status pdi_scene_geometry(pdi_scene *s, int section)
+{
+    static const char *const kinds[] = {"planar", "axisymmetric", NULL};
+    pd_setup *u = s->setup;
+    int r = PD_DIM - 1;
+    double reach = ceil(u->m + 0.5) - 1.0; /* the largest n with |n| < m + 1/2 */
+    char found[PD_UNITS_TEXT], horizon[PD_UNITS_TEXT];
+    PDI_TRY(pd_text_choice(s->ctx, s->text, section, "geometry", kinds, "planar", &u->axisymmetric));
+    if (!u->axisymmetric) return PD_OK;
+    if (PD_DIM != 2)
+        return pd_text_refuse(s->ctx, s->text, section, "geometry", "found 'axisymmetric' in %dD, expected it in 2D",
+                              PD_DIM);
+    if (fabs(u->lo[r]) <= 1e-9 * u->h[r]) {
+        u->lo[r] = 0.0;
+        u->side[2 * r].kind = PD_SIDE_MIRROR;
+        return PD_OK;
+    }
+    if (u->lo[r] >= reach * u->h[r] * (1.0 - 1e-12)) return PD_OK;
+    pdi_setup_show(u->lo[r], "m", found);
+    pdi_setup_show(reach * u->h[r], "m", horizon);
+    return pd_text_refuse(s->ctx, s->text, section, "box",
+                          "found y from %s, expected the distance from the axis to begin at 0 or at least at one"
+                          " horizon, %s", found, horizon);
+}
+
 static pd_status pdi_scene_grid(pdi_scene *s)
 {
     pd_setup *u = s->setup;
@@ -17181,7 +18947,8 @@ static pd_status pdi_scene_grid(pdi_scene *s)
         return pd_text_refuse(s->ctx, s->text, section, "box", "found %d range%s, expected %d, one for each axis",
                               count, count > 1 ? "s" : "", PD_DIM);
     PDI_TRY(pd_text_integer(s->ctx, s->text, section, "threads", 0, 1024, "0", &u->threads));
-    return pdi_scene_whole_cells(s, section);
+    PDI_TRY(pdi_scene_whole_cells(s, section));
+    return pdi_scene_geometry(s, section);
 }
 
 /* ---- [side ...] ---- */
@@ -17288,6 +19055,15 @@ static pd_status pdi_scene_side(pdi_scene *s, int k, int section, int *inlets, i
     pd_setup *u = s->setup;
     int flow;
     PDI_TRY(pd_text_choice(s->ctx, s->text, section, "flow", flows, "noslip", &flow));
+    if (u->axisymmetric && k / 2 == PD_DIM - 1) {
+        int axis = u->side[k].kind == PD_SIDE_MIRROR;
+        if (axis && flow != PD_SIDE_MIRROR)
+            return pd_text_refuse(s->ctx, s->text, section, "flow",
+                                  "found '%s' on the axis, expected mirror or nothing", flows[flow]);
+        if (!axis && (flow == PD_SIDE_PERIODIC || flow == PD_SIDE_MIRROR))
+            return pd_text_refuse(s->ctx, s->text, section, "flow",
+                                  "found '%s' around an axis, expected noslip, inlet, outlet or open", flows[flow]);
+    }
     if ((pdi_grid_port((pd_side)flow) || flow == open) && !u->has_flow)
         return pd_text_refuse(s->ctx, s->text, section, "flow",
                               "found '%s' without a [flow] section, expected C = ... alone"
@@ -17481,7 +19257,7 @@ static pd_status pdi_scene_dissolve(pdi_scene *s)
     return pdi_scene_within(s, section, "threshold", "", "0", 0.0, 0.99, 0, &u->threshold);
 }
 
-/* ---- [run], [output], [probe ...] ---- */
+/* ---- [run], [output] ---- */
 
 static pd_status pdi_scene_run(pdi_scene *s)
 {
@@ -17500,62 +19276,15 @@ static pd_status pdi_scene_run(pdi_scene *s)
     return pdi_scene_within(s, section, "fraction", "", NULL, 0.0, 1.0, 1, &u->fraction);
 }
 
-/* Bits of a list of fields; with explicit fields, each must exist in this scene. */
-static pd_status pdi_scene_fields(pdi_scene *s, int section, const char *key, const char *fallback, unsigned *bits)
-{
-    pd_word_list list;
-    int given = pd_text_has(s->ctx, s->text, section, key);
-    PDI_TRY(pd_text_words(s->ctx, s->text, section, key, fallback, &list));
-    *bits = 0;
-    if (list.count == 1 && strcmp(list.word[0], "none") == 0) return PD_OK;
-    for (int w = 0; w < list.count; w++) {
-        int field = 0;
-        while (field < PD_FIELD_COUNT && strcmp(list.word[w], pdi_setup_field_name((pd_field)field)) != 0) field++;
-        if (field == PD_FIELD_COUNT)
-            return pd_text_refuse(s->ctx, s->text, section, key,
-                                  "found '%s', expected some of C, v, p, kind, grain, phase, D,"
-                                  " rate, density, or none", list.word[w]);
-        const char *needs = pdi_setup_field_needs(s->setup, (pd_field)field);
-        if (needs && given)
-            return pd_text_refuse(s->ctx, s->text, section, key, "found '%s', which needs %s", list.word[w], needs);
-        if (!needs) *bits |= 1u << field;
-    }
-    return PD_OK;
-}
-
-/* "z 0 um" */
 static pd_status pdi_scene_slice(pdi_scene *s, int section)
 {
     pd_setup *u = s->setup;
-    const char *value;
-    pd_expr expr;
-    pd_expr_desc desc;
     u->slice_axis = PD_DIM - 1;
     u->slice_at = 0.5 * (u->lo[u->slice_axis] + u->hi[u->slice_axis]);
     if (!pd_text_has(s->ctx, s->text, section, "slice")) return PD_OK;
-    PDI_TRY(pd_text_string(s->ctx, s->text, section, "slice", NULL, &value));
     if (PD_DIM < 3) return pd_text_refuse(s->ctx, s->text, section, "slice", "found in %dD, expected it in 3D only",
                                           PD_DIM);
-    if (value[0] < 'x' || value[0] > 'z' || value[1] != ' ')
-        return pd_text_refuse(s->ctx, s->text, section, "slice", "found '%.40s', expected an axis and a place: z 0 um",
-                              value);
-    u->slice_axis = value[0] - 'x';
-    memset(&desc, 0, sizeof desc);
-    desc.text = value + 2;
-    desc.unit = "m";
-    desc.where = "slice";
-    desc.column = 3;
-    if (pd_expr_build(s->ctx, &desc, &expr) < 0) {
-        char message[PD_MESSAGE_SIZE];
-        memcpy(message, s->ctx->message, sizeof message);
-        return pd_text_refuse(s->ctx, s->text, section, "slice", "%.500s", message);
-    }
-    u->slice_at = pd_expr_eval(&expr, NULL);
-    pd_expr_free(s->ctx, &expr);
-    int axis = u->slice_axis < PD_DIM ? u->slice_axis : PD_DIM - 1;
-    if (u->slice_at > u->lo[axis] && u->slice_at < u->hi[axis]) return PD_OK;
-    return pd_text_refuse(s->ctx, s->text, section, "slice", "found %.6g m, expected a place inside the box",
-                          u->slice_at);
+    return pdi_watch_place(s->ctx, s->text, u, section, "slice", &u->slice_axis, &u->slice_at);
 }
 
 /* A file name without a folder. */
@@ -17581,8 +19310,8 @@ static pd_status pdi_scene_output(pdi_scene *s)
     if (u->until > 0.0 && u->until / u->every > 9e5)
         return pd_text_refuse(s->ctx, s->text, section, "every",
                               "found %.3g frames until the end, expected at most 900000", u->until / u->every);
-    PDI_TRY(pdi_scene_fields(s, section, "fields", "C, v, p, kind, grain", &u->fields));
-    PDI_TRY(pdi_scene_fields(s, section, "images", "none", &u->images));
+    PDI_TRY(pdi_watch_fields(s->ctx, s->text, u, section, "fields", "C, v, p, kind, grain", &u->fields));
+    PDI_TRY(pdi_watch_fields(s->ctx, s->text, u, section, "images", "none", &u->images));
     PDI_TRY(pdi_scene_prefix(s, section));
     PDI_TRY(pd_text_string(s->ctx, s->text, section, "folder", "output", &folder));
     if (strlen(folder) >= PD_PATH_SIZE - PD_SETUP_NAME)
@@ -17591,50 +19320,22 @@ static pd_status pdi_scene_output(pdi_scene *s)
     return pdi_scene_slice(s, section);
 }
 
-static pd_status pdi_scene_probe(pdi_scene *s, int section)
+/* Line of a section, 0: absent. */
+static int pdi_scene_line(pdi_scene *s, const char *name, const char *label)
 {
-    pd_setup *u = s->setup;
-    const char *label = s->text->section[section].label;
-    int count;
-    if (u->probes >= PD_SETUP_PROBES)
-        return pd_text_refuse(s->ctx, s->text, section, "probe", "found more than %d probes", PD_SETUP_PROBES);
-    if (label[0] == '\0' || strlen(label) >= PD_SETUP_NAME - 24)
-        return pd_text_refuse(s->ctx, s->text, section, "probe", "expected a short name: [probe NAME]");
-    pd_setup_probe *p = &u->probe[u->probes];
-    memcpy(p->name, label, strlen(label) + 1);
-    PDI_TRY(pd_text_numbers(s->ctx, s->text, section, "at", "m", NULL, PD_DIM, p->at, &count));
-    if (count != PD_DIM)
-        return pd_text_refuse(s->ctx, s->text, section, "at", "found %d number%s, expected %d, one for each axis",
-                              count, count > 1 ? "s" : "", PD_DIM);
-    for (int d = 0; d < PD_DIM; d++)
-        if (!(p->at[d] >= u->lo[d]) || !(p->at[d] <= u->hi[d]))
-            return pd_text_refuse(s->ctx, s->text, section, "at",
-                                  "found %.6g m on axis %c, expected a place inside the box", p->at[d], "xyz"[d]);
-    PDI_TRY(pdi_scene_fields(s, section, "fields", u->has_transport ? "C" : "v", &p->fields));
-    u->probes++;
-    return PD_OK;
+    int section = pd_text_section(s->ctx, s->text, name, label);
+    return section >= 0 ? s->text->section[section].line : 0;
 }
 
-/* A misspelt section first: what is missing without it would be told otherwise. */
-static pd_status pdi_scene_known(pd_ctx *ctx, pd_text *text)
+/* Where errors belong that show only when the model is built. */
+static void pdi_scene_lines(pdi_scene *s)
 {
-    static const char *const names[] = {"grid", "shape", "side", "flow", "transport", "dissolve", "run", "output",
-                                        "probe"};
-    const size_t count = sizeof names / sizeof names[0];
-    for (int k = 1; k < text->section_count; k++) {
-        const char *name = text->section[k].name;
-        char hint[PD_UNITS_TEXT];
-        pdi_units_near close;
-        size_t n = 0;
-        pdi_units_near_init(&close, name, strlen(name));
-        for (; n < count && strcmp(names[n], name) != 0; n++) pdi_units_offer(&close, names[n]);
-        if (n < count) continue;
-        pdi_units_hint(&close, hint);
-        return pd_text_refuse(ctx, text, k, "scene",
-                              "found the section [%.40s], expected one of grid, shape, side, flow,"
-                              " transport, dissolve, run, output, probe%s", name, hint);
-    }
-    return PD_OK;
+    pd_setup *u = s->setup;
+    u->line[PD_PART_GRID] = pdi_scene_line(s, "grid", NULL);
+    u->line[PD_PART_FLOW] = pdi_scene_line(s, "flow", NULL);
+    u->line[PD_PART_TRANSPORT] = pdi_scene_line(s, "transport", NULL);
+    u->line[PD_PART_DISSOLVE] = pdi_scene_line(s, "dissolve", NULL);
+    for (int k = 0; k < 2 * PD_DIM; k++) u->side[k].line = pdi_scene_line(s, "side", pdi_setup_side_name(k));
 }
 
 static pd_status pdi_scene_sections(pd_ctx *ctx, pd_text *text, const char *path, pd_setup *setup)
@@ -17646,7 +19347,8 @@ static pd_status pdi_scene_sections(pd_ctx *ctx, pd_text *text, const char *path
     s.text = text;
     s.setup = setup;
     pdi_setup_split_path(path, name, folder);
-    PDI_TRY(pdi_scene_known(ctx, text));
+    PDI_TRY(pdi_syntax_check(ctx, text));
+    pdi_scene_lines(&s);
     setup->has_flow = pd_text_has(ctx, text, pd_text_section(ctx, text, "flow", NULL), NULL);
     setup->has_transport = pd_text_has(ctx, text, pd_text_section(ctx, text, "transport", NULL), NULL);
     setup->has_dissolve = pd_text_has(ctx, text, pd_text_section(ctx, text, "dissolve", NULL), NULL);
@@ -17659,8 +19361,7 @@ static pd_status pdi_scene_sections(pd_ctx *ctx, pd_text *text, const char *path
     PDI_TRY(pdi_scene_dissolve(&s));
     PDI_TRY(pdi_scene_run(&s));
     PDI_TRY(pdi_scene_output(&s));
-    for (int k = pd_text_next(ctx, text, "probe", -1); k >= 0; k = pd_text_next(ctx, text, "probe", k))
-        PDI_TRY(pdi_scene_probe(&s, k));
+    PDI_TRY(pdi_watch_read(ctx, text, setup));
     PDI_TRY(pd_text_unused(ctx, text));
     if (!setup->has_flow && !setup->has_transport)
         return pd_text_refuse(ctx, text, 0, "scene", "found no physics, expected a [flow] or a [transport] section");
@@ -17685,6 +19386,7 @@ pd_status pd_scene_read(pd_ctx *ctx, const char *path, const char *const *overri
     pd_text text;
     PDI_TRY(pd_setup_init(ctx, setup));
     pdi_setup_split_path(path, setup->name, NULL);
+    if (strlen(path) < sizeof setup->source) memcpy(setup->source, path, strlen(path) + 1);
     pd_status status = pd_text_read(ctx, path, &text);
     if (status == PD_OK) {
         status = pdi_scene_text(ctx, &text, path, overrides, count, setup);
@@ -17700,8 +19402,6 @@ pd_status pd_scene_read(pd_ctx *ctx, const char *path, const char *const *overri
 /* inlet: see inlet.h */
 #include <math.h>
 #include <string.h>
-
-#define PDI_INLET_PI 3.14159265358979323846
 
 /* Open nodes of the layer inside a side. */
 typedef struct pdi_inlet_layer {
@@ -17731,7 +19431,7 @@ static void pdi_inlet_expression(const pd_setup_side *side, const double *x, dou
 static void pdi_inlet_scan(const pd_setup *setup, const pd_grid *grid, int side, pdi_inlet_layer *layer)
 {
     int i[PD_DIM], axis = side / 2, along = PD_DIM > 1 ? 1 - axis : 0;
-    double sum = 0.0;
+    double sum = 0.0, weight = 0.0;
     memset(i, 0, sizeof i);
     memset(layer, 0, sizeof *layer);
     i[axis] = side % 2 ? grid->n[axis] - 1 : 0;
@@ -17748,9 +19448,10 @@ static void pdi_inlet_scan(const pd_setup *setup, const pd_grid *grid, int side,
         pd_grid_position(grid, node, x);
         x[axis] = side % 2 ? grid->hi[axis] : grid->lo[axis];
         pdi_inlet_expression(&setup->side[side], x, u);
-        sum += pdi_inlet_sign(side) * u[axis];
+        sum += pdi_inlet_sign(side) * u[axis] * pdi_grid_circumference(grid, node);
+        weight += pdi_grid_circumference(grid, node);
     } while (pdi_inlet_next(grid, axis, i));
-    if (layer->open) layer->velocity = sum / (double)layer->open;
+    if (weight > 0.0) layer->velocity = sum / weight;
 }
 
 /* Where the wall begins between the open node at s and the closed one `step` further, along axis `along`. */
@@ -17811,6 +19512,28 @@ static pd_status pdi_inlet_refuse(pd_ctx *ctx, int side, const char *why)
     return pdi_fail(ctx, PD_ERR_GEOMETRY, "inlet", "side %s: %s", pdi_setup_side_name(side), why);
 }
 
+/* The same around an axis: across it a tube or the room between two, along it a cylinder. */
+static void pdi_inlet_rings(const pd_grid *grid, int side, double lo, double hi, int several, pd_inlet *inlet,
+                            double *area)
+{
+    int i[PD_DIM], axis = side / 2, r = PD_DIM - 1;
+    if (axis == r) {
+        *area *= 2.0 * PDI_PI * (side % 2 ? grid->hi[r] : grid->lo[r]);
+        return;
+    }
+    inlet->centre[side][r] = 0.0;
+    inlet->inner[side] = lo;
+    inlet->width[side] = lo > 0.0 ? hi - lo : 2.0 * hi;
+    *area = PDI_PI * (hi - lo) * (hi + lo);
+    memset(i, 0, sizeof i);
+    i[axis] = side % 2 ? grid->n[axis] - 1 : 0;
+    if (several) *area = 0.0;
+    if (several) do {
+            int32_t node = pd_grid_node(grid, i);
+            if (grid->kind[node] == PD_FLUID) *area += pdi_grid_circumference(grid, node) * grid->h[r];
+        } while (pdi_inlet_next(grid, axis, i));
+}
+
 /* Width and centre of the open part, and its area. */
 static pd_status pdi_inlet_measure(pd_ctx *ctx, const pd_grid *grid, int side, const pdi_inlet_layer *layer,
                                    pd_inlet *inlet, double *area)
@@ -17832,19 +19555,21 @@ static pd_status pdi_inlet_measure(pd_ctx *ctx, const pd_grid *grid, int side, c
         double lo = pdi_inlet_edge(grid, side, layer->lo, -1), hi = pdi_inlet_edge(grid, side, layer->hi, 1);
         inlet->width[side] = hi - lo;
         inlet->centre[side][along] = 0.5 * (lo + hi);
-        if (layer->open == layer->hi - layer->lo + 1) *area = hi - lo;
+        int several = layer->open != layer->hi - layer->lo + 1;
+        if (!several) *area = hi - lo;
         else if (parabola)
             return pdi_inlet_refuse(ctx, side,
                                     "found several openings, expected one for a parabola; give an expression");
+        if (grid->circumference) pdi_inlet_rings(grid, side, lo, hi, several, inlet, area);
         return PD_OK;
     }
     if (grid->wall >= 0) radius = pdi_inlet_tube(grid, grid->wall, axis, inlet->centre[side]);
     if (radius > 0.0 && pdi_inlet_round(grid, side, inlet->centre[side], radius)) {
         inlet->width[side] = 2.0 * radius;
-        *area = PDI_INLET_PI * radius * radius;
+        *area = PDI_PI * radius * radius;
         return PD_OK;
     }
-    inlet->width[side] = sqrt(4.0 * *area / PDI_INLET_PI);
+    inlet->width[side] = sqrt(4.0 * *area / PDI_PI);
     if (!parabola) return PD_OK;
     return pdi_inlet_refuse(ctx, side,
                             "the opening is not the section of a tube (a wall: cylinder along the inflow with "
@@ -17861,16 +19586,26 @@ pd_status pd_inlet_build(pd_ctx *ctx, const pd_setup *setup, const pd_grid *grid
         pdi_inlet_layer layer;
         double area;
         if (s->kind != PD_SIDE_INLET || s->profile == PD_PROFILE_REST) continue;
+        inlet->latest = side;
         pdi_inlet_scan(setup, grid, side, &layer);
         PDI_TRY(pdi_inlet_measure(ctx, grid, side, &layer, inlet, &area));
-        if (PD_DIM == 2 && s->flow_rate > 0.0)
-            area = 0.25 * PDI_INLET_PI * inlet->width[side] * inlet->width[side];
+        if (PD_DIM == 2 && !grid->circumference && s->flow_rate > 0.0)
+            area = 0.25 * PDI_PI * inlet->width[side] * inlet->width[side];
         inlet->mean[side] = s->flow_rate > 0.0 ? s->flow_rate / area : s->mean;
         if (s->profile == PD_PROFILE_EXPRESSION) inlet->mean[side] = layer.velocity;
         if (inlet->first < 0) inlet->first = side;
         inlet->inlets++;
     }
     return PD_OK;
+}
+
+/* Fully developed flow in a tube or between two (k > 0) at s = r/R, over its mean (White, Viscous Fluid
+ * Flow, 3-3.3). */
+static double pdi_inlet_round_profile(double k, double s)
+{
+    if (!(k > 0.0)) return 2.0 * (1.0 - s * s);
+    double a = (1.0 - k * k) / log(1.0 / k);
+    return 2.0 * (1.0 - s * s + a * log(s)) / (1.0 + k * k - a);
 }
 
 void pd_inlet_velocity(void *user, const double *x, double *u)
@@ -17889,6 +19624,12 @@ void pd_inlet_velocity(void *user, const double *x, double *u)
         }
         u[axis] = pdi_inlet_sign(side) * inlet->mean[side];
         if (s->profile != PD_PROFILE_PARABOLA) return;
+        if (setup->axisymmetric && axis != PD_DIM - 1) {
+            double inner = inlet->inner[side], width = inlet->width[side];
+            double outer = inner > 0.0 ? inner + width : 0.5 * width;
+            u[axis] *= pdi_inlet_round_profile(inner / outer, x[PD_DIM - 1] / outer);
+            return;
+        }
         for (int d = 0; d < PD_DIM; d++) {
             double across = d == axis ? 0.0 : 2.0 * (x[d] - inlet->centre[side][d]) / inlet->width[side];
             square += across * across;
@@ -17917,9 +19658,6 @@ double pd_inlet_entering(void *user, const double *x)
     return u->inlet;
 }
 
-
-#undef PDI_INLET_PI
-
 /* ======== >>wall.c ======== */
 /* wall: see wall.h */
 #include <math.h>
@@ -17946,6 +19684,8 @@ int pd_wall_holds(const pd_setup *u)
 {
     for (int s = 0; s < 2 * PD_DIM; s++)
         if (u->side[s].holds) return 1;
+    for (int k = 0; k < u->wall_count; k++)
+        if (u->walls[k].holds) return 1;
     return 0;
 }
 
@@ -17962,12 +19702,31 @@ void pd_wall_velocity(void *user, const double *x, double *v)
     for (int d = 0; d < PD_DIM && met > 1; d++) v[d] /= met;
 }
 
+/* What the nearest shape holds: x lies within a cell of its surface. */
+static double pdi_wall_shape(const pd_setup *u, const double *x)
+{
+    double held = (double)NAN, nearest = 0.0;
+    for (int d = 0; d < PD_DIM; d++) nearest = fmax(nearest, u->h[d]);
+    if (u->solid >= 0) nearest = fmin(nearest, fabs(pd_shape_distance(u->shape, u->solid, x)));
+    for (int k = 0; k < u->wall_count; k++) {
+        double distance = fabs(pd_shape_distance(u->shape, u->walls[k].shape, x));
+        if (!(distance < nearest)) continue;
+        nearest = distance;
+        held = u->walls[k].holds ? u->walls[k].held : (double)NAN;
+    }
+    return held;
+}
+
 double pd_wall_held(void *user, const double *x)
 {
     const pd_setup *u = (const pd_setup *)user;
-    for (int s = 0; s < 2 * PD_DIM; s++)
-        if (u->side[s].holds && pdi_wall_on(u, s, x)) return u->side[s].held;
-    return (double)NAN;
+    int side = 0;
+    for (int s = 0; s < 2 * PD_DIM; s++) {
+        if (!pdi_wall_on(u, s, x)) continue;
+        if (u->side[s].holds) return u->side[s].held;
+        side = 1;
+    }
+    return side ? (double)NAN : pdi_wall_shape(u, x);
 }
 
 #undef PDI_WALL_NEAR
@@ -17992,15 +19751,19 @@ static pd_status pdi_model_lattice(pd_ctx *ctx, pd_model *m)
     }
     for (int s = 0; s < 2 * PD_DIM; s++) grid.side[s] = u->side[s].kind;
     grid.shapes = u->shapes ? u->shape : NULL;
+    grid.axisymmetric = u->axisymmetric;
     grid.solid = u->solid;
     grid.wall = u->wall;
     for (int s = 0; s < 2 * PD_DIM; s++)
         if (u->side[s].open) grid.entry = pd_inlet_enters;
     grid.entry_user = (void *)u; /* only read */
     PDI_TRY(pd_stencil_build(ctx, &stencil, &m->stencil));
+    if (u->shape_line) m->line = u->shape_line; /* what the lattice refuses are shapes */
     PDI_TRY(pd_grid_build(ctx, &m->stencil, &grid, &m->grid));
     PDI_TRY(pd_bonds_build(ctx, &m->stencil, &m->grid, 0, &m->bonds));
-    return pd_inlet_build(ctx, u, &m->grid, &m->inlet);
+    pd_status status = pd_inlet_build(ctx, u, &m->grid, &m->inlet);
+    m->line = u->side[m->inlet.latest].line;
+    return status;
 }
 
 /* The flow at the start, and what moves it on. */
@@ -18083,6 +19846,19 @@ static pd_status pdi_model_initial(pd_ctx *ctx, pd_model *m)
     return PD_OK;
 }
 
+/* Signed distance [m] from the surface of the medium, and the diffusivity [m2/s] on both sides of it. */
+static double pdi_model_interface(void *user, const double *x)
+{
+    const pd_setup *u = (const pd_setup *)user;
+    return pd_shape_distance(u->shape, u->medium, x);
+}
+
+static double pdi_model_diffusivity(void *user, const double *x)
+{
+    const pd_setup *u = (const pd_setup *)user;
+    return pdi_model_interface(user, x) < 0.0 ? u->medium_diffusivity : u->diffusivity;
+}
+
 static pd_status pdi_model_transport(pd_ctx *ctx, pd_model *m)
 {
     const pd_setup *u = m->setup;
@@ -18091,6 +19867,8 @@ static pd_status pdi_model_transport(pd_ctx *ctx, pd_model *m)
     desc.diffusivity = u->diffusivity;
     desc.inlet = u->inlet;
     desc.advection = u->advection;
+    if (u->medium >= 0) desc.field = pdi_model_diffusivity;
+    if (u->medium >= 0) desc.level = pdi_model_interface;
     if (pd_wall_holds(u)) desc.held = pd_wall_held;
     if (u->motion == PD_MOTION_GIVEN) desc.entering = pd_inlet_entering;
     desc.user = (void *)u; /* only read */
@@ -18158,6 +19936,7 @@ static pd_status pdi_model_parts(pd_ctx *ctx, pd_model *m)
     for (int k = 0; k < PD_PART_COUNT; k++) {
         size_t before = ctx->in_use;
         if (!wanted[k]) continue;
+        m->line = u->line[part[k]];
         PDI_TRY(build[k](ctx, m));
         m->bytes[part[k]] = ctx->in_use - before;
     }
@@ -18184,7 +19963,9 @@ pd_status pd_model_build(pd_ctx *ctx, const pd_setup *setup, pd_model *m)
         if (setup->motion == PD_MOTION_IMPLICIT) m->couple.implicit = &m->implicit;
         if (setup->motion == PD_MOTION_EXPLICIT) m->couple.unsteady = &m->unsteady;
     }
+    int line = m->line;
     if (status < 0) pd_model_free(ctx, m);
+    m->line = line;
     return status;
 }
 
@@ -18273,7 +20054,8 @@ static void pdi_observe_layers(const pd_model *m, pd_observables *o)
         int i[PD_DIM];
         if (grid->kind[node] != PD_FLUID) continue;
         pdi_grid_index(grid, node, i);
-        o->layer[i[o->flux_axis]] += face * m->flow.u[(int64_t)o->flux_axis * grid->total + node];
+        double area = face * pdi_grid_circumference(grid, node);
+        o->layer[i[o->flux_axis]] += area * m->flow.u[(int64_t)o->flux_axis * grid->total + node];
     }
 }
 
@@ -18301,14 +20083,120 @@ void pd_observe(pd_ctx *ctx, pd_model *m, pd_observables *o)
     pdi_observe_flux(ctx, m, o);
 }
 
+/* ======== >>sample.c ======== */
+/* sample: see sample.h */
+#include <math.h>
+
+#define PDI_SAMPLE_NEAR 1e-6 /* [cells] from a face: the point touches the cells on both sides */
+#define PDI_SAMPLE_CELLS (1 << PD_DIM)
+
+static const char *const pdi_sample_labels[] = {"C [mol/m3]", "v [m/s]",  "p [Pa]",     "kind",           "grain",
+                                                "phase",      "D [m2/s]", "rate [m/s]", "density [kg/m3]"};
+
+PDI_FN const char *pdi_sample_label(pd_field field) { return pdi_sample_labels[field]; }
+
+static double pdi_sample_density(const pd_model *m, int32_t i)
+{
+    const pd_setup *u = m->setup;
+    if (m->grid.kind[i] == PD_SOLID)
+        return u->has_dissolve ? u->material.density * m->transport.c[i] / u->solid_c : u->material.density;
+    return m->grid.kind[i] == PD_FLUID && u->has_flow ? u->rho : 0.0;
+}
+
+PDI_FN double pdi_sample_node(const pd_model *m, pd_field field, int32_t i)
+{
+    int fluid = m->grid.kind[i] == PD_FLUID;
+    const double *diffusivity = m->transport.diffusion.field;
+    double square = 0.0;
+    switch (field) {
+    case PD_FIELD_C: return fluid ? m->transport.c[i] : 0.0;
+    case PD_FIELD_V:
+        for (int d = 0; d < PD_DIM && fluid; d++) {
+            double u = m->flow.u[(int64_t)d * m->grid.total + i];
+            square += u * u;
+        }
+        return sqrt(square);
+    case PD_FIELD_P: return fluid ? m->flow.p[i] * m->flow.rho : 0.0;
+    case PD_FIELD_KIND: return m->grid.kind[i];
+    case PD_FIELD_GRAIN: return m->grid.kind[i] == PD_SOLID ? m->grain.id[i] : -1.0;
+    case PD_FIELD_PHASE: return m->grid.kind[i] == PD_SOLID;
+    case PD_FIELD_D: return !fluid ? 0.0 : diffusivity ? diffusivity[i] : m->setup->diffusivity;
+    case PD_FIELD_RATE:
+        return fluid && m->dissolve.weight[i] > 0.0
+                   ? fmax(0.0, m->dissolve.speed[i] + m->dissolve.slope[i] * m->transport.c[i]) : 0.0;
+    case PD_FIELD_DENSITY: return pdi_sample_density(m, i);
+    case PD_FIELD_COUNT: break;
+    }
+    return 0.0;
+}
+
+PDI_FN void pdi_sample_prepare(pd_model *m)
+{
+    const pd_ghosts *g = &m->bonds.ghosts;
+    double *c = m->transport.c;
+    /* behind outlets there is no gradient (eq. 5.1); inlets hold their own values */
+    for (int32_t k = 0; k < g->count && c; k++) c[g->node[k]] = c[g->source[k]];
+}
+
+/* The cells that x touches. */
+static int pdi_sample_cells(const pd_grid *grid, const double *x, int32_t *node)
+{
+    int i[PD_DIM][2], choices[PD_DIM], at[PD_DIM], count = 1;
+    for (int d = 0; d < PD_DIM; d++) {
+        double place = (x[d] - grid->lo[d]) / grid->h[d];
+        int low = (int)floor(place - PDI_SAMPLE_NEAR), high = (int)floor(place + PDI_SAMPLE_NEAR);
+        i[d][0] = low < 0 ? 0 : low >= grid->n[d] ? grid->n[d] - 1 : low;
+        i[d][1] = high < 0 ? 0 : high >= grid->n[d] ? grid->n[d] - 1 : high;
+        choices[d] = i[d][1] > i[d][0] ? 2 : 1;
+        count *= choices[d];
+    }
+    for (int k = 0; k < count; k++) {
+        int rest = k;
+        for (int d = 0; d < PD_DIM; d++) {
+            at[d] = i[d][rest % choices[d]];
+            rest /= choices[d];
+        }
+        node[k] = pd_grid_node(grid, at);
+    }
+    return count;
+}
+
+PDI_FN double pdi_sample_point(const pd_model *m, pd_field field, int component, const double *x)
+{
+    int32_t node[PDI_SAMPLE_CELLS];
+    int cells = pdi_sample_cells(&m->grid, x, node), fluid = 0;
+    const double *f = NULL;
+    double sum = 0.0;
+    if (field == PD_FIELD_V) f = m->flow.u + (int64_t)component * m->grid.total;
+    if (field == PD_FIELD_P) f = m->flow.p;
+    if (field == PD_FIELD_C) f = m->transport.c;
+    if (!f) return pdi_sample_node(m, field, node[cells - 1]);
+    for (int k = 0; k < cells; k++) {
+        if (m->grid.kind[node[k]] != PD_FLUID) continue;
+        sum += pdi_op_sample(&m->bonds, f, node[k], x);
+        fluid++;
+    }
+    if (!fluid) return (double)NAN;
+    return (field == PD_FIELD_P ? m->flow.rho : 1.0) * sum / fluid;
+}
+
+PDI_FN int pdi_sample_inside(const pd_model *m, const double *x)
+{
+    int32_t node[PDI_SAMPLE_CELLS];
+    int cells = pdi_sample_cells(&m->grid, x, node);
+    for (int k = 0; k < cells; k++)
+        if (m->grid.kind[node[k]] == PD_FLUID || m->grid.kind[node[k]] == PD_SOLID) return 1;
+    return 0;
+}
+
+#undef PDI_SAMPLE_NEAR
+#undef PDI_SAMPLE_CELLS
+
 /* ======== >>output.c ======== */
 /* output: see output.h */
 #include <math.h>
 #include <stdio.h>
 #include <string.h>
-
-static const char *const pdi_output_labels[] = {"C [mol/m3]", "v [m/s]",  "p [Pa]",     "kind",           "grain",
-                                                "phase",      "D [m2/s]", "rate [m/s]", "density [kg/m3]"};
 
 static const char *const pdi_output_columns[] = {"time_s",       "time_h",     "volume_loss",  "solid_nodes", "v_max",
                                                  "C_max",        "ledger",     "flux",         "dt_s",        "step",
@@ -18325,47 +20213,12 @@ static int pdi_output_derived(pd_field field)
            field == PD_FIELD_DENSITY;
 }
 
-static double pdi_output_density(const pd_model *m, int32_t i)
-{
-    const pd_setup *u = m->setup;
-    if (m->grid.kind[i] == PD_SOLID)
-        return u->has_dissolve ? u->material.density * m->transport.c[i] / u->solid_c : u->material.density;
-    return m->grid.kind[i] == PD_FLUID && u->has_flow ? u->rho : 0.0;
-}
-
-/* Value of a scalar field at a node. The metal left in a node is in `density`, C is what the fluid has dissolved. */
-static double pdi_output_value(const pd_model *m, pd_field field, int32_t i)
-{
-    int fluid = m->grid.kind[i] == PD_FLUID;
-    double square = 0.0;
-    switch (field) {
-    case PD_FIELD_C: return fluid ? m->transport.c[i] : 0.0;
-    case PD_FIELD_V:
-        for (int d = 0; d < PD_DIM && fluid; d++) {
-            double u = m->flow.u[(int64_t)d * m->grid.total + i];
-            square += u * u;
-        }
-        return sqrt(square);
-    case PD_FIELD_P: return fluid ? m->flow.p[i] * m->flow.rho : 0.0;
-    case PD_FIELD_KIND: return m->grid.kind[i];
-    case PD_FIELD_GRAIN: return m->grid.kind[i] == PD_SOLID ? m->grain.id[i] : -1.0;
-    case PD_FIELD_PHASE: return m->grid.kind[i] == PD_SOLID;
-    case PD_FIELD_D: return fluid ? m->setup->diffusivity : 0.0;
-    case PD_FIELD_RATE:
-        return fluid && m->dissolve.weight[i] > 0.0
-                   ? fmax(0.0, m->dissolve.speed[i] + m->dissolve.slope[i] * m->transport.c[i]) : 0.0;
-    case PD_FIELD_DENSITY: return pdi_output_density(m, i);
-    case PD_FIELD_COUNT: break;
-    }
-    return 0.0;
-}
-
 static void pdi_output_fill(pd_output *out)
 {
     const pd_model *m = out->model;
     for (int k = 0; k < PD_FIELD_COUNT; k++)
         for (int32_t i = 0; i < m->grid.total && out->scalar[k]; i++)
-            out->scalar[k][i] = pdi_output_value(m, (pd_field)k, i);
+            out->scalar[k][i] = pdi_sample_node(m, (pd_field)k, i);
     for (int32_t i = 0; i < m->grid.total && out->phase; i++) out->phase[i] = m->grid.kind[i] == PD_SOLID;
 }
 
@@ -18377,7 +20230,7 @@ static int pdi_output_list(const pd_output *out, pd_vti_field *fields)
         pd_vti_field *f = &fields[count];
         if (!((m->setup->fields >> k) & 1u)) continue;
         memset(f, 0, sizeof *f);
-        f->name = pdi_output_labels[k];
+        f->name = pdi_sample_label((pd_field)k);
         f->type = PD_VTI_FLOAT32;
         f->data = out->scalar[k];
         if (k == PD_FIELD_V) {
@@ -18441,21 +20294,28 @@ static void pdi_output_stamp(double time, char *stamp, size_t size)
     snprintf(stamp, size, "t = %s", text);
 }
 
+/* Cells below the axis of an axisymmetric scene, which is drawn whole. */
+static int pdi_output_below(const pd_model *m, int up)
+{
+    return m->setup->axisymmetric && !(m->grid.lo[up] > 0.0) ? m->grid.n[up] : 0;
+}
+
 static void pdi_output_cells(pd_output *out, pd_field field, int right, int up)
 {
     const pd_model *m = out->model;
-    int i[PD_DIM], nx = m->grid.n[right], ny = right == up ? 1 : m->grid.n[up]; /* 1D: one row */
+    int below = pdi_output_below(m, up);
+    int i[PD_DIM], nx = m->grid.n[right], ny = right == up ? 1 : m->grid.n[up] + below; /* 1D: one row */
     for (int d = 0; d < PD_DIM; d++) {
         double cell = floor((m->setup->slice_at - m->grid.lo[d]) / m->grid.h[d]);
         i[d] = (int)fmax(0.0, fmin(cell, m->grid.n[d] - 1.0));
     }
     for (int row = 0; row < ny; row++)
         for (int column = 0; column < nx; column++) {
-            i[up] = row;
+            i[up] = row < below ? below - 1 - row : row - below;
             i[right] = column;
             int32_t node = pd_grid_node(&m->grid, i);
             int64_t at = (int64_t)row * nx + column;
-            out->cell[at] = pdi_output_value(m, field, node);
+            out->cell[at] = pdi_sample_node(m, field, node);
             out->paint[at] = (uint8_t)pdi_output_paint(m, field, node);
         }
 }
@@ -18483,18 +20343,18 @@ static pd_status pdi_output_picture(pd_ctx *ctx, pd_output *out, pd_field field,
     pdi_output_title(m->setup, field, title, sizeof title);
     pdi_output_stamp(m->couple.time, stamp, sizeof stamp);
     picture.nx = m->grid.n[right];
-    picture.ny = m->grid.n[up];
+    picture.ny = m->grid.n[up] + pdi_output_below(m, up);
     picture.values = out->cell;
     picture.paint = out->paint;
     picture.lo[0] = m->grid.lo[right];
-    picture.lo[1] = m->grid.lo[up];
+    picture.lo[1] = pdi_output_below(m, up) ? -m->grid.hi[up] : m->grid.lo[up];
     picture.hi[0] = m->grid.hi[right];
     picture.hi[1] = m->grid.hi[up];
     int numbered = field == PD_FIELD_KIND || field == PD_FIELD_GRAIN || field == PD_FIELD_PHASE;
     picture.map = numbered ? PD_MAP_LABELS : field == PD_FIELD_P ? PD_MAP_DIVERGING : PD_MAP_SEQUENTIAL;
     picture.title = title;
     picture.stamp = stamp;
-    picture.label = numbered ? NULL : pdi_output_labels[field]; /* the title names it */
+    picture.label = numbered ? NULL : pdi_sample_label(field); /* the title names it */
     return pd_picture_write(ctx, path, &picture);
 }
 
@@ -18516,7 +20376,7 @@ static pd_status pdi_output_curve(pd_ctx *ctx, pd_output *out, pd_field field, c
     snprintf(title, sizeof title, "%s, %s", m->setup->name, stamp);
     plot.title = title;
     plot.x_label = "x [um]";
-    plot.y_label = pdi_output_labels[field];
+    plot.y_label = pdi_sample_label(field);
     plot.count = 1;
     plot.series[0].x = x;
     plot.series[0].y = out->cell;
@@ -18540,30 +20400,11 @@ static pd_status pdi_output_images(pd_ctx *ctx, pd_output *out)
 
 /* ---- tables ---- */
 
-static pd_status pdi_output_find_probe(pd_ctx *ctx, const pd_model *m, int k, int32_t *node)
+/* A probe in the metal shows 0 where only fluid has a value. */
+static double pdi_output_probe(const pd_model *m, pd_field field, int component, const double *at)
 {
-    const pd_setup_probe *p = &m->setup->probe[k];
-    int i[PD_DIM];
-    for (int d = 0; d < PD_DIM; d++) {
-        i[d] = (int)floor((p->at[d] - m->grid.lo[d]) / m->grid.h[d]);
-        if (i[d] >= m->grid.n[d]) i[d] = m->grid.n[d] - 1;
-        if (i[d] < 0) i[d] = 0;
-    }
-    *node = pd_grid_node(&m->grid, i);
-    if (m->grid.kind[*node] == PD_FLUID || m->grid.kind[*node] == PD_SOLID) return PD_OK;
-    return pdi_fail(ctx, PD_ERR_GEOMETRY, "output", "probe '%s' stands in the wall", p->name);
-}
-
-/* Flow and concentration vary within a cell, the other fields do not. */
-static double pdi_output_probe(const pd_model *m, pd_field field, int component, int32_t node, const double *at)
-{
-    const double *f = NULL;
-    if (field == PD_FIELD_V) f = m->flow.u + (int64_t)component * m->grid.total;
-    if (field == PD_FIELD_P) f = m->flow.p;
-    if (field == PD_FIELD_C) f = m->transport.c;
-    if (!f || m->grid.kind[node] != PD_FLUID)
-        return field == PD_FIELD_V ? 0.0 : pdi_output_value(m, field, node);
-    return (field == PD_FIELD_P ? m->flow.rho : 1.0) * pdi_op_sample(&m->bonds, f, node, at);
+    double value = pdi_sample_point(m, field, component, at);
+    return value == value ? value : 0.0;
 }
 
 /* Columns of the probes: one for each field, v with PD_DIM components. */
@@ -18583,8 +20424,7 @@ static int pdi_output_probe_row(const pd_output *out, char names[][PD_SETUP_NAME
                     snprintf(names[count], PD_SETUP_NAME, f == PD_FIELD_V ? "%.40s_%.12s%c" : "%.40s_%.12s", p->name,
                              pdi_setup_field_name((pd_field)f), "xyz"[d]);
                 if (!values) continue;
-                int32_t node = out->probe_node[k];
-                values[count] = pdi_output_probe(m, (pd_field)f, d, node, p->at);
+                values[count] = pdi_output_probe(m, (pd_field)f, d, p->at);
             }
         }
     return count;
@@ -18650,7 +20490,7 @@ pd_status pd_output_step(pd_ctx *ctx, pd_output *out, const pd_observables *o)
     PDI_TRY(pd_csv_row(ctx, &out->diagnostics, row));
     PDI_TRY(pdi_output_keep(ctx, out, c->time, o->volume_loss));
     if (out->model->setup->probes == 0) return PD_OK;
-    if (out->model->transport.c) pd_ghosts_scalar(&out->model->bonds.ghosts, out->model->transport.c);
+    pdi_sample_prepare(out->model);
     pdi_output_probe_row(out, NULL, probe, PD_CSV_COLUMNS);
     return pd_csv_row(ctx, &out->probes, probe);
 }
@@ -18668,7 +20508,7 @@ static pd_status pdi_output_reserve(pd_ctx *ctx, pd_output *out)
     }
     if (!m->setup->images) return PD_OK;
     pdi_output_plane(m->setup, &right, &up);
-    out->cells = (int64_t)m->grid.n[right] * (right == up ? 1 : m->grid.n[up]);
+    out->cells = (int64_t)m->grid.n[right] * (right == up ? 1 : m->grid.n[up] + pdi_output_below(m, up));
     PDI_TRY(PDI_NEW(ctx, "output", out->cells, out->cell));
     return PDI_NEW(ctx, "output", out->cells, out->paint);
 }
@@ -18682,7 +20522,6 @@ pd_status pd_output_open(pd_ctx *ctx, pd_model *model, const char *folder, pd_ou
     if (strlen(folder) >= PD_PATH_SIZE)
         return pdi_fail(ctx, PD_ERR_SIZE, "output", "the path of the folder is too long");
     memcpy(out->folder, folder, strlen(folder) + 1);
-    for (int k = 0; k < model->setup->probes; k++) PDI_TRY(pdi_output_find_probe(ctx, model, k, &out->probe_node[k]));
     PDI_TRY(pdi_output_reserve(ctx, out));
     PDI_TRY(pd_file_make_directory(ctx, folder));
     PDI_TRY(pd_file_join(ctx, folder, "simulation.pvd", path));
@@ -18792,8 +20631,8 @@ static void pdi_summary_grid(const pdi_summary *s)
         pdi_setup_show(m->grid.h[d], "m", text);
         snprintf(spacing + told, sizeof spacing - told, "%s%s", d ? " x " : "", text);
     }
-    pdi_summary_line(s, "%s: %dD, %s nodes at %s, m = %g (%d bonds a node)", m->setup->name, PD_DIM, size, spacing,
-                     m->stencil.m, m->stencil.count);
+    pdi_summary_line(s, "%s: %dD%s, %s nodes at %s, m = %g (%d bonds a node)", m->setup->name, PD_DIM,
+                     m->setup->axisymmetric ? " axisymmetric" : "", size, spacing, m->stencil.m, m->stencil.count);
     snprintf(size, sizeof size, "%.0f fluid, %.0f solid, %.0f wall", (double)m->grid.fluid_count,
              (double)m->grid.solid_count, (double)(pd_grid_count(&m->grid, PD_WALL)));
     pdi_summary_part(s, PD_PART_GRID, "lattice", size);
@@ -18821,9 +20660,11 @@ static void pdi_summary_flow(const pdi_summary *s)
 static void pdi_summary_transport(const pdi_summary *s)
 {
     const pd_setup *u = s->model->setup;
-    char text[384], value[PD_UNITS_TEXT], until[PD_UNITS_TEXT];
+    char text[384], value[2 * PD_UNITS_TEXT + 32], inside[PD_UNITS_TEXT], until[PD_UNITS_TEXT];
     if (!u->has_transport) return;
     pdi_setup_show(u->diffusivity, "m2/s", value);
+    pdi_setup_show(u->medium_diffusivity, "m2/s", inside);
+    if (u->medium >= 0) snprintf(value + strlen(value), sizeof value - strlen(value), " and %s in the medium", inside);
     pdi_setup_show(u->until, "s", until);
     snprintf(text, sizeof text, u->settle ? "%s, D = %s, steady" : "%s, D = %s, implicit, until %s",
              !u->has_flow ? "diffusion" : u->advection == PD_ADVECTION_UPWIND ? "upwind advection and diffusion"
@@ -18861,6 +20702,19 @@ static void pdi_summary_grains(const pdi_summary *s)
     pdi_summary_part(s, PD_PART_GRAIN, "grains", text);
 }
 
+/* "plane up, plane down, force pin" */
+static void pdi_summary_watched(const pdi_summary *s)
+{
+    const pd_setup *u = s->model->setup;
+    char text[384] = "";
+    for (int k = 0; k < u->monitors; k++) {
+        size_t used = strlen(text);
+        snprintf(text + used, sizeof text - used, "%s%s %s", k ? ", " : "",
+                 pdi_setup_monitor_name(u->monitor[k].kind), u->monitor[k].name);
+    }
+    if (u->monitors) pdi_summary_line(s, "  %-12s%s", "watched", text);
+}
+
 static void pdi_summary_absent(const pdi_summary *s)
 {
     const pd_setup *u = s->model->setup;
@@ -18887,11 +20741,462 @@ void pd_summary_print(const pd_model *model, pd_print_fn print, void *user)
     pdi_summary_transport(&s);
     pdi_summary_dissolve(&s);
     pdi_summary_grains(&s);
+    pdi_summary_watched(&s);
     pdi_summary_absent(&s);
     for (int k = 0; k < PD_PART_COUNT; k++) bytes += model->bytes[k];
     pdi_summary_line(&s, "  %-12s%.3g MB, %.0f bytes a node", "in all", (double)bytes * 1e-6,
                      (double)bytes / (double)(model->grid.fluid_count + model->grid.solid_count));
     for (int k = 0; k < model->setup->notes; k++) print(user, PD_PRINT_NOTE, model->setup->note[k]);
+}
+
+/* ======== >>monitor.c ======== */
+/* monitor: see monitor.h */
+#include <math.h>
+#include <stdio.h>
+#include <string.h>
+
+/* Units of amounts per depth, by dimension. */
+static const char *const pdi_monitor_unit_area[] = {"-", "m", "m2"};
+static const char *const pdi_monitor_unit_volume[] = {"m", "m2", "m3"};
+static const char *const pdi_monitor_unit_flow[] = {"m/s", "m2/s", "m3/s"};
+static const char *const pdi_monitor_unit_amount[] = {"mol/m2", "mol/m", "mol"};
+static const char *const pdi_monitor_unit_species[] = {"mol/m2/s", "mol/m/s", "mol/s"};
+static const char *const pdi_monitor_unit_force[] = {"N/m2", "N/m", "N"};
+static const char *const pdi_monitor_unit_energy[] = {"J/m2", "J/m", "J"};
+static const char *const pdi_monitor_unit_momentum[] = {"kg/m/s", "kg/s", "kg m/s"};
+
+/* The dimension that amounts have, less one: rings close. */
+static int pdi_monitor_extent(const pd_setup *setup) { return setup->axisymmetric ? 2 : PD_DIM - 1; }
+
+/* ---- figures ---- */
+
+static void pdi_monitor_put(pd_monitor *m, const char *key, const char *unit, double value)
+{
+    pd_monitor_figure *f = &m->figure[m->count++];
+    PD_ASSERT(m->count <= PD_MONITOR_FIGURES);
+    snprintf(f->key, sizeof f->key, "%s", key);
+    snprintf(f->unit, sizeof f->unit, "%s", unit);
+    f->value = value;
+}
+
+/* One figure an axis: key with x, y or z behind its first letter. */
+static void pdi_monitor_put_vector(pd_monitor *m, char letter, const char *rest, const char *unit, const double *value,
+                                   double scale)
+{
+    char key[24];
+    for (int d = 0; d < PD_DIM; d++) {
+        snprintf(key, sizeof key, "%c%c%s", letter, "xyz"[d], rest);
+        pdi_monitor_put(m, key, unit, scale * value[d]);
+    }
+}
+
+static void pdi_monitor_plane(pd_ctx *ctx, pd_model *model, pd_monitor *m)
+{
+    const pd_setup *u = model->setup;
+    pd_measure_plane_result r;
+    pd_measure_plane(ctx, &model->bonds, u->has_flow ? &model->flow : NULL, u->has_transport ? &model->transport : NULL,
+                     m->desc->axis, m->desc->index, &r);
+    pdi_monitor_put(m, "area", pdi_monitor_unit_area[pdi_monitor_extent(u)], r.area);
+    if (u->has_flow) {
+        pdi_monitor_put(m, "flow", pdi_monitor_unit_flow[pdi_monitor_extent(u)], r.flow);
+        pdi_monitor_put(m, "speed", "m/s", r.speed);
+        pdi_monitor_put(m, "p", "Pa", r.pressure);
+    }
+    if (u->has_transport) pdi_monitor_put(m, "C_mean", "mol/m3", r.mean);
+    if (u->has_transport && u->has_flow) pdi_monitor_put(m, "C_bulk", "mol/m3", r.bulk);
+    if (u->has_transport) pdi_monitor_put(m, "species", pdi_monitor_unit_species[pdi_monitor_extent(u)], r.species);
+}
+
+static pd_status pdi_monitor_balance(pd_ctx *ctx, pd_model *model, const pd_setup_monitor *d, double *force)
+{
+    char message[PD_MESSAGE_SIZE];
+    pd_status status = pd_force_balance(ctx, &model->flow, d->lo, d->hi, force);
+    if (status != PD_ERR_GEOMETRY) return status;
+    memcpy(message, ctx->message, sizeof message);
+    const char *what = strchr(message, ' ');
+    return pdi_fail(ctx, status, "force", "%.500s; balance = no leaves it out", what ? what + 1 : message);
+}
+
+/* The steady flow of a dissolution changes with the geometry only. */
+static pd_status pdi_monitor_force(pd_ctx *ctx, pd_model *model, pd_monitor *m)
+{
+    const pd_setup_monitor *d = m->desc;
+    const char *unit = pdi_monitor_unit_force[pdi_monitor_extent(model->setup)];
+    double force[PD_DIM], friction[PD_DIM], pressure[PD_DIM], around[PD_DIM];
+    double scale = d->speed > 0.0 ? 2.0 / (model->flow.rho * d->speed * d->speed * d->area) : 0.0;
+    if (m->seen == model->couple.flow_solves) return PD_OK;
+    m->seen = model->couple.flow_solves;
+    m->count = 0;
+    pd_force_surface(ctx, &model->flow, d->lo, d->hi, force, friction, pressure);
+    pdi_monitor_put_vector(m, 'f', "", unit, force, 1.0);
+    pdi_monitor_put_vector(m, 'f', "_friction", unit, friction, 1.0);
+    pdi_monitor_put_vector(m, 'f', "_pressure", unit, pressure, 1.0);
+    if (d->balance) PDI_TRY(pdi_monitor_balance(ctx, model, d, around));
+    if (d->balance) pdi_monitor_put_vector(m, 'f', "_balance", unit, around, 1.0);
+    if (d->speed > 0.0) pdi_monitor_put_vector(m, 'c', "", "-", force, scale);
+    if (d->speed > 0.0 && d->balance) pdi_monitor_put_vector(m, 'c', "_balance", "-", around, scale);
+    return PD_OK;
+}
+
+/* Concentration of the fluid in each layer: of the mixed stream, sum u c / sum u, or the same everywhere. */
+static void pdi_monitor_fluid(const pd_model *model, pd_monitor *m)
+{
+    const pd_grid *grid = &model->grid;
+    const pd_setup_monitor *d = m->desc;
+    for (int k = 0; k < m->rows; k++) m->fluid[k] = d->fluid;
+    if (d->against != PD_AGAINST_BULK) return;
+    const double *u = model->flow.u + (int64_t)d->axis * grid->total;
+    double *stream = m->profile; /* filled later */
+    for (int k = 0; k < m->rows; k++) m->fluid[k] = stream[k] = 0.0;
+    for (int32_t node = 0; node < grid->total; node++) {
+        int i[PD_DIM];
+        if (grid->kind[node] != PD_FLUID) continue;
+        pdi_grid_index(grid, node, i);
+        double flow = u[node] * pdi_grid_circumference(grid, node);
+        m->fluid[i[d->axis]] += flow * model->transport.c[node];
+        stream[i[d->axis]] += flow;
+    }
+    for (int k = 0; k < m->rows; k++) m->fluid[k] /= stream[k];
+}
+
+static void pdi_monitor_transfer(pd_ctx *ctx, pd_model *model, pd_monitor *m)
+{
+    const pd_setup_monitor *d = m->desc;
+    double flux = 0.0, area = 0.0, driven = 0.0;
+    pd_measure_exchange(ctx, &model->transport, model->setup->has_dissolve ? &model->dissolve : NULL, d->lo, d->hi,
+                        d->axis, m->flux, m->area);
+    pdi_monitor_fluid(model, m);
+    for (int k = 0; k < m->rows; k++) {
+        flux += m->flux[k];
+        area += m->area[k];
+        if (m->area[k] > 0.0) driven += m->area[k] * (d->surface - m->fluid[k]);
+    }
+    if (d->area > 0.0) {
+        driven *= d->area / area;
+        area = d->area;
+    }
+    pdi_monitor_put(m, "flux", pdi_monitor_unit_species[pdi_monitor_extent(model->setup)], flux);
+    pdi_monitor_put(m, "area", pdi_monitor_unit_area[pdi_monitor_extent(model->setup)], area);
+    pdi_monitor_put(m, "density", "mol/m2/s", flux / area);
+    if (d->length > 0.0) pdi_monitor_put(m, "Sh", "-", flux * d->length / (driven * d->diffusivity));
+}
+
+static void pdi_monitor_total(pd_ctx *ctx, pd_model *model, pd_monitor *m)
+{
+    const pd_setup *u = model->setup;
+    pd_measure_box_result r;
+    pd_measure_box(ctx, &model->bonds, u->has_flow ? &model->flow : NULL, u->has_transport ? &model->transport : NULL,
+                   u->has_dissolve ? &model->dissolve : NULL, m->desc->lo, m->desc->hi, &r);
+    pdi_monitor_put(m, "volume", pdi_monitor_unit_volume[pdi_monitor_extent(u)], r.volume);
+    if (u->has_flow) {
+        pdi_monitor_put(m, "energy", pdi_monitor_unit_energy[pdi_monitor_extent(u)], r.energy);
+        pdi_monitor_put_vector(m, 'm', "", pdi_monitor_unit_momentum[pdi_monitor_extent(u)], r.momentum, 1.0);
+    }
+    if (u->has_transport) {
+        pdi_monitor_put(m, "dissolved", pdi_monitor_unit_amount[pdi_monitor_extent(u)], r.dissolved);
+        pdi_monitor_put(m, "C_min", "mol/m3", r.least);
+        pdi_monitor_put(m, "C_max", "mol/m3", r.most);
+    }
+    if (u->has_dissolve) pdi_monitor_put(m, "solid", pdi_monitor_unit_amount[pdi_monitor_extent(u)], r.solid);
+}
+
+static pd_status pdi_monitor_figures(pd_ctx *ctx, pd_model *model, pd_monitor *m)
+{
+    if (m->desc->kind == PD_MONITOR_FORCE) return pdi_monitor_force(ctx, model, m);
+    m->count = 0;
+    if (m->desc->kind == PD_MONITOR_PLANE) pdi_monitor_plane(ctx, model, m);
+    if (m->desc->kind == PD_MONITOR_TRANSFER) pdi_monitor_transfer(ctx, model, m);
+    if (m->desc->kind == PD_MONITOR_TOTAL) pdi_monitor_total(ctx, model, m);
+    return PD_OK;
+}
+
+/* ---- profiles ---- */
+
+/* Add the name of a column; returns the next place. */
+static int pdi_monitor_name(char names[][PD_SETUP_NAME], int column, const char *name)
+{
+    snprintf(names[column], PD_SETUP_NAME, "%s", name);
+    return column + 1;
+}
+
+/* Columns of a line: length along it, position, fields, v with its components. first[f]: column of field f. */
+static int pdi_monitor_line_names(const pd_monitor *m, char names[][PD_SETUP_NAME], int *first)
+{
+    char name[PD_SETUP_NAME];
+    int count = pdi_monitor_name(names, 0, "s [m]");
+    for (int d = 0; d < PD_DIM; d++) {
+        snprintf(name, sizeof name, "%c [m]", "xyz"[d]);
+        count = pdi_monitor_name(names, count, name);
+    }
+    for (int f = 0; f < PD_FIELD_COUNT; f++) {
+        first[f] = count;
+        if (!((m->desc->fields >> f) & 1u)) continue;
+        for (int d = 0; d < PD_DIM && f == PD_FIELD_V; d++) {
+            snprintf(name, sizeof name, "v%c [m/s]", "xyz"[d]);
+            count = pdi_monitor_name(names, count, name);
+        }
+        if (f != PD_FIELD_V) count = pdi_monitor_name(names, count, pdi_sample_label((pd_field)f));
+    }
+    return count;
+}
+
+static int pdi_monitor_transfer_names(const pd_setup *u, const pd_monitor *m, char names[][PD_SETUP_NAME])
+{
+    char name[PD_SETUP_NAME];
+    int count;
+    snprintf(name, sizeof name, "%c [m]", "xyz"[m->desc->axis]);
+    count = pdi_monitor_name(names, 0, name);
+    snprintf(name, sizeof name, "area [%s]", pdi_monitor_unit_area[pdi_monitor_extent(u)]);
+    count = pdi_monitor_name(names, count, name);
+    count = pdi_monitor_name(names, count, "density [mol/m2/s]");
+    if (!(m->desc->length > 0.0)) return count;
+    count = pdi_monitor_name(names, count, "C_fluid [mol/m3]");
+    return pdi_monitor_name(names, count, "Sh [-]");
+}
+
+static void pdi_monitor_line_fill(const pd_model *model, pd_monitor *m)
+{
+    const pd_setup_monitor *d = m->desc;
+    for (int k = 0; k < m->rows; k++) {
+        double *row = m->profile + (int64_t)k * m->columns, *x = row + 1, share = k / (m->rows - 1.0), square = 0.0;
+        int column = 1 + PD_DIM;
+        for (int a = 0; a < PD_DIM; a++) {
+            x[a] = (1.0 - share) * d->lo[a] + share * d->hi[a];
+            square += (x[a] - d->lo[a]) * (x[a] - d->lo[a]);
+        }
+        row[0] = sqrt(square);
+        for (int f = 0; f < PD_FIELD_COUNT; f++)
+            for (int c = 0; c < (f == PD_FIELD_V ? PD_DIM : 1) && ((d->fields >> f) & 1u); c++)
+                row[column++] = pdi_sample_point(model, (pd_field)f, c, x);
+    }
+}
+
+static void pdi_monitor_transfer_fill(const pd_model *model, pd_monitor *m)
+{
+    const pd_setup_monitor *d = m->desc;
+    for (int k = 0; k < m->rows; k++) {
+        double *row = m->profile + (int64_t)k * m->columns;
+        row[0] = model->grid.lo[d->axis] + (k + 0.5) * model->grid.h[d->axis];
+        row[1] = m->area[k];
+        row[2] = m->area[k] > 0.0 ? m->flux[k] / m->area[k] : (double)NAN;
+        if (!(d->length > 0.0)) continue;
+        row[3] = m->fluid[k];
+        row[4] = row[2] * d->length / ((d->surface - m->fluid[k]) * d->diffusivity);
+    }
+}
+
+/* `count` columns from `first` over column 0. Lengths in a unit of readable size. What has no value leaves a gap. */
+static pd_status pdi_monitor_draw(pd_ctx *ctx, const pd_monitors *all, const pd_monitor *m, int first, int count,
+                                  const char *axis, const char *label, const char *path)
+{
+    char title[PD_SETUP_NAME + 2 * PD_UNITS_TEXT], stamp[PD_UNITS_TEXT], x_label[16];
+    static const char *const names[] = {"x", "y", "z"};
+    double *work = NULL, last = m->profile[(int64_t)(m->rows - 1) * m->columns];
+    double unit = last < 2e-3 ? 1e6 : last < 2.0 ? 1e3 : 1.0;
+    int64_t size = (int64_t)(count + 1) * m->rows, shown = 0;
+    pd_plot plot;
+    memset(&plot, 0, sizeof plot);
+    PDI_TRY(PDI_NEW(ctx, "monitor", size, work));
+    for (int k = 0; k < m->rows; k++) {
+        const double *row = m->profile + (int64_t)k * m->columns;
+        work[k] = unit * row[0];
+        for (int c = 0; c < count; c++) {
+            work[(int64_t)(c + 1) * m->rows + k] = row[first + c];
+            shown += fabs(row[first + c]) < HUGE_VAL;
+        }
+    }
+    pdi_setup_show(all->model->couple.time, "s", stamp);
+    snprintf(title, sizeof title, "%.60s: %.40s, t = %s", all->model->setup->name, m->desc->name, stamp);
+    snprintf(x_label, sizeof x_label, "%s [%s]", axis, unit > 1e4 ? "um" : unit > 10.0 ? "mm" : "m");
+    plot.title = title;
+    plot.x_label = x_label;
+    plot.y_label = label;
+    plot.count = count;
+    for (int c = 0; c < count; c++) {
+        plot.series[c].name = count > 1 ? names[c] : NULL;
+        plot.series[c].x = work;
+        plot.series[c].y = work + (int64_t)(c + 1) * m->rows;
+        plot.series[c].count = m->rows;
+    }
+    pd_status status = shown ? pd_plot_write(ctx, path, &plot) : PD_OK;
+    PDI_DELETE(ctx, size, work);
+    return status;
+}
+
+/* ---- files ---- */
+
+/* "FOLDER/line_NAME_C_000012_t6.1s.png" */
+static pd_status pdi_monitor_path(pd_ctx *ctx, const pd_monitors *all, const pd_monitor *m, const char *field,
+                                  int frame, const char *extension, char *path)
+{
+    char prefix[2 * PD_SETUP_NAME], name[PD_PATH_SIZE];
+    snprintf(prefix, sizeof prefix, "%s_%s%s%s", pdi_setup_monitor_name(m->desc->kind), m->desc->name,
+             field[0] ? "_" : "", field);
+    PDI_TRY(pd_file_frame_name(ctx, prefix, frame, all->model->couple.time, extension, name));
+    return pd_file_join(ctx, all->folder, name, path);
+}
+
+static pd_status pdi_monitor_line_images(pd_ctx *ctx, const pd_monitors *all, const pd_monitor *m, const int *first,
+                                         int frame)
+{
+    char path[PD_PATH_SIZE];
+    for (int f = 0; f < PD_FIELD_COUNT; f++) {
+        if (!((m->desc->images >> f) & 1u)) continue;
+        PDI_TRY(pdi_monitor_path(ctx, all, m, pdi_setup_field_name((pd_field)f), frame, "png", path));
+        PDI_TRY(pdi_monitor_draw(ctx, all, m, first[f], f == PD_FIELD_V ? PD_DIM : 1, "s",
+                                 pdi_sample_label((pd_field)f), path));
+    }
+    return PD_OK;
+}
+
+static pd_status pdi_monitor_profile(pd_ctx *ctx, const pd_monitors *all, pd_monitor *m, int frame)
+{
+    char names[1 + PD_DIM + PD_FIELD_COUNT + PD_DIM][PD_SETUP_NAME], path[PD_PATH_SIZE];
+    const char *list[1 + PD_DIM + PD_FIELD_COUNT + PD_DIM];
+    const pd_setup_monitor *d = m->desc;
+    int first[PD_FIELD_COUNT], line = d->kind == PD_MONITOR_LINE;
+    const pd_setup *u = all->model->setup;
+    int count = line ? pdi_monitor_line_names(m, names, first) : pdi_monitor_transfer_names(u, m, names);
+    for (int k = 0; k < count; k++) list[k] = names[k];
+    if (line) pdi_monitor_line_fill(all->model, m);
+    else pdi_monitor_transfer_fill(all->model, m);
+    PDI_TRY(pdi_monitor_path(ctx, all, m, "", frame, "csv", path));
+    PDI_TRY(pd_csv_write(ctx, path, NULL, list, count, m->profile, m->rows));
+    if (line) return pdi_monitor_line_images(ctx, all, m, first, frame);
+    int sherwood = d->length > 0.0;
+    PDI_TRY(pdi_monitor_path(ctx, all, m, sherwood ? "Sh" : "density", frame, "png", path));
+    return pdi_monitor_draw(ctx, all, m, sherwood ? 4 : 2, 1, d->axis == 0 ? "x" : d->axis == 1 ? "y" : "z",
+                            sherwood ? "Sh [-]" : "density [mol/m2/s]", path);
+}
+
+static pd_status pdi_monitor_table(pd_ctx *ctx, const pd_monitors *all, pd_monitor *m)
+{
+    char names[PD_MONITOR_FIGURES + 1][64], file[2 * PD_SETUP_NAME], path[PD_PATH_SIZE];
+    const char *list[PD_MONITOR_FIGURES + 1];
+    snprintf(names[0], sizeof names[0], "time [s]");
+    for (int k = 0; k < m->count; k++)
+        snprintf(names[k + 1], sizeof names[0], "%s [%s]", m->figure[k].key, m->figure[k].unit);
+    for (int k = 0; k <= m->count; k++) list[k] = names[k];
+    snprintf(file, sizeof file, "%s_%s.csv", pdi_setup_monitor_name(m->desc->kind), m->desc->name);
+    PDI_TRY(pd_file_join(ctx, all->folder, file, path));
+    return pd_csv_create(ctx, path, NULL, list, m->count + 1, &m->table);
+}
+
+/* ---- life ---- */
+
+static pd_status pdi_monitor_reserve(pd_ctx *ctx, const pd_model *model, pd_monitor *m)
+{
+    const pd_setup_monitor *d = m->desc;
+    m->rows = d->kind == PD_MONITOR_LINE ? d->points : 0;
+    m->columns = 1 + PD_DIM;
+    for (int f = 0; f < PD_FIELD_COUNT; f++)
+        if ((d->fields >> f) & 1u) m->columns += f == PD_FIELD_V ? PD_DIM : 1;
+    if (d->kind == PD_MONITOR_TRANSFER) {
+        m->rows = d->axis < 0 ? 1 : model->grid.n[d->axis];
+        m->columns = d->length > 0.0 ? 5 : 3;
+        PDI_TRY(PDI_NEW(ctx, "monitor", m->rows, m->flux));
+        PDI_TRY(PDI_NEW(ctx, "monitor", m->rows, m->area));
+        PDI_TRY(PDI_NEW(ctx, "monitor", m->rows, m->fluid));
+    }
+    return m->rows ? PDI_NEW(ctx, "monitor", (int64_t)m->rows * m->columns, m->profile) : PD_OK;
+}
+
+pd_status pd_monitors_build(pd_ctx *ctx, pd_model *model, pd_monitors *all)
+{
+    const pd_setup *u = model->setup;
+    memset(all, 0, sizeof *all);
+    all->model = model;
+    for (int k = 0; k < u->probes; k++) {
+        all->line = u->probe[k].line;
+        if (!pdi_sample_inside(model, u->probe[k].at))
+            return pdi_fail(ctx, PD_ERR_GEOMETRY, "probe", "'%s' stands in the wall", u->probe[k].name);
+    }
+    for (int k = 0; k < u->monitors; k++) {
+        pd_monitor *m = &all->monitor[k];
+        m->desc = &u->monitor[k];
+        m->seen = -1;
+        all->line = m->desc->line;
+        PDI_TRY(pdi_monitor_reserve(ctx, model, m));
+        PDI_TRY(pdi_monitor_figures(ctx, model, m));
+        m->seen = -1;
+    }
+    return PD_OK;
+}
+
+pd_status pd_monitors_open(pd_ctx *ctx, pd_monitors *all, const char *folder)
+{
+    if (strlen(folder) >= PD_PATH_SIZE)
+        return pdi_fail(ctx, PD_ERR_SIZE, "monitor", "the path of the folder is too long");
+    memcpy(all->folder, folder, strlen(folder) + 1);
+    for (int k = 0; k < all->model->setup->monitors; k++)
+        if (all->monitor[k].count) PDI_TRY(pdi_monitor_table(ctx, all, &all->monitor[k]));
+    return PD_OK;
+}
+
+pd_status pd_monitors_step(pd_ctx *ctx, pd_monitors *all)
+{
+    const pd_couple *c = &all->model->couple;
+    double row[PD_MONITOR_FIGURES + 1];
+    int count = all->model->setup->monitors;
+    if (count == 0) return PD_OK;
+    pdi_sample_prepare(all->model);
+    /* sources belong to a step: before the first one they are those that it starts with */
+    if (c->dissolve && c->steps == 0) PDI_TRY(pd_dissolve_prepare(ctx, c->dissolve));
+    for (int k = 0; k < count; k++) {
+        pd_monitor *m = &all->monitor[k];
+        PDI_TRY(pdi_monitor_figures(ctx, all->model, m));
+        if (m->count == 0) continue;
+        row[0] = c->time;
+        for (int f = 0; f < m->count; f++) row[f + 1] = m->figure[f].value;
+        PDI_TRY(pd_csv_row(ctx, &m->table, row));
+    }
+    return PD_OK;
+}
+
+pd_status pd_monitors_frame(pd_ctx *ctx, pd_monitors *all, int frame)
+{
+    for (int k = 0; k < all->model->setup->monitors; k++) {
+        pd_monitor *m = &all->monitor[k];
+        if (m->rows > 1) PDI_TRY(pdi_monitor_profile(ctx, all, m, frame));
+    }
+    return PD_OK;
+}
+
+void pd_monitors_print(const pd_monitors *all, pd_print_fn print, void *user)
+{
+    char text[1024];
+    if (!print) return;
+    for (int k = 0; k < all->model->setup->monitors; k++) {
+        const pd_monitor *m = &all->monitor[k];
+        if (m->count == 0) continue;
+        snprintf(text, sizeof text, "result case=%s %s=%s time=%.9g", all->model->setup->name,
+                 pdi_setup_monitor_name(m->desc->kind), m->desc->name, all->model->couple.time);
+        for (int f = 0; f < m->count; f++) {
+            size_t used = strlen(text);
+            snprintf(text + used, sizeof text - used, " %s=%.9g", m->figure[f].key, m->figure[f].value);
+        }
+        print(user, PD_PRINT_RESULT, text);
+    }
+}
+
+pd_status pd_monitors_close(pd_ctx *ctx, pd_monitors *all)
+{
+    for (int k = 0; k < all->model->setup->monitors; k++) PDI_TRY(pd_csv_close(ctx, &all->monitor[k].table));
+    return PD_OK;
+}
+
+void pd_monitors_free(pd_ctx *ctx, pd_monitors *all)
+{
+    pd_ctx quiet = *ctx; /* a failure to close must not hide an earlier message */
+    for (int k = 0; k < PD_SETUP_MONITORS; k++) {
+        pd_monitor *m = &all->monitor[k];
+        pd_csv_close(&quiet, &m->table);
+        PDI_DELETE(ctx, (int64_t)m->rows * m->columns, m->profile);
+        PDI_DELETE(ctx, m->rows, m->flux);
+        PDI_DELETE(ctx, m->rows, m->area);
+        PDI_DELETE(ctx, m->rows, m->fluid);
+    }
+    memset(all, 0, sizeof *all);
 }
 
 /* ======== >>run.c ======== */
@@ -18910,6 +21215,7 @@ typedef struct pdi_run {
     pd_model model;
     pd_output output;
     pd_observables observables;
+    pd_monitors monitors;
     pd_status status;     /* of the observer */
     int stopped;
     double started, told; /* [s] clock */
@@ -18935,6 +21241,13 @@ static int pdi_run_due(const pdi_run *r)
     return time >= next && fabs(time - multiple) <= 1e-9 * every;
 }
 
+static pd_status pdi_run_frame(pdi_run *r)
+{
+    int frame = r->output.frame;
+    PDI_TRY(pd_output_frame(r->ctx, &r->output));
+    return r->output.frame > frame ? pd_monitors_frame(r->ctx, &r->monitors, frame) : PD_OK;
+}
+
 static int pdi_run_observe(void *user, const pd_couple *couple)
 {
     pdi_run *r = (pdi_run *)user;
@@ -18942,7 +21255,8 @@ static int pdi_run_observe(void *user, const pd_couple *couple)
     pd_observe(r->ctx, &r->model, &r->observables);
     if (r->desc->stop && r->desc->stop(r->desc->stop_user)) r->stopped = 1;
     r->status = pd_output_step(r->ctx, &r->output, &r->observables);
-    if (r->status == PD_OK && pdi_run_due(r)) r->status = pd_output_frame(r->ctx, &r->output);
+    if (r->status == PD_OK) r->status = pd_monitors_step(r->ctx, &r->monitors);
+    if (r->status == PD_OK && pdi_run_due(r)) r->status = pdi_run_frame(r);
     pdi_run_progress(r);
     return r->stopped || r->status < 0;
 }
@@ -18952,6 +21266,8 @@ static pd_status pdi_run_steps(pdi_run *r)
     pd_couple *couple = &r->model.couple;
     PDI_TRY(pd_couple_run(r->ctx, couple, r->setup->until, r->setup->every, pdi_run_observe, r));
     PDI_TRY(r->status);
+    PDI_TRY(pd_monitors_close(r->ctx, &r->monitors));
+    pd_monitors_print(&r->monitors, r->desc->print, r->desc->print_user);
     return pd_output_close(r->ctx, &r->output);
 }
 
@@ -18981,6 +21297,31 @@ static void pdi_run_collect(const pdi_run *r, pd_run_result *result)
     result->bytes_per_node = nodes ? (double)r->ctx->peak / (double)nodes : 0.0;
 }
 
+/* Put file and line before the message of a setup that cannot be built. */
+static void pdi_run_blame(pd_ctx *ctx, const pd_setup *setup, int line)
+{
+    char where[320], message[PD_MESSAGE_SIZE];
+    if (!setup->source[0]) return;
+    memcpy(message, ctx->message, sizeof message);
+    if (line > 0) snprintf(where, sizeof where, "%.280s:%d", setup->source, line);
+    else snprintf(where, sizeof where, "%.280s", setup->source);
+    pdi_fail(ctx, ctx->status, where, "%s", message);
+}
+
+/* Build everything that can refuse the setup; nothing is written before that. */
+static pd_status pdi_run_build(pdi_run *r, pd_run_result *result)
+{
+    pd_status status = pd_model_build(r->ctx, r->setup, &r->model);
+    int line = r->model.line;
+    if (status == PD_OK) {
+        status = pd_monitors_build(r->ctx, &r->model, &r->monitors);
+        line = r->monitors.line;
+    }
+    result->bad_input = status < 0 && status != PD_ERR_MEMORY && status != PD_ERR_LIMIT;
+    if (result->bad_input) pdi_run_blame(r->ctx, r->setup, line);
+    return status;
+}
+
 static pd_status pdi_run_built(pdi_run *r, pd_run_result *result)
 {
     const char *folder = r->desc->folder ? r->desc->folder : r->setup->folder;
@@ -18989,6 +21330,7 @@ static pd_status pdi_run_built(pdi_run *r, pd_run_result *result)
     if (r->desc->check) return PD_OK;
     PDI_TRY(pd_observe_build(r->ctx, &r->model, &r->observables));
     PDI_TRY(pd_output_open(r->ctx, &r->model, folder, &r->output));
+    PDI_TRY(pd_monitors_open(r->ctx, &r->monitors, folder));
     pd_status status = pdi_run_steps(r);
     result->unknowns = 0;
     pdi_run_collect(r, result);
@@ -19005,14 +21347,12 @@ pd_status pd_run(pd_ctx *ctx, const pd_setup *setup, const pd_run_desc *desc, pd
     r->setup = setup;
     r->started = r->told = pdi_par_clock();
     if (setup->threads > 0 && ctx->threads == 0) ctx->threads = setup->threads;
-    pd_status status = pd_model_build(ctx, setup, &r->model);
-    result->bad_input = status < 0 && status != PD_ERR_MEMORY && status != PD_ERR_LIMIT;
-    if (status == PD_OK) {
-        status = pdi_run_built(r, result);
-        pd_output_free(ctx, &r->output);
-        pd_observe_free(ctx, &r->observables);
-        pd_model_free(ctx, &r->model);
-    }
+    pd_status status = pdi_run_build(r, result);
+    if (status == PD_OK) status = pdi_run_built(r, result);
+    pd_output_free(ctx, &r->output);
+    pd_observe_free(ctx, &r->observables);
+    pd_monitors_free(ctx, &r->monitors);
+    pd_model_free(ctx, &r->model);
     PDI_DELETE(ctx, 1, r);
     return status;
 }

@@ -60,7 +60,7 @@ static void print(void *user, pd_print_kind kind, const char *text)
         s->open = 1;
         return;
     }
-    if (s->quiet) return;
+    if (s->quiet && kind != PD_PRINT_RESULT) return;
     end_progress(s);
     printf("%s%s\n", kind == PD_PRINT_NOTE ? "note: " : "", text);
     fflush(stdout);
@@ -161,11 +161,7 @@ static int run(const options *o, pd_ctx *ctx, const pd_setup *setup, screen *s)
     desc.print_user = s;
     desc.stop = is_interrupted;
     pd_status status = pd_run(ctx, setup, &desc, &result);
-    if (status < 0 && !result.bad_input) return fail(o, s, ctx->message, 1);
-    if (status < 0) {
-        snprintf(line, sizeof line, "%.300s: %s", o->scene, ctx->message);
-        return fail(o, s, line, 2);
-    }
+    if (status < 0) return fail(o, s, ctx->message, result.bad_input ? 2 : 1);
     end_progress(s);
     if (o->check) return 0;
     pd_run_line(&result, line, sizeof line);

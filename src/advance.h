@@ -23,7 +23,7 @@ typedef struct pd_advance {
     double time;           /* [s] */
     double dt;             /* [s] that a run would try next; 0: not known yet */
     double error;          /* [-] estimated error of the last step */
-    double out, in;        /* [mol] (per m in 2D) through outlets, inlets and held walls since the build */
+    double out, in;        /* [mol] (per m in planar 2D) through outlets, inlets and held walls since the build */
     int64_t steps, rejected, krylov;
     int64_t euler;         /* steps taken by backward Euler to keep the bounds */
 } pd_advance;

@@ -1,5 +1,6 @@
 /* bond: see bond.h */
 #include "bond.h"
+#include "par.h"
 #include "vec.h"
 #include <math.h>
 #include <string.h>
@@ -189,6 +190,19 @@ static int pdi_bond_shape(const pd_grid *grid, int32_t closed, int walled)
     return shape >= 0 && pd_shape_exact(grid->shapes, shape) ? shape : -1;
 }
 
+/* A surface of revolution bends round the axis too, by N_r/r, whatever its section does. */
+static void pdi_bond_revolve(const pd_grid *grid, const double *x, const double *xi, pdi_cut *cut)
+{
+    int r = PD_DIM - 1;
+    double radius = x[r] + cut->t * xi[r], reach = pdi_vec_dot(xi, cut->normal);
+    double round = radius > 0.0 ? cut->normal[r] / radius : 0.0;
+    double distance = cut->distance > 0.0 ? cut->distance : cut->t * fabs(reach);
+    if (!(fabs(round) * grid->h[r] < PDI_BOND_SHARP) || !(distance * (cut->mean + round) < 1.5)) return;
+    cut->distance = distance;
+    cut->mean += round;
+    cut->bend -= round * reach * reach;
+}
+
 static void pdi_bond_cut(const pd_bonds *bonds, int32_t node, int k, int group, pdi_cut *cut)
 {
     const pd_grid *grid = bonds->grid;
@@ -197,12 +211,12 @@ static void pdi_bond_cut(const pd_bonds *bonds, int32_t node, int k, int group, 
     int walled = pdi_bond_walled(grid, closed), shape = pdi_bond_shape(grid, closed, walled);
     double x[PD_DIM];
     pdi_bond_face_cut(bonds, node, k, group, cut);
-    if (shape >= 0 && !pdi_bond_receded(bonds, shape, node, k, group)) {
-        pd_grid_position(grid, node, x);
-        /* a tube that touches the box: its wall lies at or before the side */
+    pd_grid_position(grid, node, x);
+    /* a tube that touches the box: its wall lies at or before the side */
+    if (shape >= 0 && !pdi_bond_receded(bonds, shape, node, k, group))
         pdi_bond_shape_cut(grid, shape, x, s->xi + k * PD_DIM, walled ? cut->t : PDI_BOND_MAX_T, cut);
-    }
     if (cut->t < PDI_BOND_MIN_T) cut->t = PDI_BOND_MIN_T;
+    if (grid->circumference) pdi_bond_revolve(grid, x, s->xi + k * PD_DIM, cut);
 }
 
 /* Inverse of the moment matrix in lattice units, brought back to metres. Where the open bonds do not span space the
@@ -240,10 +254,12 @@ static int pdi_bond_whole(const pd_bonds *bonds, int32_t node)
 /* The field along a cut bond is u_i + s u' + s^2/2 u'' with its zero at t (eq. 3.3, 3.4). Near a wall at distance d
  * u = g d + q d^2/2, so that u'' = g (xi.D xi) + q (xi.N)^2 and the Laplacian of u is g mean + q: both u'' and the
  * slope g follow from u_i and that Laplacian. */
-static void pdi_bond_add_wall(const pd_stencil *s, int k, const pdi_cut *cut, double *lap, double *curv)
+static void pdi_bond_add_wall(const pd_bonds *bonds, int32_t node, int k, const pdi_cut *cut, double *lap,
+                              double *curv)
 {
-    double reach = pdi_vec_dot(s->xi + k * PD_DIM, cut->normal), half = 0.5 * s->lap[k] * (1.0 - cut->t);
-    *lap += s->lap[k] / cut->t;
+    double a = pdi_bond_lap(bonds, node)[k], half = 0.5 * a * (1.0 - cut->t);
+    double reach = pdi_vec_dot(bonds->stencil->xi + k * PD_DIM, cut->normal);
+    *lap += a / cut->t;
     *curv += half * reach * reach;
     if (!(cut->distance > 0.0)) return;
     double slope = 1.0 / (1.0 - 0.5 * cut->distance * cut->mean);
@@ -274,7 +290,7 @@ PDI_FN void pdi_bond_drive(const pd_bonds *bonds, int32_t row, pd_velocity_fn wa
         int group = pdi_bond_closed_group(bonds, node, k);
         if (group < 0) continue;
         pdi_bond_cut(bonds, node, k, group, &cut);
-        pdi_bond_add_wall(s, k, &cut, &lap, &curv);
+        pdi_bond_add_wall(bonds, node, k, &cut, &lap, &curv);
         pd_grid_position(bonds->grid, node, x);
         for (int d = 0; d < PD_DIM; d++) x[d] += cut.t * s->xi[k * PD_DIM + d];
         wall(user, x, u);
@@ -283,12 +299,12 @@ PDI_FN void pdi_bond_drive(const pd_bonds *bonds, int32_t row, pd_velocity_fn wa
 }
 
 /* From the inverse moments S^-1 to N S^-T with the moments N of a whole family, which g = w xi / N is made with. */
-static void pdi_bond_transpose(const pd_bonds *bonds, double *k)
+static void pdi_bond_transpose(const double *norm, double *k)
 {
     double inverse[PD_DIM * PD_DIM];
     memcpy(inverse, k, sizeof inverse);
     for (int a = 0; a < PD_DIM; a++)
-        for (int b = 0; b < PD_DIM; b++) k[a * PD_DIM + b] = bonds->norm[a] * inverse[b * PD_DIM + a];
+        for (int b = 0; b < PD_DIM; b++) k[a * PD_DIM + b] = norm[a] * inverse[b * PD_DIM + a];
 }
 
 static void pdi_bond_fill_row(pd_bonds *bonds, int32_t r)
@@ -296,37 +312,44 @@ static void pdi_bond_fill_row(pd_bonds *bonds, int32_t r)
     const pd_stencil *s = bonds->stencil;
     const pd_grid *grid = bonds->grid;
     int32_t node = bonds->node[r];
-    double moment[PD_DIM * PD_DIM], closure[PD_DIM * PD_DIM], entry[PD_DIM * PD_DIM];
+    double moment[PD_DIM * PD_DIM], closure[PD_DIM * PD_DIM], inner[PD_DIM * PD_DIM], entry[PD_DIM * PD_DIM];
+    double norm[PD_DIM];
     memset(moment, 0, sizeof moment);
+    memset(inner, 0, sizeof inner);
     memset(entry, 0, sizeof entry);
     memset(closure, 0, sizeof closure);
+    memset(norm, 0, sizeof norm);
     for (int w = 0; w < bonds->words; w++) bonds->mask[(int64_t)w * bonds->capacity + r] = 0;
     bonds->inlet[r] = 0;
     bonds->wall_lap[r] = bonds->wall_curv[r] = 0.0;
     for (int k = 0; k < s->count; k++) {
         const double *xi = s->xi + k * PD_DIM;
         int group = pdi_bond_closed_group(bonds, node, k);
+        double flux = s->base[k] * pdi_bond_flux(bonds, node, k);
+        for (int d = 0; d < PD_DIM; d++) norm[d] += flux * xi[d] * xi[d];
         if (group < 0) {
             bonds->mask[(int64_t)(k >> 5) * bonds->capacity + r] |= 1u << (k & 31);
             int inlet = grid->kind[node + bonds->shift[k]] == PD_INLET;
-            double *sum = inlet ? entry : moment;
             if (inlet) bonds->inlet[r] = 1;
-            for (int i = 0; i < PD_DIM * PD_DIM; i++) sum[i] += s->base[k] * xi[i / PD_DIM] * xi[i % PD_DIM];
+            for (int i = 0; i < PD_DIM * PD_DIM; i++) {
+                if (!inlet) moment[i] += s->base[k] * xi[i / PD_DIM] * xi[i % PD_DIM];
+                (inlet ? entry : inner)[i] += flux * xi[i / PD_DIM] * xi[i % PD_DIM];
+            }
             continue;
         }
         pdi_cut cut;
         pdi_bond_cut(bonds, node, k, group, &cut);
-        pdi_bond_add_wall(s, k, &cut, &bonds->wall_lap[r], &bonds->wall_curv[r]);
+        pdi_bond_add_wall(bonds, node, k, &cut, &bonds->wall_lap[r], &bonds->wall_curv[r]);
         /* mirror of the far end: xi - 2 (1-t) (xi.N) N; its excess over xi is a known multiple of the gradient */
         double excess = 2.0 * s->base[k] * fmax(1.0 - cut.t, 0.0) * pdi_vec_dot(xi, cut.normal);
         for (int i = 0; i < PD_DIM * PD_DIM; i++) closure[i] += excess * xi[i / PD_DIM] * cut.normal[i % PD_DIM];
     }
     double *inverse = bonds->moment + (int64_t)r * PD_DIM * PD_DIM;
     double *carrier = bonds->carrier + (int64_t)r * PD_DIM * PD_DIM;
-    for (int i = 0; i < PD_DIM * PD_DIM; i++) entry[i] += moment[i];
+    for (int i = 0; i < PD_DIM * PD_DIM; i++) entry[i] += inner[i];
     pdi_bond_invert(grid, moment, closure, inverse);
     pdi_bond_invert(grid, entry, closure, carrier);
-    pdi_bond_transpose(bonds, carrier);
+    pdi_bond_transpose(norm, carrier);
 }
 
 static void pdi_bond_free_rows(pd_ctx *ctx, pd_bonds *b)
@@ -536,11 +559,15 @@ pd_status pd_bonds_build(pd_ctx *ctx, const pd_stencil *stencil, const pd_grid *
         for (int d = 0; d < PD_DIM; d++)
             bonds->norm[d] += stencil->base[k] * stencil->xi[k * PD_DIM + d] * stencil->xi[k * PD_DIM + d];
     PDI_TRY(PDI_NEW(ctx, "bond", stencil->count, bonds->shift));
+    PDI_TRY(PDI_NEW(ctx, "bond", stencil->line_first[stencil->kinds], bonds->line_shift));
     PDI_TRY(PDI_NEW(ctx, "bond", stencil->cells, bonds->cell_shift));
     PDI_TRY(PDI_NEW(ctx, "bond", grid->total, bonds->row));
     PDI_TRY(pd_ghosts_build(ctx, grid, &bonds->ghosts));
+    PDI_TRY(pd_ring_build(ctx, stencil, grid, &bonds->ring));
     for (int k = 0; k < stencil->count; k++)
         for (int d = 0; d < PD_DIM; d++) bonds->shift[k] += stencil->offset[k * PD_DIM + d] * grid->stride[d];
+    for (int l = 0; l < stencil->line_first[stencil->kinds]; l++)
+        for (int d = 1; d < PD_DIM; d++) bonds->line_shift[l] += stencil->line[l * PD_DIM + d] * grid->stride[d];
     for (int c = 0; c < stencil->cells; c++)
         for (int d = 0; d < PD_DIM; d++) bonds->cell_shift[c] += stencil->cell[c * PD_DIM + d] * grid->stride[d];
     int32_t rows = 0;
@@ -574,6 +601,47 @@ pd_status pd_bonds_update(pd_ctx *ctx, const int32_t *changed, int32_t count, pd
     return pdi_bond_arrange(ctx, bonds);
 }
 
+/* Fluxes through the plane of the bonds that start at `node`, of index i. */
+static void pdi_bond_cross(const pd_bonds *bonds, int32_t node, const int *i, int axis, int index,
+                           pdi_bond_flux_fn flux, const void *user, pdi_sum *sum)
+{
+    const pd_stencil *s = bonds->stencil;
+    const pd_grid *grid = bonds->grid;
+    for (int k = 0; k < s->count; k++) {
+        if (i[axis] + s->offset[k * PD_DIM + axis] < index) continue;
+        /* bonds that would leave the arrays start behind a side ghost */
+        int inside = 1;
+        for (int d = 0; d < PD_DIM; d++) {
+            int far = i[d] + s->offset[k * PD_DIM + d];
+            inside = inside && far >= -grid->ghost && far < grid->n[d] + grid->ghost;
+        }
+        if (!inside) continue;
+        uint8_t far_kind = grid->kind[node + bonds->shift[k]];
+        if (grid->kind[node] != PD_FLUID && far_kind != PD_FLUID) continue;
+        int port = far_kind == PD_INLET || far_kind == PD_OUTLET;
+        if (port && i[axis] + s->offset[k * PD_DIM + axis] < grid->n[axis]) continue; /* passes a side beside */
+        if (!pdi_grid_open(far_kind) || pdi_bond_closed_group(bonds, node, k) >= 0) continue;
+        pdi_sum_add(sum, flux(user, node, k) * pdi_grid_circumference(grid, node));
+    }
+}
+
+PDI_FN double pdi_bond_section(const pd_bonds *bonds, int axis, int index, pdi_bond_flux_fn flux, const void *user)
+{
+    const pd_grid *grid = bonds->grid;
+    pdi_sum sum = {0.0, 0.0};
+    for (int32_t node = 0; node < grid->total; node++) {
+        int i[PD_DIM];
+        if (!pdi_grid_open(grid->kind[node])) continue;
+        pdi_grid_index(grid, node, i);
+        if (i[axis] >= index || i[axis] < index - bonds->stencil->reach) continue;
+        /* ghosts count before the box, not beside it: ports there belong to no plane, and an image repeats a bond of
+         * the box */
+        if (grid->kind[node] != PD_FLUID && i[axis] >= 0) continue;
+        pdi_bond_cross(bonds, node, i, axis, index, flux, user, &sum);
+    }
+    return pdi_sum_total(&sum);
+}
+
 pd_status pd_bonds_validate(pd_ctx *ctx, const pd_bonds *b)
 {
     const pd_stencil *s = b->stencil;
@@ -603,9 +671,11 @@ pd_status pd_bonds_validate(pd_ctx *ctx, const pd_bonds *b)
 void pd_bonds_free(pd_ctx *ctx, pd_bonds *b)
 {
     PDI_DELETE(ctx, b->stencil ? b->stencil->count : 0, b->shift);
+    PDI_DELETE(ctx, b->stencil ? b->stencil->line_first[b->stencil->kinds] : 0, b->line_shift);
     PDI_DELETE(ctx, b->stencil ? b->stencil->cells : 0, b->cell_shift);
     PDI_DELETE(ctx, b->grid ? b->grid->total : 0, b->row);
     pd_ghosts_free(ctx, &b->ghosts);
+    pd_ring_free(ctx, &b->ring);
     pdi_bond_free_rows(ctx, b);
     pdi_bond_free_runs(ctx, b);
     pdi_bond_free_batches(ctx, b);

@@ -9,6 +9,7 @@
 #ifndef PD_BOND_H
 #define PD_BOND_H
 #include "ghost.h"
+#include "ring.h"
 
 /* Velocity [m/s] at position x [m]. */
 typedef void (*pd_velocity_fn)(void *user, const double *x, double *u);
@@ -19,8 +20,10 @@ typedef struct pd_bonds {
     pd_ghosts ghosts;    /* of the grid: whoever has bonds can fill the far ends */
     int all_rows;        /* every fluid node owns a row (for comparisons of both paths) */
     int32_t *shift;      /* [count] node id of the far end minus that of the node */
+    int32_t *line_shift; /* [lines of the stencil] the same for the lines */
     int32_t *cell_shift; /* [cells] the same for the cells of the paths */
     double norm[PD_DIM]; /* [unit of base m2] sum w xi_a^2 over a whole family */
+    pd_ring ring;        /* weights of an axisymmetric grid; empty: planar */
     int32_t *row;        /* [total] row of a node; -1: whole family, or not fluid */
     int32_t rows, capacity;
     int32_t plain;       /* rows [0, plain) are in the order of their nodes and see no inlet; the others come behind */
@@ -71,6 +74,18 @@ static inline int pdi_bond_piece(int32_t length, int32_t *at)
     *at = length - PDI_VECTOR;
     return PDI_VECTOR;
 }
+/* Weights a(n) [count] of the bonds of `node`, and what the flux along bond k of it counts beside g(n). */
+static inline const double *pdi_bond_lap(const pd_bonds *bonds, int32_t node)
+{
+    const pd_ring *ring = &bonds->ring;
+    if (!ring->lap) return bonds->stencil->lap;
+    return ring->lap + (int64_t)(node / bonds->grid->stride[PD_DIM - 1]) * ring->count;
+}
+static inline double pdi_bond_flux(const pd_bonds *bonds, int32_t node, int k)
+{
+    const pd_ring *ring = &bonds->ring;
+    return ring->flux ? ring->flux[(int64_t)(node / bonds->grid->stride[PD_DIM - 1]) * ring->count + k] : 1.0;
+}
 static inline int pdi_bond_open(const pd_bonds *bonds, int32_t row, int k)
 {
     return (int)(bonds->mask[(int64_t)(k >> 5) * bonds->capacity + row] >> (k & 31) & 1u);
@@ -99,6 +114,11 @@ static inline pdi_lanes pdi_bond_open_lanes(const pd_bonds *bonds, int32_t row, 
 PDI_FN void pdi_bond_drive(const pd_bonds *bonds, int32_t row, pd_velocity_fn wall, void *user, double *drive);
 /* Fraction t at which the cut bond k of a row meets the surface, and the place x [m]. */
 PDI_FN double pdi_bond_meet(const pd_bonds *bonds, int32_t row, int k, double *x);
+/* A flux through the open bond k of node i, counted towards its far end. */
+typedef double (*pdi_bond_flux_fn)(const void *user, int32_t i, int k);
+/* Sum of the fluxes of all bonds that cross the plane between the cells index - 1 and index of `axis`. One end of each
+ * is fluid, and each pair of nodes counts once. */
+PDI_FN double pdi_bond_section(const pd_bonds *bonds, int axis, int index, pdi_bond_flux_fn flux, const void *user);
 /* First closed group on bond k from `node` (index into the stencil's groups); -1: open. */
 PDI_FN int pdi_bond_closed_group(const pd_bonds *bonds, int32_t node, int k);
 #endif

@@ -2,7 +2,7 @@
  *
  * The peridynamic operators act on whole families; their compact counterparts have the same continuum limit and
  * bounded spectral ratio, which is all that a preconditioner needs. Arrays run over the cells of the box without
- * ghosts, axis 0 fastest, as multigrid.h wants them.
+ * ghosts, axis 0 fastest, as multigrid.h wants them. On an axisymmetric grid all coefficients count the circumference.
  */
 #ifndef PD_COMPACT_H
 #define PD_COMPACT_H

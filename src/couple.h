@@ -11,7 +11,7 @@
 #include "implicit.h"
 #include "unsteady.h"
 
-/* Amounts [mol, per m depth in 2D, per m2 in 1D]. imbalance = solid + dissolved + carry + out - in - start. */
+/* Amounts [mol, per m depth in planar 2D, per m2 in 1D]. imbalance = solid + dissolved + carry + out - in - start. */
 typedef struct pd_ledger {
     double start;     /* [mol] solid and dissolved at the start */
     double solid;     /* [mol] now */

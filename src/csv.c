@@ -49,18 +49,38 @@ static pd_status pdi_csv_head(pd_ctx *ctx, pd_file *file, const char *comment, c
     return pdi_file_text(ctx, file, "\n");
 }
 
+static pd_status pdi_csv_values(pd_ctx *ctx, pd_file *file, const double *values, int columns)
+{
+    char row[PD_CSV_COLUMNS * PDI_NUMBER_SIZE];
+    size_t used = 0;
+    for (int k = 0; k < columns; k++) {
+        if (k) row[used++] = ',';
+        pdi_file_number(values[k], row + used);
+        used += strlen(row + used);
+    }
+    row[used++] = '\n';
+    return pdi_file_write(ctx, file, row, used);
+}
+
+pd_status pd_csv_write(pd_ctx *ctx, const char *path, const char *comment, const char *const *names, int columns,
+                       const double *values, int64_t rows)
+{
+    pd_file file;
+    PDI_TRY(pdi_csv_check_names(ctx, path, names, columns));
+    PDI_TRY(pdi_file_create(ctx, path, &file));
+    pd_status status = pdi_csv_head(ctx, &file, comment, names, columns);
+    for (int64_t k = 0; k < rows && status == PD_OK; k++)
+        status = pdi_csv_values(ctx, &file, values + k * columns, columns);
+    if (status == PD_OK) return pdi_file_commit(ctx, &file);
+    pdi_file_abandon(&file);
+    return status;
+}
+
 pd_status pd_csv_create(pd_ctx *ctx, const char *path, const char *comment, const char *const *names, int columns,
                         pd_csv *csv)
 {
     memset(csv, 0, sizeof *csv);
-    PDI_TRY(pdi_csv_check_names(ctx, path, names, columns));
-    PDI_TRY(pdi_file_create(ctx, path, &csv->file));
-    pd_status status = pdi_csv_head(ctx, &csv->file, comment, names, columns);
-    if (status != PD_OK) {
-        pdi_file_abandon(&csv->file);
-        return status;
-    }
-    PDI_TRY(pdi_file_commit(ctx, &csv->file));
+    PDI_TRY(pd_csv_write(ctx, path, comment, names, columns, NULL, 0));
     PDI_TRY(pdi_file_append(ctx, path, &csv->file));
     csv->columns = columns;
     return PD_OK;
@@ -68,15 +88,7 @@ pd_status pd_csv_create(pd_ctx *ctx, const char *path, const char *comment, cons
 
 pd_status pd_csv_row(pd_ctx *ctx, pd_csv *csv, const double *values)
 {
-    char row[PD_CSV_COLUMNS * PDI_NUMBER_SIZE];
-    size_t used = 0;
-    for (int k = 0; k < csv->columns; k++) {
-        if (k) row[used++] = ',';
-        pdi_file_number(values[k], row + used);
-        used += strlen(row + used);
-    }
-    row[used++] = '\n';
-    PDI_TRY(pdi_file_write(ctx, &csv->file, row, used));
+    PDI_TRY(pdi_csv_values(ctx, &csv->file, values, csv->columns));
     return pdi_file_flush(ctx, &csv->file);
 }
 

@@ -32,6 +32,7 @@ typedef struct pd_table {
 #define pd_csv_create PD_NAME(pd_csv_create)
 #define pd_csv_row PD_NAME(pd_csv_row)
 #define pd_csv_close PD_NAME(pd_csv_close)
+#define pd_csv_write PD_NAME(pd_csv_write)
 #define pd_table_read PD_NAME(pd_table_read)
 #define pd_table_find PD_NAME(pd_table_find)
 #define pd_table_text PD_NAME(pd_table_text)
@@ -47,6 +48,10 @@ PD_API pd_status pd_csv_create(pd_ctx *ctx, const char *path, const char *commen
 PD_API pd_status pd_csv_row(pd_ctx *ctx, pd_csv *csv, const double *values);
 /* Close. Allowed on one that is not open. PD_ERR_FILE. */
 PD_API pd_status pd_csv_close(pd_ctx *ctx, pd_csv *csv);
+
+/* A whole table values[rows][columns] at once, written aside and renamed. Errors as above. */
+PD_API pd_status pd_csv_write(pd_ctx *ctx, const char *path, const char *comment, const char *const *names,
+                              int columns, const double *values, int64_t rows);
 
 /* Read a table. PD_ERR_FILE; PD_ERR_PARSE with file:line: a row with more or fewer fields than names, an open quote,
  * a name twice. */

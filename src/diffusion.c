@@ -66,6 +66,7 @@ static void pdi_diffusion_row(const pd_diffusion *d, int32_t r, const uint8_t *h
     const pd_bonds *bonds = d->bonds;
     const pd_stencil *s = bonds->stencil;
     double matrix[N][N], normal[N][N], lack[N], packed[N], weight[N], trace = 0.0;
+    const double *lap = pdi_bond_lap(bonds, bonds->node[r]);
     memset(matrix, 0, sizeof matrix);
     memset(normal, 0, sizeof normal);
     memset(lack, 0, sizeof lack);
@@ -76,8 +77,8 @@ static void pdi_diffusion_row(const pd_diffusion *d, int32_t r, const uint8_t *h
         pdi_diffusion_quadratic(xi, weight);
         int open = pdi_bond_open(bonds, r, k), row = open && d->cut[bonds->node[r] + bonds->shift[k]] > 0.0f;
         for (int p = 0; p < N; p++) {
-            if (!open && !(held && held[k])) lack[p] += s->lap[k] * packed[p];
-            for (int q = 0; q < N && row; q++) matrix[p][q] += s->lap[k] * packed[p] * weight[q];
+            if (!open && !(held && held[k])) lack[p] += lap[k] * packed[p];
+            for (int q = 0; q < N && row; q++) matrix[p][q] += lap[k] * packed[p] * weight[q];
         }
     }
     for (int p = 0; p < N; p++) trace += matrix[p][p];
@@ -123,6 +124,7 @@ static void pdi_diffusion_hold(pd_diffusion *d, int32_t r, uint8_t *held)
     const pd_bonds *bonds = d->bonds;
     const pd_stencil *s = bonds->stencil;
     int32_t i = bonds->node[r];
+    const double *lap = pdi_bond_lap(bonds, i);
     double value = d->field ? d->field[i] : d->desc.diffusivity, x[PD_DIM];
     for (int k = 0; k < s->count; k++) {
         held[k] = 0;
@@ -135,8 +137,8 @@ static void pdi_diffusion_hold(pd_diffusion *d, int32_t r, uint8_t *held)
             d->hold_grad[(int64_t)a * bonds->grid->total + i] += s->grad[k * PD_DIM + a] / t * c;
             d->hold_lean[(int64_t)a * bonds->grid->total + i] += s->grad[k * PD_DIM + a] / t;
         }
-        d->hold[i] += value * s->lap[k] / t;
-        d->drive[i] += value * s->lap[k] / t * c;
+        d->hold[i] += value * lap[k] / t;
+        d->drive[i] += value * lap[k] / t * c;
         d->held_least = fmin(d->held_least, c);
         d->held_most = fmax(d->held_most, c);
     }
@@ -238,7 +240,7 @@ PDI_FN void pdi_diffusion_bond(const pd_diffusion *d, int32_t i, int k, int coun
 {
     const pd_stencil *s = d->bonds->stencil;
     int32_t j = i + d->bonds->shift[k];
-    double a = s->lap[k], weight[PD_DIFFUSION_TENSOR];
+    double a = pdi_bond_lap(d->bonds, i)[k], weight[PD_DIFFUSION_TENSOR];
     for (int b = 0; b < count; b++) bond[b] = d->desc.diffusivity * a;
     if (d->field) pdi_diffusion_series(d, i, j, a, count, bond);
     if (!rows) return;

@@ -26,6 +26,22 @@ static double pdi_dissolve_factor(const pd_dissolve *d, int32_t solid)
 /* What an intact node loses before it turns fluid [mol/m3]. */
 static double pdi_dissolve_span(const pd_dissolve *d) { return d->desc.solid * (1.0 - d->desc.threshold); }
 
+/* Interface area c(n) [1/m] of bond k of node j; a ring moves what a bond crosses at its mean radius. */
+static double pdi_dissolve_area(const pd_dissolve *d, int32_t j, int k)
+{
+    const pd_stencil *s = d->bonds->stencil;
+    double x[PD_DIM];
+    if (!d->grid->circumference) return s->area[k];
+    pd_grid_position(d->grid, j, x);
+    return s->area[k] * fabs(1.0 + 0.5 * s->xi[k * PD_DIM + PD_DIM - 1] / x[PD_DIM - 1]);
+}
+
+/* Volume of node j over that of node i. */
+static double pdi_dissolve_over(const pd_dissolve *d, int32_t j, int32_t i)
+{
+    return pdi_grid_circumference(d->grid, j) / pdi_grid_circumference(d->grid, i);
+}
+
 /* Far end of bond k of node i. Ghosts behind a side of the box stand for their images, so that a front that meets a
  * side is as fast there as elsewhere. */
 static int32_t pdi_dissolve_far(const pd_dissolve *d, int32_t i, int k)
@@ -110,7 +126,7 @@ static double pdi_dissolve_rate(const pd_dissolve *d, int32_t j)
         pdi_dissolve_enter(d, j, k, &entry);
         for (int e = 0; e < entry.count; e++) {
             int32_t i = entry.node[e];
-            sum += s->area[k] / entry.count * pdi_dissolve_share_of_law(d, i, entry.film) *
+            sum += pdi_dissolve_area(d, j, k) / entry.count * pdi_dissolve_share_of_law(d, i, entry.film) *
                    (d->speed[i] + d->slope[i] * d->transport->c[i]);
         }
     }
@@ -210,7 +226,7 @@ pd_status pd_dissolve_prepare(pd_ctx *ctx, pd_dissolve *d)
             pdi_dissolve_enter(d, j, k, &entry);
             for (int e = 0; e < entry.count; e++) {
                 int32_t i = entry.node[e];
-                double weight = span * (s->area[k] / entry.count);
+                double weight = span * (pdi_dissolve_area(d, j, k) / entry.count) * pdi_dissolve_over(d, j, i);
                 if (!(weight > 0.0)) continue;
                 if (!(d->weight[i] > 0.0)) PDI_TRY(pdi_dissolve_law(ctx, d, i));
                 d->weight[i] += weight;
@@ -259,8 +275,11 @@ static pd_status pdi_dissolve_hand_over(pd_ctx *ctx, pd_dissolve *d, int32_t j, 
         for (int k = 0; k < count; k++) sum += pdi_dissolve_share(d, j, k, (pdi_dissolve_heir)heir);
         if (!(sum > 0.0)) continue;
         double *target = heir == PDI_DISSOLVE_FLUID ? d->transport->carry : d->transport->c;
-        for (int k = 0; k < count; k++)
-            target[pdi_dissolve_far(d, j, k)] += rest * (pdi_dissolve_share(d, j, k, (pdi_dissolve_heir)heir) / sum);
+        for (int k = 0; k < count; k++) {
+            int32_t i = pdi_dissolve_far(d, j, k);
+            double share = pdi_dissolve_share(d, j, k, (pdi_dissolve_heir)heir) / sum;
+            if (share > 0.0) target[i] += rest * share * pdi_dissolve_over(d, j, i);
+        }
         return PD_OK;
     }
     return pdi_fail(ctx, PD_ERR_INTERNAL, "dissolve", "node %d dissolved without any neighbour", (int)j);
@@ -341,7 +360,7 @@ double pd_dissolve_stock(pd_ctx *ctx, const pd_dissolve *d)
     pdi_sum sum = {0.0, 0.0};
     (void)ctx;
     for (int32_t j = 0; j < d->grid->total; j++)
-        if (d->grid->kind[j] == PD_SOLID) pdi_sum_add(&sum, d->transport->c[j]);
+        if (d->grid->kind[j] == PD_SOLID) pdi_sum_add(&sum, d->transport->c[j] * pdi_grid_circumference(d->grid, j));
     return pdi_sum_total(&sum) * d->bonds->stencil->volume;
 }
 

@@ -59,7 +59,7 @@ PD_API double pd_dissolve_fastest(pd_ctx *ctx, const pd_dissolve *dissolve);
 /* After the transport step of dt [s]: take the losses from the solid, turn empty nodes fluid (grid kinds and ghosts
  * change; bonds, flow and transport are the caller's to update with dissolve->changed). */
 PD_API pd_status pd_dissolve_finish(pd_ctx *ctx, pd_dissolve *dissolve, double dt);
-/* Amount [mol, per m in 2D] left in solid nodes. */
+/* Amount [mol, per m in planar 2D] left in solid nodes. */
 PD_API double pd_dissolve_stock(pd_ctx *ctx, const pd_dissolve *dissolve);
 PD_API void pd_dissolve_free(pd_ctx *ctx, pd_dissolve *dissolve);
 

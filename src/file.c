@@ -70,13 +70,14 @@ pd_status pd_file_make_directory(pd_ctx *ctx, const char *path)
 
 pd_status pd_file_join(pd_ctx *ctx, const char *directory, const char *name, char *path)
 {
-    size_t length = strlen(directory);
-    const char *slash = length == 0 || directory[length - 1] == '/' ? "" : "/";
+    size_t length = strlen(directory), size = strlen(name) + 1;
     path[0] = 0;
-    if (length + strlen(name) + 2 > PD_PATH_SIZE)
+    if (length + size + 1 > PD_PATH_SIZE)
         return pdi_fail(ctx, PD_ERR_SIZE, "file", "the path '%.60s.../%.60s' is longer than %d characters", directory,
                         name, PD_PATH_SIZE - 1);
-    snprintf(path, PD_PATH_SIZE, "%s%s%s", directory, slash, name);
+    memcpy(path, directory, length);
+    if (length > 0 && directory[length - 1] != '/') path[length++] = '/';
+    memcpy(path + length, name, size);
     return PD_OK;
 }
 

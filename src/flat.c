@@ -1,10 +1,10 @@
 /* flat: see flat.h */
 #include "flat.h"
+#include "vec.h"
 #include <math.h>
 #include <stdio.h>
 #include <string.h>
 
-#define PDI_FLAT_PI 3.14159265358979323846
 #define PDI_FLAT_FRAMES 20.0
 
 /* One line a number: name, default as in the original file, smallest and largest admissible value, 1: that bound
@@ -154,7 +154,7 @@ static void pdi_flat_flow(const pdi_flat *f, pd_setup *setup)
     setup->steady = f->flow_conv_tol;
     setup->side[0].kind = PD_SIDE_INLET;
     setup->side[0].profile = PD_PROFILE_PARABOLA;
-    setup->side[0].mean = f->Q_flow / (PDI_FLAT_PI * f->R_tube * f->R_tube);
+    setup->side[0].mean = f->Q_flow / (PDI_PI * f->R_tube * f->R_tube);
     setup->side[1].kind = PD_SIDE_OUTLET;
     pdi_setup_note(setup, "flow_conv_tol = %g is the tolerance of the residuals, not of the change per step",
                    f->flow_conv_tol);
@@ -252,7 +252,5 @@ PDI_FN pd_status pdi_flat_read(pd_ctx *ctx, pd_text *text, const char *const *ov
     PDI_TRY(pdi_flat_output(ctx, text, &f, setup));
     return pd_text_unused(ctx, text);
 }
-
-#undef PDI_FLAT_PI
 #undef PDI_FLAT_FRAMES
 #undef PDI_FLAT_NUMBERS

@@ -77,9 +77,9 @@ static inline void pdi_flow_bond_lanes(const pd_flow *flow, const pdi_flow_terms
     int64_t total = flow->grid->total, shift = flow->bonds->shift[k];
     const double *mass = t->mass + i, *carried = t->carried + i + shift, *viscous = t->viscous + i;
     const double *frozen = linear ? t->frozen + i : NULL, *p = t->p + i, *grad = t->grad + i;
-    double half[PD_DIM], arm[PD_DIM], a = s->lap[k];
+    double half[PD_DIM], arm[PD_DIM], a = pdi_bond_lap(flow->bonds, i)[k], share = pdi_bond_flux(flow->bonds, i, k);
     for (int d = 0; d < PD_DIM; d++) {
-        half[d] = 0.5 * s->grad[k * PD_DIM + d];
+        half[d] = 0.5 * share * s->grad[k * PD_DIM + d];
         arm[d] = 0.5 * s->xi[k * PD_DIM + d];
     }
     for (int b = 0; b < count; b++) {
@@ -113,6 +113,16 @@ static void pdi_flow_bond(const pd_flow *flow, const pdi_flow_terms *t, int32_t 
     else pdi_flow_bond_lanes(flow, t, i, k, count, 0, NULL, tied, 0, sums);
 }
 
+/* The radial component of a vector turns with the circumference: lap u_r - u_r/r^2 (eq. 3.10). */
+static void pdi_flow_hoop(const pd_flow *flow, const pdi_flow_terms *t, int32_t i, int count, pdi_flow_sums *sums)
+{
+    const pd_grid *grid = flow->grid;
+    const double *hoop = flow->bonds->ring.hoop;
+    int r = PD_DIM - 1;
+    for (int b = 0; b < count && hoop; b++)
+        sums->lap[r][b] -= hoop[i / grid->stride[r]] * t->viscous[(int64_t)r * grid->total + i + b];
+}
+
 /* Nodes with whole families from node i. */
 static void pdi_flow_whole(const pd_flow *flow, const pdi_flow_terms *t, int32_t i, int count, double *ru, double *rc)
 {
@@ -120,6 +130,7 @@ static void pdi_flow_whole(const pd_flow *flow, const pdi_flow_terms *t, int32_t
     pdi_flow_sums sums;
     memset(&sums, 0, sizeof sums);
     for (int k = 0; k < flow->bonds->stencil->count; k++) pdi_flow_bond(flow, t, i, k, count, NULL, 1.0, &sums);
+    pdi_flow_hoop(flow, t, i, count, &sums);
     for (int b = 0; b < count; b++) rc[i + b] = 2.0 * sums.half_div[b] - flow->tau * sums.tie[b];
     for (int d = 0; d < PD_DIM; d++) {
         double force = t->force ? t->force[d] : 0.0;
@@ -152,6 +163,7 @@ static void pdi_flow_cut(const pd_flow *flow, const pdi_flow_terms *t, int32_t r
         if (lanes == PDI_LANES_ALL) pdi_flow_bond(flow, t, i, k, count, NULL, tied, &sums);
         else pdi_flow_bond(flow, t, i, k, count, open, tied, &sums);
     }
+    pdi_flow_hoop(flow, t, i, count, &sums);
     for (int b = 0; b < count; b++) rc[i + b] = 2.0 * sums.half_div[b] - flow->tau * sums.tie[b];
     for (int d = 0; d < PD_DIM; d++) {
         double force = t->force ? t->force[d] : 0.0;
@@ -214,52 +226,24 @@ PDI_FN double pdi_flow_bond_flux(const pd_flow *flow, int32_t i, int k)
 {
     const pd_stencil *s = flow->bonds->stencil;
     int32_t total = flow->grid->total, j = i + flow->bonds->shift[k];
-    double flux = 2.0 * pdi_flow_half_flux(s->grad + k * PD_DIM, flow->carrier, i, j, total);
+    double share = pdi_bond_flux(flow->bonds, i, k);
+    double flux = 2.0 * share * pdi_flow_half_flux(s->grad + k * PD_DIM, flow->carrier, i, j, total);
     if (flow->grid->kind[i] == PD_INLET || flow->grid->kind[j] == PD_INLET) return flux;
     double tie = flow->p[j] - flow->p[i];
     for (int d = 0; d < PD_DIM; d++)
         tie -= 0.5 * s->xi[k * PD_DIM + d] * (flow->grad[(int64_t)d * total + i] + flow->grad[(int64_t)d * total + j]);
-    return flux - flow->tau * s->lap[k] * tie;
+    return flux - flow->tau * pdi_bond_lap(flow->bonds, i)[k] * tie;
 }
 
-/* 1 when index i lies outside of the box along `axis` only. */
-static int pdi_flow_repeats(const pd_grid *grid, int axis, const int *i)
+static double pdi_flow_section_bond(const void *user, int32_t i, int k)
 {
-    for (int d = 0; d < PD_DIM; d++)
-        if (d != axis && (i[d] < 0 || i[d] >= grid->n[d])) return 0;
-    return 1;
+    return pdi_flow_bond_flux((const pd_flow *)user, i, k);
 }
 
-/* Bonds that start before the plane and end behind it; each pair of nodes counts once. */
 double pd_flow_section(pd_ctx *ctx, pd_flow *flow, int axis, int index)
 {
-    const pd_stencil *s = flow->bonds->stencil;
-    const pd_grid *grid = flow->grid;
-    double sum = 0.0;
     pd_flow_prepare(ctx, flow);
-    for (int32_t node = 0; node < grid->total; node++) {
-        int i[PD_DIM];
-        if (!pdi_grid_open(grid->kind[node]) || grid->kind[node] == PD_OUTLET) continue;
-        pdi_grid_index(grid, node, i);
-        if (i[axis] >= index || i[axis] < index - s->reach) continue;
-        /* images count where the flow itself repeats, not beside it */
-        if (grid->kind[node] == PD_IMAGE && !pdi_flow_repeats(grid, axis, i)) continue;
-        for (int k = 0; k < s->count; k++) {
-            if (i[axis] + s->offset[k * PD_DIM + axis] < index) continue;
-            /* bonds that would leave the arrays start behind a side ghost */
-            int inside = 1;
-            for (int d = 0; d < PD_DIM; d++) {
-                int far = i[d] + s->offset[k * PD_DIM + d];
-                inside = inside && far >= -grid->ghost && far < grid->n[d] + grid->ghost;
-            }
-            if (!inside) continue;
-            uint8_t far_kind = grid->kind[node + flow->bonds->shift[k]];
-            if (grid->kind[node] != PD_FLUID && far_kind != PD_FLUID) continue;
-            if (!pdi_grid_open(far_kind) || pdi_bond_closed_group(flow->bonds, node, k) >= 0) continue;
-            sum += pdi_flow_bond_flux(flow, node, k) * s->volume;
-        }
-    }
-    return sum;
+    return pdi_bond_section(flow->bonds, axis, index, pdi_flow_section_bond, flow) * flow->bonds->stencil->volume;
 }
 
 double pd_flow_section_nodes(pd_ctx *ctx, const pd_flow *flow, int axis, int index)
@@ -271,7 +255,8 @@ double pd_flow_section_nodes(pd_ctx *ctx, const pd_flow *flow, int axis, int ind
         int i[PD_DIM];
         if (grid->kind[node] != PD_FLUID) continue;
         pdi_grid_index(grid, node, i);
-        if (i[axis] == index) sum += flow->u[(int64_t)axis * grid->total + node] * face;
+        if (i[axis] != index) continue;
+        sum += flow->u[(int64_t)axis * grid->total + node] * face * pdi_grid_circumference(grid, node);
     }
     return sum;
 }

@@ -62,8 +62,8 @@ PD_API pd_status pd_flow_update(pd_ctx *ctx, const int32_t *changed, int32_t cou
 PD_API void pd_flow_prepare(pd_ctx *ctx, pd_flow *flow);
 /* Residuals of the present state: ru [PD_DIM][total] [m/s2], rc [total] [1/s], zero outside of fluid nodes. */
 PD_API void pd_flow_residual(pd_ctx *ctx, pd_flow *flow, double *ru, double *rc);
-/* Volume flux [m^d/s, per unit depth in 2D] of all bonds that cross the plane between cells `index - 1` and `index` of
- * `axis` (index 1 .. n-1): the quantity that the scheme conserves. */
+/* Volume flux [m^d/s; planar 2D: per unit depth, axisymmetric: m3/s] of all bonds that cross the plane between cells
+ * `index - 1` and `index` of `axis` (index 1 .. n-1): the quantity that the scheme conserves. */
 PD_API double pd_flow_section(pd_ctx *ctx, pd_flow *flow, int axis, int index);
 /* The same from node velocities of the layer `index` of `axis`: sum u_axis times the face of a cell. */
 PD_API double pd_flow_section_nodes(pd_ctx *ctx, const pd_flow *flow, int axis, int index);

@@ -17,6 +17,12 @@ static int pdi_force_inside(const pd_grid *grid, const double *lo, const double 
     return 1;
 }
 
+/* Around an axis radial forces cancel. */
+static void pdi_force_cancel(const pd_grid *grid, double *force)
+{
+    if (grid->circumference) force[PD_DIM - 1] = 0.0;
+}
+
 /* What row r presses on its closed faces between lo and hi, over rho: V sum_closed 2 g P at the surface, P continued
  * with its gradient (eq. 4.27). */
 static void pdi_force_press(const pd_flow *flow, int32_t r, const double *lo, const double *hi, double *press)
@@ -33,7 +39,8 @@ static void pdi_force_press(const pd_flow *flow, int32_t r, const double *lo, co
         if (!pdi_force_inside(flow->grid, lo, hi, at)) continue;
         for (int d = 0; d < PD_DIM; d++)
             p += t * s->xi[k * PD_DIM + d] * flow->grad[(int64_t)d * flow->grid->total + node];
-        for (int d = 0; d < PD_DIM; d++) press[d] += 2.0 * s->volume * s->grad[k * PD_DIM + d] * p;
+        double volume = s->volume * pdi_grid_around(flow->grid, node, 0.5 * s->xi[k * PD_DIM + PD_DIM - 1]);
+        for (int d = 0; d < PD_DIM; d++) press[d] += 2.0 * volume * s->grad[k * PD_DIM + d] * p;
     }
 }
 
@@ -46,8 +53,9 @@ static void pdi_force_rub(const pd_flow *flow, int32_t r, double *rub)
     for (int d = 0; d < PD_DIM; d++) {
         int64_t at = (int64_t)d * total + node;
         double drive = flow->drive ? flow->drive[at] : 0.0;
-        rub[d] = bonds->stencil->volume * (flow->nu * (bonds->wall_lap[r] * flow->u[at] - drive) -
-                                           bonds->wall_curv[r] * (flow->grad[at] - flow->force[d]));
+        rub[d] = bonds->stencil->volume * pdi_grid_circumference(flow->grid, node) *
+                 (flow->nu * (bonds->wall_lap[r] * flow->u[at] - drive) -
+                  bonds->wall_curv[r] * (flow->grad[at] - flow->force[d]));
     }
 }
 
@@ -75,6 +83,9 @@ void pd_force_surface(pd_ctx *ctx, pd_flow *flow, const double *lo, const double
         if (friction) friction[d] = f;
         if (pressure) pressure[d] = p;
     }
+    pdi_force_cancel(flow->grid, force);
+    if (friction) pdi_force_cancel(flow->grid, friction);
+    if (pressure) pdi_force_cancel(flow->grid, pressure);
 }
 
 /* Field f on the face between node - stride and node, and its derivative across it times the spacing: cubics. */
@@ -101,6 +112,12 @@ static void pdi_force_pass(const pd_flow *flow, int32_t node, int axis, double *
     pass[axis] += pdi_force_mid(flow->p, node, stride);
 }
 
+/* 1 when the low side of axis d is the axis of rings, which nothing passes. */
+static int pdi_force_axis(const pd_grid *grid, int d)
+{
+    return grid->circumference && d == PD_DIM - 1 && grid->side[2 * d] == PD_SIDE_MIRROR;
+}
+
 /* First and last cells of the box. */
 static pd_status pdi_force_cells(pd_ctx *ctx, const pd_grid *grid, const double *lo, const double *hi, int *first,
                                  int *last)
@@ -108,7 +125,9 @@ static pd_status pdi_force_cells(pd_ctx *ctx, const pd_grid *grid, const double 
     for (int d = 0; d < PD_DIM; d++) {
         double low = floor((lo[d] - grid->lo[d]) / grid->h[d] + 0.5);
         double high = floor((hi[d] - grid->lo[d]) / grid->h[d] + 0.5);
-        if (!(low >= 2.0) || !(high <= grid->n[d] - 2.0) || !(high > low))
+        int axis = pdi_force_axis(grid, d);
+        if (axis) low = 0.0;
+        if ((!axis && !(low >= 2.0)) || !(high <= grid->n[d] - 2.0) || !(high > low))
             return pdi_fail(ctx, PD_ERR_GEOMETRY, "force",
                             "cells %g .. %g of axis %d: a box of fluid two cells inside of %d is expected", low, high,
                             d, grid->n[d]);
@@ -123,9 +142,9 @@ static pd_status pdi_force_sides(pd_ctx *ctx, const pd_flow *flow, const int *fi
                                  pdi_sum *sum)
 {
     const pd_grid *grid = flow->grid;
-    double area = flow->bonds->stencil->volume / grid->h[axis];
+    double face = flow->bonds->stencil->volume / grid->h[axis];
     int32_t stride = grid->stride[axis];
-    for (int side = 0; side < 2; side++) {
+    for (int side = pdi_force_axis(grid, axis) ? 1 : 0; side < 2; side++) {
         int i[PD_DIM], more = 1;
         memcpy(i, first, sizeof i);
         i[axis] = side ? last[axis] + 1 : first[axis];
@@ -136,6 +155,7 @@ static pd_status pdi_force_sides(pd_ctx *ctx, const pd_flow *flow, const int *fi
                 if (grid->kind[node + k * stride] != PD_FLUID)
                     return pdi_fail(ctx, PD_ERR_GEOMETRY, "force",
                                     "a side of the box, axis %d, comes within two cells of a closed node", axis);
+            double area = face * pdi_grid_around(grid, node, axis == PD_DIM - 1 ? -0.5 * grid->h[axis] : 0.0);
             pdi_force_pass(flow, node, axis, pass);
             for (int d = 0; d < PD_DIM; d++) pdi_sum_add(&sum[d], (side ? -1.0 : 1.0) * flow->rho * area * pass[d]);
             more = 0;
@@ -166,9 +186,10 @@ pd_status pd_force_balance(pd_ctx *ctx, pd_flow *flow, const double *lo, const d
         int i[PD_DIM], inside = grid->kind[node] == PD_FLUID;
         pdi_grid_index(grid, node, i);
         for (int d = 0; d < PD_DIM; d++) inside = inside && i[d] >= first[d] && i[d] <= last[d];
-        fluid += inside;
+        if (inside) fluid += pdi_grid_circumference(grid, node);
     }
     for (int d = 0; d < PD_DIM; d++)
         force[d] = pdi_sum_total(&sum[d]) + flow->rho * flow->force[d] * fluid * flow->bonds->stencil->volume;
+    pdi_force_cancel(grid, force);
     return PD_OK;
 }

@@ -11,9 +11,10 @@
 #define pd_force_surface PD_NAME(pd_force_surface)
 #define pd_force_balance PD_NAME(pd_force_balance)
 
-/* force [PD_DIM] [N; 1D: N/m2, 2D: N/m] that the present state of the flow exerts on walls and solids between lo and
- * hi [m]: friction of the fluid nodes there, and pressure on the points there at which bonds meet the surface. friction
- * and pressure are its parts (NULL: not wanted). Friction takes the steady balance of momentum on the surface. */
+/* force [PD_DIM] [N; 1D: N/m2, 2D: N/m, axisymmetric: N along z, 0 across] that the present state of the flow exerts on
+ * walls and solids between lo and hi [m]: friction of the fluid nodes there, and pressure on the points there at which
+ * bonds meet the surface. friction and pressure are its parts (NULL: not wanted). Friction takes the steady balance of
+ * momentum on the surface. */
 PD_API void pd_force_surface(pd_ctx *ctx, pd_flow *flow, const double *lo, const double *hi, double *force,
                              double *friction, double *pressure);
 /* The same for everything inside of the box of cells next to lo .. hi [m], from what passes its sides in a steady flow;

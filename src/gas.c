@@ -618,6 +618,8 @@ pd_status pd_gas_build(pd_ctx *ctx, const pd_grid *grid, const pd_bonds *bonds, 
         return pdi_fail(ctx, PD_ERR_ARGUMENT, "gas",
                         "gamma = %g must be above 1, cfl = %g not negative, both finite, order %d one of pd_gas_order",
                         desc->gamma, desc->cfl, (int)desc->order);
+    if (grid->circumference)
+        return pdi_fail(ctx, PD_ERR_ARGUMENT, "gas", "found an axisymmetric grid, expected a planar one");
     gas->grid = grid;
     gas->bonds = bonds;
     gas->rows = bonds->rows;

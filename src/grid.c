@@ -1,5 +1,6 @@
 /* grid: see grid.h */
 #include "grid.h"
+#include "vec.h"
 #include <math.h>
 #include <string.h>
 
@@ -37,6 +38,14 @@ int64_t pd_grid_count(const pd_grid *grid, pd_kind kind)
     int64_t count = 0;
     for (int32_t node = 0; node < grid->total; node++) count += grid->kind[node] == (uint8_t)kind;
     return count;
+}
+
+PDI_FN double pdi_grid_around(const pd_grid *grid, int32_t node, double out)
+{
+    double x[PD_DIM];
+    if (!grid->circumference) return 1.0;
+    pd_grid_position(grid, node, x);
+    return 2.0 * PDI_PI * fabs(x[PD_DIM - 1] + out);
 }
 
 /* The side of the box behind which index i lies; -1: inside; -2: behind an edge or corner. */
@@ -251,10 +260,36 @@ static pd_status pdi_grid_size(pd_ctx *ctx, const pd_stencil *stencil, const pd_
     return PD_OK;
 }
 
+/* The circumferences of the rows; what would not conserve is refused. */
+static pd_status pdi_grid_rings(pd_ctx *ctx, const pd_stencil *stencil, pd_grid *grid)
+{
+    int r = PD_DIM - 1, at_axis = fabs(grid->lo[r]) <= 1e-9 * grid->h[r];
+    if (PD_DIM != 2)
+        return pdi_fail(ctx, PD_ERR_ARGUMENT, "grid", "axisymmetric in %dD, expected PD_DIM = 2 with axes z and r",
+                        PD_DIM);
+    if (!at_axis && !(grid->lo[r] >= stencil->reach * grid->h[r]))
+        return pdi_fail(ctx, PD_ERR_GEOMETRY, "grid",
+                        "an axisymmetric box begins at r = %g m, expected 0 or at least one horizon, %g m", grid->lo[r],
+                        stencil->reach * grid->h[r]);
+    if (at_axis && grid->side[2 * r] != PD_SIDE_MIRROR)
+        return pdi_fail(ctx, PD_ERR_ARGUMENT, "grid", "the side at the axis r = 0 has type %d, expected mirror",
+                        (int)grid->side[2 * r]);
+    if ((!at_axis && grid->side[2 * r] >= PD_SIDE_PERIODIC) || grid->side[2 * r + 1] >= PD_SIDE_PERIODIC)
+        return pdi_fail(ctx, PD_ERR_ARGUMENT, "grid",
+                        "an axisymmetric box is periodic or mirrored across r > 0, expected wall, inlet or outlet");
+    PDI_TRY(PDI_NEW(ctx, "grid", grid->np[r], grid->circumference));
+    for (int row = 0; row < grid->np[r]; row++) {
+        double cell = row - grid->ghost + 0.5;
+        grid->circumference[row] = 2.0 * PDI_PI * fabs((at_axis ? 0.0 : grid->lo[r]) + cell * grid->h[r]);
+    }
+    return PD_OK;
+}
+
 pd_status pd_grid_build(pd_ctx *ctx, const pd_stencil *stencil, const pd_grid_desc *desc, pd_grid *grid)
 {
     memset(grid, 0, sizeof *grid);
     PDI_TRY(pdi_grid_size(ctx, stencil, desc, grid));
+    if (desc->axisymmetric) PDI_TRY(pdi_grid_rings(ctx, stencil, grid));
     grid->shapes = desc->shapes;
     grid->solid = desc->shapes ? desc->solid : -1;
     grid->wall = desc->shapes ? desc->wall : -1;
@@ -326,5 +361,6 @@ PDI_FN void pdi_grid_dissolve(pd_grid *grid, int32_t node)
 void pd_grid_free(pd_ctx *ctx, pd_grid *grid)
 {
     PDI_DELETE(ctx, grid->total, grid->kind);
+    PDI_DELETE(ctx, grid->np[PD_DIM - 1], grid->circumference);
     memset(grid, 0, sizeof *grid);
 }

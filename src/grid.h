@@ -40,6 +40,8 @@ typedef struct pd_grid_desc {
     pd_entry_fn entry;             /* tells inlet and outlet apart, place by place, on sides that are one of them; NULL:
                                     * as `side` says */
     void *entry_user;
+    int axisymmetric;              /* 2D: axis 0 is z, axis 1 is r >= 0, and nodes are rings. A box that begins at r = 0
+                                    * has a mirror there; else it begins at least one horizon away from the axis */
 } pd_grid_desc;
 
 typedef struct pd_grid {
@@ -54,6 +56,7 @@ typedef struct pd_grid {
     int solid, wall;
     pd_entry_fn entry;
     void *entry_user;
+    double *circumference; /* [np of the last axis] [m] 2 pi |r| of axisymmetric rows of nodes; NULL: planar */
     uint8_t *kind;        /* [total] pd_kind */
     int64_t fluid_count, solid_count;
 } pd_grid;
@@ -65,8 +68,9 @@ typedef struct pd_grid {
 #define pd_grid_count PD_NAME(pd_grid_count)
 
 /* solid == -1 etc. as in the desc. PD_ERR_GEOMETRY: the box is not a whole number of cells, a shape lies outside the
- * box (behind periodic and mirror sides it is cut off), no fluid node is left. PD_ERR_ARGUMENT: an axis is periodic on
- * one side only. */
+ * box (behind periodic and mirror sides it is cut off), no fluid node is left, an axisymmetric box does not begin at
+ * the axis or a horizon away. PD_ERR_ARGUMENT: an axis is periodic on one side only; axisymmetric not in 2D, or with
+ * sides across r other than the axis, walls, inlets and outlets. */
 PD_API pd_status pd_grid_build(pd_ctx *ctx, const pd_stencil *stencil, const pd_grid_desc *desc, pd_grid *grid);
 PD_API void pd_grid_free(pd_ctx *ctx, pd_grid *grid);
 /* Position [m] of node id (ghosts included). */
@@ -84,6 +88,13 @@ PDI_FN int pdi_grid_inside(const pd_grid *grid, const int *i);
 /* Node of the box that a ghost stands for: its place one period on behind periodic sides, its mirror image behind all
  * others; identity inside the box. *flip (or NULL): bit d set when it is mirrored along axis d. */
 PDI_FN int32_t pdi_grid_image(const pd_grid *grid, int32_t node, int *flip);
+/* Factor of the cell volume in sums over volume: the circumference of an axisymmetric node [m], else 1. */
+static inline double pdi_grid_circumference(const pd_grid *grid, int32_t node)
+{
+    return grid->circumference ? grid->circumference[node / grid->stride[PD_DIM - 1]] : 1.0;
+}
+/* The same at the distance `out` [m] outwards from the node. */
+PDI_FN double pdi_grid_around(const pd_grid *grid, int32_t node, double out);
 /* Bring index i[] back through periodic and mirror sides only; the bits of flip as above. */
 PDI_FN int pdi_grid_fold(const pd_grid *grid, int *i);
 /* The same for a position [m]; behind inlets and outlets the geometry is the mirror image too, so those fold likewise.

@@ -1,9 +1,8 @@
 /* inlet: see inlet.h */
 #include "inlet.h"
+#include "vec.h"
 #include <math.h>
 #include <string.h>
-
-#define PDI_INLET_PI 3.14159265358979323846
 
 /* Open nodes of the layer inside a side. */
 typedef struct pdi_inlet_layer {
@@ -33,7 +32,7 @@ static void pdi_inlet_expression(const pd_setup_side *side, const double *x, dou
 static void pdi_inlet_scan(const pd_setup *setup, const pd_grid *grid, int side, pdi_inlet_layer *layer)
 {
     int i[PD_DIM], axis = side / 2, along = PD_DIM > 1 ? 1 - axis : 0;
-    double sum = 0.0;
+    double sum = 0.0, weight = 0.0;
     memset(i, 0, sizeof i);
     memset(layer, 0, sizeof *layer);
     i[axis] = side % 2 ? grid->n[axis] - 1 : 0;
@@ -50,9 +49,10 @@ static void pdi_inlet_scan(const pd_setup *setup, const pd_grid *grid, int side,
         pd_grid_position(grid, node, x);
         x[axis] = side % 2 ? grid->hi[axis] : grid->lo[axis];
         pdi_inlet_expression(&setup->side[side], x, u);
-        sum += pdi_inlet_sign(side) * u[axis];
+        sum += pdi_inlet_sign(side) * u[axis] * pdi_grid_circumference(grid, node);
+        weight += pdi_grid_circumference(grid, node);
     } while (pdi_inlet_next(grid, axis, i));
-    if (layer->open) layer->velocity = sum / (double)layer->open;
+    if (weight > 0.0) layer->velocity = sum / weight;
 }
 
 /* Where the wall begins between the open node at s and the closed one `step` further, along axis `along`. */
@@ -113,6 +113,28 @@ static pd_status pdi_inlet_refuse(pd_ctx *ctx, int side, const char *why)
     return pdi_fail(ctx, PD_ERR_GEOMETRY, "inlet", "side %s: %s", pdi_setup_side_name(side), why);
 }
 
+/* The same around an axis: across it a tube or the room between two, along it a cylinder. */
+static void pdi_inlet_rings(const pd_grid *grid, int side, double lo, double hi, int several, pd_inlet *inlet,
+                            double *area)
+{
+    int i[PD_DIM], axis = side / 2, r = PD_DIM - 1;
+    if (axis == r) {
+        *area *= 2.0 * PDI_PI * (side % 2 ? grid->hi[r] : grid->lo[r]);
+        return;
+    }
+    inlet->centre[side][r] = 0.0;
+    inlet->inner[side] = lo;
+    inlet->width[side] = lo > 0.0 ? hi - lo : 2.0 * hi;
+    *area = PDI_PI * (hi - lo) * (hi + lo);
+    memset(i, 0, sizeof i);
+    i[axis] = side % 2 ? grid->n[axis] - 1 : 0;
+    if (several) *area = 0.0;
+    if (several) do {
+            int32_t node = pd_grid_node(grid, i);
+            if (grid->kind[node] == PD_FLUID) *area += pdi_grid_circumference(grid, node) * grid->h[r];
+        } while (pdi_inlet_next(grid, axis, i));
+}
+
 /* Width and centre of the open part, and its area. */
 static pd_status pdi_inlet_measure(pd_ctx *ctx, const pd_grid *grid, int side, const pdi_inlet_layer *layer,
                                    pd_inlet *inlet, double *area)
@@ -134,19 +156,21 @@ static pd_status pdi_inlet_measure(pd_ctx *ctx, const pd_grid *grid, int side, c
         double lo = pdi_inlet_edge(grid, side, layer->lo, -1), hi = pdi_inlet_edge(grid, side, layer->hi, 1);
         inlet->width[side] = hi - lo;
         inlet->centre[side][along] = 0.5 * (lo + hi);
-        if (layer->open == layer->hi - layer->lo + 1) *area = hi - lo;
+        int several = layer->open != layer->hi - layer->lo + 1;
+        if (!several) *area = hi - lo;
         else if (parabola)
             return pdi_inlet_refuse(ctx, side,
                                     "found several openings, expected one for a parabola; give an expression");
+        if (grid->circumference) pdi_inlet_rings(grid, side, lo, hi, several, inlet, area);
         return PD_OK;
     }
     if (grid->wall >= 0) radius = pdi_inlet_tube(grid, grid->wall, axis, inlet->centre[side]);
     if (radius > 0.0 && pdi_inlet_round(grid, side, inlet->centre[side], radius)) {
         inlet->width[side] = 2.0 * radius;
-        *area = PDI_INLET_PI * radius * radius;
+        *area = PDI_PI * radius * radius;
         return PD_OK;
     }
-    inlet->width[side] = sqrt(4.0 * *area / PDI_INLET_PI);
+    inlet->width[side] = sqrt(4.0 * *area / PDI_PI);
     if (!parabola) return PD_OK;
     return pdi_inlet_refuse(ctx, side,
                             "the opening is not the section of a tube (a wall: cylinder along the inflow with "
@@ -163,16 +187,26 @@ pd_status pd_inlet_build(pd_ctx *ctx, const pd_setup *setup, const pd_grid *grid
         pdi_inlet_layer layer;
         double area;
         if (s->kind != PD_SIDE_INLET || s->profile == PD_PROFILE_REST) continue;
+        inlet->latest = side;
         pdi_inlet_scan(setup, grid, side, &layer);
         PDI_TRY(pdi_inlet_measure(ctx, grid, side, &layer, inlet, &area));
-        if (PD_DIM == 2 && s->flow_rate > 0.0)
-            area = 0.25 * PDI_INLET_PI * inlet->width[side] * inlet->width[side];
+        if (PD_DIM == 2 && !grid->circumference && s->flow_rate > 0.0)
+            area = 0.25 * PDI_PI * inlet->width[side] * inlet->width[side];
         inlet->mean[side] = s->flow_rate > 0.0 ? s->flow_rate / area : s->mean;
         if (s->profile == PD_PROFILE_EXPRESSION) inlet->mean[side] = layer.velocity;
         if (inlet->first < 0) inlet->first = side;
         inlet->inlets++;
     }
     return PD_OK;
+}
+
+/* Fully developed flow in a tube or between two (k > 0) at s = r/R, over its mean (White, Viscous Fluid
+ * Flow, 3-3.3). */
+static double pdi_inlet_round_profile(double k, double s)
+{
+    if (!(k > 0.0)) return 2.0 * (1.0 - s * s);
+    double a = (1.0 - k * k) / log(1.0 / k);
+    return 2.0 * (1.0 - s * s + a * log(s)) / (1.0 + k * k - a);
 }
 
 void pd_inlet_velocity(void *user, const double *x, double *u)
@@ -191,6 +225,12 @@ void pd_inlet_velocity(void *user, const double *x, double *u)
         }
         u[axis] = pdi_inlet_sign(side) * inlet->mean[side];
         if (s->profile != PD_PROFILE_PARABOLA) return;
+        if (setup->axisymmetric && axis != PD_DIM - 1) {
+            double inner = inlet->inner[side], width = inlet->width[side];
+            double outer = inner > 0.0 ? inner + width : 0.5 * width;
+            u[axis] *= pdi_inlet_round_profile(inner / outer, x[PD_DIM - 1] / outer);
+            return;
+        }
         for (int d = 0; d < PD_DIM; d++) {
             double across = d == axis ? 0.0 : 2.0 * (x[d] - inlet->centre[side][d]) / inlet->width[side];
             square += across * across;
@@ -218,6 +258,3 @@ double pd_inlet_entering(void *user, const double *x)
     }
     return u->inlet;
 }
-
-
-#undef PDI_INLET_PI

@@ -18,15 +18,19 @@ static pd_status pdi_model_lattice(pd_ctx *ctx, pd_model *m)
     }
     for (int s = 0; s < 2 * PD_DIM; s++) grid.side[s] = u->side[s].kind;
     grid.shapes = u->shapes ? u->shape : NULL;
+    grid.axisymmetric = u->axisymmetric;
     grid.solid = u->solid;
     grid.wall = u->wall;
     for (int s = 0; s < 2 * PD_DIM; s++)
         if (u->side[s].open) grid.entry = pd_inlet_enters;
     grid.entry_user = (void *)u; /* only read */
     PDI_TRY(pd_stencil_build(ctx, &stencil, &m->stencil));
+    if (u->shape_line) m->line = u->shape_line; /* what the lattice refuses are shapes */
     PDI_TRY(pd_grid_build(ctx, &m->stencil, &grid, &m->grid));
     PDI_TRY(pd_bonds_build(ctx, &m->stencil, &m->grid, 0, &m->bonds));
-    return pd_inlet_build(ctx, u, &m->grid, &m->inlet);
+    pd_status status = pd_inlet_build(ctx, u, &m->grid, &m->inlet);
+    m->line = u->side[m->inlet.latest].line;
+    return status;
 }
 
 /* The flow at the start, and what moves it on. */
@@ -109,6 +113,19 @@ static pd_status pdi_model_initial(pd_ctx *ctx, pd_model *m)
     return PD_OK;
 }
 
+/* Signed distance [m] from the surface of the medium, and the diffusivity [m2/s] on both sides of it. */
+static double pdi_model_interface(void *user, const double *x)
+{
+    const pd_setup *u = (const pd_setup *)user;
+    return pd_shape_distance(u->shape, u->medium, x);
+}
+
+static double pdi_model_diffusivity(void *user, const double *x)
+{
+    const pd_setup *u = (const pd_setup *)user;
+    return pdi_model_interface(user, x) < 0.0 ? u->medium_diffusivity : u->diffusivity;
+}
+
 static pd_status pdi_model_transport(pd_ctx *ctx, pd_model *m)
 {
     const pd_setup *u = m->setup;
@@ -117,6 +134,8 @@ static pd_status pdi_model_transport(pd_ctx *ctx, pd_model *m)
     desc.diffusivity = u->diffusivity;
     desc.inlet = u->inlet;
     desc.advection = u->advection;
+    if (u->medium >= 0) desc.field = pdi_model_diffusivity;
+    if (u->medium >= 0) desc.level = pdi_model_interface;
     if (pd_wall_holds(u)) desc.held = pd_wall_held;
     if (u->motion == PD_MOTION_GIVEN) desc.entering = pd_inlet_entering;
     desc.user = (void *)u; /* only read */
@@ -184,6 +203,7 @@ static pd_status pdi_model_parts(pd_ctx *ctx, pd_model *m)
     for (int k = 0; k < PD_PART_COUNT; k++) {
         size_t before = ctx->in_use;
         if (!wanted[k]) continue;
+        m->line = u->line[part[k]];
         PDI_TRY(build[k](ctx, m));
         m->bytes[part[k]] = ctx->in_use - before;
     }
@@ -210,7 +230,9 @@ pd_status pd_model_build(pd_ctx *ctx, const pd_setup *setup, pd_model *m)
         if (setup->motion == PD_MOTION_IMPLICIT) m->couple.implicit = &m->implicit;
         if (setup->motion == PD_MOTION_EXPLICIT) m->couple.unsteady = &m->unsteady;
     }
+    int line = m->line;
     if (status < 0) pd_model_free(ctx, m);
+    m->line = line;
     return status;
 }
 

@@ -5,19 +5,10 @@
 #include "inlet.h"
 #include "wall.h"
 
-/* Parts that own memory, in the order of the summary. */
-typedef enum pd_part {
-    PD_PART_GRID = 0, /* stencil, lattice, bonds */
-    PD_PART_FLOW,     /* fields and steady solver */
-    PD_PART_TRANSPORT,
-    PD_PART_DISSOLVE,
-    PD_PART_GRAIN,
-    PD_PART_COUNT
-} pd_part;
-
 /* Objects point at each other: a built model must not be moved. Absent physics stays zero. */
 typedef struct pd_model {
     const pd_setup *setup;
+    int line;                 /* of the scene: what was being built when the build failed; 0: unknown */
     pd_stencil stencil;
     pd_grid grid;
     pd_bonds bonds;

@@ -66,7 +66,8 @@ static void pdi_observe_layers(const pd_model *m, pd_observables *o)
         int i[PD_DIM];
         if (grid->kind[node] != PD_FLUID) continue;
         pdi_grid_index(grid, node, i);
-        o->layer[i[o->flux_axis]] += face * m->flow.u[(int64_t)o->flux_axis * grid->total + node];
+        double area = face * pdi_grid_circumference(grid, node);
+        o->layer[i[o->flux_axis]] += area * m->flow.u[(int64_t)o->flux_axis * grid->total + node];
     }
 }
 

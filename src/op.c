@@ -4,6 +4,7 @@
  * vectors: nodes with whole families share the weights (opposite bonds go together), rows blank out their closed bonds.
  */
 #include "op.h"
+#include "line.h"
 #include "par.h"
 #include "vec.h"
 #include <string.h>
@@ -28,13 +29,19 @@ static void pdi_op_split(const pdi_op_sweep *w, pdi_op_lanes_fn lanes, int32_t f
     }
 }
 
+/* Takes runs of any length. */
+static void pdi_op_laplacian_whole(const pdi_op_sweep *w, int32_t i, int count);
+
 static void pdi_op_apply(const pd_ctx *ctx, const pdi_op_sweep *w, pdi_op_lanes_fn whole, pdi_op_lanes_fn cut)
 {
     const pd_bonds *bonds = w->bonds;
     int nt = pdi_par_threads(ctx, bonds->grid->fluid_count * bonds->stencil->count * 4);
     (void)nt;
     PDI_PARALLEL_FOR(nt)
-    for (int32_t r = 0; r < bonds->runs; r++) pdi_op_split(w, whole, bonds->run_first[r], bonds->run_length[r]);
+    for (int32_t r = 0; r < bonds->runs; r++) {
+        if (whole == pdi_op_laplacian_whole) whole(w, bonds->run_first[r], bonds->run_length[r]);
+        else pdi_op_split(w, whole, bonds->run_first[r], bonds->run_length[r]);
+    }
     PDI_PARALLEL_FOR(nt)
     for (int32_t r = 0; r < bonds->batches; r++) pdi_op_split(w, cut, bonds->batch_first[r], bonds->batch_length[r]);
     for (int32_t r = bonds->plain; r < bonds->rows; r++) cut(w, r, 1);
@@ -51,30 +58,28 @@ static void pdi_op_sweep_init(const pd_bonds *bonds, const double *f, const doub
 
 /* ---- gradient: G f_i = sum g (f_j - f_i); the sum of g over a whole family is zero (eq. 2.4) ---- */
 
-static void pdi_op_gradient_whole(const pdi_op_sweep *w, int32_t i, int count)
+static void pdi_op_slope_whole(const pd_bonds *bonds, const double *f, int32_t i, int count,
+                               double slope[PD_DIM][PDI_LANES])
 {
-    const pd_stencil *s = w->bonds->stencil;
-    double sum[PD_DIM][PDI_LANES];
-    memset(sum, 0, sizeof sum);
+    const pd_stencil *s = bonds->stencil;
+    memset(slope, 0, PD_DIM * sizeof *slope);
     for (int k = 0; k < s->count / 2; k++) {
-        const double *far = w->f + i + w->bonds->shift[k], *back = w->f + i - w->bonds->shift[k];
-        const double *g = s->grad + k * PD_DIM;
+        const double *far = f + i + bonds->shift[k], *back = f + i - bonds->shift[k], *g = s->grad + k * PD_DIM;
         for (int d = 0; d < PD_DIM; d++)
-            for (int b = 0; b < count; b++) sum[d][b] += g[d] * (far[b] - back[b]);
+            for (int b = 0; b < count; b++) slope[d][b] += g[d] * (far[b] - back[b]);
     }
-    for (int d = 0; d < PD_DIM; d++) memcpy(w->out + (int64_t)d * w->total + i, sum[d], (size_t)count * sizeof(double));
 }
 
 /* K^-1 sum w xi (f_j - f_i) with the moments K of the open bonds (eq. 3.5). */
-static void pdi_op_gradient_cut(const pdi_op_sweep *w, int32_t r, int count)
+static void pdi_op_slope_cut(const pd_bonds *bonds, const double *field, int32_t r, int count,
+                             double slope[PD_DIM][PDI_LANES])
 {
-    const pd_bonds *bonds = w->bonds;
     const pd_stencil *s = bonds->stencil;
     int32_t i = bonds->node[r];
     double sum[PD_DIM][PDI_LANES], open[PDI_LANES];
     memset(sum, 0, sizeof sum);
     for (int k = 0; k < s->count; k++) {
-        const double *far = w->f + i + bonds->shift[k], *f = w->f + i, *xi = s->xi + k * PD_DIM;
+        const double *far = field + i + bonds->shift[k], *f = field + i, *xi = s->xi + k * PD_DIM;
         double base = s->base[k];
         pdi_lanes lanes = pdi_bond_open_lanes(bonds, r, k, count, open);
         if (lanes == PDI_LANES_NONE) continue;
@@ -89,9 +94,29 @@ static void pdi_op_gradient_cut(const pdi_op_sweep *w, int32_t r, int count)
         for (int d = 0; d < PD_DIM; d++) {
             double value = 0.0;
             for (int e = 0; e < PD_DIM; e++) value += inverse[d * PD_DIM + e] * sum[e][b];
-            w->out[(int64_t)d * w->total + i + b] = value;
+            slope[d][b] = value;
         }
     }
+}
+
+static void pdi_op_gradient_put(const pdi_op_sweep *w, int32_t i, int count, double slope[PD_DIM][PDI_LANES])
+{
+    for (int d = 0; d < PD_DIM; d++)
+        memcpy(w->out + (int64_t)d * w->total + i, slope[d], (size_t)count * sizeof(double));
+}
+
+static void pdi_op_gradient_whole(const pdi_op_sweep *w, int32_t i, int count)
+{
+    double slope[PD_DIM][PDI_LANES];
+    pdi_op_slope_whole(w->bonds, w->f, i, count, slope);
+    pdi_op_gradient_put(w, i, count, slope);
+}
+
+static void pdi_op_gradient_cut(const pdi_op_sweep *w, int32_t r, int count)
+{
+    double slope[PD_DIM][PDI_LANES];
+    pdi_op_slope_cut(w->bonds, w->f, r, count, slope);
+    pdi_op_gradient_put(w, w->bonds->node[r], count, slope);
 }
 
 void pd_op_gradient(const pd_ctx *ctx, const pd_bonds *bonds, const double *f, double *grad)
@@ -103,32 +128,44 @@ void pd_op_gradient(const pd_ctx *ctx, const pd_bonds *bonds, const double *f, d
 
 PDI_FN double pdi_op_sample(const pd_bonds *bonds, const double *f, int32_t node, const double *x)
 {
-    const pd_stencil *s = bonds->stencil;
-    int32_t r = bonds->row[node];
-    double sum[PD_DIM], at[PD_DIM], value = f[node];
-    for (int d = 0; d < PD_DIM; d++) sum[d] = 0.0;
-    for (int k = 0; k < s->count; k++) {
-        int32_t j = node + bonds->shift[k];
-        if (r >= 0 && (!pdi_bond_open(bonds, r, k) || bonds->grid->kind[j] == PD_INLET)) continue;
-        for (int d = 0; d < PD_DIM; d++)
-            sum[d] += (r < 0 ? s->grad[k * PD_DIM + d] : s->base[k] * s->xi[k * PD_DIM + d]) * (f[j] - f[node]);
-    }
+    double slope[PD_DIM][PDI_LANES], at[PD_DIM], value = f[node];
+    if (bonds->row[node] < 0) pdi_op_slope_whole(bonds, f, node, 1, slope);
+    else pdi_op_slope_cut(bonds, f, bonds->row[node], 1, slope);
     pd_grid_position(bonds->grid, node, at);
-    for (int d = 0; d < PD_DIM; d++) {
-        double slope = r < 0 ? sum[d] : 0.0;
-        for (int e = 0; e < PD_DIM && r >= 0; e++)
-            slope += bonds->moment[(int64_t)r * PD_DIM * PD_DIM + d * PD_DIM + e] * sum[e];
-        value += slope * (x[d] - at[d]);
-    }
+    for (int d = 0; d < PD_DIM; d++) value += slope[d][0] * (x[d] - at[d]);
     return value;
 }
 
 /* ---- divergence: D u_i = sum g.(u_i + u_j), antisymmetric in i and j (eq. 4.2) ---- */
 
+/* Nodes i .. i+count-1, which are the rows from r (-1: whole families), bond by bond. */
+static void pdi_op_divergence_bonds(const pdi_op_sweep *w, int32_t i, int32_t r, int count)
+{
+    const pd_bonds *bonds = w->bonds;
+    const pd_stencil *s = bonds->stencil;
+    double sum[PDI_LANES], open[PDI_LANES];
+    memset(sum, 0, sizeof sum);
+    for (int k = 0; k < s->count; k++) {
+        pdi_lanes lanes = r < 0 ? PDI_LANES_ALL : pdi_bond_open_lanes(bonds, r, k, count, open);
+        if (lanes == PDI_LANES_NONE) continue;
+        for (int d = 0; d < PD_DIM; d++) {
+            const double *u = w->f + (int64_t)d * w->total + i, *far = u + bonds->shift[k];
+            double g = s->grad[k * PD_DIM + d] * pdi_bond_flux(bonds, i, k);
+            for (int b = 0; b < count; b++)
+                sum[b] += lanes == PDI_LANES_ALL || open[b] > 0.0 ? g * (u[b] + far[b]) : 0.0;
+        }
+    }
+    memcpy(w->out + i, sum, (size_t)count * sizeof(double));
+}
+
 static void pdi_op_divergence_whole(const pdi_op_sweep *w, int32_t i, int count)
 {
     const pd_stencil *s = w->bonds->stencil;
     double sum[PDI_LANES];
+    if (w->bonds->ring.flux) {
+        pdi_op_divergence_bonds(w, i, -1, count);
+        return;
+    }
     memset(sum, 0, sizeof sum);
     for (int k = 0; k < s->count / 2; k++)
         for (int d = 0; d < PD_DIM; d++) {
@@ -142,22 +179,7 @@ static void pdi_op_divergence_whole(const pdi_op_sweep *w, int32_t i, int count)
 
 static void pdi_op_divergence_cut(const pdi_op_sweep *w, int32_t r, int count)
 {
-    const pd_bonds *bonds = w->bonds;
-    const pd_stencil *s = bonds->stencil;
-    int32_t i = bonds->node[r];
-    double sum[PDI_LANES], open[PDI_LANES];
-    memset(sum, 0, sizeof sum);
-    for (int k = 0; k < s->count; k++) {
-        pdi_lanes lanes = pdi_bond_open_lanes(bonds, r, k, count, open);
-        if (lanes == PDI_LANES_NONE) continue;
-        for (int d = 0; d < PD_DIM; d++) {
-            const double *u = w->f + (int64_t)d * w->total + i, *far = u + bonds->shift[k];
-            double g = s->grad[k * PD_DIM + d];
-            for (int b = 0; b < count; b++)
-                sum[b] += lanes == PDI_LANES_ALL || open[b] > 0.0 ? g * (u[b] + far[b]) : 0.0;
-        }
-    }
-    memcpy(w->out + i, sum, (size_t)count * sizeof(double));
+    pdi_op_divergence_bonds(w, w->bonds->node[r], r, count);
 }
 
 void pd_op_divergence(const pd_ctx *ctx, const pd_bonds *bonds, const double *u, double *div)
@@ -169,43 +191,43 @@ void pd_op_divergence(const pd_ctx *ctx, const pd_bonds *bonds, const double *u,
 
 /* ---- Laplacian: L f_i = sum a (f_j - f_i), symmetric weights (eq. 2.3) ---- */
 
-static void pdi_op_laplacian_whole(const pdi_op_sweep *w, int32_t i, int count)
+/* Nodes i .. i+count-1, which are the rows from r (-1: whole families), bond by bond. */
+static void pdi_op_laplacian_bonds(const pdi_op_sweep *w, int32_t i, int32_t r, int count)
 {
-    const pd_stencil *s = w->bonds->stencil;
-    const double *f = w->f + i;
-    double sum[PDI_LANES];
+    const pd_bonds *bonds = w->bonds;
+    const double *f = w->f + i, *lap = pdi_bond_lap(bonds, i);
+    double sum[PDI_LANES], open[PDI_LANES];
     memset(sum, 0, sizeof sum);
-    /* differences, not sums less the centre: constants come out as exact zeros */
-    for (int k = 0; k < s->count / 2; k++) {
-        const double *far = f + w->bonds->shift[k], *back = f - w->bonds->shift[k];
-        double a = s->lap[k];
-        for (int b = 0; b < count; b++) sum[b] += a * ((far[b] - f[b]) + (back[b] - f[b]));
+    for (int k = 0; k < bonds->stencil->count; k++) {
+        const double *far = f + bonds->shift[k];
+        double a = lap[k];
+        pdi_lanes lanes = r < 0 ? PDI_LANES_ALL : pdi_bond_open_lanes(bonds, r, k, count, open);
+        if (lanes == PDI_LANES_NONE) continue;
+        for (int b = 0; b < count; b++) sum[b] += lanes == PDI_LANES_ALL || open[b] > 0.0 ? a * (far[b] - f[b]) : 0.0;
     }
     memcpy(w->out + i, sum, (size_t)count * sizeof(double));
 }
 
+static void pdi_op_laplacian_whole(const pdi_op_sweep *w, int32_t i, int count)
+{
+    pdi_line_laplacian(w->bonds, w->f, i, count, w->out + i);
+}
+
+static void pdi_op_laplacian_rings(const pdi_op_sweep *w, int32_t i, int count)
+{
+    pdi_op_laplacian_bonds(w, i, -1, count);
+}
+
 static void pdi_op_laplacian_cut(const pdi_op_sweep *w, int32_t r, int count)
 {
-    const pd_bonds *bonds = w->bonds;
-    const pd_stencil *s = bonds->stencil;
-    const double *f = w->f + bonds->node[r];
-    double sum[PDI_LANES], open[PDI_LANES];
-    memset(sum, 0, sizeof sum);
-    for (int k = 0; k < s->count; k++) {
-        const double *far = f + bonds->shift[k];
-        double a = s->lap[k];
-        pdi_lanes lanes = pdi_bond_open_lanes(bonds, r, k, count, open);
-        if (lanes == PDI_LANES_NONE) continue;
-        for (int b = 0; b < count; b++) sum[b] += lanes == PDI_LANES_ALL || open[b] > 0.0 ? a * (far[b] - f[b]) : 0.0;
-    }
-    memcpy(w->out + bonds->node[r], sum, (size_t)count * sizeof(double));
+    pdi_op_laplacian_bonds(w, w->bonds->node[r], r, count);
 }
 
 void pd_op_laplacian(const pd_ctx *ctx, const pd_bonds *bonds, const double *f, double *lap)
 {
     pdi_op_sweep w;
     pdi_op_sweep_init(bonds, f, NULL, lap, &w);
-    pdi_op_apply(ctx, &w, pdi_op_laplacian_whole, pdi_op_laplacian_cut);
+    pdi_op_apply(ctx, &w, bonds->ring.lap ? pdi_op_laplacian_rings : pdi_op_laplacian_whole, pdi_op_laplacian_cut);
 }
 
 /* ---- diffusion: sum D_ij a (f_j - f_i), D_ij = 2 D_i D_j / (D_i + D_j) (eq. 5.2) ---- */
@@ -217,37 +239,29 @@ static inline double pdi_op_harmonic(double a, double b)
     return upper > 0.0 ? 2.0 * lower / (1.0 + lower / upper) : 0.0;
 }
 
-static void pdi_op_diffuse_whole(const pdi_op_sweep *w, int32_t i, int count)
-{
-    const pd_stencil *s = w->bonds->stencil;
-    const double *f = w->f + i, *d = w->d + i;
-    double sum[PDI_LANES];
-    memset(sum, 0, sizeof sum);
-    for (int k = 0; k < s->count; k++) {
-        const double *far = f + w->bonds->shift[k], *d_far = d + w->bonds->shift[k];
-        double a = s->lap[k];
-        for (int b = 0; b < count; b++) sum[b] += a * pdi_op_harmonic(d[b], d_far[b]) * (far[b] - f[b]);
-    }
-    memcpy(w->out + i, sum, (size_t)count * sizeof(double));
-}
-
-static void pdi_op_diffuse_cut(const pdi_op_sweep *w, int32_t r, int count)
+static void pdi_op_diffuse_bonds(const pdi_op_sweep *w, int32_t i, int32_t r, int count)
 {
     const pd_bonds *bonds = w->bonds;
-    const pd_stencil *s = bonds->stencil;
-    const double *f = w->f + bonds->node[r], *d = w->d + bonds->node[r];
+    const double *f = w->f + i, *d = w->d + i, *lap = pdi_bond_lap(bonds, i);
     double sum[PDI_LANES], open[PDI_LANES];
     memset(sum, 0, sizeof sum);
-    for (int k = 0; k < s->count; k++) {
+    for (int k = 0; k < bonds->stencil->count; k++) {
         const double *far = f + bonds->shift[k], *d_far = d + bonds->shift[k];
-        double a = s->lap[k];
-        pdi_lanes lanes = pdi_bond_open_lanes(bonds, r, k, count, open);
+        double a = lap[k];
+        pdi_lanes lanes = r < 0 ? PDI_LANES_ALL : pdi_bond_open_lanes(bonds, r, k, count, open);
         if (lanes == PDI_LANES_NONE) continue;
         for (int b = 0; b < count; b++)
             sum[b] +=
                 lanes == PDI_LANES_ALL || open[b] > 0.0 ? a * pdi_op_harmonic(d[b], d_far[b]) * (far[b] - f[b]) : 0.0;
     }
-    memcpy(w->out + bonds->node[r], sum, (size_t)count * sizeof(double));
+    memcpy(w->out + i, sum, (size_t)count * sizeof(double));
+}
+
+static void pdi_op_diffuse_whole(const pdi_op_sweep *w, int32_t i, int count) { pdi_op_diffuse_bonds(w, i, -1, count); }
+
+static void pdi_op_diffuse_cut(const pdi_op_sweep *w, int32_t r, int count)
+{
+    pdi_op_diffuse_bonds(w, w->bonds->node[r], r, count);
 }
 
 pd_status pd_op_diffuse(pd_ctx *ctx, const pd_bonds *bonds, const double *diffusivity, const double *f, double *out)

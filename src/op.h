@@ -10,6 +10,9 @@
  *   divergence  exact on quadratics  no flux through cut bonds              sum V div u = 0
  *   laplacian   exact on cubics      no flux through cut bonds              sum V lap f = 0, self-adjoint
  *   diffuse     lap times D          no flux through cut bonds              sum V out = 0, self-adjoint
+ *
+ * On an axisymmetric grid they are those of a scalar and of a vector without swirl in (z, r): V counts the
+ * circumference, and "whole" reaches up to the axis (theory: section 3.5).
  */
 #ifndef PD_OP_H
 #define PD_OP_H

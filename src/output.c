@@ -1,14 +1,11 @@
 /* output: see output.h */
 #include "output.h"
-#include "op.h"
 #include "picture.h"
 #include "plot.h"
+#include "sample.h"
 #include <math.h>
 #include <stdio.h>
 #include <string.h>
-
-static const char *const pdi_output_labels[] = {"C [mol/m3]", "v [m/s]",  "p [Pa]",     "kind",           "grain",
-                                                "phase",      "D [m2/s]", "rate [m/s]", "density [kg/m3]"};
 
 static const char *const pdi_output_columns[] = {"time_s",       "time_h",     "volume_loss",  "solid_nodes", "v_max",
                                                  "C_max",        "ledger",     "flux",         "dt_s",        "step",
@@ -25,47 +22,12 @@ static int pdi_output_derived(pd_field field)
            field == PD_FIELD_DENSITY;
 }
 
-static double pdi_output_density(const pd_model *m, int32_t i)
-{
-    const pd_setup *u = m->setup;
-    if (m->grid.kind[i] == PD_SOLID)
-        return u->has_dissolve ? u->material.density * m->transport.c[i] / u->solid_c : u->material.density;
-    return m->grid.kind[i] == PD_FLUID && u->has_flow ? u->rho : 0.0;
-}
-
-/* Value of a scalar field at a node. The metal left in a node is in `density`, C is what the fluid has dissolved. */
-static double pdi_output_value(const pd_model *m, pd_field field, int32_t i)
-{
-    int fluid = m->grid.kind[i] == PD_FLUID;
-    double square = 0.0;
-    switch (field) {
-    case PD_FIELD_C: return fluid ? m->transport.c[i] : 0.0;
-    case PD_FIELD_V:
-        for (int d = 0; d < PD_DIM && fluid; d++) {
-            double u = m->flow.u[(int64_t)d * m->grid.total + i];
-            square += u * u;
-        }
-        return sqrt(square);
-    case PD_FIELD_P: return fluid ? m->flow.p[i] * m->flow.rho : 0.0;
-    case PD_FIELD_KIND: return m->grid.kind[i];
-    case PD_FIELD_GRAIN: return m->grid.kind[i] == PD_SOLID ? m->grain.id[i] : -1.0;
-    case PD_FIELD_PHASE: return m->grid.kind[i] == PD_SOLID;
-    case PD_FIELD_D: return fluid ? m->setup->diffusivity : 0.0;
-    case PD_FIELD_RATE:
-        return fluid && m->dissolve.weight[i] > 0.0
-                   ? fmax(0.0, m->dissolve.speed[i] + m->dissolve.slope[i] * m->transport.c[i]) : 0.0;
-    case PD_FIELD_DENSITY: return pdi_output_density(m, i);
-    case PD_FIELD_COUNT: break;
-    }
-    return 0.0;
-}
-
 static void pdi_output_fill(pd_output *out)
 {
     const pd_model *m = out->model;
     for (int k = 0; k < PD_FIELD_COUNT; k++)
         for (int32_t i = 0; i < m->grid.total && out->scalar[k]; i++)
-            out->scalar[k][i] = pdi_output_value(m, (pd_field)k, i);
+            out->scalar[k][i] = pdi_sample_node(m, (pd_field)k, i);
     for (int32_t i = 0; i < m->grid.total && out->phase; i++) out->phase[i] = m->grid.kind[i] == PD_SOLID;
 }
 
@@ -77,7 +39,7 @@ static int pdi_output_list(const pd_output *out, pd_vti_field *fields)
         pd_vti_field *f = &fields[count];
         if (!((m->setup->fields >> k) & 1u)) continue;
         memset(f, 0, sizeof *f);
-        f->name = pdi_output_labels[k];
+        f->name = pdi_sample_label((pd_field)k);
         f->type = PD_VTI_FLOAT32;
         f->data = out->scalar[k];
         if (k == PD_FIELD_V) {
@@ -141,21 +103,28 @@ static void pdi_output_stamp(double time, char *stamp, size_t size)
     snprintf(stamp, size, "t = %s", text);
 }
 
+/* Cells below the axis of an axisymmetric scene, which is drawn whole. */
+static int pdi_output_below(const pd_model *m, int up)
+{
+    return m->setup->axisymmetric && !(m->grid.lo[up] > 0.0) ? m->grid.n[up] : 0;
+}
+
 static void pdi_output_cells(pd_output *out, pd_field field, int right, int up)
 {
     const pd_model *m = out->model;
-    int i[PD_DIM], nx = m->grid.n[right], ny = right == up ? 1 : m->grid.n[up]; /* 1D: one row */
+    int below = pdi_output_below(m, up);
+    int i[PD_DIM], nx = m->grid.n[right], ny = right == up ? 1 : m->grid.n[up] + below; /* 1D: one row */
     for (int d = 0; d < PD_DIM; d++) {
         double cell = floor((m->setup->slice_at - m->grid.lo[d]) / m->grid.h[d]);
         i[d] = (int)fmax(0.0, fmin(cell, m->grid.n[d] - 1.0));
     }
     for (int row = 0; row < ny; row++)
         for (int column = 0; column < nx; column++) {
-            i[up] = row;
+            i[up] = row < below ? below - 1 - row : row - below;
             i[right] = column;
             int32_t node = pd_grid_node(&m->grid, i);
             int64_t at = (int64_t)row * nx + column;
-            out->cell[at] = pdi_output_value(m, field, node);
+            out->cell[at] = pdi_sample_node(m, field, node);
             out->paint[at] = (uint8_t)pdi_output_paint(m, field, node);
         }
 }
@@ -183,18 +152,18 @@ static pd_status pdi_output_picture(pd_ctx *ctx, pd_output *out, pd_field field,
     pdi_output_title(m->setup, field, title, sizeof title);
     pdi_output_stamp(m->couple.time, stamp, sizeof stamp);
     picture.nx = m->grid.n[right];
-    picture.ny = m->grid.n[up];
+    picture.ny = m->grid.n[up] + pdi_output_below(m, up);
     picture.values = out->cell;
     picture.paint = out->paint;
     picture.lo[0] = m->grid.lo[right];
-    picture.lo[1] = m->grid.lo[up];
+    picture.lo[1] = pdi_output_below(m, up) ? -m->grid.hi[up] : m->grid.lo[up];
     picture.hi[0] = m->grid.hi[right];
     picture.hi[1] = m->grid.hi[up];
     int numbered = field == PD_FIELD_KIND || field == PD_FIELD_GRAIN || field == PD_FIELD_PHASE;
     picture.map = numbered ? PD_MAP_LABELS : field == PD_FIELD_P ? PD_MAP_DIVERGING : PD_MAP_SEQUENTIAL;
     picture.title = title;
     picture.stamp = stamp;
-    picture.label = numbered ? NULL : pdi_output_labels[field]; /* the title names it */
+    picture.label = numbered ? NULL : pdi_sample_label(field); /* the title names it */
     return pd_picture_write(ctx, path, &picture);
 }
 
@@ -216,7 +185,7 @@ static pd_status pdi_output_curve(pd_ctx *ctx, pd_output *out, pd_field field, c
     snprintf(title, sizeof title, "%s, %s", m->setup->name, stamp);
     plot.title = title;
     plot.x_label = "x [um]";
-    plot.y_label = pdi_output_labels[field];
+    plot.y_label = pdi_sample_label(field);
     plot.count = 1;
     plot.series[0].x = x;
     plot.series[0].y = out->cell;
@@ -240,30 +209,11 @@ static pd_status pdi_output_images(pd_ctx *ctx, pd_output *out)
 
 /* ---- tables ---- */
 
-static pd_status pdi_output_find_probe(pd_ctx *ctx, const pd_model *m, int k, int32_t *node)
+/* A probe in the metal shows 0 where only fluid has a value. */
+static double pdi_output_probe(const pd_model *m, pd_field field, int component, const double *at)
 {
-    const pd_setup_probe *p = &m->setup->probe[k];
-    int i[PD_DIM];
-    for (int d = 0; d < PD_DIM; d++) {
-        i[d] = (int)floor((p->at[d] - m->grid.lo[d]) / m->grid.h[d]);
-        if (i[d] >= m->grid.n[d]) i[d] = m->grid.n[d] - 1;
-        if (i[d] < 0) i[d] = 0;
-    }
-    *node = pd_grid_node(&m->grid, i);
-    if (m->grid.kind[*node] == PD_FLUID || m->grid.kind[*node] == PD_SOLID) return PD_OK;
-    return pdi_fail(ctx, PD_ERR_GEOMETRY, "output", "probe '%s' stands in the wall", p->name);
-}
-
-/* Flow and concentration vary within a cell, the other fields do not. */
-static double pdi_output_probe(const pd_model *m, pd_field field, int component, int32_t node, const double *at)
-{
-    const double *f = NULL;
-    if (field == PD_FIELD_V) f = m->flow.u + (int64_t)component * m->grid.total;
-    if (field == PD_FIELD_P) f = m->flow.p;
-    if (field == PD_FIELD_C) f = m->transport.c;
-    if (!f || m->grid.kind[node] != PD_FLUID)
-        return field == PD_FIELD_V ? 0.0 : pdi_output_value(m, field, node);
-    return (field == PD_FIELD_P ? m->flow.rho : 1.0) * pdi_op_sample(&m->bonds, f, node, at);
+    double value = pdi_sample_point(m, field, component, at);
+    return value == value ? value : 0.0;
 }
 
 /* Columns of the probes: one for each field, v with PD_DIM components. */
@@ -283,8 +233,7 @@ static int pdi_output_probe_row(const pd_output *out, char names[][PD_SETUP_NAME
                     snprintf(names[count], PD_SETUP_NAME, f == PD_FIELD_V ? "%.40s_%.12s%c" : "%.40s_%.12s", p->name,
                              pdi_setup_field_name((pd_field)f), "xyz"[d]);
                 if (!values) continue;
-                int32_t node = out->probe_node[k];
-                values[count] = pdi_output_probe(m, (pd_field)f, d, node, p->at);
+                values[count] = pdi_output_probe(m, (pd_field)f, d, p->at);
             }
         }
     return count;
@@ -350,7 +299,7 @@ pd_status pd_output_step(pd_ctx *ctx, pd_output *out, const pd_observables *o)
     PDI_TRY(pd_csv_row(ctx, &out->diagnostics, row));
     PDI_TRY(pdi_output_keep(ctx, out, c->time, o->volume_loss));
     if (out->model->setup->probes == 0) return PD_OK;
-    if (out->model->transport.c) pd_ghosts_scalar(&out->model->bonds.ghosts, out->model->transport.c);
+    pdi_sample_prepare(out->model);
     pdi_output_probe_row(out, NULL, probe, PD_CSV_COLUMNS);
     return pd_csv_row(ctx, &out->probes, probe);
 }
@@ -368,7 +317,7 @@ static pd_status pdi_output_reserve(pd_ctx *ctx, pd_output *out)
     }
     if (!m->setup->images) return PD_OK;
     pdi_output_plane(m->setup, &right, &up);
-    out->cells = (int64_t)m->grid.n[right] * (right == up ? 1 : m->grid.n[up]);
+    out->cells = (int64_t)m->grid.n[right] * (right == up ? 1 : m->grid.n[up] + pdi_output_below(m, up));
     PDI_TRY(PDI_NEW(ctx, "output", out->cells, out->cell));
     return PDI_NEW(ctx, "output", out->cells, out->paint);
 }
@@ -382,7 +331,6 @@ pd_status pd_output_open(pd_ctx *ctx, pd_model *model, const char *folder, pd_ou
     if (strlen(folder) >= PD_PATH_SIZE)
         return pdi_fail(ctx, PD_ERR_SIZE, "output", "the path of the folder is too long");
     memcpy(out->folder, folder, strlen(folder) + 1);
-    for (int k = 0; k < model->setup->probes; k++) PDI_TRY(pdi_output_find_probe(ctx, model, k, &out->probe_node[k]));
     PDI_TRY(pdi_output_reserve(ctx, out));
     PDI_TRY(pd_file_make_directory(ctx, folder));
     PDI_TRY(pd_file_join(ctx, folder, "simulation.pvd", path));

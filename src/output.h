@@ -27,7 +27,6 @@ typedef struct pd_output {
     int64_t cells;
     double *time, *loss;      /* [rows] [h] and [-] */
     int64_t rows, room;
-    int32_t probe_node[PD_SETUP_PROBES];
 } pd_output;
 
 #define pd_output_open PD_NAME(pd_output_open)

@@ -1,5 +1,6 @@
 /* run: see run.h */
 #include "run.h"
+#include "monitor.h"
 #include "output.h"
 #include "par.h"
 #include "progress.h"
@@ -17,6 +18,7 @@ typedef struct pdi_run {
     pd_model model;
     pd_output output;
     pd_observables observables;
+    pd_monitors monitors;
     pd_status status;     /* of the observer */
     int stopped;
     double started, told; /* [s] clock */
@@ -42,6 +44,13 @@ static int pdi_run_due(const pdi_run *r)
     return time >= next && fabs(time - multiple) <= 1e-9 * every;
 }
 
+static pd_status pdi_run_frame(pdi_run *r)
+{
+    int frame = r->output.frame;
+    PDI_TRY(pd_output_frame(r->ctx, &r->output));
+    return r->output.frame > frame ? pd_monitors_frame(r->ctx, &r->monitors, frame) : PD_OK;
+}
+
 static int pdi_run_observe(void *user, const pd_couple *couple)
 {
     pdi_run *r = (pdi_run *)user;
@@ -49,7 +58,8 @@ static int pdi_run_observe(void *user, const pd_couple *couple)
     pd_observe(r->ctx, &r->model, &r->observables);
     if (r->desc->stop && r->desc->stop(r->desc->stop_user)) r->stopped = 1;
     r->status = pd_output_step(r->ctx, &r->output, &r->observables);
-    if (r->status == PD_OK && pdi_run_due(r)) r->status = pd_output_frame(r->ctx, &r->output);
+    if (r->status == PD_OK) r->status = pd_monitors_step(r->ctx, &r->monitors);
+    if (r->status == PD_OK && pdi_run_due(r)) r->status = pdi_run_frame(r);
     pdi_run_progress(r);
     return r->stopped || r->status < 0;
 }
@@ -59,6 +69,8 @@ static pd_status pdi_run_steps(pdi_run *r)
     pd_couple *couple = &r->model.couple;
     PDI_TRY(pd_couple_run(r->ctx, couple, r->setup->until, r->setup->every, pdi_run_observe, r));
     PDI_TRY(r->status);
+    PDI_TRY(pd_monitors_close(r->ctx, &r->monitors));
+    pd_monitors_print(&r->monitors, r->desc->print, r->desc->print_user);
     return pd_output_close(r->ctx, &r->output);
 }
 
@@ -88,6 +100,31 @@ static void pdi_run_collect(const pdi_run *r, pd_run_result *result)
     result->bytes_per_node = nodes ? (double)r->ctx->peak / (double)nodes : 0.0;
 }
 
+/* Put file and line before the message of a setup that cannot be built. */
+static void pdi_run_blame(pd_ctx *ctx, const pd_setup *setup, int line)
+{
+    char where[320], message[PD_MESSAGE_SIZE];
+    if (!setup->source[0]) return;
+    memcpy(message, ctx->message, sizeof message);
+    if (line > 0) snprintf(where, sizeof where, "%.280s:%d", setup->source, line);
+    else snprintf(where, sizeof where, "%.280s", setup->source);
+    pdi_fail(ctx, ctx->status, where, "%s", message);
+}
+
+/* Build everything that can refuse the setup; nothing is written before that. */
+static pd_status pdi_run_build(pdi_run *r, pd_run_result *result)
+{
+    pd_status status = pd_model_build(r->ctx, r->setup, &r->model);
+    int line = r->model.line;
+    if (status == PD_OK) {
+        status = pd_monitors_build(r->ctx, &r->model, &r->monitors);
+        line = r->monitors.line;
+    }
+    result->bad_input = status < 0 && status != PD_ERR_MEMORY && status != PD_ERR_LIMIT;
+    if (result->bad_input) pdi_run_blame(r->ctx, r->setup, line);
+    return status;
+}
+
 static pd_status pdi_run_built(pdi_run *r, pd_run_result *result)
 {
     const char *folder = r->desc->folder ? r->desc->folder : r->setup->folder;
@@ -96,6 +133,7 @@ static pd_status pdi_run_built(pdi_run *r, pd_run_result *result)
     if (r->desc->check) return PD_OK;
     PDI_TRY(pd_observe_build(r->ctx, &r->model, &r->observables));
     PDI_TRY(pd_output_open(r->ctx, &r->model, folder, &r->output));
+    PDI_TRY(pd_monitors_open(r->ctx, &r->monitors, folder));
     pd_status status = pdi_run_steps(r);
     result->unknowns = 0;
     pdi_run_collect(r, result);
@@ -112,14 +150,12 @@ pd_status pd_run(pd_ctx *ctx, const pd_setup *setup, const pd_run_desc *desc, pd
     r->setup = setup;
     r->started = r->told = pdi_par_clock();
     if (setup->threads > 0 && ctx->threads == 0) ctx->threads = setup->threads;
-    pd_status status = pd_model_build(ctx, setup, &r->model);
-    result->bad_input = status < 0 && status != PD_ERR_MEMORY && status != PD_ERR_LIMIT;
-    if (status == PD_OK) {
-        status = pdi_run_built(r, result);
-        pd_output_free(ctx, &r->output);
-        pd_observe_free(ctx, &r->observables);
-        pd_model_free(ctx, &r->model);
-    }
+    pd_status status = pdi_run_build(r, result);
+    if (status == PD_OK) status = pdi_run_built(r, result);
+    pd_output_free(ctx, &r->output);
+    pd_observe_free(ctx, &r->observables);
+    pd_monitors_free(ctx, &r->monitors);
+    pd_model_free(ctx, &r->model);
     PDI_DELETE(ctx, 1, r);
     return status;
 }

@@ -2,6 +2,8 @@
 #include "scene.h"
 #include "flat.h"
 #include "sketch.h"
+#include "syntax.h"
+#include "watch.h"
 #include <math.h>
 #include <stdio.h>
 #include <string.h>
@@ -63,6 +65,32 @@ static pd_status pdi_scene_whole_cells(pdi_scene *s, int section)
     return PD_OK;
 }
 
+/* Planar, or rings around x: then the box begins on the axis, which is no side of its own, or away from it. */
+static pd_status pdi_scene_geometry(pdi_scene *s, int section)
+{
+    static const char *const kinds[] = {"planar", "axisymmetric", NULL};
+    pd_setup *u = s->setup;
+    int r = PD_DIM - 1;
+    double reach = ceil(u->m + 0.5) - 1.0; /* the largest n with |n| < m + 1/2 */
+    char found[PD_UNITS_TEXT], horizon[PD_UNITS_TEXT];
+    PDI_TRY(pd_text_choice(s->ctx, s->text, section, "geometry", kinds, "planar", &u->axisymmetric));
+    if (!u->axisymmetric) return PD_OK;
+    if (PD_DIM != 2)
+        return pd_text_refuse(s->ctx, s->text, section, "geometry", "found 'axisymmetric' in %dD, expected it in 2D",
+                              PD_DIM);
+    if (fabs(u->lo[r]) <= 1e-9 * u->h[r]) {
+        u->lo[r] = 0.0;
+        u->side[2 * r].kind = PD_SIDE_MIRROR;
+        return PD_OK;
+    }
+    if (u->lo[r] >= reach * u->h[r] * (1.0 - 1e-12)) return PD_OK;
+    pdi_setup_show(u->lo[r], "m", found);
+    pdi_setup_show(reach * u->h[r], "m", horizon);
+    return pd_text_refuse(s->ctx, s->text, section, "box",
+                          "found y from %s, expected the distance from the axis to begin at 0 or at least at one"
+                          " horizon, %s", found, horizon);
+}
+
 static pd_status pdi_scene_grid(pdi_scene *s)
 {
     pd_setup *u = s->setup;
@@ -81,7 +109,8 @@ static pd_status pdi_scene_grid(pdi_scene *s)
         return pd_text_refuse(s->ctx, s->text, section, "box", "found %d range%s, expected %d, one for each axis",
                               count, count > 1 ? "s" : "", PD_DIM);
     PDI_TRY(pd_text_integer(s->ctx, s->text, section, "threads", 0, 1024, "0", &u->threads));
-    return pdi_scene_whole_cells(s, section);
+    PDI_TRY(pdi_scene_whole_cells(s, section));
+    return pdi_scene_geometry(s, section);
 }
 
 /* ---- [side ...] ---- */
@@ -188,6 +217,15 @@ static pd_status pdi_scene_side(pdi_scene *s, int k, int section, int *inlets, i
     pd_setup *u = s->setup;
     int flow;
     PDI_TRY(pd_text_choice(s->ctx, s->text, section, "flow", flows, "noslip", &flow));
+    if (u->axisymmetric && k / 2 == PD_DIM - 1) {
+        int axis = u->side[k].kind == PD_SIDE_MIRROR;
+        if (axis && flow != PD_SIDE_MIRROR)
+            return pd_text_refuse(s->ctx, s->text, section, "flow",
+                                  "found '%s' on the axis, expected mirror or nothing", flows[flow]);
+        if (!axis && (flow == PD_SIDE_PERIODIC || flow == PD_SIDE_MIRROR))
+            return pd_text_refuse(s->ctx, s->text, section, "flow",
+                                  "found '%s' around an axis, expected noslip, inlet, outlet or open", flows[flow]);
+    }
     if ((pdi_grid_port((pd_side)flow) || flow == open) && !u->has_flow)
         return pd_text_refuse(s->ctx, s->text, section, "flow",
                               "found '%s' without a [flow] section, expected C = ... alone"
@@ -381,7 +419,7 @@ static pd_status pdi_scene_dissolve(pdi_scene *s)
     return pdi_scene_within(s, section, "threshold", "", "0", 0.0, 0.99, 0, &u->threshold);
 }
 
-/* ---- [run], [output], [probe ...] ---- */
+/* ---- [run], [output] ---- */
 
 static pd_status pdi_scene_run(pdi_scene *s)
 {
@@ -400,62 +438,15 @@ static pd_status pdi_scene_run(pdi_scene *s)
     return pdi_scene_within(s, section, "fraction", "", NULL, 0.0, 1.0, 1, &u->fraction);
 }
 
-/* Bits of a list of fields; with explicit fields, each must exist in this scene. */
-static pd_status pdi_scene_fields(pdi_scene *s, int section, const char *key, const char *fallback, unsigned *bits)
-{
-    pd_word_list list;
-    int given = pd_text_has(s->ctx, s->text, section, key);
-    PDI_TRY(pd_text_words(s->ctx, s->text, section, key, fallback, &list));
-    *bits = 0;
-    if (list.count == 1 && strcmp(list.word[0], "none") == 0) return PD_OK;
-    for (int w = 0; w < list.count; w++) {
-        int field = 0;
-        while (field < PD_FIELD_COUNT && strcmp(list.word[w], pdi_setup_field_name((pd_field)field)) != 0) field++;
-        if (field == PD_FIELD_COUNT)
-            return pd_text_refuse(s->ctx, s->text, section, key,
-                                  "found '%s', expected some of C, v, p, kind, grain, phase, D,"
-                                  " rate, density, or none", list.word[w]);
-        const char *needs = pdi_setup_field_needs(s->setup, (pd_field)field);
-        if (needs && given)
-            return pd_text_refuse(s->ctx, s->text, section, key, "found '%s', which needs %s", list.word[w], needs);
-        if (!needs) *bits |= 1u << field;
-    }
-    return PD_OK;
-}
-
-/* "z 0 um" */
 static pd_status pdi_scene_slice(pdi_scene *s, int section)
 {
     pd_setup *u = s->setup;
-    const char *value;
-    pd_expr expr;
-    pd_expr_desc desc;
     u->slice_axis = PD_DIM - 1;
     u->slice_at = 0.5 * (u->lo[u->slice_axis] + u->hi[u->slice_axis]);
     if (!pd_text_has(s->ctx, s->text, section, "slice")) return PD_OK;
-    PDI_TRY(pd_text_string(s->ctx, s->text, section, "slice", NULL, &value));
     if (PD_DIM < 3) return pd_text_refuse(s->ctx, s->text, section, "slice", "found in %dD, expected it in 3D only",
                                           PD_DIM);
-    if (value[0] < 'x' || value[0] > 'z' || value[1] != ' ')
-        return pd_text_refuse(s->ctx, s->text, section, "slice", "found '%.40s', expected an axis and a place: z 0 um",
-                              value);
-    u->slice_axis = value[0] - 'x';
-    memset(&desc, 0, sizeof desc);
-    desc.text = value + 2;
-    desc.unit = "m";
-    desc.where = "slice";
-    desc.column = 3;
-    if (pd_expr_build(s->ctx, &desc, &expr) < 0) {
-        char message[PD_MESSAGE_SIZE];
-        memcpy(message, s->ctx->message, sizeof message);
-        return pd_text_refuse(s->ctx, s->text, section, "slice", "%.500s", message);
-    }
-    u->slice_at = pd_expr_eval(&expr, NULL);
-    pd_expr_free(s->ctx, &expr);
-    int axis = u->slice_axis < PD_DIM ? u->slice_axis : PD_DIM - 1;
-    if (u->slice_at > u->lo[axis] && u->slice_at < u->hi[axis]) return PD_OK;
-    return pd_text_refuse(s->ctx, s->text, section, "slice", "found %.6g m, expected a place inside the box",
-                          u->slice_at);
+    return pdi_watch_place(s->ctx, s->text, u, section, "slice", &u->slice_axis, &u->slice_at);
 }
 
 /* A file name without a folder. */
@@ -481,8 +472,8 @@ static pd_status pdi_scene_output(pdi_scene *s)
     if (u->until > 0.0 && u->until / u->every > 9e5)
         return pd_text_refuse(s->ctx, s->text, section, "every",
                               "found %.3g frames until the end, expected at most 900000", u->until / u->every);
-    PDI_TRY(pdi_scene_fields(s, section, "fields", "C, v, p, kind, grain", &u->fields));
-    PDI_TRY(pdi_scene_fields(s, section, "images", "none", &u->images));
+    PDI_TRY(pdi_watch_fields(s->ctx, s->text, u, section, "fields", "C, v, p, kind, grain", &u->fields));
+    PDI_TRY(pdi_watch_fields(s->ctx, s->text, u, section, "images", "none", &u->images));
     PDI_TRY(pdi_scene_prefix(s, section));
     PDI_TRY(pd_text_string(s->ctx, s->text, section, "folder", "output", &folder));
     if (strlen(folder) >= PD_PATH_SIZE - PD_SETUP_NAME)
@@ -491,50 +482,22 @@ static pd_status pdi_scene_output(pdi_scene *s)
     return pdi_scene_slice(s, section);
 }
 
-static pd_status pdi_scene_probe(pdi_scene *s, int section)
+/* Line of a section, 0: absent. */
+static int pdi_scene_line(pdi_scene *s, const char *name, const char *label)
 {
-    pd_setup *u = s->setup;
-    const char *label = s->text->section[section].label;
-    int count;
-    if (u->probes >= PD_SETUP_PROBES)
-        return pd_text_refuse(s->ctx, s->text, section, "probe", "found more than %d probes", PD_SETUP_PROBES);
-    if (label[0] == '\0' || strlen(label) >= PD_SETUP_NAME - 24)
-        return pd_text_refuse(s->ctx, s->text, section, "probe", "expected a short name: [probe NAME]");
-    pd_setup_probe *p = &u->probe[u->probes];
-    memcpy(p->name, label, strlen(label) + 1);
-    PDI_TRY(pd_text_numbers(s->ctx, s->text, section, "at", "m", NULL, PD_DIM, p->at, &count));
-    if (count != PD_DIM)
-        return pd_text_refuse(s->ctx, s->text, section, "at", "found %d number%s, expected %d, one for each axis",
-                              count, count > 1 ? "s" : "", PD_DIM);
-    for (int d = 0; d < PD_DIM; d++)
-        if (!(p->at[d] >= u->lo[d]) || !(p->at[d] <= u->hi[d]))
-            return pd_text_refuse(s->ctx, s->text, section, "at",
-                                  "found %.6g m on axis %c, expected a place inside the box", p->at[d], "xyz"[d]);
-    PDI_TRY(pdi_scene_fields(s, section, "fields", u->has_transport ? "C" : "v", &p->fields));
-    u->probes++;
-    return PD_OK;
+    int section = pd_text_section(s->ctx, s->text, name, label);
+    return section >= 0 ? s->text->section[section].line : 0;
 }
 
-/* A misspelt section first: what is missing without it would be told otherwise. */
-static pd_status pdi_scene_known(pd_ctx *ctx, pd_text *text)
+/* Where errors belong that show only when the model is built. */
+static void pdi_scene_lines(pdi_scene *s)
 {
-    static const char *const names[] = {"grid", "shape", "side", "flow", "transport", "dissolve", "run", "output",
-                                        "probe"};
-    const size_t count = sizeof names / sizeof names[0];
-    for (int k = 1; k < text->section_count; k++) {
-        const char *name = text->section[k].name;
-        char hint[PD_UNITS_TEXT];
-        pdi_units_near close;
-        size_t n = 0;
-        pdi_units_near_init(&close, name, strlen(name));
-        for (; n < count && strcmp(names[n], name) != 0; n++) pdi_units_offer(&close, names[n]);
-        if (n < count) continue;
-        pdi_units_hint(&close, hint);
-        return pd_text_refuse(ctx, text, k, "scene",
-                              "found the section [%.40s], expected one of grid, shape, side, flow,"
-                              " transport, dissolve, run, output, probe%s", name, hint);
-    }
-    return PD_OK;
+    pd_setup *u = s->setup;
+    u->line[PD_PART_GRID] = pdi_scene_line(s, "grid", NULL);
+    u->line[PD_PART_FLOW] = pdi_scene_line(s, "flow", NULL);
+    u->line[PD_PART_TRANSPORT] = pdi_scene_line(s, "transport", NULL);
+    u->line[PD_PART_DISSOLVE] = pdi_scene_line(s, "dissolve", NULL);
+    for (int k = 0; k < 2 * PD_DIM; k++) u->side[k].line = pdi_scene_line(s, "side", pdi_setup_side_name(k));
 }
 
 static pd_status pdi_scene_sections(pd_ctx *ctx, pd_text *text, const char *path, pd_setup *setup)
@@ -546,7 +509,8 @@ static pd_status pdi_scene_sections(pd_ctx *ctx, pd_text *text, const char *path
     s.text = text;
     s.setup = setup;
     pdi_setup_split_path(path, name, folder);
-    PDI_TRY(pdi_scene_known(ctx, text));
+    PDI_TRY(pdi_syntax_check(ctx, text));
+    pdi_scene_lines(&s);
     setup->has_flow = pd_text_has(ctx, text, pd_text_section(ctx, text, "flow", NULL), NULL);
     setup->has_transport = pd_text_has(ctx, text, pd_text_section(ctx, text, "transport", NULL), NULL);
     setup->has_dissolve = pd_text_has(ctx, text, pd_text_section(ctx, text, "dissolve", NULL), NULL);
@@ -559,8 +523,7 @@ static pd_status pdi_scene_sections(pd_ctx *ctx, pd_text *text, const char *path
     PDI_TRY(pdi_scene_dissolve(&s));
     PDI_TRY(pdi_scene_run(&s));
     PDI_TRY(pdi_scene_output(&s));
-    for (int k = pd_text_next(ctx, text, "probe", -1); k >= 0; k = pd_text_next(ctx, text, "probe", k))
-        PDI_TRY(pdi_scene_probe(&s, k));
+    PDI_TRY(pdi_watch_read(ctx, text, setup));
     PDI_TRY(pd_text_unused(ctx, text));
     if (!setup->has_flow && !setup->has_transport)
         return pd_text_refuse(ctx, text, 0, "scene", "found no physics, expected a [flow] or a [transport] section");
@@ -585,6 +548,7 @@ pd_status pd_scene_read(pd_ctx *ctx, const char *path, const char *const *overri
     pd_text text;
     PDI_TRY(pd_setup_init(ctx, setup));
     pdi_setup_split_path(path, setup->name, NULL);
+    if (strlen(path) < sizeof setup->source) memcpy(setup->source, path, strlen(path) + 1);
     pd_status status = pd_text_read(ctx, path, &text);
     if (status == PD_OK) {
         status = pdi_scene_text(ctx, &text, path, overrides, count, setup);

@@ -4,7 +4,8 @@
  *   [shape NAME] one of  box = a .. b, ... | ball = centre  radius = r | cylinder = x|y|z  centre  radius |
  *                half_space = yes  point  normal | mask = file.png  corner  cell | raw = file  size  corner  cell |
  *                union|intersect|difference = NAME, NAME;  outside = yes: the complement
- *                kind = solid|wall|part  material = mg4ag  grains = 40 um  grain_spread  grain_seed  boundary_width
+ *                kind = solid|wall (C = held)|medium (D = its diffusivity)|part  material = mg4ag
+ *                grains = 40 um  grain_spread  grain_seed  boundary_width
  *   [side x-]    flow = inlet|outlet|noslip|periodic|mirror|open  profile = parabola|uniform|expression
  *                mean = speed | flow_rate = 1 mL/min  vx = expression in x y z (vy, vz)  C = ...  p = 0
  *                noslip: velocity = 1 m/s, 0 m/s of a wall that slides along itself; C = ... held by the wall
@@ -20,6 +21,11 @@
  *   [output]     every  fields = C, v, p, kind, grain, phase, D, rate, density  images = ...  slice = z 0 um  prefix
  *                folder
  *   [probe NAME] at = x, y  fields = C, v
+ *   [line NAME]  from = x, y  to = x, y  points = 101 | spacing  fields  images
+ *   [plane NAME] at = x 1 mm
+ *   [force NAME] box = a .. b, c .. d  balance = yes|no  speed, length (3D: area): reference values of coefficients
+ *   [transfer NAME] box  along = x|y|z  length  surface = C there  fluid = inlet|bulk|C  D  area
+ *   [total NAME] box
  *
  * Named constants in numbers and expressions: Csat, Cs, and rho_m, M_m, z_m of the material.
  */

@@ -12,8 +12,10 @@
 
 #define PD_SETUP_NAME 64
 #define PD_SETUP_PROBES 16
+#define PD_SETUP_MONITORS 32
 #define PD_SETUP_NOTES 32
 #define PD_SETUP_MASKS 8
+#define PD_SETUP_WALLS 32
 
 /* What can be written, drawn and probed. */
 typedef enum pd_field {
@@ -29,10 +31,20 @@ typedef enum pd_field {
     PD_FIELD_COUNT
 } pd_field;
 
+/* Parts of a model, in the order of the summary. */
+typedef enum pd_part {
+    PD_PART_GRID = 0, /* stencil, lattice, bonds */
+    PD_PART_FLOW,     /* fields and steady solver */
+    PD_PART_TRANSPORT,
+    PD_PART_DISSOLVE,
+    PD_PART_GRAIN,
+    PD_PART_COUNT
+} pd_part;
+
 typedef enum pd_profile {
     PD_PROFILE_REST = 0, /* no velocity */
     PD_PROFILE_UNIFORM,
-    PD_PROFILE_PARABOLA, /* 2D: between the walls of the side; 3D: of a tube */
+    PD_PROFILE_PARABOLA, /* 2D: between the walls of the side; 3D, axisymmetric: of a tube, or between two */
     PD_PROFILE_EXPRESSION
 } pd_profile;
 
@@ -40,14 +52,22 @@ typedef struct pd_setup_side {
     pd_side kind;
     pd_profile profile;
     double mean;              /* [m/s] speed into the box; unread with flow_rate or an expression */
-    double flow_rate;         /* [m3/s] 0: mean holds. 2D: through a tube as wide as the open part of the side */
+    double flow_rate;         /* [m3/s] 0: mean holds. Planar 2D: through a tube as wide as the open part of the side */
     pd_expr velocity[PD_DIM]; /* of x, y, z; in m/s */
     int open;                 /* inlet where a given flow enters, outlet where it leaves */
     pd_expr entering;         /* of x, y, z; in mol/m3: concentration of what enters an open side */
     double slide[PD_DIM];     /* [m/s] of a wall along itself */
     int holds;                /* a wall that holds a concentration */
     double held;              /* [mol/m3] */
+    int line;                 /* of the file, 0: none */
 } pd_setup_side;
+
+/* One of the shapes that are walls. */
+typedef struct pd_setup_wall {
+    int shape;   /* index */
+    int holds;   /* it holds a concentration */
+    double held; /* [mol/m3] */
+} pd_setup_wall;
 
 /* How the flow gets from one instant to the next. */
 typedef enum pd_motion {
@@ -61,18 +81,59 @@ typedef struct pd_setup_probe {
     char name[PD_SETUP_NAME];
     double at[PD_DIM]; /* [m] */
     unsigned fields;   /* bit k: pd_field k */
+    int line;          /* of the file */
 } pd_setup_probe;
+
+/* What is watched in a run, besides the probes. */
+typedef enum pd_monitor_kind {
+    PD_MONITOR_LINE = 0, /* fields along a straight line, at output times */
+    PD_MONITOR_PLANE,    /* what passes a plane of the lattice */
+    PD_MONITOR_FORCE,    /* of the flow on what a box holds */
+    PD_MONITOR_TRANSFER, /* metal from walls and solids in a box to the fluid */
+    PD_MONITOR_TOTAL     /* what a box holds */
+} pd_monitor_kind;
+
+/* The concentration of the fluid that a Sherwood number refers to. */
+typedef enum pd_against {
+    PD_AGAINST_VALUE = 0,
+    PD_AGAINST_INLET,
+    PD_AGAINST_BULK /* of the mixed stream, layer by layer of `axis` */
+} pd_against;
+
+typedef struct pd_setup_monitor {
+    pd_monitor_kind kind;
+    char name[PD_SETUP_NAME];
+    int line;                      /* of the file */
+    double lo[PD_DIM], hi[PD_DIM]; /* [m] the box; line: its ends */
+    unsigned fields, images;       /* line. bit k: pd_field k */
+    int points;                    /* line */
+    int axis;                      /* plane: across it; transfer: of the local values, -1: none */
+    int index;                     /* plane: between the cells index - 1 and index */
+    int balance;                   /* force: measured around the box, too */
+    double speed;                  /* [m/s] force: reference, 0: no coefficients */
+    double area;                   /* [m^(d-1)] force: reference; transfer: of the surface, 0: measured */
+    double length;                 /* [m] transfer: reference, 0: no Sherwood number */
+    double diffusivity;            /* [m2/s] transfer */
+    double surface, fluid;         /* [mol/m3] transfer: concentrations that drive */
+    pd_against against;
+} pd_setup_monitor;
 
 typedef struct pd_setup {
     char name[PD_SETUP_NAME];  /* of the case: the file without folder and ending */
     char folder[PD_PATH_SIZE]; /* of the output */
+    char source[PD_PATH_SIZE]; /* the file as it was named, for messages */
+    int line[PD_PART_COUNT];   /* of the file: the section of each part, 0: none */
+    int shape_line;            /* of the first solid, without solid of the first shape; 0: none */
     int threads;               /* 0: all */
     /* lattice and geometry */
     double m;                          /* [-] horizon ratio */
     double h[PD_DIM];                  /* [m] */
     double lo[PD_DIM], hi[PD_DIM];     /* [m] box */
+    int axisymmetric;                  /* 2D: x is the axis, y the distance from it */
     pd_shape *shape;                   /* [PD_SHAPE_MAX], children first */
-    int shapes, solid, wall;           /* entries in use; index of the solid and of the wall, -1: none */
+    int shapes, solid, wall, medium;   /* entries in use; index of the solid, the wall, the medium, -1: none */
+    pd_setup_wall walls[PD_SETUP_WALLS]; /* the parts of `wall` */
+    int wall_count;
     uint8_t *mask[PD_SETUP_MASKS];     /* voxels that shapes borrow */
     size_t mask_size[PD_SETUP_MASKS];
     int masks;
@@ -93,6 +154,7 @@ typedef struct pd_setup {
     double sound;           /* [m/s] explicit: c0 */
     /* transport */
     double diffusivity;     /* [m2/s] */
+    double medium_diffusivity; /* [m2/s] of fluid inside the medium */
     double inlet;           /* [mol/m3] */
     pd_expr initial;        /* of x, y, z; in mol/m3 */
     pd_advection advection;
@@ -119,6 +181,8 @@ typedef struct pd_setup {
     double slice_at;        /* [m] */
     pd_setup_probe probe[PD_SETUP_PROBES];
     int probes;
+    pd_setup_monitor monitor[PD_SETUP_MONITORS];
+    int monitors;
     /* what the reader has to say about the file, a line each */
     char note[PD_SETUP_NOTES][200];
     int notes;
@@ -134,6 +198,8 @@ PD_API void pd_setup_free(pd_ctx *ctx, pd_setup *setup);
 #ifdef PDI_INTERNAL
 /* Name of a field in files: "C", "v", ... */
 PDI_FN const char *pdi_setup_field_name(pd_field field);
+/* Section of a kind of monitor: "line", ... */
+PDI_FN const char *pdi_setup_monitor_name(pd_monitor_kind kind);
 /* Why the field does not exist in this setup: "[flow]", "[transport]", ...; NULL: it does. */
 PDI_FN const char *pdi_setup_field_needs(const pd_setup *setup, pd_field field);
 /* "x-", "x+", "y-", ... */

@@ -7,7 +7,8 @@
 typedef enum pd_print_kind {
     PD_PRINT_SUMMARY = 0, /* a line about the scene */
     PD_PRINT_NOTE = 1,    /* a line that the user should know: an ignored key, a conversion */
-    PD_PRINT_PROGRESS = 2 /* the share done and the time left; replaces the line before */
+    PD_PRINT_PROGRESS = 2, /* the share done and the time left; replaces the line before */
+    PD_PRINT_RESULT = 3   /* figures for scripts: "result case=... key=value ..." */
 } pd_print_kind;
 
 /* Text without newline; valid during the call. */

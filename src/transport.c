@@ -29,7 +29,7 @@
 #define PDI_TRANSPORT_ROUGH 30.0
 /* Rounds of upwinding the nodes that leave their bounds before the whole step is upwinded. */
 #define PDI_TRANSPORT_ROUNDS 20
-/* The steady field: length of a step over the explicit limit, and how many. */
+/* The steady field: length of a step over the exchange time of the slowest node, and how many. */
 #define PDI_TRANSPORT_LONG 1e9
 #define PDI_TRANSPORT_STEPS 60
 /* Relative change of the field by the last of them. */
@@ -92,12 +92,12 @@ static void pdi_transport_flux(const pd_transport *t, int32_t i, int k, const do
     const pd_flow *f = t->flow;
     int64_t total = t->grid->total, shift = t->bonds->shift[k];
     const double *p = f->p + i, *u = f->carrier + i, *grad = f->grad + i, *g = st->grad + k * PD_DIM;
-    double tie = f->tau * st->lap[k], arm[PD_DIM];
+    double tie = f->tau * pdi_bond_lap(t->bonds, i)[k], share = pdi_bond_flux(t->bonds, i, k), arm[PD_DIM];
     for (int d = 0; d < PD_DIM; d++) arm[d] = 0.5 * st->xi[k * PD_DIM + d];
     for (int b = 0; b < l->count; b++) {
         double pressure = p[b + shift] - p[b], flux = 0.0;
         for (int d = 0; d < PD_DIM; d++) {
-            flux += g[d] * (u[d * total + b] + u[d * total + b + shift]);
+            flux += share * g[d] * (u[d * total + b] + u[d * total + b + shift]);
             pressure -= arm[d] * (grad[d * total + b] + grad[d * total + b + shift]);
         }
         flux -= (tied ? tied[b] : 1.0) * tie * pressure;
@@ -336,7 +336,7 @@ static pd_status pdi_transport_setup(pd_ctx *ctx, pd_transport *t)
         double drain = t->absorb[node] + (t->diffusion.hold ? t->diffusion.hold[node] : 0.0);
         if (grid->kind[node] != PD_FLUID || !(drain > 0.0)) continue;
         pdi_grid_index(grid, node, i);
-        c->mass[pdi_compact_cell(grid, i)] += (float)drain;
+        c->mass[pdi_compact_cell(grid, i)] += (float)(drain * pdi_grid_circumference(grid, node));
     }
     return pd_multigrid_setup(ctx, &t->mg, c->active, (const float *const *)c->conduct,
                               t->flow ? (const float *const *)c->flux : NULL, c->wall, c->mass);
@@ -401,21 +401,22 @@ static void pdi_transport_boundary(pd_transport *t)
     const pd_grid *grid = t->grid;
     for (int32_t i = 0; i < grid->total; i++) {
         if (grid->kind[i] != PD_FLUID) continue;
+        double around = pdi_grid_circumference(grid, i);
         if (t->diffusion.hold) {
             double gain = t->diffusion.drive[i] - t->diffusion.hold[i] * t->c[i];
-            pdi_sum_add(gain > 0.0 ? &in : &out, fabs(gain));
+            pdi_sum_add(gain > 0.0 ? &in : &out, fabs(gain) * around);
         }
         if (!pdi_limiter_ports(t->bonds, i, 1)) continue;
         for (int k = 0; k < t->bonds->stencil->count; k++) {
             if (!pdi_transport_open(t, i, k)) continue;
             uint8_t far_kind = grid->kind[i + t->bonds->shift[k]];
-            if (far_kind == PD_OUTLET) pdi_sum_add(&out, pdi_transport_bond_flux(t, t->c, i, k));
-            if (far_kind == PD_INLET) pdi_sum_add(&in, -pdi_transport_bond_flux(t, t->c, i, k));
+            if (far_kind == PD_OUTLET) pdi_sum_add(&out, around * pdi_transport_bond_flux(t, t->c, i, k));
+            if (far_kind == PD_INLET) pdi_sum_add(&in, -around * pdi_transport_bond_flux(t, t->c, i, k));
         }
     }
     /* between nodes antidiffusive fluxes cancel: their sum came through the inlets */
     for (int32_t i = 0; i < grid->total; i++)
-        if (grid->kind[i] == PD_FLUID) pdi_sum_add(&in, t->anti[i]);
+        if (grid->kind[i] == PD_FLUID) pdi_sum_add(&in, t->anti[i] * pdi_grid_circumference(grid, i));
     t->outflow = pdi_sum_total(&out) * t->bonds->stencil->volume;
     t->inflow = pdi_sum_total(&in) * t->bonds->stencil->volume;
 }
@@ -604,9 +605,43 @@ pd_status pd_transport_implicit(pd_ctx *ctx, pd_transport *t, double dt, pd_tran
     return status;
 }
 
+/* Rate [1/s] at which node i exchanges its content: one over its explicit limit. */
+static double pdi_transport_rate(const pd_transport *t, int32_t i)
+{
+    double rate = t->absorb[i] + (t->diffusion.hold ? t->diffusion.hold[i] : 0.0);
+    for (int k = 0; k < t->bonds->stencil->count; k++) {
+        double flux, bond, upwind;
+        if (!pdi_transport_open(t, i, k)) continue;
+        pdi_transport_bond(t, i, k, &flux, &bond, &upwind);
+        if (t->grid->kind[i + t->bonds->shift[k]] == PD_OUTLET) rate += fmax(flux, 0.0);
+        else rate += bond + 2.0 * upwind - 0.5 * flux;
+    }
+    return rate;
+}
+
+double pd_transport_limit(pd_ctx *ctx, const pd_transport *t)
+{
+    double fastest = 0.0;
+    (void)ctx;
+    for (int32_t i = 0; i < t->grid->total; i++)
+        if (t->grid->kind[i] == PD_FLUID) fastest = fmax(fastest, pdi_transport_rate(t, i));
+    return fastest > 0.0 ? 1.0 / fastest : HUGE_VAL;
+}
+
+/* Longest time [s] in which a node exchanges its content; HUGE_VAL: nothing moves. */
+static double pdi_transport_slowest(const pd_transport *t)
+{
+    double slowest = HUGE_VAL;
+    for (int32_t i = 0; i < t->grid->total; i++) {
+        double rate = t->grid->kind[i] == PD_FLUID ? pdi_transport_rate(t, i) : 0.0;
+        if (rate > 0.0) slowest = fmin(slowest, rate);
+    }
+    return slowest < HUGE_VAL ? 1.0 / slowest : HUGE_VAL;
+}
+
 pd_status pd_transport_steady(pd_ctx *ctx, pd_transport *t, pd_transport_result *result)
 {
-    double limit = pd_transport_limit(ctx, t);
+    double limit = pdi_transport_slowest(t);
     int krylov = 0;
     if (!(limit < 1e200))
         return pdi_fail(ctx, PD_ERR_ARGUMENT, "transport", "nothing moves: there is no steady field to find");
@@ -626,25 +661,6 @@ pd_status pd_transport_steady(pd_ctx *ctx, pd_transport *t, pd_transport_result 
         if (result->change <= PDI_TRANSPORT_SETTLED) return PD_OK;
     }
     return PD_NOT_CONVERGED;
-}
-
-double pd_transport_limit(pd_ctx *ctx, const pd_transport *t)
-{
-    double fastest = 0.0;
-    (void)ctx;
-    for (int32_t i = 0; i < t->grid->total; i++) {
-        if (t->grid->kind[i] != PD_FLUID) continue;
-        double rate = t->absorb[i] + (t->diffusion.hold ? t->diffusion.hold[i] : 0.0);
-        for (int k = 0; k < t->bonds->stencil->count; k++) {
-            if (!pdi_transport_open(t, i, k)) continue;
-            double flux, bond, upwind;
-            pdi_transport_bond(t, i, k, &flux, &bond, &upwind);
-            if (t->grid->kind[i + t->bonds->shift[k]] == PD_OUTLET) rate += fmax(flux, 0.0);
-            else rate += bond + 2.0 * upwind - 0.5 * flux;
-        }
-        fastest = fmax(fastest, rate);
-    }
-    return fastest > 0.0 ? 1.0 / fastest : HUGE_VAL;
 }
 
 pd_status pd_transport_explicit(pd_ctx *ctx, pd_transport *t, double dt)
@@ -677,11 +693,76 @@ pd_status pd_transport_explicit(pd_ctx *ctx, pd_transport *t, double dt)
     return PD_OK;
 }
 
+/* Upwinded flux [mol/m3/s] of bond k of node i. One of both ends is fluid, the flux is told from there. */
+static double pdi_transport_section_bond(const void *user, int32_t i, int k)
+{
+    const pd_transport *t = (const pd_transport *)user;
+    int32_t j = i + t->bonds->shift[k];
+    if (t->grid->kind[i] == PD_FLUID) return pdi_transport_bond_flux(t, t->c, i, k);
+    double over = pdi_grid_circumference(t->grid, j) / pdi_grid_circumference(t->grid, i);
+    return -over * pdi_transport_bond_flux(t, t->c, j, t->bonds->stencil->count - 1 - k);
+}
+
+/* What node i gains by the antidiffusive flux of bond k (eq. 5.4), likewise. */
+static double pdi_transport_section_anti(const void *user, int32_t i, int k)
+{
+    const pd_transport *t = (const pd_transport *)user;
+    int32_t j = i + t->bonds->shift[k];
+    pdi_transport_sweep s;
+    pdi_transport_lanes l;
+    double lean;
+    if (t->grid->kind[i] != PD_FLUID) {
+        double over = pdi_grid_circumference(t->grid, j) / pdi_grid_circumference(t->grid, i);
+        return -over * pdi_transport_section_anti(t, j, t->bonds->stencil->count - 1 - k);
+    }
+    memset(&s, 0, sizeof s);
+    memset(&l, 0, sizeof l);
+    s.t = t;
+    s.c = t->c;
+    s.task = PDI_TRANSPORT_ANTI;
+    l.count = 1;
+    int ports = pdi_limiter_ports(t->bonds, i, 1);
+    if (!pdi_transport_bond_lanes(&s, i, t->bonds->row[i], k, ports, &l)) return 0.0;
+    pdi_transport_lean(&s, i, k, ports, &l, &lean);
+    return -(l.gated ? l.gate[0] : 1.0) * t->limiter.keep[l.flux[0] > 0.0 ? i : j] * l.upwind[0] * lean;
+}
+
+/* What passes the plane by antidiffusion is all that the nodes on one side of it gain, since the fluxes between them
+ * cancel, unless inlets feed both sides or the axis is periodic: then bond by bond, up to what the limiter still
+ * moves. */
+static double pdi_transport_section_gain(const pd_transport *t, int axis, int index)
+{
+    pdi_sum sum[2] = {{0.0, 0.0}, {0.0, 0.0}};
+    int fed[2] = {0, 0};
+    if (t->grid->side[2 * axis] == PD_SIDE_PERIODIC) fed[0] = fed[1] = 1;
+    for (int32_t node = 0; node < t->grid->total; node++) {
+        int i[PD_DIM];
+        pdi_grid_index(t->grid, node, i);
+        int behind = i[axis] >= index;
+        if (t->grid->kind[node] == PD_INLET) fed[behind] = 1;
+        if (t->grid->kind[node] != PD_FLUID) continue;
+        pdi_sum_add(&sum[behind], t->anti[node] * pdi_grid_circumference(t->grid, node));
+    }
+    if (!fed[0]) return pdi_sum_total(&sum[0]);
+    if (!fed[1]) return -pdi_sum_total(&sum[1]);
+    return pdi_bond_section(t->bonds, axis, index, pdi_transport_section_anti, t);
+}
+
+double pd_transport_section(pd_ctx *ctx, pd_transport *t, int axis, int index)
+{
+    int limited = t->flow && t->desc.advection == PD_ADVECTION_LIMITED;
+    (void)ctx;
+    pd_ghosts_scalar(&t->bonds->ghosts, t->c);
+    double low = pdi_bond_section(t->bonds, axis, index, pdi_transport_section_bond, t);
+    double gain = limited ? pdi_transport_section_gain(t, axis, index) : 0.0;
+    return (low - gain) * t->bonds->stencil->volume;
+}
+
 static double pdi_transport_total(const pd_transport *t, const double *field)
 {
     pdi_sum sum = {0.0, 0.0};
     for (int32_t i = 0; i < t->grid->total; i++)
-        if (t->grid->kind[i] == PD_FLUID) pdi_sum_add(&sum, field[i]);
+        if (t->grid->kind[i] == PD_FLUID) pdi_sum_add(&sum, field[i] * pdi_grid_circumference(t->grid, i));
     return pdi_sum_total(&sum) * t->bonds->stencil->volume;
 }
 
@@ -743,8 +824,10 @@ pd_status pd_transport_build(pd_ctx *ctx, const pd_grid *grid, const pd_bonds *b
         origin[d] = 0;
         md.n[d] = grid->n[d];
         md.stride[d] = grid->stride[d];
+        md.periodic[d] = grid->side[2 * d] == PD_SIDE_PERIODIC;
     }
     md.first = pd_grid_node(grid, origin);
+    md.weight = grid->circumference ? grid->circumference + grid->ghost : NULL;
     md.symmetric = flow == NULL;
     PDI_TRY(pdi_compact_build(ctx, grid, flow != NULL, &t->compact));
     PDI_TRY(pd_multigrid_build(ctx, &md, &t->mg));

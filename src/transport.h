@@ -57,8 +57,9 @@ typedef struct pd_transport {
     pd_compact compact;
     pd_multigrid mg;
     pd_krylov krylov;
-    double outflow;         /* [mol/s] (per m in 2D) through outlets and into held walls at the end of the last step */
-    double inflow;          /* [mol/s] (per m in 2D) through inlets and from held walls */
+    double outflow;         /* [mol/s] (per m in planar 2D) through outlets and into held walls at the end of the last
+                             * step */
+    double inflow;          /* [mol/s] (per m in planar 2D) through inlets and from held walls */
 } pd_transport;
 
 typedef struct pd_transport_result {
@@ -75,6 +76,7 @@ typedef struct pd_transport_result {
 #define pd_transport_steady PD_NAME(pd_transport_steady)
 #define pd_transport_explicit PD_NAME(pd_transport_explicit)
 #define pd_transport_limit PD_NAME(pd_transport_limit)
+#define pd_transport_section PD_NAME(pd_transport_section)
 #define pd_transport_stock PD_NAME(pd_transport_stock)
 #define pd_transport_carried PD_NAME(pd_transport_carried)
 #define pd_transport_free PD_NAME(pd_transport_free)
@@ -89,15 +91,19 @@ PD_API void pd_transport_update(pd_ctx *ctx, pd_transport *transport);
 /* One backward Euler step of dt [s] (any length: dt >> all time scales gives the steady state). PD_NOT_CONVERGED: the
  * linear solver stopped above its tolerance; what is missing is in carry. */
 PD_API pd_status pd_transport_implicit(pd_ctx *ctx, pd_transport *transport, double dt, pd_transport_result *result);
-/* The steady field, by steps of 1e9 times the explicit limit until the field changes by less than 1e-6 of itself.
- * PD_NOT_CONVERGED: the limiter still moves the field by result->change after 60 steps; it is bounded and
- * conservative all the same. */
+/* The steady field, by steps of 1e9 times the exchange time of the slowest node until the field changes by less than
+ * 1e-6 of itself. PD_NOT_CONVERGED: the limiter still moves the field by result->change after 60 steps; it is
+ * bounded and conservative all the same. */
 PD_API pd_status pd_transport_steady(pd_ctx *ctx, pd_transport *transport, pd_transport_result *result);
 /* One forward Euler step. PD_RETRY, nothing changed: dt exceeds pd_transport_limit. */
 PD_API pd_status pd_transport_explicit(pd_ctx *ctx, pd_transport *transport, double dt);
 /* Largest explicit step [s] that keeps every node within its neighbours. */
 PD_API double pd_transport_limit(pd_ctx *ctx, const pd_transport *transport);
-/* Dissolved amount [mol, per m in 2D] in fluid nodes. */
+/* Flux [mol/s, per m in planar 2D] towards + of all bonds that cross the plane between cells index - 1 and index of
+ * `axis` (index 1 .. n-1) at the end of the last step, antidiffusive fluxes included: what the scheme conserves (eq.
+ * 5.1, 5.4). Along a periodic axis up to the tolerance of the limiter. */
+PD_API double pd_transport_section(pd_ctx *ctx, pd_transport *transport, int axis, int index);
+/* Dissolved amount [mol, per m in planar 2D] in fluid nodes. */
 PD_API double pd_transport_stock(pd_ctx *ctx, const pd_transport *transport);
 /* Amount [mol] in carry: owed by the last solve, delivered by the next step. */
 PD_API double pd_transport_carried(pd_ctx *ctx, const pd_transport *transport);

@@ -4,6 +4,8 @@
 #include "config.h"
 
 #ifdef PDI_INTERNAL
+#define PDI_PI 3.14159265358979323846
+
 #if PD_DIM == 1
 #define PDI_SYM 1
 #elif PD_DIM == 2

@@ -57,10 +57,13 @@ spoil "wrong unit" 's/mean = 0.01 m\/s/mean = 0.01 kg/' \
     "bad.scene:3: column 56: found a mass [kg], expected a speed [m/s]"
 spoil "unknown unit" 's/until = 1 h/until = 1 hr/' \
     "bad.scene:8: column 23: found 'hr', expected a unit or an operator: did you mean 'hm'?"
-spoil "unknown key" 's/until/untl/' "bad.scene:8: found no 'until' in [run], expected until = a time [s]"
+spoil "unknown key" 's/until/untl/' \
+    "bad.scene:8: found the unknown key 'untl' in [run], expected one of until, rtol, fraction, max_step: did you \
+mean 'until'?"
+spoil "no until" 's/until = 1 h//' "bad.scene:8: found no 'until' in [run], expected until = a time [s]"
 spoil "unknown section" 's/\[transport\]/[transprt]/' \
     "bad.scene:6: scene: found the section [transprt], expected one of grid, shape, side, flow, transport, \
-dissolve, run, output, probe: did you mean 'transport'?"
+dissolve, run, output, probe, line, plane, force, transfer, total: did you mean 'transport'?"
 spoil "fractional cells" 's/h = 10 um/h = 7 um/' \
     "bad.scene:1: box: found 300 um on axis x, 42.8571 cells of 7 um, expected a whole number of cells"
 spoil "one range" 's/, -60 um .. 60 um//' "bad.scene:1: box: found 1 range, expected 2, one for each axis"
@@ -97,22 +100,66 @@ spoil "two shapes in one" 's/kind = solid/kind = solid   ball = 0, 0   radius = 
 spoil "unknown operand" 's/\[side x-\]/[shape b] union = pin, tube   kind = wall\n[side x-]/' \
     "bad.scene:3: union: found 'tube', expected the name of a [shape] above"
 spoil "unused shape" 's/\[side x-\]/[shape b] ball = 0, 0   radius = 20 um\n[side x-]/' \
-    "bad.scene:3: shape: 'b' has no kind and is part of no other shape, expected kind = solid or wall"
+    "bad.scene:3: shape: 'b' has no kind and is part of no other shape, expected kind = solid, wall or medium"
 spoil "missing mask" 's/\[side x-\]/[shape b] mask = none.png   corner = 0, 0   cell = 1 um   kind = wall\n[side x-]/' \
     "bad.scene:3: mask: file: cannot open 'none.png': No such file or directory"
 spoil "key twice" 's/until = 1 h/until = 1 h   until = 2 h/' \
     "bad.scene:8: found 'until' a second time in [run], first on line 8; expected it once"
 spoil "solid outside" 's/box = 0 .. 60 um, -20/box = 0 .. 60 um, -80/' \
-    "bad.scene: grid: the solid reaches from -8e-05 m to 2e-05 m on axis 1, outside of the box -6e-05 m .. \
+    "bad.scene:2: grid: the solid reaches from -8e-05 m to 2e-05 m on axis 1, outside of the box -6e-05 m .. \
 6e-05 m"
 spoil "solid too thin" 's/-20 um .. 20 um/-1 um .. 1 um/' \
-    "bad.scene: grid: the solid covers no node: it is thinner than the spacing or lies inside the wall"
+    "bad.scene:2: grid: the solid covers no node: it is thinner than the spacing or lies inside the wall"
 spoil "flow without section" '/^\[flow\]/d' \
     "bad.scene:3: flow: found 'inlet' without a [flow] section, expected C = ... alone to hold a concentration"
 spoil "inlet closed" 's/box = 0 .. 60 um, -20 um .. 20 um/box = -100 um .. 60 um, -60 um .. 60 um/' \
-    "bad.scene: inlet: side x-: the inlet is closed by wall or solid"
+    "bad.scene:3: inlet: side x-: the inlet is closed by wall or solid"
 spoil "negative initial" 's/D = 1e-9 m2\/s/D = 1e-9 m2\/s   initial = 1 mol\/m3 * x\/(1 um)/' \
-    "bad.scene: model: initial gives C = -95 mol/m3 at x = -9.5e-05 m, expected a finite value of at least 0"
+    "bad.scene:6: model: initial gives C = -95 mol/m3 at x = -9.5e-05 m, expected a finite value of at least 0"
+spoil "box below the axis" 's/m = 3/m = 3   geometry = axisymmetric/' \
+    "bad.scene:1: box: found y from -60 um, expected the distance from the axis to begin at 0 or at least at one \
+horizon, 30 um"
+round='s/m = 3/m = 3   geometry = axisymmetric/;s/-60 um .. 60 um/0 .. 60 um/'
+spoil "wall on the axis" "$round"';s/\[flow\]/[side y-] flow = noslip\n[flow]/' \
+    "bad.scene:5: flow: found 'noslip' on the axis, expected mirror or nothing"
+spoil "mirror around the axis" "$round"';s/\[flow\]/[side y+] flow = mirror\n[flow]/' \
+    "bad.scene:5: flow: found 'mirror' around an axis, expected noslip, inlet, outlet or open"
+# watch NAME SECTION MESSAGE: the base with one more section on line 11.
+watch() {
+    { base; echo "$2"; } > bad.scene
+    rejects "$1" "bad.scene:11: $3"
+}
+watch "line without end" "[line a] from = 0, 0   points = 5" "found no 'to' in [line a], expected to = a length [m]"
+watch "line without points" "[line a] from = 0, 0   to = 50 um, 0" \
+    "found no 'points' in [line a], expected points = a whole number"
+watch "line of no length" "[line a] from = 0, 0   to = 0, 0   points = 5" \
+    "to: found the point of 'from', expected another one"
+watch "line drawn without field" "[line a] from = 0, 0   to = 50 um, 0   points = 5   fields = C   images = v" \
+    "images: found a field that is not among 'fields'"
+watch "plane at the end" "[plane a] at = x 198 um" \
+    "at: found 0.000198 m, expected a place at least half a cell inside of the box"
+watch "plane without axis" "[plane a] at = 10 um" "at: found '10 um', expected an axis and a place: y 0 um"
+watch "force without box" "[force a] balance = no" "found no 'box' in [force a], expected box = a .. b, one range for \
+each axis"
+watch "force too near" "[force a] box = -10 um .. 80 um, -30 um .. 60 um" \
+    "force: cells 3 .. 12 of axis 1: a box of fluid two cells inside of 12 is expected; balance = no leaves it out"
+watch "coefficient without length" "[force a] box = -30 um .. 90 um, -40 um .. 40 um   speed = 1 m/s" \
+    "found no 'length' in [force a], expected length = a length [m]"
+watch "transfer without surface" "[transfer a] length = 1 mm" \
+    "found no 'surface' in [transfer a], expected surface = a concentration [mol/m3]"
+watch "bulk without axis" "[transfer a] length = 1 mm   surface = Csat   fluid = bulk" \
+    "fluid: found 'bulk' without the axis of the stream, expected along = x or y"
+watch "medium without diffusivity" "[shape b] ball = 0, 0   radius = 5 um   kind = medium" \
+    "found no 'D' in [shape b], expected D = a diffusivity [m2/s]"
+watch "wall of negative concentration" "[shape b] ball = 0, 50 um   radius = 5 um   kind = wall   C = -1 mol/m3" \
+    "C: found -1 mol/m3, expected at least 0"
+watch "watching without name" "[total] box = 0 .. 1 um, 0 .. 1 um" "total: expected a short name: [total NAME]"
+watch "misspelt key of a line" "[line a] form = 0, 0   to = 50 um, 0   points = 5" \
+    "found the unknown key 'form' in [line a], expected one of from, to, points, spacing, fields, images: did you \
+mean 'from'?"
+spoil "probe in the wall" \
+    's/at = 100 um, 0/at = 100 um, 0\n[shape lid] box = 90 um .. 120 um, -60 um .. 60 um   kind = wall/' \
+    "bad.scene:10: probe: 'a' stands in the wall"
 base > bad.scene
 rejects "bad override" \
     "command line: column 8: found a number without unit, expected a length [m]: write its unit, for example \

@@ -380,7 +380,7 @@ TEST(grain_factor)
 }
 
 typedef struct listener {
-    int summary, notes, progress, steps, stop_after;
+    int summary, notes, progress, results, steps, stop_after;
     char text[4000];
 } listener;
 
@@ -391,6 +391,7 @@ static void listen(void *user, pd_print_kind kind, const char *text)
     l->summary += kind == PD_PRINT_SUMMARY;
     l->notes += kind == PD_PRINT_NOTE;
     l->progress += kind == PD_PRINT_PROGRESS;
+    l->results += kind == PD_PRINT_RESULT;
     CHECK(strchr(text, '\n') == NULL);
     snprintf(l->text + used, sizeof l->text - used, "%s\n", text);
 }
@@ -511,6 +512,108 @@ TEST(flow_alone)
     leave(&ctx, &u);
 }
 
+/* What a point of a surface holds: the side that it lies on, else the nearest shape; nothing beside the metal. */
+TEST(walls_and_media)
+{
+    pd_ctx ctx;
+    pd_setup u;
+    pd_model m;
+    const double on_side[2] = {50e-6, 0.0}, on_a[2] = {40e-6, 50e-6}, on_b[2] = {160e-6, 53e-6};
+    const double on_c[2] = {100e-6, 51e-6};
+    const double on_metal[2] = {100e-6, 80e-6}, inside[2] = {20e-6, 90e-6}, outside[2] = {20e-6, 70e-6};
+    if (!build(&ctx, STILL "[side y-] C = 7 mol/m3\n"
+               "[shape a] ball = 30 um, 50 um  radius = 10 um  kind = wall  C = 2 mol/m3\n"
+               "[shape b] box = 150 um .. 170 um, 30 um .. 50 um  kind = wall  C = 3 mol/m3\n"
+               "[shape c] box = 80 um .. 120 um, 30 um .. 50 um  kind = wall\n"
+               "[shape d] box = 80 um .. 120 um, 80 um .. 100 um  kind = solid\n"
+               "[shape e] half_space = yes  point = 0, 80 um  normal = 0, -1  kind = medium  D = 3e-9 m2/s\n", &u, &m))
+        return;
+    CHECK_NEAR(pd_wall_held(&u, on_side), 7.0, 0.0);
+    CHECK_NEAR(pd_wall_held(&u, on_a), 2.0, 0.0);
+    CHECK_NEAR(pd_wall_held(&u, on_b), 3.0, 0.0);
+    CHECK(isnan(pd_wall_held(&u, on_c)));
+    CHECK(isnan(pd_wall_held(&u, on_metal)));
+    CHECK_NEAR(m.transport.desc.field(m.transport.desc.user, inside), 3e-9, 0.0);
+    CHECK_NEAR(m.transport.desc.field(m.transport.desc.user, outside), 1e-9, 0.0);
+    CHECK_REL(m.transport.desc.level(m.transport.desc.user, inside), -10e-6, 1e-9);
+    pd_model_free(&ctx, &m);
+    leave(&ctx, &u);
+}
+
+/* Column `name` of a table of the run, its last row; 0 when there is none. */
+static double last_of(pd_ctx *ctx, const char *file, const char *name)
+{
+    pd_table table;
+    double values[2000], value = 0.0;
+    memset(&table, 0, sizeof table);
+    if (CHECK_OK(ctx, pd_table_read(ctx, path_of(file), &table)) && CHECK(table.rows > 0 && table.rows < 2000) &&
+        CHECK_OK(ctx, pd_table_column(ctx, &table, name, values)))
+        value = values[table.rows - 1];
+    pd_table_free(ctx, &table);
+    return value;
+}
+
+/* Plane Poiseuille flow, an exact discrete solution: a parabola, a linear pressure and the friction on both walls. */
+TEST(watching_a_flow)
+{
+    pd_ctx ctx;
+    pd_setup u;
+    pd_run_result r;
+    listener l;
+    const double slope = 12.0 * 1e-3 * 0.01 / (100e-6 * 100e-6); /* [Pa/m] */
+    memset(&l, 0, sizeof l);
+    if (!CHECK_OK(&ctx, load(&ctx, CHANNEL "[side x-] flow = inlet  profile = parabola  mean = 1 cm/s\n"
+                             "[line a] from = 100 um, 0  to = 100 um, 100 um  points = 11\n"
+                             "[line b] from = 0, 50 um  to = 100 um, 50 um  spacing = 30 um  fields = p images = none\n"
+                             "[plane a] at = x 98 um\n[total a]\n"
+                             "[force low] box = 50 um .. 150 um, 0 .. 50 um  balance = no\n", NULL, 0, &u))) return;
+    CHECK_INT(u.monitors, 5);
+    CHECK_OK(&ctx, run(&ctx, &u, path_of("watch"), 0, &l, &r));
+    CHECK_INT(l.results, 3);
+    CHECK(strstr(l.text, "result case=a plane=a time=0 area=0.0001 flow=") != NULL);
+    CHECK_REL(last_of(&ctx, "watch/plane_a.csv", "flow [m2/s]"), 1e-6, 1e-2);
+    CHECK_REL(last_of(&ctx, "watch/plane_a.csv", "p [Pa]"), slope * (u.hi[0] - 100e-6), 1e-4);
+    CHECK_REL(last_of(&ctx, "watch/force_low.csv", "fx [N/m]"), 0.5 * slope * 100e-6 * 100e-6, 1e-4);
+    CHECK_REL(last_of(&ctx, "watch/force_low.csv", "fx_friction [N/m]"), 0.5 * slope * 100e-6 * 100e-6, 1e-4);
+    CHECK_REL(last_of(&ctx, "watch/total_a.csv", "mx [kg/s]"), 1000.0 * 0.01 * u.hi[0] * 100e-6, 1e-2);
+    CHECK_REL(last_of(&ctx, "watch/line_b_000000_t0.0s.csv", "p [Pa]"), slope * (u.hi[0] - 100e-6), 1e-4);
+    CHECK_REL(last_of(&ctx, "watch/line_b_000000_t0.0s.csv", "x [m]"), 100e-6, 1e-12);
+    CHECK_NEAR(last_of(&ctx, "watch/line_a_000000_t0.0s.csv", "vy [m/s]"), 0.0, 1e-7);
+    CHECK(access(path_of("watch/line_a_v_000000_t0.0s.png"), R_OK) == 0);
+    CHECK(access(path_of("watch/line_b_p_000000_t0.0s.png"), R_OK) != 0);
+    leave(&ctx, &u);
+}
+
+/* A front that recedes at a given speed gives v Cs for each area; a slab under held walls Sh = 2 against its middle. */
+TEST(watching_a_transfer)
+{
+    pd_ctx ctx;
+    pd_setup u;
+    pd_run_result r;
+    listener l;
+    memset(&l, 0, sizeof l);
+    if (!CHECK_OK(&ctx, load(&ctx, DISSOLVING "[transfer a] box = 0 .. 200 um, 0 .. 100 um  along = x\n[total a]\n",
+                             NULL, 0, &u))) return;
+    CHECK_OK(&ctx, run(&ctx, &u, path_of("transfer"), 0, &l, &r));
+    CHECK_REL(last_of(&ctx, "transfer/transfer_a.csv", "flux [mol/m/s]"), 2e-6 / 3600.0 * u.solid_c * 200e-6, 2e-2);
+    CHECK_REL(last_of(&ctx, "transfer/transfer_a_000003_t3600.0s.csv", "x [m]"), 195e-6, 1e-12);
+    double held = last_of(&ctx, "transfer/total_a.csv", "dissolved [mol/m]") +
+                  last_of(&ctx, "transfer/total_a.csv", "solid [mol/m]");
+    CHECK_REL(held, u.solid_c * 200e-6 * 50e-6, 1e-9);
+    CHECK(access(path_of("transfer/transfer_a_density_000003_t3600.0s.png"), R_OK) == 0);
+    leave(&ctx, &u);
+    if (!CHECK_OK(&ctx, load(&ctx, "[grid] h = 10 um  box = 0 .. 100 um, 0 .. 100 um\n[side x-] flow = mirror\n"
+                             "[side x+] flow = mirror\n[side y-] C = 2 mol/m3\n[side y+] C = 1 mol/m3\n"
+                             "[transport] D = 1e-9 m2/s  time = steady\n"
+                             "[transfer a] box = 0 .. 100 um, 0 .. 50 um  along = x  length = 100 um\n"
+                             "             surface = 2 mol/m3  fluid = 1.5 mol/m3\n", NULL, 0, &u))) return;
+    CHECK_OK(&ctx, run(&ctx, &u, path_of("held"), 0, &l, &r));
+    CHECK_REL(last_of(&ctx, "held/transfer_a.csv", "Sh [-]"), 2.0, 2e-2);
+    CHECK_REL(last_of(&ctx, "held/transfer_a.csv", "area [m]"), 100e-6, 1e-9);
+    CHECK_REL(last_of(&ctx, "held/transfer_a_000000_t0.0s.csv", "Sh [-]"), 2.0, 2e-2);
+    leave(&ctx, &u);
+}
+
 TEST(refusals)
 {
     pd_ctx ctx;
@@ -540,7 +643,7 @@ TEST_MAIN(ENTRY(every_key) ENTRY(shapes_and_operations) ENTRY(overrides_replace_
           ENTRY(masks) ENTRY(parabola_between_walls) ENTRY(flow_rate_and_direction) ENTRY(expression_profile)
           ENTRY(sides_and_motion)
           ENTRY(absent_physics_costs_nothing) ENTRY(grain_factor) ENTRY(files_of_a_run) ENTRY(stop_and_check)
-          ENTRY(flow_alone) ENTRY(refusals))
+          ENTRY(flow_alone) ENTRY(walls_and_media) ENTRY(watching_a_flow) ENTRY(watching_a_transfer) ENTRY(refusals))
 #elif PD_DIM == 3
 #define TUBE \
     "[grid] h = 10 um  box = 0 .. 80 um, -40 um .. 40 um, -40 um .. 40 um\n" \

@@ -9,6 +9,7 @@
 #include "cylinder.h"
 #include "transport.h"
 #include "exchange.h"
+#include "annulus.h"
 #include "turn.h"
 #include "dissolution.h"
 #include "gas.h"
@@ -36,6 +37,7 @@ static const val_case *const val_cases[] = {
 #if PD_DIM == 2
     &turn_case,
     &graetz_case,
+    &annulus_case,
 #endif
     &stefan_case,
     &rate_case,

@@ -1,0 +1,238 @@
+/* test_measure: figures through planes, from walls and metal, and in boxes, against closed forms and balances.
+ * dims: 2 3 */
+#include "measure.h"
+#include "test.h"
+#include <math.h>
+#include <string.h>
+
+#define RHO 900.0 /* [kg/m3] */
+#define MEAN 0.5  /* [m/s] */
+#define D 0.02    /* [m2/s] */
+
+static const double pi = 3.14159265358979323846;
+
+typedef struct scene {
+    pd_ctx ctx;
+    pd_stencil_desc stencil_desc;
+    pd_grid_desc grid_desc;
+    pd_shape shape;
+    pd_flow_desc flow_desc;
+    pd_transport_desc transport_desc;
+    pd_stencil stencil;
+    pd_grid grid;
+    pd_bonds bonds;
+    pd_flow flow;
+    pd_transport transport;
+} scene;
+
+static scene test_scene;
+
+/* A channel of 2 m x 1 m (x 0.5 m, mirrored), n cells across. */
+static scene *scene_start(int n)
+{
+    scene *s = &test_scene;
+    memset(s, 0, sizeof *s);
+    pd_ctx_init(&s->ctx);
+    for (int d = 0; d < PD_DIM; d++) {
+        s->stencil_desc.h[d] = 1.0 / n;
+        s->grid_desc.hi[d] = d == 0 ? 2.0 : d == 1 ? 1.0 : 0.5;
+        if (d == 2) s->grid_desc.side[4] = s->grid_desc.side[5] = PD_SIDE_MIRROR;
+    }
+    s->grid_desc.shapes = &s->shape;
+    s->grid_desc.solid = s->grid_desc.wall = -1;
+    s->flow_desc.rho = RHO;
+    s->flow_desc.mu = 1.0;
+    s->flow_desc.speed = s->flow_desc.length = 1.0;
+    s->transport_desc.diffusivity = D;
+    return s;
+}
+
+static int scene_build(scene *s)
+{
+    return CHECK_OK(&s->ctx, pd_stencil_build(&s->ctx, &s->stencil_desc, &s->stencil)) &&
+           CHECK_OK(&s->ctx, pd_grid_build(&s->ctx, &s->stencil, &s->grid_desc, &s->grid)) &&
+           CHECK_OK(&s->ctx, pd_bonds_build(&s->ctx, &s->stencil, &s->grid, 0, &s->bonds)) &&
+           CHECK_OK(&s->ctx, pd_flow_build(&s->ctx, &s->grid, &s->bonds, &s->flow_desc, &s->flow)) &&
+           CHECK_OK(&s->ctx, pd_transport_build(&s->ctx, &s->grid, &s->bonds, &s->flow, &s->transport_desc,
+                                                &s->transport));
+}
+
+static void scene_free(scene *s)
+{
+    pd_transport_free(&s->ctx, &s->transport);
+    pd_flow_free(&s->ctx, &s->flow);
+    pd_bonds_free(&s->ctx, &s->bonds);
+    pd_grid_free(&s->ctx, &s->grid);
+    pd_stencil_free(&s->ctx, &s->stencil);
+    CHECK_INT(s->ctx.in_use, 0);
+}
+
+static double depth(void) { return PD_DIM == 3 ? 0.5 : 1.0; }
+
+static void parabola(void *user, const double *x, double *u)
+{
+    memset(u, 0, PD_DIM * sizeof *u);
+    u[0] = (user ? -1.0 : 1.0) * 6.0 * MEAN * x[1] * (1.0 - x[1]);
+}
+
+/* Plane Poiseuille flow everywhere; `back`: towards x-. */
+static void stream(scene *s, int back)
+{
+    for (int32_t i = 0; i < s->grid.total; i++) {
+        double x[PD_DIM], u[PD_DIM];
+        if (s->grid.kind[i] != PD_FLUID) continue;
+        pd_grid_position(&s->grid, i, x);
+        parabola(back ? s : NULL, x, u);
+        s->flow.u[i] = u[0];
+        s->flow.p[i] = (back ? x[0] : 2.0 - x[0]) * 12.0 * MEAN / RHO; /* p = 0 at the outlet */
+    }
+    pd_flow_prepare(&s->ctx, &s->flow);
+}
+
+/* The metal that steady transport carries is the same through every plane, whichever way the stream goes, and all of it
+ * comes in at the inlet. */
+TEST(planes_agree)
+{
+    for (int back = 0; back < 2; back++) {
+        scene *s = scene_start(20);
+        pd_transport_result result;
+        pd_measure_plane_result first, plane;
+        double worst = 0.0;
+        s->grid_desc.side[back] = PD_SIDE_INLET;
+        s->grid_desc.side[1 - back] = PD_SIDE_OUTLET;
+        s->flow_desc.inlet = parabola;
+        s->flow_desc.inlet_user = back ? s : NULL;
+        s->transport_desc.inlet = 3.0;
+        s->transport_desc.advection = PD_ADVECTION_UPWIND;
+        if (!scene_build(s)) return;
+        stream(s, back);
+        CHECK_OK(&s->ctx, pd_transport_steady(&s->ctx, &s->transport, &result));
+        pd_measure_plane(&s->ctx, &s->bonds, &s->flow, &s->transport, 0, 1, &first);
+        for (int index = 2; index < s->grid.n[0]; index++) {
+            pd_measure_plane(&s->ctx, &s->bonds, &s->flow, &s->transport, 0, index, &plane);
+            worst = fmax(worst, fabs(plane.species / first.species - 1.0));
+            worst = fmax(worst, fabs(plane.flow / first.flow - 1.0));
+        }
+        CHECK(worst < 1e-8);
+        CHECK_REL(first.species, (back ? -1.0 : 1.0) * s->transport.inflow, 1e-8);
+        CHECK_REL(plane.area, depth(), 1e-12);
+        CHECK_REL(plane.flow, (back ? -1.0 : 1.0) * MEAN * depth(), 3e-3);
+        CHECK_REL(plane.pressure, back ? 1.95 * 12.0 * MEAN : 0.05 * 12.0 * MEAN, 1e-9);
+        CHECK_REL(plane.bulk, 3.0, 1e-8);
+        CHECK_REL(plane.mean, 3.0, 1e-8);
+        scene_free(s);
+    }
+}
+
+/* c = y/H: the mixed stream of a parabola carries the mean, and a stream of u = y has 2/3. */
+TEST(bulk_is_weighted_by_the_stream)
+{
+    scene *s = scene_start(20);
+    pd_measure_plane_result plane;
+    if (!scene_build(s)) return;
+    stream(s, 0);
+    for (int32_t i = 0; i < s->grid.total; i++) {
+        double x[PD_DIM];
+        pd_grid_position(&s->grid, i, x);
+        if (s->grid.kind[i] == PD_FLUID) s->transport.c[i] = x[1];
+    }
+    pd_measure_plane(&s->ctx, &s->bonds, &s->flow, &s->transport, 0, 20, &plane);
+    CHECK_REL(plane.bulk, 0.5, 1e-12);
+    for (int32_t i = 0; i < s->grid.total; i++)
+        if (s->grid.kind[i] == PD_FLUID) s->flow.u[i] = s->transport.c[i];
+    pd_measure_plane(&s->ctx, &s->bonds, &s->flow, &s->transport, 0, 20, &plane);
+    CHECK_REL(plane.bulk, 2.0 / 3.0, 1e-3);
+    CHECK_REL(plane.mean, 0.5, 1e-12);
+    scene_free(s);
+}
+
+static double held_ends(void *user, const double *x)
+{
+    (void)user;
+    return x[1] < 1e-9 ? 1.0 : x[1] > 1.0 - 1e-9 ? 0.0 : (double)NAN;
+}
+
+/* Diffusion between held walls: what one gives passes every plane and reaches the other. */
+TEST(walls_give_what_planes_carry)
+{
+    scene *s = scene_start(10);
+    pd_transport_result result;
+    pd_measure_plane_result plane;
+    double lo[3] = {0.0, 0.0, 0.0}, hi[3] = {2.0, 0.5, 1.0}, flux, area, layer[20], part[20];
+    s->transport_desc.held = held_ends;
+    for (int side = 0; side < 2 * PD_DIM; side++)
+        if (side / 2 != 1) s->grid_desc.side[side] = PD_SIDE_MIRROR;
+    if (!scene_build(s)) return;
+    CHECK_OK(&s->ctx, pd_transport_steady(&s->ctx, &s->transport, &result));
+    pd_measure_exchange(&s->ctx, &s->transport, NULL, lo, hi, -1, &flux, &area);
+    CHECK_REL(area, 2.0 * depth(), 1e-12);
+    CHECK_REL(flux, D * 2.0 * depth(), 1e-2);
+    for (int index = 1; index < 10; index += 4) {
+        pd_measure_plane(&s->ctx, &s->bonds, NULL, &s->transport, 1, index, &plane);
+        if (index == 5) CHECK_REL(plane.species, flux, 1e-8);
+        CHECK(isnan(plane.bulk));
+    }
+    pd_measure_exchange(&s->ctx, &s->transport, NULL, lo, hi, 0, layer, part);
+    double sum = 0.0, whole = 0.0;
+    for (int k = 0; k < 20; k++) {
+        sum += layer[k];
+        whole += part[k];
+    }
+    CHECK_REL(sum, flux, 1e-12);
+    CHECK_REL(whole, area, 1e-12);
+    lo[1] = 0.5, hi[1] = 1.0;
+    pd_measure_exchange(&s->ctx, &s->transport, NULL, lo, hi, -1, &flux, &area);
+    CHECK_REL(flux, -sum, 1e-8);
+    scene_free(s);
+}
+
+static double everywhere(void *user, const double *x)
+{
+    (void)user, (void)x;
+    return 1.0;
+}
+
+/* The area of a ball, to the error of the area weights and of the lattice. The side walls, which hold too, lie beyond
+ * the reach of the box. */
+TEST(area_of_a_ball)
+{
+    for (int n = 28; n <= 40; n += 12) {
+        scene *s = scene_start(n);
+        double lo[3] = {0.6, 0.13, 0.0}, hi[3] = {1.4, 0.87, 0.4}, flux, area;
+        s->shape.type = PD_SHAPE_BALL;
+        s->shape.r = 0.25;
+        s->shape.a[0] = 1.0;
+        s->shape.a[1] = 0.5;
+        s->grid_desc.wall = 0;
+        s->transport_desc.held = everywhere;
+        if (!scene_build(s)) return;
+        pd_measure_exchange(&s->ctx, &s->transport, NULL, lo, hi, -1, &flux, &area);
+        double exact = PD_DIM == 2 ? 2.0 * pi * 0.25 : 2.0 * pi * 0.25 * 0.25;
+        CHECK_REL(area, exact, 2e-2);
+        scene_free(s);
+    }
+}
+
+/* Energy and momentum of the parabola, and the amount of a constant. */
+TEST(box_of_a_stream)
+{
+    scene *s = scene_start(40);
+    pd_measure_box_result box;
+    double lo[3] = {0.5, 0.0, 0.0}, hi[3] = {1.5, 1.0, 1.0};
+    s->transport_desc.initial = 2.0;
+    if (!scene_build(s)) return;
+    stream(s, 0);
+    pd_measure_box(&s->ctx, &s->bonds, &s->flow, &s->transport, NULL, lo, hi, &box);
+    CHECK_REL(box.volume, depth(), 1e-12);
+    CHECK_REL(box.dissolved, 2.0 * depth(), 1e-12);
+    CHECK_REL(box.energy, 0.5 * RHO * 1.2 * MEAN * MEAN * depth(), 1e-3);
+    CHECK_REL(box.momentum[0], RHO * MEAN * depth(), 1e-3);
+    CHECK_NEAR(box.momentum[1], 0.0, 1e-12);
+    CHECK_REL(box.least, 2.0, 0.0);
+    CHECK_REL(box.most, 2.0, 0.0);
+    CHECK_NEAR(box.solid, 0.0, 0.0);
+    scene_free(s);
+}
+
+TEST_MAIN(ENTRY(planes_agree) ENTRY(bulk_is_weighted_by_the_stream) ENTRY(walls_give_what_planes_carry)
+          ENTRY(area_of_a_ball) ENTRY(box_of_a_stream))
