@@ -18,9 +18,9 @@
 /* The last Newton step aims at this share of the tolerance. */
 #define PDI_STEADY_ENOUGH 0.3
 
-/* Newton steps of a stage in time, and the linear tolerance of the first. */
+/* Newton steps of a stage in time, and the loosest linear tolerance of one. */
 #define PDI_STEADY_STAGE 8
-#define PDI_STEADY_STAGE_FORCING 1e-2
+#define PDI_STEADY_STAGE_FORCING 0.1
 
 /* What the solver callbacks see. */
 typedef struct pdi_steady_user {
