@@ -14191,6 +14191,8 @@ pd_status pd_force_balance(pd_ctx *ctx, pd_flow *flow, const double *lo, const d
 
 /* First pseudo time step: L/U over this. */
 #define PDI_STEADY_SHIFT 3.0
+/* The same after a change of geometry, over this: the old state is near. */
+#define PDI_STEADY_AGAIN 0.1
 /* A step that lets the residual grow by more than this factor is taken back. */
 #define PDI_STEADY_GROWTH 10.0
 
@@ -14419,7 +14421,7 @@ pd_status pd_steady_solve(pd_ctx *ctx, pd_steady *s, pd_steady_result *result)
 {
     pd_flow *flow = s->flow;
     int64_t start = flow->evaluations;
-    double forcing = 0.1, boost = 1.0;
+    double forcing = 0.1, least = s->norm0 > 0.0 ? PDI_STEADY_AGAIN : 1.0, boost = least;
     memset(result, 0, sizeof *result);
     double norm = pdi_steady_residual(ctx, s, result);
     s->norm0 = fmax(s->norm0, norm);
@@ -14449,7 +14451,7 @@ pd_status pd_steady_solve(pd_ctx *ctx, pd_steady *s, pd_steady_result *result)
         /* a linear system that is hard to solve gets a shorter pseudo time step next time, an easy one a longer one */
         if (effort > s->desc.max_krylov) boost *= 10.0;
         else if (effort > PDI_STEADY_HARD) boost *= 2.0;
-        else if (effort < PDI_STEADY_EASY) boost = fmax(1.0, boost * 0.5);
+        else if (effort < PDI_STEADY_EASY) boost = fmax(least, boost * 0.5);
         /* Eisenstat and Walker 1996, choice 2: solve as well as the last step predicts, no better than asked for */
         double excess = fmax(result->momentum, result->continuity) / s->desc.tolerance;
         forcing = fmax(0.9 * (fresh / norm) * (fresh / norm), PDI_STEADY_ENOUGH / fmax(excess, 1.0));
