@@ -108,10 +108,13 @@ $$(BUILD)/obj$(1)d/%.o: src/%.c $$(BUILD)/flags
 $$(BUILD)/test_%_$(1)d: tests/test_%.c tests/test.h $$(HEADERS) $$(OBJECTS_$(1)) $$(BUILD)/flags
 	$$(building) $$(CC) $$(DEV) -DPD_DIM=$(1) -Isrc -Itests $$< $$(OBJECTS_$(1)) -o $$@ $$(LIBS)
 
-$$(BUILD)/pd$(1)d: drivers/scene.c pdcorr.h $$(BUILD)/flags
+$$(BUILD)/pd$(1)d: drivers/scene.c drivers/common.h pdcorr.h $$(BUILD)/flags
 	$$(building) $$(CC) $$(CFLAGS) $$(OMP) -DPD_DIM=$(1) -I. $$< -o $$@ $$(LIBS)
 
-$$(BUILD)/validate$(1)d: drivers/validate.c $$(wildcard drivers/validate/*) pdcorr.h $$(BUILD)/flags
+$$(BUILD)/validate$(1)d: drivers/validate.c $$(wildcard drivers/*.h drivers/validate/*) pdcorr.h $$(BUILD)/flags
+	$$(building) $$(CC) $$(CFLAGS) $$(OMP) -DPD_DIM=$(1) -I. $$< -o $$@ $$(LIBS)
+
+$$(BUILD)/bench$(1)d: drivers/bench.c $$(wildcard drivers/*.h drivers/bench/* drivers/validate/*) pdcorr.h $$(BUILD)/flags
 	$$(building) $$(CC) $$(CFLAGS) $$(OMP) -DPD_DIM=$(1) -I. $$< -o $$@ $$(LIBS)
 
 $$(BUILD)/%$(1)d: drivers/%.c pdcorr.h $$(BUILD)/flags
