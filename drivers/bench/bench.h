@@ -1,8 +1,8 @@
 /* bench: what a case of the benchmark is, how it reports, and how it takes times.
  *
  * A case is one run function. It times or counts, and hands over result lines, tables, figures and goals; the driver
- * prints them and writes them into the section of the report. To add a case: write it into the file of its room and list
- * it in cases.h.
+ * prints them and writes them into the section of the report. To add a case: write it into the file of its room and
+ * list it in cases.h.
  */
 #ifndef BENCH_BENCH_H
 #define BENCH_BENCH_H
@@ -140,20 +140,20 @@ typedef struct bench_job {
 
 /* Least time of one call of each job, on `threads` threads. The jobs take turns, so that all of them see the machine in
  * the same moods: on a shared machine ratios of these times count, not the times. Short jobs are repeated within a
- * turn. */
+ * turn; of long ones (several seconds in all) there are two turns after the warm-up. */
 static void bench_time(bench *b, bench_job *job, int jobs, int threads)
 {
-    double turn = b->quick ? 2e-4 : 5e-3, budget = (b->quick ? 0.004 : 0.25) * jobs, spent = 0.0;
+    double turn = b->quick ? 2e-4 : 5e-3, budget = (b->quick ? 0.004 : 0.25) * jobs, spent = 0.0, warm = 0.0;
     int repeat[BENCH_JOBS];
     b->ctx->threads = threads;
     for (int k = 0; k < jobs; k++) {
-        job[k].run(job[k].user); /* warms up */
         double start = wall_seconds();
         job[k].run(job[k].user);
         job[k].best = wall_seconds() - start;
         repeat[k] = 1 + (int)fmin(turn / fmax(job[k].best, 1e-8), 1e4);
+        warm += job[k].best;
     }
-    for (int round = 0; round < 4 || spent < budget; round++)
+    for (int round = 0; round < (warm > 3.0 ? 2 : 4) || spent < budget; round++)
         for (int k = 0; k < jobs; k++) {
             double start = wall_seconds();
             for (int r = 0; r < repeat[k]; r++) job[k].run(job[k].user);
@@ -168,8 +168,8 @@ static double bench_rate(const bench_job *job) { return job->nodes / job->best; 
 
 /* ---- triad ---- */
 
-/* a = b + s c on arrays as long as a padded field: three accesses of 8 bytes a node, as many as a kernel needs that reads
- * one field and writes another. */
+/* a = b + s c on arrays as long as a padded field: three accesses of 8 bytes a node, as many as a kernel needs that
+ * reads one field and writes another. */
 typedef struct triad {
     pd_ctx *ctx;
     int64_t n;
