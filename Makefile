@@ -41,7 +41,7 @@ LOGS = $(BUILD)/logs
 TEST_LOGS := $(TESTS:$(BUILD)/%=$(LOGS)/%.log)
 ALL_LOGS := $(LOGS)/amalgam.log $(LOGS)/lint.log $(TEST_LOGS) $(SCRIPTS:tests/%.sh=$(LOGS)/%.log)
 
-.PHONY: all run report test test-quick tests amalgam lint check-compilers sanitize clean help FORCE
+.PHONY: all run report validation bench test test-quick tests amalgam lint check-compilers sanitize clean help FORCE
 .SECONDARY:
 .DELETE_ON_ERROR:
 
@@ -51,11 +51,18 @@ run: $(BUILD)/pd2d ## run the example scene of the magnesium pin into out/
 	$(BUILD)/pd2d examples/scenes/mg_pin_2d.scene --out out/mg_pin_2d
 	@echo "pictures:"; ls out/mg_pin_2d/volume_loss.png $$(ls -d out/mg_pin_2d/*_t32400.0s.png)
 
+report: validation bench ## write docs/validation.md and docs/performance.md
+
 # Threads sleep at barriers, because several programs may share the processor.
-report: $(foreach k,$(DIMS),$(BUILD)/validate$(k)d) ## run all validation cases and write docs/validation.md
+validation: $(foreach k,$(DIMS),$(BUILD)/validate$(k)d) ## run all validation cases and write docs/validation.md
 	@rm -rf $(BUILD)/report
 	for k in $(DIMS); do OMP_WAIT_POLICY=passive $(BUILD)/validate$${k}d --out $(BUILD)/report || exit 1; done
 	sh tools/report.sh $(BUILD)/report docs
+
+bench: $(foreach k,$(DIMS),$(BUILD)/bench$(k)d) ## run all benchmarks on two threads and write docs/performance.md
+	@rm -rf $(BUILD)/performance
+	for k in $(DIMS); do OMP_WAIT_POLICY=passive $(BUILD)/bench$${k}d --out $(BUILD)/performance || exit 1; done
+	sh tools/report.sh --performance $(BUILD)/performance docs
 
 # A test that does not build counts as failed, and the others still run.
 test: ## all checks and tests; ends with the sum
