@@ -260,7 +260,7 @@ static pd_status counts_transport(bench *b)
     table_cell(head, "upwind, short step");
     table_cell(head, "upwind, steady");
     table_cell(head, "limited, short step");
-    table_cell(head, "limiter rounds");
+    table_cell(head, "its Newton steps");
     for (int n = 16; n <= (b->quick ? 32 : 128); n *= 2) {
         pd_transport_result result;
         table_row *row = bench_row(b);

@@ -288,8 +288,8 @@ static pd_status study_run(bench *b)
     PDI_TRY(study_pulse(b, &s));
     PDI_TRY(study_pencil(b, &s));
     bench_note(b, "Bonds longer than a spacing are upwinded too, which spreads a front by more than a cell: long "
-                  "horizons pay for their work with accuracy here. The error of the pencil is that of metal that leaves cell by "
-                  "cell; it falls with h, not with the steps.");
+                  "horizons pay for their work with accuracy here. The error of the pencil is that of metal that "
+                  "leaves cell by cell; it falls with h, not with the steps.");
     return PD_OK;
 }
 
