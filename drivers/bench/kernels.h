@@ -301,7 +301,8 @@ static const bench_case kernels_case = {
     "ghosts of a vector and a scalar (for these, each value counts as a node). The share is that of the rate at which "
     "a triad a = b + s c on arrays of the same size runs in the same minute, 24 bytes a node; a kernel that reads one "
     "field and writes one has 16, so short families can come out above 1. Least time of several repetitions, triad "
-    "and kernels taking turns.",
+    "and kernels taking turns; processor time on one thread, wall time on two, so on a machine that is busy with "
+    "other work the columns of two threads mean little.",
     kernels_run};
 
 /* ---- a matrix in rows ---- */
