@@ -34,6 +34,7 @@ struct bench {
     int n;              /* 0: sizes of the case */
     double m;           /* [-] 0: horizons of the case */
     int threads;        /* the most to use */
+    double share;       /* [-] of its core that one thread had while it was timed, least so far */
     const bench_case *of;
     pd_file file;       /* section of the report */
     char (*line)[BENCH_LINE];
@@ -147,6 +148,7 @@ static double bench_clock(int threads) { return threads > 1 ? wall_seconds() : c
 static void bench_time(bench *b, bench_job *job, int jobs, int threads)
 {
     double turn = b->quick ? 2e-4 : 2e-3, budget = (b->quick ? 0.004 : 0.2) * jobs, spent = 0.0, warm = 0.0;
+    double wall = wall_seconds(), cpu = cpu_seconds();
     int repeat[BENCH_JOBS];
     b->ctx->threads = threads;
     for (int k = 0; k < jobs; k++) {
@@ -164,6 +166,7 @@ static void bench_time(bench *b, bench_job *job, int jobs, int threads)
             spent += took;
             job[k].best = fmin(job[k].best, took / repeat[k]);
         }
+    if (threads == 1) b->share = fmin(b->share, (cpu_seconds() - cpu) / (wall_seconds() - wall));
     b->ctx->threads = b->threads;
 }
 

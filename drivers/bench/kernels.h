@@ -236,21 +236,30 @@ static void kernels_line(bench *b, const char *name, const double *rate, const d
     table_cell(row, "%.2f", rate[1] / rate[0]);
 }
 
-/* The goals of the project hold for m = 3 at full size. */
+/* The goals of the project hold for m = 3 at full size. Speed-ups are judged where the threads had their cores to
+ * themselves. */
 static void kernels_goals(bench *b, const kernels *k, double rate[][2])
 {
 #if PD_DIM == 2
     bench_judge(b, "Laplacian, 1024^2, m = 3, one thread: share of the triad-bound rate", 1, 0.5,
                 rate[1][0] / rate[0][0]);
 #elif PD_DIM == 3
+    static const int which[3] = {1, 5, 7}; /* of kernels_build */
+    char text[160];
     bench_judge(b, "Laplacian, 128^3, m = 3, one thread: share of the triad-bound rate", 1, 0.2,
                 rate[1][0] / rate[0][0]);
     bench_judge(b, "Laplacian, 128^3, m = 3, one thread: ns/node", 0, 8.0, 1e9 / rate[1][0]);
-    for (int j = 1; j < k->jobs && b->threads == 2; j++) {
-        char what[96];
-        if (j != 1 && j != 5 && j != 7) continue;
-        snprintf(what, sizeof what, "%s, 128^3, m = 3: speed-up on two threads", k->job[j].name);
-        bench_judge(b, what, 1, 1.8, rate[j][1] / rate[j][0]);
+    if (b->threads != 2) return;
+    if (b->share < 0.95) {
+        snprintf(text, sizeof text,
+                 "Speed-ups are not judged: other programs left one thread %.0f %% of its core while it was timed.",
+                 100.0 * b->share);
+        bench_note(b, text);
+        return;
+    }
+    for (int j = 0; j < 3; j++) {
+        snprintf(text, sizeof text, "%s, 128^3, m = 3: speed-up on two threads", k->job[which[j]].name);
+        bench_judge(b, text, 1, 1.8, rate[which[j]][1] / rate[which[j]][0]);
     }
 #endif
     (void)b, (void)k, (void)rate;
