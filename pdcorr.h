@@ -2580,7 +2580,8 @@ typedef struct pd_advance {
 /* transport is borrowed; its c is the state. PD_ERR_ARGUMENT: a knob is negative or not finite. */
 PD_API pd_status pd_advance_build(pd_ctx *ctx, pd_transport *transport, const pd_advance_desc *desc,
                                   pd_advance *advance);
-/* One step of dt [s], whatever its error. result: of the last stage. */
+/* One step of dt [s], whatever its error. result: of the last stage. PD_NOT_CONVERGED, here and below: a linear solver
+ * stopped above its tolerance; what is missing is in the carry of transport. */
 PD_API pd_status pd_advance_step(pd_ctx *ctx, pd_advance *advance, double dt, pd_transport_result *result);
 /* One step of controlled error that does not pass t_end [s]. PD_ERR_STATE: the error does not fall with the step. */
 PD_API pd_status pd_advance_next(pd_ctx *ctx, pd_advance *advance, double t_end, pd_transport_result *result);
@@ -2750,6 +2751,7 @@ typedef struct pd_couple {
     double time;             /* [s] */
     double dt;               /* [s] of the last step */
     int64_t steps, flow_solves;
+    int64_t unsolved;        /* steps in which the linear solver of transport missed its tolerance */
     int64_t krylov_flow, krylov_transport;
     int64_t flow_evaluations;
     int flow_stale;          /* the geometry has changed since the last flow solve */
@@ -2775,10 +2777,12 @@ PD_API pd_status pd_couple_build(pd_ctx *ctx, const pd_couple_desc *desc, pd_gri
 /* First flow solve and the opening balance. PD_ERR_ARGUMENT: no solver for the flow, or dissolution with flow in
  * time. */
 PD_API pd_status pd_couple_start(pd_ctx *ctx, pd_couple *couple);
-/* One step that does not pass t_limit [s]. With nothing left to dissolve the step goes straight to t_limit. */
+/* One step that does not pass t_limit [s]. With nothing left to dissolve the step goes straight to t_limit.
+ * PD_NOT_CONVERGED: the step is done, but the linear solver of transport missed its tolerance; what is missing is owed
+ * to the next step. */
 PD_API pd_status pd_couple_step(pd_ctx *ctx, pd_couple *couple, double t_limit);
 /* Start if needed, then steps up to t_end [s]; observer may be NULL. Steps end exactly on multiples of `every` [s]
- * (0: only on t_end). */
+ * (0: only on t_end). PD_NOT_CONVERGED: done, with such steps; `unsolved` counts them. */
 PD_API pd_status pd_couple_run(pd_ctx *ctx, pd_couple *couple, double t_end, double every, pd_observer_fn observer,
                                void *user);
 /* Share [-] of the initial solid amount that is gone. */
@@ -3432,6 +3436,7 @@ typedef struct pd_run_result {
     int settled;          /* the transport was solved for its steady field */
     double change;        /* [-] of that field in the last step of its solver, over the largest value */
     int64_t evaluations, steps, unknowns;
+    int64_t unsolved;     /* steps in which the linear solver of transport missed its tolerance */
     int threads;          /* at most in use */
     double bytes_per_node; /* [byte] peak memory over fluid and solid nodes */
 } pd_run_result;
@@ -14159,9 +14164,9 @@ pd_status pd_force_balance(pd_ctx *ctx, pd_flow *flow, const double *lo, const d
 /* The last Newton step aims at this share of the tolerance. */
 #define PDI_STEADY_ENOUGH 0.3
 
-/* Newton steps of a stage in time, and the linear tolerance of the first. */
+/* Newton steps of a stage in time, and the loosest linear tolerance of one. */
 #define PDI_STEADY_STAGE 8
-#define PDI_STEADY_STAGE_FORCING 1e-2
+#define PDI_STEADY_STAGE_FORCING 0.1
 
 /* What the solver callbacks see. */
 typedef struct pdi_steady_user {
@@ -14181,18 +14186,22 @@ static void pdi_steady_scale(const pd_ctx *ctx, const pd_flow *flow, double mome
     for (int64_t i = 0; i < split + total; i++) x[i] *= i < split ? momentum : continuity;
 }
 
-/* dp = F q = nu r + u.grad q + shift q with q = L^-1 r: the inverse of the Schur complement (eq. 4.9). */
+/* dp = F q + r/(tau sum a) with F q = nu r + u.grad q + shift q and q = L^-1 r: the inverse of the Schur complement
+ * (eq. 4.9). */
 static void pdi_steady_commute(const pd_ctx *ctx, const pd_steady *s, const double *r, const double *q, double *dp)
 {
     const pd_flow *flow = s->flow;
     const pd_grid *grid = flow->grid;
     int nt = pdi_par_threads(ctx, grid->total * 10);
     (void)nt;
+    double sum_a = 0.0;
+    for (int k = 0; k < flow->bonds->stencil->count; k++) sum_a += flow->bonds->stencil->lap[k];
+    double rough = flow->nu + 1.0 / (flow->tau * sum_a);
     PDI_PARALLEL_FOR(nt)
     for (int32_t i = 0; i < grid->total; i++) {
         dp[i] = 0.0;
         if (grid->kind[i] != PD_FLUID) continue;
-        double sum = flow->nu * r[i] + s->shift * q[i];
+        double sum = rough * r[i] + s->shift * q[i];
         for (int d = 0; d < PD_DIM; d++)
             for (int up = 0; up < 2; up++) {
                 int32_t j = up ? i + grid->stride[d] : i - grid->stride[d];
@@ -16841,9 +16850,9 @@ static pd_status pdi_advance_stages(pd_ctx *ctx, pd_advance *a, double dt, pd_tr
     int32_t total = t->grid->total;
     double g = PDI_SDIRK_GAMMA;
     pdi_par_copy(ctx, total, a->start, t->old);
-    pd_status status = pdi_transport_stage(ctx, t, g * dt, 0, result);
+    pd_status first = pdi_transport_stage(ctx, t, g * dt, 0, result), status;
     a->krylov += result->krylov;
-    if (status < 0) return status;
+    if (first < 0) return first;
     double out = (1.0 - g) * t->outflow, in = (1.0 - g) * t->inflow;
     pdi_transport_residual(ctx, t, a->rest);
     pdi_advance_between(a);
@@ -16855,7 +16864,7 @@ static pd_status pdi_advance_stages(pd_ctx *ctx, pd_advance *a, double dt, pd_tr
     t->inflow = in + g * t->inflow;
     pdi_transport_residual(ctx, t, t->carry);
     for (int32_t i = 0; i < total; i++) t->carry[i] = dt * ((1.0 - g) * a->rest[i] + g * t->carry[i]);
-    return status;
+    return first > 0 ? first : status;
 }
 
 pd_status pd_advance_step(pd_ctx *ctx, pd_advance *a, double dt, pd_transport_result *result)
@@ -16909,7 +16918,7 @@ pd_status pd_advance_next(pd_ctx *ctx, pd_advance *a, double t_end, pd_transport
         if (share <= 1.0) {
             if (last) a->time = t_end;
             a->dt = pdi_sdirk_plan(a->dt, dt, factor);
-            return PD_OK;
+            return status;
         }
         pdi_advance_reject(ctx, a);
         a->time = begin;
@@ -16926,8 +16935,13 @@ pd_status pd_advance_run(pd_ctx *ctx, pd_advance *a, double t_end, pd_transport_
 {
     if (!(t_end >= a->time))
         return pdi_fail(ctx, PD_ERR_ARGUMENT, "advance", "a run from %g s to %g s", a->time, t_end);
-    while (a->time < t_end) PDI_TRY(pd_advance_next(ctx, a, t_end, result));
-    return PD_OK;
+    pd_status worst = PD_OK;
+    while (a->time < t_end) {
+        pd_status status = pd_advance_next(ctx, a, t_end, result);
+        if (status < 0) return status;
+        if (status > 0) worst = status;
+    }
+    return worst;
 }
 
 void pd_advance_free(pd_ctx *ctx, pd_advance *a)
@@ -17588,21 +17602,23 @@ static pd_status pdi_couple_transport(pd_ctx *ctx, pd_couple *c, double t_limit,
         pd_advance *a = c->advance;
         double out = a->out, in = a->in;
         int64_t krylov = a->krylov;
-        PDI_TRY(c->implicit || c->unsteady ? pd_advance_run(ctx, a, t_limit, &c->transport_result)
-                                           : pd_advance_next(ctx, a, t_limit, &c->transport_result));
+        pd_status status = c->implicit || c->unsteady ? pd_advance_run(ctx, a, t_limit, &c->transport_result)
+                                                      : pd_advance_next(ctx, a, t_limit, &c->transport_result);
+        if (status < 0) return status;
         if (a->time < t_limit) *dt = a->time - c->time;
         c->krylov_transport += a->krylov - krylov;
         c->ledger.out += a->out - out;
         c->ledger.in += a->in - in;
-        return PD_OK;
+        return status;
     }
     if (c->dissolve) PDI_TRY(pd_dissolve_prepare(ctx, c->dissolve));
     *dt = pdi_couple_choose(ctx, c, t_limit);
-    PDI_TRY(pd_transport_implicit(ctx, c->transport, *dt, &c->transport_result));
+    pd_status status = pd_transport_implicit(ctx, c->transport, *dt, &c->transport_result);
+    if (status < 0) return status;
     c->krylov_transport += c->transport_result.krylov;
     c->ledger.out += *dt * c->transport->outflow;
     c->ledger.in += *dt * c->transport->inflow;
-    return PD_OK;
+    return status;
 }
 
 static pd_status pdi_couple_dissolve(pd_ctx *ctx, pd_couple *c, double dt)
@@ -17620,17 +17636,21 @@ static pd_status pdi_couple_dissolve(pd_ctx *ctx, pd_couple *c, double dt)
 pd_status pd_couple_step(pd_ctx *ctx, pd_couple *c, double t_limit)
 {
     double dt = t_limit - c->time;
+    pd_status status = PD_OK;
     if (!(t_limit > c->time))
         return pdi_fail(ctx, PD_ERR_ARGUMENT, "couple", "a step from %g s cannot end at %g s", c->time, t_limit);
     if (c->implicit || c->unsteady) PDI_TRY(pdi_couple_move(ctx, c, t_limit, &t_limit));
-    if (c->transport) PDI_TRY(pdi_couple_transport(ctx, c, t_limit, &dt));
+    if (c->transport) status = pdi_couple_transport(ctx, c, t_limit, &dt);
     else dt = t_limit - c->time;
+    if (status < 0) return status;
+    c->unsolved += status > 0;
     if (c->dissolve) PDI_TRY(pdi_couple_dissolve(ctx, c, dt));
     c->dt = dt;
     c->time = dt < t_limit - c->time ? c->time + dt : t_limit;
     c->steps++;
     PDI_TRY(pdi_couple_balance(ctx, c));
-    return pdi_couple_flow(ctx, c);
+    PDI_TRY(pdi_couple_flow(ctx, c));
+    return status;
 }
 
 pd_status pd_couple_run(pd_ctx *ctx, pd_couple *c, double t_end, double every, pd_observer_fn observer, void *user)
@@ -17651,7 +17671,7 @@ pd_status pd_couple_run(pd_ctx *ctx, pd_couple *c, double t_end, double every, p
         PDI_TRY(pd_couple_step(ctx, c, limit));
         if (observer && observer(user, c)) break;
     }
-    return PD_OK;
+    return c->unsolved ? PD_NOT_CONVERGED : PD_OK;
 }
 
 double pd_couple_volume_loss(const pd_couple *c)
@@ -21275,6 +21295,7 @@ static void pdi_run_collect(const pdi_run *r, pd_run_result *result)
     result->settled = c->settle;
     result->change = c->transport_result.change;
     result->steps = c->steps;
+    result->unsolved = c->unsolved;
     result->threads = pdi_par_threads(r->ctx, INT64_MAX);
     for (int k = 0; k < PD_PART_COUNT; k++) result->unknowns += m->unknowns[k];
     result->bytes_per_node = nodes ? (double)r->ctx->peak / (double)nodes : 0.0;
@@ -21359,6 +21380,7 @@ void pd_run_line(const pd_run_result *r, char *text, size_t size)
     pdi_run_append(text, size, "result case=%s dim=%d h=%.6g m=%.6g volume_loss=%.9g ledger=%.3g", r->name, PD_DIM,
                    r->h, r->m, r->volume_loss, r->ledger);
     if (r->settled) pdi_run_append(text, size, " change=%.3g", r->change);
+    if (r->unsolved) pdi_run_append(text, size, " unsolved=%.0f", (double)r->unsolved);
     if (r->has_flux) pdi_run_append(text, size, " flux=%.3g flux_max=%.3g", r->flux, r->flux_max);
     pdi_run_append(text, size, " residual=%.3g evals=%.0f steps=%.0f unknowns=%.0f bytes_per_node=%.0f", r->residual,
                    (double)r->evaluations, (double)r->steps, (double)r->unknowns, r->bytes_per_node);

@@ -13,6 +13,7 @@
 #include "turn.h"
 #include "dissolution.h"
 #include "gas.h"
+#include "clock.h"
 
 static const val_case *const val_cases[] = {
     &patch_case,
@@ -42,6 +43,9 @@ static const val_case *const val_cases[] = {
     &rate_case,
     &ledger_case,
     &sod_case,
+#if PD_DIM == 2
+    &clock_case,
+#endif
 };
 
 enum { VAL_CASE_COUNT = (int)(sizeof val_cases / sizeof val_cases[0]) };
