@@ -58,7 +58,7 @@ head_of_performance() {
 What the operators, the solvers and whole runs cost, and what error that buys. Written by \`make bench\`, which runs
 every case of \`drivers/bench/\`. One case: \`build/bench2d kernels\`; the options tell \`build/bench2d --help\`. Counts
 of evaluations and iterations do not depend on the machine. Times do: these are of one machine
-($(processor), $(nproc 2> /dev/null || echo some) cores, load average $(load) when this was written), and on a shared
+($(processor), $(getconf _NPROCESSORS_ONLN) cores, load average $(load) when this was written), and on a shared
 one ratios of times that were taken in turns mean more than the times.
 
 ## Summary

@@ -170,6 +170,18 @@ static void bench_time(bench *b, bench_job *job, int jobs, int threads)
     b->ctx->threads = b->threads;
 }
 
+/* 1 when times of several threads mean something: one thread had its core to itself. Else a note tells it. */
+static int bench_alone(bench *b)
+{
+    char text[160];
+    if (b->share >= 0.95) return 1;
+    snprintf(text, sizeof text,
+             "Other programs left one thread %.0f %% of its core while it was timed, so speed-ups mean nothing here.",
+             100.0 * b->share);
+    bench_note(b, text);
+    return 0;
+}
+
 static double bench_rate(const bench_job *job) { return job->nodes / job->best; }
 
 /* ---- triad ---- */

@@ -245,18 +245,11 @@ static void kernels_goals(bench *b, const kernels *k, double rate[][2])
                 rate[1][0] / rate[0][0]);
 #elif PD_DIM == 3
     static const int which[3] = {1, 5, 7}; /* of kernels_build */
-    char text[160];
+    char text[96];
     bench_judge(b, "Laplacian, 128^3, m = 3, one thread: share of the triad-bound rate", 1, 0.2,
                 rate[1][0] / rate[0][0]);
     bench_judge(b, "Laplacian, 128^3, m = 3, one thread: ns/node", 0, 8.0, 1e9 / rate[1][0]);
-    if (b->threads != 2) return;
-    if (b->share < 0.95) {
-        snprintf(text, sizeof text,
-                 "Speed-ups are not judged: other programs left one thread %.0f %% of its core while it was timed.",
-                 100.0 * b->share);
-        bench_note(b, text);
-        return;
-    }
+    if (b->threads != 2 || !bench_alone(b)) return;
     for (int j = 0; j < 3; j++) {
         snprintf(text, sizeof text, "%s, 128^3, m = 3: speed-up on two threads", k->job[which[j]].name);
         bench_judge(b, text, 1, 1.8, rate[which[j]][1] / rate[which[j]][0]);

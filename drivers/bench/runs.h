@@ -379,7 +379,7 @@ static void scaling_figure(bench *b, const scaling *s, const kernels *k)
     for (int j = 0; j < SCALING_KERNELS; j++)
         plot_add(&plot, k->job[j].name, s->nodes, s->cost[0][j], s->levels, PD_STROKE_BOTH);
     bench_figure(b, "one", &plot);
-    if (b->threads == 1) return;
+    if (b->threads == 1 || !bench_alone(b)) return;
     plot.count = 0;
     plot.title = "The same on two threads";
     for (int j = 0; j < SCALING_KERNELS; j++)
