@@ -89,5 +89,7 @@ met=$(rows | grep -c '^| met ')
         done
     done
 } > "$docs/$kind.md.part" || exit 1
-cp "$dir"/*.png "$pictures/" || exit 1
+for picture in $(sed -n "s#.*](img/$kind/\([^)]*\)).*#\1#p" "$docs/$kind.md.part"); do
+    cp "$dir/$picture" "$pictures/" || exit 1
+done
 mv "$docs/$kind.md.part" "$docs/$kind.md"
