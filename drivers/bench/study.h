@@ -75,7 +75,8 @@ static void study_table(bench *b, const study *s)
         table_cell(row, "%.2e", p->err);
         table_cell(row, "%.3f", p->cpu);
         table_cell(row, "%.0f", p->steps);
-        table_cell(row, "%.0f", p->evals);
+        if (p->evals > 0.0) table_cell(row, "%.0f", p->evals);
+        else table_cell(row, "-");
         table_cell(row, "%s", on ? "yes" : "");
         bench_result(b, "part=%s run=%d level=%d err=%.4g steps=%.0f evals=%.0f frontier=%d wall_s=%.4f cpu_s=%.4f "
                      "threads=1", s->name, p->family, k, p->err, p->steps, p->evals, on, p->wall, p->cpu);
