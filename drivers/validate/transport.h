@@ -138,8 +138,8 @@ static pd_status gauss_space_run(val_job *job)
 static const val_part gauss_space = {
     "gaussian", "Gaussian, order in space", "sigma/h", VAL_BY_N, NULL, 2.0, GAUSS_ERRORS,
 #if PD_DIM == 3
-    {{0, 1e-3, 0.0, 18, VAL_GOAL}, {0, 0.0, 1.9, 2, VAL_GOAL}, {0, GAUSS_GUARD, 0.0, 0, VAL_GUARD}}, 3,
-    {{2, 3.0, 0.0}, {4, 3.0, 0.0}, {8, 3.0, 0.0}, {18, 3.0, 0.0}}, 4, 2,
+    {{0, 1e-3, 0.0, 8, VAL_GOAL}, {0, 0.0, 1.9, 2, VAL_GOAL}, {0, GAUSS_GUARD, 0.0, 0, VAL_GUARD}}, 3,
+    {{2, 3.0, 0.0}, {4, 3.0, 0.0}, {8, 3.0, 0.0}}, 3, 2,
 #elif PD_DIM == 2
     {{0, 1e-3, 0.0, 24, VAL_GOAL}, {0, 0.0, 1.9, 6, VAL_GOAL}, {0, GAUSS_GUARD, 0.0, 0, VAL_GUARD}}, 3,
     {{3, 3.0, 0.0}, {6, 3.0, 0.0}, {12, 3.0, 0.0}, {24, 3.0, 0.0}}, 4, 3,
@@ -147,14 +147,21 @@ static const val_part gauss_space = {
     {{0, 1e-3, 0.0, 24, VAL_GOAL}, {0, 0.0, 1.9, 6, VAL_GOAL}, {0, GAUSS_GUARD, 0.0, 0, VAL_GUARD}}, 3,
     {{3, 3.0, 0.0}, {6, 3.0, 0.0}, {12, 3.0, 0.0}, {24, 3.0, 0.0}, {48, 3.0, 0.0}}, 5, 5,
 #endif
-    gauss_space_run, NULL};
+    gauss_space_run,
+#if PD_DIM == 3
+    "The leading error of the Laplacian is its fourth moment, 7.5 h^2 for m = 3 and 2 h^2 for m = 1. By the order the "
+    "goal needs 18 nodes a sigma with m = 3, an octant of 1.5 million nodes and seven minutes; with m = 1 it is met "
+    "below."};
+#else
+    NULL};
+#endif
 
 #if PD_DIM == 3
 /* The leading error of the Laplacian is its fourth moment: 7.456 h^2 for m = 3, 2 h^2 for m = 1 (theory: 2.2). */
 static const val_part gauss_near = {
     "gaussian_m1", "Gaussian, order in space, m = 1", "sigma/h", VAL_BY_N, NULL, 2.0, GAUSS_ERRORS,
     {{0, 1e-3, 0.0, 10, VAL_GOAL}, {0, 0.0, 1.9, 2, VAL_GOAL}, {0, GAUSS_GUARD, 0.0, 0, VAL_GUARD}}, 3,
-    {{2, 1.0, 0.0}, {5, 1.0, 0.0}, {10, 1.0, 0.0}, {20, 1.0, 0.0}}, 4, 2, gauss_space_run, NULL};
+    {{2, 1.0, 0.0}, {5, 1.0, 0.0}, {10, 1.0, 0.0}}, 3, 2, gauss_space_run, NULL};
 #endif
 
 #if PD_DIM < 3
