@@ -41,7 +41,7 @@ LOGS = $(BUILD)/logs
 TEST_LOGS := $(TESTS:$(BUILD)/%=$(LOGS)/%.log)
 ALL_LOGS := $(LOGS)/amalgam.log $(LOGS)/lint.log $(TEST_LOGS) $(SCRIPTS:tests/%.sh=$(LOGS)/%.log)
 
-.PHONY: all run report test test-quick tests amalgam lint check-compilers sanitize clean help FORCE
+.PHONY: all run report validation bench test test-quick tests amalgam lint check-compilers sanitize clean help FORCE
 .SECONDARY:
 .DELETE_ON_ERROR:
 
@@ -51,11 +51,18 @@ run: $(BUILD)/pd2d ## run the example scene of the magnesium pin into out/
 	$(BUILD)/pd2d examples/scenes/mg_pin_2d.scene --out out/mg_pin_2d
 	@echo "pictures:"; ls out/mg_pin_2d/volume_loss.png $$(ls -d out/mg_pin_2d/*_t32400.0s.png)
 
+report: validation bench ## write docs/validation.md and docs/performance.md
+
 # Threads sleep at barriers, because several programs may share the processor.
-report: $(foreach k,$(DIMS),$(BUILD)/validate$(k)d) ## run all validation cases and write docs/validation.md
+validation: $(foreach k,$(DIMS),$(BUILD)/validate$(k)d) ## run all validation cases and write docs/validation.md
 	@rm -rf $(BUILD)/report
 	for k in $(DIMS); do OMP_WAIT_POLICY=passive $(BUILD)/validate$${k}d --out $(BUILD)/report || exit 1; done
 	sh tools/report.sh $(BUILD)/report docs
+
+bench: $(foreach k,$(DIMS),$(BUILD)/bench$(k)d) ## run all benchmarks on two threads and write docs/performance.md
+	@rm -rf $(BUILD)/performance
+	for k in $(DIMS); do OMP_WAIT_POLICY=passive $(BUILD)/bench$${k}d --out $(BUILD)/performance || exit 1; done
+	sh tools/report.sh --performance $(BUILD)/performance docs
 
 # A test that does not build counts as failed, and the others still run.
 test: ## all checks and tests; ends with the sum
@@ -108,10 +115,13 @@ $$(BUILD)/obj$(1)d/%.o: src/%.c $$(BUILD)/flags
 $$(BUILD)/test_%_$(1)d: tests/test_%.c tests/test.h $$(HEADERS) $$(OBJECTS_$(1)) $$(BUILD)/flags
 	$$(building) $$(CC) $$(DEV) -DPD_DIM=$(1) -Isrc -Itests $$< $$(OBJECTS_$(1)) -o $$@ $$(LIBS)
 
-$$(BUILD)/pd$(1)d: drivers/scene.c pdcorr.h $$(BUILD)/flags
+$$(BUILD)/pd$(1)d: drivers/scene.c drivers/common.h pdcorr.h $$(BUILD)/flags
 	$$(building) $$(CC) $$(CFLAGS) $$(OMP) -DPD_DIM=$(1) -I. $$< -o $$@ $$(LIBS)
 
-$$(BUILD)/validate$(1)d: drivers/validate.c $$(wildcard drivers/validate/*) pdcorr.h $$(BUILD)/flags
+$$(BUILD)/validate$(1)d: drivers/validate.c $$(wildcard drivers/*.h drivers/validate/*) pdcorr.h $$(BUILD)/flags
+	$$(building) $$(CC) $$(CFLAGS) $$(OMP) -DPD_DIM=$(1) -I. $$< -o $$@ $$(LIBS)
+
+$$(BUILD)/bench$(1)d: drivers/bench.c $$(wildcard drivers/*.h drivers/bench/* drivers/validate/*) pdcorr.h $$(BUILD)/flags
 	$$(building) $$(CC) $$(CFLAGS) $$(OMP) -DPD_DIM=$(1) -I. $$< -o $$@ $$(LIBS)
 
 $$(BUILD)/%$(1)d: drivers/%.c pdcorr.h $$(BUILD)/flags

@@ -8,6 +8,7 @@
 #define PDCORR_IMPLEMENTATION
 #include "pdcorr.h"
 
+#include <math.h>
 #include <signal.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -15,6 +16,8 @@
 #include <sys/resource.h>
 #include <time.h>
 #include <unistd.h>
+
+#include "common.h"
 
 enum { MAX_OVERRIDES = 64 };
 
@@ -80,29 +83,12 @@ static void help(const char *program)
            program, PD_DIM, PD_DIM > 1 ? "s" : "", PD_VERSION);
 }
 
-static int usage(const options *o, const char *what, const char *found)
-{
-    fprintf(stderr, "%s: %s%s; %s --help tells the usage\n", o->program, what, found, o->program);
-    return 2;
-}
-
-/* The value behind an option that takes one. */
-static const char *value_of(int argc, char **argv, int *k) { return *k + 1 < argc ? argv[++*k] : NULL; }
-
-static int parse_threads(const char *text, int *threads)
-{
-    char *end;
-    long n = text ? strtol(text, &end, 10) : -1;
-    if (!text || end == text || *end || n < 0 || n > 1024) return 0;
-    *threads = (int)n;
-    return 1;
-}
+static int usage(const options *o, const char *what, const char *found) { return usage_error(o->program, what, found); }
 
 static int parse(int argc, char **argv, options *o)
 {
-    const char *slash = strrchr(argv[0], '/');
     memset(o, 0, sizeof *o);
-    o->program = slash ? slash + 1 : argv[0];
+    o->program = program_name(argv[0]);
     for (int k = 1; k < argc; k++) {
         const char *a = argv[k];
         if (strcmp(a, "--help") == 0 || strcmp(a, "-h") == 0) o->help = 1;
@@ -110,9 +96,9 @@ static int parse(int argc, char **argv, options *o)
         else if (strcmp(a, "--check") == 0) o->check = 1;
         else if (strcmp(a, "--out") == 0) {
             o->out = value_of(argc, argv, &k);
-            if (!o->out || !o->out[0]) return usage(o, "--out expects a folder", "");
+            if (!o->out[0]) return usage(o, "--out expects a folder", "");
         } else if (strcmp(a, "--threads") == 0) {
-            if (!parse_threads(value_of(argc, argv, &k), &o->threads))
+            if (!parse_whole(value_of(argc, argv, &k), 0.0, 1024.0, &o->threads))
                 return usage(o, "--threads expects a number from 0 to 1024", "");
         } else if (a[0] == '-' && a[1]) return usage(o, "unknown option ", a);
         else if (strchr(a, '=')) {
@@ -122,23 +108,6 @@ static int parse(int argc, char **argv, options *o)
         else o->scene = a;
     }
     return o->scene || o->help ? 0 : usage(o, "no scene file given", "");
-}
-
-static double seconds(clockid_t clock)
-{
-    struct timespec t;
-    return clock_gettime(clock, &t) == 0 ? (double)t.tv_sec + 1e-9 * (double)t.tv_nsec : 0.0;
-}
-
-static double peak_rss_mb(void)
-{
-    struct rusage usage_now;
-    if (getrusage(RUSAGE_SELF, &usage_now) != 0) return 0.0;
-#ifdef __APPLE__
-    return (double)usage_now.ru_maxrss / 1048576.0;
-#else
-    return (double)usage_now.ru_maxrss / 1024.0;
-#endif
 }
 
 static int fail(const options *o, screen *s, const char *message, int status)
@@ -153,7 +122,7 @@ static int run(const options *o, pd_ctx *ctx, const pd_setup *setup, screen *s)
     char line[1024];
     pd_run_desc desc;
     pd_run_result result;
-    double wall = seconds(CLOCK_MONOTONIC);
+    double wall = wall_seconds();
     memset(&desc, 0, sizeof desc);
     desc.folder = o->out;
     desc.check = o->check;
@@ -165,8 +134,8 @@ static int run(const options *o, pd_ctx *ctx, const pd_setup *setup, screen *s)
     end_progress(s);
     if (o->check) return 0;
     pd_run_line(&result, line, sizeof line);
-    printf("%s wall_s=%.3f cpu_s=%.3f peak_rss_mb=%.1f threads=%d\n", line, seconds(CLOCK_MONOTONIC) - wall,
-           seconds(CLOCK_PROCESS_CPUTIME_ID), peak_rss_mb(), result.threads);
+    printf("%s wall_s=%.3f cpu_s=%.3f peak_rss_mb=%.1f threads=%d\n", line, wall_seconds() - wall,
+           cpu_seconds(), peak_rss_mb(), result.threads);
     if (!result.stopped) return 0;
     snprintf(line, sizeof line, "interrupted at t = %g s; the output is complete up to there", result.time);
     return fail(o, s, line, 1);

@@ -16,6 +16,8 @@
 #include <sys/resource.h>
 #include <time.h>
 
+#include "common.h"
+#include "table.h"
 #include "validate/cases.h"
 #include "validate/report.h"
 
@@ -49,28 +51,7 @@ static void help(const char *program)
            program, PD_DIM, PD_DIM > 1 ? "s" : "", PD_VERSION);
 }
 
-static int usage(const options *o, const char *what, const char *found)
-{
-    fprintf(stderr, "%s: %s%s; %s --help tells the usage\n", o->program, what, found, o->program);
-    return 2;
-}
-
-/* A number within [lo, hi] and nothing behind it. */
-static int parse_number(const char *text, double lo, double hi, double *value)
-{
-    char *end;
-    if (!text || !*text) return 0;
-    *value = strtod(text, &end);
-    return !*end && *value >= lo && *value <= hi;
-}
-
-static int parse_whole(const char *text, double lo, double hi, int *value)
-{
-    double number;
-    if (!parse_number(text, lo, hi, &number) || number != floor(number)) return 0;
-    *value = (int)number;
-    return 1;
-}
+static int usage(const options *o, const char *what, const char *found) { return usage_error(o->program, what, found); }
 
 static int parse_name(const char *name, options *o)
 {
@@ -81,9 +62,8 @@ static int parse_name(const char *name, options *o)
 
 static int parse(int argc, char **argv, options *o)
 {
-    const char *slash = strrchr(argv[0], '/');
     memset(o, 0, sizeof *o);
-    o->program = slash ? slash + 1 : argv[0];
+    o->program = program_name(argv[0]);
     for (int k = 1; k < argc; k++) {
         const char *a = argv[k];
         if (strcmp(a, "--help") == 0 || strcmp(a, "-h") == 0) o->help = 1;
@@ -92,10 +72,10 @@ static int parse(int argc, char **argv, options *o)
         else if (strcmp(a, "--check") == 0) o->check = 1;
         else if (strcmp(a, "--quiet") == 0) o->quiet = 1;
         else if (strcmp(a, "--out") == 0) {
-            o->out = k + 1 < argc ? argv[++k] : "";
+            o->out = value_of(argc, argv, &k);
             if (!o->out[0]) return usage(o, "--out expects a folder", "");
         } else if (strcmp(a, "--threads") == 0) {
-            if (!parse_whole(k + 1 < argc ? argv[++k] : "", 0.0, 1024.0, &o->threads))
+            if (!parse_whole(value_of(argc, argv, &k), 0.0, 1024.0, &o->threads))
                 return usage(o, "--threads expects a number from 0 to 1024", "");
         } else if (strncmp(a, "m=", 2) == 0) {
             if (!parse_number(a + 2, 1.0, 12.0, &o->m)) return usage(o, "m expects a number from 1 to 12, found ", a);
@@ -106,23 +86,6 @@ static int parse(int argc, char **argv, options *o)
         else if (!parse_name(a, o)) return usage(o, "no case has the name (--list prints them) ", a);
     }
     return 0;
-}
-
-static double seconds(clockid_t clock)
-{
-    struct timespec t;
-    return clock_gettime(clock, &t) == 0 ? (double)t.tv_sec + 1e-9 * (double)t.tv_nsec : 0.0;
-}
-
-static double peak_rss_mb(void)
-{
-    struct rusage usage_now;
-    if (getrusage(RUSAGE_SELF, &usage_now) != 0) return 0.0;
-#ifdef __APPLE__
-    return (double)usage_now.ru_maxrss / 1048576.0;
-#else
-    return (double)usage_now.ru_maxrss / 1024.0;
-#endif
 }
 
 /* The levels that the options ask for. */
@@ -144,7 +107,7 @@ static void choose_levels(const options *o, val_result *r)
 static pd_status run_level(const options *o, pd_ctx *ctx, val_result *r, int l)
 {
     val_job job;
-    double wall = seconds(CLOCK_MONOTONIC), cpu = seconds(CLOCK_PROCESS_CPUTIME_ID);
+    double wall = wall_seconds(), cpu = cpu_seconds();
     memset(&job, 0, sizeof job);
     memset(&lab, 0, sizeof lab);
     job.ctx = ctx;
@@ -156,8 +119,8 @@ static pd_status run_level(const options *o, pd_ctx *ctx, val_result *r, int l)
     lab_free(ctx, &lab);
     if (!(job.out->x > 0.0))
         job.out->x = r->part->by == VAL_BY_M ? job.level.m : r->part->by == VAL_BY_P ? job.level.p : job.out->h;
-    job.out->wall = seconds(CLOCK_MONOTONIC) - wall;
-    job.out->cpu = seconds(CLOCK_PROCESS_CPUTIME_ID) - cpu;
+    job.out->wall = wall_seconds() - wall;
+    job.out->cpu = cpu_seconds() - cpu;
     job.out->peak_rss_mb = peak_rss_mb();
     return status;
 }

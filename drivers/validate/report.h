@@ -2,24 +2,6 @@
 #ifndef VAL_REPORT_H
 #define VAL_REPORT_H
 
-enum { VAL_CELLS = 24, VAL_CELL = 32 };
-
-/* One row of a table as text. */
-typedef struct val_row {
-    char cell[VAL_CELLS][VAL_CELL];
-    int cells;
-} val_row;
-
-PD_PRINTF_LIKE(2, 3)
-static void val_cell(val_row *row, const char *format, ...)
-{
-    va_list args;
-    if (row->cells == VAL_CELLS) return;
-    va_start(args, format);
-    vsnprintf(row->cell[row->cells++], VAL_CELL, format, args);
-    va_end(args);
-}
-
 static int val_shows(const val_result *r, long which)
 {
     for (int l = 0; l < r->levels; l++)
@@ -27,40 +9,40 @@ static int val_shows(const val_result *r, long which)
     return 0;
 }
 
-static void val_head(const val_result *r, val_row *row)
+static void val_head(const val_result *r, table_row *row)
 {
     const val_part *p = r->part;
     row->cells = 0;
-    val_cell(row, "%s", p->column);
-    val_cell(row, "h [m]");
-    if (p->by != VAL_BY_M) val_cell(row, "m");
+    table_cell(row, "%s", p->column);
+    table_cell(row, "h [m]");
+    if (p->by != VAL_BY_M) table_cell(row, "m");
     for (int k = 0; k < p->measures; k++) {
-        val_cell(row, "%s", p->measure[k].label);
-        if (p->slope > 0.0) val_cell(row, "order");
+        table_cell(row, "%s", p->measure[k].label);
+        if (p->slope > 0.0) table_cell(row, "order");
     }
-    if (val_shows(r, 0)) val_cell(row, "steps");
-    if (val_shows(r, 1)) val_cell(row, "evaluations");
-    val_cell(row, "wall [s]");
+    if (val_shows(r, 0)) table_cell(row, "steps");
+    if (val_shows(r, 1)) table_cell(row, "evaluations");
+    table_cell(row, "wall [s]");
 }
 
-static void val_line(const val_result *r, int l, val_row *row)
+static void val_line(const val_result *r, int l, table_row *row)
 {
     const val_part *p = r->part;
     const val_outcome *o = &r->out[l];
     row->cells = 0;
-    if (p->by == VAL_BY_N) val_cell(row, "%d", r->level[l].n);
-    else val_cell(row, "%g", p->by == VAL_BY_M ? r->level[l].m : r->level[l].p);
-    val_cell(row, "%.3g", o->h);
-    if (p->by != VAL_BY_M) val_cell(row, "%g", r->level[l].m);
+    if (p->by == VAL_BY_N) table_cell(row, "%d", r->level[l].n);
+    else table_cell(row, "%g", p->by == VAL_BY_M ? r->level[l].m : r->level[l].p);
+    table_cell(row, "%.3g", o->h);
+    if (p->by != VAL_BY_M) table_cell(row, "%g", r->level[l].m);
     for (int k = 0; k < p->measures; k++) {
         double order = val_order(r, l, k);
-        val_cell(row, "%.2e", o->err[k]);
-        if (p->slope > 0.0 && isfinite(order)) val_cell(row, "%.2f", order);
-        else if (p->slope > 0.0) val_cell(row, "-");
+        table_cell(row, "%.2e", o->err[k]);
+        if (p->slope > 0.0 && isfinite(order)) table_cell(row, "%.2f", order);
+        else if (p->slope > 0.0) table_cell(row, "-");
     }
-    if (val_shows(r, 0)) val_cell(row, "%ld", o->steps);
-    if (val_shows(r, 1)) val_cell(row, "%ld", o->evals);
-    val_cell(row, "%.2f", o->wall);
+    if (val_shows(r, 0)) table_cell(row, "%ld", o->steps);
+    if (val_shows(r, 1)) table_cell(row, "%ld", o->evals);
+    table_cell(row, "%.2f", o->wall);
 }
 
 /* Why a goal is judged as it is: "goal u, L2 <= 1e-06 (n >= 60): met, 3.1e-09". */
@@ -102,22 +84,11 @@ static void val_print_title(const val_case *c)
 
 static void val_print_part(const val_result *r)
 {
-    val_row row[VAL_LEVELS + 1];
-    int width[VAL_CELLS];
+    table_row row[VAL_LEVELS + 1];
     if (r->part->name[0]) printf("  %s\n", r->part->title);
     val_head(r, &row[0]);
     for (int l = 0; l < r->levels; l++) val_line(r, l, &row[l + 1]);
-    for (int c = 0; c < row[0].cells; c++) {
-        width[c] = 0;
-        for (int l = 0; l <= r->levels; l++) {
-            int size = (int)strlen(row[l].cell[c]);
-            if (size > width[c]) width[c] = size;
-        }
-    }
-    for (int l = 0; l <= r->levels; l++) {
-        for (int c = 0; c < row[l].cells; c++) printf("  %*s", width[c], row[l].cell[c]);
-        printf("\n");
-    }
+    table_print(row, r->levels + 1);
     for (int k = 0; k < r->part->goals; k++) {
         char text[256];
         val_goal_text(r, &r->part->goal[k], text, sizeof text);
@@ -152,17 +123,6 @@ static void val_print_result(const val_result *r, int threads)
 
 /* ---- figures ---- */
 
-static void val_line_series(pd_plot *plot, const char *name, const double *x, const double *y, int count,
-                            pd_stroke stroke)
-{
-    pd_series *s = &plot->series[plot->count++];
-    s->name = name;
-    s->x = x;
-    s->y = y;
-    s->count = count;
-    s->stroke = stroke;
-}
-
 /* The measure whose expected slope and bound a figure shows: that of the first goal with an order, else the first. */
 static int val_main_measure(const val_part *p)
 {
@@ -184,18 +144,18 @@ static pd_status val_draw_errors(pd_ctx *ctx, const char *path, const val_result
     for (int l = 0; l <= last; l++) x[l] = r->out[l].x;
     for (int k = 0; k < p->measures; k++) {
         for (int l = 0; l <= last; l++) e[k][l] = r->out[l].err[k];
-        val_line_series(&plot, p->measure[k].label, x, e[k], r->levels, PD_STROKE_BOTH);
+        plot_add(&plot, p->measure[k].label, x, e[k], r->levels, PD_STROKE_BOTH);
     }
     if (p->slope > 0.0) {
         for (int l = 0; l <= last; l++) slope[l] = e[top][last] * pow(x[l] / x[last], p->slope);
         snprintf(slope_name, sizeof slope_name, "order %g", p->slope);
-        val_line_series(&plot, slope_name, x, slope, r->levels, PD_STROKE_DASHED);
+        plot_add(&plot, slope_name, x, slope, r->levels, PD_STROKE_DASHED);
     }
     for (int k = 0; k < p->goals && plot.count < PD_PLOT_SERIES; k++) {
         if (!(p->goal[k].bound > 0.0) || p->goal[k].measure != top || p->goal[k].rank == VAL_GUARD) continue;
         for (int l = 0; l <= last; l++) bound[l] = p->goal[k].bound;
         snprintf(bound_name, sizeof bound_name, "goal %g", p->goal[k].bound);
-        val_line_series(&plot, bound_name, x, bound, r->levels, PD_STROKE_DASHED);
+        plot_add(&plot, bound_name, x, bound, r->levels, PD_STROKE_DASHED);
         break;
     }
     snprintf(title, sizeof title, "%s, %dD%s%s: errors", r->of->name, PD_DIM, p->name[0] ? ", " : "",
@@ -219,44 +179,19 @@ static pd_status val_draw_profile(pd_ctx *ctx, const char *path, const val_profi
     plot.y_log = p->y_log;
     for (int k = 0; k < p->curves; k++) {
         const val_curve *c = &p->curve[k];
-        val_line_series(&plot, c->name, c->x, c->y, c->count, c->stroke);
+        plot_add(&plot, c->name, c->x, c->y, c->count, c->stroke);
     }
     return pd_plot_write(ctx, path, &plot);
 }
 
 /* ---- text ---- */
 
-PD_PRINTF_LIKE(3, 4)
-static pd_status val_text(pd_ctx *ctx, pd_file *file, const char *format, ...)
-{
-    char text[2048];
-    va_list args;
-    va_start(args, format);
-    int size = vsnprintf(text, sizeof text, format, args);
-    va_end(args);
-    if (size < 0 || (size_t)size >= sizeof text)
-        return pdi_fail(ctx, PD_ERR_SIZE, "validate", "a paragraph of the report has more than 2047 bytes");
-    return pdi_file_text(ctx, file, text);
-}
-
-static pd_status val_text_row(pd_ctx *ctx, pd_file *file, const val_row *row)
-{
-    for (int c = 0; c < row->cells; c++) PDI_TRY(val_text(ctx, file, "| %s ", row->cell[c]));
-    return val_text(ctx, file, "|\n");
-}
-
 static pd_status val_text_table(pd_ctx *ctx, pd_file *file, const val_result *r)
 {
-    val_row row;
-    val_head(r, &row);
-    PDI_TRY(val_text_row(ctx, file, &row));
-    for (int c = 0; c < row.cells; c++) PDI_TRY(val_text(ctx, file, "|---"));
-    PDI_TRY(val_text(ctx, file, "|\n"));
-    for (int l = 0; l < r->levels; l++) {
-        val_line(r, l, &row);
-        PDI_TRY(val_text_row(ctx, file, &row));
-    }
-    return val_text(ctx, file, "\n");
+    table_row row[VAL_LEVELS + 1];
+    val_head(r, &row[0]);
+    for (int l = 0; l < r->levels; l++) val_line(r, l, &row[l + 1]);
+    return report_table(ctx, file, row, r->levels + 1);
 }
 
 /* Draws one figure of a part into the folder and links it. */
@@ -268,22 +203,22 @@ static pd_status val_text_figure(pd_ctx *ctx, const char *folder, pd_file *file,
     PDI_TRY(pd_file_join(ctx, folder, name, path));
     if (strcmp(kind, "errors") == 0) PDI_TRY(val_draw_errors(ctx, path, r));
     else PDI_TRY(val_draw_profile(ctx, path, &r->profile));
-    return val_text(ctx, file, "![%s, %dD, %s](%s)\n\n", r->of->name, PD_DIM, kind, name);
+    return report_text(ctx, file, "![%s, %dD, %s](%s)\n\n", r->of->name, PD_DIM, kind, name);
 }
 
 static pd_status val_text_part(pd_ctx *ctx, const char *folder, pd_file *file, const val_result *r)
 {
-    if (r->part->name[0]) PDI_TRY(val_text(ctx, file, "**%s**\n\n", r->part->title));
+    if (r->part->name[0]) PDI_TRY(report_text(ctx, file, "**%s**\n\n", r->part->title));
     PDI_TRY(val_text_table(ctx, file, r));
     for (int k = 0; k < r->part->goals; k++) {
         char text[256];
         val_goal_text(r, &r->part->goal[k], text, sizeof text);
-        PDI_TRY(val_text(ctx, file, "- %s\n", text));
+        PDI_TRY(report_text(ctx, file, "- %s\n", text));
     }
-    if (r->failed) PDI_TRY(val_text(ctx, file, "- FAILED: %s\n", r->message));
-    PDI_TRY(val_text(ctx, file, "\n"));
+    if (r->failed) PDI_TRY(report_text(ctx, file, "- FAILED: %s\n", r->message));
+    PDI_TRY(report_text(ctx, file, "\n"));
     if (r->part->miss && val_part_verdict(r) == VAL_MISSED)
-        PDI_TRY(val_text(ctx, file, "*Why it is missed.* %s\n\n", r->part->miss));
+        PDI_TRY(report_text(ctx, file, "*Why it is missed.* %s\n\n", r->part->miss));
     if (r->levels > 1) PDI_TRY(val_text_figure(ctx, folder, file, r, "errors"));
     if (r->profile.curves) PDI_TRY(val_text_figure(ctx, folder, file, r, "curves"));
     return PD_OK;
@@ -300,7 +235,7 @@ static pd_status val_write_case(pd_ctx *ctx, const char *folder, const val_resul
     PDI_TRY(pd_file_join(ctx, folder, name, path));
     PDI_TRY(pdi_file_create(ctx, path, &file));
     pd_status status =
-        val_text(ctx, &file,
+        report_text(ctx, &file,
                  "### %s, %dD: %s\n\n%s\n\n*What it catches.* %s\n\n*Reference.* %s.\n\n*Run.* "
                  "`build/validate%dd %s`\n\n",
                  c->name, PD_DIM, c->title, c->what, c->why, c->source, PD_DIM, c->name);
@@ -318,14 +253,14 @@ static pd_status val_text_summary(pd_ctx *ctx, pd_file *file, const val_result *
         double value;
         val_verdict v = val_judge(r, g, &value);
         if (g->rank == VAL_GUARD || v == VAL_UNJUDGED) continue;
-        PDI_TRY(val_text(ctx, file, "| %s | [%s, %dD](#%s-%dd) | %s | %s%s | ", v == VAL_MET ? "met" : "**missed**",
+        PDI_TRY(report_text(ctx, file, "| %s | [%s, %dD](#%s-%dd) | %s | %s%s | ", v == VAL_MET ? "met" : "**missed**",
                          r->of->name, PD_DIM, r->of->name, PD_DIM, r->part->name[0] ? r->part->title : "",
                          g->order > 0.0 ? "order of " : "", r->part->measure[g->measure].label));
-        if (g->order > 0.0) PDI_TRY(val_text(ctx, file, "at least %g | %.2f |\n", g->order, value));
-        else PDI_TRY(val_text(ctx, file, "at most %g | %.2e |\n", g->bound, value));
+        if (g->order > 0.0) PDI_TRY(report_text(ctx, file, "at least %g | %.2f |\n", g->order, value));
+        else PDI_TRY(report_text(ctx, file, "at most %g | %.2e |\n", g->bound, value));
     }
     if (r->failed)
-        PDI_TRY(val_text(ctx, file, "| **failed** | [%s, %dD](#%s-%dd) | %s | %s | | |\n", r->of->name, PD_DIM,
+        PDI_TRY(report_text(ctx, file, "| **failed** | [%s, %dD](#%s-%dd) | %s | %s | | |\n", r->of->name, PD_DIM,
                          r->of->name, PD_DIM, r->part->title, r->message));
     return PD_OK;
 }

@@ -1,0 +1,172 @@
+/* bench1d, bench2d, bench3d: speed of the operators, work of the solvers, cost of whole runs, speed against error.
+ *
+ *   bench2d [NAME ...] [m=3] [n=1024] [--quick] [--out DIR] [--scenes DIR] [--threads N] [--quiet] [--list] [--help]
+ *
+ * Exit status: 0 done, 1 a run failed, 2 wrong usage. A missed goal is no failure: times depend on the machine.
+ */
+#define _POSIX_C_SOURCE 200809L
+#define PDCORR_IMPLEMENTATION
+#include "pdcorr.h"
+
+#include <math.h>
+#include <stdarg.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <sys/resource.h>
+#include <time.h>
+
+#include "common.h"
+#include "table.h"
+#include "validate/cases.h"
+#include "bench/cases.h"
+
+typedef struct options {
+    const char *program, *out, *scenes;
+    int wanted[BENCH_CASE_COUNT]; /* cases named on the command line */
+    int named, threads, n;
+    double m;
+    int quick, quiet, list, help;
+} options;
+
+static char lines[BENCH_LINES][BENCH_LINE];
+static bench state;
+
+static void help(const char *program)
+{
+    printf("%s [NAME ...] [m=M] [n=N] [options]\n\n"
+           "Measures speed and counts work in %d dimension%s (pdcorr %s).\n\n"
+           "  NAME           cases to run, all when none is named\n"
+           "  m=M            horizon ratio in place of those of the case\n"
+           "  n=N            nodes along an edge of the boxes that operators are timed on\n"
+           "  --quick        small sizes and few repetitions: seconds in total; counts mean something, times do not\n"
+           "  --out DIR      write the sections of the report and their figures into DIR, made when missing\n"
+           "  --scenes DIR   folder of the scene files (examples/scenes)\n"
+           "  --threads N    the most threads that are used, beside one (2); 0: all\n"
+           "  --quiet        print result lines and errors only\n"
+           "  --list         print the names of the cases\n\n"
+           "Exit status: 0 done, 1 a run failed, 2 wrong usage.\n",
+           program, PD_DIM, PD_DIM > 1 ? "s" : "", PD_VERSION);
+}
+
+static int usage(const options *o, const char *what, const char *found) { return usage_error(o->program, what, found); }
+
+static int parse_name(const char *name, options *o)
+{
+    for (int k = 0; k < BENCH_CASE_COUNT; k++)
+        if (strcmp(bench_cases[k]->name, name) == 0) return o->wanted[k] = o->named = 1;
+    return 0;
+}
+
+static int parse(int argc, char **argv, options *o)
+{
+    memset(o, 0, sizeof *o);
+    o->program = program_name(argv[0]);
+    o->scenes = "examples/scenes";
+    o->threads = 2;
+    for (int k = 1; k < argc; k++) {
+        const char *a = argv[k];
+        if (strcmp(a, "--help") == 0 || strcmp(a, "-h") == 0) o->help = 1;
+        else if (strcmp(a, "--list") == 0) o->list = 1;
+        else if (strcmp(a, "--quick") == 0) o->quick = 1;
+        else if (strcmp(a, "--quiet") == 0) o->quiet = 1;
+        else if (strcmp(a, "--out") == 0) {
+            o->out = value_of(argc, argv, &k);
+            if (!o->out[0]) return usage(o, "--out expects a folder", "");
+        } else if (strcmp(a, "--scenes") == 0) {
+            o->scenes = value_of(argc, argv, &k);
+            if (!o->scenes[0]) return usage(o, "--scenes expects a folder", "");
+        } else if (strcmp(a, "--threads") == 0) {
+            if (!parse_whole(value_of(argc, argv, &k), 0.0, 1024.0, &o->threads))
+                return usage(o, "--threads expects a number from 0 to 1024", "");
+        } else if (strncmp(a, "m=", 2) == 0) {
+            if (!parse_number(a + 2, 1.0, 12.0, &o->m)) return usage(o, "m expects a number from 1 to 12, found ", a);
+        } else if (strncmp(a, "n=", 2) == 0) {
+            if (!parse_whole(a + 2, 12.0, 1e7, &o->n))
+                return usage(o, "n expects a whole number of at least 12, found ", a);
+        } else if (a[0] == '-' && a[1]) return usage(o, "unknown option ", a);
+        else if (strchr(a, '=')) return usage(o, "unknown key (m and n can be set): ", a);
+        else if (!parse_name(a, o)) return usage(o, "no case has the name (--list prints them) ", a);
+    }
+    return 0;
+}
+
+/* goals_NAME_2d.md: rows of the summary. */
+static pd_status write_goals(bench *b, int first)
+{
+    char path[PD_PATH_SIZE], name[96];
+    pd_file file;
+    pd_status status = PD_OK;
+    memset(&file, 0, sizeof file);
+    snprintf(name, sizeof name, "goals_%s_%dd.md", b->of->name, PD_DIM);
+    PDI_TRY(pd_file_join(b->ctx, b->out, name, path));
+    PDI_TRY(pdi_file_create(b->ctx, path, &file));
+    for (int k = first; k < b->goals && status == PD_OK; k++) {
+        const bench_goal *g = &b->goal[k];
+        status = report_text(b->ctx, &file, "| %s | [%s, %dD](#%s-%dd) | %s | %s %g | %.3g |\n",
+                             bench_met(g) ? "met" : "**missed**", g->of->name, PD_DIM, g->of->name, PD_DIM, g->what,
+                             g->at_least ? "at least" : "at most", g->bound, g->found);
+    }
+    if (status == PD_OK) return pdi_file_commit(b->ctx, &file);
+    pdi_file_abandon(&file);
+    return status;
+}
+
+/* Runs a case with its section open. */
+static pd_status run_section(bench *b)
+{
+    char path[PD_PATH_SIZE], name[96];
+    int first = b->goals;
+    memset(&b->file, 0, sizeof b->file);
+    snprintf(name, sizeof name, "%s_%dd.md", b->of->name, PD_DIM);
+    PDI_TRY(pd_file_join(b->ctx, b->out, name, path));
+    PDI_TRY(pdi_file_create(b->ctx, path, &b->file));
+    b->status = report_text(b->ctx, &b->file, "### %s, %dD: %s\n\n%s\n\n*Run.* `build/bench%dd %s`\n\n", b->of->name,
+                            PD_DIM, b->of->title, b->of->what, PD_DIM, b->of->name);
+    pd_status status = b->of->run(b);
+    if (status >= 0) status = b->status;
+    if (status >= 0) status = pdi_file_commit(b->ctx, &b->file);
+    else pdi_file_abandon(&b->file);
+    return status < 0 ? status : write_goals(b, first);
+}
+
+static pd_status run_case(bench *b, const bench_case *c)
+{
+    b->of = c;
+    if (!b->quiet) printf("\n%s, %dD: %s\n", c->name, PD_DIM, c->title);
+    fflush(stdout);
+    return b->out ? run_section(b) : c->run(b);
+}
+
+int main(int argc, char **argv)
+{
+    options o;
+    pd_ctx ctx;
+    int status = parse(argc, argv, &o);
+    if (status) return status;
+    if (o.help) help(o.program);
+    for (int k = 0; k < BENCH_CASE_COUNT && o.list; k++)
+        printf("%-10s %s\n", bench_cases[k]->name, bench_cases[k]->title);
+    if (o.help || o.list) return 0;
+    pd_ctx_init(&ctx);
+    ctx.threads = o.threads;
+    bench *b = &state;
+    b->ctx = &ctx;
+    b->line = lines;
+    b->scenes = o.scenes;
+    b->out = o.out;
+    b->quick = o.quick;
+    b->quiet = o.quiet;
+    b->n = o.n;
+    b->m = o.m;
+    b->threads = pdi_par_threads(&ctx, INT64_MAX);
+    b->share = 1.0;
+    pd_status done = b->out ? pd_file_make_directory(&ctx, b->out) : PD_OK;
+    for (int k = 0; k < BENCH_CASE_COUNT && done >= 0; k++)
+        if (!o.named || o.wanted[k]) done = run_case(b, bench_cases[k]);
+    if (!b->quiet) printf("\n");
+    for (int k = 0; k < b->lines; k++) printf("%s\n", lines[k]);
+    if (done >= 0) return 0;
+    fprintf(stderr, "%s: %s\n", o.program, ctx.message);
+    return 1;
+}

@@ -1,0 +1,418 @@
+/* runs: cases about the work of the solvers and the cost of whole runs. */
+#ifndef BENCH_RUNS_H
+#define BENCH_RUNS_H
+#if PD_DIM > 1
+
+/* Reads a scene and builds its model. Both stay empty but freeable when that fails. */
+static pd_status runs_open(bench *b, const char *scene, const char *const *overrides, int count, pd_setup *setup,
+                           pd_model *model)
+{
+    char path[PD_PATH_SIZE];
+    memset(setup, 0, sizeof *setup);
+    memset(model, 0, sizeof *model);
+    PDI_TRY(pd_file_join(b->ctx, b->scenes, scene, path));
+    PDI_TRY(pd_scene_read(b->ctx, path, overrides, count, setup));
+    return pd_model_build(b->ctx, setup, model);
+}
+
+static void runs_close(bench *b, pd_setup *setup, pd_model *model)
+{
+    pd_model_free(b->ctx, model);
+    pd_setup_free(b->ctx, setup);
+}
+
+/* ---- scenes ---- */
+
+typedef struct scene_run {
+    const char *scene;
+    const char *full[4], *quick[4]; /* overrides; NULL: no more */
+    double wall;                    /* [s] goal of the full run; 0: none */
+} scene_run;
+
+#if PD_DIM == 2
+static const scene_run scene_runs[] = {
+    {"mg_pin_2d.scene", {NULL}, {"grid.h=10 um", "run.until=10 min", NULL}, 10.0},
+    {"mg_pin_axi.scene", {NULL}, {"grid.h=10 um", "run.until=10 min", NULL}, 0.0},
+};
+#else
+static const scene_run scene_runs[] = {
+    {"mg_pin_3d.scene", {"run.until=1 h", NULL}, {NULL}, 0.0},
+    {"validation/channel3d_3d.scene", {"grid.h=0.1 m", "run.until=5 s", NULL},
+     {"grid.h=0.25 m", "run.until=0.5 s", NULL}, 0.0},
+};
+#endif
+
+/* 3D: a quick run leaves out the pin. */
+static int scene_first(const bench *b) { return PD_DIM == 3 && b->quick; }
+
+typedef struct scene_watch {
+    pd_ctx *ctx;
+    pd_model *model;
+    pd_observables *seen;
+} scene_watch;
+
+static int scene_observe(void *user, const pd_couple *couple)
+{
+    scene_watch *w = (scene_watch *)user;
+    (void)couple;
+    pd_observe(w->ctx, w->model, w->seen);
+    return 0;
+}
+
+static pd_status scene_steps(bench *b, pd_model *model, pd_observables *seen)
+{
+    scene_watch watch;
+    watch.ctx = b->ctx;
+    watch.model = model;
+    watch.seen = seen;
+    PDI_TRY(pd_observe_build(b->ctx, model, seen));
+    return pd_couple_run(b->ctx, &model->couple, model->setup->until, model->setup->every, scene_observe, &watch);
+}
+
+static void scene_note(bench *b, const scene_run *s, const pd_model *model, const pd_observables *seen, double wall,
+                       double cpu)
+{
+    const pd_couple *c = &model->couple;
+    double nodes = (double)(model->grid.fluid_count + model->grid.solid_count);
+    double bytes = (double)b->ctx->peak / nodes, evals = (double)c->flow_evaluations, steps = (double)c->steps;
+    char what[96];
+    if (model->implicit.steps) steps = (double)model->implicit.steps;
+    table_row *row = bench_row(b);
+    table_cell(row, "%s", model->setup->name);
+    table_cell(row, "%g", model->grid.h[0]);
+    table_cell(row, "%g", model->setup->until);
+    table_cell(row, "%.0f", nodes);
+    table_cell(row, "%.0f", steps);
+    table_cell(row, "%.0f", evals);
+    table_cell(row, "%.1f", wall);
+    table_cell(row, "%.1f", cpu);
+    table_cell(row, "%.2f", evals > 0.0 ? 1e6 * cpu / evals / nodes : 0.0);
+    table_cell(row, "%.1f", 1e-6 * (double)b->ctx->peak);
+    table_cell(row, "%.0f", bytes);
+    bench_result(b,
+                 "name=%s h=%g m=%g volume_loss=%.6g ledger=%.3g flux=%.3g evals=%.0f steps=%.0f nodes=%.0f "
+                 "bytes_per_node=%.0f wall_s=%.3f cpu_s=%.3f threads=%d",
+                 model->setup->name, model->grid.h[0], model->stencil.m, seen->volume_loss, c->ledger.relative,
+                 seen->flux, evals, steps, nodes, bytes, wall, cpu, b->threads);
+    if (b->quick) return;
+    snprintf(what, sizeof what, "%s: bytes a node", model->setup->name);
+    bench_judge(b, what, 0, 250.0, bytes);
+    snprintf(what, sizeof what, "%s: wall time [s] on %d threads", model->setup->name, b->threads);
+    if (s->wall > 0.0) bench_judge(b, what, 0, s->wall, wall);
+}
+
+/* A context of its own tells the memory of the run. */
+static pd_status scene_once(bench *b, const scene_run *s)
+{
+    const char *const *overrides = b->quick ? s->quick : s->full;
+    pd_setup setup;
+    pd_model model;
+    pd_observables seen;
+    int count = 0;
+    memset(&seen, 0, sizeof seen);
+    while (overrides[count]) count++;
+    double wall = wall_seconds(), cpu = cpu_seconds();
+    pd_status status = runs_open(b, s->scene, overrides, count, &setup, &model);
+    if (status >= 0) status = scene_steps(b, &model, &seen);
+    if (status >= 0) scene_note(b, s, &model, &seen, wall_seconds() - wall, cpu_seconds() - cpu);
+    pd_observe_free(b->ctx, &seen);
+    runs_close(b, &setup, &model);
+    return status;
+}
+
+static pd_status scenes_run(bench *b)
+{
+    static const char *const words[] = {"scene", "h [m]", "until [s]", "nodes", "steps", "evaluations", "wall [s]",
+                                        "cpu [s]", "cpu [us] a node and evaluation", "memory [MB]", "bytes a node"};
+    table_row *head = bench_row(b);
+    pd_ctx *outer = b->ctx;
+    pd_status status = PD_OK;
+    for (int k = 0; k < (int)(sizeof words / sizeof words[0]); k++) table_cell(head, "%s", words[k]);
+    for (int k = scene_first(b); k < (int)(sizeof scene_runs / sizeof scene_runs[0]) && status >= 0; k++) {
+        pd_ctx ctx;
+        pd_ctx_init(&ctx);
+        ctx.threads = b->threads;
+        b->ctx = &ctx;
+        status = scene_once(b, &scene_runs[k]);
+        b->ctx = outer;
+        if (status < 0) return pdi_fail(outer, status, scene_runs[k].scene, "%s", ctx.message);
+    }
+    bench_table(b, b->threads > 1 ? "From the first flow solve to the end, two threads"
+                                  : "From the first flow solve to the end, one thread");
+    return PD_OK;
+}
+
+static const bench_case scenes_case = {
+    "scenes", "Whole runs",
+    "Scenes of `examples/scenes` from the building of their objects to their end, all checks on, without the "
+    "writing of files. Memory is the most that the library has allocated at once. An evaluation is one residual or "
+    "linearised product of the flow; the processor time for one contains everything else that a run does.",
+    scenes_run};
+
+/* ---- counts ---- */
+
+#if PD_DIM == 2
+
+enum { COUNT_SOLVES = 5 };
+
+/* First flow from rest to a residual of 1e-8, then again whenever metal has become fluid. *again: the most of these. */
+static pd_status counts_pin_solves(bench *b, pd_model *model, int solves, int64_t *first, int64_t *again, double *mean)
+{
+    pd_couple *c = &model->couple;
+    int64_t start, total = 0;
+    *again = 0;
+    PDI_TRY(pd_couple_start(b->ctx, c));
+    *first = start = c->flow_evaluations;
+    for (int found = 0; found < solves && c->steps < 1000;) {
+        int64_t before = c->flow_evaluations, known = c->flow_solves;
+        PDI_TRY(pd_couple_step(b->ctx, c, model->setup->until));
+        if (c->flow_solves == known) continue;
+        *again = c->flow_evaluations - before > *again ? c->flow_evaluations - before : *again;
+        found++;
+    }
+    total = c->flow_evaluations - start;
+    *mean = (double)total / solves;
+    return PD_OK;
+}
+
+static pd_status counts_pin_level(bench *b, const char *h, int solves)
+{
+    char grid[32];
+    const char *overrides[3];
+    pd_setup setup;
+    pd_model model;
+    int64_t first = 0, again = 0;
+    double mean = 0.0;
+    snprintf(grid, sizeof grid, "grid.h=%s um", h);
+    overrides[0] = grid;
+    overrides[1] = "flow.steady=1e-8";
+    overrides[2] = "run.until=90 h";
+    double cpu = cpu_seconds();
+    pd_status status = runs_open(b, "mg_pin_2d.scene", overrides, 3, &setup, &model);
+    if (status >= 0) status = counts_pin_solves(b, &model, solves, &first, &again, &mean);
+    cpu = cpu_seconds() - cpu;
+    if (status >= 0) {
+        double nodes = (double)model.grid.fluid_count;
+        const pd_steady_result *last = &model.couple.steady_result;
+        double residual = fmax(last->momentum, last->continuity);
+        table_row *row = bench_row(b);
+        table_cell(row, "%s", h);
+        table_cell(row, "%.0f", nodes);
+        table_cell(row, "%.0f", (double)first);
+        table_cell(row, "%.0f", mean);
+        table_cell(row, "%.0f", (double)again);
+        table_cell(row, "%.1e", residual);
+        table_cell(row, "%.1f", cpu);
+        bench_result(b, "part=pin h=%g m=%g evals=%.0f evals_again=%.1f evals_again_max=%.0f residual=%.3g cpu_s=%.3f",
+                     model.grid.h[0], model.stencil.m, (double)first, mean, (double)again, residual, cpu);
+    }
+    runs_close(b, &setup, &model);
+    if (status < 0 || strcmp(h, "5") != 0) return status;
+    bench_judge(b, "pin, h = 5 um: evaluations of the first flow, residual 1e-8", 0, 1000.0, (double)first);
+    bench_judge(b, "pin, h = 5 um: evaluations of a re-solve, mean", 0, 50.0, mean);
+    return PD_OK;
+}
+
+static pd_status counts_pin(bench *b)
+{
+    static const char *const h[] = {"20", "10", "5"};
+    table_row *head = bench_row(b);
+    table_cell(head, "h [um]");
+    table_cell(head, "fluid nodes");
+    table_cell(head, "first flow");
+    table_cell(head, "re-solve, mean");
+    table_cell(head, "re-solve, most");
+    table_cell(head, "last residual");
+    table_cell(head, "cpu [s]");
+    for (int k = 0; k < 3; k++)
+        if (!b->quick || k == 1) PDI_TRY(counts_pin_level(b, h[k], b->quick ? 2 : COUNT_SOLVES));
+    bench_table(b, "Evaluations for the flow past the pin (`mg_pin_2d`), residual 1e-8");
+    return PD_OK;
+}
+
+/* One implicit step of `courant` widths over the mean speed, in the channel of the validation. */
+static pd_status counts_transport_step(bench *b, val_lab *lab, int n, pd_advection advection, double courant,
+                                       pd_transport_result *result)
+{
+    double mean = 0.01; /* [m/s] */
+    memset(lab, 0, sizeof *lab);
+    flow_channel(lab, 2.0 * FLOW_HALF / n, 3.0, 0.0, 4.0 * FLOW_HALF, &mean, 1e-8);
+    lab->transport_desc.diffusivity = TRANSPORT_D;
+    lab->transport_desc.inlet = 1.0;
+    lab->transport_desc.advection = advection;
+    PDI_TRY(lab_build(b->ctx, lab, VAL_FLOW | VAL_TRANSPORT));
+    for (int32_t i = 0; i < lab->grid.total; i++) {
+        double x[PD_DIM], u[PD_DIM];
+        pd_grid_position(&lab->grid, i, x);
+        flow_profile(&mean, x, u);
+        for (int d = 0; d < PD_DIM; d++) lab->flow.u[(int64_t)d * lab->grid.total + i] = u[d];
+    }
+    pd_flow_prepare(b->ctx, &lab->flow);
+    return pd_transport_implicit(b->ctx, &lab->transport, courant * 2.0 * FLOW_HALF / mean, result);
+}
+
+static pd_status counts_transport(bench *b)
+{
+    static const double courant[3] = {0.1, 1e4, 0.1};
+    static val_lab lab;
+    table_row *head = bench_row(b);
+    table_cell(head, "nodes across");
+    table_cell(head, "upwind, short step");
+    table_cell(head, "upwind, steady");
+    table_cell(head, "limited, short step");
+    table_cell(head, "its Newton steps");
+    for (int n = 16; n <= (b->quick ? 32 : 128); n *= 2) {
+        pd_transport_result result;
+        table_row *row = bench_row(b);
+        table_cell(row, "%d", n);
+        for (int k = 0; k < 3; k++) {
+            pd_advection advection = k == 2 ? PD_ADVECTION_LIMITED : PD_ADVECTION_UPWIND;
+            pd_status status = counts_transport_step(b, &lab, n, advection, courant[k], &result);
+            lab_free(b->ctx, &lab);
+            if (status < 0) return status;
+            table_cell(row, "%d", result.krylov);
+            bench_result(b, "part=transport n=%d m=3 limited=%d courant=%g krylov=%d limiter=%d residual=%.3g", n,
+                         k == 2, courant[k], result.krylov, result.limiter, result.residual);
+        }
+        table_cell(row, "%d", result.limiter);
+    }
+    bench_table(b, "Krylov iterations of one implicit step of transport in a channel, Peclet number 3000");
+    return PD_OK;
+}
+
+static pd_status counts_implicit_steps(bench *b, val_lab *lab, int n, int steps)
+{
+    memset(lab, 0, sizeof *lab);
+    lab_box(lab, 1.0 / n, 3.0, 0.0, 1.0);
+    for (int side = 0; side < 2 * PD_DIM; side++) lab->grid_desc.side[side] = PD_SIDE_PERIODIC;
+    enclosed_fluid(lab, TAYLOR_NU);
+    PDI_TRY(lab_build(b->ctx, lab, VAL_FLOW | VAL_STEADY | VAL_IMPLICIT));
+    for (int32_t i = 0; i < lab->grid.total; i++) {
+        double x[PD_DIM], u[PD_DIM];
+        pd_grid_position(&lab->grid, i, x);
+        taylor_field(x, 0.0, u);
+        for (int d = 0; d < PD_DIM; d++) lab->flow.u[(int64_t)d * lab->grid.total + i] = u[d];
+    }
+    for (int k = 0; k < steps; k++)
+        if (pd_implicit_step(b->ctx, &lab->implicit, 0.01) != PD_OK)
+            return pdi_fail(b->ctx, PD_ERR_DIVERGED, "bench", "an implicit step with %d nodes does not converge", n);
+    return PD_OK;
+}
+
+static pd_status counts_implicit(bench *b)
+{
+    static val_lab lab;
+    table_row *head = bench_row(b);
+    int steps = 5;
+    table_cell(head, "nodes a side");
+    table_cell(head, "evaluations a step");
+    for (int n = 16; n <= (b->quick ? 32 : 128); n *= 2) {
+        table_row *row = bench_row(b);
+        pd_status status = counts_implicit_steps(b, &lab, n, steps);
+        double evals = (double)lab.implicit.evaluations / steps;
+        lab_free(b->ctx, &lab);
+        if (status < 0) return status;
+        table_cell(row, "%d", n);
+        table_cell(row, "%.1f", evals);
+        bench_result(b, "part=implicit n=%d m=3 evals=%.1f steps=%d", n, evals, steps);
+    }
+    bench_table(b, "Implicit steps of 0.01 s of decaying vortices in a unit square at 1 m/s, tolerance 1e-8");
+    return PD_OK;
+}
+
+static pd_status counts_run(bench *b)
+{
+    PDI_TRY(counts_pin(b));
+    PDI_TRY(counts_transport(b));
+    return counts_implicit(b);
+}
+
+static const bench_case counts_case = {
+    "counts", "Work of the solvers",
+    "What does not depend on the machine: evaluations of the flow (residuals and linearised products on the fine "
+    "grid) and Krylov iterations, against the size of the grid. `make test` holds the coarse levels to their counts.",
+    counts_run};
+
+#endif
+#endif
+
+/* ---- scaling ---- */
+
+enum { SCALING_LEVELS = 8, SCALING_KERNELS = 5 };
+
+/* ns a node of each kernel on one thread, then on all. */
+typedef struct scaling {
+    double nodes[SCALING_LEVELS], cost[2][SCALING_KERNELS][SCALING_LEVELS];
+    int levels;
+} scaling;
+
+static pd_status scaling_level(bench *b, scaling *s, kernels *k, int n)
+{
+    static const int which[SCALING_KERNELS] = {0, 1, 5, 7, 9}; /* of kernels_build */
+    double rate[KERNELS][2];
+    int l = s->levels++;
+    memset(rate, 0, sizeof rate);
+    PDI_TRY(kernels_build(b, k, n, b->m > 0.0 ? b->m : 3.0));
+    for (int j = 0; j < SCALING_KERNELS; j++) k->job[j] = k->job[which[j]];
+    k->jobs = SCALING_KERNELS;
+    kernels_time(b, k, "scaling", n, k->lab.stencil.m, rate);
+    s->nodes[l] = (double)k->lab.grid.fluid_count;
+    for (int j = 0; j < SCALING_KERNELS; j++)
+        for (int pass = 0; pass < 2; pass++) s->cost[pass][j][l] = 1e9 / rate[j][pass];
+    table_row *row = bench_row(b);
+    table_cell(row, "%.0f", s->nodes[l]);
+    for (int j = 0; j < SCALING_KERNELS; j++) {
+        table_cell(row, "%.2f", s->cost[0][j][l]);
+        if (b->threads > 1) table_cell(row, "%.2f", s->cost[0][j][l] / s->cost[1][j][l]);
+    }
+    return PD_OK;
+}
+
+static void scaling_figure(bench *b, const scaling *s, const kernels *k)
+{
+    pd_plot plot;
+    memset(&plot, 0, sizeof plot);
+    plot.title = "Cost a node against the number of nodes, m = 3";
+    plot.x_label = "nodes [-]";
+    plot.y_label = "ns a node";
+    plot.x_log = plot.y_log = 1;
+    for (int j = 0; j < SCALING_KERNELS; j++)
+        plot_add(&plot, k->job[j].name, s->nodes, s->cost[0][j], s->levels, PD_STROKE_BOTH);
+    bench_figure(b, "one", &plot);
+    if (b->threads == 1 || !bench_alone(b)) return;
+    plot.count = 0;
+    plot.title = "The same on two threads";
+    for (int j = 0; j < SCALING_KERNELS; j++)
+        plot_add(&plot, k->job[j].name, s->nodes, s->cost[1][j], s->levels, PD_STROKE_BOTH);
+    bench_figure(b, "two", &plot);
+}
+
+static pd_status scaling_run(bench *b)
+{
+    static scaling s;
+    static kernels k;
+    int first = PD_DIM == 3 ? 12 : 64, last = b->quick ? first : PD_DIM == 3 ? 96 : 1024;
+    table_row *head = bench_row(b);
+    memset(&s, 0, sizeof s);
+    table_cell(head, "nodes");
+    pd_status status = PD_OK;
+    for (int n = first; n <= last && status >= 0; n *= 2) {
+        status = scaling_level(b, &s, &k, n);
+        for (int j = 0; j < SCALING_KERNELS && s.levels == 1; j++) {
+            table_cell(head, "%s [ns]", k.job[j].name);
+            if (b->threads > 1) table_cell(head, "speed-up");
+        }
+        if (n == last) scaling_figure(b, &s, &k);
+        kernels_free(&k);
+    }
+    if (status >= 0) bench_table(b, "Nanoseconds a node on one thread, and speed-up on two");
+    return status;
+}
+
+static const bench_case scaling_case = {
+    "scaling", "Cost against size",
+    "The same kernels on grids of different size, on one thread and on two. Loops too short to be worth a fork stay "
+    "on one thread.",
+    scaling_run};
+
+#endif

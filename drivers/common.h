@@ -1,0 +1,62 @@
+/* common: what the programs share: clocks, memory, and the reading of numbers on the command line. */
+#ifndef DRIVERS_COMMON_H
+#define DRIVERS_COMMON_H
+
+/* [s] */
+static double clock_seconds(clockid_t clock)
+{
+    struct timespec t;
+    return clock_gettime(clock, &t) == 0 ? (double)t.tv_sec + 1e-9 * (double)t.tv_nsec : 0.0;
+}
+
+static double wall_seconds(void) { return clock_seconds(CLOCK_MONOTONIC); }
+
+/* Of all threads. */
+static double cpu_seconds(void) { return clock_seconds(CLOCK_PROCESS_CPUTIME_ID); }
+
+/* Of the process since its start. */
+static double peak_rss_mb(void)
+{
+    struct rusage usage_now;
+    if (getrusage(RUSAGE_SELF, &usage_now) != 0) return 0.0;
+#ifdef __APPLE__
+    return (double)usage_now.ru_maxrss / 1048576.0;
+#else
+    return (double)usage_now.ru_maxrss / 1024.0;
+#endif
+}
+
+/* A number within [lo, hi] and nothing behind it. */
+static int parse_number(const char *text, double lo, double hi, double *value)
+{
+    char *end;
+    if (!text || !*text) return 0;
+    *value = strtod(text, &end);
+    return !*end && *value >= lo && *value <= hi;
+}
+
+static int parse_whole(const char *text, double lo, double hi, int *value)
+{
+    double number;
+    if (!parse_number(text, lo, hi, &number) || number != floor(number)) return 0;
+    *value = (int)number;
+    return 1;
+}
+
+/* The text behind an option that takes one; "" when there is none. */
+static const char *value_of(int argc, char **argv, int *k) { return *k + 1 < argc ? argv[++*k] : ""; }
+
+/* The program's name without its folder. */
+static const char *program_name(const char *path)
+{
+    const char *slash = strrchr(path, '/');
+    return slash ? slash + 1 : path;
+}
+
+static int usage_error(const char *program, const char *what, const char *found)
+{
+    fprintf(stderr, "%s: %s%s; %s --help tells the usage\n", program, what, found, program);
+    return 2;
+}
+
+#endif

@@ -1,0 +1,93 @@
+#!/bin/sh
+# The benchmarks run on small sizes, and the work of the solvers stays what it is. Counts are asserted, times never.
+build=${BUILD:-build}
+dir=$(mktemp -d) || exit 1
+trap 'rm -rf "$dir"' EXIT
+passed=0 failed=0
+
+# verdict NAME STATUS WANTED: count, and show the log when the status is another one.
+verdict() {
+    if [ "$2" = "$3" ]; then
+        passed=$((passed + 1))
+    else
+        failed=$((failed + 1))
+        echo "$1: status $2, expected $3"
+        tail -n 20 "$dir/log"
+    fi
+}
+
+for k in 1 2 3; do
+    "$build/bench${k}d" --quick --quiet --threads 1 --out "$dir/report" > "$dir/lines$k" 2> "$dir/log"
+    verdict "bench${k}d --quick" $? 0
+done
+cat "$dir"/lines? > "$dir/lines"
+
+# at_most MOST KEY PAIR...: KEY of the one result line with all the pairs is at most MOST.
+at_most() {
+    most=$1 key=$2
+    shift 2
+    cp "$dir/lines" "$dir/found"
+    for pair; do
+        grep -F -- " $pair " "$dir/found" > "$dir/less"
+        mv "$dir/less" "$dir/found"
+    done
+    value=$(sed -n "s/.* $key=\([^ ]*\) .*/\1/p" "$dir/found")
+    if awk -v v="$value" -v m="$most" 'BEGIN { exit !(v != "" && v + 0 == v && v <= m) }'; then
+        passed=$((passed + 1))
+    else
+        failed=$((failed + 1))
+        echo "$*: $key is '$value', expected at most $most"
+    fi
+}
+
+# What is counted today and a few per cent, since compilers round differently.
+at_most 320 evals case=counts part=pin h=1e-05
+at_most 265 evals_again case=counts part=pin h=1e-05
+at_most 1e-8 residual case=counts part=pin h=1e-05
+at_most 30 krylov case=counts part=transport n=16 limited=0 courant=0.1
+at_most 38 krylov case=counts part=transport n=16 limited=0 courant=10000
+at_most 46 krylov case=counts part=transport n=16 limited=1
+at_most 33 krylov case=counts part=transport n=32 limited=0 courant=0.1
+at_most 38 krylov case=counts part=transport n=32 limited=0 courant=10000
+at_most 53 krylov case=counts part=transport n=32 limited=1
+at_most 55 evals case=counts part=implicit n=16
+at_most 46 evals case=counts part=implicit n=32
+at_most 265 evals case=scenes name=mg_pin_2d
+at_most 200 evals case=scenes name=mg_pin_axi
+at_most 465 evals case=scenes name=channel3d_3d
+at_most 15 steps case=scenes name=channel3d_3d
+at_most 150 steps case=study dim=1 part=pulse level=1
+at_most 200 steps case=study dim=1 part=pencil level=0
+at_most 97 evals case=study dim=2 part=poiseuille level=0
+# The three ways to the Laplacian agree.
+at_most 1e-12 err_max dim=2 part=agreement
+at_most 1e-12 err_max dim=3 part=agreement
+
+# rejects MESSAGE ARGUMENT...: one line on stderr, nothing on stdout, status 2.
+rejects() {
+    printf 'bench2d: %s; bench2d --help tells the usage\n' "$1" > "$dir/wanted"
+    shift
+    "$build/bench2d" "$@" > "$dir/out" 2> "$dir/log"
+    status=$?
+    [ -s "$dir/out" ] && status="$status with output"
+    cmp -s "$dir/log" "$dir/wanted" || status="$status with another message"
+    verdict "bench2d $*" "$status" 2
+}
+rejects "no case has the name (--list prints them) kernel" kernel
+rejects "unknown option --fast" --fast
+rejects "unknown key (m and n can be set): h=1" h=1
+rejects "n expects a whole number of at least 12, found n=2" n=2
+"$build/bench2d" counts --quick --scenes "$dir" > "$dir/log" 2>&1
+verdict "bench2d without its scenes" $? 1
+
+# The report: every section, its figures, a summary.
+mkdir "$dir/docs"
+sh tools/report.sh --performance "$dir/report" "$dir/docs" > "$dir/log" 2>&1
+verdict "report" $? 0
+for name in performance.md img/performance/study_1d_pulse.png img/performance/study_2d_poiseuille.png \
+    img/performance/scaling_2d_one.png; do
+    [ -s "$dir/docs/$name" ] || echo "no $name"
+done > "$dir/log"
+verdict "files of the report" "$(wc -l < "$dir/log" | tr -d ' ')" 0
+echo "$passed passed, $failed failed"
+[ "$failed" = 0 ]
