@@ -11,6 +11,9 @@
 #include "exchange.h"
 #include "annulus.h"
 #include "dissolution.h"
+#if PD_DIM == 3
+#include "peer.h"
+#endif
 #include "gas.h"
 
 static const val_case *const val_cases[] = {
@@ -39,6 +42,9 @@ static const val_case *const val_cases[] = {
     &stefan_case,
     &rate_case,
     &ledger_case,
+#if PD_DIM == 3
+    &peer_case,
+#endif
     &sod_case,
 };
 
