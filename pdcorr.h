@@ -37,8 +37,10 @@
  *   ring       the weights of bonds on an axisymmetric lattice, whose nodes are rings around the axis r = 0.
  *   bond       rows of open bonds for fluid nodes whose family is cut, and runs of nodes whose family is whole.
  *   grain      Voronoi grains of a polycrystal and the volume fraction of their boundaries.
+ *   line       the Laplacian of nodes with whole families by lines along axis 0.
  *   op         the peridynamic operators on scalar and vector fields.
  *   krylov     iterative solvers for A x = b over callbacks; they know no physics.
+ *   smooth     one level of the multigrid hierarchy, and the sweeps over its cells.
  *   multigrid  a scalar, cell-centred, geometric V-cycle on the compact face stencil, used as a preconditioner.
  *   compact    the nearest-neighbour (2d+1 point) picture of a scene that multigrid preconditioners work on.
  *   sdirk      what all users of the two-stage, second-order, L-stable SDIRK method share: its constant, and the choice of
@@ -63,6 +65,7 @@
  *   unsteady   time-dependent weakly compressible flow, explicit.
  *   gas        inviscid flow of an ideal gas with energy, explicit in time: shock tubes, blasts, sound.
  *   diffusion  the conductances of bonds beside walls, between materials, and to values that are held on walls.
+ *   limiter    the gradient of a concentration, and the share of its antidiffusive fluxes that a node may keep.
  *   transport  conservative, bounded advection and diffusion of dissolved metal on fluid nodes.
  *   advance    transport in time, of second order, with error-controlled steps.
  *   dissolve   surface-rate dissolution. Solid nodes lose metal through the bonds that join them to fluid.
@@ -77,7 +80,7 @@
  *   watch      reads from a scene what a run shall watch: probes, lines, planes, forces, mass transfer, totals.
  *   scene      reads a scene file, or a flat parameter file, into a setup.
  *   inlet      prescribed velocity behind the inlets of a box: where a side is open, how wide, and the profile over it.
- *   wall       what the walls at the sides of a box do in a setup: they move along themselves, they hold a concentration.
+ *   wall       what the walls of a setup do: sides of the box move along themselves, sides and shapes hold a concentration.
  *   model      the objects of one run, built from a setup: grid, bonds and only the physics that the setup asks for.
  *   observe    the figures of one instant of a run: losses, extremes, and the flux of the flow along its way.
  *   sample     values of the fields of a model at nodes and at points.
@@ -597,6 +600,14 @@ typedef struct pd_stencil {
     double *base;        /* [count] [m^(d-2)] w(n), the weight before calibration */
     double *area;        /* [count] [1/m] c(n): interface area that a solid-fluid bond stands for, over V (eq. 6.3) */
     double anisotropy;   /* [-] largest deviation of the area measure from 1 over all directions */
+    /* The family as lines along axis 0. Lines with the same weights are of one kind; the line through the node is none
+     * of them. */
+    int kinds;           /* of lines */
+    int *line_first;     /* [kinds+1] into line */
+    int *line;           /* [lines][PD_DIM] offset of the line, 0 along axis 0 */
+    int *line_reach;     /* [kinds] largest |n_0| of the line */
+    double *line_lap;    /* [kinds][reach+1] [1/m2] a(n) by |n_0| */
+    double *layer_lap;   /* [reach+1] [1/m2] sum of a(n) over all bonds with one n_0 > 0 */
     /* Cells that the straight bond passes: groups of alternatives; the bond is blocked when every cell of one group
      * is closed. The last group of each bond is its end node. */
     int *group_first;    /* [count+1] into group_* */
@@ -821,7 +832,9 @@ typedef struct pd_bonds {
     pd_ghosts ghosts;    /* of the grid: whoever has bonds can fill the far ends */
     int all_rows;        /* every fluid node owns a row (for comparisons of both paths) */
     int32_t *shift;      /* [count] node id of the far end minus that of the node */
+    int32_t *line_shift; /* [lines of the stencil] the same for the lines */
     int32_t *cell_shift; /* [cells] the same for the cells of the paths */
+    double norm[PD_DIM]; /* [unit of base m2] sum w xi_a^2 over a whole family */
     pd_ring ring;        /* weights of an axisymmetric grid; empty: planar */
     int32_t *row;        /* [total] row of a node; -1: whole family, or not fluid */
     int32_t rows, capacity;
@@ -982,6 +995,24 @@ PD_API pd_status pd_grain_measure(pd_ctx *ctx, const pd_grid *grid, const pd_gra
 
 #endif
 
+/* ======== >>line.h ======== */
+/* line: the Laplacian of nodes with whole families by lines along axis 0.
+ *
+ * The difference over a bond is that along its line plus that between the lines, and lines with the same weights share
+ * theirs (stencil.h). A node costs one addition a line and one product a kind of lines and layer, instead of one a
+ * bond: 12 products for 36 bonds (2D, m = 3), 24 for 178 (3D). Only differences are summed, so constants come out as
+ * exact zeros.
+ */
+#ifndef PD_LINE_H
+#define PD_LINE_H
+
+#ifdef PDI_INTERNAL
+/* out [length] = sum a (f_j - f_i) for the nodes i .. i+length-1 of f [total] (eq. 2.3). */
+PDI_FN void pdi_line_laplacian(const pd_bonds *bonds, const double *f, int32_t i, int32_t length, double *out);
+#endif
+
+#endif
+
 /* ======== >>op.h ======== */
 /* op: the peridynamic operators on scalar and vector fields.
  *
@@ -1104,6 +1135,90 @@ PD_API pd_status pd_krylov_solve(pd_ctx *ctx, pd_krylov *krylov, pd_apply_fn app
 
 #endif
 
+/* ======== >>smooth.h ======== */
+/* smooth: one level of the multigrid hierarchy, and the sweeps over its cells.
+ *
+ * The operator of a level is that of multigrid.h: (A x)_c = x_c/inv_c - sum over links of a x. Sweeps go by colour
+ * (symmetric) or by line; both give the same bits for any number of threads.
+ */
+#ifndef PD_SMOOTH_H
+#define PD_SMOOTH_H
+
+/* One level. Level 0 holds all cells of the box and finds neighbours by stride; coarser levels are rows of links, the
+ * cells sorted by colour (symmetric) or by block. */
+typedef struct pd_smooth_level {
+    int n[PD_DIM];     /* blocks along the axes */
+    int halve[PD_DIM]; /* 1: the next level pairs the blocks of this axis */
+    int shared;        /* level 0: lo is hi of the neighbour (symmetric) */
+    int wrap[PD_DIM];  /* 1: the first and the last blocks of this axis are linked */
+    float last[PD_DIM]; /* width of the last block, the others being 1 */
+    int32_t cells, red; /* red: cells of the first colour (symmetric, coarse levels) */
+    float *x, *b, *r;  /* [cells] correction, right-hand side, residual */
+    float *inv;        /* [cells] 1 / diagonal; 0: the cell takes no part */
+    int32_t *parent;   /* [cells] of the next level; -1: none */
+    float *lo[PD_DIM], *hi[PD_DIM]; /* level 0: coefficients of the two neighbours of each axis, 0: closed */
+    int32_t *block;    /* coarse levels: [cells] block of the cell */
+    int32_t *row;      /* [cells + 1] */
+    int32_t *col;      /* [row[cells]] the neighbour */
+    float *a, *back;   /* its coefficient in this row, and that of this cell in its row (one allocation) */
+    uint8_t *face;     /* 2 axis + (1: upper) */
+    uint8_t *edge;     /* level 0: [cells] 1: the cell has a neighbour across the box; NULL: no axis wraps */
+    int32_t *child_first, *child; /* cells of the level above that make up a cell */
+    float *values;     /* coarse levels: storage of x, b, r, inv */
+    int32_t *indices;  /* coarse levels: storage of parent, block, row, child_first */
+    int32_t *line;     /* not symmetric: [lines + 1] first cell of each line of blocks along axis 0 */
+    int32_t cell_capacity, link_capacity, child_capacity, line_capacity;
+} pd_smooth_level;
+
+#ifdef PDI_INTERNAL
+/* Loops over cells are cut into this many parts. */
+#define PDI_SMOOTH_PARTS 64
+/* Operations a cell, to decide on threads. */
+#define PDI_SMOOTH_WORK (4 * PD_DIM)
+typedef enum pdi_smooth_job {
+    PDI_SMOOTH_START,    /* x = b / diag */
+    PDI_SMOOTH_SWEEP,   /* x = (b + sum a x) / diag */
+    PDI_SMOOTH_RESIDUAL, /* r = b + sum a x - diag x */
+    PDI_SMOOTH_PROLONG   /* x += x of the parent */
+} pdi_smooth_job;
+/* Cells from one block to the next along axis d, n blocks along the axes. */
+static inline int32_t pdi_smooth_stride(const int *n, int d)
+{
+    int32_t stride = 1;
+    for (int e = 0; e < d; e++) stride *= n[e];
+    return stride;
+}
+/* Begin of a part of a loop over count items. */
+static inline int32_t pdi_smooth_part(int64_t count, int part) { return (int32_t)(count * part / PDI_SMOOTH_PARTS); }
+/* Neighbour of cell c of level 0, across the box where the axis wraps; -1: none. */
+static inline int32_t pdi_smooth_across(const pd_smooth_level *fine, int32_t stride, int axis, int upper,
+                                           int32_t c)
+{
+    int32_t n = fine->n[axis], i = c / stride % n;
+    if (i != (upper ? n - 1 : 0)) return upper ? c + stride : c - stride;
+    if (!fine->wrap[axis]) return -1;
+    return upper ? c - (n - 1) * stride : c + (n - 1) * stride;
+}
+
+/* Coefficient of `neighbour` in the row of c. With symmetric storage the lower one of a cell is the upper one of the
+ * cell below. */
+static inline float pdi_smooth_edge_coefficient(const pd_smooth_level *fine, int axis, int upper, int32_t c,
+                                                   int32_t neighbour)
+{
+    if (upper) return fine->hi[axis][c];
+    return fine->shared ? fine->hi[axis][neighbour] : fine->lo[axis][c];
+}
+/* A job on count cells from `first`, in any order. */
+PDI_FN void pdi_smooth_range(const pd_ctx *ctx, const pd_smooth_level *level, pdi_smooth_job job, int32_t first,
+                                int32_t count);
+/* A job on the cells of one colour: they do not touch each other. */
+PDI_FN void pdi_smooth_colour(const pd_ctx *ctx, const pd_smooth_level *level, pdi_smooth_job job, int colour);
+/* Gauss-Seidel forth and back along every line, ascending or descending. */
+PDI_FN void pdi_smooth_lines(const pd_ctx *ctx, const pd_smooth_level *level, int descending);
+#endif
+
+#endif
+
 /* ======== >>multigrid.h ======== */
 /* multigrid: a scalar, cell-centred, geometric V-cycle on the compact face stencil, used as a preconditioner.
  *
@@ -1126,31 +1241,9 @@ typedef struct pd_multigrid_desc {
     int32_t first;          /* node of cell 0 on that lattice */
     const double *weight;   /* [n of the last axis] [m] or [-]: factors of the right-hand side, layer by layer, which
                              * the coefficients hold already; NULL: 1. Borrowed */
+    int periodic[PD_DIM];   /* 1: the first cells of the axis are neighbours of its last ones */
     int symmetric;          /* 1: flux will always be NULL: symmetric cycle, less memory; 0: smoother for flow */
 } pd_multigrid_desc;
-
-/* One level. Level 0 holds all cells of the box and finds neighbours by stride; coarser levels are rows of links, the
- * cells sorted by colour (symmetric) or by block. */
-typedef struct pd_multigrid_level {
-    int n[PD_DIM];     /* blocks along the axes */
-    int halve[PD_DIM]; /* 1: the next level pairs the blocks of this axis */
-    float last[PD_DIM]; /* width of the last block, the others being 1 */
-    int32_t cells, red; /* red: cells of the first colour (symmetric, coarse levels) */
-    float *x, *b, *r;  /* [cells] correction, right-hand side, residual */
-    float *inv;        /* [cells] 1 / diagonal; 0: the cell takes no part */
-    int32_t *parent;   /* [cells] of the next level; -1: none */
-    float *lo[PD_DIM], *hi[PD_DIM]; /* level 0: coefficients of the two neighbours of each axis, 0: closed */
-    int32_t *block;    /* coarse levels: [cells] block of the cell */
-    int32_t *row;      /* [cells + 1] */
-    int32_t *col;      /* [row[cells]] the neighbour */
-    float *a, *back;   /* its coefficient in this row, and that of this cell in its row (one allocation) */
-    uint8_t *face;     /* 2 axis + (1: upper) */
-    int32_t *child_first, *child; /* cells of the level above that make up a cell */
-    float *values;     /* coarse levels: storage of x, b, r, inv */
-    int32_t *indices;  /* coarse levels: storage of parent, block, row, child_first */
-    int32_t *line;     /* not symmetric: [lines + 1] first cell of each line of blocks along axis 0 */
-    int32_t cell_capacity, link_capacity, child_capacity, line_capacity;
-} pd_multigrid_level;
 
 typedef struct pd_multigrid {
     pd_multigrid_desc desc;
@@ -1159,7 +1252,7 @@ typedef struct pd_multigrid {
     int32_t pad;    /* zero floats before and after each level 0 array read at neighbours */
     float *store;   /* level 0: x and coefficients with their pads, b, r, inv */
     int32_t *mark;  /* only during setup: counts and marks */
-    pd_multigrid_level level[PD_MULTIGRID_LEVELS];
+    pd_smooth_level level[PD_MULTIGRID_LEVELS];
 } pd_multigrid;
 
 #define pd_multigrid_build PD_NAME(pd_multigrid_build)
@@ -1172,8 +1265,9 @@ PD_API pd_status pd_multigrid_build(pd_ctx *ctx, const pd_multigrid_desc *desc, 
 PD_API void pd_multigrid_free(pd_ctx *ctx, pd_multigrid *mg);
 /* Take the coefficients and build the coarser levels. All arrays over the box cells, axis 0 fastest:
  * active: 1 for cells that take part; conduct[d][c] >= 0 and flux[d][c] (flux NULL: none): of the face between cell c
- * and c + e_d, flow positive towards +e_d (faces of inactive cells and of the box side are ignored: put the net outflow
- * through them into mass); wall[c] >= 0: Dirichlet half-cell conductance; mass[c] >= 0. wall and mass may be NULL.
+ * and c + e_d, flow positive towards +e_d (faces of inactive cells are ignored, and those of the box side unless its
+ * axis is periodic: put the net outflow through them into mass); wall[c] >= 0: Dirichlet half-cell conductance;
+ * mass[c] >= 0. wall and mass may be NULL.
  * All share one unit. PD_ERR_ARGUMENT: a coefficient is negative or not finite. Memory is kept for the next setup. */
 PD_API pd_status pd_multigrid_setup(pd_ctx *ctx, pd_multigrid *mg, const uint8_t *active,
                                     const float *const conduct[PD_DIM], const float *const flux[PD_DIM],
@@ -2288,6 +2382,9 @@ typedef struct pd_diffusion {
     double *field, *level;              /* [total] [m2/s], [m]; NULL as above */
     double *hold;                       /* [total] [1/s] conductance to held walls, or NULL */
     double *drive;                      /* [total] [mol/m3/s] sum of conductance times held value, or NULL */
+    double *hold_grad, *hold_lean;      /* [PD_DIM][total] [mol/m4], [1/m] held values add grad - lean c to the
+                                         * gradient at their node; or NULL */
+    uint8_t *hold_part;                 /* [total] 1: a cut bond of the node sees no held value, or NULL */
     uint8_t *held;                      /* [count of a family] work */
     double held_least, held_most;       /* [mol/m3] of the values held; least > most: none */
 } pd_diffusion;
@@ -2310,13 +2407,42 @@ PDI_FN void pdi_diffusion_bond(const pd_diffusion *diffusion, int32_t i, int k, 
 
 #endif
 
+/* ======== >>limiter.h ======== */
+/* limiter: the gradient of a concentration, and the share of its antidiffusive fluxes that a node may keep.
+ *
+ * keep = 1 - rho^4 with the ratio rho of the sum of all weighted steps along the bonds to that of their sizes (theory:
+ * eq. 5.4): 1 where the field is nearly linear, 0 where the node is a maximum or minimum of its family. Wall values
+ * count by linear extension. Both change continuously with the field, so Newton's method applies.
+ */
+#ifndef PD_LIMITER_H
+#define PD_LIMITER_H
+
+typedef struct pd_limiter {
+    const pd_bonds *bonds;
+    const pd_diffusion *diffusion;
+    double sum;    /* [1/m2] of the weights of a family */
+    double *slope; /* [PD_DIM][total] [mol/m4] gradient, images included */
+    double *keep;  /* [total] [-] images included; ghosts of inlets 1 */
+} pd_limiter;
+
+#ifdef PDI_INTERNAL
+PDI_FN pd_status pdi_limiter_build(pd_ctx *ctx, const pd_diffusion *diffusion, pd_limiter *limiter);
+/* c [total] with its images and inlets; steps along bonds far below `least` [mol/m3] count as none. */
+PDI_FN void pdi_limiter_update(const pd_ctx *ctx, pd_limiter *limiter, const double *c, double least);
+/* 1 when a family of the nodes i .. i+count-1 may hold ghosts of an inlet or outlet. */
+PDI_FN int pdi_limiter_ports(const pd_bonds *bonds, int32_t i, int count);
+PDI_FN void pdi_limiter_free(pd_ctx *ctx, pd_limiter *limiter);
+#endif
+
+#endif
+
 /* ======== >>transport.h ======== */
 /* transport: conservative, bounded advection and diffusion of dissolved metal on fluid nodes.
  *
- * dc/dt + sum_j F_ij (c_i + c_j)/2 - sum_j (D a + d)(c_j - c_i) = source - absorb c + sum_j alpha d (c_i - c_j)  over
- * open bonds, with F_ij the volume flux of the flow, d = max(|F|/2 - D a, 0) the diffusion that makes the left side an
- * M-matrix (upwinding) and alpha the limiter that gives it back as antidiffusive fluxes where the field stays within
- * its neighbours (theory: eq. 5.1 to 5.5; Kuzmin 2012). Implicit steps solve the left side and iterate on the right.
+ * dc/dt + sum_j F_ij (c_i + c_j)/2 - sum_j (D a + d)(c_j - c_i) = source - absorb c - sum_j alpha d s_ij  over open
+ * bonds, with F_ij the volume flux of the flow and d = max(|F|/2 - D a, 0) the diffusion that makes the left side an
+ * M-matrix (upwinding). The right side gives it back as antidiffusive fluxes along the steps s_ij of the field, where
+ * the limiter alpha allows it (theory: eq. 5.1 to 5.5). Implicit steps are solved by Newton's method.
  * Bonds to solid and wall carry nothing. Every sum over bonds conserves to rounding, converged or not.
  */
 #ifndef PD_TRANSPORT_H
@@ -2336,8 +2462,8 @@ typedef struct pd_transport_desc {
     double initial;         /* [mol/m3] */
     pd_advection advection;
     double tolerance;       /* [-] of the linear solves, relative to the right-hand side; 0: 1e-11 */
-    int max_limiter;        /* limiter iterations of one implicit step; 0: 10 */
-    double limiter_tolerance; /* [-] relative change of the field at which they stop; 0: 1e-3 */
+    int max_limiter;        /* Newton steps on the limited equations in one implicit step; 0: 30 */
+    double limiter_tolerance; /* [-] relative change of the field at which they stop; 0: 1e-7 */
 } pd_transport_desc;
 
 typedef struct pd_transport {
@@ -2346,16 +2472,19 @@ typedef struct pd_transport {
     const pd_bonds *bonds;
     const pd_flow *flow;    /* NULL: fluid at rest */
     pd_diffusion diffusion; /* conductances of the bonds */
+    pd_limiter limiter;     /* with a flow */
     double *c;              /* [total] [mol/m3]; solid nodes: what is left of the solid */
     double *old;            /* [total] [mol/m3] start of the step, work */
     double *source;         /* [total] [mol/m3/s] given by the caller before a step */
     double *absorb;         /* [total] [1/s] likewise; source - absorb c enters the fluid */
     double *carry;          /* [total] [mol/m3] what the last solve left undone; the next step delivers it */
-    double *up, *down;      /* [total] [-] limiter ratios R+ and R- */
     double *anti;           /* [total] [mol/m3/s] limited antidiffusive fluxes in force */
+    double size;            /* [mol/m3] of the field at the start of the step */
+    int upwinding;          /* 1: a node is upwinded */
     uint8_t *upwinded;      /* [total] node lost its antidiffusive fluxes in this step, to keep the bounds */
     double *rhs;            /* [total] [mol/m3/s] work */
     double *work;           /* [2][total] [mol/m3/s] residual, [mol/m3] correction */
+    double *probe;          /* [2][total] [mol/m3] displaced field, [mol/m3/s] its antidiffusive fluxes, work */
     double *repeated;       /* [total] [mol/m3] operand with its images, work; NULL: no periodic or mirror side */
     double dt;              /* [s] of the step in work; 0: none */
     pd_compact compact;
@@ -2368,10 +2497,10 @@ typedef struct pd_transport {
 
 typedef struct pd_transport_result {
     int krylov;     /* iterations */
-    int limiter;    /* limiter iterations */
+    int limiter;    /* Newton steps on the limited equations */
     int bounded;    /* rounds in which nodes were upwinded to keep the bounds */
     double residual; /* [-] last relative residual of the linear solve */
-    double change;  /* [-] last relative change of the limiter iteration */
+    double change;  /* [-] relative change of the field by the last of these steps */
 } pd_transport_result;
 
 #define pd_transport_build PD_NAME(pd_transport_build)
@@ -2395,9 +2524,9 @@ PD_API void pd_transport_update(pd_ctx *ctx, pd_transport *transport);
 /* One backward Euler step of dt [s] (any length: dt >> all time scales gives the steady state). PD_NOT_CONVERGED: the
  * linear solver stopped above its tolerance; what is missing is in carry. */
 PD_API pd_status pd_transport_implicit(pd_ctx *ctx, pd_transport *transport, double dt, pd_transport_result *result);
-/* The steady field, by steps of 1e9 times the explicit limit until the field changes by less than the limiter's
- * tolerance. PD_NOT_CONVERGED: the limiter still moves the field by result->change after 60 steps; it is bounded and
- * conservative all the same. */
+/* The steady field, by steps of 1e9 times the exchange time of the slowest node until the field changes by less than
+ * 1e-6 of itself. PD_NOT_CONVERGED: the limiter still moves the field by result->change after 60 steps; it is
+ * bounded and conservative all the same. */
 PD_API pd_status pd_transport_steady(pd_ctx *ctx, pd_transport *transport, pd_transport_result *result);
 /* One forward Euler step. PD_RETRY, nothing changed: dt exceeds pd_transport_limit. */
 PD_API pd_status pd_transport_explicit(pd_ctx *ctx, pd_transport *transport, double dt);
@@ -2828,6 +2957,7 @@ PD_API double pd_couple_volume_loss(const pd_couple *couple);
 #define PD_SETUP_MONITORS 32
 #define PD_SETUP_NOTES 32
 #define PD_SETUP_MASKS 8
+#define PD_SETUP_WALLS 32
 
 /* What can be written, drawn and probed. */
 typedef enum pd_field {
@@ -2873,6 +3003,13 @@ typedef struct pd_setup_side {
     double held;              /* [mol/m3] */
     int line;                 /* of the file, 0: none */
 } pd_setup_side;
+
+/* One of the shapes that are walls. */
+typedef struct pd_setup_wall {
+    int shape;   /* index */
+    int holds;   /* it holds a concentration */
+    double held; /* [mol/m3] */
+} pd_setup_wall;
 
 /* How the flow gets from one instant to the next. */
 typedef enum pd_motion {
@@ -2936,7 +3073,9 @@ typedef struct pd_setup {
     double lo[PD_DIM], hi[PD_DIM];     /* [m] box */
     int axisymmetric;                  /* 2D: x is the axis, y the distance from it */
     pd_shape *shape;                   /* [PD_SHAPE_MAX], children first */
-    int shapes, solid, wall;           /* entries in use; index of the solid and of the wall, -1: none */
+    int shapes, solid, wall, medium;   /* entries in use; index of the solid, the wall, the medium, -1: none */
+    pd_setup_wall walls[PD_SETUP_WALLS]; /* the parts of `wall` */
+    int wall_count;
     uint8_t *mask[PD_SETUP_MASKS];     /* voxels that shapes borrow */
     size_t mask_size[PD_SETUP_MASKS];
     int masks;
@@ -2957,6 +3096,7 @@ typedef struct pd_setup {
     double sound;           /* [m/s] explicit: c0 */
     /* transport */
     double diffusivity;     /* [m2/s] */
+    double medium_diffusivity; /* [m2/s] of fluid inside the medium */
     double inlet;           /* [mol/m3] */
     pd_expr initial;        /* of x, y, z; in mol/m3 */
     pd_advection advection;
@@ -3097,7 +3237,8 @@ PDI_FN pd_status pdi_watch_place(pd_ctx *ctx, pd_text *text, const pd_setup *set
  *   [shape NAME] one of  box = a .. b, ... | ball = centre  radius = r | cylinder = x|y|z  centre  radius |
  *                half_space = yes  point  normal | mask = file.png  corner  cell | raw = file  size  corner  cell |
  *                union|intersect|difference = NAME, NAME;  outside = yes: the complement
- *                kind = solid|wall|part  material = mg4ag  grains = 40 um  grain_spread  grain_seed  boundary_width
+ *                kind = solid|wall (C = held)|medium (D = its diffusivity)|part  material = mg4ag
+ *                grains = 40 um  grain_spread  grain_seed  boundary_width
  *   [side x-]    flow = inlet|outlet|noslip|periodic|mirror|open  profile = parabola|uniform|expression
  *                mean = speed | flow_rate = 1 mL/min  vx = expression in x y z (vy, vz)  C = ...  p = 0
  *                noslip: velocity = 1 m/s, 0 m/s of a wall that slides along itself; C = ... held by the wall
@@ -3167,7 +3308,7 @@ PD_API double pd_inlet_entering(void *user, const double *x);
 #endif
 
 /* ======== >>wall.h ======== */
-/* wall: what the walls at the sides of a box do in a setup: they move along themselves, they hold a concentration. */
+/* wall: what the walls of a setup do: sides of the box move along themselves, sides and shapes hold a concentration. */
 #ifndef PD_WALL_H
 #define PD_WALL_H
 
@@ -3180,7 +3321,8 @@ PD_API double pd_inlet_entering(void *user, const double *x);
 PD_API int pd_wall_moves(const pd_setup *setup);
 PD_API int pd_wall_holds(const pd_setup *setup);
 /* A pd_velocity_fn and a pd_point_fn; user is the pd_setup. x lies on a surface. Where two sides meet the velocity is
- * their mean, and the first of them that holds a concentration counts; elsewhere rest, and NaN. */
+ * their mean, and the first of them that holds a concentration counts. Off the sides, at rest, the nearest of the wall
+ * and solid shapes counts: found within a cell, since surfaces that are not smooth lie on faces of cells. */
 PD_API void pd_wall_velocity(void *user, const double *x, double *u);
 PD_API double pd_wall_held(void *user, const double *x);
 
@@ -5880,6 +6022,67 @@ static pd_status pdi_stencil_paths(pd_ctx *ctx, pd_stencil *s)
     return PD_OK;
 }
 
+/* Weights that differ by less than this, relative, are the same but for rounding. */
+#define PDI_STENCIL_SAME 1e-13
+
+/* a(n) on the line through `line` at distance n_0, 0 where no bond ends. */
+static double pdi_stencil_on_line(const pd_stencil *s, const int *line, int n0)
+{
+    for (int k = 0; k < s->count; k++) {
+        int same = s->offset[k * PD_DIM] == n0;
+        for (int d = 1; d < PD_DIM; d++) same = same && s->offset[k * PD_DIM + d] == line[d];
+        if (same) return s->lap[k];
+    }
+    return 0.0;
+}
+
+/* 1 when the lines of the family through the bonds k and j have the same weights. */
+static int pdi_stencil_same_kind(const pd_stencil *s, int k, int j)
+{
+    for (int n0 = 0; n0 <= s->reach; n0++) {
+        double a = pdi_stencil_on_line(s, s->offset + k * PD_DIM, n0);
+        double b = pdi_stencil_on_line(s, s->offset + j * PD_DIM, n0);
+        if (!(fabs(a - b) <= PDI_STENCIL_SAME * fabs(a))) return 0;
+    }
+    return 1;
+}
+
+/* Largest n_0 of the bonds on the line through bond k. */
+static int pdi_stencil_line_reach(const pd_stencil *s, int k)
+{
+    int reach = s->reach;
+    while (reach > 0 && !(pdi_stencil_on_line(s, s->offset + k * PD_DIM, reach) > 0.0)) reach--;
+    return reach;
+}
+
+/* Lines are named by their bonds with n_0 = 0. Kinds that reach far come first. */
+static pd_status pdi_stencil_lines(pd_ctx *ctx, pd_stencil *s)
+{
+    int width = s->reach + 1;
+    PDI_TRY(PDI_NEW(ctx, "stencil", s->count + 1, s->line_first));
+    PDI_TRY(PDI_NEW(ctx, "stencil", s->count * PD_DIM, s->line));
+    PDI_TRY(PDI_NEW(ctx, "stencil", s->count, s->line_reach));
+    PDI_TRY(PDI_NEW(ctx, "stencil", (int64_t)s->count * width, s->line_lap));
+    PDI_TRY(PDI_NEW(ctx, "stencil", width, s->layer_lap));
+    for (int k = 0; k < s->count; k++)
+        if (s->offset[k * PD_DIM] > 0) s->layer_lap[s->offset[k * PD_DIM]] += s->lap[k];
+    for (int reach = s->reach, used = 0; reach >= 0; reach--)
+        for (int k = 0; k < s->count; k++) {
+            int seen = s->offset[k * PD_DIM] != 0 || pdi_stencil_line_reach(s, k) != reach;
+            for (int j = 0; j < k && !seen; j++) seen = s->offset[j * PD_DIM] == 0 && pdi_stencil_same_kind(s, j, k);
+            if (seen) continue;
+            for (int n0 = 0; n0 < width; n0++)
+                s->line_lap[s->kinds * width + n0] = pdi_stencil_on_line(s, s->offset + k * PD_DIM, n0);
+            s->line_reach[s->kinds] = reach;
+            for (int j = k; j < s->count; j++) {
+                if (s->offset[j * PD_DIM] != 0 || !pdi_stencil_same_kind(s, k, j)) continue;
+                memcpy(s->line + used++ * PD_DIM, s->offset + j * PD_DIM, PD_DIM * sizeof *s->line);
+            }
+            s->line_first[++s->kinds] = used;
+        }
+    return PD_OK;
+}
+
 pd_status pd_stencil_build(pd_ctx *ctx, const pd_stencil_desc *desc, pd_stencil *stencil)
 {
     memset(stencil, 0, sizeof *stencil);
@@ -5900,6 +6103,7 @@ pd_status pd_stencil_build(pd_ctx *ctx, const pd_stencil_desc *desc, pd_stencil 
     else PDI_TRY(pdi_stencil_calibrate(ctx, stencil));
     PDI_TRY(pdi_area_weights(ctx, stencil->count, stencil->xi, stencil->beta, stencil->m, stencil->h, stencil->area,
                              &stencil->anisotropy));
+    PDI_TRY(pdi_stencil_lines(ctx, stencil));
     return pdi_stencil_paths(ctx, stencil);
 }
 
@@ -5912,6 +6116,11 @@ void pd_stencil_free(pd_ctx *ctx, pd_stencil *s)
     PDI_DELETE(ctx, s->count * PD_DIM, s->grad);
     PDI_DELETE(ctx, s->count, s->base);
     PDI_DELETE(ctx, s->count, s->area);
+    PDI_DELETE(ctx, s->count + 1, s->line_first);
+    PDI_DELETE(ctx, s->count * PD_DIM, s->line);
+    PDI_DELETE(ctx, s->count, s->line_reach);
+    PDI_DELETE(ctx, (int64_t)s->count * (s->reach + 1), s->line_lap);
+    PDI_DELETE(ctx, s->reach + 1, s->layer_lap);
     PDI_DELETE(ctx, s->count + 1, s->group_first);
     PDI_DELETE(ctx, s->groups + 1, s->group_cell);
     PDI_DELETE(ctx, s->groups, s->group_entry);
@@ -7184,13 +7393,19 @@ pd_status pd_bonds_build(pd_ctx *ctx, const pd_stencil *stencil, const pd_grid *
     bonds->grid = grid;
     bonds->all_rows = all_rows;
     bonds->words = (stencil->count + 31) / 32;
+    for (int k = 0; k < stencil->count; k++)
+        for (int d = 0; d < PD_DIM; d++)
+            bonds->norm[d] += stencil->base[k] * stencil->xi[k * PD_DIM + d] * stencil->xi[k * PD_DIM + d];
     PDI_TRY(PDI_NEW(ctx, "bond", stencil->count, bonds->shift));
+    PDI_TRY(PDI_NEW(ctx, "bond", stencil->line_first[stencil->kinds], bonds->line_shift));
     PDI_TRY(PDI_NEW(ctx, "bond", stencil->cells, bonds->cell_shift));
     PDI_TRY(PDI_NEW(ctx, "bond", grid->total, bonds->row));
     PDI_TRY(pd_ghosts_build(ctx, grid, &bonds->ghosts));
     PDI_TRY(pd_ring_build(ctx, stencil, grid, &bonds->ring));
     for (int k = 0; k < stencil->count; k++)
         for (int d = 0; d < PD_DIM; d++) bonds->shift[k] += stencil->offset[k * PD_DIM + d] * grid->stride[d];
+    for (int l = 0; l < stencil->line_first[stencil->kinds]; l++)
+        for (int d = 1; d < PD_DIM; d++) bonds->line_shift[l] += stencil->line[l * PD_DIM + d] * grid->stride[d];
     for (int c = 0; c < stencil->cells; c++)
         for (int d = 0; d < PD_DIM; d++) bonds->cell_shift[c] += stencil->cell[c * PD_DIM + d] * grid->stride[d];
     int32_t rows = 0;
@@ -7294,6 +7509,7 @@ pd_status pd_bonds_validate(pd_ctx *ctx, const pd_bonds *b)
 void pd_bonds_free(pd_ctx *ctx, pd_bonds *b)
 {
     PDI_DELETE(ctx, b->stencil ? b->stencil->count : 0, b->shift);
+    PDI_DELETE(ctx, b->stencil ? b->stencil->line_first[b->stencil->kinds] : 0, b->line_shift);
     PDI_DELETE(ctx, b->stencil ? b->stencil->cells : 0, b->cell_shift);
     PDI_DELETE(ctx, b->grid ? b->grid->total : 0, b->row);
     pd_ghosts_free(ctx, &b->ghosts);
@@ -7855,6 +8071,173 @@ pd_status pd_grain_measure(pd_ctx *ctx, const pd_grid *grid, const pd_grain *gra
     return PD_OK;
 }
 
+/* ======== >>line.c ======== */
+/* line: see line.h
+ *
+ * Each pass streams over the columns of a piece, a few operands at a time: what is written stays in the first cache.
+ */
+
+/* Deepest family, nodes and columns of a piece (with both its sides, whole vectors), kinds of lines that are kept at a
+ * time. */
+#define PDI_LINE_REACH 12
+#define PDI_LINE_LANES 256
+#define PDI_LINE_COLUMNS (PDI_LINE_LANES + 2 * PDI_LINE_REACH + PDI_VECTOR)
+#define PDI_LINE_KINDS 4
+
+/* sum (+)= (a - c) + (b - c): a line and its mirror image. */
+static void pdi_line_pair(const double *PD_RESTRICT c, const double *PD_RESTRICT a, const double *PD_RESTRICT b,
+                          int first, int n, double *PD_RESTRICT sum)
+{
+    if (first)
+        for (int k = 0; k < n; k++) sum[k] = (a[k] - c[k]) + (b[k] - c[k]);
+    else
+        for (int k = 0; k < n; k++) sum[k] += (a[k] - c[k]) + (b[k] - c[k]);
+}
+
+/* sum (+)= two pairs, shift[4]. */
+static void pdi_line_pairs(const double *PD_RESTRICT c, const int32_t *shift, int first, int n,
+                           double *PD_RESTRICT sum)
+{
+    const double *PD_RESTRICT p = c + shift[0], *PD_RESTRICT q = c + shift[1];
+    const double *PD_RESTRICT r = c + shift[2], *PD_RESTRICT s = c + shift[3];
+    if (first)
+        for (int k = 0; k < n; k++) sum[k] = ((p[k] - c[k]) + (q[k] - c[k])) + ((r[k] - c[k]) + (s[k] - c[k]));
+    else
+        for (int k = 0; k < n; k++) sum[k] += ((p[k] - c[k]) + (q[k] - c[k])) + ((r[k] - c[k]) + (s[k] - c[k]));
+}
+
+/* sum = four pairs, shift[8]. */
+static void pdi_line_four_pairs(const double *PD_RESTRICT c, const int32_t *shift, int n, double *PD_RESTRICT sum)
+{
+    const double *PD_RESTRICT p = c + shift[0], *PD_RESTRICT q = c + shift[1];
+    const double *PD_RESTRICT r = c + shift[2], *PD_RESTRICT s = c + shift[3];
+    const double *PD_RESTRICT t = c + shift[4], *PD_RESTRICT u = c + shift[5];
+    const double *PD_RESTRICT v = c + shift[6], *PD_RESTRICT w = c + shift[7];
+    for (int k = 0; k < n; k++)
+        sum[k] = (((p[k] - c[k]) + (q[k] - c[k])) + ((r[k] - c[k]) + (s[k] - c[k]))) +
+                 (((t[k] - c[k]) + (u[k] - c[k])) + ((v[k] - c[k]) + (w[k] - c[k])));
+}
+
+/* Differences of all lines of one kind to the line through the node. Their number is even: opposite ones belong
+ * together. */
+static void pdi_line_kind(const pd_bonds *bonds, const double *f, int kind, int n, double *sum)
+{
+    const int32_t *shift = bonds->line_shift;
+    int first = bonds->stencil->line_first[kind], end = bonds->stencil->line_first[kind + 1], l = first;
+    if (end - l >= 8) {
+        pdi_line_four_pairs(f, shift + l, n, sum);
+        l += 8;
+    }
+    for (; l + 4 <= end; l += 4) pdi_line_pairs(f, shift + l, l == first, n, sum);
+    for (; l < end; l += 2) pdi_line_pair(f, f + shift[l], f + shift[l + 1], l == first, n, sum);
+}
+
+/* t (+)= a[0] x[0] + .. + a[kinds-1] x[kinds-1], at most four kinds. */
+static void pdi_line_weigh(double (*x)[PDI_LINE_COLUMNS], const double *a, int kinds, int first, int n,
+                           double *PD_RESTRICT t)
+{
+    const double *PD_RESTRICT p = x[0], *PD_RESTRICT q = x[1], *PD_RESTRICT r = x[2], *PD_RESTRICT s = x[3];
+    double b = a[0], c = a[1], d = a[2], e = a[3];
+    if (kinds == 4 && first)
+        for (int k = 0; k < n; k++) t[k] = (b * p[k] + c * q[k]) + (d * r[k] + e * s[k]);
+    else if (kinds == 4)
+        for (int k = 0; k < n; k++) t[k] += (b * p[k] + c * q[k]) + (d * r[k] + e * s[k]);
+    else if (first)
+        for (int k = 0; k < n; k++) t[k] = 0.0;
+    if (kinds == 3)
+        for (int k = 0; k < n; k++) t[k] += (b * p[k] + c * q[k]) + d * r[k];
+    if (kinds == 2)
+        for (int k = 0; k < n; k++) t[k] += b * p[k] + c * q[k];
+    if (kinds == 1)
+        for (int k = 0; k < n; k++) t[k] += b * p[k];
+}
+
+/* The family of m = 3 in 2D in one pass: three pairs of lines, which reach three, two and one layers. */
+static void pdi_line_three(const double *PD_RESTRICT f, const int32_t *shift, const double *a, int n,
+                           double (*t)[PDI_LINE_COLUMNS])
+{
+    const double *PD_RESTRICT u = f + shift[0], *PD_RESTRICT v = f + shift[1], *PD_RESTRICT w = f + shift[2];
+    const double *PD_RESTRICT x = f + shift[3], *PD_RESTRICT y = f + shift[4], *PD_RESTRICT z = f + shift[5];
+    double *PD_RESTRICT t0 = t[0], *PD_RESTRICT t1 = t[1], *PD_RESTRICT t2 = t[2], *PD_RESTRICT t3 = t[3];
+    for (int k = 0; k < n; k++) {
+        double p = (u[k] - f[k]) + (v[k] - f[k]), q = (w[k] - f[k]) + (x[k] - f[k]), r = (y[k] - f[k]) + (z[k] - f[k]);
+        t0[k] = (a[0] * p + a[4] * q) + a[8] * r;
+        t1[k] = (a[1] * p + a[5] * q) + a[9] * r;
+        t2[k] = a[2] * p + a[6] * q;
+        t3[k] = a[3] * p;
+    }
+}
+
+static int pdi_line_is_three(const pd_stencil *s)
+{
+    return s->reach == 3 && s->kinds == 3 && s->line_first[3] == 6 && s->line_first[1] == 2 && s->line_first[2] == 4 &&
+           s->line_reach[0] == 3 && s->line_reach[1] == 2 && s->line_reach[2] == 1;
+}
+
+/* out += the layers n and -n: what the lines beside it bring there, and the bonds of the layer along axis 0. */
+static void pdi_line_layer(const double *PD_RESTRICT f, const double *PD_RESTRICT side, double a, int n, int count,
+                           double *PD_RESTRICT out)
+{
+    const double *up = f + n, *down = f - n, *right = side + n, *left = side - n;
+    for (int b = 0; b < count; b++) out[b] += (left[b] + right[b]) + a * ((up[b] - f[b]) + (down[b] - f[b]));
+}
+
+/* The first three layers at once. */
+static void pdi_line_layers(const double *PD_RESTRICT f, double (*t)[PDI_LINE_COLUMNS], int reach, const double *a,
+                            int count, double *PD_RESTRICT out)
+{
+    const double *PD_RESTRICT s = t[0] + reach, *PD_RESTRICT u = t[1] + reach, *PD_RESTRICT v = t[2] + reach;
+    const double *PD_RESTRICT w = t[3] + reach;
+    double c = a[1], d = a[2], e = a[3];
+    for (int b = 0; b < count; b++)
+        out[b] = (s[b] + ((u[b - 1] + u[b + 1]) + c * ((f[b + 1] - f[b]) + (f[b - 1] - f[b])))) +
+                 (((v[b - 2] + v[b + 2]) + d * ((f[b + 2] - f[b]) + (f[b - 2] - f[b]))) +
+                  ((w[b - 3] + w[b + 3]) + e * ((f[b + 3] - f[b]) + (f[b - 3] - f[b]))));
+}
+
+/* Columns that a line has no bond to may hold anything, and do not get into the sums that are read: kinds are sorted by
+ * their reach, and layer n takes those that reach it. `columns` may be more than count and both sides. */
+static void pdi_line_piece(const pd_bonds *bonds, const double *f, int count, int columns, double *out)
+{
+    const pd_stencil *s = bonds->stencil;
+    int reach = s->reach, at = 1;
+    double x[PDI_LINE_KINDS][PDI_LINE_COLUMNS], t[PDI_LINE_REACH + 1][PDI_LINE_COLUMNS];
+    int three = pdi_line_is_three(s);
+    if (three) pdi_line_three(f - reach, bonds->line_shift, s->line_lap, columns, t);
+    for (int first = 0; (first == 0 || first < s->kinds) && !three; first += PDI_LINE_KINDS) {
+        int some = s->kinds - first < PDI_LINE_KINDS ? s->kinds - first : PDI_LINE_KINDS;
+        for (int k = 0; k < some; k++) pdi_line_kind(bonds, f - reach, first + k, columns, x[k]);
+        for (int n = 0; n <= reach; n++) {
+            double a[PDI_LINE_KINDS];
+            int kinds = 0;
+            for (; kinds < some && s->line_reach[first + kinds] >= n; kinds++)
+                a[kinds] = s->line_lap[(first + kinds) * (reach + 1) + n];
+            for (int k = kinds; k < PDI_LINE_KINDS; k++) a[k] = 0.0;
+            pdi_line_weigh(x, a, kinds, first == 0, columns, t[n]);
+        }
+    }
+    if (reach >= 3) {
+        pdi_line_layers(f, t, reach, s->layer_lap, count, out);
+        at = 4;
+    } else
+        for (int b = 0; b < count; b++) out[b] = t[0][b + reach];
+    for (; at <= reach; at++) pdi_line_layer(f, t[at] + reach, s->layer_lap[at], at, count, out);
+}
+
+PDI_FN void pdi_line_laplacian(const pd_bonds *bonds, const double *f, int32_t i, int32_t length, double *out)
+{
+    const pd_grid *grid = bonds->grid;
+    int reach = bonds->stencil->reach, deepest = 0;
+    for (int d = 0; d < PD_DIM; d++) deepest += reach * grid->stride[d];
+    for (int32_t at = 0; at < length; at += PDI_LINE_LANES) {
+        int count = length - at < PDI_LINE_LANES ? (int)(length - at) : PDI_LINE_LANES;
+        /* whole vectors, where that does not leave the array */
+        int columns = count + 2 * reach, vectors = (columns + PDI_VECTOR - 1) / PDI_VECTOR * PDI_VECTOR;
+        if (i + at + deepest + vectors - reach <= grid->total) columns = vectors;
+        pdi_line_piece(bonds, f + i + at, count, columns, out + at);
+    }
+}
+
 /* ======== >>op.c ======== */
 /* op: see op.h
  *
@@ -7883,13 +8266,19 @@ static void pdi_op_split(const pdi_op_sweep *w, pdi_op_lanes_fn lanes, int32_t f
     }
 }
 
+/* Takes runs of any length. */
+static void pdi_op_laplacian_whole(const pdi_op_sweep *w, int32_t i, int count);
+
 static void pdi_op_apply(const pd_ctx *ctx, const pdi_op_sweep *w, pdi_op_lanes_fn whole, pdi_op_lanes_fn cut)
 {
     const pd_bonds *bonds = w->bonds;
     int nt = pdi_par_threads(ctx, bonds->grid->fluid_count * bonds->stencil->count * 4);
     (void)nt;
     PDI_PARALLEL_FOR(nt)
-    for (int32_t r = 0; r < bonds->runs; r++) pdi_op_split(w, whole, bonds->run_first[r], bonds->run_length[r]);
+    for (int32_t r = 0; r < bonds->runs; r++) {
+        if (whole == pdi_op_laplacian_whole) whole(w, bonds->run_first[r], bonds->run_length[r]);
+        else pdi_op_split(w, whole, bonds->run_first[r], bonds->run_length[r]);
+    }
     PDI_PARALLEL_FOR(nt)
     for (int32_t r = 0; r < bonds->batches; r++) pdi_op_split(w, cut, bonds->batch_first[r], bonds->batch_length[r]);
     for (int32_t r = bonds->plain; r < bonds->rows; r++) cut(w, r, 1);
@@ -8058,21 +8447,12 @@ static void pdi_op_laplacian_bonds(const pdi_op_sweep *w, int32_t i, int32_t r, 
 
 static void pdi_op_laplacian_whole(const pdi_op_sweep *w, int32_t i, int count)
 {
-    const pd_stencil *s = w->bonds->stencil;
-    const double *f = w->f + i;
-    double sum[PDI_LANES];
-    if (w->bonds->ring.lap) {
-        pdi_op_laplacian_bonds(w, i, -1, count);
-        return;
-    }
-    memset(sum, 0, sizeof sum);
-    /* differences, not sums less the centre: constants come out as exact zeros */
-    for (int k = 0; k < s->count / 2; k++) {
-        const double *far = f + w->bonds->shift[k], *back = f - w->bonds->shift[k];
-        double a = s->lap[k];
-        for (int b = 0; b < count; b++) sum[b] += a * ((far[b] - f[b]) + (back[b] - f[b]));
-    }
-    memcpy(w->out + i, sum, (size_t)count * sizeof(double));
+    pdi_line_laplacian(w->bonds, w->f, i, count, w->out + i);
+}
+
+static void pdi_op_laplacian_rings(const pdi_op_sweep *w, int32_t i, int count)
+{
+    pdi_op_laplacian_bonds(w, i, -1, count);
 }
 
 static void pdi_op_laplacian_cut(const pdi_op_sweep *w, int32_t r, int count)
@@ -8084,7 +8464,7 @@ void pd_op_laplacian(const pd_ctx *ctx, const pd_bonds *bonds, const double *f, 
 {
     pdi_op_sweep w;
     pdi_op_sweep_init(bonds, f, NULL, lap, &w);
-    pdi_op_apply(ctx, &w, pdi_op_laplacian_whole, pdi_op_laplacian_cut);
+    pdi_op_apply(ctx, &w, bonds->ring.lap ? pdi_op_laplacian_rings : pdi_op_laplacian_whole, pdi_op_laplacian_cut);
 }
 
 /* ---- diffusion: sum D_ij a (f_j - f_i), D_ij = 2 D_i D_j / (D_i + D_j) (eq. 5.2) ---- */
@@ -8602,6 +8982,157 @@ pd_status pd_krylov_solve(pd_ctx *ctx, pd_krylov *krylov, pd_apply_fn apply, pd_
     return status;
 }
 
+/* ======== >>smooth.c ======== */
+/* smooth: see smooth.h */
+
+/* Lines are swept in slabs along the last axis, even slabs then odd ones; the partition depends on the size only. */
+#define PDI_SMOOTH_SLABS 8
+#define PDI_SMOOTH_SLAB_PLANES 16
+#define PDI_SMOOTH_SLAB_CELLS 16384
+
+/* sum over links of a x */
+static inline float pdi_smooth_edge_sum(const pd_smooth_level *fine, const int32_t *stride, int32_t c)
+{
+    float sum = 0.0f;
+    for (int d = 0; d < PD_DIM; d++)
+        for (int upper = 0; upper < 2; upper++) {
+            int32_t q = pdi_smooth_across(fine, stride[d], d, upper, c);
+            if (q >= 0) sum += pdi_smooth_edge_coefficient(fine, d, upper, c, q) * fine->x[q];
+        }
+    return sum;
+}
+
+static inline float pdi_smooth_fine_sum(const pd_smooth_level *fine, const int32_t *stride, int32_t c)
+{
+    float sum = 0.0f;
+    if (fine->edge && fine->edge[c]) return pdi_smooth_edge_sum(fine, stride, c);
+    for (int d = 0; d < PD_DIM; d++)
+        sum += fine->lo[d][c] * fine->x[c - stride[d]] + fine->hi[d][c] * fine->x[c + stride[d]];
+    return sum;
+}
+
+static inline float pdi_smooth_coarse_sum(const pd_smooth_level *level, int32_t c)
+{
+    float sum = 0.0f;
+    for (int32_t k = level->row[c]; k < level->row[c + 1]; k++) sum += level->a[k] * level->x[level->col[k]];
+    return sum;
+}
+
+static inline float pdi_smooth_sum(const pd_smooth_level *level, const int32_t *stride, int32_t c)
+{
+    return level->row ? pdi_smooth_coarse_sum(level, c) : pdi_smooth_fine_sum(level, stride, c);
+}
+
+/* One job on the cells first, first + step, ... before end. */
+static inline void pdi_smooth_cells(const pd_smooth_level *level, const int32_t *stride, pdi_smooth_job job,
+                                       int32_t first, int32_t end, int32_t step)
+{
+    float *x = level->x;
+    const float *b = level->b, *inv = level->inv;
+    switch (job) {
+    case PDI_SMOOTH_START:
+        for (int32_t c = first; c < end; c += step) x[c] = b[c] * inv[c];
+        break;
+    case PDI_SMOOTH_SWEEP:
+        for (int32_t c = first; c < end; c += step) x[c] = (b[c] + pdi_smooth_sum(level, stride, c)) * inv[c];
+        break;
+    case PDI_SMOOTH_RESIDUAL:
+        for (int32_t c = first; c < end; c += step)
+            level->r[c] = inv[c] > 0.0f ? b[c] + pdi_smooth_sum(level, stride, c) - x[c] / inv[c] : 0.0f;
+        break;
+    case PDI_SMOOTH_PROLONG: /* the levels lie in one array: the next one is level + 1 */
+        for (int32_t c = first; c < end; c += step)
+            if (level->parent[c] >= 0) x[c] += level[1].x[level->parent[c]];
+        break;
+    }
+}
+
+static void pdi_smooth_strides(const pd_smooth_level *level, int32_t *stride)
+{
+    for (int d = 0; d < PD_DIM; d++) stride[d] = pdi_smooth_stride(level->n, d);
+}
+
+/* Colour of the first cell of row r of level 0. */
+static int pdi_smooth_row_colour(const pd_smooth_level *fine, int32_t r)
+{
+    int sum = 0;
+    for (int d = 1; d < PD_DIM; d++) {
+        sum += (int)(r % fine->n[d]);
+        r /= fine->n[d];
+    }
+    return sum & 1;
+}
+
+/* A job on count cells from `first`, in any order. */
+PDI_FN void pdi_smooth_range(const pd_ctx *ctx, const pd_smooth_level *level, pdi_smooth_job job,
+                                int32_t first, int32_t count)
+{
+    int32_t stride[PD_DIM];
+    pdi_smooth_strides(level, stride);
+    int nt = pdi_par_threads(ctx, (int64_t)count * PDI_SMOOTH_WORK);
+    (void)nt;
+    PDI_PARALLEL_FOR(nt)
+    for (int part = 0; part < PDI_SMOOTH_PARTS; part++)
+        pdi_smooth_cells(level, stride, job, first + pdi_smooth_part(count, part),
+                            first + pdi_smooth_part(count, part + 1), 1);
+}
+
+/* A job on the cells of one colour: they do not touch each other. */
+PDI_FN void pdi_smooth_colour(const pd_ctx *ctx, const pd_smooth_level *level, pdi_smooth_job job, int colour)
+{
+    if (level->row) {
+        pdi_smooth_range(ctx, level, job, colour ? level->red : 0, colour ? level->cells - level->red : level->red);
+        return;
+    }
+    int32_t stride[PD_DIM], n0 = level->n[0], rows = level->cells / n0;
+    pdi_smooth_strides(level, stride);
+    int nt = pdi_par_threads(ctx, (int64_t)level->cells * PDI_SMOOTH_WORK);
+    (void)nt;
+    PDI_PARALLEL_FOR(nt)
+    for (int32_t r = 0; r < rows; r++)
+        pdi_smooth_cells(level, stride, job, r * n0 + (pdi_smooth_row_colour(level, r) ^ colour), (r + 1) * n0,
+                            2);
+}
+
+/* Gauss-Seidel forth and back along one line. */
+static inline void pdi_smooth_line(const pd_smooth_level *level, const int32_t *stride, int32_t line)
+{
+    int32_t first = level->row ? level->line[line] : line * level->n[0];
+    int32_t end = level->row ? level->line[line + 1] : first + level->n[0];
+    float *x = level->x;
+    const float *b = level->b, *inv = level->inv;
+    for (int32_t c = first; c < end; c++) x[c] = (b[c] + pdi_smooth_sum(level, stride, c)) * inv[c];
+    for (int32_t c = end - 1; c >= first; c--) x[c] = (b[c] + pdi_smooth_sum(level, stride, c)) * inv[c];
+}
+
+/* Lines of the slabs, ascending or descending; slabs of one parity do not touch each other. */
+PDI_FN void pdi_smooth_lines(const pd_ctx *ctx, const pd_smooth_level *level, int descending)
+{
+    int32_t stride[PD_DIM], planes = PD_DIM > 1 ? level->n[PD_DIM - 1] : 1, lines = 1;
+    pdi_smooth_strides(level, stride);
+    for (int d = 1; d < PD_DIM; d++) lines *= level->n[d];
+    int slabs = level->cells < PDI_SMOOTH_SLAB_CELLS ? 1 : (int)(planes / PDI_SMOOTH_SLAB_PLANES);
+    if (slabs > PDI_SMOOTH_SLABS) slabs = PDI_SMOOTH_SLABS;
+    if (slabs > 1 && level->wrap[PD_DIM - 1]) slabs -= slabs % 2; /* the last slab touches the first */
+    if (slabs < 1) slabs = 1;
+    int nt = slabs > 1 ? pdi_par_threads(ctx, (int64_t)level->cells * PDI_SMOOTH_WORK) : 1;
+    (void)nt;
+    for (int half = 0; half < 2; half++) {
+        int parity = descending ? 1 - half : half;
+        PDI_PARALLEL_FOR(nt)
+        for (int s = parity; s < slabs; s += 2) {
+            int32_t first = (int32_t)((int64_t)planes * s / slabs) * (lines / planes);
+            int32_t end = (int32_t)((int64_t)planes * (s + 1) / slabs) * (lines / planes);
+            for (int32_t q = first; q < end; q++)
+                pdi_smooth_line(level, stride, descending ? first + end - 1 - q : q);
+        }
+    }
+}
+
+#undef PDI_SMOOTH_SLABS
+#undef PDI_SMOOTH_SLAB_PLANES
+#undef PDI_SMOOTH_SLAB_CELLS
+
 /* ======== >>multigrid.c ======== */
 /* multigrid: see multigrid.h
  *
@@ -8627,24 +9158,7 @@ pd_status pd_krylov_solve(pd_ctx *ctx, pd_krylov *krylov, pd_apply_fn apply, pd_
 #define PDI_MULTIGRID_FLOOR 1e-6f
 #define PDI_MULTIGRID_NONE (-1)
 
-/* Lines are swept in slabs along the last axis, even slabs then odd ones; the partition depends on the size only. */
-#define PDI_MULTIGRID_SLABS 8
-#define PDI_MULTIGRID_SLAB_PLANES 16
-#define PDI_MULTIGRID_SLAB_CELLS 16384
-
-/* Loops over cells are cut into this many parts. */
-#define PDI_MULTIGRID_PARTS 64
-/* Operations a cell, to decide on threads. */
-#define PDI_MULTIGRID_WORK (4 * PD_DIM)
-
 /* ---- memory ---- */
-
-static int32_t pdi_multigrid_stride(const int *n, int d)
-{
-    int32_t stride = 1;
-    for (int e = 0; e < d; e++) stride *= n[e];
-    return stride;
-}
 
 /* Floats of level 0: x and the coefficients with their pads, b, r, inv. */
 static size_t pdi_multigrid_store(const pd_multigrid *mg)
@@ -8653,11 +9167,27 @@ static size_t pdi_multigrid_store(const pd_multigrid *mg)
     return padded * (cells + 2 * (size_t)mg->pad) + 3 * cells;
 }
 
+/* 1: the ends of an axis of n blocks are linked, when its ends on the level above are. Red-black sweeps need an even
+ * number, else both ends have one colour. */
+static int pdi_multigrid_wraps(const pd_multigrid *mg, int n, int above)
+{
+    return above && n > 2 && !(mg->desc.symmetric && n % 2);
+}
+
+static void pdi_multigrid_edges(pd_smooth_level *fine)
+{
+    for (int d = 0; d < PD_DIM; d++) {
+        int32_t stride = pdi_smooth_stride(fine->n, d);
+        for (int32_t c = 0; fine->wrap[d] && c < fine->cells; c++)
+            if (c / stride % fine->n[d] % (fine->n[d] - 1) == 0) fine->edge[c] = 1;
+    }
+}
+
 pd_status pd_multigrid_build(pd_ctx *ctx, const pd_multigrid_desc *desc, pd_multigrid *mg)
 {
     memset(mg, 0, sizeof *mg);
     mg->desc = *desc;
-    pd_multigrid_level *fine = &mg->level[0];
+    pd_smooth_level *fine = &mg->level[0];
     int64_t cells = 1;
     for (int d = 0; d < PD_DIM; d++) {
         if (desc->n[d] < 1 || desc->stride[d] < 1 || desc->first < 0)
@@ -8670,21 +9200,27 @@ pd_status pd_multigrid_build(pd_ctx *ctx, const pd_multigrid_desc *desc, pd_mult
         fine->last[d] = 1.0f;
     }
     fine->cells = (int32_t)cells;
-    mg->pad = pdi_multigrid_stride(fine->n, PD_DIM - 1);
+    fine->shared = desc->symmetric;
+    for (int d = 0; d < PD_DIM; d++) {
+        fine->wrap[d] = pdi_multigrid_wraps(mg, fine->n[d], desc->periodic[d]);
+        if (fine->wrap[d] && !fine->edge) PDI_TRY(PDI_NEW(ctx, "multigrid", cells, fine->edge));
+    }
+    mg->pad = pdi_smooth_stride(fine->n, PD_DIM - 1);
     PDI_TRY(PDI_NEW(ctx, "multigrid", pdi_multigrid_store(mg), mg->store));
     float *next = mg->store + mg->pad;
     int64_t length = cells + 2 * (int64_t)mg->pad;
     fine->x = next;
     for (int d = 0; d < PD_DIM; d++) fine->hi[d] = next += length;
     for (int d = 0; d < PD_DIM; d++)
-        fine->lo[d] = desc->symmetric ? fine->hi[d] - pdi_multigrid_stride(fine->n, d) : (next += length);
+        fine->lo[d] = desc->symmetric ? fine->hi[d] - pdi_smooth_stride(fine->n, d) : (next += length);
     fine->b = next + cells + mg->pad;
     fine->r = fine->b + cells;
     fine->inv = fine->r + cells;
+    pdi_multigrid_edges(fine);
     return PDI_NEW(ctx, "multigrid", cells, fine->parent);
 }
 
-static void pdi_multigrid_level_free(pd_ctx *ctx, pd_multigrid_level *level)
+static void pdi_multigrid_level_free(pd_ctx *ctx, pd_smooth_level *level)
 {
     size_t cells = (size_t)level->cell_capacity, links = (size_t)level->link_capacity;
     PDI_DELETE(ctx, 4 * cells, level->values);
@@ -8702,6 +9238,7 @@ void pd_multigrid_free(pd_ctx *ctx, pd_multigrid *mg)
     PDI_DELETE(ctx, pdi_multigrid_store(mg), mg->store);
     PDI_DELETE(ctx, mg->level[0].cells + 3, mg->mark);
     PDI_DELETE(ctx, mg->level[0].cells, mg->level[0].parent);
+    PDI_DELETE(ctx, mg->level[0].cells, mg->level[0].edge);
     for (int l = 1; l < PD_MULTIGRID_LEVELS; l++) pdi_multigrid_level_free(ctx, &mg->level[l]);
     mg->levels = 0;
 }
@@ -8717,7 +9254,7 @@ static pd_status pdi_multigrid_reserve_list(pd_ctx *ctx, int32_t **list, int32_t
     return PD_OK;
 }
 
-static pd_status pdi_multigrid_reserve_cells(pd_ctx *ctx, pd_multigrid_level *level, int32_t cells)
+static pd_status pdi_multigrid_reserve_cells(pd_ctx *ctx, pd_smooth_level *level, int32_t cells)
 {
     if (cells <= level->cell_capacity && level->values && level->indices) return PD_OK;
     size_t room = (size_t)cells;
@@ -8736,7 +9273,7 @@ static pd_status pdi_multigrid_reserve_cells(pd_ctx *ctx, pd_multigrid_level *le
     return PD_OK;
 }
 
-static pd_status pdi_multigrid_reserve_links(pd_ctx *ctx, pd_multigrid_level *level, int32_t links)
+static pd_status pdi_multigrid_reserve_links(pd_ctx *ctx, pd_smooth_level *level, int32_t links)
 {
     if (links <= level->link_capacity && level->a && level->col && level->face) return PD_OK;
     size_t old = (size_t)level->link_capacity, room = (size_t)links;
@@ -8760,7 +9297,7 @@ typedef struct pdi_multigrid_link {
 } pdi_multigrid_link;
 
 /* Link k of cell c; 0: closed. */
-static int pdi_multigrid_link_get(const pd_multigrid_level *level, int32_t c, int32_t k, pdi_multigrid_link *link)
+static int pdi_multigrid_link_get(const pd_smooth_level *level, int32_t c, int32_t k, pdi_multigrid_link *link)
 {
     if (level->row) {
         link->cell = level->col[k];
@@ -8772,7 +9309,14 @@ static int pdi_multigrid_link_get(const pd_multigrid_level *level, int32_t c, in
     }
     link->axis = k >> 1;
     link->upper = k & 1;
-    int32_t stride = pdi_multigrid_stride(level->n, link->axis);
+    int32_t stride = pdi_smooth_stride(level->n, link->axis);
+    if (level->edge && level->edge[c]) {
+        link->cell = pdi_smooth_across(level, stride, link->axis, link->upper, c);
+        if (link->cell < 0) return 0;
+        link->a = pdi_smooth_edge_coefficient(level, link->axis, link->upper, c, link->cell);
+        link->back = pdi_smooth_edge_coefficient(level, link->axis, !link->upper, link->cell, c);
+        return link->a + link->back > 0.0f;
+    }
     link->cell = link->upper ? c + stride : c - stride;
     link->a = link->upper ? level->hi[link->axis][c] : level->lo[link->axis][c];
     link->back = link->upper ? level->lo[link->axis][c + stride] : level->hi[link->axis][c - stride];
@@ -8784,7 +9328,7 @@ static int pdi_multigrid_link_get(const pd_multigrid_level *level, int32_t c, in
     for (int32_t k = (level)->row ? (level)->row[c] : 0; k < ((level)->row ? (level)->row[(c) + 1] : 2 * PD_DIM); k++) \
         if (pdi_multigrid_link_get((level), (c), k, &(link)))
 
-static void pdi_multigrid_block_index(const pd_multigrid_level *level, int32_t c, int *i)
+static void pdi_multigrid_block_index(const pd_smooth_level *level, int32_t c, int *i)
 {
     int32_t rest = level->block ? level->block[c] : c;
     for (int d = 0; d < PD_DIM; d++) {
@@ -8821,18 +9365,19 @@ static double pdi_multigrid_scale(double largest)
 static void pdi_multigrid_fine_faces(pd_multigrid *mg, int d, const uint8_t *active, const float *conduct,
                                      const float *flux)
 {
-    pd_multigrid_level *fine = &mg->level[0];
-    int32_t stride = pdi_multigrid_stride(fine->n, d), n = fine->n[d];
+    pd_smooth_level *fine = &mg->level[0];
+    int32_t stride = pdi_smooth_stride(fine->n, d), n = fine->n[d];
     double scale = mg->scale; /* may exceed the range of float */
     float *hi = fine->hi[d], *lo = fine->lo[d];
     for (int32_t c = 0; c < fine->cells; c++) {
         int inside = c / stride % n < n - 1;
-        int open = inside && active[c] && active[c + stride];
+        int32_t above = inside ? c + stride : fine->wrap[d] ? c - (n - 1) * stride : -1;
+        int open = above >= 0 && active[c] && active[above];
         float g = open ? (float)(scale * (double)conduct[c]) : 0.0f;
         float f = open && flux ? (float)(scale * (double)flux[c]) : 0.0f;
         hi[c] = g + (f < 0.0f ? -f : 0.0f);
-        /* with symmetric storage both are the same element; at the upper side of the box there is no neighbour */
-        if (inside) lo[c + stride] = g + (f > 0.0f ? f : 0.0f);
+        /* with symmetric storage both are the same element, which across the box is found by the neighbour */
+        if (inside || (above >= 0 && !fine->shared)) lo[above] = g + (f > 0.0f ? f : 0.0f);
     }
 }
 
@@ -8840,7 +9385,7 @@ static void pdi_multigrid_fine_faces(pd_multigrid *mg, int d, const uint8_t *act
 static void pdi_multigrid_fine(pd_multigrid *mg, const uint8_t *active, const float *const conduct[PD_DIM],
                                const float *const *flux, const float *wall, const float *mass)
 {
-    pd_multigrid_level *fine = &mg->level[0];
+    pd_smooth_level *fine = &mg->level[0];
     for (int d = 0; d < PD_DIM; d++)
         pdi_multigrid_fine_faces(mg, d, active, conduct[d], flux ? flux[d] : NULL);
     for (int32_t c = 0; c < fine->cells; c++) {
@@ -8857,7 +9402,7 @@ static void pdi_multigrid_fine(pd_multigrid *mg, const uint8_t *active, const fl
 /* ---- setup: coarsening ---- */
 
 /* Choose the axes to halve; 0: no cell has a link any more. */
-static int pdi_multigrid_choose(pd_multigrid_level *level)
+static int pdi_multigrid_choose(pd_smooth_level *level)
 {
     double sum[PD_DIM], count[PD_DIM], strongest = 0.0;
     for (int d = 0; d < PD_DIM; d++) sum[d] = count[d] = 0.0;
@@ -8880,8 +9425,8 @@ static int pdi_multigrid_choose(pd_multigrid_level *level)
 }
 
 /* Coarse block of a cell. key: what coarse cells are sorted by, the colour for red-black sweeps, else the block. */
-static int32_t pdi_multigrid_coarse_block(const pd_multigrid *mg, const pd_multigrid_level *level,
-                                          const pd_multigrid_level *coarse, int32_t c, int32_t *key)
+static int32_t pdi_multigrid_coarse_block(const pd_multigrid *mg, const pd_smooth_level *level,
+                                          const pd_smooth_level *coarse, int32_t c, int32_t *key)
 {
     int i[PD_DIM], sum = 0;
     int32_t block = 0;
@@ -8909,7 +9454,7 @@ static int32_t pdi_multigrid_root(int32_t *parent, int32_t c)
 }
 
 /* Join linked cells of one block. A cell without links is solved by its diagonal and needs no parent. */
-static void pdi_multigrid_join(pd_multigrid_level *level)
+static void pdi_multigrid_join(pd_smooth_level *level)
 {
     int32_t *parent = level->parent;
     pdi_multigrid_link link;
@@ -8925,6 +9470,7 @@ static void pdi_multigrid_join(pd_multigrid_level *level)
         {
             /* only links to the other half of the own block, each once */
             if (!link.upper || !level->halve[link.axis] || (i[link.axis] & 1)) continue;
+            if (i[link.axis] == level->n[link.axis] - 1) continue; /* across the box */
             int32_t p = pdi_multigrid_root(parent, c), q = pdi_multigrid_root(parent, link.cell);
             if (p < q) parent[q] = p;
             if (q < p) parent[p] = q;
@@ -8933,7 +9479,7 @@ static void pdi_multigrid_join(pd_multigrid_level *level)
 }
 
 /* Where the colours or the lines begin, from the key counts; turns counts into offsets. */
-static pd_status pdi_multigrid_order(pd_ctx *ctx, pd_multigrid *mg, pd_multigrid_level *coarse, int32_t keys)
+static pd_status pdi_multigrid_order(pd_ctx *ctx, pd_multigrid *mg, pd_smooth_level *coarse, int32_t keys)
 {
     int32_t *offset = mg->mark;
     for (int32_t k = 0; k < keys; k++) offset[k + 1] += offset[k];
@@ -8946,12 +9492,13 @@ static pd_status pdi_multigrid_order(pd_ctx *ctx, pd_multigrid *mg, pd_multigrid
 }
 
 /* Number the joined cells and turn parent into those numbers. */
-static pd_status pdi_multigrid_number(pd_ctx *ctx, pd_multigrid *mg, pd_multigrid_level *level,
-                                      pd_multigrid_level *coarse)
+static pd_status pdi_multigrid_number(pd_ctx *ctx, pd_multigrid *mg, pd_smooth_level *level,
+                                      pd_smooth_level *coarse)
 {
     int32_t *parent = level->parent, *offset = mg->mark, keys = mg->desc.symmetric ? 2 : 1, cells = 0, key;
     for (int d = 0; d < PD_DIM; d++) {
         coarse->n[d] = level->halve[d] ? (level->n[d] + 1) / 2 : level->n[d];
+        coarse->wrap[d] = pdi_multigrid_wraps(mg, coarse->n[d], level->wrap[d]);
         if (!mg->desc.symmetric) keys *= coarse->n[d];
     }
     for (int32_t k = 0; k <= keys; k++) offset[k] = 0;
@@ -8979,7 +9526,7 @@ static pd_status pdi_multigrid_number(pd_ctx *ctx, pd_multigrid *mg, pd_multigri
     return PD_OK;
 }
 
-static pd_status pdi_multigrid_children(pd_ctx *ctx, const pd_multigrid_level *level, pd_multigrid_level *coarse)
+static pd_status pdi_multigrid_children(pd_ctx *ctx, const pd_smooth_level *level, pd_smooth_level *coarse)
 {
     int32_t *first = coarse->child_first;
     for (int32_t p = 0; p <= coarse->cells; p++) first[p] = 0;
@@ -8996,7 +9543,7 @@ static pd_status pdi_multigrid_children(pd_ctx *ctx, const pd_multigrid_level *l
 }
 
 /* Widths of the last blocks, which odd sizes leave thinner (unit: width of the others). */
-static void pdi_multigrid_widths(const pd_multigrid_level *level, pd_multigrid_level *coarse)
+static void pdi_multigrid_widths(const pd_smooth_level *level, pd_smooth_level *coarse)
 {
     for (int d = 0; d < PD_DIM; d++) {
         float last = level->last[d];
@@ -9005,12 +9552,13 @@ static void pdi_multigrid_widths(const pd_multigrid_level *level, pd_multigrid_l
 }
 
 /* Share of the conductance of a face that is left when the distance of its cells grows from this level to the next. */
-static float pdi_multigrid_link_factor(const pd_multigrid_level *level, const pd_multigrid_level *coarse,
+static float pdi_multigrid_link_factor(const pd_smooth_level *level, const pd_smooth_level *coarse,
                                        const int *i, const pdi_multigrid_link *link)
 {
     int d = link->axis, n = level->n[d];
     if (!level->halve[d]) return 1.0f;
     int above = i[d] + link->upper; /* block above the face */
+    if (above == 0 || above == n) return (1.0f + level->last[d]) / (1.0f + coarse->last[d]) * 0.5f;
     float fine = above == n - 1 ? 0.5f * (1.0f + level->last[d]) : 1.0f;
     return fine / (above / 2 == coarse->n[d] - 1 ? 1.0f + coarse->last[d] : 2.0f);
 }
@@ -9018,7 +9566,7 @@ static float pdi_multigrid_link_factor(const pd_multigrid_level *level, const pd
 /* The same for the half cell before a Dirichlet wall. Its normal is unknown; when all axes are halved any will do but
  * for last blocks, which mostly face the side of the box. Otherwise the strong axis is halved alone: its walls then
  * become too stiff, which does less harm than soft walls on the others. */
-static float pdi_multigrid_wall_factor(const pd_multigrid_level *level, const pd_multigrid_level *coarse, int32_t p)
+static float pdi_multigrid_wall_factor(const pd_smooth_level *level, const pd_smooth_level *coarse, int32_t p)
 {
     int i[PD_DIM];
     float factor = 0.5f;
@@ -9031,10 +9579,18 @@ static float pdi_multigrid_wall_factor(const pd_multigrid_level *level, const pd
     return factor;
 }
 
+/* 1: a link across the box that the next level does without. */
+static int pdi_multigrid_parted(const pd_smooth_level *level, const pd_smooth_level *coarse, const int *i,
+                                const pdi_multigrid_link *link)
+{
+    int d = link->axis;
+    return level->wrap[d] && !coarse->wrap[d] && i[d] == (link->upper ? level->n[d] - 1 : 0);
+}
+
 /* Row p of the coarse links, found through the children: conductances of the faces are summed and reduced as the
  * distance of the centres grows; flows are summed and taken upwind anew.
  * fill 0: only count. Returns the end of the row. */
-static int32_t pdi_multigrid_coarse_row(pd_multigrid *mg, const pd_multigrid_level *level, pd_multigrid_level *coarse,
+static int32_t pdi_multigrid_coarse_row(pd_multigrid *mg, const pd_smooth_level *level, pd_smooth_level *coarse,
                                         int32_t p, int32_t start, int fill)
 {
     int32_t end = start, *mark = mg->mark;
@@ -9046,7 +9602,7 @@ static int32_t pdi_multigrid_coarse_row(pd_multigrid *mg, const pd_multigrid_lev
         PDI_MULTIGRID_LINKS(level, c, k, link)
         {
             int32_t q = level->parent[link.cell];
-            if (q == p) continue;
+            if (q == p || pdi_multigrid_parted(level, coarse, i, &link)) continue;
             int fresh = mark[q] < start || mark[q] >= end;
             if (fresh) mark[q] = end++;
             if (!fill) continue;
@@ -9069,8 +9625,8 @@ static int32_t pdi_multigrid_coarse_row(pd_multigrid *mg, const pd_multigrid_lev
     return end;
 }
 
-static pd_status pdi_multigrid_coarse_links(pd_ctx *ctx, pd_multigrid *mg, const pd_multigrid_level *level,
-                                            pd_multigrid_level *coarse)
+static pd_status pdi_multigrid_coarse_links(pd_ctx *ctx, pd_multigrid *mg, const pd_smooth_level *level,
+                                            pd_smooth_level *coarse)
 {
     for (int32_t p = 0; p < coarse->cells; p++) mg->mark[p] = -1;
     coarse->row[0] = 0;
@@ -9082,7 +9638,7 @@ static pd_status pdi_multigrid_coarse_links(pd_ctx *ctx, pd_multigrid *mg, const
     return PD_OK;
 }
 
-static void pdi_multigrid_coarse_diagonal(const pd_multigrid_level *level, pd_multigrid_level *coarse)
+static void pdi_multigrid_coarse_diagonal(const pd_smooth_level *level, pd_smooth_level *coarse)
 {
     for (int32_t p = 0; p < coarse->cells; p++) {
         float mass = 0.0f, wall = 0.0f, links = 0.0f, stiff = 0.0f;
@@ -9106,7 +9662,7 @@ static void pdi_multigrid_coarse_diagonal(const pd_multigrid_level *level, pd_mu
 static pd_status pdi_multigrid_coarsen(pd_ctx *ctx, pd_multigrid *mg)
 {
     for (int l = 0; pdi_multigrid_choose(&mg->level[l]); l++) {
-        pd_multigrid_level *level = &mg->level[l], *coarse = level + 1;
+        pd_smooth_level *level = &mg->level[l], *coarse = level + 1;
         if (l + 1 == PD_MULTIGRID_LEVELS)
             return pdi_fail(ctx, PD_ERR_INTERNAL, "multigrid", "more than %d levels", PD_MULTIGRID_LEVELS);
         pdi_multigrid_join(level);
@@ -9148,146 +9704,10 @@ pd_status pd_multigrid_setup(pd_ctx *ctx, pd_multigrid *mg, const uint8_t *activ
 
 /* ---- cycle: x of a level from its b ---- */
 
-/* sum over links of a x */
-static inline float pdi_multigrid_fine_sum(const pd_multigrid_level *fine, const int32_t *stride, int32_t c)
-{
-    float sum = 0.0f;
-    for (int d = 0; d < PD_DIM; d++)
-        sum += fine->lo[d][c] * fine->x[c - stride[d]] + fine->hi[d][c] * fine->x[c + stride[d]];
-    return sum;
-}
-
-static inline float pdi_multigrid_coarse_sum(const pd_multigrid_level *level, int32_t c)
-{
-    float sum = 0.0f;
-    for (int32_t k = level->row[c]; k < level->row[c + 1]; k++) sum += level->a[k] * level->x[level->col[k]];
-    return sum;
-}
-
-static inline float pdi_multigrid_sum(const pd_multigrid_level *level, const int32_t *stride, int32_t c)
-{
-    return level->row ? pdi_multigrid_coarse_sum(level, c) : pdi_multigrid_fine_sum(level, stride, c);
-}
-
-typedef enum pdi_multigrid_job {
-    PDI_MULTIGRID_START,    /* x = b / diag */
-    PDI_MULTIGRID_SMOOTH,   /* x = (b + sum a x) / diag */
-    PDI_MULTIGRID_RESIDUAL, /* r = b + sum a x - diag x */
-    PDI_MULTIGRID_PROLONG   /* x += x of the parent */
-} pdi_multigrid_job;
-
-/* One job on the cells first, first + step, ... before end. */
-static inline void pdi_multigrid_cells(const pd_multigrid_level *level, const int32_t *stride, pdi_multigrid_job job,
-                                       int32_t first, int32_t end, int32_t step)
-{
-    float *x = level->x;
-    const float *b = level->b, *inv = level->inv;
-    switch (job) {
-    case PDI_MULTIGRID_START:
-        for (int32_t c = first; c < end; c += step) x[c] = b[c] * inv[c];
-        break;
-    case PDI_MULTIGRID_SMOOTH:
-        for (int32_t c = first; c < end; c += step) x[c] = (b[c] + pdi_multigrid_sum(level, stride, c)) * inv[c];
-        break;
-    case PDI_MULTIGRID_RESIDUAL:
-        for (int32_t c = first; c < end; c += step)
-            level->r[c] = inv[c] > 0.0f ? b[c] + pdi_multigrid_sum(level, stride, c) - x[c] / inv[c] : 0.0f;
-        break;
-    case PDI_MULTIGRID_PROLONG: /* the levels lie in one array: the next one is level + 1 */
-        for (int32_t c = first; c < end; c += step)
-            if (level->parent[c] >= 0) x[c] += level[1].x[level->parent[c]];
-        break;
-    }
-}
-
-static void pdi_multigrid_strides(const pd_multigrid_level *level, int32_t *stride)
-{
-    for (int d = 0; d < PD_DIM; d++) stride[d] = pdi_multigrid_stride(level->n, d);
-}
-
-/* Colour of the first cell of row r of level 0. */
-static int pdi_multigrid_row_colour(const pd_multigrid_level *fine, int32_t r)
-{
-    int sum = 0;
-    for (int d = 1; d < PD_DIM; d++) {
-        sum += (int)(r % fine->n[d]);
-        r /= fine->n[d];
-    }
-    return sum & 1;
-}
-
-/* Begin of a part of a loop over count items. */
-static int32_t pdi_multigrid_part(int64_t count, int part) { return (int32_t)(count * part / PDI_MULTIGRID_PARTS); }
-
-/* A job on count cells from `first`, in any order. */
-static void pdi_multigrid_range(const pd_ctx *ctx, const pd_multigrid_level *level, pdi_multigrid_job job,
-                                int32_t first, int32_t count)
-{
-    int32_t stride[PD_DIM];
-    pdi_multigrid_strides(level, stride);
-    int nt = pdi_par_threads(ctx, (int64_t)count * PDI_MULTIGRID_WORK);
-    (void)nt;
-    PDI_PARALLEL_FOR(nt)
-    for (int part = 0; part < PDI_MULTIGRID_PARTS; part++)
-        pdi_multigrid_cells(level, stride, job, first + pdi_multigrid_part(count, part),
-                            first + pdi_multigrid_part(count, part + 1), 1);
-}
-
-/* A job on the cells of one colour: they do not touch each other. */
-static void pdi_multigrid_colour(const pd_ctx *ctx, const pd_multigrid_level *level, pdi_multigrid_job job, int colour)
-{
-    if (level->row) {
-        pdi_multigrid_range(ctx, level, job, colour ? level->red : 0, colour ? level->cells - level->red : level->red);
-        return;
-    }
-    int32_t stride[PD_DIM], n0 = level->n[0], rows = level->cells / n0;
-    pdi_multigrid_strides(level, stride);
-    int nt = pdi_par_threads(ctx, (int64_t)level->cells * PDI_MULTIGRID_WORK);
-    (void)nt;
-    PDI_PARALLEL_FOR(nt)
-    for (int32_t r = 0; r < rows; r++)
-        pdi_multigrid_cells(level, stride, job, r * n0 + (pdi_multigrid_row_colour(level, r) ^ colour), (r + 1) * n0,
-                            2);
-}
-
-/* Gauss-Seidel forth and back along one line. */
-static inline void pdi_multigrid_line(const pd_multigrid_level *level, const int32_t *stride, int32_t line)
-{
-    int32_t first = level->row ? level->line[line] : line * level->n[0];
-    int32_t end = level->row ? level->line[line + 1] : first + level->n[0];
-    float *x = level->x;
-    const float *b = level->b, *inv = level->inv;
-    for (int32_t c = first; c < end; c++) x[c] = (b[c] + pdi_multigrid_sum(level, stride, c)) * inv[c];
-    for (int32_t c = end - 1; c >= first; c--) x[c] = (b[c] + pdi_multigrid_sum(level, stride, c)) * inv[c];
-}
-
-/* Lines of the slabs, ascending or descending; slabs of one parity do not touch each other. */
-static void pdi_multigrid_lines(const pd_ctx *ctx, const pd_multigrid_level *level, int descending)
-{
-    int32_t stride[PD_DIM], planes = PD_DIM > 1 ? level->n[PD_DIM - 1] : 1, lines = 1;
-    pdi_multigrid_strides(level, stride);
-    for (int d = 1; d < PD_DIM; d++) lines *= level->n[d];
-    int slabs = level->cells < PDI_MULTIGRID_SLAB_CELLS ? 1 : (int)(planes / PDI_MULTIGRID_SLAB_PLANES);
-    if (slabs > PDI_MULTIGRID_SLABS) slabs = PDI_MULTIGRID_SLABS;
-    if (slabs < 1) slabs = 1;
-    int nt = slabs > 1 ? pdi_par_threads(ctx, (int64_t)level->cells * PDI_MULTIGRID_WORK) : 1;
-    (void)nt;
-    for (int half = 0; half < 2; half++) {
-        int parity = descending ? 1 - half : half;
-        PDI_PARALLEL_FOR(nt)
-        for (int s = parity; s < slabs; s += 2) {
-            int32_t first = (int32_t)((int64_t)planes * s / slabs) * (lines / planes);
-            int32_t end = (int32_t)((int64_t)planes * (s + 1) / slabs) * (lines / planes);
-            for (int32_t q = first; q < end; q++)
-                pdi_multigrid_line(level, stride, descending ? first + end - 1 - q : q);
-        }
-    }
-}
-
 /* b of the next level = sum of r over the children */
-static void pdi_multigrid_restrict(const pd_ctx *ctx, const pd_multigrid_level *level)
+static void pdi_multigrid_restrict(const pd_ctx *ctx, const pd_smooth_level *level)
 {
-    const pd_multigrid_level *coarse = level + 1;
+    const pd_smooth_level *coarse = level + 1;
     int nt = pdi_par_threads(ctx, (int64_t)level->cells);
     (void)nt;
     PDI_PARALLEL_FOR(nt)
@@ -9298,33 +9718,33 @@ static void pdi_multigrid_restrict(const pd_ctx *ctx, const pd_multigrid_level *
     }
 }
 
-static void pdi_multigrid_down(const pd_ctx *ctx, const pd_multigrid *mg, const pd_multigrid_level *level)
+static void pdi_multigrid_down(const pd_ctx *ctx, const pd_multigrid *mg, const pd_smooth_level *level)
 {
     if (mg->desc.symmetric) {
-        pdi_multigrid_colour(ctx, level, PDI_MULTIGRID_START, 0);
-        pdi_multigrid_colour(ctx, level, PDI_MULTIGRID_SMOOTH, 1);
-        pdi_multigrid_colour(ctx, level, PDI_MULTIGRID_SMOOTH, 0);
-        pdi_multigrid_colour(ctx, level, PDI_MULTIGRID_SMOOTH, 1);
-        pdi_multigrid_colour(ctx, level, PDI_MULTIGRID_RESIDUAL, 0); /* r stays 0 on the other colour */
+        pdi_smooth_colour(ctx, level, PDI_SMOOTH_START, 0);
+        pdi_smooth_colour(ctx, level, PDI_SMOOTH_SWEEP, 1);
+        pdi_smooth_colour(ctx, level, PDI_SMOOTH_SWEEP, 0);
+        pdi_smooth_colour(ctx, level, PDI_SMOOTH_SWEEP, 1);
+        pdi_smooth_colour(ctx, level, PDI_SMOOTH_RESIDUAL, 0); /* r stays 0 on the other colour */
     } else {
-        pdi_multigrid_range(ctx, level, PDI_MULTIGRID_START, 0, level->cells);
-        pdi_multigrid_lines(ctx, level, 0);
-        pdi_multigrid_range(ctx, level, PDI_MULTIGRID_RESIDUAL, 0, level->cells);
+        pdi_smooth_range(ctx, level, PDI_SMOOTH_START, 0, level->cells);
+        pdi_smooth_lines(ctx, level, 0);
+        pdi_smooth_range(ctx, level, PDI_SMOOTH_RESIDUAL, 0, level->cells);
     }
     pdi_multigrid_restrict(ctx, level);
 }
 
-static void pdi_multigrid_up(const pd_ctx *ctx, const pd_multigrid *mg, const pd_multigrid_level *level)
+static void pdi_multigrid_up(const pd_ctx *ctx, const pd_multigrid *mg, const pd_smooth_level *level)
 {
     if (mg->desc.symmetric) {
-        pdi_multigrid_colour(ctx, level, PDI_MULTIGRID_PROLONG, 0);
+        pdi_smooth_colour(ctx, level, PDI_SMOOTH_PROLONG, 0);
         for (int sweep = 0; sweep < 2; sweep++) {
-            pdi_multigrid_colour(ctx, level, PDI_MULTIGRID_SMOOTH, 1);
-            pdi_multigrid_colour(ctx, level, PDI_MULTIGRID_SMOOTH, 0);
+            pdi_smooth_colour(ctx, level, PDI_SMOOTH_SWEEP, 1);
+            pdi_smooth_colour(ctx, level, PDI_SMOOTH_SWEEP, 0);
         }
     } else {
-        pdi_multigrid_range(ctx, level, PDI_MULTIGRID_PROLONG, 0, level->cells);
-        pdi_multigrid_lines(ctx, level, 1);
+        pdi_smooth_range(ctx, level, PDI_SMOOTH_PROLONG, 0, level->cells);
+        pdi_smooth_lines(ctx, level, 1);
     }
 }
 
@@ -9350,15 +9770,15 @@ static double pdi_multigrid_weight(const pd_multigrid *mg, int32_t r)
 /* max |rhs| over the cells that take part, by parts of rows. */
 static double pdi_multigrid_rhs_size(const pd_ctx *ctx, const pd_multigrid *mg, const double *rhs)
 {
-    double part[PDI_MULTIGRID_PARTS], largest = 0.0;
-    const pd_multigrid_level *fine = &mg->level[0];
+    double part[PDI_SMOOTH_PARTS], largest = 0.0;
+    const pd_smooth_level *fine = &mg->level[0];
     int64_t rows = fine->cells / fine->n[0];
     int nt = pdi_par_threads(ctx, fine->cells);
     (void)nt;
     PDI_PARALLEL_FOR(nt)
-    for (int q = 0; q < PDI_MULTIGRID_PARTS; q++) {
+    for (int q = 0; q < PDI_SMOOTH_PARTS; q++) {
         part[q] = 0.0;
-        for (int32_t r = pdi_multigrid_part(rows, q); r < pdi_multigrid_part(rows, q + 1); r++) {
+        for (int32_t r = pdi_smooth_part(rows, q); r < pdi_smooth_part(rows, q + 1); r++) {
             int32_t node = pdi_multigrid_row_node(mg, r), base = r * fine->n[0];
             for (int32_t i = 0; i < fine->n[0]; i++) {
                 double size = fine->inv[base + i] > 0.0f ? fabs(rhs[node + i * mg->desc.stride[0]]) : 0.0;
@@ -9367,13 +9787,13 @@ static double pdi_multigrid_rhs_size(const pd_ctx *ctx, const pd_multigrid *mg, 
             }
         }
     }
-    for (int q = 0; q < PDI_MULTIGRID_PARTS; q++) largest = fmax(largest, part[q]);
+    for (int q = 0; q < PDI_SMOOTH_PARTS; q++) largest = fmax(largest, part[q]);
     return largest;
 }
 
 void pd_multigrid_cycle(pd_ctx *ctx, pd_multigrid *mg, const double *rhs, double *x)
 {
-    const pd_multigrid_level *fine = &mg->level[0];
+    const pd_smooth_level *fine = &mg->level[0];
     if (mg->levels == 0) return; /* setup failed or was never called */
     int32_t rows = fine->cells / fine->n[0], n0 = fine->n[0], s0 = mg->desc.stride[0];
     double in = pdi_multigrid_scale(pdi_multigrid_rhs_size(ctx, mg, rhs)), out = mg->scale / in;
@@ -9387,8 +9807,8 @@ void pd_multigrid_cycle(pd_ctx *ctx, pd_multigrid *mg, const double *rhs, double
             fine->b[base + i] = fine->inv[base + i] > 0.0f ? (float)(factor * rhs[node + i * s0]) : 0.0f;
     }
     for (int l = 0; l < mg->levels - 1; l++) pdi_multigrid_down(ctx, mg, &mg->level[l]);
-    const pd_multigrid_level *last = &mg->level[mg->levels - 1]; /* no links are left: the diagonal is the operator */
-    pdi_multigrid_range(ctx, last, PDI_MULTIGRID_START, 0, last->cells);
+    const pd_smooth_level *last = &mg->level[mg->levels - 1]; /* no links are left: the diagonal is the operator */
+    pdi_smooth_range(ctx, last, PDI_SMOOTH_START, 0, last->cells);
     for (int l = mg->levels - 2; l >= 0; l--) pdi_multigrid_up(ctx, mg, &mg->level[l]);
     PDI_PARALLEL_FOR(nt)
     for (int32_t r = 0; r < rows; r++) {
@@ -9446,14 +9866,19 @@ static void pdi_compact_fill_cell(pd_compact *c, int64_t cell, int32_t node, dou
     for (int d = 0; d < PD_DIM; d++) {
         const double *u = v->u ? v->u + (int64_t)d * grid->total : NULL;
         for (int up = 0; up < 2; up++) {
-            int32_t other = up ? node + grid->stride[d] : node - grid->stride[d];
+            int32_t other = up ? node + grid->stride[d] : node - grid->stride[d], source = other;
             double face = 0.5 * (around + pdi_grid_circumference(grid, other));
             double inverse = face / (grid->h[d] * grid->h[d]);
             uint8_t kind = grid->kind[other];
             double diffusivity = field ? field[node] : constant;
+            if (kind == PD_IMAGE) {
+                if (grid->side[2 * d + up] != PD_SIDE_PERIODIC) continue; /* nothing passes a mirror */
+                kind = PD_FLUID;
+                source = pdi_grid_image(grid, other, NULL);
+            }
             if (kind == PD_FLUID) {
                 if (field && diffusivity > 0.0)
-                    diffusivity = 2.0 * diffusivity * field[other] / (diffusivity + field[other]);
+                    diffusivity = 2.0 * diffusivity * field[source] / (diffusivity + field[source]);
                 if (!up) continue;
                 c->conduct[d][cell] =
                     (float)(inverse * (u ? pdi_compact_spread(grid, v, diffusivity, node, other, d) : diffusivity));
@@ -14070,6 +14495,7 @@ pd_status pd_steady_build(pd_ctx *ctx, pd_flow *flow, const pd_steady_desc *desc
         origin[d] = 0;
         md.n[d] = flow->grid->n[d];
         md.stride[d] = flow->grid->stride[d];
+        md.periodic[d] = flow->grid->side[2 * d] == PD_SIDE_PERIODIC;
     }
     md.first = pd_grid_node(flow->grid, origin);
     md.weight = flow->grid->circumference ? flow->grid->circumference + flow->grid->ghost : NULL;
@@ -14124,6 +14550,10 @@ pd_status pd_steady_solve(pd_ctx *ctx, pd_steady *s, pd_steady_result *result)
         result->converged = result->momentum <= s->desc.tolerance && result->continuity <= s->desc.tolerance;
         if (result->converged) return PD_OK;
         if (result->newton >= s->desc.max_newton) return PD_NOT_CONVERGED;
+        if (boost > PDI_STEADY_MAX_BOOST)
+            return pdi_fail(ctx, PD_ERR_DIVERGED, "steady",
+                            "no pseudo time step lowers the flow residual of %g (%d Newton steps)", norm,
+                            result->newton);
         /* switched evolution relaxation: the pseudo time step grows as the residual falls (eq. 4.10) */
         double shift = PDI_STEADY_SHIFT * boost * flow->speed / flow->length * sqrt(norm / s->norm0);
         int effort = 0;
@@ -14133,10 +14563,6 @@ pd_status pd_steady_solve(pd_ctx *ctx, pd_steady *s, pd_steady_result *result)
             pdi_steady_move(ctx, s, -1.0);
             norm = pdi_steady_residual(ctx, s, result);
             boost *= 10.0;
-            if (boost > PDI_STEADY_MAX_BOOST)
-                return pdi_fail(ctx, PD_ERR_DIVERGED, "steady",
-                                "no pseudo time step lowers the flow residual of %g (%d Newton steps)", norm,
-                                result->newton);
             continue;
         }
         /* a linear system that is hard to solve gets a shorter pseudo time step next time, an easy one a longer one */
@@ -15332,8 +15758,13 @@ static void pdi_diffusion_hold(pd_diffusion *d, int32_t r, uint8_t *held)
         held[k] = 0;
         if (pdi_bond_open(bonds, r, k)) continue;
         double t = pdi_bond_meet(bonds, r, k, x), c = d->desc.held(d->desc.user, x);
+        if (!(c >= 0.0)) d->hold_part[i] = 1;
         if (!(c >= 0.0)) continue;
         held[k] = 1;
+        for (int a = 0; a < PD_DIM; a++) {
+            d->hold_grad[(int64_t)a * bonds->grid->total + i] += s->grad[k * PD_DIM + a] / t * c;
+            d->hold_lean[(int64_t)a * bonds->grid->total + i] += s->grad[k * PD_DIM + a] / t;
+        }
         d->hold[i] += value * lap[k] / t;
         d->drive[i] += value * lap[k] / t * c;
         d->held_least = fmin(d->held_least, c);
@@ -15360,6 +15791,9 @@ void pd_diffusion_update(pd_ctx *ctx, pd_diffusion *d)
         d->cut[i] = pdi_diffusion_cut(bonds, i) ? 1.0f : 0.0f;
         for (int t = 0; t < PD_DIFFUSION_TENSOR; t++) d->tensor[t][i] = 0.0f;
         if (d->hold) d->hold[i] = d->drive[i] = 0.0;
+        if (d->hold) d->hold_part[i] = 0;
+        for (int a = 0; a < PD_DIM && d->hold; a++)
+            d->hold_grad[(int64_t)a * total + i] = d->hold_lean[(int64_t)a * total + i] = 0.0;
     }
     pdi_diffusion_ghosts(d);
     d->held_least = HUGE_VAL;
@@ -15408,6 +15842,9 @@ pd_status pd_diffusion_build(pd_ctx *ctx, const pd_bonds *bonds, const pd_diffus
     PDI_TRY(PDI_NEW(ctx, "diffusion", total, d->cut));
     if (desc->held) PDI_TRY(PDI_NEW(ctx, "diffusion", total, d->hold));
     if (desc->held) PDI_TRY(PDI_NEW(ctx, "diffusion", total, d->drive));
+    if (desc->held) PDI_TRY(PDI_NEW(ctx, "diffusion", total, d->hold_part));
+    if (desc->held) PDI_TRY(PDI_NEW(ctx, "diffusion", PD_DIM * (int64_t)total, d->hold_grad));
+    if (desc->held) PDI_TRY(PDI_NEW(ctx, "diffusion", PD_DIM * (int64_t)total, d->hold_lean));
     if (desc->held) PDI_TRY(PDI_NEW(ctx, "diffusion", bonds->stencil->count, d->held));
     PDI_TRY(pdi_diffusion_fields(ctx, d));
     pd_diffusion_update(ctx, d);
@@ -15455,10 +15892,170 @@ void pd_diffusion_free(pd_ctx *ctx, pd_diffusion *d)
     PDI_DELETE(ctx, total, d->cut);
     PDI_DELETE(ctx, total, d->hold);
     PDI_DELETE(ctx, total, d->drive);
+    PDI_DELETE(ctx, total, d->hold_part);
+    PDI_DELETE(ctx, (int64_t)PD_DIM * total, d->hold_grad);
+    PDI_DELETE(ctx, (int64_t)PD_DIM * total, d->hold_lean);
     PDI_DELETE(ctx, d->bonds ? d->bonds->stencil->count : 0, d->held);
     PDI_DELETE(ctx, total, d->field);
     PDI_DELETE(ctx, total, d->level);
     memset(d, 0, sizeof *d);
+}
+
+/* ======== >>limiter.c ======== */
+/* limiter: see limiter.h */
+#include <math.h>
+#include <string.h>
+
+/* One piece of a sweep: the nodes i .. i+count-1, which are the rows from `row` (-1: whole families). */
+typedef struct pdi_limiter_piece {
+    const double *c; /* [mol/m3] of these nodes */
+    int32_t i, row;
+    int count;
+    double gate[PDI_LANES]; /* 1.0: the bond takes part, 0.0: it does not */
+    double lean[PDI_LANES]; /* the same for the gradient */
+    double bend[PDI_LANES]; /* [mol/m5] sum of the weighted steps */
+    double size[PDI_LANES]; /* [mol/m5] sum of their sizes */
+} pdi_limiter_piece;
+
+PDI_FN int pdi_limiter_ports(const pd_bonds *bonds, int32_t i, int count)
+{
+    const pd_grid *grid = bonds->grid;
+    int at[PD_DIM], reach = bonds->stencil->reach;
+    pdi_grid_index(grid, i, at);
+    for (int d = 0; d < PD_DIM; d++) {
+        int last = d == 0 ? at[0] + count - 1 : at[d];
+        if (pdi_grid_port(grid->side[2 * d]) && at[d] < reach) return 1;
+        if (pdi_grid_port(grid->side[2 * d + 1]) && last >= grid->n[d] - reach) return 1;
+    }
+    return 0;
+}
+
+/* The gradient of the node needs the moments of its open bonds: some of the others see no held value. */
+static int pdi_limiter_cut(const pd_limiter *l, int32_t i)
+{
+    const pd_diffusion *f = l->diffusion;
+    return f->cut[i] > 0.0f && !(f->hold && f->hold[i] > 0.0 && !f->hold_part[i]);
+}
+
+/* Which of the nodes have bond k open; 0: none. Outlets show the value of the node, inlets are no part of the moments
+ * of eq. 3.5. */
+static int pdi_limiter_gates(const pd_limiter *l, pdi_limiter_piece *p, int k, int ports)
+{
+    const pd_bonds *bonds = l->bonds;
+    pdi_lanes open = p->row < 0 ? PDI_LANES_ALL : pdi_bond_open_lanes(bonds, p->row, k, p->count, p->gate);
+    if (open == PDI_LANES_NONE) return 0;
+    for (int b = 0; b < p->count; b++) {
+        if (open == PDI_LANES_ALL) p->gate[b] = 1.0;
+        if (ports && bonds->grid->kind[p->i + b + bonds->shift[k]] == PD_OUTLET) p->gate[b] = 0.0;
+        p->lean[b] = p->gate[b];
+        if (ports && bonds->grid->kind[p->i + b + bonds->shift[k]] == PD_INLET && pdi_limiter_cut(l, p->i + b))
+            p->lean[b] = 0.0;
+    }
+    return 1;
+}
+
+/* What held walls add to the sums and to the gradient of a node, or the moments of its open bonds (eq. 3.5). */
+static void pdi_limiter_walls(const pd_limiter *l, pdi_limiter_piece *p, int b)
+{
+    const pd_diffusion *f = l->diffusion;
+    const pd_bonds *bonds = l->bonds;
+    int32_t i = p->i + b;
+    int64_t total = bonds->grid->total;
+    double c = p->c[b], value = f->field ? f->field[i] : f->desc.diffusivity, sum[PD_DIM], *slope = l->slope + i;
+    if (f->hold && f->hold[i] > 0.0) {
+        double step = (f->drive[i] - f->hold[i] * c) / value;
+        p->bend[b] += step;
+        p->size[b] += fabs(step);
+    }
+    if (!(f->cut[i] > 0.0f)) return;
+    if (!pdi_limiter_cut(l, i)) {
+        for (int d = 0; d < PD_DIM; d++)
+            slope[d * total] += f->hold_grad[d * total + i] - f->hold_lean[d * total + i] * c;
+        return;
+    }
+    const double *moment = bonds->moment + (int64_t)(p->row + b) * PD_DIM * PD_DIM;
+    for (int d = 0; d < PD_DIM; d++) sum[d] = slope[d * total] * bonds->norm[d];
+    for (int d = 0; d < PD_DIM; d++) {
+        slope[d * total] = 0.0;
+        for (int e = 0; e < PD_DIM; e++) slope[d * total] += moment[d * PD_DIM + e] * sum[e];
+    }
+}
+
+static void pdi_limiter_lanes(const pd_limiter *l, pdi_limiter_piece *p, double least)
+{
+    const pd_bonds *bonds = l->bonds;
+    const pd_stencil *s = bonds->stencil;
+    int64_t total = bonds->grid->total;
+    double *slope = l->slope + p->i, *keep = l->keep + p->i, floor_size = least * l->sum;
+    int ports = pdi_limiter_ports(bonds, p->i, p->count), plain = p->row < 0 && !ports;
+    for (int b = 0; b < p->count; b++) {
+        p->bend[b] = p->size[b] = 0.0;
+        p->gate[b] = p->lean[b] = 1.0;
+        for (int d = 0; d < PD_DIM; d++) slope[d * total + b] = 0.0;
+    }
+    for (int k = 0; k < s->count; k++) {
+        const double *far = p->c + bonds->shift[k], *g = s->grad + k * PD_DIM;
+        if (!plain && !pdi_limiter_gates(l, p, k, ports)) continue;
+        for (int b = 0; b < p->count; b++) {
+            double step = far[b] - p->c[b], part = s->lap[k] * p->gate[b] * step;
+            p->bend[b] += part;
+            p->size[b] += fabs(part);
+            for (int d = 0; d < PD_DIM; d++) slope[d * total + b] += g[d] * p->lean[b] * step;
+        }
+    }
+    for (int b = 0; b < p->count && p->row >= 0; b++) pdi_limiter_walls(l, p, b);
+    for (int b = 0; b < p->count; b++) {
+        double below = p->size[b] + floor_size, ratio = below > 0.0 ? (fabs(p->bend[b]) + floor_size) / below : 1.0;
+        keep[b] = 1.0 - ratio * ratio * ratio * ratio;
+    }
+}
+
+static void pdi_limiter_run(const pd_limiter *l, const double *c, double least, int32_t i, int32_t row, int32_t length)
+{
+    pdi_limiter_piece p;
+    for (int32_t at = 0; at < length; at += p.count) {
+        p.count = pdi_bond_piece(length, &at);
+        p.i = i + at;
+        p.row = row < 0 ? row : row + at;
+        p.c = c + p.i;
+        pdi_limiter_lanes(l, &p, least);
+    }
+}
+
+PDI_FN void pdi_limiter_update(const pd_ctx *ctx, pd_limiter *l, const double *c, double least)
+{
+    const pd_bonds *bonds = l->bonds;
+    int nt = pdi_par_threads(ctx, bonds->grid->fluid_count * bonds->stencil->count * 4);
+    (void)nt;
+    PDI_PARALLEL_FOR(nt)
+    for (int32_t run = 0; run < bonds->runs; run++)
+        pdi_limiter_run(l, c, least, bonds->run_first[run], -1, bonds->run_length[run]);
+    PDI_PARALLEL_FOR(nt)
+    for (int32_t b = 0; b < bonds->batches; b++)
+        pdi_limiter_run(l, c, least, bonds->node[bonds->batch_first[b]], bonds->batch_first[b], bonds->batch_length[b]);
+    for (int32_t r = bonds->plain; r < bonds->rows; r++) pdi_limiter_run(l, c, least, bonds->node[r], r, 1);
+    for (int32_t k = bonds->ghosts.count; k < bonds->ghosts.listed; k++) l->keep[bonds->ghosts.node[k]] = 1.0;
+    pd_ghosts_scalar(&bonds->ghosts, l->keep);
+    pd_ghosts_vector(&bonds->ghosts, l->slope);
+}
+
+PDI_FN pd_status pdi_limiter_build(pd_ctx *ctx, const pd_diffusion *diffusion, pd_limiter *l)
+{
+    int64_t total = diffusion->bonds->grid->total;
+    memset(l, 0, sizeof *l);
+    l->bonds = diffusion->bonds;
+    l->diffusion = diffusion;
+    for (int k = 0; k < l->bonds->stencil->count; k++) l->sum += l->bonds->stencil->lap[k];
+    PDI_TRY(PDI_NEW(ctx, "limiter", PD_DIM * total, l->slope));
+    return PDI_NEW(ctx, "limiter", total, l->keep);
+}
+
+PDI_FN void pdi_limiter_free(pd_ctx *ctx, pd_limiter *l)
+{
+    int64_t total = l->bonds ? l->bonds->grid->total : 0;
+    PDI_DELETE(ctx, PD_DIM * total, l->slope);
+    PDI_DELETE(ctx, total, l->keep);
+    memset(l, 0, sizeof *l);
 }
 
 /* ======== >>transport.c ======== */
@@ -15471,18 +16068,31 @@ void pd_diffusion_free(pd_ctx *ctx, pd_diffusion *d)
 #include <math.h>
 #include <string.h>
 
-/* Linear tolerance while the antidiffusive fluxes still move, and their relaxation. */
-#define PDI_TRANSPORT_LOOSE 1e-2
-#define PDI_TRANSPORT_RELAX 0.7
+/* Share of xi.G in the antidiffusive fluxes: damps what alternates from node to node, which a central flux does not
+ * see. */
+#define PDI_TRANSPORT_LEAN 0.3
+/* Steps along bonds far below this share of the field are upwinded. */
+#define PDI_TRANSPORT_FAINT 1e-4
+/* Displacement of a difference quotient over the field, and tolerances of the linear solves of Newton's method. */
+#define PDI_TRANSPORT_PROBE 1e-7
+#define PDI_TRANSPORT_LOOSE 0.1
+#define PDI_TRANSPORT_TIGHT 1e-3
+/* Iterations of one of these, and the shortest step along its direction. */
+#define PDI_TRANSPORT_KRYLOV 60
+#define PDI_TRANSPORT_SHORTEST 0.03
+/* A step that leaves more than this share of the residual ends the iteration. */
+#define PDI_TRANSPORT_STALLED 0.999
 /* Share of the largest value by which a field may leave its bounds: rounding of the linear solve. */
-#define PDI_TRANSPORT_SLACK 1e-9
-/* Linear tolerance that is enough to see bounds broken, over the final one. */
+#define PDI_TRANSPORT_SLACK 3e-10
+/* Tolerance that is enough to limit, and to see bounds broken, over the final one. */
 #define PDI_TRANSPORT_ROUGH 30.0
 /* Rounds of upwinding the nodes that leave their bounds before the whole step is upwinded. */
 #define PDI_TRANSPORT_ROUNDS 20
-/* The steady field: length of a step over the explicit limit, and how many. */
+/* The steady field: length of a step over the exchange time of the slowest node, and how many. */
 #define PDI_TRANSPORT_LONG 1e9
 #define PDI_TRANSPORT_STEPS 60
+/* Relative change of the field by the last of them. */
+#define PDI_TRANSPORT_SETTLED 1e-6
 
 /* Of bond k of node i: volume flux F [1/s] to the far end, conductance [1/s], and what upwinding adds to it [1/s]. */
 static void pdi_transport_bond(const pd_transport *t, int32_t i, int k, double *flux, double *bond, double *upwind)
@@ -15509,11 +16119,9 @@ static int pdi_transport_open(const pd_transport *t, int32_t i, int k)
     return r < 0 || pdi_bond_open(t->bonds, r, k);
 }
 
-/* What a sweep does with its nodes: y = A c, the limiter ratios of c, or the limited fluxes y = sum alpha d (c_i -
- * c_j). */
+/* What a sweep does with its nodes: y = A c, or the limited antidiffusive fluxes y. */
 typedef enum pdi_transport_task {
     PDI_TRANSPORT_APPLY,
-    PDI_TRANSPORT_RATIOS,
     PDI_TRANSPORT_ANTI
 } pdi_transport_task;
 
@@ -15522,10 +16130,7 @@ typedef struct pdi_transport_sweep {
     const pd_transport *t;
     const double *c;
     double *y;
-    double *up, *down;
 } pdi_transport_sweep;
-
-static double pdi_transport_ratio(double room, double wanted) { return wanted > room ? room / wanted : 1.0; }
 
 /* One bond of the nodes i .. i+count-1: what the tasks need of it. */
 typedef struct pdi_transport_lanes {
@@ -15561,8 +16166,7 @@ static void pdi_transport_flux(const pd_transport *t, int32_t i, int k, const do
     }
 }
 
-/* Beside inlets and outlets: an outlet takes c of the node, and only moves with the flow; antidiffusion stays off
- * inlets, so that it sums to zero over the domain. */
+/* Beside inlets and outlets: an outlet takes c of the node, and only moves with the flow. */
 static void pdi_transport_ends(const pdi_transport_sweep *s, int32_t i, int k, double *tied, pdi_transport_lanes *l)
 {
     int32_t shift = s->t->bonds->shift[k];
@@ -15571,8 +16175,7 @@ static void pdi_transport_ends(const pdi_transport_sweep *s, int32_t i, int k, d
         tied[b] = kind == PD_INLET ? 0.0 : 1.0;
         l->edge[b] = kind == PD_OUTLET ? s->c[i + b] : l->far[b];
         if (!l->gated) l->gate[b] = 1.0;
-        if (kind == PD_OUTLET && s->task != PDI_TRANSPORT_APPLY) l->gate[b] = 0.0;
-        if (kind == PD_INLET && s->task == PDI_TRANSPORT_ANTI) l->gate[b] = 0.0;
+        if (kind == PD_OUTLET && s->task == PDI_TRANSPORT_ANTI) l->gate[b] = 0.0;
     }
     l->far = l->edge;
     l->gated = 1;
@@ -15614,12 +16217,37 @@ static void pdi_transport_apply_lanes(const pdi_transport_sweep *s, int32_t i, i
     memcpy(s->y + i, sum, (size_t)count * sizeof(double));
 }
 
-/* alpha of the bond: the antidiffusive flux d (c_i - c_j) raises the larger end and lowers the smaller one. */
+/* Of bond k: the step D of the field along it, leant towards xi.G of the upwind end, within 0 and 2 D (eq. 5.4). An
+ * inlet has no gradient. */
+static void pdi_transport_lean(const pdi_transport_sweep *s, int32_t i, int k, int ends, const pdi_transport_lanes *l,
+                               double *lean)
+{
+    const pd_transport *t = s->t;
+    int64_t total = t->grid->total;
+    int32_t shift = t->bonds->shift[k];
+    const double *c = s->c + i, *slope = t->limiter.slope + i, *xi = t->bonds->stencil->xi + k * PD_DIM;
+    for (int b = 0; b < l->count; b++) {
+        double step = l->far[b] - c[b], near_x = 0.0, far_x = 0.0;
+        for (int d = 0; d < PD_DIM; d++) {
+            near_x += xi[d] * slope[d * total + b];
+            far_x += xi[d] * slope[d * total + b + shift];
+        }
+        double x = l->flux[b] > 0.0 ? near_x : far_x;
+        double mixed = (1.0 - PDI_TRANSPORT_LEAN) * step + PDI_TRANSPORT_LEAN * x, twice = 2.0 * step;
+        double low = twice < 0.0 ? twice : 0.0, high = twice > 0.0 ? twice : 0.0;
+        mixed = mixed > low ? mixed : low;
+        lean[b] = mixed < high ? mixed : high;
+    }
+    for (int b = 0; b < l->count && ends; b++)
+        if (l->flux[b] <= 0.0 && t->grid->kind[i + b + shift] == PD_INLET) lean[b] = l->far[b] - c[b];
+}
+
+/* y_i = - sum alpha d s with s of pdi_transport_lean and alpha of the upwind end of the bond (eq. 5.4). */
 static void pdi_transport_anti_lanes(const pdi_transport_sweep *s, int32_t i, int32_t row, int count, int ends)
 {
     const pd_transport *t = s->t;
-    const double *c = s->c + i, *up = t->up + i, *down = t->down + i;
-    double sum[PDI_LANES];
+    const double *keep = t->limiter.keep + i;
+    double sum[PDI_LANES], lean[PDI_LANES];
     pdi_transport_lanes l;
     memset(sum, 0, sizeof sum);
     memset(&l, 0, sizeof l);
@@ -15627,58 +16255,13 @@ static void pdi_transport_anti_lanes(const pdi_transport_sweep *s, int32_t i, in
     for (int k = 0; k < t->bonds->stencil->count; k++) {
         int32_t shift = t->bonds->shift[k];
         if (!pdi_transport_bond_lanes(s, i, row, k, ends, &l)) continue;
+        pdi_transport_lean(s, i, k, ends, &l, lean);
         for (int b = 0; b < count; b++) {
-            int falls = c[b] > l.far[b];
-            double one = falls ? up[b] : down[b], two = falls ? down[b + shift] : up[b + shift];
-            double flux = (one < two ? one : two) * l.upwind[b] * (c[b] - l.far[b]);
-            sum[b] += l.gated ? l.gate[b] * flux : flux;
+            double flux = (l.flux[b] > 0.0 ? keep[b] : keep[b + shift]) * l.upwind[b] * lean[b];
+            sum[b] -= l.gated ? l.gate[b] * flux : flux;
         }
     }
     memcpy(s->y + i, sum, (size_t)count * sizeof(double));
-}
-
-static void pdi_transport_ratios_lanes(const pdi_transport_sweep *s, int32_t i, int32_t row, int count, int ends)
-{
-    const pd_transport *t = s->t;
-    const double *c = s->c + i;
-    double plus[PDI_LANES], minus[PDI_LANES], least[PDI_LANES], most[PDI_LANES], weight[PDI_LANES];
-    pdi_transport_lanes l;
-    memset(&l, 0, sizeof l);
-    l.count = count;
-    for (int b = 0; b < count; b++) {
-        plus[b] = minus[b] = weight[b] = 0.0;
-        least[b] = most[b] = c[b];
-    }
-    for (int k = 0; k < t->bonds->stencil->count; k++) {
-        if (!pdi_transport_bond_lanes(s, i, row, k, ends, &l)) continue;
-        for (int b = 0; b < count; b++) {
-            double upwind = l.gated ? l.gate[b] * l.upwind[b] : l.upwind[b];
-            double far = !l.gated || l.gate[b] > 0.0 ? l.far[b] : c[b], anti = upwind * (c[b] - far);
-            plus[b] += anti > 0.0 ? anti : 0.0;
-            minus[b] += anti < 0.0 ? -anti : 0.0;
-            least[b] = far < least[b] ? far : least[b];
-            most[b] = far > most[b] ? far : most[b];
-            weight[b] += upwind;
-        }
-    }
-    for (int b = 0; b < count; b++) {
-        s->up[i + b] = pdi_transport_ratio(weight[b] * (most[b] - c[b]), plus[b]);
-        s->down[i + b] = pdi_transport_ratio(weight[b] * (c[b] - least[b]), minus[b]);
-    }
-}
-
-/* 1 when a family of the nodes i .. i+count-1 may hold ghosts of an inlet or outlet. */
-static int pdi_transport_sees_ends(const pd_transport *t, int32_t i, int count)
-{
-    const pd_grid *grid = t->grid;
-    int at[PD_DIM], reach = t->bonds->stencil->reach;
-    pdi_grid_index(grid, i, at);
-    for (int d = 0; d < PD_DIM; d++) {
-        int last = d == 0 ? at[0] + count - 1 : at[d];
-        if (pdi_grid_port(grid->side[2 * d]) && at[d] < reach) return 1;
-        if (pdi_grid_port(grid->side[2 * d + 1]) && last >= grid->n[d] - reach) return 1;
-    }
-    return 0;
 }
 
 /* `length` consecutive nodes from i, which are the rows from `row` (-1: whole families). */
@@ -15688,10 +16271,9 @@ static void pdi_transport_run(const pdi_transport_sweep *s, int32_t i, int32_t r
     for (int32_t at = 0; at < length; at += count) {
         count = pdi_bond_piece(length, &at);
         int32_t r = row < 0 ? row : row + at;
-        int ends = pdi_transport_sees_ends(s->t, i + at, count);
+        int ends = pdi_limiter_ports(s->t->bonds, i + at, count);
         if (s->task == PDI_TRANSPORT_APPLY) pdi_transport_apply_lanes(s, i + at, r, count, ends);
-        else if (s->task == PDI_TRANSPORT_ANTI) pdi_transport_anti_lanes(s, i + at, r, count, ends);
-        else pdi_transport_ratios_lanes(s, i + at, r, count, ends);
+        else pdi_transport_anti_lanes(s, i + at, r, count, ends);
     }
 }
 
@@ -15725,42 +16307,57 @@ static void pdi_transport_operator(const pd_ctx *ctx, const pd_transport *t, con
     pdi_transport_sweep_all(ctx, &s);
 }
 
-/* Limited antidiffusive fluxes of the present field (eq. 5.4), relaxed into t->anti. Prescribed values of inlets limit
- * nothing. */
-static void pdi_transport_limit_fluxes(const pd_ctx *ctx, pd_transport *t, double relax)
+/* out [total]: limited antidiffusive fluxes of the field c (eq. 5.4), whose images are filled here. */
+static void pdi_transport_anti(const pd_ctx *ctx, pd_transport *t, double *c, double *out)
 {
     pdi_transport_sweep s;
-    const uint8_t *kind = t->grid->kind;
-    const pd_ghosts *ghosts = &t->bonds->ghosts;
-    pd_ghosts_scalar(ghosts, t->c);
+    pd_ghosts_scalar(&t->bonds->ghosts, c);
+    pdi_limiter_update(ctx, &t->limiter, c, PDI_TRANSPORT_FAINT * t->size);
+    if (t->upwinding) {
+        for (int32_t i = 0; i < t->grid->total; i++)
+            if (t->upwinded[i]) t->limiter.keep[i] = 0.0;
+        pd_ghosts_scalar(&t->bonds->ghosts, t->limiter.keep);
+    }
     memset(&s, 0, sizeof s);
     s.t = t;
-    s.c = t->c;
-    s.y = t->work;
-    s.up = t->up;
-    s.down = t->down;
-    s.task = PDI_TRANSPORT_RATIOS;
-    pdi_transport_sweep_all(ctx, &s);
-    for (int32_t i = 0; i < t->grid->total; i++)
-        if (t->upwinded[i]) t->up[i] = t->down[i] = 0.0;
-    pd_ghosts_scalar(ghosts, t->up);
-    pd_ghosts_scalar(ghosts, t->down);
+    s.c = c;
+    s.y = out;
     s.task = PDI_TRANSPORT_ANTI;
     pdi_transport_sweep_all(ctx, &s);
-    for (int32_t i = 0; i < t->grid->total; i++)
-        if (kind[i] == PD_FLUID) t->anti[i] += relax * (t->work[i] - t->anti[i]);
 }
 
 /* What the solver callbacks see. */
 typedef struct pdi_transport_user {
     pd_ctx *ctx;
     pd_transport *t;
+    int limited; /* 1: there are antidiffusive fluxes */
 } pdi_transport_user;
 
 static void pdi_transport_apply(void *user, const double *x, double *y)
 {
     pdi_transport_user *u = (pdi_transport_user *)user;
     pdi_transport_operator(u->ctx, u->t, x, y);
+}
+
+/* y = A x less the derivative of the limited fluxes along x, by a difference quotient. */
+static void pdi_transport_jacobian(void *user, const double *x, double *y)
+{
+    pdi_transport_user *u = (pdi_transport_user *)user;
+    pd_transport *t = u->t;
+    int32_t total = t->grid->total;
+    const uint8_t *kind = t->grid->kind;
+    double size = pdi_par_max_abs(u->ctx, total, x), *probe = t->probe, *moved = t->probe + total;
+    int nt = pdi_par_threads(u->ctx, (int64_t)total * 4);
+    (void)nt;
+    pdi_transport_operator(u->ctx, t, x, y);
+    if (!u->limited || !(size > 0.0)) return;
+    double step = PDI_TRANSPORT_PROBE * t->size / size;
+    PDI_PARALLEL_FOR(nt)
+    for (int32_t i = 0; i < total; i++) probe[i] = kind[i] == PD_FLUID ? t->c[i] + step * x[i] : t->c[i];
+    pdi_transport_anti(u->ctx, t, probe, moved);
+    PDI_PARALLEL_FOR(nt)
+    for (int32_t i = 0; i < total; i++)
+        if (kind[i] == PD_FLUID) y[i] -= (moved[i] - t->anti[i]) / step;
 }
 
 static void pdi_transport_precondition(void *user, const double *x, double *y)
@@ -15868,7 +16465,7 @@ static void pdi_transport_boundary(pd_transport *t)
             double gain = t->diffusion.drive[i] - t->diffusion.hold[i] * t->c[i];
             pdi_sum_add(gain > 0.0 ? &in : &out, fabs(gain) * around);
         }
-        if (!pdi_transport_sees_ends(t, i, 1)) continue;
+        if (!pdi_limiter_ports(t->bonds, i, 1)) continue;
         for (int k = 0; k < t->bonds->stencil->count; k++) {
             if (!pdi_transport_open(t, i, k)) continue;
             uint8_t far_kind = grid->kind[i + t->bonds->shift[k]];
@@ -15876,6 +16473,9 @@ static void pdi_transport_boundary(pd_transport *t)
             if (far_kind == PD_INLET) pdi_sum_add(&in, -around * pdi_transport_bond_flux(t, t->c, i, k));
         }
     }
+    /* between nodes antidiffusive fluxes cancel: their sum came through the inlets */
+    for (int32_t i = 0; i < grid->total; i++)
+        if (grid->kind[i] == PD_FLUID) pdi_sum_add(&in, t->anti[i] * pdi_grid_circumference(grid, i));
     t->outflow = pdi_sum_total(&out) * t->bonds->stencil->volume;
     t->inflow = pdi_sum_total(&in) * t->bonds->stencil->volume;
 }
@@ -15900,28 +16500,45 @@ static void pdi_transport_bounds(const pd_transport *t, const double *start, dou
     *high = fmax(*high, t->diffusion.held_most);
 }
 
-/* Widen the bounds by the rounding of the linear solve. */
-static void pdi_transport_slack(const pd_transport *t, double *low, double *high)
+/* Widen the bounds by a share of the field. */
+static void pdi_transport_slack(const pd_transport *t, double share, double *low, double *high)
 {
     double size = 0.0;
     for (int32_t i = 0; i < t->grid->total; i++)
         if (t->grid->kind[i] == PD_FLUID) size = fmax(size, fabs(t->c[i]));
-    *low -= PDI_TRANSPORT_SLACK * size;
-    *high += PDI_TRANSPORT_SLACK * size;
+    *low -= share * size;
+    *high += share * size;
 }
 
 /* Mark the nodes outside of the bounds; how many are new. */
-static int64_t pdi_transport_mark(pd_transport *t, double low, double high)
+static int64_t pdi_transport_mark(pd_transport *t, double low, double high, double slack)
 {
     int64_t found = 0;
-    pdi_transport_slack(t, &low, &high);
+    pdi_transport_slack(t, slack, &low, &high);
     for (int32_t i = 0; i < t->grid->total; i++) {
         if (t->grid->kind[i] != PD_FLUID || t->upwinded[i]) continue;
         if (t->c[i] >= low && t->c[i] <= high) continue;
         t->upwinded[i] = 1;
         found++;
     }
+    t->upwinding = t->upwinding || found > 0;
     return found;
+}
+
+static void pdi_transport_measure(pd_transport *t)
+{
+    for (int32_t i = 0; i < t->grid->total; i++)
+        if (t->grid->kind[i] == PD_FLUID || t->grid->kind[i] == PD_INLET) t->size = fmax(t->size, fabs(t->c[i]));
+}
+
+/* Begin a step: no node is upwinded, and the size of the field is that of now. Returns 1 when fluxes are limited. */
+static int pdi_transport_start(pd_transport *t)
+{
+    memset(t->upwinded, 0, (size_t)t->grid->total);
+    t->upwinding = 0;
+    t->size = t->diffusion.hold ? fmax(t->diffusion.held_most, 0.0) : 0.0;
+    pdi_transport_measure(t);
+    return t->flow && t->desc.advection == PD_ADVECTION_LIMITED;
 }
 
 /* The limiter bounds a converged field; where the iteration has left the field outside of its bounds, the nodes
@@ -15931,9 +16548,10 @@ static pd_status pdi_transport_enforce(pd_ctx *ctx, pd_transport *t, double atol
     double low, high, change;
     pd_status status = PD_OK;
     pdi_transport_bounds(t, t->old, &low, &high);
-    for (int round = 1; round <= PDI_TRANSPORT_ROUNDS && pdi_transport_mark(t, low, high) > 0; round++) {
+    for (int round = 1; round <= PDI_TRANSPORT_ROUNDS; round++) {
+        if (!pdi_transport_mark(t, low, high, PDI_TRANSPORT_SLACK)) break;
         if (round == PDI_TRANSPORT_ROUNDS) pdi_par_zero(ctx, t->grid->total, t->anti);
-        else pdi_transport_limit_fluxes(ctx, t, 1.0);
+        else pdi_transport_anti(ctx, t, t->c, t->anti);
         pdi_transport_right_side(ctx, t);
         status = pdi_transport_correct(ctx, t, 1e-15, PDI_TRANSPORT_ROUGH * atol, &change, result);
         if (status < 0) return status;
@@ -15942,27 +16560,65 @@ static pd_status pdi_transport_enforce(pd_ctx *ctx, pd_transport *t, double atol
     return pdi_transport_correct(ctx, t, 1e-15, atol, &change, result);
 }
 
-static pd_status pdi_transport_iterate(pd_ctx *ctx, pd_transport *t, double atol, int bounded,
+/* Antidiffusive fluxes, right-hand side and residual of the present field; returns the norm of the residual. */
+static double pdi_transport_evaluate(pd_ctx *ctx, pd_transport *t)
+{
+    pdi_transport_anti(ctx, t, t->c, t->anti);
+    pdi_transport_right_side(ctx, t);
+    pdi_transport_residual(ctx, t, t->work);
+    return sqrt(pdi_par_dot(ctx, t->grid->total, t->work, t->work));
+}
+
+/* c += share delta, where delta is zero at all ghosts. */
+static double pdi_transport_move(pd_ctx *ctx, pd_transport *t, double share, const double *delta)
+{
+    pdi_par_axpy(ctx, t->grid->total, share, delta, t->c);
+    pdi_transport_measure(t);
+    return pdi_transport_evaluate(ctx, t);
+}
+
+/* Newton's method on the limited equations until their residual falls below `goal` [mol/m3/s] or the field stays. Its
+ * linear systems are solved as well as the last step paid (Eisenstat and Walker 1996); a step that does not lower the
+ * residual is halved. */
+static pd_status pdi_transport_newton(pd_ctx *ctx, pd_transport *t, double goal, pd_transport_result *result)
+{
+    pdi_transport_user user;
+    pd_krylov_result linear;
+    double *delta = t->work + t->grid->total, norm = pdi_transport_evaluate(ctx, t), loose = PDI_TRANSPORT_LOOSE;
+    int most = t->krylov.desc.max_iterations;
+    pd_status status = PD_OK;
+    user.ctx = ctx;
+    user.t = t;
+    t->krylov.desc.max_iterations = PDI_TRANSPORT_KRYLOV;
+    while (result->limiter < t->desc.max_limiter && norm > goal) {
+        user.limited = pdi_par_max_abs(ctx, t->grid->total, t->anti) > 0.0;
+        t->krylov.desc.rtol = user.limited ? loose : 1e-15;
+        t->krylov.desc.atol = 0.5 * goal;
+        status = pd_krylov_solve(ctx, &t->krylov, pdi_transport_jacobian, pdi_transport_precondition, &user, t->work,
+                                 delta, &linear);
+        if (status < 0) break;
+        result->krylov += linear.iterations;
+        double moved = pdi_par_max_abs(ctx, t->grid->total, delta), before = norm, share = 1.0;
+        norm = pdi_transport_move(ctx, t, share, delta);
+        for (; norm > before && share > PDI_TRANSPORT_SHORTEST; share *= 0.5)
+            norm = pdi_transport_move(ctx, t, -0.5 * share, delta);
+        result->change = t->size > 0.0 ? share * moved / t->size : 0.0;
+        result->limiter++;
+        if (result->change <= t->desc.limiter_tolerance || norm > PDI_TRANSPORT_STALLED * before) break;
+        loose = fmin(PDI_TRANSPORT_LOOSE, fmax(PDI_TRANSPORT_TIGHT, 0.9 * (norm / before) * (norm / before)));
+    }
+    t->krylov.desc.max_iterations = most;
+    return status < 0 ? status : PD_OK;
+}
+
+static pd_status pdi_transport_iterate(pd_ctx *ctx, pd_transport *t, double size, int bounded,
                                        pd_transport_result *result)
 {
-    pd_status status = PD_OK;
-    int limiter = t->flow && t->desc.advection == PD_ADVECTION_LIMITED;
-    for (int pass = 0;; pass++) {
-        int last = !limiter || pass == t->desc.max_limiter || (pass > 0 && result->change < t->desc.limiter_tolerance);
-        if (limiter && pass > 0) {
-            pdi_transport_limit_fluxes(ctx, t, PDI_TRANSPORT_RELAX);
-            pdi_transport_right_side(ctx, t);
-        }
-        double floor_residual = limiter ? PDI_TRANSPORT_ROUGH * atol : atol;
-        status =
-            pdi_transport_correct(ctx, t, last ? 1e-15 : PDI_TRANSPORT_LOOSE, floor_residual, &result->change, result);
-        result->limiter = pass;
-        if (status < 0) return status;
-        if (last) break;
-    }
-    if (!limiter) return status;
+    double atol = t->desc.tolerance * size, change;
+    if (!pdi_transport_start(t)) return pdi_transport_correct(ctx, t, 1e-15, atol, &result->change, result);
+    PDI_TRY(pdi_transport_newton(ctx, t, PDI_TRANSPORT_ROUGH * atol, result));
     if (bounded) return pdi_transport_enforce(ctx, t, atol, result);
-    return pdi_transport_correct(ctx, t, 1e-15, atol, &result->change, result);
+    return pdi_transport_correct(ctx, t, 1e-15, atol, &change, result);
 }
 
 PDI_FN pd_status pdi_transport_stage(pd_ctx *ctx, pd_transport *t, double dt, int bounded, pd_transport_result *result)
@@ -15970,13 +16626,12 @@ PDI_FN pd_status pdi_transport_stage(pd_ctx *ctx, pd_transport *t, double dt, in
     int32_t total = t->grid->total;
     memset(result, 0, sizeof *result);
     t->dt = dt;
-    memset(t->upwinded, 0, (size_t)total);
     pdi_transport_right_side(ctx, t);
     PDI_TRY(pdi_transport_setup(ctx, t));
     /* the size of the equations: right-hand side and inflow */
     pdi_transport_residual(ctx, t, t->work);
     double size = fmax(sqrt(pdi_par_dot(ctx, total, t->rhs, t->rhs)), sqrt(pdi_par_dot(ctx, total, t->work, t->work)));
-    pd_status status = size > 0.0 ? pdi_transport_iterate(ctx, t, t->desc.tolerance * size, bounded, result) : PD_OK;
+    pd_status status = size > 0.0 ? pdi_transport_iterate(ctx, t, size, bounded, result) : PD_OK;
     if (status < 0) return status;
     result->residual = size > 0.0 ? result->residual / size : 0.0;
     pdi_transport_boundary(t);
@@ -15987,7 +16642,7 @@ PDI_FN int pdi_transport_within(const pd_transport *t, const double *start)
 {
     double low, high;
     pdi_transport_bounds(t, start, &low, &high);
-    pdi_transport_slack(t, &low, &high);
+    pdi_transport_slack(t, PDI_TRANSPORT_SLACK, &low, &high);
     for (int32_t i = 0; i < t->grid->total; i++)
         if (t->grid->kind[i] == PD_FLUID && (t->c[i] < low || t->c[i] > high)) return 0;
     return 1;
@@ -16009,9 +16664,43 @@ pd_status pd_transport_implicit(pd_ctx *ctx, pd_transport *t, double dt, pd_tran
     return status;
 }
 
+/* Rate [1/s] at which node i exchanges its content: one over its explicit limit. */
+static double pdi_transport_rate(const pd_transport *t, int32_t i)
+{
+    double rate = t->absorb[i] + (t->diffusion.hold ? t->diffusion.hold[i] : 0.0);
+    for (int k = 0; k < t->bonds->stencil->count; k++) {
+        double flux, bond, upwind;
+        if (!pdi_transport_open(t, i, k)) continue;
+        pdi_transport_bond(t, i, k, &flux, &bond, &upwind);
+        if (t->grid->kind[i + t->bonds->shift[k]] == PD_OUTLET) rate += fmax(flux, 0.0);
+        else rate += bond + 2.0 * upwind - 0.5 * flux;
+    }
+    return rate;
+}
+
+double pd_transport_limit(pd_ctx *ctx, const pd_transport *t)
+{
+    double fastest = 0.0;
+    (void)ctx;
+    for (int32_t i = 0; i < t->grid->total; i++)
+        if (t->grid->kind[i] == PD_FLUID) fastest = fmax(fastest, pdi_transport_rate(t, i));
+    return fastest > 0.0 ? 1.0 / fastest : HUGE_VAL;
+}
+
+/* Longest time [s] in which a node exchanges its content; HUGE_VAL: nothing moves. */
+static double pdi_transport_slowest(const pd_transport *t)
+{
+    double slowest = HUGE_VAL;
+    for (int32_t i = 0; i < t->grid->total; i++) {
+        double rate = t->grid->kind[i] == PD_FLUID ? pdi_transport_rate(t, i) : 0.0;
+        if (rate > 0.0) slowest = fmin(slowest, rate);
+    }
+    return slowest < HUGE_VAL ? 1.0 / slowest : HUGE_VAL;
+}
+
 pd_status pd_transport_steady(pd_ctx *ctx, pd_transport *t, pd_transport_result *result)
 {
-    double limit = pd_transport_limit(ctx, t);
+    double limit = pdi_transport_slowest(t);
     int krylov = 0;
     if (!(limit < 1e200))
         return pdi_fail(ctx, PD_ERR_ARGUMENT, "transport", "nothing moves: there is no steady field to find");
@@ -16028,28 +16717,9 @@ pd_status pd_transport_steady(pd_ctx *ctx, pd_transport *t, pd_transport_result 
             size = fmax(size, fabs(t->c[i]));
         }
         result->change = size > 0.0 ? moved / size : 0.0;
-        if (result->change <= t->desc.limiter_tolerance) return PD_OK;
+        if (result->change <= PDI_TRANSPORT_SETTLED) return PD_OK;
     }
     return PD_NOT_CONVERGED;
-}
-
-double pd_transport_limit(pd_ctx *ctx, const pd_transport *t)
-{
-    double fastest = 0.0;
-    (void)ctx;
-    for (int32_t i = 0; i < t->grid->total; i++) {
-        if (t->grid->kind[i] != PD_FLUID) continue;
-        double rate = t->absorb[i] + (t->diffusion.hold ? t->diffusion.hold[i] : 0.0);
-        for (int k = 0; k < t->bonds->stencil->count; k++) {
-            if (!pdi_transport_open(t, i, k)) continue;
-            double flux, bond, upwind;
-            pdi_transport_bond(t, i, k, &flux, &bond, &upwind);
-            if (t->grid->kind[i + t->bonds->shift[k]] == PD_OUTLET) rate += fmax(flux, 0.0);
-            else rate += bond + 2.0 * upwind - 0.5 * flux;
-        }
-        fastest = fmax(fastest, rate);
-    }
-    return fastest > 0.0 ? 1.0 / fastest : HUGE_VAL;
 }
 
 pd_status pd_transport_explicit(pd_ctx *ctx, pd_transport *t, double dt)
@@ -16063,15 +16733,22 @@ pd_status pd_transport_explicit(pd_ctx *ctx, pd_transport *t, double dt)
         return PD_RETRY;
     }
     t->dt = 0.0;
-    if (t->flow && t->desc.advection == PD_ADVECTION_LIMITED) pdi_transport_limit_fluxes(ctx, t, 1.0);
-    pdi_transport_operator(ctx, t, t->c, t->rhs);
-    pdi_transport_boundary(t);
-    for (int32_t i = 0; i < t->grid->total; i++)
-        if (kind[i] == PD_FLUID) {
-            double held = t->diffusion.drive ? t->diffusion.drive[i] : 0.0;
-            t->c[i] += dt * (t->source[i] + held + t->anti[i] - t->rhs[i]) + t->carry[i];
-            t->carry[i] = 0.0;
-        }
+    int limited = pdi_transport_start(t), rounds = PDI_TRANSPORT_ROUNDS;
+    double low, high;
+    pdi_par_copy(ctx, t->grid->total, t->c, t->old);
+    pdi_transport_bounds(t, t->old, &low, &high);
+    pdi_transport_operator(ctx, t, t->old, t->rhs);
+    do {
+        pdi_par_copy(ctx, t->grid->total, t->old, t->c);
+        if (limited) pdi_transport_anti(ctx, t, t->c, t->anti);
+        pdi_transport_boundary(t);
+        for (int32_t i = 0; i < t->grid->total; i++)
+            if (kind[i] == PD_FLUID) {
+                double held = t->diffusion.drive ? t->diffusion.drive[i] : 0.0;
+                t->c[i] = t->old[i] + dt * (t->source[i] + held + t->anti[i] - t->rhs[i]) + t->carry[i];
+            }
+    } while (limited && --rounds > 0 && pdi_transport_mark(t, low, high, 1e-15) > 0);
+    pdi_par_zero(ctx, t->grid->total, t->carry);
     return PD_OK;
 }
 
@@ -16079,43 +16756,65 @@ pd_status pd_transport_explicit(pd_ctx *ctx, pd_transport *t, double dt)
 static double pdi_transport_section_bond(const void *user, int32_t i, int k)
 {
     const pd_transport *t = (const pd_transport *)user;
+    int32_t j = i + t->bonds->shift[k];
     if (t->grid->kind[i] == PD_FLUID) return pdi_transport_bond_flux(t, t->c, i, k);
-    return -pdi_transport_bond_flux(t, t->c, i + t->bonds->shift[k], t->bonds->stencil->count - 1 - k);
+    double over = pdi_grid_circumference(t->grid, j) / pdi_grid_circumference(t->grid, i);
+    return -over * pdi_transport_bond_flux(t, t->c, j, t->bonds->stencil->count - 1 - k);
 }
 
-/* The same of its antidiffusive flux with the present ratios (eq. 5.4). Ports have none. */
+/* What node i gains by the antidiffusive flux of bond k (eq. 5.4), likewise. */
 static double pdi_transport_section_anti(const void *user, int32_t i, int k)
 {
     const pd_transport *t = (const pd_transport *)user;
-    double flux, bond, upwind;
     int32_t j = i + t->bonds->shift[k];
-    if (t->grid->kind[i] != PD_FLUID) return -pdi_transport_section_anti(t, j, t->bonds->stencil->count - 1 - k);
-    if (t->grid->kind[j] == PD_INLET || t->grid->kind[j] == PD_OUTLET) return 0.0;
-    pdi_transport_bond(t, i, k, &flux, &bond, &upwind);
-    int falls = t->c[i] > t->c[j];
-    double alpha = fmin(falls ? t->up[i] : t->down[i], falls ? t->down[j] : t->up[j]);
-    return alpha * upwind * (t->c[i] - t->c[j]);
+    pdi_transport_sweep s;
+    pdi_transport_lanes l;
+    double lean;
+    if (t->grid->kind[i] != PD_FLUID) {
+        double over = pdi_grid_circumference(t->grid, j) / pdi_grid_circumference(t->grid, i);
+        return -over * pdi_transport_section_anti(t, j, t->bonds->stencil->count - 1 - k);
+    }
+    memset(&s, 0, sizeof s);
+    memset(&l, 0, sizeof l);
+    s.t = t;
+    s.c = t->c;
+    s.task = PDI_TRANSPORT_ANTI;
+    l.count = 1;
+    int ports = pdi_limiter_ports(t->bonds, i, 1);
+    if (!pdi_transport_bond_lanes(&s, i, t->bonds->row[i], k, ports, &l)) return 0.0;
+    pdi_transport_lean(&s, i, k, ports, &l, &lean);
+    return -(l.gated ? l.gate[0] : 1.0) * t->limiter.keep[l.flux[0] > 0.0 ? i : j] * l.upwind[0] * lean;
+}
+
+/* What passes the plane by antidiffusion is all that the nodes on one side of it gain, since the fluxes between them
+ * cancel, unless inlets feed both sides or the axis is periodic: then bond by bond, up to what the limiter still
+ * moves. */
+static double pdi_transport_section_gain(const pd_transport *t, int axis, int index)
+{
+    pdi_sum sum[2] = {{0.0, 0.0}, {0.0, 0.0}};
+    int fed[2] = {0, 0};
+    if (t->grid->side[2 * axis] == PD_SIDE_PERIODIC) fed[0] = fed[1] = 1;
+    for (int32_t node = 0; node < t->grid->total; node++) {
+        int i[PD_DIM];
+        pdi_grid_index(t->grid, node, i);
+        int behind = i[axis] >= index;
+        if (t->grid->kind[node] == PD_INLET) fed[behind] = 1;
+        if (t->grid->kind[node] != PD_FLUID) continue;
+        pdi_sum_add(&sum[behind], t->anti[node] * pdi_grid_circumference(t->grid, node));
+    }
+    if (!fed[0]) return pdi_sum_total(&sum[0]);
+    if (!fed[1]) return -pdi_sum_total(&sum[1]);
+    return pdi_bond_section(t->bonds, axis, index, pdi_transport_section_anti, t);
 }
 
 double pd_transport_section(pd_ctx *ctx, pd_transport *t, int axis, int index)
 {
-    double low, anti;
-    pdi_sum sum = {0.0, 0.0};
+    int limited = t->flow && t->desc.advection == PD_ADVECTION_LIMITED;
     (void)ctx;
     pd_ghosts_scalar(&t->bonds->ghosts, t->c);
-    low = pdi_bond_section(t->bonds, axis, index, pdi_transport_section_bond, t);
-    /* What passes the plane is all that the nodes before it gain: the fluxes between them cancel. Through a periodic
-     * axis they gain at its other end too. */
-    for (int32_t node = 0; node < t->grid->total; node++) {
-        int i[PD_DIM];
-        if (t->grid->kind[node] != PD_FLUID) continue;
-        pdi_grid_index(t->grid, node, i);
-        if (i[axis] < index) pdi_sum_add(&sum, t->anti[node] * pdi_grid_circumference(t->grid, node));
-    }
-    anti = pdi_sum_total(&sum);
-    if (t->grid->side[2 * axis] == PD_SIDE_PERIODIC && t->flow && t->desc.advection == PD_ADVECTION_LIMITED)
-        anti = pdi_bond_section(t->bonds, axis, index, pdi_transport_section_anti, t);
-    return (low - anti) * t->bonds->stencil->volume;
+    double low = pdi_bond_section(t->bonds, axis, index, pdi_transport_section_bond, t);
+    double gain = limited ? pdi_transport_section_gain(t, axis, index) : 0.0;
+    return (low - gain) * t->bonds->stencil->volume;
 }
 
 static double pdi_transport_total(const pd_transport *t, const double *field)
@@ -16146,7 +16845,6 @@ static void pdi_transport_inlets(pd_transport *t)
         pd_grid_position(t->grid, i, x);
         pdi_grid_fold_images(t->grid, x);
         t->c[i] = t->desc.entering ? t->desc.entering(t->desc.user, x) : t->desc.inlet;
-        t->up[i] = t->down[i] = 1.0;
     }
 }
 
@@ -16167,8 +16865,8 @@ pd_status pd_transport_build(pd_ctx *ctx, const pd_grid *grid, const pd_bonds *b
                         "least 0", desc->diffusivity, desc->inlet, desc->initial, desc->tolerance);
     t->desc = *desc;
     if (!(t->desc.tolerance > 0.0)) t->desc.tolerance = 1e-11;
-    if (t->desc.max_limiter <= 0) t->desc.max_limiter = 10;
-    if (!(t->desc.limiter_tolerance > 0.0)) t->desc.limiter_tolerance = 1e-3;
+    if (t->desc.max_limiter <= 0) t->desc.max_limiter = 30;
+    if (!(t->desc.limiter_tolerance > 0.0)) t->desc.limiter_tolerance = 1e-7;
     t->grid = grid;
     t->bonds = bonds;
     t->flow = flow;
@@ -16185,6 +16883,7 @@ pd_status pd_transport_build(pd_ctx *ctx, const pd_grid *grid, const pd_bonds *b
         origin[d] = 0;
         md.n[d] = grid->n[d];
         md.stride[d] = grid->stride[d];
+        md.periodic[d] = grid->side[2 * d] == PD_SIDE_PERIODIC;
     }
     md.first = pd_grid_node(grid, origin);
     md.weight = grid->circumference ? grid->circumference + grid->ghost : NULL;
@@ -16197,12 +16896,11 @@ pd_status pd_transport_build(pd_ctx *ctx, const pd_grid *grid, const pd_bonds *b
     PDI_TRY(PDI_NEW(ctx, "transport", grid->total, t->source));
     PDI_TRY(PDI_NEW(ctx, "transport", grid->total, t->absorb));
     PDI_TRY(PDI_NEW(ctx, "transport", grid->total, t->carry));
-    PDI_TRY(PDI_NEW(ctx, "transport", grid->total, t->up));
-    PDI_TRY(PDI_NEW(ctx, "transport", grid->total, t->down));
     PDI_TRY(PDI_NEW(ctx, "transport", grid->total, t->anti));
     PDI_TRY(PDI_NEW(ctx, "transport", grid->total, t->upwinded));
     PDI_TRY(PDI_NEW(ctx, "transport", grid->total, t->rhs));
     PDI_TRY(PDI_NEW(ctx, "transport", 2 * (int64_t)grid->total, t->work));
+    PDI_TRY(PDI_NEW(ctx, "transport", 2 * (int64_t)grid->total, t->probe));
     for (int s = 0; s < 2 * PD_DIM && !t->repeated; s++)
         if (grid->side[s] >= PD_SIDE_PERIODIC) PDI_TRY(PDI_NEW(ctx, "transport", grid->total, t->repeated));
     for (int32_t i = 0; i < grid->total; i++)
@@ -16215,6 +16913,7 @@ pd_status pd_transport_build(pd_ctx *ctx, const pd_grid *grid, const pd_bonds *b
     dd.held = desc->held;
     dd.user = desc->user;
     PDI_TRY(pd_diffusion_build(ctx, bonds, &dd, &t->diffusion));
+    if (flow) PDI_TRY(pdi_limiter_build(ctx, &t->diffusion, &t->limiter));
     pdi_transport_inlets(t);
     return PD_OK;
 }
@@ -16222,6 +16921,7 @@ pd_status pd_transport_build(pd_ctx *ctx, const pd_grid *grid, const pd_bonds *b
 void pd_transport_free(pd_ctx *ctx, pd_transport *t)
 {
     int64_t total = t->grid ? t->grid->total : 0;
+    pdi_limiter_free(ctx, &t->limiter);
     pd_diffusion_free(ctx, &t->diffusion);
     pdi_compact_free(ctx, &t->compact);
     pd_multigrid_free(ctx, &t->mg);
@@ -16231,12 +16931,11 @@ void pd_transport_free(pd_ctx *ctx, pd_transport *t)
     PDI_DELETE(ctx, total, t->source);
     PDI_DELETE(ctx, total, t->absorb);
     PDI_DELETE(ctx, total, t->carry);
-    PDI_DELETE(ctx, total, t->up);
-    PDI_DELETE(ctx, total, t->down);
     PDI_DELETE(ctx, total, t->anti);
     PDI_DELETE(ctx, total, t->upwinded);
     PDI_DELETE(ctx, total, t->rhs);
     PDI_DELETE(ctx, 2 * total, t->work);
+    PDI_DELETE(ctx, 2 * total, t->probe);
     PDI_DELETE(ctx, total, t->repeated);
     memset(t, 0, sizeof *t);
 }
@@ -17720,7 +18419,7 @@ static const pd_expr_symbol pdi_setup_axes[] = {{"x", "m", 0.0}, {"y", "m", 0.0}
 pd_status pd_setup_init(pd_ctx *ctx, pd_setup *setup)
 {
     memset(setup, 0, sizeof *setup);
-    setup->solid = setup->wall = -1;
+    setup->solid = setup->wall = setup->medium = -1;
     setup->m = 3.0;
     setup->gb_factor = 1.0;
     setup->rate_scale = 1.0;
@@ -17870,8 +18569,9 @@ typedef struct pdi_syntax_section {
 
 static const pdi_syntax_section pdi_syntax_table[] = {
     {"grid", "h, m, box, geometry, threads"},
-    {"shape", "box, ball, cylinder, half_space, mask, raw, union, intersect, difference, radius, centre, point, "
-              "normal, corner, cell, size, outside, kind, material, grains, grain_spread, grain_seed, boundary_width"},
+    {"shape", "box, ball, cylinder, half_space, mask, raw, union, intersect, difference, radius, centre, "
+              "point, normal, corner, cell, size, outside, kind, C, material, D, grains, grain_spread, grain_seed, "
+              "boundary_width"},
     {"side", "flow, profile, mean, flow_rate, vx, vy, vz, p, velocity, C"},
     {"flow", "rho, mu, steady, force, speed, length, time, vx, vy, vz, rtol, eos, c0"},
     {"transport", "D, initial, advection, time"},
@@ -17959,7 +18659,8 @@ PDI_FN pd_status pdi_syntax_check(pd_ctx *ctx, const pd_text *text)
 typedef enum pdi_sketch_kind {
     PDI_SKETCH_PART = 0, /* only an operand of set operations */
     PDI_SKETCH_SOLID,
-    PDI_SKETCH_WALL
+    PDI_SKETCH_WALL,
+    PDI_SKETCH_MEDIUM /* fluid with a diffusivity of its own */
 } pdi_sketch_kind;
 
 typedef struct pdi_sketch {
@@ -18248,9 +18949,43 @@ static pd_status pdi_sketch_grains(pdi_sketch *s)
     return PD_OK;
 }
 
+/* A wall may hold a concentration. */
+static pd_status pdi_sketch_wall(pdi_sketch *s, int index)
+{
+    pd_setup *u = s->setup;
+    if (u->wall_count >= PD_SETUP_WALLS)
+        return pd_text_refuse(s->ctx, s->text, s->section, "kind", "found more than %d walls", PD_SETUP_WALLS);
+    pd_setup_wall *w = &u->walls[u->wall_count++];
+    w->shape = index;
+    if (u->has_transport && pd_text_has(s->ctx, s->text, s->section, "C")) {
+        PDI_TRY(pd_text_number(s->ctx, s->text, s->section, "C", "mol/m3", NULL, &w->held));
+        if (!(w->held >= 0.0))
+            return pd_text_refuse(s->ctx, s->text, s->section, "C", "found %.6g mol/m3, expected at least 0", w->held);
+        w->holds = 1;
+    }
+    return pdi_setup_join(s->ctx, u, index, &u->wall);
+}
+
+/* One diffusivity for all shapes of this kind. */
+static pd_status pdi_sketch_medium(pdi_sketch *s, int index)
+{
+    pd_setup *u = s->setup;
+    double value;
+    if (!u->has_transport)
+        return pd_text_refuse(s->ctx, s->text, s->section, "kind", "found 'medium' without a [transport] section");
+    PDI_TRY(pd_text_number(s->ctx, s->text, s->section, "D", "m2/s", NULL, &value));
+    if (!(value >= 0.0))
+        return pd_text_refuse(s->ctx, s->text, s->section, "D", "found %.6g m2/s, expected at least 0", value);
+    if (u->medium >= 0 && fabs(value - u->medium_diffusivity) > 0.0)
+        return pd_text_refuse(s->ctx, s->text, s->section, "D", "found another diffusivity than in a medium above,"
+                              " expected the same for all");
+    u->medium_diffusivity = value;
+    return pdi_setup_join(s->ctx, u, index, &u->medium);
+}
+
 static pd_status pdi_sketch_section(pdi_sketch *s)
 {
-    static const char *const kinds[] = {"part", "solid", "wall", NULL};
+    static const char *const kinds[] = {"part", "solid", "wall", "medium", NULL};
     const char *label = s->text->section[s->section].label;
     int kind = 0, index = 0;
     if (label[0] == '\0') return pd_text_refuse(s->ctx, s->text, s->section, "shape", "expected a name: [shape NAME]");
@@ -18263,7 +18998,8 @@ static pd_status pdi_sketch_section(pdi_sketch *s)
     s->used[s->names++] = kind != PDI_SKETCH_PART;
     int line = s->text->section[s->section].line;
     if (s->names == 1 || (kind == PDI_SKETCH_SOLID && s->setup->solid < 0)) s->setup->shape_line = line;
-    if (kind == PDI_SKETCH_WALL) return pdi_setup_join(s->ctx, s->setup, index, &s->setup->wall);
+    if (kind == PDI_SKETCH_MEDIUM) return pdi_sketch_medium(s, index);
+    if (kind == PDI_SKETCH_WALL) return pdi_sketch_wall(s, index);
     if (kind != PDI_SKETCH_SOLID) return PD_OK;
     PDI_TRY(pdi_sketch_material(s));
     PDI_TRY(pdi_sketch_grains(s));
@@ -18284,7 +19020,8 @@ PDI_FN pd_status pdi_sketch_read(pd_ctx *ctx, pd_text *text, const char *folder,
     for (int k = 0; k < s.names; k++) {
         if (s.used[k]) continue;
         return pd_text_refuse(ctx, text, pd_text_section(ctx, text, "shape", s.name[k]), "shape",
-                              "'%.40s' has no kind and is part of no other shape, expected kind = solid or wall",
+                              "'%.40s' has no kind and is part of no other shape, expected kind = solid, wall or"
+                              " medium",
                               s.name[k]);
     }
     return setup->shapes ? pd_shape_validate(ctx, setup->shape, setup->shapes) : PD_OK;
@@ -19678,6 +20415,8 @@ int pd_wall_holds(const pd_setup *u)
 {
     for (int s = 0; s < 2 * PD_DIM; s++)
         if (u->side[s].holds) return 1;
+    for (int k = 0; k < u->wall_count; k++)
+        if (u->walls[k].holds) return 1;
     return 0;
 }
 
@@ -19694,12 +20433,31 @@ void pd_wall_velocity(void *user, const double *x, double *v)
     for (int d = 0; d < PD_DIM && met > 1; d++) v[d] /= met;
 }
 
+/* What the nearest shape holds: x lies within a cell of its surface. */
+static double pdi_wall_shape(const pd_setup *u, const double *x)
+{
+    double held = (double)NAN, nearest = 0.0;
+    for (int d = 0; d < PD_DIM; d++) nearest = fmax(nearest, u->h[d]);
+    if (u->solid >= 0) nearest = fmin(nearest, fabs(pd_shape_distance(u->shape, u->solid, x)));
+    for (int k = 0; k < u->wall_count; k++) {
+        double distance = fabs(pd_shape_distance(u->shape, u->walls[k].shape, x));
+        if (!(distance < nearest)) continue;
+        nearest = distance;
+        held = u->walls[k].holds ? u->walls[k].held : (double)NAN;
+    }
+    return held;
+}
+
 double pd_wall_held(void *user, const double *x)
 {
     const pd_setup *u = (const pd_setup *)user;
-    for (int s = 0; s < 2 * PD_DIM; s++)
-        if (u->side[s].holds && pdi_wall_on(u, s, x)) return u->side[s].held;
-    return (double)NAN;
+    int side = 0;
+    for (int s = 0; s < 2 * PD_DIM; s++) {
+        if (!pdi_wall_on(u, s, x)) continue;
+        if (u->side[s].holds) return u->side[s].held;
+        side = 1;
+    }
+    return side ? (double)NAN : pdi_wall_shape(u, x);
 }
 
 #undef PDI_WALL_NEAR
@@ -19819,6 +20577,19 @@ static pd_status pdi_model_initial(pd_ctx *ctx, pd_model *m)
     return PD_OK;
 }
 
+/* Signed distance [m] from the surface of the medium, and the diffusivity [m2/s] on both sides of it. */
+static double pdi_model_interface(void *user, const double *x)
+{
+    const pd_setup *u = (const pd_setup *)user;
+    return pd_shape_distance(u->shape, u->medium, x);
+}
+
+static double pdi_model_diffusivity(void *user, const double *x)
+{
+    const pd_setup *u = (const pd_setup *)user;
+    return pdi_model_interface(user, x) < 0.0 ? u->medium_diffusivity : u->diffusivity;
+}
+
 static pd_status pdi_model_transport(pd_ctx *ctx, pd_model *m)
 {
     const pd_setup *u = m->setup;
@@ -19827,6 +20598,8 @@ static pd_status pdi_model_transport(pd_ctx *ctx, pd_model *m)
     desc.diffusivity = u->diffusivity;
     desc.inlet = u->inlet;
     desc.advection = u->advection;
+    if (u->medium >= 0) desc.field = pdi_model_diffusivity;
+    if (u->medium >= 0) desc.level = pdi_model_interface;
     if (pd_wall_holds(u)) desc.held = pd_wall_held;
     if (u->motion == PD_MOTION_GIVEN) desc.entering = pd_inlet_entering;
     desc.user = (void *)u; /* only read */
@@ -20618,9 +21391,11 @@ static void pdi_summary_flow(const pdi_summary *s)
 static void pdi_summary_transport(const pdi_summary *s)
 {
     const pd_setup *u = s->model->setup;
-    char text[384], value[PD_UNITS_TEXT], until[PD_UNITS_TEXT];
+    char text[384], value[2 * PD_UNITS_TEXT + 32], inside[PD_UNITS_TEXT], until[PD_UNITS_TEXT];
     if (!u->has_transport) return;
     pdi_setup_show(u->diffusivity, "m2/s", value);
+    pdi_setup_show(u->medium_diffusivity, "m2/s", inside);
+    if (u->medium >= 0) snprintf(value + strlen(value), sizeof value - strlen(value), " and %s in the medium", inside);
     pdi_setup_show(u->until, "s", until);
     snprintf(text, sizeof text, u->settle ? "%s, D = %s, steady" : "%s, D = %s, implicit, until %s",
              !u->has_flow ? "diffusion" : u->advection == PD_ADVECTION_UPWIND ? "upwind advection and diffusion"
@@ -20658,6 +21433,19 @@ static void pdi_summary_grains(const pdi_summary *s)
     pdi_summary_part(s, PD_PART_GRAIN, "grains", text);
 }
 
+/* "plane up, plane down, force pin" */
+static void pdi_summary_watched(const pdi_summary *s)
+{
+    const pd_setup *u = s->model->setup;
+    char text[384] = "";
+    for (int k = 0; k < u->monitors; k++) {
+        size_t used = strlen(text);
+        snprintf(text + used, sizeof text - used, "%s%s %s", k ? ", " : "",
+                 pdi_setup_monitor_name(u->monitor[k].kind), u->monitor[k].name);
+    }
+    if (u->monitors) pdi_summary_line(s, "  %-12s%s", "watched", text);
+}
+
 static void pdi_summary_absent(const pdi_summary *s)
 {
     const pd_setup *u = s->model->setup;
@@ -20684,6 +21472,7 @@ void pd_summary_print(const pd_model *model, pd_print_fn print, void *user)
     pdi_summary_transport(&s);
     pdi_summary_dissolve(&s);
     pdi_summary_grains(&s);
+    pdi_summary_watched(&s);
     pdi_summary_absent(&s);
     for (int k = 0; k < PD_PART_COUNT; k++) bytes += model->bytes[k];
     pdi_summary_line(&s, "  %-12s%.3g MB, %.0f bytes a node", "in all", (double)bytes * 1e-6,
@@ -20794,8 +21583,9 @@ static void pdi_monitor_fluid(const pd_model *model, pd_monitor *m)
         int i[PD_DIM];
         if (grid->kind[node] != PD_FLUID) continue;
         pdi_grid_index(grid, node, i);
-        m->fluid[i[d->axis]] += u[node] * model->transport.c[node];
-        stream[i[d->axis]] += u[node];
+        double flow = u[node] * pdi_grid_circumference(grid, node);
+        m->fluid[i[d->axis]] += flow * model->transport.c[node];
+        stream[i[d->axis]] += flow;
     }
     for (int k = 0; k < m->rows; k++) m->fluid[k] /= stream[k];
 }

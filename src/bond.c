@@ -555,13 +555,19 @@ pd_status pd_bonds_build(pd_ctx *ctx, const pd_stencil *stencil, const pd_grid *
     bonds->grid = grid;
     bonds->all_rows = all_rows;
     bonds->words = (stencil->count + 31) / 32;
+    for (int k = 0; k < stencil->count; k++)
+        for (int d = 0; d < PD_DIM; d++)
+            bonds->norm[d] += stencil->base[k] * stencil->xi[k * PD_DIM + d] * stencil->xi[k * PD_DIM + d];
     PDI_TRY(PDI_NEW(ctx, "bond", stencil->count, bonds->shift));
+    PDI_TRY(PDI_NEW(ctx, "bond", stencil->line_first[stencil->kinds], bonds->line_shift));
     PDI_TRY(PDI_NEW(ctx, "bond", stencil->cells, bonds->cell_shift));
     PDI_TRY(PDI_NEW(ctx, "bond", grid->total, bonds->row));
     PDI_TRY(pd_ghosts_build(ctx, grid, &bonds->ghosts));
     PDI_TRY(pd_ring_build(ctx, stencil, grid, &bonds->ring));
     for (int k = 0; k < stencil->count; k++)
         for (int d = 0; d < PD_DIM; d++) bonds->shift[k] += stencil->offset[k * PD_DIM + d] * grid->stride[d];
+    for (int l = 0; l < stencil->line_first[stencil->kinds]; l++)
+        for (int d = 1; d < PD_DIM; d++) bonds->line_shift[l] += stencil->line[l * PD_DIM + d] * grid->stride[d];
     for (int c = 0; c < stencil->cells; c++)
         for (int d = 0; d < PD_DIM; d++) bonds->cell_shift[c] += stencil->cell[c * PD_DIM + d] * grid->stride[d];
     int32_t rows = 0;
@@ -665,6 +671,7 @@ pd_status pd_bonds_validate(pd_ctx *ctx, const pd_bonds *b)
 void pd_bonds_free(pd_ctx *ctx, pd_bonds *b)
 {
     PDI_DELETE(ctx, b->stencil ? b->stencil->count : 0, b->shift);
+    PDI_DELETE(ctx, b->stencil ? b->stencil->line_first[b->stencil->kinds] : 0, b->line_shift);
     PDI_DELETE(ctx, b->stencil ? b->stencil->cells : 0, b->cell_shift);
     PDI_DELETE(ctx, b->grid ? b->grid->total : 0, b->row);
     pd_ghosts_free(ctx, &b->ghosts);

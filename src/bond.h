@@ -20,7 +20,9 @@ typedef struct pd_bonds {
     pd_ghosts ghosts;    /* of the grid: whoever has bonds can fill the far ends */
     int all_rows;        /* every fluid node owns a row (for comparisons of both paths) */
     int32_t *shift;      /* [count] node id of the far end minus that of the node */
+    int32_t *line_shift; /* [lines of the stencil] the same for the lines */
     int32_t *cell_shift; /* [cells] the same for the cells of the paths */
+    double norm[PD_DIM]; /* [unit of base m2] sum w xi_a^2 over a whole family */
     pd_ring ring;        /* weights of an axisymmetric grid; empty: planar */
     int32_t *row;        /* [total] row of a node; -1: whole family, or not fluid */
     int32_t rows, capacity;

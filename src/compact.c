@@ -48,14 +48,19 @@ static void pdi_compact_fill_cell(pd_compact *c, int64_t cell, int32_t node, dou
     for (int d = 0; d < PD_DIM; d++) {
         const double *u = v->u ? v->u + (int64_t)d * grid->total : NULL;
         for (int up = 0; up < 2; up++) {
-            int32_t other = up ? node + grid->stride[d] : node - grid->stride[d];
+            int32_t other = up ? node + grid->stride[d] : node - grid->stride[d], source = other;
             double face = 0.5 * (around + pdi_grid_circumference(grid, other));
             double inverse = face / (grid->h[d] * grid->h[d]);
             uint8_t kind = grid->kind[other];
             double diffusivity = field ? field[node] : constant;
+            if (kind == PD_IMAGE) {
+                if (grid->side[2 * d + up] != PD_SIDE_PERIODIC) continue; /* nothing passes a mirror */
+                kind = PD_FLUID;
+                source = pdi_grid_image(grid, other, NULL);
+            }
             if (kind == PD_FLUID) {
                 if (field && diffusivity > 0.0)
-                    diffusivity = 2.0 * diffusivity * field[other] / (diffusivity + field[other]);
+                    diffusivity = 2.0 * diffusivity * field[source] / (diffusivity + field[source]);
                 if (!up) continue;
                 c->conduct[d][cell] =
                     (float)(inverse * (u ? pdi_compact_spread(grid, v, diffusivity, node, other, d) : diffusivity));

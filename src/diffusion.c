@@ -130,8 +130,13 @@ static void pdi_diffusion_hold(pd_diffusion *d, int32_t r, uint8_t *held)
         held[k] = 0;
         if (pdi_bond_open(bonds, r, k)) continue;
         double t = pdi_bond_meet(bonds, r, k, x), c = d->desc.held(d->desc.user, x);
+        if (!(c >= 0.0)) d->hold_part[i] = 1;
         if (!(c >= 0.0)) continue;
         held[k] = 1;
+        for (int a = 0; a < PD_DIM; a++) {
+            d->hold_grad[(int64_t)a * bonds->grid->total + i] += s->grad[k * PD_DIM + a] / t * c;
+            d->hold_lean[(int64_t)a * bonds->grid->total + i] += s->grad[k * PD_DIM + a] / t;
+        }
         d->hold[i] += value * lap[k] / t;
         d->drive[i] += value * lap[k] / t * c;
         d->held_least = fmin(d->held_least, c);
@@ -158,6 +163,9 @@ void pd_diffusion_update(pd_ctx *ctx, pd_diffusion *d)
         d->cut[i] = pdi_diffusion_cut(bonds, i) ? 1.0f : 0.0f;
         for (int t = 0; t < PD_DIFFUSION_TENSOR; t++) d->tensor[t][i] = 0.0f;
         if (d->hold) d->hold[i] = d->drive[i] = 0.0;
+        if (d->hold) d->hold_part[i] = 0;
+        for (int a = 0; a < PD_DIM && d->hold; a++)
+            d->hold_grad[(int64_t)a * total + i] = d->hold_lean[(int64_t)a * total + i] = 0.0;
     }
     pdi_diffusion_ghosts(d);
     d->held_least = HUGE_VAL;
@@ -206,6 +214,9 @@ pd_status pd_diffusion_build(pd_ctx *ctx, const pd_bonds *bonds, const pd_diffus
     PDI_TRY(PDI_NEW(ctx, "diffusion", total, d->cut));
     if (desc->held) PDI_TRY(PDI_NEW(ctx, "diffusion", total, d->hold));
     if (desc->held) PDI_TRY(PDI_NEW(ctx, "diffusion", total, d->drive));
+    if (desc->held) PDI_TRY(PDI_NEW(ctx, "diffusion", total, d->hold_part));
+    if (desc->held) PDI_TRY(PDI_NEW(ctx, "diffusion", PD_DIM * (int64_t)total, d->hold_grad));
+    if (desc->held) PDI_TRY(PDI_NEW(ctx, "diffusion", PD_DIM * (int64_t)total, d->hold_lean));
     if (desc->held) PDI_TRY(PDI_NEW(ctx, "diffusion", bonds->stencil->count, d->held));
     PDI_TRY(pdi_diffusion_fields(ctx, d));
     pd_diffusion_update(ctx, d);
@@ -253,6 +264,9 @@ void pd_diffusion_free(pd_ctx *ctx, pd_diffusion *d)
     PDI_DELETE(ctx, total, d->cut);
     PDI_DELETE(ctx, total, d->hold);
     PDI_DELETE(ctx, total, d->drive);
+    PDI_DELETE(ctx, total, d->hold_part);
+    PDI_DELETE(ctx, (int64_t)PD_DIM * total, d->hold_grad);
+    PDI_DELETE(ctx, (int64_t)PD_DIM * total, d->hold_lean);
     PDI_DELETE(ctx, d->bonds ? d->bonds->stencil->count : 0, d->held);
     PDI_DELETE(ctx, total, d->field);
     PDI_DELETE(ctx, total, d->level);

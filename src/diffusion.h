@@ -33,6 +33,9 @@ typedef struct pd_diffusion {
     double *field, *level;              /* [total] [m2/s], [m]; NULL as above */
     double *hold;                       /* [total] [1/s] conductance to held walls, or NULL */
     double *drive;                      /* [total] [mol/m3/s] sum of conductance times held value, or NULL */
+    double *hold_grad, *hold_lean;      /* [PD_DIM][total] [mol/m4], [1/m] held values add grad - lean c to the
+                                         * gradient at their node; or NULL */
+    uint8_t *hold_part;                 /* [total] 1: a cut bond of the node sees no held value, or NULL */
     uint8_t *held;                      /* [count of a family] work */
     double held_least, held_most;       /* [mol/m3] of the values held; least > most: none */
 } pd_diffusion;

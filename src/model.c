@@ -113,6 +113,19 @@ static pd_status pdi_model_initial(pd_ctx *ctx, pd_model *m)
     return PD_OK;
 }
 
+/* Signed distance [m] from the surface of the medium, and the diffusivity [m2/s] on both sides of it. */
+static double pdi_model_interface(void *user, const double *x)
+{
+    const pd_setup *u = (const pd_setup *)user;
+    return pd_shape_distance(u->shape, u->medium, x);
+}
+
+static double pdi_model_diffusivity(void *user, const double *x)
+{
+    const pd_setup *u = (const pd_setup *)user;
+    return pdi_model_interface(user, x) < 0.0 ? u->medium_diffusivity : u->diffusivity;
+}
+
 static pd_status pdi_model_transport(pd_ctx *ctx, pd_model *m)
 {
     const pd_setup *u = m->setup;
@@ -121,6 +134,8 @@ static pd_status pdi_model_transport(pd_ctx *ctx, pd_model *m)
     desc.diffusivity = u->diffusivity;
     desc.inlet = u->inlet;
     desc.advection = u->advection;
+    if (u->medium >= 0) desc.field = pdi_model_diffusivity;
+    if (u->medium >= 0) desc.level = pdi_model_interface;
     if (pd_wall_holds(u)) desc.held = pd_wall_held;
     if (u->motion == PD_MOTION_GIVEN) desc.entering = pd_inlet_entering;
     desc.user = (void *)u; /* only read */

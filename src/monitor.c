@@ -105,8 +105,9 @@ static void pdi_monitor_fluid(const pd_model *model, pd_monitor *m)
         int i[PD_DIM];
         if (grid->kind[node] != PD_FLUID) continue;
         pdi_grid_index(grid, node, i);
-        m->fluid[i[d->axis]] += u[node] * model->transport.c[node];
-        stream[i[d->axis]] += u[node];
+        double flow = u[node] * pdi_grid_circumference(grid, node);
+        m->fluid[i[d->axis]] += flow * model->transport.c[node];
+        stream[i[d->axis]] += flow;
     }
     for (int k = 0; k < m->rows; k++) m->fluid[k] /= stream[k];
 }

@@ -24,24 +24,7 @@
 #define PDI_MULTIGRID_FLOOR 1e-6f
 #define PDI_MULTIGRID_NONE (-1)
 
-/* Lines are swept in slabs along the last axis, even slabs then odd ones; the partition depends on the size only. */
-#define PDI_MULTIGRID_SLABS 8
-#define PDI_MULTIGRID_SLAB_PLANES 16
-#define PDI_MULTIGRID_SLAB_CELLS 16384
-
-/* Loops over cells are cut into this many parts. */
-#define PDI_MULTIGRID_PARTS 64
-/* Operations a cell, to decide on threads. */
-#define PDI_MULTIGRID_WORK (4 * PD_DIM)
-
 /* ---- memory ---- */
-
-static int32_t pdi_multigrid_stride(const int *n, int d)
-{
-    int32_t stride = 1;
-    for (int e = 0; e < d; e++) stride *= n[e];
-    return stride;
-}
 
 /* Floats of level 0: x and the coefficients with their pads, b, r, inv. */
 static size_t pdi_multigrid_store(const pd_multigrid *mg)
@@ -50,11 +33,27 @@ static size_t pdi_multigrid_store(const pd_multigrid *mg)
     return padded * (cells + 2 * (size_t)mg->pad) + 3 * cells;
 }
 
+/* 1: the ends of an axis of n blocks are linked, when its ends on the level above are. Red-black sweeps need an even
+ * number, else both ends have one colour. */
+static int pdi_multigrid_wraps(const pd_multigrid *mg, int n, int above)
+{
+    return above && n > 2 && !(mg->desc.symmetric && n % 2);
+}
+
+static void pdi_multigrid_edges(pd_smooth_level *fine)
+{
+    for (int d = 0; d < PD_DIM; d++) {
+        int32_t stride = pdi_smooth_stride(fine->n, d);
+        for (int32_t c = 0; fine->wrap[d] && c < fine->cells; c++)
+            if (c / stride % fine->n[d] % (fine->n[d] - 1) == 0) fine->edge[c] = 1;
+    }
+}
+
 pd_status pd_multigrid_build(pd_ctx *ctx, const pd_multigrid_desc *desc, pd_multigrid *mg)
 {
     memset(mg, 0, sizeof *mg);
     mg->desc = *desc;
-    pd_multigrid_level *fine = &mg->level[0];
+    pd_smooth_level *fine = &mg->level[0];
     int64_t cells = 1;
     for (int d = 0; d < PD_DIM; d++) {
         if (desc->n[d] < 1 || desc->stride[d] < 1 || desc->first < 0)
@@ -67,21 +66,27 @@ pd_status pd_multigrid_build(pd_ctx *ctx, const pd_multigrid_desc *desc, pd_mult
         fine->last[d] = 1.0f;
     }
     fine->cells = (int32_t)cells;
-    mg->pad = pdi_multigrid_stride(fine->n, PD_DIM - 1);
+    fine->shared = desc->symmetric;
+    for (int d = 0; d < PD_DIM; d++) {
+        fine->wrap[d] = pdi_multigrid_wraps(mg, fine->n[d], desc->periodic[d]);
+        if (fine->wrap[d] && !fine->edge) PDI_TRY(PDI_NEW(ctx, "multigrid", cells, fine->edge));
+    }
+    mg->pad = pdi_smooth_stride(fine->n, PD_DIM - 1);
     PDI_TRY(PDI_NEW(ctx, "multigrid", pdi_multigrid_store(mg), mg->store));
     float *next = mg->store + mg->pad;
     int64_t length = cells + 2 * (int64_t)mg->pad;
     fine->x = next;
     for (int d = 0; d < PD_DIM; d++) fine->hi[d] = next += length;
     for (int d = 0; d < PD_DIM; d++)
-        fine->lo[d] = desc->symmetric ? fine->hi[d] - pdi_multigrid_stride(fine->n, d) : (next += length);
+        fine->lo[d] = desc->symmetric ? fine->hi[d] - pdi_smooth_stride(fine->n, d) : (next += length);
     fine->b = next + cells + mg->pad;
     fine->r = fine->b + cells;
     fine->inv = fine->r + cells;
+    pdi_multigrid_edges(fine);
     return PDI_NEW(ctx, "multigrid", cells, fine->parent);
 }
 
-static void pdi_multigrid_level_free(pd_ctx *ctx, pd_multigrid_level *level)
+static void pdi_multigrid_level_free(pd_ctx *ctx, pd_smooth_level *level)
 {
     size_t cells = (size_t)level->cell_capacity, links = (size_t)level->link_capacity;
     PDI_DELETE(ctx, 4 * cells, level->values);
@@ -99,6 +104,7 @@ void pd_multigrid_free(pd_ctx *ctx, pd_multigrid *mg)
     PDI_DELETE(ctx, pdi_multigrid_store(mg), mg->store);
     PDI_DELETE(ctx, mg->level[0].cells + 3, mg->mark);
     PDI_DELETE(ctx, mg->level[0].cells, mg->level[0].parent);
+    PDI_DELETE(ctx, mg->level[0].cells, mg->level[0].edge);
     for (int l = 1; l < PD_MULTIGRID_LEVELS; l++) pdi_multigrid_level_free(ctx, &mg->level[l]);
     mg->levels = 0;
 }
@@ -114,7 +120,7 @@ static pd_status pdi_multigrid_reserve_list(pd_ctx *ctx, int32_t **list, int32_t
     return PD_OK;
 }
 
-static pd_status pdi_multigrid_reserve_cells(pd_ctx *ctx, pd_multigrid_level *level, int32_t cells)
+static pd_status pdi_multigrid_reserve_cells(pd_ctx *ctx, pd_smooth_level *level, int32_t cells)
 {
     if (cells <= level->cell_capacity && level->values && level->indices) return PD_OK;
     size_t room = (size_t)cells;
@@ -133,7 +139,7 @@ static pd_status pdi_multigrid_reserve_cells(pd_ctx *ctx, pd_multigrid_level *le
     return PD_OK;
 }
 
-static pd_status pdi_multigrid_reserve_links(pd_ctx *ctx, pd_multigrid_level *level, int32_t links)
+static pd_status pdi_multigrid_reserve_links(pd_ctx *ctx, pd_smooth_level *level, int32_t links)
 {
     if (links <= level->link_capacity && level->a && level->col && level->face) return PD_OK;
     size_t old = (size_t)level->link_capacity, room = (size_t)links;
@@ -157,7 +163,7 @@ typedef struct pdi_multigrid_link {
 } pdi_multigrid_link;
 
 /* Link k of cell c; 0: closed. */
-static int pdi_multigrid_link_get(const pd_multigrid_level *level, int32_t c, int32_t k, pdi_multigrid_link *link)
+static int pdi_multigrid_link_get(const pd_smooth_level *level, int32_t c, int32_t k, pdi_multigrid_link *link)
 {
     if (level->row) {
         link->cell = level->col[k];
@@ -169,7 +175,14 @@ static int pdi_multigrid_link_get(const pd_multigrid_level *level, int32_t c, in
     }
     link->axis = k >> 1;
     link->upper = k & 1;
-    int32_t stride = pdi_multigrid_stride(level->n, link->axis);
+    int32_t stride = pdi_smooth_stride(level->n, link->axis);
+    if (level->edge && level->edge[c]) {
+        link->cell = pdi_smooth_across(level, stride, link->axis, link->upper, c);
+        if (link->cell < 0) return 0;
+        link->a = pdi_smooth_edge_coefficient(level, link->axis, link->upper, c, link->cell);
+        link->back = pdi_smooth_edge_coefficient(level, link->axis, !link->upper, link->cell, c);
+        return link->a + link->back > 0.0f;
+    }
     link->cell = link->upper ? c + stride : c - stride;
     link->a = link->upper ? level->hi[link->axis][c] : level->lo[link->axis][c];
     link->back = link->upper ? level->lo[link->axis][c + stride] : level->hi[link->axis][c - stride];
@@ -181,7 +194,7 @@ static int pdi_multigrid_link_get(const pd_multigrid_level *level, int32_t c, in
     for (int32_t k = (level)->row ? (level)->row[c] : 0; k < ((level)->row ? (level)->row[(c) + 1] : 2 * PD_DIM); k++) \
         if (pdi_multigrid_link_get((level), (c), k, &(link)))
 
-static void pdi_multigrid_block_index(const pd_multigrid_level *level, int32_t c, int *i)
+static void pdi_multigrid_block_index(const pd_smooth_level *level, int32_t c, int *i)
 {
     int32_t rest = level->block ? level->block[c] : c;
     for (int d = 0; d < PD_DIM; d++) {
@@ -218,18 +231,19 @@ static double pdi_multigrid_scale(double largest)
 static void pdi_multigrid_fine_faces(pd_multigrid *mg, int d, const uint8_t *active, const float *conduct,
                                      const float *flux)
 {
-    pd_multigrid_level *fine = &mg->level[0];
-    int32_t stride = pdi_multigrid_stride(fine->n, d), n = fine->n[d];
+    pd_smooth_level *fine = &mg->level[0];
+    int32_t stride = pdi_smooth_stride(fine->n, d), n = fine->n[d];
     double scale = mg->scale; /* may exceed the range of float */
     float *hi = fine->hi[d], *lo = fine->lo[d];
     for (int32_t c = 0; c < fine->cells; c++) {
         int inside = c / stride % n < n - 1;
-        int open = inside && active[c] && active[c + stride];
+        int32_t above = inside ? c + stride : fine->wrap[d] ? c - (n - 1) * stride : -1;
+        int open = above >= 0 && active[c] && active[above];
         float g = open ? (float)(scale * (double)conduct[c]) : 0.0f;
         float f = open && flux ? (float)(scale * (double)flux[c]) : 0.0f;
         hi[c] = g + (f < 0.0f ? -f : 0.0f);
-        /* with symmetric storage both are the same element; at the upper side of the box there is no neighbour */
-        if (inside) lo[c + stride] = g + (f > 0.0f ? f : 0.0f);
+        /* with symmetric storage both are the same element, which across the box is found by the neighbour */
+        if (inside || (above >= 0 && !fine->shared)) lo[above] = g + (f > 0.0f ? f : 0.0f);
     }
 }
 
@@ -237,7 +251,7 @@ static void pdi_multigrid_fine_faces(pd_multigrid *mg, int d, const uint8_t *act
 static void pdi_multigrid_fine(pd_multigrid *mg, const uint8_t *active, const float *const conduct[PD_DIM],
                                const float *const *flux, const float *wall, const float *mass)
 {
-    pd_multigrid_level *fine = &mg->level[0];
+    pd_smooth_level *fine = &mg->level[0];
     for (int d = 0; d < PD_DIM; d++)
         pdi_multigrid_fine_faces(mg, d, active, conduct[d], flux ? flux[d] : NULL);
     for (int32_t c = 0; c < fine->cells; c++) {
@@ -254,7 +268,7 @@ static void pdi_multigrid_fine(pd_multigrid *mg, const uint8_t *active, const fl
 /* ---- setup: coarsening ---- */
 
 /* Choose the axes to halve; 0: no cell has a link any more. */
-static int pdi_multigrid_choose(pd_multigrid_level *level)
+static int pdi_multigrid_choose(pd_smooth_level *level)
 {
     double sum[PD_DIM], count[PD_DIM], strongest = 0.0;
     for (int d = 0; d < PD_DIM; d++) sum[d] = count[d] = 0.0;
@@ -277,8 +291,8 @@ static int pdi_multigrid_choose(pd_multigrid_level *level)
 }
 
 /* Coarse block of a cell. key: what coarse cells are sorted by, the colour for red-black sweeps, else the block. */
-static int32_t pdi_multigrid_coarse_block(const pd_multigrid *mg, const pd_multigrid_level *level,
-                                          const pd_multigrid_level *coarse, int32_t c, int32_t *key)
+static int32_t pdi_multigrid_coarse_block(const pd_multigrid *mg, const pd_smooth_level *level,
+                                          const pd_smooth_level *coarse, int32_t c, int32_t *key)
 {
     int i[PD_DIM], sum = 0;
     int32_t block = 0;
@@ -306,7 +320,7 @@ static int32_t pdi_multigrid_root(int32_t *parent, int32_t c)
 }
 
 /* Join linked cells of one block. A cell without links is solved by its diagonal and needs no parent. */
-static void pdi_multigrid_join(pd_multigrid_level *level)
+static void pdi_multigrid_join(pd_smooth_level *level)
 {
     int32_t *parent = level->parent;
     pdi_multigrid_link link;
@@ -322,6 +336,7 @@ static void pdi_multigrid_join(pd_multigrid_level *level)
         {
             /* only links to the other half of the own block, each once */
             if (!link.upper || !level->halve[link.axis] || (i[link.axis] & 1)) continue;
+            if (i[link.axis] == level->n[link.axis] - 1) continue; /* across the box */
             int32_t p = pdi_multigrid_root(parent, c), q = pdi_multigrid_root(parent, link.cell);
             if (p < q) parent[q] = p;
             if (q < p) parent[p] = q;
@@ -330,7 +345,7 @@ static void pdi_multigrid_join(pd_multigrid_level *level)
 }
 
 /* Where the colours or the lines begin, from the key counts; turns counts into offsets. */
-static pd_status pdi_multigrid_order(pd_ctx *ctx, pd_multigrid *mg, pd_multigrid_level *coarse, int32_t keys)
+static pd_status pdi_multigrid_order(pd_ctx *ctx, pd_multigrid *mg, pd_smooth_level *coarse, int32_t keys)
 {
     int32_t *offset = mg->mark;
     for (int32_t k = 0; k < keys; k++) offset[k + 1] += offset[k];
@@ -343,12 +358,13 @@ static pd_status pdi_multigrid_order(pd_ctx *ctx, pd_multigrid *mg, pd_multigrid
 }
 
 /* Number the joined cells and turn parent into those numbers. */
-static pd_status pdi_multigrid_number(pd_ctx *ctx, pd_multigrid *mg, pd_multigrid_level *level,
-                                      pd_multigrid_level *coarse)
+static pd_status pdi_multigrid_number(pd_ctx *ctx, pd_multigrid *mg, pd_smooth_level *level,
+                                      pd_smooth_level *coarse)
 {
     int32_t *parent = level->parent, *offset = mg->mark, keys = mg->desc.symmetric ? 2 : 1, cells = 0, key;
     for (int d = 0; d < PD_DIM; d++) {
         coarse->n[d] = level->halve[d] ? (level->n[d] + 1) / 2 : level->n[d];
+        coarse->wrap[d] = pdi_multigrid_wraps(mg, coarse->n[d], level->wrap[d]);
         if (!mg->desc.symmetric) keys *= coarse->n[d];
     }
     for (int32_t k = 0; k <= keys; k++) offset[k] = 0;
@@ -376,7 +392,7 @@ static pd_status pdi_multigrid_number(pd_ctx *ctx, pd_multigrid *mg, pd_multigri
     return PD_OK;
 }
 
-static pd_status pdi_multigrid_children(pd_ctx *ctx, const pd_multigrid_level *level, pd_multigrid_level *coarse)
+static pd_status pdi_multigrid_children(pd_ctx *ctx, const pd_smooth_level *level, pd_smooth_level *coarse)
 {
     int32_t *first = coarse->child_first;
     for (int32_t p = 0; p <= coarse->cells; p++) first[p] = 0;
@@ -393,7 +409,7 @@ static pd_status pdi_multigrid_children(pd_ctx *ctx, const pd_multigrid_level *l
 }
 
 /* Widths of the last blocks, which odd sizes leave thinner (unit: width of the others). */
-static void pdi_multigrid_widths(const pd_multigrid_level *level, pd_multigrid_level *coarse)
+static void pdi_multigrid_widths(const pd_smooth_level *level, pd_smooth_level *coarse)
 {
     for (int d = 0; d < PD_DIM; d++) {
         float last = level->last[d];
@@ -402,12 +418,13 @@ static void pdi_multigrid_widths(const pd_multigrid_level *level, pd_multigrid_l
 }
 
 /* Share of the conductance of a face that is left when the distance of its cells grows from this level to the next. */
-static float pdi_multigrid_link_factor(const pd_multigrid_level *level, const pd_multigrid_level *coarse,
+static float pdi_multigrid_link_factor(const pd_smooth_level *level, const pd_smooth_level *coarse,
                                        const int *i, const pdi_multigrid_link *link)
 {
     int d = link->axis, n = level->n[d];
     if (!level->halve[d]) return 1.0f;
     int above = i[d] + link->upper; /* block above the face */
+    if (above == 0 || above == n) return (1.0f + level->last[d]) / (1.0f + coarse->last[d]) * 0.5f;
     float fine = above == n - 1 ? 0.5f * (1.0f + level->last[d]) : 1.0f;
     return fine / (above / 2 == coarse->n[d] - 1 ? 1.0f + coarse->last[d] : 2.0f);
 }
@@ -415,7 +432,7 @@ static float pdi_multigrid_link_factor(const pd_multigrid_level *level, const pd
 /* The same for the half cell before a Dirichlet wall. Its normal is unknown; when all axes are halved any will do but
  * for last blocks, which mostly face the side of the box. Otherwise the strong axis is halved alone: its walls then
  * become too stiff, which does less harm than soft walls on the others. */
-static float pdi_multigrid_wall_factor(const pd_multigrid_level *level, const pd_multigrid_level *coarse, int32_t p)
+static float pdi_multigrid_wall_factor(const pd_smooth_level *level, const pd_smooth_level *coarse, int32_t p)
 {
     int i[PD_DIM];
     float factor = 0.5f;
@@ -428,10 +445,18 @@ static float pdi_multigrid_wall_factor(const pd_multigrid_level *level, const pd
     return factor;
 }
 
+/* 1: a link across the box that the next level does without. */
+static int pdi_multigrid_parted(const pd_smooth_level *level, const pd_smooth_level *coarse, const int *i,
+                                const pdi_multigrid_link *link)
+{
+    int d = link->axis;
+    return level->wrap[d] && !coarse->wrap[d] && i[d] == (link->upper ? level->n[d] - 1 : 0);
+}
+
 /* Row p of the coarse links, found through the children: conductances of the faces are summed and reduced as the
  * distance of the centres grows; flows are summed and taken upwind anew.
  * fill 0: only count. Returns the end of the row. */
-static int32_t pdi_multigrid_coarse_row(pd_multigrid *mg, const pd_multigrid_level *level, pd_multigrid_level *coarse,
+static int32_t pdi_multigrid_coarse_row(pd_multigrid *mg, const pd_smooth_level *level, pd_smooth_level *coarse,
                                         int32_t p, int32_t start, int fill)
 {
     int32_t end = start, *mark = mg->mark;
@@ -443,7 +468,7 @@ static int32_t pdi_multigrid_coarse_row(pd_multigrid *mg, const pd_multigrid_lev
         PDI_MULTIGRID_LINKS(level, c, k, link)
         {
             int32_t q = level->parent[link.cell];
-            if (q == p) continue;
+            if (q == p || pdi_multigrid_parted(level, coarse, i, &link)) continue;
             int fresh = mark[q] < start || mark[q] >= end;
             if (fresh) mark[q] = end++;
             if (!fill) continue;
@@ -466,8 +491,8 @@ static int32_t pdi_multigrid_coarse_row(pd_multigrid *mg, const pd_multigrid_lev
     return end;
 }
 
-static pd_status pdi_multigrid_coarse_links(pd_ctx *ctx, pd_multigrid *mg, const pd_multigrid_level *level,
-                                            pd_multigrid_level *coarse)
+static pd_status pdi_multigrid_coarse_links(pd_ctx *ctx, pd_multigrid *mg, const pd_smooth_level *level,
+                                            pd_smooth_level *coarse)
 {
     for (int32_t p = 0; p < coarse->cells; p++) mg->mark[p] = -1;
     coarse->row[0] = 0;
@@ -479,7 +504,7 @@ static pd_status pdi_multigrid_coarse_links(pd_ctx *ctx, pd_multigrid *mg, const
     return PD_OK;
 }
 
-static void pdi_multigrid_coarse_diagonal(const pd_multigrid_level *level, pd_multigrid_level *coarse)
+static void pdi_multigrid_coarse_diagonal(const pd_smooth_level *level, pd_smooth_level *coarse)
 {
     for (int32_t p = 0; p < coarse->cells; p++) {
         float mass = 0.0f, wall = 0.0f, links = 0.0f, stiff = 0.0f;
@@ -503,7 +528,7 @@ static void pdi_multigrid_coarse_diagonal(const pd_multigrid_level *level, pd_mu
 static pd_status pdi_multigrid_coarsen(pd_ctx *ctx, pd_multigrid *mg)
 {
     for (int l = 0; pdi_multigrid_choose(&mg->level[l]); l++) {
-        pd_multigrid_level *level = &mg->level[l], *coarse = level + 1;
+        pd_smooth_level *level = &mg->level[l], *coarse = level + 1;
         if (l + 1 == PD_MULTIGRID_LEVELS)
             return pdi_fail(ctx, PD_ERR_INTERNAL, "multigrid", "more than %d levels", PD_MULTIGRID_LEVELS);
         pdi_multigrid_join(level);
@@ -545,146 +570,10 @@ pd_status pd_multigrid_setup(pd_ctx *ctx, pd_multigrid *mg, const uint8_t *activ
 
 /* ---- cycle: x of a level from its b ---- */
 
-/* sum over links of a x */
-static inline float pdi_multigrid_fine_sum(const pd_multigrid_level *fine, const int32_t *stride, int32_t c)
-{
-    float sum = 0.0f;
-    for (int d = 0; d < PD_DIM; d++)
-        sum += fine->lo[d][c] * fine->x[c - stride[d]] + fine->hi[d][c] * fine->x[c + stride[d]];
-    return sum;
-}
-
-static inline float pdi_multigrid_coarse_sum(const pd_multigrid_level *level, int32_t c)
-{
-    float sum = 0.0f;
-    for (int32_t k = level->row[c]; k < level->row[c + 1]; k++) sum += level->a[k] * level->x[level->col[k]];
-    return sum;
-}
-
-static inline float pdi_multigrid_sum(const pd_multigrid_level *level, const int32_t *stride, int32_t c)
-{
-    return level->row ? pdi_multigrid_coarse_sum(level, c) : pdi_multigrid_fine_sum(level, stride, c);
-}
-
-typedef enum pdi_multigrid_job {
-    PDI_MULTIGRID_START,    /* x = b / diag */
-    PDI_MULTIGRID_SMOOTH,   /* x = (b + sum a x) / diag */
-    PDI_MULTIGRID_RESIDUAL, /* r = b + sum a x - diag x */
-    PDI_MULTIGRID_PROLONG   /* x += x of the parent */
-} pdi_multigrid_job;
-
-/* One job on the cells first, first + step, ... before end. */
-static inline void pdi_multigrid_cells(const pd_multigrid_level *level, const int32_t *stride, pdi_multigrid_job job,
-                                       int32_t first, int32_t end, int32_t step)
-{
-    float *x = level->x;
-    const float *b = level->b, *inv = level->inv;
-    switch (job) {
-    case PDI_MULTIGRID_START:
-        for (int32_t c = first; c < end; c += step) x[c] = b[c] * inv[c];
-        break;
-    case PDI_MULTIGRID_SMOOTH:
-        for (int32_t c = first; c < end; c += step) x[c] = (b[c] + pdi_multigrid_sum(level, stride, c)) * inv[c];
-        break;
-    case PDI_MULTIGRID_RESIDUAL:
-        for (int32_t c = first; c < end; c += step)
-            level->r[c] = inv[c] > 0.0f ? b[c] + pdi_multigrid_sum(level, stride, c) - x[c] / inv[c] : 0.0f;
-        break;
-    case PDI_MULTIGRID_PROLONG: /* the levels lie in one array: the next one is level + 1 */
-        for (int32_t c = first; c < end; c += step)
-            if (level->parent[c] >= 0) x[c] += level[1].x[level->parent[c]];
-        break;
-    }
-}
-
-static void pdi_multigrid_strides(const pd_multigrid_level *level, int32_t *stride)
-{
-    for (int d = 0; d < PD_DIM; d++) stride[d] = pdi_multigrid_stride(level->n, d);
-}
-
-/* Colour of the first cell of row r of level 0. */
-static int pdi_multigrid_row_colour(const pd_multigrid_level *fine, int32_t r)
-{
-    int sum = 0;
-    for (int d = 1; d < PD_DIM; d++) {
-        sum += (int)(r % fine->n[d]);
-        r /= fine->n[d];
-    }
-    return sum & 1;
-}
-
-/* Begin of a part of a loop over count items. */
-static int32_t pdi_multigrid_part(int64_t count, int part) { return (int32_t)(count * part / PDI_MULTIGRID_PARTS); }
-
-/* A job on count cells from `first`, in any order. */
-static void pdi_multigrid_range(const pd_ctx *ctx, const pd_multigrid_level *level, pdi_multigrid_job job,
-                                int32_t first, int32_t count)
-{
-    int32_t stride[PD_DIM];
-    pdi_multigrid_strides(level, stride);
-    int nt = pdi_par_threads(ctx, (int64_t)count * PDI_MULTIGRID_WORK);
-    (void)nt;
-    PDI_PARALLEL_FOR(nt)
-    for (int part = 0; part < PDI_MULTIGRID_PARTS; part++)
-        pdi_multigrid_cells(level, stride, job, first + pdi_multigrid_part(count, part),
-                            first + pdi_multigrid_part(count, part + 1), 1);
-}
-
-/* A job on the cells of one colour: they do not touch each other. */
-static void pdi_multigrid_colour(const pd_ctx *ctx, const pd_multigrid_level *level, pdi_multigrid_job job, int colour)
-{
-    if (level->row) {
-        pdi_multigrid_range(ctx, level, job, colour ? level->red : 0, colour ? level->cells - level->red : level->red);
-        return;
-    }
-    int32_t stride[PD_DIM], n0 = level->n[0], rows = level->cells / n0;
-    pdi_multigrid_strides(level, stride);
-    int nt = pdi_par_threads(ctx, (int64_t)level->cells * PDI_MULTIGRID_WORK);
-    (void)nt;
-    PDI_PARALLEL_FOR(nt)
-    for (int32_t r = 0; r < rows; r++)
-        pdi_multigrid_cells(level, stride, job, r * n0 + (pdi_multigrid_row_colour(level, r) ^ colour), (r + 1) * n0,
-                            2);
-}
-
-/* Gauss-Seidel forth and back along one line. */
-static inline void pdi_multigrid_line(const pd_multigrid_level *level, const int32_t *stride, int32_t line)
-{
-    int32_t first = level->row ? level->line[line] : line * level->n[0];
-    int32_t end = level->row ? level->line[line + 1] : first + level->n[0];
-    float *x = level->x;
-    const float *b = level->b, *inv = level->inv;
-    for (int32_t c = first; c < end; c++) x[c] = (b[c] + pdi_multigrid_sum(level, stride, c)) * inv[c];
-    for (int32_t c = end - 1; c >= first; c--) x[c] = (b[c] + pdi_multigrid_sum(level, stride, c)) * inv[c];
-}
-
-/* Lines of the slabs, ascending or descending; slabs of one parity do not touch each other. */
-static void pdi_multigrid_lines(const pd_ctx *ctx, const pd_multigrid_level *level, int descending)
-{
-    int32_t stride[PD_DIM], planes = PD_DIM > 1 ? level->n[PD_DIM - 1] : 1, lines = 1;
-    pdi_multigrid_strides(level, stride);
-    for (int d = 1; d < PD_DIM; d++) lines *= level->n[d];
-    int slabs = level->cells < PDI_MULTIGRID_SLAB_CELLS ? 1 : (int)(planes / PDI_MULTIGRID_SLAB_PLANES);
-    if (slabs > PDI_MULTIGRID_SLABS) slabs = PDI_MULTIGRID_SLABS;
-    if (slabs < 1) slabs = 1;
-    int nt = slabs > 1 ? pdi_par_threads(ctx, (int64_t)level->cells * PDI_MULTIGRID_WORK) : 1;
-    (void)nt;
-    for (int half = 0; half < 2; half++) {
-        int parity = descending ? 1 - half : half;
-        PDI_PARALLEL_FOR(nt)
-        for (int s = parity; s < slabs; s += 2) {
-            int32_t first = (int32_t)((int64_t)planes * s / slabs) * (lines / planes);
-            int32_t end = (int32_t)((int64_t)planes * (s + 1) / slabs) * (lines / planes);
-            for (int32_t q = first; q < end; q++)
-                pdi_multigrid_line(level, stride, descending ? first + end - 1 - q : q);
-        }
-    }
-}
-
 /* b of the next level = sum of r over the children */
-static void pdi_multigrid_restrict(const pd_ctx *ctx, const pd_multigrid_level *level)
+static void pdi_multigrid_restrict(const pd_ctx *ctx, const pd_smooth_level *level)
 {
-    const pd_multigrid_level *coarse = level + 1;
+    const pd_smooth_level *coarse = level + 1;
     int nt = pdi_par_threads(ctx, (int64_t)level->cells);
     (void)nt;
     PDI_PARALLEL_FOR(nt)
@@ -695,33 +584,33 @@ static void pdi_multigrid_restrict(const pd_ctx *ctx, const pd_multigrid_level *
     }
 }
 
-static void pdi_multigrid_down(const pd_ctx *ctx, const pd_multigrid *mg, const pd_multigrid_level *level)
+static void pdi_multigrid_down(const pd_ctx *ctx, const pd_multigrid *mg, const pd_smooth_level *level)
 {
     if (mg->desc.symmetric) {
-        pdi_multigrid_colour(ctx, level, PDI_MULTIGRID_START, 0);
-        pdi_multigrid_colour(ctx, level, PDI_MULTIGRID_SMOOTH, 1);
-        pdi_multigrid_colour(ctx, level, PDI_MULTIGRID_SMOOTH, 0);
-        pdi_multigrid_colour(ctx, level, PDI_MULTIGRID_SMOOTH, 1);
-        pdi_multigrid_colour(ctx, level, PDI_MULTIGRID_RESIDUAL, 0); /* r stays 0 on the other colour */
+        pdi_smooth_colour(ctx, level, PDI_SMOOTH_START, 0);
+        pdi_smooth_colour(ctx, level, PDI_SMOOTH_SWEEP, 1);
+        pdi_smooth_colour(ctx, level, PDI_SMOOTH_SWEEP, 0);
+        pdi_smooth_colour(ctx, level, PDI_SMOOTH_SWEEP, 1);
+        pdi_smooth_colour(ctx, level, PDI_SMOOTH_RESIDUAL, 0); /* r stays 0 on the other colour */
     } else {
-        pdi_multigrid_range(ctx, level, PDI_MULTIGRID_START, 0, level->cells);
-        pdi_multigrid_lines(ctx, level, 0);
-        pdi_multigrid_range(ctx, level, PDI_MULTIGRID_RESIDUAL, 0, level->cells);
+        pdi_smooth_range(ctx, level, PDI_SMOOTH_START, 0, level->cells);
+        pdi_smooth_lines(ctx, level, 0);
+        pdi_smooth_range(ctx, level, PDI_SMOOTH_RESIDUAL, 0, level->cells);
     }
     pdi_multigrid_restrict(ctx, level);
 }
 
-static void pdi_multigrid_up(const pd_ctx *ctx, const pd_multigrid *mg, const pd_multigrid_level *level)
+static void pdi_multigrid_up(const pd_ctx *ctx, const pd_multigrid *mg, const pd_smooth_level *level)
 {
     if (mg->desc.symmetric) {
-        pdi_multigrid_colour(ctx, level, PDI_MULTIGRID_PROLONG, 0);
+        pdi_smooth_colour(ctx, level, PDI_SMOOTH_PROLONG, 0);
         for (int sweep = 0; sweep < 2; sweep++) {
-            pdi_multigrid_colour(ctx, level, PDI_MULTIGRID_SMOOTH, 1);
-            pdi_multigrid_colour(ctx, level, PDI_MULTIGRID_SMOOTH, 0);
+            pdi_smooth_colour(ctx, level, PDI_SMOOTH_SWEEP, 1);
+            pdi_smooth_colour(ctx, level, PDI_SMOOTH_SWEEP, 0);
         }
     } else {
-        pdi_multigrid_range(ctx, level, PDI_MULTIGRID_PROLONG, 0, level->cells);
-        pdi_multigrid_lines(ctx, level, 1);
+        pdi_smooth_range(ctx, level, PDI_SMOOTH_PROLONG, 0, level->cells);
+        pdi_smooth_lines(ctx, level, 1);
     }
 }
 
@@ -747,15 +636,15 @@ static double pdi_multigrid_weight(const pd_multigrid *mg, int32_t r)
 /* max |rhs| over the cells that take part, by parts of rows. */
 static double pdi_multigrid_rhs_size(const pd_ctx *ctx, const pd_multigrid *mg, const double *rhs)
 {
-    double part[PDI_MULTIGRID_PARTS], largest = 0.0;
-    const pd_multigrid_level *fine = &mg->level[0];
+    double part[PDI_SMOOTH_PARTS], largest = 0.0;
+    const pd_smooth_level *fine = &mg->level[0];
     int64_t rows = fine->cells / fine->n[0];
     int nt = pdi_par_threads(ctx, fine->cells);
     (void)nt;
     PDI_PARALLEL_FOR(nt)
-    for (int q = 0; q < PDI_MULTIGRID_PARTS; q++) {
+    for (int q = 0; q < PDI_SMOOTH_PARTS; q++) {
         part[q] = 0.0;
-        for (int32_t r = pdi_multigrid_part(rows, q); r < pdi_multigrid_part(rows, q + 1); r++) {
+        for (int32_t r = pdi_smooth_part(rows, q); r < pdi_smooth_part(rows, q + 1); r++) {
             int32_t node = pdi_multigrid_row_node(mg, r), base = r * fine->n[0];
             for (int32_t i = 0; i < fine->n[0]; i++) {
                 double size = fine->inv[base + i] > 0.0f ? fabs(rhs[node + i * mg->desc.stride[0]]) : 0.0;
@@ -764,13 +653,13 @@ static double pdi_multigrid_rhs_size(const pd_ctx *ctx, const pd_multigrid *mg, 
             }
         }
     }
-    for (int q = 0; q < PDI_MULTIGRID_PARTS; q++) largest = fmax(largest, part[q]);
+    for (int q = 0; q < PDI_SMOOTH_PARTS; q++) largest = fmax(largest, part[q]);
     return largest;
 }
 
 void pd_multigrid_cycle(pd_ctx *ctx, pd_multigrid *mg, const double *rhs, double *x)
 {
-    const pd_multigrid_level *fine = &mg->level[0];
+    const pd_smooth_level *fine = &mg->level[0];
     if (mg->levels == 0) return; /* setup failed or was never called */
     int32_t rows = fine->cells / fine->n[0], n0 = fine->n[0], s0 = mg->desc.stride[0];
     double in = pdi_multigrid_scale(pdi_multigrid_rhs_size(ctx, mg, rhs)), out = mg->scale / in;
@@ -784,8 +673,8 @@ void pd_multigrid_cycle(pd_ctx *ctx, pd_multigrid *mg, const double *rhs, double
             fine->b[base + i] = fine->inv[base + i] > 0.0f ? (float)(factor * rhs[node + i * s0]) : 0.0f;
     }
     for (int l = 0; l < mg->levels - 1; l++) pdi_multigrid_down(ctx, mg, &mg->level[l]);
-    const pd_multigrid_level *last = &mg->level[mg->levels - 1]; /* no links are left: the diagonal is the operator */
-    pdi_multigrid_range(ctx, last, PDI_MULTIGRID_START, 0, last->cells);
+    const pd_smooth_level *last = &mg->level[mg->levels - 1]; /* no links are left: the diagonal is the operator */
+    pdi_smooth_range(ctx, last, PDI_SMOOTH_START, 0, last->cells);
     for (int l = mg->levels - 2; l >= 0; l--) pdi_multigrid_up(ctx, mg, &mg->level[l]);
     PDI_PARALLEL_FOR(nt)
     for (int32_t r = 0; r < rows; r++) {

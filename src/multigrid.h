@@ -10,7 +10,7 @@
  */
 #ifndef PD_MULTIGRID_H
 #define PD_MULTIGRID_H
-#include "base.h"
+#include "smooth.h"
 
 #define PD_MULTIGRID_LEVELS 40
 
@@ -20,31 +20,9 @@ typedef struct pd_multigrid_desc {
     int32_t first;          /* node of cell 0 on that lattice */
     const double *weight;   /* [n of the last axis] [m] or [-]: factors of the right-hand side, layer by layer, which
                              * the coefficients hold already; NULL: 1. Borrowed */
+    int periodic[PD_DIM];   /* 1: the first cells of the axis are neighbours of its last ones */
     int symmetric;          /* 1: flux will always be NULL: symmetric cycle, less memory; 0: smoother for flow */
 } pd_multigrid_desc;
-
-/* One level. Level 0 holds all cells of the box and finds neighbours by stride; coarser levels are rows of links, the
- * cells sorted by colour (symmetric) or by block. */
-typedef struct pd_multigrid_level {
-    int n[PD_DIM];     /* blocks along the axes */
-    int halve[PD_DIM]; /* 1: the next level pairs the blocks of this axis */
-    float last[PD_DIM]; /* width of the last block, the others being 1 */
-    int32_t cells, red; /* red: cells of the first colour (symmetric, coarse levels) */
-    float *x, *b, *r;  /* [cells] correction, right-hand side, residual */
-    float *inv;        /* [cells] 1 / diagonal; 0: the cell takes no part */
-    int32_t *parent;   /* [cells] of the next level; -1: none */
-    float *lo[PD_DIM], *hi[PD_DIM]; /* level 0: coefficients of the two neighbours of each axis, 0: closed */
-    int32_t *block;    /* coarse levels: [cells] block of the cell */
-    int32_t *row;      /* [cells + 1] */
-    int32_t *col;      /* [row[cells]] the neighbour */
-    float *a, *back;   /* its coefficient in this row, and that of this cell in its row (one allocation) */
-    uint8_t *face;     /* 2 axis + (1: upper) */
-    int32_t *child_first, *child; /* cells of the level above that make up a cell */
-    float *values;     /* coarse levels: storage of x, b, r, inv */
-    int32_t *indices;  /* coarse levels: storage of parent, block, row, child_first */
-    int32_t *line;     /* not symmetric: [lines + 1] first cell of each line of blocks along axis 0 */
-    int32_t cell_capacity, link_capacity, child_capacity, line_capacity;
-} pd_multigrid_level;
 
 typedef struct pd_multigrid {
     pd_multigrid_desc desc;
@@ -53,7 +31,7 @@ typedef struct pd_multigrid {
     int32_t pad;    /* zero floats before and after each level 0 array read at neighbours */
     float *store;   /* level 0: x and coefficients with their pads, b, r, inv */
     int32_t *mark;  /* only during setup: counts and marks */
-    pd_multigrid_level level[PD_MULTIGRID_LEVELS];
+    pd_smooth_level level[PD_MULTIGRID_LEVELS];
 } pd_multigrid;
 
 #define pd_multigrid_build PD_NAME(pd_multigrid_build)
@@ -66,8 +44,9 @@ PD_API pd_status pd_multigrid_build(pd_ctx *ctx, const pd_multigrid_desc *desc, 
 PD_API void pd_multigrid_free(pd_ctx *ctx, pd_multigrid *mg);
 /* Take the coefficients and build the coarser levels. All arrays over the box cells, axis 0 fastest:
  * active: 1 for cells that take part; conduct[d][c] >= 0 and flux[d][c] (flux NULL: none): of the face between cell c
- * and c + e_d, flow positive towards +e_d (faces of inactive cells and of the box side are ignored: put the net outflow
- * through them into mass); wall[c] >= 0: Dirichlet half-cell conductance; mass[c] >= 0. wall and mass may be NULL.
+ * and c + e_d, flow positive towards +e_d (faces of inactive cells are ignored, and those of the box side unless its
+ * axis is periodic: put the net outflow through them into mass); wall[c] >= 0: Dirichlet half-cell conductance;
+ * mass[c] >= 0. wall and mass may be NULL.
  * All share one unit. PD_ERR_ARGUMENT: a coefficient is negative or not finite. Memory is kept for the next setup. */
 PD_API pd_status pd_multigrid_setup(pd_ctx *ctx, pd_multigrid *mg, const uint8_t *active,
                                     const float *const conduct[PD_DIM], const float *const flux[PD_DIM],

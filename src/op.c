@@ -4,6 +4,7 @@
  * vectors: nodes with whole families share the weights (opposite bonds go together), rows blank out their closed bonds.
  */
 #include "op.h"
+#include "line.h"
 #include "par.h"
 #include "vec.h"
 #include <string.h>
@@ -28,13 +29,19 @@ static void pdi_op_split(const pdi_op_sweep *w, pdi_op_lanes_fn lanes, int32_t f
     }
 }
 
+/* Takes runs of any length. */
+static void pdi_op_laplacian_whole(const pdi_op_sweep *w, int32_t i, int count);
+
 static void pdi_op_apply(const pd_ctx *ctx, const pdi_op_sweep *w, pdi_op_lanes_fn whole, pdi_op_lanes_fn cut)
 {
     const pd_bonds *bonds = w->bonds;
     int nt = pdi_par_threads(ctx, bonds->grid->fluid_count * bonds->stencil->count * 4);
     (void)nt;
     PDI_PARALLEL_FOR(nt)
-    for (int32_t r = 0; r < bonds->runs; r++) pdi_op_split(w, whole, bonds->run_first[r], bonds->run_length[r]);
+    for (int32_t r = 0; r < bonds->runs; r++) {
+        if (whole == pdi_op_laplacian_whole) whole(w, bonds->run_first[r], bonds->run_length[r]);
+        else pdi_op_split(w, whole, bonds->run_first[r], bonds->run_length[r]);
+    }
     PDI_PARALLEL_FOR(nt)
     for (int32_t r = 0; r < bonds->batches; r++) pdi_op_split(w, cut, bonds->batch_first[r], bonds->batch_length[r]);
     for (int32_t r = bonds->plain; r < bonds->rows; r++) cut(w, r, 1);
@@ -203,21 +210,12 @@ static void pdi_op_laplacian_bonds(const pdi_op_sweep *w, int32_t i, int32_t r, 
 
 static void pdi_op_laplacian_whole(const pdi_op_sweep *w, int32_t i, int count)
 {
-    const pd_stencil *s = w->bonds->stencil;
-    const double *f = w->f + i;
-    double sum[PDI_LANES];
-    if (w->bonds->ring.lap) {
-        pdi_op_laplacian_bonds(w, i, -1, count);
-        return;
-    }
-    memset(sum, 0, sizeof sum);
-    /* differences, not sums less the centre: constants come out as exact zeros */
-    for (int k = 0; k < s->count / 2; k++) {
-        const double *far = f + w->bonds->shift[k], *back = f - w->bonds->shift[k];
-        double a = s->lap[k];
-        for (int b = 0; b < count; b++) sum[b] += a * ((far[b] - f[b]) + (back[b] - f[b]));
-    }
-    memcpy(w->out + i, sum, (size_t)count * sizeof(double));
+    pdi_line_laplacian(w->bonds, w->f, i, count, w->out + i);
+}
+
+static void pdi_op_laplacian_rings(const pdi_op_sweep *w, int32_t i, int count)
+{
+    pdi_op_laplacian_bonds(w, i, -1, count);
 }
 
 static void pdi_op_laplacian_cut(const pdi_op_sweep *w, int32_t r, int count)
@@ -229,7 +227,7 @@ void pd_op_laplacian(const pd_ctx *ctx, const pd_bonds *bonds, const double *f, 
 {
     pdi_op_sweep w;
     pdi_op_sweep_init(bonds, f, NULL, lap, &w);
-    pdi_op_apply(ctx, &w, pdi_op_laplacian_whole, pdi_op_laplacian_cut);
+    pdi_op_apply(ctx, &w, bonds->ring.lap ? pdi_op_laplacian_rings : pdi_op_laplacian_whole, pdi_op_laplacian_cut);
 }
 
 /* ---- diffusion: sum D_ij a (f_j - f_i), D_ij = 2 D_i D_j / (D_i + D_j) (eq. 5.2) ---- */

@@ -4,7 +4,8 @@
  *   [shape NAME] one of  box = a .. b, ... | ball = centre  radius = r | cylinder = x|y|z  centre  radius |
  *                half_space = yes  point  normal | mask = file.png  corner  cell | raw = file  size  corner  cell |
  *                union|intersect|difference = NAME, NAME;  outside = yes: the complement
- *                kind = solid|wall|part  material = mg4ag  grains = 40 um  grain_spread  grain_seed  boundary_width
+ *                kind = solid|wall (C = held)|medium (D = its diffusivity)|part  material = mg4ag
+ *                grains = 40 um  grain_spread  grain_seed  boundary_width
  *   [side x-]    flow = inlet|outlet|noslip|periodic|mirror|open  profile = parabola|uniform|expression
  *                mean = speed | flow_rate = 1 mL/min  vx = expression in x y z (vy, vz)  C = ...  p = 0
  *                noslip: velocity = 1 m/s, 0 m/s of a wall that slides along itself; C = ... held by the wall

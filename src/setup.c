@@ -11,7 +11,7 @@ static const pd_expr_symbol pdi_setup_axes[] = {{"x", "m", 0.0}, {"y", "m", 0.0}
 pd_status pd_setup_init(pd_ctx *ctx, pd_setup *setup)
 {
     memset(setup, 0, sizeof *setup);
-    setup->solid = setup->wall = -1;
+    setup->solid = setup->wall = setup->medium = -1;
     setup->m = 3.0;
     setup->gb_factor = 1.0;
     setup->rate_scale = 1.0;

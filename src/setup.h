@@ -15,6 +15,7 @@
 #define PD_SETUP_MONITORS 32
 #define PD_SETUP_NOTES 32
 #define PD_SETUP_MASKS 8
+#define PD_SETUP_WALLS 32
 
 /* What can be written, drawn and probed. */
 typedef enum pd_field {
@@ -60,6 +61,13 @@ typedef struct pd_setup_side {
     double held;              /* [mol/m3] */
     int line;                 /* of the file, 0: none */
 } pd_setup_side;
+
+/* One of the shapes that are walls. */
+typedef struct pd_setup_wall {
+    int shape;   /* index */
+    int holds;   /* it holds a concentration */
+    double held; /* [mol/m3] */
+} pd_setup_wall;
 
 /* How the flow gets from one instant to the next. */
 typedef enum pd_motion {
@@ -123,7 +131,9 @@ typedef struct pd_setup {
     double lo[PD_DIM], hi[PD_DIM];     /* [m] box */
     int axisymmetric;                  /* 2D: x is the axis, y the distance from it */
     pd_shape *shape;                   /* [PD_SHAPE_MAX], children first */
-    int shapes, solid, wall;           /* entries in use; index of the solid and of the wall, -1: none */
+    int shapes, solid, wall, medium;   /* entries in use; index of the solid, the wall, the medium, -1: none */
+    pd_setup_wall walls[PD_SETUP_WALLS]; /* the parts of `wall` */
+    int wall_count;
     uint8_t *mask[PD_SETUP_MASKS];     /* voxels that shapes borrow */
     size_t mask_size[PD_SETUP_MASKS];
     int masks;
@@ -144,6 +154,7 @@ typedef struct pd_setup {
     double sound;           /* [m/s] explicit: c0 */
     /* transport */
     double diffusivity;     /* [m2/s] */
+    double medium_diffusivity; /* [m2/s] of fluid inside the medium */
     double inlet;           /* [mol/m3] */
     pd_expr initial;        /* of x, y, z; in mol/m3 */
     pd_advection advection;

@@ -10,7 +10,8 @@
 typedef enum pdi_sketch_kind {
     PDI_SKETCH_PART = 0, /* only an operand of set operations */
     PDI_SKETCH_SOLID,
-    PDI_SKETCH_WALL
+    PDI_SKETCH_WALL,
+    PDI_SKETCH_MEDIUM /* fluid with a diffusivity of its own */
 } pdi_sketch_kind;
 
 typedef struct pdi_sketch {
@@ -299,9 +300,43 @@ static pd_status pdi_sketch_grains(pdi_sketch *s)
     return PD_OK;
 }
 
+/* A wall may hold a concentration. */
+static pd_status pdi_sketch_wall(pdi_sketch *s, int index)
+{
+    pd_setup *u = s->setup;
+    if (u->wall_count >= PD_SETUP_WALLS)
+        return pd_text_refuse(s->ctx, s->text, s->section, "kind", "found more than %d walls", PD_SETUP_WALLS);
+    pd_setup_wall *w = &u->walls[u->wall_count++];
+    w->shape = index;
+    if (u->has_transport && pd_text_has(s->ctx, s->text, s->section, "C")) {
+        PDI_TRY(pd_text_number(s->ctx, s->text, s->section, "C", "mol/m3", NULL, &w->held));
+        if (!(w->held >= 0.0))
+            return pd_text_refuse(s->ctx, s->text, s->section, "C", "found %.6g mol/m3, expected at least 0", w->held);
+        w->holds = 1;
+    }
+    return pdi_setup_join(s->ctx, u, index, &u->wall);
+}
+
+/* One diffusivity for all shapes of this kind. */
+static pd_status pdi_sketch_medium(pdi_sketch *s, int index)
+{
+    pd_setup *u = s->setup;
+    double value;
+    if (!u->has_transport)
+        return pd_text_refuse(s->ctx, s->text, s->section, "kind", "found 'medium' without a [transport] section");
+    PDI_TRY(pd_text_number(s->ctx, s->text, s->section, "D", "m2/s", NULL, &value));
+    if (!(value >= 0.0))
+        return pd_text_refuse(s->ctx, s->text, s->section, "D", "found %.6g m2/s, expected at least 0", value);
+    if (u->medium >= 0 && fabs(value - u->medium_diffusivity) > 0.0)
+        return pd_text_refuse(s->ctx, s->text, s->section, "D", "found another diffusivity than in a medium above,"
+                              " expected the same for all");
+    u->medium_diffusivity = value;
+    return pdi_setup_join(s->ctx, u, index, &u->medium);
+}
+
 static pd_status pdi_sketch_section(pdi_sketch *s)
 {
-    static const char *const kinds[] = {"part", "solid", "wall", NULL};
+    static const char *const kinds[] = {"part", "solid", "wall", "medium", NULL};
     const char *label = s->text->section[s->section].label;
     int kind = 0, index = 0;
     if (label[0] == '\0') return pd_text_refuse(s->ctx, s->text, s->section, "shape", "expected a name: [shape NAME]");
@@ -314,7 +349,8 @@ static pd_status pdi_sketch_section(pdi_sketch *s)
     s->used[s->names++] = kind != PDI_SKETCH_PART;
     int line = s->text->section[s->section].line;
     if (s->names == 1 || (kind == PDI_SKETCH_SOLID && s->setup->solid < 0)) s->setup->shape_line = line;
-    if (kind == PDI_SKETCH_WALL) return pdi_setup_join(s->ctx, s->setup, index, &s->setup->wall);
+    if (kind == PDI_SKETCH_MEDIUM) return pdi_sketch_medium(s, index);
+    if (kind == PDI_SKETCH_WALL) return pdi_sketch_wall(s, index);
     if (kind != PDI_SKETCH_SOLID) return PD_OK;
     PDI_TRY(pdi_sketch_material(s));
     PDI_TRY(pdi_sketch_grains(s));
@@ -335,7 +371,8 @@ PDI_FN pd_status pdi_sketch_read(pd_ctx *ctx, pd_text *text, const char *folder,
     for (int k = 0; k < s.names; k++) {
         if (s.used[k]) continue;
         return pd_text_refuse(ctx, text, pd_text_section(ctx, text, "shape", s.name[k]), "shape",
-                              "'%.40s' has no kind and is part of no other shape, expected kind = solid or wall",
+                              "'%.40s' has no kind and is part of no other shape, expected kind = solid, wall or"
+                              " medium",
                               s.name[k]);
     }
     return setup->shapes ? pd_shape_validate(ctx, setup->shape, setup->shapes) : PD_OK;

@@ -187,6 +187,7 @@ pd_status pd_steady_build(pd_ctx *ctx, pd_flow *flow, const pd_steady_desc *desc
         origin[d] = 0;
         md.n[d] = flow->grid->n[d];
         md.stride[d] = flow->grid->stride[d];
+        md.periodic[d] = flow->grid->side[2 * d] == PD_SIDE_PERIODIC;
     }
     md.first = pd_grid_node(flow->grid, origin);
     md.weight = flow->grid->circumference ? flow->grid->circumference + flow->grid->ghost : NULL;
@@ -241,6 +242,10 @@ pd_status pd_steady_solve(pd_ctx *ctx, pd_steady *s, pd_steady_result *result)
         result->converged = result->momentum <= s->desc.tolerance && result->continuity <= s->desc.tolerance;
         if (result->converged) return PD_OK;
         if (result->newton >= s->desc.max_newton) return PD_NOT_CONVERGED;
+        if (boost > PDI_STEADY_MAX_BOOST)
+            return pdi_fail(ctx, PD_ERR_DIVERGED, "steady",
+                            "no pseudo time step lowers the flow residual of %g (%d Newton steps)", norm,
+                            result->newton);
         /* switched evolution relaxation: the pseudo time step grows as the residual falls (eq. 4.10) */
         double shift = PDI_STEADY_SHIFT * boost * flow->speed / flow->length * sqrt(norm / s->norm0);
         int effort = 0;
@@ -250,10 +255,6 @@ pd_status pd_steady_solve(pd_ctx *ctx, pd_steady *s, pd_steady_result *result)
             pdi_steady_move(ctx, s, -1.0);
             norm = pdi_steady_residual(ctx, s, result);
             boost *= 10.0;
-            if (boost > PDI_STEADY_MAX_BOOST)
-                return pdi_fail(ctx, PD_ERR_DIVERGED, "steady",
-                                "no pseudo time step lowers the flow residual of %g (%d Newton steps)", norm,
-                                result->newton);
             continue;
         }
         /* a linear system that is hard to solve gets a shorter pseudo time step next time, an easy one a longer one */

@@ -232,6 +232,67 @@ static pd_status pdi_stencil_paths(pd_ctx *ctx, pd_stencil *s)
     return PD_OK;
 }
 
+/* Weights that differ by less than this, relative, are the same but for rounding. */
+#define PDI_STENCIL_SAME 1e-13
+
+/* a(n) on the line through `line` at distance n_0, 0 where no bond ends. */
+static double pdi_stencil_on_line(const pd_stencil *s, const int *line, int n0)
+{
+    for (int k = 0; k < s->count; k++) {
+        int same = s->offset[k * PD_DIM] == n0;
+        for (int d = 1; d < PD_DIM; d++) same = same && s->offset[k * PD_DIM + d] == line[d];
+        if (same) return s->lap[k];
+    }
+    return 0.0;
+}
+
+/* 1 when the lines of the family through the bonds k and j have the same weights. */
+static int pdi_stencil_same_kind(const pd_stencil *s, int k, int j)
+{
+    for (int n0 = 0; n0 <= s->reach; n0++) {
+        double a = pdi_stencil_on_line(s, s->offset + k * PD_DIM, n0);
+        double b = pdi_stencil_on_line(s, s->offset + j * PD_DIM, n0);
+        if (!(fabs(a - b) <= PDI_STENCIL_SAME * fabs(a))) return 0;
+    }
+    return 1;
+}
+
+/* Largest n_0 of the bonds on the line through bond k. */
+static int pdi_stencil_line_reach(const pd_stencil *s, int k)
+{
+    int reach = s->reach;
+    while (reach > 0 && !(pdi_stencil_on_line(s, s->offset + k * PD_DIM, reach) > 0.0)) reach--;
+    return reach;
+}
+
+/* Lines are named by their bonds with n_0 = 0. Kinds that reach far come first. */
+static pd_status pdi_stencil_lines(pd_ctx *ctx, pd_stencil *s)
+{
+    int width = s->reach + 1;
+    PDI_TRY(PDI_NEW(ctx, "stencil", s->count + 1, s->line_first));
+    PDI_TRY(PDI_NEW(ctx, "stencil", s->count * PD_DIM, s->line));
+    PDI_TRY(PDI_NEW(ctx, "stencil", s->count, s->line_reach));
+    PDI_TRY(PDI_NEW(ctx, "stencil", (int64_t)s->count * width, s->line_lap));
+    PDI_TRY(PDI_NEW(ctx, "stencil", width, s->layer_lap));
+    for (int k = 0; k < s->count; k++)
+        if (s->offset[k * PD_DIM] > 0) s->layer_lap[s->offset[k * PD_DIM]] += s->lap[k];
+    for (int reach = s->reach, used = 0; reach >= 0; reach--)
+        for (int k = 0; k < s->count; k++) {
+            int seen = s->offset[k * PD_DIM] != 0 || pdi_stencil_line_reach(s, k) != reach;
+            for (int j = 0; j < k && !seen; j++) seen = s->offset[j * PD_DIM] == 0 && pdi_stencil_same_kind(s, j, k);
+            if (seen) continue;
+            for (int n0 = 0; n0 < width; n0++)
+                s->line_lap[s->kinds * width + n0] = pdi_stencil_on_line(s, s->offset + k * PD_DIM, n0);
+            s->line_reach[s->kinds] = reach;
+            for (int j = k; j < s->count; j++) {
+                if (s->offset[j * PD_DIM] != 0 || !pdi_stencil_same_kind(s, k, j)) continue;
+                memcpy(s->line + used++ * PD_DIM, s->offset + j * PD_DIM, PD_DIM * sizeof *s->line);
+            }
+            s->line_first[++s->kinds] = used;
+        }
+    return PD_OK;
+}
+
 pd_status pd_stencil_build(pd_ctx *ctx, const pd_stencil_desc *desc, pd_stencil *stencil)
 {
     memset(stencil, 0, sizeof *stencil);
@@ -252,6 +313,7 @@ pd_status pd_stencil_build(pd_ctx *ctx, const pd_stencil_desc *desc, pd_stencil 
     else PDI_TRY(pdi_stencil_calibrate(ctx, stencil));
     PDI_TRY(pdi_area_weights(ctx, stencil->count, stencil->xi, stencil->beta, stencil->m, stencil->h, stencil->area,
                              &stencil->anisotropy));
+    PDI_TRY(pdi_stencil_lines(ctx, stencil));
     return pdi_stencil_paths(ctx, stencil);
 }
 
@@ -264,6 +326,11 @@ void pd_stencil_free(pd_ctx *ctx, pd_stencil *s)
     PDI_DELETE(ctx, s->count * PD_DIM, s->grad);
     PDI_DELETE(ctx, s->count, s->base);
     PDI_DELETE(ctx, s->count, s->area);
+    PDI_DELETE(ctx, s->count + 1, s->line_first);
+    PDI_DELETE(ctx, s->count * PD_DIM, s->line);
+    PDI_DELETE(ctx, s->count, s->line_reach);
+    PDI_DELETE(ctx, (int64_t)s->count * (s->reach + 1), s->line_lap);
+    PDI_DELETE(ctx, s->reach + 1, s->layer_lap);
     PDI_DELETE(ctx, s->count + 1, s->group_first);
     PDI_DELETE(ctx, s->groups + 1, s->group_cell);
     PDI_DELETE(ctx, s->groups, s->group_entry);

@@ -39,6 +39,14 @@ typedef struct pd_stencil {
     double *base;        /* [count] [m^(d-2)] w(n), the weight before calibration */
     double *area;        /* [count] [1/m] c(n): interface area that a solid-fluid bond stands for, over V (eq. 6.3) */
     double anisotropy;   /* [-] largest deviation of the area measure from 1 over all directions */
+    /* The family as lines along axis 0. Lines with the same weights are of one kind; the line through the node is none
+     * of them. */
+    int kinds;           /* of lines */
+    int *line_first;     /* [kinds+1] into line */
+    int *line;           /* [lines][PD_DIM] offset of the line, 0 along axis 0 */
+    int *line_reach;     /* [kinds] largest |n_0| of the line */
+    double *line_lap;    /* [kinds][reach+1] [1/m2] a(n) by |n_0| */
+    double *layer_lap;   /* [reach+1] [1/m2] sum of a(n) over all bonds with one n_0 > 0 */
     /* Cells that the straight bond passes: groups of alternatives; the bond is blocked when every cell of one group
      * is closed. The last group of each bond is its end node. */
     int *group_first;    /* [count+1] into group_* */

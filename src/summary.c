@@ -74,9 +74,11 @@ static void pdi_summary_flow(const pdi_summary *s)
 static void pdi_summary_transport(const pdi_summary *s)
 {
     const pd_setup *u = s->model->setup;
-    char text[384], value[PD_UNITS_TEXT], until[PD_UNITS_TEXT];
+    char text[384], value[2 * PD_UNITS_TEXT + 32], inside[PD_UNITS_TEXT], until[PD_UNITS_TEXT];
     if (!u->has_transport) return;
     pdi_setup_show(u->diffusivity, "m2/s", value);
+    pdi_setup_show(u->medium_diffusivity, "m2/s", inside);
+    if (u->medium >= 0) snprintf(value + strlen(value), sizeof value - strlen(value), " and %s in the medium", inside);
     pdi_setup_show(u->until, "s", until);
     snprintf(text, sizeof text, u->settle ? "%s, D = %s, steady" : "%s, D = %s, implicit, until %s",
              !u->has_flow ? "diffusion" : u->advection == PD_ADVECTION_UPWIND ? "upwind advection and diffusion"
@@ -114,6 +116,19 @@ static void pdi_summary_grains(const pdi_summary *s)
     pdi_summary_part(s, PD_PART_GRAIN, "grains", text);
 }
 
+/* "plane up, plane down, force pin" */
+static void pdi_summary_watched(const pdi_summary *s)
+{
+    const pd_setup *u = s->model->setup;
+    char text[384] = "";
+    for (int k = 0; k < u->monitors; k++) {
+        size_t used = strlen(text);
+        snprintf(text + used, sizeof text - used, "%s%s %s", k ? ", " : "",
+                 pdi_setup_monitor_name(u->monitor[k].kind), u->monitor[k].name);
+    }
+    if (u->monitors) pdi_summary_line(s, "  %-12s%s", "watched", text);
+}
+
 static void pdi_summary_absent(const pdi_summary *s)
 {
     const pd_setup *u = s->model->setup;
@@ -140,6 +155,7 @@ void pd_summary_print(const pd_model *model, pd_print_fn print, void *user)
     pdi_summary_transport(&s);
     pdi_summary_dissolve(&s);
     pdi_summary_grains(&s);
+    pdi_summary_watched(&s);
     pdi_summary_absent(&s);
     for (int k = 0; k < PD_PART_COUNT; k++) bytes += model->bytes[k];
     pdi_summary_line(&s, "  %-12s%.3g MB, %.0f bytes a node", "in all", (double)bytes * 1e-6,

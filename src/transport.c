@@ -9,18 +9,31 @@
 #include <math.h>
 #include <string.h>
 
-/* Linear tolerance while the antidiffusive fluxes still move, and their relaxation. */
-#define PDI_TRANSPORT_LOOSE 1e-2
-#define PDI_TRANSPORT_RELAX 0.7
+/* Share of xi.G in the antidiffusive fluxes: damps what alternates from node to node, which a central flux does not
+ * see. */
+#define PDI_TRANSPORT_LEAN 0.3
+/* Steps along bonds far below this share of the field are upwinded. */
+#define PDI_TRANSPORT_FAINT 1e-4
+/* Displacement of a difference quotient over the field, and tolerances of the linear solves of Newton's method. */
+#define PDI_TRANSPORT_PROBE 1e-7
+#define PDI_TRANSPORT_LOOSE 0.1
+#define PDI_TRANSPORT_TIGHT 1e-3
+/* Iterations of one of these, and the shortest step along its direction. */
+#define PDI_TRANSPORT_KRYLOV 60
+#define PDI_TRANSPORT_SHORTEST 0.03
+/* A step that leaves more than this share of the residual ends the iteration. */
+#define PDI_TRANSPORT_STALLED 0.999
 /* Share of the largest value by which a field may leave its bounds: rounding of the linear solve. */
-#define PDI_TRANSPORT_SLACK 1e-9
-/* Linear tolerance that is enough to see bounds broken, over the final one. */
+#define PDI_TRANSPORT_SLACK 3e-10
+/* Tolerance that is enough to limit, and to see bounds broken, over the final one. */
 #define PDI_TRANSPORT_ROUGH 30.0
 /* Rounds of upwinding the nodes that leave their bounds before the whole step is upwinded. */
 #define PDI_TRANSPORT_ROUNDS 20
-/* The steady field: length of a step over the explicit limit, and how many. */
+/* The steady field: length of a step over the exchange time of the slowest node, and how many. */
 #define PDI_TRANSPORT_LONG 1e9
 #define PDI_TRANSPORT_STEPS 60
+/* Relative change of the field by the last of them. */
+#define PDI_TRANSPORT_SETTLED 1e-6
 
 /* Of bond k of node i: volume flux F [1/s] to the far end, conductance [1/s], and what upwinding adds to it [1/s]. */
 static void pdi_transport_bond(const pd_transport *t, int32_t i, int k, double *flux, double *bond, double *upwind)
@@ -47,11 +60,9 @@ static int pdi_transport_open(const pd_transport *t, int32_t i, int k)
     return r < 0 || pdi_bond_open(t->bonds, r, k);
 }
 
-/* What a sweep does with its nodes: y = A c, the limiter ratios of c, or the limited fluxes y = sum alpha d (c_i -
- * c_j). */
+/* What a sweep does with its nodes: y = A c, or the limited antidiffusive fluxes y. */
 typedef enum pdi_transport_task {
     PDI_TRANSPORT_APPLY,
-    PDI_TRANSPORT_RATIOS,
     PDI_TRANSPORT_ANTI
 } pdi_transport_task;
 
@@ -60,10 +71,7 @@ typedef struct pdi_transport_sweep {
     const pd_transport *t;
     const double *c;
     double *y;
-    double *up, *down;
 } pdi_transport_sweep;
-
-static double pdi_transport_ratio(double room, double wanted) { return wanted > room ? room / wanted : 1.0; }
 
 /* One bond of the nodes i .. i+count-1: what the tasks need of it. */
 typedef struct pdi_transport_lanes {
@@ -99,8 +107,7 @@ static void pdi_transport_flux(const pd_transport *t, int32_t i, int k, const do
     }
 }
 
-/* Beside inlets and outlets: an outlet takes c of the node, and only moves with the flow; antidiffusion stays off
- * inlets, so that it sums to zero over the domain. */
+/* Beside inlets and outlets: an outlet takes c of the node, and only moves with the flow. */
 static void pdi_transport_ends(const pdi_transport_sweep *s, int32_t i, int k, double *tied, pdi_transport_lanes *l)
 {
     int32_t shift = s->t->bonds->shift[k];
@@ -109,8 +116,7 @@ static void pdi_transport_ends(const pdi_transport_sweep *s, int32_t i, int k, d
         tied[b] = kind == PD_INLET ? 0.0 : 1.0;
         l->edge[b] = kind == PD_OUTLET ? s->c[i + b] : l->far[b];
         if (!l->gated) l->gate[b] = 1.0;
-        if (kind == PD_OUTLET && s->task != PDI_TRANSPORT_APPLY) l->gate[b] = 0.0;
-        if (kind == PD_INLET && s->task == PDI_TRANSPORT_ANTI) l->gate[b] = 0.0;
+        if (kind == PD_OUTLET && s->task == PDI_TRANSPORT_ANTI) l->gate[b] = 0.0;
     }
     l->far = l->edge;
     l->gated = 1;
@@ -152,12 +158,37 @@ static void pdi_transport_apply_lanes(const pdi_transport_sweep *s, int32_t i, i
     memcpy(s->y + i, sum, (size_t)count * sizeof(double));
 }
 
-/* alpha of the bond: the antidiffusive flux d (c_i - c_j) raises the larger end and lowers the smaller one. */
+/* Of bond k: the step D of the field along it, leant towards xi.G of the upwind end, within 0 and 2 D (eq. 5.4). An
+ * inlet has no gradient. */
+static void pdi_transport_lean(const pdi_transport_sweep *s, int32_t i, int k, int ends, const pdi_transport_lanes *l,
+                               double *lean)
+{
+    const pd_transport *t = s->t;
+    int64_t total = t->grid->total;
+    int32_t shift = t->bonds->shift[k];
+    const double *c = s->c + i, *slope = t->limiter.slope + i, *xi = t->bonds->stencil->xi + k * PD_DIM;
+    for (int b = 0; b < l->count; b++) {
+        double step = l->far[b] - c[b], near_x = 0.0, far_x = 0.0;
+        for (int d = 0; d < PD_DIM; d++) {
+            near_x += xi[d] * slope[d * total + b];
+            far_x += xi[d] * slope[d * total + b + shift];
+        }
+        double x = l->flux[b] > 0.0 ? near_x : far_x;
+        double mixed = (1.0 - PDI_TRANSPORT_LEAN) * step + PDI_TRANSPORT_LEAN * x, twice = 2.0 * step;
+        double low = twice < 0.0 ? twice : 0.0, high = twice > 0.0 ? twice : 0.0;
+        mixed = mixed > low ? mixed : low;
+        lean[b] = mixed < high ? mixed : high;
+    }
+    for (int b = 0; b < l->count && ends; b++)
+        if (l->flux[b] <= 0.0 && t->grid->kind[i + b + shift] == PD_INLET) lean[b] = l->far[b] - c[b];
+}
+
+/* y_i = - sum alpha d s with s of pdi_transport_lean and alpha of the upwind end of the bond (eq. 5.4). */
 static void pdi_transport_anti_lanes(const pdi_transport_sweep *s, int32_t i, int32_t row, int count, int ends)
 {
     const pd_transport *t = s->t;
-    const double *c = s->c + i, *up = t->up + i, *down = t->down + i;
-    double sum[PDI_LANES];
+    const double *keep = t->limiter.keep + i;
+    double sum[PDI_LANES], lean[PDI_LANES];
     pdi_transport_lanes l;
     memset(sum, 0, sizeof sum);
     memset(&l, 0, sizeof l);
@@ -165,58 +196,13 @@ static void pdi_transport_anti_lanes(const pdi_transport_sweep *s, int32_t i, in
     for (int k = 0; k < t->bonds->stencil->count; k++) {
         int32_t shift = t->bonds->shift[k];
         if (!pdi_transport_bond_lanes(s, i, row, k, ends, &l)) continue;
+        pdi_transport_lean(s, i, k, ends, &l, lean);
         for (int b = 0; b < count; b++) {
-            int falls = c[b] > l.far[b];
-            double one = falls ? up[b] : down[b], two = falls ? down[b + shift] : up[b + shift];
-            double flux = (one < two ? one : two) * l.upwind[b] * (c[b] - l.far[b]);
-            sum[b] += l.gated ? l.gate[b] * flux : flux;
+            double flux = (l.flux[b] > 0.0 ? keep[b] : keep[b + shift]) * l.upwind[b] * lean[b];
+            sum[b] -= l.gated ? l.gate[b] * flux : flux;
         }
     }
     memcpy(s->y + i, sum, (size_t)count * sizeof(double));
-}
-
-static void pdi_transport_ratios_lanes(const pdi_transport_sweep *s, int32_t i, int32_t row, int count, int ends)
-{
-    const pd_transport *t = s->t;
-    const double *c = s->c + i;
-    double plus[PDI_LANES], minus[PDI_LANES], least[PDI_LANES], most[PDI_LANES], weight[PDI_LANES];
-    pdi_transport_lanes l;
-    memset(&l, 0, sizeof l);
-    l.count = count;
-    for (int b = 0; b < count; b++) {
-        plus[b] = minus[b] = weight[b] = 0.0;
-        least[b] = most[b] = c[b];
-    }
-    for (int k = 0; k < t->bonds->stencil->count; k++) {
-        if (!pdi_transport_bond_lanes(s, i, row, k, ends, &l)) continue;
-        for (int b = 0; b < count; b++) {
-            double upwind = l.gated ? l.gate[b] * l.upwind[b] : l.upwind[b];
-            double far = !l.gated || l.gate[b] > 0.0 ? l.far[b] : c[b], anti = upwind * (c[b] - far);
-            plus[b] += anti > 0.0 ? anti : 0.0;
-            minus[b] += anti < 0.0 ? -anti : 0.0;
-            least[b] = far < least[b] ? far : least[b];
-            most[b] = far > most[b] ? far : most[b];
-            weight[b] += upwind;
-        }
-    }
-    for (int b = 0; b < count; b++) {
-        s->up[i + b] = pdi_transport_ratio(weight[b] * (most[b] - c[b]), plus[b]);
-        s->down[i + b] = pdi_transport_ratio(weight[b] * (c[b] - least[b]), minus[b]);
-    }
-}
-
-/* 1 when a family of the nodes i .. i+count-1 may hold ghosts of an inlet or outlet. */
-static int pdi_transport_sees_ends(const pd_transport *t, int32_t i, int count)
-{
-    const pd_grid *grid = t->grid;
-    int at[PD_DIM], reach = t->bonds->stencil->reach;
-    pdi_grid_index(grid, i, at);
-    for (int d = 0; d < PD_DIM; d++) {
-        int last = d == 0 ? at[0] + count - 1 : at[d];
-        if (pdi_grid_port(grid->side[2 * d]) && at[d] < reach) return 1;
-        if (pdi_grid_port(grid->side[2 * d + 1]) && last >= grid->n[d] - reach) return 1;
-    }
-    return 0;
 }
 
 /* `length` consecutive nodes from i, which are the rows from `row` (-1: whole families). */
@@ -226,10 +212,9 @@ static void pdi_transport_run(const pdi_transport_sweep *s, int32_t i, int32_t r
     for (int32_t at = 0; at < length; at += count) {
         count = pdi_bond_piece(length, &at);
         int32_t r = row < 0 ? row : row + at;
-        int ends = pdi_transport_sees_ends(s->t, i + at, count);
+        int ends = pdi_limiter_ports(s->t->bonds, i + at, count);
         if (s->task == PDI_TRANSPORT_APPLY) pdi_transport_apply_lanes(s, i + at, r, count, ends);
-        else if (s->task == PDI_TRANSPORT_ANTI) pdi_transport_anti_lanes(s, i + at, r, count, ends);
-        else pdi_transport_ratios_lanes(s, i + at, r, count, ends);
+        else pdi_transport_anti_lanes(s, i + at, r, count, ends);
     }
 }
 
@@ -263,42 +248,57 @@ static void pdi_transport_operator(const pd_ctx *ctx, const pd_transport *t, con
     pdi_transport_sweep_all(ctx, &s);
 }
 
-/* Limited antidiffusive fluxes of the present field (eq. 5.4), relaxed into t->anti. Prescribed values of inlets limit
- * nothing. */
-static void pdi_transport_limit_fluxes(const pd_ctx *ctx, pd_transport *t, double relax)
+/* out [total]: limited antidiffusive fluxes of the field c (eq. 5.4), whose images are filled here. */
+static void pdi_transport_anti(const pd_ctx *ctx, pd_transport *t, double *c, double *out)
 {
     pdi_transport_sweep s;
-    const uint8_t *kind = t->grid->kind;
-    const pd_ghosts *ghosts = &t->bonds->ghosts;
-    pd_ghosts_scalar(ghosts, t->c);
+    pd_ghosts_scalar(&t->bonds->ghosts, c);
+    pdi_limiter_update(ctx, &t->limiter, c, PDI_TRANSPORT_FAINT * t->size);
+    if (t->upwinding) {
+        for (int32_t i = 0; i < t->grid->total; i++)
+            if (t->upwinded[i]) t->limiter.keep[i] = 0.0;
+        pd_ghosts_scalar(&t->bonds->ghosts, t->limiter.keep);
+    }
     memset(&s, 0, sizeof s);
     s.t = t;
-    s.c = t->c;
-    s.y = t->work;
-    s.up = t->up;
-    s.down = t->down;
-    s.task = PDI_TRANSPORT_RATIOS;
-    pdi_transport_sweep_all(ctx, &s);
-    for (int32_t i = 0; i < t->grid->total; i++)
-        if (t->upwinded[i]) t->up[i] = t->down[i] = 0.0;
-    pd_ghosts_scalar(ghosts, t->up);
-    pd_ghosts_scalar(ghosts, t->down);
+    s.c = c;
+    s.y = out;
     s.task = PDI_TRANSPORT_ANTI;
     pdi_transport_sweep_all(ctx, &s);
-    for (int32_t i = 0; i < t->grid->total; i++)
-        if (kind[i] == PD_FLUID) t->anti[i] += relax * (t->work[i] - t->anti[i]);
 }
 
 /* What the solver callbacks see. */
 typedef struct pdi_transport_user {
     pd_ctx *ctx;
     pd_transport *t;
+    int limited; /* 1: there are antidiffusive fluxes */
 } pdi_transport_user;
 
 static void pdi_transport_apply(void *user, const double *x, double *y)
 {
     pdi_transport_user *u = (pdi_transport_user *)user;
     pdi_transport_operator(u->ctx, u->t, x, y);
+}
+
+/* y = A x less the derivative of the limited fluxes along x, by a difference quotient. */
+static void pdi_transport_jacobian(void *user, const double *x, double *y)
+{
+    pdi_transport_user *u = (pdi_transport_user *)user;
+    pd_transport *t = u->t;
+    int32_t total = t->grid->total;
+    const uint8_t *kind = t->grid->kind;
+    double size = pdi_par_max_abs(u->ctx, total, x), *probe = t->probe, *moved = t->probe + total;
+    int nt = pdi_par_threads(u->ctx, (int64_t)total * 4);
+    (void)nt;
+    pdi_transport_operator(u->ctx, t, x, y);
+    if (!u->limited || !(size > 0.0)) return;
+    double step = PDI_TRANSPORT_PROBE * t->size / size;
+    PDI_PARALLEL_FOR(nt)
+    for (int32_t i = 0; i < total; i++) probe[i] = kind[i] == PD_FLUID ? t->c[i] + step * x[i] : t->c[i];
+    pdi_transport_anti(u->ctx, t, probe, moved);
+    PDI_PARALLEL_FOR(nt)
+    for (int32_t i = 0; i < total; i++)
+        if (kind[i] == PD_FLUID) y[i] -= (moved[i] - t->anti[i]) / step;
 }
 
 static void pdi_transport_precondition(void *user, const double *x, double *y)
@@ -406,7 +406,7 @@ static void pdi_transport_boundary(pd_transport *t)
             double gain = t->diffusion.drive[i] - t->diffusion.hold[i] * t->c[i];
             pdi_sum_add(gain > 0.0 ? &in : &out, fabs(gain) * around);
         }
-        if (!pdi_transport_sees_ends(t, i, 1)) continue;
+        if (!pdi_limiter_ports(t->bonds, i, 1)) continue;
         for (int k = 0; k < t->bonds->stencil->count; k++) {
             if (!pdi_transport_open(t, i, k)) continue;
             uint8_t far_kind = grid->kind[i + t->bonds->shift[k]];
@@ -414,6 +414,9 @@ static void pdi_transport_boundary(pd_transport *t)
             if (far_kind == PD_INLET) pdi_sum_add(&in, -around * pdi_transport_bond_flux(t, t->c, i, k));
         }
     }
+    /* between nodes antidiffusive fluxes cancel: their sum came through the inlets */
+    for (int32_t i = 0; i < grid->total; i++)
+        if (grid->kind[i] == PD_FLUID) pdi_sum_add(&in, t->anti[i] * pdi_grid_circumference(grid, i));
     t->outflow = pdi_sum_total(&out) * t->bonds->stencil->volume;
     t->inflow = pdi_sum_total(&in) * t->bonds->stencil->volume;
 }
@@ -438,28 +441,45 @@ static void pdi_transport_bounds(const pd_transport *t, const double *start, dou
     *high = fmax(*high, t->diffusion.held_most);
 }
 
-/* Widen the bounds by the rounding of the linear solve. */
-static void pdi_transport_slack(const pd_transport *t, double *low, double *high)
+/* Widen the bounds by a share of the field. */
+static void pdi_transport_slack(const pd_transport *t, double share, double *low, double *high)
 {
     double size = 0.0;
     for (int32_t i = 0; i < t->grid->total; i++)
         if (t->grid->kind[i] == PD_FLUID) size = fmax(size, fabs(t->c[i]));
-    *low -= PDI_TRANSPORT_SLACK * size;
-    *high += PDI_TRANSPORT_SLACK * size;
+    *low -= share * size;
+    *high += share * size;
 }
 
 /* Mark the nodes outside of the bounds; how many are new. */
-static int64_t pdi_transport_mark(pd_transport *t, double low, double high)
+static int64_t pdi_transport_mark(pd_transport *t, double low, double high, double slack)
 {
     int64_t found = 0;
-    pdi_transport_slack(t, &low, &high);
+    pdi_transport_slack(t, slack, &low, &high);
     for (int32_t i = 0; i < t->grid->total; i++) {
         if (t->grid->kind[i] != PD_FLUID || t->upwinded[i]) continue;
         if (t->c[i] >= low && t->c[i] <= high) continue;
         t->upwinded[i] = 1;
         found++;
     }
+    t->upwinding = t->upwinding || found > 0;
     return found;
+}
+
+static void pdi_transport_measure(pd_transport *t)
+{
+    for (int32_t i = 0; i < t->grid->total; i++)
+        if (t->grid->kind[i] == PD_FLUID || t->grid->kind[i] == PD_INLET) t->size = fmax(t->size, fabs(t->c[i]));
+}
+
+/* Begin a step: no node is upwinded, and the size of the field is that of now. Returns 1 when fluxes are limited. */
+static int pdi_transport_start(pd_transport *t)
+{
+    memset(t->upwinded, 0, (size_t)t->grid->total);
+    t->upwinding = 0;
+    t->size = t->diffusion.hold ? fmax(t->diffusion.held_most, 0.0) : 0.0;
+    pdi_transport_measure(t);
+    return t->flow && t->desc.advection == PD_ADVECTION_LIMITED;
 }
 
 /* The limiter bounds a converged field; where the iteration has left the field outside of its bounds, the nodes
@@ -469,9 +489,10 @@ static pd_status pdi_transport_enforce(pd_ctx *ctx, pd_transport *t, double atol
     double low, high, change;
     pd_status status = PD_OK;
     pdi_transport_bounds(t, t->old, &low, &high);
-    for (int round = 1; round <= PDI_TRANSPORT_ROUNDS && pdi_transport_mark(t, low, high) > 0; round++) {
+    for (int round = 1; round <= PDI_TRANSPORT_ROUNDS; round++) {
+        if (!pdi_transport_mark(t, low, high, PDI_TRANSPORT_SLACK)) break;
         if (round == PDI_TRANSPORT_ROUNDS) pdi_par_zero(ctx, t->grid->total, t->anti);
-        else pdi_transport_limit_fluxes(ctx, t, 1.0);
+        else pdi_transport_anti(ctx, t, t->c, t->anti);
         pdi_transport_right_side(ctx, t);
         status = pdi_transport_correct(ctx, t, 1e-15, PDI_TRANSPORT_ROUGH * atol, &change, result);
         if (status < 0) return status;
@@ -480,27 +501,65 @@ static pd_status pdi_transport_enforce(pd_ctx *ctx, pd_transport *t, double atol
     return pdi_transport_correct(ctx, t, 1e-15, atol, &change, result);
 }
 
-static pd_status pdi_transport_iterate(pd_ctx *ctx, pd_transport *t, double atol, int bounded,
+/* Antidiffusive fluxes, right-hand side and residual of the present field; returns the norm of the residual. */
+static double pdi_transport_evaluate(pd_ctx *ctx, pd_transport *t)
+{
+    pdi_transport_anti(ctx, t, t->c, t->anti);
+    pdi_transport_right_side(ctx, t);
+    pdi_transport_residual(ctx, t, t->work);
+    return sqrt(pdi_par_dot(ctx, t->grid->total, t->work, t->work));
+}
+
+/* c += share delta, where delta is zero at all ghosts. */
+static double pdi_transport_move(pd_ctx *ctx, pd_transport *t, double share, const double *delta)
+{
+    pdi_par_axpy(ctx, t->grid->total, share, delta, t->c);
+    pdi_transport_measure(t);
+    return pdi_transport_evaluate(ctx, t);
+}
+
+/* Newton's method on the limited equations until their residual falls below `goal` [mol/m3/s] or the field stays. Its
+ * linear systems are solved as well as the last step paid (Eisenstat and Walker 1996); a step that does not lower the
+ * residual is halved. */
+static pd_status pdi_transport_newton(pd_ctx *ctx, pd_transport *t, double goal, pd_transport_result *result)
+{
+    pdi_transport_user user;
+    pd_krylov_result linear;
+    double *delta = t->work + t->grid->total, norm = pdi_transport_evaluate(ctx, t), loose = PDI_TRANSPORT_LOOSE;
+    int most = t->krylov.desc.max_iterations;
+    pd_status status = PD_OK;
+    user.ctx = ctx;
+    user.t = t;
+    t->krylov.desc.max_iterations = PDI_TRANSPORT_KRYLOV;
+    while (result->limiter < t->desc.max_limiter && norm > goal) {
+        user.limited = pdi_par_max_abs(ctx, t->grid->total, t->anti) > 0.0;
+        t->krylov.desc.rtol = user.limited ? loose : 1e-15;
+        t->krylov.desc.atol = 0.5 * goal;
+        status = pd_krylov_solve(ctx, &t->krylov, pdi_transport_jacobian, pdi_transport_precondition, &user, t->work,
+                                 delta, &linear);
+        if (status < 0) break;
+        result->krylov += linear.iterations;
+        double moved = pdi_par_max_abs(ctx, t->grid->total, delta), before = norm, share = 1.0;
+        norm = pdi_transport_move(ctx, t, share, delta);
+        for (; norm > before && share > PDI_TRANSPORT_SHORTEST; share *= 0.5)
+            norm = pdi_transport_move(ctx, t, -0.5 * share, delta);
+        result->change = t->size > 0.0 ? share * moved / t->size : 0.0;
+        result->limiter++;
+        if (result->change <= t->desc.limiter_tolerance || norm > PDI_TRANSPORT_STALLED * before) break;
+        loose = fmin(PDI_TRANSPORT_LOOSE, fmax(PDI_TRANSPORT_TIGHT, 0.9 * (norm / before) * (norm / before)));
+    }
+    t->krylov.desc.max_iterations = most;
+    return status < 0 ? status : PD_OK;
+}
+
+static pd_status pdi_transport_iterate(pd_ctx *ctx, pd_transport *t, double size, int bounded,
                                        pd_transport_result *result)
 {
-    pd_status status = PD_OK;
-    int limiter = t->flow && t->desc.advection == PD_ADVECTION_LIMITED;
-    for (int pass = 0;; pass++) {
-        int last = !limiter || pass == t->desc.max_limiter || (pass > 0 && result->change < t->desc.limiter_tolerance);
-        if (limiter && pass > 0) {
-            pdi_transport_limit_fluxes(ctx, t, PDI_TRANSPORT_RELAX);
-            pdi_transport_right_side(ctx, t);
-        }
-        double floor_residual = limiter ? PDI_TRANSPORT_ROUGH * atol : atol;
-        status =
-            pdi_transport_correct(ctx, t, last ? 1e-15 : PDI_TRANSPORT_LOOSE, floor_residual, &result->change, result);
-        result->limiter = pass;
-        if (status < 0) return status;
-        if (last) break;
-    }
-    if (!limiter) return status;
+    double atol = t->desc.tolerance * size, change;
+    if (!pdi_transport_start(t)) return pdi_transport_correct(ctx, t, 1e-15, atol, &result->change, result);
+    PDI_TRY(pdi_transport_newton(ctx, t, PDI_TRANSPORT_ROUGH * atol, result));
     if (bounded) return pdi_transport_enforce(ctx, t, atol, result);
-    return pdi_transport_correct(ctx, t, 1e-15, atol, &result->change, result);
+    return pdi_transport_correct(ctx, t, 1e-15, atol, &change, result);
 }
 
 PDI_FN pd_status pdi_transport_stage(pd_ctx *ctx, pd_transport *t, double dt, int bounded, pd_transport_result *result)
@@ -508,13 +567,12 @@ PDI_FN pd_status pdi_transport_stage(pd_ctx *ctx, pd_transport *t, double dt, in
     int32_t total = t->grid->total;
     memset(result, 0, sizeof *result);
     t->dt = dt;
-    memset(t->upwinded, 0, (size_t)total);
     pdi_transport_right_side(ctx, t);
     PDI_TRY(pdi_transport_setup(ctx, t));
     /* the size of the equations: right-hand side and inflow */
     pdi_transport_residual(ctx, t, t->work);
     double size = fmax(sqrt(pdi_par_dot(ctx, total, t->rhs, t->rhs)), sqrt(pdi_par_dot(ctx, total, t->work, t->work)));
-    pd_status status = size > 0.0 ? pdi_transport_iterate(ctx, t, t->desc.tolerance * size, bounded, result) : PD_OK;
+    pd_status status = size > 0.0 ? pdi_transport_iterate(ctx, t, size, bounded, result) : PD_OK;
     if (status < 0) return status;
     result->residual = size > 0.0 ? result->residual / size : 0.0;
     pdi_transport_boundary(t);
@@ -525,7 +583,7 @@ PDI_FN int pdi_transport_within(const pd_transport *t, const double *start)
 {
     double low, high;
     pdi_transport_bounds(t, start, &low, &high);
-    pdi_transport_slack(t, &low, &high);
+    pdi_transport_slack(t, PDI_TRANSPORT_SLACK, &low, &high);
     for (int32_t i = 0; i < t->grid->total; i++)
         if (t->grid->kind[i] == PD_FLUID && (t->c[i] < low || t->c[i] > high)) return 0;
     return 1;
@@ -547,9 +605,43 @@ pd_status pd_transport_implicit(pd_ctx *ctx, pd_transport *t, double dt, pd_tran
     return status;
 }
 
+/* Rate [1/s] at which node i exchanges its content: one over its explicit limit. */
+static double pdi_transport_rate(const pd_transport *t, int32_t i)
+{
+    double rate = t->absorb[i] + (t->diffusion.hold ? t->diffusion.hold[i] : 0.0);
+    for (int k = 0; k < t->bonds->stencil->count; k++) {
+        double flux, bond, upwind;
+        if (!pdi_transport_open(t, i, k)) continue;
+        pdi_transport_bond(t, i, k, &flux, &bond, &upwind);
+        if (t->grid->kind[i + t->bonds->shift[k]] == PD_OUTLET) rate += fmax(flux, 0.0);
+        else rate += bond + 2.0 * upwind - 0.5 * flux;
+    }
+    return rate;
+}
+
+double pd_transport_limit(pd_ctx *ctx, const pd_transport *t)
+{
+    double fastest = 0.0;
+    (void)ctx;
+    for (int32_t i = 0; i < t->grid->total; i++)
+        if (t->grid->kind[i] == PD_FLUID) fastest = fmax(fastest, pdi_transport_rate(t, i));
+    return fastest > 0.0 ? 1.0 / fastest : HUGE_VAL;
+}
+
+/* Longest time [s] in which a node exchanges its content; HUGE_VAL: nothing moves. */
+static double pdi_transport_slowest(const pd_transport *t)
+{
+    double slowest = HUGE_VAL;
+    for (int32_t i = 0; i < t->grid->total; i++) {
+        double rate = t->grid->kind[i] == PD_FLUID ? pdi_transport_rate(t, i) : 0.0;
+        if (rate > 0.0) slowest = fmin(slowest, rate);
+    }
+    return slowest < HUGE_VAL ? 1.0 / slowest : HUGE_VAL;
+}
+
 pd_status pd_transport_steady(pd_ctx *ctx, pd_transport *t, pd_transport_result *result)
 {
-    double limit = pd_transport_limit(ctx, t);
+    double limit = pdi_transport_slowest(t);
     int krylov = 0;
     if (!(limit < 1e200))
         return pdi_fail(ctx, PD_ERR_ARGUMENT, "transport", "nothing moves: there is no steady field to find");
@@ -566,28 +658,9 @@ pd_status pd_transport_steady(pd_ctx *ctx, pd_transport *t, pd_transport_result 
             size = fmax(size, fabs(t->c[i]));
         }
         result->change = size > 0.0 ? moved / size : 0.0;
-        if (result->change <= t->desc.limiter_tolerance) return PD_OK;
+        if (result->change <= PDI_TRANSPORT_SETTLED) return PD_OK;
     }
     return PD_NOT_CONVERGED;
-}
-
-double pd_transport_limit(pd_ctx *ctx, const pd_transport *t)
-{
-    double fastest = 0.0;
-    (void)ctx;
-    for (int32_t i = 0; i < t->grid->total; i++) {
-        if (t->grid->kind[i] != PD_FLUID) continue;
-        double rate = t->absorb[i] + (t->diffusion.hold ? t->diffusion.hold[i] : 0.0);
-        for (int k = 0; k < t->bonds->stencil->count; k++) {
-            if (!pdi_transport_open(t, i, k)) continue;
-            double flux, bond, upwind;
-            pdi_transport_bond(t, i, k, &flux, &bond, &upwind);
-            if (t->grid->kind[i + t->bonds->shift[k]] == PD_OUTLET) rate += fmax(flux, 0.0);
-            else rate += bond + 2.0 * upwind - 0.5 * flux;
-        }
-        fastest = fmax(fastest, rate);
-    }
-    return fastest > 0.0 ? 1.0 / fastest : HUGE_VAL;
 }
 
 pd_status pd_transport_explicit(pd_ctx *ctx, pd_transport *t, double dt)
@@ -601,15 +674,22 @@ pd_status pd_transport_explicit(pd_ctx *ctx, pd_transport *t, double dt)
         return PD_RETRY;
     }
     t->dt = 0.0;
-    if (t->flow && t->desc.advection == PD_ADVECTION_LIMITED) pdi_transport_limit_fluxes(ctx, t, 1.0);
-    pdi_transport_operator(ctx, t, t->c, t->rhs);
-    pdi_transport_boundary(t);
-    for (int32_t i = 0; i < t->grid->total; i++)
-        if (kind[i] == PD_FLUID) {
-            double held = t->diffusion.drive ? t->diffusion.drive[i] : 0.0;
-            t->c[i] += dt * (t->source[i] + held + t->anti[i] - t->rhs[i]) + t->carry[i];
-            t->carry[i] = 0.0;
-        }
+    int limited = pdi_transport_start(t), rounds = PDI_TRANSPORT_ROUNDS;
+    double low, high;
+    pdi_par_copy(ctx, t->grid->total, t->c, t->old);
+    pdi_transport_bounds(t, t->old, &low, &high);
+    pdi_transport_operator(ctx, t, t->old, t->rhs);
+    do {
+        pdi_par_copy(ctx, t->grid->total, t->old, t->c);
+        if (limited) pdi_transport_anti(ctx, t, t->c, t->anti);
+        pdi_transport_boundary(t);
+        for (int32_t i = 0; i < t->grid->total; i++)
+            if (kind[i] == PD_FLUID) {
+                double held = t->diffusion.drive ? t->diffusion.drive[i] : 0.0;
+                t->c[i] = t->old[i] + dt * (t->source[i] + held + t->anti[i] - t->rhs[i]) + t->carry[i];
+            }
+    } while (limited && --rounds > 0 && pdi_transport_mark(t, low, high, 1e-15) > 0);
+    pdi_par_zero(ctx, t->grid->total, t->carry);
     return PD_OK;
 }
 
@@ -617,43 +697,65 @@ pd_status pd_transport_explicit(pd_ctx *ctx, pd_transport *t, double dt)
 static double pdi_transport_section_bond(const void *user, int32_t i, int k)
 {
     const pd_transport *t = (const pd_transport *)user;
+    int32_t j = i + t->bonds->shift[k];
     if (t->grid->kind[i] == PD_FLUID) return pdi_transport_bond_flux(t, t->c, i, k);
-    return -pdi_transport_bond_flux(t, t->c, i + t->bonds->shift[k], t->bonds->stencil->count - 1 - k);
+    double over = pdi_grid_circumference(t->grid, j) / pdi_grid_circumference(t->grid, i);
+    return -over * pdi_transport_bond_flux(t, t->c, j, t->bonds->stencil->count - 1 - k);
 }
 
-/* The same of its antidiffusive flux with the present ratios (eq. 5.4). Ports have none. */
+/* What node i gains by the antidiffusive flux of bond k (eq. 5.4), likewise. */
 static double pdi_transport_section_anti(const void *user, int32_t i, int k)
 {
     const pd_transport *t = (const pd_transport *)user;
-    double flux, bond, upwind;
     int32_t j = i + t->bonds->shift[k];
-    if (t->grid->kind[i] != PD_FLUID) return -pdi_transport_section_anti(t, j, t->bonds->stencil->count - 1 - k);
-    if (t->grid->kind[j] == PD_INLET || t->grid->kind[j] == PD_OUTLET) return 0.0;
-    pdi_transport_bond(t, i, k, &flux, &bond, &upwind);
-    int falls = t->c[i] > t->c[j];
-    double alpha = fmin(falls ? t->up[i] : t->down[i], falls ? t->down[j] : t->up[j]);
-    return alpha * upwind * (t->c[i] - t->c[j]);
+    pdi_transport_sweep s;
+    pdi_transport_lanes l;
+    double lean;
+    if (t->grid->kind[i] != PD_FLUID) {
+        double over = pdi_grid_circumference(t->grid, j) / pdi_grid_circumference(t->grid, i);
+        return -over * pdi_transport_section_anti(t, j, t->bonds->stencil->count - 1 - k);
+    }
+    memset(&s, 0, sizeof s);
+    memset(&l, 0, sizeof l);
+    s.t = t;
+    s.c = t->c;
+    s.task = PDI_TRANSPORT_ANTI;
+    l.count = 1;
+    int ports = pdi_limiter_ports(t->bonds, i, 1);
+    if (!pdi_transport_bond_lanes(&s, i, t->bonds->row[i], k, ports, &l)) return 0.0;
+    pdi_transport_lean(&s, i, k, ports, &l, &lean);
+    return -(l.gated ? l.gate[0] : 1.0) * t->limiter.keep[l.flux[0] > 0.0 ? i : j] * l.upwind[0] * lean;
+}
+
+/* What passes the plane by antidiffusion is all that the nodes on one side of it gain, since the fluxes between them
+ * cancel, unless inlets feed both sides or the axis is periodic: then bond by bond, up to what the limiter still
+ * moves. */
+static double pdi_transport_section_gain(const pd_transport *t, int axis, int index)
+{
+    pdi_sum sum[2] = {{0.0, 0.0}, {0.0, 0.0}};
+    int fed[2] = {0, 0};
+    if (t->grid->side[2 * axis] == PD_SIDE_PERIODIC) fed[0] = fed[1] = 1;
+    for (int32_t node = 0; node < t->grid->total; node++) {
+        int i[PD_DIM];
+        pdi_grid_index(t->grid, node, i);
+        int behind = i[axis] >= index;
+        if (t->grid->kind[node] == PD_INLET) fed[behind] = 1;
+        if (t->grid->kind[node] != PD_FLUID) continue;
+        pdi_sum_add(&sum[behind], t->anti[node] * pdi_grid_circumference(t->grid, node));
+    }
+    if (!fed[0]) return pdi_sum_total(&sum[0]);
+    if (!fed[1]) return -pdi_sum_total(&sum[1]);
+    return pdi_bond_section(t->bonds, axis, index, pdi_transport_section_anti, t);
 }
 
 double pd_transport_section(pd_ctx *ctx, pd_transport *t, int axis, int index)
 {
-    double low, anti;
-    pdi_sum sum = {0.0, 0.0};
+    int limited = t->flow && t->desc.advection == PD_ADVECTION_LIMITED;
     (void)ctx;
     pd_ghosts_scalar(&t->bonds->ghosts, t->c);
-    low = pdi_bond_section(t->bonds, axis, index, pdi_transport_section_bond, t);
-    /* What passes the plane is all that the nodes before it gain: the fluxes between them cancel. Through a periodic
-     * axis they gain at its other end too. */
-    for (int32_t node = 0; node < t->grid->total; node++) {
-        int i[PD_DIM];
-        if (t->grid->kind[node] != PD_FLUID) continue;
-        pdi_grid_index(t->grid, node, i);
-        if (i[axis] < index) pdi_sum_add(&sum, t->anti[node] * pdi_grid_circumference(t->grid, node));
-    }
-    anti = pdi_sum_total(&sum);
-    if (t->grid->side[2 * axis] == PD_SIDE_PERIODIC && t->flow && t->desc.advection == PD_ADVECTION_LIMITED)
-        anti = pdi_bond_section(t->bonds, axis, index, pdi_transport_section_anti, t);
-    return (low - anti) * t->bonds->stencil->volume;
+    double low = pdi_bond_section(t->bonds, axis, index, pdi_transport_section_bond, t);
+    double gain = limited ? pdi_transport_section_gain(t, axis, index) : 0.0;
+    return (low - gain) * t->bonds->stencil->volume;
 }
 
 static double pdi_transport_total(const pd_transport *t, const double *field)
@@ -684,7 +786,6 @@ static void pdi_transport_inlets(pd_transport *t)
         pd_grid_position(t->grid, i, x);
         pdi_grid_fold_images(t->grid, x);
         t->c[i] = t->desc.entering ? t->desc.entering(t->desc.user, x) : t->desc.inlet;
-        t->up[i] = t->down[i] = 1.0;
     }
 }
 
@@ -705,8 +806,8 @@ pd_status pd_transport_build(pd_ctx *ctx, const pd_grid *grid, const pd_bonds *b
                         "least 0", desc->diffusivity, desc->inlet, desc->initial, desc->tolerance);
     t->desc = *desc;
     if (!(t->desc.tolerance > 0.0)) t->desc.tolerance = 1e-11;
-    if (t->desc.max_limiter <= 0) t->desc.max_limiter = 10;
-    if (!(t->desc.limiter_tolerance > 0.0)) t->desc.limiter_tolerance = 1e-3;
+    if (t->desc.max_limiter <= 0) t->desc.max_limiter = 30;
+    if (!(t->desc.limiter_tolerance > 0.0)) t->desc.limiter_tolerance = 1e-7;
     t->grid = grid;
     t->bonds = bonds;
     t->flow = flow;
@@ -723,6 +824,7 @@ pd_status pd_transport_build(pd_ctx *ctx, const pd_grid *grid, const pd_bonds *b
         origin[d] = 0;
         md.n[d] = grid->n[d];
         md.stride[d] = grid->stride[d];
+        md.periodic[d] = grid->side[2 * d] == PD_SIDE_PERIODIC;
     }
     md.first = pd_grid_node(grid, origin);
     md.weight = grid->circumference ? grid->circumference + grid->ghost : NULL;
@@ -735,12 +837,11 @@ pd_status pd_transport_build(pd_ctx *ctx, const pd_grid *grid, const pd_bonds *b
     PDI_TRY(PDI_NEW(ctx, "transport", grid->total, t->source));
     PDI_TRY(PDI_NEW(ctx, "transport", grid->total, t->absorb));
     PDI_TRY(PDI_NEW(ctx, "transport", grid->total, t->carry));
-    PDI_TRY(PDI_NEW(ctx, "transport", grid->total, t->up));
-    PDI_TRY(PDI_NEW(ctx, "transport", grid->total, t->down));
     PDI_TRY(PDI_NEW(ctx, "transport", grid->total, t->anti));
     PDI_TRY(PDI_NEW(ctx, "transport", grid->total, t->upwinded));
     PDI_TRY(PDI_NEW(ctx, "transport", grid->total, t->rhs));
     PDI_TRY(PDI_NEW(ctx, "transport", 2 * (int64_t)grid->total, t->work));
+    PDI_TRY(PDI_NEW(ctx, "transport", 2 * (int64_t)grid->total, t->probe));
     for (int s = 0; s < 2 * PD_DIM && !t->repeated; s++)
         if (grid->side[s] >= PD_SIDE_PERIODIC) PDI_TRY(PDI_NEW(ctx, "transport", grid->total, t->repeated));
     for (int32_t i = 0; i < grid->total; i++)
@@ -753,6 +854,7 @@ pd_status pd_transport_build(pd_ctx *ctx, const pd_grid *grid, const pd_bonds *b
     dd.held = desc->held;
     dd.user = desc->user;
     PDI_TRY(pd_diffusion_build(ctx, bonds, &dd, &t->diffusion));
+    if (flow) PDI_TRY(pdi_limiter_build(ctx, &t->diffusion, &t->limiter));
     pdi_transport_inlets(t);
     return PD_OK;
 }
@@ -760,6 +862,7 @@ pd_status pd_transport_build(pd_ctx *ctx, const pd_grid *grid, const pd_bonds *b
 void pd_transport_free(pd_ctx *ctx, pd_transport *t)
 {
     int64_t total = t->grid ? t->grid->total : 0;
+    pdi_limiter_free(ctx, &t->limiter);
     pd_diffusion_free(ctx, &t->diffusion);
     pdi_compact_free(ctx, &t->compact);
     pd_multigrid_free(ctx, &t->mg);
@@ -769,12 +872,11 @@ void pd_transport_free(pd_ctx *ctx, pd_transport *t)
     PDI_DELETE(ctx, total, t->source);
     PDI_DELETE(ctx, total, t->absorb);
     PDI_DELETE(ctx, total, t->carry);
-    PDI_DELETE(ctx, total, t->up);
-    PDI_DELETE(ctx, total, t->down);
     PDI_DELETE(ctx, total, t->anti);
     PDI_DELETE(ctx, total, t->upwinded);
     PDI_DELETE(ctx, total, t->rhs);
     PDI_DELETE(ctx, 2 * total, t->work);
+    PDI_DELETE(ctx, 2 * total, t->probe);
     PDI_DELETE(ctx, total, t->repeated);
     memset(t, 0, sizeof *t);
 }

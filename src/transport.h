@@ -1,9 +1,9 @@
 /* transport: conservative, bounded advection and diffusion of dissolved metal on fluid nodes.
  *
- * dc/dt + sum_j F_ij (c_i + c_j)/2 - sum_j (D a + d)(c_j - c_i) = source - absorb c + sum_j alpha d (c_i - c_j)  over
- * open bonds, with F_ij the volume flux of the flow, d = max(|F|/2 - D a, 0) the diffusion that makes the left side an
- * M-matrix (upwinding) and alpha the limiter that gives it back as antidiffusive fluxes where the field stays within
- * its neighbours (theory: eq. 5.1 to 5.5; Kuzmin 2012). Implicit steps solve the left side and iterate on the right.
+ * dc/dt + sum_j F_ij (c_i + c_j)/2 - sum_j (D a + d)(c_j - c_i) = source - absorb c - sum_j alpha d s_ij  over open
+ * bonds, with F_ij the volume flux of the flow and d = max(|F|/2 - D a, 0) the diffusion that makes the left side an
+ * M-matrix (upwinding). The right side gives it back as antidiffusive fluxes along the steps s_ij of the field, where
+ * the limiter alpha allows it (theory: eq. 5.1 to 5.5). Implicit steps are solved by Newton's method.
  * Bonds to solid and wall carry nothing. Every sum over bonds conserves to rounding, converged or not.
  */
 #ifndef PD_TRANSPORT_H
@@ -12,6 +12,7 @@
 #include "diffusion.h"
 #include "flow.h"
 #include "krylov.h"
+#include "limiter.h"
 #include "multigrid.h"
 
 typedef enum pd_advection {
@@ -28,8 +29,8 @@ typedef struct pd_transport_desc {
     double initial;         /* [mol/m3] */
     pd_advection advection;
     double tolerance;       /* [-] of the linear solves, relative to the right-hand side; 0: 1e-11 */
-    int max_limiter;        /* limiter iterations of one implicit step; 0: 10 */
-    double limiter_tolerance; /* [-] relative change of the field at which they stop; 0: 1e-3 */
+    int max_limiter;        /* Newton steps on the limited equations in one implicit step; 0: 30 */
+    double limiter_tolerance; /* [-] relative change of the field at which they stop; 0: 1e-7 */
 } pd_transport_desc;
 
 typedef struct pd_transport {
@@ -38,16 +39,19 @@ typedef struct pd_transport {
     const pd_bonds *bonds;
     const pd_flow *flow;    /* NULL: fluid at rest */
     pd_diffusion diffusion; /* conductances of the bonds */
+    pd_limiter limiter;     /* with a flow */
     double *c;              /* [total] [mol/m3]; solid nodes: what is left of the solid */
     double *old;            /* [total] [mol/m3] start of the step, work */
     double *source;         /* [total] [mol/m3/s] given by the caller before a step */
     double *absorb;         /* [total] [1/s] likewise; source - absorb c enters the fluid */
     double *carry;          /* [total] [mol/m3] what the last solve left undone; the next step delivers it */
-    double *up, *down;      /* [total] [-] limiter ratios R+ and R- */
     double *anti;           /* [total] [mol/m3/s] limited antidiffusive fluxes in force */
+    double size;            /* [mol/m3] of the field at the start of the step */
+    int upwinding;          /* 1: a node is upwinded */
     uint8_t *upwinded;      /* [total] node lost its antidiffusive fluxes in this step, to keep the bounds */
     double *rhs;            /* [total] [mol/m3/s] work */
     double *work;           /* [2][total] [mol/m3/s] residual, [mol/m3] correction */
+    double *probe;          /* [2][total] [mol/m3] displaced field, [mol/m3/s] its antidiffusive fluxes, work */
     double *repeated;       /* [total] [mol/m3] operand with its images, work; NULL: no periodic or mirror side */
     double dt;              /* [s] of the step in work; 0: none */
     pd_compact compact;
@@ -60,10 +64,10 @@ typedef struct pd_transport {
 
 typedef struct pd_transport_result {
     int krylov;     /* iterations */
-    int limiter;    /* limiter iterations */
+    int limiter;    /* Newton steps on the limited equations */
     int bounded;    /* rounds in which nodes were upwinded to keep the bounds */
     double residual; /* [-] last relative residual of the linear solve */
-    double change;  /* [-] last relative change of the limiter iteration */
+    double change;  /* [-] relative change of the field by the last of these steps */
 } pd_transport_result;
 
 #define pd_transport_build PD_NAME(pd_transport_build)
@@ -87,9 +91,9 @@ PD_API void pd_transport_update(pd_ctx *ctx, pd_transport *transport);
 /* One backward Euler step of dt [s] (any length: dt >> all time scales gives the steady state). PD_NOT_CONVERGED: the
  * linear solver stopped above its tolerance; what is missing is in carry. */
 PD_API pd_status pd_transport_implicit(pd_ctx *ctx, pd_transport *transport, double dt, pd_transport_result *result);
-/* The steady field, by steps of 1e9 times the explicit limit until the field changes by less than the limiter's
- * tolerance. PD_NOT_CONVERGED: the limiter still moves the field by result->change after 60 steps; it is bounded and
- * conservative all the same. */
+/* The steady field, by steps of 1e9 times the exchange time of the slowest node until the field changes by less than
+ * 1e-6 of itself. PD_NOT_CONVERGED: the limiter still moves the field by result->change after 60 steps; it is
+ * bounded and conservative all the same. */
 PD_API pd_status pd_transport_steady(pd_ctx *ctx, pd_transport *transport, pd_transport_result *result);
 /* One forward Euler step. PD_RETRY, nothing changed: dt exceeds pd_transport_limit. */
 PD_API pd_status pd_transport_explicit(pd_ctx *ctx, pd_transport *transport, double dt);

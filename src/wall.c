@@ -24,6 +24,8 @@ int pd_wall_holds(const pd_setup *u)
 {
     for (int s = 0; s < 2 * PD_DIM; s++)
         if (u->side[s].holds) return 1;
+    for (int k = 0; k < u->wall_count; k++)
+        if (u->walls[k].holds) return 1;
     return 0;
 }
 
@@ -40,12 +42,31 @@ void pd_wall_velocity(void *user, const double *x, double *v)
     for (int d = 0; d < PD_DIM && met > 1; d++) v[d] /= met;
 }
 
+/* What the nearest shape holds: x lies within a cell of its surface. */
+static double pdi_wall_shape(const pd_setup *u, const double *x)
+{
+    double held = (double)NAN, nearest = 0.0;
+    for (int d = 0; d < PD_DIM; d++) nearest = fmax(nearest, u->h[d]);
+    if (u->solid >= 0) nearest = fmin(nearest, fabs(pd_shape_distance(u->shape, u->solid, x)));
+    for (int k = 0; k < u->wall_count; k++) {
+        double distance = fabs(pd_shape_distance(u->shape, u->walls[k].shape, x));
+        if (!(distance < nearest)) continue;
+        nearest = distance;
+        held = u->walls[k].holds ? u->walls[k].held : (double)NAN;
+    }
+    return held;
+}
+
 double pd_wall_held(void *user, const double *x)
 {
     const pd_setup *u = (const pd_setup *)user;
-    for (int s = 0; s < 2 * PD_DIM; s++)
-        if (u->side[s].holds && pdi_wall_on(u, s, x)) return u->side[s].held;
-    return (double)NAN;
+    int side = 0;
+    for (int s = 0; s < 2 * PD_DIM; s++) {
+        if (!pdi_wall_on(u, s, x)) continue;
+        if (u->side[s].holds) return u->side[s].held;
+        side = 1;
+    }
+    return side ? (double)NAN : pdi_wall_shape(u, x);
 }
 
 #undef PDI_WALL_NEAR

@@ -100,7 +100,7 @@ spoil "two shapes in one" 's/kind = solid/kind = solid   ball = 0, 0   radius = 
 spoil "unknown operand" 's/\[side x-\]/[shape b] union = pin, tube   kind = wall\n[side x-]/' \
     "bad.scene:3: union: found 'tube', expected the name of a [shape] above"
 spoil "unused shape" 's/\[side x-\]/[shape b] ball = 0, 0   radius = 20 um\n[side x-]/' \
-    "bad.scene:3: shape: 'b' has no kind and is part of no other shape, expected kind = solid or wall"
+    "bad.scene:3: shape: 'b' has no kind and is part of no other shape, expected kind = solid, wall or medium"
 spoil "missing mask" 's/\[side x-\]/[shape b] mask = none.png   corner = 0, 0   cell = 1 um   kind = wall\n[side x-]/' \
     "bad.scene:3: mask: file: cannot open 'none.png': No such file or directory"
 spoil "key twice" 's/until = 1 h/until = 1 h   until = 2 h/' \
@@ -149,6 +149,10 @@ watch "transfer without surface" "[transfer a] length = 1 mm" \
     "found no 'surface' in [transfer a], expected surface = a concentration [mol/m3]"
 watch "bulk without axis" "[transfer a] length = 1 mm   surface = Csat   fluid = bulk" \
     "fluid: found 'bulk' without the axis of the stream, expected along = x or y"
+watch "medium without diffusivity" "[shape b] ball = 0, 0   radius = 5 um   kind = medium" \
+    "found no 'D' in [shape b], expected D = a diffusivity [m2/s]"
+watch "wall of negative concentration" "[shape b] ball = 0, 50 um   radius = 5 um   kind = wall   C = -1 mol/m3" \
+    "C: found -1 mol/m3, expected at least 0"
 watch "watching without name" "[total] box = 0 .. 1 um, 0 .. 1 um" "total: expected a short name: [total NAME]"
 watch "misspelt key of a line" "[line a] form = 0, 0   to = 50 um, 0   points = 5" \
     "found the unknown key 'form' in [line a], expected one of from, to, points, spacing, fields, images: did you \

@@ -1,30 +1,79 @@
 #!/bin/sh
-# The validation scenes run, and their probes show what closed forms say.
+# The validation scenes run, and their tables show what closed forms, series and published figures say. Where the
+# validate programs have the same case, the figures are the same.
 build=${BUILD:-build}
 dir=$(mktemp -d) || exit 1
 trap 'rm -rf "$dir"' EXIT
 passed=0 failed=0
 
-# shows SCENE FILE KEY COLUMN VALUE TOLERANCE: the row of FILE that starts with KEY has VALUE in COLUMN, up to TOLERANCE
-# times VALUE.
-shows() {
-    scene=$1 file=$2 key=$3 column=$4 value=$5 tolerance=$6
-    kind=${scene##*_}
-    if [ ! -d "$dir/$scene" ]; then
-        "$build/pd$kind" "examples/scenes/validation/$scene.scene" --out "$dir/$scene" > "$dir/log" 2>&1 ||
-            cat "$dir/log"
-    fi
-    found=$(awk -F, -v key="$key" -v column="$column" '
-        !/^#/ && head == "" { head = $0; for (k = 1; k <= NF; k++) if ($k == column) at = k; next }
-        $1 == key { print $at }' "$dir/$scene/$file")
-    if awk -v f="$found" -v v="$value" -v t="$tolerance" 'BEGIN { e = f / v - 1; exit !(f != "" && e <= t && e >= -t) }'
-    then
+# verdict TEXT: count; the last command has judged.
+verdict() {
+    if [ $? = 0 ]; then
         passed=$((passed + 1))
     else
         failed=$((failed + 1))
-        echo "$scene: $column at $key is '$found', expected $value within $tolerance"
+        echo "$1"
     fi
 }
+
+# run NAME SCENE [key=value ...]: a scene, with overrides, under a name of its own.
+run() {
+    name=$1 scene=$2
+    shift 2
+    "$build/pd${scene##*_}" "examples/scenes/validation/$scene.scene" "$@" --out "$dir/$name" > "$dir/$name.log" 2>&1 ||
+        cat "$dir/$name.log"
+}
+
+# need NAME: runs the scene of that name, once.
+need() { [ -d "$dir/$1" ] || run "$1" "$1"; }
+
+# near NAME WHAT FOUND VALUE TOLERANCE: FOUND is VALUE, up to TOLERANCE times VALUE.
+near() {
+    awk -v f="$3" -v v="$4" -v t="$5" 'BEGIN { e = f / v - 1; exit !(f != "" && e <= t && e >= -t) }'
+    verdict "$1: $2 is '$3', expected $4 within $5"
+}
+
+# shows NAME FILE KEY COLUMN VALUE TOLERANCE: the row of FILE that starts with KEY (end: the last one) has VALUE in
+# COLUMN, up to TOLERANCE times VALUE.
+shows() {
+    need "$1"
+    found=$(awk -F, -v key="$3" -v column="$4" '
+        !/^#/ && head == "" { head = $0; for (k = 1; k <= NF; k++) if ($k == column) at = k; next }
+        $1 == key || key == "end" { value = $at }
+        END { print value }' "$dir/$1/$2")
+    near "$1" "$4 at $3" "$found" "$5" "$6"
+}
+
+# reports NAME KEY LEAST MOST: `key=value` of the result lines, the last one of that key.
+reports() {
+    need "$1"
+    found=$(awk -v key="$2=" '/^result/ { for (k = 1; k <= NF; k++) if (index($k, key) == 1) value = substr($k,
+        length(key) + 1) } END { print value }' "$dir/$1.log")
+    awk -v f="$found" -v l="$3" -v m="$4" 'BEGIN { exit !(f != "" && f + 0 >= l && f + 0 <= m) }'
+    verdict "$1: $2 is '$found', expected $3 to $4"
+}
+
+# follows NAME FILE COLUMN FUNCTION TOLERANCE: COLUMN of the profile differs from FUNCTION of x by TOLERANCE at most.
+follows() {
+    need "$1"
+    found=$(awk -F, -v column="$3" '
+        !/^#/ && head == "" { head = $0; for (k = 1; k <= NF; k++) { if ($k == column) at = k; if ($k == "x [m]")
+            place = k }; next }
+        { x = $place; e = $at - ('"$4"'); if (e < 0) e = -e; if (e > most || most == "") most = e }
+        END { print most }' "$dir/$1/$2")
+    awk -v f="$found" -v t="$5" 'BEGIN { exit !(f != "" && f <= t) }'
+    verdict "$1: $3 differs by '$found', expected at most $5"
+}
+
+# centred NAME FILE PLACE TOLERANCE: the centre of mass of C along the line.
+centred() {
+    need "$1"
+    found=$(awk -F, 'NR > 1 { s += $3; m += $2 * $3 } END { print m / s }' "$dir/$1/$2")
+    awk -v f="$found" -v p="$3" -v t="$4" 'BEGIN { exit !(f - p <= t && p - f <= t) }'
+    verdict "$1: the centre of mass lies at '$found', expected $3 within $4"
+}
+
+# ---- flow ----
 
 # u on the axis: the mean over a cell of a parabola seen from its centres
 shows poiseuille_2d probes.csv 0 axis_vx 1.5 5e-4
@@ -38,9 +87,75 @@ shows annulus_2d probes.csv 0 a_vx 1.537394 1e-4
 shows annulus_2d probes.csv 0 b_p 1.731608 3e-4
 shows cavity_2d probes.csv 0 centre_vx -0.20915 5e-3
 shows taylor_green_2d probes.csv 1 a_vx 0.454041 1e-2
+# kinetic energy: 1/4 exp(-16 pi^2 nu t) of both
+shows taylor_green_2d total_all.csv 1 "energy [J/m]" 0.0515383 2e-2
+shows isotropy_2d total_all.csv 0.6 "energy [J/m]" 0.0969285 1.5e-2
+# the series at 5 s: between the walls from u = 1 on towards 3/2 y (2 - y)
+run channel channel3d_3d "h=0.1 m" "box=0 .. 0.4 m, 0 .. 2 m, 0 .. 0.4 m" "at=0.2 m, 1 m, 0.2 m" "slice=z 0.2 m" \
+    "until=5 s" "every=5 s"
+shows channel probes.csv 5 centre_vx 1.245925 4e-3
+# Schaefer and Turek: drag in two ways, lift, pressure drop
+shows cylinder_2d force_c.csv 0 "cx [-]" 5.57953523 1e-2
+shows cylinder_2d force_c.csv 0 "cx_balance [-]" 5.57953523 1e-2
+near cylinder_2d "pressure drop" "$(awk -F, 'END { print $2 - $3 }' "$dir/cylinder_2d/probes.csv")" 0.11752017 2e-2
+reports cylinder_2d cy_balance 0.005 0.016
+shows flux_2d plane_up.csv 0 "flow [m2/s]" 7.08e-5 1e-3
+for plane in beside down; do
+    shows flux_2d plane_$plane.csv 0 "flow [m2/s]" "$(awk -F, 'NR == 2 { print $3 }' "$dir/flux_2d/plane_up.csv")" 1e-6
+done
+
+# ---- transport ----
+
 shows slab_2d probes.csv 0.1 a_C 0.525513 4e-3
+follows gauss_1d line_a_000002_t1.0s.csv "C [mol/m3]" "sqrt(0.5) * exp(-x * x / 4)" 2e-3
+follows gauss_2d line_a_000002_t1.0s.csv "C [mol/m3]" "0.5 * exp(-(x * x + 1 / 144) / 4)" 5e-3
+follows gauss_3d line_a_000002_t1.0s.csv "C [mol/m3]" "sqrt(0.125) * exp(-(x * x + 2 / 36) / 4)" 2.5e-2
+for kind in "1d [mol/m2] 2.506628" "2d [mol/m] 6.283185" "3d [mol] 1.968701"; do
+    set -- $kind
+    shows gauss_$1 total_all.csv 1 "dissolved $2" "$3" 1e-6
+done
+follows layers_1d line_a_000000_t0.0s.csv "C [mol/m3]" "x > 1e-4 / 3 ? (x - 1e-4 / 3) / (2e-4 / 3) : 0" 1e-8
+shows layers_1d transfer_right.csv 0 "flux [mol/m2/s]" 1.5e-5 1e-7
+follows layers_2d line_a_000001_t3.832549s.csv "C [mol/m3]" \
+    "exp(-1) * (x < 1e-4 / 3 ? 1 : sin(1.615311 * (1 - x / 1e-4)) / sin(1.615311 * 2 / 3))" 1e-3
+for peclet in 0.5 5 50 5e5; do
+    run advection_$peclet advection_1d "D=$(awk -v p=$peclet 'BEGIN { print 0.01 / p }') m2/s"
+    centred advection_$peclet line_a_000001_t0.16s.csv 0.56 1e-3
+    reports advection_$peclet C_min -1e-9 1e-3
+    reports advection_$peclet C_max 0.5 1.000000001
+done
+# round walls that hold: ln(R/r)/ln(R/a), 2/ln(R/a); 4 pi D/(1/a - 1/R)/8
+follows shells_2d line_a_000000_t0.0s.csv "C [mol/m3]" "-log(x) / log(2.5)" 1.5e-3
+shows shells_2d transfer_core.csv 0 "Sh [-]" 2.182713 2e-3
+shows shells_2d transfer_core.csv 0 "area [m]" 2.513274 1e-3
+reports shells_2d flux -1e-8 1e-8
+shows shells_3d transfer_core.csv 0 "flux [mol/s]" 1.047198 2e-2
+# a cylinder in a wide cross flow: cylinder_crossflow_sherwood_re20.csv, good to 1 %
+shows cylinder_mass_2d transfer_c.csv 0 "Sh [-]" 2.7341 2e-2
+# local Sherwood numbers at 0.01 and 0.0147 Dh^2 U/D
+shows graetz_2d transfer_wall_000000_t0.0s.csv 40.050000000000004 "Sh [-]" 7.74050 2e-2
+shows graetz_2d transfer_wall_000000_t0.0s.csv 58.75 "Sh [-]" 7.58700 2e-2
+
+# smith_hutton_published.csv, with half the cells; the field stays within its bounds
+run smith smith_hutton_2d "h=1 m / 20"
+shows smith line_outlet_000000_t0.0s.csv 0 "C [mol/m3]" 2 1e-2
+shows smith line_outlet_000000_t0.0s.csv 0.4 "C [mol/m3]" 1 5e-2
+reports smith C_max 1.99 2.000000001
+reports smith C_min -1e-9 1e-3
+
+# ---- dissolution ----
+
 # sqrt(depth^2 + gap^2) - gap, the mouth lying a gap of 0.5 um in front of the metal
 shows pencil_304_1d diagnostics.csv 10 volume_loss 0.24427 1e-2
 shows pencil_304_1d diagnostics.csv 100 volume_loss 0.78311 5e-3
+# depth less 8 um, over the metal at the start
+shows pencil_304_2d diagnostics.csv 8.9696 volume_loss 0.192293 4e-2
+shows pencil_304_2d diagnostics.csv 98.9696 volume_loss 0.804655 1.5e-2
+shows pencil_304_3d diagnostics.csv 8.9696 volume_loss 0.528806 6e-2
+shows rate_1d diagnostics.csv 1262304 volume_loss 0.3636363636 1e-9
+shows rate_2d diagnostics.csv 1262304 volume_loss 0.5765 1.5e-2
+for key in pencil_304_1d pencil_304_2d pencil_304_3d rate_2d ledger_2d; do reports $key ledger 0 1e-12; done
+shows ledger_2d plane_down.csv end "species [mol/m/s]" \
+    "$(need ledger_2d; awk -F, 'END { print $2 }' "$dir/ledger_2d/transfer_pin.csv")" 1e-6
 echo "$passed passed, $failed failed"
 [ "$failed" = 0 ]

@@ -512,6 +512,34 @@ TEST(flow_alone)
     leave(&ctx, &u);
 }
 
+/* What a point of a surface holds: the side that it lies on, else the nearest shape; nothing beside the metal. */
+TEST(walls_and_media)
+{
+    pd_ctx ctx;
+    pd_setup u;
+    pd_model m;
+    const double on_side[2] = {50e-6, 0.0}, on_a[2] = {40e-6, 50e-6}, on_b[2] = {160e-6, 53e-6};
+    const double on_c[2] = {100e-6, 51e-6};
+    const double on_metal[2] = {100e-6, 80e-6}, inside[2] = {20e-6, 90e-6}, outside[2] = {20e-6, 70e-6};
+    if (!build(&ctx, STILL "[side y-] C = 7 mol/m3\n"
+               "[shape a] ball = 30 um, 50 um  radius = 10 um  kind = wall  C = 2 mol/m3\n"
+               "[shape b] box = 150 um .. 170 um, 30 um .. 50 um  kind = wall  C = 3 mol/m3\n"
+               "[shape c] box = 80 um .. 120 um, 30 um .. 50 um  kind = wall\n"
+               "[shape d] box = 80 um .. 120 um, 80 um .. 100 um  kind = solid\n"
+               "[shape e] half_space = yes  point = 0, 80 um  normal = 0, -1  kind = medium  D = 3e-9 m2/s\n", &u, &m))
+        return;
+    CHECK_NEAR(pd_wall_held(&u, on_side), 7.0, 0.0);
+    CHECK_NEAR(pd_wall_held(&u, on_a), 2.0, 0.0);
+    CHECK_NEAR(pd_wall_held(&u, on_b), 3.0, 0.0);
+    CHECK(isnan(pd_wall_held(&u, on_c)));
+    CHECK(isnan(pd_wall_held(&u, on_metal)));
+    CHECK_NEAR(m.transport.desc.field(m.transport.desc.user, inside), 3e-9, 0.0);
+    CHECK_NEAR(m.transport.desc.field(m.transport.desc.user, outside), 1e-9, 0.0);
+    CHECK_REL(m.transport.desc.level(m.transport.desc.user, inside), -10e-6, 1e-9);
+    pd_model_free(&ctx, &m);
+    leave(&ctx, &u);
+}
+
 /* Column `name` of a table of the run, its last row; 0 when there is none. */
 static double last_of(pd_ctx *ctx, const char *file, const char *name)
 {
@@ -615,7 +643,7 @@ TEST_MAIN(ENTRY(every_key) ENTRY(shapes_and_operations) ENTRY(overrides_replace_
           ENTRY(masks) ENTRY(parabola_between_walls) ENTRY(flow_rate_and_direction) ENTRY(expression_profile)
           ENTRY(sides_and_motion)
           ENTRY(absent_physics_costs_nothing) ENTRY(grain_factor) ENTRY(files_of_a_run) ENTRY(stop_and_check)
-          ENTRY(flow_alone) ENTRY(watching_a_flow) ENTRY(watching_a_transfer) ENTRY(refusals))
+          ENTRY(flow_alone) ENTRY(walls_and_media) ENTRY(watching_a_flow) ENTRY(watching_a_transfer) ENTRY(refusals))
 #elif PD_DIM == 3
 #define TUBE \
     "[grid] h = 10 um  box = 0 .. 80 um, -40 um .. 40 um, -40 um .. 40 um\n" \

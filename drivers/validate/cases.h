@@ -10,6 +10,7 @@
 #include "transport.h"
 #include "exchange.h"
 #include "annulus.h"
+#include "turn.h"
 #include "dissolution.h"
 #if PD_DIM == 3
 #include "peer.h"
@@ -36,6 +37,7 @@ static const val_case *const val_cases[] = {
     &diffusion_case,
     &advection_case,
 #if PD_DIM == 2
+    &turn_case,
     &graetz_case,
     &annulus_case,
 #endif

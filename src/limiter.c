@@ -1,0 +1,157 @@
+/* limiter: see limiter.h */
+#include "limiter.h"
+#include "par.h"
+#include <math.h>
+#include <string.h>
+
+/* One piece of a sweep: the nodes i .. i+count-1, which are the rows from `row` (-1: whole families). */
+typedef struct pdi_limiter_piece {
+    const double *c; /* [mol/m3] of these nodes */
+    int32_t i, row;
+    int count;
+    double gate[PDI_LANES]; /* 1.0: the bond takes part, 0.0: it does not */
+    double lean[PDI_LANES]; /* the same for the gradient */
+    double bend[PDI_LANES]; /* [mol/m5] sum of the weighted steps */
+    double size[PDI_LANES]; /* [mol/m5] sum of their sizes */
+} pdi_limiter_piece;
+
+PDI_FN int pdi_limiter_ports(const pd_bonds *bonds, int32_t i, int count)
+{
+    const pd_grid *grid = bonds->grid;
+    int at[PD_DIM], reach = bonds->stencil->reach;
+    pdi_grid_index(grid, i, at);
+    for (int d = 0; d < PD_DIM; d++) {
+        int last = d == 0 ? at[0] + count - 1 : at[d];
+        if (pdi_grid_port(grid->side[2 * d]) && at[d] < reach) return 1;
+        if (pdi_grid_port(grid->side[2 * d + 1]) && last >= grid->n[d] - reach) return 1;
+    }
+    return 0;
+}
+
+/* The gradient of the node needs the moments of its open bonds: some of the others see no held value. */
+static int pdi_limiter_cut(const pd_limiter *l, int32_t i)
+{
+    const pd_diffusion *f = l->diffusion;
+    return f->cut[i] > 0.0f && !(f->hold && f->hold[i] > 0.0 && !f->hold_part[i]);
+}
+
+/* Which of the nodes have bond k open; 0: none. Outlets show the value of the node, inlets are no part of the moments
+ * of eq. 3.5. */
+static int pdi_limiter_gates(const pd_limiter *l, pdi_limiter_piece *p, int k, int ports)
+{
+    const pd_bonds *bonds = l->bonds;
+    pdi_lanes open = p->row < 0 ? PDI_LANES_ALL : pdi_bond_open_lanes(bonds, p->row, k, p->count, p->gate);
+    if (open == PDI_LANES_NONE) return 0;
+    for (int b = 0; b < p->count; b++) {
+        if (open == PDI_LANES_ALL) p->gate[b] = 1.0;
+        if (ports && bonds->grid->kind[p->i + b + bonds->shift[k]] == PD_OUTLET) p->gate[b] = 0.0;
+        p->lean[b] = p->gate[b];
+        if (ports && bonds->grid->kind[p->i + b + bonds->shift[k]] == PD_INLET && pdi_limiter_cut(l, p->i + b))
+            p->lean[b] = 0.0;
+    }
+    return 1;
+}
+
+/* What held walls add to the sums and to the gradient of a node, or the moments of its open bonds (eq. 3.5). */
+static void pdi_limiter_walls(const pd_limiter *l, pdi_limiter_piece *p, int b)
+{
+    const pd_diffusion *f = l->diffusion;
+    const pd_bonds *bonds = l->bonds;
+    int32_t i = p->i + b;
+    int64_t total = bonds->grid->total;
+    double c = p->c[b], value = f->field ? f->field[i] : f->desc.diffusivity, sum[PD_DIM], *slope = l->slope + i;
+    if (f->hold && f->hold[i] > 0.0) {
+        double step = (f->drive[i] - f->hold[i] * c) / value;
+        p->bend[b] += step;
+        p->size[b] += fabs(step);
+    }
+    if (!(f->cut[i] > 0.0f)) return;
+    if (!pdi_limiter_cut(l, i)) {
+        for (int d = 0; d < PD_DIM; d++)
+            slope[d * total] += f->hold_grad[d * total + i] - f->hold_lean[d * total + i] * c;
+        return;
+    }
+    const double *moment = bonds->moment + (int64_t)(p->row + b) * PD_DIM * PD_DIM;
+    for (int d = 0; d < PD_DIM; d++) sum[d] = slope[d * total] * bonds->norm[d];
+    for (int d = 0; d < PD_DIM; d++) {
+        slope[d * total] = 0.0;
+        for (int e = 0; e < PD_DIM; e++) slope[d * total] += moment[d * PD_DIM + e] * sum[e];
+    }
+}
+
+static void pdi_limiter_lanes(const pd_limiter *l, pdi_limiter_piece *p, double least)
+{
+    const pd_bonds *bonds = l->bonds;
+    const pd_stencil *s = bonds->stencil;
+    int64_t total = bonds->grid->total;
+    double *slope = l->slope + p->i, *keep = l->keep + p->i, floor_size = least * l->sum;
+    int ports = pdi_limiter_ports(bonds, p->i, p->count), plain = p->row < 0 && !ports;
+    for (int b = 0; b < p->count; b++) {
+        p->bend[b] = p->size[b] = 0.0;
+        p->gate[b] = p->lean[b] = 1.0;
+        for (int d = 0; d < PD_DIM; d++) slope[d * total + b] = 0.0;
+    }
+    for (int k = 0; k < s->count; k++) {
+        const double *far = p->c + bonds->shift[k], *g = s->grad + k * PD_DIM;
+        if (!plain && !pdi_limiter_gates(l, p, k, ports)) continue;
+        for (int b = 0; b < p->count; b++) {
+            double step = far[b] - p->c[b], part = s->lap[k] * p->gate[b] * step;
+            p->bend[b] += part;
+            p->size[b] += fabs(part);
+            for (int d = 0; d < PD_DIM; d++) slope[d * total + b] += g[d] * p->lean[b] * step;
+        }
+    }
+    for (int b = 0; b < p->count && p->row >= 0; b++) pdi_limiter_walls(l, p, b);
+    for (int b = 0; b < p->count; b++) {
+        double below = p->size[b] + floor_size, ratio = below > 0.0 ? (fabs(p->bend[b]) + floor_size) / below : 1.0;
+        keep[b] = 1.0 - ratio * ratio * ratio * ratio;
+    }
+}
+
+static void pdi_limiter_run(const pd_limiter *l, const double *c, double least, int32_t i, int32_t row, int32_t length)
+{
+    pdi_limiter_piece p;
+    for (int32_t at = 0; at < length; at += p.count) {
+        p.count = pdi_bond_piece(length, &at);
+        p.i = i + at;
+        p.row = row < 0 ? row : row + at;
+        p.c = c + p.i;
+        pdi_limiter_lanes(l, &p, least);
+    }
+}
+
+PDI_FN void pdi_limiter_update(const pd_ctx *ctx, pd_limiter *l, const double *c, double least)
+{
+    const pd_bonds *bonds = l->bonds;
+    int nt = pdi_par_threads(ctx, bonds->grid->fluid_count * bonds->stencil->count * 4);
+    (void)nt;
+    PDI_PARALLEL_FOR(nt)
+    for (int32_t run = 0; run < bonds->runs; run++)
+        pdi_limiter_run(l, c, least, bonds->run_first[run], -1, bonds->run_length[run]);
+    PDI_PARALLEL_FOR(nt)
+    for (int32_t b = 0; b < bonds->batches; b++)
+        pdi_limiter_run(l, c, least, bonds->node[bonds->batch_first[b]], bonds->batch_first[b], bonds->batch_length[b]);
+    for (int32_t r = bonds->plain; r < bonds->rows; r++) pdi_limiter_run(l, c, least, bonds->node[r], r, 1);
+    for (int32_t k = bonds->ghosts.count; k < bonds->ghosts.listed; k++) l->keep[bonds->ghosts.node[k]] = 1.0;
+    pd_ghosts_scalar(&bonds->ghosts, l->keep);
+    pd_ghosts_vector(&bonds->ghosts, l->slope);
+}
+
+PDI_FN pd_status pdi_limiter_build(pd_ctx *ctx, const pd_diffusion *diffusion, pd_limiter *l)
+{
+    int64_t total = diffusion->bonds->grid->total;
+    memset(l, 0, sizeof *l);
+    l->bonds = diffusion->bonds;
+    l->diffusion = diffusion;
+    for (int k = 0; k < l->bonds->stencil->count; k++) l->sum += l->bonds->stencil->lap[k];
+    PDI_TRY(PDI_NEW(ctx, "limiter", PD_DIM * total, l->slope));
+    return PDI_NEW(ctx, "limiter", total, l->keep);
+}
+
+PDI_FN void pdi_limiter_free(pd_ctx *ctx, pd_limiter *l)
+{
+    int64_t total = l->bonds ? l->bonds->grid->total : 0;
+    PDI_DELETE(ctx, PD_DIM * total, l->slope);
+    PDI_DELETE(ctx, total, l->keep);
+    memset(l, 0, sizeof *l);
+}

@@ -1,0 +1,151 @@
+/* smooth: see smooth.h */
+#include "smooth.h"
+#include "par.h"
+
+/* Lines are swept in slabs along the last axis, even slabs then odd ones; the partition depends on the size only. */
+#define PDI_SMOOTH_SLABS 8
+#define PDI_SMOOTH_SLAB_PLANES 16
+#define PDI_SMOOTH_SLAB_CELLS 16384
+
+/* sum over links of a x */
+static inline float pdi_smooth_edge_sum(const pd_smooth_level *fine, const int32_t *stride, int32_t c)
+{
+    float sum = 0.0f;
+    for (int d = 0; d < PD_DIM; d++)
+        for (int upper = 0; upper < 2; upper++) {
+            int32_t q = pdi_smooth_across(fine, stride[d], d, upper, c);
+            if (q >= 0) sum += pdi_smooth_edge_coefficient(fine, d, upper, c, q) * fine->x[q];
+        }
+    return sum;
+}
+
+static inline float pdi_smooth_fine_sum(const pd_smooth_level *fine, const int32_t *stride, int32_t c)
+{
+    float sum = 0.0f;
+    if (fine->edge && fine->edge[c]) return pdi_smooth_edge_sum(fine, stride, c);
+    for (int d = 0; d < PD_DIM; d++)
+        sum += fine->lo[d][c] * fine->x[c - stride[d]] + fine->hi[d][c] * fine->x[c + stride[d]];
+    return sum;
+}
+
+static inline float pdi_smooth_coarse_sum(const pd_smooth_level *level, int32_t c)
+{
+    float sum = 0.0f;
+    for (int32_t k = level->row[c]; k < level->row[c + 1]; k++) sum += level->a[k] * level->x[level->col[k]];
+    return sum;
+}
+
+static inline float pdi_smooth_sum(const pd_smooth_level *level, const int32_t *stride, int32_t c)
+{
+    return level->row ? pdi_smooth_coarse_sum(level, c) : pdi_smooth_fine_sum(level, stride, c);
+}
+
+/* One job on the cells first, first + step, ... before end. */
+static inline void pdi_smooth_cells(const pd_smooth_level *level, const int32_t *stride, pdi_smooth_job job,
+                                       int32_t first, int32_t end, int32_t step)
+{
+    float *x = level->x;
+    const float *b = level->b, *inv = level->inv;
+    switch (job) {
+    case PDI_SMOOTH_START:
+        for (int32_t c = first; c < end; c += step) x[c] = b[c] * inv[c];
+        break;
+    case PDI_SMOOTH_SWEEP:
+        for (int32_t c = first; c < end; c += step) x[c] = (b[c] + pdi_smooth_sum(level, stride, c)) * inv[c];
+        break;
+    case PDI_SMOOTH_RESIDUAL:
+        for (int32_t c = first; c < end; c += step)
+            level->r[c] = inv[c] > 0.0f ? b[c] + pdi_smooth_sum(level, stride, c) - x[c] / inv[c] : 0.0f;
+        break;
+    case PDI_SMOOTH_PROLONG: /* the levels lie in one array: the next one is level + 1 */
+        for (int32_t c = first; c < end; c += step)
+            if (level->parent[c] >= 0) x[c] += level[1].x[level->parent[c]];
+        break;
+    }
+}
+
+static void pdi_smooth_strides(const pd_smooth_level *level, int32_t *stride)
+{
+    for (int d = 0; d < PD_DIM; d++) stride[d] = pdi_smooth_stride(level->n, d);
+}
+
+/* Colour of the first cell of row r of level 0. */
+static int pdi_smooth_row_colour(const pd_smooth_level *fine, int32_t r)
+{
+    int sum = 0;
+    for (int d = 1; d < PD_DIM; d++) {
+        sum += (int)(r % fine->n[d]);
+        r /= fine->n[d];
+    }
+    return sum & 1;
+}
+
+/* A job on count cells from `first`, in any order. */
+PDI_FN void pdi_smooth_range(const pd_ctx *ctx, const pd_smooth_level *level, pdi_smooth_job job,
+                                int32_t first, int32_t count)
+{
+    int32_t stride[PD_DIM];
+    pdi_smooth_strides(level, stride);
+    int nt = pdi_par_threads(ctx, (int64_t)count * PDI_SMOOTH_WORK);
+    (void)nt;
+    PDI_PARALLEL_FOR(nt)
+    for (int part = 0; part < PDI_SMOOTH_PARTS; part++)
+        pdi_smooth_cells(level, stride, job, first + pdi_smooth_part(count, part),
+                            first + pdi_smooth_part(count, part + 1), 1);
+}
+
+/* A job on the cells of one colour: they do not touch each other. */
+PDI_FN void pdi_smooth_colour(const pd_ctx *ctx, const pd_smooth_level *level, pdi_smooth_job job, int colour)
+{
+    if (level->row) {
+        pdi_smooth_range(ctx, level, job, colour ? level->red : 0, colour ? level->cells - level->red : level->red);
+        return;
+    }
+    int32_t stride[PD_DIM], n0 = level->n[0], rows = level->cells / n0;
+    pdi_smooth_strides(level, stride);
+    int nt = pdi_par_threads(ctx, (int64_t)level->cells * PDI_SMOOTH_WORK);
+    (void)nt;
+    PDI_PARALLEL_FOR(nt)
+    for (int32_t r = 0; r < rows; r++)
+        pdi_smooth_cells(level, stride, job, r * n0 + (pdi_smooth_row_colour(level, r) ^ colour), (r + 1) * n0,
+                            2);
+}
+
+/* Gauss-Seidel forth and back along one line. */
+static inline void pdi_smooth_line(const pd_smooth_level *level, const int32_t *stride, int32_t line)
+{
+    int32_t first = level->row ? level->line[line] : line * level->n[0];
+    int32_t end = level->row ? level->line[line + 1] : first + level->n[0];
+    float *x = level->x;
+    const float *b = level->b, *inv = level->inv;
+    for (int32_t c = first; c < end; c++) x[c] = (b[c] + pdi_smooth_sum(level, stride, c)) * inv[c];
+    for (int32_t c = end - 1; c >= first; c--) x[c] = (b[c] + pdi_smooth_sum(level, stride, c)) * inv[c];
+}
+
+/* Lines of the slabs, ascending or descending; slabs of one parity do not touch each other. */
+PDI_FN void pdi_smooth_lines(const pd_ctx *ctx, const pd_smooth_level *level, int descending)
+{
+    int32_t stride[PD_DIM], planes = PD_DIM > 1 ? level->n[PD_DIM - 1] : 1, lines = 1;
+    pdi_smooth_strides(level, stride);
+    for (int d = 1; d < PD_DIM; d++) lines *= level->n[d];
+    int slabs = level->cells < PDI_SMOOTH_SLAB_CELLS ? 1 : (int)(planes / PDI_SMOOTH_SLAB_PLANES);
+    if (slabs > PDI_SMOOTH_SLABS) slabs = PDI_SMOOTH_SLABS;
+    if (slabs > 1 && level->wrap[PD_DIM - 1]) slabs -= slabs % 2; /* the last slab touches the first */
+    if (slabs < 1) slabs = 1;
+    int nt = slabs > 1 ? pdi_par_threads(ctx, (int64_t)level->cells * PDI_SMOOTH_WORK) : 1;
+    (void)nt;
+    for (int half = 0; half < 2; half++) {
+        int parity = descending ? 1 - half : half;
+        PDI_PARALLEL_FOR(nt)
+        for (int s = parity; s < slabs; s += 2) {
+            int32_t first = (int32_t)((int64_t)planes * s / slabs) * (lines / planes);
+            int32_t end = (int32_t)((int64_t)planes * (s + 1) / slabs) * (lines / planes);
+            for (int32_t q = first; q < end; q++)
+                pdi_smooth_line(level, stride, descending ? first + end - 1 - q : q);
+        }
+    }
+}
+
+#undef PDI_SMOOTH_SLABS
+#undef PDI_SMOOTH_SLAB_PLANES
+#undef PDI_SMOOTH_SLAB_CELLS
