@@ -18035,9 +18035,10 @@ static pd_status pdi_corrode_prepare(pd_ctx *ctx, pd_corrode *r)
         int count;
         int32_t first = pdi_corrode_place(r->grid, p, &count);
         for (int32_t i = first; i < first + count; i++) {
+            /* metal sees no fluid of another role */
+            if (r->role[i] != PDI_CORRODE_SHORE) continue;
             r->speed[i] = 0.0;
-            if (r->role[i] != PDI_CORRODE_SHORE || !(r->c[i] < r->desc.saturation)) continue;
-            if (r->desc.passive && r->desc.passive[i]) continue;
+            if (!(r->c[i] < r->desc.saturation) || (r->desc.passive && r->desc.passive[i])) continue;
             double v = r->desc.rate(r->desc.rate_user, r->c[i]);
             if (!(fabs(v) < 1e100)) {
                 double x[PD_DIM];

@@ -12,6 +12,7 @@
 #include "annulus.h"
 #include "turn.h"
 #include "dissolution.h"
+#include "front.h"
 #if PD_DIM == 3
 #include "peer.h"
 #endif
@@ -44,6 +45,7 @@ static const val_case *const val_cases[] = {
     &stefan_case,
     &rate_case,
     &ledger_case,
+    &front_case,
 #if PD_DIM == 3
     &peer_case,
 #endif
