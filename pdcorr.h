@@ -66,6 +66,7 @@
  *   gas        inviscid flow of an ideal gas with energy, explicit in time: shock tubes, blasts, sound.
  *   diffusion  the conductances of bonds beside walls, between materials, and to values that are held on walls.
  *   limiter    the gradient of a concentration, and the share of its antidiffusive fluxes that a node may keep.
+ *   convect    what bonds carry from node to node: upwinded advection and diffusion, and the antidiffusive fluxes that take
  *   transport  conservative, bounded advection and diffusion of dissolved metal on fluid nodes.
  *   advance    transport in time, of second order, with error-controlled steps.
  *   dissolve   surface-rate dissolution. Solid nodes lose metal through the bonds that join them to fluid.
@@ -2436,6 +2437,43 @@ PDI_FN void pdi_limiter_free(pd_ctx *ctx, pd_limiter *limiter);
 
 #endif
 
+/* ======== >>convect.h ======== */
+/* convect: what bonds carry from node to node: upwinded advection and diffusion, and the antidiffusive fluxes that take
+ * back what upwinding adds (theory: eq. 5.1, 5.4).
+ */
+#ifndef PD_CONVECT_H
+#define PD_CONVECT_H
+
+/* The terms of the balance of a node; all borrowed. */
+typedef struct pd_convect {
+    const pd_bonds *bonds;
+    const pd_flow *flow;           /* NULL: fluid at rest */
+    const pd_diffusion *diffusion; /* conductances, held walls included */
+    const pd_limiter *limiter;     /* with a flow */
+    const double *absorb;          /* [total] [1/s] */
+    double rate;                   /* [1/s] of the term in time: 1 over the step, or 0 */
+} pd_convect;
+
+#ifdef PDI_INTERNAL
+/* y [total] [mol/m3/s] = rate c + absorb c + what leaves each fluid node through its bonds and into held walls,
+ * upwinded (eq. 5.1); c [total] with its images and inlets. */
+PDI_FN void pdi_convect_apply(const pd_ctx *ctx, const pd_convect *convect, const double *c, double *y);
+/* y [total] [mol/m3/s]: what each fluid node gains by the antidiffusive fluxes of its bonds (eq. 5.4), with the present
+ * limiter. Inlets have some, outlets none. */
+PDI_FN void pdi_convect_anti(const pd_ctx *ctx, const pd_convect *convect, const double *c, double *y);
+/* Flux [mol/s] towards + of all bonds through the plane before index `index` of `axis`; anti: as told by
+ * pdi_convect_anti, or NULL. */
+PDI_FN double pdi_convect_through(const pd_convect *convect, const double *c, const double *anti, int axis, int index);
+/* Of bond k of node i: volume flux F [1/s] to the far end, conductance [1/s], and what upwinding adds to it [1/s]. */
+PDI_FN void pdi_convect_bond(const pd_convect *convect, int32_t i, int k, double *flux, double *bond, double *upwind);
+/* Amount per volume and time [mol/m3/s] that leaves i through bond k, upwinded (eq. 5.1). */
+PDI_FN double pdi_convect_bond_flux(const pd_convect *convect, const double *c, int32_t i, int k);
+/* Bond k of node i is open: by its row, or since its family is whole. */
+PDI_FN int pdi_convect_open(const pd_convect *convect, int32_t i, int k);
+#endif
+
+#endif
+
 /* ======== >>transport.h ======== */
 /* transport: conservative, bounded advection and diffusion of dissolved metal on fluid nodes.
  *
@@ -2473,6 +2511,7 @@ typedef struct pd_transport {
     const pd_flow *flow;    /* NULL: fluid at rest */
     pd_diffusion diffusion; /* conductances of the bonds */
     pd_limiter limiter;     /* with a flow */
+    pd_convect convect;     /* fluxes of the bonds, from all of these */
     double *c;              /* [total] [mol/m3]; solid nodes: what is left of the solid */
     double *old;            /* [total] [mol/m3] start of the step, work */
     double *source;         /* [total] [mol/m3/s] given by the caller before a step */
@@ -2594,7 +2633,8 @@ typedef struct pd_advance {
 /* transport is borrowed; its c is the state. PD_ERR_ARGUMENT: a knob is negative or not finite. */
 PD_API pd_status pd_advance_build(pd_ctx *ctx, pd_transport *transport, const pd_advance_desc *desc,
                                   pd_advance *advance);
-/* One step of dt [s], whatever its error. result: of the last stage. */
+/* One step of dt [s], whatever its error. result: of the last stage. PD_NOT_CONVERGED, here and below: a linear solver
+ * stopped above its tolerance; what is missing is in the carry of transport. */
 PD_API pd_status pd_advance_step(pd_ctx *ctx, pd_advance *advance, double dt, pd_transport_result *result);
 /* One step of controlled error that does not pass t_end [s]. PD_ERR_STATE: the error does not fall with the step. */
 PD_API pd_status pd_advance_next(pd_ctx *ctx, pd_advance *advance, double t_end, pd_transport_result *result);
@@ -2825,6 +2865,7 @@ typedef struct pd_corrode {
                         * what was left in them */
     int32_t changed_count, changed_capacity;
     double fastest;    /* [m/s] largest speed */
+    int64_t active;    /* nodes that change in a step */
     double diffusion;  /* [1/s] D sum a(n) */
     double time;       /* [s] */
     double start;      /* [mol] (per m in 2D, per m2 in 1D) solid and dissolved at first */
@@ -2908,6 +2949,7 @@ typedef struct pd_couple {
     double time;             /* [s] */
     double dt;               /* [s] of the last step */
     int64_t steps, flow_solves;
+    int64_t unsolved;        /* steps in which the linear solver of transport missed its tolerance */
     int64_t krylov_flow, krylov_transport;
     int64_t flow_evaluations;
     int flow_stale;          /* the geometry has changed since the last flow solve */
@@ -2933,10 +2975,12 @@ PD_API pd_status pd_couple_build(pd_ctx *ctx, const pd_couple_desc *desc, pd_gri
 /* First flow solve and the opening balance. PD_ERR_ARGUMENT: no solver for the flow, or dissolution with flow in
  * time. */
 PD_API pd_status pd_couple_start(pd_ctx *ctx, pd_couple *couple);
-/* One step that does not pass t_limit [s]. With nothing left to dissolve the step goes straight to t_limit. */
+/* One step that does not pass t_limit [s]. With nothing left to dissolve the step goes straight to t_limit.
+ * PD_NOT_CONVERGED: the step is done, but the linear solver of transport missed its tolerance; what is missing is owed
+ * to the next step. */
 PD_API pd_status pd_couple_step(pd_ctx *ctx, pd_couple *couple, double t_limit);
 /* Start if needed, then steps up to t_end [s]; observer may be NULL. Steps end exactly on multiples of `every` [s]
- * (0: only on t_end). */
+ * (0: only on t_end). PD_NOT_CONVERGED: done, with such steps; `unsolved` counts them. */
 PD_API pd_status pd_couple_run(pd_ctx *ctx, pd_couple *couple, double t_end, double every, pd_observer_fn observer,
                                void *user);
 /* Share [-] of the initial solid amount that is gone. */
@@ -3590,6 +3634,7 @@ typedef struct pd_run_result {
     int settled;          /* the transport was solved for its steady field */
     double change;        /* [-] of that field in the last step of its solver, over the largest value */
     int64_t evaluations, steps, unknowns;
+    int64_t unsolved;     /* steps in which the linear solver of transport missed its tolerance */
     int threads;          /* at most in use */
     double bytes_per_node; /* [byte] peak memory over fluid and solid nodes */
 } pd_run_result;
@@ -14326,9 +14371,9 @@ pd_status pd_force_balance(pd_ctx *ctx, pd_flow *flow, const double *lo, const d
 /* The last Newton step aims at this share of the tolerance. */
 #define PDI_STEADY_ENOUGH 0.3
 
-/* Newton steps of a stage in time, and the linear tolerance of the first. */
+/* Newton steps of a stage in time, and the loosest linear tolerance of one. */
 #define PDI_STEADY_STAGE 8
-#define PDI_STEADY_STAGE_FORCING 1e-2
+#define PDI_STEADY_STAGE_FORCING 0.1
 
 /* What the solver callbacks see. */
 typedef struct pdi_steady_user {
@@ -14348,18 +14393,22 @@ static void pdi_steady_scale(const pd_ctx *ctx, const pd_flow *flow, double mome
     for (int64_t i = 0; i < split + total; i++) x[i] *= i < split ? momentum : continuity;
 }
 
-/* dp = F q = nu r + u.grad q + shift q with q = L^-1 r: the inverse of the Schur complement (eq. 4.9). */
+/* dp = F q + r/(tau sum a) with F q = nu r + u.grad q + shift q and q = L^-1 r: the inverse of the Schur complement
+ * (eq. 4.9). */
 static void pdi_steady_commute(const pd_ctx *ctx, const pd_steady *s, const double *r, const double *q, double *dp)
 {
     const pd_flow *flow = s->flow;
     const pd_grid *grid = flow->grid;
     int nt = pdi_par_threads(ctx, grid->total * 10);
     (void)nt;
+    double sum_a = 0.0;
+    for (int k = 0; k < flow->bonds->stencil->count; k++) sum_a += flow->bonds->stencil->lap[k];
+    double rough = flow->nu + 1.0 / (flow->tau * sum_a);
     PDI_PARALLEL_FOR(nt)
     for (int32_t i = 0; i < grid->total; i++) {
         dp[i] = 0.0;
         if (grid->kind[i] != PD_FLUID) continue;
-        double sum = flow->nu * r[i] + s->shift * q[i];
+        double sum = rough * r[i] + s->shift * q[i];
         for (int d = 0; d < PD_DIM; d++)
             for (int up = 0; up < 2; up++) {
                 int32_t j = up ? i + grid->stride[d] : i - grid->stride[d];
@@ -16058,19 +16107,319 @@ PDI_FN void pdi_limiter_free(pd_ctx *ctx, pd_limiter *l)
     memset(l, 0, sizeof *l);
 }
 
-/* ======== >>transport.c ======== */
-/* transport: see transport.h
+/* ======== >>convect.c ======== */
+/* convect: see convect.h
  *
  * Design: bond fluxes are evaluated from the flow on the fly, bond by bond for up to PDI_LANES neighbours along axis 0.
- * A gate shuts the bonds that take no part. Implicit steps solve for corrections, so inlet values need no place in the
- * Krylov vectors.
+ * A gate shuts the bonds that take no part.
  */
 #include <math.h>
 #include <string.h>
 
 /* Share of xi.G in the antidiffusive fluxes: damps what alternates from node to node, which a central flux does not
  * see. */
-#define PDI_TRANSPORT_LEAN 0.3
+#define PDI_CONVECT_LEAN 0.3
+
+PDI_FN void pdi_convect_bond(const pd_convect *t, int32_t i, int k, double *flux, double *bond, double *upwind)
+{
+    pdi_diffusion_bond(t->diffusion, i, k, 1, t->bonds->row[i] >= 0, bond);
+    *flux = t->flow ? pdi_flow_bond_flux(t->flow, i, k) : 0.0;
+    *upwind = fmax(0.5 * fabs(*flux) - *bond, 0.0);
+}
+
+PDI_FN double pdi_convect_bond_flux(const pd_convect *t, const double *c, int32_t i, int k)
+{
+    double flux, bond, upwind;
+    int32_t j = i + t->bonds->shift[k];
+    pdi_convect_bond(t, i, k, &flux, &bond, &upwind);
+    if (t->bonds->grid->kind[j] == PD_OUTLET) return flux * c[i];
+    return 0.5 * flux * (c[i] + c[j]) - (bond + upwind) * (c[j] - c[i]);
+}
+
+PDI_FN int pdi_convect_open(const pd_convect *t, int32_t i, int k)
+{
+    int32_t r = t->bonds->row[i];
+    return r < 0 || pdi_bond_open(t->bonds, r, k);
+}
+
+/* What a sweep does with its nodes: y = A c, or the limited antidiffusive fluxes y. */
+typedef enum pdi_convect_task {
+    PDI_CONVECT_APPLY,
+    PDI_CONVECT_ANTI
+} pdi_convect_task;
+
+typedef struct pdi_convect_sweep {
+    pdi_convect_task task;
+    const pd_convect *t;
+    const double *c;
+    double *y;
+} pdi_convect_sweep;
+
+/* One bond of the nodes i .. i+count-1: what the tasks need of it. */
+typedef struct pdi_convect_lanes {
+    int count;
+    int gated;          /* 0: all gates are open */
+    const double *far;  /* c at the far ends [mol/m3] */
+    double gate[PDI_LANES];   /* 1.0: takes part, 0.0: does not */
+    double bond[PDI_LANES];   /* conductance [1/s] */
+    double flux[PDI_LANES];   /* F [1/s] */
+    double upwind[PDI_LANES]; /* diffusion that upwinding adds to `bond` [1/s] */
+    double edge[PDI_LANES];   /* holds far values beside outlets */
+} pdi_convect_lanes;
+
+/* Volume fluxes of bond k (as pdi_flow_bond_flux). tied: 0 where the bond carries no pressure; NULL: everywhere 1. */
+static void pdi_convect_flux(const pd_convect *t, int32_t i, int k, const double *tied, pdi_convect_lanes *l)
+{
+    const pd_stencil *st = t->bonds->stencil;
+    const pd_flow *f = t->flow;
+    int64_t total = t->bonds->grid->total, shift = t->bonds->shift[k];
+    const double *p = f->p + i, *u = f->carrier + i, *grad = f->grad + i, *g = st->grad + k * PD_DIM;
+    double tie = f->tau * pdi_bond_lap(t->bonds, i)[k], share = pdi_bond_flux(t->bonds, i, k), arm[PD_DIM];
+    for (int d = 0; d < PD_DIM; d++) arm[d] = 0.5 * st->xi[k * PD_DIM + d];
+    for (int b = 0; b < l->count; b++) {
+        double pressure = p[b + shift] - p[b], flux = 0.0;
+        for (int d = 0; d < PD_DIM; d++) {
+            flux += share * g[d] * (u[d * total + b] + u[d * total + b + shift]);
+            pressure -= arm[d] * (grad[d * total + b] + grad[d * total + b + shift]);
+        }
+        flux -= (tied ? tied[b] : 1.0) * tie * pressure;
+        double excess = 0.5 * fabs(flux) - l->bond[b];
+        l->flux[b] = flux;
+        l->upwind[b] = excess > 0.0 ? excess : 0.0;
+    }
+}
+
+/* Beside inlets and outlets: an outlet takes c of the node, and only moves with the flow. */
+static void pdi_convect_ends(const pdi_convect_sweep *s, int32_t i, int k, double *tied, pdi_convect_lanes *l)
+{
+    int32_t shift = s->t->bonds->shift[k];
+    for (int b = 0; b < l->count; b++) {
+        uint8_t kind = s->t->bonds->grid->kind[i + b + shift];
+        tied[b] = kind == PD_INLET ? 0.0 : 1.0;
+        l->edge[b] = kind == PD_OUTLET ? s->c[i + b] : l->far[b];
+        if (!l->gated) l->gate[b] = 1.0;
+        if (kind == PD_OUTLET && s->task == PDI_CONVECT_ANTI) l->gate[b] = 0.0;
+    }
+    l->far = l->edge;
+    l->gated = 1;
+}
+
+/* Bond k of the nodes i .. i+count-1, which are the rows from `row` (-1: whole families); 0 when it is shut for all. */
+static int pdi_convect_bond_lanes(const pdi_convect_sweep *s, int32_t i, int32_t row, int k, int ends,
+                                    pdi_convect_lanes *l)
+{
+    const pd_convect *t = s->t;
+    double tied[PDI_LANES];
+    pdi_lanes open = row < 0 ? PDI_LANES_ALL : pdi_bond_open_lanes(t->bonds, row, k, l->count, l->gate);
+    if (open == PDI_LANES_NONE) return 0;
+    l->gated = open == PDI_LANES_SOME;
+    pdi_diffusion_bond(t->diffusion, i, k, l->count, row >= 0, l->bond);
+    l->far = s->c + i + t->bonds->shift[k];
+    if (ends) pdi_convect_ends(s, i, k, tied, l);
+    if (t->flow) pdi_convect_flux(t, i, k, ends ? tied : NULL, l);
+    return 1;
+}
+
+static void pdi_convect_apply_lanes(const pdi_convect_sweep *s, int32_t i, int32_t row, int count, int ends)
+{
+    const pd_convect *t = s->t;
+    const double *c = s->c + i;
+    double sum[PDI_LANES], rate = t->rate;
+    pdi_convect_lanes l;
+    memset(&l, 0, sizeof l);
+    l.count = count;
+    for (int b = 0; b < count; b++) sum[b] = (rate + t->absorb[i + b]) * c[b];
+    for (int b = 0; b < count && t->diffusion->hold; b++) sum[b] += t->diffusion->hold[i + b] * c[b];
+    for (int k = 0; k < t->bonds->stencil->count; k++) {
+        if (!pdi_convect_bond_lanes(s, i, row, k, ends, &l)) continue;
+        for (int b = 0; b < count; b++) {
+            double flux = 0.5 * l.flux[b] * (c[b] + l.far[b]) - (l.bond[b] + l.upwind[b]) * (l.far[b] - c[b]);
+            sum[b] += l.gated ? l.gate[b] * flux : flux;
+        }
+    }
+    memcpy(s->y + i, sum, (size_t)count * sizeof(double));
+}
+
+/* Of bond k: the step D of the field along it, leant towards xi.G of the upwind end, within 0 and 2 D (eq. 5.4). An
+ * inlet has no gradient. */
+static void pdi_convect_lean(const pdi_convect_sweep *s, int32_t i, int k, int ends, const pdi_convect_lanes *l,
+                               double *lean)
+{
+    const pd_convect *t = s->t;
+    int64_t total = t->bonds->grid->total;
+    int32_t shift = t->bonds->shift[k];
+    const double *c = s->c + i, *slope = t->limiter->slope + i, *xi = t->bonds->stencil->xi + k * PD_DIM;
+    for (int b = 0; b < l->count; b++) {
+        double step = l->far[b] - c[b], near_x = 0.0, far_x = 0.0;
+        for (int d = 0; d < PD_DIM; d++) {
+            near_x += xi[d] * slope[d * total + b];
+            far_x += xi[d] * slope[d * total + b + shift];
+        }
+        double x = l->flux[b] > 0.0 ? near_x : far_x;
+        double mixed = (1.0 - PDI_CONVECT_LEAN) * step + PDI_CONVECT_LEAN * x, twice = 2.0 * step;
+        double low = twice < 0.0 ? twice : 0.0, high = twice > 0.0 ? twice : 0.0;
+        mixed = mixed > low ? mixed : low;
+        lean[b] = mixed < high ? mixed : high;
+    }
+    for (int b = 0; b < l->count && ends; b++)
+        if (l->flux[b] <= 0.0 && t->bonds->grid->kind[i + b + shift] == PD_INLET) lean[b] = l->far[b] - c[b];
+}
+
+/* y_i = - sum alpha d s with s of pdi_convect_lean and alpha of the upwind end of the bond (eq. 5.4). */
+static void pdi_convect_anti_lanes(const pdi_convect_sweep *s, int32_t i, int32_t row, int count, int ends)
+{
+    const pd_convect *t = s->t;
+    const double *keep = t->limiter->keep + i;
+    double sum[PDI_LANES], lean[PDI_LANES];
+    pdi_convect_lanes l;
+    memset(sum, 0, sizeof sum);
+    memset(&l, 0, sizeof l);
+    l.count = count;
+    for (int k = 0; k < t->bonds->stencil->count; k++) {
+        int32_t shift = t->bonds->shift[k];
+        if (!pdi_convect_bond_lanes(s, i, row, k, ends, &l)) continue;
+        pdi_convect_lean(s, i, k, ends, &l, lean);
+        for (int b = 0; b < count; b++) {
+            double flux = (l.flux[b] > 0.0 ? keep[b] : keep[b + shift]) * l.upwind[b] * lean[b];
+            sum[b] -= l.gated ? l.gate[b] * flux : flux;
+        }
+    }
+    memcpy(s->y + i, sum, (size_t)count * sizeof(double));
+}
+
+/* `length` consecutive nodes from i, which are the rows from `row` (-1: whole families). */
+static void pdi_convect_run(const pdi_convect_sweep *s, int32_t i, int32_t row, int32_t length)
+{
+    int count;
+    for (int32_t at = 0; at < length; at += count) {
+        count = pdi_bond_piece(length, &at);
+        int32_t r = row < 0 ? row : row + at;
+        int ends = pdi_limiter_ports(s->t->bonds, i + at, count);
+        if (s->task == PDI_CONVECT_APPLY) pdi_convect_apply_lanes(s, i + at, r, count, ends);
+        else pdi_convect_anti_lanes(s, i + at, r, count, ends);
+    }
+}
+
+static void pdi_convect_sweep_all(const pd_ctx *ctx, const pdi_convect_sweep *s)
+{
+    const pd_bonds *bonds = s->t->bonds;
+    int nt = pdi_par_threads(ctx, s->t->bonds->grid->fluid_count * bonds->stencil->count * 8);
+    (void)nt;
+    PDI_PARALLEL_FOR(nt)
+    for (int32_t run = 0; run < bonds->runs; run++)
+        pdi_convect_run(s, bonds->run_first[run], -1, bonds->run_length[run]);
+    PDI_PARALLEL_FOR(nt)
+    for (int32_t b = 0; b < bonds->batches; b++)
+        pdi_convect_run(s, bonds->node[bonds->batch_first[b]], bonds->batch_first[b], bonds->batch_length[b]);
+    for (int32_t r = bonds->plain; r < bonds->rows; r++) pdi_convect_run(s, bonds->node[r], r, 1);
+}
+
+PDI_FN void pdi_convect_apply(const pd_ctx *ctx, const pd_convect *convect, const double *c, double *y)
+{
+    pdi_convect_sweep s;
+    memset(&s, 0, sizeof s);
+    s.t = convect;
+    s.c = c;
+    s.y = y;
+    s.task = PDI_CONVECT_APPLY;
+    pdi_convect_sweep_all(ctx, &s);
+}
+
+PDI_FN void pdi_convect_anti(const pd_ctx *ctx, const pd_convect *convect, const double *c, double *y)
+{
+    pdi_convect_sweep s;
+    memset(&s, 0, sizeof s);
+    s.t = convect;
+    s.c = c;
+    s.y = y;
+    s.task = PDI_CONVECT_ANTI;
+    pdi_convect_sweep_all(ctx, &s);
+}
+
+/* What the bonds through a plane are asked for. */
+typedef struct pdi_convect_section {
+    const pd_convect *convect;
+    const double *c;    /* [mol/m3] */
+    const double *anti; /* [mol/m3/s] what the nodes gain by antidiffusion */
+} pdi_convect_section;
+
+/* Upwinded flux [mol/m3/s] of bond k of node i. One of both ends is fluid, the flux is told from there. */
+static double pdi_convect_section_bond(const void *user, int32_t i, int k)
+{
+    const pdi_convect_section *section = (const pdi_convect_section *)user;
+    const pd_convect *t = section->convect;
+    int32_t j = i + t->bonds->shift[k];
+    if (t->bonds->grid->kind[i] == PD_FLUID) return pdi_convect_bond_flux(t, section->c, i, k);
+    double over = pdi_grid_circumference(t->bonds->grid, j) / pdi_grid_circumference(t->bonds->grid, i);
+    return -over * pdi_convect_bond_flux(t, section->c, j, t->bonds->stencil->count - 1 - k);
+}
+
+/* What node i gains by the antidiffusive flux of bond k (eq. 5.4), likewise. */
+static double pdi_convect_section_anti(const void *user, int32_t i, int k)
+{
+    const pdi_convect_section *section = (const pdi_convect_section *)user;
+    const pd_convect *t = section->convect;
+    int32_t j = i + t->bonds->shift[k];
+    pdi_convect_sweep s;
+    pdi_convect_lanes l;
+    double lean;
+    if (t->bonds->grid->kind[i] != PD_FLUID) {
+        double over = pdi_grid_circumference(t->bonds->grid, j) / pdi_grid_circumference(t->bonds->grid, i);
+        return -over * pdi_convect_section_anti(section, j, t->bonds->stencil->count - 1 - k);
+    }
+    memset(&s, 0, sizeof s);
+    memset(&l, 0, sizeof l);
+    s.t = t;
+    s.c = section->c;
+    s.task = PDI_CONVECT_ANTI;
+    l.count = 1;
+    int ports = pdi_limiter_ports(t->bonds, i, 1);
+    if (!pdi_convect_bond_lanes(&s, i, t->bonds->row[i], k, ports, &l)) return 0.0;
+    pdi_convect_lean(&s, i, k, ports, &l, &lean);
+    return -(l.gated ? l.gate[0] : 1.0) * t->limiter->keep[l.flux[0] > 0.0 ? i : j] * l.upwind[0] * lean;
+}
+
+/* What passes the plane by antidiffusion is all that the nodes on one side of it gain, since the fluxes between them
+ * cancel, unless inlets feed both sides or the axis is periodic: then bond by bond, up to what the limiter still
+ * moves. */
+static double pdi_convect_section_gain(const pdi_convect_section *section, int axis, int index)
+{
+    const pd_convect *t = section->convect;
+    pdi_sum sum[2] = {{0.0, 0.0}, {0.0, 0.0}};
+    int fed[2] = {0, 0};
+    if (t->bonds->grid->side[2 * axis] == PD_SIDE_PERIODIC) fed[0] = fed[1] = 1;
+    for (int32_t node = 0; node < t->bonds->grid->total; node++) {
+        int i[PD_DIM];
+        pdi_grid_index(t->bonds->grid, node, i);
+        int behind = i[axis] >= index;
+        if (t->bonds->grid->kind[node] == PD_INLET) fed[behind] = 1;
+        if (t->bonds->grid->kind[node] != PD_FLUID) continue;
+        pdi_sum_add(&sum[behind], section->anti[node] * pdi_grid_circumference(t->bonds->grid, node));
+    }
+    if (!fed[0]) return pdi_sum_total(&sum[0]);
+    if (!fed[1]) return -pdi_sum_total(&sum[1]);
+    return pdi_bond_section(t->bonds, axis, index, pdi_convect_section_anti, section);
+}
+
+PDI_FN double pdi_convect_through(const pd_convect *convect, const double *c, const double *anti, int axis, int index)
+{
+    pdi_convect_section section;
+    section.convect = convect;
+    section.c = c;
+    section.anti = anti;
+    double low = pdi_bond_section(convect->bonds, axis, index, pdi_convect_section_bond, &section);
+    double gain = anti ? pdi_convect_section_gain(&section, axis, index) : 0.0;
+    return (low - gain) * convect->bonds->stencil->volume;
+}
+
+/* ======== >>transport.c ======== */
+/* transport: see transport.h
+ *
+ * Implicit steps solve for corrections, so inlet values need no place in the Krylov vectors.
+ */
+#include <math.h>
+#include <string.h>
+
 /* Steps along bonds far below this share of the field are upwinded. */
 #define PDI_TRANSPORT_FAINT 1e-4
 /* Displacement of a difference quotient over the field, and tolerances of the linear solves of Newton's method. */
@@ -16094,223 +16443,21 @@ PDI_FN void pdi_limiter_free(pd_ctx *ctx, pd_limiter *l)
 /* Relative change of the field by the last of them. */
 #define PDI_TRANSPORT_SETTLED 1e-6
 
-/* Of bond k of node i: volume flux F [1/s] to the far end, conductance [1/s], and what upwinding adds to it [1/s]. */
-static void pdi_transport_bond(const pd_transport *t, int32_t i, int k, double *flux, double *bond, double *upwind)
-{
-    pdi_diffusion_bond(&t->diffusion, i, k, 1, t->bonds->row[i] >= 0, bond);
-    *flux = t->flow ? pdi_flow_bond_flux(t->flow, i, k) : 0.0;
-    *upwind = fmax(0.5 * fabs(*flux) - *bond, 0.0);
-}
-
-/* Amount per volume and time [mol/m3/s] that leaves i through bond k, upwinded (eq. 5.1). */
-static double pdi_transport_bond_flux(const pd_transport *t, const double *c, int32_t i, int k)
-{
-    double flux, bond, upwind;
-    int32_t j = i + t->bonds->shift[k];
-    pdi_transport_bond(t, i, k, &flux, &bond, &upwind);
-    if (t->grid->kind[j] == PD_OUTLET) return flux * c[i];
-    return 0.5 * flux * (c[i] + c[j]) - (bond + upwind) * (c[j] - c[i]);
-}
-
-/* Bond k of node i is open: by its row, or since its family is whole. */
-static int pdi_transport_open(const pd_transport *t, int32_t i, int k)
-{
-    int32_t r = t->bonds->row[i];
-    return r < 0 || pdi_bond_open(t->bonds, r, k);
-}
-
-/* What a sweep does with its nodes: y = A c, or the limited antidiffusive fluxes y. */
-typedef enum pdi_transport_task {
-    PDI_TRANSPORT_APPLY,
-    PDI_TRANSPORT_ANTI
-} pdi_transport_task;
-
-typedef struct pdi_transport_sweep {
-    pdi_transport_task task;
-    const pd_transport *t;
-    const double *c;
-    double *y;
-} pdi_transport_sweep;
-
-/* One bond of the nodes i .. i+count-1: what the tasks need of it. */
-typedef struct pdi_transport_lanes {
-    int count;
-    int gated;          /* 0: all gates are open */
-    const double *far;  /* c at the far ends [mol/m3] */
-    double gate[PDI_LANES];   /* 1.0: takes part, 0.0: does not */
-    double bond[PDI_LANES];   /* conductance [1/s] */
-    double flux[PDI_LANES];   /* F [1/s] */
-    double upwind[PDI_LANES]; /* diffusion that upwinding adds to `bond` [1/s] */
-    double edge[PDI_LANES];   /* holds far values beside outlets */
-} pdi_transport_lanes;
-
-/* Volume fluxes of bond k (as pdi_flow_bond_flux). tied: 0 where the bond carries no pressure; NULL: everywhere 1. */
-static void pdi_transport_flux(const pd_transport *t, int32_t i, int k, const double *tied, pdi_transport_lanes *l)
-{
-    const pd_stencil *st = t->bonds->stencil;
-    const pd_flow *f = t->flow;
-    int64_t total = t->grid->total, shift = t->bonds->shift[k];
-    const double *p = f->p + i, *u = f->carrier + i, *grad = f->grad + i, *g = st->grad + k * PD_DIM;
-    double tie = f->tau * pdi_bond_lap(t->bonds, i)[k], share = pdi_bond_flux(t->bonds, i, k), arm[PD_DIM];
-    for (int d = 0; d < PD_DIM; d++) arm[d] = 0.5 * st->xi[k * PD_DIM + d];
-    for (int b = 0; b < l->count; b++) {
-        double pressure = p[b + shift] - p[b], flux = 0.0;
-        for (int d = 0; d < PD_DIM; d++) {
-            flux += share * g[d] * (u[d * total + b] + u[d * total + b + shift]);
-            pressure -= arm[d] * (grad[d * total + b] + grad[d * total + b + shift]);
-        }
-        flux -= (tied ? tied[b] : 1.0) * tie * pressure;
-        double excess = 0.5 * fabs(flux) - l->bond[b];
-        l->flux[b] = flux;
-        l->upwind[b] = excess > 0.0 ? excess : 0.0;
-    }
-}
-
-/* Beside inlets and outlets: an outlet takes c of the node, and only moves with the flow. */
-static void pdi_transport_ends(const pdi_transport_sweep *s, int32_t i, int k, double *tied, pdi_transport_lanes *l)
-{
-    int32_t shift = s->t->bonds->shift[k];
-    for (int b = 0; b < l->count; b++) {
-        uint8_t kind = s->t->grid->kind[i + b + shift];
-        tied[b] = kind == PD_INLET ? 0.0 : 1.0;
-        l->edge[b] = kind == PD_OUTLET ? s->c[i + b] : l->far[b];
-        if (!l->gated) l->gate[b] = 1.0;
-        if (kind == PD_OUTLET && s->task == PDI_TRANSPORT_ANTI) l->gate[b] = 0.0;
-    }
-    l->far = l->edge;
-    l->gated = 1;
-}
-
-/* Bond k of the nodes i .. i+count-1, which are the rows from `row` (-1: whole families); 0 when it is shut for all. */
-static int pdi_transport_bond_lanes(const pdi_transport_sweep *s, int32_t i, int32_t row, int k, int ends,
-                                    pdi_transport_lanes *l)
-{
-    const pd_transport *t = s->t;
-    double tied[PDI_LANES];
-    pdi_lanes open = row < 0 ? PDI_LANES_ALL : pdi_bond_open_lanes(t->bonds, row, k, l->count, l->gate);
-    if (open == PDI_LANES_NONE) return 0;
-    l->gated = open == PDI_LANES_SOME;
-    pdi_diffusion_bond(&t->diffusion, i, k, l->count, row >= 0, l->bond);
-    l->far = s->c + i + t->bonds->shift[k];
-    if (ends) pdi_transport_ends(s, i, k, tied, l);
-    if (t->flow) pdi_transport_flux(t, i, k, ends ? tied : NULL, l);
-    return 1;
-}
-
-static void pdi_transport_apply_lanes(const pdi_transport_sweep *s, int32_t i, int32_t row, int count, int ends)
-{
-    const pd_transport *t = s->t;
-    const double *c = s->c + i;
-    double sum[PDI_LANES], rate = t->dt > 0.0 ? 1.0 / t->dt : 0.0;
-    pdi_transport_lanes l;
-    memset(&l, 0, sizeof l);
-    l.count = count;
-    for (int b = 0; b < count; b++) sum[b] = (rate + t->absorb[i + b]) * c[b];
-    for (int b = 0; b < count && t->diffusion.hold; b++) sum[b] += t->diffusion.hold[i + b] * c[b];
-    for (int k = 0; k < t->bonds->stencil->count; k++) {
-        if (!pdi_transport_bond_lanes(s, i, row, k, ends, &l)) continue;
-        for (int b = 0; b < count; b++) {
-            double flux = 0.5 * l.flux[b] * (c[b] + l.far[b]) - (l.bond[b] + l.upwind[b]) * (l.far[b] - c[b]);
-            sum[b] += l.gated ? l.gate[b] * flux : flux;
-        }
-    }
-    memcpy(s->y + i, sum, (size_t)count * sizeof(double));
-}
-
-/* Of bond k: the step D of the field along it, leant towards xi.G of the upwind end, within 0 and 2 D (eq. 5.4). An
- * inlet has no gradient. */
-static void pdi_transport_lean(const pdi_transport_sweep *s, int32_t i, int k, int ends, const pdi_transport_lanes *l,
-                               double *lean)
-{
-    const pd_transport *t = s->t;
-    int64_t total = t->grid->total;
-    int32_t shift = t->bonds->shift[k];
-    const double *c = s->c + i, *slope = t->limiter.slope + i, *xi = t->bonds->stencil->xi + k * PD_DIM;
-    for (int b = 0; b < l->count; b++) {
-        double step = l->far[b] - c[b], near_x = 0.0, far_x = 0.0;
-        for (int d = 0; d < PD_DIM; d++) {
-            near_x += xi[d] * slope[d * total + b];
-            far_x += xi[d] * slope[d * total + b + shift];
-        }
-        double x = l->flux[b] > 0.0 ? near_x : far_x;
-        double mixed = (1.0 - PDI_TRANSPORT_LEAN) * step + PDI_TRANSPORT_LEAN * x, twice = 2.0 * step;
-        double low = twice < 0.0 ? twice : 0.0, high = twice > 0.0 ? twice : 0.0;
-        mixed = mixed > low ? mixed : low;
-        lean[b] = mixed < high ? mixed : high;
-    }
-    for (int b = 0; b < l->count && ends; b++)
-        if (l->flux[b] <= 0.0 && t->grid->kind[i + b + shift] == PD_INLET) lean[b] = l->far[b] - c[b];
-}
-
-/* y_i = - sum alpha d s with s of pdi_transport_lean and alpha of the upwind end of the bond (eq. 5.4). */
-static void pdi_transport_anti_lanes(const pdi_transport_sweep *s, int32_t i, int32_t row, int count, int ends)
-{
-    const pd_transport *t = s->t;
-    const double *keep = t->limiter.keep + i;
-    double sum[PDI_LANES], lean[PDI_LANES];
-    pdi_transport_lanes l;
-    memset(sum, 0, sizeof sum);
-    memset(&l, 0, sizeof l);
-    l.count = count;
-    for (int k = 0; k < t->bonds->stencil->count; k++) {
-        int32_t shift = t->bonds->shift[k];
-        if (!pdi_transport_bond_lanes(s, i, row, k, ends, &l)) continue;
-        pdi_transport_lean(s, i, k, ends, &l, lean);
-        for (int b = 0; b < count; b++) {
-            double flux = (l.flux[b] > 0.0 ? keep[b] : keep[b + shift]) * l.upwind[b] * lean[b];
-            sum[b] -= l.gated ? l.gate[b] * flux : flux;
-        }
-    }
-    memcpy(s->y + i, sum, (size_t)count * sizeof(double));
-}
-
-/* `length` consecutive nodes from i, which are the rows from `row` (-1: whole families). */
-static void pdi_transport_run(const pdi_transport_sweep *s, int32_t i, int32_t row, int32_t length)
-{
-    int count;
-    for (int32_t at = 0; at < length; at += count) {
-        count = pdi_bond_piece(length, &at);
-        int32_t r = row < 0 ? row : row + at;
-        int ends = pdi_limiter_ports(s->t->bonds, i + at, count);
-        if (s->task == PDI_TRANSPORT_APPLY) pdi_transport_apply_lanes(s, i + at, r, count, ends);
-        else pdi_transport_anti_lanes(s, i + at, r, count, ends);
-    }
-}
-
-static void pdi_transport_sweep_all(const pd_ctx *ctx, const pdi_transport_sweep *s)
-{
-    const pd_bonds *bonds = s->t->bonds;
-    int nt = pdi_par_threads(ctx, s->t->grid->fluid_count * bonds->stencil->count * 8);
-    (void)nt;
-    PDI_PARALLEL_FOR(nt)
-    for (int32_t run = 0; run < bonds->runs; run++)
-        pdi_transport_run(s, bonds->run_first[run], -1, bonds->run_length[run]);
-    PDI_PARALLEL_FOR(nt)
-    for (int32_t b = 0; b < bonds->batches; b++)
-        pdi_transport_run(s, bonds->node[bonds->batch_first[b]], bonds->batch_first[b], bonds->batch_length[b]);
-    for (int32_t r = bonds->plain; r < bonds->rows; r++) pdi_transport_run(s, bonds->node[r], r, 1);
-}
-
 static void pdi_transport_operator(const pd_ctx *ctx, const pd_transport *t, const double *c, double *y)
 {
-    pdi_transport_sweep s;
-    memset(&s, 0, sizeof s);
+    pd_convect convect = t->convect;
+    convect.rate = t->dt > 0.0 ? 1.0 / t->dt : 0.0;
     if (t->repeated) {
         pdi_par_copy(ctx, t->grid->total, c, t->repeated);
         pd_ghosts_scalar(&t->bonds->ghosts, t->repeated);
         c = t->repeated;
     }
-    s.t = t;
-    s.c = c;
-    s.y = y;
-    s.task = PDI_TRANSPORT_APPLY;
-    pdi_transport_sweep_all(ctx, &s);
+    pdi_convect_apply(ctx, &convect, c, y);
 }
 
 /* out [total]: limited antidiffusive fluxes of the field c (eq. 5.4), whose images are filled here. */
 static void pdi_transport_anti(const pd_ctx *ctx, pd_transport *t, double *c, double *out)
 {
-    pdi_transport_sweep s;
     pd_ghosts_scalar(&t->bonds->ghosts, c);
     pdi_limiter_update(ctx, &t->limiter, c, PDI_TRANSPORT_FAINT * t->size);
     if (t->upwinding) {
@@ -16318,12 +16465,7 @@ static void pdi_transport_anti(const pd_ctx *ctx, pd_transport *t, double *c, do
             if (t->upwinded[i]) t->limiter.keep[i] = 0.0;
         pd_ghosts_scalar(&t->bonds->ghosts, t->limiter.keep);
     }
-    memset(&s, 0, sizeof s);
-    s.t = t;
-    s.c = c;
-    s.y = out;
-    s.task = PDI_TRANSPORT_ANTI;
-    pdi_transport_sweep_all(ctx, &s);
+    pdi_convect_anti(ctx, &t->convect, c, out);
 }
 
 /* What the solver callbacks see. */
@@ -16467,10 +16609,10 @@ static void pdi_transport_boundary(pd_transport *t)
         }
         if (!pdi_limiter_ports(t->bonds, i, 1)) continue;
         for (int k = 0; k < t->bonds->stencil->count; k++) {
-            if (!pdi_transport_open(t, i, k)) continue;
+            if (!pdi_convect_open(&t->convect, i, k)) continue;
             uint8_t far_kind = grid->kind[i + t->bonds->shift[k]];
-            if (far_kind == PD_OUTLET) pdi_sum_add(&out, around * pdi_transport_bond_flux(t, t->c, i, k));
-            if (far_kind == PD_INLET) pdi_sum_add(&in, -around * pdi_transport_bond_flux(t, t->c, i, k));
+            if (far_kind == PD_OUTLET) pdi_sum_add(&out, around * pdi_convect_bond_flux(&t->convect, t->c, i, k));
+            if (far_kind == PD_INLET) pdi_sum_add(&in, -around * pdi_convect_bond_flux(&t->convect, t->c, i, k));
         }
     }
     /* between nodes antidiffusive fluxes cancel: their sum came through the inlets */
@@ -16670,8 +16812,8 @@ static double pdi_transport_rate(const pd_transport *t, int32_t i)
     double rate = t->absorb[i] + (t->diffusion.hold ? t->diffusion.hold[i] : 0.0);
     for (int k = 0; k < t->bonds->stencil->count; k++) {
         double flux, bond, upwind;
-        if (!pdi_transport_open(t, i, k)) continue;
-        pdi_transport_bond(t, i, k, &flux, &bond, &upwind);
+        if (!pdi_convect_open(&t->convect, i, k)) continue;
+        pdi_convect_bond(&t->convect, i, k, &flux, &bond, &upwind);
         if (t->grid->kind[i + t->bonds->shift[k]] == PD_OUTLET) rate += fmax(flux, 0.0);
         else rate += bond + 2.0 * upwind - 0.5 * flux;
     }
@@ -16752,69 +16894,12 @@ pd_status pd_transport_explicit(pd_ctx *ctx, pd_transport *t, double dt)
     return PD_OK;
 }
 
-/* Upwinded flux [mol/m3/s] of bond k of node i. One of both ends is fluid, the flux is told from there. */
-static double pdi_transport_section_bond(const void *user, int32_t i, int k)
-{
-    const pd_transport *t = (const pd_transport *)user;
-    int32_t j = i + t->bonds->shift[k];
-    if (t->grid->kind[i] == PD_FLUID) return pdi_transport_bond_flux(t, t->c, i, k);
-    double over = pdi_grid_circumference(t->grid, j) / pdi_grid_circumference(t->grid, i);
-    return -over * pdi_transport_bond_flux(t, t->c, j, t->bonds->stencil->count - 1 - k);
-}
-
-/* What node i gains by the antidiffusive flux of bond k (eq. 5.4), likewise. */
-static double pdi_transport_section_anti(const void *user, int32_t i, int k)
-{
-    const pd_transport *t = (const pd_transport *)user;
-    int32_t j = i + t->bonds->shift[k];
-    pdi_transport_sweep s;
-    pdi_transport_lanes l;
-    double lean;
-    if (t->grid->kind[i] != PD_FLUID) {
-        double over = pdi_grid_circumference(t->grid, j) / pdi_grid_circumference(t->grid, i);
-        return -over * pdi_transport_section_anti(t, j, t->bonds->stencil->count - 1 - k);
-    }
-    memset(&s, 0, sizeof s);
-    memset(&l, 0, sizeof l);
-    s.t = t;
-    s.c = t->c;
-    s.task = PDI_TRANSPORT_ANTI;
-    l.count = 1;
-    int ports = pdi_limiter_ports(t->bonds, i, 1);
-    if (!pdi_transport_bond_lanes(&s, i, t->bonds->row[i], k, ports, &l)) return 0.0;
-    pdi_transport_lean(&s, i, k, ports, &l, &lean);
-    return -(l.gated ? l.gate[0] : 1.0) * t->limiter.keep[l.flux[0] > 0.0 ? i : j] * l.upwind[0] * lean;
-}
-
-/* What passes the plane by antidiffusion is all that the nodes on one side of it gain, since the fluxes between them
- * cancel, unless inlets feed both sides or the axis is periodic: then bond by bond, up to what the limiter still
- * moves. */
-static double pdi_transport_section_gain(const pd_transport *t, int axis, int index)
-{
-    pdi_sum sum[2] = {{0.0, 0.0}, {0.0, 0.0}};
-    int fed[2] = {0, 0};
-    if (t->grid->side[2 * axis] == PD_SIDE_PERIODIC) fed[0] = fed[1] = 1;
-    for (int32_t node = 0; node < t->grid->total; node++) {
-        int i[PD_DIM];
-        pdi_grid_index(t->grid, node, i);
-        int behind = i[axis] >= index;
-        if (t->grid->kind[node] == PD_INLET) fed[behind] = 1;
-        if (t->grid->kind[node] != PD_FLUID) continue;
-        pdi_sum_add(&sum[behind], t->anti[node] * pdi_grid_circumference(t->grid, node));
-    }
-    if (!fed[0]) return pdi_sum_total(&sum[0]);
-    if (!fed[1]) return -pdi_sum_total(&sum[1]);
-    return pdi_bond_section(t->bonds, axis, index, pdi_transport_section_anti, t);
-}
-
 double pd_transport_section(pd_ctx *ctx, pd_transport *t, int axis, int index)
 {
     int limited = t->flow && t->desc.advection == PD_ADVECTION_LIMITED;
     (void)ctx;
     pd_ghosts_scalar(&t->bonds->ghosts, t->c);
-    double low = pdi_bond_section(t->bonds, axis, index, pdi_transport_section_bond, t);
-    double gain = limited ? pdi_transport_section_gain(t, axis, index) : 0.0;
-    return (low - gain) * t->bonds->stencil->volume;
+    return pdi_convect_through(&t->convect, t->c, limited ? t->anti : NULL, axis, index);
 }
 
 static double pdi_transport_total(const pd_transport *t, const double *field)
@@ -16914,6 +16999,11 @@ pd_status pd_transport_build(pd_ctx *ctx, const pd_grid *grid, const pd_bonds *b
     dd.user = desc->user;
     PDI_TRY(pd_diffusion_build(ctx, bonds, &dd, &t->diffusion));
     if (flow) PDI_TRY(pdi_limiter_build(ctx, &t->diffusion, &t->limiter));
+    t->convect.bonds = bonds;
+    t->convect.flow = flow;
+    t->convect.diffusion = &t->diffusion;
+    t->convect.limiter = &t->limiter;
+    t->convect.absorb = t->absorb;
     pdi_transport_inlets(t);
     return PD_OK;
 }
@@ -17008,9 +17098,9 @@ static pd_status pdi_advance_stages(pd_ctx *ctx, pd_advance *a, double dt, pd_tr
     int32_t total = t->grid->total;
     double g = PDI_SDIRK_GAMMA;
     pdi_par_copy(ctx, total, a->start, t->old);
-    pd_status status = pdi_transport_stage(ctx, t, g * dt, 0, result);
+    pd_status first = pdi_transport_stage(ctx, t, g * dt, 0, result), status;
     a->krylov += result->krylov;
-    if (status < 0) return status;
+    if (first < 0) return first;
     double out = (1.0 - g) * t->outflow, in = (1.0 - g) * t->inflow;
     pdi_transport_residual(ctx, t, a->rest);
     pdi_advance_between(a);
@@ -17022,7 +17112,7 @@ static pd_status pdi_advance_stages(pd_ctx *ctx, pd_advance *a, double dt, pd_tr
     t->inflow = in + g * t->inflow;
     pdi_transport_residual(ctx, t, t->carry);
     for (int32_t i = 0; i < total; i++) t->carry[i] = dt * ((1.0 - g) * a->rest[i] + g * t->carry[i]);
-    return status;
+    return first > 0 ? first : status;
 }
 
 pd_status pd_advance_step(pd_ctx *ctx, pd_advance *a, double dt, pd_transport_result *result)
@@ -17076,7 +17166,7 @@ pd_status pd_advance_next(pd_ctx *ctx, pd_advance *a, double t_end, pd_transport
         if (share <= 1.0) {
             if (last) a->time = t_end;
             a->dt = pdi_sdirk_plan(a->dt, dt, factor);
-            return PD_OK;
+            return status;
         }
         pdi_advance_reject(ctx, a);
         a->time = begin;
@@ -17093,8 +17183,13 @@ pd_status pd_advance_run(pd_ctx *ctx, pd_advance *a, double t_end, pd_transport_
 {
     if (!(t_end >= a->time))
         return pdi_fail(ctx, PD_ERR_ARGUMENT, "advance", "a run from %g s to %g s", a->time, t_end);
-    while (a->time < t_end) PDI_TRY(pd_advance_next(ctx, a, t_end, result));
-    return PD_OK;
+    pd_status worst = PD_OK;
+    while (a->time < t_end) {
+        pd_status status = pd_advance_next(ctx, a, t_end, result);
+        if (status < 0) return status;
+        if (status > 0) worst = status;
+    }
+    return worst;
 }
 
 void pd_advance_free(pd_ctx *ctx, pd_advance *a)
@@ -18026,17 +18121,21 @@ static void pdi_corrode_rinse(pd_corrode *r, int32_t i)
     r->out_carry = out.carry;
 }
 
-/* Speed of the law at every fluid node beside the front; the salt layer is nothing but a look at c. */
+/* Speed of the law at every fluid node beside the front, and how many nodes take part. The salt layer is nothing but a
+ * look at c. */
 static pd_status pdi_corrode_prepare(pd_ctx *ctx, pd_corrode *r)
 {
     r->fastest = 0.0;
+    r->active = 0;
     for (int32_t n = 0; n < r->changed_count && r->desc.activation; n++) pdi_corrode_rinse(r, r->changed[n]);
     for (int32_t p = 0; p < pdi_corrode_pieces(r->grid); p++) {
         int count;
         int32_t first = pdi_corrode_place(r->grid, p, &count);
         for (int32_t i = first; i < first + count; i++) {
+            uint8_t role = r->role[i];
+            r->active += role > PDI_CORRODE_WHOLE || (role == PDI_CORRODE_WHOLE && !r->desc.activation);
             /* metal sees no fluid of another role */
-            if (r->role[i] != PDI_CORRODE_SHORE) continue;
+            if (role != PDI_CORRODE_SHORE) continue;
             r->speed[i] = 0.0;
             if (!(r->c[i] < r->desc.saturation) || (r->desc.passive && r->desc.passive[i])) continue;
             double v = r->desc.rate(r->desc.rate_user, r->c[i]);
@@ -18154,7 +18253,7 @@ static void pdi_corrode_commit(pd_corrode *r, double dt)
 static void pdi_corrode_take(pd_ctx *ctx, pd_corrode *r, double dt)
 {
     int32_t pieces = pdi_corrode_pieces(r->grid);
-    int nt = pdi_par_threads(ctx, (int64_t)r->grid->total * r->stencil->count);
+    int nt = pdi_par_threads(ctx, r->active * r->stencil->count);
     (void)nt;
     PDI_PARALLEL_FOR(nt)
     for (int32_t p = 0; p < pieces; p++) {
@@ -18336,21 +18435,23 @@ static pd_status pdi_couple_transport(pd_ctx *ctx, pd_couple *c, double t_limit,
         pd_advance *a = c->advance;
         double out = a->out, in = a->in;
         int64_t krylov = a->krylov;
-        PDI_TRY(c->implicit || c->unsteady ? pd_advance_run(ctx, a, t_limit, &c->transport_result)
-                                           : pd_advance_next(ctx, a, t_limit, &c->transport_result));
+        pd_status status = c->implicit || c->unsteady ? pd_advance_run(ctx, a, t_limit, &c->transport_result)
+                                                      : pd_advance_next(ctx, a, t_limit, &c->transport_result);
+        if (status < 0) return status;
         if (a->time < t_limit) *dt = a->time - c->time;
         c->krylov_transport += a->krylov - krylov;
         c->ledger.out += a->out - out;
         c->ledger.in += a->in - in;
-        return PD_OK;
+        return status;
     }
     if (c->dissolve) PDI_TRY(pd_dissolve_prepare(ctx, c->dissolve));
     *dt = pdi_couple_choose(ctx, c, t_limit);
-    PDI_TRY(pd_transport_implicit(ctx, c->transport, *dt, &c->transport_result));
+    pd_status status = pd_transport_implicit(ctx, c->transport, *dt, &c->transport_result);
+    if (status < 0) return status;
     c->krylov_transport += c->transport_result.krylov;
     c->ledger.out += *dt * c->transport->outflow;
     c->ledger.in += *dt * c->transport->inflow;
-    return PD_OK;
+    return status;
 }
 
 static pd_status pdi_couple_dissolve(pd_ctx *ctx, pd_couple *c, double dt)
@@ -18368,17 +18469,21 @@ static pd_status pdi_couple_dissolve(pd_ctx *ctx, pd_couple *c, double dt)
 pd_status pd_couple_step(pd_ctx *ctx, pd_couple *c, double t_limit)
 {
     double dt = t_limit - c->time;
+    pd_status status = PD_OK;
     if (!(t_limit > c->time))
         return pdi_fail(ctx, PD_ERR_ARGUMENT, "couple", "a step from %g s cannot end at %g s", c->time, t_limit);
     if (c->implicit || c->unsteady) PDI_TRY(pdi_couple_move(ctx, c, t_limit, &t_limit));
-    if (c->transport) PDI_TRY(pdi_couple_transport(ctx, c, t_limit, &dt));
+    if (c->transport) status = pdi_couple_transport(ctx, c, t_limit, &dt);
     else dt = t_limit - c->time;
+    if (status < 0) return status;
+    c->unsolved += status > 0;
     if (c->dissolve) PDI_TRY(pdi_couple_dissolve(ctx, c, dt));
     c->dt = dt;
     c->time = dt < t_limit - c->time ? c->time + dt : t_limit;
     c->steps++;
     PDI_TRY(pdi_couple_balance(ctx, c));
-    return pdi_couple_flow(ctx, c);
+    PDI_TRY(pdi_couple_flow(ctx, c));
+    return status;
 }
 
 pd_status pd_couple_run(pd_ctx *ctx, pd_couple *c, double t_end, double every, pd_observer_fn observer, void *user)
@@ -18399,7 +18504,7 @@ pd_status pd_couple_run(pd_ctx *ctx, pd_couple *c, double t_end, double every, p
         PDI_TRY(pd_couple_step(ctx, c, limit));
         if (observer && observer(user, c)) break;
     }
-    return PD_OK;
+    return c->unsolved ? PD_NOT_CONVERGED : PD_OK;
 }
 
 double pd_couple_volume_loss(const pd_couple *c)
@@ -22023,6 +22128,7 @@ static void pdi_run_collect(const pdi_run *r, pd_run_result *result)
     result->settled = c->settle;
     result->change = c->transport_result.change;
     result->steps = c->steps;
+    result->unsolved = c->unsolved;
     result->threads = pdi_par_threads(r->ctx, INT64_MAX);
     for (int k = 0; k < PD_PART_COUNT; k++) result->unknowns += m->unknowns[k];
     result->bytes_per_node = nodes ? (double)r->ctx->peak / (double)nodes : 0.0;
@@ -22107,6 +22213,7 @@ void pd_run_line(const pd_run_result *r, char *text, size_t size)
     pdi_run_append(text, size, "result case=%s dim=%d h=%.6g m=%.6g volume_loss=%.9g ledger=%.3g", r->name, PD_DIM,
                    r->h, r->m, r->volume_loss, r->ledger);
     if (r->settled) pdi_run_append(text, size, " change=%.3g", r->change);
+    if (r->unsolved) pdi_run_append(text, size, " unsolved=%.0f", (double)r->unsolved);
     if (r->has_flux) pdi_run_append(text, size, " flux=%.3g flux_max=%.3g", r->flux, r->flux_max);
     pdi_run_append(text, size, " residual=%.3g evals=%.0f steps=%.0f unknowns=%.0f bytes_per_node=%.0f", r->residual,
                    (double)r->evaluations, (double)r->steps, (double)r->unknowns, r->bytes_per_node);

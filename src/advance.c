@@ -68,9 +68,9 @@ static pd_status pdi_advance_stages(pd_ctx *ctx, pd_advance *a, double dt, pd_tr
     int32_t total = t->grid->total;
     double g = PDI_SDIRK_GAMMA;
     pdi_par_copy(ctx, total, a->start, t->old);
-    pd_status status = pdi_transport_stage(ctx, t, g * dt, 0, result);
+    pd_status first = pdi_transport_stage(ctx, t, g * dt, 0, result), status;
     a->krylov += result->krylov;
-    if (status < 0) return status;
+    if (first < 0) return first;
     double out = (1.0 - g) * t->outflow, in = (1.0 - g) * t->inflow;
     pdi_transport_residual(ctx, t, a->rest);
     pdi_advance_between(a);
@@ -82,7 +82,7 @@ static pd_status pdi_advance_stages(pd_ctx *ctx, pd_advance *a, double dt, pd_tr
     t->inflow = in + g * t->inflow;
     pdi_transport_residual(ctx, t, t->carry);
     for (int32_t i = 0; i < total; i++) t->carry[i] = dt * ((1.0 - g) * a->rest[i] + g * t->carry[i]);
-    return status;
+    return first > 0 ? first : status;
 }
 
 pd_status pd_advance_step(pd_ctx *ctx, pd_advance *a, double dt, pd_transport_result *result)
@@ -136,7 +136,7 @@ pd_status pd_advance_next(pd_ctx *ctx, pd_advance *a, double t_end, pd_transport
         if (share <= 1.0) {
             if (last) a->time = t_end;
             a->dt = pdi_sdirk_plan(a->dt, dt, factor);
-            return PD_OK;
+            return status;
         }
         pdi_advance_reject(ctx, a);
         a->time = begin;
@@ -153,8 +153,13 @@ pd_status pd_advance_run(pd_ctx *ctx, pd_advance *a, double t_end, pd_transport_
 {
     if (!(t_end >= a->time))
         return pdi_fail(ctx, PD_ERR_ARGUMENT, "advance", "a run from %g s to %g s", a->time, t_end);
-    while (a->time < t_end) PDI_TRY(pd_advance_next(ctx, a, t_end, result));
-    return PD_OK;
+    pd_status worst = PD_OK;
+    while (a->time < t_end) {
+        pd_status status = pd_advance_next(ctx, a, t_end, result);
+        if (status < 0) return status;
+        if (status > 0) worst = status;
+    }
+    return worst;
 }
 
 void pd_advance_free(pd_ctx *ctx, pd_advance *a)

@@ -37,7 +37,8 @@ typedef struct pd_advance {
 /* transport is borrowed; its c is the state. PD_ERR_ARGUMENT: a knob is negative or not finite. */
 PD_API pd_status pd_advance_build(pd_ctx *ctx, pd_transport *transport, const pd_advance_desc *desc,
                                   pd_advance *advance);
-/* One step of dt [s], whatever its error. result: of the last stage. */
+/* One step of dt [s], whatever its error. result: of the last stage. PD_NOT_CONVERGED, here and below: a linear solver
+ * stopped above its tolerance; what is missing is in the carry of transport. */
 PD_API pd_status pd_advance_step(pd_ctx *ctx, pd_advance *advance, double dt, pd_transport_result *result);
 /* One step of controlled error that does not pass t_end [s]. PD_ERR_STATE: the error does not fall with the step. */
 PD_API pd_status pd_advance_next(pd_ctx *ctx, pd_advance *advance, double t_end, pd_transport_result *result);

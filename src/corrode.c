@@ -302,17 +302,21 @@ static void pdi_corrode_rinse(pd_corrode *r, int32_t i)
     r->out_carry = out.carry;
 }
 
-/* Speed of the law at every fluid node beside the front; the salt layer is nothing but a look at c. */
+/* Speed of the law at every fluid node beside the front, and how many nodes take part. The salt layer is nothing but a
+ * look at c. */
 static pd_status pdi_corrode_prepare(pd_ctx *ctx, pd_corrode *r)
 {
     r->fastest = 0.0;
+    r->active = 0;
     for (int32_t n = 0; n < r->changed_count && r->desc.activation; n++) pdi_corrode_rinse(r, r->changed[n]);
     for (int32_t p = 0; p < pdi_corrode_pieces(r->grid); p++) {
         int count;
         int32_t first = pdi_corrode_place(r->grid, p, &count);
         for (int32_t i = first; i < first + count; i++) {
+            uint8_t role = r->role[i];
+            r->active += role > PDI_CORRODE_WHOLE || (role == PDI_CORRODE_WHOLE && !r->desc.activation);
             /* metal sees no fluid of another role */
-            if (r->role[i] != PDI_CORRODE_SHORE) continue;
+            if (role != PDI_CORRODE_SHORE) continue;
             r->speed[i] = 0.0;
             if (!(r->c[i] < r->desc.saturation) || (r->desc.passive && r->desc.passive[i])) continue;
             double v = r->desc.rate(r->desc.rate_user, r->c[i]);
@@ -430,7 +434,7 @@ static void pdi_corrode_commit(pd_corrode *r, double dt)
 static void pdi_corrode_take(pd_ctx *ctx, pd_corrode *r, double dt)
 {
     int32_t pieces = pdi_corrode_pieces(r->grid);
-    int nt = pdi_par_threads(ctx, (int64_t)r->grid->total * r->stencil->count);
+    int nt = pdi_par_threads(ctx, r->active * r->stencil->count);
     (void)nt;
     PDI_PARALLEL_FOR(nt)
     for (int32_t p = 0; p < pieces; p++) {

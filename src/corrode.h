@@ -65,6 +65,7 @@ typedef struct pd_corrode {
                         * what was left in them */
     int32_t changed_count, changed_capacity;
     double fastest;    /* [m/s] largest speed */
+    int64_t active;    /* nodes that change in a step */
     double diffusion;  /* [1/s] D sum a(n) */
     double time;       /* [s] */
     double start;      /* [mol] (per m in 2D, per m2 in 1D) solid and dissolved at first */

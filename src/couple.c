@@ -126,21 +126,23 @@ static pd_status pdi_couple_transport(pd_ctx *ctx, pd_couple *c, double t_limit,
         pd_advance *a = c->advance;
         double out = a->out, in = a->in;
         int64_t krylov = a->krylov;
-        PDI_TRY(c->implicit || c->unsteady ? pd_advance_run(ctx, a, t_limit, &c->transport_result)
-                                           : pd_advance_next(ctx, a, t_limit, &c->transport_result));
+        pd_status status = c->implicit || c->unsteady ? pd_advance_run(ctx, a, t_limit, &c->transport_result)
+                                                      : pd_advance_next(ctx, a, t_limit, &c->transport_result);
+        if (status < 0) return status;
         if (a->time < t_limit) *dt = a->time - c->time;
         c->krylov_transport += a->krylov - krylov;
         c->ledger.out += a->out - out;
         c->ledger.in += a->in - in;
-        return PD_OK;
+        return status;
     }
     if (c->dissolve) PDI_TRY(pd_dissolve_prepare(ctx, c->dissolve));
     *dt = pdi_couple_choose(ctx, c, t_limit);
-    PDI_TRY(pd_transport_implicit(ctx, c->transport, *dt, &c->transport_result));
+    pd_status status = pd_transport_implicit(ctx, c->transport, *dt, &c->transport_result);
+    if (status < 0) return status;
     c->krylov_transport += c->transport_result.krylov;
     c->ledger.out += *dt * c->transport->outflow;
     c->ledger.in += *dt * c->transport->inflow;
-    return PD_OK;
+    return status;
 }
 
 static pd_status pdi_couple_dissolve(pd_ctx *ctx, pd_couple *c, double dt)
@@ -158,17 +160,21 @@ static pd_status pdi_couple_dissolve(pd_ctx *ctx, pd_couple *c, double dt)
 pd_status pd_couple_step(pd_ctx *ctx, pd_couple *c, double t_limit)
 {
     double dt = t_limit - c->time;
+    pd_status status = PD_OK;
     if (!(t_limit > c->time))
         return pdi_fail(ctx, PD_ERR_ARGUMENT, "couple", "a step from %g s cannot end at %g s", c->time, t_limit);
     if (c->implicit || c->unsteady) PDI_TRY(pdi_couple_move(ctx, c, t_limit, &t_limit));
-    if (c->transport) PDI_TRY(pdi_couple_transport(ctx, c, t_limit, &dt));
+    if (c->transport) status = pdi_couple_transport(ctx, c, t_limit, &dt);
     else dt = t_limit - c->time;
+    if (status < 0) return status;
+    c->unsolved += status > 0;
     if (c->dissolve) PDI_TRY(pdi_couple_dissolve(ctx, c, dt));
     c->dt = dt;
     c->time = dt < t_limit - c->time ? c->time + dt : t_limit;
     c->steps++;
     PDI_TRY(pdi_couple_balance(ctx, c));
-    return pdi_couple_flow(ctx, c);
+    PDI_TRY(pdi_couple_flow(ctx, c));
+    return status;
 }
 
 pd_status pd_couple_run(pd_ctx *ctx, pd_couple *c, double t_end, double every, pd_observer_fn observer, void *user)
@@ -189,7 +195,7 @@ pd_status pd_couple_run(pd_ctx *ctx, pd_couple *c, double t_end, double every, p
         PDI_TRY(pd_couple_step(ctx, c, limit));
         if (observer && observer(user, c)) break;
     }
-    return PD_OK;
+    return c->unsolved ? PD_NOT_CONVERGED : PD_OK;
 }
 
 double pd_couple_volume_loss(const pd_couple *c)

@@ -43,6 +43,7 @@ typedef struct pd_couple {
     double time;             /* [s] */
     double dt;               /* [s] of the last step */
     int64_t steps, flow_solves;
+    int64_t unsolved;        /* steps in which the linear solver of transport missed its tolerance */
     int64_t krylov_flow, krylov_transport;
     int64_t flow_evaluations;
     int flow_stale;          /* the geometry has changed since the last flow solve */
@@ -68,10 +69,12 @@ PD_API pd_status pd_couple_build(pd_ctx *ctx, const pd_couple_desc *desc, pd_gri
 /* First flow solve and the opening balance. PD_ERR_ARGUMENT: no solver for the flow, or dissolution with flow in
  * time. */
 PD_API pd_status pd_couple_start(pd_ctx *ctx, pd_couple *couple);
-/* One step that does not pass t_limit [s]. With nothing left to dissolve the step goes straight to t_limit. */
+/* One step that does not pass t_limit [s]. With nothing left to dissolve the step goes straight to t_limit.
+ * PD_NOT_CONVERGED: the step is done, but the linear solver of transport missed its tolerance; what is missing is owed
+ * to the next step. */
 PD_API pd_status pd_couple_step(pd_ctx *ctx, pd_couple *couple, double t_limit);
 /* Start if needed, then steps up to t_end [s]; observer may be NULL. Steps end exactly on multiples of `every` [s]
- * (0: only on t_end). */
+ * (0: only on t_end). PD_NOT_CONVERGED: done, with such steps; `unsolved` counts them. */
 PD_API pd_status pd_couple_run(pd_ctx *ctx, pd_couple *couple, double t_end, double every, pd_observer_fn observer,
                                void *user);
 /* Share [-] of the initial solid amount that is gone. */

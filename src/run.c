@@ -94,6 +94,7 @@ static void pdi_run_collect(const pdi_run *r, pd_run_result *result)
     result->settled = c->settle;
     result->change = c->transport_result.change;
     result->steps = c->steps;
+    result->unsolved = c->unsolved;
     result->threads = pdi_par_threads(r->ctx, INT64_MAX);
     for (int k = 0; k < PD_PART_COUNT; k++) result->unknowns += m->unknowns[k];
     result->bytes_per_node = nodes ? (double)r->ctx->peak / (double)nodes : 0.0;
@@ -178,6 +179,7 @@ void pd_run_line(const pd_run_result *r, char *text, size_t size)
     pdi_run_append(text, size, "result case=%s dim=%d h=%.6g m=%.6g volume_loss=%.9g ledger=%.3g", r->name, PD_DIM,
                    r->h, r->m, r->volume_loss, r->ledger);
     if (r->settled) pdi_run_append(text, size, " change=%.3g", r->change);
+    if (r->unsolved) pdi_run_append(text, size, " unsolved=%.0f", (double)r->unsolved);
     if (r->has_flux) pdi_run_append(text, size, " flux=%.3g flux_max=%.3g", r->flux, r->flux_max);
     pdi_run_append(text, size, " residual=%.3g evals=%.0f steps=%.0f unknowns=%.0f bytes_per_node=%.0f", r->residual,
                    (double)r->evaluations, (double)r->steps, (double)r->unknowns, r->bytes_per_node);

@@ -37,6 +37,7 @@ typedef struct pd_run_result {
     int settled;          /* the transport was solved for its steady field */
     double change;        /* [-] of that field in the last step of its solver, over the largest value */
     int64_t evaluations, steps, unknowns;
+    int64_t unsolved;     /* steps in which the linear solver of transport missed its tolerance */
     int threads;          /* at most in use */
     double bytes_per_node; /* [byte] peak memory over fluid and solid nodes */
 } pd_run_result;

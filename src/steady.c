@@ -18,9 +18,9 @@
 /* The last Newton step aims at this share of the tolerance. */
 #define PDI_STEADY_ENOUGH 0.3
 
-/* Newton steps of a stage in time, and the linear tolerance of the first. */
+/* Newton steps of a stage in time, and the loosest linear tolerance of one. */
 #define PDI_STEADY_STAGE 8
-#define PDI_STEADY_STAGE_FORCING 1e-2
+#define PDI_STEADY_STAGE_FORCING 0.1
 
 /* What the solver callbacks see. */
 typedef struct pdi_steady_user {
@@ -40,18 +40,22 @@ static void pdi_steady_scale(const pd_ctx *ctx, const pd_flow *flow, double mome
     for (int64_t i = 0; i < split + total; i++) x[i] *= i < split ? momentum : continuity;
 }
 
-/* dp = F q = nu r + u.grad q + shift q with q = L^-1 r: the inverse of the Schur complement (eq. 4.9). */
+/* dp = F q + r/(tau sum a) with F q = nu r + u.grad q + shift q and q = L^-1 r: the inverse of the Schur complement
+ * (eq. 4.9). */
 static void pdi_steady_commute(const pd_ctx *ctx, const pd_steady *s, const double *r, const double *q, double *dp)
 {
     const pd_flow *flow = s->flow;
     const pd_grid *grid = flow->grid;
     int nt = pdi_par_threads(ctx, grid->total * 10);
     (void)nt;
+    double sum_a = 0.0;
+    for (int k = 0; k < flow->bonds->stencil->count; k++) sum_a += flow->bonds->stencil->lap[k];
+    double rough = flow->nu + 1.0 / (flow->tau * sum_a);
     PDI_PARALLEL_FOR(nt)
     for (int32_t i = 0; i < grid->total; i++) {
         dp[i] = 0.0;
         if (grid->kind[i] != PD_FLUID) continue;
-        double sum = flow->nu * r[i] + s->shift * q[i];
+        double sum = rough * r[i] + s->shift * q[i];
         for (int d = 0; d < PD_DIM; d++)
             for (int up = 0; up < 2; up++) {
                 int32_t j = up ? i + grid->stride[d] : i - grid->stride[d];

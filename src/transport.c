@@ -1,17 +1,12 @@
 /* transport: see transport.h
  *
- * Design: bond fluxes are evaluated from the flow on the fly, bond by bond for up to PDI_LANES neighbours along axis 0.
- * A gate shuts the bonds that take no part. Implicit steps solve for corrections, so inlet values need no place in the
- * Krylov vectors.
+ * Implicit steps solve for corrections, so inlet values need no place in the Krylov vectors.
  */
 #include "transport.h"
 #include "par.h"
 #include <math.h>
 #include <string.h>
 
-/* Share of xi.G in the antidiffusive fluxes: damps what alternates from node to node, which a central flux does not
- * see. */
-#define PDI_TRANSPORT_LEAN 0.3
 /* Steps along bonds far below this share of the field are upwinded. */
 #define PDI_TRANSPORT_FAINT 1e-4
 /* Displacement of a difference quotient over the field, and tolerances of the linear solves of Newton's method. */
@@ -35,223 +30,21 @@
 /* Relative change of the field by the last of them. */
 #define PDI_TRANSPORT_SETTLED 1e-6
 
-/* Of bond k of node i: volume flux F [1/s] to the far end, conductance [1/s], and what upwinding adds to it [1/s]. */
-static void pdi_transport_bond(const pd_transport *t, int32_t i, int k, double *flux, double *bond, double *upwind)
-{
-    pdi_diffusion_bond(&t->diffusion, i, k, 1, t->bonds->row[i] >= 0, bond);
-    *flux = t->flow ? pdi_flow_bond_flux(t->flow, i, k) : 0.0;
-    *upwind = fmax(0.5 * fabs(*flux) - *bond, 0.0);
-}
-
-/* Amount per volume and time [mol/m3/s] that leaves i through bond k, upwinded (eq. 5.1). */
-static double pdi_transport_bond_flux(const pd_transport *t, const double *c, int32_t i, int k)
-{
-    double flux, bond, upwind;
-    int32_t j = i + t->bonds->shift[k];
-    pdi_transport_bond(t, i, k, &flux, &bond, &upwind);
-    if (t->grid->kind[j] == PD_OUTLET) return flux * c[i];
-    return 0.5 * flux * (c[i] + c[j]) - (bond + upwind) * (c[j] - c[i]);
-}
-
-/* Bond k of node i is open: by its row, or since its family is whole. */
-static int pdi_transport_open(const pd_transport *t, int32_t i, int k)
-{
-    int32_t r = t->bonds->row[i];
-    return r < 0 || pdi_bond_open(t->bonds, r, k);
-}
-
-/* What a sweep does with its nodes: y = A c, or the limited antidiffusive fluxes y. */
-typedef enum pdi_transport_task {
-    PDI_TRANSPORT_APPLY,
-    PDI_TRANSPORT_ANTI
-} pdi_transport_task;
-
-typedef struct pdi_transport_sweep {
-    pdi_transport_task task;
-    const pd_transport *t;
-    const double *c;
-    double *y;
-} pdi_transport_sweep;
-
-/* One bond of the nodes i .. i+count-1: what the tasks need of it. */
-typedef struct pdi_transport_lanes {
-    int count;
-    int gated;          /* 0: all gates are open */
-    const double *far;  /* c at the far ends [mol/m3] */
-    double gate[PDI_LANES];   /* 1.0: takes part, 0.0: does not */
-    double bond[PDI_LANES];   /* conductance [1/s] */
-    double flux[PDI_LANES];   /* F [1/s] */
-    double upwind[PDI_LANES]; /* diffusion that upwinding adds to `bond` [1/s] */
-    double edge[PDI_LANES];   /* holds far values beside outlets */
-} pdi_transport_lanes;
-
-/* Volume fluxes of bond k (as pdi_flow_bond_flux). tied: 0 where the bond carries no pressure; NULL: everywhere 1. */
-static void pdi_transport_flux(const pd_transport *t, int32_t i, int k, const double *tied, pdi_transport_lanes *l)
-{
-    const pd_stencil *st = t->bonds->stencil;
-    const pd_flow *f = t->flow;
-    int64_t total = t->grid->total, shift = t->bonds->shift[k];
-    const double *p = f->p + i, *u = f->carrier + i, *grad = f->grad + i, *g = st->grad + k * PD_DIM;
-    double tie = f->tau * pdi_bond_lap(t->bonds, i)[k], share = pdi_bond_flux(t->bonds, i, k), arm[PD_DIM];
-    for (int d = 0; d < PD_DIM; d++) arm[d] = 0.5 * st->xi[k * PD_DIM + d];
-    for (int b = 0; b < l->count; b++) {
-        double pressure = p[b + shift] - p[b], flux = 0.0;
-        for (int d = 0; d < PD_DIM; d++) {
-            flux += share * g[d] * (u[d * total + b] + u[d * total + b + shift]);
-            pressure -= arm[d] * (grad[d * total + b] + grad[d * total + b + shift]);
-        }
-        flux -= (tied ? tied[b] : 1.0) * tie * pressure;
-        double excess = 0.5 * fabs(flux) - l->bond[b];
-        l->flux[b] = flux;
-        l->upwind[b] = excess > 0.0 ? excess : 0.0;
-    }
-}
-
-/* Beside inlets and outlets: an outlet takes c of the node, and only moves with the flow. */
-static void pdi_transport_ends(const pdi_transport_sweep *s, int32_t i, int k, double *tied, pdi_transport_lanes *l)
-{
-    int32_t shift = s->t->bonds->shift[k];
-    for (int b = 0; b < l->count; b++) {
-        uint8_t kind = s->t->grid->kind[i + b + shift];
-        tied[b] = kind == PD_INLET ? 0.0 : 1.0;
-        l->edge[b] = kind == PD_OUTLET ? s->c[i + b] : l->far[b];
-        if (!l->gated) l->gate[b] = 1.0;
-        if (kind == PD_OUTLET && s->task == PDI_TRANSPORT_ANTI) l->gate[b] = 0.0;
-    }
-    l->far = l->edge;
-    l->gated = 1;
-}
-
-/* Bond k of the nodes i .. i+count-1, which are the rows from `row` (-1: whole families); 0 when it is shut for all. */
-static int pdi_transport_bond_lanes(const pdi_transport_sweep *s, int32_t i, int32_t row, int k, int ends,
-                                    pdi_transport_lanes *l)
-{
-    const pd_transport *t = s->t;
-    double tied[PDI_LANES];
-    pdi_lanes open = row < 0 ? PDI_LANES_ALL : pdi_bond_open_lanes(t->bonds, row, k, l->count, l->gate);
-    if (open == PDI_LANES_NONE) return 0;
-    l->gated = open == PDI_LANES_SOME;
-    pdi_diffusion_bond(&t->diffusion, i, k, l->count, row >= 0, l->bond);
-    l->far = s->c + i + t->bonds->shift[k];
-    if (ends) pdi_transport_ends(s, i, k, tied, l);
-    if (t->flow) pdi_transport_flux(t, i, k, ends ? tied : NULL, l);
-    return 1;
-}
-
-static void pdi_transport_apply_lanes(const pdi_transport_sweep *s, int32_t i, int32_t row, int count, int ends)
-{
-    const pd_transport *t = s->t;
-    const double *c = s->c + i;
-    double sum[PDI_LANES], rate = t->dt > 0.0 ? 1.0 / t->dt : 0.0;
-    pdi_transport_lanes l;
-    memset(&l, 0, sizeof l);
-    l.count = count;
-    for (int b = 0; b < count; b++) sum[b] = (rate + t->absorb[i + b]) * c[b];
-    for (int b = 0; b < count && t->diffusion.hold; b++) sum[b] += t->diffusion.hold[i + b] * c[b];
-    for (int k = 0; k < t->bonds->stencil->count; k++) {
-        if (!pdi_transport_bond_lanes(s, i, row, k, ends, &l)) continue;
-        for (int b = 0; b < count; b++) {
-            double flux = 0.5 * l.flux[b] * (c[b] + l.far[b]) - (l.bond[b] + l.upwind[b]) * (l.far[b] - c[b]);
-            sum[b] += l.gated ? l.gate[b] * flux : flux;
-        }
-    }
-    memcpy(s->y + i, sum, (size_t)count * sizeof(double));
-}
-
-/* Of bond k: the step D of the field along it, leant towards xi.G of the upwind end, within 0 and 2 D (eq. 5.4). An
- * inlet has no gradient. */
-static void pdi_transport_lean(const pdi_transport_sweep *s, int32_t i, int k, int ends, const pdi_transport_lanes *l,
-                               double *lean)
-{
-    const pd_transport *t = s->t;
-    int64_t total = t->grid->total;
-    int32_t shift = t->bonds->shift[k];
-    const double *c = s->c + i, *slope = t->limiter.slope + i, *xi = t->bonds->stencil->xi + k * PD_DIM;
-    for (int b = 0; b < l->count; b++) {
-        double step = l->far[b] - c[b], near_x = 0.0, far_x = 0.0;
-        for (int d = 0; d < PD_DIM; d++) {
-            near_x += xi[d] * slope[d * total + b];
-            far_x += xi[d] * slope[d * total + b + shift];
-        }
-        double x = l->flux[b] > 0.0 ? near_x : far_x;
-        double mixed = (1.0 - PDI_TRANSPORT_LEAN) * step + PDI_TRANSPORT_LEAN * x, twice = 2.0 * step;
-        double low = twice < 0.0 ? twice : 0.0, high = twice > 0.0 ? twice : 0.0;
-        mixed = mixed > low ? mixed : low;
-        lean[b] = mixed < high ? mixed : high;
-    }
-    for (int b = 0; b < l->count && ends; b++)
-        if (l->flux[b] <= 0.0 && t->grid->kind[i + b + shift] == PD_INLET) lean[b] = l->far[b] - c[b];
-}
-
-/* y_i = - sum alpha d s with s of pdi_transport_lean and alpha of the upwind end of the bond (eq. 5.4). */
-static void pdi_transport_anti_lanes(const pdi_transport_sweep *s, int32_t i, int32_t row, int count, int ends)
-{
-    const pd_transport *t = s->t;
-    const double *keep = t->limiter.keep + i;
-    double sum[PDI_LANES], lean[PDI_LANES];
-    pdi_transport_lanes l;
-    memset(sum, 0, sizeof sum);
-    memset(&l, 0, sizeof l);
-    l.count = count;
-    for (int k = 0; k < t->bonds->stencil->count; k++) {
-        int32_t shift = t->bonds->shift[k];
-        if (!pdi_transport_bond_lanes(s, i, row, k, ends, &l)) continue;
-        pdi_transport_lean(s, i, k, ends, &l, lean);
-        for (int b = 0; b < count; b++) {
-            double flux = (l.flux[b] > 0.0 ? keep[b] : keep[b + shift]) * l.upwind[b] * lean[b];
-            sum[b] -= l.gated ? l.gate[b] * flux : flux;
-        }
-    }
-    memcpy(s->y + i, sum, (size_t)count * sizeof(double));
-}
-
-/* `length` consecutive nodes from i, which are the rows from `row` (-1: whole families). */
-static void pdi_transport_run(const pdi_transport_sweep *s, int32_t i, int32_t row, int32_t length)
-{
-    int count;
-    for (int32_t at = 0; at < length; at += count) {
-        count = pdi_bond_piece(length, &at);
-        int32_t r = row < 0 ? row : row + at;
-        int ends = pdi_limiter_ports(s->t->bonds, i + at, count);
-        if (s->task == PDI_TRANSPORT_APPLY) pdi_transport_apply_lanes(s, i + at, r, count, ends);
-        else pdi_transport_anti_lanes(s, i + at, r, count, ends);
-    }
-}
-
-static void pdi_transport_sweep_all(const pd_ctx *ctx, const pdi_transport_sweep *s)
-{
-    const pd_bonds *bonds = s->t->bonds;
-    int nt = pdi_par_threads(ctx, s->t->grid->fluid_count * bonds->stencil->count * 8);
-    (void)nt;
-    PDI_PARALLEL_FOR(nt)
-    for (int32_t run = 0; run < bonds->runs; run++)
-        pdi_transport_run(s, bonds->run_first[run], -1, bonds->run_length[run]);
-    PDI_PARALLEL_FOR(nt)
-    for (int32_t b = 0; b < bonds->batches; b++)
-        pdi_transport_run(s, bonds->node[bonds->batch_first[b]], bonds->batch_first[b], bonds->batch_length[b]);
-    for (int32_t r = bonds->plain; r < bonds->rows; r++) pdi_transport_run(s, bonds->node[r], r, 1);
-}
-
 static void pdi_transport_operator(const pd_ctx *ctx, const pd_transport *t, const double *c, double *y)
 {
-    pdi_transport_sweep s;
-    memset(&s, 0, sizeof s);
+    pd_convect convect = t->convect;
+    convect.rate = t->dt > 0.0 ? 1.0 / t->dt : 0.0;
     if (t->repeated) {
         pdi_par_copy(ctx, t->grid->total, c, t->repeated);
         pd_ghosts_scalar(&t->bonds->ghosts, t->repeated);
         c = t->repeated;
     }
-    s.t = t;
-    s.c = c;
-    s.y = y;
-    s.task = PDI_TRANSPORT_APPLY;
-    pdi_transport_sweep_all(ctx, &s);
+    pdi_convect_apply(ctx, &convect, c, y);
 }
 
 /* out [total]: limited antidiffusive fluxes of the field c (eq. 5.4), whose images are filled here. */
 static void pdi_transport_anti(const pd_ctx *ctx, pd_transport *t, double *c, double *out)
 {
-    pdi_transport_sweep s;
     pd_ghosts_scalar(&t->bonds->ghosts, c);
     pdi_limiter_update(ctx, &t->limiter, c, PDI_TRANSPORT_FAINT * t->size);
     if (t->upwinding) {
@@ -259,12 +52,7 @@ static void pdi_transport_anti(const pd_ctx *ctx, pd_transport *t, double *c, do
             if (t->upwinded[i]) t->limiter.keep[i] = 0.0;
         pd_ghosts_scalar(&t->bonds->ghosts, t->limiter.keep);
     }
-    memset(&s, 0, sizeof s);
-    s.t = t;
-    s.c = c;
-    s.y = out;
-    s.task = PDI_TRANSPORT_ANTI;
-    pdi_transport_sweep_all(ctx, &s);
+    pdi_convect_anti(ctx, &t->convect, c, out);
 }
 
 /* What the solver callbacks see. */
@@ -408,10 +196,10 @@ static void pdi_transport_boundary(pd_transport *t)
         }
         if (!pdi_limiter_ports(t->bonds, i, 1)) continue;
         for (int k = 0; k < t->bonds->stencil->count; k++) {
-            if (!pdi_transport_open(t, i, k)) continue;
+            if (!pdi_convect_open(&t->convect, i, k)) continue;
             uint8_t far_kind = grid->kind[i + t->bonds->shift[k]];
-            if (far_kind == PD_OUTLET) pdi_sum_add(&out, around * pdi_transport_bond_flux(t, t->c, i, k));
-            if (far_kind == PD_INLET) pdi_sum_add(&in, -around * pdi_transport_bond_flux(t, t->c, i, k));
+            if (far_kind == PD_OUTLET) pdi_sum_add(&out, around * pdi_convect_bond_flux(&t->convect, t->c, i, k));
+            if (far_kind == PD_INLET) pdi_sum_add(&in, -around * pdi_convect_bond_flux(&t->convect, t->c, i, k));
         }
     }
     /* between nodes antidiffusive fluxes cancel: their sum came through the inlets */
@@ -611,8 +399,8 @@ static double pdi_transport_rate(const pd_transport *t, int32_t i)
     double rate = t->absorb[i] + (t->diffusion.hold ? t->diffusion.hold[i] : 0.0);
     for (int k = 0; k < t->bonds->stencil->count; k++) {
         double flux, bond, upwind;
-        if (!pdi_transport_open(t, i, k)) continue;
-        pdi_transport_bond(t, i, k, &flux, &bond, &upwind);
+        if (!pdi_convect_open(&t->convect, i, k)) continue;
+        pdi_convect_bond(&t->convect, i, k, &flux, &bond, &upwind);
         if (t->grid->kind[i + t->bonds->shift[k]] == PD_OUTLET) rate += fmax(flux, 0.0);
         else rate += bond + 2.0 * upwind - 0.5 * flux;
     }
@@ -693,69 +481,12 @@ pd_status pd_transport_explicit(pd_ctx *ctx, pd_transport *t, double dt)
     return PD_OK;
 }
 
-/* Upwinded flux [mol/m3/s] of bond k of node i. One of both ends is fluid, the flux is told from there. */
-static double pdi_transport_section_bond(const void *user, int32_t i, int k)
-{
-    const pd_transport *t = (const pd_transport *)user;
-    int32_t j = i + t->bonds->shift[k];
-    if (t->grid->kind[i] == PD_FLUID) return pdi_transport_bond_flux(t, t->c, i, k);
-    double over = pdi_grid_circumference(t->grid, j) / pdi_grid_circumference(t->grid, i);
-    return -over * pdi_transport_bond_flux(t, t->c, j, t->bonds->stencil->count - 1 - k);
-}
-
-/* What node i gains by the antidiffusive flux of bond k (eq. 5.4), likewise. */
-static double pdi_transport_section_anti(const void *user, int32_t i, int k)
-{
-    const pd_transport *t = (const pd_transport *)user;
-    int32_t j = i + t->bonds->shift[k];
-    pdi_transport_sweep s;
-    pdi_transport_lanes l;
-    double lean;
-    if (t->grid->kind[i] != PD_FLUID) {
-        double over = pdi_grid_circumference(t->grid, j) / pdi_grid_circumference(t->grid, i);
-        return -over * pdi_transport_section_anti(t, j, t->bonds->stencil->count - 1 - k);
-    }
-    memset(&s, 0, sizeof s);
-    memset(&l, 0, sizeof l);
-    s.t = t;
-    s.c = t->c;
-    s.task = PDI_TRANSPORT_ANTI;
-    l.count = 1;
-    int ports = pdi_limiter_ports(t->bonds, i, 1);
-    if (!pdi_transport_bond_lanes(&s, i, t->bonds->row[i], k, ports, &l)) return 0.0;
-    pdi_transport_lean(&s, i, k, ports, &l, &lean);
-    return -(l.gated ? l.gate[0] : 1.0) * t->limiter.keep[l.flux[0] > 0.0 ? i : j] * l.upwind[0] * lean;
-}
-
-/* What passes the plane by antidiffusion is all that the nodes on one side of it gain, since the fluxes between them
- * cancel, unless inlets feed both sides or the axis is periodic: then bond by bond, up to what the limiter still
- * moves. */
-static double pdi_transport_section_gain(const pd_transport *t, int axis, int index)
-{
-    pdi_sum sum[2] = {{0.0, 0.0}, {0.0, 0.0}};
-    int fed[2] = {0, 0};
-    if (t->grid->side[2 * axis] == PD_SIDE_PERIODIC) fed[0] = fed[1] = 1;
-    for (int32_t node = 0; node < t->grid->total; node++) {
-        int i[PD_DIM];
-        pdi_grid_index(t->grid, node, i);
-        int behind = i[axis] >= index;
-        if (t->grid->kind[node] == PD_INLET) fed[behind] = 1;
-        if (t->grid->kind[node] != PD_FLUID) continue;
-        pdi_sum_add(&sum[behind], t->anti[node] * pdi_grid_circumference(t->grid, node));
-    }
-    if (!fed[0]) return pdi_sum_total(&sum[0]);
-    if (!fed[1]) return -pdi_sum_total(&sum[1]);
-    return pdi_bond_section(t->bonds, axis, index, pdi_transport_section_anti, t);
-}
-
 double pd_transport_section(pd_ctx *ctx, pd_transport *t, int axis, int index)
 {
     int limited = t->flow && t->desc.advection == PD_ADVECTION_LIMITED;
     (void)ctx;
     pd_ghosts_scalar(&t->bonds->ghosts, t->c);
-    double low = pdi_bond_section(t->bonds, axis, index, pdi_transport_section_bond, t);
-    double gain = limited ? pdi_transport_section_gain(t, axis, index) : 0.0;
-    return (low - gain) * t->bonds->stencil->volume;
+    return pdi_convect_through(&t->convect, t->c, limited ? t->anti : NULL, axis, index);
 }
 
 static double pdi_transport_total(const pd_transport *t, const double *field)
@@ -855,6 +586,11 @@ pd_status pd_transport_build(pd_ctx *ctx, const pd_grid *grid, const pd_bonds *b
     dd.user = desc->user;
     PDI_TRY(pd_diffusion_build(ctx, bonds, &dd, &t->diffusion));
     if (flow) PDI_TRY(pdi_limiter_build(ctx, &t->diffusion, &t->limiter));
+    t->convect.bonds = bonds;
+    t->convect.flow = flow;
+    t->convect.diffusion = &t->diffusion;
+    t->convect.limiter = &t->limiter;
+    t->convect.absorb = t->absorb;
     pdi_transport_inlets(t);
     return PD_OK;
 }

@@ -9,10 +9,8 @@
 #ifndef PD_TRANSPORT_H
 #define PD_TRANSPORT_H
 #include "compact.h"
-#include "diffusion.h"
-#include "flow.h"
+#include "convect.h"
 #include "krylov.h"
-#include "limiter.h"
 #include "multigrid.h"
 
 typedef enum pd_advection {
@@ -40,6 +38,7 @@ typedef struct pd_transport {
     const pd_flow *flow;    /* NULL: fluid at rest */
     pd_diffusion diffusion; /* conductances of the bonds */
     pd_limiter limiter;     /* with a flow */
+    pd_convect convect;     /* fluxes of the bonds, from all of these */
     double *c;              /* [total] [mol/m3]; solid nodes: what is left of the solid */
     double *old;            /* [total] [mol/m3] start of the step, work */
     double *source;         /* [total] [mol/m3/s] given by the caller before a step */

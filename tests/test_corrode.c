@@ -214,7 +214,9 @@ static scene *lump(pd_drive drive, int threads)
 {
     static const pd_side sides[6] = {PD_SIDE_INLET, PD_SIDE_MIRROR, PD_SIDE_PERIODIC, PD_SIDE_PERIODIC, PD_SIDE_WALL,
                                      PD_SIDE_OUTLET};
-    scene *s = PD_DIM == 3 ? scene_start(12, 5, 6) : scene_start(40, 25, 0);
+    /* with threads so large that they are used */
+    int y = threads ? 12 : 5, z = threads ? 12 : 6;
+    scene *s = PD_DIM == 3 ? scene_start(12, y, z) : scene_start(40, threads ? 80 : 25, 0);
     uint32_t seed = 99;
     s->ctx.threads = threads;
     for (int k = 0; k < 2 * PD_DIM; k++) s->grid_desc.side[k] = sides[k];

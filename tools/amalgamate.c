@@ -16,7 +16,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-#define MAX_MODULES 96
+#define MAX_MODULES 128
 #define NAME_SIZE 48
 #define PATH_SIZE 1024
 

@@ -17,6 +17,7 @@
 #include "peer.h"
 #endif
 #include "gas.h"
+#include "clock.h"
 
 static const val_case *const val_cases[] = {
     &patch_case,
@@ -50,6 +51,9 @@ static const val_case *const val_cases[] = {
     &peer_case,
 #endif
     &sod_case,
+#if PD_DIM == 2
+    &clock_case,
+#endif
 };
 
 enum { VAL_CASE_COUNT = (int)(sizeof val_cases / sizeof val_cases[0]) };

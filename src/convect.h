@@ -1,0 +1,38 @@
+/* convect: what bonds carry from node to node: upwinded advection and diffusion, and the antidiffusive fluxes that take
+ * back what upwinding adds (theory: eq. 5.1, 5.4).
+ */
+#ifndef PD_CONVECT_H
+#define PD_CONVECT_H
+#include "diffusion.h"
+#include "flow.h"
+#include "limiter.h"
+
+/* The terms of the balance of a node; all borrowed. */
+typedef struct pd_convect {
+    const pd_bonds *bonds;
+    const pd_flow *flow;           /* NULL: fluid at rest */
+    const pd_diffusion *diffusion; /* conductances, held walls included */
+    const pd_limiter *limiter;     /* with a flow */
+    const double *absorb;          /* [total] [1/s] */
+    double rate;                   /* [1/s] of the term in time: 1 over the step, or 0 */
+} pd_convect;
+
+#ifdef PDI_INTERNAL
+/* y [total] [mol/m3/s] = rate c + absorb c + what leaves each fluid node through its bonds and into held walls,
+ * upwinded (eq. 5.1); c [total] with its images and inlets. */
+PDI_FN void pdi_convect_apply(const pd_ctx *ctx, const pd_convect *convect, const double *c, double *y);
+/* y [total] [mol/m3/s]: what each fluid node gains by the antidiffusive fluxes of its bonds (eq. 5.4), with the present
+ * limiter. Inlets have some, outlets none. */
+PDI_FN void pdi_convect_anti(const pd_ctx *ctx, const pd_convect *convect, const double *c, double *y);
+/* Flux [mol/s] towards + of all bonds through the plane before index `index` of `axis`; anti: as told by
+ * pdi_convect_anti, or NULL. */
+PDI_FN double pdi_convect_through(const pd_convect *convect, const double *c, const double *anti, int axis, int index);
+/* Of bond k of node i: volume flux F [1/s] to the far end, conductance [1/s], and what upwinding adds to it [1/s]. */
+PDI_FN void pdi_convect_bond(const pd_convect *convect, int32_t i, int k, double *flux, double *bond, double *upwind);
+/* Amount per volume and time [mol/m3/s] that leaves i through bond k, upwinded (eq. 5.1). */
+PDI_FN double pdi_convect_bond_flux(const pd_convect *convect, const double *c, int32_t i, int k);
+/* Bond k of node i is open: by its row, or since its family is whole. */
+PDI_FN int pdi_convect_open(const pd_convect *convect, int32_t i, int k);
+#endif
+
+#endif
