@@ -57,7 +57,7 @@
  *   vti        fields on the lattice as VTK ImageData (XML, raw appended data) and time series as a PVD collection, for
  *   csv        tables of numbers as text: a writer of rows that can be read while it runs, and a reader of small tables.
  *   progress   one line of text with the share done and the time left. The library prints nothing; a driver shows the
- *   material   properties of metals that dissolve, as presets with their sources.
+ *   material   properties of metals that dissolve, as presets with their sources, and their kinetics as data.
  *   flow       peridynamic Navier-Stokes operator: momentum and continuity residuals, their linearisation, flux sections.
  *   force      what a flow does to walls and solids, in two ways that share nothing but the fields.
  *   steady     steady flow by Newton's method on the peridynamic residual.
@@ -71,6 +71,8 @@
  *   advance    transport in time, of second order, with error-controlled steps.
  *   dissolve   surface-rate dissolution. Solid nodes lose metal through the bonds that join them to fluid.
  *   measure    figures of a flow and of what it carries: through a plane of the lattice, from walls and metal, in a box.
+ *   front      weights of the bonds across a front between metal and fluid, and the speed that they give it.
+ *   corrode    bond-based corrosion. Metal and fluid are one concentration field on two phases; bonds across the front
  *   couple     one dissolution run: steady flow, implicit transport, dissolution steps with error control, the ledger.
  *   setup      everything that a run needs to know, as data: what scene files and flat files are turned into.
  *   syntax     the sections of a scene and their keys, checked before anything is read: a misspelt key is reported as such
@@ -561,9 +563,9 @@ PDI_FN double pdi_area_measure(int count, const double *xi, const double *area, 
 /* ======== >>stencil.h ======== */
 /* stencil: the family of an interior node of a uniform lattice and its calibrated weights.
  *
- * A bond is an integer offset n != 0 with |n| < m + 1/2 and xi = n h (componentwise); all weights are shared by
- * every node whose family is whole. Calibrated weights make the gradient, the divergence and the Laplacian exact
- * on all quadratics for any m, spacing ratio and dimension (theory: eq. 2.3, 2.4).
+ * A bond is an integer offset n != 0 with |n| < m + 1/2 (or |n| <= m) and xi = n h (componentwise); all weights are
+ * shared by every node whose family is whole. Calibrated weights make the gradient, the divergence and the Laplacian
+ * exact on all quadratics for any m, spacing ratio and dimension (theory: eq. 2.3, 2.4).
  */
 #ifndef PD_STENCIL_H
 #define PD_STENCIL_H
@@ -573,10 +575,16 @@ typedef enum pd_weights {
     PD_WEIGHTS_PRINTED = 1     /* continuum coefficients of the papers, only to reproduce published figures */
 } pd_weights;
 
+typedef enum pd_family {
+    PD_FAMILY_PARTIAL = 0, /* |n| < m + 1/2; cells at the rim count with the part beta that lies within the horizon */
+    PD_FAMILY_WHOLE = 1    /* |n| <= m, whole cells, as in codes that sum by fast Fourier transforms */
+} pd_family;
+
 typedef struct pd_stencil_desc {
     double m;          /* [-] horizon ratio; 0: 3 */
     double h[PD_DIM];  /* [m] spacing of each axis */
     pd_weights weights;
+    pd_family family;
 } pd_stencil_desc;
 
 typedef struct pd_stencil {
@@ -1948,9 +1956,12 @@ PD_API void pd_progress_duration(double seconds, char *text, size_t size);
 #endif
 
 /* ======== >>material.h ======== */
-/* material: properties of metals that dissolve, as presets with their sources. */
+/* material: properties of metals that dissolve, as presets with their sources, and their kinetics as data. */
 #ifndef PD_MATERIAL_H
 #define PD_MATERIAL_H
+
+/* Recession speed [m/s] at dissolved concentration c [mol/m3]. */
+typedef double (*pd_rate_fn)(void *user, double c);
 
 typedef struct pd_material {
     const char *name;  /* as in scene files */
@@ -1962,6 +1973,7 @@ typedef struct pd_material {
 #define pd_material_mg4ag PD_NAME(pd_material_mg4ag)
 #define pd_material_find PD_NAME(pd_material_find)
 #define pd_material_concentration PD_NAME(pd_material_concentration)
+#define pd_material_speed PD_NAME(pd_material_speed)
 
 /* Mg-4Ag with the figures of pure magnesium: density 1738 kg/m3 (CRC Handbook of Chemistry and Physics,
  * section 4), molar mass 24.305 g/mol (IUPAC 2021), z = 2 (Mg -> Mg2+ + 2 e-). The wire of Reimers et al. 2023, ACS
@@ -1971,6 +1983,8 @@ PD_API pd_material pd_material_mg4ag(void);
 PD_API int pd_material_find(const char *name, pd_material *material);
 /* Concentration Cs [mol/m3] of the intact metal. */
 PD_API double pd_material_concentration(const pd_material *material);
+/* Recession speed v = i/(z F Cs) [m/s] at the current density i [A/m2] (Faraday's law). */
+PD_API double pd_material_speed(const pd_material *material, double current);
 
 #endif
 
@@ -2644,9 +2658,6 @@ PD_API void pd_advance_free(pd_ctx *ctx, pd_advance *advance);
 #ifndef PD_DISSOLVE_H
 #define PD_DISSOLVE_H
 
-/* Recession speed [m/s] at dissolved concentration c [mol/m3]. */
-typedef double (*pd_rate_fn)(void *user, double c);
-
 typedef struct pd_dissolve_desc {
     double solid;        /* [mol/m3] concentration Cs of intact metal */
     double threshold;    /* [-] fraction of Cs at which a node turns fluid, 0 <= threshold < 1 */
@@ -2745,6 +2756,154 @@ PD_API void pd_measure_exchange(pd_ctx *ctx, const pd_transport *transport, cons
 PD_API void pd_measure_box(pd_ctx *ctx, const pd_bonds *bonds, const pd_flow *flow, const pd_transport *transport,
                            const pd_dissolve *dissolve, const double *lo, const double *hi,
                            pd_measure_box_result *result);
+
+#endif
+
+/* ======== >>front.h ======== */
+/* front: weights of the bonds across a front between metal and fluid, and the speed that they give it.
+ *
+ * Through the bond of offset n a solid node loses at the rate v b(n) times a driving amount (see corrode.h). A flat
+ * front with the unit normal N that has dissolved layer by layer then moves at v f(N), exactly, with
+ *     f(N) = 1/2 sum_n b(n) |xi.N|                                                    (theory: eq. 6.8)
+ * whatever h and m. Calibrated weights have f = 1 along every axis: no trial run is needed to get a rate.
+ */
+#ifndef PD_FRONT_H
+#define PD_FRONT_H
+
+typedef enum pd_kernel {
+    PD_KERNEL_AREA = 0, /* b = c(n), the area weights of eq. 6.3: f closest to 1 in all directions */
+    PD_KERNEL_SQUARE,   /* b like beta V/|xi|^2 (Jafarzadeh et al. 2021, eq. 1 and 22) */
+    PD_KERNEL_INVERSE   /* b like beta V/|xi| */
+} pd_kernel;
+
+typedef struct pd_front {
+    const pd_stencil *stencil;
+    pd_kernel kernel;
+    double *weight; /* [count] [1/m] b(n) */
+    double total;   /* [1/m] sum b(n): what a node with fluid all around loses by */
+    double micro;   /* [m^(1-d)] PD_KERNEL_SQUARE on equal spacings: b = micro beta V/|xi|^2, so the
+                     * micro-dissolvability of that paper is k_diss = v ln(Cs/Csat) micro. 0 otherwise */
+} pd_front;
+
+#define pd_front_build PD_NAME(pd_front_build)
+#define pd_front_measure PD_NAME(pd_front_measure)
+#define pd_front_free PD_NAME(pd_front_free)
+
+/* The stencil is borrowed. PD_WEIGHTS_PRINTED: continuum coefficients, for which f = 1 only when m is large; on unequal
+ * spacings those of the smallest one times (delta_ref/delta_theta)^d, delta_theta = m |xi|/|n|. PD_ERR_ARGUMENT:
+ * there are no printed area weights, and in 1D no inverse squares. PD_ERR_GEOMETRY: a calibrated weight is negative. */
+PD_API pd_status pd_front_build(pd_ctx *ctx, const pd_stencil *stencil, pd_kernel kernel, pd_weights weights,
+                                pd_front *front);
+/* f(N) [-] of a unit vector. */
+PD_API double pd_front_measure(const pd_front *front, const double *normal);
+PD_API void pd_front_free(pd_ctx *ctx, pd_front *front);
+
+#endif
+
+/* ======== >>corrode.h ======== */
+/* corrode: bond-based corrosion. Metal and fluid are one concentration field on two phases; bonds across the front
+ * carry metal into the fluid, bonds between fluid nodes carry diffusion, bonds between solid nodes nothing.
+ *
+ *     dC_i/dt = sum_fluid D a(n) (C_j - C_i) + sum_solid T_ji      of fluid nodes i,
+ *     dC_j/dt = - sum_fluid T_ji                                   of solid nodes j,      (theory: eq. 6.7)
+ *     T_ji = v(C_i) b(n) (Cs - Csat)     or     v(C_i) b(n) ln(Cs/Csat) (C_j - C_i),
+ *
+ * with the recession speed v of the law and the weights b(n) of front.h. A solid node turns fluid when it is down to
+ * Csat; a fluid node at or above Csat takes no more (salt layer) until it has fallen below, as its concentration says
+ * at every step. Every exchange is antisymmetric. Solid beyond one horizon of the fluid is not visited.
+ * Sources: Chen and Bobaru 2015; Jafarzadeh, Zhao, Shakouri and Bobaru 2021.
+ *
+ * The surface of the metal is the set of solid nodes: bonds count by the phases of their ends alone, and what is
+ * thinner than a horizon does not separate fluids. Sides of the box: mirror and wall repeat what lies in front of
+ * them, periodic sides too, and inlets and outlets hold `bulk` on their plane.
+ */
+#ifndef PD_CORRODE_H
+#define PD_CORRODE_H
+
+typedef enum pd_drive {
+    PD_DRIVE_CONSTANT = 0,  /* the law holds at every concentration of the fluid */
+    PD_DRIVE_DIFFERENCE = 1 /* loss in proportion to C_j - C_i: the law holds at C_i = 0 */
+} pd_drive;
+
+/* Zero-initialise. */
+typedef struct pd_corrode_desc {
+    double solid;       /* [mol/m3] concentration Cs of intact metal */
+    double saturation;  /* [mol/m3] Csat, 0 < Csat < Cs */
+    double diffusivity; /* [m2/s] of dissolved metal */
+    double initial;     /* [mol/m3] of the fluid at the start */
+    double bulk;        /* [mol/m3] held on inlets and outlets, and in all fluid with `activation` */
+    int activation;     /* 1: activation control, fluid nodes hold `bulk` during a step and what they gain is gone */
+    double share;       /* [-] a run chooses steps in which no node loses more of Cs - Csat; 0: 0.01 */
+    double overshoot;   /* [-] and no fluid node gains more of Csat, by which the salt layer may pass it; 0: 0.05 */
+    pd_rate_fn rate;    /* speed v of a flat front; never below zero */
+    void *rate_user;
+    pd_drive drive;
+    pd_kernel kernel;
+    pd_weights weights; /* of the kernel */
+    const uint8_t *passive; /* [total] 1: fluid there does not attack, as in front of a passive film; NULL: none.
+                             * Borrowed */
+} pd_corrode_desc;
+
+typedef struct pd_corrode {
+    pd_corrode_desc desc; /* defaults filled in */
+    pd_grid *grid;
+    const pd_stencil *stencil;
+    pd_front front;
+    int32_t *shift;    /* [count] node id of the far end minus that of the node */
+    double *c;         /* [total] [mol/m3] content of solid, concentration of fluid nodes */
+    double *next;      /* [total] [mol/m3] */
+    double *speed;     /* [total] [m/s] v of fluid nodes at the front, 0 where they do not attack */
+    uint8_t *phase;    /* [total] of nodes and ghosts */
+    uint8_t *role;     /* [total] what a step does with a node */
+    int32_t *ghost, *source; /* [ghosts] */
+    int32_t ghosts;
+    int32_t *border;   /* [borders] nodes within reach of held sides */
+    int32_t borders;
+    double span;       /* [mol/m3] Cs - Csat */
+    double log_ratio;  /* [-] ln(Cs/Csat) */
+    int32_t *changed;  /* [changed_capacity] nodes that turned fluid in the last step, ascending; they still hold
+                        * what was left in them */
+    int32_t changed_count, changed_capacity;
+    double fastest;    /* [m/s] largest speed */
+    int64_t active;    /* nodes that change in a step */
+    double diffusion;  /* [1/s] D sum a(n) */
+    double time;       /* [s] */
+    double start;      /* [mol] (per m in 2D, per m2 in 1D) solid and dissolved at first */
+    double out;        /* [mol] gone through held sides and held fluid */
+    double out_carry;  /* [mol] rounding of out */
+    int64_t steps;
+} pd_corrode;
+
+#define pd_corrode_build PD_NAME(pd_corrode_build)
+#define pd_corrode_open PD_NAME(pd_corrode_open)
+#define pd_corrode_limit PD_NAME(pd_corrode_limit)
+#define pd_corrode_step PD_NAME(pd_corrode_step)
+#define pd_corrode_run PD_NAME(pd_corrode_run)
+#define pd_corrode_solid PD_NAME(pd_corrode_solid)
+#define pd_corrode_dissolved PD_NAME(pd_corrode_dissolved)
+#define pd_corrode_imbalance PD_NAME(pd_corrode_imbalance)
+#define pd_corrode_free PD_NAME(pd_corrode_free)
+
+/* Grid and stencil are borrowed; kinds of the grid change when nodes turn fluid. PD_ERR_ARGUMENT: a concentration, the
+ * diffusivity or the share is out of range, no law, axisymmetric grid. PD_ERR_GEOMETRY: a box with held sides is
+ * thinner than a horizon. */
+PD_API pd_status pd_corrode_build(pd_ctx *ctx, pd_grid *grid, const pd_stencil *stencil, const pd_corrode_desc *desc,
+                                  pd_corrode *corrode);
+/* The caller has set c of fluid nodes (allowed between any two steps): open the balance with it. */
+PD_API void pd_corrode_open(pd_corrode *corrode);
+/* Longest step [s] that keeps concentrations positive and without new extremes, at the present concentrations; HUGE_VAL
+ * when nothing moves. PD_ERR_STATE: the law gives no finite speed (the message names node, place and concentration). */
+PD_API pd_status pd_corrode_limit(pd_ctx *ctx, pd_corrode *corrode, double *limit);
+/* One step of forward Euler by dt [s]. PD_RETRY: dt exceeds the limit, nothing changed. PD_ERR_STATE as above. */
+PD_API pd_status pd_corrode_step(pd_ctx *ctx, pd_corrode *corrode, double dt);
+/* Steps up to t_end [s], each as long as the limit, the share and (with fluid that is not held) the overshoot allow. */
+PD_API pd_status pd_corrode_run(pd_ctx *ctx, pd_corrode *corrode, double t_end);
+/* Amounts [mol, per m in 2D, per m2 in 1D] in solid and in fluid nodes. */
+PD_API double pd_corrode_solid(const pd_corrode *corrode);
+PD_API double pd_corrode_dissolved(const pd_corrode *corrode);
+/* |solid + dissolved + out - start| over start [-]: rounding. */
+PD_API double pd_corrode_imbalance(const pd_corrode *corrode);
+PD_API void pd_corrode_free(pd_ctx *ctx, pd_corrode *corrode);
 
 #endif
 
@@ -5700,18 +5859,19 @@ static int pdi_stencil_next(int *n, int reach)
     return 0;
 }
 
-static int pdi_stencil_member(const int *n, double m)
+/* Partial volume beta of a cell (eq. 2.1); 0: not in the family. The last digits of sqrt must not decide on that. */
+static double pdi_stencil_beta(const int *n, double m, pd_family family)
 {
-    double length = pdi_stencil_lattice_length(n);
-    /* the last digits of sqrt must not decide on membership */
-    return length > 0.0 && length < m + 0.5 - 1e-12;
+    double length = pdi_stencil_lattice_length(n), rim = family == PD_FAMILY_WHOLE ? m + 1e-12 : m + 0.5 - 1e-12;
+    if (!(length > 0.0) || !(length < rim)) return 0.0;
+    return family == PD_FAMILY_WHOLE ? 1.0 : fmin(m + 0.5 - length, 1.0);
 }
 
-static pd_status pdi_stencil_family(pd_ctx *ctx, pd_stencil *s)
+static pd_status pdi_stencil_family(pd_ctx *ctx, pd_family family, pd_stencil *s)
 {
     int limit = (int)(s->m + 0.5), n[PD_DIM], count = 0;
     for (int d = 0; d < PD_DIM; d++) n[d] = -limit;
-    do count += pdi_stencil_member(n, s->m);
+    do count += pdi_stencil_beta(n, s->m, family) > 0.0;
     while (pdi_stencil_next(n, limit));
     s->count = count;
     PDI_TRY(PDI_NEW(ctx, "stencil", count * PD_DIM, s->offset));
@@ -5724,14 +5884,15 @@ static pd_status pdi_stencil_family(pd_ctx *ctx, pd_stencil *s)
     int k = 0;
     for (int d = 0; d < PD_DIM; d++) n[d] = -limit;
     do {
-        if (!pdi_stencil_member(n, s->m)) continue;
+        double beta = pdi_stencil_beta(n, s->m, family);
+        if (!(beta > 0.0)) continue;
         for (int d = 0; d < PD_DIM; d++) {
             s->offset[k * PD_DIM + d] = n[d];
             s->xi[k * PD_DIM + d] = (double)n[d] * s->h[d];
             if (n[d] > s->reach) s->reach = n[d];
         }
         double length = pdi_stencil_lattice_length(n);
-        s->beta[k] = fmin(fmax(s->m + 0.5 - length, 0.0), 1.0);
+        s->beta[k] = beta;
         /* w(n) = beta V |n|^d / |xi|^(d+2): on equal spacings beta V / |xi|^2 up to a constant (eq. 2.2) */
         double xi2 = pdi_vec_dot(s->xi + k * PD_DIM, s->xi + k * PD_DIM);
         s->base[k] = s->beta[k] * s->volume * pow(length / sqrt(xi2), PD_DIM) / xi2;
@@ -5982,7 +6143,7 @@ pd_status pd_stencil_build(pd_ctx *ctx, const pd_stencil_desc *desc, pd_stencil 
         stencil->h[d] = desc->h[d];
         stencil->volume *= desc->h[d];
     }
-    PDI_TRY(pdi_stencil_family(ctx, stencil));
+    PDI_TRY(pdi_stencil_family(ctx, desc->family, stencil));
     if (desc->weights == PD_WEIGHTS_PRINTED) pdi_stencil_printed(stencil);
     else PDI_TRY(pdi_stencil_calibrate(ctx, stencil));
     PDI_TRY(pdi_area_weights(ctx, stencil->count, stencil->xi, stencil->beta, stencil->m, stencil->h, stencil->area,
@@ -13612,6 +13773,8 @@ void pd_progress_line(double fraction, double elapsed, const char *label, char *
 /* material: see material.h */
 #include <string.h>
 
+#define PDI_MATERIAL_FARADAY 96485.33212 /* [C/mol] */
+
 pd_material pd_material_mg4ag(void)
 {
     pd_material m;
@@ -13629,6 +13792,11 @@ int pd_material_find(const char *name, pd_material *material)
 }
 
 double pd_material_concentration(const pd_material *material) { return material->density / material->molar_mass; }
+
+double pd_material_speed(const pd_material *material, double current)
+{
+    return current / (material->charge * PDI_MATERIAL_FARADAY * pd_material_concentration(material));
+}
 
 /* ======== >>flow.c ======== */
 /* flow: see flow.h
@@ -17555,6 +17723,591 @@ void pd_measure_box(pd_ctx *ctx, const pd_bonds *bonds, const pd_flow *flow, con
 }
 
 #undef PDI_MEASURE_SLACK
+
+/* ======== >>front.c ======== */
+/* front: see front.h */
+#include <math.h>
+#include <string.h>
+
+/* Before calibration: beta V |n|^d/|xi|^(d+2), or with one power of |xi| less in the denominator. On equal spacings the
+ * first is micro beta V/|xi|^2 with micro = h^-d. */
+static double pdi_front_shape(const pd_stencil *s, pd_kernel kernel, int k)
+{
+    return s->base[k] * (kernel == PD_KERNEL_INVERSE ? pdi_vec_norm(s->xi + k * PD_DIM) : 1.0);
+}
+
+/* b(n) = shape(n) sum_a s_a e_a^2 with f = 1 along every axis: sum over n_a > 0 of b xi_a = 1 (eq. 6.9). */
+static pd_status pdi_front_calibrate(pd_ctx *ctx, pd_front *f)
+{
+    const pd_stencil *s = f->stencil;
+    double matrix[PD_DIM * PD_DIM], one[PD_DIM], scale[PD_DIM];
+    memset(matrix, 0, sizeof matrix);
+    for (int k = 0; k < s->count; k++) {
+        const double *xi = s->xi + k * PD_DIM;
+        double xi2 = pdi_vec_dot(xi, xi), shape = pdi_front_shape(s, f->kernel, k);
+        /* row a is divided by h_a, so that the system is well scaled for any spacings */
+        for (int a = 0; a < PD_DIM; a++)
+            for (int b = 0; b < PD_DIM; b++)
+                matrix[a * PD_DIM + b] += 0.5 * shape * fabs(xi[a]) / s->h[a] * xi[b] * xi[b] / xi2;
+    }
+    for (int a = 0; a < PD_DIM; a++) one[a] = 1.0 / s->h[a];
+    if (!(pdi_vec_solve(matrix, one, scale) > 0.0))
+        return pdi_fail(ctx, PD_ERR_GEOMETRY, "front", "the sums over the family are singular (m = %g)", s->m);
+    for (int k = 0; k < s->count; k++) {
+        const double *xi = s->xi + k * PD_DIM;
+        double factor = 0.0;
+        for (int a = 0; a < PD_DIM; a++) factor += scale[a] * xi[a] * xi[a] / pdi_vec_dot(xi, xi);
+        f->weight[k] = pdi_front_shape(s, f->kernel, k) * factor;
+        if (!(f->weight[k] > 0.0))
+            return pdi_fail(ctx, PD_ERR_GEOMETRY, "front",
+                            "a weight is %g 1/m, expected a positive one: the spacings differ too much for this "
+                            "kernel, use area weights", f->weight[k]);
+    }
+    return PD_OK;
+}
+
+/* f = 1 as an integral over the horizon (eq. 6.10): of 1/|xi| the factor is 1/delta, 1/delta^2, 3/(pi delta^3) in 1D,
+ * 2D and 3D, of 1/|xi|^2 it is 1/(2 delta) in 2D and 2/(pi delta^2) in 3D; in 1D that integral diverges. */
+static pd_status pdi_front_print(pd_ctx *ctx, pd_front *f)
+{
+    const pd_stencil *s = f->stencil;
+    double reference = s->h[0], factor;
+    if (f->kernel == PD_KERNEL_AREA || (f->kernel == PD_KERNEL_SQUARE && PD_DIM == 1))
+        return pdi_fail(ctx, PD_ERR_ARGUMENT, "front", "this kernel has no coefficient of the continuum in %dD",
+                        PD_DIM);
+    for (int a = 1; a < PD_DIM; a++) reference = fmin(reference, s->h[a]);
+    double delta = s->m * reference;
+    if (f->kernel == PD_KERNEL_INVERSE) factor = (PD_DIM == 3 ? 3.0 / PDI_PI : 1.0) / pow(delta, PD_DIM);
+    else factor = PD_DIM == 2 ? 0.5 / delta : 2.0 / (PDI_PI * delta * delta);
+    /* the shape has |n|^d/|xi|^d = (m/delta_theta)^d in it */
+    for (int k = 0; k < s->count; k++)
+        f->weight[k] = factor * pow(reference, PD_DIM) * pdi_front_shape(s, f->kernel, k);
+    return PD_OK;
+}
+
+pd_status pd_front_build(pd_ctx *ctx, const pd_stencil *stencil, pd_kernel kernel, pd_weights weights, pd_front *f)
+{
+    int equal = 1;
+    memset(f, 0, sizeof *f);
+    f->stencil = stencil;
+    f->kernel = kernel;
+    if ((int)kernel < PD_KERNEL_AREA || (int)kernel > PD_KERNEL_INVERSE)
+        return pdi_fail(ctx, PD_ERR_ARGUMENT, "front", "kernel %d, expected 0 to 2", (int)kernel);
+    PDI_TRY(PDI_NEW(ctx, "front", stencil->count, f->weight));
+    if (weights == PD_WEIGHTS_PRINTED) PDI_TRY(pdi_front_print(ctx, f));
+    else if (kernel == PD_KERNEL_AREA) memcpy(f->weight, stencil->area, (size_t)stencil->count * sizeof(double));
+    else PDI_TRY(pdi_front_calibrate(ctx, f));
+    for (int k = 0; k < stencil->count; k++) f->total += f->weight[k];
+    for (int a = 1; a < PD_DIM; a++) equal = equal && fabs(stencil->h[a] / stencil->h[0] - 1.0) < 1e-12;
+    if (kernel == PD_KERNEL_SQUARE && equal) {
+        const double *xi = stencil->xi;
+        f->micro = f->weight[0] * pdi_vec_dot(xi, xi) / (stencil->beta[0] * stencil->volume);
+    }
+    return PD_OK;
+}
+
+double pd_front_measure(const pd_front *f, const double *normal)
+{
+    double sum = 0.0;
+    for (int k = 0; k < f->stencil->count; k++)
+        sum += 0.5 * f->weight[k] * fabs(pdi_vec_dot(f->stencil->xi + k * PD_DIM, normal));
+    return sum;
+}
+
+void pd_front_free(pd_ctx *ctx, pd_front *f)
+{
+    PDI_DELETE(ctx, f->stencil ? f->stencil->count : 0, f->weight);
+    memset(f, 0, sizeof *f);
+}
+
+/* ======== >>corrode.c ======== */
+/* corrode: see corrode.h */
+#include <math.h>
+#include <string.h>
+
+/* Phases. Held: the ghost of a fluid node behind an inlet or outlet. */
+enum { PDI_CORRODE_NONE = 0, PDI_CORRODE_FLUID, PDI_CORRODE_HELD, PDI_CORRODE_SOLID };
+
+/* Roles: what lies beyond the reach of all others is skipped; whole families go in lanes. */
+enum { PDI_CORRODE_IDLE = 0, PDI_CORRODE_WHOLE, PDI_CORRODE_SHORE, PDI_CORRODE_EXPOSED };
+
+/* Nodes along axis 0 that one thread sweeps at a time. */
+#define PDI_CORRODE_PIECE 64
+
+static int pdi_corrode_wet(uint8_t phase) { return phase == PDI_CORRODE_FLUID || phase == PDI_CORRODE_HELD; }
+
+/* What a bond moves, over speed and weight [mol/m3]: `scale` times 1 or times the difference of its ends (eq. 6.7). */
+static double pdi_corrode_scale(const pd_corrode *r)
+{
+    return r->desc.drive == PD_DRIVE_CONSTANT ? r->span : r->log_ratio;
+}
+
+/* Fluid nodes with whole families, consecutive along axis 0. */
+static void pdi_corrode_whole(pd_corrode *r, int32_t first, int count, double dt)
+{
+    const pd_stencil *s = r->stencil;
+    const double *c = r->c + first;
+    double sum[PDI_CORRODE_PIECE];
+    memset(sum, 0, sizeof sum);
+    for (int k = 0; k < s->count / 2; k++) {
+        const double *far = c + r->shift[k], *back = c - r->shift[k];
+        for (int b = 0; b < count; b++) sum[b] += s->lap[k] * ((far[b] - c[b]) + (back[b] - c[b]));
+    }
+    for (int b = 0; b < count; b++) r->next[first + b] = c[b] + dt * r->desc.diffusivity * sum[b];
+}
+
+/* Fluid nodes beside metal or wall gain by diffusion and from the metal. */
+static void pdi_corrode_shore(pd_corrode *r, int32_t first, int count, double dt)
+{
+    const double *c = r->c + first;
+    double diffusivity = r->desc.activation ? 0.0 : r->desc.diffusivity, scale = pdi_corrode_scale(r);
+    double spread[PDI_CORRODE_PIECE], metal[PDI_CORRODE_PIECE];
+    int difference = r->desc.drive == PD_DRIVE_DIFFERENCE;
+    memset(spread, 0, sizeof spread);
+    memset(metal, 0, sizeof metal);
+    for (int k = 0; k < r->stencil->count; k++) {
+        const double *far = c + r->shift[k], lap = r->stencil->lap[k], weight = r->front.weight[k];
+        const uint8_t *there = r->phase + first + r->shift[k];
+        for (int b = 0; b < count; b++) {
+            double step = far[b] - c[b];
+            spread[b] += pdi_corrode_wet(there[b]) ? lap * step : 0.0;
+            metal[b] += there[b] == PDI_CORRODE_SOLID ? weight * (difference ? step : 1.0) : 0.0;
+        }
+    }
+    for (int b = 0; b < count; b++)
+        r->next[first + b] = c[b] + dt * (diffusivity * spread[b] + r->speed[first + b] * scale * metal[b]);
+}
+
+/* Solid nodes lose to attacking fluid; all others have the speed 0. */
+static void pdi_corrode_exposed(pd_corrode *r, int32_t first, int count, double dt)
+{
+    const double *c = r->c + first;
+    double loss[PDI_CORRODE_PIECE], scale = pdi_corrode_scale(r);
+    int difference = r->desc.drive == PD_DRIVE_DIFFERENCE;
+    memset(loss, 0, sizeof loss);
+    for (int k = 0; k < r->stencil->count; k++) {
+        const double *far = c + r->shift[k], *speed = r->speed + first + r->shift[k], weight = r->front.weight[k];
+        for (int b = 0; b < count; b++) loss[b] += speed[b] * (weight * (difference ? c[b] - far[b] : 1.0));
+    }
+    for (int b = 0; b < count; b++) r->next[first + b] = c[b] - dt * scale * loss[b];
+}
+
+/* New contents of `count` nodes of the box that lie along axis 0, in runs of one role. */
+static void pdi_corrode_piece(pd_corrode *r, int32_t first, int count, double dt)
+{
+    for (int b = 0, run; b < count; b += run) {
+        int32_t i = first + b;
+        uint8_t role = r->role[i];
+        for (run = 1; b + run < count && r->role[i + run] == role;) run++;
+        if (role == PDI_CORRODE_WHOLE && !r->desc.activation) pdi_corrode_whole(r, i, run, dt);
+        if (role == PDI_CORRODE_SHORE) pdi_corrode_shore(r, i, run, dt);
+        if (role == PDI_CORRODE_EXPOSED) pdi_corrode_exposed(r, i, run, dt);
+    }
+}
+
+/* Pieces of the rows of the box, and the first node and length of one. */
+static int32_t pdi_corrode_pieces(const pd_grid *grid)
+{
+    int32_t rows = 1;
+    for (int d = 1; d < PD_DIM; d++) rows *= (int32_t)grid->n[d];
+    return rows * (int32_t)((grid->n[0] + PDI_CORRODE_PIECE - 1) / PDI_CORRODE_PIECE);
+}
+
+static int32_t pdi_corrode_place(const pd_grid *grid, int32_t piece, int *count)
+{
+    int32_t per_row = (int32_t)((grid->n[0] + PDI_CORRODE_PIECE - 1) / PDI_CORRODE_PIECE), row = piece / per_row;
+    int i[PD_DIM];
+    i[0] = (int)(piece % per_row) * PDI_CORRODE_PIECE;
+    for (int d = 1; d < PD_DIM; d++) {
+        i[d] = (int)(row % grid->n[d]);
+        row /= (int32_t)grid->n[d];
+    }
+    *count = grid->n[0] - i[0] < PDI_CORRODE_PIECE ? grid->n[0] - i[0] : PDI_CORRODE_PIECE;
+    return pd_grid_node(grid, i);
+}
+
+static uint8_t pdi_corrode_role(const pd_corrode *r, int32_t i)
+{
+    uint8_t here = r->phase[i];
+    int wet = 0;
+    if (here == PDI_CORRODE_NONE) return PDI_CORRODE_IDLE;
+    for (int k = 0; k < r->stencil->count; k++) wet += pdi_corrode_wet(r->phase[i + r->shift[k]]);
+    if (here == PDI_CORRODE_SOLID) return wet ? PDI_CORRODE_EXPOSED : PDI_CORRODE_IDLE;
+    return wet == r->stencil->count ? PDI_CORRODE_WHOLE : PDI_CORRODE_SHORE;
+}
+
+static void pdi_corrode_roles(pd_corrode *r)
+{
+    for (int32_t p = 0; p < pdi_corrode_pieces(r->grid); p++) {
+        int count;
+        int32_t first = pdi_corrode_place(r->grid, p, &count);
+        for (int32_t i = first; i < first + count; i++) r->role[i] = pdi_corrode_role(r, i);
+    }
+}
+
+/* Behind an odd number of held planes. */
+static int pdi_corrode_is_held(const pd_grid *grid, int32_t node)
+{
+    int i[PD_DIM], held = 0;
+    pdi_grid_index(grid, node, i);
+    for (int d = 0; d < PD_DIM; d++)
+        if (i[d] < 0 || i[d] >= grid->n[d]) held ^= pdi_grid_port(grid->side[2 * d + (i[d] < 0 ? 0 : 1)]);
+    return held;
+}
+
+/* The phase of a ghost is that of its source. Solid is not continued behind held planes. */
+static void pdi_corrode_ghost_phases(pd_corrode *r)
+{
+    for (int32_t g = 0; g < r->ghosts; g++) {
+        uint8_t phase = r->phase[r->source[g]];
+        if (pdi_corrode_is_held(r->grid, r->ghost[g]))
+            phase = phase == PDI_CORRODE_FLUID ? PDI_CORRODE_HELD : PDI_CORRODE_NONE;
+        r->phase[r->ghost[g]] = phase;
+    }
+}
+
+/* Values of ghosts: odd about `bulk` behind held planes. */
+static void pdi_corrode_ghost_values(pd_corrode *r)
+{
+    for (int32_t g = 0; g < r->ghosts; g++) {
+        int32_t at = r->ghost[g], from = r->source[g];
+        r->c[at] = r->phase[at] == PDI_CORRODE_HELD ? 2.0 * r->desc.bulk - r->c[from] : r->c[from];
+        r->speed[at] = r->speed[from];
+    }
+}
+
+/* 1 for nodes of the box within reach of a held side. */
+static int pdi_corrode_is_border(const pd_grid *grid, int32_t node)
+{
+    int i[PD_DIM], near_side = 0;
+    pdi_grid_index(grid, node, i);
+    if (!pdi_grid_inside(grid, i)) return 0;
+    for (int d = 0; d < PD_DIM; d++)
+        near_side |= (i[d] < grid->ghost && pdi_grid_port(grid->side[2 * d])) ||
+                     (i[d] >= grid->n[d] - grid->ghost && pdi_grid_port(grid->side[2 * d + 1]));
+    return near_side;
+}
+
+static pd_status pdi_corrode_list_ghosts(pd_ctx *ctx, pd_corrode *r)
+{
+    const pd_grid *grid = r->grid;
+    int32_t inside = 1;
+    for (int d = 0; d < PD_DIM; d++) {
+        inside *= (int32_t)grid->n[d];
+        if ((pdi_grid_port(grid->side[2 * d]) || pdi_grid_port(grid->side[2 * d + 1])) && grid->n[d] < grid->ghost)
+            return pdi_fail(ctx, PD_ERR_GEOMETRY, "corrode",
+                            "the box is %d cells long on axis %d, with held sides expected at least a horizon: %d",
+                            grid->n[d], d, grid->ghost);
+    }
+    PDI_TRY(PDI_NEW(ctx, "corrode", grid->total - inside, r->ghost));
+    PDI_TRY(PDI_NEW(ctx, "corrode", grid->total - inside, r->source));
+    for (int32_t node = 0; node < grid->total; node++) {
+        int i[PD_DIM];
+        pdi_grid_index(grid, node, i);
+        if (pdi_grid_inside(grid, i)) continue;
+        r->ghost[r->ghosts] = node;
+        r->source[r->ghosts++] = pdi_grid_image(grid, node, NULL);
+    }
+    PDI_TRY(PDI_NEW(ctx, "corrode", inside, r->border));
+    for (int32_t node = 0; node < grid->total; node++)
+        if (pdi_corrode_is_border(grid, node)) r->border[r->borders++] = node;
+    return PD_OK;
+}
+
+static pd_status pdi_corrode_check(pd_ctx *ctx, const pd_grid *grid, const pd_corrode_desc *desc)
+{
+    if (!(desc->solid > desc->saturation) || !(desc->solid < 1e100) || !(desc->saturation > 0.0))
+        return pdi_fail(ctx, PD_ERR_ARGUMENT, "corrode", "Cs = %g and Csat = %g mol/m3, expected Cs > Csat > 0",
+                        desc->solid, desc->saturation);
+    if (!(desc->initial >= 0.0) || !(desc->initial < desc->solid) || !(desc->bulk >= 0.0) ||
+        !(desc->bulk < desc->solid))
+        return pdi_fail(ctx, PD_ERR_ARGUMENT, "corrode",
+                        "the fluid starts at %g mol/m3 and is held at %g mol/m3, expected 0 to below Cs = %g",
+                        desc->initial, desc->bulk, desc->solid);
+    if (!(desc->diffusivity >= 0.0) || !(desc->diffusivity < 1e100))
+        return pdi_fail(ctx, PD_ERR_ARGUMENT, "corrode", "D = %g m2/s, expected a finite value of at least 0",
+                        desc->diffusivity);
+    if (!(desc->share >= 0.0) || desc->share > 1.0 || !(desc->overshoot >= 0.0) || !(desc->overshoot < 1e100))
+        return pdi_fail(ctx, PD_ERR_ARGUMENT, "corrode",
+                        "a share of %g and an overshoot of %g, expected 0 to 1 and at least 0", desc->share,
+                        desc->overshoot);
+    if ((int)desc->drive < PD_DRIVE_CONSTANT || (int)desc->drive > PD_DRIVE_DIFFERENCE)
+        return pdi_fail(ctx, PD_ERR_ARGUMENT, "corrode", "drive %d, expected 0 or 1", (int)desc->drive);
+    if (!desc->rate) return pdi_fail(ctx, PD_ERR_ARGUMENT, "corrode", "no rate law is given");
+    if (grid->circumference)
+        return pdi_fail(ctx, PD_ERR_ARGUMENT, "corrode", "the grid is axisymmetric, expected a planar one");
+    return PD_OK;
+}
+
+static pd_status pdi_corrode_allocate(pd_ctx *ctx, pd_corrode *r)
+{
+    int32_t total = r->grid->total;
+    PDI_TRY(PDI_NEW(ctx, "corrode", r->stencil->count, r->shift));
+    PDI_TRY(PDI_NEW(ctx, "corrode", total, r->c));
+    PDI_TRY(PDI_NEW(ctx, "corrode", total, r->next));
+    PDI_TRY(PDI_NEW(ctx, "corrode", total, r->speed));
+    PDI_TRY(PDI_NEW(ctx, "corrode", total, r->phase));
+    PDI_TRY(PDI_NEW(ctx, "corrode", total, r->role));
+    r->changed_capacity = (int32_t)r->grid->solid_count;
+    return PDI_NEW(ctx, "corrode", r->changed_capacity, r->changed);
+}
+
+pd_status pd_corrode_build(pd_ctx *ctx, pd_grid *grid, const pd_stencil *stencil, const pd_corrode_desc *desc,
+                           pd_corrode *r)
+{
+    memset(r, 0, sizeof *r);
+    r->grid = grid;
+    r->stencil = stencil;
+    r->desc = *desc;
+    PDI_TRY(pdi_corrode_check(ctx, grid, desc));
+    if (!(r->desc.share > 0.0)) r->desc.share = 0.01;
+    if (!(r->desc.overshoot > 0.0)) r->desc.overshoot = 0.05;
+    r->span = desc->solid - desc->saturation;
+    r->log_ratio = log(desc->solid / desc->saturation);
+    PDI_TRY(pd_front_build(ctx, stencil, desc->kernel, desc->weights, &r->front));
+    PDI_TRY(pdi_corrode_allocate(ctx, r));
+    PDI_TRY(pdi_corrode_list_ghosts(ctx, r));
+    for (int k = 0; k < stencil->count; k++) {
+        for (int d = 0; d < PD_DIM; d++) r->shift[k] += (int32_t)stencil->offset[k * PD_DIM + d] * grid->stride[d];
+        r->diffusion += desc->diffusivity * stencil->lap[k];
+    }
+    for (int32_t i = 0; i < grid->total; i++) {
+        if (grid->kind[i] == PD_SOLID) r->phase[i] = PDI_CORRODE_SOLID;
+        else if (grid->kind[i] == PD_FLUID) r->phase[i] = PDI_CORRODE_FLUID;
+        else continue;
+        r->c[i] = grid->kind[i] == PD_SOLID ? desc->solid : desc->activation ? desc->bulk : desc->initial;
+    }
+    pdi_corrode_ghost_phases(r);
+    pdi_corrode_roles(r);
+    pd_corrode_open(r);
+    return PD_OK;
+}
+
+static double pdi_corrode_amount(const pd_corrode *r, uint8_t phase)
+{
+    pdi_sum sum = {0.0, 0.0};
+    for (int32_t p = 0; p < pdi_corrode_pieces(r->grid); p++) {
+        int count;
+        int32_t first = pdi_corrode_place(r->grid, p, &count);
+        for (int32_t i = first; i < first + count; i++)
+            if (r->phase[i] == phase) pdi_sum_add(&sum, r->c[i]);
+    }
+    return pdi_sum_total(&sum) * r->stencil->volume;
+}
+
+double pd_corrode_solid(const pd_corrode *r) { return pdi_corrode_amount(r, PDI_CORRODE_SOLID); }
+
+double pd_corrode_dissolved(const pd_corrode *r) { return pdi_corrode_amount(r, PDI_CORRODE_FLUID); }
+
+void pd_corrode_open(pd_corrode *r)
+{
+    r->start = pd_corrode_solid(r) + pd_corrode_dissolved(r);
+    r->out = r->out_carry = 0.0;
+}
+
+double pd_corrode_imbalance(const pd_corrode *r)
+{
+    double now = pd_corrode_solid(r) + pd_corrode_dissolved(r) + (r->out + r->out_carry);
+    return r->start > 0.0 ? fabs(now - r->start) / r->start : fabs(now);
+}
+
+/* Activation control: fluid node i gives away what it holds above bulk. */
+static void pdi_corrode_rinse(pd_corrode *r, int32_t i)
+{
+    pdi_sum out;
+    out.sum = r->out;
+    out.carry = r->out_carry;
+    pdi_sum_add(&out, (r->c[i] - r->desc.bulk) * r->stencil->volume);
+    r->c[i] = r->desc.bulk;
+    r->out = out.sum;
+    r->out_carry = out.carry;
+}
+
+/* Speed of the law at every fluid node beside the front, and how many nodes take part. The salt layer is nothing but a
+ * look at c. */
+static pd_status pdi_corrode_prepare(pd_ctx *ctx, pd_corrode *r)
+{
+    r->fastest = 0.0;
+    r->active = 0;
+    for (int32_t n = 0; n < r->changed_count && r->desc.activation; n++) pdi_corrode_rinse(r, r->changed[n]);
+    for (int32_t p = 0; p < pdi_corrode_pieces(r->grid); p++) {
+        int count;
+        int32_t first = pdi_corrode_place(r->grid, p, &count);
+        for (int32_t i = first; i < first + count; i++) {
+            uint8_t role = r->role[i];
+            r->active += role > PDI_CORRODE_WHOLE || (role == PDI_CORRODE_WHOLE && !r->desc.activation);
+            /* metal sees no fluid of another role */
+            if (role != PDI_CORRODE_SHORE) continue;
+            r->speed[i] = 0.0;
+            if (!(r->c[i] < r->desc.saturation) || (r->desc.passive && r->desc.passive[i])) continue;
+            double v = r->desc.rate(r->desc.rate_user, r->c[i]);
+            if (!(fabs(v) < 1e100)) {
+                double x[PD_DIM];
+                pd_grid_position(r->grid, i, x);
+                return pdi_fail(ctx, PD_ERR_STATE, "corrode",
+                                "the rate law gives %g m/s at c = %g mol/m3 (node %d at x = %g m), expected a finite "
+                                "speed", v, r->c[i], (int)i, x[0]);
+            }
+            r->speed[i] = fmax(v, 0.0);
+            r->fastest = fmax(r->fastest, r->speed[i]);
+        }
+    }
+    pdi_corrode_ghost_values(r);
+    return PD_OK;
+}
+
+/* Rates [1/s] at most: of a fluid node towards its neighbours, of a solid node as a share of Cs - Csat. */
+static void pdi_corrode_rates(const pd_corrode *r, double *field, double *loss)
+{
+    double cross = r->fastest * r->front.total;
+    int difference = r->desc.drive == PD_DRIVE_DIFFERENCE;
+    *loss = cross * (difference ? r->log_ratio * r->desc.solid / r->span : 1.0);
+    *field = (r->desc.activation ? 0.0 : r->diffusion) + (difference ? cross * r->log_ratio : 0.0);
+}
+
+/* A node that turns fluid has less than Csat and not less than none. */
+static double pdi_corrode_longest(const pd_corrode *r)
+{
+    double field, loss;
+    pdi_corrode_rates(r, &field, &loss);
+    double drop = loss * r->span / r->desc.saturation;
+    double rate = fmax(field, r->desc.drive == PD_DRIVE_CONSTANT ? drop : 0.0);
+    return rate > 0.0 ? 1.0 / rate : HUGE_VAL;
+}
+
+/* Longest step that the share and the overshoot allow. */
+static double pdi_corrode_accurate(const pd_corrode *r)
+{
+    double field, loss, share = r->desc.share;
+    pdi_corrode_rates(r, &field, &loss);
+    if (!r->desc.activation) share = fmin(share, r->desc.overshoot * r->desc.saturation / r->span);
+    return loss > 0.0 ? share / loss : HUGE_VAL;
+}
+
+pd_status pd_corrode_limit(pd_ctx *ctx, pd_corrode *r, double *limit)
+{
+    PDI_TRY(pdi_corrode_prepare(ctx, r));
+    *limit = pdi_corrode_longest(r);
+    return PD_OK;
+}
+
+/* What bonds to held ghosts take from node i [mol/m3/s]. */
+static double pdi_corrode_leak(const pd_corrode *r, int32_t i)
+{
+    int solid = r->phase[i] == PDI_CORRODE_SOLID, difference = r->desc.drive == PD_DRIVE_DIFFERENCE;
+    double sum = 0.0, scale = solid ? pdi_corrode_scale(r) : r->desc.activation ? 0.0 : r->desc.diffusivity;
+    for (int k = 0; k < r->stencil->count; k++) {
+        int32_t j = i + r->shift[k];
+        double step = r->c[i] - r->c[j];
+        if (r->phase[j] != PDI_CORRODE_HELD) continue;
+        if (solid) sum += r->speed[j] * (r->front.weight[k] * (difference ? step : 1.0));
+        else sum += r->stencil->lap[k] * step;
+    }
+    return r->phase[i] == PDI_CORRODE_NONE ? 0.0 : scale * sum;
+}
+
+/* Solid nodes down to Csat turn fluid; roles within one reach of them and of their ghosts change. */
+static void pdi_corrode_turn(pd_corrode *r)
+{
+    for (int32_t n = 0; n < r->changed_count; n++) {
+        r->phase[r->changed[n]] = PDI_CORRODE_FLUID;
+        pdi_grid_dissolve(r->grid, r->changed[n]);
+    }
+    pdi_corrode_ghost_phases(r);
+    for (int32_t n = 0; n < r->changed_count; n++) {
+        int32_t at = r->changed[n];
+        r->role[at] = pdi_corrode_role(r, at);
+        for (int k = 0; k < r->stencil->count; k++) {
+            int32_t near_node = pdi_grid_image(r->grid, at + r->shift[k], NULL);
+            r->role[near_node] = pdi_corrode_role(r, near_node);
+        }
+    }
+}
+
+/* `next` becomes the state, as far as nodes take part. */
+static void pdi_corrode_commit(pd_corrode *r, double dt)
+{
+    pdi_sum out;
+    out.sum = r->out;
+    out.carry = r->out_carry;
+    for (int32_t b = 0; b < r->borders; b++)
+        pdi_sum_add(&out, dt * r->stencil->volume * pdi_corrode_leak(r, r->border[b]));
+    r->out = out.sum;
+    r->out_carry = out.carry;
+    r->changed_count = 0;
+    for (int32_t p = 0; p < pdi_corrode_pieces(r->grid); p++) {
+        int count;
+        int32_t first = pdi_corrode_place(r->grid, p, &count);
+        for (int32_t i = first; i < first + count; i++) {
+            uint8_t role = r->role[i];
+            if (role == PDI_CORRODE_IDLE || (role == PDI_CORRODE_WHOLE && r->desc.activation)) continue;
+            r->c[i] = r->next[i];
+            if (role == PDI_CORRODE_EXPOSED && r->c[i] <= r->desc.saturation) r->changed[r->changed_count++] = i;
+            if (role == PDI_CORRODE_SHORE && r->desc.activation) pdi_corrode_rinse(r, i);
+        }
+    }
+    if (r->changed_count) pdi_corrode_turn(r);
+    r->time += dt;
+    r->steps++;
+}
+
+/* A step from prepared speeds and ghosts. */
+static void pdi_corrode_take(pd_ctx *ctx, pd_corrode *r, double dt)
+{
+    int32_t pieces = pdi_corrode_pieces(r->grid);
+    int nt = pdi_par_threads(ctx, r->active * r->stencil->count);
+    (void)nt;
+    PDI_PARALLEL_FOR(nt)
+    for (int32_t p = 0; p < pieces; p++) {
+        int count;
+        int32_t first = pdi_corrode_place(r->grid, p, &count);
+        pdi_corrode_piece(r, first, count, dt);
+    }
+    pdi_corrode_commit(r, dt);
+}
+
+pd_status pd_corrode_step(pd_ctx *ctx, pd_corrode *r, double dt)
+{
+    double limit;
+    PDI_TRY(pd_corrode_limit(ctx, r, &limit));
+    if (!(dt > 0.0) || !(dt < 1e100))
+        return pdi_fail(ctx, PD_ERR_ARGUMENT, "corrode", "a step of %g s, expected a positive one", dt);
+    if (dt > limit * (1.0 + 1e-12))
+        return pdi_fail(ctx, PD_RETRY, "corrode", "the step of %g s exceeds the limit of %g s", dt, limit);
+    pdi_corrode_take(ctx, r, dt);
+    return PD_OK;
+}
+
+pd_status pd_corrode_run(pd_ctx *ctx, pd_corrode *r, double t_end)
+{
+    while (r->time < t_end) {
+        double left = t_end - r->time, limit;
+        PDI_TRY(pd_corrode_limit(ctx, r, &limit));
+        limit = fmin(limit, pdi_corrode_accurate(r));
+        double count = ceil(left / limit * (1.0 - 1e-12));
+        pdi_corrode_take(ctx, r, count > 1.0 ? left / count : left);
+        if (!(count > 1.0)) r->time = t_end; /* no last step of rounding's length */
+    }
+    return PD_OK;
+}
+
+void pd_corrode_free(pd_ctx *ctx, pd_corrode *r)
+{
+    int32_t total = r->grid ? r->grid->total : 0, inside = r->grid ? 1 : 0;
+    for (int d = 0; d < PD_DIM && r->grid; d++) inside *= (int32_t)r->grid->n[d];
+    pd_front_free(ctx, &r->front);
+    PDI_DELETE(ctx, r->stencil ? r->stencil->count : 0, r->shift);
+    PDI_DELETE(ctx, total, r->c);
+    PDI_DELETE(ctx, total, r->next);
+    PDI_DELETE(ctx, total, r->speed);
+    PDI_DELETE(ctx, total, r->phase);
+    PDI_DELETE(ctx, total, r->role);
+    PDI_DELETE(ctx, inside, r->border);
+    PDI_DELETE(ctx, total - inside, r->ghost);
+    PDI_DELETE(ctx, total - inside, r->source);
+    PDI_DELETE(ctx, r->changed_capacity, r->changed);
+    memset(r, 0, sizeof *r);
+}
 
 /* ======== >>couple.c ======== */
 /* couple: see couple.h */

@@ -10,10 +10,8 @@
  */
 #ifndef PD_DISSOLVE_H
 #define PD_DISSOLVE_H
+#include "material.h"
 #include "transport.h"
-
-/* Recession speed [m/s] at dissolved concentration c [mol/m3]. */
-typedef double (*pd_rate_fn)(void *user, double c);
 
 typedef struct pd_dissolve_desc {
     double solid;        /* [mol/m3] concentration Cs of intact metal */

@@ -2,6 +2,8 @@
 #include "material.h"
 #include <string.h>
 
+#define PDI_MATERIAL_FARADAY 96485.33212 /* [C/mol] */
+
 pd_material pd_material_mg4ag(void)
 {
     pd_material m;
@@ -19,3 +21,8 @@ int pd_material_find(const char *name, pd_material *material)
 }
 
 double pd_material_concentration(const pd_material *material) { return material->density / material->molar_mass; }
+
+double pd_material_speed(const pd_material *material, double current)
+{
+    return current / (material->charge * PDI_MATERIAL_FARADAY * pd_material_concentration(material));
+}

@@ -24,18 +24,19 @@ static int pdi_stencil_next(int *n, int reach)
     return 0;
 }
 
-static int pdi_stencil_member(const int *n, double m)
+/* Partial volume beta of a cell (eq. 2.1); 0: not in the family. The last digits of sqrt must not decide on that. */
+static double pdi_stencil_beta(const int *n, double m, pd_family family)
 {
-    double length = pdi_stencil_lattice_length(n);
-    /* the last digits of sqrt must not decide on membership */
-    return length > 0.0 && length < m + 0.5 - 1e-12;
+    double length = pdi_stencil_lattice_length(n), rim = family == PD_FAMILY_WHOLE ? m + 1e-12 : m + 0.5 - 1e-12;
+    if (!(length > 0.0) || !(length < rim)) return 0.0;
+    return family == PD_FAMILY_WHOLE ? 1.0 : fmin(m + 0.5 - length, 1.0);
 }
 
-static pd_status pdi_stencil_family(pd_ctx *ctx, pd_stencil *s)
+static pd_status pdi_stencil_family(pd_ctx *ctx, pd_family family, pd_stencil *s)
 {
     int limit = (int)(s->m + 0.5), n[PD_DIM], count = 0;
     for (int d = 0; d < PD_DIM; d++) n[d] = -limit;
-    do count += pdi_stencil_member(n, s->m);
+    do count += pdi_stencil_beta(n, s->m, family) > 0.0;
     while (pdi_stencil_next(n, limit));
     s->count = count;
     PDI_TRY(PDI_NEW(ctx, "stencil", count * PD_DIM, s->offset));
@@ -48,14 +49,15 @@ static pd_status pdi_stencil_family(pd_ctx *ctx, pd_stencil *s)
     int k = 0;
     for (int d = 0; d < PD_DIM; d++) n[d] = -limit;
     do {
-        if (!pdi_stencil_member(n, s->m)) continue;
+        double beta = pdi_stencil_beta(n, s->m, family);
+        if (!(beta > 0.0)) continue;
         for (int d = 0; d < PD_DIM; d++) {
             s->offset[k * PD_DIM + d] = n[d];
             s->xi[k * PD_DIM + d] = (double)n[d] * s->h[d];
             if (n[d] > s->reach) s->reach = n[d];
         }
         double length = pdi_stencil_lattice_length(n);
-        s->beta[k] = fmin(fmax(s->m + 0.5 - length, 0.0), 1.0);
+        s->beta[k] = beta;
         /* w(n) = beta V |n|^d / |xi|^(d+2): on equal spacings beta V / |xi|^2 up to a constant (eq. 2.2) */
         double xi2 = pdi_vec_dot(s->xi + k * PD_DIM, s->xi + k * PD_DIM);
         s->base[k] = s->beta[k] * s->volume * pow(length / sqrt(xi2), PD_DIM) / xi2;
@@ -306,7 +308,7 @@ pd_status pd_stencil_build(pd_ctx *ctx, const pd_stencil_desc *desc, pd_stencil 
         stencil->h[d] = desc->h[d];
         stencil->volume *= desc->h[d];
     }
-    PDI_TRY(pdi_stencil_family(ctx, stencil));
+    PDI_TRY(pdi_stencil_family(ctx, desc->family, stencil));
     if (desc->weights == PD_WEIGHTS_PRINTED) pdi_stencil_printed(stencil);
     else PDI_TRY(pdi_stencil_calibrate(ctx, stencil));
     PDI_TRY(pdi_area_weights(ctx, stencil->count, stencil->xi, stencil->beta, stencil->m, stencil->h, stencil->area,

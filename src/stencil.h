@@ -1,8 +1,8 @@
 /* stencil: the family of an interior node of a uniform lattice and its calibrated weights.
  *
- * A bond is an integer offset n != 0 with |n| < m + 1/2 and xi = n h (componentwise); all weights are shared by
- * every node whose family is whole. Calibrated weights make the gradient, the divergence and the Laplacian exact
- * on all quadratics for any m, spacing ratio and dimension (theory: eq. 2.3, 2.4).
+ * A bond is an integer offset n != 0 with |n| < m + 1/2 (or |n| <= m) and xi = n h (componentwise); all weights are
+ * shared by every node whose family is whole. Calibrated weights make the gradient, the divergence and the Laplacian
+ * exact on all quadratics for any m, spacing ratio and dimension (theory: eq. 2.3, 2.4).
  */
 #ifndef PD_STENCIL_H
 #define PD_STENCIL_H
@@ -13,10 +13,16 @@ typedef enum pd_weights {
     PD_WEIGHTS_PRINTED = 1     /* continuum coefficients of the papers, only to reproduce published figures */
 } pd_weights;
 
+typedef enum pd_family {
+    PD_FAMILY_PARTIAL = 0, /* |n| < m + 1/2; cells at the rim count with the part beta that lies within the horizon */
+    PD_FAMILY_WHOLE = 1    /* |n| <= m, whole cells, as in codes that sum by fast Fourier transforms */
+} pd_family;
+
 typedef struct pd_stencil_desc {
     double m;          /* [-] horizon ratio; 0: 3 */
     double h[PD_DIM];  /* [m] spacing of each axis */
     pd_weights weights;
+    pd_family family;
 } pd_stencil_desc;
 
 typedef struct pd_stencil {

@@ -56,6 +56,29 @@ TEST(family_sizes)
     }
 }
 
+/* Points within m, whole cells; calibration is exact for them, too. */
+TEST(whole_cells)
+{
+    static const int within_four[] = {0, 8, 48, 256};
+    pd_stencil_desc desc;
+    pd_ctx ctx;
+    pd_stencil s;
+    memset(&desc, 0, sizeof desc);
+    desc.m = 4.0;
+    desc.family = PD_FAMILY_WHOLE;
+    equal_spacing(2e-6, desc.h);
+    pd_ctx_init(&ctx);
+    if (!CHECK_OK(&ctx, pd_stencil_build(&ctx, &desc, &s))) return;
+    CHECK_INT(s.count, within_four[PD_DIM]);
+    for (int k = 0; k < s.count; k++) CHECK_NEAR(s.beta[k], 1.0, 0.0);
+    for (int a = 0; a < PD_DIM; a++) {
+        double lap = 0.0;
+        for (int k = 0; k < s.count; k++) lap += s.lap[k] * s.xi[k * PD_DIM + a] * s.xi[k * PD_DIM + a];
+        CHECK_REL(lap, 2.0, 1e-13);
+    }
+    release(&ctx, &s);
+}
+
 /* One monomial xi_a xi_b xi_c (an index below 0: factor 1) under the operators of the centre node, whose own value is
  * zero, against its derivatives there. Errors relative to the sum of magnitudes. */
 static void check_monomial(const pd_stencil *s, int a, int b, int c, double exact_lap, int check_grad)
@@ -389,5 +412,5 @@ TEST(bad_input)
 #define OF_DIM ENTRY(printed_weights) ENTRY(patch_on_three_spacings)
 #endif
 
-TEST_MAIN(ENTRY(family_sizes) ENTRY(patch_on_any_spacing) OF_DIM ENTRY(symmetries) ENTRY(unit_covariance) ENTRY(paths)
-              ENTRY(bad_input))
+TEST_MAIN(ENTRY(family_sizes) ENTRY(whole_cells) ENTRY(patch_on_any_spacing) OF_DIM ENTRY(symmetries)
+              ENTRY(unit_covariance) ENTRY(paths) ENTRY(bad_input))

@@ -12,6 +12,10 @@
 #include "annulus.h"
 #include "turn.h"
 #include "dissolution.h"
+#include "front.h"
+#if PD_DIM == 3
+#include "peer.h"
+#endif
 #include "gas.h"
 #include "clock.h"
 
@@ -42,6 +46,10 @@ static const val_case *const val_cases[] = {
     &stefan_case,
     &rate_case,
     &ledger_case,
+    &front_case,
+#if PD_DIM == 3
+    &peer_case,
+#endif
     &sod_case,
 #if PD_DIM == 2
     &clock_case,

@@ -3,14 +3,15 @@
 #define VAL_LAB_H
 
 typedef enum val_build {
-    VAL_LATTICE = 0, /* stencil, grid and bonds are always built */
+    VAL_LATTICE = 0, /* stencil and grid are always built, bonds for all but VAL_CORRODE */
     VAL_FLOW = 1,
     VAL_STEADY = 2,  /* with VAL_FLOW */
     VAL_TRANSPORT = 4,
     VAL_DISSOLVE = 8,
     VAL_COUPLE = 16,
     VAL_IMPLICIT = 32, /* with VAL_STEADY */
-    VAL_GAS = 64
+    VAL_GAS = 64,
+    VAL_CORRODE = 128
 } val_build;
 
 typedef struct val_lab {
@@ -24,6 +25,7 @@ typedef struct val_lab {
     pd_couple_desc couple_desc;
     pd_implicit_desc implicit_desc;
     pd_gas_desc gas_desc;
+    pd_corrode_desc corrode_desc;
     pd_stencil stencil;
     pd_grid grid;
     pd_bonds bonds;
@@ -34,6 +36,7 @@ typedef struct val_lab {
     pd_couple couple;
     pd_implicit implicit;
     pd_gas gas;
+    pd_corrode corrode;
     double *field[4]; /* [field_size] work of the case, see lab_fields */
     size_t field_size;
 } val_lab;
@@ -58,12 +61,14 @@ static pd_status lab_build(pd_ctx *ctx, val_lab *lab, int parts)
     pd_dissolve *dissolve = parts & VAL_DISSOLVE ? &lab->dissolve : NULL;
     PDI_TRY(pd_stencil_build(ctx, &lab->stencil_desc, &lab->stencil));
     PDI_TRY(pd_grid_build(ctx, &lab->stencil, &lab->grid_desc, &lab->grid));
-    PDI_TRY(pd_bonds_build(ctx, &lab->stencil, &lab->grid, 0, &lab->bonds));
+    if (!(parts & VAL_CORRODE)) PDI_TRY(pd_bonds_build(ctx, &lab->stencil, &lab->grid, 0, &lab->bonds));
     if (flow) PDI_TRY(pd_flow_build(ctx, &lab->grid, &lab->bonds, &lab->flow_desc, flow));
     if (steady) PDI_TRY(pd_steady_build(ctx, flow, &lab->steady_desc, steady));
     if (parts & VAL_IMPLICIT)
         PDI_TRY(pd_implicit_build(ctx, flow, steady, &lab->implicit_desc, &lab->implicit));
     if (parts & VAL_GAS) PDI_TRY(pd_gas_build(ctx, &lab->grid, &lab->bonds, &lab->gas_desc, &lab->gas));
+    if (parts & VAL_CORRODE)
+        PDI_TRY(pd_corrode_build(ctx, &lab->grid, &lab->stencil, &lab->corrode_desc, &lab->corrode));
     if (parts & VAL_TRANSPORT)
         PDI_TRY(pd_transport_build(ctx, &lab->grid, &lab->bonds, flow, &lab->transport_desc, &lab->transport));
     if (dissolve)
@@ -86,6 +91,7 @@ static pd_status lab_fields(pd_ctx *ctx, val_lab *lab, int count, int components
 static void lab_free(pd_ctx *ctx, val_lab *lab)
 {
     for (int k = 0; k < 4; k++) PDI_DELETE(ctx, lab->field_size, lab->field[k]);
+    pd_corrode_free(ctx, &lab->corrode);
     pd_gas_free(ctx, &lab->gas);
     pd_implicit_free(ctx, &lab->implicit);
     pd_dissolve_free(ctx, &lab->dissolve);

@@ -1,0 +1,236 @@
+/* peer: bond-based corrosion against a code of the same model, node by node. */
+#ifndef VAL_PEER_H
+#define VAL_PEER_H
+
+/* A stored time of the other code. */
+typedef struct peer_row {
+    int nodes;                 /* solid */
+    double solid, fluid, most; /* [mol] in solid and in fluid nodes, [mol/m3] largest concentration of the fluid */
+} peer_row;
+
+/* perifast_corrosion_ref.csv, case A, every 25 steps of 0.4 s. */
+static const peer_row peer_cube[21] = {
+    {15625, 2.203125e-09, 0.0, 0.0}, {15625, 1.95745641e-09, 0.0, 0.0}, {15593, 1.7119658e-09, 0.0, 0.0},
+    {14301, 1.47880996e-09, 0.0, 0.0}, {11427, 1.26722888e-09, 0.0, 0.0}, {9511, 1.07975629e-09, 0.0, 0.0},
+    {8561, 9.16942108e-10, 0.0, 0.0}, {6623, 7.65347234e-10, 0.0, 0.0}, {6183, 6.36968704e-10, 0.0, 0.0},
+    {4731, 5.18762933e-10, 0.0, 0.0}, {4237, 4.19271006e-10, 0.0, 0.0}, {3139, 3.30390038e-10, 0.0, 0.0},
+    {2723, 2.56415085e-10, 0.0, 0.0}, {1985, 1.92565854e-10, 0.0, 0.0}, {1569, 1.40217089e-10, 0.0, 0.0},
+    {1143, 9.75286763e-11, 0.0, 0.0}, {799, 6.36166614e-11, 0.0, 0.0}, {493, 3.79582736e-11, 0.0, 0.0},
+    {275, 1.94541048e-11, 0.0, 0.0}, {147, 7.44753997e-12, 0.0, 0.0}, {33, 1.17972686e-12, 0.0, 0.0}
+};
+
+/* The same, case B, every 100 steps of 0.02 s. */
+static const peer_row peer_pit[31] = {
+    {5205, 5.950356e-09, 2.88144e-12, 4140}, {5205, 5.93833781e-09, 8.93166682e-12, 4603.78975},
+    {5205, 5.92648948e-09, 9.51671651e-12, 4687.92373}, {5205, 5.91466995e-09, 9.54772331e-12, 4547.02646},
+    {5205, 5.90283073e-09, 9.55541285e-12, 4595.04634}, {5205, 5.89099151e-09, 9.56133685e-12, 4693.56759},
+    {5205, 5.87917198e-09, 9.54754839e-12, 4550.46788}, {5205, 5.86733277e-09, 9.55343597e-12, 4592.36784},
+    {5205, 5.85548444e-09, 9.56842643e-12, 4691.06691}, {5205, 5.84366491e-09, 9.5546316e-12, 4652.826},
+    {5204, 5.83181244e-09, 9.5787632e-12, 4625.53531}, {5196, 5.81974661e-09, 9.848825e-12, 4761.56318},
+    {5180, 5.80623368e-09, 1.1066588e-11, 4772.11323}, {5180, 5.79326954e-09, 1.11576644e-11, 4708.39552},
+    {5168, 5.77972242e-09, 1.16992146e-11, 4725.15366}, {5144, 5.76536066e-09, 1.29137159e-11, 4708.21203},
+    {5144, 5.7502645e-09, 1.35339429e-11, 4800.96336}, {5136, 5.73482531e-09, 1.39250258e-11, 4678.35484},
+    {5124, 5.71870012e-09, 1.47301709e-11, 4759.48088}, {5111, 5.70187098e-09, 1.54857093e-11, 4827.47462},
+    {5087, 5.68323803e-09, 1.70959186e-11, 4706.36831}, {5071, 5.66390893e-09, 1.81547771e-11, 4788.99186},
+    {5067, 5.6446876e-09, 1.83820838e-11, 4825.68457}, {5047, 5.62397426e-09, 1.96410551e-11, 4763.08067},
+    {5027, 5.6023138e-09, 2.07468684e-11, 4806.46876}, {5019, 5.58103004e-09, 2.10712311e-11, 4793.58126},
+    {5015, 5.55991587e-09, 2.12169034e-11, 4853.21855}, {5007, 5.53868046e-09, 2.14972466e-11, 4829.41846},
+    {4991, 5.51618928e-09, 2.26570468e-11, 4770.04952}, {4951, 5.49047254e-09, 2.5259676e-11, 4785.04662},
+    {4919, 5.46388518e-09, 2.67896723e-11, 4735.85032}
+};
+
+enum {
+    PEER_CUBE_ROWS = (int)(sizeof peer_cube / sizeof peer_cube[0]),
+    PEER_PIT_ROWS = (int)(sizeof peer_pit / sizeof peer_pit[0])
+};
+
+#define PEER_CUBE_CS 141e3          /* [mol/m3] copper */
+#define PEER_CUBE_CSAT 5e3
+#define PEER_CUBE_FLUX 7.514095666e-3 /* [mol/m2/s] q */
+#define PEER_PIT_CS 142.9e3
+#define PEER_PIT_CSAT 4.6e3
+#define PEER_PIT_FLUX 2.413597096e-2
+
+static double peer_law(void *user, double c)
+{
+    (void)c;
+    return *(const double *)user;
+}
+
+/* Printed weights, whole cells; box and metal in cells, with a node at the origin. The flux q through the bonds leaves
+ * Csat in the nodes: the speed is q/(Cs - Csat). */
+static pd_status peer_build(val_job *job, double h, const double box[2][3], const double metal[2][3], int solid)
+{
+    val_lab *lab = job->lab;
+    lab_box(lab, h, job->level.m, 0.0, 0.0);
+    lab->stencil_desc.weights = PD_WEIGHTS_PRINTED;
+    lab->stencil_desc.family = PD_FAMILY_WHOLE;
+    for (int d = 0; d < PD_DIM; d++) {
+        lab->grid_desc.lo[d] = box[0][d] * h;
+        lab->grid_desc.hi[d] = box[1][d] * h;
+        lab->shapes[0].a[d] = metal[0][d] * h;
+        lab->shapes[0].b[d] = metal[1][d] * h;
+    }
+    lab->grid_desc.solid = solid;
+    lab->shapes[0].type = PD_SHAPE_BOX;
+    lab->corrode_desc.kernel = PD_KERNEL_INVERSE;
+    lab->corrode_desc.weights = PD_WEIGHTS_PRINTED;
+    lab->corrode_desc.rate = peer_law;
+    job->out->h = h;
+    return lab_build(job->ctx, lab, VAL_CORRODE);
+}
+
+/* The other code holds 0 by fictitious nodes around the physical ones: after each step they take the negative of what
+ * the array held at their mirror image before it, y before x before z at edges. */
+typedef struct peer_frame {
+    int last[3];   /* largest index of a physical node from the one at the origin, 0: no fictitious nodes */
+    int middle[3]; /* cell index of the origin */
+} peer_frame;
+
+static int peer_fictitious(const val_lab *lab, const peer_frame *frame, int32_t node, int32_t *mirror)
+{
+    static const int order[3] = {1, 0, 2};
+    int i[PD_DIM];
+    pdi_grid_index(&lab->grid, node, i);
+    if (!pdi_grid_inside(&lab->grid, i)) return 0;
+    for (int k = 0; k < 3; k++) {
+        int d = order[k], at = i[d] - frame->middle[d];
+        if (!frame->last[d] || abs(at) <= frame->last[d]) continue;
+        int image = (at > 0 ? 2 * frame->last[d] + 1 : -2 * frame->last[d] - 1) - at;
+        i[d] = frame->middle[d] + image;
+        *mirror = pd_grid_node(&lab->grid, i);
+        return 1;
+    }
+    return 0;
+}
+
+static pd_status peer_step(val_job *job, const peer_frame *frame, double dt)
+{
+    val_lab *lab = job->lab;
+    double *old = lab->field[0];
+    int32_t mirror;
+    memcpy(old, lab->corrode.c, (size_t)lab->grid.total * sizeof *old);
+    pd_status status = pd_corrode_step(job->ctx, &lab->corrode, dt);
+    if (status != PD_OK) return status < 0 ? status : PD_ERR_STATE;
+    for (int32_t i = 0; i < lab->grid.total && frame->last[0]; i++)
+        if (peer_fictitious(lab, frame, i, &mirror)) lab->corrode.c[i] = -old[mirror];
+    return PD_OK;
+}
+
+/* Solid as of the last step's beginning: a node that turned fluid in the step before a stored time counts as solid. */
+static peer_row peer_state(const val_lab *lab, const peer_frame *frame)
+{
+    const pd_corrode *r = &lab->corrode;
+    peer_row row = {0, 0.0, 0.0, 0.0};
+    int32_t mirror;
+    for (int32_t i = 0; i < lab->grid.total; i++) {
+        int solid = lab->grid.kind[i] == PD_SOLID;
+        for (int32_t n = 0; n < r->changed_count && !solid; n++) solid = r->changed[n] == i;
+        row.nodes += solid;
+        if (solid) row.solid += r->c[i] * lab->stencil.volume;
+        if (solid || lab->grid.kind[i] != PD_FLUID || peer_fictitious(lab, frame, i, &mirror)) continue;
+        row.fluid += r->c[i] * lab->stencil.volume;
+        row.most = fmax(row.most, r->c[i]);
+    }
+    return row;
+}
+
+static double peer_off(double found, double stored) { return stored > 0.0 ? fabs(found / stored - 1.0) : fabs(found); }
+
+/* Stored times are `stride` steps of dt apart, the first of them is the start. */
+static pd_status peer_compare(val_job *job, const peer_frame *frame, const peer_row *row, int stride, double dt)
+{
+    double *err = job->out->err;
+    PDI_TRY(lab_fields(job->ctx, job->lab, 1, 1));
+    for (int k = 0; k < job->level.n; k++) {
+        for (int step = 0; k && step < stride; step++) PDI_TRY(peer_step(job, frame, dt));
+        peer_row found = peer_state(job->lab, frame);
+        err[0] = fmax(err[0], abs(found.nodes - row[k].nodes));
+        err[1] = fmax(err[1], peer_off(found.solid, row[k].solid));
+        err[2] = fmax(err[2], peer_off(found.fluid, row[k].fluid));
+        err[3] = fmax(err[3], peer_off(found.most, row[k].most));
+    }
+    job->out->steps = (long)job->lab->corrode.steps;
+    return PD_OK;
+}
+
+/* A copper cube dissolves under activation control. */
+static pd_status peer_cube_run(val_job *job)
+{
+    static const double box[2][3] = {{-19.5, -19.5, -19.5}, {19.5, 19.5, 19.5}};
+    static const double metal[2][3] = {{-12.5, -12.5, -12.5}, {12.5, 12.5, 12.5}};
+    static const peer_frame frame = {{0, 0, 0}, {0, 0, 0}};
+    static double speed = PEER_CUBE_FLUX / (PEER_CUBE_CS - PEER_CUBE_CSAT);
+    pd_corrode_desc *desc = &job->lab->corrode_desc;
+    desc->solid = PEER_CUBE_CS;
+    desc->saturation = PEER_CUBE_CSAT;
+    desc->activation = 1;
+    desc->rate_user = &speed;
+    PDI_TRY(peer_build(job, 1e-6, box, metal, 0));
+    return peer_compare(job, &frame, peer_cube, 25, 0.4);
+}
+
+/* A pit under a salt layer, its mouth in the middle of a passive surface, in a box that is held at 0. */
+static pd_status peer_pit_run(val_job *job)
+{
+    static const double box[2][3] = {{-20.5, -20.5, -16.5}, {19.5, 19.5, 15.5}};
+    static const peer_frame frame = {{16, 16, 12}, {20, 20, 16}};
+    static const double metal[2][3] = {{-10.5, -10.5, -7.5}, {10.5, 10.5, 4.5}};
+    static double speed = PEER_PIT_FLUX / (PEER_PIT_CS - PEER_PIT_CSAT);
+    static uint8_t passive[46 * 46 * 38];
+    val_lab *lab = job->lab;
+    pd_corrode_desc *desc = &lab->corrode_desc;
+    double h = 2e-6;
+    desc->solid = PEER_PIT_CS;
+    desc->saturation = PEER_PIT_CSAT;
+    desc->diffusivity = 8.6e-11;
+    desc->rate_user = &speed;
+    desc->passive = passive;
+    lab->shapes[1].type = PD_SHAPE_BALL;
+    lab->shapes[1].r = 3.4 * h;
+    lab->shapes[1].a[2] = 4.5 * h;
+    lab->shapes[2].type = PD_SHAPE_DIFFERENCE;
+    lab->shapes[2].child[0] = 0;
+    lab->shapes[2].child[1] = 1;
+    lab->shapes[2].children = 2;
+    for (int k = 0; k < 6; k++) lab->grid_desc.side[k] = PD_SIDE_PERIODIC;
+    PDI_TRY(peer_build(job, h, box, metal, 2));
+    for (int32_t i = 0; i < lab->grid.total; i++) {
+        double x[PD_DIM];
+        pd_grid_position(&lab->grid, i, x);
+        passive[i] = pd_shape_distance(lab->shapes, 0, x) > 0.0;
+        if (!passive[i] && lab->grid.kind[i] == PD_FLUID) lab->corrode.c[i] = 0.9 * PEER_PIT_CSAT;
+    }
+    pd_corrode_open(&lab->corrode);
+    return peer_compare(job, &frame, peer_pit, 100, 0.02);
+}
+
+#define PEER_MEASURES \
+    {{"diff_nodes", "solid nodes"}, {"err_solid", "moles in solid"}, {"err_fluid", "moles in fluid"}, \
+     {"err_most", "largest concentration"}}, 4
+#define PEER_GOALS \
+    {{0, 0.5, 0.0, 0, VAL_GOAL}, {1, 1e-8, 0.0, 0, VAL_GOAL}, {2, 1e-8, 0.0, 0, VAL_GOAL}, \
+     {3, 1e-8, 0.0, 0, VAL_GOAL}}, 4
+
+static const val_part peer_cube_part = {
+    "cube", "Copper cube, activation control", "stored times", VAL_BY_N, NULL, 0.0, PEER_MEASURES, PEER_GOALS,
+    {{4, 4.02, 0.0}, {PEER_CUBE_ROWS, 4.02, 0.0}}, 2, 1, peer_cube_run, NULL};
+
+static const val_part peer_pit_part = {
+    "pit", "Pit under a salt layer", "stored times", VAL_BY_N, NULL, 0.0, PEER_MEASURES, PEER_GOALS,
+    {{13, 3.015, 0.0}, {PEER_PIT_ROWS, 3.015, 0.0}}, 2, 1, peer_pit_run, NULL};
+
+static const val_part *const peer_parts[] = {&peer_cube_part, &peer_pit_part};
+
+static const val_case peer_case = {
+    "perifast", "Bond-based corrosion, identical runs of another code",
+    "Two runs of PeriFast/Corrosion are repeated node for node: printed weights, whole cells, forward Euler. A copper "
+    "cube of 15,625 nodes dissolves under activation control; a pit grows from the middle of a passive surface, with "
+    "a salt layer that pauses and lets go. Solid nodes, moles of solid and of fluid and the largest concentration at "
+    "every stored time. The peer prints nine digits; relative differences of 5e-10 to 5e-9 are its rounding.",
+    "Phase changes that set the concentration, a cached mask of the salt layer, exchange that differs between the ends "
+    "of a bond, sums that depend on the order of the nodes.",
+    "table `perifast_corrosion_ref.csv`",
+    peer_parts, 2};
+
+#endif

@@ -1,0 +1,108 @@
+/* corrode: bond-based corrosion. Metal and fluid are one concentration field on two phases; bonds across the front
+ * carry metal into the fluid, bonds between fluid nodes carry diffusion, bonds between solid nodes nothing.
+ *
+ *     dC_i/dt = sum_fluid D a(n) (C_j - C_i) + sum_solid T_ji      of fluid nodes i,
+ *     dC_j/dt = - sum_fluid T_ji                                   of solid nodes j,      (theory: eq. 6.7)
+ *     T_ji = v(C_i) b(n) (Cs - Csat)     or     v(C_i) b(n) ln(Cs/Csat) (C_j - C_i),
+ *
+ * with the recession speed v of the law and the weights b(n) of front.h. A solid node turns fluid when it is down to
+ * Csat; a fluid node at or above Csat takes no more (salt layer) until it has fallen below, as its concentration says
+ * at every step. Every exchange is antisymmetric. Solid beyond one horizon of the fluid is not visited.
+ * Sources: Chen and Bobaru 2015; Jafarzadeh, Zhao, Shakouri and Bobaru 2021.
+ *
+ * The surface of the metal is the set of solid nodes: bonds count by the phases of their ends alone, and what is
+ * thinner than a horizon does not separate fluids. Sides of the box: mirror and wall repeat what lies in front of
+ * them, periodic sides too, and inlets and outlets hold `bulk` on their plane.
+ */
+#ifndef PD_CORRODE_H
+#define PD_CORRODE_H
+#include "front.h"
+#include "grid.h"
+#include "material.h"
+
+typedef enum pd_drive {
+    PD_DRIVE_CONSTANT = 0,  /* the law holds at every concentration of the fluid */
+    PD_DRIVE_DIFFERENCE = 1 /* loss in proportion to C_j - C_i: the law holds at C_i = 0 */
+} pd_drive;
+
+/* Zero-initialise. */
+typedef struct pd_corrode_desc {
+    double solid;       /* [mol/m3] concentration Cs of intact metal */
+    double saturation;  /* [mol/m3] Csat, 0 < Csat < Cs */
+    double diffusivity; /* [m2/s] of dissolved metal */
+    double initial;     /* [mol/m3] of the fluid at the start */
+    double bulk;        /* [mol/m3] held on inlets and outlets, and in all fluid with `activation` */
+    int activation;     /* 1: activation control, fluid nodes hold `bulk` during a step and what they gain is gone */
+    double share;       /* [-] a run chooses steps in which no node loses more of Cs - Csat; 0: 0.01 */
+    double overshoot;   /* [-] and no fluid node gains more of Csat, by which the salt layer may pass it; 0: 0.05 */
+    pd_rate_fn rate;    /* speed v of a flat front; never below zero */
+    void *rate_user;
+    pd_drive drive;
+    pd_kernel kernel;
+    pd_weights weights; /* of the kernel */
+    const uint8_t *passive; /* [total] 1: fluid there does not attack, as in front of a passive film; NULL: none.
+                             * Borrowed */
+} pd_corrode_desc;
+
+typedef struct pd_corrode {
+    pd_corrode_desc desc; /* defaults filled in */
+    pd_grid *grid;
+    const pd_stencil *stencil;
+    pd_front front;
+    int32_t *shift;    /* [count] node id of the far end minus that of the node */
+    double *c;         /* [total] [mol/m3] content of solid, concentration of fluid nodes */
+    double *next;      /* [total] [mol/m3] */
+    double *speed;     /* [total] [m/s] v of fluid nodes at the front, 0 where they do not attack */
+    uint8_t *phase;    /* [total] of nodes and ghosts */
+    uint8_t *role;     /* [total] what a step does with a node */
+    int32_t *ghost, *source; /* [ghosts] */
+    int32_t ghosts;
+    int32_t *border;   /* [borders] nodes within reach of held sides */
+    int32_t borders;
+    double span;       /* [mol/m3] Cs - Csat */
+    double log_ratio;  /* [-] ln(Cs/Csat) */
+    int32_t *changed;  /* [changed_capacity] nodes that turned fluid in the last step, ascending; they still hold
+                        * what was left in them */
+    int32_t changed_count, changed_capacity;
+    double fastest;    /* [m/s] largest speed */
+    int64_t active;    /* nodes that change in a step */
+    double diffusion;  /* [1/s] D sum a(n) */
+    double time;       /* [s] */
+    double start;      /* [mol] (per m in 2D, per m2 in 1D) solid and dissolved at first */
+    double out;        /* [mol] gone through held sides and held fluid */
+    double out_carry;  /* [mol] rounding of out */
+    int64_t steps;
+} pd_corrode;
+
+#define pd_corrode_build PD_NAME(pd_corrode_build)
+#define pd_corrode_open PD_NAME(pd_corrode_open)
+#define pd_corrode_limit PD_NAME(pd_corrode_limit)
+#define pd_corrode_step PD_NAME(pd_corrode_step)
+#define pd_corrode_run PD_NAME(pd_corrode_run)
+#define pd_corrode_solid PD_NAME(pd_corrode_solid)
+#define pd_corrode_dissolved PD_NAME(pd_corrode_dissolved)
+#define pd_corrode_imbalance PD_NAME(pd_corrode_imbalance)
+#define pd_corrode_free PD_NAME(pd_corrode_free)
+
+/* Grid and stencil are borrowed; kinds of the grid change when nodes turn fluid. PD_ERR_ARGUMENT: a concentration, the
+ * diffusivity or the share is out of range, no law, axisymmetric grid. PD_ERR_GEOMETRY: a box with held sides is
+ * thinner than a horizon. */
+PD_API pd_status pd_corrode_build(pd_ctx *ctx, pd_grid *grid, const pd_stencil *stencil, const pd_corrode_desc *desc,
+                                  pd_corrode *corrode);
+/* The caller has set c of fluid nodes (allowed between any two steps): open the balance with it. */
+PD_API void pd_corrode_open(pd_corrode *corrode);
+/* Longest step [s] that keeps concentrations positive and without new extremes, at the present concentrations; HUGE_VAL
+ * when nothing moves. PD_ERR_STATE: the law gives no finite speed (the message names node, place and concentration). */
+PD_API pd_status pd_corrode_limit(pd_ctx *ctx, pd_corrode *corrode, double *limit);
+/* One step of forward Euler by dt [s]. PD_RETRY: dt exceeds the limit, nothing changed. PD_ERR_STATE as above. */
+PD_API pd_status pd_corrode_step(pd_ctx *ctx, pd_corrode *corrode, double dt);
+/* Steps up to t_end [s], each as long as the limit, the share and (with fluid that is not held) the overshoot allow. */
+PD_API pd_status pd_corrode_run(pd_ctx *ctx, pd_corrode *corrode, double t_end);
+/* Amounts [mol, per m in 2D, per m2 in 1D] in solid and in fluid nodes. */
+PD_API double pd_corrode_solid(const pd_corrode *corrode);
+PD_API double pd_corrode_dissolved(const pd_corrode *corrode);
+/* |solid + dissolved + out - start| over start [-]: rounding. */
+PD_API double pd_corrode_imbalance(const pd_corrode *corrode);
+PD_API void pd_corrode_free(pd_ctx *ctx, pd_corrode *corrode);
+
+#endif

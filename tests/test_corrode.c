@@ -1,0 +1,372 @@
+/* corrode: speed of flat fronts against the sum over the family, the pencil electrode, exact amounts, threads.
+ * dims: 1 2 3 */
+#include "corrode.h"
+#include "test.h"
+
+#define CS 143e3     /* [mol/m3] */
+#define CSAT 5.1e3   /* [mol/m3] */
+#define SPEED 1e-7   /* [m/s] */
+#define H 1e-6       /* [m] */
+
+typedef struct scene {
+    pd_ctx ctx;
+    pd_stencil_desc stencil_desc;
+    pd_stencil stencil;
+    pd_grid_desc grid_desc;
+    pd_shape shapes[4];
+    pd_grid grid;
+    pd_corrode_desc desc;
+    pd_corrode corrode;
+    double speed;
+} scene;
+
+static scene test_scene;
+
+static double constant_law(void *user, double c)
+{
+    (void)c;
+    return *(const double *)user;
+}
+
+/* A box of cells from the origin, m = 3, activation control at SPEED. */
+static scene *scene_start(int x, int y, int z)
+{
+    scene *s = &test_scene;
+    int n[3];
+    memset(s, 0, sizeof *s);
+    pd_ctx_init(&s->ctx);
+    n[0] = x;
+    n[1] = y;
+    n[2] = z;
+    for (int d = 0; d < PD_DIM; d++) {
+        s->stencil_desc.h[d] = H;
+        s->grid_desc.hi[d] = n[d] * H;
+    }
+    s->stencil_desc.m = 3.0;
+    s->grid_desc.shapes = s->shapes;
+    s->grid_desc.solid = 0;
+    s->grid_desc.wall = -1;
+    s->speed = SPEED;
+    s->desc.solid = CS;
+    s->desc.saturation = CSAT;
+    s->desc.activation = 1;
+    s->desc.rate = constant_law;
+    s->desc.rate_user = &s->speed;
+    return s;
+}
+
+static int scene_build(scene *s)
+{
+    return CHECK_OK(&s->ctx, pd_stencil_build(&s->ctx, &s->stencil_desc, &s->stencil)) &&
+           CHECK_OK(&s->ctx, pd_grid_build(&s->ctx, &s->stencil, &s->grid_desc, &s->grid)) &&
+           CHECK_OK(&s->ctx, pd_corrode_build(&s->ctx, &s->grid, &s->stencil, &s->desc, &s->corrode));
+}
+
+static void scene_free(scene *s)
+{
+    pd_corrode_free(&s->ctx, &s->corrode);
+    pd_corrode_free(&s->ctx, &s->corrode); /* twice is allowed */
+    pd_grid_free(&s->ctx, &s->grid);
+    pd_stencil_free(&s->ctx, &s->stencil);
+    CHECK_INT(s->ctx.in_use, 0);
+}
+
+static void half_space(scene *s, double at)
+{
+    s->shapes[0].type = PD_SHAPE_HALF_SPACE;
+    s->shapes[0].a[0] = at;
+    s->shapes[0].b[0] = -1.0;
+}
+
+/* ---- speeds ---- */
+
+/* Speed over the cells that the front moves between two layers of a half-space of metal, from the times at which they
+ * turn fluid. */
+static double layer_speed(scene *s, int from, int to)
+{
+    double start = 0.0;
+    for (int layers = 0; layers < to;) {
+        double limit = 0.0;
+        if (!CHECK_OK(&s->ctx, pd_corrode_limit(&s->ctx, &s->corrode, &limit))) return NAN;
+        double step = s->corrode.desc.share / (s->corrode.fastest * s->corrode.front.total);
+        if (!CHECK_OK(&s->ctx, pd_corrode_step(&s->ctx, &s->corrode, fmin(step, limit)))) return NAN;
+        if (!CHECK(s->corrode.steps < 1000000)) return NAN;
+        if (s->corrode.changed_count) layers++;
+        if (s->corrode.changed_count && layers == from) start = s->corrode.time;
+    }
+    CHECK_LE(pd_corrode_imbalance(&s->corrode), 1e-12);
+    return (to - from) * H / (s->corrode.time - start);
+}
+
+/* The other axes have `ratio` times the spacing of the first. */
+static double flat_speed(double m, double ratio, pd_kernel kernel, pd_drive drive, double share)
+{
+    scene *s = scene_start(26, 2, 2);
+    for (int d = 1; d < PD_DIM; d++) {
+        s->grid_desc.side[2 * d] = s->grid_desc.side[2 * d + 1] = PD_SIDE_PERIODIC;
+        s->stencil_desc.h[d] *= ratio;
+        s->grid_desc.hi[d] *= ratio;
+    }
+    half_space(s, 8.0 * H);
+    s->stencil_desc.m = m;
+    s->desc.kernel = kernel;
+    s->desc.drive = drive;
+    s->desc.share = share;
+    if (!scene_build(s)) return NAN;
+    double found = layer_speed(s, 5, 9);
+    scene_free(s);
+    return found;
+}
+
+/* v = k h sum n w_n/ln(Cs/Csat) with k w_n = v0 ln(Cs/Csat) b_n is v0 by calibration, and the model moves at it: up to
+ * what steps of finite length leave, which is of first order in them. */
+TEST(flat_front_speed)
+{
+    for (int m = 1; m <= 4; m++)
+        for (int kernel = 0; kernel < 3; kernel++)
+            for (int drive = 0; drive < 2; drive++) {
+                double coarse = flat_speed(m, 1.0, (pd_kernel)kernel, (pd_drive)drive, 0.01);
+                CHECK_REL(coarse, SPEED, 1e-2);
+                if (PD_DIM > 1 && (kernel || m > 2)) continue;
+                CHECK_REL(flat_speed(m, 1.0, (pd_kernel)kernel, (pd_drive)drive, 0.002), SPEED, 3e-3);
+            }
+}
+
+#if PD_DIM > 1
+/* Elliptical horizons: the same speed along the short axis and (2D) along the long one. */
+TEST(flat_front_on_unequal_spacings)
+{
+    static const double ratios[3] = {25.0, 100.0, 0.04};
+    for (int r = 0; r < (PD_DIM == 2 ? 3 : 1); r++)
+        for (int kernel = 0; kernel < 3; kernel++)
+            CHECK_REL(flat_speed(PD_DIM == 2 ? 3.0 : 2.0, ratios[r], (pd_kernel)kernel, PD_DRIVE_CONSTANT, 0.01),
+                      SPEED, 1e-2);
+}
+#endif
+
+/* ---- the pencil electrode ---- */
+
+#define PENCIL_D 8.5e-10         /* [m2/s] */
+#define PENCIL_LAMBDA 0.13515753 /* [-] sqrt(pi) l exp(l^2) erf(l) = Csat/(Cs - Csat), Cs = 143 M, Csat = 5.1 M */
+#define PENCIL_START 8e-6        /* [m] depth at which the run starts, on the closed form */
+#define PENCIL_10S 24.9218e-6    /* [m] depth at 10 s (closed form; pencil304_stefan.csv) */
+
+/* Relative error of the depth at 10 s: diffusion-controlled, by pauses and releases alone. */
+static double pencil_error(double m, int n, pd_kernel kernel, pd_drive drive)
+{
+    scene *s = scene_start(1, 3, 3);
+    double h = PENCIL_START / n, bottom = 32e-6, before = PENCIL_START / (2.0 * PENCIL_LAMBDA);
+    for (int d = 0; d < PD_DIM; d++) {
+        s->stencil_desc.h[d] = h;
+        s->grid_desc.hi[d] = d ? h : bottom;
+        if (d) s->grid_desc.side[2 * d] = s->grid_desc.side[2 * d + 1] = PD_SIDE_MIRROR;
+    }
+    s->stencil_desc.m = m;
+    s->grid_desc.side[0] = PD_SIDE_INLET;
+    half_space(s, PENCIL_START);
+    s->desc.activation = 0;
+    s->desc.diffusivity = PENCIL_D;
+    s->desc.drive = drive;
+    s->desc.kernel = kernel;
+    s->speed = 1e-5;
+    if (!scene_build(s)) return NAN;
+    for (int32_t i = 0; i < s->grid.total; i++) {
+        double x[PD_DIM];
+        pd_grid_position(&s->grid, i, x);
+        if (s->grid.kind[i] == PD_FLUID)
+            s->corrode.c[i] = CSAT * erf(PENCIL_LAMBDA * x[0] / PENCIL_START) / erf(PENCIL_LAMBDA);
+    }
+    pd_corrode_open(&s->corrode);
+    double solid = pd_corrode_solid(&s->corrode);
+    if (!CHECK_OK(&s->ctx, pd_corrode_run(&s->ctx, &s->corrode, 10.0 - before * before / PENCIL_D))) return NAN;
+    CHECK_LE(pd_corrode_imbalance(&s->corrode), 1e-13);
+    double depth = bottom - (bottom - PENCIL_START) * pd_corrode_solid(&s->corrode) / solid;
+    NOTE("m %g, h %.2f um, drive %d: depth %.3f um, %d steps", m, 1e6 * h, (int)drive, 1e6 * depth,
+         (int)s->corrode.steps);
+    scene_free(s);
+    return fabs(depth / PENCIL_10S - 1.0);
+}
+
+/* First order in the spacing: metal enters the fluid up to a horizon ahead of the front. */
+TEST(pencil_electrode)
+{
+    for (int m = 1; m <= (PD_DIM == 1 ? 3 : 1); m += 2)
+        for (int drive = 0; drive < (PD_DIM == 1 ? 2 : 1); drive++) {
+            int n = PD_DIM == 1 ? 4 : 2;
+            double coarse = pencil_error(m, n, PD_KERNEL_AREA, (pd_drive)drive);
+            double fine = pencil_error(m, 2 * n, PD_KERNEL_AREA, (pd_drive)drive);
+            CHECK_LE(coarse, 0.06 * 4.0 / n);
+            CHECK_LE(fine, 0.6 * coarse);
+        }
+    if (PD_DIM == 1) CHECK_LE(pencil_error(3.0, 16, PD_KERNEL_AREA, PD_DRIVE_CONSTANT), 1e-2);
+}
+
+/* ---- amounts ---- */
+
+static uint32_t next_random(uint32_t *state)
+{
+    *state = *state * 1664525u + 1013904223u;
+    return *state >> 8;
+}
+
+/* A lump of metal with holes beside a wall, in a box with one kind of each side. */
+static scene *lump(pd_drive drive, int threads)
+{
+    static const pd_side sides[6] = {PD_SIDE_INLET, PD_SIDE_MIRROR, PD_SIDE_PERIODIC, PD_SIDE_PERIODIC, PD_SIDE_WALL,
+                                     PD_SIDE_OUTLET};
+    /* with threads so large that they are used */
+    int y = threads ? 12 : 5, z = threads ? 12 : 6;
+    scene *s = PD_DIM == 3 ? scene_start(12, y, z) : scene_start(40, threads ? 80 : 25, 0);
+    uint32_t seed = 99;
+    s->ctx.threads = threads;
+    for (int k = 0; k < 2 * PD_DIM; k++) s->grid_desc.side[k] = sides[k];
+    half_space(s, 0.4 * s->grid_desc.hi[0]);
+    s->grid_desc.wall = 1;
+    s->shapes[1].type = PD_SHAPE_BALL;
+    s->shapes[1].r = 2.5 * H;
+    s->shapes[1].a[0] = 0.5 * s->grid_desc.hi[0];
+    s->stencil_desc.m = 2.0;
+    s->desc.activation = 0;
+    s->desc.diffusivity = 1e-12;
+    s->desc.initial = 100.0;
+    s->desc.drive = drive;
+    if (!CHECK_OK(&s->ctx, pd_stencil_build(&s->ctx, &s->stencil_desc, &s->stencil)) ||
+        !CHECK_OK(&s->ctx, pd_grid_build(&s->ctx, &s->stencil, &s->grid_desc, &s->grid)))
+        return NULL;
+    for (int32_t i = 0; i < s->grid.total; i++)
+        if (s->grid.kind[i] == PD_SOLID && next_random(&seed) % 12 == 0) pdi_grid_dissolve(&s->grid, i);
+    return CHECK_OK(&s->ctx, pd_corrode_build(&s->ctx, &s->grid, &s->stencil, &s->desc, &s->corrode)) ? s : NULL;
+}
+
+/* Nothing is lost, no concentration leaves its bounds, metal deeper than a horizon is not touched. */
+TEST(amounts_are_conserved)
+{
+    for (int drive = 0; drive < 2; drive++) {
+        scene *s = lump((pd_drive)drive, 0);
+        if (!s) return;
+        double start = s->corrode.start, most = 0.0;
+        int32_t intact = 0;
+        for (int k = 1; k <= 20; k++) {
+            if (!CHECK_OK(&s->ctx, pd_corrode_run(&s->ctx, &s->corrode, (PD_DIM == 1 ? 3.0 : 0.5) * k))) return;
+            CHECK_LE(pd_corrode_imbalance(&s->corrode), 1e-13);
+        }
+        for (int32_t i = 0; i < s->grid.total; i++) {
+            if (s->grid.kind[i] == PD_FLUID) most = fmax(most, s->corrode.c[i]);
+            if (s->grid.kind[i] != PD_SOLID && s->grid.kind[i] != PD_FLUID) continue;
+            CHECK(s->corrode.c[i] >= 0.0 && s->corrode.c[i] <= CS);
+            if (s->grid.kind[i] == PD_SOLID) intact += s->corrode.c[i] >= CS && s->corrode.c[i] <= CS;
+        }
+        CHECK_LE(most, 1.05 * CSAT);
+        CHECK(most > 0.9 * CSAT); /* a salt layer has formed */
+        if (PD_DIM == 1) CHECK(intact > 0);
+        CHECK(s->corrode.out > 1e-4 * start);
+        scene_free(s);
+    }
+}
+
+/* A closed box takes up what saturates it; then nothing moves any more. */
+TEST(saturation_pauses)
+{
+    scene *s = scene_start(16, 2, 1);
+    half_space(s, 6.0 * H);
+    s->desc.activation = 0;
+    s->desc.diffusivity = 1e-11;
+    if (!scene_build(s) || !CHECK_OK(&s->ctx, pd_corrode_run(&s->ctx, &s->corrode, 60.0))) return;
+    double fluid = (double)s->grid.fluid_count * s->stencil.volume, gone = pd_corrode_dissolved(&s->corrode);
+    CHECK(gone >= CSAT * fluid * (1.0 - 1e-9) && gone <= 1.05 * CSAT * fluid);
+    int64_t steps = s->corrode.steps;
+    CHECK_OK(&s->ctx, pd_corrode_run(&s->ctx, &s->corrode, 120.0));
+    CHECK_NEAR(pd_corrode_dissolved(&s->corrode), gone, 1e-12 * gone);
+    CHECK(s->corrode.steps > steps);
+    scene_free(s);
+}
+
+TEST(threads_do_not_matter)
+{
+    static double kept[40000];
+    for (int run = 0; run < 2; run++) {
+        scene *s = lump(PD_DRIVE_CONSTANT, run ? 3 : 1);
+        if (!s || !CHECK_OK(&s->ctx, pd_corrode_run(&s->ctx, &s->corrode, 10.0))) return;
+        if (!CHECK(s->grid.total <= (int32_t)(sizeof kept / sizeof *kept))) return;
+        size_t size = (size_t)s->grid.total * sizeof *kept;
+        if (run) CHECK(memcmp(kept, s->corrode.c, size) == 0);
+        else memcpy(kept, s->corrode.c, size);
+        scene_free(s);
+    }
+}
+
+/* ---- places and input ---- */
+
+/* In front of a passive film nothing dissolves; where it is open the metal goes as if it were alone. */
+TEST(passive_film)
+{
+    static uint8_t film[40000];
+    memset(film, 1, sizeof film);
+    for (int open = 0; open < 2; open++) {
+        scene *s = scene_start(20, 6, 6);
+        half_space(s, 6.0 * H);
+        s->desc.passive = film;
+        if (!scene_build(s)) return;
+        for (int32_t i = 0; i < s->grid.total && open; i++) film[i] = s->grid.kind[i] == PD_FLUID ? 0 : 1;
+        CHECK_OK(&s->ctx, pd_corrode_run(&s->ctx, &s->corrode, 3.0 * H / SPEED));
+        double lost = 1.0 - pd_corrode_solid(&s->corrode) / s->corrode.start;
+        if (open) CHECK(lost > 0.0);
+        else CHECK(lost <= 0.0);
+        scene_free(s);
+    }
+}
+
+TEST(step_beyond_the_limit)
+{
+    double limit;
+    scene *s = scene_start(20, 6, 6);
+    half_space(s, 6.0 * H);
+    s->desc.activation = 0;
+    s->desc.diffusivity = 1e-9;
+    if (!scene_build(s) || !CHECK_OK(&s->ctx, pd_corrode_limit(&s->ctx, &s->corrode, &limit))) return;
+    CHECK_INT(pd_corrode_step(&s->ctx, &s->corrode, 1.01 * limit), PD_RETRY);
+    CHECK_INT(s->corrode.steps, 0);
+    CHECK_OK(&s->ctx, pd_corrode_step(&s->ctx, &s->corrode, limit));
+    CHECK_INT(pd_corrode_step(&s->ctx, &s->corrode, -1.0), PD_ERR_ARGUMENT);
+    scene_free(s);
+}
+
+static double no_number(void *user, double c)
+{
+    (void)user;
+    (void)c;
+    return (double)NAN;
+}
+
+TEST(bad_input)
+{
+    for (int k = 0; k < 8; k++) {
+        scene *s = scene_start(20, 6, 6);
+        half_space(s, 6.0 * H);
+        if (k == 0) s->desc.saturation = CS;
+        if (k == 1) s->desc.initial = -1.0;
+        if (k == 2) s->desc.diffusivity = (double)NAN;
+        if (k == 3) s->desc.share = 2.0;
+        if (k == 4) s->desc.rate = NULL;
+        if (k == 5) s->desc.weights = PD_WEIGHTS_PRINTED; /* of area weights */
+        if (k == 6) s->desc.drive = (pd_drive)7;
+        if (k == 7) s->desc.rate = no_number;
+        if (!CHECK_OK(&s->ctx, pd_stencil_build(&s->ctx, &s->stencil_desc, &s->stencil)) ||
+            !CHECK_OK(&s->ctx, pd_grid_build(&s->ctx, &s->stencil, &s->grid_desc, &s->grid)))
+            return;
+        pd_status status = pd_corrode_build(&s->ctx, &s->grid, &s->stencil, &s->desc, &s->corrode);
+        CHECK_INT(status, k == 7 ? PD_OK : PD_ERR_ARGUMENT);
+        if (k == 7) CHECK_INT(pd_corrode_step(&s->ctx, &s->corrode, 1e-3), PD_ERR_STATE);
+        CHECK(strlen(s->ctx.message) > 20);
+        scene_free(s);
+    }
+}
+
+#if PD_DIM == 1
+#define OF_DIM
+#else
+#define OF_DIM ENTRY(flat_front_on_unequal_spacings)
+#endif
+
+TEST_MAIN(ENTRY(flat_front_speed) OF_DIM ENTRY(pencil_electrode) ENTRY(amounts_are_conserved) ENTRY(saturation_pauses)
+              ENTRY(threads_do_not_matter) ENTRY(passive_film) ENTRY(step_beyond_the_limit) ENTRY(bad_input))
