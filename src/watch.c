@@ -153,7 +153,7 @@ static pd_status pdi_watch_line(pdi_watch *w, pd_setup_monitor *m)
 static pd_status pdi_watch_plane(pdi_watch *w, pd_setup_monitor *m)
 {
     const pd_setup *u = w->setup;
-    double at, index;
+    double at = 0.0, index;
     PDI_TRY(pdi_watch_place(w->ctx, w->text, u, w->section, "at", &m->axis, &at));
     double cells = floor((u->hi[m->axis] - u->lo[m->axis]) / u->h[m->axis] + 0.5);
     index = floor((at - u->lo[m->axis]) / u->h[m->axis] + 0.5);
