@@ -96,7 +96,8 @@ static pd_status annulus_flow_run(val_job *job)
         val_add_point(found, x[1], lab->flow.u[i]);
     }
     if (job->profile) {
-        job->profile->title = "Flow between a wire and a tube, kappa = 0.2";
+        job->profile->title = kappa < 0.15 ? "Flow between a wire and a tube, kappa = 0.1"
+                                            : "Flow between a wire and a tube, kappa = 0.2";
         job->profile->x_label = "r [gaps]";
         job->profile->y_label = "u/U [-]";
     }
@@ -147,7 +148,8 @@ static pd_status annulus_sherwood_run(val_job *job)
     int last = lab->grid.n[0] * 9 / 10;
     job->out->err[0] = fabs(annulus_column(lab, inner, last) / annulus_of(job)->sherwood - 1.0);
     if (!job->profile) return PD_OK;
-    job->profile->title = "Local Sherwood number of the wire, kappa = 0.2";
+    job->profile->title = kappa < 0.15 ? "Local Sherwood number of the wire, kappa = 0.1"
+                                       : "Local Sherwood number of the wire, kappa = 0.2";
     job->profile->x_label = "x D/(U Dh^2) [-]";
     job->profile->y_label = "Sherwood number on Dh [-]";
     job->profile->x_log = job->profile->y_log = 1;
