@@ -597,6 +597,7 @@ typedef struct pd_stencil {
     double *xi;          /* [count][PD_DIM] [m] bond vector */
     double *beta;        /* [count] [-] partial volume */
     double *lap;         /* [count] [1/m2] a(n): lap f = sum a (f_j - f_i) */
+    double lap_sum;      /* [1/m2] sum of a(n) */
     double *grad;        /* [count][PD_DIM] [1/m] g(n): grad f = sum g (f_j - f_i) */
     double *base;        /* [count] [m^(d-2)] w(n), the weight before calibration */
     double *area;        /* [count] [1/m] c(n): interface area that a solid-fluid bond stands for, over V (eq. 6.3) */
@@ -724,6 +725,8 @@ static inline double pdi_grid_circumference(const pd_grid *grid, int32_t node)
 }
 /* The same at the distance `out` [m] outwards from the node. */
 PDI_FN double pdi_grid_around(const pd_grid *grid, int32_t node, double out);
+/* 1 when place x [m] lies between lo and hi [m], bounds included: surfaces and nodes often lie on them. */
+PDI_FN int pdi_grid_between(const pd_grid *grid, const double *lo, const double *hi, const double *x);
 /* Bring index i[] back through periodic and mirror sides only; the bits of flip as above. */
 PDI_FN int pdi_grid_fold(const pd_grid *grid, int *i);
 /* The same for a position [m]; behind inlets and outlets the geometry is the mirror image too, so those fold likewise.
@@ -899,6 +902,12 @@ static inline double pdi_bond_flux(const pd_bonds *bonds, int32_t node, int k)
     const pd_ring *ring = &bonds->ring;
     return ring->flux ? ring->flux[(int64_t)(node / bonds->grid->stride[PD_DIM - 1]) * ring->count + k] : 1.0;
 }
+/* `length` consecutive nodes from i: the rows from `row`, or nodes with whole families (-1). */
+typedef void (*pdi_bond_run_fn)(const void *user, int32_t i, int32_t row, int32_t length);
+/* All fluid nodes, run by run; `work`: scalar operations in all, to decide on threads. Rows at inlets come one by one.
+ * run writes to its own nodes only. */
+PDI_FN void pdi_bond_sweep(const pd_ctx *ctx, const pd_bonds *bonds, int64_t work, pdi_bond_run_fn run,
+                           const void *user);
 static inline int pdi_bond_open(const pd_bonds *bonds, int32_t row, int k)
 {
     return (int)(bonds->mask[(int64_t)(k >> 5) * bonds->capacity + row] >> (k & 31) & 1u);
@@ -1321,6 +1330,8 @@ PDI_FN void pdi_compact_fill(const pd_ctx *ctx, double diffusivity, const double
                              const pdi_compact_convection *convection, double mass, const pdi_compact_faces *faces,
                              pd_compact *compact);
 PDI_FN void pdi_compact_free(pd_ctx *ctx, pd_compact *compact);
+/* What a multigrid has to know of the box: all of the desc but `symmetric`, which becomes 0. */
+PDI_FN void pdi_compact_multigrid(const pd_grid *grid, pd_multigrid_desc *desc);
 /* Box cell of a node inside the box, and back. */
 PDI_FN int64_t pdi_compact_cell(const pd_grid *grid, const int *i);
 #endif
@@ -2421,7 +2432,6 @@ PDI_FN void pdi_diffusion_bond(const pd_diffusion *diffusion, int32_t i, int k, 
 typedef struct pd_limiter {
     const pd_bonds *bonds;
     const pd_diffusion *diffusion;
-    double sum;    /* [1/m2] of the weights of a family */
     double *slope; /* [PD_DIM][total] [mol/m4] gradient, images included */
     double *keep;  /* [total] [-] images included; ghosts of inlets 1 */
 } pd_limiter;
@@ -6146,6 +6156,7 @@ pd_status pd_stencil_build(pd_ctx *ctx, const pd_stencil_desc *desc, pd_stencil 
     PDI_TRY(pdi_stencil_family(ctx, desc->family, stencil));
     if (desc->weights == PD_WEIGHTS_PRINTED) pdi_stencil_printed(stencil);
     else PDI_TRY(pdi_stencil_calibrate(ctx, stencil));
+    for (int k = 0; k < stencil->count; k++) stencil->lap_sum += stencil->lap[k];
     PDI_TRY(pdi_area_weights(ctx, stencil->count, stencil->xi, stencil->beta, stencil->m, stencil->h, stencil->area,
                              &stencil->anisotropy));
     PDI_TRY(pdi_stencil_lines(ctx, stencil));
@@ -6178,6 +6189,9 @@ void pd_stencil_free(pd_ctx *ctx, pd_stencil *s)
 /* grid: see grid.h */
 #include <math.h>
 #include <string.h>
+
+/* Cells beyond given bounds that count as between them. */
+#define PDI_GRID_SLACK 1e-6
 
 PDI_FN void pdi_grid_index(const pd_grid *grid, int32_t node, int *i)
 {
@@ -6221,6 +6235,15 @@ PDI_FN double pdi_grid_around(const pd_grid *grid, int32_t node, double out)
     if (!grid->circumference) return 1.0;
     pd_grid_position(grid, node, x);
     return 2.0 * PDI_PI * fabs(x[PD_DIM - 1] + out);
+}
+
+PDI_FN int pdi_grid_between(const pd_grid *grid, const double *lo, const double *hi, const double *x)
+{
+    for (int d = 0; d < PD_DIM; d++) {
+        double slack = PDI_GRID_SLACK * grid->h[d];
+        if (!(x[d] >= lo[d] - slack) || !(x[d] <= hi[d] + slack)) return 0;
+    }
+    return 1;
 }
 
 /* The side of the box behind which index i lies; -1: inside; -2: behind an edge or corner. */
@@ -7484,6 +7507,19 @@ pd_status pd_bonds_update(pd_ctx *ctx, const int32_t *changed, int32_t count, pd
     return pdi_bond_arrange(ctx, bonds);
 }
 
+PDI_FN void pdi_bond_sweep(const pd_ctx *ctx, const pd_bonds *bonds, int64_t work, pdi_bond_run_fn run,
+                           const void *user)
+{
+    int nt = pdi_par_threads(ctx, work);
+    (void)nt;
+    PDI_PARALLEL_FOR(nt)
+    for (int32_t r = 0; r < bonds->runs; r++) run(user, bonds->run_first[r], -1, bonds->run_length[r]);
+    PDI_PARALLEL_FOR(nt)
+    for (int32_t b = 0; b < bonds->batches; b++)
+        run(user, bonds->node[bonds->batch_first[b]], bonds->batch_first[b], bonds->batch_length[b]);
+    for (int32_t r = bonds->plain; r < bonds->rows; r++) run(user, bonds->node[r], r, 1);
+}
+
 /* Fluxes through the plane of the bonds that start at `node`, of index i. */
 static void pdi_bond_cross(const pd_bonds *bonds, int32_t node, const int *i, int axis, int index,
                            pdi_bond_flux_fn flux, const void *user, pdi_sum *sum)
@@ -8291,42 +8327,40 @@ PDI_FN void pdi_line_laplacian(const pd_bonds *bonds, const double *f, int32_t i
  */
 #include <string.h>
 
+/* `count` nodes with whole families from node `first`, or rows from row `first`, with consecutive nodes. */
+typedef struct pdi_op_sweep pdi_op_sweep;
+typedef void (*pdi_op_lanes_fn)(const pdi_op_sweep *w, int32_t first, int count);
+
 /* The operands of one sweep. */
-typedef struct pdi_op_sweep {
+struct pdi_op_sweep {
     const pd_bonds *bonds;
     int32_t total;
     const double *f, *d; /* field; diffusivity or NULL */
     double *out;
-} pdi_op_sweep;
+    pdi_op_lanes_fn whole, cut;
+    int any_length; /* 1: `whole` takes runs of any length */
+};
 
-/* `count` nodes with whole families from node `first`, or rows from row `first`, with consecutive nodes. */
-typedef void (*pdi_op_lanes_fn)(const pdi_op_sweep *w, int32_t first, int count);
-
-static void pdi_op_split(const pdi_op_sweep *w, pdi_op_lanes_fn lanes, int32_t first, int32_t length)
+static void pdi_op_run(const void *user, int32_t i, int32_t row, int32_t length)
 {
+    const pdi_op_sweep *w = (const pdi_op_sweep *)user;
     int count;
+    if (row < 0 && w->any_length) {
+        w->whole(w, i, length);
+        return;
+    }
     for (int32_t at = 0; at < length; at += count) {
         count = pdi_bond_piece(length, &at);
-        lanes(w, first + at, count);
+        if (row < 0) w->whole(w, i + at, count);
+        else w->cut(w, row + at, count);
     }
 }
 
-/* Takes runs of any length. */
-static void pdi_op_laplacian_whole(const pdi_op_sweep *w, int32_t i, int count);
-
-static void pdi_op_apply(const pd_ctx *ctx, const pdi_op_sweep *w, pdi_op_lanes_fn whole, pdi_op_lanes_fn cut)
+static void pdi_op_apply(const pd_ctx *ctx, pdi_op_sweep *w, pdi_op_lanes_fn whole, pdi_op_lanes_fn cut)
 {
-    const pd_bonds *bonds = w->bonds;
-    int nt = pdi_par_threads(ctx, bonds->grid->fluid_count * bonds->stencil->count * 4);
-    (void)nt;
-    PDI_PARALLEL_FOR(nt)
-    for (int32_t r = 0; r < bonds->runs; r++) {
-        if (whole == pdi_op_laplacian_whole) whole(w, bonds->run_first[r], bonds->run_length[r]);
-        else pdi_op_split(w, whole, bonds->run_first[r], bonds->run_length[r]);
-    }
-    PDI_PARALLEL_FOR(nt)
-    for (int32_t r = 0; r < bonds->batches; r++) pdi_op_split(w, cut, bonds->batch_first[r], bonds->batch_length[r]);
-    for (int32_t r = bonds->plain; r < bonds->rows; r++) cut(w, r, 1);
+    w->whole = whole;
+    w->cut = cut;
+    pdi_bond_sweep(ctx, w->bonds, w->bonds->grid->fluid_count * w->bonds->stencil->count * 4, pdi_op_run, w);
 }
 
 static void pdi_op_sweep_init(const pd_bonds *bonds, const double *f, const double *d, double *out, pdi_op_sweep *w)
@@ -8336,6 +8370,7 @@ static void pdi_op_sweep_init(const pd_bonds *bonds, const double *f, const doub
     w->f = f;
     w->d = d;
     w->out = out;
+    w->any_length = 0;
 }
 
 /* ---- gradient: G f_i = sum g (f_j - f_i); the sum of g over a whole family is zero (eq. 2.4) ---- */
@@ -8509,6 +8544,7 @@ void pd_op_laplacian(const pd_ctx *ctx, const pd_bonds *bonds, const double *f, 
 {
     pdi_op_sweep w;
     pdi_op_sweep_init(bonds, f, NULL, lap, &w);
+    w.any_length = !bonds->ring.lap;
     pdi_op_apply(ctx, &w, bonds->ring.lap ? pdi_op_laplacian_rings : pdi_op_laplacian_whole, pdi_op_laplacian_cut);
 }
 
@@ -9970,6 +10006,20 @@ PDI_FN void pdi_compact_fill(const pd_ctx *ctx, double diffusivity, const double
             if (fluid) pdi_compact_fill_cell(c, cell, node, diffusivity, field, convection, faces);
         }
     }
+}
+
+PDI_FN void pdi_compact_multigrid(const pd_grid *grid, pd_multigrid_desc *desc)
+{
+    int origin[PD_DIM];
+    memset(desc, 0, sizeof *desc);
+    for (int d = 0; d < PD_DIM; d++) {
+        origin[d] = 0;
+        desc->n[d] = grid->n[d];
+        desc->stride[d] = grid->stride[d];
+        desc->periodic[d] = grid->side[2 * d] == PD_SIDE_PERIODIC;
+    }
+    desc->first = pd_grid_node(grid, origin);
+    desc->weight = grid->circumference ? grid->circumference + grid->ghost : NULL;
 }
 
 PDI_FN void pdi_compact_free(pd_ctx *ctx, pd_compact *c)
@@ -13972,29 +14022,33 @@ static void pdi_flow_cut(const pd_flow *flow, const pdi_flow_terms *t, int32_t r
     }
 }
 
+/* The operands of a sweep. */
+typedef struct pdi_flow_sweep {
+    const pd_flow *flow;
+    const pdi_flow_terms *terms;
+    double *ru, *rc; /* [m/s2] [1/s] */
+} pdi_flow_sweep;
+
+static void pdi_flow_run(const void *user, int32_t i, int32_t row, int32_t length)
+{
+    const pdi_flow_sweep *s = (const pdi_flow_sweep *)user;
+    int count;
+    for (int32_t at = 0; at < length; at += count) {
+        count = pdi_bond_piece(length, &at);
+        if (row < 0) pdi_flow_whole(s->flow, s->terms, i + at, count, s->ru, s->rc);
+        else pdi_flow_cut(s->flow, s->terms, row + at, count, s->ru, s->rc);
+    }
+}
+
 PDI_FN void pdi_flow_terms_apply(const pd_ctx *ctx, const pd_flow *flow, const pdi_flow_terms *t, double *ru,
                                  double *rc)
 {
-    const pd_bonds *bonds = flow->bonds;
-    int nt = pdi_par_threads(ctx, pdi_flow_work(flow));
-    (void)nt;
-    PDI_PARALLEL_FOR(nt)
-    for (int32_t run = 0; run < bonds->runs; run++) {
-        int count;
-        for (int32_t at = 0, length = bonds->run_length[run]; at < length; at += count) {
-            count = pdi_bond_piece(length, &at);
-            pdi_flow_whole(flow, t, bonds->run_first[run] + at, count, ru, rc);
-        }
-    }
-    PDI_PARALLEL_FOR(nt)
-    for (int32_t batch = 0; batch < bonds->batches; batch++) {
-        int count;
-        for (int32_t at = 0, length = bonds->batch_length[batch]; at < length; at += count) {
-            count = pdi_bond_piece(length, &at);
-            pdi_flow_cut(flow, t, bonds->batch_first[batch] + at, count, ru, rc);
-        }
-    }
-    for (int32_t r = bonds->plain; r < bonds->rows; r++) pdi_flow_cut(flow, t, r, 1, ru, rc);
+    pdi_flow_sweep s;
+    s.flow = flow;
+    s.terms = t;
+    s.ru = ru;
+    s.rc = rc;
+    pdi_bond_sweep(ctx, flow->bonds, pdi_flow_work(flow), pdi_flow_run, &s);
 }
 
 /* Half the volume flux through a bond: 1/2 g.(w_i + w_j). */
@@ -14163,18 +14217,6 @@ void pd_flow_free(pd_ctx *ctx, pd_flow *flow)
 #include <math.h>
 #include <string.h>
 
-/* Surfaces often lie on the bounds that the caller gives: cells that count as inside beyond them. */
-#define PDI_FORCE_SLACK 1e-6
-
-static int pdi_force_inside(const pd_grid *grid, const double *lo, const double *hi, const double *x)
-{
-    for (int d = 0; d < PD_DIM; d++) {
-        double slack = PDI_FORCE_SLACK * grid->h[d];
-        if (!(x[d] >= lo[d] - slack) || !(x[d] <= hi[d] + slack)) return 0;
-    }
-    return 1;
-}
-
 /* Around an axis radial forces cancel. */
 static void pdi_force_cancel(const pd_grid *grid, double *force)
 {
@@ -14194,7 +14236,7 @@ static void pdi_force_press(const pd_flow *flow, int32_t r, const double *lo, co
         if (pdi_bond_open(bonds, r, k)) continue;
         double t = pdi_bond_meet(bonds, r, k, at), p = flow->p[node];
         pdi_grid_fold_position(flow->grid, at); /* behind a periodic side the surface goes on */
-        if (!pdi_force_inside(flow->grid, lo, hi, at)) continue;
+        if (!pdi_grid_between(flow->grid, lo, hi, at)) continue;
         for (int d = 0; d < PD_DIM; d++)
             p += t * s->xi[k * PD_DIM + d] * flow->grad[(int64_t)d * flow->grid->total + node];
         double volume = s->volume * pdi_grid_around(flow->grid, node, 0.5 * s->xi[k * PD_DIM + PD_DIM - 1]);
@@ -14227,7 +14269,7 @@ void pd_force_surface(pd_ctx *ctx, pd_flow *flow, const double *lo, const double
     for (int32_t r = 0; r < bonds->rows; r++) {
         double x[PD_DIM], rub[PD_DIM], press[PD_DIM];
         pd_grid_position(flow->grid, bonds->node[r], x);
-        int inside = pdi_force_inside(flow->grid, lo, hi, x);
+        int inside = pdi_grid_between(flow->grid, lo, hi, x);
         pdi_force_rub(flow, r, rub);
         pdi_force_press(flow, r, lo, hi, press);
         for (int d = 0; d < PD_DIM; d++) {
@@ -14403,9 +14445,7 @@ static void pdi_steady_commute(const pd_ctx *ctx, const pd_steady *s, const doub
     const pd_grid *grid = flow->grid;
     int nt = pdi_par_threads(ctx, grid->total * 10);
     (void)nt;
-    double sum_a = 0.0;
-    for (int k = 0; k < flow->bonds->stencil->count; k++) sum_a += flow->bonds->stencil->lap[k];
-    double rough = flow->nu + 1.0 / (flow->tau * sum_a);
+    double rough = flow->nu + 1.0 / (flow->tau * flow->bonds->stencil->lap_sum);
     PDI_PARALLEL_FOR(nt)
     for (int32_t i = 0; i < grid->total; i++) {
         dp[i] = 0.0;
@@ -14536,20 +14576,11 @@ pd_status pd_steady_build(pd_ctx *ctx, pd_flow *flow, const pd_steady_desc *desc
     pd_krylov_desc kd;
     pd_multigrid_desc md;
     memset(&kd, 0, sizeof kd);
-    memset(&md, 0, sizeof md);
     kd.n = size;
     kd.restart = s->desc.restart;
     kd.max_iterations = s->desc.max_krylov;
     kd.zero_guess = 1;
-    int origin[PD_DIM];
-    for (int d = 0; d < PD_DIM; d++) {
-        origin[d] = 0;
-        md.n[d] = flow->grid->n[d];
-        md.stride[d] = flow->grid->stride[d];
-        md.periodic[d] = flow->grid->side[2 * d] == PD_SIDE_PERIODIC;
-    }
-    md.first = pd_grid_node(flow->grid, origin);
-    md.weight = flow->grid->circumference ? flow->grid->circumference + flow->grid->ghost : NULL;
+    pdi_compact_multigrid(flow->grid, &md);
     PDI_TRY(pdi_compact_build(ctx, flow->grid, 1, &s->compact_u));
     PDI_TRY(pdi_compact_build(ctx, flow->grid, 0, &s->compact_p));
     PDI_TRY(pd_multigrid_build(ctx, &md, &s->mg_u));
@@ -14968,7 +14999,7 @@ double pd_unsteady_limit(pd_ctx *ctx, const pd_unsteady *un)
     const pd_flow *flow = un->flow;
     const pd_stencil *s = flow->bonds->stencil;
     const pd_grid *grid = flow->grid;
-    double speed = 0.0, gradient = 0.0, lap = 0.0, cut = 0.0;
+    double speed = 0.0, gradient = 0.0, lap = s->lap_sum, cut = 0.0;
     (void)ctx;
     for (int32_t i = 0; i < grid->total; i++) {
         double square = 0.0;
@@ -14984,7 +15015,6 @@ double pd_unsteady_limit(pd_ctx *ctx, const pd_unsteady *un)
         for (int k = 0; k < s->count; k++) sum += fabs(s->grad[k * PD_DIM + d]);
         gradient += sum * sum;
     }
-    for (int k = 0; k < s->count; k++) lap += s->lap[k];
     for (int32_t r = 0; r < flow->bonds->rows; r++) cut = fmax(cut, flow->bonds->wall_lap[r]);
     double acoustic = (un->desc.sound + sqrt(speed)) * sqrt(gradient);
     /* pressure flux: tau c0^2 (lap - div grad), bounded by its Laplacian part */
@@ -15057,26 +15087,27 @@ typedef struct pdi_gas_face {
 /* A sweep over `count` consecutive nodes from i, which are the rows from `row` (-1: whole families). */
 typedef void (*pdi_gas_lanes_fn)(const pd_gas *gas, int32_t i, int32_t row, int count);
 
-static void pdi_gas_split(const pd_gas *gas, pdi_gas_lanes_fn lanes, int32_t i, int32_t row, int32_t length)
+typedef struct pdi_gas_sweeping {
+    const pd_gas *gas;
+    pdi_gas_lanes_fn lanes;
+} pdi_gas_sweeping;
+
+static void pdi_gas_run(const void *user, int32_t i, int32_t row, int32_t length)
 {
+    const pdi_gas_sweeping *s = (const pdi_gas_sweeping *)user;
     int count;
     for (int32_t at = 0; at < length; at += count) {
         count = pdi_bond_piece(length, &at);
-        lanes(gas, i + at, row < 0 ? row : row + at, count);
+        s->lanes(s->gas, i + at, row < 0 ? row : row + at, count);
     }
 }
 
 static void pdi_gas_sweep(const pd_ctx *ctx, const pd_gas *gas, pdi_gas_lanes_fn lanes)
 {
-    const pd_bonds *bonds = gas->bonds;
-    int nt = pdi_par_threads(ctx, gas->grid->fluid_count * bonds->stencil->count * 16);
-    (void)nt;
-    PDI_PARALLEL_FOR(nt)
-    for (int32_t r = 0; r < bonds->runs; r++) pdi_gas_split(gas, lanes, bonds->run_first[r], -1, bonds->run_length[r]);
-    PDI_PARALLEL_FOR(nt)
-    for (int32_t b = 0; b < bonds->batches; b++)
-        pdi_gas_split(gas, lanes, bonds->node[bonds->batch_first[b]], bonds->batch_first[b], bonds->batch_length[b]);
-    for (int32_t r = bonds->plain; r < bonds->rows; r++) lanes(gas, bonds->node[r], r, 1);
+    pdi_gas_sweeping s;
+    s.gas = gas;
+    s.lanes = lanes;
+    pdi_bond_sweep(ctx, gas->bonds, gas->grid->fluid_count * gas->bonds->stencil->count * 16, pdi_gas_run, &s);
 }
 
 /* ---- states ---- */
@@ -16037,7 +16068,7 @@ static void pdi_limiter_lanes(const pd_limiter *l, pdi_limiter_piece *p, double 
     const pd_bonds *bonds = l->bonds;
     const pd_stencil *s = bonds->stencil;
     int64_t total = bonds->grid->total;
-    double *slope = l->slope + p->i, *keep = l->keep + p->i, floor_size = least * l->sum;
+    double *slope = l->slope + p->i, *keep = l->keep + p->i, floor_size = least * s->lap_sum;
     int ports = pdi_limiter_ports(bonds, p->i, p->count), plain = p->row < 0 && !ports;
     for (int b = 0; b < p->count; b++) {
         p->bend[b] = p->size[b] = 0.0;
@@ -16061,30 +16092,34 @@ static void pdi_limiter_lanes(const pd_limiter *l, pdi_limiter_piece *p, double 
     }
 }
 
-static void pdi_limiter_run(const pd_limiter *l, const double *c, double least, int32_t i, int32_t row, int32_t length)
+/* The operands of a sweep. */
+typedef struct pdi_limiter_sweep {
+    const pd_limiter *limiter;
+    const double *c; /* [mol/m3] */
+    double least;    /* [mol/m3] */
+} pdi_limiter_sweep;
+
+static void pdi_limiter_run(const void *user, int32_t i, int32_t row, int32_t length)
 {
+    const pdi_limiter_sweep *s = (const pdi_limiter_sweep *)user;
     pdi_limiter_piece p;
     for (int32_t at = 0; at < length; at += p.count) {
         p.count = pdi_bond_piece(length, &at);
         p.i = i + at;
         p.row = row < 0 ? row : row + at;
-        p.c = c + p.i;
-        pdi_limiter_lanes(l, &p, least);
+        p.c = s->c + p.i;
+        pdi_limiter_lanes(s->limiter, &p, s->least);
     }
 }
 
 PDI_FN void pdi_limiter_update(const pd_ctx *ctx, pd_limiter *l, const double *c, double least)
 {
     const pd_bonds *bonds = l->bonds;
-    int nt = pdi_par_threads(ctx, bonds->grid->fluid_count * bonds->stencil->count * 4);
-    (void)nt;
-    PDI_PARALLEL_FOR(nt)
-    for (int32_t run = 0; run < bonds->runs; run++)
-        pdi_limiter_run(l, c, least, bonds->run_first[run], -1, bonds->run_length[run]);
-    PDI_PARALLEL_FOR(nt)
-    for (int32_t b = 0; b < bonds->batches; b++)
-        pdi_limiter_run(l, c, least, bonds->node[bonds->batch_first[b]], bonds->batch_first[b], bonds->batch_length[b]);
-    for (int32_t r = bonds->plain; r < bonds->rows; r++) pdi_limiter_run(l, c, least, bonds->node[r], r, 1);
+    pdi_limiter_sweep s;
+    s.limiter = l;
+    s.c = c;
+    s.least = least;
+    pdi_bond_sweep(ctx, bonds, bonds->grid->fluid_count * bonds->stencil->count * 4, pdi_limiter_run, &s);
     for (int32_t k = bonds->ghosts.count; k < bonds->ghosts.listed; k++) l->keep[bonds->ghosts.node[k]] = 1.0;
     pd_ghosts_scalar(&bonds->ghosts, l->keep);
     pd_ghosts_vector(&bonds->ghosts, l->slope);
@@ -16096,7 +16131,6 @@ PDI_FN pd_status pdi_limiter_build(pd_ctx *ctx, const pd_diffusion *diffusion, p
     memset(l, 0, sizeof *l);
     l->bonds = diffusion->bonds;
     l->diffusion = diffusion;
-    for (int k = 0; k < l->bonds->stencil->count; k++) l->sum += l->bonds->stencil->lap[k];
     PDI_TRY(PDI_NEW(ctx, "limiter", PD_DIM * total, l->slope));
     return PDI_NEW(ctx, "limiter", total, l->keep);
 }
@@ -16208,7 +16242,7 @@ static void pdi_convect_ends(const pdi_convect_sweep *s, int32_t i, int k, doubl
 
 /* Bond k of the nodes i .. i+count-1, which are the rows from `row` (-1: whole families); 0 when it is shut for all. */
 static int pdi_convect_bond_lanes(const pdi_convect_sweep *s, int32_t i, int32_t row, int k, int ends,
-                                    pdi_convect_lanes *l)
+                                  pdi_convect_lanes *l)
 {
     const pd_convect *t = s->t;
     double tied[PDI_LANES];
@@ -16245,7 +16279,7 @@ static void pdi_convect_apply_lanes(const pdi_convect_sweep *s, int32_t i, int32
 /* Of bond k: the step D of the field along it, leant towards xi.G of the upwind end, within 0 and 2 D (eq. 5.4). An
  * inlet has no gradient. */
 static void pdi_convect_lean(const pdi_convect_sweep *s, int32_t i, int k, int ends, const pdi_convect_lanes *l,
-                               double *lean)
+                             double *lean)
 {
     const pd_convect *t = s->t;
     int64_t total = t->bonds->grid->total;
@@ -16289,9 +16323,9 @@ static void pdi_convect_anti_lanes(const pdi_convect_sweep *s, int32_t i, int32_
     memcpy(s->y + i, sum, (size_t)count * sizeof(double));
 }
 
-/* `length` consecutive nodes from i, which are the rows from `row` (-1: whole families). */
-static void pdi_convect_run(const pdi_convect_sweep *s, int32_t i, int32_t row, int32_t length)
+static void pdi_convect_run(const void *user, int32_t i, int32_t row, int32_t length)
 {
+    const pdi_convect_sweep *s = (const pdi_convect_sweep *)user;
     int count;
     for (int32_t at = 0; at < length; at += count) {
         count = pdi_bond_piece(length, &at);
@@ -16302,40 +16336,26 @@ static void pdi_convect_run(const pdi_convect_sweep *s, int32_t i, int32_t row, 
     }
 }
 
-static void pdi_convect_sweep_all(const pd_ctx *ctx, const pdi_convect_sweep *s)
+static void pdi_convect_sweep_all(const pd_ctx *ctx, const pd_convect *convect, pdi_convect_task task, const double *c,
+                                  double *y)
 {
-    const pd_bonds *bonds = s->t->bonds;
-    int nt = pdi_par_threads(ctx, s->t->bonds->grid->fluid_count * bonds->stencil->count * 8);
-    (void)nt;
-    PDI_PARALLEL_FOR(nt)
-    for (int32_t run = 0; run < bonds->runs; run++)
-        pdi_convect_run(s, bonds->run_first[run], -1, bonds->run_length[run]);
-    PDI_PARALLEL_FOR(nt)
-    for (int32_t b = 0; b < bonds->batches; b++)
-        pdi_convect_run(s, bonds->node[bonds->batch_first[b]], bonds->batch_first[b], bonds->batch_length[b]);
-    for (int32_t r = bonds->plain; r < bonds->rows; r++) pdi_convect_run(s, bonds->node[r], r, 1);
+    const pd_bonds *bonds = convect->bonds;
+    pdi_convect_sweep s;
+    s.task = task;
+    s.t = convect;
+    s.c = c;
+    s.y = y;
+    pdi_bond_sweep(ctx, bonds, bonds->grid->fluid_count * bonds->stencil->count * 8, pdi_convect_run, &s);
 }
 
 PDI_FN void pdi_convect_apply(const pd_ctx *ctx, const pd_convect *convect, const double *c, double *y)
 {
-    pdi_convect_sweep s;
-    memset(&s, 0, sizeof s);
-    s.t = convect;
-    s.c = c;
-    s.y = y;
-    s.task = PDI_CONVECT_APPLY;
-    pdi_convect_sweep_all(ctx, &s);
+    pdi_convect_sweep_all(ctx, convect, PDI_CONVECT_APPLY, c, y);
 }
 
 PDI_FN void pdi_convect_anti(const pd_ctx *ctx, const pd_convect *convect, const double *c, double *y)
 {
-    pdi_convect_sweep s;
-    memset(&s, 0, sizeof s);
-    s.t = convect;
-    s.c = c;
-    s.y = y;
-    s.task = PDI_CONVECT_ANTI;
-    pdi_convect_sweep_all(ctx, &s);
+    pdi_convect_sweep_all(ctx, convect, PDI_CONVECT_ANTI, c, y);
 }
 
 /* What the bonds through a plane are asked for. */
@@ -16959,21 +16979,12 @@ pd_status pd_transport_build(pd_ctx *ctx, const pd_grid *grid, const pd_bonds *b
     t->flow = flow;
     pd_krylov_desc kd;
     pd_multigrid_desc md;
-    int origin[PD_DIM];
     memset(&kd, 0, sizeof kd);
-    memset(&md, 0, sizeof md);
     kd.n = grid->total;
     kd.restart = 20;
     kd.flexible = 1;
     kd.zero_guess = 1;
-    for (int d = 0; d < PD_DIM; d++) {
-        origin[d] = 0;
-        md.n[d] = grid->n[d];
-        md.stride[d] = grid->stride[d];
-        md.periodic[d] = grid->side[2 * d] == PD_SIDE_PERIODIC;
-    }
-    md.first = pd_grid_node(grid, origin);
-    md.weight = grid->circumference ? grid->circumference + grid->ghost : NULL;
+    pdi_compact_multigrid(grid, &md);
     md.symmetric = flow == NULL;
     PDI_TRY(pdi_compact_build(ctx, grid, flow != NULL, &t->compact));
     PDI_TRY(pd_multigrid_build(ctx, &md, &t->mg));
@@ -17235,10 +17246,8 @@ static double pdi_dissolve_span(const pd_dissolve *d) { return d->desc.solid * (
 static double pdi_dissolve_area(const pd_dissolve *d, int32_t j, int k)
 {
     const pd_stencil *s = d->bonds->stencil;
-    double x[PD_DIM];
-    if (!d->grid->circumference) return s->area[k];
-    pd_grid_position(d->grid, j, x);
-    return s->area[k] * fabs(1.0 + 0.5 * s->xi[k * PD_DIM + PD_DIM - 1] / x[PD_DIM - 1]);
+    double middle = pdi_grid_around(d->grid, j, 0.5 * s->xi[k * PD_DIM + PD_DIM - 1]);
+    return s->area[k] * (middle / pdi_grid_circumference(d->grid, j));
 }
 
 /* Volume of node j over that of node i. */
@@ -17587,18 +17596,11 @@ void pd_dissolve_free(pd_ctx *ctx, pd_dissolve *d)
 #include <math.h>
 #include <string.h>
 
-/* Surfaces and nodes often lie on the bounds that the caller gives: cells that count as inside beyond them. */
-#define PDI_MEASURE_SLACK 1e-6
-
 static int pdi_measure_inside(const pd_grid *grid, int32_t node, const double *lo, const double *hi)
 {
     double x[PD_DIM];
     pd_grid_position(grid, node, x);
-    for (int d = 0; d < PD_DIM; d++) {
-        double slack = PDI_MEASURE_SLACK * grid->h[d];
-        if (!(x[d] >= lo[d] - slack) || !(x[d] <= hi[d] + slack)) return 0;
-    }
-    return 1;
+    return pdi_grid_between(grid, lo, hi, x);
 }
 
 /* ---- plane ---- */
@@ -17721,8 +17723,6 @@ void pd_measure_box(pd_ctx *ctx, const pd_bonds *bonds, const pd_flow *flow, con
     r->energy = flow ? flow->rho * volume * pdi_sum_total(&energy) : 0.0;
     for (int d = 0; d < PD_DIM; d++) r->momentum[d] = flow ? flow->rho * volume * pdi_sum_total(&momentum[d]) : 0.0;
 }
-
-#undef PDI_MEASURE_SLACK
 
 /* ======== >>front.c ======== */
 /* front: see front.h */

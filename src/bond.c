@@ -601,6 +601,19 @@ pd_status pd_bonds_update(pd_ctx *ctx, const int32_t *changed, int32_t count, pd
     return pdi_bond_arrange(ctx, bonds);
 }
 
+PDI_FN void pdi_bond_sweep(const pd_ctx *ctx, const pd_bonds *bonds, int64_t work, pdi_bond_run_fn run,
+                           const void *user)
+{
+    int nt = pdi_par_threads(ctx, work);
+    (void)nt;
+    PDI_PARALLEL_FOR(nt)
+    for (int32_t r = 0; r < bonds->runs; r++) run(user, bonds->run_first[r], -1, bonds->run_length[r]);
+    PDI_PARALLEL_FOR(nt)
+    for (int32_t b = 0; b < bonds->batches; b++)
+        run(user, bonds->node[bonds->batch_first[b]], bonds->batch_first[b], bonds->batch_length[b]);
+    for (int32_t r = bonds->plain; r < bonds->rows; r++) run(user, bonds->node[r], r, 1);
+}
+
 /* Fluxes through the plane of the bonds that start at `node`, of index i. */
 static void pdi_bond_cross(const pd_bonds *bonds, int32_t node, const int *i, int axis, int index,
                            pdi_bond_flux_fn flux, const void *user, pdi_sum *sum)

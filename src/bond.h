@@ -86,6 +86,12 @@ static inline double pdi_bond_flux(const pd_bonds *bonds, int32_t node, int k)
     const pd_ring *ring = &bonds->ring;
     return ring->flux ? ring->flux[(int64_t)(node / bonds->grid->stride[PD_DIM - 1]) * ring->count + k] : 1.0;
 }
+/* `length` consecutive nodes from i: the rows from `row`, or nodes with whole families (-1). */
+typedef void (*pdi_bond_run_fn)(const void *user, int32_t i, int32_t row, int32_t length);
+/* All fluid nodes, run by run; `work`: scalar operations in all, to decide on threads. Rows at inlets come one by one.
+ * run writes to its own nodes only. */
+PDI_FN void pdi_bond_sweep(const pd_ctx *ctx, const pd_bonds *bonds, int64_t work, pdi_bond_run_fn run,
+                           const void *user);
 static inline int pdi_bond_open(const pd_bonds *bonds, int32_t row, int k)
 {
     return (int)(bonds->mask[(int64_t)(k >> 5) * bonds->capacity + row] >> (k & 31) & 1u);

@@ -109,6 +109,20 @@ PDI_FN void pdi_compact_fill(const pd_ctx *ctx, double diffusivity, const double
     }
 }
 
+PDI_FN void pdi_compact_multigrid(const pd_grid *grid, pd_multigrid_desc *desc)
+{
+    int origin[PD_DIM];
+    memset(desc, 0, sizeof *desc);
+    for (int d = 0; d < PD_DIM; d++) {
+        origin[d] = 0;
+        desc->n[d] = grid->n[d];
+        desc->stride[d] = grid->stride[d];
+        desc->periodic[d] = grid->side[2 * d] == PD_SIDE_PERIODIC;
+    }
+    desc->first = pd_grid_node(grid, origin);
+    desc->weight = grid->circumference ? grid->circumference + grid->ghost : NULL;
+}
+
 PDI_FN void pdi_compact_free(pd_ctx *ctx, pd_compact *c)
 {
     PDI_DELETE(ctx, c->cells, c->active);

@@ -7,6 +7,7 @@
 #ifndef PD_COMPACT_H
 #define PD_COMPACT_H
 #include "grid.h"
+#include "multigrid.h"
 
 typedef struct pd_compact {
     const pd_grid *grid;
@@ -36,6 +37,8 @@ PDI_FN void pdi_compact_fill(const pd_ctx *ctx, double diffusivity, const double
                              const pdi_compact_convection *convection, double mass, const pdi_compact_faces *faces,
                              pd_compact *compact);
 PDI_FN void pdi_compact_free(pd_ctx *ctx, pd_compact *compact);
+/* What a multigrid has to know of the box: all of the desc but `symmetric`, which becomes 0. */
+PDI_FN void pdi_compact_multigrid(const pd_grid *grid, pd_multigrid_desc *desc);
 /* Box cell of a node inside the box, and back. */
 PDI_FN int64_t pdi_compact_cell(const pd_grid *grid, const int *i);
 #endif

@@ -98,7 +98,7 @@ static void pdi_convect_ends(const pdi_convect_sweep *s, int32_t i, int k, doubl
 
 /* Bond k of the nodes i .. i+count-1, which are the rows from `row` (-1: whole families); 0 when it is shut for all. */
 static int pdi_convect_bond_lanes(const pdi_convect_sweep *s, int32_t i, int32_t row, int k, int ends,
-                                    pdi_convect_lanes *l)
+                                  pdi_convect_lanes *l)
 {
     const pd_convect *t = s->t;
     double tied[PDI_LANES];
@@ -135,7 +135,7 @@ static void pdi_convect_apply_lanes(const pdi_convect_sweep *s, int32_t i, int32
 /* Of bond k: the step D of the field along it, leant towards xi.G of the upwind end, within 0 and 2 D (eq. 5.4). An
  * inlet has no gradient. */
 static void pdi_convect_lean(const pdi_convect_sweep *s, int32_t i, int k, int ends, const pdi_convect_lanes *l,
-                               double *lean)
+                             double *lean)
 {
     const pd_convect *t = s->t;
     int64_t total = t->bonds->grid->total;
@@ -179,9 +179,9 @@ static void pdi_convect_anti_lanes(const pdi_convect_sweep *s, int32_t i, int32_
     memcpy(s->y + i, sum, (size_t)count * sizeof(double));
 }
 
-/* `length` consecutive nodes from i, which are the rows from `row` (-1: whole families). */
-static void pdi_convect_run(const pdi_convect_sweep *s, int32_t i, int32_t row, int32_t length)
+static void pdi_convect_run(const void *user, int32_t i, int32_t row, int32_t length)
 {
+    const pdi_convect_sweep *s = (const pdi_convect_sweep *)user;
     int count;
     for (int32_t at = 0; at < length; at += count) {
         count = pdi_bond_piece(length, &at);
@@ -192,40 +192,26 @@ static void pdi_convect_run(const pdi_convect_sweep *s, int32_t i, int32_t row, 
     }
 }
 
-static void pdi_convect_sweep_all(const pd_ctx *ctx, const pdi_convect_sweep *s)
+static void pdi_convect_sweep_all(const pd_ctx *ctx, const pd_convect *convect, pdi_convect_task task, const double *c,
+                                  double *y)
 {
-    const pd_bonds *bonds = s->t->bonds;
-    int nt = pdi_par_threads(ctx, s->t->bonds->grid->fluid_count * bonds->stencil->count * 8);
-    (void)nt;
-    PDI_PARALLEL_FOR(nt)
-    for (int32_t run = 0; run < bonds->runs; run++)
-        pdi_convect_run(s, bonds->run_first[run], -1, bonds->run_length[run]);
-    PDI_PARALLEL_FOR(nt)
-    for (int32_t b = 0; b < bonds->batches; b++)
-        pdi_convect_run(s, bonds->node[bonds->batch_first[b]], bonds->batch_first[b], bonds->batch_length[b]);
-    for (int32_t r = bonds->plain; r < bonds->rows; r++) pdi_convect_run(s, bonds->node[r], r, 1);
+    const pd_bonds *bonds = convect->bonds;
+    pdi_convect_sweep s;
+    s.task = task;
+    s.t = convect;
+    s.c = c;
+    s.y = y;
+    pdi_bond_sweep(ctx, bonds, bonds->grid->fluid_count * bonds->stencil->count * 8, pdi_convect_run, &s);
 }
 
 PDI_FN void pdi_convect_apply(const pd_ctx *ctx, const pd_convect *convect, const double *c, double *y)
 {
-    pdi_convect_sweep s;
-    memset(&s, 0, sizeof s);
-    s.t = convect;
-    s.c = c;
-    s.y = y;
-    s.task = PDI_CONVECT_APPLY;
-    pdi_convect_sweep_all(ctx, &s);
+    pdi_convect_sweep_all(ctx, convect, PDI_CONVECT_APPLY, c, y);
 }
 
 PDI_FN void pdi_convect_anti(const pd_ctx *ctx, const pd_convect *convect, const double *c, double *y)
 {
-    pdi_convect_sweep s;
-    memset(&s, 0, sizeof s);
-    s.t = convect;
-    s.c = c;
-    s.y = y;
-    s.task = PDI_CONVECT_ANTI;
-    pdi_convect_sweep_all(ctx, &s);
+    pdi_convect_sweep_all(ctx, convect, PDI_CONVECT_ANTI, c, y);
 }
 
 /* What the bonds through a plane are asked for. */

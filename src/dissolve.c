@@ -30,10 +30,8 @@ static double pdi_dissolve_span(const pd_dissolve *d) { return d->desc.solid * (
 static double pdi_dissolve_area(const pd_dissolve *d, int32_t j, int k)
 {
     const pd_stencil *s = d->bonds->stencil;
-    double x[PD_DIM];
-    if (!d->grid->circumference) return s->area[k];
-    pd_grid_position(d->grid, j, x);
-    return s->area[k] * fabs(1.0 + 0.5 * s->xi[k * PD_DIM + PD_DIM - 1] / x[PD_DIM - 1]);
+    double middle = pdi_grid_around(d->grid, j, 0.5 * s->xi[k * PD_DIM + PD_DIM - 1]);
+    return s->area[k] * (middle / pdi_grid_circumference(d->grid, j));
 }
 
 /* Volume of node j over that of node i. */

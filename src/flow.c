@@ -174,29 +174,33 @@ static void pdi_flow_cut(const pd_flow *flow, const pdi_flow_terms *t, int32_t r
     }
 }
 
+/* The operands of a sweep. */
+typedef struct pdi_flow_sweep {
+    const pd_flow *flow;
+    const pdi_flow_terms *terms;
+    double *ru, *rc; /* [m/s2] [1/s] */
+} pdi_flow_sweep;
+
+static void pdi_flow_run(const void *user, int32_t i, int32_t row, int32_t length)
+{
+    const pdi_flow_sweep *s = (const pdi_flow_sweep *)user;
+    int count;
+    for (int32_t at = 0; at < length; at += count) {
+        count = pdi_bond_piece(length, &at);
+        if (row < 0) pdi_flow_whole(s->flow, s->terms, i + at, count, s->ru, s->rc);
+        else pdi_flow_cut(s->flow, s->terms, row + at, count, s->ru, s->rc);
+    }
+}
+
 PDI_FN void pdi_flow_terms_apply(const pd_ctx *ctx, const pd_flow *flow, const pdi_flow_terms *t, double *ru,
                                  double *rc)
 {
-    const pd_bonds *bonds = flow->bonds;
-    int nt = pdi_par_threads(ctx, pdi_flow_work(flow));
-    (void)nt;
-    PDI_PARALLEL_FOR(nt)
-    for (int32_t run = 0; run < bonds->runs; run++) {
-        int count;
-        for (int32_t at = 0, length = bonds->run_length[run]; at < length; at += count) {
-            count = pdi_bond_piece(length, &at);
-            pdi_flow_whole(flow, t, bonds->run_first[run] + at, count, ru, rc);
-        }
-    }
-    PDI_PARALLEL_FOR(nt)
-    for (int32_t batch = 0; batch < bonds->batches; batch++) {
-        int count;
-        for (int32_t at = 0, length = bonds->batch_length[batch]; at < length; at += count) {
-            count = pdi_bond_piece(length, &at);
-            pdi_flow_cut(flow, t, bonds->batch_first[batch] + at, count, ru, rc);
-        }
-    }
-    for (int32_t r = bonds->plain; r < bonds->rows; r++) pdi_flow_cut(flow, t, r, 1, ru, rc);
+    pdi_flow_sweep s;
+    s.flow = flow;
+    s.terms = t;
+    s.ru = ru;
+    s.rc = rc;
+    pdi_bond_sweep(ctx, flow->bonds, pdi_flow_work(flow), pdi_flow_run, &s);
 }
 
 /* Half the volume flux through a bond: 1/2 g.(w_i + w_j). */

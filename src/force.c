@@ -5,18 +5,6 @@
 #include <math.h>
 #include <string.h>
 
-/* Surfaces often lie on the bounds that the caller gives: cells that count as inside beyond them. */
-#define PDI_FORCE_SLACK 1e-6
-
-static int pdi_force_inside(const pd_grid *grid, const double *lo, const double *hi, const double *x)
-{
-    for (int d = 0; d < PD_DIM; d++) {
-        double slack = PDI_FORCE_SLACK * grid->h[d];
-        if (!(x[d] >= lo[d] - slack) || !(x[d] <= hi[d] + slack)) return 0;
-    }
-    return 1;
-}
-
 /* Around an axis radial forces cancel. */
 static void pdi_force_cancel(const pd_grid *grid, double *force)
 {
@@ -36,7 +24,7 @@ static void pdi_force_press(const pd_flow *flow, int32_t r, const double *lo, co
         if (pdi_bond_open(bonds, r, k)) continue;
         double t = pdi_bond_meet(bonds, r, k, at), p = flow->p[node];
         pdi_grid_fold_position(flow->grid, at); /* behind a periodic side the surface goes on */
-        if (!pdi_force_inside(flow->grid, lo, hi, at)) continue;
+        if (!pdi_grid_between(flow->grid, lo, hi, at)) continue;
         for (int d = 0; d < PD_DIM; d++)
             p += t * s->xi[k * PD_DIM + d] * flow->grad[(int64_t)d * flow->grid->total + node];
         double volume = s->volume * pdi_grid_around(flow->grid, node, 0.5 * s->xi[k * PD_DIM + PD_DIM - 1]);
@@ -69,7 +57,7 @@ void pd_force_surface(pd_ctx *ctx, pd_flow *flow, const double *lo, const double
     for (int32_t r = 0; r < bonds->rows; r++) {
         double x[PD_DIM], rub[PD_DIM], press[PD_DIM];
         pd_grid_position(flow->grid, bonds->node[r], x);
-        int inside = pdi_force_inside(flow->grid, lo, hi, x);
+        int inside = pdi_grid_between(flow->grid, lo, hi, x);
         pdi_force_rub(flow, r, rub);
         pdi_force_press(flow, r, lo, hi, press);
         for (int d = 0; d < PD_DIM; d++) {

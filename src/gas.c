@@ -30,26 +30,27 @@ typedef struct pdi_gas_face {
 /* A sweep over `count` consecutive nodes from i, which are the rows from `row` (-1: whole families). */
 typedef void (*pdi_gas_lanes_fn)(const pd_gas *gas, int32_t i, int32_t row, int count);
 
-static void pdi_gas_split(const pd_gas *gas, pdi_gas_lanes_fn lanes, int32_t i, int32_t row, int32_t length)
+typedef struct pdi_gas_sweeping {
+    const pd_gas *gas;
+    pdi_gas_lanes_fn lanes;
+} pdi_gas_sweeping;
+
+static void pdi_gas_run(const void *user, int32_t i, int32_t row, int32_t length)
 {
+    const pdi_gas_sweeping *s = (const pdi_gas_sweeping *)user;
     int count;
     for (int32_t at = 0; at < length; at += count) {
         count = pdi_bond_piece(length, &at);
-        lanes(gas, i + at, row < 0 ? row : row + at, count);
+        s->lanes(s->gas, i + at, row < 0 ? row : row + at, count);
     }
 }
 
 static void pdi_gas_sweep(const pd_ctx *ctx, const pd_gas *gas, pdi_gas_lanes_fn lanes)
 {
-    const pd_bonds *bonds = gas->bonds;
-    int nt = pdi_par_threads(ctx, gas->grid->fluid_count * bonds->stencil->count * 16);
-    (void)nt;
-    PDI_PARALLEL_FOR(nt)
-    for (int32_t r = 0; r < bonds->runs; r++) pdi_gas_split(gas, lanes, bonds->run_first[r], -1, bonds->run_length[r]);
-    PDI_PARALLEL_FOR(nt)
-    for (int32_t b = 0; b < bonds->batches; b++)
-        pdi_gas_split(gas, lanes, bonds->node[bonds->batch_first[b]], bonds->batch_first[b], bonds->batch_length[b]);
-    for (int32_t r = bonds->plain; r < bonds->rows; r++) lanes(gas, bonds->node[r], r, 1);
+    pdi_gas_sweeping s;
+    s.gas = gas;
+    s.lanes = lanes;
+    pdi_bond_sweep(ctx, gas->bonds, gas->grid->fluid_count * gas->bonds->stencil->count * 16, pdi_gas_run, &s);
 }
 
 /* ---- states ---- */

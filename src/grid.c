@@ -4,6 +4,9 @@
 #include <math.h>
 #include <string.h>
 
+/* Cells beyond given bounds that count as between them. */
+#define PDI_GRID_SLACK 1e-6
+
 PDI_FN void pdi_grid_index(const pd_grid *grid, int32_t node, int *i)
 {
     for (int d = 0; d < PD_DIM; d++) {
@@ -46,6 +49,15 @@ PDI_FN double pdi_grid_around(const pd_grid *grid, int32_t node, double out)
     if (!grid->circumference) return 1.0;
     pd_grid_position(grid, node, x);
     return 2.0 * PDI_PI * fabs(x[PD_DIM - 1] + out);
+}
+
+PDI_FN int pdi_grid_between(const pd_grid *grid, const double *lo, const double *hi, const double *x)
+{
+    for (int d = 0; d < PD_DIM; d++) {
+        double slack = PDI_GRID_SLACK * grid->h[d];
+        if (!(x[d] >= lo[d] - slack) || !(x[d] <= hi[d] + slack)) return 0;
+    }
+    return 1;
 }
 
 /* The side of the box behind which index i lies; -1: inside; -2: behind an edge or corner. */

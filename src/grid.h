@@ -95,6 +95,8 @@ static inline double pdi_grid_circumference(const pd_grid *grid, int32_t node)
 }
 /* The same at the distance `out` [m] outwards from the node. */
 PDI_FN double pdi_grid_around(const pd_grid *grid, int32_t node, double out);
+/* 1 when place x [m] lies between lo and hi [m], bounds included: surfaces and nodes often lie on them. */
+PDI_FN int pdi_grid_between(const pd_grid *grid, const double *lo, const double *hi, const double *x);
 /* Bring index i[] back through periodic and mirror sides only; the bits of flip as above. */
 PDI_FN int pdi_grid_fold(const pd_grid *grid, int *i);
 /* The same for a position [m]; behind inlets and outlets the geometry is the mirror image too, so those fold likewise.

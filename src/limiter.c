@@ -84,7 +84,7 @@ static void pdi_limiter_lanes(const pd_limiter *l, pdi_limiter_piece *p, double 
     const pd_bonds *bonds = l->bonds;
     const pd_stencil *s = bonds->stencil;
     int64_t total = bonds->grid->total;
-    double *slope = l->slope + p->i, *keep = l->keep + p->i, floor_size = least * l->sum;
+    double *slope = l->slope + p->i, *keep = l->keep + p->i, floor_size = least * s->lap_sum;
     int ports = pdi_limiter_ports(bonds, p->i, p->count), plain = p->row < 0 && !ports;
     for (int b = 0; b < p->count; b++) {
         p->bend[b] = p->size[b] = 0.0;
@@ -108,30 +108,34 @@ static void pdi_limiter_lanes(const pd_limiter *l, pdi_limiter_piece *p, double 
     }
 }
 
-static void pdi_limiter_run(const pd_limiter *l, const double *c, double least, int32_t i, int32_t row, int32_t length)
+/* The operands of a sweep. */
+typedef struct pdi_limiter_sweep {
+    const pd_limiter *limiter;
+    const double *c; /* [mol/m3] */
+    double least;    /* [mol/m3] */
+} pdi_limiter_sweep;
+
+static void pdi_limiter_run(const void *user, int32_t i, int32_t row, int32_t length)
 {
+    const pdi_limiter_sweep *s = (const pdi_limiter_sweep *)user;
     pdi_limiter_piece p;
     for (int32_t at = 0; at < length; at += p.count) {
         p.count = pdi_bond_piece(length, &at);
         p.i = i + at;
         p.row = row < 0 ? row : row + at;
-        p.c = c + p.i;
-        pdi_limiter_lanes(l, &p, least);
+        p.c = s->c + p.i;
+        pdi_limiter_lanes(s->limiter, &p, s->least);
     }
 }
 
 PDI_FN void pdi_limiter_update(const pd_ctx *ctx, pd_limiter *l, const double *c, double least)
 {
     const pd_bonds *bonds = l->bonds;
-    int nt = pdi_par_threads(ctx, bonds->grid->fluid_count * bonds->stencil->count * 4);
-    (void)nt;
-    PDI_PARALLEL_FOR(nt)
-    for (int32_t run = 0; run < bonds->runs; run++)
-        pdi_limiter_run(l, c, least, bonds->run_first[run], -1, bonds->run_length[run]);
-    PDI_PARALLEL_FOR(nt)
-    for (int32_t b = 0; b < bonds->batches; b++)
-        pdi_limiter_run(l, c, least, bonds->node[bonds->batch_first[b]], bonds->batch_first[b], bonds->batch_length[b]);
-    for (int32_t r = bonds->plain; r < bonds->rows; r++) pdi_limiter_run(l, c, least, bonds->node[r], r, 1);
+    pdi_limiter_sweep s;
+    s.limiter = l;
+    s.c = c;
+    s.least = least;
+    pdi_bond_sweep(ctx, bonds, bonds->grid->fluid_count * bonds->stencil->count * 4, pdi_limiter_run, &s);
     for (int32_t k = bonds->ghosts.count; k < bonds->ghosts.listed; k++) l->keep[bonds->ghosts.node[k]] = 1.0;
     pd_ghosts_scalar(&bonds->ghosts, l->keep);
     pd_ghosts_vector(&bonds->ghosts, l->slope);
@@ -143,7 +147,6 @@ PDI_FN pd_status pdi_limiter_build(pd_ctx *ctx, const pd_diffusion *diffusion, p
     memset(l, 0, sizeof *l);
     l->bonds = diffusion->bonds;
     l->diffusion = diffusion;
-    for (int k = 0; k < l->bonds->stencil->count; k++) l->sum += l->bonds->stencil->lap[k];
     PDI_TRY(PDI_NEW(ctx, "limiter", PD_DIM * total, l->slope));
     return PDI_NEW(ctx, "limiter", total, l->keep);
 }

@@ -11,7 +11,6 @@
 typedef struct pd_limiter {
     const pd_bonds *bonds;
     const pd_diffusion *diffusion;
-    double sum;    /* [1/m2] of the weights of a family */
     double *slope; /* [PD_DIM][total] [mol/m4] gradient, images included */
     double *keep;  /* [total] [-] images included; ghosts of inlets 1 */
 } pd_limiter;

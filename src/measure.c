@@ -4,18 +4,11 @@
 #include <math.h>
 #include <string.h>
 
-/* Surfaces and nodes often lie on the bounds that the caller gives: cells that count as inside beyond them. */
-#define PDI_MEASURE_SLACK 1e-6
-
 static int pdi_measure_inside(const pd_grid *grid, int32_t node, const double *lo, const double *hi)
 {
     double x[PD_DIM];
     pd_grid_position(grid, node, x);
-    for (int d = 0; d < PD_DIM; d++) {
-        double slack = PDI_MEASURE_SLACK * grid->h[d];
-        if (!(x[d] >= lo[d] - slack) || !(x[d] <= hi[d] + slack)) return 0;
-    }
-    return 1;
+    return pdi_grid_between(grid, lo, hi, x);
 }
 
 /* ---- plane ---- */
@@ -138,5 +131,3 @@ void pd_measure_box(pd_ctx *ctx, const pd_bonds *bonds, const pd_flow *flow, con
     r->energy = flow ? flow->rho * volume * pdi_sum_total(&energy) : 0.0;
     for (int d = 0; d < PD_DIM; d++) r->momentum[d] = flow ? flow->rho * volume * pdi_sum_total(&momentum[d]) : 0.0;
 }
-
-#undef PDI_MEASURE_SLACK

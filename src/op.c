@@ -9,42 +9,40 @@
 #include "vec.h"
 #include <string.h>
 
+/* `count` nodes with whole families from node `first`, or rows from row `first`, with consecutive nodes. */
+typedef struct pdi_op_sweep pdi_op_sweep;
+typedef void (*pdi_op_lanes_fn)(const pdi_op_sweep *w, int32_t first, int count);
+
 /* The operands of one sweep. */
-typedef struct pdi_op_sweep {
+struct pdi_op_sweep {
     const pd_bonds *bonds;
     int32_t total;
     const double *f, *d; /* field; diffusivity or NULL */
     double *out;
-} pdi_op_sweep;
+    pdi_op_lanes_fn whole, cut;
+    int any_length; /* 1: `whole` takes runs of any length */
+};
 
-/* `count` nodes with whole families from node `first`, or rows from row `first`, with consecutive nodes. */
-typedef void (*pdi_op_lanes_fn)(const pdi_op_sweep *w, int32_t first, int count);
-
-static void pdi_op_split(const pdi_op_sweep *w, pdi_op_lanes_fn lanes, int32_t first, int32_t length)
+static void pdi_op_run(const void *user, int32_t i, int32_t row, int32_t length)
 {
+    const pdi_op_sweep *w = (const pdi_op_sweep *)user;
     int count;
+    if (row < 0 && w->any_length) {
+        w->whole(w, i, length);
+        return;
+    }
     for (int32_t at = 0; at < length; at += count) {
         count = pdi_bond_piece(length, &at);
-        lanes(w, first + at, count);
+        if (row < 0) w->whole(w, i + at, count);
+        else w->cut(w, row + at, count);
     }
 }
 
-/* Takes runs of any length. */
-static void pdi_op_laplacian_whole(const pdi_op_sweep *w, int32_t i, int count);
-
-static void pdi_op_apply(const pd_ctx *ctx, const pdi_op_sweep *w, pdi_op_lanes_fn whole, pdi_op_lanes_fn cut)
+static void pdi_op_apply(const pd_ctx *ctx, pdi_op_sweep *w, pdi_op_lanes_fn whole, pdi_op_lanes_fn cut)
 {
-    const pd_bonds *bonds = w->bonds;
-    int nt = pdi_par_threads(ctx, bonds->grid->fluid_count * bonds->stencil->count * 4);
-    (void)nt;
-    PDI_PARALLEL_FOR(nt)
-    for (int32_t r = 0; r < bonds->runs; r++) {
-        if (whole == pdi_op_laplacian_whole) whole(w, bonds->run_first[r], bonds->run_length[r]);
-        else pdi_op_split(w, whole, bonds->run_first[r], bonds->run_length[r]);
-    }
-    PDI_PARALLEL_FOR(nt)
-    for (int32_t r = 0; r < bonds->batches; r++) pdi_op_split(w, cut, bonds->batch_first[r], bonds->batch_length[r]);
-    for (int32_t r = bonds->plain; r < bonds->rows; r++) cut(w, r, 1);
+    w->whole = whole;
+    w->cut = cut;
+    pdi_bond_sweep(ctx, w->bonds, w->bonds->grid->fluid_count * w->bonds->stencil->count * 4, pdi_op_run, w);
 }
 
 static void pdi_op_sweep_init(const pd_bonds *bonds, const double *f, const double *d, double *out, pdi_op_sweep *w)
@@ -54,6 +52,7 @@ static void pdi_op_sweep_init(const pd_bonds *bonds, const double *f, const doub
     w->f = f;
     w->d = d;
     w->out = out;
+    w->any_length = 0;
 }
 
 /* ---- gradient: G f_i = sum g (f_j - f_i); the sum of g over a whole family is zero (eq. 2.4) ---- */
@@ -227,6 +226,7 @@ void pd_op_laplacian(const pd_ctx *ctx, const pd_bonds *bonds, const double *f, 
 {
     pdi_op_sweep w;
     pdi_op_sweep_init(bonds, f, NULL, lap, &w);
+    w.any_length = !bonds->ring.lap;
     pdi_op_apply(ctx, &w, bonds->ring.lap ? pdi_op_laplacian_rings : pdi_op_laplacian_whole, pdi_op_laplacian_cut);
 }
 

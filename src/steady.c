@@ -50,9 +50,7 @@ static void pdi_steady_commute(const pd_ctx *ctx, const pd_steady *s, const doub
     const pd_grid *grid = flow->grid;
     int nt = pdi_par_threads(ctx, grid->total * 10);
     (void)nt;
-    double sum_a = 0.0;
-    for (int k = 0; k < flow->bonds->stencil->count; k++) sum_a += flow->bonds->stencil->lap[k];
-    double rough = flow->nu + 1.0 / (flow->tau * sum_a);
+    double rough = flow->nu + 1.0 / (flow->tau * flow->bonds->stencil->lap_sum);
     PDI_PARALLEL_FOR(nt)
     for (int32_t i = 0; i < grid->total; i++) {
         dp[i] = 0.0;
@@ -183,20 +181,11 @@ pd_status pd_steady_build(pd_ctx *ctx, pd_flow *flow, const pd_steady_desc *desc
     pd_krylov_desc kd;
     pd_multigrid_desc md;
     memset(&kd, 0, sizeof kd);
-    memset(&md, 0, sizeof md);
     kd.n = size;
     kd.restart = s->desc.restart;
     kd.max_iterations = s->desc.max_krylov;
     kd.zero_guess = 1;
-    int origin[PD_DIM];
-    for (int d = 0; d < PD_DIM; d++) {
-        origin[d] = 0;
-        md.n[d] = flow->grid->n[d];
-        md.stride[d] = flow->grid->stride[d];
-        md.periodic[d] = flow->grid->side[2 * d] == PD_SIDE_PERIODIC;
-    }
-    md.first = pd_grid_node(flow->grid, origin);
-    md.weight = flow->grid->circumference ? flow->grid->circumference + flow->grid->ghost : NULL;
+    pdi_compact_multigrid(flow->grid, &md);
     PDI_TRY(pdi_compact_build(ctx, flow->grid, 1, &s->compact_u));
     PDI_TRY(pdi_compact_build(ctx, flow->grid, 0, &s->compact_p));
     PDI_TRY(pd_multigrid_build(ctx, &md, &s->mg_u));

@@ -311,6 +311,7 @@ pd_status pd_stencil_build(pd_ctx *ctx, const pd_stencil_desc *desc, pd_stencil 
     PDI_TRY(pdi_stencil_family(ctx, desc->family, stencil));
     if (desc->weights == PD_WEIGHTS_PRINTED) pdi_stencil_printed(stencil);
     else PDI_TRY(pdi_stencil_calibrate(ctx, stencil));
+    for (int k = 0; k < stencil->count; k++) stencil->lap_sum += stencil->lap[k];
     PDI_TRY(pdi_area_weights(ctx, stencil->count, stencil->xi, stencil->beta, stencil->m, stencil->h, stencil->area,
                              &stencil->anisotropy));
     PDI_TRY(pdi_stencil_lines(ctx, stencil));

@@ -35,6 +35,7 @@ typedef struct pd_stencil {
     double *xi;          /* [count][PD_DIM] [m] bond vector */
     double *beta;        /* [count] [-] partial volume */
     double *lap;         /* [count] [1/m2] a(n): lap f = sum a (f_j - f_i) */
+    double lap_sum;      /* [1/m2] sum of a(n) */
     double *grad;        /* [count][PD_DIM] [1/m] g(n): grad f = sum g (f_j - f_i) */
     double *base;        /* [count] [m^(d-2)] w(n), the weight before calibration */
     double *area;        /* [count] [1/m] c(n): interface area that a solid-fluid bond stands for, over V (eq. 6.3) */

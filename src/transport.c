@@ -544,21 +544,12 @@ pd_status pd_transport_build(pd_ctx *ctx, const pd_grid *grid, const pd_bonds *b
     t->flow = flow;
     pd_krylov_desc kd;
     pd_multigrid_desc md;
-    int origin[PD_DIM];
     memset(&kd, 0, sizeof kd);
-    memset(&md, 0, sizeof md);
     kd.n = grid->total;
     kd.restart = 20;
     kd.flexible = 1;
     kd.zero_guess = 1;
-    for (int d = 0; d < PD_DIM; d++) {
-        origin[d] = 0;
-        md.n[d] = grid->n[d];
-        md.stride[d] = grid->stride[d];
-        md.periodic[d] = grid->side[2 * d] == PD_SIDE_PERIODIC;
-    }
-    md.first = pd_grid_node(grid, origin);
-    md.weight = grid->circumference ? grid->circumference + grid->ghost : NULL;
+    pdi_compact_multigrid(grid, &md);
     md.symmetric = flow == NULL;
     PDI_TRY(pdi_compact_build(ctx, grid, flow != NULL, &t->compact));
     PDI_TRY(pd_multigrid_build(ctx, &md, &t->mg));

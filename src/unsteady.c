@@ -164,7 +164,7 @@ double pd_unsteady_limit(pd_ctx *ctx, const pd_unsteady *un)
     const pd_flow *flow = un->flow;
     const pd_stencil *s = flow->bonds->stencil;
     const pd_grid *grid = flow->grid;
-    double speed = 0.0, gradient = 0.0, lap = 0.0, cut = 0.0;
+    double speed = 0.0, gradient = 0.0, lap = s->lap_sum, cut = 0.0;
     (void)ctx;
     for (int32_t i = 0; i < grid->total; i++) {
         double square = 0.0;
@@ -180,7 +180,6 @@ double pd_unsteady_limit(pd_ctx *ctx, const pd_unsteady *un)
         for (int k = 0; k < s->count; k++) sum += fabs(s->grad[k * PD_DIM + d]);
         gradient += sum * sum;
     }
-    for (int k = 0; k < s->count; k++) lap += s->lap[k];
     for (int32_t r = 0; r < flow->bonds->rows; r++) cut = fmax(cut, flow->bonds->wall_lap[r]);
     double acoustic = (un->desc.sound + sqrt(speed)) * sqrt(gradient);
     /* pressure flux: tau c0^2 (lap - div grad), bounded by its Laplacian part */

@@ -143,17 +143,9 @@ static pd_status kernels_multigrid(kernels *k)
     pdi_compact_faces faces;
     pdi_compact_convection resting;
     const pd_grid *grid = &k->lab.grid;
-    int origin[PD_DIM];
-    memset(&desc, 0, sizeof desc);
     memset(&faces, 0, sizeof faces);
     memset(&resting, 0, sizeof resting);
-    for (int d = 0; d < PD_DIM; d++) {
-        origin[d] = 0;
-        desc.n[d] = grid->n[d];
-        desc.stride[d] = grid->stride[d];
-        desc.periodic[d] = 1;
-    }
-    desc.first = pd_grid_node(grid, origin);
+    pdi_compact_multigrid(grid, &desc); /* periodic all round */
     desc.symmetric = 1;
     PDI_TRY(pdi_compact_build(k->ctx, grid, 0, &k->compact));
     pdi_compact_fill(k->ctx, 1.0, NULL, &resting, 1.0, &faces, &k->compact);

@@ -106,23 +106,10 @@ static pd_status annulus_flow_run(val_job *job)
     return PD_OK;
 }
 
-/* Sherwood number of column `at` of cells: what its nodes give to the wire, over the mixed stream. */
+/* Sherwood number of column `at` of cells. */
 static double annulus_column(const val_lab *lab, double inner, int at)
 {
-    const pd_transport *t = &lab->transport;
-    double flux = 0.0, carried = 0.0, stream = 0.0;
-    int i[PD_DIM];
-    i[0] = at;
-    for (i[1] = 0; i[1] < lab->grid.n[1]; i[1]++) {
-        int32_t node = pd_grid_node(&lab->grid, i);
-        double x[PD_DIM];
-        if (lab->grid.kind[node] != PD_FLUID) continue;
-        pd_grid_position(&lab->grid, node, x);
-        flux += (t->diffusion.hold[node] * t->c[node] - t->diffusion.drive[node]) * x[1] * lab->grid.h[1];
-        carried += x[1] * lab->flow.u[node] * t->c[node];
-        stream += x[1] * lab->flow.u[node];
-    }
-    return flux / inner * 2.0 / ANNULUS_D * stream / carried;
+    return exchange_column(lab, at) / (2.0 * val_pi * inner) * 2.0 / ANNULUS_D;
 }
 
 static pd_status annulus_sherwood_run(val_job *job)
@@ -136,13 +123,7 @@ static pd_status annulus_sherwood_run(val_job *job)
     lab->transport_desc.user = &wire;
     lab->transport_desc.inlet = lab->transport_desc.initial = 1.0;
     PDI_TRY(lab_build(job->ctx, lab, VAL_FLOW | VAL_TRANSPORT));
-    for (int32_t i = 0; i < lab->grid.total; i++) {
-        double x[PD_DIM];
-        if (lab->grid.kind[i] != PD_FLUID) continue;
-        pd_grid_position(&lab->grid, i, x);
-        lab->flow.u[i] = annulus_speed(kappa, x[1]);
-    }
-    pd_flow_prepare(job->ctx, &lab->flow);
+    exchange_stream(job->ctx, lab);
     PDI_TRY(pd_transport_steady(job->ctx, &lab->transport, &result));
     job->out->err[1] = result.change;
     int last = lab->grid.n[0] * 9 / 10;

@@ -3,6 +3,38 @@
 #define VAL_EXCHANGE_H
 #if PD_DIM == 2
 
+/* The flow is the profile of the inlet everywhere. */
+static void exchange_stream(pd_ctx *ctx, val_lab *lab)
+{
+    for (int32_t i = 0; i < lab->grid.total; i++) {
+        double x[PD_DIM], u[PD_DIM];
+        if (lab->grid.kind[i] != PD_FLUID) continue;
+        pd_grid_position(&lab->grid, i, x);
+        lab->flow_desc.inlet(lab->flow_desc.inlet_user, x, u);
+        for (int d = 0; d < PD_DIM; d++) lab->flow.u[(int64_t)d * lab->grid.total + i] = u[d];
+    }
+    pd_flow_prepare(ctx, &lab->flow);
+}
+
+/* What the nodes of column `at` give to the wall a length of it, and around the axis for all of it [m/s or m2/s], over
+ * the concentration of the mixed stream. */
+static double exchange_column(const val_lab *lab, int at)
+{
+    const pd_transport *t = &lab->transport;
+    double flux = 0.0, carried = 0.0, stream = 0.0;
+    int i[PD_DIM];
+    i[0] = at;
+    for (i[1] = 0; i[1] < lab->grid.n[1]; i[1]++) {
+        int32_t node = pd_grid_node(&lab->grid, i);
+        double around = pdi_grid_circumference(&lab->grid, node);
+        if (lab->grid.kind[node] != PD_FLUID) continue;
+        flux += (t->diffusion.hold[node] * t->c[node] - t->diffusion.drive[node]) * lab->grid.h[1] * around;
+        carried += lab->flow.u[node] * t->c[node] * around;
+        stream += lab->flow.u[node] * around;
+    }
+    return flux * stream / carried;
+}
+
 /* ---- graetz ---- */
 
 /* Height, mean speed and diffusivity are 1, 1 and 1/1000: x is in heights, c in that of the inflow. */
@@ -60,14 +92,7 @@ static pd_status graetz_build(val_job *job, const graetz_kind *kind)
     lab->transport_desc.held = graetz_held;
     lab->transport_desc.inlet = lab->transport_desc.initial = 1.0;
     PDI_TRY(lab_build(job->ctx, lab, VAL_FLOW | VAL_TRANSPORT));
-    for (int32_t i = 0; i < lab->grid.total; i++) {
-        double x[PD_DIM], u[PD_DIM];
-        if (lab->grid.kind[i] != PD_FLUID) continue;
-        pd_grid_position(&lab->grid, i, x);
-        graetz_profile(NULL, x, u);
-        lab->flow.u[i] = u[0];
-    }
-    pd_flow_prepare(job->ctx, &lab->flow);
+    exchange_stream(job->ctx, lab);
     job->out->h = h;
     return PD_OK;
 }
@@ -90,20 +115,9 @@ static pd_status graetz_steady(val_job *job)
     return PD_OK;
 }
 
-/* Sherwood number of column `at`: what its nodes give to the wall, over the concentration of the mixed stream. */
 static double graetz_column(const val_lab *lab, const graetz_kind *kind, int at)
 {
-    const pd_transport *t = &lab->transport;
-    double flux = 0.0, carried = 0.0, stream = 0.0;
-    int i[PD_DIM];
-    i[0] = at;
-    for (i[1] = 0; i[1] < lab->grid.n[1]; i[1]++) {
-        int32_t node = pd_grid_node(&lab->grid, i);
-        flux += (t->diffusion.hold[node] * t->c[node] - t->diffusion.drive[node]) * lab->grid.h[1];
-        carried += lab->flow.u[node] * t->c[node];
-        stream += lab->flow.u[node];
-    }
-    return flux * stream / carried * kind->reference / GRAETZ_D;
+    return exchange_column(lab, at) * kind->reference / GRAETZ_D;
 }
 
 /* Errors at the listed places, between columns by powers of x; curves over all columns. */
