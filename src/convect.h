@@ -7,7 +7,7 @@
 #include "flow.h"
 #include "limiter.h"
 
-/* The terms of the balance of a node; all borrowed. */
+/* The terms of the balance of a node; the first ones are borrowed. */
 typedef struct pd_convect {
     const pd_bonds *bonds;
     const pd_flow *flow;           /* NULL: fluid at rest */
@@ -15,9 +15,20 @@ typedef struct pd_convect {
     const pd_limiter *limiter;     /* with a flow */
     const double *absorb;          /* [total] [1/s] */
     double rate;                   /* [1/s] of the term in time: 1 over the step, or 0 */
+    double *flux;                  /* [count/2][total] [1/s] volume fluxes F of the first half of the bonds: those of
+                                    * the others are what their far ends have, negated. NULL: fluid at rest */
+    double *conduct;               /* [count][capacity] [1/s] conductances of the bonds of rows */
+    int32_t capacity;              /* rows */
 } pd_convect;
 
 #ifdef PDI_INTERNAL
+/* The borrowed terms are given. */
+PDI_FN pd_status pdi_convect_build(pd_ctx *ctx, pd_convect *convect);
+/* After pd_bonds_update: room for its rows. */
+PDI_FN pd_status pdi_convect_fit(pd_ctx *ctx, pd_convect *convect);
+/* Store what the flow and the diffusivity give the bonds; the sweeps below read it. PD_ERR_STATE: no room for rows. */
+PDI_FN pd_status pdi_convect_refresh(pd_ctx *ctx, const pd_convect *convect);
+PDI_FN void pdi_convect_free(pd_ctx *ctx, pd_convect *convect);
 /* y [total] [mol/m3/s] = rate c + absorb c + what leaves each fluid node through its bonds and into held walls,
  * upwinded (eq. 5.1); c [total] with its images and inlets. */
 PDI_FN void pdi_convect_apply(const pd_ctx *ctx, const pd_convect *convect, const double *c, double *y);

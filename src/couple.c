@@ -152,7 +152,7 @@ static pd_status pdi_couple_dissolve(pd_ctx *ctx, pd_couple *c, double dt)
     if (!d->changed_count) return PD_OK;
     PDI_TRY(pd_bonds_update(ctx, d->changed, d->changed_count, c->bonds));
     if (c->flow) PDI_TRY(pd_flow_update(ctx, d->changed, d->changed_count, c->flow));
-    pd_transport_update(ctx, c->transport);
+    PDI_TRY(pd_transport_update(ctx, c->transport));
     c->flow_stale = c->flow != NULL;
     return PD_OK;
 }

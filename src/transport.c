@@ -355,6 +355,7 @@ PDI_FN pd_status pdi_transport_stage(pd_ctx *ctx, pd_transport *t, double dt, in
     int32_t total = t->grid->total;
     memset(result, 0, sizeof *result);
     t->dt = dt;
+    PDI_TRY(pdi_convect_refresh(ctx, &t->convect));
     pdi_transport_right_side(ctx, t);
     PDI_TRY(pdi_transport_setup(ctx, t));
     /* the size of the equations: right-hand side and inflow */
@@ -461,6 +462,7 @@ pd_status pd_transport_explicit(pd_ctx *ctx, pd_transport *t, double dt)
         pdi_fail(ctx, PD_RETRY, "transport", "the explicit step of %g s exceeds the limit of %g s", dt, limit);
         return PD_RETRY;
     }
+    PDI_TRY(pdi_convect_refresh(ctx, &t->convect));
     t->dt = 0.0;
     int limited = pdi_transport_start(t), rounds = PDI_TRANSPORT_ROUNDS;
     double low, high;
@@ -520,10 +522,11 @@ static void pdi_transport_inlets(pd_transport *t)
     }
 }
 
-void pd_transport_update(pd_ctx *ctx, pd_transport *t)
+pd_status pd_transport_update(pd_ctx *ctx, pd_transport *t)
 {
     pd_diffusion_update(ctx, &t->diffusion);
     pdi_transport_inlets(t);
+    return pdi_convect_fit(ctx, &t->convect);
 }
 
 pd_status pd_transport_build(pd_ctx *ctx, const pd_grid *grid, const pd_bonds *bonds, const pd_flow *flow,
@@ -583,12 +586,13 @@ pd_status pd_transport_build(pd_ctx *ctx, const pd_grid *grid, const pd_bonds *b
     t->convect.limiter = &t->limiter;
     t->convect.absorb = t->absorb;
     pdi_transport_inlets(t);
-    return PD_OK;
+    return pdi_convect_build(ctx, &t->convect);
 }
 
 void pd_transport_free(pd_ctx *ctx, pd_transport *t)
 {
     int64_t total = t->grid ? t->grid->total : 0;
+    pdi_convect_free(ctx, &t->convect);
     pdi_limiter_free(ctx, &t->limiter);
     pd_diffusion_free(ctx, &t->diffusion);
     pdi_compact_free(ctx, &t->compact);

@@ -86,7 +86,7 @@ PD_API pd_status pd_transport_build(pd_ctx *ctx, const pd_grid *grid, const pd_b
                                     const pd_transport_desc *desc, pd_transport *transport);
 /* After pd_bonds_update: inlet ghosts and conductances follow. Fluid values stay (a dissolved node keeps its
  * content). */
-PD_API void pd_transport_update(pd_ctx *ctx, pd_transport *transport);
+PD_API pd_status pd_transport_update(pd_ctx *ctx, pd_transport *transport);
 /* One backward Euler step of dt [s] (any length: dt >> all time scales gives the steady state). PD_NOT_CONVERGED: the
  * linear solver stopped above its tolerance; what is missing is in carry. */
 PD_API pd_status pd_transport_implicit(pd_ctx *ctx, pd_transport *transport, double dt, pd_transport_result *result);
