@@ -2440,8 +2440,10 @@ typedef struct pd_limiter {
 PDI_FN pd_status pdi_limiter_build(pd_ctx *ctx, const pd_diffusion *diffusion, pd_limiter *limiter);
 /* c [total] with its images and inlets; steps along bonds far below `least` [mol/m3] count as none. */
 PDI_FN void pdi_limiter_update(const pd_ctx *ctx, pd_limiter *limiter, const double *c, double least);
-/* 1 when a family of the nodes i .. i+count-1 may hold ghosts of an inlet or outlet. */
-PDI_FN int pdi_limiter_ports(const pd_bonds *bonds, int32_t i, int count);
+/* 1 when the family of node i may hold ghosts of an inlet or outlet. */
+PDI_FN int pdi_limiter_ports(const pd_bonds *bonds, int32_t i);
+/* How many of the `length` nodes from i along axis 0 are like the first one in that, and *ports, how it is. */
+PDI_FN int32_t pdi_limiter_segment(const pd_bonds *bonds, int32_t i, int32_t length, int *ports);
 PDI_FN void pdi_limiter_free(pd_ctx *ctx, pd_limiter *limiter);
 #endif
 
@@ -9186,15 +9188,44 @@ PDI_FN void pdi_smooth_colour(const pd_ctx *ctx, const pd_smooth_level *level, p
                             2);
 }
 
-/* Gauss-Seidel forth and back along one line. */
-static inline void pdi_smooth_line(const pd_smooth_level *level, const int32_t *stride, int32_t line)
+/* Gauss-Seidel forth and back along one line of a coarse level, or one that meets itself across the box. */
+static inline void pdi_smooth_linked_line(const pd_smooth_level *level, const int32_t *stride, int32_t first,
+                                          int32_t end)
 {
-    int32_t first = level->row ? level->line[line] : line * level->n[0];
-    int32_t end = level->row ? level->line[line + 1] : first + level->n[0];
     float *x = level->x;
     const float *b = level->b, *inv = level->inv;
     for (int32_t c = first; c < end; c++) x[c] = (b[c] + pdi_smooth_sum(level, stride, c)) * inv[c];
     for (int32_t c = end - 1; c >= first; c--) x[c] = (b[c] + pdi_smooth_sum(level, stride, c)) * inv[c];
+}
+
+/* The same on level 0. What the other lines give does not change meanwhile: r keeps it. Of the rest, only one product
+ * and one sum wait for the cell before. */
+static inline void pdi_smooth_fine_line(const pd_smooth_level *fine, const int32_t *stride, int32_t first, int32_t n)
+{
+    float *PD_RESTRICT x = fine->x + first, *PD_RESTRICT given = fine->r + first;
+    const float *PD_RESTRICT lo = fine->lo[0] + first, *PD_RESTRICT hi = fine->hi[0] + first;
+    const float *PD_RESTRICT inv = fine->inv + first, *PD_RESTRICT b = fine->b + first;
+    for (int32_t c = 0; c < n; c++) given[c] = b[c];
+    for (int d = 1; d < PD_DIM; d++) {
+        const float *PD_RESTRICT below = fine->lo[d] + first, *PD_RESTRICT above = fine->hi[d] + first;
+        int32_t s = stride[d];
+        for (int32_t c = 0; c < n; c++) given[c] += below[c] * x[c - s] + above[c] * x[c + s];
+    }
+    float last = 0.0f;
+    for (int32_t c = 0; c < n; c++)
+        x[c] = last = (given[c] + hi[c] * x[c + 1]) * inv[c] + lo[c] * inv[c] * last;
+    last = 0.0f;
+    for (int32_t c = n - 1; c > 0; c--)
+        x[c] = last = (given[c] + lo[c] * x[c - 1]) * inv[c] + hi[c] * inv[c] * last;
+    x[0] = given[0] * inv[0] + hi[0] * inv[0] * last;
+}
+
+static inline void pdi_smooth_line(const pd_smooth_level *level, const int32_t *stride, int32_t line)
+{
+    int32_t n0 = level->n[0];
+    if (level->row) pdi_smooth_linked_line(level, stride, level->line[line], level->line[line + 1]);
+    else if (level->edge) pdi_smooth_linked_line(level, stride, line * n0, (line + 1) * n0);
+    else pdi_smooth_fine_line(level, stride, line * n0, n0);
 }
 
 /* Lines of the slabs, ascending or descending; slabs of one parity do not touch each other. */
@@ -11892,10 +11923,9 @@ static int pdi_png_paeth(int a, int b, int c)
     return pa <= pb && pa <= pc ? a : pb <= pc ? b : c;
 }
 
-/* What a filter predicts for byte i of a row; `step`: bytes per pixel; above: NULL in the first row. */
-static int pdi_png_predict(int filter, const uint8_t *row, const uint8_t *above, size_t i, size_t step)
+/* What a filter predicts from the bytes left, above and above left. */
+static inline int pdi_png_combine(int filter, int a, int b, int c)
 {
-    int a = i >= step ? row[i - step] : 0, b = above ? above[i] : 0, c = above && i >= step ? above[i - step] : 0;
     switch (filter) {
     case PDI_PNG_SUB: return a;
     case PDI_PNG_UP: return b;
@@ -11905,6 +11935,13 @@ static int pdi_png_predict(int filter, const uint8_t *row, const uint8_t *above,
     }
 }
 
+/* The same for byte i of a row; `step`: bytes per pixel; above: NULL in the first row. */
+static int pdi_png_predict(int filter, const uint8_t *row, const uint8_t *above, size_t i, size_t step)
+{
+    int a = i >= step ? row[i - step] : 0, b = above ? above[i] : 0, c = above && i >= step ? above[i - step] : 0;
+    return pdi_png_combine(filter, a, b, c);
+}
+
 /* Writing. */
 
 static void pdi_png_put32(uint8_t *at, uint32_t value)
@@ -11912,24 +11949,41 @@ static void pdi_png_put32(uint8_t *at, uint32_t value)
     for (int i = 0; i < 4; i++) at[i] = (uint8_t)(value >> (24 - 8 * i));
 }
 
-/* Filter a row with the filter whose residuals have the smallest sum of magnitudes (PNG 12.8). */
-static void pdi_png_filter_row(const uint8_t *row, const uint8_t *above, size_t stride, size_t step, uint8_t *out)
+/* A row less what a filter predicts; above: zeros for the first row. Inlined for one filter, the loops are vectors. */
+static inline void pdi_png_residuals(int filter, const uint8_t *PD_RESTRICT row, const uint8_t *PD_RESTRICT above,
+                                     size_t stride, size_t step, uint8_t *PD_RESTRICT out)
+{
+    for (size_t i = 0; i < step; i++) out[i] = (uint8_t)(row[i] - pdi_png_combine(filter, 0, above[i], 0));
+    for (size_t i = step; i < stride; i++)
+        out[i] = (uint8_t)(row[i] - pdi_png_combine(filter, row[i - step], above[i], above[i - step]));
+}
+
+static void pdi_png_filter(int filter, const uint8_t *row, const uint8_t *above, size_t stride, size_t step,
+                           uint8_t *out)
+{
+    switch (filter) {
+    case PDI_PNG_SUB: pdi_png_residuals(PDI_PNG_SUB, row, above, stride, step, out); break;
+    case PDI_PNG_UP: pdi_png_residuals(PDI_PNG_UP, row, above, stride, step, out); break;
+    case PDI_PNG_AVERAGE: pdi_png_residuals(PDI_PNG_AVERAGE, row, above, stride, step, out); break;
+    case PDI_PNG_PAETH: pdi_png_residuals(PDI_PNG_PAETH, row, above, stride, step, out); break;
+    default: memcpy(out, row, stride); break;
+    }
+}
+
+/* Filter a row with the filter whose residuals have the smallest sum of magnitudes (PNG 12.8). trial: [stride] work. */
+static void pdi_png_filter_row(const uint8_t *row, const uint8_t *above, size_t stride, size_t step, uint8_t *trial,
+                               uint8_t *out)
 {
     uint64_t best_sum = 0;
-    int best = -1;
     for (int filter = 0; filter < PDI_PNG_FILTERS; filter++) {
         uint64_t sum = 0;
-        for (size_t i = 0; i < stride && (best < 0 || sum < best_sum); i++) {
-            uint8_t residual = (uint8_t)(row[i] - pdi_png_predict(filter, row, above, i, step));
-            sum += residual < 128 ? residual : 256u - residual;
-        }
-        if (best < 0 || sum < best_sum) {
-            best = filter;
-            best_sum = sum;
-        }
+        pdi_png_filter(filter, row, above, stride, step, trial);
+        for (size_t i = 0; i < stride; i++) sum += trial[i] < 128 ? trial[i] : 256u - trial[i];
+        if (filter > 0 && sum >= best_sum) continue;
+        best_sum = sum;
+        out[0] = (uint8_t)filter;
+        memcpy(out + 1, trial, stride);
     }
-    out[0] = (uint8_t)best;
-    for (size_t i = 0; i < stride; i++) out[i + 1] = (uint8_t)(row[i] - pdi_png_predict(best, row, above, i, step));
 }
 
 static pd_status pdi_png_chunk(pd_ctx *ctx, pd_file *file, const char *type, const uint8_t *data, size_t size)
@@ -11972,15 +12026,17 @@ pd_status pd_png_write(pd_ctx *ctx, const char *path, const pd_image *image)
         return pdi_fail(ctx, PD_ERR_SIZE, "png", "%d x %d pixels, at most %d in all are possible", image->width,
                         image->height, PD_PNG_MAX_PIXELS);
     size_t step = (size_t)image->channels, stride = (size_t)image->width * step, rows = (size_t)image->height;
+    size_t size = (rows + 2) * (stride + 1);
     uint8_t *filtered = NULL;
     pdi_bytes packed = {NULL, 0, 0};
-    PDI_TRY(PDI_NEW(ctx, "png", rows * (stride + 1), filtered));
+    PDI_TRY(PDI_NEW(ctx, "png", size, filtered));
+    uint8_t *zeros = filtered + rows * (stride + 1), *trial = zeros + stride + 1;
     for (size_t r = 0; r < rows; r++) {
         const uint8_t *row = image->pixels + r * stride;
-        pdi_png_filter_row(row, r ? row - stride : NULL, stride, step, filtered + r * (stride + 1));
+        pdi_png_filter_row(row, r ? row - stride : zeros, stride, step, trial, filtered + r * (stride + 1));
     }
     pd_status status = pdi_deflate(ctx, filtered, rows * (stride + 1), &packed);
-    PDI_DELETE(ctx, rows * (stride + 1), filtered);
+    PDI_DELETE(ctx, size, filtered);
     if (status == PD_OK) status = pdi_png_save(ctx, path, image, &packed);
     pdi_bytes_free(ctx, &packed);
     return status;
@@ -16010,17 +16066,29 @@ typedef struct pdi_limiter_piece {
     double size[PDI_LANES]; /* [mol/m5] sum of their sizes */
 } pdi_limiter_piece;
 
-PDI_FN int pdi_limiter_ports(const pd_bonds *bonds, int32_t i, int count)
+PDI_FN int32_t pdi_limiter_segment(const pd_bonds *bonds, int32_t i, int32_t length, int *ports)
 {
     const pd_grid *grid = bonds->grid;
     int at[PD_DIM], reach = bonds->stencil->reach;
     pdi_grid_index(grid, i, at);
-    for (int d = 0; d < PD_DIM; d++) {
-        int last = d == 0 ? at[0] + count - 1 : at[d];
-        if (pdi_grid_port(grid->side[2 * d]) && at[d] < reach) return 1;
-        if (pdi_grid_port(grid->side[2 * d + 1]) && last >= grid->n[d] - reach) return 1;
+    *ports = 1;
+    for (int d = 1; d < PD_DIM; d++) {
+        if (pdi_grid_port(grid->side[2 * d]) && at[d] < reach) return length;
+        if (pdi_grid_port(grid->side[2 * d + 1]) && at[d] >= grid->n[d] - reach) return length;
     }
-    return 0;
+    int32_t low = pdi_grid_port(grid->side[0]) ? reach - at[0] : 0;
+    int32_t high = (pdi_grid_port(grid->side[1]) ? grid->n[0] - reach : grid->n[0]) - at[0];
+    if (low > 0) return low < length ? low : length;
+    if (high <= 0) return length;
+    *ports = 0;
+    return high < length ? high : length;
+}
+
+PDI_FN int pdi_limiter_ports(const pd_bonds *bonds, int32_t i)
+{
+    int ports;
+    pdi_limiter_segment(bonds, i, 1, &ports);
+    return ports;
 }
 
 /* The gradient of the node needs the moments of its open bonds: some of the others see no held value. */
@@ -16074,13 +16142,49 @@ static void pdi_limiter_walls(const pd_limiter *l, pdi_limiter_piece *p, int b)
     }
 }
 
-static void pdi_limiter_lanes(const pd_limiter *l, pdi_limiter_piece *p, double least)
+/* The share that the sums leave (eq. 5.4). */
+static inline double pdi_limiter_share(double bend, double size, double floor_size)
+{
+    double below = size + floor_size, ratio = below > 0.0 ? (fabs(bend) + floor_size) / below : 1.0;
+    return 1.0 - ratio * ratio * ratio * ratio;
+}
+
+/* Nodes that stay in registers while their bonds pass by. */
+#define PDI_LIMITER_BLOCK 16
+
+/* Whole families of PDI_LIMITER_BLOCK nodes: a bond and its opposite one at once. */
+static void pdi_limiter_block(const pd_limiter *l, const double *PD_RESTRICT c, int32_t i, double least)
+{
+    const pd_stencil *s = l->bonds->stencil;
+    int64_t total = l->bonds->grid->total;
+    double bend[PDI_LIMITER_BLOCK], size[PDI_LIMITER_BLOCK], slope[PD_DIM][PDI_LIMITER_BLOCK];
+    double *PD_RESTRICT keep = l->keep + i, *PD_RESTRICT out = l->slope + i, floor_size = least * s->lap_sum;
+    memset(bend, 0, sizeof bend);
+    memset(size, 0, sizeof size);
+    memset(slope, 0, sizeof slope);
+    for (int k = 0; k < s->count / 2; k++) {
+        const double *ahead = c + l->bonds->shift[k], *behind = c - l->bonds->shift[k], *g = s->grad + k * PD_DIM;
+        double a = s->lap[k];
+        for (int b = 0; b < PDI_LIMITER_BLOCK; b++) {
+            double p = a * (ahead[b] - c[b]), q = a * (behind[b] - c[b]);
+            bend[b] += p + q;
+            size[b] += fabs(p) + fabs(q);
+            for (int d = 0; d < PD_DIM; d++) slope[d][b] += g[d] * (ahead[b] - behind[b]);
+        }
+    }
+    for (int b = 0; b < PDI_LIMITER_BLOCK; b++) keep[b] = pdi_limiter_share(bend[b], size[b], floor_size);
+    for (int d = 0; d < PD_DIM; d++)
+        for (int b = 0; b < PDI_LIMITER_BLOCK; b++) out[d * total + b] = slope[d][b];
+}
+
+/* Rows, nodes beside ports, and runs shorter than a block. */
+static void pdi_limiter_lanes(const pd_limiter *l, pdi_limiter_piece *p, int ports, double least)
 {
     const pd_bonds *bonds = l->bonds;
     const pd_stencil *s = bonds->stencil;
     int64_t total = bonds->grid->total;
     double *slope = l->slope + p->i, *keep = l->keep + p->i, floor_size = least * s->lap_sum;
-    int ports = pdi_limiter_ports(bonds, p->i, p->count), plain = p->row < 0 && !ports;
+    int plain = p->row < 0 && !ports;
     for (int b = 0; b < p->count; b++) {
         p->bend[b] = p->size[b] = 0.0;
         p->gate[b] = p->lean[b] = 1.0;
@@ -16097,10 +16201,7 @@ static void pdi_limiter_lanes(const pd_limiter *l, pdi_limiter_piece *p, double 
         }
     }
     for (int b = 0; b < p->count && p->row >= 0; b++) pdi_limiter_walls(l, p, b);
-    for (int b = 0; b < p->count; b++) {
-        double below = p->size[b] + floor_size, ratio = below > 0.0 ? (fabs(p->bend[b]) + floor_size) / below : 1.0;
-        keep[b] = 1.0 - ratio * ratio * ratio * ratio;
-    }
+    for (int b = 0; b < p->count; b++) keep[b] = pdi_limiter_share(p->bend[b], p->size[b], floor_size);
 }
 
 /* The operands of a sweep. */
@@ -16110,16 +16211,34 @@ typedef struct pdi_limiter_sweep {
     double least;    /* [mol/m3] */
 } pdi_limiter_sweep;
 
+/* The last block goes together with nodes that are done already: they get the same bits again. */
+static void pdi_limiter_blocks(const pdi_limiter_sweep *s, int32_t i, int32_t length)
+{
+    for (int32_t at = 0; at < length; at += PDI_LIMITER_BLOCK) {
+        if (at > length - PDI_LIMITER_BLOCK) at = length - PDI_LIMITER_BLOCK;
+        pdi_limiter_block(s->limiter, s->c + i + at, i + at, s->least);
+    }
+}
+
 static void pdi_limiter_run(const void *user, int32_t i, int32_t row, int32_t length)
 {
     const pdi_limiter_sweep *s = (const pdi_limiter_sweep *)user;
     pdi_limiter_piece p;
-    for (int32_t at = 0; at < length; at += p.count) {
-        p.count = pdi_bond_piece(length, &at);
-        p.i = i + at;
-        p.row = row < 0 ? row : row + at;
-        p.c = s->c + p.i;
-        pdi_limiter_lanes(s->limiter, &p, s->least);
+    int32_t part;
+    int ports;
+    for (int32_t begin = 0; begin < length; begin += part) {
+        part = pdi_limiter_segment(s->limiter->bonds, i + begin, length - begin, &ports);
+        if (row < 0 && !ports && part >= PDI_LIMITER_BLOCK) {
+            pdi_limiter_blocks(s, i + begin, part);
+            continue;
+        }
+        for (int32_t at = 0; at < part; at += p.count) {
+            p.count = pdi_bond_piece(part, &at);
+            p.i = i + begin + at;
+            p.row = row < 0 ? row : row + begin + at;
+            p.c = s->c + p.i;
+            pdi_limiter_lanes(s->limiter, &p, ports, s->least);
+        }
     }
 }
 
@@ -16169,16 +16288,16 @@ PDI_FN void pdi_limiter_free(pd_ctx *ctx, pd_limiter *l)
 #define PDI_CONVECT_LEAN 0.3
 
 /* Where F of bond k of the nodes from i stands, and the factor that it is to be taken with. */
-static double *pdi_convect_slot(const pd_convect *t, int32_t i, int k, double *factor)
+static inline double *pdi_convect_slot(const pd_convect *t, int32_t i, int k, double *factor)
 {
-    const pd_bonds *bonds = t->bonds;
-    int64_t total = bonds->grid->total;
-    int count = bonds->stencil->count, back = count - 1 - k;
-    int32_t j = i + bonds->shift[k];
+    const pd_grid *grid = t->bonds->grid;
+    int count = t->bonds->stencil->count;
+    int32_t j = i + t->bonds->shift[k];
     *factor = 1.0;
-    if (k < count / 2) return t->flux + k * total + i;
-    *factor = -pdi_grid_circumference(bonds->grid, j) / pdi_grid_circumference(bonds->grid, i);
-    return t->flux + back * total + j;
+    if (k < count / 2) return t->flux + (int64_t)k * grid->total + i;
+    *factor = -1.0;
+    if (grid->circumference) *factor = -pdi_grid_circumference(grid, j) / pdi_grid_circumference(grid, i);
+    return t->flux + (int64_t)(count - 1 - k) * grid->total + j;
 }
 
 PDI_FN void pdi_convect_bond(const pd_convect *t, int32_t i, int k, double *flux, double *bond, double *upwind)
@@ -16276,155 +16395,249 @@ PDI_FN pd_status pdi_convect_refresh(pd_ctx *ctx, const pd_convect *convect)
 
 /* What a sweep does with its nodes: y = A c, or the limited antidiffusive fluxes y. */
 typedef struct pdi_convect_sweep pdi_convect_sweep;
-typedef void (*pdi_convect_lanes_fn)(const pdi_convect_sweep *s, int32_t i, int32_t row, int count, int ends);
+typedef void (*pdi_convect_block_fn)(const pdi_convect_sweep *s, int32_t i, int32_t row, int count);
 
 struct pdi_convect_sweep {
     const pd_convect *t;
     const double *c;
     double *y;
-    pdi_convect_lanes_fn lanes;
+    pdi_convect_block_fn block; /* of nodes away from ports */
+    pdi_convect_block_fn port;  /* of one node beside inlets or outlets */
 };
 
-/* One bond of `count` nodes. */
-typedef struct pdi_convect_lanes {
-    int count;
-    const double *c, *far;  /* at its ends [mol/m3] */
-    const double *flux;     /* F over factor [1/s]; NULL: fluid at rest */
-    double factor;
-    const double *bond;     /* conductances [1/s] */
-    double space[PDI_LANES]; /* for `bond` of whole families */
-    double edge[PDI_LANES];  /* for `far`, beside outlets: they take c of the node, and only move with the flow */
-} pdi_convect_lanes;
+/* Nodes that stay in registers while their bonds pass by. */
+#define PDI_CONVECT_BLOCK 16
 
-/* Bond k of the nodes i .. i+count-1, which are the rows from `row` (-1: whole families). */
-static void pdi_convect_bond_lanes(const pdi_convect_sweep *s, int32_t i, int32_t row, int k, int ends,
-                                   pdi_convect_lanes *l)
-{
-    const pd_convect *t = s->t;
-    int32_t shift = t->bonds->shift[k];
-    l->c = s->c + i;
-    l->far = l->c + shift;
-    l->bond = row < 0 ? l->space : t->conduct + (int64_t)k * t->capacity + row;
-    if (row < 0) pdi_diffusion_bond(t->diffusion, i, k, l->count, 0, l->space);
-    l->flux = t->flow ? pdi_convect_slot(t, i, k, &l->factor) : NULL;
-    for (int b = 0; b < l->count && ends; b++)
-        l->edge[b] = t->bonds->grid->kind[i + b + shift] == PD_OUTLET ? l->c[b] : l->far[b];
-    if (ends) l->far = l->edge;
-}
+/* Bond k of a block and its opposite one, to the far ends ahead and behind. */
+typedef struct pdi_convect_pair {
+    int32_t shift;                          /* ahead; the same behind */
+    const double *flux, *back;              /* F [1/s] of the bond ahead, and of that which comes from behind */
+    double turn;                            /* what `back` is to be multiplied with: -1 in planes */
+    const double *ahead, *behind;           /* conductances [1/s] */
+    double space[2][PDI_CONVECT_BLOCK];     /* for those of whole families */
+} pdi_convect_pair;
 
-/* sum += what leaves the nodes through the bond (eq. 5.1): conductances are at least |F|/2. */
-static void pdi_convect_leave(const pdi_convect_lanes *l, double *PD_RESTRICT sum)
+/* For fluid at rest. */
+static const double pdi_convect_still[PDI_CONVECT_BLOCK];
+
+static inline void pdi_convect_pair_get(const pd_convect *t, int32_t i, int32_t row, int k, int count,
+                                        pdi_convect_pair *p)
 {
-    const double *c = l->c, *far = l->far, *flux = l->flux, *bond = l->bond;
-    double part = 0.5 * l->factor;
-    int count = l->count;
-    if (!flux) {
-        for (int b = 0; b < count; b++) sum[b] -= bond[b] * (far[b] - c[b]);
+    const pd_bonds *bonds = t->bonds;
+    int opposite = bonds->stencil->count - 1 - k;
+    p->shift = bonds->shift[k];
+    p->flux = p->back = pdi_convect_still;
+    p->turn = -1.0;
+    if (t->flow) p->flux = pdi_convect_slot(t, i, k, &p->turn);
+    if (t->flow) p->back = pdi_convect_slot(t, i, opposite, &p->turn);
+    if (row >= 0) {
+        p->ahead = t->conduct + (int64_t)k * t->capacity + row;
+        p->behind = t->conduct + (int64_t)opposite * t->capacity + row;
         return;
     }
+    p->ahead = p->space[0];
+    p->behind = p->space[1];
+    if (t->diffusion->field) {
+        pdi_diffusion_bond(t->diffusion, i, k, count, 0, p->space[0]);
+        pdi_diffusion_bond(t->diffusion, i, opposite, count, 0, p->space[1]);
+        return;
+    }
+    const double *lap = pdi_bond_lap(bonds, i);
+    double ahead = t->diffusion->desc.diffusivity * lap[k], behind = t->diffusion->desc.diffusivity * lap[opposite];
     for (int b = 0; b < count; b++) {
-        double half = part * flux[b], size = fabs(half), least = bond[b];
-        sum[b] += half * (c[b] + far[b]) - (size > least ? size : least) * (far[b] - c[b]);
+        p->space[0][b] = ahead;
+        p->space[1][b] = behind;
     }
 }
 
-static void pdi_convect_apply_lanes(const pdi_convect_sweep *s, int32_t i, int32_t row, int count, int ends)
+/* What leaves through one bond (eq. 5.1): conductances are at least |F|/2. */
+static inline double pdi_convect_leave(double half, double least, double near, double far)
+{
+    double size = fabs(half);
+    return half * (near + far) - (size > least ? size : least) * (far - near);
+}
+
+/* Compiled for whole blocks and for shorter ones. */
+static inline void pdi_convect_apply_block(const pdi_convect_sweep *s, int32_t i, int32_t row, int count)
 {
     const pd_convect *t = s->t;
-    const double *c = s->c + i;
-    double sum[PDI_LANES], rate = t->rate;
-    pdi_convect_lanes l;
-    l.count = count;
-    for (int b = 0; b < count; b++) sum[b] = (rate + t->absorb[i + b]) * c[b];
-    for (int b = 0; b < count && t->diffusion->hold; b++) sum[b] += t->diffusion->hold[i + b] * c[b];
+    const double *PD_RESTRICT c = s->c + i, *PD_RESTRICT absorb = t->absorb + i, *hold = t->diffusion->hold;
+    double sum[PDI_CONVECT_BLOCK], rate = t->rate, *PD_RESTRICT y = s->y + i;
+    for (int b = 0; b < count; b++) sum[b] = (rate + absorb[b]) * c[b];
+    for (int b = 0; b < count && hold; b++) sum[b] += hold[i + b] * c[b];
+    for (int k = 0; k < t->bonds->stencil->count / 2; k++) {
+        pdi_convect_pair p;
+        pdi_convect_pair_get(t, i, row, k, count, &p);
+        const double *next = c + p.shift, *before = c - p.shift, *flux = p.flux, *back = p.back;
+        const double *ahead = p.ahead, *behind = p.behind;
+        double part = 0.5 * p.turn;
+        for (int b = 0; b < count; b++)
+            sum[b] += pdi_convect_leave(0.5 * flux[b], ahead[b], c[b], next[b]) +
+                      pdi_convect_leave(part * back[b], behind[b], c[b], before[b]);
+    }
+    for (int b = 0; b < count; b++) y[b] = sum[b];
+}
+
+static void pdi_convect_apply_nodes(const pdi_convect_sweep *s, int32_t i, int32_t row, int count)
+{
+    if (count == PDI_CONVECT_BLOCK) pdi_convect_apply_block(s, i, row, PDI_CONVECT_BLOCK);
+    else pdi_convect_apply_block(s, i, row, count);
+}
+
+/* What a node beside a port reads of one bond. */
+typedef struct pdi_convect_one {
+    double flux, bond; /* [1/s] */
+    double far;        /* [mol/m3] an outlet takes c of the node, and only moves with the flow */
+    double lean;       /* [-] of the step along it: none from an inlet, which has no gradient */
+} pdi_convect_one;
+
+static void pdi_convect_one_get(const pdi_convect_sweep *s, int32_t i, int32_t row, int k, pdi_convect_one *one)
+{
+    const pd_convect *t = s->t;
+    int32_t j = i + t->bonds->shift[k];
+    uint8_t kind = t->bonds->grid->kind[j];
+    double factor = 0.0;
+    const double *slot = t->flow ? pdi_convect_slot(t, i, k, &factor) : pdi_convect_still;
+    one->flux = factor * *slot;
+    if (row >= 0) one->bond = t->conduct[(int64_t)k * t->capacity + row];
+    else pdi_diffusion_bond(t->diffusion, i, k, 1, 0, &one->bond);
+    one->far = kind == PD_OUTLET ? s->c[i] : s->c[j];
+    one->lean = kind == PD_INLET && one->flux <= 0.0 ? 0.0 : PDI_CONVECT_LEAN;
+}
+
+static void pdi_convect_apply_port(const pdi_convect_sweep *s, int32_t i, int32_t row, int count)
+{
+    const pd_convect *t = s->t;
+    double c = s->c[i], sum = (t->rate + t->absorb[i]) * c;
+    (void)count;
+    if (t->diffusion->hold) sum += t->diffusion->hold[i] * c;
     for (int k = 0; k < t->bonds->stencil->count; k++) {
-        pdi_convect_bond_lanes(s, i, row, k, ends, &l);
-        pdi_convect_leave(&l, sum);
+        pdi_convect_one one;
+        pdi_convect_one_get(s, i, row, k, &one);
+        sum += pdi_convect_leave(0.5 * one.flux, one.bond, c, one.far);
     }
-    memcpy(s->y + i, sum, (size_t)count * sizeof(double));
+    s->y[i] = sum;
 }
 
-/* sum -= alpha d s: the step s of the field along bond k, leant towards xi.G of the upwind end, within 0 and 2 s; alpha
- * of that end, and d what upwinding adds to the conductance (eq. 5.4). An inlet (lean[b] = 0) has no gradient. */
-static void pdi_convect_return(const pd_limiter *limiter, int32_t i, int k, const pdi_convect_lanes *l,
-                               const double *PD_RESTRICT lean, double *PD_RESTRICT sum)
+/* alpha d s of one bond: its step s of the field, leant towards xi.G of the upwind end, within 0 and 2 s; alpha of that
+ * end, and d what upwinding adds to the conductance (eq. 5.4). */
+static inline double pdi_convect_return(double flux, double least, double step, double lean, double x, double alpha)
 {
-    const double *bond = l->bond, *c = l->c, *far = l->far, *flux = l->flux;
-    const double *slope = limiter->slope + i, *keep = limiter->keep + i;
-    int64_t total = limiter->bonds->grid->total, shift = limiter->bonds->shift[k];
-    double xi[PD_DIM], factor = l->factor;
-    int count = l->count;
-    for (int d = 0; d < PD_DIM; d++) xi[d] = limiter->bonds->stencil->xi[k * PD_DIM + d];
-    for (int b = 0; b < count; b++) {
-        double f = factor * flux[b], step = far[b] - c[b], near_x = 0.0, far_x = 0.0;
-        for (int d = 0; d < PD_DIM; d++) {
-            near_x += xi[d] * slope[d * total + b];
-            far_x += xi[d] * slope[d * total + b + shift];
+    double mixed = (1.0 - lean) * step + lean * x, twice = 2.0 * step, excess = 0.5 * fabs(flux) - least;
+    double low = twice < 0.0 ? twice : 0.0, high = twice > 0.0 ? twice : 0.0;
+    mixed = mixed > low ? mixed : low;
+    mixed = mixed < high ? mixed : high;
+    return alpha * (excess > 0.0 ? excess : 0.0) * mixed;
+}
+
+static inline void pdi_convect_anti_block(const pdi_convect_sweep *s, int32_t i, int32_t row, int count)
+{
+    const pd_convect *t = s->t;
+    const double *PD_RESTRICT c = s->c + i, *PD_RESTRICT keep = t->limiter->keep + i;
+    const double *PD_RESTRICT slope = t->limiter->slope + i, *xi = t->bonds->stencil->xi;
+    int64_t total = t->bonds->grid->total;
+    double sum[PDI_CONVECT_BLOCK], *PD_RESTRICT y = s->y + i;
+    for (int b = 0; b < count; b++) sum[b] = 0.0;
+    for (int k = 0; k < t->bonds->stencil->count / 2; k++, xi += PD_DIM) {
+        pdi_convect_pair p;
+        pdi_convect_pair_get(t, i, row, k, count, &p);
+        const double *flux = p.flux, *back = p.back, *ahead = p.ahead, *behind = p.behind;
+        double turn = p.turn;
+        int32_t shift = p.shift;
+        for (int b = 0; b < count; b++) {
+            double x = 0.0, next = 0.0, before = 0.0, f = flux[b], g = turn * back[b], alpha = keep[b];
+            for (int d = 0; d < PD_DIM; d++) {
+                x += xi[d] * slope[d * total + b];
+                next += xi[d] * slope[d * total + b + shift];
+                before += xi[d] * slope[d * total + b - shift];
+            }
+            double alpha_next = keep[b + shift], alpha_before = keep[b - shift];
+            sum[b] -= pdi_convect_return(f, ahead[b], c[b + shift] - c[b], PDI_CONVECT_LEAN,
+                                         f > 0.0 ? x : next, f > 0.0 ? alpha : alpha_next);
+            sum[b] -= pdi_convect_return(g, behind[b], c[b - shift] - c[b], PDI_CONVECT_LEAN,
+                                         g > 0.0 ? -x : -before, g > 0.0 ? alpha : alpha_before);
         }
-        double near_keep = keep[b], far_keep = keep[b + shift];
-        double x = f > 0.0 ? near_x : far_x, alpha = f > 0.0 ? near_keep : far_keep;
-        double mixed = (1.0 - lean[b]) * step + lean[b] * x, twice = 2.0 * step;
-        double low = twice < 0.0 ? twice : 0.0, high = twice > 0.0 ? twice : 0.0;
-        double excess = 0.5 * fabs(f) - bond[b];
-        mixed = mixed > low ? mixed : low;
-        mixed = mixed < high ? mixed : high;
-        sum[b] -= alpha * (excess > 0.0 ? excess : 0.0) * mixed;
     }
+    for (int b = 0; b < count; b++) y[b] = sum[b];
 }
 
-/* How far the steps of bond k lean: not at all where they come from an inlet. */
-static void pdi_convect_leans(const pd_convect *t, int32_t i, int k, const pdi_convect_lanes *l, double *lean)
+static void pdi_convect_anti_nodes(const pdi_convect_sweep *s, int32_t i, int32_t row, int count)
 {
-    const uint8_t *kind = t->bonds->grid->kind + i + t->bonds->shift[k];
-    for (int b = 0; b < l->count; b++)
-        lean[b] = kind[b] == PD_INLET && l->factor * l->flux[b] <= 0.0 ? 0.0 : PDI_CONVECT_LEAN;
+    if (count == PDI_CONVECT_BLOCK) pdi_convect_anti_block(s, i, row, PDI_CONVECT_BLOCK);
+    else pdi_convect_anti_block(s, i, row, count);
 }
 
-static void pdi_convect_anti_lanes(const pdi_convect_sweep *s, int32_t i, int32_t row, int count, int ends)
+/* The antidiffusive flux out of node i, beside a port, through bond k. */
+static double pdi_convect_anti_one(const pdi_convect_sweep *s, int32_t i, int32_t row, int k)
 {
-    double sum[PDI_LANES], lean[PDI_LANES];
-    pdi_convect_lanes l;
-    memset(sum, 0, sizeof sum);
-    l.count = count;
-    for (int b = 0; b < count; b++) lean[b] = PDI_CONVECT_LEAN;
-    for (int k = 0; k < s->t->bonds->stencil->count; k++) {
-        pdi_convect_bond_lanes(s, i, row, k, ends, &l);
-        if (ends) pdi_convect_leans(s->t, i, k, &l, lean);
-        pdi_convect_return(s->t->limiter, i, k, &l, lean, sum);
+    const pd_convect *t = s->t;
+    const pd_limiter *limiter = t->limiter;
+    pdi_convect_one one;
+    pdi_convect_one_get(s, i, row, k, &one);
+    int32_t upwind = one.flux > 0.0 ? i : i + t->bonds->shift[k];
+    double x = 0.0;
+    for (int d = 0; d < PD_DIM; d++)
+        x += t->bonds->stencil->xi[k * PD_DIM + d] * limiter->slope[(int64_t)d * t->bonds->grid->total + upwind];
+    return pdi_convect_return(one.flux, one.bond, one.far - s->c[i], one.lean, x, limiter->keep[upwind]);
+}
+
+static void pdi_convect_anti_port(const pdi_convect_sweep *s, int32_t i, int32_t row, int count)
+{
+    double sum = 0.0;
+    (void)count;
+    for (int k = 0; k < s->t->bonds->stencil->count; k++) sum -= pdi_convect_anti_one(s, i, row, k);
+    s->y[i] = sum;
+}
+
+/* `length` nodes from i, all beside ports or none. The last block of many nodes goes together with some that are done
+ * already: they get the same bits again. */
+static void pdi_convect_part(const pdi_convect_sweep *s, int32_t i, int32_t row, int32_t length, int ports)
+{
+    int block = ports ? 1 : PDI_CONVECT_BLOCK;
+    for (int32_t at = 0; at < length; at += block) {
+        if (length >= block && at > length - block) at = length - block;
+        int count = length < block ? (int)length : block;
+        (ports ? s->port : s->block)(s, i + at, row < 0 ? row : row + at, count);
     }
-    memcpy(s->y + i, sum, (size_t)count * sizeof(double));
 }
 
 static void pdi_convect_run(const void *user, int32_t i, int32_t row, int32_t length)
 {
     const pdi_convect_sweep *s = (const pdi_convect_sweep *)user;
-    int count;
-    for (int32_t at = 0; at < length; at += count) {
-        count = pdi_bond_piece(length, &at);
-        s->lanes(s, i + at, row < 0 ? row : row + at, count, pdi_limiter_ports(s->t->bonds, i + at, count));
+    int32_t part;
+    int ports;
+    for (int32_t begin = 0; begin < length; begin += part) {
+        part = pdi_limiter_segment(s->t->bonds, i + begin, length - begin, &ports);
+        pdi_convect_part(s, i + begin, row < 0 ? row : row + begin, part, ports);
     }
 }
 
-static void pdi_convect_sweep_all(const pd_ctx *ctx, const pd_convect *convect, pdi_convect_lanes_fn lanes,
-                                  const double *c, double *y)
+static void pdi_convect_sweep_all(const pd_ctx *ctx, pdi_convect_sweep *s)
 {
-    const pd_bonds *bonds = convect->bonds;
-    pdi_convect_sweep s;
-    s.t = convect;
-    s.c = c;
-    s.y = y;
-    s.lanes = lanes;
-    pdi_bond_sweep(ctx, bonds, bonds->grid->fluid_count * bonds->stencil->count * 2, pdi_convect_run, &s);
+    const pd_bonds *bonds = s->t->bonds;
+    pdi_bond_sweep(ctx, bonds, bonds->grid->fluid_count * bonds->stencil->count * 2, pdi_convect_run, s);
 }
 
 PDI_FN void pdi_convect_apply(const pd_ctx *ctx, const pd_convect *convect, const double *c, double *y)
 {
-    pdi_convect_sweep_all(ctx, convect, pdi_convect_apply_lanes, c, y);
+    pdi_convect_sweep s;
+    s.t = convect;
+    s.c = c;
+    s.y = y;
+    s.block = pdi_convect_apply_nodes;
+    s.port = pdi_convect_apply_port;
+    pdi_convect_sweep_all(ctx, &s);
 }
 
 PDI_FN void pdi_convect_anti(const pd_ctx *ctx, const pd_convect *convect, const double *c, double *y)
 {
-    pdi_convect_sweep_all(ctx, convect, pdi_convect_anti_lanes, c, y);
+    pdi_convect_sweep s;
+    s.t = convect;
+    s.c = c;
+    s.y = y;
+    s.block = pdi_convect_anti_nodes;
+    s.port = pdi_convect_anti_port;
+    pdi_convect_sweep_all(ctx, &s);
 }
 
 /* What the bonds through a plane are asked for. */
@@ -16452,19 +16665,14 @@ static double pdi_convect_section_anti(const void *user, int32_t i, int k)
     const pd_convect *t = section->convect;
     int32_t j = i + t->bonds->shift[k];
     pdi_convect_sweep s;
-    pdi_convect_lanes l;
-    double lean, gain = 0.0;
     if (t->bonds->grid->kind[i] != PD_FLUID) {
         double over = pdi_grid_circumference(t->bonds->grid, j) / pdi_grid_circumference(t->bonds->grid, i);
         return -over * pdi_convect_section_anti(section, j, t->bonds->stencil->count - 1 - k);
     }
+    memset(&s, 0, sizeof s);
     s.t = t;
     s.c = section->c;
-    l.count = 1;
-    pdi_convect_bond_lanes(&s, i, t->bonds->row[i], k, pdi_limiter_ports(t->bonds, i, 1), &l);
-    pdi_convect_leans(t, i, k, &l, &lean);
-    pdi_convect_return(t->limiter, i, k, &l, &lean, &gain);
-    return gain;
+    return -pdi_convect_anti_one(&s, i, t->bonds->row[i], k);
 }
 
 /* What passes the plane by antidiffusion is all that the nodes on one side of it gain, since the fluxes between them
@@ -16724,7 +16932,7 @@ static void pdi_transport_boundary(pd_transport *t)
             double gain = t->diffusion.drive[i] - t->diffusion.hold[i] * t->c[i];
             pdi_sum_add(gain > 0.0 ? &in : &out, fabs(gain) * around);
         }
-        if (!pdi_limiter_ports(t->bonds, i, 1)) continue;
+        if (!pdi_limiter_ports(t->bonds, i)) continue;
         for (int k = 0; k < t->bonds->stencil->count; k++) {
             if (!pdi_convect_open(&t->convect, i, k)) continue;
             uint8_t far_kind = grid->kind[i + t->bonds->shift[k]];

@@ -14,16 +14,16 @@
 #define PDI_CONVECT_LEAN 0.3
 
 /* Where F of bond k of the nodes from i stands, and the factor that it is to be taken with. */
-static double *pdi_convect_slot(const pd_convect *t, int32_t i, int k, double *factor)
+static inline double *pdi_convect_slot(const pd_convect *t, int32_t i, int k, double *factor)
 {
-    const pd_bonds *bonds = t->bonds;
-    int64_t total = bonds->grid->total;
-    int count = bonds->stencil->count, back = count - 1 - k;
-    int32_t j = i + bonds->shift[k];
+    const pd_grid *grid = t->bonds->grid;
+    int count = t->bonds->stencil->count;
+    int32_t j = i + t->bonds->shift[k];
     *factor = 1.0;
-    if (k < count / 2) return t->flux + k * total + i;
-    *factor = -pdi_grid_circumference(bonds->grid, j) / pdi_grid_circumference(bonds->grid, i);
-    return t->flux + back * total + j;
+    if (k < count / 2) return t->flux + (int64_t)k * grid->total + i;
+    *factor = -1.0;
+    if (grid->circumference) *factor = -pdi_grid_circumference(grid, j) / pdi_grid_circumference(grid, i);
+    return t->flux + (int64_t)(count - 1 - k) * grid->total + j;
 }
 
 PDI_FN void pdi_convect_bond(const pd_convect *t, int32_t i, int k, double *flux, double *bond, double *upwind)
@@ -121,155 +121,249 @@ PDI_FN pd_status pdi_convect_refresh(pd_ctx *ctx, const pd_convect *convect)
 
 /* What a sweep does with its nodes: y = A c, or the limited antidiffusive fluxes y. */
 typedef struct pdi_convect_sweep pdi_convect_sweep;
-typedef void (*pdi_convect_lanes_fn)(const pdi_convect_sweep *s, int32_t i, int32_t row, int count, int ends);
+typedef void (*pdi_convect_block_fn)(const pdi_convect_sweep *s, int32_t i, int32_t row, int count);
 
 struct pdi_convect_sweep {
     const pd_convect *t;
     const double *c;
     double *y;
-    pdi_convect_lanes_fn lanes;
+    pdi_convect_block_fn block; /* of nodes away from ports */
+    pdi_convect_block_fn port;  /* of one node beside inlets or outlets */
 };
 
-/* One bond of `count` nodes. */
-typedef struct pdi_convect_lanes {
-    int count;
-    const double *c, *far;  /* at its ends [mol/m3] */
-    const double *flux;     /* F over factor [1/s]; NULL: fluid at rest */
-    double factor;
-    const double *bond;     /* conductances [1/s] */
-    double space[PDI_LANES]; /* for `bond` of whole families */
-    double edge[PDI_LANES];  /* for `far`, beside outlets: they take c of the node, and only move with the flow */
-} pdi_convect_lanes;
+/* Nodes that stay in registers while their bonds pass by. */
+#define PDI_CONVECT_BLOCK 16
 
-/* Bond k of the nodes i .. i+count-1, which are the rows from `row` (-1: whole families). */
-static void pdi_convect_bond_lanes(const pdi_convect_sweep *s, int32_t i, int32_t row, int k, int ends,
-                                   pdi_convect_lanes *l)
-{
-    const pd_convect *t = s->t;
-    int32_t shift = t->bonds->shift[k];
-    l->c = s->c + i;
-    l->far = l->c + shift;
-    l->bond = row < 0 ? l->space : t->conduct + (int64_t)k * t->capacity + row;
-    if (row < 0) pdi_diffusion_bond(t->diffusion, i, k, l->count, 0, l->space);
-    l->flux = t->flow ? pdi_convect_slot(t, i, k, &l->factor) : NULL;
-    for (int b = 0; b < l->count && ends; b++)
-        l->edge[b] = t->bonds->grid->kind[i + b + shift] == PD_OUTLET ? l->c[b] : l->far[b];
-    if (ends) l->far = l->edge;
-}
+/* Bond k of a block and its opposite one, to the far ends ahead and behind. */
+typedef struct pdi_convect_pair {
+    int32_t shift;                          /* ahead; the same behind */
+    const double *flux, *back;              /* F [1/s] of the bond ahead, and of that which comes from behind */
+    double turn;                            /* what `back` is to be multiplied with: -1 in planes */
+    const double *ahead, *behind;           /* conductances [1/s] */
+    double space[2][PDI_CONVECT_BLOCK];     /* for those of whole families */
+} pdi_convect_pair;
 
-/* sum += what leaves the nodes through the bond (eq. 5.1): conductances are at least |F|/2. */
-static void pdi_convect_leave(const pdi_convect_lanes *l, double *PD_RESTRICT sum)
+/* For fluid at rest. */
+static const double pdi_convect_still[PDI_CONVECT_BLOCK];
+
+static inline void pdi_convect_pair_get(const pd_convect *t, int32_t i, int32_t row, int k, int count,
+                                        pdi_convect_pair *p)
 {
-    const double *c = l->c, *far = l->far, *flux = l->flux, *bond = l->bond;
-    double part = 0.5 * l->factor;
-    int count = l->count;
-    if (!flux) {
-        for (int b = 0; b < count; b++) sum[b] -= bond[b] * (far[b] - c[b]);
+    const pd_bonds *bonds = t->bonds;
+    int opposite = bonds->stencil->count - 1 - k;
+    p->shift = bonds->shift[k];
+    p->flux = p->back = pdi_convect_still;
+    p->turn = -1.0;
+    if (t->flow) p->flux = pdi_convect_slot(t, i, k, &p->turn);
+    if (t->flow) p->back = pdi_convect_slot(t, i, opposite, &p->turn);
+    if (row >= 0) {
+        p->ahead = t->conduct + (int64_t)k * t->capacity + row;
+        p->behind = t->conduct + (int64_t)opposite * t->capacity + row;
         return;
     }
+    p->ahead = p->space[0];
+    p->behind = p->space[1];
+    if (t->diffusion->field) {
+        pdi_diffusion_bond(t->diffusion, i, k, count, 0, p->space[0]);
+        pdi_diffusion_bond(t->diffusion, i, opposite, count, 0, p->space[1]);
+        return;
+    }
+    const double *lap = pdi_bond_lap(bonds, i);
+    double ahead = t->diffusion->desc.diffusivity * lap[k], behind = t->diffusion->desc.diffusivity * lap[opposite];
     for (int b = 0; b < count; b++) {
-        double half = part * flux[b], size = fabs(half), least = bond[b];
-        sum[b] += half * (c[b] + far[b]) - (size > least ? size : least) * (far[b] - c[b]);
+        p->space[0][b] = ahead;
+        p->space[1][b] = behind;
     }
 }
 
-static void pdi_convect_apply_lanes(const pdi_convect_sweep *s, int32_t i, int32_t row, int count, int ends)
+/* What leaves through one bond (eq. 5.1): conductances are at least |F|/2. */
+static inline double pdi_convect_leave(double half, double least, double near, double far)
+{
+    double size = fabs(half);
+    return half * (near + far) - (size > least ? size : least) * (far - near);
+}
+
+/* Compiled for whole blocks and for shorter ones. */
+static inline void pdi_convect_apply_block(const pdi_convect_sweep *s, int32_t i, int32_t row, int count)
 {
     const pd_convect *t = s->t;
-    const double *c = s->c + i;
-    double sum[PDI_LANES], rate = t->rate;
-    pdi_convect_lanes l;
-    l.count = count;
-    for (int b = 0; b < count; b++) sum[b] = (rate + t->absorb[i + b]) * c[b];
-    for (int b = 0; b < count && t->diffusion->hold; b++) sum[b] += t->diffusion->hold[i + b] * c[b];
+    const double *PD_RESTRICT c = s->c + i, *PD_RESTRICT absorb = t->absorb + i, *hold = t->diffusion->hold;
+    double sum[PDI_CONVECT_BLOCK], rate = t->rate, *PD_RESTRICT y = s->y + i;
+    for (int b = 0; b < count; b++) sum[b] = (rate + absorb[b]) * c[b];
+    for (int b = 0; b < count && hold; b++) sum[b] += hold[i + b] * c[b];
+    for (int k = 0; k < t->bonds->stencil->count / 2; k++) {
+        pdi_convect_pair p;
+        pdi_convect_pair_get(t, i, row, k, count, &p);
+        const double *next = c + p.shift, *before = c - p.shift, *flux = p.flux, *back = p.back;
+        const double *ahead = p.ahead, *behind = p.behind;
+        double part = 0.5 * p.turn;
+        for (int b = 0; b < count; b++)
+            sum[b] += pdi_convect_leave(0.5 * flux[b], ahead[b], c[b], next[b]) +
+                      pdi_convect_leave(part * back[b], behind[b], c[b], before[b]);
+    }
+    for (int b = 0; b < count; b++) y[b] = sum[b];
+}
+
+static void pdi_convect_apply_nodes(const pdi_convect_sweep *s, int32_t i, int32_t row, int count)
+{
+    if (count == PDI_CONVECT_BLOCK) pdi_convect_apply_block(s, i, row, PDI_CONVECT_BLOCK);
+    else pdi_convect_apply_block(s, i, row, count);
+}
+
+/* What a node beside a port reads of one bond. */
+typedef struct pdi_convect_one {
+    double flux, bond; /* [1/s] */
+    double far;        /* [mol/m3] an outlet takes c of the node, and only moves with the flow */
+    double lean;       /* [-] of the step along it: none from an inlet, which has no gradient */
+} pdi_convect_one;
+
+static void pdi_convect_one_get(const pdi_convect_sweep *s, int32_t i, int32_t row, int k, pdi_convect_one *one)
+{
+    const pd_convect *t = s->t;
+    int32_t j = i + t->bonds->shift[k];
+    uint8_t kind = t->bonds->grid->kind[j];
+    double factor = 0.0;
+    const double *slot = t->flow ? pdi_convect_slot(t, i, k, &factor) : pdi_convect_still;
+    one->flux = factor * *slot;
+    if (row >= 0) one->bond = t->conduct[(int64_t)k * t->capacity + row];
+    else pdi_diffusion_bond(t->diffusion, i, k, 1, 0, &one->bond);
+    one->far = kind == PD_OUTLET ? s->c[i] : s->c[j];
+    one->lean = kind == PD_INLET && one->flux <= 0.0 ? 0.0 : PDI_CONVECT_LEAN;
+}
+
+static void pdi_convect_apply_port(const pdi_convect_sweep *s, int32_t i, int32_t row, int count)
+{
+    const pd_convect *t = s->t;
+    double c = s->c[i], sum = (t->rate + t->absorb[i]) * c;
+    (void)count;
+    if (t->diffusion->hold) sum += t->diffusion->hold[i] * c;
     for (int k = 0; k < t->bonds->stencil->count; k++) {
-        pdi_convect_bond_lanes(s, i, row, k, ends, &l);
-        pdi_convect_leave(&l, sum);
+        pdi_convect_one one;
+        pdi_convect_one_get(s, i, row, k, &one);
+        sum += pdi_convect_leave(0.5 * one.flux, one.bond, c, one.far);
     }
-    memcpy(s->y + i, sum, (size_t)count * sizeof(double));
+    s->y[i] = sum;
 }
 
-/* sum -= alpha d s: the step s of the field along bond k, leant towards xi.G of the upwind end, within 0 and 2 s; alpha
- * of that end, and d what upwinding adds to the conductance (eq. 5.4). An inlet (lean[b] = 0) has no gradient. */
-static void pdi_convect_return(const pd_limiter *limiter, int32_t i, int k, const pdi_convect_lanes *l,
-                               const double *PD_RESTRICT lean, double *PD_RESTRICT sum)
+/* alpha d s of one bond: its step s of the field, leant towards xi.G of the upwind end, within 0 and 2 s; alpha of that
+ * end, and d what upwinding adds to the conductance (eq. 5.4). */
+static inline double pdi_convect_return(double flux, double least, double step, double lean, double x, double alpha)
 {
-    const double *bond = l->bond, *c = l->c, *far = l->far, *flux = l->flux;
-    const double *slope = limiter->slope + i, *keep = limiter->keep + i;
-    int64_t total = limiter->bonds->grid->total, shift = limiter->bonds->shift[k];
-    double xi[PD_DIM], factor = l->factor;
-    int count = l->count;
-    for (int d = 0; d < PD_DIM; d++) xi[d] = limiter->bonds->stencil->xi[k * PD_DIM + d];
-    for (int b = 0; b < count; b++) {
-        double f = factor * flux[b], step = far[b] - c[b], near_x = 0.0, far_x = 0.0;
-        for (int d = 0; d < PD_DIM; d++) {
-            near_x += xi[d] * slope[d * total + b];
-            far_x += xi[d] * slope[d * total + b + shift];
+    double mixed = (1.0 - lean) * step + lean * x, twice = 2.0 * step, excess = 0.5 * fabs(flux) - least;
+    double low = twice < 0.0 ? twice : 0.0, high = twice > 0.0 ? twice : 0.0;
+    mixed = mixed > low ? mixed : low;
+    mixed = mixed < high ? mixed : high;
+    return alpha * (excess > 0.0 ? excess : 0.0) * mixed;
+}
+
+static inline void pdi_convect_anti_block(const pdi_convect_sweep *s, int32_t i, int32_t row, int count)
+{
+    const pd_convect *t = s->t;
+    const double *PD_RESTRICT c = s->c + i, *PD_RESTRICT keep = t->limiter->keep + i;
+    const double *PD_RESTRICT slope = t->limiter->slope + i, *xi = t->bonds->stencil->xi;
+    int64_t total = t->bonds->grid->total;
+    double sum[PDI_CONVECT_BLOCK], *PD_RESTRICT y = s->y + i;
+    for (int b = 0; b < count; b++) sum[b] = 0.0;
+    for (int k = 0; k < t->bonds->stencil->count / 2; k++, xi += PD_DIM) {
+        pdi_convect_pair p;
+        pdi_convect_pair_get(t, i, row, k, count, &p);
+        const double *flux = p.flux, *back = p.back, *ahead = p.ahead, *behind = p.behind;
+        double turn = p.turn;
+        int32_t shift = p.shift;
+        for (int b = 0; b < count; b++) {
+            double x = 0.0, next = 0.0, before = 0.0, f = flux[b], g = turn * back[b], alpha = keep[b];
+            for (int d = 0; d < PD_DIM; d++) {
+                x += xi[d] * slope[d * total + b];
+                next += xi[d] * slope[d * total + b + shift];
+                before += xi[d] * slope[d * total + b - shift];
+            }
+            double alpha_next = keep[b + shift], alpha_before = keep[b - shift];
+            sum[b] -= pdi_convect_return(f, ahead[b], c[b + shift] - c[b], PDI_CONVECT_LEAN,
+                                         f > 0.0 ? x : next, f > 0.0 ? alpha : alpha_next);
+            sum[b] -= pdi_convect_return(g, behind[b], c[b - shift] - c[b], PDI_CONVECT_LEAN,
+                                         g > 0.0 ? -x : -before, g > 0.0 ? alpha : alpha_before);
         }
-        double near_keep = keep[b], far_keep = keep[b + shift];
-        double x = f > 0.0 ? near_x : far_x, alpha = f > 0.0 ? near_keep : far_keep;
-        double mixed = (1.0 - lean[b]) * step + lean[b] * x, twice = 2.0 * step;
-        double low = twice < 0.0 ? twice : 0.0, high = twice > 0.0 ? twice : 0.0;
-        double excess = 0.5 * fabs(f) - bond[b];
-        mixed = mixed > low ? mixed : low;
-        mixed = mixed < high ? mixed : high;
-        sum[b] -= alpha * (excess > 0.0 ? excess : 0.0) * mixed;
     }
+    for (int b = 0; b < count; b++) y[b] = sum[b];
 }
 
-/* How far the steps of bond k lean: not at all where they come from an inlet. */
-static void pdi_convect_leans(const pd_convect *t, int32_t i, int k, const pdi_convect_lanes *l, double *lean)
+static void pdi_convect_anti_nodes(const pdi_convect_sweep *s, int32_t i, int32_t row, int count)
 {
-    const uint8_t *kind = t->bonds->grid->kind + i + t->bonds->shift[k];
-    for (int b = 0; b < l->count; b++)
-        lean[b] = kind[b] == PD_INLET && l->factor * l->flux[b] <= 0.0 ? 0.0 : PDI_CONVECT_LEAN;
+    if (count == PDI_CONVECT_BLOCK) pdi_convect_anti_block(s, i, row, PDI_CONVECT_BLOCK);
+    else pdi_convect_anti_block(s, i, row, count);
 }
 
-static void pdi_convect_anti_lanes(const pdi_convect_sweep *s, int32_t i, int32_t row, int count, int ends)
+/* The antidiffusive flux out of node i, beside a port, through bond k. */
+static double pdi_convect_anti_one(const pdi_convect_sweep *s, int32_t i, int32_t row, int k)
 {
-    double sum[PDI_LANES], lean[PDI_LANES];
-    pdi_convect_lanes l;
-    memset(sum, 0, sizeof sum);
-    l.count = count;
-    for (int b = 0; b < count; b++) lean[b] = PDI_CONVECT_LEAN;
-    for (int k = 0; k < s->t->bonds->stencil->count; k++) {
-        pdi_convect_bond_lanes(s, i, row, k, ends, &l);
-        if (ends) pdi_convect_leans(s->t, i, k, &l, lean);
-        pdi_convect_return(s->t->limiter, i, k, &l, lean, sum);
+    const pd_convect *t = s->t;
+    const pd_limiter *limiter = t->limiter;
+    pdi_convect_one one;
+    pdi_convect_one_get(s, i, row, k, &one);
+    int32_t upwind = one.flux > 0.0 ? i : i + t->bonds->shift[k];
+    double x = 0.0;
+    for (int d = 0; d < PD_DIM; d++)
+        x += t->bonds->stencil->xi[k * PD_DIM + d] * limiter->slope[(int64_t)d * t->bonds->grid->total + upwind];
+    return pdi_convect_return(one.flux, one.bond, one.far - s->c[i], one.lean, x, limiter->keep[upwind]);
+}
+
+static void pdi_convect_anti_port(const pdi_convect_sweep *s, int32_t i, int32_t row, int count)
+{
+    double sum = 0.0;
+    (void)count;
+    for (int k = 0; k < s->t->bonds->stencil->count; k++) sum -= pdi_convect_anti_one(s, i, row, k);
+    s->y[i] = sum;
+}
+
+/* `length` nodes from i, all beside ports or none. The last block of many nodes goes together with some that are done
+ * already: they get the same bits again. */
+static void pdi_convect_part(const pdi_convect_sweep *s, int32_t i, int32_t row, int32_t length, int ports)
+{
+    int block = ports ? 1 : PDI_CONVECT_BLOCK;
+    for (int32_t at = 0; at < length; at += block) {
+        if (length >= block && at > length - block) at = length - block;
+        int count = length < block ? (int)length : block;
+        (ports ? s->port : s->block)(s, i + at, row < 0 ? row : row + at, count);
     }
-    memcpy(s->y + i, sum, (size_t)count * sizeof(double));
 }
 
 static void pdi_convect_run(const void *user, int32_t i, int32_t row, int32_t length)
 {
     const pdi_convect_sweep *s = (const pdi_convect_sweep *)user;
-    int count;
-    for (int32_t at = 0; at < length; at += count) {
-        count = pdi_bond_piece(length, &at);
-        s->lanes(s, i + at, row < 0 ? row : row + at, count, pdi_limiter_ports(s->t->bonds, i + at, count));
+    int32_t part;
+    int ports;
+    for (int32_t begin = 0; begin < length; begin += part) {
+        part = pdi_limiter_segment(s->t->bonds, i + begin, length - begin, &ports);
+        pdi_convect_part(s, i + begin, row < 0 ? row : row + begin, part, ports);
     }
 }
 
-static void pdi_convect_sweep_all(const pd_ctx *ctx, const pd_convect *convect, pdi_convect_lanes_fn lanes,
-                                  const double *c, double *y)
+static void pdi_convect_sweep_all(const pd_ctx *ctx, pdi_convect_sweep *s)
 {
-    const pd_bonds *bonds = convect->bonds;
-    pdi_convect_sweep s;
-    s.t = convect;
-    s.c = c;
-    s.y = y;
-    s.lanes = lanes;
-    pdi_bond_sweep(ctx, bonds, bonds->grid->fluid_count * bonds->stencil->count * 2, pdi_convect_run, &s);
+    const pd_bonds *bonds = s->t->bonds;
+    pdi_bond_sweep(ctx, bonds, bonds->grid->fluid_count * bonds->stencil->count * 2, pdi_convect_run, s);
 }
 
 PDI_FN void pdi_convect_apply(const pd_ctx *ctx, const pd_convect *convect, const double *c, double *y)
 {
-    pdi_convect_sweep_all(ctx, convect, pdi_convect_apply_lanes, c, y);
+    pdi_convect_sweep s;
+    s.t = convect;
+    s.c = c;
+    s.y = y;
+    s.block = pdi_convect_apply_nodes;
+    s.port = pdi_convect_apply_port;
+    pdi_convect_sweep_all(ctx, &s);
 }
 
 PDI_FN void pdi_convect_anti(const pd_ctx *ctx, const pd_convect *convect, const double *c, double *y)
 {
-    pdi_convect_sweep_all(ctx, convect, pdi_convect_anti_lanes, c, y);
+    pdi_convect_sweep s;
+    s.t = convect;
+    s.c = c;
+    s.y = y;
+    s.block = pdi_convect_anti_nodes;
+    s.port = pdi_convect_anti_port;
+    pdi_convect_sweep_all(ctx, &s);
 }
 
 /* What the bonds through a plane are asked for. */
@@ -297,19 +391,14 @@ static double pdi_convect_section_anti(const void *user, int32_t i, int k)
     const pd_convect *t = section->convect;
     int32_t j = i + t->bonds->shift[k];
     pdi_convect_sweep s;
-    pdi_convect_lanes l;
-    double lean, gain = 0.0;
     if (t->bonds->grid->kind[i] != PD_FLUID) {
         double over = pdi_grid_circumference(t->bonds->grid, j) / pdi_grid_circumference(t->bonds->grid, i);
         return -over * pdi_convect_section_anti(section, j, t->bonds->stencil->count - 1 - k);
     }
+    memset(&s, 0, sizeof s);
     s.t = t;
     s.c = section->c;
-    l.count = 1;
-    pdi_convect_bond_lanes(&s, i, t->bonds->row[i], k, pdi_limiter_ports(t->bonds, i, 1), &l);
-    pdi_convect_leans(t, i, k, &l, &lean);
-    pdi_convect_return(t->limiter, i, k, &l, &lean, &gain);
-    return gain;
+    return -pdi_convect_anti_one(&s, i, t->bonds->row[i], k);
 }
 
 /* What passes the plane by antidiffusion is all that the nodes on one side of it gain, since the fluxes between them

@@ -15,17 +15,29 @@ typedef struct pdi_limiter_piece {
     double size[PDI_LANES]; /* [mol/m5] sum of their sizes */
 } pdi_limiter_piece;
 
-PDI_FN int pdi_limiter_ports(const pd_bonds *bonds, int32_t i, int count)
+PDI_FN int32_t pdi_limiter_segment(const pd_bonds *bonds, int32_t i, int32_t length, int *ports)
 {
     const pd_grid *grid = bonds->grid;
     int at[PD_DIM], reach = bonds->stencil->reach;
     pdi_grid_index(grid, i, at);
-    for (int d = 0; d < PD_DIM; d++) {
-        int last = d == 0 ? at[0] + count - 1 : at[d];
-        if (pdi_grid_port(grid->side[2 * d]) && at[d] < reach) return 1;
-        if (pdi_grid_port(grid->side[2 * d + 1]) && last >= grid->n[d] - reach) return 1;
+    *ports = 1;
+    for (int d = 1; d < PD_DIM; d++) {
+        if (pdi_grid_port(grid->side[2 * d]) && at[d] < reach) return length;
+        if (pdi_grid_port(grid->side[2 * d + 1]) && at[d] >= grid->n[d] - reach) return length;
     }
-    return 0;
+    int32_t low = pdi_grid_port(grid->side[0]) ? reach - at[0] : 0;
+    int32_t high = (pdi_grid_port(grid->side[1]) ? grid->n[0] - reach : grid->n[0]) - at[0];
+    if (low > 0) return low < length ? low : length;
+    if (high <= 0) return length;
+    *ports = 0;
+    return high < length ? high : length;
+}
+
+PDI_FN int pdi_limiter_ports(const pd_bonds *bonds, int32_t i)
+{
+    int ports;
+    pdi_limiter_segment(bonds, i, 1, &ports);
+    return ports;
 }
 
 /* The gradient of the node needs the moments of its open bonds: some of the others see no held value. */
@@ -79,13 +91,49 @@ static void pdi_limiter_walls(const pd_limiter *l, pdi_limiter_piece *p, int b)
     }
 }
 
-static void pdi_limiter_lanes(const pd_limiter *l, pdi_limiter_piece *p, double least)
+/* The share that the sums leave (eq. 5.4). */
+static inline double pdi_limiter_share(double bend, double size, double floor_size)
+{
+    double below = size + floor_size, ratio = below > 0.0 ? (fabs(bend) + floor_size) / below : 1.0;
+    return 1.0 - ratio * ratio * ratio * ratio;
+}
+
+/* Nodes that stay in registers while their bonds pass by. */
+#define PDI_LIMITER_BLOCK 16
+
+/* Whole families of PDI_LIMITER_BLOCK nodes: a bond and its opposite one at once. */
+static void pdi_limiter_block(const pd_limiter *l, const double *PD_RESTRICT c, int32_t i, double least)
+{
+    const pd_stencil *s = l->bonds->stencil;
+    int64_t total = l->bonds->grid->total;
+    double bend[PDI_LIMITER_BLOCK], size[PDI_LIMITER_BLOCK], slope[PD_DIM][PDI_LIMITER_BLOCK];
+    double *PD_RESTRICT keep = l->keep + i, *PD_RESTRICT out = l->slope + i, floor_size = least * s->lap_sum;
+    memset(bend, 0, sizeof bend);
+    memset(size, 0, sizeof size);
+    memset(slope, 0, sizeof slope);
+    for (int k = 0; k < s->count / 2; k++) {
+        const double *ahead = c + l->bonds->shift[k], *behind = c - l->bonds->shift[k], *g = s->grad + k * PD_DIM;
+        double a = s->lap[k];
+        for (int b = 0; b < PDI_LIMITER_BLOCK; b++) {
+            double p = a * (ahead[b] - c[b]), q = a * (behind[b] - c[b]);
+            bend[b] += p + q;
+            size[b] += fabs(p) + fabs(q);
+            for (int d = 0; d < PD_DIM; d++) slope[d][b] += g[d] * (ahead[b] - behind[b]);
+        }
+    }
+    for (int b = 0; b < PDI_LIMITER_BLOCK; b++) keep[b] = pdi_limiter_share(bend[b], size[b], floor_size);
+    for (int d = 0; d < PD_DIM; d++)
+        for (int b = 0; b < PDI_LIMITER_BLOCK; b++) out[d * total + b] = slope[d][b];
+}
+
+/* Rows, nodes beside ports, and runs shorter than a block. */
+static void pdi_limiter_lanes(const pd_limiter *l, pdi_limiter_piece *p, int ports, double least)
 {
     const pd_bonds *bonds = l->bonds;
     const pd_stencil *s = bonds->stencil;
     int64_t total = bonds->grid->total;
     double *slope = l->slope + p->i, *keep = l->keep + p->i, floor_size = least * s->lap_sum;
-    int ports = pdi_limiter_ports(bonds, p->i, p->count), plain = p->row < 0 && !ports;
+    int plain = p->row < 0 && !ports;
     for (int b = 0; b < p->count; b++) {
         p->bend[b] = p->size[b] = 0.0;
         p->gate[b] = p->lean[b] = 1.0;
@@ -102,10 +150,7 @@ static void pdi_limiter_lanes(const pd_limiter *l, pdi_limiter_piece *p, double 
         }
     }
     for (int b = 0; b < p->count && p->row >= 0; b++) pdi_limiter_walls(l, p, b);
-    for (int b = 0; b < p->count; b++) {
-        double below = p->size[b] + floor_size, ratio = below > 0.0 ? (fabs(p->bend[b]) + floor_size) / below : 1.0;
-        keep[b] = 1.0 - ratio * ratio * ratio * ratio;
-    }
+    for (int b = 0; b < p->count; b++) keep[b] = pdi_limiter_share(p->bend[b], p->size[b], floor_size);
 }
 
 /* The operands of a sweep. */
@@ -115,16 +160,34 @@ typedef struct pdi_limiter_sweep {
     double least;    /* [mol/m3] */
 } pdi_limiter_sweep;
 
+/* The last block goes together with nodes that are done already: they get the same bits again. */
+static void pdi_limiter_blocks(const pdi_limiter_sweep *s, int32_t i, int32_t length)
+{
+    for (int32_t at = 0; at < length; at += PDI_LIMITER_BLOCK) {
+        if (at > length - PDI_LIMITER_BLOCK) at = length - PDI_LIMITER_BLOCK;
+        pdi_limiter_block(s->limiter, s->c + i + at, i + at, s->least);
+    }
+}
+
 static void pdi_limiter_run(const void *user, int32_t i, int32_t row, int32_t length)
 {
     const pdi_limiter_sweep *s = (const pdi_limiter_sweep *)user;
     pdi_limiter_piece p;
-    for (int32_t at = 0; at < length; at += p.count) {
-        p.count = pdi_bond_piece(length, &at);
-        p.i = i + at;
-        p.row = row < 0 ? row : row + at;
-        p.c = s->c + p.i;
-        pdi_limiter_lanes(s->limiter, &p, s->least);
+    int32_t part;
+    int ports;
+    for (int32_t begin = 0; begin < length; begin += part) {
+        part = pdi_limiter_segment(s->limiter->bonds, i + begin, length - begin, &ports);
+        if (row < 0 && !ports && part >= PDI_LIMITER_BLOCK) {
+            pdi_limiter_blocks(s, i + begin, part);
+            continue;
+        }
+        for (int32_t at = 0; at < part; at += p.count) {
+            p.count = pdi_bond_piece(part, &at);
+            p.i = i + begin + at;
+            p.row = row < 0 ? row : row + begin + at;
+            p.c = s->c + p.i;
+            pdi_limiter_lanes(s->limiter, &p, ports, s->least);
+        }
     }
 }
 

@@ -39,10 +39,9 @@ static int pdi_png_paeth(int a, int b, int c)
     return pa <= pb && pa <= pc ? a : pb <= pc ? b : c;
 }
 
-/* What a filter predicts for byte i of a row; `step`: bytes per pixel; above: NULL in the first row. */
-static int pdi_png_predict(int filter, const uint8_t *row, const uint8_t *above, size_t i, size_t step)
+/* What a filter predicts from the bytes left, above and above left. */
+static inline int pdi_png_combine(int filter, int a, int b, int c)
 {
-    int a = i >= step ? row[i - step] : 0, b = above ? above[i] : 0, c = above && i >= step ? above[i - step] : 0;
     switch (filter) {
     case PDI_PNG_SUB: return a;
     case PDI_PNG_UP: return b;
@@ -52,6 +51,13 @@ static int pdi_png_predict(int filter, const uint8_t *row, const uint8_t *above,
     }
 }
 
+/* The same for byte i of a row; `step`: bytes per pixel; above: NULL in the first row. */
+static int pdi_png_predict(int filter, const uint8_t *row, const uint8_t *above, size_t i, size_t step)
+{
+    int a = i >= step ? row[i - step] : 0, b = above ? above[i] : 0, c = above && i >= step ? above[i - step] : 0;
+    return pdi_png_combine(filter, a, b, c);
+}
+
 /* Writing. */
 
 static void pdi_png_put32(uint8_t *at, uint32_t value)
@@ -59,24 +65,41 @@ static void pdi_png_put32(uint8_t *at, uint32_t value)
     for (int i = 0; i < 4; i++) at[i] = (uint8_t)(value >> (24 - 8 * i));
 }
 
-/* Filter a row with the filter whose residuals have the smallest sum of magnitudes (PNG 12.8). */
-static void pdi_png_filter_row(const uint8_t *row, const uint8_t *above, size_t stride, size_t step, uint8_t *out)
+/* A row less what a filter predicts; above: zeros for the first row. Inlined for one filter, the loops are vectors. */
+static inline void pdi_png_residuals(int filter, const uint8_t *PD_RESTRICT row, const uint8_t *PD_RESTRICT above,
+                                     size_t stride, size_t step, uint8_t *PD_RESTRICT out)
+{
+    for (size_t i = 0; i < step; i++) out[i] = (uint8_t)(row[i] - pdi_png_combine(filter, 0, above[i], 0));
+    for (size_t i = step; i < stride; i++)
+        out[i] = (uint8_t)(row[i] - pdi_png_combine(filter, row[i - step], above[i], above[i - step]));
+}
+
+static void pdi_png_filter(int filter, const uint8_t *row, const uint8_t *above, size_t stride, size_t step,
+                           uint8_t *out)
+{
+    switch (filter) {
+    case PDI_PNG_SUB: pdi_png_residuals(PDI_PNG_SUB, row, above, stride, step, out); break;
+    case PDI_PNG_UP: pdi_png_residuals(PDI_PNG_UP, row, above, stride, step, out); break;
+    case PDI_PNG_AVERAGE: pdi_png_residuals(PDI_PNG_AVERAGE, row, above, stride, step, out); break;
+    case PDI_PNG_PAETH: pdi_png_residuals(PDI_PNG_PAETH, row, above, stride, step, out); break;
+    default: memcpy(out, row, stride); break;
+    }
+}
+
+/* Filter a row with the filter whose residuals have the smallest sum of magnitudes (PNG 12.8). trial: [stride] work. */
+static void pdi_png_filter_row(const uint8_t *row, const uint8_t *above, size_t stride, size_t step, uint8_t *trial,
+                               uint8_t *out)
 {
     uint64_t best_sum = 0;
-    int best = -1;
     for (int filter = 0; filter < PDI_PNG_FILTERS; filter++) {
         uint64_t sum = 0;
-        for (size_t i = 0; i < stride && (best < 0 || sum < best_sum); i++) {
-            uint8_t residual = (uint8_t)(row[i] - pdi_png_predict(filter, row, above, i, step));
-            sum += residual < 128 ? residual : 256u - residual;
-        }
-        if (best < 0 || sum < best_sum) {
-            best = filter;
-            best_sum = sum;
-        }
+        pdi_png_filter(filter, row, above, stride, step, trial);
+        for (size_t i = 0; i < stride; i++) sum += trial[i] < 128 ? trial[i] : 256u - trial[i];
+        if (filter > 0 && sum >= best_sum) continue;
+        best_sum = sum;
+        out[0] = (uint8_t)filter;
+        memcpy(out + 1, trial, stride);
     }
-    out[0] = (uint8_t)best;
-    for (size_t i = 0; i < stride; i++) out[i + 1] = (uint8_t)(row[i] - pdi_png_predict(best, row, above, i, step));
 }
 
 static pd_status pdi_png_chunk(pd_ctx *ctx, pd_file *file, const char *type, const uint8_t *data, size_t size)
@@ -119,15 +142,17 @@ pd_status pd_png_write(pd_ctx *ctx, const char *path, const pd_image *image)
         return pdi_fail(ctx, PD_ERR_SIZE, "png", "%d x %d pixels, at most %d in all are possible", image->width,
                         image->height, PD_PNG_MAX_PIXELS);
     size_t step = (size_t)image->channels, stride = (size_t)image->width * step, rows = (size_t)image->height;
+    size_t size = (rows + 2) * (stride + 1);
     uint8_t *filtered = NULL;
     pdi_bytes packed = {NULL, 0, 0};
-    PDI_TRY(PDI_NEW(ctx, "png", rows * (stride + 1), filtered));
+    PDI_TRY(PDI_NEW(ctx, "png", size, filtered));
+    uint8_t *zeros = filtered + rows * (stride + 1), *trial = zeros + stride + 1;
     for (size_t r = 0; r < rows; r++) {
         const uint8_t *row = image->pixels + r * stride;
-        pdi_png_filter_row(row, r ? row - stride : NULL, stride, step, filtered + r * (stride + 1));
+        pdi_png_filter_row(row, r ? row - stride : zeros, stride, step, trial, filtered + r * (stride + 1));
     }
     pd_status status = pdi_deflate(ctx, filtered, rows * (stride + 1), &packed);
-    PDI_DELETE(ctx, rows * (stride + 1), filtered);
+    PDI_DELETE(ctx, size, filtered);
     if (status == PD_OK) status = pdi_png_save(ctx, path, image, &packed);
     pdi_bytes_free(ctx, &packed);
     return status;

@@ -111,15 +111,44 @@ PDI_FN void pdi_smooth_colour(const pd_ctx *ctx, const pd_smooth_level *level, p
                             2);
 }
 
-/* Gauss-Seidel forth and back along one line. */
-static inline void pdi_smooth_line(const pd_smooth_level *level, const int32_t *stride, int32_t line)
+/* Gauss-Seidel forth and back along one line of a coarse level, or one that meets itself across the box. */
+static inline void pdi_smooth_linked_line(const pd_smooth_level *level, const int32_t *stride, int32_t first,
+                                          int32_t end)
 {
-    int32_t first = level->row ? level->line[line] : line * level->n[0];
-    int32_t end = level->row ? level->line[line + 1] : first + level->n[0];
     float *x = level->x;
     const float *b = level->b, *inv = level->inv;
     for (int32_t c = first; c < end; c++) x[c] = (b[c] + pdi_smooth_sum(level, stride, c)) * inv[c];
     for (int32_t c = end - 1; c >= first; c--) x[c] = (b[c] + pdi_smooth_sum(level, stride, c)) * inv[c];
+}
+
+/* The same on level 0. What the other lines give does not change meanwhile: r keeps it. Of the rest, only one product
+ * and one sum wait for the cell before. */
+static inline void pdi_smooth_fine_line(const pd_smooth_level *fine, const int32_t *stride, int32_t first, int32_t n)
+{
+    float *PD_RESTRICT x = fine->x + first, *PD_RESTRICT given = fine->r + first;
+    const float *PD_RESTRICT lo = fine->lo[0] + first, *PD_RESTRICT hi = fine->hi[0] + first;
+    const float *PD_RESTRICT inv = fine->inv + first, *PD_RESTRICT b = fine->b + first;
+    for (int32_t c = 0; c < n; c++) given[c] = b[c];
+    for (int d = 1; d < PD_DIM; d++) {
+        const float *PD_RESTRICT below = fine->lo[d] + first, *PD_RESTRICT above = fine->hi[d] + first;
+        int32_t s = stride[d];
+        for (int32_t c = 0; c < n; c++) given[c] += below[c] * x[c - s] + above[c] * x[c + s];
+    }
+    float last = 0.0f;
+    for (int32_t c = 0; c < n; c++)
+        x[c] = last = (given[c] + hi[c] * x[c + 1]) * inv[c] + lo[c] * inv[c] * last;
+    last = 0.0f;
+    for (int32_t c = n - 1; c > 0; c--)
+        x[c] = last = (given[c] + lo[c] * x[c - 1]) * inv[c] + hi[c] * inv[c] * last;
+    x[0] = given[0] * inv[0] + hi[0] * inv[0] * last;
+}
+
+static inline void pdi_smooth_line(const pd_smooth_level *level, const int32_t *stride, int32_t line)
+{
+    int32_t n0 = level->n[0];
+    if (level->row) pdi_smooth_linked_line(level, stride, level->line[line], level->line[line + 1]);
+    else if (level->edge) pdi_smooth_linked_line(level, stride, line * n0, (line + 1) * n0);
+    else pdi_smooth_fine_line(level, stride, line * n0, n0);
 }
 
 /* Lines of the slabs, ascending or descending; slabs of one parity do not touch each other. */

@@ -194,7 +194,7 @@ static void pdi_transport_boundary(pd_transport *t)
             double gain = t->diffusion.drive[i] - t->diffusion.hold[i] * t->c[i];
             pdi_sum_add(gain > 0.0 ? &in : &out, fabs(gain) * around);
         }
-        if (!pdi_limiter_ports(t->bonds, i, 1)) continue;
+        if (!pdi_limiter_ports(t->bonds, i)) continue;
         for (int k = 0; k < t->bonds->stencil->count; k++) {
             if (!pdi_convect_open(&t->convect, i, k)) continue;
             uint8_t far_kind = grid->kind[i + t->bonds->shift[k]];
