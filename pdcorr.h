@@ -2518,7 +2518,7 @@ typedef struct pd_transport_desc {
     double diffusivity;     /* [m2/s] */
     pd_point_fn field, level, held; /* see pd_diffusion_desc; NULL: constant diffusivity, no flux into walls */
     double inlet;           /* [mol/m3] concentration of the inflow */
-    pd_point_fn entering;   /* the same at the places of the inlet ghosts; NULL: `inlet` everywhere */
+    pd_point_fn entering;   /* the same at places of the sides of the box; NULL: `inlet` everywhere */
     void *user;             /* of these four */
     double initial;         /* [mol/m3] */
     pd_advection advection;
@@ -16281,6 +16281,7 @@ PDI_FN void pdi_limiter_free(pd_ctx *ctx, pd_limiter *l)
  * and conduct zero.
  */
 #include <math.h>
+#include <stdlib.h>
 #include <string.h>
 
 /* Share of xi.G in the antidiffusive fluxes: damps what alternates from node to node, which a central flux does not
@@ -16300,9 +16301,27 @@ static inline double *pdi_convect_slot(const pd_convect *t, int32_t i, int k, do
     return t->flux + (int64_t)(count - 1 - k) * grid->total + j;
 }
 
+/* Fraction at which bond k of node i crosses the side of the box behind which its inlet ghost lies: there the inflow
+ * has its value, and the ghost has it at any depth. */
+static double pdi_convect_entry(const pd_convect *t, int32_t i, int k)
+{
+    const pd_grid *grid = t->bonds->grid;
+    double fraction = 1.0;
+    int at[PD_DIM];
+    if (grid->kind[i + t->bonds->shift[k]] != PD_INLET) return 1.0;
+    pdi_grid_index(grid, i, at);
+    for (int d = 0; d < PD_DIM; d++) {
+        int step = t->bonds->stencil->offset[k * PD_DIM + d], upper = step > 0;
+        double inside = upper ? grid->n[d] - at[d] - 0.5 : at[d] + 0.5; /* cells to the side */
+        if (pdi_grid_port(grid->side[2 * d + upper])) fraction = fmin(fraction, step ? inside / abs(step) : 1.0);
+    }
+    return fraction;
+}
+
 PDI_FN void pdi_convect_bond(const pd_convect *t, int32_t i, int k, double *flux, double *bond, double *upwind)
 {
     pdi_diffusion_bond(t->diffusion, i, k, 1, t->bonds->row[i] >= 0, bond);
+    *bond /= pdi_convect_entry(t, i, k);
     *flux = t->flow ? pdi_flow_bond_flux(t->flow, i, k) : 0.0;
     *upwind = fmax(0.5 * fabs(*flux) - *bond, 0.0);
 }
@@ -16375,7 +16394,7 @@ static void pdi_convect_refresh_run(const void *user, int32_t i, int32_t row, in
             if (!conduct) continue;
             pdi_diffusion_bond(t->diffusion, i + at, k, count, 1, conduct);
             for (int b = 0; b < count; b++)
-                if (!pdi_bond_open(t->bonds, r + b, k)) conduct[b] = 0.0;
+                conduct[b] = pdi_bond_open(t->bonds, r + b, k) ? conduct[b] / pdi_convect_entry(t, i + at + b, k) : 0.0;
         }
     }
 }
@@ -17256,6 +17275,7 @@ static void pdi_transport_inlets(pd_transport *t)
         if (t->grid->kind[i] != PD_INLET) continue;
         pd_grid_position(t->grid, i, x);
         pdi_grid_fold_images(t->grid, x);
+        for (int d = 0; d < PD_DIM; d++) x[d] = fmin(fmax(x[d], t->grid->lo[d]), t->grid->hi[d]);
         t->c[i] = t->desc.entering ? t->desc.entering(t->desc.user, x) : t->desc.inlet;
     }
 }
@@ -20798,8 +20818,8 @@ double pd_inlet_entering(void *user, const double *x)
     const pd_setup *u = (const pd_setup *)user;
     for (int s = 0; s < 2 * PD_DIM; s++) {
         int d = s / 2;
-        int behind = s % 2 ? x[d] > u->hi[d] : x[d] < u->lo[d];
-        if (u->side[s].open && behind) return pd_expr_eval(&u->side[s].entering, x);
+        int there = s % 2 ? x[d] >= u->hi[d] : x[d] <= u->lo[d];
+        if (u->side[s].open && there) return pd_expr_eval(&u->side[s].entering, x);
     }
     return u->inlet;
 }

@@ -7,6 +7,7 @@
 #include "convect.h"
 #include "par.h"
 #include <math.h>
+#include <stdlib.h>
 #include <string.h>
 
 /* Share of xi.G in the antidiffusive fluxes: damps what alternates from node to node, which a central flux does not
@@ -26,9 +27,27 @@ static inline double *pdi_convect_slot(const pd_convect *t, int32_t i, int k, do
     return t->flux + (int64_t)(count - 1 - k) * grid->total + j;
 }
 
+/* Fraction at which bond k of node i crosses the side of the box behind which its inlet ghost lies: there the inflow
+ * has its value, and the ghost has it at any depth. */
+static double pdi_convect_entry(const pd_convect *t, int32_t i, int k)
+{
+    const pd_grid *grid = t->bonds->grid;
+    double fraction = 1.0;
+    int at[PD_DIM];
+    if (grid->kind[i + t->bonds->shift[k]] != PD_INLET) return 1.0;
+    pdi_grid_index(grid, i, at);
+    for (int d = 0; d < PD_DIM; d++) {
+        int step = t->bonds->stencil->offset[k * PD_DIM + d], upper = step > 0;
+        double inside = upper ? grid->n[d] - at[d] - 0.5 : at[d] + 0.5; /* cells to the side */
+        if (pdi_grid_port(grid->side[2 * d + upper])) fraction = fmin(fraction, step ? inside / abs(step) : 1.0);
+    }
+    return fraction;
+}
+
 PDI_FN void pdi_convect_bond(const pd_convect *t, int32_t i, int k, double *flux, double *bond, double *upwind)
 {
     pdi_diffusion_bond(t->diffusion, i, k, 1, t->bonds->row[i] >= 0, bond);
+    *bond /= pdi_convect_entry(t, i, k);
     *flux = t->flow ? pdi_flow_bond_flux(t->flow, i, k) : 0.0;
     *upwind = fmax(0.5 * fabs(*flux) - *bond, 0.0);
 }
@@ -101,7 +120,7 @@ static void pdi_convect_refresh_run(const void *user, int32_t i, int32_t row, in
             if (!conduct) continue;
             pdi_diffusion_bond(t->diffusion, i + at, k, count, 1, conduct);
             for (int b = 0; b < count; b++)
-                if (!pdi_bond_open(t->bonds, r + b, k)) conduct[b] = 0.0;
+                conduct[b] = pdi_bond_open(t->bonds, r + b, k) ? conduct[b] / pdi_convect_entry(t, i + at + b, k) : 0.0;
         }
     }
 }

@@ -253,8 +253,8 @@ double pd_inlet_entering(void *user, const double *x)
     const pd_setup *u = (const pd_setup *)user;
     for (int s = 0; s < 2 * PD_DIM; s++) {
         int d = s / 2;
-        int behind = s % 2 ? x[d] > u->hi[d] : x[d] < u->lo[d];
-        if (u->side[s].open && behind) return pd_expr_eval(&u->side[s].entering, x);
+        int there = s % 2 ? x[d] >= u->hi[d] : x[d] <= u->lo[d];
+        if (u->side[s].open && there) return pd_expr_eval(&u->side[s].entering, x);
     }
     return u->inlet;
 }

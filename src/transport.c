@@ -518,6 +518,7 @@ static void pdi_transport_inlets(pd_transport *t)
         if (t->grid->kind[i] != PD_INLET) continue;
         pd_grid_position(t->grid, i, x);
         pdi_grid_fold_images(t->grid, x);
+        for (int d = 0; d < PD_DIM; d++) x[d] = fmin(fmax(x[d], t->grid->lo[d]), t->grid->hi[d]);
         t->c[i] = t->desc.entering ? t->desc.entering(t->desc.user, x) : t->desc.inlet;
     }
 }

@@ -22,7 +22,7 @@ typedef struct pd_transport_desc {
     double diffusivity;     /* [m2/s] */
     pd_point_fn field, level, held; /* see pd_diffusion_desc; NULL: constant diffusivity, no flux into walls */
     double inlet;           /* [mol/m3] concentration of the inflow */
-    pd_point_fn entering;   /* the same at the places of the inlet ghosts; NULL: `inlet` everywhere */
+    pd_point_fn entering;   /* the same at places of the sides of the box; NULL: `inlet` everywhere */
     void *user;             /* of these four */
     double initial;         /* [mol/m3] */
     pd_advection advection;
