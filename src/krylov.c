@@ -33,7 +33,7 @@ static int64_t pdi_krylov_small(const pd_krylov_desc *desc)
 
 pd_status pd_krylov_build(pd_ctx *ctx, const pd_krylov_desc *desc, pd_krylov *krylov)
 {
-    pd_krylov empty = {*desc, 0, NULL, NULL};
+    pd_krylov empty = {*desc, 0, NULL, 0, NULL, NULL, NULL};
     *krylov = empty;
     pd_krylov_desc *d = &krylov->desc;
     if (d->restart == 0) d->restart = 30;
@@ -50,16 +50,22 @@ pd_status pd_krylov_build(pd_ctx *ctx, const pd_krylov_desc *desc, pd_krylov *kr
     if (!(d->atol >= 0.0 && d->atol <= DBL_MAX))
         return pdi_fail(ctx, PD_ERR_ARGUMENT, "krylov", "atol = %g, needs to be finite and >= 0", d->atol);
     switch (d->method) {
-    case PD_KRYLOV_GMRES: krylov->vectors = d->flexible ? 2 * d->restart + 2 : d->restart + 2; break;
+    case PD_KRYLOV_GMRES:
+        krylov->vectors = 3;
+        krylov->basis_vectors = d->flexible ? 2 * d->restart + 1 : d->restart + 1;
+        break;
     case PD_KRYLOV_BICGSTAB: krylov->vectors = 7; break;
     case PD_KRYLOV_CG: krylov->vectors = 5; break;
     default: return pdi_fail(ctx, PD_ERR_ARGUMENT, "krylov", "method %d is unknown", (int)d->method);
     }
-    if (d->n > INT64_MAX / krylov->vectors)
-        return pdi_fail(ctx, PD_ERR_SIZE, "krylov", "%d vectors of %.0f entries overflow", krylov->vectors,
-                        (double)d->n);
+    int most = krylov->vectors + krylov->basis_vectors;
+    if (d->n > INT64_MAX / most)
+        return pdi_fail(ctx, PD_ERR_SIZE, "krylov", "%d vectors of %.0f entries overflow", most, (double)d->n);
     PDI_TRY(PDI_NEW(ctx, "krylov", d->n * krylov->vectors, krylov->work));
     pd_status status = PDI_NEW(ctx, "krylov", pdi_krylov_small(d), krylov->small);
+    if (status == PD_OK && krylov->basis_vectors)
+        status = d->compressed ? PDI_NEW(ctx, "krylov", d->n * krylov->basis_vectors, krylov->single)
+                               : PDI_NEW(ctx, "krylov", d->n * krylov->basis_vectors, krylov->basis);
     if (status < 0) pd_krylov_free(ctx, krylov);
     return status;
 }
@@ -67,12 +73,26 @@ pd_status pd_krylov_build(pd_ctx *ctx, const pd_krylov_desc *desc, pd_krylov *kr
 void pd_krylov_free(pd_ctx *ctx, pd_krylov *krylov)
 {
     PDI_DELETE(ctx, krylov->desc.n * krylov->vectors, krylov->work);
+    PDI_DELETE(ctx, krylov->desc.n * krylov->basis_vectors, krylov->basis);
+    PDI_DELETE(ctx, krylov->desc.n * krylov->basis_vectors, krylov->single);
     PDI_DELETE(ctx, pdi_krylov_small(&krylov->desc), krylov->small);
 }
 
 static double *pdi_krylov_vector(const pdi_krylov_run *run, int i)
 {
     return run->k->work + (int64_t)i * run->k->desc.n;
+}
+
+/* Up to PDI_PAR_GROUP vectors of the basis from `first`; those of the preconditioned one follow after restart + 1. */
+static pdi_par_vectors pdi_krylov_basis(const pdi_krylov_run *run, int first)
+{
+    pdi_par_vectors v;
+    for (int m = 0; m < PDI_PAR_GROUP; m++) {
+        int64_t at = (first + m) * run->k->desc.n;
+        v.v[m] = run->k->basis && first + m < run->k->basis_vectors ? run->k->basis + at : NULL;
+        v.single[m] = run->k->single && first + m < run->k->basis_vectors ? run->k->single + at : NULL;
+    }
+    return v;
 }
 
 static double pdi_krylov_dot(const pdi_krylov_run *run, const double *u, const double *v)
@@ -98,15 +118,6 @@ static void pdi_krylov_scale_add(const pdi_krylov_run *run, double a, double *v,
     (void)nt;
     PDI_PARALLEL_FOR(nt)
     for (int64_t i = 0; i < n; i++) v[i] = a * v[i] + u[i];
-}
-
-static void pdi_krylov_scale(const pdi_krylov_run *run, double a, double *v)
-{
-    int64_t n = run->k->desc.n;
-    int nt = pdi_par_threads(run->ctx, n);
-    (void)nt;
-    PDI_PARALLEL_FOR(nt)
-    for (int64_t i = 0; i < n; i++) v[i] *= a;
 }
 
 static void pdi_krylov_project(const pdi_krylov_run *run, double *v)
@@ -160,6 +171,33 @@ static pd_status pdi_krylov_stopped(const pdi_krylov_run *run, const char *why)
 
 /* ---- GMRES: x += M^-1 V y, y minimises |beta e1 - H y| ---- */
 
+/* v = a v, kept as vector i of the basis. v loses what single precision does: A Z = V H holds for what is kept. */
+static void pdi_krylov_keep(const pdi_krylov_run *run, double a, double *v, int i)
+{
+    int64_t n = run->k->desc.n, at = i * n;
+    double *basis = run->k->basis;
+    float *single = run->k->single;
+    int nt = pdi_par_threads(run->ctx, n);
+    (void)nt;
+    PDI_PARALLEL_FOR(nt)
+    for (int64_t e = 0; e < n; e++) {
+        v[e] *= a;
+        if (basis) basis[at + e] = v[e];
+        else v[e] = (double)(single[at + e] = (float)v[e]);
+    }
+}
+
+/* v = sum y_j times vector first + j of the basis, j < count. */
+static void pdi_krylov_combine(const pdi_krylov_run *run, int first, int count, const double *y, double *v)
+{
+    pdi_par_zero(run->ctx, run->k->desc.n, v);
+    for (int j = 0; j < count; j += PDI_PAR_GROUP) {
+        pdi_par_vectors basis = pdi_krylov_basis(run, first + j);
+        int group = count - j < PDI_PAR_GROUP ? count - j : PDI_PAR_GROUP;
+        pdi_par_axpys(run->ctx, run->k->desc.n, group, y + j, &basis, v);
+    }
+}
+
 /* Append column j: w = A z is orthogonalised against v_0 .. v_j; h[0..j+1]. Returns |w| before, or NaN. */
 static double pdi_krylov_arnoldi(const pdi_krylov_run *run, int j, double *w, double *h)
 {
@@ -170,15 +208,14 @@ static double pdi_krylov_arnoldi(const pdi_krylov_run *run, int j, double *w, do
         /* modified Gram-Schmidt by groups: one pass over w for several vectors */
         for (int i = 0; i <= j; i += PDI_PAR_GROUP) {
             int count = j + 1 - i < PDI_PAR_GROUP ? j + 1 - i : PDI_PAR_GROUP;
-            const double *v[PDI_PAR_GROUP];
+            pdi_par_vectors v = pdi_krylov_basis(run, i);
             double dots[PDI_PAR_GROUP];
-            for (int m = 0; m < count; m++) v[m] = pdi_krylov_vector(run, i + m);
-            pdi_par_dots(run->ctx, run->k->desc.n, count, v, w, dots);
+            pdi_par_dots(run->ctx, run->k->desc.n, count, &v, w, dots);
             for (int m = 0; m < count; m++) {
                 h[i + m] += dots[m];
                 dots[m] = -dots[m];
             }
-            pdi_par_axpys(run->ctx, run->k->desc.n, count, dots, v, w);
+            pdi_par_axpys(run->ctx, run->k->desc.n, count, dots, &v, w);
         }
         norm = sqrt(pdi_krylov_dot(run, w, w));
         if (!(norm < PDI_KRYLOV_CANCEL * start)) break;
@@ -217,20 +254,34 @@ static void pdi_krylov_back(int count, int m, const double *hess, const double *
     }
 }
 
-/* One cycle from the residual in v_0 (norm beta). The correction goes to z and is added to x. */
-static pd_status pdi_krylov_gmres_cycle(const pdi_krylov_run *run, double beta, double *z)
+/* Power of two that brings the largest entry of the first preconditioned vector near 1: units of x would leave the range
+ * of single precision. */
+static double pdi_krylov_unit(const pdi_krylov_run *run, const double *z)
+{
+    int exponent = 0;
+    double largest = pdi_par_max_abs(run->ctx, run->k->desc.n, z);
+    if (largest > 0.0 && largest <= DBL_MAX) frexp(largest, &exponent);
+    return ldexp(1.0, -exponent);
+}
+
+/* One cycle from the residual in work vector 0 (norm beta). The correction is added to x; work vector 1 keeps the x
+ * before. */
+static pd_status pdi_krylov_gmres_cycle(const pdi_krylov_run *run, double beta)
 {
     const pd_krylov_desc *d = &run->k->desc;
     int m = d->restart, flexible = d->flexible && run->precond, count = 0;
     double *hess = run->k->small, *cs = hess + (m + 1) * m, *sn = cs + m + 1, *g = sn + m + 1, *y = g + m + 1;
-    pdi_krylov_scale(run, 1.0 / beta, pdi_krylov_vector(run, 0));
+    double *v = pdi_krylov_vector(run, 0), *w = pdi_krylov_vector(run, 1), *z = pdi_krylov_vector(run, 2);
+    double unit = 1.0;
+    pdi_krylov_keep(run, 1.0 / beta, v, 0);
     g[0] = beta;
     while (count < m && run->result->iterations < d->max_iterations) {
         int j = count;
-        double *w = pdi_krylov_vector(run, j + 1), *h = hess + j * (m + 1);
-        double *zj = flexible ? pdi_krylov_vector(run, m + 2 + j) : z;
-        pdi_krylov_precond(run, pdi_krylov_vector(run, j), zj);
-        pdi_krylov_apply(run, zj, w);
+        double *h = hess + j * (m + 1);
+        pdi_krylov_precond(run, v, z);
+        if (flexible && j == 0) unit = pdi_krylov_unit(run, z);
+        if (flexible) pdi_krylov_keep(run, unit, z, m + 1 + j);
+        pdi_krylov_apply(run, z, w);
         double before = pdi_krylov_arnoldi(run, j, w, h);
         if (!pdi_krylov_finite(before) || !pdi_krylov_finite(h[j + 1]))
             return pdi_krylov_diverged(run, "an operator application");
@@ -240,16 +291,17 @@ static pd_status pdi_krylov_gmres_cycle(const pdi_krylov_run *run, double beta, 
         pdi_krylov_rotate(j, h, cs, sn, g);
         /* lucky breakdown: the space is invariant */
         if (next <= DBL_EPSILON * before || fabs(g[count]) <= 0.9 * run->target) break;
-        pdi_krylov_scale(run, 1.0 / next, w);
+        pdi_krylov_copy(run, w, v);
+        pdi_krylov_keep(run, 1.0 / next, v, j + 1);
     }
     pdi_krylov_back(count, m, hess, g, y);
-    double *u = flexible ? z : pdi_krylov_vector(run, count); /* no longer needed as a basis vector */
-    pdi_par_zero(run->ctx, d->n, u);
-    for (int j = 0; j < count; j++)
-        pdi_krylov_axpy(run, y[j], pdi_krylov_vector(run, flexible ? m + 2 + j : j), u);
-    if (!flexible) pdi_krylov_precond(run, u, z);
+    if (flexible) pdi_krylov_combine(run, m + 1, count, y, z);
+    else {
+        pdi_krylov_combine(run, 0, count, y, v);
+        pdi_krylov_precond(run, v, z);
+    }
     if (!pdi_krylov_finite(pdi_krylov_dot(run, z, z))) return pdi_krylov_diverged(run, "the correction");
-    pdi_krylov_copy(run, run->x, pdi_krylov_vector(run, 1)); /* the basis is no longer needed; for a way back */
+    pdi_krylov_copy(run, run->x, w);
     pdi_krylov_axpy(run, 1.0, z, run->x);
     return PD_OK;
 }
@@ -257,10 +309,10 @@ static pd_status pdi_krylov_gmres_cycle(const pdi_krylov_run *run, double beta, 
 static pd_status pdi_krylov_gmres(const pdi_krylov_run *run, double norm)
 {
     const pd_krylov_desc *d = &run->k->desc;
-    double *r = pdi_krylov_vector(run, 0), *z = pdi_krylov_vector(run, d->restart + 1);
+    double *r = pdi_krylov_vector(run, 0);
     while (norm > run->target) {
         if (run->result->iterations >= d->max_iterations) return pdi_krylov_stopped(run, "no convergence");
-        PDI_TRY(pdi_krylov_gmres_cycle(run, norm, z));
+        PDI_TRY(pdi_krylov_gmres_cycle(run, norm));
         double fresh = pdi_krylov_residual(run, r);
         if (!pdi_krylov_finite(fresh) || fresh > norm) {
             /* rounding, a singular operator or a preconditioner that is not linear: the iterate before was better */

@@ -38,7 +38,21 @@ static double pdi_par_block_dot(const double *x, const double *y, int64_t n)
     return total;
 }
 
-PDI_FN void pdi_par_dots(const pd_ctx *ctx, int64_t n, int count, const double *const *v, const double *w, double *dots)
+/* The same with x in single precision. */
+static double pdi_par_block_dot_single(const float *x, const double *y, int64_t n)
+{
+    double s[PDI_PAR_CHAINS], total = 0.0;
+    int64_t i = 0;
+    for (int c = 0; c < PDI_PAR_CHAINS; c++) s[c] = 0.0;
+    for (; i + PDI_PAR_CHAINS <= n; i += PDI_PAR_CHAINS)
+        for (int c = 0; c < PDI_PAR_CHAINS; c++) s[c] += (double)x[i + c] * y[i + c];
+    for (int c = 0; i < n; i++, c++) s[c] += (double)x[i] * y[i];
+    for (int c = 0; c < PDI_PAR_CHAINS; c++) total += s[c];
+    return total;
+}
+
+PDI_FN void pdi_par_dots(const pd_ctx *ctx, int64_t n, int count, const pdi_par_vectors *v, const double *w,
+                         double *dots)
 {
     double partial[PDI_PAR_BATCH][PDI_PAR_GROUP];
     int nt = pdi_par_threads(ctx, n);
@@ -51,14 +65,17 @@ PDI_FN void pdi_par_dots(const pd_ctx *ctx, int64_t n, int count, const double *
         for (int b = 0; b < batch; b++) {
             int64_t lo = (first + b) * PDI_PAR_BLOCK;
             int64_t len = n - lo < PDI_PAR_BLOCK ? n - lo : PDI_PAR_BLOCK;
-            for (int m = 0; m < count; m++) partial[b][m] = pdi_par_block_dot(v[m] + lo, w + lo, len);
+            for (int m = 0; m < count; m++)
+                partial[b][m] = v->v[m] ? pdi_par_block_dot(v->v[m] + lo, w + lo, len)
+                                        : pdi_par_block_dot_single(v->single[m] + lo, w + lo, len);
         }
         for (int b = 0; b < batch; b++)
             for (int m = 0; m < count; m++) dots[m] += partial[b][m];
     }
 }
 
-PDI_FN void pdi_par_axpys(const pd_ctx *ctx, int64_t n, int count, const double *a, const double *const *v, double *w)
+PDI_FN void pdi_par_axpys(const pd_ctx *ctx, int64_t n, int count, const double *a, const pdi_par_vectors *v,
+                          double *w)
 {
     int nt = pdi_par_threads(ctx, n);
     (void)nt;
@@ -67,9 +84,11 @@ PDI_FN void pdi_par_axpys(const pd_ctx *ctx, int64_t n, int count, const double 
     for (int64_t b = 0; b < blocks; b++) {
         int64_t lo = b * PDI_PAR_BLOCK, hi = n - lo < PDI_PAR_BLOCK ? n : lo + PDI_PAR_BLOCK;
         for (int m = 0; m < count; m++) {
-            const double *x = v[m];
+            const double *x = v->v[m];
+            const float *single = v->single[m];
             double factor = a[m];
-            for (int64_t i = lo; i < hi; i++) w[i] += factor * x[i];
+            for (int64_t i = lo; x && i < hi; i++) w[i] += factor * x[i];
+            for (int64_t i = lo; !x && i < hi; i++) w[i] += factor * (double)single[i];
         }
     }
 }
@@ -77,7 +96,9 @@ PDI_FN void pdi_par_axpys(const pd_ctx *ctx, int64_t n, int count, const double 
 PDI_FN double pdi_par_dot(const pd_ctx *ctx, int64_t n, const double *x, const double *y)
 {
     double dot;
-    pdi_par_dots(ctx, n, 1, &x, y, &dot);
+    pdi_par_vectors v;
+    v.v[0] = x;
+    pdi_par_dots(ctx, n, 1, &v, y, &dot);
     return dot;
 }
 

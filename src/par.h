@@ -20,11 +20,17 @@
 PDI_FN int pdi_par_threads(const pd_ctx *ctx, int64_t work);
 /* Ordered sum over n elements. */
 PDI_FN double pdi_par_dot(const pd_ctx *ctx, int64_t n, const double *x, const double *y);
-/* dots[m] = v[m].w for m < count <= PDI_PAR_GROUP, and w += sum a[m] v[m]: one pass over w each. */
+/* dots[m] = v[m].w for m < count <= PDI_PAR_GROUP, and w += sum a[m] v[m]: one pass over w each. The vectors v are of
+ * double or of single precision; the others are NULL. */
 #define PDI_PAR_GROUP 4
-PDI_FN void pdi_par_dots(const pd_ctx *ctx, int64_t n, int count, const double *const *v, const double *w,
+typedef struct pdi_par_vectors {
+    const double *v[PDI_PAR_GROUP];
+    const float *single[PDI_PAR_GROUP];
+} pdi_par_vectors;
+PDI_FN void pdi_par_dots(const pd_ctx *ctx, int64_t n, int count, const pdi_par_vectors *v, const double *w,
                          double *dots);
-PDI_FN void pdi_par_axpys(const pd_ctx *ctx, int64_t n, int count, const double *a, const double *const *v, double *w);
+PDI_FN void pdi_par_axpys(const pd_ctx *ctx, int64_t n, int count, const double *a, const pdi_par_vectors *v,
+                          double *w);
 /* max |x|; NaN if any element is NaN. */
 PDI_FN double pdi_par_max_abs(const pd_ctx *ctx, int64_t n, const double *x);
 /* y += a x, and y = x, and y = 0. */

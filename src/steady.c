@@ -184,7 +184,7 @@ pd_status pd_steady_build(pd_ctx *ctx, pd_flow *flow, const pd_steady_desc *desc
     kd.n = size;
     kd.restart = s->desc.restart;
     kd.max_iterations = s->desc.max_krylov;
-    kd.zero_guess = 1;
+    kd.zero_guess = kd.compressed = 1;
     pdi_compact_multigrid(flow->grid, &md);
     PDI_TRY(pdi_compact_build(ctx, flow->grid, 1, &s->compact_u));
     PDI_TRY(pdi_compact_build(ctx, flow->grid, 0, &s->compact_p));
