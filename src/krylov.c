@@ -254,7 +254,7 @@ static void pdi_krylov_back(int count, int m, const double *hess, const double *
     }
 }
 
-/* Power of two that brings the largest entry of the first preconditioned vector near 1: units of x would leave the range
+/* Power of two that brings the largest entry of the first preconditioned vector near 1: units of x may leave the range
  * of single precision. */
 static double pdi_krylov_unit(const pdi_krylov_run *run, const double *z)
 {
