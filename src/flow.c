@@ -1,7 +1,7 @@
 /* flow: see flow.h
  *
- * Design: sweeps work on up to PDI_LANES neighbours along axis 0 at once, bond by bond, so that the inner loops are
- * plain vectors. All terms of a bond are taken in one pass. Rows blank out their closed bonds.
+ * Design: sweeps work on blocks of neighbours along axis 0, bond by bond, whose sums stay in registers. All terms of a
+ * bond are taken in one pass. Rows blank out their closed bonds.
  */
 #include "flow.h"
 #include "op.h"
@@ -59,12 +59,15 @@ void pd_flow_prepare(pd_ctx *ctx, pd_flow *flow)
     pdi_flow_carrier(ctx, flow, flow->u, flow->carrier);
 }
 
-/* The sums of a sweep over its lanes. */
+/* Nodes that stay in registers while their bonds pass by. */
+#define PDI_FLOW_BLOCK 16
+
+/* The sums of a block. */
 typedef struct pdi_flow_sums {
-    double conv[PD_DIM][PDI_LANES]; /* sum 1/2 g.(w_i + w_j) v_j: the skew-symmetric convective term (eq. 4.3) */
-    double lap[PD_DIM][PDI_LANES];
-    double half_div[PDI_LANES];
-    double tie[PDI_LANES]; /* fourth-order pressure difference (eq. 4.4) */
+    double conv[PD_DIM][PDI_FLOW_BLOCK]; /* sum 1/2 g.(w_i + w_j) v_j: the skew-symmetric convective term (eq. 4.3) */
+    double lap[PD_DIM][PDI_FLOW_BLOCK];
+    double half_div[PDI_FLOW_BLOCK];
+    double tie[PDI_FLOW_BLOCK]; /* fourth-order pressure difference (eq. 4.4) */
 } pdi_flow_sums;
 
 /* Add bond k of the nodes i .. i+count-1. open: 1 or 0 for each of them, NULL: 1. tied: 1, or 0 when the bond carries
@@ -123,13 +126,23 @@ static void pdi_flow_hoop(const pd_flow *flow, const pdi_flow_terms *t, int32_t 
         sums->lap[r][b] -= hoop[i / grid->stride[r]] * t->viscous[(int64_t)r * grid->total + i + b];
 }
 
+/* All bonds of nodes with whole families. Inlined with constants for whole blocks and for `linear`. */
+static inline void pdi_flow_bonds(const pd_flow *flow, const pdi_flow_terms *t, int32_t i, int count, int linear,
+                                  pdi_flow_sums *PD_RESTRICT sums)
+{
+    for (int k = 0; k < flow->bonds->stencil->count; k++)
+        pdi_flow_bond_lanes(flow, t, i, k, count, 0, NULL, 1.0, linear, sums);
+}
+
 /* Nodes with whole families from node i. */
 static void pdi_flow_whole(const pd_flow *flow, const pdi_flow_terms *t, int32_t i, int count, double *ru, double *rc)
 {
     int64_t total = flow->grid->total;
     pdi_flow_sums sums;
     memset(&sums, 0, sizeof sums);
-    for (int k = 0; k < flow->bonds->stencil->count; k++) pdi_flow_bond(flow, t, i, k, count, NULL, 1.0, &sums);
+    if (count == PDI_FLOW_BLOCK && t->frozen) pdi_flow_bonds(flow, t, i, PDI_FLOW_BLOCK, 1, &sums);
+    else if (count == PDI_FLOW_BLOCK) pdi_flow_bonds(flow, t, i, PDI_FLOW_BLOCK, 0, &sums);
+    else pdi_flow_bonds(flow, t, i, count, t->frozen != NULL, &sums);
     pdi_flow_hoop(flow, t, i, count, &sums);
     for (int b = 0; b < count; b++) rc[i + b] = 2.0 * sums.half_div[b] - flow->tau * sums.tie[b];
     for (int d = 0; d < PD_DIM; d++) {
@@ -149,7 +162,7 @@ static void pdi_flow_cut(const pd_flow *flow, const pdi_flow_terms *t, int32_t r
     int32_t i = bonds->node[r];
     int64_t total = flow->grid->total;
     pdi_flow_sums sums;
-    double open[PDI_LANES];
+    double open[PDI_FLOW_BLOCK];
     memset(&sums, 0, sizeof sums);
     for (int d = 0; d < PD_DIM; d++)
         for (int b = 0; b < count; b++) {
@@ -181,12 +194,13 @@ typedef struct pdi_flow_sweep {
     double *ru, *rc; /* [m/s2] [1/s] */
 } pdi_flow_sweep;
 
+/* The last block of many nodes goes together with some that are done already: they get the same bits again. */
 static void pdi_flow_run(const void *user, int32_t i, int32_t row, int32_t length)
 {
     const pdi_flow_sweep *s = (const pdi_flow_sweep *)user;
-    int count;
+    int count = length < PDI_FLOW_BLOCK ? (int)length : PDI_FLOW_BLOCK;
     for (int32_t at = 0; at < length; at += count) {
-        count = pdi_bond_piece(length, &at);
+        if (at > length - count) at = length - count;
         if (row < 0) pdi_flow_whole(s->flow, s->terms, i + at, count, s->ru, s->rc);
         else pdi_flow_cut(s->flow, s->terms, row + at, count, s->ru, s->rc);
     }
