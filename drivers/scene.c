@@ -153,9 +153,9 @@ static void judge(const options *o, const pd_estimate *e)
     printf("result case=%s accuracy=%.6g reached=%s", e->setup->name, o->accuracy, reached);
     if (e->worst >= 0) printf(" err_worst=%.3g h=%.6g", worst, e->setup->h[0]);
     pd_estimate_spacing(e, o->accuracy, h);
-    if (worst > o->accuracy) printf(" wanted_h=%.6g", h[0]);
+    if (worst > o->accuracy) printf(" wanted_h=%.12g", h[0]);
     for (int d = 1; d < PD_DIM && worst > o->accuracy; d++)
-        if (fabs(h[d] - h[0]) > 1e-9 * h[0]) printf(" wanted_h%c=%.6g", "xyz"[d], h[d]);
+        if (fabs(h[d] - h[0]) > 1e-9 * h[0]) printf(" wanted_h%c=%.12g", "xyz"[d], h[d]);
     printf("\n");
 }
 
