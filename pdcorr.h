@@ -23286,7 +23286,7 @@ static void pdi_accuracy_pick(pdi_accuracy *a, const char *key, int given, doubl
 
 static int pdi_accuracy_given(const pdi_accuracy *a, pd_knob knob) { return (int)((a->setup->given >> knob) & 1u); }
 
-/* The constants are measured: guide, section 5.2, and decisions. */
+/* The constants are measured: guide, section 5.3. */
 static void pdi_accuracy_picks(pdi_accuracy *a)
 {
     pd_setup *u = a->setup;
