@@ -151,6 +151,9 @@ static void judge(const options *o, const pd_estimate *e)
     double h[PD_DIM], worst = e->worst < 0 ? NAN : e->list[e->worst].error;
     const char *reached = e->worst < 0 ? "unknown" : worst <= o->accuracy ? "yes" : "no";
     printf("result case=%s accuracy=%.6g reached=%s", e->setup->name, o->accuracy, reached);
+    for (int k = 0; k < e->count; k++)
+        if (strcmp(e->list[k].figure.key, "volume_loss") == 0)
+            printf(" reached_volume_loss=%s", e->list[k].error <= o->accuracy ? "yes" : "no");
     if (e->worst >= 0) printf(" err_worst=%.3g h=%.6g", worst, e->setup->h[0]);
     pd_estimate_spacing(e, o->accuracy, h);
     if (worst > o->accuracy) printf(" wanted_h=%.12g", h[0]);

@@ -129,6 +129,8 @@ without blind 2 "$dir/blind.scene" \
 run one 2 "$scenes/slab_2d.scene" --accuracy 1%
 says one out "note: accuracy 1 %: picked run.rtol = 0.005"
 says one out "reached=yes"
+run rate_accuracy 2 "$scenes/rate_2d.scene" --accuracy 3% --quiet
+says rate_accuracy out "reached=no reached_volume_loss=yes"
 run tenth 2 "$scenes/slab_2d.scene" --accuracy 0.1%
 says tenth out "accuracy=0.001 reached=no"
 wanted=$(value tenth accuracy=0.001 wanted_h)
