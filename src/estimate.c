@@ -84,7 +84,8 @@ static void pdi_estimate_judge(const pd_setup *u, pd_estimated *e)
     e->assumed = !(order >= PDI_ESTIMATE_LEAST) || !(order <= PDI_ESTIMATE_MOST) || !(step > noise);
     e->order = e->assumed ? theory : order;
     if (e->assumed) step = fmax(step, fabs(far_step) / pow(2.0, theory)); /* fmax passes over NaN */
-    e->error = step > 0.0 ? step / ((pow(2.0, e->order) - 1.0) * fabs(value)) : near_step * 0.0;
+    e->error = step / ((pow(2.0, e->order) - 1.0) * fabs(value));
+    if (step <= 0.0) e->error = 0.0; /* the figure may be 0, too */
 }
 
 static int pdi_estimate_alike(const pd_figure *a, const pd_figure *b)
