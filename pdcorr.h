@@ -88,7 +88,11 @@
  *   output     the files of a run: fields, pictures, diagnostics, probes, the curve of the volume loss.
  *   summary    what a run models and what it leaves out, with unknowns and memory, in lines of text.
  *   monitor    what a run watches besides its fields: tables in time, profiles and plots, last values.
+ *   figures    the last values of all that a run watches, in one list: the volume loss, planes, forces, transfers, totals,
  *   run        runs a setup from its first flow solve to its end: output files, diagnostics, pictures, summary, result.
+ *   twin       a setup once more on a coarser lattice: the same physics, tolerances and geometry, `factor` times the spacing.
+ *   estimate   the error of a run by Richardson's extrapolation, from runs on lattices of two and four times the spacing.
+ *   accuracy   settings of a setup that do not depend on h, from a wanted accuracy of the results.
  */
 
 /* ======== >>config.h ======== */
@@ -3138,6 +3142,9 @@ typedef struct pd_setup_monitor {
     pd_against against;
 } pd_setup_monitor;
 
+/* Numerical settings that a scene may leave open. */
+typedef enum pd_knob { PD_KNOB_STEADY = 0, PD_KNOB_FLOW_RTOL, PD_KNOB_RTOL, PD_KNOB_FRACTION } pd_knob;
+
 typedef struct pd_setup {
     char name[PD_SETUP_NAME];  /* of the case: the file without folder and ending */
     char folder[PD_PATH_SIZE]; /* of the output */
@@ -3145,6 +3152,7 @@ typedef struct pd_setup {
     int line[PD_PART_COUNT];   /* of the file: the section of each part, 0: none */
     int shape_line;            /* of the first solid, without solid of the first shape; 0: none */
     int threads;               /* 0: all */
+    unsigned given;            /* bit k: pd_knob k stands in the file */
     /* lattice and geometry */
     double m;                          /* [-] horizon ratio */
     double h[PD_DIM];                  /* [m] */
@@ -3178,6 +3186,7 @@ typedef struct pd_setup {
     double inlet;           /* [mol/m3] */
     pd_expr initial;        /* of x, y, z; in mol/m3 */
     pd_advection advection;
+    double limiter;         /* [-] change of the field at which the limiter stops; 0: that of transport.h */
     int settle;             /* the steady field, and nothing else in time */
     /* dissolution */
     pd_material material;
@@ -3190,7 +3199,7 @@ typedef struct pd_setup {
     pd_grain_desc grain;
     /* run */
     double until;           /* [s] */
-    double rtol;            /* [-] of the volume loss; without dissolution: error of a step of the transport */
+    double rtol;            /* [-] of the volume loss; without dissolution: error of a step of the transport; 0: 1e-3 */
     double fraction;        /* [-] largest share of a node that one step takes */
     double max_step;        /* [s] 0: none */
     /* output */
@@ -3442,6 +3451,11 @@ typedef struct pd_model {
 PD_API pd_status pd_model_build(pd_ctx *ctx, const pd_setup *setup, pd_model *model);
 PD_API void pd_model_free(pd_ctx *ctx, pd_model *model);
 
+#ifdef PDI_INTERNAL
+/* The lattice of a setup alone. *line: of the scene, what was being built; unchanged when unknown. */
+PDI_FN pd_status pdi_model_grid(pd_ctx *ctx, const pd_setup *setup, int *line, pd_stencil *stencil, pd_grid *grid);
+#endif
+
 #endif
 
 /* ======== >>observe.h ======== */
@@ -3619,7 +3633,7 @@ typedef struct pd_monitors {
 PD_API pd_status pd_monitors_build(pd_ctx *ctx, pd_model *model, pd_monitors *monitors);
 /* Start the tables in an existing folder. PD_ERR_FILE. */
 PD_API pd_status pd_monitors_open(pd_ctx *ctx, pd_monitors *monitors, const char *folder);
-/* A row of the tables. */
+/* The present figures, and a row of the tables that are open. */
 PD_API pd_status pd_monitors_step(pd_ctx *ctx, pd_monitors *monitors);
 /* Profiles and plots of this instant, after its step. */
 PD_API pd_status pd_monitors_frame(pd_ctx *ctx, pd_monitors *monitors, int frame);
@@ -3627,6 +3641,35 @@ PD_API pd_status pd_monitors_frame(pd_ctx *ctx, pd_monitors *monitors, int frame
 PD_API void pd_monitors_print(const pd_monitors *monitors, pd_print_fn print, void *user);
 PD_API pd_status pd_monitors_close(pd_ctx *ctx, pd_monitors *monitors);
 PD_API void pd_monitors_free(pd_ctx *ctx, pd_monitors *monitors);
+
+#endif
+
+/* ======== >>figures.h ======== */
+/* figures: the last values of all that a run watches, in one list: the volume loss, planes, forces, transfers, totals,
+ * and flow and concentration at probes. Lines and the fields of single cells (kind, grain, rate, ...) have none.
+ */
+#ifndef PD_FIGURES_H
+#define PD_FIGURES_H
+
+typedef struct pd_figure {
+    char section[16];         /* "scene", "plane", "force", "transfer", "total" or "probe" */
+    char name[PD_SETUP_NAME]; /* of the section; "" for the scene */
+    char key[24], unit[16];
+    int monitor;              /* of the setup that it belongs to, -1: none */
+    double value;             /* [unit] */
+} pd_figure;
+
+typedef struct pd_figures {
+    pd_figure *list; /* [room] */
+    int count, room;
+} pd_figures;
+
+#define pd_figures_collect PD_NAME(pd_figures_collect)
+#define pd_figures_free PD_NAME(pd_figures_free)
+
+/* Append the present figures; the monitors hold those of the last step. Zero-initialise `figures`. */
+PD_API pd_status pd_figures_collect(pd_ctx *ctx, pd_model *model, const pd_monitors *monitors, pd_figures *figures);
+PD_API void pd_figures_free(pd_ctx *ctx, pd_figures *figures);
 
 #endif
 
@@ -3647,6 +3690,8 @@ PD_API void pd_monitors_free(pd_ctx *ctx, pd_monitors *monitors);
 typedef struct pd_run_desc {
     const char *folder;      /* of the output; NULL: that of the setup */
     int check;               /* 1: build and summarise, run nothing, write nothing */
+    int dry;                 /* 1: run, write nothing */
+    pd_figures *figures;     /* zeroed; gets the last figures of the run, for pd_figures_free. NULL: not wanted */
     pd_print_fn print;       /* NULL: silent */
     void *print_user;
     int (*stop)(void *user); /* asked after every step; not 0: the run ends there. NULL: never */
@@ -3680,6 +3725,101 @@ typedef struct pd_run_result {
 PD_API pd_status pd_run(pd_ctx *ctx, const pd_setup *setup, const pd_run_desc *desc, pd_run_result *result);
 /* "result case=... dim=2 h=5e-06 m=3 volume_loss=..." into text[size]; the caller appends its times. */
 PD_API void pd_run_line(const pd_run_result *result, char *text, size_t size);
+
+#endif
+
+/* ======== >>twin.h ======== */
+/* twin: a setup once more on a coarser lattice: the same physics, tolerances and geometry, `factor` times the spacing.
+ *
+ * What a run at h and its twin at 2 h differ by tells the error of the lattice (estimate.h). A rate by layers keeps the
+ * thickness of the layer, and planes keep their places: one that lies between two planes of the coarser lattice is
+ * watched on both.
+ */
+#ifndef PD_TWIN_H
+#define PD_TWIN_H
+
+typedef struct pd_twin {
+    pd_setup setup;                   /* borrows from the setup it was made of: never free it */
+    double share[PD_SETUP_MONITORS];  /* [-] of each monitor in the figures of its section */
+} pd_twin;
+
+#define pd_twin_build PD_NAME(pd_twin_build)
+
+/* factor: 2 or more. PD_ERR_GEOMETRY: the coarser lattice cannot hold the scene: the box is no whole number of its
+ * cells or the face of a box no plane of it, fluid, solid or wall is thinner than one of them or lost on it, a plane is
+ * left without a place. PD_ERR_SIZE: more planes than there is room for. */
+PD_API pd_status pd_twin_build(pd_ctx *ctx, const pd_setup *setup, int factor, pd_twin *twin);
+
+#endif
+
+/* ======== >>estimate.h ======== */
+/* estimate: the error of a run by Richardson's extrapolation, from runs on lattices of two and four times the spacing.
+ *
+ * With the figures f1, f2, f4 at h, 2 h, 4 h the observed order is p = log2((f4 - f2)/(f2 - f1)), and f1 is off by
+ * |f2 - f1|/(2^p - 1). Where the lattice has no second twin, or p lies outside 0.5 .. 3 (the differences are not yet
+ * those of a power of h), p is the order of the method: 2 for flow and transport, 1 for what dissolution or upwinding
+ * decides, and the larger of the differences |f2 - f1| and |f4 - f2|/2^p counts. Tolerances and steps between outputs
+ * are those of the run, so their errors show only as far as they change with h.
+ */
+#ifndef PD_ESTIMATE_H
+#define PD_ESTIMATE_H
+
+typedef struct pd_estimated {
+    pd_figure figure;  /* of the run */
+    double twin[2];    /* [unit of the figure] at 2 h and 4 h; NaN: none */
+    double order;      /* [-] */
+    int assumed;       /* the order is that of the method */
+    double error;      /* [-] of the figure, over its size; NaN: unknown */
+    int minor;         /* below a tenth of the largest figure of its sort (same unit, same first letter), so that its
+                        * relative error says little */
+} pd_estimated;
+
+typedef struct pd_estimate {
+    const pd_setup *setup;
+    int twins;                   /* runs it rests on, 1 or 2 */
+    char without[PD_MESSAGE_SIZE]; /* why there is no second one; "": there is */
+    pd_estimated *list;          /* [count] */
+    int count;
+    int worst;                   /* index of the largest error of those that are not minor; -1: none */
+    double wall;                 /* [s] that the twins took */
+} pd_estimate;
+
+#define pd_estimate_run PD_NAME(pd_estimate_run)
+#define pd_estimate_print PD_NAME(pd_estimate_print)
+#define pd_estimate_spacing PD_NAME(pd_estimate_spacing)
+#define pd_estimate_free PD_NAME(pd_estimate_free)
+
+/* Run the twins of a run that gave `figures`; desc tells when to stop. setup is borrowed. The errors of pd_twin_build
+ * and pd_run: there is no estimate, the run stands. PD_ERR_STATE: stopped. */
+PD_API pd_status pd_estimate_run(pd_ctx *ctx, const pd_setup *setup, const pd_run_desc *desc, const pd_figures *figures,
+                                 pd_estimate *estimate);
+/* A line "result case=... estimate=richardson ..." for the scene and one for each section with figures. */
+PD_API void pd_estimate_print(const pd_estimate *estimate, pd_print_fn print, void *user);
+/* The largest h[PD_DIM] [m] that divides the box and its twin's and at which no figure but minor ones should be off by
+ * more than `accuracy` [-], as far as the orders hold; the h of the run when that is so already. */
+PD_API void pd_estimate_spacing(const pd_estimate *estimate, double accuracy, double *h);
+PD_API void pd_estimate_free(pd_ctx *ctx, pd_estimate *estimate);
+
+#endif
+
+/* ======== >>accuracy.h ======== */
+/* accuracy: settings of a setup that do not depend on h, from a wanted accuracy of the results.
+ *
+ * They leave the lattice three quarters of the error; what the lattice takes tells estimate.h. Settings that stand in
+ * the scene stay.
+ */
+#ifndef PD_ACCURACY_H
+#define PD_ACCURACY_H
+
+#define PD_ACCURACY_LEAST 1e-6 /* [-] */
+#define PD_ACCURACY_MOST 0.5   /* [-] */
+
+#define pd_accuracy_apply PD_NAME(pd_accuracy_apply)
+
+/* accuracy [-]: relative, from PD_ACCURACY_LEAST to PD_ACCURACY_MOST, else PD_ERR_ARGUMENT. What was picked and what
+ * the scene keeps goes into text[size], for example "accuracy 1 %: picked steady = 0.0001; of the scene rtol = 0.004".
+ */
+PD_API pd_status pd_accuracy_apply(pd_ctx *ctx, double accuracy, pd_setup *setup, char *text, size_t size);
 
 #endif
 
@@ -16535,7 +16675,7 @@ typedef struct pdi_convect_pair {
 } pdi_convect_pair;
 
 /* For fluid at rest. */
-static const double pdi_convect_still[PDI_CONVECT_BLOCK];
+static const double pdi_convect_still[PDI_CONVECT_BLOCK] = {0.0};
 
 static inline void pdi_convect_pair_get(const pd_convect *t, int32_t i, int32_t row, int k, int count,
                                         pdi_convect_pair *p)
@@ -19810,6 +19950,7 @@ PDI_FN pd_status pdi_flat_read(pd_ctx *ctx, pd_text *text, const char *const *ov
     PDI_TRY(pdi_flat_box(ctx, text, &f, setup));
     PDI_TRY(pdi_flat_shapes(ctx, text, &f, setup));
     pdi_flat_flow(&f, setup);
+    if (pd_text_has(ctx, text, 0, "flow_conv_tol")) setup->given |= 1u << PD_KNOB_STEADY;
     PDI_TRY(pdi_flat_transport(ctx, &f, setup));
     PDI_TRY(pdi_flat_dissolve(ctx, text, &f, setup));
     pdi_flat_grains(&f, setup);
@@ -20149,6 +20290,12 @@ static pd_status pdi_scene_not_negative(pdi_scene *s, int section, const char *k
     return pdi_scene_within(s, section, key, unit, fallback, 0.0, PDI_SCENE_HUGE, 0, value);
 }
 
+/* Keep in mind whether the file sets the knob. */
+static void pdi_scene_given(pdi_scene *s, int section, const char *key, pd_knob knob)
+{
+    if (pd_text_has(s->ctx, s->text, section, key)) s->setup->given |= 1u << knob;
+}
+
 /* ---- [grid] ---- */
 
 static pd_status pdi_scene_whole_cells(pdi_scene *s, int section)
@@ -20378,8 +20525,10 @@ static pd_status pdi_scene_motion(pdi_scene *s, int section)
         PDI_TRY(pd_text_expr(s->ctx, s->text, section, keys[d], "m/s", pdi_setup_position(), PD_DIM, "0",
                              &u->start[d]));
     if (u->motion == PD_MOTION_GIVEN) return PD_OK;
-    if (u->motion == PD_MOTION_IMPLICIT)
+    if (u->motion == PD_MOTION_IMPLICIT) {
+        pdi_scene_given(s, section, "rtol", PD_KNOB_FLOW_RTOL);
         return pdi_scene_within(s, section, "rtol", "", "1e-4", 0.0, 0.1, 1, &u->flow_rtol);
+    }
     PDI_TRY(pd_text_choice(s->ctx, s->text, section, "eos", states, "tait", &u->linear));
     return pdi_scene_positive(s, section, "c0", "m/s", NULL, &u->sound);
 }
@@ -20407,6 +20556,7 @@ static pd_status pdi_scene_flow(pdi_scene *s)
     PDI_TRY(pdi_scene_positive(s, section, "rho", "kg/m3", NULL, &u->rho));
     PDI_TRY(pdi_scene_positive(s, section, "mu", "Pa s", NULL, &u->mu));
     PDI_TRY(pdi_scene_within(s, section, "steady", "", "1e-6", 0.0, 0.1, 1, &u->steady));
+    pdi_scene_given(s, section, "steady", PD_KNOB_STEADY);
     if (pd_text_has(s->ctx, s->text, section, "force"))
         PDI_TRY(pd_text_numbers(s->ctx, s->text, section, "force", "m/s2", NULL, PD_DIM, u->force, &count));
     if (pd_text_has(s->ctx, s->text, section, "speed"))
@@ -20531,6 +20681,8 @@ static pd_status pdi_scene_run(pdi_scene *s)
     if (rests && (!u->has_transport || u->settle)) return PD_OK;
     PDI_TRY(pdi_scene_positive(s, section, "until", "s", NULL, &u->until));
     if (!u->has_transport) return PD_OK;
+    pdi_scene_given(s, section, "rtol", PD_KNOB_RTOL);
+    pdi_scene_given(s, section, "fraction", PD_KNOB_FRACTION);
     PDI_TRY(pdi_scene_within(s, section, "rtol", "", u->has_dissolve ? "4e-3" : "1e-3", 0.0, 0.1, 1, &u->rtol));
     PDI_TRY(pdi_scene_within(s, section, "max_step", "s", "0", 0.0, PDI_SCENE_HUGE, 0, &u->max_step));
     /* Measured on a dissolving disc of radius 12 h, law 1 - C/Csat, after 4 h of recession: the volume loss is off by
@@ -21000,33 +21152,37 @@ double pd_wall_held(void *user, const double *x)
 #include <math.h>
 #include <string.h>
 
+PDI_FN pd_status pdi_model_grid(pd_ctx *ctx, const pd_setup *u, int *line, pd_stencil *stencil, pd_grid *grid)
+{
+    pd_stencil_desc family;
+    pd_grid_desc box;
+    memset(&family, 0, sizeof family);
+    memset(&box, 0, sizeof box);
+    family.m = u->m;
+    for (int d = 0; d < PD_DIM; d++) {
+        family.h[d] = u->h[d];
+        box.lo[d] = u->lo[d];
+        box.hi[d] = u->hi[d];
+    }
+    for (int s = 0; s < 2 * PD_DIM; s++) box.side[s] = u->side[s].kind;
+    box.shapes = u->shapes ? u->shape : NULL;
+    box.axisymmetric = u->axisymmetric;
+    box.solid = u->solid;
+    box.wall = u->wall;
+    for (int s = 0; s < 2 * PD_DIM; s++)
+        if (u->side[s].open) box.entry = pd_inlet_enters;
+    box.entry_user = (void *)u; /* only read */
+    PDI_TRY(pd_stencil_build(ctx, &family, stencil));
+    if (u->shape_line) *line = u->shape_line; /* what the lattice refuses are shapes */
+    return pd_grid_build(ctx, stencil, &box, grid);
+}
+
 static pd_status pdi_model_lattice(pd_ctx *ctx, pd_model *m)
 {
-    const pd_setup *u = m->setup;
-    pd_stencil_desc stencil;
-    pd_grid_desc grid;
-    memset(&stencil, 0, sizeof stencil);
-    memset(&grid, 0, sizeof grid);
-    stencil.m = u->m;
-    for (int d = 0; d < PD_DIM; d++) {
-        stencil.h[d] = u->h[d];
-        grid.lo[d] = u->lo[d];
-        grid.hi[d] = u->hi[d];
-    }
-    for (int s = 0; s < 2 * PD_DIM; s++) grid.side[s] = u->side[s].kind;
-    grid.shapes = u->shapes ? u->shape : NULL;
-    grid.axisymmetric = u->axisymmetric;
-    grid.solid = u->solid;
-    grid.wall = u->wall;
-    for (int s = 0; s < 2 * PD_DIM; s++)
-        if (u->side[s].open) grid.entry = pd_inlet_enters;
-    grid.entry_user = (void *)u; /* only read */
-    PDI_TRY(pd_stencil_build(ctx, &stencil, &m->stencil));
-    if (u->shape_line) m->line = u->shape_line; /* what the lattice refuses are shapes */
-    PDI_TRY(pd_grid_build(ctx, &m->stencil, &grid, &m->grid));
+    PDI_TRY(pdi_model_grid(ctx, m->setup, &m->line, &m->stencil, &m->grid));
     PDI_TRY(pd_bonds_build(ctx, &m->stencil, &m->grid, 0, &m->bonds));
-    pd_status status = pd_inlet_build(ctx, u, &m->grid, &m->inlet);
-    m->line = u->side[m->inlet.latest].line;
+    pd_status status = pd_inlet_build(ctx, m->setup, &m->grid, &m->inlet);
+    m->line = m->setup->side[m->inlet.latest].line;
     return status;
 }
 
@@ -21131,6 +21287,7 @@ static pd_status pdi_model_transport(pd_ctx *ctx, pd_model *m)
     desc.diffusivity = u->diffusivity;
     desc.inlet = u->inlet;
     desc.advection = u->advection;
+    desc.limiter_tolerance = u->limiter;
     if (u->medium >= 0) desc.field = pdi_model_diffusivity;
     if (u->medium >= 0) desc.level = pdi_model_interface;
     if (pd_wall_holds(u)) desc.held = pd_wall_held;
@@ -22409,7 +22566,7 @@ pd_status pd_monitors_step(pd_ctx *ctx, pd_monitors *all)
     for (int k = 0; k < count; k++) {
         pd_monitor *m = &all->monitor[k];
         PDI_TRY(pdi_monitor_figures(ctx, all->model, m));
-        if (m->count == 0) continue;
+        if (m->count == 0 || !m->table.file.stream) continue;
         row[0] = c->time;
         for (int f = 0; f < m->count; f++) row[f + 1] = m->figure[f].value;
         PDI_TRY(pd_csv_row(ctx, &m->table, row));
@@ -22463,6 +22620,66 @@ void pd_monitors_free(pd_ctx *ctx, pd_monitors *all)
     memset(all, 0, sizeof *all);
 }
 
+/* ======== >>figures.c ======== */
+/* figures: see figures.h */
+#include <stdio.h>
+#include <string.h>
+
+static pd_status pdi_figures_add(pd_ctx *ctx, pd_figures *f, const char *section, const char *name, int monitor,
+                                 const char *key, const char *unit, double value)
+{
+    if (f->count == f->room) {
+        int fresh = 2 * f->room + 32;
+        PDI_TRY(PDI_GROW(ctx, "figures", f->room, fresh, f->list));
+        f->room = fresh;
+    }
+    pd_figure *g = &f->list[f->count++];
+    snprintf(g->section, sizeof g->section, "%s", section);
+    snprintf(g->name, sizeof g->name, "%s", name);
+    snprintf(g->key, sizeof g->key, "%s", key);
+    snprintf(g->unit, sizeof g->unit, "%s", unit);
+    g->monitor = monitor;
+    g->value = value;
+    return PD_OK;
+}
+
+static pd_status pdi_figures_probe(pd_ctx *ctx, const pd_model *model, const pd_setup_probe *p, pd_figures *f)
+{
+    static const pd_field fields[] = {PD_FIELD_V, PD_FIELD_P, PD_FIELD_C};
+    static const char *const units[] = {"m/s", "Pa", "mol/m3"};
+    char key[24];
+    for (int k = 0; k < 3; k++)
+        for (int d = 0; d < (fields[k] == PD_FIELD_V ? PD_DIM : 1) && ((p->fields >> fields[k]) & 1u); d++) {
+            snprintf(key, sizeof key, fields[k] == PD_FIELD_V ? "%.8s%c" : "%.8s", pdi_setup_field_name(fields[k]),
+                     "xyz"[d]);
+            PDI_TRY(pdi_figures_add(ctx, f, "probe", p->name, -1, key, units[k],
+                                    pdi_sample_point(model, fields[k], d, p->at)));
+        }
+    return PD_OK;
+}
+
+pd_status pd_figures_collect(pd_ctx *ctx, pd_model *model, const pd_monitors *monitors, pd_figures *f)
+{
+    const pd_setup *u = model->setup;
+    if (u->has_dissolve)
+        PDI_TRY(pdi_figures_add(ctx, f, "scene", "", -1, "volume_loss", "-", pd_couple_volume_loss(&model->couple)));
+    for (int k = 0; k < u->monitors; k++) {
+        const pd_monitor *m = &monitors->monitor[k];
+        for (int j = 0; j < m->count; j++)
+            PDI_TRY(pdi_figures_add(ctx, f, pdi_setup_monitor_name(m->desc->kind), m->desc->name, k, m->figure[j].key,
+                                    m->figure[j].unit, m->figure[j].value));
+    }
+    if (u->probes) pdi_sample_prepare(model);
+    for (int k = 0; k < u->probes; k++) PDI_TRY(pdi_figures_probe(ctx, model, &u->probe[k], f));
+    return PD_OK;
+}
+
+void pd_figures_free(pd_ctx *ctx, pd_figures *f)
+{
+    PDI_DELETE(ctx, f->room, f->list);
+    memset(f, 0, sizeof *f);
+}
+
 /* ======== >>run.c ======== */
 /* run: see run.h */
 #include <math.h>
@@ -22512,15 +22729,20 @@ static pd_status pdi_run_frame(pdi_run *r)
     return r->output.frame > frame ? pd_monitors_frame(r->ctx, &r->monitors, frame) : PD_OK;
 }
 
+static pd_status pdi_run_write(pdi_run *r)
+{
+    PDI_TRY(pd_output_step(r->ctx, &r->output, &r->observables));
+    PDI_TRY(pd_monitors_step(r->ctx, &r->monitors));
+    return pdi_run_due(r) ? pdi_run_frame(r) : PD_OK;
+}
+
 static int pdi_run_observe(void *user, const pd_couple *couple)
 {
     pdi_run *r = (pdi_run *)user;
     (void)couple;
     pd_observe(r->ctx, &r->model, &r->observables);
     if (r->desc->stop && r->desc->stop(r->desc->stop_user)) r->stopped = 1;
-    r->status = pd_output_step(r->ctx, &r->output, &r->observables);
-    if (r->status == PD_OK) r->status = pd_monitors_step(r->ctx, &r->monitors);
-    if (r->status == PD_OK && pdi_run_due(r)) r->status = pdi_run_frame(r);
+    if (!r->desc->dry) r->status = pdi_run_write(r);
     pdi_run_progress(r);
     return r->stopped || r->status < 0;
 }
@@ -22530,6 +22752,9 @@ static pd_status pdi_run_steps(pdi_run *r)
     pd_couple *couple = &r->model.couple;
     PDI_TRY(pd_couple_run(r->ctx, couple, r->setup->until, r->setup->every, pdi_run_observe, r));
     PDI_TRY(r->status);
+    if (r->desc->dry) PDI_TRY(pd_monitors_step(r->ctx, &r->monitors));
+    if (r->desc->figures) PDI_TRY(pd_figures_collect(r->ctx, &r->model, &r->monitors, r->desc->figures));
+    if (r->desc->dry) return PD_OK;
     PDI_TRY(pd_monitors_close(r->ctx, &r->monitors));
     pd_monitors_print(&r->monitors, r->desc->print, r->desc->print_user);
     return pd_output_close(r->ctx, &r->output);
@@ -22593,8 +22818,8 @@ static pd_status pdi_run_built(pdi_run *r, pd_run_result *result)
     pdi_run_collect(r, result);
     if (r->desc->check) return PD_OK;
     PDI_TRY(pd_observe_build(r->ctx, &r->model, &r->observables));
-    PDI_TRY(pd_output_open(r->ctx, &r->model, folder, &r->output));
-    PDI_TRY(pd_monitors_open(r->ctx, &r->monitors, folder));
+    if (!r->desc->dry) PDI_TRY(pd_output_open(r->ctx, &r->model, folder, &r->output));
+    if (!r->desc->dry) PDI_TRY(pd_monitors_open(r->ctx, &r->monitors, folder));
     pd_status status = pdi_run_steps(r);
     result->unknowns = 0;
     pdi_run_collect(r, result);
@@ -22647,6 +22872,572 @@ void pd_run_line(const pd_run_result *r, char *text, size_t size)
 }
 
 #undef PDI_RUN_PROGRESS
+
+/* ======== >>twin.c ======== */
+/* twin: see twin.h */
+#include <math.h>
+#include <string.h>
+
+#define PDI_TWIN_NEAR 1e-6 /* [cells] from a plane of the lattice: on it */
+
+/* The lattice of a setup. */
+typedef struct pdi_twin_lattice {
+    pd_stencil stencil;
+    pd_grid grid;
+} pdi_twin_lattice;
+
+/* Nodes [low, high) of the box along each axis. */
+typedef struct pdi_twin_block {
+    int low[PD_DIM], high[PD_DIM];
+} pdi_twin_block;
+
+/* Advance index i[] within the block; 0 at its end. */
+static int pdi_twin_next(const pdi_twin_block *b, int *i)
+{
+    for (int d = 0; d < PD_DIM; d++) {
+        if (++i[d] < b->high[d]) return 1;
+        i[d] = b->low[d];
+    }
+    return 0;
+}
+
+static pdi_twin_block pdi_twin_around(const pd_grid *grid, const int *i, int before, int after)
+{
+    pdi_twin_block b;
+    for (int d = 0; d < PD_DIM; d++) {
+        b.low[d] = i[d] > before ? i[d] - before : 0;
+        b.high[d] = i[d] + after < grid->n[d] ? i[d] + after + 1 : grid->n[d];
+    }
+    return b;
+}
+
+/* The block of `factor` nodes an axis from i[] on, which may reach out of the box, is of one kind: then *kind. What
+ * lies behind a side goes on as it does in front of it; behind walls there is wall. */
+static int pdi_twin_uniform(const pd_grid *grid, const int *i, int factor, uint8_t *kind)
+{
+    int at[PD_DIM], first[PD_DIM];
+    pdi_twin_block b;
+    for (int d = 0; d < PD_DIM; d++) {
+        b.low[d] = i[d] < 0 ? 0 : i[d];
+        b.high[d] = i[d] + factor < grid->n[d] ? i[d] + factor : grid->n[d];
+        at[d] = first[d] = b.low[d];
+    }
+    *kind = grid->kind[pd_grid_node(grid, first)];
+    do {
+        if (grid->kind[pd_grid_node(grid, at)] != *kind) return 0;
+    } while (pdi_twin_next(&b, at));
+    for (int d = 0; d < PD_DIM && *kind != PD_WALL; d++)
+        if ((i[d] < 0 && grid->side[2 * d] == PD_SIDE_WALL) ||
+            (i[d] + factor > grid->n[d] && grid->side[2 * d + 1] == PD_SIDE_WALL))
+            return 0;
+    return 1;
+}
+
+/* wide [total]: 1 for nodes that lie in a block of `factor` nodes an axis of their own kind. */
+static void pdi_twin_widths(const pd_grid *grid, int factor, uint8_t *wide)
+{
+    int i[PD_DIM], at[PD_DIM];
+    pdi_twin_block starts, b;
+    for (int d = 0; d < PD_DIM; d++) {
+        starts.low[d] = i[d] = 1 - factor;
+        starts.high[d] = grid->n[d];
+    }
+    do {
+        uint8_t kind;
+        if (!pdi_twin_uniform(grid, i, factor, &kind)) continue;
+        for (int d = 0; d < PD_DIM; d++) {
+            b.low[d] = at[d] = i[d] < 0 ? 0 : i[d];
+            b.high[d] = i[d] + factor < grid->n[d] ? i[d] + factor : grid->n[d];
+        }
+        do wide[pd_grid_node(grid, at)] = 1;
+        while (pdi_twin_next(&b, at));
+    } while (pdi_twin_next(&starts, i));
+}
+
+/* A node like this one within the block: of its kind, and wide where `wide` is given. */
+static int pdi_twin_found(const pd_grid *grid, const pdi_twin_block *b, uint8_t kind, const uint8_t *wide)
+{
+    int at[PD_DIM];
+    memcpy(at, b->low, sizeof at);
+    do {
+        int32_t node = pd_grid_node(grid, at);
+        if (grid->kind[node] == kind && (!wide || wide[node])) return 1;
+    } while (pdi_twin_next(b, at));
+    return 0;
+}
+
+static pd_status pdi_twin_refuse(pd_ctx *ctx, const pdi_twin_lattice *fine, const pdi_twin_lattice *coarse,
+                                 int32_t node, const char *what)
+{
+    static const char *const names[] = {"", "fluid", "solid", "wall"};
+    char spacing[PD_UNITS_TEXT], place[PD_UNITS_TEXT];
+    double x[PD_DIM];
+    int axis = 0;
+    pd_grid_position(&fine->grid, node, x);
+    for (int d = 1; d < PD_DIM; d++)
+        if (coarse->grid.h[d] > coarse->grid.h[axis]) axis = d;
+    pdi_setup_show(coarse->grid.h[axis], "m", spacing);
+    pdi_setup_show(x[0], "m", place);
+    return pdi_fail(ctx, PD_ERR_GEOMETRY, "twin", "the lattice at h = %s cannot hold the scene: the %s near x = %s %s",
+                    spacing, names[fine->grid.kind[node]], place, what);
+}
+
+/* Every part of the scene is at least one coarse cell wide, corners aside, and has nodes on the coarse lattice. */
+static pd_status pdi_twin_compare(pd_ctx *ctx, const pdi_twin_lattice *fine, const pdi_twin_lattice *coarse, int factor,
+                                  uint8_t *wide)
+{
+    int i[PD_DIM], at[PD_DIM];
+    pdi_twin_block box;
+    pdi_twin_widths(&fine->grid, factor, wide);
+    for (int d = 0; d < PD_DIM; d++) {
+        box.low[d] = i[d] = 0;
+        box.high[d] = fine->grid.n[d];
+    }
+    do {
+        int32_t node = pd_grid_node(&fine->grid, i);
+        uint8_t kind = fine->grid.kind[node];
+        pdi_twin_block near_fine = pdi_twin_around(&fine->grid, i, factor - 1, factor - 1);
+        if (kind == PD_OUTSIDE) continue;
+        if (!wide[node] && !pdi_twin_found(&fine->grid, &near_fine, kind, wide))
+            return pdi_twin_refuse(ctx, fine, coarse, node, "is thinner than one of its cells");
+        for (int d = 0; d < PD_DIM; d++) at[d] = i[d] / factor;
+        pdi_twin_block near_coarse = pdi_twin_around(&coarse->grid, at, 1, 1);
+        if (!pdi_twin_found(&coarse->grid, &near_coarse, kind, NULL))
+            return pdi_twin_refuse(ctx, fine, coarse, node, "has no node on it");
+    } while (pdi_twin_next(&box, i));
+    return PD_OK;
+}
+
+static pd_status pdi_twin_lattices(pd_ctx *ctx, const pd_setup *setup, const pd_setup *twin, int factor,
+                                   pdi_twin_lattice *fine, pdi_twin_lattice *coarse)
+{
+    uint8_t *wide = NULL;
+    int line;
+    PDI_TRY(pdi_model_grid(ctx, setup, &line, &fine->stencil, &fine->grid));
+    PDI_TRY(pdi_model_grid(ctx, twin, &line, &coarse->stencil, &coarse->grid));
+    PDI_TRY(PDI_NEW(ctx, "twin", fine->grid.total, wide));
+    pd_status status = pdi_twin_compare(ctx, fine, coarse, factor, wide);
+    PDI_DELETE(ctx, fine->grid.total, wide);
+    return status;
+}
+
+static pd_status pdi_twin_geometry(pd_ctx *ctx, const pd_setup *setup, const pd_setup *twin, int factor)
+{
+    pdi_twin_lattice fine, coarse;
+    memset(&fine, 0, sizeof fine);
+    memset(&coarse, 0, sizeof coarse);
+    pd_status status = pdi_twin_lattices(ctx, setup, twin, factor, &fine, &coarse);
+    pd_grid_free(ctx, &coarse.grid);
+    pd_stencil_free(ctx, &coarse.stencil);
+    pd_grid_free(ctx, &fine.grid);
+    pd_stencil_free(ctx, &fine.stencil);
+    return status;
+}
+
+static int pdi_twin_cells(const pd_setup *setup, int axis)
+{
+    return (int)floor((setup->hi[axis] - setup->lo[axis]) / setup->h[axis] + 0.5);
+}
+
+static pd_status pdi_twin_box(pd_ctx *ctx, const pd_setup *setup, int factor)
+{
+    for (int d = 0; d < PD_DIM; d++) {
+        int cells = pdi_twin_cells(setup, d);
+        if (cells % factor)
+            return pdi_fail(ctx, PD_ERR_GEOMETRY, "twin",
+                            "the lattice at %d h cannot hold the scene: the box has %d cells along %c, expected a"
+                            " multiple of %d", factor, cells, "xyz"[d], factor);
+    }
+    return PD_OK;
+}
+
+/* A face at a place [m] that is one between nodes of the lattice is one of the coarser lattice, too: a body whose size
+ * jumps tells nothing about the error. */
+static pd_status pdi_twin_face(pd_ctx *ctx, const pd_setup *setup, int factor, int axis, double place)
+{
+    char text[PD_UNITS_TEXT];
+    double index = (place - setup->lo[axis]) / setup->h[axis], whole = floor(index + 0.5);
+    int inside = index > PDI_TWIN_NEAR && index < pdi_twin_cells(setup, axis) - PDI_TWIN_NEAR;
+    if (!inside || fabs(index - whole) > PDI_TWIN_NEAR || (int)whole % factor == 0) return PD_OK;
+    pdi_setup_show(place, "m", text);
+    return pdi_fail(ctx, PD_ERR_GEOMETRY, "twin",
+                    "the lattice at %d h cannot hold the scene: the face of a shape at %c = %s is cell %d of the box, "
+                    "expected a multiple of %d", factor, "xyz"[axis], text, (int)whole, factor);
+}
+
+/* Faces across the axes, of boxes and half spaces. */
+static pd_status pdi_twin_faces(pd_ctx *ctx, const pd_setup *setup, int factor)
+{
+    for (int k = 0; k < setup->shapes; k++) {
+        const pd_shape *s = &setup->shape[k];
+        int tilted = 0;
+        for (int d = 0; d < PD_DIM; d++) tilted += fabs(s->b[d]) > 0.0;
+        for (int d = 0; d < PD_DIM; d++) {
+            int plane = s->type == PD_SHAPE_HALF_SPACE && tilted == 1 && fabs(s->b[d]) > 0.0;
+            if (s->type == PD_SHAPE_BOX || plane) PDI_TRY(pdi_twin_face(ctx, setup, factor, d, s->a[d]));
+            if (s->type == PD_SHAPE_BOX) PDI_TRY(pdi_twin_face(ctx, setup, factor, d, s->b[d]));
+        }
+    }
+    return PD_OK;
+}
+
+/* Index of the plane of the coarse lattice, or of the two beside the place, with the shares of a linear function. */
+static pd_status pdi_twin_plane(pd_ctx *ctx, const pd_setup_monitor *m, int cells, int factor, pd_twin *twin)
+{
+    int low = m->index / factor, rest = m->index % factor;
+    for (int side = 0; side < (rest ? 2 : 1); side++) {
+        int k = twin->setup.monitors;
+        if (low + side < 1 || low + side > cells / factor - 1)
+            return pdi_fail(ctx, PD_ERR_GEOMETRY, "twin",
+                            "the lattice at %d h has no plane beside [plane %s], too near to the end of the box",
+                            factor, m->name);
+        if (k == PD_SETUP_MONITORS)
+            return pdi_fail(ctx, PD_ERR_SIZE, "twin",
+                            "more than %d sections, because planes between those of the lattice count twice",
+                            PD_SETUP_MONITORS);
+        twin->setup.monitor[k] = *m;
+        twin->setup.monitor[k].index = low + side;
+        twin->share[k] = side ? rest / (double)factor : 1.0 - rest / (double)factor;
+        twin->setup.monitors++;
+    }
+    return PD_OK;
+}
+
+pd_status pd_twin_build(pd_ctx *ctx, const pd_setup *setup, int factor, pd_twin *twin)
+{
+    twin->setup = *setup;
+    for (int d = 0; d < PD_DIM; d++) twin->setup.h[d] = factor * setup->h[d];
+    PDI_TRY(pdi_twin_box(ctx, setup, factor));
+    PDI_TRY(pdi_twin_faces(ctx, setup, factor));
+    PDI_TRY(pdi_twin_geometry(ctx, setup, &twin->setup, factor));
+    twin->setup.monitors = 0;
+    for (int k = 0; k < setup->monitors; k++) {
+        const pd_setup_monitor *m = &setup->monitor[k];
+        if (m->kind == PD_MONITOR_LINE) continue; /* nothing but files */
+        if (m->kind == PD_MONITOR_PLANE) {
+            PDI_TRY(pdi_twin_plane(ctx, m, pdi_twin_cells(setup, m->axis), factor, twin));
+            continue;
+        }
+        if (twin->setup.monitors == PD_SETUP_MONITORS)
+            return pdi_fail(ctx, PD_ERR_SIZE, "twin", "more than %d sections", PD_SETUP_MONITORS);
+        twin->share[twin->setup.monitors] = 1.0;
+        twin->setup.monitor[twin->setup.monitors++] = *m;
+    }
+    return PD_OK;
+}
+
+#undef PDI_TWIN_NEAR
+
+/* ======== >>estimate.c ======== */
+/* estimate: see estimate.h */
+#include <math.h>
+#include <stdio.h>
+#include <string.h>
+
+#define PDI_ESTIMATE_LEAST 0.5 /* [-] observed orders that are believed */
+#define PDI_ESTIMATE_MOST 3.0
+#define PDI_ESTIMATE_NOISE 1e-9 /* [-] smaller relative differences are rounding and tolerances of solvers */
+#define PDI_ESTIMATE_MINOR 0.1
+#define PDI_ESTIMATE_LINE 2048
+
+/* ---- figures of the twins ---- */
+
+/* Value of the twin that belongs to a figure of the run; NaN: it has none. */
+static double pdi_estimate_match(const pd_twin *twin, const pd_figures *figures, const pd_figure *wanted)
+{
+    double sum = 0.0;
+    int found = 0;
+    for (int k = 0; k < figures->count; k++) {
+        const pd_figure *f = &figures->list[k];
+        if (strcmp(f->section, wanted->section) != 0 || strcmp(f->name, wanted->name) != 0 ||
+            strcmp(f->key, wanted->key) != 0)
+            continue;
+        sum += (f->monitor < 0 ? 1.0 : twin->share[f->monitor]) * f->value;
+        found = 1;
+    }
+    return found ? sum : (double)NAN;
+}
+
+/* Put the twin before the message of its run. */
+static void pdi_estimate_blame(pd_ctx *ctx, int level)
+{
+    char message[PD_MESSAGE_SIZE];
+    memcpy(message, ctx->message, sizeof message);
+    pdi_fail(ctx, ctx->status, "twin", "the run at %d h failed: %.560s", level ? 4 : 2, message);
+}
+
+static pd_status pdi_estimate_twin_run(pd_ctx *ctx, const pd_run_desc *desc, pd_twin *twin, pd_estimate *e, int level)
+{
+    pd_run_desc dry;
+    pd_run_result result;
+    pd_figures figures;
+    memset(&dry, 0, sizeof dry);
+    memset(&figures, 0, sizeof figures);
+    dry.dry = 1;
+    dry.figures = &figures;
+    dry.stop = desc->stop;
+    dry.stop_user = desc->stop_user;
+    pd_status status = pd_run(ctx, &twin->setup, &dry, &result);
+    if (status < 0) pdi_estimate_blame(ctx, level);
+    else if (result.stopped) status = pdi_fail(ctx, PD_ERR_STATE, "estimate", "interrupted");
+    for (int k = 0; k < e->count && status >= 0; k++)
+        e->list[k].twin[level] = pdi_estimate_match(twin, &figures, &e->list[k].figure);
+    pd_figures_free(ctx, &figures);
+    return status;
+}
+
+static pd_status pdi_estimate_twin(pd_ctx *ctx, const pd_run_desc *desc, pd_estimate *e, int level)
+{
+    pd_twin *twin = NULL;
+    PDI_TRY(PDI_NEW(ctx, "estimate", 1, twin));
+    pd_status status = pd_twin_build(ctx, e->setup, level ? 4 : 2, twin);
+    if (status >= 0) status = pdi_estimate_twin_run(ctx, desc, twin, e, level);
+    PDI_DELETE(ctx, 1, twin);
+    return status < 0 ? status : PD_OK;
+}
+
+/* ---- orders and errors ---- */
+
+/* Order of the method: what dissolution or upwinding decides is of first order. */
+static double pdi_estimate_theory(const pd_setup *u, const pd_figure *f)
+{
+    int carried = strstr(f->unit, "mol") || strcmp(f->section, "transfer") == 0 || strcmp(f->section, "scene") == 0;
+    return carried && (u->has_dissolve || (u->has_flow && u->advection == PD_ADVECTION_UPWIND)) ? 1.0 : 2.0;
+}
+
+static void pdi_estimate_judge(const pd_setup *u, pd_estimated *e)
+{
+    double value = e->figure.value, near_step = e->twin[0] - value, far_step = e->twin[1] - e->twin[0];
+    double noise = PDI_ESTIMATE_NOISE * fabs(value), theory = pdi_estimate_theory(u, &e->figure);
+    double order = log(far_step / near_step) / log(2.0), step = fabs(near_step);
+    e->assumed = !(order >= PDI_ESTIMATE_LEAST) || !(order <= PDI_ESTIMATE_MOST) || !(step > noise);
+    e->order = e->assumed ? theory : order;
+    if (e->assumed) step = fmax(step, fabs(far_step) / pow(2.0, theory)); /* fmax passes over NaN */
+    e->error = step / ((pow(2.0, e->order) - 1.0) * fabs(value));
+    if (step <= 0.0) e->error = 0.0; /* the figure may be 0, too */
+}
+
+static int pdi_estimate_alike(const pd_figure *a, const pd_figure *b)
+{
+    return a->key[0] == b->key[0] && strcmp(a->unit, b->unit) == 0;
+}
+
+static void pdi_estimate_rank(pd_estimate *e)
+{
+    e->worst = -1;
+    for (int k = 0; k < e->count; k++) {
+        pd_estimated *a = &e->list[k];
+        double most = 0.0;
+        for (int j = 0; j < e->count; j++)
+            if (pdi_estimate_alike(&a->figure, &e->list[j].figure)) most = fmax(most, fabs(e->list[j].figure.value));
+        a->minor = !(fabs(a->figure.value) >= PDI_ESTIMATE_MINOR * most) || !(fabs(a->figure.value) > 0.0) ||
+                   !(a->error >= 0.0);
+        if (!a->minor && (e->worst < 0 || a->error > e->list[e->worst].error)) e->worst = k;
+    }
+}
+
+static pd_status pdi_estimate_twins(pd_ctx *ctx, const pd_run_desc *desc, pd_estimate *e)
+{
+    PDI_TRY(pdi_estimate_twin(ctx, desc, e, 0));
+    e->twins = 1;
+    pd_status status = pdi_estimate_twin(ctx, desc, e, 1);
+    if (status == PD_OK) e->twins = 2;
+    else memcpy(e->without, ctx->message, sizeof e->without);
+    if (desc->stop && desc->stop(desc->stop_user)) return pdi_fail(ctx, PD_ERR_STATE, "estimate", "interrupted");
+    for (int k = 0; k < e->count; k++) pdi_estimate_judge(e->setup, &e->list[k]);
+    pdi_estimate_rank(e);
+    return PD_OK;
+}
+
+pd_status pd_estimate_run(pd_ctx *ctx, const pd_setup *setup, const pd_run_desc *desc, const pd_figures *figures,
+                          pd_estimate *e)
+{
+    double started = pdi_par_clock();
+    memset(e, 0, sizeof *e);
+    e->setup = setup;
+    e->worst = -1;
+    PDI_TRY(PDI_NEW(ctx, "estimate", figures->count, e->list));
+    e->count = figures->count;
+    for (int k = 0; k < e->count; k++) {
+        e->list[k].figure = figures->list[k];
+        e->list[k].twin[0] = e->list[k].twin[1] = (double)NAN;
+    }
+    pd_status status = pdi_estimate_twins(ctx, desc, e);
+    e->wall = pdi_par_clock() - started;
+    if (status < 0) pd_estimate_free(ctx, e);
+    return status;
+}
+
+void pd_estimate_free(pd_ctx *ctx, pd_estimate *e)
+{
+    PDI_DELETE(ctx, e->count, e->list);
+    memset(e, 0, sizeof *e);
+}
+
+/* ---- what it says ---- */
+
+/* "plane.up.flow" */
+static void pdi_estimate_name(const pd_figure *f, char *text, size_t size)
+{
+    snprintf(text, size, "%s%s%s.%s", f->section, f->name[0] ? "." : "", f->name, f->key);
+}
+
+/* Figures from `first` on that belong to one section: " err_fx=... order_fx=... assumed=fx"; returns the next one. */
+static int pdi_estimate_section(const pd_estimate *e, int first, char *text, size_t size)
+{
+    const pd_figure *f = &e->list[first].figure;
+    char assumed[PDI_ESTIMATE_LINE / 4] = "";
+    int k = first;
+    size_t used;
+    for (; k < e->count; k++) {
+        const pd_estimated *a = &e->list[k];
+        if (strcmp(a->figure.section, f->section) != 0 || strcmp(a->figure.name, f->name) != 0) break;
+        used = strlen(text);
+        snprintf(text + used, size - used, " err_%s=%.3g order_%s=%.3g", a->figure.key, a->error, a->figure.key,
+                 a->order);
+        used = strlen(assumed);
+        if (a->assumed) snprintf(assumed + used, sizeof assumed - used, "%s%s", used ? "," : "", a->figure.key);
+    }
+    used = strlen(text);
+    if (assumed[0]) snprintf(text + used, size - used, " assumed=%s", assumed);
+    return k;
+}
+
+/* The line of the scene: the volume loss where there is one, and the worst of all figures. */
+static void pdi_estimate_scene(const pd_estimate *e, char *text, size_t size)
+{
+    char worst[2 * PD_SETUP_NAME] = "none";
+    const pd_estimated *w = e->worst < 0 ? NULL : &e->list[e->worst];
+    const pd_estimated *a = e->count && strcmp(e->list[0].figure.section, "scene") == 0 ? &e->list[0] : NULL;
+    size_t used = strlen(text);
+    snprintf(text + used, size - used, " twins=%d", e->twins);
+    if (a) {
+        used = strlen(text);
+        snprintf(text + used, size - used, " order=%.3g err_volume_loss=%.3g%s", a->order, a->error,
+                 a->assumed ? " assumed=volume_loss" : "");
+    }
+    if (w) pdi_estimate_name(&w->figure, worst, sizeof worst);
+    used = strlen(text);
+    snprintf(text + used, size - used, " worst=%s", worst);
+    used = strlen(text);
+    if (w) snprintf(text + used, size - used, " err_worst=%.3g order_worst=%.3g", w->error, w->order);
+    used = strlen(text);
+    snprintf(text + used, size - used, " estimate_wall_s=%.3f", e->wall);
+}
+
+void pd_estimate_print(const pd_estimate *e, pd_print_fn print, void *user)
+{
+    char text[PDI_ESTIMATE_LINE];
+    if (!print) return;
+    for (int k = 0; k < e->count;) {
+        const pd_figure *f = &e->list[k].figure;
+        if (strcmp(f->section, "scene") == 0) {
+            k++;
+            continue;
+        }
+        snprintf(text, sizeof text, "result case=%s estimate=richardson %s=%s", e->setup->name, f->section, f->name);
+        k = pdi_estimate_section(e, k, text, sizeof text);
+        print(user, PD_PRINT_RESULT, text);
+    }
+    snprintf(text, sizeof text, "result case=%s estimate=richardson", e->setup->name);
+    pdi_estimate_scene(e, text, sizeof text);
+    print(user, PD_PRINT_RESULT, text);
+    if (!e->without[0]) return;
+    snprintf(text, sizeof text, "the error estimate assumes orders: %s", e->without);
+    print(user, PD_PRINT_NOTE, text);
+}
+
+static int pdi_estimate_divisor(int a, int b)
+{
+    while (b) {
+        int rest = a % b;
+        a = b;
+        b = rest;
+    }
+    return a;
+}
+
+void pd_estimate_spacing(const pd_estimate *e, double accuracy, double *h)
+{
+    const pd_setup *u = e->setup;
+    double finer = 1.0, parts;
+    int common = 0;
+    for (int k = 0; k < e->count; k++) {
+        const pd_estimated *a = &e->list[k];
+        if (!a->minor && a->error > accuracy) finer = fmax(finer, pow(a->error / accuracy, 1.0 / a->order));
+    }
+    for (int d = 0; d < PD_DIM; d++) {
+        h[d] = u->h[d];
+        common = pdi_estimate_divisor(common, (int)floor((u->hi[d] - u->lo[d]) / u->h[d] + 0.5));
+    }
+    if (!(finer > 1.0)) return;
+    /* spacings h common/parts divide the box on every axis, and with an even number of parts twice of them does, too */
+    parts = 2.0 * ceil(0.5 * common * finer * (1.0 - 1e-12));
+    for (int d = 0; d < PD_DIM; d++) h[d] *= common / parts;
+}
+
+#undef PDI_ESTIMATE_LEAST
+#undef PDI_ESTIMATE_MOST
+#undef PDI_ESTIMATE_NOISE
+#undef PDI_ESTIMATE_MINOR
+#undef PDI_ESTIMATE_LINE
+
+/* ======== >>accuracy.c ======== */
+/* accuracy: see accuracy.h */
+#include <math.h>
+#include <stdio.h>
+#include <string.h>
+
+typedef struct pdi_accuracy {
+    double wanted;  /* [-] */
+    pd_setup *setup;
+    char picked[256], kept[256];
+} pdi_accuracy;
+
+/* Set a knob, unless the scene does. */
+static void pdi_accuracy_pick(pdi_accuracy *a, const char *key, int given, double pick, double *value)
+{
+    char *list = given ? a->kept : a->picked;
+    size_t size = sizeof a->picked, used = strlen(list);
+    if (!given) *value = pick;
+    snprintf(list + used, size - used, "%s%s = %.3g", used ? ", " : "", key, *value);
+}
+
+static int pdi_accuracy_given(const pdi_accuracy *a, pd_knob knob) { return (int)((a->setup->given >> knob) & 1u); }
+
+/* The constants are measured: guide, section 5.3. */
+static void pdi_accuracy_picks(pdi_accuracy *a)
+{
+    pd_setup *u = a->setup;
+    double w = a->wanted;
+    int rtol = pdi_accuracy_given(a, PD_KNOB_RTOL), fraction = pdi_accuracy_given(a, PD_KNOB_FRACTION);
+    if (u->has_flow && u->motion == PD_MOTION_STEADY)
+        pdi_accuracy_pick(a, "steady", pdi_accuracy_given(a, PD_KNOB_STEADY), fmin(0.1, 0.1 * w), &u->steady);
+    if (u->has_flow && u->motion == PD_MOTION_IMPLICIT)
+        pdi_accuracy_pick(a, "flow.rtol", pdi_accuracy_given(a, PD_KNOB_FLOW_RTOL), fmin(0.1, 0.5 * w), &u->flow_rtol);
+    if (u->has_transport && !u->has_dissolve && !u->settle)
+        pdi_accuracy_pick(a, "run.rtol", rtol, fmin(0.1, 0.5 * w), &u->rtol);
+    if (u->has_dissolve)
+        pdi_accuracy_pick(a, rtol && !fraction ? "fraction (of rtol)" : "fraction", rtol || fraction,
+                          fmin(0.5, 2.5 * w), &u->fraction);
+    if (u->has_transport && u->has_flow && u->advection == PD_ADVECTION_LIMITED)
+        pdi_accuracy_pick(a, "limiter", 0, 0.1 * w, &u->limiter);
+}
+
+pd_status pd_accuracy_apply(pd_ctx *ctx, double accuracy, pd_setup *setup, char *text, size_t size)
+{
+    pdi_accuracy a;
+    memset(&a, 0, sizeof a);
+    if (!(accuracy >= PD_ACCURACY_LEAST) || !(accuracy <= PD_ACCURACY_MOST))
+        return pdi_fail(ctx, PD_ERR_ARGUMENT, "accuracy", "found %g, expected a share from %g to %g", accuracy,
+                        PD_ACCURACY_LEAST, PD_ACCURACY_MOST);
+    a.wanted = accuracy;
+    a.setup = setup;
+    pdi_accuracy_picks(&a);
+    snprintf(text, size, "accuracy %g %%: picked %s%s%s", 100.0 * accuracy, a.picked[0] ? a.picked : "nothing",
+             a.kept[0] ? "; the scene sets " : "", a.kept);
+    return PD_OK;
+}
 
 #endif
 #endif /* PDCORR_IMPLEMENTATION */

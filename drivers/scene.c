@@ -1,6 +1,7 @@
 /* pd1d, pd2d, pd3d: run a scene file.
  *
- *   pd2d SCENE [key=value ...] [--out DIR] [--threads N] [--quiet] [--check] [--help]
+ *   pd2d SCENE [key=value ...] [--estimate-error] [--accuracy SHARE] [--out DIR] [--threads N] [--quiet] [--check]
+ *        [--help]
  *
  * Exit status: 0 done, 1 the run failed or was interrupted, 2 wrong usage or bad input.
  */
@@ -25,6 +26,8 @@ typedef struct options {
     const char *program, *scene, *out;
     const char *overrides[MAX_OVERRIDES];
     int count, threads, quiet, check, help;
+    int estimate;    /* of the error, after the run */
+    double accuracy; /* [-] wanted; 0: settings as they are */
 } options;
 
 typedef struct screen {
@@ -71,19 +74,39 @@ static void print(void *user, pd_print_kind kind, const char *text)
 
 static void help(const char *program)
 {
-    printf("%s SCENE [key=value ...] [--out DIR] [--threads N] [--quiet] [--check] [--help]\n\n"
+    printf("%s SCENE [key=value ...] [--estimate-error] [--accuracy SHARE] [--out DIR] [--threads N] [--quiet]\n"
+           "     [--check] [--help]\n\n"
            "Runs a corrosion scene in %d dimension%s (pdcorr %s).\n\n"
            "  SCENE          scene file, or a flat file of key = value lines\n"
            "  key=value      replaces a value of the scene; also section.key=value, section.label.key=value\n"
+           "  --estimate-error\n"
+           "                 after the run also run it with two and four times h, and print the error that follows\n"
+           "  --accuracy SHARE\n"
+           "                 for example 1%% or 0.01: pick the tolerances and steps that the scene leaves open, and\n"
+           "                 estimate whether h reaches it\n"
            "  --out DIR      folder of the output, made when missing\n"
            "  --threads N    threads, 0: all\n"
-           "  --quiet        print the result line and errors only\n"
+           "  --quiet        print the result lines and errors only\n"
            "  --check        read the scene, build it and print the summary; run and write nothing\n\n"
            "Exit status: 0 done, 1 the run failed or was interrupted, 2 wrong usage or bad input.\n",
            program, PD_DIM, PD_DIM > 1 ? "s" : "", PD_VERSION);
 }
 
 static int usage(const options *o, const char *what, const char *found) { return usage_error(o->program, what, found); }
+
+/* "1%", "0.1 %" or "0.01" */
+static int parse_share(const char *text, double *value)
+{
+    char number[32];
+    size_t length = strlen(text), percent = length && text[length - 1] == '%';
+    if (length >= sizeof number) return 0;
+    memcpy(number, text, length + 1);
+    if (percent) number[--length] = '\0';
+    while (percent && length && number[length - 1] == ' ') number[--length] = '\0';
+    if (!parse_number(number, 0.0, 100.0, value)) return 0;
+    if (percent) *value *= 0.01;
+    return *value >= PD_ACCURACY_LEAST && *value <= PD_ACCURACY_MOST;
+}
 
 static int parse(int argc, char **argv, options *o)
 {
@@ -94,7 +117,12 @@ static int parse(int argc, char **argv, options *o)
         if (strcmp(a, "--help") == 0 || strcmp(a, "-h") == 0) o->help = 1;
         else if (strcmp(a, "--quiet") == 0) o->quiet = 1;
         else if (strcmp(a, "--check") == 0) o->check = 1;
-        else if (strcmp(a, "--out") == 0) {
+        else if (strcmp(a, "--estimate-error") == 0) o->estimate = 1;
+        else if (strcmp(a, "--accuracy") == 0) {
+            if (!parse_share(value_of(argc, argv, &k), &o->accuracy))
+                return usage(o, "--accuracy expects a share from 0.0001% to 50%, such as 1% or 0.01", "");
+            o->estimate = 1;
+        } else if (strcmp(a, "--out") == 0) {
             o->out = value_of(argc, argv, &k);
             if (!o->out[0]) return usage(o, "--out expects a folder", "");
         } else if (strcmp(a, "--threads") == 0) {
@@ -117,7 +145,46 @@ static int fail(const options *o, screen *s, const char *message, int status)
     return status;
 }
 
-static int run(const options *o, pd_ctx *ctx, const pd_setup *setup, screen *s)
+/* Whether the wanted accuracy is reached, and the spacing that the estimate asks for when it is not. */
+static void judge(const options *o, const pd_estimate *e)
+{
+    double h[PD_DIM], worst = e->worst < 0 ? NAN : e->list[e->worst].error;
+    const char *reached = e->worst < 0 ? "unknown" : worst <= o->accuracy ? "yes" : "no";
+    printf("result case=%s accuracy=%.6g reached=%s", e->setup->name, o->accuracy, reached);
+    for (int k = 0; k < e->count; k++)
+        if (strcmp(e->list[k].figure.key, "volume_loss") == 0)
+            printf(" reached_volume_loss=%s", e->list[k].error <= o->accuracy ? "yes" : "no");
+    if (e->worst >= 0) printf(" err_worst=%.3g h=%.6g", worst, e->setup->h[0]);
+    pd_estimate_spacing(e, o->accuracy, h);
+    if (worst > o->accuracy) printf(" wanted_h=%.12g", h[0]);
+    for (int d = 1; d < PD_DIM && worst > o->accuracy; d++)
+        if (fabs(h[d] - h[0]) > 1e-9 * h[0]) printf(" wanted_h%c=%.12g", "xyz"[d], h[d]);
+    printf("\n");
+}
+
+/* The estimate behind a run; without one the run stands. */
+static int estimate(const options *o, pd_ctx *ctx, const pd_setup *setup, const pd_run_desc *desc,
+                    const pd_figures *figures, screen *s)
+{
+    pd_estimate e;
+    if (figures->count == 0) {
+        fprintf(stderr, "%s: no error estimate: the scene watches nothing: add a [probe NAME] or another section of "
+                        "that sort\n", o->program);
+    } else if (pd_estimate_run(ctx, setup, desc, figures, &e) >= 0) {
+        pd_estimate_print(&e, print, s);
+        if (o->accuracy > 0.0) judge(o, &e);
+        pd_estimate_free(ctx, &e);
+        return 0;
+    } else if (interrupted) {
+        return fail(o, s, "interrupted in the error estimate; the results above are complete", 1);
+    } else {
+        fprintf(stderr, "%s: no error estimate: %s\n", o->program, ctx->message);
+    }
+    if (o->accuracy > 0.0) printf("result case=%s accuracy=%.6g reached=unknown\n", setup->name, o->accuracy);
+    return 0;
+}
+
+static int run_watched(const options *o, pd_ctx *ctx, const pd_setup *setup, pd_figures *figures, screen *s)
 {
     char line[1024];
     pd_run_desc desc;
@@ -129,6 +196,7 @@ static int run(const options *o, pd_ctx *ctx, const pd_setup *setup, screen *s)
     desc.print = print;
     desc.print_user = s;
     desc.stop = is_interrupted;
+    if (o->estimate) desc.figures = figures;
     pd_status status = pd_run(ctx, setup, &desc, &result);
     if (status < 0) return fail(o, s, ctx->message, result.bad_input ? 2 : 1);
     end_progress(s);
@@ -136,9 +204,24 @@ static int run(const options *o, pd_ctx *ctx, const pd_setup *setup, screen *s)
     pd_run_line(&result, line, sizeof line);
     printf("%s wall_s=%.3f cpu_s=%.3f peak_rss_mb=%.1f threads=%d\n", line, wall_seconds() - wall,
            cpu_seconds(), peak_rss_mb(), result.threads);
-    if (!result.stopped) return 0;
+    fflush(stdout);
+    if (!result.stopped) return o->estimate ? estimate(o, ctx, setup, &desc, figures, s) : 0;
     snprintf(line, sizeof line, "interrupted at t = %g s; the output is complete up to there", result.time);
     return fail(o, s, line, 1);
+}
+
+static int run(const options *o, pd_ctx *ctx, pd_setup *setup, screen *s)
+{
+    char line[640];
+    pd_figures figures;
+    memset(&figures, 0, sizeof figures);
+    if (o->accuracy > 0.0) {
+        if (pd_accuracy_apply(ctx, o->accuracy, setup, line, sizeof line) < 0) return fail(o, s, ctx->message, 2);
+        print(s, PD_PRINT_NOTE, line);
+    }
+    int status = run_watched(o, ctx, setup, &figures, s);
+    pd_figures_free(ctx, &figures);
+    return status;
 }
 
 int main(int argc, char **argv)

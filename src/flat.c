@@ -246,6 +246,7 @@ PDI_FN pd_status pdi_flat_read(pd_ctx *ctx, pd_text *text, const char *const *ov
     PDI_TRY(pdi_flat_box(ctx, text, &f, setup));
     PDI_TRY(pdi_flat_shapes(ctx, text, &f, setup));
     pdi_flat_flow(&f, setup);
+    if (pd_text_has(ctx, text, 0, "flow_conv_tol")) setup->given |= 1u << PD_KNOB_STEADY;
     PDI_TRY(pdi_flat_transport(ctx, &f, setup));
     PDI_TRY(pdi_flat_dissolve(ctx, text, &f, setup));
     pdi_flat_grains(&f, setup);

@@ -3,33 +3,37 @@
 #include <math.h>
 #include <string.h>
 
+PDI_FN pd_status pdi_model_grid(pd_ctx *ctx, const pd_setup *u, int *line, pd_stencil *stencil, pd_grid *grid)
+{
+    pd_stencil_desc family;
+    pd_grid_desc box;
+    memset(&family, 0, sizeof family);
+    memset(&box, 0, sizeof box);
+    family.m = u->m;
+    for (int d = 0; d < PD_DIM; d++) {
+        family.h[d] = u->h[d];
+        box.lo[d] = u->lo[d];
+        box.hi[d] = u->hi[d];
+    }
+    for (int s = 0; s < 2 * PD_DIM; s++) box.side[s] = u->side[s].kind;
+    box.shapes = u->shapes ? u->shape : NULL;
+    box.axisymmetric = u->axisymmetric;
+    box.solid = u->solid;
+    box.wall = u->wall;
+    for (int s = 0; s < 2 * PD_DIM; s++)
+        if (u->side[s].open) box.entry = pd_inlet_enters;
+    box.entry_user = (void *)u; /* only read */
+    PDI_TRY(pd_stencil_build(ctx, &family, stencil));
+    if (u->shape_line) *line = u->shape_line; /* what the lattice refuses are shapes */
+    return pd_grid_build(ctx, stencil, &box, grid);
+}
+
 static pd_status pdi_model_lattice(pd_ctx *ctx, pd_model *m)
 {
-    const pd_setup *u = m->setup;
-    pd_stencil_desc stencil;
-    pd_grid_desc grid;
-    memset(&stencil, 0, sizeof stencil);
-    memset(&grid, 0, sizeof grid);
-    stencil.m = u->m;
-    for (int d = 0; d < PD_DIM; d++) {
-        stencil.h[d] = u->h[d];
-        grid.lo[d] = u->lo[d];
-        grid.hi[d] = u->hi[d];
-    }
-    for (int s = 0; s < 2 * PD_DIM; s++) grid.side[s] = u->side[s].kind;
-    grid.shapes = u->shapes ? u->shape : NULL;
-    grid.axisymmetric = u->axisymmetric;
-    grid.solid = u->solid;
-    grid.wall = u->wall;
-    for (int s = 0; s < 2 * PD_DIM; s++)
-        if (u->side[s].open) grid.entry = pd_inlet_enters;
-    grid.entry_user = (void *)u; /* only read */
-    PDI_TRY(pd_stencil_build(ctx, &stencil, &m->stencil));
-    if (u->shape_line) m->line = u->shape_line; /* what the lattice refuses are shapes */
-    PDI_TRY(pd_grid_build(ctx, &m->stencil, &grid, &m->grid));
+    PDI_TRY(pdi_model_grid(ctx, m->setup, &m->line, &m->stencil, &m->grid));
     PDI_TRY(pd_bonds_build(ctx, &m->stencil, &m->grid, 0, &m->bonds));
-    pd_status status = pd_inlet_build(ctx, u, &m->grid, &m->inlet);
-    m->line = u->side[m->inlet.latest].line;
+    pd_status status = pd_inlet_build(ctx, m->setup, &m->grid, &m->inlet);
+    m->line = m->setup->side[m->inlet.latest].line;
     return status;
 }
 
@@ -134,6 +138,7 @@ static pd_status pdi_model_transport(pd_ctx *ctx, pd_model *m)
     desc.diffusivity = u->diffusivity;
     desc.inlet = u->inlet;
     desc.advection = u->advection;
+    desc.limiter_tolerance = u->limiter;
     if (u->medium >= 0) desc.field = pdi_model_diffusivity;
     if (u->medium >= 0) desc.level = pdi_model_interface;
     if (pd_wall_holds(u)) desc.held = pd_wall_held;

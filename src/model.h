@@ -36,4 +36,9 @@ typedef struct pd_model {
 PD_API pd_status pd_model_build(pd_ctx *ctx, const pd_setup *setup, pd_model *model);
 PD_API void pd_model_free(pd_ctx *ctx, pd_model *model);
 
+#ifdef PDI_INTERNAL
+/* The lattice of a setup alone. *line: of the scene, what was being built; unchanged when unknown. */
+PDI_FN pd_status pdi_model_grid(pd_ctx *ctx, const pd_setup *setup, int *line, pd_stencil *stencil, pd_grid *grid);
+#endif
+
 #endif

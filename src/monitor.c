@@ -398,7 +398,7 @@ pd_status pd_monitors_step(pd_ctx *ctx, pd_monitors *all)
     for (int k = 0; k < count; k++) {
         pd_monitor *m = &all->monitor[k];
         PDI_TRY(pdi_monitor_figures(ctx, all->model, m));
-        if (m->count == 0) continue;
+        if (m->count == 0 || !m->table.file.stream) continue;
         row[0] = c->time;
         for (int f = 0; f < m->count; f++) row[f + 1] = m->figure[f].value;
         PDI_TRY(pd_csv_row(ctx, &m->table, row));

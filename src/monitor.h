@@ -51,7 +51,7 @@ typedef struct pd_monitors {
 PD_API pd_status pd_monitors_build(pd_ctx *ctx, pd_model *model, pd_monitors *monitors);
 /* Start the tables in an existing folder. PD_ERR_FILE. */
 PD_API pd_status pd_monitors_open(pd_ctx *ctx, pd_monitors *monitors, const char *folder);
-/* A row of the tables. */
+/* The present figures, and a row of the tables that are open. */
 PD_API pd_status pd_monitors_step(pd_ctx *ctx, pd_monitors *monitors);
 /* Profiles and plots of this instant, after its step. */
 PD_API pd_status pd_monitors_frame(pd_ctx *ctx, pd_monitors *monitors, int frame);

@@ -51,15 +51,20 @@ static pd_status pdi_run_frame(pdi_run *r)
     return r->output.frame > frame ? pd_monitors_frame(r->ctx, &r->monitors, frame) : PD_OK;
 }
 
+static pd_status pdi_run_write(pdi_run *r)
+{
+    PDI_TRY(pd_output_step(r->ctx, &r->output, &r->observables));
+    PDI_TRY(pd_monitors_step(r->ctx, &r->monitors));
+    return pdi_run_due(r) ? pdi_run_frame(r) : PD_OK;
+}
+
 static int pdi_run_observe(void *user, const pd_couple *couple)
 {
     pdi_run *r = (pdi_run *)user;
     (void)couple;
     pd_observe(r->ctx, &r->model, &r->observables);
     if (r->desc->stop && r->desc->stop(r->desc->stop_user)) r->stopped = 1;
-    r->status = pd_output_step(r->ctx, &r->output, &r->observables);
-    if (r->status == PD_OK) r->status = pd_monitors_step(r->ctx, &r->monitors);
-    if (r->status == PD_OK && pdi_run_due(r)) r->status = pdi_run_frame(r);
+    if (!r->desc->dry) r->status = pdi_run_write(r);
     pdi_run_progress(r);
     return r->stopped || r->status < 0;
 }
@@ -69,6 +74,9 @@ static pd_status pdi_run_steps(pdi_run *r)
     pd_couple *couple = &r->model.couple;
     PDI_TRY(pd_couple_run(r->ctx, couple, r->setup->until, r->setup->every, pdi_run_observe, r));
     PDI_TRY(r->status);
+    if (r->desc->dry) PDI_TRY(pd_monitors_step(r->ctx, &r->monitors));
+    if (r->desc->figures) PDI_TRY(pd_figures_collect(r->ctx, &r->model, &r->monitors, r->desc->figures));
+    if (r->desc->dry) return PD_OK;
     PDI_TRY(pd_monitors_close(r->ctx, &r->monitors));
     pd_monitors_print(&r->monitors, r->desc->print, r->desc->print_user);
     return pd_output_close(r->ctx, &r->output);
@@ -132,8 +140,8 @@ static pd_status pdi_run_built(pdi_run *r, pd_run_result *result)
     pdi_run_collect(r, result);
     if (r->desc->check) return PD_OK;
     PDI_TRY(pd_observe_build(r->ctx, &r->model, &r->observables));
-    PDI_TRY(pd_output_open(r->ctx, &r->model, folder, &r->output));
-    PDI_TRY(pd_monitors_open(r->ctx, &r->monitors, folder));
+    if (!r->desc->dry) PDI_TRY(pd_output_open(r->ctx, &r->model, folder, &r->output));
+    if (!r->desc->dry) PDI_TRY(pd_monitors_open(r->ctx, &r->monitors, folder));
     pd_status status = pdi_run_steps(r);
     result->unknowns = 0;
     pdi_run_collect(r, result);

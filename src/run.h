@@ -9,6 +9,7 @@
  */
 #ifndef PD_RUN_H
 #define PD_RUN_H
+#include "figures.h"
 #include "scene.h"
 #include "summary.h"
 
@@ -16,6 +17,8 @@
 typedef struct pd_run_desc {
     const char *folder;      /* of the output; NULL: that of the setup */
     int check;               /* 1: build and summarise, run nothing, write nothing */
+    int dry;                 /* 1: run, write nothing */
+    pd_figures *figures;     /* zeroed; gets the last figures of the run, for pd_figures_free. NULL: not wanted */
     pd_print_fn print;       /* NULL: silent */
     void *print_user;
     int (*stop)(void *user); /* asked after every step; not 0: the run ends there. NULL: never */

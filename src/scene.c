@@ -47,6 +47,12 @@ static pd_status pdi_scene_not_negative(pdi_scene *s, int section, const char *k
     return pdi_scene_within(s, section, key, unit, fallback, 0.0, PDI_SCENE_HUGE, 0, value);
 }
 
+/* Keep in mind whether the file sets the knob. */
+static void pdi_scene_given(pdi_scene *s, int section, const char *key, pd_knob knob)
+{
+    if (pd_text_has(s->ctx, s->text, section, key)) s->setup->given |= 1u << knob;
+}
+
 /* ---- [grid] ---- */
 
 static pd_status pdi_scene_whole_cells(pdi_scene *s, int section)
@@ -276,8 +282,10 @@ static pd_status pdi_scene_motion(pdi_scene *s, int section)
         PDI_TRY(pd_text_expr(s->ctx, s->text, section, keys[d], "m/s", pdi_setup_position(), PD_DIM, "0",
                              &u->start[d]));
     if (u->motion == PD_MOTION_GIVEN) return PD_OK;
-    if (u->motion == PD_MOTION_IMPLICIT)
+    if (u->motion == PD_MOTION_IMPLICIT) {
+        pdi_scene_given(s, section, "rtol", PD_KNOB_FLOW_RTOL);
         return pdi_scene_within(s, section, "rtol", "", "1e-4", 0.0, 0.1, 1, &u->flow_rtol);
+    }
     PDI_TRY(pd_text_choice(s->ctx, s->text, section, "eos", states, "tait", &u->linear));
     return pdi_scene_positive(s, section, "c0", "m/s", NULL, &u->sound);
 }
@@ -305,6 +313,7 @@ static pd_status pdi_scene_flow(pdi_scene *s)
     PDI_TRY(pdi_scene_positive(s, section, "rho", "kg/m3", NULL, &u->rho));
     PDI_TRY(pdi_scene_positive(s, section, "mu", "Pa s", NULL, &u->mu));
     PDI_TRY(pdi_scene_within(s, section, "steady", "", "1e-6", 0.0, 0.1, 1, &u->steady));
+    pdi_scene_given(s, section, "steady", PD_KNOB_STEADY);
     if (pd_text_has(s->ctx, s->text, section, "force"))
         PDI_TRY(pd_text_numbers(s->ctx, s->text, section, "force", "m/s2", NULL, PD_DIM, u->force, &count));
     if (pd_text_has(s->ctx, s->text, section, "speed"))
@@ -429,6 +438,8 @@ static pd_status pdi_scene_run(pdi_scene *s)
     if (rests && (!u->has_transport || u->settle)) return PD_OK;
     PDI_TRY(pdi_scene_positive(s, section, "until", "s", NULL, &u->until));
     if (!u->has_transport) return PD_OK;
+    pdi_scene_given(s, section, "rtol", PD_KNOB_RTOL);
+    pdi_scene_given(s, section, "fraction", PD_KNOB_FRACTION);
     PDI_TRY(pdi_scene_within(s, section, "rtol", "", u->has_dissolve ? "4e-3" : "1e-3", 0.0, 0.1, 1, &u->rtol));
     PDI_TRY(pdi_scene_within(s, section, "max_step", "s", "0", 0.0, PDI_SCENE_HUGE, 0, &u->max_step));
     /* Measured on a dissolving disc of radius 12 h, law 1 - C/Csat, after 4 h of recession: the volume loss is off by

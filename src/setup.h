@@ -118,6 +118,9 @@ typedef struct pd_setup_monitor {
     pd_against against;
 } pd_setup_monitor;
 
+/* Numerical settings that a scene may leave open. */
+typedef enum pd_knob { PD_KNOB_STEADY = 0, PD_KNOB_FLOW_RTOL, PD_KNOB_RTOL, PD_KNOB_FRACTION } pd_knob;
+
 typedef struct pd_setup {
     char name[PD_SETUP_NAME];  /* of the case: the file without folder and ending */
     char folder[PD_PATH_SIZE]; /* of the output */
@@ -125,6 +128,7 @@ typedef struct pd_setup {
     int line[PD_PART_COUNT];   /* of the file: the section of each part, 0: none */
     int shape_line;            /* of the first solid, without solid of the first shape; 0: none */
     int threads;               /* 0: all */
+    unsigned given;            /* bit k: pd_knob k stands in the file */
     /* lattice and geometry */
     double m;                          /* [-] horizon ratio */
     double h[PD_DIM];                  /* [m] */
@@ -158,6 +162,7 @@ typedef struct pd_setup {
     double inlet;           /* [mol/m3] */
     pd_expr initial;        /* of x, y, z; in mol/m3 */
     pd_advection advection;
+    double limiter;         /* [-] change of the field at which the limiter stops; 0: that of transport.h */
     int settle;             /* the steady field, and nothing else in time */
     /* dissolution */
     pd_material material;
@@ -170,7 +175,7 @@ typedef struct pd_setup {
     pd_grain_desc grain;
     /* run */
     double until;           /* [s] */
-    double rtol;            /* [-] of the volume loss; without dissolution: error of a step of the transport */
+    double rtol;            /* [-] of the volume loss; without dissolution: error of a step of the transport; 0: 1e-3 */
     double fraction;        /* [-] largest share of a node that one step takes */
     double max_step;        /* [s] 0: none */
     /* output */
