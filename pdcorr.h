@@ -9305,7 +9305,7 @@ pd_status pd_krylov_solve(pd_ctx *ctx, pd_krylov *krylov, pd_apply_fn apply, pd_
 
 /* Lines are swept in slabs along the last axis, even slabs then odd ones; the partition depends on the size only. */
 #define PDI_SMOOTH_SLABS 8
-#define PDI_SMOOTH_SLAB_PLANES 16
+#define PDI_SMOOTH_SLAB_PLANES 15
 #define PDI_SMOOTH_SLAB_CELLS 16384
 
 /* sum over links of a x */
@@ -9460,7 +9460,7 @@ PDI_FN void pdi_smooth_lines(const pd_ctx *ctx, const pd_smooth_level *level, in
     for (int d = 1; d < PD_DIM; d++) lines *= level->n[d];
     int slabs = level->cells < PDI_SMOOTH_SLAB_CELLS ? 1 : (int)(planes / PDI_SMOOTH_SLAB_PLANES);
     if (slabs > PDI_SMOOTH_SLABS) slabs = PDI_SMOOTH_SLABS;
-    if (slabs > 1 && level->wrap[PD_DIM - 1]) slabs -= slabs % 2; /* the last slab touches the first */
+    if (slabs > 1) slabs -= slabs % 2; /* as many of either parity; the last may touch the first */
     if (slabs < 1) slabs = 1;
     int nt = slabs > 1 ? pdi_par_threads(ctx, (int64_t)level->cells * PDI_SMOOTH_WORK) : 1;
     (void)nt;
