@@ -144,7 +144,7 @@ typedef struct pdi_convect_pair {
 } pdi_convect_pair;
 
 /* For fluid at rest. */
-static const double pdi_convect_still[PDI_CONVECT_BLOCK];
+static const double pdi_convect_still[PDI_CONVECT_BLOCK] = {0.0};
 
 static inline void pdi_convect_pair_get(const pd_convect *t, int32_t i, int32_t row, int k, int count,
                                         pdi_convect_pair *p)
