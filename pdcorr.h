@@ -1264,7 +1264,7 @@ typedef struct pd_multigrid_desc {
     int periodic[PD_DIM];   /* 1: the first cells of the axis are neighbours of its last ones */
     int symmetric;          /* 1: flux will always be NULL: symmetric cycle, less memory; 0: smoother for flow */
     int contrast;           /* 1: conductances differ by orders of magnitude from place to place: corrections of coarser
-                             * levels are kept in double precision, which costs a fifth to a third more time */
+                             * levels are kept in double precision, which costs a fifth to a half more time */
 } pd_multigrid_desc;
 
 typedef struct pd_multigrid {
