@@ -1180,6 +1180,8 @@ typedef struct pd_smooth_level {
     int32_t cells, red; /* red: cells of the first colour (symmetric, coarse levels) */
     float *x, *b, *r;  /* [cells] correction, right-hand side, residual */
     float *inv;        /* [cells] 1 / diagonal; 0: the cell takes no part */
+    float *excess;     /* [cells] sum of the row: diagonal less links; NULL without contrast */
+    double *sum;       /* [cells] [-] as x, from all coarser levels, then with x; NULL without contrast */
     int32_t *parent;   /* [cells] of the next level; -1: none */
     float *lo[PD_DIM], *hi[PD_DIM]; /* level 0: coefficients of the two neighbours of each axis, 0: closed */
     int32_t *block;    /* coarse levels: [cells] block of the cell */
@@ -1189,7 +1191,7 @@ typedef struct pd_smooth_level {
     uint8_t *face;     /* 2 axis + (1: upper) */
     uint8_t *edge;     /* level 0: [cells] 1: the cell has a neighbour across the box; NULL: no axis wraps */
     int32_t *child_first, *child; /* cells of the level above that make up a cell */
-    float *values;     /* coarse levels: storage of x, b, r, inv */
+    float *values;     /* coarse levels: storage of x, b, r, inv and excess */
     int32_t *indices;  /* coarse levels: storage of parent, block, row, child_first */
     int32_t *line;     /* not symmetric: [lines + 1] first cell of each line of blocks along axis 0 */
     int32_t cell_capacity, link_capacity, child_capacity, line_capacity;
@@ -1204,7 +1206,10 @@ typedef enum pdi_smooth_job {
     PDI_SMOOTH_START,    /* x = b / diag */
     PDI_SMOOTH_SWEEP,   /* x = (b + sum a x) / diag */
     PDI_SMOOTH_RESIDUAL, /* r = b + sum a x - diag x */
-    PDI_SMOOTH_PROLONG   /* x += x of the parent */
+    PDI_SMOOTH_PROLONG,  /* x += x of the parent */
+    PDI_SMOOTH_INHERIT,  /* sum = sum of the parent */
+    PDI_SMOOTH_DEFECT,   /* b -= A sum; not by colour */
+    PDI_SMOOTH_COLLECT   /* sum += x */
 } pdi_smooth_job;
 /* Cells from one block to the next along axis d, n blocks along the axes. */
 static inline int32_t pdi_smooth_stride(const int *n, int d)
@@ -1254,6 +1259,11 @@ PDI_FN void pdi_smooth_lines(const pd_ctx *ctx, const pd_smooth_level *level, in
  * Coarse cells are the connected parts of the blocks of 2 cells along each coarsened axis: a wall thinner than a block
  * stays a wall, and pockets that do not touch stay apart on all levels down to one cell each. Coefficients are kept
  * in single precision, scaled by a power of two; each cycle scales its right-hand side likewise.
+ *
+ * Where conductances differ by orders of magnitude, a good conductor has a mean that only the mass and the poor
+ * conductor around it hold, and these may be below the rounding of its own links. So with desc.contrast each level
+ * keeps the excess of its rows beside the diagonals, applies the operator to coarse corrections by differences, and
+ * those are never rounded to single precision.
  */
 #ifndef PD_MULTIGRID_H
 #define PD_MULTIGRID_H
@@ -1268,6 +1278,8 @@ typedef struct pd_multigrid_desc {
                              * the coefficients hold already; NULL: 1. Borrowed */
     int periodic[PD_DIM];   /* 1: the first cells of the axis are neighbours of its last ones */
     int symmetric;          /* 1: flux will always be NULL: symmetric cycle, less memory; 0: smoother for flow */
+    int contrast;           /* 1: conductances differ by orders of magnitude from place to place: corrections of coarser
+                             * levels are kept in double precision, which costs a fifth to a half more time */
 } pd_multigrid_desc;
 
 typedef struct pd_multigrid {
@@ -1275,7 +1287,8 @@ typedef struct pd_multigrid {
     int levels;     /* 0: not set up */
     double scale;   /* [-] power of two: stored coefficient = scale * given one */
     int32_t pad;    /* zero floats before and after each level 0 array read at neighbours */
-    float *store;   /* level 0: x and coefficients with their pads, b, r, inv */
+    float *store;   /* level 0: x and coefficients with their pads, b, r, inv and excess */
+    double *sums;   /* [-] level 0: sum with its pads; NULL without contrast */
     int32_t *mark;  /* only during setup: counts and marks */
     pd_smooth_level level[PD_MULTIGRID_LEVELS];
 } pd_multigrid;
@@ -9307,6 +9320,8 @@ pd_status pd_krylov_solve(pd_ctx *ctx, pd_krylov *krylov, pd_apply_fn apply, pd_
 #define PDI_SMOOTH_SLABS 8
 #define PDI_SMOOTH_SLAB_PLANES 15
 #define PDI_SMOOTH_SLAB_CELLS 16384
+/* Cells of level 0 whose defects are summed at a time. */
+#define PDI_SMOOTH_BLOCK 256
 
 /* sum over links of a x */
 static inline float pdi_smooth_edge_sum(const pd_smooth_level *fine, const int32_t *stride, int32_t c)
@@ -9341,6 +9356,57 @@ static inline float pdi_smooth_sum(const pd_smooth_level *level, const int32_t *
     return level->row ? pdi_smooth_coarse_sum(level, c) : pdi_smooth_fine_sum(level, stride, c);
 }
 
+/* A sum, from differences: where the links are strong and the cells nearly equal, as in a good conductor, the rounding
+ * of the products would exceed the excess. */
+static inline float pdi_smooth_fine_defect(const pd_smooth_level *fine, const int32_t *stride, int32_t c)
+{
+    double leave = (double)fine->excess[c] * fine->sum[c];
+    for (int d = 0; d < PD_DIM; d++)
+        for (int upper = 0; upper < 2; upper++) {
+            int32_t q = pdi_smooth_across(fine, stride[d], d, upper, c);
+            if (q < 0) continue;
+            leave += (double)pdi_smooth_edge_coefficient(fine, d, upper, c, q) * (fine->sum[c] - fine->sum[q]);
+        }
+    return (float)leave;
+}
+
+static inline float pdi_smooth_coarse_defect(const pd_smooth_level *level, int32_t c)
+{
+    double leave = (double)level->excess[c] * level->sum[c];
+    for (int32_t k = level->row[c]; k < level->row[c + 1]; k++)
+        leave += (double)level->a[k] * (level->sum[c] - level->sum[level->col[k]]);
+    return (float)leave;
+}
+
+/* b -= A sum on count cells of level 0, no axis of which wraps, bond by bond for the sake of vectors. */
+static void pdi_smooth_block_defect(const pd_smooth_level *fine, const int32_t *stride, int32_t first, int32_t count)
+{
+    const float *PD_RESTRICT excess = fine->excess + first;
+    const double *PD_RESTRICT sum = fine->sum + first;
+    float *PD_RESTRICT b = fine->b + first;
+    double leave[PDI_SMOOTH_BLOCK];
+    for (int32_t c = 0; c < count; c++) leave[c] = (double)excess[c] * sum[c];
+    for (int d = 0; d < PD_DIM; d++) {
+        const float *PD_RESTRICT lo = fine->lo[d] + first, *PD_RESTRICT hi = fine->hi[d] + first;
+        const double *PD_RESTRICT below = sum - stride[d], *PD_RESTRICT above = sum + stride[d];
+        for (int32_t c = 0; c < count; c++)
+            leave[c] += (double)lo[c] * (sum[c] - below[c]) + (double)hi[c] * (sum[c] - above[c]);
+    }
+    for (int32_t c = 0; c < count; c++) b[c] -= (float)leave[c];
+}
+
+static void pdi_smooth_defect(const pd_smooth_level *level, const int32_t *stride, int32_t first, int32_t end)
+{
+    float *b = level->b;
+    if (level->row)
+        for (int32_t c = first; c < end; c++) b[c] -= pdi_smooth_coarse_defect(level, c);
+    else if (level->edge)
+        for (int32_t c = first; c < end; c++) b[c] -= pdi_smooth_fine_defect(level, stride, c);
+    else
+        for (int32_t c = first; c < end; c += PDI_SMOOTH_BLOCK)
+            pdi_smooth_block_defect(level, stride, c, end - c < PDI_SMOOTH_BLOCK ? end - c : PDI_SMOOTH_BLOCK);
+}
+
 /* One job on the cells first, first + step, ... before end. */
 static inline void pdi_smooth_cells(const pd_smooth_level *level, const int32_t *stride, pdi_smooth_job job,
                                        int32_t first, int32_t end, int32_t step)
@@ -9361,6 +9427,16 @@ static inline void pdi_smooth_cells(const pd_smooth_level *level, const int32_t 
     case PDI_SMOOTH_PROLONG: /* the levels lie in one array: the next one is level + 1 */
         for (int32_t c = first; c < end; c += step)
             if (level->parent[c] >= 0) x[c] += level[1].x[level->parent[c]];
+        break;
+    case PDI_SMOOTH_INHERIT:
+        for (int32_t c = first; c < end; c += step)
+            level->sum[c] = level->parent[c] >= 0 ? level[1].sum[level->parent[c]] : 0.0;
+        break;
+    case PDI_SMOOTH_DEFECT:
+        pdi_smooth_defect(level, stride, first, end);
+        break;
+    case PDI_SMOOTH_COLLECT:
+        for (int32_t c = first; c < end; c += step) level->sum[c] += (double)x[c];
         break;
     }
 }
@@ -9479,6 +9555,7 @@ PDI_FN void pdi_smooth_lines(const pd_ctx *ctx, const pd_smooth_level *level, in
 #undef PDI_SMOOTH_SLABS
 #undef PDI_SMOOTH_SLAB_PLANES
 #undef PDI_SMOOTH_SLAB_CELLS
+#undef PDI_SMOOTH_BLOCK
 
 /* ======== >>multigrid.c ======== */
 /* multigrid: see multigrid.h
@@ -9503,15 +9580,26 @@ PDI_FN void pdi_smooth_lines(const pd_ctx *ctx, const pd_smooth_level *level, in
 /* A pocket whose mass is below this share of its links' coefficients drowns in single precision rounding: its mean is
  * then solved with this share, and the Krylov solver does the rest. */
 #define PDI_MULTIGRID_FLOOR 1e-6f
+/* The same with contrast. */
+#define PDI_MULTIGRID_FLOOR_CONTRAST 1e-10f
 #define PDI_MULTIGRID_NONE (-1)
 
 /* ---- memory ---- */
 
-/* Floats of level 0: x and the coefficients with their pads, b, r, inv. */
+/* Floats of a cell beside x and the coefficients of level 0: b, r, inv, excess. */
+static size_t pdi_multigrid_values(const pd_multigrid *mg) { return mg->desc.contrast ? 4 : 3; }
+
+/* Floats of level 0: x and the coefficients with their pads, b, r, inv, excess. */
 static size_t pdi_multigrid_store(const pd_multigrid *mg)
 {
     size_t padded = 1 + (mg->desc.symmetric ? PD_DIM : 2 * PD_DIM), cells = (size_t)mg->level[0].cells;
-    return padded * (cells + 2 * (size_t)mg->pad) + 3 * cells;
+    return padded * (cells + 2 * (size_t)mg->pad) + pdi_multigrid_values(mg) * cells;
+}
+
+/* Doubles of level 0: sum with its pads. */
+static size_t pdi_multigrid_sums(const pd_multigrid *mg)
+{
+    return mg->desc.contrast ? (size_t)mg->level[0].cells + 2 * (size_t)mg->pad : 0;
 }
 
 /* 1: the ends of an axis of n blocks are linked, when its ends on the level above are. Red-black sweeps need an even
@@ -9563,14 +9651,20 @@ pd_status pd_multigrid_build(pd_ctx *ctx, const pd_multigrid_desc *desc, pd_mult
     fine->b = next + cells + mg->pad;
     fine->r = fine->b + cells;
     fine->inv = fine->r + cells;
+    if (desc->contrast) {
+        PDI_TRY(PDI_NEW(ctx, "multigrid", pdi_multigrid_sums(mg), mg->sums));
+        fine->excess = fine->inv + cells;
+        fine->sum = mg->sums + mg->pad;
+    }
     pdi_multigrid_edges(fine);
     return PDI_NEW(ctx, "multigrid", cells, fine->parent);
 }
 
-static void pdi_multigrid_level_free(pd_ctx *ctx, pd_smooth_level *level)
+static void pdi_multigrid_level_free(pd_ctx *ctx, const pd_multigrid *mg, pd_smooth_level *level)
 {
     size_t cells = (size_t)level->cell_capacity, links = (size_t)level->link_capacity;
-    PDI_DELETE(ctx, 4 * cells, level->values);
+    PDI_DELETE(ctx, (1 + pdi_multigrid_values(mg)) * cells, level->values);
+    PDI_DELETE(ctx, cells, level->sum);
     PDI_DELETE(ctx, 4 * cells + 2, level->indices);
     PDI_DELETE(ctx, 2 * links, level->a);
     PDI_DELETE(ctx, links, level->col);
@@ -9583,10 +9677,11 @@ static void pdi_multigrid_level_free(pd_ctx *ctx, pd_smooth_level *level)
 void pd_multigrid_free(pd_ctx *ctx, pd_multigrid *mg)
 {
     PDI_DELETE(ctx, pdi_multigrid_store(mg), mg->store);
+    PDI_DELETE(ctx, pdi_multigrid_sums(mg), mg->sums);
     PDI_DELETE(ctx, mg->level[0].cells + 3, mg->mark);
     PDI_DELETE(ctx, mg->level[0].cells, mg->level[0].parent);
     PDI_DELETE(ctx, mg->level[0].cells, mg->level[0].edge);
-    for (int l = 1; l < PD_MULTIGRID_LEVELS; l++) pdi_multigrid_level_free(ctx, &mg->level[l]);
+    for (int l = 1; l < PD_MULTIGRID_LEVELS; l++) pdi_multigrid_level_free(ctx, mg, &mg->level[l]);
     mg->levels = 0;
 }
 
@@ -9601,18 +9696,22 @@ static pd_status pdi_multigrid_reserve_list(pd_ctx *ctx, int32_t **list, int32_t
     return PD_OK;
 }
 
-static pd_status pdi_multigrid_reserve_cells(pd_ctx *ctx, pd_smooth_level *level, int32_t cells)
+static pd_status pdi_multigrid_reserve_cells(pd_ctx *ctx, const pd_multigrid *mg, pd_smooth_level *level,
+                                             int32_t cells)
 {
-    if (cells <= level->cell_capacity && level->values && level->indices) return PD_OK;
+    int whole = level->values && level->indices && (level->sum || !mg->desc.contrast);
+    if (cells <= level->cell_capacity && whole) return PD_OK;
     size_t room = (size_t)cells;
-    pdi_multigrid_level_free(ctx, level);
+    pdi_multigrid_level_free(ctx, mg, level);
     level->cell_capacity = cells;
-    PDI_TRY(PDI_NEW(ctx, "multigrid", 4 * room, level->values));
+    PDI_TRY(PDI_NEW(ctx, "multigrid", (1 + pdi_multigrid_values(mg)) * room, level->values));
+    if (mg->desc.contrast) PDI_TRY(PDI_NEW(ctx, "multigrid", room, level->sum));
     PDI_TRY(PDI_NEW(ctx, "multigrid", 4 * room + 2, level->indices));
     level->x = level->values;
     level->b = level->x + room;
     level->r = level->b + room;
     level->inv = level->r + room;
+    level->excess = mg->desc.contrast ? level->inv + room : NULL;
     level->parent = level->indices;
     level->block = level->parent + room;
     level->row = level->block + room;
@@ -9728,6 +9827,21 @@ static void pdi_multigrid_fine_faces(pd_multigrid *mg, int d, const uint8_t *act
     }
 }
 
+/* What leaves cell c of level 0 more than enters it, over the flows of its open faces. Taken from the flows themselves:
+ * beside strong conductances the coefficients have lost them. */
+static double pdi_multigrid_net(const pd_multigrid *mg, int32_t c, const float *const *flux)
+{
+    const pd_smooth_level *fine = &mg->level[0];
+    pdi_multigrid_link link;
+    double net = 0.0;
+    PDI_MULTIGRID_LINKS(fine, c, k, link)
+    {
+        double f = (double)flux[link.axis][link.upper ? c : link.cell];
+        net += link.upper ? f : -f;
+    }
+    return mg->scale * net;
+}
+
 /* During setup x holds the wall and b the mass of each cell of a level. */
 static void pdi_multigrid_fine(pd_multigrid *mg, const uint8_t *active, const float *const conduct[PD_DIM],
                                const float *const *flux, const float *wall, const float *mass)
@@ -9743,6 +9857,8 @@ static void pdi_multigrid_fine(pd_multigrid *mg, const uint8_t *active, const fl
         PDI_MULTIGRID_LINKS(fine, c, k, link) diag += link.back;
         fine->inv[c] = diag > 0.0f ? 1.0f / diag : 0.0f;
         fine->r[c] = 0.0f;
+        double net = flux && fine->excess ? pdi_multigrid_net(mg, c, flux) : 0.0;
+        if (fine->excess) fine->excess[c] = (float)((double)fine->x[c] + (double)fine->b[c] + net);
     }
 }
 
@@ -9856,7 +9972,7 @@ static pd_status pdi_multigrid_number(pd_ctx *ctx, pd_multigrid *mg, pd_smooth_l
         cells++;
     }
     coarse->cells = cells;
-    PDI_TRY(pdi_multigrid_reserve_cells(ctx, coarse, cells));
+    PDI_TRY(pdi_multigrid_reserve_cells(ctx, mg, coarse, cells));
     PDI_TRY(pdi_multigrid_order(ctx, mg, coarse, keys));
     for (int32_t c = 0; c < level->cells; c++)
         if (parent[c] >= 0) parent[c] = pdi_multigrid_root(parent, c);
@@ -9987,19 +10103,23 @@ static pd_status pdi_multigrid_coarse_links(pd_ctx *ctx, pd_multigrid *mg, const
 
 static void pdi_multigrid_coarse_diagonal(const pd_smooth_level *level, pd_smooth_level *coarse)
 {
+    float least = coarse->sum ? PDI_MULTIGRID_FLOOR_CONTRAST : PDI_MULTIGRID_FLOOR;
     for (int32_t p = 0; p < coarse->cells; p++) {
         float mass = 0.0f, wall = 0.0f, links = 0.0f, stiff = 0.0f;
+        double free = 0.0; /* excess that is not of walls */
         for (int32_t j = coarse->child_first[p]; j < coarse->child_first[p + 1]; j++) {
             int32_t c = coarse->child[j];
             mass += level->b[c];
             wall += level->x[c];
+            free += level->excess ? (double)level->excess[c] - (double)level->x[c] : 0.0;
             if (level->inv[c] > 0.0f) stiff += 1.0f / level->inv[c];
         }
         wall *= pdi_multigrid_wall_factor(level, coarse, p);
         for (int32_t k = coarse->row[p]; k < coarse->row[p + 1]; k++) links += coarse->back[k];
         float diag = mass + wall + links;
-        if (links == 0.0f && diag > 0.0f) diag = fmaxf(diag, PDI_MULTIGRID_FLOOR * stiff);
+        if (links == 0.0f && diag > 0.0f) diag = fmaxf(diag, least * stiff);
         coarse->inv[p] = diag > 0.0f ? 1.0f / diag : 0.0f;
+        if (coarse->excess) coarse->excess[p] = (float)(free + (double)wall);
         coarse->r[p] = 0.0f;
         coarse->b[p] = mass;
         coarse->x[p] = wall;
@@ -10081,18 +10201,28 @@ static void pdi_multigrid_down(const pd_ctx *ctx, const pd_multigrid *mg, const 
     pdi_multigrid_restrict(ctx, level);
 }
 
+/* Add what the coarser levels give to x. With contrast it is kept apart in double precision, and its defect smoothed:
+ * in single precision its rounding, as rough as the mesh, would outweigh in a good conductor what is sought. */
+static void pdi_multigrid_interpolate(const pd_ctx *ctx, const pd_multigrid *mg, const pd_smooth_level *level)
+{
+    if (level->sum) {
+        pdi_smooth_range(ctx, level, PDI_SMOOTH_INHERIT, 0, level->cells);
+        pdi_smooth_range(ctx, level, PDI_SMOOTH_DEFECT, 0, level->cells);
+    } else if (mg->desc.symmetric)
+        pdi_smooth_colour(ctx, level, PDI_SMOOTH_PROLONG, 0);
+    else
+        pdi_smooth_range(ctx, level, PDI_SMOOTH_PROLONG, 0, level->cells);
+}
+
 static void pdi_multigrid_up(const pd_ctx *ctx, const pd_multigrid *mg, const pd_smooth_level *level)
 {
-    if (mg->desc.symmetric) {
-        pdi_smooth_colour(ctx, level, PDI_SMOOTH_PROLONG, 0);
-        for (int sweep = 0; sweep < 2; sweep++) {
-            pdi_smooth_colour(ctx, level, PDI_SMOOTH_SWEEP, 1);
-            pdi_smooth_colour(ctx, level, PDI_SMOOTH_SWEEP, 0);
-        }
-    } else {
-        pdi_smooth_range(ctx, level, PDI_SMOOTH_PROLONG, 0, level->cells);
-        pdi_smooth_lines(ctx, level, 1);
+    pdi_multigrid_interpolate(ctx, mg, level);
+    for (int sweep = 0; sweep < 2 && mg->desc.symmetric; sweep++) {
+        pdi_smooth_colour(ctx, level, PDI_SMOOTH_SWEEP, 1);
+        pdi_smooth_colour(ctx, level, PDI_SMOOTH_SWEEP, 0);
     }
+    if (!mg->desc.symmetric) pdi_smooth_lines(ctx, level, 1);
+    if (level->sum) pdi_smooth_range(ctx, level, PDI_SMOOTH_COLLECT, 0, level->cells);
 }
 
 /* First node of row r of the box on the padded lattice. */
@@ -10156,11 +10286,13 @@ void pd_multigrid_cycle(pd_ctx *ctx, pd_multigrid *mg, const double *rhs, double
     for (int l = 0; l < mg->levels - 1; l++) pdi_multigrid_down(ctx, mg, &mg->level[l]);
     const pd_smooth_level *last = &mg->level[mg->levels - 1]; /* no links are left: the diagonal is the operator */
     pdi_smooth_range(ctx, last, PDI_SMOOTH_START, 0, last->cells);
+    for (int32_t c = 0; c < last->cells && last->sum; c++) last->sum[c] = (double)last->x[c];
     for (int l = mg->levels - 2; l >= 0; l--) pdi_multigrid_up(ctx, mg, &mg->level[l]);
     PDI_PARALLEL_FOR(nt)
     for (int32_t r = 0; r < rows; r++) {
         int32_t node = pdi_multigrid_row_node(mg, r), base = r * n0;
-        for (int32_t i = 0; i < n0; i++) x[node + i * s0] = out * (double)fine->x[base + i];
+        for (int32_t i = 0; i < n0; i++)
+            x[node + i * s0] = out * (fine->sum ? fine->sum[base + i] : (double)fine->x[base + i]);
     }
 }
 
@@ -17550,6 +17682,7 @@ pd_status pd_transport_build(pd_ctx *ctx, const pd_grid *grid, const pd_bonds *b
     kd.zero_guess = 1;
     pdi_compact_multigrid(grid, &md);
     md.symmetric = flow == NULL;
+    md.contrast = desc->field != NULL;
     PDI_TRY(pdi_compact_build(ctx, grid, flow != NULL, &t->compact));
     PDI_TRY(pd_multigrid_build(ctx, &md, &t->mg));
     PDI_TRY(pd_krylov_build(ctx, &kd, &t->krylov));

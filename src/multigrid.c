@@ -22,15 +22,26 @@
 /* A pocket whose mass is below this share of its links' coefficients drowns in single precision rounding: its mean is
  * then solved with this share, and the Krylov solver does the rest. */
 #define PDI_MULTIGRID_FLOOR 1e-6f
+/* The same with contrast. */
+#define PDI_MULTIGRID_FLOOR_CONTRAST 1e-10f
 #define PDI_MULTIGRID_NONE (-1)
 
 /* ---- memory ---- */
 
-/* Floats of level 0: x and the coefficients with their pads, b, r, inv. */
+/* Floats of a cell beside x and the coefficients of level 0: b, r, inv, excess. */
+static size_t pdi_multigrid_values(const pd_multigrid *mg) { return mg->desc.contrast ? 4 : 3; }
+
+/* Floats of level 0: x and the coefficients with their pads, b, r, inv, excess. */
 static size_t pdi_multigrid_store(const pd_multigrid *mg)
 {
     size_t padded = 1 + (mg->desc.symmetric ? PD_DIM : 2 * PD_DIM), cells = (size_t)mg->level[0].cells;
-    return padded * (cells + 2 * (size_t)mg->pad) + 3 * cells;
+    return padded * (cells + 2 * (size_t)mg->pad) + pdi_multigrid_values(mg) * cells;
+}
+
+/* Doubles of level 0: sum with its pads. */
+static size_t pdi_multigrid_sums(const pd_multigrid *mg)
+{
+    return mg->desc.contrast ? (size_t)mg->level[0].cells + 2 * (size_t)mg->pad : 0;
 }
 
 /* 1: the ends of an axis of n blocks are linked, when its ends on the level above are. Red-black sweeps need an even
@@ -82,14 +93,20 @@ pd_status pd_multigrid_build(pd_ctx *ctx, const pd_multigrid_desc *desc, pd_mult
     fine->b = next + cells + mg->pad;
     fine->r = fine->b + cells;
     fine->inv = fine->r + cells;
+    if (desc->contrast) {
+        PDI_TRY(PDI_NEW(ctx, "multigrid", pdi_multigrid_sums(mg), mg->sums));
+        fine->excess = fine->inv + cells;
+        fine->sum = mg->sums + mg->pad;
+    }
     pdi_multigrid_edges(fine);
     return PDI_NEW(ctx, "multigrid", cells, fine->parent);
 }
 
-static void pdi_multigrid_level_free(pd_ctx *ctx, pd_smooth_level *level)
+static void pdi_multigrid_level_free(pd_ctx *ctx, const pd_multigrid *mg, pd_smooth_level *level)
 {
     size_t cells = (size_t)level->cell_capacity, links = (size_t)level->link_capacity;
-    PDI_DELETE(ctx, 4 * cells, level->values);
+    PDI_DELETE(ctx, (1 + pdi_multigrid_values(mg)) * cells, level->values);
+    PDI_DELETE(ctx, cells, level->sum);
     PDI_DELETE(ctx, 4 * cells + 2, level->indices);
     PDI_DELETE(ctx, 2 * links, level->a);
     PDI_DELETE(ctx, links, level->col);
@@ -102,10 +119,11 @@ static void pdi_multigrid_level_free(pd_ctx *ctx, pd_smooth_level *level)
 void pd_multigrid_free(pd_ctx *ctx, pd_multigrid *mg)
 {
     PDI_DELETE(ctx, pdi_multigrid_store(mg), mg->store);
+    PDI_DELETE(ctx, pdi_multigrid_sums(mg), mg->sums);
     PDI_DELETE(ctx, mg->level[0].cells + 3, mg->mark);
     PDI_DELETE(ctx, mg->level[0].cells, mg->level[0].parent);
     PDI_DELETE(ctx, mg->level[0].cells, mg->level[0].edge);
-    for (int l = 1; l < PD_MULTIGRID_LEVELS; l++) pdi_multigrid_level_free(ctx, &mg->level[l]);
+    for (int l = 1; l < PD_MULTIGRID_LEVELS; l++) pdi_multigrid_level_free(ctx, mg, &mg->level[l]);
     mg->levels = 0;
 }
 
@@ -120,18 +138,22 @@ static pd_status pdi_multigrid_reserve_list(pd_ctx *ctx, int32_t **list, int32_t
     return PD_OK;
 }
 
-static pd_status pdi_multigrid_reserve_cells(pd_ctx *ctx, pd_smooth_level *level, int32_t cells)
+static pd_status pdi_multigrid_reserve_cells(pd_ctx *ctx, const pd_multigrid *mg, pd_smooth_level *level,
+                                             int32_t cells)
 {
-    if (cells <= level->cell_capacity && level->values && level->indices) return PD_OK;
+    int whole = level->values && level->indices && (level->sum || !mg->desc.contrast);
+    if (cells <= level->cell_capacity && whole) return PD_OK;
     size_t room = (size_t)cells;
-    pdi_multigrid_level_free(ctx, level);
+    pdi_multigrid_level_free(ctx, mg, level);
     level->cell_capacity = cells;
-    PDI_TRY(PDI_NEW(ctx, "multigrid", 4 * room, level->values));
+    PDI_TRY(PDI_NEW(ctx, "multigrid", (1 + pdi_multigrid_values(mg)) * room, level->values));
+    if (mg->desc.contrast) PDI_TRY(PDI_NEW(ctx, "multigrid", room, level->sum));
     PDI_TRY(PDI_NEW(ctx, "multigrid", 4 * room + 2, level->indices));
     level->x = level->values;
     level->b = level->x + room;
     level->r = level->b + room;
     level->inv = level->r + room;
+    level->excess = mg->desc.contrast ? level->inv + room : NULL;
     level->parent = level->indices;
     level->block = level->parent + room;
     level->row = level->block + room;
@@ -247,6 +269,21 @@ static void pdi_multigrid_fine_faces(pd_multigrid *mg, int d, const uint8_t *act
     }
 }
 
+/* What leaves cell c of level 0 more than enters it, over the flows of its open faces. Taken from the flows themselves:
+ * beside strong conductances the coefficients have lost them. */
+static double pdi_multigrid_net(const pd_multigrid *mg, int32_t c, const float *const *flux)
+{
+    const pd_smooth_level *fine = &mg->level[0];
+    pdi_multigrid_link link;
+    double net = 0.0;
+    PDI_MULTIGRID_LINKS(fine, c, k, link)
+    {
+        double f = (double)flux[link.axis][link.upper ? c : link.cell];
+        net += link.upper ? f : -f;
+    }
+    return mg->scale * net;
+}
+
 /* During setup x holds the wall and b the mass of each cell of a level. */
 static void pdi_multigrid_fine(pd_multigrid *mg, const uint8_t *active, const float *const conduct[PD_DIM],
                                const float *const *flux, const float *wall, const float *mass)
@@ -262,6 +299,8 @@ static void pdi_multigrid_fine(pd_multigrid *mg, const uint8_t *active, const fl
         PDI_MULTIGRID_LINKS(fine, c, k, link) diag += link.back;
         fine->inv[c] = diag > 0.0f ? 1.0f / diag : 0.0f;
         fine->r[c] = 0.0f;
+        double net = flux && fine->excess ? pdi_multigrid_net(mg, c, flux) : 0.0;
+        if (fine->excess) fine->excess[c] = (float)((double)fine->x[c] + (double)fine->b[c] + net);
     }
 }
 
@@ -375,7 +414,7 @@ static pd_status pdi_multigrid_number(pd_ctx *ctx, pd_multigrid *mg, pd_smooth_l
         cells++;
     }
     coarse->cells = cells;
-    PDI_TRY(pdi_multigrid_reserve_cells(ctx, coarse, cells));
+    PDI_TRY(pdi_multigrid_reserve_cells(ctx, mg, coarse, cells));
     PDI_TRY(pdi_multigrid_order(ctx, mg, coarse, keys));
     for (int32_t c = 0; c < level->cells; c++)
         if (parent[c] >= 0) parent[c] = pdi_multigrid_root(parent, c);
@@ -506,19 +545,23 @@ static pd_status pdi_multigrid_coarse_links(pd_ctx *ctx, pd_multigrid *mg, const
 
 static void pdi_multigrid_coarse_diagonal(const pd_smooth_level *level, pd_smooth_level *coarse)
 {
+    float least = coarse->sum ? PDI_MULTIGRID_FLOOR_CONTRAST : PDI_MULTIGRID_FLOOR;
     for (int32_t p = 0; p < coarse->cells; p++) {
         float mass = 0.0f, wall = 0.0f, links = 0.0f, stiff = 0.0f;
+        double free = 0.0; /* excess that is not of walls */
         for (int32_t j = coarse->child_first[p]; j < coarse->child_first[p + 1]; j++) {
             int32_t c = coarse->child[j];
             mass += level->b[c];
             wall += level->x[c];
+            free += level->excess ? (double)level->excess[c] - (double)level->x[c] : 0.0;
             if (level->inv[c] > 0.0f) stiff += 1.0f / level->inv[c];
         }
         wall *= pdi_multigrid_wall_factor(level, coarse, p);
         for (int32_t k = coarse->row[p]; k < coarse->row[p + 1]; k++) links += coarse->back[k];
         float diag = mass + wall + links;
-        if (links == 0.0f && diag > 0.0f) diag = fmaxf(diag, PDI_MULTIGRID_FLOOR * stiff);
+        if (links == 0.0f && diag > 0.0f) diag = fmaxf(diag, least * stiff);
         coarse->inv[p] = diag > 0.0f ? 1.0f / diag : 0.0f;
+        if (coarse->excess) coarse->excess[p] = (float)(free + (double)wall);
         coarse->r[p] = 0.0f;
         coarse->b[p] = mass;
         coarse->x[p] = wall;
@@ -600,18 +643,28 @@ static void pdi_multigrid_down(const pd_ctx *ctx, const pd_multigrid *mg, const 
     pdi_multigrid_restrict(ctx, level);
 }
 
+/* Add what the coarser levels give to x. With contrast it is kept apart in double precision, and its defect smoothed:
+ * in single precision its rounding, as rough as the mesh, would outweigh in a good conductor what is sought. */
+static void pdi_multigrid_interpolate(const pd_ctx *ctx, const pd_multigrid *mg, const pd_smooth_level *level)
+{
+    if (level->sum) {
+        pdi_smooth_range(ctx, level, PDI_SMOOTH_INHERIT, 0, level->cells);
+        pdi_smooth_range(ctx, level, PDI_SMOOTH_DEFECT, 0, level->cells);
+    } else if (mg->desc.symmetric)
+        pdi_smooth_colour(ctx, level, PDI_SMOOTH_PROLONG, 0);
+    else
+        pdi_smooth_range(ctx, level, PDI_SMOOTH_PROLONG, 0, level->cells);
+}
+
 static void pdi_multigrid_up(const pd_ctx *ctx, const pd_multigrid *mg, const pd_smooth_level *level)
 {
-    if (mg->desc.symmetric) {
-        pdi_smooth_colour(ctx, level, PDI_SMOOTH_PROLONG, 0);
-        for (int sweep = 0; sweep < 2; sweep++) {
-            pdi_smooth_colour(ctx, level, PDI_SMOOTH_SWEEP, 1);
-            pdi_smooth_colour(ctx, level, PDI_SMOOTH_SWEEP, 0);
-        }
-    } else {
-        pdi_smooth_range(ctx, level, PDI_SMOOTH_PROLONG, 0, level->cells);
-        pdi_smooth_lines(ctx, level, 1);
+    pdi_multigrid_interpolate(ctx, mg, level);
+    for (int sweep = 0; sweep < 2 && mg->desc.symmetric; sweep++) {
+        pdi_smooth_colour(ctx, level, PDI_SMOOTH_SWEEP, 1);
+        pdi_smooth_colour(ctx, level, PDI_SMOOTH_SWEEP, 0);
     }
+    if (!mg->desc.symmetric) pdi_smooth_lines(ctx, level, 1);
+    if (level->sum) pdi_smooth_range(ctx, level, PDI_SMOOTH_COLLECT, 0, level->cells);
 }
 
 /* First node of row r of the box on the padded lattice. */
@@ -675,10 +728,12 @@ void pd_multigrid_cycle(pd_ctx *ctx, pd_multigrid *mg, const double *rhs, double
     for (int l = 0; l < mg->levels - 1; l++) pdi_multigrid_down(ctx, mg, &mg->level[l]);
     const pd_smooth_level *last = &mg->level[mg->levels - 1]; /* no links are left: the diagonal is the operator */
     pdi_smooth_range(ctx, last, PDI_SMOOTH_START, 0, last->cells);
+    for (int32_t c = 0; c < last->cells && last->sum; c++) last->sum[c] = (double)last->x[c];
     for (int l = mg->levels - 2; l >= 0; l--) pdi_multigrid_up(ctx, mg, &mg->level[l]);
     PDI_PARALLEL_FOR(nt)
     for (int32_t r = 0; r < rows; r++) {
         int32_t node = pdi_multigrid_row_node(mg, r), base = r * n0;
-        for (int32_t i = 0; i < n0; i++) x[node + i * s0] = out * (double)fine->x[base + i];
+        for (int32_t i = 0; i < n0; i++)
+            x[node + i * s0] = out * (fine->sum ? fine->sum[base + i] : (double)fine->x[base + i]);
     }
 }

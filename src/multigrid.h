@@ -7,6 +7,11 @@
  * Coarse cells are the connected parts of the blocks of 2 cells along each coarsened axis: a wall thinner than a block
  * stays a wall, and pockets that do not touch stay apart on all levels down to one cell each. Coefficients are kept
  * in single precision, scaled by a power of two; each cycle scales its right-hand side likewise.
+ *
+ * Where conductances differ by orders of magnitude, a good conductor has a mean that only the mass and the poor
+ * conductor around it hold, and these may be below the rounding of its own links. So with desc.contrast each level
+ * keeps the excess of its rows beside the diagonals, applies the operator to coarse corrections by differences, and
+ * those are never rounded to single precision.
  */
 #ifndef PD_MULTIGRID_H
 #define PD_MULTIGRID_H
@@ -22,6 +27,8 @@ typedef struct pd_multigrid_desc {
                              * the coefficients hold already; NULL: 1. Borrowed */
     int periodic[PD_DIM];   /* 1: the first cells of the axis are neighbours of its last ones */
     int symmetric;          /* 1: flux will always be NULL: symmetric cycle, less memory; 0: smoother for flow */
+    int contrast;           /* 1: conductances differ by orders of magnitude from place to place: corrections of coarser
+                             * levels are kept in double precision, which costs a fifth to a half more time */
 } pd_multigrid_desc;
 
 typedef struct pd_multigrid {
@@ -29,7 +36,8 @@ typedef struct pd_multigrid {
     int levels;     /* 0: not set up */
     double scale;   /* [-] power of two: stored coefficient = scale * given one */
     int32_t pad;    /* zero floats before and after each level 0 array read at neighbours */
-    float *store;   /* level 0: x and coefficients with their pads, b, r, inv */
+    float *store;   /* level 0: x and coefficients with their pads, b, r, inv and excess */
+    double *sums;   /* [-] level 0: sum with its pads; NULL without contrast */
     int32_t *mark;  /* only during setup: counts and marks */
     pd_smooth_level level[PD_MULTIGRID_LEVELS];
 } pd_multigrid;

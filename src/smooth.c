@@ -6,6 +6,8 @@
 #define PDI_SMOOTH_SLABS 8
 #define PDI_SMOOTH_SLAB_PLANES 15
 #define PDI_SMOOTH_SLAB_CELLS 16384
+/* Cells of level 0 whose defects are summed at a time. */
+#define PDI_SMOOTH_BLOCK 256
 
 /* sum over links of a x */
 static inline float pdi_smooth_edge_sum(const pd_smooth_level *fine, const int32_t *stride, int32_t c)
@@ -40,6 +42,57 @@ static inline float pdi_smooth_sum(const pd_smooth_level *level, const int32_t *
     return level->row ? pdi_smooth_coarse_sum(level, c) : pdi_smooth_fine_sum(level, stride, c);
 }
 
+/* A sum, from differences: where the links are strong and the cells nearly equal, as in a good conductor, the rounding
+ * of the products would exceed the excess. */
+static inline float pdi_smooth_fine_defect(const pd_smooth_level *fine, const int32_t *stride, int32_t c)
+{
+    double leave = (double)fine->excess[c] * fine->sum[c];
+    for (int d = 0; d < PD_DIM; d++)
+        for (int upper = 0; upper < 2; upper++) {
+            int32_t q = pdi_smooth_across(fine, stride[d], d, upper, c);
+            if (q < 0) continue;
+            leave += (double)pdi_smooth_edge_coefficient(fine, d, upper, c, q) * (fine->sum[c] - fine->sum[q]);
+        }
+    return (float)leave;
+}
+
+static inline float pdi_smooth_coarse_defect(const pd_smooth_level *level, int32_t c)
+{
+    double leave = (double)level->excess[c] * level->sum[c];
+    for (int32_t k = level->row[c]; k < level->row[c + 1]; k++)
+        leave += (double)level->a[k] * (level->sum[c] - level->sum[level->col[k]]);
+    return (float)leave;
+}
+
+/* b -= A sum on count cells of level 0, no axis of which wraps, bond by bond for the sake of vectors. */
+static void pdi_smooth_block_defect(const pd_smooth_level *fine, const int32_t *stride, int32_t first, int32_t count)
+{
+    const float *PD_RESTRICT excess = fine->excess + first;
+    const double *PD_RESTRICT sum = fine->sum + first;
+    float *PD_RESTRICT b = fine->b + first;
+    double leave[PDI_SMOOTH_BLOCK];
+    for (int32_t c = 0; c < count; c++) leave[c] = (double)excess[c] * sum[c];
+    for (int d = 0; d < PD_DIM; d++) {
+        const float *PD_RESTRICT lo = fine->lo[d] + first, *PD_RESTRICT hi = fine->hi[d] + first;
+        const double *PD_RESTRICT below = sum - stride[d], *PD_RESTRICT above = sum + stride[d];
+        for (int32_t c = 0; c < count; c++)
+            leave[c] += (double)lo[c] * (sum[c] - below[c]) + (double)hi[c] * (sum[c] - above[c]);
+    }
+    for (int32_t c = 0; c < count; c++) b[c] -= (float)leave[c];
+}
+
+static void pdi_smooth_defect(const pd_smooth_level *level, const int32_t *stride, int32_t first, int32_t end)
+{
+    float *b = level->b;
+    if (level->row)
+        for (int32_t c = first; c < end; c++) b[c] -= pdi_smooth_coarse_defect(level, c);
+    else if (level->edge)
+        for (int32_t c = first; c < end; c++) b[c] -= pdi_smooth_fine_defect(level, stride, c);
+    else
+        for (int32_t c = first; c < end; c += PDI_SMOOTH_BLOCK)
+            pdi_smooth_block_defect(level, stride, c, end - c < PDI_SMOOTH_BLOCK ? end - c : PDI_SMOOTH_BLOCK);
+}
+
 /* One job on the cells first, first + step, ... before end. */
 static inline void pdi_smooth_cells(const pd_smooth_level *level, const int32_t *stride, pdi_smooth_job job,
                                        int32_t first, int32_t end, int32_t step)
@@ -60,6 +113,16 @@ static inline void pdi_smooth_cells(const pd_smooth_level *level, const int32_t 
     case PDI_SMOOTH_PROLONG: /* the levels lie in one array: the next one is level + 1 */
         for (int32_t c = first; c < end; c += step)
             if (level->parent[c] >= 0) x[c] += level[1].x[level->parent[c]];
+        break;
+    case PDI_SMOOTH_INHERIT:
+        for (int32_t c = first; c < end; c += step)
+            level->sum[c] = level->parent[c] >= 0 ? level[1].sum[level->parent[c]] : 0.0;
+        break;
+    case PDI_SMOOTH_DEFECT:
+        pdi_smooth_defect(level, stride, first, end);
+        break;
+    case PDI_SMOOTH_COLLECT:
+        for (int32_t c = first; c < end; c += step) level->sum[c] += (double)x[c];
         break;
     }
 }
@@ -178,3 +241,4 @@ PDI_FN void pdi_smooth_lines(const pd_ctx *ctx, const pd_smooth_level *level, in
 #undef PDI_SMOOTH_SLABS
 #undef PDI_SMOOTH_SLAB_PLANES
 #undef PDI_SMOOTH_SLAB_CELLS
+#undef PDI_SMOOTH_BLOCK

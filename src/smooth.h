@@ -18,6 +18,8 @@ typedef struct pd_smooth_level {
     int32_t cells, red; /* red: cells of the first colour (symmetric, coarse levels) */
     float *x, *b, *r;  /* [cells] correction, right-hand side, residual */
     float *inv;        /* [cells] 1 / diagonal; 0: the cell takes no part */
+    float *excess;     /* [cells] sum of the row: diagonal less links; NULL without contrast */
+    double *sum;       /* [cells] [-] as x, from all coarser levels, then with x; NULL without contrast */
     int32_t *parent;   /* [cells] of the next level; -1: none */
     float *lo[PD_DIM], *hi[PD_DIM]; /* level 0: coefficients of the two neighbours of each axis, 0: closed */
     int32_t *block;    /* coarse levels: [cells] block of the cell */
@@ -27,7 +29,7 @@ typedef struct pd_smooth_level {
     uint8_t *face;     /* 2 axis + (1: upper) */
     uint8_t *edge;     /* level 0: [cells] 1: the cell has a neighbour across the box; NULL: no axis wraps */
     int32_t *child_first, *child; /* cells of the level above that make up a cell */
-    float *values;     /* coarse levels: storage of x, b, r, inv */
+    float *values;     /* coarse levels: storage of x, b, r, inv and excess */
     int32_t *indices;  /* coarse levels: storage of parent, block, row, child_first */
     int32_t *line;     /* not symmetric: [lines + 1] first cell of each line of blocks along axis 0 */
     int32_t cell_capacity, link_capacity, child_capacity, line_capacity;
@@ -42,7 +44,10 @@ typedef enum pdi_smooth_job {
     PDI_SMOOTH_START,    /* x = b / diag */
     PDI_SMOOTH_SWEEP,   /* x = (b + sum a x) / diag */
     PDI_SMOOTH_RESIDUAL, /* r = b + sum a x - diag x */
-    PDI_SMOOTH_PROLONG   /* x += x of the parent */
+    PDI_SMOOTH_PROLONG,  /* x += x of the parent */
+    PDI_SMOOTH_INHERIT,  /* sum = sum of the parent */
+    PDI_SMOOTH_DEFECT,   /* b -= A sum; not by colour */
+    PDI_SMOOTH_COLLECT   /* sum += x */
 } pdi_smooth_job;
 /* Cells from one block to the next along axis d, n blocks along the axes. */
 static inline int32_t pdi_smooth_stride(const int *n, int d)

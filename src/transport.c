@@ -555,6 +555,7 @@ pd_status pd_transport_build(pd_ctx *ctx, const pd_grid *grid, const pd_bonds *b
     kd.zero_guess = 1;
     pdi_compact_multigrid(grid, &md);
     md.symmetric = flow == NULL;
+    md.contrast = desc->field != NULL;
     PDI_TRY(pdi_compact_build(ctx, grid, flow != NULL, &t->compact));
     PDI_TRY(pd_multigrid_build(ctx, &md, &t->mg));
     PDI_TRY(pd_krylov_build(ctx, &kd, &t->krylov));

@@ -15,9 +15,8 @@ typedef struct problem {
     int32_t stride[PD_DIM], first;
     uint8_t *active;
     float *conduct[PD_DIM], *flux[PD_DIM], *wall, *mass;
-    int flow;    /* flux is used */
-    int periodic; /* bits of the axes that wrap */
-    int general; /* ask for the general smoother without flow too */
+    int flow, periodic; /* flux is used; bits of the axes that wrap */
+    int general; /* bit 0: ask for the general smoother without flow too; bit 1: for contrast */
     int *pocket; /* of each cell, -1: none */
     int pockets;
     pd_ctx ctx;
@@ -179,7 +178,8 @@ static pd_status build(problem *p)
         desc.periodic[d] = p->periodic >> d & 1;
     }
     desc.first = p->first;
-    desc.symmetric = !p->flow && !p->general;
+    desc.symmetric = !p->flow && !(p->general & 1);
+    desc.contrast = p->general >> 1;
     return pd_multigrid_build(&p->ctx, &desc, &p->mg);
 }
 
@@ -216,8 +216,7 @@ static int count(problem *p, pd_krylov_method method)
     memset(&r, 0, sizeof r);
     desc.method = method;
     desc.n = p->nodes;
-    desc.flexible = 1;
-    desc.zero_guess = 1;
+    desc.flexible = desc.zero_guess = 1;
     if (p->pockets) desc.project = project;
     double *exact = random_vector(p), *b = vector(p), *x = vector(p), *y = vector(p);
     multiply(p, exact, b);
@@ -425,7 +424,7 @@ TEST(singular_pockets)
     /* a right-hand side with a net source in the pockets has no solution, yet the cycle stays of the size of one */
     double *b = vector(&p), *x = vector(&p);
     for (int c = 0; c < p.cells; c++) b[node(&p, c)] = p.active[c] ? 1.0 : 5.0;
-    for (p.general = 0; p.general < 2; p.general++) {
+    for (p.general = 0; p.general < 4; p.general++) {
         CHECK_OK(&p.ctx, build(&p));
         CHECK_OK(&p.ctx, setup(&p));
         cycle(&p, b, x);
@@ -510,7 +509,7 @@ static void tangle(problem *p)
 /* <M x, y> = <x, M y> (red-black), <M x, x> > 0, M (x + 2 y) = M x + 2 M y, to single precision. */
 TEST(symmetric_linear)
 {
-    for (int general = 0; general < 2; general++) {
+    for (int general = 0; general < 4; general++) {
         problem p;
         tangle(&p);
         p.general = general;
@@ -523,7 +522,7 @@ TEST(symmetric_linear)
         cycle(&p, y, my);
         cycle(&p, s, ms);
         double scale = norm_difference(&p, mx, zero) * norm_difference(&p, y, zero);
-        if (!general) CHECK_NEAR(dot(&p, mx, y), dot(&p, x, my), 1e-6 * scale);
+        if (!(general & 1)) CHECK_NEAR(dot(&p, mx, y), dot(&p, x, my), 1e-6 * scale);
         CHECK(dot(&p, mx, x) > 0.0);
         CHECK(dot(&p, my, y) > 0.0);
         for (int i = 0; i < p.nodes; i++) s[i] = mx[i] + 2.0 * my[i];
@@ -542,12 +541,13 @@ TEST(symmetric_linear)
 /* The same bits for any number of threads; nodes outside of the box neither read nor written. */
 TEST(threads_and_ghosts)
 {
-    for (int general = 0; general < 2; general++) {
+    for (int general = 0; general < 4; general++) {
         problem p;
         start(&p, PD_DIM == 3 ? 40 : PD_DIM == 2 ? 200 : 60000, 1);
         for (int c = 0; c < p.cells; c++) p.active[c] = uniform() > 0.1;
         walls(&p, 7, 0);
-        if (general) flow(&p, 5.0, PD_DIM > 1 ? 2 : 0);
+        if (general & 1) flow(&p, 5.0, PD_DIM > 1 ? 2 : 0);
+        p.general = general;
         double *b = random_vector(&p), *x = vector(&p), *first = vector(&p), *inside = vector(&p);
         for (int c = 0; c < p.cells; c++) inside[node(&p, c)] = 1.0;
         for (int t = 1; t <= 4; t *= 2) {
@@ -575,7 +575,7 @@ TEST(threads_and_ghosts)
 /* Coefficients and right-hand side in other units: powers of two come out bit for bit, far outside of float's range. */
 TEST(unit_covariance)
 {
-    for (int general = 0; general < 2; general++) {
+    for (int general = 0; general < 4; general++) {
         problem p;
         tangle(&p);
         p.general = general;
@@ -602,7 +602,7 @@ TEST(unit_covariance)
 /* Setup again, with other masks and couplings, leaves no trace of what was there before. */
 TEST(setup_again)
 {
-    for (int general = 0; general < 2; general++) {
+    for (int general = 0; general < 4; general++) {
         problem p;
         start(&p, PD_DIM == 3 ? 12 : 40, 0);
         p.general = general;
@@ -635,7 +635,7 @@ TEST(setup_again)
 /* One cell, no cell, a row of single cells: the answer is b over the diagonal. */
 TEST(degenerate)
 {
-    for (int general = 0; general < 2; general++) {
+    for (int general = 0; general < 4; general++) {
         problem p;
         start(&p, 1, 0);
         p.general = general;
@@ -718,7 +718,7 @@ static void *counted(void *user, void *ptr, size_t old_size, size_t new_size)
 /* Each allocation fails once; the next setup on the same object then works and gives the same bits. */
 TEST(memory)
 {
-    for (int general = 0; general < 2; general++) {
+    for (int general = 0; general < 4; general++) {
         problem p;
         counter k = {0, 0};
         tangle(&p);
