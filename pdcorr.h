@@ -889,12 +889,12 @@ PD_API void pd_bonds_free(pd_ctx *ctx, pd_bonds *bonds);
 #define PDI_LANES 64
 /* Pieces shorter than this are not worth a vector. */
 #define PDI_VECTOR 8
-/* Lanes of the next piece, from *at, of `length` consecutive nodes. What is left over behind the last whole vector goes
- * together with nodes that are done already: they get the same bits again. */
-static inline int pdi_bond_piece(int32_t length, int32_t *at)
+/* Lanes of the next piece, up to `most`, from *at, of `length` consecutive nodes. What is left over behind the last
+ * whole vector goes together with nodes that are done already: they get the same bits again. */
+static inline int pdi_bond_piece(int32_t length, int most, int32_t *at)
 {
     int32_t left = length - *at;
-    if (left >= PDI_LANES) return PDI_LANES;
+    if (left >= most) return most;
     if (left % PDI_VECTOR == 0 || length < PDI_VECTOR) return (int)left;
     if (left > PDI_VECTOR) return (int)(left - left % PDI_VECTOR);
     *at = length - PDI_VECTOR;
@@ -8548,7 +8548,7 @@ static void pdi_op_run(const void *user, int32_t i, int32_t row, int32_t length)
         return;
     }
     for (int32_t at = 0; at < length; at += count) {
-        count = pdi_bond_piece(length, &at);
+        count = pdi_bond_piece(length, PDI_LANES, &at);
         if (row < 0) w->whole(w, i + at, count);
         else w->cut(w, row + at, count);
     }
@@ -14330,8 +14330,8 @@ void pd_flow_prepare(pd_ctx *ctx, pd_flow *flow)
     pdi_flow_carrier(ctx, flow, flow->u, flow->carrier);
 }
 
-/* Nodes that stay in registers while their bonds pass by. */
-#define PDI_FLOW_BLOCK 16
+/* Nodes of a block. In 3D the arrays are too many for registers, and longer pieces of them are faster to read. */
+#define PDI_FLOW_BLOCK (PD_DIM == 3 ? 64 : 16)
 
 /* The sums of a block. */
 typedef struct pdi_flow_sums {
@@ -14465,13 +14465,12 @@ typedef struct pdi_flow_sweep {
     double *ru, *rc; /* [m/s2] [1/s] */
 } pdi_flow_sweep;
 
-/* The last block of many nodes goes together with some that are done already: they get the same bits again. */
 static void pdi_flow_run(const void *user, int32_t i, int32_t row, int32_t length)
 {
     const pdi_flow_sweep *s = (const pdi_flow_sweep *)user;
-    int count = length < PDI_FLOW_BLOCK ? (int)length : PDI_FLOW_BLOCK;
+    int count;
     for (int32_t at = 0; at < length; at += count) {
-        if (at > length - count) at = length - count;
+        count = pdi_bond_piece(length, PDI_FLOW_BLOCK, &at);
         if (row < 0) pdi_flow_whole(s->flow, s->terms, i + at, count, s->ru, s->rc);
         else pdi_flow_cut(s->flow, s->terms, row + at, count, s->ru, s->rc);
     }
@@ -15534,7 +15533,7 @@ static void pdi_gas_run(const void *user, int32_t i, int32_t row, int32_t length
     const pdi_gas_sweeping *s = (const pdi_gas_sweeping *)user;
     int count;
     for (int32_t at = 0; at < length; at += count) {
-        count = pdi_bond_piece(length, &at);
+        count = pdi_bond_piece(length, PDI_LANES, &at);
         s->lanes(s->gas, i + at, row < 0 ? row : row + at, count);
     }
 }
@@ -16603,7 +16602,7 @@ static void pdi_limiter_run(const void *user, int32_t i, int32_t row, int32_t le
             continue;
         }
         for (int32_t at = 0; at < part; at += p.count) {
-            p.count = pdi_bond_piece(part, &at);
+            p.count = pdi_bond_piece(part, PDI_LANES, &at);
             p.i = i + begin + at;
             p.row = row < 0 ? row : row + begin + at;
             p.c = s->c + p.i;
@@ -16756,7 +16755,7 @@ static void pdi_convect_refresh_run(const void *user, int32_t i, int32_t row, in
     const pd_convect *t = (const pd_convect *)user;
     int count;
     for (int32_t at = 0; at < length; at += count) {
-        count = pdi_bond_piece(length, &at);
+        count = pdi_bond_piece(length, PDI_LANES, &at);
         int32_t r = row < 0 ? row : row + at;
         for (int k = 0; k < t->bonds->stencil->count; k++) {
             double *conduct = r < 0 ? NULL : t->conduct + (int64_t)k * t->capacity + r;

@@ -63,12 +63,12 @@ PD_API void pd_bonds_free(pd_ctx *ctx, pd_bonds *bonds);
 #define PDI_LANES 64
 /* Pieces shorter than this are not worth a vector. */
 #define PDI_VECTOR 8
-/* Lanes of the next piece, from *at, of `length` consecutive nodes. What is left over behind the last whole vector goes
- * together with nodes that are done already: they get the same bits again. */
-static inline int pdi_bond_piece(int32_t length, int32_t *at)
+/* Lanes of the next piece, up to `most`, from *at, of `length` consecutive nodes. What is left over behind the last
+ * whole vector goes together with nodes that are done already: they get the same bits again. */
+static inline int pdi_bond_piece(int32_t length, int most, int32_t *at)
 {
     int32_t left = length - *at;
-    if (left >= PDI_LANES) return PDI_LANES;
+    if (left >= most) return most;
     if (left % PDI_VECTOR == 0 || length < PDI_VECTOR) return (int)left;
     if (left > PDI_VECTOR) return (int)(left - left % PDI_VECTOR);
     *at = length - PDI_VECTOR;

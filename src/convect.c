@@ -112,7 +112,7 @@ static void pdi_convect_refresh_run(const void *user, int32_t i, int32_t row, in
     const pd_convect *t = (const pd_convect *)user;
     int count;
     for (int32_t at = 0; at < length; at += count) {
-        count = pdi_bond_piece(length, &at);
+        count = pdi_bond_piece(length, PDI_LANES, &at);
         int32_t r = row < 0 ? row : row + at;
         for (int k = 0; k < t->bonds->stencil->count; k++) {
             double *conduct = r < 0 ? NULL : t->conduct + (int64_t)k * t->capacity + r;

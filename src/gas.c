@@ -40,7 +40,7 @@ static void pdi_gas_run(const void *user, int32_t i, int32_t row, int32_t length
     const pdi_gas_sweeping *s = (const pdi_gas_sweeping *)user;
     int count;
     for (int32_t at = 0; at < length; at += count) {
-        count = pdi_bond_piece(length, &at);
+        count = pdi_bond_piece(length, PDI_LANES, &at);
         s->lanes(s->gas, i + at, row < 0 ? row : row + at, count);
     }
 }

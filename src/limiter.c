@@ -182,7 +182,7 @@ static void pdi_limiter_run(const void *user, int32_t i, int32_t row, int32_t le
             continue;
         }
         for (int32_t at = 0; at < part; at += p.count) {
-            p.count = pdi_bond_piece(part, &at);
+            p.count = pdi_bond_piece(part, PDI_LANES, &at);
             p.i = i + begin + at;
             p.row = row < 0 ? row : row + begin + at;
             p.c = s->c + p.i;

@@ -32,7 +32,7 @@ static void pdi_op_run(const void *user, int32_t i, int32_t row, int32_t length)
         return;
     }
     for (int32_t at = 0; at < length; at += count) {
-        count = pdi_bond_piece(length, &at);
+        count = pdi_bond_piece(length, PDI_LANES, &at);
         if (row < 0) w->whole(w, i + at, count);
         else w->cut(w, row + at, count);
     }
