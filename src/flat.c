@@ -134,7 +134,7 @@ static pd_status pdi_flat_shapes(pd_ctx *ctx, const pd_text *text, const pdi_fla
     }
     PDI_TRY(pdi_setup_shape(ctx, setup, &shape, &setup->solid));
     if (PD_DIM < 3) return PD_OK;
-    int piece = setup->solid, wire;
+    int piece = setup->solid, wire = -1;
     pdi_flat_cylinder(f->R_wire, &shape);
     PDI_TRY(pdi_setup_shape(ctx, setup, &shape, &wire));
     memset(&shape, 0, sizeof shape);
