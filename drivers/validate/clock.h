@@ -157,8 +157,8 @@ static pd_status clock_gas_run(val_job *job)
     return PD_OK;
 }
 
-/* Metal in the half x < 0.5 dissolves into the other one, which is mixed at once: c = Csat (1 - exp(-k t)), k = 1/s. Too
- * little of it goes for a node to turn fluid. */
+/* Metal in one half of the square dissolves into the other one, which is mixed at once: c = Csat (1 - exp(-k t)) with
+ * k = 1/s. Too little of it goes for a node to turn fluid. */
 static pd_status clock_dissolve_run(val_job *job)
 {
     val_lab *lab = job->lab;
