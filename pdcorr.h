@@ -17677,7 +17677,8 @@ pd_status pd_transport_build(pd_ctx *ctx, const pd_grid *grid, const pd_bonds *b
     memset(&kd, 0, sizeof kd);
     kd.n = grid->total;
     kd.restart = 20;
-    kd.flexible = kd.compressed = 1;
+    kd.flexible = 1;
+    kd.compressed = !desc->field; /* the level of a good conductor drowns in single precision */
     kd.zero_guess = 1;
     pdi_compact_multigrid(grid, &md);
     md.symmetric = flow == NULL;
