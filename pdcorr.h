@@ -900,6 +900,16 @@ static inline int pdi_bond_piece(int32_t length, int most, int32_t *at)
     *at = length - PDI_VECTOR;
     return PDI_VECTOR;
 }
+/* Nodes whose sums stay in registers while their bonds pass by. */
+#define PDI_BLOCK 16
+/* The next block from *at of `length` nodes: all of them where they are fewer. The last one goes together with nodes
+ * that are done already. */
+static inline int pdi_bond_block(int32_t length, int32_t *at)
+{
+    if (length < PDI_BLOCK) return (int)length;
+    if (*at > length - PDI_BLOCK) *at = length - PDI_BLOCK;
+    return PDI_BLOCK;
+}
 /* Weights a(n) [count] of the bonds of `node`, and what the flux along bond k of it counts beside g(n). */
 static inline const double *pdi_bond_lap(const pd_bonds *bonds, int32_t node)
 {
@@ -914,9 +924,9 @@ static inline double pdi_bond_flux(const pd_bonds *bonds, int32_t node, int k)
 }
 /* `length` consecutive nodes from i: the rows from `row`, or nodes with whole families (-1). */
 typedef void (*pdi_bond_run_fn)(const void *user, int32_t i, int32_t row, int32_t length);
-/* All fluid nodes, run by run; `work`: scalar operations in all, to decide on threads. Rows at inlets come one by one.
- * run writes to its own nodes only. */
-PDI_FN void pdi_bond_sweep(const pd_ctx *ctx, const pd_bonds *bonds, int64_t work, pdi_bond_run_fn run,
+/* All fluid nodes, in pieces of up to `most` nodes (0: whole runs); `work`: scalar operations in all, to decide on
+ * threads. Rows at inlets come one by one. run writes to its own nodes only. */
+PDI_FN void pdi_bond_sweep(const pd_ctx *ctx, const pd_bonds *bonds, int64_t work, int most, pdi_bond_run_fn run,
                            const void *user);
 static inline int pdi_bond_open(const pd_bonds *bonds, int32_t row, int k)
 {
@@ -3246,6 +3256,8 @@ PDI_FN const char *pdi_setup_monitor_name(pd_monitor_kind kind);
 PDI_FN const char *pdi_setup_field_needs(const pd_setup *setup, pd_field field);
 /* "x-", "x+", "y-", ... */
 PDI_FN const char *pdi_setup_side_name(int side);
+/* Cells of the box along an axis. */
+PDI_FN int pdi_setup_cells(const pd_setup *setup, int axis);
 /* The variables x, y, z of expressions, PD_DIM of them. */
 PDI_FN const pd_expr_symbol *pdi_setup_position(void);
 /* Append a shape; *index is its place. PD_ERR_SIZE: too many. */
@@ -7705,16 +7717,27 @@ pd_status pd_bonds_update(pd_ctx *ctx, const int32_t *changed, int32_t count, pd
     return pdi_bond_arrange(ctx, bonds);
 }
 
-PDI_FN void pdi_bond_sweep(const pd_ctx *ctx, const pd_bonds *bonds, int64_t work, pdi_bond_run_fn run,
+static void pdi_bond_pieces(int32_t i, int32_t row, int32_t length, int most, pdi_bond_run_fn run, const void *user)
+{
+    int32_t count;
+    for (int32_t at = 0; at < length; at += count) {
+        count = most ? pdi_bond_piece(length, most, &at) : length;
+        run(user, i + at, row < 0 ? row : row + at, count);
+    }
+}
+
+PDI_FN void pdi_bond_sweep(const pd_ctx *ctx, const pd_bonds *bonds, int64_t work, int most, pdi_bond_run_fn run,
                            const void *user)
 {
     int nt = pdi_par_threads(ctx, work);
     (void)nt;
     PDI_PARALLEL_FOR(nt)
-    for (int32_t r = 0; r < bonds->runs; r++) run(user, bonds->run_first[r], -1, bonds->run_length[r]);
+    for (int32_t r = 0; r < bonds->runs; r++)
+        pdi_bond_pieces(bonds->run_first[r], -1, bonds->run_length[r], most, run, user);
     PDI_PARALLEL_FOR(nt)
     for (int32_t b = 0; b < bonds->batches; b++)
-        run(user, bonds->node[bonds->batch_first[b]], bonds->batch_first[b], bonds->batch_length[b]);
+        pdi_bond_pieces(bonds->node[bonds->batch_first[b]], bonds->batch_first[b], bonds->batch_length[b], most, run,
+                        user);
     for (int32_t r = bonds->plain; r < bonds->rows; r++) run(user, bonds->node[r], r, 1);
 }
 
@@ -8558,7 +8581,7 @@ static void pdi_op_apply(const pd_ctx *ctx, pdi_op_sweep *w, pdi_op_lanes_fn who
 {
     w->whole = whole;
     w->cut = cut;
-    pdi_bond_sweep(ctx, w->bonds, w->bonds->grid->fluid_count * w->bonds->stencil->count * 4, pdi_op_run, w);
+    pdi_bond_sweep(ctx, w->bonds, w->bonds->grid->fluid_count * w->bonds->stencil->count * 4, 0, pdi_op_run, w);
 }
 
 static void pdi_op_sweep_init(const pd_bonds *bonds, const double *f, const double *d, double *out, pdi_op_sweep *w)
@@ -14331,7 +14354,7 @@ void pd_flow_prepare(pd_ctx *ctx, pd_flow *flow)
 }
 
 /* Nodes of a block. In 3D the arrays are too many for registers, and longer pieces of them are faster to read. */
-#define PDI_FLOW_BLOCK (PD_DIM == 3 ? 64 : 16)
+#define PDI_FLOW_BLOCK (PD_DIM == 3 ? PDI_LANES : PDI_BLOCK)
 
 /* The sums of a block. */
 typedef struct pdi_flow_sums {
@@ -14465,15 +14488,11 @@ typedef struct pdi_flow_sweep {
     double *ru, *rc; /* [m/s2] [1/s] */
 } pdi_flow_sweep;
 
-static void pdi_flow_run(const void *user, int32_t i, int32_t row, int32_t length)
+static void pdi_flow_run(const void *user, int32_t i, int32_t row, int32_t count)
 {
     const pdi_flow_sweep *s = (const pdi_flow_sweep *)user;
-    int count;
-    for (int32_t at = 0; at < length; at += count) {
-        count = pdi_bond_piece(length, PDI_FLOW_BLOCK, &at);
-        if (row < 0) pdi_flow_whole(s->flow, s->terms, i + at, count, s->ru, s->rc);
-        else pdi_flow_cut(s->flow, s->terms, row + at, count, s->ru, s->rc);
-    }
+    if (row < 0) pdi_flow_whole(s->flow, s->terms, i, count, s->ru, s->rc);
+    else pdi_flow_cut(s->flow, s->terms, row, count, s->ru, s->rc);
 }
 
 PDI_FN void pdi_flow_terms_apply(const pd_ctx *ctx, const pd_flow *flow, const pdi_flow_terms *t, double *ru,
@@ -14484,7 +14503,7 @@ PDI_FN void pdi_flow_terms_apply(const pd_ctx *ctx, const pd_flow *flow, const p
     s.terms = t;
     s.ru = ru;
     s.rc = rc;
-    pdi_bond_sweep(ctx, flow->bonds, pdi_flow_work(flow), pdi_flow_run, &s);
+    pdi_bond_sweep(ctx, flow->bonds, pdi_flow_work(flow), PDI_FLOW_BLOCK, pdi_flow_run, &s);
 }
 
 /* Half the volume flux through a bond: 1/2 g.(w_i + w_j). */
@@ -15528,14 +15547,10 @@ typedef struct pdi_gas_sweeping {
     pdi_gas_lanes_fn lanes;
 } pdi_gas_sweeping;
 
-static void pdi_gas_run(const void *user, int32_t i, int32_t row, int32_t length)
+static void pdi_gas_run(const void *user, int32_t i, int32_t row, int32_t count)
 {
     const pdi_gas_sweeping *s = (const pdi_gas_sweeping *)user;
-    int count;
-    for (int32_t at = 0; at < length; at += count) {
-        count = pdi_bond_piece(length, PDI_LANES, &at);
-        s->lanes(s->gas, i + at, row < 0 ? row : row + at, count);
-    }
+    s->lanes(s->gas, i, row, count);
 }
 
 static void pdi_gas_sweep(const pd_ctx *ctx, const pd_gas *gas, pdi_gas_lanes_fn lanes)
@@ -15543,7 +15558,8 @@ static void pdi_gas_sweep(const pd_ctx *ctx, const pd_gas *gas, pdi_gas_lanes_fn
     pdi_gas_sweeping s;
     s.gas = gas;
     s.lanes = lanes;
-    pdi_bond_sweep(ctx, gas->bonds, gas->grid->fluid_count * gas->bonds->stencil->count * 16, pdi_gas_run, &s);
+    pdi_bond_sweep(ctx, gas->bonds, gas->grid->fluid_count * gas->bonds->stencil->count * 16, PDI_LANES, pdi_gas_run,
+                   &s);
 }
 
 /* ---- states ---- */
@@ -16518,15 +16534,12 @@ static inline double pdi_limiter_share(double bend, double size, double floor_si
     return 1.0 - ratio * ratio * ratio * ratio;
 }
 
-/* Nodes that stay in registers while their bonds pass by. */
-#define PDI_LIMITER_BLOCK 16
-
-/* Whole families of PDI_LIMITER_BLOCK nodes: a bond and its opposite one at once. */
+/* Whole families of PDI_BLOCK nodes: a bond and its opposite one at once. */
 static void pdi_limiter_block(const pd_limiter *l, const double *PD_RESTRICT c, int32_t i, double least)
 {
     const pd_stencil *s = l->bonds->stencil;
     int64_t total = l->bonds->grid->total;
-    double bend[PDI_LIMITER_BLOCK], size[PDI_LIMITER_BLOCK], slope[PD_DIM][PDI_LIMITER_BLOCK];
+    double bend[PDI_BLOCK], size[PDI_BLOCK], slope[PD_DIM][PDI_BLOCK];
     double *PD_RESTRICT keep = l->keep + i, *PD_RESTRICT out = l->slope + i, floor_size = least * s->lap_sum;
     memset(bend, 0, sizeof bend);
     memset(size, 0, sizeof size);
@@ -16534,16 +16547,16 @@ static void pdi_limiter_block(const pd_limiter *l, const double *PD_RESTRICT c, 
     for (int k = 0; k < s->count / 2; k++) {
         const double *ahead = c + l->bonds->shift[k], *behind = c - l->bonds->shift[k], *g = s->grad + k * PD_DIM;
         double a = s->lap[k];
-        for (int b = 0; b < PDI_LIMITER_BLOCK; b++) {
+        for (int b = 0; b < PDI_BLOCK; b++) {
             double p = a * (ahead[b] - c[b]), q = a * (behind[b] - c[b]);
             bend[b] += p + q;
             size[b] += fabs(p) + fabs(q);
             for (int d = 0; d < PD_DIM; d++) slope[d][b] += g[d] * (ahead[b] - behind[b]);
         }
     }
-    for (int b = 0; b < PDI_LIMITER_BLOCK; b++) keep[b] = pdi_limiter_share(bend[b], size[b], floor_size);
+    for (int b = 0; b < PDI_BLOCK; b++) keep[b] = pdi_limiter_share(bend[b], size[b], floor_size);
     for (int d = 0; d < PD_DIM; d++)
-        for (int b = 0; b < PDI_LIMITER_BLOCK; b++) out[d * total + b] = slope[d][b];
+        for (int b = 0; b < PDI_BLOCK; b++) out[d * total + b] = slope[d][b];
 }
 
 /* Rows, nodes beside ports, and runs shorter than a block. */
@@ -16580,11 +16593,11 @@ typedef struct pdi_limiter_sweep {
     double least;    /* [mol/m3] */
 } pdi_limiter_sweep;
 
-/* The last block goes together with nodes that are done already: they get the same bits again. */
 static void pdi_limiter_blocks(const pdi_limiter_sweep *s, int32_t i, int32_t length)
 {
-    for (int32_t at = 0; at < length; at += PDI_LIMITER_BLOCK) {
-        if (at > length - PDI_LIMITER_BLOCK) at = length - PDI_LIMITER_BLOCK;
+    int count;
+    for (int32_t at = 0; at < length; at += count) {
+        count = pdi_bond_block(length, &at);
         pdi_limiter_block(s->limiter, s->c + i + at, i + at, s->least);
     }
 }
@@ -16597,7 +16610,7 @@ static void pdi_limiter_run(const void *user, int32_t i, int32_t row, int32_t le
     int ports;
     for (int32_t begin = 0; begin < length; begin += part) {
         part = pdi_limiter_segment(s->limiter->bonds, i + begin, length - begin, &ports);
-        if (row < 0 && !ports && part >= PDI_LIMITER_BLOCK) {
+        if (row < 0 && !ports && part >= PDI_BLOCK) {
             pdi_limiter_blocks(s, i + begin, part);
             continue;
         }
@@ -16618,7 +16631,7 @@ PDI_FN void pdi_limiter_update(const pd_ctx *ctx, pd_limiter *l, const double *c
     s.limiter = l;
     s.c = c;
     s.least = least;
-    pdi_bond_sweep(ctx, bonds, bonds->grid->fluid_count * bonds->stencil->count * 4, pdi_limiter_run, &s);
+    pdi_bond_sweep(ctx, bonds, bonds->grid->fluid_count * bonds->stencil->count * 4, 0, pdi_limiter_run, &s);
     for (int32_t k = bonds->ghosts.count; k < bonds->ghosts.listed; k++) l->keep[bonds->ghosts.node[k]] = 1.0;
     pd_ghosts_scalar(&bonds->ghosts, l->keep);
     pd_ghosts_vector(&bonds->ghosts, l->slope);
@@ -16646,8 +16659,8 @@ PDI_FN void pdi_limiter_free(pd_ctx *ctx, pd_limiter *l)
 /* convect: see convect.h
  *
  * Design: the volume fluxes of the bonds hold during a step, so they are stored, once for both ends: bond k of node i
- * is bond count-1-k of its far end. Sweeps go bond by bond over up to PDI_LANES nodes along axis 0. Closed bonds carry
- * and conduct zero.
+ * is bond count-1-k of its far end. Sweeps go bond by bond over blocks of nodes along axis 0. Closed bonds carry and
+ * conduct zero.
  */
 #include <math.h>
 #include <stdlib.h>
@@ -16750,21 +16763,16 @@ static void pdi_convect_store(const pd_convect *t, int32_t i, int32_t row, int k
     }
 }
 
-static void pdi_convect_refresh_run(const void *user, int32_t i, int32_t row, int32_t length)
+static void pdi_convect_refresh_run(const void *user, int32_t i, int32_t row, int32_t count)
 {
     const pd_convect *t = (const pd_convect *)user;
-    int count;
-    for (int32_t at = 0; at < length; at += count) {
-        count = pdi_bond_piece(length, PDI_LANES, &at);
-        int32_t r = row < 0 ? row : row + at;
-        for (int k = 0; k < t->bonds->stencil->count; k++) {
-            double *conduct = r < 0 ? NULL : t->conduct + (int64_t)k * t->capacity + r;
-            if (t->flow) pdi_convect_store(t, i + at, r, k, count);
-            if (!conduct) continue;
-            pdi_diffusion_bond(t->diffusion, i + at, k, count, 1, conduct);
-            for (int b = 0; b < count; b++)
-                conduct[b] = pdi_bond_open(t->bonds, r + b, k) ? conduct[b] / pdi_convect_entry(t, i + at + b, k) : 0.0;
-        }
+    for (int k = 0; k < t->bonds->stencil->count; k++) {
+        if (t->flow) pdi_convect_store(t, i, row, k, count);
+        if (row < 0) continue;
+        double *conduct = t->conduct + (int64_t)k * t->capacity + row;
+        pdi_diffusion_bond(t->diffusion, i, k, count, 1, conduct);
+        for (int b = 0; b < count; b++)
+            conduct[b] = pdi_bond_open(t->bonds, row + b, k) ? conduct[b] / pdi_convect_entry(t, i + b, k) : 0.0;
     }
 }
 
@@ -16775,7 +16783,8 @@ PDI_FN pd_status pdi_convect_refresh(pd_ctx *ctx, const pd_convect *convect)
         return pdi_fail(ctx, PD_ERR_STATE, "convect",
                         "%d rows, expected at most %d: call pd_transport_update after pd_bonds_update", bonds->rows,
                         convect->capacity);
-    pdi_bond_sweep(ctx, bonds, bonds->grid->fluid_count * bonds->stencil->count * 8, pdi_convect_refresh_run, convect);
+    pdi_bond_sweep(ctx, bonds, bonds->grid->fluid_count * bonds->stencil->count * 8, PDI_LANES, pdi_convect_refresh_run,
+                   convect);
     return PD_OK;
 }
 
@@ -16793,20 +16802,17 @@ struct pdi_convect_sweep {
     pdi_convect_block_fn port;  /* of one node beside inlets or outlets */
 };
 
-/* Nodes that stay in registers while their bonds pass by. */
-#define PDI_CONVECT_BLOCK 16
-
 /* Bond k of a block and its opposite one, to the far ends ahead and behind. */
 typedef struct pdi_convect_pair {
     int32_t shift;                          /* ahead; the same behind */
     const double *flux, *back;              /* F [1/s] of the bond ahead, and of that which comes from behind */
     double turn;                            /* what `back` is to be multiplied with: -1 in planes */
     const double *ahead, *behind;           /* conductances [1/s] */
-    double space[2][PDI_CONVECT_BLOCK];     /* for those of whole families */
+    double space[2][PDI_BLOCK];     /* for those of whole families */
 } pdi_convect_pair;
 
 /* For fluid at rest. */
-static const double pdi_convect_still[PDI_CONVECT_BLOCK] = {0.0};
+static const double pdi_convect_still[PDI_BLOCK] = {0.0};
 
 static inline void pdi_convect_pair_get(const pd_convect *t, int32_t i, int32_t row, int k, int count,
                                         pdi_convect_pair *p)
@@ -16850,7 +16856,7 @@ static inline void pdi_convect_apply_block(const pdi_convect_sweep *s, int32_t i
 {
     const pd_convect *t = s->t;
     const double *PD_RESTRICT c = s->c + i, *PD_RESTRICT absorb = t->absorb + i, *hold = t->diffusion->hold;
-    double sum[PDI_CONVECT_BLOCK], rate = t->rate, *PD_RESTRICT y = s->y + i;
+    double sum[PDI_BLOCK], rate = t->rate, *PD_RESTRICT y = s->y + i;
     for (int b = 0; b < count; b++) sum[b] = (rate + absorb[b]) * c[b];
     for (int b = 0; b < count && hold; b++) sum[b] += hold[i + b] * c[b];
     for (int k = 0; k < t->bonds->stencil->count / 2; k++) {
@@ -16868,7 +16874,7 @@ static inline void pdi_convect_apply_block(const pdi_convect_sweep *s, int32_t i
 
 static void pdi_convect_apply_nodes(const pdi_convect_sweep *s, int32_t i, int32_t row, int count)
 {
-    if (count == PDI_CONVECT_BLOCK) pdi_convect_apply_block(s, i, row, PDI_CONVECT_BLOCK);
+    if (count == PDI_BLOCK) pdi_convect_apply_block(s, i, row, PDI_BLOCK);
     else pdi_convect_apply_block(s, i, row, count);
 }
 
@@ -16924,7 +16930,7 @@ static inline void pdi_convect_anti_block(const pdi_convect_sweep *s, int32_t i,
     const double *PD_RESTRICT c = s->c + i, *PD_RESTRICT keep = t->limiter->keep + i;
     const double *PD_RESTRICT slope = t->limiter->slope + i, *xi = t->bonds->stencil->xi;
     int64_t total = t->bonds->grid->total;
-    double sum[PDI_CONVECT_BLOCK], *PD_RESTRICT y = s->y + i;
+    double sum[PDI_BLOCK], *PD_RESTRICT y = s->y + i;
     for (int b = 0; b < count; b++) sum[b] = 0.0;
     for (int k = 0; k < t->bonds->stencil->count / 2; k++, xi += PD_DIM) {
         pdi_convect_pair p;
@@ -16951,7 +16957,7 @@ static inline void pdi_convect_anti_block(const pdi_convect_sweep *s, int32_t i,
 
 static void pdi_convect_anti_nodes(const pdi_convect_sweep *s, int32_t i, int32_t row, int count)
 {
-    if (count == PDI_CONVECT_BLOCK) pdi_convect_anti_block(s, i, row, PDI_CONVECT_BLOCK);
+    if (count == PDI_BLOCK) pdi_convect_anti_block(s, i, row, PDI_BLOCK);
     else pdi_convect_anti_block(s, i, row, count);
 }
 
@@ -16977,14 +16983,12 @@ static void pdi_convect_anti_port(const pdi_convect_sweep *s, int32_t i, int32_t
     s->y[i] = sum;
 }
 
-/* `length` nodes from i, all beside ports or none. The last block of many nodes goes together with some that are done
- * already: they get the same bits again. */
+/* `length` nodes from i, all beside ports or none. */
 static void pdi_convect_part(const pdi_convect_sweep *s, int32_t i, int32_t row, int32_t length, int ports)
 {
-    int block = ports ? 1 : PDI_CONVECT_BLOCK;
-    for (int32_t at = 0; at < length; at += block) {
-        if (length >= block && at > length - block) at = length - block;
-        int count = length < block ? (int)length : block;
+    int count;
+    for (int32_t at = 0; at < length; at += count) {
+        count = ports ? 1 : pdi_bond_block(length, &at);
         (ports ? s->port : s->block)(s, i + at, row < 0 ? row : row + at, count);
     }
 }
@@ -17003,7 +17007,7 @@ static void pdi_convect_run(const void *user, int32_t i, int32_t row, int32_t le
 static void pdi_convect_sweep_all(const pd_ctx *ctx, pdi_convect_sweep *s)
 {
     const pd_bonds *bonds = s->t->bonds;
-    pdi_bond_sweep(ctx, bonds, bonds->grid->fluid_count * bonds->stencil->count * 2, pdi_convect_run, s);
+    pdi_bond_sweep(ctx, bonds, bonds->grid->fluid_count * bonds->stencil->count * 2, 0, pdi_convect_run, s);
 }
 
 PDI_FN void pdi_convect_apply(const pd_ctx *ctx, const pd_convect *convect, const double *c, double *y)
@@ -19214,6 +19218,7 @@ double pd_couple_volume_loss(const pd_couple *c)
 
 /* ======== >>setup.c ======== */
 /* setup: see setup.h */
+#include <math.h>
 #include <stdarg.h>
 #include <stdio.h>
 #include <string.h>
@@ -19277,6 +19282,11 @@ PDI_FN const char *pdi_setup_monitor_name(pd_monitor_kind kind)
 }
 
 PDI_FN const char *pdi_setup_side_name(int side) { return pdi_setup_sides[side]; }
+
+PDI_FN int pdi_setup_cells(const pd_setup *setup, int axis)
+{
+    return (int)floor((setup->hi[axis] - setup->lo[axis]) / setup->h[axis] + 0.5);
+}
 
 PDI_FN const pd_expr_symbol *pdi_setup_position(void) { return pdi_setup_axes; }
 
@@ -20250,9 +20260,8 @@ static pd_status pdi_watch_plane(pdi_watch *w, pd_setup_monitor *m)
     const pd_setup *u = w->setup;
     double at = 0.0, index;
     PDI_TRY(pdi_watch_place(w->ctx, w->text, u, w->section, "at", &m->axis, &at));
-    double cells = floor((u->hi[m->axis] - u->lo[m->axis]) / u->h[m->axis] + 0.5);
     index = floor((at - u->lo[m->axis]) / u->h[m->axis] + 0.5);
-    if (!(index >= 1.0) || !(index <= cells - 1.0))
+    if (!(index >= 1.0) || !(index <= pdi_setup_cells(u, m->axis) - 1.0))
         return pd_text_refuse(w->ctx, w->text, w->section, "at",
                               "found %.6g m, expected a place at least half a cell inside of the box", at);
     m->index = (int)index;
@@ -23167,15 +23176,10 @@ static pd_status pdi_twin_geometry(pd_ctx *ctx, const pd_setup *setup, const pd_
     return status;
 }
 
-static int pdi_twin_cells(const pd_setup *setup, int axis)
-{
-    return (int)floor((setup->hi[axis] - setup->lo[axis]) / setup->h[axis] + 0.5);
-}
-
 static pd_status pdi_twin_box(pd_ctx *ctx, const pd_setup *setup, int factor)
 {
     for (int d = 0; d < PD_DIM; d++) {
-        int cells = pdi_twin_cells(setup, d);
+        int cells = pdi_setup_cells(setup, d);
         if (cells % factor)
             return pdi_fail(ctx, PD_ERR_GEOMETRY, "twin",
                             "the lattice at %d h cannot hold the scene: the box has %d cells along %c, expected a"
@@ -23190,7 +23194,7 @@ static pd_status pdi_twin_face(pd_ctx *ctx, const pd_setup *setup, int factor, i
 {
     char text[PD_UNITS_TEXT];
     double index = (place - setup->lo[axis]) / setup->h[axis], whole = floor(index + 0.5);
-    int inside = index > PDI_TWIN_NEAR && index < pdi_twin_cells(setup, axis) - PDI_TWIN_NEAR;
+    int inside = index > PDI_TWIN_NEAR && index < pdi_setup_cells(setup, axis) - PDI_TWIN_NEAR;
     if (!inside || fabs(index - whole) > PDI_TWIN_NEAR || (int)whole % factor == 0) return PD_OK;
     pdi_setup_show(place, "m", text);
     return pdi_fail(ctx, PD_ERR_GEOMETRY, "twin",
@@ -23248,7 +23252,7 @@ pd_status pd_twin_build(pd_ctx *ctx, const pd_setup *setup, int factor, pd_twin 
         const pd_setup_monitor *m = &setup->monitor[k];
         if (m->kind == PD_MONITOR_LINE) continue; /* nothing but files */
         if (m->kind == PD_MONITOR_PLANE) {
-            PDI_TRY(pdi_twin_plane(ctx, m, pdi_twin_cells(setup, m->axis), factor, twin));
+            PDI_TRY(pdi_twin_plane(ctx, m, pdi_setup_cells(setup, m->axis), factor, twin));
             continue;
         }
         if (twin->setup.monitors == PD_SETUP_MONITORS)
@@ -23501,7 +23505,7 @@ void pd_estimate_spacing(const pd_estimate *e, double accuracy, double *h)
     }
     for (int d = 0; d < PD_DIM; d++) {
         h[d] = u->h[d];
-        common = pdi_estimate_divisor(common, (int)floor((u->hi[d] - u->lo[d]) / u->h[d] + 0.5));
+        common = pdi_estimate_divisor(common, pdi_setup_cells(u, d));
     }
     if (!(finer > 1.0)) return;
     /* spacings h common/parts divide the box on every axis, and with an even number of parts twice of them does, too */

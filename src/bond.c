@@ -601,16 +601,27 @@ pd_status pd_bonds_update(pd_ctx *ctx, const int32_t *changed, int32_t count, pd
     return pdi_bond_arrange(ctx, bonds);
 }
 
-PDI_FN void pdi_bond_sweep(const pd_ctx *ctx, const pd_bonds *bonds, int64_t work, pdi_bond_run_fn run,
+static void pdi_bond_pieces(int32_t i, int32_t row, int32_t length, int most, pdi_bond_run_fn run, const void *user)
+{
+    int32_t count;
+    for (int32_t at = 0; at < length; at += count) {
+        count = most ? pdi_bond_piece(length, most, &at) : length;
+        run(user, i + at, row < 0 ? row : row + at, count);
+    }
+}
+
+PDI_FN void pdi_bond_sweep(const pd_ctx *ctx, const pd_bonds *bonds, int64_t work, int most, pdi_bond_run_fn run,
                            const void *user)
 {
     int nt = pdi_par_threads(ctx, work);
     (void)nt;
     PDI_PARALLEL_FOR(nt)
-    for (int32_t r = 0; r < bonds->runs; r++) run(user, bonds->run_first[r], -1, bonds->run_length[r]);
+    for (int32_t r = 0; r < bonds->runs; r++)
+        pdi_bond_pieces(bonds->run_first[r], -1, bonds->run_length[r], most, run, user);
     PDI_PARALLEL_FOR(nt)
     for (int32_t b = 0; b < bonds->batches; b++)
-        run(user, bonds->node[bonds->batch_first[b]], bonds->batch_first[b], bonds->batch_length[b]);
+        pdi_bond_pieces(bonds->node[bonds->batch_first[b]], bonds->batch_first[b], bonds->batch_length[b], most, run,
+                        user);
     for (int32_t r = bonds->plain; r < bonds->rows; r++) run(user, bonds->node[r], r, 1);
 }
 

@@ -74,6 +74,16 @@ static inline int pdi_bond_piece(int32_t length, int most, int32_t *at)
     *at = length - PDI_VECTOR;
     return PDI_VECTOR;
 }
+/* Nodes whose sums stay in registers while their bonds pass by. */
+#define PDI_BLOCK 16
+/* The next block from *at of `length` nodes: all of them where they are fewer. The last one goes together with nodes
+ * that are done already. */
+static inline int pdi_bond_block(int32_t length, int32_t *at)
+{
+    if (length < PDI_BLOCK) return (int)length;
+    if (*at > length - PDI_BLOCK) *at = length - PDI_BLOCK;
+    return PDI_BLOCK;
+}
 /* Weights a(n) [count] of the bonds of `node`, and what the flux along bond k of it counts beside g(n). */
 static inline const double *pdi_bond_lap(const pd_bonds *bonds, int32_t node)
 {
@@ -88,9 +98,9 @@ static inline double pdi_bond_flux(const pd_bonds *bonds, int32_t node, int k)
 }
 /* `length` consecutive nodes from i: the rows from `row`, or nodes with whole families (-1). */
 typedef void (*pdi_bond_run_fn)(const void *user, int32_t i, int32_t row, int32_t length);
-/* All fluid nodes, run by run; `work`: scalar operations in all, to decide on threads. Rows at inlets come one by one.
- * run writes to its own nodes only. */
-PDI_FN void pdi_bond_sweep(const pd_ctx *ctx, const pd_bonds *bonds, int64_t work, pdi_bond_run_fn run,
+/* All fluid nodes, in pieces of up to `most` nodes (0: whole runs); `work`: scalar operations in all, to decide on
+ * threads. Rows at inlets come one by one. run writes to its own nodes only. */
+PDI_FN void pdi_bond_sweep(const pd_ctx *ctx, const pd_bonds *bonds, int64_t work, int most, pdi_bond_run_fn run,
                            const void *user);
 static inline int pdi_bond_open(const pd_bonds *bonds, int32_t row, int k)
 {

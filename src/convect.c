@@ -1,8 +1,8 @@
 /* convect: see convect.h
  *
  * Design: the volume fluxes of the bonds hold during a step, so they are stored, once for both ends: bond k of node i
- * is bond count-1-k of its far end. Sweeps go bond by bond over up to PDI_LANES nodes along axis 0. Closed bonds carry
- * and conduct zero.
+ * is bond count-1-k of its far end. Sweeps go bond by bond over blocks of nodes along axis 0. Closed bonds carry and
+ * conduct zero.
  */
 #include "convect.h"
 #include "par.h"
@@ -107,21 +107,16 @@ static void pdi_convect_store(const pd_convect *t, int32_t i, int32_t row, int k
     }
 }
 
-static void pdi_convect_refresh_run(const void *user, int32_t i, int32_t row, int32_t length)
+static void pdi_convect_refresh_run(const void *user, int32_t i, int32_t row, int32_t count)
 {
     const pd_convect *t = (const pd_convect *)user;
-    int count;
-    for (int32_t at = 0; at < length; at += count) {
-        count = pdi_bond_piece(length, PDI_LANES, &at);
-        int32_t r = row < 0 ? row : row + at;
-        for (int k = 0; k < t->bonds->stencil->count; k++) {
-            double *conduct = r < 0 ? NULL : t->conduct + (int64_t)k * t->capacity + r;
-            if (t->flow) pdi_convect_store(t, i + at, r, k, count);
-            if (!conduct) continue;
-            pdi_diffusion_bond(t->diffusion, i + at, k, count, 1, conduct);
-            for (int b = 0; b < count; b++)
-                conduct[b] = pdi_bond_open(t->bonds, r + b, k) ? conduct[b] / pdi_convect_entry(t, i + at + b, k) : 0.0;
-        }
+    for (int k = 0; k < t->bonds->stencil->count; k++) {
+        if (t->flow) pdi_convect_store(t, i, row, k, count);
+        if (row < 0) continue;
+        double *conduct = t->conduct + (int64_t)k * t->capacity + row;
+        pdi_diffusion_bond(t->diffusion, i, k, count, 1, conduct);
+        for (int b = 0; b < count; b++)
+            conduct[b] = pdi_bond_open(t->bonds, row + b, k) ? conduct[b] / pdi_convect_entry(t, i + b, k) : 0.0;
     }
 }
 
@@ -132,7 +127,8 @@ PDI_FN pd_status pdi_convect_refresh(pd_ctx *ctx, const pd_convect *convect)
         return pdi_fail(ctx, PD_ERR_STATE, "convect",
                         "%d rows, expected at most %d: call pd_transport_update after pd_bonds_update", bonds->rows,
                         convect->capacity);
-    pdi_bond_sweep(ctx, bonds, bonds->grid->fluid_count * bonds->stencil->count * 8, pdi_convect_refresh_run, convect);
+    pdi_bond_sweep(ctx, bonds, bonds->grid->fluid_count * bonds->stencil->count * 8, PDI_LANES, pdi_convect_refresh_run,
+                   convect);
     return PD_OK;
 }
 
@@ -150,20 +146,17 @@ struct pdi_convect_sweep {
     pdi_convect_block_fn port;  /* of one node beside inlets or outlets */
 };
 
-/* Nodes that stay in registers while their bonds pass by. */
-#define PDI_CONVECT_BLOCK 16
-
 /* Bond k of a block and its opposite one, to the far ends ahead and behind. */
 typedef struct pdi_convect_pair {
     int32_t shift;                          /* ahead; the same behind */
     const double *flux, *back;              /* F [1/s] of the bond ahead, and of that which comes from behind */
     double turn;                            /* what `back` is to be multiplied with: -1 in planes */
     const double *ahead, *behind;           /* conductances [1/s] */
-    double space[2][PDI_CONVECT_BLOCK];     /* for those of whole families */
+    double space[2][PDI_BLOCK];     /* for those of whole families */
 } pdi_convect_pair;
 
 /* For fluid at rest. */
-static const double pdi_convect_still[PDI_CONVECT_BLOCK] = {0.0};
+static const double pdi_convect_still[PDI_BLOCK] = {0.0};
 
 static inline void pdi_convect_pair_get(const pd_convect *t, int32_t i, int32_t row, int k, int count,
                                         pdi_convect_pair *p)
@@ -207,7 +200,7 @@ static inline void pdi_convect_apply_block(const pdi_convect_sweep *s, int32_t i
 {
     const pd_convect *t = s->t;
     const double *PD_RESTRICT c = s->c + i, *PD_RESTRICT absorb = t->absorb + i, *hold = t->diffusion->hold;
-    double sum[PDI_CONVECT_BLOCK], rate = t->rate, *PD_RESTRICT y = s->y + i;
+    double sum[PDI_BLOCK], rate = t->rate, *PD_RESTRICT y = s->y + i;
     for (int b = 0; b < count; b++) sum[b] = (rate + absorb[b]) * c[b];
     for (int b = 0; b < count && hold; b++) sum[b] += hold[i + b] * c[b];
     for (int k = 0; k < t->bonds->stencil->count / 2; k++) {
@@ -225,7 +218,7 @@ static inline void pdi_convect_apply_block(const pdi_convect_sweep *s, int32_t i
 
 static void pdi_convect_apply_nodes(const pdi_convect_sweep *s, int32_t i, int32_t row, int count)
 {
-    if (count == PDI_CONVECT_BLOCK) pdi_convect_apply_block(s, i, row, PDI_CONVECT_BLOCK);
+    if (count == PDI_BLOCK) pdi_convect_apply_block(s, i, row, PDI_BLOCK);
     else pdi_convect_apply_block(s, i, row, count);
 }
 
@@ -281,7 +274,7 @@ static inline void pdi_convect_anti_block(const pdi_convect_sweep *s, int32_t i,
     const double *PD_RESTRICT c = s->c + i, *PD_RESTRICT keep = t->limiter->keep + i;
     const double *PD_RESTRICT slope = t->limiter->slope + i, *xi = t->bonds->stencil->xi;
     int64_t total = t->bonds->grid->total;
-    double sum[PDI_CONVECT_BLOCK], *PD_RESTRICT y = s->y + i;
+    double sum[PDI_BLOCK], *PD_RESTRICT y = s->y + i;
     for (int b = 0; b < count; b++) sum[b] = 0.0;
     for (int k = 0; k < t->bonds->stencil->count / 2; k++, xi += PD_DIM) {
         pdi_convect_pair p;
@@ -308,7 +301,7 @@ static inline void pdi_convect_anti_block(const pdi_convect_sweep *s, int32_t i,
 
 static void pdi_convect_anti_nodes(const pdi_convect_sweep *s, int32_t i, int32_t row, int count)
 {
-    if (count == PDI_CONVECT_BLOCK) pdi_convect_anti_block(s, i, row, PDI_CONVECT_BLOCK);
+    if (count == PDI_BLOCK) pdi_convect_anti_block(s, i, row, PDI_BLOCK);
     else pdi_convect_anti_block(s, i, row, count);
 }
 
@@ -334,14 +327,12 @@ static void pdi_convect_anti_port(const pdi_convect_sweep *s, int32_t i, int32_t
     s->y[i] = sum;
 }
 
-/* `length` nodes from i, all beside ports or none. The last block of many nodes goes together with some that are done
- * already: they get the same bits again. */
+/* `length` nodes from i, all beside ports or none. */
 static void pdi_convect_part(const pdi_convect_sweep *s, int32_t i, int32_t row, int32_t length, int ports)
 {
-    int block = ports ? 1 : PDI_CONVECT_BLOCK;
-    for (int32_t at = 0; at < length; at += block) {
-        if (length >= block && at > length - block) at = length - block;
-        int count = length < block ? (int)length : block;
+    int count;
+    for (int32_t at = 0; at < length; at += count) {
+        count = ports ? 1 : pdi_bond_block(length, &at);
         (ports ? s->port : s->block)(s, i + at, row < 0 ? row : row + at, count);
     }
 }
@@ -360,7 +351,7 @@ static void pdi_convect_run(const void *user, int32_t i, int32_t row, int32_t le
 static void pdi_convect_sweep_all(const pd_ctx *ctx, pdi_convect_sweep *s)
 {
     const pd_bonds *bonds = s->t->bonds;
-    pdi_bond_sweep(ctx, bonds, bonds->grid->fluid_count * bonds->stencil->count * 2, pdi_convect_run, s);
+    pdi_bond_sweep(ctx, bonds, bonds->grid->fluid_count * bonds->stencil->count * 2, 0, pdi_convect_run, s);
 }
 
 PDI_FN void pdi_convect_apply(const pd_ctx *ctx, const pd_convect *convect, const double *c, double *y)

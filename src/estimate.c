@@ -239,7 +239,7 @@ void pd_estimate_spacing(const pd_estimate *e, double accuracy, double *h)
     }
     for (int d = 0; d < PD_DIM; d++) {
         h[d] = u->h[d];
-        common = pdi_estimate_divisor(common, (int)floor((u->hi[d] - u->lo[d]) / u->h[d] + 0.5));
+        common = pdi_estimate_divisor(common, pdi_setup_cells(u, d));
     }
     if (!(finer > 1.0)) return;
     /* spacings h common/parts divide the box on every axis, and with an even number of parts twice of them does, too */

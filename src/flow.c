@@ -60,7 +60,7 @@ void pd_flow_prepare(pd_ctx *ctx, pd_flow *flow)
 }
 
 /* Nodes of a block. In 3D the arrays are too many for registers, and longer pieces of them are faster to read. */
-#define PDI_FLOW_BLOCK (PD_DIM == 3 ? 64 : 16)
+#define PDI_FLOW_BLOCK (PD_DIM == 3 ? PDI_LANES : PDI_BLOCK)
 
 /* The sums of a block. */
 typedef struct pdi_flow_sums {
@@ -194,15 +194,11 @@ typedef struct pdi_flow_sweep {
     double *ru, *rc; /* [m/s2] [1/s] */
 } pdi_flow_sweep;
 
-static void pdi_flow_run(const void *user, int32_t i, int32_t row, int32_t length)
+static void pdi_flow_run(const void *user, int32_t i, int32_t row, int32_t count)
 {
     const pdi_flow_sweep *s = (const pdi_flow_sweep *)user;
-    int count;
-    for (int32_t at = 0; at < length; at += count) {
-        count = pdi_bond_piece(length, PDI_FLOW_BLOCK, &at);
-        if (row < 0) pdi_flow_whole(s->flow, s->terms, i + at, count, s->ru, s->rc);
-        else pdi_flow_cut(s->flow, s->terms, row + at, count, s->ru, s->rc);
-    }
+    if (row < 0) pdi_flow_whole(s->flow, s->terms, i, count, s->ru, s->rc);
+    else pdi_flow_cut(s->flow, s->terms, row, count, s->ru, s->rc);
 }
 
 PDI_FN void pdi_flow_terms_apply(const pd_ctx *ctx, const pd_flow *flow, const pdi_flow_terms *t, double *ru,
@@ -213,7 +209,7 @@ PDI_FN void pdi_flow_terms_apply(const pd_ctx *ctx, const pd_flow *flow, const p
     s.terms = t;
     s.ru = ru;
     s.rc = rc;
-    pdi_bond_sweep(ctx, flow->bonds, pdi_flow_work(flow), pdi_flow_run, &s);
+    pdi_bond_sweep(ctx, flow->bonds, pdi_flow_work(flow), PDI_FLOW_BLOCK, pdi_flow_run, &s);
 }
 
 /* Half the volume flux through a bond: 1/2 g.(w_i + w_j). */

@@ -35,14 +35,10 @@ typedef struct pdi_gas_sweeping {
     pdi_gas_lanes_fn lanes;
 } pdi_gas_sweeping;
 
-static void pdi_gas_run(const void *user, int32_t i, int32_t row, int32_t length)
+static void pdi_gas_run(const void *user, int32_t i, int32_t row, int32_t count)
 {
     const pdi_gas_sweeping *s = (const pdi_gas_sweeping *)user;
-    int count;
-    for (int32_t at = 0; at < length; at += count) {
-        count = pdi_bond_piece(length, PDI_LANES, &at);
-        s->lanes(s->gas, i + at, row < 0 ? row : row + at, count);
-    }
+    s->lanes(s->gas, i, row, count);
 }
 
 static void pdi_gas_sweep(const pd_ctx *ctx, const pd_gas *gas, pdi_gas_lanes_fn lanes)
@@ -50,7 +46,8 @@ static void pdi_gas_sweep(const pd_ctx *ctx, const pd_gas *gas, pdi_gas_lanes_fn
     pdi_gas_sweeping s;
     s.gas = gas;
     s.lanes = lanes;
-    pdi_bond_sweep(ctx, gas->bonds, gas->grid->fluid_count * gas->bonds->stencil->count * 16, pdi_gas_run, &s);
+    pdi_bond_sweep(ctx, gas->bonds, gas->grid->fluid_count * gas->bonds->stencil->count * 16, PDI_LANES, pdi_gas_run,
+                   &s);
 }
 
 /* ---- states ---- */

@@ -98,15 +98,12 @@ static inline double pdi_limiter_share(double bend, double size, double floor_si
     return 1.0 - ratio * ratio * ratio * ratio;
 }
 
-/* Nodes that stay in registers while their bonds pass by. */
-#define PDI_LIMITER_BLOCK 16
-
-/* Whole families of PDI_LIMITER_BLOCK nodes: a bond and its opposite one at once. */
+/* Whole families of PDI_BLOCK nodes: a bond and its opposite one at once. */
 static void pdi_limiter_block(const pd_limiter *l, const double *PD_RESTRICT c, int32_t i, double least)
 {
     const pd_stencil *s = l->bonds->stencil;
     int64_t total = l->bonds->grid->total;
-    double bend[PDI_LIMITER_BLOCK], size[PDI_LIMITER_BLOCK], slope[PD_DIM][PDI_LIMITER_BLOCK];
+    double bend[PDI_BLOCK], size[PDI_BLOCK], slope[PD_DIM][PDI_BLOCK];
     double *PD_RESTRICT keep = l->keep + i, *PD_RESTRICT out = l->slope + i, floor_size = least * s->lap_sum;
     memset(bend, 0, sizeof bend);
     memset(size, 0, sizeof size);
@@ -114,16 +111,16 @@ static void pdi_limiter_block(const pd_limiter *l, const double *PD_RESTRICT c, 
     for (int k = 0; k < s->count / 2; k++) {
         const double *ahead = c + l->bonds->shift[k], *behind = c - l->bonds->shift[k], *g = s->grad + k * PD_DIM;
         double a = s->lap[k];
-        for (int b = 0; b < PDI_LIMITER_BLOCK; b++) {
+        for (int b = 0; b < PDI_BLOCK; b++) {
             double p = a * (ahead[b] - c[b]), q = a * (behind[b] - c[b]);
             bend[b] += p + q;
             size[b] += fabs(p) + fabs(q);
             for (int d = 0; d < PD_DIM; d++) slope[d][b] += g[d] * (ahead[b] - behind[b]);
         }
     }
-    for (int b = 0; b < PDI_LIMITER_BLOCK; b++) keep[b] = pdi_limiter_share(bend[b], size[b], floor_size);
+    for (int b = 0; b < PDI_BLOCK; b++) keep[b] = pdi_limiter_share(bend[b], size[b], floor_size);
     for (int d = 0; d < PD_DIM; d++)
-        for (int b = 0; b < PDI_LIMITER_BLOCK; b++) out[d * total + b] = slope[d][b];
+        for (int b = 0; b < PDI_BLOCK; b++) out[d * total + b] = slope[d][b];
 }
 
 /* Rows, nodes beside ports, and runs shorter than a block. */
@@ -160,11 +157,11 @@ typedef struct pdi_limiter_sweep {
     double least;    /* [mol/m3] */
 } pdi_limiter_sweep;
 
-/* The last block goes together with nodes that are done already: they get the same bits again. */
 static void pdi_limiter_blocks(const pdi_limiter_sweep *s, int32_t i, int32_t length)
 {
-    for (int32_t at = 0; at < length; at += PDI_LIMITER_BLOCK) {
-        if (at > length - PDI_LIMITER_BLOCK) at = length - PDI_LIMITER_BLOCK;
+    int count;
+    for (int32_t at = 0; at < length; at += count) {
+        count = pdi_bond_block(length, &at);
         pdi_limiter_block(s->limiter, s->c + i + at, i + at, s->least);
     }
 }
@@ -177,7 +174,7 @@ static void pdi_limiter_run(const void *user, int32_t i, int32_t row, int32_t le
     int ports;
     for (int32_t begin = 0; begin < length; begin += part) {
         part = pdi_limiter_segment(s->limiter->bonds, i + begin, length - begin, &ports);
-        if (row < 0 && !ports && part >= PDI_LIMITER_BLOCK) {
+        if (row < 0 && !ports && part >= PDI_BLOCK) {
             pdi_limiter_blocks(s, i + begin, part);
             continue;
         }
@@ -198,7 +195,7 @@ PDI_FN void pdi_limiter_update(const pd_ctx *ctx, pd_limiter *l, const double *c
     s.limiter = l;
     s.c = c;
     s.least = least;
-    pdi_bond_sweep(ctx, bonds, bonds->grid->fluid_count * bonds->stencil->count * 4, pdi_limiter_run, &s);
+    pdi_bond_sweep(ctx, bonds, bonds->grid->fluid_count * bonds->stencil->count * 4, 0, pdi_limiter_run, &s);
     for (int32_t k = bonds->ghosts.count; k < bonds->ghosts.listed; k++) l->keep[bonds->ghosts.node[k]] = 1.0;
     pd_ghosts_scalar(&bonds->ghosts, l->keep);
     pd_ghosts_vector(&bonds->ghosts, l->slope);

@@ -1,5 +1,6 @@
 /* setup: see setup.h */
 #include "setup.h"
+#include <math.h>
 #include <stdarg.h>
 #include <stdio.h>
 #include <string.h>
@@ -63,6 +64,11 @@ PDI_FN const char *pdi_setup_monitor_name(pd_monitor_kind kind)
 }
 
 PDI_FN const char *pdi_setup_side_name(int side) { return pdi_setup_sides[side]; }
+
+PDI_FN int pdi_setup_cells(const pd_setup *setup, int axis)
+{
+    return (int)floor((setup->hi[axis] - setup->lo[axis]) / setup->h[axis] + 0.5);
+}
 
 PDI_FN const pd_expr_symbol *pdi_setup_position(void) { return pdi_setup_axes; }
 

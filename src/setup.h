@@ -209,6 +209,8 @@ PDI_FN const char *pdi_setup_monitor_name(pd_monitor_kind kind);
 PDI_FN const char *pdi_setup_field_needs(const pd_setup *setup, pd_field field);
 /* "x-", "x+", "y-", ... */
 PDI_FN const char *pdi_setup_side_name(int side);
+/* Cells of the box along an axis. */
+PDI_FN int pdi_setup_cells(const pd_setup *setup, int axis);
 /* The variables x, y, z of expressions, PD_DIM of them. */
 PDI_FN const pd_expr_symbol *pdi_setup_position(void);
 /* Append a shape; *index is its place. PD_ERR_SIZE: too many. */

@@ -160,15 +160,10 @@ static pd_status pdi_twin_geometry(pd_ctx *ctx, const pd_setup *setup, const pd_
     return status;
 }
 
-static int pdi_twin_cells(const pd_setup *setup, int axis)
-{
-    return (int)floor((setup->hi[axis] - setup->lo[axis]) / setup->h[axis] + 0.5);
-}
-
 static pd_status pdi_twin_box(pd_ctx *ctx, const pd_setup *setup, int factor)
 {
     for (int d = 0; d < PD_DIM; d++) {
-        int cells = pdi_twin_cells(setup, d);
+        int cells = pdi_setup_cells(setup, d);
         if (cells % factor)
             return pdi_fail(ctx, PD_ERR_GEOMETRY, "twin",
                             "the lattice at %d h cannot hold the scene: the box has %d cells along %c, expected a"
@@ -183,7 +178,7 @@ static pd_status pdi_twin_face(pd_ctx *ctx, const pd_setup *setup, int factor, i
 {
     char text[PD_UNITS_TEXT];
     double index = (place - setup->lo[axis]) / setup->h[axis], whole = floor(index + 0.5);
-    int inside = index > PDI_TWIN_NEAR && index < pdi_twin_cells(setup, axis) - PDI_TWIN_NEAR;
+    int inside = index > PDI_TWIN_NEAR && index < pdi_setup_cells(setup, axis) - PDI_TWIN_NEAR;
     if (!inside || fabs(index - whole) > PDI_TWIN_NEAR || (int)whole % factor == 0) return PD_OK;
     pdi_setup_show(place, "m", text);
     return pdi_fail(ctx, PD_ERR_GEOMETRY, "twin",
@@ -241,7 +236,7 @@ pd_status pd_twin_build(pd_ctx *ctx, const pd_setup *setup, int factor, pd_twin 
         const pd_setup_monitor *m = &setup->monitor[k];
         if (m->kind == PD_MONITOR_LINE) continue; /* nothing but files */
         if (m->kind == PD_MONITOR_PLANE) {
-            PDI_TRY(pdi_twin_plane(ctx, m, pdi_twin_cells(setup, m->axis), factor, twin));
+            PDI_TRY(pdi_twin_plane(ctx, m, pdi_setup_cells(setup, m->axis), factor, twin));
             continue;
         }
         if (twin->setup.monitors == PD_SETUP_MONITORS)

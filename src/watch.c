@@ -155,9 +155,8 @@ static pd_status pdi_watch_plane(pdi_watch *w, pd_setup_monitor *m)
     const pd_setup *u = w->setup;
     double at = 0.0, index;
     PDI_TRY(pdi_watch_place(w->ctx, w->text, u, w->section, "at", &m->axis, &at));
-    double cells = floor((u->hi[m->axis] - u->lo[m->axis]) / u->h[m->axis] + 0.5);
     index = floor((at - u->lo[m->axis]) / u->h[m->axis] + 0.5);
-    if (!(index >= 1.0) || !(index <= cells - 1.0))
+    if (!(index >= 1.0) || !(index <= pdi_setup_cells(u, m->axis) - 1.0))
         return pd_text_refuse(w->ctx, w->text, w->section, "at",
                               "found %.6g m, expected a place at least half a cell inside of the box", at);
     m->index = (int)index;
