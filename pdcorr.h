@@ -36,6 +36,7 @@
  *   ghost      fills the ghosts that stand for fluid nodes: images behind periodic and mirror sides, and outlets.
  *   ring       the weights of bonds on an axisymmetric lattice, whose nodes are rings around the axis r = 0.
  *   bond       rows of open bonds for fluid nodes whose family is cut, and runs of nodes whose family is whole.
+ *   port       the fluid nodes beside inlets and outlets, and what their bonds end on.
  *   grain      Voronoi grains of a polycrystal and the volume fraction of their boundaries.
  *   line       the Laplacian of nodes with whole families by lines along axis 0.
  *   op         the peridynamic operators on scalar and vector fields.
@@ -291,8 +292,14 @@ PDI_FN double pdi_vec_invert(const double *a, double *inverse);
 #define PDI_PRAGMA(text) _Pragma(#text)
 /* Put before a for loop; nt comes from pdi_par_threads. */
 #define PDI_PARALLEL_FOR(nt) PDI_PRAGMA(omp parallel for schedule(static) num_threads(nt))
+/* Several loops under one fork: PDI_PARALLEL(nt) before a block, PDI_FOR before each loop in it. The loops do not wait
+ * for each other. */
+#define PDI_PARALLEL(nt) PDI_PRAGMA(omp parallel num_threads(nt))
+#define PDI_FOR PDI_PRAGMA(omp for schedule(static) nowait)
 #else
 #define PDI_PARALLEL_FOR(nt)
+#define PDI_PARALLEL(nt)
+#define PDI_FOR
 #endif
 
 /* Threads worth using for a loop of `work` scalar operations (1 when the fork would cost more). */
@@ -963,6 +970,36 @@ typedef double (*pdi_bond_flux_fn)(const void *user, int32_t i, int k);
 PDI_FN double pdi_bond_section(const pd_bonds *bonds, int axis, int index, pdi_bond_flux_fn flux, const void *user);
 /* First closed group on bond k from `node` (index into the stencil's groups); -1: open. */
 PDI_FN int pdi_bond_closed_group(const pd_bonds *bonds, int32_t node, int k);
+#endif
+
+#endif
+
+/* ======== >>port.h ======== */
+/* port: the fluid nodes beside inlets and outlets, and what their bonds end on.
+ *
+ * An inlet ghost holds a value of its own. An outlet shows each node the node's own value, so it has none that a sweep
+ * over many nodes could read: those beside it are listed here, and sweeps work on them one by one.
+ */
+#ifndef PD_PORT_H
+#define PD_PORT_H
+
+typedef struct pd_ports {
+    const pd_bonds *bonds;
+    int32_t count, capacity;
+    int32_t *node; /* [capacity] ascending */
+    int32_t *far;  /* [capacity][count of the stencil] far ends; closed bonds and those to outlets end on the node */
+} pd_ports;
+
+#ifdef PDI_INTERNAL
+/* Scalar operations of one of their bonds, to decide on threads: values are gathered. */
+#define PDI_PORT_WORK 8
+PDI_FN pd_status pdi_ports_build(pd_ctx *ctx, const pd_bonds *bonds, pd_ports *ports);
+/* After pd_bonds_update. */
+PDI_FN pd_status pdi_ports_update(pd_ctx *ctx, pd_ports *ports);
+PDI_FN void pdi_ports_free(pd_ctx *ctx, pd_ports *ports);
+/* How many of the `length` nodes from i along axis 0 are like the first one in having an inlet or outlet in reach, and
+ * *beside, whether it has. */
+PDI_FN int32_t pdi_port_segment(const pd_bonds *bonds, int32_t i, int32_t length, int *beside);
 #endif
 
 #endif
@@ -2469,19 +2506,18 @@ PDI_FN void pdi_diffusion_bond(const pd_diffusion *diffusion, int32_t i, int k, 
 
 typedef struct pd_limiter {
     const pd_bonds *bonds;
+    const pd_ports *ports;
     const pd_diffusion *diffusion;
     double *slope; /* [PD_DIM][total] [mol/m4] gradient, images included */
     double *keep;  /* [total] [-] images included; ghosts of inlets 1 */
 } pd_limiter;
 
 #ifdef PDI_INTERNAL
-PDI_FN pd_status pdi_limiter_build(pd_ctx *ctx, const pd_diffusion *diffusion, pd_limiter *limiter);
+/* Both are borrowed. */
+PDI_FN pd_status pdi_limiter_build(pd_ctx *ctx, const pd_diffusion *diffusion, const pd_ports *ports,
+                                   pd_limiter *limiter);
 /* c [total] with its images and inlets; steps along bonds far below `least` [mol/m3] count as none. */
 PDI_FN void pdi_limiter_update(const pd_ctx *ctx, pd_limiter *limiter, const double *c, double least);
-/* 1 when the family of node i may hold ghosts of an inlet or outlet. */
-PDI_FN int pdi_limiter_ports(const pd_bonds *bonds, int32_t i);
-/* How many of the `length` nodes from i along axis 0 are like the first one in that, and *ports, how it is. */
-PDI_FN int32_t pdi_limiter_segment(const pd_bonds *bonds, int32_t i, int32_t length, int *ports);
 PDI_FN void pdi_limiter_free(pd_ctx *ctx, pd_limiter *limiter);
 #endif
 
@@ -2500,18 +2536,22 @@ typedef struct pd_convect {
     const pd_flow *flow;           /* NULL: fluid at rest */
     const pd_diffusion *diffusion; /* conductances, held walls included */
     const pd_limiter *limiter;     /* with a flow */
+    const pd_ports *ports;
     const double *absorb;          /* [total] [1/s] */
     double rate;                   /* [1/s] of the term in time: 1 over the step, or 0 */
     double *flux;                  /* [count/2][total] [1/s] volume fluxes F of the first half of the bonds: those of
                                     * the others are what their far ends have, negated. NULL: fluid at rest */
     double *conduct;               /* [count][capacity] [1/s] conductances of the bonds of rows */
     int32_t capacity;              /* rows */
+    double *port_flux, *port_bond; /* [port_capacity][count] [1/s] volume fluxes, and conductances, of the bonds of
+                                    * nodes beside ports */
+    int32_t port_capacity;
 } pd_convect;
 
 #ifdef PDI_INTERNAL
 /* The borrowed terms are given. */
 PDI_FN pd_status pdi_convect_build(pd_ctx *ctx, pd_convect *convect);
-/* After pd_bonds_update: room for its rows. */
+/* After pd_bonds_update and pdi_ports_update: room for their rows. */
 PDI_FN pd_status pdi_convect_fit(pd_ctx *ctx, pd_convect *convect);
 /* Store what the flow and the diffusivity give the bonds; the sweeps below read it. PD_ERR_STATE: no room for rows. */
 PDI_FN pd_status pdi_convect_refresh(pd_ctx *ctx, const pd_convect *convect);
@@ -2571,6 +2611,7 @@ typedef struct pd_transport {
     const pd_bonds *bonds;
     const pd_flow *flow;    /* NULL: fluid at rest */
     pd_diffusion diffusion; /* conductances of the bonds */
+    pd_ports ports;
     pd_limiter limiter;     /* with a flow */
     pd_convect convect;     /* fluxes of the bonds, from all of these */
     double *c;              /* [total] [mol/m3]; solid nodes: what is left of the solid */
@@ -4132,13 +4173,41 @@ PDI_FN double pdi_par_dot(const pd_ctx *ctx, int64_t n, const double *x, const d
     return dot;
 }
 
+static double pdi_par_block_max(const double *x, int64_t n)
+{
+    double largest[PDI_PAR_CHAINS], most = 0.0;
+    int64_t i = 0, odd = 0;
+    for (int c = 0; c < PDI_PAR_CHAINS; c++) largest[c] = 0.0;
+    for (; i + PDI_PAR_CHAINS <= n; i += PDI_PAR_CHAINS)
+        for (int c = 0; c < PDI_PAR_CHAINS; c++) {
+            double value = fabs(x[i + c]);
+            largest[c] = value > largest[c] ? value : largest[c];
+            odd += value != value;
+        }
+    for (; i < n; i++) {
+        double value = fabs(x[i]);
+        most = value > most ? value : most;
+        odd += value != value;
+    }
+    for (int c = 0; c < PDI_PAR_CHAINS; c++) most = largest[c] > most ? largest[c] : most;
+    return odd ? NAN : most;
+}
+
 PDI_FN double pdi_par_max_abs(const pd_ctx *ctx, int64_t n, const double *x)
 {
-    (void)ctx;
-    double largest = 0.0;
-    for (int64_t i = 0; i < n; i++) {
-        double value = fabs(x[i]);
-        if (!(value <= largest)) largest = value;
+    double partial[PDI_PAR_BATCH], largest = 0.0;
+    int nt = pdi_par_threads(ctx, n);
+    (void)nt;
+    int64_t blocks = (n + PDI_PAR_BLOCK - 1) / PDI_PAR_BLOCK;
+    for (int64_t first = 0; first < blocks; first += PDI_PAR_BATCH) {
+        int batch = (int)(blocks - first < PDI_PAR_BATCH ? blocks - first : PDI_PAR_BATCH);
+        PDI_PARALLEL_FOR(nt)
+        for (int b = 0; b < batch; b++) {
+            int64_t lo = (first + b) * PDI_PAR_BLOCK;
+            partial[b] = pdi_par_block_max(x + lo, n - lo < PDI_PAR_BLOCK ? n - lo : PDI_PAR_BLOCK);
+        }
+        for (int b = 0; b < batch; b++)
+            if (!(partial[b] <= largest)) largest = partial[b];
         if (largest != largest) return largest;
     }
     return largest;
@@ -7731,14 +7800,18 @@ PDI_FN void pdi_bond_sweep(const pd_ctx *ctx, const pd_bonds *bonds, int64_t wor
 {
     int nt = pdi_par_threads(ctx, work);
     (void)nt;
-    PDI_PARALLEL_FOR(nt)
-    for (int32_t r = 0; r < bonds->runs; r++)
-        pdi_bond_pieces(bonds->run_first[r], -1, bonds->run_length[r], most, run, user);
-    PDI_PARALLEL_FOR(nt)
-    for (int32_t b = 0; b < bonds->batches; b++)
-        pdi_bond_pieces(bonds->node[bonds->batch_first[b]], bonds->batch_first[b], bonds->batch_length[b], most, run,
-                        user);
-    for (int32_t r = bonds->plain; r < bonds->rows; r++) run(user, bonds->node[r], r, 1);
+    PDI_PARALLEL(nt)
+    {
+        PDI_FOR
+        for (int32_t r = 0; r < bonds->runs; r++)
+            pdi_bond_pieces(bonds->run_first[r], -1, bonds->run_length[r], most, run, user);
+        PDI_FOR
+        for (int32_t b = 0; b < bonds->batches; b++)
+            pdi_bond_pieces(bonds->node[bonds->batch_first[b]], bonds->batch_first[b], bonds->batch_length[b], most,
+                            run, user);
+        PDI_FOR
+        for (int32_t r = bonds->plain; r < bonds->rows; r++) run(user, bonds->node[r], r, 1);
+    }
 }
 
 /* Fluxes through the plane of the bonds that start at `node`, of index i. */
@@ -7820,6 +7893,97 @@ void pd_bonds_free(pd_ctx *ctx, pd_bonds *b)
     pdi_bond_free_runs(ctx, b);
     pdi_bond_free_batches(ctx, b);
     memset(b, 0, sizeof *b);
+}
+
+/* ======== >>port.c ======== */
+/* port: see port.h */
+#include <string.h>
+
+PDI_FN int32_t pdi_port_segment(const pd_bonds *bonds, int32_t i, int32_t length, int *beside)
+{
+    const pd_grid *grid = bonds->grid;
+    int at[PD_DIM], reach = bonds->stencil->reach;
+    pdi_grid_index(grid, i, at);
+    *beside = 1;
+    for (int d = 1; d < PD_DIM; d++) {
+        if (pdi_grid_port(grid->side[2 * d]) && at[d] < reach) return length;
+        if (pdi_grid_port(grid->side[2 * d + 1]) && at[d] >= grid->n[d] - reach) return length;
+    }
+    int32_t low = pdi_grid_port(grid->side[0]) ? reach - at[0] : 0;
+    int32_t high = (pdi_grid_port(grid->side[1]) ? grid->n[0] - reach : grid->n[0]) - at[0];
+    if (low > 0) return low < length ? low : length;
+    if (high <= 0) return length;
+    *beside = 0;
+    return high < length ? high : length;
+}
+
+static int pdi_port_any(const pd_grid *grid)
+{
+    for (int s = 0; s < 2 * PD_DIM; s++)
+        if (pdi_grid_port(grid->side[s])) return 1;
+    return 0;
+}
+
+static void pdi_port_ends(const pd_bonds *bonds, int32_t i, int32_t *far)
+{
+    for (int k = 0; k < bonds->stencil->count; k++) {
+        int32_t row = bonds->row[i], j = i + bonds->shift[k];
+        int open = row < 0 || pdi_bond_open(bonds, row, k);
+        far[k] = open && bonds->grid->kind[j] != PD_OUTLET ? j : i;
+    }
+}
+
+/* Count them, or list them. */
+static int32_t pdi_port_list(pd_ports *p, int list)
+{
+    const pd_bonds *bonds = p->bonds;
+    int32_t found = 0;
+    for (int32_t i = 0; i < bonds->grid->total; i++) {
+        int beside;
+        if (bonds->grid->kind[i] != PD_FLUID) continue;
+        pdi_port_segment(bonds, i, 1, &beside);
+        if (!beside) continue;
+        if (list) {
+            p->node[found] = i;
+            pdi_port_ends(bonds, i, p->far + (int64_t)found * bonds->stencil->count);
+        }
+        found++;
+    }
+    return found;
+}
+
+PDI_FN pd_status pdi_ports_update(pd_ctx *ctx, pd_ports *p)
+{
+    int32_t count = pdi_port_any(p->bonds->grid) ? pdi_port_list(p, 0) : 0;
+    if (count > p->capacity) {
+        const pd_bonds *bonds = p->bonds;
+        pdi_ports_free(ctx, p);
+        p->bonds = bonds;
+        PDI_TRY(PDI_NEW(ctx, "port", count, p->node));
+        pd_status status = PDI_NEW(ctx, "port", (int64_t)count * bonds->stencil->count, p->far);
+        if (status != PD_OK) {
+            PDI_DELETE(ctx, count, p->node);
+            return status;
+        }
+        p->capacity = count;
+    }
+    p->count = count ? pdi_port_list(p, 1) : 0;
+    return PD_OK;
+}
+
+PDI_FN pd_status pdi_ports_build(pd_ctx *ctx, const pd_bonds *bonds, pd_ports *p)
+{
+    memset(p, 0, sizeof *p);
+    p->bonds = bonds;
+    return pdi_ports_update(ctx, p);
+}
+
+PDI_FN void pdi_ports_free(pd_ctx *ctx, pd_ports *p)
+{
+    int64_t bonds = p->bonds ? p->bonds->stencil->count : 0;
+    PDI_DELETE(ctx, p->capacity, p->node);
+    PDI_DELETE(ctx, bonds * p->capacity, p->far);
+    memset(p, 0, sizeof *p);
 }
 
 /* ======== >>grain.c ======== */
@@ -9341,8 +9505,8 @@ pd_status pd_krylov_solve(pd_ctx *ctx, pd_krylov *krylov, pd_apply_fn apply, pd_
 
 /* Lines are swept in slabs along the last axis, even slabs then odd ones; the partition depends on the size only. */
 #define PDI_SMOOTH_SLABS 8
-#define PDI_SMOOTH_SLAB_PLANES 15
-#define PDI_SMOOTH_SLAB_CELLS 16384
+#define PDI_SMOOTH_SLAB_PLANES 7
+#define PDI_SMOOTH_SLAB_CELLS 4096
 /* Cells of level 0 whose defects are summed at a time. */
 #define PDI_SMOOTH_BLOCK 256
 
@@ -9521,37 +9685,75 @@ static inline void pdi_smooth_linked_line(const pd_smooth_level *level, const in
     for (int32_t c = end - 1; c >= first; c--) x[c] = (b[c] + pdi_smooth_sum(level, stride, c)) * inv[c];
 }
 
-/* The same on level 0. What the other lines give does not change meanwhile: r keeps it. Of the rest, only one product
- * and one sum wait for the cell before. */
-static inline void pdi_smooth_fine_line(const pd_smooth_level *fine, const int32_t *stride, int32_t first, int32_t n)
+/* What the other lines give a line of level 0, into r: it does not change while the line is swept. */
+static inline void pdi_smooth_fine_given(const pd_smooth_level *fine, const int32_t *stride, int32_t first, int32_t n)
 {
-    float *PD_RESTRICT x = fine->x + first, *PD_RESTRICT given = fine->r + first;
-    const float *PD_RESTRICT lo = fine->lo[0] + first, *PD_RESTRICT hi = fine->hi[0] + first;
-    const float *PD_RESTRICT inv = fine->inv + first, *PD_RESTRICT b = fine->b + first;
+    const float *PD_RESTRICT x = fine->x + first, *PD_RESTRICT b = fine->b + first;
+    float *PD_RESTRICT given = fine->r + first;
     for (int32_t c = 0; c < n; c++) given[c] = b[c];
     for (int d = 1; d < PD_DIM; d++) {
         const float *PD_RESTRICT below = fine->lo[d] + first, *PD_RESTRICT above = fine->hi[d] + first;
         int32_t s = stride[d];
         for (int32_t c = 0; c < n; c++) given[c] += below[c] * x[c - s] + above[c] * x[c + s];
     }
-    float last = 0.0f;
-    for (int32_t c = 0; c < n; c++)
-        x[c] = last = (given[c] + hi[c] * x[c + 1]) * inv[c] + lo[c] * inv[c] * last;
-    last = 0.0f;
-    for (int32_t c = n - 1; c > 0; c--)
-        x[c] = last = (given[c] + lo[c] * x[c - 1]) * inv[c] + hi[c] * inv[c] * last;
-    x[0] = given[0] * inv[0] + hi[0] * inv[0] * last;
 }
 
-static inline void pdi_smooth_line(const pd_smooth_level *level, const int32_t *stride, int32_t line)
+/* The same as above on `lines` (1 or 2) lines of level 0 from the cells `first`, of n cells each, that do not touch
+ * each other. Only one product and one sum wait for the cell before, and two lines wait together. */
+static inline void pdi_smooth_fine_lines(const pd_smooth_level *fine, const int32_t *stride, const int32_t *first,
+                                         int32_t n, int lines)
 {
-    int32_t n0 = level->n[0];
-    if (level->row) pdi_smooth_linked_line(level, stride, level->line[line], level->line[line + 1]);
-    else if (level->edge) pdi_smooth_linked_line(level, stride, line * n0, (line + 1) * n0);
-    else pdi_smooth_fine_line(level, stride, line * n0, n0);
+    const float *PD_RESTRICT lo = fine->lo[0], *PD_RESTRICT hi = fine->hi[0], *PD_RESTRICT inv = fine->inv;
+    const float *PD_RESTRICT given = fine->r;
+    float *PD_RESTRICT x = fine->x, last[2] = {0.0f, 0.0f};
+    for (int l = 0; l < lines; l++) pdi_smooth_fine_given(fine, stride, first[l], n);
+    for (int32_t i = 0; i < n; i++)
+        for (int l = 0; l < lines; l++) {
+            int32_t c = first[l] + i;
+            x[c] = last[l] = (given[c] + hi[c] * x[c + 1]) * inv[c] + lo[c] * inv[c] * last[l];
+        }
+    last[0] = last[1] = 0.0f;
+    for (int32_t i = n - 1; i > 0; i--)
+        for (int l = 0; l < lines; l++) {
+            int32_t c = first[l] + i;
+            x[c] = last[l] = (given[c] + lo[c] * x[c - 1]) * inv[c] + hi[c] * inv[c] * last[l];
+        }
+    for (int l = 0; l < lines; l++) {
+        int32_t c = first[l];
+        x[c] = given[c] * inv[c] + hi[c] * inv[c] * last[l];
+    }
 }
 
-/* Lines of the slabs, ascending or descending; slabs of one parity do not touch each other. */
+/* Lines `line` and `beside` (-1: none). */
+static inline void pdi_smooth_line(const pd_smooth_level *level, const int32_t *stride, int32_t line, int32_t beside)
+{
+    int32_t n0 = level->n[0], first[2];
+    first[0] = line * n0;
+    first[1] = beside * n0;
+    if (level->row || level->edge) {
+        for (int32_t q = line; q >= 0; q = q == line ? beside : -1) {
+            if (level->row) pdi_smooth_linked_line(level, stride, level->line[q], level->line[q + 1]);
+            else pdi_smooth_linked_line(level, stride, q * n0, (q + 1) * n0);
+        }
+    } else if (beside >= 0) pdi_smooth_fine_lines(level, stride, first, n0, 2);
+    else pdi_smooth_fine_lines(level, stride, first, n0, 1);
+}
+
+/* Lines [begin[0], end[0]) and, where it is not empty, [begin[1], end[1]) at their side. */
+static void pdi_smooth_slabs(const pd_smooth_level *level, const int32_t *stride, const int32_t *begin,
+                             const int32_t *end, int descending)
+{
+    int32_t count[2];
+    for (int l = 0; l < 2; l++) count[l] = end[l] - begin[l];
+    for (int32_t q = 0; q < count[0] || q < count[1]; q++) {
+        int32_t line[2];
+        for (int l = 0; l < 2; l++) line[l] = q >= count[l] ? -1 : descending ? end[l] - 1 - q : begin[l] + q;
+        if (line[0] >= 0) pdi_smooth_line(level, stride, line[0], line[1]);
+        else pdi_smooth_line(level, stride, line[1], -1);
+    }
+}
+
+/* Lines of the slabs, ascending or descending; slabs of one parity do not touch each other, and are swept by twos. */
 PDI_FN void pdi_smooth_lines(const pd_ctx *ctx, const pd_smooth_level *level, int descending)
 {
     int32_t stride[PD_DIM], planes = PD_DIM > 1 ? level->n[PD_DIM - 1] : 1, lines = 1;
@@ -9561,16 +9763,19 @@ PDI_FN void pdi_smooth_lines(const pd_ctx *ctx, const pd_smooth_level *level, in
     if (slabs > PDI_SMOOTH_SLABS) slabs = PDI_SMOOTH_SLABS;
     if (slabs > 1) slabs -= slabs % 2; /* as many of either parity; the last may touch the first */
     if (slabs < 1) slabs = 1;
-    int nt = slabs > 1 ? pdi_par_threads(ctx, (int64_t)level->cells * PDI_SMOOTH_WORK) : 1;
+    int nt = slabs > 4 ? pdi_par_threads(ctx, (int64_t)level->cells * PDI_SMOOTH_WORK) : 1;
     (void)nt;
     for (int half = 0; half < 2; half++) {
         int parity = descending ? 1 - half : half;
         PDI_PARALLEL_FOR(nt)
-        for (int s = parity; s < slabs; s += 2) {
-            int32_t first = (int32_t)((int64_t)planes * s / slabs) * (lines / planes);
-            int32_t end = (int32_t)((int64_t)planes * (s + 1) / slabs) * (lines / planes);
-            for (int32_t q = first; q < end; q++)
-                pdi_smooth_line(level, stride, descending ? first + end - 1 - q : q);
+        for (int s = parity; s < slabs; s += 4) {
+            int32_t begin[2], end[2];
+            for (int l = 0; l < 2; l++) {
+                int slab = s + 2 * l < slabs ? s + 2 * l : -1;
+                begin[l] = slab < 0 ? 0 : (int32_t)((int64_t)planes * slab / slabs) * (lines / planes);
+                end[l] = slab < 0 ? 0 : (int32_t)((int64_t)planes * (slab + 1) / slabs) * (lines / planes);
+            }
+            pdi_smooth_slabs(level, stride, begin, end, descending);
         }
     }
 }
@@ -11571,6 +11776,8 @@ pd_status pd_text_unused(pd_ctx *ctx, const pd_text *text)
 #define PDI_DEFLATE_CHAIN 192      /* candidates looked at per position */
 #define PDI_DEFLATE_MAX_MATCH 258
 #define PDI_DEFLATE_BLOCK 16384    /* symbols per block */
+#define PDI_DEFLATE_LONG 64        /* such a match is good enough; inside of it, few positions begin another */
+#define PDI_DEFLATE_ENDING 16      /* those at its end */
 #define PDI_DEFLATE_LITERALS 286
 #define PDI_DEFLATE_DISTANCES 30
 #define PDI_DEFLATE_LENGTH_CODES 19
@@ -11625,13 +11832,14 @@ PDI_FN uint32_t pdi_deflate_adler(const uint8_t *data, size_t size)
     while (size) {
         size_t n = size < 5552 ? size : 5552; /* the longest run whose sums fit 32 bits */
         size -= n;
-        for (size_t i = 0; i < n; i++) {
-            a += data[i];
-            b += a;
+        uint32_t sum = 0, ramp = 0; /* what the running sum a adds to b, byte by byte: a loop of vectors */
+        for (uint32_t i = 0; i < n; i++) {
+            sum += data[i];
+            ramp += ((uint32_t)n - i) * data[i];
         }
         data += n;
-        a %= 65521;
-        b %= 65521;
+        b = (uint32_t)(((uint64_t)b + (uint64_t)n * a + ramp) % 65521);
+        a = (a + sum) % 65521;
     }
     return b << 16 | a;
 }
@@ -11939,6 +12147,19 @@ static void pdi_deflate_insert(pdi_deflate_state *s, size_t at)
     s->head[hash] = (int32_t)at;
 }
 
+/* How many of the first `most` bytes agree. */
+static uint32_t pdi_deflate_common(const uint8_t *here, const uint8_t *there, uint32_t most)
+{
+    uint32_t length = 0;
+    for (uint64_t a, b; length + sizeof a <= most; length += (uint32_t)sizeof a) {
+        memcpy(&a, here + length, sizeof a);
+        memcpy(&b, there + length, sizeof b);
+        if (a != b) break;
+    }
+    while (length < most && there[length] == here[length]) length++;
+    return length;
+}
+
 /* The longest match of at least 3 bytes for the position just inserted; the nearest among equals. */
 static uint32_t pdi_deflate_match(const pdi_deflate_state *s, size_t at, uint32_t *distance)
 {
@@ -11951,8 +12172,7 @@ static uint32_t pdi_deflate_match(const pdi_deflate_state *s, size_t at, uint32_
         if (at - (size_t)candidate > PDI_DEFLATE_WINDOW - 1) break;
         const uint8_t *there = s->data + candidate;
         if (there[best] == here[best]) {
-            uint32_t length = 0;
-            while (length < most && there[length] == here[length]) length++;
+            uint32_t length = pdi_deflate_common(here, there, most);
             if (length > best) {
                 best = length;
                 *distance = (uint32_t)(at - (size_t)candidate);
@@ -11990,11 +12210,12 @@ static pd_status pdi_deflate_run(pd_ctx *ctx, pdi_deflate_state *s)
         uint32_t next = 0, next_distance = 0;
         if (at + 1 < s->size) {
             pdi_deflate_insert(s, at + 1);
-            if (length < 64) next = pdi_deflate_match(s, at + 1, &next_distance);
+            if (length < PDI_DEFLATE_LONG) next = pdi_deflate_match(s, at + 1, &next_distance);
         }
         if (length >= 3 && length >= next) {
             PDI_TRY(pdi_deflate_symbol(ctx, s, length, distance, at + length));
-            for (uint32_t k = 2; k < length; k++) pdi_deflate_insert(s, at + k);
+            for (uint32_t k = length < PDI_DEFLATE_LONG ? 2 : length - PDI_DEFLATE_ENDING; k < length; k++)
+                pdi_deflate_insert(s, at + k);
             at += length;
             length = 0;
             if (at < s->size) {
@@ -12354,6 +12575,11 @@ static void pdi_png_filter_row(const uint8_t *row, const uint8_t *above, size_t 
                                uint8_t *out)
 {
     uint64_t best_sum = 0;
+    if (memcmp(row, above, stride) == 0) { /* as most rows of a field drawn cell by cell */
+        out[0] = PDI_PNG_UP;
+        memset(out + 1, 0, stride);
+        return;
+    }
     for (int filter = 0; filter < PDI_PNG_FILTERS; filter++) {
         uint64_t sum = 0;
         pdi_png_filter(filter, row, above, stride, step, trial);
@@ -16445,36 +16671,10 @@ typedef struct pdi_limiter_piece {
     const double *c; /* [mol/m3] of these nodes */
     int32_t i, row;
     int count;
-    double gate[PDI_LANES]; /* 1.0: the bond takes part, 0.0: it does not */
-    double lean[PDI_LANES]; /* the same for the gradient */
+    double gate[PDI_LANES]; /* 1.0: the bond is open, 0.0: it is not */
     double bend[PDI_LANES]; /* [mol/m5] sum of the weighted steps */
     double size[PDI_LANES]; /* [mol/m5] sum of their sizes */
 } pdi_limiter_piece;
-
-PDI_FN int32_t pdi_limiter_segment(const pd_bonds *bonds, int32_t i, int32_t length, int *ports)
-{
-    const pd_grid *grid = bonds->grid;
-    int at[PD_DIM], reach = bonds->stencil->reach;
-    pdi_grid_index(grid, i, at);
-    *ports = 1;
-    for (int d = 1; d < PD_DIM; d++) {
-        if (pdi_grid_port(grid->side[2 * d]) && at[d] < reach) return length;
-        if (pdi_grid_port(grid->side[2 * d + 1]) && at[d] >= grid->n[d] - reach) return length;
-    }
-    int32_t low = pdi_grid_port(grid->side[0]) ? reach - at[0] : 0;
-    int32_t high = (pdi_grid_port(grid->side[1]) ? grid->n[0] - reach : grid->n[0]) - at[0];
-    if (low > 0) return low < length ? low : length;
-    if (high <= 0) return length;
-    *ports = 0;
-    return high < length ? high : length;
-}
-
-PDI_FN int pdi_limiter_ports(const pd_bonds *bonds, int32_t i)
-{
-    int ports;
-    pdi_limiter_segment(bonds, i, 1, &ports);
-    return ports;
-}
 
 /* The gradient of the node needs the moments of its open bonds: some of the others see no held value. */
 static int pdi_limiter_cut(const pd_limiter *l, int32_t i)
@@ -16483,21 +16683,12 @@ static int pdi_limiter_cut(const pd_limiter *l, int32_t i)
     return f->cut[i] > 0.0f && !(f->hold && f->hold[i] > 0.0 && !f->hold_part[i]);
 }
 
-/* Which of the nodes have bond k open; 0: none. Outlets show the value of the node, inlets are no part of the moments
- * of eq. 3.5. */
-static int pdi_limiter_gates(const pd_limiter *l, pdi_limiter_piece *p, int k, int ports)
+/* Which of the rows have bond k open; 0: none. */
+static int pdi_limiter_gates(const pd_bonds *bonds, pdi_limiter_piece *p, int k)
 {
-    const pd_bonds *bonds = l->bonds;
-    pdi_lanes open = p->row < 0 ? PDI_LANES_ALL : pdi_bond_open_lanes(bonds, p->row, k, p->count, p->gate);
-    if (open == PDI_LANES_NONE) return 0;
-    for (int b = 0; b < p->count; b++) {
-        if (open == PDI_LANES_ALL) p->gate[b] = 1.0;
-        if (ports && bonds->grid->kind[p->i + b + bonds->shift[k]] == PD_OUTLET) p->gate[b] = 0.0;
-        p->lean[b] = p->gate[b];
-        if (ports && bonds->grid->kind[p->i + b + bonds->shift[k]] == PD_INLET && pdi_limiter_cut(l, p->i + b))
-            p->lean[b] = 0.0;
-    }
-    return 1;
+    pdi_lanes open = pdi_bond_open_lanes(bonds, p->row, k, p->count, p->gate);
+    for (int b = 0; b < p->count && open == PDI_LANES_ALL; b++) p->gate[b] = 1.0;
+    return open != PDI_LANES_NONE;
 }
 
 /* What held walls add to the sums and to the gradient of a node, or the moments of its open bonds (eq. 3.5). */
@@ -16559,31 +16750,58 @@ static void pdi_limiter_block(const pd_limiter *l, const double *PD_RESTRICT c, 
         for (int b = 0; b < PDI_BLOCK; b++) out[d * total + b] = slope[d][b];
 }
 
-/* Rows, nodes beside ports, and runs shorter than a block. */
-static void pdi_limiter_lanes(const pd_limiter *l, pdi_limiter_piece *p, int ports, double least)
+/* Rows, and runs shorter than a block. */
+static void pdi_limiter_lanes(const pd_limiter *l, pdi_limiter_piece *p, double least)
 {
     const pd_bonds *bonds = l->bonds;
     const pd_stencil *s = bonds->stencil;
     int64_t total = bonds->grid->total;
     double *slope = l->slope + p->i, *keep = l->keep + p->i, floor_size = least * s->lap_sum;
-    int plain = p->row < 0 && !ports;
     for (int b = 0; b < p->count; b++) {
         p->bend[b] = p->size[b] = 0.0;
-        p->gate[b] = p->lean[b] = 1.0;
+        p->gate[b] = 1.0;
         for (int d = 0; d < PD_DIM; d++) slope[d * total + b] = 0.0;
     }
     for (int k = 0; k < s->count; k++) {
         const double *far = p->c + bonds->shift[k], *g = s->grad + k * PD_DIM;
-        if (!plain && !pdi_limiter_gates(l, p, k, ports)) continue;
+        if (p->row >= 0 && !pdi_limiter_gates(bonds, p, k)) continue;
         for (int b = 0; b < p->count; b++) {
-            double step = far[b] - p->c[b], part = s->lap[k] * p->gate[b] * step;
+            double step = p->gate[b] * (far[b] - p->c[b]), part = s->lap[k] * step;
             p->bend[b] += part;
             p->size[b] += fabs(part);
-            for (int d = 0; d < PD_DIM; d++) slope[d * total + b] += g[d] * p->lean[b] * step;
+            for (int d = 0; d < PD_DIM; d++) slope[d * total + b] += g[d] * step;
         }
     }
     for (int b = 0; b < p->count && p->row >= 0; b++) pdi_limiter_walls(l, p, b);
     for (int b = 0; b < p->count; b++) keep[b] = pdi_limiter_share(p->bend[b], p->size[b], floor_size);
+}
+
+/* Node `at` of the list beside ports. Outlets show the value of the node; inlets are no part of the moments of eq.
+ * 3.5. */
+static void pdi_limiter_port(const pd_limiter *l, int32_t at, const double *c, double least)
+{
+    const pd_stencil *s = l->bonds->stencil;
+    int32_t i = l->ports->node[at];
+    const int32_t *far = l->ports->far + (int64_t)at * s->count;
+    int64_t total = l->bonds->grid->total;
+    double slope[PD_DIM] = {0.0};
+    int cut = pdi_limiter_cut(l, i);
+    pdi_limiter_piece p;
+    p.c = c + i;
+    p.i = i;
+    p.row = l->bonds->row[i];
+    p.count = 1;
+    p.bend[0] = p.size[0] = 0.0;
+    for (int k = 0; k < s->count; k++) {
+        double step = c[far[k]] - c[i], part = s->lap[k] * step;
+        p.bend[0] += part;
+        p.size[0] += fabs(part);
+        if (cut && l->bonds->grid->kind[far[k]] == PD_INLET) continue;
+        for (int d = 0; d < PD_DIM; d++) slope[d] += s->grad[k * PD_DIM + d] * step;
+    }
+    for (int d = 0; d < PD_DIM; d++) l->slope[d * total + i] = slope[d];
+    if (p.row >= 0) pdi_limiter_walls(l, &p, 0);
+    l->keep[i] = pdi_limiter_share(p.bend[0], p.size[0], least * s->lap_sum);
 }
 
 /* The operands of a sweep. */
@@ -16607,10 +16825,11 @@ static void pdi_limiter_run(const void *user, int32_t i, int32_t row, int32_t le
     const pdi_limiter_sweep *s = (const pdi_limiter_sweep *)user;
     pdi_limiter_piece p;
     int32_t part;
-    int ports;
+    int beside;
     for (int32_t begin = 0; begin < length; begin += part) {
-        part = pdi_limiter_segment(s->limiter->bonds, i + begin, length - begin, &ports);
-        if (row < 0 && !ports && part >= PDI_BLOCK) {
+        part = pdi_port_segment(s->limiter->bonds, i + begin, length - begin, &beside);
+        if (beside) continue;
+        if (row < 0 && part >= PDI_BLOCK) {
             pdi_limiter_blocks(s, i + begin, part);
             continue;
         }
@@ -16619,7 +16838,7 @@ static void pdi_limiter_run(const void *user, int32_t i, int32_t row, int32_t le
             p.i = i + begin + at;
             p.row = row < 0 ? row : row + begin + at;
             p.c = s->c + p.i;
-            pdi_limiter_lanes(s->limiter, &p, ports, s->least);
+            pdi_limiter_lanes(s->limiter, &p, s->least);
         }
     }
 }
@@ -16632,16 +16851,22 @@ PDI_FN void pdi_limiter_update(const pd_ctx *ctx, pd_limiter *l, const double *c
     s.c = c;
     s.least = least;
     pdi_bond_sweep(ctx, bonds, bonds->grid->fluid_count * bonds->stencil->count * 4, 0, pdi_limiter_run, &s);
+    int nt = pdi_par_threads(ctx, (int64_t)l->ports->count * bonds->stencil->count * PDI_PORT_WORK);
+    (void)nt;
+    PDI_PARALLEL_FOR(nt)
+    for (int32_t p = 0; p < l->ports->count; p++) pdi_limiter_port(l, p, c, least);
     for (int32_t k = bonds->ghosts.count; k < bonds->ghosts.listed; k++) l->keep[bonds->ghosts.node[k]] = 1.0;
     pd_ghosts_scalar(&bonds->ghosts, l->keep);
     pd_ghosts_vector(&bonds->ghosts, l->slope);
 }
 
-PDI_FN pd_status pdi_limiter_build(pd_ctx *ctx, const pd_diffusion *diffusion, pd_limiter *l)
+PDI_FN pd_status pdi_limiter_build(pd_ctx *ctx, const pd_diffusion *diffusion, const pd_ports *ports,
+                                   pd_limiter *l)
 {
     int64_t total = diffusion->bonds->grid->total;
     memset(l, 0, sizeof *l);
     l->bonds = diffusion->bonds;
+    l->ports = ports;
     l->diffusion = diffusion;
     PDI_TRY(PDI_NEW(ctx, "limiter", PD_DIM * total, l->slope));
     return PDI_NEW(ctx, "limiter", total, l->keep);
@@ -16669,6 +16894,9 @@ PDI_FN void pdi_limiter_free(pd_ctx *ctx, pd_limiter *l)
 /* Share of xi.G in the antidiffusive fluxes: damps what alternates from node to node, which a central flux does not
  * see. */
 #define PDI_CONVECT_LEAN 0.3
+
+/* For fluid at rest. */
+static const double pdi_convect_still[PDI_BLOCK] = {0.0};
 
 /* Where F of bond k of the nodes from i stands, and the factor that it is to be taken with. */
 static inline double *pdi_convect_slot(const pd_convect *t, int32_t i, int k, double *factor)
@@ -16776,6 +17004,17 @@ static void pdi_convect_refresh_run(const void *user, int32_t i, int32_t row, in
     }
 }
 
+/* F and the conductance of bond k of node i, as stored. */
+static void pdi_convect_one(const pd_convect *t, int32_t i, int k, double *flux, double *bond)
+{
+    int32_t row = t->bonds->row[i];
+    double factor = 0.0;
+    const double *slot = t->flow ? pdi_convect_slot(t, i, k, &factor) : pdi_convect_still;
+    *flux = factor * *slot;
+    if (row >= 0) *bond = t->conduct[(int64_t)k * t->capacity + row];
+    else pdi_diffusion_bond(t->diffusion, i, k, 1, 0, bond);
+}
+
 PDI_FN pd_status pdi_convect_refresh(pd_ctx *ctx, const pd_convect *convect)
 {
     const pd_bonds *bonds = convect->bonds;
@@ -16785,6 +17024,11 @@ PDI_FN pd_status pdi_convect_refresh(pd_ctx *ctx, const pd_convect *convect)
                         convect->capacity);
     pdi_bond_sweep(ctx, bonds, bonds->grid->fluid_count * bonds->stencil->count * 8, PDI_LANES, pdi_convect_refresh_run,
                    convect);
+    for (int32_t p = 0; p < convect->ports->count; p++)
+        for (int k = 0; k < bonds->stencil->count; k++) {
+            int64_t slot = (int64_t)p * bonds->stencil->count + k;
+            pdi_convect_one(convect, convect->ports->node[p], k, convect->port_flux + slot, convect->port_bond + slot);
+        }
     return PD_OK;
 }
 
@@ -16793,13 +17037,14 @@ PDI_FN pd_status pdi_convect_refresh(pd_ctx *ctx, const pd_convect *convect)
 /* What a sweep does with its nodes: y = A c, or the limited antidiffusive fluxes y. */
 typedef struct pdi_convect_sweep pdi_convect_sweep;
 typedef void (*pdi_convect_block_fn)(const pdi_convect_sweep *s, int32_t i, int32_t row, int count);
+typedef void (*pdi_convect_port_fn)(const pdi_convect_sweep *s, int32_t p);
 
 struct pdi_convect_sweep {
     const pd_convect *t;
     const double *c;
     double *y;
     pdi_convect_block_fn block; /* of nodes away from ports */
-    pdi_convect_block_fn port;  /* of one node beside inlets or outlets */
+    pdi_convect_port_fn port;   /* of one node beside inlets or outlets */
 };
 
 /* Bond k of a block and its opposite one, to the far ends ahead and behind. */
@@ -16810,9 +17055,6 @@ typedef struct pdi_convect_pair {
     const double *ahead, *behind;           /* conductances [1/s] */
     double space[2][PDI_BLOCK];     /* for those of whole families */
 } pdi_convect_pair;
-
-/* For fluid at rest. */
-static const double pdi_convect_still[PDI_BLOCK] = {0.0};
 
 static inline void pdi_convect_pair_get(const pd_convect *t, int32_t i, int32_t row, int k, int count,
                                         pdi_convect_pair *p)
@@ -16878,38 +17120,16 @@ static void pdi_convect_apply_nodes(const pdi_convect_sweep *s, int32_t i, int32
     else pdi_convect_apply_block(s, i, row, count);
 }
 
-/* What a node beside a port reads of one bond. */
-typedef struct pdi_convect_one {
-    double flux, bond; /* [1/s] */
-    double far;        /* [mol/m3] an outlet takes c of the node, and only moves with the flow */
-    double lean;       /* [-] of the step along it: none from an inlet, which has no gradient */
-} pdi_convect_one;
-
-static void pdi_convect_one_get(const pdi_convect_sweep *s, int32_t i, int32_t row, int k, pdi_convect_one *one)
+static void pdi_convect_apply_port(const pdi_convect_sweep *s, int32_t p)
 {
     const pd_convect *t = s->t;
-    int32_t j = i + t->bonds->shift[k];
-    uint8_t kind = t->bonds->grid->kind[j];
-    double factor = 0.0;
-    const double *slot = t->flow ? pdi_convect_slot(t, i, k, &factor) : pdi_convect_still;
-    one->flux = factor * *slot;
-    if (row >= 0) one->bond = t->conduct[(int64_t)k * t->capacity + row];
-    else pdi_diffusion_bond(t->diffusion, i, k, 1, 0, &one->bond);
-    one->far = kind == PD_OUTLET ? s->c[i] : s->c[j];
-    one->lean = kind == PD_INLET && one->flux <= 0.0 ? 0.0 : PDI_CONVECT_LEAN;
-}
-
-static void pdi_convect_apply_port(const pdi_convect_sweep *s, int32_t i, int32_t row, int count)
-{
-    const pd_convect *t = s->t;
+    int count = t->bonds->stencil->count;
+    int32_t i = t->ports->node[p];
+    const int32_t *far = t->ports->far + (int64_t)p * count;
+    const double *flux = t->port_flux + (int64_t)p * count, *bond = t->port_bond + (int64_t)p * count;
     double c = s->c[i], sum = (t->rate + t->absorb[i]) * c;
-    (void)count;
     if (t->diffusion->hold) sum += t->diffusion->hold[i] * c;
-    for (int k = 0; k < t->bonds->stencil->count; k++) {
-        pdi_convect_one one;
-        pdi_convect_one_get(s, i, row, k, &one);
-        sum += pdi_convect_leave(0.5 * one.flux, one.bond, c, one.far);
-    }
+    for (int k = 0; k < count; k++) sum += pdi_convect_leave(0.5 * flux[k], bond[k], c, s->c[far[k]]);
     s->y[i] = sum;
 }
 
@@ -16961,46 +17181,41 @@ static void pdi_convect_anti_nodes(const pdi_convect_sweep *s, int32_t i, int32_
     else pdi_convect_anti_block(s, i, row, count);
 }
 
-/* The antidiffusive flux out of node i, beside a port, through bond k. */
-static double pdi_convect_anti_one(const pdi_convect_sweep *s, int32_t i, int32_t row, int k)
+/* The antidiffusive flux out of node i through bond k, which ends on `far`. Inlets have no gradient. */
+static double pdi_convect_anti_one(const pdi_convect_sweep *s, int32_t i, int32_t far, int k, double flux, double bond)
+{
+    const pd_grid *grid = s->t->bonds->grid;
+    const pd_limiter *limiter = s->t->limiter;
+    int32_t upwind = flux > 0.0 ? i : far;
+    double x = 0.0, lean = grid->kind[upwind] == PD_INLET ? 0.0 : PDI_CONVECT_LEAN;
+    for (int d = 0; d < PD_DIM; d++)
+        x += s->t->bonds->stencil->xi[k * PD_DIM + d] * limiter->slope[(int64_t)d * grid->total + upwind];
+    return pdi_convect_return(flux, bond, s->c[far] - s->c[i], lean, x, limiter->keep[upwind]);
+}
+
+static void pdi_convect_anti_port(const pdi_convect_sweep *s, int32_t p)
 {
     const pd_convect *t = s->t;
-    const pd_limiter *limiter = t->limiter;
-    pdi_convect_one one;
-    pdi_convect_one_get(s, i, row, k, &one);
-    int32_t upwind = one.flux > 0.0 ? i : i + t->bonds->shift[k];
-    double x = 0.0;
-    for (int d = 0; d < PD_DIM; d++)
-        x += t->bonds->stencil->xi[k * PD_DIM + d] * limiter->slope[(int64_t)d * t->bonds->grid->total + upwind];
-    return pdi_convect_return(one.flux, one.bond, one.far - s->c[i], one.lean, x, limiter->keep[upwind]);
-}
-
-static void pdi_convect_anti_port(const pdi_convect_sweep *s, int32_t i, int32_t row, int count)
-{
+    int count = t->bonds->stencil->count;
+    int64_t first = (int64_t)p * count;
     double sum = 0.0;
-    (void)count;
-    for (int k = 0; k < s->t->bonds->stencil->count; k++) sum -= pdi_convect_anti_one(s, i, row, k);
-    s->y[i] = sum;
-}
-
-/* `length` nodes from i, all beside ports or none. */
-static void pdi_convect_part(const pdi_convect_sweep *s, int32_t i, int32_t row, int32_t length, int ports)
-{
-    int count;
-    for (int32_t at = 0; at < length; at += count) {
-        count = ports ? 1 : pdi_bond_block(length, &at);
-        (ports ? s->port : s->block)(s, i + at, row < 0 ? row : row + at, count);
-    }
+    for (int k = 0; k < count; k++)
+        sum -= pdi_convect_anti_one(s, t->ports->node[p], t->ports->far[first + k], k, t->port_flux[first + k],
+                                    t->port_bond[first + k]);
+    s->y[t->ports->node[p]] = sum;
 }
 
 static void pdi_convect_run(const void *user, int32_t i, int32_t row, int32_t length)
 {
     const pdi_convect_sweep *s = (const pdi_convect_sweep *)user;
     int32_t part;
-    int ports;
+    int beside, count;
     for (int32_t begin = 0; begin < length; begin += part) {
-        part = pdi_limiter_segment(s->t->bonds, i + begin, length - begin, &ports);
-        pdi_convect_part(s, i + begin, row < 0 ? row : row + begin, part, ports);
+        part = pdi_port_segment(s->t->bonds, i + begin, length - begin, &beside);
+        for (int32_t at = 0; at < part && !beside; at += count) {
+            count = pdi_bond_block(part, &at);
+            s->block(s, i + begin + at, row < 0 ? row : row + begin + at, count);
+        }
     }
 }
 
@@ -17008,6 +17223,10 @@ static void pdi_convect_sweep_all(const pd_ctx *ctx, pdi_convect_sweep *s)
 {
     const pd_bonds *bonds = s->t->bonds;
     pdi_bond_sweep(ctx, bonds, bonds->grid->fluid_count * bonds->stencil->count * 2, 0, pdi_convect_run, s);
+    int nt = pdi_par_threads(ctx, (int64_t)s->t->ports->count * bonds->stencil->count * PDI_PORT_WORK);
+    (void)nt;
+    PDI_PARALLEL_FOR(nt)
+    for (int32_t p = 0; p < s->t->ports->count; p++) s->port(s, p);
 }
 
 PDI_FN void pdi_convect_apply(const pd_ctx *ctx, const pd_convect *convect, const double *c, double *y)
@@ -17064,7 +17283,10 @@ static double pdi_convect_section_anti(const void *user, int32_t i, int k)
     memset(&s, 0, sizeof s);
     s.t = t;
     s.c = section->c;
-    return -pdi_convect_anti_one(&s, i, t->bonds->row[i], k);
+    double flux, bond;
+    pdi_convect_one(t, i, k, &flux, &bond);
+    if (t->bonds->grid->kind[j] == PD_OUTLET) j = i;
+    return -pdi_convect_anti_one(&s, i, j, k, flux, bond);
 }
 
 /* What passes the plane by antidiffusion is all that the nodes on one side of it gain, since the fluxes between them
@@ -17100,16 +17322,31 @@ PDI_FN double pdi_convect_through(const pd_convect *convect, const double *c, co
     return (low - gain) * convect->bonds->stencil->volume;
 }
 
+static pd_status pdi_convect_fit_ports(pd_ctx *ctx, pd_convect *convect)
+{
+    int64_t count = convect->bonds->stencil->count;
+    int32_t rows = convect->ports->capacity;
+    if (rows == convect->port_capacity) return PD_OK;
+    PDI_DELETE(ctx, count * convect->port_capacity, convect->port_flux);
+    PDI_DELETE(ctx, count * convect->port_capacity, convect->port_bond);
+    convect->port_capacity = 0;
+    PDI_TRY(PDI_NEW(ctx, "convect", count * rows, convect->port_flux));
+    pd_status status = PDI_NEW(ctx, "convect", count * rows, convect->port_bond);
+    if (status == PD_OK) convect->port_capacity = rows;
+    else PDI_DELETE(ctx, count * rows, convect->port_flux);
+    return status;
+}
+
 PDI_FN pd_status pdi_convect_fit(pd_ctx *ctx, pd_convect *convect)
 {
     int64_t count = convect->bonds->stencil->count;
     int32_t rows = convect->bonds->capacity;
-    if (rows == convect->capacity) return PD_OK;
+    if (rows == convect->capacity) return pdi_convect_fit_ports(ctx, convect);
     PDI_DELETE(ctx, count * convect->capacity, convect->conduct);
     convect->capacity = 0;
     PDI_TRY(PDI_NEW(ctx, "convect", count * rows, convect->conduct));
     convect->capacity = rows;
-    return PD_OK;
+    return pdi_convect_fit_ports(ctx, convect);
 }
 
 PDI_FN pd_status pdi_convect_build(pd_ctx *ctx, pd_convect *convect)
@@ -17126,7 +17363,9 @@ PDI_FN void pdi_convect_free(pd_ctx *ctx, pd_convect *convect)
     if (!bonds) return;
     PDI_DELETE(ctx, bonds->stencil->count / 2 * (int64_t)bonds->grid->total, convect->flux);
     PDI_DELETE(ctx, (int64_t)bonds->stencil->count * convect->capacity, convect->conduct);
-    convect->capacity = 0;
+    PDI_DELETE(ctx, (int64_t)bonds->stencil->count * convect->port_capacity, convect->port_flux);
+    PDI_DELETE(ctx, (int64_t)bonds->stencil->count * convect->port_capacity, convect->port_bond);
+    convect->capacity = convect->port_capacity = 0;
 }
 
 /* ======== >>transport.c ======== */
@@ -17284,6 +17523,19 @@ PDI_FN void pdi_transport_residual(const pd_ctx *ctx, const pd_transport *t, dou
     for (int32_t i = 0; i < t->grid->total; i++) out[i] = kind[i] == PD_FLUID ? t->rhs[i] - out[i] : 0.0;
 }
 
+/* Solid nodes have values, too. */
+static void pdi_transport_measure(const pd_ctx *ctx, pd_transport *t)
+{
+    const uint8_t *kind = t->grid->kind;
+    double *size = t->probe;
+    int nt = pdi_par_threads(ctx, t->grid->total * 2);
+    (void)nt;
+    PDI_PARALLEL_FOR(nt)
+    for (int32_t i = 0; i < t->grid->total; i++)
+        size[i] = kind[i] == PD_FLUID || kind[i] == PD_INLET ? t->c[i] : 0.0;
+    t->size = fmax(t->size, pdi_par_max_abs(ctx, t->grid->total, size));
+}
+
 /* Solve A delta = rhs - A c to an absolute tolerance and add delta to c. */
 static pd_status pdi_transport_correct(pd_ctx *ctx, pd_transport *t, double rtol, double atol, double *change,
                                        pd_transport_result *result)
@@ -17291,7 +17543,6 @@ static pd_status pdi_transport_correct(pd_ctx *ctx, pd_transport *t, double rtol
     pdi_transport_user user;
     pd_krylov_result linear;
     double *residual = t->work, *delta = t->work + t->grid->total;
-    const uint8_t *kind = t->grid->kind;
     user.ctx = ctx;
     user.t = t;
     pdi_transport_residual(ctx, t, residual);
@@ -17302,13 +17553,10 @@ static pd_status pdi_transport_correct(pd_ctx *ctx, pd_transport *t, double rtol
     if (status < 0) return status;
     result->krylov += linear.iterations;
     result->residual = linear.residual;
-    double moved = pdi_par_max_abs(ctx, t->grid->total, delta), size = 0.0;
-    for (int32_t i = 0; i < t->grid->total; i++) {
-        if (kind[i] != PD_FLUID) continue;
-        t->c[i] += delta[i];
-        size = fmax(size, fabs(t->c[i]));
-    }
-    *change = size > 0.0 ? moved / size : 0.0;
+    pdi_par_axpy(ctx, t->grid->total, 1.0, delta, t->c); /* zero but at fluid nodes */
+    double moved = pdi_par_max_abs(ctx, t->grid->total, delta);
+    pdi_transport_measure(ctx, t);
+    *change = t->size > 0.0 ? moved / t->size : 0.0;
     return status;
 }
 
@@ -17317,14 +17565,14 @@ static void pdi_transport_boundary(pd_transport *t)
 {
     pdi_sum out = {0.0, 0.0}, in = {0.0, 0.0};
     const pd_grid *grid = t->grid;
-    for (int32_t i = 0; i < grid->total; i++) {
-        if (grid->kind[i] != PD_FLUID) continue;
+    for (int32_t i = 0; i < grid->total && t->diffusion.hold; i++) {
+        double gain = t->diffusion.drive[i] - t->diffusion.hold[i] * t->c[i];
+        if (grid->kind[i] == PD_FLUID)
+            pdi_sum_add(gain > 0.0 ? &in : &out, fabs(gain) * pdi_grid_circumference(grid, i));
+    }
+    for (int32_t p = 0; p < t->ports.count; p++) {
+        int32_t i = t->ports.node[p];
         double around = pdi_grid_circumference(grid, i);
-        if (t->diffusion.hold) {
-            double gain = t->diffusion.drive[i] - t->diffusion.hold[i] * t->c[i];
-            pdi_sum_add(gain > 0.0 ? &in : &out, fabs(gain) * around);
-        }
-        if (!pdi_limiter_ports(t->bonds, i)) continue;
         for (int k = 0; k < t->bonds->stencil->count; k++) {
             if (!pdi_convect_open(&t->convect, i, k)) continue;
             uint8_t far_kind = grid->kind[i + t->bonds->shift[k]];
@@ -17384,19 +17632,13 @@ static int64_t pdi_transport_mark(pd_transport *t, double low, double high, doub
     return found;
 }
 
-static void pdi_transport_measure(pd_transport *t)
-{
-    for (int32_t i = 0; i < t->grid->total; i++)
-        if (t->grid->kind[i] == PD_FLUID || t->grid->kind[i] == PD_INLET) t->size = fmax(t->size, fabs(t->c[i]));
-}
-
 /* Begin a step: no node is upwinded, and the size of the field is that of now. Returns 1 when fluxes are limited. */
-static int pdi_transport_start(pd_transport *t)
+static int pdi_transport_start(const pd_ctx *ctx, pd_transport *t)
 {
     memset(t->upwinded, 0, (size_t)t->grid->total);
     t->upwinding = 0;
     t->size = t->diffusion.hold ? fmax(t->diffusion.held_most, 0.0) : 0.0;
-    pdi_transport_measure(t);
+    pdi_transport_measure(ctx, t);
     return t->flow && t->desc.advection == PD_ADVECTION_LIMITED;
 }
 
@@ -17432,7 +17674,7 @@ static double pdi_transport_evaluate(pd_ctx *ctx, pd_transport *t)
 static double pdi_transport_move(pd_ctx *ctx, pd_transport *t, double share, const double *delta)
 {
     pdi_par_axpy(ctx, t->grid->total, share, delta, t->c);
-    pdi_transport_measure(t);
+    pdi_transport_measure(ctx, t);
     return pdi_transport_evaluate(ctx, t);
 }
 
@@ -17474,7 +17716,7 @@ static pd_status pdi_transport_iterate(pd_ctx *ctx, pd_transport *t, double size
                                        pd_transport_result *result)
 {
     double atol = t->desc.tolerance * size, change;
-    if (!pdi_transport_start(t)) return pdi_transport_correct(ctx, t, 1e-15, atol, &result->change, result);
+    if (!pdi_transport_start(ctx, t)) return pdi_transport_correct(ctx, t, 1e-15, atol, &result->change, result);
     PDI_TRY(pdi_transport_newton(ctx, t, PDI_TRANSPORT_ROUGH * atol, result));
     if (bounded) return pdi_transport_enforce(ctx, t, atol, result);
     return pdi_transport_correct(ctx, t, 1e-15, atol, &change, result);
@@ -17594,7 +17836,7 @@ pd_status pd_transport_explicit(pd_ctx *ctx, pd_transport *t, double dt)
     }
     PDI_TRY(pdi_convect_refresh(ctx, &t->convect));
     t->dt = 0.0;
-    int limited = pdi_transport_start(t), rounds = PDI_TRANSPORT_ROUNDS;
+    int limited = pdi_transport_start(ctx, t), rounds = PDI_TRANSPORT_ROUNDS;
     double low, high;
     pdi_par_copy(ctx, t->grid->total, t->c, t->old);
     pdi_transport_bounds(t, t->old, &low, &high);
@@ -17657,6 +17899,7 @@ pd_status pd_transport_update(pd_ctx *ctx, pd_transport *t)
 {
     pd_diffusion_update(ctx, &t->diffusion);
     pdi_transport_inlets(t);
+    PDI_TRY(pdi_ports_update(ctx, &t->ports));
     return pdi_convect_fit(ctx, &t->convect);
 }
 
@@ -17712,11 +17955,13 @@ pd_status pd_transport_build(pd_ctx *ctx, const pd_grid *grid, const pd_bonds *b
     dd.held = desc->held;
     dd.user = desc->user;
     PDI_TRY(pd_diffusion_build(ctx, bonds, &dd, &t->diffusion));
-    if (flow) PDI_TRY(pdi_limiter_build(ctx, &t->diffusion, &t->limiter));
+    PDI_TRY(pdi_ports_build(ctx, bonds, &t->ports));
+    if (flow) PDI_TRY(pdi_limiter_build(ctx, &t->diffusion, &t->ports, &t->limiter));
     t->convect.bonds = bonds;
     t->convect.flow = flow;
     t->convect.diffusion = &t->diffusion;
     t->convect.limiter = &t->limiter;
+    t->convect.ports = &t->ports;
     t->convect.absorb = t->absorb;
     pdi_transport_inlets(t);
     return pdi_convect_build(ctx, &t->convect);
@@ -17727,6 +17972,7 @@ void pd_transport_free(pd_ctx *ctx, pd_transport *t)
     int64_t total = t->grid ? t->grid->total : 0;
     pdi_convect_free(ctx, &t->convect);
     pdi_limiter_free(ctx, &t->limiter);
+    pdi_ports_free(ctx, &t->ports);
     pd_diffusion_free(ctx, &t->diffusion);
     pdi_compact_free(ctx, &t->compact);
     pd_multigrid_free(ctx, &t->mg);

@@ -615,14 +615,18 @@ PDI_FN void pdi_bond_sweep(const pd_ctx *ctx, const pd_bonds *bonds, int64_t wor
 {
     int nt = pdi_par_threads(ctx, work);
     (void)nt;
-    PDI_PARALLEL_FOR(nt)
-    for (int32_t r = 0; r < bonds->runs; r++)
-        pdi_bond_pieces(bonds->run_first[r], -1, bonds->run_length[r], most, run, user);
-    PDI_PARALLEL_FOR(nt)
-    for (int32_t b = 0; b < bonds->batches; b++)
-        pdi_bond_pieces(bonds->node[bonds->batch_first[b]], bonds->batch_first[b], bonds->batch_length[b], most, run,
-                        user);
-    for (int32_t r = bonds->plain; r < bonds->rows; r++) run(user, bonds->node[r], r, 1);
+    PDI_PARALLEL(nt)
+    {
+        PDI_FOR
+        for (int32_t r = 0; r < bonds->runs; r++)
+            pdi_bond_pieces(bonds->run_first[r], -1, bonds->run_length[r], most, run, user);
+        PDI_FOR
+        for (int32_t b = 0; b < bonds->batches; b++)
+            pdi_bond_pieces(bonds->node[bonds->batch_first[b]], bonds->batch_first[b], bonds->batch_length[b], most,
+                            run, user);
+        PDI_FOR
+        for (int32_t r = bonds->plain; r < bonds->rows; r++) run(user, bonds->node[r], r, 1);
+    }
 }
 
 /* Fluxes through the plane of the bonds that start at `node`, of index i. */

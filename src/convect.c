@@ -14,6 +14,9 @@
  * see. */
 #define PDI_CONVECT_LEAN 0.3
 
+/* For fluid at rest. */
+static const double pdi_convect_still[PDI_BLOCK] = {0.0};
+
 /* Where F of bond k of the nodes from i stands, and the factor that it is to be taken with. */
 static inline double *pdi_convect_slot(const pd_convect *t, int32_t i, int k, double *factor)
 {
@@ -120,6 +123,17 @@ static void pdi_convect_refresh_run(const void *user, int32_t i, int32_t row, in
     }
 }
 
+/* F and the conductance of bond k of node i, as stored. */
+static void pdi_convect_one(const pd_convect *t, int32_t i, int k, double *flux, double *bond)
+{
+    int32_t row = t->bonds->row[i];
+    double factor = 0.0;
+    const double *slot = t->flow ? pdi_convect_slot(t, i, k, &factor) : pdi_convect_still;
+    *flux = factor * *slot;
+    if (row >= 0) *bond = t->conduct[(int64_t)k * t->capacity + row];
+    else pdi_diffusion_bond(t->diffusion, i, k, 1, 0, bond);
+}
+
 PDI_FN pd_status pdi_convect_refresh(pd_ctx *ctx, const pd_convect *convect)
 {
     const pd_bonds *bonds = convect->bonds;
@@ -129,6 +143,11 @@ PDI_FN pd_status pdi_convect_refresh(pd_ctx *ctx, const pd_convect *convect)
                         convect->capacity);
     pdi_bond_sweep(ctx, bonds, bonds->grid->fluid_count * bonds->stencil->count * 8, PDI_LANES, pdi_convect_refresh_run,
                    convect);
+    for (int32_t p = 0; p < convect->ports->count; p++)
+        for (int k = 0; k < bonds->stencil->count; k++) {
+            int64_t slot = (int64_t)p * bonds->stencil->count + k;
+            pdi_convect_one(convect, convect->ports->node[p], k, convect->port_flux + slot, convect->port_bond + slot);
+        }
     return PD_OK;
 }
 
@@ -137,13 +156,14 @@ PDI_FN pd_status pdi_convect_refresh(pd_ctx *ctx, const pd_convect *convect)
 /* What a sweep does with its nodes: y = A c, or the limited antidiffusive fluxes y. */
 typedef struct pdi_convect_sweep pdi_convect_sweep;
 typedef void (*pdi_convect_block_fn)(const pdi_convect_sweep *s, int32_t i, int32_t row, int count);
+typedef void (*pdi_convect_port_fn)(const pdi_convect_sweep *s, int32_t p);
 
 struct pdi_convect_sweep {
     const pd_convect *t;
     const double *c;
     double *y;
     pdi_convect_block_fn block; /* of nodes away from ports */
-    pdi_convect_block_fn port;  /* of one node beside inlets or outlets */
+    pdi_convect_port_fn port;   /* of one node beside inlets or outlets */
 };
 
 /* Bond k of a block and its opposite one, to the far ends ahead and behind. */
@@ -154,9 +174,6 @@ typedef struct pdi_convect_pair {
     const double *ahead, *behind;           /* conductances [1/s] */
     double space[2][PDI_BLOCK];     /* for those of whole families */
 } pdi_convect_pair;
-
-/* For fluid at rest. */
-static const double pdi_convect_still[PDI_BLOCK] = {0.0};
 
 static inline void pdi_convect_pair_get(const pd_convect *t, int32_t i, int32_t row, int k, int count,
                                         pdi_convect_pair *p)
@@ -222,38 +239,16 @@ static void pdi_convect_apply_nodes(const pdi_convect_sweep *s, int32_t i, int32
     else pdi_convect_apply_block(s, i, row, count);
 }
 
-/* What a node beside a port reads of one bond. */
-typedef struct pdi_convect_one {
-    double flux, bond; /* [1/s] */
-    double far;        /* [mol/m3] an outlet takes c of the node, and only moves with the flow */
-    double lean;       /* [-] of the step along it: none from an inlet, which has no gradient */
-} pdi_convect_one;
-
-static void pdi_convect_one_get(const pdi_convect_sweep *s, int32_t i, int32_t row, int k, pdi_convect_one *one)
+static void pdi_convect_apply_port(const pdi_convect_sweep *s, int32_t p)
 {
     const pd_convect *t = s->t;
-    int32_t j = i + t->bonds->shift[k];
-    uint8_t kind = t->bonds->grid->kind[j];
-    double factor = 0.0;
-    const double *slot = t->flow ? pdi_convect_slot(t, i, k, &factor) : pdi_convect_still;
-    one->flux = factor * *slot;
-    if (row >= 0) one->bond = t->conduct[(int64_t)k * t->capacity + row];
-    else pdi_diffusion_bond(t->diffusion, i, k, 1, 0, &one->bond);
-    one->far = kind == PD_OUTLET ? s->c[i] : s->c[j];
-    one->lean = kind == PD_INLET && one->flux <= 0.0 ? 0.0 : PDI_CONVECT_LEAN;
-}
-
-static void pdi_convect_apply_port(const pdi_convect_sweep *s, int32_t i, int32_t row, int count)
-{
-    const pd_convect *t = s->t;
+    int count = t->bonds->stencil->count;
+    int32_t i = t->ports->node[p];
+    const int32_t *far = t->ports->far + (int64_t)p * count;
+    const double *flux = t->port_flux + (int64_t)p * count, *bond = t->port_bond + (int64_t)p * count;
     double c = s->c[i], sum = (t->rate + t->absorb[i]) * c;
-    (void)count;
     if (t->diffusion->hold) sum += t->diffusion->hold[i] * c;
-    for (int k = 0; k < t->bonds->stencil->count; k++) {
-        pdi_convect_one one;
-        pdi_convect_one_get(s, i, row, k, &one);
-        sum += pdi_convect_leave(0.5 * one.flux, one.bond, c, one.far);
-    }
+    for (int k = 0; k < count; k++) sum += pdi_convect_leave(0.5 * flux[k], bond[k], c, s->c[far[k]]);
     s->y[i] = sum;
 }
 
@@ -305,46 +300,41 @@ static void pdi_convect_anti_nodes(const pdi_convect_sweep *s, int32_t i, int32_
     else pdi_convect_anti_block(s, i, row, count);
 }
 
-/* The antidiffusive flux out of node i, beside a port, through bond k. */
-static double pdi_convect_anti_one(const pdi_convect_sweep *s, int32_t i, int32_t row, int k)
+/* The antidiffusive flux out of node i through bond k, which ends on `far`. Inlets have no gradient. */
+static double pdi_convect_anti_one(const pdi_convect_sweep *s, int32_t i, int32_t far, int k, double flux, double bond)
+{
+    const pd_grid *grid = s->t->bonds->grid;
+    const pd_limiter *limiter = s->t->limiter;
+    int32_t upwind = flux > 0.0 ? i : far;
+    double x = 0.0, lean = grid->kind[upwind] == PD_INLET ? 0.0 : PDI_CONVECT_LEAN;
+    for (int d = 0; d < PD_DIM; d++)
+        x += s->t->bonds->stencil->xi[k * PD_DIM + d] * limiter->slope[(int64_t)d * grid->total + upwind];
+    return pdi_convect_return(flux, bond, s->c[far] - s->c[i], lean, x, limiter->keep[upwind]);
+}
+
+static void pdi_convect_anti_port(const pdi_convect_sweep *s, int32_t p)
 {
     const pd_convect *t = s->t;
-    const pd_limiter *limiter = t->limiter;
-    pdi_convect_one one;
-    pdi_convect_one_get(s, i, row, k, &one);
-    int32_t upwind = one.flux > 0.0 ? i : i + t->bonds->shift[k];
-    double x = 0.0;
-    for (int d = 0; d < PD_DIM; d++)
-        x += t->bonds->stencil->xi[k * PD_DIM + d] * limiter->slope[(int64_t)d * t->bonds->grid->total + upwind];
-    return pdi_convect_return(one.flux, one.bond, one.far - s->c[i], one.lean, x, limiter->keep[upwind]);
-}
-
-static void pdi_convect_anti_port(const pdi_convect_sweep *s, int32_t i, int32_t row, int count)
-{
+    int count = t->bonds->stencil->count;
+    int64_t first = (int64_t)p * count;
     double sum = 0.0;
-    (void)count;
-    for (int k = 0; k < s->t->bonds->stencil->count; k++) sum -= pdi_convect_anti_one(s, i, row, k);
-    s->y[i] = sum;
-}
-
-/* `length` nodes from i, all beside ports or none. */
-static void pdi_convect_part(const pdi_convect_sweep *s, int32_t i, int32_t row, int32_t length, int ports)
-{
-    int count;
-    for (int32_t at = 0; at < length; at += count) {
-        count = ports ? 1 : pdi_bond_block(length, &at);
-        (ports ? s->port : s->block)(s, i + at, row < 0 ? row : row + at, count);
-    }
+    for (int k = 0; k < count; k++)
+        sum -= pdi_convect_anti_one(s, t->ports->node[p], t->ports->far[first + k], k, t->port_flux[first + k],
+                                    t->port_bond[first + k]);
+    s->y[t->ports->node[p]] = sum;
 }
 
 static void pdi_convect_run(const void *user, int32_t i, int32_t row, int32_t length)
 {
     const pdi_convect_sweep *s = (const pdi_convect_sweep *)user;
     int32_t part;
-    int ports;
+    int beside, count;
     for (int32_t begin = 0; begin < length; begin += part) {
-        part = pdi_limiter_segment(s->t->bonds, i + begin, length - begin, &ports);
-        pdi_convect_part(s, i + begin, row < 0 ? row : row + begin, part, ports);
+        part = pdi_port_segment(s->t->bonds, i + begin, length - begin, &beside);
+        for (int32_t at = 0; at < part && !beside; at += count) {
+            count = pdi_bond_block(part, &at);
+            s->block(s, i + begin + at, row < 0 ? row : row + begin + at, count);
+        }
     }
 }
 
@@ -352,6 +342,10 @@ static void pdi_convect_sweep_all(const pd_ctx *ctx, pdi_convect_sweep *s)
 {
     const pd_bonds *bonds = s->t->bonds;
     pdi_bond_sweep(ctx, bonds, bonds->grid->fluid_count * bonds->stencil->count * 2, 0, pdi_convect_run, s);
+    int nt = pdi_par_threads(ctx, (int64_t)s->t->ports->count * bonds->stencil->count * PDI_PORT_WORK);
+    (void)nt;
+    PDI_PARALLEL_FOR(nt)
+    for (int32_t p = 0; p < s->t->ports->count; p++) s->port(s, p);
 }
 
 PDI_FN void pdi_convect_apply(const pd_ctx *ctx, const pd_convect *convect, const double *c, double *y)
@@ -408,7 +402,10 @@ static double pdi_convect_section_anti(const void *user, int32_t i, int k)
     memset(&s, 0, sizeof s);
     s.t = t;
     s.c = section->c;
-    return -pdi_convect_anti_one(&s, i, t->bonds->row[i], k);
+    double flux, bond;
+    pdi_convect_one(t, i, k, &flux, &bond);
+    if (t->bonds->grid->kind[j] == PD_OUTLET) j = i;
+    return -pdi_convect_anti_one(&s, i, j, k, flux, bond);
 }
 
 /* What passes the plane by antidiffusion is all that the nodes on one side of it gain, since the fluxes between them
@@ -444,16 +441,31 @@ PDI_FN double pdi_convect_through(const pd_convect *convect, const double *c, co
     return (low - gain) * convect->bonds->stencil->volume;
 }
 
+static pd_status pdi_convect_fit_ports(pd_ctx *ctx, pd_convect *convect)
+{
+    int64_t count = convect->bonds->stencil->count;
+    int32_t rows = convect->ports->capacity;
+    if (rows == convect->port_capacity) return PD_OK;
+    PDI_DELETE(ctx, count * convect->port_capacity, convect->port_flux);
+    PDI_DELETE(ctx, count * convect->port_capacity, convect->port_bond);
+    convect->port_capacity = 0;
+    PDI_TRY(PDI_NEW(ctx, "convect", count * rows, convect->port_flux));
+    pd_status status = PDI_NEW(ctx, "convect", count * rows, convect->port_bond);
+    if (status == PD_OK) convect->port_capacity = rows;
+    else PDI_DELETE(ctx, count * rows, convect->port_flux);
+    return status;
+}
+
 PDI_FN pd_status pdi_convect_fit(pd_ctx *ctx, pd_convect *convect)
 {
     int64_t count = convect->bonds->stencil->count;
     int32_t rows = convect->bonds->capacity;
-    if (rows == convect->capacity) return PD_OK;
+    if (rows == convect->capacity) return pdi_convect_fit_ports(ctx, convect);
     PDI_DELETE(ctx, count * convect->capacity, convect->conduct);
     convect->capacity = 0;
     PDI_TRY(PDI_NEW(ctx, "convect", count * rows, convect->conduct));
     convect->capacity = rows;
-    return PD_OK;
+    return pdi_convect_fit_ports(ctx, convect);
 }
 
 PDI_FN pd_status pdi_convect_build(pd_ctx *ctx, pd_convect *convect)
@@ -470,5 +482,7 @@ PDI_FN void pdi_convect_free(pd_ctx *ctx, pd_convect *convect)
     if (!bonds) return;
     PDI_DELETE(ctx, bonds->stencil->count / 2 * (int64_t)bonds->grid->total, convect->flux);
     PDI_DELETE(ctx, (int64_t)bonds->stencil->count * convect->capacity, convect->conduct);
-    convect->capacity = 0;
+    PDI_DELETE(ctx, (int64_t)bonds->stencil->count * convect->port_capacity, convect->port_flux);
+    PDI_DELETE(ctx, (int64_t)bonds->stencil->count * convect->port_capacity, convect->port_bond);
+    convect->capacity = convect->port_capacity = 0;
 }

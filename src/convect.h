@@ -13,18 +13,22 @@ typedef struct pd_convect {
     const pd_flow *flow;           /* NULL: fluid at rest */
     const pd_diffusion *diffusion; /* conductances, held walls included */
     const pd_limiter *limiter;     /* with a flow */
+    const pd_ports *ports;
     const double *absorb;          /* [total] [1/s] */
     double rate;                   /* [1/s] of the term in time: 1 over the step, or 0 */
     double *flux;                  /* [count/2][total] [1/s] volume fluxes F of the first half of the bonds: those of
                                     * the others are what their far ends have, negated. NULL: fluid at rest */
     double *conduct;               /* [count][capacity] [1/s] conductances of the bonds of rows */
     int32_t capacity;              /* rows */
+    double *port_flux, *port_bond; /* [port_capacity][count] [1/s] volume fluxes, and conductances, of the bonds of
+                                    * nodes beside ports */
+    int32_t port_capacity;
 } pd_convect;
 
 #ifdef PDI_INTERNAL
 /* The borrowed terms are given. */
 PDI_FN pd_status pdi_convect_build(pd_ctx *ctx, pd_convect *convect);
-/* After pd_bonds_update: room for its rows. */
+/* After pd_bonds_update and pdi_ports_update: room for their rows. */
 PDI_FN pd_status pdi_convect_fit(pd_ctx *ctx, pd_convect *convect);
 /* Store what the flow and the diffusivity give the bonds; the sweeps below read it. PD_ERR_STATE: no room for rows. */
 PDI_FN pd_status pdi_convect_refresh(pd_ctx *ctx, const pd_convect *convect);

@@ -6,6 +6,8 @@
 #define PDI_DEFLATE_CHAIN 192      /* candidates looked at per position */
 #define PDI_DEFLATE_MAX_MATCH 258
 #define PDI_DEFLATE_BLOCK 16384    /* symbols per block */
+#define PDI_DEFLATE_LONG 64        /* such a match is good enough; inside of it, few positions begin another */
+#define PDI_DEFLATE_ENDING 16      /* those at its end */
 #define PDI_DEFLATE_LITERALS 286
 #define PDI_DEFLATE_DISTANCES 30
 #define PDI_DEFLATE_LENGTH_CODES 19
@@ -60,13 +62,14 @@ PDI_FN uint32_t pdi_deflate_adler(const uint8_t *data, size_t size)
     while (size) {
         size_t n = size < 5552 ? size : 5552; /* the longest run whose sums fit 32 bits */
         size -= n;
-        for (size_t i = 0; i < n; i++) {
-            a += data[i];
-            b += a;
+        uint32_t sum = 0, ramp = 0; /* what the running sum a adds to b, byte by byte: a loop of vectors */
+        for (uint32_t i = 0; i < n; i++) {
+            sum += data[i];
+            ramp += ((uint32_t)n - i) * data[i];
         }
         data += n;
-        a %= 65521;
-        b %= 65521;
+        b = (uint32_t)(((uint64_t)b + (uint64_t)n * a + ramp) % 65521);
+        a = (a + sum) % 65521;
     }
     return b << 16 | a;
 }
@@ -374,6 +377,19 @@ static void pdi_deflate_insert(pdi_deflate_state *s, size_t at)
     s->head[hash] = (int32_t)at;
 }
 
+/* How many of the first `most` bytes agree. */
+static uint32_t pdi_deflate_common(const uint8_t *here, const uint8_t *there, uint32_t most)
+{
+    uint32_t length = 0;
+    for (uint64_t a, b; length + sizeof a <= most; length += (uint32_t)sizeof a) {
+        memcpy(&a, here + length, sizeof a);
+        memcpy(&b, there + length, sizeof b);
+        if (a != b) break;
+    }
+    while (length < most && there[length] == here[length]) length++;
+    return length;
+}
+
 /* The longest match of at least 3 bytes for the position just inserted; the nearest among equals. */
 static uint32_t pdi_deflate_match(const pdi_deflate_state *s, size_t at, uint32_t *distance)
 {
@@ -386,8 +402,7 @@ static uint32_t pdi_deflate_match(const pdi_deflate_state *s, size_t at, uint32_
         if (at - (size_t)candidate > PDI_DEFLATE_WINDOW - 1) break;
         const uint8_t *there = s->data + candidate;
         if (there[best] == here[best]) {
-            uint32_t length = 0;
-            while (length < most && there[length] == here[length]) length++;
+            uint32_t length = pdi_deflate_common(here, there, most);
             if (length > best) {
                 best = length;
                 *distance = (uint32_t)(at - (size_t)candidate);
@@ -425,11 +440,12 @@ static pd_status pdi_deflate_run(pd_ctx *ctx, pdi_deflate_state *s)
         uint32_t next = 0, next_distance = 0;
         if (at + 1 < s->size) {
             pdi_deflate_insert(s, at + 1);
-            if (length < 64) next = pdi_deflate_match(s, at + 1, &next_distance);
+            if (length < PDI_DEFLATE_LONG) next = pdi_deflate_match(s, at + 1, &next_distance);
         }
         if (length >= 3 && length >= next) {
             PDI_TRY(pdi_deflate_symbol(ctx, s, length, distance, at + length));
-            for (uint32_t k = 2; k < length; k++) pdi_deflate_insert(s, at + k);
+            for (uint32_t k = length < PDI_DEFLATE_LONG ? 2 : length - PDI_DEFLATE_ENDING; k < length; k++)
+                pdi_deflate_insert(s, at + k);
             at += length;
             length = 0;
             if (at < s->size) {

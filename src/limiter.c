@@ -9,36 +9,10 @@ typedef struct pdi_limiter_piece {
     const double *c; /* [mol/m3] of these nodes */
     int32_t i, row;
     int count;
-    double gate[PDI_LANES]; /* 1.0: the bond takes part, 0.0: it does not */
-    double lean[PDI_LANES]; /* the same for the gradient */
+    double gate[PDI_LANES]; /* 1.0: the bond is open, 0.0: it is not */
     double bend[PDI_LANES]; /* [mol/m5] sum of the weighted steps */
     double size[PDI_LANES]; /* [mol/m5] sum of their sizes */
 } pdi_limiter_piece;
-
-PDI_FN int32_t pdi_limiter_segment(const pd_bonds *bonds, int32_t i, int32_t length, int *ports)
-{
-    const pd_grid *grid = bonds->grid;
-    int at[PD_DIM], reach = bonds->stencil->reach;
-    pdi_grid_index(grid, i, at);
-    *ports = 1;
-    for (int d = 1; d < PD_DIM; d++) {
-        if (pdi_grid_port(grid->side[2 * d]) && at[d] < reach) return length;
-        if (pdi_grid_port(grid->side[2 * d + 1]) && at[d] >= grid->n[d] - reach) return length;
-    }
-    int32_t low = pdi_grid_port(grid->side[0]) ? reach - at[0] : 0;
-    int32_t high = (pdi_grid_port(grid->side[1]) ? grid->n[0] - reach : grid->n[0]) - at[0];
-    if (low > 0) return low < length ? low : length;
-    if (high <= 0) return length;
-    *ports = 0;
-    return high < length ? high : length;
-}
-
-PDI_FN int pdi_limiter_ports(const pd_bonds *bonds, int32_t i)
-{
-    int ports;
-    pdi_limiter_segment(bonds, i, 1, &ports);
-    return ports;
-}
 
 /* The gradient of the node needs the moments of its open bonds: some of the others see no held value. */
 static int pdi_limiter_cut(const pd_limiter *l, int32_t i)
@@ -47,21 +21,12 @@ static int pdi_limiter_cut(const pd_limiter *l, int32_t i)
     return f->cut[i] > 0.0f && !(f->hold && f->hold[i] > 0.0 && !f->hold_part[i]);
 }
 
-/* Which of the nodes have bond k open; 0: none. Outlets show the value of the node, inlets are no part of the moments
- * of eq. 3.5. */
-static int pdi_limiter_gates(const pd_limiter *l, pdi_limiter_piece *p, int k, int ports)
+/* Which of the rows have bond k open; 0: none. */
+static int pdi_limiter_gates(const pd_bonds *bonds, pdi_limiter_piece *p, int k)
 {
-    const pd_bonds *bonds = l->bonds;
-    pdi_lanes open = p->row < 0 ? PDI_LANES_ALL : pdi_bond_open_lanes(bonds, p->row, k, p->count, p->gate);
-    if (open == PDI_LANES_NONE) return 0;
-    for (int b = 0; b < p->count; b++) {
-        if (open == PDI_LANES_ALL) p->gate[b] = 1.0;
-        if (ports && bonds->grid->kind[p->i + b + bonds->shift[k]] == PD_OUTLET) p->gate[b] = 0.0;
-        p->lean[b] = p->gate[b];
-        if (ports && bonds->grid->kind[p->i + b + bonds->shift[k]] == PD_INLET && pdi_limiter_cut(l, p->i + b))
-            p->lean[b] = 0.0;
-    }
-    return 1;
+    pdi_lanes open = pdi_bond_open_lanes(bonds, p->row, k, p->count, p->gate);
+    for (int b = 0; b < p->count && open == PDI_LANES_ALL; b++) p->gate[b] = 1.0;
+    return open != PDI_LANES_NONE;
 }
 
 /* What held walls add to the sums and to the gradient of a node, or the moments of its open bonds (eq. 3.5). */
@@ -123,31 +88,58 @@ static void pdi_limiter_block(const pd_limiter *l, const double *PD_RESTRICT c, 
         for (int b = 0; b < PDI_BLOCK; b++) out[d * total + b] = slope[d][b];
 }
 
-/* Rows, nodes beside ports, and runs shorter than a block. */
-static void pdi_limiter_lanes(const pd_limiter *l, pdi_limiter_piece *p, int ports, double least)
+/* Rows, and runs shorter than a block. */
+static void pdi_limiter_lanes(const pd_limiter *l, pdi_limiter_piece *p, double least)
 {
     const pd_bonds *bonds = l->bonds;
     const pd_stencil *s = bonds->stencil;
     int64_t total = bonds->grid->total;
     double *slope = l->slope + p->i, *keep = l->keep + p->i, floor_size = least * s->lap_sum;
-    int plain = p->row < 0 && !ports;
     for (int b = 0; b < p->count; b++) {
         p->bend[b] = p->size[b] = 0.0;
-        p->gate[b] = p->lean[b] = 1.0;
+        p->gate[b] = 1.0;
         for (int d = 0; d < PD_DIM; d++) slope[d * total + b] = 0.0;
     }
     for (int k = 0; k < s->count; k++) {
         const double *far = p->c + bonds->shift[k], *g = s->grad + k * PD_DIM;
-        if (!plain && !pdi_limiter_gates(l, p, k, ports)) continue;
+        if (p->row >= 0 && !pdi_limiter_gates(bonds, p, k)) continue;
         for (int b = 0; b < p->count; b++) {
-            double step = far[b] - p->c[b], part = s->lap[k] * p->gate[b] * step;
+            double step = p->gate[b] * (far[b] - p->c[b]), part = s->lap[k] * step;
             p->bend[b] += part;
             p->size[b] += fabs(part);
-            for (int d = 0; d < PD_DIM; d++) slope[d * total + b] += g[d] * p->lean[b] * step;
+            for (int d = 0; d < PD_DIM; d++) slope[d * total + b] += g[d] * step;
         }
     }
     for (int b = 0; b < p->count && p->row >= 0; b++) pdi_limiter_walls(l, p, b);
     for (int b = 0; b < p->count; b++) keep[b] = pdi_limiter_share(p->bend[b], p->size[b], floor_size);
+}
+
+/* Node `at` of the list beside ports. Outlets show the value of the node; inlets are no part of the moments of eq.
+ * 3.5. */
+static void pdi_limiter_port(const pd_limiter *l, int32_t at, const double *c, double least)
+{
+    const pd_stencil *s = l->bonds->stencil;
+    int32_t i = l->ports->node[at];
+    const int32_t *far = l->ports->far + (int64_t)at * s->count;
+    int64_t total = l->bonds->grid->total;
+    double slope[PD_DIM] = {0.0};
+    int cut = pdi_limiter_cut(l, i);
+    pdi_limiter_piece p;
+    p.c = c + i;
+    p.i = i;
+    p.row = l->bonds->row[i];
+    p.count = 1;
+    p.bend[0] = p.size[0] = 0.0;
+    for (int k = 0; k < s->count; k++) {
+        double step = c[far[k]] - c[i], part = s->lap[k] * step;
+        p.bend[0] += part;
+        p.size[0] += fabs(part);
+        if (cut && l->bonds->grid->kind[far[k]] == PD_INLET) continue;
+        for (int d = 0; d < PD_DIM; d++) slope[d] += s->grad[k * PD_DIM + d] * step;
+    }
+    for (int d = 0; d < PD_DIM; d++) l->slope[d * total + i] = slope[d];
+    if (p.row >= 0) pdi_limiter_walls(l, &p, 0);
+    l->keep[i] = pdi_limiter_share(p.bend[0], p.size[0], least * s->lap_sum);
 }
 
 /* The operands of a sweep. */
@@ -171,10 +163,11 @@ static void pdi_limiter_run(const void *user, int32_t i, int32_t row, int32_t le
     const pdi_limiter_sweep *s = (const pdi_limiter_sweep *)user;
     pdi_limiter_piece p;
     int32_t part;
-    int ports;
+    int beside;
     for (int32_t begin = 0; begin < length; begin += part) {
-        part = pdi_limiter_segment(s->limiter->bonds, i + begin, length - begin, &ports);
-        if (row < 0 && !ports && part >= PDI_BLOCK) {
+        part = pdi_port_segment(s->limiter->bonds, i + begin, length - begin, &beside);
+        if (beside) continue;
+        if (row < 0 && part >= PDI_BLOCK) {
             pdi_limiter_blocks(s, i + begin, part);
             continue;
         }
@@ -183,7 +176,7 @@ static void pdi_limiter_run(const void *user, int32_t i, int32_t row, int32_t le
             p.i = i + begin + at;
             p.row = row < 0 ? row : row + begin + at;
             p.c = s->c + p.i;
-            pdi_limiter_lanes(s->limiter, &p, ports, s->least);
+            pdi_limiter_lanes(s->limiter, &p, s->least);
         }
     }
 }
@@ -196,16 +189,22 @@ PDI_FN void pdi_limiter_update(const pd_ctx *ctx, pd_limiter *l, const double *c
     s.c = c;
     s.least = least;
     pdi_bond_sweep(ctx, bonds, bonds->grid->fluid_count * bonds->stencil->count * 4, 0, pdi_limiter_run, &s);
+    int nt = pdi_par_threads(ctx, (int64_t)l->ports->count * bonds->stencil->count * PDI_PORT_WORK);
+    (void)nt;
+    PDI_PARALLEL_FOR(nt)
+    for (int32_t p = 0; p < l->ports->count; p++) pdi_limiter_port(l, p, c, least);
     for (int32_t k = bonds->ghosts.count; k < bonds->ghosts.listed; k++) l->keep[bonds->ghosts.node[k]] = 1.0;
     pd_ghosts_scalar(&bonds->ghosts, l->keep);
     pd_ghosts_vector(&bonds->ghosts, l->slope);
 }
 
-PDI_FN pd_status pdi_limiter_build(pd_ctx *ctx, const pd_diffusion *diffusion, pd_limiter *l)
+PDI_FN pd_status pdi_limiter_build(pd_ctx *ctx, const pd_diffusion *diffusion, const pd_ports *ports,
+                                   pd_limiter *l)
 {
     int64_t total = diffusion->bonds->grid->total;
     memset(l, 0, sizeof *l);
     l->bonds = diffusion->bonds;
+    l->ports = ports;
     l->diffusion = diffusion;
     PDI_TRY(PDI_NEW(ctx, "limiter", PD_DIM * total, l->slope));
     return PDI_NEW(ctx, "limiter", total, l->keep);

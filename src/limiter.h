@@ -7,22 +7,22 @@
 #ifndef PD_LIMITER_H
 #define PD_LIMITER_H
 #include "diffusion.h"
+#include "port.h"
 
 typedef struct pd_limiter {
     const pd_bonds *bonds;
+    const pd_ports *ports;
     const pd_diffusion *diffusion;
     double *slope; /* [PD_DIM][total] [mol/m4] gradient, images included */
     double *keep;  /* [total] [-] images included; ghosts of inlets 1 */
 } pd_limiter;
 
 #ifdef PDI_INTERNAL
-PDI_FN pd_status pdi_limiter_build(pd_ctx *ctx, const pd_diffusion *diffusion, pd_limiter *limiter);
+/* Both are borrowed. */
+PDI_FN pd_status pdi_limiter_build(pd_ctx *ctx, const pd_diffusion *diffusion, const pd_ports *ports,
+                                   pd_limiter *limiter);
 /* c [total] with its images and inlets; steps along bonds far below `least` [mol/m3] count as none. */
 PDI_FN void pdi_limiter_update(const pd_ctx *ctx, pd_limiter *limiter, const double *c, double least);
-/* 1 when the family of node i may hold ghosts of an inlet or outlet. */
-PDI_FN int pdi_limiter_ports(const pd_bonds *bonds, int32_t i);
-/* How many of the `length` nodes from i along axis 0 are like the first one in that, and *ports, how it is. */
-PDI_FN int32_t pdi_limiter_segment(const pd_bonds *bonds, int32_t i, int32_t length, int *ports);
 PDI_FN void pdi_limiter_free(pd_ctx *ctx, pd_limiter *limiter);
 #endif
 

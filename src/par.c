@@ -102,13 +102,41 @@ PDI_FN double pdi_par_dot(const pd_ctx *ctx, int64_t n, const double *x, const d
     return dot;
 }
 
+static double pdi_par_block_max(const double *x, int64_t n)
+{
+    double largest[PDI_PAR_CHAINS], most = 0.0;
+    int64_t i = 0, odd = 0;
+    for (int c = 0; c < PDI_PAR_CHAINS; c++) largest[c] = 0.0;
+    for (; i + PDI_PAR_CHAINS <= n; i += PDI_PAR_CHAINS)
+        for (int c = 0; c < PDI_PAR_CHAINS; c++) {
+            double value = fabs(x[i + c]);
+            largest[c] = value > largest[c] ? value : largest[c];
+            odd += value != value;
+        }
+    for (; i < n; i++) {
+        double value = fabs(x[i]);
+        most = value > most ? value : most;
+        odd += value != value;
+    }
+    for (int c = 0; c < PDI_PAR_CHAINS; c++) most = largest[c] > most ? largest[c] : most;
+    return odd ? NAN : most;
+}
+
 PDI_FN double pdi_par_max_abs(const pd_ctx *ctx, int64_t n, const double *x)
 {
-    (void)ctx;
-    double largest = 0.0;
-    for (int64_t i = 0; i < n; i++) {
-        double value = fabs(x[i]);
-        if (!(value <= largest)) largest = value;
+    double partial[PDI_PAR_BATCH], largest = 0.0;
+    int nt = pdi_par_threads(ctx, n);
+    (void)nt;
+    int64_t blocks = (n + PDI_PAR_BLOCK - 1) / PDI_PAR_BLOCK;
+    for (int64_t first = 0; first < blocks; first += PDI_PAR_BATCH) {
+        int batch = (int)(blocks - first < PDI_PAR_BATCH ? blocks - first : PDI_PAR_BATCH);
+        PDI_PARALLEL_FOR(nt)
+        for (int b = 0; b < batch; b++) {
+            int64_t lo = (first + b) * PDI_PAR_BLOCK;
+            partial[b] = pdi_par_block_max(x + lo, n - lo < PDI_PAR_BLOCK ? n - lo : PDI_PAR_BLOCK);
+        }
+        for (int b = 0; b < batch; b++)
+            if (!(partial[b] <= largest)) largest = partial[b];
         if (largest != largest) return largest;
     }
     return largest;

@@ -12,8 +12,14 @@
 #define PDI_PRAGMA(text) _Pragma(#text)
 /* Put before a for loop; nt comes from pdi_par_threads. */
 #define PDI_PARALLEL_FOR(nt) PDI_PRAGMA(omp parallel for schedule(static) num_threads(nt))
+/* Several loops under one fork: PDI_PARALLEL(nt) before a block, PDI_FOR before each loop in it. The loops do not wait
+ * for each other. */
+#define PDI_PARALLEL(nt) PDI_PRAGMA(omp parallel num_threads(nt))
+#define PDI_FOR PDI_PRAGMA(omp for schedule(static) nowait)
 #else
 #define PDI_PARALLEL_FOR(nt)
+#define PDI_PARALLEL(nt)
+#define PDI_FOR
 #endif
 
 /* Threads worth using for a loop of `work` scalar operations (1 when the fork would cost more). */

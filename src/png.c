@@ -91,6 +91,11 @@ static void pdi_png_filter_row(const uint8_t *row, const uint8_t *above, size_t 
                                uint8_t *out)
 {
     uint64_t best_sum = 0;
+    if (memcmp(row, above, stride) == 0) { /* as most rows of a field drawn cell by cell */
+        out[0] = PDI_PNG_UP;
+        memset(out + 1, 0, stride);
+        return;
+    }
     for (int filter = 0; filter < PDI_PNG_FILTERS; filter++) {
         uint64_t sum = 0;
         pdi_png_filter(filter, row, above, stride, step, trial);

@@ -4,8 +4,8 @@
 
 /* Lines are swept in slabs along the last axis, even slabs then odd ones; the partition depends on the size only. */
 #define PDI_SMOOTH_SLABS 8
-#define PDI_SMOOTH_SLAB_PLANES 15
-#define PDI_SMOOTH_SLAB_CELLS 16384
+#define PDI_SMOOTH_SLAB_PLANES 7
+#define PDI_SMOOTH_SLAB_CELLS 4096
 /* Cells of level 0 whose defects are summed at a time. */
 #define PDI_SMOOTH_BLOCK 256
 
@@ -184,37 +184,75 @@ static inline void pdi_smooth_linked_line(const pd_smooth_level *level, const in
     for (int32_t c = end - 1; c >= first; c--) x[c] = (b[c] + pdi_smooth_sum(level, stride, c)) * inv[c];
 }
 
-/* The same on level 0. What the other lines give does not change meanwhile: r keeps it. Of the rest, only one product
- * and one sum wait for the cell before. */
-static inline void pdi_smooth_fine_line(const pd_smooth_level *fine, const int32_t *stride, int32_t first, int32_t n)
+/* What the other lines give a line of level 0, into r: it does not change while the line is swept. */
+static inline void pdi_smooth_fine_given(const pd_smooth_level *fine, const int32_t *stride, int32_t first, int32_t n)
 {
-    float *PD_RESTRICT x = fine->x + first, *PD_RESTRICT given = fine->r + first;
-    const float *PD_RESTRICT lo = fine->lo[0] + first, *PD_RESTRICT hi = fine->hi[0] + first;
-    const float *PD_RESTRICT inv = fine->inv + first, *PD_RESTRICT b = fine->b + first;
+    const float *PD_RESTRICT x = fine->x + first, *PD_RESTRICT b = fine->b + first;
+    float *PD_RESTRICT given = fine->r + first;
     for (int32_t c = 0; c < n; c++) given[c] = b[c];
     for (int d = 1; d < PD_DIM; d++) {
         const float *PD_RESTRICT below = fine->lo[d] + first, *PD_RESTRICT above = fine->hi[d] + first;
         int32_t s = stride[d];
         for (int32_t c = 0; c < n; c++) given[c] += below[c] * x[c - s] + above[c] * x[c + s];
     }
-    float last = 0.0f;
-    for (int32_t c = 0; c < n; c++)
-        x[c] = last = (given[c] + hi[c] * x[c + 1]) * inv[c] + lo[c] * inv[c] * last;
-    last = 0.0f;
-    for (int32_t c = n - 1; c > 0; c--)
-        x[c] = last = (given[c] + lo[c] * x[c - 1]) * inv[c] + hi[c] * inv[c] * last;
-    x[0] = given[0] * inv[0] + hi[0] * inv[0] * last;
 }
 
-static inline void pdi_smooth_line(const pd_smooth_level *level, const int32_t *stride, int32_t line)
+/* The same as above on `lines` (1 or 2) lines of level 0 from the cells `first`, of n cells each, that do not touch
+ * each other. Only one product and one sum wait for the cell before, and two lines wait together. */
+static inline void pdi_smooth_fine_lines(const pd_smooth_level *fine, const int32_t *stride, const int32_t *first,
+                                         int32_t n, int lines)
 {
-    int32_t n0 = level->n[0];
-    if (level->row) pdi_smooth_linked_line(level, stride, level->line[line], level->line[line + 1]);
-    else if (level->edge) pdi_smooth_linked_line(level, stride, line * n0, (line + 1) * n0);
-    else pdi_smooth_fine_line(level, stride, line * n0, n0);
+    const float *PD_RESTRICT lo = fine->lo[0], *PD_RESTRICT hi = fine->hi[0], *PD_RESTRICT inv = fine->inv;
+    const float *PD_RESTRICT given = fine->r;
+    float *PD_RESTRICT x = fine->x, last[2] = {0.0f, 0.0f};
+    for (int l = 0; l < lines; l++) pdi_smooth_fine_given(fine, stride, first[l], n);
+    for (int32_t i = 0; i < n; i++)
+        for (int l = 0; l < lines; l++) {
+            int32_t c = first[l] + i;
+            x[c] = last[l] = (given[c] + hi[c] * x[c + 1]) * inv[c] + lo[c] * inv[c] * last[l];
+        }
+    last[0] = last[1] = 0.0f;
+    for (int32_t i = n - 1; i > 0; i--)
+        for (int l = 0; l < lines; l++) {
+            int32_t c = first[l] + i;
+            x[c] = last[l] = (given[c] + lo[c] * x[c - 1]) * inv[c] + hi[c] * inv[c] * last[l];
+        }
+    for (int l = 0; l < lines; l++) {
+        int32_t c = first[l];
+        x[c] = given[c] * inv[c] + hi[c] * inv[c] * last[l];
+    }
 }
 
-/* Lines of the slabs, ascending or descending; slabs of one parity do not touch each other. */
+/* Lines `line` and `beside` (-1: none). */
+static inline void pdi_smooth_line(const pd_smooth_level *level, const int32_t *stride, int32_t line, int32_t beside)
+{
+    int32_t n0 = level->n[0], first[2];
+    first[0] = line * n0;
+    first[1] = beside * n0;
+    if (level->row || level->edge) {
+        for (int32_t q = line; q >= 0; q = q == line ? beside : -1) {
+            if (level->row) pdi_smooth_linked_line(level, stride, level->line[q], level->line[q + 1]);
+            else pdi_smooth_linked_line(level, stride, q * n0, (q + 1) * n0);
+        }
+    } else if (beside >= 0) pdi_smooth_fine_lines(level, stride, first, n0, 2);
+    else pdi_smooth_fine_lines(level, stride, first, n0, 1);
+}
+
+/* Lines [begin[0], end[0]) and, where it is not empty, [begin[1], end[1]) at their side. */
+static void pdi_smooth_slabs(const pd_smooth_level *level, const int32_t *stride, const int32_t *begin,
+                             const int32_t *end, int descending)
+{
+    int32_t count[2];
+    for (int l = 0; l < 2; l++) count[l] = end[l] - begin[l];
+    for (int32_t q = 0; q < count[0] || q < count[1]; q++) {
+        int32_t line[2];
+        for (int l = 0; l < 2; l++) line[l] = q >= count[l] ? -1 : descending ? end[l] - 1 - q : begin[l] + q;
+        if (line[0] >= 0) pdi_smooth_line(level, stride, line[0], line[1]);
+        else pdi_smooth_line(level, stride, line[1], -1);
+    }
+}
+
+/* Lines of the slabs, ascending or descending; slabs of one parity do not touch each other, and are swept by twos. */
 PDI_FN void pdi_smooth_lines(const pd_ctx *ctx, const pd_smooth_level *level, int descending)
 {
     int32_t stride[PD_DIM], planes = PD_DIM > 1 ? level->n[PD_DIM - 1] : 1, lines = 1;
@@ -224,16 +262,19 @@ PDI_FN void pdi_smooth_lines(const pd_ctx *ctx, const pd_smooth_level *level, in
     if (slabs > PDI_SMOOTH_SLABS) slabs = PDI_SMOOTH_SLABS;
     if (slabs > 1) slabs -= slabs % 2; /* as many of either parity; the last may touch the first */
     if (slabs < 1) slabs = 1;
-    int nt = slabs > 1 ? pdi_par_threads(ctx, (int64_t)level->cells * PDI_SMOOTH_WORK) : 1;
+    int nt = slabs > 4 ? pdi_par_threads(ctx, (int64_t)level->cells * PDI_SMOOTH_WORK) : 1;
     (void)nt;
     for (int half = 0; half < 2; half++) {
         int parity = descending ? 1 - half : half;
         PDI_PARALLEL_FOR(nt)
-        for (int s = parity; s < slabs; s += 2) {
-            int32_t first = (int32_t)((int64_t)planes * s / slabs) * (lines / planes);
-            int32_t end = (int32_t)((int64_t)planes * (s + 1) / slabs) * (lines / planes);
-            for (int32_t q = first; q < end; q++)
-                pdi_smooth_line(level, stride, descending ? first + end - 1 - q : q);
+        for (int s = parity; s < slabs; s += 4) {
+            int32_t begin[2], end[2];
+            for (int l = 0; l < 2; l++) {
+                int slab = s + 2 * l < slabs ? s + 2 * l : -1;
+                begin[l] = slab < 0 ? 0 : (int32_t)((int64_t)planes * slab / slabs) * (lines / planes);
+                end[l] = slab < 0 ? 0 : (int32_t)((int64_t)planes * (slab + 1) / slabs) * (lines / planes);
+            }
+            pdi_smooth_slabs(level, stride, begin, end, descending);
         }
     }
 }

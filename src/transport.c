@@ -154,6 +154,19 @@ PDI_FN void pdi_transport_residual(const pd_ctx *ctx, const pd_transport *t, dou
     for (int32_t i = 0; i < t->grid->total; i++) out[i] = kind[i] == PD_FLUID ? t->rhs[i] - out[i] : 0.0;
 }
 
+/* Solid nodes have values, too. */
+static void pdi_transport_measure(const pd_ctx *ctx, pd_transport *t)
+{
+    const uint8_t *kind = t->grid->kind;
+    double *size = t->probe;
+    int nt = pdi_par_threads(ctx, t->grid->total * 2);
+    (void)nt;
+    PDI_PARALLEL_FOR(nt)
+    for (int32_t i = 0; i < t->grid->total; i++)
+        size[i] = kind[i] == PD_FLUID || kind[i] == PD_INLET ? t->c[i] : 0.0;
+    t->size = fmax(t->size, pdi_par_max_abs(ctx, t->grid->total, size));
+}
+
 /* Solve A delta = rhs - A c to an absolute tolerance and add delta to c. */
 static pd_status pdi_transport_correct(pd_ctx *ctx, pd_transport *t, double rtol, double atol, double *change,
                                        pd_transport_result *result)
@@ -161,7 +174,6 @@ static pd_status pdi_transport_correct(pd_ctx *ctx, pd_transport *t, double rtol
     pdi_transport_user user;
     pd_krylov_result linear;
     double *residual = t->work, *delta = t->work + t->grid->total;
-    const uint8_t *kind = t->grid->kind;
     user.ctx = ctx;
     user.t = t;
     pdi_transport_residual(ctx, t, residual);
@@ -172,13 +184,10 @@ static pd_status pdi_transport_correct(pd_ctx *ctx, pd_transport *t, double rtol
     if (status < 0) return status;
     result->krylov += linear.iterations;
     result->residual = linear.residual;
-    double moved = pdi_par_max_abs(ctx, t->grid->total, delta), size = 0.0;
-    for (int32_t i = 0; i < t->grid->total; i++) {
-        if (kind[i] != PD_FLUID) continue;
-        t->c[i] += delta[i];
-        size = fmax(size, fabs(t->c[i]));
-    }
-    *change = size > 0.0 ? moved / size : 0.0;
+    pdi_par_axpy(ctx, t->grid->total, 1.0, delta, t->c); /* zero but at fluid nodes */
+    double moved = pdi_par_max_abs(ctx, t->grid->total, delta);
+    pdi_transport_measure(ctx, t);
+    *change = t->size > 0.0 ? moved / t->size : 0.0;
     return status;
 }
 
@@ -187,14 +196,14 @@ static void pdi_transport_boundary(pd_transport *t)
 {
     pdi_sum out = {0.0, 0.0}, in = {0.0, 0.0};
     const pd_grid *grid = t->grid;
-    for (int32_t i = 0; i < grid->total; i++) {
-        if (grid->kind[i] != PD_FLUID) continue;
+    for (int32_t i = 0; i < grid->total && t->diffusion.hold; i++) {
+        double gain = t->diffusion.drive[i] - t->diffusion.hold[i] * t->c[i];
+        if (grid->kind[i] == PD_FLUID)
+            pdi_sum_add(gain > 0.0 ? &in : &out, fabs(gain) * pdi_grid_circumference(grid, i));
+    }
+    for (int32_t p = 0; p < t->ports.count; p++) {
+        int32_t i = t->ports.node[p];
         double around = pdi_grid_circumference(grid, i);
-        if (t->diffusion.hold) {
-            double gain = t->diffusion.drive[i] - t->diffusion.hold[i] * t->c[i];
-            pdi_sum_add(gain > 0.0 ? &in : &out, fabs(gain) * around);
-        }
-        if (!pdi_limiter_ports(t->bonds, i)) continue;
         for (int k = 0; k < t->bonds->stencil->count; k++) {
             if (!pdi_convect_open(&t->convect, i, k)) continue;
             uint8_t far_kind = grid->kind[i + t->bonds->shift[k]];
@@ -254,19 +263,13 @@ static int64_t pdi_transport_mark(pd_transport *t, double low, double high, doub
     return found;
 }
 
-static void pdi_transport_measure(pd_transport *t)
-{
-    for (int32_t i = 0; i < t->grid->total; i++)
-        if (t->grid->kind[i] == PD_FLUID || t->grid->kind[i] == PD_INLET) t->size = fmax(t->size, fabs(t->c[i]));
-}
-
 /* Begin a step: no node is upwinded, and the size of the field is that of now. Returns 1 when fluxes are limited. */
-static int pdi_transport_start(pd_transport *t)
+static int pdi_transport_start(const pd_ctx *ctx, pd_transport *t)
 {
     memset(t->upwinded, 0, (size_t)t->grid->total);
     t->upwinding = 0;
     t->size = t->diffusion.hold ? fmax(t->diffusion.held_most, 0.0) : 0.0;
-    pdi_transport_measure(t);
+    pdi_transport_measure(ctx, t);
     return t->flow && t->desc.advection == PD_ADVECTION_LIMITED;
 }
 
@@ -302,7 +305,7 @@ static double pdi_transport_evaluate(pd_ctx *ctx, pd_transport *t)
 static double pdi_transport_move(pd_ctx *ctx, pd_transport *t, double share, const double *delta)
 {
     pdi_par_axpy(ctx, t->grid->total, share, delta, t->c);
-    pdi_transport_measure(t);
+    pdi_transport_measure(ctx, t);
     return pdi_transport_evaluate(ctx, t);
 }
 
@@ -344,7 +347,7 @@ static pd_status pdi_transport_iterate(pd_ctx *ctx, pd_transport *t, double size
                                        pd_transport_result *result)
 {
     double atol = t->desc.tolerance * size, change;
-    if (!pdi_transport_start(t)) return pdi_transport_correct(ctx, t, 1e-15, atol, &result->change, result);
+    if (!pdi_transport_start(ctx, t)) return pdi_transport_correct(ctx, t, 1e-15, atol, &result->change, result);
     PDI_TRY(pdi_transport_newton(ctx, t, PDI_TRANSPORT_ROUGH * atol, result));
     if (bounded) return pdi_transport_enforce(ctx, t, atol, result);
     return pdi_transport_correct(ctx, t, 1e-15, atol, &change, result);
@@ -464,7 +467,7 @@ pd_status pd_transport_explicit(pd_ctx *ctx, pd_transport *t, double dt)
     }
     PDI_TRY(pdi_convect_refresh(ctx, &t->convect));
     t->dt = 0.0;
-    int limited = pdi_transport_start(t), rounds = PDI_TRANSPORT_ROUNDS;
+    int limited = pdi_transport_start(ctx, t), rounds = PDI_TRANSPORT_ROUNDS;
     double low, high;
     pdi_par_copy(ctx, t->grid->total, t->c, t->old);
     pdi_transport_bounds(t, t->old, &low, &high);
@@ -527,6 +530,7 @@ pd_status pd_transport_update(pd_ctx *ctx, pd_transport *t)
 {
     pd_diffusion_update(ctx, &t->diffusion);
     pdi_transport_inlets(t);
+    PDI_TRY(pdi_ports_update(ctx, &t->ports));
     return pdi_convect_fit(ctx, &t->convect);
 }
 
@@ -582,11 +586,13 @@ pd_status pd_transport_build(pd_ctx *ctx, const pd_grid *grid, const pd_bonds *b
     dd.held = desc->held;
     dd.user = desc->user;
     PDI_TRY(pd_diffusion_build(ctx, bonds, &dd, &t->diffusion));
-    if (flow) PDI_TRY(pdi_limiter_build(ctx, &t->diffusion, &t->limiter));
+    PDI_TRY(pdi_ports_build(ctx, bonds, &t->ports));
+    if (flow) PDI_TRY(pdi_limiter_build(ctx, &t->diffusion, &t->ports, &t->limiter));
     t->convect.bonds = bonds;
     t->convect.flow = flow;
     t->convect.diffusion = &t->diffusion;
     t->convect.limiter = &t->limiter;
+    t->convect.ports = &t->ports;
     t->convect.absorb = t->absorb;
     pdi_transport_inlets(t);
     return pdi_convect_build(ctx, &t->convect);
@@ -597,6 +603,7 @@ void pd_transport_free(pd_ctx *ctx, pd_transport *t)
     int64_t total = t->grid ? t->grid->total : 0;
     pdi_convect_free(ctx, &t->convect);
     pdi_limiter_free(ctx, &t->limiter);
+    pdi_ports_free(ctx, &t->ports);
     pd_diffusion_free(ctx, &t->diffusion);
     pdi_compact_free(ctx, &t->compact);
     pd_multigrid_free(ctx, &t->mg);
