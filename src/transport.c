@@ -20,7 +20,9 @@
 #define PDI_TRANSPORT_STALLED 0.999
 /* Share of the largest value by which a field may leave its bounds: rounding of the linear solve. */
 #define PDI_TRANSPORT_SLACK 3e-10
-/* Tolerance that is enough to limit, and to see bounds broken, over the final one. */
+/* Tolerances over the final one: enough to limit (the last solve, with fluxes that stay, is cheaper by far), and enough
+ * to see bounds broken. */
+#define PDI_TRANSPORT_ENOUGH 1000.0
 #define PDI_TRANSPORT_ROUGH 30.0
 /* Rounds of upwinding the nodes that leave their bounds before the whole step is upwinded. */
 #define PDI_TRANSPORT_ROUNDS 20
@@ -348,7 +350,7 @@ static pd_status pdi_transport_iterate(pd_ctx *ctx, pd_transport *t, double size
 {
     double atol = t->desc.tolerance * size, change;
     if (!pdi_transport_start(ctx, t)) return pdi_transport_correct(ctx, t, 1e-15, atol, &result->change, result);
-    PDI_TRY(pdi_transport_newton(ctx, t, PDI_TRANSPORT_ROUGH * atol, result));
+    PDI_TRY(pdi_transport_newton(ctx, t, PDI_TRANSPORT_ENOUGH * atol, result));
     if (bounded) return pdi_transport_enforce(ctx, t, atol, result);
     return pdi_transport_correct(ctx, t, 1e-15, atol, &change, result);
 }
