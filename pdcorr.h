@@ -12490,6 +12490,7 @@ PDI_FN pd_status pdi_inflate(pd_ctx *ctx, const char *name, const uint8_t *data,
 #include <string.h>
 
 #define PDI_PNG_MAX_FILE ((size_t)256 << 20)
+#define PDI_PNG_PIECE 4096 /* bytes of a row at a time */
 
 enum { PDI_PNG_NONE, PDI_PNG_SUB, PDI_PNG_UP, PDI_PNG_AVERAGE, PDI_PNG_PAETH, PDI_PNG_FILTERS };
 
@@ -12558,36 +12559,47 @@ static inline void pdi_png_residuals(int filter, const uint8_t *PD_RESTRICT row,
         out[i] = (uint8_t)(row[i] - pdi_png_combine(filter, row[i - step], above[i], above[i - step]));
 }
 
-static void pdi_png_filter(int filter, const uint8_t *row, const uint8_t *above, size_t stride, size_t step,
-                           uint8_t *out)
+/* The sum of their magnitudes. */
+static inline uint64_t pdi_png_magnitude(int filter, const uint8_t *row, const uint8_t *above, size_t stride,
+                                         size_t step)
 {
-    switch (filter) {
-    case PDI_PNG_SUB: pdi_png_residuals(PDI_PNG_SUB, row, above, stride, step, out); break;
-    case PDI_PNG_UP: pdi_png_residuals(PDI_PNG_UP, row, above, stride, step, out); break;
-    case PDI_PNG_AVERAGE: pdi_png_residuals(PDI_PNG_AVERAGE, row, above, stride, step, out); break;
-    case PDI_PNG_PAETH: pdi_png_residuals(PDI_PNG_PAETH, row, above, stride, step, out); break;
-    default: memcpy(out, row, stride); break;
+    uint8_t left[PDI_PNG_PIECE];
+    uint64_t sum = 0;
+    size_t count, skip;
+    for (size_t at = 0; at + step < stride; at += count) { /* each piece begins with a pixel of the one before */
+        count = stride - step - at < PDI_PNG_PIECE - step ? stride - step - at : PDI_PNG_PIECE - step;
+        skip = at ? step : 0;
+        pdi_png_residuals(filter, row + at, above + at, count + step, step, left);
+        uint32_t part = 0;
+        for (size_t i = skip; i < count + step; i++) part += left[i] < 128 ? left[i] : 256u - left[i];
+        sum += part;
     }
+    return sum;
 }
 
-/* Filter a row with the filter whose residuals have the smallest sum of magnitudes (PNG 12.8). trial: [stride] work. */
-static void pdi_png_filter_row(const uint8_t *row, const uint8_t *above, size_t stride, size_t step, uint8_t *trial,
-                               uint8_t *out)
+/* Filter a row with the filter whose residuals have the smallest sum of magnitudes (PNG 12.8). */
+static void pdi_png_filter_row(const uint8_t *row, const uint8_t *above, size_t stride, size_t step, uint8_t *out)
 {
-    uint64_t best_sum = 0;
+    uint64_t sum[PDI_PNG_FILTERS];
+    out[0] = PDI_PNG_NONE;
     if (memcmp(row, above, stride) == 0) { /* as most rows of a field drawn cell by cell */
         out[0] = PDI_PNG_UP;
         memset(out + 1, 0, stride);
         return;
     }
-    for (int filter = 0; filter < PDI_PNG_FILTERS; filter++) {
-        uint64_t sum = 0;
-        pdi_png_filter(filter, row, above, stride, step, trial);
-        for (size_t i = 0; i < stride; i++) sum += trial[i] < 128 ? trial[i] : 256u - trial[i];
-        if (filter > 0 && sum >= best_sum) continue;
-        best_sum = sum;
-        out[0] = (uint8_t)filter;
-        memcpy(out + 1, trial, stride);
+    sum[PDI_PNG_NONE] = pdi_png_magnitude(PDI_PNG_NONE, row, above, stride, step);
+    sum[PDI_PNG_SUB] = pdi_png_magnitude(PDI_PNG_SUB, row, above, stride, step);
+    sum[PDI_PNG_UP] = pdi_png_magnitude(PDI_PNG_UP, row, above, stride, step);
+    sum[PDI_PNG_AVERAGE] = pdi_png_magnitude(PDI_PNG_AVERAGE, row, above, stride, step);
+    sum[PDI_PNG_PAETH] = pdi_png_magnitude(PDI_PNG_PAETH, row, above, stride, step);
+    for (int filter = 1; filter < PDI_PNG_FILTERS; filter++)
+        if (sum[filter] < sum[out[0]]) out[0] = (uint8_t)filter;
+    switch (out[0]) {
+    case PDI_PNG_SUB: pdi_png_residuals(PDI_PNG_SUB, row, above, stride, step, out + 1); break;
+    case PDI_PNG_UP: pdi_png_residuals(PDI_PNG_UP, row, above, stride, step, out + 1); break;
+    case PDI_PNG_AVERAGE: pdi_png_residuals(PDI_PNG_AVERAGE, row, above, stride, step, out + 1); break;
+    case PDI_PNG_PAETH: pdi_png_residuals(PDI_PNG_PAETH, row, above, stride, step, out + 1); break;
+    default: memcpy(out + 1, row, stride); break;
     }
 }
 
@@ -12631,14 +12643,17 @@ pd_status pd_png_write(pd_ctx *ctx, const char *path, const pd_image *image)
         return pdi_fail(ctx, PD_ERR_SIZE, "png", "%d x %d pixels, at most %d in all are possible", image->width,
                         image->height, PD_PNG_MAX_PIXELS);
     size_t step = (size_t)image->channels, stride = (size_t)image->width * step, rows = (size_t)image->height;
-    size_t size = (rows + 2) * (stride + 1);
+    size_t size = (rows + 1) * (stride + 1);
+    int nt = pdi_par_threads(ctx, (int64_t)(size / 4));
+    (void)nt;
     uint8_t *filtered = NULL;
     pdi_bytes packed = {NULL, 0, 0};
     PDI_TRY(PDI_NEW(ctx, "png", size, filtered));
-    uint8_t *zeros = filtered + rows * (stride + 1), *trial = zeros + stride + 1;
-    for (size_t r = 0; r < rows; r++) {
-        const uint8_t *row = image->pixels + r * stride;
-        pdi_png_filter_row(row, r ? row - stride : zeros, stride, step, trial, filtered + r * (stride + 1));
+    const uint8_t *zeros = filtered + rows * (stride + 1);
+    PDI_PARALLEL_FOR(nt)
+    for (int r = 0; r < image->height; r++) {
+        const uint8_t *row = image->pixels + (size_t)r * stride;
+        pdi_png_filter_row(row, r ? row - stride : zeros, stride, step, filtered + (size_t)r * (stride + 1));
     }
     pd_status status = pdi_deflate(ctx, filtered, rows * (stride + 1), &packed);
     PDI_DELETE(ctx, size, filtered);
