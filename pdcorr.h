@@ -33,6 +33,7 @@
  *   area       interface area of lattice bonds (Cauchy-Crofton on a lattice).
  *   stencil    the family of an interior node of a uniform lattice and its calibrated weights.
  *   grid       the uniform lattice with ghost layers, the kind of every node, the geometry behind it.
+ *   span       of each lattice line along axis 0, the stretch that holds fluid or may come to hold it.
  *   ghost      fills the ghosts that stand for fluid nodes: images behind periodic and mirror sides, and outlets.
  *   ring       the weights of bonds on an axisymmetric lattice, whose nodes are rings around the axis r = 0.
  *   bond       rows of open bonds for fluid nodes whose family is cut, and runs of nodes whose family is whole.
@@ -761,6 +762,35 @@ static inline int pdi_grid_open(uint8_t kind) { return kind == PD_FLUID || kind 
 
 #endif
 
+/* ======== >>span.h ======== */
+/* span: of each lattice line along axis 0, the stretch that holds fluid or may come to hold it.
+ *
+ * Vectors of unknowns that are kept in number take the stretches only, one behind the other: neither ghosts nor walls
+ * outside of a tube.
+ */
+#ifndef PD_SPAN_H
+#define PD_SPAN_H
+
+typedef struct pd_spans {
+    int32_t count, capacity;
+    int32_t *first, *start, *length; /* [count] first node, place of it among `nodes`, nodes */
+    int32_t nodes;                   /* of all */
+    int32_t total;                   /* of the grid */
+} pd_spans;
+
+#ifdef PDI_INTERNAL
+/* Solid nodes belong to them: they dissolve. */
+PDI_FN pd_status pdi_spans_build(pd_ctx *ctx, const pd_grid *grid, pd_spans *spans);
+PDI_FN void pdi_spans_free(pd_ctx *ctx, pd_spans *spans);
+/* Take packed [components][nodes] from full [components][total], and bring it back: what lies between stays. */
+PDI_FN void pdi_spans_pack(const pd_ctx *ctx, const pd_spans *spans, int components, const double *full,
+                           double *packed);
+PDI_FN void pdi_spans_unpack(const pd_ctx *ctx, const pd_spans *spans, int components, const double *packed,
+                             double *full);
+#endif
+
+#endif
+
 /* ======== >>ghost.h ======== */
 /* ghost: fills the ghosts that stand for fluid nodes: images behind periodic and mirror sides, and outlets.
  *
@@ -851,6 +881,7 @@ typedef struct pd_bonds {
     const pd_stencil *stencil;
     const pd_grid *grid;
     pd_ghosts ghosts;    /* of the grid: whoever has bonds can fill the far ends */
+    pd_spans spans;      /* of the grid */
     int all_rows;        /* every fluid node owns a row (for comparisons of both paths) */
     int32_t *shift;      /* [count] node id of the far end minus that of the node */
     int32_t *line_shift; /* [lines of the stencil] the same for the lines */
@@ -1155,6 +1186,9 @@ typedef enum pd_krylov_method {
 typedef struct pd_krylov_desc {
     pd_krylov_method method;
     int64_t n;          /* entries of a vector */
+    const pd_spans *spans; /* the basis of GMRES takes their nodes only, in `components` parts of a vector: all others
+                            * are zero in b and x. n = components times spans->total. Borrowed; NULL: all n entries */
+    int components;
     int restart;        /* [-] GMRES: basis vectors; 0: 30 */
     int flexible;       /* 1: GMRES keeps the preconditioned basis. Needed when the preconditioner is not linear to
                          * rounding in double precision, as a multigrid cycle in single precision on a stiff operator */
@@ -1175,8 +1209,9 @@ typedef struct pd_krylov {
     pd_krylov_desc desc; /* defaults filled in */
     int vectors;         /* work vectors */
     double *work;        /* [vectors][n] [unit of b or x] */
+    int64_t length;      /* entries of a vector of the basis */
     int basis_vectors;
-    double *basis;       /* GMRES: [basis_vectors][n] [-] basis, then (flexible) the preconditioned one; or NULL */
+    double *basis;       /* GMRES: [basis_vectors][length] [-] basis, then (flexible) the preconditioned one; or NULL */
     float *single;       /* the same when compressed */
     double *small;       /* [-] GMRES: Hessenberg matrix, rotations, right-hand side, coefficients */
 } pd_krylov;
@@ -2212,7 +2247,7 @@ typedef struct pd_steady_desc {
     double tolerance;   /* [-] of both residuals; 0: 1e-6 */
     int max_newton;     /* 0: 60 */
     int max_krylov;     /* of one Newton step; 0: 300 */
-    int restart;        /* GMRES; 0: 60 */
+    int restart;        /* GMRES; 0: 60, in 3D 40 */
 } pd_steady_desc;
 
 typedef struct pd_steady {
@@ -6842,6 +6877,82 @@ void pd_grid_free(pd_ctx *ctx, pd_grid *grid)
     memset(grid, 0, sizeof *grid);
 }
 
+/* ======== >>span.c ======== */
+/* span: see span.h */
+#include <string.h>
+
+static int pdi_span_within(const pd_grid *grid, int32_t node)
+{
+    return grid->kind[node] == PD_FLUID || grid->kind[node] == PD_SOLID;
+}
+
+/* Count the stretches and their nodes, or list them. */
+static void pdi_span_scan(const pd_grid *grid, pd_spans *s, int list)
+{
+    int32_t line = grid->np[0];
+    s->count = s->nodes = 0;
+    for (int32_t node = 0; node < grid->total; node += line) {
+        int32_t low = 0, high = line;
+        while (low < high && !pdi_span_within(grid, node + low)) low++;
+        while (low < high && !pdi_span_within(grid, node + high - 1)) high--;
+        if (low == high) continue;
+        if (list) {
+            s->first[s->count] = node + low;
+            s->start[s->count] = s->nodes;
+            s->length[s->count] = high - low;
+        }
+        s->count++;
+        s->nodes += high - low;
+    }
+}
+
+PDI_FN pd_status pdi_spans_build(pd_ctx *ctx, const pd_grid *grid, pd_spans *s)
+{
+    memset(s, 0, sizeof *s);
+    s->total = grid->total;
+    pdi_span_scan(grid, s, 0);
+    s->capacity = s->count;
+    PDI_TRY(PDI_NEW(ctx, "span", s->capacity, s->first));
+    PDI_TRY(PDI_NEW(ctx, "span", s->capacity, s->start));
+    PDI_TRY(PDI_NEW(ctx, "span", s->capacity, s->length));
+    pdi_span_scan(grid, s, 1);
+    return PD_OK;
+}
+
+PDI_FN void pdi_spans_free(pd_ctx *ctx, pd_spans *s)
+{
+    PDI_DELETE(ctx, s->capacity, s->first);
+    PDI_DELETE(ctx, s->capacity, s->start);
+    PDI_DELETE(ctx, s->capacity, s->length);
+    memset(s, 0, sizeof *s);
+}
+
+PDI_FN void pdi_spans_pack(const pd_ctx *ctx, const pd_spans *s, int components, const double *full, double *packed)
+{
+    int nt = pdi_par_threads(ctx, (int64_t)components * s->nodes);
+    (void)nt;
+    PDI_PARALLEL_FOR(nt)
+    for (int32_t k = 0; k < components * s->count; k++) {
+        int32_t span = k % s->count;
+        int64_t c = k / s->count;
+        memcpy(packed + c * s->nodes + s->start[span], full + c * s->total + s->first[span],
+               (size_t)s->length[span] * sizeof *full);
+    }
+}
+
+PDI_FN void pdi_spans_unpack(const pd_ctx *ctx, const pd_spans *s, int components, const double *packed, double *full)
+{
+    int nt = pdi_par_threads(ctx, (int64_t)components * s->nodes);
+    (void)nt;
+    PDI_PARALLEL_FOR(nt)
+    for (int32_t k = 0; k < components * s->count; k++) {
+        int32_t span = k % s->count;
+        int64_t c = k / s->count;
+        memcpy(full + c * s->total + s->first[span], packed + c * s->nodes + s->start[span],
+               (size_t)s->length[span] * sizeof *full);
+    }
+}
+
 /* ======== >>ghost.c ======== */
 /* ghost: see ghost.h */
 #include <string.h>
@@ -7748,6 +7859,7 @@ pd_status pd_bonds_build(pd_ctx *ctx, const pd_stencil *stencil, const pd_grid *
     PDI_TRY(PDI_NEW(ctx, "bond", stencil->cells, bonds->cell_shift));
     PDI_TRY(PDI_NEW(ctx, "bond", grid->total, bonds->row));
     PDI_TRY(pd_ghosts_build(ctx, grid, &bonds->ghosts));
+    PDI_TRY(pdi_spans_build(ctx, grid, &bonds->spans));
     PDI_TRY(pd_ring_build(ctx, stencil, grid, &bonds->ring));
     for (int k = 0; k < stencil->count; k++)
         for (int d = 0; d < PD_DIM; d++) bonds->shift[k] += stencil->offset[k * PD_DIM + d] * grid->stride[d];
@@ -7888,6 +8000,7 @@ void pd_bonds_free(pd_ctx *ctx, pd_bonds *b)
     PDI_DELETE(ctx, b->stencil ? b->stencil->cells : 0, b->cell_shift);
     PDI_DELETE(ctx, b->grid ? b->grid->total : 0, b->row);
     pd_ghosts_free(ctx, &b->ghosts);
+    pdi_spans_free(ctx, &b->spans);
     pd_ring_free(ctx, &b->ring);
     pdi_bond_free_rows(ctx, b);
     pdi_bond_free_runs(ctx, b);
@@ -9014,13 +9127,17 @@ static int64_t pdi_krylov_small(const pd_krylov_desc *desc)
 
 pd_status pd_krylov_build(pd_ctx *ctx, const pd_krylov_desc *desc, pd_krylov *krylov)
 {
-    pd_krylov empty = {*desc, 0, NULL, 0, NULL, NULL, NULL};
-    *krylov = empty;
+    memset(krylov, 0, sizeof *krylov);
+    krylov->desc = *desc;
     pd_krylov_desc *d = &krylov->desc;
     if (d->restart == 0) d->restart = 30;
     if (d->max_iterations == 0) d->max_iterations = 200;
     if (d->rtol == 0.0) d->rtol = 1e-8;
     if (d->n < 1) return pdi_fail(ctx, PD_ERR_ARGUMENT, "krylov", "n = %.0f, needs at least 1", (double)d->n);
+    if (d->spans && (d->components < 1 || d->n != (int64_t)d->components * d->spans->total))
+        return pdi_fail(ctx, PD_ERR_ARGUMENT, "krylov", "n = %.0f, expected %d times %d", (double)d->n, d->components,
+                        (int)d->spans->total);
+    krylov->length = d->spans ? (int64_t)d->components * d->spans->nodes : d->n;
     if (d->restart < 1 || d->restart > 1000)
         return pdi_fail(ctx, PD_ERR_ARGUMENT, "krylov", "restart = %d, needs 1 .. 1000 (0: 30)", d->restart);
     if (d->max_iterations < 1)
@@ -9032,7 +9149,7 @@ pd_status pd_krylov_build(pd_ctx *ctx, const pd_krylov_desc *desc, pd_krylov *kr
         return pdi_fail(ctx, PD_ERR_ARGUMENT, "krylov", "atol = %g, needs to be finite and >= 0", d->atol);
     switch (d->method) {
     case PD_KRYLOV_GMRES:
-        krylov->vectors = 3;
+        krylov->vectors = d->spans ? 4 : 3;
         krylov->basis_vectors = d->flexible ? 2 * d->restart + 1 : d->restart + 1;
         break;
     case PD_KRYLOV_BICGSTAB: krylov->vectors = 7; break;
@@ -9045,8 +9162,8 @@ pd_status pd_krylov_build(pd_ctx *ctx, const pd_krylov_desc *desc, pd_krylov *kr
     PDI_TRY(PDI_NEW(ctx, "krylov", d->n * krylov->vectors, krylov->work));
     pd_status status = PDI_NEW(ctx, "krylov", pdi_krylov_small(d), krylov->small);
     if (status == PD_OK && krylov->basis_vectors)
-        status = d->compressed ? PDI_NEW(ctx, "krylov", d->n * krylov->basis_vectors, krylov->single)
-                               : PDI_NEW(ctx, "krylov", d->n * krylov->basis_vectors, krylov->basis);
+        status = d->compressed ? PDI_NEW(ctx, "krylov", krylov->length * krylov->basis_vectors, krylov->single)
+                               : PDI_NEW(ctx, "krylov", krylov->length * krylov->basis_vectors, krylov->basis);
     if (status < 0) pd_krylov_free(ctx, krylov);
     return status;
 }
@@ -9054,8 +9171,8 @@ pd_status pd_krylov_build(pd_ctx *ctx, const pd_krylov_desc *desc, pd_krylov *kr
 void pd_krylov_free(pd_ctx *ctx, pd_krylov *krylov)
 {
     PDI_DELETE(ctx, krylov->desc.n * krylov->vectors, krylov->work);
-    PDI_DELETE(ctx, krylov->desc.n * krylov->basis_vectors, krylov->basis);
-    PDI_DELETE(ctx, krylov->desc.n * krylov->basis_vectors, krylov->single);
+    PDI_DELETE(ctx, krylov->length * krylov->basis_vectors, krylov->basis);
+    PDI_DELETE(ctx, krylov->length * krylov->basis_vectors, krylov->single);
     PDI_DELETE(ctx, pdi_krylov_small(&krylov->desc), krylov->small);
 }
 
@@ -9069,7 +9186,7 @@ static pdi_par_vectors pdi_krylov_basis(const pdi_krylov_run *run, int first)
 {
     pdi_par_vectors v;
     for (int m = 0; m < PDI_PAR_GROUP; m++) {
-        int64_t at = (first + m) * run->k->desc.n;
+        int64_t at = (first + m) * run->k->length;
         v.v[m] = run->k->basis && first + m < run->k->basis_vectors ? run->k->basis + at : NULL;
         v.single[m] = run->k->single && first + m < run->k->basis_vectors ? run->k->single + at : NULL;
     }
@@ -9152,10 +9269,28 @@ static pd_status pdi_krylov_stopped(const pdi_krylov_run *run, const char *why)
 
 /* ---- GMRES: x += M^-1 V y, y minimises |beta e1 - H y| ---- */
 
+/* The entries of a full vector that the basis has: the vector itself, or a copy that the next call overwrites. */
+static double *pdi_krylov_pack(const pdi_krylov_run *run, double *full)
+{
+    const pd_krylov_desc *d = &run->k->desc;
+    if (!d->spans) return full;
+    double *packed = pdi_krylov_vector(run, 3);
+    pdi_spans_pack(run->ctx, d->spans, d->components, full, packed);
+    return packed;
+}
+
+/* Bring them to a full vector, which is zero between. */
+static void pdi_krylov_unpack(const pdi_krylov_run *run, const double *packed, double *full)
+{
+    const pd_krylov_desc *d = &run->k->desc;
+    if (d->spans) pdi_spans_unpack(run->ctx, d->spans, d->components, packed, full);
+    else if (packed != full) pdi_krylov_copy(run, packed, full);
+}
+
 /* v = a v, kept as vector i of the basis. v loses what single precision does: A Z = V H holds for what is kept. */
 static void pdi_krylov_keep(const pdi_krylov_run *run, double a, double *v, int i)
 {
-    int64_t n = run->k->desc.n, at = i * n;
+    int64_t n = run->k->length, at = i * n;
     double *basis = run->k->basis;
     float *single = run->k->single;
     int nt = pdi_par_threads(run->ctx, n);
@@ -9171,18 +9306,20 @@ static void pdi_krylov_keep(const pdi_krylov_run *run, double a, double *v, int 
 /* v = sum y_j times vector first + j of the basis, j < count. */
 static void pdi_krylov_combine(const pdi_krylov_run *run, int first, int count, const double *y, double *v)
 {
-    pdi_par_zero(run->ctx, run->k->desc.n, v);
+    double *sum = run->k->desc.spans ? pdi_krylov_vector(run, 3) : v;
+    pdi_par_zero(run->ctx, run->k->length, sum);
     for (int j = 0; j < count; j += PDI_PAR_GROUP) {
         pdi_par_vectors basis = pdi_krylov_basis(run, first + j);
         int group = count - j < PDI_PAR_GROUP ? count - j : PDI_PAR_GROUP;
-        pdi_par_axpys(run->ctx, run->k->desc.n, group, y + j, &basis, v);
+        pdi_par_axpys(run->ctx, run->k->length, group, y + j, &basis, sum);
     }
+    pdi_krylov_unpack(run, sum, v);
 }
 
-/* Append column j: w = A z is orthogonalised against v_0 .. v_j; h[0..j+1]. Returns |w| before, or NaN. */
+/* Append column j: w = A z, packed, is orthogonalised against v_0 .. v_j; h[0..j+1]. Returns |w| before, or NaN. */
 static double pdi_krylov_arnoldi(const pdi_krylov_run *run, int j, double *w, double *h)
 {
-    double before = sqrt(pdi_krylov_dot(run, w, w)), norm = before;
+    double before = sqrt(pdi_par_dot(run->ctx, run->k->length, w, w)), norm = before;
     for (int i = 0; i <= j; i++) h[i] = 0.0;
     for (int pass = 0; pass < 2; pass++) {
         double start = norm;
@@ -9191,14 +9328,14 @@ static double pdi_krylov_arnoldi(const pdi_krylov_run *run, int j, double *w, do
             int count = j + 1 - i < PDI_PAR_GROUP ? j + 1 - i : PDI_PAR_GROUP;
             pdi_par_vectors v = pdi_krylov_basis(run, i);
             double dots[PDI_PAR_GROUP];
-            pdi_par_dots(run->ctx, run->k->desc.n, count, &v, w, dots);
+            pdi_par_dots(run->ctx, run->k->length, count, &v, w, dots);
             for (int m = 0; m < count; m++) {
                 h[i + m] += dots[m];
                 dots[m] = -dots[m];
             }
-            pdi_par_axpys(run->ctx, run->k->desc.n, count, dots, &v, w);
+            pdi_par_axpys(run->ctx, run->k->length, count, dots, &v, w);
         }
-        norm = sqrt(pdi_krylov_dot(run, w, w));
+        norm = sqrt(pdi_par_dot(run->ctx, run->k->length, w, w));
         if (!(norm < PDI_KRYLOV_CANCEL * start)) break;
     }
     h[j + 1] = norm;
@@ -9240,7 +9377,7 @@ static void pdi_krylov_back(int count, int m, const double *hess, const double *
 static double pdi_krylov_unit(const pdi_krylov_run *run, const double *z)
 {
     int exponent = 0;
-    double largest = pdi_par_max_abs(run->ctx, run->k->desc.n, z);
+    double largest = pdi_par_max_abs(run->ctx, run->k->length, z);
     if (largest > 0.0 && largest <= DBL_MAX) frexp(largest, &exponent);
     return ldexp(1.0, -exponent);
 }
@@ -9253,17 +9390,23 @@ static pd_status pdi_krylov_gmres_cycle(const pdi_krylov_run *run, double beta)
     int m = d->restart, flexible = d->flexible && run->precond, count = 0;
     double *hess = run->k->small, *cs = hess + (m + 1) * m, *sn = cs + m + 1, *g = sn + m + 1, *y = g + m + 1;
     double *v = pdi_krylov_vector(run, 0), *w = pdi_krylov_vector(run, 1), *z = pdi_krylov_vector(run, 2);
-    double unit = 1.0;
-    pdi_krylov_keep(run, 1.0 / beta, v, 0);
+    double unit = 1.0, *packed = pdi_krylov_pack(run, v);
+    pdi_krylov_keep(run, 1.0 / beta, packed, 0);
+    pdi_krylov_unpack(run, packed, v);
     g[0] = beta;
     while (count < m && run->result->iterations < d->max_iterations) {
         int j = count;
         double *h = hess + j * (m + 1);
         pdi_krylov_precond(run, v, z);
-        if (flexible && j == 0) unit = pdi_krylov_unit(run, z);
-        if (flexible) pdi_krylov_keep(run, unit, z, m + 1 + j);
+        if (flexible) {
+            packed = pdi_krylov_pack(run, z);
+            if (j == 0) unit = pdi_krylov_unit(run, packed);
+            pdi_krylov_keep(run, unit, packed, m + 1 + j);
+            pdi_krylov_unpack(run, packed, z);
+        }
         pdi_krylov_apply(run, z, w);
-        double before = pdi_krylov_arnoldi(run, j, w, h);
+        packed = pdi_krylov_pack(run, w);
+        double before = pdi_krylov_arnoldi(run, j, packed, h);
         if (!pdi_krylov_finite(before) || !pdi_krylov_finite(h[j + 1]))
             return pdi_krylov_diverged(run, "an operator application");
         run->result->iterations++;
@@ -9272,8 +9415,8 @@ static pd_status pdi_krylov_gmres_cycle(const pdi_krylov_run *run, double beta)
         pdi_krylov_rotate(j, h, cs, sn, g);
         /* lucky breakdown: the space is invariant */
         if (next <= DBL_EPSILON * before || fabs(g[count]) <= 0.9 * run->target) break;
-        pdi_krylov_copy(run, w, v);
-        pdi_krylov_keep(run, 1.0 / next, v, j + 1);
+        pdi_krylov_keep(run, 1.0 / next, packed, j + 1);
+        pdi_krylov_unpack(run, packed, v);
     }
     pdi_krylov_back(count, m, hess, g, y);
     if (flexible) pdi_krylov_combine(run, m + 1, count, y, z);
@@ -15267,12 +15410,14 @@ pd_status pd_steady_build(pd_ctx *ctx, pd_flow *flow, const pd_steady_desc *desc
     if (!(s->desc.tolerance > 0.0)) s->desc.tolerance = 1e-6;
     if (!s->desc.max_newton) s->desc.max_newton = 60;
     if (!s->desc.max_krylov) s->desc.max_krylov = 300;
-    if (!s->desc.restart) s->desc.restart = 60;
+    if (!s->desc.restart) s->desc.restart = PD_DIM == 3 ? 40 : 60;
     int64_t size = pdi_steady_size(flow);
     pd_krylov_desc kd;
     pd_multigrid_desc md;
     memset(&kd, 0, sizeof kd);
     kd.n = size;
+    kd.spans = &flow->bonds->spans;
+    kd.components = PD_DIM + 1;
     kd.restart = s->desc.restart;
     kd.max_iterations = s->desc.max_krylov;
     kd.zero_guess = kd.compressed = 1;
@@ -17940,6 +18085,8 @@ pd_status pd_transport_build(pd_ctx *ctx, const pd_grid *grid, const pd_bonds *b
     pd_multigrid_desc md;
     memset(&kd, 0, sizeof kd);
     kd.n = grid->total;
+    kd.spans = &bonds->spans;
+    kd.components = 1;
     kd.restart = 20;
     kd.flexible = 1;
     kd.compressed = !desc->field; /* the level of a good conductor drowns in single precision */

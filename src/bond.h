@@ -10,6 +10,7 @@
 #define PD_BOND_H
 #include "ghost.h"
 #include "ring.h"
+#include "span.h"
 
 /* Velocity [m/s] at position x [m]. */
 typedef void (*pd_velocity_fn)(void *user, const double *x, double *u);
@@ -18,6 +19,7 @@ typedef struct pd_bonds {
     const pd_stencil *stencil;
     const pd_grid *grid;
     pd_ghosts ghosts;    /* of the grid: whoever has bonds can fill the far ends */
+    pd_spans spans;      /* of the grid */
     int all_rows;        /* every fluid node owns a row (for comparisons of both paths) */
     int32_t *shift;      /* [count] node id of the far end minus that of the node */
     int32_t *line_shift; /* [lines of the stencil] the same for the lines */

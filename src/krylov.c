@@ -33,13 +33,17 @@ static int64_t pdi_krylov_small(const pd_krylov_desc *desc)
 
 pd_status pd_krylov_build(pd_ctx *ctx, const pd_krylov_desc *desc, pd_krylov *krylov)
 {
-    pd_krylov empty = {*desc, 0, NULL, 0, NULL, NULL, NULL};
-    *krylov = empty;
+    memset(krylov, 0, sizeof *krylov);
+    krylov->desc = *desc;
     pd_krylov_desc *d = &krylov->desc;
     if (d->restart == 0) d->restart = 30;
     if (d->max_iterations == 0) d->max_iterations = 200;
     if (d->rtol == 0.0) d->rtol = 1e-8;
     if (d->n < 1) return pdi_fail(ctx, PD_ERR_ARGUMENT, "krylov", "n = %.0f, needs at least 1", (double)d->n);
+    if (d->spans && (d->components < 1 || d->n != (int64_t)d->components * d->spans->total))
+        return pdi_fail(ctx, PD_ERR_ARGUMENT, "krylov", "n = %.0f, expected %d times %d", (double)d->n, d->components,
+                        (int)d->spans->total);
+    krylov->length = d->spans ? (int64_t)d->components * d->spans->nodes : d->n;
     if (d->restart < 1 || d->restart > 1000)
         return pdi_fail(ctx, PD_ERR_ARGUMENT, "krylov", "restart = %d, needs 1 .. 1000 (0: 30)", d->restart);
     if (d->max_iterations < 1)
@@ -51,7 +55,7 @@ pd_status pd_krylov_build(pd_ctx *ctx, const pd_krylov_desc *desc, pd_krylov *kr
         return pdi_fail(ctx, PD_ERR_ARGUMENT, "krylov", "atol = %g, needs to be finite and >= 0", d->atol);
     switch (d->method) {
     case PD_KRYLOV_GMRES:
-        krylov->vectors = 3;
+        krylov->vectors = d->spans ? 4 : 3;
         krylov->basis_vectors = d->flexible ? 2 * d->restart + 1 : d->restart + 1;
         break;
     case PD_KRYLOV_BICGSTAB: krylov->vectors = 7; break;
@@ -64,8 +68,8 @@ pd_status pd_krylov_build(pd_ctx *ctx, const pd_krylov_desc *desc, pd_krylov *kr
     PDI_TRY(PDI_NEW(ctx, "krylov", d->n * krylov->vectors, krylov->work));
     pd_status status = PDI_NEW(ctx, "krylov", pdi_krylov_small(d), krylov->small);
     if (status == PD_OK && krylov->basis_vectors)
-        status = d->compressed ? PDI_NEW(ctx, "krylov", d->n * krylov->basis_vectors, krylov->single)
-                               : PDI_NEW(ctx, "krylov", d->n * krylov->basis_vectors, krylov->basis);
+        status = d->compressed ? PDI_NEW(ctx, "krylov", krylov->length * krylov->basis_vectors, krylov->single)
+                               : PDI_NEW(ctx, "krylov", krylov->length * krylov->basis_vectors, krylov->basis);
     if (status < 0) pd_krylov_free(ctx, krylov);
     return status;
 }
@@ -73,8 +77,8 @@ pd_status pd_krylov_build(pd_ctx *ctx, const pd_krylov_desc *desc, pd_krylov *kr
 void pd_krylov_free(pd_ctx *ctx, pd_krylov *krylov)
 {
     PDI_DELETE(ctx, krylov->desc.n * krylov->vectors, krylov->work);
-    PDI_DELETE(ctx, krylov->desc.n * krylov->basis_vectors, krylov->basis);
-    PDI_DELETE(ctx, krylov->desc.n * krylov->basis_vectors, krylov->single);
+    PDI_DELETE(ctx, krylov->length * krylov->basis_vectors, krylov->basis);
+    PDI_DELETE(ctx, krylov->length * krylov->basis_vectors, krylov->single);
     PDI_DELETE(ctx, pdi_krylov_small(&krylov->desc), krylov->small);
 }
 
@@ -88,7 +92,7 @@ static pdi_par_vectors pdi_krylov_basis(const pdi_krylov_run *run, int first)
 {
     pdi_par_vectors v;
     for (int m = 0; m < PDI_PAR_GROUP; m++) {
-        int64_t at = (first + m) * run->k->desc.n;
+        int64_t at = (first + m) * run->k->length;
         v.v[m] = run->k->basis && first + m < run->k->basis_vectors ? run->k->basis + at : NULL;
         v.single[m] = run->k->single && first + m < run->k->basis_vectors ? run->k->single + at : NULL;
     }
@@ -171,10 +175,28 @@ static pd_status pdi_krylov_stopped(const pdi_krylov_run *run, const char *why)
 
 /* ---- GMRES: x += M^-1 V y, y minimises |beta e1 - H y| ---- */
 
+/* The entries of a full vector that the basis has: the vector itself, or a copy that the next call overwrites. */
+static double *pdi_krylov_pack(const pdi_krylov_run *run, double *full)
+{
+    const pd_krylov_desc *d = &run->k->desc;
+    if (!d->spans) return full;
+    double *packed = pdi_krylov_vector(run, 3);
+    pdi_spans_pack(run->ctx, d->spans, d->components, full, packed);
+    return packed;
+}
+
+/* Bring them to a full vector, which is zero between. */
+static void pdi_krylov_unpack(const pdi_krylov_run *run, const double *packed, double *full)
+{
+    const pd_krylov_desc *d = &run->k->desc;
+    if (d->spans) pdi_spans_unpack(run->ctx, d->spans, d->components, packed, full);
+    else if (packed != full) pdi_krylov_copy(run, packed, full);
+}
+
 /* v = a v, kept as vector i of the basis. v loses what single precision does: A Z = V H holds for what is kept. */
 static void pdi_krylov_keep(const pdi_krylov_run *run, double a, double *v, int i)
 {
-    int64_t n = run->k->desc.n, at = i * n;
+    int64_t n = run->k->length, at = i * n;
     double *basis = run->k->basis;
     float *single = run->k->single;
     int nt = pdi_par_threads(run->ctx, n);
@@ -190,18 +212,20 @@ static void pdi_krylov_keep(const pdi_krylov_run *run, double a, double *v, int 
 /* v = sum y_j times vector first + j of the basis, j < count. */
 static void pdi_krylov_combine(const pdi_krylov_run *run, int first, int count, const double *y, double *v)
 {
-    pdi_par_zero(run->ctx, run->k->desc.n, v);
+    double *sum = run->k->desc.spans ? pdi_krylov_vector(run, 3) : v;
+    pdi_par_zero(run->ctx, run->k->length, sum);
     for (int j = 0; j < count; j += PDI_PAR_GROUP) {
         pdi_par_vectors basis = pdi_krylov_basis(run, first + j);
         int group = count - j < PDI_PAR_GROUP ? count - j : PDI_PAR_GROUP;
-        pdi_par_axpys(run->ctx, run->k->desc.n, group, y + j, &basis, v);
+        pdi_par_axpys(run->ctx, run->k->length, group, y + j, &basis, sum);
     }
+    pdi_krylov_unpack(run, sum, v);
 }
 
-/* Append column j: w = A z is orthogonalised against v_0 .. v_j; h[0..j+1]. Returns |w| before, or NaN. */
+/* Append column j: w = A z, packed, is orthogonalised against v_0 .. v_j; h[0..j+1]. Returns |w| before, or NaN. */
 static double pdi_krylov_arnoldi(const pdi_krylov_run *run, int j, double *w, double *h)
 {
-    double before = sqrt(pdi_krylov_dot(run, w, w)), norm = before;
+    double before = sqrt(pdi_par_dot(run->ctx, run->k->length, w, w)), norm = before;
     for (int i = 0; i <= j; i++) h[i] = 0.0;
     for (int pass = 0; pass < 2; pass++) {
         double start = norm;
@@ -210,14 +234,14 @@ static double pdi_krylov_arnoldi(const pdi_krylov_run *run, int j, double *w, do
             int count = j + 1 - i < PDI_PAR_GROUP ? j + 1 - i : PDI_PAR_GROUP;
             pdi_par_vectors v = pdi_krylov_basis(run, i);
             double dots[PDI_PAR_GROUP];
-            pdi_par_dots(run->ctx, run->k->desc.n, count, &v, w, dots);
+            pdi_par_dots(run->ctx, run->k->length, count, &v, w, dots);
             for (int m = 0; m < count; m++) {
                 h[i + m] += dots[m];
                 dots[m] = -dots[m];
             }
-            pdi_par_axpys(run->ctx, run->k->desc.n, count, dots, &v, w);
+            pdi_par_axpys(run->ctx, run->k->length, count, dots, &v, w);
         }
-        norm = sqrt(pdi_krylov_dot(run, w, w));
+        norm = sqrt(pdi_par_dot(run->ctx, run->k->length, w, w));
         if (!(norm < PDI_KRYLOV_CANCEL * start)) break;
     }
     h[j + 1] = norm;
@@ -259,7 +283,7 @@ static void pdi_krylov_back(int count, int m, const double *hess, const double *
 static double pdi_krylov_unit(const pdi_krylov_run *run, const double *z)
 {
     int exponent = 0;
-    double largest = pdi_par_max_abs(run->ctx, run->k->desc.n, z);
+    double largest = pdi_par_max_abs(run->ctx, run->k->length, z);
     if (largest > 0.0 && largest <= DBL_MAX) frexp(largest, &exponent);
     return ldexp(1.0, -exponent);
 }
@@ -272,17 +296,23 @@ static pd_status pdi_krylov_gmres_cycle(const pdi_krylov_run *run, double beta)
     int m = d->restart, flexible = d->flexible && run->precond, count = 0;
     double *hess = run->k->small, *cs = hess + (m + 1) * m, *sn = cs + m + 1, *g = sn + m + 1, *y = g + m + 1;
     double *v = pdi_krylov_vector(run, 0), *w = pdi_krylov_vector(run, 1), *z = pdi_krylov_vector(run, 2);
-    double unit = 1.0;
-    pdi_krylov_keep(run, 1.0 / beta, v, 0);
+    double unit = 1.0, *packed = pdi_krylov_pack(run, v);
+    pdi_krylov_keep(run, 1.0 / beta, packed, 0);
+    pdi_krylov_unpack(run, packed, v);
     g[0] = beta;
     while (count < m && run->result->iterations < d->max_iterations) {
         int j = count;
         double *h = hess + j * (m + 1);
         pdi_krylov_precond(run, v, z);
-        if (flexible && j == 0) unit = pdi_krylov_unit(run, z);
-        if (flexible) pdi_krylov_keep(run, unit, z, m + 1 + j);
+        if (flexible) {
+            packed = pdi_krylov_pack(run, z);
+            if (j == 0) unit = pdi_krylov_unit(run, packed);
+            pdi_krylov_keep(run, unit, packed, m + 1 + j);
+            pdi_krylov_unpack(run, packed, z);
+        }
         pdi_krylov_apply(run, z, w);
-        double before = pdi_krylov_arnoldi(run, j, w, h);
+        packed = pdi_krylov_pack(run, w);
+        double before = pdi_krylov_arnoldi(run, j, packed, h);
         if (!pdi_krylov_finite(before) || !pdi_krylov_finite(h[j + 1]))
             return pdi_krylov_diverged(run, "an operator application");
         run->result->iterations++;
@@ -291,8 +321,8 @@ static pd_status pdi_krylov_gmres_cycle(const pdi_krylov_run *run, double beta)
         pdi_krylov_rotate(j, h, cs, sn, g);
         /* lucky breakdown: the space is invariant */
         if (next <= DBL_EPSILON * before || fabs(g[count]) <= 0.9 * run->target) break;
-        pdi_krylov_copy(run, w, v);
-        pdi_krylov_keep(run, 1.0 / next, v, j + 1);
+        pdi_krylov_keep(run, 1.0 / next, packed, j + 1);
+        pdi_krylov_unpack(run, packed, v);
     }
     pdi_krylov_back(count, m, hess, g, y);
     if (flexible) pdi_krylov_combine(run, m + 1, count, y, z);

@@ -5,7 +5,7 @@
  */
 #ifndef PD_KRYLOV_H
 #define PD_KRYLOV_H
-#include "base.h"
+#include "span.h"
 
 /* y = A x or y = M^-1 x; x and y never alias. */
 typedef void (*pd_apply_fn)(void *user, const double *x, double *y);
@@ -21,6 +21,9 @@ typedef enum pd_krylov_method {
 typedef struct pd_krylov_desc {
     pd_krylov_method method;
     int64_t n;          /* entries of a vector */
+    const pd_spans *spans; /* the basis of GMRES takes their nodes only, in `components` parts of a vector: all others
+                            * are zero in b and x. n = components times spans->total. Borrowed; NULL: all n entries */
+    int components;
     int restart;        /* [-] GMRES: basis vectors; 0: 30 */
     int flexible;       /* 1: GMRES keeps the preconditioned basis. Needed when the preconditioner is not linear to
                          * rounding in double precision, as a multigrid cycle in single precision on a stiff operator */
@@ -41,8 +44,9 @@ typedef struct pd_krylov {
     pd_krylov_desc desc; /* defaults filled in */
     int vectors;         /* work vectors */
     double *work;        /* [vectors][n] [unit of b or x] */
+    int64_t length;      /* entries of a vector of the basis */
     int basis_vectors;
-    double *basis;       /* GMRES: [basis_vectors][n] [-] basis, then (flexible) the preconditioned one; or NULL */
+    double *basis;       /* GMRES: [basis_vectors][length] [-] basis, then (flexible) the preconditioned one; or NULL */
     float *single;       /* the same when compressed */
     double *small;       /* [-] GMRES: Hessenberg matrix, rotations, right-hand side, coefficients */
 } pd_krylov;

@@ -176,12 +176,14 @@ pd_status pd_steady_build(pd_ctx *ctx, pd_flow *flow, const pd_steady_desc *desc
     if (!(s->desc.tolerance > 0.0)) s->desc.tolerance = 1e-6;
     if (!s->desc.max_newton) s->desc.max_newton = 60;
     if (!s->desc.max_krylov) s->desc.max_krylov = 300;
-    if (!s->desc.restart) s->desc.restart = 60;
+    if (!s->desc.restart) s->desc.restart = PD_DIM == 3 ? 40 : 60;
     int64_t size = pdi_steady_size(flow);
     pd_krylov_desc kd;
     pd_multigrid_desc md;
     memset(&kd, 0, sizeof kd);
     kd.n = size;
+    kd.spans = &flow->bonds->spans;
+    kd.components = PD_DIM + 1;
     kd.restart = s->desc.restart;
     kd.max_iterations = s->desc.max_krylov;
     kd.zero_guess = kd.compressed = 1;

@@ -15,7 +15,7 @@ typedef struct pd_steady_desc {
     double tolerance;   /* [-] of both residuals; 0: 1e-6 */
     int max_newton;     /* 0: 60 */
     int max_krylov;     /* of one Newton step; 0: 300 */
-    int restart;        /* GMRES; 0: 60 */
+    int restart;        /* GMRES; 0: 60, in 3D 40 */
 } pd_steady_desc;
 
 typedef struct pd_steady {

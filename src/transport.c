@@ -556,6 +556,8 @@ pd_status pd_transport_build(pd_ctx *ctx, const pd_grid *grid, const pd_bonds *b
     pd_multigrid_desc md;
     memset(&kd, 0, sizeof kd);
     kd.n = grid->total;
+    kd.spans = &bonds->spans;
+    kd.components = 1;
     kd.restart = 20;
     kd.flexible = 1;
     kd.compressed = !desc->field; /* the level of a good conductor drowns in single precision */

@@ -579,12 +579,63 @@ TEST(memory)
     }
 }
 
+/* The nodes of three lines of seven, in two components, in the order of the unknowns. */
+static int place(int unknown)
+{
+    static const int node[10] = {1, 2, 3, 4, 10, 11, 15, 16, 17, 18};
+    return unknown / 10 * 21 + node[unknown % 10];
+}
+
+static void multiply_placed(void *user, const double *x, double *y)
+{
+    double in[20], out[20];
+    for (int p = 0; p < 20; p++) in[p] = x[place(p)];
+    multiply(user, in, out);
+    for (int p = 0; p < 20; p++) y[place(p)] = out[p];
+}
+
+/* -1 2 -1 on a right-hand side of ones: x_p = (p + 1) (n - p) / 2. What lies between the stretches stays zero. */
+TEST(spans)
+{
+    pd_ctx ctx;
+    int32_t first[3] = {1, 10, 15}, start[3] = {0, 4, 6}, length[3] = {4, 2, 4};
+    pd_spans spans = {3, 3, first, start, length, 10, 21};
+    pd_ctx_init(&ctx);
+    for (int variant = 0; variant < 4; variant++) {
+        double b[42] = {0.0}, x[42] = {0.0}, between = 0.0;
+        sys s = make(K_POISSON, 20);
+        pd_krylov k;
+        pd_krylov_result r;
+        pd_krylov_desc d = describe(PD_KRYLOV_GMRES, 42);
+        d.spans = &spans;
+        d.components = 2;
+        d.compressed = variant & 1;
+        d.flexible = variant >> 1;
+        d.rtol = 1e-12;
+        d.restart = 20;
+        for (int p = 0; p < 20; p++) b[place(p)] = 1.0;
+        CHECK_OK(&ctx, pd_krylov_build(&ctx, &d, &k));
+        CHECK_INT((int)k.length, 20);
+        CHECK_OK(&ctx, pd_krylov_solve(&ctx, &k, multiply_placed, NULL, &s, b, x, &r));
+        for (int p = 0; p < 20; p++) {
+            CHECK_NEAR(x[place(p)], 0.5 * (p + 1.0) * (20.0 - p), 1e-9);
+            x[place(p)] = 0.0;
+        }
+        for (int i = 0; i < 42; i++) between = fmax(between, fabs(x[i]));
+        CHECK_LE(between, 0.0);
+        pd_krylov_free(&ctx, &k);
+    }
+}
+
 TEST(bad_input)
 {
     pd_ctx ctx;
     pd_krylov k;
+    pd_spans spans;
+    memset(&spans, 0, sizeof spans);
+    spans.total = 21;
     pd_ctx_init(&ctx);
-    for (int fault = 0; fault < 9; fault++) {
+    for (int fault = 0; fault < 10; fault++) {
         pd_krylov_desc d = describe(PD_KRYLOV_GMRES, 10);
         const char *word = "";
         switch (fault) {
@@ -596,6 +647,7 @@ TEST(bad_input)
         case 5: d.atol = -1.0, word = "atol"; break;
         case 6: d.atol = (double)INFINITY, word = "atol"; break;
         case 7: d.method = (pd_krylov_method)9, word = "method 9"; break;
+        case 8: d.spans = &spans, d.components = 3, word = "expected 3 times 21"; break;
         default: d.rtol = 1.0, word = "rtol"; break;
         }
         CHECK_INT(pd_krylov_build(&ctx, &d, &k), PD_ERR_ARGUMENT);
@@ -618,4 +670,4 @@ TEST(bad_input)
 TEST_MAIN(ENTRY(poisson_closed_form) ENTRY(gmres_cyclic_shift) ENTRY(gmres_breakdown) ENTRY(gmres_orthogonality)
           ENTRY(gmres_singular) ENTRY(skew) ENTRY(transport) ENTRY(null_vector) ENTRY(project)
           ENTRY(not_a_number) ENTRY(not_converged) ENTRY(guesses) ENTRY(flexible) ENTRY(unit_covariance)
-          ENTRY(threads) ENTRY(memory) ENTRY(bad_input))
+          ENTRY(threads) ENTRY(memory) ENTRY(spans) ENTRY(bad_input))
