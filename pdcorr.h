@@ -2977,6 +2977,8 @@ typedef struct pd_corrode_desc {
     pd_drive drive;
     pd_kernel kernel;
     pd_weights weights; /* of the kernel */
+    int keep_deficit;   /* 1: a node that turns fluid keeps what it has lost below Csat, as published codes have it; the
+                         * front is too slow by half of `share`. 0: the metal behind the node makes up for it */
     const uint8_t *passive; /* [total] 1: fluid there does not attack, as in front of a passive film; NULL: none.
                              * Borrowed */
 } pd_corrode_desc;
@@ -2989,7 +2991,9 @@ typedef struct pd_corrode {
     int32_t *shift;    /* [count] node id of the far end minus that of the node */
     double *c;         /* [total] [mol/m3] content of solid, concentration of fluid nodes */
     double *next;      /* [total] [mol/m3] */
+    const double *base; /* [total] [mol/m3] what a step adds to: c, or the field at its start */
     double *speed;     /* [total] [m/s] v of fluid nodes at the front, 0 where they do not attack */
+    double *scratch;   /* [count] [1/m] weights of the bonds of one node */
     uint8_t *phase;    /* [total] of nodes and ghosts */
     uint8_t *role;     /* [total] what a step does with a node */
     int32_t *ghost, *source; /* [ghosts] */
@@ -3041,6 +3045,25 @@ PD_API double pd_corrode_dissolved(const pd_corrode *corrode);
 /* |solid + dissolved + out - start| over start [-]: rounding. */
 PD_API double pd_corrode_imbalance(const pd_corrode *corrode);
 PD_API void pd_corrode_free(pd_ctx *ctx, pd_corrode *corrode);
+
+#ifdef PDI_INTERNAL
+/* Phases. Held: the ghost of a fluid node behind an inlet or outlet. */
+enum { PDI_CORRODE_NONE = 0, PDI_CORRODE_FLUID, PDI_CORRODE_HELD, PDI_CORRODE_SOLID };
+/* Roles: what lies beyond the reach of all others is skipped; whole families go in lanes. */
+enum { PDI_CORRODE_IDLE = 0, PDI_CORRODE_WHOLE, PDI_CORRODE_SHORE, PDI_CORRODE_EXPOSED };
+static inline int pdi_corrode_wet(uint8_t phase) { return phase == PDI_CORRODE_FLUID || phase == PDI_CORRODE_HELD; }
+/* What a bond moves, over speed and weight [mol/m3]: that times 1 or times the difference of its ends (eq. 6.7). */
+PDI_FN double pdi_corrode_scale(const pd_corrode *corrode);
+/* Pieces of the rows of the box, and the first node and length of one. */
+PDI_FN int32_t pdi_corrode_pieces(const pd_grid *grid);
+PDI_FN int32_t pdi_corrode_place(const pd_grid *grid, int32_t piece, int *count);
+/* Values of the ghosts, of c and speed. */
+PDI_FN void pdi_corrode_ghosts(pd_corrode *corrode);
+/* Speed of the law at fluid node i with concentration c, 0 in front of a passive film. */
+PDI_FN pd_status pdi_corrode_law(pd_ctx *ctx, const pd_corrode *corrode, int32_t i, double c, double *speed);
+/* next = base + dt times all exchanges at the present c and speed, and this becomes the state. */
+PDI_FN void pdi_corrode_take(pd_ctx *ctx, pd_corrode *corrode, double dt);
+#endif
 
 #endif
 
@@ -18937,19 +18960,10 @@ void pd_front_free(pd_ctx *ctx, pd_front *f)
 #include <math.h>
 #include <string.h>
 
-/* Phases. Held: the ghost of a fluid node behind an inlet or outlet. */
-enum { PDI_CORRODE_NONE = 0, PDI_CORRODE_FLUID, PDI_CORRODE_HELD, PDI_CORRODE_SOLID };
-
-/* Roles: what lies beyond the reach of all others is skipped; whole families go in lanes. */
-enum { PDI_CORRODE_IDLE = 0, PDI_CORRODE_WHOLE, PDI_CORRODE_SHORE, PDI_CORRODE_EXPOSED };
-
 /* Nodes along axis 0 that one thread sweeps at a time. */
 #define PDI_CORRODE_PIECE 64
 
-static int pdi_corrode_wet(uint8_t phase) { return phase == PDI_CORRODE_FLUID || phase == PDI_CORRODE_HELD; }
-
-/* What a bond moves, over speed and weight [mol/m3]: `scale` times 1 or times the difference of its ends (eq. 6.7). */
-static double pdi_corrode_scale(const pd_corrode *r)
+PDI_FN double pdi_corrode_scale(const pd_corrode *r)
 {
     return r->desc.drive == PD_DRIVE_CONSTANT ? r->span : r->log_ratio;
 }
@@ -18965,7 +18979,7 @@ static void pdi_corrode_whole(pd_corrode *r, int32_t first, int count, double dt
         const double *far = c + r->shift[k], *back = c - r->shift[k];
         for (int b = 0; b < count; b++) sum[b] += s->lap[k] * ((far[b] - c[b]) + (back[b] - c[b]));
     }
-    for (int b = 0; b < count; b++) r->next[first + b] = c[b] + dt * r->desc.diffusivity * sum[b];
+    for (int b = 0; b < count; b++) r->next[first + b] = r->base[first + b] + dt * r->desc.diffusivity * sum[b];
 }
 
 /* Fluid nodes beside metal or wall gain by diffusion and from the metal. */
@@ -18987,7 +19001,8 @@ static void pdi_corrode_shore(pd_corrode *r, int32_t first, int count, double dt
         }
     }
     for (int b = 0; b < count; b++)
-        r->next[first + b] = c[b] + dt * (diffusivity * spread[b] + r->speed[first + b] * scale * metal[b]);
+        r->next[first + b] =
+            r->base[first + b] + dt * (diffusivity * spread[b] + r->speed[first + b] * scale * metal[b]);
 }
 
 /* Solid nodes lose to attacking fluid; all others have the speed 0. */
@@ -19001,7 +19016,7 @@ static void pdi_corrode_exposed(pd_corrode *r, int32_t first, int count, double 
         const double *far = c + r->shift[k], *speed = r->speed + first + r->shift[k], weight = r->front.weight[k];
         for (int b = 0; b < count; b++) loss[b] += speed[b] * (weight * (difference ? c[b] - far[b] : 1.0));
     }
-    for (int b = 0; b < count; b++) r->next[first + b] = c[b] - dt * scale * loss[b];
+    for (int b = 0; b < count; b++) r->next[first + b] = r->base[first + b] - dt * scale * loss[b];
 }
 
 /* New contents of `count` nodes of the box that lie along axis 0, in runs of one role. */
@@ -19017,15 +19032,14 @@ static void pdi_corrode_piece(pd_corrode *r, int32_t first, int count, double dt
     }
 }
 
-/* Pieces of the rows of the box, and the first node and length of one. */
-static int32_t pdi_corrode_pieces(const pd_grid *grid)
+PDI_FN int32_t pdi_corrode_pieces(const pd_grid *grid)
 {
     int32_t rows = 1;
     for (int d = 1; d < PD_DIM; d++) rows *= (int32_t)grid->n[d];
     return rows * (int32_t)((grid->n[0] + PDI_CORRODE_PIECE - 1) / PDI_CORRODE_PIECE);
 }
 
-static int32_t pdi_corrode_place(const pd_grid *grid, int32_t piece, int *count)
+PDI_FN int32_t pdi_corrode_place(const pd_grid *grid, int32_t piece, int *count)
 {
     int32_t per_row = (int32_t)((grid->n[0] + PDI_CORRODE_PIECE - 1) / PDI_CORRODE_PIECE), row = piece / per_row;
     int i[PD_DIM];
@@ -19079,7 +19093,7 @@ static void pdi_corrode_ghost_phases(pd_corrode *r)
 }
 
 /* Values of ghosts: odd about `bulk` behind held planes. */
-static void pdi_corrode_ghost_values(pd_corrode *r)
+PDI_FN void pdi_corrode_ghosts(pd_corrode *r)
 {
     for (int32_t g = 0; g < r->ghosts; g++) {
         int32_t at = r->ghost[g], from = r->source[g];
@@ -19155,7 +19169,9 @@ static pd_status pdi_corrode_allocate(pd_ctx *ctx, pd_corrode *r)
 {
     int32_t total = r->grid->total;
     PDI_TRY(PDI_NEW(ctx, "corrode", r->stencil->count, r->shift));
+    PDI_TRY(PDI_NEW(ctx, "corrode", r->stencil->count, r->scratch));
     PDI_TRY(PDI_NEW(ctx, "corrode", total, r->c));
+    r->base = r->c;
     PDI_TRY(PDI_NEW(ctx, "corrode", total, r->next));
     PDI_TRY(PDI_NEW(ctx, "corrode", total, r->speed));
     PDI_TRY(PDI_NEW(ctx, "corrode", total, r->phase));
@@ -19235,6 +19251,22 @@ static void pdi_corrode_rinse(pd_corrode *r, int32_t i)
     r->out_carry = out.carry;
 }
 
+PDI_FN pd_status pdi_corrode_law(pd_ctx *ctx, const pd_corrode *r, int32_t i, double c, double *speed)
+{
+    *speed = 0.0;
+    if (r->desc.passive && r->desc.passive[i]) return PD_OK;
+    double v = r->desc.rate(r->desc.rate_user, c);
+    if (!(fabs(v) < 1e100)) {
+        double x[PD_DIM];
+        pd_grid_position(r->grid, i, x);
+        return pdi_fail(ctx, PD_ERR_STATE, "corrode",
+                        "the rate law gives %g m/s at c = %g mol/m3 (node %d at x = %g m), expected a finite speed", v,
+                        c, (int)i, x[0]);
+    }
+    *speed = fmax(v, 0.0);
+    return PD_OK;
+}
+
 /* Speed of the law at every fluid node beside the front, and how many nodes take part. The salt layer is nothing but a
  * look at c. */
 static pd_status pdi_corrode_prepare(pd_ctx *ctx, pd_corrode *r)
@@ -19251,20 +19283,12 @@ static pd_status pdi_corrode_prepare(pd_ctx *ctx, pd_corrode *r)
             /* metal sees no fluid of another role */
             if (role != PDI_CORRODE_SHORE) continue;
             r->speed[i] = 0.0;
-            if (!(r->c[i] < r->desc.saturation) || (r->desc.passive && r->desc.passive[i])) continue;
-            double v = r->desc.rate(r->desc.rate_user, r->c[i]);
-            if (!(fabs(v) < 1e100)) {
-                double x[PD_DIM];
-                pd_grid_position(r->grid, i, x);
-                return pdi_fail(ctx, PD_ERR_STATE, "corrode",
-                                "the rate law gives %g m/s at c = %g mol/m3 (node %d at x = %g m), expected a finite "
-                                "speed", v, r->c[i], (int)i, x[0]);
-            }
-            r->speed[i] = fmax(v, 0.0);
+            if (!(r->c[i] < r->desc.saturation)) continue;
+            PDI_TRY(pdi_corrode_law(ctx, r, i, r->c[i], r->speed + i));
             r->fastest = fmax(r->fastest, r->speed[i]);
         }
     }
-    pdi_corrode_ghost_values(r);
+    pdi_corrode_ghosts(r);
     return PD_OK;
 }
 
@@ -19336,6 +19360,39 @@ static void pdi_corrode_turn(pd_corrode *r)
     }
 }
 
+/* Weights of the bonds of node i that lead to metal with more than Csat (dry), or to attacking fluid. */
+static double pdi_corrode_behind(const pd_corrode *r, int32_t i, int dry, double *weight)
+{
+    double sum = 0.0;
+    for (int k = 0; k < r->stencil->count; k++) {
+        int32_t j = i + r->shift[k];
+        int32_t at = pdi_grid_image(r->grid, j, NULL);
+        int metal = r->phase[j] == PDI_CORRODE_SOLID && r->c[at] > r->desc.saturation;
+        weight[k] = r->front.weight[k] * (dry ? metal : r->phase[j] == PDI_CORRODE_FLUID ? r->speed[at] : 0.0);
+        sum += weight[k];
+    }
+    return sum;
+}
+
+/* What a node that turns has lost below Csat, the metal behind it makes up for. Without any, the fluid that has taken
+ * it gives it back. */
+static void pdi_corrode_hand_over(pd_corrode *r)
+{
+    for (int32_t n = 0; n < r->changed_count; n++) {
+        int32_t i = r->changed[n];
+        double deficit = r->desc.saturation - r->c[i], given = 0.0, sum = pdi_corrode_behind(r, i, 1, r->scratch);
+        if (!(sum > 0.0)) sum = pdi_corrode_behind(r, i, 0, r->scratch);
+        if (!(deficit > 0.0) || !(sum > 0.0)) continue;
+        for (int k = 0; k < r->stencil->count; k++) {
+            double part = deficit * (r->scratch[k] / sum);
+            if (!(part > 0.0)) continue;
+            r->c[pdi_grid_image(r->grid, i + r->shift[k], NULL)] -= part;
+            given += part;
+        }
+        r->c[i] += given;
+    }
+}
+
 /* `next` becomes the state, as far as nodes take part. */
 static void pdi_corrode_commit(pd_corrode *r, double dt)
 {
@@ -19355,16 +19412,17 @@ static void pdi_corrode_commit(pd_corrode *r, double dt)
             if (role == PDI_CORRODE_IDLE || (role == PDI_CORRODE_WHOLE && r->desc.activation)) continue;
             r->c[i] = r->next[i];
             if (role == PDI_CORRODE_EXPOSED && r->c[i] <= r->desc.saturation) r->changed[r->changed_count++] = i;
-            if (role == PDI_CORRODE_SHORE && r->desc.activation) pdi_corrode_rinse(r, i);
         }
     }
+    if (!r->desc.keep_deficit) pdi_corrode_hand_over(r);
+    for (int32_t i = 0; i < r->grid->total && r->desc.activation; i++)
+        if (r->role[i] == PDI_CORRODE_SHORE) pdi_corrode_rinse(r, i);
     if (r->changed_count) pdi_corrode_turn(r);
     r->time += dt;
     r->steps++;
 }
 
-/* A step from prepared speeds and ghosts. */
-static void pdi_corrode_take(pd_ctx *ctx, pd_corrode *r, double dt)
+PDI_FN void pdi_corrode_take(pd_ctx *ctx, pd_corrode *r, double dt)
 {
     int32_t pieces = pdi_corrode_pieces(r->grid);
     int nt = pdi_par_threads(ctx, r->active * r->stencil->count);
@@ -19409,6 +19467,7 @@ void pd_corrode_free(pd_ctx *ctx, pd_corrode *r)
     for (int d = 0; d < PD_DIM && r->grid; d++) inside *= (int32_t)r->grid->n[d];
     pd_front_free(ctx, &r->front);
     PDI_DELETE(ctx, r->stencil ? r->stencil->count : 0, r->shift);
+    PDI_DELETE(ctx, r->stencil ? r->stencil->count : 0, r->scratch);
     PDI_DELETE(ctx, total, r->c);
     PDI_DELETE(ctx, total, r->next);
     PDI_DELETE(ctx, total, r->speed);

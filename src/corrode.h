@@ -40,6 +40,8 @@ typedef struct pd_corrode_desc {
     pd_drive drive;
     pd_kernel kernel;
     pd_weights weights; /* of the kernel */
+    int keep_deficit;   /* 1: a node that turns fluid keeps what it has lost below Csat, as published codes have it; the
+                         * front is too slow by half of `share`. 0: the metal behind the node makes up for it */
     const uint8_t *passive; /* [total] 1: fluid there does not attack, as in front of a passive film; NULL: none.
                              * Borrowed */
 } pd_corrode_desc;
@@ -52,7 +54,9 @@ typedef struct pd_corrode {
     int32_t *shift;    /* [count] node id of the far end minus that of the node */
     double *c;         /* [total] [mol/m3] content of solid, concentration of fluid nodes */
     double *next;      /* [total] [mol/m3] */
+    const double *base; /* [total] [mol/m3] what a step adds to: c, or the field at its start */
     double *speed;     /* [total] [m/s] v of fluid nodes at the front, 0 where they do not attack */
+    double *scratch;   /* [count] [1/m] weights of the bonds of one node */
     uint8_t *phase;    /* [total] of nodes and ghosts */
     uint8_t *role;     /* [total] what a step does with a node */
     int32_t *ghost, *source; /* [ghosts] */
@@ -104,5 +108,24 @@ PD_API double pd_corrode_dissolved(const pd_corrode *corrode);
 /* |solid + dissolved + out - start| over start [-]: rounding. */
 PD_API double pd_corrode_imbalance(const pd_corrode *corrode);
 PD_API void pd_corrode_free(pd_ctx *ctx, pd_corrode *corrode);
+
+#ifdef PDI_INTERNAL
+/* Phases. Held: the ghost of a fluid node behind an inlet or outlet. */
+enum { PDI_CORRODE_NONE = 0, PDI_CORRODE_FLUID, PDI_CORRODE_HELD, PDI_CORRODE_SOLID };
+/* Roles: what lies beyond the reach of all others is skipped; whole families go in lanes. */
+enum { PDI_CORRODE_IDLE = 0, PDI_CORRODE_WHOLE, PDI_CORRODE_SHORE, PDI_CORRODE_EXPOSED };
+static inline int pdi_corrode_wet(uint8_t phase) { return phase == PDI_CORRODE_FLUID || phase == PDI_CORRODE_HELD; }
+/* What a bond moves, over speed and weight [mol/m3]: that times 1 or times the difference of its ends (eq. 6.7). */
+PDI_FN double pdi_corrode_scale(const pd_corrode *corrode);
+/* Pieces of the rows of the box, and the first node and length of one. */
+PDI_FN int32_t pdi_corrode_pieces(const pd_grid *grid);
+PDI_FN int32_t pdi_corrode_place(const pd_grid *grid, int32_t piece, int *count);
+/* Values of the ghosts, of c and speed. */
+PDI_FN void pdi_corrode_ghosts(pd_corrode *corrode);
+/* Speed of the law at fluid node i with concentration c, 0 in front of a passive film. */
+PDI_FN pd_status pdi_corrode_law(pd_ctx *ctx, const pd_corrode *corrode, int32_t i, double c, double *speed);
+/* next = base + dt times all exchanges at the present c and speed, and this becomes the state. */
+PDI_FN void pdi_corrode_take(pd_ctx *ctx, pd_corrode *corrode, double dt);
+#endif
 
 #endif

@@ -75,6 +75,7 @@ static pd_status peer_build(val_job *job, double h, const double box[2][3], cons
     lab->shapes[0].type = PD_SHAPE_BOX;
     lab->corrode_desc.kernel = PD_KERNEL_INVERSE;
     lab->corrode_desc.weights = PD_WEIGHTS_PRINTED;
+    lab->corrode_desc.keep_deficit = 1;
     lab->corrode_desc.rate = peer_law;
     job->out->h = h;
     return lab_build(job->ctx, lab, VAL_CORRODE);
