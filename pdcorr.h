@@ -75,6 +75,7 @@
  *   measure    figures of a flow and of what it carries: through a plane of the lattice, from walls and metal, in a box.
  *   front      weights of the bonds across a front between metal and fluid, and the speed that they give it.
  *   corrode    bond-based corrosion. Metal and fluid are one concentration field on two phases; bonds across the front
+ *   recede     implicit steps of bond-based corrosion (corrode.h) under diffusion control, as long as the front allows.
  *   couple     one dissolution run: steady flow, implicit transport, dissolution steps with error control, the ledger.
  *   setup      everything that a run needs to know, as data: what scene files and flat files are turned into.
  *   syntax     the sections of a scene and their keys, checked before anything is read: a misspelt key is reported as such
@@ -3057,13 +3058,89 @@ PDI_FN double pdi_corrode_scale(const pd_corrode *corrode);
 /* Pieces of the rows of the box, and the first node and length of one. */
 PDI_FN int32_t pdi_corrode_pieces(const pd_grid *grid);
 PDI_FN int32_t pdi_corrode_place(const pd_grid *grid, int32_t piece, int *count);
+/* sum [count] [mol/m5] of a(n) (C_j - C_i) over the wet bonds of fluid nodes of one role that lie along axis 0; c with
+ * its ghosts. */
+PDI_FN void pdi_corrode_spread(const pd_corrode *corrode, const double *c, int32_t first, int count, double *sum);
+/* Nodes along axis 0 that one thread sweeps at a time. */
+#define PDI_CORRODE_PIECE 64
 /* Values of the ghosts, of c and speed. */
 PDI_FN void pdi_corrode_ghosts(pd_corrode *corrode);
 /* Speed of the law at fluid node i with concentration c, 0 in front of a passive film. */
 PDI_FN pd_status pdi_corrode_law(pd_ctx *ctx, const pd_corrode *corrode, int32_t i, double c, double *speed);
-/* next = base + dt times all exchanges at the present c and speed, and this becomes the state. */
-PDI_FN void pdi_corrode_take(pd_ctx *ctx, pd_corrode *corrode, double dt);
+/* next = base + dt times all exchanges at the present c and speed. */
+PDI_FN void pdi_corrode_exchange(pd_ctx *ctx, pd_corrode *corrode, double dt);
+/* Largest loss of a metal node in that, over Cs - Csat. */
+PDI_FN double pdi_corrode_lost(const pd_corrode *corrode);
+/* `next` becomes the state, as far as nodes take part. */
+PDI_FN void pdi_corrode_commit(pd_corrode *corrode, double dt);
 #endif
+
+#endif
+
+/* ======== >>recede.h ======== */
+/* recede: implicit steps of bond-based corrosion (corrode.h) under diffusion control, as long as the front allows.
+ *
+ * Fluid concentrations at the end of a step dt satisfy
+ *
+ *     (C_i' - C_i)/dt = sum_fluid D a(n) (C_j' - C_i') + theta_i G_i(C_i'),                     (theory: eq. 6.9)
+ *     C_i' <= Csat,  0 <= theta_i <= 1,  and theta_i = 1 where C_i' < Csat,
+ *
+ * where G_i is what the law lets the metal in reach give to node i. The salt layer is part of the equations: at Csat a
+ * node takes what diffusion carries away and no more, so nothing switches from step to step. Newton's method on the
+ * law and an active set for theta; linear systems by CG with a multigrid cycle. Metal loses bond by bond what the fluid
+ * gains; nodes turn as in corrode.h.
+ * Sources: Hintermueller, Ito and Kunisch 2002 (primal-dual active set); Jafarzadeh, Zhao, Shakouri and Bobaru 2021,
+ * eq. 9 (implicit transport, explicit change of phase).
+ */
+#ifndef PD_RECEDE_H
+#define PD_RECEDE_H
+
+/* Zero-initialise. */
+typedef struct pd_recede_desc {
+    double share;     /* [-] a run chooses steps in which no node loses more of Cs - Csat; 0: 0.2 */
+    double rtol;      /* [-] and whose error in time is below this share of Csat, root mean square over the fluid; 0:
+                       * 1e-3 */
+    double tolerance; /* [-] of the equations, in Csat; 0: 1e-9 */
+    int max_newton;   /* 0: 40 */
+} pd_recede_desc;
+
+typedef struct pd_recede {
+    pd_recede_desc desc; /* defaults filled in */
+    pd_corrode *corrode;
+    pd_compact compact;
+    pd_multigrid mg;
+    pd_krylov krylov;
+    double dt;         /* [s] of the step at hand */
+    double *start;     /* [total] [mol/m3] at its begin */
+    double *moved;     /* [total] [mol/m3] change of fluid nodes in the last step */
+    double *balance;   /* [total] [mol/m3/s] residual */
+    double *delta;     /* [total] [mol/m3] correction */
+    double *field;     /* [total] [mol/m3] operand with its ghosts */
+    double *drain;     /* [total] [1/s] -dG/dC, not negative */
+    double *reach;     /* [total] [1/m] sum of b(n) to metal */
+    double *stock;     /* [total] [mol/m4] the same times what the metal there has, with drive by difference */
+    uint8_t *state;    /* [total] whether a node beside metal follows the law, holds Csat or takes nothing */
+    double last_dt;    /* [s] of the step before; 0: none */
+    double next_dt;    /* [s] that the error in time proposes for the next one */
+    double front_dt;   /* [s] that the front does */
+    int64_t newton, iterations; /* in all: corrections, and CG iterations */
+    int64_t rejected;  /* steps tried again with a shorter dt */
+} pd_recede;
+
+#define pd_recede_build PD_NAME(pd_recede_build)
+#define pd_recede_step PD_NAME(pd_recede_step)
+#define pd_recede_run PD_NAME(pd_recede_run)
+#define pd_recede_free PD_NAME(pd_recede_free)
+
+/* The corrosion is borrowed. PD_ERR_ARGUMENT: activation control (there is nothing to solve for), a tolerance out of
+ * range. */
+PD_API pd_status pd_recede_build(pd_ctx *ctx, pd_corrode *corrode, const pd_recede_desc *desc, pd_recede *recede);
+/* One step of dt [s]. PD_RETRY, nothing changed: a node would lose far more than its share, or the equations found no
+ * solution: take a shorter one. PD_ERR_STATE: the law gives no finite speed. */
+PD_API pd_status pd_recede_step(pd_ctx *ctx, pd_recede *recede, double dt);
+/* Steps up to t_end [s]. PD_ERR_DIVERGED: no step is short enough. */
+PD_API pd_status pd_recede_run(pd_ctx *ctx, pd_recede *recede, double t_end);
+PD_API void pd_recede_free(pd_ctx *ctx, pd_recede *recede);
 
 #endif
 
@@ -18960,45 +19037,52 @@ void pd_front_free(pd_ctx *ctx, pd_front *f)
 #include <math.h>
 #include <string.h>
 
-/* Nodes along axis 0 that one thread sweeps at a time. */
-#define PDI_CORRODE_PIECE 64
-
 PDI_FN double pdi_corrode_scale(const pd_corrode *r)
 {
     return r->desc.drive == PD_DRIVE_CONSTANT ? r->span : r->log_ratio;
 }
 
-/* Fluid nodes with whole families, consecutive along axis 0. */
-static void pdi_corrode_whole(pd_corrode *r, int32_t first, int count, double dt)
+PDI_FN void pdi_corrode_spread(const pd_corrode *r, const double *c, int32_t first, int count, double *sum)
 {
     const pd_stencil *s = r->stencil;
-    const double *c = r->c + first;
-    double sum[PDI_CORRODE_PIECE];
-    memset(sum, 0, sizeof sum);
-    for (int k = 0; k < s->count / 2; k++) {
-        const double *far = c + r->shift[k], *back = c - r->shift[k];
-        for (int b = 0; b < count; b++) sum[b] += s->lap[k] * ((far[b] - c[b]) + (back[b] - c[b]));
+    c += first;
+    for (int b = 0; b < count; b++) sum[b] = 0.0;
+    if (r->role[first] == PDI_CORRODE_WHOLE) {
+        for (int k = 0; k < s->count / 2; k++) {
+            const double *far = c + r->shift[k], *back = c - r->shift[k];
+            for (int b = 0; b < count; b++) sum[b] += s->lap[k] * ((far[b] - c[b]) + (back[b] - c[b]));
+        }
+        return;
     }
+    for (int k = 0; k < s->count; k++) {
+        const double *far = c + r->shift[k], lap = s->lap[k];
+        const uint8_t *there = r->phase + first + r->shift[k];
+        for (int b = 0; b < count; b++) sum[b] += pdi_corrode_wet(there[b]) ? lap * (far[b] - c[b]) : 0.0;
+    }
+}
+
+/* Fluid nodes of one role, consecutive along axis 0, gain by diffusion. */
+static void pdi_corrode_whole(pd_corrode *r, int32_t first, int count, double dt)
+{
+    double sum[PDI_CORRODE_PIECE];
+    pdi_corrode_spread(r, r->c, first, count, sum);
     for (int b = 0; b < count; b++) r->next[first + b] = r->base[first + b] + dt * r->desc.diffusivity * sum[b];
 }
 
-/* Fluid nodes beside metal or wall gain by diffusion and from the metal. */
+/* Those beside metal or wall also gain from the metal. */
 static void pdi_corrode_shore(pd_corrode *r, int32_t first, int count, double dt)
 {
     const double *c = r->c + first;
     double diffusivity = r->desc.activation ? 0.0 : r->desc.diffusivity, scale = pdi_corrode_scale(r);
     double spread[PDI_CORRODE_PIECE], metal[PDI_CORRODE_PIECE];
     int difference = r->desc.drive == PD_DRIVE_DIFFERENCE;
-    memset(spread, 0, sizeof spread);
+    pdi_corrode_spread(r, r->c, first, count, spread);
     memset(metal, 0, sizeof metal);
     for (int k = 0; k < r->stencil->count; k++) {
-        const double *far = c + r->shift[k], lap = r->stencil->lap[k], weight = r->front.weight[k];
+        const double *far = c + r->shift[k], weight = r->front.weight[k];
         const uint8_t *there = r->phase + first + r->shift[k];
-        for (int b = 0; b < count; b++) {
-            double step = far[b] - c[b];
-            spread[b] += pdi_corrode_wet(there[b]) ? lap * step : 0.0;
-            metal[b] += there[b] == PDI_CORRODE_SOLID ? weight * (difference ? step : 1.0) : 0.0;
-        }
+        for (int b = 0; b < count; b++)
+            metal[b] += there[b] == PDI_CORRODE_SOLID ? weight * (difference ? far[b] - c[b] : 1.0) : 0.0;
     }
     for (int b = 0; b < count; b++)
         r->next[first + b] =
@@ -19301,12 +19385,12 @@ static void pdi_corrode_rates(const pd_corrode *r, double *field, double *loss)
     *field = (r->desc.activation ? 0.0 : r->diffusion) + (difference ? cross * r->log_ratio : 0.0);
 }
 
-/* A node that turns fluid has less than Csat and not less than none. */
+/* A node that turns fluid and keeps what it has lost has not less than none; another one loses no more than it had. */
 static double pdi_corrode_longest(const pd_corrode *r)
 {
     double field, loss;
     pdi_corrode_rates(r, &field, &loss);
-    double drop = loss * r->span / r->desc.saturation;
+    double drop = r->desc.keep_deficit ? loss * r->span / r->desc.saturation : loss;
     double rate = fmax(field, r->desc.drive == PD_DRIVE_CONSTANT ? drop : 0.0);
     return rate > 0.0 ? 1.0 / rate : HUGE_VAL;
 }
@@ -19393,8 +19477,7 @@ static void pdi_corrode_hand_over(pd_corrode *r)
     }
 }
 
-/* `next` becomes the state, as far as nodes take part. */
-static void pdi_corrode_commit(pd_corrode *r, double dt)
+PDI_FN void pdi_corrode_commit(pd_corrode *r, double dt)
 {
     pdi_sum out;
     out.sum = r->out;
@@ -19422,7 +19505,7 @@ static void pdi_corrode_commit(pd_corrode *r, double dt)
     r->steps++;
 }
 
-PDI_FN void pdi_corrode_take(pd_ctx *ctx, pd_corrode *r, double dt)
+PDI_FN void pdi_corrode_exchange(pd_ctx *ctx, pd_corrode *r, double dt)
 {
     int32_t pieces = pdi_corrode_pieces(r->grid);
     int nt = pdi_par_threads(ctx, r->active * r->stencil->count);
@@ -19433,7 +19516,14 @@ PDI_FN void pdi_corrode_take(pd_ctx *ctx, pd_corrode *r, double dt)
         int32_t first = pdi_corrode_place(r->grid, p, &count);
         pdi_corrode_piece(r, first, count, dt);
     }
-    pdi_corrode_commit(r, dt);
+}
+
+PDI_FN double pdi_corrode_lost(const pd_corrode *r)
+{
+    double most = 0.0;
+    for (int32_t i = 0; i < r->grid->total; i++)
+        if (r->role[i] == PDI_CORRODE_EXPOSED) most = fmax(most, r->base[i] - r->next[i]);
+    return most / r->span;
 }
 
 pd_status pd_corrode_step(pd_ctx *ctx, pd_corrode *r, double dt)
@@ -19444,7 +19534,8 @@ pd_status pd_corrode_step(pd_ctx *ctx, pd_corrode *r, double dt)
         return pdi_fail(ctx, PD_ERR_ARGUMENT, "corrode", "a step of %g s, expected a positive one", dt);
     if (dt > limit * (1.0 + 1e-12))
         return pdi_fail(ctx, PD_RETRY, "corrode", "the step of %g s exceeds the limit of %g s", dt, limit);
-    pdi_corrode_take(ctx, r, dt);
+    pdi_corrode_exchange(ctx, r, dt);
+    pdi_corrode_commit(r, dt);
     return PD_OK;
 }
 
@@ -19455,7 +19546,9 @@ pd_status pd_corrode_run(pd_ctx *ctx, pd_corrode *r, double t_end)
         PDI_TRY(pd_corrode_limit(ctx, r, &limit));
         limit = fmin(limit, pdi_corrode_accurate(r));
         double count = ceil(left / limit * (1.0 - 1e-12));
-        pdi_corrode_take(ctx, r, count > 1.0 ? left / count : left);
+        double dt = count > 1.0 ? left / count : left;
+        pdi_corrode_exchange(ctx, r, dt);
+        pdi_corrode_commit(r, dt);
         if (!(count > 1.0)) r->time = t_end; /* no last step of rounding's length */
     }
     return PD_OK;
@@ -19477,6 +19570,384 @@ void pd_corrode_free(pd_ctx *ctx, pd_corrode *r)
     PDI_DELETE(ctx, total - inside, r->ghost);
     PDI_DELETE(ctx, total - inside, r->source);
     PDI_DELETE(ctx, r->changed_capacity, r->changed);
+    memset(r, 0, sizeof *r);
+}
+
+/* ======== >>recede.c ======== */
+/* recede: see recede.h */
+#include <math.h>
+#include <string.h>
+
+/* States of fluid nodes beside metal. */
+enum { PDI_RECEDE_LAW = 0, PDI_RECEDE_SATURATED, PDI_RECEDE_FULL };
+
+/* How far a node must pass a bound to change its state, over the tolerance: less would chatter. */
+#define PDI_RECEDE_MARGIN 3.0
+/* Share of Csat by which the law is probed. */
+#define PDI_RECEDE_PROBE 1e-6
+/* What rounding leaves of an exchange, over Csat. */
+#define PDI_RECEDE_ROUNDING 1e-14
+/* Conductance of saturated nodes in the preconditioner, over that of all bonds. */
+#define PDI_RECEDE_STIFF 1e3
+/* Tolerance of the linear systems over the residual, and how much longer the next step may be. */
+#define PDI_RECEDE_FORCING 1e-3
+#define PDI_RECEDE_GROWTH 1.5
+/* A step in which a node loses this much more than its share is tried again; one this much shorter than wanted has
+ * failed. */
+#define PDI_RECEDE_EXCESS 2.5
+#define PDI_RECEDE_SHORTEST 1e-12
+
+typedef struct pdi_recede_user {
+    pd_ctx *ctx;
+    pd_recede *r;
+} pdi_recede_user;
+
+/* Does `work` on the fluid nodes of all pieces, in runs of one role. */
+typedef void (*pdi_recede_fn)(pd_recede *r, int32_t first, int count, double *out);
+
+static void pdi_recede_sweep(pd_ctx *ctx, pd_recede *r, pdi_recede_fn work, double *out)
+{
+    const pd_corrode *m = r->corrode;
+    int32_t pieces = pdi_corrode_pieces(m->grid);
+    int nt = pdi_par_threads(ctx, m->active * m->stencil->count);
+    (void)nt;
+    PDI_PARALLEL_FOR(nt)
+    for (int32_t p = 0; p < pieces; p++) {
+        int count;
+        int32_t first = pdi_corrode_place(m->grid, p, &count), end = first + count, next;
+        for (int32_t i = first; i < end; i = next) {
+            uint8_t role = m->role[i];
+            for (next = i + 1; next < end && m->role[next] == role;) next++;
+            if (role == PDI_CORRODE_WHOLE || role == PDI_CORRODE_SHORE) work(r, i, (int)(next - i), out);
+        }
+    }
+}
+
+/* ---- the linear system ---- */
+
+static void pdi_recede_apply_run(pd_recede *r, int32_t first, int count, double *y)
+{
+    const double *x = r->field + first;
+    double sum[PDI_CORRODE_PIECE];
+    pdi_corrode_spread(r->corrode, r->field, first, count, sum);
+    for (int b = 0; b < count; b++) {
+        double all = (1.0 / r->dt + r->drain[first + b]) * x[b] - r->corrode->desc.diffusivity * sum[b];
+        y[first + b] = r->state[first + b] == PDI_RECEDE_SATURATED ? 0.0 : all;
+    }
+}
+
+/* A correction is odd about held planes. */
+static void pdi_recede_apply(void *user, const double *x, double *y)
+{
+    pdi_recede_user *u = (pdi_recede_user *)user;
+    const pd_corrode *m = u->r->corrode;
+    pdi_par_copy(u->ctx, m->grid->total, x, u->r->field);
+    for (int32_t g = 0; g < m->ghosts; g++) {
+        double from = x[m->source[g]];
+        u->r->field[m->ghost[g]] = m->phase[m->ghost[g]] == PDI_CORRODE_HELD ? -from : from;
+    }
+    pdi_recede_sweep(u->ctx, u->r, pdi_recede_apply_run, y);
+}
+
+static void pdi_recede_precondition(void *user, const double *x, double *y)
+{
+    pdi_recede_user *u = (pdi_recede_user *)user;
+    pd_recede *r = u->r;
+    pd_multigrid_cycle(u->ctx, &r->mg, x, y);
+    for (int32_t i = 0; i < r->corrode->grid->total; i++)
+        if (r->state[i] == PDI_RECEDE_SATURATED) y[i] = 0.0;
+}
+
+static pd_status pdi_recede_setup(pd_ctx *ctx, pd_recede *r)
+{
+    const pd_corrode *m = r->corrode;
+    pdi_compact_faces faces;
+    pdi_compact_convection none;
+    memset(&none, 0, sizeof none);
+    faces.closed = 0;
+    faces.inlet = faces.outlet = 1;
+    pdi_compact_fill(ctx, m->desc.diffusivity, NULL, &none, 1.0 / r->dt, &faces, &r->compact);
+    for (int32_t node = 0; node < m->grid->total; node++) {
+        int i[PD_DIM];
+        if (m->role[node] != PDI_CORRODE_SHORE) continue;
+        pdi_grid_index(m->grid, node, i);
+        r->compact.mass[pdi_compact_cell(m->grid, i)] +=
+            (float)(r->state[node] == PDI_RECEDE_SATURATED ? PDI_RECEDE_STIFF * (m->diffusion + 1.0 / r->dt)
+                                                           : r->drain[node]);
+    }
+    return pd_multigrid_setup(ctx, &r->mg, r->compact.active, (const float *const *)r->compact.conduct, NULL,
+                              r->compact.wall, r->compact.mass);
+}
+
+/* ---- the equations ---- */
+
+/* Begin a step: what the metal in reach of the nodes beside it would give. */
+static void pdi_recede_begin(pd_recede *r)
+{
+    const pd_corrode *m = r->corrode;
+    for (int32_t i = 0; i < m->grid->total; i++) {
+        r->reach[i] = r->stock[i] = 0.0;
+        if (m->role[i] != PDI_CORRODE_SHORE) { /* the front may have left it behind */
+            r->state[i] = PDI_RECEDE_LAW;
+            r->drain[i] = 0.0;
+            continue;
+        }
+        for (int k = 0; k < m->stencil->count; k++) {
+            int32_t j = i + m->shift[k];
+            if (m->phase[j] != PDI_CORRODE_SOLID) continue;
+            r->reach[i] += m->front.weight[k];
+            r->stock[i] += m->front.weight[k] * m->c[j];
+        }
+    }
+}
+
+/* G [mol/m3/s] of node i at concentration c, with the speed v of the law there. */
+static double pdi_recede_gain(const pd_recede *r, int32_t i, double v, double c)
+{
+    const pd_corrode *m = r->corrode;
+    int difference = m->desc.drive == PD_DRIVE_DIFFERENCE;
+    return v * pdi_corrode_scale(m) * (difference ? r->stock[i] - r->reach[i] * c : r->reach[i]);
+}
+
+/* balance = (C - C')/dt + what diffusion brings */
+static void pdi_recede_balance_run(pd_recede *r, int32_t first, int count, double *balance)
+{
+    const pd_corrode *m = r->corrode;
+    double sum[PDI_CORRODE_PIECE];
+    pdi_corrode_spread(m, m->c, first, count, sum);
+    for (int b = 0; b < count; b++)
+        balance[first + b] = (r->start[first + b] - m->c[first + b]) / r->dt + m->desc.diffusivity * sum[b];
+}
+
+/* Tolerance of the step at hand [-]. */
+static double pdi_recede_goal(const pd_recede *r)
+{
+    return fmax(r->desc.tolerance, PDI_RECEDE_ROUNDING * r->dt * r->corrode->diffusion);
+}
+
+/* The state of node i, with the gain G that the law allows and what it needs to stay as it is. */
+static uint8_t pdi_recede_choose(const pd_recede *r, int32_t i, double gain, double need)
+{
+    const pd_corrode *m = r->corrode;
+    double margin = PDI_RECEDE_MARGIN * pdi_recede_goal(r) * m->desc.saturation;
+    double above = m->c[i] - m->desc.saturation;
+    switch (r->state[i]) {
+    case PDI_RECEDE_LAW: return above > margin ? PDI_RECEDE_SATURATED : PDI_RECEDE_LAW;
+    case PDI_RECEDE_SATURATED:
+        if (need * r->dt > gain * r->dt + margin) return PDI_RECEDE_LAW;
+        return need * r->dt < -margin ? PDI_RECEDE_FULL : PDI_RECEDE_SATURATED;
+    default: return above < -margin ? PDI_RECEDE_LAW : PDI_RECEDE_FULL;
+    }
+}
+
+/* Speeds, states and drains of the nodes beside metal, and the balance of all at the present field. *change: 1 when a
+ * state is another one; *worst: largest balance times dt over Csat. */
+static pd_status pdi_recede_evaluate(pd_ctx *ctx, pd_recede *r, int settled, int *change, double *worst)
+{
+    pd_corrode *m = r->corrode;
+    double csat = m->desc.saturation, probe = PDI_RECEDE_PROBE * csat, largest = 0.0;
+    *change = 0;
+    pdi_corrode_ghosts(m);
+    pdi_recede_sweep(ctx, r, pdi_recede_balance_run, r->balance);
+    for (int32_t i = 0; i < m->grid->total; i++) {
+        if (m->role[i] == PDI_CORRODE_WHOLE) largest = fmax(largest, fabs(r->balance[i]));
+        if (m->role[i] != PDI_CORRODE_SHORE) continue;
+        double c = fmin(m->c[i], csat), v, less, need = -r->balance[i];
+        PDI_TRY(pdi_corrode_law(ctx, m, i, c, &v));
+        PDI_TRY(pdi_corrode_law(ctx, m, i, c - probe, &less));
+        double gain = pdi_recede_gain(r, i, v, c), before = pdi_recede_gain(r, i, less, c - probe);
+        uint8_t state = settled ? r->state[i] : pdi_recede_choose(r, i, gain, need);
+        *change |= state != r->state[i];
+        r->state[i] = state;
+        r->drain[i] = state == PDI_RECEDE_LAW ? fmax((before - gain) / probe, 0.0) : 0.0;
+        m->speed[i] = state == PDI_RECEDE_LAW ? v : 0.0;
+        if (state == PDI_RECEDE_SATURATED) {
+            m->c[i] = csat;
+            m->speed[i] = gain > 0.0 ? v * fmin(fmax(need / gain, 0.0), 1.0) : 0.0;
+            r->balance[i] = 0.0;
+        } else if (state == PDI_RECEDE_LAW) r->balance[i] += gain;
+        largest = fmax(largest, fabs(r->balance[i]));
+    }
+    *worst = largest * r->dt / csat;
+    return PD_OK;
+}
+
+/* Concentrations, speeds and states at the end of the step. PD_RETRY: none were found. */
+static pd_status pdi_recede_solve(pd_ctx *ctx, pd_recede *r)
+{
+    pd_corrode *m = r->corrode;
+    pdi_recede_user user;
+    int change = 1;
+    double worst = HUGE_VAL, goal = pdi_recede_goal(r);
+    user.ctx = ctx;
+    user.r = r;
+    for (int round = 0; round < r->desc.max_newton; round++) {
+        pd_krylov_result linear;
+        int turned;
+        PDI_TRY(pdi_recede_evaluate(ctx, r, 0, &turned, &worst));
+        change |= turned;
+        if (!turned && worst <= goal) return PD_OK;
+        /* saturated nodes have moved to Csat: take the balance there */
+        if (turned) PDI_TRY(pdi_recede_evaluate(ctx, r, 1, &turned, &worst));
+        if (change) PDI_TRY(pdi_recede_setup(ctx, r));
+        change = 0;
+        r->krylov.desc.rtol = PDI_RECEDE_FORCING;
+        r->krylov.desc.atol = 0.1 * goal * m->desc.saturation / r->dt;
+        pd_status status = pd_krylov_solve(ctx, &r->krylov, pdi_recede_apply, pdi_recede_precondition, &user,
+                                           r->balance, r->delta, &linear);
+        if (status < 0) return status;
+        r->iterations += linear.iterations;
+        r->newton++;
+        pdi_par_axpy(ctx, m->grid->total, 1.0, r->delta, m->c);
+    }
+    return PD_RETRY;
+}
+
+/* ---- steps ---- */
+
+/* Error in time [-]: half of what the field has moved otherwise than before, over Csat, root mean square. Keeps what it
+ * has moved. */
+static double pdi_recede_error(pd_recede *r)
+{
+    const pd_corrode *m = r->corrode;
+    pdi_sum sum = {0.0, 0.0};
+    int64_t nodes = 0;
+    double ratio = r->last_dt > 0.0 ? r->dt / r->last_dt : 0.0;
+    for (int32_t i = 0; i < m->grid->total; i++) {
+        if (m->role[i] != PDI_CORRODE_WHOLE && m->role[i] != PDI_CORRODE_SHORE) continue;
+        double moved = m->c[i] - r->start[i], error = 0.5 * (moved - ratio * r->moved[i]) / m->desc.saturation;
+        pdi_sum_add(&sum, error * error);
+        r->moved[i] = moved;
+        nodes++;
+    }
+    return nodes ? sqrt(pdi_sum_total(&sum) / (double)nodes) : 0.0;
+}
+
+pd_status pd_recede_step(pd_ctx *ctx, pd_recede *r, double dt)
+{
+    pd_corrode *m = r->corrode;
+    double limit;
+    if (!(dt > 0.0) || !(dt < 1e100))
+        return pdi_fail(ctx, PD_ERR_ARGUMENT, "recede", "a step of %g s, expected a positive one", dt);
+    PDI_TRY(pd_corrode_limit(ctx, m, &limit)); /* counts the nodes that take part */
+    r->dt = dt;
+    pdi_par_copy(ctx, m->grid->total, m->c, r->start);
+    pdi_recede_begin(r);
+    pd_status status = pdi_recede_solve(ctx, r);
+    double lost = 0.0, most = fmin(1.0, PDI_RECEDE_EXCESS * r->desc.share);
+    if (status == PD_OK) {
+        m->base = r->start;
+        pdi_corrode_ghosts(m); /* with the speeds of the solution */
+        pdi_corrode_exchange(ctx, m, dt);
+        lost = pdi_corrode_lost(m);
+        m->base = m->c;
+    }
+    if (status == PD_OK && lost > most)
+        status = pdi_fail(ctx, PD_RETRY, "recede", "in a step of %g s a node loses %.3g of what it has, expected %.3g",
+                          dt, lost, most);
+    if (status != PD_OK) {
+        pdi_par_copy(ctx, m->grid->total, r->start, m->c);
+        r->rejected++;
+        return status;
+    }
+    double error = pdi_recede_error(r);
+    pdi_corrode_commit(m, dt);
+    r->next_dt = dt * fmin(PDI_RECEDE_GROWTH, error > 0.0 ? 0.9 * sqrt(r->desc.rtol / error) : PDI_RECEDE_GROWTH);
+    r->front_dt = lost > 0.0 ? dt * r->desc.share / lost : HUGE_VAL;
+    r->last_dt = dt;
+    for (int32_t n = 0; n < m->changed_count; n++) {
+        r->state[m->changed[n]] = PDI_RECEDE_LAW;
+        r->moved[m->changed[n]] = 0.0;
+    }
+    return PD_OK;
+}
+
+pd_status pd_recede_run(pd_ctx *ctx, pd_recede *r, double t_end)
+{
+    pd_corrode *m = r->corrode;
+    while (m->time < t_end) {
+        double left = t_end - m->time, dt = left, limit;
+        if (r->last_dt > 0.0) dt = fmin(fmin(dt, r->next_dt), r->front_dt);
+        else { /* no step yet: an explicit one */
+            PDI_TRY(pd_corrode_limit(ctx, m, &limit));
+            dt = fmin(dt, limit);
+        }
+        double shortest = PDI_RECEDE_SHORTEST * dt, count = ceil(left / dt * (1.0 - 1e-12));
+        dt = left / count;
+        pd_status status = pd_recede_step(ctx, r, dt);
+        for (; status == PD_RETRY && dt > shortest; status = pd_recede_step(ctx, r, dt)) {
+            dt *= 0.5;
+            count = 2.0;
+        }
+        if (status == PD_RETRY)
+            return pdi_fail(ctx, PD_ERR_DIVERGED, "recede", "no step of %g s or more can be taken at t = %g s",
+                            shortest, m->time);
+        if (status != PD_OK) return status;
+        if (!(count > 1.0)) m->time = t_end;
+    }
+    return PD_OK;
+}
+
+static pd_status pdi_recede_allocate(pd_ctx *ctx, pd_recede *r)
+{
+    int64_t total = r->corrode->grid->total;
+    PDI_TRY(PDI_NEW(ctx, "recede", total, r->start));
+    PDI_TRY(PDI_NEW(ctx, "recede", total, r->moved));
+    PDI_TRY(PDI_NEW(ctx, "recede", total, r->balance));
+    PDI_TRY(PDI_NEW(ctx, "recede", total, r->delta));
+    PDI_TRY(PDI_NEW(ctx, "recede", total, r->field));
+    PDI_TRY(PDI_NEW(ctx, "recede", total, r->drain));
+    PDI_TRY(PDI_NEW(ctx, "recede", total, r->reach));
+    PDI_TRY(PDI_NEW(ctx, "recede", total, r->stock));
+    return PDI_NEW(ctx, "recede", total, r->state);
+}
+
+pd_status pd_recede_build(pd_ctx *ctx, pd_corrode *corrode, const pd_recede_desc *desc, pd_recede *r)
+{
+    pd_krylov_desc kd;
+    pd_multigrid_desc md;
+    memset(r, 0, sizeof *r);
+    memset(&kd, 0, sizeof kd);
+    if (corrode->desc.activation)
+        return pdi_fail(ctx, PD_ERR_ARGUMENT, "recede",
+                        "the fluid is held under activation control, expected diffusion control");
+    if (!(desc->share >= 0.0) || desc->share > 1.0 || !(desc->rtol >= 0.0) || !(desc->tolerance >= 0.0) ||
+        !(desc->rtol < 1.0) || !(desc->tolerance < 1.0) || desc->max_newton < 0)
+        return pdi_fail(ctx, PD_ERR_ARGUMENT, "recede",
+                        "share %g, rtol %g, tolerance %g, max_newton %d, expected 0 to 1 and at least 0", desc->share,
+                        desc->rtol, desc->tolerance, desc->max_newton);
+    r->desc = *desc;
+    if (!(r->desc.share > 0.0)) r->desc.share = 0.2;
+    if (!(r->desc.rtol > 0.0)) r->desc.rtol = 1e-3;
+    if (!(r->desc.tolerance > 0.0)) r->desc.tolerance = 1e-9;
+    if (!r->desc.max_newton) r->desc.max_newton = 40;
+    r->corrode = corrode;
+    kd.method = PD_KRYLOV_CG;
+    kd.n = corrode->grid->total;
+    kd.zero_guess = 1;
+    pdi_compact_multigrid(corrode->grid, &md);
+    md.symmetric = 1;
+    PDI_TRY(pdi_compact_build(ctx, corrode->grid, 0, &r->compact));
+    PDI_TRY(pd_multigrid_build(ctx, &md, &r->mg));
+    PDI_TRY(pd_krylov_build(ctx, &kd, &r->krylov));
+    return pdi_recede_allocate(ctx, r);
+}
+
+void pd_recede_free(pd_ctx *ctx, pd_recede *r)
+{
+    int64_t total = r->corrode && r->corrode->grid ? r->corrode->grid->total : 0;
+    pdi_compact_free(ctx, &r->compact);
+    pd_multigrid_free(ctx, &r->mg);
+    pd_krylov_free(ctx, &r->krylov);
+    PDI_DELETE(ctx, total, r->start);
+    PDI_DELETE(ctx, total, r->moved);
+    PDI_DELETE(ctx, total, r->balance);
+    PDI_DELETE(ctx, total, r->delta);
+    PDI_DELETE(ctx, total, r->field);
+    PDI_DELETE(ctx, total, r->drain);
+    PDI_DELETE(ctx, total, r->reach);
+    PDI_DELETE(ctx, total, r->stock);
+    PDI_DELETE(ctx, total, r->state);
     memset(r, 0, sizeof *r);
 }
 

@@ -4,45 +4,52 @@
 #include <math.h>
 #include <string.h>
 
-/* Nodes along axis 0 that one thread sweeps at a time. */
-#define PDI_CORRODE_PIECE 64
-
 PDI_FN double pdi_corrode_scale(const pd_corrode *r)
 {
     return r->desc.drive == PD_DRIVE_CONSTANT ? r->span : r->log_ratio;
 }
 
-/* Fluid nodes with whole families, consecutive along axis 0. */
-static void pdi_corrode_whole(pd_corrode *r, int32_t first, int count, double dt)
+PDI_FN void pdi_corrode_spread(const pd_corrode *r, const double *c, int32_t first, int count, double *sum)
 {
     const pd_stencil *s = r->stencil;
-    const double *c = r->c + first;
-    double sum[PDI_CORRODE_PIECE];
-    memset(sum, 0, sizeof sum);
-    for (int k = 0; k < s->count / 2; k++) {
-        const double *far = c + r->shift[k], *back = c - r->shift[k];
-        for (int b = 0; b < count; b++) sum[b] += s->lap[k] * ((far[b] - c[b]) + (back[b] - c[b]));
+    c += first;
+    for (int b = 0; b < count; b++) sum[b] = 0.0;
+    if (r->role[first] == PDI_CORRODE_WHOLE) {
+        for (int k = 0; k < s->count / 2; k++) {
+            const double *far = c + r->shift[k], *back = c - r->shift[k];
+            for (int b = 0; b < count; b++) sum[b] += s->lap[k] * ((far[b] - c[b]) + (back[b] - c[b]));
+        }
+        return;
     }
+    for (int k = 0; k < s->count; k++) {
+        const double *far = c + r->shift[k], lap = s->lap[k];
+        const uint8_t *there = r->phase + first + r->shift[k];
+        for (int b = 0; b < count; b++) sum[b] += pdi_corrode_wet(there[b]) ? lap * (far[b] - c[b]) : 0.0;
+    }
+}
+
+/* Fluid nodes of one role, consecutive along axis 0, gain by diffusion. */
+static void pdi_corrode_whole(pd_corrode *r, int32_t first, int count, double dt)
+{
+    double sum[PDI_CORRODE_PIECE];
+    pdi_corrode_spread(r, r->c, first, count, sum);
     for (int b = 0; b < count; b++) r->next[first + b] = r->base[first + b] + dt * r->desc.diffusivity * sum[b];
 }
 
-/* Fluid nodes beside metal or wall gain by diffusion and from the metal. */
+/* Those beside metal or wall also gain from the metal. */
 static void pdi_corrode_shore(pd_corrode *r, int32_t first, int count, double dt)
 {
     const double *c = r->c + first;
     double diffusivity = r->desc.activation ? 0.0 : r->desc.diffusivity, scale = pdi_corrode_scale(r);
     double spread[PDI_CORRODE_PIECE], metal[PDI_CORRODE_PIECE];
     int difference = r->desc.drive == PD_DRIVE_DIFFERENCE;
-    memset(spread, 0, sizeof spread);
+    pdi_corrode_spread(r, r->c, first, count, spread);
     memset(metal, 0, sizeof metal);
     for (int k = 0; k < r->stencil->count; k++) {
-        const double *far = c + r->shift[k], lap = r->stencil->lap[k], weight = r->front.weight[k];
+        const double *far = c + r->shift[k], weight = r->front.weight[k];
         const uint8_t *there = r->phase + first + r->shift[k];
-        for (int b = 0; b < count; b++) {
-            double step = far[b] - c[b];
-            spread[b] += pdi_corrode_wet(there[b]) ? lap * step : 0.0;
-            metal[b] += there[b] == PDI_CORRODE_SOLID ? weight * (difference ? step : 1.0) : 0.0;
-        }
+        for (int b = 0; b < count; b++)
+            metal[b] += there[b] == PDI_CORRODE_SOLID ? weight * (difference ? far[b] - c[b] : 1.0) : 0.0;
     }
     for (int b = 0; b < count; b++)
         r->next[first + b] =
@@ -437,8 +444,7 @@ static void pdi_corrode_hand_over(pd_corrode *r)
     }
 }
 
-/* `next` becomes the state, as far as nodes take part. */
-static void pdi_corrode_commit(pd_corrode *r, double dt)
+PDI_FN void pdi_corrode_commit(pd_corrode *r, double dt)
 {
     pdi_sum out;
     out.sum = r->out;
@@ -466,7 +472,7 @@ static void pdi_corrode_commit(pd_corrode *r, double dt)
     r->steps++;
 }
 
-PDI_FN void pdi_corrode_take(pd_ctx *ctx, pd_corrode *r, double dt)
+PDI_FN void pdi_corrode_exchange(pd_ctx *ctx, pd_corrode *r, double dt)
 {
     int32_t pieces = pdi_corrode_pieces(r->grid);
     int nt = pdi_par_threads(ctx, r->active * r->stencil->count);
@@ -477,7 +483,14 @@ PDI_FN void pdi_corrode_take(pd_ctx *ctx, pd_corrode *r, double dt)
         int32_t first = pdi_corrode_place(r->grid, p, &count);
         pdi_corrode_piece(r, first, count, dt);
     }
-    pdi_corrode_commit(r, dt);
+}
+
+PDI_FN double pdi_corrode_lost(const pd_corrode *r)
+{
+    double most = 0.0;
+    for (int32_t i = 0; i < r->grid->total; i++)
+        if (r->role[i] == PDI_CORRODE_EXPOSED) most = fmax(most, r->base[i] - r->next[i]);
+    return most / r->span;
 }
 
 pd_status pd_corrode_step(pd_ctx *ctx, pd_corrode *r, double dt)
@@ -488,7 +501,8 @@ pd_status pd_corrode_step(pd_ctx *ctx, pd_corrode *r, double dt)
         return pdi_fail(ctx, PD_ERR_ARGUMENT, "corrode", "a step of %g s, expected a positive one", dt);
     if (dt > limit * (1.0 + 1e-12))
         return pdi_fail(ctx, PD_RETRY, "corrode", "the step of %g s exceeds the limit of %g s", dt, limit);
-    pdi_corrode_take(ctx, r, dt);
+    pdi_corrode_exchange(ctx, r, dt);
+    pdi_corrode_commit(r, dt);
     return PD_OK;
 }
 
@@ -499,7 +513,9 @@ pd_status pd_corrode_run(pd_ctx *ctx, pd_corrode *r, double t_end)
         PDI_TRY(pd_corrode_limit(ctx, r, &limit));
         limit = fmin(limit, pdi_corrode_accurate(r));
         double count = ceil(left / limit * (1.0 - 1e-12));
-        pdi_corrode_take(ctx, r, count > 1.0 ? left / count : left);
+        double dt = count > 1.0 ? left / count : left;
+        pdi_corrode_exchange(ctx, r, dt);
+        pdi_corrode_commit(r, dt);
         if (!(count > 1.0)) r->time = t_end; /* no last step of rounding's length */
     }
     return PD_OK;

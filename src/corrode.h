@@ -120,12 +120,21 @@ PDI_FN double pdi_corrode_scale(const pd_corrode *corrode);
 /* Pieces of the rows of the box, and the first node and length of one. */
 PDI_FN int32_t pdi_corrode_pieces(const pd_grid *grid);
 PDI_FN int32_t pdi_corrode_place(const pd_grid *grid, int32_t piece, int *count);
+/* sum [count] [mol/m5] of a(n) (C_j - C_i) over the wet bonds of fluid nodes of one role that lie along axis 0; c with
+ * its ghosts. */
+PDI_FN void pdi_corrode_spread(const pd_corrode *corrode, const double *c, int32_t first, int count, double *sum);
+/* Nodes along axis 0 that one thread sweeps at a time. */
+#define PDI_CORRODE_PIECE 64
 /* Values of the ghosts, of c and speed. */
 PDI_FN void pdi_corrode_ghosts(pd_corrode *corrode);
 /* Speed of the law at fluid node i with concentration c, 0 in front of a passive film. */
 PDI_FN pd_status pdi_corrode_law(pd_ctx *ctx, const pd_corrode *corrode, int32_t i, double c, double *speed);
-/* next = base + dt times all exchanges at the present c and speed, and this becomes the state. */
-PDI_FN void pdi_corrode_take(pd_ctx *ctx, pd_corrode *corrode, double dt);
+/* next = base + dt times all exchanges at the present c and speed. */
+PDI_FN void pdi_corrode_exchange(pd_ctx *ctx, pd_corrode *corrode, double dt);
+/* Largest loss of a metal node in that, over Cs - Csat. */
+PDI_FN double pdi_corrode_lost(const pd_corrode *corrode);
+/* `next` becomes the state, as far as nodes take part. */
+PDI_FN void pdi_corrode_commit(pd_corrode *corrode, double dt);
 #endif
 
 #endif

@@ -1,0 +1,378 @@
+/* recede: see recede.h */
+#include "recede.h"
+#include "par.h"
+#include <math.h>
+#include <string.h>
+
+/* States of fluid nodes beside metal. */
+enum { PDI_RECEDE_LAW = 0, PDI_RECEDE_SATURATED, PDI_RECEDE_FULL };
+
+/* How far a node must pass a bound to change its state, over the tolerance: less would chatter. */
+#define PDI_RECEDE_MARGIN 3.0
+/* Share of Csat by which the law is probed. */
+#define PDI_RECEDE_PROBE 1e-6
+/* What rounding leaves of an exchange, over Csat. */
+#define PDI_RECEDE_ROUNDING 1e-14
+/* Conductance of saturated nodes in the preconditioner, over that of all bonds. */
+#define PDI_RECEDE_STIFF 1e3
+/* Tolerance of the linear systems over the residual, and how much longer the next step may be. */
+#define PDI_RECEDE_FORCING 1e-3
+#define PDI_RECEDE_GROWTH 1.5
+/* A step in which a node loses this much more than its share is tried again; one this much shorter than wanted has
+ * failed. */
+#define PDI_RECEDE_EXCESS 2.5
+#define PDI_RECEDE_SHORTEST 1e-12
+
+typedef struct pdi_recede_user {
+    pd_ctx *ctx;
+    pd_recede *r;
+} pdi_recede_user;
+
+/* Does `work` on the fluid nodes of all pieces, in runs of one role. */
+typedef void (*pdi_recede_fn)(pd_recede *r, int32_t first, int count, double *out);
+
+static void pdi_recede_sweep(pd_ctx *ctx, pd_recede *r, pdi_recede_fn work, double *out)
+{
+    const pd_corrode *m = r->corrode;
+    int32_t pieces = pdi_corrode_pieces(m->grid);
+    int nt = pdi_par_threads(ctx, m->active * m->stencil->count);
+    (void)nt;
+    PDI_PARALLEL_FOR(nt)
+    for (int32_t p = 0; p < pieces; p++) {
+        int count;
+        int32_t first = pdi_corrode_place(m->grid, p, &count), end = first + count, next;
+        for (int32_t i = first; i < end; i = next) {
+            uint8_t role = m->role[i];
+            for (next = i + 1; next < end && m->role[next] == role;) next++;
+            if (role == PDI_CORRODE_WHOLE || role == PDI_CORRODE_SHORE) work(r, i, (int)(next - i), out);
+        }
+    }
+}
+
+/* ---- the linear system ---- */
+
+static void pdi_recede_apply_run(pd_recede *r, int32_t first, int count, double *y)
+{
+    const double *x = r->field + first;
+    double sum[PDI_CORRODE_PIECE];
+    pdi_corrode_spread(r->corrode, r->field, first, count, sum);
+    for (int b = 0; b < count; b++) {
+        double all = (1.0 / r->dt + r->drain[first + b]) * x[b] - r->corrode->desc.diffusivity * sum[b];
+        y[first + b] = r->state[first + b] == PDI_RECEDE_SATURATED ? 0.0 : all;
+    }
+}
+
+/* A correction is odd about held planes. */
+static void pdi_recede_apply(void *user, const double *x, double *y)
+{
+    pdi_recede_user *u = (pdi_recede_user *)user;
+    const pd_corrode *m = u->r->corrode;
+    pdi_par_copy(u->ctx, m->grid->total, x, u->r->field);
+    for (int32_t g = 0; g < m->ghosts; g++) {
+        double from = x[m->source[g]];
+        u->r->field[m->ghost[g]] = m->phase[m->ghost[g]] == PDI_CORRODE_HELD ? -from : from;
+    }
+    pdi_recede_sweep(u->ctx, u->r, pdi_recede_apply_run, y);
+}
+
+static void pdi_recede_precondition(void *user, const double *x, double *y)
+{
+    pdi_recede_user *u = (pdi_recede_user *)user;
+    pd_recede *r = u->r;
+    pd_multigrid_cycle(u->ctx, &r->mg, x, y);
+    for (int32_t i = 0; i < r->corrode->grid->total; i++)
+        if (r->state[i] == PDI_RECEDE_SATURATED) y[i] = 0.0;
+}
+
+static pd_status pdi_recede_setup(pd_ctx *ctx, pd_recede *r)
+{
+    const pd_corrode *m = r->corrode;
+    pdi_compact_faces faces;
+    pdi_compact_convection none;
+    memset(&none, 0, sizeof none);
+    faces.closed = 0;
+    faces.inlet = faces.outlet = 1;
+    pdi_compact_fill(ctx, m->desc.diffusivity, NULL, &none, 1.0 / r->dt, &faces, &r->compact);
+    for (int32_t node = 0; node < m->grid->total; node++) {
+        int i[PD_DIM];
+        if (m->role[node] != PDI_CORRODE_SHORE) continue;
+        pdi_grid_index(m->grid, node, i);
+        r->compact.mass[pdi_compact_cell(m->grid, i)] +=
+            (float)(r->state[node] == PDI_RECEDE_SATURATED ? PDI_RECEDE_STIFF * (m->diffusion + 1.0 / r->dt)
+                                                           : r->drain[node]);
+    }
+    return pd_multigrid_setup(ctx, &r->mg, r->compact.active, (const float *const *)r->compact.conduct, NULL,
+                              r->compact.wall, r->compact.mass);
+}
+
+/* ---- the equations ---- */
+
+/* Begin a step: what the metal in reach of the nodes beside it would give. */
+static void pdi_recede_begin(pd_recede *r)
+{
+    const pd_corrode *m = r->corrode;
+    for (int32_t i = 0; i < m->grid->total; i++) {
+        r->reach[i] = r->stock[i] = 0.0;
+        if (m->role[i] != PDI_CORRODE_SHORE) { /* the front may have left it behind */
+            r->state[i] = PDI_RECEDE_LAW;
+            r->drain[i] = 0.0;
+            continue;
+        }
+        for (int k = 0; k < m->stencil->count; k++) {
+            int32_t j = i + m->shift[k];
+            if (m->phase[j] != PDI_CORRODE_SOLID) continue;
+            r->reach[i] += m->front.weight[k];
+            r->stock[i] += m->front.weight[k] * m->c[j];
+        }
+    }
+}
+
+/* G [mol/m3/s] of node i at concentration c, with the speed v of the law there. */
+static double pdi_recede_gain(const pd_recede *r, int32_t i, double v, double c)
+{
+    const pd_corrode *m = r->corrode;
+    int difference = m->desc.drive == PD_DRIVE_DIFFERENCE;
+    return v * pdi_corrode_scale(m) * (difference ? r->stock[i] - r->reach[i] * c : r->reach[i]);
+}
+
+/* balance = (C - C')/dt + what diffusion brings */
+static void pdi_recede_balance_run(pd_recede *r, int32_t first, int count, double *balance)
+{
+    const pd_corrode *m = r->corrode;
+    double sum[PDI_CORRODE_PIECE];
+    pdi_corrode_spread(m, m->c, first, count, sum);
+    for (int b = 0; b < count; b++)
+        balance[first + b] = (r->start[first + b] - m->c[first + b]) / r->dt + m->desc.diffusivity * sum[b];
+}
+
+/* Tolerance of the step at hand [-]. */
+static double pdi_recede_goal(const pd_recede *r)
+{
+    return fmax(r->desc.tolerance, PDI_RECEDE_ROUNDING * r->dt * r->corrode->diffusion);
+}
+
+/* The state of node i, with the gain G that the law allows and what it needs to stay as it is. */
+static uint8_t pdi_recede_choose(const pd_recede *r, int32_t i, double gain, double need)
+{
+    const pd_corrode *m = r->corrode;
+    double margin = PDI_RECEDE_MARGIN * pdi_recede_goal(r) * m->desc.saturation;
+    double above = m->c[i] - m->desc.saturation;
+    switch (r->state[i]) {
+    case PDI_RECEDE_LAW: return above > margin ? PDI_RECEDE_SATURATED : PDI_RECEDE_LAW;
+    case PDI_RECEDE_SATURATED:
+        if (need * r->dt > gain * r->dt + margin) return PDI_RECEDE_LAW;
+        return need * r->dt < -margin ? PDI_RECEDE_FULL : PDI_RECEDE_SATURATED;
+    default: return above < -margin ? PDI_RECEDE_LAW : PDI_RECEDE_FULL;
+    }
+}
+
+/* Speeds, states and drains of the nodes beside metal, and the balance of all at the present field. *change: 1 when a
+ * state is another one; *worst: largest balance times dt over Csat. */
+static pd_status pdi_recede_evaluate(pd_ctx *ctx, pd_recede *r, int settled, int *change, double *worst)
+{
+    pd_corrode *m = r->corrode;
+    double csat = m->desc.saturation, probe = PDI_RECEDE_PROBE * csat, largest = 0.0;
+    *change = 0;
+    pdi_corrode_ghosts(m);
+    pdi_recede_sweep(ctx, r, pdi_recede_balance_run, r->balance);
+    for (int32_t i = 0; i < m->grid->total; i++) {
+        if (m->role[i] == PDI_CORRODE_WHOLE) largest = fmax(largest, fabs(r->balance[i]));
+        if (m->role[i] != PDI_CORRODE_SHORE) continue;
+        double c = fmin(m->c[i], csat), v, less, need = -r->balance[i];
+        PDI_TRY(pdi_corrode_law(ctx, m, i, c, &v));
+        PDI_TRY(pdi_corrode_law(ctx, m, i, c - probe, &less));
+        double gain = pdi_recede_gain(r, i, v, c), before = pdi_recede_gain(r, i, less, c - probe);
+        uint8_t state = settled ? r->state[i] : pdi_recede_choose(r, i, gain, need);
+        *change |= state != r->state[i];
+        r->state[i] = state;
+        r->drain[i] = state == PDI_RECEDE_LAW ? fmax((before - gain) / probe, 0.0) : 0.0;
+        m->speed[i] = state == PDI_RECEDE_LAW ? v : 0.0;
+        if (state == PDI_RECEDE_SATURATED) {
+            m->c[i] = csat;
+            m->speed[i] = gain > 0.0 ? v * fmin(fmax(need / gain, 0.0), 1.0) : 0.0;
+            r->balance[i] = 0.0;
+        } else if (state == PDI_RECEDE_LAW) r->balance[i] += gain;
+        largest = fmax(largest, fabs(r->balance[i]));
+    }
+    *worst = largest * r->dt / csat;
+    return PD_OK;
+}
+
+/* Concentrations, speeds and states at the end of the step. PD_RETRY: none were found. */
+static pd_status pdi_recede_solve(pd_ctx *ctx, pd_recede *r)
+{
+    pd_corrode *m = r->corrode;
+    pdi_recede_user user;
+    int change = 1;
+    double worst = HUGE_VAL, goal = pdi_recede_goal(r);
+    user.ctx = ctx;
+    user.r = r;
+    for (int round = 0; round < r->desc.max_newton; round++) {
+        pd_krylov_result linear;
+        int turned;
+        PDI_TRY(pdi_recede_evaluate(ctx, r, 0, &turned, &worst));
+        change |= turned;
+        if (!turned && worst <= goal) return PD_OK;
+        /* saturated nodes have moved to Csat: take the balance there */
+        if (turned) PDI_TRY(pdi_recede_evaluate(ctx, r, 1, &turned, &worst));
+        if (change) PDI_TRY(pdi_recede_setup(ctx, r));
+        change = 0;
+        r->krylov.desc.rtol = PDI_RECEDE_FORCING;
+        r->krylov.desc.atol = 0.1 * goal * m->desc.saturation / r->dt;
+        pd_status status = pd_krylov_solve(ctx, &r->krylov, pdi_recede_apply, pdi_recede_precondition, &user,
+                                           r->balance, r->delta, &linear);
+        if (status < 0) return status;
+        r->iterations += linear.iterations;
+        r->newton++;
+        pdi_par_axpy(ctx, m->grid->total, 1.0, r->delta, m->c);
+    }
+    return PD_RETRY;
+}
+
+/* ---- steps ---- */
+
+/* Error in time [-]: half of what the field has moved otherwise than before, over Csat, root mean square. Keeps what it
+ * has moved. */
+static double pdi_recede_error(pd_recede *r)
+{
+    const pd_corrode *m = r->corrode;
+    pdi_sum sum = {0.0, 0.0};
+    int64_t nodes = 0;
+    double ratio = r->last_dt > 0.0 ? r->dt / r->last_dt : 0.0;
+    for (int32_t i = 0; i < m->grid->total; i++) {
+        if (m->role[i] != PDI_CORRODE_WHOLE && m->role[i] != PDI_CORRODE_SHORE) continue;
+        double moved = m->c[i] - r->start[i], error = 0.5 * (moved - ratio * r->moved[i]) / m->desc.saturation;
+        pdi_sum_add(&sum, error * error);
+        r->moved[i] = moved;
+        nodes++;
+    }
+    return nodes ? sqrt(pdi_sum_total(&sum) / (double)nodes) : 0.0;
+}
+
+pd_status pd_recede_step(pd_ctx *ctx, pd_recede *r, double dt)
+{
+    pd_corrode *m = r->corrode;
+    double limit;
+    if (!(dt > 0.0) || !(dt < 1e100))
+        return pdi_fail(ctx, PD_ERR_ARGUMENT, "recede", "a step of %g s, expected a positive one", dt);
+    PDI_TRY(pd_corrode_limit(ctx, m, &limit)); /* counts the nodes that take part */
+    r->dt = dt;
+    pdi_par_copy(ctx, m->grid->total, m->c, r->start);
+    pdi_recede_begin(r);
+    pd_status status = pdi_recede_solve(ctx, r);
+    double lost = 0.0, most = fmin(1.0, PDI_RECEDE_EXCESS * r->desc.share);
+    if (status == PD_OK) {
+        m->base = r->start;
+        pdi_corrode_ghosts(m); /* with the speeds of the solution */
+        pdi_corrode_exchange(ctx, m, dt);
+        lost = pdi_corrode_lost(m);
+        m->base = m->c;
+    }
+    if (status == PD_OK && lost > most)
+        status = pdi_fail(ctx, PD_RETRY, "recede", "in a step of %g s a node loses %.3g of what it has, expected %.3g",
+                          dt, lost, most);
+    if (status != PD_OK) {
+        pdi_par_copy(ctx, m->grid->total, r->start, m->c);
+        r->rejected++;
+        return status;
+    }
+    double error = pdi_recede_error(r);
+    pdi_corrode_commit(m, dt);
+    r->next_dt = dt * fmin(PDI_RECEDE_GROWTH, error > 0.0 ? 0.9 * sqrt(r->desc.rtol / error) : PDI_RECEDE_GROWTH);
+    r->front_dt = lost > 0.0 ? dt * r->desc.share / lost : HUGE_VAL;
+    r->last_dt = dt;
+    for (int32_t n = 0; n < m->changed_count; n++) {
+        r->state[m->changed[n]] = PDI_RECEDE_LAW;
+        r->moved[m->changed[n]] = 0.0;
+    }
+    return PD_OK;
+}
+
+pd_status pd_recede_run(pd_ctx *ctx, pd_recede *r, double t_end)
+{
+    pd_corrode *m = r->corrode;
+    while (m->time < t_end) {
+        double left = t_end - m->time, dt = left, limit;
+        if (r->last_dt > 0.0) dt = fmin(fmin(dt, r->next_dt), r->front_dt);
+        else { /* no step yet: an explicit one */
+            PDI_TRY(pd_corrode_limit(ctx, m, &limit));
+            dt = fmin(dt, limit);
+        }
+        double shortest = PDI_RECEDE_SHORTEST * dt, count = ceil(left / dt * (1.0 - 1e-12));
+        dt = left / count;
+        pd_status status = pd_recede_step(ctx, r, dt);
+        for (; status == PD_RETRY && dt > shortest; status = pd_recede_step(ctx, r, dt)) {
+            dt *= 0.5;
+            count = 2.0;
+        }
+        if (status == PD_RETRY)
+            return pdi_fail(ctx, PD_ERR_DIVERGED, "recede", "no step of %g s or more can be taken at t = %g s",
+                            shortest, m->time);
+        if (status != PD_OK) return status;
+        if (!(count > 1.0)) m->time = t_end;
+    }
+    return PD_OK;
+}
+
+static pd_status pdi_recede_allocate(pd_ctx *ctx, pd_recede *r)
+{
+    int64_t total = r->corrode->grid->total;
+    PDI_TRY(PDI_NEW(ctx, "recede", total, r->start));
+    PDI_TRY(PDI_NEW(ctx, "recede", total, r->moved));
+    PDI_TRY(PDI_NEW(ctx, "recede", total, r->balance));
+    PDI_TRY(PDI_NEW(ctx, "recede", total, r->delta));
+    PDI_TRY(PDI_NEW(ctx, "recede", total, r->field));
+    PDI_TRY(PDI_NEW(ctx, "recede", total, r->drain));
+    PDI_TRY(PDI_NEW(ctx, "recede", total, r->reach));
+    PDI_TRY(PDI_NEW(ctx, "recede", total, r->stock));
+    return PDI_NEW(ctx, "recede", total, r->state);
+}
+
+pd_status pd_recede_build(pd_ctx *ctx, pd_corrode *corrode, const pd_recede_desc *desc, pd_recede *r)
+{
+    pd_krylov_desc kd;
+    pd_multigrid_desc md;
+    memset(r, 0, sizeof *r);
+    memset(&kd, 0, sizeof kd);
+    if (corrode->desc.activation)
+        return pdi_fail(ctx, PD_ERR_ARGUMENT, "recede",
+                        "the fluid is held under activation control, expected diffusion control");
+    if (!(desc->share >= 0.0) || desc->share > 1.0 || !(desc->rtol >= 0.0) || !(desc->tolerance >= 0.0) ||
+        !(desc->rtol < 1.0) || !(desc->tolerance < 1.0) || desc->max_newton < 0)
+        return pdi_fail(ctx, PD_ERR_ARGUMENT, "recede",
+                        "share %g, rtol %g, tolerance %g, max_newton %d, expected 0 to 1 and at least 0", desc->share,
+                        desc->rtol, desc->tolerance, desc->max_newton);
+    r->desc = *desc;
+    if (!(r->desc.share > 0.0)) r->desc.share = 0.2;
+    if (!(r->desc.rtol > 0.0)) r->desc.rtol = 1e-3;
+    if (!(r->desc.tolerance > 0.0)) r->desc.tolerance = 1e-9;
+    if (!r->desc.max_newton) r->desc.max_newton = 40;
+    r->corrode = corrode;
+    kd.method = PD_KRYLOV_CG;
+    kd.n = corrode->grid->total;
+    kd.zero_guess = 1;
+    pdi_compact_multigrid(corrode->grid, &md);
+    md.symmetric = 1;
+    PDI_TRY(pdi_compact_build(ctx, corrode->grid, 0, &r->compact));
+    PDI_TRY(pd_multigrid_build(ctx, &md, &r->mg));
+    PDI_TRY(pd_krylov_build(ctx, &kd, &r->krylov));
+    return pdi_recede_allocate(ctx, r);
+}
+
+void pd_recede_free(pd_ctx *ctx, pd_recede *r)
+{
+    int64_t total = r->corrode && r->corrode->grid ? r->corrode->grid->total : 0;
+    pdi_compact_free(ctx, &r->compact);
+    pd_multigrid_free(ctx, &r->mg);
+    pd_krylov_free(ctx, &r->krylov);
+    PDI_DELETE(ctx, total, r->start);
+    PDI_DELETE(ctx, total, r->moved);
+    PDI_DELETE(ctx, total, r->balance);
+    PDI_DELETE(ctx, total, r->delta);
+    PDI_DELETE(ctx, total, r->field);
+    PDI_DELETE(ctx, total, r->drain);
+    PDI_DELETE(ctx, total, r->reach);
+    PDI_DELETE(ctx, total, r->stock);
+    PDI_DELETE(ctx, total, r->state);
+    memset(r, 0, sizeof *r);
+}

@@ -1,0 +1,246 @@
+/* recede: the pencil electrode at hundreds of times the explicit step, amounts, bounds, threads.
+ * dims: 1 2 3 */
+#include "recede.h"
+#include "corrode_scene.h"
+
+static const double pencil_times[3] = {10.0, 100.0, 300.0};
+static const double pencil_depths[3] = {24.9218e-6, 78.8095e-6, 136.502e-6}; /* pencil304_stefan.csv */
+
+/* Largest relative error of the depths. */
+static double pencil_error(double m, double h, double end, double share)
+{
+    scene *s = scene_start(1, 2, 2);
+    pd_recede recede;
+    pd_recede_desc desc;
+    double bottom = 160e-6, worst = 0.0, before = PENCIL_START / (2.0 * PENCIL_LAMBDA);
+    memset(&desc, 0, sizeof desc);
+    desc.share = share;
+    for (int d = 0; d < PD_DIM; d++) {
+        s->stencil_desc.h[d] = h;
+        s->grid_desc.hi[d] = d ? 2.0 * h : bottom;
+        if (d) s->grid_desc.side[2 * d] = s->grid_desc.side[2 * d + 1] = PD_SIDE_PERIODIC;
+    }
+    s->stencil_desc.m = m;
+    s->grid_desc.side[0] = PD_SIDE_INLET;
+    half_space(s, PENCIL_START);
+    s->desc.activation = 0;
+    s->desc.diffusivity = PENCIL_D;
+    s->speed = 1e-5;
+    if (!scene_build(s)) return NAN;
+    if (!CHECK_OK(&s->ctx, pd_recede_build(&s->ctx, &s->corrode, &desc, &recede))) return NAN;
+    for (int32_t i = 0; i < s->grid.total; i++) {
+        double x[PD_DIM];
+        pd_grid_position(&s->grid, i, x);
+        if (s->grid.kind[i] == PD_FLUID)
+            s->corrode.c[i] = CSAT * erf(PENCIL_LAMBDA * x[0] / PENCIL_START) / erf(PENCIL_LAMBDA);
+    }
+    pd_corrode_open(&s->corrode);
+    double solid = pd_corrode_solid(&s->corrode), limit = 0.0;
+    CHECK_OK(&s->ctx, pd_corrode_limit(&s->ctx, &s->corrode, &limit));
+    for (int k = 0; k < 3 && pencil_times[k] <= end; k++) {
+        if (!CHECK_OK(&s->ctx, pd_recede_run(&s->ctx, &recede, pencil_times[k] - before * before / PENCIL_D))) break;
+        CHECK_LE(pd_corrode_imbalance(&s->corrode), 1e-13);
+        double depth = bottom - (bottom - PENCIL_START) * pd_corrode_solid(&s->corrode) / solid;
+        double error = depth / pencil_depths[k] - 1.0;
+        worst = fmax(worst, fabs(error));
+        NOTE("m %g, h %.2f um, t %g s: depth %.3f um (%+.2f %%), %d steps (explicit at least %.0f), %d rejected, %.1f "
+             "corrections and %.1f iterations a step", m, 1e6 * h, pencil_times[k], 1e6 * depth, 100.0 * error,
+             (int)s->corrode.steps, pencil_times[k] / limit, (int)recede.rejected,
+             (double)recede.newton / (double)s->corrode.steps, (double)recede.iterations / (double)s->corrode.steps);
+    }
+    pd_recede_free(&s->ctx, &recede);
+    scene_free(s);
+    return worst;
+}
+
+/* Depths at 10, 100 and 300 s, of first order in the spacing: fluid beside the front is at Csat one cell early. */
+TEST(pencil_electrode)
+{
+    for (int m = 1; m <= (PD_DIM == 1 ? 3 : 1); m += 2) {
+        double coarse = pencil_error((double)m, 4e-6, PD_DIM == 1 ? 300.0 : 10.0, 0.2);
+        double fine = pencil_error((double)m, 2e-6, PD_DIM == 1 ? 300.0 : 10.0, 0.2);
+        CHECK_LE(coarse, 0.15);
+        CHECK_LE(fine, 0.6 * coarse);
+        if (PD_DIM > 1) continue;
+        CHECK_LE(pencil_error((double)m, 0.5e-6, 300.0, 0.2), 0.3 * fine);
+        /* steps twice as long */
+        CHECK_NEAR(pencil_error((double)m, 2e-6, 300.0, 0.4), fine, 5e-3);
+    }
+}
+
+#if PD_DIM == 1
+/* v = v0 (1 - C/Csat) */
+static double saturating_law(void *user, double c)
+{
+    const scene *s = (const scene *)user;
+    return s->speed * (1.0 - c / s->desc.saturation);
+}
+
+/* From control by the law to control by diffusion: with Cs >> Csat the field is straight, D C/L is what the front
+ * gives, so L + a L^2/2 = v0 t with a = v0 (Cs - Csat)/(D Csat). */
+TEST(mixed_control)
+{
+    double depth[2];
+    for (int level = 0; level < 2; level++) {
+        int cells = 40 << level;
+        double h = 40e-6 / cells, start = 4e-6, bottom = 40e-6, a, t, error;
+        pd_recede recede;
+        pd_recede_desc desc;
+        scene *s = scene_start(1, 1, 1);
+        memset(&desc, 0, sizeof desc);
+        s->stencil_desc.h[0] = h;
+        s->grid_desc.hi[0] = bottom;
+        s->grid_desc.side[0] = PD_SIDE_INLET;
+        half_space(s, start);
+        s->desc.activation = 0;
+        s->desc.saturation = 20.0;
+        s->desc.diffusivity = 1e-9;
+        s->desc.rate = saturating_law;
+        s->desc.rate_user = s;
+        s->speed = 1e-8;
+        if (!scene_build(s)) return;
+        if (!CHECK_OK(&s->ctx, pd_recede_build(&s->ctx, &s->corrode, &desc, &recede))) return;
+        a = s->speed * (CS - 20.0) / (1e-9 * 20.0);
+        t = (20e-6 - start + 0.5 * a * (20e-6 * 20e-6 - start * start)) / s->speed; /* to 20 um */
+        double solid = pd_corrode_solid(&s->corrode);
+        if (!CHECK_OK(&s->ctx, pd_recede_run(&s->ctx, &recede, t))) return;
+        CHECK_LE(pd_corrode_imbalance(&s->corrode), 1e-13);
+        depth[level] = bottom - (bottom - start) * pd_corrode_solid(&s->corrode) / solid;
+        error = depth[level] - 20e-6;
+        NOTE("h %.2f um: law over diffusion %.2f at the end, depth off by %.3f h, %d steps", 1e6 * h, 1.0 / (a * 20e-6),
+             error / h, (int)s->corrode.steps);
+        CHECK_NEAR(error, 0.0, 0.6 * h);
+        pd_recede_free(&s->ctx, &recede);
+        scene_free(s);
+    }
+    CHECK_LE(fabs(depth[1] - 20e-6), 0.6 * fabs(depth[0] - 20e-6) + 2e-8);
+}
+#endif
+
+static int recede_build(scene *s, double share, pd_recede *recede)
+{
+    pd_recede_desc desc;
+    memset(&desc, 0, sizeof desc);
+    desc.share = share;
+    return s && CHECK_OK(&s->ctx, pd_recede_build(&s->ctx, &s->corrode, &desc, recede));
+}
+
+/* Nothing is lost, and no fluid passes Csat: the salt layer is solved for. */
+TEST(amounts_and_bounds)
+{
+    for (int drive = 0; drive < 2; drive++) {
+        pd_recede recede;
+        scene *s = lump((pd_drive)drive, 0);
+        if (!recede_build(s, 0.2, &recede)) return;
+        double start = s->corrode.start, most = 0.0, least = CS;
+        for (int k = 1; k <= 20; k++) {
+            if (!CHECK_OK(&s->ctx, pd_recede_run(&s->ctx, &recede, (PD_DIM == 1 ? 3.0 : 0.5) * k))) return;
+            CHECK_LE(pd_corrode_imbalance(&s->corrode), 1e-13);
+            for (int32_t i = 0; i < s->grid.total; i++) {
+                if (s->grid.kind[i] != PD_FLUID) continue;
+                most = fmax(most, s->corrode.c[i]);
+                least = fmin(least, s->corrode.c[i]);
+            }
+        }
+        NOTE("drive %d: %d steps, %.3g of the metal gone, C from %.3g to 1 %+.1e Csat", drive, (int)s->corrode.steps,
+             1.0 - pd_corrode_solid(&s->corrode) / start, least / CSAT, most / CSAT - 1.0);
+        CHECK_LE(-1e-9 * CSAT, least);
+        CHECK_LE(most, CSAT * (1.0 + 1e-8));
+        CHECK(most > 0.999 * CSAT);
+        CHECK(s->corrode.out > 1e-4 * start);
+        pd_recede_free(&s->ctx, &recede);
+        scene_free(s);
+    }
+}
+
+/* A closed box takes up what saturates it; then nothing moves any more, and one step leads to any time. */
+TEST(saturation_pauses)
+{
+    pd_recede recede;
+    scene *s = scene_start(16, 2, 1);
+    half_space(s, 6.0 * H);
+    s->desc.activation = 0;
+    s->desc.diffusivity = 1e-11;
+    if (!scene_build(s) || !recede_build(s, 0.2, &recede)) return;
+    if (!CHECK_OK(&s->ctx, pd_recede_run(&s->ctx, &recede, 60.0))) return;
+    double fluid = (double)s->grid.fluid_count * s->stencil.volume, gone = pd_corrode_dissolved(&s->corrode);
+    CHECK_REL(gone, CSAT * fluid, 1e-6);
+    int64_t steps = s->corrode.steps;
+    CHECK_OK(&s->ctx, pd_recede_run(&s->ctx, &recede, 1e6));
+    CHECK_REL(pd_corrode_dissolved(&s->corrode), CSAT * fluid, 1e-6);
+    NOTE("%d steps to saturation, %d from there to 1e6 s", (int)steps, (int)(s->corrode.steps - steps));
+    CHECK(s->corrode.steps - steps < 60);
+    CHECK_LE(pd_corrode_imbalance(&s->corrode), 1e-13);
+    pd_recede_free(&s->ctx, &recede);
+    scene_free(s);
+}
+
+TEST(threads_do_not_matter)
+{
+    static double kept[40000];
+    for (int run = 0; run < 2; run++) {
+        pd_recede recede;
+        scene *s = lump(PD_DRIVE_CONSTANT, run ? 3 : 1);
+        if (!recede_build(s, 0.2, &recede)) return;
+        if (!CHECK_OK(&s->ctx, pd_recede_run(&s->ctx, &recede, 3.0))) return;
+        if (!CHECK(s->grid.total <= (int32_t)(sizeof kept / sizeof *kept))) return;
+        size_t size = (size_t)s->grid.total * sizeof *kept;
+        if (run) CHECK(memcmp(kept, s->corrode.c, size) == 0);
+        else memcpy(kept, s->corrode.c, size);
+        pd_recede_free(&s->ctx, &recede);
+        scene_free(s);
+    }
+}
+
+/* A law that ends as no number leaves the state as it was. */
+static double broken_law(void *user, double c)
+{
+    return c > 0.2 * CSAT ? (double)NAN : *(const double *)user;
+}
+
+TEST(bad_input)
+{
+    pd_recede recede;
+    pd_recede_desc desc;
+    scene *s = scene_start(12, 2, 2);
+    half_space(s, 6.0 * H);
+    s->desc.diffusivity = 1e-11;
+    if (!scene_build(s)) return;
+    memset(&desc, 0, sizeof desc);
+    CHECK_INT(pd_recede_build(&s->ctx, &s->corrode, &desc, &recede), PD_ERR_ARGUMENT);
+    CHECK(strstr(s->ctx.message, "activation") != NULL);
+    scene_free(s);
+    s = scene_start(12, 2, 2);
+    half_space(s, 6.0 * H);
+    s->desc.activation = 0;
+    s->desc.diffusivity = 1e-11;
+    s->desc.rate = broken_law;
+    if (!scene_build(s)) return;
+    for (int fault = 0; fault < 4; fault++) {
+        memset(&desc, 0, sizeof desc);
+        if (fault == 0) desc.share = 2.0;
+        if (fault == 1) desc.rtol = -1.0;
+        if (fault == 2) desc.tolerance = (double)NAN;
+        if (fault == 3) desc.max_newton = -1;
+        CHECK_INT(pd_recede_build(&s->ctx, &s->corrode, &desc, &recede), PD_ERR_ARGUMENT);
+        pd_recede_free(&s->ctx, &recede);
+    }
+    if (!recede_build(s, 0.2, &recede)) return;
+    CHECK_INT(pd_recede_step(&s->ctx, &recede, 0.0), PD_ERR_ARGUMENT);
+    double solid = pd_corrode_solid(&s->corrode);
+    CHECK_INT(pd_recede_step(&s->ctx, &recede, 1.0), PD_ERR_STATE);
+    CHECK(strstr(s->ctx.message, "nan m/s at c =") != NULL);
+    CHECK_NEAR(pd_corrode_solid(&s->corrode), solid, 0.0);
+    CHECK_LE(pd_corrode_imbalance(&s->corrode), 1e-15);
+    pd_recede_free(&s->ctx, &recede);
+    scene_free(s);
+}
+
+#if PD_DIM == 1
+#define OF_DIM ENTRY(mixed_control)
+#else
+#define OF_DIM
+#endif
+
+TEST_MAIN(ENTRY(pencil_electrode) OF_DIM ENTRY(amounts_and_bounds) ENTRY(saturation_pauses)
+          ENTRY(threads_do_not_matter) ENTRY(bad_input))
