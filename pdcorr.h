@@ -3082,7 +3082,7 @@ PDI_FN void pdi_corrode_commit(pd_corrode *corrode, double dt);
  *
  * Fluid concentrations at the end of a step dt satisfy
  *
- *     (C_i' - C_i)/dt = sum_fluid D a(n) (C_j' - C_i') + theta_i G_i(C_i'),                     (theory: eq. 6.9)
+ *     (C_i' - C_i)/dt = sum_fluid D a(n) (C_j' - C_i') + theta_i G_i(C_i'),                     (theory: eq. 6.11)
  *     C_i' <= Csat,  0 <= theta_i <= 1,  and theta_i = 1 where C_i' < Csat,
  *
  * where G_i is what the law lets the metal in reach give to node i. The salt layer is part of the equations: at Csat a
