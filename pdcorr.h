@@ -2093,6 +2093,8 @@ typedef struct pd_material {
 } pd_material;
 
 #define pd_material_mg4ag PD_NAME(pd_material_mg4ag)
+#define pd_material_steel304 PD_NAME(pd_material_steel304)
+#define pd_material_copper PD_NAME(pd_material_copper)
 #define pd_material_find PD_NAME(pd_material_find)
 #define pd_material_concentration PD_NAME(pd_material_concentration)
 #define pd_material_speed PD_NAME(pd_material_speed)
@@ -2101,12 +2103,21 @@ typedef struct pd_material {
  * section 4), molar mass 24.305 g/mol (IUPAC 2021), z = 2 (Mg -> Mg2+ + 2 e-). The wire of Reimers et al. 2023, ACS
  * Appl. Mater. Interfaces 15, 35600; its 4 % of silver are not counted. */
 PD_API pd_material pd_material_mg4ag(void);
-/* The preset of a name ("mg4ag"). 1 when there is one. */
+/* Stainless steel 304 as Fe-18Cr-8Ni (mass %): density 7900 kg/m3 (EN 10088-1, 1.4301); with the atomic masses of IUPAC
+ * 2021 mean molar mass 55.32 g/mol, and z = 2.19 as Fe2+, Cr3+ and Ni2+. Cs = 142.8 mol/L. */
+PD_API pd_material pd_material_steel304(void);
+/* Copper: density 8960 kg/m3 (CRC Handbook, section 4), molar mass 63.546 g/mol (IUPAC 2021), z = 2. */
+PD_API pd_material pd_material_copper(void);
+/* The preset of a name ("mg4ag", "steel304", "copper"). 1 when there is one. */
 PD_API int pd_material_find(const char *name, pd_material *material);
 /* Concentration Cs [mol/m3] of the intact metal. */
 PD_API double pd_material_concentration(const pd_material *material);
 /* Recession speed v = i/(z F Cs) [m/s] at the current density i [A/m2] (Faraday's law). */
 PD_API double pd_material_speed(const pd_material *material, double current);
+
+#ifdef PDI_INTERNAL
+#define PDI_MATERIAL_NAMES "mg4ag, steel304 or copper"
+#endif
 
 #endif
 
@@ -2890,9 +2901,10 @@ PD_API void pd_measure_plane(pd_ctx *ctx, const pd_bonds *bonds, pd_flow *flow, 
  * otherwise [n of that axis], one for each layer of cells. */
 PD_API void pd_measure_exchange(pd_ctx *ctx, const pd_transport *transport, const pd_dissolve *dissolve,
                                 const double *lo, const double *hi, int axis, double *flux, double *area);
-/* What the nodes between lo and hi [m] hold. flow, transport and dissolve may be NULL; their figures are 0 then. */
-PD_API void pd_measure_box(pd_ctx *ctx, const pd_bonds *bonds, const pd_flow *flow, const pd_transport *transport,
-                           const pd_dissolve *dissolve, const double *lo, const double *hi,
+/* What the nodes between lo and hi [m] hold. c [total]: concentration of fluid nodes; metal [total]: contents of solid
+ * nodes, [mol/m3] both; these and flow may be NULL, their figures are 0 then. */
+PD_API void pd_measure_box(pd_ctx *ctx, const pd_stencil *stencil, const pd_grid *grid, const pd_flow *flow,
+                           const double *c, const double *metal, const double *lo, const double *hi,
                            pd_measure_box_result *result);
 
 #endif
@@ -3183,9 +3195,12 @@ typedef struct pd_couple {
     pd_dissolve *dissolve;   /* NULL: no dissolution */
     int settle;              /* set after the build: the field of transport starts steady */
     pd_advance *advance;     /* set after the build: transport without dissolution in its error-controlled steps */
+    pd_corrode *corrode;     /* set after the build, without flow, transport and dissolution: bond-based corrosion. The
+                              * steps of the coupling are those of max_step (without: to the next output) */
     double time;             /* [s] */
-    double dt;               /* [s] of the last step */
-    int64_t steps, flow_solves;
+    double dt;               /* [s] of the last step; corrosion: mean over those of its own in it */
+    int64_t steps;           /* of the coupling; corrosion: of its own */
+    int64_t flow_solves;
     int64_t unsolved;        /* steps in which the linear solver of transport missed its tolerance */
     int64_t krylov_flow, krylov_transport;
     int64_t flow_evaluations;
@@ -3260,6 +3275,7 @@ typedef enum pd_part {
     PD_PART_FLOW,     /* fields and steady solver */
     PD_PART_TRANSPORT,
     PD_PART_DISSOLVE,
+    PD_PART_CORRODE,
     PD_PART_GRAIN,
     PD_PART_COUNT
 } pd_part;
@@ -3358,14 +3374,15 @@ typedef struct pd_setup {
     double lo[PD_DIM], hi[PD_DIM];     /* [m] box */
     int axisymmetric;                  /* 2D: x is the axis, y the distance from it */
     pd_shape *shape;                   /* [PD_SHAPE_MAX], children first */
-    int shapes, solid, wall, medium;   /* entries in use; index of the solid, the wall, the medium, -1: none */
+    int shapes;                        /* entries in use */
+    int solid, wall, medium, passive;  /* indices, -1: none */
     pd_setup_wall walls[PD_SETUP_WALLS]; /* the parts of `wall` */
     int wall_count;
     uint8_t *mask[PD_SETUP_MASKS];     /* voxels that shapes borrow */
     size_t mask_size[PD_SETUP_MASKS];
     int masks;
     pd_setup_side side[2 * PD_DIM];    /* x-, x+, y-, ... */
-    int has_flow, has_transport, has_dissolve, has_grains;
+    int has_flow, has_transport, has_dissolve, has_corrode, has_grains;
     /* flow */
     double rho;             /* [kg/m3] */
     double mu;              /* [Pa s] */
@@ -3393,9 +3410,16 @@ typedef struct pd_setup {
     double saturation;      /* [mol/m3] Csat; 0: not given */
     double gb_factor;       /* [-] */
     double threshold;       /* [-] */
-    pd_expr rate;           /* of C; in m/s, or 1/s per layer */
-    double rate_scale;      /* [m] thickness of the layer, or [-] 1 for a speed */
+    pd_expr rate;           /* of C; in m/s, in 1/s per layer, or in A/m2 */
+    double rate_scale;      /* [-] 1 for a speed, [m] thickness of the layer, [m3/(A s)] speed of a current density */
     pd_grain_desc grain;
+    /* bond-based corrosion, with D and `initial` of transport, Cs, Csat and rate of dissolution */
+    double bulk;            /* [mol/m3] held behind open sides, and everywhere with `activation` */
+    int activation;         /* 1: activation control */
+    double share, overshoot; /* [-] of a step, see corrode.h; 0: defaults */
+    pd_drive drive;
+    pd_kernel kernel;
+    pd_weights weights;
     /* run */
     double until;           /* [s] */
     double rtol;            /* [-] of the volume loss; without dissolution: error of a step of the transport; 0: 1e-3 */
@@ -3424,6 +3448,10 @@ PD_API pd_status pd_setup_init(pd_ctx *ctx, pd_setup *setup);
 PD_API void pd_setup_free(pd_ctx *ctx, pd_setup *setup);
 
 #ifdef PDI_INTERNAL
+/* 1: there is a dissolved concentration, of transport or of bond-based corrosion. */
+static inline int pdi_setup_carries(const pd_setup *setup) { return setup->has_transport || setup->has_corrode; }
+/* 1: metal goes. */
+static inline int pdi_setup_loses(const pd_setup *setup) { return setup->has_dissolve || setup->has_corrode; }
 /* Name of a field in files: "C", "v", ... */
 PDI_FN const char *pdi_setup_field_name(pd_field field);
 /* Section of a kind of monitor: "line", ... */
@@ -3627,7 +3655,7 @@ typedef struct pd_model {
     int line;                 /* of the scene: what was being built when the build failed; 0: unknown */
     pd_stencil stencil;
     pd_grid grid;
-    pd_bonds bonds;
+    pd_bonds bonds;       /* absent with corrode, whose bonds need no rows */
     pd_inlet inlet;
     pd_flow flow;
     pd_steady steady;     /* absent with explicit flow */
@@ -3639,6 +3667,8 @@ typedef struct pd_model {
     pd_grain_stats grain_stats;
     double *factor;           /* [total] [-] rate factor of the grain boundaries; NULL: 1 */
     pd_dissolve dissolve;
+    uint8_t *passive;         /* [total] 1: in front of a passive film; NULL: none */
+    pd_corrode corrode;
     pd_couple couple;
     size_t bytes[PD_PART_COUNT];     /* [byte] */
     int64_t unknowns[PD_PART_COUNT];
@@ -3653,6 +3683,8 @@ PD_API pd_status pd_model_build(pd_ctx *ctx, const pd_setup *setup, pd_model *mo
 PD_API void pd_model_free(pd_ctx *ctx, pd_model *model);
 
 #ifdef PDI_INTERNAL
+/* [total] [mol/m3] concentration of fluid nodes, content of solid ones; NULL: nothing is dissolved. */
+PDI_FN const double *pdi_model_c(const pd_model *model);
 /* The lattice of a setup alone. *line: of the scene, what was being built; unchanged when unknown. */
 PDI_FN pd_status pdi_model_grid(pd_ctx *ctx, const pd_setup *setup, int *line, pd_stencil *stencil, pd_grid *grid);
 #endif
@@ -3668,6 +3700,7 @@ typedef struct pd_observables {
     double volume_loss;   /* [-] share of the initial solid */
     double v_max;         /* [m/s] */
     double c_max;         /* [mol/m3] dissolved */
+    double front;         /* [m] bond-based corrosion: how far metal has turned fluid, from the nearest first fluid */
     int has_flux;         /* the flow enters on one side and leaves through the opposite one */
     double flux;          /* [-] flux that the scheme conserves, far downstream against far upstream of the solid, worst
                            * so far */
@@ -3676,6 +3709,8 @@ typedef struct pd_observables {
     int flux_axis, flux_up; /* axis of the flow; 1: towards + */
     int64_t seen;         /* flow solves that flux and flux_max know */
     int32_t layers;
+    int32_t nodes;
+    float *depth;         /* [nodes] [m] bond-based corrosion: distance from the nearest fluid node of the start */
     double *layer;        /* [layers] [m^d/s] flux of each layer of nodes, work */
 } pd_observables;
 
@@ -3703,9 +3738,9 @@ PDI_FN const char *pdi_sample_label(pd_field field);
 PDI_FN double pdi_sample_node(const pd_model *m, pd_field field, int32_t node);
 /* Fill the ghosts of the concentration; once before pdi_sample_point is called for an instant. */
 PDI_FN void pdi_sample_prepare(pd_model *m);
-/* Value at the place x [m] of the box: C, v (its component) and p along their gradients, exact for linear fields, as
- * the mean over the fluid cells that x touches, so that a point on a surface shows the fluid beside it; NaN where there
- * is none. The other fields: of the cell. */
+/* Value at the place x [m] of the box: C, v (its component) and p along their gradients, exact for linear fields (with
+ * bond-based corrosion linear between fluid nodes), as the mean over the fluid cells that x touches, so that a point on
+ * a surface shows the fluid beside it; NaN where there is none. The other fields: of the cell. */
 PDI_FN double pdi_sample_point(const pd_model *m, pd_field field, int component, const double *x);
 /* 1 when x touches a cell of fluid or solid. */
 PDI_FN int pdi_sample_inside(const pd_model *m, const double *x);
@@ -3908,6 +3943,8 @@ typedef struct pd_run_result {
     double m;             /* [-] */
     double volume_loss;   /* [-] */
     double ledger;        /* [-] */
+    int has_front;
+    double front;         /* [m] see pd_observables */
     int has_flux;
     double flux, flux_max; /* [-] see pd_observables */
     double residual;      /* [-] larger one of the last flow solve */
@@ -14765,10 +14802,34 @@ pd_material pd_material_mg4ag(void)
     return m;
 }
 
+pd_material pd_material_steel304(void)
+{
+    pd_material m;
+    m.name = "steel304";
+    m.density = 7900.0;
+    m.molar_mass = 0.05532;
+    m.charge = 2.19;
+    return m;
+}
+
+pd_material pd_material_copper(void)
+{
+    pd_material m;
+    m.name = "copper";
+    m.density = 8960.0;
+    m.molar_mass = 0.063546;
+    m.charge = 2.0;
+    return m;
+}
+
 int pd_material_find(const char *name, pd_material *material)
 {
-    *material = pd_material_mg4ag();
-    return strcmp(name, material->name) == 0;
+    const pd_material list[] = {pd_material_mg4ag(), pd_material_steel304(), pd_material_copper()};
+    for (size_t k = 0; k < sizeof list / sizeof list[0]; k++) {
+        *material = list[k];
+        if (strcmp(name, material->name) == 0) return 1;
+    }
+    return 0;
 }
 
 double pd_material_concentration(const pd_material *material) { return material->density / material->molar_mass; }
@@ -18902,12 +18963,11 @@ void pd_measure_exchange(pd_ctx *ctx, const pd_transport *t, const pd_dissolve *
 
 /* ---- box ---- */
 
-void pd_measure_box(pd_ctx *ctx, const pd_bonds *bonds, const pd_flow *flow, const pd_transport *transport,
-                    const pd_dissolve *dissolve, const double *lo, const double *hi, pd_measure_box_result *r)
+void pd_measure_box(pd_ctx *ctx, const pd_stencil *stencil, const pd_grid *grid, const pd_flow *flow, const double *c,
+                    const double *metal, const double *lo, const double *hi, pd_measure_box_result *r)
 {
-    const pd_grid *grid = bonds->grid;
     pdi_sum energy = {0.0, 0.0}, dissolved = {0.0, 0.0}, solid = {0.0, 0.0}, momentum[PD_DIM];
-    double nodes = 0.0, volume = bonds->stencil->volume;
+    double nodes = 0.0, volume = stencil->volume;
     (void)ctx;
     memset(r, 0, sizeof *r);
     memset(momentum, 0, sizeof momentum);
@@ -18916,7 +18976,7 @@ void pd_measure_box(pd_ctx *ctx, const pd_bonds *bonds, const pd_flow *flow, con
         int fluid = grid->kind[i] == PD_FLUID;
         if ((!fluid && grid->kind[i] != PD_SOLID) || !pdi_measure_inside(grid, i, lo, hi)) continue;
         double around = pdi_grid_circumference(grid, i);
-        if (!fluid && dissolve) pdi_sum_add(&solid, around * transport->c[i]);
+        if (!fluid && metal) pdi_sum_add(&solid, around * metal[i]);
         if (!fluid) continue;
         nodes += around;
         for (int d = 0; d < PD_DIM && flow; d++) {
@@ -18924,10 +18984,10 @@ void pd_measure_box(pd_ctx *ctx, const pd_bonds *bonds, const pd_flow *flow, con
             if (!grid->circumference || d < PD_DIM - 1) pdi_sum_add(&momentum[d], around * u); /* radial ones cancel */
             pdi_sum_add(&energy, 0.5 * around * u * u);
         }
-        if (!transport) continue;
-        pdi_sum_add(&dissolved, around * transport->c[i]);
-        r->least = fmin(r->least, transport->c[i]);
-        r->most = fmax(r->most, transport->c[i]);
+        if (!c) continue;
+        pdi_sum_add(&dissolved, around * c[i]);
+        r->least = fmin(r->least, c[i]);
+        r->most = fmax(r->most, c[i]);
     }
     r->volume = nodes * volume;
     r->dissolved = pdi_sum_total(&dissolved) * volume;
@@ -19964,10 +20024,16 @@ static double pdi_couple_solid(pd_ctx *ctx, const pd_couple *c)
 static pd_status pdi_couple_balance(pd_ctx *ctx, pd_couple *c)
 {
     pd_ledger *l = &c->ledger;
-    if (!c->transport) return PD_OK;
-    l->solid = pdi_couple_solid(ctx, c);
-    l->dissolved = pd_transport_stock(ctx, c->transport);
-    l->carry = pd_transport_carried(ctx, c->transport);
+    if (!c->transport && !c->corrode) return PD_OK;
+    if (c->corrode) {
+        l->solid = pd_corrode_solid(c->corrode);
+        l->dissolved = pd_corrode_dissolved(c->corrode);
+        l->out = c->corrode->out + c->corrode->out_carry;
+    } else {
+        l->solid = pdi_couple_solid(ctx, c);
+        l->dissolved = pd_transport_stock(ctx, c->transport);
+        l->carry = pd_transport_carried(ctx, c->transport);
+    }
     if (c->steps == 0) {
         l->start = l->solid + l->dissolved;
         c->solid_start = l->solid;
@@ -20110,12 +20176,28 @@ static pd_status pdi_couple_dissolve(pd_ctx *ctx, pd_couple *c, double dt)
     return PD_OK;
 }
 
+/* Bond-based corrosion over a step of the coupling, in as many of its own as it needs. */
+static pd_status pdi_couple_corrode(pd_ctx *ctx, pd_couple *c, double t_limit)
+{
+    pd_corrode *r = c->corrode;
+    double left = t_limit - c->time, reached = t_limit;
+    int64_t before = r->steps;
+    if (c->desc.max_step > 0.0 && left > c->desc.max_step)
+        reached = c->time + left / ceil(left / c->desc.max_step * (1.0 - 1e-12));
+    PDI_TRY(pd_corrode_run(ctx, r, reached));
+    c->dt = (reached - c->time) / (double)(r->steps - before);
+    c->time = reached;
+    c->steps = r->steps;
+    return pdi_couple_balance(ctx, c);
+}
+
 pd_status pd_couple_step(pd_ctx *ctx, pd_couple *c, double t_limit)
 {
     double dt = t_limit - c->time;
     pd_status status = PD_OK;
     if (!(t_limit > c->time))
         return pdi_fail(ctx, PD_ERR_ARGUMENT, "couple", "a step from %g s cannot end at %g s", c->time, t_limit);
+    if (c->corrode) return pdi_couple_corrode(ctx, c, t_limit);
     if (c->implicit || c->unsteady) PDI_TRY(pdi_couple_move(ctx, c, t_limit, &t_limit));
     if (c->transport) status = pdi_couple_transport(ctx, c, t_limit, &dt);
     else dt = t_limit - c->time;
@@ -20170,7 +20252,7 @@ static const pd_expr_symbol pdi_setup_axes[] = {{"x", "m", 0.0}, {"y", "m", 0.0}
 pd_status pd_setup_init(pd_ctx *ctx, pd_setup *setup)
 {
     memset(setup, 0, sizeof *setup);
-    setup->solid = setup->wall = setup->medium = -1;
+    setup->solid = setup->wall = setup->medium = setup->passive = -1;
     setup->m = 3.0;
     setup->gb_factor = 1.0;
     setup->rate_scale = 1.0;
@@ -20204,10 +20286,11 @@ PDI_FN const char *pdi_setup_field_needs(const pd_setup *setup, pd_field field)
     case PD_FIELD_V:
     case PD_FIELD_P: return setup->has_flow ? NULL : "a [flow] section";
     case PD_FIELD_C:
-    case PD_FIELD_D: return setup->has_transport ? NULL : "a [transport] section";
+    case PD_FIELD_D: return pdi_setup_carries(setup) ? NULL : "a [transport] or [corrode] section";
     case PD_FIELD_RATE: return setup->has_dissolve ? NULL : "a [dissolve] section";
     case PD_FIELD_GRAIN: return setup->has_grains ? NULL : "a solid [shape] with grains";
-    case PD_FIELD_DENSITY: return setup->has_flow || setup->has_dissolve ? NULL : "a [flow] or [dissolve] section";
+    case PD_FIELD_DENSITY:
+        return setup->has_flow || pdi_setup_loses(setup) ? NULL : "a [flow], [dissolve] or [corrode] section";
     case PD_FIELD_KIND:
     case PD_FIELD_PHASE:
     case PD_FIELD_COUNT: break;
@@ -20332,6 +20415,7 @@ static const pdi_syntax_section pdi_syntax_table[] = {
     {"flow", "rho, mu, steady, force, speed, length, time, vx, vy, vz, rtol, eos, c0"},
     {"transport", "D, initial, advection, time"},
     {"dissolve", "rate, law, Csat, Cs, gb_factor, threshold"},
+    {"corrode", "rate, current, Cs, Csat, charge, D, initial, bulk, control, drive, kernel, weights, share, overshoot"},
     {"run", "until, rtol, fraction, max_step"},
     {"output", "every, fields, images, slice, prefix, folder"},
     {"probe", "at, fields"},
@@ -20416,7 +20500,8 @@ typedef enum pdi_sketch_kind {
     PDI_SKETCH_PART = 0, /* only an operand of set operations */
     PDI_SKETCH_SOLID,
     PDI_SKETCH_WALL,
-    PDI_SKETCH_MEDIUM /* fluid with a diffusivity of its own */
+    PDI_SKETCH_MEDIUM, /* fluid with a diffusivity of its own */
+    PDI_SKETCH_PASSIVE /* fluid there does not attack metal */
 } pdi_sketch_kind;
 
 typedef struct pdi_sketch {
@@ -20668,7 +20753,8 @@ static pd_status pdi_sketch_material(pdi_sketch *s)
     if (!pd_text_has(s->ctx, s->text, s->section, "material")) return PD_OK;
     PDI_TRY(pd_text_string(s->ctx, s->text, s->section, "material", NULL, &name));
     if (!pd_material_find(name, &material))
-        return pd_text_refuse(s->ctx, s->text, s->section, "material", "found '%.40s', expected mg4ag", name);
+        return pd_text_refuse(s->ctx, s->text, s->section, "material", "found '%.40s', expected %s", name,
+                              PDI_MATERIAL_NAMES);
     if (s->materials++ && strcmp(material.name, s->setup->material.name) != 0)
         return pd_text_refuse(s->ctx, s->text, s->section, "material", "found a second material, expected one for all");
     s->setup->material = material;
@@ -20739,9 +20825,17 @@ static pd_status pdi_sketch_medium(pdi_sketch *s, int index)
     return pdi_setup_join(s->ctx, u, index, &u->medium);
 }
 
+/* What lies in front of a passive film. */
+static pd_status pdi_sketch_passive(pdi_sketch *s, int index)
+{
+    if (!s->setup->has_corrode)
+        return pd_text_refuse(s->ctx, s->text, s->section, "kind", "found 'passive' without a [corrode] section");
+    return pdi_setup_join(s->ctx, s->setup, index, &s->setup->passive);
+}
+
 static pd_status pdi_sketch_section(pdi_sketch *s)
 {
-    static const char *const kinds[] = {"part", "solid", "wall", "medium", NULL};
+    static const char *const kinds[] = {"part", "solid", "wall", "medium", "passive", NULL};
     const char *label = s->text->section[s->section].label;
     int kind = 0, index = 0;
     if (label[0] == '\0') return pd_text_refuse(s->ctx, s->text, s->section, "shape", "expected a name: [shape NAME]");
@@ -20756,6 +20850,7 @@ static pd_status pdi_sketch_section(pdi_sketch *s)
     if (s->names == 1 || (kind == PDI_SKETCH_SOLID && s->setup->solid < 0)) s->setup->shape_line = line;
     if (kind == PDI_SKETCH_MEDIUM) return pdi_sketch_medium(s, index);
     if (kind == PDI_SKETCH_WALL) return pdi_sketch_wall(s, index);
+    if (kind == PDI_SKETCH_PASSIVE) return pdi_sketch_passive(s, index);
     if (kind != PDI_SKETCH_SOLID) return PD_OK;
     PDI_TRY(pdi_sketch_material(s));
     PDI_TRY(pdi_sketch_grains(s));
@@ -20776,8 +20871,8 @@ PDI_FN pd_status pdi_sketch_read(pd_ctx *ctx, pd_text *text, const char *folder,
     for (int k = 0; k < s.names; k++) {
         if (s.used[k]) continue;
         return pd_text_refuse(ctx, text, pd_text_section(ctx, text, "shape", s.name[k]), "shape",
-                              "'%.40s' has no kind and is part of no other shape, expected kind = solid, wall or"
-                              " medium",
+                              "'%.40s' has no kind and is part of no other shape, expected kind = solid, wall,"
+                              " medium or passive",
                               s.name[k]);
     }
     return setup->shapes ? pd_shape_validate(ctx, setup->shape, setup->shapes) : PD_OK;
@@ -21199,6 +21294,9 @@ static pd_status pdi_watch_plane(pdi_watch *w, pd_setup_monitor *m)
 {
     const pd_setup *u = w->setup;
     double at = 0.0, index;
+    if (u->has_corrode)
+        return pd_text_refuse(w->ctx, w->text, w->section, "plane",
+                              "found beside [corrode], expected [line] or [total]");
     PDI_TRY(pdi_watch_place(w->ctx, w->text, u, w->section, "at", &m->axis, &at));
     index = floor((at - u->lo[m->axis]) / u->h[m->axis] + 0.5);
     if (!(index >= 1.0) || !(index <= pdi_setup_cells(u, m->axis) - 1.0))
@@ -21304,7 +21402,7 @@ static pd_status pdi_watch_probe(pdi_watch *w)
     memcpy(p->name, label, strlen(label) + 1);
     p->line = w->text->section[w->section].line;
     PDI_TRY(pdi_watch_point(w, "at", p->at));
-    return pdi_watch_fields(w->ctx, w->text, u, w->section, "fields", u->has_transport ? "C" : "v", &p->fields);
+    return pdi_watch_fields(w->ctx, w->text, u, w->section, "fields", pdi_setup_carries(u) ? "C" : "v", &p->fields);
 }
 
 PDI_FN pd_status pdi_watch_read(pd_ctx *ctx, pd_text *text, pd_setup *setup)
@@ -21541,6 +21639,20 @@ static pd_status pdi_scene_pairs(pdi_scene *s)
     return PD_OK;
 }
 
+/* With bond-based corrosion an open side has the bulk of the solution behind it. */
+static pd_status pdi_scene_bulk_side(pdi_scene *s, int section, int open, const char *found, pd_setup_side *side,
+                                     pd_side kind)
+{
+    if (!open && pdi_grid_port(kind))
+        return pd_text_refuse(s->ctx, s->text, section, "flow",
+                              "found '%s' beside [corrode], expected open to hold its bulk concentration", found);
+    if (pd_text_has(s->ctx, s->text, section, "C"))
+        return pd_text_refuse(s->ctx, s->text, section, "C",
+                              "found beside [corrode], expected flow = open to hold its bulk concentration");
+    side->kind = open ? PD_SIDE_OUTLET : kind;
+    return PD_OK;
+}
+
 static pd_status pdi_scene_side(pdi_scene *s, int k, int section, int *inlets, int *outlets)
 {
     static const char *const flows[] = {"noslip", "inlet", "outlet", "periodic", "mirror", "open", NULL};
@@ -21557,6 +21669,7 @@ static pd_status pdi_scene_side(pdi_scene *s, int k, int section, int *inlets, i
             return pd_text_refuse(s->ctx, s->text, section, "flow",
                                   "found '%s' around an axis, expected noslip, inlet, outlet or open", flows[flow]);
     }
+    if (u->has_corrode) return pdi_scene_bulk_side(s, section, flow == open, flows[flow], &u->side[k], (pd_side)flow);
     if ((pdi_grid_port((pd_side)flow) || flow == open) && !u->has_flow)
         return pd_text_refuse(s->ctx, s->text, section, "flow",
                               "found '%s' without a [flow] section, expected C = ... alone"
@@ -21660,6 +21773,16 @@ static pd_status pdi_scene_flow(pdi_scene *s)
     return PD_OK;
 }
 
+static pd_status pdi_scene_initial(pdi_scene *s, int section)
+{
+    pd_expr *initial = &s->setup->initial;
+    PDI_TRY(pd_text_expr(s->ctx, s->text, section, "initial", "mol/m3", pdi_setup_position(), PD_DIM, "0", initial));
+    if (pd_expr_constant(initial) && pd_expr_eval(initial, NULL) < 0.0)
+        return pd_text_refuse(s->ctx, s->text, section, "initial", "found %.6g mol/m3, expected at least 0",
+                              pd_expr_eval(initial, NULL));
+    return PD_OK;
+}
+
 static pd_status pdi_scene_transport(pdi_scene *s)
 {
     static const char *const schemes[] = {"limited", "upwind", NULL}, *const times[] = {"implicit", "steady", NULL};
@@ -21672,33 +21795,30 @@ static pd_status pdi_scene_transport(pdi_scene *s)
     PDI_TRY(pd_text_choice(s->ctx, s->text, section, "time", times, "implicit", &u->settle));
     if (u->settle && u->has_dissolve)
         return pd_text_refuse(s->ctx, s->text, section, "time", "found 'steady' beside [dissolve], expected implicit");
-    PDI_TRY(pd_text_expr(s->ctx, s->text, section, "initial", "mol/m3", pdi_setup_position(), PD_DIM, "0",
-                         &u->initial));
-    if (pd_expr_constant(&u->initial) && pd_expr_eval(&u->initial, NULL) < 0.0)
-        return pd_text_refuse(s->ctx, s->text, section, "initial", "found %.6g mol/m3, expected at least 0",
-                              pd_expr_eval(&u->initial, NULL));
-    return PD_OK;
+    return pdi_scene_initial(s, section);
 }
 
 /* Cs, Csat and the properties of the metal become constants of all later numbers. */
 static pd_status pdi_scene_constants(pdi_scene *s)
 {
     pd_setup *u = s->setup;
-    int section = pd_text_section(s->ctx, s->text, "dissolve", NULL), count = 0;
+    int section = pd_text_section(s->ctx, s->text, u->has_corrode ? "corrode" : "dissolve", NULL), count = 0;
     pd_expr_symbol *c = s->consts;
+    if (u->has_corrode && pd_text_has(s->ctx, s->text, section, "charge"))
+        PDI_TRY(pdi_scene_within(s, section, "charge", "", NULL, 0.0, 10.0, 1, &u->material.charge));
     const pd_expr_symbol list[] = {{"rho_m", "kg/m3", u->material.density},
                                    {"M_m", "kg/mol", u->material.molar_mass},
                                    {"z_m", "", u->material.charge}};
     for (; count < 3; count++) c[count] = list[count];
     s->text->consts = c;
     s->text->const_count = count;
-    if (u->has_dissolve && pd_text_has(s->ctx, s->text, section, "Cs"))
+    if (pdi_setup_loses(u) && pd_text_has(s->ctx, s->text, section, "Cs"))
         PDI_TRY(pdi_scene_positive(s, section, "Cs", "mol/m3", NULL, &u->solid_c));
     c[count].name = "Cs";
     c[count].unit = "mol/m3";
     c[count++].value = u->solid_c;
     s->text->const_count = count;
-    if (!u->has_dissolve || !pd_text_has(s->ctx, s->text, section, "Csat")) return PD_OK;
+    if (!pdi_setup_loses(u) || !pd_text_has(s->ctx, s->text, section, "Csat")) return PD_OK;
     PDI_TRY(pdi_scene_positive(s, section, "Csat", "mol/m3", NULL, &u->saturation));
     c[count].name = "Csat";
     c[count].unit = "mol/m3";
@@ -21722,9 +21842,18 @@ static pd_status pdi_scene_check_rate(pdi_scene *s, int section, const char *key
     return PD_OK;
 }
 
-static pd_status pdi_scene_dissolve(pdi_scene *s)
+/* Speed, or current density through Faraday's law, as an expression in C. */
+static pd_status pdi_scene_rate(pdi_scene *s, int section, const char *key, const char *other, const char *unit)
 {
     static const pd_expr_symbol concentration[] = {{"C", "mol/m3", 0.0}};
+    if (pd_text_has(s->ctx, s->text, section, other) && strcmp(key, other) != 0)
+        return pd_text_refuse(s->ctx, s->text, section, key, "found beside '%s', expected one of them", other);
+    PDI_TRY(pd_text_expr(s->ctx, s->text, section, key, unit, concentration, 1, NULL, &s->setup->rate));
+    return pdi_scene_check_rate(s, section, key);
+}
+
+static pd_status pdi_scene_dissolve(pdi_scene *s)
+{
     pd_setup *u = s->setup;
     int section = pd_text_section(s->ctx, s->text, "dissolve", NULL);
     if (!u->has_dissolve) return PD_OK;
@@ -21736,21 +21865,83 @@ static pd_status pdi_scene_dissolve(pdi_scene *s)
                               " solid");
     int layers = pd_text_has(s->ctx, s->text, section, "law");
     const char *key = layers ? "law" : "rate";
-    if (layers && pd_text_has(s->ctx, s->text, section, "rate"))
-        return pd_text_refuse(s->ctx, s->text, section, "law", "found beside 'rate', expected one of them");
     for (int d = 1; d < PD_DIM && layers; d++)
         if (fabs(u->h[d] - u->h[0]) > 1e-9 * u->h[0])
             return pd_text_refuse(s->ctx, s->text, section, "law",
                                   "found different spacings of the axes, expected rate = speed there");
-    PDI_TRY(pd_text_expr(s->ctx, s->text, section, key, layers ? "1/s" : "m/s", concentration, 1, NULL, &u->rate));
     u->rate_scale = layers ? u->h[0] : 1.0;
-    PDI_TRY(pdi_scene_check_rate(s, section, key));
+    PDI_TRY(pdi_scene_rate(s, section, key, "rate", layers ? "1/s" : "m/s"));
     PDI_TRY(pdi_scene_within(s, section, "gb_factor", "", "1", 0.0, 1e6, 0, &u->gb_factor));
     if (fabs(u->gb_factor - 1.0) > 0.0 && !u->has_grains)
         return pd_text_refuse(s->ctx, s->text, section, "gb_factor",
                               "found %.6g without grains, expected grains = SIZE in a"
                               " solid [shape ...]", u->gb_factor);
     return pdi_scene_within(s, section, "threshold", "", "0", 0.0, 0.99, 0, &u->threshold);
+}
+
+/* ---- [corrode] ---- */
+
+/* What the whole section cannot be combined with, and what it cannot do without. */
+static pd_status pdi_scene_corrode_alone(pdi_scene *s, int section)
+{
+    const pd_setup *u = s->setup;
+    const char *beside = u->has_flow ? "flow" : u->has_transport ? "transport" : u->has_dissolve ? "dissolve" : NULL;
+    if (beside)
+        return pd_text_refuse(s->ctx, s->text, section, "corrode",
+                              "found beside [%s], expected [corrode] alone: it moves metal and fluid itself", beside);
+    if (u->solid < 0)
+        return pd_text_refuse(s->ctx, s->text, section, "corrode",
+                              "found no solid, expected a [shape ...] with kind = solid");
+    return PD_OK;
+}
+
+static pd_status pdi_scene_corrode_forms(pdi_scene *s, int section)
+{
+    static const char *const controls[] = {"diffusion", "activation", NULL};
+    static const char *const drives[] = {"constant", "difference", NULL};
+    static const char *const kernels[] = {"area", "square", "inverse", NULL};
+    static const char *const weights[] = {"calibrated", "printed", NULL};
+    pd_setup *u = s->setup;
+    int drive, kernel, printed;
+    PDI_TRY(pd_text_choice(s->ctx, s->text, section, "control", controls, "diffusion", &u->activation));
+    PDI_TRY(pd_text_choice(s->ctx, s->text, section, "drive", drives, "constant", &drive));
+    PDI_TRY(pd_text_choice(s->ctx, s->text, section, "kernel", kernels, "area", &kernel));
+    PDI_TRY(pd_text_choice(s->ctx, s->text, section, "weights", weights, "calibrated", &printed));
+    u->drive = (pd_drive)drive;
+    u->kernel = (pd_kernel)kernel;
+    u->weights = printed ? PD_WEIGHTS_PRINTED : PD_WEIGHTS_CALIBRATED;
+    return PD_OK;
+}
+
+/* The speed of a current density of 1 A/m2 makes a current a rate. */
+static pd_status pdi_scene_corrode_rate(pdi_scene *s, int section)
+{
+    pd_setup *u = s->setup;
+    pd_material metal = u->material;
+    int current = pd_text_has(s->ctx, s->text, section, "current");
+    metal.density = u->solid_c * metal.molar_mass;
+    u->rate_scale = current ? pd_material_speed(&metal, 1.0) : 1.0;
+    return pdi_scene_rate(s, section, current ? "current" : "rate", "rate", current ? "A/m2" : "m/s");
+}
+
+/* A concentration of the fluid: metal begins at Cs. */
+static pd_status pdi_scene_corrode(pdi_scene *s)
+{
+    pd_setup *u = s->setup;
+    int section = pd_text_section(s->ctx, s->text, "corrode", NULL);
+    double saturation;
+    if (!u->has_corrode) return PD_OK;
+    PDI_TRY(pdi_scene_corrode_alone(s, section));
+    PDI_TRY(pdi_scene_corrode_forms(s, section));
+    PDI_TRY(pdi_scene_within(s, section, "Csat", "mol/m3", NULL, 0.0, u->solid_c, 1, &saturation));
+    PDI_TRY(pdi_scene_corrode_rate(s, section));
+    PDI_TRY(pdi_scene_not_negative(s, section, "D", "m2/s", u->activation ? "0" : NULL, &u->diffusivity));
+    PDI_TRY(pdi_scene_initial(s, section));
+    if (u->activation && (u->diffusivity > 0.0 || pd_text_has(s->ctx, s->text, section, "initial")))
+        pdi_setup_note(u, "D and initial belong to control = diffusion; with activation all fluid holds bulk");
+    PDI_TRY(pdi_scene_within(s, section, "bulk", "mol/m3", "0", 0.0, u->saturation, 0, &u->bulk));
+    PDI_TRY(pdi_scene_within(s, section, "share", "", "0.01", 0.0, 1.0, 1, &u->share));
+    return pdi_scene_within(s, section, "overshoot", "", "0.05", 0.0, 1.0, 1, &u->overshoot);
 }
 
 /* ---- [run], [output] ---- */
@@ -21760,13 +21951,14 @@ static pd_status pdi_scene_run(pdi_scene *s)
     pd_setup *u = s->setup;
     int section = pd_text_section(s->ctx, s->text, "run", NULL);
     int rests = u->motion == PD_MOTION_STEADY || u->motion == PD_MOTION_GIVEN;
-    if (rests && (!u->has_transport || u->settle)) return PD_OK;
+    if (rests && (!pdi_setup_carries(u) || u->settle)) return PD_OK;
     PDI_TRY(pdi_scene_positive(s, section, "until", "s", NULL, &u->until));
+    if (pdi_setup_carries(u))
+        PDI_TRY(pdi_scene_within(s, section, "max_step", "s", "0", 0.0, PDI_SCENE_HUGE, 0, &u->max_step));
     if (!u->has_transport) return PD_OK;
     pdi_scene_given(s, section, "rtol", PD_KNOB_RTOL);
     pdi_scene_given(s, section, "fraction", PD_KNOB_FRACTION);
     PDI_TRY(pdi_scene_within(s, section, "rtol", "", u->has_dissolve ? "4e-3" : "1e-3", 0.0, 0.1, 1, &u->rtol));
-    PDI_TRY(pdi_scene_within(s, section, "max_step", "s", "0", 0.0, PDI_SCENE_HUGE, 0, &u->max_step));
     /* Measured on a dissolving disc of radius 12 h, law 1 - C/Csat, after 4 h of recession: the volume loss is off by
      * 3e-3 when a step takes at most 0.1 of a node, by 1e-3 with 0.025. */
     u->fraction = fmin(1.0, 25.0 * u->rtol);
@@ -21805,6 +21997,7 @@ static pd_status pdi_scene_output(pdi_scene *s)
     u->every = u->until / 20.0;
     if (u->until > 0.0 && pd_text_has(s->ctx, s->text, section, "every"))
         PDI_TRY(pdi_scene_positive(s, section, "every", "s", NULL, &u->every));
+    if (u->has_corrode && !(u->max_step > 0.0)) u->max_step = u->every / 20.0; /* rows of the tables */
     if (u->until > 0.0 && u->until / u->every > 9e5)
         return pd_text_refuse(s->ctx, s->text, section, "every",
                               "found %.3g frames until the end, expected at most 900000", u->until / u->every);
@@ -21833,6 +22026,7 @@ static void pdi_scene_lines(pdi_scene *s)
     u->line[PD_PART_FLOW] = pdi_scene_line(s, "flow", NULL);
     u->line[PD_PART_TRANSPORT] = pdi_scene_line(s, "transport", NULL);
     u->line[PD_PART_DISSOLVE] = pdi_scene_line(s, "dissolve", NULL);
+    u->line[PD_PART_CORRODE] = pdi_scene_line(s, "corrode", NULL);
     for (int k = 0; k < 2 * PD_DIM; k++) u->side[k].line = pdi_scene_line(s, "side", pdi_setup_side_name(k));
 }
 
@@ -21850,6 +22044,7 @@ static pd_status pdi_scene_sections(pd_ctx *ctx, pd_text *text, const char *path
     setup->has_flow = pd_text_has(ctx, text, pd_text_section(ctx, text, "flow", NULL), NULL);
     setup->has_transport = pd_text_has(ctx, text, pd_text_section(ctx, text, "transport", NULL), NULL);
     setup->has_dissolve = pd_text_has(ctx, text, pd_text_section(ctx, text, "dissolve", NULL), NULL);
+    setup->has_corrode = pd_text_has(ctx, text, pd_text_section(ctx, text, "corrode", NULL), NULL);
     PDI_TRY(pdi_sketch_read(ctx, text, folder, setup));
     PDI_TRY(pdi_scene_constants(&s));
     PDI_TRY(pdi_scene_grid(&s));
@@ -21857,12 +22052,14 @@ static pd_status pdi_scene_sections(pd_ctx *ctx, pd_text *text, const char *path
     PDI_TRY(pdi_scene_flow(&s));
     PDI_TRY(pdi_scene_transport(&s));
     PDI_TRY(pdi_scene_dissolve(&s));
+    PDI_TRY(pdi_scene_corrode(&s));
     PDI_TRY(pdi_scene_run(&s));
     PDI_TRY(pdi_scene_output(&s));
     PDI_TRY(pdi_watch_read(ctx, text, setup));
     PDI_TRY(pd_text_unused(ctx, text));
-    if (!setup->has_flow && !setup->has_transport)
-        return pd_text_refuse(ctx, text, 0, "scene", "found no physics, expected a [flow] or a [transport] section");
+    if (!setup->has_flow && !pdi_setup_carries(setup))
+        return pd_text_refuse(ctx, text, 0, "scene",
+                              "found no physics, expected a [flow], a [transport] or a [corrode] section");
     return PD_OK;
 }
 
@@ -22262,7 +22459,7 @@ PDI_FN pd_status pdi_model_grid(pd_ctx *ctx, const pd_setup *u, int *line, pd_st
 static pd_status pdi_model_lattice(pd_ctx *ctx, pd_model *m)
 {
     PDI_TRY(pdi_model_grid(ctx, m->setup, &m->line, &m->stencil, &m->grid));
-    PDI_TRY(pd_bonds_build(ctx, &m->stencil, &m->grid, 0, &m->bonds));
+    if (!m->setup->has_corrode) PDI_TRY(pd_bonds_build(ctx, &m->stencil, &m->grid, 0, &m->bonds));
     pd_status status = pd_inlet_build(ctx, m->setup, &m->grid, &m->inlet);
     m->line = m->setup->side[m->inlet.latest].line;
     return status;
@@ -22332,7 +22529,7 @@ static pd_status pdi_model_flow(pd_ctx *ctx, pd_model *m)
     return PD_OK;
 }
 
-static pd_status pdi_model_initial(pd_ctx *ctx, pd_model *m)
+static pd_status pdi_model_initial(pd_ctx *ctx, const pd_model *m, double *field)
 {
     for (int32_t node = 0; node < m->grid.total; node++) {
         double x[PD_DIM];
@@ -22343,7 +22540,7 @@ static pd_status pdi_model_initial(pd_ctx *ctx, pd_model *m)
             return pdi_fail(ctx, PD_ERR_STATE, "model",
                             "initial gives C = %g mol/m3 at x = %g m, expected a finite value of at"
                                                         " least 0", c, x[0]);
-        m->transport.c[node] = c;
+        field[node] = c;
     }
     return PD_OK;
 }
@@ -22384,7 +22581,7 @@ static pd_status pdi_model_transport(pd_ctx *ctx, pd_model *m)
         advance.largest = u->max_step;
         PDI_TRY(pd_advance_build(ctx, &m->transport, &advance, &m->advance));
     }
-    return pdi_model_initial(ctx, m);
+    return pdi_model_initial(ctx, m, m->transport.c);
 }
 
 /* factor = 1 + (gb_factor - 1) * share of the node that is grain boundary */
@@ -22428,14 +22625,57 @@ static pd_status pdi_model_dissolve(pd_ctx *ctx, pd_model *m)
     return pd_dissolve_build(ctx, &m->grid, &m->bonds, &m->transport, &desc, &m->dissolve);
 }
 
+/* 1 for nodes in front of a passive film. */
+static pd_status pdi_model_passive(pd_ctx *ctx, pd_model *m)
+{
+    const pd_setup *u = m->setup;
+    if (u->passive < 0) return PD_OK;
+    PDI_TRY(PDI_NEW(ctx, "model", m->grid.total, m->passive));
+    for (int32_t i = 0; i < m->grid.total; i++) {
+        double x[PD_DIM];
+        pd_grid_position(&m->grid, i, x);
+        m->passive[i] = pd_shape_distance(u->shape, u->passive, x) < 0.0;
+    }
+    return PD_OK;
+}
+
+static pd_status pdi_model_corrode(pd_ctx *ctx, pd_model *m)
+{
+    const pd_setup *u = m->setup;
+    pd_corrode_desc desc;
+    memset(&desc, 0, sizeof desc);
+    desc.solid = u->solid_c;
+    desc.saturation = u->saturation;
+    desc.diffusivity = u->diffusivity;
+    desc.bulk = u->bulk;
+    desc.activation = u->activation;
+    desc.share = u->share;
+    desc.overshoot = u->overshoot;
+    desc.rate = pdi_model_rate;
+    desc.rate_user = (void *)u; /* only read */
+    desc.drive = u->drive;
+    desc.kernel = u->kernel;
+    desc.weights = u->weights;
+    PDI_TRY(pdi_model_passive(ctx, m));
+    desc.passive = m->passive;
+    PDI_TRY(pd_corrode_build(ctx, &m->grid, &m->stencil, &desc, &m->corrode));
+    m->unknowns[PD_PART_CORRODE] = m->grid.fluid_count + m->grid.solid_count;
+    if (!u->activation) PDI_TRY(pdi_model_initial(ctx, m, m->corrode.c));
+    pd_corrode_open(&m->corrode);
+    return PD_OK;
+}
+
+PDI_FN const double *pdi_model_c(const pd_model *m) { return m->setup->has_corrode ? m->corrode.c : m->transport.c; }
+
 static pd_status pdi_model_parts(pd_ctx *ctx, pd_model *m)
 {
     typedef pd_status (*build_fn)(pd_ctx *, pd_model *);
     const pd_setup *u = m->setup;
-    const pd_part part[] = {PD_PART_GRID, PD_PART_FLOW, PD_PART_TRANSPORT, PD_PART_GRAIN, PD_PART_DISSOLVE};
+    const pd_part part[] = {PD_PART_GRID, PD_PART_FLOW, PD_PART_TRANSPORT, PD_PART_GRAIN, PD_PART_DISSOLVE,
+                            PD_PART_CORRODE};
     const build_fn build[] = {pdi_model_lattice, pdi_model_flow, pdi_model_transport, pdi_model_grains,
-                              pdi_model_dissolve};
-    const int wanted[] = {1, u->has_flow, u->has_transport, u->has_grains, u->has_dissolve};
+                              pdi_model_dissolve, pdi_model_corrode};
+    const int wanted[] = {1, u->has_flow, u->has_transport, u->has_grains, u->has_dissolve, u->has_corrode};
     for (int k = 0; k < PD_PART_COUNT; k++) {
         size_t before = ctx->in_use;
         if (!wanted[k]) continue;
@@ -22462,6 +22702,7 @@ pd_status pd_model_build(pd_ctx *ctx, const pd_setup *setup, pd_model *m)
                                  setup->has_transport ? &m->transport : NULL,
                                  setup->has_dissolve ? &m->dissolve : NULL, &m->couple);
         if (setup->has_transport && !setup->has_dissolve) m->couple.advance = &m->advance;
+        if (setup->has_corrode) m->couple.corrode = &m->corrode;
         m->couple.settle = setup->settle;
         if (setup->motion == PD_MOTION_IMPLICIT) m->couple.implicit = &m->implicit;
         if (setup->motion == PD_MOTION_EXPLICIT) m->couple.unsteady = &m->unsteady;
@@ -22474,6 +22715,8 @@ pd_status pd_model_build(pd_ctx *ctx, const pd_setup *setup, pd_model *m)
 
 void pd_model_free(pd_ctx *ctx, pd_model *m)
 {
+    pd_corrode_free(ctx, &m->corrode);
+    PDI_DELETE(ctx, m->grid.total, m->passive);
     pd_dissolve_free(ctx, &m->dissolve);
     PDI_DELETE(ctx, m->grid.total, m->factor);
     pd_grain_free(ctx, &m->grain);
@@ -22494,11 +22737,50 @@ void pd_model_free(pd_ctx *ctx, pd_model *m)
 #include <math.h>
 #include <string.h>
 
+#define PDI_OBSERVE_FAR 1e30f /* [m2] from fluid */
+
+/* Squared distances along one axis: each node takes the least of its line, value plus squared way. */
+static void pdi_observe_sweep(const pd_grid *grid, int axis, const float *from, float *to)
+{
+    double square = grid->h[axis] * grid->h[axis];
+    for (int32_t node = 0; node < grid->total; node++) {
+        int i[PD_DIM], more = 1;
+        pdi_grid_index(grid, node, i);
+        if (!pdi_grid_inside(grid, i)) continue;
+        double best = (double)from[node];
+        for (int r = 1; more; r++) {
+            double way = square * r * r;
+            more = way < best && (i[axis] - r >= 0 || i[axis] + r < grid->n[axis]);
+            if (i[axis] - r >= 0) best = fmin(best, way + (double)from[node - r * grid->stride[axis]]);
+            if (i[axis] + r < grid->n[axis]) best = fmin(best, way + (double)from[node + r * grid->stride[axis]]);
+        }
+        to[node] = (float)best;
+    }
+}
+
+/* Distance of each node from the nearest fluid node of the start. */
+static pd_status pdi_observe_depths(pd_ctx *ctx, const pd_grid *grid, pd_observables *o)
+{
+    float *work = NULL;
+    o->nodes = grid->total;
+    PDI_TRY(PDI_NEW(ctx, "observe", o->nodes, o->depth));
+    PDI_TRY(PDI_NEW(ctx, "observe", o->nodes, work));
+    for (int32_t i = 0; i < o->nodes; i++) o->depth[i] = grid->kind[i] == PD_FLUID ? 0.0f : PDI_OBSERVE_FAR;
+    for (int axis = 0; axis < PD_DIM; axis++) {
+        pdi_observe_sweep(grid, axis, o->depth, work);
+        memcpy(o->depth, work, (size_t)o->nodes * sizeof *work);
+    }
+    for (int32_t i = 0; i < o->nodes; i++) o->depth[i] = sqrtf(o->depth[i]);
+    PDI_DELETE(ctx, o->nodes, work);
+    return PD_OK;
+}
+
 pd_status pd_observe_build(pd_ctx *ctx, const pd_model *model, pd_observables *o)
 {
     const pd_setup *u = model->setup;
     int inlet = model->inlet.first, through = u->has_flow && model->inlet.inlets == 1;
     memset(o, 0, sizeof *o);
+    if (u->has_corrode) PDI_TRY(pdi_observe_depths(ctx, &model->grid, o));
     for (int s = 0; s < 2 * PD_DIM && through; s++)
         if (s != inlet) through = (u->side[s].kind == PD_SIDE_OUTLET) == (s / 2 == inlet / 2);
     if (!through || !(fabs(model->inlet.mean[inlet]) > 0.0)) return PD_OK;
@@ -22512,17 +22794,20 @@ pd_status pd_observe_build(pd_ctx *ctx, const pd_model *model, pd_observables *o
 void pd_observe_free(pd_ctx *ctx, pd_observables *o)
 {
     PDI_DELETE(ctx, o->layers, o->layer);
+    PDI_DELETE(ctx, o->nodes, o->depth);
     memset(o, 0, sizeof *o);
 }
 
 static void pdi_observe_extremes(const pd_model *m, pd_observables *o)
 {
     int32_t total = m->grid.total;
+    const double *c = pdi_model_c(m);
     o->v_max = o->c_max = 0.0;
     for (int32_t i = 0; i < total; i++) {
         double square = 0.0;
         if (m->grid.kind[i] != PD_FLUID) continue;
-        if (m->transport.c) o->c_max = fmax(o->c_max, m->transport.c[i]);
+        if (c) o->c_max = fmax(o->c_max, c[i]);
+        if (o->depth) o->front = fmax(o->front, (double)o->depth[i]);
         for (int d = 0; d < PD_DIM &&
              m->flow.u; d++) square += m->flow.u[(int64_t)d * total + i] * m->flow.u[(int64_t)d * total + i];
         o->v_max = fmax(o->v_max, square);
@@ -22586,6 +22871,8 @@ void pd_observe(pd_ctx *ctx, pd_model *m, pd_observables *o)
     pdi_observe_flux(ctx, m, o);
 }
 
+#undef PDI_OBSERVE_FAR
+
 /* ======== >>sample.c ======== */
 /* sample: see sample.h */
 #include <math.h>
@@ -22602,7 +22889,7 @@ static double pdi_sample_density(const pd_model *m, int32_t i)
 {
     const pd_setup *u = m->setup;
     if (m->grid.kind[i] == PD_SOLID)
-        return u->has_dissolve ? u->material.density * m->transport.c[i] / u->solid_c : u->material.density;
+        return pdi_setup_loses(u) ? u->material.density * pdi_model_c(m)[i] / u->solid_c : u->material.density;
     return m->grid.kind[i] == PD_FLUID && u->has_flow ? u->rho : 0.0;
 }
 
@@ -22612,7 +22899,7 @@ PDI_FN double pdi_sample_node(const pd_model *m, pd_field field, int32_t i)
     const double *diffusivity = m->transport.diffusion.field;
     double square = 0.0;
     switch (field) {
-    case PD_FIELD_C: return fluid ? m->transport.c[i] : 0.0;
+    case PD_FIELD_C: return fluid ? pdi_model_c(m)[i] : 0.0;
     case PD_FIELD_V:
         for (int d = 0; d < PD_DIM && fluid; d++) {
             double u = m->flow.u[(int64_t)d * m->grid.total + i];
@@ -22664,6 +22951,28 @@ static int pdi_sample_cells(const pd_grid *grid, const double *x, int32_t *node)
     return count;
 }
 
+/* Without bonds: linear between the fluid nodes around x. */
+static double pdi_sample_between(const pd_grid *grid, const double *f, const double *x)
+{
+    double sum = 0.0, weights = 0.0;
+    for (int corner = 0; corner < PDI_SAMPLE_CELLS; corner++) {
+        double weight = 1.0;
+        int i[PD_DIM];
+        for (int d = 0; d < PD_DIM; d++) {
+            double place = (x[d] - grid->lo[d]) / grid->h[d] - 0.5, low = floor(place);
+            int up = (corner >> d) & 1;
+            i[d] = (int)low + up;
+            weight *= up ? place - low : 1.0 - (place - low);
+        }
+        if (!pdi_grid_inside(grid, i)) continue;
+        int32_t node = pd_grid_node(grid, i);
+        if (grid->kind[node] != PD_FLUID) continue;
+        sum += weight * f[node];
+        weights += weight;
+    }
+    return sum / weights;
+}
+
 PDI_FN double pdi_sample_point(const pd_model *m, pd_field field, int component, const double *x)
 {
     int32_t node[PDI_SAMPLE_CELLS];
@@ -22672,11 +22981,11 @@ PDI_FN double pdi_sample_point(const pd_model *m, pd_field field, int component,
     double sum = 0.0;
     if (field == PD_FIELD_V) f = m->flow.u + (int64_t)component * m->grid.total;
     if (field == PD_FIELD_P) f = m->flow.p;
-    if (field == PD_FIELD_C) f = m->transport.c;
+    if (field == PD_FIELD_C) f = pdi_model_c(m);
     if (!f) return pdi_sample_node(m, field, node[cells - 1]);
     for (int k = 0; k < cells; k++) {
         if (m->grid.kind[node[k]] != PD_FLUID) continue;
-        sum += pdi_op_sample(&m->bonds, f, node[k], x);
+        sum += m->bonds.grid ? pdi_op_sample(&m->bonds, f, node[k], x) : pdi_sample_between(&m->grid, f, x);
         fluid++;
     }
     if (!fluid) return (double)NAN;
@@ -22704,7 +23013,7 @@ PDI_FN int pdi_sample_inside(const pd_model *m, const double *x)
 static const char *const pdi_output_columns[] = {"time_s",       "time_h",     "volume_loss",  "solid_nodes", "v_max",
                                                  "C_max",        "ledger",     "flux",         "dt_s",        "step",
                                                  "flow_solves",  "flow_evals", "flow_krylov",  "transport_krylov",
-                                                 "limiter",      "momentum",   "continuity"};
+                                                 "limiter",      "momentum",   "continuity",   "front_m"};
 #define PDI_OUTPUT_COLUMNS ((int)(sizeof pdi_output_columns / sizeof pdi_output_columns[0]))
 
 /* ---- fields ---- */
@@ -22989,6 +23298,7 @@ pd_status pd_output_step(pd_ctx *ctx, pd_output *out, const pd_observables *o)
     row[k++] = (double)c->transport_result.limiter;
     row[k++] = c->steady_result.momentum;
     row[k++] = c->steady_result.continuity;
+    row[k++] = o->front;
     PD_ASSERT(k == PDI_OUTPUT_COLUMNS);
     PDI_TRY(pd_csv_row(ctx, &out->diagnostics, row));
     PDI_TRY(pdi_output_keep(ctx, out, c->time, o->volume_loss));
@@ -23048,11 +23358,15 @@ static pd_status pdi_output_loss(pd_ctx *ctx, pd_output *out)
 {
     char path[PD_PATH_SIZE];
     pd_plot plot;
-    if (!out->model->setup->has_dissolve || out->rows < 2) return PD_OK;
+    if (!pdi_setup_loses(out->model->setup) || out->rows < 2) return PD_OK;
+    int brief = out->time[out->rows - 1] < 1.0;
     memset(&plot, 0, sizeof plot);
-    for (int64_t k = 0; k < out->rows; k++) out->loss[k] *= 100.0;
+    for (int64_t k = 0; k < out->rows; k++) {
+        out->loss[k] *= 100.0;
+        if (brief) out->time[k] *= 3600.0;
+    }
     plot.title = out->model->setup->name;
-    plot.x_label = "t [h]";
+    plot.x_label = brief ? "t [s]" : "t [h]";
     plot.y_label = "volume loss [%]";
     plot.count = 1;
     plot.series[0].x = out->time;
@@ -23176,19 +23490,43 @@ static void pdi_summary_transport(const pdi_summary *s)
     pdi_summary_part(s, PD_PART_TRANSPORT, "transport", text);
 }
 
+/* "surface rate 1 um/h at C = 0 (8.766 mm/year, 3.8 A/m2 with z = 2), Cs = 71508 mol/m3" */
+static void pdi_summary_rate(const pd_setup *u, char *text, size_t size)
+{
+    char speed[PD_UNITS_TEXT];
+    double none = 0.0;
+    double v = u->rate_scale * pd_expr_eval(&u->rate, &none);
+    pdi_setup_show(v, "m/s", speed);
+    snprintf(text, size, "surface rate %s at C = 0 (%.4g mm/year, %.4g A/m2 with z = %g), Cs = %.6g mol/m3", speed,
+             v * 1e3 * 31557600.0, v * u->solid_c * u->material.charge * 96485.33212, u->material.charge, u->solid_c);
+}
+
 static void pdi_summary_dissolve(const pdi_summary *s)
 {
     const pd_setup *u = s->model->setup;
-    char text[384], speed[PD_UNITS_TEXT];
-    double none = 0.0;
+    char text[384];
     if (!u->has_dissolve) return;
-    double v = u->rate_scale * pd_expr_eval(&u->rate, &none);
-    pdi_setup_show(v, "m/s", speed);
-    snprintf(text, sizeof text, "surface rate %s at C = 0 (%.4g mm/year, %.4g A/m2 with z = %g), Cs = %.6g mol/m3",
-             speed,
-             v * 1e3 * 31557600.0, v * u->solid_c * u->material.charge * 96485.33212, u->material.charge, u->solid_c);
+    pdi_summary_rate(u, text, sizeof text);
     pdi_summary_part(s, PD_PART_DISSOLVE, "dissolution", text);
     if (u->saturation > 0.0) pdi_summary_line(s, "  %-12sCsat = %.6g mol/m3", "", u->saturation);
+}
+
+static void pdi_summary_corrode(const pdi_summary *s)
+{
+    static const char *const kernels[] = {"area", "inverse square", "inverse"};
+    const pd_setup *u = s->model->setup;
+    char text[384], value[PD_UNITS_TEXT], until[PD_UNITS_TEXT];
+    if (!u->has_corrode) return;
+    pdi_setup_show(u->diffusivity, "m2/s", value);
+    pdi_setup_show(u->until, "s", until);
+    if (u->activation) snprintf(text, sizeof text, "bond-based, activation control, until %s", until);
+    else snprintf(text, sizeof text, "bond-based, diffusion control with D = %s, until %s", value, until);
+    pdi_summary_part(s, PD_PART_CORRODE, "corrosion", text);
+    pdi_summary_rate(u, text, sizeof text);
+    pdi_summary_line(s, "  %-12s%s, Csat = %.6g mol/m3", "", text, u->saturation);
+    pdi_summary_line(s, "  %-12s%s weights, %s%s, explicit steps", "", kernels[u->kernel],
+                     u->weights == PD_WEIGHTS_PRINTED ? "printed" : "calibrated",
+                     u->drive == PD_DRIVE_DIFFERENCE ? ", loss in proportion to the difference" : "");
 }
 
 static void pdi_summary_grains(const pdi_summary *s)
@@ -23223,7 +23561,7 @@ static void pdi_summary_absent(const pdi_summary *s)
     const pd_setup *u = s->model->setup;
     char text[256] = "  not modelled: ";
     const char *const names[] = {"flow", "transport", "dissolution", "grains"};
-    const int has[] = {u->has_flow, u->has_transport, u->has_dissolve, u->has_grains};
+    const int has[] = {u->has_flow, pdi_setup_carries(u), pdi_setup_loses(u), u->has_grains};
     for (int k = 0; k < 4; k++) {
         size_t used = strlen(text);
         if (!has[k]) snprintf(text + used, sizeof text - used, "%s, ", names[k]);
@@ -23243,6 +23581,7 @@ void pd_summary_print(const pd_model *model, pd_print_fn print, void *user)
     pdi_summary_flow(&s);
     pdi_summary_transport(&s);
     pdi_summary_dissolve(&s);
+    pdi_summary_corrode(&s);
     pdi_summary_grains(&s);
     pdi_summary_watched(&s);
     pdi_summary_absent(&s);
@@ -23388,19 +23727,20 @@ static void pdi_monitor_total(pd_ctx *ctx, pd_model *model, pd_monitor *m)
 {
     const pd_setup *u = model->setup;
     pd_measure_box_result r;
-    pd_measure_box(ctx, &model->bonds, u->has_flow ? &model->flow : NULL, u->has_transport ? &model->transport : NULL,
-                   u->has_dissolve ? &model->dissolve : NULL, m->desc->lo, m->desc->hi, &r);
+    const double *c = pdi_model_c(model);
+    pd_measure_box(ctx, &model->stencil, &model->grid, u->has_flow ? &model->flow : NULL, c,
+                   pdi_setup_loses(u) ? c : NULL, m->desc->lo, m->desc->hi, &r);
     pdi_monitor_put(m, "volume", pdi_monitor_unit_volume[pdi_monitor_extent(u)], r.volume);
     if (u->has_flow) {
         pdi_monitor_put(m, "energy", pdi_monitor_unit_energy[pdi_monitor_extent(u)], r.energy);
         pdi_monitor_put_vector(m, 'm', "", pdi_monitor_unit_momentum[pdi_monitor_extent(u)], r.momentum, 1.0);
     }
-    if (u->has_transport) {
+    if (c) {
         pdi_monitor_put(m, "dissolved", pdi_monitor_unit_amount[pdi_monitor_extent(u)], r.dissolved);
         pdi_monitor_put(m, "C_min", "mol/m3", r.least);
         pdi_monitor_put(m, "C_max", "mol/m3", r.most);
     }
-    if (u->has_dissolve) pdi_monitor_put(m, "solid", pdi_monitor_unit_amount[pdi_monitor_extent(u)], r.solid);
+    if (pdi_setup_loses(u)) pdi_monitor_put(m, "solid", pdi_monitor_unit_amount[pdi_monitor_extent(u)], r.solid);
 }
 
 static pd_status pdi_monitor_figures(pd_ctx *ctx, pd_model *model, pd_monitor *m)
@@ -23743,7 +24083,7 @@ static pd_status pdi_figures_probe(pd_ctx *ctx, const pd_model *model, const pd_
 pd_status pd_figures_collect(pd_ctx *ctx, pd_model *model, const pd_monitors *monitors, pd_figures *f)
 {
     const pd_setup *u = model->setup;
-    if (u->has_dissolve)
+    if (pdi_setup_loses(u))
         PDI_TRY(pdi_figures_add(ctx, f, "scene", "", -1, "volume_loss", "-", pd_couple_volume_loss(&model->couple)));
     for (int k = 0; k < u->monitors; k++) {
         const pd_monitor *m = &monitors->monitor[k];
@@ -23854,6 +24194,8 @@ static void pdi_run_collect(const pdi_run *r, pd_run_result *result)
     result->m = m->stencil.m;
     result->volume_loss = r->observables.volume_loss;
     result->ledger = c->ledger.relative;
+    result->has_front = r->setup->has_corrode;
+    result->front = r->observables.front;
     result->has_flux = r->observables.has_flux;
     result->flux = r->observables.flux;
     result->flux_max = r->observables.flux_max;
@@ -23949,8 +24291,10 @@ void pd_run_line(const pd_run_result *r, char *text, size_t size)
     if (r->settled) pdi_run_append(text, size, " change=%.3g", r->change);
     if (r->unsolved) pdi_run_append(text, size, " unsolved=%.0f", (double)r->unsolved);
     if (r->has_flux) pdi_run_append(text, size, " flux=%.3g flux_max=%.3g", r->flux, r->flux_max);
-    pdi_run_append(text, size, " residual=%.3g evals=%.0f steps=%.0f unknowns=%.0f bytes_per_node=%.0f", r->residual,
-                   (double)r->evaluations, (double)r->steps, (double)r->unknowns, r->bytes_per_node);
+    if (r->has_front) pdi_run_append(text, size, " front=%.6g", r->front);
+    else pdi_run_append(text, size, " residual=%.3g evals=%.0f", r->residual, (double)r->evaluations);
+    pdi_run_append(text, size, " steps=%.0f unknowns=%.0f bytes_per_node=%.0f", (double)r->steps, (double)r->unknowns,
+                   r->bytes_per_node);
 }
 
 #undef PDI_RUN_PROGRESS
@@ -24279,7 +24623,7 @@ static pd_status pdi_estimate_twin(pd_ctx *ctx, const pd_run_desc *desc, pd_esti
 static double pdi_estimate_theory(const pd_setup *u, const pd_figure *f)
 {
     int carried = strstr(f->unit, "mol") || strcmp(f->section, "transfer") == 0 || strcmp(f->section, "scene") == 0;
-    return carried && (u->has_dissolve || (u->has_flow && u->advection == PD_ADVECTION_UPWIND)) ? 1.0 : 2.0;
+    return carried && (pdi_setup_loses(u) || (u->has_flow && u->advection == PD_ADVECTION_UPWIND)) ? 1.0 : 2.0;
 }
 
 static void pdi_estimate_judge(const pd_setup *u, pd_estimated *e)

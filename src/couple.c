@@ -11,10 +11,16 @@ static double pdi_couple_solid(pd_ctx *ctx, const pd_couple *c)
 static pd_status pdi_couple_balance(pd_ctx *ctx, pd_couple *c)
 {
     pd_ledger *l = &c->ledger;
-    if (!c->transport) return PD_OK;
-    l->solid = pdi_couple_solid(ctx, c);
-    l->dissolved = pd_transport_stock(ctx, c->transport);
-    l->carry = pd_transport_carried(ctx, c->transport);
+    if (!c->transport && !c->corrode) return PD_OK;
+    if (c->corrode) {
+        l->solid = pd_corrode_solid(c->corrode);
+        l->dissolved = pd_corrode_dissolved(c->corrode);
+        l->out = c->corrode->out + c->corrode->out_carry;
+    } else {
+        l->solid = pdi_couple_solid(ctx, c);
+        l->dissolved = pd_transport_stock(ctx, c->transport);
+        l->carry = pd_transport_carried(ctx, c->transport);
+    }
     if (c->steps == 0) {
         l->start = l->solid + l->dissolved;
         c->solid_start = l->solid;
@@ -157,12 +163,28 @@ static pd_status pdi_couple_dissolve(pd_ctx *ctx, pd_couple *c, double dt)
     return PD_OK;
 }
 
+/* Bond-based corrosion over a step of the coupling, in as many of its own as it needs. */
+static pd_status pdi_couple_corrode(pd_ctx *ctx, pd_couple *c, double t_limit)
+{
+    pd_corrode *r = c->corrode;
+    double left = t_limit - c->time, reached = t_limit;
+    int64_t before = r->steps;
+    if (c->desc.max_step > 0.0 && left > c->desc.max_step)
+        reached = c->time + left / ceil(left / c->desc.max_step * (1.0 - 1e-12));
+    PDI_TRY(pd_corrode_run(ctx, r, reached));
+    c->dt = (reached - c->time) / (double)(r->steps - before);
+    c->time = reached;
+    c->steps = r->steps;
+    return pdi_couple_balance(ctx, c);
+}
+
 pd_status pd_couple_step(pd_ctx *ctx, pd_couple *c, double t_limit)
 {
     double dt = t_limit - c->time;
     pd_status status = PD_OK;
     if (!(t_limit > c->time))
         return pdi_fail(ctx, PD_ERR_ARGUMENT, "couple", "a step from %g s cannot end at %g s", c->time, t_limit);
+    if (c->corrode) return pdi_couple_corrode(ctx, c, t_limit);
     if (c->implicit || c->unsteady) PDI_TRY(pdi_couple_move(ctx, c, t_limit, &t_limit));
     if (c->transport) status = pdi_couple_transport(ctx, c, t_limit, &dt);
     else dt = t_limit - c->time;

@@ -7,6 +7,7 @@
 #ifndef PD_COUPLE_H
 #define PD_COUPLE_H
 #include "advance.h"
+#include "corrode.h"
 #include "dissolve.h"
 #include "implicit.h"
 #include "unsteady.h"
@@ -40,9 +41,12 @@ typedef struct pd_couple {
     pd_dissolve *dissolve;   /* NULL: no dissolution */
     int settle;              /* set after the build: the field of transport starts steady */
     pd_advance *advance;     /* set after the build: transport without dissolution in its error-controlled steps */
+    pd_corrode *corrode;     /* set after the build, without flow, transport and dissolution: bond-based corrosion. The
+                              * steps of the coupling are those of max_step (without: to the next output) */
     double time;             /* [s] */
-    double dt;               /* [s] of the last step */
-    int64_t steps, flow_solves;
+    double dt;               /* [s] of the last step; corrosion: mean over those of its own in it */
+    int64_t steps;           /* of the coupling; corrosion: of its own */
+    int64_t flow_solves;
     int64_t unsolved;        /* steps in which the linear solver of transport missed its tolerance */
     int64_t krylov_flow, krylov_transport;
     int64_t flow_evaluations;

@@ -14,6 +14,8 @@ typedef struct pd_material {
 } pd_material;
 
 #define pd_material_mg4ag PD_NAME(pd_material_mg4ag)
+#define pd_material_steel304 PD_NAME(pd_material_steel304)
+#define pd_material_copper PD_NAME(pd_material_copper)
 #define pd_material_find PD_NAME(pd_material_find)
 #define pd_material_concentration PD_NAME(pd_material_concentration)
 #define pd_material_speed PD_NAME(pd_material_speed)
@@ -22,11 +24,20 @@ typedef struct pd_material {
  * section 4), molar mass 24.305 g/mol (IUPAC 2021), z = 2 (Mg -> Mg2+ + 2 e-). The wire of Reimers et al. 2023, ACS
  * Appl. Mater. Interfaces 15, 35600; its 4 % of silver are not counted. */
 PD_API pd_material pd_material_mg4ag(void);
-/* The preset of a name ("mg4ag"). 1 when there is one. */
+/* Stainless steel 304 as Fe-18Cr-8Ni (mass %): density 7900 kg/m3 (EN 10088-1, 1.4301); with the atomic masses of IUPAC
+ * 2021 mean molar mass 55.32 g/mol, and z = 2.19 as Fe2+, Cr3+ and Ni2+. Cs = 142.8 mol/L. */
+PD_API pd_material pd_material_steel304(void);
+/* Copper: density 8960 kg/m3 (CRC Handbook, section 4), molar mass 63.546 g/mol (IUPAC 2021), z = 2. */
+PD_API pd_material pd_material_copper(void);
+/* The preset of a name ("mg4ag", "steel304", "copper"). 1 when there is one. */
 PD_API int pd_material_find(const char *name, pd_material *material);
 /* Concentration Cs [mol/m3] of the intact metal. */
 PD_API double pd_material_concentration(const pd_material *material);
 /* Recession speed v = i/(z F Cs) [m/s] at the current density i [A/m2] (Faraday's law). */
 PD_API double pd_material_speed(const pd_material *material, double current);
+
+#ifdef PDI_INTERNAL
+#define PDI_MATERIAL_NAMES "mg4ag, steel304 or copper"
+#endif
 
 #endif

@@ -98,12 +98,11 @@ void pd_measure_exchange(pd_ctx *ctx, const pd_transport *t, const pd_dissolve *
 
 /* ---- box ---- */
 
-void pd_measure_box(pd_ctx *ctx, const pd_bonds *bonds, const pd_flow *flow, const pd_transport *transport,
-                    const pd_dissolve *dissolve, const double *lo, const double *hi, pd_measure_box_result *r)
+void pd_measure_box(pd_ctx *ctx, const pd_stencil *stencil, const pd_grid *grid, const pd_flow *flow, const double *c,
+                    const double *metal, const double *lo, const double *hi, pd_measure_box_result *r)
 {
-    const pd_grid *grid = bonds->grid;
     pdi_sum energy = {0.0, 0.0}, dissolved = {0.0, 0.0}, solid = {0.0, 0.0}, momentum[PD_DIM];
-    double nodes = 0.0, volume = bonds->stencil->volume;
+    double nodes = 0.0, volume = stencil->volume;
     (void)ctx;
     memset(r, 0, sizeof *r);
     memset(momentum, 0, sizeof momentum);
@@ -112,7 +111,7 @@ void pd_measure_box(pd_ctx *ctx, const pd_bonds *bonds, const pd_flow *flow, con
         int fluid = grid->kind[i] == PD_FLUID;
         if ((!fluid && grid->kind[i] != PD_SOLID) || !pdi_measure_inside(grid, i, lo, hi)) continue;
         double around = pdi_grid_circumference(grid, i);
-        if (!fluid && dissolve) pdi_sum_add(&solid, around * transport->c[i]);
+        if (!fluid && metal) pdi_sum_add(&solid, around * metal[i]);
         if (!fluid) continue;
         nodes += around;
         for (int d = 0; d < PD_DIM && flow; d++) {
@@ -120,10 +119,10 @@ void pd_measure_box(pd_ctx *ctx, const pd_bonds *bonds, const pd_flow *flow, con
             if (!grid->circumference || d < PD_DIM - 1) pdi_sum_add(&momentum[d], around * u); /* radial ones cancel */
             pdi_sum_add(&energy, 0.5 * around * u * u);
         }
-        if (!transport) continue;
-        pdi_sum_add(&dissolved, around * transport->c[i]);
-        r->least = fmin(r->least, transport->c[i]);
-        r->most = fmax(r->most, transport->c[i]);
+        if (!c) continue;
+        pdi_sum_add(&dissolved, around * c[i]);
+        r->least = fmin(r->least, c[i]);
+        r->most = fmax(r->most, c[i]);
     }
     r->volume = nodes * volume;
     r->dissolved = pdi_sum_total(&dissolved) * volume;

@@ -42,9 +42,10 @@ PD_API void pd_measure_plane(pd_ctx *ctx, const pd_bonds *bonds, pd_flow *flow, 
  * otherwise [n of that axis], one for each layer of cells. */
 PD_API void pd_measure_exchange(pd_ctx *ctx, const pd_transport *transport, const pd_dissolve *dissolve,
                                 const double *lo, const double *hi, int axis, double *flux, double *area);
-/* What the nodes between lo and hi [m] hold. flow, transport and dissolve may be NULL; their figures are 0 then. */
-PD_API void pd_measure_box(pd_ctx *ctx, const pd_bonds *bonds, const pd_flow *flow, const pd_transport *transport,
-                           const pd_dissolve *dissolve, const double *lo, const double *hi,
+/* What the nodes between lo and hi [m] hold. c [total]: concentration of fluid nodes; metal [total]: contents of solid
+ * nodes, [mol/m3] both; these and flow may be NULL, their figures are 0 then. */
+PD_API void pd_measure_box(pd_ctx *ctx, const pd_stencil *stencil, const pd_grid *grid, const pd_flow *flow,
+                           const double *c, const double *metal, const double *lo, const double *hi,
                            pd_measure_box_result *result);
 
 #endif

@@ -31,7 +31,7 @@ PDI_FN pd_status pdi_model_grid(pd_ctx *ctx, const pd_setup *u, int *line, pd_st
 static pd_status pdi_model_lattice(pd_ctx *ctx, pd_model *m)
 {
     PDI_TRY(pdi_model_grid(ctx, m->setup, &m->line, &m->stencil, &m->grid));
-    PDI_TRY(pd_bonds_build(ctx, &m->stencil, &m->grid, 0, &m->bonds));
+    if (!m->setup->has_corrode) PDI_TRY(pd_bonds_build(ctx, &m->stencil, &m->grid, 0, &m->bonds));
     pd_status status = pd_inlet_build(ctx, m->setup, &m->grid, &m->inlet);
     m->line = m->setup->side[m->inlet.latest].line;
     return status;
@@ -101,7 +101,7 @@ static pd_status pdi_model_flow(pd_ctx *ctx, pd_model *m)
     return PD_OK;
 }
 
-static pd_status pdi_model_initial(pd_ctx *ctx, pd_model *m)
+static pd_status pdi_model_initial(pd_ctx *ctx, const pd_model *m, double *field)
 {
     for (int32_t node = 0; node < m->grid.total; node++) {
         double x[PD_DIM];
@@ -112,7 +112,7 @@ static pd_status pdi_model_initial(pd_ctx *ctx, pd_model *m)
             return pdi_fail(ctx, PD_ERR_STATE, "model",
                             "initial gives C = %g mol/m3 at x = %g m, expected a finite value of at"
                                                         " least 0", c, x[0]);
-        m->transport.c[node] = c;
+        field[node] = c;
     }
     return PD_OK;
 }
@@ -153,7 +153,7 @@ static pd_status pdi_model_transport(pd_ctx *ctx, pd_model *m)
         advance.largest = u->max_step;
         PDI_TRY(pd_advance_build(ctx, &m->transport, &advance, &m->advance));
     }
-    return pdi_model_initial(ctx, m);
+    return pdi_model_initial(ctx, m, m->transport.c);
 }
 
 /* factor = 1 + (gb_factor - 1) * share of the node that is grain boundary */
@@ -197,14 +197,57 @@ static pd_status pdi_model_dissolve(pd_ctx *ctx, pd_model *m)
     return pd_dissolve_build(ctx, &m->grid, &m->bonds, &m->transport, &desc, &m->dissolve);
 }
 
+/* 1 for nodes in front of a passive film. */
+static pd_status pdi_model_passive(pd_ctx *ctx, pd_model *m)
+{
+    const pd_setup *u = m->setup;
+    if (u->passive < 0) return PD_OK;
+    PDI_TRY(PDI_NEW(ctx, "model", m->grid.total, m->passive));
+    for (int32_t i = 0; i < m->grid.total; i++) {
+        double x[PD_DIM];
+        pd_grid_position(&m->grid, i, x);
+        m->passive[i] = pd_shape_distance(u->shape, u->passive, x) < 0.0;
+    }
+    return PD_OK;
+}
+
+static pd_status pdi_model_corrode(pd_ctx *ctx, pd_model *m)
+{
+    const pd_setup *u = m->setup;
+    pd_corrode_desc desc;
+    memset(&desc, 0, sizeof desc);
+    desc.solid = u->solid_c;
+    desc.saturation = u->saturation;
+    desc.diffusivity = u->diffusivity;
+    desc.bulk = u->bulk;
+    desc.activation = u->activation;
+    desc.share = u->share;
+    desc.overshoot = u->overshoot;
+    desc.rate = pdi_model_rate;
+    desc.rate_user = (void *)u; /* only read */
+    desc.drive = u->drive;
+    desc.kernel = u->kernel;
+    desc.weights = u->weights;
+    PDI_TRY(pdi_model_passive(ctx, m));
+    desc.passive = m->passive;
+    PDI_TRY(pd_corrode_build(ctx, &m->grid, &m->stencil, &desc, &m->corrode));
+    m->unknowns[PD_PART_CORRODE] = m->grid.fluid_count + m->grid.solid_count;
+    if (!u->activation) PDI_TRY(pdi_model_initial(ctx, m, m->corrode.c));
+    pd_corrode_open(&m->corrode);
+    return PD_OK;
+}
+
+PDI_FN const double *pdi_model_c(const pd_model *m) { return m->setup->has_corrode ? m->corrode.c : m->transport.c; }
+
 static pd_status pdi_model_parts(pd_ctx *ctx, pd_model *m)
 {
     typedef pd_status (*build_fn)(pd_ctx *, pd_model *);
     const pd_setup *u = m->setup;
-    const pd_part part[] = {PD_PART_GRID, PD_PART_FLOW, PD_PART_TRANSPORT, PD_PART_GRAIN, PD_PART_DISSOLVE};
+    const pd_part part[] = {PD_PART_GRID, PD_PART_FLOW, PD_PART_TRANSPORT, PD_PART_GRAIN, PD_PART_DISSOLVE,
+                            PD_PART_CORRODE};
     const build_fn build[] = {pdi_model_lattice, pdi_model_flow, pdi_model_transport, pdi_model_grains,
-                              pdi_model_dissolve};
-    const int wanted[] = {1, u->has_flow, u->has_transport, u->has_grains, u->has_dissolve};
+                              pdi_model_dissolve, pdi_model_corrode};
+    const int wanted[] = {1, u->has_flow, u->has_transport, u->has_grains, u->has_dissolve, u->has_corrode};
     for (int k = 0; k < PD_PART_COUNT; k++) {
         size_t before = ctx->in_use;
         if (!wanted[k]) continue;
@@ -231,6 +274,7 @@ pd_status pd_model_build(pd_ctx *ctx, const pd_setup *setup, pd_model *m)
                                  setup->has_transport ? &m->transport : NULL,
                                  setup->has_dissolve ? &m->dissolve : NULL, &m->couple);
         if (setup->has_transport && !setup->has_dissolve) m->couple.advance = &m->advance;
+        if (setup->has_corrode) m->couple.corrode = &m->corrode;
         m->couple.settle = setup->settle;
         if (setup->motion == PD_MOTION_IMPLICIT) m->couple.implicit = &m->implicit;
         if (setup->motion == PD_MOTION_EXPLICIT) m->couple.unsteady = &m->unsteady;
@@ -243,6 +287,8 @@ pd_status pd_model_build(pd_ctx *ctx, const pd_setup *setup, pd_model *m)
 
 void pd_model_free(pd_ctx *ctx, pd_model *m)
 {
+    pd_corrode_free(ctx, &m->corrode);
+    PDI_DELETE(ctx, m->grid.total, m->passive);
     pd_dissolve_free(ctx, &m->dissolve);
     PDI_DELETE(ctx, m->grid.total, m->factor);
     pd_grain_free(ctx, &m->grain);

@@ -138,19 +138,20 @@ static void pdi_monitor_total(pd_ctx *ctx, pd_model *model, pd_monitor *m)
 {
     const pd_setup *u = model->setup;
     pd_measure_box_result r;
-    pd_measure_box(ctx, &model->bonds, u->has_flow ? &model->flow : NULL, u->has_transport ? &model->transport : NULL,
-                   u->has_dissolve ? &model->dissolve : NULL, m->desc->lo, m->desc->hi, &r);
+    const double *c = pdi_model_c(model);
+    pd_measure_box(ctx, &model->stencil, &model->grid, u->has_flow ? &model->flow : NULL, c,
+                   pdi_setup_loses(u) ? c : NULL, m->desc->lo, m->desc->hi, &r);
     pdi_monitor_put(m, "volume", pdi_monitor_unit_volume[pdi_monitor_extent(u)], r.volume);
     if (u->has_flow) {
         pdi_monitor_put(m, "energy", pdi_monitor_unit_energy[pdi_monitor_extent(u)], r.energy);
         pdi_monitor_put_vector(m, 'm', "", pdi_monitor_unit_momentum[pdi_monitor_extent(u)], r.momentum, 1.0);
     }
-    if (u->has_transport) {
+    if (c) {
         pdi_monitor_put(m, "dissolved", pdi_monitor_unit_amount[pdi_monitor_extent(u)], r.dissolved);
         pdi_monitor_put(m, "C_min", "mol/m3", r.least);
         pdi_monitor_put(m, "C_max", "mol/m3", r.most);
     }
-    if (u->has_dissolve) pdi_monitor_put(m, "solid", pdi_monitor_unit_amount[pdi_monitor_extent(u)], r.solid);
+    if (pdi_setup_loses(u)) pdi_monitor_put(m, "solid", pdi_monitor_unit_amount[pdi_monitor_extent(u)], r.solid);
 }
 
 static pd_status pdi_monitor_figures(pd_ctx *ctx, pd_model *model, pd_monitor *m)

@@ -3,11 +3,50 @@
 #include <math.h>
 #include <string.h>
 
+#define PDI_OBSERVE_FAR 1e30f /* [m2] from fluid */
+
+/* Squared distances along one axis: each node takes the least of its line, value plus squared way. */
+static void pdi_observe_sweep(const pd_grid *grid, int axis, const float *from, float *to)
+{
+    double square = grid->h[axis] * grid->h[axis];
+    for (int32_t node = 0; node < grid->total; node++) {
+        int i[PD_DIM], more = 1;
+        pdi_grid_index(grid, node, i);
+        if (!pdi_grid_inside(grid, i)) continue;
+        double best = (double)from[node];
+        for (int r = 1; more; r++) {
+            double way = square * r * r;
+            more = way < best && (i[axis] - r >= 0 || i[axis] + r < grid->n[axis]);
+            if (i[axis] - r >= 0) best = fmin(best, way + (double)from[node - r * grid->stride[axis]]);
+            if (i[axis] + r < grid->n[axis]) best = fmin(best, way + (double)from[node + r * grid->stride[axis]]);
+        }
+        to[node] = (float)best;
+    }
+}
+
+/* Distance of each node from the nearest fluid node of the start. */
+static pd_status pdi_observe_depths(pd_ctx *ctx, const pd_grid *grid, pd_observables *o)
+{
+    float *work = NULL;
+    o->nodes = grid->total;
+    PDI_TRY(PDI_NEW(ctx, "observe", o->nodes, o->depth));
+    PDI_TRY(PDI_NEW(ctx, "observe", o->nodes, work));
+    for (int32_t i = 0; i < o->nodes; i++) o->depth[i] = grid->kind[i] == PD_FLUID ? 0.0f : PDI_OBSERVE_FAR;
+    for (int axis = 0; axis < PD_DIM; axis++) {
+        pdi_observe_sweep(grid, axis, o->depth, work);
+        memcpy(o->depth, work, (size_t)o->nodes * sizeof *work);
+    }
+    for (int32_t i = 0; i < o->nodes; i++) o->depth[i] = sqrtf(o->depth[i]);
+    PDI_DELETE(ctx, o->nodes, work);
+    return PD_OK;
+}
+
 pd_status pd_observe_build(pd_ctx *ctx, const pd_model *model, pd_observables *o)
 {
     const pd_setup *u = model->setup;
     int inlet = model->inlet.first, through = u->has_flow && model->inlet.inlets == 1;
     memset(o, 0, sizeof *o);
+    if (u->has_corrode) PDI_TRY(pdi_observe_depths(ctx, &model->grid, o));
     for (int s = 0; s < 2 * PD_DIM && through; s++)
         if (s != inlet) through = (u->side[s].kind == PD_SIDE_OUTLET) == (s / 2 == inlet / 2);
     if (!through || !(fabs(model->inlet.mean[inlet]) > 0.0)) return PD_OK;
@@ -21,17 +60,20 @@ pd_status pd_observe_build(pd_ctx *ctx, const pd_model *model, pd_observables *o
 void pd_observe_free(pd_ctx *ctx, pd_observables *o)
 {
     PDI_DELETE(ctx, o->layers, o->layer);
+    PDI_DELETE(ctx, o->nodes, o->depth);
     memset(o, 0, sizeof *o);
 }
 
 static void pdi_observe_extremes(const pd_model *m, pd_observables *o)
 {
     int32_t total = m->grid.total;
+    const double *c = pdi_model_c(m);
     o->v_max = o->c_max = 0.0;
     for (int32_t i = 0; i < total; i++) {
         double square = 0.0;
         if (m->grid.kind[i] != PD_FLUID) continue;
-        if (m->transport.c) o->c_max = fmax(o->c_max, m->transport.c[i]);
+        if (c) o->c_max = fmax(o->c_max, c[i]);
+        if (o->depth) o->front = fmax(o->front, (double)o->depth[i]);
         for (int d = 0; d < PD_DIM &&
              m->flow.u; d++) square += m->flow.u[(int64_t)d * total + i] * m->flow.u[(int64_t)d * total + i];
         o->v_max = fmax(o->v_max, square);
@@ -94,3 +136,5 @@ void pd_observe(pd_ctx *ctx, pd_model *m, pd_observables *o)
     o->seen = m->couple.flow_solves;
     pdi_observe_flux(ctx, m, o);
 }
+
+#undef PDI_OBSERVE_FAR

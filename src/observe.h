@@ -7,6 +7,7 @@ typedef struct pd_observables {
     double volume_loss;   /* [-] share of the initial solid */
     double v_max;         /* [m/s] */
     double c_max;         /* [mol/m3] dissolved */
+    double front;         /* [m] bond-based corrosion: how far metal has turned fluid, from the nearest first fluid */
     int has_flux;         /* the flow enters on one side and leaves through the opposite one */
     double flux;          /* [-] flux that the scheme conserves, far downstream against far upstream of the solid, worst
                            * so far */
@@ -15,6 +16,8 @@ typedef struct pd_observables {
     int flux_axis, flux_up; /* axis of the flow; 1: towards + */
     int64_t seen;         /* flow solves that flux and flux_max know */
     int32_t layers;
+    int32_t nodes;
+    float *depth;         /* [nodes] [m] bond-based corrosion: distance from the nearest fluid node of the start */
     double *layer;        /* [layers] [m^d/s] flux of each layer of nodes, work */
 } pd_observables;
 

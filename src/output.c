@@ -10,7 +10,7 @@
 static const char *const pdi_output_columns[] = {"time_s",       "time_h",     "volume_loss",  "solid_nodes", "v_max",
                                                  "C_max",        "ledger",     "flux",         "dt_s",        "step",
                                                  "flow_solves",  "flow_evals", "flow_krylov",  "transport_krylov",
-                                                 "limiter",      "momentum",   "continuity"};
+                                                 "limiter",      "momentum",   "continuity",   "front_m"};
 #define PDI_OUTPUT_COLUMNS ((int)(sizeof pdi_output_columns / sizeof pdi_output_columns[0]))
 
 /* ---- fields ---- */
@@ -295,6 +295,7 @@ pd_status pd_output_step(pd_ctx *ctx, pd_output *out, const pd_observables *o)
     row[k++] = (double)c->transport_result.limiter;
     row[k++] = c->steady_result.momentum;
     row[k++] = c->steady_result.continuity;
+    row[k++] = o->front;
     PD_ASSERT(k == PDI_OUTPUT_COLUMNS);
     PDI_TRY(pd_csv_row(ctx, &out->diagnostics, row));
     PDI_TRY(pdi_output_keep(ctx, out, c->time, o->volume_loss));
@@ -354,11 +355,15 @@ static pd_status pdi_output_loss(pd_ctx *ctx, pd_output *out)
 {
     char path[PD_PATH_SIZE];
     pd_plot plot;
-    if (!out->model->setup->has_dissolve || out->rows < 2) return PD_OK;
+    if (!pdi_setup_loses(out->model->setup) || out->rows < 2) return PD_OK;
+    int brief = out->time[out->rows - 1] < 1.0;
     memset(&plot, 0, sizeof plot);
-    for (int64_t k = 0; k < out->rows; k++) out->loss[k] *= 100.0;
+    for (int64_t k = 0; k < out->rows; k++) {
+        out->loss[k] *= 100.0;
+        if (brief) out->time[k] *= 3600.0;
+    }
     plot.title = out->model->setup->name;
-    plot.x_label = "t [h]";
+    plot.x_label = brief ? "t [s]" : "t [h]";
     plot.y_label = "volume loss [%]";
     plot.count = 1;
     plot.series[0].x = out->time;

@@ -94,6 +94,8 @@ static void pdi_run_collect(const pdi_run *r, pd_run_result *result)
     result->m = m->stencil.m;
     result->volume_loss = r->observables.volume_loss;
     result->ledger = c->ledger.relative;
+    result->has_front = r->setup->has_corrode;
+    result->front = r->observables.front;
     result->has_flux = r->observables.has_flux;
     result->flux = r->observables.flux;
     result->flux_max = r->observables.flux_max;
@@ -189,8 +191,10 @@ void pd_run_line(const pd_run_result *r, char *text, size_t size)
     if (r->settled) pdi_run_append(text, size, " change=%.3g", r->change);
     if (r->unsolved) pdi_run_append(text, size, " unsolved=%.0f", (double)r->unsolved);
     if (r->has_flux) pdi_run_append(text, size, " flux=%.3g flux_max=%.3g", r->flux, r->flux_max);
-    pdi_run_append(text, size, " residual=%.3g evals=%.0f steps=%.0f unknowns=%.0f bytes_per_node=%.0f", r->residual,
-                   (double)r->evaluations, (double)r->steps, (double)r->unknowns, r->bytes_per_node);
+    if (r->has_front) pdi_run_append(text, size, " front=%.6g", r->front);
+    else pdi_run_append(text, size, " residual=%.3g evals=%.0f", r->residual, (double)r->evaluations);
+    pdi_run_append(text, size, " steps=%.0f unknowns=%.0f bytes_per_node=%.0f", (double)r->steps, (double)r->unknowns,
+                   r->bytes_per_node);
 }
 
 #undef PDI_RUN_PROGRESS

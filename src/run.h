@@ -34,6 +34,8 @@ typedef struct pd_run_result {
     double m;             /* [-] */
     double volume_loss;   /* [-] */
     double ledger;        /* [-] */
+    int has_front;
+    double front;         /* [m] see pd_observables */
     int has_flux;
     double flux, flux_max; /* [-] see pd_observables */
     double residual;      /* [-] larger one of the last flow solve */

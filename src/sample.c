@@ -15,7 +15,7 @@ static double pdi_sample_density(const pd_model *m, int32_t i)
 {
     const pd_setup *u = m->setup;
     if (m->grid.kind[i] == PD_SOLID)
-        return u->has_dissolve ? u->material.density * m->transport.c[i] / u->solid_c : u->material.density;
+        return pdi_setup_loses(u) ? u->material.density * pdi_model_c(m)[i] / u->solid_c : u->material.density;
     return m->grid.kind[i] == PD_FLUID && u->has_flow ? u->rho : 0.0;
 }
 
@@ -25,7 +25,7 @@ PDI_FN double pdi_sample_node(const pd_model *m, pd_field field, int32_t i)
     const double *diffusivity = m->transport.diffusion.field;
     double square = 0.0;
     switch (field) {
-    case PD_FIELD_C: return fluid ? m->transport.c[i] : 0.0;
+    case PD_FIELD_C: return fluid ? pdi_model_c(m)[i] : 0.0;
     case PD_FIELD_V:
         for (int d = 0; d < PD_DIM && fluid; d++) {
             double u = m->flow.u[(int64_t)d * m->grid.total + i];
@@ -77,6 +77,28 @@ static int pdi_sample_cells(const pd_grid *grid, const double *x, int32_t *node)
     return count;
 }
 
+/* Without bonds: linear between the fluid nodes around x. */
+static double pdi_sample_between(const pd_grid *grid, const double *f, const double *x)
+{
+    double sum = 0.0, weights = 0.0;
+    for (int corner = 0; corner < PDI_SAMPLE_CELLS; corner++) {
+        double weight = 1.0;
+        int i[PD_DIM];
+        for (int d = 0; d < PD_DIM; d++) {
+            double place = (x[d] - grid->lo[d]) / grid->h[d] - 0.5, low = floor(place);
+            int up = (corner >> d) & 1;
+            i[d] = (int)low + up;
+            weight *= up ? place - low : 1.0 - (place - low);
+        }
+        if (!pdi_grid_inside(grid, i)) continue;
+        int32_t node = pd_grid_node(grid, i);
+        if (grid->kind[node] != PD_FLUID) continue;
+        sum += weight * f[node];
+        weights += weight;
+    }
+    return sum / weights;
+}
+
 PDI_FN double pdi_sample_point(const pd_model *m, pd_field field, int component, const double *x)
 {
     int32_t node[PDI_SAMPLE_CELLS];
@@ -85,11 +107,11 @@ PDI_FN double pdi_sample_point(const pd_model *m, pd_field field, int component,
     double sum = 0.0;
     if (field == PD_FIELD_V) f = m->flow.u + (int64_t)component * m->grid.total;
     if (field == PD_FIELD_P) f = m->flow.p;
-    if (field == PD_FIELD_C) f = m->transport.c;
+    if (field == PD_FIELD_C) f = pdi_model_c(m);
     if (!f) return pdi_sample_node(m, field, node[cells - 1]);
     for (int k = 0; k < cells; k++) {
         if (m->grid.kind[node[k]] != PD_FLUID) continue;
-        sum += pdi_op_sample(&m->bonds, f, node[k], x);
+        sum += m->bonds.grid ? pdi_op_sample(&m->bonds, f, node[k], x) : pdi_sample_between(&m->grid, f, x);
         fluid++;
     }
     if (!fluid) return (double)NAN;

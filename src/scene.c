@@ -216,6 +216,20 @@ static pd_status pdi_scene_pairs(pdi_scene *s)
     return PD_OK;
 }
 
+/* With bond-based corrosion an open side has the bulk of the solution behind it. */
+static pd_status pdi_scene_bulk_side(pdi_scene *s, int section, int open, const char *found, pd_setup_side *side,
+                                     pd_side kind)
+{
+    if (!open && pdi_grid_port(kind))
+        return pd_text_refuse(s->ctx, s->text, section, "flow",
+                              "found '%s' beside [corrode], expected open to hold its bulk concentration", found);
+    if (pd_text_has(s->ctx, s->text, section, "C"))
+        return pd_text_refuse(s->ctx, s->text, section, "C",
+                              "found beside [corrode], expected flow = open to hold its bulk concentration");
+    side->kind = open ? PD_SIDE_OUTLET : kind;
+    return PD_OK;
+}
+
 static pd_status pdi_scene_side(pdi_scene *s, int k, int section, int *inlets, int *outlets)
 {
     static const char *const flows[] = {"noslip", "inlet", "outlet", "periodic", "mirror", "open", NULL};
@@ -232,6 +246,7 @@ static pd_status pdi_scene_side(pdi_scene *s, int k, int section, int *inlets, i
             return pd_text_refuse(s->ctx, s->text, section, "flow",
                                   "found '%s' around an axis, expected noslip, inlet, outlet or open", flows[flow]);
     }
+    if (u->has_corrode) return pdi_scene_bulk_side(s, section, flow == open, flows[flow], &u->side[k], (pd_side)flow);
     if ((pdi_grid_port((pd_side)flow) || flow == open) && !u->has_flow)
         return pd_text_refuse(s->ctx, s->text, section, "flow",
                               "found '%s' without a [flow] section, expected C = ... alone"
@@ -335,6 +350,16 @@ static pd_status pdi_scene_flow(pdi_scene *s)
     return PD_OK;
 }
 
+static pd_status pdi_scene_initial(pdi_scene *s, int section)
+{
+    pd_expr *initial = &s->setup->initial;
+    PDI_TRY(pd_text_expr(s->ctx, s->text, section, "initial", "mol/m3", pdi_setup_position(), PD_DIM, "0", initial));
+    if (pd_expr_constant(initial) && pd_expr_eval(initial, NULL) < 0.0)
+        return pd_text_refuse(s->ctx, s->text, section, "initial", "found %.6g mol/m3, expected at least 0",
+                              pd_expr_eval(initial, NULL));
+    return PD_OK;
+}
+
 static pd_status pdi_scene_transport(pdi_scene *s)
 {
     static const char *const schemes[] = {"limited", "upwind", NULL}, *const times[] = {"implicit", "steady", NULL};
@@ -347,33 +372,30 @@ static pd_status pdi_scene_transport(pdi_scene *s)
     PDI_TRY(pd_text_choice(s->ctx, s->text, section, "time", times, "implicit", &u->settle));
     if (u->settle && u->has_dissolve)
         return pd_text_refuse(s->ctx, s->text, section, "time", "found 'steady' beside [dissolve], expected implicit");
-    PDI_TRY(pd_text_expr(s->ctx, s->text, section, "initial", "mol/m3", pdi_setup_position(), PD_DIM, "0",
-                         &u->initial));
-    if (pd_expr_constant(&u->initial) && pd_expr_eval(&u->initial, NULL) < 0.0)
-        return pd_text_refuse(s->ctx, s->text, section, "initial", "found %.6g mol/m3, expected at least 0",
-                              pd_expr_eval(&u->initial, NULL));
-    return PD_OK;
+    return pdi_scene_initial(s, section);
 }
 
 /* Cs, Csat and the properties of the metal become constants of all later numbers. */
 static pd_status pdi_scene_constants(pdi_scene *s)
 {
     pd_setup *u = s->setup;
-    int section = pd_text_section(s->ctx, s->text, "dissolve", NULL), count = 0;
+    int section = pd_text_section(s->ctx, s->text, u->has_corrode ? "corrode" : "dissolve", NULL), count = 0;
     pd_expr_symbol *c = s->consts;
+    if (u->has_corrode && pd_text_has(s->ctx, s->text, section, "charge"))
+        PDI_TRY(pdi_scene_within(s, section, "charge", "", NULL, 0.0, 10.0, 1, &u->material.charge));
     const pd_expr_symbol list[] = {{"rho_m", "kg/m3", u->material.density},
                                    {"M_m", "kg/mol", u->material.molar_mass},
                                    {"z_m", "", u->material.charge}};
     for (; count < 3; count++) c[count] = list[count];
     s->text->consts = c;
     s->text->const_count = count;
-    if (u->has_dissolve && pd_text_has(s->ctx, s->text, section, "Cs"))
+    if (pdi_setup_loses(u) && pd_text_has(s->ctx, s->text, section, "Cs"))
         PDI_TRY(pdi_scene_positive(s, section, "Cs", "mol/m3", NULL, &u->solid_c));
     c[count].name = "Cs";
     c[count].unit = "mol/m3";
     c[count++].value = u->solid_c;
     s->text->const_count = count;
-    if (!u->has_dissolve || !pd_text_has(s->ctx, s->text, section, "Csat")) return PD_OK;
+    if (!pdi_setup_loses(u) || !pd_text_has(s->ctx, s->text, section, "Csat")) return PD_OK;
     PDI_TRY(pdi_scene_positive(s, section, "Csat", "mol/m3", NULL, &u->saturation));
     c[count].name = "Csat";
     c[count].unit = "mol/m3";
@@ -397,9 +419,18 @@ static pd_status pdi_scene_check_rate(pdi_scene *s, int section, const char *key
     return PD_OK;
 }
 
-static pd_status pdi_scene_dissolve(pdi_scene *s)
+/* Speed, or current density through Faraday's law, as an expression in C. */
+static pd_status pdi_scene_rate(pdi_scene *s, int section, const char *key, const char *other, const char *unit)
 {
     static const pd_expr_symbol concentration[] = {{"C", "mol/m3", 0.0}};
+    if (pd_text_has(s->ctx, s->text, section, other) && strcmp(key, other) != 0)
+        return pd_text_refuse(s->ctx, s->text, section, key, "found beside '%s', expected one of them", other);
+    PDI_TRY(pd_text_expr(s->ctx, s->text, section, key, unit, concentration, 1, NULL, &s->setup->rate));
+    return pdi_scene_check_rate(s, section, key);
+}
+
+static pd_status pdi_scene_dissolve(pdi_scene *s)
+{
     pd_setup *u = s->setup;
     int section = pd_text_section(s->ctx, s->text, "dissolve", NULL);
     if (!u->has_dissolve) return PD_OK;
@@ -411,21 +442,83 @@ static pd_status pdi_scene_dissolve(pdi_scene *s)
                               " solid");
     int layers = pd_text_has(s->ctx, s->text, section, "law");
     const char *key = layers ? "law" : "rate";
-    if (layers && pd_text_has(s->ctx, s->text, section, "rate"))
-        return pd_text_refuse(s->ctx, s->text, section, "law", "found beside 'rate', expected one of them");
     for (int d = 1; d < PD_DIM && layers; d++)
         if (fabs(u->h[d] - u->h[0]) > 1e-9 * u->h[0])
             return pd_text_refuse(s->ctx, s->text, section, "law",
                                   "found different spacings of the axes, expected rate = speed there");
-    PDI_TRY(pd_text_expr(s->ctx, s->text, section, key, layers ? "1/s" : "m/s", concentration, 1, NULL, &u->rate));
     u->rate_scale = layers ? u->h[0] : 1.0;
-    PDI_TRY(pdi_scene_check_rate(s, section, key));
+    PDI_TRY(pdi_scene_rate(s, section, key, "rate", layers ? "1/s" : "m/s"));
     PDI_TRY(pdi_scene_within(s, section, "gb_factor", "", "1", 0.0, 1e6, 0, &u->gb_factor));
     if (fabs(u->gb_factor - 1.0) > 0.0 && !u->has_grains)
         return pd_text_refuse(s->ctx, s->text, section, "gb_factor",
                               "found %.6g without grains, expected grains = SIZE in a"
                               " solid [shape ...]", u->gb_factor);
     return pdi_scene_within(s, section, "threshold", "", "0", 0.0, 0.99, 0, &u->threshold);
+}
+
+/* ---- [corrode] ---- */
+
+/* What the whole section cannot be combined with, and what it cannot do without. */
+static pd_status pdi_scene_corrode_alone(pdi_scene *s, int section)
+{
+    const pd_setup *u = s->setup;
+    const char *beside = u->has_flow ? "flow" : u->has_transport ? "transport" : u->has_dissolve ? "dissolve" : NULL;
+    if (beside)
+        return pd_text_refuse(s->ctx, s->text, section, "corrode",
+                              "found beside [%s], expected [corrode] alone: it moves metal and fluid itself", beside);
+    if (u->solid < 0)
+        return pd_text_refuse(s->ctx, s->text, section, "corrode",
+                              "found no solid, expected a [shape ...] with kind = solid");
+    return PD_OK;
+}
+
+static pd_status pdi_scene_corrode_forms(pdi_scene *s, int section)
+{
+    static const char *const controls[] = {"diffusion", "activation", NULL};
+    static const char *const drives[] = {"constant", "difference", NULL};
+    static const char *const kernels[] = {"area", "square", "inverse", NULL};
+    static const char *const weights[] = {"calibrated", "printed", NULL};
+    pd_setup *u = s->setup;
+    int drive, kernel, printed;
+    PDI_TRY(pd_text_choice(s->ctx, s->text, section, "control", controls, "diffusion", &u->activation));
+    PDI_TRY(pd_text_choice(s->ctx, s->text, section, "drive", drives, "constant", &drive));
+    PDI_TRY(pd_text_choice(s->ctx, s->text, section, "kernel", kernels, "area", &kernel));
+    PDI_TRY(pd_text_choice(s->ctx, s->text, section, "weights", weights, "calibrated", &printed));
+    u->drive = (pd_drive)drive;
+    u->kernel = (pd_kernel)kernel;
+    u->weights = printed ? PD_WEIGHTS_PRINTED : PD_WEIGHTS_CALIBRATED;
+    return PD_OK;
+}
+
+/* The speed of a current density of 1 A/m2 makes a current a rate. */
+static pd_status pdi_scene_corrode_rate(pdi_scene *s, int section)
+{
+    pd_setup *u = s->setup;
+    pd_material metal = u->material;
+    int current = pd_text_has(s->ctx, s->text, section, "current");
+    metal.density = u->solid_c * metal.molar_mass;
+    u->rate_scale = current ? pd_material_speed(&metal, 1.0) : 1.0;
+    return pdi_scene_rate(s, section, current ? "current" : "rate", "rate", current ? "A/m2" : "m/s");
+}
+
+/* A concentration of the fluid: metal begins at Cs. */
+static pd_status pdi_scene_corrode(pdi_scene *s)
+{
+    pd_setup *u = s->setup;
+    int section = pd_text_section(s->ctx, s->text, "corrode", NULL);
+    double saturation;
+    if (!u->has_corrode) return PD_OK;
+    PDI_TRY(pdi_scene_corrode_alone(s, section));
+    PDI_TRY(pdi_scene_corrode_forms(s, section));
+    PDI_TRY(pdi_scene_within(s, section, "Csat", "mol/m3", NULL, 0.0, u->solid_c, 1, &saturation));
+    PDI_TRY(pdi_scene_corrode_rate(s, section));
+    PDI_TRY(pdi_scene_not_negative(s, section, "D", "m2/s", u->activation ? "0" : NULL, &u->diffusivity));
+    PDI_TRY(pdi_scene_initial(s, section));
+    if (u->activation && (u->diffusivity > 0.0 || pd_text_has(s->ctx, s->text, section, "initial")))
+        pdi_setup_note(u, "D and initial belong to control = diffusion; with activation all fluid holds bulk");
+    PDI_TRY(pdi_scene_within(s, section, "bulk", "mol/m3", "0", 0.0, u->saturation, 0, &u->bulk));
+    PDI_TRY(pdi_scene_within(s, section, "share", "", "0.01", 0.0, 1.0, 1, &u->share));
+    return pdi_scene_within(s, section, "overshoot", "", "0.05", 0.0, 1.0, 1, &u->overshoot);
 }
 
 /* ---- [run], [output] ---- */
@@ -435,13 +528,14 @@ static pd_status pdi_scene_run(pdi_scene *s)
     pd_setup *u = s->setup;
     int section = pd_text_section(s->ctx, s->text, "run", NULL);
     int rests = u->motion == PD_MOTION_STEADY || u->motion == PD_MOTION_GIVEN;
-    if (rests && (!u->has_transport || u->settle)) return PD_OK;
+    if (rests && (!pdi_setup_carries(u) || u->settle)) return PD_OK;
     PDI_TRY(pdi_scene_positive(s, section, "until", "s", NULL, &u->until));
+    if (pdi_setup_carries(u))
+        PDI_TRY(pdi_scene_within(s, section, "max_step", "s", "0", 0.0, PDI_SCENE_HUGE, 0, &u->max_step));
     if (!u->has_transport) return PD_OK;
     pdi_scene_given(s, section, "rtol", PD_KNOB_RTOL);
     pdi_scene_given(s, section, "fraction", PD_KNOB_FRACTION);
     PDI_TRY(pdi_scene_within(s, section, "rtol", "", u->has_dissolve ? "4e-3" : "1e-3", 0.0, 0.1, 1, &u->rtol));
-    PDI_TRY(pdi_scene_within(s, section, "max_step", "s", "0", 0.0, PDI_SCENE_HUGE, 0, &u->max_step));
     /* Measured on a dissolving disc of radius 12 h, law 1 - C/Csat, after 4 h of recession: the volume loss is off by
      * 3e-3 when a step takes at most 0.1 of a node, by 1e-3 with 0.025. */
     u->fraction = fmin(1.0, 25.0 * u->rtol);
@@ -480,6 +574,7 @@ static pd_status pdi_scene_output(pdi_scene *s)
     u->every = u->until / 20.0;
     if (u->until > 0.0 && pd_text_has(s->ctx, s->text, section, "every"))
         PDI_TRY(pdi_scene_positive(s, section, "every", "s", NULL, &u->every));
+    if (u->has_corrode && !(u->max_step > 0.0)) u->max_step = u->every / 20.0; /* rows of the tables */
     if (u->until > 0.0 && u->until / u->every > 9e5)
         return pd_text_refuse(s->ctx, s->text, section, "every",
                               "found %.3g frames until the end, expected at most 900000", u->until / u->every);
@@ -508,6 +603,7 @@ static void pdi_scene_lines(pdi_scene *s)
     u->line[PD_PART_FLOW] = pdi_scene_line(s, "flow", NULL);
     u->line[PD_PART_TRANSPORT] = pdi_scene_line(s, "transport", NULL);
     u->line[PD_PART_DISSOLVE] = pdi_scene_line(s, "dissolve", NULL);
+    u->line[PD_PART_CORRODE] = pdi_scene_line(s, "corrode", NULL);
     for (int k = 0; k < 2 * PD_DIM; k++) u->side[k].line = pdi_scene_line(s, "side", pdi_setup_side_name(k));
 }
 
@@ -525,6 +621,7 @@ static pd_status pdi_scene_sections(pd_ctx *ctx, pd_text *text, const char *path
     setup->has_flow = pd_text_has(ctx, text, pd_text_section(ctx, text, "flow", NULL), NULL);
     setup->has_transport = pd_text_has(ctx, text, pd_text_section(ctx, text, "transport", NULL), NULL);
     setup->has_dissolve = pd_text_has(ctx, text, pd_text_section(ctx, text, "dissolve", NULL), NULL);
+    setup->has_corrode = pd_text_has(ctx, text, pd_text_section(ctx, text, "corrode", NULL), NULL);
     PDI_TRY(pdi_sketch_read(ctx, text, folder, setup));
     PDI_TRY(pdi_scene_constants(&s));
     PDI_TRY(pdi_scene_grid(&s));
@@ -532,12 +629,14 @@ static pd_status pdi_scene_sections(pd_ctx *ctx, pd_text *text, const char *path
     PDI_TRY(pdi_scene_flow(&s));
     PDI_TRY(pdi_scene_transport(&s));
     PDI_TRY(pdi_scene_dissolve(&s));
+    PDI_TRY(pdi_scene_corrode(&s));
     PDI_TRY(pdi_scene_run(&s));
     PDI_TRY(pdi_scene_output(&s));
     PDI_TRY(pdi_watch_read(ctx, text, setup));
     PDI_TRY(pd_text_unused(ctx, text));
-    if (!setup->has_flow && !setup->has_transport)
-        return pd_text_refuse(ctx, text, 0, "scene", "found no physics, expected a [flow] or a [transport] section");
+    if (!setup->has_flow && !pdi_setup_carries(setup))
+        return pd_text_refuse(ctx, text, 0, "scene",
+                              "found no physics, expected a [flow], a [transport] or a [corrode] section");
     return PD_OK;
 }
 

@@ -12,7 +12,7 @@ static const pd_expr_symbol pdi_setup_axes[] = {{"x", "m", 0.0}, {"y", "m", 0.0}
 pd_status pd_setup_init(pd_ctx *ctx, pd_setup *setup)
 {
     memset(setup, 0, sizeof *setup);
-    setup->solid = setup->wall = setup->medium = -1;
+    setup->solid = setup->wall = setup->medium = setup->passive = -1;
     setup->m = 3.0;
     setup->gb_factor = 1.0;
     setup->rate_scale = 1.0;
@@ -46,10 +46,11 @@ PDI_FN const char *pdi_setup_field_needs(const pd_setup *setup, pd_field field)
     case PD_FIELD_V:
     case PD_FIELD_P: return setup->has_flow ? NULL : "a [flow] section";
     case PD_FIELD_C:
-    case PD_FIELD_D: return setup->has_transport ? NULL : "a [transport] section";
+    case PD_FIELD_D: return pdi_setup_carries(setup) ? NULL : "a [transport] or [corrode] section";
     case PD_FIELD_RATE: return setup->has_dissolve ? NULL : "a [dissolve] section";
     case PD_FIELD_GRAIN: return setup->has_grains ? NULL : "a solid [shape] with grains";
-    case PD_FIELD_DENSITY: return setup->has_flow || setup->has_dissolve ? NULL : "a [flow] or [dissolve] section";
+    case PD_FIELD_DENSITY:
+        return setup->has_flow || pdi_setup_loses(setup) ? NULL : "a [flow], [dissolve] or [corrode] section";
     case PD_FIELD_KIND:
     case PD_FIELD_PHASE:
     case PD_FIELD_COUNT: break;

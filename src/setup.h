@@ -4,6 +4,7 @@
  */
 #ifndef PD_SETUP_H
 #define PD_SETUP_H
+#include "corrode.h"
 #include "dissolve.h"
 #include "expr.h"
 #include "file.h"
@@ -37,6 +38,7 @@ typedef enum pd_part {
     PD_PART_FLOW,     /* fields and steady solver */
     PD_PART_TRANSPORT,
     PD_PART_DISSOLVE,
+    PD_PART_CORRODE,
     PD_PART_GRAIN,
     PD_PART_COUNT
 } pd_part;
@@ -135,14 +137,15 @@ typedef struct pd_setup {
     double lo[PD_DIM], hi[PD_DIM];     /* [m] box */
     int axisymmetric;                  /* 2D: x is the axis, y the distance from it */
     pd_shape *shape;                   /* [PD_SHAPE_MAX], children first */
-    int shapes, solid, wall, medium;   /* entries in use; index of the solid, the wall, the medium, -1: none */
+    int shapes;                        /* entries in use */
+    int solid, wall, medium, passive;  /* indices, -1: none */
     pd_setup_wall walls[PD_SETUP_WALLS]; /* the parts of `wall` */
     int wall_count;
     uint8_t *mask[PD_SETUP_MASKS];     /* voxels that shapes borrow */
     size_t mask_size[PD_SETUP_MASKS];
     int masks;
     pd_setup_side side[2 * PD_DIM];    /* x-, x+, y-, ... */
-    int has_flow, has_transport, has_dissolve, has_grains;
+    int has_flow, has_transport, has_dissolve, has_corrode, has_grains;
     /* flow */
     double rho;             /* [kg/m3] */
     double mu;              /* [Pa s] */
@@ -170,9 +173,16 @@ typedef struct pd_setup {
     double saturation;      /* [mol/m3] Csat; 0: not given */
     double gb_factor;       /* [-] */
     double threshold;       /* [-] */
-    pd_expr rate;           /* of C; in m/s, or 1/s per layer */
-    double rate_scale;      /* [m] thickness of the layer, or [-] 1 for a speed */
+    pd_expr rate;           /* of C; in m/s, in 1/s per layer, or in A/m2 */
+    double rate_scale;      /* [-] 1 for a speed, [m] thickness of the layer, [m3/(A s)] speed of a current density */
     pd_grain_desc grain;
+    /* bond-based corrosion, with D and `initial` of transport, Cs, Csat and rate of dissolution */
+    double bulk;            /* [mol/m3] held behind open sides, and everywhere with `activation` */
+    int activation;         /* 1: activation control */
+    double share, overshoot; /* [-] of a step, see corrode.h; 0: defaults */
+    pd_drive drive;
+    pd_kernel kernel;
+    pd_weights weights;
     /* run */
     double until;           /* [s] */
     double rtol;            /* [-] of the volume loss; without dissolution: error of a step of the transport; 0: 1e-3 */
@@ -201,6 +211,10 @@ PD_API pd_status pd_setup_init(pd_ctx *ctx, pd_setup *setup);
 PD_API void pd_setup_free(pd_ctx *ctx, pd_setup *setup);
 
 #ifdef PDI_INTERNAL
+/* 1: there is a dissolved concentration, of transport or of bond-based corrosion. */
+static inline int pdi_setup_carries(const pd_setup *setup) { return setup->has_transport || setup->has_corrode; }
+/* 1: metal goes. */
+static inline int pdi_setup_loses(const pd_setup *setup) { return setup->has_dissolve || setup->has_corrode; }
 /* Name of a field in files: "C", "v", ... */
 PDI_FN const char *pdi_setup_field_name(pd_field field);
 /* Section of a kind of monitor: "line", ... */

@@ -11,7 +11,8 @@ typedef enum pdi_sketch_kind {
     PDI_SKETCH_PART = 0, /* only an operand of set operations */
     PDI_SKETCH_SOLID,
     PDI_SKETCH_WALL,
-    PDI_SKETCH_MEDIUM /* fluid with a diffusivity of its own */
+    PDI_SKETCH_MEDIUM, /* fluid with a diffusivity of its own */
+    PDI_SKETCH_PASSIVE /* fluid there does not attack metal */
 } pdi_sketch_kind;
 
 typedef struct pdi_sketch {
@@ -263,7 +264,8 @@ static pd_status pdi_sketch_material(pdi_sketch *s)
     if (!pd_text_has(s->ctx, s->text, s->section, "material")) return PD_OK;
     PDI_TRY(pd_text_string(s->ctx, s->text, s->section, "material", NULL, &name));
     if (!pd_material_find(name, &material))
-        return pd_text_refuse(s->ctx, s->text, s->section, "material", "found '%.40s', expected mg4ag", name);
+        return pd_text_refuse(s->ctx, s->text, s->section, "material", "found '%.40s', expected %s", name,
+                              PDI_MATERIAL_NAMES);
     if (s->materials++ && strcmp(material.name, s->setup->material.name) != 0)
         return pd_text_refuse(s->ctx, s->text, s->section, "material", "found a second material, expected one for all");
     s->setup->material = material;
@@ -334,9 +336,17 @@ static pd_status pdi_sketch_medium(pdi_sketch *s, int index)
     return pdi_setup_join(s->ctx, u, index, &u->medium);
 }
 
+/* What lies in front of a passive film. */
+static pd_status pdi_sketch_passive(pdi_sketch *s, int index)
+{
+    if (!s->setup->has_corrode)
+        return pd_text_refuse(s->ctx, s->text, s->section, "kind", "found 'passive' without a [corrode] section");
+    return pdi_setup_join(s->ctx, s->setup, index, &s->setup->passive);
+}
+
 static pd_status pdi_sketch_section(pdi_sketch *s)
 {
-    static const char *const kinds[] = {"part", "solid", "wall", "medium", NULL};
+    static const char *const kinds[] = {"part", "solid", "wall", "medium", "passive", NULL};
     const char *label = s->text->section[s->section].label;
     int kind = 0, index = 0;
     if (label[0] == '\0') return pd_text_refuse(s->ctx, s->text, s->section, "shape", "expected a name: [shape NAME]");
@@ -351,6 +361,7 @@ static pd_status pdi_sketch_section(pdi_sketch *s)
     if (s->names == 1 || (kind == PDI_SKETCH_SOLID && s->setup->solid < 0)) s->setup->shape_line = line;
     if (kind == PDI_SKETCH_MEDIUM) return pdi_sketch_medium(s, index);
     if (kind == PDI_SKETCH_WALL) return pdi_sketch_wall(s, index);
+    if (kind == PDI_SKETCH_PASSIVE) return pdi_sketch_passive(s, index);
     if (kind != PDI_SKETCH_SOLID) return PD_OK;
     PDI_TRY(pdi_sketch_material(s));
     PDI_TRY(pdi_sketch_grains(s));
@@ -371,8 +382,8 @@ PDI_FN pd_status pdi_sketch_read(pd_ctx *ctx, pd_text *text, const char *folder,
     for (int k = 0; k < s.names; k++) {
         if (s.used[k]) continue;
         return pd_text_refuse(ctx, text, pd_text_section(ctx, text, "shape", s.name[k]), "shape",
-                              "'%.40s' has no kind and is part of no other shape, expected kind = solid, wall or"
-                              " medium",
+                              "'%.40s' has no kind and is part of no other shape, expected kind = solid, wall,"
+                              " medium or passive",
                               s.name[k]);
     }
     return setup->shapes ? pd_shape_validate(ctx, setup->shape, setup->shapes) : PD_OK;

@@ -87,19 +87,43 @@ static void pdi_summary_transport(const pdi_summary *s)
     pdi_summary_part(s, PD_PART_TRANSPORT, "transport", text);
 }
 
+/* "surface rate 1 um/h at C = 0 (8.766 mm/year, 3.8 A/m2 with z = 2), Cs = 71508 mol/m3" */
+static void pdi_summary_rate(const pd_setup *u, char *text, size_t size)
+{
+    char speed[PD_UNITS_TEXT];
+    double none = 0.0;
+    double v = u->rate_scale * pd_expr_eval(&u->rate, &none);
+    pdi_setup_show(v, "m/s", speed);
+    snprintf(text, size, "surface rate %s at C = 0 (%.4g mm/year, %.4g A/m2 with z = %g), Cs = %.6g mol/m3", speed,
+             v * 1e3 * 31557600.0, v * u->solid_c * u->material.charge * 96485.33212, u->material.charge, u->solid_c);
+}
+
 static void pdi_summary_dissolve(const pdi_summary *s)
 {
     const pd_setup *u = s->model->setup;
-    char text[384], speed[PD_UNITS_TEXT];
-    double none = 0.0;
+    char text[384];
     if (!u->has_dissolve) return;
-    double v = u->rate_scale * pd_expr_eval(&u->rate, &none);
-    pdi_setup_show(v, "m/s", speed);
-    snprintf(text, sizeof text, "surface rate %s at C = 0 (%.4g mm/year, %.4g A/m2 with z = %g), Cs = %.6g mol/m3",
-             speed,
-             v * 1e3 * 31557600.0, v * u->solid_c * u->material.charge * 96485.33212, u->material.charge, u->solid_c);
+    pdi_summary_rate(u, text, sizeof text);
     pdi_summary_part(s, PD_PART_DISSOLVE, "dissolution", text);
     if (u->saturation > 0.0) pdi_summary_line(s, "  %-12sCsat = %.6g mol/m3", "", u->saturation);
+}
+
+static void pdi_summary_corrode(const pdi_summary *s)
+{
+    static const char *const kernels[] = {"area", "inverse square", "inverse"};
+    const pd_setup *u = s->model->setup;
+    char text[384], value[PD_UNITS_TEXT], until[PD_UNITS_TEXT];
+    if (!u->has_corrode) return;
+    pdi_setup_show(u->diffusivity, "m2/s", value);
+    pdi_setup_show(u->until, "s", until);
+    if (u->activation) snprintf(text, sizeof text, "bond-based, activation control, until %s", until);
+    else snprintf(text, sizeof text, "bond-based, diffusion control with D = %s, until %s", value, until);
+    pdi_summary_part(s, PD_PART_CORRODE, "corrosion", text);
+    pdi_summary_rate(u, text, sizeof text);
+    pdi_summary_line(s, "  %-12s%s, Csat = %.6g mol/m3", "", text, u->saturation);
+    pdi_summary_line(s, "  %-12s%s weights, %s%s, explicit steps", "", kernels[u->kernel],
+                     u->weights == PD_WEIGHTS_PRINTED ? "printed" : "calibrated",
+                     u->drive == PD_DRIVE_DIFFERENCE ? ", loss in proportion to the difference" : "");
 }
 
 static void pdi_summary_grains(const pdi_summary *s)
@@ -134,7 +158,7 @@ static void pdi_summary_absent(const pdi_summary *s)
     const pd_setup *u = s->model->setup;
     char text[256] = "  not modelled: ";
     const char *const names[] = {"flow", "transport", "dissolution", "grains"};
-    const int has[] = {u->has_flow, u->has_transport, u->has_dissolve, u->has_grains};
+    const int has[] = {u->has_flow, pdi_setup_carries(u), pdi_setup_loses(u), u->has_grains};
     for (int k = 0; k < 4; k++) {
         size_t used = strlen(text);
         if (!has[k]) snprintf(text + used, sizeof text - used, "%s, ", names[k]);
@@ -154,6 +178,7 @@ void pd_summary_print(const pd_model *model, pd_print_fn print, void *user)
     pdi_summary_flow(&s);
     pdi_summary_transport(&s);
     pdi_summary_dissolve(&s);
+    pdi_summary_corrode(&s);
     pdi_summary_grains(&s);
     pdi_summary_watched(&s);
     pdi_summary_absent(&s);

@@ -154,6 +154,9 @@ static pd_status pdi_watch_plane(pdi_watch *w, pd_setup_monitor *m)
 {
     const pd_setup *u = w->setup;
     double at = 0.0, index;
+    if (u->has_corrode)
+        return pd_text_refuse(w->ctx, w->text, w->section, "plane",
+                              "found beside [corrode], expected [line] or [total]");
     PDI_TRY(pdi_watch_place(w->ctx, w->text, u, w->section, "at", &m->axis, &at));
     index = floor((at - u->lo[m->axis]) / u->h[m->axis] + 0.5);
     if (!(index >= 1.0) || !(index <= pdi_setup_cells(u, m->axis) - 1.0))
@@ -259,7 +262,7 @@ static pd_status pdi_watch_probe(pdi_watch *w)
     memcpy(p->name, label, strlen(label) + 1);
     p->line = w->text->section[w->section].line;
     PDI_TRY(pdi_watch_point(w, "at", p->at));
-    return pdi_watch_fields(w->ctx, w->text, u, w->section, "fields", u->has_transport ? "C" : "v", &p->fields);
+    return pdi_watch_fields(w->ctx, w->text, u, w->section, "fields", pdi_setup_carries(u) ? "C" : "v", &p->fields);
 }
 
 PDI_FN pd_status pdi_watch_read(pd_ctx *ctx, pd_text *text, pd_setup *setup)

@@ -63,7 +63,7 @@ mean 'until'?"
 spoil "no until" 's/until = 1 h//' "bad.scene:8: found no 'until' in [run], expected until = a time [s]"
 spoil "unknown section" 's/\[transport\]/[transprt]/' \
     "bad.scene:6: scene: found the section [transprt], expected one of grid, shape, side, flow, transport, \
-dissolve, run, output, probe, line, plane, force, transfer, total: did you mean 'transport'?"
+dissolve, corrode, run, output, probe, line, plane, force, transfer, total: did you mean 'transport'?"
 spoil "fractional cells" 's/h = 10 um/h = 7 um/' \
     "bad.scene:1: box: found 300 um on axis x, 42.8571 cells of 7 um, expected a whole number of cells"
 spoil "one range" 's/, -60 um .. 60 um//' "bad.scene:1: box: found 1 range, expected 2, one for each axis"
@@ -88,7 +88,8 @@ spoil "rate not a speed" 's/1.3 um\/h \*/1.3 um */' \
     "bad.scene:7: column 20: found a length [m], expected a speed [m/s]"
 spoil "gb_factor without grains" 's/grains = 40 um//' \
     "bad.scene:7: gb_factor: found 3 without grains, expected grains = SIZE in a solid [shape ...]"
-spoil "unknown material" 's/mg4ag/iron/' "bad.scene:2: material: found 'iron', expected mg4ag"
+spoil "unknown material" 's/mg4ag/iron/' "bad.scene:2: material: found 'iron', expected mg4ag, steel304 \
+or copper"
 spoil "unknown field" 's/fields = C, v/fields = C, T/' \
     "bad.scene:9: fields: found 'T', expected some of C, v, p, kind, grain, phase, D, rate, density, or none"
 spoil "field without physics" 's/fields = C, v/fields = C, v, grain/;s/grains = 40 um//;s/gb_factor = 3//' \
@@ -100,7 +101,8 @@ spoil "two shapes in one" 's/kind = solid/kind = solid   ball = 0, 0   radius = 
 spoil "unknown operand" 's/\[side x-\]/[shape b] union = pin, tube   kind = wall\n[side x-]/' \
     "bad.scene:3: union: found 'tube', expected the name of a [shape] above"
 spoil "unused shape" 's/\[side x-\]/[shape b] ball = 0, 0   radius = 20 um\n[side x-]/' \
-    "bad.scene:3: shape: 'b' has no kind and is part of no other shape, expected kind = solid, wall or medium"
+    "bad.scene:3: shape: 'b' has no kind and is part of no other shape, expected kind = solid, wall, \
+medium or passive"
 spoil "missing mask" 's/\[side x-\]/[shape b] mask = none.png   corner = 0, 0   cell = 1 um   kind = wall\n[side x-]/' \
     "bad.scene:3: mask: file: cannot open 'none.png': No such file or directory"
 spoil "key twice" 's/until = 1 h/until = 1 h   until = 2 h/' \

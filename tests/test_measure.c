@@ -222,7 +222,7 @@ TEST(box_of_a_stream)
     s->transport_desc.initial = 2.0;
     if (!scene_build(s)) return;
     stream(s, 0);
-    pd_measure_box(&s->ctx, &s->bonds, &s->flow, &s->transport, NULL, lo, hi, &box);
+    pd_measure_box(&s->ctx, &s->stencil, &s->grid, &s->flow, s->transport.c, NULL, lo, hi, &box);
     CHECK_REL(box.volume, depth(), 1e-12);
     CHECK_REL(box.dissolved, 2.0 * depth(), 1e-12);
     CHECK_REL(box.energy, 0.5 * RHO * 1.2 * MEAN * MEAN * depth(), 1e-3);
