@@ -3197,6 +3197,7 @@ typedef struct pd_couple {
     pd_advance *advance;     /* set after the build: transport without dissolution in its error-controlled steps */
     pd_corrode *corrode;     /* set after the build, without flow, transport and dissolution: bond-based corrosion. The
                               * steps of the coupling are those of max_step (without: to the next output) */
+    pd_recede *recede;       /* and its implicit steps; NULL: explicit ones */
     double time;             /* [s] */
     double dt;               /* [s] of the last step; corrosion: mean over those of its own in it */
     int64_t steps;           /* of the coupling; corrosion: of its own */
@@ -3416,7 +3417,8 @@ typedef struct pd_setup {
     /* bond-based corrosion, with D and `initial` of transport, Cs, Csat and rate of dissolution */
     double bulk;            /* [mol/m3] held behind open sides, and everywhere with `activation` */
     int activation;         /* 1: activation control */
-    double share, overshoot; /* [-] of a step, see corrode.h; 0: defaults */
+    int forward;            /* 1: explicit steps under diffusion control */
+    double share, overshoot; /* [-] of a step, see corrode.h and recede.h; 0: defaults */
     pd_drive drive;
     pd_kernel kernel;
     pd_weights weights;
@@ -3669,6 +3671,7 @@ typedef struct pd_model {
     pd_dissolve dissolve;
     uint8_t *passive;         /* [total] 1: in front of a passive film; NULL: none */
     pd_corrode corrode;
+    pd_recede recede;
     pd_couple couple;
     size_t bytes[PD_PART_COUNT];     /* [byte] */
     int64_t unknowns[PD_PART_COUNT];
@@ -20184,7 +20187,7 @@ static pd_status pdi_couple_corrode(pd_ctx *ctx, pd_couple *c, double t_limit)
     int64_t before = r->steps;
     if (c->desc.max_step > 0.0 && left > c->desc.max_step)
         reached = c->time + left / ceil(left / c->desc.max_step * (1.0 - 1e-12));
-    PDI_TRY(pd_corrode_run(ctx, r, reached));
+    PDI_TRY(c->recede ? pd_recede_run(ctx, c->recede, reached) : pd_corrode_run(ctx, r, reached));
     c->dt = (reached - c->time) / (double)(r->steps - before);
     c->time = reached;
     c->steps = r->steps;
@@ -20415,7 +20418,7 @@ static const pdi_syntax_section pdi_syntax_table[] = {
     {"flow", "rho, mu, steady, force, speed, length, time, vx, vy, vz, rtol, eos, c0"},
     {"transport", "D, initial, advection, time"},
     {"dissolve", "rate, law, Csat, Cs, gb_factor, threshold"},
-    {"corrode", "rate, current, Cs, Csat, charge, D, initial, bulk, control, drive, kernel, weights, share, overshoot"},
+    {"corrode", "rate, current, Cs, Csat, charge, D, initial, bulk, control, time, drive, kernel, weights, share, overshoot"},
     {"run", "until, rtol, fraction, max_step"},
     {"output", "every, fields, images, slice, prefix, folder"},
     {"probe", "at, fields"},
@@ -21901,9 +21904,15 @@ static pd_status pdi_scene_corrode_forms(pdi_scene *s, int section)
     static const char *const drives[] = {"constant", "difference", NULL};
     static const char *const kernels[] = {"area", "square", "inverse", NULL};
     static const char *const weights[] = {"calibrated", "printed", NULL};
+    static const char *const times[] = {"implicit", "explicit", NULL};
     pd_setup *u = s->setup;
     int drive, kernel, printed;
     PDI_TRY(pd_text_choice(s->ctx, s->text, section, "control", controls, "diffusion", &u->activation));
+    PDI_TRY(pd_text_choice(s->ctx, s->text, section, "time", times, u->activation ? "explicit" : "implicit",
+                           &u->forward));
+    if (u->activation && !u->forward)
+        return pd_text_refuse(s->ctx, s->text, section, "time",
+                              "found 'implicit' beside control = activation, expected explicit");
     PDI_TRY(pd_text_choice(s->ctx, s->text, section, "drive", drives, "constant", &drive));
     PDI_TRY(pd_text_choice(s->ctx, s->text, section, "kernel", kernels, "area", &kernel));
     PDI_TRY(pd_text_choice(s->ctx, s->text, section, "weights", weights, "calibrated", &printed));
@@ -21940,8 +21949,10 @@ static pd_status pdi_scene_corrode(pdi_scene *s)
     if (u->activation && (u->diffusivity > 0.0 || pd_text_has(s->ctx, s->text, section, "initial")))
         pdi_setup_note(u, "D and initial belong to control = diffusion; with activation all fluid holds bulk");
     PDI_TRY(pdi_scene_within(s, section, "bulk", "mol/m3", "0", 0.0, u->saturation, 0, &u->bulk));
-    PDI_TRY(pdi_scene_within(s, section, "share", "", "0.01", 0.0, 1.0, 1, &u->share));
-    return pdi_scene_within(s, section, "overshoot", "", "0.05", 0.0, 1.0, 1, &u->overshoot);
+    /* explicit: (1 - x)^n is not exp(-n x); else fronts do not depend on it */
+    const char *share = u->drive == PD_DRIVE_DIFFERENCE ? "0.01" : u->activation ? "0.1" : u->forward ? "0.01" : "0.2";
+    PDI_TRY(pdi_scene_within(s, section, "share", "", share, 0.0, 1.0, 1, &u->share));
+    return u->forward ? pdi_scene_within(s, section, "overshoot", "", "0.05", 0.0, 1.0, 1, &u->overshoot) : PD_OK;
 }
 
 /* ---- [run], [output] ---- */
@@ -21955,6 +21966,8 @@ static pd_status pdi_scene_run(pdi_scene *s)
     PDI_TRY(pdi_scene_positive(s, section, "until", "s", NULL, &u->until));
     if (pdi_setup_carries(u))
         PDI_TRY(pdi_scene_within(s, section, "max_step", "s", "0", 0.0, PDI_SCENE_HUGE, 0, &u->max_step));
+    if (u->has_corrode && !u->forward)
+        PDI_TRY(pdi_scene_within(s, section, "rtol", "", "1e-3", 0.0, 0.1, 1, &u->rtol));
     if (!u->has_transport) return PD_OK;
     pdi_scene_given(s, section, "rtol", PD_KNOB_RTOL);
     pdi_scene_given(s, section, "fraction", PD_KNOB_FRACTION);
@@ -22662,7 +22675,12 @@ static pd_status pdi_model_corrode(pd_ctx *ctx, pd_model *m)
     m->unknowns[PD_PART_CORRODE] = m->grid.fluid_count + m->grid.solid_count;
     if (!u->activation) PDI_TRY(pdi_model_initial(ctx, m, m->corrode.c));
     pd_corrode_open(&m->corrode);
-    return PD_OK;
+    if (u->forward) return PD_OK;
+    pd_recede_desc implicit;
+    memset(&implicit, 0, sizeof implicit);
+    implicit.share = u->share;
+    implicit.rtol = u->rtol;
+    return pd_recede_build(ctx, &m->corrode, &implicit, &m->recede);
 }
 
 PDI_FN const double *pdi_model_c(const pd_model *m) { return m->setup->has_corrode ? m->corrode.c : m->transport.c; }
@@ -22703,6 +22721,7 @@ pd_status pd_model_build(pd_ctx *ctx, const pd_setup *setup, pd_model *m)
                                  setup->has_dissolve ? &m->dissolve : NULL, &m->couple);
         if (setup->has_transport && !setup->has_dissolve) m->couple.advance = &m->advance;
         if (setup->has_corrode) m->couple.corrode = &m->corrode;
+        if (setup->has_corrode && !setup->forward) m->couple.recede = &m->recede;
         m->couple.settle = setup->settle;
         if (setup->motion == PD_MOTION_IMPLICIT) m->couple.implicit = &m->implicit;
         if (setup->motion == PD_MOTION_EXPLICIT) m->couple.unsteady = &m->unsteady;
@@ -22715,6 +22734,7 @@ pd_status pd_model_build(pd_ctx *ctx, const pd_setup *setup, pd_model *m)
 
 void pd_model_free(pd_ctx *ctx, pd_model *m)
 {
+    pd_recede_free(ctx, &m->recede);
     pd_corrode_free(ctx, &m->corrode);
     PDI_DELETE(ctx, m->grid.total, m->passive);
     pd_dissolve_free(ctx, &m->dissolve);

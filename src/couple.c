@@ -171,7 +171,7 @@ static pd_status pdi_couple_corrode(pd_ctx *ctx, pd_couple *c, double t_limit)
     int64_t before = r->steps;
     if (c->desc.max_step > 0.0 && left > c->desc.max_step)
         reached = c->time + left / ceil(left / c->desc.max_step * (1.0 - 1e-12));
-    PDI_TRY(pd_corrode_run(ctx, r, reached));
+    PDI_TRY(c->recede ? pd_recede_run(ctx, c->recede, reached) : pd_corrode_run(ctx, r, reached));
     c->dt = (reached - c->time) / (double)(r->steps - before);
     c->time = reached;
     c->steps = r->steps;

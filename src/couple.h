@@ -7,9 +7,9 @@
 #ifndef PD_COUPLE_H
 #define PD_COUPLE_H
 #include "advance.h"
-#include "corrode.h"
 #include "dissolve.h"
 #include "implicit.h"
+#include "recede.h"
 #include "unsteady.h"
 
 /* Amounts [mol, per m depth in planar 2D, per m2 in 1D]. imbalance = solid + dissolved + carry + out - in - start. */
@@ -43,6 +43,7 @@ typedef struct pd_couple {
     pd_advance *advance;     /* set after the build: transport without dissolution in its error-controlled steps */
     pd_corrode *corrode;     /* set after the build, without flow, transport and dissolution: bond-based corrosion. The
                               * steps of the coupling are those of max_step (without: to the next output) */
+    pd_recede *recede;       /* and its implicit steps; NULL: explicit ones */
     double time;             /* [s] */
     double dt;               /* [s] of the last step; corrosion: mean over those of its own in it */
     int64_t steps;           /* of the coupling; corrosion: of its own */

@@ -234,7 +234,12 @@ static pd_status pdi_model_corrode(pd_ctx *ctx, pd_model *m)
     m->unknowns[PD_PART_CORRODE] = m->grid.fluid_count + m->grid.solid_count;
     if (!u->activation) PDI_TRY(pdi_model_initial(ctx, m, m->corrode.c));
     pd_corrode_open(&m->corrode);
-    return PD_OK;
+    if (u->forward) return PD_OK;
+    pd_recede_desc implicit;
+    memset(&implicit, 0, sizeof implicit);
+    implicit.share = u->share;
+    implicit.rtol = u->rtol;
+    return pd_recede_build(ctx, &m->corrode, &implicit, &m->recede);
 }
 
 PDI_FN const double *pdi_model_c(const pd_model *m) { return m->setup->has_corrode ? m->corrode.c : m->transport.c; }
@@ -275,6 +280,7 @@ pd_status pd_model_build(pd_ctx *ctx, const pd_setup *setup, pd_model *m)
                                  setup->has_dissolve ? &m->dissolve : NULL, &m->couple);
         if (setup->has_transport && !setup->has_dissolve) m->couple.advance = &m->advance;
         if (setup->has_corrode) m->couple.corrode = &m->corrode;
+        if (setup->has_corrode && !setup->forward) m->couple.recede = &m->recede;
         m->couple.settle = setup->settle;
         if (setup->motion == PD_MOTION_IMPLICIT) m->couple.implicit = &m->implicit;
         if (setup->motion == PD_MOTION_EXPLICIT) m->couple.unsteady = &m->unsteady;
@@ -287,6 +293,7 @@ pd_status pd_model_build(pd_ctx *ctx, const pd_setup *setup, pd_model *m)
 
 void pd_model_free(pd_ctx *ctx, pd_model *m)
 {
+    pd_recede_free(ctx, &m->recede);
     pd_corrode_free(ctx, &m->corrode);
     PDI_DELETE(ctx, m->grid.total, m->passive);
     pd_dissolve_free(ctx, &m->dissolve);

@@ -25,6 +25,7 @@ typedef struct pd_model {
     pd_dissolve dissolve;
     uint8_t *passive;         /* [total] 1: in front of a passive film; NULL: none */
     pd_corrode corrode;
+    pd_recede recede;
     pd_couple couple;
     size_t bytes[PD_PART_COUNT];     /* [byte] */
     int64_t unknowns[PD_PART_COUNT];

@@ -478,9 +478,15 @@ static pd_status pdi_scene_corrode_forms(pdi_scene *s, int section)
     static const char *const drives[] = {"constant", "difference", NULL};
     static const char *const kernels[] = {"area", "square", "inverse", NULL};
     static const char *const weights[] = {"calibrated", "printed", NULL};
+    static const char *const times[] = {"implicit", "explicit", NULL};
     pd_setup *u = s->setup;
     int drive, kernel, printed;
     PDI_TRY(pd_text_choice(s->ctx, s->text, section, "control", controls, "diffusion", &u->activation));
+    PDI_TRY(pd_text_choice(s->ctx, s->text, section, "time", times, u->activation ? "explicit" : "implicit",
+                           &u->forward));
+    if (u->activation && !u->forward)
+        return pd_text_refuse(s->ctx, s->text, section, "time",
+                              "found 'implicit' beside control = activation, expected explicit");
     PDI_TRY(pd_text_choice(s->ctx, s->text, section, "drive", drives, "constant", &drive));
     PDI_TRY(pd_text_choice(s->ctx, s->text, section, "kernel", kernels, "area", &kernel));
     PDI_TRY(pd_text_choice(s->ctx, s->text, section, "weights", weights, "calibrated", &printed));
@@ -517,8 +523,10 @@ static pd_status pdi_scene_corrode(pdi_scene *s)
     if (u->activation && (u->diffusivity > 0.0 || pd_text_has(s->ctx, s->text, section, "initial")))
         pdi_setup_note(u, "D and initial belong to control = diffusion; with activation all fluid holds bulk");
     PDI_TRY(pdi_scene_within(s, section, "bulk", "mol/m3", "0", 0.0, u->saturation, 0, &u->bulk));
-    PDI_TRY(pdi_scene_within(s, section, "share", "", "0.01", 0.0, 1.0, 1, &u->share));
-    return pdi_scene_within(s, section, "overshoot", "", "0.05", 0.0, 1.0, 1, &u->overshoot);
+    /* explicit: (1 - x)^n is not exp(-n x); else fronts do not depend on it */
+    const char *share = u->drive == PD_DRIVE_DIFFERENCE ? "0.01" : u->activation ? "0.1" : u->forward ? "0.01" : "0.2";
+    PDI_TRY(pdi_scene_within(s, section, "share", "", share, 0.0, 1.0, 1, &u->share));
+    return u->forward ? pdi_scene_within(s, section, "overshoot", "", "0.05", 0.0, 1.0, 1, &u->overshoot) : PD_OK;
 }
 
 /* ---- [run], [output] ---- */
@@ -532,6 +540,8 @@ static pd_status pdi_scene_run(pdi_scene *s)
     PDI_TRY(pdi_scene_positive(s, section, "until", "s", NULL, &u->until));
     if (pdi_setup_carries(u))
         PDI_TRY(pdi_scene_within(s, section, "max_step", "s", "0", 0.0, PDI_SCENE_HUGE, 0, &u->max_step));
+    if (u->has_corrode && !u->forward)
+        PDI_TRY(pdi_scene_within(s, section, "rtol", "", "1e-3", 0.0, 0.1, 1, &u->rtol));
     if (!u->has_transport) return PD_OK;
     pdi_scene_given(s, section, "rtol", PD_KNOB_RTOL);
     pdi_scene_given(s, section, "fraction", PD_KNOB_FRACTION);

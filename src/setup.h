@@ -179,7 +179,8 @@ typedef struct pd_setup {
     /* bond-based corrosion, with D and `initial` of transport, Cs, Csat and rate of dissolution */
     double bulk;            /* [mol/m3] held behind open sides, and everywhere with `activation` */
     int activation;         /* 1: activation control */
-    double share, overshoot; /* [-] of a step, see corrode.h; 0: defaults */
+    int forward;            /* 1: explicit steps under diffusion control */
+    double share, overshoot; /* [-] of a step, see corrode.h and recede.h; 0: defaults */
     pd_drive drive;
     pd_kernel kernel;
     pd_weights weights;
