@@ -19655,6 +19655,8 @@ enum { PDI_RECEDE_LAW = 0, PDI_RECEDE_SATURATED, PDI_RECEDE_FULL };
 /* Tolerance of the linear systems over the residual, and how much longer the next step may be. */
 #define PDI_RECEDE_FORCING 1e-3
 #define PDI_RECEDE_GROWTH 1.5
+/* A preconditioner that takes more iterations is set up anew. */
+#define PDI_RECEDE_STALE 40
 /* A step in which a node loses this much more than its share is tried again; one this much shorter than wanted has
  * failed. */
 #define PDI_RECEDE_EXCESS 2.5
@@ -19799,7 +19801,7 @@ static uint8_t pdi_recede_choose(const pd_recede *r, int32_t i, double gain, dou
     case PDI_RECEDE_SATURATED:
         if (need * r->dt > gain * r->dt + margin) return PDI_RECEDE_LAW;
         return need * r->dt < -margin ? PDI_RECEDE_FULL : PDI_RECEDE_SATURATED;
-    default: return above < -margin ? PDI_RECEDE_LAW : PDI_RECEDE_FULL;
+    default: return above < -margin ? PDI_RECEDE_SATURATED : PDI_RECEDE_FULL;
     }
 }
 
@@ -19840,7 +19842,7 @@ static pd_status pdi_recede_solve(pd_ctx *ctx, pd_recede *r)
 {
     pd_corrode *m = r->corrode;
     pdi_recede_user user;
-    int change = 1;
+    int fresh = 0;
     double worst = HUGE_VAL, goal = pdi_recede_goal(r);
     user.ctx = ctx;
     user.r = r;
@@ -19848,17 +19850,17 @@ static pd_status pdi_recede_solve(pd_ctx *ctx, pd_recede *r)
         pd_krylov_result linear;
         int turned;
         PDI_TRY(pdi_recede_evaluate(ctx, r, 0, &turned, &worst));
-        change |= turned;
         if (!turned && worst <= goal) return PD_OK;
         /* saturated nodes have moved to Csat: take the balance there */
         if (turned) PDI_TRY(pdi_recede_evaluate(ctx, r, 1, &turned, &worst));
-        if (change) PDI_TRY(pdi_recede_setup(ctx, r));
-        change = 0;
+        /* states that change later cost iterations, but fewer than another setup would */
+        if (!fresh) PDI_TRY(pdi_recede_setup(ctx, r));
         r->krylov.desc.rtol = PDI_RECEDE_FORCING;
         r->krylov.desc.atol = 0.1 * goal * m->desc.saturation / r->dt;
         pd_status status = pd_krylov_solve(ctx, &r->krylov, pdi_recede_apply, pdi_recede_precondition, &user,
                                            r->balance, r->delta, &linear);
         if (status < 0) return status;
+        fresh = linear.iterations <= PDI_RECEDE_STALE;
         r->iterations += linear.iterations;
         r->newton++;
         pdi_par_axpy(ctx, m->grid->total, 1.0, r->delta, m->c);
@@ -20418,7 +20420,8 @@ static const pdi_syntax_section pdi_syntax_table[] = {
     {"flow", "rho, mu, steady, force, speed, length, time, vx, vy, vz, rtol, eos, c0"},
     {"transport", "D, initial, advection, time"},
     {"dissolve", "rate, law, Csat, Cs, gb_factor, threshold"},
-    {"corrode", "rate, current, Cs, Csat, charge, D, initial, bulk, control, time, drive, kernel, weights, share, overshoot"},
+    {"corrode", "rate, current, Cs, Csat, charge, D, initial, bulk, control, time, drive, kernel, weights, share, "
+                "overshoot"},
     {"run", "until, rtol, fraction, max_step"},
     {"output", "every, fields, images, slice, prefix, folder"},
     {"probe", "at, fields"},
@@ -22451,6 +22454,7 @@ PDI_FN pd_status pdi_model_grid(pd_ctx *ctx, const pd_setup *u, int *line, pd_st
     memset(&family, 0, sizeof family);
     memset(&box, 0, sizeof box);
     family.m = u->m;
+    if (u->has_corrode) family.weights = u->weights;
     for (int d = 0; d < PD_DIM; d++) {
         family.h[d] = u->h[d];
         box.lo[d] = u->lo[d];
@@ -23544,9 +23548,10 @@ static void pdi_summary_corrode(const pdi_summary *s)
     pdi_summary_part(s, PD_PART_CORRODE, "corrosion", text);
     pdi_summary_rate(u, text, sizeof text);
     pdi_summary_line(s, "  %-12s%s, Csat = %.6g mol/m3", "", text, u->saturation);
-    pdi_summary_line(s, "  %-12s%s weights, %s%s, explicit steps", "", kernels[u->kernel],
+    pdi_summary_line(s, "  %-12s%s weights, %s%s, %s steps", "", kernels[u->kernel],
                      u->weights == PD_WEIGHTS_PRINTED ? "printed" : "calibrated",
-                     u->drive == PD_DRIVE_DIFFERENCE ? ", loss in proportion to the difference" : "");
+                     u->drive == PD_DRIVE_DIFFERENCE ? ", loss in proportion to the difference" : "",
+                     u->forward ? "explicit" : "implicit");
 }
 
 static void pdi_summary_grains(const pdi_summary *s)

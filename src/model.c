@@ -10,6 +10,7 @@ PDI_FN pd_status pdi_model_grid(pd_ctx *ctx, const pd_setup *u, int *line, pd_st
     memset(&family, 0, sizeof family);
     memset(&box, 0, sizeof box);
     family.m = u->m;
+    if (u->has_corrode) family.weights = u->weights;
     for (int d = 0; d < PD_DIM; d++) {
         family.h[d] = u->h[d];
         box.lo[d] = u->lo[d];

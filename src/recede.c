@@ -18,6 +18,8 @@ enum { PDI_RECEDE_LAW = 0, PDI_RECEDE_SATURATED, PDI_RECEDE_FULL };
 /* Tolerance of the linear systems over the residual, and how much longer the next step may be. */
 #define PDI_RECEDE_FORCING 1e-3
 #define PDI_RECEDE_GROWTH 1.5
+/* A preconditioner that takes more iterations is set up anew. */
+#define PDI_RECEDE_STALE 40
 /* A step in which a node loses this much more than its share is tried again; one this much shorter than wanted has
  * failed. */
 #define PDI_RECEDE_EXCESS 2.5
@@ -162,7 +164,7 @@ static uint8_t pdi_recede_choose(const pd_recede *r, int32_t i, double gain, dou
     case PDI_RECEDE_SATURATED:
         if (need * r->dt > gain * r->dt + margin) return PDI_RECEDE_LAW;
         return need * r->dt < -margin ? PDI_RECEDE_FULL : PDI_RECEDE_SATURATED;
-    default: return above < -margin ? PDI_RECEDE_LAW : PDI_RECEDE_FULL;
+    default: return above < -margin ? PDI_RECEDE_SATURATED : PDI_RECEDE_FULL;
     }
 }
 
@@ -203,7 +205,7 @@ static pd_status pdi_recede_solve(pd_ctx *ctx, pd_recede *r)
 {
     pd_corrode *m = r->corrode;
     pdi_recede_user user;
-    int change = 1;
+    int fresh = 0;
     double worst = HUGE_VAL, goal = pdi_recede_goal(r);
     user.ctx = ctx;
     user.r = r;
@@ -211,17 +213,17 @@ static pd_status pdi_recede_solve(pd_ctx *ctx, pd_recede *r)
         pd_krylov_result linear;
         int turned;
         PDI_TRY(pdi_recede_evaluate(ctx, r, 0, &turned, &worst));
-        change |= turned;
         if (!turned && worst <= goal) return PD_OK;
         /* saturated nodes have moved to Csat: take the balance there */
         if (turned) PDI_TRY(pdi_recede_evaluate(ctx, r, 1, &turned, &worst));
-        if (change) PDI_TRY(pdi_recede_setup(ctx, r));
-        change = 0;
+        /* states that change later cost iterations, but fewer than another setup would */
+        if (!fresh) PDI_TRY(pdi_recede_setup(ctx, r));
         r->krylov.desc.rtol = PDI_RECEDE_FORCING;
         r->krylov.desc.atol = 0.1 * goal * m->desc.saturation / r->dt;
         pd_status status = pd_krylov_solve(ctx, &r->krylov, pdi_recede_apply, pdi_recede_precondition, &user,
                                            r->balance, r->delta, &linear);
         if (status < 0) return status;
+        fresh = linear.iterations <= PDI_RECEDE_STALE;
         r->iterations += linear.iterations;
         r->newton++;
         pdi_par_axpy(ctx, m->grid->total, 1.0, r->delta, m->c);

@@ -121,9 +121,10 @@ static void pdi_summary_corrode(const pdi_summary *s)
     pdi_summary_part(s, PD_PART_CORRODE, "corrosion", text);
     pdi_summary_rate(u, text, sizeof text);
     pdi_summary_line(s, "  %-12s%s, Csat = %.6g mol/m3", "", text, u->saturation);
-    pdi_summary_line(s, "  %-12s%s weights, %s%s, explicit steps", "", kernels[u->kernel],
+    pdi_summary_line(s, "  %-12s%s weights, %s%s, %s steps", "", kernels[u->kernel],
                      u->weights == PD_WEIGHTS_PRINTED ? "printed" : "calibrated",
-                     u->drive == PD_DRIVE_DIFFERENCE ? ", loss in proportion to the difference" : "");
+                     u->drive == PD_DRIVE_DIFFERENCE ? ", loss in proportion to the difference" : "",
+                     u->forward ? "explicit" : "implicit");
 }
 
 static void pdi_summary_grains(const pdi_summary *s)
