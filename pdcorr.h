@@ -2994,6 +2994,8 @@ typedef struct pd_corrode_desc {
                          * front is too slow by half of `share`. 0: the metal behind the node makes up for it */
     const uint8_t *passive; /* [total] 1: fluid there does not attack, as in front of a passive film; NULL: none.
                              * Borrowed */
+    const double *factor;   /* [total] [-] of solid nodes, at least 0: multiplies the speed at which they dissolve.
+                             * Ghosts are not read. NULL: 1. Borrowed */
 } pd_corrode_desc;
 
 typedef struct pd_corrode {
@@ -3007,6 +3009,8 @@ typedef struct pd_corrode {
     const double *base; /* [total] [mol/m3] what a step adds to: c, or the field at its start */
     double *speed;     /* [total] [m/s] v of fluid nodes at the front, 0 where they do not attack */
     double *scratch;   /* [count] [1/m] weights of the bonds of one node */
+    double *factor;    /* [total] [-] that of desc, and of ghosts; NULL: 1 */
+    double highest;    /* [-] largest factor */
     uint8_t *phase;    /* [total] of nodes and ghosts */
     uint8_t *role;     /* [total] what a step does with a node */
     int32_t *ghost, *source; /* [ghosts] */
@@ -3555,11 +3559,13 @@ PDI_FN pd_status pdi_watch_place(pd_ctx *ctx, pd_text *text, const pd_setup *set
  *   [shape NAME] one of  box = a .. b, ... | ball = centre  radius = r | cylinder = x|y|z  centre  radius |
  *                half_space = yes  point  normal | mask = file.png  corner  cell | raw = file  size  corner  cell |
  *                union|intersect|difference = NAME, NAME;  outside = yes: the complement
- *                kind = solid|wall (C = held)|medium (D = its diffusivity)|part  material = mg4ag
+ *                kind = solid|wall (C = held)|medium (D = its diffusivity)|passive (with corrode: fluid there does not
+ *                attack)|part  material = mg4ag|steel304|copper
  *                grains = 40 um  grain_spread  grain_seed  boundary_width
  *   [side x-]    flow = inlet|outlet|noslip|periodic|mirror|open  profile = parabola|uniform|expression
  *                mean = speed | flow_rate = 1 mL/min  vx = expression in x y z (vy, vz)  C = ...  p = 0
  *                noslip: velocity = 1 m/s, 0 m/s of a wall that slides along itself; C = ... held by the wall
+ *                corrode: noslip, mirror, periodic, or open: bulk behind it
  *   [flow]       rho  mu  steady = 1e-6  force = ...  speed, length: reference values, by default those of the inlet
  *                time = steady|implicit|explicit|given  vx (vy, vz) = expression: flow at the start, or the given flow,
  *                which open sides let in and out  rtol = 1e-4 of implicit steps  eos = tait|linear, c0 = speed of sound
@@ -3567,6 +3573,10 @@ PDI_FN pd_status pdi_watch_place(pd_ctx *ctx, pd_text *text, const pd_setup *set
  *   [transport]  D  initial = expression in x y z  advection = limited|upwind  time = implicit|steady
  *   [dissolve]   rate = speed, an expression in C | law = the same in 1/s per layer of h
  *                Csat  Cs  gb_factor = 1  threshold = 0
+ *   [corrode]    bond-based, in place of flow, transport and dissolve: rate = speed | current = A/m2, expressions in C
+ *                Csat  Cs  charge  D  initial  bulk = 0  control = diffusion|activation  gb_factor = 1
+ *                drive = constant|difference  kernel = area|square|inverse  weights = calibrated|printed
+ *                share = 0.01  overshoot = 0.05 of steps
  *   [run]        until  rtol = 4e-3 (of the volume loss; without dissolution 1e-3, of a step of the transport)
  *                fraction of a node that a step takes (25 rtol)  max_step
  *   [output]     every  fields = C, v, p, kind, grain, phase, D, rate, density  images = ...  slice = z 0 um  prefix
@@ -19137,15 +19147,17 @@ static void pdi_corrode_shore(pd_corrode *r, int32_t first, int count, double dt
 {
     const double *c = r->c + first;
     double diffusivity = r->desc.activation ? 0.0 : r->desc.diffusivity, scale = pdi_corrode_scale(r);
-    double spread[PDI_CORRODE_PIECE], metal[PDI_CORRODE_PIECE];
+    double spread[PDI_CORRODE_PIECE], metal[PDI_CORRODE_PIECE], ones[PDI_CORRODE_PIECE];
     int difference = r->desc.drive == PD_DRIVE_DIFFERENCE;
     pdi_corrode_spread(r, r->c, first, count, spread);
     memset(metal, 0, sizeof metal);
+    for (int b = 0; b < count; b++) ones[b] = 1.0;
     for (int k = 0; k < r->stencil->count; k++) {
         const double *far = c + r->shift[k], weight = r->front.weight[k];
+        const double *factor = r->factor ? r->factor + first + r->shift[k] : ones;
         const uint8_t *there = r->phase + first + r->shift[k];
         for (int b = 0; b < count; b++)
-            metal[b] += there[b] == PDI_CORRODE_SOLID ? weight * (difference ? far[b] - c[b] : 1.0) : 0.0;
+            metal[b] += there[b] == PDI_CORRODE_SOLID ? weight * factor[b] * (difference ? far[b] - c[b] : 1.0) : 0.0;
     }
     for (int b = 0; b < count; b++)
         r->next[first + b] =
@@ -19163,6 +19175,7 @@ static void pdi_corrode_exposed(pd_corrode *r, int32_t first, int count, double 
         const double *far = c + r->shift[k], *speed = r->speed + first + r->shift[k], weight = r->front.weight[k];
         for (int b = 0; b < count; b++) loss[b] += speed[b] * (weight * (difference ? c[b] - far[b] : 1.0));
     }
+    for (int b = 0; b < count && r->factor; b++) loss[b] *= r->factor[first + b];
     for (int b = 0; b < count; b++) r->next[first + b] = r->base[first + b] - dt * scale * loss[b];
 }
 
@@ -19327,6 +19340,25 @@ static pd_status pdi_corrode_allocate(pd_ctx *ctx, pd_corrode *r)
     return PDI_NEW(ctx, "corrode", r->changed_capacity, r->changed);
 }
 
+/* Ghosts of metal dissolve like the metal that they repeat. */
+static pd_status pdi_corrode_factors(pd_ctx *ctx, pd_corrode *r)
+{
+    const double *given = r->desc.factor;
+    r->highest = 1.0;
+    if (!given) return PD_OK;
+    PDI_TRY(PDI_NEW(ctx, "corrode", r->grid->total, r->factor));
+    for (int32_t i = 0; i < r->grid->total; i++) {
+        if (r->grid->kind[i] != PD_SOLID) continue;
+        if (!(given[i] >= 0.0) || !(given[i] < 1e100))
+            return pdi_fail(ctx, PD_ERR_ARGUMENT, "corrode", "a factor of %g, expected a finite one of at least 0",
+                            given[i]);
+        r->factor[i] = given[i];
+        r->highest = fmax(r->highest, given[i]);
+    }
+    for (int32_t g = 0; g < r->ghosts; g++) r->factor[r->ghost[g]] = r->factor[r->source[g]];
+    return PD_OK;
+}
+
 pd_status pd_corrode_build(pd_ctx *ctx, pd_grid *grid, const pd_stencil *stencil, const pd_corrode_desc *desc,
                            pd_corrode *r)
 {
@@ -19342,6 +19374,7 @@ pd_status pd_corrode_build(pd_ctx *ctx, pd_grid *grid, const pd_stencil *stencil
     PDI_TRY(pd_front_build(ctx, stencil, desc->kernel, desc->weights, &r->front));
     PDI_TRY(pdi_corrode_allocate(ctx, r));
     PDI_TRY(pdi_corrode_list_ghosts(ctx, r));
+    PDI_TRY(pdi_corrode_factors(ctx, r));
     for (int k = 0; k < stencil->count; k++) {
         for (int d = 0; d < PD_DIM; d++) r->shift[k] += (int32_t)stencil->offset[k * PD_DIM + d] * grid->stride[d];
         r->diffusion += desc->diffusivity * stencil->lap[k];
@@ -19442,7 +19475,7 @@ static pd_status pdi_corrode_prepare(pd_ctx *ctx, pd_corrode *r)
 /* Rates [1/s] at most: of a fluid node towards its neighbours, of a solid node as a share of Cs - Csat. */
 static void pdi_corrode_rates(const pd_corrode *r, double *field, double *loss)
 {
-    double cross = r->fastest * r->front.total;
+    double cross = r->fastest * r->highest * r->front.total;
     int difference = r->desc.drive == PD_DRIVE_DIFFERENCE;
     *loss = cross * (difference ? r->log_ratio * r->desc.solid / r->span : 1.0);
     *field = (r->desc.activation ? 0.0 : r->diffusion) + (difference ? cross * r->log_ratio : 0.0);
@@ -19486,6 +19519,7 @@ static double pdi_corrode_leak(const pd_corrode *r, int32_t i)
         if (solid) sum += r->speed[j] * (r->front.weight[k] * (difference ? step : 1.0));
         else sum += r->stencil->lap[k] * step;
     }
+    if (solid && r->factor) sum *= r->factor[i];
     return r->phase[i] == PDI_CORRODE_NONE ? 0.0 : scale * sum;
 }
 
@@ -19627,6 +19661,7 @@ void pd_corrode_free(pd_ctx *ctx, pd_corrode *r)
     PDI_DELETE(ctx, total, r->c);
     PDI_DELETE(ctx, total, r->next);
     PDI_DELETE(ctx, total, r->speed);
+    PDI_DELETE(ctx, total, r->factor);
     PDI_DELETE(ctx, total, r->phase);
     PDI_DELETE(ctx, total, r->role);
     PDI_DELETE(ctx, inside, r->border);
@@ -19760,8 +19795,9 @@ static void pdi_recede_begin(pd_recede *r)
         for (int k = 0; k < m->stencil->count; k++) {
             int32_t j = i + m->shift[k];
             if (m->phase[j] != PDI_CORRODE_SOLID) continue;
-            r->reach[i] += m->front.weight[k];
-            r->stock[i] += m->front.weight[k] * m->c[j];
+            double weight = m->front.weight[k] * (m->factor ? m->factor[j] : 1.0);
+            r->reach[i] += weight;
+            r->stock[i] += weight * m->c[j];
         }
     }
 }
@@ -20420,8 +20456,8 @@ static const pdi_syntax_section pdi_syntax_table[] = {
     {"flow", "rho, mu, steady, force, speed, length, time, vx, vy, vz, rtol, eos, c0"},
     {"transport", "D, initial, advection, time"},
     {"dissolve", "rate, law, Csat, Cs, gb_factor, threshold"},
-    {"corrode", "rate, current, Cs, Csat, charge, D, initial, bulk, control, time, drive, kernel, weights, share, "
-                "overshoot"},
+    {"corrode", "rate, current, Cs, Csat, charge, D, initial, bulk, control, time, drive, kernel, weights, gb_factor, "
+                "share, overshoot"},
     {"run", "until, rtol, fraction, max_step"},
     {"output", "every, fields, images, slice, prefix, folder"},
     {"probe", "at, fields"},
@@ -21858,6 +21894,15 @@ static pd_status pdi_scene_rate(pdi_scene *s, int section, const char *key, cons
     return pdi_scene_check_rate(s, section, key);
 }
 
+static pd_status pdi_scene_gb_factor(pdi_scene *s, int section)
+{
+    pd_setup *u = s->setup;
+    PDI_TRY(pdi_scene_within(s, section, "gb_factor", "", "1", 0.0, 1e6, 0, &u->gb_factor));
+    if (!(fabs(u->gb_factor - 1.0) > 0.0) || u->has_grains) return PD_OK;
+    return pd_text_refuse(s->ctx, s->text, section, "gb_factor",
+                          "found %.6g without grains, expected grains = SIZE in a solid [shape ...]", u->gb_factor);
+}
+
 static pd_status pdi_scene_dissolve(pdi_scene *s)
 {
     pd_setup *u = s->setup;
@@ -21877,28 +21922,20 @@ static pd_status pdi_scene_dissolve(pdi_scene *s)
                                   "found different spacings of the axes, expected rate = speed there");
     u->rate_scale = layers ? u->h[0] : 1.0;
     PDI_TRY(pdi_scene_rate(s, section, key, "rate", layers ? "1/s" : "m/s"));
-    PDI_TRY(pdi_scene_within(s, section, "gb_factor", "", "1", 0.0, 1e6, 0, &u->gb_factor));
-    if (fabs(u->gb_factor - 1.0) > 0.0 && !u->has_grains)
-        return pd_text_refuse(s->ctx, s->text, section, "gb_factor",
-                              "found %.6g without grains, expected grains = SIZE in a"
-                              " solid [shape ...]", u->gb_factor);
+    PDI_TRY(pdi_scene_gb_factor(s, section));
     return pdi_scene_within(s, section, "threshold", "", "0", 0.0, 0.99, 0, &u->threshold);
 }
 
 /* ---- [corrode] ---- */
 
-/* What the whole section cannot be combined with, and what it cannot do without. */
-static pd_status pdi_scene_corrode_alone(pdi_scene *s, int section)
+/* Before anything of the other sections is read. */
+static pd_status pdi_scene_corrode_alone(pdi_scene *s)
 {
     const pd_setup *u = s->setup;
     const char *beside = u->has_flow ? "flow" : u->has_transport ? "transport" : u->has_dissolve ? "dissolve" : NULL;
-    if (beside)
-        return pd_text_refuse(s->ctx, s->text, section, "corrode",
-                              "found beside [%s], expected [corrode] alone: it moves metal and fluid itself", beside);
-    if (u->solid < 0)
-        return pd_text_refuse(s->ctx, s->text, section, "corrode",
-                              "found no solid, expected a [shape ...] with kind = solid");
-    return PD_OK;
+    if (!u->has_corrode || !beside) return PD_OK;
+    return pd_text_refuse(s->ctx, s->text, pd_text_section(s->ctx, s->text, "corrode", NULL), "corrode",
+                          "found beside [%s], expected [corrode] alone: it moves metal and fluid itself", beside);
 }
 
 static pd_status pdi_scene_corrode_forms(pdi_scene *s, int section)
@@ -21943,10 +21980,13 @@ static pd_status pdi_scene_corrode(pdi_scene *s)
     int section = pd_text_section(s->ctx, s->text, "corrode", NULL);
     double saturation;
     if (!u->has_corrode) return PD_OK;
-    PDI_TRY(pdi_scene_corrode_alone(s, section));
+    if (u->solid < 0)
+        return pd_text_refuse(s->ctx, s->text, section, "corrode",
+                              "found no solid, expected a [shape ...] with kind = solid");
     PDI_TRY(pdi_scene_corrode_forms(s, section));
     PDI_TRY(pdi_scene_within(s, section, "Csat", "mol/m3", NULL, 0.0, u->solid_c, 1, &saturation));
     PDI_TRY(pdi_scene_corrode_rate(s, section));
+    PDI_TRY(pdi_scene_gb_factor(s, section));
     PDI_TRY(pdi_scene_not_negative(s, section, "D", "m2/s", u->activation ? "0" : NULL, &u->diffusivity));
     PDI_TRY(pdi_scene_initial(s, section));
     if (u->activation && (u->diffusivity > 0.0 || pd_text_has(s->ctx, s->text, section, "initial")))
@@ -21955,6 +21995,9 @@ static pd_status pdi_scene_corrode(pdi_scene *s)
     /* explicit: (1 - x)^n is not exp(-n x); else fronts do not depend on it */
     const char *share = u->drive == PD_DRIVE_DIFFERENCE ? "0.01" : u->activation ? "0.1" : u->forward ? "0.01" : "0.2";
     PDI_TRY(pdi_scene_within(s, section, "share", "", share, 0.0, 1.0, 1, &u->share));
+    if (!u->forward && pd_text_has(s->ctx, s->text, section, "overshoot"))
+        return pd_text_refuse(s->ctx, s->text, section, "overshoot",
+                              "found beside implicit steps, expected time = explicit: others do not pass Csat");
     return u->forward ? pdi_scene_within(s, section, "overshoot", "", "0.05", 0.0, 1.0, 1, &u->overshoot) : PD_OK;
 }
 
@@ -22061,6 +22104,7 @@ static pd_status pdi_scene_sections(pd_ctx *ctx, pd_text *text, const char *path
     setup->has_transport = pd_text_has(ctx, text, pd_text_section(ctx, text, "transport", NULL), NULL);
     setup->has_dissolve = pd_text_has(ctx, text, pd_text_section(ctx, text, "dissolve", NULL), NULL);
     setup->has_corrode = pd_text_has(ctx, text, pd_text_section(ctx, text, "corrode", NULL), NULL);
+    PDI_TRY(pdi_scene_corrode_alone(&s));
     PDI_TRY(pdi_sketch_read(ctx, text, folder, setup));
     PDI_TRY(pdi_scene_constants(&s));
     PDI_TRY(pdi_scene_grid(&s));
@@ -22606,7 +22650,7 @@ static pd_status pdi_model_factor(pd_ctx *ctx, pd_model *m, float *fraction)
 {
     PDI_TRY(pd_grain_fraction(ctx, &m->stencil, &m->grid, &m->grain, fraction));
     PDI_TRY(pd_grain_measure(ctx, &m->grid, &m->grain, fraction, &m->grain_stats));
-    if (!m->setup->has_dissolve || !(fabs(m->setup->gb_factor - 1.0) > 0.0)) return PD_OK;
+    if (!pdi_setup_loses(m->setup) || !(fabs(m->setup->gb_factor - 1.0) > 0.0)) return PD_OK;
     PDI_TRY(PDI_NEW(ctx, "model", m->grid.total, m->factor));
     for (int32_t i = 0; i < m->grid.total; i++)
         m->factor[i] = 1.0 + (m->setup->gb_factor - 1.0) * (double)fraction[i];
@@ -22675,6 +22719,7 @@ static pd_status pdi_model_corrode(pd_ctx *ctx, pd_model *m)
     desc.weights = u->weights;
     PDI_TRY(pdi_model_passive(ctx, m));
     desc.passive = m->passive;
+    desc.factor = m->factor;
     PDI_TRY(pd_corrode_build(ctx, &m->grid, &m->stencil, &desc, &m->corrode));
     m->unknowns[PD_PART_CORRODE] = m->grid.fluid_count + m->grid.solid_count;
     if (!u->activation) PDI_TRY(pdi_model_initial(ctx, m, m->corrode.c));

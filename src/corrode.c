@@ -41,15 +41,17 @@ static void pdi_corrode_shore(pd_corrode *r, int32_t first, int count, double dt
 {
     const double *c = r->c + first;
     double diffusivity = r->desc.activation ? 0.0 : r->desc.diffusivity, scale = pdi_corrode_scale(r);
-    double spread[PDI_CORRODE_PIECE], metal[PDI_CORRODE_PIECE];
+    double spread[PDI_CORRODE_PIECE], metal[PDI_CORRODE_PIECE], ones[PDI_CORRODE_PIECE];
     int difference = r->desc.drive == PD_DRIVE_DIFFERENCE;
     pdi_corrode_spread(r, r->c, first, count, spread);
     memset(metal, 0, sizeof metal);
+    for (int b = 0; b < count; b++) ones[b] = 1.0;
     for (int k = 0; k < r->stencil->count; k++) {
         const double *far = c + r->shift[k], weight = r->front.weight[k];
+        const double *factor = r->factor ? r->factor + first + r->shift[k] : ones;
         const uint8_t *there = r->phase + first + r->shift[k];
         for (int b = 0; b < count; b++)
-            metal[b] += there[b] == PDI_CORRODE_SOLID ? weight * (difference ? far[b] - c[b] : 1.0) : 0.0;
+            metal[b] += there[b] == PDI_CORRODE_SOLID ? weight * factor[b] * (difference ? far[b] - c[b] : 1.0) : 0.0;
     }
     for (int b = 0; b < count; b++)
         r->next[first + b] =
@@ -67,6 +69,7 @@ static void pdi_corrode_exposed(pd_corrode *r, int32_t first, int count, double 
         const double *far = c + r->shift[k], *speed = r->speed + first + r->shift[k], weight = r->front.weight[k];
         for (int b = 0; b < count; b++) loss[b] += speed[b] * (weight * (difference ? c[b] - far[b] : 1.0));
     }
+    for (int b = 0; b < count && r->factor; b++) loss[b] *= r->factor[first + b];
     for (int b = 0; b < count; b++) r->next[first + b] = r->base[first + b] - dt * scale * loss[b];
 }
 
@@ -231,6 +234,25 @@ static pd_status pdi_corrode_allocate(pd_ctx *ctx, pd_corrode *r)
     return PDI_NEW(ctx, "corrode", r->changed_capacity, r->changed);
 }
 
+/* Ghosts of metal dissolve like the metal that they repeat. */
+static pd_status pdi_corrode_factors(pd_ctx *ctx, pd_corrode *r)
+{
+    const double *given = r->desc.factor;
+    r->highest = 1.0;
+    if (!given) return PD_OK;
+    PDI_TRY(PDI_NEW(ctx, "corrode", r->grid->total, r->factor));
+    for (int32_t i = 0; i < r->grid->total; i++) {
+        if (r->grid->kind[i] != PD_SOLID) continue;
+        if (!(given[i] >= 0.0) || !(given[i] < 1e100))
+            return pdi_fail(ctx, PD_ERR_ARGUMENT, "corrode", "a factor of %g, expected a finite one of at least 0",
+                            given[i]);
+        r->factor[i] = given[i];
+        r->highest = fmax(r->highest, given[i]);
+    }
+    for (int32_t g = 0; g < r->ghosts; g++) r->factor[r->ghost[g]] = r->factor[r->source[g]];
+    return PD_OK;
+}
+
 pd_status pd_corrode_build(pd_ctx *ctx, pd_grid *grid, const pd_stencil *stencil, const pd_corrode_desc *desc,
                            pd_corrode *r)
 {
@@ -246,6 +268,7 @@ pd_status pd_corrode_build(pd_ctx *ctx, pd_grid *grid, const pd_stencil *stencil
     PDI_TRY(pd_front_build(ctx, stencil, desc->kernel, desc->weights, &r->front));
     PDI_TRY(pdi_corrode_allocate(ctx, r));
     PDI_TRY(pdi_corrode_list_ghosts(ctx, r));
+    PDI_TRY(pdi_corrode_factors(ctx, r));
     for (int k = 0; k < stencil->count; k++) {
         for (int d = 0; d < PD_DIM; d++) r->shift[k] += (int32_t)stencil->offset[k * PD_DIM + d] * grid->stride[d];
         r->diffusion += desc->diffusivity * stencil->lap[k];
@@ -346,7 +369,7 @@ static pd_status pdi_corrode_prepare(pd_ctx *ctx, pd_corrode *r)
 /* Rates [1/s] at most: of a fluid node towards its neighbours, of a solid node as a share of Cs - Csat. */
 static void pdi_corrode_rates(const pd_corrode *r, double *field, double *loss)
 {
-    double cross = r->fastest * r->front.total;
+    double cross = r->fastest * r->highest * r->front.total;
     int difference = r->desc.drive == PD_DRIVE_DIFFERENCE;
     *loss = cross * (difference ? r->log_ratio * r->desc.solid / r->span : 1.0);
     *field = (r->desc.activation ? 0.0 : r->diffusion) + (difference ? cross * r->log_ratio : 0.0);
@@ -390,6 +413,7 @@ static double pdi_corrode_leak(const pd_corrode *r, int32_t i)
         if (solid) sum += r->speed[j] * (r->front.weight[k] * (difference ? step : 1.0));
         else sum += r->stencil->lap[k] * step;
     }
+    if (solid && r->factor) sum *= r->factor[i];
     return r->phase[i] == PDI_CORRODE_NONE ? 0.0 : scale * sum;
 }
 
@@ -531,6 +555,7 @@ void pd_corrode_free(pd_ctx *ctx, pd_corrode *r)
     PDI_DELETE(ctx, total, r->c);
     PDI_DELETE(ctx, total, r->next);
     PDI_DELETE(ctx, total, r->speed);
+    PDI_DELETE(ctx, total, r->factor);
     PDI_DELETE(ctx, total, r->phase);
     PDI_DELETE(ctx, total, r->role);
     PDI_DELETE(ctx, inside, r->border);

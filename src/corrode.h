@@ -44,6 +44,8 @@ typedef struct pd_corrode_desc {
                          * front is too slow by half of `share`. 0: the metal behind the node makes up for it */
     const uint8_t *passive; /* [total] 1: fluid there does not attack, as in front of a passive film; NULL: none.
                              * Borrowed */
+    const double *factor;   /* [total] [-] of solid nodes, at least 0: multiplies the speed at which they dissolve.
+                             * Ghosts are not read. NULL: 1. Borrowed */
 } pd_corrode_desc;
 
 typedef struct pd_corrode {
@@ -57,6 +59,8 @@ typedef struct pd_corrode {
     const double *base; /* [total] [mol/m3] what a step adds to: c, or the field at its start */
     double *speed;     /* [total] [m/s] v of fluid nodes at the front, 0 where they do not attack */
     double *scratch;   /* [count] [1/m] weights of the bonds of one node */
+    double *factor;    /* [total] [-] that of desc, and of ghosts; NULL: 1 */
+    double highest;    /* [-] largest factor */
     uint8_t *phase;    /* [total] of nodes and ghosts */
     uint8_t *role;     /* [total] what a step does with a node */
     int32_t *ghost, *source; /* [ghosts] */

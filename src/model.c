@@ -162,7 +162,7 @@ static pd_status pdi_model_factor(pd_ctx *ctx, pd_model *m, float *fraction)
 {
     PDI_TRY(pd_grain_fraction(ctx, &m->stencil, &m->grid, &m->grain, fraction));
     PDI_TRY(pd_grain_measure(ctx, &m->grid, &m->grain, fraction, &m->grain_stats));
-    if (!m->setup->has_dissolve || !(fabs(m->setup->gb_factor - 1.0) > 0.0)) return PD_OK;
+    if (!pdi_setup_loses(m->setup) || !(fabs(m->setup->gb_factor - 1.0) > 0.0)) return PD_OK;
     PDI_TRY(PDI_NEW(ctx, "model", m->grid.total, m->factor));
     for (int32_t i = 0; i < m->grid.total; i++)
         m->factor[i] = 1.0 + (m->setup->gb_factor - 1.0) * (double)fraction[i];
@@ -231,6 +231,7 @@ static pd_status pdi_model_corrode(pd_ctx *ctx, pd_model *m)
     desc.weights = u->weights;
     PDI_TRY(pdi_model_passive(ctx, m));
     desc.passive = m->passive;
+    desc.factor = m->factor;
     PDI_TRY(pd_corrode_build(ctx, &m->grid, &m->stencil, &desc, &m->corrode));
     m->unknowns[PD_PART_CORRODE] = m->grid.fluid_count + m->grid.solid_count;
     if (!u->activation) PDI_TRY(pdi_model_initial(ctx, m, m->corrode.c));

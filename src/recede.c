@@ -123,8 +123,9 @@ static void pdi_recede_begin(pd_recede *r)
         for (int k = 0; k < m->stencil->count; k++) {
             int32_t j = i + m->shift[k];
             if (m->phase[j] != PDI_CORRODE_SOLID) continue;
-            r->reach[i] += m->front.weight[k];
-            r->stock[i] += m->front.weight[k] * m->c[j];
+            double weight = m->front.weight[k] * (m->factor ? m->factor[j] : 1.0);
+            r->reach[i] += weight;
+            r->stock[i] += weight * m->c[j];
         }
     }
 }

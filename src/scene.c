@@ -429,6 +429,15 @@ static pd_status pdi_scene_rate(pdi_scene *s, int section, const char *key, cons
     return pdi_scene_check_rate(s, section, key);
 }
 
+static pd_status pdi_scene_gb_factor(pdi_scene *s, int section)
+{
+    pd_setup *u = s->setup;
+    PDI_TRY(pdi_scene_within(s, section, "gb_factor", "", "1", 0.0, 1e6, 0, &u->gb_factor));
+    if (!(fabs(u->gb_factor - 1.0) > 0.0) || u->has_grains) return PD_OK;
+    return pd_text_refuse(s->ctx, s->text, section, "gb_factor",
+                          "found %.6g without grains, expected grains = SIZE in a solid [shape ...]", u->gb_factor);
+}
+
 static pd_status pdi_scene_dissolve(pdi_scene *s)
 {
     pd_setup *u = s->setup;
@@ -448,28 +457,20 @@ static pd_status pdi_scene_dissolve(pdi_scene *s)
                                   "found different spacings of the axes, expected rate = speed there");
     u->rate_scale = layers ? u->h[0] : 1.0;
     PDI_TRY(pdi_scene_rate(s, section, key, "rate", layers ? "1/s" : "m/s"));
-    PDI_TRY(pdi_scene_within(s, section, "gb_factor", "", "1", 0.0, 1e6, 0, &u->gb_factor));
-    if (fabs(u->gb_factor - 1.0) > 0.0 && !u->has_grains)
-        return pd_text_refuse(s->ctx, s->text, section, "gb_factor",
-                              "found %.6g without grains, expected grains = SIZE in a"
-                              " solid [shape ...]", u->gb_factor);
+    PDI_TRY(pdi_scene_gb_factor(s, section));
     return pdi_scene_within(s, section, "threshold", "", "0", 0.0, 0.99, 0, &u->threshold);
 }
 
 /* ---- [corrode] ---- */
 
-/* What the whole section cannot be combined with, and what it cannot do without. */
-static pd_status pdi_scene_corrode_alone(pdi_scene *s, int section)
+/* Before anything of the other sections is read. */
+static pd_status pdi_scene_corrode_alone(pdi_scene *s)
 {
     const pd_setup *u = s->setup;
     const char *beside = u->has_flow ? "flow" : u->has_transport ? "transport" : u->has_dissolve ? "dissolve" : NULL;
-    if (beside)
-        return pd_text_refuse(s->ctx, s->text, section, "corrode",
-                              "found beside [%s], expected [corrode] alone: it moves metal and fluid itself", beside);
-    if (u->solid < 0)
-        return pd_text_refuse(s->ctx, s->text, section, "corrode",
-                              "found no solid, expected a [shape ...] with kind = solid");
-    return PD_OK;
+    if (!u->has_corrode || !beside) return PD_OK;
+    return pd_text_refuse(s->ctx, s->text, pd_text_section(s->ctx, s->text, "corrode", NULL), "corrode",
+                          "found beside [%s], expected [corrode] alone: it moves metal and fluid itself", beside);
 }
 
 static pd_status pdi_scene_corrode_forms(pdi_scene *s, int section)
@@ -514,10 +515,13 @@ static pd_status pdi_scene_corrode(pdi_scene *s)
     int section = pd_text_section(s->ctx, s->text, "corrode", NULL);
     double saturation;
     if (!u->has_corrode) return PD_OK;
-    PDI_TRY(pdi_scene_corrode_alone(s, section));
+    if (u->solid < 0)
+        return pd_text_refuse(s->ctx, s->text, section, "corrode",
+                              "found no solid, expected a [shape ...] with kind = solid");
     PDI_TRY(pdi_scene_corrode_forms(s, section));
     PDI_TRY(pdi_scene_within(s, section, "Csat", "mol/m3", NULL, 0.0, u->solid_c, 1, &saturation));
     PDI_TRY(pdi_scene_corrode_rate(s, section));
+    PDI_TRY(pdi_scene_gb_factor(s, section));
     PDI_TRY(pdi_scene_not_negative(s, section, "D", "m2/s", u->activation ? "0" : NULL, &u->diffusivity));
     PDI_TRY(pdi_scene_initial(s, section));
     if (u->activation && (u->diffusivity > 0.0 || pd_text_has(s->ctx, s->text, section, "initial")))
@@ -526,6 +530,9 @@ static pd_status pdi_scene_corrode(pdi_scene *s)
     /* explicit: (1 - x)^n is not exp(-n x); else fronts do not depend on it */
     const char *share = u->drive == PD_DRIVE_DIFFERENCE ? "0.01" : u->activation ? "0.1" : u->forward ? "0.01" : "0.2";
     PDI_TRY(pdi_scene_within(s, section, "share", "", share, 0.0, 1.0, 1, &u->share));
+    if (!u->forward && pd_text_has(s->ctx, s->text, section, "overshoot"))
+        return pd_text_refuse(s->ctx, s->text, section, "overshoot",
+                              "found beside implicit steps, expected time = explicit: others do not pass Csat");
     return u->forward ? pdi_scene_within(s, section, "overshoot", "", "0.05", 0.0, 1.0, 1, &u->overshoot) : PD_OK;
 }
 
@@ -632,6 +639,7 @@ static pd_status pdi_scene_sections(pd_ctx *ctx, pd_text *text, const char *path
     setup->has_transport = pd_text_has(ctx, text, pd_text_section(ctx, text, "transport", NULL), NULL);
     setup->has_dissolve = pd_text_has(ctx, text, pd_text_section(ctx, text, "dissolve", NULL), NULL);
     setup->has_corrode = pd_text_has(ctx, text, pd_text_section(ctx, text, "corrode", NULL), NULL);
+    PDI_TRY(pdi_scene_corrode_alone(&s));
     PDI_TRY(pdi_sketch_read(ctx, text, folder, setup));
     PDI_TRY(pdi_scene_constants(&s));
     PDI_TRY(pdi_scene_grid(&s));

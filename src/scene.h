@@ -4,11 +4,13 @@
  *   [shape NAME] one of  box = a .. b, ... | ball = centre  radius = r | cylinder = x|y|z  centre  radius |
  *                half_space = yes  point  normal | mask = file.png  corner  cell | raw = file  size  corner  cell |
  *                union|intersect|difference = NAME, NAME;  outside = yes: the complement
- *                kind = solid|wall (C = held)|medium (D = its diffusivity)|part  material = mg4ag
+ *                kind = solid|wall (C = held)|medium (D = its diffusivity)|passive (with corrode: fluid there does not
+ *                attack)|part  material = mg4ag|steel304|copper
  *                grains = 40 um  grain_spread  grain_seed  boundary_width
  *   [side x-]    flow = inlet|outlet|noslip|periodic|mirror|open  profile = parabola|uniform|expression
  *                mean = speed | flow_rate = 1 mL/min  vx = expression in x y z (vy, vz)  C = ...  p = 0
  *                noslip: velocity = 1 m/s, 0 m/s of a wall that slides along itself; C = ... held by the wall
+ *                corrode: noslip, mirror, periodic, or open: bulk behind it
  *   [flow]       rho  mu  steady = 1e-6  force = ...  speed, length: reference values, by default those of the inlet
  *                time = steady|implicit|explicit|given  vx (vy, vz) = expression: flow at the start, or the given flow,
  *                which open sides let in and out  rtol = 1e-4 of implicit steps  eos = tait|linear, c0 = speed of sound
@@ -16,7 +18,12 @@
  *   [transport]  D  initial = expression in x y z  advection = limited|upwind  time = implicit|steady
  *   [dissolve]   rate = speed, an expression in C | law = the same in 1/s per layer of h
  *                Csat  Cs  gb_factor = 1  threshold = 0
- *   [run]        until  rtol = 4e-3 (of the volume loss; without dissolution 1e-3, of a step of the transport)
+ *   [corrode]    bond-based, in place of flow, transport and dissolve: rate = speed | current = A/m2, expressions in C
+ *                Csat  Cs  charge  D  initial  bulk = 0  control = diffusion|activation  gb_factor = 1
+ *                drive = constant|difference  kernel = area|square|inverse  weights = calibrated|printed
+ *                time = implicit|explicit  share = 0.2  overshoot = 0.05 of (explicit) steps
+ *   [run]        until  rtol = 4e-3 (of the volume loss; without dissolution 1e-3, of a step of the transport or of
+ *                corrode)
  *                fraction of a node that a step takes (25 rtol)  max_step
  *   [output]     every  fields = C, v, p, kind, grain, phase, D, rate, density  images = ...  slice = z 0 um  prefix
  *                folder

@@ -16,8 +16,8 @@ static const pdi_syntax_section pdi_syntax_table[] = {
     {"flow", "rho, mu, steady, force, speed, length, time, vx, vy, vz, rtol, eos, c0"},
     {"transport", "D, initial, advection, time"},
     {"dissolve", "rate, law, Csat, Cs, gb_factor, threshold"},
-    {"corrode", "rate, current, Cs, Csat, charge, D, initial, bulk, control, time, drive, kernel, weights, share, "
-                "overshoot"},
+    {"corrode", "rate, current, Cs, Csat, charge, D, initial, bulk, control, time, drive, kernel, weights, gb_factor, "
+                "share, overshoot"},
     {"run", "until, rtol, fraction, max_step"},
     {"output", "every, fields, images, slice, prefix, folder"},
     {"probe", "at, fields"},

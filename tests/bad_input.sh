@@ -162,6 +162,58 @@ mean 'from'?"
 spoil "probe in the wall" \
     's/at = 100 um, 0/at = 100 um, 0\n[shape lid] box = 90 um .. 120 um, -60 um .. 60 um   kind = wall/' \
     "bad.scene:10: probe: 'a' stands in the wall"
+# ---- bond-based corrosion ----
+
+pit() {
+    cat << 'END'
+[grid]      h = 2 um   m = 3   box = 0 .. 40 um, 0 .. 40 um
+[shape met] box = 0 .. 40 um, 0 .. 20 um   kind = solid   material = steel304
+[side y+]   flow = open
+[corrode]   rate = 1 um/s   Csat = 5 mol/L   D = 1e-9 m2/s
+[run]       until = 1 s
+END
+}
+
+# pits NAME SED MESSAGE: one edit of the pit.
+pits() {
+    pit | sed "$2" > bad.scene
+    rejects "$1" "bad.scene:$3"
+}
+
+for beside in "flow] rho = 1 g/cm3" "transport] D = 1e-9 m2/s" "dissolve] rate = 1 um/s"; do
+    pits "corrode beside ${beside%%]*}" "s|\[run|[$beside\\n[run|" \
+        "4: corrode: found beside [${beside%%]*}], expected [corrode] alone: it moves metal and fluid itself"
+done
+pits "corrode without rate" 's/rate = 1 um\/s//' "4: found no 'rate' in [corrode], expected rate = a speed [m/s]"
+pits "rate and current" 's/rate =/current = 1 A\/m2   rate =/' \
+    "4: current: found beside 'rate', expected one of them"
+pits "current of a speed" 's/rate =/current =/' \
+    "4: column 23: found a speed [m/s], expected a current density [A/m2]"
+pits "Csat above Cs" 's/5 mol\/L/200 mol\/L/' \
+    "4: Csat: found 200 kmol/m3, expected a value above 0 mol/m3 and at most 142.805 kmol/m3"
+pits "no D" 's/D = 1e-9 m2\/s//' "4: found no 'D' in [corrode], expected D = a diffusivity [m2/s]"
+pits "negative bulk" 's/D =/bulk = -1 mol\/m3   D =/' \
+    "4: bulk: found -1 mol/m3, expected a value from 0 mol/m3 and at most 5 kmol/m3"
+pits "charge of none" 's/D =/charge = 0   D =/' "4: charge: found 0, expected a value above 0 and at most 10"
+pits "unknown control" 's/D =/control = mixed   D =/' \
+    "4: column 56: found 'mixed', expected one of diffusion, activation"
+pits "unknown drive" 's/D =/drive = none   D =/' "4: column 54: found 'none', expected one of constant, difference"
+pits "unknown kernel" 's/D =/kernel = cube   D =/' "4: column 55: found 'cube', expected one of area, square, inverse"
+pits "unknown weights" 's/D =/weights = own   D =/' \
+    "4: column 56: found 'own', expected one of calibrated, printed"
+pits "share of nothing" 's/D =/share = 0   D =/' "4: share: found 0, expected a value above 0 and at most 1"
+pits "no overshoot" 's/D =/overshoot = 0   D =/' "4: overshoot: found 0, expected a value above 0 and at most 1"
+pits "inlet without flow" 's/flow = open/flow = inlet/' \
+    "3: flow: found 'inlet' beside [corrode], expected open to hold its bulk concentration"
+pits "held side" 's/flow = open/C = 0/' \
+    "3: C: found beside [corrode], expected flow = open to hold its bulk concentration"
+pits "printed area weights" 's/D =/weights = printed   D =/' \
+    "4: front: this kernel has no coefficient of the continuum in 2D"
+pits "axisymmetric corrosion" 's/m = 3/m = 3   geometry = axisymmetric/' \
+    "4: corrode: the grid is axisymmetric, expected a planar one"
+pits "plane beside corrode" 's/\[run/[plane a] at = x 20 um\n[run/' \
+    "5: plane: found beside [corrode], expected [line] or [total]"
+
 base > bad.scene
 rejects "bad override" \
     "command line: column 8: found a number without unit, expected a length [m]: write its unit, for example \

@@ -91,7 +91,7 @@ static uint32_t next_random(uint32_t *state)
 }
 
 /* A lump of metal with holes beside a wall, in a box with one kind of each side. */
-static scene *lump(pd_drive drive, int threads)
+static scene *lump(pd_drive drive, int threads, const double *factor)
 {
     static const pd_side sides[6] = {PD_SIDE_INLET, PD_SIDE_MIRROR, PD_SIDE_PERIODIC, PD_SIDE_PERIODIC, PD_SIDE_WALL,
                                      PD_SIDE_OUTLET};
@@ -111,6 +111,7 @@ static scene *lump(pd_drive drive, int threads)
     s->desc.diffusivity = 1e-12;
     s->desc.initial = 100.0;
     s->desc.drive = drive;
+    s->desc.factor = factor;
     if (!CHECK_OK(&s->ctx, pd_stencil_build(&s->ctx, &s->stencil_desc, &s->stencil)) ||
         !CHECK_OK(&s->ctx, pd_grid_build(&s->ctx, &s->stencil, &s->grid_desc, &s->grid)))
         return NULL;
@@ -119,6 +120,5 @@ static scene *lump(pd_drive drive, int threads)
     return CHECK_OK(&s->ctx, pd_corrode_build(&s->ctx, &s->grid, &s->stencil, &s->desc, &s->corrode)) ? s : NULL;
 }
 
-/* Nothing is lost, no concentration leaves its bounds, metal deeper than a horizon is not touched. */
 
 #endif

@@ -149,10 +149,11 @@ TEST(pencil_electrode)
 
 /* ---- amounts ---- */
 
+/* Nothing is lost, no concentration leaves its bounds, metal deeper than a horizon is not touched. */
 TEST(amounts_are_conserved)
 {
     for (int drive = 0; drive < 2; drive++) {
-        scene *s = lump((pd_drive)drive, 0);
+        scene *s = lump((pd_drive)drive, 0, NULL);
         if (!s) return;
         double start = s->corrode.start, most = 0.0;
         int32_t intact = 0;
@@ -195,7 +196,7 @@ TEST(threads_do_not_matter)
 {
     static double kept[40000];
     for (int run = 0; run < 2; run++) {
-        scene *s = lump(PD_DRIVE_CONSTANT, run ? 3 : 1);
+        scene *s = lump(PD_DRIVE_CONSTANT, run ? 3 : 1, NULL);
         if (!s || !CHECK_OK(&s->ctx, pd_corrode_run(&s->ctx, &s->corrode, 10.0))) return;
         if (!CHECK(s->grid.total <= (int32_t)(sizeof kept / sizeof *kept))) return;
         size_t size = (size_t)s->grid.total * sizeof *kept;
@@ -203,6 +204,52 @@ TEST(threads_do_not_matter)
         else memcpy(kept, s->corrode.c, size);
         scene_free(s);
     }
+}
+
+/* ---- factors of metal ---- */
+
+/* Twice the factor is twice the speed, to the last bit. */
+TEST(factor_is_a_speed)
+{
+    static double kept[40000], factor[40000];
+    for (int k = 0; k < 40000; k++) factor[k] = 2.0;
+    for (int run = 0; run < 2; run++) {
+        scene *s = lump(PD_DRIVE_CONSTANT, 1, run ? factor : NULL);
+        if (!s || !CHECK(s->grid.total <= 40000)) return;
+        s->speed = run ? SPEED : 2.0 * SPEED;
+        if (!CHECK_OK(&s->ctx, pd_corrode_run(&s->ctx, &s->corrode, 10.0))) return;
+        CHECK(pd_corrode_solid(&s->corrode) < 0.99 * s->corrode.start);
+        size_t size = (size_t)s->grid.total * sizeof *kept;
+        if (run) CHECK(memcmp(kept, s->corrode.c, size) == 0);
+        else memcpy(kept, s->corrode.c, size);
+        scene_free(s);
+    }
+}
+
+/* Factors that differ from node to node, behind periodic and mirror sides, too: nothing is lost. */
+TEST(factors_conserve)
+{
+    static double factor[40000];
+    uint32_t seed = 5;
+    for (int k = 0; k < 40000; k++) factor[k] = (double)(next_random(&seed) % 1000) * 3e-3;
+    for (int drive = 0; drive < 2; drive++) {
+        scene *s = lump((pd_drive)drive, 1, factor);
+        if (!s) return;
+        for (int k = 1; k <= 5; k++) {
+            if (!CHECK_OK(&s->ctx, pd_corrode_run(&s->ctx, &s->corrode, (PD_DIM == 1 ? 3.0 : 0.5) * k))) return;
+            CHECK_LE(pd_corrode_imbalance(&s->corrode), 1e-13);
+        }
+        CHECK(s->corrode.out > 0.0);
+        scene_free(s);
+    }
+    scene *s = scene_start(20, 6, 6);
+    half_space(s, 6.0 * H);
+    for (int k = 0; k < 40000; k++) factor[k] = -1.0;
+    s->desc.factor = factor;
+    CHECK_OK(&s->ctx, pd_stencil_build(&s->ctx, &s->stencil_desc, &s->stencil));
+    CHECK_OK(&s->ctx, pd_grid_build(&s->ctx, &s->stencil, &s->grid_desc, &s->grid));
+    CHECK_INT(pd_corrode_build(&s->ctx, &s->grid, &s->stencil, &s->desc, &s->corrode), PD_ERR_ARGUMENT);
+    scene_free(s);
 }
 
 /* ---- places and input ---- */
@@ -279,5 +326,5 @@ TEST(bad_input)
 #endif
 
 TEST_MAIN(ENTRY(flat_front_speed) ENTRY(flat_front_with_long_steps) OF_DIM ENTRY(pencil_electrode)
-          ENTRY(amounts_are_conserved) ENTRY(saturation_pauses)
-              ENTRY(threads_do_not_matter) ENTRY(passive_film) ENTRY(step_beyond_the_limit) ENTRY(bad_input))
+          ENTRY(amounts_are_conserved) ENTRY(saturation_pauses) ENTRY(threads_do_not_matter) ENTRY(factor_is_a_speed)
+          ENTRY(factors_conserve) ENTRY(passive_film) ENTRY(step_beyond_the_limit) ENTRY(bad_input))

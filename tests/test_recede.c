@@ -130,7 +130,7 @@ TEST(amounts_and_bounds)
 {
     for (int drive = 0; drive < 2; drive++) {
         pd_recede recede;
-        scene *s = lump((pd_drive)drive, 0);
+        scene *s = lump((pd_drive)drive, 0, NULL);
         if (!recede_build(s, 0.2, &recede)) return;
         double start = s->corrode.start, most = 0.0, least = CS;
         for (int k = 1; k <= 20; k++) {
@@ -180,7 +180,7 @@ TEST(threads_do_not_matter)
     static double kept[40000];
     for (int run = 0; run < 2; run++) {
         pd_recede recede;
-        scene *s = lump(PD_DRIVE_CONSTANT, run ? 3 : 1);
+        scene *s = lump(PD_DRIVE_CONSTANT, run ? 3 : 1, NULL);
         if (!recede_build(s, 0.2, &recede)) return;
         if (!CHECK_OK(&s->ctx, pd_recede_run(&s->ctx, &recede, 3.0))) return;
         if (!CHECK(s->grid.total <= (int32_t)(sizeof kept / sizeof *kept))) return;
