@@ -3137,6 +3137,7 @@ typedef struct pd_recede {
     double *stock;     /* [total] [mol/m4] the same times what the metal there has, with drive by difference */
     uint8_t *state;    /* [total] whether a node beside metal follows the law, holds Csat or takes nothing */
     double last_dt;    /* [s] of the step before; 0: none */
+    int32_t turned;    /* nodes that turned in it: fields bend there, which is no error in time */
     double next_dt;    /* [s] that the error in time proposes for the next one */
     double front_dt;   /* [s] that the front does */
     int64_t newton, iterations; /* in all: corrections, and CG iterations */
@@ -3576,8 +3577,9 @@ PDI_FN pd_status pdi_watch_place(pd_ctx *ctx, pd_text *text, const pd_setup *set
  *   [corrode]    bond-based, in place of flow, transport and dissolve: rate = speed | current = A/m2, expressions in C
  *                Csat  Cs  charge  D  initial  bulk = 0  control = diffusion|activation  gb_factor = 1
  *                drive = constant|difference  kernel = area|square|inverse  weights = calibrated|printed
- *                share = 0.01  overshoot = 0.05 of steps
- *   [run]        until  rtol = 4e-3 (of the volume loss; without dissolution 1e-3, of a step of the transport)
+ *                time = implicit|explicit  share = 0.2  overshoot = 0.05 of (explicit) steps
+ *   [run]        until  rtol = 4e-3 (of the volume loss; without dissolution 1e-3, of a step of the transport or of
+ *                corrode)
  *                fraction of a node that a step takes (25 rtol)  max_step
  *   [output]     every  fields = C, v, p, kind, grain, phase, D, rate, density  images = ...  slice = z 0 um  prefix
  *                folder
@@ -19952,10 +19954,12 @@ pd_status pd_recede_step(pd_ctx *ctx, pd_recede *r, double dt)
         return status;
     }
     double error = pdi_recede_error(r);
+    if (r->turned) error = 0.0;
     pdi_corrode_commit(m, dt);
     r->next_dt = dt * fmin(PDI_RECEDE_GROWTH, error > 0.0 ? 0.9 * sqrt(r->desc.rtol / error) : PDI_RECEDE_GROWTH);
     r->front_dt = lost > 0.0 ? dt * r->desc.share / lost : HUGE_VAL;
     r->last_dt = dt;
+    r->turned = m->changed_count;
     for (int32_t n = 0; n < m->changed_count; n++) {
         r->state[m->changed[n]] = PDI_RECEDE_LAW;
         r->moved[m->changed[n]] = 0.0;

@@ -280,10 +280,12 @@ pd_status pd_recede_step(pd_ctx *ctx, pd_recede *r, double dt)
         return status;
     }
     double error = pdi_recede_error(r);
+    if (r->turned) error = 0.0;
     pdi_corrode_commit(m, dt);
     r->next_dt = dt * fmin(PDI_RECEDE_GROWTH, error > 0.0 ? 0.9 * sqrt(r->desc.rtol / error) : PDI_RECEDE_GROWTH);
     r->front_dt = lost > 0.0 ? dt * r->desc.share / lost : HUGE_VAL;
     r->last_dt = dt;
+    r->turned = m->changed_count;
     for (int32_t n = 0; n < m->changed_count; n++) {
         r->state[m->changed[n]] = PDI_RECEDE_LAW;
         r->moved[m->changed[n]] = 0.0;

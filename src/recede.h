@@ -45,6 +45,7 @@ typedef struct pd_recede {
     double *stock;     /* [total] [mol/m4] the same times what the metal there has, with drive by difference */
     uint8_t *state;    /* [total] whether a node beside metal follows the law, holds Csat or takes nothing */
     double last_dt;    /* [s] of the step before; 0: none */
+    int32_t turned;    /* nodes that turned in it: fields bend there, which is no error in time */
     double next_dt;    /* [s] that the error in time proposes for the next one */
     double front_dt;   /* [s] that the front does */
     int64_t newton, iterations; /* in all: corrections, and CG iterations */
