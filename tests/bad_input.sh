@@ -202,7 +202,10 @@ pits "unknown kernel" 's/D =/kernel = cube   D =/' "4: column 55: found 'cube', 
 pits "unknown weights" 's/D =/weights = own   D =/' \
     "4: column 56: found 'own', expected one of calibrated, printed"
 pits "share of nothing" 's/D =/share = 0   D =/' "4: share: found 0, expected a value above 0 and at most 1"
-pits "no overshoot" 's/D =/overshoot = 0   D =/' "4: overshoot: found 0, expected a value above 0 and at most 1"
+pits "no overshoot" 's/D =/time = explicit   overshoot = 0   D =/' \
+    "4: overshoot: found 0, expected a value above 0 and at most 1"
+pits "overshoot of implicit steps" 's/D =/overshoot = 0.1   D =/' \
+    "4: overshoot: found beside implicit steps, expected time = explicit: others do not pass Csat"
 pits "inlet without flow" 's/flow = open/flow = inlet/' \
     "3: flow: found 'inlet' beside [corrode], expected open to hold its bulk concentration"
 pits "held side" 's/flow = open/C = 0/' \
