@@ -3071,9 +3071,10 @@ enum { PDI_CORRODE_IDLE = 0, PDI_CORRODE_WHOLE, PDI_CORRODE_SHORE, PDI_CORRODE_E
 static inline int pdi_corrode_wet(uint8_t phase) { return phase == PDI_CORRODE_FLUID || phase == PDI_CORRODE_HELD; }
 /* What a bond moves, over speed and weight [mol/m3]: that times 1 or times the difference of its ends (eq. 6.7). */
 PDI_FN double pdi_corrode_scale(const pd_corrode *corrode);
-/* Pieces of the rows of the box, and the first node and length of one. */
-PDI_FN int32_t pdi_corrode_pieces(const pd_grid *grid);
-PDI_FN int32_t pdi_corrode_place(const pd_grid *grid, int32_t piece, int *count);
+/* `count` nodes from `first` along axis 0, of one role. */
+typedef void (*pdi_corrode_run_fn)(void *user, int32_t first, int count);
+/* All nodes of the box that take part, in such runs. */
+PDI_FN void pdi_corrode_sweep(const pd_ctx *ctx, const pd_corrode *corrode, pdi_corrode_run_fn run, void *user);
 /* sum [count] [mol/m5] of a(n) (C_j - C_i) over the wet bonds of fluid nodes of one role that lie along axis 0; c with
  * its ghosts. */
 PDI_FN void pdi_corrode_spread(const pd_corrode *corrode, const double *c, int32_t first, int count, double *sum);
@@ -7079,30 +7080,28 @@ PDI_FN void pdi_spans_free(pd_ctx *ctx, pd_spans *s)
     memset(s, 0, sizeof *s);
 }
 
-PDI_FN void pdi_spans_pack(const pd_ctx *ctx, const pd_spans *s, int components, const double *full, double *packed)
+/* From one layout to the other, stretch by stretch. */
+static void pdi_span_copy(const pd_ctx *ctx, const pd_spans *s, int components, const double *from, double *to,
+                          int pack)
 {
     int nt = pdi_par_threads(ctx, (int64_t)components * s->nodes);
     (void)nt;
     PDI_PARALLEL_FOR(nt)
     for (int32_t k = 0; k < components * s->count; k++) {
         int32_t span = k % s->count;
-        int64_t c = k / s->count;
-        memcpy(packed + c * s->nodes + s->start[span], full + c * s->total + s->first[span],
-               (size_t)s->length[span] * sizeof *full);
+        int64_t c = k / s->count, full = c * s->total + s->first[span], packed = c * s->nodes + s->start[span];
+        memcpy(to + (pack ? packed : full), from + (pack ? full : packed), (size_t)s->length[span] * sizeof *to);
     }
+}
+
+PDI_FN void pdi_spans_pack(const pd_ctx *ctx, const pd_spans *s, int components, const double *full, double *packed)
+{
+    pdi_span_copy(ctx, s, components, full, packed, 1);
 }
 
 PDI_FN void pdi_spans_unpack(const pd_ctx *ctx, const pd_spans *s, int components, const double *packed, double *full)
 {
-    int nt = pdi_par_threads(ctx, (int64_t)components * s->nodes);
-    (void)nt;
-    PDI_PARALLEL_FOR(nt)
-    for (int32_t k = 0; k < components * s->count; k++) {
-        int32_t span = k % s->count;
-        int64_t c = k / s->count;
-        memcpy(full + c * s->total + s->first[span], packed + c * s->nodes + s->start[span],
-               (size_t)s->length[span] * sizeof *full);
-    }
+    pdi_span_copy(ctx, s, components, packed, full, 0);
 }
 
 /* ======== >>ghost.c ======== */
@@ -17389,7 +17388,7 @@ typedef struct pdi_convect_pair {
     const double *flux, *back;              /* F [1/s] of the bond ahead, and of that which comes from behind */
     double turn;                            /* what `back` is to be multiplied with: -1 in planes */
     const double *ahead, *behind;           /* conductances [1/s] */
-    double space[2][PDI_BLOCK];     /* for those of whole families */
+    double space[2][PDI_BLOCK];             /* for those of whole families */
 } pdi_convect_pair;
 
 static inline void pdi_convect_pair_get(const pd_convect *t, int32_t i, int32_t row, int k, int count,
@@ -17673,15 +17672,21 @@ static pd_status pdi_convect_fit_ports(pd_ctx *ctx, pd_convect *convect)
     return status;
 }
 
-PDI_FN pd_status pdi_convect_fit(pd_ctx *ctx, pd_convect *convect)
+static pd_status pdi_convect_fit_rows(pd_ctx *ctx, pd_convect *convect)
 {
     int64_t count = convect->bonds->stencil->count;
     int32_t rows = convect->bonds->capacity;
-    if (rows == convect->capacity) return pdi_convect_fit_ports(ctx, convect);
+    if (rows == convect->capacity) return PD_OK;
     PDI_DELETE(ctx, count * convect->capacity, convect->conduct);
     convect->capacity = 0;
     PDI_TRY(PDI_NEW(ctx, "convect", count * rows, convect->conduct));
     convect->capacity = rows;
+    return PD_OK;
+}
+
+PDI_FN pd_status pdi_convect_fit(pd_ctx *ctx, pd_convect *convect)
+{
+    PDI_TRY(pdi_convect_fit_rows(ctx, convect));
     return pdi_convect_fit_ports(ctx, convect);
 }
 
@@ -19148,10 +19153,11 @@ static void pdi_corrode_whole(pd_corrode *r, int32_t first, int count, double dt
 static void pdi_corrode_shore(pd_corrode *r, int32_t first, int count, double dt)
 {
     const double *c = r->c + first;
-    double diffusivity = r->desc.activation ? 0.0 : r->desc.diffusivity, scale = pdi_corrode_scale(r);
+    double diffusivity = r->desc.diffusivity, scale = pdi_corrode_scale(r);
     double spread[PDI_CORRODE_PIECE], metal[PDI_CORRODE_PIECE], ones[PDI_CORRODE_PIECE];
     int difference = r->desc.drive == PD_DRIVE_DIFFERENCE;
-    pdi_corrode_spread(r, r->c, first, count, spread);
+    if (r->desc.activation) memset(spread, 0, sizeof spread);
+    else pdi_corrode_spread(r, r->c, first, count, spread);
     memset(metal, 0, sizeof metal);
     for (int b = 0; b < count; b++) ones[b] = 1.0;
     for (int k = 0; k < r->stencil->count; k++) {
@@ -19181,27 +19187,15 @@ static void pdi_corrode_exposed(pd_corrode *r, int32_t first, int count, double 
     for (int b = 0; b < count; b++) r->next[first + b] = r->base[first + b] - dt * scale * loss[b];
 }
 
-/* New contents of `count` nodes of the box that lie along axis 0, in runs of one role. */
-static void pdi_corrode_piece(pd_corrode *r, int32_t first, int count, double dt)
-{
-    for (int b = 0, run; b < count; b += run) {
-        int32_t i = first + b;
-        uint8_t role = r->role[i];
-        for (run = 1; b + run < count && r->role[i + run] == role;) run++;
-        if (role == PDI_CORRODE_WHOLE && !r->desc.activation) pdi_corrode_whole(r, i, run, dt);
-        if (role == PDI_CORRODE_SHORE) pdi_corrode_shore(r, i, run, dt);
-        if (role == PDI_CORRODE_EXPOSED) pdi_corrode_exposed(r, i, run, dt);
-    }
-}
-
-PDI_FN int32_t pdi_corrode_pieces(const pd_grid *grid)
+/* Pieces of the rows of the box, and the first node and length of one. */
+static int32_t pdi_corrode_pieces(const pd_grid *grid)
 {
     int32_t rows = 1;
     for (int d = 1; d < PD_DIM; d++) rows *= (int32_t)grid->n[d];
     return rows * (int32_t)((grid->n[0] + PDI_CORRODE_PIECE - 1) / PDI_CORRODE_PIECE);
 }
 
-PDI_FN int32_t pdi_corrode_place(const pd_grid *grid, int32_t piece, int *count)
+static int32_t pdi_corrode_place(const pd_grid *grid, int32_t piece, int *count)
 {
     int32_t per_row = (int32_t)((grid->n[0] + PDI_CORRODE_PIECE - 1) / PDI_CORRODE_PIECE), row = piece / per_row;
     int i[PD_DIM];
@@ -19604,7 +19598,7 @@ PDI_FN void pdi_corrode_commit(pd_corrode *r, double dt)
     r->steps++;
 }
 
-PDI_FN void pdi_corrode_exchange(pd_ctx *ctx, pd_corrode *r, double dt)
+PDI_FN void pdi_corrode_sweep(const pd_ctx *ctx, const pd_corrode *r, pdi_corrode_run_fn run, void *user)
 {
     int32_t pieces = pdi_corrode_pieces(r->grid);
     int nt = pdi_par_threads(ctx, r->active * r->stencil->count);
@@ -19612,9 +19606,35 @@ PDI_FN void pdi_corrode_exchange(pd_ctx *ctx, pd_corrode *r, double dt)
     PDI_PARALLEL_FOR(nt)
     for (int32_t p = 0; p < pieces; p++) {
         int count;
-        int32_t first = pdi_corrode_place(r->grid, p, &count);
-        pdi_corrode_piece(r, first, count, dt);
+        int32_t first = pdi_corrode_place(r->grid, p, &count), end = first + count, next;
+        for (int32_t i = first; i < end; i = next) {
+            for (next = i + 1; next < end && r->role[next] == r->role[i];) next++;
+            if (r->role[i] != PDI_CORRODE_IDLE) run(user, i, (int)(next - i));
+        }
     }
+}
+
+/* The operands of an exchange. */
+typedef struct pdi_corrode_exchanging {
+    pd_corrode *corrode;
+    double dt; /* [s] */
+} pdi_corrode_exchanging;
+
+static void pdi_corrode_exchange_run(void *user, int32_t first, int count)
+{
+    const pdi_corrode_exchanging *e = (const pdi_corrode_exchanging *)user;
+    uint8_t role = e->corrode->role[first];
+    if (role == PDI_CORRODE_WHOLE && !e->corrode->desc.activation) pdi_corrode_whole(e->corrode, first, count, e->dt);
+    if (role == PDI_CORRODE_SHORE) pdi_corrode_shore(e->corrode, first, count, e->dt);
+    if (role == PDI_CORRODE_EXPOSED) pdi_corrode_exposed(e->corrode, first, count, e->dt);
+}
+
+PDI_FN void pdi_corrode_exchange(pd_ctx *ctx, pd_corrode *r, double dt)
+{
+    pdi_corrode_exchanging e;
+    e.corrode = r;
+    e.dt = dt;
+    pdi_corrode_sweep(ctx, r, pdi_corrode_exchange_run, &e);
 }
 
 PDI_FN double pdi_corrode_lost(const pd_corrode *r)
@@ -19699,42 +19719,26 @@ enum { PDI_RECEDE_LAW = 0, PDI_RECEDE_SATURATED, PDI_RECEDE_FULL };
 #define PDI_RECEDE_EXCESS 2.5
 #define PDI_RECEDE_SHORTEST 1e-12
 
+/* What callbacks and sweeps see. */
 typedef struct pdi_recede_user {
     pd_ctx *ctx;
     pd_recede *r;
+    double *out; /* of a sweep over fluid nodes */
 } pdi_recede_user;
-
-/* Does `work` on the fluid nodes of all pieces, in runs of one role. */
-typedef void (*pdi_recede_fn)(pd_recede *r, int32_t first, int count, double *out);
-
-static void pdi_recede_sweep(pd_ctx *ctx, pd_recede *r, pdi_recede_fn work, double *out)
-{
-    const pd_corrode *m = r->corrode;
-    int32_t pieces = pdi_corrode_pieces(m->grid);
-    int nt = pdi_par_threads(ctx, m->active * m->stencil->count);
-    (void)nt;
-    PDI_PARALLEL_FOR(nt)
-    for (int32_t p = 0; p < pieces; p++) {
-        int count;
-        int32_t first = pdi_corrode_place(m->grid, p, &count), end = first + count, next;
-        for (int32_t i = first; i < end; i = next) {
-            uint8_t role = m->role[i];
-            for (next = i + 1; next < end && m->role[next] == role;) next++;
-            if (role == PDI_CORRODE_WHOLE || role == PDI_CORRODE_SHORE) work(r, i, (int)(next - i), out);
-        }
-    }
-}
 
 /* ---- the linear system ---- */
 
-static void pdi_recede_apply_run(pd_recede *r, int32_t first, int count, double *y)
+static void pdi_recede_apply_run(void *user, int32_t first, int count)
 {
+    const pdi_recede_user *u = (const pdi_recede_user *)user;
+    const pd_recede *r = u->r;
     const double *x = r->field + first;
     double sum[PDI_CORRODE_PIECE];
+    if (r->corrode->role[first] == PDI_CORRODE_EXPOSED) return;
     pdi_corrode_spread(r->corrode, r->field, first, count, sum);
     for (int b = 0; b < count; b++) {
         double all = (1.0 / r->dt + r->drain[first + b]) * x[b] - r->corrode->desc.diffusivity * sum[b];
-        y[first + b] = r->state[first + b] == PDI_RECEDE_SATURATED ? 0.0 : all;
+        u->out[first + b] = r->state[first + b] == PDI_RECEDE_SATURATED ? 0.0 : all;
     }
 }
 
@@ -19748,7 +19752,8 @@ static void pdi_recede_apply(void *user, const double *x, double *y)
         double from = x[m->source[g]];
         u->r->field[m->ghost[g]] = m->phase[m->ghost[g]] == PDI_CORRODE_HELD ? -from : from;
     }
-    pdi_recede_sweep(u->ctx, u->r, pdi_recede_apply_run, y);
+    u->out = y;
+    pdi_corrode_sweep(u->ctx, m, pdi_recede_apply_run, u);
 }
 
 static void pdi_recede_precondition(void *user, const double *x, double *y)
@@ -19783,11 +19788,13 @@ static pd_status pdi_recede_setup(pd_ctx *ctx, pd_recede *r)
 
 /* ---- the equations ---- */
 
-/* Begin a step: what the metal in reach of the nodes beside it would give. */
+/* Begin a step: how many nodes take part, and what the metal in reach of those beside it would give. */
 static void pdi_recede_begin(pd_recede *r)
 {
-    const pd_corrode *m = r->corrode;
+    pd_corrode *m = r->corrode;
+    m->active = 0;
     for (int32_t i = 0; i < m->grid->total; i++) {
+        m->active += m->role[i] != PDI_CORRODE_IDLE;
         r->reach[i] = r->stock[i] = 0.0;
         if (m->role[i] != PDI_CORRODE_SHORE) { /* the front may have left it behind */
             r->state[i] = PDI_RECEDE_LAW;
@@ -19813,13 +19820,16 @@ static double pdi_recede_gain(const pd_recede *r, int32_t i, double v, double c)
 }
 
 /* balance = (C - C')/dt + what diffusion brings */
-static void pdi_recede_balance_run(pd_recede *r, int32_t first, int count, double *balance)
+static void pdi_recede_balance_run(void *user, int32_t first, int count)
 {
+    const pdi_recede_user *u = (const pdi_recede_user *)user;
+    const pd_recede *r = u->r;
     const pd_corrode *m = r->corrode;
     double sum[PDI_CORRODE_PIECE];
+    if (m->role[first] == PDI_CORRODE_EXPOSED) return;
     pdi_corrode_spread(m, m->c, first, count, sum);
     for (int b = 0; b < count; b++)
-        balance[first + b] = (r->start[first + b] - m->c[first + b]) / r->dt + m->desc.diffusivity * sum[b];
+        u->out[first + b] = (r->start[first + b] - m->c[first + b]) / r->dt + m->desc.diffusivity * sum[b];
 }
 
 /* Tolerance of the step at hand [-]. */
@@ -19850,8 +19860,12 @@ static pd_status pdi_recede_evaluate(pd_ctx *ctx, pd_recede *r, int settled, int
     pd_corrode *m = r->corrode;
     double csat = m->desc.saturation, probe = PDI_RECEDE_PROBE * csat, largest = 0.0;
     *change = 0;
+    pdi_recede_user user;
+    user.ctx = ctx;
+    user.r = r;
+    user.out = r->balance;
     pdi_corrode_ghosts(m);
-    pdi_recede_sweep(ctx, r, pdi_recede_balance_run, r->balance);
+    pdi_corrode_sweep(ctx, m, pdi_recede_balance_run, &user);
     for (int32_t i = 0; i < m->grid->total; i++) {
         if (m->role[i] == PDI_CORRODE_WHOLE) largest = fmax(largest, fabs(r->balance[i]));
         if (m->role[i] != PDI_CORRODE_SHORE) continue;
@@ -19929,10 +19943,8 @@ static double pdi_recede_error(pd_recede *r)
 pd_status pd_recede_step(pd_ctx *ctx, pd_recede *r, double dt)
 {
     pd_corrode *m = r->corrode;
-    double limit;
     if (!(dt > 0.0) || !(dt < 1e100))
         return pdi_fail(ctx, PD_ERR_ARGUMENT, "recede", "a step of %g s, expected a positive one", dt);
-    PDI_TRY(pd_corrode_limit(ctx, m, &limit)); /* counts the nodes that take part */
     r->dt = dt;
     pdi_par_copy(ctx, m->grid->total, m->c, r->start);
     pdi_recede_begin(r);
@@ -19960,10 +19972,6 @@ pd_status pd_recede_step(pd_ctx *ctx, pd_recede *r, double dt)
     r->front_dt = lost > 0.0 ? dt * r->desc.share / lost : HUGE_VAL;
     r->last_dt = dt;
     r->turned = m->changed_count;
-    for (int32_t n = 0; n < m->changed_count; n++) {
-        r->state[m->changed[n]] = PDI_RECEDE_LAW;
-        r->moved[m->changed[n]] = 0.0;
-    }
     return PD_OK;
 }
 

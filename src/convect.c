@@ -172,7 +172,7 @@ typedef struct pdi_convect_pair {
     const double *flux, *back;              /* F [1/s] of the bond ahead, and of that which comes from behind */
     double turn;                            /* what `back` is to be multiplied with: -1 in planes */
     const double *ahead, *behind;           /* conductances [1/s] */
-    double space[2][PDI_BLOCK];     /* for those of whole families */
+    double space[2][PDI_BLOCK];             /* for those of whole families */
 } pdi_convect_pair;
 
 static inline void pdi_convect_pair_get(const pd_convect *t, int32_t i, int32_t row, int k, int count,
@@ -456,15 +456,21 @@ static pd_status pdi_convect_fit_ports(pd_ctx *ctx, pd_convect *convect)
     return status;
 }
 
-PDI_FN pd_status pdi_convect_fit(pd_ctx *ctx, pd_convect *convect)
+static pd_status pdi_convect_fit_rows(pd_ctx *ctx, pd_convect *convect)
 {
     int64_t count = convect->bonds->stencil->count;
     int32_t rows = convect->bonds->capacity;
-    if (rows == convect->capacity) return pdi_convect_fit_ports(ctx, convect);
+    if (rows == convect->capacity) return PD_OK;
     PDI_DELETE(ctx, count * convect->capacity, convect->conduct);
     convect->capacity = 0;
     PDI_TRY(PDI_NEW(ctx, "convect", count * rows, convect->conduct));
     convect->capacity = rows;
+    return PD_OK;
+}
+
+PDI_FN pd_status pdi_convect_fit(pd_ctx *ctx, pd_convect *convect)
+{
+    PDI_TRY(pdi_convect_fit_rows(ctx, convect));
     return pdi_convect_fit_ports(ctx, convect);
 }
 

@@ -40,10 +40,11 @@ static void pdi_corrode_whole(pd_corrode *r, int32_t first, int count, double dt
 static void pdi_corrode_shore(pd_corrode *r, int32_t first, int count, double dt)
 {
     const double *c = r->c + first;
-    double diffusivity = r->desc.activation ? 0.0 : r->desc.diffusivity, scale = pdi_corrode_scale(r);
+    double diffusivity = r->desc.diffusivity, scale = pdi_corrode_scale(r);
     double spread[PDI_CORRODE_PIECE], metal[PDI_CORRODE_PIECE], ones[PDI_CORRODE_PIECE];
     int difference = r->desc.drive == PD_DRIVE_DIFFERENCE;
-    pdi_corrode_spread(r, r->c, first, count, spread);
+    if (r->desc.activation) memset(spread, 0, sizeof spread);
+    else pdi_corrode_spread(r, r->c, first, count, spread);
     memset(metal, 0, sizeof metal);
     for (int b = 0; b < count; b++) ones[b] = 1.0;
     for (int k = 0; k < r->stencil->count; k++) {
@@ -73,27 +74,15 @@ static void pdi_corrode_exposed(pd_corrode *r, int32_t first, int count, double 
     for (int b = 0; b < count; b++) r->next[first + b] = r->base[first + b] - dt * scale * loss[b];
 }
 
-/* New contents of `count` nodes of the box that lie along axis 0, in runs of one role. */
-static void pdi_corrode_piece(pd_corrode *r, int32_t first, int count, double dt)
-{
-    for (int b = 0, run; b < count; b += run) {
-        int32_t i = first + b;
-        uint8_t role = r->role[i];
-        for (run = 1; b + run < count && r->role[i + run] == role;) run++;
-        if (role == PDI_CORRODE_WHOLE && !r->desc.activation) pdi_corrode_whole(r, i, run, dt);
-        if (role == PDI_CORRODE_SHORE) pdi_corrode_shore(r, i, run, dt);
-        if (role == PDI_CORRODE_EXPOSED) pdi_corrode_exposed(r, i, run, dt);
-    }
-}
-
-PDI_FN int32_t pdi_corrode_pieces(const pd_grid *grid)
+/* Pieces of the rows of the box, and the first node and length of one. */
+static int32_t pdi_corrode_pieces(const pd_grid *grid)
 {
     int32_t rows = 1;
     for (int d = 1; d < PD_DIM; d++) rows *= (int32_t)grid->n[d];
     return rows * (int32_t)((grid->n[0] + PDI_CORRODE_PIECE - 1) / PDI_CORRODE_PIECE);
 }
 
-PDI_FN int32_t pdi_corrode_place(const pd_grid *grid, int32_t piece, int *count)
+static int32_t pdi_corrode_place(const pd_grid *grid, int32_t piece, int *count)
 {
     int32_t per_row = (int32_t)((grid->n[0] + PDI_CORRODE_PIECE - 1) / PDI_CORRODE_PIECE), row = piece / per_row;
     int i[PD_DIM];
@@ -496,7 +485,7 @@ PDI_FN void pdi_corrode_commit(pd_corrode *r, double dt)
     r->steps++;
 }
 
-PDI_FN void pdi_corrode_exchange(pd_ctx *ctx, pd_corrode *r, double dt)
+PDI_FN void pdi_corrode_sweep(const pd_ctx *ctx, const pd_corrode *r, pdi_corrode_run_fn run, void *user)
 {
     int32_t pieces = pdi_corrode_pieces(r->grid);
     int nt = pdi_par_threads(ctx, r->active * r->stencil->count);
@@ -504,9 +493,35 @@ PDI_FN void pdi_corrode_exchange(pd_ctx *ctx, pd_corrode *r, double dt)
     PDI_PARALLEL_FOR(nt)
     for (int32_t p = 0; p < pieces; p++) {
         int count;
-        int32_t first = pdi_corrode_place(r->grid, p, &count);
-        pdi_corrode_piece(r, first, count, dt);
+        int32_t first = pdi_corrode_place(r->grid, p, &count), end = first + count, next;
+        for (int32_t i = first; i < end; i = next) {
+            for (next = i + 1; next < end && r->role[next] == r->role[i];) next++;
+            if (r->role[i] != PDI_CORRODE_IDLE) run(user, i, (int)(next - i));
+        }
     }
+}
+
+/* The operands of an exchange. */
+typedef struct pdi_corrode_exchanging {
+    pd_corrode *corrode;
+    double dt; /* [s] */
+} pdi_corrode_exchanging;
+
+static void pdi_corrode_exchange_run(void *user, int32_t first, int count)
+{
+    const pdi_corrode_exchanging *e = (const pdi_corrode_exchanging *)user;
+    uint8_t role = e->corrode->role[first];
+    if (role == PDI_CORRODE_WHOLE && !e->corrode->desc.activation) pdi_corrode_whole(e->corrode, first, count, e->dt);
+    if (role == PDI_CORRODE_SHORE) pdi_corrode_shore(e->corrode, first, count, e->dt);
+    if (role == PDI_CORRODE_EXPOSED) pdi_corrode_exposed(e->corrode, first, count, e->dt);
+}
+
+PDI_FN void pdi_corrode_exchange(pd_ctx *ctx, pd_corrode *r, double dt)
+{
+    pdi_corrode_exchanging e;
+    e.corrode = r;
+    e.dt = dt;
+    pdi_corrode_sweep(ctx, r, pdi_corrode_exchange_run, &e);
 }
 
 PDI_FN double pdi_corrode_lost(const pd_corrode *r)

@@ -121,9 +121,10 @@ enum { PDI_CORRODE_IDLE = 0, PDI_CORRODE_WHOLE, PDI_CORRODE_SHORE, PDI_CORRODE_E
 static inline int pdi_corrode_wet(uint8_t phase) { return phase == PDI_CORRODE_FLUID || phase == PDI_CORRODE_HELD; }
 /* What a bond moves, over speed and weight [mol/m3]: that times 1 or times the difference of its ends (eq. 6.7). */
 PDI_FN double pdi_corrode_scale(const pd_corrode *corrode);
-/* Pieces of the rows of the box, and the first node and length of one. */
-PDI_FN int32_t pdi_corrode_pieces(const pd_grid *grid);
-PDI_FN int32_t pdi_corrode_place(const pd_grid *grid, int32_t piece, int *count);
+/* `count` nodes from `first` along axis 0, of one role. */
+typedef void (*pdi_corrode_run_fn)(void *user, int32_t first, int count);
+/* All nodes of the box that take part, in such runs. */
+PDI_FN void pdi_corrode_sweep(const pd_ctx *ctx, const pd_corrode *corrode, pdi_corrode_run_fn run, void *user);
 /* sum [count] [mol/m5] of a(n) (C_j - C_i) over the wet bonds of fluid nodes of one role that lie along axis 0; c with
  * its ghosts. */
 PDI_FN void pdi_corrode_spread(const pd_corrode *corrode, const double *c, int32_t first, int count, double *sum);

@@ -25,42 +25,26 @@ enum { PDI_RECEDE_LAW = 0, PDI_RECEDE_SATURATED, PDI_RECEDE_FULL };
 #define PDI_RECEDE_EXCESS 2.5
 #define PDI_RECEDE_SHORTEST 1e-12
 
+/* What callbacks and sweeps see. */
 typedef struct pdi_recede_user {
     pd_ctx *ctx;
     pd_recede *r;
+    double *out; /* of a sweep over fluid nodes */
 } pdi_recede_user;
-
-/* Does `work` on the fluid nodes of all pieces, in runs of one role. */
-typedef void (*pdi_recede_fn)(pd_recede *r, int32_t first, int count, double *out);
-
-static void pdi_recede_sweep(pd_ctx *ctx, pd_recede *r, pdi_recede_fn work, double *out)
-{
-    const pd_corrode *m = r->corrode;
-    int32_t pieces = pdi_corrode_pieces(m->grid);
-    int nt = pdi_par_threads(ctx, m->active * m->stencil->count);
-    (void)nt;
-    PDI_PARALLEL_FOR(nt)
-    for (int32_t p = 0; p < pieces; p++) {
-        int count;
-        int32_t first = pdi_corrode_place(m->grid, p, &count), end = first + count, next;
-        for (int32_t i = first; i < end; i = next) {
-            uint8_t role = m->role[i];
-            for (next = i + 1; next < end && m->role[next] == role;) next++;
-            if (role == PDI_CORRODE_WHOLE || role == PDI_CORRODE_SHORE) work(r, i, (int)(next - i), out);
-        }
-    }
-}
 
 /* ---- the linear system ---- */
 
-static void pdi_recede_apply_run(pd_recede *r, int32_t first, int count, double *y)
+static void pdi_recede_apply_run(void *user, int32_t first, int count)
 {
+    const pdi_recede_user *u = (const pdi_recede_user *)user;
+    const pd_recede *r = u->r;
     const double *x = r->field + first;
     double sum[PDI_CORRODE_PIECE];
+    if (r->corrode->role[first] == PDI_CORRODE_EXPOSED) return;
     pdi_corrode_spread(r->corrode, r->field, first, count, sum);
     for (int b = 0; b < count; b++) {
         double all = (1.0 / r->dt + r->drain[first + b]) * x[b] - r->corrode->desc.diffusivity * sum[b];
-        y[first + b] = r->state[first + b] == PDI_RECEDE_SATURATED ? 0.0 : all;
+        u->out[first + b] = r->state[first + b] == PDI_RECEDE_SATURATED ? 0.0 : all;
     }
 }
 
@@ -74,7 +58,8 @@ static void pdi_recede_apply(void *user, const double *x, double *y)
         double from = x[m->source[g]];
         u->r->field[m->ghost[g]] = m->phase[m->ghost[g]] == PDI_CORRODE_HELD ? -from : from;
     }
-    pdi_recede_sweep(u->ctx, u->r, pdi_recede_apply_run, y);
+    u->out = y;
+    pdi_corrode_sweep(u->ctx, m, pdi_recede_apply_run, u);
 }
 
 static void pdi_recede_precondition(void *user, const double *x, double *y)
@@ -109,11 +94,13 @@ static pd_status pdi_recede_setup(pd_ctx *ctx, pd_recede *r)
 
 /* ---- the equations ---- */
 
-/* Begin a step: what the metal in reach of the nodes beside it would give. */
+/* Begin a step: how many nodes take part, and what the metal in reach of those beside it would give. */
 static void pdi_recede_begin(pd_recede *r)
 {
-    const pd_corrode *m = r->corrode;
+    pd_corrode *m = r->corrode;
+    m->active = 0;
     for (int32_t i = 0; i < m->grid->total; i++) {
+        m->active += m->role[i] != PDI_CORRODE_IDLE;
         r->reach[i] = r->stock[i] = 0.0;
         if (m->role[i] != PDI_CORRODE_SHORE) { /* the front may have left it behind */
             r->state[i] = PDI_RECEDE_LAW;
@@ -139,13 +126,16 @@ static double pdi_recede_gain(const pd_recede *r, int32_t i, double v, double c)
 }
 
 /* balance = (C - C')/dt + what diffusion brings */
-static void pdi_recede_balance_run(pd_recede *r, int32_t first, int count, double *balance)
+static void pdi_recede_balance_run(void *user, int32_t first, int count)
 {
+    const pdi_recede_user *u = (const pdi_recede_user *)user;
+    const pd_recede *r = u->r;
     const pd_corrode *m = r->corrode;
     double sum[PDI_CORRODE_PIECE];
+    if (m->role[first] == PDI_CORRODE_EXPOSED) return;
     pdi_corrode_spread(m, m->c, first, count, sum);
     for (int b = 0; b < count; b++)
-        balance[first + b] = (r->start[first + b] - m->c[first + b]) / r->dt + m->desc.diffusivity * sum[b];
+        u->out[first + b] = (r->start[first + b] - m->c[first + b]) / r->dt + m->desc.diffusivity * sum[b];
 }
 
 /* Tolerance of the step at hand [-]. */
@@ -176,8 +166,12 @@ static pd_status pdi_recede_evaluate(pd_ctx *ctx, pd_recede *r, int settled, int
     pd_corrode *m = r->corrode;
     double csat = m->desc.saturation, probe = PDI_RECEDE_PROBE * csat, largest = 0.0;
     *change = 0;
+    pdi_recede_user user;
+    user.ctx = ctx;
+    user.r = r;
+    user.out = r->balance;
     pdi_corrode_ghosts(m);
-    pdi_recede_sweep(ctx, r, pdi_recede_balance_run, r->balance);
+    pdi_corrode_sweep(ctx, m, pdi_recede_balance_run, &user);
     for (int32_t i = 0; i < m->grid->total; i++) {
         if (m->role[i] == PDI_CORRODE_WHOLE) largest = fmax(largest, fabs(r->balance[i]));
         if (m->role[i] != PDI_CORRODE_SHORE) continue;
@@ -255,10 +249,8 @@ static double pdi_recede_error(pd_recede *r)
 pd_status pd_recede_step(pd_ctx *ctx, pd_recede *r, double dt)
 {
     pd_corrode *m = r->corrode;
-    double limit;
     if (!(dt > 0.0) || !(dt < 1e100))
         return pdi_fail(ctx, PD_ERR_ARGUMENT, "recede", "a step of %g s, expected a positive one", dt);
-    PDI_TRY(pd_corrode_limit(ctx, m, &limit)); /* counts the nodes that take part */
     r->dt = dt;
     pdi_par_copy(ctx, m->grid->total, m->c, r->start);
     pdi_recede_begin(r);
@@ -286,10 +278,6 @@ pd_status pd_recede_step(pd_ctx *ctx, pd_recede *r, double dt)
     r->front_dt = lost > 0.0 ? dt * r->desc.share / lost : HUGE_VAL;
     r->last_dt = dt;
     r->turned = m->changed_count;
-    for (int32_t n = 0; n < m->changed_count; n++) {
-        r->state[m->changed[n]] = PDI_RECEDE_LAW;
-        r->moved[m->changed[n]] = 0.0;
-    }
     return PD_OK;
 }
 

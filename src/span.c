@@ -49,28 +49,26 @@ PDI_FN void pdi_spans_free(pd_ctx *ctx, pd_spans *s)
     memset(s, 0, sizeof *s);
 }
 
-PDI_FN void pdi_spans_pack(const pd_ctx *ctx, const pd_spans *s, int components, const double *full, double *packed)
+/* From one layout to the other, stretch by stretch. */
+static void pdi_span_copy(const pd_ctx *ctx, const pd_spans *s, int components, const double *from, double *to,
+                          int pack)
 {
     int nt = pdi_par_threads(ctx, (int64_t)components * s->nodes);
     (void)nt;
     PDI_PARALLEL_FOR(nt)
     for (int32_t k = 0; k < components * s->count; k++) {
         int32_t span = k % s->count;
-        int64_t c = k / s->count;
-        memcpy(packed + c * s->nodes + s->start[span], full + c * s->total + s->first[span],
-               (size_t)s->length[span] * sizeof *full);
+        int64_t c = k / s->count, full = c * s->total + s->first[span], packed = c * s->nodes + s->start[span];
+        memcpy(to + (pack ? packed : full), from + (pack ? full : packed), (size_t)s->length[span] * sizeof *to);
     }
+}
+
+PDI_FN void pdi_spans_pack(const pd_ctx *ctx, const pd_spans *s, int components, const double *full, double *packed)
+{
+    pdi_span_copy(ctx, s, components, full, packed, 1);
 }
 
 PDI_FN void pdi_spans_unpack(const pd_ctx *ctx, const pd_spans *s, int components, const double *packed, double *full)
 {
-    int nt = pdi_par_threads(ctx, (int64_t)components * s->nodes);
-    (void)nt;
-    PDI_PARALLEL_FOR(nt)
-    for (int32_t k = 0; k < components * s->count; k++) {
-        int32_t span = k % s->count;
-        int64_t c = k / s->count;
-        memcpy(full + c * s->total + s->first[span], packed + c * s->nodes + s->start[span],
-               (size_t)s->length[span] * sizeof *full);
-    }
+    pdi_span_copy(ctx, s, components, packed, full, 0);
 }
