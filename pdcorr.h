@@ -1266,6 +1266,8 @@ typedef struct pd_smooth_level {
     float *excess;     /* [cells] sum of the row: diagonal less links; NULL without contrast */
     double *sum;       /* [cells] [-] as x, from all coarser levels, then with x; NULL without contrast */
     int32_t *parent;   /* [cells] of the next level; -1: none */
+    int32_t *begin, *end; /* level 0: [cells / n[0]] of each row along axis 0, first cell that takes part and the one behind
+                           * the last; all others hold zeros */
     float *lo[PD_DIM], *hi[PD_DIM]; /* level 0: coefficients of the two neighbours of each axis, 0: closed */
     int32_t *block;    /* coarse levels: [cells] block of the cell */
     int32_t *row;      /* [cells + 1] */
@@ -3133,7 +3135,7 @@ typedef struct pd_recede {
     double *balance;   /* [total] [mol/m3/s] residual */
     double *delta;     /* [total] [mol/m3] correction */
     double *field;     /* [total] [mol/m3] operand with its ghosts */
-    double *drain;     /* [total] [1/s] -dG/dC, not negative */
+    double *drain;     /* [total] [1/s] -dG/dC; negative where metal dissolves the faster, the more is dissolved */
     double *reach;     /* [total] [1/m] sum of b(n) to metal */
     double *stock;     /* [total] [mol/m4] the same times what the metal there has, with drive by difference */
     uint8_t *state;    /* [total] whether a node beside metal follows the law, holds Csat or takes nothing */
@@ -3147,6 +3149,7 @@ typedef struct pd_recede {
 
 #define pd_recede_build PD_NAME(pd_recede_build)
 #define pd_recede_step PD_NAME(pd_recede_step)
+#define pd_recede_next PD_NAME(pd_recede_next)
 #define pd_recede_run PD_NAME(pd_recede_run)
 #define pd_recede_free PD_NAME(pd_recede_free)
 
@@ -3156,7 +3159,10 @@ PD_API pd_status pd_recede_build(pd_ctx *ctx, pd_corrode *corrode, const pd_rece
 /* One step of dt [s]. PD_RETRY, nothing changed: a node would lose far more than its share, or the equations found no
  * solution: take a shorter one. PD_ERR_STATE: the law gives no finite speed. */
 PD_API pd_status pd_recede_step(pd_ctx *ctx, pd_recede *recede, double dt);
-/* Steps up to t_end [s]. PD_ERR_DIVERGED: no step is short enough. */
+/* One step that does not pass t_end [s], as long as share and rtol allow. PD_ERR_DIVERGED: none is short enough.
+ * PD_ERR_ARGUMENT: t_end has passed. */
+PD_API pd_status pd_recede_next(pd_ctx *ctx, pd_recede *recede, double t_end);
+/* Such steps up to t_end [s]. */
 PD_API pd_status pd_recede_run(pd_ctx *ctx, pd_recede *recede, double t_end);
 PD_API void pd_recede_free(pd_ctx *ctx, pd_recede *recede);
 
@@ -3201,8 +3207,8 @@ typedef struct pd_couple {
     pd_dissolve *dissolve;   /* NULL: no dissolution */
     int settle;              /* set after the build: the field of transport starts steady */
     pd_advance *advance;     /* set after the build: transport without dissolution in its error-controlled steps */
-    pd_corrode *corrode;     /* set after the build, without flow, transport and dissolution: bond-based corrosion. The
-                              * steps of the coupling are those of max_step (without: to the next output) */
+    pd_corrode *corrode;     /* set after the build, without flow, transport and dissolution: bond-based corrosion. A
+                              * step of the coupling is one of recede, or of max_step (without: to the next output) */
     pd_recede *recede;       /* and its implicit steps; NULL: explicit ones */
     double time;             /* [s] */
     double dt;               /* [s] of the last step; corrosion: mean over those of its own in it */
@@ -9964,9 +9970,11 @@ PDI_FN void pdi_smooth_colour(const pd_ctx *ctx, const pd_smooth_level *level, p
     int nt = pdi_par_threads(ctx, (int64_t)level->cells * PDI_SMOOTH_WORK);
     (void)nt;
     PDI_PARALLEL_FOR(nt)
-    for (int32_t r = 0; r < rows; r++)
-        pdi_smooth_cells(level, stride, job, r * n0 + (pdi_smooth_row_colour(level, r) ^ colour), (r + 1) * n0,
-                            2);
+    for (int32_t r = 0; r < rows; r++) {
+        int32_t first = level->begin[r];
+        first += ((first - r * n0) ^ pdi_smooth_row_colour(level, r) ^ colour) & 1;
+        pdi_smooth_cells(level, stride, job, first, level->end[r], 2);
+    }
 }
 
 /* Gauss-Seidel forth and back along one line of a coarse level, or one that meets itself across the box. */
@@ -10179,6 +10187,8 @@ pd_status pd_multigrid_build(pd_ctx *ctx, const pd_multigrid_desc *desc, pd_mult
         fine->sum = mg->sums + mg->pad;
     }
     pdi_multigrid_edges(fine);
+    PDI_TRY(PDI_NEW(ctx, "multigrid", 2 * (cells / fine->n[0]), fine->begin));
+    fine->end = fine->begin + cells / fine->n[0];
     return PDI_NEW(ctx, "multigrid", cells, fine->parent);
 }
 
@@ -10203,6 +10213,7 @@ void pd_multigrid_free(pd_ctx *ctx, pd_multigrid *mg)
     PDI_DELETE(ctx, mg->level[0].cells + 3, mg->mark);
     PDI_DELETE(ctx, mg->level[0].cells, mg->level[0].parent);
     PDI_DELETE(ctx, mg->level[0].cells, mg->level[0].edge);
+    if (mg->level[0].begin) PDI_DELETE(ctx, 2 * (mg->level[0].cells / mg->level[0].n[0]), mg->level[0].begin);
     for (int l = 1; l < PD_MULTIGRID_LEVELS; l++) pdi_multigrid_level_free(ctx, mg, &mg->level[l]);
     mg->levels = 0;
 }
@@ -10381,6 +10392,19 @@ static void pdi_multigrid_fine(pd_multigrid *mg, const uint8_t *active, const fl
         fine->r[c] = 0.0f;
         double net = flux && fine->excess ? pdi_multigrid_net(mg, c, flux) : 0.0;
         if (fine->excess) fine->excess[c] = (float)((double)fine->x[c] + (double)fine->b[c] + net);
+    }
+}
+
+/* Begin and end of the rows of level 0. */
+static void pdi_multigrid_rows(pd_smooth_level *fine)
+{
+    int32_t n = fine->n[0];
+    for (int32_t r = 0; r < fine->cells / n; r++) {
+        int32_t begin = r * n, end = begin + n;
+        while (begin < end && !(fine->inv[begin] > 0.0f)) begin++;
+        while (begin < end && !(fine->inv[end - 1] > 0.0f)) end--;
+        fine->begin[r] = begin;
+        fine->end[r] = end;
     }
 }
 
@@ -10684,6 +10708,7 @@ pd_status pd_multigrid_setup(pd_ctx *ctx, pd_multigrid *mg, const uint8_t *activ
     if (status == PD_OK) {
         mg->levels = 1;
         pdi_multigrid_fine(mg, active, conduct, flux, wall, mass);
+        pdi_multigrid_rows(&mg->level[0]);
         status = pdi_multigrid_coarsen(ctx, mg);
     }
     PDI_DELETE(ctx, mg->level[0].cells + 3, mg->mark);
@@ -10779,8 +10804,8 @@ static double pdi_multigrid_rhs_size(const pd_ctx *ctx, const pd_multigrid *mg, 
         part[q] = 0.0;
         for (int32_t r = pdi_smooth_part(rows, q); r < pdi_smooth_part(rows, q + 1); r++) {
             int32_t node = pdi_multigrid_row_node(mg, r), base = r * fine->n[0];
-            for (int32_t i = 0; i < fine->n[0]; i++) {
-                double size = fine->inv[base + i] > 0.0f ? fabs(rhs[node + i * mg->desc.stride[0]]) : 0.0;
+            for (int32_t c = fine->begin[r]; c < fine->end[r]; c++) {
+                double size = fine->inv[c] > 0.0f ? fabs(rhs[node + (c - base) * mg->desc.stride[0]]) : 0.0;
                 size *= pdi_multigrid_weight(mg, r);
                 if (size > part[q]) part[q] = size;
             }
@@ -10802,8 +10827,8 @@ void pd_multigrid_cycle(pd_ctx *ctx, pd_multigrid *mg, const double *rhs, double
     for (int32_t r = 0; r < rows; r++) {
         int32_t node = pdi_multigrid_row_node(mg, r), base = r * n0;
         double factor = in * pdi_multigrid_weight(mg, r);
-        for (int32_t i = 0; i < n0; i++)
-            fine->b[base + i] = fine->inv[base + i] > 0.0f ? (float)(factor * rhs[node + i * s0]) : 0.0f;
+        for (int32_t c = fine->begin[r]; c < fine->end[r]; c++)
+            fine->b[c] = fine->inv[c] > 0.0f ? (float)(factor * rhs[node + (c - base) * s0]) : 0.0f;
     }
     for (int l = 0; l < mg->levels - 1; l++) pdi_multigrid_down(ctx, mg, &mg->level[l]);
     const pd_smooth_level *last = &mg->level[mg->levels - 1]; /* no links are left: the diagonal is the operator */
@@ -19780,7 +19805,7 @@ static pd_status pdi_recede_setup(pd_ctx *ctx, pd_recede *r)
         pdi_grid_index(m->grid, node, i);
         r->compact.mass[pdi_compact_cell(m->grid, i)] +=
             (float)(r->state[node] == PDI_RECEDE_SATURATED ? PDI_RECEDE_STIFF * (m->diffusion + 1.0 / r->dt)
-                                                           : r->drain[node]);
+                                                           : fmax(r->drain[node], 0.0));
     }
     return pd_multigrid_setup(ctx, &r->mg, r->compact.active, (const float *const *)r->compact.conduct, NULL,
                               r->compact.wall, r->compact.mass);
@@ -19876,7 +19901,7 @@ static pd_status pdi_recede_evaluate(pd_ctx *ctx, pd_recede *r, int settled, int
         uint8_t state = settled ? r->state[i] : pdi_recede_choose(r, i, gain, need);
         *change |= state != r->state[i];
         r->state[i] = state;
-        r->drain[i] = state == PDI_RECEDE_LAW ? fmax((before - gain) / probe, 0.0) : 0.0;
+        r->drain[i] = state == PDI_RECEDE_LAW ? (before - gain) / probe : 0.0;
         m->speed[i] = state == PDI_RECEDE_LAW ? v : 0.0;
         if (state == PDI_RECEDE_SATURATED) {
             m->c[i] = csat;
@@ -19887,6 +19912,19 @@ static pd_status pdi_recede_evaluate(pd_ctx *ctx, pd_recede *r, int settled, int
     }
     *worst = largest * r->dt / csat;
     return PD_OK;
+}
+
+/* Leave out of the drains what makes the linear system indefinite: gains that grow with the concentration. 0: there
+ * are none. */
+static int pdi_recede_damp(pd_recede *r)
+{
+    int any = 0;
+    for (int32_t i = 0; i < r->corrode->grid->total; i++) {
+        if (r->corrode->role[i] != PDI_CORRODE_SHORE || !(r->drain[i] < 0.0)) continue;
+        r->drain[i] = 0.0;
+        any = 1;
+    }
+    return any;
 }
 
 /* Concentrations, speeds and states at the end of the step. PD_RETRY: none were found. */
@@ -19911,6 +19949,10 @@ static pd_status pdi_recede_solve(pd_ctx *ctx, pd_recede *r)
         r->krylov.desc.atol = 0.1 * goal * m->desc.saturation / r->dt;
         pd_status status = pd_krylov_solve(ctx, &r->krylov, pdi_recede_apply, pdi_recede_precondition, &user,
                                            r->balance, r->delta, &linear);
+        if (status == PD_ERR_DIVERGED && pdi_recede_damp(r)) { /* the law runs away faster than diffusion carries off */
+            status = pd_krylov_solve(ctx, &r->krylov, pdi_recede_apply, pdi_recede_precondition, &user, r->balance,
+                                     r->delta, &linear);
+        }
         if (status < 0) return status;
         fresh = linear.iterations <= PDI_RECEDE_STALE;
         r->iterations += linear.iterations;
@@ -19975,29 +20017,34 @@ pd_status pd_recede_step(pd_ctx *ctx, pd_recede *r, double dt)
     return PD_OK;
 }
 
-pd_status pd_recede_run(pd_ctx *ctx, pd_recede *r, double t_end)
+pd_status pd_recede_next(pd_ctx *ctx, pd_recede *r, double t_end)
 {
     pd_corrode *m = r->corrode;
-    while (m->time < t_end) {
-        double left = t_end - m->time, dt = left, limit;
-        if (r->last_dt > 0.0) dt = fmin(fmin(dt, r->next_dt), r->front_dt);
-        else { /* no step yet: an explicit one */
-            PDI_TRY(pd_corrode_limit(ctx, m, &limit));
-            dt = fmin(dt, limit);
-        }
-        double shortest = PDI_RECEDE_SHORTEST * dt, count = ceil(left / dt * (1.0 - 1e-12));
-        dt = left / count;
-        pd_status status = pd_recede_step(ctx, r, dt);
-        for (; status == PD_RETRY && dt > shortest; status = pd_recede_step(ctx, r, dt)) {
-            dt *= 0.5;
-            count = 2.0;
-        }
-        if (status == PD_RETRY)
-            return pdi_fail(ctx, PD_ERR_DIVERGED, "recede", "no step of %g s or more can be taken at t = %g s",
-                            shortest, m->time);
-        if (status != PD_OK) return status;
-        if (!(count > 1.0)) m->time = t_end;
+    double left = t_end - m->time, dt = left, limit;
+    if (!(left > 0.0))
+        return pdi_fail(ctx, PD_ERR_ARGUMENT, "recede", "a step from %g s cannot end at %g s", m->time, t_end);
+    if (r->last_dt > 0.0) dt = fmin(fmin(dt, r->next_dt), r->front_dt);
+    else { /* no step yet: an explicit one */
+        PDI_TRY(pd_corrode_limit(ctx, m, &limit));
+        dt = fmin(dt, limit);
     }
+    double shortest = PDI_RECEDE_SHORTEST * dt, count = ceil(left / dt * (1.0 - 1e-12));
+    dt = left / count;
+    pd_status status = pd_recede_step(ctx, r, dt);
+    for (; status == PD_RETRY && dt > shortest; status = pd_recede_step(ctx, r, dt)) {
+        dt *= 0.5;
+        count = 2.0;
+    }
+    if (status == PD_RETRY)
+        return pdi_fail(ctx, PD_ERR_DIVERGED, "recede", "no step of %g s or more can be taken at t = %g s", shortest,
+                        m->time);
+    if (status == PD_OK && !(count > 1.0)) m->time = t_end;
+    return status;
+}
+
+pd_status pd_recede_run(pd_ctx *ctx, pd_recede *r, double t_end)
+{
+    while (r->corrode->time < t_end) PDI_TRY(pd_recede_next(ctx, r, t_end));
     return PD_OK;
 }
 
@@ -20229,7 +20276,7 @@ static pd_status pdi_couple_dissolve(pd_ctx *ctx, pd_couple *c, double dt)
     return PD_OK;
 }
 
-/* Bond-based corrosion over a step of the coupling, in as many of its own as it needs. */
+/* Bond-based corrosion over a step of the coupling: an implicit one, or as many explicit ones as it needs. */
 static pd_status pdi_couple_corrode(pd_ctx *ctx, pd_couple *c, double t_limit)
 {
     pd_corrode *r = c->corrode;
@@ -20237,7 +20284,10 @@ static pd_status pdi_couple_corrode(pd_ctx *ctx, pd_couple *c, double t_limit)
     int64_t before = r->steps;
     if (c->desc.max_step > 0.0 && left > c->desc.max_step)
         reached = c->time + left / ceil(left / c->desc.max_step * (1.0 - 1e-12));
-    PDI_TRY(c->recede ? pd_recede_run(ctx, c->recede, reached) : pd_corrode_run(ctx, r, reached));
+    if (c->recede) {
+        PDI_TRY(pd_recede_next(ctx, c->recede, reached));
+        reached = r->time;
+    } else PDI_TRY(pd_corrode_run(ctx, r, reached));
     c->dt = (reached - c->time) / (double)(r->steps - before);
     c->time = reached;
     c->steps = r->steps;
@@ -22068,7 +22118,7 @@ static pd_status pdi_scene_output(pdi_scene *s)
     u->every = u->until / 20.0;
     if (u->until > 0.0 && pd_text_has(s->ctx, s->text, section, "every"))
         PDI_TRY(pdi_scene_positive(s, section, "every", "s", NULL, &u->every));
-    if (u->has_corrode && !(u->max_step > 0.0)) u->max_step = u->every / 20.0; /* rows of the tables */
+    if (u->has_corrode && u->forward && !(u->max_step > 0.0)) u->max_step = u->every / 20.0; /* rows of the tables */
     if (u->until > 0.0 && u->until / u->every > 9e5)
         return pd_text_refuse(s->ctx, s->text, section, "every",
                               "found %.3g frames until the end, expected at most 900000", u->until / u->every);

@@ -163,7 +163,7 @@ static pd_status pdi_couple_dissolve(pd_ctx *ctx, pd_couple *c, double dt)
     return PD_OK;
 }
 
-/* Bond-based corrosion over a step of the coupling, in as many of its own as it needs. */
+/* Bond-based corrosion over a step of the coupling: an implicit one, or as many explicit ones as it needs. */
 static pd_status pdi_couple_corrode(pd_ctx *ctx, pd_couple *c, double t_limit)
 {
     pd_corrode *r = c->corrode;
@@ -171,7 +171,10 @@ static pd_status pdi_couple_corrode(pd_ctx *ctx, pd_couple *c, double t_limit)
     int64_t before = r->steps;
     if (c->desc.max_step > 0.0 && left > c->desc.max_step)
         reached = c->time + left / ceil(left / c->desc.max_step * (1.0 - 1e-12));
-    PDI_TRY(c->recede ? pd_recede_run(ctx, c->recede, reached) : pd_corrode_run(ctx, r, reached));
+    if (c->recede) {
+        PDI_TRY(pd_recede_next(ctx, c->recede, reached));
+        reached = r->time;
+    } else PDI_TRY(pd_corrode_run(ctx, r, reached));
     c->dt = (reached - c->time) / (double)(r->steps - before);
     c->time = reached;
     c->steps = r->steps;

@@ -41,8 +41,8 @@ typedef struct pd_couple {
     pd_dissolve *dissolve;   /* NULL: no dissolution */
     int settle;              /* set after the build: the field of transport starts steady */
     pd_advance *advance;     /* set after the build: transport without dissolution in its error-controlled steps */
-    pd_corrode *corrode;     /* set after the build, without flow, transport and dissolution: bond-based corrosion. The
-                              * steps of the coupling are those of max_step (without: to the next output) */
+    pd_corrode *corrode;     /* set after the build, without flow, transport and dissolution: bond-based corrosion. A
+                              * step of the coupling is one of recede, or of max_step (without: to the next output) */
     pd_recede *recede;       /* and its implicit steps; NULL: explicit ones */
     double time;             /* [s] */
     double dt;               /* [s] of the last step; corrosion: mean over those of its own in it */

@@ -99,6 +99,8 @@ pd_status pd_multigrid_build(pd_ctx *ctx, const pd_multigrid_desc *desc, pd_mult
         fine->sum = mg->sums + mg->pad;
     }
     pdi_multigrid_edges(fine);
+    PDI_TRY(PDI_NEW(ctx, "multigrid", 2 * (cells / fine->n[0]), fine->begin));
+    fine->end = fine->begin + cells / fine->n[0];
     return PDI_NEW(ctx, "multigrid", cells, fine->parent);
 }
 
@@ -123,6 +125,7 @@ void pd_multigrid_free(pd_ctx *ctx, pd_multigrid *mg)
     PDI_DELETE(ctx, mg->level[0].cells + 3, mg->mark);
     PDI_DELETE(ctx, mg->level[0].cells, mg->level[0].parent);
     PDI_DELETE(ctx, mg->level[0].cells, mg->level[0].edge);
+    if (mg->level[0].begin) PDI_DELETE(ctx, 2 * (mg->level[0].cells / mg->level[0].n[0]), mg->level[0].begin);
     for (int l = 1; l < PD_MULTIGRID_LEVELS; l++) pdi_multigrid_level_free(ctx, mg, &mg->level[l]);
     mg->levels = 0;
 }
@@ -301,6 +304,19 @@ static void pdi_multigrid_fine(pd_multigrid *mg, const uint8_t *active, const fl
         fine->r[c] = 0.0f;
         double net = flux && fine->excess ? pdi_multigrid_net(mg, c, flux) : 0.0;
         if (fine->excess) fine->excess[c] = (float)((double)fine->x[c] + (double)fine->b[c] + net);
+    }
+}
+
+/* Begin and end of the rows of level 0. */
+static void pdi_multigrid_rows(pd_smooth_level *fine)
+{
+    int32_t n = fine->n[0];
+    for (int32_t r = 0; r < fine->cells / n; r++) {
+        int32_t begin = r * n, end = begin + n;
+        while (begin < end && !(fine->inv[begin] > 0.0f)) begin++;
+        while (begin < end && !(fine->inv[end - 1] > 0.0f)) end--;
+        fine->begin[r] = begin;
+        fine->end[r] = end;
     }
 }
 
@@ -604,6 +620,7 @@ pd_status pd_multigrid_setup(pd_ctx *ctx, pd_multigrid *mg, const uint8_t *activ
     if (status == PD_OK) {
         mg->levels = 1;
         pdi_multigrid_fine(mg, active, conduct, flux, wall, mass);
+        pdi_multigrid_rows(&mg->level[0]);
         status = pdi_multigrid_coarsen(ctx, mg);
     }
     PDI_DELETE(ctx, mg->level[0].cells + 3, mg->mark);
@@ -699,8 +716,8 @@ static double pdi_multigrid_rhs_size(const pd_ctx *ctx, const pd_multigrid *mg, 
         part[q] = 0.0;
         for (int32_t r = pdi_smooth_part(rows, q); r < pdi_smooth_part(rows, q + 1); r++) {
             int32_t node = pdi_multigrid_row_node(mg, r), base = r * fine->n[0];
-            for (int32_t i = 0; i < fine->n[0]; i++) {
-                double size = fine->inv[base + i] > 0.0f ? fabs(rhs[node + i * mg->desc.stride[0]]) : 0.0;
+            for (int32_t c = fine->begin[r]; c < fine->end[r]; c++) {
+                double size = fine->inv[c] > 0.0f ? fabs(rhs[node + (c - base) * mg->desc.stride[0]]) : 0.0;
                 size *= pdi_multigrid_weight(mg, r);
                 if (size > part[q]) part[q] = size;
             }
@@ -722,8 +739,8 @@ void pd_multigrid_cycle(pd_ctx *ctx, pd_multigrid *mg, const double *rhs, double
     for (int32_t r = 0; r < rows; r++) {
         int32_t node = pdi_multigrid_row_node(mg, r), base = r * n0;
         double factor = in * pdi_multigrid_weight(mg, r);
-        for (int32_t i = 0; i < n0; i++)
-            fine->b[base + i] = fine->inv[base + i] > 0.0f ? (float)(factor * rhs[node + i * s0]) : 0.0f;
+        for (int32_t c = fine->begin[r]; c < fine->end[r]; c++)
+            fine->b[c] = fine->inv[c] > 0.0f ? (float)(factor * rhs[node + (c - base) * s0]) : 0.0f;
     }
     for (int l = 0; l < mg->levels - 1; l++) pdi_multigrid_down(ctx, mg, &mg->level[l]);
     const pd_smooth_level *last = &mg->level[mg->levels - 1]; /* no links are left: the diagonal is the operator */

@@ -86,7 +86,7 @@ static pd_status pdi_recede_setup(pd_ctx *ctx, pd_recede *r)
         pdi_grid_index(m->grid, node, i);
         r->compact.mass[pdi_compact_cell(m->grid, i)] +=
             (float)(r->state[node] == PDI_RECEDE_SATURATED ? PDI_RECEDE_STIFF * (m->diffusion + 1.0 / r->dt)
-                                                           : r->drain[node]);
+                                                           : fmax(r->drain[node], 0.0));
     }
     return pd_multigrid_setup(ctx, &r->mg, r->compact.active, (const float *const *)r->compact.conduct, NULL,
                               r->compact.wall, r->compact.mass);
@@ -182,7 +182,7 @@ static pd_status pdi_recede_evaluate(pd_ctx *ctx, pd_recede *r, int settled, int
         uint8_t state = settled ? r->state[i] : pdi_recede_choose(r, i, gain, need);
         *change |= state != r->state[i];
         r->state[i] = state;
-        r->drain[i] = state == PDI_RECEDE_LAW ? fmax((before - gain) / probe, 0.0) : 0.0;
+        r->drain[i] = state == PDI_RECEDE_LAW ? (before - gain) / probe : 0.0;
         m->speed[i] = state == PDI_RECEDE_LAW ? v : 0.0;
         if (state == PDI_RECEDE_SATURATED) {
             m->c[i] = csat;
@@ -193,6 +193,19 @@ static pd_status pdi_recede_evaluate(pd_ctx *ctx, pd_recede *r, int settled, int
     }
     *worst = largest * r->dt / csat;
     return PD_OK;
+}
+
+/* Leave out of the drains what makes the linear system indefinite: gains that grow with the concentration. 0: there
+ * are none. */
+static int pdi_recede_damp(pd_recede *r)
+{
+    int any = 0;
+    for (int32_t i = 0; i < r->corrode->grid->total; i++) {
+        if (r->corrode->role[i] != PDI_CORRODE_SHORE || !(r->drain[i] < 0.0)) continue;
+        r->drain[i] = 0.0;
+        any = 1;
+    }
+    return any;
 }
 
 /* Concentrations, speeds and states at the end of the step. PD_RETRY: none were found. */
@@ -217,6 +230,10 @@ static pd_status pdi_recede_solve(pd_ctx *ctx, pd_recede *r)
         r->krylov.desc.atol = 0.1 * goal * m->desc.saturation / r->dt;
         pd_status status = pd_krylov_solve(ctx, &r->krylov, pdi_recede_apply, pdi_recede_precondition, &user,
                                            r->balance, r->delta, &linear);
+        if (status == PD_ERR_DIVERGED && pdi_recede_damp(r)) { /* the law runs away faster than diffusion carries off */
+            status = pd_krylov_solve(ctx, &r->krylov, pdi_recede_apply, pdi_recede_precondition, &user, r->balance,
+                                     r->delta, &linear);
+        }
         if (status < 0) return status;
         fresh = linear.iterations <= PDI_RECEDE_STALE;
         r->iterations += linear.iterations;
@@ -281,29 +298,34 @@ pd_status pd_recede_step(pd_ctx *ctx, pd_recede *r, double dt)
     return PD_OK;
 }
 
-pd_status pd_recede_run(pd_ctx *ctx, pd_recede *r, double t_end)
+pd_status pd_recede_next(pd_ctx *ctx, pd_recede *r, double t_end)
 {
     pd_corrode *m = r->corrode;
-    while (m->time < t_end) {
-        double left = t_end - m->time, dt = left, limit;
-        if (r->last_dt > 0.0) dt = fmin(fmin(dt, r->next_dt), r->front_dt);
-        else { /* no step yet: an explicit one */
-            PDI_TRY(pd_corrode_limit(ctx, m, &limit));
-            dt = fmin(dt, limit);
-        }
-        double shortest = PDI_RECEDE_SHORTEST * dt, count = ceil(left / dt * (1.0 - 1e-12));
-        dt = left / count;
-        pd_status status = pd_recede_step(ctx, r, dt);
-        for (; status == PD_RETRY && dt > shortest; status = pd_recede_step(ctx, r, dt)) {
-            dt *= 0.5;
-            count = 2.0;
-        }
-        if (status == PD_RETRY)
-            return pdi_fail(ctx, PD_ERR_DIVERGED, "recede", "no step of %g s or more can be taken at t = %g s",
-                            shortest, m->time);
-        if (status != PD_OK) return status;
-        if (!(count > 1.0)) m->time = t_end;
+    double left = t_end - m->time, dt = left, limit;
+    if (!(left > 0.0))
+        return pdi_fail(ctx, PD_ERR_ARGUMENT, "recede", "a step from %g s cannot end at %g s", m->time, t_end);
+    if (r->last_dt > 0.0) dt = fmin(fmin(dt, r->next_dt), r->front_dt);
+    else { /* no step yet: an explicit one */
+        PDI_TRY(pd_corrode_limit(ctx, m, &limit));
+        dt = fmin(dt, limit);
     }
+    double shortest = PDI_RECEDE_SHORTEST * dt, count = ceil(left / dt * (1.0 - 1e-12));
+    dt = left / count;
+    pd_status status = pd_recede_step(ctx, r, dt);
+    for (; status == PD_RETRY && dt > shortest; status = pd_recede_step(ctx, r, dt)) {
+        dt *= 0.5;
+        count = 2.0;
+    }
+    if (status == PD_RETRY)
+        return pdi_fail(ctx, PD_ERR_DIVERGED, "recede", "no step of %g s or more can be taken at t = %g s", shortest,
+                        m->time);
+    if (status == PD_OK && !(count > 1.0)) m->time = t_end;
+    return status;
+}
+
+pd_status pd_recede_run(pd_ctx *ctx, pd_recede *r, double t_end)
+{
+    while (r->corrode->time < t_end) PDI_TRY(pd_recede_next(ctx, r, t_end));
     return PD_OK;
 }
 

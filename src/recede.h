@@ -40,7 +40,7 @@ typedef struct pd_recede {
     double *balance;   /* [total] [mol/m3/s] residual */
     double *delta;     /* [total] [mol/m3] correction */
     double *field;     /* [total] [mol/m3] operand with its ghosts */
-    double *drain;     /* [total] [1/s] -dG/dC, not negative */
+    double *drain;     /* [total] [1/s] -dG/dC; negative where metal dissolves the faster, the more is dissolved */
     double *reach;     /* [total] [1/m] sum of b(n) to metal */
     double *stock;     /* [total] [mol/m4] the same times what the metal there has, with drive by difference */
     uint8_t *state;    /* [total] whether a node beside metal follows the law, holds Csat or takes nothing */
@@ -54,6 +54,7 @@ typedef struct pd_recede {
 
 #define pd_recede_build PD_NAME(pd_recede_build)
 #define pd_recede_step PD_NAME(pd_recede_step)
+#define pd_recede_next PD_NAME(pd_recede_next)
 #define pd_recede_run PD_NAME(pd_recede_run)
 #define pd_recede_free PD_NAME(pd_recede_free)
 
@@ -63,7 +64,10 @@ PD_API pd_status pd_recede_build(pd_ctx *ctx, pd_corrode *corrode, const pd_rece
 /* One step of dt [s]. PD_RETRY, nothing changed: a node would lose far more than its share, or the equations found no
  * solution: take a shorter one. PD_ERR_STATE: the law gives no finite speed. */
 PD_API pd_status pd_recede_step(pd_ctx *ctx, pd_recede *recede, double dt);
-/* Steps up to t_end [s]. PD_ERR_DIVERGED: no step is short enough. */
+/* One step that does not pass t_end [s], as long as share and rtol allow. PD_ERR_DIVERGED: none is short enough.
+ * PD_ERR_ARGUMENT: t_end has passed. */
+PD_API pd_status pd_recede_next(pd_ctx *ctx, pd_recede *recede, double t_end);
+/* Such steps up to t_end [s]. */
 PD_API pd_status pd_recede_run(pd_ctx *ctx, pd_recede *recede, double t_end);
 PD_API void pd_recede_free(pd_ctx *ctx, pd_recede *recede);
 

@@ -591,7 +591,7 @@ static pd_status pdi_scene_output(pdi_scene *s)
     u->every = u->until / 20.0;
     if (u->until > 0.0 && pd_text_has(s->ctx, s->text, section, "every"))
         PDI_TRY(pdi_scene_positive(s, section, "every", "s", NULL, &u->every));
-    if (u->has_corrode && !(u->max_step > 0.0)) u->max_step = u->every / 20.0; /* rows of the tables */
+    if (u->has_corrode && u->forward && !(u->max_step > 0.0)) u->max_step = u->every / 20.0; /* rows of the tables */
     if (u->until > 0.0 && u->until / u->every > 9e5)
         return pd_text_refuse(s->ctx, s->text, section, "every",
                               "found %.3g frames until the end, expected at most 900000", u->until / u->every);

@@ -169,9 +169,11 @@ PDI_FN void pdi_smooth_colour(const pd_ctx *ctx, const pd_smooth_level *level, p
     int nt = pdi_par_threads(ctx, (int64_t)level->cells * PDI_SMOOTH_WORK);
     (void)nt;
     PDI_PARALLEL_FOR(nt)
-    for (int32_t r = 0; r < rows; r++)
-        pdi_smooth_cells(level, stride, job, r * n0 + (pdi_smooth_row_colour(level, r) ^ colour), (r + 1) * n0,
-                            2);
+    for (int32_t r = 0; r < rows; r++) {
+        int32_t first = level->begin[r];
+        first += ((first - r * n0) ^ pdi_smooth_row_colour(level, r) ^ colour) & 1;
+        pdi_smooth_cells(level, stride, job, first, level->end[r], 2);
+    }
 }
 
 /* Gauss-Seidel forth and back along one line of a coarse level, or one that meets itself across the box. */

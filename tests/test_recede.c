@@ -115,6 +115,55 @@ TEST(mixed_control)
     }
     CHECK_LE(fabs(depth[1] - 20e-6), 0.6 * fabs(depth[0] - 20e-6) + 2e-8);
 }
+
+/* v = v0 (1 + 50 C/Csat) */
+static double runaway_law(void *user, double c)
+{
+    const scene *s = (const scene *)user;
+    return s->speed * (1.0 + 50.0 * c / s->desc.saturation);
+}
+
+/* A closed pocket, well mixed, of which no node of metal turns: L dC/dt = v(C) (Cs - Csat), so that
+ * C = Csat/50 (exp(g t) - 1) with g = 50 v0 (Cs - Csat)/(L Csat). Implicit steps are of first order in time: the error
+ * goes with the root of rtol. One step of 20/g is longer than the growth of the law, so that the linear systems are
+ * indefinite; its answer is saturated fluid. */
+TEST(law_that_runs_away)
+{
+    double error[2], t, g;
+    for (int run = 0; run < 3; run++) {
+        pd_recede recede;
+        pd_recede_desc desc;
+        scene *s = scene_start(30, 1, 1);
+        memset(&desc, 0, sizeof desc);
+        desc.share = 1.0;
+        desc.rtol = run ? 1e-6 : 1e-4;
+        half_space(s, 20.0 * H);
+        s->desc.activation = 0;
+        s->desc.diffusivity = 1e-5;
+        s->desc.rate = runaway_law;
+        s->desc.rate_user = s;
+        s->speed = 1e-9;
+        if (!scene_build(s) || !CHECK_OK(&s->ctx, pd_recede_build(&s->ctx, &s->corrode, &desc, &recede))) return;
+        g = 50.0 * s->speed * (CS - CSAT) / (20.0 * H * CSAT);
+        t = log(40.0) / g;
+        if (run < 2) {
+            if (!CHECK_OK(&s->ctx, pd_recede_run(&s->ctx, &recede, t))) return;
+            error[run] = pd_corrode_dissolved(&s->corrode) / (20.0 * H * CSAT / 50.0 * 39.0) - 1.0;
+            NOTE("rtol %g: %d steps, %d corrections, off by %.2e", desc.rtol, (int)s->corrode.steps, (int)recede.newton,
+                 error[run]);
+            CHECK_LE(recede.newton, 4 * s->corrode.steps);
+        } else {
+            CHECK_OK(&s->ctx, pd_recede_step(&s->ctx, &recede, 20.0 / g));
+            /* rounding of the exchanges over such a step: 1e-14 dt D sum a = 3e-5 */
+            CHECK_REL(pd_corrode_dissolved(&s->corrode), 20.0 * H * CSAT, 1e-6);
+        }
+        CHECK_LE(pd_corrode_imbalance(&s->corrode), 1e-14);
+        pd_recede_free(&s->ctx, &recede);
+        scene_free(s);
+    }
+    CHECK_LE(fabs(error[0]), 0.1);
+    CHECK_LE(fabs(error[1]), 0.13 * fabs(error[0]));
+}
 #endif
 
 static int recede_build(scene *s, double share, pd_recede *recede)
@@ -237,7 +286,7 @@ TEST(bad_input)
 }
 
 #if PD_DIM == 1
-#define OF_DIM ENTRY(mixed_control)
+#define OF_DIM ENTRY(mixed_control) ENTRY(law_that_runs_away)
 #else
 #define OF_DIM
 #endif
