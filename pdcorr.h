@@ -1266,8 +1266,8 @@ typedef struct pd_smooth_level {
     float *excess;     /* [cells] sum of the row: diagonal less links; NULL without contrast */
     double *sum;       /* [cells] [-] as x, from all coarser levels, then with x; NULL without contrast */
     int32_t *parent;   /* [cells] of the next level; -1: none */
-    int32_t *begin, *end; /* level 0: [cells / n[0]] of each row along axis 0, first cell that takes part and the one behind
-                           * the last; all others hold zeros */
+    int32_t *begin, *end; /* level 0: [cells / n[0]] of each row along axis 0, first cell that takes part and the one
+                           * behind the last; all others hold zeros */
     float *lo[PD_DIM], *hi[PD_DIM]; /* level 0: coefficients of the two neighbours of each axis, 0: closed */
     int32_t *block;    /* coarse levels: [cells] block of the cell */
     int32_t *row;      /* [cells + 1] */
