@@ -2097,6 +2097,7 @@ typedef struct pd_material {
 #define pd_material_mg4ag PD_NAME(pd_material_mg4ag)
 #define pd_material_steel304 PD_NAME(pd_material_steel304)
 #define pd_material_copper PD_NAME(pd_material_copper)
+#define pd_material_alloy625 PD_NAME(pd_material_alloy625)
 #define pd_material_find PD_NAME(pd_material_find)
 #define pd_material_concentration PD_NAME(pd_material_concentration)
 #define pd_material_speed PD_NAME(pd_material_speed)
@@ -2110,7 +2111,11 @@ PD_API pd_material pd_material_mg4ag(void);
 PD_API pd_material pd_material_steel304(void);
 /* Copper: density 8960 kg/m3 (CRC Handbook, section 4), molar mass 63.546 g/mol (IUPAC 2021), z = 2. */
 PD_API pd_material pd_material_copper(void);
-/* The preset of a name ("mg4ag", "steel304", "copper"). 1 when there is one. */
+/* Nickel alloy 625 (UNS N06625) as Ni-21.5Cr-9Mo-4.85Fe-3.65Nb (mass %): density 8440 kg/m3 (EN 10095, 2.4856); with
+ * the atomic masses of IUPAC 2021 mean molar mass 59.78 g/mol, and z = 2.374 as Ni2+, Cr3+, Mo3+, Fe2+ and Nb5+.
+ * Cs = 141.2 mol/L. */
+PD_API pd_material pd_material_alloy625(void);
+/* The preset of a name ("mg4ag", "steel304", "copper", "alloy625"). 1 when there is one, else *material stays. */
 PD_API int pd_material_find(const char *name, pd_material *material);
 /* Concentration Cs [mol/m3] of the intact metal. */
 PD_API double pd_material_concentration(const pd_material *material);
@@ -2118,7 +2123,7 @@ PD_API double pd_material_concentration(const pd_material *material);
 PD_API double pd_material_speed(const pd_material *material, double current);
 
 #ifdef PDI_INTERNAL
-#define PDI_MATERIAL_NAMES "mg4ag, steel304 or copper"
+#define PDI_MATERIAL_NAMES "mg4ag, steel304, copper or alloy625"
 #endif
 
 #endif
@@ -3568,7 +3573,7 @@ PDI_FN pd_status pdi_watch_place(pd_ctx *ctx, pd_text *text, const pd_setup *set
  *                half_space = yes  point  normal | mask = file.png  corner  cell | raw = file  size  corner  cell |
  *                union|intersect|difference = NAME, NAME;  outside = yes: the complement
  *                kind = solid|wall (C = held)|medium (D = its diffusivity)|passive (with corrode: fluid there does not
- *                attack)|part  material = mg4ag|steel304|copper
+ *                attack)|part  material = mg4ag|steel304|copper|alloy625
  *                grains = 40 um  grain_spread  grain_seed  boundary_width
  *   [side x-]    flow = inlet|outlet|noslip|periodic|mirror|open  profile = parabola|uniform|expression
  *                mean = speed | flow_rate = 1 mL/min  vx = expression in x y z (vy, vz)  C = ...  p = 0
@@ -14831,42 +14836,23 @@ void pd_progress_line(double fraction, double elapsed, const char *label, char *
 
 #define PDI_MATERIAL_FARADAY 96485.33212 /* [C/mol] */
 
-pd_material pd_material_mg4ag(void)
-{
-    pd_material m;
-    m.name = "mg4ag";
-    m.density = 1738.0;
-    m.molar_mass = 0.024305;
-    m.charge = 2.0;
-    return m;
-}
+/* name, density, molar mass, charge */
+static const pd_material pdi_material_list[] = {{"mg4ag", 1738.0, 0.024305, 2.0},
+                                                {"steel304", 7900.0, 0.05532, 2.19},
+                                                {"copper", 8960.0, 0.063546, 2.0},
+                                                {"alloy625", 8440.0, 0.05978, 2.374}};
 
-pd_material pd_material_steel304(void)
-{
-    pd_material m;
-    m.name = "steel304";
-    m.density = 7900.0;
-    m.molar_mass = 0.05532;
-    m.charge = 2.19;
-    return m;
-}
-
-pd_material pd_material_copper(void)
-{
-    pd_material m;
-    m.name = "copper";
-    m.density = 8960.0;
-    m.molar_mass = 0.063546;
-    m.charge = 2.0;
-    return m;
-}
+pd_material pd_material_mg4ag(void) { return pdi_material_list[0]; }
+pd_material pd_material_steel304(void) { return pdi_material_list[1]; }
+pd_material pd_material_copper(void) { return pdi_material_list[2]; }
+pd_material pd_material_alloy625(void) { return pdi_material_list[3]; }
 
 int pd_material_find(const char *name, pd_material *material)
 {
-    const pd_material list[] = {pd_material_mg4ag(), pd_material_steel304(), pd_material_copper()};
-    for (size_t k = 0; k < sizeof list / sizeof list[0]; k++) {
-        *material = list[k];
-        if (strcmp(name, material->name) == 0) return 1;
+    for (size_t k = 0; k < sizeof pdi_material_list / sizeof pdi_material_list[0]; k++) {
+        if (strcmp(name, pdi_material_list[k].name) != 0) continue;
+        *material = pdi_material_list[k];
+        return 1;
     }
     return 0;
 }

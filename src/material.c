@@ -4,42 +4,23 @@
 
 #define PDI_MATERIAL_FARADAY 96485.33212 /* [C/mol] */
 
-pd_material pd_material_mg4ag(void)
-{
-    pd_material m;
-    m.name = "mg4ag";
-    m.density = 1738.0;
-    m.molar_mass = 0.024305;
-    m.charge = 2.0;
-    return m;
-}
+/* name, density, molar mass, charge */
+static const pd_material pdi_material_list[] = {{"mg4ag", 1738.0, 0.024305, 2.0},
+                                                {"steel304", 7900.0, 0.05532, 2.19},
+                                                {"copper", 8960.0, 0.063546, 2.0},
+                                                {"alloy625", 8440.0, 0.05978, 2.374}};
 
-pd_material pd_material_steel304(void)
-{
-    pd_material m;
-    m.name = "steel304";
-    m.density = 7900.0;
-    m.molar_mass = 0.05532;
-    m.charge = 2.19;
-    return m;
-}
-
-pd_material pd_material_copper(void)
-{
-    pd_material m;
-    m.name = "copper";
-    m.density = 8960.0;
-    m.molar_mass = 0.063546;
-    m.charge = 2.0;
-    return m;
-}
+pd_material pd_material_mg4ag(void) { return pdi_material_list[0]; }
+pd_material pd_material_steel304(void) { return pdi_material_list[1]; }
+pd_material pd_material_copper(void) { return pdi_material_list[2]; }
+pd_material pd_material_alloy625(void) { return pdi_material_list[3]; }
 
 int pd_material_find(const char *name, pd_material *material)
 {
-    const pd_material list[] = {pd_material_mg4ag(), pd_material_steel304(), pd_material_copper()};
-    for (size_t k = 0; k < sizeof list / sizeof list[0]; k++) {
-        *material = list[k];
-        if (strcmp(name, material->name) == 0) return 1;
+    for (size_t k = 0; k < sizeof pdi_material_list / sizeof pdi_material_list[0]; k++) {
+        if (strcmp(name, pdi_material_list[k].name) != 0) continue;
+        *material = pdi_material_list[k];
+        return 1;
     }
     return 0;
 }

@@ -16,6 +16,7 @@ typedef struct pd_material {
 #define pd_material_mg4ag PD_NAME(pd_material_mg4ag)
 #define pd_material_steel304 PD_NAME(pd_material_steel304)
 #define pd_material_copper PD_NAME(pd_material_copper)
+#define pd_material_alloy625 PD_NAME(pd_material_alloy625)
 #define pd_material_find PD_NAME(pd_material_find)
 #define pd_material_concentration PD_NAME(pd_material_concentration)
 #define pd_material_speed PD_NAME(pd_material_speed)
@@ -29,7 +30,11 @@ PD_API pd_material pd_material_mg4ag(void);
 PD_API pd_material pd_material_steel304(void);
 /* Copper: density 8960 kg/m3 (CRC Handbook, section 4), molar mass 63.546 g/mol (IUPAC 2021), z = 2. */
 PD_API pd_material pd_material_copper(void);
-/* The preset of a name ("mg4ag", "steel304", "copper"). 1 when there is one. */
+/* Nickel alloy 625 (UNS N06625) as Ni-21.5Cr-9Mo-4.85Fe-3.65Nb (mass %): density 8440 kg/m3 (EN 10095, 2.4856); with
+ * the atomic masses of IUPAC 2021 mean molar mass 59.78 g/mol, and z = 2.374 as Ni2+, Cr3+, Mo3+, Fe2+ and Nb5+.
+ * Cs = 141.2 mol/L. */
+PD_API pd_material pd_material_alloy625(void);
+/* The preset of a name ("mg4ag", "steel304", "copper", "alloy625"). 1 when there is one, else *material stays. */
 PD_API int pd_material_find(const char *name, pd_material *material);
 /* Concentration Cs [mol/m3] of the intact metal. */
 PD_API double pd_material_concentration(const pd_material *material);
@@ -37,7 +42,7 @@ PD_API double pd_material_concentration(const pd_material *material);
 PD_API double pd_material_speed(const pd_material *material, double current);
 
 #ifdef PDI_INTERNAL
-#define PDI_MATERIAL_NAMES "mg4ag, steel304 or copper"
+#define PDI_MATERIAL_NAMES "mg4ag, steel304, copper or alloy625"
 #endif
 
 #endif

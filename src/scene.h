@@ -5,7 +5,7 @@
  *                half_space = yes  point  normal | mask = file.png  corner  cell | raw = file  size  corner  cell |
  *                union|intersect|difference = NAME, NAME;  outside = yes: the complement
  *                kind = solid|wall (C = held)|medium (D = its diffusivity)|passive (with corrode: fluid there does not
- *                attack)|part  material = mg4ag|steel304|copper
+ *                attack)|part  material = mg4ag|steel304|copper|alloy625
  *                grains = 40 um  grain_spread  grain_seed  boundary_width
  *   [side x-]    flow = inlet|outlet|noslip|periodic|mirror|open  profile = parabola|uniform|expression
  *                mean = speed | flow_rate = 1 mL/min  vx = expression in x y z (vy, vz)  C = ...  p = 0

@@ -88,8 +88,8 @@ spoil "rate not a speed" 's/1.3 um\/h \*/1.3 um */' \
     "bad.scene:7: column 20: found a length [m], expected a speed [m/s]"
 spoil "gb_factor without grains" 's/grains = 40 um//' \
     "bad.scene:7: gb_factor: found 3 without grains, expected grains = SIZE in a solid [shape ...]"
-spoil "unknown material" 's/mg4ag/iron/' "bad.scene:2: material: found 'iron', expected mg4ag, steel304 \
-or copper"
+spoil "unknown material" 's/mg4ag/iron/' "bad.scene:2: material: found 'iron', expected mg4ag, steel304, \
+copper or alloy625"
 spoil "unknown field" 's/fields = C, v/fields = C, T/' \
     "bad.scene:9: fields: found 'T', expected some of C, v, p, kind, grain, phase, D, rate, density, or none"
 spoil "field without physics" 's/fields = C, v/fields = C, v, grain/;s/grains = 40 um//;s/gb_factor = 3//' \

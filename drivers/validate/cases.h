@@ -12,7 +12,9 @@
 #include "annulus.h"
 #include "turn.h"
 #include "dissolution.h"
+#include "stefan.h"
 #include "front.h"
+#include "crevice.h"
 #if PD_DIM == 3
 #include "peer.h"
 #endif
@@ -47,6 +49,9 @@ static const val_case *const val_cases[] = {
     &rate_case,
     &ledger_case,
     &front_case,
+#if PD_DIM == 2
+    &crevice_case,
+#endif
 #if PD_DIM == 3
     &peer_case,
 #endif

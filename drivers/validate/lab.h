@@ -11,7 +11,8 @@ typedef enum val_build {
     VAL_COUPLE = 16,
     VAL_IMPLICIT = 32, /* with VAL_STEADY */
     VAL_GAS = 64,
-    VAL_CORRODE = 128
+    VAL_CORRODE = 128,
+    VAL_RECEDE = 256 /* with VAL_CORRODE */
 } val_build;
 
 typedef struct val_lab {
@@ -26,6 +27,7 @@ typedef struct val_lab {
     pd_implicit_desc implicit_desc;
     pd_gas_desc gas_desc;
     pd_corrode_desc corrode_desc;
+    pd_recede_desc recede_desc;
     pd_stencil stencil;
     pd_grid grid;
     pd_bonds bonds;
@@ -37,6 +39,7 @@ typedef struct val_lab {
     pd_implicit implicit;
     pd_gas gas;
     pd_corrode corrode;
+    pd_recede recede;
     double *field[4]; /* [field_size] work of the case, see lab_fields */
     size_t field_size;
 } val_lab;
@@ -69,6 +72,7 @@ static pd_status lab_build(pd_ctx *ctx, val_lab *lab, int parts)
     if (parts & VAL_GAS) PDI_TRY(pd_gas_build(ctx, &lab->grid, &lab->bonds, &lab->gas_desc, &lab->gas));
     if (parts & VAL_CORRODE)
         PDI_TRY(pd_corrode_build(ctx, &lab->grid, &lab->stencil, &lab->corrode_desc, &lab->corrode));
+    if (parts & VAL_RECEDE) PDI_TRY(pd_recede_build(ctx, &lab->corrode, &lab->recede_desc, &lab->recede));
     if (parts & VAL_TRANSPORT)
         PDI_TRY(pd_transport_build(ctx, &lab->grid, &lab->bonds, flow, &lab->transport_desc, &lab->transport));
     if (dissolve)
@@ -91,6 +95,7 @@ static pd_status lab_fields(pd_ctx *ctx, val_lab *lab, int count, int components
 static void lab_free(pd_ctx *ctx, val_lab *lab)
 {
     for (int k = 0; k < 4; k++) PDI_DELETE(ctx, lab->field_size, lab->field[k]);
+    pd_recede_free(ctx, &lab->recede);
     pd_corrode_free(ctx, &lab->corrode);
     pd_gas_free(ctx, &lab->gas);
     pd_implicit_free(ctx, &lab->implicit);
