@@ -730,6 +730,8 @@ PD_API int32_t pd_grid_node(const pd_grid *grid, const int *i);
 PD_API int64_t pd_grid_count(const pd_grid *grid, pd_kind kind);
 
 #ifdef PDI_INTERNAL
+/* Pieces of lattice lines shorter than this are not worth a vector. */
+#define PDI_VECTOR 8
 /* Cell index (ghosts negative) of a node. */
 PDI_FN void pdi_grid_index(const pd_grid *grid, int32_t node, int *i);
 /* 1 when the index lies inside the box. */
@@ -757,6 +759,8 @@ PDI_FN void pdi_grid_fold_images(const pd_grid *grid, double *x);
 static inline int pdi_grid_port(pd_side side) { return side == PD_SIDE_INLET || side == PD_SIDE_OUTLET; }
 /* A solid node turns fluid: its kind, the counts, and the ghosts that stand for it or lie in front of it. */
 PDI_FN void pdi_grid_dissolve(pd_grid *grid, int32_t node);
+/* shift [lines of the stencil]: node id on a line minus that of the node at its middle. */
+PDI_FN void pdi_grid_line_shift(const pd_grid *grid, const pd_stencil *stencil, int32_t *shift);
 /* Open: bonds between open nodes carry fluxes (fluid, inlet, outlet, image). */
 static inline int pdi_grid_open(uint8_t kind) { return kind == PD_FLUID || kind >= PD_INLET; }
 #endif
@@ -926,8 +930,6 @@ PD_API void pd_bonds_free(pd_ctx *ctx, pd_bonds *bonds);
 #ifdef PDI_INTERNAL
 /* Nodes along axis 0 that a sweep works on at once, bond by bond: the inner loops are plain vectors. */
 #define PDI_LANES 64
-/* Pieces shorter than this are not worth a vector. */
-#define PDI_VECTOR 8
 /* Lanes of the next piece, up to `most`, from *at, of `length` consecutive nodes. What is left over behind the last
  * whole vector goes together with nodes that are done already: they get the same bits again. */
 static inline int pdi_bond_piece(int32_t length, int most, int32_t *at)
@@ -1106,8 +1108,14 @@ PD_API pd_status pd_grain_measure(pd_ctx *ctx, const pd_grid *grid, const pd_gra
 #define PD_LINE_H
 
 #ifdef PDI_INTERNAL
+/* What the sweeps have to know of a lattice; shift: that of pdi_grid_line_shift. All borrowed. */
+typedef struct pdi_lines {
+    const pd_grid *grid;
+    const pd_stencil *stencil;
+    const int32_t *shift;
+} pdi_lines;
 /* out [length] = sum a (f_j - f_i) for the nodes i .. i+length-1 of f [total] (eq. 2.3). */
-PDI_FN void pdi_line_laplacian(const pd_bonds *bonds, const double *f, int32_t i, int32_t length, double *out);
+PDI_FN void pdi_line_laplacian(const pdi_lines *lines, const double *f, int32_t i, int32_t length, double *out);
 #endif
 
 #endif
@@ -3011,6 +3019,7 @@ typedef struct pd_corrode {
     const pd_stencil *stencil;
     pd_front front;
     int32_t *shift;    /* [count] node id of the far end minus that of the node */
+    int32_t *line_shift; /* [lines of the stencil] the same for the lines */
     double *c;         /* [total] [mol/m3] content of solid, concentration of fluid nodes */
     double *next;      /* [total] [mol/m3] */
     const double *base; /* [total] [mol/m3] what a step adds to: c, or the field at its start */
@@ -3082,11 +3091,12 @@ PDI_FN double pdi_corrode_scale(const pd_corrode *corrode);
 typedef void (*pdi_corrode_run_fn)(void *user, int32_t first, int count);
 /* All nodes of the box that take part, in such runs. */
 PDI_FN void pdi_corrode_sweep(const pd_ctx *ctx, const pd_corrode *corrode, pdi_corrode_run_fn run, void *user);
-/* sum [count] [mol/m5] of a(n) (C_j - C_i) over the wet bonds of fluid nodes of one role that lie along axis 0; c with
- * its ghosts. */
+/* sum [count] [mol/m5] of a(n) (C_j - C_i) over all bonds of nodes that lie along axis 0; c with its ghosts. */
+PDI_FN void pdi_corrode_laplacian(const pd_corrode *corrode, const double *c, int32_t first, int count, double *sum);
+/* The same over the wet bonds of fluid nodes of one role. */
 PDI_FN void pdi_corrode_spread(const pd_corrode *corrode, const double *c, int32_t first, int count, double *sum);
 /* Nodes along axis 0 that one thread sweeps at a time. */
-#define PDI_CORRODE_PIECE 64
+#define PDI_CORRODE_PIECE 128
 /* Values of the ghosts, of c and speed. */
 PDI_FN void pdi_corrode_ghosts(pd_corrode *corrode);
 /* Speed of the law at fluid node i with concentration c, 0 in front of a passive film. */
@@ -3141,6 +3151,7 @@ typedef struct pd_recede {
     double *delta;     /* [total] [mol/m3] correction */
     double *field;     /* [total] [mol/m3] operand with its ghosts */
     double *drain;     /* [total] [1/s] -dG/dC; negative where metal dissolves the faster, the more is dissolved */
+    double *dry;       /* [total] [1/m2] sum of a(n) over bonds to metal and walls */
     double *reach;     /* [total] [1/m] sum of b(n) to metal */
     double *stock;     /* [total] [mol/m4] the same times what the metal there has, with drive by difference */
     uint8_t *state;    /* [total] whether a node beside metal follows the law, holds Csat or takes nothing */
@@ -7041,6 +7052,14 @@ void pd_grid_free(pd_ctx *ctx, pd_grid *grid)
     memset(grid, 0, sizeof *grid);
 }
 
+PDI_FN void pdi_grid_line_shift(const pd_grid *grid, const pd_stencil *stencil, int32_t *shift)
+{
+    for (int l = 0; l < stencil->line_first[stencil->kinds]; l++) {
+        shift[l] = 0;
+        for (int d = 1; d < PD_DIM; d++) shift[l] += stencil->line[l * PD_DIM + d] * grid->stride[d];
+    }
+}
+
 /* ======== >>span.c ======== */
 /* span: see span.h */
 #include <string.h>
@@ -8025,8 +8044,7 @@ pd_status pd_bonds_build(pd_ctx *ctx, const pd_stencil *stencil, const pd_grid *
     PDI_TRY(pd_ring_build(ctx, stencil, grid, &bonds->ring));
     for (int k = 0; k < stencil->count; k++)
         for (int d = 0; d < PD_DIM; d++) bonds->shift[k] += stencil->offset[k * PD_DIM + d] * grid->stride[d];
-    for (int l = 0; l < stencil->line_first[stencil->kinds]; l++)
-        for (int d = 1; d < PD_DIM; d++) bonds->line_shift[l] += stencil->line[l * PD_DIM + d] * grid->stride[d];
+    pdi_grid_line_shift(grid, stencil, bonds->line_shift);
     for (int c = 0; c < stencil->cells; c++)
         for (int d = 0; d < PD_DIM; d++) bonds->cell_shift[c] += stencil->cell[c * PD_DIM + d] * grid->stride[d];
     int32_t rows = 0;
@@ -8861,10 +8879,10 @@ static void pdi_line_four_pairs(const double *PD_RESTRICT c, const int32_t *shif
 
 /* Differences of all lines of one kind to the line through the node. Their number is even: opposite ones belong
  * together. */
-static void pdi_line_kind(const pd_bonds *bonds, const double *f, int kind, int n, double *sum)
+static void pdi_line_kind(const pdi_lines *lines, const double *f, int kind, int n, double *sum)
 {
-    const int32_t *shift = bonds->line_shift;
-    int first = bonds->stencil->line_first[kind], end = bonds->stencil->line_first[kind + 1], l = first;
+    const int32_t *shift = lines->shift;
+    int first = lines->stencil->line_first[kind], end = lines->stencil->line_first[kind + 1], l = first;
     if (end - l >= 8) {
         pdi_line_four_pairs(f, shift + l, n, sum);
         l += 8;
@@ -8938,16 +8956,16 @@ static void pdi_line_layers(const double *PD_RESTRICT f, double (*t)[PDI_LINE_CO
 
 /* Columns that a line has no bond to may hold anything, and do not get into the sums that are read: kinds are sorted by
  * their reach, and layer n takes those that reach it. `columns` may be more than count and both sides. */
-static void pdi_line_piece(const pd_bonds *bonds, const double *f, int count, int columns, double *out)
+static void pdi_line_piece(const pdi_lines *lines, const double *f, int count, int columns, double *out)
 {
-    const pd_stencil *s = bonds->stencil;
+    const pd_stencil *s = lines->stencil;
     int reach = s->reach, at = 1;
     double x[PDI_LINE_KINDS][PDI_LINE_COLUMNS], t[PDI_LINE_REACH + 1][PDI_LINE_COLUMNS];
     int three = pdi_line_is_three(s);
-    if (three) pdi_line_three(f - reach, bonds->line_shift, s->line_lap, columns, t);
+    if (three) pdi_line_three(f - reach, lines->shift, s->line_lap, columns, t);
     for (int first = 0; (first == 0 || first < s->kinds) && !three; first += PDI_LINE_KINDS) {
         int some = s->kinds - first < PDI_LINE_KINDS ? s->kinds - first : PDI_LINE_KINDS;
-        for (int k = 0; k < some; k++) pdi_line_kind(bonds, f - reach, first + k, columns, x[k]);
+        for (int k = 0; k < some; k++) pdi_line_kind(lines, f - reach, first + k, columns, x[k]);
         for (int n = 0; n <= reach; n++) {
             double a[PDI_LINE_KINDS];
             int kinds = 0;
@@ -8965,17 +8983,17 @@ static void pdi_line_piece(const pd_bonds *bonds, const double *f, int count, in
     for (; at <= reach; at++) pdi_line_layer(f, t[at] + reach, s->layer_lap[at], at, count, out);
 }
 
-PDI_FN void pdi_line_laplacian(const pd_bonds *bonds, const double *f, int32_t i, int32_t length, double *out)
+PDI_FN void pdi_line_laplacian(const pdi_lines *lines, const double *f, int32_t i, int32_t length, double *out)
 {
-    const pd_grid *grid = bonds->grid;
-    int reach = bonds->stencil->reach, deepest = 0;
+    const pd_grid *grid = lines->grid;
+    int reach = lines->stencil->reach, deepest = 0;
     for (int d = 0; d < PD_DIM; d++) deepest += reach * grid->stride[d];
     for (int32_t at = 0; at < length; at += PDI_LINE_LANES) {
         int count = length - at < PDI_LINE_LANES ? (int)(length - at) : PDI_LINE_LANES;
         /* whole vectors, where that does not leave the array */
         int columns = count + 2 * reach, vectors = (columns + PDI_VECTOR - 1) / PDI_VECTOR * PDI_VECTOR;
         if (i + at + deepest + vectors - reach <= grid->total) columns = vectors;
-        pdi_line_piece(bonds, f + i + at, count, columns, out + at);
+        pdi_line_piece(lines, f + i + at, count, columns, out + at);
     }
 }
 
@@ -9187,7 +9205,11 @@ static void pdi_op_laplacian_bonds(const pdi_op_sweep *w, int32_t i, int32_t r, 
 
 static void pdi_op_laplacian_whole(const pdi_op_sweep *w, int32_t i, int count)
 {
-    pdi_line_laplacian(w->bonds, w->f, i, count, w->out + i);
+    pdi_lines lines;
+    lines.grid = w->bonds->grid;
+    lines.stencil = w->bonds->stencil;
+    lines.shift = w->bonds->line_shift;
+    pdi_line_laplacian(&lines, w->f, i, count, w->out + i);
 }
 
 static void pdi_op_laplacian_rings(const pdi_op_sweep *w, int32_t i, int count)
@@ -19133,20 +19155,35 @@ PDI_FN double pdi_corrode_scale(const pd_corrode *r)
     return r->desc.drive == PD_DRIVE_CONSTANT ? r->span : r->log_ratio;
 }
 
-PDI_FN void pdi_corrode_spread(const pd_corrode *r, const double *c, int32_t first, int count, double *sum)
+PDI_FN void pdi_corrode_laplacian(const pd_corrode *r, const double *c, int32_t first, int count, double *sum)
 {
     const pd_stencil *s = r->stencil;
-    c += first;
-    for (int b = 0; b < count; b++) sum[b] = 0.0;
-    if (r->role[first] == PDI_CORRODE_WHOLE) {
-        for (int k = 0; k < s->count / 2; k++) {
-            const double *far = c + r->shift[k], *back = c - r->shift[k];
-            for (int b = 0; b < count; b++) sum[b] += s->lap[k] * ((far[b] - c[b]) + (back[b] - c[b]));
-        }
+    if (count >= PDI_VECTOR) {
+        pdi_lines lines;
+        lines.grid = r->grid;
+        lines.stencil = s;
+        lines.shift = r->line_shift;
+        pdi_line_laplacian(&lines, c, first, count, sum);
         return;
     }
-    for (int k = 0; k < s->count; k++) {
-        const double *far = c + r->shift[k], lap = s->lap[k];
+    c += first;
+    for (int b = 0; b < count; b++) sum[b] = 0.0;
+    for (int k = 0; k < s->count / 2; k++) {
+        const double *far = c + r->shift[k], *back = c - r->shift[k];
+        for (int b = 0; b < count; b++) sum[b] += s->lap[k] * ((far[b] - c[b]) + (back[b] - c[b]));
+    }
+}
+
+PDI_FN void pdi_corrode_spread(const pd_corrode *r, const double *c, int32_t first, int count, double *sum)
+{
+    if (r->role[first] == PDI_CORRODE_WHOLE) {
+        pdi_corrode_laplacian(r, c, first, count, sum);
+        return;
+    }
+    c += first;
+    for (int b = 0; b < count; b++) sum[b] = 0.0;
+    for (int k = 0; k < r->stencil->count; k++) {
+        const double *far = c + r->shift[k], lap = r->stencil->lap[k];
         const uint8_t *there = r->phase + first + r->shift[k];
         for (int b = 0; b < count; b++) sum[b] += pdi_corrode_wet(there[b]) ? lap * (far[b] - c[b]) : 0.0;
     }
@@ -19336,6 +19373,7 @@ static pd_status pdi_corrode_allocate(pd_ctx *ctx, pd_corrode *r)
 {
     int32_t total = r->grid->total;
     PDI_TRY(PDI_NEW(ctx, "corrode", r->stencil->count, r->shift));
+    PDI_TRY(PDI_NEW(ctx, "corrode", r->stencil->line_first[r->stencil->kinds], r->line_shift));
     PDI_TRY(PDI_NEW(ctx, "corrode", r->stencil->count, r->scratch));
     PDI_TRY(PDI_NEW(ctx, "corrode", total, r->c));
     r->base = r->c;
@@ -19382,6 +19420,7 @@ pd_status pd_corrode_build(pd_ctx *ctx, pd_grid *grid, const pd_stencil *stencil
     PDI_TRY(pdi_corrode_allocate(ctx, r));
     PDI_TRY(pdi_corrode_list_ghosts(ctx, r));
     PDI_TRY(pdi_corrode_factors(ctx, r));
+    pdi_grid_line_shift(grid, stencil, r->line_shift);
     for (int k = 0; k < stencil->count; k++) {
         for (int d = 0; d < PD_DIM; d++) r->shift[k] += (int32_t)stencil->offset[k * PD_DIM + d] * grid->stride[d];
         r->diffusion += desc->diffusivity * stencil->lap[k];
@@ -19690,6 +19729,7 @@ void pd_corrode_free(pd_ctx *ctx, pd_corrode *r)
     for (int d = 0; d < PD_DIM && r->grid; d++) inside *= (int32_t)r->grid->n[d];
     pd_front_free(ctx, &r->front);
     PDI_DELETE(ctx, r->stencil ? r->stencil->count : 0, r->shift);
+    PDI_DELETE(ctx, r->stencil ? r->stencil->line_first[r->stencil->kinds] : 0, r->line_shift);
     PDI_DELETE(ctx, r->stencil ? r->stencil->count : 0, r->scratch);
     PDI_DELETE(ctx, total, r->c);
     PDI_DELETE(ctx, total, r->next);
@@ -19746,9 +19786,11 @@ static void pdi_recede_apply_run(void *user, int32_t first, int count)
     const double *x = r->field + first;
     double sum[PDI_CORRODE_PIECE];
     if (r->corrode->role[first] == PDI_CORRODE_EXPOSED) return;
-    pdi_corrode_spread(r->corrode, r->field, first, count, sum);
+    /* the operand is 0 in metal and walls, bonds to which count as dry */
+    pdi_corrode_laplacian(r->corrode, r->field, first, count, sum);
     for (int b = 0; b < count; b++) {
-        double all = (1.0 / r->dt + r->drain[first + b]) * x[b] - r->corrode->desc.diffusivity * sum[b];
+        double spread = sum[b] + r->dry[first + b] * x[b];
+        double all = (1.0 / r->dt + r->drain[first + b]) * x[b] - r->corrode->desc.diffusivity * spread;
         u->out[first + b] = r->state[first + b] == PDI_RECEDE_SATURATED ? 0.0 : all;
     }
 }
@@ -19806,7 +19848,7 @@ static void pdi_recede_begin(pd_recede *r)
     m->active = 0;
     for (int32_t i = 0; i < m->grid->total; i++) {
         m->active += m->role[i] != PDI_CORRODE_IDLE;
-        r->reach[i] = r->stock[i] = 0.0;
+        r->reach[i] = r->stock[i] = r->dry[i] = 0.0;
         if (m->role[i] != PDI_CORRODE_SHORE) { /* the front may have left it behind */
             r->state[i] = PDI_RECEDE_LAW;
             r->drain[i] = 0.0;
@@ -19814,6 +19856,7 @@ static void pdi_recede_begin(pd_recede *r)
         }
         for (int k = 0; k < m->stencil->count; k++) {
             int32_t j = i + m->shift[k];
+            if (!pdi_corrode_wet(m->phase[j])) r->dry[i] += m->stencil->lap[k];
             if (m->phase[j] != PDI_CORRODE_SOLID) continue;
             double weight = m->front.weight[k] * (m->factor ? m->factor[j] : 1.0);
             r->reach[i] += weight;
@@ -20043,6 +20086,7 @@ static pd_status pdi_recede_allocate(pd_ctx *ctx, pd_recede *r)
     PDI_TRY(PDI_NEW(ctx, "recede", total, r->delta));
     PDI_TRY(PDI_NEW(ctx, "recede", total, r->field));
     PDI_TRY(PDI_NEW(ctx, "recede", total, r->drain));
+    PDI_TRY(PDI_NEW(ctx, "recede", total, r->dry));
     PDI_TRY(PDI_NEW(ctx, "recede", total, r->reach));
     PDI_TRY(PDI_NEW(ctx, "recede", total, r->stock));
     return PDI_NEW(ctx, "recede", total, r->state);
@@ -20091,6 +20135,7 @@ void pd_recede_free(pd_ctx *ctx, pd_recede *r)
     PDI_DELETE(ctx, total, r->delta);
     PDI_DELETE(ctx, total, r->field);
     PDI_DELETE(ctx, total, r->drain);
+    PDI_DELETE(ctx, total, r->dry);
     PDI_DELETE(ctx, total, r->reach);
     PDI_DELETE(ctx, total, r->stock);
     PDI_DELETE(ctx, total, r->state);

@@ -63,8 +63,6 @@ PD_API void pd_bonds_free(pd_ctx *ctx, pd_bonds *bonds);
 #ifdef PDI_INTERNAL
 /* Nodes along axis 0 that a sweep works on at once, bond by bond: the inner loops are plain vectors. */
 #define PDI_LANES 64
-/* Pieces shorter than this are not worth a vector. */
-#define PDI_VECTOR 8
 /* Lanes of the next piece, up to `most`, from *at, of `length` consecutive nodes. What is left over behind the last
  * whole vector goes together with nodes that are done already: they get the same bits again. */
 static inline int pdi_bond_piece(int32_t length, int most, int32_t *at)

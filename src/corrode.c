@@ -1,5 +1,6 @@
 /* corrode: see corrode.h */
 #include "corrode.h"
+#include "line.h"
 #include "par.h"
 #include <math.h>
 #include <string.h>
@@ -9,20 +10,35 @@ PDI_FN double pdi_corrode_scale(const pd_corrode *r)
     return r->desc.drive == PD_DRIVE_CONSTANT ? r->span : r->log_ratio;
 }
 
-PDI_FN void pdi_corrode_spread(const pd_corrode *r, const double *c, int32_t first, int count, double *sum)
+PDI_FN void pdi_corrode_laplacian(const pd_corrode *r, const double *c, int32_t first, int count, double *sum)
 {
     const pd_stencil *s = r->stencil;
-    c += first;
-    for (int b = 0; b < count; b++) sum[b] = 0.0;
-    if (r->role[first] == PDI_CORRODE_WHOLE) {
-        for (int k = 0; k < s->count / 2; k++) {
-            const double *far = c + r->shift[k], *back = c - r->shift[k];
-            for (int b = 0; b < count; b++) sum[b] += s->lap[k] * ((far[b] - c[b]) + (back[b] - c[b]));
-        }
+    if (count >= PDI_VECTOR) {
+        pdi_lines lines;
+        lines.grid = r->grid;
+        lines.stencil = s;
+        lines.shift = r->line_shift;
+        pdi_line_laplacian(&lines, c, first, count, sum);
         return;
     }
-    for (int k = 0; k < s->count; k++) {
-        const double *far = c + r->shift[k], lap = s->lap[k];
+    c += first;
+    for (int b = 0; b < count; b++) sum[b] = 0.0;
+    for (int k = 0; k < s->count / 2; k++) {
+        const double *far = c + r->shift[k], *back = c - r->shift[k];
+        for (int b = 0; b < count; b++) sum[b] += s->lap[k] * ((far[b] - c[b]) + (back[b] - c[b]));
+    }
+}
+
+PDI_FN void pdi_corrode_spread(const pd_corrode *r, const double *c, int32_t first, int count, double *sum)
+{
+    if (r->role[first] == PDI_CORRODE_WHOLE) {
+        pdi_corrode_laplacian(r, c, first, count, sum);
+        return;
+    }
+    c += first;
+    for (int b = 0; b < count; b++) sum[b] = 0.0;
+    for (int k = 0; k < r->stencil->count; k++) {
+        const double *far = c + r->shift[k], lap = r->stencil->lap[k];
         const uint8_t *there = r->phase + first + r->shift[k];
         for (int b = 0; b < count; b++) sum[b] += pdi_corrode_wet(there[b]) ? lap * (far[b] - c[b]) : 0.0;
     }
@@ -212,6 +228,7 @@ static pd_status pdi_corrode_allocate(pd_ctx *ctx, pd_corrode *r)
 {
     int32_t total = r->grid->total;
     PDI_TRY(PDI_NEW(ctx, "corrode", r->stencil->count, r->shift));
+    PDI_TRY(PDI_NEW(ctx, "corrode", r->stencil->line_first[r->stencil->kinds], r->line_shift));
     PDI_TRY(PDI_NEW(ctx, "corrode", r->stencil->count, r->scratch));
     PDI_TRY(PDI_NEW(ctx, "corrode", total, r->c));
     r->base = r->c;
@@ -258,6 +275,7 @@ pd_status pd_corrode_build(pd_ctx *ctx, pd_grid *grid, const pd_stencil *stencil
     PDI_TRY(pdi_corrode_allocate(ctx, r));
     PDI_TRY(pdi_corrode_list_ghosts(ctx, r));
     PDI_TRY(pdi_corrode_factors(ctx, r));
+    pdi_grid_line_shift(grid, stencil, r->line_shift);
     for (int k = 0; k < stencil->count; k++) {
         for (int d = 0; d < PD_DIM; d++) r->shift[k] += (int32_t)stencil->offset[k * PD_DIM + d] * grid->stride[d];
         r->diffusion += desc->diffusivity * stencil->lap[k];
@@ -566,6 +584,7 @@ void pd_corrode_free(pd_ctx *ctx, pd_corrode *r)
     for (int d = 0; d < PD_DIM && r->grid; d++) inside *= (int32_t)r->grid->n[d];
     pd_front_free(ctx, &r->front);
     PDI_DELETE(ctx, r->stencil ? r->stencil->count : 0, r->shift);
+    PDI_DELETE(ctx, r->stencil ? r->stencil->line_first[r->stencil->kinds] : 0, r->line_shift);
     PDI_DELETE(ctx, r->stencil ? r->stencil->count : 0, r->scratch);
     PDI_DELETE(ctx, total, r->c);
     PDI_DELETE(ctx, total, r->next);

@@ -54,6 +54,7 @@ typedef struct pd_corrode {
     const pd_stencil *stencil;
     pd_front front;
     int32_t *shift;    /* [count] node id of the far end minus that of the node */
+    int32_t *line_shift; /* [lines of the stencil] the same for the lines */
     double *c;         /* [total] [mol/m3] content of solid, concentration of fluid nodes */
     double *next;      /* [total] [mol/m3] */
     const double *base; /* [total] [mol/m3] what a step adds to: c, or the field at its start */
@@ -125,11 +126,12 @@ PDI_FN double pdi_corrode_scale(const pd_corrode *corrode);
 typedef void (*pdi_corrode_run_fn)(void *user, int32_t first, int count);
 /* All nodes of the box that take part, in such runs. */
 PDI_FN void pdi_corrode_sweep(const pd_ctx *ctx, const pd_corrode *corrode, pdi_corrode_run_fn run, void *user);
-/* sum [count] [mol/m5] of a(n) (C_j - C_i) over the wet bonds of fluid nodes of one role that lie along axis 0; c with
- * its ghosts. */
+/* sum [count] [mol/m5] of a(n) (C_j - C_i) over all bonds of nodes that lie along axis 0; c with its ghosts. */
+PDI_FN void pdi_corrode_laplacian(const pd_corrode *corrode, const double *c, int32_t first, int count, double *sum);
+/* The same over the wet bonds of fluid nodes of one role. */
 PDI_FN void pdi_corrode_spread(const pd_corrode *corrode, const double *c, int32_t first, int count, double *sum);
 /* Nodes along axis 0 that one thread sweeps at a time. */
-#define PDI_CORRODE_PIECE 64
+#define PDI_CORRODE_PIECE 128
 /* Values of the ghosts, of c and speed. */
 PDI_FN void pdi_corrode_ghosts(pd_corrode *corrode);
 /* Speed of the law at fluid node i with concentration c, 0 in front of a passive film. */

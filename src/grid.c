@@ -376,3 +376,11 @@ void pd_grid_free(pd_ctx *ctx, pd_grid *grid)
     PDI_DELETE(ctx, grid->np[PD_DIM - 1], grid->circumference);
     memset(grid, 0, sizeof *grid);
 }
+
+PDI_FN void pdi_grid_line_shift(const pd_grid *grid, const pd_stencil *stencil, int32_t *shift)
+{
+    for (int l = 0; l < stencil->line_first[stencil->kinds]; l++) {
+        shift[l] = 0;
+        for (int d = 1; d < PD_DIM; d++) shift[l] += stencil->line[l * PD_DIM + d] * grid->stride[d];
+    }
+}

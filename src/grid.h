@@ -81,6 +81,8 @@ PD_API int32_t pd_grid_node(const pd_grid *grid, const int *i);
 PD_API int64_t pd_grid_count(const pd_grid *grid, pd_kind kind);
 
 #ifdef PDI_INTERNAL
+/* Pieces of lattice lines shorter than this are not worth a vector. */
+#define PDI_VECTOR 8
 /* Cell index (ghosts negative) of a node. */
 PDI_FN void pdi_grid_index(const pd_grid *grid, int32_t node, int *i);
 /* 1 when the index lies inside the box. */
@@ -108,6 +110,8 @@ PDI_FN void pdi_grid_fold_images(const pd_grid *grid, double *x);
 static inline int pdi_grid_port(pd_side side) { return side == PD_SIDE_INLET || side == PD_SIDE_OUTLET; }
 /* A solid node turns fluid: its kind, the counts, and the ghosts that stand for it or lie in front of it. */
 PDI_FN void pdi_grid_dissolve(pd_grid *grid, int32_t node);
+/* shift [lines of the stencil]: node id on a line minus that of the node at its middle. */
+PDI_FN void pdi_grid_line_shift(const pd_grid *grid, const pd_stencil *stencil, int32_t *shift);
 /* Open: bonds between open nodes carry fluxes (fluid, inlet, outlet, image). */
 static inline int pdi_grid_open(uint8_t kind) { return kind == PD_FLUID || kind >= PD_INLET; }
 #endif

@@ -47,10 +47,10 @@ static void pdi_line_four_pairs(const double *PD_RESTRICT c, const int32_t *shif
 
 /* Differences of all lines of one kind to the line through the node. Their number is even: opposite ones belong
  * together. */
-static void pdi_line_kind(const pd_bonds *bonds, const double *f, int kind, int n, double *sum)
+static void pdi_line_kind(const pdi_lines *lines, const double *f, int kind, int n, double *sum)
 {
-    const int32_t *shift = bonds->line_shift;
-    int first = bonds->stencil->line_first[kind], end = bonds->stencil->line_first[kind + 1], l = first;
+    const int32_t *shift = lines->shift;
+    int first = lines->stencil->line_first[kind], end = lines->stencil->line_first[kind + 1], l = first;
     if (end - l >= 8) {
         pdi_line_four_pairs(f, shift + l, n, sum);
         l += 8;
@@ -124,16 +124,16 @@ static void pdi_line_layers(const double *PD_RESTRICT f, double (*t)[PDI_LINE_CO
 
 /* Columns that a line has no bond to may hold anything, and do not get into the sums that are read: kinds are sorted by
  * their reach, and layer n takes those that reach it. `columns` may be more than count and both sides. */
-static void pdi_line_piece(const pd_bonds *bonds, const double *f, int count, int columns, double *out)
+static void pdi_line_piece(const pdi_lines *lines, const double *f, int count, int columns, double *out)
 {
-    const pd_stencil *s = bonds->stencil;
+    const pd_stencil *s = lines->stencil;
     int reach = s->reach, at = 1;
     double x[PDI_LINE_KINDS][PDI_LINE_COLUMNS], t[PDI_LINE_REACH + 1][PDI_LINE_COLUMNS];
     int three = pdi_line_is_three(s);
-    if (three) pdi_line_three(f - reach, bonds->line_shift, s->line_lap, columns, t);
+    if (three) pdi_line_three(f - reach, lines->shift, s->line_lap, columns, t);
     for (int first = 0; (first == 0 || first < s->kinds) && !three; first += PDI_LINE_KINDS) {
         int some = s->kinds - first < PDI_LINE_KINDS ? s->kinds - first : PDI_LINE_KINDS;
-        for (int k = 0; k < some; k++) pdi_line_kind(bonds, f - reach, first + k, columns, x[k]);
+        for (int k = 0; k < some; k++) pdi_line_kind(lines, f - reach, first + k, columns, x[k]);
         for (int n = 0; n <= reach; n++) {
             double a[PDI_LINE_KINDS];
             int kinds = 0;
@@ -151,16 +151,16 @@ static void pdi_line_piece(const pd_bonds *bonds, const double *f, int count, in
     for (; at <= reach; at++) pdi_line_layer(f, t[at] + reach, s->layer_lap[at], at, count, out);
 }
 
-PDI_FN void pdi_line_laplacian(const pd_bonds *bonds, const double *f, int32_t i, int32_t length, double *out)
+PDI_FN void pdi_line_laplacian(const pdi_lines *lines, const double *f, int32_t i, int32_t length, double *out)
 {
-    const pd_grid *grid = bonds->grid;
-    int reach = bonds->stencil->reach, deepest = 0;
+    const pd_grid *grid = lines->grid;
+    int reach = lines->stencil->reach, deepest = 0;
     for (int d = 0; d < PD_DIM; d++) deepest += reach * grid->stride[d];
     for (int32_t at = 0; at < length; at += PDI_LINE_LANES) {
         int count = length - at < PDI_LINE_LANES ? (int)(length - at) : PDI_LINE_LANES;
         /* whole vectors, where that does not leave the array */
         int columns = count + 2 * reach, vectors = (columns + PDI_VECTOR - 1) / PDI_VECTOR * PDI_VECTOR;
         if (i + at + deepest + vectors - reach <= grid->total) columns = vectors;
-        pdi_line_piece(bonds, f + i + at, count, columns, out + at);
+        pdi_line_piece(lines, f + i + at, count, columns, out + at);
     }
 }

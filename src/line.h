@@ -7,11 +7,17 @@
  */
 #ifndef PD_LINE_H
 #define PD_LINE_H
-#include "bond.h"
+#include "grid.h"
 
 #ifdef PDI_INTERNAL
+/* What the sweeps have to know of a lattice; shift: that of pdi_grid_line_shift. All borrowed. */
+typedef struct pdi_lines {
+    const pd_grid *grid;
+    const pd_stencil *stencil;
+    const int32_t *shift;
+} pdi_lines;
 /* out [length] = sum a (f_j - f_i) for the nodes i .. i+length-1 of f [total] (eq. 2.3). */
-PDI_FN void pdi_line_laplacian(const pd_bonds *bonds, const double *f, int32_t i, int32_t length, double *out);
+PDI_FN void pdi_line_laplacian(const pdi_lines *lines, const double *f, int32_t i, int32_t length, double *out);
 #endif
 
 #endif

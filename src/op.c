@@ -209,7 +209,11 @@ static void pdi_op_laplacian_bonds(const pdi_op_sweep *w, int32_t i, int32_t r, 
 
 static void pdi_op_laplacian_whole(const pdi_op_sweep *w, int32_t i, int count)
 {
-    pdi_line_laplacian(w->bonds, w->f, i, count, w->out + i);
+    pdi_lines lines;
+    lines.grid = w->bonds->grid;
+    lines.stencil = w->bonds->stencil;
+    lines.shift = w->bonds->line_shift;
+    pdi_line_laplacian(&lines, w->f, i, count, w->out + i);
 }
 
 static void pdi_op_laplacian_rings(const pdi_op_sweep *w, int32_t i, int count)

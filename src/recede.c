@@ -41,9 +41,11 @@ static void pdi_recede_apply_run(void *user, int32_t first, int count)
     const double *x = r->field + first;
     double sum[PDI_CORRODE_PIECE];
     if (r->corrode->role[first] == PDI_CORRODE_EXPOSED) return;
-    pdi_corrode_spread(r->corrode, r->field, first, count, sum);
+    /* the operand is 0 in metal and walls, bonds to which count as dry */
+    pdi_corrode_laplacian(r->corrode, r->field, first, count, sum);
     for (int b = 0; b < count; b++) {
-        double all = (1.0 / r->dt + r->drain[first + b]) * x[b] - r->corrode->desc.diffusivity * sum[b];
+        double spread = sum[b] + r->dry[first + b] * x[b];
+        double all = (1.0 / r->dt + r->drain[first + b]) * x[b] - r->corrode->desc.diffusivity * spread;
         u->out[first + b] = r->state[first + b] == PDI_RECEDE_SATURATED ? 0.0 : all;
     }
 }
@@ -101,7 +103,7 @@ static void pdi_recede_begin(pd_recede *r)
     m->active = 0;
     for (int32_t i = 0; i < m->grid->total; i++) {
         m->active += m->role[i] != PDI_CORRODE_IDLE;
-        r->reach[i] = r->stock[i] = 0.0;
+        r->reach[i] = r->stock[i] = r->dry[i] = 0.0;
         if (m->role[i] != PDI_CORRODE_SHORE) { /* the front may have left it behind */
             r->state[i] = PDI_RECEDE_LAW;
             r->drain[i] = 0.0;
@@ -109,6 +111,7 @@ static void pdi_recede_begin(pd_recede *r)
         }
         for (int k = 0; k < m->stencil->count; k++) {
             int32_t j = i + m->shift[k];
+            if (!pdi_corrode_wet(m->phase[j])) r->dry[i] += m->stencil->lap[k];
             if (m->phase[j] != PDI_CORRODE_SOLID) continue;
             double weight = m->front.weight[k] * (m->factor ? m->factor[j] : 1.0);
             r->reach[i] += weight;
@@ -338,6 +341,7 @@ static pd_status pdi_recede_allocate(pd_ctx *ctx, pd_recede *r)
     PDI_TRY(PDI_NEW(ctx, "recede", total, r->delta));
     PDI_TRY(PDI_NEW(ctx, "recede", total, r->field));
     PDI_TRY(PDI_NEW(ctx, "recede", total, r->drain));
+    PDI_TRY(PDI_NEW(ctx, "recede", total, r->dry));
     PDI_TRY(PDI_NEW(ctx, "recede", total, r->reach));
     PDI_TRY(PDI_NEW(ctx, "recede", total, r->stock));
     return PDI_NEW(ctx, "recede", total, r->state);
@@ -386,6 +390,7 @@ void pd_recede_free(pd_ctx *ctx, pd_recede *r)
     PDI_DELETE(ctx, total, r->delta);
     PDI_DELETE(ctx, total, r->field);
     PDI_DELETE(ctx, total, r->drain);
+    PDI_DELETE(ctx, total, r->dry);
     PDI_DELETE(ctx, total, r->reach);
     PDI_DELETE(ctx, total, r->stock);
     PDI_DELETE(ctx, total, r->state);

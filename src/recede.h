@@ -41,6 +41,7 @@ typedef struct pd_recede {
     double *delta;     /* [total] [mol/m3] correction */
     double *field;     /* [total] [mol/m3] operand with its ghosts */
     double *drain;     /* [total] [1/s] -dG/dC; negative where metal dissolves the faster, the more is dissolved */
+    double *dry;       /* [total] [1/m2] sum of a(n) over bonds to metal and walls */
     double *reach;     /* [total] [1/m] sum of b(n) to metal */
     double *stock;     /* [total] [mol/m4] the same times what the metal there has, with drive by difference */
     uint8_t *state;    /* [total] whether a node beside metal follows the law, holds Csat or takes nothing */
