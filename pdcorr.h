@@ -19558,6 +19558,7 @@ static double pdi_corrode_leak(const pd_corrode *r, int32_t i)
 {
     int solid = r->phase[i] == PDI_CORRODE_SOLID, difference = r->desc.drive == PD_DRIVE_DIFFERENCE;
     double sum = 0.0, scale = solid ? pdi_corrode_scale(r) : r->desc.activation ? 0.0 : r->desc.diffusivity;
+    if (r->phase[i] == PDI_CORRODE_NONE || r->role[i] == PDI_CORRODE_IDLE || !(scale > 0.0)) return 0.0;
     for (int k = 0; k < r->stencil->count; k++) {
         int32_t j = i + r->shift[k];
         double step = r->c[i] - r->c[j];
@@ -19566,7 +19567,7 @@ static double pdi_corrode_leak(const pd_corrode *r, int32_t i)
         else sum += r->stencil->lap[k] * step;
     }
     if (solid && r->factor) sum *= r->factor[i];
-    return r->phase[i] == PDI_CORRODE_NONE ? 0.0 : scale * sum;
+    return scale * sum;
 }
 
 /* Solid nodes down to Csat turn fluid; roles within one reach of them and of their ghosts change. */
