@@ -28,6 +28,7 @@
  *   par        threads, ordered sums, wall clock.
  *   rng        counter-based random numbers. A number depends on (seed, stream, counter) alone: no state, no order of calls,
  *   units      physical dimensions, unit products such as "um/h" or "Pa s", and values printed with a readable unit.
+ *   curve      a function of one variable through given points, as monotone as they are.
  *   expr       expressions such as "1.3 um/h * (1 - C/Csat)", checked for dimensions and compiled to a small stack code.
  *   shape      signed distances and set operations. Negative inside the shape.
  *   area       interface area of lattice bonds (Cauchy-Crofton on a lattice).
@@ -48,6 +49,7 @@
  *   sdirk      what all users of the two-stage, second-order, L-stable SDIRK method share: its constant, and the choice of
  *   file       whole-file reading with a limit, writing aside and renaming, appending line by line, directories, numbers.
  *   text       the text of a scene, sections of `key = value` pairs, and the typed look-up of its values.
+ *   refer      files that a scene names.
  *   deflate    compression into the zlib format (RFC 1950, RFC 1951), its checksums, and a growing byte buffer.
  *   inflate    decompression of the zlib format (RFC 1950, RFC 1951).
  *   png        reading and writing PNG images (W3C PNG, second edition), without any other library.
@@ -74,11 +76,13 @@
  *   dissolve   surface-rate dissolution. Solid nodes lose metal through the bonds that join them to fluid.
  *   measure    figures of a flow and of what it carries: through a plane of the lattice, from walls and metal, in a box.
  *   front      weights of the bonds across a front between metal and fluid, and the speed that they give it.
+ *   damage     mechanical bonds of metal that dissolves, broken at random as it goes (theory: 6.7).
  *   corrode    bond-based corrosion. Metal and fluid are one concentration field on two phases; bonds across the front
  *   recede     implicit steps of bond-based corrosion (corrode.h) under diffusion control, as long as the front allows.
  *   couple     one dissolution run: steady flow, implicit transport, dissolution steps with error control, the ledger.
  *   setup      everything that a run needs to know, as data: what scene files and flat files are turned into.
  *   syntax     the sections of a scene and their keys, checked before anything is read: a misspelt key is reported as such
+ *   chart      reads the [table NAME] sections of a scene: functions through the points of CSV files, for all expressions
  *   sketch     the [shape NAME] sections of a scene: primitives, voxel masks, set operations, materials and grains.
  *   flat       the `key = value` parameter file of the Mg-pin project (SI numbers without units) as a setup.
  *   watch      reads from a scene what a run shall watch: probes, lines, planes, forces, mass transfer, totals.
@@ -430,6 +434,48 @@ PDI_FN void pdi_units_hint(const pdi_units_near *near_word, char *text);
 
 #endif
 
+/* ======== >>curve.h ======== */
+/* curve: a function of one variable through given points, as monotone as they are.
+ *
+ * Cubic Hermite pieces. The slope at an inner point is that of the parabola through it and its neighbours, cut to
+ * three times the smaller of the two secants beside it, and zero where these differ in sign. With end slopes a s and
+ * b s a piece of secant s has the derivative
+ *     s (a (1-t)(1-3t) + b t (3t-2) + 6 t (1-t)),     0 <= t <= 1,
+ * linear in a and b and 6t(1-t), 3(1-t)^2, 3t^2, 3(1-2t)^2 times s at the corners of 0 <= a, b <= 3: a piece never
+ * turns, so extremes are points, and nothing overshoots. Third order where data are smooth and monotone, second order
+ * beside an extreme.
+ * Sources: de Boor and Swartz 1977 (the square), Fritsch and Carlson 1980.
+ */
+#ifndef PD_CURVE_H
+#define PD_CURVE_H
+
+typedef struct pd_curve {
+    int count;      /* points */
+    int strict;     /* 1: NaN outside of the points; 0: the end values hold there */
+    double *x;      /* [count] [-] (unit of the caller) ascending */
+    double *y;      /* [count] [-] (unit of the caller) */
+    double *slope;  /* [count] [-] (unit of y over that of x) */
+} pd_curve;
+
+#define pd_curve_build PD_NAME(pd_curve_build)
+#define pd_curve_eval PD_NAME(pd_curve_eval)
+#define pd_curve_free PD_NAME(pd_curve_free)
+
+/* Takes copies of x and y [count]. PD_ERR_ARGUMENT: fewer than two points, one that is not finite, x not ascending,
+ * or a secant without a finite slope. */
+PD_API pd_status pd_curve_build(pd_ctx *ctx, const double *x, const double *y, int count, int strict, pd_curve *curve);
+/* Value at x: y itself at a point. Reads only, so threads may share the curve. NaN of NaN. `strict` lets x pass the
+ * ends by 1e-5 of the length, for difference quotients at them. */
+PD_API double pd_curve_eval(const pd_curve *curve, double x);
+PD_API void pd_curve_free(pd_ctx *ctx, pd_curve *curve);
+
+#ifdef PDI_INTERNAL
+/* Why the points up to k >= 0 make no curve, with those before it admissible: "expected ..."; NULL: they do. */
+PDI_FN const char *pdi_curve_wrong(const double *x, const double *y, int k);
+#endif
+
+#endif
+
 /* ======== >>expr.h ======== */
 /* expr: expressions such as "1.3 um/h * (1 - C/Csat)", checked for dimensions and compiled to a small stack code.
  *
@@ -437,8 +483,8 @@ PDI_FN void pdi_units_hint(const pdi_units_near *near_word, char *text);
  * Primaries: number [unit], name, function(...), (...). A number directly followed by a unit is scaled to SI; a unit
  * may also follow a '/' ("0.5*x/s"). A declared name wins over a unit of the same name. The literal 0 fits any
  * dimension. Functions: sin cos tan exp log log10 tanh sinh cosh atan erf floor (of plain numbers), abs sqrt min max
- * atan2 pow and if(condition, then, otherwise). min and max pass NaN on. Built-in constants, unless
- * shadowed: pi, R [J/mol/K], F [C/mol] (CODATA 2018).
+ * atan2 pow and if(condition, then, otherwise). min and max pass NaN on. Tables of the caller are functions of one
+ * argument. Built-in constants, unless shadowed: pi, R [J/mol/K], F [C/mol] (CODATA 2018).
  */
 #ifndef PD_EXPR_H
 #define PD_EXPR_H
@@ -454,12 +500,21 @@ typedef struct pd_expr_symbol {
     double value;     /* [unit of that dimension in SI] of a constant; not read for a variable */
 } pd_expr_symbol;
 
+/* A function through points. */
+typedef struct pd_expr_table {
+    const char *name;         /* an identifier that is no function above */
+    pd_dims argument, result;
+    const pd_curve *curve;    /* of SI values */
+} pd_expr_table;
+
 typedef struct pd_expr_desc {
     const char *text;
     const pd_expr_symbol *vars; /* the values that pd_expr_eval gets, in this order */
     int var_count;
     const pd_expr_symbol *consts;
     int const_count;
+    const pd_expr_table *tables; /* borrowed as long as the expression lives */
+    int table_count;
     const char *unit;  /* dimension of the result, also "mm/year" for a speed; NULL: any */
     int allow_bare;    /* 1: a plain number is taken as SI of that dimension */
     const char *where; /* start of messages; NULL: "expr" */
@@ -472,6 +527,7 @@ typedef struct pd_expr {
     int code_count, value_count;
     uint32_t uses; /* bit k: depends on variable k */
     pd_dims dims;  /* of the result; that of desc.unit when it was given */
+    const pd_expr_table *tables; /* those of desc */
 } pd_expr;
 
 #define pd_expr_build PD_NAME(pd_expr_build)
@@ -494,6 +550,8 @@ PD_API int pd_expr_constant(const pd_expr *expr);
 #ifdef PDI_INTERNAL
 /* Write what stands at text for a message: 'word', '+', byte 0x07, the end. text gets PD_UNITS_TEXT bytes. */
 PDI_FN void pdi_expr_quote(const char *found, char *text);
+/* 1 when the name is a function or a built-in constant. */
+PDI_FN int pdi_expr_taken(const char *name);
 #endif
 
 #endif
@@ -1592,6 +1650,8 @@ typedef struct pd_text {
     int bare;                     /* numbers may lack their unit; set for flat files, the caller may change it */
     const pd_expr_symbol *consts; /* the caller's named constants in numbers and expressions; borrowed */
     int const_count;
+    const pd_expr_table *tables;  /* the caller's functions there; borrowed as long as expressions live */
+    int table_count;
     pd_section *section; /* 0: what stands before the first section line */
     int section_count, section_room;
     pd_text_entry *entry;
@@ -1687,6 +1747,22 @@ PD_API pd_status pd_text_refuse(pd_ctx *ctx, const pd_text *text, int section, c
                                 ...) PD_PRINTF_LIKE(5, 6);
 /* PD_ERR_PARSE when a section or key was read by nobody; the message suggests the nearest name that was asked for. */
 PD_API pd_status pd_text_unused(pd_ctx *ctx, const pd_text *text);
+
+#endif
+
+/* ======== >>refer.h ======== */
+/* refer: files that a scene names. */
+#ifndef PD_REFER_H
+#define PD_REFER_H
+
+#ifdef PDI_INTERNAL
+/* path[PD_PATH_SIZE] of the file that stands under `key`: relative to `folder`, which is that of the scene with its '/'
+ * at the end. PD_ERR_PARSE: no such key; PD_ERR_ARGUMENT: too long. */
+PDI_FN pd_status pdi_refer_path(pd_ctx *ctx, pd_text *text, int section, const char *key, const char *folder,
+                                char *path);
+/* The file cannot be used, as the last message says: the same with the line that names it. PD_ERR_ARGUMENT. */
+PDI_FN pd_status pdi_refer_fail(pd_ctx *ctx, const pd_text *text, int section, const char *key);
+#endif
 
 #endif
 
@@ -2965,6 +3041,28 @@ PD_API void pd_front_free(pd_ctx *ctx, pd_front *front);
 
 #endif
 
+/* ======== >>damage.h ======== */
+/* damage: mechanical bonds of metal that dissolves, broken at random as it goes (theory: 6.7).
+ *
+ * A node that has lost the share d_c of its metal, d_c = (Cs - C)/(Cs - Csat), breaks each bond that it still has with
+ * the probability P = (d_c' - d_c)/(1 - d_c) on the way to d_c': a bond is then intact with the probability 1 - d_c,
+ * whatever steps have led there. So every bond gets one number in (0, 1), drawn from seed, node and bond, and is broken
+ * while d_c is not below it. Nothing is stored, and neither steps nor threads change what breaks. Each node has its own
+ * end of a bond.
+ * Sources: Chen and Bobaru 2015; Jafarzadeh, Zhao, Shakouri and Bobaru 2021, eq. 3 to 5 and 10.
+ */
+#ifndef PD_DAMAGE_H
+#define PD_DAMAGE_H
+
+#ifdef PDI_INTERNAL
+/* Share of `bonds` bonds of the node that are broken at the expected damage d_c [-]; d_c itself when it has none. */
+PDI_FN double pdi_damage_broken(uint64_t seed, int32_t node, int bonds, double expected);
+/* The expected damage [-] at which the last of them breaks, in (0, 1); 1 when it has none. */
+PDI_FN double pdi_damage_last(uint64_t seed, int32_t node, int bonds);
+#endif
+
+#endif
+
 /* ======== >>corrode.h ======== */
 /* corrode: bond-based corrosion. Metal and fluid are one concentration field on two phases; bonds across the front
  * carry metal into the fluid, bonds between fluid nodes carry diffusion, bonds between solid nodes nothing.
@@ -2974,8 +3072,9 @@ PD_API void pd_front_free(pd_ctx *ctx, pd_front *front);
  *     T_ji = v(C_i) b(n) (Cs - Csat)     or     v(C_i) b(n) ln(Cs/Csat) (C_j - C_i),
  *
  * with the recession speed v of the law and the weights b(n) of front.h. A solid node turns fluid when it is down to
- * Csat; a fluid node at or above Csat takes no more (salt layer) until it has fallen below, as its concentration says
- * at every step. Every exchange is antisymmetric. Solid beyond one horizon of the fluid is not visited.
+ * Csat or, when mechanical bonds break at random (damage.h), when it has none left. A fluid node at or above Csat takes
+ * no more (salt layer) until it has fallen below, as its concentration says at every step. Every exchange is
+ * antisymmetric. Solid beyond one horizon of the fluid is not visited.
  * Sources: Chen and Bobaru 2015; Jafarzadeh, Zhao, Shakouri and Bobaru 2021.
  *
  * The surface of the metal is the set of solid nodes: bonds count by the phases of their ends alone, and what is
@@ -3007,6 +3106,11 @@ typedef struct pd_corrode_desc {
     pd_weights weights; /* of the kernel */
     int keep_deficit;   /* 1: a node that turns fluid keeps what it has lost below Csat, as published codes have it; the
                          * front is too slow by half of `share`. 0: the metal behind the node makes up for it */
+    int stochastic;     /* 1: mechanical bonds of a solid node break at random as it dissolves, and it turns fluid when
+                         * none is left, with what it holds (theory: 6.7). 0: it turns at Csat */
+    uint64_t seed;      /* of that */
+    double repassivation; /* [mol/m3] fluid beside metal that is below it at the start of a step does not attack any
+                           * more, whatever it holds later: a film has formed; up to Csat, 0: none forms */
     const uint8_t *passive; /* [total] 1: fluid there does not attack, as in front of a passive film; NULL: none.
                              * Borrowed */
     const double *factor;   /* [total] [-] of solid nodes, at least 0: multiplies the speed at which they dissolve.
@@ -3027,6 +3131,9 @@ typedef struct pd_corrode {
     double *scratch;   /* [count] [1/m] weights of the bonds of one node */
     double *factor;    /* [total] [-] that of desc, and of ghosts; NULL: 1 */
     double highest;    /* [-] largest factor */
+    uint16_t *bonds;   /* [total] mechanical bonds of solid nodes at the start; NULL: not stochastic */
+    double *last;      /* [total] [mol/m3] content at which the last of them breaks; NULL: not stochastic */
+    uint8_t *film;     /* [total] 1: fluid in front of a film that has formed; NULL: none forms */
     uint8_t *phase;    /* [total] of nodes and ghosts */
     uint8_t *role;     /* [total] what a step does with a node */
     int32_t *ghost, *source; /* [ghosts] */
@@ -3055,6 +3162,7 @@ typedef struct pd_corrode {
 #define pd_corrode_run PD_NAME(pd_corrode_run)
 #define pd_corrode_solid PD_NAME(pd_corrode_solid)
 #define pd_corrode_dissolved PD_NAME(pd_corrode_dissolved)
+#define pd_corrode_damage PD_NAME(pd_corrode_damage)
 #define pd_corrode_imbalance PD_NAME(pd_corrode_imbalance)
 #define pd_corrode_free PD_NAME(pd_corrode_free)
 
@@ -3075,6 +3183,9 @@ PD_API pd_status pd_corrode_run(pd_ctx *ctx, pd_corrode *corrode, double t_end);
 /* Amounts [mol, per m in 2D, per m2 in 1D] in solid and in fluid nodes. */
 PD_API double pd_corrode_solid(const pd_corrode *corrode);
 PD_API double pd_corrode_dissolved(const pd_corrode *corrode);
+/* Damage [-] of a node: of metal the share of its mechanical bonds that are broken, or the share of Cs - Csat that it
+ * has lost when bonds do not break at random; 1 in fluid, 0 elsewhere. */
+PD_API double pd_corrode_damage(const pd_corrode *corrode, int32_t node);
 /* |solid + dissolved + out - start| over start [-]: rounding. */
 PD_API double pd_corrode_imbalance(const pd_corrode *corrode);
 PD_API void pd_corrode_free(pd_ctx *ctx, pd_corrode *corrode);
@@ -3099,6 +3210,8 @@ PDI_FN void pdi_corrode_spread(const pd_corrode *corrode, const double *c, int32
 #define PDI_CORRODE_PIECE 128
 /* Values of the ghosts, of c and speed. */
 PDI_FN void pdi_corrode_ghosts(pd_corrode *corrode);
+/* Films form where fluid beside metal is below `repassivation`. At the start of a step. */
+PDI_FN void pdi_corrode_repassivate(pd_corrode *corrode);
 /* Speed of the law at fluid node i with concentration c, 0 in front of a passive film. */
 PDI_FN pd_status pdi_corrode_law(pd_ctx *ctx, const pd_corrode *corrode, int32_t i, double c, double *speed);
 /* next = base + dt times all exchanges at the present c and speed. */
@@ -3295,6 +3408,7 @@ typedef enum pd_field {
     PD_FIELD_D,
     PD_FIELD_RATE,
     PD_FIELD_DENSITY,
+    PD_FIELD_DAMAGE,
     PD_FIELD_COUNT
 } pd_field;
 
@@ -3351,6 +3465,12 @@ typedef struct pd_setup_probe {
     unsigned fields;   /* bit k: pd_field k */
     int line;          /* of the file */
 } pd_setup_probe;
+
+/* A function that the expressions of the scene know. */
+typedef struct pd_setup_table {
+    char name[PD_SETUP_NAME];
+    pd_curve curve; /* SI */
+} pd_setup_table;
 
 /* What is watched in a run, besides the probes. */
 typedef enum pd_monitor_kind {
@@ -3447,9 +3567,16 @@ typedef struct pd_setup {
     int activation;         /* 1: activation control */
     int forward;            /* 1: explicit steps under diffusion control */
     double share, overshoot; /* [-] of a step, see corrode.h and recede.h; 0: defaults */
+    double repassivation;   /* [mol/m3] 0: no films form */
+    int stochastic;         /* 1: mechanical bonds break at random */
+    int seed;               /* of that */
     pd_drive drive;
     pd_kernel kernel;
     pd_weights weights;
+    /* functions of the expressions */
+    pd_setup_table *table;   /* [tables] */
+    pd_expr_table *function; /* [tables] of `table`, as expressions want them */
+    int tables;
     /* run */
     double until;           /* [s] */
     double rtol;            /* [-] of the volume loss; without dissolution: error of a step of the transport; 0: 1e-3 */
@@ -3522,6 +3649,25 @@ PDI_FN void pdi_setup_split_path(const char *path, char *name, char *folder);
 /* PD_ERR_PARSE or PD_ERR_ARGUMENT with file:line: a section or a key that no scene has, and the nearest that one has.
  * Whether a key has an effect in this scene is left to pd_text_unused. */
 PDI_FN pd_status pdi_syntax_check(pd_ctx *ctx, const pd_text *text);
+#endif
+
+#endif
+
+/* ======== >>chart.h ======== */
+/* chart: reads the [table NAME] sections of a scene: functions through the points of CSV files, for all expressions
+ * behind them.
+ *
+ *   [table iC]  file = crevice.csv  x = C_mol_per_L in mol/L  y = i_A_per_m2 in A/m2  outside = hold|error
+ *
+ * declares iC(C). A column goes by its name in the heading or, where a scene cannot write that, by its number from 1.
+ */
+#ifndef PD_CHART_H
+#define PD_CHART_H
+
+#ifdef PDI_INTERNAL
+/* The tables go to `setup`, and `text` knows them from then on. folder: of the scene. Errors name the line of the scene
+ * and that of the table: PD_ERR_PARSE, PD_ERR_ARGUMENT. */
+PDI_FN pd_status pdi_chart_read(pd_ctx *ctx, pd_text *text, const char *folder, pd_setup *setup);
 #endif
 
 #endif
@@ -3601,11 +3747,14 @@ PDI_FN pd_status pdi_watch_place(pd_ctx *ctx, pd_text *text, const pd_setup *set
  *                Csat  Cs  charge  D  initial  bulk = 0  control = diffusion|activation  gb_factor = 1
  *                drive = constant|difference  kernel = area|square|inverse  weights = calibrated|printed
  *                time = implicit|explicit  share = 0.2  overshoot = 0.05 of (explicit) steps
+ *                repassivation = concentration  breaking = deterministic|stochastic  seed = 1
+ *   [table NAME] file = law.csv  x = heading in unit  y = heading in unit  outside = hold|error: a function NAME(x) for
+ *                all expressions, monotone between the points
  *   [run]        until  rtol = 4e-3 (of the volume loss; without dissolution 1e-3, of a step of the transport or of
  *                corrode)
  *                fraction of a node that a step takes (25 rtol)  max_step
- *   [output]     every  fields = C, v, p, kind, grain, phase, D, rate, density  images = ...  slice = z 0 um  prefix
- *                folder
+ *   [output]     every  fields = C, v, p, kind, grain, phase, D, rate, density, damage  images = ...  slice = z 0 um
+ *                prefix  folder
  *   [probe NAME] at = x, y  fields = C, v
  *   [line NAME]  from = x, y  to = x, y  points = 101 | spacing  fields  images
  *   [plane NAME] at = x 1 mm
@@ -5036,6 +5185,112 @@ PDI_FN void pdi_units_hint(const pdi_units_near *near_word, char *text)
     if (near_word->best[0]) snprintf(text, PD_UNITS_TEXT, ": did you mean '%s'?", near_word->best);
 }
 
+/* ======== >>curve.c ======== */
+/* curve: see curve.h */
+#include <math.h>
+#include <string.h>
+
+#define PDI_CURVE_STEEPEST 1e150 /* products of slopes stay finite */
+#define PDI_CURVE_BEYOND 1e-5    /* of the length */
+
+PDI_FN const char *pdi_curve_wrong(const double *x, const double *y, int k)
+{
+    if (!(fabs(x[k]) < PDI_CURVE_STEEPEST) || !(fabs(y[k]) < PDI_CURVE_STEEPEST)) return "expected finite values";
+    if (k == 0) return NULL;
+    if (!(x[k] > x[k - 1])) return "expected ascending values";
+    if (!(fabs((y[k] - y[k - 1]) / (x[k] - x[k - 1])) < PDI_CURVE_STEEPEST)) return "expected a finite slope";
+    return NULL;
+}
+
+/* A slope with the sign of both secants, at most three times the smaller one; else none. */
+static double pdi_curve_cut(double slope, double a, double b)
+{
+    double sign = a > 0.0 ? 1.0 : -1.0, least = fmin(sign * a, sign * b);
+    if (!(least > 0.0) || !(sign * slope > 0.0)) return 0.0;
+    return sign * fmin(sign * slope, 3.0 * least);
+}
+
+/* Slope at the first point of the parabola through it and two more: steps and secants from it on. */
+static double pdi_curve_end(double step, double next_step, double secant, double next_secant)
+{
+    return secant + (secant - next_secant) * (step / (step + next_step));
+}
+
+static void pdi_curve_slopes(pd_curve *c)
+{
+    const double *x = c->x, *y = c->y;
+    int last = c->count - 1;
+    double first = (y[1] - y[0]) / (x[1] - x[0]), before = first;
+    if (last == 1) {
+        c->slope[0] = c->slope[1] = first;
+        return;
+    }
+    for (int k = 1; k < last; k++) {
+        double left = x[k] - x[k - 1], right = x[k + 1] - x[k], after = (y[k + 1] - y[k]) / right;
+        double parabola = before + (after - before) * (left / (left + right));
+        if (k == 1) c->slope[0] = pdi_curve_cut(pdi_curve_end(left, right, before, after), before, before);
+        if (k == last - 1) c->slope[last] = pdi_curve_cut(pdi_curve_end(right, left, after, before), after, after);
+        c->slope[k] = pdi_curve_cut(parabola, before, after);
+        before = after;
+    }
+}
+
+pd_status pd_curve_build(pd_ctx *ctx, const double *x, const double *y, int count, int strict, pd_curve *c)
+{
+    memset(c, 0, sizeof *c);
+    if (count < 2) return pdi_fail(ctx, PD_ERR_ARGUMENT, "curve", "found %d point%s, expected at least 2", count,
+                                   count == 1 ? "" : "s");
+    for (int k = 0; k < count; k++) {
+        const char *wrong = pdi_curve_wrong(x, y, k);
+        if (wrong)
+            return pdi_fail(ctx, PD_ERR_ARGUMENT, "curve", "point %d: found x = %g, y = %g, %s", k, x[k], y[k], wrong);
+    }
+    c->count = count;
+    c->strict = strict;
+    pd_status status = PDI_NEW(ctx, "curve", count, c->x);
+    if (status == PD_OK) status = PDI_NEW(ctx, "curve", count, c->y);
+    if (status == PD_OK) status = PDI_NEW(ctx, "curve", count, c->slope);
+    if (status < 0) {
+        pd_curve_free(ctx, c);
+        return status;
+    }
+    memcpy(c->x, x, (size_t)count * sizeof *x);
+    memcpy(c->y, y, (size_t)count * sizeof *y);
+    pdi_curve_slopes(c);
+    return PD_OK;
+}
+
+void pd_curve_free(pd_ctx *ctx, pd_curve *c)
+{
+    PDI_DELETE(ctx, c->count, c->x);
+    PDI_DELETE(ctx, c->count, c->y);
+    PDI_DELETE(ctx, c->count, c->slope);
+    memset(c, 0, sizeof *c);
+}
+
+double pd_curve_eval(const pd_curve *c, double x)
+{
+    int low = 0, high = c->count - 1;
+    if (high < 1 || x != x) return (double)NAN;
+    double beyond = PDI_CURVE_BEYOND * (c->x[high] - c->x[0]);
+    if (c->strict && (x < c->x[0] - beyond || x > c->x[high] + beyond)) return (double)NAN;
+    if (x <= c->x[0]) return c->y[0];
+    if (x >= c->x[high]) return c->y[high];
+    while (high - low > 1) {
+        int middle = low + (high - low) / 2;
+        if (c->x[middle] <= x) low = middle;
+        else high = middle;
+    }
+    double step = c->x[high] - c->x[low], far = x - c->x[low], t = far / step;
+    double secant = (c->y[high] - c->y[low]) / step, a = c->slope[low], b = c->slope[high];
+    double y = c->y[low] + far * (a + t * ((3.0 * secant - 2.0 * a - b) + t * (a + b - 2.0 * secant)));
+    /* rounding may not leave the piece */
+    return fmin(fmax(y, fmin(c->y[low], c->y[high])), fmax(c->y[low], c->y[high]));
+}
+
+#undef PDI_CURVE_STEEPEST
+#undef PDI_CURVE_BEYOND
+
 /* ======== >>expr.c ======== */
 /* expr: see expr.h. Recursive descent that emits the code directly; an operation whose operands are all constants is
  * folded at once, so that a constant expression is one instruction. */
@@ -5082,6 +5337,7 @@ typedef enum pdi_expr_rule {
 typedef enum pdi_expr_op {
     PDI_EXPR_CONST,
     PDI_EXPR_VAR,
+    PDI_EXPR_TABLE,
     PDI_EXPR_NEG,
     PDI_EXPR_ADD,
     PDI_EXPR_SUB,
@@ -5216,7 +5472,7 @@ static double pdi_expr_apply(int op, const double *a)
 static int pdi_expr_operands(int op)
 {
     if (op >= PDI_EXPR_FIRST_FUNCTION) return pdi_expr_functions[op - PDI_EXPR_FIRST_FUNCTION].operands;
-    return op == PDI_EXPR_NEG ? 1 : 2;
+    return op == PDI_EXPR_NEG || op == PDI_EXPR_TABLE ? 1 : 2;
 }
 
 static pd_status pdi_expr_push(pdi_expr_parser *p, int op, int index)
@@ -5241,7 +5497,10 @@ static int pdi_expr_last_const(const pdi_expr_parser *p, int back)
     return p->code_count >= back && (p->code[p->code_count - back] & 255) == PDI_EXPR_CONST;
 }
 
-static pd_status pdi_expr_emit(pdi_expr_parser *p, int op)
+static double pdi_expr_look_up(const pd_expr_table *table, double x) { return pd_curve_eval(table->curve, x); }
+
+/* index: of the table */
+static pd_status pdi_expr_emit_indexed(pdi_expr_parser *p, int op, int index)
 {
     int n = pdi_expr_operands(op), fold = 1;
     for (int k = 1; k <= n; k++) fold = fold && pdi_expr_last_const(p, k);
@@ -5249,10 +5508,14 @@ static pd_status pdi_expr_emit(pdi_expr_parser *p, int op)
     if (fold) { /* operands of constants lie in order at the end of value[] */
         p->code_count -= n;
         p->value_count -= n;
-        return pdi_expr_push_const(p, pdi_expr_apply(op, p->value + p->value_count));
+        const double *a = p->value + p->value_count;
+        return pdi_expr_push_const(p, op == PDI_EXPR_TABLE ? pdi_expr_look_up(&p->desc->tables[index], *a)
+                                                           : pdi_expr_apply(op, a));
     }
-    return pdi_expr_push(p, op, 0);
+    return pdi_expr_push(p, op, index);
 }
+
+static pd_status pdi_expr_emit(pdi_expr_parser *p, int op) { return pdi_expr_emit_indexed(p, op, 0); }
 
 /* ---- dimensions ---- */
 
@@ -5322,12 +5585,27 @@ static int pdi_expr_function_index(const char *word, size_t size)
     return -1;
 }
 
+static int pdi_expr_table_index(const pd_expr_desc *desc, const char *word, size_t size)
+{
+    for (int k = 0; k < desc->table_count; k++)
+        if (strlen(desc->tables[k].name) == size && memcmp(desc->tables[k].name, word, size) == 0) return k;
+    return -1;
+}
+
+PDI_FN int pdi_expr_taken(const char *name)
+{
+    size_t size = strlen(name);
+    return pdi_expr_function_index(name, size) >= 0 ||
+           pdi_expr_index(pdi_expr_builtin, PDI_EXPR_BUILTINS, name, size) >= 0;
+}
+
 /* Function names are taken only before a parenthesis: "15 min" is a time. */
-static int pdi_expr_is_call(const char *word, size_t size)
+static int pdi_expr_is_call(const pd_expr_desc *desc, const char *word, size_t size)
 {
     size_t next = size;
     while (pdi_units_blank(word[next])) next++;
-    return word[next] == '(' && pdi_expr_function_index(word, size) >= 0;
+    return word[next] == '(' &&
+           (pdi_expr_function_index(word, size) >= 0 || pdi_expr_table_index(desc, word, size) >= 0);
 }
 
 static int pdi_expr_declared(const void *user, const char *word, size_t size)
@@ -5335,7 +5613,7 @@ static int pdi_expr_declared(const void *user, const char *word, size_t size)
     const pd_expr_desc *desc = (const pd_expr_desc *)user;
     return pdi_expr_index(desc->vars, desc->var_count, word, size) >= 0 ||
            pdi_expr_index(desc->consts, desc->const_count, word, size) >= 0 ||
-           pdi_expr_index(pdi_expr_builtin, PDI_EXPR_BUILTINS, word, size) >= 0 || pdi_expr_is_call(word, size);
+           pdi_expr_index(pdi_expr_builtin, PDI_EXPR_BUILTINS, word, size) >= 0 || pdi_expr_is_call(desc, word, size);
 }
 
 static pd_status pdi_expr_unknown(pdi_expr_parser *p, size_t size, int as_unit)
@@ -5349,13 +5627,14 @@ static pd_status pdi_expr_unknown(pdi_expr_parser *p, size_t size, int as_unit)
     pdi_expr_quote(word, found);
     if (!as_unit && pdi_units_scan(word, pdi_expr_declared, desc, &unit, &why) > 0)
         return pdi_expr_error(p, p->at, "found the unit %s, expected a number before it", found);
-    if (pdi_expr_function_index(word, size) >= 0)
+    if (pdi_expr_function_index(word, size) >= 0 || pdi_expr_table_index(desc, word, size) >= 0)
         return pdi_expr_error(p, p->at, "found the function %s, expected '(' after it", found);
     pdi_units_near_init(&near_word, word, size);
     for (int k = 0; k < desc->var_count; k++) pdi_units_offer(&near_word, desc->vars[k].name);
     for (int k = 0; k < desc->const_count; k++) pdi_units_offer(&near_word, desc->consts[k].name);
     for (int k = 0; k < PDI_EXPR_OPS - PDI_EXPR_FIRST_FUNCTION; k++)
         pdi_units_offer(&near_word, pdi_expr_functions[k].name);
+    for (int k = 0; k < desc->table_count; k++) pdi_units_offer(&near_word, desc->tables[k].name);
     if (as_unit) pdi_units_offer_units(&near_word);
     pdi_units_hint(&near_word, hint);
     return pdi_expr_error(p, p->at, "found %s, expected %s%s", found,
@@ -5445,9 +5724,35 @@ static pd_status pdi_expr_close(pdi_expr_parser *p, const char *expected)
     return PD_OK;
 }
 
+/* table(argument) */
+static pd_status pdi_expr_call_table(pdi_expr_parser *p, size_t size, int index, pdi_expr_type *type)
+{
+    const pd_expr_table *table = &p->desc->tables[index];
+    char what[PD_UNITS_TEXT], found[PD_UNITS_TEXT], expected[PD_UNITS_TEXT];
+    size_t start = p->at;
+    p->at += size;
+    pdi_expr_blanks(p);
+    p->at++;
+    PDI_TRY(pdi_expr_enter(p));
+    PDI_TRY(pdi_expr_compare(p, type));
+    if (!type->zero && !pd_units_same(&type->dims, &table->argument)) {
+        pd_units_describe(&type->dims, found);
+        pd_units_describe(&table->argument, expected);
+        return pdi_expr_error(p, type->at, "found %s, expected %s as the argument of %.40s", found, expected,
+                              table->name);
+    }
+    snprintf(what, sizeof what, "')' (%.40s takes 1 argument)", table->name);
+    PDI_TRY(pdi_expr_close(p, what));
+    type->dims = table->result;
+    type->zero = 0;
+    type->at = start;
+    return pdi_expr_emit_indexed(p, PDI_EXPR_TABLE, index);
+}
+
 static pd_status pdi_expr_call(pdi_expr_parser *p, size_t size, pdi_expr_type *type)
 {
     int index = pdi_expr_function_index(p->text + p->at, size);
+    if (index < 0) return pdi_expr_call_table(p, size, pdi_expr_table_index(p->desc, p->text + p->at, size), type);
     const pdi_expr_function *f = &pdi_expr_functions[index];
     pdi_expr_type arg[3];
     char what[PD_UNITS_TEXT];
@@ -5515,7 +5820,7 @@ static pd_status pdi_expr_name(pdi_expr_parser *p, size_t size, pdi_expr_type *t
         PDI_TRY(pdi_expr_unit_dims(p, constant, &type->dims));
         return pdi_expr_push_const(p, constant->value);
     }
-    if (pdi_expr_is_call(word, size)) return pdi_expr_call(p, size, type);
+    if (pdi_expr_is_call(desc, word, size)) return pdi_expr_call(p, size, type);
     return pdi_expr_unknown(p, size, 0);
 }
 
@@ -5678,6 +5983,7 @@ static pd_status pdi_expr_keep(pd_ctx *ctx, const pdi_expr_parser *p, const pdi_
     memcpy(expr->value, p->value, (size_t)p->value_count * sizeof *p->value);
     expr->uses = p->uses;
     expr->dims = type->dims;
+    expr->tables = p->desc->tables;
     return PD_OK;
 }
 
@@ -5718,6 +6024,8 @@ double pd_expr_eval(const pd_expr *expr, const double *vars)
             stack[top++] = expr->value[index];
         } else if (op == PDI_EXPR_VAR) {
             stack[top++] = vars[index];
+        } else if (op == PDI_EXPR_TABLE) {
+            stack[top - 1] = pdi_expr_look_up(&expr->tables[index], stack[top - 1]);
         } else {
             top -= pdi_expr_operands(op);
             stack[top] = pdi_expr_apply(op, stack + top);
@@ -11829,6 +12137,8 @@ static pd_status pdi_text_compile(pd_ctx *ctx, const pd_text *text, const pdi_te
     desc.var_count = var_count;
     desc.consts = text->consts;
     desc.const_count = text->const_count;
+    desc.tables = text->tables;
+    desc.table_count = text->table_count;
     desc.unit = unit;
     desc.allow_bare = text->bare;
     desc.where = v->where;
@@ -12113,6 +12423,29 @@ pd_status pd_text_unused(pd_ctx *ctx, const pd_text *text)
 #undef PDI_TEXT_ROOM
 #undef PDI_TEXT_WHERE
 #undef PDI_TEXT_LIST
+
+/* ======== >>refer.c ======== */
+/* refer: see refer.h */
+#include <string.h>
+
+PDI_FN pd_status pdi_refer_path(pd_ctx *ctx, pd_text *text, int section, const char *key, const char *folder,
+                                char *path)
+{
+    const char *name;
+    PDI_TRY(pd_text_string(ctx, text, section, key, NULL, &name));
+    size_t above = name[0] == '/' ? 0 : strlen(folder), size = strlen(name) + 1;
+    if (above + size > PD_PATH_SIZE) return pd_text_refuse(ctx, text, section, key, "the path is too long");
+    memcpy(path, folder, above);
+    memcpy(path + above, name, size);
+    return PD_OK;
+}
+
+PDI_FN pd_status pdi_refer_fail(pd_ctx *ctx, const pd_text *text, int section, const char *key)
+{
+    char message[PD_MESSAGE_SIZE];
+    memcpy(message, ctx->message, sizeof message);
+    return pd_text_refuse(ctx, text, section, key, "%.500s", message);
+}
 
 /* ======== >>deflate.c ======== */
 /* deflate: see deflate.h */
@@ -19145,6 +19478,29 @@ void pd_front_free(pd_ctx *ctx, pd_front *f)
     memset(f, 0, sizeof *f);
 }
 
+/* ======== >>damage.c ======== */
+/* damage: see damage.h */
+#include <math.h>
+
+static double pdi_damage_number(uint64_t seed, int32_t node, int bond)
+{
+    return pdi_rng_uniform(seed, (uint64_t)node, (uint64_t)bond);
+}
+
+PDI_FN double pdi_damage_broken(uint64_t seed, int32_t node, int bonds, double expected)
+{
+    int broken = 0;
+    for (int b = 0; b < bonds; b++) broken += pdi_damage_number(seed, node, b) <= expected;
+    return bonds ? (double)broken / bonds : expected;
+}
+
+PDI_FN double pdi_damage_last(uint64_t seed, int32_t node, int bonds)
+{
+    double last = 0.0;
+    for (int b = 0; b < bonds; b++) last = fmax(last, pdi_damage_number(seed, node, b));
+    return bonds ? last : 1.0;
+}
+
 /* ======== >>corrode.c ======== */
 /* corrode: see corrode.h */
 #include <math.h>
@@ -19361,6 +19717,10 @@ static pd_status pdi_corrode_check(pd_ctx *ctx, const pd_grid *grid, const pd_co
         return pdi_fail(ctx, PD_ERR_ARGUMENT, "corrode",
                         "a share of %g and an overshoot of %g, expected 0 to 1 and at least 0", desc->share,
                         desc->overshoot);
+    if (!(desc->repassivation >= 0.0) || desc->repassivation > desc->saturation)
+        return pdi_fail(ctx, PD_ERR_ARGUMENT, "corrode",
+                        "repassivation below %g mol/m3, expected 0 to Csat = %g mol/m3", desc->repassivation,
+                        desc->saturation);
     if ((int)desc->drive < PD_DRIVE_CONSTANT || (int)desc->drive > PD_DRIVE_DIFFERENCE)
         return pdi_fail(ctx, PD_ERR_ARGUMENT, "corrode", "drive %d, expected 0 or 1", (int)desc->drive);
     if (!desc->rate) return pdi_fail(ctx, PD_ERR_ARGUMENT, "corrode", "no rate law is given");
@@ -19381,6 +19741,7 @@ static pd_status pdi_corrode_allocate(pd_ctx *ctx, pd_corrode *r)
     PDI_TRY(PDI_NEW(ctx, "corrode", total, r->speed));
     PDI_TRY(PDI_NEW(ctx, "corrode", total, r->phase));
     PDI_TRY(PDI_NEW(ctx, "corrode", total, r->role));
+    if (r->desc.repassivation > 0.0) PDI_TRY(PDI_NEW(ctx, "corrode", total, r->film));
     r->changed_capacity = (int32_t)r->grid->solid_count;
     return PDI_NEW(ctx, "corrode", r->changed_capacity, r->changed);
 }
@@ -19401,6 +19762,31 @@ static pd_status pdi_corrode_factors(pd_ctx *ctx, pd_corrode *r)
         r->highest = fmax(r->highest, given[i]);
     }
     for (int32_t g = 0; g < r->ghosts; g++) r->factor[r->ghost[g]] = r->factor[r->source[g]];
+    return PD_OK;
+}
+
+/* Number of mechanical bonds of solid nodes, and where the last of them breaks. */
+static pd_status pdi_corrode_bonds(pd_ctx *ctx, pd_corrode *r)
+{
+    const pd_stencil *s = r->stencil;
+    int32_t pieces = pdi_corrode_pieces(r->grid);
+    int nt = pdi_par_threads(ctx, (int64_t)r->grid->solid_count * s->count);
+    (void)nt;
+    if (!r->desc.stochastic) return PD_OK;
+    PDI_TRY(PDI_NEW(ctx, "corrode", r->grid->total, r->bonds));
+    PDI_TRY(PDI_NEW(ctx, "corrode", r->grid->total, r->last));
+    PDI_PARALLEL_FOR(nt)
+    for (int32_t p = 0; p < pieces; p++) {
+        int count;
+        int32_t first = pdi_corrode_place(r->grid, p, &count);
+        for (int32_t i = first; i < first + count; i++) {
+            int bonds = 0;
+            if (r->phase[i] != PDI_CORRODE_SOLID) continue;
+            for (int k = 0; k < s->count; k++) bonds += r->phase[i + r->shift[k]] == PDI_CORRODE_SOLID;
+            r->bonds[i] = (uint16_t)bonds;
+            r->last[i] = r->desc.saturation + (1.0 - pdi_damage_last(r->desc.seed, i, bonds)) * r->span;
+        }
+    }
     return PD_OK;
 }
 
@@ -19433,6 +19819,7 @@ pd_status pd_corrode_build(pd_ctx *ctx, pd_grid *grid, const pd_stencil *stencil
     }
     pdi_corrode_ghost_phases(r);
     pdi_corrode_roles(r);
+    PDI_TRY(pdi_corrode_bonds(ctx, r));
     pd_corrode_open(r);
     return PD_OK;
 }
@@ -19452,6 +19839,17 @@ static double pdi_corrode_amount(const pd_corrode *r, uint8_t phase)
 double pd_corrode_solid(const pd_corrode *r) { return pdi_corrode_amount(r, PDI_CORRODE_SOLID); }
 
 double pd_corrode_dissolved(const pd_corrode *r) { return pdi_corrode_amount(r, PDI_CORRODE_FLUID); }
+
+double pd_corrode_damage(const pd_corrode *r, int32_t node)
+{
+    double expected = fmin((r->desc.solid - r->c[node]) / r->span, 1.0);
+    if (r->phase[node] == PDI_CORRODE_FLUID) return 1.0;
+    if (r->phase[node] != PDI_CORRODE_SOLID) return 0.0;
+    return r->bonds ? pdi_damage_broken(r->desc.seed, node, r->bonds[node], expected) : expected;
+}
+
+/* Content [mol/m3] at which solid node i turns fluid. */
+static double pdi_corrode_end(const pd_corrode *r, int32_t i) { return r->last ? r->last[i] : r->desc.saturation; }
 
 void pd_corrode_open(pd_corrode *r)
 {
@@ -19477,10 +19875,16 @@ static void pdi_corrode_rinse(pd_corrode *r, int32_t i)
     r->out_carry = out.carry;
 }
 
+PDI_FN void pdi_corrode_repassivate(pd_corrode *r)
+{
+    for (int32_t i = 0; i < r->grid->total && r->film; i++)
+        if (r->role[i] == PDI_CORRODE_SHORE && r->c[i] < r->desc.repassivation) r->film[i] = 1;
+}
+
 PDI_FN pd_status pdi_corrode_law(pd_ctx *ctx, const pd_corrode *r, int32_t i, double c, double *speed)
 {
     *speed = 0.0;
-    if (r->desc.passive && r->desc.passive[i]) return PD_OK;
+    if ((r->desc.passive && r->desc.passive[i]) || (r->film && r->film[i])) return PD_OK;
     double v = r->desc.rate(r->desc.rate_user, c);
     if (!(fabs(v) < 1e100)) {
         double x[PD_DIM];
@@ -19500,6 +19904,7 @@ static pd_status pdi_corrode_prepare(pd_ctx *ctx, pd_corrode *r)
     r->fastest = 0.0;
     r->active = 0;
     for (int32_t n = 0; n < r->changed_count && r->desc.activation; n++) pdi_corrode_rinse(r, r->changed[n]);
+    pdi_corrode_repassivate(r);
     for (int32_t p = 0; p < pdi_corrode_pieces(r->grid); p++) {
         int count;
         int32_t first = pdi_corrode_place(r->grid, p, &count);
@@ -19570,7 +19975,7 @@ static double pdi_corrode_leak(const pd_corrode *r, int32_t i)
     return scale * sum;
 }
 
-/* Solid nodes down to Csat turn fluid; roles within one reach of them and of their ghosts change. */
+/* Solid nodes at their end turn fluid; roles within one reach of them and of their ghosts change. */
 static void pdi_corrode_turn(pd_corrode *r)
 {
     for (int32_t n = 0; n < r->changed_count; n++) {
@@ -19588,27 +19993,28 @@ static void pdi_corrode_turn(pd_corrode *r)
     }
 }
 
-/* Weights of the bonds of node i that lead to metal with more than Csat (dry), or to attacking fluid. */
+/* Weights of the bonds of node i that lead to metal that does not turn (dry), or to attacking fluid. */
 static double pdi_corrode_behind(const pd_corrode *r, int32_t i, int dry, double *weight)
 {
     double sum = 0.0;
     for (int k = 0; k < r->stencil->count; k++) {
         int32_t j = i + r->shift[k];
         int32_t at = pdi_grid_image(r->grid, j, NULL);
-        int metal = r->phase[j] == PDI_CORRODE_SOLID && r->c[at] > r->desc.saturation;
+        int metal = r->phase[j] == PDI_CORRODE_SOLID && r->c[at] > pdi_corrode_end(r, at);
         weight[k] = r->front.weight[k] * (dry ? metal : r->phase[j] == PDI_CORRODE_FLUID ? r->speed[at] : 0.0);
         sum += weight[k];
     }
     return sum;
 }
 
-/* What a node that turns has lost below Csat, the metal behind it makes up for. Without any, the fluid that has taken
- * it gives it back. */
+/* What a node that turns has lost below its end, the metal behind it makes up for. Without any, the fluid that has
+ * taken it gives it back. */
 static void pdi_corrode_hand_over(pd_corrode *r)
 {
     for (int32_t n = 0; n < r->changed_count; n++) {
         int32_t i = r->changed[n];
-        double deficit = r->desc.saturation - r->c[i], given = 0.0, sum = pdi_corrode_behind(r, i, 1, r->scratch);
+        double deficit = pdi_corrode_end(r, i) - r->c[i], given = 0.0;
+        double sum = pdi_corrode_behind(r, i, 1, r->scratch);
         if (!(sum > 0.0)) sum = pdi_corrode_behind(r, i, 0, r->scratch);
         if (!(deficit > 0.0) || !(sum > 0.0)) continue;
         for (int k = 0; k < r->stencil->count; k++) {
@@ -19638,7 +20044,7 @@ PDI_FN void pdi_corrode_commit(pd_corrode *r, double dt)
             uint8_t role = r->role[i];
             if (role == PDI_CORRODE_IDLE || (role == PDI_CORRODE_WHOLE && r->desc.activation)) continue;
             r->c[i] = r->next[i];
-            if (role == PDI_CORRODE_EXPOSED && r->c[i] <= r->desc.saturation) r->changed[r->changed_count++] = i;
+            if (role == PDI_CORRODE_EXPOSED && r->c[i] <= pdi_corrode_end(r, i)) r->changed[r->changed_count++] = i;
         }
     }
     if (!r->desc.keep_deficit) pdi_corrode_hand_over(r);
@@ -19736,6 +20142,9 @@ void pd_corrode_free(pd_ctx *ctx, pd_corrode *r)
     PDI_DELETE(ctx, total, r->next);
     PDI_DELETE(ctx, total, r->speed);
     PDI_DELETE(ctx, total, r->factor);
+    PDI_DELETE(ctx, total, r->bonds);
+    PDI_DELETE(ctx, total, r->last);
+    PDI_DELETE(ctx, total, r->film);
     PDI_DELETE(ctx, total, r->phase);
     PDI_DELETE(ctx, total, r->role);
     PDI_DELETE(ctx, inside, r->border);
@@ -19846,6 +20255,7 @@ static pd_status pdi_recede_setup(pd_ctx *ctx, pd_recede *r)
 static void pdi_recede_begin(pd_recede *r)
 {
     pd_corrode *m = r->corrode;
+    pdi_corrode_repassivate(m);
     m->active = 0;
     for (int32_t i = 0; i < m->grid->total; i++) {
         m->active += m->role[i] != PDI_CORRODE_IDLE;
@@ -20380,7 +20790,8 @@ double pd_couple_volume_loss(const pd_couple *c)
 #include <stdio.h>
 #include <string.h>
 
-static const char *const pdi_setup_fields[] = {"C", "v", "p", "kind", "grain", "phase", "D", "rate", "density"};
+static const char *const pdi_setup_fields[] = {"C",     "v", "p",    "kind",    "grain",
+                                               "phase", "D", "rate", "density", "damage"};
 static const char *const pdi_setup_sides[] = {"x-", "x+", "y-", "y+", "z-", "z+"};
 static const pd_expr_symbol pdi_setup_axes[] = {{"x", "m", 0.0}, {"y", "m", 0.0}, {"z", "m", 0.0}};
 
@@ -20410,6 +20821,9 @@ void pd_setup_free(pd_ctx *ctx, pd_setup *setup)
     pd_expr_free(ctx, &setup->rate);
     for (int k = 0; k < setup->masks; k++) PDI_DELETE(ctx, setup->mask_size[k], setup->mask[k]);
     PDI_DELETE(ctx, PD_SHAPE_MAX, setup->shape);
+    for (int k = 0; k < setup->tables; k++) pd_curve_free(ctx, &setup->table[k].curve);
+    PDI_DELETE(ctx, setup->tables, setup->table);
+    PDI_DELETE(ctx, setup->tables, setup->function);
     memset(setup, 0, sizeof *setup);
 }
 
@@ -20423,6 +20837,7 @@ PDI_FN const char *pdi_setup_field_needs(const pd_setup *setup, pd_field field)
     case PD_FIELD_C:
     case PD_FIELD_D: return pdi_setup_carries(setup) ? NULL : "a [transport] or [corrode] section";
     case PD_FIELD_RATE: return setup->has_dissolve ? NULL : "a [dissolve] section";
+    case PD_FIELD_DAMAGE: return setup->has_corrode ? NULL : "a [corrode] section";
     case PD_FIELD_GRAIN: return setup->has_grains ? NULL : "a solid [shape] with grains";
     case PD_FIELD_DENSITY:
         return setup->has_flow || pdi_setup_loses(setup) ? NULL : "a [flow], [dissolve] or [corrode] section";
@@ -20551,7 +20966,8 @@ static const pdi_syntax_section pdi_syntax_table[] = {
     {"transport", "D, initial, advection, time"},
     {"dissolve", "rate, law, Csat, Cs, gb_factor, threshold"},
     {"corrode", "rate, current, Cs, Csat, charge, D, initial, bulk, control, time, drive, kernel, weights, gb_factor, "
-                "share, overshoot"},
+                "share, overshoot, repassivation, breaking, seed"},
+    {"table", "file, x, y, outside"},
     {"run", "until, rtol, fraction, max_step"},
     {"output", "every, fields, images, slice, prefix, folder"},
     {"probe", "at, fields"},
@@ -20623,6 +21039,144 @@ PDI_FN pd_status pdi_syntax_check(pd_ctx *ctx, const pd_text *text)
 }
 
 #undef PDI_SYNTAX_SECTIONS
+
+/* ======== >>chart.c ======== */
+/* chart: see chart.h */
+#include <stdio.h>
+#include <string.h>
+
+typedef struct pdi_chart {
+    pd_ctx *ctx;
+    pd_text *text;
+    int section; /* in work */
+    const char *folder;
+    pd_table table; /* the file of that section */
+} pdi_chart;
+
+/* An identifier that means nothing else in an expression. */
+static pd_status pdi_chart_name(const pdi_chart *s, char *name)
+{
+    static const char *const others[] = {"x", "y", "z", "C", "Cs", "Csat", "rho_m", "M_m", "z_m"};
+    const char *label = s->text->section[s->section].label;
+    int taken = pdi_expr_taken(label);
+    if (pdi_units_word(label) != strlen(label) || !label[0] || strlen(label) >= PD_SETUP_NAME)
+        return pd_text_refuse(s->ctx, s->text, s->section, "table", "found the name '%.70s', expected a short word of"
+                              " letters, digits and _: [table NAME]", label);
+    for (size_t k = 0; k < sizeof others / sizeof others[0]; k++) taken |= strcmp(others[k], label) == 0;
+    if (taken)
+        return pd_text_refuse(s->ctx, s->text, s->section, "table",
+                              "found the name '%s', expected one that expressions do not have", label);
+    memcpy(name, label, strlen(label) + 1);
+    return PD_OK;
+}
+
+/* Number of the column with this heading, or whose number this is. */
+static pd_status pdi_chart_column(const pdi_chart *s, const char *key, const char *heading, int *column)
+{
+    double number;
+    char list[240] = "";
+    *column = pd_table_find(&s->table, heading);
+    if (*column >= 0) return PD_OK;
+    for (int k = 0; k < s->table.columns; k++) {
+        size_t used = strlen(list);
+        snprintf(list + used, sizeof list - used, "%s%s", k ? ", " : "", pd_table_text(&s->table, -1, k));
+        if (pdi_file_parse(heading, strlen(heading), &number) && number >= k + 1 && number <= k + 1) *column = k;
+    }
+    if (*column >= 0) return PD_OK;
+    return pd_text_refuse(s->ctx, s->text, s->section, key, "found '%.60s', expected a column of %.200s: %s", heading,
+                          s->table.path, list);
+}
+
+/* "heading in unit": values [rows] of that column, as they stand, and the size and dimension of their unit. */
+static pd_status pdi_chart_values(const pdi_chart *s, const char *key, double *values, double *scale, pd_dims *dims)
+{
+    const char *given, *unit = "";
+    char heading[PD_EXPR_LENGTH];
+    int column;
+    PDI_TRY(pd_text_string(s->ctx, s->text, s->section, key, NULL, &given));
+    size_t size = strlen(given);
+    if (size >= sizeof heading) return pd_text_refuse(s->ctx, s->text, s->section, key, "the heading is too long");
+    memcpy(heading, given, size + 1);
+    for (size_t k = 1; k + 4 < size; k++)
+        if (memcmp(given + k, " in ", 4) == 0) {
+            unit = given + k + 4;
+            size = k;
+        }
+    while (size > 0 && pdi_units_blank(heading[size - 1])) size--;
+    heading[size] = '\0';
+    if (pd_units_parse(s->ctx, unit, scale, dims) < 0)
+        return pd_text_refuse(s->ctx, s->text, s->section, key, "found '%.60s', expected a unit such as mol/L behind"
+                              " 'in'", unit);
+    PDI_TRY(pdi_chart_column(s, key, heading, &column));
+    if (pd_table_column(s->ctx, &s->table, pd_table_text(&s->table, -1, column), values) < 0)
+        return pdi_refer_fail(s->ctx, s->text, s->section, key);
+    return PD_OK;
+}
+
+/* x [rows] and y [rows] become the curve. */
+static pd_status pdi_chart_curve(const pdi_chart *s, double *x, double *y, pd_expr_table *function, pd_curve *curve)
+{
+    static const char *const outsides[] = {"hold", "error", NULL};
+    double x_unit = 1.0, y_unit = 1.0;
+    int strict;
+    PDI_TRY(pd_text_choice(s->ctx, s->text, s->section, "outside", outsides, "hold", &strict));
+    PDI_TRY(pdi_chart_values(s, "x", x, &x_unit, &function->argument));
+    PDI_TRY(pdi_chart_values(s, "y", y, &y_unit, &function->result));
+    for (int k = 0; k < s->table.rows; k++) {
+        const char *wrong = pdi_curve_wrong(x, y, k);
+        char before[PD_UNITS_TEXT] = "";
+        if (wrong && k) snprintf(before, sizeof before, " behind x = %.6g, y = %.6g", x[k - 1], y[k - 1]);
+        if (wrong)
+            return pd_text_refuse(s->ctx, s->text, s->section, "file", "%.200s:%d: found x = %.6g, y = %.6g%s, %s",
+                                  s->table.path, s->table.line[k], x[k], y[k], before, wrong);
+    }
+    for (int k = 0; k < s->table.rows; k++) {
+        x[k] *= x_unit;
+        y[k] *= y_unit;
+    }
+    if (pd_curve_build(s->ctx, x, y, s->table.rows, strict, curve) == PD_OK) return PD_OK;
+    return pdi_refer_fail(s->ctx, s->text, s->section, "file");
+}
+
+static pd_status pdi_chart_section(pdi_chart *s, pd_setup_table *table, pd_expr_table *function)
+{
+    char path[PD_PATH_SIZE];
+    double *x = NULL, *y = NULL;
+    PDI_TRY(pdi_chart_name(s, table->name));
+    PDI_TRY(pdi_refer_path(s->ctx, s->text, s->section, "file", s->folder, path));
+    if (pd_table_read(s->ctx, path, &s->table) < 0) return pdi_refer_fail(s->ctx, s->text, s->section, "file");
+    int rows = s->table.rows;
+    function->name = table->name;
+    function->curve = &table->curve;
+    pd_status status = PDI_NEW(s->ctx, "chart", rows, x);
+    if (status == PD_OK) status = PDI_NEW(s->ctx, "chart", rows, y);
+    if (status == PD_OK) status = pdi_chart_curve(s, x, y, function, &table->curve);
+    PDI_DELETE(s->ctx, rows, x);
+    PDI_DELETE(s->ctx, rows, y);
+    pd_table_free(s->ctx, &s->table);
+    return status;
+}
+
+PDI_FN pd_status pdi_chart_read(pd_ctx *ctx, pd_text *text, const char *folder, pd_setup *setup)
+{
+    pdi_chart s;
+    int count = 0, k = 0;
+    memset(&s, 0, sizeof s);
+    s.ctx = ctx;
+    s.text = text;
+    s.folder = folder;
+    for (int at = pd_text_next(ctx, text, "table", -1); at >= 0; at = pd_text_next(ctx, text, "table", at)) count++;
+    if (!count) return PD_OK;
+    PDI_TRY(PDI_NEW(ctx, "chart", count, setup->table));
+    setup->tables = count;
+    PDI_TRY(PDI_NEW(ctx, "chart", count, setup->function));
+    for (s.section = pd_text_next(ctx, text, "table", -1); s.section >= 0;
+         s.section = pd_text_next(ctx, text, "table", s.section), k++)
+        PDI_TRY(pdi_chart_section(&s, &setup->table[k], &setup->function[k]));
+    text->tables = setup->function;
+    text->table_count = count;
+    return PD_OK;
+}
 
 /* ======== >>sketch.c ======== */
 /* sketch: see sketch.h */
@@ -20717,26 +21271,6 @@ static pd_status pdi_sketch_half_space(pdi_sketch *s, pd_shape *shape)
     return pd_text_refuse(s->ctx, s->text, s->section, "normal", "found a zero vector, expected the outward normal");
 }
 
-/* Path of a mask relative to the folder of the scene. */
-static pd_status pdi_sketch_path(pdi_sketch *s, const char *key, char *path)
-{
-    const char *name;
-    PDI_TRY(pd_text_string(s->ctx, s->text, s->section, key, NULL, &name));
-    size_t above = name[0] == '/' ? 0 : strlen(s->folder), size = strlen(name) + 1;
-    if (above + size > PD_PATH_SIZE) return pd_text_refuse(s->ctx, s->text, s->section, key, "the path is too long");
-    memcpy(path, s->folder, above);
-    memcpy(path + above, name, size);
-    return PD_OK;
-}
-
-/* A file that cannot be read is reported with the line that names it. */
-static pd_status pdi_sketch_unreadable(pdi_sketch *s, const char *key)
-{
-    char message[PD_MESSAGE_SIZE];
-    memcpy(message, s->ctx->message, sizeof message);
-    return pd_text_refuse(s->ctx, s->text, s->section, key, "%.500s", message);
-}
-
 /* White is inside (as the metal of a tomogram); the picture's lowest row is the first row of the mask. */
 static pd_status pdi_sketch_png(pdi_sketch *s, pd_shape *shape)
 {
@@ -20747,8 +21281,8 @@ static pd_status pdi_sketch_png(pdi_sketch *s, pd_shape *shape)
     if (PD_DIM != 2)
         return pd_text_refuse(s->ctx, s->text, s->section, "mask", "found a picture in %dD, expected raw = FILE with"
                               " size = %s", PD_DIM, PD_DIM == 3 ? "NX, NY, NZ" : "NX");
-    PDI_TRY(pdi_sketch_path(s, "mask", path));
-    if (pd_png_read(s->ctx, path, &image) < 0) return pdi_sketch_unreadable(s, "mask");
+    PDI_TRY(pdi_refer_path(s->ctx, s->text, s->section, "mask", s->folder, path));
+    if (pd_png_read(s->ctx, path, &image) < 0) return pdi_refer_fail(s->ctx, s->text, s->section, "mask");
     pd_status status = pdi_setup_mask(s->ctx, s->setup, (size_t)image.width * (size_t)image.height, &mask);
     for (int row = 0; row < image.height && status == PD_OK; row++)
         for (int column = 0; column < image.width; column++)
@@ -20768,7 +21302,7 @@ static pd_status pdi_sketch_raw(pdi_sketch *s, pd_shape *shape)
     double number[PD_DIM], voxels = 1.0;
     size_t size = 0;
     uint8_t *mask = NULL;
-    PDI_TRY(pdi_sketch_path(s, "raw", path));
+    PDI_TRY(pdi_refer_path(s->ctx, s->text, s->section, "raw", s->folder, path));
     PDI_TRY(pdi_sketch_point(s, "size", "", number));
     for (int d = 0; d < PD_DIM; d++) {
         if (!(number[d] >= 1.0) || !(number[d] < 1e6) || number[d] > floor(number[d]))
@@ -20777,7 +21311,8 @@ static pd_status pdi_sketch_raw(pdi_sketch *s, pd_shape *shape)
         shape->n[d] = (int)number[d];
         voxels *= number[d];
     }
-    if (pdi_file_read(s->ctx, path, PDI_SKETCH_RAW_LIMIT, &bytes, &size) < 0) return pdi_sketch_unreadable(s, "raw");
+    if (pdi_file_read(s->ctx, path, PDI_SKETCH_RAW_LIMIT, &bytes, &size) < 0)
+        return pdi_refer_fail(s->ctx, s->text, s->section, "raw");
     pd_status status;
     if ((double)size < voxels || (double)size > voxels)
         status = pd_text_refuse(s->ctx, s->text, s->section, "raw",
@@ -21305,7 +21840,7 @@ PDI_FN pd_status pdi_watch_fields(pd_ctx *ctx, pd_text *text, const pd_setup *se
         if (field == PD_FIELD_COUNT)
             return pd_text_refuse(ctx, text, section, key,
                                   "found '%s', expected some of C, v, p, kind, grain, phase, D,"
-                                  " rate, density, or none", list.word[w]);
+                                  " rate, density, damage, or none", list.word[w]);
         const char *needs = pdi_setup_field_needs(setup, (pd_field)field);
         if (needs && given)
             return pd_text_refuse(ctx, text, section, key, "found '%s', which needs %s", list.word[w], needs);
@@ -21329,6 +21864,8 @@ PDI_FN pd_status pdi_watch_place(pd_ctx *ctx, pd_text *text, const pd_setup *set
     desc.text = value + 2;
     desc.consts = text->consts;
     desc.const_count = text->const_count;
+    desc.tables = text->tables;
+    desc.table_count = text->table_count;
     desc.unit = "m";
     desc.where = key;
     desc.column = 3;
@@ -22039,6 +22576,7 @@ static pd_status pdi_scene_corrode_forms(pdi_scene *s, int section)
     static const char *const kernels[] = {"area", "square", "inverse", NULL};
     static const char *const weights[] = {"calibrated", "printed", NULL};
     static const char *const times[] = {"implicit", "explicit", NULL};
+    static const char *const breakings[] = {"deterministic", "stochastic", NULL};
     pd_setup *u = s->setup;
     int drive, kernel, printed;
     PDI_TRY(pd_text_choice(s->ctx, s->text, section, "control", controls, "diffusion", &u->activation));
@@ -22053,7 +22591,10 @@ static pd_status pdi_scene_corrode_forms(pdi_scene *s, int section)
     u->drive = (pd_drive)drive;
     u->kernel = (pd_kernel)kernel;
     u->weights = printed ? PD_WEIGHTS_PRINTED : PD_WEIGHTS_CALIBRATED;
-    return PD_OK;
+    PDI_TRY(pd_text_choice(s->ctx, s->text, section, "breaking", breakings, "deterministic", &u->stochastic));
+    if (u->stochastic) return pd_text_integer(s->ctx, s->text, section, "seed", 0, 2147483647, "1", &u->seed);
+    if (!pd_text_has(s->ctx, s->text, section, "seed")) return PD_OK;
+    return pd_text_refuse(s->ctx, s->text, section, "seed", "found without breaking = stochastic, expected both");
 }
 
 /* The speed of a current density of 1 A/m2 makes a current a rate. */
@@ -22086,6 +22627,12 @@ static pd_status pdi_scene_corrode(pdi_scene *s)
     if (u->activation && (u->diffusivity > 0.0 || pd_text_has(s->ctx, s->text, section, "initial")))
         pdi_setup_note(u, "D and initial belong to control = diffusion; with activation all fluid holds bulk");
     PDI_TRY(pdi_scene_within(s, section, "bulk", "mol/m3", "0", 0.0, u->saturation, 0, &u->bulk));
+    if (pd_text_has(s->ctx, s->text, section, "repassivation"))
+        PDI_TRY(pdi_scene_within(s, section, "repassivation", "mol/m3", NULL, 0.0, u->saturation, 1,
+                                 &u->repassivation));
+    if (u->activation && u->repassivation > 0.0)
+        return pd_text_refuse(s->ctx, s->text, section, "repassivation",
+                              "found beside control = activation, expected diffusion: there all fluid holds bulk");
     /* explicit: (1 - x)^n is not exp(-n x); else fronts do not depend on it */
     const char *share = u->drive == PD_DRIVE_DIFFERENCE ? "0.01" : u->activation ? "0.1" : u->forward ? "0.01" : "0.2";
     PDI_TRY(pdi_scene_within(s, section, "share", "", share, 0.0, 1.0, 1, &u->share));
@@ -22199,6 +22746,7 @@ static pd_status pdi_scene_sections(pd_ctx *ctx, pd_text *text, const char *path
     setup->has_dissolve = pd_text_has(ctx, text, pd_text_section(ctx, text, "dissolve", NULL), NULL);
     setup->has_corrode = pd_text_has(ctx, text, pd_text_section(ctx, text, "corrode", NULL), NULL);
     PDI_TRY(pdi_scene_corrode_alone(&s));
+    PDI_TRY(pdi_chart_read(ctx, text, folder, setup));
     PDI_TRY(pdi_sketch_read(ctx, text, folder, setup));
     PDI_TRY(pdi_scene_constants(&s));
     PDI_TRY(pdi_scene_grid(&s));
@@ -22227,6 +22775,8 @@ static pd_status pdi_scene_text(pd_ctx *ctx, pd_text *text, const char *path, co
     pd_status status = pdi_scene_sections(ctx, text, path, setup);
     text->consts = NULL;
     text->const_count = 0;
+    text->tables = NULL;
+    text->table_count = 0;
     return status;
 }
 
@@ -22811,6 +23361,9 @@ static pd_status pdi_model_corrode(pd_ctx *ctx, pd_model *m)
     desc.drive = u->drive;
     desc.kernel = u->kernel;
     desc.weights = u->weights;
+    desc.repassivation = u->repassivation;
+    desc.stochastic = u->stochastic;
+    desc.seed = (uint64_t)u->seed;
     PDI_TRY(pdi_model_passive(ctx, m));
     desc.passive = m->passive;
     desc.factor = m->factor;
@@ -23044,7 +23597,7 @@ void pd_observe(pd_ctx *ctx, pd_model *m, pd_observables *o)
 #define PDI_SAMPLE_CELLS (1 << PD_DIM)
 
 static const char *const pdi_sample_labels[] = {"C [mol/m3]", "v [m/s]",  "p [Pa]",     "kind",           "grain",
-                                                "phase",      "D [m2/s]", "rate [m/s]", "density [kg/m3]"};
+                                                "phase",      "D [m2/s]", "rate [m/s]", "density [kg/m3]", "damage"};
 
 PDI_FN const char *pdi_sample_label(pd_field field) { return pdi_sample_labels[field]; }
 
@@ -23078,6 +23631,7 @@ PDI_FN double pdi_sample_node(const pd_model *m, pd_field field, int32_t i)
         return fluid && m->dissolve.weight[i] > 0.0
                    ? fmax(0.0, m->dissolve.speed[i] + m->dissolve.slope[i] * m->transport.c[i]) : 0.0;
     case PD_FIELD_DENSITY: return pdi_sample_density(m, i);
+    case PD_FIELD_DAMAGE: return pd_corrode_damage(&m->corrode, i);
     case PD_FIELD_COUNT: break;
     }
     return 0.0;
@@ -23185,7 +23739,7 @@ static const char *const pdi_output_columns[] = {"time_s",       "time_h",     "
 static int pdi_output_derived(pd_field field)
 {
     return field == PD_FIELD_C || field == PD_FIELD_P || field == PD_FIELD_D || field == PD_FIELD_RATE ||
-           field == PD_FIELD_DENSITY;
+           field == PD_FIELD_DENSITY || field == PD_FIELD_DAMAGE;
 }
 
 static void pdi_output_fill(pd_output *out)
@@ -23255,7 +23809,8 @@ static void pdi_output_plane(const pd_setup *u, int *right, int *up)
 static pd_paint pdi_output_paint(const pd_model *m, pd_field field, int32_t node)
 {
     uint8_t kind = m->grid.kind[node];
-    int solid = field == PD_FIELD_GRAIN || field == PD_FIELD_PHASE || field == PD_FIELD_DENSITY;
+    int solid = field == PD_FIELD_GRAIN || field == PD_FIELD_PHASE || field == PD_FIELD_DENSITY ||
+                field == PD_FIELD_DAMAGE;
     if (field == PD_FIELD_KIND) return PD_PAINT_FIELD;
     if (kind == PD_WALL || kind == PD_OUTSIDE) return PD_PAINT_WALL;
     if (kind == PD_SOLID) return solid ? PD_PAINT_FIELD : PD_PAINT_SOLID;
@@ -23691,6 +24246,7 @@ static void pdi_summary_corrode(const pdi_summary *s)
                      u->weights == PD_WEIGHTS_PRINTED ? "printed" : "calibrated",
                      u->drive == PD_DRIVE_DIFFERENCE ? ", loss in proportion to the difference" : "",
                      u->forward ? "explicit" : "implicit");
+    if (u->stochastic) pdi_summary_line(s, "  %-12smechanical bonds break at random, seed %d", "", u->seed);
 }
 
 static void pdi_summary_grains(const pdi_summary *s)

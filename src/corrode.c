@@ -1,5 +1,6 @@
 /* corrode: see corrode.h */
 #include "corrode.h"
+#include "damage.h"
 #include "line.h"
 #include "par.h"
 #include <math.h>
@@ -216,6 +217,10 @@ static pd_status pdi_corrode_check(pd_ctx *ctx, const pd_grid *grid, const pd_co
         return pdi_fail(ctx, PD_ERR_ARGUMENT, "corrode",
                         "a share of %g and an overshoot of %g, expected 0 to 1 and at least 0", desc->share,
                         desc->overshoot);
+    if (!(desc->repassivation >= 0.0) || desc->repassivation > desc->saturation)
+        return pdi_fail(ctx, PD_ERR_ARGUMENT, "corrode",
+                        "repassivation below %g mol/m3, expected 0 to Csat = %g mol/m3", desc->repassivation,
+                        desc->saturation);
     if ((int)desc->drive < PD_DRIVE_CONSTANT || (int)desc->drive > PD_DRIVE_DIFFERENCE)
         return pdi_fail(ctx, PD_ERR_ARGUMENT, "corrode", "drive %d, expected 0 or 1", (int)desc->drive);
     if (!desc->rate) return pdi_fail(ctx, PD_ERR_ARGUMENT, "corrode", "no rate law is given");
@@ -236,6 +241,7 @@ static pd_status pdi_corrode_allocate(pd_ctx *ctx, pd_corrode *r)
     PDI_TRY(PDI_NEW(ctx, "corrode", total, r->speed));
     PDI_TRY(PDI_NEW(ctx, "corrode", total, r->phase));
     PDI_TRY(PDI_NEW(ctx, "corrode", total, r->role));
+    if (r->desc.repassivation > 0.0) PDI_TRY(PDI_NEW(ctx, "corrode", total, r->film));
     r->changed_capacity = (int32_t)r->grid->solid_count;
     return PDI_NEW(ctx, "corrode", r->changed_capacity, r->changed);
 }
@@ -256,6 +262,31 @@ static pd_status pdi_corrode_factors(pd_ctx *ctx, pd_corrode *r)
         r->highest = fmax(r->highest, given[i]);
     }
     for (int32_t g = 0; g < r->ghosts; g++) r->factor[r->ghost[g]] = r->factor[r->source[g]];
+    return PD_OK;
+}
+
+/* Number of mechanical bonds of solid nodes, and where the last of them breaks. */
+static pd_status pdi_corrode_bonds(pd_ctx *ctx, pd_corrode *r)
+{
+    const pd_stencil *s = r->stencil;
+    int32_t pieces = pdi_corrode_pieces(r->grid);
+    int nt = pdi_par_threads(ctx, (int64_t)r->grid->solid_count * s->count);
+    (void)nt;
+    if (!r->desc.stochastic) return PD_OK;
+    PDI_TRY(PDI_NEW(ctx, "corrode", r->grid->total, r->bonds));
+    PDI_TRY(PDI_NEW(ctx, "corrode", r->grid->total, r->last));
+    PDI_PARALLEL_FOR(nt)
+    for (int32_t p = 0; p < pieces; p++) {
+        int count;
+        int32_t first = pdi_corrode_place(r->grid, p, &count);
+        for (int32_t i = first; i < first + count; i++) {
+            int bonds = 0;
+            if (r->phase[i] != PDI_CORRODE_SOLID) continue;
+            for (int k = 0; k < s->count; k++) bonds += r->phase[i + r->shift[k]] == PDI_CORRODE_SOLID;
+            r->bonds[i] = (uint16_t)bonds;
+            r->last[i] = r->desc.saturation + (1.0 - pdi_damage_last(r->desc.seed, i, bonds)) * r->span;
+        }
+    }
     return PD_OK;
 }
 
@@ -288,6 +319,7 @@ pd_status pd_corrode_build(pd_ctx *ctx, pd_grid *grid, const pd_stencil *stencil
     }
     pdi_corrode_ghost_phases(r);
     pdi_corrode_roles(r);
+    PDI_TRY(pdi_corrode_bonds(ctx, r));
     pd_corrode_open(r);
     return PD_OK;
 }
@@ -307,6 +339,17 @@ static double pdi_corrode_amount(const pd_corrode *r, uint8_t phase)
 double pd_corrode_solid(const pd_corrode *r) { return pdi_corrode_amount(r, PDI_CORRODE_SOLID); }
 
 double pd_corrode_dissolved(const pd_corrode *r) { return pdi_corrode_amount(r, PDI_CORRODE_FLUID); }
+
+double pd_corrode_damage(const pd_corrode *r, int32_t node)
+{
+    double expected = fmin((r->desc.solid - r->c[node]) / r->span, 1.0);
+    if (r->phase[node] == PDI_CORRODE_FLUID) return 1.0;
+    if (r->phase[node] != PDI_CORRODE_SOLID) return 0.0;
+    return r->bonds ? pdi_damage_broken(r->desc.seed, node, r->bonds[node], expected) : expected;
+}
+
+/* Content [mol/m3] at which solid node i turns fluid. */
+static double pdi_corrode_end(const pd_corrode *r, int32_t i) { return r->last ? r->last[i] : r->desc.saturation; }
 
 void pd_corrode_open(pd_corrode *r)
 {
@@ -332,10 +375,16 @@ static void pdi_corrode_rinse(pd_corrode *r, int32_t i)
     r->out_carry = out.carry;
 }
 
+PDI_FN void pdi_corrode_repassivate(pd_corrode *r)
+{
+    for (int32_t i = 0; i < r->grid->total && r->film; i++)
+        if (r->role[i] == PDI_CORRODE_SHORE && r->c[i] < r->desc.repassivation) r->film[i] = 1;
+}
+
 PDI_FN pd_status pdi_corrode_law(pd_ctx *ctx, const pd_corrode *r, int32_t i, double c, double *speed)
 {
     *speed = 0.0;
-    if (r->desc.passive && r->desc.passive[i]) return PD_OK;
+    if ((r->desc.passive && r->desc.passive[i]) || (r->film && r->film[i])) return PD_OK;
     double v = r->desc.rate(r->desc.rate_user, c);
     if (!(fabs(v) < 1e100)) {
         double x[PD_DIM];
@@ -355,6 +404,7 @@ static pd_status pdi_corrode_prepare(pd_ctx *ctx, pd_corrode *r)
     r->fastest = 0.0;
     r->active = 0;
     for (int32_t n = 0; n < r->changed_count && r->desc.activation; n++) pdi_corrode_rinse(r, r->changed[n]);
+    pdi_corrode_repassivate(r);
     for (int32_t p = 0; p < pdi_corrode_pieces(r->grid); p++) {
         int count;
         int32_t first = pdi_corrode_place(r->grid, p, &count);
@@ -425,7 +475,7 @@ static double pdi_corrode_leak(const pd_corrode *r, int32_t i)
     return scale * sum;
 }
 
-/* Solid nodes down to Csat turn fluid; roles within one reach of them and of their ghosts change. */
+/* Solid nodes at their end turn fluid; roles within one reach of them and of their ghosts change. */
 static void pdi_corrode_turn(pd_corrode *r)
 {
     for (int32_t n = 0; n < r->changed_count; n++) {
@@ -443,27 +493,28 @@ static void pdi_corrode_turn(pd_corrode *r)
     }
 }
 
-/* Weights of the bonds of node i that lead to metal with more than Csat (dry), or to attacking fluid. */
+/* Weights of the bonds of node i that lead to metal that does not turn (dry), or to attacking fluid. */
 static double pdi_corrode_behind(const pd_corrode *r, int32_t i, int dry, double *weight)
 {
     double sum = 0.0;
     for (int k = 0; k < r->stencil->count; k++) {
         int32_t j = i + r->shift[k];
         int32_t at = pdi_grid_image(r->grid, j, NULL);
-        int metal = r->phase[j] == PDI_CORRODE_SOLID && r->c[at] > r->desc.saturation;
+        int metal = r->phase[j] == PDI_CORRODE_SOLID && r->c[at] > pdi_corrode_end(r, at);
         weight[k] = r->front.weight[k] * (dry ? metal : r->phase[j] == PDI_CORRODE_FLUID ? r->speed[at] : 0.0);
         sum += weight[k];
     }
     return sum;
 }
 
-/* What a node that turns has lost below Csat, the metal behind it makes up for. Without any, the fluid that has taken
- * it gives it back. */
+/* What a node that turns has lost below its end, the metal behind it makes up for. Without any, the fluid that has
+ * taken it gives it back. */
 static void pdi_corrode_hand_over(pd_corrode *r)
 {
     for (int32_t n = 0; n < r->changed_count; n++) {
         int32_t i = r->changed[n];
-        double deficit = r->desc.saturation - r->c[i], given = 0.0, sum = pdi_corrode_behind(r, i, 1, r->scratch);
+        double deficit = pdi_corrode_end(r, i) - r->c[i], given = 0.0;
+        double sum = pdi_corrode_behind(r, i, 1, r->scratch);
         if (!(sum > 0.0)) sum = pdi_corrode_behind(r, i, 0, r->scratch);
         if (!(deficit > 0.0) || !(sum > 0.0)) continue;
         for (int k = 0; k < r->stencil->count; k++) {
@@ -493,7 +544,7 @@ PDI_FN void pdi_corrode_commit(pd_corrode *r, double dt)
             uint8_t role = r->role[i];
             if (role == PDI_CORRODE_IDLE || (role == PDI_CORRODE_WHOLE && r->desc.activation)) continue;
             r->c[i] = r->next[i];
-            if (role == PDI_CORRODE_EXPOSED && r->c[i] <= r->desc.saturation) r->changed[r->changed_count++] = i;
+            if (role == PDI_CORRODE_EXPOSED && r->c[i] <= pdi_corrode_end(r, i)) r->changed[r->changed_count++] = i;
         }
     }
     if (!r->desc.keep_deficit) pdi_corrode_hand_over(r);
@@ -591,6 +642,9 @@ void pd_corrode_free(pd_ctx *ctx, pd_corrode *r)
     PDI_DELETE(ctx, total, r->next);
     PDI_DELETE(ctx, total, r->speed);
     PDI_DELETE(ctx, total, r->factor);
+    PDI_DELETE(ctx, total, r->bonds);
+    PDI_DELETE(ctx, total, r->last);
+    PDI_DELETE(ctx, total, r->film);
     PDI_DELETE(ctx, total, r->phase);
     PDI_DELETE(ctx, total, r->role);
     PDI_DELETE(ctx, inside, r->border);

@@ -6,8 +6,9 @@
  *     T_ji = v(C_i) b(n) (Cs - Csat)     or     v(C_i) b(n) ln(Cs/Csat) (C_j - C_i),
  *
  * with the recession speed v of the law and the weights b(n) of front.h. A solid node turns fluid when it is down to
- * Csat; a fluid node at or above Csat takes no more (salt layer) until it has fallen below, as its concentration says
- * at every step. Every exchange is antisymmetric. Solid beyond one horizon of the fluid is not visited.
+ * Csat or, when mechanical bonds break at random (damage.h), when it has none left. A fluid node at or above Csat takes
+ * no more (salt layer) until it has fallen below, as its concentration says at every step. Every exchange is
+ * antisymmetric. Solid beyond one horizon of the fluid is not visited.
  * Sources: Chen and Bobaru 2015; Jafarzadeh, Zhao, Shakouri and Bobaru 2021.
  *
  * The surface of the metal is the set of solid nodes: bonds count by the phases of their ends alone, and what is
@@ -42,6 +43,11 @@ typedef struct pd_corrode_desc {
     pd_weights weights; /* of the kernel */
     int keep_deficit;   /* 1: a node that turns fluid keeps what it has lost below Csat, as published codes have it; the
                          * front is too slow by half of `share`. 0: the metal behind the node makes up for it */
+    int stochastic;     /* 1: mechanical bonds of a solid node break at random as it dissolves, and it turns fluid when
+                         * none is left, with what it holds (theory: 6.7). 0: it turns at Csat */
+    uint64_t seed;      /* of that */
+    double repassivation; /* [mol/m3] fluid beside metal that is below it at the start of a step does not attack any
+                           * more, whatever it holds later: a film has formed; up to Csat, 0: none forms */
     const uint8_t *passive; /* [total] 1: fluid there does not attack, as in front of a passive film; NULL: none.
                              * Borrowed */
     const double *factor;   /* [total] [-] of solid nodes, at least 0: multiplies the speed at which they dissolve.
@@ -62,6 +68,9 @@ typedef struct pd_corrode {
     double *scratch;   /* [count] [1/m] weights of the bonds of one node */
     double *factor;    /* [total] [-] that of desc, and of ghosts; NULL: 1 */
     double highest;    /* [-] largest factor */
+    uint16_t *bonds;   /* [total] mechanical bonds of solid nodes at the start; NULL: not stochastic */
+    double *last;      /* [total] [mol/m3] content at which the last of them breaks; NULL: not stochastic */
+    uint8_t *film;     /* [total] 1: fluid in front of a film that has formed; NULL: none forms */
     uint8_t *phase;    /* [total] of nodes and ghosts */
     uint8_t *role;     /* [total] what a step does with a node */
     int32_t *ghost, *source; /* [ghosts] */
@@ -90,6 +99,7 @@ typedef struct pd_corrode {
 #define pd_corrode_run PD_NAME(pd_corrode_run)
 #define pd_corrode_solid PD_NAME(pd_corrode_solid)
 #define pd_corrode_dissolved PD_NAME(pd_corrode_dissolved)
+#define pd_corrode_damage PD_NAME(pd_corrode_damage)
 #define pd_corrode_imbalance PD_NAME(pd_corrode_imbalance)
 #define pd_corrode_free PD_NAME(pd_corrode_free)
 
@@ -110,6 +120,9 @@ PD_API pd_status pd_corrode_run(pd_ctx *ctx, pd_corrode *corrode, double t_end);
 /* Amounts [mol, per m in 2D, per m2 in 1D] in solid and in fluid nodes. */
 PD_API double pd_corrode_solid(const pd_corrode *corrode);
 PD_API double pd_corrode_dissolved(const pd_corrode *corrode);
+/* Damage [-] of a node: of metal the share of its mechanical bonds that are broken, or the share of Cs - Csat that it
+ * has lost when bonds do not break at random; 1 in fluid, 0 elsewhere. */
+PD_API double pd_corrode_damage(const pd_corrode *corrode, int32_t node);
 /* |solid + dissolved + out - start| over start [-]: rounding. */
 PD_API double pd_corrode_imbalance(const pd_corrode *corrode);
 PD_API void pd_corrode_free(pd_ctx *ctx, pd_corrode *corrode);
@@ -134,6 +147,8 @@ PDI_FN void pdi_corrode_spread(const pd_corrode *corrode, const double *c, int32
 #define PDI_CORRODE_PIECE 128
 /* Values of the ghosts, of c and speed. */
 PDI_FN void pdi_corrode_ghosts(pd_corrode *corrode);
+/* Films form where fluid beside metal is below `repassivation`. At the start of a step. */
+PDI_FN void pdi_corrode_repassivate(pd_corrode *corrode);
 /* Speed of the law at fluid node i with concentration c, 0 in front of a passive film. */
 PDI_FN pd_status pdi_corrode_law(pd_ctx *ctx, const pd_corrode *corrode, int32_t i, double c, double *speed);
 /* next = base + dt times all exchanges at the present c and speed. */

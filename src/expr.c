@@ -44,6 +44,7 @@ typedef enum pdi_expr_rule {
 typedef enum pdi_expr_op {
     PDI_EXPR_CONST,
     PDI_EXPR_VAR,
+    PDI_EXPR_TABLE,
     PDI_EXPR_NEG,
     PDI_EXPR_ADD,
     PDI_EXPR_SUB,
@@ -178,7 +179,7 @@ static double pdi_expr_apply(int op, const double *a)
 static int pdi_expr_operands(int op)
 {
     if (op >= PDI_EXPR_FIRST_FUNCTION) return pdi_expr_functions[op - PDI_EXPR_FIRST_FUNCTION].operands;
-    return op == PDI_EXPR_NEG ? 1 : 2;
+    return op == PDI_EXPR_NEG || op == PDI_EXPR_TABLE ? 1 : 2;
 }
 
 static pd_status pdi_expr_push(pdi_expr_parser *p, int op, int index)
@@ -203,7 +204,10 @@ static int pdi_expr_last_const(const pdi_expr_parser *p, int back)
     return p->code_count >= back && (p->code[p->code_count - back] & 255) == PDI_EXPR_CONST;
 }
 
-static pd_status pdi_expr_emit(pdi_expr_parser *p, int op)
+static double pdi_expr_look_up(const pd_expr_table *table, double x) { return pd_curve_eval(table->curve, x); }
+
+/* index: of the table */
+static pd_status pdi_expr_emit_indexed(pdi_expr_parser *p, int op, int index)
 {
     int n = pdi_expr_operands(op), fold = 1;
     for (int k = 1; k <= n; k++) fold = fold && pdi_expr_last_const(p, k);
@@ -211,10 +215,14 @@ static pd_status pdi_expr_emit(pdi_expr_parser *p, int op)
     if (fold) { /* operands of constants lie in order at the end of value[] */
         p->code_count -= n;
         p->value_count -= n;
-        return pdi_expr_push_const(p, pdi_expr_apply(op, p->value + p->value_count));
+        const double *a = p->value + p->value_count;
+        return pdi_expr_push_const(p, op == PDI_EXPR_TABLE ? pdi_expr_look_up(&p->desc->tables[index], *a)
+                                                           : pdi_expr_apply(op, a));
     }
-    return pdi_expr_push(p, op, 0);
+    return pdi_expr_push(p, op, index);
 }
+
+static pd_status pdi_expr_emit(pdi_expr_parser *p, int op) { return pdi_expr_emit_indexed(p, op, 0); }
 
 /* ---- dimensions ---- */
 
@@ -284,12 +292,27 @@ static int pdi_expr_function_index(const char *word, size_t size)
     return -1;
 }
 
+static int pdi_expr_table_index(const pd_expr_desc *desc, const char *word, size_t size)
+{
+    for (int k = 0; k < desc->table_count; k++)
+        if (strlen(desc->tables[k].name) == size && memcmp(desc->tables[k].name, word, size) == 0) return k;
+    return -1;
+}
+
+PDI_FN int pdi_expr_taken(const char *name)
+{
+    size_t size = strlen(name);
+    return pdi_expr_function_index(name, size) >= 0 ||
+           pdi_expr_index(pdi_expr_builtin, PDI_EXPR_BUILTINS, name, size) >= 0;
+}
+
 /* Function names are taken only before a parenthesis: "15 min" is a time. */
-static int pdi_expr_is_call(const char *word, size_t size)
+static int pdi_expr_is_call(const pd_expr_desc *desc, const char *word, size_t size)
 {
     size_t next = size;
     while (pdi_units_blank(word[next])) next++;
-    return word[next] == '(' && pdi_expr_function_index(word, size) >= 0;
+    return word[next] == '(' &&
+           (pdi_expr_function_index(word, size) >= 0 || pdi_expr_table_index(desc, word, size) >= 0);
 }
 
 static int pdi_expr_declared(const void *user, const char *word, size_t size)
@@ -297,7 +320,7 @@ static int pdi_expr_declared(const void *user, const char *word, size_t size)
     const pd_expr_desc *desc = (const pd_expr_desc *)user;
     return pdi_expr_index(desc->vars, desc->var_count, word, size) >= 0 ||
            pdi_expr_index(desc->consts, desc->const_count, word, size) >= 0 ||
-           pdi_expr_index(pdi_expr_builtin, PDI_EXPR_BUILTINS, word, size) >= 0 || pdi_expr_is_call(word, size);
+           pdi_expr_index(pdi_expr_builtin, PDI_EXPR_BUILTINS, word, size) >= 0 || pdi_expr_is_call(desc, word, size);
 }
 
 static pd_status pdi_expr_unknown(pdi_expr_parser *p, size_t size, int as_unit)
@@ -311,13 +334,14 @@ static pd_status pdi_expr_unknown(pdi_expr_parser *p, size_t size, int as_unit)
     pdi_expr_quote(word, found);
     if (!as_unit && pdi_units_scan(word, pdi_expr_declared, desc, &unit, &why) > 0)
         return pdi_expr_error(p, p->at, "found the unit %s, expected a number before it", found);
-    if (pdi_expr_function_index(word, size) >= 0)
+    if (pdi_expr_function_index(word, size) >= 0 || pdi_expr_table_index(desc, word, size) >= 0)
         return pdi_expr_error(p, p->at, "found the function %s, expected '(' after it", found);
     pdi_units_near_init(&near_word, word, size);
     for (int k = 0; k < desc->var_count; k++) pdi_units_offer(&near_word, desc->vars[k].name);
     for (int k = 0; k < desc->const_count; k++) pdi_units_offer(&near_word, desc->consts[k].name);
     for (int k = 0; k < PDI_EXPR_OPS - PDI_EXPR_FIRST_FUNCTION; k++)
         pdi_units_offer(&near_word, pdi_expr_functions[k].name);
+    for (int k = 0; k < desc->table_count; k++) pdi_units_offer(&near_word, desc->tables[k].name);
     if (as_unit) pdi_units_offer_units(&near_word);
     pdi_units_hint(&near_word, hint);
     return pdi_expr_error(p, p->at, "found %s, expected %s%s", found,
@@ -407,9 +431,35 @@ static pd_status pdi_expr_close(pdi_expr_parser *p, const char *expected)
     return PD_OK;
 }
 
+/* table(argument) */
+static pd_status pdi_expr_call_table(pdi_expr_parser *p, size_t size, int index, pdi_expr_type *type)
+{
+    const pd_expr_table *table = &p->desc->tables[index];
+    char what[PD_UNITS_TEXT], found[PD_UNITS_TEXT], expected[PD_UNITS_TEXT];
+    size_t start = p->at;
+    p->at += size;
+    pdi_expr_blanks(p);
+    p->at++;
+    PDI_TRY(pdi_expr_enter(p));
+    PDI_TRY(pdi_expr_compare(p, type));
+    if (!type->zero && !pd_units_same(&type->dims, &table->argument)) {
+        pd_units_describe(&type->dims, found);
+        pd_units_describe(&table->argument, expected);
+        return pdi_expr_error(p, type->at, "found %s, expected %s as the argument of %.40s", found, expected,
+                              table->name);
+    }
+    snprintf(what, sizeof what, "')' (%.40s takes 1 argument)", table->name);
+    PDI_TRY(pdi_expr_close(p, what));
+    type->dims = table->result;
+    type->zero = 0;
+    type->at = start;
+    return pdi_expr_emit_indexed(p, PDI_EXPR_TABLE, index);
+}
+
 static pd_status pdi_expr_call(pdi_expr_parser *p, size_t size, pdi_expr_type *type)
 {
     int index = pdi_expr_function_index(p->text + p->at, size);
+    if (index < 0) return pdi_expr_call_table(p, size, pdi_expr_table_index(p->desc, p->text + p->at, size), type);
     const pdi_expr_function *f = &pdi_expr_functions[index];
     pdi_expr_type arg[3];
     char what[PD_UNITS_TEXT];
@@ -477,7 +527,7 @@ static pd_status pdi_expr_name(pdi_expr_parser *p, size_t size, pdi_expr_type *t
         PDI_TRY(pdi_expr_unit_dims(p, constant, &type->dims));
         return pdi_expr_push_const(p, constant->value);
     }
-    if (pdi_expr_is_call(word, size)) return pdi_expr_call(p, size, type);
+    if (pdi_expr_is_call(desc, word, size)) return pdi_expr_call(p, size, type);
     return pdi_expr_unknown(p, size, 0);
 }
 
@@ -640,6 +690,7 @@ static pd_status pdi_expr_keep(pd_ctx *ctx, const pdi_expr_parser *p, const pdi_
     memcpy(expr->value, p->value, (size_t)p->value_count * sizeof *p->value);
     expr->uses = p->uses;
     expr->dims = type->dims;
+    expr->tables = p->desc->tables;
     return PD_OK;
 }
 
@@ -680,6 +731,8 @@ double pd_expr_eval(const pd_expr *expr, const double *vars)
             stack[top++] = expr->value[index];
         } else if (op == PDI_EXPR_VAR) {
             stack[top++] = vars[index];
+        } else if (op == PDI_EXPR_TABLE) {
+            stack[top - 1] = pdi_expr_look_up(&expr->tables[index], stack[top - 1]);
         } else {
             top -= pdi_expr_operands(op);
             stack[top] = pdi_expr_apply(op, stack + top);

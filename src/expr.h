@@ -4,11 +4,12 @@
  * Primaries: number [unit], name, function(...), (...). A number directly followed by a unit is scaled to SI; a unit
  * may also follow a '/' ("0.5*x/s"). A declared name wins over a unit of the same name. The literal 0 fits any
  * dimension. Functions: sin cos tan exp log log10 tanh sinh cosh atan erf floor (of plain numbers), abs sqrt min max
- * atan2 pow and if(condition, then, otherwise). min and max pass NaN on. Built-in constants, unless
- * shadowed: pi, R [J/mol/K], F [C/mol] (CODATA 2018).
+ * atan2 pow and if(condition, then, otherwise). min and max pass NaN on. Tables of the caller are functions of one
+ * argument. Built-in constants, unless shadowed: pi, R [J/mol/K], F [C/mol] (CODATA 2018).
  */
 #ifndef PD_EXPR_H
 #define PD_EXPR_H
+#include "curve.h"
 #include "units.h"
 
 #define PD_EXPR_VARS 32     /* variables of one expression */
@@ -22,12 +23,21 @@ typedef struct pd_expr_symbol {
     double value;     /* [unit of that dimension in SI] of a constant; not read for a variable */
 } pd_expr_symbol;
 
+/* A function through points. */
+typedef struct pd_expr_table {
+    const char *name;         /* an identifier that is no function above */
+    pd_dims argument, result;
+    const pd_curve *curve;    /* of SI values */
+} pd_expr_table;
+
 typedef struct pd_expr_desc {
     const char *text;
     const pd_expr_symbol *vars; /* the values that pd_expr_eval gets, in this order */
     int var_count;
     const pd_expr_symbol *consts;
     int const_count;
+    const pd_expr_table *tables; /* borrowed as long as the expression lives */
+    int table_count;
     const char *unit;  /* dimension of the result, also "mm/year" for a speed; NULL: any */
     int allow_bare;    /* 1: a plain number is taken as SI of that dimension */
     const char *where; /* start of messages; NULL: "expr" */
@@ -40,6 +50,7 @@ typedef struct pd_expr {
     int code_count, value_count;
     uint32_t uses; /* bit k: depends on variable k */
     pd_dims dims;  /* of the result; that of desc.unit when it was given */
+    const pd_expr_table *tables; /* those of desc */
 } pd_expr;
 
 #define pd_expr_build PD_NAME(pd_expr_build)
@@ -62,6 +73,8 @@ PD_API int pd_expr_constant(const pd_expr *expr);
 #ifdef PDI_INTERNAL
 /* Write what stands at text for a message: 'word', '+', byte 0x07, the end. text gets PD_UNITS_TEXT bytes. */
 PDI_FN void pdi_expr_quote(const char *found, char *text);
+/* 1 when the name is a function or a built-in constant. */
+PDI_FN int pdi_expr_taken(const char *name);
 #endif
 
 #endif

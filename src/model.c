@@ -229,6 +229,9 @@ static pd_status pdi_model_corrode(pd_ctx *ctx, pd_model *m)
     desc.drive = u->drive;
     desc.kernel = u->kernel;
     desc.weights = u->weights;
+    desc.repassivation = u->repassivation;
+    desc.stochastic = u->stochastic;
+    desc.seed = (uint64_t)u->seed;
     PDI_TRY(pdi_model_passive(ctx, m));
     desc.passive = m->passive;
     desc.factor = m->factor;

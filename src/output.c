@@ -19,7 +19,7 @@ static const char *const pdi_output_columns[] = {"time_s",       "time_h",     "
 static int pdi_output_derived(pd_field field)
 {
     return field == PD_FIELD_C || field == PD_FIELD_P || field == PD_FIELD_D || field == PD_FIELD_RATE ||
-           field == PD_FIELD_DENSITY;
+           field == PD_FIELD_DENSITY || field == PD_FIELD_DAMAGE;
 }
 
 static void pdi_output_fill(pd_output *out)
@@ -89,7 +89,8 @@ static void pdi_output_plane(const pd_setup *u, int *right, int *up)
 static pd_paint pdi_output_paint(const pd_model *m, pd_field field, int32_t node)
 {
     uint8_t kind = m->grid.kind[node];
-    int solid = field == PD_FIELD_GRAIN || field == PD_FIELD_PHASE || field == PD_FIELD_DENSITY;
+    int solid = field == PD_FIELD_GRAIN || field == PD_FIELD_PHASE || field == PD_FIELD_DENSITY ||
+                field == PD_FIELD_DAMAGE;
     if (field == PD_FIELD_KIND) return PD_PAINT_FIELD;
     if (kind == PD_WALL || kind == PD_OUTSIDE) return PD_PAINT_WALL;
     if (kind == PD_SOLID) return solid ? PD_PAINT_FIELD : PD_PAINT_SOLID;

@@ -100,6 +100,7 @@ static pd_status pdi_recede_setup(pd_ctx *ctx, pd_recede *r)
 static void pdi_recede_begin(pd_recede *r)
 {
     pd_corrode *m = r->corrode;
+    pdi_corrode_repassivate(m);
     m->active = 0;
     for (int32_t i = 0; i < m->grid->total; i++) {
         m->active += m->role[i] != PDI_CORRODE_IDLE;

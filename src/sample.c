@@ -7,7 +7,7 @@
 #define PDI_SAMPLE_CELLS (1 << PD_DIM)
 
 static const char *const pdi_sample_labels[] = {"C [mol/m3]", "v [m/s]",  "p [Pa]",     "kind",           "grain",
-                                                "phase",      "D [m2/s]", "rate [m/s]", "density [kg/m3]"};
+                                                "phase",      "D [m2/s]", "rate [m/s]", "density [kg/m3]", "damage"};
 
 PDI_FN const char *pdi_sample_label(pd_field field) { return pdi_sample_labels[field]; }
 
@@ -41,6 +41,7 @@ PDI_FN double pdi_sample_node(const pd_model *m, pd_field field, int32_t i)
         return fluid && m->dissolve.weight[i] > 0.0
                    ? fmax(0.0, m->dissolve.speed[i] + m->dissolve.slope[i] * m->transport.c[i]) : 0.0;
     case PD_FIELD_DENSITY: return pdi_sample_density(m, i);
+    case PD_FIELD_DAMAGE: return pd_corrode_damage(&m->corrode, i);
     case PD_FIELD_COUNT: break;
     }
     return 0.0;

@@ -1,5 +1,6 @@
 /* scene: see scene.h */
 #include "scene.h"
+#include "chart.h"
 #include "flat.h"
 #include "sketch.h"
 #include "syntax.h"
@@ -480,6 +481,7 @@ static pd_status pdi_scene_corrode_forms(pdi_scene *s, int section)
     static const char *const kernels[] = {"area", "square", "inverse", NULL};
     static const char *const weights[] = {"calibrated", "printed", NULL};
     static const char *const times[] = {"implicit", "explicit", NULL};
+    static const char *const breakings[] = {"deterministic", "stochastic", NULL};
     pd_setup *u = s->setup;
     int drive, kernel, printed;
     PDI_TRY(pd_text_choice(s->ctx, s->text, section, "control", controls, "diffusion", &u->activation));
@@ -494,7 +496,10 @@ static pd_status pdi_scene_corrode_forms(pdi_scene *s, int section)
     u->drive = (pd_drive)drive;
     u->kernel = (pd_kernel)kernel;
     u->weights = printed ? PD_WEIGHTS_PRINTED : PD_WEIGHTS_CALIBRATED;
-    return PD_OK;
+    PDI_TRY(pd_text_choice(s->ctx, s->text, section, "breaking", breakings, "deterministic", &u->stochastic));
+    if (u->stochastic) return pd_text_integer(s->ctx, s->text, section, "seed", 0, 2147483647, "1", &u->seed);
+    if (!pd_text_has(s->ctx, s->text, section, "seed")) return PD_OK;
+    return pd_text_refuse(s->ctx, s->text, section, "seed", "found without breaking = stochastic, expected both");
 }
 
 /* The speed of a current density of 1 A/m2 makes a current a rate. */
@@ -527,6 +532,12 @@ static pd_status pdi_scene_corrode(pdi_scene *s)
     if (u->activation && (u->diffusivity > 0.0 || pd_text_has(s->ctx, s->text, section, "initial")))
         pdi_setup_note(u, "D and initial belong to control = diffusion; with activation all fluid holds bulk");
     PDI_TRY(pdi_scene_within(s, section, "bulk", "mol/m3", "0", 0.0, u->saturation, 0, &u->bulk));
+    if (pd_text_has(s->ctx, s->text, section, "repassivation"))
+        PDI_TRY(pdi_scene_within(s, section, "repassivation", "mol/m3", NULL, 0.0, u->saturation, 1,
+                                 &u->repassivation));
+    if (u->activation && u->repassivation > 0.0)
+        return pd_text_refuse(s->ctx, s->text, section, "repassivation",
+                              "found beside control = activation, expected diffusion: there all fluid holds bulk");
     /* explicit: (1 - x)^n is not exp(-n x); else fronts do not depend on it */
     const char *share = u->drive == PD_DRIVE_DIFFERENCE ? "0.01" : u->activation ? "0.1" : u->forward ? "0.01" : "0.2";
     PDI_TRY(pdi_scene_within(s, section, "share", "", share, 0.0, 1.0, 1, &u->share));
@@ -640,6 +651,7 @@ static pd_status pdi_scene_sections(pd_ctx *ctx, pd_text *text, const char *path
     setup->has_dissolve = pd_text_has(ctx, text, pd_text_section(ctx, text, "dissolve", NULL), NULL);
     setup->has_corrode = pd_text_has(ctx, text, pd_text_section(ctx, text, "corrode", NULL), NULL);
     PDI_TRY(pdi_scene_corrode_alone(&s));
+    PDI_TRY(pdi_chart_read(ctx, text, folder, setup));
     PDI_TRY(pdi_sketch_read(ctx, text, folder, setup));
     PDI_TRY(pdi_scene_constants(&s));
     PDI_TRY(pdi_scene_grid(&s));
@@ -668,6 +680,8 @@ static pd_status pdi_scene_text(pd_ctx *ctx, pd_text *text, const char *path, co
     pd_status status = pdi_scene_sections(ctx, text, path, setup);
     text->consts = NULL;
     text->const_count = 0;
+    text->tables = NULL;
+    text->table_count = 0;
     return status;
 }
 

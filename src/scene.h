@@ -22,11 +22,14 @@
  *                Csat  Cs  charge  D  initial  bulk = 0  control = diffusion|activation  gb_factor = 1
  *                drive = constant|difference  kernel = area|square|inverse  weights = calibrated|printed
  *                time = implicit|explicit  share = 0.2  overshoot = 0.05 of (explicit) steps
+ *                repassivation = concentration  breaking = deterministic|stochastic  seed = 1
+ *   [table NAME] file = law.csv  x = heading in unit  y = heading in unit  outside = hold|error: a function NAME(x) for
+ *                all expressions, monotone between the points
  *   [run]        until  rtol = 4e-3 (of the volume loss; without dissolution 1e-3, of a step of the transport or of
  *                corrode)
  *                fraction of a node that a step takes (25 rtol)  max_step
- *   [output]     every  fields = C, v, p, kind, grain, phase, D, rate, density  images = ...  slice = z 0 um  prefix
- *                folder
+ *   [output]     every  fields = C, v, p, kind, grain, phase, D, rate, density, damage  images = ...  slice = z 0 um
+ *                prefix  folder
  *   [probe NAME] at = x, y  fields = C, v
  *   [line NAME]  from = x, y  to = x, y  points = 101 | spacing  fields  images
  *   [plane NAME] at = x 1 mm

@@ -5,7 +5,8 @@
 #include <stdio.h>
 #include <string.h>
 
-static const char *const pdi_setup_fields[] = {"C", "v", "p", "kind", "grain", "phase", "D", "rate", "density"};
+static const char *const pdi_setup_fields[] = {"C",     "v", "p",    "kind",    "grain",
+                                               "phase", "D", "rate", "density", "damage"};
 static const char *const pdi_setup_sides[] = {"x-", "x+", "y-", "y+", "z-", "z+"};
 static const pd_expr_symbol pdi_setup_axes[] = {{"x", "m", 0.0}, {"y", "m", 0.0}, {"z", "m", 0.0}};
 
@@ -35,6 +36,9 @@ void pd_setup_free(pd_ctx *ctx, pd_setup *setup)
     pd_expr_free(ctx, &setup->rate);
     for (int k = 0; k < setup->masks; k++) PDI_DELETE(ctx, setup->mask_size[k], setup->mask[k]);
     PDI_DELETE(ctx, PD_SHAPE_MAX, setup->shape);
+    for (int k = 0; k < setup->tables; k++) pd_curve_free(ctx, &setup->table[k].curve);
+    PDI_DELETE(ctx, setup->tables, setup->table);
+    PDI_DELETE(ctx, setup->tables, setup->function);
     memset(setup, 0, sizeof *setup);
 }
 
@@ -48,6 +52,7 @@ PDI_FN const char *pdi_setup_field_needs(const pd_setup *setup, pd_field field)
     case PD_FIELD_C:
     case PD_FIELD_D: return pdi_setup_carries(setup) ? NULL : "a [transport] or [corrode] section";
     case PD_FIELD_RATE: return setup->has_dissolve ? NULL : "a [dissolve] section";
+    case PD_FIELD_DAMAGE: return setup->has_corrode ? NULL : "a [corrode] section";
     case PD_FIELD_GRAIN: return setup->has_grains ? NULL : "a solid [shape] with grains";
     case PD_FIELD_DENSITY:
         return setup->has_flow || pdi_setup_loses(setup) ? NULL : "a [flow], [dissolve] or [corrode] section";

@@ -29,6 +29,7 @@ typedef enum pd_field {
     PD_FIELD_D,
     PD_FIELD_RATE,
     PD_FIELD_DENSITY,
+    PD_FIELD_DAMAGE,
     PD_FIELD_COUNT
 } pd_field;
 
@@ -85,6 +86,12 @@ typedef struct pd_setup_probe {
     unsigned fields;   /* bit k: pd_field k */
     int line;          /* of the file */
 } pd_setup_probe;
+
+/* A function that the expressions of the scene know. */
+typedef struct pd_setup_table {
+    char name[PD_SETUP_NAME];
+    pd_curve curve; /* SI */
+} pd_setup_table;
 
 /* What is watched in a run, besides the probes. */
 typedef enum pd_monitor_kind {
@@ -181,9 +188,16 @@ typedef struct pd_setup {
     int activation;         /* 1: activation control */
     int forward;            /* 1: explicit steps under diffusion control */
     double share, overshoot; /* [-] of a step, see corrode.h and recede.h; 0: defaults */
+    double repassivation;   /* [mol/m3] 0: no films form */
+    int stochastic;         /* 1: mechanical bonds break at random */
+    int seed;               /* of that */
     pd_drive drive;
     pd_kernel kernel;
     pd_weights weights;
+    /* functions of the expressions */
+    pd_setup_table *table;   /* [tables] */
+    pd_expr_table *function; /* [tables] of `table`, as expressions want them */
+    int tables;
     /* run */
     double until;           /* [s] */
     double rtol;            /* [-] of the volume loss; without dissolution: error of a step of the transport; 0: 1e-3 */

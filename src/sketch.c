@@ -1,6 +1,7 @@
 /* sketch: see sketch.h */
 #include "sketch.h"
 #include "png.h"
+#include "refer.h"
 #include <math.h>
 #include <string.h>
 
@@ -92,26 +93,6 @@ static pd_status pdi_sketch_half_space(pdi_sketch *s, pd_shape *shape)
     return pd_text_refuse(s->ctx, s->text, s->section, "normal", "found a zero vector, expected the outward normal");
 }
 
-/* Path of a mask relative to the folder of the scene. */
-static pd_status pdi_sketch_path(pdi_sketch *s, const char *key, char *path)
-{
-    const char *name;
-    PDI_TRY(pd_text_string(s->ctx, s->text, s->section, key, NULL, &name));
-    size_t above = name[0] == '/' ? 0 : strlen(s->folder), size = strlen(name) + 1;
-    if (above + size > PD_PATH_SIZE) return pd_text_refuse(s->ctx, s->text, s->section, key, "the path is too long");
-    memcpy(path, s->folder, above);
-    memcpy(path + above, name, size);
-    return PD_OK;
-}
-
-/* A file that cannot be read is reported with the line that names it. */
-static pd_status pdi_sketch_unreadable(pdi_sketch *s, const char *key)
-{
-    char message[PD_MESSAGE_SIZE];
-    memcpy(message, s->ctx->message, sizeof message);
-    return pd_text_refuse(s->ctx, s->text, s->section, key, "%.500s", message);
-}
-
 /* White is inside (as the metal of a tomogram); the picture's lowest row is the first row of the mask. */
 static pd_status pdi_sketch_png(pdi_sketch *s, pd_shape *shape)
 {
@@ -122,8 +103,8 @@ static pd_status pdi_sketch_png(pdi_sketch *s, pd_shape *shape)
     if (PD_DIM != 2)
         return pd_text_refuse(s->ctx, s->text, s->section, "mask", "found a picture in %dD, expected raw = FILE with"
                               " size = %s", PD_DIM, PD_DIM == 3 ? "NX, NY, NZ" : "NX");
-    PDI_TRY(pdi_sketch_path(s, "mask", path));
-    if (pd_png_read(s->ctx, path, &image) < 0) return pdi_sketch_unreadable(s, "mask");
+    PDI_TRY(pdi_refer_path(s->ctx, s->text, s->section, "mask", s->folder, path));
+    if (pd_png_read(s->ctx, path, &image) < 0) return pdi_refer_fail(s->ctx, s->text, s->section, "mask");
     pd_status status = pdi_setup_mask(s->ctx, s->setup, (size_t)image.width * (size_t)image.height, &mask);
     for (int row = 0; row < image.height && status == PD_OK; row++)
         for (int column = 0; column < image.width; column++)
@@ -143,7 +124,7 @@ static pd_status pdi_sketch_raw(pdi_sketch *s, pd_shape *shape)
     double number[PD_DIM], voxels = 1.0;
     size_t size = 0;
     uint8_t *mask = NULL;
-    PDI_TRY(pdi_sketch_path(s, "raw", path));
+    PDI_TRY(pdi_refer_path(s->ctx, s->text, s->section, "raw", s->folder, path));
     PDI_TRY(pdi_sketch_point(s, "size", "", number));
     for (int d = 0; d < PD_DIM; d++) {
         if (!(number[d] >= 1.0) || !(number[d] < 1e6) || number[d] > floor(number[d]))
@@ -152,7 +133,8 @@ static pd_status pdi_sketch_raw(pdi_sketch *s, pd_shape *shape)
         shape->n[d] = (int)number[d];
         voxels *= number[d];
     }
-    if (pdi_file_read(s->ctx, path, PDI_SKETCH_RAW_LIMIT, &bytes, &size) < 0) return pdi_sketch_unreadable(s, "raw");
+    if (pdi_file_read(s->ctx, path, PDI_SKETCH_RAW_LIMIT, &bytes, &size) < 0)
+        return pdi_refer_fail(s->ctx, s->text, s->section, "raw");
     pd_status status;
     if ((double)size < voxels || (double)size > voxels)
         status = pd_text_refuse(s->ctx, s->text, s->section, "raw",

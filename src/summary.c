@@ -125,6 +125,7 @@ static void pdi_summary_corrode(const pdi_summary *s)
                      u->weights == PD_WEIGHTS_PRINTED ? "printed" : "calibrated",
                      u->drive == PD_DRIVE_DIFFERENCE ? ", loss in proportion to the difference" : "",
                      u->forward ? "explicit" : "implicit");
+    if (u->stochastic) pdi_summary_line(s, "  %-12smechanical bonds break at random, seed %d", "", u->seed);
 }
 
 static void pdi_summary_grains(const pdi_summary *s)

@@ -17,7 +17,8 @@ static const pdi_syntax_section pdi_syntax_table[] = {
     {"transport", "D, initial, advection, time"},
     {"dissolve", "rate, law, Csat, Cs, gb_factor, threshold"},
     {"corrode", "rate, current, Cs, Csat, charge, D, initial, bulk, control, time, drive, kernel, weights, gb_factor, "
-                "share, overshoot"},
+                "share, overshoot, repassivation, breaking, seed"},
+    {"table", "file, x, y, outside"},
     {"run", "until, rtol, fraction, max_step"},
     {"output", "every, fields, images, slice, prefix, folder"},
     {"probe", "at, fields"},

@@ -511,6 +511,8 @@ static pd_status pdi_text_compile(pd_ctx *ctx, const pd_text *text, const pdi_te
     desc.var_count = var_count;
     desc.consts = text->consts;
     desc.const_count = text->const_count;
+    desc.tables = text->tables;
+    desc.table_count = text->table_count;
     desc.unit = unit;
     desc.allow_bare = text->bare;
     desc.where = v->where;

@@ -52,6 +52,8 @@ typedef struct pd_text {
     int bare;                     /* numbers may lack their unit; set for flat files, the caller may change it */
     const pd_expr_symbol *consts; /* the caller's named constants in numbers and expressions; borrowed */
     int const_count;
+    const pd_expr_table *tables;  /* the caller's functions there; borrowed as long as expressions live */
+    int table_count;
     pd_section *section; /* 0: what stands before the first section line */
     int section_count, section_room;
     pd_text_entry *entry;

@@ -29,7 +29,7 @@ PDI_FN pd_status pdi_watch_fields(pd_ctx *ctx, pd_text *text, const pd_setup *se
         if (field == PD_FIELD_COUNT)
             return pd_text_refuse(ctx, text, section, key,
                                   "found '%s', expected some of C, v, p, kind, grain, phase, D,"
-                                  " rate, density, or none", list.word[w]);
+                                  " rate, density, damage, or none", list.word[w]);
         const char *needs = pdi_setup_field_needs(setup, (pd_field)field);
         if (needs && given)
             return pd_text_refuse(ctx, text, section, key, "found '%s', which needs %s", list.word[w], needs);
@@ -53,6 +53,8 @@ PDI_FN pd_status pdi_watch_place(pd_ctx *ctx, pd_text *text, const pd_setup *set
     desc.text = value + 2;
     desc.consts = text->consts;
     desc.const_count = text->const_count;
+    desc.tables = text->tables;
+    desc.table_count = text->table_count;
     desc.unit = "m";
     desc.where = key;
     desc.column = 3;

@@ -63,7 +63,7 @@ mean 'until'?"
 spoil "no until" 's/until = 1 h//' "bad.scene:8: found no 'until' in [run], expected until = a time [s]"
 spoil "unknown section" 's/\[transport\]/[transprt]/' \
     "bad.scene:6: scene: found the section [transprt], expected one of grid, shape, side, flow, transport, \
-dissolve, corrode, run, output, probe, line, plane, force, transfer, total: did you mean 'transport'?"
+dissolve, corrode, table, run, output, probe, line, plane, force, transfer, total: did you mean 'transport'?"
 spoil "fractional cells" 's/h = 10 um/h = 7 um/' \
     "bad.scene:1: box: found 300 um on axis x, 42.8571 cells of 7 um, expected a whole number of cells"
 spoil "one range" 's/, -60 um .. 60 um//' "bad.scene:1: box: found 1 range, expected 2, one for each axis"
@@ -91,7 +91,7 @@ spoil "gb_factor without grains" 's/grains = 40 um//' \
 spoil "unknown material" 's/mg4ag/iron/' "bad.scene:2: material: found 'iron', expected mg4ag, steel304, \
 copper or alloy625"
 spoil "unknown field" 's/fields = C, v/fields = C, T/' \
-    "bad.scene:9: fields: found 'T', expected some of C, v, p, kind, grain, phase, D, rate, density, or none"
+    "bad.scene:9: fields: found 'T', expected some of C, v, p, kind, grain, phase, D, rate, density, damage, or none"
 spoil "field without physics" 's/fields = C, v/fields = C, v, grain/;s/grains = 40 um//;s/gb_factor = 3//' \
     "bad.scene:9: fields: found 'grain', which needs a solid [shape] with grains"
 spoil "probe outside" 's/at = 100 um/at = 300 um/' \
@@ -206,6 +206,11 @@ pits "no overshoot" 's/D =/time = explicit   overshoot = 0   D =/' \
     "4: overshoot: found 0, expected a value above 0 and at most 1"
 pits "overshoot of implicit steps" 's/D =/overshoot = 0.1   D =/' \
     "4: overshoot: found beside implicit steps, expected time = explicit: others do not pass Csat"
+pits "unknown breaking" 's/D =/breaking = random   D =/' \
+    "4: column 57: found 'random', expected one of deterministic, stochastic"
+pits "seed of nothing" 's/D =/seed = 2   D =/' "4: seed: found without breaking = stochastic, expected both"
+pits "seed below zero" 's/D =/breaking = stochastic   seed = -1   D =/' \
+    "4: column 77: found -1, expected a whole number from 0 to 2147483647"
 pits "inlet without flow" 's/flow = open/flow = inlet/' \
     "3: flow: found 'inlet' beside [corrode], expected open to hold its bulk concentration"
 pits "held side" 's/flow = open/C = 0/' \
@@ -216,6 +221,37 @@ pits "axisymmetric corrosion" 's/m = 3/m = 3   geometry = axisymmetric/' \
     "4: corrode: the grid is axisymmetric, expected a planar one"
 pits "plane beside corrode" 's/\[run/[plane a] at = x 20 um\n[run/' \
     "5: plane: found beside [corrode], expected [line] or [total]"
+
+# ---- tables ----
+
+# tables NAME TABLE SECTION MESSAGE: the pit with one more section on line 6 and its file.
+tables() {
+    { pit; echo "$3"; } > bad.scene
+    printf "$2" > law.csv
+    rejects "$1" "bad.scene:6: $4"
+}
+law='[table f] file = law.csv   x = C in mol/L   y = i in A/m2'
+tables "no file of a table" 'C,i\n' '[table f] file = lwa.csv   x = C   y = i' \
+    "file: file: cannot open 'lwa.csv': No such file or directory"
+tables "no such column" 'C,j\n0,1\n1,2\n' "$law" "y: found 'i', expected a column of law.csv: C, j"
+tables "no such unit" 'C,i\n0,1\n1,2\n' '[table f] file = law.csv   x = C in mool   y = i' \
+    "x: found 'mool', expected a unit such as mol/L behind 'in'"
+tables "table that goes back" '# i(C)\nC,i\n0,1\n2,3\n1,2\n' "$law" \
+    "file: law.csv:5: found x = 1, y = 2 behind x = 2, y = 3, expected ascending values"
+tables "point twice" 'C,i\n0,1\n0,2\n' "$law" \
+    "file: law.csv:3: found x = 0, y = 2 behind x = 0, y = 1, expected ascending values"
+tables "no number" 'C,i\n0,1\n1,two\n' "$law" "y: csv: law.csv:3: column 'i': 'two' is not a number"
+tables "infinite value" 'C,i\n0,inf\n1,2\n' "$law" "file: law.csv:2: found x = 0, y = inf, expected finite values"
+tables "one point" 'C,i\n0,1\n' "$law" "file: curve: found 1 point, expected at least 2"
+tables "fields missing" 'C,i\n0,1\n1\n' "$law" "file: csv: law.csv:3: 1 fields, expected 2 as in the line of names"
+tables "name of a function" 'C,i\n0,1\n1,2\n' '[table log] file = law.csv   x = C   y = i' \
+    "table: found the name 'log', expected one that expressions do not have"
+tables "unknown outside" 'C,i\n0,1\n1,2\n' "$law   outside = zero" \
+    "column 71: found 'zero', expected one of hold, error"
+printf 'C,i\n0,1\n1,2\n' > law.csv
+{ pit | sed 's|rate = 1 um/s|current = f(1 s)|'; echo "$law"; } > bad.scene
+rejects "argument of another dimension" \
+    "bad.scene:4: column 25: found a time [s], expected a concentration [mol/m3] as the argument of f"
 
 base > bad.scene
 rejects "bad override" \

@@ -273,6 +273,43 @@ TEST(passive_film)
     }
 }
 
+/* Fluid that falls below the threshold beside metal does not attack any more, though it fills up again; fluid that
+ * stays above goes on, as does a law that forgets. */
+TEST(repassivation_remembers)
+{
+    for (int mode = 0; mode < 3; mode++) { /* 0: no films, 1: films, 2: films below what is never reached */
+        scene *s = scene_start(20, 6, 6);
+        double lost[3];
+        half_space(s, 6.0 * H);
+        s->desc.activation = 0;
+        s->desc.diffusivity = 1e-12;
+        s->desc.initial = 0.5 * CSAT;
+        s->desc.repassivation = mode == 1 ? 0.6 * CSAT : mode == 2 ? 0.4 * CSAT : 0.0;
+        if (!scene_build(s)) return;
+        CHECK((s->corrode.film != NULL) == (mode > 0));
+        for (int part = 0; part < 3; part++) { /* above, below and again above the threshold */
+            double solid = pd_corrode_solid(&s->corrode), c = part == 1 ? 0.5 * CSAT : 0.9 * CSAT;
+            for (int32_t i = 0; i < s->grid.total; i++)
+                if (s->grid.kind[i] == PD_FLUID) s->corrode.c[i] = c;
+            pd_corrode_open(&s->corrode);
+            CHECK_OK(&s->ctx, pd_corrode_run(&s->ctx, &s->corrode, s->corrode.time + 0.01 * H / SPEED));
+            CHECK_LE(pd_corrode_imbalance(&s->corrode), 1e-13);
+            lost[part] = (solid - pd_corrode_solid(&s->corrode)) / s->corrode.start;
+        }
+        CHECK(lost[0] > 0.0);
+        if (mode == 1) CHECK(lost[1] <= 0.0 && lost[2] <= 0.0);
+        else CHECK(lost[1] > 0.0 && lost[2] > 0.0);
+        scene_free(s);
+    }
+    scene *s = scene_start(20, 6, 6);
+    half_space(s, 6.0 * H);
+    s->desc.repassivation = 1.1 * CSAT;
+    CHECK_OK(&s->ctx, pd_stencil_build(&s->ctx, &s->stencil_desc, &s->stencil));
+    CHECK_OK(&s->ctx, pd_grid_build(&s->ctx, &s->stencil, &s->grid_desc, &s->grid));
+    CHECK_INT(pd_corrode_build(&s->ctx, &s->grid, &s->stencil, &s->desc, &s->corrode), PD_ERR_ARGUMENT);
+    scene_free(s);
+}
+
 TEST(step_beyond_the_limit)
 {
     double limit;
@@ -327,4 +364,5 @@ TEST(bad_input)
 
 TEST_MAIN(ENTRY(flat_front_speed) ENTRY(flat_front_with_long_steps) OF_DIM ENTRY(pencil_electrode)
           ENTRY(amounts_are_conserved) ENTRY(saturation_pauses) ENTRY(threads_do_not_matter) ENTRY(factor_is_a_speed)
-          ENTRY(factors_conserve) ENTRY(passive_film) ENTRY(step_beyond_the_limit) ENTRY(bad_input))
+          ENTRY(factors_conserve) ENTRY(passive_film) ENTRY(repassivation_remembers) ENTRY(step_beyond_the_limit)
+              ENTRY(bad_input))

@@ -285,6 +285,33 @@ TEST(bad_input)
     scene_free(s);
 }
 
+/* A film that has formed below the threshold stays when the solution fills up again. */
+TEST(repassivation_remembers)
+{
+    scene *s = scene_start(20, 6, 6);
+    pd_recede recede;
+    pd_recede_desc desc;
+    double lost[3];
+    memset(&desc, 0, sizeof desc);
+    half_space(s, 6.0 * H);
+    s->desc.activation = 0;
+    s->desc.diffusivity = 1e-12;
+    s->desc.repassivation = 0.6 * CSAT;
+    if (!scene_build(s) || !CHECK_OK(&s->ctx, pd_recede_build(&s->ctx, &s->corrode, &desc, &recede))) return;
+    for (int part = 0; part < 3; part++) { /* above, below and again above the threshold */
+        double solid = pd_corrode_solid(&s->corrode);
+        for (int32_t i = 0; i < s->grid.total; i++)
+            if (s->grid.kind[i] == PD_FLUID) s->corrode.c[i] = part == 1 ? 0.5 * CSAT : 0.9 * CSAT;
+        pd_corrode_open(&s->corrode);
+        CHECK_OK(&s->ctx, pd_recede_run(&s->ctx, &recede, s->corrode.time + 0.01 * H / SPEED));
+        CHECK_LE(pd_corrode_imbalance(&s->corrode), 1e-13);
+        lost[part] = (solid - pd_corrode_solid(&s->corrode)) / s->corrode.start;
+    }
+    CHECK(lost[0] > 0.0 && lost[1] <= 0.0 && lost[2] <= 0.0);
+    pd_recede_free(&s->ctx, &recede);
+    scene_free(s);
+}
+
 #if PD_DIM == 1
 #define OF_DIM ENTRY(mixed_control) ENTRY(law_that_runs_away)
 #else
@@ -292,4 +319,4 @@ TEST(bad_input)
 #endif
 
 TEST_MAIN(ENTRY(pencil_electrode) OF_DIM ENTRY(amounts_and_bounds) ENTRY(saturation_pauses)
-          ENTRY(threads_do_not_matter) ENTRY(bad_input))
+          ENTRY(threads_do_not_matter) ENTRY(repassivation_remembers) ENTRY(bad_input))

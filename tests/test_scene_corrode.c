@@ -51,7 +51,8 @@ TEST(every_key)
                              "[corrode] rate = 1 um/s * (1 - C/Csat)  Cs = 140 mol/L  Csat = 5 mol/L  D = 7e-10 m2/s\n"
                              "          initial = 1 mol/L  bulk = 10 mol/m3  drive = difference  kernel = inverse\n"
                              "          weights = printed  time = explicit\n"
-                             "          share = 0.02  overshoot = 0.1  charge = 2.5\n" END,
+                             "          share = 0.02  overshoot = 0.1  charge = 2.5\n"
+                             "          repassivation = 0.6*Csat  breaking = stochastic  seed = 12\n" END,
                              NULL, 0, &u)))
         return;
     CHECK(u.has_corrode && !u.has_transport && !u.has_dissolve && !u.has_flow && !u.activation);
@@ -62,7 +63,8 @@ TEST(every_key)
     CHECK_REL(u.bulk, 10.0, 1e-15);
     CHECK_REL(u.share, 0.02, 1e-15);
     CHECK_REL(u.overshoot, 0.1, 1e-15);
-    CHECK(u.forward);
+    CHECK_REL(u.repassivation, 3e3, 1e-15);
+    CHECK(u.forward && u.stochastic && u.seed == 12);
     CHECK_REL(u.material.charge, 2.5, 1e-15);
     CHECK_REL(u.rate_scale * pd_expr_eval(&u.rate, &c), 1e-6, 1e-15);
     CHECK(u.drive == PD_DRIVE_DIFFERENCE && u.kernel == PD_KERNEL_INVERSE && u.weights == PD_WEIGHTS_PRINTED);
@@ -99,6 +101,12 @@ TEST(refusals)
         {"[corrode] rate = 1 um/s  Csat = 5 mol/L  D = 1e-9 m2/s  gb_factor = 3\n", "without grains"},
         {"[corrode] rate = 1 um/s  Csat = 5 mol/L  D = 1e-9 m2/s  initial = -1 mol/m3\n", "expected at least 0"},
         {"[corrode] rate = 1 um/s  Csat = 5 mol/L  D = 1e-9 m2/s\n[plane p] at = x 20 um\n", "beside [corrode]"},
+        {"[corrode] rate = 1 um/s  Csat = 5 mol/L  D = 1e-9 m2/s  repassivation = 6 mol/L\n", "at most 5 kmol/m3"},
+        {"[corrode] rate = 1 um/s  Csat = 5 mol/L  control = activation  repassivation = 3 mol/L\n",
+         "found beside control = activation"},
+        {"[corrode] rate = 1 um/s  Csat = 5 mol/L  D = 1e-9 m2/s  breaking = random\n", "deterministic, stochastic"},
+        {"[corrode] rate = 1 um/s  Csat = 5 mol/L  D = 1e-9 m2/s  seed = 3\n", "found without breaking = stochastic"},
+        {"[corrode] rate = 1 um/s  Csat = 5 mol/L  D = 1e-9 m2/s  breaking = stochastic  seed = -1\n", "whole number"},
         {"[corrode] rate = 1 um/s  Csat = 5 mol/L  D = 1e-9 m2/s\n[run] until = 1 s  fraction = 0.1\n",
          "unknown key 'fraction'"}};
     char text[1200];
@@ -227,6 +235,33 @@ TEST(grains_dissolve_along_their_boundaries)
     CHECK_LE(with.ledger, 1e-12);
 }
 
+/* Random breaking: seeds, the balance with either kind of steps, and damage as a field: whole metal has none, a probe
+ * in the solution reads 1. */
+TEST(bonds_that_break_at_random)
+{
+    static const char *const times[2] = {"explicit", "implicit"};
+    double lost[4];
+    for (int run = 0; run < 4; run++) {
+        char text[1200];
+        pd_run_result r;
+        pd_ctx ctx;
+        snprintf(text, sizeof text, FLAT "[corrode] rate = 1 um/s  Csat = 5.1 mol/L  D = 1e-10 m2/s  breaking = %s"
+                 "  time = %s\n[run] until = 4 s\n[output] every = 2 s  fields = C, damage\n"
+                 "[probe deep] at = 30 um" ACROSS("2 um") "  fields = damage\n"
+                 "[probe before] at = 2 um" ACROSS("2 um") "  fields = damage\n",
+                 run == 3 ? "deterministic" : run == 2 ? "stochastic  seed = 2" : "stochastic", times[run == 1]);
+        if (!play_text(text, 1, "random", &r)) return;
+        CHECK_LE(r.ledger, 1e-12);
+        lost[run] = r.volume_loss;
+        pd_ctx_init(&ctx);
+        CHECK_NEAR(last_of(&ctx, "random/probes.csv", "deep_damage"), 0.0, 0.0);
+        CHECK_NEAR(last_of(&ctx, "random/probes.csv", "before_damage"), 1.0, 0.0);
+    }
+    NOTE("loss %.5f, implicit %.5f, another seed %.5f, deterministic %.5f", lost[0], lost[1], lost[2], lost[3]);
+    CHECK_REL(lost[1], lost[0], 0.1);
+    CHECK(fabs(lost[2] - lost[0]) > 1e-9 * lost[0] && fabs(lost[3] - lost[0]) > 1e-9 * lost[0]);
+}
+
 TEST_MAIN(ENTRY(every_key) ENTRY(current_is_a_speed) ENTRY(refusals) ENTRY(front_moves_at_the_speed_of_the_current)
               ENTRY(films) ENTRY(initial_field_and_probe) ENTRY(threads_do_not_matter)
-                  ENTRY(grains_dissolve_along_their_boundaries))
+                  ENTRY(grains_dissolve_along_their_boundaries) ENTRY(bonds_that_break_at_random))
