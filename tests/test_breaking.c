@@ -312,6 +312,7 @@ TEST(implicit_steps)
         pd_recede_desc desc;
         memset(&recede, 0, sizeof recede);
         memset(&desc, 0, sizeof desc);
+        desc.share = 0.05; /* of first order in it: with 0.2 2.2 % off in 2D, with 0.1 1.1 % */
         for (int d = 0; d < PD_DIM; d++)
             s->grid_desc.side[2 * d] = s->grid_desc.side[2 * d + 1] = d ? PD_SIDE_PERIODIC : PD_SIDE_MIRROR;
         s->grid_desc.side[0] = PD_SIDE_INLET;
@@ -337,7 +338,7 @@ TEST(implicit_steps)
         scene_free(s);
     }
     CHECK(lost[0] > 0.05);
-    CHECK_REL(lost[1], lost[0], PD_DIM == 1 ? 0.05 : 0.02);
+    CHECK_REL(lost[1], lost[0], PD_DIM == 1 ? 0.05 : 0.01);
     CHECK(most > CSAT);
 }
 
