@@ -1,9 +1,9 @@
 /* pd1d, pd2d, pd3d: run a scene file.
  *
- *   pd2d SCENE [key=value ...] [--estimate-error] [--accuracy SHARE] [--out DIR] [--threads N] [--quiet] [--check]
- *        [--help]
+ *   pd2d SCENE [key=value ...] [--estimate-error] [--accuracy SHARE] [--out DIR] [--checkpoint TIME] [--resume]
+ *        [--threads N] [--quiet] [--check] [--help]
  *
- * Exit status: 0 done, 1 the run failed or was interrupted, 2 wrong usage or bad input.
+ * Exit status: 0 done, 1 the run failed or was interrupted, 2 wrong usage or bad input, 3 stopped, --resume goes on.
  */
 #define _POSIX_C_SOURCE 200809L
 #define PDCORR_IMPLEMENTATION
@@ -20,12 +20,15 @@
 
 #include "common.h"
 
+#define CHECKPOINT_EVERY 600.0 /* [s] unless --checkpoint says otherwise */
+
 enum { MAX_OVERRIDES = 64 };
 
 typedef struct options {
     const char *program, *scene, *out;
     const char *overrides[MAX_OVERRIDES];
-    int count, threads, quiet, check, help;
+    int count, threads, quiet, check, help, resume, checkpoints;
+    double checkpoint_every; /* [s] */
     int estimate;    /* of the error, after the run */
     double accuracy; /* [-] wanted; 0: settings as they are */
 } options;
@@ -37,10 +40,13 @@ typedef struct screen {
 
 static volatile sig_atomic_t interrupted;
 
+/* A second signal, this one or the other, ends the program at once. */
 static void on_interrupt(int number)
 {
     (void)number;
     interrupted = 1;
+    signal(SIGINT, SIG_DFL);
+    signal(SIGTERM, SIG_DFL);
 }
 
 static int is_interrupted(void *user)
@@ -74,8 +80,8 @@ static void print(void *user, pd_print_kind kind, const char *text)
 
 static void help(const char *program)
 {
-    printf("%s SCENE [key=value ...] [--estimate-error] [--accuracy SHARE] [--out DIR] [--threads N] [--quiet]\n"
-           "     [--check] [--help]\n\n"
+    printf("%s SCENE [key=value ...] [--estimate-error] [--accuracy SHARE] [--out DIR] [--checkpoint TIME]\n"
+           "     [--resume] [--threads N] [--quiet] [--check] [--help]\n\n"
            "Runs a corrosion scene in %d dimension%s (pdcorr %s).\n\n"
            "  SCENE          scene file, or a flat file of key = value lines\n"
            "  key=value      replaces a value of the scene; also section.key=value, section.label.key=value\n"
@@ -85,10 +91,17 @@ static void help(const char *program)
            "                 for example 1%% or 0.01: pick the tolerances and steps that the scene leaves open, and\n"
            "                 estimate whether h reaches it\n"
            "  --out DIR      folder of the output, made when missing\n"
+           "  --checkpoint TIME\n"
+           "                 wall time between checkpoints, such as 30min or 0 s (every step); 10min unless given;\n"
+           "                 off: none\n"
+           "  --resume       go on from the checkpoint in the folder of the output, with the same scene and\n"
+           "                 overrides; the files become those of a run that was never stopped\n"
            "  --threads N    threads, 0: all\n"
            "  --quiet        print the result lines and errors only\n"
            "  --check        read the scene, build it and print the summary; run and write nothing\n\n"
-           "Exit status: 0 done, 1 the run failed or was interrupted, 2 wrong usage or bad input.\n",
+           "SIGINT (Ctrl-C) and SIGTERM stop a run after the step in work, with a checkpoint; a second one at once.\n"
+           "Exit status: 0 done, 1 the run failed or was interrupted, 2 wrong usage or bad input, 3 stopped, --resume\n"
+           "goes on.\n",
            program, PD_DIM, PD_DIM > 1 ? "s" : "", PD_VERSION);
 }
 
@@ -108,9 +121,30 @@ static int parse_share(const char *text, double *value)
     return *value >= PD_ACCURACY_LEAST && *value <= PD_ACCURACY_MOST;
 }
 
+/* "10min", "0 s" or "off" */
+static int parse_checkpoint(const char *text, options *o)
+{
+    pd_ctx quiet;
+    pd_dims found, time;
+    double scale;
+    char *unit;
+    pd_ctx_init(&quiet);
+    o->checkpoints = strcmp(text, "off") != 0;
+    if (!o->checkpoints) return 1;
+    o->checkpoint_every = strtod(text, &unit);
+    if (unit == text) return 0;
+    while (*unit == ' ') unit++;
+    if (pd_units_parse(&quiet, unit, &scale, &found) < 0) return 0;
+    pd_units_parse(&quiet, "s", NULL, &time);
+    o->checkpoint_every *= scale;
+    return pd_units_same(&found, &time) && o->checkpoint_every >= 0.0 && o->checkpoint_every < 1e12;
+}
+
 static int parse(int argc, char **argv, options *o)
 {
     memset(o, 0, sizeof *o);
+    o->checkpoints = 1;
+    o->checkpoint_every = CHECKPOINT_EVERY;
     o->program = program_name(argv[0]);
     for (int k = 1; k < argc; k++) {
         const char *a = argv[k];
@@ -118,6 +152,7 @@ static int parse(int argc, char **argv, options *o)
         else if (strcmp(a, "--quiet") == 0) o->quiet = 1;
         else if (strcmp(a, "--check") == 0) o->check = 1;
         else if (strcmp(a, "--estimate-error") == 0) o->estimate = 1;
+        else if (strcmp(a, "--resume") == 0) o->resume = 1;
         else if (strcmp(a, "--accuracy") == 0) {
             if (!parse_share(value_of(argc, argv, &k), &o->accuracy))
                 return usage(o, "--accuracy expects a share from 0.0001% to 50%, such as 1% or 0.01", "");
@@ -125,6 +160,9 @@ static int parse(int argc, char **argv, options *o)
         } else if (strcmp(a, "--out") == 0) {
             o->out = value_of(argc, argv, &k);
             if (!o->out[0]) return usage(o, "--out expects a folder", "");
+        } else if (strcmp(a, "--checkpoint") == 0) {
+            if (!parse_checkpoint(value_of(argc, argv, &k), o))
+                return usage(o, "--checkpoint expects a time such as 10min or 0 s, or off", "");
         } else if (strcmp(a, "--threads") == 0) {
             if (!parse_whole(value_of(argc, argv, &k), 0.0, 1024.0, &o->threads))
                 return usage(o, "--threads expects a number from 0 to 1024", "");
@@ -135,6 +173,7 @@ static int parse(int argc, char **argv, options *o)
         } else if (o->scene) return usage(o, "a second scene: ", a);
         else o->scene = a;
     }
+    if (o->check && o->resume) return usage(o, "--check runs nothing, which leaves --resume nothing to do", "");
     return o->scene || o->help ? 0 : usage(o, "no scene file given", "");
 }
 
@@ -196,6 +235,9 @@ static int run_watched(const options *o, pd_ctx *ctx, const pd_setup *setup, pd_
     desc.print = print;
     desc.print_user = s;
     desc.stop = is_interrupted;
+    desc.checkpoints = o->checkpoints;
+    desc.checkpoint_every = o->checkpoint_every;
+    desc.resume = o->resume;
     if (o->estimate) desc.figures = figures;
     pd_status status = pd_run(ctx, setup, &desc, &result);
     if (status < 0) return fail(o, s, ctx->message, result.bad_input ? 2 : 1);
@@ -206,8 +248,9 @@ static int run_watched(const options *o, pd_ctx *ctx, const pd_setup *setup, pd_
            cpu_seconds(), peak_rss_mb(), result.threads);
     fflush(stdout);
     if (!result.stopped) return o->estimate ? estimate(o, ctx, setup, &desc, figures, s) : 0;
-    snprintf(line, sizeof line, "interrupted at t = %g s; the output is complete up to there", result.time);
-    return fail(o, s, line, 1);
+    snprintf(line, sizeof line, "interrupted at t = %g s; %s", result.time,
+             o->checkpoints ? "the same command with --resume goes on" : "the output is complete up to there");
+    return fail(o, s, line, o->checkpoints ? 3 : 1);
 }
 
 static int run(const options *o, pd_ctx *ctx, pd_setup *setup, screen *s)
@@ -245,8 +288,8 @@ int main(int argc, char **argv)
     struct sigaction action;
     memset(&action, 0, sizeof action);
     action.sa_handler = on_interrupt;
-    action.sa_flags = (int)SA_RESETHAND; /* a second interrupt ends the program at once */
     sigaction(SIGINT, &action, NULL);
+    sigaction(SIGTERM, &action, NULL);
     status = run(&o, &ctx, &setup, &s);
     pd_setup_free(&ctx, &setup);
     return status;

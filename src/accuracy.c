@@ -1,5 +1,6 @@
 /* accuracy: see accuracy.h */
 #include "accuracy.h"
+#include "identity.h"
 #include <math.h>
 #include <stdio.h>
 #include <string.h>
@@ -52,5 +53,6 @@ pd_status pd_accuracy_apply(pd_ctx *ctx, double accuracy, pd_setup *setup, char 
     pdi_accuracy_picks(&a);
     snprintf(text, size, "accuracy %g %%: picked %s%s%s", 100.0 * accuracy, a.picked[0] ? a.picked : "nothing",
              a.kept[0] ? "; the scene sets " : "", a.kept);
-    return PD_OK;
+    snprintf(a.picked, sizeof a.picked, "accuracy = %.17g", accuracy);
+    return pdi_identity_add(ctx, setup, a.picked);
 }

@@ -162,6 +162,19 @@ pd_status pd_advance_run(pd_ctx *ctx, pd_advance *a, double t_end, pd_transport_
     return worst;
 }
 
+PDI_FN pd_status pdi_advance_store(pd_ctx *ctx, pd_advance *a, pd_store *store)
+{
+    PDI_TRY(PDI_STORE(ctx, store, "advance.time", &a->time, 1));
+    PDI_TRY(PDI_STORE(ctx, store, "advance.dt", &a->dt, 1));
+    PDI_TRY(PDI_STORE(ctx, store, "advance.error", &a->error, 1));
+    PDI_TRY(PDI_STORE(ctx, store, "advance.out", &a->out, 1));
+    PDI_TRY(PDI_STORE(ctx, store, "advance.in", &a->in, 1));
+    PDI_TRY(PDI_STORE(ctx, store, "advance.steps", &a->steps, 1));
+    PDI_TRY(PDI_STORE(ctx, store, "advance.rejected", &a->rejected, 1));
+    PDI_TRY(PDI_STORE(ctx, store, "advance.krylov", &a->krylov, 1));
+    return PDI_STORE(ctx, store, "advance.euler", &a->euler, 1);
+}
+
 void pd_advance_free(pd_ctx *ctx, pd_advance *a)
 {
     int32_t total = a->transport ? a->transport->grid->total : 0;

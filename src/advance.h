@@ -46,4 +46,9 @@ PD_API pd_status pd_advance_next(pd_ctx *ctx, pd_advance *advance, double t_end,
 PD_API pd_status pd_advance_run(pd_ctx *ctx, pd_advance *advance, double t_end, pd_transport_result *result);
 PD_API void pd_advance_free(pd_ctx *ctx, pd_advance *advance);
 
+#ifdef PDI_INTERNAL
+/* What steps carry on beside the transport. */
+PDI_FN pd_status pdi_advance_store(pd_ctx *ctx, pd_advance *advance, pd_store *store);
+#endif
+
 #endif

@@ -152,6 +152,17 @@ static void pdi_corrode_ghost_phases(pd_corrode *r)
     }
 }
 
+/* Phases and roles of all nodes, from their kinds. */
+static void pdi_corrode_phases(pd_corrode *r)
+{
+    for (int32_t i = 0; i < r->grid->total; i++) {
+        if (r->grid->kind[i] == PD_SOLID) r->phase[i] = PDI_CORRODE_SOLID;
+        if (r->grid->kind[i] == PD_FLUID) r->phase[i] = PDI_CORRODE_FLUID;
+    }
+    pdi_corrode_ghost_phases(r);
+    pdi_corrode_roles(r);
+}
+
 /* Values of ghosts: odd about `bulk` behind held planes. */
 PDI_FN void pdi_corrode_ghosts(pd_corrode *r)
 {
@@ -311,14 +322,11 @@ pd_status pd_corrode_build(pd_ctx *ctx, pd_grid *grid, const pd_stencil *stencil
         for (int d = 0; d < PD_DIM; d++) r->shift[k] += (int32_t)stencil->offset[k * PD_DIM + d] * grid->stride[d];
         r->diffusion += desc->diffusivity * stencil->lap[k];
     }
+    pdi_corrode_phases(r);
     for (int32_t i = 0; i < grid->total; i++) {
-        if (grid->kind[i] == PD_SOLID) r->phase[i] = PDI_CORRODE_SOLID;
-        else if (grid->kind[i] == PD_FLUID) r->phase[i] = PDI_CORRODE_FLUID;
-        else continue;
-        r->c[i] = grid->kind[i] == PD_SOLID ? desc->solid : desc->activation ? desc->bulk : desc->initial;
+        if (grid->kind[i] == PD_SOLID) r->c[i] = desc->solid;
+        if (grid->kind[i] == PD_FLUID) r->c[i] = desc->activation ? desc->bulk : desc->initial;
     }
-    pdi_corrode_ghost_phases(r);
-    pdi_corrode_roles(r);
     PDI_TRY(pdi_corrode_bonds(ctx, r));
     pd_corrode_open(r);
     return PD_OK;
@@ -627,6 +635,24 @@ pd_status pd_corrode_run(pd_ctx *ctx, pd_corrode *r, double t_end)
         pdi_corrode_commit(r, dt);
         if (!(count > 1.0)) r->time = t_end; /* no last step of rounding's length */
     }
+    return PD_OK;
+}
+
+PDI_FN pd_status pdi_corrode_store(pd_ctx *ctx, pd_corrode *r, pd_store *store)
+{
+    PDI_TRY(PDI_STORE(ctx, store, "corrode.c", r->c, r->grid->total));
+    if (r->film) PDI_TRY(PDI_STORE(ctx, store, "corrode.film", r->film, r->grid->total));
+    PDI_TRY(PDI_STORE(ctx, store, "corrode.time", &r->time, 1));
+    PDI_TRY(PDI_STORE(ctx, store, "corrode.start", &r->start, 1));
+    PDI_TRY(PDI_STORE(ctx, store, "corrode.out", &r->out, 1));
+    PDI_TRY(PDI_STORE(ctx, store, "corrode.out_carry", &r->out_carry, 1));
+    PDI_TRY(PDI_STORE(ctx, store, "corrode.steps", &r->steps, 1));
+    PDI_TRY(PDI_STORE(ctx, store, "corrode.changed_count", &r->changed_count, 1));
+    if (r->changed_count < 0 || r->changed_count > r->changed_capacity)
+        return pdi_fail(ctx, PD_ERR_ARGUMENT, "corrode", "'%s' has %d nodes turn fluid, expected 0 to %d",
+                        store->file.path, (int)r->changed_count, (int)r->changed_capacity);
+    PDI_TRY(PDI_STORE(ctx, store, "corrode.changed", r->changed, r->changed_count));
+    if (store->reading) pdi_corrode_phases(r);
     return PD_OK;
 }
 

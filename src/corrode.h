@@ -20,6 +20,7 @@
 #include "front.h"
 #include "grid.h"
 #include "material.h"
+#include "store.h"
 
 typedef enum pd_drive {
     PD_DRIVE_CONSTANT = 0,  /* the law holds at every concentration of the fluid */
@@ -155,6 +156,8 @@ PDI_FN pd_status pdi_corrode_law(pd_ctx *ctx, const pd_corrode *corrode, int32_t
 PDI_FN void pdi_corrode_exchange(pd_ctx *ctx, pd_corrode *corrode, double dt);
 /* Largest loss of a metal node in that, over Cs - Csat. */
 PDI_FN double pdi_corrode_lost(const pd_corrode *corrode);
+/* What steps carry on beside the kinds of the grid, which come first. */
+PDI_FN pd_status pdi_corrode_store(pd_ctx *ctx, pd_corrode *corrode, pd_store *store);
 /* `next` becomes the state, as far as nodes take part. */
 PDI_FN void pdi_corrode_commit(pd_corrode *corrode, double dt);
 #endif

@@ -111,6 +111,7 @@ pd_status pd_couple_start(pd_ctx *ctx, pd_couple *c)
         c->krylov_transport += c->transport_result.krylov;
         if (status < 0) return status;
     }
+    c->started = 1;
     return pdi_couple_balance(ctx, c);
 }
 
@@ -207,7 +208,7 @@ pd_status pd_couple_run(pd_ctx *ctx, pd_couple *c, double t_end, double every, p
     if (!(t_end >= c->time) || !(every >= 0.0))
         return pdi_fail(ctx, PD_ERR_ARGUMENT, "couple", "the run from %g s to %g s with output every %g s", c->time,
                         t_end, every);
-    if (c->steps == 0) {
+    if (!c->started) {
         PDI_TRY(pd_couple_start(ctx, c));
         if (observer && observer(user, c)) return PD_OK;
     }
@@ -226,4 +227,102 @@ pd_status pd_couple_run(pd_ctx *ctx, pd_couple *c, double t_end, double every, p
 double pd_couple_volume_loss(const pd_couple *c)
 {
     return c->solid_start > 0.0 ? 1.0 - c->ledger.solid / c->solid_start : 0.0;
+}
+
+/* ---- state ---- */
+
+/* Lattice and parts, which the file must have alike. */
+static pd_status pdi_couple_alike(pd_ctx *ctx, const pd_couple *c, pd_store *store)
+{
+    const pd_grid *grid = c->grid;
+    const void *const parts[] = {c->flow, c->steady, c->implicit, c->unsteady, c->transport, c->advance, c->dissolve,
+                                 c->corrode, c->recede};
+    static const char *const part_names[] = {"flow", "steady", "implicit", "unsteady", "transport", "advance",
+                                             "dissolve", "corrode", "recede"};
+    static const char *const cells[] = {"cells along x", "cells along y", "cells along z"};
+    static const char *const spacing[] = {"h along x [m]", "h along y [m]", "h along z [m]"};
+    static const char *const low[] = {"low end along x [m]", "low end along y [m]", "low end along z [m]"};
+    for (int d = 0; d < PD_DIM; d++) {
+        PDI_TRY(pd_store_check(ctx, store, cells[d], grid->n[d]));
+        PDI_TRY(pd_store_check(ctx, store, spacing[d], grid->h[d]));
+        PDI_TRY(pd_store_check(ctx, store, low[d], grid->lo[d]));
+    }
+    PDI_TRY(pd_store_check(ctx, store, "ghost layers", grid->ghost));
+    PDI_TRY(pd_store_check(ctx, store, "metal nodes at the start", (double)c->solid_nodes_start));
+    for (size_t k = 0; k < sizeof parts / sizeof parts[0]; k++)
+        PDI_TRY(pd_store_check(ctx, store, part_names[k], parts[k] != NULL));
+    return PD_OK;
+}
+
+/* Turn the metal of the grid fluid where `kind` says so, and let all that follows from kinds follow. */
+static pd_status pdi_couple_turn(pd_ctx *ctx, pd_couple *c, const uint8_t *kind, int32_t *turned)
+{
+    int32_t count = 0;
+    for (int32_t i = 0; i < c->grid->total; i++) {
+        int at[PD_DIM];
+        pdi_grid_index(c->grid, i, at);
+        if (kind[i] == PD_FLUID && c->grid->kind[i] == PD_SOLID && pdi_grid_inside(c->grid, at)) turned[count++] = i;
+    }
+    for (int32_t n = 0; n < count; n++) pdi_grid_dissolve(c->grid, turned[n]);
+    for (int32_t i = 0; i < c->grid->total; i++)
+        if (kind[i] != c->grid->kind[i])
+            return pdi_fail(ctx, PD_ERR_GEOMETRY, "couple", "node %d is of kind %d in the file, expected %d", (int)i,
+                            kind[i], c->grid->kind[i]);
+    if (!count || c->corrode) return PD_OK;
+    PDI_TRY(pd_bonds_update(ctx, turned, count, c->bonds));
+    if (c->flow) PDI_TRY(pd_flow_update(ctx, turned, count, c->flow));
+    if (c->transport) PDI_TRY(pd_transport_update(ctx, c->transport));
+    return c->dissolve ? pdi_dissolve_turned(ctx, c->dissolve, turned, count) : PD_OK;
+}
+
+static pd_status pdi_couple_kinds(pd_ctx *ctx, pd_couple *c, pd_store *store)
+{
+    uint8_t *kind = NULL;
+    int32_t *turned = NULL, total = c->grid->total;
+    int64_t most = c->solid_nodes_start;
+    if (!store->reading) return PDI_STORE(ctx, store, "grid.kind", c->grid->kind, total);
+    pd_status status = PDI_NEW(ctx, "couple", total, kind);
+    if (status == PD_OK) status = PDI_NEW(ctx, "couple", most, turned);
+    if (status == PD_OK) status = PDI_STORE(ctx, store, "grid.kind", kind, total);
+    if (status == PD_OK) status = pdi_couple_turn(ctx, c, kind, turned);
+    PDI_DELETE(ctx, total, kind);
+    PDI_DELETE(ctx, most, turned);
+    return status;
+}
+
+static pd_status pdi_couple_parts(pd_ctx *ctx, pd_couple *c, pd_store *store)
+{
+    if (c->flow) PDI_TRY(pdi_flow_store(ctx, c->flow, store));
+    if (c->steady) PDI_TRY(pdi_steady_store(ctx, c->steady, store));
+    if (c->implicit) PDI_TRY(pdi_implicit_store(ctx, c->implicit, store));
+    if (c->unsteady) PDI_TRY(pdi_unsteady_store(ctx, c->unsteady, store));
+    if (c->transport) PDI_TRY(pdi_transport_store(ctx, c->transport, store));
+    if (c->advance) PDI_TRY(pdi_advance_store(ctx, c->advance, store));
+    if (c->corrode) PDI_TRY(pdi_corrode_store(ctx, c->corrode, store));
+    return c->recede ? pdi_recede_store(ctx, c->recede, store) : PD_OK;
+}
+
+pd_status pd_couple_store(pd_ctx *ctx, pd_couple *c, pd_store *store)
+{
+    pd_steady_result *flow = &c->steady_result;
+    pd_transport_result *transport = &c->transport_result;
+    PDI_TRY(pdi_couple_alike(ctx, c, store));
+    PDI_TRY(pdi_couple_kinds(ctx, c, store));
+    PDI_TRY(pdi_couple_parts(ctx, c, store));
+    PDI_TRY(PDI_STORE(ctx, store, "time", &c->time, 1));
+    PDI_TRY(PDI_STORE(ctx, store, "dt", &c->dt, 1));
+    PDI_TRY(PDI_STORE(ctx, store, "started", &c->started, 1));
+    PDI_TRY(PDI_STORE(ctx, store, "steps", &c->steps, 1));
+    PDI_TRY(PDI_STORE(ctx, store, "flow solves", &c->flow_solves, 1));
+    PDI_TRY(PDI_STORE(ctx, store, "unsolved", &c->unsolved, 1));
+    PDI_TRY(PDI_STORE(ctx, store, "krylov of the flow", &c->krylov_flow, 1));
+    PDI_TRY(PDI_STORE(ctx, store, "krylov of transport", &c->krylov_transport, 1));
+    PDI_TRY(PDI_STORE(ctx, store, "evaluations of the flow", &c->flow_evaluations, 1));
+    PDI_TRY(PDI_STORE(ctx, store, "flow stale", &c->flow_stale, 1));
+    PDI_TRY(PDI_STORE(ctx, store, "momentum residual", &flow->momentum, 1));
+    PDI_TRY(PDI_STORE(ctx, store, "continuity residual", &flow->continuity, 1));
+    PDI_TRY(PDI_STORE(ctx, store, "limiter steps", &transport->limiter, 1));
+    PDI_TRY(PDI_STORE(ctx, store, "change", &transport->change, 1));
+    PDI_TRY(PDI_STORE(ctx, store, "solid at the start", &c->solid_start, 1));
+    return PDI_STORE(ctx, store, "ledger", &c->ledger, 1);
 }

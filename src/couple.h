@@ -46,6 +46,7 @@ typedef struct pd_couple {
     pd_recede *recede;       /* and its implicit steps; NULL: explicit ones */
     double time;             /* [s] */
     double dt;               /* [s] of the last step; corrosion: mean over those of its own in it */
+    int started;
     int64_t steps;           /* of the coupling; corrosion: of its own */
     int64_t flow_solves;
     int64_t unsolved;        /* steps in which the linear solver of transport missed its tolerance */
@@ -67,6 +68,7 @@ typedef int (*pd_observer_fn)(void *user, const pd_couple *couple);
 #define pd_couple_step PD_NAME(pd_couple_step)
 #define pd_couple_run PD_NAME(pd_couple_run)
 #define pd_couple_volume_loss PD_NAME(pd_couple_volume_loss)
+#define pd_couple_store PD_NAME(pd_couple_store)
 
 /* All objects are borrowed and may be NULL as noted above; nothing is allocated, so there is no free. */
 PD_API pd_status pd_couple_build(pd_ctx *ctx, const pd_couple_desc *desc, pd_grid *grid, pd_bonds *bonds, pd_flow *flow,
@@ -78,11 +80,15 @@ PD_API pd_status pd_couple_start(pd_ctx *ctx, pd_couple *couple);
  * PD_NOT_CONVERGED: the step is done, but the linear solver of transport missed its tolerance; what is missing is owed
  * to the next step. */
 PD_API pd_status pd_couple_step(pd_ctx *ctx, pd_couple *couple, double t_limit);
-/* Start if needed, then steps up to t_end [s]; observer may be NULL. Steps end exactly on multiples of `every` [s]
- * (0: only on t_end). PD_NOT_CONVERGED: done, with such steps; `unsolved` counts them. */
+/* Start unless that is done, then steps up to t_end [s]; observer may be NULL. Steps end exactly on multiples of
+ * `every` [s] (0: only on t_end). PD_NOT_CONVERGED: done, with such steps; `unsolved` counts them. */
 PD_API pd_status pd_couple_run(pd_ctx *ctx, pd_couple *couple, double t_end, double every, pd_observer_fn observer,
                                void *user);
 /* Share [-] of the initial solid amount that is gone. */
 PD_API double pd_couple_volume_loss(const pd_couple *couple);
+/* Write what the steps of all parts carry on, or read it into parts that were built alike and have made no step, to go
+ * on with the same bits. Figures of the last step (fluxes of transport and metal) are known again after the next one.
+ * Errors of pd_store_bytes and pd_store_check, PD_ERR_GEOMETRY: metal stands elsewhere; after them only free. */
+PD_API pd_status pd_couple_store(pd_ctx *ctx, pd_couple *couple, pd_store *store);
 
 #endif

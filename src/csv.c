@@ -86,6 +86,18 @@ pd_status pd_csv_create(pd_ctx *ctx, const char *path, const char *comment, cons
     return PD_OK;
 }
 
+PDI_FN pd_status pdi_csv_store(pd_ctx *ctx, pd_store *store, const char *path, int columns, pd_csv *csv)
+{
+    int64_t length = 0;
+    if (!store->reading) PDI_TRY(pdi_file_length(ctx, &csv->file, &length));
+    PDI_TRY(PDI_STORE(ctx, store, "length of a table", &length, 1));
+    if (!store->reading) return PD_OK;
+    memset(csv, 0, sizeof *csv);
+    PDI_TRY(pdi_file_resume(ctx, path, length, &csv->file));
+    csv->columns = columns;
+    return PD_OK;
+}
+
 pd_status pd_csv_row(pd_ctx *ctx, pd_csv *csv, const double *values)
 {
     PDI_TRY(pdi_csv_values(ctx, &csv->file, values, csv->columns));

@@ -6,7 +6,7 @@
  */
 #ifndef PD_CSV_H
 #define PD_CSV_H
-#include "file.h"
+#include "store.h"
 
 #define PD_CSV_COLUMNS 256       /* most columns of a table */
 #define PD_CSV_FILE_LIMIT 67108864 /* [byte] largest table that is read */
@@ -63,5 +63,11 @@ PD_API const char *pd_table_text(const pd_table *table, int row, int column);
 /* values[rows] of the column of this name. PD_ERR_PARSE with file:line: no such column, not a number. */
 PD_API pd_status pd_table_column(pd_ctx *ctx, const pd_table *table, const char *name, double *values);
 PD_API void pd_table_free(pd_ctx *ctx, pd_table *table);
+
+#ifdef PDI_INTERNAL
+/* Note the length of a table that is open; or, reading, open that of `path` and go on from this length: rows behind it
+ * are cut off. PD_ERR_FILE: it is shorter, or another one. */
+PDI_FN pd_status pdi_csv_store(pd_ctx *ctx, pd_store *store, const char *path, int columns, pd_csv *csv);
+#endif
 
 #endif

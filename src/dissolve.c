@@ -337,6 +337,12 @@ static pd_status pdi_dissolve_settle(pd_ctx *ctx, pd_dissolve *d)
     }
 }
 
+PDI_FN pd_status pdi_dissolve_turned(pd_ctx *ctx, pd_dissolve *d, const int32_t *turned, int32_t count)
+{
+    for (int32_t n = 0; n < count; n++) pdi_dissolve_expose(d, turned[n]);
+    return pdi_dissolve_collect(ctx, d);
+}
+
 pd_status pd_dissolve_finish(pd_ctx *ctx, pd_dissolve *d, double dt)
 {
     double span = pdi_dissolve_span(d);
@@ -349,8 +355,7 @@ pd_status pd_dissolve_finish(pd_ctx *ctx, pd_dissolve *d, double dt)
     for (int32_t f = 0; f < d->front_count; f++) d->transport->c[d->front[f]] -= dt * span * d->rate[d->front[f]];
     PDI_TRY(pdi_dissolve_settle(ctx, d));
     if (!d->changed_count) return PD_OK;
-    for (int32_t n = 0; n < d->changed_count; n++) pdi_dissolve_expose(d, d->changed[n]);
-    return pdi_dissolve_collect(ctx, d);
+    return pdi_dissolve_turned(ctx, d, d->changed, d->changed_count);
 }
 
 double pd_dissolve_stock(pd_ctx *ctx, const pd_dissolve *d)

@@ -61,4 +61,9 @@ PD_API pd_status pd_dissolve_finish(pd_ctx *ctx, pd_dissolve *dissolve, double d
 PD_API double pd_dissolve_stock(pd_ctx *ctx, const pd_dissolve *dissolve);
 PD_API void pd_dissolve_free(pd_ctx *ctx, pd_dissolve *dissolve);
 
+#ifdef PDI_INTERNAL
+/* Nodes have turned fluid: who is exposed now. */
+PDI_FN pd_status pdi_dissolve_turned(pd_ctx *ctx, pd_dissolve *dissolve, const int32_t *turned, int32_t count);
+#endif
+
 #endif

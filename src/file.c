@@ -239,6 +239,78 @@ PDI_FN void pdi_file_abandon(pd_file *file)
     file->part[0] = 0;
 }
 
+PDI_FN void pdi_file_remove(const char *path)
+{
+    char part[PD_PATH_SIZE + 8];
+    snprintf(part, sizeof part, "%s.part", path);
+    remove(part);
+    remove(path);
+}
+
+/* Going on, and reading piece by piece. */
+
+PDI_FN pd_status pdi_file_open(pd_ctx *ctx, const char *path, pd_file *file)
+{
+    memset(file, 0, sizeof *file);
+    PDI_TRY(pdi_file_check_path(ctx, path));
+    strcpy(file->path, path);
+    errno = 0;
+    file->stream = fopen(path, "rb");
+    if (!file->stream) return pdi_file_fail(ctx, "open", path, errno);
+    return PD_OK;
+}
+
+PDI_FN pd_status pdi_file_get(pd_ctx *ctx, pd_file *file, void *data, size_t size, size_t *got)
+{
+    errno = 0;
+    *got = fread(data, 1, size, (FILE *)file->stream);
+    if (*got < size && ferror((FILE *)file->stream)) return pdi_file_fail(ctx, "read", file->path, errno);
+    return PD_OK;
+}
+
+PDI_FN pd_status pdi_file_length(pd_ctx *ctx, pd_file *file, int64_t *length)
+{
+    PDI_TRY(pdi_file_flush(ctx, file));
+    errno = 0;
+    long end = fseek((FILE *)file->stream, 0, SEEK_END) == 0 ? ftell((FILE *)file->stream) : -1;
+    if (end < 0) return pdi_file_fail(ctx, "measure", file->path, errno);
+    *length = end;
+    return PD_OK;
+}
+
+static pd_status pdi_file_copy(pd_ctx *ctx, pd_file *from, int64_t length, pd_file *to)
+{
+    char bytes[4096], last = '\n';
+    size_t got;
+    for (int64_t left = length; left > 0; left -= (int64_t)got) {
+        size_t wanted = left < (int64_t)sizeof bytes ? (size_t)left : sizeof bytes;
+        PDI_TRY(pdi_file_get(ctx, from, bytes, wanted, &got));
+        if (got < wanted)
+            return pdi_fail(ctx, PD_ERR_FILE, "file", "'%s' holds %.0f bytes, expected at least the %.0f to go on from",
+                            from->path, (double)(length - left) + (double)got, (double)length);
+        PDI_TRY(pdi_file_write(ctx, to, bytes, got));
+        last = bytes[got - 1];
+    }
+    if (last != '\n')
+        return pdi_fail(ctx, PD_ERR_FILE, "file", "no line of '%s' ends at byte %.0f: it is not the file to go on from",
+                        from->path, (double)length);
+    return PD_OK;
+}
+
+PDI_FN pd_status pdi_file_resume(pd_ctx *ctx, const char *path, int64_t length, pd_file *file)
+{
+    pd_file from;
+    PDI_TRY(pdi_file_open(ctx, path, &from));
+    pd_status status = pdi_file_create(ctx, path, file);
+    if (status == PD_OK) {
+        status = pdi_file_copy(ctx, &from, length, file);
+        if (status == PD_OK) status = pdi_file_commit(ctx, file);
+        else pdi_file_abandon(file);
+    }
+    pdi_file_abandon(&from);
+    return status == PD_OK ? pdi_file_append(ctx, path, file) : status;
+}
+
 /* Numbers: the C library follows the locale of the host program, files must not. */
 
 PDI_FN void pdi_file_number(double value, char *text)

@@ -3,7 +3,8 @@
  * A file under its final name is always complete: a writer fills `<path>.part` and renames it when everything has
  * arrived. A log that must be readable while the run goes on (diagnostics.csv) gets its header that way and is then
  * reopened for appending; every row is one write followed by a flush, so a killed program loses at most the row in
- * flight. (Nothing is forced through the disk cache: power failures are not covered, C99 has no call for it.)
+ * flight. (Nothing is forced through the disk cache: power failures are not covered, C99 has no call for it.) A log
+ * that a checkpoint has seen goes on from the length it had then.
  */
 #ifndef PD_FILE_H
 #define PD_FILE_H
@@ -40,6 +41,17 @@ PDI_FN pd_status pdi_file_read(pd_ctx *ctx, const char *path, size_t limit, char
 PDI_FN pd_status pdi_file_create(pd_ctx *ctx, const char *path, pd_file *file);
 /* Open an existing or new file and write behind its end. */
 PDI_FN pd_status pdi_file_append(pd_ctx *ctx, const char *path, pd_file *file);
+/* The same with the first `length` bytes of an existing file, which end a line; what stands behind them is cut off.
+ * PD_ERR_FILE: it is shorter, or another one. */
+PDI_FN pd_status pdi_file_resume(pd_ctx *ctx, const char *path, int64_t length, pd_file *file);
+/* Bytes of a file that is appended to. */
+PDI_FN pd_status pdi_file_length(pd_ctx *ctx, pd_file *file, int64_t *length);
+/* Open a file to read it piece by piece; pdi_file_abandon closes it. */
+PDI_FN pd_status pdi_file_open(pd_ctx *ctx, const char *path, pd_file *file);
+/* Read `size` bytes; *got is less at the end of the file only. */
+PDI_FN pd_status pdi_file_get(pd_ctx *ctx, pd_file *file, void *data, size_t size, size_t *got);
+/* Remove a file, and one that was being written aside under that name; either may be missing. */
+PDI_FN void pdi_file_remove(const char *path);
 /* Short writes are errors. */
 PDI_FN pd_status pdi_file_write(pd_ctx *ctx, pd_file *file, const void *data, size_t size);
 PDI_FN pd_status pdi_file_text(pd_ctx *ctx, pd_file *file, const char *text);

@@ -362,6 +362,16 @@ pd_status pd_flow_update(pd_ctx *ctx, const int32_t *changed, int32_t count, pd_
     return pdi_flow_inlets(ctx, flow);
 }
 
+PDI_FN pd_status pdi_flow_store(pd_ctx *ctx, pd_flow *flow, pd_store *store)
+{
+    int32_t total = flow->grid->total;
+    PDI_TRY(PDI_STORE(ctx, store, "flow.u", flow->u, (int64_t)PD_DIM * total));
+    PDI_TRY(PDI_STORE(ctx, store, "flow.p", flow->p, total));
+    PDI_TRY(PDI_STORE(ctx, store, "flow.evaluations", &flow->evaluations, 1));
+    if (store->reading) pd_flow_prepare(ctx, flow);
+    return PD_OK;
+}
+
 void pd_flow_free(pd_ctx *ctx, pd_flow *flow)
 {
     int32_t total = flow->grid ? flow->grid->total : 0;

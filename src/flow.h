@@ -7,6 +7,7 @@
 #ifndef PD_FLOW_H
 #define PD_FLOW_H
 #include "bond.h"
+#include "store.h"
 
 typedef struct pd_flow_desc {
     double rho;             /* [kg/m3] */
@@ -90,6 +91,8 @@ PDI_FN void pdi_flow_gradient(const pd_ctx *ctx, const pd_flow *flow, const doub
 /* Momentum and continuity terms M(u, P) (eq. 4.1, 4.2); ghosts must be filled. */
 PDI_FN void pdi_flow_terms_apply(const pd_ctx *ctx, const pd_flow *flow, const pdi_flow_terms *t, double *ru,
                                  double *rc);
+/* What steps carry on; with all that follows from it after reading. */
+PDI_FN pd_status pdi_flow_store(pd_ctx *ctx, pd_flow *flow, pd_store *store);
 /* Volume flux per volume [1/s] of the bond k from node i to its far end, pressure flux included (eq. 4.4). */
 PDI_FN double pdi_flow_bond_flux(const pd_flow *flow, int32_t i, int k);
 #endif

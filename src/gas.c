@@ -636,6 +636,17 @@ pd_status pd_gas_build(pd_ctx *ctx, const pd_grid *grid, const pd_bonds *bonds, 
     return PD_OK;
 }
 
+pd_status pd_gas_store(pd_ctx *ctx, pd_gas *gas, pd_store *store)
+{
+    PDI_TRY(PDI_STORE(ctx, store, "gas.state", gas->state, (int64_t)PD_GAS_FIELDS * gas->grid->total));
+    PDI_TRY(PDI_STORE(ctx, store, "gas.time", &gas->time, 1));
+    PDI_TRY(PDI_STORE(ctx, store, "gas.steps", &gas->steps, 1));
+    PDI_TRY(PDI_STORE(ctx, store, "gas.rejected", &gas->rejected, 1));
+    PDI_TRY(PDI_STORE(ctx, store, "gas.lowered", &gas->lowered, 1));
+    int32_t bad = store->reading ? pdi_gas_convert_all(ctx, gas) : -1;
+    return bad < 0 ? PD_OK : pdi_gas_refuse(ctx, gas, bad);
+}
+
 void pd_gas_free(pd_ctx *ctx, pd_gas *gas)
 {
     int64_t total = gas->grid ? gas->grid->total : 0;

@@ -10,6 +10,7 @@
 #ifndef PD_GAS_H
 #define PD_GAS_H
 #include "bond.h"
+#include "store.h"
 
 /* Fields of a state: the density, PD_DIM components of the momentum (or velocity), the energy (or pressure). */
 #define PD_GAS_FIELDS (PD_DIM + 2)
@@ -53,6 +54,7 @@ typedef struct pd_gas {
 #define pd_gas_step PD_NAME(pd_gas_step)
 #define pd_gas_run PD_NAME(pd_gas_run)
 #define pd_gas_stock PD_NAME(pd_gas_stock)
+#define pd_gas_store PD_NAME(pd_gas_store)
 #define pd_gas_free PD_NAME(pd_gas_free)
 
 /* Grid and bonds are borrowed and must not change. Sides: periodic, mirror, wall; outlets let pass what comes (zero
@@ -70,6 +72,9 @@ PD_API pd_status pd_gas_step(pd_ctx *ctx, pd_gas *gas, double dt);
 PD_API pd_status pd_gas_run(pd_ctx *ctx, pd_gas *gas, double t_end);
 /* stock [PD_GAS_FIELDS]: mass [kg], momentum [kg m/s], energy [J] of all fluid nodes (1D: per m2; 2D: per m). */
 PD_API void pd_gas_stock(pd_ctx *ctx, const pd_gas *gas, double *stock);
+/* Write what steps carry on, or read it into a gas built alike, to go on with the same bits. Errors of
+ * pd_store_bytes; PD_ERR_STATE: the state is not admissible. */
+PD_API pd_status pd_gas_store(pd_ctx *ctx, pd_gas *gas, pd_store *store);
 PD_API void pd_gas_free(pd_ctx *ctx, pd_gas *gas);
 
 #endif

@@ -124,6 +124,16 @@ pd_status pd_implicit_run(pd_ctx *ctx, pd_implicit *im, double t_end)
     return PD_OK;
 }
 
+PDI_FN pd_status pdi_implicit_store(pd_ctx *ctx, pd_implicit *im, pd_store *store)
+{
+    PDI_TRY(PDI_STORE(ctx, store, "implicit.time", &im->time, 1));
+    PDI_TRY(PDI_STORE(ctx, store, "implicit.dt", &im->dt, 1));
+    PDI_TRY(PDI_STORE(ctx, store, "implicit.error", &im->error, 1));
+    PDI_TRY(PDI_STORE(ctx, store, "implicit.steps", &im->steps, 1));
+    PDI_TRY(PDI_STORE(ctx, store, "implicit.rejected", &im->rejected, 1));
+    return PDI_STORE(ctx, store, "implicit.evaluations", &im->evaluations, 1);
+}
+
 void pd_implicit_free(pd_ctx *ctx, pd_implicit *im)
 {
     int64_t total = im->flow ? im->flow->grid->total : 0;

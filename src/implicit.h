@@ -43,4 +43,9 @@ PD_API pd_status pd_implicit_step(pd_ctx *ctx, pd_implicit *implicit, double dt)
 PD_API pd_status pd_implicit_run(pd_ctx *ctx, pd_implicit *implicit, double t_end);
 PD_API void pd_implicit_free(pd_ctx *ctx, pd_implicit *implicit);
 
+#ifdef PDI_INTERNAL
+/* What steps carry on beside the flow. */
+PDI_FN pd_status pdi_implicit_store(pd_ctx *ctx, pd_implicit *implicit, pd_store *store);
+#endif
+
 #endif

@@ -323,16 +323,22 @@ static pd_status pdi_monitor_profile(pd_ctx *ctx, const pd_monitors *all, pd_mon
                             sherwood ? "Sh [-]" : "density [mol/m2/s]", path);
 }
 
+static pd_status pdi_monitor_table_path(pd_ctx *ctx, const pd_monitors *all, const pd_monitor *m, char *path)
+{
+    char file[2 * PD_SETUP_NAME];
+    snprintf(file, sizeof file, "%s_%s.csv", pdi_setup_monitor_name(m->desc->kind), m->desc->name);
+    return pd_file_join(ctx, all->folder, file, path);
+}
+
 static pd_status pdi_monitor_table(pd_ctx *ctx, const pd_monitors *all, pd_monitor *m)
 {
-    char names[PD_MONITOR_FIGURES + 1][64], file[2 * PD_SETUP_NAME], path[PD_PATH_SIZE];
+    char names[PD_MONITOR_FIGURES + 1][64], path[PD_PATH_SIZE];
     const char *list[PD_MONITOR_FIGURES + 1];
     snprintf(names[0], sizeof names[0], "time [s]");
     for (int k = 0; k < m->count; k++)
         snprintf(names[k + 1], sizeof names[0], "%s [%s]", m->figure[k].key, m->figure[k].unit);
     for (int k = 0; k <= m->count; k++) list[k] = names[k];
-    snprintf(file, sizeof file, "%s_%s.csv", pdi_setup_monitor_name(m->desc->kind), m->desc->name);
-    PDI_TRY(pd_file_join(ctx, all->folder, file, path));
+    PDI_TRY(pdi_monitor_table_path(ctx, all, m, path));
     return pd_csv_create(ctx, path, NULL, list, m->count + 1, &m->table);
 }
 
@@ -377,11 +383,37 @@ pd_status pd_monitors_build(pd_ctx *ctx, pd_model *model, pd_monitors *all)
     return PD_OK;
 }
 
-pd_status pd_monitors_open(pd_ctx *ctx, pd_monitors *all, const char *folder)
+static pd_status pdi_monitor_folder(pd_ctx *ctx, pd_monitors *all, const char *folder)
 {
     if (strlen(folder) >= PD_PATH_SIZE)
         return pdi_fail(ctx, PD_ERR_SIZE, "monitor", "the path of the folder is too long");
     memcpy(all->folder, folder, strlen(folder) + 1);
+    return PD_OK;
+}
+
+pd_status pd_monitors_save(pd_ctx *ctx, pd_monitors *all, pd_store *store)
+{
+    for (int k = 0; k < all->model->setup->monitors; k++)
+        if (all->monitor[k].count) PDI_TRY(pdi_csv_store(ctx, store, NULL, 0, &all->monitor[k].table));
+    return PD_OK;
+}
+
+pd_status pd_monitors_resume(pd_ctx *ctx, pd_monitors *all, const char *folder, pd_store *store)
+{
+    char path[PD_PATH_SIZE];
+    PDI_TRY(pdi_monitor_folder(ctx, all, folder));
+    for (int k = 0; k < all->model->setup->monitors; k++) {
+        pd_monitor *m = &all->monitor[k];
+        if (m->count == 0) continue;
+        PDI_TRY(pdi_monitor_table_path(ctx, all, m, path));
+        PDI_TRY(pdi_csv_store(ctx, store, path, m->count + 1, &m->table));
+    }
+    return PD_OK;
+}
+
+pd_status pd_monitors_open(pd_ctx *ctx, pd_monitors *all, const char *folder)
+{
+    PDI_TRY(pdi_monitor_folder(ctx, all, folder));
     for (int k = 0; k < all->model->setup->monitors; k++)
         if (all->monitor[k].count) PDI_TRY(pdi_monitor_table(ctx, all, &all->monitor[k]));
     return PD_OK;

@@ -40,6 +40,8 @@ typedef struct pd_monitors {
 
 #define pd_monitors_build PD_NAME(pd_monitors_build)
 #define pd_monitors_open PD_NAME(pd_monitors_open)
+#define pd_monitors_save PD_NAME(pd_monitors_save)
+#define pd_monitors_resume PD_NAME(pd_monitors_resume)
 #define pd_monitors_step PD_NAME(pd_monitors_step)
 #define pd_monitors_frame PD_NAME(pd_monitors_frame)
 #define pd_monitors_print PD_NAME(pd_monitors_print)
@@ -51,6 +53,9 @@ typedef struct pd_monitors {
 PD_API pd_status pd_monitors_build(pd_ctx *ctx, pd_model *model, pd_monitors *monitors);
 /* Start the tables in an existing folder. PD_ERR_FILE. */
 PD_API pd_status pd_monitors_open(pd_ctx *ctx, pd_monitors *monitors, const char *folder);
+/* Note where the tables stand, and, in place of pd_monitors_open, go on with them from there. */
+PD_API pd_status pd_monitors_save(pd_ctx *ctx, pd_monitors *monitors, pd_store *store);
+PD_API pd_status pd_monitors_resume(pd_ctx *ctx, pd_monitors *monitors, const char *folder, pd_store *store);
 /* The present figures, and a row of the tables that are open. */
 PD_API pd_status pd_monitors_step(pd_ctx *ctx, pd_monitors *monitors);
 /* Profiles and plots of this instant, after its step. */

@@ -137,4 +137,10 @@ void pd_observe(pd_ctx *ctx, pd_model *m, pd_observables *o)
     pdi_observe_flux(ctx, m, o);
 }
 
+PDI_FN pd_status pdi_observe_store(pd_ctx *ctx, pd_observables *o, pd_store *store)
+{
+    PDI_TRY(PDI_STORE(ctx, store, "flux", &o->flux, 1));
+    return PDI_STORE(ctx, store, "flux_max", &o->flux_max, 1);
+}
+
 #undef PDI_OBSERVE_FAR

@@ -30,4 +30,9 @@ PD_API pd_status pd_observe_build(pd_ctx *ctx, const pd_model *model, pd_observa
 PD_API void pd_observe(pd_ctx *ctx, pd_model *model, pd_observables *o);
 PD_API void pd_observe_free(pd_ctx *ctx, pd_observables *o);
 
+#ifdef PDI_INTERNAL
+/* What is kept of the instants so far. The build belongs to the start, before the model is read. */
+PDI_FN pd_status pdi_observe_store(pd_ctx *ctx, pd_observables *o, pd_store *store);
+#endif
+
 #endif

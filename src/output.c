@@ -324,7 +324,8 @@ static pd_status pdi_output_reserve(pd_ctx *ctx, pd_output *out)
     return PDI_NEW(ctx, "output", out->cells, out->paint);
 }
 
-pd_status pd_output_open(pd_ctx *ctx, pd_model *model, const char *folder, pd_output *out)
+/* All but the tables. */
+static pd_status pdi_output_begin(pd_ctx *ctx, pd_model *model, const char *folder, pd_output *out)
 {
     char path[PD_PATH_SIZE];
     memset(out, 0, sizeof *out);
@@ -336,8 +337,47 @@ pd_status pd_output_open(pd_ctx *ctx, pd_model *model, const char *folder, pd_ou
     PDI_TRY(pdi_output_reserve(ctx, out));
     PDI_TRY(pd_file_make_directory(ctx, folder));
     PDI_TRY(pd_file_join(ctx, folder, "simulation.pvd", path));
-    PDI_TRY(pd_pvd_init(ctx, path, &out->pvd));
+    return pd_pvd_init(ctx, path, &out->pvd);
+}
+
+pd_status pd_output_open(pd_ctx *ctx, pd_model *model, const char *folder, pd_output *out)
+{
+    PDI_TRY(pdi_output_begin(ctx, model, folder, out));
     return pdi_output_tables(ctx, out);
+}
+
+static pd_status pdi_output_store(pd_ctx *ctx, pd_output *out, pd_store *store)
+{
+    PDI_TRY(PDI_STORE(ctx, store, "frame", &out->frame, 1));
+    PDI_TRY(PDI_STORE(ctx, store, "time of the last frame", &out->written, 1));
+    PDI_TRY(pdi_pvd_store(ctx, &out->pvd, store));
+    PDI_TRY(PDI_STORE(ctx, store, "rows", &out->rows, 1));
+    if (out->rows > out->room) {
+        PDI_TRY(PDI_GROW(ctx, "output", out->room, out->rows, out->time));
+        PDI_TRY(PDI_GROW(ctx, "output", out->room, out->rows, out->loss));
+        out->room = out->rows;
+    }
+    PDI_TRY(PDI_STORE(ctx, store, "times of the curve", out->time, out->rows));
+    return PDI_STORE(ctx, store, "losses of the curve", out->loss, out->rows);
+}
+
+pd_status pd_output_save(pd_ctx *ctx, pd_output *out, pd_store *store)
+{
+    PDI_TRY(pdi_output_store(ctx, out, store));
+    PDI_TRY(pdi_csv_store(ctx, store, NULL, 0, &out->diagnostics));
+    return out->model->setup->probes ? pdi_csv_store(ctx, store, NULL, 0, &out->probes) : PD_OK;
+}
+
+pd_status pd_output_resume(pd_ctx *ctx, pd_model *model, const char *folder, pd_store *store, pd_output *out)
+{
+    char path[PD_PATH_SIZE];
+    PDI_TRY(pdi_output_begin(ctx, model, folder, out));
+    PDI_TRY(pdi_output_store(ctx, out, store));
+    PDI_TRY(pd_file_join(ctx, folder, "diagnostics.csv", path));
+    PDI_TRY(pdi_csv_store(ctx, store, path, PDI_OUTPUT_COLUMNS, &out->diagnostics));
+    if (model->setup->probes == 0) return PD_OK;
+    PDI_TRY(pd_file_join(ctx, folder, "probes.csv", path));
+    return pdi_csv_store(ctx, store, path, pdi_output_probe_row(out, NULL, NULL, PD_CSV_COLUMNS), &out->probes);
 }
 
 pd_status pd_output_frame(pd_ctx *ctx, pd_output *out)

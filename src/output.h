@@ -30,6 +30,8 @@ typedef struct pd_output {
 } pd_output;
 
 #define pd_output_open PD_NAME(pd_output_open)
+#define pd_output_save PD_NAME(pd_output_save)
+#define pd_output_resume PD_NAME(pd_output_resume)
 #define pd_output_step PD_NAME(pd_output_step)
 #define pd_output_frame PD_NAME(pd_output_frame)
 #define pd_output_close PD_NAME(pd_output_close)
@@ -37,6 +39,11 @@ typedef struct pd_output {
 
 /* Make the folder and start the tables. model is borrowed. PD_ERR_FILE. */
 PD_API pd_status pd_output_open(pd_ctx *ctx, pd_model *model, const char *folder, pd_output *out);
+/* Note where the files stand. */
+PD_API pd_status pd_output_save(pd_ctx *ctx, pd_output *out, pd_store *store);
+/* In place of pd_output_open: go on with the files of a folder where they stood then; what came later is cut off.
+ * PD_ERR_FILE: a table is missing or shorter than it was. */
+PD_API pd_status pd_output_resume(pd_ctx *ctx, pd_model *model, const char *folder, pd_store *store, pd_output *out);
 /* A row of the tables. */
 PD_API pd_status pd_output_step(pd_ctx *ctx, pd_output *out, const pd_observables *o);
 /* Fields and pictures of this instant; a second call at the same time does nothing. */

@@ -379,6 +379,20 @@ pd_status pd_recede_build(pd_ctx *ctx, pd_corrode *corrode, const pd_recede_desc
     return pdi_recede_allocate(ctx, r);
 }
 
+PDI_FN pd_status pdi_recede_store(pd_ctx *ctx, pd_recede *r, pd_store *store)
+{
+    int32_t total = r->corrode->grid->total;
+    PDI_TRY(PDI_STORE(ctx, store, "recede.moved", r->moved, total));
+    PDI_TRY(PDI_STORE(ctx, store, "recede.state", r->state, total));
+    PDI_TRY(PDI_STORE(ctx, store, "recede.last_dt", &r->last_dt, 1));
+    PDI_TRY(PDI_STORE(ctx, store, "recede.next_dt", &r->next_dt, 1));
+    PDI_TRY(PDI_STORE(ctx, store, "recede.front_dt", &r->front_dt, 1));
+    PDI_TRY(PDI_STORE(ctx, store, "recede.turned", &r->turned, 1));
+    PDI_TRY(PDI_STORE(ctx, store, "recede.newton", &r->newton, 1));
+    PDI_TRY(PDI_STORE(ctx, store, "recede.iterations", &r->iterations, 1));
+    return PDI_STORE(ctx, store, "recede.rejected", &r->rejected, 1);
+}
+
 void pd_recede_free(pd_ctx *ctx, pd_recede *r)
 {
     int64_t total = r->corrode && r->corrode->grid ? r->corrode->grid->total : 0;

@@ -72,4 +72,9 @@ PD_API pd_status pd_recede_next(pd_ctx *ctx, pd_recede *recede, double t_end);
 PD_API pd_status pd_recede_run(pd_ctx *ctx, pd_recede *recede, double t_end);
 PD_API void pd_recede_free(pd_ctx *ctx, pd_recede *recede);
 
+#ifdef PDI_INTERNAL
+/* What steps carry on beside the corrosion. */
+PDI_FN pd_status pdi_recede_store(pd_ctx *ctx, pd_recede *recede, pd_store *store);
+#endif
+
 #endif

@@ -1,5 +1,6 @@
 /* run: see run.h */
 #include "run.h"
+#include "checkpoint.h"
 #include "monitor.h"
 #include "output.h"
 #include "par.h"
@@ -22,6 +23,9 @@ typedef struct pdi_run {
     pd_status status;     /* of the observer */
     int stopped;
     double started, told; /* [s] clock */
+    double kept;          /* [s] clock of the last checkpoint */
+    const char *folder;
+    char checkpoint[PD_PATH_SIZE];
 } pdi_run;
 
 static void pdi_run_progress(pdi_run *r)
@@ -35,11 +39,12 @@ static void pdi_run_progress(pdi_run *r)
     r->desc->print(r->desc->print_user, PD_PRINT_PROGRESS, line);
 }
 
-/* Fields are due at multiples of `every`, at the end, and when the run is stopped. */
+/* Fields are due at multiples of `every`, at the end, and when a run is stopped that nobody can go on with. */
 static int pdi_run_due(const pdi_run *r)
 {
     double time = r->model.couple.time, every = r->setup->every, next = r->output.written + 0.5 * every;
-    if (r->output.written < 0.0 || r->stopped || !(time < r->setup->until)) return 1;
+    int over = (r->stopped && !r->desc->checkpoints) || !(time < r->setup->until);
+    if (r->output.written < 0.0 || over) return 1;
     double multiple = floor(time / every + 0.5) * every;
     return time >= next && fabs(time - multiple) <= 1e-9 * every;
 }
@@ -58,13 +63,92 @@ static pd_status pdi_run_write(pdi_run *r)
     return pdi_run_due(r) ? pdi_run_frame(r) : PD_OK;
 }
 
+/* ---- checkpoints ---- */
+
+/* What a checkpoint holds before the places in the files. */
+static pd_status pdi_run_store(pdi_run *r, pd_store *store)
+{
+    double now = pdi_par_clock(), spent = now - r->started;
+    PDI_TRY(pdi_checkpoint_model(r->ctx, &r->model, store));
+    PDI_TRY(pdi_observe_store(r->ctx, &r->observables, store));
+    PDI_TRY(PDI_STORE(r->ctx, store, "wall time [s]", &spent, 1));
+    r->started = now - spent;
+    return PD_OK;
+}
+
+static pd_status pdi_run_save(pdi_run *r)
+{
+    pd_store store;
+    PDI_TRY(pd_store_create(r->ctx, r->checkpoint, &store));
+    pd_status status = pdi_run_store(r, &store);
+    if (status == PD_OK) status = pd_output_save(r->ctx, &r->output, &store);
+    if (status == PD_OK) status = pd_monitors_save(r->ctx, &r->monitors, &store);
+    if (status == PD_OK) return pd_store_close(r->ctx, &store);
+    pd_store_abandon(&store);
+    return status;
+}
+
+/* A checkpoint when one is due. A run goes on without, unless it was to stop. */
+static pd_status pdi_run_keep(pdi_run *r)
+{
+    char line[PD_MESSAGE_SIZE + 80];
+    double now = pdi_par_clock();
+    if (!r->desc->checkpoints || (!r->stopped && now - r->kept < r->desc->checkpoint_every)) return PD_OK;
+    r->kept = now;
+    pd_status status = pdi_run_save(r);
+    if (status == PD_OK || r->stopped) return status;
+    snprintf(line, sizeof line, "no checkpoint at t = %g s, the one before stays: %s", r->model.couple.time,
+             r->ctx->message);
+    if (r->desc->print) r->desc->print(r->desc->print_user, PD_PRINT_NOTE, line);
+    return PD_OK;
+}
+
+static pd_status pdi_run_read(pdi_run *r)
+{
+    pd_store store;
+    PDI_TRY(pd_store_open(r->ctx, r->checkpoint, &store));
+    pd_status status = pdi_run_store(r, &store);
+    if (status == PD_OK) status = pd_output_resume(r->ctx, &r->model, r->folder, &store, &r->output);
+    if (status == PD_OK) status = pd_monitors_resume(r->ctx, &r->monitors, r->folder, &store);
+    if (status == PD_OK) return pd_store_close(r->ctx, &store);
+    pd_store_abandon(&store);
+    return status;
+}
+
+/* Go on where a checkpoint was made. */
+static pd_status pdi_run_resume(pdi_run *r, pd_run_result *result)
+{
+    char line[80];
+    pd_status status = pdi_run_read(r);
+    result->bad_input = status < 0 && status != PD_ERR_MEMORY && status != PD_ERR_LIMIT;
+    if (status < 0) return status;
+    snprintf(line, sizeof line, "goes on from t = %g s", r->model.couple.time);
+    if (r->desc->print) r->desc->print(r->desc->print_user, PD_PRINT_SUMMARY, line);
+    return PD_OK;
+}
+
+/* The files of a run: anew, or those of a checkpoint. */
+static pd_status pdi_run_open(pdi_run *r, pd_run_result *result)
+{
+    if (r->desc->dry) return PD_OK;
+    PDI_TRY(pd_file_join(r->ctx, r->folder, PD_RUN_CHECKPOINT, r->checkpoint));
+    if (r->desc->resume) return pdi_run_resume(r, result);
+    pdi_file_remove(r->checkpoint);
+    PDI_TRY(pd_output_open(r->ctx, &r->model, r->folder, &r->output));
+    return pd_monitors_open(r->ctx, &r->monitors, r->folder);
+}
+
+/* ---- steps ---- */
+
 static int pdi_run_observe(void *user, const pd_couple *couple)
 {
     pdi_run *r = (pdi_run *)user;
     (void)couple;
     pd_observe(r->ctx, &r->model, &r->observables);
-    if (r->desc->stop && r->desc->stop(r->desc->stop_user)) r->stopped = 1;
+    int before_end = r->model.couple.time < r->setup->until;
+    if (before_end && r->desc->stop && r->desc->stop(r->desc->stop_user)) r->stopped = 1;
     if (!r->desc->dry) r->status = pdi_run_write(r);
+    if (!r->desc->dry && before_end && r->status >= 0) r->status = pdi_run_keep(r);
     pdi_run_progress(r);
     return r->stopped || r->status < 0;
 }
@@ -79,7 +163,9 @@ static pd_status pdi_run_steps(pdi_run *r)
     if (r->desc->dry) return PD_OK;
     PDI_TRY(pd_monitors_close(r->ctx, &r->monitors));
     pd_monitors_print(&r->monitors, r->desc->print, r->desc->print_user);
-    return pd_output_close(r->ctx, &r->output);
+    PDI_TRY(pd_output_close(r->ctx, &r->output));
+    if (!r->stopped) pdi_file_remove(r->checkpoint);
+    return PD_OK;
 }
 
 static void pdi_run_collect(const pdi_run *r, pd_run_result *result)
@@ -137,13 +223,12 @@ static pd_status pdi_run_build(pdi_run *r, pd_run_result *result)
 
 static pd_status pdi_run_built(pdi_run *r, pd_run_result *result)
 {
-    const char *folder = r->desc->folder ? r->desc->folder : r->setup->folder;
+    r->folder = r->desc->folder ? r->desc->folder : r->setup->folder;
     pd_summary_print(&r->model, r->desc->print, r->desc->print_user);
     pdi_run_collect(r, result);
     if (r->desc->check) return PD_OK;
     PDI_TRY(pd_observe_build(r->ctx, &r->model, &r->observables));
-    if (!r->desc->dry) PDI_TRY(pd_output_open(r->ctx, &r->model, folder, &r->output));
-    if (!r->desc->dry) PDI_TRY(pd_monitors_open(r->ctx, &r->monitors, folder));
+    PDI_TRY(pdi_run_open(r, result));
     pd_status status = pdi_run_steps(r);
     result->unknowns = 0;
     pdi_run_collect(r, result);
@@ -158,7 +243,7 @@ pd_status pd_run(pd_ctx *ctx, const pd_setup *setup, const pd_run_desc *desc, pd
     r->ctx = ctx;
     r->desc = desc;
     r->setup = setup;
-    r->started = r->told = pdi_par_clock();
+    r->started = r->told = r->kept = pdi_par_clock();
     if (setup->threads > 0 && ctx->threads == 0) ctx->threads = setup->threads;
     pd_status status = pdi_run_build(r, result);
     if (status == PD_OK) status = pdi_run_built(r, result);

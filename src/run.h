@@ -21,13 +21,19 @@ typedef struct pd_run_desc {
     pd_figures *figures;     /* zeroed; gets the last figures of the run, for pd_figures_free. NULL: not wanted */
     pd_print_fn print;       /* NULL: silent */
     void *print_user;
-    int (*stop)(void *user); /* asked after every step; not 0: the run ends there. NULL: never */
+    int (*stop)(void *user); /* asked after every step before the end; not 0: the run ends there. NULL: never */
     void *stop_user;
+    int checkpoints;         /* 1: keep the state in the folder, in PD_RUN_CHECKPOINT, now and then and when stopped */
+    double checkpoint_every; /* [s] of wall time, 0: after every step */
+    int resume;              /* 1: go on from the checkpoint in the folder; the files become, byte for byte, those of a
+                              * run that was never stopped */
 } pd_run_desc;
+
+#define PD_RUN_CHECKPOINT "checkpoint.bin"
 
 typedef struct pd_run_result {
     char name[PD_SETUP_NAME];
-    int bad_input;        /* the failure lies in the setup, nothing was written */
+    int bad_input;        /* the failure lies in the setup or checkpoint, nothing was computed */
     int stopped;          /* by desc.stop */
     double time;          /* [s] reached */
     double h;             /* [m] along x */
@@ -50,7 +56,9 @@ typedef struct pd_run_result {
 #define pd_run PD_NAME(pd_run)
 #define pd_run_line PD_NAME(pd_run_line)
 
-/* Build the model, print the summary, run, write the files. On failure the files hold all steps before it. */
+/* Build the model, print the summary, run, write the files. On failure the files hold all steps before it. The
+ * checkpoint goes when the run is complete, and when another run begins in its folder. With checkpoints a run that is
+ * stopped writes no fields of that instant, which a run that goes on does not have. */
 PD_API pd_status pd_run(pd_ctx *ctx, const pd_setup *setup, const pd_run_desc *desc, pd_run_result *result);
 /* "result case=... dim=2 h=5e-06 m=3 volume_loss=..." into text[size]; the caller appends its times. */
 PD_API void pd_run_line(const pd_run_result *result, char *text, size_t size);

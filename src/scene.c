@@ -2,6 +2,7 @@
 #include "scene.h"
 #include "chart.h"
 #include "flat.h"
+#include "identity.h"
 #include "sketch.h"
 #include "syntax.h"
 #include "watch.h"
@@ -694,6 +695,7 @@ pd_status pd_scene_read(pd_ctx *ctx, const char *path, const char *const *overri
     pd_status status = pd_text_read(ctx, path, &text);
     if (status == PD_OK) {
         status = pdi_scene_text(ctx, &text, path, overrides, count, setup);
+        if (status == PD_OK) status = pdi_identity_build(ctx, &text, setup);
         pd_text_free(ctx, &text);
     }
     if (status < 0) pd_setup_free(ctx, setup);

@@ -293,6 +293,11 @@ PDI_FN pd_status pdi_steady_stage(pd_ctx *ctx, pd_steady *s, double rate, const 
     return result->converged ? PD_OK : PD_RETRY;
 }
 
+PDI_FN pd_status pdi_steady_store(pd_ctx *ctx, pd_steady *s, pd_store *store)
+{
+    return PDI_STORE(ctx, store, "steady.norm0", &s->norm0, 1);
+}
+
 void pd_steady_free(pd_ctx *ctx, pd_steady *s)
 {
     int64_t size = s->flow ? pdi_steady_size(s->flow) : 0;

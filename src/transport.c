@@ -602,6 +602,15 @@ pd_status pd_transport_build(pd_ctx *ctx, const pd_grid *grid, const pd_bonds *b
     return pdi_convect_build(ctx, &t->convect);
 }
 
+/* The tolerance of the next step depends on the fluxes of the last one. */
+PDI_FN pd_status pdi_transport_store(pd_ctx *ctx, pd_transport *t, pd_store *store)
+{
+    int32_t total = t->grid->total;
+    PDI_TRY(PDI_STORE(ctx, store, "transport.c", t->c, total));
+    PDI_TRY(PDI_STORE(ctx, store, "transport.carry", t->carry, total));
+    return t->flow ? PDI_STORE(ctx, store, "transport.anti", t->anti, total) : PD_OK;
+}
+
 void pd_transport_free(pd_ctx *ctx, pd_transport *t)
 {
     int64_t total = t->grid ? t->grid->total : 0;

@@ -116,6 +116,8 @@ PDI_FN pd_status pdi_transport_stage(pd_ctx *ctx, pd_transport *transport, doubl
                                      pd_transport_result *result);
 /* out [total] [mol/m3/s]: residual of the last stage, what it left undone. */
 PDI_FN void pdi_transport_residual(const pd_ctx *ctx, const pd_transport *transport, double *out);
+/* What steps carry on beside the flow, which comes first; sources are those of the next step. */
+PDI_FN pd_status pdi_transport_store(pd_ctx *ctx, pd_transport *transport, pd_store *store);
 /* 1 when c lies within the bounds of `start` and the inflow. */
 PDI_FN int pdi_transport_within(const pd_transport *transport, const double *start);
 #endif

@@ -212,6 +212,15 @@ pd_status pd_unsteady_run(pd_ctx *ctx, pd_unsteady *un, double t_end)
     return PD_OK;
 }
 
+PDI_FN pd_status pdi_unsteady_store(pd_ctx *ctx, pd_unsteady *un, pd_store *store)
+{
+    PDI_TRY(PDI_STORE(ctx, store, "unsteady.density", un->density, un->flow->grid->total));
+    PDI_TRY(PDI_STORE(ctx, store, "unsteady.time", &un->time, 1));
+    PDI_TRY(PDI_STORE(ctx, store, "unsteady.steps", &un->steps, 1));
+    if (store->reading) pdi_unsteady_fill(ctx, un);
+    return PD_OK;
+}
+
 void pd_unsteady_free(pd_ctx *ctx, pd_unsteady *un)
 {
     int64_t total = un->flow ? un->flow->grid->total : 0;

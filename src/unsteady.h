@@ -49,4 +49,9 @@ PD_API pd_status pd_unsteady_step(pd_ctx *ctx, pd_unsteady *unsteady, double dt)
 PD_API pd_status pd_unsteady_run(pd_ctx *ctx, pd_unsteady *unsteady, double t_end);
 PD_API void pd_unsteady_free(pd_ctx *ctx, pd_unsteady *unsteady);
 
+#ifdef PDI_INTERNAL
+/* What steps carry on beside the flow, which comes first. */
+PDI_FN pd_status pdi_unsteady_store(pd_ctx *ctx, pd_unsteady *unsteady, pd_store *store);
+#endif
+
 #endif

@@ -249,3 +249,17 @@ pd_status pd_pvd_add(pd_ctx *ctx, pd_pvd *pvd, double time, const char *file)
     pvd->count++;
     return PD_OK;
 }
+
+PDI_FN pd_status pdi_pvd_store(pd_ctx *ctx, pd_pvd *pvd, pd_store *store)
+{
+    int64_t size = (int64_t)pvd->size;
+    PDI_TRY(PDI_STORE(ctx, store, "collection.last", &pvd->last, 1));
+    PDI_TRY(PDI_STORE(ctx, store, "collection.count", &pvd->count, 1));
+    PDI_TRY(PDI_STORE(ctx, store, "collection.size", &size, 1));
+    if (size > (int64_t)pvd->capacity) {
+        PDI_TRY(PDI_GROW(ctx, "pvd", pvd->capacity, size, pvd->entries));
+        pvd->capacity = (size_t)size;
+    }
+    pvd->size = (size_t)size;
+    return PDI_STORE(ctx, store, "collection", pvd->entries, size);
+}

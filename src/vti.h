@@ -10,6 +10,7 @@
 #include "base.h"
 #include "file.h"
 #include "grid.h"
+#include "store.h"
 
 /* How a field is stored in the file. In memory both floating types are arrays of double. */
 typedef enum pd_vti_type {
@@ -50,5 +51,10 @@ PD_API pd_status pd_pvd_init(pd_ctx *ctx, const char *path, pd_pvd *pvd);
  * directory of the collection is listed by its name alone, so that the directory can be moved. */
 PD_API pd_status pd_pvd_add(pd_ctx *ctx, pd_pvd *pvd, double time, const char *file);
 PD_API void pd_pvd_free(pd_ctx *ctx, pd_pvd *pvd);
+
+#ifdef PDI_INTERNAL
+/* The entries of a collection, into an empty one. */
+PDI_FN pd_status pdi_pvd_store(pd_ctx *ctx, pd_pvd *pvd, pd_store *store);
+#endif
 
 #endif

@@ -261,6 +261,14 @@ rejects "unknown override" \
     "command line: found the key 'nothing', which no section of bad.scene has, expected section.key" nothing=1
 rejects "unknown label" \
     "command line: found the section [side y], expected one of bad.scene (its labels: x-, x+)" side.y.C=1
+base > bad.scene
+for time in 10 "10 m" "-1 s" s "" never; do
+    rejects "checkpoint '$time'" \
+        "--checkpoint expects a time such as 10min or 0 s, or off; pd2d --help tells the usage" --checkpoint "$time"
+done
+rejects "check and resume" "--check runs nothing, which leaves --resume nothing to do; pd2d --help tells the usage" \
+    --check --resume
+rejects "nothing to resume" "file: cannot open 'out/checkpoint.bin': No such file or directory" --quiet --resume
 printf 'dx = 5e-6\nR_wir = 40e-6\n' > bad.scene
 rejects "flat: unknown key" \
     "bad.scene:2: found the unknown key 'R_wir' in the file, expected one of dx, m_ratio, R_wire, L_wire, \

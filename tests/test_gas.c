@@ -442,5 +442,35 @@ TEST(shock_comes_back_from_a_wall)
 #define WAVES
 #endif
 
+/* A state that went through a file gives the same bits. */
+TEST(goes_on_from_a_file)
+{
+    scene a, b;
+    setup u;
+    pd_store store;
+    tube sod = SOD;
+    const char *path = "gas_state.bin";
+    setup_init(&u, 60, 4, PD_SIDE_OUTLET, PD_SIDE_PERIODIC);
+    u.m = 3.0;
+    u.gas.initial = tube_state;
+    u.gas.initial_user = &sod;
+    if (!CHECK_OK(&a.ctx, scene_build(&a, &u)) || !CHECK_OK(&b.ctx, scene_build(&b, &u))) return;
+    CHECK_OK(&a.ctx, pd_gas_run(&a.ctx, &a.gas, 0.1));
+    CHECK_OK(&a.ctx, pd_store_create(&a.ctx, path, &store));
+    CHECK_OK(&a.ctx, pd_gas_store(&a.ctx, &a.gas, &store));
+    CHECK_OK(&a.ctx, pd_store_close(&a.ctx, &store));
+    CHECK_OK(&b.ctx, pd_store_open(&b.ctx, path, &store));
+    CHECK_OK(&b.ctx, pd_gas_store(&b.ctx, &b.gas, &store));
+    CHECK_OK(&b.ctx, pd_store_close(&b.ctx, &store));
+    remove(path);
+    CHECK_OK(&a.ctx, pd_gas_run(&a.ctx, &a.gas, 0.2));
+    CHECK_OK(&b.ctx, pd_gas_run(&b.ctx, &b.gas, 0.2));
+    CHECK(a.gas.steps > 10);
+    CHECK_INT(a.gas.steps, b.gas.steps);
+    CHECK_INT(memcmp(a.gas.state, b.gas.state, (size_t)a.grid.total * PD_GAS_FIELDS * sizeof(double)), 0);
+    scene_free(&a);
+    scene_free(&b);
+}
+
 TEST_MAIN(ENTRY(exact_solution_itself) ENTRY(sod) ENTRY(sod_converges) ENTRY(positivity) ENTRY(advected_density) WAVES
-          ENTRY(sound_between_walls) ENTRY(shock_comes_back_from_a_wall))
+          ENTRY(sound_between_walls) ENTRY(shock_comes_back_from_a_wall) ENTRY(goes_on_from_a_file))

@@ -1,0 +1,55 @@
+/* store: state on its way into a file or back: named items with lengths and checksums. One function of a module lists
+ * what it keeps, for both ways.
+ *
+ *   pd_store_create(&ctx, "state", &store)  or  pd_store_open(&ctx, "state", &store)
+ *   pd_store_bytes(&ctx, &store, "c", c, sizeof *c, count)     writes or fills c
+ *   pd_store_close(&ctx, &store)
+ *
+ * Head, in the byte order of the machine: "PDSTORE\n", 4 bytes that tell this order, format, dimension, 4 bytes 0,
+ * version of pdcorr [32], 4 bytes 0, CRC-32 of these. Item: name [32], count [8], bytes of an element [4], CRC-32 of
+ * these; elements, their CRC-32. The last item is named "end", counts the items before it, and has no elements.
+ */
+#ifndef PD_STORE_H
+#define PD_STORE_H
+#include "file.h"
+
+#define PD_STORE_FORMAT 1u
+#define PD_STORE_NAME 32 /* [byte] of a name with its end */
+
+/* Zero-initialise. */
+typedef struct pd_store {
+    pd_file file;
+    int reading;
+    uint64_t items; /* so far */
+} pd_store;
+
+#define pd_store_create PD_NAME(pd_store_create)
+#define pd_store_open PD_NAME(pd_store_open)
+#define pd_store_bytes PD_NAME(pd_store_bytes)
+#define pd_store_check PD_NAME(pd_store_check)
+#define pd_store_close PD_NAME(pd_store_close)
+#define pd_store_abandon PD_NAME(pd_store_abandon)
+
+/* Begin a file aside; one under this name stays until pd_store_close. PD_ERR_FILE. */
+PD_API pd_status pd_store_create(pd_ctx *ctx, const char *path, pd_store *store);
+/* Open a file that is whole: all checksums are looked at before anything is handed out. PD_ERR_FILE: it cannot be read,
+ * is cut off or damaged. PD_ERR_ARGUMENT: of another format, version, dimension or byte order. */
+PD_API pd_status pd_store_open(pd_ctx *ctx, const char *path, pd_store *store);
+/* Write `count` elements of `size` bytes, or read them, in the order in which they were written. PD_ERR_ARGUMENT: what
+ * comes next in the file has another name or length. */
+PD_API pd_status pd_store_bytes(pd_ctx *ctx, pd_store *store, const char *name, void *data, size_t size,
+                                int64_t count);
+/* Write a number, or see that it is the same. PD_ERR_ARGUMENT: it is another one. */
+PD_API pd_status pd_store_check(pd_ctx *ctx, pd_store *store, const char *name, double value);
+/* Put the file in place, or see that all of it was read. Closed on failure, too. */
+PD_API pd_status pd_store_close(pd_ctx *ctx, pd_store *store);
+/* Close, and remove what was written aside. Allowed on a closed or zeroed store. */
+PD_API void pd_store_abandon(pd_store *store);
+
+#ifdef PDI_INTERNAL
+/* PDI_STORE(ctx, store, "flow.p", flow->p, n) moves n elements of *flow->p. */
+#define PDI_STORE(ctx, store, name, array, count) \
+    pd_store_bytes((ctx), (store), (name), (array), sizeof *(array), (int64_t)(count))
+#endif
+
+#endif

@@ -1,0 +1,149 @@
+/* checkpoint_scene: scenes of every kind of run, small ones, and folders compared byte for byte. Include it behind
+ * `#define _XOPEN_SOURCE 700`. */
+#ifndef CHECKPOINT_SCENE_H
+#define CHECKPOINT_SCENE_H
+#include "scene_file.h"
+#include <dirent.h>
+
+#if PD_DIM == 2
+#define ACROSS(range) ", " range
+#define ZERO ", 0 um"
+#define NONE ", 0 m/s2"
+#define HOURS "7 h"
+#define MOMENT "3 ms"
+#define WHILE "4 ms"
+#define SECONDS "1 s"
+#define SLICE
+#else
+#define ACROSS(range) ", " range ", " range
+#define ZERO ", 0 um, 0 um"
+#define NONE ", 0 m/s2, 0 m/s2"
+#define HOURS "4.5 h"
+#define MOMENT "30 us"
+#define WHILE "0.8 ms"
+#define SECONDS "0.4 s"
+#define SLICE "  slice = z 2 um"
+#endif
+
+/* All that can watch a flow and what it carries. */
+#define WATCHES \
+    "[probe a] at = 80 um" ZERO "  fields = C, v, p\n[line b] from = -40 um" ZERO "  to = 95 um" ZERO \
+    "  points = 7  fields = C, v  images = C\n[plane c] at = x 70 um\n" \
+    "[force d] box = -30 um .. 60 um" ACROSS("-25 um .. 25 um") "  balance = no\n" \
+    "[total e]\n"
+#define CHANNEL "[grid] h = 10 um  m = 2  box = -50 um .. 100 um" ACROSS("-40 um .. 40 um") "\n"
+#define THROUGH \
+    "[side x-] flow = inlet  profile = uniform  mean = 0.01 m/s  C = 0\n[side x+] flow = outlet\n" \
+    "[flow] rho = 1000 kg/m3  mu = 1e-3 Pa s\n"
+#define PIN "[shape pin] box = 0 .. 40 um" ACROSS("-20 um .. 20 um") "  kind = solid  material = mg4ag"
+#define LAW "  rate = 2 um/h * (1 - C/Csat)  Csat = 56 mol/m3"
+#define FRAMES(every) "[output] every = " every "  fields = C, v, p, kind  images = C" SLICE "\n"
+
+/* Flow, transport and dissolution with grains, and all that watches. */
+#define COUPLED \
+    CHANNEL PIN "  grains = 20 um\n" THROUGH "[transport] D = 1e-9 m2/s\n[dissolve] gb_factor = 3" LAW "\n" \
+    "[run] until = " HOURS "  fraction = 0.3\n[output] every = 2 h  fields = C, v, p, kind, rate, density, grain" \
+    "  images = C, kind" SLICE "\n" WATCHES \
+    "[transfer f] box = -30 um .. 60 um" ACROSS("-25 um .. 25 um") "  along = x  length = 40 um" \
+    "  surface = 56 mol/m3  fluid = inlet\n"
+
+/* Dissolution at rest in a periodic box. */
+#define AT_REST \
+    CHANNEL PIN "\n[side x-] flow = periodic\n[side x+] flow = periodic\n[side y-] flow = mirror\n" \
+    "[transport] D = 1e-12 m2/s  initial = 5 mol/m3\n[dissolve] rate = 2 um/h\n[run] until = " HOURS "\n" \
+    "[output] every = 2 h  fields = C, kind\n[total e]\n"
+
+/* Flow in time with transport of controlled error, and transport of a given flow. */
+#define MOVING(time) \
+    CHANNEL "[side x-] flow = periodic\n[side x+] flow = periodic\n[shape pin] box = 0 .. 40 um" \
+    ACROSS("-20 um .. 20 um") "  kind = wall\n[flow] rho = 1000 kg/m3  mu = 1e-3 Pa s  speed = 0.01 m/s" \
+    "  length = 60 um  force = 30 m/s2" NONE time "\n[transport] D = 1e-7 m2/s" \
+    "  initial = if(x < 0 um, 1 mol/m3, 0 mol/m3)\n"
+#define IMPLICIT MOVING("  time = implicit") "[run] until = " MOMENT "  rtol = 1e-2\n" FRAMES(MOMENT) WATCHES
+#define EXPLICIT MOVING("  time = explicit  c0 = 0.2 m/s") "[run] until = " WHILE "  max_step = 0.2 ms\n" \
+    FRAMES("0.5 ms") WATCHES
+#define GIVEN \
+    CHANNEL "[side x-] flow = open\n[side x+] flow = open\n[flow] rho = 1000 kg/m3  mu = 1e-3 Pa s  time = given" \
+    "  speed = 0.01 m/s  length = 80 um" \
+    "  vx = 0.01 m/s\n[transport] D = 1e-7 m2/s  initial = if(x < 0 um, 1 mol/m3, 0 mol/m3)\n" \
+    "[run] until = " WHILE "  rtol = 1e-2\n" FRAMES("0.4 ms") "[total e]\n"
+
+/* Bond-based corrosion. */
+#define METAL \
+    "[grid] h = 1 um  m = 3  box = -12 um .. 12 um" ACROSS("-6 um .. 6 um") "\n[shape block] box = -12 um .. 0 um" \
+    ACROSS("-6 um .. 6 um") "\n[shape pit] ball = 0 um" ZERO "  radius = 4 um\n" \
+    "[shape metal] difference = block, pit  kind = solid  material = steel304\n[side x+] flow = open\n"
+#define WATCHED "  fields = C, kind, density  images = C" SLICE "\n[total e]\n[line b] from = -11 um" ZERO \
+    "  to = 11 um" ZERO "  points = 9  fields = C\n"
+#define DIFFUSION "[corrode] Cs = 143 mol/L  Csat = 5.1 mol/L  D = 8.5e-10 m2/s  current = 5 A/cm2"
+#define CORRODE_IMPLICIT \
+    METAL DIFFUSION "\n[run] until = " SECONDS "  max_step = 0.05 s\n[output] every = 0.2 s" WATCHED
+#define CORRODE_EXPLICIT METAL DIFFUSION "  time = explicit\n[run] until = 0.1 s  max_step = 9 ms\n" \
+    "[output] every = 0.03 s" WATCHED
+#define CORRODE_ACTIVATION \
+    METAL "[corrode] control = activation  rate = 1 um/s  Cs = 143 mol/L  Csat = 5.1 mol/L\n" \
+    "[run] until = 3 s  max_step = 0.25 s\n[output] every = 1 s" WATCHED
+
+static const struct {
+    const char *name, *text;
+} kinds[] = {{"coupled", COUPLED},
+             {"at rest", AT_REST},
+             {"implicit flow", IMPLICIT},
+             {"explicit flow", EXPLICIT},
+             {"given flow", GIVEN},
+             {"corrosion, implicit", CORRODE_IMPLICIT},
+             {"corrosion, explicit", CORRODE_EXPLICIT},
+             {"corrosion, activation", CORRODE_ACTIVATION}};
+#define KINDS ((int)(sizeof kinds / sizeof kinds[0]))
+
+/* All bytes of a file; NULL: it cannot be read. The caller frees them. */
+static inline char *bytes_of(const char *path, size_t *size)
+{
+    FILE *file = fopen(path, "rb");
+    char *bytes = NULL;
+    *size = 0;
+    if (!file) return NULL;
+    if (fseek(file, 0, SEEK_END) == 0) {
+        *size = (size_t)ftell(file);
+        rewind(file);
+        bytes = (char *)malloc(*size + 1);
+        if (bytes && fread(bytes, 1, *size, file) != *size) *size = 0;
+    }
+    fclose(file);
+    return bytes;
+}
+
+/* Files of folder `a` that are not the same in folder `b`. */
+static inline int others(const char *a, const char *b, int *files)
+{
+    DIR *all = opendir(path_of(a));
+    struct dirent *entry;
+    int count = 0;
+    *files = 0;
+    if (!all) return 1;
+    while ((entry = readdir(all)) != NULL) {
+        char one[600], two[600];
+        size_t size, other;
+        if (entry->d_name[0] == '.') continue;
+        snprintf(one, sizeof one, "%.200s/%.250s", path_of(a), entry->d_name);
+        snprintf(two, sizeof two, "%.200s/%.250s", path_of(b), entry->d_name);
+        char *x = bytes_of(one, &size), *y = bytes_of(two, &other);
+        int same = x && y && size == other && memcmp(x, y, size) == 0;
+        if (!same) NOTE("%s: %.0f bytes in %s, %.0f in %s", entry->d_name, (double)size, a, (double)other, b);
+        count += !same;
+        ++*files;
+        free(x);
+        free(y);
+    }
+    closedir(all);
+    return count;
+}
+
+/* Both folders hold the same files with the same bytes. */
+static inline int same_folders(const char *a, const char *b)
+{
+    int files, more;
+    return CHECK_INT(others(a, b, &files), 0) && CHECK_INT(others(b, a, &more), 0) && CHECK(files > 3);
+}
+
+#endif
