@@ -93,6 +93,54 @@ sanitize: ## the test programs under the address and undefined-behaviour sanitiz
 .PHONY: sanitized-logs
 sanitized-logs: $(TEST_LOGS)
 
+# One fuzzer after the other, FUZZ_TIME seconds each, in 2D; seeds come from the examples. What ends one lies in
+# build/fuzz/; give it back to the program to see it again.
+FUZZ_TIME ?= 60
+FUZZERS := $(patsubst tests/fuzz/%.c,%,$(wildcard tests/fuzz/*.c))
+FUZZ_FLAGS = -std=c99 -O1 -g -DPDI_SPLIT -DPD_DEBUG -DPD_DIM=2 -fno-sanitize-recover=all
+FUZZ_CHECKS = address,undefined,float-cast-overflow
+
+fuzz: ## run the fuzzers of all readers of files for FUZZ_TIME (60) seconds each; needs clang
+	@if command -v clang > /dev/null; then $(MAKE) --no-print-directory fuzz-all; \
+	else echo "clang is not installed: no fuzzer was run"; fi
+
+.PHONY: fuzz fuzz-all fuzz-programs
+fuzz-programs: $(FUZZERS:%=$(BUILD)/fuzz/%)
+
+fuzz-all: fuzz-programs
+	sh tools/fuzz.sh $(BUILD)/fuzz $(FUZZ_TIME) $(FUZZERS)
+
+$(BUILD)/fuzz/obj/%.o: src/%.c $(HEADERS)
+	@mkdir -p $(@D)
+	$(building) clang $(FUZZ_FLAGS) -fsanitize=fuzzer-no-link,$(FUZZ_CHECKS) -c $< -o $@
+
+$(FUZZERS:%=$(BUILD)/fuzz/%): $(BUILD)/fuzz/%: tests/fuzz/%.c tests/fuzz/fuzz.h $(SOURCES:src/%.c=$(BUILD)/fuzz/obj/%.o)
+	$(building) clang $(FUZZ_FLAGS) -fsanitize=fuzzer,$(FUZZ_CHECKS) -Isrc $< $(SOURCES:src/%.c=$(BUILD)/fuzz/obj/%.o) -o $@ -lm
+
+# Clean on src/ in every dimension: .clang-tidy tells the checks of clang-tidy, tools/static.sh those of cppcheck.
+.PHONY: static static-quick valgrind test32
+static: ## clang-tidy and cppcheck on src/, in three dimensions, as far as they are installed
+	sh tools/static.sh "1 2 3" cppcheck clang-tidy
+
+static-quick: ## cppcheck in 2D alone
+	sh tools/static.sh 2 cppcheck
+
+VALGRIND_TESTS = test_base_2d test_text_1d test_png_2d test_scene_1d test_file_2d test_bond_1d
+valgrind: $(VALGRIND_TESTS:%=$(BUILD)/%) ## a handful of quick test programs under valgrind
+	sh tools/valgrind.sh $^
+
+# Test programs of floors 0 to 3 with 32-bit pointers; needs the C library for them (gcc-multilib).
+TESTS32 = base_2d rng_2d expr_2d shape_2d stencil_2d grid_2d bond_2d krylov_2d multigrid_2d file_2d text_2d png_2d
+test32: ## the tests of floors 0 to 3 built with -m32 and run
+	@if printf '#include <stdio.h>\nint main(void) { return 0; }\n' | $(CC) -m32 -x c - -o $(BUILD)/probe32 2> /dev/null; then \
+	  mkdir -p $(BUILD)/32/logs; rm -f $(BUILD)/32/logs/*.log; \
+	  $(MAKE) -k --no-print-directory BUILD=$(BUILD)/32 OPENMP=0 EXTRA='-m32 -msse2 -mfpmath=sse' logs32 || true; \
+	  sh tools/sum.sh $(patsubst %,$(BUILD)/32/logs/test_%.log,$(TESTS32)); \
+	else echo "32-bit programs cannot be built here: install gcc-multilib"; fi
+
+.PHONY: logs32
+logs32: $(patsubst %,$(LOGS)/test_%.log,$(TESTS32))
+
 clean: ## remove what was built
 	rm -rf $(BUILD)
 

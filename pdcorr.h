@@ -51,6 +51,7 @@
  *   text       the text of a scene, sections of `key = value` pairs, and the typed look-up of its values.
  *   refer      files that a scene names.
  *   deflate    compression into the zlib format (RFC 1950, RFC 1951), its checksums, and a growing byte buffer.
+ *   store      state on its way into a file or back: named items with lengths and checksums. One function of a module lists
  *   inflate    decompression of the zlib format (RFC 1950, RFC 1951).
  *   png        reading and writing PNG images (W3C PNG, second edition), without any other library.
  *   canvas     drawing on an RGB image: rectangles, smooth lines and discs, text in a font of our own.
@@ -81,8 +82,10 @@
  *   recede     implicit steps of bond-based corrosion (corrode.h) under diffusion control, as long as the front allows.
  *   couple     one dissolution run: steady flow, implicit transport, dissolution steps with error control, the ledger.
  *   setup      everything that a run needs to know, as data: what scene files and flat files are turned into.
+ *   budget     the memory of a run, from its setup alone: nothing is built for it.
  *   syntax     the sections of a scene and their keys, checked before anything is read: a misspelt key is reported as such
  *   chart      reads the [table NAME] sections of a scene: functions through the points of CSV files, for all expressions
+ *   identity   what makes a scene this one and no other: its name, sections and pairs with overrides, masks; not the
  *   sketch     the [shape NAME] sections of a scene: primitives, voxel masks, set operations, materials and grains.
  *   flat       the `key = value` parameter file of the Mg-pin project (SI numbers without units) as a setup.
  *   watch      reads from a scene what a run shall watch: probes, lines, planes, forces, mass transfer, totals.
@@ -90,6 +93,7 @@
  *   inlet      prescribed velocity behind the inlets of a box: where a side is open, how wide, and the profile over it.
  *   wall       what the walls of a setup do: sides of the box move along themselves, sides and shapes hold a concentration.
  *   model      the objects of one run, built from a setup: grid, bonds and only the physics that the setup asks for.
+ *   checkpoint the state of a model in a file, and back into a model built from the same setup.
  *   observe    the figures of one instant of a run: losses, extremes, and the flux of the flow along its way.
  *   sample     values of the fields of a model at nodes and at points.
  *   output     the files of a run: fields, pictures, diagnostics, probes, the curve of the volume loss.
@@ -225,6 +229,8 @@ PD_API const char *pd_status_text(pd_status status);
 /* The one place that every failure passes: sets ctx->status and ctx->message ("where: ..."), returns status. */
 PDI_FN pd_status pdi_fail(pd_ctx *ctx, pd_status status, const char *where, const char *format, ...)
     PD_PRINTF_LIKE(4, 5);
+/* 1: memory was lacking, which no other step, guess or file mends. */
+static inline int pdi_lacks_memory(pd_status status) { return status == PD_ERR_MEMORY || status == PD_ERR_LIMIT; }
 /* slot is the address of a pointer of any type (read and written as bytes, so that no aliasing rule is bent).
  * pdi_alloc: slot gets count * size zeroed bytes (count 0: one element, so that NULL always means failure). */
 PDI_FN pd_status pdi_alloc(pd_ctx *ctx, const char *where, size_t count, size_t size, void *slot);
@@ -1543,7 +1549,8 @@ PDI_FN double pdi_sdirk_plan(double planned, double dt, double factor);
  * A file under its final name is always complete: a writer fills `<path>.part` and renames it when everything has
  * arrived. A log that must be readable while the run goes on (diagnostics.csv) gets its header that way and is then
  * reopened for appending; every row is one write followed by a flush, so a killed program loses at most the row in
- * flight. (Nothing is forced through the disk cache: power failures are not covered, C99 has no call for it.)
+ * flight. (Nothing is forced through the disk cache: power failures are not covered, C99 has no call for it.) A log
+ * that a checkpoint has seen goes on from the length it had then.
  */
 #ifndef PD_FILE_H
 #define PD_FILE_H
@@ -1571,6 +1578,8 @@ PD_API pd_status pd_file_frame_name(pd_ctx *ctx, const char *prefix, int frame, 
                                     char *name);
 
 #ifdef PDI_INTERNAL
+/* 1: the path stays below the folder it is taken from: not absolute, no drive, no '..' among its parts. */
+PDI_FN int pdi_file_below(const char *path);
 /* Read a whole file of at most `limit` bytes. data gets size + 1 bytes, the last one 0, so that text can be parsed in
  * place; free with PDI_DELETE(ctx, size + 1, data). PD_ERR_FILE: missing, unreadable, larger than the limit. */
 PDI_FN pd_status pdi_file_read(pd_ctx *ctx, const char *path, size_t limit, char **data, size_t *size);
@@ -1579,6 +1588,17 @@ PDI_FN pd_status pdi_file_read(pd_ctx *ctx, const char *path, size_t limit, char
 PDI_FN pd_status pdi_file_create(pd_ctx *ctx, const char *path, pd_file *file);
 /* Open an existing or new file and write behind its end. */
 PDI_FN pd_status pdi_file_append(pd_ctx *ctx, const char *path, pd_file *file);
+/* The same with the first `length` bytes of an existing file, which end a line; what stands behind them is cut off.
+ * PD_ERR_FILE: it is shorter, or another one. */
+PDI_FN pd_status pdi_file_resume(pd_ctx *ctx, const char *path, int64_t length, pd_file *file);
+/* Bytes of a file that is appended to. */
+PDI_FN pd_status pdi_file_length(pd_ctx *ctx, pd_file *file, int64_t *length);
+/* Open a file to read it piece by piece; pdi_file_abandon closes it. */
+PDI_FN pd_status pdi_file_open(pd_ctx *ctx, const char *path, pd_file *file);
+/* Read `size` bytes; *got is less at the end of the file only. */
+PDI_FN pd_status pdi_file_get(pd_ctx *ctx, pd_file *file, void *data, size_t size, size_t *got);
+/* Remove a file, and one that was being written aside under that name; either may be missing. */
+PDI_FN void pdi_file_remove(const char *path);
 /* Short writes are errors. */
 PDI_FN pd_status pdi_file_write(pd_ctx *ctx, pd_file *file, const void *data, size_t size);
 PDI_FN pd_status pdi_file_text(pd_ctx *ctx, pd_file *file, const char *text);
@@ -1660,6 +1680,7 @@ typedef struct pd_text {
     int asked_count, asked_room;
     pd_text_block *block; /* own the strings; they stay where they are until pd_text_free */
     int block_count, block_room;
+    pd_status failed; /* of a call that could not say so: not enough memory */
 } pd_text;
 
 typedef struct pd_word_list {
@@ -1701,11 +1722,11 @@ PD_API pd_status pd_text_override(pd_ctx *ctx, pd_text *text, const char *argume
 PD_API int pd_text_flat(const pd_text *text);
 
 /* Index of the section for the calls below; label NULL is "". A section that is absent has no keys. Section 0 has
- * the name "". -1: out of memory. */
+ * the name "". -1: out of memory, which the next call that returns a status tells. */
 PD_API int pd_text_section(pd_ctx *ctx, pd_text *text, const char *name, const char *label);
 /* The next section of that name behind index `after` in file order; start with -1. -1: no more. */
 PD_API int pd_text_next(pd_ctx *ctx, pd_text *text, const char *name, int after);
-/* 1 when the section has the key; key NULL: when the section is present. */
+/* 1 when the section has the key; key NULL: when the section is present. Out of memory: 0, told as above. */
 PD_API int pd_text_has(pd_ctx *ctx, pd_text *text, int section, const char *key);
 
 /* Look-ups. fallback is the default as text, read like a value from the file; NULL: the key is required. unit gives
@@ -1760,7 +1781,8 @@ PD_API pd_status pd_text_unused(pd_ctx *ctx, const pd_text *text);
  * at the end. PD_ERR_PARSE: no such key; PD_ERR_ARGUMENT: too long. */
 PDI_FN pd_status pdi_refer_path(pd_ctx *ctx, pd_text *text, int section, const char *key, const char *folder,
                                 char *path);
-/* The file cannot be used, as the last message says: the same with the line that names it. PD_ERR_ARGUMENT. */
+/* Put "file:line: key" before the message of a failed call, whose cause is the value of that key. Returns
+ * PD_ERR_ARGUMENT, or the status of the call when it lacked memory. */
 PDI_FN pd_status pdi_refer_fail(pd_ctx *ctx, const pd_text *text, int section, const char *key);
 #endif
 
@@ -1792,6 +1814,62 @@ PDI_FN pd_status pdi_deflate(pd_ctx *ctx, const uint8_t *data, size_t size, pdi_
 PDI_FN uint32_t pdi_deflate_crc(uint32_t crc, const uint8_t *data, size_t size);
 /* Adler-32 (RFC 1950). */
 PDI_FN uint32_t pdi_deflate_adler(const uint8_t *data, size_t size);
+#endif
+
+#endif
+
+/* ======== >>store.h ======== */
+/* store: state on its way into a file or back: named items with lengths and checksums. One function of a module lists
+ * what it keeps, for both ways.
+ *
+ *   pd_store_create(&ctx, "state", &store)  or  pd_store_open(&ctx, "state", &store)
+ *   pd_store_bytes(&ctx, &store, "c", c, sizeof *c, count)     writes or fills c
+ *   pd_store_close(&ctx, &store)
+ *
+ * Head, in the byte order of the machine: "PDSTORE\n", 4 bytes that tell this order, format, dimension, 4 bytes 0,
+ * version of pdcorr [32], 4 bytes 0, CRC-32 of these. Item: name [32], count [8], bytes of an element [4], CRC-32 of
+ * these; elements, their CRC-32. The last item is named "end", counts the items before it, and has no elements.
+ */
+#ifndef PD_STORE_H
+#define PD_STORE_H
+
+#define PD_STORE_FORMAT 1u
+#define PD_STORE_NAME 32 /* [byte] of a name with its end */
+
+/* Zero-initialise. */
+typedef struct pd_store {
+    pd_file file;
+    int reading;
+    uint64_t items; /* so far */
+} pd_store;
+
+#define pd_store_create PD_NAME(pd_store_create)
+#define pd_store_open PD_NAME(pd_store_open)
+#define pd_store_bytes PD_NAME(pd_store_bytes)
+#define pd_store_check PD_NAME(pd_store_check)
+#define pd_store_close PD_NAME(pd_store_close)
+#define pd_store_abandon PD_NAME(pd_store_abandon)
+
+/* Begin a file aside; one under this name stays until pd_store_close. PD_ERR_FILE. */
+PD_API pd_status pd_store_create(pd_ctx *ctx, const char *path, pd_store *store);
+/* Open a file that is whole: all checksums are looked at before anything is handed out. PD_ERR_FILE: it cannot be read,
+ * is cut off or damaged. PD_ERR_ARGUMENT: of another format, version, dimension or byte order. */
+PD_API pd_status pd_store_open(pd_ctx *ctx, const char *path, pd_store *store);
+/* Write `count` elements of `size` bytes, or read them, in the order in which they were written. PD_ERR_ARGUMENT: what
+ * comes next in the file has another name or length. */
+PD_API pd_status pd_store_bytes(pd_ctx *ctx, pd_store *store, const char *name, void *data, size_t size,
+                                int64_t count);
+/* Write a number, or see that it is the same. PD_ERR_ARGUMENT: it is another one. */
+PD_API pd_status pd_store_check(pd_ctx *ctx, pd_store *store, const char *name, double value);
+/* Put the file in place, or see that all of it was read. Closed on failure, too. */
+PD_API pd_status pd_store_close(pd_ctx *ctx, pd_store *store);
+/* Close, and remove what was written aside. Allowed on a closed or zeroed store. */
+PD_API void pd_store_abandon(pd_store *store);
+
+#ifdef PDI_INTERNAL
+/* PDI_STORE(ctx, store, "flow.p", flow->p, n) moves n elements of *flow->p. */
+#define PDI_STORE(ctx, store, name, array, count) \
+    pd_store_bytes((ctx), (store), (name), (array), sizeof *(array), (int64_t)(count))
 #endif
 
 #endif
@@ -2075,6 +2153,11 @@ PD_API pd_status pd_pvd_init(pd_ctx *ctx, const char *path, pd_pvd *pvd);
 PD_API pd_status pd_pvd_add(pd_ctx *ctx, pd_pvd *pvd, double time, const char *file);
 PD_API void pd_pvd_free(pd_ctx *ctx, pd_pvd *pvd);
 
+#ifdef PDI_INTERNAL
+/* The entries of a collection, into an empty one. */
+PDI_FN pd_status pdi_pvd_store(pd_ctx *ctx, pd_pvd *pvd, pd_store *store);
+#endif
+
 #endif
 
 /* ======== >>csv.h ======== */
@@ -2142,6 +2225,12 @@ PD_API const char *pd_table_text(const pd_table *table, int row, int column);
 /* values[rows] of the column of this name. PD_ERR_PARSE with file:line: no such column, not a number. */
 PD_API pd_status pd_table_column(pd_ctx *ctx, const pd_table *table, const char *name, double *values);
 PD_API void pd_table_free(pd_ctx *ctx, pd_table *table);
+
+#ifdef PDI_INTERNAL
+/* Note the length of a table that is open; or, reading, open that of `path` and go on from this length: rows behind it
+ * are cut off. PD_ERR_FILE: it is shorter, or another one. */
+PDI_FN pd_status pdi_csv_store(pd_ctx *ctx, pd_store *store, const char *path, int columns, pd_csv *csv);
+#endif
 
 #endif
 
@@ -2304,6 +2393,8 @@ PDI_FN void pdi_flow_gradient(const pd_ctx *ctx, const pd_flow *flow, const doub
 /* Momentum and continuity terms M(u, P) (eq. 4.1, 4.2); ghosts must be filled. */
 PDI_FN void pdi_flow_terms_apply(const pd_ctx *ctx, const pd_flow *flow, const pdi_flow_terms *t, double *ru,
                                  double *rc);
+/* What steps carry on; with all that follows from it after reading. */
+PDI_FN pd_status pdi_flow_store(pd_ctx *ctx, pd_flow *flow, pd_store *store);
 /* Volume flux per volume [1/s] of the bond k from node i to its far end, pressure flux included (eq. 4.4). */
 PDI_FN double pdi_flow_bond_flux(const pd_flow *flow, int32_t i, int k);
 #endif
@@ -2387,6 +2478,8 @@ PD_API pd_status pd_steady_solve(pd_ctx *ctx, pd_steady *steady, pd_steady_resul
 PD_API void pd_steady_free(pd_ctx *ctx, pd_steady *steady);
 
 #ifdef PDI_INTERNAL
+/* What solves carry on beside the flow. */
+PDI_FN pd_status pdi_steady_store(pd_ctx *ctx, pd_steady *steady, pd_store *store);
 /* Solve R(u, p) + rate (u - target) = 0 from the state in flow: a stage of an implicit step. tolerance [-]: of the
  * velocity against the reference speed, and of the continuity residual. PD_RETRY: not reached, flow holds no
  * solution. */
@@ -2441,6 +2534,11 @@ PD_API pd_status pd_implicit_step(pd_ctx *ctx, pd_implicit *implicit, double dt)
 PD_API pd_status pd_implicit_run(pd_ctx *ctx, pd_implicit *implicit, double t_end);
 PD_API void pd_implicit_free(pd_ctx *ctx, pd_implicit *implicit);
 
+#ifdef PDI_INTERNAL
+/* What steps carry on beside the flow. */
+PDI_FN pd_status pdi_implicit_store(pd_ctx *ctx, pd_implicit *implicit, pd_store *store);
+#endif
+
 #endif
 
 /* ======== >>unsteady.h ======== */
@@ -2493,6 +2591,11 @@ PD_API pd_status pd_unsteady_step(pd_ctx *ctx, pd_unsteady *unsteady, double dt)
 /* Steps of cfl times the limit up to t_end [s]; rejected steps are halved. PD_ERR_STATE: 20 halvings did not help. */
 PD_API pd_status pd_unsteady_run(pd_ctx *ctx, pd_unsteady *unsteady, double t_end);
 PD_API void pd_unsteady_free(pd_ctx *ctx, pd_unsteady *unsteady);
+
+#ifdef PDI_INTERNAL
+/* What steps carry on beside the flow, which comes first. */
+PDI_FN pd_status pdi_unsteady_store(pd_ctx *ctx, pd_unsteady *unsteady, pd_store *store);
+#endif
 
 #endif
 
@@ -2551,6 +2654,7 @@ typedef struct pd_gas {
 #define pd_gas_step PD_NAME(pd_gas_step)
 #define pd_gas_run PD_NAME(pd_gas_run)
 #define pd_gas_stock PD_NAME(pd_gas_stock)
+#define pd_gas_store PD_NAME(pd_gas_store)
 #define pd_gas_free PD_NAME(pd_gas_free)
 
 /* Grid and bonds are borrowed and must not change. Sides: periodic, mirror, wall; outlets let pass what comes (zero
@@ -2568,6 +2672,9 @@ PD_API pd_status pd_gas_step(pd_ctx *ctx, pd_gas *gas, double dt);
 PD_API pd_status pd_gas_run(pd_ctx *ctx, pd_gas *gas, double t_end);
 /* stock [PD_GAS_FIELDS]: mass [kg], momentum [kg m/s], energy [J] of all fluid nodes (1D: per m2; 2D: per m). */
 PD_API void pd_gas_stock(pd_ctx *ctx, const pd_gas *gas, double *stock);
+/* Write what steps carry on, or read it into a gas built alike, to go on with the same bits. Errors of
+ * pd_store_bytes; PD_ERR_STATE: the state is not admissible. */
+PD_API pd_status pd_gas_store(pd_ctx *ctx, pd_gas *gas, pd_store *store);
 PD_API void pd_gas_free(pd_ctx *ctx, pd_gas *gas);
 
 #endif
@@ -2828,6 +2935,8 @@ PDI_FN pd_status pdi_transport_stage(pd_ctx *ctx, pd_transport *transport, doubl
                                      pd_transport_result *result);
 /* out [total] [mol/m3/s]: residual of the last stage, what it left undone. */
 PDI_FN void pdi_transport_residual(const pd_ctx *ctx, const pd_transport *transport, double *out);
+/* What steps carry on beside the flow, which comes first; sources are those of the next step. */
+PDI_FN pd_status pdi_transport_store(pd_ctx *ctx, pd_transport *transport, pd_store *store);
 /* 1 when c lies within the bounds of `start` and the inflow. */
 PDI_FN int pdi_transport_within(const pd_transport *transport, const double *start);
 #endif
@@ -2881,6 +2990,11 @@ PD_API pd_status pd_advance_next(pd_ctx *ctx, pd_advance *advance, double t_end,
 /* Such steps up to t_end [s]. */
 PD_API pd_status pd_advance_run(pd_ctx *ctx, pd_advance *advance, double t_end, pd_transport_result *result);
 PD_API void pd_advance_free(pd_ctx *ctx, pd_advance *advance);
+
+#ifdef PDI_INTERNAL
+/* What steps carry on beside the transport. */
+PDI_FN pd_status pdi_advance_store(pd_ctx *ctx, pd_advance *advance, pd_store *store);
+#endif
 
 #endif
 
@@ -2945,6 +3059,11 @@ PD_API pd_status pd_dissolve_finish(pd_ctx *ctx, pd_dissolve *dissolve, double d
 /* Amount [mol, per m in planar 2D] left in solid nodes. */
 PD_API double pd_dissolve_stock(pd_ctx *ctx, const pd_dissolve *dissolve);
 PD_API void pd_dissolve_free(pd_ctx *ctx, pd_dissolve *dissolve);
+
+#ifdef PDI_INTERNAL
+/* Nodes have turned fluid: who is exposed now. */
+PDI_FN pd_status pdi_dissolve_turned(pd_ctx *ctx, pd_dissolve *dissolve, const int32_t *turned, int32_t count);
+#endif
 
 #endif
 
@@ -3218,6 +3337,8 @@ PDI_FN pd_status pdi_corrode_law(pd_ctx *ctx, const pd_corrode *corrode, int32_t
 PDI_FN void pdi_corrode_exchange(pd_ctx *ctx, pd_corrode *corrode, double dt);
 /* Largest loss of a metal node in that, over Cs - Csat. */
 PDI_FN double pdi_corrode_lost(const pd_corrode *corrode);
+/* What steps carry on beside the kinds of the grid, which come first. */
+PDI_FN pd_status pdi_corrode_store(pd_ctx *ctx, pd_corrode *corrode, pd_store *store);
 /* `next` becomes the state, as far as nodes take part. */
 PDI_FN void pdi_corrode_commit(pd_corrode *corrode, double dt);
 #endif
@@ -3295,6 +3416,11 @@ PD_API pd_status pd_recede_next(pd_ctx *ctx, pd_recede *recede, double t_end);
 PD_API pd_status pd_recede_run(pd_ctx *ctx, pd_recede *recede, double t_end);
 PD_API void pd_recede_free(pd_ctx *ctx, pd_recede *recede);
 
+#ifdef PDI_INTERNAL
+/* What steps carry on beside the corrosion. */
+PDI_FN pd_status pdi_recede_store(pd_ctx *ctx, pd_recede *recede, pd_store *store);
+#endif
+
 #endif
 
 /* ======== >>couple.h ======== */
@@ -3341,6 +3467,7 @@ typedef struct pd_couple {
     pd_recede *recede;       /* and its implicit steps; NULL: explicit ones */
     double time;             /* [s] */
     double dt;               /* [s] of the last step; corrosion: mean over those of its own in it */
+    int started;
     int64_t steps;           /* of the coupling; corrosion: of its own */
     int64_t flow_solves;
     int64_t unsolved;        /* steps in which the linear solver of transport missed its tolerance */
@@ -3362,6 +3489,7 @@ typedef int (*pd_observer_fn)(void *user, const pd_couple *couple);
 #define pd_couple_step PD_NAME(pd_couple_step)
 #define pd_couple_run PD_NAME(pd_couple_run)
 #define pd_couple_volume_loss PD_NAME(pd_couple_volume_loss)
+#define pd_couple_store PD_NAME(pd_couple_store)
 
 /* All objects are borrowed and may be NULL as noted above; nothing is allocated, so there is no free. */
 PD_API pd_status pd_couple_build(pd_ctx *ctx, const pd_couple_desc *desc, pd_grid *grid, pd_bonds *bonds, pd_flow *flow,
@@ -3373,12 +3501,16 @@ PD_API pd_status pd_couple_start(pd_ctx *ctx, pd_couple *couple);
  * PD_NOT_CONVERGED: the step is done, but the linear solver of transport missed its tolerance; what is missing is owed
  * to the next step. */
 PD_API pd_status pd_couple_step(pd_ctx *ctx, pd_couple *couple, double t_limit);
-/* Start if needed, then steps up to t_end [s]; observer may be NULL. Steps end exactly on multiples of `every` [s]
- * (0: only on t_end). PD_NOT_CONVERGED: done, with such steps; `unsolved` counts them. */
+/* Start unless that is done, then steps up to t_end [s]; observer may be NULL. Steps end exactly on multiples of
+ * `every` [s] (0: only on t_end). PD_NOT_CONVERGED: done, with such steps; `unsolved` counts them. */
 PD_API pd_status pd_couple_run(pd_ctx *ctx, pd_couple *couple, double t_end, double every, pd_observer_fn observer,
                                void *user);
 /* Share [-] of the initial solid amount that is gone. */
 PD_API double pd_couple_volume_loss(const pd_couple *couple);
+/* Write what the steps of all parts carry on, or read it into parts that were built alike and have made no step, to go
+ * on with the same bits. Figures of the last step (fluxes of transport and metal) are known again after the next one.
+ * Errors of pd_store_bytes and pd_store_check, PD_ERR_GEOMETRY: metal stands elsewhere; after them only free. */
+PD_API pd_status pd_couple_store(pd_ctx *ctx, pd_couple *couple, pd_store *store);
 
 #endif
 
@@ -3515,6 +3647,8 @@ typedef struct pd_setup {
     char source[PD_PATH_SIZE]; /* the file as it was named, for messages */
     int line[PD_PART_COUNT];   /* of the file: the section of each part, 0: none */
     int shape_line;            /* of the first solid, without solid of the first shape; 0: none */
+    char *identity;            /* what makes it this scene and no other, a line each; NULL: not read from a file */
+    size_t identity_size;      /* [byte] */
     int threads;               /* 0: all */
     unsigned given;            /* bit k: pd_knob k stands in the file */
     /* lattice and geometry */
@@ -3627,6 +3761,8 @@ PDI_FN pd_status pdi_setup_shape(pd_ctx *ctx, pd_setup *setup, const pd_shape *s
 PDI_FN pd_status pdi_setup_join(pd_ctx *ctx, pd_setup *setup, int index, int *whole);
 /* The complement of *index becomes *index. */
 PDI_FN pd_status pdi_setup_outside(pd_ctx *ctx, pd_setup *setup, int *index);
+/* The folder of the output, which a file may choose below the current one. PD_ERR_ARGUMENT with its line. */
+PDI_FN pd_status pdi_setup_folder(pd_ctx *ctx, pd_text *text, int section, const char *key, pd_setup *setup);
 /* Take a mask of `size` bytes; the setup owns it. */
 PDI_FN pd_status pdi_setup_mask(pd_ctx *ctx, pd_setup *setup, size_t size, uint8_t **mask);
 /* A line for the summary. Lines beyond the room are dropped. */
@@ -3636,6 +3772,40 @@ PDI_FN void pdi_setup_show(double value, const char *unit, char *text);
 /* name[PD_SETUP_NAME] and, when `folder` is not NULL, folder[PD_PATH_SIZE] of a path. */
 PDI_FN void pdi_setup_split_path(const char *path, char *name, char *folder);
 #endif
+
+#endif
+
+/* ======== >>budget.h ======== */
+/* budget: the memory of a run, from its setup alone: nothing is built for it.
+ *
+ * Sizes of arrays times numbers of nodes, which a sample of the geometry tells. tests/test_budget.c holds it against
+ * measured peaks.
+ */
+#ifndef PD_BUDGET_H
+#define PD_BUDGET_H
+
+/* The estimate may be off by this share. */
+#define PD_BUDGET_ERROR 0.2
+
+typedef struct pd_budget {
+    double nodes;                 /* [-] of the padded lattice */
+    double cells;                 /* [-] of the box */
+    double fluid, solid, cut;     /* [-] nodes; cut: fluid ones whose family is not whole */
+    double bonds;                 /* [-] of a whole family */
+    double bytes[PD_PART_COUNT];  /* [byte] */
+    double working;               /* [byte] coarse levels, which appear in a run */
+    double files;                 /* [byte] fields of files, and the largest picture */
+    double all;                   /* [byte] */
+} pd_budget;
+
+#define pd_budget_estimate PD_NAME(pd_budget_estimate)
+#define pd_budget_check PD_NAME(pd_budget_check)
+
+/* What a run of the setup takes at most; shapes are sampled at some thousand points. */
+PD_API void pd_budget_estimate(const pd_setup *setup, pd_budget *budget);
+/* dry: a run that writes nothing. PD_ERR_LIMIT when the estimate passes ctx->alloc.limit by more than its error;
+ * PD_ERR_SIZE when the lattice has more nodes than an int32 counts. */
+PD_API pd_status pd_budget_check(pd_ctx *ctx, const pd_setup *setup, int dry);
 
 #endif
 
@@ -3668,6 +3838,25 @@ PDI_FN pd_status pdi_syntax_check(pd_ctx *ctx, const pd_text *text);
 /* The tables go to `setup`, and `text` knows them from then on. folder: of the scene. Errors name the line of the scene
  * and that of the table: PD_ERR_PARSE, PD_ERR_ARGUMENT. */
 PDI_FN pd_status pdi_chart_read(pd_ctx *ctx, pd_text *text, const char *folder, pd_setup *setup);
+#endif
+
+#endif
+
+/* ======== >>identity.h ======== */
+/* identity: what makes a scene this one and no other: its name, sections and pairs with overrides, masks; not the
+ * number of threads, nor the folder of the output. A checkpoint keeps it, and is refused by another scene.
+ */
+#ifndef PD_IDENTITY_H
+#define PD_IDENTITY_H
+
+#ifdef PDI_INTERNAL
+/* setup->identity, from the text of a scene that has been read. */
+PDI_FN pd_status pdi_identity_build(pd_ctx *ctx, const pd_text *text, pd_setup *setup);
+/* One more line, without newline. */
+PDI_FN pd_status pdi_identity_add(pd_ctx *ctx, pd_setup *setup, const char *line);
+/* PD_OK, or PD_ERR_ARGUMENT with the first line in which `kept` differs from that of the setup. where: of the message.
+ * Both may be NULL: not from a file. */
+PDI_FN pd_status pdi_identity_compare(pd_ctx *ctx, const pd_setup *setup, const char *kept, const char *where);
 #endif
 
 #endif
@@ -3878,6 +4067,32 @@ PDI_FN pd_status pdi_model_grid(pd_ctx *ctx, const pd_setup *setup, int *line, p
 
 #endif
 
+/* ======== >>checkpoint.h ======== */
+/* checkpoint: the state of a model in a file, and back into a model built from the same setup.
+ *
+ * What the build gives is not kept. The file is written aside and renamed, so that the one before stays until the new
+ * one is complete (store.h). A whole run with its tables and pictures goes on by pd_run_desc (run.h).
+ */
+#ifndef PD_CHECKPOINT_H
+#define PD_CHECKPOINT_H
+
+#define pd_checkpoint_save PD_NAME(pd_checkpoint_save)
+#define pd_checkpoint_load PD_NAME(pd_checkpoint_load)
+
+/* Between two steps of model->couple. PD_ERR_FILE: the former file stays. */
+PD_API pd_status pd_checkpoint_save(pd_ctx *ctx, const char *path, pd_model *model);
+/* Into a model that was just built: pd_couple_run then goes on with the same bits, with any number of threads.
+ * PD_ERR_FILE: missing, cut off or damaged. PD_ERR_ARGUMENT: of another scene, dimension, format or version (the
+ * message names the difference). On failure the model is fit for pd_model_free only. */
+PD_API pd_status pd_checkpoint_load(pd_ctx *ctx, const char *path, pd_model *model);
+
+#ifdef PDI_INTERNAL
+/* The items of a model, for both ways. */
+PDI_FN pd_status pdi_checkpoint_model(pd_ctx *ctx, pd_model *model, pd_store *store);
+#endif
+
+#endif
+
 /* ======== >>observe.h ======== */
 /* observe: the figures of one instant of a run: losses, extremes, and the flux of the flow along its way. */
 #ifndef PD_OBSERVE_H
@@ -3909,6 +4124,11 @@ PD_API pd_status pd_observe_build(pd_ctx *ctx, const pd_model *model, pd_observa
 /* The present figures. The sections lie a quarter of the free length away from the ends; without solid at 1/4, 3/4. */
 PD_API void pd_observe(pd_ctx *ctx, pd_model *model, pd_observables *o);
 PD_API void pd_observe_free(pd_ctx *ctx, pd_observables *o);
+
+#ifdef PDI_INTERNAL
+/* What is kept of the instants so far. The build belongs to the start, before the model is read. */
+PDI_FN pd_status pdi_observe_store(pd_ctx *ctx, pd_observables *o, pd_store *store);
+#endif
 
 #endif
 
@@ -3961,10 +4181,12 @@ typedef struct pd_output {
     uint8_t *paint;           /* [cells] */
     int64_t cells;
     double *time, *loss;      /* [rows] [h] and [-] */
-    int64_t rows, room;
+    int64_t rows, time_room, loss_room;
 } pd_output;
 
 #define pd_output_open PD_NAME(pd_output_open)
+#define pd_output_save PD_NAME(pd_output_save)
+#define pd_output_resume PD_NAME(pd_output_resume)
 #define pd_output_step PD_NAME(pd_output_step)
 #define pd_output_frame PD_NAME(pd_output_frame)
 #define pd_output_close PD_NAME(pd_output_close)
@@ -3972,6 +4194,11 @@ typedef struct pd_output {
 
 /* Make the folder and start the tables. model is borrowed. PD_ERR_FILE. */
 PD_API pd_status pd_output_open(pd_ctx *ctx, pd_model *model, const char *folder, pd_output *out);
+/* Note where the files stand. */
+PD_API pd_status pd_output_save(pd_ctx *ctx, pd_output *out, pd_store *store);
+/* In place of pd_output_open: go on with the files of a folder where they stood then; what came later is cut off.
+ * PD_ERR_FILE: a table is missing or shorter than it was. */
+PD_API pd_status pd_output_resume(pd_ctx *ctx, pd_model *model, const char *folder, pd_store *store, pd_output *out);
 /* A row of the tables. */
 PD_API pd_status pd_output_step(pd_ctx *ctx, pd_output *out, const pd_observables *o);
 /* Fields and pictures of this instant; a second call at the same time does nothing. */
@@ -4045,6 +4272,8 @@ typedef struct pd_monitors {
 
 #define pd_monitors_build PD_NAME(pd_monitors_build)
 #define pd_monitors_open PD_NAME(pd_monitors_open)
+#define pd_monitors_save PD_NAME(pd_monitors_save)
+#define pd_monitors_resume PD_NAME(pd_monitors_resume)
 #define pd_monitors_step PD_NAME(pd_monitors_step)
 #define pd_monitors_frame PD_NAME(pd_monitors_frame)
 #define pd_monitors_print PD_NAME(pd_monitors_print)
@@ -4056,6 +4285,9 @@ typedef struct pd_monitors {
 PD_API pd_status pd_monitors_build(pd_ctx *ctx, pd_model *model, pd_monitors *monitors);
 /* Start the tables in an existing folder. PD_ERR_FILE. */
 PD_API pd_status pd_monitors_open(pd_ctx *ctx, pd_monitors *monitors, const char *folder);
+/* Note where the tables stand, and, in place of pd_monitors_open, go on with them from there. */
+PD_API pd_status pd_monitors_save(pd_ctx *ctx, pd_monitors *monitors, pd_store *store);
+PD_API pd_status pd_monitors_resume(pd_ctx *ctx, pd_monitors *monitors, const char *folder, pd_store *store);
 /* The present figures, and a row of the tables that are open. */
 PD_API pd_status pd_monitors_step(pd_ctx *ctx, pd_monitors *monitors);
 /* Profiles and plots of this instant, after its step. */
@@ -4117,13 +4349,19 @@ typedef struct pd_run_desc {
     pd_figures *figures;     /* zeroed; gets the last figures of the run, for pd_figures_free. NULL: not wanted */
     pd_print_fn print;       /* NULL: silent */
     void *print_user;
-    int (*stop)(void *user); /* asked after every step; not 0: the run ends there. NULL: never */
+    int (*stop)(void *user); /* asked after every step before the end; not 0: the run ends there. NULL: never */
     void *stop_user;
+    int checkpoints;         /* 1: keep the state in the folder, in PD_RUN_CHECKPOINT, now and then and when stopped */
+    double checkpoint_every; /* [s] of wall time, 0: after every step */
+    int resume;              /* 1: go on from the checkpoint in the folder; the files become, byte for byte, those of a
+                              * run that was never stopped */
 } pd_run_desc;
+
+#define PD_RUN_CHECKPOINT "checkpoint.bin"
 
 typedef struct pd_run_result {
     char name[PD_SETUP_NAME];
-    int bad_input;        /* the failure lies in the setup, nothing was written */
+    int bad_input;        /* the failure lies in the setup or checkpoint, nothing was computed */
     int stopped;          /* by desc.stop */
     double time;          /* [s] reached */
     double h;             /* [m] along x */
@@ -4146,7 +4384,9 @@ typedef struct pd_run_result {
 #define pd_run PD_NAME(pd_run)
 #define pd_run_line PD_NAME(pd_run_line)
 
-/* Build the model, print the summary, run, write the files. On failure the files hold all steps before it. */
+/* Build the model, print the summary, run, write the files. On failure the files hold all steps before it. The
+ * checkpoint goes when the run is complete, and when another run begins in its folder. With checkpoints a run that is
+ * stopped writes no fields of that instant, which a run that goes on does not have. */
 PD_API pd_status pd_run(pd_ctx *ctx, const pd_setup *setup, const pd_run_desc *desc, pd_run_result *result);
 /* "result case=... dim=2 h=5e-06 m=3 volume_loss=..." into text[size]; the caller appends its times. */
 PD_API void pd_run_line(const pd_run_result *result, char *text, size_t size);
@@ -11411,6 +11651,17 @@ pd_status pd_file_make_directory(pd_ctx *ctx, const char *path)
     return PD_OK;
 }
 
+PDI_FN int pdi_file_below(const char *path)
+{
+    if (path[0] == '/' || path[0] == '\\' || strchr(path, ':')) return 0;
+    for (const char *part = path; *part; part += strspn(part, "/\\")) {
+        size_t size = strcspn(part, "/\\");
+        if (size == 2 && part[0] == '.' && part[1] == '.') return 0;
+        part += size;
+    }
+    return 1;
+}
+
 pd_status pd_file_join(pd_ctx *ctx, const char *directory, const char *name, char *path)
 {
     size_t length = strlen(directory), size = strlen(name) + 1;
@@ -11582,6 +11833,78 @@ PDI_FN void pdi_file_abandon(pd_file *file)
     file->part[0] = 0;
 }
 
+PDI_FN void pdi_file_remove(const char *path)
+{
+    char part[PD_PATH_SIZE + 8];
+    snprintf(part, sizeof part, "%s.part", path);
+    remove(part);
+    remove(path);
+}
+
+/* Going on, and reading piece by piece. */
+
+PDI_FN pd_status pdi_file_open(pd_ctx *ctx, const char *path, pd_file *file)
+{
+    memset(file, 0, sizeof *file);
+    PDI_TRY(pdi_file_check_path(ctx, path));
+    strcpy(file->path, path);
+    errno = 0;
+    file->stream = fopen(path, "rb");
+    if (!file->stream) return pdi_file_fail(ctx, "open", path, errno);
+    return PD_OK;
+}
+
+PDI_FN pd_status pdi_file_get(pd_ctx *ctx, pd_file *file, void *data, size_t size, size_t *got)
+{
+    errno = 0;
+    *got = fread(data, 1, size, (FILE *)file->stream);
+    if (*got < size && ferror((FILE *)file->stream)) return pdi_file_fail(ctx, "read", file->path, errno);
+    return PD_OK;
+}
+
+PDI_FN pd_status pdi_file_length(pd_ctx *ctx, pd_file *file, int64_t *length)
+{
+    PDI_TRY(pdi_file_flush(ctx, file));
+    errno = 0;
+    long end = fseek((FILE *)file->stream, 0, SEEK_END) == 0 ? ftell((FILE *)file->stream) : -1;
+    if (end < 0) return pdi_file_fail(ctx, "measure", file->path, errno);
+    *length = end;
+    return PD_OK;
+}
+
+static pd_status pdi_file_copy(pd_ctx *ctx, pd_file *from, int64_t length, pd_file *to)
+{
+    char bytes[4096], last = '\n';
+    size_t got;
+    for (int64_t left = length; left > 0; left -= (int64_t)got) {
+        size_t wanted = left < (int64_t)sizeof bytes ? (size_t)left : sizeof bytes;
+        PDI_TRY(pdi_file_get(ctx, from, bytes, wanted, &got));
+        if (got < wanted)
+            return pdi_fail(ctx, PD_ERR_FILE, "file", "'%s' holds %.0f bytes, expected at least the %.0f to go on from",
+                            from->path, (double)(length - left) + (double)got, (double)length);
+        PDI_TRY(pdi_file_write(ctx, to, bytes, got));
+        last = bytes[got - 1];
+    }
+    if (last != '\n')
+        return pdi_fail(ctx, PD_ERR_FILE, "file", "no line of '%s' ends at byte %.0f: it is not the file to go on from",
+                        from->path, (double)length);
+    return PD_OK;
+}
+
+PDI_FN pd_status pdi_file_resume(pd_ctx *ctx, const char *path, int64_t length, pd_file *file)
+{
+    pd_file from;
+    PDI_TRY(pdi_file_open(ctx, path, &from));
+    pd_status status = pdi_file_create(ctx, path, file);
+    if (status == PD_OK) {
+        status = pdi_file_copy(ctx, &from, length, file);
+        if (status == PD_OK) status = pdi_file_commit(ctx, file);
+        else pdi_file_abandon(file);
+    }
+    pdi_file_abandon(&from);
+    return status == PD_OK ? pdi_file_append(ctx, path, file) : status;
+}
+
 /* Numbers: the C library follows the locale of the host program, files must not. */
 
 PDI_FN void pdi_file_number(double value, char *text)
@@ -11625,8 +11948,7 @@ PDI_FN int pdi_file_parse(const char *text, size_t length, double *value)
 }
 
 /* ======== >>text.c ======== */
-/* text: see text.h. The file is parsed in place: a copy of its bytes is cut into strings by writing ends over the
- * blanks, commas and brackets that separate them. */
+/* text: see text.h. A copy of the file is cut into strings: ends go over what separates them. */
 #include <math.h>
 #include <stdarg.h>
 #include <stdio.h>
@@ -11667,9 +11989,7 @@ static void pdi_text_where(const pd_text *text, int line, char *where)
     else snprintf(where, PDI_TEXT_WHERE, "command line");
 }
 
-static pd_status pdi_text_error(pd_ctx *ctx, const pd_text *text, int line, const char *format, ...)
-    PD_PRINTF_LIKE(4, 5);
-
+PD_PRINTF_LIKE(4, 5)
 static pd_status pdi_text_error(pd_ctx *ctx, const pd_text *text, int line, const char *format, ...)
 {
     char where[PDI_TEXT_WHERE], message[PD_MESSAGE_SIZE];
@@ -11715,7 +12035,6 @@ static pd_status pdi_text_section_at(pd_ctx *ctx, pd_text *text, const char *nam
     PDI_TRY(pdi_text_keep(ctx, text, name, strlen(name), &kept_name));
     PDI_TRY(pdi_text_keep(ctx, text, label, strlen(label), &kept_label));
     pd_section *s = &text->section[text->section_count];
-    memset(s, 0, sizeof *s);
     s->name = kept_name;
     s->label = kept_label;
     s->group = group;
@@ -11748,7 +12067,6 @@ static pd_status pdi_text_add(pd_ctx *ctx, pd_text *text, int section, const cha
     e->section = section;
     e->line = line;
     e->column = column;
-    e->used = 0;
     text->section[section].present = 1;
     return PD_OK;
 }
@@ -11775,10 +12093,8 @@ static size_t pdi_text_name(const char *t, int label)
 /* Length of the key at t when `identifier =` stands there, else 0; *value: where the value starts. */
 static size_t pdi_text_pair(const char *t, size_t *value)
 {
-    size_t n = pdi_text_name(t, 0), equal;
-    if (n == 0) return 0;
-    equal = pdi_text_skip(t, n);
-    if (t[equal] != '=' || t[equal + 1] == '=') return 0;
+    size_t n = pdi_text_name(t, 0), equal = pdi_text_skip(t, n);
+    if (n == 0 || t[equal] != '=' || t[equal + 1] == '=') return 0;
     *value = equal + 1;
     return n;
 }
@@ -12034,9 +12350,10 @@ pd_status pd_text_override(pd_ctx *ctx, pd_text *text, const char *argument)
 
 int pd_text_section(pd_ctx *ctx, pd_text *text, const char *name, const char *label)
 {
-    int index;
-    if (pdi_text_section_at(ctx, text, name, label ? label : "", &index) < 0) return -1;
-    text->section[text->section[index].group].asked = 1;
+    int index = -1;
+    pd_status status = pdi_text_section_at(ctx, text, name, label ? label : "", &index);
+    if (status < 0) text->failed = status;
+    else text->section[text->section[index].group].asked = 1;
     return index;
 }
 
@@ -12048,15 +12365,21 @@ int pd_text_next(pd_ctx *ctx, pd_text *text, const char *name, int after)
     return -1;
 }
 
+/* A call that has no status ran out of memory: the next one that has tells it. */
+static pd_status pdi_text_lost(pd_ctx *ctx, const pd_text *text)
+{
+    return pdi_fail(ctx, text->failed, text->name, "memory for its keys could not be allocated");
+}
+
 /* Remember the key for the suggestions of pd_text_unused. */
 static pd_status pdi_text_ask(pd_ctx *ctx, pd_text *text, int section, const char *key)
 {
-    int group;
     char *copy;
+    if (text->failed) return pdi_text_lost(ctx, text);
     if (section < 0 || section >= text->section_count)
         return pdi_fail(ctx, PD_ERR_ARGUMENT, "text", "section %d of %d was asked for '%.40s'", section,
                         text->section_count, key);
-    group = text->section[section].group;
+    int group = text->section[section].group;
     text->section[group].asked = 1;
     for (int k = 0; k < text->asked_count; k++)
         if (text->asked[k].group == group && strcmp(text->asked[k].key, key) == 0) return PD_OK;
@@ -12072,8 +12395,9 @@ int pd_text_has(pd_ctx *ctx, pd_text *text, int section, const char *key)
 {
     if (section < 0 || section >= text->section_count) return 0;
     if (!key) return text->section[section].present;
-    /* Out of memory costs a suggestion here; the look-up that follows reports it. */
-    return pdi_text_ask(ctx, text, section, key) == PD_OK && pdi_text_entry_at(text, section, key) != NULL;
+    pd_status status = pdi_text_ask(ctx, text, section, key);
+    if (status < 0) text->failed = status;
+    return status == PD_OK && pdi_text_entry_at(text, section, key) != NULL;
 }
 
 /* A value on its way to a reader. */
@@ -12087,7 +12411,6 @@ static pd_status pdi_text_find(pd_ctx *ctx, pd_text *text, int section, const ch
                                const char *what, pdi_text_value *v)
 {
     char title[PD_UNITS_TEXT];
-    memset(v, 0, sizeof *v);
     PDI_TRY(pdi_text_ask(ctx, text, section, key));
     pd_text_entry *e = pdi_text_entry_at(text, section, key);
     pdi_text_title(text, section, title);
@@ -12360,6 +12683,7 @@ pd_status pd_text_exprs(pd_ctx *ctx, pd_text *text, int section, const char *key
 pd_status pd_text_refuse(pd_ctx *ctx, const pd_text *text, int section, const char *key, const char *format, ...)
 {
     char message[PD_MESSAGE_SIZE], where[PDI_TEXT_WHERE];
+    if (text->failed) return pdi_text_lost(ctx, text);
     const pd_text_entry *e = pdi_text_entry_at(text, section, key);
     int line = section >= 0 && section < text->section_count ? text->section[section].line : 0;
     va_list args;
@@ -12388,12 +12712,11 @@ static pd_status pdi_text_unknown_section(pd_ctx *ctx, const pd_text *text, int 
 static pd_status pdi_text_unknown_key(pd_ctx *ctx, const pd_text *text, const pd_text_entry *e)
 {
     char hint[PD_UNITS_TEXT], list[PDI_TEXT_LIST] = "", title[PD_UNITS_TEXT];
-    int group = text->section[e->section].group;
     pdi_units_near near_word;
     pdi_text_title(text, e->section, title);
     pdi_units_near_init(&near_word, e->key, strlen(e->key));
     for (int k = 0; k < text->asked_count; k++) {
-        if (text->asked[k].group != group) continue;
+        if (text->asked[k].group != text->section[e->section].group) continue;
         if (strcmp(text->asked[k].key, e->key) == 0)
             return pdi_text_error(ctx, text, e->line, "found '%.40s' in %s, where it has no effect; expected it to be"
                                   " left out", e->key, title);
@@ -12407,6 +12730,7 @@ static pd_status pdi_text_unknown_key(pd_ctx *ctx, const pd_text *text, const pd
 
 pd_status pd_text_unused(pd_ctx *ctx, const pd_text *text)
 {
+    if (text->failed) return pdi_text_lost(ctx, text);
     for (int k = 0; k < text->entry_count; k++) {
         const pd_text_entry *e = &text->entry[k];
         if (e->used) continue;
@@ -12443,8 +12767,10 @@ PDI_FN pd_status pdi_refer_path(pd_ctx *ctx, pd_text *text, int section, const c
 PDI_FN pd_status pdi_refer_fail(pd_ctx *ctx, const pd_text *text, int section, const char *key)
 {
     char message[PD_MESSAGE_SIZE];
+    pd_status status = ctx->status, refused;
     memcpy(message, ctx->message, sizeof message);
-    return pd_text_refuse(ctx, text, section, key, "%.500s", message);
+    refused = pd_text_refuse(ctx, text, section, key, "%.500s", message);
+    return ctx->status = pdi_lacks_memory(status) ? status : refused;
 }
 
 /* ======== >>deflate.c ======== */
@@ -12931,6 +13257,269 @@ PDI_FN pd_status pdi_deflate(pd_ctx *ctx, const uint8_t *data, size_t size, pdi_
     uint8_t tail[4] = {(uint8_t)(adler >> 24), (uint8_t)(adler >> 16), (uint8_t)(adler >> 8), (uint8_t)adler};
     return pdi_bytes_add(ctx, out, tail, sizeof tail);
 }
+
+/* ======== >>store.c ======== */
+/* store: see store.h */
+#include <string.h>
+
+#define PDI_STORE_MAGIC "PDSTORE\n"
+#define PDI_STORE_ORDER 0x01020304u
+#define PDI_STORE_FOREIGN 0x04030201u
+#define PDI_STORE_HEAD 64
+#define PDI_STORE_ITEM 48
+#define PDI_STORE_END "end"
+
+/* Where the numbers of both heads stand; each ends with its checksum. */
+enum { PDI_STORE_AT_ORDER = 8, PDI_STORE_AT_FORMAT = 12, PDI_STORE_AT_DIM = 16, PDI_STORE_AT_VERSION = 24 };
+enum { PDI_STORE_AT_COUNT = 32, PDI_STORE_AT_SIZE = 40 };
+
+typedef struct pdi_store_item {
+    char name[PD_STORE_NAME];
+    uint64_t count;
+    uint32_t size; /* [byte] of an element */
+} pdi_store_item;
+
+/* ---- heads ---- */
+
+static uint32_t pdi_store_word(const uint8_t *at)
+{
+    uint32_t word;
+    memcpy(&word, at, sizeof word);
+    return word;
+}
+
+static void pdi_store_put(uint8_t *at, uint32_t word) { memcpy(at, &word, sizeof word); }
+
+static void pdi_store_seal(uint8_t *head, size_t size)
+{
+    pdi_store_put(head + size - 4, pdi_deflate_crc(0, head, size - 4));
+}
+
+static int pdi_store_sealed(const uint8_t *head, size_t size)
+{
+    return pdi_store_word(head + size - 4) == pdi_deflate_crc(0, head, size - 4);
+}
+
+static void pdi_store_head(uint8_t head[PDI_STORE_HEAD])
+{
+    memset(head, 0, PDI_STORE_HEAD);
+    memcpy(head, PDI_STORE_MAGIC, 8);
+    pdi_store_put(head + PDI_STORE_AT_ORDER, PDI_STORE_ORDER);
+    pdi_store_put(head + PDI_STORE_AT_FORMAT, PD_STORE_FORMAT);
+    pdi_store_put(head + PDI_STORE_AT_DIM, PD_DIM);
+    memcpy(head + PDI_STORE_AT_VERSION, PD_VERSION, sizeof PD_VERSION);
+    pdi_store_seal(head, PDI_STORE_HEAD);
+}
+
+static pd_status pdi_store_other(pd_ctx *ctx, const pd_store *s, const char *what, unsigned found, unsigned expected)
+{
+    return pdi_fail(ctx, PD_ERR_ARGUMENT, "store", "'%s' is of %s %u, expected %u", s->file.path, what, found,
+                    expected);
+}
+
+static pd_status pdi_store_broken(pd_ctx *ctx, const pd_store *s, const char *what)
+{
+    return pdi_fail(ctx, PD_ERR_FILE, "store", "'%s' %s", s->file.path, what);
+}
+
+static pd_status pdi_store_broken_item(pd_ctx *ctx, const pd_store *s, const char *what, const char *name)
+{
+    return pdi_fail(ctx, PD_ERR_FILE, "store", "'%s' is %s in the item '%s'", s->file.path, what, name);
+}
+
+static pd_status pdi_store_read_head(pd_ctx *ctx, pd_store *s)
+{
+    uint8_t head[PDI_STORE_HEAD], wanted[PDI_STORE_HEAD];
+    size_t got;
+    PDI_TRY(pdi_file_get(ctx, &s->file, head, sizeof head, &got));
+    if (got >= 8 && memcmp(head, PDI_STORE_MAGIC, 8) != 0)
+        return pdi_store_broken(ctx, s, "does not begin like a checkpoint: it is none, or damaged");
+    if (got < sizeof head) return pdi_store_broken(ctx, s, "is cut off in its head");
+    if (pdi_store_word(head + PDI_STORE_AT_ORDER) == PDI_STORE_FOREIGN)
+        return pdi_fail(ctx, PD_ERR_ARGUMENT, "store", "'%s' was written on a machine of the other byte order",
+                        s->file.path);
+    if (!pdi_store_sealed(head, sizeof head)) return pdi_store_broken(ctx, s, "is damaged in its head");
+    uint32_t format = pdi_store_word(head + PDI_STORE_AT_FORMAT), dim = pdi_store_word(head + PDI_STORE_AT_DIM);
+    if (format != PD_STORE_FORMAT) return pdi_store_other(ctx, s, "format", format, PD_STORE_FORMAT);
+    if (dim != PD_DIM) return pdi_store_other(ctx, s, "dimension", dim, PD_DIM);
+    pdi_store_head(wanted);
+    if (memcmp(head, wanted, sizeof head) != 0)
+        return pdi_fail(ctx, PD_ERR_ARGUMENT, "store",
+                        "'%s' was written by pdcorr %.31s, expected %s: versions may differ in their steps",
+                        s->file.path, (const char *)head + PDI_STORE_AT_VERSION, PD_VERSION);
+    return PD_OK;
+}
+
+static pd_status pdi_store_read_item(pd_ctx *ctx, pd_store *s, const char *after, pdi_store_item *item)
+{
+    uint8_t head[PDI_STORE_ITEM];
+    size_t got;
+    PDI_TRY(pdi_file_get(ctx, &s->file, head, sizeof head, &got));
+    if (got < sizeof head) return pdi_store_broken_item(ctx, s, "cut off", after);
+    if (!pdi_store_sealed(head, sizeof head)) return pdi_store_broken_item(ctx, s, "damaged behind what is", after);
+    memcpy(item->name, head, sizeof item->name);
+    item->name[PD_STORE_NAME - 1] = '\0';
+    memcpy(&item->count, head + PDI_STORE_AT_COUNT, sizeof item->count);
+    item->size = pdi_store_word(head + PDI_STORE_AT_SIZE);
+    return PD_OK;
+}
+
+/* ---- whole files ---- */
+
+/* Read the elements of an item and drop them. */
+static pd_status pdi_store_skip(pd_ctx *ctx, pd_store *s, const pdi_store_item *item)
+{
+    uint8_t bytes[4096];
+    uint32_t crc = 0;
+    size_t got;
+    for (uint64_t left = item->count * item->size; left > 0; left -= got) {
+        size_t wanted = left < sizeof bytes ? (size_t)left : sizeof bytes;
+        PDI_TRY(pdi_file_get(ctx, &s->file, bytes, wanted, &got));
+        if (got < wanted) return pdi_store_broken_item(ctx, s, "cut off", item->name);
+        crc = pdi_deflate_crc(crc, bytes, got);
+    }
+    PDI_TRY(pdi_file_get(ctx, &s->file, bytes, 4, &got));
+    if (got < 4) return pdi_store_broken_item(ctx, s, "cut off", item->name);
+    return pdi_store_word(bytes) == crc ? PD_OK : pdi_store_broken_item(ctx, s, "damaged", item->name);
+}
+
+static pd_status pdi_store_verify(pd_ctx *ctx, pd_store *s)
+{
+    pdi_store_item item;
+    char more;
+    size_t got;
+    memset(&item, 0, sizeof item);
+    PDI_TRY(pdi_store_read_head(ctx, s));
+    for (uint64_t items = 0;; items++) {
+        char after[PD_STORE_NAME];
+        memcpy(after, items ? item.name : "head", items ? sizeof after : 5);
+        PDI_TRY(pdi_store_read_item(ctx, s, after, &item));
+        if (strcmp(item.name, PDI_STORE_END) == 0) {
+            if (item.count != items) return pdi_store_broken(ctx, s, "has lost items");
+            break;
+        }
+        PDI_TRY(pdi_store_skip(ctx, s, &item));
+    }
+    PDI_TRY(pdi_file_get(ctx, &s->file, &more, 1, &got));
+    return got ? pdi_store_broken(ctx, s, "goes on behind its end") : PD_OK;
+}
+
+/* ---- life ---- */
+
+pd_status pd_store_create(pd_ctx *ctx, const char *path, pd_store *s)
+{
+    uint8_t head[PDI_STORE_HEAD];
+    memset(s, 0, sizeof *s);
+    PDI_TRY(pdi_file_create(ctx, path, &s->file));
+    pdi_store_head(head);
+    pd_status status = pdi_file_write(ctx, &s->file, head, sizeof head);
+    if (status < 0) pd_store_abandon(s);
+    return status;
+}
+
+pd_status pd_store_open(pd_ctx *ctx, const char *path, pd_store *s)
+{
+    memset(s, 0, sizeof *s);
+    s->reading = 1;
+    PDI_TRY(pdi_file_open(ctx, path, &s->file));
+    pd_status status = pdi_store_verify(ctx, s);
+    pd_store_abandon(s);
+    if (status == PD_OK) status = pdi_file_open(ctx, path, &s->file);
+    if (status == PD_OK) status = pdi_store_read_head(ctx, s);
+    if (status < 0) pd_store_abandon(s);
+    return status;
+}
+
+void pd_store_abandon(pd_store *s) { pdi_file_abandon(&s->file); }
+
+static pd_status pdi_store_write(pd_ctx *ctx, pd_store *s, const char *name, const void *data, size_t size,
+                                 int64_t count)
+{
+    uint8_t head[PDI_STORE_ITEM], tail[4];
+    uint64_t number = (uint64_t)count;
+    size_t bytes = (size_t)count * size;
+    PD_ASSERT(strlen(name) < PD_STORE_NAME);
+    memset(head, 0, sizeof head);
+    memcpy(head, name, strlen(name));
+    memcpy(head + PDI_STORE_AT_COUNT, &number, sizeof number);
+    pdi_store_put(head + PDI_STORE_AT_SIZE, (uint32_t)size);
+    pdi_store_seal(head, sizeof head);
+    pdi_store_put(tail, pdi_deflate_crc(0, (const uint8_t *)data, bytes));
+    PDI_TRY(pdi_file_write(ctx, &s->file, head, sizeof head));
+    PDI_TRY(pdi_file_write(ctx, &s->file, data, bytes));
+    return pdi_file_write(ctx, &s->file, tail, sizeof tail);
+}
+
+static pd_status pdi_store_read(pd_ctx *ctx, pd_store *s, const char *name, void *data, size_t size, int64_t count)
+{
+    pdi_store_item item;
+    uint8_t tail[4];
+    size_t bytes = (size_t)count * size, got;
+    PDI_TRY(pdi_store_read_item(ctx, s, name, &item));
+    if (strcmp(item.name, name) != 0 || item.size != size || item.count != (uint64_t)count)
+        return pdi_fail(ctx, PD_ERR_ARGUMENT, "store",
+                        "'%s' holds '%s' of %.0f elements of %u bytes, expected '%s' of %.0f of %.0f: it is of another "
+                        "run", s->file.path, item.name, (double)item.count, (unsigned)item.size, name, (double)count,
+                        (double)size);
+    PDI_TRY(pdi_file_get(ctx, &s->file, data, bytes, &got));
+    if (got < bytes) return pdi_store_broken_item(ctx, s, "cut off", name);
+    PDI_TRY(pdi_file_get(ctx, &s->file, tail, sizeof tail, &got));
+    if (got < sizeof tail || pdi_store_word(tail) != pdi_deflate_crc(0, (const uint8_t *)data, bytes))
+        return pdi_store_broken_item(ctx, s, "damaged", name);
+    return PD_OK;
+}
+
+pd_status pd_store_bytes(pd_ctx *ctx, pd_store *s, const char *name, void *data, size_t size, int64_t count)
+{
+    s->items++;
+    return s->reading ? pdi_store_read(ctx, s, name, data, size, count)
+                      : pdi_store_write(ctx, s, name, data, size, count);
+}
+
+pd_status pd_store_check(pd_ctx *ctx, pd_store *s, const char *name, double value)
+{
+    char was[PDI_NUMBER_SIZE], is[PDI_NUMBER_SIZE];
+    double kept = value;
+    PDI_TRY(pd_store_bytes(ctx, s, name, &kept, sizeof kept, 1));
+    if (memcmp(&kept, &value, sizeof kept) == 0) return PD_OK;
+    pdi_file_number(kept, was);
+    pdi_file_number(value, is);
+    return pdi_fail(ctx, PD_ERR_ARGUMENT, "store", "'%s' is of another run: %s = %s, expected %s", s->file.path, name,
+                    was, is);
+}
+
+static pd_status pdi_store_finish(pd_ctx *ctx, pd_store *s)
+{
+    pdi_store_item item;
+    uint8_t head[PDI_STORE_ITEM];
+    if (s->reading) {
+        PDI_TRY(pdi_store_read_item(ctx, s, "last", &item));
+        if (strcmp(item.name, PDI_STORE_END) != 0)
+            return pdi_fail(ctx, PD_ERR_ARGUMENT, "store", "'%s' holds '%s', expected its end: it is of another run",
+                            s->file.path, item.name);
+        return PD_OK;
+    }
+    memset(head, 0, sizeof head);
+    memcpy(head, PDI_STORE_END, sizeof PDI_STORE_END);
+    memcpy(head + PDI_STORE_AT_COUNT, &s->items, sizeof s->items);
+    pdi_store_seal(head, sizeof head);
+    PDI_TRY(pdi_file_write(ctx, &s->file, head, sizeof head));
+    return pdi_file_commit(ctx, &s->file);
+}
+
+pd_status pd_store_close(pd_ctx *ctx, pd_store *s)
+{
+    pd_status status = pdi_store_finish(ctx, s);
+    pd_store_abandon(s);
+    return status;
+}
+
+#undef PDI_STORE_MAGIC
+#undef PDI_STORE_ORDER
+#undef PDI_STORE_FOREIGN
+#undef PDI_STORE_HEAD
+#undef PDI_STORE_ITEM
+#undef PDI_STORE_END
 
 /* ======== >>inflate.c ======== */
 /* inflate: see inflate.h */
@@ -14863,6 +15452,20 @@ pd_status pd_pvd_add(pd_ctx *ctx, pd_pvd *pvd, double time, const char *file)
     return PD_OK;
 }
 
+PDI_FN pd_status pdi_pvd_store(pd_ctx *ctx, pd_pvd *pvd, pd_store *store)
+{
+    int64_t size = (int64_t)pvd->size;
+    PDI_TRY(PDI_STORE(ctx, store, "collection.last", &pvd->last, 1));
+    PDI_TRY(PDI_STORE(ctx, store, "collection.count", &pvd->count, 1));
+    PDI_TRY(PDI_STORE(ctx, store, "collection.size", &size, 1));
+    if (size > (int64_t)pvd->capacity) {
+        PDI_TRY(PDI_GROW(ctx, "pvd", pvd->capacity, size, pvd->entries));
+        pvd->capacity = (size_t)size;
+    }
+    pvd->size = (size_t)size;
+    return PDI_STORE(ctx, store, "collection", pvd->entries, size);
+}
+
 /* ======== >>csv.c ======== */
 /* csv: see csv.h */
 #include <string.h>
@@ -14947,6 +15550,18 @@ pd_status pd_csv_create(pd_ctx *ctx, const char *path, const char *comment, cons
     memset(csv, 0, sizeof *csv);
     PDI_TRY(pd_csv_write(ctx, path, comment, names, columns, NULL, 0));
     PDI_TRY(pdi_file_append(ctx, path, &csv->file));
+    csv->columns = columns;
+    return PD_OK;
+}
+
+PDI_FN pd_status pdi_csv_store(pd_ctx *ctx, pd_store *store, const char *path, int columns, pd_csv *csv)
+{
+    int64_t length = 0;
+    if (!store->reading) PDI_TRY(pdi_file_length(ctx, &csv->file, &length));
+    PDI_TRY(PDI_STORE(ctx, store, "length of a table", &length, 1));
+    if (!store->reading) return PD_OK;
+    memset(csv, 0, sizeof *csv);
+    PDI_TRY(pdi_file_resume(ctx, path, length, &csv->file));
     csv->columns = columns;
     return PD_OK;
 }
@@ -15581,6 +16196,16 @@ pd_status pd_flow_update(pd_ctx *ctx, const int32_t *changed, int32_t count, pd_
     return pdi_flow_inlets(ctx, flow);
 }
 
+PDI_FN pd_status pdi_flow_store(pd_ctx *ctx, pd_flow *flow, pd_store *store)
+{
+    int32_t total = flow->grid->total;
+    PDI_TRY(PDI_STORE(ctx, store, "flow.u", flow->u, (int64_t)PD_DIM * total));
+    PDI_TRY(PDI_STORE(ctx, store, "flow.p", flow->p, total));
+    PDI_TRY(PDI_STORE(ctx, store, "flow.evaluations", &flow->evaluations, 1));
+    if (store->reading) pd_flow_prepare(ctx, flow);
+    return PD_OK;
+}
+
 void pd_flow_free(pd_ctx *ctx, pd_flow *flow)
 {
     int32_t total = flow->grid ? flow->grid->total : 0;
@@ -16046,6 +16671,7 @@ PDI_FN pd_status pdi_steady_stage(pd_ctx *ctx, pd_steady *s, double rate, const 
 {
     pd_flow *flow = s->flow;
     int64_t start = flow->evaluations;
+    pd_status status = PD_OK;
     /* an error of the velocity shows in the residual `rate` times as large */
     double least = fmin(1.0, flow->speed / (flow->length * rate)), before = HUGE_VAL;
     memset(result, 0, sizeof *result);
@@ -16060,12 +16686,18 @@ PDI_FN pd_status pdi_steady_stage(pd_ctx *ctx, pd_steady *s, double rate, const 
         int effort = 0;
         before = norm;
         double forcing = fmin(PDI_STEADY_STAGE_FORCING, fmax(1e-4, PDI_STEADY_ENOUGH / excess));
-        pd_status status = pdi_steady_newton(ctx, s, rate, forcing, result, &effort);
+        status = pdi_steady_newton(ctx, s, rate, forcing, result, &effort);
         if (status < 0) break;
     }
     s->rate = 0.0;
     s->target = NULL;
+    if (pdi_lacks_memory(status)) return status;
     return result->converged ? PD_OK : PD_RETRY;
+}
+
+PDI_FN pd_status pdi_steady_store(pd_ctx *ctx, pd_steady *s, pd_store *store)
+{
+    return PDI_STORE(ctx, store, "steady.norm0", &s->norm0, 1);
 }
 
 void pd_steady_free(pd_ctx *ctx, pd_steady *s)
@@ -16160,6 +16792,7 @@ pd_status pd_implicit_step(pd_ctx *ctx, pd_implicit *im, double dt)
     if (status != PD_OK) {
         pdi_par_copy(ctx, split, im->start, flow->u);
         pdi_par_copy(ctx, total, im->start + split, flow->p);
+        if (pdi_lacks_memory(status)) return status;
         pdi_fail(ctx, PD_RETRY, "implicit", "a stage of a step of %g s at t = %g s does not converge", dt, im->time);
         return PD_RETRY;
     }
@@ -16205,6 +16838,16 @@ pd_status pd_implicit_run(pd_ctx *ctx, pd_implicit *im, double t_end)
         im->dt = pdi_sdirk_plan(im->dt, dt, factor);
     }
     return PD_OK;
+}
+
+PDI_FN pd_status pdi_implicit_store(pd_ctx *ctx, pd_implicit *im, pd_store *store)
+{
+    PDI_TRY(PDI_STORE(ctx, store, "implicit.time", &im->time, 1));
+    PDI_TRY(PDI_STORE(ctx, store, "implicit.dt", &im->dt, 1));
+    PDI_TRY(PDI_STORE(ctx, store, "implicit.error", &im->error, 1));
+    PDI_TRY(PDI_STORE(ctx, store, "implicit.steps", &im->steps, 1));
+    PDI_TRY(PDI_STORE(ctx, store, "implicit.rejected", &im->rejected, 1));
+    return PDI_STORE(ctx, store, "implicit.evaluations", &im->evaluations, 1);
 }
 
 void pd_implicit_free(pd_ctx *ctx, pd_implicit *im)
@@ -16426,6 +17069,15 @@ pd_status pd_unsteady_run(pd_ctx *ctx, pd_unsteady *un, double t_end)
                             dt, un->time);
         if (last) un->time = t_end;
     }
+    return PD_OK;
+}
+
+PDI_FN pd_status pdi_unsteady_store(pd_ctx *ctx, pd_unsteady *un, pd_store *store)
+{
+    PDI_TRY(PDI_STORE(ctx, store, "unsteady.density", un->density, un->flow->grid->total));
+    PDI_TRY(PDI_STORE(ctx, store, "unsteady.time", &un->time, 1));
+    PDI_TRY(PDI_STORE(ctx, store, "unsteady.steps", &un->steps, 1));
+    if (store->reading) pdi_unsteady_fill(ctx, un);
     return PD_OK;
 }
 
@@ -17073,6 +17725,17 @@ pd_status pd_gas_build(pd_ctx *ctx, const pd_grid *grid, const pd_bonds *bonds, 
     for (int32_t node = 0; node < total && desc->initial; node++)
         if (pdi_gas_holds(grid->kind[node])) PDI_TRY(pdi_gas_start(ctx, gas, node));
     return PD_OK;
+}
+
+pd_status pd_gas_store(pd_ctx *ctx, pd_gas *gas, pd_store *store)
+{
+    PDI_TRY(PDI_STORE(ctx, store, "gas.state", gas->state, (int64_t)PD_GAS_FIELDS * gas->grid->total));
+    PDI_TRY(PDI_STORE(ctx, store, "gas.time", &gas->time, 1));
+    PDI_TRY(PDI_STORE(ctx, store, "gas.steps", &gas->steps, 1));
+    PDI_TRY(PDI_STORE(ctx, store, "gas.rejected", &gas->rejected, 1));
+    PDI_TRY(PDI_STORE(ctx, store, "gas.lowered", &gas->lowered, 1));
+    int32_t bad = store->reading ? pdi_gas_convert_all(ctx, gas) : -1;
+    return bad < 0 ? PD_OK : pdi_gas_refuse(ctx, gas, bad);
 }
 
 void pd_gas_free(pd_ctx *ctx, pd_gas *gas)
@@ -18678,6 +19341,15 @@ pd_status pd_transport_build(pd_ctx *ctx, const pd_grid *grid, const pd_bonds *b
     return pdi_convect_build(ctx, &t->convect);
 }
 
+/* The tolerance of the next step depends on the fluxes of the last one. */
+PDI_FN pd_status pdi_transport_store(pd_ctx *ctx, pd_transport *t, pd_store *store)
+{
+    int32_t total = t->grid->total;
+    PDI_TRY(PDI_STORE(ctx, store, "transport.c", t->c, total));
+    PDI_TRY(PDI_STORE(ctx, store, "transport.carry", t->carry, total));
+    return t->flow ? PDI_STORE(ctx, store, "transport.anti", t->anti, total) : PD_OK;
+}
+
 void pd_transport_free(pd_ctx *ctx, pd_transport *t)
 {
     int64_t total = t->grid ? t->grid->total : 0;
@@ -18862,6 +19534,19 @@ pd_status pd_advance_run(pd_ctx *ctx, pd_advance *a, double t_end, pd_transport_
         if (status > 0) worst = status;
     }
     return worst;
+}
+
+PDI_FN pd_status pdi_advance_store(pd_ctx *ctx, pd_advance *a, pd_store *store)
+{
+    PDI_TRY(PDI_STORE(ctx, store, "advance.time", &a->time, 1));
+    PDI_TRY(PDI_STORE(ctx, store, "advance.dt", &a->dt, 1));
+    PDI_TRY(PDI_STORE(ctx, store, "advance.error", &a->error, 1));
+    PDI_TRY(PDI_STORE(ctx, store, "advance.out", &a->out, 1));
+    PDI_TRY(PDI_STORE(ctx, store, "advance.in", &a->in, 1));
+    PDI_TRY(PDI_STORE(ctx, store, "advance.steps", &a->steps, 1));
+    PDI_TRY(PDI_STORE(ctx, store, "advance.rejected", &a->rejected, 1));
+    PDI_TRY(PDI_STORE(ctx, store, "advance.krylov", &a->krylov, 1));
+    return PDI_STORE(ctx, store, "advance.euler", &a->euler, 1);
 }
 
 void pd_advance_free(pd_ctx *ctx, pd_advance *a)
@@ -19212,6 +19897,12 @@ static pd_status pdi_dissolve_settle(pd_ctx *ctx, pd_dissolve *d)
     }
 }
 
+PDI_FN pd_status pdi_dissolve_turned(pd_ctx *ctx, pd_dissolve *d, const int32_t *turned, int32_t count)
+{
+    for (int32_t n = 0; n < count; n++) pdi_dissolve_expose(d, turned[n]);
+    return pdi_dissolve_collect(ctx, d);
+}
+
 pd_status pd_dissolve_finish(pd_ctx *ctx, pd_dissolve *d, double dt)
 {
     double span = pdi_dissolve_span(d);
@@ -19224,8 +19915,7 @@ pd_status pd_dissolve_finish(pd_ctx *ctx, pd_dissolve *d, double dt)
     for (int32_t f = 0; f < d->front_count; f++) d->transport->c[d->front[f]] -= dt * span * d->rate[d->front[f]];
     PDI_TRY(pdi_dissolve_settle(ctx, d));
     if (!d->changed_count) return PD_OK;
-    for (int32_t n = 0; n < d->changed_count; n++) pdi_dissolve_expose(d, d->changed[n]);
-    return pdi_dissolve_collect(ctx, d);
+    return pdi_dissolve_turned(ctx, d, d->changed, d->changed_count);
 }
 
 double pd_dissolve_stock(pd_ctx *ctx, const pd_dissolve *d)
@@ -19652,6 +20342,17 @@ static void pdi_corrode_ghost_phases(pd_corrode *r)
     }
 }
 
+/* Phases and roles of all nodes, from their kinds. */
+static void pdi_corrode_phases(pd_corrode *r)
+{
+    for (int32_t i = 0; i < r->grid->total; i++) {
+        if (r->grid->kind[i] == PD_SOLID) r->phase[i] = PDI_CORRODE_SOLID;
+        if (r->grid->kind[i] == PD_FLUID) r->phase[i] = PDI_CORRODE_FLUID;
+    }
+    pdi_corrode_ghost_phases(r);
+    pdi_corrode_roles(r);
+}
+
 /* Values of ghosts: odd about `bulk` behind held planes. */
 PDI_FN void pdi_corrode_ghosts(pd_corrode *r)
 {
@@ -19811,14 +20512,11 @@ pd_status pd_corrode_build(pd_ctx *ctx, pd_grid *grid, const pd_stencil *stencil
         for (int d = 0; d < PD_DIM; d++) r->shift[k] += (int32_t)stencil->offset[k * PD_DIM + d] * grid->stride[d];
         r->diffusion += desc->diffusivity * stencil->lap[k];
     }
+    pdi_corrode_phases(r);
     for (int32_t i = 0; i < grid->total; i++) {
-        if (grid->kind[i] == PD_SOLID) r->phase[i] = PDI_CORRODE_SOLID;
-        else if (grid->kind[i] == PD_FLUID) r->phase[i] = PDI_CORRODE_FLUID;
-        else continue;
-        r->c[i] = grid->kind[i] == PD_SOLID ? desc->solid : desc->activation ? desc->bulk : desc->initial;
+        if (grid->kind[i] == PD_SOLID) r->c[i] = desc->solid;
+        if (grid->kind[i] == PD_FLUID) r->c[i] = desc->activation ? desc->bulk : desc->initial;
     }
-    pdi_corrode_ghost_phases(r);
-    pdi_corrode_roles(r);
     PDI_TRY(pdi_corrode_bonds(ctx, r));
     pd_corrode_open(r);
     return PD_OK;
@@ -20127,6 +20825,24 @@ pd_status pd_corrode_run(pd_ctx *ctx, pd_corrode *r, double t_end)
         pdi_corrode_commit(r, dt);
         if (!(count > 1.0)) r->time = t_end; /* no last step of rounding's length */
     }
+    return PD_OK;
+}
+
+PDI_FN pd_status pdi_corrode_store(pd_ctx *ctx, pd_corrode *r, pd_store *store)
+{
+    PDI_TRY(PDI_STORE(ctx, store, "corrode.c", r->c, r->grid->total));
+    if (r->film) PDI_TRY(PDI_STORE(ctx, store, "corrode.film", r->film, r->grid->total));
+    PDI_TRY(PDI_STORE(ctx, store, "corrode.time", &r->time, 1));
+    PDI_TRY(PDI_STORE(ctx, store, "corrode.start", &r->start, 1));
+    PDI_TRY(PDI_STORE(ctx, store, "corrode.out", &r->out, 1));
+    PDI_TRY(PDI_STORE(ctx, store, "corrode.out_carry", &r->out_carry, 1));
+    PDI_TRY(PDI_STORE(ctx, store, "corrode.steps", &r->steps, 1));
+    PDI_TRY(PDI_STORE(ctx, store, "corrode.changed_count", &r->changed_count, 1));
+    if (r->changed_count < 0 || r->changed_count > r->changed_capacity)
+        return pdi_fail(ctx, PD_ERR_ARGUMENT, "corrode", "'%s' has %d nodes turn fluid, expected 0 to %d",
+                        store->file.path, (int)r->changed_count, (int)r->changed_capacity);
+    PDI_TRY(PDI_STORE(ctx, store, "corrode.changed", r->changed, r->changed_count));
+    if (store->reading) pdi_corrode_phases(r);
     return PD_OK;
 }
 
@@ -20534,6 +21250,20 @@ pd_status pd_recede_build(pd_ctx *ctx, pd_corrode *corrode, const pd_recede_desc
     return pdi_recede_allocate(ctx, r);
 }
 
+PDI_FN pd_status pdi_recede_store(pd_ctx *ctx, pd_recede *r, pd_store *store)
+{
+    int32_t total = r->corrode->grid->total;
+    PDI_TRY(PDI_STORE(ctx, store, "recede.moved", r->moved, total));
+    PDI_TRY(PDI_STORE(ctx, store, "recede.state", r->state, total));
+    PDI_TRY(PDI_STORE(ctx, store, "recede.last_dt", &r->last_dt, 1));
+    PDI_TRY(PDI_STORE(ctx, store, "recede.next_dt", &r->next_dt, 1));
+    PDI_TRY(PDI_STORE(ctx, store, "recede.front_dt", &r->front_dt, 1));
+    PDI_TRY(PDI_STORE(ctx, store, "recede.turned", &r->turned, 1));
+    PDI_TRY(PDI_STORE(ctx, store, "recede.newton", &r->newton, 1));
+    PDI_TRY(PDI_STORE(ctx, store, "recede.iterations", &r->iterations, 1));
+    return PDI_STORE(ctx, store, "recede.rejected", &r->rejected, 1);
+}
+
 void pd_recede_free(pd_ctx *ctx, pd_recede *r)
 {
     int64_t total = r->corrode && r->corrode->grid ? r->corrode->grid->total : 0;
@@ -20666,6 +21396,7 @@ pd_status pd_couple_start(pd_ctx *ctx, pd_couple *c)
         c->krylov_transport += c->transport_result.krylov;
         if (status < 0) return status;
     }
+    c->started = 1;
     return pdi_couple_balance(ctx, c);
 }
 
@@ -20762,7 +21493,7 @@ pd_status pd_couple_run(pd_ctx *ctx, pd_couple *c, double t_end, double every, p
     if (!(t_end >= c->time) || !(every >= 0.0))
         return pdi_fail(ctx, PD_ERR_ARGUMENT, "couple", "the run from %g s to %g s with output every %g s", c->time,
                         t_end, every);
-    if (c->steps == 0) {
+    if (!c->started) {
         PDI_TRY(pd_couple_start(ctx, c));
         if (observer && observer(user, c)) return PD_OK;
     }
@@ -20781,6 +21512,104 @@ pd_status pd_couple_run(pd_ctx *ctx, pd_couple *c, double t_end, double every, p
 double pd_couple_volume_loss(const pd_couple *c)
 {
     return c->solid_start > 0.0 ? 1.0 - c->ledger.solid / c->solid_start : 0.0;
+}
+
+/* ---- state ---- */
+
+/* Lattice and parts, which the file must have alike. */
+static pd_status pdi_couple_alike(pd_ctx *ctx, const pd_couple *c, pd_store *store)
+{
+    const pd_grid *grid = c->grid;
+    const void *const parts[] = {c->flow, c->steady, c->implicit, c->unsteady, c->transport, c->advance, c->dissolve,
+                                 c->corrode, c->recede};
+    static const char *const part_names[] = {"flow", "steady", "implicit", "unsteady", "transport", "advance",
+                                             "dissolve", "corrode", "recede"};
+    static const char *const cells[] = {"cells along x", "cells along y", "cells along z"};
+    static const char *const spacing[] = {"h along x [m]", "h along y [m]", "h along z [m]"};
+    static const char *const low[] = {"low end along x [m]", "low end along y [m]", "low end along z [m]"};
+    for (int d = 0; d < PD_DIM; d++) {
+        PDI_TRY(pd_store_check(ctx, store, cells[d], grid->n[d]));
+        PDI_TRY(pd_store_check(ctx, store, spacing[d], grid->h[d]));
+        PDI_TRY(pd_store_check(ctx, store, low[d], grid->lo[d]));
+    }
+    PDI_TRY(pd_store_check(ctx, store, "ghost layers", grid->ghost));
+    PDI_TRY(pd_store_check(ctx, store, "metal nodes at the start", (double)c->solid_nodes_start));
+    for (size_t k = 0; k < sizeof parts / sizeof parts[0]; k++)
+        PDI_TRY(pd_store_check(ctx, store, part_names[k], parts[k] != NULL));
+    return PD_OK;
+}
+
+/* Turn the metal of the grid fluid where `kind` says so, and let all that follows from kinds follow. */
+static pd_status pdi_couple_turn(pd_ctx *ctx, pd_couple *c, const uint8_t *kind, int32_t *turned)
+{
+    int32_t count = 0;
+    for (int32_t i = 0; i < c->grid->total; i++) {
+        int at[PD_DIM];
+        pdi_grid_index(c->grid, i, at);
+        if (kind[i] == PD_FLUID && c->grid->kind[i] == PD_SOLID && pdi_grid_inside(c->grid, at)) turned[count++] = i;
+    }
+    for (int32_t n = 0; n < count; n++) pdi_grid_dissolve(c->grid, turned[n]);
+    for (int32_t i = 0; i < c->grid->total; i++)
+        if (kind[i] != c->grid->kind[i])
+            return pdi_fail(ctx, PD_ERR_GEOMETRY, "couple", "node %d is of kind %d in the file, expected %d", (int)i,
+                            kind[i], c->grid->kind[i]);
+    if (!count || c->corrode) return PD_OK;
+    PDI_TRY(pd_bonds_update(ctx, turned, count, c->bonds));
+    if (c->flow) PDI_TRY(pd_flow_update(ctx, turned, count, c->flow));
+    if (c->transport) PDI_TRY(pd_transport_update(ctx, c->transport));
+    return c->dissolve ? pdi_dissolve_turned(ctx, c->dissolve, turned, count) : PD_OK;
+}
+
+static pd_status pdi_couple_kinds(pd_ctx *ctx, pd_couple *c, pd_store *store)
+{
+    uint8_t *kind = NULL;
+    int32_t *turned = NULL, total = c->grid->total;
+    int64_t most = c->solid_nodes_start;
+    if (!store->reading) return PDI_STORE(ctx, store, "grid.kind", c->grid->kind, total);
+    pd_status status = PDI_NEW(ctx, "couple", total, kind);
+    if (status == PD_OK) status = PDI_NEW(ctx, "couple", most, turned);
+    if (status == PD_OK) status = PDI_STORE(ctx, store, "grid.kind", kind, total);
+    if (status == PD_OK) status = pdi_couple_turn(ctx, c, kind, turned);
+    PDI_DELETE(ctx, total, kind);
+    PDI_DELETE(ctx, most, turned);
+    return status;
+}
+
+static pd_status pdi_couple_parts(pd_ctx *ctx, pd_couple *c, pd_store *store)
+{
+    if (c->flow) PDI_TRY(pdi_flow_store(ctx, c->flow, store));
+    if (c->steady) PDI_TRY(pdi_steady_store(ctx, c->steady, store));
+    if (c->implicit) PDI_TRY(pdi_implicit_store(ctx, c->implicit, store));
+    if (c->unsteady) PDI_TRY(pdi_unsteady_store(ctx, c->unsteady, store));
+    if (c->transport) PDI_TRY(pdi_transport_store(ctx, c->transport, store));
+    if (c->advance) PDI_TRY(pdi_advance_store(ctx, c->advance, store));
+    if (c->corrode) PDI_TRY(pdi_corrode_store(ctx, c->corrode, store));
+    return c->recede ? pdi_recede_store(ctx, c->recede, store) : PD_OK;
+}
+
+pd_status pd_couple_store(pd_ctx *ctx, pd_couple *c, pd_store *store)
+{
+    pd_steady_result *flow = &c->steady_result;
+    pd_transport_result *transport = &c->transport_result;
+    PDI_TRY(pdi_couple_alike(ctx, c, store));
+    PDI_TRY(pdi_couple_kinds(ctx, c, store));
+    PDI_TRY(pdi_couple_parts(ctx, c, store));
+    PDI_TRY(PDI_STORE(ctx, store, "time", &c->time, 1));
+    PDI_TRY(PDI_STORE(ctx, store, "dt", &c->dt, 1));
+    PDI_TRY(PDI_STORE(ctx, store, "started", &c->started, 1));
+    PDI_TRY(PDI_STORE(ctx, store, "steps", &c->steps, 1));
+    PDI_TRY(PDI_STORE(ctx, store, "flow solves", &c->flow_solves, 1));
+    PDI_TRY(PDI_STORE(ctx, store, "unsolved", &c->unsolved, 1));
+    PDI_TRY(PDI_STORE(ctx, store, "krylov of the flow", &c->krylov_flow, 1));
+    PDI_TRY(PDI_STORE(ctx, store, "krylov of transport", &c->krylov_transport, 1));
+    PDI_TRY(PDI_STORE(ctx, store, "evaluations of the flow", &c->flow_evaluations, 1));
+    PDI_TRY(PDI_STORE(ctx, store, "flow stale", &c->flow_stale, 1));
+    PDI_TRY(PDI_STORE(ctx, store, "momentum residual", &flow->momentum, 1));
+    PDI_TRY(PDI_STORE(ctx, store, "continuity residual", &flow->continuity, 1));
+    PDI_TRY(PDI_STORE(ctx, store, "limiter steps", &transport->limiter, 1));
+    PDI_TRY(PDI_STORE(ctx, store, "change", &transport->change, 1));
+    PDI_TRY(PDI_STORE(ctx, store, "solid at the start", &c->solid_start, 1));
+    return PDI_STORE(ctx, store, "ledger", &c->ledger, 1);
 }
 
 /* ======== >>setup.c ======== */
@@ -20824,6 +21653,7 @@ void pd_setup_free(pd_ctx *ctx, pd_setup *setup)
     for (int k = 0; k < setup->tables; k++) pd_curve_free(ctx, &setup->table[k].curve);
     PDI_DELETE(ctx, setup->tables, setup->table);
     PDI_DELETE(ctx, setup->tables, setup->function);
+    PDI_DELETE(ctx, setup->identity_size, setup->identity);
     memset(setup, 0, sizeof *setup);
 }
 
@@ -20897,6 +21727,19 @@ PDI_FN pd_status pdi_setup_outside(pd_ctx *ctx, pd_setup *setup, int *index)
     return pdi_setup_shape(ctx, setup, &outside, index);
 }
 
+PDI_FN pd_status pdi_setup_folder(pd_ctx *ctx, pd_text *text, int section, const char *key, pd_setup *setup)
+{
+    const char *folder;
+    PDI_TRY(pd_text_string(ctx, text, section, key, "output", &folder));
+    if (strlen(folder) >= PD_PATH_SIZE - PD_SETUP_NAME)
+        return pd_text_refuse(ctx, text, section, key, "the path is too long");
+    if (!pdi_file_below(folder))
+        return pd_text_refuse(ctx, text, section, key, "found '%.200s', expected a folder below the current one,"
+                              " without '..': only who starts the run may choose another", folder);
+    memcpy(setup->folder, folder, strlen(folder) + 1);
+    return PD_OK;
+}
+
 PDI_FN pd_status pdi_setup_mask(pd_ctx *ctx, pd_setup *setup, size_t size, uint8_t **mask)
 {
     int k = setup->masks;
@@ -20946,6 +21789,227 @@ PDI_FN void pdi_setup_split_path(const char *path, char *name, char *folder)
     memcpy(folder, path, above);
     folder[above] = '\0';
 }
+
+/* ======== >>budget.c ======== */
+/* budget: see budget.h */
+#include <math.h>
+#include <string.h>
+
+/* Points of the sample along an axis. */
+#define PDI_BUDGET_POINTS (PD_DIM == 1 ? 2000 : PD_DIM == 2 ? 100 : 28)
+/* [byte] A plot: pixels, filtered rows, the packed file and the state of the packer. */
+#define PDI_BUDGET_PLOT 5.7e6
+#define PDI_BUDGET_PACK 0.55e6
+/* [byte] What does not grow with the lattice: tables of a run, small matrices of the solvers, the stencil. */
+#define PDI_BUDGET_BASE 0.22e6
+
+/* Whole family: offsets with 0 < |n| < m + 1/2. */
+static double pdi_budget_bonds(double m)
+{
+    int reach = (int)ceil(m + 0.5) - 1, n[3] = {0, 0, 0};
+    double bonds = -1.0;
+    for (n[2] = PD_DIM > 2 ? -reach : 0; n[2] <= (PD_DIM > 2 ? reach : 0); n[2]++)
+        for (n[1] = PD_DIM > 1 ? -reach : 0; n[1] <= (PD_DIM > 1 ? reach : 0); n[1]++)
+            for (n[0] = -reach; n[0] <= reach; n[0]++)
+                bonds += n[0] * n[0] + n[1] * n[1] + n[2] * n[2] < (m + 0.5) * (m + 0.5);
+    return bonds;
+}
+
+/* 1: what lies behind the side is closed, or held, within `near_to` of x. */
+static int pdi_budget_beside(const pd_setup *u, const double *x, double near_to)
+{
+    for (int d = 0; d < PD_DIM; d++)
+        for (int end = 0; end < 2; end++) {
+            pd_side kind = u->side[2 * d + end].kind;
+            double away = end ? u->hi[d] - x[d] : x[d] - u->lo[d];
+            if ((kind == PD_SIDE_WALL || kind == PD_SIDE_INLET) && away < near_to * u->h[d]) return 1;
+        }
+    return 0;
+}
+
+/* Kinds of nodes, by the places of a regular sample. */
+static void pdi_budget_sample(const pd_setup *u, double reach, pd_budget *b)
+{
+    int count[3] = {1, 1, 1}, i[3];
+    double points = 1.0, step = 0.0, fluid = 0.0, solid = 0.0, cut = 0.0;
+    for (int d = 0; d < PD_DIM; d++) {
+        double cells = (u->hi[d] - u->lo[d]) / u->h[d];
+        count[d] = cells < PDI_BUDGET_POINTS ? (int)(cells + 0.5) : PDI_BUDGET_POINTS;
+        if (count[d] < 1) count[d] = 1;
+        points *= count[d];
+        step = fmax(step, u->h[d]);
+    }
+    for (i[2] = 0; i[2] < count[2]; i[2]++)
+        for (i[1] = 0; i[1] < count[1]; i[1]++)
+            for (i[0] = 0; i[0] < count[0]; i[0]++) {
+                double x[PD_DIM], far_away = HUGE_VAL;
+                for (int d = 0; d < PD_DIM; d++) x[d] = u->lo[d] + (i[d] + 0.5) * (u->hi[d] - u->lo[d]) / count[d];
+                if (u->wall >= 0) far_away = pd_shape_distance(u->shape, u->wall, x);
+                if (far_away < 0.0) continue;
+                if (u->solid >= 0) far_away = fmin(far_away, pd_shape_distance(u->shape, u->solid, x));
+                solid += far_away < 0.0;
+                fluid += !(far_away < 0.0);
+                cut += !(far_away < 0.0) && (far_away < reach * step || pdi_budget_beside(u, x, reach));
+            }
+    b->fluid = b->cells * fluid / points;
+    b->solid = b->cells * solid / points;
+    b->cut = b->cells * cut / points;
+}
+
+/* [byte] a cell of a multigrid: its finest level, and the coarser ones, which appear in the run. */
+static double pdi_budget_multigrid(int symmetric, int contrast, double *coarse)
+{
+    double axes = symmetric ? PD_DIM : 2 * PD_DIM;
+    *coarse = 4.0 + (4.0 * (4 + contrast) + 16.0 + 8.0 * contrast + 16.0 * 2 * PD_DIM) / ((1 << PD_DIM) - 1);
+    return 4.0 * (1.0 + axes + 3.0 + contrast) + 8.0 * contrast + 4.0;
+}
+
+/* [byte] a cell of the coefficients that a multigrid is set up with. */
+static double pdi_budget_compact(int with_flux) { return 9.0 + 4.0 * PD_DIM * (1 + with_flux); }
+
+static void pdi_budget_lattice(const pd_setup *u, pd_budget *b)
+{
+    double row = 4.0 + 4.0 * ceil(b->bonds / 32.0) + 17.0 + 16.0 * PD_DIM * PD_DIM;
+    b->bytes[PD_PART_GRID] = b->nodes + b->bonds * (70.0 + 12.0 * PD_DIM);
+    if (!u->has_corrode)
+        b->bytes[PD_PART_GRID] += 4.0 * b->nodes + 1.25 * row * b->cut + 9.0 * (b->nodes - b->cells);
+}
+
+static void pdi_budget_flow(const pd_setup *u, pd_budget *b)
+{
+    double coarse_u, coarse_p, restart = PD_DIM == 3 ? 41.0 : 61.0, values = 3.0 * PD_DIM + 1.0;
+    if (!u->has_flow) return;
+    for (int s = 0; s < 2 * PD_DIM; s++)
+        for (int d = 0; d < PD_DIM; d++)
+            if (fabs(u->side[s].slide[d]) > 0.0) values = 4.0 * PD_DIM + 1.0;
+    if (u->motion == PD_MOTION_STEADY || u->motion == PD_MOTION_IMPLICIT) {
+        values += 7.0 * (PD_DIM + 1) + PD_DIM; /* vectors of the solvers */
+        b->bytes[PD_PART_FLOW] += 4.0 * restart * (PD_DIM + 1) * (b->fluid + b->solid);
+        b->bytes[PD_PART_FLOW] += b->cells * (pdi_budget_compact(1) + pdi_budget_compact(0) +
+                                              pdi_budget_multigrid(0, 0, &coarse_u) +
+                                              pdi_budget_multigrid(1, 0, &coarse_p));
+        b->working += b->cells * (coarse_u + coarse_p);
+    }
+    if (u->motion == PD_MOTION_IMPLICIT) values += 3.0 * PD_DIM + 1.0;
+    if (u->motion == PD_MOTION_EXPLICIT) values += 3.0 * PD_DIM + 3.0;
+    b->bytes[PD_PART_FLOW] += 8.0 * values * b->nodes;
+}
+
+static void pdi_budget_transport(const pd_setup *u, pd_budget *b)
+{
+    double values = 12.0 + 4.0, coarse, bytes; /* fields and vectors of the solver */
+    int repeats = 0, medium = u->medium >= 0, held = 0;
+    if (!u->has_transport) return;
+    for (int s = 0; s < 2 * PD_DIM; s++) {
+        repeats = repeats || u->side[s].kind >= PD_SIDE_PERIODIC;
+        held = held || u->side[s].holds;
+    }
+    for (int k = 0; k < u->wall_count; k++) held = held || u->walls[k].holds;
+    values += repeats + 2.0 * medium + held * (2.0 + 2.0 * PD_DIM + 0.125);
+    values += 0.5 * (0.5 * PD_DIM * (PD_DIM + 1) + 1.0); /* of the diffusion, in single precision */
+    if (u->has_flow) values += PD_DIM + 1.0 + floor(0.5 * b->bonds);
+    if (!u->has_dissolve) values += 4.0;
+    bytes = 8.0 * values * b->nodes + 41.0 * (medium ? 8.0 : 4.0) * (b->fluid + b->solid);
+    bytes += 8.0 * 1.25 * b->bonds * b->cut;
+    bytes += b->cells * (pdi_budget_compact(u->has_flow) + pdi_budget_multigrid(!u->has_flow, medium, &coarse));
+    b->bytes[PD_PART_TRANSPORT] = bytes;
+    b->working += b->cells * coarse;
+}
+
+static void pdi_budget_metal(const pd_setup *u, pd_budget *b)
+{
+    double coarse;
+    if (u->has_grains) b->bytes[PD_PART_GRAIN] = 12.0 * b->nodes; /* and shares, which do not stay: 4 */
+    if (u->has_dissolve) b->bytes[PD_PART_DISSOLVE] = 33.0 * b->nodes + 4.0 * fmin(b->solid, b->cut);
+    if (!u->has_corrode) return;
+    b->bytes[PD_PART_CORRODE] = (26.0 + (u->passive >= 0)) * b->nodes + 8.0 * (b->nodes - b->cells) + 4.0 * b->cells +
+                                4.0 * b->solid;
+    if (u->has_grains) b->bytes[PD_PART_CORRODE] += 8.0 * b->nodes;
+    if (u->forward) return;
+    b->bytes[PD_PART_CORRODE] += (65.0 + 40.0) * b->nodes + b->cells * (pdi_budget_compact(0) +
+                                                                         pdi_budget_multigrid(1, 0, &coarse));
+    b->working += b->cells * coarse;
+}
+
+/* Pixels of a field of `cells`, `wanted` of them. */
+static double pdi_budget_pixels(double cells, double wanted)
+{
+    double each = fmax(1.0, floor(wanted / cells + 0.5));
+    return cells > 1400.0 ? cells / ceil(cells / 1400.0) : fmax(cells * each, 120.0);
+}
+
+/* Pictures come one by one: the largest counts. */
+static double pdi_budget_pictures(const pd_setup *u)
+{
+    int right = u->slice_axis == 0 && PD_DIM == 3 ? 1 : 0, up = u->slice_axis == 2 || PD_DIM < 3 ? 1 : 2;
+    int plots = pdi_setup_loses(u) || (PD_DIM == 1 && u->images);
+    double largest = 0.0;
+    for (int k = 0; k < u->monitors; k++) {
+        const pd_setup_monitor *m = &u->monitor[k];
+        plots = plots || (m->kind == PD_MONITOR_LINE && m->images) || (m->kind == PD_MONITOR_TRANSFER && m->axis >= 0);
+    }
+    if (plots) largest = PDI_BUDGET_PLOT;
+    if (PD_DIM == 1 || !u->images) return largest;
+    double lx = u->hi[right] - u->lo[right], ly = u->hi[up] - u->lo[up];
+    if (u->axisymmetric && !(u->lo[up] > 0.0)) ly *= 2.0; /* both halves are drawn */
+    double scale = fmin(1000.0 / lx, 900.0 / ly);
+    double width = pdi_budget_pixels(lx / u->h[right], scale * lx) + 230.0;
+    double height = pdi_budget_pixels(ly / u->h[up], scale * ly) + 140.0;
+    return fmax(largest, 6.0 * width * height + PDI_BUDGET_PACK);
+}
+
+/* Fields that files need a copy of, and the largest picture. */
+static void pdi_budget_output(const pd_setup *u, pd_budget *b)
+{
+    double copies = 0.0;
+    for (int k = 0; k < PD_FIELD_COUNT; k++)
+        if (((u->fields >> k) & 1u) && (k == PD_FIELD_C || k == PD_FIELD_D || k == PD_FIELD_RATE ||
+                                        k == PD_FIELD_DENSITY || k == PD_FIELD_P))
+            copies += 8.0;
+    b->files = copies * b->nodes + pdi_budget_pictures(u);
+}
+
+void pd_budget_estimate(const pd_setup *u, pd_budget *b)
+{
+    double reach = ceil(u->m + 0.5) - 1.0;
+    memset(b, 0, sizeof *b);
+    b->nodes = b->cells = 1.0;
+    for (int d = 0; d < PD_DIM; d++) {
+        double cells = floor((u->hi[d] - u->lo[d]) / u->h[d] + 0.5);
+        b->cells *= cells;
+        b->nodes *= cells + 2.0 * reach;
+    }
+    b->bonds = pdi_budget_bonds(u->m);
+    pdi_budget_sample(u, reach, b);
+    pdi_budget_lattice(u, b);
+    pdi_budget_flow(u, b);
+    pdi_budget_transport(u, b);
+    pdi_budget_metal(u, b);
+    pdi_budget_output(u, b);
+    b->all = PDI_BUDGET_BASE + b->working + b->files + PD_SHAPE_MAX * (double)sizeof *u->shape;
+    for (int k = 0; k < u->masks; k++) b->all += (double)u->mask_size[k];
+    for (int k = 0; k < PD_PART_COUNT; k++) b->all += b->bytes[k];
+}
+
+pd_status pd_budget_check(pd_ctx *ctx, const pd_setup *setup, int dry)
+{
+    pd_budget b;
+    pd_budget_estimate(setup, &b);
+    if (dry) b.all -= b.files;
+    if (!(b.nodes <= (double)INT32_MAX))
+        return pdi_fail(ctx, PD_ERR_SIZE, "grid", "the lattice has %.3g nodes, at most %.3g are possible", b.nodes,
+                        (double)INT32_MAX);
+    double sure = (b.all - PDI_BUDGET_BASE) / (1.0 + PD_BUDGET_ERROR);
+    if (ctx->alloc.limit && sure > (double)ctx->alloc.limit)
+        return pdi_fail(ctx, PD_ERR_LIMIT, "memory", "the run needs about %.3g MB, the limit is %.3g MB",
+                        b.all * 1e-6, (double)ctx->alloc.limit * 1e-6);
+    return PD_OK;
+}
+
+#undef PDI_BUDGET_POINTS
+#undef PDI_BUDGET_PLOT
+#undef PDI_BUDGET_PACK
+#undef PDI_BUDGET_BASE
 
 /* ======== >>syntax.c ======== */
 /* syntax: see syntax.h */
@@ -21178,6 +22242,124 @@ PDI_FN pd_status pdi_chart_read(pd_ctx *ctx, pd_text *text, const char *folder, 
     return PD_OK;
 }
 
+/* ======== >>identity.c ======== */
+/* identity: see identity.h */
+#include <stdio.h>
+#include <string.h>
+
+#define PDI_IDENTITY_LINE 512 /* [byte] longer values are told by their checksum */
+
+PDI_FN pd_status pdi_identity_add(pd_ctx *ctx, pd_setup *u, const char *line)
+{
+    size_t length = strlen(line), at = u->identity_size ? u->identity_size - 1 : 0, fresh = at + length + 2;
+    PDI_TRY(PDI_GROW(ctx, "identity", u->identity_size, fresh, u->identity));
+    memcpy(u->identity + at, line, length);
+    u->identity[at + length] = '\n';
+    u->identity[at + length + 1] = '\0';
+    u->identity_size = fresh;
+    return PD_OK;
+}
+
+/* The value with single blanks, in text[size]; one that does not fit, by its checksum. */
+static void pdi_identity_value(const char *value, char *text, size_t size)
+{
+    size_t used = 0;
+    for (const char *c = value; *c; c++) {
+        if (used + 2 > size) {
+            size_t length = strlen(value);
+            snprintf(text, size, "%.60s... (%.0f bytes, %08x)", value, (double)length,
+                     (unsigned)pdi_deflate_crc(0, (const uint8_t *)value, length));
+            return;
+        }
+        int blank = pdi_units_blank(*c);
+        if (!blank || (used && text[used - 1] != ' ')) text[used++] = blank ? ' ' : *c;
+    }
+    text[used] = '\0';
+}
+
+/* Keys that change no bit of the output. */
+static int pdi_identity_passes(const pd_text *text, const pd_text_entry *e)
+{
+    const char *section = text->section[e->section].name;
+    return (strcmp(section, "grid") == 0 && strcmp(e->key, "threads") == 0) ||
+           (strcmp(section, "output") == 0 && strcmp(e->key, "folder") == 0) ||
+           (text->flat && strcmp(e->key, "output_dir") == 0);
+}
+
+PDI_FN pd_status pdi_identity_build(pd_ctx *ctx, const pd_text *text, pd_setup *u)
+{
+    char line[2 * PDI_IDENTITY_LINE], value[PDI_IDENTITY_LINE];
+    snprintf(line, sizeof line, "name = %s", u->name);
+    PDI_TRY(pdi_identity_add(ctx, u, line));
+    for (int k = 1; k < text->section_count; k++) {
+        const pd_section *s = &text->section[k];
+        if (!s->present) continue;
+        snprintf(line, sizeof line, "[%.200s%s%.200s]", s->name, s->label[0] ? " " : "", s->label);
+        PDI_TRY(pdi_identity_add(ctx, u, line));
+    }
+    for (int k = 0; k < text->entry_count; k++) {
+        const pd_text_entry *e = &text->entry[k];
+        const pd_section *s = &text->section[e->section];
+        if (pdi_identity_passes(text, e)) continue;
+        pdi_identity_value(e->value, value, sizeof value);
+        snprintf(line, sizeof line, "%.100s%s%.100s%s%.100s = %s", s->name, s->label[0] ? "." : "", s->label,
+                 s->name[0] ? "." : "", e->key, value);
+        PDI_TRY(pdi_identity_add(ctx, u, line));
+    }
+    for (int k = 0; k < u->masks; k++) {
+        snprintf(line, sizeof line, "mask %d = %.0f voxels, %08x", k, (double)u->mask_size[k],
+                 (unsigned)pdi_deflate_crc(0, u->mask[k], u->mask_size[k]));
+        PDI_TRY(pdi_identity_add(ctx, u, line));
+    }
+    /* that of a flat file depends on what it said before overrides */
+    snprintf(line, sizeof line, "scale of the rate = %.17g", u->rate_scale);
+    return text->flat ? pdi_identity_add(ctx, u, line) : PD_OK;
+}
+
+/* Length of the line at `text`, without newline. */
+static size_t pdi_identity_length(const char *text) { return strcspn(text, "\n"); }
+
+/* The line of `text` with the first `length` bytes of `line`; whole: and none behind them. NULL: there is none. */
+static const char *pdi_identity_find(const char *text, const char *line, size_t length, int whole)
+{
+    for (; *text; text += pdi_identity_length(text) + 1)
+        if (strncmp(text, line, length) == 0 && (!whole || text[length] == '\n')) return text;
+    return NULL;
+}
+
+/* The first line of `text` that `other` does not have. */
+static const char *pdi_identity_first(const char *text, const char *other)
+{
+    for (; *text; text += pdi_identity_length(text) + 1)
+        if (!pdi_identity_find(other, text, pdi_identity_length(text), 1)) return text;
+    return NULL;
+}
+
+PDI_FN pd_status pdi_identity_compare(pd_ctx *ctx, const pd_setup *u, const char *kept, const char *where)
+{
+    const char *is = u->identity ? u->identity : "", *was = kept ? kept : "";
+    if (strcmp(is, was) == 0) return PD_OK;
+    const char *old = pdi_identity_first(was, is), *fresh = pdi_identity_first(is, was);
+    if (old && strcspn(old, "=") < pdi_identity_length(old)) { /* the same key with another value says more */
+        const char *same = pdi_identity_find(is, old, strcspn(old, "=") + 1, 0);
+        if (same) fresh = same;
+        else fresh = NULL;
+    }
+    if (old && fresh)
+        return pdi_fail(ctx, PD_ERR_ARGUMENT, where, "it is of another scene: found '%.*s', expected '%.*s'",
+                        (int)(pdi_identity_length(old) < 200 ? pdi_identity_length(old) : 200), old,
+                        (int)(pdi_identity_length(fresh) < 200 ? pdi_identity_length(fresh) : 200), fresh);
+    if (old || fresh) {
+        const char *line = old ? old : fresh;
+        return pdi_fail(ctx, PD_ERR_ARGUMENT, where, "it is of another scene: found %s'%.*s', expected %s",
+                        old ? "" : "no ", (int)(pdi_identity_length(line) < 200 ? pdi_identity_length(line) : 200),
+                        line, old ? "none" : "one");
+    }
+    return pdi_fail(ctx, PD_ERR_ARGUMENT, where, "it is of a scene with the same pairs in another order");
+}
+
+#undef PDI_IDENTITY_LINE
+
 /* ======== >>sketch.c ======== */
 /* sketch: see sketch.h */
 #include <math.h>
@@ -21311,7 +22493,9 @@ static pd_status pdi_sketch_raw(pdi_sketch *s, pd_shape *shape)
         shape->n[d] = (int)number[d];
         voxels *= number[d];
     }
-    if (pdi_file_read(s->ctx, path, PDI_SKETCH_RAW_LIMIT, &bytes, &size) < 0)
+    /* a longer file need not be read to its end to see that it is too long */
+    double most = fmin(2.0 * voxels + 4096.0, (double)PDI_SKETCH_RAW_LIMIT);
+    if (pdi_file_read(s->ctx, path, (size_t)most, &bytes, &size) < 0)
         return pdi_refer_fail(s->ctx, s->text, s->section, "raw");
     pd_status status;
     if ((double)size < voxels || (double)size > voxels)
@@ -21644,6 +22828,9 @@ static pd_status pdi_flat_box(pd_ctx *ctx, const pd_text *text, const pdi_flat *
 {
     double length = f->L_upstream + f->L_wire + f->L_downstream, cells = length / f->dx, across = f->R_tube / f->dx;
     double half = PD_DIM == 3 ? ceil(across - 1e-6) * f->dx : f->R_tube;
+    if (!(cells < 1e9) || !(across < 1e9))
+        return pd_text_refuse(ctx, text, 0, "dx", "found %.3g and %.3g cells, expected fewer than 1e9 on an axis",
+                              cells, 2.0 * across);
     if (fabs(cells - floor(cells + 0.5)) > 1e-6)
         return pd_text_refuse(ctx, text, 0, "dx",
                               "L_upstream + L_wire + L_downstream are %.6g cells, expected a whole number"
@@ -21772,11 +22959,7 @@ static void pdi_flat_grains(const pdi_flat *f, pd_setup *setup)
 
 static pd_status pdi_flat_output(pd_ctx *ctx, pd_text *text, const pdi_flat *f, pd_setup *setup)
 {
-    const char *folder;
-    PDI_TRY(pd_text_string(ctx, text, 0, "output_dir", "output", &folder));
-    if (strlen(folder) >= PD_PATH_SIZE - PD_SETUP_NAME)
-        return pd_text_refuse(ctx, text, 0, "output_dir", "the path is too long");
-    memcpy(setup->folder, folder, strlen(folder) + 1);
+    PDI_TRY(pdi_setup_folder(ctx, text, 0, "output_dir", setup));
     setup->until = f->T_final;
     setup->every = f->T_final / PDI_FLAT_FRAMES;
     setup->fraction = 0.1;
@@ -21869,11 +23052,7 @@ PDI_FN pd_status pdi_watch_place(pd_ctx *ctx, pd_text *text, const pd_setup *set
     desc.unit = "m";
     desc.where = key;
     desc.column = 3;
-    if (pd_expr_build(ctx, &desc, &expr) < 0) {
-        char message[PD_MESSAGE_SIZE];
-        memcpy(message, ctx->message, sizeof message);
-        return pd_text_refuse(ctx, text, section, key, "%.500s", message);
-    }
+    if (pd_expr_build(ctx, &desc, &expr) < 0) return pdi_refer_fail(ctx, text, section, key);
     *at = pd_expr_eval(&expr, NULL);
     pd_expr_free(ctx, &expr);
     if (*at > setup->lo[*axis] && *at < setup->hi[*axis]) return PD_OK;
@@ -22106,6 +23285,8 @@ PDI_FN pd_status pdi_watch_read(pd_ctx *ctx, pd_text *text, pd_setup *setup)
 
 /* A rate that dissolves in less than a nanosecond or a box of light years is a slip of a unit. */
 #define PDI_SCENE_HUGE 1e30
+#define PDI_SCENE_CELLS 1e9 /* on an axis */
+#define PDI_SCENE_STEPS 1e9 /* that a scene may ask for */
 
 typedef struct pdi_scene {
     pd_ctx *ctx;
@@ -22157,6 +23338,11 @@ static pd_status pdi_scene_whole_cells(pdi_scene *s, int section)
     for (int d = 0; d < PD_DIM; d++) {
         double cells = (u->hi[d] - u->lo[d]) / u->h[d];
         char edge[PD_UNITS_TEXT], spacing[PD_UNITS_TEXT];
+        if (!(cells < PDI_SCENE_CELLS)) {
+            pdi_setup_show(u->h[d], "m", spacing);
+            return pd_text_refuse(s->ctx, s->text, section, "box", "found %.3g cells of %s on axis %c, expected fewer"
+                                  " than %.0g", cells, spacing, "xyz"[d], PDI_SCENE_CELLS);
+        }
         if (fabs(cells - floor(cells + 0.5)) <= 1e-6 && cells > 0.5) continue;
         pdi_setup_show(u->hi[d] - u->lo[d], "m", edge);
         pdi_setup_show(u->h[d], "m", spacing);
@@ -22653,6 +23839,9 @@ static pd_status pdi_scene_run(pdi_scene *s)
     PDI_TRY(pdi_scene_positive(s, section, "until", "s", NULL, &u->until));
     if (pdi_setup_carries(u))
         PDI_TRY(pdi_scene_within(s, section, "max_step", "s", "0", 0.0, PDI_SCENE_HUGE, 0, &u->max_step));
+    if (u->max_step > 0.0 && u->until > PDI_SCENE_STEPS * u->max_step)
+        return pd_text_refuse(s->ctx, s->text, section, "max_step", "found %.3g steps until the end, expected at most"
+                              " %.0g", u->until / u->max_step, PDI_SCENE_STEPS);
     if (u->has_corrode && !u->forward)
         PDI_TRY(pdi_scene_within(s, section, "rtol", "", "1e-3", 0.0, 0.1, 1, &u->rtol));
     if (!u->has_transport) return PD_OK;
@@ -22692,7 +23881,6 @@ static pd_status pdi_scene_prefix(pdi_scene *s, int section)
 static pd_status pdi_scene_output(pdi_scene *s)
 {
     pd_setup *u = s->setup;
-    const char *folder;
     int section = pd_text_section(s->ctx, s->text, "output", NULL);
     u->every = u->until / 20.0;
     if (u->until > 0.0 && pd_text_has(s->ctx, s->text, section, "every"))
@@ -22704,10 +23892,7 @@ static pd_status pdi_scene_output(pdi_scene *s)
     PDI_TRY(pdi_watch_fields(s->ctx, s->text, u, section, "fields", "C, v, p, kind, grain", &u->fields));
     PDI_TRY(pdi_watch_fields(s->ctx, s->text, u, section, "images", "none", &u->images));
     PDI_TRY(pdi_scene_prefix(s, section));
-    PDI_TRY(pd_text_string(s->ctx, s->text, section, "folder", "output", &folder));
-    if (strlen(folder) >= PD_PATH_SIZE - PD_SETUP_NAME)
-        return pd_text_refuse(s->ctx, s->text, section, "folder", "the path is too long");
-    memcpy(u->folder, folder, strlen(folder) + 1);
+    PDI_TRY(pdi_setup_folder(s->ctx, s->text, section, "folder", u));
     return pdi_scene_slice(s, section);
 }
 
@@ -22789,6 +23974,7 @@ pd_status pd_scene_read(pd_ctx *ctx, const char *path, const char *const *overri
     pd_status status = pd_text_read(ctx, path, &text);
     if (status == PD_OK) {
         status = pdi_scene_text(ctx, &text, path, overrides, count, setup);
+        if (status == PD_OK) status = pdi_identity_build(ctx, &text, setup);
         pd_text_free(ctx, &text);
     }
     if (status < 0) pd_setup_free(ctx, setup);
@@ -22796,6 +23982,8 @@ pd_status pd_scene_read(pd_ctx *ctx, const char *path, const char *const *overri
 }
 
 #undef PDI_SCENE_HUGE
+#undef PDI_SCENE_CELLS
+#undef PDI_SCENE_STEPS
 
 /* ======== >>inlet.c ======== */
 /* inlet: see inlet.h */
@@ -23448,6 +24636,64 @@ void pd_model_free(pd_ctx *ctx, pd_model *m)
     memset(m, 0, sizeof *m);
 }
 
+/* ======== >>checkpoint.c ======== */
+/* checkpoint: see checkpoint.h */
+#include <string.h>
+
+#define PDI_CHECKPOINT_SCENE (1 << 24) /* [byte] */
+
+/* The text of the scene. */
+static pd_status pdi_checkpoint_scene(pd_ctx *ctx, const pd_setup *u, pd_store *store)
+{
+    int64_t size = (int64_t)u->identity_size;
+    char *kept = NULL;
+    PDI_TRY(PDI_STORE(ctx, store, "size of the scene", &size, 1));
+    if (!store->reading) return PDI_STORE(ctx, store, "scene", u->identity, size);
+    if (size < 0 || size > PDI_CHECKPOINT_SCENE)
+        return pdi_fail(ctx, PD_ERR_ARGUMENT, store->file.path, "it keeps a scene of %.0f bytes, expected at most %d",
+                        (double)size, PDI_CHECKPOINT_SCENE);
+    PDI_TRY(PDI_NEW(ctx, "checkpoint", size + 1, kept));
+    pd_status status = PDI_STORE(ctx, store, "scene", kept, size);
+    if (status == PD_OK) status = pdi_identity_compare(ctx, u, kept, store->file.path);
+    PDI_DELETE(ctx, size + 1, kept);
+    return status;
+}
+
+PDI_FN pd_status pdi_checkpoint_model(pd_ctx *ctx, pd_model *model, pd_store *store)
+{
+    const pd_setup *u = model->setup;
+    PDI_TRY(pdi_checkpoint_scene(ctx, u, store));
+    /* what callers change in a setup that was read */
+    PDI_TRY(pd_store_check(ctx, store, "until [s]", u->until));
+    PDI_TRY(pd_store_check(ctx, store, "every [s]", u->every));
+    PDI_TRY(pd_store_check(ctx, store, "rtol", u->rtol));
+    PDI_TRY(pd_store_check(ctx, store, "fraction", u->fraction));
+    PDI_TRY(pd_store_check(ctx, store, "max_step [s]", u->max_step));
+    return pd_couple_store(ctx, &model->couple, store);
+}
+
+pd_status pd_checkpoint_save(pd_ctx *ctx, const char *path, pd_model *model)
+{
+    pd_store store;
+    PDI_TRY(pd_store_create(ctx, path, &store));
+    pd_status status = pdi_checkpoint_model(ctx, model, &store);
+    if (status == PD_OK) return pd_store_close(ctx, &store);
+    pd_store_abandon(&store);
+    return status;
+}
+
+pd_status pd_checkpoint_load(pd_ctx *ctx, const char *path, pd_model *model)
+{
+    pd_store store;
+    PDI_TRY(pd_store_open(ctx, path, &store));
+    pd_status status = pdi_checkpoint_model(ctx, model, &store);
+    if (status == PD_OK) return pd_store_close(ctx, &store);
+    pd_store_abandon(&store);
+    return status;
+}
+
+#undef PDI_CHECKPOINT_SCENE
+
 /* ======== >>observe.c ======== */
 /* observe: see observe.h */
 #include <math.h>
@@ -23585,6 +24831,12 @@ void pd_observe(pd_ctx *ctx, pd_model *m, pd_observables *o)
     if (!o->has_flux || m->couple.flow_solves == o->seen) return;
     o->seen = m->couple.flow_solves;
     pdi_observe_flux(ctx, m, o);
+}
+
+PDI_FN pd_status pdi_observe_store(pd_ctx *ctx, pd_observables *o, pd_store *store)
+{
+    PDI_TRY(PDI_STORE(ctx, store, "flux", &o->flux, 1));
+    return PDI_STORE(ctx, store, "flux_max", &o->flux_max, 1);
 }
 
 #undef PDI_OBSERVE_FAR
@@ -23983,11 +25235,14 @@ static pd_status pdi_output_tables(pd_ctx *ctx, pd_output *out)
 
 static pd_status pdi_output_keep(pd_ctx *ctx, pd_output *out, double time, double loss)
 {
-    if (out->rows == out->room) {
-        int64_t fresh = 2 * out->room + 256;
-        PDI_TRY(PDI_GROW(ctx, "output", out->room, fresh, out->time));
-        PDI_TRY(PDI_GROW(ctx, "output", out->room, fresh, out->loss));
-        out->room = fresh;
+    int64_t fresh = 2 * out->rows + 256;
+    if (out->rows == out->time_room) {
+        PDI_TRY(PDI_GROW(ctx, "output", out->time_room, fresh, out->time));
+        out->time_room = fresh;
+    }
+    if (out->rows == out->loss_room) {
+        PDI_TRY(PDI_GROW(ctx, "output", out->loss_room, fresh, out->loss));
+        out->loss_room = fresh;
     }
     out->time[out->rows] = time / 3600.0;
     out->loss[out->rows++] = loss;
@@ -24044,7 +25299,8 @@ static pd_status pdi_output_reserve(pd_ctx *ctx, pd_output *out)
     return PDI_NEW(ctx, "output", out->cells, out->paint);
 }
 
-pd_status pd_output_open(pd_ctx *ctx, pd_model *model, const char *folder, pd_output *out)
+/* All but the tables. */
+static pd_status pdi_output_begin(pd_ctx *ctx, pd_model *model, const char *folder, pd_output *out)
 {
     char path[PD_PATH_SIZE];
     memset(out, 0, sizeof *out);
@@ -24056,8 +25312,47 @@ pd_status pd_output_open(pd_ctx *ctx, pd_model *model, const char *folder, pd_ou
     PDI_TRY(pdi_output_reserve(ctx, out));
     PDI_TRY(pd_file_make_directory(ctx, folder));
     PDI_TRY(pd_file_join(ctx, folder, "simulation.pvd", path));
-    PDI_TRY(pd_pvd_init(ctx, path, &out->pvd));
+    return pd_pvd_init(ctx, path, &out->pvd);
+}
+
+pd_status pd_output_open(pd_ctx *ctx, pd_model *model, const char *folder, pd_output *out)
+{
+    PDI_TRY(pdi_output_begin(ctx, model, folder, out));
     return pdi_output_tables(ctx, out);
+}
+
+static pd_status pdi_output_store(pd_ctx *ctx, pd_output *out, pd_store *store)
+{
+    PDI_TRY(PDI_STORE(ctx, store, "frame", &out->frame, 1));
+    PDI_TRY(PDI_STORE(ctx, store, "time of the last frame", &out->written, 1));
+    PDI_TRY(pdi_pvd_store(ctx, &out->pvd, store));
+    PDI_TRY(PDI_STORE(ctx, store, "rows", &out->rows, 1));
+    if (out->rows > out->room) {
+        PDI_TRY(PDI_GROW(ctx, "output", out->room, out->rows, out->time));
+        PDI_TRY(PDI_GROW(ctx, "output", out->room, out->rows, out->loss));
+        out->room = out->rows;
+    }
+    PDI_TRY(PDI_STORE(ctx, store, "times of the curve", out->time, out->rows));
+    return PDI_STORE(ctx, store, "losses of the curve", out->loss, out->rows);
+}
+
+pd_status pd_output_save(pd_ctx *ctx, pd_output *out, pd_store *store)
+{
+    PDI_TRY(pdi_output_store(ctx, out, store));
+    PDI_TRY(pdi_csv_store(ctx, store, NULL, 0, &out->diagnostics));
+    return out->model->setup->probes ? pdi_csv_store(ctx, store, NULL, 0, &out->probes) : PD_OK;
+}
+
+pd_status pd_output_resume(pd_ctx *ctx, pd_model *model, const char *folder, pd_store *store, pd_output *out)
+{
+    char path[PD_PATH_SIZE];
+    PDI_TRY(pdi_output_begin(ctx, model, folder, out));
+    PDI_TRY(pdi_output_store(ctx, out, store));
+    PDI_TRY(pd_file_join(ctx, folder, "diagnostics.csv", path));
+    PDI_TRY(pdi_csv_store(ctx, store, path, PDI_OUTPUT_COLUMNS, &out->diagnostics));
+    if (model->setup->probes == 0) return PD_OK;
+    PDI_TRY(pd_file_join(ctx, folder, "probes.csv", path));
+    return pdi_csv_store(ctx, store, path, pdi_output_probe_row(out, NULL, NULL, PD_CSV_COLUMNS), &out->probes);
 }
 
 pd_status pd_output_frame(pd_ctx *ctx, pd_output *out)
@@ -24112,8 +25407,8 @@ void pd_output_free(pd_ctx *ctx, pd_output *out)
     PDI_DELETE(ctx, total, out->phase);
     PDI_DELETE(ctx, out->cells, out->cell);
     PDI_DELETE(ctx, out->cells, out->paint);
-    PDI_DELETE(ctx, out->room, out->time);
-    PDI_DELETE(ctx, out->room, out->loss);
+    PDI_DELETE(ctx, out->time_room, out->time);
+    PDI_DELETE(ctx, out->loss_room, out->loss);
     memset(out, 0, sizeof *out);
 }
 
@@ -24292,6 +25587,7 @@ static void pdi_summary_absent(const pdi_summary *s)
 void pd_summary_print(const pd_model *model, pd_print_fn print, void *user)
 {
     pdi_summary s;
+    pd_budget budget;
     size_t bytes = 0;
     if (!print) return;
     s.model = model;
@@ -24306,8 +25602,10 @@ void pd_summary_print(const pd_model *model, pd_print_fn print, void *user)
     pdi_summary_watched(&s);
     pdi_summary_absent(&s);
     for (int k = 0; k < PD_PART_COUNT; k++) bytes += model->bytes[k];
-    pdi_summary_line(&s, "  %-12s%.3g MB, %.0f bytes a node", "in all", (double)bytes * 1e-6,
-                     (double)bytes / (double)(model->grid.fluid_count + model->grid.solid_count));
+    pd_budget_estimate(model->setup, &budget);
+    pdi_summary_line(&s, "  %-12s%.3g MB, %.0f bytes a node; about %.3g MB with files and pictures", "in all",
+                     (double)bytes * 1e-6, (double)bytes / (double)(model->grid.fluid_count + model->grid.solid_count),
+                     budget.all * 1e-6);
     for (int k = 0; k < model->setup->notes; k++) print(user, PD_PRINT_NOTE, model->setup->note[k]);
 }
 
@@ -24632,16 +25930,22 @@ static pd_status pdi_monitor_profile(pd_ctx *ctx, const pd_monitors *all, pd_mon
                             sherwood ? "Sh [-]" : "density [mol/m2/s]", path);
 }
 
+static pd_status pdi_monitor_table_path(pd_ctx *ctx, const pd_monitors *all, const pd_monitor *m, char *path)
+{
+    char file[2 * PD_SETUP_NAME];
+    snprintf(file, sizeof file, "%s_%s.csv", pdi_setup_monitor_name(m->desc->kind), m->desc->name);
+    return pd_file_join(ctx, all->folder, file, path);
+}
+
 static pd_status pdi_monitor_table(pd_ctx *ctx, const pd_monitors *all, pd_monitor *m)
 {
-    char names[PD_MONITOR_FIGURES + 1][64], file[2 * PD_SETUP_NAME], path[PD_PATH_SIZE];
+    char names[PD_MONITOR_FIGURES + 1][64], path[PD_PATH_SIZE];
     const char *list[PD_MONITOR_FIGURES + 1];
     snprintf(names[0], sizeof names[0], "time [s]");
     for (int k = 0; k < m->count; k++)
         snprintf(names[k + 1], sizeof names[0], "%s [%s]", m->figure[k].key, m->figure[k].unit);
     for (int k = 0; k <= m->count; k++) list[k] = names[k];
-    snprintf(file, sizeof file, "%s_%s.csv", pdi_setup_monitor_name(m->desc->kind), m->desc->name);
-    PDI_TRY(pd_file_join(ctx, all->folder, file, path));
+    PDI_TRY(pdi_monitor_table_path(ctx, all, m, path));
     return pd_csv_create(ctx, path, NULL, list, m->count + 1, &m->table);
 }
 
@@ -24686,11 +25990,37 @@ pd_status pd_monitors_build(pd_ctx *ctx, pd_model *model, pd_monitors *all)
     return PD_OK;
 }
 
-pd_status pd_monitors_open(pd_ctx *ctx, pd_monitors *all, const char *folder)
+static pd_status pdi_monitor_folder(pd_ctx *ctx, pd_monitors *all, const char *folder)
 {
     if (strlen(folder) >= PD_PATH_SIZE)
         return pdi_fail(ctx, PD_ERR_SIZE, "monitor", "the path of the folder is too long");
     memcpy(all->folder, folder, strlen(folder) + 1);
+    return PD_OK;
+}
+
+pd_status pd_monitors_save(pd_ctx *ctx, pd_monitors *all, pd_store *store)
+{
+    for (int k = 0; k < all->model->setup->monitors; k++)
+        if (all->monitor[k].count) PDI_TRY(pdi_csv_store(ctx, store, NULL, 0, &all->monitor[k].table));
+    return PD_OK;
+}
+
+pd_status pd_monitors_resume(pd_ctx *ctx, pd_monitors *all, const char *folder, pd_store *store)
+{
+    char path[PD_PATH_SIZE];
+    PDI_TRY(pdi_monitor_folder(ctx, all, folder));
+    for (int k = 0; k < all->model->setup->monitors; k++) {
+        pd_monitor *m = &all->monitor[k];
+        if (m->count == 0) continue;
+        PDI_TRY(pdi_monitor_table_path(ctx, all, m, path));
+        PDI_TRY(pdi_csv_store(ctx, store, path, m->count + 1, &m->table));
+    }
+    return PD_OK;
+}
+
+pd_status pd_monitors_open(pd_ctx *ctx, pd_monitors *all, const char *folder)
+{
+    PDI_TRY(pdi_monitor_folder(ctx, all, folder));
     for (int k = 0; k < all->model->setup->monitors; k++)
         if (all->monitor[k].count) PDI_TRY(pdi_monitor_table(ctx, all, &all->monitor[k]));
     return PD_OK;
@@ -24842,6 +26172,9 @@ typedef struct pdi_run {
     pd_status status;     /* of the observer */
     int stopped;
     double started, told; /* [s] clock */
+    double kept;          /* [s] clock of the last checkpoint */
+    const char *folder;
+    char checkpoint[PD_PATH_SIZE];
 } pdi_run;
 
 static void pdi_run_progress(pdi_run *r)
@@ -24855,11 +26188,12 @@ static void pdi_run_progress(pdi_run *r)
     r->desc->print(r->desc->print_user, PD_PRINT_PROGRESS, line);
 }
 
-/* Fields are due at multiples of `every`, at the end, and when the run is stopped. */
+/* Fields are due at multiples of `every`, at the end, and when a run is stopped that nobody can go on with. */
 static int pdi_run_due(const pdi_run *r)
 {
     double time = r->model.couple.time, every = r->setup->every, next = r->output.written + 0.5 * every;
-    if (r->output.written < 0.0 || r->stopped || !(time < r->setup->until)) return 1;
+    int over = (r->stopped && !r->desc->checkpoints) || !(time < r->setup->until);
+    if (r->output.written < 0.0 || over) return 1;
     double multiple = floor(time / every + 0.5) * every;
     return time >= next && fabs(time - multiple) <= 1e-9 * every;
 }
@@ -24878,13 +26212,92 @@ static pd_status pdi_run_write(pdi_run *r)
     return pdi_run_due(r) ? pdi_run_frame(r) : PD_OK;
 }
 
+/* ---- checkpoints ---- */
+
+/* What a checkpoint holds before the places in the files. */
+static pd_status pdi_run_store(pdi_run *r, pd_store *store)
+{
+    double now = pdi_par_clock(), spent = now - r->started;
+    PDI_TRY(pdi_checkpoint_model(r->ctx, &r->model, store));
+    PDI_TRY(pdi_observe_store(r->ctx, &r->observables, store));
+    PDI_TRY(PDI_STORE(r->ctx, store, "wall time [s]", &spent, 1));
+    r->started = now - spent;
+    return PD_OK;
+}
+
+static pd_status pdi_run_save(pdi_run *r)
+{
+    pd_store store;
+    PDI_TRY(pd_store_create(r->ctx, r->checkpoint, &store));
+    pd_status status = pdi_run_store(r, &store);
+    if (status == PD_OK) status = pd_output_save(r->ctx, &r->output, &store);
+    if (status == PD_OK) status = pd_monitors_save(r->ctx, &r->monitors, &store);
+    if (status == PD_OK) return pd_store_close(r->ctx, &store);
+    pd_store_abandon(&store);
+    return status;
+}
+
+/* A checkpoint when one is due. A run goes on without, unless it was to stop. */
+static pd_status pdi_run_keep(pdi_run *r)
+{
+    char line[PD_MESSAGE_SIZE + 80];
+    double now = pdi_par_clock();
+    if (!r->desc->checkpoints || (!r->stopped && now - r->kept < r->desc->checkpoint_every)) return PD_OK;
+    r->kept = now;
+    pd_status status = pdi_run_save(r);
+    if (status == PD_OK || r->stopped) return status;
+    snprintf(line, sizeof line, "no checkpoint at t = %g s, the one before stays: %s", r->model.couple.time,
+             r->ctx->message);
+    if (r->desc->print) r->desc->print(r->desc->print_user, PD_PRINT_NOTE, line);
+    return PD_OK;
+}
+
+static pd_status pdi_run_read(pdi_run *r)
+{
+    pd_store store;
+    PDI_TRY(pd_store_open(r->ctx, r->checkpoint, &store));
+    pd_status status = pdi_run_store(r, &store);
+    if (status == PD_OK) status = pd_output_resume(r->ctx, &r->model, r->folder, &store, &r->output);
+    if (status == PD_OK) status = pd_monitors_resume(r->ctx, &r->monitors, r->folder, &store);
+    if (status == PD_OK) return pd_store_close(r->ctx, &store);
+    pd_store_abandon(&store);
+    return status;
+}
+
+/* Go on where a checkpoint was made. */
+static pd_status pdi_run_resume(pdi_run *r, pd_run_result *result)
+{
+    char line[80];
+    pd_status status = pdi_run_read(r);
+    result->bad_input = status < 0 && status != PD_ERR_MEMORY && status != PD_ERR_LIMIT;
+    if (status < 0) return status;
+    snprintf(line, sizeof line, "goes on from t = %g s", r->model.couple.time);
+    if (r->desc->print) r->desc->print(r->desc->print_user, PD_PRINT_SUMMARY, line);
+    return PD_OK;
+}
+
+/* The files of a run: anew, or those of a checkpoint. */
+static pd_status pdi_run_open(pdi_run *r, pd_run_result *result)
+{
+    if (r->desc->dry) return PD_OK;
+    PDI_TRY(pd_file_join(r->ctx, r->folder, PD_RUN_CHECKPOINT, r->checkpoint));
+    if (r->desc->resume) return pdi_run_resume(r, result);
+    pdi_file_remove(r->checkpoint);
+    PDI_TRY(pd_output_open(r->ctx, &r->model, r->folder, &r->output));
+    return pd_monitors_open(r->ctx, &r->monitors, r->folder);
+}
+
+/* ---- steps ---- */
+
 static int pdi_run_observe(void *user, const pd_couple *couple)
 {
     pdi_run *r = (pdi_run *)user;
     (void)couple;
     pd_observe(r->ctx, &r->model, &r->observables);
-    if (r->desc->stop && r->desc->stop(r->desc->stop_user)) r->stopped = 1;
+    int before_end = r->model.couple.time < r->setup->until;
+    if (before_end && r->desc->stop && r->desc->stop(r->desc->stop_user)) r->stopped = 1;
     if (!r->desc->dry) r->status = pdi_run_write(r);
+    if (!r->desc->dry && before_end && r->status >= 0) r->status = pdi_run_keep(r);
     pdi_run_progress(r);
     return r->stopped || r->status < 0;
 }
@@ -24899,7 +26312,9 @@ static pd_status pdi_run_steps(pdi_run *r)
     if (r->desc->dry) return PD_OK;
     PDI_TRY(pd_monitors_close(r->ctx, &r->monitors));
     pd_monitors_print(&r->monitors, r->desc->print, r->desc->print_user);
-    return pd_output_close(r->ctx, &r->output);
+    PDI_TRY(pd_output_close(r->ctx, &r->output));
+    if (!r->stopped) pdi_file_remove(r->checkpoint);
+    return PD_OK;
 }
 
 static void pdi_run_collect(const pdi_run *r, pd_run_result *result)
@@ -24944,26 +26359,29 @@ static void pdi_run_blame(pd_ctx *ctx, const pd_setup *setup, int line)
 /* Build everything that can refuse the setup; nothing is written before that. */
 static pd_status pdi_run_build(pdi_run *r, pd_run_result *result)
 {
-    pd_status status = pd_model_build(r->ctx, r->setup, &r->model);
-    int line = r->model.line;
+    pd_status status = pd_budget_check(r->ctx, r->setup, r->desc->dry || r->desc->check);
+    int line = r->setup->line[PD_PART_GRID];
+    if (status == PD_OK) {
+        status = pd_model_build(r->ctx, r->setup, &r->model);
+        line = r->model.line;
+    }
     if (status == PD_OK) {
         status = pd_monitors_build(r->ctx, &r->model, &r->monitors);
         line = r->monitors.line;
     }
-    result->bad_input = status < 0 && status != PD_ERR_MEMORY && status != PD_ERR_LIMIT;
+    result->bad_input = status < 0 && !pdi_lacks_memory(status);
     if (result->bad_input) pdi_run_blame(r->ctx, r->setup, line);
     return status;
 }
 
 static pd_status pdi_run_built(pdi_run *r, pd_run_result *result)
 {
-    const char *folder = r->desc->folder ? r->desc->folder : r->setup->folder;
+    r->folder = r->desc->folder ? r->desc->folder : r->setup->folder;
     pd_summary_print(&r->model, r->desc->print, r->desc->print_user);
     pdi_run_collect(r, result);
     if (r->desc->check) return PD_OK;
     PDI_TRY(pd_observe_build(r->ctx, &r->model, &r->observables));
-    if (!r->desc->dry) PDI_TRY(pd_output_open(r->ctx, &r->model, folder, &r->output));
-    if (!r->desc->dry) PDI_TRY(pd_monitors_open(r->ctx, &r->monitors, folder));
+    PDI_TRY(pdi_run_open(r, result));
     pd_status status = pdi_run_steps(r);
     result->unknowns = 0;
     pdi_run_collect(r, result);
@@ -24978,7 +26396,7 @@ pd_status pd_run(pd_ctx *ctx, const pd_setup *setup, const pd_run_desc *desc, pd
     r->ctx = ctx;
     r->desc = desc;
     r->setup = setup;
-    r->started = r->told = pdi_par_clock();
+    r->started = r->told = r->kept = pdi_par_clock();
     if (setup->threads > 0 && ctx->threads == 0) ctx->threads = setup->threads;
     pd_status status = pdi_run_build(r, result);
     if (status == PD_OK) status = pdi_run_built(r, result);
@@ -25382,6 +26800,7 @@ static pd_status pdi_estimate_twins(pd_ctx *ctx, const pd_run_desc *desc, pd_est
     PDI_TRY(pdi_estimate_twin(ctx, desc, e, 0));
     e->twins = 1;
     pd_status status = pdi_estimate_twin(ctx, desc, e, 1);
+    if (pdi_lacks_memory(status)) return status;
     if (status == PD_OK) e->twins = 2;
     else memcpy(e->without, ctx->message, sizeof e->without);
     if (desc->stop && desc->stop(desc->stop_user)) return pdi_fail(ctx, PD_ERR_STATE, "estimate", "interrupted");
@@ -25577,7 +26996,8 @@ pd_status pd_accuracy_apply(pd_ctx *ctx, double accuracy, pd_setup *setup, char 
     pdi_accuracy_picks(&a);
     snprintf(text, size, "accuracy %g %%: picked %s%s%s", 100.0 * accuracy, a.picked[0] ? a.picked : "nothing",
              a.kept[0] ? "; the scene sets " : "", a.kept);
-    return PD_OK;
+    snprintf(a.picked, sizeof a.picked, "accuracy = %.17g", accuracy);
+    return pdi_identity_add(ctx, setup, a.picked);
 }
 
 #endif

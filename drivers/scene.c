@@ -1,7 +1,7 @@
 /* pd1d, pd2d, pd3d: run a scene file.
  *
  *   pd2d SCENE [key=value ...] [--estimate-error] [--accuracy SHARE] [--out DIR] [--checkpoint TIME] [--resume]
- *        [--threads N] [--quiet] [--check] [--help]
+ *        [--threads N] [--memory-limit SIZE] [--quiet] [--check] [--help]
  *
  * Exit status: 0 done, 1 the run failed or was interrupted, 2 wrong usage or bad input, 3 stopped, --resume goes on.
  */
@@ -31,6 +31,7 @@ typedef struct options {
     double checkpoint_every; /* [s] */
     int estimate;    /* of the error, after the run */
     double accuracy; /* [-] wanted; 0: settings as they are */
+    double memory;   /* [byte] limit; 0: none */
 } options;
 
 typedef struct screen {
@@ -81,7 +82,7 @@ static void print(void *user, pd_print_kind kind, const char *text)
 static void help(const char *program)
 {
     printf("%s SCENE [key=value ...] [--estimate-error] [--accuracy SHARE] [--out DIR] [--checkpoint TIME]\n"
-           "     [--resume] [--threads N] [--quiet] [--check] [--help]\n\n"
+           "     [--resume] [--threads N] [--memory-limit SIZE] [--quiet] [--check] [--help]\n\n"
            "Runs a corrosion scene in %d dimension%s (pdcorr %s).\n\n"
            "  SCENE          scene file, or a flat file of key = value lines\n"
            "  key=value      replaces a value of the scene; also section.key=value, section.label.key=value\n"
@@ -97,6 +98,8 @@ static void help(const char *program)
            "  --resume       go on from the checkpoint in the folder of the output, with the same scene and\n"
            "                 overrides; the files become those of a run that was never stopped\n"
            "  --threads N    threads, 0: all\n"
+           "  --memory-limit SIZE\n"
+           "                 for example 2GB or 500 MB: a run that needs more ends with a message\n"
            "  --quiet        print the result lines and errors only\n"
            "  --check        read the scene, build it and print the summary; run and write nothing\n\n"
            "SIGINT (Ctrl-C) and SIGTERM stop a run after the step in work, with a checkpoint; a second one at once.\n"
@@ -140,6 +143,26 @@ static int parse_checkpoint(const char *text, options *o)
     return pd_units_same(&found, &time) && o->checkpoint_every >= 0.0 && o->checkpoint_every < 1e12;
 }
 
+/* "2GB", "1.5 GiB", "500 MB"; a number alone counts bytes. */
+static int parse_memory(const char *text, double *value)
+{
+    static const char *const units[] = {"", "kB", "MB", "GB", "TB", "KiB", "MiB", "GiB", "TiB"};
+    static const double sizes[] = {1.0, 1e3, 1e6, 1e9, 1e12, 1024.0, 1048576.0, 1073741824.0, 1099511627776.0};
+    char number[32];
+    size_t length = strspn(text, "0123456789.");
+    const char *unit = text + length + strspn(text + length, " ");
+    if (length >= sizeof number) return 0;
+    memcpy(number, text, length);
+    number[length] = '\0';
+    if (!parse_number(number, 0.0, 1e18, value)) return 0;
+    for (size_t k = 0; k < sizeof units / sizeof units[0]; k++) {
+        if (strcmp(unit, units[k]) != 0) continue;
+        *value *= sizes[k];
+        return *value >= 1.0 && *value < 1e18 && *value <= (double)((size_t)-1 / 2);
+    }
+    return 0;
+}
+
 static int parse(int argc, char **argv, options *o)
 {
     memset(o, 0, sizeof *o);
@@ -166,6 +189,9 @@ static int parse(int argc, char **argv, options *o)
         } else if (strcmp(a, "--threads") == 0) {
             if (!parse_whole(value_of(argc, argv, &k), 0.0, 1024.0, &o->threads))
                 return usage(o, "--threads expects a number from 0 to 1024", "");
+        } else if (strcmp(a, "--memory-limit") == 0) {
+            if (!parse_memory(value_of(argc, argv, &k), &o->memory))
+                return usage(o, "--memory-limit expects a size such as 2GB, 1.5 GiB or 500 MB", "");
         } else if (a[0] == '-' && a[1]) return usage(o, "unknown option ", a);
         else if (strchr(a, '=')) {
             if (o->count == MAX_OVERRIDES) return usage(o, "more than 64 key=value arguments", "");
@@ -284,6 +310,7 @@ int main(int argc, char **argv)
     s.terminal = !o.quiet && isatty(2);
     pd_ctx_init(&ctx);
     ctx.threads = o.threads;
+    ctx.alloc.limit = (size_t)o.memory;
     if (pd_scene_read(&ctx, o.scene, o.overrides, o.count, &setup) < 0) return fail(&o, &s, ctx.message, 2);
     struct sigaction action;
     memset(&action, 0, sizeof action);

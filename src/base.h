@@ -63,6 +63,8 @@ PD_API const char *pd_status_text(pd_status status);
 /* The one place that every failure passes: sets ctx->status and ctx->message ("where: ..."), returns status. */
 PDI_FN pd_status pdi_fail(pd_ctx *ctx, pd_status status, const char *where, const char *format, ...)
     PD_PRINTF_LIKE(4, 5);
+/* 1: memory was lacking, which no other step, guess or file mends. */
+static inline int pdi_lacks_memory(pd_status status) { return status == PD_ERR_MEMORY || status == PD_ERR_LIMIT; }
 /* slot is the address of a pointer of any type (read and written as bytes, so that no aliasing rule is bent).
  * pdi_alloc: slot gets count * size zeroed bytes (count 0: one element, so that NULL always means failure). */
 PDI_FN pd_status pdi_alloc(pd_ctx *ctx, const char *where, size_t count, size_t size, void *slot);

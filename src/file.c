@@ -68,6 +68,17 @@ pd_status pd_file_make_directory(pd_ctx *ctx, const char *path)
     return PD_OK;
 }
 
+PDI_FN int pdi_file_below(const char *path)
+{
+    if (path[0] == '/' || path[0] == '\\' || strchr(path, ':')) return 0;
+    for (const char *part = path; *part; part += strspn(part, "/\\")) {
+        size_t size = strcspn(part, "/\\");
+        if (size == 2 && part[0] == '.' && part[1] == '.') return 0;
+        part += size;
+    }
+    return 1;
+}
+
 pd_status pd_file_join(pd_ctx *ctx, const char *directory, const char *name, char *path)
 {
     size_t length = strlen(directory), size = strlen(name) + 1;

@@ -91,6 +91,9 @@ static pd_status pdi_flat_box(pd_ctx *ctx, const pd_text *text, const pdi_flat *
 {
     double length = f->L_upstream + f->L_wire + f->L_downstream, cells = length / f->dx, across = f->R_tube / f->dx;
     double half = PD_DIM == 3 ? ceil(across - 1e-6) * f->dx : f->R_tube;
+    if (!(cells < 1e9) || !(across < 1e9))
+        return pd_text_refuse(ctx, text, 0, "dx", "found %.3g and %.3g cells, expected fewer than 1e9 on an axis",
+                              cells, 2.0 * across);
     if (fabs(cells - floor(cells + 0.5)) > 1e-6)
         return pd_text_refuse(ctx, text, 0, "dx",
                               "L_upstream + L_wire + L_downstream are %.6g cells, expected a whole number"
@@ -219,11 +222,7 @@ static void pdi_flat_grains(const pdi_flat *f, pd_setup *setup)
 
 static pd_status pdi_flat_output(pd_ctx *ctx, pd_text *text, const pdi_flat *f, pd_setup *setup)
 {
-    const char *folder;
-    PDI_TRY(pd_text_string(ctx, text, 0, "output_dir", "output", &folder));
-    if (strlen(folder) >= PD_PATH_SIZE - PD_SETUP_NAME)
-        return pd_text_refuse(ctx, text, 0, "output_dir", "the path is too long");
-    memcpy(setup->folder, folder, strlen(folder) + 1);
+    PDI_TRY(pdi_setup_folder(ctx, text, 0, "output_dir", setup));
     setup->until = f->T_final;
     setup->every = f->T_final / PDI_FLAT_FRAMES;
     setup->fraction = 0.1;

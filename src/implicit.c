@@ -77,6 +77,7 @@ pd_status pd_implicit_step(pd_ctx *ctx, pd_implicit *im, double dt)
     if (status != PD_OK) {
         pdi_par_copy(ctx, split, im->start, flow->u);
         pdi_par_copy(ctx, total, im->start + split, flow->p);
+        if (pdi_lacks_memory(status)) return status;
         pdi_fail(ctx, PD_RETRY, "implicit", "a stage of a step of %g s at t = %g s does not converge", dt, im->time);
         return PD_RETRY;
     }

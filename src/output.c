@@ -263,11 +263,14 @@ static pd_status pdi_output_tables(pd_ctx *ctx, pd_output *out)
 
 static pd_status pdi_output_keep(pd_ctx *ctx, pd_output *out, double time, double loss)
 {
-    if (out->rows == out->room) {
-        int64_t fresh = 2 * out->room + 256;
-        PDI_TRY(PDI_GROW(ctx, "output", out->room, fresh, out->time));
-        PDI_TRY(PDI_GROW(ctx, "output", out->room, fresh, out->loss));
-        out->room = fresh;
+    int64_t fresh = 2 * out->rows + 256;
+    if (out->rows == out->time_room) {
+        PDI_TRY(PDI_GROW(ctx, "output", out->time_room, fresh, out->time));
+        out->time_room = fresh;
+    }
+    if (out->rows == out->loss_room) {
+        PDI_TRY(PDI_GROW(ctx, "output", out->loss_room, fresh, out->loss));
+        out->loss_room = fresh;
     }
     out->time[out->rows] = time / 3600.0;
     out->loss[out->rows++] = loss;
@@ -432,8 +435,8 @@ void pd_output_free(pd_ctx *ctx, pd_output *out)
     PDI_DELETE(ctx, total, out->phase);
     PDI_DELETE(ctx, out->cells, out->cell);
     PDI_DELETE(ctx, out->cells, out->paint);
-    PDI_DELETE(ctx, out->room, out->time);
-    PDI_DELETE(ctx, out->room, out->loss);
+    PDI_DELETE(ctx, out->time_room, out->time);
+    PDI_DELETE(ctx, out->loss_room, out->loss);
     memset(out, 0, sizeof *out);
 }
 

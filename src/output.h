@@ -26,7 +26,7 @@ typedef struct pd_output {
     uint8_t *paint;           /* [cells] */
     int64_t cells;
     double *time, *loss;      /* [rows] [h] and [-] */
-    int64_t rows, room;
+    int64_t rows, time_room, loss_room;
 } pd_output;
 
 #define pd_output_open PD_NAME(pd_output_open)

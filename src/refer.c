@@ -17,6 +17,8 @@ PDI_FN pd_status pdi_refer_path(pd_ctx *ctx, pd_text *text, int section, const c
 PDI_FN pd_status pdi_refer_fail(pd_ctx *ctx, const pd_text *text, int section, const char *key)
 {
     char message[PD_MESSAGE_SIZE];
+    pd_status status = ctx->status, refused;
     memcpy(message, ctx->message, sizeof message);
-    return pd_text_refuse(ctx, text, section, key, "%.500s", message);
+    refused = pd_text_refuse(ctx, text, section, key, "%.500s", message);
+    return ctx->status = pdi_lacks_memory(status) ? status : refused;
 }

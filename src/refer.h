@@ -8,7 +8,8 @@
  * at the end. PD_ERR_PARSE: no such key; PD_ERR_ARGUMENT: too long. */
 PDI_FN pd_status pdi_refer_path(pd_ctx *ctx, pd_text *text, int section, const char *key, const char *folder,
                                 char *path);
-/* The file cannot be used, as the last message says: the same with the line that names it. PD_ERR_ARGUMENT. */
+/* Put "file:line: key" before the message of a failed call, whose cause is the value of that key. Returns
+ * PD_ERR_ARGUMENT, or the status of the call when it lacked memory. */
 PDI_FN pd_status pdi_refer_fail(pd_ctx *ctx, const pd_text *text, int section, const char *key);
 #endif
 

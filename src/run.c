@@ -1,5 +1,6 @@
 /* run: see run.h */
 #include "run.h"
+#include "budget.h"
 #include "checkpoint.h"
 #include "monitor.h"
 #include "output.h"
@@ -210,13 +211,17 @@ static void pdi_run_blame(pd_ctx *ctx, const pd_setup *setup, int line)
 /* Build everything that can refuse the setup; nothing is written before that. */
 static pd_status pdi_run_build(pdi_run *r, pd_run_result *result)
 {
-    pd_status status = pd_model_build(r->ctx, r->setup, &r->model);
-    int line = r->model.line;
+    pd_status status = pd_budget_check(r->ctx, r->setup, r->desc->dry || r->desc->check);
+    int line = r->setup->line[PD_PART_GRID];
+    if (status == PD_OK) {
+        status = pd_model_build(r->ctx, r->setup, &r->model);
+        line = r->model.line;
+    }
     if (status == PD_OK) {
         status = pd_monitors_build(r->ctx, &r->model, &r->monitors);
         line = r->monitors.line;
     }
-    result->bad_input = status < 0 && status != PD_ERR_MEMORY && status != PD_ERR_LIMIT;
+    result->bad_input = status < 0 && !pdi_lacks_memory(status);
     if (result->bad_input) pdi_run_blame(r->ctx, r->setup, line);
     return status;
 }

@@ -12,6 +12,8 @@
 
 /* A rate that dissolves in less than a nanosecond or a box of light years is a slip of a unit. */
 #define PDI_SCENE_HUGE 1e30
+#define PDI_SCENE_CELLS 1e9 /* on an axis */
+#define PDI_SCENE_STEPS 1e9 /* that a scene may ask for */
 
 typedef struct pdi_scene {
     pd_ctx *ctx;
@@ -63,6 +65,11 @@ static pd_status pdi_scene_whole_cells(pdi_scene *s, int section)
     for (int d = 0; d < PD_DIM; d++) {
         double cells = (u->hi[d] - u->lo[d]) / u->h[d];
         char edge[PD_UNITS_TEXT], spacing[PD_UNITS_TEXT];
+        if (!(cells < PDI_SCENE_CELLS)) {
+            pdi_setup_show(u->h[d], "m", spacing);
+            return pd_text_refuse(s->ctx, s->text, section, "box", "found %.3g cells of %s on axis %c, expected fewer"
+                                  " than %.0g", cells, spacing, "xyz"[d], PDI_SCENE_CELLS);
+        }
         if (fabs(cells - floor(cells + 0.5)) <= 1e-6 && cells > 0.5) continue;
         pdi_setup_show(u->hi[d] - u->lo[d], "m", edge);
         pdi_setup_show(u->h[d], "m", spacing);
@@ -559,6 +566,9 @@ static pd_status pdi_scene_run(pdi_scene *s)
     PDI_TRY(pdi_scene_positive(s, section, "until", "s", NULL, &u->until));
     if (pdi_setup_carries(u))
         PDI_TRY(pdi_scene_within(s, section, "max_step", "s", "0", 0.0, PDI_SCENE_HUGE, 0, &u->max_step));
+    if (u->max_step > 0.0 && u->until > PDI_SCENE_STEPS * u->max_step)
+        return pd_text_refuse(s->ctx, s->text, section, "max_step", "found %.3g steps until the end, expected at most"
+                              " %.0g", u->until / u->max_step, PDI_SCENE_STEPS);
     if (u->has_corrode && !u->forward)
         PDI_TRY(pdi_scene_within(s, section, "rtol", "", "1e-3", 0.0, 0.1, 1, &u->rtol));
     if (!u->has_transport) return PD_OK;
@@ -598,7 +608,6 @@ static pd_status pdi_scene_prefix(pdi_scene *s, int section)
 static pd_status pdi_scene_output(pdi_scene *s)
 {
     pd_setup *u = s->setup;
-    const char *folder;
     int section = pd_text_section(s->ctx, s->text, "output", NULL);
     u->every = u->until / 20.0;
     if (u->until > 0.0 && pd_text_has(s->ctx, s->text, section, "every"))
@@ -610,10 +619,7 @@ static pd_status pdi_scene_output(pdi_scene *s)
     PDI_TRY(pdi_watch_fields(s->ctx, s->text, u, section, "fields", "C, v, p, kind, grain", &u->fields));
     PDI_TRY(pdi_watch_fields(s->ctx, s->text, u, section, "images", "none", &u->images));
     PDI_TRY(pdi_scene_prefix(s, section));
-    PDI_TRY(pd_text_string(s->ctx, s->text, section, "folder", "output", &folder));
-    if (strlen(folder) >= PD_PATH_SIZE - PD_SETUP_NAME)
-        return pd_text_refuse(s->ctx, s->text, section, "folder", "the path is too long");
-    memcpy(u->folder, folder, strlen(folder) + 1);
+    PDI_TRY(pdi_setup_folder(s->ctx, s->text, section, "folder", u));
     return pdi_scene_slice(s, section);
 }
 
@@ -703,3 +709,5 @@ pd_status pd_scene_read(pd_ctx *ctx, const char *path, const char *const *overri
 }
 
 #undef PDI_SCENE_HUGE
+#undef PDI_SCENE_CELLS
+#undef PDI_SCENE_STEPS

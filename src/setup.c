@@ -113,6 +113,19 @@ PDI_FN pd_status pdi_setup_outside(pd_ctx *ctx, pd_setup *setup, int *index)
     return pdi_setup_shape(ctx, setup, &outside, index);
 }
 
+PDI_FN pd_status pdi_setup_folder(pd_ctx *ctx, pd_text *text, int section, const char *key, pd_setup *setup)
+{
+    const char *folder;
+    PDI_TRY(pd_text_string(ctx, text, section, key, "output", &folder));
+    if (strlen(folder) >= PD_PATH_SIZE - PD_SETUP_NAME)
+        return pd_text_refuse(ctx, text, section, key, "the path is too long");
+    if (!pdi_file_below(folder))
+        return pd_text_refuse(ctx, text, section, key, "found '%.200s', expected a folder below the current one,"
+                              " without '..': only who starts the run may choose another", folder);
+    memcpy(setup->folder, folder, strlen(folder) + 1);
+    return PD_OK;
+}
+
 PDI_FN pd_status pdi_setup_mask(pd_ctx *ctx, pd_setup *setup, size_t size, uint8_t **mask)
 {
     int k = setup->masks;

@@ -10,6 +10,7 @@
 #include "file.h"
 #include "grain.h"
 #include "material.h"
+#include "text.h"
 
 #define PD_SETUP_NAME 64
 #define PD_SETUP_PROBES 16
@@ -250,6 +251,8 @@ PDI_FN pd_status pdi_setup_shape(pd_ctx *ctx, pd_setup *setup, const pd_shape *s
 PDI_FN pd_status pdi_setup_join(pd_ctx *ctx, pd_setup *setup, int index, int *whole);
 /* The complement of *index becomes *index. */
 PDI_FN pd_status pdi_setup_outside(pd_ctx *ctx, pd_setup *setup, int *index);
+/* The folder of the output, which a file may choose below the current one. PD_ERR_ARGUMENT with its line. */
+PDI_FN pd_status pdi_setup_folder(pd_ctx *ctx, pd_text *text, int section, const char *key, pd_setup *setup);
 /* Take a mask of `size` bytes; the setup owns it. */
 PDI_FN pd_status pdi_setup_mask(pd_ctx *ctx, pd_setup *setup, size_t size, uint8_t **mask);
 /* A line for the summary. Lines beyond the room are dropped. */

@@ -133,7 +133,9 @@ static pd_status pdi_sketch_raw(pdi_sketch *s, pd_shape *shape)
         shape->n[d] = (int)number[d];
         voxels *= number[d];
     }
-    if (pdi_file_read(s->ctx, path, PDI_SKETCH_RAW_LIMIT, &bytes, &size) < 0)
+    /* a longer file need not be read to its end to see that it is too long */
+    double most = fmin(2.0 * voxels + 4096.0, (double)PDI_SKETCH_RAW_LIMIT);
+    if (pdi_file_read(s->ctx, path, (size_t)most, &bytes, &size) < 0)
         return pdi_refer_fail(s->ctx, s->text, s->section, "raw");
     pd_status status;
     if ((double)size < voxels || (double)size > voxels)

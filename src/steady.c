@@ -271,6 +271,7 @@ PDI_FN pd_status pdi_steady_stage(pd_ctx *ctx, pd_steady *s, double rate, const 
 {
     pd_flow *flow = s->flow;
     int64_t start = flow->evaluations;
+    pd_status status = PD_OK;
     /* an error of the velocity shows in the residual `rate` times as large */
     double least = fmin(1.0, flow->speed / (flow->length * rate)), before = HUGE_VAL;
     memset(result, 0, sizeof *result);
@@ -285,11 +286,12 @@ PDI_FN pd_status pdi_steady_stage(pd_ctx *ctx, pd_steady *s, double rate, const 
         int effort = 0;
         before = norm;
         double forcing = fmin(PDI_STEADY_STAGE_FORCING, fmax(1e-4, PDI_STEADY_ENOUGH / excess));
-        pd_status status = pdi_steady_newton(ctx, s, rate, forcing, result, &effort);
+        status = pdi_steady_newton(ctx, s, rate, forcing, result, &effort);
         if (status < 0) break;
     }
     s->rate = 0.0;
     s->target = NULL;
+    if (pdi_lacks_memory(status)) return status;
     return result->converged ? PD_OK : PD_RETRY;
 }
 

@@ -1,5 +1,6 @@
 /* summary: see summary.h */
 #include "summary.h"
+#include "budget.h"
 #include <math.h>
 #include <stdarg.h>
 #include <stdio.h>
@@ -171,6 +172,7 @@ static void pdi_summary_absent(const pdi_summary *s)
 void pd_summary_print(const pd_model *model, pd_print_fn print, void *user)
 {
     pdi_summary s;
+    pd_budget budget;
     size_t bytes = 0;
     if (!print) return;
     s.model = model;
@@ -185,7 +187,9 @@ void pd_summary_print(const pd_model *model, pd_print_fn print, void *user)
     pdi_summary_watched(&s);
     pdi_summary_absent(&s);
     for (int k = 0; k < PD_PART_COUNT; k++) bytes += model->bytes[k];
-    pdi_summary_line(&s, "  %-12s%.3g MB, %.0f bytes a node", "in all", (double)bytes * 1e-6,
-                     (double)bytes / (double)(model->grid.fluid_count + model->grid.solid_count));
+    pd_budget_estimate(model->setup, &budget);
+    pdi_summary_line(&s, "  %-12s%.3g MB, %.0f bytes a node; about %.3g MB with files and pictures", "in all",
+                     (double)bytes * 1e-6, (double)bytes / (double)(model->grid.fluid_count + model->grid.solid_count),
+                     budget.all * 1e-6);
     for (int k = 0; k < model->setup->notes; k++) print(user, PD_PRINT_NOTE, model->setup->note[k]);
 }

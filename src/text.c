@@ -1,5 +1,4 @@
-/* text: see text.h. The file is parsed in place: a copy of its bytes is cut into strings by writing ends over the
- * blanks, commas and brackets that separate them. */
+/* text: see text.h. A copy of the file is cut into strings: ends go over what separates them. */
 #include "text.h"
 #include <math.h>
 #include <stdarg.h>
@@ -41,9 +40,7 @@ static void pdi_text_where(const pd_text *text, int line, char *where)
     else snprintf(where, PDI_TEXT_WHERE, "command line");
 }
 
-static pd_status pdi_text_error(pd_ctx *ctx, const pd_text *text, int line, const char *format, ...)
-    PD_PRINTF_LIKE(4, 5);
-
+PD_PRINTF_LIKE(4, 5)
 static pd_status pdi_text_error(pd_ctx *ctx, const pd_text *text, int line, const char *format, ...)
 {
     char where[PDI_TEXT_WHERE], message[PD_MESSAGE_SIZE];
@@ -89,7 +86,6 @@ static pd_status pdi_text_section_at(pd_ctx *ctx, pd_text *text, const char *nam
     PDI_TRY(pdi_text_keep(ctx, text, name, strlen(name), &kept_name));
     PDI_TRY(pdi_text_keep(ctx, text, label, strlen(label), &kept_label));
     pd_section *s = &text->section[text->section_count];
-    memset(s, 0, sizeof *s);
     s->name = kept_name;
     s->label = kept_label;
     s->group = group;
@@ -122,7 +118,6 @@ static pd_status pdi_text_add(pd_ctx *ctx, pd_text *text, int section, const cha
     e->section = section;
     e->line = line;
     e->column = column;
-    e->used = 0;
     text->section[section].present = 1;
     return PD_OK;
 }
@@ -149,10 +144,8 @@ static size_t pdi_text_name(const char *t, int label)
 /* Length of the key at t when `identifier =` stands there, else 0; *value: where the value starts. */
 static size_t pdi_text_pair(const char *t, size_t *value)
 {
-    size_t n = pdi_text_name(t, 0), equal;
-    if (n == 0) return 0;
-    equal = pdi_text_skip(t, n);
-    if (t[equal] != '=' || t[equal + 1] == '=') return 0;
+    size_t n = pdi_text_name(t, 0), equal = pdi_text_skip(t, n);
+    if (n == 0 || t[equal] != '=' || t[equal + 1] == '=') return 0;
     *value = equal + 1;
     return n;
 }
@@ -408,9 +401,10 @@ pd_status pd_text_override(pd_ctx *ctx, pd_text *text, const char *argument)
 
 int pd_text_section(pd_ctx *ctx, pd_text *text, const char *name, const char *label)
 {
-    int index;
-    if (pdi_text_section_at(ctx, text, name, label ? label : "", &index) < 0) return -1;
-    text->section[text->section[index].group].asked = 1;
+    int index = -1;
+    pd_status status = pdi_text_section_at(ctx, text, name, label ? label : "", &index);
+    if (status < 0) text->failed = status;
+    else text->section[text->section[index].group].asked = 1;
     return index;
 }
 
@@ -422,15 +416,21 @@ int pd_text_next(pd_ctx *ctx, pd_text *text, const char *name, int after)
     return -1;
 }
 
+/* A call that has no status ran out of memory: the next one that has tells it. */
+static pd_status pdi_text_lost(pd_ctx *ctx, const pd_text *text)
+{
+    return pdi_fail(ctx, text->failed, text->name, "memory for its keys could not be allocated");
+}
+
 /* Remember the key for the suggestions of pd_text_unused. */
 static pd_status pdi_text_ask(pd_ctx *ctx, pd_text *text, int section, const char *key)
 {
-    int group;
     char *copy;
+    if (text->failed) return pdi_text_lost(ctx, text);
     if (section < 0 || section >= text->section_count)
         return pdi_fail(ctx, PD_ERR_ARGUMENT, "text", "section %d of %d was asked for '%.40s'", section,
                         text->section_count, key);
-    group = text->section[section].group;
+    int group = text->section[section].group;
     text->section[group].asked = 1;
     for (int k = 0; k < text->asked_count; k++)
         if (text->asked[k].group == group && strcmp(text->asked[k].key, key) == 0) return PD_OK;
@@ -446,8 +446,9 @@ int pd_text_has(pd_ctx *ctx, pd_text *text, int section, const char *key)
 {
     if (section < 0 || section >= text->section_count) return 0;
     if (!key) return text->section[section].present;
-    /* Out of memory costs a suggestion here; the look-up that follows reports it. */
-    return pdi_text_ask(ctx, text, section, key) == PD_OK && pdi_text_entry_at(text, section, key) != NULL;
+    pd_status status = pdi_text_ask(ctx, text, section, key);
+    if (status < 0) text->failed = status;
+    return status == PD_OK && pdi_text_entry_at(text, section, key) != NULL;
 }
 
 /* A value on its way to a reader. */
@@ -461,7 +462,6 @@ static pd_status pdi_text_find(pd_ctx *ctx, pd_text *text, int section, const ch
                                const char *what, pdi_text_value *v)
 {
     char title[PD_UNITS_TEXT];
-    memset(v, 0, sizeof *v);
     PDI_TRY(pdi_text_ask(ctx, text, section, key));
     pd_text_entry *e = pdi_text_entry_at(text, section, key);
     pdi_text_title(text, section, title);
@@ -734,6 +734,7 @@ pd_status pd_text_exprs(pd_ctx *ctx, pd_text *text, int section, const char *key
 pd_status pd_text_refuse(pd_ctx *ctx, const pd_text *text, int section, const char *key, const char *format, ...)
 {
     char message[PD_MESSAGE_SIZE], where[PDI_TEXT_WHERE];
+    if (text->failed) return pdi_text_lost(ctx, text);
     const pd_text_entry *e = pdi_text_entry_at(text, section, key);
     int line = section >= 0 && section < text->section_count ? text->section[section].line : 0;
     va_list args;
@@ -762,12 +763,11 @@ static pd_status pdi_text_unknown_section(pd_ctx *ctx, const pd_text *text, int 
 static pd_status pdi_text_unknown_key(pd_ctx *ctx, const pd_text *text, const pd_text_entry *e)
 {
     char hint[PD_UNITS_TEXT], list[PDI_TEXT_LIST] = "", title[PD_UNITS_TEXT];
-    int group = text->section[e->section].group;
     pdi_units_near near_word;
     pdi_text_title(text, e->section, title);
     pdi_units_near_init(&near_word, e->key, strlen(e->key));
     for (int k = 0; k < text->asked_count; k++) {
-        if (text->asked[k].group != group) continue;
+        if (text->asked[k].group != text->section[e->section].group) continue;
         if (strcmp(text->asked[k].key, e->key) == 0)
             return pdi_text_error(ctx, text, e->line, "found '%.40s' in %s, where it has no effect; expected it to be"
                                   " left out", e->key, title);
@@ -781,6 +781,7 @@ static pd_status pdi_text_unknown_key(pd_ctx *ctx, const pd_text *text, const pd
 
 pd_status pd_text_unused(pd_ctx *ctx, const pd_text *text)
 {
+    if (text->failed) return pdi_text_lost(ctx, text);
     for (int k = 0; k < text->entry_count; k++) {
         const pd_text_entry *e = &text->entry[k];
         if (e->used) continue;

@@ -62,6 +62,7 @@ typedef struct pd_text {
     int asked_count, asked_room;
     pd_text_block *block; /* own the strings; they stay where they are until pd_text_free */
     int block_count, block_room;
+    pd_status failed; /* of a call that could not say so: not enough memory */
 } pd_text;
 
 typedef struct pd_word_list {
@@ -103,11 +104,11 @@ PD_API pd_status pd_text_override(pd_ctx *ctx, pd_text *text, const char *argume
 PD_API int pd_text_flat(const pd_text *text);
 
 /* Index of the section for the calls below; label NULL is "". A section that is absent has no keys. Section 0 has
- * the name "". -1: out of memory. */
+ * the name "". -1: out of memory, which the next call that returns a status tells. */
 PD_API int pd_text_section(pd_ctx *ctx, pd_text *text, const char *name, const char *label);
 /* The next section of that name behind index `after` in file order; start with -1. -1: no more. */
 PD_API int pd_text_next(pd_ctx *ctx, pd_text *text, const char *name, int after);
-/* 1 when the section has the key; key NULL: when the section is present. */
+/* 1 when the section has the key; key NULL: when the section is present. Out of memory: 0, told as above. */
 PD_API int pd_text_has(pd_ctx *ctx, pd_text *text, int section, const char *key);
 
 /* Look-ups. fallback is the default as text, read like a value from the file; NULL: the key is required. unit gives

@@ -1,5 +1,6 @@
 /* watch: see watch.h */
 #include "watch.h"
+#include "refer.h"
 #include <math.h>
 #include <stdio.h>
 #include <string.h>
@@ -58,11 +59,7 @@ PDI_FN pd_status pdi_watch_place(pd_ctx *ctx, pd_text *text, const pd_setup *set
     desc.unit = "m";
     desc.where = key;
     desc.column = 3;
-    if (pd_expr_build(ctx, &desc, &expr) < 0) {
-        char message[PD_MESSAGE_SIZE];
-        memcpy(message, ctx->message, sizeof message);
-        return pd_text_refuse(ctx, text, section, key, "%.500s", message);
-    }
+    if (pd_expr_build(ctx, &desc, &expr) < 0) return pdi_refer_fail(ctx, text, section, key);
     *at = pd_expr_eval(&expr, NULL);
     pd_expr_free(ctx, &expr);
     if (*at > setup->lo[*axis] && *at < setup->hi[*axis]) return PD_OK;

@@ -291,5 +291,31 @@ rejects "empty" "bad.scene:1: scene: found an empty file, expected sections or l
 rm -f bad.scene
 rejects "missing" "file: cannot open 'bad.scene': No such file or directory"
 
+# ---- limits and places
+for folder in /etc ../x a/../../x C:x; do
+    base | sed "s|C, v\$|C, v   folder = $folder|" > bad.scene
+    rejects "folder $folder" \
+        "bad.scene:9: folder: found '$folder', expected a folder below the current one, without '..': \
+only who starts the run may choose another"
+done
+base > bad.scene
+for size in 2XB -1GB 0 1e99TB; do
+    rejects "memory limit $size" \
+        "--memory-limit expects a size such as 2GB, 1.5 GiB or 500 MB; pd2d --help tells the usage" \
+        --memory-limit "$size"
+done
+# A run that needs more than the limit ends with 1 before it has written anything.
+rm -rf out
+"$build/pd2d" bad.scene --out out --memory-limit 200kB > stdout 2> stderr
+status=$?
+if [ $status = 1 ] && [ ! -s stdout ] && [ ! -e out ] && [ "$(wc -l < stderr)" = 1 ] &&
+    grep -q '^pd2d: memory: the run needs about [0-9.]* MB, the limit is 0.2 MB$' stderr; then
+    passed=$((passed + 1))
+else
+    failed=$((failed + 1))
+    echo "memory limit: status $status"
+    cat stdout stderr
+fi
+
 echo "$passed passed, $failed failed"
 [ "$failed" = 0 ]

@@ -1,0 +1,30 @@
+#!/bin/sh
+# usage: fuzz.sh FOLDER SECONDS FUZZER...: runs the fuzzers of FOLDER one after the other on seeds from examples/ and
+# what earlier runs have found; ends with 1 when one found something.
+folder=$1 seconds=$2
+shift 2
+found=0
+for name in "$@"; do
+    corpus=$folder/corpus_$name
+    mkdir -p "$corpus"
+    case $name in
+    scene) cp examples/scenes/*_2d.scene examples/scenes/*_axi.scene examples/scenes/s0_params.cfg \
+        examples/scenes/validation/*_2d.scene "$corpus" ;;
+    expression) # the values of all scenes, a file each
+        n=0
+        cat examples/scenes/*.scene | sed -n 's/.*= *\([^=]*\)$/\1/p' | sort -u | while read -r line; do
+            n=$((n + 1))
+            printf '%s' "$line" > "$corpus/seed_$n"
+        done ;;
+    table) printf '# a\n"t [s]",x\n1,2\n3,"4"\n' > "$corpus/seed_1" ;;
+    png) cp docs/img/*.png docs/img/*/*.png "$corpus" 2> /dev/null ;;
+    esac
+    echo "== $name, $seconds s"
+    "$folder/$name" -max_total_time="$seconds" -timeout=20 -rss_limit_mb=2000 -max_len=4000 -print_final_stats=1 \
+        -artifact_prefix="$folder/$name-" "$corpus" > "$folder/$name.log" 2>&1 || {
+        found=1
+        tail -n 40 "$folder/$name.log"
+    }
+    grep -E '^(Done|stat::number_of_executed_units)' "$folder/$name.log"
+done
+exit $found
