@@ -36,12 +36,16 @@ DRIVERS := $(foreach d,$(patsubst drivers/%.c,%,$(wildcard drivers/*.c)),\
 TESTS := $(shell for f in tests/test_*.c; do \
              dims=$$(sed -n '1,5s/.*dims: *\([1-3][1-3 ]*\).*/\1/p' $$f | head -n 1); \
              for k in $${dims:-2}; do echo $(BUILD)/$$(basename $$f .c)_$${k}d; done; done)
+# tests/hard/test_x.c likewise becomes build/hard_x_2d; `PD_HARD=1` in the environment asks for long sweeps.
+HARD_TESTS := $(shell for f in tests/hard/test_*.c; do \
+            dims=$$(sed -n '1,5s/.*dims: *\([1-3][1-3 ]*\).*/\1/p' $$f | head -n 1); \
+            for k in $${dims:-2}; do echo $(BUILD)/$$(basename $$f .c | sed s/^test_/hard_/)_$${k}d; done; done)
 SCRIPTS := $(wildcard tests/*.sh)
 LOGS = $(BUILD)/logs
-TEST_LOGS := $(TESTS:$(BUILD)/%=$(LOGS)/%.log)
+TEST_LOGS := $(TESTS:$(BUILD)/%=$(LOGS)/%.log) $(HARD_TESTS:$(BUILD)/%=$(LOGS)/%.log)
 ALL_LOGS := $(LOGS)/amalgam.log $(LOGS)/lint.log $(TEST_LOGS) $(SCRIPTS:tests/%.sh=$(LOGS)/%.log)
 
-.PHONY: all run report validation bench test test-quick tests amalgam lint check-compilers sanitize clean help FORCE
+.PHONY: all run report validation bench stability test test-hard test-quick tests amalgam lint check-compilers sanitize clean help FORCE
 .SECONDARY:
 .DELETE_ON_ERROR:
 
@@ -51,7 +55,7 @@ run: $(BUILD)/pd2d ## run the example scene of the magnesium pin into out/
 	$(BUILD)/pd2d examples/scenes/mg_pin_2d.scene --out out/mg_pin_2d
 	@echo "pictures:"; ls out/mg_pin_2d/volume_loss.png $$(ls -d out/mg_pin_2d/*_t32400.0s.png)
 
-report: validation bench ## write docs/validation.md and docs/performance.md
+report: validation bench stability ## write docs/validation.md, docs/performance.md and docs/stability.md
 
 # Threads sleep at barriers, because several programs may share the processor.
 validation: $(foreach k,$(DIMS),$(BUILD)/validate$(k)d) ## run all validation cases and write docs/validation.md
@@ -64,6 +68,19 @@ bench: $(foreach k,$(DIMS),$(BUILD)/bench$(k)d) ## run all benchmarks on two thr
 	for k in $(DIMS); do $(BUILD)/bench$${k}d --out $(BUILD)/performance || exit 1; done
 	sh tools/report.sh --performance $(BUILD)/performance docs
 
+# The hard cases with their long sweeps, one after the other, and the steps of the integrators.
+stability: $(HARD_TESTS) $(foreach k,$(DIMS),$(BUILD)/stability$(k)d) ## run all hard cases and write docs/stability.md
+	@rm -rf $(BUILD)/stability && mkdir -p $(BUILD)/stability
+	for t in $(HARD_TESTS); do PD_HARD=1 OMP_WAIT_POLICY=passive $$t > $(BUILD)/stability/$$(basename $$t).log || \
+	    echo "$$t: failed"; done
+	for k in $(DIMS); do OMP_WAIT_POLICY=passive $(BUILD)/stability$${k}d --out $(BUILD)/stability || exit 1; done
+	sh tools/report.sh --stability $(BUILD)/stability docs
+
+test-hard: ## the hard cases with their long sweeps: tens of minutes
+	@rm -f $(LOGS)/hard_*.log
+	+@PD_HARD=1 $(MAKE) -k --no-print-directory $(filter $(LOGS)/hard_%,$(TEST_LOGS)) || true
+	@sh tools/sum.sh $(filter $(LOGS)/hard_%,$(TEST_LOGS))
+
 # A test that does not build counts as failed, and the others still run.
 test: ## all checks and tests; ends with the sum
 	@rm -f $(LOGS)/*.log
@@ -75,7 +92,7 @@ test-quick: ## the test programs in 2D only
 	+@$(MAKE) -k --no-print-directory $(filter %_2d.log,$(TEST_LOGS)) || true
 	@sh tools/sum.sh $(filter %_2d.log,$(TEST_LOGS))
 
-tests: $(TESTS) ## build the test programs without running them
+tests: $(TESTS) $(HARD_TESTS) ## build the test programs without running them
 
 amalgam: $(BUILD)/amalgamate ## write pdcorr.h from src/
 	$(BUILD)/amalgamate src LICENSE pdcorr.h
@@ -163,6 +180,10 @@ $$(BUILD)/obj$(1)d/%.o: src/%.c $$(BUILD)/flags
 $$(BUILD)/test_%_$(1)d: tests/test_%.c tests/test.h $$(HEADERS) $$(OBJECTS_$(1)) $$(BUILD)/flags
 	$$(building) $$(CC) $$(DEV) -DPD_DIM=$(1) -Isrc -Itests $$< $$(OBJECTS_$(1)) -o $$@ $$(LIBS)
 
+$$(BUILD)/hard_%_$(1)d: tests/hard/test_%.c $$(wildcard tests/hard/*.h tests/*.h) $$(HEADERS) $$(OBJECTS_$(1)) \
+                         $$(BUILD)/flags
+	$$(building) $$(CC) $$(DEV) -DPD_DIM=$(1) -Isrc -Itests -Itests/hard $$< $$(OBJECTS_$(1)) -o $$@ $$(LIBS)
+
 $$(BUILD)/pd$(1)d: drivers/scene.c drivers/common.h pdcorr.h $$(BUILD)/flags
 	$$(building) $$(CC) $$(CFLAGS) $$(OMP) -DPD_DIM=$(1) -I. $$< -o $$@ $$(LIBS)
 
@@ -170,6 +191,10 @@ $$(BUILD)/validate$(1)d: drivers/validate.c $$(wildcard drivers/*.h drivers/vali
 	$$(building) $$(CC) $$(CFLAGS) $$(OMP) -DPD_DIM=$(1) -I. $$< -o $$@ $$(LIBS)
 
 $$(BUILD)/bench$(1)d: drivers/bench.c $$(wildcard drivers/*.h drivers/bench/* drivers/validate/*) pdcorr.h $$(BUILD)/flags
+	$$(building) $$(CC) $$(CFLAGS) $$(OMP) -DPD_DIM=$(1) -I. $$< -o $$@ $$(LIBS)
+
+$$(BUILD)/stability$(1)d: drivers/stability.c $$(wildcard drivers/*.h drivers/stability/* drivers/validate/lab.h) \
+                          pdcorr.h $$(BUILD)/flags
 	$$(building) $$(CC) $$(CFLAGS) $$(OMP) -DPD_DIM=$(1) -I. $$< -o $$@ $$(LIBS)
 
 $$(BUILD)/%$(1)d: drivers/%.c pdcorr.h $$(BUILD)/flags

@@ -2530,7 +2530,9 @@ PD_API pd_status pd_implicit_build(pd_ctx *ctx, pd_flow *flow, pd_steady *steady
                                    pd_implicit *implicit);
 /* One step of dt [s], whatever its error. PD_RETRY, state unchanged: a stage did not converge. */
 PD_API pd_status pd_implicit_step(pd_ctx *ctx, pd_implicit *implicit, double dt);
-/* Steps of controlled error up to t_end [s]. PD_ERR_STATE: steps of 1e-12 of the first one do not converge. */
+/* Steps of controlled error up to t_end [s]; the jump of a start that breaks continuity or the boundary conditions
+ * is no
+ * error of its first step. PD_ERR_STATE: steps of 1e-12 of the first one do not converge. */
 PD_API pd_status pd_implicit_run(pd_ctx *ctx, pd_implicit *implicit, double t_end);
 PD_API void pd_implicit_free(pd_ctx *ctx, pd_implicit *implicit);
 
@@ -3032,6 +3034,7 @@ typedef struct pd_dissolve {
     int32_t changed_count, changed_capacity;
     double lead;              /* [-] content at which a node joins the fluid and its solid neighbours take the rest, so
                                * that the surface of the node set lies where the metal ends on average (eq. 6.5) */
+    int stalled;              /* 1: fluid at the front takes nothing now, but would below saturation */
     double *weight;           /* [total] [mol/m4] fluid nodes: sum f c(n) Cs over their solid bonds */
     double *speed;            /* [total] [m/s] fluid nodes: v0 and, after a step, v */
     double *rate;             /* [total] [1/s] solid nodes: share of the span lost per time in the last step */
@@ -3337,6 +3340,9 @@ PDI_FN pd_status pdi_corrode_law(pd_ctx *ctx, const pd_corrode *corrode, int32_t
 PDI_FN void pdi_corrode_exchange(pd_ctx *ctx, pd_corrode *corrode, double dt);
 /* Largest loss of a metal node in that, over Cs - Csat. */
 PDI_FN double pdi_corrode_lost(const pd_corrode *corrode);
+/* Share of that step [-] in which debris, metal with too little metal in reach to make up for it, loses no more than it
+ * has; 1: all of it. */
+PDI_FN double pdi_corrode_spare(const pd_corrode *corrode);
 /* What steps carry on beside the kinds of the grid, which come first. */
 PDI_FN pd_status pdi_corrode_store(pd_ctx *ctx, pd_corrode *corrode, pd_store *store);
 /* `next` becomes the state, as far as nodes take part. */
@@ -3393,6 +3399,7 @@ typedef struct pd_recede {
     int32_t turned;    /* nodes that turned in it: fields bend there, which is no error in time */
     double next_dt;    /* [s] that the error in time proposes for the next one */
     double front_dt;   /* [s] that the front does */
+    double retry_dt;   /* [s] of the next attempt after PD_RETRY */
     int64_t newton, iterations; /* in all: corrections, and CG iterations */
     int64_t rejected;  /* steps tried again with a shorter dt */
 } pd_recede;
@@ -3406,8 +3413,8 @@ typedef struct pd_recede {
 /* The corrosion is borrowed. PD_ERR_ARGUMENT: activation control (there is nothing to solve for), a tolerance out of
  * range. */
 PD_API pd_status pd_recede_build(pd_ctx *ctx, pd_corrode *corrode, const pd_recede_desc *desc, pd_recede *recede);
-/* One step of dt [s]. PD_RETRY, nothing changed: a node would lose far more than its share, or the equations found no
- * solution: take a shorter one. PD_ERR_STATE: the law gives no finite speed. */
+/* One step of dt [s]. PD_RETRY, nothing changed: a node would lose far more than its share, debris more than it
+ * has, or the equations found no solution: take a shorter one. PD_ERR_STATE: the law gives no finite speed. */
 PD_API pd_status pd_recede_step(pd_ctx *ctx, pd_recede *recede, double dt);
 /* One step that does not pass t_end [s], as long as share and rtol allow. PD_ERR_DIVERGED: none is short enough.
  * PD_ERR_ARGUMENT: t_end has passed. */
@@ -16722,6 +16729,8 @@ void pd_steady_free(pd_ctx *ctx, pd_steady *s)
 
 /* Step control: the largest change of one step to the next. */
 #define PDI_IMPLICIT_GROWTH 3.0
+/* Share of its error that a step keeps when it is made shorter and the error is none of the step. */
+#define PDI_IMPLICIT_JUMP 0.95
 #define PDI_IMPLICIT_SHRINK 0.2
 #define PDI_IMPLICIT_SMALLEST 1e-12
 
@@ -16818,6 +16827,7 @@ pd_status pd_implicit_run(pd_ctx *ctx, pd_implicit *im, double t_end)
     if (!(t_end >= im->time))
         return pdi_fail(ctx, PD_ERR_ARGUMENT, "implicit", "a run from %g s to %g s", im->time, t_end);
     if (!(im->dt > 0.0)) im->dt = im->desc.first;
+    double before = 0.0; /* error of a longer step from the same start */
     while (im->time < t_end) {
         int last;
         double begin = im->time, dt = pdi_sdirk_clip(im->dt, im->desc.largest, t_end - begin, &last);
@@ -16825,7 +16835,11 @@ pd_status pd_implicit_run(pd_ctx *ctx, pd_implicit *im, double t_end)
         if (status < 0) return status;
         double share = status == PD_OK ? im->error / im->desc.rtol : 25.0;
         double factor = pdi_sdirk_factor(share, PDI_IMPLICIT_GROWTH);
-        if (share > 1.0 && dt > PDI_IMPLICIT_SMALLEST * im->desc.first) {
+        /* A start that breaks continuity or a boundary condition jumps in its first step, however short that is. */
+        int jump = status == PD_OK && im->steps == 1 && before > 0.0 && im->error > PDI_IMPLICIT_JUMP * before;
+        before = status == PD_OK ? im->error : 0.0;
+        if (jump) factor = 1.0;
+        if (share > 1.0 && !jump && dt > PDI_IMPLICIT_SMALLEST * im->desc.first) {
             if (status == PD_OK) pdi_implicit_reject(ctx, im, dt);
             im->time = begin;
             im->dt = dt * fmax(PDI_IMPLICIT_SHRINK, factor);
@@ -18989,16 +19003,27 @@ static void pdi_transport_slack(const pd_transport *t, double share, double *low
     *high += share * size;
 }
 
-/* Mark the nodes outside of the bounds; how many are new. */
+/* Mark node i, or the one that it repeats; 1 when it is new. */
+static int pdi_transport_mark_one(pd_transport *t, int32_t i)
+{
+    if (t->grid->kind[i] == PD_IMAGE) i = pdi_grid_image(t->grid, i, NULL);
+    int fresh = !t->upwinded[i];
+    t->upwinded[i] = 1;
+    return fresh;
+}
+
+/* Mark the nodes outside of the bounds, and where that has not helped their neighbours too, whose antidiffusive fluxes
+ * reach them from upstream; how many are new. */
 static int64_t pdi_transport_mark(pd_transport *t, double low, double high, double slack)
 {
     int64_t found = 0;
     pdi_transport_slack(t, slack, &low, &high);
     for (int32_t i = 0; i < t->grid->total; i++) {
-        if (t->grid->kind[i] != PD_FLUID || t->upwinded[i]) continue;
-        if (t->c[i] >= low && t->c[i] <= high) continue;
-        t->upwinded[i] = 1;
-        found++;
+        if (t->grid->kind[i] != PD_FLUID || (t->c[i] >= low && t->c[i] <= high)) continue;
+        if (pdi_transport_mark_one(t, i)) found++;
+        else
+            for (int k = 0; k < t->bonds->stencil->count; k++)
+                found += pdi_transport_mark_one(t, i + t->bonds->shift[k]);
     }
     t->upwinding = t->upwinding || found > 0;
     return found;
@@ -19022,7 +19047,11 @@ static pd_status pdi_transport_enforce(pd_ctx *ctx, pd_transport *t, double atol
     pd_status status = PD_OK;
     pdi_transport_bounds(t, t->old, &low, &high);
     for (int round = 1; round <= PDI_TRANSPORT_ROUNDS; round++) {
-        if (!pdi_transport_mark(t, low, high, PDI_TRANSPORT_SLACK)) break;
+        if (!pdi_transport_mark(t, low, high, PDI_TRANSPORT_SLACK)) {
+            /* the last solve moves a field whose fluxes have not settled: it has to stay within the bounds, too */
+            status = pdi_transport_correct(ctx, t, 1e-15, atol, &change, result);
+            if (status < 0 || !pdi_transport_mark(t, low, high, PDI_TRANSPORT_SLACK)) return status;
+        }
         if (round == PDI_TRANSPORT_ROUNDS) pdi_par_zero(ctx, t->grid->total, t->anti);
         else pdi_transport_anti(ctx, t, t->c, t->anti);
         pdi_transport_right_side(ctx, t);
@@ -19138,16 +19167,18 @@ pd_status pd_transport_implicit(pd_ctx *ctx, pd_transport *t, double dt, pd_tran
     return status;
 }
 
-/* Rate [1/s] at which node i exchanges its content: one over its explicit limit. */
+/* Rate [1/s] at which node i exchanges its content: one over its explicit limit. Limited antidiffusive fluxes may need
+ * as much room as upwinding itself. */
 static double pdi_transport_rate(const pd_transport *t, int32_t i)
 {
+    double room = t->desc.advection == PD_ADVECTION_LIMITED ? 2.0 : 1.0;
     double rate = t->absorb[i] + (t->diffusion.hold ? t->diffusion.hold[i] : 0.0);
     for (int k = 0; k < t->bonds->stencil->count; k++) {
         double flux, bond, upwind;
         if (!pdi_convect_open(&t->convect, i, k)) continue;
         pdi_convect_bond(&t->convect, i, k, &flux, &bond, &upwind);
         if (t->grid->kind[i + t->bonds->shift[k]] == PD_OUTLET) rate += fmax(flux, 0.0);
-        else rate += bond + 2.0 * upwind - 0.5 * flux;
+        else rate += bond + room * upwind - 0.5 * flux;
     }
     return rate;
 }
@@ -19766,6 +19797,7 @@ static pd_status pdi_dissolve_law(pd_ctx *ctx, pd_dissolve *d, int32_t i)
                         "the rate law gives %g m/s at c = %g mol/m3 (node %d at x = %g m), expected a finite speed",
                         now, c, (int)i, x[0]);
     }
+    if (!(now > 0.0) && d->desc.rate(d->desc.rate_user, 0.0) > 0.0) d->stalled = 1;
     d->slope[i] = now > 0.0 ? fmin((ahead - now) / step, 0.0) : 0.0;
     d->speed[i] = fmax(now, 0.0) - d->slope[i] * c;
     return PD_OK;
@@ -19776,6 +19808,7 @@ pd_status pd_dissolve_prepare(pd_ctx *ctx, pd_dissolve *d)
     const pd_stencil *s = d->bonds->stencil;
     pd_transport *t = d->transport;
     pdi_dissolve_entry entry;
+    d->stalled = 0;
     for (int32_t i = 0; i < d->grid->total; i++) t->source[i] = t->absorb[i] = d->weight[i] = 0.0;
     for (int32_t f = 0; f < d->front_count; f++) {
         int32_t j = d->front[f];
@@ -20706,23 +20739,50 @@ static double pdi_corrode_behind(const pd_corrode *r, int32_t i, int dry, double
 }
 
 /* What a node that turns has lost below its end, the metal behind it makes up for. Without any, the fluid that has
- * taken it gives it back. */
+ * taken it gives it back, as far as it still has it. */
 static void pdi_corrode_hand_over(pd_corrode *r)
 {
     for (int32_t n = 0; n < r->changed_count; n++) {
         int32_t i = r->changed[n];
         double deficit = pdi_corrode_end(r, i) - r->c[i], given = 0.0;
         double sum = pdi_corrode_behind(r, i, 1, r->scratch);
-        if (!(sum > 0.0)) sum = pdi_corrode_behind(r, i, 0, r->scratch);
+        int debris = !(sum > 0.0);
+        if (debris) sum = pdi_corrode_behind(r, i, 0, r->scratch);
         if (!(deficit > 0.0) || !(sum > 0.0)) continue;
         for (int k = 0; k < r->stencil->count; k++) {
             double part = deficit * (r->scratch[k] / sum);
             if (!(part > 0.0)) continue;
-            r->c[pdi_grid_image(r->grid, i + r->shift[k], NULL)] -= part;
+            double *from = &r->c[pdi_grid_image(r->grid, i + r->shift[k], NULL)];
+            if (debris) part = fmin(part, fmax(*from, 0.0));
+            *from -= part;
             given += part;
         }
         r->c[i] += given;
     }
+}
+
+/* Metal in reach of metal node i that could make up for it [mol/m3]: what that has left above Csat in `next`. */
+static double pdi_corrode_backing(const pd_corrode *r, int32_t i)
+{
+    double sum = 0.0;
+    for (int k = 0; k < r->stencil->count; k++) {
+        int32_t j = i + r->shift[k];
+        if (r->phase[j] == PDI_CORRODE_SOLID)
+            sum += fmax(r->next[pdi_grid_image(r->grid, j, NULL)] - r->desc.saturation, 0.0);
+    }
+    return sum;
+}
+
+PDI_FN double pdi_corrode_spare(const pd_corrode *r)
+{
+    double least = 1.0, half = 0.5 * r->desc.saturation;
+    if (r->desc.activation || r->desc.keep_deficit) return 1.0;
+    for (int32_t i = 0; i < r->grid->total; i++) {
+        if (r->role[i] != PDI_CORRODE_EXPOSED || r->next[i] >= 0.0 || !(r->base[i] > r->desc.saturation)) continue;
+        if (pdi_corrode_backing(r, i) < r->desc.saturation - r->next[i])
+            least = fmin(least, (r->base[i] - half) / (r->base[i] - r->next[i]));
+    }
+    return least;
 }
 
 PDI_FN void pdi_corrode_commit(pd_corrode *r, double dt)
@@ -20822,6 +20882,12 @@ pd_status pd_corrode_run(pd_ctx *ctx, pd_corrode *r, double t_end)
         double count = ceil(left / limit * (1.0 - 1e-12));
         double dt = count > 1.0 ? left / count : left;
         pdi_corrode_exchange(ctx, r, dt);
+        double spare = pdi_corrode_spare(r);
+        if (spare < 1.0) {
+            dt *= spare;
+            count = 2.0;
+            pdi_corrode_exchange(ctx, r, dt);
+        }
         pdi_corrode_commit(r, dt);
         if (!(count > 1.0)) r->time = t_end; /* no last step of rounding's length */
     }
@@ -21147,14 +21213,19 @@ pd_status pd_recede_step(pd_ctx *ctx, pd_recede *r, double dt)
     pdi_par_copy(ctx, m->grid->total, m->c, r->start);
     pdi_recede_begin(r);
     pd_status status = pdi_recede_solve(ctx, r);
-    double lost = 0.0, most = fmin(1.0, PDI_RECEDE_EXCESS * r->desc.share);
+    double lost = 0.0, spare = 1.0, most = fmin(1.0, PDI_RECEDE_EXCESS * r->desc.share);
     if (status == PD_OK) {
         m->base = r->start;
         pdi_corrode_ghosts(m); /* with the speeds of the solution */
         pdi_corrode_exchange(ctx, m, dt);
         lost = pdi_corrode_lost(m);
+        spare = pdi_corrode_spare(m);
         m->base = m->c;
     }
+    r->retry_dt = spare < 1.0 ? spare * dt : 0.5 * dt;
+    if (status == PD_OK && spare < 1.0)
+        status = pdi_fail(ctx, PD_RETRY, "recede", "in a step of %g s debris loses more than it has, expected %g s", dt,
+                          r->retry_dt);
     if (status == PD_OK && lost > most)
         status = pdi_fail(ctx, PD_RETRY, "recede", "in a step of %g s a node loses %.3g of what it has, expected %.3g",
                           dt, lost, most);
@@ -21188,7 +21259,7 @@ pd_status pd_recede_next(pd_ctx *ctx, pd_recede *r, double t_end)
     dt = left / count;
     pd_status status = pd_recede_step(ctx, r, dt);
     for (; status == PD_RETRY && dt > shortest; status = pd_recede_step(ctx, r, dt)) {
-        dt *= 0.5;
+        dt = r->retry_dt;
         count = 2.0;
     }
     if (status == PD_RETRY)
@@ -21400,12 +21471,27 @@ pd_status pd_couple_start(pd_ctx *ctx, pd_couple *c)
     return pdi_couple_balance(ctx, c);
 }
 
+/* Growth of steps beside fluid above saturation, and the first one as a share of the time in which the law at C = 0
+ * takes
+ * a layer: metal that rests now may go before a long step ends. */
+#define PDI_COUPLE_GROWTH 2.0
+static double pdi_couple_stalled(const pd_couple *c)
+{
+    const pd_dissolve *d = c->dissolve;
+    const pd_stencil *s = c->bonds->stencil;
+    double area = 0.0;
+    if (c->dt > 0.0) return PDI_COUPLE_GROWTH * c->dt;
+    for (int k = 0; k < s->count; k++) area += 0.5 * s->area[k];
+    return c->desc.fraction / (area * d->desc.rate(d->desc.rate_user, 0.0));
+}
+
 /* Longest admissible step, then equal steps up to t_limit. */
 static double pdi_couple_choose(pd_ctx *ctx, const pd_couple *c, double t_limit)
 {
     double left = t_limit - c->time, dt = left;
     double fastest = c->dissolve ? pd_dissolve_fastest(ctx, c->dissolve) : 0.0;
     if (fastest > 0.0) dt = fmin(dt, c->desc.fraction / fastest);
+    if (c->dissolve && c->dissolve->stalled) dt = fmin(dt, pdi_couple_stalled(c));
     if (c->desc.max_step > 0.0 && !c->implicit && !c->unsteady) dt = fmin(dt, c->desc.max_step);
     return left / ceil(left / dt * (1.0 - 1e-12));
 }

@@ -516,23 +516,50 @@ static double pdi_corrode_behind(const pd_corrode *r, int32_t i, int dry, double
 }
 
 /* What a node that turns has lost below its end, the metal behind it makes up for. Without any, the fluid that has
- * taken it gives it back. */
+ * taken it gives it back, as far as it still has it. */
 static void pdi_corrode_hand_over(pd_corrode *r)
 {
     for (int32_t n = 0; n < r->changed_count; n++) {
         int32_t i = r->changed[n];
         double deficit = pdi_corrode_end(r, i) - r->c[i], given = 0.0;
         double sum = pdi_corrode_behind(r, i, 1, r->scratch);
-        if (!(sum > 0.0)) sum = pdi_corrode_behind(r, i, 0, r->scratch);
+        int debris = !(sum > 0.0);
+        if (debris) sum = pdi_corrode_behind(r, i, 0, r->scratch);
         if (!(deficit > 0.0) || !(sum > 0.0)) continue;
         for (int k = 0; k < r->stencil->count; k++) {
             double part = deficit * (r->scratch[k] / sum);
             if (!(part > 0.0)) continue;
-            r->c[pdi_grid_image(r->grid, i + r->shift[k], NULL)] -= part;
+            double *from = &r->c[pdi_grid_image(r->grid, i + r->shift[k], NULL)];
+            if (debris) part = fmin(part, fmax(*from, 0.0));
+            *from -= part;
             given += part;
         }
         r->c[i] += given;
     }
+}
+
+/* Metal in reach of metal node i that could make up for it [mol/m3]: what that has left above Csat in `next`. */
+static double pdi_corrode_backing(const pd_corrode *r, int32_t i)
+{
+    double sum = 0.0;
+    for (int k = 0; k < r->stencil->count; k++) {
+        int32_t j = i + r->shift[k];
+        if (r->phase[j] == PDI_CORRODE_SOLID)
+            sum += fmax(r->next[pdi_grid_image(r->grid, j, NULL)] - r->desc.saturation, 0.0);
+    }
+    return sum;
+}
+
+PDI_FN double pdi_corrode_spare(const pd_corrode *r)
+{
+    double least = 1.0, half = 0.5 * r->desc.saturation;
+    if (r->desc.activation || r->desc.keep_deficit) return 1.0;
+    for (int32_t i = 0; i < r->grid->total; i++) {
+        if (r->role[i] != PDI_CORRODE_EXPOSED || r->next[i] >= 0.0 || !(r->base[i] > r->desc.saturation)) continue;
+        if (pdi_corrode_backing(r, i) < r->desc.saturation - r->next[i])
+            least = fmin(least, (r->base[i] - half) / (r->base[i] - r->next[i]));
+    }
+    return least;
 }
 
 PDI_FN void pdi_corrode_commit(pd_corrode *r, double dt)
@@ -632,6 +659,12 @@ pd_status pd_corrode_run(pd_ctx *ctx, pd_corrode *r, double t_end)
         double count = ceil(left / limit * (1.0 - 1e-12));
         double dt = count > 1.0 ? left / count : left;
         pdi_corrode_exchange(ctx, r, dt);
+        double spare = pdi_corrode_spare(r);
+        if (spare < 1.0) {
+            dt *= spare;
+            count = 2.0;
+            pdi_corrode_exchange(ctx, r, dt);
+        }
         pdi_corrode_commit(r, dt);
         if (!(count > 1.0)) r->time = t_end; /* no last step of rounding's length */
     }

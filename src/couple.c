@@ -115,12 +115,27 @@ pd_status pd_couple_start(pd_ctx *ctx, pd_couple *c)
     return pdi_couple_balance(ctx, c);
 }
 
+/* Growth of steps beside fluid above saturation, and the first one as a share of the time in which the law at C = 0
+ * takes
+ * a layer: metal that rests now may go before a long step ends. */
+#define PDI_COUPLE_GROWTH 2.0
+static double pdi_couple_stalled(const pd_couple *c)
+{
+    const pd_dissolve *d = c->dissolve;
+    const pd_stencil *s = c->bonds->stencil;
+    double area = 0.0;
+    if (c->dt > 0.0) return PDI_COUPLE_GROWTH * c->dt;
+    for (int k = 0; k < s->count; k++) area += 0.5 * s->area[k];
+    return c->desc.fraction / (area * d->desc.rate(d->desc.rate_user, 0.0));
+}
+
 /* Longest admissible step, then equal steps up to t_limit. */
 static double pdi_couple_choose(pd_ctx *ctx, const pd_couple *c, double t_limit)
 {
     double left = t_limit - c->time, dt = left;
     double fastest = c->dissolve ? pd_dissolve_fastest(ctx, c->dissolve) : 0.0;
     if (fastest > 0.0) dt = fmin(dt, c->desc.fraction / fastest);
+    if (c->dissolve && c->dissolve->stalled) dt = fmin(dt, pdi_couple_stalled(c));
     if (c->desc.max_step > 0.0 && !c->implicit && !c->unsteady) dt = fmin(dt, c->desc.max_step);
     return left / ceil(left / dt * (1.0 - 1e-12));
 }

@@ -206,6 +206,7 @@ static pd_status pdi_dissolve_law(pd_ctx *ctx, pd_dissolve *d, int32_t i)
                         "the rate law gives %g m/s at c = %g mol/m3 (node %d at x = %g m), expected a finite speed",
                         now, c, (int)i, x[0]);
     }
+    if (!(now > 0.0) && d->desc.rate(d->desc.rate_user, 0.0) > 0.0) d->stalled = 1;
     d->slope[i] = now > 0.0 ? fmin((ahead - now) / step, 0.0) : 0.0;
     d->speed[i] = fmax(now, 0.0) - d->slope[i] * c;
     return PD_OK;
@@ -216,6 +217,7 @@ pd_status pd_dissolve_prepare(pd_ctx *ctx, pd_dissolve *d)
     const pd_stencil *s = d->bonds->stencil;
     pd_transport *t = d->transport;
     pdi_dissolve_entry entry;
+    d->stalled = 0;
     for (int32_t i = 0; i < d->grid->total; i++) t->source[i] = t->absorb[i] = d->weight[i] = 0.0;
     for (int32_t f = 0; f < d->front_count; f++) {
         int32_t j = d->front[f];

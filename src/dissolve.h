@@ -33,6 +33,7 @@ typedef struct pd_dissolve {
     int32_t changed_count, changed_capacity;
     double lead;              /* [-] content at which a node joins the fluid and its solid neighbours take the rest, so
                                * that the surface of the node set lies where the metal ends on average (eq. 6.5) */
+    int stalled;              /* 1: fluid at the front takes nothing now, but would below saturation */
     double *weight;           /* [total] [mol/m4] fluid nodes: sum f c(n) Cs over their solid bonds */
     double *speed;            /* [total] [m/s] fluid nodes: v0 and, after a step, v */
     double *rate;             /* [total] [1/s] solid nodes: share of the span lost per time in the last step */

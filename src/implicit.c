@@ -7,6 +7,8 @@
 
 /* Step control: the largest change of one step to the next. */
 #define PDI_IMPLICIT_GROWTH 3.0
+/* Share of its error that a step keeps when it is made shorter and the error is none of the step. */
+#define PDI_IMPLICIT_JUMP 0.95
 #define PDI_IMPLICIT_SHRINK 0.2
 #define PDI_IMPLICIT_SMALLEST 1e-12
 
@@ -103,6 +105,7 @@ pd_status pd_implicit_run(pd_ctx *ctx, pd_implicit *im, double t_end)
     if (!(t_end >= im->time))
         return pdi_fail(ctx, PD_ERR_ARGUMENT, "implicit", "a run from %g s to %g s", im->time, t_end);
     if (!(im->dt > 0.0)) im->dt = im->desc.first;
+    double before = 0.0; /* error of a longer step from the same start */
     while (im->time < t_end) {
         int last;
         double begin = im->time, dt = pdi_sdirk_clip(im->dt, im->desc.largest, t_end - begin, &last);
@@ -110,7 +113,11 @@ pd_status pd_implicit_run(pd_ctx *ctx, pd_implicit *im, double t_end)
         if (status < 0) return status;
         double share = status == PD_OK ? im->error / im->desc.rtol : 25.0;
         double factor = pdi_sdirk_factor(share, PDI_IMPLICIT_GROWTH);
-        if (share > 1.0 && dt > PDI_IMPLICIT_SMALLEST * im->desc.first) {
+        /* A start that breaks continuity or a boundary condition jumps in its first step, however short that is. */
+        int jump = status == PD_OK && im->steps == 1 && before > 0.0 && im->error > PDI_IMPLICIT_JUMP * before;
+        before = status == PD_OK ? im->error : 0.0;
+        if (jump) factor = 1.0;
+        if (share > 1.0 && !jump && dt > PDI_IMPLICIT_SMALLEST * im->desc.first) {
             if (status == PD_OK) pdi_implicit_reject(ctx, im, dt);
             im->time = begin;
             im->dt = dt * fmax(PDI_IMPLICIT_SHRINK, factor);

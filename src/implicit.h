@@ -39,7 +39,9 @@ PD_API pd_status pd_implicit_build(pd_ctx *ctx, pd_flow *flow, pd_steady *steady
                                    pd_implicit *implicit);
 /* One step of dt [s], whatever its error. PD_RETRY, state unchanged: a stage did not converge. */
 PD_API pd_status pd_implicit_step(pd_ctx *ctx, pd_implicit *implicit, double dt);
-/* Steps of controlled error up to t_end [s]. PD_ERR_STATE: steps of 1e-12 of the first one do not converge. */
+/* Steps of controlled error up to t_end [s]; the jump of a start that breaks continuity or the boundary conditions
+ * is no
+ * error of its first step. PD_ERR_STATE: steps of 1e-12 of the first one do not converge. */
 PD_API pd_status pd_implicit_run(pd_ctx *ctx, pd_implicit *implicit, double t_end);
 PD_API void pd_implicit_free(pd_ctx *ctx, pd_implicit *implicit);
 

@@ -276,14 +276,19 @@ pd_status pd_recede_step(pd_ctx *ctx, pd_recede *r, double dt)
     pdi_par_copy(ctx, m->grid->total, m->c, r->start);
     pdi_recede_begin(r);
     pd_status status = pdi_recede_solve(ctx, r);
-    double lost = 0.0, most = fmin(1.0, PDI_RECEDE_EXCESS * r->desc.share);
+    double lost = 0.0, spare = 1.0, most = fmin(1.0, PDI_RECEDE_EXCESS * r->desc.share);
     if (status == PD_OK) {
         m->base = r->start;
         pdi_corrode_ghosts(m); /* with the speeds of the solution */
         pdi_corrode_exchange(ctx, m, dt);
         lost = pdi_corrode_lost(m);
+        spare = pdi_corrode_spare(m);
         m->base = m->c;
     }
+    r->retry_dt = spare < 1.0 ? spare * dt : 0.5 * dt;
+    if (status == PD_OK && spare < 1.0)
+        status = pdi_fail(ctx, PD_RETRY, "recede", "in a step of %g s debris loses more than it has, expected %g s", dt,
+                          r->retry_dt);
     if (status == PD_OK && lost > most)
         status = pdi_fail(ctx, PD_RETRY, "recede", "in a step of %g s a node loses %.3g of what it has, expected %.3g",
                           dt, lost, most);
@@ -317,7 +322,7 @@ pd_status pd_recede_next(pd_ctx *ctx, pd_recede *r, double t_end)
     dt = left / count;
     pd_status status = pd_recede_step(ctx, r, dt);
     for (; status == PD_RETRY && dt > shortest; status = pd_recede_step(ctx, r, dt)) {
-        dt *= 0.5;
+        dt = r->retry_dt;
         count = 2.0;
     }
     if (status == PD_RETRY)

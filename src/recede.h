@@ -49,6 +49,7 @@ typedef struct pd_recede {
     int32_t turned;    /* nodes that turned in it: fields bend there, which is no error in time */
     double next_dt;    /* [s] that the error in time proposes for the next one */
     double front_dt;   /* [s] that the front does */
+    double retry_dt;   /* [s] of the next attempt after PD_RETRY */
     int64_t newton, iterations; /* in all: corrections, and CG iterations */
     int64_t rejected;  /* steps tried again with a shorter dt */
 } pd_recede;
@@ -62,8 +63,8 @@ typedef struct pd_recede {
 /* The corrosion is borrowed. PD_ERR_ARGUMENT: activation control (there is nothing to solve for), a tolerance out of
  * range. */
 PD_API pd_status pd_recede_build(pd_ctx *ctx, pd_corrode *corrode, const pd_recede_desc *desc, pd_recede *recede);
-/* One step of dt [s]. PD_RETRY, nothing changed: a node would lose far more than its share, or the equations found no
- * solution: take a shorter one. PD_ERR_STATE: the law gives no finite speed. */
+/* One step of dt [s]. PD_RETRY, nothing changed: a node would lose far more than its share, debris more than it
+ * has, or the equations found no solution: take a shorter one. PD_ERR_STATE: the law gives no finite speed. */
 PD_API pd_status pd_recede_step(pd_ctx *ctx, pd_recede *recede, double dt);
 /* One step that does not pass t_end [s], as long as share and rtol allow. PD_ERR_DIVERGED: none is short enough.
  * PD_ERR_ARGUMENT: t_end has passed. */

@@ -250,16 +250,27 @@ static void pdi_transport_slack(const pd_transport *t, double share, double *low
     *high += share * size;
 }
 
-/* Mark the nodes outside of the bounds; how many are new. */
+/* Mark node i, or the one that it repeats; 1 when it is new. */
+static int pdi_transport_mark_one(pd_transport *t, int32_t i)
+{
+    if (t->grid->kind[i] == PD_IMAGE) i = pdi_grid_image(t->grid, i, NULL);
+    int fresh = !t->upwinded[i];
+    t->upwinded[i] = 1;
+    return fresh;
+}
+
+/* Mark the nodes outside of the bounds, and where that has not helped their neighbours too, whose antidiffusive fluxes
+ * reach them from upstream; how many are new. */
 static int64_t pdi_transport_mark(pd_transport *t, double low, double high, double slack)
 {
     int64_t found = 0;
     pdi_transport_slack(t, slack, &low, &high);
     for (int32_t i = 0; i < t->grid->total; i++) {
-        if (t->grid->kind[i] != PD_FLUID || t->upwinded[i]) continue;
-        if (t->c[i] >= low && t->c[i] <= high) continue;
-        t->upwinded[i] = 1;
-        found++;
+        if (t->grid->kind[i] != PD_FLUID || (t->c[i] >= low && t->c[i] <= high)) continue;
+        if (pdi_transport_mark_one(t, i)) found++;
+        else
+            for (int k = 0; k < t->bonds->stencil->count; k++)
+                found += pdi_transport_mark_one(t, i + t->bonds->shift[k]);
     }
     t->upwinding = t->upwinding || found > 0;
     return found;
@@ -283,7 +294,11 @@ static pd_status pdi_transport_enforce(pd_ctx *ctx, pd_transport *t, double atol
     pd_status status = PD_OK;
     pdi_transport_bounds(t, t->old, &low, &high);
     for (int round = 1; round <= PDI_TRANSPORT_ROUNDS; round++) {
-        if (!pdi_transport_mark(t, low, high, PDI_TRANSPORT_SLACK)) break;
+        if (!pdi_transport_mark(t, low, high, PDI_TRANSPORT_SLACK)) {
+            /* the last solve moves a field whose fluxes have not settled: it has to stay within the bounds, too */
+            status = pdi_transport_correct(ctx, t, 1e-15, atol, &change, result);
+            if (status < 0 || !pdi_transport_mark(t, low, high, PDI_TRANSPORT_SLACK)) return status;
+        }
         if (round == PDI_TRANSPORT_ROUNDS) pdi_par_zero(ctx, t->grid->total, t->anti);
         else pdi_transport_anti(ctx, t, t->c, t->anti);
         pdi_transport_right_side(ctx, t);
@@ -399,16 +414,18 @@ pd_status pd_transport_implicit(pd_ctx *ctx, pd_transport *t, double dt, pd_tran
     return status;
 }
 
-/* Rate [1/s] at which node i exchanges its content: one over its explicit limit. */
+/* Rate [1/s] at which node i exchanges its content: one over its explicit limit. Limited antidiffusive fluxes may need
+ * as much room as upwinding itself. */
 static double pdi_transport_rate(const pd_transport *t, int32_t i)
 {
+    double room = t->desc.advection == PD_ADVECTION_LIMITED ? 2.0 : 1.0;
     double rate = t->absorb[i] + (t->diffusion.hold ? t->diffusion.hold[i] : 0.0);
     for (int k = 0; k < t->bonds->stencil->count; k++) {
         double flux, bond, upwind;
         if (!pdi_convect_open(&t->convect, i, k)) continue;
         pdi_convect_bond(&t->convect, i, k, &flux, &bond, &upwind);
         if (t->grid->kind[i + t->bonds->shift[k]] == PD_OUTLET) rate += fmax(flux, 0.0);
-        else rate += bond + 2.0 * upwind - 0.5 * flux;
+        else rate += bond + room * upwind - 0.5 * flux;
     }
     return rate;
 }

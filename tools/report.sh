@@ -4,12 +4,21 @@
 #
 # report.sh --performance DIR DOCS: the same of bench1d, 2d and 3d, as DOCS/performance.md. Sections that an earlier run
 # has left in DIR count, so that single cases can be run again.
+#
+# report.sh --stability DIR DOCS: the result lines of the logs of tests/hard/ in DIR, and what stability1d, 2d and 3d
+# have written there, as DOCS/stability.md. The reasons of the cases are the comments above their tests.
 kind=validation
 [ "$1" = --performance ] && kind=performance && shift
+[ "$1" = --stability ] && kind=stability && shift
 dir=$1 docs=$2
 if [ $kind = validation ]; then
     [ -f "$dir/summary_1d.md" ] && [ -f "$dir/summary_2d.md" ] && [ -f "$dir/summary_3d.md" ] || {
         echo "report.sh: $dir lacks the summary of a dimension; run validate1d, 2d and 3d with --out $dir" >&2
+        exit 1
+    }
+elif [ $kind = stability ]; then
+    ls "$dir"/hard_*.log > /dev/null 2>&1 || {
+        echo "report.sh: $dir holds no log; run the programs of tests/hard and stability1d, 2d and 3d" >&2
         exit 1
     }
 else
@@ -22,13 +31,55 @@ pictures=$docs/img/$kind
 rm -rf "$pictures"
 mkdir -p "$pictures" || exit 1
 
+# Rows of one table from result lines: underscores of words are spaces, `message` runs to the end of the line.
+parts() {
+    cat "$dir"/hard_*.log | awk -v want="$1" '
+        function value(key,   at, text) {
+            at = index($0, " " key "=")
+            if (!at) return ""
+            text = substr($0, at + length(key) + 2)
+            if (key != "message" && index(text, " ")) text = substr(text, 1, index(text, " ") - 1)
+            if (key == "measure" || key == "naive_what") gsub("_", " ", text)
+            return text
+        }
+        /^result / && value("case") == want {
+            outcome = value("outcome")
+            found = outcome == "refused" ? "`" value("message") "`" : value("err") " " value("measure")
+            if (outcome == "failed" && value("message") != "") found = found " `" value("message") "`"
+            if (value("geometries") != "") found = found ", " value("geometries") " geometries, " value("refused") \
+                " refused, " value("missed") " beyond the bounds"
+            plain = value("naive") == "" ? "" : value("naive") " " value("naive_what")
+            part = value("part")
+            gsub("_", " ", part)
+            word = outcome == "failed" ? "**failed**" : outcome == "refused" ? "refused" : "right"
+            print "| " word " | " part " | " value("dim") "D | " found " | " value("ledger") " | " value("bounds") \
+                " | " value("steps") " | " plain " |"
+        }'
+}
+# The comment right above the test of a case.
+reason() {
+    cat tests/hard/test_*.c | awk -v want="TEST($1)" '
+        /^\/\*/ { text = ""; inside = 1 }
+        inside { text = text " " $0 }
+        inside && /\*\// { inside = 0; fresh = 1; next }
+        index($0, want) == 1 && fresh { gsub("^ */[*] *| *[*]/ *$", "", text); gsub(" +[*] +", " ", text); print text }
+        !inside { if ($0 !~ /^#/) fresh = 0 }'
+}
+geometries() {
+    cat "$dir"/hard_*.log | sed -n 's/.* geometries=\([0-9]*\) .*/\1/p' | awk '{ n += $1 } END { print n + 0 }'
+}
+hard_cases() { cat "$dir"/hard_*.log | sed -n 's/^result case=\([a-z0-9_]*\) .*/\1/p' | awk '!seen[$0]++'; }
+
 rows() {
-    if [ $kind = validation ]; then cat "$dir/summary_1d.md" "$dir/summary_2d.md" "$dir/summary_3d.md"
+    if [ $kind = stability ]; then cat "$dir"/hard_*.log | grep '^result ' |
+        sed 's/.*outcome=failed.*/| failed /; s/.*outcome=[ar].*/| met /'
+    elif [ $kind = validation ]; then cat "$dir/summary_1d.md" "$dir/summary_2d.md" "$dir/summary_3d.md"
     else cat "$dir"/goals_*.md; fi
 }
 # In the order of the cases of the report.
 names() {
-    if [ $kind = validation ]; then rows | sed 's/^[^[]*\[\([a-z0-9_]*\), .*/\1/' | awk '!seen[$0]++'
+    if [ $kind = stability ]; then printf '%s\n' transport corrode unsteady gas advance implicit
+    elif [ $kind = validation ]; then rows | sed 's/^[^[]*\[\([a-z0-9_]*\), .*/\1/' | awk '!seen[$0]++'
     else printf '%s\n' counts scenes study kernels csr scaling triad; fi
 }
 processor() { sed -n 's/^model name[^:]*: *//p' /proc/cpuinfo 2> /dev/null | head -n 1; }
@@ -70,14 +121,49 @@ $((met + missed)) goals are judged: $met are met, $missed are missed.
 END
 }
 
+head_of_stability() {
+    cat << END
+# Stability
+
+Hard cases: each runs through with the right answer, or is refused with a message. Written by \`make stability\`, which
+runs the programs of \`tests/hard/\` and \`stability1d\`, \`2d\` and \`3d\`. One case:
+\`build/hard_geometry_2d debris\`. These are the results of the logs at hand, with
+$(geometries) geometries at random of the 10,000 of a whole sweep.
+
+$((met + missed)) parts are run: $met end as they should, $missed do not.
+
+\`ledger\`: largest imbalance over the amounts that were there or passed. \`bounds\`: by how much concentrations left
+their bounds, over the largest of them. \`plain scheme\`: what a plain scheme does there.
+
+## Hard cases
+END
+    for name in $(hard_cases); do
+        echo
+        echo "### $name" | tr _ ' '
+        echo
+        reason "$name"
+        echo
+        echo "| outcome | part | | error or message | ledger | bounds | steps | plain scheme |"
+        echo "|---|---|---|---|---|---|---|---|"
+        parts "$name" | sort -t '|' -k 3,3 -s
+    done
+    echo
+    echo "## Longest steps"
+    echo
+    echo "What the integrators choose against the longest step that is stable, or keeps the bounds that the step is"
+    echo "there for. Waves: from the response of the code to an impulse, for all wave vectors of a lattice."
+}
+
 missed=$(rows | grep -c -v '^| met ')
 met=$(rows | grep -c '^| met ')
 {
     head_of_$kind
-    rows | grep -v '^| met '
-    rows | grep '^| met '
-    echo
-    echo "## Cases"
+    [ $kind = stability ] || {
+        rows | grep -v '^| met '
+        rows | grep '^| met '
+        echo
+        echo "## Cases"
+    }
     # The dimensions of a case stand together.
     for name in $(names); do
         for k in 1 2 3; do

@@ -1,0 +1,245 @@
+/* hard: plays a hard case: a scene as text, step by step, every step held to the balance, the bounds of the
+ * concentration, the residuals and an end. Include it behind `#define _XOPEN_SOURCE 700`.
+ *
+ * Each part of a case ends with a line for tools/report.sh:
+ *
+ *   result case=TEST dim=2 part=couple outcome=answer err=1e-9 measure=what_err_is ledger=... bounds=... residual=...
+ *          steps=... naive=0.5 naive_what=what_a_plain_scheme_does message=text to the end of the line
+ *
+ * outcome: answer (the run came to its end), refused (with the message), failed (a check of the test did not hold).
+ * With PD_HARD=1 in the environment the long sweeps run, for `make test-hard`.
+ */
+#ifndef HARD_H
+#define HARD_H
+#include "scene_file.h"
+
+/* Ranges of the axes across x, and the same only in 3D. */
+#if PD_DIM == 1
+#define ACROSS(range) ""
+#define ALONG_Z(range) ""
+#elif PD_DIM == 2
+#define ACROSS(range) ", " range
+#define ALONG_Z(range) ""
+#else
+#define ACROSS(range) ", " range ", " range
+#define ALONG_Z(range) ", " range
+#endif
+
+#define LEDGER 1e-12 /* [-] relative to the metal at the start */
+#define BOUNDS 1e-9  /* [-] by which concentrations may leave their bounds, over the largest */
+#define OWED 1e-7    /* [-] the same beside debris of [dissolve]: its last node may owe a part of what it has given */
+
+typedef struct hard {
+    pd_ctx ctx;
+    pd_setup setup;
+    pd_model model;
+    pd_status status;                /* of what ended it */
+    int built, open;                 /* 1: the model, the setup is there */
+    int most;                        /* steps that the run may take */
+    double low, high;                /* [mol/m3] bounds of the fluid */
+    double ledger, excess, residual; /* [-] worst of the run */
+    double flux;                     /* [-] mismatch of the flow far up and far down */
+    double solver;                   /* [-] largest residual of the linear solves of transport */
+    double loose;                    /* [-] that some of them may have; 0: none may miss its tolerance */
+    double known; /* [-] up to here an excess is a known miss: the part fails in the report, but not the test */
+    int failures; /* of the test before this part */
+} hard;
+
+static hard hard_one;
+static const char *hard_override; /* "m=2": replaces a value of the next scene */
+
+static inline int hard_long(void)
+{
+    const char *value = getenv("PD_HARD");
+    return value && value[0] == '1';
+}
+
+/* Three dimensions cost minutes. */
+#define NOT_IN_3D() \
+    do { \
+        if (PD_DIM == 3 && !hard_long()) SKIP("in 3D with PD_HARD=1 alone"); \
+    } while (0)
+
+static inline const double *hard_field(const hard *h) { return pdi_model_c(&h->model); }
+
+static inline void hard_extremes(const hard *h, double *low, double *high)
+{
+    const double *c = hard_field(h);
+    *low = HUGE_VAL;
+    *high = -HUGE_VAL;
+    for (int32_t i = 0; i < h->model.grid.total; i++) {
+        if (h->model.grid.kind[i] != PD_FLUID) continue;
+        *low = fmin(*low, c[i]);
+        *high = fmax(*high, c[i]);
+    }
+}
+
+/* What the start, inlets and held walls bring, and saturation. */
+static inline void hard_bounds(hard *h)
+{
+    const pd_setup *u = &h->setup;
+    if (!pdi_setup_carries(u)) return;
+    hard_extremes(h, &h->low, &h->high);
+    for (int s = 0; s < 2 * PD_DIM; s++) {
+        double bring = u->side[s].holds ? u->side[s].held : u->has_corrode ? u->bulk : u->inlet;
+        if (!u->side[s].holds && !pdi_grid_port(u->side[s].kind)) continue;
+        h->low = fmin(h->low, bring);
+        h->high = fmax(h->high, bring);
+    }
+    for (int w = 0; w < u->wall_count; w++) {
+        if (!u->walls[w].holds) continue;
+        h->low = fmin(h->low, u->walls[w].held);
+        h->high = fmax(h->high, u->walls[w].held);
+    }
+    if (!pdi_setup_loses(u)) return;
+    h->low = fmin(h->low, 0.0);
+    h->high = fmax(h->high, fmax(u->saturation, u->threshold * u->solid_c));
+    if (u->has_corrode && u->forward) h->high *= 1.0 + u->overshoot;
+}
+
+/* Reads and builds; 0: refused, with status and message. `known` and `loose` stay. */
+static inline int hard_open(hard *h, const char *text)
+{
+    double known = h->known, loose = h->loose;
+    memset(h, 0, sizeof *h);
+    h->known = known;
+    h->loose = loose;
+    h->failures = test_now.failures;
+    h->most = 20000;
+    h->status = load(&h->ctx, text, &hard_override, hard_override != NULL, &h->setup);
+    hard_override = NULL;
+    if (h->status < 0) return 0;
+    h->open = 1;
+    h->status = pd_model_build(&h->ctx, &h->setup, &h->model);
+    if (h->status < 0) return 0;
+    h->built = 1;
+    hard_bounds(h);
+    return 1;
+}
+
+static inline void hard_watch(hard *h)
+{
+    const pd_couple *c = &h->model.couple;
+    double low, high, size = fmax(fabs(h->low), fabs(h->high));
+    /* over what has been there, or has passed */
+    double amount = fmax(fmax(c->ledger.start, h->model.couple.solid_start), fmax(c->ledger.in, c->ledger.out));
+    if (amount > 0.0) h->ledger = fmax(h->ledger, fabs(c->ledger.imbalance) / amount);
+    h->solver = fmax(h->solver, c->transport_result.residual);
+    if (c->steady) h->residual = fmax(h->residual, fmax(c->steady_result.momentum, c->steady_result.continuity));
+    if (pdi_setup_carries(&h->setup)) {
+        hard_extremes(h, &low, &high);
+        if (h->setup.activation) low = high = 0.0;
+        h->excess = fmax(h->excess, size > 0.0 ? fmax(h->low - low, high - h->high) / size : fmax(-low, high));
+        if (!(low <= high)) h->excess = h->model.grid.fluid_count ? HUGE_VAL : h->excess; /* NaN */
+    }
+    if (!c->flow || h->setup.side[0].kind != PD_SIDE_INLET || h->model.grid.n[0] < 4) return;
+    double up = pd_flow_section(&h->ctx, &h->model.flow, 0, 1);
+    double down = pd_flow_section(&h->ctx, &h->model.flow, 0, h->model.grid.n[0] - 1);
+    if (fabs(up) > 0.0) h->flux = fmax(h->flux, fabs(down - up) / fabs(up));
+}
+
+/* Steps up to t_end [s]. 0: a step failed, with status and message. */
+static inline int hard_steps(hard *h, double t_end)
+{
+    pd_couple *c = &h->model.couple;
+    if (c->steps == 0 && c->time <= 0.0) {
+        h->status = pd_couple_start(&h->ctx, c);
+        if (h->status < 0) return 0;
+        hard_watch(h);
+    }
+    for (int step = 0; c->time < t_end; step++) {
+        if (!CHECK(step < h->most)) return 0;
+        h->status = pd_couple_step(&h->ctx, c, t_end);
+        if (h->status < 0) return 0;
+        hard_watch(h);
+    }
+    return 1;
+}
+
+/* The worst of the run against what every run is held to. */
+static inline int hard_sound(const hard *h)
+{
+    const pd_setup *u = &h->setup;
+    double bound = u->has_dissolve ? OWED : u->has_flow ? fmax(BOUNDS, u->steady) : BOUNDS;
+    /* rounding of a step adds up */
+    int good = CHECK_LE(h->ledger, fmax(LEDGER, 2.2e-16 * (double)h->model.couple.steps));
+    good = (h->loose > 0.0 ? CHECK_LE(h->solver, h->loose) : CHECK_INT(h->model.couple.unsolved, 0)) && good;
+    /* held fluid has no concentration of its own: it passes on what it takes */
+    if (!u->activation) good = CHECK_LE(h->excess, fmax(bound, h->known)) && good;
+    if (u->has_flow && u->motion == PD_MOTION_STEADY) good = CHECK_LE(h->residual, u->steady) && good;
+    if (u->has_flow && u->motion == PD_MOTION_STEADY) good = CHECK_LE(h->flux, 1e-6) && good;
+    return good;
+}
+
+/* Reads, builds and runs to the end of the scene, soundly. */
+static inline int hard_play(hard *h, const char *text)
+{
+    if (!CHECK(hard_open(h, text)) || !CHECK(hard_steps(h, h->setup.until))) {
+        NOTE("status %d: %s", (int)h->status, h->ctx.message);
+        return 0;
+    }
+    CHECK(h->model.couple.time >= h->setup.until);
+    return hard_sound(h);
+}
+
+static inline void hard_close(hard *h)
+{
+    if (h->built) pd_model_free(&h->ctx, &h->model);
+    if (h->open) pd_setup_free(&h->ctx, &h->setup);
+    h->built = h->open = 0;
+    h->known = 0.0;
+    CHECK_INT(h->ctx.in_use, 0);
+}
+
+/* The line of a part. measure NULL: no error; naive_what NULL: no naive scheme. The case is the running test. */
+static inline void hard_line(const char *part, int failed, const char *message, double err, const char *measure)
+{
+    printf("result case=%s dim=%d part=%s outcome=%s", test_now.name, PD_DIM, part,
+           failed    ? "failed"
+           : message ? "refused"
+                     : "answer");
+    if (measure) printf(" err=%.2e measure=%s", err, measure);
+}
+
+static inline void hard_naive(double naive, const char *naive_what, const char *message)
+{
+    if (naive_what) printf(" naive=%.3g naive_what=%s", naive, naive_what);
+    if (message) printf(" message=%s", message);
+    printf("\n");
+}
+
+/* Prints the line and frees everything. */
+static inline void hard_end(hard *h, const char *part, double err, const char *measure, double naive,
+                            const char *naive_what)
+{
+    char message[PD_MESSAGE_SIZE];
+    const char *said = h->status < 0 ? message : NULL;
+    const char *file = strstr(h->ctx.message, "a.scene"); /* without the folder of the test */
+    snprintf(message, sizeof message, "%s", file ? file : h->ctx.message);
+    int64_t steps = h->built ? h->model.couple.steps : 0;
+    int missed = h->known > 0.0 && h->excess > OWED;
+    hard_close(h);
+    hard_line(part, missed || test_now.failures > h->failures, said, err, said ? NULL : measure);
+    if (steps)
+        printf(" ledger=%.1e bounds=%.1e residual=%.1e steps=%ld", h->ledger, h->excess, h->residual, (long)steps);
+    hard_naive(naive, naive_what, said);
+}
+
+/* The scene is refused when read, built or run, with a message that holds `part`. */
+static inline void hard_refused(hard *h, const char *text, const char *name, const char *part, pd_status status)
+{
+    if (hard_open(h, text) && hard_steps(h, h->setup.until)) CHECK(!"the scene is refused");
+    CHECK_INT(h->status, status);
+    if (!CHECK(strstr(h->ctx.message, part) != NULL)) NOTE("message: %s; expected: %s", h->ctx.message, part);
+    hard_end(h, name, 0.0, NULL, 0.0, NULL);
+}
+
+/* A part without a scene, from `failures` of the test before it. */
+static inline void hard_done(const char *part, int failures, double err, const char *measure, double naive,
+                             const char *naive_what)
+{
+    hard_line(part, test_now.failures > failures, NULL, err, measure);
+    hard_naive(naive, naive_what, NULL);
+}
+
+#endif
