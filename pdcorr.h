@@ -25413,10 +25413,13 @@ static pd_status pdi_output_store(pd_ctx *ctx, pd_output *out, pd_store *store)
     PDI_TRY(PDI_STORE(ctx, store, "time of the last frame", &out->written, 1));
     PDI_TRY(pdi_pvd_store(ctx, &out->pvd, store));
     PDI_TRY(PDI_STORE(ctx, store, "rows", &out->rows, 1));
-    if (out->rows > out->room) {
-        PDI_TRY(PDI_GROW(ctx, "output", out->room, out->rows, out->time));
-        PDI_TRY(PDI_GROW(ctx, "output", out->room, out->rows, out->loss));
-        out->room = out->rows;
+    if (out->rows > out->time_room) {
+        PDI_TRY(PDI_GROW(ctx, "output", out->time_room, out->rows, out->time));
+        out->time_room = out->rows;
+    }
+    if (out->rows > out->loss_room) {
+        PDI_TRY(PDI_GROW(ctx, "output", out->loss_room, out->rows, out->loss));
+        out->loss_room = out->rows;
     }
     PDI_TRY(PDI_STORE(ctx, store, "times of the curve", out->time, out->rows));
     return PDI_STORE(ctx, store, "losses of the curve", out->loss, out->rows);
