@@ -133,8 +133,10 @@ static void pdi_budget_metal(const pd_setup *u, pd_budget *b)
     b->bytes[PD_PART_CORRODE] = (26.0 + (u->passive >= 0)) * b->nodes + 8.0 * (b->nodes - b->cells) + 4.0 * b->cells +
                                 4.0 * b->solid;
     if (u->has_grains) b->bytes[PD_PART_CORRODE] += 8.0 * b->nodes;
+    if (u->stochastic) b->bytes[PD_PART_CORRODE] += 10.0 * b->nodes;
+    if (u->repassivation > 0.0) b->bytes[PD_PART_CORRODE] += b->nodes;
     if (u->forward) return;
-    b->bytes[PD_PART_CORRODE] += (65.0 + 40.0) * b->nodes + b->cells * (pdi_budget_compact(0) +
+    b->bytes[PD_PART_CORRODE] += (73.0 + 40.0) * b->nodes + b->cells * (pdi_budget_compact(0) +
                                                                          pdi_budget_multigrid(1, 0, &coarse));
     b->working += b->cells * coarse;
 }
