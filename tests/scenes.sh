@@ -181,14 +181,14 @@ reports pit_open_2d front 0 1e-6
 run intergranular_2d intergranular_2d "until=1 h"
 run pits_304_3d pits_304_3d "until=1 s"
 # a trench in a crevice: 0.0479 by the equation of the gap, of first order in the horizon (0.0439 with half the cells)
-run crevice_625 crevice_625 "h=50 um, 2 um"
-reports crevice_625 volume_loss 0.039 0.0479
-reports crevice_625 front 8e-6 14e-6
-reports crevice_625 C_max 5.5e3 5.60001e3
+run crevice_625_2d crevice_625_2d "h=50 um, 2 um"
+reports crevice_625_2d volume_loss 0.039 0.0479
+reports crevice_625_2d front 8e-6 14e-6
+reports crevice_625_2d C_max 5.5e3 5.60001e3
 # what half a millimetre gives diffuses away, and the attack goes out
-run crevice_short crevice_625 "h=50 um, 2 um" "corrode.initial=if(x > 12.2 mm, 0.99*Csat, 0)"
-reports crevice_short volume_loss 0 1e-3
-for key in pencil_304_bonds_1d uniform_cu_3d pit_304_2d intergranular_2d pits_304_3d crevice_625; do
+run crevice_short_2d crevice_625_2d "h=50 um, 2 um" "corrode.initial=if(x > 12.2 mm, 0.99*Csat, 0)"
+reports crevice_short_2d volume_loss 0 1e-3
+for key in pencil_304_bonds_1d uniform_cu_3d pit_304_2d intergranular_2d pits_304_3d crevice_625_2d; do
     reports $key ledger 0 1e-12
 done
 # the grains alone recede by 0.5 um of 70 um, with their boundaries by a third more at least

@@ -39,7 +39,7 @@ static const scene_run scene_runs[] = {
      {"grid.h=10 um", "run.until=1 min", NULL}, 10.0, 0.0},
     {NULL, "mg_pin_2d.scene", {NULL}, {"grid.h=10 um", "run.until=10 min", NULL}, 0.0, 0.0},
     {NULL, "mg_pin_axi.scene", {NULL}, {"grid.h=10 um", "run.until=10 min", NULL}, 0.0, 0.0},
-    {NULL, "crevice_625.scene", {NULL}, {"grid.h=50 um, 2 um", "run.until=1 h", NULL}, 60.0, 0.0},
+    {NULL, "crevice_625_2d.scene", {NULL}, {"grid.h=50 um, 2 um", "run.until=1 h", NULL}, 60.0, 0.0},
     {NULL, "pit_304_2d.scene", {NULL}, {"run.until=2 s", NULL}, 0.0, 0.0},
     {"pit_304_2d_explicit", "pit_304_2d.scene", {"corrode.time=explicit", NULL},
      {"run.until=0.1 s", "corrode.time=explicit", NULL}, 0.0, 0.0},
