@@ -501,7 +501,7 @@ static void pdi_corrode_turn(pd_corrode *r)
     }
 }
 
-/* Weights of the bonds of node i that lead to metal that does not turn (dry), or to attacking fluid. */
+/* Weights of the bonds of node i that lead to metal that does not turn (dry), or to attacking fluid that holds some. */
 static double pdi_corrode_behind(const pd_corrode *r, int32_t i, int dry, double *weight)
 {
     double sum = 0.0;
@@ -509,10 +509,37 @@ static double pdi_corrode_behind(const pd_corrode *r, int32_t i, int dry, double
         int32_t j = i + r->shift[k];
         int32_t at = pdi_grid_image(r->grid, j, NULL);
         int metal = r->phase[j] == PDI_CORRODE_SOLID && r->c[at] > pdi_corrode_end(r, at);
-        weight[k] = r->front.weight[k] * (dry ? metal : r->phase[j] == PDI_CORRODE_FLUID ? r->speed[at] : 0.0);
+        int fluid = r->phase[j] == PDI_CORRODE_FLUID && r->c[at] > 0.0;
+        weight[k] = r->front.weight[k] * (dry ? metal : fluid ? r->speed[at] : 0.0);
         sum += weight[k];
     }
     return sum;
+}
+
+/* Node i takes up to `deficit` from those, in proportion to their weights, and no more than metal has above its end or
+ * fluid at all. What is left goes round until it is covered or none has any. Returns it. */
+static double pdi_corrode_collect(pd_corrode *r, int32_t i, int dry, double deficit)
+{
+    double sum, left = deficit;
+    while (left > 0.0 && (sum = pdi_corrode_behind(r, i, dry, r->scratch)) > 0.0) {
+        double given = 0.0;
+        int exhausted = 0;
+        for (int k = 0; k < r->stencil->count; k++) {
+            double part = left * (r->scratch[k] / sum);
+            int32_t at = pdi_grid_image(r->grid, i + r->shift[k], NULL);
+            double *from = &r->c[at], keep = dry ? pdi_corrode_end(r, at) : 0.0;
+            if (!(part > 0.0)) continue;
+            if (part >= *from - keep) {
+                part = fmax(*from - keep, 0.0);
+                *from = fmin(*from, keep);
+                exhausted = 1;
+            } else *from -= part;
+            given += part;
+        }
+        r->c[i] += given;
+        left = exhausted ? left - given : 0.0;
+    }
+    return left;
 }
 
 /* What a node that turns has lost below its end, the metal behind it makes up for. Without any, the fluid that has
@@ -521,20 +548,8 @@ static void pdi_corrode_hand_over(pd_corrode *r)
 {
     for (int32_t n = 0; n < r->changed_count; n++) {
         int32_t i = r->changed[n];
-        double deficit = pdi_corrode_end(r, i) - r->c[i], given = 0.0;
-        double sum = pdi_corrode_behind(r, i, 1, r->scratch);
-        int debris = !(sum > 0.0);
-        if (debris) sum = pdi_corrode_behind(r, i, 0, r->scratch);
-        if (!(deficit > 0.0) || !(sum > 0.0)) continue;
-        for (int k = 0; k < r->stencil->count; k++) {
-            double part = deficit * (r->scratch[k] / sum);
-            if (!(part > 0.0)) continue;
-            double *from = &r->c[pdi_grid_image(r->grid, i + r->shift[k], NULL)];
-            if (debris) part = fmin(part, fmax(*from, 0.0));
-            *from -= part;
-            given += part;
-        }
-        r->c[i] += given;
+        double left = pdi_corrode_collect(r, i, 1, pdi_corrode_end(r, i) - r->c[i]);
+        pdi_corrode_collect(r, i, 0, left);
     }
 }
 

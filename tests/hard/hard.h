@@ -27,6 +27,7 @@
 
 #define LEDGER 1e-12 /* [-] relative to the metal at the start */
 #define BOUNDS 1e-9  /* [-] by which concentrations may leave their bounds, over the largest */
+#define SALT 3.1e-9  /* [-] the same of implicit corrosion: a salt layer counts from three times its tolerance */
 #define OWED 1e-7    /* [-] the same beside debris of [dissolve]: its last node may owe a part of what it has given */
 
 typedef struct hard {
@@ -160,7 +161,7 @@ static inline int hard_steps(hard *h, double t_end)
 static inline int hard_sound(const hard *h)
 {
     const pd_setup *u = &h->setup;
-    double bound = u->has_dissolve ? OWED : u->has_flow ? fmax(BOUNDS, u->steady) : BOUNDS;
+    double bound = u->has_corrode && !u->forward ? SALT : u->has_dissolve ? OWED : u->has_flow ? fmax(BOUNDS, u->steady) : BOUNDS;
     /* rounding of a step adds up */
     int good = CHECK_LE(h->ledger, fmax(LEDGER, 2.2e-16 * (double)h->model.couple.steps));
     good = (h->loose > 0.0 ? CHECK_LE(h->solver, h->loose) : CHECK_INT(h->model.couple.unsolved, 0)) && good;
