@@ -161,7 +161,8 @@ static inline int hard_steps(hard *h, double t_end)
 static inline int hard_sound(const hard *h)
 {
     const pd_setup *u = &h->setup;
-    double bound = u->has_corrode && !u->forward ? SALT : u->has_dissolve ? OWED : u->has_flow ? fmax(BOUNDS, u->steady) : BOUNDS;
+    double bound = u->has_corrode ? (u->forward ? BOUNDS : SALT)
+                   : u->has_dissolve ? OWED : u->has_flow ? fmax(BOUNDS, u->steady) : BOUNDS;
     /* rounding of a step adds up */
     int good = CHECK_LE(h->ledger, fmax(LEDGER, 2.2e-16 * (double)h->model.couple.steps));
     good = (h->loose > 0.0 ? CHECK_LE(h->solver, h->loose) : CHECK_INT(h->model.couple.unsolved, 0)) && good;
