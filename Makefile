@@ -45,11 +45,13 @@ LOGS = $(BUILD)/logs
 TEST_LOGS := $(TESTS:$(BUILD)/%=$(LOGS)/%.log) $(HARD_TESTS:$(BUILD)/%=$(LOGS)/%.log)
 ALL_LOGS := $(LOGS)/amalgam.log $(LOGS)/lint.log $(TEST_LOGS) $(SCRIPTS:tests/%.sh=$(LOGS)/%.log)
 
-.PHONY: all run report validation bench stability test test-hard test-quick tests amalgam lint check-compilers sanitize clean help FORCE
+.PHONY: all drivers run report validation bench stability test test-hard test-quick tests amalgam lint check-compilers sanitize clean help FORCE
 .SECONDARY:
 .DELETE_ON_ERROR:
 
-all: $(DRIVERS) ## build the drivers (default)
+all: $(foreach k,$(DIMS),$(BUILD)/pd$kd) ## build pd1d, pd2d and pd3d (default)
+
+drivers: $(DRIVERS) ## build these and the programs of the reports
 
 run: $(BUILD)/pd2d ## run the example scene of the magnesium pin into out/
 	$(BUILD)/pd2d examples/scenes/mg_pin_2d.scene --out out/mg_pin_2d

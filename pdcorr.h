@@ -11768,15 +11768,21 @@ PDI_FN pd_status pdi_file_create(pd_ctx *ctx, const char *path, pd_file *file)
     return PD_OK;
 }
 
-PDI_FN pd_status pdi_file_append(pd_ctx *ctx, const char *path, pd_file *file)
+/* Open the file itself; `verb` for the message. */
+static pd_status pdi_file_direct(pd_ctx *ctx, const char *path, const char *mode, const char *verb, pd_file *file)
 {
     memset(file, 0, sizeof *file);
     PDI_TRY(pdi_file_check_path(ctx, path));
     strcpy(file->path, path);
     errno = 0;
-    file->stream = fopen(path, "ab");
-    if (!file->stream) return pdi_file_fail(ctx, "append to", path, errno);
+    file->stream = fopen(path, mode);
+    if (!file->stream) return pdi_file_fail(ctx, verb, path, errno);
     return PD_OK;
+}
+
+PDI_FN pd_status pdi_file_append(pd_ctx *ctx, const char *path, pd_file *file)
+{
+    return pdi_file_direct(ctx, path, "ab", "append to", file);
 }
 
 static const char *pdi_file_open_name(const pd_file *file) { return file->part[0] ? file->part : file->path; }
@@ -11852,13 +11858,7 @@ PDI_FN void pdi_file_remove(const char *path)
 
 PDI_FN pd_status pdi_file_open(pd_ctx *ctx, const char *path, pd_file *file)
 {
-    memset(file, 0, sizeof *file);
-    PDI_TRY(pdi_file_check_path(ctx, path));
-    strcpy(file->path, path);
-    errno = 0;
-    file->stream = fopen(path, "rb");
-    if (!file->stream) return pdi_file_fail(ctx, "open", path, errno);
-    return PD_OK;
+    return pdi_file_direct(ctx, path, "rb", "open", file);
 }
 
 PDI_FN pd_status pdi_file_get(pd_ctx *ctx, pd_file *file, void *data, size_t size, size_t *got)
@@ -21486,10 +21486,9 @@ pd_status pd_couple_start(pd_ctx *ctx, pd_couple *c)
     return pdi_couple_balance(ctx, c);
 }
 
-/* Growth of steps beside fluid above saturation, and the first one as a share of the time in which the law at C = 0
- * takes
- * a layer: metal that rests now may go before a long step ends. */
 #define PDI_COUPLE_GROWTH 2.0
+/* Step [s] beside fluid above saturation: longer than the one before by that factor, the first one a share of the time
+ * in which the law at C = 0 takes a layer. Metal that rests now may go before a long step ends. */
 static double pdi_couple_stalled(const pd_couple *c)
 {
     const pd_dissolve *d = c->dissolve;
@@ -24775,24 +24774,27 @@ PDI_FN pd_status pdi_checkpoint_model(pd_ctx *ctx, pd_model *model, pd_store *st
     return pd_couple_store(ctx, &model->couple, store);
 }
 
+/* The model through a store that was just created or opened. */
+static pd_status pdi_checkpoint_move(pd_ctx *ctx, pd_model *model, pd_store *store)
+{
+    pd_status status = pdi_checkpoint_model(ctx, model, store);
+    if (status == PD_OK) return pd_store_close(ctx, store);
+    pd_store_abandon(store);
+    return status;
+}
+
 pd_status pd_checkpoint_save(pd_ctx *ctx, const char *path, pd_model *model)
 {
     pd_store store;
     PDI_TRY(pd_store_create(ctx, path, &store));
-    pd_status status = pdi_checkpoint_model(ctx, model, &store);
-    if (status == PD_OK) return pd_store_close(ctx, &store);
-    pd_store_abandon(&store);
-    return status;
+    return pdi_checkpoint_move(ctx, model, &store);
 }
 
 pd_status pd_checkpoint_load(pd_ctx *ctx, const char *path, pd_model *model)
 {
     pd_store store;
     PDI_TRY(pd_store_open(ctx, path, &store));
-    pd_status status = pdi_checkpoint_model(ctx, model, &store);
-    if (status == PD_OK) return pd_store_close(ctx, &store);
-    pd_store_abandon(&store);
-    return status;
+    return pdi_checkpoint_move(ctx, model, &store);
 }
 
 #undef PDI_CHECKPOINT_SCENE

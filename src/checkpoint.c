@@ -35,24 +35,27 @@ PDI_FN pd_status pdi_checkpoint_model(pd_ctx *ctx, pd_model *model, pd_store *st
     return pd_couple_store(ctx, &model->couple, store);
 }
 
+/* The model through a store that was just created or opened. */
+static pd_status pdi_checkpoint_move(pd_ctx *ctx, pd_model *model, pd_store *store)
+{
+    pd_status status = pdi_checkpoint_model(ctx, model, store);
+    if (status == PD_OK) return pd_store_close(ctx, store);
+    pd_store_abandon(store);
+    return status;
+}
+
 pd_status pd_checkpoint_save(pd_ctx *ctx, const char *path, pd_model *model)
 {
     pd_store store;
     PDI_TRY(pd_store_create(ctx, path, &store));
-    pd_status status = pdi_checkpoint_model(ctx, model, &store);
-    if (status == PD_OK) return pd_store_close(ctx, &store);
-    pd_store_abandon(&store);
-    return status;
+    return pdi_checkpoint_move(ctx, model, &store);
 }
 
 pd_status pd_checkpoint_load(pd_ctx *ctx, const char *path, pd_model *model)
 {
     pd_store store;
     PDI_TRY(pd_store_open(ctx, path, &store));
-    pd_status status = pdi_checkpoint_model(ctx, model, &store);
-    if (status == PD_OK) return pd_store_close(ctx, &store);
-    pd_store_abandon(&store);
-    return status;
+    return pdi_checkpoint_move(ctx, model, &store);
 }
 
 #undef PDI_CHECKPOINT_SCENE

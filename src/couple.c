@@ -115,10 +115,9 @@ pd_status pd_couple_start(pd_ctx *ctx, pd_couple *c)
     return pdi_couple_balance(ctx, c);
 }
 
-/* Growth of steps beside fluid above saturation, and the first one as a share of the time in which the law at C = 0
- * takes
- * a layer: metal that rests now may go before a long step ends. */
 #define PDI_COUPLE_GROWTH 2.0
+/* Step [s] beside fluid above saturation: longer than the one before by that factor, the first one a share of the time
+ * in which the law at C = 0 takes a layer. Metal that rests now may go before a long step ends. */
 static double pdi_couple_stalled(const pd_couple *c)
 {
     const pd_dissolve *d = c->dissolve;

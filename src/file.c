@@ -178,15 +178,21 @@ PDI_FN pd_status pdi_file_create(pd_ctx *ctx, const char *path, pd_file *file)
     return PD_OK;
 }
 
-PDI_FN pd_status pdi_file_append(pd_ctx *ctx, const char *path, pd_file *file)
+/* Open the file itself; `verb` for the message. */
+static pd_status pdi_file_direct(pd_ctx *ctx, const char *path, const char *mode, const char *verb, pd_file *file)
 {
     memset(file, 0, sizeof *file);
     PDI_TRY(pdi_file_check_path(ctx, path));
     strcpy(file->path, path);
     errno = 0;
-    file->stream = fopen(path, "ab");
-    if (!file->stream) return pdi_file_fail(ctx, "append to", path, errno);
+    file->stream = fopen(path, mode);
+    if (!file->stream) return pdi_file_fail(ctx, verb, path, errno);
     return PD_OK;
+}
+
+PDI_FN pd_status pdi_file_append(pd_ctx *ctx, const char *path, pd_file *file)
+{
+    return pdi_file_direct(ctx, path, "ab", "append to", file);
 }
 
 static const char *pdi_file_open_name(const pd_file *file) { return file->part[0] ? file->part : file->path; }
@@ -262,13 +268,7 @@ PDI_FN void pdi_file_remove(const char *path)
 
 PDI_FN pd_status pdi_file_open(pd_ctx *ctx, const char *path, pd_file *file)
 {
-    memset(file, 0, sizeof *file);
-    PDI_TRY(pdi_file_check_path(ctx, path));
-    strcpy(file->path, path);
-    errno = 0;
-    file->stream = fopen(path, "rb");
-    if (!file->stream) return pdi_file_fail(ctx, "open", path, errno);
-    return PD_OK;
+    return pdi_file_direct(ctx, path, "rb", "open", file);
 }
 
 PDI_FN pd_status pdi_file_get(pd_ctx *ctx, pd_file *file, void *data, size_t size, size_t *got)

@@ -20,7 +20,7 @@ static double stefan_held(void *user, const double *x)
 }
 
 /* Metal from the front down to `bottom` [m]; the side x- is the original surface. */
-static pd_status stefan_build(val_job *job, double bottom, double width, val_law *law)
+static void stefan_metal(const val_job *job, double bottom, double width)
 {
     val_lab *lab = job->lab;
     lab_box(lab, STEFAN_START / job->level.n, job->level.m, 0.0, width);
@@ -29,6 +29,12 @@ static pd_status stefan_build(val_job *job, double bottom, double width, val_law
     lab->shapes[0].type = PD_SHAPE_HALF_SPACE;
     lab->shapes[0].a[0] = STEFAN_START;
     lab->shapes[0].b[0] = -1.0;
+}
+
+static pd_status stefan_build(val_job *job, double bottom, double width, val_law *law)
+{
+    val_lab *lab = job->lab;
+    stefan_metal(job, bottom, width);
     lab->transport_desc.diffusivity = STEFAN_D;
     lab->transport_desc.held = stefan_held;
     lab->dissolve_desc.solid = STEFAN_CS;
@@ -126,15 +132,9 @@ static double stefan_fast_law(void *user, double c)
 static pd_status stefan_bonds_build(val_job *job, double bottom)
 {
     val_lab *lab = job->lab;
-    double h = STEFAN_START / job->level.n;
-    lab_box(lab, h, job->level.m, 0.0, 2.0 * h);
-    lab->grid_desc.hi[0] = bottom;
+    stefan_metal(job, bottom, 2.0 * STEFAN_START / job->level.n);
     lab->grid_desc.side[0] = PD_SIDE_INLET;
     for (int side = 2; side < 2 * PD_DIM; side++) lab->grid_desc.side[side] = PD_SIDE_PERIODIC;
-    lab->grid_desc.solid = 0;
-    lab->shapes[0].type = PD_SHAPE_HALF_SPACE;
-    lab->shapes[0].a[0] = STEFAN_START;
-    lab->shapes[0].b[0] = -1.0;
     lab->corrode_desc.solid = STEFAN_CS;
     lab->corrode_desc.saturation = STEFAN_CSAT;
     lab->corrode_desc.diffusivity = STEFAN_D;
