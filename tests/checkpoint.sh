@@ -99,18 +99,18 @@ begin 3 pit.scene pit_TERM --threads 1 --resume
 ends 0 && same pit_whole pit_TERM
 verdict "pit: the same files after SIGTERM"
 
-# killed again and again, at moments that nobody chose, while every step makes a checkpoint
+# killed again and again while every step makes a checkpoint: some steps on, at a moment that nobody chose
 killed() {
-    dim=$1 name=$2 more=
+    dim=$1 name=$2
     kills=0
     begin "$dim" "$name.scene" "${name}_kill" --checkpoint '0 s'
     while [ ! -e "${name}_kill/checkpoint.bin" ] && kill -0 $! 2> /dev/null; do sleep 0.01; done
-    while kill -0 $! 2> /dev/null && [ $kills -lt 4 ]; do
-        sleep "0.$(awk -v s="$kills$$" 'BEGIN { srand(s); printf "%03d", 50 + 400 * rand() }')"
+    while [ $kills -lt 4 ]; do
+        rows "${name}_kill" $((4 + 4 * kills))
+        sleep "0.$(awk -v s="$kills$$" 'BEGIN { srand(s); printf "%03d", 20 * rand() }')"
         kill -9 $! 2> /dev/null || break
-        kills=$((kills + 1))
         wait $! 2> /dev/null
-        [ -e "${name}_kill/checkpoint.bin" ] || break
+        kills=$((kills + 1))
         begin "$dim" "$name.scene" "${name}_kill" --checkpoint '0 s' --resume
     done
     ends 0
