@@ -18,6 +18,8 @@ ifneq ($(filter-out help clean,$(or $(MAKECMDGOALS),all)),)
 probe = $(shell d=$$(mktemp -d) && printf '$(1)' > $$d/p.c && \
           $(CC) $(2) $$d/p.c -o $$d/p 2> $$d/log && echo '$(2)'; rm -rf $$d)
 NATIVE := $(call probe,int main(void) { return 0; }\n,-march=native)
+# Whole vectors where the processor has them: compilers are shy of the longest.
+NATIVE += $(call probe,int main(void) { return 0; }\n,-mprefer-vector-width=512)
 ifneq ($(OPENMP),0)
 OMP := $(call probe,\043include <omp.h>\nint main(void) { return omp_get_max_threads() < 1; }\n,-fopenmp)
 endif

@@ -111,6 +111,25 @@ typedef enum pdi_lanes {
     PDI_LANES_ALL,
     PDI_LANES_SOME
 } pdi_lanes;
+/* Which of a block of rows have their bonds open, 32 bonds at a time. */
+typedef struct pdi_bond_gate {
+    const uint32_t *word; /* of each row */
+    uint32_t any;         /* bonds that one of them has open */
+} pdi_bond_gate;
+/* The 32 bonds that bond k is one of, for the rows row .. row+count-1. */
+static inline void pdi_bond_gate_load(const pd_bonds *bonds, int32_t row, int k, int count, pdi_bond_gate *gate)
+{
+    gate->word = bonds->mask + (int64_t)(k >> 5) * bonds->capacity + row;
+    gate->any = 0;
+    for (int b = 0; b < count; b++) gate->any |= gate->word[b];
+}
+/* 1: one of the rows has bond k open. */
+static inline int pdi_bond_gate_any(const pdi_bond_gate *gate, int k) { return (int)(gate->any >> (k & 31) & 1u); }
+/* 1.0: row b of the block has bond k open, 0.0: closed. */
+static inline double pdi_bond_gate_lane(const pdi_bond_gate *gate, int k, int b)
+{
+    return (double)(int32_t)(gate->word[b] >> (k & 31) & 1u);
+}
 /* Which of the rows row .. row+count-1 have bond k open. SOME: open[b] is 1.0 for those and 0.0 for the others. */
 static inline pdi_lanes pdi_bond_open_lanes(const pd_bonds *bonds, int32_t row, int k, int count, double *open)
 {

@@ -47,10 +47,13 @@
 #define PDI_FN static
 #endif
 
+/* PDI_INLINE: bodies of inner loops that pay only with the constants of their callers. */
 #if defined(__GNUC__) || defined(__clang__)
 #define PD_PRINTF_LIKE(f, a) __attribute__((format(printf, f, a)))
+#define PDI_INLINE static inline __attribute__((always_inline))
 #else
 #define PD_PRINTF_LIKE(f, a)
+#define PDI_INLINE static inline
 #endif
 
 #endif

@@ -1,7 +1,7 @@
 /* flow: see flow.h
  *
- * Design: sweeps work on blocks of neighbours along axis 0, bond by bond, whose sums stay in registers. All terms of a
- * bond are taken in one pass. Rows blank out their closed bonds.
+ * Design: sweeps work on blocks of neighbours along axis 0, bond by bond; their own values and their sums stay in
+ * registers. All terms of a bond are taken in one pass. Rows blank out their closed bonds.
  */
 #include "flow.h"
 #include "op.h"
@@ -59,131 +59,141 @@ void pd_flow_prepare(pd_ctx *ctx, pd_flow *flow)
     pdi_flow_carrier(ctx, flow, flow->u, flow->carrier);
 }
 
-/* Nodes of a block. In 3D the arrays are too many for registers, and longer pieces of them are faster to read. */
-#define PDI_FLOW_BLOCK (PD_DIM == 3 ? PDI_LANES : PDI_BLOCK)
+/* Nodes of a block: one vector, or two short ones, so that all that belongs to its nodes stays in registers. */
+#define PDI_FLOW_BLOCK PDI_VECTOR
 
-/* The sums of a block. */
+/* Twice the sums of a block. The convective term is the skew-symmetric sum of 1/2 g.(w_i + w_j) v_j (eq. 4.3). That of
+ * the velocity under the Laplacian is taken as v_i + (v_j - v_i), so that both terms share the difference. */
 typedef struct pdi_flow_sums {
-    double conv[PD_DIM][PDI_FLOW_BLOCK]; /* sum 1/2 g.(w_i + w_j) v_j: the skew-symmetric convective term (eq. 4.3) */
-    double lap[PD_DIM][PDI_FLOW_BLOCK];
-    double half_div[PDI_FLOW_BLOCK];
-    double tie[PDI_FLOW_BLOCK]; /* fourth-order pressure difference (eq. 4.4) */
+    double momentum[PD_DIM][PDI_FLOW_BLOCK]; /* convective and viscous terms but for v_i times the fluxes */
+    double flux[PDI_FLOW_BLOCK];             /* of `mass` */
+    double flux2[PDI_FLOW_BLOCK];            /* of `frozen`, in a linearised product */
+    double tie[PDI_FLOW_BLOCK];              /* fourth-order pressure difference (eq. 4.4) */
 } pdi_flow_sums;
 
+/* What a block of nodes i .. i+count-1 reads again for each of its bonds. */
+typedef struct pdi_flow_own {
+    double mass[PD_DIM][PDI_FLOW_BLOCK], frozen[PD_DIM][PDI_FLOW_BLOCK], viscous[PD_DIM][PDI_FLOW_BLOCK];
+    double grad[PD_DIM][PDI_FLOW_BLOCK], p[PDI_FLOW_BLOCK];
+    double open[PDI_FLOW_BLOCK]; /* 1 or 0: the bond in hand is open or closed */
+} pdi_flow_own;
+
+PDI_INLINE void pdi_flow_own_load(const pd_flow *flow, const pdi_flow_terms *t, int32_t i, int count, int linear,
+                                  pdi_flow_own *PD_RESTRICT own)
+{
+    for (int d = 0; d < PD_DIM; d++) {
+        int64_t at = (int64_t)d * flow->grid->total + i;
+        for (int b = 0; b < count; b++) own->mass[d][b] = t->mass[at + b];
+        for (int b = 0; b < count && linear; b++) own->frozen[d][b] = t->frozen[at + b];
+        for (int b = 0; b < count; b++) own->viscous[d][b] = t->viscous[at + b];
+        for (int b = 0; b < count; b++) own->grad[d][b] = t->grad[at + b];
+    }
+    for (int b = 0; b < count; b++) own->p[b] = t->p[i + b];
+}
+
 /* Add bond k of the nodes i .. i+count-1. open: 1 or 0 for each of them, NULL: 1. tied: 1, or 0 when the bond carries
- * no pressure. Inlined with constants for `cut` and `linear`. */
-static inline void pdi_flow_bond_lanes(const pd_flow *flow, const pdi_flow_terms *t, int32_t i, int k, int count,
-                                       int cut, const double *PD_RESTRICT open, double tied, int linear,
-                                       pdi_flow_sums *PD_RESTRICT sums)
+ * no pressure. Inlined with constants for `count`, `open` and `linear`. */
+PDI_INLINE void pdi_flow_bond(const pd_flow *flow, const pdi_flow_terms *t, const pdi_flow_own *PD_RESTRICT own,
+                              int32_t i, int k, int count, const double *PD_RESTRICT open, double tied, int linear,
+                              pdi_flow_sums *PD_RESTRICT sums)
 {
     const pd_stencil *s = flow->bonds->stencil;
-    int64_t total = flow->grid->total, shift = flow->bonds->shift[k];
-    const double *mass = t->mass + i, *carried = t->carried + i + shift, *viscous = t->viscous + i;
-    const double *frozen = linear ? t->frozen + i : NULL, *p = t->p + i, *grad = t->grad + i;
-    double half[PD_DIM], arm[PD_DIM], a = pdi_bond_lap(flow->bonds, i)[k], share = pdi_bond_flux(flow->bonds, i, k);
-    for (int d = 0; d < PD_DIM; d++) {
-        half[d] = 0.5 * share * s->grad[k * PD_DIM + d];
-        arm[d] = 0.5 * s->xi[k * PD_DIM + d];
-    }
+    int64_t total = flow->grid->total, far = (int64_t)i + flow->bonds->shift[k];
+    const double *mass = t->mass + far, *carried = t->carried + far, *viscous = t->viscous + far;
+    const double *frozen = linear ? t->frozen + far : NULL, *p = t->p + far, *grad = t->grad + far;
+    const double *g = s->grad + k * PD_DIM, *xi = s->xi + k * PD_DIM, *a = pdi_bond_lap(flow->bonds, i) + k;
+    double twice_nu = 2.0 * flow->nu, share = pdi_bond_flux(flow->bonds, i, k);
+    int ring = PD_DIM == 2 && flow->bonds->ring.flux;
     for (int b = 0; b < count; b++) {
-        double flux = 0.0, flux2 = 0.0, tie = p[b + shift] - p[b], weight = cut ? open[b] * a : a;
+        double flux = 0.0, flux2 = 0.0, tie = 2.0 * (p[b] - own->p[b]), gain;
         for (int d = 0; d < PD_DIM; d++) {
-            flux += half[d] * (mass[d * total + b] + mass[d * total + b + shift]);
-            if (linear) flux2 += half[d] * (frozen[d * total + b] + frozen[d * total + b + shift]);
-            tie -= arm[d] * (grad[d * total + b] + grad[d * total + b + shift]);
+            flux += g[d] * (own->mass[d][b] + mass[d * total + b]);
+            if (linear) flux2 += g[d] * (own->frozen[d][b] + frozen[d * total + b]);
+            tie -= xi[d] * (own->grad[d][b] + grad[d * total + b]);
         }
-        if (cut) {
+        if (ring) { /* the circumference half way against that at the node */
+            flux *= share;
+            flux2 *= share;
+        }
+        gain = (linear ? flux2 : flux) - twice_nu * *a;
+        tie *= *a;
+        if (open) {
             flux *= open[b];
             flux2 *= open[b];
+            tie *= tied * open[b];
+            gain *= open[b];
         }
-        sums->half_div[b] += flux;
-        sums->tie[b] += tied * weight * tie;
+        sums->flux[b] += flux;
+        if (linear) sums->flux2[b] += flux2;
+        sums->tie[b] += tie;
         for (int d = 0; d < PD_DIM; d++) {
-            double far = viscous[d * total + b + shift];
-            sums->conv[d][b] += flux * carried[d * total + b];
-            if (linear) sums->conv[d][b] += flux2 * far;
-            sums->lap[d][b] += weight * (far - viscous[d * total + b]);
+            sums->momentum[d][b] += gain * (viscous[d * total + b] - own->viscous[d][b]);
+            if (linear) sums->momentum[d][b] += flux * carried[d * total + b];
         }
     }
 }
 
-static void pdi_flow_bond(const pd_flow *flow, const pdi_flow_terms *t, int32_t i, int k, int count, const double *open,
-                          double tied, pdi_flow_sums *sums)
+/* All bonds of nodes with whole families. Inlined with constants for `count` and `linear`. */
+PDI_INLINE void pdi_flow_whole(const pd_flow *flow, const pdi_flow_terms *t, int32_t i, int count, int linear,
+                               pdi_flow_own *PD_RESTRICT own, pdi_flow_sums *PD_RESTRICT sums)
 {
-    if (t->frozen && open) pdi_flow_bond_lanes(flow, t, i, k, count, 1, open, tied, 1, sums);
-    else if (t->frozen) pdi_flow_bond_lanes(flow, t, i, k, count, 0, NULL, tied, 1, sums);
-    else if (open) pdi_flow_bond_lanes(flow, t, i, k, count, 1, open, tied, 0, sums);
-    else pdi_flow_bond_lanes(flow, t, i, k, count, 0, NULL, tied, 0, sums);
-}
-
-/* The radial component of a vector turns with the circumference: lap u_r - u_r/r^2 (eq. 3.10). */
-static void pdi_flow_hoop(const pd_flow *flow, const pdi_flow_terms *t, int32_t i, int count, pdi_flow_sums *sums)
-{
-    const pd_grid *grid = flow->grid;
-    const double *hoop = flow->bonds->ring.hoop;
-    int r = PD_DIM - 1;
-    for (int b = 0; b < count && hoop; b++)
-        sums->lap[r][b] -= hoop[i / grid->stride[r]] * t->viscous[(int64_t)r * grid->total + i + b];
-}
-
-/* All bonds of nodes with whole families. Inlined with constants for whole blocks and for `linear`. */
-static inline void pdi_flow_bonds(const pd_flow *flow, const pdi_flow_terms *t, int32_t i, int count, int linear,
-                                  pdi_flow_sums *PD_RESTRICT sums)
-{
+    pdi_flow_own_load(flow, t, i, count, linear, own);
     for (int k = 0; k < flow->bonds->stencil->count; k++)
-        pdi_flow_bond_lanes(flow, t, i, k, count, 0, NULL, 1.0, linear, sums);
+        pdi_flow_bond(flow, t, own, i, k, count, NULL, 1.0, linear, sums);
 }
 
-/* Nodes with whole families from node i. */
-static void pdi_flow_whole(const pd_flow *flow, const pdi_flow_terms *t, int32_t i, int count, double *ru, double *rc)
-{
-    int64_t total = flow->grid->total;
-    pdi_flow_sums sums;
-    memset(&sums, 0, sizeof sums);
-    if (count == PDI_FLOW_BLOCK && t->frozen) pdi_flow_bonds(flow, t, i, PDI_FLOW_BLOCK, 1, &sums);
-    else if (count == PDI_FLOW_BLOCK) pdi_flow_bonds(flow, t, i, PDI_FLOW_BLOCK, 0, &sums);
-    else pdi_flow_bonds(flow, t, i, count, t->frozen != NULL, &sums);
-    pdi_flow_hoop(flow, t, i, count, &sums);
-    for (int b = 0; b < count; b++) rc[i + b] = 2.0 * sums.half_div[b] - flow->tau * sums.tie[b];
-    for (int d = 0; d < PD_DIM; d++) {
-        double force = t->force ? t->force[d] : 0.0;
-        for (int b = 0; b < count; b++)
-            ru[d * total + i + b] =
-                sums.conv[d][b] + (t->grad[d * total + i + b] - force) - flow->nu * sums.lap[d][b];
-    }
-}
-
-/* Rows from row r, their nodes being consecutive. The wall enters the Laplacian through wall_lap, and the curvature of
- * the velocity at the wall, known from the momentum balance there (nu u'' = G - f), through wall_curv (eq. 3.3, 3.4).
- * Bonds to inlets carry no pressure. */
-static void pdi_flow_cut(const pd_flow *flow, const pdi_flow_terms *t, int32_t r, int count, double *ru, double *rc)
+/* The bonds that the rows from r have open, likewise. Bonds to inlets carry no pressure. */
+PDI_INLINE void pdi_flow_cut(const pd_flow *flow, const pdi_flow_terms *t, int32_t i, int32_t r, int count,
+                             int linear, pdi_flow_own *PD_RESTRICT own, pdi_flow_sums *PD_RESTRICT sums)
 {
     const pd_bonds *bonds = flow->bonds;
-    int32_t i = bonds->node[r];
-    int64_t total = flow->grid->total;
-    pdi_flow_sums sums;
-    double open[PDI_FLOW_BLOCK];
-    memset(&sums, 0, sizeof sums);
-    for (int d = 0; d < PD_DIM; d++)
-        for (int b = 0; b < count; b++) {
-            sums.lap[d][b] = -bonds->wall_lap[r + b] * t->viscous[d * total + i + b];
-            if (t->drive) sums.lap[d][b] += t->drive[d * total + i + b];
-        }
+    pdi_bond_gate gate = {NULL, 0};
+    pdi_flow_own_load(flow, t, i, count, linear, own);
     for (int k = 0; k < bonds->stencil->count; k++) {
-        pdi_lanes lanes = pdi_bond_open_lanes(bonds, r, k, count, open);
-        if (lanes == PDI_LANES_NONE) continue;
+        if (!(k & 31)) pdi_bond_gate_load(bonds, r, k, count, &gate);
+        if (!pdi_bond_gate_any(&gate, k)) continue;
+        for (int b = 0; b < count; b++) own->open[b] = pdi_bond_gate_lane(&gate, k, b);
         double tied = r >= bonds->plain && flow->grid->kind[i + bonds->shift[k]] == PD_INLET ? 0.0 : 1.0;
-        if (lanes == PDI_LANES_ALL) pdi_flow_bond(flow, t, i, k, count, NULL, tied, &sums);
-        else pdi_flow_bond(flow, t, i, k, count, open, tied, &sums);
+        pdi_flow_bond(flow, t, own, i, k, count, own->open, tied, linear, sums);
     }
-    pdi_flow_hoop(flow, t, i, count, &sums);
-    for (int b = 0; b < count; b++) rc[i + b] = 2.0 * sums.half_div[b] - flow->tau * sums.tie[b];
+}
+
+/* `count` consecutive nodes from i: the rows from `row`, or nodes with whole families (-1). The wall enters the
+ * Laplacian through wall_lap, and the curvature of the velocity at the wall, known from the momentum balance there
+ * (nu u'' = G - f), through wall_curv (eq. 3.3, 3.4). The radial component of a vector turns with the circumference:
+ * lap u_r - u_r/r^2 (eq. 3.10). */
+static void pdi_flow_block(const pd_flow *flow, const pdi_flow_terms *t, int32_t i, int32_t row, int count, double *ru,
+                           double *rc)
+{
+    const pd_bonds *bonds = flow->bonds;
+    const double *hoop = bonds->ring.hoop;
+    int64_t total = flow->grid->total;
+    int linear = t->frozen != NULL;
+    enum { whole = PDI_FLOW_BLOCK };
+    pdi_flow_own own;
+    pdi_flow_sums sums;
+    memset(&sums, 0, sizeof sums);
+    if (count == whole && row < 0 && linear) pdi_flow_whole(flow, t, i, whole, 1, &own, &sums);
+    else if (count == whole && row < 0) pdi_flow_whole(flow, t, i, whole, 0, &own, &sums);
+    else if (count == whole && linear) pdi_flow_cut(flow, t, i, row, whole, 1, &own, &sums);
+    else if (count == whole) pdi_flow_cut(flow, t, i, row, whole, 0, &own, &sums);
+    else if (row < 0) pdi_flow_whole(flow, t, i, count, linear, &own, &sums);
+    else pdi_flow_cut(flow, t, i, row, count, linear, &own, &sums);
+    for (int b = 0; b < count; b++) rc[i + b] = sums.flux[b] - 0.5 * flow->tau * sums.tie[b];
     for (int d = 0; d < PD_DIM; d++) {
         double force = t->force ? t->force[d] : 0.0;
-        for (int b = 0; b < count; b++)
-            ru[d * total + i + b] = sums.conv[d][b] +
-                                    (1.0 - bonds->wall_curv[r + b]) * (t->grad[d * total + i + b] - force) -
-                                    flow->nu * sums.lap[d][b];
+        double turn = hoop && d == PD_DIM - 1 ? hoop[i / flow->grid->stride[d]] : 0.0;
+        for (int b = 0; b < count; b++) {
+            int64_t at = d * total + i + b;
+            double flux = 0.5 * (linear ? sums.flux2[b] : sums.flux[b]), bend = 0.0, lap = turn;
+            if (row >= 0) {
+                lap += bonds->wall_lap[row + b];
+                bend = bonds->wall_curv[row + b];
+            }
+            ru[at] = 0.5 * sums.momentum[d][b] + (flux + flow->nu * lap) * t->viscous[at] +
+                     (1.0 - bend) * (t->grad[at] - force);
+            if (t->drive && row >= 0) ru[at] -= flow->nu * t->drive[at];
+        }
     }
 }
 
@@ -197,8 +207,7 @@ typedef struct pdi_flow_sweep {
 static void pdi_flow_run(const void *user, int32_t i, int32_t row, int32_t count)
 {
     const pdi_flow_sweep *s = (const pdi_flow_sweep *)user;
-    if (row < 0) pdi_flow_whole(s->flow, s->terms, i, count, s->ru, s->rc);
-    else pdi_flow_cut(s->flow, s->terms, row, count, s->ru, s->rc);
+    pdi_flow_block(s->flow, s->terms, i, row, count, s->ru, s->rc);
 }
 
 PDI_FN void pdi_flow_terms_apply(const pd_ctx *ctx, const pd_flow *flow, const pdi_flow_terms *t, double *ru,

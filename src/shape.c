@@ -6,14 +6,18 @@
 #include "vec.h"
 #include <math.h>
 
+/* As fmax and fmin of numbers, without a call. */
+static inline double pdi_shape_most(double a, double b) { return a > b ? a : b; }
+static inline double pdi_shape_least(double a, double b) { return a < b ? a : b; }
+
 /* max over axes outside, negative inside: the exact distance to an axis-aligned box. */
 static double pdi_shape_box(const double *lo, const double *hi, const double *x)
 {
     double outside[PD_DIM], inside = -HUGE_VAL;
     for (int d = 0; d < PD_DIM; d++) {
-        double beyond = fmax(lo[d] - x[d], x[d] - hi[d]);
-        outside[d] = fmax(beyond, 0.0);
-        inside = fmax(inside, beyond);
+        double beyond = pdi_shape_most(lo[d] - x[d], x[d] - hi[d]);
+        outside[d] = pdi_shape_most(beyond, 0.0);
+        inside = pdi_shape_most(inside, beyond);
     }
     return inside > 0.0 ? pdi_vec_norm(outside) : inside;
 }
@@ -54,8 +58,8 @@ static double pdi_shape_voxels(const pd_shape *s, const double *x)
     for (int d = 0; d < PD_DIM; d++) {
         hi[d] = s->a[d] + s->n[d] * s->b[d];
         double cell = floor((x[d] - s->a[d]) / s->b[d]);
-        at[d] = (int64_t)fmax(-2.0, fmin(cell, (double)s->n[d] + 1.0));
-        nearest = fmin(nearest, s->b[d]);
+        at[d] = (int64_t)pdi_shape_most(-2.0, pdi_shape_least(cell, (double)s->n[d] + 1.0));
+        nearest = pdi_shape_least(nearest, s->b[d]);
         neighbours *= 3;
     }
     double box = pdi_shape_box(s->a, hi, x);
@@ -70,9 +74,10 @@ static double pdi_shape_voxels(const pd_shape *s, const double *x)
             lo[d] = s->a[d] + (double)j[d] * s->b[d];
             up[d] = lo[d] + s->b[d];
         }
-        if (pdi_shape_cell(s, j) != value) nearest = fmin(nearest, fmax(pdi_shape_box(lo, up, x), 0.0));
+        if (pdi_shape_cell(s, j) != value)
+            nearest = pdi_shape_least(nearest, pdi_shape_most(pdi_shape_box(lo, up, x), 0.0));
     }
-    return value ? -nearest : fmax(nearest, box);
+    return value ? -nearest : pdi_shape_most(nearest, box);
 }
 
 double pd_shape_distance(const pd_shape *shapes, int index, const double *x)
@@ -94,8 +99,8 @@ double pd_shape_distance(const pd_shape *shapes, int index, const double *x)
         distance = pd_shape_distance(shapes, s->child[0], x);
         for (int c = 1; c < s->children; c++) {
             double other = pd_shape_distance(shapes, s->child[c], x);
-            if (s->type == PD_SHAPE_UNION) distance = fmin(distance, other);
-            else distance = fmax(distance, s->type == PD_SHAPE_DIFFERENCE ? -other : other);
+            if (s->type == PD_SHAPE_UNION) distance = pdi_shape_least(distance, other);
+            else distance = pdi_shape_most(distance, s->type == PD_SHAPE_DIFFERENCE ? -other : other);
         }
         return distance;
     case PD_SHAPE_NONE: break;
