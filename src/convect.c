@@ -1,8 +1,9 @@
 /* convect: see convect.h
  *
- * Design: the volume fluxes of the bonds hold during a step, so they are stored, once for both ends: bond k of node i
- * is bond count-1-k of its far end. Sweeps go bond by bond over blocks of nodes along axis 0. Closed bonds carry and
- * conduct zero.
+ * Design: the volume fluxes of the bonds hold during a step. In 1D and 2D they are stored, once for both ends: bond k
+ * of node i is bond count-1-k of its far end. In 3D they would be a third of the memory of a run, and are told anew by
+ * each sweep, with the same bits from both ends. Sweeps go bond by bond over blocks of nodes along axis 0. Closed bonds
+ * carry and conduct zero.
  */
 #include "convect.h"
 #include "par.h"
@@ -47,10 +48,19 @@ static double pdi_convect_entry(const pd_convect *t, int32_t i, int k)
     return fraction;
 }
 
+/* Share of a whole bond that bond k of the nodes i .. i+count-1, which own rows, conducts when it is open. */
+static void pdi_convect_part(const pd_convect *t, int32_t i, int k, int count, double *part)
+{
+    pdi_diffusion_part(t->diffusion, i, k, count, part);
+    for (int b = 0; b < count; b++) part[b] /= pdi_convect_entry(t, i + b, k);
+}
+
 PDI_FN void pdi_convect_bond(const pd_convect *t, int32_t i, int k, double *flux, double *bond, double *upwind)
 {
-    pdi_diffusion_bond(t->diffusion, i, k, 1, t->bonds->row[i] >= 0, bond);
-    *bond /= pdi_convect_entry(t, i, k);
+    double part = 1.0;
+    pdi_diffusion_bond(t->diffusion, i, k, 1, bond);
+    if (t->bonds->row[i] >= 0) pdi_convect_part(t, i, k, 1, &part);
+    *bond *= part;
     *flux = t->flow ? pdi_flow_bond_flux(t->flow, i, k) : 0.0;
     *upwind = fmax(0.5 * fabs(*flux) - *bond, 0.0);
 }
@@ -73,7 +83,7 @@ PDI_FN int pdi_convect_open(const pd_convect *t, int32_t i, int k)
 /* ---- what holds during a step ---- */
 
 /* Volume fluxes of bond k of `count` nodes from i (as pdi_flow_bond_flux), tied by the pressure. */
-static void pdi_convect_volume(const pd_flow *f, int32_t i, int k, int count, double *PD_RESTRICT flux)
+PDI_INLINE void pdi_convect_volume(const pd_flow *f, int32_t i, int k, int count, double *PD_RESTRICT flux)
 {
     const pd_stencil *st = f->bonds->stencil;
     int64_t total = f->grid->total, shift = f->bonds->shift[k];
@@ -114,24 +124,30 @@ static void pdi_convect_refresh_run(const void *user, int32_t i, int32_t row, in
 {
     const pd_convect *t = (const pd_convect *)user;
     for (int k = 0; k < t->bonds->stencil->count; k++) {
-        if (t->flow) pdi_convect_store(t, i, row, k, count);
+        if (t->flux) pdi_convect_store(t, i, row, k, count);
         if (row < 0) continue;
-        double *conduct = t->conduct + (int64_t)k * t->capacity + row;
-        pdi_diffusion_bond(t->diffusion, i, k, count, 1, conduct);
-        for (int b = 0; b < count; b++)
-            conduct[b] = pdi_bond_open(t->bonds, row + b, k) ? conduct[b] / pdi_convect_entry(t, i + b, k) : 0.0;
+        double *part = t->part + (int64_t)k * t->capacity + row;
+        pdi_convect_part(t, i, k, count, part);
+        for (int b = 0; b < count; b++) part[b] = pdi_bond_open(t->bonds, row + b, k) ? part[b] : 0.0;
     }
 }
 
-/* F and the conductance of bond k of node i, as stored. */
+/* F and the conductance of bond k of node i, as sweeps see them. */
 static void pdi_convect_one(const pd_convect *t, int32_t i, int k, double *flux, double *bond)
 {
     int32_t row = t->bonds->row[i];
-    double factor = 0.0;
-    const double *slot = t->flow ? pdi_convect_slot(t, i, k, &factor) : pdi_convect_still;
-    *flux = factor * *slot;
-    if (row >= 0) *bond = t->conduct[(int64_t)k * t->capacity + row];
-    else pdi_diffusion_bond(t->diffusion, i, k, 1, 0, bond);
+    double part = row < 0 ? 1.0 : t->part[(int64_t)k * t->capacity + row], factor;
+    *flux = 0.0;
+    if (t->flux) {
+        const double *slot = pdi_convect_slot(t, i, k, &factor);
+        *flux = factor * *slot;
+    } else if (t->flow && part > 0.0) {
+        int inlet = t->bonds->grid->kind[i + t->bonds->shift[k]] == PD_INLET;
+        if (inlet) *flux = pdi_flow_bond_flux(t->flow, i, k);
+        else pdi_convect_volume(t->flow, i, k, 1, flux);
+    }
+    pdi_diffusion_bond(t->diffusion, i, k, 1, bond);
+    *bond *= part;
 }
 
 PDI_FN pd_status pdi_convect_refresh(pd_ctx *ctx, const pd_convect *convect)
@@ -168,41 +184,54 @@ struct pdi_convect_sweep {
 
 /* Bond k of a block and its opposite one, to the far ends ahead and behind. */
 typedef struct pdi_convect_pair {
-    int32_t shift;                          /* ahead; the same behind */
-    const double *flux, *back;              /* F [1/s] of the bond ahead, and of that which comes from behind */
-    double turn;                            /* what `back` is to be multiplied with: -1 in planes */
-    const double *ahead, *behind;           /* conductances [1/s] */
-    double space[2][PDI_BLOCK];             /* for those of whole families */
+    int32_t shift;                /* ahead; the same behind */
+    const double *flux, *back;    /* F [1/s] of the bond ahead, and of that which comes from behind or leaves there */
+    double turn;                  /* what `back` is to be multiplied with to leave: -1 as stored in planes */
+    double ahead[PDI_BLOCK], behind[PDI_BLOCK]; /* conductances [1/s] */
+    double volume[2][PDI_BLOCK];  /* for fluxes that are not stored */
 } pdi_convect_pair;
+
+/* Conductances of bond k of a block. */
+static inline void pdi_convect_conduct(const pd_convect *t, int32_t i, int32_t row, int k, int count,
+                                       double *PD_RESTRICT bond)
+{
+    double whole = t->diffusion->desc.diffusivity * pdi_bond_lap(t->bonds, i)[k];
+    if (t->diffusion->field) pdi_diffusion_bond(t->diffusion, i, k, count, bond);
+    for (int b = 0; b < count && !t->diffusion->field; b++) bond[b] = whole;
+    if (row < 0) return;
+    const double *part = t->part + (int64_t)k * t->capacity + row;
+    for (int b = 0; b < count; b++) bond[b] *= part[b];
+}
+
+/* Volume fluxes of bond k of a block out of its nodes. */
+static inline void pdi_convect_tell(const pd_convect *t, int32_t i, int32_t row, int k, int count,
+                                    double *PD_RESTRICT flux)
+{
+    pdi_convect_volume(t->flow, i, k, count, flux);
+    if (row < 0) return;
+    const double *part = t->part + (int64_t)k * t->capacity + row;
+    for (int b = 0; b < count; b++) flux[b] = part[b] > 0.0 ? flux[b] : 0.0;
+}
 
 static inline void pdi_convect_pair_get(const pd_convect *t, int32_t i, int32_t row, int k, int count,
                                         pdi_convect_pair *p)
 {
-    const pd_bonds *bonds = t->bonds;
-    int opposite = bonds->stencil->count - 1 - k;
-    p->shift = bonds->shift[k];
+    int opposite = t->bonds->stencil->count - 1 - k;
+    p->shift = t->bonds->shift[k];
     p->flux = p->back = pdi_convect_still;
     p->turn = -1.0;
-    if (t->flow) p->flux = pdi_convect_slot(t, i, k, &p->turn);
-    if (t->flow) p->back = pdi_convect_slot(t, i, opposite, &p->turn);
-    if (row >= 0) {
-        p->ahead = t->conduct + (int64_t)k * t->capacity + row;
-        p->behind = t->conduct + (int64_t)opposite * t->capacity + row;
-        return;
+    if (t->flux) {
+        p->flux = pdi_convect_slot(t, i, k, &p->turn);
+        p->back = pdi_convect_slot(t, i, opposite, &p->turn);
+    } else if (t->flow) {
+        pdi_convect_tell(t, i, row, k, count, p->volume[0]);
+        pdi_convect_tell(t, i, row, opposite, count, p->volume[1]);
+        p->flux = p->volume[0];
+        p->back = p->volume[1];
+        p->turn = 1.0;
     }
-    p->ahead = p->space[0];
-    p->behind = p->space[1];
-    if (t->diffusion->field) {
-        pdi_diffusion_bond(t->diffusion, i, k, count, 0, p->space[0]);
-        pdi_diffusion_bond(t->diffusion, i, opposite, count, 0, p->space[1]);
-        return;
-    }
-    const double *lap = pdi_bond_lap(bonds, i);
-    double ahead = t->diffusion->desc.diffusivity * lap[k], behind = t->diffusion->desc.diffusivity * lap[opposite];
-    for (int b = 0; b < count; b++) {
-        p->space[0][b] = ahead;
-        p->space[1][b] = behind;
-    }
+    pdi_convect_conduct(t, i, row, k, count, p->ahead);
+    pdi_convect_conduct(t, i, row, opposite, count, p->behind);
 }
 
 /* What leaves through one bond (eq. 5.1): conductances are at least |F|/2. */
@@ -461,9 +490,9 @@ static pd_status pdi_convect_fit_rows(pd_ctx *ctx, pd_convect *convect)
     int64_t count = convect->bonds->stencil->count;
     int32_t rows = convect->bonds->capacity;
     if (rows == convect->capacity) return PD_OK;
-    PDI_DELETE(ctx, count * convect->capacity, convect->conduct);
+    PDI_DELETE(ctx, count * convect->capacity, convect->part);
     convect->capacity = 0;
-    PDI_TRY(PDI_NEW(ctx, "convect", count * rows, convect->conduct));
+    PDI_TRY(PDI_NEW(ctx, "convect", count * rows, convect->part));
     convect->capacity = rows;
     return PD_OK;
 }
@@ -477,7 +506,7 @@ PDI_FN pd_status pdi_convect_fit(pd_ctx *ctx, pd_convect *convect)
 PDI_FN pd_status pdi_convect_build(pd_ctx *ctx, pd_convect *convect)
 {
     const pd_bonds *bonds = convect->bonds;
-    if (convect->flow)
+    if (convect->flow && PD_DIM < 3)
         PDI_TRY(PDI_NEW(ctx, "convect", bonds->stencil->count / 2 * (int64_t)bonds->grid->total, convect->flux));
     return pdi_convect_fit(ctx, convect);
 }
@@ -487,7 +516,7 @@ PDI_FN void pdi_convect_free(pd_ctx *ctx, pd_convect *convect)
     const pd_bonds *bonds = convect->bonds;
     if (!bonds) return;
     PDI_DELETE(ctx, bonds->stencil->count / 2 * (int64_t)bonds->grid->total, convect->flux);
-    PDI_DELETE(ctx, (int64_t)bonds->stencil->count * convect->capacity, convect->conduct);
+    PDI_DELETE(ctx, (int64_t)bonds->stencil->count * convect->capacity, convect->part);
     PDI_DELETE(ctx, (int64_t)bonds->stencil->count * convect->port_capacity, convect->port_flux);
     PDI_DELETE(ctx, (int64_t)bonds->stencil->count * convect->port_capacity, convect->port_bond);
     convect->capacity = convect->port_capacity = 0;

@@ -17,8 +17,10 @@ typedef struct pd_convect {
     const double *absorb;          /* [total] [1/s] */
     double rate;                   /* [1/s] of the term in time: 1 over the step, or 0 */
     double *flux;                  /* [count/2][total] [1/s] volume fluxes F of the first half of the bonds: those of
-                                    * the others are what their far ends have, negated. NULL: fluid at rest */
-    double *conduct;               /* [count][capacity] [1/s] conductances of the bonds of rows */
+                                    * the others are what their far ends have, negated. NULL in 3D, where telling them
+                                    * anew takes no longer than reading them, and for fluid at rest */
+    double *part;                  /* [count][capacity] [-] what the bonds of rows conduct, over what they would in a
+                                    * whole family; 0: closed */
     int32_t capacity;              /* rows */
     double *port_flux, *port_bond; /* [port_capacity][count] [1/s] volume fluxes, and conductances, of the bonds of
                                     * nodes beside ports */
