@@ -78,6 +78,7 @@
  *   measure    figures of a flow and of what it carries: through a plane of the lattice, from walls and metal, in a box.
  *   front      weights of the bonds across a front between metal and fluid, and the speed that they give it.
  *   damage     mechanical bonds of metal that dissolves, broken at random as it goes (theory: 6.7).
+ *   phase      which nodes of bond-based corrosion are metal and which are fluid, and what a step does with them.
  *   corrode    bond-based corrosion. Metal and fluid are one concentration field on two phases; bonds across the front
  *   recede     implicit steps of bond-based corrosion (corrode.h) under diffusion control, as long as the front allows.
  *   couple     one dissolution run: steady flow, implicit transport, dissolution steps with error control, the ledger.
@@ -1281,6 +1282,8 @@ typedef enum pd_krylov_method {
 typedef struct pd_krylov_desc {
     pd_krylov_method method;
     int64_t n;          /* entries of a vector */
+    int64_t first, end; /* all entries of b, x and what the callbacks make are zero before `first` and from `end` on,
+                         * and those of earlier solves were: sums leave them out. end 0: all n */
     const pd_spans *spans; /* the basis of GMRES takes their nodes only, in `components` parts of a vector: all others
                             * are zero in b and x. n = components times spans->total. Borrowed; NULL: all n entries */
     int components;
@@ -1299,7 +1302,7 @@ typedef struct pd_krylov_desc {
     pd_project_fn project;
 } pd_krylov_desc;
 
-/* Between solves max_iterations, rtol, atol, zero_guess, null_vector and project of desc may be changed. */
+/* Between solves first, end, max_iterations, rtol, atol, zero_guess, null_vector and project of desc may be changed. */
 typedef struct pd_krylov {
     pd_krylov_desc desc; /* defaults filled in */
     int vectors;         /* work vectors */
@@ -3211,6 +3214,60 @@ PDI_FN double pdi_damage_last(uint64_t seed, int32_t node, int bonds);
 
 #endif
 
+/* ======== >>phase.h ======== */
+/* phase: which nodes of bond-based corrosion are metal and which are fluid, and what a step does with them.
+ *
+ * A ghost has the phase of the node that it repeats; behind an inlet or outlet fluid is held and metal is not
+ * continued. The number of wet bonds of every node is kept, so a node that turns costs one visit to its family.
+ */
+#ifndef PD_PHASE_H
+#define PD_PHASE_H
+
+typedef struct pd_phases {
+    const pd_grid *grid;
+    const pd_stencil *stencil;
+    int32_t *shift;    /* [count] node id of the far end minus that of the node */
+    uint8_t *phase;    /* [total] of nodes and ghosts */
+    uint8_t *role;     /* [total] what a step does with a node */
+    uint16_t *wet;     /* [total] bonds of a node that lead to fluid */
+    int32_t *ghost, *source; /* [ghosts] */
+    uint8_t *behind;   /* [ghosts] 1: behind an odd number of held planes */
+    int32_t ghosts;
+    int32_t *border;   /* [borders] nodes within reach of held sides */
+    int32_t borders;
+} pd_phases;
+
+#ifdef PDI_INTERNAL
+/* Phases. Held: the ghost of a fluid node behind an inlet or outlet. */
+enum { PDI_PHASE_NONE = 0, PDI_PHASE_FLUID, PDI_PHASE_HELD, PDI_PHASE_SOLID };
+/* Roles: what lies beyond the reach of all others is skipped; whole families go in lanes. */
+enum { PDI_ROLE_IDLE = 0, PDI_ROLE_WHOLE, PDI_ROLE_SHORE, PDI_ROLE_EXPOSED };
+static inline int pdi_phase_wet(uint8_t phase) { return phase == PDI_PHASE_FLUID || phase == PDI_PHASE_HELD; }
+/* Nodes along axis 0 that one thread sweeps at a time. */
+#define PDI_PHASE_PIECE 128
+/* Grid and stencil are borrowed. PD_ERR_GEOMETRY: a box with held sides is thinner than a horizon. */
+PDI_FN pd_status pdi_phase_build(pd_ctx *ctx, const pd_grid *grid, const pd_stencil *stencil, pd_phases *phases);
+/* Phases and roles of all nodes, from their kinds. */
+PDI_FN void pdi_phase_read(pd_phases *phases);
+/* `count` solid nodes turn fluid. */
+PDI_FN void pdi_phase_turn(pd_phases *phases, const int32_t *nodes, int32_t count);
+PDI_FN void pdi_phase_free(pd_ctx *ctx, pd_phases *phases);
+/* Pieces of the rows of the box, and the first node and length of one. */
+PDI_FN int32_t pdi_phase_pieces(const pd_phases *phases);
+PDI_FN int32_t pdi_phase_place(const pd_phases *phases, int32_t piece, int *count);
+/* One behind the last of the nodes from i to `end` - 1 that have the role of i. */
+PDI_FN int32_t pdi_phase_same(const pd_phases *phases, int32_t i, int32_t end);
+/* 1: no bond of the node leaves the box. */
+PDI_FN int pdi_phase_deep(const pd_phases *phases, int32_t node);
+/* Node of the box that the far end of a bond is or repeats, with `deep` of its other end. */
+static inline int32_t pdi_phase_home(const pd_phases *phases, int deep, int32_t far)
+{
+    return deep ? far : pdi_grid_image(phases->grid, far, NULL);
+}
+#endif
+
+#endif
+
 /* ======== >>corrode.h ======== */
 /* corrode: bond-based corrosion. Metal and fluid are one concentration field on two phases; bonds across the front
  * carry metal into the fluid, bonds between fluid nodes carry diffusion, bonds between solid nodes nothing.
@@ -3270,7 +3327,7 @@ typedef struct pd_corrode {
     pd_grid *grid;
     const pd_stencil *stencil;
     pd_front front;
-    int32_t *shift;    /* [count] node id of the far end minus that of the node */
+    pd_phases map;     /* metal and fluid, and what takes part in a step */
     int32_t *line_shift; /* [lines of the stencil] the same for the lines */
     double *c;         /* [total] [mol/m3] content of solid, concentration of fluid nodes */
     double *next;      /* [total] [mol/m3] */
@@ -3282,12 +3339,10 @@ typedef struct pd_corrode {
     uint16_t *bonds;   /* [total] mechanical bonds of solid nodes at the start; NULL: not stochastic */
     double *last;      /* [total] [mol/m3] content at which the last of them breaks; NULL: not stochastic */
     uint8_t *film;     /* [total] 1: fluid in front of a film that has formed; NULL: none forms */
-    uint8_t *phase;    /* [total] of nodes and ghosts */
-    uint8_t *role;     /* [total] what a step does with a node */
-    int32_t *ghost, *source; /* [ghosts] */
-    int32_t ghosts;
-    int32_t *border;   /* [borders] nodes within reach of held sides */
-    int32_t borders;
+    double *sum;       /* [total] what changes only when nodes turn; below 0: not known. Of fluid beside metal
+                        * sum b(n) f [1/m] over metal, and with `activation` of metal sum v b(n) [1/s]. NULL: drive by
+                        * difference */
+    int alarmed;       /* 1: a speed is another one than in the step before, or sums are not kept */
     double span;       /* [mol/m3] Cs - Csat */
     double log_ratio;  /* [-] ln(Cs/Csat) */
     int32_t *changed;  /* [changed_capacity] nodes that turned fluid in the last step, ascending; they still hold
@@ -3339,11 +3394,6 @@ PD_API double pd_corrode_imbalance(const pd_corrode *corrode);
 PD_API void pd_corrode_free(pd_ctx *ctx, pd_corrode *corrode);
 
 #ifdef PDI_INTERNAL
-/* Phases. Held: the ghost of a fluid node behind an inlet or outlet. */
-enum { PDI_CORRODE_NONE = 0, PDI_CORRODE_FLUID, PDI_CORRODE_HELD, PDI_CORRODE_SOLID };
-/* Roles: what lies beyond the reach of all others is skipped; whole families go in lanes. */
-enum { PDI_CORRODE_IDLE = 0, PDI_CORRODE_WHOLE, PDI_CORRODE_SHORE, PDI_CORRODE_EXPOSED };
-static inline int pdi_corrode_wet(uint8_t phase) { return phase == PDI_CORRODE_FLUID || phase == PDI_CORRODE_HELD; }
 /* What a bond moves, over speed and weight [mol/m3]: that times 1 or times the difference of its ends (eq. 6.7). */
 PDI_FN double pdi_corrode_scale(const pd_corrode *corrode);
 /* `count` nodes from `first` along axis 0, of one role. */
@@ -3354,8 +3404,6 @@ PDI_FN void pdi_corrode_sweep(const pd_ctx *ctx, const pd_corrode *corrode, pdi_
 PDI_FN void pdi_corrode_laplacian(const pd_corrode *corrode, const double *c, int32_t first, int count, double *sum);
 /* The same over the wet bonds of fluid nodes of one role. */
 PDI_FN void pdi_corrode_spread(const pd_corrode *corrode, const double *c, int32_t first, int count, double *sum);
-/* Nodes along axis 0 that one thread sweeps at a time. */
-#define PDI_CORRODE_PIECE 128
 /* Values of the ghosts, of c and speed. */
 PDI_FN void pdi_corrode_ghosts(pd_corrode *corrode);
 /* Films form where fluid beside metal is below `repassivation`. At the start of a step. */
@@ -3388,7 +3436,8 @@ PDI_FN void pdi_corrode_commit(pd_corrode *corrode, double dt);
  * where G_i is what the law lets the metal in reach give to node i. The salt layer is part of the equations: at Csat a
  * node takes what diffusion carries away and no more, so nothing switches from step to step. Newton's method on the
  * law and an active set for theta; linear systems by CG with a multigrid cycle. Metal loses bond by bond what the fluid
- * gains; nodes turn as in corrode.h.
+ * gains. A node turns at the end of the step that is closest to its end, so that the front is neither late nor early on
+ * average: metal behind it takes what it still has or makes up for what it lost too much.
  * Sources: Hintermueller, Ito and Kunisch 2002 (primal-dual active set); Jafarzadeh, Zhao, Shakouri and Bobaru 2021,
  * eq. 9 (implicit transport, explicit change of phase).
  */
@@ -7595,15 +7644,24 @@ pd_status pd_grid_build(pd_ctx *ctx, const pd_stencil *stencil, const pd_grid_de
 }
 
 /* 1 when a ghost with index j along axis d may change its kind with a box node of index i: it stands for that node, or
- * lies on its line behind an inlet or outlet (opening one layer may open the deeper ones of an inlet). */
+ * lies behind it at an inlet or outlet (opening the first layer may open all of an inlet). */
 static int pdi_grid_follows(const pd_grid *grid, int d, int i, int j)
 {
     if (j >= 0 && j < grid->n[d]) return i == j;
     pd_side side = grid->side[2 * d + (j < 0 ? 0 : 1)];
-    if (side == PD_SIDE_INLET || side == PD_SIDE_OUTLET) return 1;
     if (side == PD_SIDE_WALL) return 0;
-    pdi_grid_fold_axis(grid, d, 0, &j);
+    if (pdi_grid_port(side) && i == (j < 0 ? 0 : grid->n[d] - 1)) return 1;
+    pdi_grid_fold_axis(grid, d, 1, &j);
     return i == j;
+}
+
+/* The next index along axis d, after j, of a node that follows the box node of index i. */
+static int pdi_grid_follower(const pd_grid *grid, int d, int i, int j)
+{
+    int end = grid->n[d] + grid->ghost;
+    do j = j == -1 ? i : j == i ? grid->n[d] : j + 1;
+    while (j < end && !pdi_grid_follows(grid, d, i, j));
+    return j;
 }
 
 PDI_FN void pdi_grid_dissolve(pd_grid *grid, int32_t node)
@@ -7617,8 +7675,7 @@ PDI_FN void pdi_grid_dissolve(pd_grid *grid, int32_t node)
     for (d = 0; d < PD_DIM; d++) j[d] = -ghost - 1;
     /* all combinations of followers along the axes */
     for (d = 0; d >= 0;) {
-        do j[d]++;
-        while (j[d] < grid->n[d] + ghost && !pdi_grid_follows(grid, d, i[d], j[d]));
+        j[d] = pdi_grid_follower(grid, d, i[d], j[d]);
         if (j[d] >= grid->n[d] + ghost) {
             j[d--] = -ghost - 1;
             continue;
@@ -9963,29 +10020,35 @@ static pdi_par_vectors pdi_krylov_basis(const pdi_krylov_run *run, int first)
     return v;
 }
 
+/* Entries of a vector that are not zero for certain. */
+static int64_t pdi_krylov_entries(const pd_krylov_desc *d) { return d->end ? d->end - d->first : d->n; }
+
 static double pdi_krylov_dot(const pdi_krylov_run *run, const double *u, const double *v)
 {
-    return pdi_par_dot(run->ctx, run->k->desc.n, u, v);
+    int64_t first = run->k->desc.first;
+    return pdi_par_dot(run->ctx, pdi_krylov_entries(&run->k->desc), u + first, v + first);
 }
 
 static void pdi_krylov_axpy(const pdi_krylov_run *run, double a, const double *u, double *v)
 {
-    pdi_par_axpy(run->ctx, run->k->desc.n, a, u, v);
+    int64_t first = run->k->desc.first;
+    pdi_par_axpy(run->ctx, pdi_krylov_entries(&run->k->desc), a, u + first, v + first);
 }
 
 static void pdi_krylov_copy(const pdi_krylov_run *run, const double *u, double *v)
 {
-    pdi_par_copy(run->ctx, run->k->desc.n, u, v);
+    int64_t first = run->k->desc.first;
+    pdi_par_copy(run->ctx, pdi_krylov_entries(&run->k->desc), u + first, v + first);
 }
 
 /* v = a v + u */
 static void pdi_krylov_scale_add(const pdi_krylov_run *run, double a, double *v, const double *u)
 {
-    int64_t n = run->k->desc.n;
-    int nt = pdi_par_threads(run->ctx, n);
+    int64_t first = run->k->desc.first, end = first + pdi_krylov_entries(&run->k->desc);
+    int nt = pdi_par_threads(run->ctx, end - first);
     (void)nt;
     PDI_PARALLEL_FOR(nt)
-    for (int64_t i = 0; i < n; i++) v[i] = a * v[i] + u[i];
+    for (int64_t i = first; i < end; i++) v[i] = a * v[i] + u[i];
 }
 
 static void pdi_krylov_project(const pdi_krylov_run *run, double *v)
@@ -10920,6 +10983,12 @@ static int pdi_multigrid_link_get(const pd_smooth_level *level, int32_t c, int32
     for (int32_t k = (level)->row ? (level)->row[c] : 0; k < ((level)->row ? (level)->row[(c) + 1] : 2 * PD_DIM); k++) \
         if (pdi_multigrid_link_get((level), (c), k, &(link)))
 
+/* 1: cell c of level 0 has no link for certain. Only a diagonal of symmetric levels tells. */
+static int pdi_multigrid_alone(const pd_smooth_level *level, int32_t c)
+{
+    return level->shared && !(level->inv[c] > 0.0f);
+}
+
 static void pdi_multigrid_block_index(const pd_smooth_level *level, int32_t c, int *i)
 {
     int32_t rest = level->block ? level->block[c] : c;
@@ -11000,7 +11069,8 @@ static void pdi_multigrid_fine(pd_multigrid *mg, const uint8_t *active, const fl
         fine->b[c] = mass && active[c] ? (float)(mg->scale * (double)mass[c]) : 0.0f;
         float diag = fine->x[c] + fine->b[c];
         pdi_multigrid_link link;
-        PDI_MULTIGRID_LINKS(fine, c, k, link) diag += link.back;
+        if (active[c])
+            PDI_MULTIGRID_LINKS(fine, c, k, link) diag += link.back;
         fine->inv[c] = diag > 0.0f ? 1.0f / diag : 0.0f;
         fine->r[c] = 0.0f;
         double net = flux && fine->excess ? pdi_multigrid_net(mg, c, flux) : 0.0;
@@ -11029,13 +11099,15 @@ static int pdi_multigrid_choose(pd_smooth_level *level)
     double sum[PD_DIM], count[PD_DIM], strongest = 0.0;
     for (int d = 0; d < PD_DIM; d++) sum[d] = count[d] = 0.0;
     pdi_multigrid_link link;
-    for (int32_t c = 0; c < level->cells; c++)
+    for (int32_t c = 0; c < level->cells; c++) {
+        if (pdi_multigrid_alone(level, c)) continue;
         PDI_MULTIGRID_LINKS(level, c, k, link)
         {
             sum[link.axis] += fmin((double)link.a, (double)link.back) +
                               0.5 * fabs((double)link.a - (double)link.back);
             count[link.axis] += 1.0;
         }
+    }
     for (int d = 0; d < PD_DIM; d++)
         if (count[d] > 0.0) strongest = fmax(strongest, sum[d] / count[d]);
     int any = 0;
@@ -11082,6 +11154,7 @@ static void pdi_multigrid_join(pd_smooth_level *level)
     pdi_multigrid_link link;
     for (int32_t c = 0; c < level->cells; c++) {
         parent[c] = PDI_MULTIGRID_NONE;
+        if (pdi_multigrid_alone(level, c)) continue;
         PDI_MULTIGRID_LINKS(level, c, k, link) parent[c] = -2;
     }
     for (int32_t c = 0; c < level->cells; c++) {
@@ -20296,6 +20369,193 @@ PDI_FN double pdi_damage_last(uint64_t seed, int32_t node, int bonds)
     return bonds ? last : 1.0;
 }
 
+/* ======== >>phase.c ======== */
+/* phase: see phase.h */
+#include <string.h>
+
+PDI_FN int32_t pdi_phase_pieces(const pd_phases *p)
+{
+    const pd_grid *grid = p->grid;
+    int32_t rows = 1;
+    for (int d = 1; d < PD_DIM; d++) rows *= (int32_t)grid->n[d];
+    return rows * (int32_t)((grid->n[0] + PDI_PHASE_PIECE - 1) / PDI_PHASE_PIECE);
+}
+
+PDI_FN int32_t pdi_phase_place(const pd_phases *p, int32_t piece, int *count)
+{
+    const pd_grid *grid = p->grid;
+    int32_t per_row = (int32_t)((grid->n[0] + PDI_PHASE_PIECE - 1) / PDI_PHASE_PIECE), row = piece / per_row;
+    int i[PD_DIM];
+    i[0] = (int)(piece % per_row) * PDI_PHASE_PIECE;
+    for (int d = 1; d < PD_DIM; d++) {
+        i[d] = (int)(row % grid->n[d]);
+        row /= (int32_t)grid->n[d];
+    }
+    *count = grid->n[0] - i[0] < PDI_PHASE_PIECE ? grid->n[0] - i[0] : PDI_PHASE_PIECE;
+    return pd_grid_node(grid, i);
+}
+
+/* Eight of them at a time. */
+PDI_FN int32_t pdi_phase_same(const pd_phases *p, int32_t i, int32_t end)
+{
+    uint8_t eight[8];
+    int32_t next = i + 1;
+    memset(eight, p->role[i], sizeof eight);
+    while (next + 8 <= end && memcmp(p->role + next, eight, sizeof eight) == 0) next += 8;
+    while (next < end && p->role[next] == p->role[i]) next++;
+    return next;
+}
+
+PDI_FN int pdi_phase_deep(const pd_phases *p, int32_t node)
+{
+    int i[PD_DIM], deep = 1;
+    pdi_grid_index(p->grid, node, i);
+    for (int d = 0; d < PD_DIM; d++) deep &= i[d] >= p->grid->ghost && i[d] < p->grid->n[d] - p->grid->ghost;
+    return deep;
+}
+
+static uint8_t pdi_phase_role(const pd_phases *p, int32_t i)
+{
+    uint8_t here = p->phase[i];
+    if (here == PDI_PHASE_NONE) return PDI_ROLE_IDLE;
+    if (here == PDI_PHASE_SOLID) return p->wet[i] ? PDI_ROLE_EXPOSED : PDI_ROLE_IDLE;
+    return p->wet[i] == p->stencil->count ? PDI_ROLE_WHOLE : PDI_ROLE_SHORE;
+}
+
+static void pdi_phase_roles(pd_phases *p)
+{
+    for (int32_t piece = 0; piece < pdi_phase_pieces(p); piece++) {
+        int count;
+        int32_t first = pdi_phase_place(p, piece, &count);
+        for (int32_t i = first; i < first + count; i++) {
+            int wet = 0;
+            for (int k = 0; k < p->stencil->count; k++) wet += pdi_phase_wet(p->phase[i + p->shift[k]]);
+            p->wet[i] = (uint16_t)wet;
+            p->role[i] = pdi_phase_role(p, i);
+        }
+    }
+}
+
+/* The phase of a ghost is that of its source. Solid is not continued behind held planes. */
+static void pdi_phase_ghosts(pd_phases *p)
+{
+    for (int32_t g = 0; g < p->ghosts; g++) {
+        uint8_t phase = p->phase[p->source[g]];
+        if (p->behind[g]) phase = phase == PDI_PHASE_FLUID ? PDI_PHASE_HELD : PDI_PHASE_NONE;
+        p->phase[p->ghost[g]] = phase;
+    }
+}
+
+PDI_FN void pdi_phase_read(pd_phases *p)
+{
+    for (int32_t i = 0; i < p->grid->total; i++) {
+        if (p->grid->kind[i] == PD_SOLID) p->phase[i] = PDI_PHASE_SOLID;
+        if (p->grid->kind[i] == PD_FLUID) p->phase[i] = PDI_PHASE_FLUID;
+    }
+    pdi_phase_ghosts(p);
+    pdi_phase_roles(p);
+}
+
+/* A node has as many bonds to another and its images as that one has to it and its images. */
+PDI_FN void pdi_phase_turn(pd_phases *p, const int32_t *nodes, int32_t count)
+{
+    int inner = 1;
+    for (int32_t n = 0; n < count; n++) {
+        p->phase[nodes[n]] = PDI_PHASE_FLUID;
+        inner &= pdi_phase_deep(p, nodes[n]);
+    }
+    if (!inner) pdi_phase_ghosts(p);
+    for (int32_t n = 0; n < count; n++) {
+        int deep = pdi_phase_deep(p, nodes[n]);
+        for (int k = 0; k < p->stencil->count; k++) {
+            int32_t near_node = pdi_phase_home(p, deep, nodes[n] + p->shift[k]);
+            p->wet[near_node]++;
+            p->role[near_node] = pdi_phase_role(p, near_node);
+        }
+        p->role[nodes[n]] = pdi_phase_role(p, nodes[n]);
+    }
+}
+
+/* Behind an odd number of held planes. */
+static int pdi_phase_is_held(const pd_grid *grid, const int *i)
+{
+    int held = 0;
+    for (int d = 0; d < PD_DIM; d++)
+        if (i[d] < 0 || i[d] >= grid->n[d]) held ^= pdi_grid_port(grid->side[2 * d + (i[d] < 0 ? 0 : 1)]);
+    return held;
+}
+
+/* 1 for nodes of the box within reach of a held side. */
+static int pdi_phase_is_border(const pd_grid *grid, const int *i)
+{
+    int near_side = 0;
+    for (int d = 0; d < PD_DIM; d++)
+        near_side |= (i[d] < grid->ghost && pdi_grid_port(grid->side[2 * d])) ||
+                     (i[d] >= grid->n[d] - grid->ghost && pdi_grid_port(grid->side[2 * d + 1]));
+    return near_side;
+}
+
+static int32_t pdi_phase_inside(const pd_grid *grid)
+{
+    int32_t inside = 1;
+    for (int d = 0; d < PD_DIM; d++) inside *= (int32_t)grid->n[d];
+    return inside;
+}
+
+static pd_status pdi_phase_allocate(pd_ctx *ctx, pd_phases *p)
+{
+    int32_t total = p->grid->total, inside = pdi_phase_inside(p->grid);
+    PDI_TRY(PDI_NEW(ctx, "phase", p->stencil->count, p->shift));
+    PDI_TRY(PDI_NEW(ctx, "phase", total, p->phase));
+    PDI_TRY(PDI_NEW(ctx, "phase", total, p->role));
+    PDI_TRY(PDI_NEW(ctx, "phase", total, p->wet));
+    PDI_TRY(PDI_NEW(ctx, "phase", total - inside, p->ghost));
+    PDI_TRY(PDI_NEW(ctx, "phase", total - inside, p->source));
+    PDI_TRY(PDI_NEW(ctx, "phase", total - inside, p->behind));
+    return PDI_NEW(ctx, "phase", inside, p->border);
+}
+
+PDI_FN pd_status pdi_phase_build(pd_ctx *ctx, const pd_grid *grid, const pd_stencil *stencil, pd_phases *p)
+{
+    p->grid = grid;
+    p->stencil = stencil;
+    for (int d = 0; d < PD_DIM; d++)
+        if ((pdi_grid_port(grid->side[2 * d]) || pdi_grid_port(grid->side[2 * d + 1])) && grid->n[d] < grid->ghost)
+            return pdi_fail(ctx, PD_ERR_GEOMETRY, "corrode",
+                            "the box is %d cells long on axis %d, with held sides expected at least a horizon: %d",
+                            grid->n[d], d, grid->ghost);
+    PDI_TRY(pdi_phase_allocate(ctx, p));
+    for (int k = 0; k < stencil->count; k++)
+        for (int d = 0; d < PD_DIM; d++) p->shift[k] += (int32_t)stencil->offset[k * PD_DIM + d] * grid->stride[d];
+    for (int32_t node = 0; node < grid->total; node++) {
+        int i[PD_DIM];
+        pdi_grid_index(grid, node, i);
+        if (pdi_grid_inside(grid, i)) {
+            if (pdi_phase_is_border(grid, i)) p->border[p->borders++] = node;
+            continue;
+        }
+        p->ghost[p->ghosts] = node;
+        p->behind[p->ghosts] = (uint8_t)pdi_phase_is_held(grid, i);
+        p->source[p->ghosts++] = pdi_grid_image(grid, node, NULL);
+    }
+    pdi_phase_read(p);
+    return PD_OK;
+}
+
+PDI_FN void pdi_phase_free(pd_ctx *ctx, pd_phases *p)
+{
+    int32_t total = p->grid ? p->grid->total : 0, inside = p->grid ? pdi_phase_inside(p->grid) : 0;
+    PDI_DELETE(ctx, p->stencil ? p->stencil->count : 0, p->shift);
+    PDI_DELETE(ctx, total, p->phase);
+    PDI_DELETE(ctx, total, p->role);
+    PDI_DELETE(ctx, total, p->wet);
+    PDI_DELETE(ctx, total - inside, p->ghost);
+    PDI_DELETE(ctx, total - inside, p->source);
+    PDI_DELETE(ctx, total - inside, p->behind);
+    PDI_DELETE(ctx, inside, p->border);
+    memset(p, 0, sizeof *p);
+}
+
 /* ======== >>corrode.c ======== */
 /* corrode: see corrode.h */
 #include <math.h>
@@ -20320,190 +20580,109 @@ PDI_FN void pdi_corrode_laplacian(const pd_corrode *r, const double *c, int32_t 
     c += first;
     for (int b = 0; b < count; b++) sum[b] = 0.0;
     for (int k = 0; k < s->count / 2; k++) {
-        const double *far = c + r->shift[k], *back = c - r->shift[k];
+        const double *far = c + r->map.shift[k], *back = c - r->map.shift[k];
         for (int b = 0; b < count; b++) sum[b] += s->lap[k] * ((far[b] - c[b]) + (back[b] - c[b]));
     }
 }
 
 PDI_FN void pdi_corrode_spread(const pd_corrode *r, const double *c, int32_t first, int count, double *sum)
 {
-    if (r->role[first] == PDI_CORRODE_WHOLE) {
+    if (r->map.role[first] == PDI_ROLE_WHOLE) {
         pdi_corrode_laplacian(r, c, first, count, sum);
         return;
     }
     c += first;
     for (int b = 0; b < count; b++) sum[b] = 0.0;
     for (int k = 0; k < r->stencil->count; k++) {
-        const double *far = c + r->shift[k], lap = r->stencil->lap[k];
-        const uint8_t *there = r->phase + first + r->shift[k];
-        for (int b = 0; b < count; b++) sum[b] += pdi_corrode_wet(there[b]) ? lap * (far[b] - c[b]) : 0.0;
+        const double *far = c + r->map.shift[k], lap = r->stencil->lap[k];
+        const uint8_t *there = r->map.phase + first + r->map.shift[k];
+        for (int b = 0; b < count; b++) sum[b] += pdi_phase_wet(there[b]) ? lap * (far[b] - c[b]) : 0.0;
     }
 }
 
 /* Fluid nodes of one role, consecutive along axis 0, gain by diffusion. */
 static void pdi_corrode_whole(pd_corrode *r, int32_t first, int count, double dt)
 {
-    double sum[PDI_CORRODE_PIECE];
+    double sum[PDI_PHASE_PIECE];
     pdi_corrode_spread(r, r->c, first, count, sum);
     for (int b = 0; b < count; b++) r->next[first + b] = r->base[first + b] + dt * r->desc.diffusivity * sum[b];
+}
+
+/* Runs of nodes of which the sums are not known. */
+static int pdi_corrode_stale(const double *sum, int count, int *at)
+{
+    while (*at < count && !(sum[*at] < 0.0)) ++*at;
+    int end = *at;
+    while (end < count && sum[end] < 0.0) end++;
+    return end - *at;
+}
+
+/* Fluid beside metal: sum b f over the metal in reach, times C_j - C_i where the drive is that. */
+static void pdi_corrode_reach(const pd_corrode *r, int32_t first, int count, double *PD_RESTRICT metal)
+{
+    const double *c = r->c + first;
+    double ones[PDI_PHASE_PIECE];
+    int difference = r->desc.drive == PD_DRIVE_DIFFERENCE;
+    for (int b = 0; b < count; b++) metal[b] = 0.0;
+    for (int b = 0; b < count; b++) ones[b] = 1.0;
+    for (int k = 0; k < r->stencil->count; k++) {
+        const double *far = c + r->map.shift[k], weight = r->front.weight[k];
+        const double *factor = r->factor ? r->factor + first + r->map.shift[k] : ones;
+        const uint8_t *there = r->map.phase + first + r->map.shift[k];
+        for (int b = 0; b < count; b++)
+            metal[b] += there[b] == PDI_PHASE_SOLID ? weight * factor[b] * (difference ? far[b] - c[b] : 1.0) : 0.0;
+    }
 }
 
 /* Those beside metal or wall also gain from the metal. */
 static void pdi_corrode_shore(pd_corrode *r, int32_t first, int count, double dt)
 {
-    const double *c = r->c + first;
     double diffusivity = r->desc.diffusivity, scale = pdi_corrode_scale(r);
-    double spread[PDI_CORRODE_PIECE], metal[PDI_CORRODE_PIECE], ones[PDI_CORRODE_PIECE];
-    int difference = r->desc.drive == PD_DRIVE_DIFFERENCE;
+    double spread[PDI_PHASE_PIECE], now[PDI_PHASE_PIECE], *metal = r->sum ? r->sum + first : now;
     if (r->desc.activation) memset(spread, 0, sizeof spread);
     else pdi_corrode_spread(r, r->c, first, count, spread);
-    memset(metal, 0, sizeof metal);
-    for (int b = 0; b < count; b++) ones[b] = 1.0;
-    for (int k = 0; k < r->stencil->count; k++) {
-        const double *far = c + r->shift[k], weight = r->front.weight[k];
-        const double *factor = r->factor ? r->factor + first + r->shift[k] : ones;
-        const uint8_t *there = r->phase + first + r->shift[k];
-        for (int b = 0; b < count; b++)
-            metal[b] += there[b] == PDI_CORRODE_SOLID ? weight * factor[b] * (difference ? far[b] - c[b] : 1.0) : 0.0;
-    }
+    if (!r->sum) pdi_corrode_reach(r, first, count, metal);
+    for (int at = 0, run; r->sum && (run = pdi_corrode_stale(metal, count, &at)) > 0; at += run)
+        pdi_corrode_reach(r, first + at, run, metal + at);
     for (int b = 0; b < count; b++)
         r->next[first + b] =
             r->base[first + b] + dt * (diffusivity * spread[b] + r->speed[first + b] * scale * metal[b]);
 }
 
-/* Solid nodes lose to attacking fluid; all others have the speed 0. */
-static void pdi_corrode_exposed(pd_corrode *r, int32_t first, int count, double dt)
+/* Solid nodes: sum v b over the fluid in reach, times C_i - C_j where the drive is that. All but attacking fluid has
+ * the speed 0. */
+static void pdi_corrode_attack(const pd_corrode *r, int32_t first, int count, double *PD_RESTRICT loss)
 {
     const double *c = r->c + first;
-    double loss[PDI_CORRODE_PIECE], scale = pdi_corrode_scale(r);
     int difference = r->desc.drive == PD_DRIVE_DIFFERENCE;
-    memset(loss, 0, sizeof loss);
+    for (int b = 0; b < count; b++) loss[b] = 0.0;
     for (int k = 0; k < r->stencil->count; k++) {
-        const double *far = c + r->shift[k], *speed = r->speed + first + r->shift[k], weight = r->front.weight[k];
+        const double *far = c + r->map.shift[k], *speed = r->speed + first + r->map.shift[k];
+        double weight = r->front.weight[k];
         for (int b = 0; b < count; b++) loss[b] += speed[b] * (weight * (difference ? c[b] - far[b] : 1.0));
     }
-    for (int b = 0; b < count && r->factor; b++) loss[b] *= r->factor[first + b];
-    for (int b = 0; b < count; b++) r->next[first + b] = r->base[first + b] - dt * scale * loss[b];
 }
 
-/* Pieces of the rows of the box, and the first node and length of one. */
-static int32_t pdi_corrode_pieces(const pd_grid *grid)
+static void pdi_corrode_exposed(pd_corrode *r, int32_t first, int count, double dt)
 {
-    int32_t rows = 1;
-    for (int d = 1; d < PD_DIM; d++) rows *= (int32_t)grid->n[d];
-    return rows * (int32_t)((grid->n[0] + PDI_CORRODE_PIECE - 1) / PDI_CORRODE_PIECE);
-}
-
-static int32_t pdi_corrode_place(const pd_grid *grid, int32_t piece, int *count)
-{
-    int32_t per_row = (int32_t)((grid->n[0] + PDI_CORRODE_PIECE - 1) / PDI_CORRODE_PIECE), row = piece / per_row;
-    int i[PD_DIM];
-    i[0] = (int)(piece % per_row) * PDI_CORRODE_PIECE;
-    for (int d = 1; d < PD_DIM; d++) {
-        i[d] = (int)(row % grid->n[d]);
-        row /= (int32_t)grid->n[d];
-    }
-    *count = grid->n[0] - i[0] < PDI_CORRODE_PIECE ? grid->n[0] - i[0] : PDI_CORRODE_PIECE;
-    return pd_grid_node(grid, i);
-}
-
-static uint8_t pdi_corrode_role(const pd_corrode *r, int32_t i)
-{
-    uint8_t here = r->phase[i];
-    int wet = 0;
-    if (here == PDI_CORRODE_NONE) return PDI_CORRODE_IDLE;
-    for (int k = 0; k < r->stencil->count; k++) wet += pdi_corrode_wet(r->phase[i + r->shift[k]]);
-    if (here == PDI_CORRODE_SOLID) return wet ? PDI_CORRODE_EXPOSED : PDI_CORRODE_IDLE;
-    return wet == r->stencil->count ? PDI_CORRODE_WHOLE : PDI_CORRODE_SHORE;
-}
-
-static void pdi_corrode_roles(pd_corrode *r)
-{
-    for (int32_t p = 0; p < pdi_corrode_pieces(r->grid); p++) {
-        int count;
-        int32_t first = pdi_corrode_place(r->grid, p, &count);
-        for (int32_t i = first; i < first + count; i++) r->role[i] = pdi_corrode_role(r, i);
-    }
-}
-
-/* Behind an odd number of held planes. */
-static int pdi_corrode_is_held(const pd_grid *grid, int32_t node)
-{
-    int i[PD_DIM], held = 0;
-    pdi_grid_index(grid, node, i);
-    for (int d = 0; d < PD_DIM; d++)
-        if (i[d] < 0 || i[d] >= grid->n[d]) held ^= pdi_grid_port(grid->side[2 * d + (i[d] < 0 ? 0 : 1)]);
-    return held;
-}
-
-/* The phase of a ghost is that of its source. Solid is not continued behind held planes. */
-static void pdi_corrode_ghost_phases(pd_corrode *r)
-{
-    for (int32_t g = 0; g < r->ghosts; g++) {
-        uint8_t phase = r->phase[r->source[g]];
-        if (pdi_corrode_is_held(r->grid, r->ghost[g]))
-            phase = phase == PDI_CORRODE_FLUID ? PDI_CORRODE_HELD : PDI_CORRODE_NONE;
-        r->phase[r->ghost[g]] = phase;
-    }
-}
-
-/* Phases and roles of all nodes, from their kinds. */
-static void pdi_corrode_phases(pd_corrode *r)
-{
-    for (int32_t i = 0; i < r->grid->total; i++) {
-        if (r->grid->kind[i] == PD_SOLID) r->phase[i] = PDI_CORRODE_SOLID;
-        if (r->grid->kind[i] == PD_FLUID) r->phase[i] = PDI_CORRODE_FLUID;
-    }
-    pdi_corrode_ghost_phases(r);
-    pdi_corrode_roles(r);
+    double now[PDI_PHASE_PIECE], scale = pdi_corrode_scale(r);
+    int kept = r->sum && r->desc.activation;
+    double *loss = kept ? r->sum + first : now;
+    if (!kept) pdi_corrode_attack(r, first, count, loss);
+    for (int at = 0, run; kept && (run = pdi_corrode_stale(loss, count, &at)) > 0; at += run)
+        pdi_corrode_attack(r, first + at, run, loss + at);
+    for (int b = 0; b < count; b++)
+        r->next[first + b] = r->base[first + b] - dt * scale * (r->factor ? loss[b] * r->factor[first + b] : loss[b]);
 }
 
 /* Values of ghosts: odd about `bulk` behind held planes. */
 PDI_FN void pdi_corrode_ghosts(pd_corrode *r)
 {
-    for (int32_t g = 0; g < r->ghosts; g++) {
-        int32_t at = r->ghost[g], from = r->source[g];
-        r->c[at] = r->phase[at] == PDI_CORRODE_HELD ? 2.0 * r->desc.bulk - r->c[from] : r->c[from];
+    for (int32_t g = 0; g < r->map.ghosts; g++) {
+        int32_t at = r->map.ghost[g], from = r->map.source[g];
+        r->c[at] = r->map.phase[at] == PDI_PHASE_HELD ? 2.0 * r->desc.bulk - r->c[from] : r->c[from];
         r->speed[at] = r->speed[from];
     }
-}
-
-/* 1 for nodes of the box within reach of a held side. */
-static int pdi_corrode_is_border(const pd_grid *grid, int32_t node)
-{
-    int i[PD_DIM], near_side = 0;
-    pdi_grid_index(grid, node, i);
-    if (!pdi_grid_inside(grid, i)) return 0;
-    for (int d = 0; d < PD_DIM; d++)
-        near_side |= (i[d] < grid->ghost && pdi_grid_port(grid->side[2 * d])) ||
-                     (i[d] >= grid->n[d] - grid->ghost && pdi_grid_port(grid->side[2 * d + 1]));
-    return near_side;
-}
-
-static pd_status pdi_corrode_list_ghosts(pd_ctx *ctx, pd_corrode *r)
-{
-    const pd_grid *grid = r->grid;
-    int32_t inside = 1;
-    for (int d = 0; d < PD_DIM; d++) {
-        inside *= (int32_t)grid->n[d];
-        if ((pdi_grid_port(grid->side[2 * d]) || pdi_grid_port(grid->side[2 * d + 1])) && grid->n[d] < grid->ghost)
-            return pdi_fail(ctx, PD_ERR_GEOMETRY, "corrode",
-                            "the box is %d cells long on axis %d, with held sides expected at least a horizon: %d",
-                            grid->n[d], d, grid->ghost);
-    }
-    PDI_TRY(PDI_NEW(ctx, "corrode", grid->total - inside, r->ghost));
-    PDI_TRY(PDI_NEW(ctx, "corrode", grid->total - inside, r->source));
-    for (int32_t node = 0; node < grid->total; node++) {
-        int i[PD_DIM];
-        pdi_grid_index(grid, node, i);
-        if (pdi_grid_inside(grid, i)) continue;
-        r->ghost[r->ghosts] = node;
-        r->source[r->ghosts++] = pdi_grid_image(grid, node, NULL);
-    }
-    PDI_TRY(PDI_NEW(ctx, "corrode", inside, r->border));
-    for (int32_t node = 0; node < grid->total; node++)
-        if (pdi_corrode_is_border(grid, node)) r->border[r->borders++] = node;
-    return PD_OK;
 }
 
 static pd_status pdi_corrode_check(pd_ctx *ctx, const pd_grid *grid, const pd_corrode_desc *desc)
@@ -20538,15 +20717,13 @@ static pd_status pdi_corrode_check(pd_ctx *ctx, const pd_grid *grid, const pd_co
 static pd_status pdi_corrode_allocate(pd_ctx *ctx, pd_corrode *r)
 {
     int32_t total = r->grid->total;
-    PDI_TRY(PDI_NEW(ctx, "corrode", r->stencil->count, r->shift));
     PDI_TRY(PDI_NEW(ctx, "corrode", r->stencil->line_first[r->stencil->kinds], r->line_shift));
     PDI_TRY(PDI_NEW(ctx, "corrode", r->stencil->count, r->scratch));
     PDI_TRY(PDI_NEW(ctx, "corrode", total, r->c));
     r->base = r->c;
     PDI_TRY(PDI_NEW(ctx, "corrode", total, r->next));
     PDI_TRY(PDI_NEW(ctx, "corrode", total, r->speed));
-    PDI_TRY(PDI_NEW(ctx, "corrode", total, r->phase));
-    PDI_TRY(PDI_NEW(ctx, "corrode", total, r->role));
+    if (r->desc.drive == PD_DRIVE_CONSTANT) PDI_TRY(PDI_NEW(ctx, "corrode", total, r->sum));
     if (r->desc.repassivation > 0.0) PDI_TRY(PDI_NEW(ctx, "corrode", total, r->film));
     r->changed_capacity = (int32_t)r->grid->solid_count;
     return PDI_NEW(ctx, "corrode", r->changed_capacity, r->changed);
@@ -20567,7 +20744,7 @@ static pd_status pdi_corrode_factors(pd_ctx *ctx, pd_corrode *r)
         r->factor[i] = given[i];
         r->highest = fmax(r->highest, given[i]);
     }
-    for (int32_t g = 0; g < r->ghosts; g++) r->factor[r->ghost[g]] = r->factor[r->source[g]];
+    for (int32_t g = 0; g < r->map.ghosts; g++) r->factor[r->map.ghost[g]] = r->factor[r->map.source[g]];
     return PD_OK;
 }
 
@@ -20575,7 +20752,7 @@ static pd_status pdi_corrode_factors(pd_ctx *ctx, pd_corrode *r)
 static pd_status pdi_corrode_bonds(pd_ctx *ctx, pd_corrode *r)
 {
     const pd_stencil *s = r->stencil;
-    int32_t pieces = pdi_corrode_pieces(r->grid);
+    int32_t pieces = pdi_phase_pieces(&r->map);
     int nt = pdi_par_threads(ctx, (int64_t)r->grid->solid_count * s->count);
     (void)nt;
     if (!r->desc.stochastic) return PD_OK;
@@ -20584,11 +20761,11 @@ static pd_status pdi_corrode_bonds(pd_ctx *ctx, pd_corrode *r)
     PDI_PARALLEL_FOR(nt)
     for (int32_t p = 0; p < pieces; p++) {
         int count;
-        int32_t first = pdi_corrode_place(r->grid, p, &count);
+        int32_t first = pdi_phase_place(&r->map, p, &count);
         for (int32_t i = first; i < first + count; i++) {
             int bonds = 0;
-            if (r->phase[i] != PDI_CORRODE_SOLID) continue;
-            for (int k = 0; k < s->count; k++) bonds += r->phase[i + r->shift[k]] == PDI_CORRODE_SOLID;
+            if (r->map.phase[i] != PDI_PHASE_SOLID) continue;
+            for (int k = 0; k < s->count; k++) bonds += r->map.phase[i + r->map.shift[k]] == PDI_PHASE_SOLID;
             r->bonds[i] = (uint16_t)bonds;
             r->last[i] = r->desc.saturation + (1.0 - pdi_damage_last(r->desc.seed, i, bonds)) * r->span;
         }
@@ -20610,14 +20787,11 @@ pd_status pd_corrode_build(pd_ctx *ctx, pd_grid *grid, const pd_stencil *stencil
     r->log_ratio = log(desc->solid / desc->saturation);
     PDI_TRY(pd_front_build(ctx, stencil, desc->kernel, desc->weights, &r->front));
     PDI_TRY(pdi_corrode_allocate(ctx, r));
-    PDI_TRY(pdi_corrode_list_ghosts(ctx, r));
+    PDI_TRY(pdi_phase_build(ctx, grid, stencil, &r->map));
+    for (int32_t i = 0; i < grid->total && r->sum; i++) r->sum[i] = -1.0;
     PDI_TRY(pdi_corrode_factors(ctx, r));
     pdi_grid_line_shift(grid, stencil, r->line_shift);
-    for (int k = 0; k < stencil->count; k++) {
-        for (int d = 0; d < PD_DIM; d++) r->shift[k] += (int32_t)stencil->offset[k * PD_DIM + d] * grid->stride[d];
-        r->diffusion += desc->diffusivity * stencil->lap[k];
-    }
-    pdi_corrode_phases(r);
+    for (int k = 0; k < stencil->count; k++) r->diffusion += desc->diffusivity * stencil->lap[k];
     for (int32_t i = 0; i < grid->total; i++) {
         if (grid->kind[i] == PD_SOLID) r->c[i] = desc->solid;
         if (grid->kind[i] == PD_FLUID) r->c[i] = desc->activation ? desc->bulk : desc->initial;
@@ -20630,24 +20804,24 @@ pd_status pd_corrode_build(pd_ctx *ctx, pd_grid *grid, const pd_stencil *stencil
 static double pdi_corrode_amount(const pd_corrode *r, uint8_t phase)
 {
     pdi_sum sum = {0.0, 0.0};
-    for (int32_t p = 0; p < pdi_corrode_pieces(r->grid); p++) {
+    for (int32_t p = 0; p < pdi_phase_pieces(&r->map); p++) {
         int count;
-        int32_t first = pdi_corrode_place(r->grid, p, &count);
+        int32_t first = pdi_phase_place(&r->map, p, &count);
         for (int32_t i = first; i < first + count; i++)
-            if (r->phase[i] == phase) pdi_sum_add(&sum, r->c[i]);
+            if (r->map.phase[i] == phase) pdi_sum_add(&sum, r->c[i]);
     }
     return pdi_sum_total(&sum) * r->stencil->volume;
 }
 
-double pd_corrode_solid(const pd_corrode *r) { return pdi_corrode_amount(r, PDI_CORRODE_SOLID); }
+double pd_corrode_solid(const pd_corrode *r) { return pdi_corrode_amount(r, PDI_PHASE_SOLID); }
 
-double pd_corrode_dissolved(const pd_corrode *r) { return pdi_corrode_amount(r, PDI_CORRODE_FLUID); }
+double pd_corrode_dissolved(const pd_corrode *r) { return pdi_corrode_amount(r, PDI_PHASE_FLUID); }
 
 double pd_corrode_damage(const pd_corrode *r, int32_t node)
 {
     double expected = fmin((r->desc.solid - r->c[node]) / r->span, 1.0);
-    if (r->phase[node] == PDI_CORRODE_FLUID) return 1.0;
-    if (r->phase[node] != PDI_CORRODE_SOLID) return 0.0;
+    if (r->map.phase[node] == PDI_PHASE_FLUID) return 1.0;
+    if (r->map.phase[node] != PDI_PHASE_SOLID) return 0.0;
     return r->bonds ? pdi_damage_broken(r->desc.seed, node, r->bonds[node], expected) : expected;
 }
 
@@ -20681,13 +20855,19 @@ static void pdi_corrode_rinse(pd_corrode *r, int32_t i)
 PDI_FN void pdi_corrode_repassivate(pd_corrode *r)
 {
     for (int32_t i = 0; i < r->grid->total && r->film; i++)
-        if (r->role[i] == PDI_CORRODE_SHORE && r->c[i] < r->desc.repassivation) r->film[i] = 1;
+        if (r->map.role[i] == PDI_ROLE_SHORE && r->c[i] < r->desc.repassivation) r->film[i] = 1;
+}
+
+/* 1: there is a passive film in front of fluid node i. */
+static int pdi_corrode_passive(const pd_corrode *r, int32_t i)
+{
+    return (r->desc.passive && r->desc.passive[i]) || (r->film && r->film[i]);
 }
 
 PDI_FN pd_status pdi_corrode_law(pd_ctx *ctx, const pd_corrode *r, int32_t i, double c, double *speed)
 {
     *speed = 0.0;
-    if ((r->desc.passive && r->desc.passive[i]) || (r->film && r->film[i])) return PD_OK;
+    if (pdi_corrode_passive(r, i)) return PD_OK;
     double v = r->desc.rate(r->desc.rate_user, c);
     if (!(fabs(v) < 1e100)) {
         double x[PD_DIM];
@@ -20700,29 +20880,58 @@ PDI_FN pd_status pdi_corrode_law(pd_ctx *ctx, const pd_corrode *r, int32_t i, do
     return PD_OK;
 }
 
-/* Speed of the law at every fluid node beside the front, and how many nodes take part. The salt layer is nothing but a
- * look at c. */
+/* Under activation control: the metal in reach of fluid node i loses otherwise than before. */
+static void pdi_corrode_alarm(pd_corrode *r, int32_t i)
+{
+    if (!r->sum || !r->desc.activation) return;
+    int deep = pdi_phase_deep(&r->map, i);
+    r->alarmed = 1;
+    for (int k = 0; k < r->stencil->count; k++) {
+        int32_t j = i + r->map.shift[k];
+        if (r->map.phase[j] == PDI_PHASE_SOLID) r->sum[pdi_phase_home(&r->map, deep, j)] = -1.0;
+    }
+}
+
+/* Speeds at the fluid nodes first .. end-1 beside the front, *c and *law: what the law gave last. The salt layer is
+ * nothing but a look at c. */
+static pd_status pdi_corrode_speeds(pd_ctx *ctx, pd_corrode *r, int32_t first, int32_t end, double *c, double *law)
+{
+    for (int32_t i = first; i < end; i++) {
+        double speed = 0.0;
+        if (r->c[i] < r->desc.saturation && !pdi_corrode_passive(r, i)) {
+            if (r->c[i] < *c || r->c[i] > *c) PDI_TRY(pdi_corrode_law(ctx, r, i, r->c[i], law));
+            *c = r->c[i];
+            speed = *law;
+        }
+        if (speed > r->fastest) r->fastest = speed;
+        if (speed < r->speed[i] || speed > r->speed[i]) pdi_corrode_alarm(r, i);
+        r->speed[i] = speed;
+    }
+    return PD_OK;
+}
+
+/* Speed of the law at every fluid node beside the front, and how many nodes take part. Metal sees no fluid of another
+ * role. */
 static pd_status pdi_corrode_prepare(pd_ctx *ctx, pd_corrode *r)
 {
+    double c = -1.0, law = 0.0;
     r->fastest = 0.0;
     r->active = 0;
+    r->alarmed = r->desc.activation && r->sum ? 0 : 1;
     for (int32_t n = 0; n < r->changed_count && r->desc.activation; n++) pdi_corrode_rinse(r, r->changed[n]);
     pdi_corrode_repassivate(r);
-    for (int32_t p = 0; p < pdi_corrode_pieces(r->grid); p++) {
+    for (int32_t p = 0; p < pdi_phase_pieces(&r->map); p++) {
         int count;
-        int32_t first = pdi_corrode_place(r->grid, p, &count);
-        for (int32_t i = first; i < first + count; i++) {
-            uint8_t role = r->role[i];
-            r->active += role > PDI_CORRODE_WHOLE || (role == PDI_CORRODE_WHOLE && !r->desc.activation);
-            /* metal sees no fluid of another role */
-            if (role != PDI_CORRODE_SHORE) continue;
-            r->speed[i] = 0.0;
-            if (!(r->c[i] < r->desc.saturation)) continue;
-            PDI_TRY(pdi_corrode_law(ctx, r, i, r->c[i], r->speed + i));
-            r->fastest = fmax(r->fastest, r->speed[i]);
+        int32_t first = pdi_phase_place(&r->map, p, &count), end = first + count, next;
+        for (int32_t i = first; i < end; i = next) {
+            uint8_t role = r->map.role[i];
+            next = pdi_phase_same(&r->map, i, end);
+            if (role > PDI_ROLE_WHOLE || (role == PDI_ROLE_WHOLE && !r->desc.activation)) r->active += next - i;
+            if (role == PDI_ROLE_SHORE) PDI_TRY(pdi_corrode_speeds(ctx, r, i, next, &c, &law));
         }
     }
-    pdi_corrode_ghosts(r);
+    /* where sums are kept, ghosts tell nothing but speeds */
+    if (r->alarmed) pdi_corrode_ghosts(r);
     return PD_OK;
 }
 
@@ -20764,13 +20973,13 @@ pd_status pd_corrode_limit(pd_ctx *ctx, pd_corrode *r, double *limit)
 /* What bonds to held ghosts take from node i [mol/m3/s]. */
 static double pdi_corrode_leak(const pd_corrode *r, int32_t i)
 {
-    int solid = r->phase[i] == PDI_CORRODE_SOLID, difference = r->desc.drive == PD_DRIVE_DIFFERENCE;
+    int solid = r->map.phase[i] == PDI_PHASE_SOLID, difference = r->desc.drive == PD_DRIVE_DIFFERENCE;
     double sum = 0.0, scale = solid ? pdi_corrode_scale(r) : r->desc.activation ? 0.0 : r->desc.diffusivity;
-    if (r->phase[i] == PDI_CORRODE_NONE || r->role[i] == PDI_CORRODE_IDLE || !(scale > 0.0)) return 0.0;
+    if (r->map.phase[i] == PDI_PHASE_NONE || r->map.role[i] == PDI_ROLE_IDLE || !(scale > 0.0)) return 0.0;
     for (int k = 0; k < r->stencil->count; k++) {
-        int32_t j = i + r->shift[k];
+        int32_t j = i + r->map.shift[k];
         double step = r->c[i] - r->c[j];
-        if (r->phase[j] != PDI_CORRODE_HELD) continue;
+        if (r->map.phase[j] != PDI_PHASE_HELD) continue;
         if (solid) sum += r->speed[j] * (r->front.weight[k] * (difference ? step : 1.0));
         else sum += r->stencil->lap[k] * step;
     }
@@ -20778,21 +20987,16 @@ static double pdi_corrode_leak(const pd_corrode *r, int32_t i)
     return scale * sum;
 }
 
-/* Solid nodes at their end turn fluid; roles within one reach of them and of their ghosts change. */
+/* Solid nodes at their end turn fluid; sums of nodes in their reach are not known any more. */
 static void pdi_corrode_turn(pd_corrode *r)
 {
-    for (int32_t n = 0; n < r->changed_count; n++) {
-        r->phase[r->changed[n]] = PDI_CORRODE_FLUID;
-        pdi_grid_dissolve(r->grid, r->changed[n]);
-    }
-    pdi_corrode_ghost_phases(r);
-    for (int32_t n = 0; n < r->changed_count; n++) {
-        int32_t at = r->changed[n];
-        r->role[at] = pdi_corrode_role(r, at);
-        for (int k = 0; k < r->stencil->count; k++) {
-            int32_t near_node = pdi_grid_image(r->grid, at + r->shift[k], NULL);
-            r->role[near_node] = pdi_corrode_role(r, near_node);
-        }
+    for (int32_t n = 0; n < r->changed_count; n++) pdi_grid_dissolve(r->grid, r->changed[n]);
+    pdi_phase_turn(&r->map, r->changed, r->changed_count);
+    for (int32_t n = 0; n < r->changed_count && r->sum; n++) {
+        int deep = pdi_phase_deep(&r->map, r->changed[n]);
+        r->sum[r->changed[n]] = -1.0;
+        for (int k = 0; k < r->stencil->count; k++)
+            r->sum[pdi_phase_home(&r->map, deep, r->changed[n] + r->map.shift[k])] = -1.0;
     }
 }
 
@@ -20800,11 +21004,12 @@ static void pdi_corrode_turn(pd_corrode *r)
 static double pdi_corrode_behind(const pd_corrode *r, int32_t i, int dry, double *weight)
 {
     double sum = 0.0;
+    int deep = pdi_phase_deep(&r->map, i);
     for (int k = 0; k < r->stencil->count; k++) {
-        int32_t j = i + r->shift[k];
-        int32_t at = pdi_grid_image(r->grid, j, NULL);
-        int metal = r->phase[j] == PDI_CORRODE_SOLID && r->c[at] > pdi_corrode_end(r, at);
-        int fluid = r->phase[j] == PDI_CORRODE_FLUID && r->c[at] > 0.0;
+        int32_t j = i + r->map.shift[k];
+        int32_t at = pdi_phase_home(&r->map, deep, j);
+        int metal = r->map.phase[j] == PDI_PHASE_SOLID && r->c[at] > pdi_corrode_end(r, at);
+        int fluid = r->map.phase[j] == PDI_PHASE_FLUID && r->c[at] > 0.0;
         weight[k] = r->front.weight[k] * (dry ? metal : fluid ? r->speed[at] : 0.0);
         sum += weight[k];
     }
@@ -20816,12 +21021,13 @@ static double pdi_corrode_behind(const pd_corrode *r, int32_t i, int dry, double
 static double pdi_corrode_collect(pd_corrode *r, int32_t i, int dry, double deficit)
 {
     double sum, left = deficit;
+    int deep = pdi_phase_deep(&r->map, i);
     while (left > 0.0 && (sum = pdi_corrode_behind(r, i, dry, r->scratch)) > 0.0) {
         double given = 0.0;
         int exhausted = 0;
         for (int k = 0; k < r->stencil->count; k++) {
             double part = left * (r->scratch[k] / sum);
-            int32_t at = pdi_grid_image(r->grid, i + r->shift[k], NULL);
+            int32_t at = pdi_phase_home(&r->map, deep, i + r->map.shift[k]);
             double *from = &r->c[at], keep = dry ? pdi_corrode_end(r, at) : 0.0;
             if (!(part > 0.0)) continue;
             if (part >= *from - keep) {
@@ -20835,6 +21041,51 @@ static double pdi_corrode_collect(pd_corrode *r, int32_t i, int dry, double defi
         left = exhausted ? left - given : 0.0;
     }
     return left;
+}
+
+/* Metal in the reach of node i takes what that has above its end, in proportion to the weights, none more than whole
+ * metal has. Nodes that turn in the next step take nothing: hand-over within a layer would roughen the front. What is
+ * left goes round, and stays where nobody takes it. */
+static void pdi_corrode_pass_on(pd_corrode *r, int32_t i)
+{
+    double left = r->c[i] - pdi_corrode_end(r, i);
+    int deep = pdi_phase_deep(&r->map, i), full = 1;
+    while (left > 0.0 && full) {
+        double sum = 0.0, given = 0.0;
+        full = 0;
+        for (int k = 0; k < r->stencil->count; k++) {
+            int32_t j = i + r->map.shift[k], at = pdi_phase_home(&r->map, deep, j);
+            int metal = r->map.phase[j] == PDI_PHASE_SOLID && r->map.role[at] == PDI_ROLE_EXPOSED;
+            int takes = metal && r->c[at] < r->desc.solid &&
+                        r->c[at] - pdi_corrode_end(r, at) > r->base[at] - r->c[at];
+            r->scratch[k] = takes ? r->front.weight[k] : 0.0;
+            sum += r->scratch[k];
+        }
+        if (!(sum > 0.0)) break;
+        for (int k = 0; k < r->stencil->count; k++) {
+            int32_t at = pdi_phase_home(&r->map, deep, i + r->map.shift[k]);
+            double part = left * (r->scratch[k] / sum), room = r->desc.solid - r->c[at];
+            if (!(part > 0.0)) continue;
+            full |= part >= room;
+            part = part < room ? part : fmax(room, 0.0);
+            r->c[at] = part < room ? r->c[at] + part : r->desc.solid;
+            given += part;
+        }
+        left = full ? left - given : 0.0;
+    }
+    r->c[i] = pdi_corrode_end(r, i) + fmax(left, 0.0);
+}
+
+/* Nodes that turn before their end pass on what they have above it; those that cannot do not turn yet. */
+static void pdi_corrode_advance(pd_corrode *r)
+{
+    int32_t turning = 0;
+    for (int32_t n = 0; n < r->changed_count; n++) {
+        int32_t i = r->changed[n];
+        if (r->c[i] > pdi_corrode_end(r, i)) pdi_corrode_pass_on(r, i);
+        if (r->c[i] <= pdi_corrode_end(r, i)) r->changed[turning++] = i;
+    }
+    r->changed_count = turning;
 }
 
 /* What a node that turns has lost below its end, the metal behind it makes up for. Without any, the fluid that has
@@ -20853,8 +21104,8 @@ static double pdi_corrode_backing(const pd_corrode *r, int32_t i)
 {
     double sum = 0.0;
     for (int k = 0; k < r->stencil->count; k++) {
-        int32_t j = i + r->shift[k];
-        if (r->phase[j] == PDI_CORRODE_SOLID)
+        int32_t j = i + r->map.shift[k];
+        if (r->map.phase[j] == PDI_PHASE_SOLID)
             sum += fmax(r->next[pdi_grid_image(r->grid, j, NULL)] - r->desc.saturation, 0.0);
     }
     return sum;
@@ -20865,11 +21116,24 @@ PDI_FN double pdi_corrode_spare(const pd_corrode *r)
     double least = 1.0, half = 0.5 * r->desc.saturation;
     if (r->desc.activation || r->desc.keep_deficit) return 1.0;
     for (int32_t i = 0; i < r->grid->total; i++) {
-        if (r->role[i] != PDI_CORRODE_EXPOSED || r->next[i] >= 0.0 || !(r->base[i] > r->desc.saturation)) continue;
+        if (r->map.role[i] != PDI_ROLE_EXPOSED || r->next[i] >= 0.0 || !(r->base[i] > r->desc.saturation)) continue;
         if (pdi_corrode_backing(r, i) < r->desc.saturation - r->next[i])
             least = fmin(least, (r->base[i] - half) / (r->base[i] - r->next[i]));
     }
     return least;
+}
+
+/* The nodes first .. end-1, of one role, take what they have next. They turn at their end or, where the field at the
+ * start of the step is kept, at the end of the step that is closest to that. */
+static void pdi_corrode_take(pd_corrode *r, int32_t first, int32_t end)
+{
+    uint8_t role = r->map.role[first];
+    if (role == PDI_ROLE_IDLE || (role == PDI_ROLE_WHOLE && r->desc.activation)) return;
+    memcpy(r->c + first, r->next + first, (size_t)(end - first) * sizeof *r->c);
+    for (int32_t i = first; i < end && role == PDI_ROLE_EXPOSED; i++) {
+        double half = r->base == r->c ? 0.0 : 0.5 * (r->base[i] - r->c[i]);
+        if (r->c[i] - half <= pdi_corrode_end(r, i)) r->changed[r->changed_count++] = i;
+    }
 }
 
 PDI_FN void pdi_corrode_commit(pd_corrode *r, double dt)
@@ -20877,24 +21141,25 @@ PDI_FN void pdi_corrode_commit(pd_corrode *r, double dt)
     pdi_sum out;
     out.sum = r->out;
     out.carry = r->out_carry;
-    for (int32_t b = 0; b < r->borders; b++)
-        pdi_sum_add(&out, dt * r->stencil->volume * pdi_corrode_leak(r, r->border[b]));
+    for (int32_t b = 0; b < r->map.borders; b++)
+        pdi_sum_add(&out, dt * r->stencil->volume * pdi_corrode_leak(r, r->map.border[b]));
     r->out = out.sum;
     r->out_carry = out.carry;
     r->changed_count = 0;
-    for (int32_t p = 0; p < pdi_corrode_pieces(r->grid); p++) {
-        int count;
-        int32_t first = pdi_corrode_place(r->grid, p, &count);
-        for (int32_t i = first; i < first + count; i++) {
-            uint8_t role = r->role[i];
-            if (role == PDI_CORRODE_IDLE || (role == PDI_CORRODE_WHOLE && r->desc.activation)) continue;
-            r->c[i] = r->next[i];
-            if (role == PDI_CORRODE_EXPOSED && r->c[i] <= pdi_corrode_end(r, i)) r->changed[r->changed_count++] = i;
+    for (int pass = 0; pass < (r->desc.activation ? 2 : 1); pass++) {
+        for (int32_t p = 0; p < pdi_phase_pieces(&r->map); p++) {
+            int count;
+            int32_t first = pdi_phase_place(&r->map, p, &count), end = first + count, next;
+            for (int32_t i = first; i < end; i = next) {
+                next = pdi_phase_same(&r->map, i, end);
+                if (!pass) pdi_corrode_take(r, i, next);
+                if (!pass || r->map.role[i] != PDI_ROLE_SHORE) continue;
+                for (int32_t j = i; j < next; j++) pdi_corrode_rinse(r, j);
+            }
         }
+        if (!pass) pdi_corrode_advance(r);
+        if (!pass && !r->desc.keep_deficit) pdi_corrode_hand_over(r);
     }
-    if (!r->desc.keep_deficit) pdi_corrode_hand_over(r);
-    for (int32_t i = 0; i < r->grid->total && r->desc.activation; i++)
-        if (r->role[i] == PDI_CORRODE_SHORE) pdi_corrode_rinse(r, i);
     if (r->changed_count) pdi_corrode_turn(r);
     r->time += dt;
     r->steps++;
@@ -20902,16 +21167,16 @@ PDI_FN void pdi_corrode_commit(pd_corrode *r, double dt)
 
 PDI_FN void pdi_corrode_sweep(const pd_ctx *ctx, const pd_corrode *r, pdi_corrode_run_fn run, void *user)
 {
-    int32_t pieces = pdi_corrode_pieces(r->grid);
+    int32_t pieces = pdi_phase_pieces(&r->map);
     int nt = pdi_par_threads(ctx, r->active * r->stencil->count);
     (void)nt;
     PDI_PARALLEL_FOR(nt)
     for (int32_t p = 0; p < pieces; p++) {
         int count;
-        int32_t first = pdi_corrode_place(r->grid, p, &count), end = first + count, next;
+        int32_t first = pdi_phase_place(&r->map, p, &count), end = first + count, next;
         for (int32_t i = first; i < end; i = next) {
-            for (next = i + 1; next < end && r->role[next] == r->role[i];) next++;
-            if (r->role[i] != PDI_CORRODE_IDLE) run(user, i, (int)(next - i));
+            next = pdi_phase_same(&r->map, i, end);
+            if (r->map.role[i] != PDI_ROLE_IDLE) run(user, i, (int)(next - i));
         }
     }
 }
@@ -20925,10 +21190,10 @@ typedef struct pdi_corrode_exchanging {
 static void pdi_corrode_exchange_run(void *user, int32_t first, int count)
 {
     const pdi_corrode_exchanging *e = (const pdi_corrode_exchanging *)user;
-    uint8_t role = e->corrode->role[first];
-    if (role == PDI_CORRODE_WHOLE && !e->corrode->desc.activation) pdi_corrode_whole(e->corrode, first, count, e->dt);
-    if (role == PDI_CORRODE_SHORE) pdi_corrode_shore(e->corrode, first, count, e->dt);
-    if (role == PDI_CORRODE_EXPOSED) pdi_corrode_exposed(e->corrode, first, count, e->dt);
+    uint8_t role = e->corrode->map.role[first];
+    if (role == PDI_ROLE_WHOLE && !e->corrode->desc.activation) pdi_corrode_whole(e->corrode, first, count, e->dt);
+    if (role == PDI_ROLE_SHORE) pdi_corrode_shore(e->corrode, first, count, e->dt);
+    if (role == PDI_ROLE_EXPOSED) pdi_corrode_exposed(e->corrode, first, count, e->dt);
 }
 
 PDI_FN void pdi_corrode_exchange(pd_ctx *ctx, pd_corrode *r, double dt)
@@ -20943,7 +21208,7 @@ PDI_FN double pdi_corrode_lost(const pd_corrode *r)
 {
     double most = 0.0;
     for (int32_t i = 0; i < r->grid->total; i++)
-        if (r->role[i] == PDI_CORRODE_EXPOSED) most = fmax(most, r->base[i] - r->next[i]);
+        if (r->map.role[i] == PDI_ROLE_EXPOSED) most = fmax(most, r->base[i] - r->next[i]);
     return most / r->span;
 }
 
@@ -20995,16 +21260,16 @@ PDI_FN pd_status pdi_corrode_store(pd_ctx *ctx, pd_corrode *r, pd_store *store)
         return pdi_fail(ctx, PD_ERR_ARGUMENT, "corrode", "'%s' has %d nodes turn fluid, expected 0 to %d",
                         store->file.path, (int)r->changed_count, (int)r->changed_capacity);
     PDI_TRY(PDI_STORE(ctx, store, "corrode.changed", r->changed, r->changed_count));
-    if (store->reading) pdi_corrode_phases(r);
+    if (store->reading) pdi_phase_read(&r->map);
+    for (int32_t i = 0; i < r->grid->total && r->sum && store->reading; i++) r->sum[i] = -1.0;
     return PD_OK;
 }
 
 void pd_corrode_free(pd_ctx *ctx, pd_corrode *r)
 {
-    int32_t total = r->grid ? r->grid->total : 0, inside = r->grid ? 1 : 0;
-    for (int d = 0; d < PD_DIM && r->grid; d++) inside *= (int32_t)r->grid->n[d];
+    int32_t total = r->grid ? r->grid->total : 0;
+    pdi_phase_free(ctx, &r->map);
     pd_front_free(ctx, &r->front);
-    PDI_DELETE(ctx, r->stencil ? r->stencil->count : 0, r->shift);
     PDI_DELETE(ctx, r->stencil ? r->stencil->line_first[r->stencil->kinds] : 0, r->line_shift);
     PDI_DELETE(ctx, r->stencil ? r->stencil->count : 0, r->scratch);
     PDI_DELETE(ctx, total, r->c);
@@ -21014,11 +21279,7 @@ void pd_corrode_free(pd_ctx *ctx, pd_corrode *r)
     PDI_DELETE(ctx, total, r->bonds);
     PDI_DELETE(ctx, total, r->last);
     PDI_DELETE(ctx, total, r->film);
-    PDI_DELETE(ctx, total, r->phase);
-    PDI_DELETE(ctx, total, r->role);
-    PDI_DELETE(ctx, inside, r->border);
-    PDI_DELETE(ctx, total - inside, r->ghost);
-    PDI_DELETE(ctx, total - inside, r->source);
+    PDI_DELETE(ctx, total, r->sum);
     PDI_DELETE(ctx, r->changed_capacity, r->changed);
     memset(r, 0, sizeof *r);
 }
@@ -21063,8 +21324,8 @@ static void pdi_recede_apply_run(void *user, int32_t first, int count)
     const pdi_recede_user *u = (const pdi_recede_user *)user;
     const pd_recede *r = u->r;
     const double *x = r->field + first;
-    double sum[PDI_CORRODE_PIECE];
-    if (r->corrode->role[first] == PDI_CORRODE_EXPOSED) return;
+    double sum[PDI_PHASE_PIECE];
+    if (r->corrode->map.role[first] == PDI_ROLE_EXPOSED) return;
     /* the operand is 0 in metal and walls, bonds to which count as dry */
     pdi_corrode_laplacian(r->corrode, r->field, first, count, sum);
     for (int b = 0; b < count; b++) {
@@ -21079,10 +21340,11 @@ static void pdi_recede_apply(void *user, const double *x, double *y)
 {
     pdi_recede_user *u = (pdi_recede_user *)user;
     const pd_corrode *m = u->r->corrode;
-    pdi_par_copy(u->ctx, m->grid->total, x, u->r->field);
-    for (int32_t g = 0; g < m->ghosts; g++) {
-        double from = x[m->source[g]];
-        u->r->field[m->ghost[g]] = m->phase[m->ghost[g]] == PDI_CORRODE_HELD ? -from : from;
+    int64_t first = u->r->krylov.desc.first, end = u->r->krylov.desc.end;
+    pdi_par_copy(u->ctx, end - first, x + first, u->r->field + first);
+    for (int32_t g = 0; g < m->map.ghosts; g++) {
+        double from = x[m->map.source[g]];
+        u->r->field[m->map.ghost[g]] = m->map.phase[m->map.ghost[g]] == PDI_PHASE_HELD ? -from : from;
     }
     u->out = y;
     pdi_corrode_sweep(u->ctx, m, pdi_recede_apply_run, u);
@@ -21093,7 +21355,7 @@ static void pdi_recede_precondition(void *user, const double *x, double *y)
     pdi_recede_user *u = (pdi_recede_user *)user;
     pd_recede *r = u->r;
     pd_multigrid_cycle(u->ctx, &r->mg, x, y);
-    for (int32_t i = 0; i < r->corrode->grid->total; i++)
+    for (int64_t i = r->krylov.desc.first; i < r->krylov.desc.end; i++)
         if (r->state[i] == PDI_RECEDE_SATURATED) y[i] = 0.0;
 }
 
@@ -21108,7 +21370,7 @@ static pd_status pdi_recede_setup(pd_ctx *ctx, pd_recede *r)
     pdi_compact_fill(ctx, m->desc.diffusivity, NULL, &none, 1.0 / r->dt, &faces, &r->compact);
     for (int32_t node = 0; node < m->grid->total; node++) {
         int i[PD_DIM];
-        if (m->role[node] != PDI_CORRODE_SHORE) continue;
+        if (m->map.role[node] != PDI_ROLE_SHORE) continue;
         pdi_grid_index(m->grid, node, i);
         r->compact.mass[pdi_compact_cell(m->grid, i)] +=
             (float)(r->state[node] == PDI_RECEDE_SATURATED ? PDI_RECEDE_STIFF * (m->diffusion + 1.0 / r->dt)
@@ -21126,23 +21388,29 @@ static void pdi_recede_begin(pd_recede *r)
     pd_corrode *m = r->corrode;
     pdi_corrode_repassivate(m);
     m->active = 0;
+    int32_t first = -1, end = 1; /* of the fluid */
     for (int32_t i = 0; i < m->grid->total; i++) {
-        m->active += m->role[i] != PDI_CORRODE_IDLE;
+        int fluid = m->map.role[i] == PDI_ROLE_WHOLE || m->map.role[i] == PDI_ROLE_SHORE;
+        if (fluid && first < 0) first = i;
+        if (fluid) end = i + 1;
+        m->active += m->map.role[i] != PDI_ROLE_IDLE;
         r->reach[i] = r->stock[i] = r->dry[i] = 0.0;
-        if (m->role[i] != PDI_CORRODE_SHORE) { /* the front may have left it behind */
+        if (m->map.role[i] != PDI_ROLE_SHORE) { /* the front may have left it behind */
             r->state[i] = PDI_RECEDE_LAW;
             r->drain[i] = 0.0;
             continue;
         }
         for (int k = 0; k < m->stencil->count; k++) {
-            int32_t j = i + m->shift[k];
-            if (!pdi_corrode_wet(m->phase[j])) r->dry[i] += m->stencil->lap[k];
-            if (m->phase[j] != PDI_CORRODE_SOLID) continue;
+            int32_t j = i + m->map.shift[k];
+            if (!pdi_phase_wet(m->map.phase[j])) r->dry[i] += m->stencil->lap[k];
+            if (m->map.phase[j] != PDI_PHASE_SOLID) continue;
             double weight = m->front.weight[k] * (m->factor ? m->factor[j] : 1.0);
             r->reach[i] += weight;
             r->stock[i] += weight * m->c[j];
         }
     }
+    r->krylov.desc.first = first > 0 ? first : 0;
+    r->krylov.desc.end = end;
 }
 
 /* G [mol/m3/s] of node i at concentration c, with the speed v of the law there. */
@@ -21159,8 +21427,8 @@ static void pdi_recede_balance_run(void *user, int32_t first, int count)
     const pdi_recede_user *u = (const pdi_recede_user *)user;
     const pd_recede *r = u->r;
     const pd_corrode *m = r->corrode;
-    double sum[PDI_CORRODE_PIECE];
-    if (m->role[first] == PDI_CORRODE_EXPOSED) return;
+    double sum[PDI_PHASE_PIECE];
+    if (m->map.role[first] == PDI_ROLE_EXPOSED) return;
     pdi_corrode_spread(m, m->c, first, count, sum);
     for (int b = 0; b < count; b++)
         u->out[first + b] = (r->start[first + b] - m->c[first + b]) / r->dt + m->desc.diffusivity * sum[b];
@@ -21201,8 +21469,8 @@ static pd_status pdi_recede_evaluate(pd_ctx *ctx, pd_recede *r, int settled, int
     pdi_corrode_ghosts(m);
     pdi_corrode_sweep(ctx, m, pdi_recede_balance_run, &user);
     for (int32_t i = 0; i < m->grid->total; i++) {
-        if (m->role[i] == PDI_CORRODE_WHOLE) largest = fmax(largest, fabs(r->balance[i]));
-        if (m->role[i] != PDI_CORRODE_SHORE) continue;
+        if (m->map.role[i] == PDI_ROLE_WHOLE) largest = fmax(largest, fabs(r->balance[i]));
+        if (m->map.role[i] != PDI_ROLE_SHORE) continue;
         double c = fmin(m->c[i], csat), v, less, need = -r->balance[i];
         PDI_TRY(pdi_corrode_law(ctx, m, i, c, &v));
         PDI_TRY(pdi_corrode_law(ctx, m, i, c - probe, &less));
@@ -21229,7 +21497,7 @@ static int pdi_recede_damp(pd_recede *r)
 {
     int any = 0;
     for (int32_t i = 0; i < r->corrode->grid->total; i++) {
-        if (r->corrode->role[i] != PDI_CORRODE_SHORE || !(r->drain[i] < 0.0)) continue;
+        if (r->corrode->map.role[i] != PDI_ROLE_SHORE || !(r->drain[i] < 0.0)) continue;
         r->drain[i] = 0.0;
         any = 1;
     }
@@ -21251,8 +21519,10 @@ static pd_status pdi_recede_solve(pd_ctx *ctx, pd_recede *r)
         PDI_TRY(pdi_recede_evaluate(ctx, r, 0, &turned, &worst));
         if (!turned && worst <= goal) return PD_OK;
         /* saturated nodes have moved to Csat: take the balance there */
-        if (turned) PDI_TRY(pdi_recede_evaluate(ctx, r, 1, &turned, &worst));
-        /* states that change later cost iterations, but fewer than another setup would */
+        if (turned) {
+            PDI_TRY(pdi_recede_evaluate(ctx, r, 1, &turned, &worst));
+            fresh = 0; /* a setup costs less than the iterations that it saves */
+        }
         if (!fresh) PDI_TRY(pdi_recede_setup(ctx, r));
         r->krylov.desc.rtol = PDI_RECEDE_FORCING;
         r->krylov.desc.atol = 0.1 * goal * m->desc.saturation / r->dt;
@@ -21282,7 +21552,7 @@ static double pdi_recede_error(pd_recede *r)
     int64_t nodes = 0;
     double ratio = r->last_dt > 0.0 ? r->dt / r->last_dt : 0.0;
     for (int32_t i = 0; i < m->grid->total; i++) {
-        if (m->role[i] != PDI_CORRODE_WHOLE && m->role[i] != PDI_CORRODE_SHORE) continue;
+        if (m->map.role[i] != PDI_ROLE_WHOLE && m->map.role[i] != PDI_ROLE_SHORE) continue;
         double moved = m->c[i] - r->start[i], error = 0.5 * (moved - ratio * r->moved[i]) / m->desc.saturation;
         pdi_sum_add(&sum, error * error);
         r->moved[i] = moved;
@@ -21307,7 +21577,6 @@ pd_status pd_recede_step(pd_ctx *ctx, pd_recede *r, double dt)
         pdi_corrode_exchange(ctx, m, dt);
         lost = pdi_corrode_lost(m);
         spare = pdi_corrode_spare(m);
-        m->base = m->c;
     }
     r->retry_dt = spare < 1.0 ? spare * dt : 0.5 * dt;
     if (status == PD_OK && spare < 1.0)
@@ -21318,12 +21587,14 @@ pd_status pd_recede_step(pd_ctx *ctx, pd_recede *r, double dt)
                           dt, lost, most);
     if (status != PD_OK) {
         pdi_par_copy(ctx, m->grid->total, r->start, m->c);
+        m->base = m->c;
         r->rejected++;
         return status;
     }
     double error = pdi_recede_error(r);
     if (r->turned) error = 0.0;
     pdi_corrode_commit(m, dt);
+    m->base = m->c;
     r->next_dt = dt * fmin(PDI_RECEDE_GROWTH, error > 0.0 ? 0.9 * sqrt(r->desc.rtol / error) : PDI_RECEDE_GROWTH);
     r->front_dt = lost > 0.0 ? dt * r->desc.share / lost : HUGE_VAL;
     r->last_dt = dt;
@@ -22094,8 +22365,9 @@ static void pdi_budget_metal(const pd_setup *u, pd_budget *b)
     if (u->has_grains) b->bytes[PD_PART_GRAIN] = 12.0 * b->nodes; /* and shares, which do not stay: 4 */
     if (u->has_dissolve) b->bytes[PD_PART_DISSOLVE] = 33.0 * b->nodes + 4.0 * fmin(b->solid, b->cut);
     if (!u->has_corrode) return;
-    b->bytes[PD_PART_CORRODE] = (26.0 + (u->passive >= 0)) * b->nodes + 8.0 * (b->nodes - b->cells) + 4.0 * b->cells +
+    b->bytes[PD_PART_CORRODE] = (28.0 + (u->passive >= 0)) * b->nodes + 9.0 * (b->nodes - b->cells) + 4.0 * b->cells +
                                 4.0 * b->solid;
+    if (u->drive == PD_DRIVE_CONSTANT) b->bytes[PD_PART_CORRODE] += 8.0 * b->nodes;
     if (u->has_grains) b->bytes[PD_PART_CORRODE] += 8.0 * b->nodes;
     if (u->stochastic) b->bytes[PD_PART_CORRODE] += 10.0 * b->nodes;
     if (u->repassivation > 0.0) b->bytes[PD_PART_CORRODE] += b->nodes;

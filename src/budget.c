@@ -130,8 +130,9 @@ static void pdi_budget_metal(const pd_setup *u, pd_budget *b)
     if (u->has_grains) b->bytes[PD_PART_GRAIN] = 12.0 * b->nodes; /* and shares, which do not stay: 4 */
     if (u->has_dissolve) b->bytes[PD_PART_DISSOLVE] = 33.0 * b->nodes + 4.0 * fmin(b->solid, b->cut);
     if (!u->has_corrode) return;
-    b->bytes[PD_PART_CORRODE] = (26.0 + (u->passive >= 0)) * b->nodes + 8.0 * (b->nodes - b->cells) + 4.0 * b->cells +
+    b->bytes[PD_PART_CORRODE] = (28.0 + (u->passive >= 0)) * b->nodes + 9.0 * (b->nodes - b->cells) + 4.0 * b->cells +
                                 4.0 * b->solid;
+    if (u->drive == PD_DRIVE_CONSTANT) b->bytes[PD_PART_CORRODE] += 8.0 * b->nodes;
     if (u->has_grains) b->bytes[PD_PART_CORRODE] += 8.0 * b->nodes;
     if (u->stochastic) b->bytes[PD_PART_CORRODE] += 10.0 * b->nodes;
     if (u->repassivation > 0.0) b->bytes[PD_PART_CORRODE] += b->nodes;

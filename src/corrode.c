@@ -25,190 +25,109 @@ PDI_FN void pdi_corrode_laplacian(const pd_corrode *r, const double *c, int32_t 
     c += first;
     for (int b = 0; b < count; b++) sum[b] = 0.0;
     for (int k = 0; k < s->count / 2; k++) {
-        const double *far = c + r->shift[k], *back = c - r->shift[k];
+        const double *far = c + r->map.shift[k], *back = c - r->map.shift[k];
         for (int b = 0; b < count; b++) sum[b] += s->lap[k] * ((far[b] - c[b]) + (back[b] - c[b]));
     }
 }
 
 PDI_FN void pdi_corrode_spread(const pd_corrode *r, const double *c, int32_t first, int count, double *sum)
 {
-    if (r->role[first] == PDI_CORRODE_WHOLE) {
+    if (r->map.role[first] == PDI_ROLE_WHOLE) {
         pdi_corrode_laplacian(r, c, first, count, sum);
         return;
     }
     c += first;
     for (int b = 0; b < count; b++) sum[b] = 0.0;
     for (int k = 0; k < r->stencil->count; k++) {
-        const double *far = c + r->shift[k], lap = r->stencil->lap[k];
-        const uint8_t *there = r->phase + first + r->shift[k];
-        for (int b = 0; b < count; b++) sum[b] += pdi_corrode_wet(there[b]) ? lap * (far[b] - c[b]) : 0.0;
+        const double *far = c + r->map.shift[k], lap = r->stencil->lap[k];
+        const uint8_t *there = r->map.phase + first + r->map.shift[k];
+        for (int b = 0; b < count; b++) sum[b] += pdi_phase_wet(there[b]) ? lap * (far[b] - c[b]) : 0.0;
     }
 }
 
 /* Fluid nodes of one role, consecutive along axis 0, gain by diffusion. */
 static void pdi_corrode_whole(pd_corrode *r, int32_t first, int count, double dt)
 {
-    double sum[PDI_CORRODE_PIECE];
+    double sum[PDI_PHASE_PIECE];
     pdi_corrode_spread(r, r->c, first, count, sum);
     for (int b = 0; b < count; b++) r->next[first + b] = r->base[first + b] + dt * r->desc.diffusivity * sum[b];
+}
+
+/* Runs of nodes of which the sums are not known. */
+static int pdi_corrode_stale(const double *sum, int count, int *at)
+{
+    while (*at < count && !(sum[*at] < 0.0)) ++*at;
+    int end = *at;
+    while (end < count && sum[end] < 0.0) end++;
+    return end - *at;
+}
+
+/* Fluid beside metal: sum b f over the metal in reach, times C_j - C_i where the drive is that. */
+static void pdi_corrode_reach(const pd_corrode *r, int32_t first, int count, double *PD_RESTRICT metal)
+{
+    const double *c = r->c + first;
+    double ones[PDI_PHASE_PIECE];
+    int difference = r->desc.drive == PD_DRIVE_DIFFERENCE;
+    for (int b = 0; b < count; b++) metal[b] = 0.0;
+    for (int b = 0; b < count; b++) ones[b] = 1.0;
+    for (int k = 0; k < r->stencil->count; k++) {
+        const double *far = c + r->map.shift[k], weight = r->front.weight[k];
+        const double *factor = r->factor ? r->factor + first + r->map.shift[k] : ones;
+        const uint8_t *there = r->map.phase + first + r->map.shift[k];
+        for (int b = 0; b < count; b++)
+            metal[b] += there[b] == PDI_PHASE_SOLID ? weight * factor[b] * (difference ? far[b] - c[b] : 1.0) : 0.0;
+    }
 }
 
 /* Those beside metal or wall also gain from the metal. */
 static void pdi_corrode_shore(pd_corrode *r, int32_t first, int count, double dt)
 {
-    const double *c = r->c + first;
     double diffusivity = r->desc.diffusivity, scale = pdi_corrode_scale(r);
-    double spread[PDI_CORRODE_PIECE], metal[PDI_CORRODE_PIECE], ones[PDI_CORRODE_PIECE];
-    int difference = r->desc.drive == PD_DRIVE_DIFFERENCE;
+    double spread[PDI_PHASE_PIECE], now[PDI_PHASE_PIECE], *metal = r->sum ? r->sum + first : now;
     if (r->desc.activation) memset(spread, 0, sizeof spread);
     else pdi_corrode_spread(r, r->c, first, count, spread);
-    memset(metal, 0, sizeof metal);
-    for (int b = 0; b < count; b++) ones[b] = 1.0;
-    for (int k = 0; k < r->stencil->count; k++) {
-        const double *far = c + r->shift[k], weight = r->front.weight[k];
-        const double *factor = r->factor ? r->factor + first + r->shift[k] : ones;
-        const uint8_t *there = r->phase + first + r->shift[k];
-        for (int b = 0; b < count; b++)
-            metal[b] += there[b] == PDI_CORRODE_SOLID ? weight * factor[b] * (difference ? far[b] - c[b] : 1.0) : 0.0;
-    }
+    if (!r->sum) pdi_corrode_reach(r, first, count, metal);
+    for (int at = 0, run; r->sum && (run = pdi_corrode_stale(metal, count, &at)) > 0; at += run)
+        pdi_corrode_reach(r, first + at, run, metal + at);
     for (int b = 0; b < count; b++)
         r->next[first + b] =
             r->base[first + b] + dt * (diffusivity * spread[b] + r->speed[first + b] * scale * metal[b]);
 }
 
-/* Solid nodes lose to attacking fluid; all others have the speed 0. */
-static void pdi_corrode_exposed(pd_corrode *r, int32_t first, int count, double dt)
+/* Solid nodes: sum v b over the fluid in reach, times C_i - C_j where the drive is that. All but attacking fluid has
+ * the speed 0. */
+static void pdi_corrode_attack(const pd_corrode *r, int32_t first, int count, double *PD_RESTRICT loss)
 {
     const double *c = r->c + first;
-    double loss[PDI_CORRODE_PIECE], scale = pdi_corrode_scale(r);
     int difference = r->desc.drive == PD_DRIVE_DIFFERENCE;
-    memset(loss, 0, sizeof loss);
+    for (int b = 0; b < count; b++) loss[b] = 0.0;
     for (int k = 0; k < r->stencil->count; k++) {
-        const double *far = c + r->shift[k], *speed = r->speed + first + r->shift[k], weight = r->front.weight[k];
+        const double *far = c + r->map.shift[k], *speed = r->speed + first + r->map.shift[k];
+        double weight = r->front.weight[k];
         for (int b = 0; b < count; b++) loss[b] += speed[b] * (weight * (difference ? c[b] - far[b] : 1.0));
     }
-    for (int b = 0; b < count && r->factor; b++) loss[b] *= r->factor[first + b];
-    for (int b = 0; b < count; b++) r->next[first + b] = r->base[first + b] - dt * scale * loss[b];
 }
 
-/* Pieces of the rows of the box, and the first node and length of one. */
-static int32_t pdi_corrode_pieces(const pd_grid *grid)
+static void pdi_corrode_exposed(pd_corrode *r, int32_t first, int count, double dt)
 {
-    int32_t rows = 1;
-    for (int d = 1; d < PD_DIM; d++) rows *= (int32_t)grid->n[d];
-    return rows * (int32_t)((grid->n[0] + PDI_CORRODE_PIECE - 1) / PDI_CORRODE_PIECE);
-}
-
-static int32_t pdi_corrode_place(const pd_grid *grid, int32_t piece, int *count)
-{
-    int32_t per_row = (int32_t)((grid->n[0] + PDI_CORRODE_PIECE - 1) / PDI_CORRODE_PIECE), row = piece / per_row;
-    int i[PD_DIM];
-    i[0] = (int)(piece % per_row) * PDI_CORRODE_PIECE;
-    for (int d = 1; d < PD_DIM; d++) {
-        i[d] = (int)(row % grid->n[d]);
-        row /= (int32_t)grid->n[d];
-    }
-    *count = grid->n[0] - i[0] < PDI_CORRODE_PIECE ? grid->n[0] - i[0] : PDI_CORRODE_PIECE;
-    return pd_grid_node(grid, i);
-}
-
-static uint8_t pdi_corrode_role(const pd_corrode *r, int32_t i)
-{
-    uint8_t here = r->phase[i];
-    int wet = 0;
-    if (here == PDI_CORRODE_NONE) return PDI_CORRODE_IDLE;
-    for (int k = 0; k < r->stencil->count; k++) wet += pdi_corrode_wet(r->phase[i + r->shift[k]]);
-    if (here == PDI_CORRODE_SOLID) return wet ? PDI_CORRODE_EXPOSED : PDI_CORRODE_IDLE;
-    return wet == r->stencil->count ? PDI_CORRODE_WHOLE : PDI_CORRODE_SHORE;
-}
-
-static void pdi_corrode_roles(pd_corrode *r)
-{
-    for (int32_t p = 0; p < pdi_corrode_pieces(r->grid); p++) {
-        int count;
-        int32_t first = pdi_corrode_place(r->grid, p, &count);
-        for (int32_t i = first; i < first + count; i++) r->role[i] = pdi_corrode_role(r, i);
-    }
-}
-
-/* Behind an odd number of held planes. */
-static int pdi_corrode_is_held(const pd_grid *grid, int32_t node)
-{
-    int i[PD_DIM], held = 0;
-    pdi_grid_index(grid, node, i);
-    for (int d = 0; d < PD_DIM; d++)
-        if (i[d] < 0 || i[d] >= grid->n[d]) held ^= pdi_grid_port(grid->side[2 * d + (i[d] < 0 ? 0 : 1)]);
-    return held;
-}
-
-/* The phase of a ghost is that of its source. Solid is not continued behind held planes. */
-static void pdi_corrode_ghost_phases(pd_corrode *r)
-{
-    for (int32_t g = 0; g < r->ghosts; g++) {
-        uint8_t phase = r->phase[r->source[g]];
-        if (pdi_corrode_is_held(r->grid, r->ghost[g]))
-            phase = phase == PDI_CORRODE_FLUID ? PDI_CORRODE_HELD : PDI_CORRODE_NONE;
-        r->phase[r->ghost[g]] = phase;
-    }
-}
-
-/* Phases and roles of all nodes, from their kinds. */
-static void pdi_corrode_phases(pd_corrode *r)
-{
-    for (int32_t i = 0; i < r->grid->total; i++) {
-        if (r->grid->kind[i] == PD_SOLID) r->phase[i] = PDI_CORRODE_SOLID;
-        if (r->grid->kind[i] == PD_FLUID) r->phase[i] = PDI_CORRODE_FLUID;
-    }
-    pdi_corrode_ghost_phases(r);
-    pdi_corrode_roles(r);
+    double now[PDI_PHASE_PIECE], scale = pdi_corrode_scale(r);
+    int kept = r->sum && r->desc.activation;
+    double *loss = kept ? r->sum + first : now;
+    if (!kept) pdi_corrode_attack(r, first, count, loss);
+    for (int at = 0, run; kept && (run = pdi_corrode_stale(loss, count, &at)) > 0; at += run)
+        pdi_corrode_attack(r, first + at, run, loss + at);
+    for (int b = 0; b < count; b++)
+        r->next[first + b] = r->base[first + b] - dt * scale * (r->factor ? loss[b] * r->factor[first + b] : loss[b]);
 }
 
 /* Values of ghosts: odd about `bulk` behind held planes. */
 PDI_FN void pdi_corrode_ghosts(pd_corrode *r)
 {
-    for (int32_t g = 0; g < r->ghosts; g++) {
-        int32_t at = r->ghost[g], from = r->source[g];
-        r->c[at] = r->phase[at] == PDI_CORRODE_HELD ? 2.0 * r->desc.bulk - r->c[from] : r->c[from];
+    for (int32_t g = 0; g < r->map.ghosts; g++) {
+        int32_t at = r->map.ghost[g], from = r->map.source[g];
+        r->c[at] = r->map.phase[at] == PDI_PHASE_HELD ? 2.0 * r->desc.bulk - r->c[from] : r->c[from];
         r->speed[at] = r->speed[from];
     }
-}
-
-/* 1 for nodes of the box within reach of a held side. */
-static int pdi_corrode_is_border(const pd_grid *grid, int32_t node)
-{
-    int i[PD_DIM], near_side = 0;
-    pdi_grid_index(grid, node, i);
-    if (!pdi_grid_inside(grid, i)) return 0;
-    for (int d = 0; d < PD_DIM; d++)
-        near_side |= (i[d] < grid->ghost && pdi_grid_port(grid->side[2 * d])) ||
-                     (i[d] >= grid->n[d] - grid->ghost && pdi_grid_port(grid->side[2 * d + 1]));
-    return near_side;
-}
-
-static pd_status pdi_corrode_list_ghosts(pd_ctx *ctx, pd_corrode *r)
-{
-    const pd_grid *grid = r->grid;
-    int32_t inside = 1;
-    for (int d = 0; d < PD_DIM; d++) {
-        inside *= (int32_t)grid->n[d];
-        if ((pdi_grid_port(grid->side[2 * d]) || pdi_grid_port(grid->side[2 * d + 1])) && grid->n[d] < grid->ghost)
-            return pdi_fail(ctx, PD_ERR_GEOMETRY, "corrode",
-                            "the box is %d cells long on axis %d, with held sides expected at least a horizon: %d",
-                            grid->n[d], d, grid->ghost);
-    }
-    PDI_TRY(PDI_NEW(ctx, "corrode", grid->total - inside, r->ghost));
-    PDI_TRY(PDI_NEW(ctx, "corrode", grid->total - inside, r->source));
-    for (int32_t node = 0; node < grid->total; node++) {
-        int i[PD_DIM];
-        pdi_grid_index(grid, node, i);
-        if (pdi_grid_inside(grid, i)) continue;
-        r->ghost[r->ghosts] = node;
-        r->source[r->ghosts++] = pdi_grid_image(grid, node, NULL);
-    }
-    PDI_TRY(PDI_NEW(ctx, "corrode", inside, r->border));
-    for (int32_t node = 0; node < grid->total; node++)
-        if (pdi_corrode_is_border(grid, node)) r->border[r->borders++] = node;
-    return PD_OK;
 }
 
 static pd_status pdi_corrode_check(pd_ctx *ctx, const pd_grid *grid, const pd_corrode_desc *desc)
@@ -243,15 +162,13 @@ static pd_status pdi_corrode_check(pd_ctx *ctx, const pd_grid *grid, const pd_co
 static pd_status pdi_corrode_allocate(pd_ctx *ctx, pd_corrode *r)
 {
     int32_t total = r->grid->total;
-    PDI_TRY(PDI_NEW(ctx, "corrode", r->stencil->count, r->shift));
     PDI_TRY(PDI_NEW(ctx, "corrode", r->stencil->line_first[r->stencil->kinds], r->line_shift));
     PDI_TRY(PDI_NEW(ctx, "corrode", r->stencil->count, r->scratch));
     PDI_TRY(PDI_NEW(ctx, "corrode", total, r->c));
     r->base = r->c;
     PDI_TRY(PDI_NEW(ctx, "corrode", total, r->next));
     PDI_TRY(PDI_NEW(ctx, "corrode", total, r->speed));
-    PDI_TRY(PDI_NEW(ctx, "corrode", total, r->phase));
-    PDI_TRY(PDI_NEW(ctx, "corrode", total, r->role));
+    if (r->desc.drive == PD_DRIVE_CONSTANT) PDI_TRY(PDI_NEW(ctx, "corrode", total, r->sum));
     if (r->desc.repassivation > 0.0) PDI_TRY(PDI_NEW(ctx, "corrode", total, r->film));
     r->changed_capacity = (int32_t)r->grid->solid_count;
     return PDI_NEW(ctx, "corrode", r->changed_capacity, r->changed);
@@ -272,7 +189,7 @@ static pd_status pdi_corrode_factors(pd_ctx *ctx, pd_corrode *r)
         r->factor[i] = given[i];
         r->highest = fmax(r->highest, given[i]);
     }
-    for (int32_t g = 0; g < r->ghosts; g++) r->factor[r->ghost[g]] = r->factor[r->source[g]];
+    for (int32_t g = 0; g < r->map.ghosts; g++) r->factor[r->map.ghost[g]] = r->factor[r->map.source[g]];
     return PD_OK;
 }
 
@@ -280,7 +197,7 @@ static pd_status pdi_corrode_factors(pd_ctx *ctx, pd_corrode *r)
 static pd_status pdi_corrode_bonds(pd_ctx *ctx, pd_corrode *r)
 {
     const pd_stencil *s = r->stencil;
-    int32_t pieces = pdi_corrode_pieces(r->grid);
+    int32_t pieces = pdi_phase_pieces(&r->map);
     int nt = pdi_par_threads(ctx, (int64_t)r->grid->solid_count * s->count);
     (void)nt;
     if (!r->desc.stochastic) return PD_OK;
@@ -289,11 +206,11 @@ static pd_status pdi_corrode_bonds(pd_ctx *ctx, pd_corrode *r)
     PDI_PARALLEL_FOR(nt)
     for (int32_t p = 0; p < pieces; p++) {
         int count;
-        int32_t first = pdi_corrode_place(r->grid, p, &count);
+        int32_t first = pdi_phase_place(&r->map, p, &count);
         for (int32_t i = first; i < first + count; i++) {
             int bonds = 0;
-            if (r->phase[i] != PDI_CORRODE_SOLID) continue;
-            for (int k = 0; k < s->count; k++) bonds += r->phase[i + r->shift[k]] == PDI_CORRODE_SOLID;
+            if (r->map.phase[i] != PDI_PHASE_SOLID) continue;
+            for (int k = 0; k < s->count; k++) bonds += r->map.phase[i + r->map.shift[k]] == PDI_PHASE_SOLID;
             r->bonds[i] = (uint16_t)bonds;
             r->last[i] = r->desc.saturation + (1.0 - pdi_damage_last(r->desc.seed, i, bonds)) * r->span;
         }
@@ -315,14 +232,11 @@ pd_status pd_corrode_build(pd_ctx *ctx, pd_grid *grid, const pd_stencil *stencil
     r->log_ratio = log(desc->solid / desc->saturation);
     PDI_TRY(pd_front_build(ctx, stencil, desc->kernel, desc->weights, &r->front));
     PDI_TRY(pdi_corrode_allocate(ctx, r));
-    PDI_TRY(pdi_corrode_list_ghosts(ctx, r));
+    PDI_TRY(pdi_phase_build(ctx, grid, stencil, &r->map));
+    for (int32_t i = 0; i < grid->total && r->sum; i++) r->sum[i] = -1.0;
     PDI_TRY(pdi_corrode_factors(ctx, r));
     pdi_grid_line_shift(grid, stencil, r->line_shift);
-    for (int k = 0; k < stencil->count; k++) {
-        for (int d = 0; d < PD_DIM; d++) r->shift[k] += (int32_t)stencil->offset[k * PD_DIM + d] * grid->stride[d];
-        r->diffusion += desc->diffusivity * stencil->lap[k];
-    }
-    pdi_corrode_phases(r);
+    for (int k = 0; k < stencil->count; k++) r->diffusion += desc->diffusivity * stencil->lap[k];
     for (int32_t i = 0; i < grid->total; i++) {
         if (grid->kind[i] == PD_SOLID) r->c[i] = desc->solid;
         if (grid->kind[i] == PD_FLUID) r->c[i] = desc->activation ? desc->bulk : desc->initial;
@@ -335,24 +249,24 @@ pd_status pd_corrode_build(pd_ctx *ctx, pd_grid *grid, const pd_stencil *stencil
 static double pdi_corrode_amount(const pd_corrode *r, uint8_t phase)
 {
     pdi_sum sum = {0.0, 0.0};
-    for (int32_t p = 0; p < pdi_corrode_pieces(r->grid); p++) {
+    for (int32_t p = 0; p < pdi_phase_pieces(&r->map); p++) {
         int count;
-        int32_t first = pdi_corrode_place(r->grid, p, &count);
+        int32_t first = pdi_phase_place(&r->map, p, &count);
         for (int32_t i = first; i < first + count; i++)
-            if (r->phase[i] == phase) pdi_sum_add(&sum, r->c[i]);
+            if (r->map.phase[i] == phase) pdi_sum_add(&sum, r->c[i]);
     }
     return pdi_sum_total(&sum) * r->stencil->volume;
 }
 
-double pd_corrode_solid(const pd_corrode *r) { return pdi_corrode_amount(r, PDI_CORRODE_SOLID); }
+double pd_corrode_solid(const pd_corrode *r) { return pdi_corrode_amount(r, PDI_PHASE_SOLID); }
 
-double pd_corrode_dissolved(const pd_corrode *r) { return pdi_corrode_amount(r, PDI_CORRODE_FLUID); }
+double pd_corrode_dissolved(const pd_corrode *r) { return pdi_corrode_amount(r, PDI_PHASE_FLUID); }
 
 double pd_corrode_damage(const pd_corrode *r, int32_t node)
 {
     double expected = fmin((r->desc.solid - r->c[node]) / r->span, 1.0);
-    if (r->phase[node] == PDI_CORRODE_FLUID) return 1.0;
-    if (r->phase[node] != PDI_CORRODE_SOLID) return 0.0;
+    if (r->map.phase[node] == PDI_PHASE_FLUID) return 1.0;
+    if (r->map.phase[node] != PDI_PHASE_SOLID) return 0.0;
     return r->bonds ? pdi_damage_broken(r->desc.seed, node, r->bonds[node], expected) : expected;
 }
 
@@ -386,13 +300,19 @@ static void pdi_corrode_rinse(pd_corrode *r, int32_t i)
 PDI_FN void pdi_corrode_repassivate(pd_corrode *r)
 {
     for (int32_t i = 0; i < r->grid->total && r->film; i++)
-        if (r->role[i] == PDI_CORRODE_SHORE && r->c[i] < r->desc.repassivation) r->film[i] = 1;
+        if (r->map.role[i] == PDI_ROLE_SHORE && r->c[i] < r->desc.repassivation) r->film[i] = 1;
+}
+
+/* 1: there is a passive film in front of fluid node i. */
+static int pdi_corrode_passive(const pd_corrode *r, int32_t i)
+{
+    return (r->desc.passive && r->desc.passive[i]) || (r->film && r->film[i]);
 }
 
 PDI_FN pd_status pdi_corrode_law(pd_ctx *ctx, const pd_corrode *r, int32_t i, double c, double *speed)
 {
     *speed = 0.0;
-    if ((r->desc.passive && r->desc.passive[i]) || (r->film && r->film[i])) return PD_OK;
+    if (pdi_corrode_passive(r, i)) return PD_OK;
     double v = r->desc.rate(r->desc.rate_user, c);
     if (!(fabs(v) < 1e100)) {
         double x[PD_DIM];
@@ -405,29 +325,58 @@ PDI_FN pd_status pdi_corrode_law(pd_ctx *ctx, const pd_corrode *r, int32_t i, do
     return PD_OK;
 }
 
-/* Speed of the law at every fluid node beside the front, and how many nodes take part. The salt layer is nothing but a
- * look at c. */
+/* Under activation control: the metal in reach of fluid node i loses otherwise than before. */
+static void pdi_corrode_alarm(pd_corrode *r, int32_t i)
+{
+    if (!r->sum || !r->desc.activation) return;
+    int deep = pdi_phase_deep(&r->map, i);
+    r->alarmed = 1;
+    for (int k = 0; k < r->stencil->count; k++) {
+        int32_t j = i + r->map.shift[k];
+        if (r->map.phase[j] == PDI_PHASE_SOLID) r->sum[pdi_phase_home(&r->map, deep, j)] = -1.0;
+    }
+}
+
+/* Speeds at the fluid nodes first .. end-1 beside the front, *c and *law: what the law gave last. The salt layer is
+ * nothing but a look at c. */
+static pd_status pdi_corrode_speeds(pd_ctx *ctx, pd_corrode *r, int32_t first, int32_t end, double *c, double *law)
+{
+    for (int32_t i = first; i < end; i++) {
+        double speed = 0.0;
+        if (r->c[i] < r->desc.saturation && !pdi_corrode_passive(r, i)) {
+            if (r->c[i] < *c || r->c[i] > *c) PDI_TRY(pdi_corrode_law(ctx, r, i, r->c[i], law));
+            *c = r->c[i];
+            speed = *law;
+        }
+        if (speed > r->fastest) r->fastest = speed;
+        if (speed < r->speed[i] || speed > r->speed[i]) pdi_corrode_alarm(r, i);
+        r->speed[i] = speed;
+    }
+    return PD_OK;
+}
+
+/* Speed of the law at every fluid node beside the front, and how many nodes take part. Metal sees no fluid of another
+ * role. */
 static pd_status pdi_corrode_prepare(pd_ctx *ctx, pd_corrode *r)
 {
+    double c = -1.0, law = 0.0;
     r->fastest = 0.0;
     r->active = 0;
+    r->alarmed = r->desc.activation && r->sum ? 0 : 1;
     for (int32_t n = 0; n < r->changed_count && r->desc.activation; n++) pdi_corrode_rinse(r, r->changed[n]);
     pdi_corrode_repassivate(r);
-    for (int32_t p = 0; p < pdi_corrode_pieces(r->grid); p++) {
+    for (int32_t p = 0; p < pdi_phase_pieces(&r->map); p++) {
         int count;
-        int32_t first = pdi_corrode_place(r->grid, p, &count);
-        for (int32_t i = first; i < first + count; i++) {
-            uint8_t role = r->role[i];
-            r->active += role > PDI_CORRODE_WHOLE || (role == PDI_CORRODE_WHOLE && !r->desc.activation);
-            /* metal sees no fluid of another role */
-            if (role != PDI_CORRODE_SHORE) continue;
-            r->speed[i] = 0.0;
-            if (!(r->c[i] < r->desc.saturation)) continue;
-            PDI_TRY(pdi_corrode_law(ctx, r, i, r->c[i], r->speed + i));
-            r->fastest = fmax(r->fastest, r->speed[i]);
+        int32_t first = pdi_phase_place(&r->map, p, &count), end = first + count, next;
+        for (int32_t i = first; i < end; i = next) {
+            uint8_t role = r->map.role[i];
+            next = pdi_phase_same(&r->map, i, end);
+            if (role > PDI_ROLE_WHOLE || (role == PDI_ROLE_WHOLE && !r->desc.activation)) r->active += next - i;
+            if (role == PDI_ROLE_SHORE) PDI_TRY(pdi_corrode_speeds(ctx, r, i, next, &c, &law));
         }
     }
-    pdi_corrode_ghosts(r);
+    /* where sums are kept, ghosts tell nothing but speeds */
+    if (r->alarmed) pdi_corrode_ghosts(r);
     return PD_OK;
 }
 
@@ -469,13 +418,13 @@ pd_status pd_corrode_limit(pd_ctx *ctx, pd_corrode *r, double *limit)
 /* What bonds to held ghosts take from node i [mol/m3/s]. */
 static double pdi_corrode_leak(const pd_corrode *r, int32_t i)
 {
-    int solid = r->phase[i] == PDI_CORRODE_SOLID, difference = r->desc.drive == PD_DRIVE_DIFFERENCE;
+    int solid = r->map.phase[i] == PDI_PHASE_SOLID, difference = r->desc.drive == PD_DRIVE_DIFFERENCE;
     double sum = 0.0, scale = solid ? pdi_corrode_scale(r) : r->desc.activation ? 0.0 : r->desc.diffusivity;
-    if (r->phase[i] == PDI_CORRODE_NONE || r->role[i] == PDI_CORRODE_IDLE || !(scale > 0.0)) return 0.0;
+    if (r->map.phase[i] == PDI_PHASE_NONE || r->map.role[i] == PDI_ROLE_IDLE || !(scale > 0.0)) return 0.0;
     for (int k = 0; k < r->stencil->count; k++) {
-        int32_t j = i + r->shift[k];
+        int32_t j = i + r->map.shift[k];
         double step = r->c[i] - r->c[j];
-        if (r->phase[j] != PDI_CORRODE_HELD) continue;
+        if (r->map.phase[j] != PDI_PHASE_HELD) continue;
         if (solid) sum += r->speed[j] * (r->front.weight[k] * (difference ? step : 1.0));
         else sum += r->stencil->lap[k] * step;
     }
@@ -483,21 +432,16 @@ static double pdi_corrode_leak(const pd_corrode *r, int32_t i)
     return scale * sum;
 }
 
-/* Solid nodes at their end turn fluid; roles within one reach of them and of their ghosts change. */
+/* Solid nodes at their end turn fluid; sums of nodes in their reach are not known any more. */
 static void pdi_corrode_turn(pd_corrode *r)
 {
-    for (int32_t n = 0; n < r->changed_count; n++) {
-        r->phase[r->changed[n]] = PDI_CORRODE_FLUID;
-        pdi_grid_dissolve(r->grid, r->changed[n]);
-    }
-    pdi_corrode_ghost_phases(r);
-    for (int32_t n = 0; n < r->changed_count; n++) {
-        int32_t at = r->changed[n];
-        r->role[at] = pdi_corrode_role(r, at);
-        for (int k = 0; k < r->stencil->count; k++) {
-            int32_t near_node = pdi_grid_image(r->grid, at + r->shift[k], NULL);
-            r->role[near_node] = pdi_corrode_role(r, near_node);
-        }
+    for (int32_t n = 0; n < r->changed_count; n++) pdi_grid_dissolve(r->grid, r->changed[n]);
+    pdi_phase_turn(&r->map, r->changed, r->changed_count);
+    for (int32_t n = 0; n < r->changed_count && r->sum; n++) {
+        int deep = pdi_phase_deep(&r->map, r->changed[n]);
+        r->sum[r->changed[n]] = -1.0;
+        for (int k = 0; k < r->stencil->count; k++)
+            r->sum[pdi_phase_home(&r->map, deep, r->changed[n] + r->map.shift[k])] = -1.0;
     }
 }
 
@@ -505,11 +449,12 @@ static void pdi_corrode_turn(pd_corrode *r)
 static double pdi_corrode_behind(const pd_corrode *r, int32_t i, int dry, double *weight)
 {
     double sum = 0.0;
+    int deep = pdi_phase_deep(&r->map, i);
     for (int k = 0; k < r->stencil->count; k++) {
-        int32_t j = i + r->shift[k];
-        int32_t at = pdi_grid_image(r->grid, j, NULL);
-        int metal = r->phase[j] == PDI_CORRODE_SOLID && r->c[at] > pdi_corrode_end(r, at);
-        int fluid = r->phase[j] == PDI_CORRODE_FLUID && r->c[at] > 0.0;
+        int32_t j = i + r->map.shift[k];
+        int32_t at = pdi_phase_home(&r->map, deep, j);
+        int metal = r->map.phase[j] == PDI_PHASE_SOLID && r->c[at] > pdi_corrode_end(r, at);
+        int fluid = r->map.phase[j] == PDI_PHASE_FLUID && r->c[at] > 0.0;
         weight[k] = r->front.weight[k] * (dry ? metal : fluid ? r->speed[at] : 0.0);
         sum += weight[k];
     }
@@ -521,12 +466,13 @@ static double pdi_corrode_behind(const pd_corrode *r, int32_t i, int dry, double
 static double pdi_corrode_collect(pd_corrode *r, int32_t i, int dry, double deficit)
 {
     double sum, left = deficit;
+    int deep = pdi_phase_deep(&r->map, i);
     while (left > 0.0 && (sum = pdi_corrode_behind(r, i, dry, r->scratch)) > 0.0) {
         double given = 0.0;
         int exhausted = 0;
         for (int k = 0; k < r->stencil->count; k++) {
             double part = left * (r->scratch[k] / sum);
-            int32_t at = pdi_grid_image(r->grid, i + r->shift[k], NULL);
+            int32_t at = pdi_phase_home(&r->map, deep, i + r->map.shift[k]);
             double *from = &r->c[at], keep = dry ? pdi_corrode_end(r, at) : 0.0;
             if (!(part > 0.0)) continue;
             if (part >= *from - keep) {
@@ -540,6 +486,51 @@ static double pdi_corrode_collect(pd_corrode *r, int32_t i, int dry, double defi
         left = exhausted ? left - given : 0.0;
     }
     return left;
+}
+
+/* Metal in the reach of node i takes what that has above its end, in proportion to the weights, none more than whole
+ * metal has. Nodes that turn in the next step take nothing: hand-over within a layer would roughen the front. What is
+ * left goes round, and stays where nobody takes it. */
+static void pdi_corrode_pass_on(pd_corrode *r, int32_t i)
+{
+    double left = r->c[i] - pdi_corrode_end(r, i);
+    int deep = pdi_phase_deep(&r->map, i), full = 1;
+    while (left > 0.0 && full) {
+        double sum = 0.0, given = 0.0;
+        full = 0;
+        for (int k = 0; k < r->stencil->count; k++) {
+            int32_t j = i + r->map.shift[k], at = pdi_phase_home(&r->map, deep, j);
+            int metal = r->map.phase[j] == PDI_PHASE_SOLID && r->map.role[at] == PDI_ROLE_EXPOSED;
+            int takes = metal && r->c[at] < r->desc.solid &&
+                        r->c[at] - pdi_corrode_end(r, at) > r->base[at] - r->c[at];
+            r->scratch[k] = takes ? r->front.weight[k] : 0.0;
+            sum += r->scratch[k];
+        }
+        if (!(sum > 0.0)) break;
+        for (int k = 0; k < r->stencil->count; k++) {
+            int32_t at = pdi_phase_home(&r->map, deep, i + r->map.shift[k]);
+            double part = left * (r->scratch[k] / sum), room = r->desc.solid - r->c[at];
+            if (!(part > 0.0)) continue;
+            full |= part >= room;
+            part = part < room ? part : fmax(room, 0.0);
+            r->c[at] = part < room ? r->c[at] + part : r->desc.solid;
+            given += part;
+        }
+        left = full ? left - given : 0.0;
+    }
+    r->c[i] = pdi_corrode_end(r, i) + fmax(left, 0.0);
+}
+
+/* Nodes that turn before their end pass on what they have above it; those that cannot do not turn yet. */
+static void pdi_corrode_advance(pd_corrode *r)
+{
+    int32_t turning = 0;
+    for (int32_t n = 0; n < r->changed_count; n++) {
+        int32_t i = r->changed[n];
+        if (r->c[i] > pdi_corrode_end(r, i)) pdi_corrode_pass_on(r, i);
+        if (r->c[i] <= pdi_corrode_end(r, i)) r->changed[turning++] = i;
+    }
+    r->changed_count = turning;
 }
 
 /* What a node that turns has lost below its end, the metal behind it makes up for. Without any, the fluid that has
@@ -558,8 +549,8 @@ static double pdi_corrode_backing(const pd_corrode *r, int32_t i)
 {
     double sum = 0.0;
     for (int k = 0; k < r->stencil->count; k++) {
-        int32_t j = i + r->shift[k];
-        if (r->phase[j] == PDI_CORRODE_SOLID)
+        int32_t j = i + r->map.shift[k];
+        if (r->map.phase[j] == PDI_PHASE_SOLID)
             sum += fmax(r->next[pdi_grid_image(r->grid, j, NULL)] - r->desc.saturation, 0.0);
     }
     return sum;
@@ -570,11 +561,24 @@ PDI_FN double pdi_corrode_spare(const pd_corrode *r)
     double least = 1.0, half = 0.5 * r->desc.saturation;
     if (r->desc.activation || r->desc.keep_deficit) return 1.0;
     for (int32_t i = 0; i < r->grid->total; i++) {
-        if (r->role[i] != PDI_CORRODE_EXPOSED || r->next[i] >= 0.0 || !(r->base[i] > r->desc.saturation)) continue;
+        if (r->map.role[i] != PDI_ROLE_EXPOSED || r->next[i] >= 0.0 || !(r->base[i] > r->desc.saturation)) continue;
         if (pdi_corrode_backing(r, i) < r->desc.saturation - r->next[i])
             least = fmin(least, (r->base[i] - half) / (r->base[i] - r->next[i]));
     }
     return least;
+}
+
+/* The nodes first .. end-1, of one role, take what they have next. They turn at their end or, where the field at the
+ * start of the step is kept, at the end of the step that is closest to that. */
+static void pdi_corrode_take(pd_corrode *r, int32_t first, int32_t end)
+{
+    uint8_t role = r->map.role[first];
+    if (role == PDI_ROLE_IDLE || (role == PDI_ROLE_WHOLE && r->desc.activation)) return;
+    memcpy(r->c + first, r->next + first, (size_t)(end - first) * sizeof *r->c);
+    for (int32_t i = first; i < end && role == PDI_ROLE_EXPOSED; i++) {
+        double half = r->base == r->c ? 0.0 : 0.5 * (r->base[i] - r->c[i]);
+        if (r->c[i] - half <= pdi_corrode_end(r, i)) r->changed[r->changed_count++] = i;
+    }
 }
 
 PDI_FN void pdi_corrode_commit(pd_corrode *r, double dt)
@@ -582,24 +586,25 @@ PDI_FN void pdi_corrode_commit(pd_corrode *r, double dt)
     pdi_sum out;
     out.sum = r->out;
     out.carry = r->out_carry;
-    for (int32_t b = 0; b < r->borders; b++)
-        pdi_sum_add(&out, dt * r->stencil->volume * pdi_corrode_leak(r, r->border[b]));
+    for (int32_t b = 0; b < r->map.borders; b++)
+        pdi_sum_add(&out, dt * r->stencil->volume * pdi_corrode_leak(r, r->map.border[b]));
     r->out = out.sum;
     r->out_carry = out.carry;
     r->changed_count = 0;
-    for (int32_t p = 0; p < pdi_corrode_pieces(r->grid); p++) {
-        int count;
-        int32_t first = pdi_corrode_place(r->grid, p, &count);
-        for (int32_t i = first; i < first + count; i++) {
-            uint8_t role = r->role[i];
-            if (role == PDI_CORRODE_IDLE || (role == PDI_CORRODE_WHOLE && r->desc.activation)) continue;
-            r->c[i] = r->next[i];
-            if (role == PDI_CORRODE_EXPOSED && r->c[i] <= pdi_corrode_end(r, i)) r->changed[r->changed_count++] = i;
+    for (int pass = 0; pass < (r->desc.activation ? 2 : 1); pass++) {
+        for (int32_t p = 0; p < pdi_phase_pieces(&r->map); p++) {
+            int count;
+            int32_t first = pdi_phase_place(&r->map, p, &count), end = first + count, next;
+            for (int32_t i = first; i < end; i = next) {
+                next = pdi_phase_same(&r->map, i, end);
+                if (!pass) pdi_corrode_take(r, i, next);
+                if (!pass || r->map.role[i] != PDI_ROLE_SHORE) continue;
+                for (int32_t j = i; j < next; j++) pdi_corrode_rinse(r, j);
+            }
         }
+        if (!pass) pdi_corrode_advance(r);
+        if (!pass && !r->desc.keep_deficit) pdi_corrode_hand_over(r);
     }
-    if (!r->desc.keep_deficit) pdi_corrode_hand_over(r);
-    for (int32_t i = 0; i < r->grid->total && r->desc.activation; i++)
-        if (r->role[i] == PDI_CORRODE_SHORE) pdi_corrode_rinse(r, i);
     if (r->changed_count) pdi_corrode_turn(r);
     r->time += dt;
     r->steps++;
@@ -607,16 +612,16 @@ PDI_FN void pdi_corrode_commit(pd_corrode *r, double dt)
 
 PDI_FN void pdi_corrode_sweep(const pd_ctx *ctx, const pd_corrode *r, pdi_corrode_run_fn run, void *user)
 {
-    int32_t pieces = pdi_corrode_pieces(r->grid);
+    int32_t pieces = pdi_phase_pieces(&r->map);
     int nt = pdi_par_threads(ctx, r->active * r->stencil->count);
     (void)nt;
     PDI_PARALLEL_FOR(nt)
     for (int32_t p = 0; p < pieces; p++) {
         int count;
-        int32_t first = pdi_corrode_place(r->grid, p, &count), end = first + count, next;
+        int32_t first = pdi_phase_place(&r->map, p, &count), end = first + count, next;
         for (int32_t i = first; i < end; i = next) {
-            for (next = i + 1; next < end && r->role[next] == r->role[i];) next++;
-            if (r->role[i] != PDI_CORRODE_IDLE) run(user, i, (int)(next - i));
+            next = pdi_phase_same(&r->map, i, end);
+            if (r->map.role[i] != PDI_ROLE_IDLE) run(user, i, (int)(next - i));
         }
     }
 }
@@ -630,10 +635,10 @@ typedef struct pdi_corrode_exchanging {
 static void pdi_corrode_exchange_run(void *user, int32_t first, int count)
 {
     const pdi_corrode_exchanging *e = (const pdi_corrode_exchanging *)user;
-    uint8_t role = e->corrode->role[first];
-    if (role == PDI_CORRODE_WHOLE && !e->corrode->desc.activation) pdi_corrode_whole(e->corrode, first, count, e->dt);
-    if (role == PDI_CORRODE_SHORE) pdi_corrode_shore(e->corrode, first, count, e->dt);
-    if (role == PDI_CORRODE_EXPOSED) pdi_corrode_exposed(e->corrode, first, count, e->dt);
+    uint8_t role = e->corrode->map.role[first];
+    if (role == PDI_ROLE_WHOLE && !e->corrode->desc.activation) pdi_corrode_whole(e->corrode, first, count, e->dt);
+    if (role == PDI_ROLE_SHORE) pdi_corrode_shore(e->corrode, first, count, e->dt);
+    if (role == PDI_ROLE_EXPOSED) pdi_corrode_exposed(e->corrode, first, count, e->dt);
 }
 
 PDI_FN void pdi_corrode_exchange(pd_ctx *ctx, pd_corrode *r, double dt)
@@ -648,7 +653,7 @@ PDI_FN double pdi_corrode_lost(const pd_corrode *r)
 {
     double most = 0.0;
     for (int32_t i = 0; i < r->grid->total; i++)
-        if (r->role[i] == PDI_CORRODE_EXPOSED) most = fmax(most, r->base[i] - r->next[i]);
+        if (r->map.role[i] == PDI_ROLE_EXPOSED) most = fmax(most, r->base[i] - r->next[i]);
     return most / r->span;
 }
 
@@ -700,16 +705,16 @@ PDI_FN pd_status pdi_corrode_store(pd_ctx *ctx, pd_corrode *r, pd_store *store)
         return pdi_fail(ctx, PD_ERR_ARGUMENT, "corrode", "'%s' has %d nodes turn fluid, expected 0 to %d",
                         store->file.path, (int)r->changed_count, (int)r->changed_capacity);
     PDI_TRY(PDI_STORE(ctx, store, "corrode.changed", r->changed, r->changed_count));
-    if (store->reading) pdi_corrode_phases(r);
+    if (store->reading) pdi_phase_read(&r->map);
+    for (int32_t i = 0; i < r->grid->total && r->sum && store->reading; i++) r->sum[i] = -1.0;
     return PD_OK;
 }
 
 void pd_corrode_free(pd_ctx *ctx, pd_corrode *r)
 {
-    int32_t total = r->grid ? r->grid->total : 0, inside = r->grid ? 1 : 0;
-    for (int d = 0; d < PD_DIM && r->grid; d++) inside *= (int32_t)r->grid->n[d];
+    int32_t total = r->grid ? r->grid->total : 0;
+    pdi_phase_free(ctx, &r->map);
     pd_front_free(ctx, &r->front);
-    PDI_DELETE(ctx, r->stencil ? r->stencil->count : 0, r->shift);
     PDI_DELETE(ctx, r->stencil ? r->stencil->line_first[r->stencil->kinds] : 0, r->line_shift);
     PDI_DELETE(ctx, r->stencil ? r->stencil->count : 0, r->scratch);
     PDI_DELETE(ctx, total, r->c);
@@ -719,11 +724,7 @@ void pd_corrode_free(pd_ctx *ctx, pd_corrode *r)
     PDI_DELETE(ctx, total, r->bonds);
     PDI_DELETE(ctx, total, r->last);
     PDI_DELETE(ctx, total, r->film);
-    PDI_DELETE(ctx, total, r->phase);
-    PDI_DELETE(ctx, total, r->role);
-    PDI_DELETE(ctx, inside, r->border);
-    PDI_DELETE(ctx, total - inside, r->ghost);
-    PDI_DELETE(ctx, total - inside, r->source);
+    PDI_DELETE(ctx, total, r->sum);
     PDI_DELETE(ctx, r->changed_capacity, r->changed);
     memset(r, 0, sizeof *r);
 }

@@ -20,6 +20,7 @@
 #include "front.h"
 #include "grid.h"
 #include "material.h"
+#include "phase.h"
 #include "store.h"
 
 typedef enum pd_drive {
@@ -60,7 +61,7 @@ typedef struct pd_corrode {
     pd_grid *grid;
     const pd_stencil *stencil;
     pd_front front;
-    int32_t *shift;    /* [count] node id of the far end minus that of the node */
+    pd_phases map;     /* metal and fluid, and what takes part in a step */
     int32_t *line_shift; /* [lines of the stencil] the same for the lines */
     double *c;         /* [total] [mol/m3] content of solid, concentration of fluid nodes */
     double *next;      /* [total] [mol/m3] */
@@ -72,12 +73,10 @@ typedef struct pd_corrode {
     uint16_t *bonds;   /* [total] mechanical bonds of solid nodes at the start; NULL: not stochastic */
     double *last;      /* [total] [mol/m3] content at which the last of them breaks; NULL: not stochastic */
     uint8_t *film;     /* [total] 1: fluid in front of a film that has formed; NULL: none forms */
-    uint8_t *phase;    /* [total] of nodes and ghosts */
-    uint8_t *role;     /* [total] what a step does with a node */
-    int32_t *ghost, *source; /* [ghosts] */
-    int32_t ghosts;
-    int32_t *border;   /* [borders] nodes within reach of held sides */
-    int32_t borders;
+    double *sum;       /* [total] what changes only when nodes turn; below 0: not known. Of fluid beside metal
+                        * sum b(n) f [1/m] over metal, and with `activation` of metal sum v b(n) [1/s]. NULL: drive by
+                        * difference */
+    int alarmed;       /* 1: a speed is another one than in the step before, or sums are not kept */
     double span;       /* [mol/m3] Cs - Csat */
     double log_ratio;  /* [-] ln(Cs/Csat) */
     int32_t *changed;  /* [changed_capacity] nodes that turned fluid in the last step, ascending; they still hold
@@ -129,11 +128,6 @@ PD_API double pd_corrode_imbalance(const pd_corrode *corrode);
 PD_API void pd_corrode_free(pd_ctx *ctx, pd_corrode *corrode);
 
 #ifdef PDI_INTERNAL
-/* Phases. Held: the ghost of a fluid node behind an inlet or outlet. */
-enum { PDI_CORRODE_NONE = 0, PDI_CORRODE_FLUID, PDI_CORRODE_HELD, PDI_CORRODE_SOLID };
-/* Roles: what lies beyond the reach of all others is skipped; whole families go in lanes. */
-enum { PDI_CORRODE_IDLE = 0, PDI_CORRODE_WHOLE, PDI_CORRODE_SHORE, PDI_CORRODE_EXPOSED };
-static inline int pdi_corrode_wet(uint8_t phase) { return phase == PDI_CORRODE_FLUID || phase == PDI_CORRODE_HELD; }
 /* What a bond moves, over speed and weight [mol/m3]: that times 1 or times the difference of its ends (eq. 6.7). */
 PDI_FN double pdi_corrode_scale(const pd_corrode *corrode);
 /* `count` nodes from `first` along axis 0, of one role. */
@@ -144,8 +138,6 @@ PDI_FN void pdi_corrode_sweep(const pd_ctx *ctx, const pd_corrode *corrode, pdi_
 PDI_FN void pdi_corrode_laplacian(const pd_corrode *corrode, const double *c, int32_t first, int count, double *sum);
 /* The same over the wet bonds of fluid nodes of one role. */
 PDI_FN void pdi_corrode_spread(const pd_corrode *corrode, const double *c, int32_t first, int count, double *sum);
-/* Nodes along axis 0 that one thread sweeps at a time. */
-#define PDI_CORRODE_PIECE 128
 /* Values of the ghosts, of c and speed. */
 PDI_FN void pdi_corrode_ghosts(pd_corrode *corrode);
 /* Films form where fluid beside metal is below `repassivation`. At the start of a step. */

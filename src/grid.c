@@ -334,15 +334,24 @@ pd_status pd_grid_build(pd_ctx *ctx, const pd_stencil *stencil, const pd_grid_de
 }
 
 /* 1 when a ghost with index j along axis d may change its kind with a box node of index i: it stands for that node, or
- * lies on its line behind an inlet or outlet (opening one layer may open the deeper ones of an inlet). */
+ * lies behind it at an inlet or outlet (opening the first layer may open all of an inlet). */
 static int pdi_grid_follows(const pd_grid *grid, int d, int i, int j)
 {
     if (j >= 0 && j < grid->n[d]) return i == j;
     pd_side side = grid->side[2 * d + (j < 0 ? 0 : 1)];
-    if (side == PD_SIDE_INLET || side == PD_SIDE_OUTLET) return 1;
     if (side == PD_SIDE_WALL) return 0;
-    pdi_grid_fold_axis(grid, d, 0, &j);
+    if (pdi_grid_port(side) && i == (j < 0 ? 0 : grid->n[d] - 1)) return 1;
+    pdi_grid_fold_axis(grid, d, 1, &j);
     return i == j;
+}
+
+/* The next index along axis d, after j, of a node that follows the box node of index i. */
+static int pdi_grid_follower(const pd_grid *grid, int d, int i, int j)
+{
+    int end = grid->n[d] + grid->ghost;
+    do j = j == -1 ? i : j == i ? grid->n[d] : j + 1;
+    while (j < end && !pdi_grid_follows(grid, d, i, j));
+    return j;
 }
 
 PDI_FN void pdi_grid_dissolve(pd_grid *grid, int32_t node)
@@ -356,8 +365,7 @@ PDI_FN void pdi_grid_dissolve(pd_grid *grid, int32_t node)
     for (d = 0; d < PD_DIM; d++) j[d] = -ghost - 1;
     /* all combinations of followers along the axes */
     for (d = 0; d >= 0;) {
-        do j[d]++;
-        while (j[d] < grid->n[d] + ghost && !pdi_grid_follows(grid, d, i[d], j[d]));
+        j[d] = pdi_grid_follower(grid, d, i[d], j[d]);
         if (j[d] >= grid->n[d] + ghost) {
             j[d--] = -ghost - 1;
             continue;

@@ -99,29 +99,35 @@ static pdi_par_vectors pdi_krylov_basis(const pdi_krylov_run *run, int first)
     return v;
 }
 
+/* Entries of a vector that are not zero for certain. */
+static int64_t pdi_krylov_entries(const pd_krylov_desc *d) { return d->end ? d->end - d->first : d->n; }
+
 static double pdi_krylov_dot(const pdi_krylov_run *run, const double *u, const double *v)
 {
-    return pdi_par_dot(run->ctx, run->k->desc.n, u, v);
+    int64_t first = run->k->desc.first;
+    return pdi_par_dot(run->ctx, pdi_krylov_entries(&run->k->desc), u + first, v + first);
 }
 
 static void pdi_krylov_axpy(const pdi_krylov_run *run, double a, const double *u, double *v)
 {
-    pdi_par_axpy(run->ctx, run->k->desc.n, a, u, v);
+    int64_t first = run->k->desc.first;
+    pdi_par_axpy(run->ctx, pdi_krylov_entries(&run->k->desc), a, u + first, v + first);
 }
 
 static void pdi_krylov_copy(const pdi_krylov_run *run, const double *u, double *v)
 {
-    pdi_par_copy(run->ctx, run->k->desc.n, u, v);
+    int64_t first = run->k->desc.first;
+    pdi_par_copy(run->ctx, pdi_krylov_entries(&run->k->desc), u + first, v + first);
 }
 
 /* v = a v + u */
 static void pdi_krylov_scale_add(const pdi_krylov_run *run, double a, double *v, const double *u)
 {
-    int64_t n = run->k->desc.n;
-    int nt = pdi_par_threads(run->ctx, n);
+    int64_t first = run->k->desc.first, end = first + pdi_krylov_entries(&run->k->desc);
+    int nt = pdi_par_threads(run->ctx, end - first);
     (void)nt;
     PDI_PARALLEL_FOR(nt)
-    for (int64_t i = 0; i < n; i++) v[i] = a * v[i] + u[i];
+    for (int64_t i = first; i < end; i++) v[i] = a * v[i] + u[i];
 }
 
 static void pdi_krylov_project(const pdi_krylov_run *run, double *v)

@@ -21,6 +21,8 @@ typedef enum pd_krylov_method {
 typedef struct pd_krylov_desc {
     pd_krylov_method method;
     int64_t n;          /* entries of a vector */
+    int64_t first, end; /* all entries of b, x and what the callbacks make are zero before `first` and from `end` on,
+                         * and those of earlier solves were: sums leave them out. end 0: all n */
     const pd_spans *spans; /* the basis of GMRES takes their nodes only, in `components` parts of a vector: all others
                             * are zero in b and x. n = components times spans->total. Borrowed; NULL: all n entries */
     int components;
@@ -39,7 +41,7 @@ typedef struct pd_krylov_desc {
     pd_project_fn project;
 } pd_krylov_desc;
 
-/* Between solves max_iterations, rtol, atol, zero_guess, null_vector and project of desc may be changed. */
+/* Between solves first, end, max_iterations, rtol, atol, zero_guess, null_vector and project of desc may be changed. */
 typedef struct pd_krylov {
     pd_krylov_desc desc; /* defaults filled in */
     int vectors;         /* work vectors */

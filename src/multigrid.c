@@ -219,6 +219,12 @@ static int pdi_multigrid_link_get(const pd_smooth_level *level, int32_t c, int32
     for (int32_t k = (level)->row ? (level)->row[c] : 0; k < ((level)->row ? (level)->row[(c) + 1] : 2 * PD_DIM); k++) \
         if (pdi_multigrid_link_get((level), (c), k, &(link)))
 
+/* 1: cell c of level 0 has no link for certain. Only a diagonal of symmetric levels tells. */
+static int pdi_multigrid_alone(const pd_smooth_level *level, int32_t c)
+{
+    return level->shared && !(level->inv[c] > 0.0f);
+}
+
 static void pdi_multigrid_block_index(const pd_smooth_level *level, int32_t c, int *i)
 {
     int32_t rest = level->block ? level->block[c] : c;
@@ -299,7 +305,8 @@ static void pdi_multigrid_fine(pd_multigrid *mg, const uint8_t *active, const fl
         fine->b[c] = mass && active[c] ? (float)(mg->scale * (double)mass[c]) : 0.0f;
         float diag = fine->x[c] + fine->b[c];
         pdi_multigrid_link link;
-        PDI_MULTIGRID_LINKS(fine, c, k, link) diag += link.back;
+        if (active[c])
+            PDI_MULTIGRID_LINKS(fine, c, k, link) diag += link.back;
         fine->inv[c] = diag > 0.0f ? 1.0f / diag : 0.0f;
         fine->r[c] = 0.0f;
         double net = flux && fine->excess ? pdi_multigrid_net(mg, c, flux) : 0.0;
@@ -328,13 +335,15 @@ static int pdi_multigrid_choose(pd_smooth_level *level)
     double sum[PD_DIM], count[PD_DIM], strongest = 0.0;
     for (int d = 0; d < PD_DIM; d++) sum[d] = count[d] = 0.0;
     pdi_multigrid_link link;
-    for (int32_t c = 0; c < level->cells; c++)
+    for (int32_t c = 0; c < level->cells; c++) {
+        if (pdi_multigrid_alone(level, c)) continue;
         PDI_MULTIGRID_LINKS(level, c, k, link)
         {
             sum[link.axis] += fmin((double)link.a, (double)link.back) +
                               0.5 * fabs((double)link.a - (double)link.back);
             count[link.axis] += 1.0;
         }
+    }
     for (int d = 0; d < PD_DIM; d++)
         if (count[d] > 0.0) strongest = fmax(strongest, sum[d] / count[d]);
     int any = 0;
@@ -381,6 +390,7 @@ static void pdi_multigrid_join(pd_smooth_level *level)
     pdi_multigrid_link link;
     for (int32_t c = 0; c < level->cells; c++) {
         parent[c] = PDI_MULTIGRID_NONE;
+        if (pdi_multigrid_alone(level, c)) continue;
         PDI_MULTIGRID_LINKS(level, c, k, link) parent[c] = -2;
     }
     for (int32_t c = 0; c < level->cells; c++) {

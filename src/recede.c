@@ -39,8 +39,8 @@ static void pdi_recede_apply_run(void *user, int32_t first, int count)
     const pdi_recede_user *u = (const pdi_recede_user *)user;
     const pd_recede *r = u->r;
     const double *x = r->field + first;
-    double sum[PDI_CORRODE_PIECE];
-    if (r->corrode->role[first] == PDI_CORRODE_EXPOSED) return;
+    double sum[PDI_PHASE_PIECE];
+    if (r->corrode->map.role[first] == PDI_ROLE_EXPOSED) return;
     /* the operand is 0 in metal and walls, bonds to which count as dry */
     pdi_corrode_laplacian(r->corrode, r->field, first, count, sum);
     for (int b = 0; b < count; b++) {
@@ -55,10 +55,11 @@ static void pdi_recede_apply(void *user, const double *x, double *y)
 {
     pdi_recede_user *u = (pdi_recede_user *)user;
     const pd_corrode *m = u->r->corrode;
-    pdi_par_copy(u->ctx, m->grid->total, x, u->r->field);
-    for (int32_t g = 0; g < m->ghosts; g++) {
-        double from = x[m->source[g]];
-        u->r->field[m->ghost[g]] = m->phase[m->ghost[g]] == PDI_CORRODE_HELD ? -from : from;
+    int64_t first = u->r->krylov.desc.first, end = u->r->krylov.desc.end;
+    pdi_par_copy(u->ctx, end - first, x + first, u->r->field + first);
+    for (int32_t g = 0; g < m->map.ghosts; g++) {
+        double from = x[m->map.source[g]];
+        u->r->field[m->map.ghost[g]] = m->map.phase[m->map.ghost[g]] == PDI_PHASE_HELD ? -from : from;
     }
     u->out = y;
     pdi_corrode_sweep(u->ctx, m, pdi_recede_apply_run, u);
@@ -69,7 +70,7 @@ static void pdi_recede_precondition(void *user, const double *x, double *y)
     pdi_recede_user *u = (pdi_recede_user *)user;
     pd_recede *r = u->r;
     pd_multigrid_cycle(u->ctx, &r->mg, x, y);
-    for (int32_t i = 0; i < r->corrode->grid->total; i++)
+    for (int64_t i = r->krylov.desc.first; i < r->krylov.desc.end; i++)
         if (r->state[i] == PDI_RECEDE_SATURATED) y[i] = 0.0;
 }
 
@@ -84,7 +85,7 @@ static pd_status pdi_recede_setup(pd_ctx *ctx, pd_recede *r)
     pdi_compact_fill(ctx, m->desc.diffusivity, NULL, &none, 1.0 / r->dt, &faces, &r->compact);
     for (int32_t node = 0; node < m->grid->total; node++) {
         int i[PD_DIM];
-        if (m->role[node] != PDI_CORRODE_SHORE) continue;
+        if (m->map.role[node] != PDI_ROLE_SHORE) continue;
         pdi_grid_index(m->grid, node, i);
         r->compact.mass[pdi_compact_cell(m->grid, i)] +=
             (float)(r->state[node] == PDI_RECEDE_SATURATED ? PDI_RECEDE_STIFF * (m->diffusion + 1.0 / r->dt)
@@ -102,23 +103,29 @@ static void pdi_recede_begin(pd_recede *r)
     pd_corrode *m = r->corrode;
     pdi_corrode_repassivate(m);
     m->active = 0;
+    int32_t first = -1, end = 1; /* of the fluid */
     for (int32_t i = 0; i < m->grid->total; i++) {
-        m->active += m->role[i] != PDI_CORRODE_IDLE;
+        int fluid = m->map.role[i] == PDI_ROLE_WHOLE || m->map.role[i] == PDI_ROLE_SHORE;
+        if (fluid && first < 0) first = i;
+        if (fluid) end = i + 1;
+        m->active += m->map.role[i] != PDI_ROLE_IDLE;
         r->reach[i] = r->stock[i] = r->dry[i] = 0.0;
-        if (m->role[i] != PDI_CORRODE_SHORE) { /* the front may have left it behind */
+        if (m->map.role[i] != PDI_ROLE_SHORE) { /* the front may have left it behind */
             r->state[i] = PDI_RECEDE_LAW;
             r->drain[i] = 0.0;
             continue;
         }
         for (int k = 0; k < m->stencil->count; k++) {
-            int32_t j = i + m->shift[k];
-            if (!pdi_corrode_wet(m->phase[j])) r->dry[i] += m->stencil->lap[k];
-            if (m->phase[j] != PDI_CORRODE_SOLID) continue;
+            int32_t j = i + m->map.shift[k];
+            if (!pdi_phase_wet(m->map.phase[j])) r->dry[i] += m->stencil->lap[k];
+            if (m->map.phase[j] != PDI_PHASE_SOLID) continue;
             double weight = m->front.weight[k] * (m->factor ? m->factor[j] : 1.0);
             r->reach[i] += weight;
             r->stock[i] += weight * m->c[j];
         }
     }
+    r->krylov.desc.first = first > 0 ? first : 0;
+    r->krylov.desc.end = end;
 }
 
 /* G [mol/m3/s] of node i at concentration c, with the speed v of the law there. */
@@ -135,8 +142,8 @@ static void pdi_recede_balance_run(void *user, int32_t first, int count)
     const pdi_recede_user *u = (const pdi_recede_user *)user;
     const pd_recede *r = u->r;
     const pd_corrode *m = r->corrode;
-    double sum[PDI_CORRODE_PIECE];
-    if (m->role[first] == PDI_CORRODE_EXPOSED) return;
+    double sum[PDI_PHASE_PIECE];
+    if (m->map.role[first] == PDI_ROLE_EXPOSED) return;
     pdi_corrode_spread(m, m->c, first, count, sum);
     for (int b = 0; b < count; b++)
         u->out[first + b] = (r->start[first + b] - m->c[first + b]) / r->dt + m->desc.diffusivity * sum[b];
@@ -177,8 +184,8 @@ static pd_status pdi_recede_evaluate(pd_ctx *ctx, pd_recede *r, int settled, int
     pdi_corrode_ghosts(m);
     pdi_corrode_sweep(ctx, m, pdi_recede_balance_run, &user);
     for (int32_t i = 0; i < m->grid->total; i++) {
-        if (m->role[i] == PDI_CORRODE_WHOLE) largest = fmax(largest, fabs(r->balance[i]));
-        if (m->role[i] != PDI_CORRODE_SHORE) continue;
+        if (m->map.role[i] == PDI_ROLE_WHOLE) largest = fmax(largest, fabs(r->balance[i]));
+        if (m->map.role[i] != PDI_ROLE_SHORE) continue;
         double c = fmin(m->c[i], csat), v, less, need = -r->balance[i];
         PDI_TRY(pdi_corrode_law(ctx, m, i, c, &v));
         PDI_TRY(pdi_corrode_law(ctx, m, i, c - probe, &less));
@@ -205,7 +212,7 @@ static int pdi_recede_damp(pd_recede *r)
 {
     int any = 0;
     for (int32_t i = 0; i < r->corrode->grid->total; i++) {
-        if (r->corrode->role[i] != PDI_CORRODE_SHORE || !(r->drain[i] < 0.0)) continue;
+        if (r->corrode->map.role[i] != PDI_ROLE_SHORE || !(r->drain[i] < 0.0)) continue;
         r->drain[i] = 0.0;
         any = 1;
     }
@@ -227,8 +234,10 @@ static pd_status pdi_recede_solve(pd_ctx *ctx, pd_recede *r)
         PDI_TRY(pdi_recede_evaluate(ctx, r, 0, &turned, &worst));
         if (!turned && worst <= goal) return PD_OK;
         /* saturated nodes have moved to Csat: take the balance there */
-        if (turned) PDI_TRY(pdi_recede_evaluate(ctx, r, 1, &turned, &worst));
-        /* states that change later cost iterations, but fewer than another setup would */
+        if (turned) {
+            PDI_TRY(pdi_recede_evaluate(ctx, r, 1, &turned, &worst));
+            fresh = 0; /* a setup costs less than the iterations that it saves */
+        }
         if (!fresh) PDI_TRY(pdi_recede_setup(ctx, r));
         r->krylov.desc.rtol = PDI_RECEDE_FORCING;
         r->krylov.desc.atol = 0.1 * goal * m->desc.saturation / r->dt;
@@ -258,7 +267,7 @@ static double pdi_recede_error(pd_recede *r)
     int64_t nodes = 0;
     double ratio = r->last_dt > 0.0 ? r->dt / r->last_dt : 0.0;
     for (int32_t i = 0; i < m->grid->total; i++) {
-        if (m->role[i] != PDI_CORRODE_WHOLE && m->role[i] != PDI_CORRODE_SHORE) continue;
+        if (m->map.role[i] != PDI_ROLE_WHOLE && m->map.role[i] != PDI_ROLE_SHORE) continue;
         double moved = m->c[i] - r->start[i], error = 0.5 * (moved - ratio * r->moved[i]) / m->desc.saturation;
         pdi_sum_add(&sum, error * error);
         r->moved[i] = moved;
@@ -283,7 +292,6 @@ pd_status pd_recede_step(pd_ctx *ctx, pd_recede *r, double dt)
         pdi_corrode_exchange(ctx, m, dt);
         lost = pdi_corrode_lost(m);
         spare = pdi_corrode_spare(m);
-        m->base = m->c;
     }
     r->retry_dt = spare < 1.0 ? spare * dt : 0.5 * dt;
     if (status == PD_OK && spare < 1.0)
@@ -294,12 +302,14 @@ pd_status pd_recede_step(pd_ctx *ctx, pd_recede *r, double dt)
                           dt, lost, most);
     if (status != PD_OK) {
         pdi_par_copy(ctx, m->grid->total, r->start, m->c);
+        m->base = m->c;
         r->rejected++;
         return status;
     }
     double error = pdi_recede_error(r);
     if (r->turned) error = 0.0;
     pdi_corrode_commit(m, dt);
+    m->base = m->c;
     r->next_dt = dt * fmin(PDI_RECEDE_GROWTH, error > 0.0 ? 0.9 * sqrt(r->desc.rtol / error) : PDI_RECEDE_GROWTH);
     r->front_dt = lost > 0.0 ? dt * r->desc.share / lost : HUGE_VAL;
     r->last_dt = dt;

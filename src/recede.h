@@ -8,7 +8,8 @@
  * where G_i is what the law lets the metal in reach give to node i. The salt layer is part of the equations: at Csat a
  * node takes what diffusion carries away and no more, so nothing switches from step to step. Newton's method on the
  * law and an active set for theta; linear systems by CG with a multigrid cycle. Metal loses bond by bond what the fluid
- * gains; nodes turn as in corrode.h.
+ * gains. A node turns at the end of the step that is closest to its end, so that the front is neither late nor early on
+ * average: metal behind it takes what it still has or makes up for what it lost too much.
  * Sources: Hintermueller, Ito and Kunisch 2002 (primal-dual active set); Jafarzadeh, Zhao, Shakouri and Bobaru 2021,
  * eq. 9 (implicit transport, explicit change of phase).
  */

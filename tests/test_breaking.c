@@ -97,7 +97,7 @@ TEST(damage_follows_the_loss)
         if (step % 40 && step > 10) continue;
         double here = 0.0, spread = 0.0;
         for (int32_t i = 0; i < s->grid.total; i++) {
-            if (s->corrode.role[i] != PDI_CORRODE_EXPOSED || s->corrode.c[i] <= s->corrode.last[i]) continue;
+            if (s->corrode.map.role[i] != PDI_ROLE_EXPOSED || s->corrode.c[i] <= s->corrode.last[i]) continue;
             double n = s->corrode.bonds[i], e = (CS - s->corrode.c[i]) / (CS - CSAT), all = pow(e, n);
             double mean = (e - all) / (1.0 - all), square = (e * (1.0 - e) / n + e * e - all) / (1.0 - all);
             here += pd_corrode_damage(&s->corrode, i) - mean;
@@ -123,9 +123,9 @@ static double measure(const scene *s)
     for (int32_t i = 0; i < s->grid.total; i++) {
         int at[PD_DIM];
         pdi_grid_index(&s->grid, i, at);
-        if (!pdi_grid_inside(&s->grid, at) || s->corrode.phase[i] != PDI_CORRODE_SOLID) continue;
+        if (!pdi_grid_inside(&s->grid, at) || s->corrode.map.phase[i] != PDI_PHASE_SOLID) continue;
         for (int k = 0; k < s->stencil.count; k++)
-            if (s->corrode.phase[i + s->corrode.shift[k]] == PDI_CORRODE_FLUID) sum += s->corrode.front.weight[k];
+            if (s->corrode.map.phase[i + s->corrode.map.shift[k]] == PDI_PHASE_FLUID) sum += s->corrode.front.weight[k];
     }
     return sum * H / area;
 }
@@ -289,7 +289,7 @@ TEST(lone_nodes)
     for (int step = 0; step < 100000 && s->grid.solid_count; step++) {
         int32_t alone = -1;
         for (int32_t i = 0; i < s->grid.total; i++)
-            if (s->corrode.phase[i] == PDI_CORRODE_SOLID) alone = i;
+            if (s->corrode.map.phase[i] == PDI_PHASE_SOLID) alone = i;
         CHECK(alone >= 0 && s->corrode.c[alone] > CSAT);
         CHECK_REL(pd_corrode_damage(&s->corrode, alone), (CS - s->corrode.c[alone]) / (CS - CSAT), 1e-12);
         if (!advance(s, 0.01)) return;

@@ -206,6 +206,50 @@ TEST(threads_do_not_matter)
     }
 }
 
+/* What is kept from step to step while nodes turn, beside sides of every kind, against sums over the families as they
+ * are: counts of wet bonds, and under activation control what metal loses and fluid gains. */
+TEST(kept_sums)
+{
+    static uint8_t film[40000];
+    for (int activation = 0; activation < 2; activation++) {
+        scene *s = lump(PD_DRIVE_CONSTANT, 0, NULL);
+        const pd_corrode *r = &s->corrode;
+        int64_t known = 0, wrong = 0;
+        if (!CHECK(s->grid.total <= 40000)) return;
+        pd_corrode_free(&s->ctx, &s->corrode);
+        s->desc.activation = activation;
+        s->desc.passive = film;
+        if (!CHECK_OK(&s->ctx, pd_corrode_build(&s->ctx, &s->grid, &s->stencil, &s->desc, &s->corrode))) return;
+        for (int k = 1; k <= 4; k++) {
+            for (int32_t i = k - 1; i < s->grid.total; i += 7) film[i] = (uint8_t)(k == 2); /* films come and go */
+            CHECK_OK(&s->ctx, pd_corrode_run(&s->ctx, &s->corrode, 10.0 * k));
+            CHECK(r->changed_count == 0 || pd_corrode_solid(r) < r->start);
+        }
+        double limit;
+        CHECK_OK(&s->ctx, pd_corrode_limit(&s->ctx, &s->corrode, &limit));
+        for (int32_t i = 0; i < s->grid.total; i++) {
+            double reach = 0.0, attack = 0.0;
+            int wet = 0, at[PD_DIM];
+            pdi_grid_index(&s->grid, i, at);
+            if (!pdi_grid_inside(&s->grid, at)) continue;
+            for (int k = 0; k < s->stencil.count; k++) {
+                int32_t j = i + r->map.shift[k];
+                wet += pdi_phase_wet(r->map.phase[j]);
+                if (r->map.phase[j] == PDI_PHASE_SOLID) reach += r->front.weight[k];
+                attack += r->speed[j] * r->front.weight[k];
+            }
+            wrong += wet != r->map.wet[i];
+            if (r->map.role[i] != PDI_ROLE_SHORE && (r->map.role[i] != PDI_ROLE_EXPOSED || !activation)) continue;
+            if (r->sum[i] < 0.0) continue;
+            known++;
+            CHECK_NEAR(r->sum[i], r->map.role[i] == PDI_ROLE_SHORE ? reach : attack, 0.0);
+        }
+        CHECK(known > 2 && wrong == 0);
+        CHECK(pd_corrode_solid(r) < 0.99 * r->start);
+        scene_free(s);
+    }
+}
+
 /* ---- factors of metal ---- */
 
 /* Twice the factor is twice the speed, to the last bit. */
@@ -363,6 +407,6 @@ TEST(bad_input)
 #endif
 
 TEST_MAIN(ENTRY(flat_front_speed) ENTRY(flat_front_with_long_steps) OF_DIM ENTRY(pencil_electrode)
-          ENTRY(amounts_are_conserved) ENTRY(saturation_pauses) ENTRY(threads_do_not_matter) ENTRY(factor_is_a_speed)
-          ENTRY(factors_conserve) ENTRY(passive_film) ENTRY(repassivation_remembers) ENTRY(step_beyond_the_limit)
-              ENTRY(bad_input))
+          ENTRY(amounts_are_conserved) ENTRY(saturation_pauses) ENTRY(threads_do_not_matter) ENTRY(kept_sums)
+              ENTRY(factor_is_a_speed) ENTRY(factors_conserve) ENTRY(passive_film) ENTRY(repassivation_remembers)
+                  ENTRY(step_beyond_the_limit) ENTRY(bad_input))

@@ -138,7 +138,7 @@ static double stab_lowest(pd_ctx *ctx, pd_corrode *r, double dt)
     pdi_corrode_ghosts(r);
     pdi_corrode_exchange(ctx, r, dt);
     for (int32_t i = 0; i < r->grid->total; i++)
-        if ((r->grid->kind[i] == PD_FLUID || r->grid->kind[i] == PD_SOLID) && r->role[i] != PDI_CORRODE_IDLE)
+        if ((r->grid->kind[i] == PD_FLUID || r->grid->kind[i] == PD_SOLID) && r->map.role[i] != PDI_ROLE_IDLE)
             lowest = fmin(lowest, r->next[i]);
     return lowest;
 }
