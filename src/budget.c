@@ -91,7 +91,7 @@ static void pdi_budget_flow(const pd_setup *u, pd_budget *b)
         for (int d = 0; d < PD_DIM; d++)
             if (fabs(u->side[s].slide[d]) > 0.0) values = 4.0 * PD_DIM + 1.0;
     if (u->motion == PD_MOTION_STEADY || u->motion == PD_MOTION_IMPLICIT) {
-        values += 7.0 * (PD_DIM + 1) + PD_DIM; /* vectors of the solvers */
+        values += 7.0 * (PD_DIM + 1) + PD_DIM + 1.0; /* vectors of the solvers */
         b->bytes[PD_PART_FLOW] += 4.0 * restart * (PD_DIM + 1) * (b->fluid + b->solid);
         b->bytes[PD_PART_FLOW] += b->cells * (pdi_budget_compact(1) + pdi_budget_compact(0) +
                                               pdi_budget_multigrid(0, 0, &coarse_u) +
@@ -128,7 +128,7 @@ static void pdi_budget_metal(const pd_setup *u, pd_budget *b)
 {
     double coarse;
     if (u->has_grains) b->bytes[PD_PART_GRAIN] = 12.0 * b->nodes; /* and shares, which do not stay: 4 */
-    if (u->has_dissolve) b->bytes[PD_PART_DISSOLVE] = 33.0 * b->nodes + 4.0 * fmin(b->solid, b->cut);
+    if (u->has_dissolve) b->bytes[PD_PART_DISSOLVE] = 34.0 * b->nodes + 12.0 * b->solid;
     if (!u->has_corrode) return;
     b->bytes[PD_PART_CORRODE] = (28.0 + (u->passive >= 0)) * b->nodes + 9.0 * (b->nodes - b->cells) + 4.0 * b->cells +
                                 4.0 * b->solid;

@@ -44,7 +44,7 @@ static void pdi_compact_fill_cell(pd_compact *c, int64_t cell, int32_t node, dou
                                   const pdi_compact_convection *v, const pdi_compact_faces *faces)
 {
     const pd_grid *grid = c->grid;
-    double wall = 0.0, around = pdi_grid_circumference(grid, node), mass = around * c->mass[cell];
+    double wall = 0.0, around = pdi_grid_circumference(grid, node), mass = around * c->mass[cell], leaves = 0.0;
     for (int d = 0; d < PD_DIM; d++) {
         const double *u = v->u ? v->u + (int64_t)d * grid->total : NULL;
         for (int up = 0; up < 2; up++) {
@@ -61,6 +61,7 @@ static void pdi_compact_fill_cell(pd_compact *c, int64_t cell, int32_t node, dou
             if (kind == PD_FLUID) {
                 if (field && diffusivity > 0.0)
                     diffusivity = 2.0 * diffusivity * field[source] / (diffusivity + field[source]);
+                if (u) leaves += (up ? face : -face) * 0.5 * (u[node] + u[other]) / grid->h[d];
                 if (!up) continue;
                 c->conduct[d][cell] =
                     (float)(inverse * (u ? pdi_compact_spread(grid, v, diffusivity, node, other, d) : diffusivity));
@@ -69,9 +70,13 @@ static void pdi_compact_fill_cell(pd_compact *c, int64_t cell, int32_t node, dou
             }
             int held = kind == PD_INLET ? faces->inlet : kind == PD_OUTLET ? faces->outlet : faces->closed;
             if (held) wall += 2.0 * diffusivity * inverse;
-            if (u && kind == PD_OUTLET) mass += face * fmax((up ? 1.0 : -1.0) * u[node] / grid->h[d], 0.0);
+            if (!u || kind != PD_OUTLET) continue;
+            mass += face * fmax((up ? 1.0 : -1.0) * u[node] / grid->h[d], 0.0);
+            leaves += face * fmax((up ? 1.0 : -1.0) * u[node] / grid->h[d], 0.0);
         }
     }
+    /* velocities of nodes leave compact faces a divergence: what does not leave must not gather */
+    if (v->spread) mass += fmax(-leaves, 0.0);
     c->wall[cell] = (float)wall;
     c->mass[cell] = (float)mass;
 }

@@ -88,7 +88,7 @@ PDI_INLINE void pdi_convect_volume(const pd_flow *f, int32_t i, int k, int count
     const pd_stencil *st = f->bonds->stencil;
     int64_t total = f->grid->total, shift = f->bonds->shift[k];
     const double *p = f->p + i, *u = f->carrier + i, *grad = f->grad + i, *g = st->grad + k * PD_DIM;
-    double tie = f->tau * pdi_bond_lap(f->bonds, i)[k], share = pdi_bond_flux(f->bonds, i, k);
+    double weight = pdi_bond_lap(f->bonds, i)[k], tie = f->tau * weight, share = pdi_bond_flux(f->bonds, i, k);
     for (int b = 0; b < count; b++) {
         double pressure = p[b + shift] - p[b], sum = 0.0;
         for (int d = 0; d < PD_DIM; d++) {
@@ -97,6 +97,8 @@ PDI_INLINE void pdi_convect_volume(const pd_flow *f, int32_t i, int k, int count
         }
         flux[b] = sum - tie * pressure;
     }
+    const double *q = f->potential ? f->potential + i : NULL;
+    for (int b = 0; b < count && q; b++) flux[b] -= weight * (q[b + shift] - q[b]);
 }
 
 /* Fluxes of bond k of the nodes i .. i+count-1: nodes of the first half of a family keep them; of the others those that
@@ -386,6 +388,36 @@ PDI_FN void pdi_convect_apply(const pd_ctx *ctx, const pd_convect *convect, cons
     s.block = pdi_convect_apply_nodes;
     s.port = pdi_convect_apply_port;
     pdi_convect_sweep_all(ctx, &s);
+}
+
+/* The value of node i that balances it. */
+static double pdi_convect_balance(const pd_convect *t, const double *b, const double *c, int32_t i)
+{
+    const pd_grid *grid = t->bonds->grid;
+    double diagonal = t->rate + t->absorb[i] + (t->diffusion->hold ? t->diffusion->hold[i] : 0.0), sum = b[i];
+    for (int k = 0; k < t->bonds->stencil->count; k++) {
+        int32_t j = i + t->bonds->shift[k];
+        double flux, bond;
+        if (!pdi_convect_open(t, i, k)) continue;
+        pdi_convect_one(t, i, k, &flux, &bond);
+        if (grid->kind[j] == PD_OUTLET) diagonal += flux;
+        else {
+            double gain = fmax(0.5 * fabs(flux), bond) - 0.5 * flux;
+            diagonal += gain + flux;
+            if (grid->kind[j] == PD_IMAGE) j = pdi_grid_image(grid, j, NULL);
+            if (grid->kind[j] == PD_FLUID) sum += gain * c[j];
+        }
+    }
+    return diagonal > 0.0 ? sum / diagonal : c[i];
+}
+
+PDI_FN void pdi_convect_relax(const pd_convect *t, const double *b, int back, double *c)
+{
+    int32_t total = t->bonds->grid->total;
+    for (int32_t n = 0; n < total; n++) {
+        int32_t i = back ? total - 1 - n : n;
+        if (t->bonds->grid->kind[i] == PD_FLUID) c[i] = pdi_convect_balance(t, b, c, i);
+    }
 }
 
 PDI_FN void pdi_convect_anti(const pd_ctx *ctx, const pd_convect *convect, const double *c, double *y)

@@ -38,6 +38,9 @@ PDI_FN void pdi_convect_free(pd_ctx *ctx, pd_convect *convect);
 /* y [total] [mol/m3/s] = rate c + absorb c + what leaves each fluid node through its bonds and into held walls,
  * upwinded (eq. 5.1); c [total] with its images and inlets. */
 PDI_FN void pdi_convect_apply(const pd_ctx *ctx, const pd_convect *convect, const double *c, double *y);
+/* A sweep of Gauss and Seidel over c [total] for A c = b with the operator above, forwards or (back = 1) backwards: one
+ * thread. Inlets count as zero: b and c are a residual and a correction. */
+PDI_FN void pdi_convect_relax(const pd_convect *convect, const double *b, int back, double *c);
 /* y [total] [mol/m3/s]: what each fluid node gains by the antidiffusive fluxes of its bonds (eq. 5.4), with the present
  * limiter. Inlets have some, outlets none. */
 PDI_FN void pdi_convect_anti(const pd_ctx *ctx, const pd_convect *convect, const double *c, double *y);

@@ -6,6 +6,9 @@
 #include <math.h>
 #include <string.h>
 
+/* A content below zero that is none, over Csat. */
+#define PDI_CORRODE_ROUNDING 1e-12
+
 PDI_FN double pdi_corrode_scale(const pd_corrode *r)
 {
     return r->desc.drive == PD_DRIVE_CONSTANT ? r->span : r->log_ratio;
@@ -453,12 +456,22 @@ static double pdi_corrode_behind(const pd_corrode *r, int32_t i, int dry, double
     for (int k = 0; k < r->stencil->count; k++) {
         int32_t j = i + r->map.shift[k];
         int32_t at = pdi_phase_home(&r->map, deep, j);
-        int metal = r->map.phase[j] == PDI_PHASE_SOLID && r->c[at] > pdi_corrode_end(r, at);
-        int fluid = r->map.phase[j] == PDI_PHASE_FLUID && r->c[at] > 0.0;
+        int metal = r->map.phase[j] == PDI_PHASE_SOLID && r->next[at] > pdi_corrode_end(r, at);
+        int fluid = r->map.phase[j] == PDI_PHASE_FLUID && r->next[at] > 0.0;
         weight[k] = r->front.weight[k] * (dry ? metal : fluid ? r->speed[at] : 0.0);
         sum += weight[k];
     }
     return sum;
+}
+
+/* Metal node i, drained to its end by another one, turns with it. The list stays in order. */
+static void pdi_corrode_drained(pd_corrode *r, int32_t i)
+{
+    int32_t at = r->changed_count;
+    while (at > 0 && r->changed[at - 1] > i) at--;
+    if (at > 0 && r->changed[at - 1] == i) return; /* it turned, and had been given rounding more than its end */
+    memmove(r->changed + at + 1, r->changed + at, (size_t)(r->changed_count++ - at) * sizeof *r->changed);
+    r->changed[at] = i;
 }
 
 /* Node i takes up to `deficit` from those, in proportion to their weights, and no more than metal has above its end or
@@ -473,16 +486,17 @@ static double pdi_corrode_collect(pd_corrode *r, int32_t i, int dry, double defi
         for (int k = 0; k < r->stencil->count; k++) {
             double part = left * (r->scratch[k] / sum);
             int32_t at = pdi_phase_home(&r->map, deep, i + r->map.shift[k]);
-            double *from = &r->c[at], keep = dry ? pdi_corrode_end(r, at) : 0.0;
-            if (!(part > 0.0)) continue;
+            double *from = &r->next[at], keep = dry ? pdi_corrode_end(r, at) : 0.0;
+            if (!(part > 0.0) || !(*from > keep)) continue; /* several bonds may end on one node */
             if (part >= *from - keep) {
-                part = fmax(*from - keep, 0.0);
-                *from = fmin(*from, keep);
+                part = *from - keep;
+                *from = keep;
                 exhausted = 1;
+                if (dry) pdi_corrode_drained(r, at);
             } else *from -= part;
             given += part;
         }
-        r->c[i] += given;
+        r->next[i] += given;
         left = exhausted ? left - given : 0.0;
     }
     return left;
@@ -493,7 +507,7 @@ static double pdi_corrode_collect(pd_corrode *r, int32_t i, int dry, double defi
  * left goes round, and stays where nobody takes it. */
 static void pdi_corrode_pass_on(pd_corrode *r, int32_t i)
 {
-    double left = r->c[i] - pdi_corrode_end(r, i);
+    double left = r->next[i] - pdi_corrode_end(r, i);
     int deep = pdi_phase_deep(&r->map, i), full = 1;
     while (left > 0.0 && full) {
         double sum = 0.0, given = 0.0;
@@ -501,24 +515,24 @@ static void pdi_corrode_pass_on(pd_corrode *r, int32_t i)
         for (int k = 0; k < r->stencil->count; k++) {
             int32_t j = i + r->map.shift[k], at = pdi_phase_home(&r->map, deep, j);
             int metal = r->map.phase[j] == PDI_PHASE_SOLID && r->map.role[at] == PDI_ROLE_EXPOSED;
-            int takes = metal && r->c[at] < r->desc.solid &&
-                        r->c[at] - pdi_corrode_end(r, at) > r->base[at] - r->c[at];
+            int takes = metal && r->next[at] < r->desc.solid &&
+                        r->next[at] - pdi_corrode_end(r, at) > r->base[at] - r->next[at];
             r->scratch[k] = takes ? r->front.weight[k] : 0.0;
             sum += r->scratch[k];
         }
         if (!(sum > 0.0)) break;
         for (int k = 0; k < r->stencil->count; k++) {
             int32_t at = pdi_phase_home(&r->map, deep, i + r->map.shift[k]);
-            double part = left * (r->scratch[k] / sum), room = r->desc.solid - r->c[at];
+            double part = left * (r->scratch[k] / sum), room = r->desc.solid - r->next[at];
             if (!(part > 0.0)) continue;
             full |= part >= room;
             part = part < room ? part : fmax(room, 0.0);
-            r->c[at] = part < room ? r->c[at] + part : r->desc.solid;
+            r->next[at] = part < room ? r->next[at] + part : r->desc.solid;
             given += part;
         }
         left = full ? left - given : 0.0;
     }
-    r->c[i] = pdi_corrode_end(r, i) + fmax(left, 0.0);
+    r->next[i] = pdi_corrode_end(r, i) + fmax(left, 0.0);
 }
 
 /* Nodes that turn before their end pass on what they have above it; those that cannot do not turn yet. */
@@ -527,57 +541,58 @@ static void pdi_corrode_advance(pd_corrode *r)
     int32_t turning = 0;
     for (int32_t n = 0; n < r->changed_count; n++) {
         int32_t i = r->changed[n];
-        if (r->c[i] > pdi_corrode_end(r, i)) pdi_corrode_pass_on(r, i);
-        if (r->c[i] <= pdi_corrode_end(r, i)) r->changed[turning++] = i;
+        if (r->next[i] > pdi_corrode_end(r, i)) pdi_corrode_pass_on(r, i);
+        if (r->next[i] <= pdi_corrode_end(r, i)) r->changed[turning++] = i;
     }
     r->changed_count = turning;
 }
 
 /* What a node that turns has lost below its end, the metal behind it makes up for. Without any, the fluid that has
- * taken it gives it back, as far as it still has it. */
-static void pdi_corrode_hand_over(pd_corrode *r)
-{
-    for (int32_t n = 0; n < r->changed_count; n++) {
-        int32_t i = r->changed[n];
-        double left = pdi_corrode_collect(r, i, 1, pdi_corrode_end(r, i) - r->c[i]);
-        pdi_corrode_collect(r, i, 0, left);
-    }
-}
-
-/* Metal in reach of metal node i that could make up for it [mol/m3]: what that has left above Csat in `next`. */
-static double pdi_corrode_backing(const pd_corrode *r, int32_t i)
-{
-    double sum = 0.0;
-    for (int k = 0; k < r->stencil->count; k++) {
-        int32_t j = i + r->map.shift[k];
-        if (r->map.phase[j] == PDI_PHASE_SOLID)
-            sum += fmax(r->next[pdi_grid_image(r->grid, j, NULL)] - r->desc.saturation, 0.0);
-    }
-    return sum;
-}
-
-PDI_FN double pdi_corrode_spare(const pd_corrode *r)
+ * taken it gives it back, as far as it still has it. Returns the share of the step after which a node that is below
+ * zero all the same would have half of Csat. */
+static double pdi_corrode_hand_over(pd_corrode *r)
 {
     double least = 1.0, half = 0.5 * r->desc.saturation;
-    if (r->desc.activation || r->desc.keep_deficit) return 1.0;
-    for (int32_t i = 0; i < r->grid->total; i++) {
-        if (r->map.role[i] != PDI_ROLE_EXPOSED || r->next[i] >= 0.0 || !(r->base[i] > r->desc.saturation)) continue;
-        if (pdi_corrode_backing(r, i) < r->desc.saturation - r->next[i])
-            least = fmin(least, (r->base[i] - half) / (r->base[i] - r->next[i]));
+    for (int32_t i = 0; i < r->grid->total; i++) /* those that have no part in the step may have to give */
+        if (r->map.role[i] == PDI_ROLE_IDLE) r->next[i] = r->c[i];
+    for (int32_t n = 0; n < r->changed_count; n++) {
+        int32_t i = r->changed[n];
+        double lowest = r->next[i], left = pdi_corrode_collect(r, i, 1, pdi_corrode_end(r, i) - lowest);
+        while (r->changed[n] != i) n++; /* the list may have grown before it */
+        left = pdi_corrode_collect(r, i, 0, left);
+        if (left > 0.0 && r->next[i] < -PDI_CORRODE_ROUNDING * r->desc.saturation && r->base[i] > half)
+            least = fmin(least, (r->base[i] - half) / (r->base[i] - lowest));
     }
     return least;
 }
 
-/* The nodes first .. end-1, of one role, take what they have next. They turn at their end or, where the field at the
- * start of the step is kept, at the end of the step that is closest to that. */
-static void pdi_corrode_take(pd_corrode *r, int32_t first, int32_t end)
+/* Metal turns at its end or, where the field at the start of the step is kept, at the end of the step that is closest
+ * to that. */
+PDI_FN double pdi_corrode_spare(pd_corrode *r)
 {
-    uint8_t role = r->map.role[first];
-    if (role == PDI_ROLE_IDLE || (role == PDI_ROLE_WHOLE && r->desc.activation)) return;
-    memcpy(r->c + first, r->next + first, (size_t)(end - first) * sizeof *r->c);
-    for (int32_t i = first; i < end && role == PDI_ROLE_EXPOSED; i++) {
-        double half = r->base == r->c ? 0.0 : 0.5 * (r->base[i] - r->c[i]);
-        if (r->c[i] - half <= pdi_corrode_end(r, i)) r->changed[r->changed_count++] = i;
+    r->changed_count = 0;
+    for (int32_t p = 0; p < pdi_phase_pieces(&r->map); p++) {
+        int count;
+        int32_t first = pdi_phase_place(&r->map, p, &count);
+        for (int32_t i = first; i < first + count; i++) {
+            if (r->map.role[i] != PDI_ROLE_EXPOSED) continue;
+            double half = r->base == r->c ? 0.0 : 0.5 * (r->base[i] - r->next[i]);
+            if (r->next[i] - half <= pdi_corrode_end(r, i)) r->changed[r->changed_count++] = i;
+        }
+    }
+    pdi_corrode_advance(r);
+    return r->changed_count && !r->desc.keep_deficit ? pdi_corrode_hand_over(r) : 1.0;
+}
+
+/* Metal without a part in the step has what it has left after it gave some to nodes that turn. */
+static void pdi_corrode_given(pd_corrode *r)
+{
+    for (int32_t n = 0; n < r->changed_count && !r->desc.keep_deficit; n++) {
+        int deep = pdi_phase_deep(&r->map, r->changed[n]);
+        for (int k = 0; k < r->stencil->count; k++) {
+            int32_t at = pdi_phase_home(&r->map, deep, r->changed[n] + r->map.shift[k]);
+            if (r->map.role[at] == PDI_ROLE_IDLE && r->map.phase[at] == PDI_PHASE_SOLID) r->c[at] = r->next[at];
+        }
     }
 }
 
@@ -590,20 +605,20 @@ PDI_FN void pdi_corrode_commit(pd_corrode *r, double dt)
         pdi_sum_add(&out, dt * r->stencil->volume * pdi_corrode_leak(r, r->map.border[b]));
     r->out = out.sum;
     r->out_carry = out.carry;
-    r->changed_count = 0;
     for (int pass = 0; pass < (r->desc.activation ? 2 : 1); pass++) {
         for (int32_t p = 0; p < pdi_phase_pieces(&r->map); p++) {
             int count;
             int32_t first = pdi_phase_place(&r->map, p, &count), end = first + count, next;
             for (int32_t i = first; i < end; i = next) {
+                uint8_t role = r->map.role[i];
                 next = pdi_phase_same(&r->map, i, end);
-                if (!pass) pdi_corrode_take(r, i, next);
-                if (!pass || r->map.role[i] != PDI_ROLE_SHORE) continue;
-                for (int32_t j = i; j < next; j++) pdi_corrode_rinse(r, j);
+                if (pass && role == PDI_ROLE_SHORE)
+                    for (int32_t j = i; j < next; j++) pdi_corrode_rinse(r, j);
+                if (pass || role == PDI_ROLE_IDLE || (role == PDI_ROLE_WHOLE && r->desc.activation)) continue;
+                memcpy(r->c + i, r->next + i, (size_t)(next - i) * sizeof *r->c);
             }
         }
-        if (!pass) pdi_corrode_advance(r);
-        if (!pass && !r->desc.keep_deficit) pdi_corrode_hand_over(r);
+        if (!pass) pdi_corrode_given(r);
     }
     if (r->changed_count) pdi_corrode_turn(r);
     r->time += dt;
@@ -666,6 +681,7 @@ pd_status pd_corrode_step(pd_ctx *ctx, pd_corrode *r, double dt)
     if (dt > limit * (1.0 + 1e-12))
         return pdi_fail(ctx, PD_RETRY, "corrode", "the step of %g s exceeds the limit of %g s", dt, limit);
     pdi_corrode_exchange(ctx, r, dt);
+    pdi_corrode_spare(r);
     pdi_corrode_commit(r, dt);
     return PD_OK;
 }
@@ -678,12 +694,11 @@ pd_status pd_corrode_run(pd_ctx *ctx, pd_corrode *r, double t_end)
         limit = fmin(limit, pdi_corrode_accurate(r));
         double count = ceil(left / limit * (1.0 - 1e-12));
         double dt = count > 1.0 ? left / count : left;
-        pdi_corrode_exchange(ctx, r, dt);
-        double spare = pdi_corrode_spare(r);
-        if (spare < 1.0) {
-            dt *= spare;
-            count = 2.0;
+        double spare;
+        for (;; dt *= spare, count = 2.0) {
             pdi_corrode_exchange(ctx, r, dt);
+            spare = pdi_corrode_spare(r);
+            if (!(spare < 1.0)) break;
         }
         pdi_corrode_commit(r, dt);
         if (!(count > 1.0)) r->time = t_end; /* no last step of rounding's length */

@@ -148,9 +148,10 @@ PDI_FN pd_status pdi_corrode_law(pd_ctx *ctx, const pd_corrode *corrode, int32_t
 PDI_FN void pdi_corrode_exchange(pd_ctx *ctx, pd_corrode *corrode, double dt);
 /* Largest loss of a metal node in that, over Cs - Csat. */
 PDI_FN double pdi_corrode_lost(const pd_corrode *corrode);
-/* Share of that step [-] in which debris, metal with too little metal in reach to make up for it, loses no more than it
- * has; 1: all of it. */
-PDI_FN double pdi_corrode_spare(const pd_corrode *corrode);
+/* Lists in `changed` which nodes turn with `next`, and lets metal behind them make up for what they are below their
+ * end. Share of that step [-] in which debris, metal with too little in reach for that, loses no more than it has; 1:
+ * all of it, `next` is ready to be committed. */
+PDI_FN double pdi_corrode_spare(pd_corrode *corrode);
 /* What steps carry on beside the kinds of the grid, which come first. */
 PDI_FN pd_status pdi_corrode_store(pd_ctx *ctx, pd_corrode *corrode, pd_store *store);
 /* `next` becomes the state, as far as nodes take part. */

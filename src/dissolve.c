@@ -15,6 +15,12 @@
 /* Most fluid nodes among which a bond enters the fluid. */
 #define PDI_DISSOLVE_ENTRIES 8
 
+/* Least change of the law, as a share, that a slope is taken from, how its step grows to that, and the widest one as a
+ * share of Cs. */
+#define PDI_DISSOLVE_DIGITS 1e-5
+#define PDI_DISSOLVE_WIDEN 1e3
+#define PDI_DISSOLVE_WIDEST 1e-3
+
 /* A solid neighbour that loses at most this share of what a node loses lies behind it. */
 #define PDI_DISSOLVE_SHELTERED 0.6
 
@@ -114,6 +120,13 @@ static double pdi_dissolve_share_of_law(const pd_dissolve *d, int32_t i, double 
     return diffusivity > 0.0 ? diffusivity / (diffusivity + resistance) : 0.0;
 }
 
+/* What bond k of solid node j gives to fluid node i where it enters, per speed of the law [mol/m4]. */
+static double pdi_dissolve_weight(const pd_dissolve *d, int32_t j, int32_t i, int k, const pdi_dissolve_entry *entry)
+{
+    return pdi_dissolve_span(d) * pdi_dissolve_factor(d, j) * (pdi_dissolve_area(d, j, k) / entry->count) *
+           pdi_dissolve_over(d, j, i);
+}
+
 /* Rate [1/s] at which solid node j loses its span: f sum c(n) v over its bonds to fluid. */
 static double pdi_dissolve_rate(const pd_dissolve *d, int32_t j)
 {
@@ -145,19 +158,11 @@ static double pdi_dissolve_lead(const pd_stencil *s)
     return PDI_DISSOLVE_LEAD_SHARE * sum;
 }
 
-static pd_status pdi_dissolve_collect(pd_ctx *ctx, pd_dissolve *d)
+static void pdi_dissolve_collect(pd_dissolve *d)
 {
-    int32_t count = 0;
-    for (int32_t j = 0; j < d->grid->total; j++) count += d->exposed[j];
-    if (count > d->front_capacity) {
-        int32_t fresh = count + count / 4 + 16;
-        PDI_TRY(PDI_GROW(ctx, "dissolve", d->front_capacity, fresh, d->front));
-        d->front_capacity = fresh;
-    }
     d->front_count = 0;
     for (int32_t j = 0; j < d->grid->total; j++)
         if (d->exposed[j]) d->front[d->front_count++] = j;
-    return PD_OK;
 }
 
 static int pdi_dissolve_is_exposed(const pd_dissolve *d, int32_t j)
@@ -181,6 +186,11 @@ pd_status pd_dissolve_build(pd_ctx *ctx, pd_grid *grid, const pd_bonds *bonds, p
     d->grid = grid;
     d->bonds = bonds;
     d->transport = transport;
+    d->capacity = (int32_t)grid->solid_count;
+    PDI_TRY(PDI_NEW(ctx, "dissolve", d->capacity, d->front));
+    PDI_TRY(PDI_NEW(ctx, "dissolve", d->capacity, d->changed));
+    PDI_TRY(PDI_NEW(ctx, "dissolve", d->capacity, d->piece));
+    PDI_TRY(PDI_NEW(ctx, "dissolve", grid->total, d->mark));
     PDI_TRY(PDI_NEW(ctx, "dissolve", grid->total, d->exposed));
     PDI_TRY(PDI_NEW(ctx, "dissolve", grid->total, d->weight));
     PDI_TRY(PDI_NEW(ctx, "dissolve", grid->total, d->speed));
@@ -191,7 +201,8 @@ pd_status pd_dissolve_build(pd_ctx *ctx, pd_grid *grid, const pd_bonds *bonds, p
         d->exposed[j] = (uint8_t)pdi_dissolve_is_exposed(d, j);
     }
     d->lead = pdi_dissolve_lead(bonds->stencil);
-    return pdi_dissolve_collect(ctx, d);
+    pdi_dissolve_collect(d);
+    return PD_OK;
 }
 
 /* The law near c: v = speed + slope c. It never deposits, and a rising law is taken at its present value. */
@@ -199,6 +210,11 @@ static pd_status pdi_dissolve_law(pd_ctx *ctx, pd_dissolve *d, int32_t i)
 {
     double c = d->transport->c[i], step = 1e-4 * fmax(fabs(c), 1e-7 * d->desc.solid);
     double now = d->desc.rate(d->desc.rate_user, c), ahead = d->desc.rate(d->desc.rate_user, c + step);
+    /* a difference of few digits is a slope of few, and so the end of the law */
+    while (fabs(ahead - now) < PDI_DISSOLVE_DIGITS * fabs(now) && step < PDI_DISSOLVE_WIDEST * d->desc.solid) {
+        step *= PDI_DISSOLVE_WIDEN;
+        ahead = d->desc.rate(d->desc.rate_user, c + step);
+    }
     if (!(fabs(now) < 1e100) || !(fabs(ahead) < 1e100)) {
         double x[PD_DIM];
         pd_grid_position(d->grid, i, x);
@@ -217,16 +233,16 @@ pd_status pd_dissolve_prepare(pd_ctx *ctx, pd_dissolve *d)
     const pd_stencil *s = d->bonds->stencil;
     pd_transport *t = d->transport;
     pdi_dissolve_entry entry;
-    d->stalled = 0;
+    d->stalled = d->rated = d->gone_count = 0;
+    memset(d->mark, 0, (size_t)d->grid->total);
     for (int32_t i = 0; i < d->grid->total; i++) t->source[i] = t->absorb[i] = d->weight[i] = 0.0;
     for (int32_t f = 0; f < d->front_count; f++) {
         int32_t j = d->front[f];
-        double span = pdi_dissolve_span(d) * pdi_dissolve_factor(d, j);
         for (int k = 0; k < s->count; k++) {
             pdi_dissolve_enter(d, j, k, &entry);
             for (int e = 0; e < entry.count; e++) {
                 int32_t i = entry.node[e];
-                double weight = span * (pdi_dissolve_area(d, j, k) / entry.count) * pdi_dissolve_over(d, j, i);
+                double weight = pdi_dissolve_weight(d, j, i, k, &entry);
                 if (!(weight > 0.0)) continue;
                 if (!(d->weight[i] > 0.0)) PDI_TRY(pdi_dissolve_law(ctx, d, i));
                 d->weight[i] += weight;
@@ -236,6 +252,10 @@ pd_status pd_dissolve_prepare(pd_ctx *ctx, pd_dissolve *d)
             }
         }
     }
+    t->ceiling = 0.0; /* where the linearised law ends */
+    for (int32_t i = 0; i < d->grid->total; i++)
+        if (t->source[i] > 0.0)
+            t->ceiling = fmax(t->ceiling, t->absorb[i] > 0.0 ? t->source[i] / t->absorb[i] : HUGE_VAL);
     return PD_OK;
 }
 
@@ -265,13 +285,177 @@ static double pdi_dissolve_share(const pd_dissolve *d, int32_t j, int k, pdi_dis
     return d->bonds->stencil->area[k] * pdi_dissolve_factor(d, i);
 }
 
+/* ---- pieces of metal that a step uses up ---- */
+
+/* Marks of solid nodes within a step. */
+enum {
+    PDI_DISSOLVE_SEEN = 1,   /* by the search at hand */
+    PDI_DISSOLVE_LASTS = 2,  /* its piece has more than it gives */
+    PDI_DISSOLVE_GONE = 4,   /* its piece gives all that it has */
+    PDI_DISSOLVE_TURNED = 8  /* fluid from this step on */
+};
+
+/* A piece of metal: nodes that can hand over to each other, directly or through others. */
+typedef struct pdi_dissolve_piece {
+    int32_t *node;
+    int32_t count;
+    double has, gives; /* [mol/m3 of a cell] above the threshold; in the step */
+} pdi_dissolve_piece;
+
+/* Take j into the piece. */
+static void pdi_dissolve_see(pd_dissolve *d, int32_t j, pdi_dissolve_piece *p)
+{
+    d->mark[j] |= PDI_DISSOLVE_SEEN;
+    p->node[p->count++] = j;
+}
+
+/* Take the far ends of the bonds of node i into the piece, as far as they are metal that dissolves, or were when the
+ * step began. */
+static void pdi_dissolve_spread(pd_dissolve *d, int32_t i, pdi_dissolve_piece *p)
+{
+    for (int k = 0; k < d->bonds->stencil->count; k++) {
+        int32_t j = pdi_dissolve_far(d, i, k);
+        if (d->grid->kind[j] != PD_SOLID && !(d->mark[j] & PDI_DISSOLVE_TURNED)) continue;
+        double weight = d->bonds->stencil->area[k] * pdi_dissolve_factor(d, j);
+        if (j == i || (d->mark[j] & PDI_DISSOLVE_SEEN) || !(weight > 0.0)) continue;
+        if (pdi_dissolve_free(d, i, k)) pdi_dissolve_see(d, j, p);
+    }
+}
+
+static void pdi_dissolve_begin(pd_dissolve *d, int32_t j, pdi_dissolve_piece *p)
+{
+    p->node = d->piece + d->gone_count;
+    p->count = 0;
+    p->has = p->gives = 0.0;
+    pdi_dissolve_see(d, j, p);
+}
+
+static void pdi_dissolve_label(pd_dissolve *d, const pdi_dissolve_piece *p, int label)
+{
+    for (int32_t n = 0; n < p->count; n++)
+        d->mark[p->node[n]] = (uint8_t)((d->mark[p->node[n]] & ~PDI_DISSOLVE_SEEN) | label);
+}
+
+/* 1: the piece of node j has more than it gives in the step, which is as soon known as it has more than all metal
+ * gives. */
+static int pdi_dissolve_lasts(pd_dissolve *d, int32_t j, double dt, double all, pdi_dissolve_piece *p)
+{
+    double floor_content = d->desc.threshold * d->desc.solid, take = dt * pdi_dissolve_span(d);
+    pdi_dissolve_begin(d, j, p);
+    for (int32_t n = 0; n < p->count; n++) {
+        int32_t i = p->node[n];
+        double around = pdi_grid_circumference(d->grid, i);
+        p->has += (d->transport->c[i] - floor_content) * around;
+        if (d->exposed[i]) p->gives += take * d->rate[i] * around;
+        if (p->has > all || (d->mark[i] & PDI_DISSOLVE_LASTS)) return 1;
+        pdi_dissolve_spread(d, i, p);
+    }
+    return p->has > p->gives;
+}
+
+/* What the piece gives by its law at the present concentrations becomes a source of its own, scaled to what it has. */
+static void pdi_dissolve_give(pd_dissolve *d, const pdi_dissolve_piece *p)
+{
+    pd_transport *t = d->transport;
+    pdi_dissolve_entry entry;
+    double share = p->has / p->gives;
+    for (int32_t n = 0; n < p->count; n++) {
+        int32_t j = p->node[n];
+        for (int k = 0; k < d->bonds->stencil->count && d->exposed[j]; k++) {
+            pdi_dissolve_enter(d, j, k, &entry);
+            for (int e = 0; e < entry.count; e++) {
+                int32_t i = entry.node[e];
+                double weight = pdi_dissolve_weight(d, j, i, k, &entry) * pdi_dissolve_share_of_law(d, i, entry.film);
+                double law = d->speed[i] + d->slope[i] * t->c[i];
+                t->source[i] += weight * (share * law - d->speed[i]);
+                t->absorb[i] = fmax(t->absorb[i] + weight * d->slope[i], 0.0);
+            }
+        }
+    }
+}
+
+/* Pieces that would give more than they have: their sources become what they have. How many there are. */
+static int pdi_dissolve_spare(pd_dissolve *d, double dt)
+{
+    double take = dt * pdi_dissolve_span(d), all = 0.0;
+    int found = 0;
+    for (int32_t j = 0; j < d->grid->total; j++) {
+        d->mark[j] &= (uint8_t)~PDI_DISSOLVE_LASTS;
+        if (d->exposed[j]) all += fmax(take * d->rate[j], 0.0) * pdi_grid_circumference(d->grid, j);
+    }
+    for (int32_t f = 0; f < d->front_count; f++) {
+        int32_t j = d->front[f];
+        pdi_dissolve_piece piece;
+        if (d->mark[j] & (PDI_DISSOLVE_LASTS | PDI_DISSOLVE_GONE)) continue;
+        if (pdi_dissolve_left(d, j) > dt * d->rate[j]) continue;
+        int lasts = pdi_dissolve_lasts(d, j, dt, all, &piece);
+        pdi_dissolve_label(d, &piece, lasts ? PDI_DISSOLVE_LASTS : PDI_DISSOLVE_GONE);
+        if (lasts) continue;
+        pdi_dissolve_give(d, &piece);
+        d->gone_count += piece.count;
+        found++;
+    }
+    return found;
+}
+
+static void pdi_dissolve_rates(const pd_ctx *ctx, pd_dissolve *d)
+{
+    int nt = pdi_par_threads(ctx, (int64_t)d->front_count * d->bonds->stencil->count * 4);
+    (void)nt;
+    PDI_PARALLEL_FOR(nt)
+    for (int32_t f = 0; f < d->front_count; f++) {
+        int32_t j = d->front[f];
+        if (!(d->mark[j] & PDI_DISSOLVE_GONE)) d->rate[j] = pdi_dissolve_rate(d, j);
+    }
+    d->rated = 1;
+}
+
+pd_status pd_dissolve_transport(pd_ctx *ctx, pd_dissolve *d, double dt, pd_transport_result *result)
+{
+    pd_transport *t = d->transport;
+    pd_status status;
+    int krylov = 0;
+    PDI_TRY(pdi_transport_begin(ctx, t, dt));
+    do { /* less metal leaves less in the fluid, so others give more: each round finds new pieces, or is the last one */
+        status = pdi_transport_stage(ctx, t, dt, 1, result);
+        result->krylov = krylov += result->krylov;
+        if (status < 0) break;
+        pdi_dissolve_rates(ctx, d);
+    } while (pdi_dissolve_spare(d, dt));
+    return pdi_transport_end(ctx, t, dt, status);
+}
+
+/* ---- after the transport step ---- */
+
+/* Move `rest` to the solid nodes nearest to j on paths through its piece, whose other nodes leave as well. 0: there is
+ * none. */
+static int pdi_dissolve_pass_on(pd_dissolve *d, int32_t j, double rest)
+{
+    pdi_dissolve_piece p;
+    int32_t begin = 0, end = 1, found = 0;
+    pdi_dissolve_begin(d, j, &p);
+    while (begin < end && !found) {
+        for (int32_t n = begin; n < end; n++) pdi_dissolve_spread(d, p.node[n], &p);
+        begin = end;
+        end = p.count;
+        for (int32_t n = begin; n < end; n++) found += d->grid->kind[p.node[n]] == PD_SOLID;
+    }
+    for (int32_t n = begin; n < end; n++)
+        if (d->grid->kind[p.node[n]] == PD_SOLID)
+            d->transport->c[p.node[n]] += rest / found * pdi_dissolve_over(d, j, p.node[n]);
+    pdi_dissolve_label(d, &p, 0);
+    return found > 0;
+}
+
 /* Move `rest` (what node j still holds, or owes when negative) to the layer behind it, the present front; without one
- * to any solid neighbour. Debris settles with the fluid around, which delivers in the next step. */
+ * to any solid neighbour, or to the metal that it hangs together with. Where there is none, it is rounding, and goes to
+ * the fluid around. */
 static pd_status pdi_dissolve_hand_over(pd_ctx *ctx, pd_dissolve *d, int32_t j, double rest)
 {
     int count = d->bonds->stencil->count;
     for (int heir = PDI_DISSOLVE_BEHIND; heir <= PDI_DISSOLVE_FLUID; heir++) {
         double sum = 0.0;
+        if (heir == PDI_DISSOLVE_FLUID && pdi_dissolve_pass_on(d, j, rest)) return PD_OK;
         for (int k = 0; k < count; k++) sum += pdi_dissolve_share(d, j, k, (pdi_dissolve_heir)heir);
         if (!(sum > 0.0)) continue;
         double *target = heir == PDI_DISSOLVE_FLUID ? d->transport->carry : d->transport->c;
@@ -285,15 +469,10 @@ static pd_status pdi_dissolve_hand_over(pd_ctx *ctx, pd_dissolve *d, int32_t j, 
     return pdi_fail(ctx, PD_ERR_INTERNAL, "dissolve", "node %d dissolved without any neighbour", (int)j);
 }
 
-static pd_status pdi_dissolve_note(pd_ctx *ctx, pd_dissolve *d, int32_t j)
+static void pdi_dissolve_note(pd_dissolve *d, int32_t j)
 {
-    if (d->changed_count == d->changed_capacity) {
-        int32_t fresh = d->changed_capacity * 2 + 64;
-        PDI_TRY(PDI_GROW(ctx, "dissolve", d->changed_capacity, fresh, d->changed));
-        d->changed_capacity = fresh;
-    }
+    d->mark[j] |= PDI_DISSOLVE_TURNED;
     d->changed[d->changed_count++] = j;
-    return PD_OK;
 }
 
 /* Nodes within one bond of `j` may have become exposed. */
@@ -326,7 +505,7 @@ static pd_status pdi_dissolve_settle(pd_ctx *ctx, pd_dissolve *d)
     for (int32_t first = 0;;) {
         for (int32_t f = 0; f < d->front_count; f++) {
             int32_t j = d->front[f];
-            if (d->grid->kind[j] == PD_SOLID && pdi_dissolve_spent(d, j)) PDI_TRY(pdi_dissolve_note(ctx, d, j));
+            if (!(d->mark[j] & PDI_DISSOLVE_TURNED) && pdi_dissolve_spent(d, j)) pdi_dissolve_note(d, j);
         }
         if (first == d->changed_count) return PD_OK;
         for (int32_t n = first; n < d->changed_count; n++) pdi_grid_dissolve(d->grid, d->changed[n]);
@@ -339,25 +518,26 @@ static pd_status pdi_dissolve_settle(pd_ctx *ctx, pd_dissolve *d)
     }
 }
 
-PDI_FN pd_status pdi_dissolve_turned(pd_ctx *ctx, pd_dissolve *d, const int32_t *turned, int32_t count)
+PDI_FN void pdi_dissolve_turned(pd_dissolve *d, const int32_t *turned, int32_t count)
 {
     for (int32_t n = 0; n < count; n++) pdi_dissolve_expose(d, turned[n]);
-    return pdi_dissolve_collect(ctx, d);
+    pdi_dissolve_collect(d);
 }
 
 pd_status pd_dissolve_finish(pd_ctx *ctx, pd_dissolve *d, double dt)
 {
-    double span = pdi_dissolve_span(d);
-    int nt = pdi_par_threads(ctx, (int64_t)d->front_count * d->bonds->stencil->count * 4);
-    (void)nt;
-    d->changed_count = 0;
-    PDI_PARALLEL_FOR(nt)
-    for (int32_t f = 0; f < d->front_count; f++) d->rate[d->front[f]] = pdi_dissolve_rate(d, d->front[f]);
+    double take = dt * pdi_dissolve_span(d), floor_content = d->desc.threshold * d->desc.solid, *c = d->transport->c;
+    if (!d->rated) pdi_dissolve_rates(ctx, d);
+    d->rated = d->changed_count = 0;
     /* the contents tell where the surface stands, so all rates come first */
-    for (int32_t f = 0; f < d->front_count; f++) d->transport->c[d->front[f]] -= dt * span * d->rate[d->front[f]];
+    for (int32_t f = 0; f < d->front_count; f++) c[d->front[f]] -= take * d->rate[d->front[f]];
+    for (int32_t n = 0; n < d->gone_count; n++) {
+        c[d->piece[n]] = floor_content;
+        pdi_dissolve_note(d, d->piece[n]);
+    }
     PDI_TRY(pdi_dissolve_settle(ctx, d));
-    if (!d->changed_count) return PD_OK;
-    return pdi_dissolve_turned(ctx, d, d->changed, d->changed_count);
+    if (d->changed_count) pdi_dissolve_turned(d, d->changed, d->changed_count);
+    return PD_OK;
 }
 
 double pd_dissolve_stock(pd_ctx *ctx, const pd_dissolve *d)
@@ -377,7 +557,9 @@ void pd_dissolve_free(pd_ctx *ctx, pd_dissolve *d)
     PDI_DELETE(ctx, total, d->speed);
     PDI_DELETE(ctx, total, d->slope);
     PDI_DELETE(ctx, total, d->rate);
-    PDI_DELETE(ctx, d->front_capacity, d->front);
-    PDI_DELETE(ctx, d->changed_capacity, d->changed);
+    PDI_DELETE(ctx, total, d->mark);
+    PDI_DELETE(ctx, d->capacity, d->front);
+    PDI_DELETE(ctx, d->capacity, d->changed);
+    PDI_DELETE(ctx, d->capacity, d->piece);
     memset(d, 0, sizeof *d);
 }

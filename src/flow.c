@@ -250,6 +250,7 @@ PDI_FN double pdi_flow_bond_flux(const pd_flow *flow, int32_t i, int k)
     int32_t total = flow->grid->total, j = i + flow->bonds->shift[k];
     double share = pdi_bond_flux(flow->bonds, i, k);
     double flux = 2.0 * share * pdi_flow_half_flux(s->grad + k * PD_DIM, flow->carrier, i, j, total);
+    if (flow->potential) flux -= pdi_bond_lap(flow->bonds, i)[k] * (flow->potential[j] - flow->potential[i]);
     if (flow->grid->kind[i] == PD_INLET || flow->grid->kind[j] == PD_INLET) return flux;
     double tie = flow->p[j] - flow->p[i];
     for (int d = 0; d < PD_DIM; d++)

@@ -40,6 +40,8 @@ typedef struct pd_flow {
     double *p;              /* [total] [m2/s2] kinematic pressure */
     double *grad;           /* [PD_DIM][total] [m/s2] gradient of p */
     double *carrier;        /* [PD_DIM][total] [m/s] velocity that makes the bond fluxes (eq. 4.2b) */
+    const double *potential; /* [total] [m2/s] its Laplacian takes from the bond fluxes the divergence that a steady
+                             * solve has left (eq. 4.10b), zero at ports. NULL: none. Borrowed from the solver */
     int64_t evaluations;    /* operator evaluations so far: residuals and linearised products */
 } pd_flow;
 

@@ -101,6 +101,7 @@ pd_status pd_multigrid_build(pd_ctx *ctx, const pd_multigrid_desc *desc, pd_mult
     pdi_multigrid_edges(fine);
     PDI_TRY(PDI_NEW(ctx, "multigrid", 2 * (cells / fine->n[0]), fine->begin));
     fine->end = fine->begin + cells / fine->n[0];
+    PDI_TRY(PDI_NEW(ctx, "multigrid", cells + 3, mg->mark));
     return PDI_NEW(ctx, "multigrid", cells, fine->parent);
 }
 
@@ -626,14 +627,10 @@ pd_status pd_multigrid_setup(pd_ctx *ctx, pd_multigrid *mg, const uint8_t *activ
     PDI_TRY(pdi_multigrid_check(ctx, mg, wall, 0, "wall", &largest));
     PDI_TRY(pdi_multigrid_check(ctx, mg, mass, 0, "mass", &largest));
     mg->scale = pdi_multigrid_scale((double)largest);
-    pd_status status = PDI_NEW(ctx, "multigrid", mg->level[0].cells + 3, mg->mark);
-    if (status == PD_OK) {
-        mg->levels = 1;
-        pdi_multigrid_fine(mg, active, conduct, flux, wall, mass);
-        pdi_multigrid_rows(&mg->level[0]);
-        status = pdi_multigrid_coarsen(ctx, mg);
-    }
-    PDI_DELETE(ctx, mg->level[0].cells + 3, mg->mark);
+    mg->levels = 1;
+    pdi_multigrid_fine(mg, active, conduct, flux, wall, mass);
+    pdi_multigrid_rows(&mg->level[0]);
+    pd_status status = pdi_multigrid_coarsen(ctx, mg);
     if (status < 0) mg->levels = 0;
     return status;
 }

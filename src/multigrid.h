@@ -38,7 +38,7 @@ typedef struct pd_multigrid {
     int32_t pad;    /* zero floats before and after each level 0 array read at neighbours */
     float *store;   /* level 0: x and coefficients with their pads, b, r, inv and excess */
     double *sums;   /* [-] level 0: sum with its pads; NULL without contrast */
-    int32_t *mark;  /* only during setup: counts and marks */
+    int32_t *mark;  /* [cells + 3] counts and marks of the setup */
     pd_smooth_level level[PD_MULTIGRID_LEVELS];
 } pd_multigrid;
 

@@ -102,6 +102,7 @@ static void pdi_recede_begin(pd_recede *r)
 {
     pd_corrode *m = r->corrode;
     pdi_corrode_repassivate(m);
+    pdi_corrode_ghosts(m); /* the metal behind the sides has lost as much as its sources in the last step */
     m->active = 0;
     int32_t first = -1, end = 1; /* of the fluid */
     for (int32_t i = 0; i < m->grid->total; i++) {
@@ -292,6 +293,7 @@ pd_status pd_recede_step(pd_ctx *ctx, pd_recede *r, double dt)
         pdi_corrode_exchange(ctx, m, dt);
         lost = pdi_corrode_lost(m);
         spare = pdi_corrode_spare(m);
+        m->base = m->c;
     }
     r->retry_dt = spare < 1.0 ? spare * dt : 0.5 * dt;
     if (status == PD_OK && spare < 1.0)
@@ -302,14 +304,13 @@ pd_status pd_recede_step(pd_ctx *ctx, pd_recede *r, double dt)
                           dt, lost, most);
     if (status != PD_OK) {
         pdi_par_copy(ctx, m->grid->total, r->start, m->c);
-        m->base = m->c;
+        m->changed_count = 0;
         r->rejected++;
         return status;
     }
     double error = pdi_recede_error(r);
     if (r->turned) error = 0.0;
     pdi_corrode_commit(m, dt);
-    m->base = m->c;
     r->next_dt = dt * fmin(PDI_RECEDE_GROWTH, error > 0.0 ? 0.9 * sqrt(r->desc.rtol / error) : PDI_RECEDE_GROWTH);
     r->front_dt = lost > 0.0 ? dt * r->desc.share / lost : HUGE_VAL;
     r->last_dt = dt;

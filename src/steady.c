@@ -1,5 +1,6 @@
 /* steady: see steady.h */
 #include "steady.h"
+#include "op.h"
 #include "par.h"
 #include <math.h>
 #include <string.h>
@@ -19,6 +20,13 @@
 
 /* The last Newton step aims at this share of the tolerance. */
 #define PDI_STEADY_ENOUGH 0.3
+
+/* Share of the divergence left by the potential that takes it off, and the most iterations for it: rounding may be more
+ * than that share. */
+#define PDI_STEADY_EVEN 1e-10
+#define PDI_STEADY_EVEN_MOST 600
+/* Divergence over U/L that is none. */
+#define PDI_STEADY_ROUNDING 1e-19
 
 /* Newton steps of a stage in time, and the loosest linear tolerance of one. */
 #define PDI_STEADY_STAGE 8
@@ -197,6 +205,7 @@ pd_status pd_steady_build(pd_ctx *ctx, pd_flow *flow, const pd_steady_desc *desc
     PDI_TRY(PDI_NEW(ctx, "steady", size, s->residual));
     PDI_TRY(PDI_NEW(ctx, "steady", size, s->step));
     PDI_TRY(PDI_NEW(ctx, "steady", size, s->work));
+    PDI_TRY(PDI_NEW(ctx, "steady", flow->grid->total, s->potential));
     return PDI_NEW(ctx, "steady", (int64_t)PD_DIM * flow->grid->total, s->carrier);
 }
 
@@ -223,6 +232,62 @@ static pd_status pdi_steady_newton(pd_ctx *ctx, pd_steady *s, double shift, doub
     return PD_OK;
 }
 
+/* ---- what is left of the divergence ---- */
+
+/* y = lap q, both in the places of the pressure. Ports hold zero. */
+static void pdi_steady_laplacian(void *user, const double *x, double *y)
+{
+    pdi_steady_user *u = (pdi_steady_user *)user;
+    const pd_flow *flow = u->steady->flow;
+    int64_t split = (int64_t)PD_DIM * flow->grid->total;
+    double *q = u->steady->work;
+    pdi_par_copy(u->ctx, flow->grid->total, x + split, q);
+    pd_ghosts_scalar(&flow->bonds->ghosts, q);
+    pdi_par_zero(u->ctx, split, y);
+    pd_op_laplacian(u->ctx, flow->bonds, q, y + split);
+}
+
+static void pdi_steady_poisson(void *user, const double *x, double *y)
+{
+    pdi_steady_user *u = (pdi_steady_user *)user;
+    int64_t split = (int64_t)PD_DIM * u->steady->flow->grid->total;
+    pdi_par_zero(u->ctx, split, y);
+    pd_multigrid_cycle(u->ctx, &u->steady->mg_p, x + split, y + split);
+}
+
+/* Solve lap q = div for the divergence that the tolerance has left, so that transport finds fluxes that carry as much
+ * into a node as out of it, to rounding (eq. 4.10b). s->residual is the residual of the present state. */
+static pd_status pdi_steady_solenoid(pd_ctx *ctx, pd_steady *s)
+{
+    pdi_steady_user user;
+    pd_krylov_result linear;
+    pd_krylov *k = &s->krylov;
+    pd_flow *flow = s->flow;
+    int32_t total = flow->grid->total;
+    int64_t split = (int64_t)PD_DIM * total;
+    int most = k->desc.max_iterations;
+    user.ctx = ctx;
+    user.steady = s;
+    pdi_par_zero(ctx, split, s->residual);
+    pdi_par_axpy(ctx, total, flow->speed / flow->length - 1.0, s->residual + split, s->residual + split);
+    PDI_TRY(pdi_steady_setup(ctx, s));
+    k->desc.rtol = PDI_STEADY_EVEN;
+    k->desc.atol = PDI_STEADY_ROUNDING * flow->speed / flow->length;
+    k->desc.max_iterations = PDI_STEADY_EVEN_MOST;
+    pd_status status = pd_krylov_solve(ctx, k, pdi_steady_laplacian, pdi_steady_poisson, &user, s->residual, s->step,
+                                       &linear);
+    /* compact pockets that long bonds join to the rest spoil the cycle */
+    if (status > 0)
+        status = pd_krylov_solve(ctx, k, pdi_steady_laplacian, NULL, &user, s->residual, s->step, &linear);
+    k->desc.max_iterations = most;
+    k->desc.atol = 0.0;
+    if (status < 0) return status;
+    pdi_par_copy(ctx, total, s->step + split, s->potential);
+    pd_ghosts_scalar(&flow->bonds->ghosts, s->potential);
+    flow->potential = s->potential;
+    return PD_OK;
+}
+
 pd_status pd_steady_solve(pd_ctx *ctx, pd_steady *s, pd_steady_result *result)
 {
     pd_flow *flow = s->flow;
@@ -237,7 +302,7 @@ pd_status pd_steady_solve(pd_ctx *ctx, pd_steady *s, pd_steady_result *result)
             return pdi_fail(ctx, PD_ERR_DIVERGED, "steady", "the flow residual is %g after %d Newton steps", norm,
                             result->newton);
         result->converged = result->momentum <= s->desc.tolerance && result->continuity <= s->desc.tolerance;
-        if (result->converged) return PD_OK;
+        if (result->converged) return pdi_steady_solenoid(ctx, s);
         if (result->newton >= s->desc.max_newton) return PD_NOT_CONVERGED;
         if (boost > PDI_STEADY_MAX_BOOST)
             return pdi_fail(ctx, PD_ERR_DIVERGED, "steady",
@@ -297,6 +362,8 @@ PDI_FN pd_status pdi_steady_stage(pd_ctx *ctx, pd_steady *s, double rate, const 
 
 PDI_FN pd_status pdi_steady_store(pd_ctx *ctx, pd_steady *s, pd_store *store)
 {
+    if (store->reading) s->flow->potential = s->potential;
+    PDI_TRY(PDI_STORE(ctx, store, "steady.potential", s->potential, s->flow->grid->total));
     return PDI_STORE(ctx, store, "steady.norm0", &s->norm0, 1);
 }
 
@@ -311,6 +378,8 @@ void pd_steady_free(pd_ctx *ctx, pd_steady *s)
     PDI_DELETE(ctx, size, s->residual);
     PDI_DELETE(ctx, size, s->step);
     PDI_DELETE(ctx, size, s->work);
+    PDI_DELETE(ctx, s->flow ? s->flow->grid->total : 0, s->potential);
+    if (s->flow) s->flow->potential = NULL;
     PDI_DELETE(ctx, s->flow ? (int64_t)PD_DIM * s->flow->grid->total : 0, s->carrier);
     memset(s, 0, sizeof *s);
 }

@@ -27,6 +27,7 @@ typedef struct pd_steady {
     double *residual;                   /* [PD_DIM+1][total] [-] scaled */
     double *step, *work;                /* [PD_DIM+1][total] [m/s], last row [m2/s2] */
     double *carrier;                    /* [PD_DIM][total] [m/s] of the linearised velocity, work */
+    double *potential;                  /* [total] [m2/s] of the flow, after a solve */
     double shift;                       /* [1/s] 1 over the pseudo time step */
     double rate;                        /* [1/s] rate (u - target) joins the momentum residual; 0: steady */
     const double *target;               /* [PD_DIM][total] [m/s] */

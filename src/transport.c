@@ -13,6 +13,9 @@
 #define PDI_TRANSPORT_PROBE 1e-7
 #define PDI_TRANSPORT_LOOSE 0.1
 #define PDI_TRANSPORT_TIGHT 1e-3
+/* A residual over its tolerance that counts as missed, and the most pairs of sweeps behind a multigrid cycle then. */
+#define PDI_TRANSPORT_MISSED 10.0
+#define PDI_TRANSPORT_SWEEPS 64
 /* Iterations of one of these, and the shortest step along its direction. */
 #define PDI_TRANSPORT_KRYLOV 60
 #define PDI_TRANSPORT_SHORTEST 0.03
@@ -24,6 +27,8 @@
  * to see bounds broken. */
 #define PDI_TRANSPORT_ENOUGH 1000.0
 #define PDI_TRANSPORT_ROUGH 30.0
+/* The same where what is left undone breaks them. */
+#define PDI_TRANSPORT_FINE 1e-3
 /* Rounds of upwinding the nodes that leave their bounds before the whole step is upwinded. */
 #define PDI_TRANSPORT_ROUNDS 20
 /* The steady field: length of a step over the exchange time of the slowest node, and how many. */
@@ -95,6 +100,9 @@ static void pdi_transport_precondition(void *user, const double *x, double *y)
 {
     pdi_transport_user *u = (pdi_transport_user *)user;
     pd_multigrid_cycle(u->ctx, &u->t->mg, x, y);
+    pd_convect convect = u->t->convect;
+    convect.rate = 1.0 / u->t->dt;
+    for (int sweep = 0; sweep < 2 * u->t->sweeping; sweep++) pdi_convect_relax(&convect, x, sweep & 1, y);
 }
 
 /* Upwinding bond by bond spreads along b by 1/2 sum |g_a| xi_b^2 per speed along a. */
@@ -170,8 +178,8 @@ static void pdi_transport_measure(const pd_ctx *ctx, pd_transport *t)
 }
 
 /* Solve A delta = rhs - A c to an absolute tolerance and add delta to c. */
-static pd_status pdi_transport_correct(pd_ctx *ctx, pd_transport *t, double rtol, double atol, double *change,
-                                       pd_transport_result *result)
+static pd_status pdi_transport_solve(pd_ctx *ctx, pd_transport *t, double atol, pd_transport_result *result,
+                                     double *moved)
 {
     pdi_transport_user user;
     pd_krylov_result linear;
@@ -179,7 +187,7 @@ static pd_status pdi_transport_correct(pd_ctx *ctx, pd_transport *t, double rtol
     user.ctx = ctx;
     user.t = t;
     pdi_transport_residual(ctx, t, residual);
-    t->krylov.desc.rtol = rtol;
+    t->krylov.desc.rtol = 1e-15;
     t->krylov.desc.atol = atol;
     pd_status status = pd_krylov_solve(ctx, &t->krylov, pdi_transport_apply, pdi_transport_precondition, &user,
                                        residual, delta, &linear);
@@ -187,9 +195,22 @@ static pd_status pdi_transport_correct(pd_ctx *ctx, pd_transport *t, double rtol
     result->krylov += linear.iterations;
     result->residual = linear.residual;
     pdi_par_axpy(ctx, t->grid->total, 1.0, delta, t->c); /* zero but at fluid nodes */
-    double moved = pdi_par_max_abs(ctx, t->grid->total, delta);
+    *moved = pdi_par_max_abs(ctx, t->grid->total, delta);
     pdi_transport_measure(ctx, t);
-    *change = t->size > 0.0 ? moved / t->size : 0.0;
+    return status;
+}
+
+/* The same, with a better preconditioner for the rest of the step wherever it misses its tolerance by far. */
+static pd_status pdi_transport_correct(pd_ctx *ctx, pd_transport *t, double atol, pd_transport_result *result,
+                                       double *moved)
+{
+    /* beside a good conductor what is left is rounding (theory: 5.2) */
+    int most = t->diffusion.field ? 1 : PDI_TRANSPORT_SWEEPS;
+    pd_status status = pdi_transport_solve(ctx, t, atol, result, moved);
+    while (status > 0 && result->residual > PDI_TRANSPORT_MISSED * atol && t->sweeping < most) {
+        t->sweeping = t->sweeping ? 4 * t->sweeping : 1;
+        status = pdi_transport_solve(ctx, t, atol, result, moved);
+    }
     return status;
 }
 
@@ -233,7 +254,7 @@ static void pdi_transport_bounds(const pd_transport *t, const double *start, dou
         *high = fmax(*high, value);
         if (kind == PD_FLUID && t->source[i] < 0.0) *low = -HUGE_VAL;
         if (kind == PD_FLUID && t->absorb[i] > 0.0) *low = fmin(*low, 0.0);
-        if (kind == PD_FLUID && t->source[i] > 0.0) *high = HUGE_VAL;
+        if (kind == PD_FLUID && t->source[i] > 0.0) *high = fmax(*high, t->ceiling);
     }
     if (!t->diffusion.hold) return;
     *low = fmin(*low, t->diffusion.held_least);
@@ -280,33 +301,73 @@ static int64_t pdi_transport_mark(pd_transport *t, double low, double high, doub
 static int pdi_transport_start(const pd_ctx *ctx, pd_transport *t)
 {
     memset(t->upwinded, 0, (size_t)t->grid->total);
-    t->upwinding = 0;
+    t->upwinding = t->sweeping = 0;
     t->size = t->diffusion.hold ? fmax(t->diffusion.held_most, 0.0) : 0.0;
     pdi_transport_measure(ctx, t);
     return t->flow && t->desc.advection == PD_ADVECTION_LIMITED;
+}
+
+PDI_FN int pdi_transport_within(const pd_transport *t, const double *start)
+{
+    double low, high;
+    pdi_transport_bounds(t, start, &low, &high);
+    pdi_transport_slack(t, PDI_TRANSPORT_SLACK, &low, &high);
+    for (int32_t i = 0; i < t->grid->total; i++)
+        if (t->grid->kind[i] == PD_FLUID && (t->c[i] < low || t->c[i] > high)) return 0;
+    return 1;
+}
+
+/* 1 when the field would be within its bounds with what is left undone, too: the next step delivers that. */
+static int pdi_transport_settles(pd_ctx *ctx, pd_transport *t)
+{
+    double low, high;
+    pdi_transport_residual(ctx, t, t->work);
+    pdi_transport_bounds(t, t->old, &low, &high);
+    pdi_transport_slack(t, PDI_TRANSPORT_SLACK, &low, &high);
+    for (int32_t i = 0; i < t->grid->total; i++) {
+        double then = t->c[i] + t->dt * t->work[i];
+        if (t->grid->kind[i] == PD_FLUID && (then < low || then > high)) return 0;
+    }
+    return 1;
+}
+
+/* The last solve. What it leaves undone counts times dt in nodes that little passes: where the field leaves its bounds
+ * by that, it is solved better. */
+static pd_status pdi_transport_close(pd_ctx *ctx, pd_transport *t, double atol, pd_transport_result *result)
+{
+    double moved;
+    pd_status status = pdi_transport_correct(ctx, t, atol, result, &moved);
+    int sweeps = t->sweeping || status > 0;
+    if (status < 0 || (pdi_transport_within(t, t->old) && pdi_transport_settles(ctx, t))) return status;
+    for (; sweeps < 2; sweeps++) {
+        if (sweeps && !t->sweeping) t->sweeping = 1;
+        status = pdi_transport_solve(ctx, t, PDI_TRANSPORT_FINE * atol, result, &moved);
+        if (status < 0 || (pdi_transport_within(t, t->old) && pdi_transport_settles(ctx, t))) break;
+    }
+    return status < 0 || result->residual > atol ? status : PD_OK; /* rounding may stop it before that */
 }
 
 /* The limiter bounds a converged field; where the iteration has left the field outside of its bounds, the nodes
  * concerned lose their antidiffusive fluxes until none is left. Fluxes are limited, values never. */
 static pd_status pdi_transport_enforce(pd_ctx *ctx, pd_transport *t, double atol, pd_transport_result *result)
 {
-    double low, high, change;
+    double low, high, moved;
     pd_status status = PD_OK;
     pdi_transport_bounds(t, t->old, &low, &high);
     for (int round = 1; round <= PDI_TRANSPORT_ROUNDS; round++) {
         if (!pdi_transport_mark(t, low, high, PDI_TRANSPORT_SLACK)) {
             /* the last solve moves a field whose fluxes have not settled: it has to stay within the bounds, too */
-            status = pdi_transport_correct(ctx, t, 1e-15, atol, &change, result);
+            status = pdi_transport_close(ctx, t, atol, result);
             if (status < 0 || !pdi_transport_mark(t, low, high, PDI_TRANSPORT_SLACK)) return status;
         }
         if (round == PDI_TRANSPORT_ROUNDS) pdi_par_zero(ctx, t->grid->total, t->anti);
         else pdi_transport_anti(ctx, t, t->c, t->anti);
         pdi_transport_right_side(ctx, t);
-        status = pdi_transport_correct(ctx, t, 1e-15, PDI_TRANSPORT_ROUGH * atol, &change, result);
+        status = pdi_transport_correct(ctx, t, PDI_TRANSPORT_ROUGH * atol, result, &moved);
         if (status < 0) return status;
         result->bounded = round;
     }
-    return pdi_transport_correct(ctx, t, 1e-15, atol, &change, result);
+    return pdi_transport_close(ctx, t, atol, result);
 }
 
 /* Antidiffusive fluxes, right-hand side and residual of the present field; returns the norm of the residual. */
@@ -363,11 +424,15 @@ static pd_status pdi_transport_newton(pd_ctx *ctx, pd_transport *t, double goal,
 static pd_status pdi_transport_iterate(pd_ctx *ctx, pd_transport *t, double size, int bounded,
                                        pd_transport_result *result)
 {
-    double atol = t->desc.tolerance * size, change;
-    if (!pdi_transport_start(ctx, t)) return pdi_transport_correct(ctx, t, 1e-15, atol, &result->change, result);
+    double atol = t->desc.tolerance * size, moved = 0.0;
+    if (!pdi_transport_start(ctx, t)) {
+        pd_status status = pdi_transport_correct(ctx, t, atol, result, &moved);
+        result->change = t->size > 0.0 ? moved / t->size : 0.0;
+        return status;
+    }
     PDI_TRY(pdi_transport_newton(ctx, t, PDI_TRANSPORT_ENOUGH * atol, result));
     if (bounded) return pdi_transport_enforce(ctx, t, atol, result);
-    return pdi_transport_correct(ctx, t, 1e-15, atol, &change, result);
+    return pdi_transport_correct(ctx, t, atol, result, &moved);
 }
 
 PDI_FN pd_status pdi_transport_stage(pd_ctx *ctx, pd_transport *t, double dt, int bounded, pd_transport_result *result)
@@ -388,30 +453,29 @@ PDI_FN pd_status pdi_transport_stage(pd_ctx *ctx, pd_transport *t, double dt, in
     return result->residual <= 10.0 * t->desc.tolerance ? PD_OK : status;
 }
 
-PDI_FN int pdi_transport_within(const pd_transport *t, const double *start)
+PDI_FN pd_status pdi_transport_begin(pd_ctx *ctx, pd_transport *t, double dt)
 {
-    double low, high;
-    pdi_transport_bounds(t, start, &low, &high);
-    pdi_transport_slack(t, PDI_TRANSPORT_SLACK, &low, &high);
-    for (int32_t i = 0; i < t->grid->total; i++)
-        if (t->grid->kind[i] == PD_FLUID && (t->c[i] < low || t->c[i] > high)) return 0;
-    return 1;
+    if (!(dt > 0.0) || !(dt < 1e300))
+        return pdi_fail(ctx, PD_ERR_ARGUMENT, "transport", "the step is %g s, expected a positive one", dt);
+    pdi_par_copy(ctx, t->grid->total, t->c, t->old);
+    return PD_OK;
+}
+
+PDI_FN pd_status pdi_transport_end(pd_ctx *ctx, pd_transport *t, double dt, pd_status status)
+{
+    if (status < 0) {
+        pdi_par_copy(ctx, t->grid->total, t->old, t->c);
+        return status;
+    }
+    pdi_transport_residual(ctx, t, t->carry);
+    for (int32_t i = 0; i < t->grid->total; i++) t->carry[i] *= dt;
+    return status;
 }
 
 pd_status pd_transport_implicit(pd_ctx *ctx, pd_transport *t, double dt, pd_transport_result *result)
 {
-    int32_t total = t->grid->total;
-    if (!(dt > 0.0) || !(dt < 1e300))
-        return pdi_fail(ctx, PD_ERR_ARGUMENT, "transport", "the step is %g s, expected a positive one", dt);
-    pdi_par_copy(ctx, total, t->c, t->old);
-    pd_status status = pdi_transport_stage(ctx, t, dt, 1, result);
-    if (status < 0) {
-        pdi_par_copy(ctx, total, t->old, t->c);
-        return status;
-    }
-    pdi_transport_residual(ctx, t, t->carry);
-    for (int32_t i = 0; i < total; i++) t->carry[i] *= dt;
-    return status;
+    PDI_TRY(pdi_transport_begin(ctx, t, dt));
+    return pdi_transport_end(ctx, t, dt, pdi_transport_stage(ctx, t, dt, 1, result));
 }
 
 /* Rate [1/s] at which node i exchanges its content: one over its explicit limit. Limited antidiffusive fluxes may need
@@ -563,6 +627,7 @@ pd_status pd_transport_build(pd_ctx *ctx, const pd_grid *grid, const pd_bonds *b
                         "D = %g m2/s, inlet %g mol/m3, initial %g mol/m3, tolerance %g: expected finite values of at "
                         "least 0", desc->diffusivity, desc->inlet, desc->initial, desc->tolerance);
     t->desc = *desc;
+    t->ceiling = HUGE_VAL;
     if (!(t->desc.tolerance > 0.0)) t->desc.tolerance = 1e-11;
     if (t->desc.max_limiter <= 0) t->desc.max_limiter = 30;
     if (!(t->desc.limiter_tolerance > 0.0)) t->desc.limiter_tolerance = 1e-7;

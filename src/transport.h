@@ -44,10 +44,13 @@ typedef struct pd_transport {
     double *old;            /* [total] [mol/m3] start of the step, work */
     double *source;         /* [total] [mol/m3/s] given by the caller before a step */
     double *absorb;         /* [total] [1/s] likewise; source - absorb c enters the fluid */
+    double ceiling;         /* [mol/m3] likewise: what sources lift the fluid to at most; HUGE_VAL: anything */
     double *carry;          /* [total] [mol/m3] what the last solve left undone; the next step delivers it */
     double *anti;           /* [total] [mol/m3/s] limited antidiffusive fluxes in force */
     double size;            /* [mol/m3] of the field at the start of the step */
     int upwinding;          /* 1: a node is upwinded */
+    int sweeping;           /* pairs of sweeps over the bonds behind each multigrid cycle: where it has failed in this
+                             * step, they are what converges for an M-matrix */
     uint8_t *upwinded;      /* [total] node lost its antidiffusive fluxes in this step, to keep the bounds */
     double *rhs;            /* [total] [mol/m3/s] work */
     double *work;           /* [2][total] [mol/m3/s] residual, [mol/m3] correction */
@@ -114,6 +117,10 @@ PD_API void pd_transport_free(pd_ctx *ctx, pd_transport *transport);
  * at the end. bounded: values outside of the bounds of old and inflow lose their antidiffusive fluxes. carry stays. */
 PDI_FN pd_status pdi_transport_stage(pd_ctx *ctx, pd_transport *transport, double dt, int bounded,
                                      pd_transport_result *result);
+/* A step of one stage, or of several from the same start with other sources: begin, stages, end with the status of the
+ * last one. A negative one puts c back. */
+PDI_FN pd_status pdi_transport_begin(pd_ctx *ctx, pd_transport *transport, double dt);
+PDI_FN pd_status pdi_transport_end(pd_ctx *ctx, pd_transport *transport, double dt, pd_status status);
 /* out [total] [mol/m3/s]: residual of the last stage, what it left undone. */
 PDI_FN void pdi_transport_residual(const pd_ctx *ctx, const pd_transport *transport, double *out);
 /* What steps carry on beside the flow, which comes first; sources are those of the next step. */

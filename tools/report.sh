@@ -47,7 +47,7 @@ parts() {
             found = outcome == "refused" ? "`" value("message") "`" : value("err") " " value("measure")
             if (outcome == "failed" && value("message") != "") found = found " `" value("message") "`"
             if (value("geometries") != "") found = found ", " value("geometries") " geometries, " value("refused") \
-                " refused, " value("missed") " beyond the bounds"
+                " refused"
             plain = value("naive") == "" ? "" : value("naive") " " value("naive_what")
             part = value("part")
             gsub("_", " ", part)

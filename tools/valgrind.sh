@@ -8,7 +8,7 @@ fi
 failed=0
 for program in "$@"; do
     echo "== $program"
-    OMP_NUM_THREADS=1 valgrind --quiet --error-exitcode=9 --leak-check=full --errors-for-leak-kinds=definite,indirect \
-        "$program" || failed=1
+    OMP_NUM_THREADS=1 valgrind --quiet --error-exitcode=9 --leak-check=full --show-leak-kinds=definite,indirect \
+        --errors-for-leak-kinds=definite,indirect "$program" || failed=1
 done
 exit $failed

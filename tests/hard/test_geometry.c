@@ -224,7 +224,6 @@ TEST(debris)
     char text[1600];
     for (int bonds = 0; bonds < 2; bonds++) {
         snprintf(text, sizeof text, "%s%s%s[run] until = 10 h\n", CHANNEL, shapes, bonds ? OPEN BONDS : STREAM LAW);
-        h->known = bonds ? 0.0 : 3e-6;
         if (hard_play(h, text)) check_gone(h);
         double worst = h->ledger;
         hard_end(h, bonds ? "corrode" : "couple", worst, "imbalance", made_by_a_clamp(bonds ? 0.2 : 0.1 / 0.35),
@@ -326,7 +325,6 @@ TEST(channel_of_one_node)
                                         "[shape grains] union = one, two  kind = solid\n";
     for (int bonds = 0; bonds < 2; bonds++) {
         snprintf(text, sizeof text, "%s%s%s[run] until = 20 h\n", CHANNEL, blocks, bonds ? OPEN BONDS : STREAM LAW);
-        h->known = bonds ? 0.0 : 3e-6; /* what is left last is debris */
         if (hard_play(h, text)) check_gone(h);
         hard_end(h, bonds ? "corrode" : "couple", bonds ? h->ledger : h->flux,
                  bonds ? "imbalance" : "flow_far_down_against_far_up", 0.0, NULL);

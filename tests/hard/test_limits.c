@@ -84,7 +84,6 @@ TEST(spacing_ratio_100)
                      grids[k], across[k], bonds ? OPEN : "",
                      bonds ? "[corrode] control = activation  rate = 10 um/h  Cs = 2 mol/L  Csat = 1 mol/m3\n"
                            : STILL "[dissolve] rate = 10 um/h  Cs = 2 mol/L  Csat = 1e6 mol/m3\n");
-            h->loose = bonds ? 0.0 : 1e-9; /* conductances differ by 1e4 */
             if (hard_play(h, text)) worst = fmax(worst, depth_error(h, 150e-6, 300e-6, 10e-6, 10.0));
             if (k == 0) hard_close(h);
         }
@@ -174,7 +173,6 @@ TEST(cell_peclet_1e6)
 {
     NOT_IN_3D();
     hard *h = &hard_one;
-    h->known = 0.0;
     hard_override = "D=1e-14 m2/s";
     if (hard_play(h, CHANNEL STREAM LAW "[run] until = 0.5 h\n")) CHECK(pd_couple_volume_loss(&h->model.couple) > 0.0);
     hard_end(h, "couple", h->flux, "flow_far_down_against_far_up", central_overshoot(1e6, 20),

@@ -53,7 +53,6 @@ TEST(step_1e6_times_the_limit)
     }
     /* metal in a closed box: steps as long as the error allows, to a million explicit ones and beyond */
     double loss = 0.0, limit = 1.0;
-    h->known = 1e-6; /* of the linear solver, whose last digits a step of that length moves */
     if (CHECK(hard_open(h, FRONT "[corrode] rate = 10 um/h * (1 - C/Csat)  D = 1e-9 m2/s  Cs = 2 mol/L  Csat = 500 "
                                  "mol/m3\n"
                                  "[run] until = 1e4 h  max_step = 1e4 h\n"))) {
