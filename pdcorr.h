@@ -2763,10 +2763,8 @@ PD_API void pd_diffusion_update(pd_ctx *ctx, pd_diffusion *diffusion);
 PD_API void pd_diffusion_free(pd_ctx *ctx, pd_diffusion *diffusion);
 
 #ifdef PDI_INTERNAL
-/* Conductance [1/s] of bond k of the nodes i .. i+count-1 in whole families. */
-PDI_FN void pdi_diffusion_bond(const pd_diffusion *diffusion, int32_t i, int k, int count, double *bond);
-/* What it is to be multiplied with where these nodes have rows: positive, and the same from both ends. */
-PDI_FN void pdi_diffusion_part(const pd_diffusion *diffusion, int32_t i, int k, int count, double *part);
+/* Conductance [1/s] of bond k of the nodes i .. i+count-1; rows: they have rows. */
+PDI_FN void pdi_diffusion_bond(const pd_diffusion *diffusion, int32_t i, int k, int count, int rows, double *bond);
 #endif
 
 #endif
@@ -2819,8 +2817,7 @@ typedef struct pd_convect {
     double *flux;                  /* [count/2][total] [1/s] volume fluxes F of the first half of the bonds: those of
                                     * the others are what their far ends have, negated. NULL in 3D, where telling them
                                     * anew takes no longer than reading them, and for fluid at rest */
-    double *part;                  /* [count][capacity] [-] what the bonds of rows conduct, over what they would in a
-                                    * whole family; 0: closed */
+    double *conduct;               /* [count][capacity] [1/s] conductances of the bonds of rows */
     int32_t capacity;              /* rows */
     double *port_flux, *port_bond; /* [port_capacity][count] [1/s] volume fluxes, and conductances, of the bonds of
                                     * nodes beside ports */
@@ -18208,18 +18205,15 @@ static void pdi_diffusion_series(const pd_diffusion *d, int32_t i, int32_t j, do
     }
 }
 
-PDI_FN void pdi_diffusion_bond(const pd_diffusion *d, int32_t i, int k, int count, double *bond)
-{
-    double a = pdi_bond_lap(d->bonds, i)[k];
-    for (int b = 0; b < count; b++) bond[b] = d->desc.diffusivity * a;
-    if (d->field) pdi_diffusion_series(d, i, i + d->bonds->shift[k], a, count, bond);
-}
-
-PDI_FN void pdi_diffusion_part(const pd_diffusion *d, int32_t i, int k, int count, double *part)
+PDI_FN void pdi_diffusion_bond(const pd_diffusion *d, int32_t i, int k, int count, int rows, double *bond)
 {
     const pd_stencil *s = d->bonds->stencil;
     int32_t j = i + d->bonds->shift[k];
-    double weight[PD_DIFFUSION_TENSOR], xi[PD_DIM];
+    double a = pdi_bond_lap(d->bonds, i)[k], weight[PD_DIFFUSION_TENSOR];
+    for (int b = 0; b < count; b++) bond[b] = d->desc.diffusivity * a;
+    if (d->field) pdi_diffusion_series(d, i, j, a, count, bond);
+    if (!rows) return;
+    double xi[PD_DIM];
     for (int e = 0; e < PD_DIM; e++) xi[e] = (double)s->offset[k * PD_DIM + e];
     pdi_diffusion_quadratic(xi, weight);
     for (int b = 0; b < count; b++) {
@@ -18228,7 +18222,7 @@ PDI_FN void pdi_diffusion_part(const pd_diffusion *d, int32_t i, int k, int coun
             factor += 0.5 * weight[t] * ((double)d->tensor[t][i + b] + (double)d->tensor[t][j + b]);
         factor = 1.0 + (double)(d->cut[i + b] * d->cut[j + b]) * factor;
         factor = factor > PDI_DIFFUSION_LEAST ? factor : PDI_DIFFUSION_LEAST;
-        part[b] = factor < PDI_DIFFUSION_MOST ? factor : PDI_DIFFUSION_MOST;
+        bond[b] *= factor < PDI_DIFFUSION_MOST ? factor : PDI_DIFFUSION_MOST;
     }
 }
 
@@ -18516,19 +18510,10 @@ static double pdi_convect_entry(const pd_convect *t, int32_t i, int k)
     return fraction;
 }
 
-/* Share of a whole bond that bond k of the nodes i .. i+count-1, which own rows, conducts when it is open. */
-static void pdi_convect_part(const pd_convect *t, int32_t i, int k, int count, double *part)
-{
-    pdi_diffusion_part(t->diffusion, i, k, count, part);
-    for (int b = 0; b < count; b++) part[b] /= pdi_convect_entry(t, i + b, k);
-}
-
 PDI_FN void pdi_convect_bond(const pd_convect *t, int32_t i, int k, double *flux, double *bond, double *upwind)
 {
-    double part = 1.0;
-    pdi_diffusion_bond(t->diffusion, i, k, 1, bond);
-    if (t->bonds->row[i] >= 0) pdi_convect_part(t, i, k, 1, &part);
-    *bond *= part;
+    pdi_diffusion_bond(t->diffusion, i, k, 1, t->bonds->row[i] >= 0, bond);
+    *bond /= pdi_convect_entry(t, i, k);
     *flux = t->flow ? pdi_flow_bond_flux(t->flow, i, k) : 0.0;
     *upwind = fmax(0.5 * fabs(*flux) - *bond, 0.0);
 }
@@ -18596,9 +18581,10 @@ static void pdi_convect_refresh_run(const void *user, int32_t i, int32_t row, in
     for (int k = 0; k < t->bonds->stencil->count; k++) {
         if (t->flux) pdi_convect_store(t, i, row, k, count);
         if (row < 0) continue;
-        double *part = t->part + (int64_t)k * t->capacity + row;
-        pdi_convect_part(t, i, k, count, part);
-        for (int b = 0; b < count; b++) part[b] = pdi_bond_open(t->bonds, row + b, k) ? part[b] : 0.0;
+        double *conduct = t->conduct + (int64_t)k * t->capacity + row;
+        pdi_diffusion_bond(t->diffusion, i, k, count, 1, conduct);
+        for (int b = 0; b < count; b++)
+            conduct[b] = pdi_bond_open(t->bonds, row + b, k) ? conduct[b] / pdi_convect_entry(t, i + b, k) : 0.0;
     }
 }
 
@@ -18606,18 +18592,18 @@ static void pdi_convect_refresh_run(const void *user, int32_t i, int32_t row, in
 static void pdi_convect_one(const pd_convect *t, int32_t i, int k, double *flux, double *bond)
 {
     int32_t row = t->bonds->row[i];
-    double part = row < 0 ? 1.0 : t->part[(int64_t)k * t->capacity + row], factor;
     *flux = 0.0;
     if (t->flux) {
+        double factor;
         const double *slot = pdi_convect_slot(t, i, k, &factor);
         *flux = factor * *slot;
-    } else if (t->flow && part > 0.0) {
+    } else if (t->flow && pdi_convect_open(t, i, k)) {
         int inlet = t->bonds->grid->kind[i + t->bonds->shift[k]] == PD_INLET;
         if (inlet) *flux = pdi_flow_bond_flux(t->flow, i, k);
         else pdi_convect_volume(t->flow, i, k, 1, flux);
     }
-    pdi_diffusion_bond(t->diffusion, i, k, 1, bond);
-    *bond *= part;
+    if (row >= 0) *bond = t->conduct[(int64_t)k * t->capacity + row];
+    else pdi_diffusion_bond(t->diffusion, i, k, 1, 0, bond);
 }
 
 PDI_FN pd_status pdi_convect_refresh(pd_ctx *ctx, const pd_convect *convect)
@@ -18657,20 +18643,23 @@ typedef struct pdi_convect_pair {
     int32_t shift;                /* ahead; the same behind */
     const double *flux, *back;    /* F [1/s] of the bond ahead, and of that which comes from behind or leaves there */
     double turn;                  /* what `back` is to be multiplied with to leave: -1 as stored in planes */
-    double ahead[PDI_BLOCK], behind[PDI_BLOCK]; /* conductances [1/s] */
+    const double *ahead, *behind; /* conductances [1/s] */
+    double space[2][PDI_BLOCK];   /* for those of whole families */
     double volume[2][PDI_BLOCK];  /* for fluxes that are not stored */
 } pdi_convect_pair;
 
-/* Conductances of bond k of a block. */
-static inline void pdi_convect_conduct(const pd_convect *t, int32_t i, int32_t row, int k, int count,
-                                       double *PD_RESTRICT bond)
+/* Conductances of bond k of a block; `space`: room for those of whole families. */
+static inline const double *pdi_convect_conduct(const pd_convect *t, int32_t i, int32_t row, int k, int count,
+                                                double *PD_RESTRICT space)
 {
+    if (row >= 0) return t->conduct + (int64_t)k * t->capacity + row;
+    if (t->diffusion->field) {
+        pdi_diffusion_bond(t->diffusion, i, k, count, 0, space);
+        return space;
+    }
     double whole = t->diffusion->desc.diffusivity * pdi_bond_lap(t->bonds, i)[k];
-    if (t->diffusion->field) pdi_diffusion_bond(t->diffusion, i, k, count, bond);
-    for (int b = 0; b < count && !t->diffusion->field; b++) bond[b] = whole;
-    if (row < 0) return;
-    const double *part = t->part + (int64_t)k * t->capacity + row;
-    for (int b = 0; b < count; b++) bond[b] *= part[b];
+    for (int b = 0; b < count; b++) space[b] = whole;
+    return space;
 }
 
 /* Volume fluxes of bond k of a block out of its nodes. */
@@ -18679,8 +18668,7 @@ static inline void pdi_convect_tell(const pd_convect *t, int32_t i, int32_t row,
 {
     pdi_convect_volume(t->flow, i, k, count, flux);
     if (row < 0) return;
-    const double *part = t->part + (int64_t)k * t->capacity + row;
-    for (int b = 0; b < count; b++) flux[b] = part[b] > 0.0 ? flux[b] : 0.0;
+    for (int b = 0; b < count; b++) flux[b] = pdi_bond_open(t->bonds, row + b, k) ? flux[b] : 0.0;
 }
 
 static inline void pdi_convect_pair_get(const pd_convect *t, int32_t i, int32_t row, int k, int count,
@@ -18700,8 +18688,8 @@ static inline void pdi_convect_pair_get(const pd_convect *t, int32_t i, int32_t 
         p->back = p->volume[1];
         p->turn = 1.0;
     }
-    pdi_convect_conduct(t, i, row, k, count, p->ahead);
-    pdi_convect_conduct(t, i, row, opposite, count, p->behind);
+    p->ahead = pdi_convect_conduct(t, i, row, k, count, p->space[0]);
+    p->behind = pdi_convect_conduct(t, i, row, opposite, count, p->space[1]);
 }
 
 /* What leaves through one bond (eq. 5.1): conductances are at least |F|/2. */
@@ -18990,9 +18978,9 @@ static pd_status pdi_convect_fit_rows(pd_ctx *ctx, pd_convect *convect)
     int64_t count = convect->bonds->stencil->count;
     int32_t rows = convect->bonds->capacity;
     if (rows == convect->capacity) return PD_OK;
-    PDI_DELETE(ctx, count * convect->capacity, convect->part);
+    PDI_DELETE(ctx, count * convect->capacity, convect->conduct);
     convect->capacity = 0;
-    PDI_TRY(PDI_NEW(ctx, "convect", count * rows, convect->part));
+    PDI_TRY(PDI_NEW(ctx, "convect", count * rows, convect->conduct));
     convect->capacity = rows;
     return PD_OK;
 }
@@ -19016,7 +19004,7 @@ PDI_FN void pdi_convect_free(pd_ctx *ctx, pd_convect *convect)
     const pd_bonds *bonds = convect->bonds;
     if (!bonds) return;
     PDI_DELETE(ctx, bonds->stencil->count / 2 * (int64_t)bonds->grid->total, convect->flux);
-    PDI_DELETE(ctx, (int64_t)bonds->stencil->count * convect->capacity, convect->part);
+    PDI_DELETE(ctx, (int64_t)bonds->stencil->count * convect->capacity, convect->conduct);
     PDI_DELETE(ctx, (int64_t)bonds->stencil->count * convect->port_capacity, convect->port_flux);
     PDI_DELETE(ctx, (int64_t)bonds->stencil->count * convect->port_capacity, convect->port_bond);
     convect->capacity = convect->port_capacity = 0;
@@ -19340,15 +19328,20 @@ PDI_FN int pdi_transport_within(const pd_transport *t, const double *start)
     return 1;
 }
 
-/* 1 when the field would be within its bounds with what is left undone, too: the next step delivers that. */
+/* 1 when the field would be within its bounds with what is left undone, too: the next step delivers that. A cycle of
+ * the multigrid tells what becomes of it: next to nothing in the stream, dt times as much where little passes. */
 static int pdi_transport_settles(pd_ctx *ctx, pd_transport *t)
 {
     double low, high;
+    pdi_transport_user user;
+    user.ctx = ctx;
+    user.t = t;
     pdi_transport_residual(ctx, t, t->work);
+    pdi_transport_precondition(&user, t->work, t->probe);
     pdi_transport_bounds(t, t->old, &low, &high);
     pdi_transport_slack(t, PDI_TRANSPORT_SLACK, &low, &high);
     for (int32_t i = 0; i < t->grid->total; i++) {
-        double then = t->c[i] + t->dt * t->work[i];
+        double then = t->c[i] + t->probe[i];
         if (t->grid->kind[i] == PD_FLUID && (then < low || then > high)) return 0;
     }
     return 1;

@@ -48,19 +48,10 @@ static double pdi_convect_entry(const pd_convect *t, int32_t i, int k)
     return fraction;
 }
 
-/* Share of a whole bond that bond k of the nodes i .. i+count-1, which own rows, conducts when it is open. */
-static void pdi_convect_part(const pd_convect *t, int32_t i, int k, int count, double *part)
-{
-    pdi_diffusion_part(t->diffusion, i, k, count, part);
-    for (int b = 0; b < count; b++) part[b] /= pdi_convect_entry(t, i + b, k);
-}
-
 PDI_FN void pdi_convect_bond(const pd_convect *t, int32_t i, int k, double *flux, double *bond, double *upwind)
 {
-    double part = 1.0;
-    pdi_diffusion_bond(t->diffusion, i, k, 1, bond);
-    if (t->bonds->row[i] >= 0) pdi_convect_part(t, i, k, 1, &part);
-    *bond *= part;
+    pdi_diffusion_bond(t->diffusion, i, k, 1, t->bonds->row[i] >= 0, bond);
+    *bond /= pdi_convect_entry(t, i, k);
     *flux = t->flow ? pdi_flow_bond_flux(t->flow, i, k) : 0.0;
     *upwind = fmax(0.5 * fabs(*flux) - *bond, 0.0);
 }
@@ -128,9 +119,10 @@ static void pdi_convect_refresh_run(const void *user, int32_t i, int32_t row, in
     for (int k = 0; k < t->bonds->stencil->count; k++) {
         if (t->flux) pdi_convect_store(t, i, row, k, count);
         if (row < 0) continue;
-        double *part = t->part + (int64_t)k * t->capacity + row;
-        pdi_convect_part(t, i, k, count, part);
-        for (int b = 0; b < count; b++) part[b] = pdi_bond_open(t->bonds, row + b, k) ? part[b] : 0.0;
+        double *conduct = t->conduct + (int64_t)k * t->capacity + row;
+        pdi_diffusion_bond(t->diffusion, i, k, count, 1, conduct);
+        for (int b = 0; b < count; b++)
+            conduct[b] = pdi_bond_open(t->bonds, row + b, k) ? conduct[b] / pdi_convect_entry(t, i + b, k) : 0.0;
     }
 }
 
@@ -138,18 +130,18 @@ static void pdi_convect_refresh_run(const void *user, int32_t i, int32_t row, in
 static void pdi_convect_one(const pd_convect *t, int32_t i, int k, double *flux, double *bond)
 {
     int32_t row = t->bonds->row[i];
-    double part = row < 0 ? 1.0 : t->part[(int64_t)k * t->capacity + row], factor;
     *flux = 0.0;
     if (t->flux) {
+        double factor;
         const double *slot = pdi_convect_slot(t, i, k, &factor);
         *flux = factor * *slot;
-    } else if (t->flow && part > 0.0) {
+    } else if (t->flow && pdi_convect_open(t, i, k)) {
         int inlet = t->bonds->grid->kind[i + t->bonds->shift[k]] == PD_INLET;
         if (inlet) *flux = pdi_flow_bond_flux(t->flow, i, k);
         else pdi_convect_volume(t->flow, i, k, 1, flux);
     }
-    pdi_diffusion_bond(t->diffusion, i, k, 1, bond);
-    *bond *= part;
+    if (row >= 0) *bond = t->conduct[(int64_t)k * t->capacity + row];
+    else pdi_diffusion_bond(t->diffusion, i, k, 1, 0, bond);
 }
 
 PDI_FN pd_status pdi_convect_refresh(pd_ctx *ctx, const pd_convect *convect)
@@ -189,20 +181,23 @@ typedef struct pdi_convect_pair {
     int32_t shift;                /* ahead; the same behind */
     const double *flux, *back;    /* F [1/s] of the bond ahead, and of that which comes from behind or leaves there */
     double turn;                  /* what `back` is to be multiplied with to leave: -1 as stored in planes */
-    double ahead[PDI_BLOCK], behind[PDI_BLOCK]; /* conductances [1/s] */
+    const double *ahead, *behind; /* conductances [1/s] */
+    double space[2][PDI_BLOCK];   /* for those of whole families */
     double volume[2][PDI_BLOCK];  /* for fluxes that are not stored */
 } pdi_convect_pair;
 
-/* Conductances of bond k of a block. */
-static inline void pdi_convect_conduct(const pd_convect *t, int32_t i, int32_t row, int k, int count,
-                                       double *PD_RESTRICT bond)
+/* Conductances of bond k of a block; `space`: room for those of whole families. */
+static inline const double *pdi_convect_conduct(const pd_convect *t, int32_t i, int32_t row, int k, int count,
+                                                double *PD_RESTRICT space)
 {
+    if (row >= 0) return t->conduct + (int64_t)k * t->capacity + row;
+    if (t->diffusion->field) {
+        pdi_diffusion_bond(t->diffusion, i, k, count, 0, space);
+        return space;
+    }
     double whole = t->diffusion->desc.diffusivity * pdi_bond_lap(t->bonds, i)[k];
-    if (t->diffusion->field) pdi_diffusion_bond(t->diffusion, i, k, count, bond);
-    for (int b = 0; b < count && !t->diffusion->field; b++) bond[b] = whole;
-    if (row < 0) return;
-    const double *part = t->part + (int64_t)k * t->capacity + row;
-    for (int b = 0; b < count; b++) bond[b] *= part[b];
+    for (int b = 0; b < count; b++) space[b] = whole;
+    return space;
 }
 
 /* Volume fluxes of bond k of a block out of its nodes. */
@@ -211,8 +206,7 @@ static inline void pdi_convect_tell(const pd_convect *t, int32_t i, int32_t row,
 {
     pdi_convect_volume(t->flow, i, k, count, flux);
     if (row < 0) return;
-    const double *part = t->part + (int64_t)k * t->capacity + row;
-    for (int b = 0; b < count; b++) flux[b] = part[b] > 0.0 ? flux[b] : 0.0;
+    for (int b = 0; b < count; b++) flux[b] = pdi_bond_open(t->bonds, row + b, k) ? flux[b] : 0.0;
 }
 
 static inline void pdi_convect_pair_get(const pd_convect *t, int32_t i, int32_t row, int k, int count,
@@ -232,8 +226,8 @@ static inline void pdi_convect_pair_get(const pd_convect *t, int32_t i, int32_t 
         p->back = p->volume[1];
         p->turn = 1.0;
     }
-    pdi_convect_conduct(t, i, row, k, count, p->ahead);
-    pdi_convect_conduct(t, i, row, opposite, count, p->behind);
+    p->ahead = pdi_convect_conduct(t, i, row, k, count, p->space[0]);
+    p->behind = pdi_convect_conduct(t, i, row, opposite, count, p->space[1]);
 }
 
 /* What leaves through one bond (eq. 5.1): conductances are at least |F|/2. */
@@ -522,9 +516,9 @@ static pd_status pdi_convect_fit_rows(pd_ctx *ctx, pd_convect *convect)
     int64_t count = convect->bonds->stencil->count;
     int32_t rows = convect->bonds->capacity;
     if (rows == convect->capacity) return PD_OK;
-    PDI_DELETE(ctx, count * convect->capacity, convect->part);
+    PDI_DELETE(ctx, count * convect->capacity, convect->conduct);
     convect->capacity = 0;
-    PDI_TRY(PDI_NEW(ctx, "convect", count * rows, convect->part));
+    PDI_TRY(PDI_NEW(ctx, "convect", count * rows, convect->conduct));
     convect->capacity = rows;
     return PD_OK;
 }
@@ -548,7 +542,7 @@ PDI_FN void pdi_convect_free(pd_ctx *ctx, pd_convect *convect)
     const pd_bonds *bonds = convect->bonds;
     if (!bonds) return;
     PDI_DELETE(ctx, bonds->stencil->count / 2 * (int64_t)bonds->grid->total, convect->flux);
-    PDI_DELETE(ctx, (int64_t)bonds->stencil->count * convect->capacity, convect->part);
+    PDI_DELETE(ctx, (int64_t)bonds->stencil->count * convect->capacity, convect->conduct);
     PDI_DELETE(ctx, (int64_t)bonds->stencil->count * convect->port_capacity, convect->port_flux);
     PDI_DELETE(ctx, (int64_t)bonds->stencil->count * convect->port_capacity, convect->port_bond);
     convect->capacity = convect->port_capacity = 0;

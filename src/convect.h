@@ -19,8 +19,7 @@ typedef struct pd_convect {
     double *flux;                  /* [count/2][total] [1/s] volume fluxes F of the first half of the bonds: those of
                                     * the others are what their far ends have, negated. NULL in 3D, where telling them
                                     * anew takes no longer than reading them, and for fluid at rest */
-    double *part;                  /* [count][capacity] [-] what the bonds of rows conduct, over what they would in a
-                                    * whole family; 0: closed */
+    double *conduct;               /* [count][capacity] [1/s] conductances of the bonds of rows */
     int32_t capacity;              /* rows */
     double *port_flux, *port_bond; /* [port_capacity][count] [1/s] volume fluxes, and conductances, of the bonds of
                                     * nodes beside ports */

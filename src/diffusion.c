@@ -236,18 +236,15 @@ static void pdi_diffusion_series(const pd_diffusion *d, int32_t i, int32_t j, do
     }
 }
 
-PDI_FN void pdi_diffusion_bond(const pd_diffusion *d, int32_t i, int k, int count, double *bond)
-{
-    double a = pdi_bond_lap(d->bonds, i)[k];
-    for (int b = 0; b < count; b++) bond[b] = d->desc.diffusivity * a;
-    if (d->field) pdi_diffusion_series(d, i, i + d->bonds->shift[k], a, count, bond);
-}
-
-PDI_FN void pdi_diffusion_part(const pd_diffusion *d, int32_t i, int k, int count, double *part)
+PDI_FN void pdi_diffusion_bond(const pd_diffusion *d, int32_t i, int k, int count, int rows, double *bond)
 {
     const pd_stencil *s = d->bonds->stencil;
     int32_t j = i + d->bonds->shift[k];
-    double weight[PD_DIFFUSION_TENSOR], xi[PD_DIM];
+    double a = pdi_bond_lap(d->bonds, i)[k], weight[PD_DIFFUSION_TENSOR];
+    for (int b = 0; b < count; b++) bond[b] = d->desc.diffusivity * a;
+    if (d->field) pdi_diffusion_series(d, i, j, a, count, bond);
+    if (!rows) return;
+    double xi[PD_DIM];
     for (int e = 0; e < PD_DIM; e++) xi[e] = (double)s->offset[k * PD_DIM + e];
     pdi_diffusion_quadratic(xi, weight);
     for (int b = 0; b < count; b++) {
@@ -256,7 +253,7 @@ PDI_FN void pdi_diffusion_part(const pd_diffusion *d, int32_t i, int k, int coun
             factor += 0.5 * weight[t] * ((double)d->tensor[t][i + b] + (double)d->tensor[t][j + b]);
         factor = 1.0 + (double)(d->cut[i + b] * d->cut[j + b]) * factor;
         factor = factor > PDI_DIFFUSION_LEAST ? factor : PDI_DIFFUSION_LEAST;
-        part[b] = factor < PDI_DIFFUSION_MOST ? factor : PDI_DIFFUSION_MOST;
+        bond[b] *= factor < PDI_DIFFUSION_MOST ? factor : PDI_DIFFUSION_MOST;
     }
 }
 

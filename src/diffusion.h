@@ -52,10 +52,8 @@ PD_API void pd_diffusion_update(pd_ctx *ctx, pd_diffusion *diffusion);
 PD_API void pd_diffusion_free(pd_ctx *ctx, pd_diffusion *diffusion);
 
 #ifdef PDI_INTERNAL
-/* Conductance [1/s] of bond k of the nodes i .. i+count-1 in whole families. */
-PDI_FN void pdi_diffusion_bond(const pd_diffusion *diffusion, int32_t i, int k, int count, double *bond);
-/* What it is to be multiplied with where these nodes have rows: positive, and the same from both ends. */
-PDI_FN void pdi_diffusion_part(const pd_diffusion *diffusion, int32_t i, int k, int count, double *part);
+/* Conductance [1/s] of bond k of the nodes i .. i+count-1; rows: they have rows. */
+PDI_FN void pdi_diffusion_bond(const pd_diffusion *diffusion, int32_t i, int k, int count, int rows, double *bond);
 #endif
 
 #endif

@@ -317,15 +317,20 @@ PDI_FN int pdi_transport_within(const pd_transport *t, const double *start)
     return 1;
 }
 
-/* 1 when the field would be within its bounds with what is left undone, too: the next step delivers that. */
+/* 1 when the field would be within its bounds with what is left undone, too: the next step delivers that. A cycle of
+ * the multigrid tells what becomes of it: next to nothing in the stream, dt times as much where little passes. */
 static int pdi_transport_settles(pd_ctx *ctx, pd_transport *t)
 {
     double low, high;
+    pdi_transport_user user;
+    user.ctx = ctx;
+    user.t = t;
     pdi_transport_residual(ctx, t, t->work);
+    pdi_transport_precondition(&user, t->work, t->probe);
     pdi_transport_bounds(t, t->old, &low, &high);
     pdi_transport_slack(t, PDI_TRANSPORT_SLACK, &low, &high);
     for (int32_t i = 0; i < t->grid->total; i++) {
-        double then = t->c[i] + t->dt * t->work[i];
+        double then = t->c[i] + t->probe[i];
         if (t->grid->kind[i] == PD_FLUID && (then < low || then > high)) return 0;
     }
     return 1;
