@@ -19034,9 +19034,9 @@ PDI_FN void pdi_convect_free(pd_ctx *ctx, pd_convect *convect)
 #define PDI_TRANSPORT_STALLED 0.999
 /* Share of the largest value by which a field may leave its bounds: rounding of the linear solve. */
 #define PDI_TRANSPORT_SLACK 3e-10
-/* Tolerances over the final one: enough to limit (the last solve, with fluxes that stay, is cheaper by far; with 1000
- * rounding decided which nodes were upwinded), and enough to see bounds broken. */
-#define PDI_TRANSPORT_ENOUGH 30.0
+/* Tolerances over the final one: enough to limit (the last solve, with fluxes that stay, is cheaper by far), and enough
+ * to see bounds broken. */
+#define PDI_TRANSPORT_ENOUGH 1000.0
 #define PDI_TRANSPORT_ROUGH 30.0
 /* The same where what is left undone breaks them. */
 #define PDI_TRANSPORT_FINE 1e-3
