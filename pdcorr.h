@@ -3275,6 +3275,12 @@ PDI_FN int32_t pdi_phase_pieces(const pd_phases *phases);
 PDI_FN int32_t pdi_phase_place(const pd_phases *phases, int32_t piece, int *count);
 /* One behind the last of the nodes from i to `end` - 1 that have the role of i. */
 PDI_FN int32_t pdi_phase_same(const pd_phases *phases, int32_t i, int32_t end);
+/* The next nodes *first .. *end - 1 of one role, all over the box in order; 0: none is left. A walk begins with
+ * zeros. */
+typedef struct pdi_phase_walk {
+    int32_t piece, at, end;
+} pdi_phase_walk;
+PDI_FN int pdi_phase_next(const pd_phases *phases, pdi_phase_walk *walk, int32_t *first, int32_t *end);
 /* 1: no bond of the node leaves the box. */
 PDI_FN int pdi_phase_deep(const pd_phases *phases, int32_t node);
 /* Node of the box that the far end of a bond is or repeats, with `deep` of its other end. */
@@ -19318,33 +19324,36 @@ static int pdi_transport_start(const pd_ctx *ctx, pd_transport *t)
     return t->flow && t->desc.advection == PD_ADVECTION_LIMITED;
 }
 
-PDI_FN int pdi_transport_within(const pd_transport *t, const double *start)
+/* 1 when the field, with `more` on top of it where that is not NULL, is within its bounds. */
+static int pdi_transport_bounded(const pd_transport *t, const double *start, const double *more)
 {
     double low, high;
     pdi_transport_bounds(t, start, &low, &high);
     pdi_transport_slack(t, PDI_TRANSPORT_SLACK, &low, &high);
-    for (int32_t i = 0; i < t->grid->total; i++)
-        if (t->grid->kind[i] == PD_FLUID && (t->c[i] < low || t->c[i] > high)) return 0;
+    for (int32_t i = 0; i < t->grid->total; i++) {
+        double c = more ? t->c[i] + more[i] : t->c[i];
+        if (t->grid->kind[i] == PD_FLUID && (c < low || c > high)) return 0;
+    }
     return 1;
 }
 
-/* 1 when the field would be within its bounds with what is left undone, too: the next step delivers that. A cycle of
- * the multigrid tells what becomes of it: next to nothing in the stream, dt times as much where little passes. */
+PDI_FN int pdi_transport_within(const pd_transport *t, const double *start)
+{
+    return pdi_transport_bounded(t, start, NULL);
+}
+
+/* 1 when the field is within its bounds, and would be with what is left undone, too: the next step delivers that. A
+ * cycle of the multigrid tells what becomes of it: next to nothing in the stream, dt times as much where little
+ * passes. */
 static int pdi_transport_settles(pd_ctx *ctx, pd_transport *t)
 {
-    double low, high;
     pdi_transport_user user;
     user.ctx = ctx;
     user.t = t;
+    if (!pdi_transport_within(t, t->old)) return 0;
     pdi_transport_residual(ctx, t, t->work);
     pdi_transport_precondition(&user, t->work, t->probe);
-    pdi_transport_bounds(t, t->old, &low, &high);
-    pdi_transport_slack(t, PDI_TRANSPORT_SLACK, &low, &high);
-    for (int32_t i = 0; i < t->grid->total; i++) {
-        double then = t->c[i] + t->probe[i];
-        if (t->grid->kind[i] == PD_FLUID && (then < low || then > high)) return 0;
-    }
-    return 1;
+    return pdi_transport_bounded(t, t->old, t->probe);
 }
 
 /* The last solve. What it leaves undone counts times dt in nodes that little passes: where the field leaves its bounds
@@ -19354,11 +19363,11 @@ static pd_status pdi_transport_close(pd_ctx *ctx, pd_transport *t, double atol, 
     double moved;
     pd_status status = pdi_transport_correct(ctx, t, atol, result, &moved);
     int sweeps = t->sweeping || status > 0;
-    if (status < 0 || (pdi_transport_within(t, t->old) && pdi_transport_settles(ctx, t))) return status;
+    if (status < 0 || pdi_transport_settles(ctx, t)) return status;
     for (; sweeps < 2; sweeps++) {
         if (sweeps && !t->sweeping) t->sweeping = 1;
         status = pdi_transport_solve(ctx, t, PDI_TRANSPORT_FINE * atol, result, &moved);
-        if (status < 0 || (pdi_transport_within(t, t->old) && pdi_transport_settles(ctx, t))) break;
+        if (status < 0 || pdi_transport_settles(ctx, t)) break;
     }
     return status < 0 || result->residual > atol ? status : PD_OK; /* rounding may stop it before that */
 }
@@ -20771,6 +20780,19 @@ PDI_FN int32_t pdi_phase_same(const pd_phases *p, int32_t i, int32_t end)
     return next;
 }
 
+PDI_FN int pdi_phase_next(const pd_phases *phases, pdi_phase_walk *walk, int32_t *first, int32_t *end)
+{
+    while (walk->at == walk->end) {
+        int count;
+        if (walk->piece == pdi_phase_pieces(phases)) return 0;
+        walk->at = pdi_phase_place(phases, walk->piece++, &count);
+        walk->end = walk->at + count;
+    }
+    *first = walk->at;
+    *end = walk->at = pdi_phase_same(phases, walk->at, walk->end);
+    return 1;
+}
+
 PDI_FN int pdi_phase_deep(const pd_phases *p, int32_t node)
 {
     int i[PD_DIM], deep = 1;
@@ -21282,21 +21304,18 @@ static pd_status pdi_corrode_speeds(pd_ctx *ctx, pd_corrode *r, int32_t first, i
  * role. */
 static pd_status pdi_corrode_prepare(pd_ctx *ctx, pd_corrode *r)
 {
+    pdi_phase_walk walk = {0, 0, 0};
+    int32_t i, end;
     double c = -1.0, law = 0.0;
     r->fastest = 0.0;
     r->active = 0;
     r->alarmed = r->desc.activation && r->sum ? 0 : 1;
     for (int32_t n = 0; n < r->changed_count && r->desc.activation; n++) pdi_corrode_rinse(r, r->changed[n]);
     pdi_corrode_repassivate(r);
-    for (int32_t p = 0; p < pdi_phase_pieces(&r->map); p++) {
-        int count;
-        int32_t first = pdi_phase_place(&r->map, p, &count), end = first + count, next;
-        for (int32_t i = first; i < end; i = next) {
-            uint8_t role = r->map.role[i];
-            next = pdi_phase_same(&r->map, i, end);
-            if (role > PDI_ROLE_WHOLE || (role == PDI_ROLE_WHOLE && !r->desc.activation)) r->active += next - i;
-            if (role == PDI_ROLE_SHORE) PDI_TRY(pdi_corrode_speeds(ctx, r, i, next, &c, &law));
-        }
+    while (pdi_phase_next(&r->map, &walk, &i, &end)) {
+        uint8_t role = r->map.role[i];
+        if (role > PDI_ROLE_WHOLE || (role == PDI_ROLE_WHOLE && !r->desc.activation)) r->active += end - i;
+        if (role == PDI_ROLE_SHORE) PDI_TRY(pdi_corrode_speeds(ctx, r, i, end, &c, &law));
     }
     /* where sums are kept, ghosts tell nothing but speeds */
     if (r->alarmed) pdi_corrode_ghosts(r);
@@ -21518,6 +21537,8 @@ static void pdi_corrode_given(pd_corrode *r)
 
 PDI_FN void pdi_corrode_commit(pd_corrode *r, double dt)
 {
+    pdi_phase_walk walk = {0, 0, 0}, again = {0, 0, 0};
+    int32_t i, end;
     pdi_sum out;
     out.sum = r->out;
     out.carry = r->out_carry;
@@ -21525,21 +21546,14 @@ PDI_FN void pdi_corrode_commit(pd_corrode *r, double dt)
         pdi_sum_add(&out, dt * r->stencil->volume * pdi_corrode_leak(r, r->map.border[b]));
     r->out = out.sum;
     r->out_carry = out.carry;
-    for (int pass = 0; pass < (r->desc.activation ? 2 : 1); pass++) {
-        for (int32_t p = 0; p < pdi_phase_pieces(&r->map); p++) {
-            int count;
-            int32_t first = pdi_phase_place(&r->map, p, &count), end = first + count, next;
-            for (int32_t i = first; i < end; i = next) {
-                uint8_t role = r->map.role[i];
-                next = pdi_phase_same(&r->map, i, end);
-                if (pass && role == PDI_ROLE_SHORE)
-                    for (int32_t j = i; j < next; j++) pdi_corrode_rinse(r, j);
-                if (pass || role == PDI_ROLE_IDLE || (role == PDI_ROLE_WHOLE && r->desc.activation)) continue;
-                memcpy(r->c + i, r->next + i, (size_t)(next - i) * sizeof *r->c);
-            }
-        }
-        if (!pass) pdi_corrode_given(r);
+    while (pdi_phase_next(&r->map, &walk, &i, &end)) {
+        uint8_t role = r->map.role[i];
+        if (role == PDI_ROLE_IDLE || (role == PDI_ROLE_WHOLE && r->desc.activation)) continue;
+        memcpy(r->c + i, r->next + i, (size_t)(end - i) * sizeof *r->c);
     }
+    pdi_corrode_given(r);
+    while (r->desc.activation && pdi_phase_next(&r->map, &again, &i, &end))
+        for (int32_t j = i; j < end && r->map.role[i] == PDI_ROLE_SHORE; j++) pdi_corrode_rinse(r, j);
     if (r->changed_count) pdi_corrode_turn(r);
     r->time += dt;
     r->steps++;

@@ -362,21 +362,18 @@ static pd_status pdi_corrode_speeds(pd_ctx *ctx, pd_corrode *r, int32_t first, i
  * role. */
 static pd_status pdi_corrode_prepare(pd_ctx *ctx, pd_corrode *r)
 {
+    pdi_phase_walk walk = {0, 0, 0};
+    int32_t i, end;
     double c = -1.0, law = 0.0;
     r->fastest = 0.0;
     r->active = 0;
     r->alarmed = r->desc.activation && r->sum ? 0 : 1;
     for (int32_t n = 0; n < r->changed_count && r->desc.activation; n++) pdi_corrode_rinse(r, r->changed[n]);
     pdi_corrode_repassivate(r);
-    for (int32_t p = 0; p < pdi_phase_pieces(&r->map); p++) {
-        int count;
-        int32_t first = pdi_phase_place(&r->map, p, &count), end = first + count, next;
-        for (int32_t i = first; i < end; i = next) {
-            uint8_t role = r->map.role[i];
-            next = pdi_phase_same(&r->map, i, end);
-            if (role > PDI_ROLE_WHOLE || (role == PDI_ROLE_WHOLE && !r->desc.activation)) r->active += next - i;
-            if (role == PDI_ROLE_SHORE) PDI_TRY(pdi_corrode_speeds(ctx, r, i, next, &c, &law));
-        }
+    while (pdi_phase_next(&r->map, &walk, &i, &end)) {
+        uint8_t role = r->map.role[i];
+        if (role > PDI_ROLE_WHOLE || (role == PDI_ROLE_WHOLE && !r->desc.activation)) r->active += end - i;
+        if (role == PDI_ROLE_SHORE) PDI_TRY(pdi_corrode_speeds(ctx, r, i, end, &c, &law));
     }
     /* where sums are kept, ghosts tell nothing but speeds */
     if (r->alarmed) pdi_corrode_ghosts(r);
@@ -598,6 +595,8 @@ static void pdi_corrode_given(pd_corrode *r)
 
 PDI_FN void pdi_corrode_commit(pd_corrode *r, double dt)
 {
+    pdi_phase_walk walk = {0, 0, 0}, again = {0, 0, 0};
+    int32_t i, end;
     pdi_sum out;
     out.sum = r->out;
     out.carry = r->out_carry;
@@ -605,21 +604,14 @@ PDI_FN void pdi_corrode_commit(pd_corrode *r, double dt)
         pdi_sum_add(&out, dt * r->stencil->volume * pdi_corrode_leak(r, r->map.border[b]));
     r->out = out.sum;
     r->out_carry = out.carry;
-    for (int pass = 0; pass < (r->desc.activation ? 2 : 1); pass++) {
-        for (int32_t p = 0; p < pdi_phase_pieces(&r->map); p++) {
-            int count;
-            int32_t first = pdi_phase_place(&r->map, p, &count), end = first + count, next;
-            for (int32_t i = first; i < end; i = next) {
-                uint8_t role = r->map.role[i];
-                next = pdi_phase_same(&r->map, i, end);
-                if (pass && role == PDI_ROLE_SHORE)
-                    for (int32_t j = i; j < next; j++) pdi_corrode_rinse(r, j);
-                if (pass || role == PDI_ROLE_IDLE || (role == PDI_ROLE_WHOLE && r->desc.activation)) continue;
-                memcpy(r->c + i, r->next + i, (size_t)(next - i) * sizeof *r->c);
-            }
-        }
-        if (!pass) pdi_corrode_given(r);
+    while (pdi_phase_next(&r->map, &walk, &i, &end)) {
+        uint8_t role = r->map.role[i];
+        if (role == PDI_ROLE_IDLE || (role == PDI_ROLE_WHOLE && r->desc.activation)) continue;
+        memcpy(r->c + i, r->next + i, (size_t)(end - i) * sizeof *r->c);
     }
+    pdi_corrode_given(r);
+    while (r->desc.activation && pdi_phase_next(&r->map, &again, &i, &end))
+        for (int32_t j = i; j < end && r->map.role[i] == PDI_ROLE_SHORE; j++) pdi_corrode_rinse(r, j);
     if (r->changed_count) pdi_corrode_turn(r);
     r->time += dt;
     r->steps++;

@@ -35,6 +35,19 @@ PDI_FN int32_t pdi_phase_same(const pd_phases *p, int32_t i, int32_t end)
     return next;
 }
 
+PDI_FN int pdi_phase_next(const pd_phases *phases, pdi_phase_walk *walk, int32_t *first, int32_t *end)
+{
+    while (walk->at == walk->end) {
+        int count;
+        if (walk->piece == pdi_phase_pieces(phases)) return 0;
+        walk->at = pdi_phase_place(phases, walk->piece++, &count);
+        walk->end = walk->at + count;
+    }
+    *first = walk->at;
+    *end = walk->at = pdi_phase_same(phases, walk->at, walk->end);
+    return 1;
+}
+
 PDI_FN int pdi_phase_deep(const pd_phases *p, int32_t node)
 {
     int i[PD_DIM], deep = 1;

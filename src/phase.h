@@ -41,6 +41,12 @@ PDI_FN int32_t pdi_phase_pieces(const pd_phases *phases);
 PDI_FN int32_t pdi_phase_place(const pd_phases *phases, int32_t piece, int *count);
 /* One behind the last of the nodes from i to `end` - 1 that have the role of i. */
 PDI_FN int32_t pdi_phase_same(const pd_phases *phases, int32_t i, int32_t end);
+/* The next nodes *first .. *end - 1 of one role, all over the box in order; 0: none is left. A walk begins with
+ * zeros. */
+typedef struct pdi_phase_walk {
+    int32_t piece, at, end;
+} pdi_phase_walk;
+PDI_FN int pdi_phase_next(const pd_phases *phases, pdi_phase_walk *walk, int32_t *first, int32_t *end);
 /* 1: no bond of the node leaves the box. */
 PDI_FN int pdi_phase_deep(const pd_phases *phases, int32_t node);
 /* Node of the box that the far end of a bond is or repeats, with `deep` of its other end. */

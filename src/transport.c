@@ -307,33 +307,36 @@ static int pdi_transport_start(const pd_ctx *ctx, pd_transport *t)
     return t->flow && t->desc.advection == PD_ADVECTION_LIMITED;
 }
 
-PDI_FN int pdi_transport_within(const pd_transport *t, const double *start)
+/* 1 when the field, with `more` on top of it where that is not NULL, is within its bounds. */
+static int pdi_transport_bounded(const pd_transport *t, const double *start, const double *more)
 {
     double low, high;
     pdi_transport_bounds(t, start, &low, &high);
     pdi_transport_slack(t, PDI_TRANSPORT_SLACK, &low, &high);
-    for (int32_t i = 0; i < t->grid->total; i++)
-        if (t->grid->kind[i] == PD_FLUID && (t->c[i] < low || t->c[i] > high)) return 0;
+    for (int32_t i = 0; i < t->grid->total; i++) {
+        double c = more ? t->c[i] + more[i] : t->c[i];
+        if (t->grid->kind[i] == PD_FLUID && (c < low || c > high)) return 0;
+    }
     return 1;
 }
 
-/* 1 when the field would be within its bounds with what is left undone, too: the next step delivers that. A cycle of
- * the multigrid tells what becomes of it: next to nothing in the stream, dt times as much where little passes. */
+PDI_FN int pdi_transport_within(const pd_transport *t, const double *start)
+{
+    return pdi_transport_bounded(t, start, NULL);
+}
+
+/* 1 when the field is within its bounds, and would be with what is left undone, too: the next step delivers that. A
+ * cycle of the multigrid tells what becomes of it: next to nothing in the stream, dt times as much where little
+ * passes. */
 static int pdi_transport_settles(pd_ctx *ctx, pd_transport *t)
 {
-    double low, high;
     pdi_transport_user user;
     user.ctx = ctx;
     user.t = t;
+    if (!pdi_transport_within(t, t->old)) return 0;
     pdi_transport_residual(ctx, t, t->work);
     pdi_transport_precondition(&user, t->work, t->probe);
-    pdi_transport_bounds(t, t->old, &low, &high);
-    pdi_transport_slack(t, PDI_TRANSPORT_SLACK, &low, &high);
-    for (int32_t i = 0; i < t->grid->total; i++) {
-        double then = t->c[i] + t->probe[i];
-        if (t->grid->kind[i] == PD_FLUID && (then < low || then > high)) return 0;
-    }
-    return 1;
+    return pdi_transport_bounded(t, t->old, t->probe);
 }
 
 /* The last solve. What it leaves undone counts times dt in nodes that little passes: where the field leaves its bounds
@@ -343,11 +346,11 @@ static pd_status pdi_transport_close(pd_ctx *ctx, pd_transport *t, double atol, 
     double moved;
     pd_status status = pdi_transport_correct(ctx, t, atol, result, &moved);
     int sweeps = t->sweeping || status > 0;
-    if (status < 0 || (pdi_transport_within(t, t->old) && pdi_transport_settles(ctx, t))) return status;
+    if (status < 0 || pdi_transport_settles(ctx, t)) return status;
     for (; sweeps < 2; sweeps++) {
         if (sweeps && !t->sweeping) t->sweeping = 1;
         status = pdi_transport_solve(ctx, t, PDI_TRANSPORT_FINE * atol, result, &moved);
-        if (status < 0 || (pdi_transport_within(t, t->old) && pdi_transport_settles(ctx, t))) break;
+        if (status < 0 || pdi_transport_settles(ctx, t)) break;
     }
     return status < 0 || result->residual > atol ? status : PD_OK; /* rounding may stop it before that */
 }
