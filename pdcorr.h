@@ -65,6 +65,7 @@
  *   material   properties of metals that dissolve, as presets with their sources, and their kinetics as data.
  *   flow       peridynamic Navier-Stokes operator: momentum and continuity residuals, their linearisation, flux sections.
  *   force      what a flow does to walls and solids, in two ways that share nothing but the fields.
+ *   schur      the inverse of the Schur complement of the pressure, as nearly as a preconditioner needs it (theory: eq. 4.9).
  *   steady     steady flow by Newton's method on the peridynamic residual.
  *   implicit   time-dependent incompressible flow by the two-stage, second-order, L-stable SDIRK method.
  *   unsteady   time-dependent weakly compressible flow, explicit.
@@ -2454,12 +2455,34 @@ PD_API pd_status pd_force_balance(pd_ctx *ctx, pd_flow *flow, const double *lo, 
 
 #endif
 
+/* ======== >>schur.h ======== */
+/* schur: the inverse of the Schur complement of the pressure, as nearly as a preconditioner needs it (theory: eq. 4.9).
+ */
+#ifndef PD_SCHUR_H
+#define PD_SCHUR_H
+
+#ifdef PDI_INTERNAL
+/* Work of an application. */
+typedef struct pdi_schur {
+    pd_multigrid *poisson;    /* one cycle of it stands for the inverse of -lap */
+    double shift;             /* [1/s] of the momentum balance */
+    double *grad, *convected; /* [PD_DIM][total] */
+} pdi_schur;
+
+/* dp = S^-1 r, with the velocity in flow. q [total]: work, its ghosts too. All arrays are over the nodes of the grid, r
+ * and dp mean something at fluid nodes only. */
+PDI_FN void pdi_schur_solve(pd_ctx *ctx, const pd_flow *flow, const pdi_schur *schur, const double *r, double *q,
+                            double *dp);
+#endif
+
+#endif
+
 /* ======== >>steady.h ======== */
 /* steady: steady flow by Newton's method on the peridynamic residual.
  *
  * Each Newton step solves the exact linearisation by GMRES, preconditioned by a block triangle: one multigrid cycle for
- * the velocity, one for the pressure with the convection-diffusion commutator for the Schur complement (theory:
- * section 4.4; Elman, Silvester and Wathen 2014, ch. 9). It stops on residuals, never on changes per step.
+ * the velocity, two for the pressure with a least-squares commutator for the Schur complement (theory: section 4.4;
+ * Elman, Silvester and Wathen 2014, ch. 9). It stops on residuals, never on changes per step.
  */
 #ifndef PD_STEADY_H
 #define PD_STEADY_H
@@ -16547,13 +16570,124 @@ pd_status pd_force_balance(pd_ctx *ctx, pd_flow *flow, const double *lo, const d
     return PD_OK;
 }
 
+/* ======== >>schur.c ======== */
+/* schur: see schur.h */
+
+/* Weight of the differences from node to node that the pressure flux alone sees: their Laplacian is up to three times
+ * its diagonal. */
+#define PDI_SCHUR_ROUGH 0.3
+
+/* Values of a field on both sides of a closed face or an inlet, one over the other. */
+#define PDI_SCHUR_EVEN 1.0
+#define PDI_SCHUR_ODD (-1.0)
+
+/* The operands of a sweep. */
+typedef struct pdi_schur_sweep {
+    const pd_flow *flow;
+    const double *from;
+    double *to;
+} pdi_schur_sweep;
+
+/* Difference of f across node i along axis d, from neighbour to neighbour. */
+static double pdi_schur_across(const pd_grid *grid, const double *f, int32_t i, int d, double closed)
+{
+    double value[2];
+    for (int up = 0; up < 2; up++) {
+        int32_t j = up ? i + grid->stride[d] : i - grid->stride[d];
+        uint8_t kind = grid->kind[j];
+        value[up] = pdi_grid_open(kind) && kind != PD_INLET ? f[j] : closed * f[i];
+    }
+    return value[1] - value[0];
+}
+
+/* to_d = df/dx_d */
+static void pdi_schur_gradient(const void *user, int32_t i, int32_t row, int32_t count)
+{
+    const pdi_schur_sweep *s = (const pdi_schur_sweep *)user;
+    const pd_grid *grid = s->flow->grid;
+    for (int d = 0; d < PD_DIM; d++) {
+        double half = 0.5 / grid->h[d], *to = s->to + (int64_t)d * grid->total + i;
+        const double *up = s->from + i + grid->stride[d], *down = s->from + i - grid->stride[d];
+        for (int32_t b = 0; b < count && row < 0; b++) to[b] = half * (up[b] - down[b]);
+        for (int32_t b = 0; b < count && row >= 0; b++)
+            to[b] = half * pdi_schur_across(grid, s->from, i + b, d, PDI_SCHUR_EVEN);
+    }
+}
+
+/* to_e = u.grad from_e */
+static void pdi_schur_convect(const void *user, int32_t i, int32_t row, int32_t count)
+{
+    const pdi_schur_sweep *s = (const pdi_schur_sweep *)user;
+    const pd_grid *grid = s->flow->grid;
+    for (int e = 0; e < PD_DIM; e++) {
+        const double *from = s->from + (int64_t)e * grid->total;
+        double *to = s->to + (int64_t)e * grid->total + i;
+        for (int32_t b = 0; b < count; b++) to[b] = 0.0;
+        for (int d = 0; d < PD_DIM; d++) {
+            double half = 0.5 / grid->h[d];
+            const double *u = s->flow->u + (int64_t)d * grid->total + i;
+            const double *up = from + i + grid->stride[d], *down = from + i - grid->stride[d];
+            for (int32_t b = 0; b < count && row < 0; b++) to[b] += half * u[b] * (up[b] - down[b]);
+            for (int32_t b = 0; b < count && row >= 0; b++)
+                to[b] += half * u[b] * pdi_schur_across(grid, from, i + b, d, PDI_SCHUR_ODD);
+        }
+    }
+}
+
+/* to = -div from */
+static void pdi_schur_diverge(const void *user, int32_t i, int32_t row, int32_t count)
+{
+    const pdi_schur_sweep *s = (const pdi_schur_sweep *)user;
+    const pd_grid *grid = s->flow->grid;
+    double *to = s->to + i;
+    for (int32_t b = 0; b < count; b++) to[b] = 0.0;
+    for (int d = 0; d < PD_DIM; d++) {
+        double half = 0.5 / grid->h[d];
+        const double *from = s->from + (int64_t)d * grid->total;
+        const double *up = from + i + grid->stride[d], *down = from + i - grid->stride[d];
+        for (int32_t b = 0; b < count && row < 0; b++) to[b] -= half * (up[b] - down[b]);
+        for (int32_t b = 0; b < count && row >= 0; b++)
+            to[b] -= half * pdi_schur_across(grid, from, i + b, d, PDI_SCHUR_ODD);
+    }
+}
+
+static void pdi_schur_run(const pd_ctx *ctx, const pd_flow *flow, pdi_bond_run_fn run, const double *from, double *to)
+{
+    pdi_schur_sweep s;
+    s.flow = flow;
+    s.from = from;
+    s.to = to;
+    pdi_bond_sweep(ctx, flow->bonds, (int64_t)flow->grid->fluid_count * 2 * PD_DIM * PD_DIM, 0, run, &s);
+}
+
+PDI_FN void pdi_schur_solve(pd_ctx *ctx, const pd_flow *flow, const pdi_schur *schur, const double *r, double *q,
+                            double *dp)
+{
+    const pd_ghosts *ghosts = &flow->bonds->ghosts;
+    const pd_grid *grid = flow->grid;
+    double rough = flow->nu + PDI_SCHUR_ROUGH / (flow->tau * flow->bonds->stencil->lap_sum);
+    int nt = pdi_par_threads(ctx, grid->total * 4);
+    (void)nt;
+    pd_multigrid_cycle(ctx, schur->poisson, r, q);
+    pd_ghosts_pressure(ghosts, 0.0, q);
+    pdi_schur_run(ctx, flow, pdi_schur_gradient, q, schur->grad);
+    pd_ghosts_vector(ghosts, schur->grad);
+    pdi_schur_run(ctx, flow, pdi_schur_convect, schur->grad, schur->convected);
+    pd_ghosts_vector(ghosts, schur->convected);
+    pdi_schur_run(ctx, flow, pdi_schur_diverge, schur->convected, schur->grad);
+    pd_multigrid_cycle(ctx, schur->poisson, schur->grad, dp);
+    PDI_PARALLEL_FOR(nt)
+    for (int32_t i = 0; i < grid->total; i++)
+        if (grid->kind[i] == PD_FLUID) dp[i] += rough * r[i] + schur->shift * q[i];
+}
+
 /* ======== >>steady.c ======== */
 /* steady: see steady.h */
 #include <math.h>
 #include <string.h>
 
 /* First pseudo time step: L/U over this. */
-#define PDI_STEADY_SHIFT 3.0
+#define PDI_STEADY_SHIFT 1.0
 /* The same after a change of geometry, over this: the old state is near. */
 #define PDI_STEADY_AGAIN 0.1
 /* A step that lets the residual grow by more than this factor is taken back. */
@@ -16597,45 +16731,21 @@ static void pdi_steady_scale(const pd_ctx *ctx, const pd_flow *flow, double mome
     for (int64_t i = 0; i < split + total; i++) x[i] *= i < split ? momentum : continuity;
 }
 
-/* dp = F q + r/(tau sum a) with F q = nu r + u.grad q + shift q and q = L^-1 r: the inverse of the Schur complement
- * (eq. 4.9). */
-static void pdi_steady_commute(const pd_ctx *ctx, const pd_steady *s, const double *r, const double *q, double *dp)
-{
-    const pd_flow *flow = s->flow;
-    const pd_grid *grid = flow->grid;
-    int nt = pdi_par_threads(ctx, grid->total * 10);
-    (void)nt;
-    double rough = flow->nu + 1.0 / (flow->tau * flow->bonds->stencil->lap_sum);
-    PDI_PARALLEL_FOR(nt)
-    for (int32_t i = 0; i < grid->total; i++) {
-        dp[i] = 0.0;
-        if (grid->kind[i] != PD_FLUID) continue;
-        double sum = rough * r[i] + s->shift * q[i];
-        for (int d = 0; d < PD_DIM; d++)
-            for (int up = 0; up < 2; up++) {
-                int32_t j = up ? i + grid->stride[d] : i - grid->stride[d];
-                double sign = up ? 0.5 : -0.5, far = q[i];
-                if (grid->kind[j] == PD_FLUID || grid->kind[j] == PD_IMAGE) far = q[j];
-                else if (grid->kind[j] == PD_OUTLET) far = -q[i];
-                else if (grid->kind[j] == PD_INLET) far = -q[i];
-                sum += sign * flow->u[(int64_t)d * grid->total + i] / grid->h[d] * far;
-            }
-        dp[i] = sum;
-    }
-}
-
 /* s->work = M^-1 x, and flow->grad the pressure gradient of it. r: scratch. */
 static void pdi_steady_precondition(pd_ctx *ctx, pd_steady *s, const double *x, double *r)
 {
     pd_flow *flow = s->flow;
     int64_t total = flow->grid->total, split = (int64_t)PD_DIM * total;
     const pd_ghosts *ghosts = &flow->bonds->ghosts;
-    double *rp = r + split, *y = s->work, *dp = y + split;
+    double *y = s->work, *dp = y + split;
+    pdi_schur schur;
+    schur.poisson = &s->mg_p;
+    schur.shift = s->shift;
+    schur.grad = s->carrier; /* both are written later */
+    schur.convected = flow->grad;
     pdi_par_copy(ctx, split + total, x, r);
     pdi_steady_scale(ctx, flow, flow->speed * flow->speed / flow->length, flow->speed / flow->length, r);
-    pd_multigrid_cycle(ctx, &s->mg_p, rp, y);
-    pd_ghosts_scalar(ghosts, y);
-    pdi_steady_commute(ctx, s, rp, y, dp);
+    pdi_schur_solve(ctx, flow, &schur, r + split, y, dp);
     pd_ghosts_pressure(ghosts, 0.0, dp);
     pdi_flow_gradient(ctx, flow, dp, flow->grad);
     pdi_par_axpy(ctx, split, -1.0, flow->grad, r);

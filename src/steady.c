@@ -6,7 +6,7 @@
 #include <string.h>
 
 /* First pseudo time step: L/U over this. */
-#define PDI_STEADY_SHIFT 3.0
+#define PDI_STEADY_SHIFT 1.0
 /* The same after a change of geometry, over this: the old state is near. */
 #define PDI_STEADY_AGAIN 0.1
 /* A step that lets the residual grow by more than this factor is taken back. */
@@ -50,45 +50,21 @@ static void pdi_steady_scale(const pd_ctx *ctx, const pd_flow *flow, double mome
     for (int64_t i = 0; i < split + total; i++) x[i] *= i < split ? momentum : continuity;
 }
 
-/* dp = F q + r/(tau sum a) with F q = nu r + u.grad q + shift q and q = L^-1 r: the inverse of the Schur complement
- * (eq. 4.9). */
-static void pdi_steady_commute(const pd_ctx *ctx, const pd_steady *s, const double *r, const double *q, double *dp)
-{
-    const pd_flow *flow = s->flow;
-    const pd_grid *grid = flow->grid;
-    int nt = pdi_par_threads(ctx, grid->total * 10);
-    (void)nt;
-    double rough = flow->nu + 1.0 / (flow->tau * flow->bonds->stencil->lap_sum);
-    PDI_PARALLEL_FOR(nt)
-    for (int32_t i = 0; i < grid->total; i++) {
-        dp[i] = 0.0;
-        if (grid->kind[i] != PD_FLUID) continue;
-        double sum = rough * r[i] + s->shift * q[i];
-        for (int d = 0; d < PD_DIM; d++)
-            for (int up = 0; up < 2; up++) {
-                int32_t j = up ? i + grid->stride[d] : i - grid->stride[d];
-                double sign = up ? 0.5 : -0.5, far = q[i];
-                if (grid->kind[j] == PD_FLUID || grid->kind[j] == PD_IMAGE) far = q[j];
-                else if (grid->kind[j] == PD_OUTLET) far = -q[i];
-                else if (grid->kind[j] == PD_INLET) far = -q[i];
-                sum += sign * flow->u[(int64_t)d * grid->total + i] / grid->h[d] * far;
-            }
-        dp[i] = sum;
-    }
-}
-
 /* s->work = M^-1 x, and flow->grad the pressure gradient of it. r: scratch. */
 static void pdi_steady_precondition(pd_ctx *ctx, pd_steady *s, const double *x, double *r)
 {
     pd_flow *flow = s->flow;
     int64_t total = flow->grid->total, split = (int64_t)PD_DIM * total;
     const pd_ghosts *ghosts = &flow->bonds->ghosts;
-    double *rp = r + split, *y = s->work, *dp = y + split;
+    double *y = s->work, *dp = y + split;
+    pdi_schur schur;
+    schur.poisson = &s->mg_p;
+    schur.shift = s->shift;
+    schur.grad = s->carrier; /* both are written later */
+    schur.convected = flow->grad;
     pdi_par_copy(ctx, split + total, x, r);
     pdi_steady_scale(ctx, flow, flow->speed * flow->speed / flow->length, flow->speed / flow->length, r);
-    pd_multigrid_cycle(ctx, &s->mg_p, rp, y);
-    pd_ghosts_scalar(ghosts, y);
-    pdi_steady_commute(ctx, s, rp, y, dp);
+    pdi_schur_solve(ctx, flow, &schur, r + split, y, dp);
     pd_ghosts_pressure(ghosts, 0.0, dp);
     pdi_flow_gradient(ctx, flow, dp, flow->grad);
     pdi_par_axpy(ctx, split, -1.0, flow->grad, r);

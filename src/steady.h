@@ -1,15 +1,15 @@
 /* steady: steady flow by Newton's method on the peridynamic residual.
  *
  * Each Newton step solves the exact linearisation by GMRES, preconditioned by a block triangle: one multigrid cycle for
- * the velocity, one for the pressure with the convection-diffusion commutator for the Schur complement (theory:
- * section 4.4; Elman, Silvester and Wathen 2014, ch. 9). It stops on residuals, never on changes per step.
+ * the velocity, two for the pressure with a least-squares commutator for the Schur complement (theory: section 4.4;
+ * Elman, Silvester and Wathen 2014, ch. 9). It stops on residuals, never on changes per step.
  */
 #ifndef PD_STEADY_H
 #define PD_STEADY_H
 #include "compact.h"
 #include "flow.h"
 #include "krylov.h"
-#include "multigrid.h"
+#include "schur.h"
 
 typedef struct pd_steady_desc {
     double tolerance;   /* [-] of both residuals; 0: 1e-6 */

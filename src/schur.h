@@ -1,0 +1,22 @@
+/* schur: the inverse of the Schur complement of the pressure, as nearly as a preconditioner needs it (theory: eq. 4.9).
+ */
+#ifndef PD_SCHUR_H
+#define PD_SCHUR_H
+#include "flow.h"
+#include "multigrid.h"
+
+#ifdef PDI_INTERNAL
+/* Work of an application. */
+typedef struct pdi_schur {
+    pd_multigrid *poisson;    /* one cycle of it stands for the inverse of -lap */
+    double shift;             /* [1/s] of the momentum balance */
+    double *grad, *convected; /* [PD_DIM][total] */
+} pdi_schur;
+
+/* dp = S^-1 r, with the velocity in flow. q [total]: work, its ghosts too. All arrays are over the nodes of the grid, r
+ * and dp mean something at fluid nodes only. */
+PDI_FN void pdi_schur_solve(pd_ctx *ctx, const pd_flow *flow, const pdi_schur *schur, const double *r, double *q,
+                            double *dp);
+#endif
+
+#endif
