@@ -2491,7 +2491,7 @@ typedef struct pd_steady_desc {
     double tolerance;   /* [-] of both residuals; 0: 1e-6 */
     int max_newton;     /* 0: 60 */
     int max_krylov;     /* of one Newton step; 0: 300 */
-    int restart;        /* GMRES; 0: 60, in 3D 40 */
+    int restart;        /* GMRES; 0: 20 */
 } pd_steady_desc;
 
 typedef struct pd_steady {
@@ -2532,10 +2532,10 @@ PD_API void pd_steady_free(pd_ctx *ctx, pd_steady *steady);
 /* What solves carry on beside the flow. */
 PDI_FN pd_status pdi_steady_store(pd_ctx *ctx, pd_steady *steady, pd_store *store);
 /* Solve R(u, p) + rate (u - target) = 0 from the state in flow: a stage of an implicit step. tolerance [-]: of the
- * velocity against the reference speed, and of the continuity residual. PD_RETRY: not reached, flow holds no
- * solution. */
+ * velocity against the reference speed, and of the continuity residual. again: 1 when the preconditioner of the last
+ * stage is as good for this one. PD_RETRY: not reached, flow holds no solution. */
 PDI_FN pd_status pdi_steady_stage(pd_ctx *ctx, pd_steady *steady, double rate, const double *target, double tolerance,
-                                  pd_steady_result *result);
+                                  int again, pd_steady_result *result);
 #endif
 
 #endif
@@ -2552,7 +2552,7 @@ PDI_FN pd_status pdi_steady_stage(pd_ctx *ctx, pd_steady *steady, double rate, c
 #define PD_IMPLICIT_H
 
 typedef struct pd_implicit_desc {
-    double tolerance; /* [-] of the stages, against the reference speed; 0: 1e-8 */
+    double tolerance; /* [-] of the stages, against the reference speed; 0: a thousandth of rtol */
     double rtol;      /* [-] error of one step against the reference speed, by the embedded estimate; 0: 1e-4 */
     double first;     /* [s] first step of a run; 0: 1e-3 L/U */
     double largest;   /* [s] largest step of a run; 0: none */
@@ -2563,10 +2563,11 @@ typedef struct pd_implicit {
     pd_flow *flow;         /* its u and p are the state */
     pd_steady *steady;     /* solves the stages */
     double *start;         /* [PD_DIM+1][total] [m/s], [m2/s2] state at the start of the step */
-    double *target;        /* [PD_DIM][total] [m/s] u* of the second stage */
+    double *target;        /* [PD_DIM][total] [m/s] u* of the second stage, kept for the next step */
     double *slope;         /* [PD_DIM][total] [m/s] gamma dt du/dt of the first stage */
     double time;           /* [s] */
     double dt;             /* [s] that a run would try next; 0: not known yet */
+    double last;           /* [s] the last step; 0: it tells nothing about the next one */
     double error;          /* [-] estimated error of the last step against the reference speed */
     int64_t steps, rejected, evaluations;
 } pd_implicit;
@@ -16712,6 +16713,8 @@ PDI_FN void pdi_schur_solve(pd_ctx *ctx, const pd_flow *flow, const pdi_schur *s
 /* Newton steps of a stage in time, and the loosest linear tolerance of one. */
 #define PDI_STEADY_STAGE 8
 #define PDI_STEADY_STAGE_FORCING 0.1
+/* A linear solve that just misses costs a whole Newton step more. */
+#define PDI_STEADY_STAGE_ENOUGH 0.1
 
 /* What the solver callbacks see. */
 typedef struct pdi_steady_user {
@@ -16785,10 +16788,11 @@ static void pdi_steady_product(void *user, const double *x, double *y)
     pdi_steady_jacobian(u->ctx, u->steady, y);
 }
 
-static pd_status pdi_steady_setup(pd_ctx *ctx, pd_steady *s)
+static pd_status pdi_steady_setup(pd_ctx *ctx, pd_steady *s, double shift)
 {
     pdi_compact_faces velocity, pressure;
     pdi_compact_convection moving, resting;
+    s->shift = shift;
     velocity.closed = velocity.inlet = 1;
     velocity.outlet = 0;
     pressure.closed = pressure.inlet = 0;
@@ -16841,7 +16845,7 @@ pd_status pd_steady_build(pd_ctx *ctx, pd_flow *flow, const pd_steady_desc *desc
     if (!(s->desc.tolerance > 0.0)) s->desc.tolerance = 1e-6;
     if (!s->desc.max_newton) s->desc.max_newton = 60;
     if (!s->desc.max_krylov) s->desc.max_krylov = 300;
-    if (!s->desc.restart) s->desc.restart = PD_DIM == 3 ? 40 : 60;
+    if (!s->desc.restart) s->desc.restart = 20;
     int64_t size = pdi_steady_size(flow);
     pd_krylov_desc kd;
     pd_multigrid_desc md;
@@ -16866,17 +16870,14 @@ pd_status pd_steady_build(pd_ctx *ctx, pd_flow *flow, const pd_steady_desc *desc
     return PDI_NEW(ctx, "steady", (int64_t)PD_DIM * flow->grid->total, s->carrier);
 }
 
-/* One linearised step with the pseudo time term `shift`; the state moves by s->step. *effort: Krylov iterations, beyond
- * the limit when the tolerance was missed. */
-static pd_status pdi_steady_newton(pd_ctx *ctx, pd_steady *s, double shift, double forcing, pd_steady_result *result,
-                                   int *effort)
+/* One linearised step with the term `shift` of pseudo time, for which the preconditioner is set up; the state moves by
+ * s->step. *effort: Krylov iterations, beyond the limit when the tolerance was missed. */
+static pd_status pdi_steady_newton(pd_ctx *ctx, pd_steady *s, double forcing, pd_steady_result *result, int *effort)
 {
     pdi_steady_user user;
     pd_krylov_result linear;
     user.ctx = ctx;
     user.steady = s;
-    s->shift = shift;
-    PDI_TRY(pdi_steady_setup(ctx, s));
     pdi_par_axpy(ctx, pdi_steady_size(s->flow), -2.0, s->residual, s->residual);
     s->krylov.desc.rtol = forcing;
     PDI_TRY(pd_krylov_solve(ctx, &s->krylov, pdi_steady_product, NULL, &user, s->residual, s->step, &linear));
@@ -16927,7 +16928,7 @@ static pd_status pdi_steady_solenoid(pd_ctx *ctx, pd_steady *s)
     user.steady = s;
     pdi_par_zero(ctx, split, s->residual);
     pdi_par_axpy(ctx, total, flow->speed / flow->length - 1.0, s->residual + split, s->residual + split);
-    PDI_TRY(pdi_steady_setup(ctx, s));
+    PDI_TRY(pdi_steady_setup(ctx, s, s->shift));
     k->desc.rtol = PDI_STEADY_EVEN;
     k->desc.atol = PDI_STEADY_ROUNDING * flow->speed / flow->length;
     k->desc.max_iterations = PDI_STEADY_EVEN_MOST;
@@ -16968,7 +16969,8 @@ pd_status pd_steady_solve(pd_ctx *ctx, pd_steady *s, pd_steady_result *result)
         /* switched evolution relaxation: the pseudo time step grows as the residual falls (eq. 4.10) */
         double shift = PDI_STEADY_SHIFT * boost * flow->speed / flow->length * sqrt(norm / s->norm0);
         int effort = 0;
-        PDI_TRY(pdi_steady_newton(ctx, s, shift, forcing, result, &effort));
+        PDI_TRY(pdi_steady_setup(ctx, s, shift));
+        PDI_TRY(pdi_steady_newton(ctx, s, forcing, result, &effort));
         double fresh = pdi_steady_residual(ctx, s, result);
         if (!(fresh < PDI_STEADY_GROWTH * norm)) {
             pdi_steady_move(ctx, s, -1.0);
@@ -16989,7 +16991,7 @@ pd_status pd_steady_solve(pd_ctx *ctx, pd_steady *s, pd_steady_result *result)
 }
 
 PDI_FN pd_status pdi_steady_stage(pd_ctx *ctx, pd_steady *s, double rate, const double *target, double tolerance,
-                                  pd_steady_result *result)
+                                  int again, pd_steady_result *result)
 {
     pd_flow *flow = s->flow;
     int64_t start = flow->evaluations;
@@ -17007,8 +17009,11 @@ PDI_FN pd_status pdi_steady_stage(pd_ctx *ctx, pd_steady *s, double rate, const 
         if (result->converged || !(norm < before) || result->newton >= PDI_STEADY_STAGE) break;
         int effort = 0;
         before = norm;
-        double forcing = fmin(PDI_STEADY_STAGE_FORCING, fmax(1e-4, PDI_STEADY_ENOUGH / excess));
-        status = pdi_steady_newton(ctx, s, rate, forcing, result, &effort);
+        double forcing = fmin(PDI_STEADY_STAGE_FORCING, fmax(1e-4, PDI_STEADY_STAGE_ENOUGH / excess));
+        if (!again) status = pdi_steady_setup(ctx, s, rate);
+        if (status < 0) break;
+        again = 1;
+        status = pdi_steady_newton(ctx, s, forcing, result, &effort);
         if (status < 0) break;
     }
     s->rate = 0.0;
@@ -17051,6 +17056,8 @@ void pd_steady_free(pd_ctx *ctx, pd_steady *s)
 /* Share of its error that a step keeps when it is made shorter and the error is none of the step. */
 #define PDI_IMPLICIT_JUMP 0.95
 #define PDI_IMPLICIT_SHRINK 0.2
+/* Default tolerance of the stages over that of a step. */
+#define PDI_IMPLICIT_STAGE 1e-3
 #define PDI_IMPLICIT_SMALLEST 1e-12
 
 pd_status pd_implicit_build(pd_ctx *ctx, pd_flow *flow, pd_steady *steady, const pd_implicit_desc *desc,
@@ -17064,8 +17071,8 @@ pd_status pd_implicit_build(pd_ctx *ctx, pd_flow *flow, pd_steady *steady, const
         return pdi_fail(ctx, PD_ERR_ARGUMENT, "implicit",
                         "tolerance %g, rtol %g, first %g s, largest %g s: expected finite values of at least 0",
                         desc->tolerance, desc->rtol, desc->first, desc->largest);
-    if (!(im->desc.tolerance > 0.0)) im->desc.tolerance = 1e-8;
     if (!(im->desc.rtol > 0.0)) im->desc.rtol = 1e-4;
+    if (!(im->desc.tolerance > 0.0)) im->desc.tolerance = PDI_IMPLICIT_STAGE * im->desc.rtol;
     if (!(im->desc.first > 0.0)) im->desc.first = 1e-3 * flow->length / flow->speed;
     im->flow = flow;
     im->steady = steady;
@@ -17074,11 +17081,11 @@ pd_status pd_implicit_build(pd_ctx *ctx, pd_flow *flow, pd_steady *steady, const
     return PDI_NEW(ctx, "implicit", PD_DIM * total, im->slope);
 }
 
-static pd_status pdi_implicit_stage(pd_ctx *ctx, pd_implicit *im, double dt, const double *target)
+static pd_status pdi_implicit_stage(pd_ctx *ctx, pd_implicit *im, double dt, const double *target, int again)
 {
     pd_steady_result result;
     pd_status status = pdi_steady_stage(ctx, im->steady, 1.0 / (PDI_SDIRK_GAMMA * dt), target, im->desc.tolerance,
-                                        &result);
+                                        again, &result);
     im->evaluations += result.evaluations;
     return status;
 }
@@ -17100,6 +17107,16 @@ static double pdi_implicit_error(pd_implicit *im)
     return worst / flow->speed;
 }
 
+/* First guess of the first stage: along the slope at the end of the last step, which is (u - u*)/(gamma dt) there. */
+static void pdi_implicit_extrapolate(const pd_ctx *ctx, pd_implicit *im, double dt)
+{
+    int64_t split = PD_DIM * (int64_t)im->flow->grid->total;
+    if (!(im->last > 0.0)) return;
+    pdi_par_axpy(ctx, split, dt / im->last, im->start, im->flow->u);
+    pdi_par_axpy(ctx, split, -dt / im->last, im->target, im->flow->u);
+    im->last = 0.0;
+}
+
 pd_status pd_implicit_step(pd_ctx *ctx, pd_implicit *im, double dt)
 {
     pd_flow *flow = im->flow;
@@ -17109,13 +17126,15 @@ pd_status pd_implicit_step(pd_ctx *ctx, pd_implicit *im, double dt)
         return pdi_fail(ctx, PD_ERR_ARGUMENT, "implicit", "the step is %g s, expected a positive one", dt);
     pdi_par_copy(ctx, split, flow->u, im->start);
     pdi_par_copy(ctx, total, flow->p, im->start + split);
-    pd_status status = pdi_implicit_stage(ctx, im, dt, im->start);
+    pdi_implicit_extrapolate(ctx, im, dt);
+    pd_status status = pdi_implicit_stage(ctx, im, dt, im->start, 0);
     if (status == PD_OK) {
         pdi_par_copy(ctx, split, flow->u, im->slope);
         pdi_par_axpy(ctx, split, -1.0, im->start, im->slope);
         pdi_par_copy(ctx, split, im->start, im->target);
         pdi_par_axpy(ctx, split, ratio, im->slope, im->target);
-        status = pdi_implicit_stage(ctx, im, dt, im->target);
+        pdi_par_axpy(ctx, split, ratio, im->slope, flow->u); /* a first guess */
+        status = pdi_implicit_stage(ctx, im, dt, im->target, 1);
     }
     if (status != PD_OK) {
         pdi_par_copy(ctx, split, im->start, flow->u);
@@ -17125,6 +17144,7 @@ pd_status pd_implicit_step(pd_ctx *ctx, pd_implicit *im, double dt)
         return PD_RETRY;
     }
     im->error = pdi_implicit_error(im);
+    im->last = dt;
     im->time += dt;
     im->steps++;
     return PD_OK;
@@ -17136,6 +17156,7 @@ static void pdi_implicit_reject(const pd_ctx *ctx, pd_implicit *im, double dt)
     int64_t total = im->flow->grid->total, split = PD_DIM * total;
     pdi_par_copy(ctx, split, im->start, im->flow->u);
     pdi_par_copy(ctx, total, im->start + split, im->flow->p);
+    im->last = 0.0;
     im->time -= dt;
     im->steps--;
     im->rejected++;
@@ -17178,6 +17199,8 @@ PDI_FN pd_status pdi_implicit_store(pd_ctx *ctx, pd_implicit *im, pd_store *stor
     PDI_TRY(PDI_STORE(ctx, store, "implicit.time", &im->time, 1));
     PDI_TRY(PDI_STORE(ctx, store, "implicit.dt", &im->dt, 1));
     PDI_TRY(PDI_STORE(ctx, store, "implicit.error", &im->error, 1));
+    PDI_TRY(PDI_STORE(ctx, store, "implicit.last", &im->last, 1));
+    PDI_TRY(PDI_STORE(ctx, store, "implicit.target", im->target, (int64_t)PD_DIM * im->flow->grid->total));
     PDI_TRY(PDI_STORE(ctx, store, "implicit.steps", &im->steps, 1));
     PDI_TRY(PDI_STORE(ctx, store, "implicit.rejected", &im->rejected, 1));
     return PDI_STORE(ctx, store, "implicit.evaluations", &im->evaluations, 1);

@@ -10,6 +10,8 @@
 /* Share of its error that a step keeps when it is made shorter and the error is none of the step. */
 #define PDI_IMPLICIT_JUMP 0.95
 #define PDI_IMPLICIT_SHRINK 0.2
+/* Default tolerance of the stages over that of a step. */
+#define PDI_IMPLICIT_STAGE 1e-3
 #define PDI_IMPLICIT_SMALLEST 1e-12
 
 pd_status pd_implicit_build(pd_ctx *ctx, pd_flow *flow, pd_steady *steady, const pd_implicit_desc *desc,
@@ -23,8 +25,8 @@ pd_status pd_implicit_build(pd_ctx *ctx, pd_flow *flow, pd_steady *steady, const
         return pdi_fail(ctx, PD_ERR_ARGUMENT, "implicit",
                         "tolerance %g, rtol %g, first %g s, largest %g s: expected finite values of at least 0",
                         desc->tolerance, desc->rtol, desc->first, desc->largest);
-    if (!(im->desc.tolerance > 0.0)) im->desc.tolerance = 1e-8;
     if (!(im->desc.rtol > 0.0)) im->desc.rtol = 1e-4;
+    if (!(im->desc.tolerance > 0.0)) im->desc.tolerance = PDI_IMPLICIT_STAGE * im->desc.rtol;
     if (!(im->desc.first > 0.0)) im->desc.first = 1e-3 * flow->length / flow->speed;
     im->flow = flow;
     im->steady = steady;
@@ -33,11 +35,11 @@ pd_status pd_implicit_build(pd_ctx *ctx, pd_flow *flow, pd_steady *steady, const
     return PDI_NEW(ctx, "implicit", PD_DIM * total, im->slope);
 }
 
-static pd_status pdi_implicit_stage(pd_ctx *ctx, pd_implicit *im, double dt, const double *target)
+static pd_status pdi_implicit_stage(pd_ctx *ctx, pd_implicit *im, double dt, const double *target, int again)
 {
     pd_steady_result result;
     pd_status status = pdi_steady_stage(ctx, im->steady, 1.0 / (PDI_SDIRK_GAMMA * dt), target, im->desc.tolerance,
-                                        &result);
+                                        again, &result);
     im->evaluations += result.evaluations;
     return status;
 }
@@ -59,6 +61,16 @@ static double pdi_implicit_error(pd_implicit *im)
     return worst / flow->speed;
 }
 
+/* First guess of the first stage: along the slope at the end of the last step, which is (u - u*)/(gamma dt) there. */
+static void pdi_implicit_extrapolate(const pd_ctx *ctx, pd_implicit *im, double dt)
+{
+    int64_t split = PD_DIM * (int64_t)im->flow->grid->total;
+    if (!(im->last > 0.0)) return;
+    pdi_par_axpy(ctx, split, dt / im->last, im->start, im->flow->u);
+    pdi_par_axpy(ctx, split, -dt / im->last, im->target, im->flow->u);
+    im->last = 0.0;
+}
+
 pd_status pd_implicit_step(pd_ctx *ctx, pd_implicit *im, double dt)
 {
     pd_flow *flow = im->flow;
@@ -68,13 +80,15 @@ pd_status pd_implicit_step(pd_ctx *ctx, pd_implicit *im, double dt)
         return pdi_fail(ctx, PD_ERR_ARGUMENT, "implicit", "the step is %g s, expected a positive one", dt);
     pdi_par_copy(ctx, split, flow->u, im->start);
     pdi_par_copy(ctx, total, flow->p, im->start + split);
-    pd_status status = pdi_implicit_stage(ctx, im, dt, im->start);
+    pdi_implicit_extrapolate(ctx, im, dt);
+    pd_status status = pdi_implicit_stage(ctx, im, dt, im->start, 0);
     if (status == PD_OK) {
         pdi_par_copy(ctx, split, flow->u, im->slope);
         pdi_par_axpy(ctx, split, -1.0, im->start, im->slope);
         pdi_par_copy(ctx, split, im->start, im->target);
         pdi_par_axpy(ctx, split, ratio, im->slope, im->target);
-        status = pdi_implicit_stage(ctx, im, dt, im->target);
+        pdi_par_axpy(ctx, split, ratio, im->slope, flow->u); /* a first guess */
+        status = pdi_implicit_stage(ctx, im, dt, im->target, 1);
     }
     if (status != PD_OK) {
         pdi_par_copy(ctx, split, im->start, flow->u);
@@ -84,6 +98,7 @@ pd_status pd_implicit_step(pd_ctx *ctx, pd_implicit *im, double dt)
         return PD_RETRY;
     }
     im->error = pdi_implicit_error(im);
+    im->last = dt;
     im->time += dt;
     im->steps++;
     return PD_OK;
@@ -95,6 +110,7 @@ static void pdi_implicit_reject(const pd_ctx *ctx, pd_implicit *im, double dt)
     int64_t total = im->flow->grid->total, split = PD_DIM * total;
     pdi_par_copy(ctx, split, im->start, im->flow->u);
     pdi_par_copy(ctx, total, im->start + split, im->flow->p);
+    im->last = 0.0;
     im->time -= dt;
     im->steps--;
     im->rejected++;
@@ -137,6 +153,8 @@ PDI_FN pd_status pdi_implicit_store(pd_ctx *ctx, pd_implicit *im, pd_store *stor
     PDI_TRY(PDI_STORE(ctx, store, "implicit.time", &im->time, 1));
     PDI_TRY(PDI_STORE(ctx, store, "implicit.dt", &im->dt, 1));
     PDI_TRY(PDI_STORE(ctx, store, "implicit.error", &im->error, 1));
+    PDI_TRY(PDI_STORE(ctx, store, "implicit.last", &im->last, 1));
+    PDI_TRY(PDI_STORE(ctx, store, "implicit.target", im->target, (int64_t)PD_DIM * im->flow->grid->total));
     PDI_TRY(PDI_STORE(ctx, store, "implicit.steps", &im->steps, 1));
     PDI_TRY(PDI_STORE(ctx, store, "implicit.rejected", &im->rejected, 1));
     return PDI_STORE(ctx, store, "implicit.evaluations", &im->evaluations, 1);

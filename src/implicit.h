@@ -10,7 +10,7 @@
 #include "steady.h"
 
 typedef struct pd_implicit_desc {
-    double tolerance; /* [-] of the stages, against the reference speed; 0: 1e-8 */
+    double tolerance; /* [-] of the stages, against the reference speed; 0: a thousandth of rtol */
     double rtol;      /* [-] error of one step against the reference speed, by the embedded estimate; 0: 1e-4 */
     double first;     /* [s] first step of a run; 0: 1e-3 L/U */
     double largest;   /* [s] largest step of a run; 0: none */
@@ -21,10 +21,11 @@ typedef struct pd_implicit {
     pd_flow *flow;         /* its u and p are the state */
     pd_steady *steady;     /* solves the stages */
     double *start;         /* [PD_DIM+1][total] [m/s], [m2/s2] state at the start of the step */
-    double *target;        /* [PD_DIM][total] [m/s] u* of the second stage */
+    double *target;        /* [PD_DIM][total] [m/s] u* of the second stage, kept for the next step */
     double *slope;         /* [PD_DIM][total] [m/s] gamma dt du/dt of the first stage */
     double time;           /* [s] */
     double dt;             /* [s] that a run would try next; 0: not known yet */
+    double last;           /* [s] the last step; 0: it tells nothing about the next one */
     double error;          /* [-] estimated error of the last step against the reference speed */
     int64_t steps, rejected, evaluations;
 } pd_implicit;

@@ -31,6 +31,8 @@
 /* Newton steps of a stage in time, and the loosest linear tolerance of one. */
 #define PDI_STEADY_STAGE 8
 #define PDI_STEADY_STAGE_FORCING 0.1
+/* A linear solve that just misses costs a whole Newton step more. */
+#define PDI_STEADY_STAGE_ENOUGH 0.1
 
 /* What the solver callbacks see. */
 typedef struct pdi_steady_user {
@@ -104,10 +106,11 @@ static void pdi_steady_product(void *user, const double *x, double *y)
     pdi_steady_jacobian(u->ctx, u->steady, y);
 }
 
-static pd_status pdi_steady_setup(pd_ctx *ctx, pd_steady *s)
+static pd_status pdi_steady_setup(pd_ctx *ctx, pd_steady *s, double shift)
 {
     pdi_compact_faces velocity, pressure;
     pdi_compact_convection moving, resting;
+    s->shift = shift;
     velocity.closed = velocity.inlet = 1;
     velocity.outlet = 0;
     pressure.closed = pressure.inlet = 0;
@@ -160,7 +163,7 @@ pd_status pd_steady_build(pd_ctx *ctx, pd_flow *flow, const pd_steady_desc *desc
     if (!(s->desc.tolerance > 0.0)) s->desc.tolerance = 1e-6;
     if (!s->desc.max_newton) s->desc.max_newton = 60;
     if (!s->desc.max_krylov) s->desc.max_krylov = 300;
-    if (!s->desc.restart) s->desc.restart = PD_DIM == 3 ? 40 : 60;
+    if (!s->desc.restart) s->desc.restart = 20;
     int64_t size = pdi_steady_size(flow);
     pd_krylov_desc kd;
     pd_multigrid_desc md;
@@ -185,17 +188,14 @@ pd_status pd_steady_build(pd_ctx *ctx, pd_flow *flow, const pd_steady_desc *desc
     return PDI_NEW(ctx, "steady", (int64_t)PD_DIM * flow->grid->total, s->carrier);
 }
 
-/* One linearised step with the pseudo time term `shift`; the state moves by s->step. *effort: Krylov iterations, beyond
- * the limit when the tolerance was missed. */
-static pd_status pdi_steady_newton(pd_ctx *ctx, pd_steady *s, double shift, double forcing, pd_steady_result *result,
-                                   int *effort)
+/* One linearised step with the term `shift` of pseudo time, for which the preconditioner is set up; the state moves by
+ * s->step. *effort: Krylov iterations, beyond the limit when the tolerance was missed. */
+static pd_status pdi_steady_newton(pd_ctx *ctx, pd_steady *s, double forcing, pd_steady_result *result, int *effort)
 {
     pdi_steady_user user;
     pd_krylov_result linear;
     user.ctx = ctx;
     user.steady = s;
-    s->shift = shift;
-    PDI_TRY(pdi_steady_setup(ctx, s));
     pdi_par_axpy(ctx, pdi_steady_size(s->flow), -2.0, s->residual, s->residual);
     s->krylov.desc.rtol = forcing;
     PDI_TRY(pd_krylov_solve(ctx, &s->krylov, pdi_steady_product, NULL, &user, s->residual, s->step, &linear));
@@ -246,7 +246,7 @@ static pd_status pdi_steady_solenoid(pd_ctx *ctx, pd_steady *s)
     user.steady = s;
     pdi_par_zero(ctx, split, s->residual);
     pdi_par_axpy(ctx, total, flow->speed / flow->length - 1.0, s->residual + split, s->residual + split);
-    PDI_TRY(pdi_steady_setup(ctx, s));
+    PDI_TRY(pdi_steady_setup(ctx, s, s->shift));
     k->desc.rtol = PDI_STEADY_EVEN;
     k->desc.atol = PDI_STEADY_ROUNDING * flow->speed / flow->length;
     k->desc.max_iterations = PDI_STEADY_EVEN_MOST;
@@ -287,7 +287,8 @@ pd_status pd_steady_solve(pd_ctx *ctx, pd_steady *s, pd_steady_result *result)
         /* switched evolution relaxation: the pseudo time step grows as the residual falls (eq. 4.10) */
         double shift = PDI_STEADY_SHIFT * boost * flow->speed / flow->length * sqrt(norm / s->norm0);
         int effort = 0;
-        PDI_TRY(pdi_steady_newton(ctx, s, shift, forcing, result, &effort));
+        PDI_TRY(pdi_steady_setup(ctx, s, shift));
+        PDI_TRY(pdi_steady_newton(ctx, s, forcing, result, &effort));
         double fresh = pdi_steady_residual(ctx, s, result);
         if (!(fresh < PDI_STEADY_GROWTH * norm)) {
             pdi_steady_move(ctx, s, -1.0);
@@ -308,7 +309,7 @@ pd_status pd_steady_solve(pd_ctx *ctx, pd_steady *s, pd_steady_result *result)
 }
 
 PDI_FN pd_status pdi_steady_stage(pd_ctx *ctx, pd_steady *s, double rate, const double *target, double tolerance,
-                                  pd_steady_result *result)
+                                  int again, pd_steady_result *result)
 {
     pd_flow *flow = s->flow;
     int64_t start = flow->evaluations;
@@ -326,8 +327,11 @@ PDI_FN pd_status pdi_steady_stage(pd_ctx *ctx, pd_steady *s, double rate, const 
         if (result->converged || !(norm < before) || result->newton >= PDI_STEADY_STAGE) break;
         int effort = 0;
         before = norm;
-        double forcing = fmin(PDI_STEADY_STAGE_FORCING, fmax(1e-4, PDI_STEADY_ENOUGH / excess));
-        status = pdi_steady_newton(ctx, s, rate, forcing, result, &effort);
+        double forcing = fmin(PDI_STEADY_STAGE_FORCING, fmax(1e-4, PDI_STEADY_STAGE_ENOUGH / excess));
+        if (!again) status = pdi_steady_setup(ctx, s, rate);
+        if (status < 0) break;
+        again = 1;
+        status = pdi_steady_newton(ctx, s, forcing, result, &effort);
         if (status < 0) break;
     }
     s->rate = 0.0;

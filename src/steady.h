@@ -15,7 +15,7 @@ typedef struct pd_steady_desc {
     double tolerance;   /* [-] of both residuals; 0: 1e-6 */
     int max_newton;     /* 0: 60 */
     int max_krylov;     /* of one Newton step; 0: 300 */
-    int restart;        /* GMRES; 0: 60, in 3D 40 */
+    int restart;        /* GMRES; 0: 20 */
 } pd_steady_desc;
 
 typedef struct pd_steady {
@@ -56,10 +56,10 @@ PD_API void pd_steady_free(pd_ctx *ctx, pd_steady *steady);
 /* What solves carry on beside the flow. */
 PDI_FN pd_status pdi_steady_store(pd_ctx *ctx, pd_steady *steady, pd_store *store);
 /* Solve R(u, p) + rate (u - target) = 0 from the state in flow: a stage of an implicit step. tolerance [-]: of the
- * velocity against the reference speed, and of the continuity residual. PD_RETRY: not reached, flow holds no
- * solution. */
+ * velocity against the reference speed, and of the continuity residual. again: 1 when the preconditioner of the last
+ * stage is as good for this one. PD_RETRY: not reached, flow holds no solution. */
 PDI_FN pd_status pdi_steady_stage(pd_ctx *ctx, pd_steady *steady, double rate, const double *target, double tolerance,
-                                  pd_steady_result *result);
+                                  int again, pd_steady_result *result);
 #endif
 
 #endif

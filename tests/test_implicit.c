@@ -217,6 +217,7 @@ TEST(any_start_and_step)
         scene s_, *s = &s_;
         double before = 0.0, after = 0.0, dt = pow(100.0, k - 2);
         scene_init(s, 8, 8, PD_SIDE_WALL, PD_SIDE_MIRROR);
+        s->desc.tolerance = 1e-8;
         if (!scene_build(s)) return;
         uint32_t seed = 5;
         for (int32_t i = 0; i < s->grid.total; i++)
