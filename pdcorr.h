@@ -2425,6 +2425,9 @@ PDI_FN void pdi_flow_terms_apply(const pd_ctx *ctx, const pd_flow *flow, const p
 PDI_FN pd_status pdi_flow_store(pd_ctx *ctx, pd_flow *flow, pd_store *store);
 /* Volume flux per volume [1/s] of the bond k from node i to its far end, pressure flux included (eq. 4.4). */
 PDI_FN double pdi_flow_bond_flux(const pd_flow *flow, int32_t i, int k);
+/* Volume per time [m3/s, per m in planar 2D] that bonds to inlets bring, and what they would with the velocity of the
+ * inlets at both ends. */
+PDI_FN double pdi_flow_entering(pd_ctx *ctx, pd_flow *flow, double *given);
 #endif
 
 #endif
@@ -2817,6 +2820,10 @@ PDI_FN pd_status pdi_limiter_build(pd_ctx *ctx, const pd_diffusion *diffusion, c
                                    pd_limiter *limiter);
 /* c [total] with its images and inlets; steps along bonds far below `least` [mol/m3] count as none. */
 PDI_FN void pdi_limiter_update(const pd_ctx *ctx, pd_limiter *limiter, const double *c, double least);
+/* Derivatives of `keep` and `slope` for that c along x [total], with its images and zero at inlets. At a kink one of
+ * both sides counts, or their mean, for all x: they are linear in x. */
+PDI_FN void pdi_limiter_derive(const pd_ctx *ctx, const pd_limiter *limiter, const double *c, const double *x,
+                               double least, double *keep_by, double *slope_by);
 PDI_FN void pdi_limiter_free(pd_ctx *ctx, pd_limiter *limiter);
 #endif
 
@@ -2865,6 +2872,9 @@ PDI_FN void pdi_convect_relax(const pd_convect *convect, const double *b, int ba
 /* y [total] [mol/m3/s]: what each fluid node gains by the antidiffusive fluxes of its bonds (eq. 5.4), with the present
  * limiter. Inlets have some, outlets none. */
 PDI_FN void pdi_convect_anti(const pd_ctx *ctx, const pd_convect *convect, const double *c, double *y);
+/* The derivative of that along x [total], with its images and zero at inlets, from those of the limiter along x. */
+PDI_FN void pdi_convect_anti_by(const pd_ctx *ctx, const pd_convect *convect, const double *c, const double *x,
+                                const double *keep_by, const double *slope_by, double *y);
 /* Flux [mol/s] towards + of all bonds through the plane before index `index` of `axis`; anti: as told by
  * pdi_convect_anti, or NULL. */
 PDI_FN double pdi_convect_through(const pd_convect *convect, const double *c, const double *anti, int axis, int index);
@@ -2905,7 +2915,7 @@ typedef struct pd_transport_desc {
     pd_advection advection;
     double tolerance;       /* [-] of the linear solves, relative to the right-hand side; 0: 1e-11 */
     int max_limiter;        /* Newton steps on the limited equations in one implicit step; 0: 30 */
-    double limiter_tolerance; /* [-] relative change of the field at which they stop; 0: 1e-7 */
+    double limiter_tolerance; /* [-] relative change of the field at which they stop; 0: 1e-10 */
 } pd_transport_desc;
 
 typedef struct pd_transport {
@@ -2929,9 +2939,10 @@ typedef struct pd_transport {
     int sweeping;           /* pairs of sweeps over the bonds behind each multigrid cycle: where it has failed in this
                              * step, they are what converges for an M-matrix */
     uint8_t *upwinded;      /* [total] node lost its antidiffusive fluxes in this step, to keep the bounds */
-    double *rhs;            /* [total] [mol/m3/s] work */
+    double *rhs;            /* [total] [mol/m3/s] work; in the linear solves of Newton's method [-] derivatives of what
+                             * the nodes keep */
     double *work;           /* [2][total] [mol/m3/s] residual, [mol/m3] correction */
-    double *probe;          /* [2][total] [mol/m3] displaced field, [mol/m3/s] its antidiffusive fluxes, work */
+    double *probe;          /* [PD_DIM][total] [mol/m4] derivatives of the gradients along a direction, work */
     double *repeated;       /* [total] [mol/m3] operand with its images, work; NULL: no periodic or mirror side */
     double dt;              /* [s] of the step in work; 0: none */
     pd_compact compact;
@@ -16265,6 +16276,33 @@ double pd_flow_section(pd_ctx *ctx, pd_flow *flow, int axis, int index)
     return pdi_bond_section(flow->bonds, axis, index, pdi_flow_section_bond, flow) * flow->bonds->stencil->volume;
 }
 
+PDI_FN double pdi_flow_entering(pd_ctx *ctx, pd_flow *flow, double *given)
+{
+    const pd_bonds *bonds = flow->bonds;
+    const pd_grid *grid = flow->grid;
+    const pd_stencil *s = bonds->stencil;
+    double taken = 0.0, size = 0.0;
+    *given = 0.0;
+    pd_flow_prepare(ctx, flow);
+    for (int32_t i = 0; i < grid->total; i++) {
+        int32_t row = bonds->row[i];
+        if (grid->kind[i] != PD_FLUID) continue;
+        double volume = s->volume * pdi_grid_circumference(grid, i);
+        for (int k = 0; k < s->count; k++) {
+            int32_t j = i + bonds->shift[k];
+            if (grid->kind[j] != PD_INLET || (row >= 0 && !pdi_bond_open(bonds, row, k))) continue;
+            double share = 2.0 * pdi_bond_flux(bonds, i, k) * volume;
+            double part = share * pdi_flow_half_flux(s->grad + k * PD_DIM, flow->carrier, j, j, grid->total);
+            *given -= part;
+            size += fabs(part);
+            taken -= volume * pdi_flow_bond_flux(flow, i, k);
+        }
+    }
+    /* inlets that feed each other */
+    if (fabs(*given) < 1e-6 * size) *given = 0.0;
+    return taken;
+}
+
 double pd_flow_section_nodes(pd_ctx *ctx, const pd_flow *flow, int axis, int index)
 {
     const pd_grid *grid = flow->grid;
@@ -18389,12 +18427,23 @@ void pd_diffusion_free(pd_ctx *ctx, pd_diffusion *d)
 /* One piece of a sweep: the nodes i .. i+count-1, which are the rows from `row` (-1: whole families). */
 typedef struct pdi_limiter_piece {
     const double *c; /* [mol/m3] of these nodes */
+    const double *x; /* [mol/m3] direction of a derivative there; NULL: none is asked for */
     int32_t i, row;
     int count;
     double gate[PDI_LANES]; /* 1.0: the bond is open, 0.0: it is not */
     double bend[PDI_LANES]; /* [mol/m5] sum of the weighted steps */
     double size[PDI_LANES]; /* [mol/m5] sum of their sizes */
+    double bend_by[PDI_LANES], size_by[PDI_LANES]; /* derivatives of both along x */
 } pdi_limiter_piece;
+
+/* The operands of a sweep. */
+typedef struct pdi_limiter_sweep {
+    const pd_limiter *limiter;
+    const double *c;     /* [mol/m3] */
+    const double *x;     /* [mol/m3] direction of a derivative, or NULL */
+    double least;        /* [mol/m3] */
+    double *share, *slope; /* results, or their derivatives along x */
+} pdi_limiter_sweep;
 
 /* The gradient of the node needs the moments of its open bonds: some of the others see no held value. */
 static int pdi_limiter_cut(const pd_limiter *l, int32_t i)
@@ -18411,23 +18460,37 @@ static int pdi_limiter_gates(const pd_bonds *bonds, pdi_limiter_piece *p, int k)
     return open != PDI_LANES_NONE;
 }
 
-/* What held walls add to the sums and to the gradient of a node, or the moments of its open bonds (eq. 3.5). */
-static void pdi_limiter_walls(const pd_limiter *l, pdi_limiter_piece *p, int b)
+/* The derivative of the size of a step: none at zero. */
+static inline double pdi_limiter_size_by(double step, double step_by)
 {
+    return step > 0.0 ? step_by : step < 0.0 ? -step_by : 0.0;
+}
+
+/* What held walls add to the sums and to the gradient of a node, or the moments of its open bonds (eq. 3.5). */
+static void pdi_limiter_walls(const pdi_limiter_sweep *s, pdi_limiter_piece *p, int b)
+{
+    const pd_limiter *l = s->limiter;
     const pd_diffusion *f = l->diffusion;
     const pd_bonds *bonds = l->bonds;
     int32_t i = p->i + b;
     int64_t total = bonds->grid->total;
-    double c = p->c[b], value = f->field ? f->field[i] : f->desc.diffusivity, sum[PD_DIM], *slope = l->slope + i;
+    double c = p->c[b], value = f->field ? f->field[i] : f->desc.diffusivity, sum[PD_DIM], *slope = s->slope + i;
     if (f->hold && f->hold[i] > 0.0) {
         double step = (f->drive[i] - f->hold[i] * c) / value;
         p->bend[b] += step;
         p->size[b] += fabs(step);
+        if (p->x) {
+            double step_by = -f->hold[i] * p->x[b] / value;
+            p->bend_by[b] += step_by;
+            p->size_by[b] += pdi_limiter_size_by(step, step_by);
+        }
     }
     if (!(f->cut[i] > 0.0f)) return;
     if (!pdi_limiter_cut(l, i)) {
-        for (int d = 0; d < PD_DIM; d++)
-            slope[d * total] += f->hold_grad[d * total + i] - f->hold_lean[d * total + i] * c;
+        for (int d = 0; d < PD_DIM; d++) {
+            double lean = f->hold_lean[d * total + i];
+            slope[d * total] += p->x ? -lean * p->x[b] : f->hold_grad[d * total + i] - lean * c;
+        }
         return;
     }
     const double *moment = bonds->moment + (int64_t)(p->row + b) * PD_DIM * PD_DIM;
@@ -18445,18 +18508,27 @@ static inline double pdi_limiter_share(double bend, double size, double floor_si
     return 1.0 - ratio * ratio * ratio * ratio;
 }
 
-/* Whole families of PDI_BLOCK nodes: a bond and its opposite one at once. */
-static void pdi_limiter_block(const pd_limiter *l, const double *PD_RESTRICT c, int32_t i, double least)
+/* Its derivative, with those of the sums. */
+static inline double pdi_limiter_share_by(double bend, double size, double bend_by, double size_by, double floor_size)
 {
-    const pd_stencil *s = l->bonds->stencil;
-    int64_t total = l->bonds->grid->total;
+    double below = size + floor_size, ratio = below > 0.0 ? (fabs(bend) + floor_size) / below : 0.0;
+    double by = pdi_limiter_size_by(bend, bend_by) - ratio * size_by;
+    return below > 0.0 ? -4.0 * ratio * ratio * ratio * by / below : 0.0;
+}
+
+/* Whole families of PDI_BLOCK nodes: a bond and its opposite one at once. */
+static void pdi_limiter_block(const pdi_limiter_sweep *of, const double *PD_RESTRICT c, int32_t i)
+{
+    const pd_bonds *bonds = of->limiter->bonds;
+    const pd_stencil *s = bonds->stencil;
+    int64_t total = bonds->grid->total;
     double bend[PDI_BLOCK], size[PDI_BLOCK], slope[PD_DIM][PDI_BLOCK];
-    double *PD_RESTRICT keep = l->keep + i, *PD_RESTRICT out = l->slope + i, floor_size = least * s->lap_sum;
+    double *PD_RESTRICT share = of->share + i, *PD_RESTRICT out = of->slope + i, floor_size = of->least * s->lap_sum;
     memset(bend, 0, sizeof bend);
     memset(size, 0, sizeof size);
     memset(slope, 0, sizeof slope);
     for (int k = 0; k < s->count / 2; k++) {
-        const double *ahead = c + l->bonds->shift[k], *behind = c - l->bonds->shift[k], *g = s->grad + k * PD_DIM;
+        const double *ahead = c + bonds->shift[k], *behind = c - bonds->shift[k], *g = s->grad + k * PD_DIM;
         double a = s->lap[k];
         for (int b = 0; b < PDI_BLOCK; b++) {
             double p = a * (ahead[b] - c[b]), q = a * (behind[b] - c[b]);
@@ -18465,78 +18537,129 @@ static void pdi_limiter_block(const pd_limiter *l, const double *PD_RESTRICT c, 
             for (int d = 0; d < PD_DIM; d++) slope[d][b] += g[d] * (ahead[b] - behind[b]);
         }
     }
-    for (int b = 0; b < PDI_BLOCK; b++) keep[b] = pdi_limiter_share(bend[b], size[b], floor_size);
+    for (int b = 0; b < PDI_BLOCK; b++) share[b] = pdi_limiter_share(bend[b], size[b], floor_size);
     for (int d = 0; d < PD_DIM; d++)
         for (int b = 0; b < PDI_BLOCK; b++) out[d * total + b] = slope[d][b];
 }
 
-/* Rows, and runs shorter than a block. */
-static void pdi_limiter_lanes(const pd_limiter *l, pdi_limiter_piece *p, double least)
+/* The same for the derivatives. */
+static void pdi_limiter_block_by(const pdi_limiter_sweep *of, const double *PD_RESTRICT c, const double *PD_RESTRICT x,
+                                 int32_t i)
 {
-    const pd_bonds *bonds = l->bonds;
+    const pd_bonds *bonds = of->limiter->bonds;
     const pd_stencil *s = bonds->stencil;
     int64_t total = bonds->grid->total;
-    double *slope = l->slope + p->i, *keep = l->keep + p->i, floor_size = least * s->lap_sum;
-    for (int b = 0; b < p->count; b++) {
-        p->bend[b] = p->size[b] = 0.0;
-        p->gate[b] = 1.0;
-        for (int d = 0; d < PD_DIM; d++) slope[d * total + b] = 0.0;
-    }
-    for (int k = 0; k < s->count; k++) {
-        const double *far = p->c + bonds->shift[k], *g = s->grad + k * PD_DIM;
-        if (p->row >= 0 && !pdi_limiter_gates(bonds, p, k)) continue;
-        for (int b = 0; b < p->count; b++) {
-            double step = p->gate[b] * (far[b] - p->c[b]), part = s->lap[k] * step;
-            p->bend[b] += part;
-            p->size[b] += fabs(part);
-            for (int d = 0; d < PD_DIM; d++) slope[d * total + b] += g[d] * step;
+    double bend[PDI_BLOCK], size[PDI_BLOCK], bend_by[PDI_BLOCK], size_by[PDI_BLOCK], slope[PD_DIM][PDI_BLOCK];
+    double *PD_RESTRICT share = of->share + i, *PD_RESTRICT out = of->slope + i, floor_size = of->least * s->lap_sum;
+    memset(bend, 0, sizeof bend);
+    memset(size, 0, sizeof size);
+    memset(bend_by, 0, sizeof bend_by);
+    memset(size_by, 0, sizeof size_by);
+    memset(slope, 0, sizeof slope);
+    for (int k = 0; k < s->count / 2; k++) {
+        int32_t shift = bonds->shift[k];
+        const double *ahead = c + shift, *behind = c - shift, *x_ahead = x + shift, *x_behind = x - shift;
+        const double *g = s->grad + k * PD_DIM;
+        double a = s->lap[k];
+        for (int b = 0; b < PDI_BLOCK; b++) {
+            double p = a * (ahead[b] - c[b]), q = a * (behind[b] - c[b]);
+            double p_by = a * (x_ahead[b] - x[b]), q_by = a * (x_behind[b] - x[b]);
+            bend[b] += p + q;
+            size[b] += fabs(p) + fabs(q);
+            bend_by[b] += p_by + q_by;
+            size_by[b] += pdi_limiter_size_by(p, p_by) + pdi_limiter_size_by(q, q_by);
+            for (int d = 0; d < PD_DIM; d++) slope[d][b] += g[d] * (x_ahead[b] - x_behind[b]);
         }
     }
-    for (int b = 0; b < p->count && p->row >= 0; b++) pdi_limiter_walls(l, p, b);
-    for (int b = 0; b < p->count; b++) keep[b] = pdi_limiter_share(p->bend[b], p->size[b], floor_size);
+    for (int b = 0; b < PDI_BLOCK; b++)
+        share[b] = pdi_limiter_share_by(bend[b], size[b], bend_by[b], size_by[b], floor_size);
+    for (int d = 0; d < PD_DIM; d++)
+        for (int b = 0; b < PDI_BLOCK; b++) out[d * total + b] = slope[d][b];
+}
+
+/* Steps along bond k of the nodes of a piece, of c or of x, where it is open. */
+static inline void pdi_limiter_add(pdi_limiter_piece *p, const double *far_c, const double *far_x, double lap,
+                                   const double *g, int64_t total, double *slope)
+{
+    for (int b = 0; b < p->count; b++) {
+        double step = p->gate[b] * (far_c[b] - p->c[b]), part = lap * step;
+        p->bend[b] += part;
+        p->size[b] += fabs(part);
+        if (p->x) {
+            step = p->gate[b] * (far_x[b] - p->x[b]);
+            p->bend_by[b] += lap * step;
+            p->size_by[b] += pdi_limiter_size_by(part, lap * step);
+        }
+        for (int d = 0; d < PD_DIM; d++) slope[d * total + b] += g[d] * step;
+    }
+}
+
+static void pdi_limiter_piece_start(const pdi_limiter_sweep *s, int32_t i, int32_t row, int count,
+                                    pdi_limiter_piece *p)
+{
+    p->c = s->c + i;
+    p->x = s->x ? s->x + i : NULL;
+    p->i = i;
+    p->row = row;
+    p->count = count;
+    for (int b = 0; b < count; b++) {
+        p->bend[b] = p->size[b] = p->bend_by[b] = p->size_by[b] = 0.0;
+        p->gate[b] = 1.0;
+        for (int d = 0; d < PD_DIM; d++) s->slope[d * (int64_t)s->limiter->bonds->grid->total + i + b] = 0.0;
+    }
+}
+
+static void pdi_limiter_piece_end(const pdi_limiter_sweep *s, pdi_limiter_piece *p)
+{
+    double floor_size = s->least * s->limiter->bonds->stencil->lap_sum, *share = s->share + p->i;
+    for (int b = 0; b < p->count && p->row >= 0; b++) pdi_limiter_walls(s, p, b);
+    for (int b = 0; b < p->count; b++)
+        share[b] = p->x ? pdi_limiter_share_by(p->bend[b], p->size[b], p->bend_by[b], p->size_by[b], floor_size)
+                        : pdi_limiter_share(p->bend[b], p->size[b], floor_size);
+}
+
+/* Rows, and runs shorter than a block. */
+static void pdi_limiter_lanes(const pdi_limiter_sweep *of, pdi_limiter_piece *p)
+{
+    const pd_bonds *bonds = of->limiter->bonds;
+    const pd_stencil *s = bonds->stencil;
+    int64_t total = bonds->grid->total;
+    for (int k = 0; k < s->count; k++) {
+        int32_t shift = bonds->shift[k];
+        if (p->row >= 0 && !pdi_limiter_gates(bonds, p, k)) continue;
+        pdi_limiter_add(p, p->c + shift, p->x ? p->x + shift : NULL, s->lap[k], s->grad + k * PD_DIM, total,
+                        of->slope + p->i);
+    }
+    pdi_limiter_piece_end(of, p);
 }
 
 /* Node `at` of the list beside ports. Outlets show the value of the node; inlets are no part of the moments of eq.
  * 3.5. */
-static void pdi_limiter_port(const pd_limiter *l, int32_t at, const double *c, double least)
+static void pdi_limiter_port(const pdi_limiter_sweep *of, int32_t at)
 {
+    const pd_limiter *l = of->limiter;
     const pd_stencil *s = l->bonds->stencil;
     int32_t i = l->ports->node[at];
     const int32_t *far = l->ports->far + (int64_t)at * s->count;
-    int64_t total = l->bonds->grid->total;
-    double slope[PD_DIM] = {0.0};
+    static const double none[PD_DIM] = {0.0};
     int cut = pdi_limiter_cut(l, i);
     pdi_limiter_piece p;
-    p.c = c + i;
-    p.i = i;
-    p.row = l->bonds->row[i];
-    p.count = 1;
-    p.bend[0] = p.size[0] = 0.0;
+    pdi_limiter_piece_start(of, i, l->bonds->row[i], 1, &p);
     for (int k = 0; k < s->count; k++) {
-        double step = c[far[k]] - c[i], part = s->lap[k] * step;
-        p.bend[0] += part;
-        p.size[0] += fabs(part);
-        if (cut && l->bonds->grid->kind[far[k]] == PD_INLET) continue;
-        for (int d = 0; d < PD_DIM; d++) slope[d] += s->grad[k * PD_DIM + d] * step;
+        int skip = cut && l->bonds->grid->kind[far[k]] == PD_INLET;
+        pdi_limiter_add(&p, of->c + far[k], of->x ? of->x + far[k] : NULL, s->lap[k],
+                        skip ? none : s->grad + k * PD_DIM, l->bonds->grid->total, of->slope + i);
     }
-    for (int d = 0; d < PD_DIM; d++) l->slope[d * total + i] = slope[d];
-    if (p.row >= 0) pdi_limiter_walls(l, &p, 0);
-    l->keep[i] = pdi_limiter_share(p.bend[0], p.size[0], least * s->lap_sum);
+    pdi_limiter_piece_end(of, &p);
 }
-
-/* The operands of a sweep. */
-typedef struct pdi_limiter_sweep {
-    const pd_limiter *limiter;
-    const double *c; /* [mol/m3] */
-    double least;    /* [mol/m3] */
-} pdi_limiter_sweep;
 
 static void pdi_limiter_blocks(const pdi_limiter_sweep *s, int32_t i, int32_t length)
 {
     int count;
     for (int32_t at = 0; at < length; at += count) {
         count = pdi_bond_block(length, &at);
-        pdi_limiter_block(s->limiter, s->c + i + at, i + at, s->least);
+        if (s->x) pdi_limiter_block_by(s, s->c + i + at, s->x + i + at, i + at);
+        else pdi_limiter_block(s, s->c + i + at, i + at);
     }
 }
 
@@ -18554,30 +18677,50 @@ static void pdi_limiter_run(const void *user, int32_t i, int32_t row, int32_t le
             continue;
         }
         for (int32_t at = 0; at < part; at += p.count) {
-            p.count = pdi_bond_piece(part, PDI_LANES, &at);
-            p.i = i + begin + at;
-            p.row = row < 0 ? row : row + begin + at;
-            p.c = s->c + p.i;
-            pdi_limiter_lanes(s->limiter, &p, s->least);
+            int count = pdi_bond_piece(part, PDI_LANES, &at);
+            pdi_limiter_piece_start(s, i + begin + at, row < 0 ? row : row + begin + at, count, &p);
+            pdi_limiter_lanes(s, &p);
         }
     }
 }
 
+static void pdi_limiter_sweep_all(const pd_ctx *ctx, const pdi_limiter_sweep *s, double entering)
+{
+    const pd_bonds *bonds = s->limiter->bonds;
+    const pd_ports *ports = s->limiter->ports;
+    pdi_bond_sweep(ctx, bonds, bonds->grid->fluid_count * bonds->stencil->count * 4, 0, pdi_limiter_run, s);
+    int nt = pdi_par_threads(ctx, (int64_t)ports->count * bonds->stencil->count * PDI_PORT_WORK);
+    (void)nt;
+    PDI_PARALLEL_FOR(nt)
+    for (int32_t p = 0; p < ports->count; p++) pdi_limiter_port(s, p);
+    for (int32_t k = bonds->ghosts.count; k < bonds->ghosts.listed; k++) s->share[bonds->ghosts.node[k]] = entering;
+    pd_ghosts_scalar(&bonds->ghosts, s->share);
+    pd_ghosts_vector(&bonds->ghosts, s->slope);
+}
+
 PDI_FN void pdi_limiter_update(const pd_ctx *ctx, pd_limiter *l, const double *c, double least)
 {
-    const pd_bonds *bonds = l->bonds;
     pdi_limiter_sweep s;
     s.limiter = l;
     s.c = c;
+    s.x = NULL;
     s.least = least;
-    pdi_bond_sweep(ctx, bonds, bonds->grid->fluid_count * bonds->stencil->count * 4, 0, pdi_limiter_run, &s);
-    int nt = pdi_par_threads(ctx, (int64_t)l->ports->count * bonds->stencil->count * PDI_PORT_WORK);
-    (void)nt;
-    PDI_PARALLEL_FOR(nt)
-    for (int32_t p = 0; p < l->ports->count; p++) pdi_limiter_port(l, p, c, least);
-    for (int32_t k = bonds->ghosts.count; k < bonds->ghosts.listed; k++) l->keep[bonds->ghosts.node[k]] = 1.0;
-    pd_ghosts_scalar(&bonds->ghosts, l->keep);
-    pd_ghosts_vector(&bonds->ghosts, l->slope);
+    s.share = l->keep;
+    s.slope = l->slope;
+    pdi_limiter_sweep_all(ctx, &s, 1.0);
+}
+
+PDI_FN void pdi_limiter_derive(const pd_ctx *ctx, const pd_limiter *l, const double *c, const double *x, double least,
+                               double *keep_by, double *slope_by)
+{
+    pdi_limiter_sweep s;
+    s.limiter = l;
+    s.c = c;
+    s.x = x;
+    s.least = least;
+    s.share = keep_by;
+    s.slope = slope_by;
+    pdi_limiter_sweep_all(ctx, &s, 0.0);
 }
 
 PDI_FN pd_status pdi_limiter_build(pd_ctx *ctx, const pd_diffusion *diffusion, const pd_ports *ports,
@@ -18764,7 +18907,7 @@ PDI_FN pd_status pdi_convect_refresh(pd_ctx *ctx, const pd_convect *convect)
 
 /* ---- sweeps ---- */
 
-/* What a sweep does with its nodes: y = A c, or the limited antidiffusive fluxes y. */
+/* What a sweep does with its nodes: y = A c, the limited antidiffusive fluxes y, or their derivative. */
 typedef struct pdi_convect_sweep pdi_convect_sweep;
 typedef void (*pdi_convect_block_fn)(const pdi_convect_sweep *s, int32_t i, int32_t row, int count);
 typedef void (*pdi_convect_port_fn)(const pdi_convect_sweep *s, int32_t p);
@@ -18772,6 +18915,7 @@ typedef void (*pdi_convect_port_fn)(const pdi_convect_sweep *s, int32_t p);
 struct pdi_convect_sweep {
     const pd_convect *t;
     const double *c;
+    const double *x, *keep_by, *slope_by; /* direction of a derivative, and those of the limiter along it */
     double *y;
     pdi_convect_block_fn block; /* of nodes away from ports */
     pdi_convect_port_fn port;   /* of one node beside inlets or outlets */
@@ -18878,15 +19022,25 @@ static void pdi_convect_apply_port(const pdi_convect_sweep *s, int32_t p)
     s->y[i] = sum;
 }
 
-/* alpha d s of one bond: its step s of the field, leant towards xi.G of the upwind end, within 0 and 2 s; alpha of that
- * end, and d what upwinding adds to the conductance (eq. 5.4). */
+/* alpha d s of one bond: its step of the field, leant towards xi.G of the upwind end, less where they differ by far;
+ * alpha of that end, and d what upwinding adds to the conductance (eq. 5.4). */
 static inline double pdi_convect_return(double flux, double least, double step, double lean, double x, double alpha)
 {
-    double mixed = (1.0 - lean) * step + lean * x, twice = 2.0 * step, excess = 0.5 * fabs(flux) - least;
-    double low = twice < 0.0 ? twice : 0.0, high = twice > 0.0 ? twice : 0.0;
-    mixed = mixed > low ? mixed : low;
-    mixed = mixed < high ? mixed : high;
+    double off = x - step, square = step * step, sum = square + 0.25 * off * off, excess = 0.5 * fabs(flux) - least;
+    double mixed = step + lean * (sum > 0.0 ? square / sum : 1.0) * off;
     return alpha * (excess > 0.0 ? excess : 0.0) * mixed;
+}
+
+/* Its derivative, with those of the step, of x and of alpha. */
+static inline double pdi_convect_return_by(double flux, double least, double step, double lean, double x, double alpha,
+                                           double step_by, double x_by, double alpha_by)
+{
+    double off = x - step, off_by = x_by - step_by, excess = 0.5 * fabs(flux) - least;
+    double square = step * step, sum = square + 0.25 * off * off, over = sum > 0.0 ? 1.0 / sum : 0.0;
+    double weight = sum > 0.0 ? square * over : 1.0, rest = 1.0 - weight;
+    double mixed = step + lean * weight * off;
+    double mixed_by = step_by + lean * (weight * (weight - rest) * off_by + 2.0 * rest * off * step * over * step_by);
+    return (excess > 0.0 ? excess : 0.0) * (alpha_by * mixed + alpha * mixed_by);
 }
 
 static inline void pdi_convect_anti_block(const pdi_convect_sweep *s, int32_t i, int32_t row, int count)
@@ -18926,6 +19080,52 @@ static void pdi_convect_anti_nodes(const pdi_convect_sweep *s, int32_t i, int32_
     else pdi_convect_anti_block(s, i, row, count);
 }
 
+static inline void pdi_convect_anti_block_by(const pdi_convect_sweep *s, int32_t i, int32_t row, int count)
+{
+    const pd_convect *t = s->t;
+    const double *PD_RESTRICT c = s->c + i, *PD_RESTRICT keep = t->limiter->keep + i, *PD_RESTRICT z = s->x + i;
+    const double *PD_RESTRICT slope = t->limiter->slope + i, *xi = t->bonds->stencil->xi;
+    const double *PD_RESTRICT keep_by = s->keep_by + i, *PD_RESTRICT slope_by = s->slope_by + i;
+    int64_t total = t->bonds->grid->total;
+    double sum[PDI_BLOCK], *PD_RESTRICT y = s->y + i;
+    for (int b = 0; b < count; b++) sum[b] = 0.0;
+    for (int k = 0; k < t->bonds->stencil->count / 2; k++, xi += PD_DIM) {
+        pdi_convect_pair p;
+        pdi_convect_pair_get(t, i, row, k, count, &p);
+        const double *flux = p.flux, *back = p.back, *ahead = p.ahead, *behind = p.behind;
+        double turn = p.turn;
+        int32_t shift = p.shift;
+        for (int b = 0; b < count; b++) {
+            double f = flux[b], g = turn * back[b], x = 0.0, next = 0.0, before = 0.0;
+            double x_by = 0.0, next_by = 0.0, before_by = 0.0, alpha = keep[b], alpha_by = keep_by[b];
+            for (int d = 0; d < PD_DIM; d++) {
+                x += xi[d] * slope[d * total + b];
+                next += xi[d] * slope[d * total + b + shift];
+                before += xi[d] * slope[d * total + b - shift];
+                x_by += xi[d] * slope_by[d * total + b];
+                next_by += xi[d] * slope_by[d * total + b + shift];
+                before_by += xi[d] * slope_by[d * total + b - shift];
+            }
+            double alpha_next = keep[b + shift], alpha_before = keep[b - shift];
+            double alpha_next_by = keep_by[b + shift], alpha_before_by = keep_by[b - shift];
+            sum[b] -= pdi_convect_return_by(f, ahead[b], c[b + shift] - c[b], PDI_CONVECT_LEAN, f > 0.0 ? x : next,
+                                            f > 0.0 ? alpha : alpha_next, z[b + shift] - z[b],
+                                            f > 0.0 ? x_by : next_by, f > 0.0 ? alpha_by : alpha_next_by);
+            sum[b] -= pdi_convect_return_by(g, behind[b], c[b - shift] - c[b], PDI_CONVECT_LEAN,
+                                            g > 0.0 ? -x : -before, g > 0.0 ? alpha : alpha_before,
+                                            z[b - shift] - z[b], g > 0.0 ? -x_by : -before_by,
+                                            g > 0.0 ? alpha_by : alpha_before_by);
+        }
+    }
+    for (int b = 0; b < count; b++) y[b] = sum[b];
+}
+
+static void pdi_convect_anti_nodes_by(const pdi_convect_sweep *s, int32_t i, int32_t row, int count)
+{
+    if (count == PDI_BLOCK) pdi_convect_anti_block_by(s, i, row, PDI_BLOCK);
+    else pdi_convect_anti_block_by(s, i, row, count);
+}
+
 /* The antidiffusive flux out of node i through bond k, which ends on `far`. Inlets have no gradient. */
 static double pdi_convect_anti_one(const pdi_convect_sweep *s, int32_t i, int32_t far, int k, double flux, double bond)
 {
@@ -18948,6 +19148,28 @@ static void pdi_convect_anti_port(const pdi_convect_sweep *s, int32_t p)
         sum -= pdi_convect_anti_one(s, t->ports->node[p], t->ports->far[first + k], k, t->port_flux[first + k],
                                     t->port_bond[first + k]);
     s->y[t->ports->node[p]] = sum;
+}
+
+static void pdi_convect_anti_port_by(const pdi_convect_sweep *s, int32_t p)
+{
+    const pd_grid *grid = s->t->bonds->grid;
+    const pd_stencil *st = s->t->bonds->stencil;
+    const pd_limiter *limiter = s->t->limiter;
+    int32_t i = s->t->ports->node[p];
+    double sum = 0.0;
+    for (int k = 0; k < st->count; k++) {
+        int64_t slot = (int64_t)p * st->count + k;
+        double flux = s->t->port_flux[slot], x = 0.0, x_by = 0.0;
+        int32_t far = s->t->ports->far[slot], upwind = flux > 0.0 ? i : far;
+        double lean = grid->kind[upwind] == PD_INLET ? 0.0 : PDI_CONVECT_LEAN;
+        for (int d = 0; d < PD_DIM; d++) {
+            x += st->xi[k * PD_DIM + d] * limiter->slope[(int64_t)d * grid->total + upwind];
+            x_by += st->xi[k * PD_DIM + d] * s->slope_by[(int64_t)d * grid->total + upwind];
+        }
+        sum -= pdi_convect_return_by(flux, s->t->port_bond[slot], s->c[far] - s->c[i], lean, x, limiter->keep[upwind],
+                                     s->x[far] - s->x[i], x_by, s->keep_by[upwind]);
+    }
+    s->y[i] = sum;
 }
 
 static void pdi_convect_run(const void *user, int32_t i, int32_t row, int32_t length)
@@ -19023,6 +19245,21 @@ PDI_FN void pdi_convect_anti(const pd_ctx *ctx, const pd_convect *convect, const
     s.y = y;
     s.block = pdi_convect_anti_nodes;
     s.port = pdi_convect_anti_port;
+    pdi_convect_sweep_all(ctx, &s);
+}
+
+PDI_FN void pdi_convect_anti_by(const pd_ctx *ctx, const pd_convect *convect, const double *c, const double *x,
+                                const double *keep_by, const double *slope_by, double *y)
+{
+    pdi_convect_sweep s;
+    s.t = convect;
+    s.c = c;
+    s.x = x;
+    s.keep_by = keep_by;
+    s.slope_by = slope_by;
+    s.y = y;
+    s.block = pdi_convect_anti_nodes_by;
+    s.port = pdi_convect_anti_port_by;
     pdi_convect_sweep_all(ctx, &s);
 }
 
@@ -19159,8 +19396,7 @@ PDI_FN void pdi_convect_free(pd_ctx *ctx, pd_convect *convect)
 
 /* Steps along bonds far below this share of the field are upwinded. */
 #define PDI_TRANSPORT_FAINT 1e-4
-/* Displacement of a difference quotient over the field, and tolerances of the linear solves of Newton's method. */
-#define PDI_TRANSPORT_PROBE 1e-7
+/* Tolerances of the linear solves of Newton's method. */
 #define PDI_TRANSPORT_LOOSE 0.1
 #define PDI_TRANSPORT_TIGHT 1e-3
 /* A residual over its tolerance that counts as missed, and the most pairs of sweeps behind a multigrid cycle then. */
@@ -19173,9 +19409,10 @@ PDI_FN void pdi_convect_free(pd_ctx *ctx, pd_convect *convect)
 #define PDI_TRANSPORT_STALLED 0.999
 /* Share of the largest value by which a field may leave its bounds: rounding of the linear solve. */
 #define PDI_TRANSPORT_SLACK 3e-10
-/* Tolerances over the final one: enough to limit (the last solve, with fluxes that stay, is cheaper by far), and enough
- * to see bounds broken. */
+/* Tolerances over the final one: enough to limit (the last solve, with fluxes that stay, is cheaper by far); the same
+ * where bounds are broken after that; and enough to see them broken. */
 #define PDI_TRANSPORT_ENOUGH 1000.0
+#define PDI_TRANSPORT_FINISHED 30.0
 #define PDI_TRANSPORT_ROUGH 30.0
 /* The same where what is left undone breaks them. */
 #define PDI_TRANSPORT_FINE 1e-3
@@ -19199,16 +19436,21 @@ static void pdi_transport_operator(const pd_ctx *ctx, const pd_transport *t, con
     pdi_convect_apply(ctx, &convect, c, y);
 }
 
+/* Upwinded nodes keep nothing. */
+static void pdi_transport_silence(const pd_transport *t, double *keep)
+{
+    if (!t->upwinding) return;
+    for (int32_t i = 0; i < t->grid->total; i++)
+        if (t->upwinded[i]) keep[i] = 0.0;
+    pd_ghosts_scalar(&t->bonds->ghosts, keep);
+}
+
 /* out [total]: limited antidiffusive fluxes of the field c (eq. 5.4), whose images are filled here. */
 static void pdi_transport_anti(const pd_ctx *ctx, pd_transport *t, double *c, double *out)
 {
     pd_ghosts_scalar(&t->bonds->ghosts, c);
     pdi_limiter_update(ctx, &t->limiter, c, PDI_TRANSPORT_FAINT * t->size);
-    if (t->upwinding) {
-        for (int32_t i = 0; i < t->grid->total; i++)
-            if (t->upwinded[i]) t->limiter.keep[i] = 0.0;
-        pd_ghosts_scalar(&t->bonds->ghosts, t->limiter.keep);
-    }
+    pdi_transport_silence(t, t->limiter.keep);
     pdi_convect_anti(ctx, &t->convect, c, out);
 }
 
@@ -19225,25 +19467,26 @@ static void pdi_transport_apply(void *user, const double *x, double *y)
     pdi_transport_operator(u->ctx, u->t, x, y);
 }
 
-/* y = A x less the derivative of the limited fluxes along x, by a difference quotient. */
+/* y = A x less the derivative of the limited fluxes along x at the present field, whose fluxes were told last. */
 static void pdi_transport_jacobian(void *user, const double *x, double *y)
 {
     pdi_transport_user *u = (pdi_transport_user *)user;
     pd_transport *t = u->t;
     int32_t total = t->grid->total;
     const uint8_t *kind = t->grid->kind;
-    double size = pdi_par_max_abs(u->ctx, total, x), *probe = t->probe, *moved = t->probe + total;
+    /* fluxes and right-hand side are told anew after the solve */
+    double *slope_by = t->probe, *keep_by = t->rhs, *along = t->anti;
     int nt = pdi_par_threads(u->ctx, (int64_t)total * 4);
     (void)nt;
     pdi_transport_operator(u->ctx, t, x, y);
-    if (!u->limited || !(size > 0.0)) return;
-    double step = PDI_TRANSPORT_PROBE * t->size / size;
-    PDI_PARALLEL_FOR(nt)
-    for (int32_t i = 0; i < total; i++) probe[i] = kind[i] == PD_FLUID ? t->c[i] + step * x[i] : t->c[i];
-    pdi_transport_anti(u->ctx, t, probe, moved);
+    if (!u->limited) return;
+    if (t->repeated) x = t->repeated; /* with its images, by now */
+    pdi_limiter_derive(u->ctx, &t->limiter, t->c, x, PDI_TRANSPORT_FAINT * t->size, keep_by, slope_by);
+    pdi_transport_silence(t, keep_by);
+    pdi_convect_anti_by(u->ctx, &t->convect, t->c, x, keep_by, slope_by, along);
     PDI_PARALLEL_FOR(nt)
     for (int32_t i = 0; i < total; i++)
-        if (kind[i] == PD_FLUID) y[i] -= (moved[i] - t->anti[i]) / step;
+        if (kind[i] == PD_FLUID) y[i] -= along[i];
 }
 
 static void pdi_transport_precondition(void *user, const double *x, double *y)
@@ -19505,29 +19748,6 @@ static pd_status pdi_transport_close(pd_ctx *ctx, pd_transport *t, double atol, 
     return status < 0 || result->residual > atol ? status : PD_OK; /* rounding may stop it before that */
 }
 
-/* The limiter bounds a converged field; where the iteration has left the field outside of its bounds, the nodes
- * concerned lose their antidiffusive fluxes until none is left. Fluxes are limited, values never. */
-static pd_status pdi_transport_enforce(pd_ctx *ctx, pd_transport *t, double atol, pd_transport_result *result)
-{
-    double low, high, moved;
-    pd_status status = PD_OK;
-    pdi_transport_bounds(t, t->old, &low, &high);
-    for (int round = 1; round <= PDI_TRANSPORT_ROUNDS; round++) {
-        if (!pdi_transport_mark(t, low, high, PDI_TRANSPORT_SLACK)) {
-            /* the last solve moves a field whose fluxes have not settled: it has to stay within the bounds, too */
-            status = pdi_transport_close(ctx, t, atol, result);
-            if (status < 0 || !pdi_transport_mark(t, low, high, PDI_TRANSPORT_SLACK)) return status;
-        }
-        if (round == PDI_TRANSPORT_ROUNDS) pdi_par_zero(ctx, t->grid->total, t->anti);
-        else pdi_transport_anti(ctx, t, t->c, t->anti);
-        pdi_transport_right_side(ctx, t);
-        status = pdi_transport_correct(ctx, t, PDI_TRANSPORT_ROUGH * atol, result, &moved);
-        if (status < 0) return status;
-        result->bounded = round;
-    }
-    return pdi_transport_close(ctx, t, atol, result);
-}
-
 /* Antidiffusive fluxes, right-hand side and residual of the present field; returns the norm of the residual. */
 static double pdi_transport_evaluate(pd_ctx *ctx, pd_transport *t)
 {
@@ -19577,6 +19797,36 @@ static pd_status pdi_transport_newton(pd_ctx *ctx, pd_transport *t, double goal,
     }
     t->krylov.desc.max_iterations = most;
     return status < 0 ? status : PD_OK;
+}
+
+/* The limiter bounds a converged field; where the iteration has left the field outside of its bounds, the nodes
+ * concerned lose their antidiffusive fluxes until none is left. Fluxes are limited, values never. */
+static pd_status pdi_transport_enforce(pd_ctx *ctx, pd_transport *t, double atol, pd_transport_result *result)
+{
+    double low, high, moved;
+    pd_status status = PD_OK;
+    pdi_transport_bounds(t, t->old, &low, &high);
+    for (int round = 0; round <= PDI_TRANSPORT_ROUNDS; round++) {
+        if (pdi_transport_within(t, t->old)) {
+            /* the last solve moves a field whose fluxes have not settled: it has to stay within the bounds, too */
+            status = pdi_transport_close(ctx, t, atol, result);
+            if (status < 0 || pdi_transport_within(t, t->old)) return status;
+        }
+        if (round == 0) {
+            /* what Newton's method has left undone may be all that is outside: nodes upwinded for it would be chosen by
+             * rounding */
+            PDI_TRY(pdi_transport_newton(ctx, t, PDI_TRANSPORT_FINISHED * atol, result));
+            continue;
+        }
+        pdi_transport_mark(t, low, high, PDI_TRANSPORT_SLACK);
+        if (round == PDI_TRANSPORT_ROUNDS) pdi_par_zero(ctx, t->grid->total, t->anti);
+        else pdi_transport_anti(ctx, t, t->c, t->anti);
+        pdi_transport_right_side(ctx, t);
+        status = pdi_transport_correct(ctx, t, PDI_TRANSPORT_ROUGH * atol, result, &moved);
+        if (status < 0) return status;
+        result->bounded = round;
+    }
+    return pdi_transport_close(ctx, t, atol, result);
 }
 
 static pd_status pdi_transport_iterate(pd_ctx *ctx, pd_transport *t, double size, int bounded,
@@ -19788,7 +20038,7 @@ pd_status pd_transport_build(pd_ctx *ctx, const pd_grid *grid, const pd_bonds *b
     t->ceiling = HUGE_VAL;
     if (!(t->desc.tolerance > 0.0)) t->desc.tolerance = 1e-11;
     if (t->desc.max_limiter <= 0) t->desc.max_limiter = 30;
-    if (!(t->desc.limiter_tolerance > 0.0)) t->desc.limiter_tolerance = 1e-7;
+    if (!(t->desc.limiter_tolerance > 0.0)) t->desc.limiter_tolerance = 1e-10;
     t->grid = grid;
     t->bonds = bonds;
     t->flow = flow;
@@ -19817,7 +20067,7 @@ pd_status pd_transport_build(pd_ctx *ctx, const pd_grid *grid, const pd_bonds *b
     PDI_TRY(PDI_NEW(ctx, "transport", grid->total, t->upwinded));
     PDI_TRY(PDI_NEW(ctx, "transport", grid->total, t->rhs));
     PDI_TRY(PDI_NEW(ctx, "transport", 2 * (int64_t)grid->total, t->work));
-    PDI_TRY(PDI_NEW(ctx, "transport", 2 * (int64_t)grid->total, t->probe));
+    PDI_TRY(PDI_NEW(ctx, "transport", PD_DIM * (int64_t)grid->total, t->probe));
     for (int s = 0; s < 2 * PD_DIM && !t->repeated; s++)
         if (grid->side[s] >= PD_SIDE_PERIODIC) PDI_TRY(PDI_NEW(ctx, "transport", grid->total, t->repeated));
     for (int32_t i = 0; i < grid->total; i++)
@@ -19870,7 +20120,7 @@ void pd_transport_free(pd_ctx *ctx, pd_transport *t)
     PDI_DELETE(ctx, total, t->upwinded);
     PDI_DELETE(ctx, total, t->rhs);
     PDI_DELETE(ctx, 2 * total, t->work);
-    PDI_DELETE(ctx, 2 * total, t->probe);
+    PDI_DELETE(ctx, PD_DIM * total, t->probe);
     PDI_DELETE(ctx, total, t->repeated);
     memset(t, 0, sizeof *t);
 }
@@ -22281,6 +22531,17 @@ static pd_status pdi_couple_balance(pd_ctx *ctx, pd_couple *c)
     return PD_OK;
 }
 
+/* Between metal and walls that the horizon spans the equations of the lattice may have a solution that is none. */
+static pd_status pdi_couple_enters(pd_ctx *ctx, const pd_couple *c)
+{
+    double given, taken = pdi_flow_entering(ctx, c->flow, &given);
+    if (!(given * taken < 0.0)) return PD_OK;
+    return pdi_fail(ctx, PD_ERR_GEOMETRY, "couple",
+                    "the flow at t = %g s passes the inlets at %.3g m3/s (2D: m2/s), expected about %.3g: the horizon "
+                    "spans what lies between them and the outlets. Refine the grid, take a smaller m or free cells",
+                    c->time, taken, given);
+}
+
 static pd_status pdi_couple_flow(pd_ctx *ctx, pd_couple *c)
 {
     if (!c->steady || !c->flow_stale) return PD_OK;
@@ -22296,6 +22557,7 @@ static pd_status pdi_couple_flow(pd_ctx *ctx, pd_couple *c)
             "expected %g. Loosen the tolerance, refine the grid or lower the Reynolds number",
             c->time, c->steady_result.momentum, c->steady_result.continuity, c->steady_result.newton,
             c->steady->desc.tolerance);
+    PDI_TRY(pdi_couple_enters(ctx, c));
     c->flow_stale = 0;
     return PD_OK;
 }

@@ -163,7 +163,7 @@ PDI_FN pd_status pdi_convect_refresh(pd_ctx *ctx, const pd_convect *convect)
 
 /* ---- sweeps ---- */
 
-/* What a sweep does with its nodes: y = A c, or the limited antidiffusive fluxes y. */
+/* What a sweep does with its nodes: y = A c, the limited antidiffusive fluxes y, or their derivative. */
 typedef struct pdi_convect_sweep pdi_convect_sweep;
 typedef void (*pdi_convect_block_fn)(const pdi_convect_sweep *s, int32_t i, int32_t row, int count);
 typedef void (*pdi_convect_port_fn)(const pdi_convect_sweep *s, int32_t p);
@@ -171,6 +171,7 @@ typedef void (*pdi_convect_port_fn)(const pdi_convect_sweep *s, int32_t p);
 struct pdi_convect_sweep {
     const pd_convect *t;
     const double *c;
+    const double *x, *keep_by, *slope_by; /* direction of a derivative, and those of the limiter along it */
     double *y;
     pdi_convect_block_fn block; /* of nodes away from ports */
     pdi_convect_port_fn port;   /* of one node beside inlets or outlets */
@@ -277,15 +278,25 @@ static void pdi_convect_apply_port(const pdi_convect_sweep *s, int32_t p)
     s->y[i] = sum;
 }
 
-/* alpha d s of one bond: its step s of the field, leant towards xi.G of the upwind end, within 0 and 2 s; alpha of that
- * end, and d what upwinding adds to the conductance (eq. 5.4). */
+/* alpha d s of one bond: its step of the field, leant towards xi.G of the upwind end, less where they differ by far;
+ * alpha of that end, and d what upwinding adds to the conductance (eq. 5.4). */
 static inline double pdi_convect_return(double flux, double least, double step, double lean, double x, double alpha)
 {
-    double mixed = (1.0 - lean) * step + lean * x, twice = 2.0 * step, excess = 0.5 * fabs(flux) - least;
-    double low = twice < 0.0 ? twice : 0.0, high = twice > 0.0 ? twice : 0.0;
-    mixed = mixed > low ? mixed : low;
-    mixed = mixed < high ? mixed : high;
+    double off = x - step, square = step * step, sum = square + 0.25 * off * off, excess = 0.5 * fabs(flux) - least;
+    double mixed = step + lean * (sum > 0.0 ? square / sum : 1.0) * off;
     return alpha * (excess > 0.0 ? excess : 0.0) * mixed;
+}
+
+/* Its derivative, with those of the step, of x and of alpha. */
+static inline double pdi_convect_return_by(double flux, double least, double step, double lean, double x, double alpha,
+                                           double step_by, double x_by, double alpha_by)
+{
+    double off = x - step, off_by = x_by - step_by, excess = 0.5 * fabs(flux) - least;
+    double square = step * step, sum = square + 0.25 * off * off, over = sum > 0.0 ? 1.0 / sum : 0.0;
+    double weight = sum > 0.0 ? square * over : 1.0, rest = 1.0 - weight;
+    double mixed = step + lean * weight * off;
+    double mixed_by = step_by + lean * (weight * (weight - rest) * off_by + 2.0 * rest * off * step * over * step_by);
+    return (excess > 0.0 ? excess : 0.0) * (alpha_by * mixed + alpha * mixed_by);
 }
 
 static inline void pdi_convect_anti_block(const pdi_convect_sweep *s, int32_t i, int32_t row, int count)
@@ -325,6 +336,52 @@ static void pdi_convect_anti_nodes(const pdi_convect_sweep *s, int32_t i, int32_
     else pdi_convect_anti_block(s, i, row, count);
 }
 
+static inline void pdi_convect_anti_block_by(const pdi_convect_sweep *s, int32_t i, int32_t row, int count)
+{
+    const pd_convect *t = s->t;
+    const double *PD_RESTRICT c = s->c + i, *PD_RESTRICT keep = t->limiter->keep + i, *PD_RESTRICT z = s->x + i;
+    const double *PD_RESTRICT slope = t->limiter->slope + i, *xi = t->bonds->stencil->xi;
+    const double *PD_RESTRICT keep_by = s->keep_by + i, *PD_RESTRICT slope_by = s->slope_by + i;
+    int64_t total = t->bonds->grid->total;
+    double sum[PDI_BLOCK], *PD_RESTRICT y = s->y + i;
+    for (int b = 0; b < count; b++) sum[b] = 0.0;
+    for (int k = 0; k < t->bonds->stencil->count / 2; k++, xi += PD_DIM) {
+        pdi_convect_pair p;
+        pdi_convect_pair_get(t, i, row, k, count, &p);
+        const double *flux = p.flux, *back = p.back, *ahead = p.ahead, *behind = p.behind;
+        double turn = p.turn;
+        int32_t shift = p.shift;
+        for (int b = 0; b < count; b++) {
+            double f = flux[b], g = turn * back[b], x = 0.0, next = 0.0, before = 0.0;
+            double x_by = 0.0, next_by = 0.0, before_by = 0.0, alpha = keep[b], alpha_by = keep_by[b];
+            for (int d = 0; d < PD_DIM; d++) {
+                x += xi[d] * slope[d * total + b];
+                next += xi[d] * slope[d * total + b + shift];
+                before += xi[d] * slope[d * total + b - shift];
+                x_by += xi[d] * slope_by[d * total + b];
+                next_by += xi[d] * slope_by[d * total + b + shift];
+                before_by += xi[d] * slope_by[d * total + b - shift];
+            }
+            double alpha_next = keep[b + shift], alpha_before = keep[b - shift];
+            double alpha_next_by = keep_by[b + shift], alpha_before_by = keep_by[b - shift];
+            sum[b] -= pdi_convect_return_by(f, ahead[b], c[b + shift] - c[b], PDI_CONVECT_LEAN, f > 0.0 ? x : next,
+                                            f > 0.0 ? alpha : alpha_next, z[b + shift] - z[b],
+                                            f > 0.0 ? x_by : next_by, f > 0.0 ? alpha_by : alpha_next_by);
+            sum[b] -= pdi_convect_return_by(g, behind[b], c[b - shift] - c[b], PDI_CONVECT_LEAN,
+                                            g > 0.0 ? -x : -before, g > 0.0 ? alpha : alpha_before,
+                                            z[b - shift] - z[b], g > 0.0 ? -x_by : -before_by,
+                                            g > 0.0 ? alpha_by : alpha_before_by);
+        }
+    }
+    for (int b = 0; b < count; b++) y[b] = sum[b];
+}
+
+static void pdi_convect_anti_nodes_by(const pdi_convect_sweep *s, int32_t i, int32_t row, int count)
+{
+    if (count == PDI_BLOCK) pdi_convect_anti_block_by(s, i, row, PDI_BLOCK);
+    else pdi_convect_anti_block_by(s, i, row, count);
+}
+
 /* The antidiffusive flux out of node i through bond k, which ends on `far`. Inlets have no gradient. */
 static double pdi_convect_anti_one(const pdi_convect_sweep *s, int32_t i, int32_t far, int k, double flux, double bond)
 {
@@ -347,6 +404,28 @@ static void pdi_convect_anti_port(const pdi_convect_sweep *s, int32_t p)
         sum -= pdi_convect_anti_one(s, t->ports->node[p], t->ports->far[first + k], k, t->port_flux[first + k],
                                     t->port_bond[first + k]);
     s->y[t->ports->node[p]] = sum;
+}
+
+static void pdi_convect_anti_port_by(const pdi_convect_sweep *s, int32_t p)
+{
+    const pd_grid *grid = s->t->bonds->grid;
+    const pd_stencil *st = s->t->bonds->stencil;
+    const pd_limiter *limiter = s->t->limiter;
+    int32_t i = s->t->ports->node[p];
+    double sum = 0.0;
+    for (int k = 0; k < st->count; k++) {
+        int64_t slot = (int64_t)p * st->count + k;
+        double flux = s->t->port_flux[slot], x = 0.0, x_by = 0.0;
+        int32_t far = s->t->ports->far[slot], upwind = flux > 0.0 ? i : far;
+        double lean = grid->kind[upwind] == PD_INLET ? 0.0 : PDI_CONVECT_LEAN;
+        for (int d = 0; d < PD_DIM; d++) {
+            x += st->xi[k * PD_DIM + d] * limiter->slope[(int64_t)d * grid->total + upwind];
+            x_by += st->xi[k * PD_DIM + d] * s->slope_by[(int64_t)d * grid->total + upwind];
+        }
+        sum -= pdi_convect_return_by(flux, s->t->port_bond[slot], s->c[far] - s->c[i], lean, x, limiter->keep[upwind],
+                                     s->x[far] - s->x[i], x_by, s->keep_by[upwind]);
+    }
+    s->y[i] = sum;
 }
 
 static void pdi_convect_run(const void *user, int32_t i, int32_t row, int32_t length)
@@ -422,6 +501,21 @@ PDI_FN void pdi_convect_anti(const pd_ctx *ctx, const pd_convect *convect, const
     s.y = y;
     s.block = pdi_convect_anti_nodes;
     s.port = pdi_convect_anti_port;
+    pdi_convect_sweep_all(ctx, &s);
+}
+
+PDI_FN void pdi_convect_anti_by(const pd_ctx *ctx, const pd_convect *convect, const double *c, const double *x,
+                                const double *keep_by, const double *slope_by, double *y)
+{
+    pdi_convect_sweep s;
+    s.t = convect;
+    s.c = c;
+    s.x = x;
+    s.keep_by = keep_by;
+    s.slope_by = slope_by;
+    s.y = y;
+    s.block = pdi_convect_anti_nodes_by;
+    s.port = pdi_convect_anti_port_by;
     pdi_convect_sweep_all(ctx, &s);
 }
 

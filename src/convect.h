@@ -43,6 +43,9 @@ PDI_FN void pdi_convect_relax(const pd_convect *convect, const double *b, int ba
 /* y [total] [mol/m3/s]: what each fluid node gains by the antidiffusive fluxes of its bonds (eq. 5.4), with the present
  * limiter. Inlets have some, outlets none. */
 PDI_FN void pdi_convect_anti(const pd_ctx *ctx, const pd_convect *convect, const double *c, double *y);
+/* The derivative of that along x [total], with its images and zero at inlets, from those of the limiter along x. */
+PDI_FN void pdi_convect_anti_by(const pd_ctx *ctx, const pd_convect *convect, const double *c, const double *x,
+                                const double *keep_by, const double *slope_by, double *y);
 /* Flux [mol/s] towards + of all bonds through the plane before index `index` of `axis`; anti: as told by
  * pdi_convect_anti, or NULL. */
 PDI_FN double pdi_convect_through(const pd_convect *convect, const double *c, const double *anti, int axis, int index);

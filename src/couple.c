@@ -39,6 +39,17 @@ static pd_status pdi_couple_balance(pd_ctx *ctx, pd_couple *c)
     return PD_OK;
 }
 
+/* Between metal and walls that the horizon spans the equations of the lattice may have a solution that is none. */
+static pd_status pdi_couple_enters(pd_ctx *ctx, const pd_couple *c)
+{
+    double given, taken = pdi_flow_entering(ctx, c->flow, &given);
+    if (!(given * taken < 0.0)) return PD_OK;
+    return pdi_fail(ctx, PD_ERR_GEOMETRY, "couple",
+                    "the flow at t = %g s passes the inlets at %.3g m3/s (2D: m2/s), expected about %.3g: the horizon "
+                    "spans what lies between them and the outlets. Refine the grid, take a smaller m or free cells",
+                    c->time, taken, given);
+}
+
 static pd_status pdi_couple_flow(pd_ctx *ctx, pd_couple *c)
 {
     if (!c->steady || !c->flow_stale) return PD_OK;
@@ -54,6 +65,7 @@ static pd_status pdi_couple_flow(pd_ctx *ctx, pd_couple *c)
             "expected %g. Loosen the tolerance, refine the grid or lower the Reynolds number",
             c->time, c->steady_result.momentum, c->steady_result.continuity, c->steady_result.newton,
             c->steady->desc.tolerance);
+    PDI_TRY(pdi_couple_enters(ctx, c));
     c->flow_stale = 0;
     return PD_OK;
 }

@@ -269,6 +269,33 @@ double pd_flow_section(pd_ctx *ctx, pd_flow *flow, int axis, int index)
     return pdi_bond_section(flow->bonds, axis, index, pdi_flow_section_bond, flow) * flow->bonds->stencil->volume;
 }
 
+PDI_FN double pdi_flow_entering(pd_ctx *ctx, pd_flow *flow, double *given)
+{
+    const pd_bonds *bonds = flow->bonds;
+    const pd_grid *grid = flow->grid;
+    const pd_stencil *s = bonds->stencil;
+    double taken = 0.0, size = 0.0;
+    *given = 0.0;
+    pd_flow_prepare(ctx, flow);
+    for (int32_t i = 0; i < grid->total; i++) {
+        int32_t row = bonds->row[i];
+        if (grid->kind[i] != PD_FLUID) continue;
+        double volume = s->volume * pdi_grid_circumference(grid, i);
+        for (int k = 0; k < s->count; k++) {
+            int32_t j = i + bonds->shift[k];
+            if (grid->kind[j] != PD_INLET || (row >= 0 && !pdi_bond_open(bonds, row, k))) continue;
+            double share = 2.0 * pdi_bond_flux(bonds, i, k) * volume;
+            double part = share * pdi_flow_half_flux(s->grad + k * PD_DIM, flow->carrier, j, j, grid->total);
+            *given -= part;
+            size += fabs(part);
+            taken -= volume * pdi_flow_bond_flux(flow, i, k);
+        }
+    }
+    /* inlets that feed each other */
+    if (fabs(*given) < 1e-6 * size) *given = 0.0;
+    return taken;
+}
+
 double pd_flow_section_nodes(pd_ctx *ctx, const pd_flow *flow, int axis, int index)
 {
     const pd_grid *grid = flow->grid;

@@ -97,6 +97,9 @@ PDI_FN void pdi_flow_terms_apply(const pd_ctx *ctx, const pd_flow *flow, const p
 PDI_FN pd_status pdi_flow_store(pd_ctx *ctx, pd_flow *flow, pd_store *store);
 /* Volume flux per volume [1/s] of the bond k from node i to its far end, pressure flux included (eq. 4.4). */
 PDI_FN double pdi_flow_bond_flux(const pd_flow *flow, int32_t i, int k);
+/* Volume per time [m3/s, per m in planar 2D] that bonds to inlets bring, and what they would with the velocity of the
+ * inlets at both ends. */
+PDI_FN double pdi_flow_entering(pd_ctx *ctx, pd_flow *flow, double *given);
 #endif
 
 #endif

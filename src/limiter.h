@@ -23,6 +23,10 @@ PDI_FN pd_status pdi_limiter_build(pd_ctx *ctx, const pd_diffusion *diffusion, c
                                    pd_limiter *limiter);
 /* c [total] with its images and inlets; steps along bonds far below `least` [mol/m3] count as none. */
 PDI_FN void pdi_limiter_update(const pd_ctx *ctx, pd_limiter *limiter, const double *c, double least);
+/* Derivatives of `keep` and `slope` for that c along x [total], with its images and zero at inlets. At a kink one of
+ * both sides counts, or their mean, for all x: they are linear in x. */
+PDI_FN void pdi_limiter_derive(const pd_ctx *ctx, const pd_limiter *limiter, const double *c, const double *x,
+                               double least, double *keep_by, double *slope_by);
 PDI_FN void pdi_limiter_free(pd_ctx *ctx, pd_limiter *limiter);
 #endif
 

@@ -9,8 +9,7 @@
 
 /* Steps along bonds far below this share of the field are upwinded. */
 #define PDI_TRANSPORT_FAINT 1e-4
-/* Displacement of a difference quotient over the field, and tolerances of the linear solves of Newton's method. */
-#define PDI_TRANSPORT_PROBE 1e-7
+/* Tolerances of the linear solves of Newton's method. */
 #define PDI_TRANSPORT_LOOSE 0.1
 #define PDI_TRANSPORT_TIGHT 1e-3
 /* A residual over its tolerance that counts as missed, and the most pairs of sweeps behind a multigrid cycle then. */
@@ -23,9 +22,10 @@
 #define PDI_TRANSPORT_STALLED 0.999
 /* Share of the largest value by which a field may leave its bounds: rounding of the linear solve. */
 #define PDI_TRANSPORT_SLACK 3e-10
-/* Tolerances over the final one: enough to limit (the last solve, with fluxes that stay, is cheaper by far), and enough
- * to see bounds broken. */
+/* Tolerances over the final one: enough to limit (the last solve, with fluxes that stay, is cheaper by far); the same
+ * where bounds are broken after that; and enough to see them broken. */
 #define PDI_TRANSPORT_ENOUGH 1000.0
+#define PDI_TRANSPORT_FINISHED 30.0
 #define PDI_TRANSPORT_ROUGH 30.0
 /* The same where what is left undone breaks them. */
 #define PDI_TRANSPORT_FINE 1e-3
@@ -49,16 +49,21 @@ static void pdi_transport_operator(const pd_ctx *ctx, const pd_transport *t, con
     pdi_convect_apply(ctx, &convect, c, y);
 }
 
+/* Upwinded nodes keep nothing. */
+static void pdi_transport_silence(const pd_transport *t, double *keep)
+{
+    if (!t->upwinding) return;
+    for (int32_t i = 0; i < t->grid->total; i++)
+        if (t->upwinded[i]) keep[i] = 0.0;
+    pd_ghosts_scalar(&t->bonds->ghosts, keep);
+}
+
 /* out [total]: limited antidiffusive fluxes of the field c (eq. 5.4), whose images are filled here. */
 static void pdi_transport_anti(const pd_ctx *ctx, pd_transport *t, double *c, double *out)
 {
     pd_ghosts_scalar(&t->bonds->ghosts, c);
     pdi_limiter_update(ctx, &t->limiter, c, PDI_TRANSPORT_FAINT * t->size);
-    if (t->upwinding) {
-        for (int32_t i = 0; i < t->grid->total; i++)
-            if (t->upwinded[i]) t->limiter.keep[i] = 0.0;
-        pd_ghosts_scalar(&t->bonds->ghosts, t->limiter.keep);
-    }
+    pdi_transport_silence(t, t->limiter.keep);
     pdi_convect_anti(ctx, &t->convect, c, out);
 }
 
@@ -75,25 +80,26 @@ static void pdi_transport_apply(void *user, const double *x, double *y)
     pdi_transport_operator(u->ctx, u->t, x, y);
 }
 
-/* y = A x less the derivative of the limited fluxes along x, by a difference quotient. */
+/* y = A x less the derivative of the limited fluxes along x at the present field, whose fluxes were told last. */
 static void pdi_transport_jacobian(void *user, const double *x, double *y)
 {
     pdi_transport_user *u = (pdi_transport_user *)user;
     pd_transport *t = u->t;
     int32_t total = t->grid->total;
     const uint8_t *kind = t->grid->kind;
-    double size = pdi_par_max_abs(u->ctx, total, x), *probe = t->probe, *moved = t->probe + total;
+    /* fluxes and right-hand side are told anew after the solve */
+    double *slope_by = t->probe, *keep_by = t->rhs, *along = t->anti;
     int nt = pdi_par_threads(u->ctx, (int64_t)total * 4);
     (void)nt;
     pdi_transport_operator(u->ctx, t, x, y);
-    if (!u->limited || !(size > 0.0)) return;
-    double step = PDI_TRANSPORT_PROBE * t->size / size;
-    PDI_PARALLEL_FOR(nt)
-    for (int32_t i = 0; i < total; i++) probe[i] = kind[i] == PD_FLUID ? t->c[i] + step * x[i] : t->c[i];
-    pdi_transport_anti(u->ctx, t, probe, moved);
+    if (!u->limited) return;
+    if (t->repeated) x = t->repeated; /* with its images, by now */
+    pdi_limiter_derive(u->ctx, &t->limiter, t->c, x, PDI_TRANSPORT_FAINT * t->size, keep_by, slope_by);
+    pdi_transport_silence(t, keep_by);
+    pdi_convect_anti_by(u->ctx, &t->convect, t->c, x, keep_by, slope_by, along);
     PDI_PARALLEL_FOR(nt)
     for (int32_t i = 0; i < total; i++)
-        if (kind[i] == PD_FLUID) y[i] -= (moved[i] - t->anti[i]) / step;
+        if (kind[i] == PD_FLUID) y[i] -= along[i];
 }
 
 static void pdi_transport_precondition(void *user, const double *x, double *y)
@@ -355,29 +361,6 @@ static pd_status pdi_transport_close(pd_ctx *ctx, pd_transport *t, double atol, 
     return status < 0 || result->residual > atol ? status : PD_OK; /* rounding may stop it before that */
 }
 
-/* The limiter bounds a converged field; where the iteration has left the field outside of its bounds, the nodes
- * concerned lose their antidiffusive fluxes until none is left. Fluxes are limited, values never. */
-static pd_status pdi_transport_enforce(pd_ctx *ctx, pd_transport *t, double atol, pd_transport_result *result)
-{
-    double low, high, moved;
-    pd_status status = PD_OK;
-    pdi_transport_bounds(t, t->old, &low, &high);
-    for (int round = 1; round <= PDI_TRANSPORT_ROUNDS; round++) {
-        if (!pdi_transport_mark(t, low, high, PDI_TRANSPORT_SLACK)) {
-            /* the last solve moves a field whose fluxes have not settled: it has to stay within the bounds, too */
-            status = pdi_transport_close(ctx, t, atol, result);
-            if (status < 0 || !pdi_transport_mark(t, low, high, PDI_TRANSPORT_SLACK)) return status;
-        }
-        if (round == PDI_TRANSPORT_ROUNDS) pdi_par_zero(ctx, t->grid->total, t->anti);
-        else pdi_transport_anti(ctx, t, t->c, t->anti);
-        pdi_transport_right_side(ctx, t);
-        status = pdi_transport_correct(ctx, t, PDI_TRANSPORT_ROUGH * atol, result, &moved);
-        if (status < 0) return status;
-        result->bounded = round;
-    }
-    return pdi_transport_close(ctx, t, atol, result);
-}
-
 /* Antidiffusive fluxes, right-hand side and residual of the present field; returns the norm of the residual. */
 static double pdi_transport_evaluate(pd_ctx *ctx, pd_transport *t)
 {
@@ -427,6 +410,36 @@ static pd_status pdi_transport_newton(pd_ctx *ctx, pd_transport *t, double goal,
     }
     t->krylov.desc.max_iterations = most;
     return status < 0 ? status : PD_OK;
+}
+
+/* The limiter bounds a converged field; where the iteration has left the field outside of its bounds, the nodes
+ * concerned lose their antidiffusive fluxes until none is left. Fluxes are limited, values never. */
+static pd_status pdi_transport_enforce(pd_ctx *ctx, pd_transport *t, double atol, pd_transport_result *result)
+{
+    double low, high, moved;
+    pd_status status = PD_OK;
+    pdi_transport_bounds(t, t->old, &low, &high);
+    for (int round = 0; round <= PDI_TRANSPORT_ROUNDS; round++) {
+        if (pdi_transport_within(t, t->old)) {
+            /* the last solve moves a field whose fluxes have not settled: it has to stay within the bounds, too */
+            status = pdi_transport_close(ctx, t, atol, result);
+            if (status < 0 || pdi_transport_within(t, t->old)) return status;
+        }
+        if (round == 0) {
+            /* what Newton's method has left undone may be all that is outside: nodes upwinded for it would be chosen by
+             * rounding */
+            PDI_TRY(pdi_transport_newton(ctx, t, PDI_TRANSPORT_FINISHED * atol, result));
+            continue;
+        }
+        pdi_transport_mark(t, low, high, PDI_TRANSPORT_SLACK);
+        if (round == PDI_TRANSPORT_ROUNDS) pdi_par_zero(ctx, t->grid->total, t->anti);
+        else pdi_transport_anti(ctx, t, t->c, t->anti);
+        pdi_transport_right_side(ctx, t);
+        status = pdi_transport_correct(ctx, t, PDI_TRANSPORT_ROUGH * atol, result, &moved);
+        if (status < 0) return status;
+        result->bounded = round;
+    }
+    return pdi_transport_close(ctx, t, atol, result);
 }
 
 static pd_status pdi_transport_iterate(pd_ctx *ctx, pd_transport *t, double size, int bounded,
@@ -638,7 +651,7 @@ pd_status pd_transport_build(pd_ctx *ctx, const pd_grid *grid, const pd_bonds *b
     t->ceiling = HUGE_VAL;
     if (!(t->desc.tolerance > 0.0)) t->desc.tolerance = 1e-11;
     if (t->desc.max_limiter <= 0) t->desc.max_limiter = 30;
-    if (!(t->desc.limiter_tolerance > 0.0)) t->desc.limiter_tolerance = 1e-7;
+    if (!(t->desc.limiter_tolerance > 0.0)) t->desc.limiter_tolerance = 1e-10;
     t->grid = grid;
     t->bonds = bonds;
     t->flow = flow;
@@ -667,7 +680,7 @@ pd_status pd_transport_build(pd_ctx *ctx, const pd_grid *grid, const pd_bonds *b
     PDI_TRY(PDI_NEW(ctx, "transport", grid->total, t->upwinded));
     PDI_TRY(PDI_NEW(ctx, "transport", grid->total, t->rhs));
     PDI_TRY(PDI_NEW(ctx, "transport", 2 * (int64_t)grid->total, t->work));
-    PDI_TRY(PDI_NEW(ctx, "transport", 2 * (int64_t)grid->total, t->probe));
+    PDI_TRY(PDI_NEW(ctx, "transport", PD_DIM * (int64_t)grid->total, t->probe));
     for (int s = 0; s < 2 * PD_DIM && !t->repeated; s++)
         if (grid->side[s] >= PD_SIDE_PERIODIC) PDI_TRY(PDI_NEW(ctx, "transport", grid->total, t->repeated));
     for (int32_t i = 0; i < grid->total; i++)
@@ -720,7 +733,7 @@ void pd_transport_free(pd_ctx *ctx, pd_transport *t)
     PDI_DELETE(ctx, total, t->upwinded);
     PDI_DELETE(ctx, total, t->rhs);
     PDI_DELETE(ctx, 2 * total, t->work);
-    PDI_DELETE(ctx, 2 * total, t->probe);
+    PDI_DELETE(ctx, PD_DIM * total, t->probe);
     PDI_DELETE(ctx, total, t->repeated);
     memset(t, 0, sizeof *t);
 }

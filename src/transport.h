@@ -28,7 +28,7 @@ typedef struct pd_transport_desc {
     pd_advection advection;
     double tolerance;       /* [-] of the linear solves, relative to the right-hand side; 0: 1e-11 */
     int max_limiter;        /* Newton steps on the limited equations in one implicit step; 0: 30 */
-    double limiter_tolerance; /* [-] relative change of the field at which they stop; 0: 1e-7 */
+    double limiter_tolerance; /* [-] relative change of the field at which they stop; 0: 1e-10 */
 } pd_transport_desc;
 
 typedef struct pd_transport {
@@ -52,9 +52,10 @@ typedef struct pd_transport {
     int sweeping;           /* pairs of sweeps over the bonds behind each multigrid cycle: where it has failed in this
                              * step, they are what converges for an M-matrix */
     uint8_t *upwinded;      /* [total] node lost its antidiffusive fluxes in this step, to keep the bounds */
-    double *rhs;            /* [total] [mol/m3/s] work */
+    double *rhs;            /* [total] [mol/m3/s] work; in the linear solves of Newton's method [-] derivatives of what
+                             * the nodes keep */
     double *work;           /* [2][total] [mol/m3/s] residual, [mol/m3] correction */
-    double *probe;          /* [2][total] [mol/m3] displaced field, [mol/m3/s] its antidiffusive fluxes, work */
+    double *probe;          /* [PD_DIM][total] [mol/m4] derivatives of the gradients along a direction, work */
     double *repeated;       /* [total] [mol/m3] operand with its images, work; NULL: no periodic or mirror side */
     double dt;              /* [s] of the step in work; 0: none */
     pd_compact compact;

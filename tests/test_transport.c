@@ -634,6 +634,64 @@ TEST(bounded_around_a_disc)
 }
 #endif
 
+/* ---- Newton's method ---- */
+
+static double one_at_rest(void *user, const double *x)
+{
+    (void)user;
+    return x[0] > 0.0 ? 1.0 : 0.5;
+}
+
+/* Limited fluxes of the field c + share x, into out. */
+static void limited_at(scene *s, const double *c, double share, const double *x, double *out)
+{
+    for (int32_t i = 0; i < s->grid.total; i++) s->transport.probe[i] = c[i] + share * x[i];
+    pd_ghosts_scalar(&s->bonds.ghosts, s->transport.probe);
+    pdi_limiter_update(&s->ctx, &s->transport.limiter, s->transport.probe, 1e-3);
+    pdi_convect_anti(&s->ctx, &s->transport.convect, s->transport.probe, out);
+}
+
+/* The derivative of the limited fluxes along a random direction is what central differences tell: beside inlets,
+ * outlets, closed bonds, held walls, images, in whole families. */
+TEST(derivative_of_limited_fluxes)
+{
+    uint32_t seed = 77;
+    for (int round = 0; round < 9; round++) {
+        scene *s = scene_start(PD_DIM == 1 ? 200 : 40, 13, 9);
+        channel(s, 0);
+        s->desc.inlet = 0.5;
+        s->desc.diffusivity = 1e-2 * U * H;
+        if (round % 3 == 1) s->desc.held = one_at_rest;
+        if (round % 3 == 2 && PD_DIM > 1) s->grid_desc.side[2] = s->grid_desc.side[3] = PD_SIDE_PERIODIC;
+        if (!scene_grid(s, 1.0 + round / 3)) return;
+        if (round % 3 < 2) random_walls(s, &seed, 40);
+        if (!scene_fields(s)) return;
+        pd_transport *t = &s->transport;
+        uniform_flow(s, 0, U);
+        random_field(s, &seed);
+        double *x = t->work, *more = t->old, *less = t->rhs, *by = t->carry, *slope_by = t->probe, *keep_by = t->source;
+        double largest = 0.0, off = 0.0, share = 1e-6;
+        for (int32_t i = 0; i < s->grid.total; i++)
+            x[i] = s->grid.kind[i] == PD_FLUID ? random_share(&seed) - 0.5 : 0.0;
+        CHECK_OK(&s->ctx, pdi_convect_refresh(&s->ctx, &t->convect));
+        limited_at(s, t->c, share, x, more);
+        limited_at(s, t->c, -share, x, less);
+        limited_at(s, t->c, 0.0, x, t->anti);
+        pd_ghosts_scalar(&s->bonds.ghosts, t->c);
+        pd_ghosts_scalar(&s->bonds.ghosts, x);
+        pdi_limiter_derive(&s->ctx, &t->limiter, t->c, x, 1e-3, keep_by, slope_by);
+        pdi_convect_anti_by(&s->ctx, &t->convect, t->c, x, keep_by, slope_by, by);
+        for (int32_t i = 0; i < s->grid.total; i++) {
+            if (s->grid.kind[i] != PD_FLUID) continue;
+            largest = fmax(largest, fabs(by[i]));
+            off = fmax(off, fabs(by[i] - 0.5 * (more[i] - less[i]) / share));
+        }
+        CHECK(largest > 0.1 * U / H);
+        CHECK_LE(off, 1e-7 * largest);
+        scene_free(s);
+    }
+}
+
 /* ---- the same bits, bad input ---- */
 
 TEST(threads_change_no_bit)
@@ -704,4 +762,4 @@ TEST(bad_input)
 TEST_MAIN(ENTRY(variance_of_a_drop) ENTRY(second_order_in_space) ENTRY(cosine_in_a_closed_box) ENTRY(steady_linear)
               OF_DIM ENTRY(explicit_limit) ENTRY(maximum_principle_on_random_masks) ENTRY(balance_of_a_channel)
                   ENTRY(source_and_absorption) ENTRY(boundary_layer_bounded) ENTRY(front_bounded)
-                      ENTRY(threads_change_no_bit) ENTRY(bad_input))
+                      ENTRY(derivative_of_limited_fluxes) ENTRY(threads_change_no_bit) ENTRY(bad_input))

@@ -28,8 +28,8 @@
 #define LEDGER 1e-12 /* [-] relative to the metal at the start */
 #define BOUNDS 1e-9  /* [-] by which concentrations may leave their bounds, over the largest */
 #define SALT 3.1e-9  /* [-] the same of implicit corrosion: a salt layer counts from three times its tolerance */
-#define LIMITED 3e-6 /* [-] by which fields of the same scene told in other words may differ over Csat with limited
-                      * fluxes: Newton's method for them can stall, and rounding chooses where */
+#define LIMITED 1e-8 /* [-] by which fields of the same scene told in other words may differ over Csat with limited
+                      * fluxes: the tolerances of the solvers */
 #define LEVEL 1e-10  /* [-] by which the flow far up and far down may differ: steady fluxes are free of divergence */
 
 typedef struct hard {
