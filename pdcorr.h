@@ -19405,6 +19405,8 @@ PDI_FN void pdi_convect_free(pd_ctx *ctx, pd_convect *convect)
 /* Iterations of one of these, and the shortest step along its direction. */
 #define PDI_TRANSPORT_KRYLOV 60
 #define PDI_TRANSPORT_SHORTEST 0.03
+/* Share of the spreading of upwind fluxes in the preconditioner of limited ones, which give most of it back. */
+#define PDI_TRANSPORT_SPREAD 0.3
 /* A step that leaves more than this share of the residual ends the iteration. */
 #define PDI_TRANSPORT_STALLED 0.999
 /* Share of the largest value by which a field may leave its bounds: rounding of the linear solve. */
@@ -19498,15 +19500,15 @@ static void pdi_transport_precondition(void *user, const double *x, double *y)
     for (int sweep = 0; sweep < 2 * u->t->sweeping; sweep++) pdi_convect_relax(&convect, x, sweep & 1, y);
 }
 
-/* Upwinding bond by bond spreads along b by 1/2 sum |g_a| xi_b^2 per speed along a. */
-static void pdi_transport_spread(const pd_stencil *s, double *spread)
+/* Upwinding bond by bond spreads along b by 1/2 sum |g_a| xi_b^2 per speed along a; times `share`. */
+static void pdi_transport_spread(const pd_stencil *s, double share, double *spread)
 {
     for (int i = 0; i < PD_DIM * PD_DIM; i++) spread[i] = 0.0;
     for (int k = 0; k < s->count; k++)
         for (int a = 0; a < PD_DIM; a++)
             for (int b = 0; b < PD_DIM; b++)
                 spread[a * PD_DIM + b] +=
-                    0.5 * fabs(s->grad[k * PD_DIM + a]) * s->xi[k * PD_DIM + b] * s->xi[k * PD_DIM + b];
+                    share * 0.5 * fabs(s->grad[k * PD_DIM + a]) * s->xi[k * PD_DIM + b] * s->xi[k * PD_DIM + b];
 }
 
 static pd_status pdi_transport_setup(pd_ctx *ctx, pd_transport *t)
@@ -19518,7 +19520,8 @@ static pd_status pdi_transport_setup(pd_ctx *ctx, pd_transport *t)
     const pd_grid *grid = t->grid;
     faces.closed = faces.outlet = 0;
     faces.inlet = 1;
-    pdi_transport_spread(t->bonds->stencil, spread);
+    pdi_transport_spread(t->bonds->stencil, t->desc.advection == PD_ADVECTION_LIMITED ? PDI_TRANSPORT_SPREAD : 1.0,
+                         spread);
     convection.u = t->flow ? t->flow->u : NULL;
     convection.spread = spread;
     pdi_compact_fill(ctx, t->desc.diffusivity, t->diffusion.field, &convection, 1.0 / t->dt, &faces, c);
