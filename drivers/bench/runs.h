@@ -61,13 +61,12 @@ static const scene_run scene_runs[] = {
 /* Why goals are missed. */
 #if PD_DIM == 2
 #define SCENES_MISSED \
-    "Why 250 bytes a node are missed: a steady solve keeps 61 Krylov bases in single precision, 732 bytes a node, " \
+    "Why 250 bytes a node are missed: a steady solve keeps 21 Krylov bases in single precision, 252 bytes a node, " \
     "and transport 41, another 164; the multigrids take 240, and the fields and vectors of flow, transport and " \
-    "their solvers, in double precision with ghosts, the rest. Bases of 20 would free 480 bytes a node and take " \
-    "half as many evaluations again (4316 in place of 2798 for the short pin)."
+    "their solvers, in double precision with ghosts, the rest."
 #else
 #define SCENES_MISSED \
-    "Why 250 bytes a node are missed: 41 bases of four components, 656 bytes a node of fluid or metal; a " \
+    "Why 250 bytes a node are missed: 21 bases of four components, 336 bytes a node of fluid or metal; a " \
     "conductance for each of the 178 bonds of nodes whose family is cut, which are more than half of the fluid " \
     "here; and ghosts, which double the nodes of a box 30 cells wide."
 #endif
@@ -261,9 +260,9 @@ static pd_status counts_pin(bench *b)
     for (int k = 0; k < 3; k++)
         if (!b->quick || k == 1) PDI_TRY(counts_pin_level(b, h[k], b->quick ? 2 : COUNT_SOLVES));
     bench_table(b, "Evaluations for the flow past the pin (`mg_pin_2d`), residual 1e-8");
-    bench_note(b, "Why 50 evaluations for a re-solve are missed: it takes four Newton steps of about 45 iterations. "
-                  "Looser or tighter linear solves and shorter or longer pseudo time steps change the sum by 4 % at "
-                  "most.");
+    bench_note(b, "Why 50 evaluations for a re-solve are missed: it takes four Newton steps of 5 to 22 iterations. Exact "
+                  "inverses of the velocity block in the place of one cycle each would take a third of them off, "
+                  "friction and the change of the stream in the commutator next to nothing.");
     return PD_OK;
 }
 
