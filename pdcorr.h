@@ -68,6 +68,7 @@
  *   schur      the inverse of the Schur complement of the pressure, as nearly as a preconditioner needs it (theory: eq. 4.9).
  *   steady     steady flow by Newton's method on the peridynamic residual.
  *   implicit   time-dependent incompressible flow by the two-stage, second-order, L-stable SDIRK method.
+ *   spectrum   how long explicit steps of a flow with sound may be.
  *   unsteady   time-dependent weakly compressible flow, explicit.
  *   gas        inviscid flow of an ideal gas with energy, explicit in time: shock tubes, blasts, sound.
  *   diffusion  the conductances of bonds beside walls, between materials, and to values that are held on walls.
@@ -2598,6 +2599,48 @@ PDI_FN pd_status pdi_implicit_store(pd_ctx *ctx, pd_implicit *implicit, pd_store
 
 #endif
 
+/* ======== >>spectrum.h ======== */
+/* spectrum: how long explicit steps of a flow with sound may be.
+ *
+ * On a lattice without surfaces the waves of the linear flow about a uniform stream are known: eigenvalues from the
+ * symbols of gradient and Laplacian, computed once per stencil (theory: eq. 4.14). A step is stable when all of them,
+ * times the step, lie in the region of the three-stage method. With cut families the norms of the operators take their
+ * place (eq. 4.14b).
+ */
+#ifndef PD_SPECTRUM_H
+#define PD_SPECTRUM_H
+
+typedef struct pd_spectrum {
+    const pd_stencil *stencil;
+    int waves;        /* of the first octant, `along` an axis */
+    int along;
+    double *slope;    /* [waves][PD_DIM] [1/m] size of the symbol of the gradient */
+    double *spread;   /* [waves] [1/m2] that of the Laplacian */
+    double *tie;      /* [waves] [1/m2] that of the pressure flux over its weight (eq. 4.4) */
+    int cut;          /* 1: some families are not whole, or rings */
+    double laplacian; /* [1/m2] largest eigenvalue, no walls */
+    double wall;      /* [1/m2] by which walls add to it at most */
+    double gradient;  /* [1/m] norm; 0 where nothing is cut */
+} pd_spectrum;
+
+#ifdef PDI_INTERNAL
+/* Of the linear flow: waves in a stream along no matter which diagonal of a box of velocities. */
+typedef struct pdi_spectrum_state {
+    double sound;         /* [m/s] */
+    double viscosity;     /* [m2/s] */
+    double tie;           /* [m2/s] weight of the density diffusion */
+    double speed[PD_DIM]; /* [m/s] largest components */
+} pdi_spectrum_state;
+
+/* Bonds and grid of the flow must not change. */
+PDI_FN pd_status pdi_spectrum_build(pd_ctx *ctx, const pd_flow *flow, pd_spectrum *spectrum);
+/* Longest stable step [s] of the three-stage method. */
+PDI_FN double pdi_spectrum_limit(const pd_spectrum *spectrum, const pdi_spectrum_state *state);
+PDI_FN void pdi_spectrum_free(pd_ctx *ctx, pd_spectrum *spectrum);
+#endif
+
+#endif
+
 /* ======== >>unsteady.h ======== */
 /* unsteady: time-dependent weakly compressible flow, explicit.
  *
@@ -2628,6 +2671,8 @@ typedef struct pd_unsteady {
     double *mass;          /* [PD_DIM][total] [m/s] rho v/rho0, work */
     double *start;         /* [PD_DIM+1][total] [m/s], [-] state at the start of the step: v, then density */
     double *rate;          /* [PD_DIM+1][total] [m/s2], [1/s] time derivatives of the stage */
+    pd_spectrum spectrum;  /* of the linear flow, for the limit */
+    double key[PD_DIM + 2], limit; /* [-] [s] the limit told last, and for which state */
     double time;           /* [s] */
     int64_t steps;
 } pd_unsteady;
@@ -2641,8 +2686,9 @@ typedef struct pd_unsteady {
 /* Starts from the velocity and pressure in flow (borrowed). PD_ERR_ARGUMENT: sound not positive, gamma below 1,
  * negative diffusion or cfl. */
 PD_API pd_status pd_unsteady_build(pd_ctx *ctx, pd_flow *flow, const pd_unsteady_desc *desc, pd_unsteady *unsteady);
-/* Stability limit [s] of the present state (cfl not applied): acoustic, viscous and density diffusion together. */
-PD_API double pd_unsteady_limit(pd_ctx *ctx, const pd_unsteady *unsteady);
+/* Stability limit [s] of the present state (cfl not applied): sound, stream, viscosity and density diffusion of one
+ * wave, the worst; beside walls of the norms of all of them (eq. 4.14). */
+PD_API double pd_unsteady_limit(pd_ctx *ctx, pd_unsteady *unsteady);
 /* One step of dt [s]. PD_RETRY, state unchanged: a density became non-positive or a value not finite. */
 PD_API pd_status pd_unsteady_step(pd_ctx *ctx, pd_unsteady *unsteady, double dt);
 /* Steps of cfl times the limit up to t_end [s]; rejected steps are halved. PD_ERR_STATE: 20 halvings did not help. */
@@ -3410,6 +3456,7 @@ typedef struct pd_corrode {
     double fastest;    /* [m/s] largest speed */
     int64_t active;    /* nodes that change in a step */
     double diffusion;  /* [1/s] D sum a(n) */
+    double held;       /* [1/s] and what images of a node behind held planes add to it, at most */
     double time;       /* [s] */
     double start;      /* [mol] (per m in 2D, per m2 in 1D) solid and dissolved at first */
     double out;        /* [mol] gone through held sides and held fluid */
@@ -10239,8 +10286,9 @@ static double pdi_krylov_arnoldi(const pdi_krylov_run *run, int j, double *w, do
 static void pdi_krylov_rotate(int j, double *h, double *cs, double *sn, double *g)
 {
     for (int i = 0; i < j; i++) {
-        double t = cs[i] * h[i] + sn[i] * h[i + 1];
-        h[i + 1] = cs[i] * h[i + 1] - sn[i] * h[i];
+        /* two sums: a sum beside a difference gcc 12 fuses even with -ffp-contract=off */
+        double t = cs[i] * h[i] + sn[i] * h[i + 1], back = -sn[i];
+        h[i + 1] = cs[i] * h[i + 1] + back * h[i];
         h[i] = t;
     }
     double radius = hypot(h[j], h[j + 1]);
@@ -12932,7 +12980,7 @@ PDI_FN pd_status pdi_refer_path(pd_ctx *ctx, pd_text *text, int section, const c
     PDI_TRY(pd_text_string(ctx, text, section, key, NULL, &name));
     size_t above = name[0] == '/' ? 0 : strlen(folder), size = strlen(name) + 1;
     if (above + size > PD_PATH_SIZE) return pd_text_refuse(ctx, text, section, key, "the path is too long");
-    memcpy(path, folder, above);
+    memcpy(path, folder, above + 1);
     memcpy(path + above, name, size);
     return PD_OK;
 }
@@ -13476,7 +13524,7 @@ static int pdi_store_sealed(const uint8_t *head, size_t size)
 static void pdi_store_head(uint8_t head[PDI_STORE_HEAD])
 {
     memset(head, 0, PDI_STORE_HEAD);
-    memcpy(head, PDI_STORE_MAGIC, 8);
+    for (int k = 0; k < 8; k++) head[k] = (uint8_t)PDI_STORE_MAGIC[k];
     pdi_store_put(head + PDI_STORE_AT_ORDER, PDI_STORE_ORDER);
     pdi_store_put(head + PDI_STORE_AT_FORMAT, PD_STORE_FORMAT);
     pdi_store_put(head + PDI_STORE_AT_DIM, PD_DIM);
@@ -13613,7 +13661,7 @@ static pd_status pdi_store_write(pd_ctx *ctx, pd_store *s, const char *name, con
     size_t bytes = (size_t)count * size;
     PD_ASSERT(strlen(name) < PD_STORE_NAME);
     memset(head, 0, sizeof head);
-    memcpy(head, name, strlen(name));
+    memcpy(head, name, strlen(name) + 1);
     memcpy(head + PDI_STORE_AT_COUNT, &number, sizeof number);
     pdi_store_put(head + PDI_STORE_AT_SIZE, (uint32_t)size);
     pdi_store_seal(head, sizeof head);
@@ -13654,7 +13702,10 @@ pd_status pd_store_check(pd_ctx *ctx, pd_store *s, const char *name, double valu
     char was[PDI_NUMBER_SIZE], is[PDI_NUMBER_SIZE];
     double kept = value;
     PDI_TRY(pd_store_bytes(ctx, s, name, &kept, sizeof kept, 1));
-    if (memcmp(&kept, &value, sizeof kept) == 0) return PD_OK;
+    uint64_t bits, expected; /* what is no number equals itself */
+    memcpy(&bits, &kept, sizeof bits);
+    memcpy(&expected, &value, sizeof expected);
+    if (bits == expected) return PD_OK;
     pdi_file_number(kept, was);
     pdi_file_number(value, is);
     return pdi_fail(ctx, PD_ERR_ARGUMENT, "store", "'%s' is of another run: %s = %s, expected %s", s->file.path, name,
@@ -17253,14 +17304,331 @@ void pd_implicit_free(pd_ctx *ctx, pd_implicit *im)
     memset(im, 0, sizeof *im);
 }
 
+/* ======== >>spectrum.c ======== */
+/* spectrum: see spectrum.h */
+#include <math.h>
+#include <string.h>
+
+/* Waves along an axis for each node of the reach: between two of them an eigenvalue rises by 3 % at most, and the
+ * worst is looked for between them. */
+#define PDI_SPECTRUM_WAVES 4
+#define PDI_SPECTRUM_REFINED 6  /* halvings of the distance of waves around the worst */
+#define PDI_SPECTRUM_LANCZOS 40 /* steps for the norm of a gradient with cut families */
+#define PDI_SPECTRUM_ANGLES 48
+#define PDI_SPECTRUM_SAFETY 0.98 /* [-] for what lies between waves, and what Lanczos steps have not found */
+#define PDI_SPECTRUM_IMAGINARY 1.7320508075688772 /* end of the region on the imaginary axis */
+
+/* ---- the region of 1 + z + z^2/2 + z^3/6 ---- */
+
+static int pdi_spectrum_inside(double re, double im)
+{
+    double pr = 0.5 + re / 6.0, pi = im / 6.0, next;
+    for (int k = 0; k < 2; k++) { /* Horner's scheme */
+        next = 1.0 + re * pr - im * pi;
+        pi = re * pi + im * pr;
+        pr = next;
+    }
+    return pr * pr + pi * pi <= 1.0 + 1e-10;
+}
+
+/* *dt is lowered until the eigenvalue re + i im [1/s] is inside. Waves that grow by themselves do so at any step. */
+static void pdi_spectrum_lower(double re, double im, double *dt)
+{
+    re = fmin(re, 0.0);
+    if (pdi_spectrum_inside(*dt * re, *dt * im)) return;
+    double low = 0.0, high = *dt;
+    for (int k = 0; k < 40; k++) {
+        double middle = 0.5 * (low + high);
+        if (pdi_spectrum_inside(middle * re, middle * im)) low = middle;
+        else high = middle;
+    }
+    *dt = low;
+}
+
+/* ---- waves ---- */
+
+/* Symbols at the wave vector k [rad per node]. Bonds with opposite ends go in pairs. */
+static void pdi_spectrum_symbol(const pd_stencil *s, const double *k, double *slope, double *spread, double *tie)
+{
+    double g[PD_DIM], flux[PD_DIM];
+    *spread = 0.0;
+    for (int d = 0; d < PD_DIM; d++) g[d] = flux[d] = 0.0;
+    for (int n = 0; n < s->count / 2; n++) {
+        double phase = 0.0;
+        for (int d = 0; d < PD_DIM; d++) phase += k[d] * s->offset[n * PD_DIM + d];
+        double sine = sin(phase);
+        *spread += 2.0 * s->lap[n] * (1.0 - cos(phase));
+        for (int d = 0; d < PD_DIM; d++) {
+            g[d] += 2.0 * s->grad[n * PD_DIM + d] * sine;
+            flux[d] += s->lap[n] * s->xi[n * PD_DIM + d] * sine;
+        }
+    }
+    *tie = *spread;
+    for (int d = 0; d < PD_DIM; d++) {
+        slope[d] = fabs(g[d]);
+        *tie -= flux[d] * g[d];
+    }
+}
+
+/* Lowers *dt to what a wave asks for in a stream of `speed` [m/s] along its gradient. With the symbols i G and -L, and
+ * the tie T, sound has l = -i G v + m, m^2 + (nu L + T) m + nu L T + G^2 c^2 + i G v T/2 = 0, shear -i G v - nu L. */
+static void pdi_spectrum_wave(const pdi_spectrum_state *q, double slope, double spread, double tie, double speed,
+                              double *dt)
+{
+    double v = q->viscosity * spread, t = q->tie * tie, shift = -slope * speed;
+    double re = 0.25 * (v - t) * (v - t) - slope * slope * q->sound * q->sound, im = -0.5 * slope * speed * t;
+    double size = sqrt(re * re + im * im);
+    double root_re = sqrt(0.5 * fmax(size + re, 0.0)), root_im = sqrt(0.5 * fmax(size - re, 0.0));
+    if (im < 0.0) root_im = -root_im;
+    pdi_spectrum_lower(-0.5 * (v + t) + root_re, shift + root_im, dt);
+    pdi_spectrum_lower(-0.5 * (v + t) - root_re, shift - root_im, dt);
+    pdi_spectrum_lower(-v, shift, dt);
+}
+
+/* The same in the fastest stream and in none: what lies between has its eigenvalues between. */
+static void pdi_spectrum_streams(const pdi_spectrum_state *q, const double *slope, double spread, double tie,
+                                 double *dt)
+{
+    double square = 0.0, turn = 0.0;
+    for (int d = 0; d < PD_DIM; d++) {
+        square += slope[d] * slope[d];
+        turn += slope[d] * q->speed[d];
+    }
+    double size = sqrt(square);
+    pdi_spectrum_wave(q, size, spread, tie, 0.0, dt);
+    if (turn > 0.0) pdi_spectrum_wave(q, size, spread, tie, turn / size, dt);
+}
+
+static void pdi_spectrum_vector(const pd_spectrum *sp, int wave, double *k)
+{
+    for (int d = 0; d < PD_DIM; d++) {
+        k[d] = PDI_PI * (wave % sp->along) / (sp->along - 1);
+        wave /= sp->along;
+    }
+}
+
+/* The worst wave between those around k, along one axis after the other. */
+static void pdi_spectrum_refine(const pd_spectrum *sp, const pdi_spectrum_state *q, double *k, double *dt)
+{
+    double step = PDI_PI / (sp->along - 1), slope[PD_DIM], spread, tie;
+    for (int level = 0; level < PDI_SPECTRUM_REFINED; level++) {
+        step *= 0.5;
+        for (int d = 0; d < PD_DIM; d++)
+            for (int side = 0; side < 2; side++) {
+                double before = *dt, at = k[d];
+                k[d] = side ? at + step : at - step;
+                pdi_spectrum_symbol(sp->stencil, k, slope, &spread, &tie);
+                pdi_spectrum_streams(q, slope, spread, tie, dt);
+                if (!(*dt < before)) k[d] = at;
+            }
+    }
+}
+
+static double pdi_spectrum_waves(const pd_spectrum *sp, const pdi_spectrum_state *q)
+{
+    double dt, k[PD_DIM];
+    int worst = 0;
+    /* the region lies within 2.6 of the origin */
+    dt = 2.6 / (q->viscosity * sp->laplacian);
+    for (int w = 0; w < sp->waves; w++) {
+        double before = dt;
+        pdi_spectrum_streams(q, sp->slope + (int64_t)w * PD_DIM, sp->spread[w], sp->tie[w], &dt);
+        if (dt < before) worst = w;
+    }
+    pdi_spectrum_vector(sp, worst, k);
+    pdi_spectrum_refine(sp, q, k, &dt);
+    return dt;
+}
+
+/* ---- surfaces ---- */
+
+/* Energy of the linear flow changes by a symmetric part, dissipation, and a skew one, sound and stream. In a state
+ * with the share cos^2 of its energy in the density the first is at most x, the second y: the numerical range lies in
+ * these rectangles. */
+static double pdi_spectrum_norms(const pd_spectrum *sp, const pdi_spectrum_state *q)
+{
+    double speed = 0.0, dt = HUGE_VAL;
+    for (int d = 0; d < PD_DIM; d++) speed += q->speed[d] * q->speed[d];
+    speed = sqrt(speed);
+    for (int a = 0; a <= PDI_SPECTRUM_ANGLES; a++) {
+        double angle = 0.5 * PDI_PI * a / PDI_SPECTRUM_ANGLES, c = cos(angle), s = sin(angle);
+        double x = c * c * q->tie * sp->laplacian + s * s * q->viscosity * (sp->laplacian + sp->wall);
+        double y = sp->gradient * (2.0 * s * c * q->sound + speed);
+        dt = fmin(dt, y > 0.0 ? PDI_SPECTRUM_IMAGINARY / y : HUGE_VAL);
+        if (!(dt < HUGE_VAL)) dt = 2.6 / x;
+        pdi_spectrum_lower(-x, y, &dt);
+    }
+    return dt;
+}
+
+PDI_FN double pdi_spectrum_limit(const pd_spectrum *sp, const pdi_spectrum_state *q)
+{
+    return PDI_SPECTRUM_SAFETY * (sp->cut ? pdi_spectrum_norms(sp, q) : pdi_spectrum_waves(sp, q));
+}
+
+/* ---- build ---- */
+
+/* Fields for the norm of the gradient. */
+typedef struct pdi_spectrum_work {
+    const pd_flow *flow;
+    double *now, *before, *after; /* [total] */
+    double *grad, *carrier;       /* [PD_DIM][total] */
+} pdi_spectrum_work;
+
+/* after = -div (1 - bend) grad now, as sound has it: self-adjoint. */
+static void pdi_spectrum_sound(const pd_ctx *ctx, pdi_spectrum_work *w)
+{
+    const pd_bonds *bonds = w->flow->bonds;
+    int64_t total = w->flow->grid->total;
+    pd_ghosts_pressure(&bonds->ghosts, 0.0, w->now);
+    pd_op_gradient(ctx, bonds, w->now, w->grad);
+    for (int32_t r = 0; r < bonds->rows; r++)
+        for (int d = 0; d < PD_DIM; d++)
+            w->grad[d * total + bonds->node[r]] *= fmax(1.0 - bonds->wall_curv[r], 0.0);
+    pd_ghosts_vector(&bonds->ghosts, w->grad);
+    pdi_flow_carrier(ctx, w->flow, w->grad, w->carrier);
+    pd_op_divergence(ctx, bonds, w->carrier, w->after);
+    for (int64_t i = 0; i < total; i++)
+        w->after[i] = w->flow->grid->kind[i] == PD_FLUID ? -w->after[i] : 0.0;
+}
+
+static double pdi_spectrum_dot(const pd_grid *grid, const double *a, const double *b)
+{
+    double sum = 0.0;
+    for (int32_t i = 0; i < grid->total; i++)
+        if (grid->kind[i] == PD_FLUID) sum += a[i] * b[i] * pdi_grid_circumference(grid, i);
+    return sum;
+}
+
+/* Largest eigenvalue of the symmetric tridiagonal matrix with the squares `off` beside its diagonal. */
+static double pdi_spectrum_tridiagonal(int n, const double *diagonal, const double *off)
+{
+    double high = 0.0, low = 0.0;
+    for (int i = 0; i < n; i++) {
+        double radius = sqrt(i ? off[i - 1] : 0.0) + sqrt(i < n - 1 ? off[i] : 0.0);
+        high = fmax(high, diagonal[i] + radius);
+    }
+    for (int k = 0; k < 60; k++) {
+        double middle = 0.5 * (low + high), pivot = 1.0;
+        int above = 0;
+        for (int i = 0; i < n; i++) {
+            pivot = middle - diagonal[i] - (i ? off[i - 1] / pivot : 0.0);
+            if (!(fabs(pivot) > 0.0)) pivot = 1e-300;
+            above += pivot < 0.0;
+        }
+        if (above) low = middle;
+        else high = middle;
+    }
+    return high;
+}
+
+/* Largest eigenvalue of pdi_spectrum_sound by Lanczos steps from a field of random numbers. */
+static double pdi_spectrum_lanczos(const pd_ctx *ctx, pdi_spectrum_work *w)
+{
+    const pd_grid *grid = w->flow->grid;
+    double diagonal[PDI_SPECTRUM_LANCZOS], off[PDI_SPECTRUM_LANCZOS], size, last = 0.0;
+    int n = 0;
+    for (int32_t i = 0; i < grid->total; i++)
+        w->now[i] = grid->kind[i] == PD_FLUID ? pdi_rng_uniform(1, 0, (uint64_t)i) - 0.5 : 0.0;
+    size = sqrt(pdi_spectrum_dot(grid, w->now, w->now));
+    while (n < PDI_SPECTRUM_LANCZOS && size > 1e-12 * last && size > 0.0) {
+        for (int32_t i = 0; i < grid->total; i++) w->now[i] /= size;
+        pdi_spectrum_sound(ctx, w);
+        diagonal[n] = pdi_spectrum_dot(grid, w->now, w->after);
+        for (int32_t i = 0; i < grid->total; i++) {
+            double next = w->after[i] - diagonal[n] * w->now[i] - (n ? size * w->before[i] : 0.0);
+            w->before[i] = w->now[i];
+            w->now[i] = grid->kind[i] == PD_FLUID ? next : 0.0;
+        }
+        last = fmax(last, fabs(diagonal[n]));
+        off[n++] = pdi_spectrum_dot(grid, w->now, w->now);
+        size = sqrt(off[n - 1]);
+    }
+    return n ? pdi_spectrum_tridiagonal(n, diagonal, off) : 0.0;
+}
+
+static pd_status pdi_spectrum_norm(pd_ctx *ctx, const pd_flow *flow, double *norm)
+{
+    int64_t total = flow->grid->total, size = (2 * PD_DIM + 3) * total;
+    double *field = NULL;
+    pdi_spectrum_work w;
+    PDI_TRY(PDI_NEW(ctx, "spectrum", size, field));
+    w.flow = flow;
+    w.now = field;
+    w.before = w.now + total;
+    w.after = w.before + total;
+    w.grad = w.after + total;
+    w.carrier = w.grad + PD_DIM * total;
+    *norm = sqrt(pdi_spectrum_lanczos(ctx, &w));
+    PDI_DELETE(ctx, size, field);
+    return PD_OK;
+}
+
+/* By how much walls raise the largest eigenvalue of -lap at most: a bond that is cut counts 1/t of its weight at the
+ * node itself, where without the wall it would count once (eq. 3.3). */
+static double pdi_spectrum_wall(const pd_bonds *bonds)
+{
+    double most = 0.0;
+    for (int32_t r = 0; r < bonds->rows; r++) {
+        const double *lap = pdi_bond_lap(bonds, bonds->node[r]);
+        double more = bonds->wall_lap[r];
+        for (int k = 0; k < bonds->stencil->count; k++)
+            if (!pdi_bond_open(bonds, r, k)) more -= lap[k];
+        most = fmax(most, more);
+    }
+    return most;
+}
+
+/* On rings the weights change from layer to layer: by rows. */
+static double pdi_spectrum_rings(const pd_bonds *bonds)
+{
+    double most = 0.0;
+    for (int32_t i = 0; i < bonds->grid->total; i++) {
+        double sum = 0.0;
+        if (bonds->grid->kind[i] != PD_FLUID) continue;
+        for (int k = 0; k < bonds->stencil->count; k++) sum += 2.0 * fabs(pdi_bond_lap(bonds, i)[k]);
+        if (bonds->ring.hoop) sum += bonds->ring.hoop[i / bonds->grid->stride[PD_DIM - 1]];
+        most = fmax(most, sum);
+    }
+    return most;
+}
+
+PDI_FN pd_status pdi_spectrum_build(pd_ctx *ctx, const pd_flow *flow, pd_spectrum *sp)
+{
+    const pd_stencil *s = flow->bonds->stencil;
+    memset(sp, 0, sizeof *sp);
+    sp->stencil = s;
+    sp->along = PDI_SPECTRUM_WAVES * (s->reach + 1);
+    sp->waves = 1;
+    for (int d = 0; d < PD_DIM; d++) sp->waves *= sp->along;
+    sp->cut = flow->bonds->rows > 0 || flow->bonds->ring.lap;
+    PDI_TRY(PDI_NEW(ctx, "spectrum", (int64_t)sp->waves * PD_DIM, sp->slope));
+    PDI_TRY(PDI_NEW(ctx, "spectrum", sp->waves, sp->spread));
+    PDI_TRY(PDI_NEW(ctx, "spectrum", sp->waves, sp->tie));
+    for (int w = 0; w < sp->waves; w++) {
+        double k[PD_DIM];
+        pdi_spectrum_vector(sp, w, k);
+        pdi_spectrum_symbol(s, k, sp->slope + (int64_t)w * PD_DIM, &sp->spread[w], &sp->tie[w]);
+        sp->laplacian = fmax(sp->laplacian, sp->spread[w]);
+    }
+    if (!sp->cut) return PD_OK;
+    if (flow->bonds->ring.lap) sp->laplacian = pdi_spectrum_rings(flow->bonds);
+    sp->wall = pdi_spectrum_wall(flow->bonds);
+    return pdi_spectrum_norm(ctx, flow, &sp->gradient);
+}
+
+PDI_FN void pdi_spectrum_free(pd_ctx *ctx, pd_spectrum *sp)
+{
+    PDI_DELETE(ctx, (int64_t)sp->waves * PD_DIM, sp->slope);
+    PDI_DELETE(ctx, sp->waves, sp->spread);
+    PDI_DELETE(ctx, sp->waves, sp->tie);
+    memset(sp, 0, sizeof *sp);
+}
+
 /* ======== >>unsteady.c ======== */
 /* unsteady: see unsteady.h */
 #include <math.h>
 #include <string.h>
-
-/* Stability of the three-stage method on the imaginary and on the negative real axis. */
-#define PDI_UNSTEADY_IMAGINARY 1.7320508
-#define PDI_UNSTEADY_REAL 2.51
 
 static double pdi_unsteady_pressure(const pd_unsteady_desc *d, double density)
 {
@@ -17307,7 +17675,7 @@ pd_status pd_unsteady_build(pd_ctx *ctx, pd_flow *flow, const pd_unsteady_desc *
             return pdi_fail(ctx, PD_ERR_ARGUMENT, "unsteady", "the pressure %g Pa of node %d has no density",
                             flow->p[i] * flow->rho, (int)i);
     }
-    return PD_OK;
+    return pdi_spectrum_build(ctx, flow, &un->spectrum);
 }
 
 /* Fill pressure and ghosts from the state. Inlets bring fluid of rest density. */
@@ -17413,33 +17781,45 @@ pd_status pd_unsteady_step(pd_ctx *ctx, pd_unsteady *un, double dt)
     return PD_OK;
 }
 
-double pd_unsteady_limit(pd_ctx *ctx, const pd_unsteady *un)
+/* Rounded up to whole parts of 1/128: limits are told anew when the state has changed by as much, and depend on
+ * nothing but the state. */
+static double pdi_unsteady_parts(double x) { return ceil(128.0 * x) / 128.0; }
+
+/* What the linear flow of the present state is at most: key [PD_DIM+2] largest components of the velocity over c0,
+ * local over rest speed of sound, largest specific volume over that at rest. */
+static void pdi_unsteady_extremes(const pd_unsteady *un, double *key)
 {
-    const pd_flow *flow = un->flow;
-    const pd_stencil *s = flow->bonds->stencil;
-    const pd_grid *grid = flow->grid;
-    double speed = 0.0, gradient = 0.0, lap = s->lap_sum, cut = 0.0;
-    (void)ctx;
+    const pd_grid *grid = un->flow->grid;
+    double high = 1.0, low = 1.0;
+    for (int d = 0; d < PD_DIM; d++) key[d] = 0.0;
     for (int32_t i = 0; i < grid->total; i++) {
-        double square = 0.0;
         if (!pdi_grid_open(grid->kind[i])) continue;
-        for (int d = 0; d < PD_DIM; d++) {
-            double u = flow->u[(int64_t)d * grid->total + i];
-            square += u * u;
-        }
-        speed = fmax(speed, square);
+        for (int d = 0; d < PD_DIM; d++) key[d] = fmax(key[d], fabs(un->flow->u[(int64_t)d * grid->total + i]));
+        if (grid->kind[i] != PD_FLUID) continue;
+        high = fmax(high, un->density[i]);
+        low = fmin(low, un->density[i]);
     }
-    for (int d = 0; d < PD_DIM; d++) {
-        double sum = 0.0;
-        for (int k = 0; k < s->count; k++) sum += fabs(s->grad[k * PD_DIM + d]);
-        gradient += sum * sum;
-    }
-    for (int32_t r = 0; r < flow->bonds->rows; r++) cut = fmax(cut, flow->bonds->wall_lap[r]);
-    double acoustic = (un->desc.sound + sqrt(speed)) * sqrt(gradient);
-    /* pressure flux: tau c0^2 (lap - div grad), bounded by its Laplacian part */
-    double diffusive = 2.0 * lap * un->flow->tau * un->desc.sound * un->desc.sound;
-    double viscous = flow->nu * (2.0 * lap + cut);
-    return 1.0 / (acoustic / PDI_UNSTEADY_IMAGINARY + fmax(viscous, diffusive) / PDI_UNSTEADY_REAL);
+    for (int d = 0; d < PD_DIM; d++) key[d] = pdi_unsteady_parts(key[d] / un->desc.sound);
+    key[PD_DIM] = un->desc.eos == PD_EOS_TAIT ? pdi_unsteady_parts(pow(high, 0.5 * (un->desc.gamma - 1.0))) : 1.0;
+    key[PD_DIM + 1] = pdi_unsteady_parts(1.0 / low);
+}
+
+double pd_unsteady_limit(pd_ctx *ctx, pd_unsteady *un)
+{
+    double key[PD_DIM + 2], c = un->desc.sound;
+    int same = un->limit > 0.0;
+    (void)ctx;
+    pdi_unsteady_extremes(un, key);
+    for (int k = 0; k < PD_DIM + 2; k++) same = same && !(key[k] < un->key[k]) && !(key[k] > un->key[k]);
+    if (same) return un->limit;
+    pdi_spectrum_state q;
+    q.sound = c * key[PD_DIM];
+    q.viscosity = un->flow->nu * key[PD_DIM + 1];
+    q.tie = un->flow->tau * q.sound * q.sound;
+    for (int d = 0; d < PD_DIM; d++) q.speed[d] = c * key[d];
+    memcpy(un->key, key, sizeof key);
+    un->limit = pdi_spectrum_limit(&un->spectrum, &q);
+    return un->limit;
 }
 
 pd_status pd_unsteady_run(pd_ctx *ctx, pd_unsteady *un, double t_end)
@@ -17482,6 +17862,7 @@ void pd_unsteady_free(pd_ctx *ctx, pd_unsteady *un)
     PDI_DELETE(ctx, PD_DIM * total, un->mass);
     PDI_DELETE(ctx, (PD_DIM + 1) * total, un->start);
     PDI_DELETE(ctx, (PD_DIM + 1) * total, un->rate);
+    pdi_spectrum_free(ctx, &un->spectrum);
     memset(un, 0, sizeof *un);
 }
 
@@ -18176,8 +18557,9 @@ static void pdi_diffusion_quadratic(const double *xi, double *weight)
 }
 
 /* Solve a small dense system by elimination with pivoting; 0: singular. */
-static int pdi_diffusion_solve(int n, double a[][PD_DIFFUSION_TENSOR], double *b)
+static int pdi_diffusion_solve(double a[][PD_DIFFUSION_TENSOR], double *b)
 {
+    enum { n = PD_DIFFUSION_TENSOR };
     for (int c = 0; c < n; c++) {
         int pivot = c;
         for (int r = c + 1; r < n; r++)
@@ -18236,7 +18618,7 @@ static void pdi_diffusion_row(const pd_diffusion *d, int32_t r, const uint8_t *h
         }
         normal[p][p] += PDI_DIFFUSION_DAMPING * PDI_DIFFUSION_DAMPING * trace * trace;
     }
-    if (!pdi_diffusion_solve(N, normal, x)) memset(x, 0, N * sizeof *x);
+    if (!pdi_diffusion_solve(normal, x)) memset(x, 0, N * sizeof *x);
 }
 
 static void pdi_diffusion_keep(pd_diffusion *d, int32_t r, const uint8_t *held)
@@ -21549,6 +21931,18 @@ static pd_status pdi_corrode_bonds(pd_ctx *ctx, pd_corrode *r)
     return PD_OK;
 }
 
+/* What images of node i add to its share [1/s]: behind held planes it counts once more, elsewhere not at all. */
+static double pdi_corrode_mirrored(const pd_corrode *r, int32_t i)
+{
+    double sum = 0.0;
+    for (int k = 0; k < r->stencil->count && !pdi_phase_deep(&r->map, i); k++) {
+        int32_t j = i + r->map.shift[k];
+        int odd = r->map.phase[j] == PDI_PHASE_HELD || r->map.phase[j] == PDI_PHASE_NONE;
+        if (pdi_grid_image(r->grid, j, NULL) == i) sum += odd ? r->stencil->lap[k] : -r->stencil->lap[k];
+    }
+    return r->desc.activation ? 0.0 : r->desc.diffusivity * sum;
+}
+
 pd_status pd_corrode_build(pd_ctx *ctx, pd_grid *grid, const pd_stencil *stencil, const pd_corrode_desc *desc,
                            pd_corrode *r)
 {
@@ -21568,6 +21962,7 @@ pd_status pd_corrode_build(pd_ctx *ctx, pd_grid *grid, const pd_stencil *stencil
     PDI_TRY(pdi_corrode_factors(ctx, r));
     pdi_grid_line_shift(grid, stencil, r->line_shift);
     for (int k = 0; k < stencil->count; k++) r->diffusion += desc->diffusivity * stencil->lap[k];
+    for (int32_t b = 0; b < r->map.borders; b++) r->held = fmax(r->held, pdi_corrode_mirrored(r, r->map.border[b]));
     for (int32_t i = 0; i < grid->total; i++) {
         if (grid->kind[i] == PD_SOLID) r->c[i] = desc->solid;
         if (grid->kind[i] == PD_FLUID) r->c[i] = desc->activation ? desc->bulk : desc->initial;
@@ -21717,14 +22112,54 @@ static void pdi_corrode_rates(const pd_corrode *r, double *field, double *loss)
     *field = (r->desc.activation ? 0.0 : r->diffusion) + (difference ? cross * r->log_ratio : 0.0);
 }
 
-/* A node that turns fluid and keeps what it has lost has not less than none; another one loses no more than it had. */
-static double pdi_corrode_longest(const pd_corrode *r)
+/* A node that turns fluid and keeps what it has lost has not less than none, and another one loses no more than it had:
+ * contents that count, over Cs - Csat. */
+static double pdi_corrode_left(const pd_corrode *r)
+{
+    return r->desc.keep_deficit ? r->span / r->desc.saturation : 1.0;
+}
+
+/* Share of its content [1/s] that a step takes, at most: as if one node were the worst for all that it may lose. */
+static double pdi_corrode_at_most(const pd_corrode *r)
 {
     double field, loss;
     pdi_corrode_rates(r, &field, &loss);
-    double drop = r->desc.keep_deficit ? loss * r->span / r->desc.saturation : loss;
-    double rate = fmax(field, r->desc.drive == PD_DRIVE_CONSTANT ? drop : 0.0);
-    return rate > 0.0 ? 1.0 / rate : HUGE_VAL;
+    return fmax(field + r->held, r->desc.drive == PD_DRIVE_CONSTANT ? loss * pdi_corrode_left(r) : 0.0);
+}
+
+/* The same of each node, into next. */
+static void pdi_corrode_drain(void *user, int32_t first, int count)
+{
+    pd_corrode *r = (pd_corrode *)user;
+    double *drain = r->next + first, diffusivity = r->desc.activation ? 0.0 : r->desc.diffusivity;
+    double across = r->desc.drive == PD_DRIVE_DIFFERENCE ? r->log_ratio : 0.0;
+    int role = r->map.role[first];
+    for (int b = 0; b < count; b++) drain[b] = role == PDI_ROLE_WHOLE ? r->diffusion : 0.0;
+    for (int k = 0; k < r->stencil->count && role != PDI_ROLE_WHOLE; k++) {
+        const uint8_t *there = r->map.phase + first + r->map.shift[k];
+        const double *speed = r->speed + first, *factor = r->factor ? r->factor + first + r->map.shift[k] : NULL;
+        double weight = r->front.weight[k], lap = diffusivity * r->stencil->lap[k];
+        for (int b = 0; b < count && role == PDI_ROLE_EXPOSED; b++) drain[b] += weight * speed[b + r->map.shift[k]];
+        for (int b = 0; b < count && role == PDI_ROLE_SHORE; b++) {
+            double metal = there[b] == PDI_PHASE_SOLID ? across * weight * speed[b] : 0.0;
+            drain[b] += pdi_phase_wet(there[b]) ? lap : factor ? factor[b] * metal : metal;
+        }
+    }
+    for (int b = 0; b < count; b++) {
+        if (role != PDI_ROLE_EXPOSED) drain[b] += pdi_corrode_mirrored(r, first + b);
+        else drain[b] *= (r->factor ? r->factor[first + b] : 1.0) * (across > 0.0 ? across : pdi_corrode_left(r));
+    }
+}
+
+static double pdi_corrode_longest(const pd_ctx *ctx, pd_corrode *r)
+{
+    pdi_phase_walk walk = {0, 0, 0};
+    int32_t i, end;
+    double most = 0.0;
+    pdi_corrode_sweep(ctx, r, pdi_corrode_drain, r);
+    while (pdi_phase_next(&r->map, &walk, &i, &end))
+        for (int32_t j = i; j < end && r->map.role[i] != PDI_ROLE_IDLE; j++) most = fmax(most, r->next[j]);
+    return most > 0.0 ? 1.0 / most : HUGE_VAL;
 }
 
 /* Longest step that the share and the overshoot allow. */
@@ -21739,7 +22174,7 @@ static double pdi_corrode_accurate(const pd_corrode *r)
 pd_status pd_corrode_limit(pd_ctx *ctx, pd_corrode *r, double *limit)
 {
     PDI_TRY(pdi_corrode_prepare(ctx, r));
-    *limit = pdi_corrode_longest(r);
+    *limit = pdi_corrode_longest(ctx, r);
     return PD_OK;
 }
 
@@ -21994,10 +22429,11 @@ PDI_FN double pdi_corrode_lost(const pd_corrode *r)
 
 pd_status pd_corrode_step(pd_ctx *ctx, pd_corrode *r, double dt)
 {
-    double limit;
-    PDI_TRY(pd_corrode_limit(ctx, r, &limit));
+    double limit = dt;
+    PDI_TRY(pdi_corrode_prepare(ctx, r));
     if (!(dt > 0.0) || !(dt < 1e100))
         return pdi_fail(ctx, PD_ERR_ARGUMENT, "corrode", "a step of %g s, expected a positive one", dt);
+    if (dt * pdi_corrode_at_most(r) > 1.0) limit = pdi_corrode_longest(ctx, r);
     if (dt > limit * (1.0 + 1e-12))
         return pdi_fail(ctx, PD_RETRY, "corrode", "the step of %g s exceeds the limit of %g s", dt, limit);
     pdi_corrode_exchange(ctx, r, dt);
@@ -22010,8 +22446,9 @@ pd_status pd_corrode_run(pd_ctx *ctx, pd_corrode *r, double t_end)
 {
     while (r->time < t_end) {
         double left = t_end - r->time, limit;
-        PDI_TRY(pd_corrode_limit(ctx, r, &limit));
-        limit = fmin(limit, pdi_corrode_accurate(r));
+        PDI_TRY(pdi_corrode_prepare(ctx, r));
+        limit = pdi_corrode_accurate(r);
+        if (limit * pdi_corrode_at_most(r) > 1.0) limit = fmin(limit, pdi_corrode_longest(ctx, r));
         double count = ceil(left / limit * (1.0 - 1e-12));
         double dt = count > 1.0 ? left / count : left;
         double spare;
@@ -23747,7 +24184,7 @@ static pd_status pdi_sketch_raw(pdi_sketch *s, pd_shape *shape)
                                 "found a file of %.0f bytes, expected %.0f, one for each"
                                 " voxel", (double)size, voxels);
     else status = pdi_setup_mask(s->ctx, s->setup, size, &mask);
-    if (status == PD_OK) {
+    if (status == PD_OK && mask) {
         memcpy(mask, bytes, size);
         shape->mask = mask;
     }

@@ -221,6 +221,18 @@ static pd_status pdi_corrode_bonds(pd_ctx *ctx, pd_corrode *r)
     return PD_OK;
 }
 
+/* What images of node i add to its share [1/s]: behind held planes it counts once more, elsewhere not at all. */
+static double pdi_corrode_mirrored(const pd_corrode *r, int32_t i)
+{
+    double sum = 0.0;
+    for (int k = 0; k < r->stencil->count && !pdi_phase_deep(&r->map, i); k++) {
+        int32_t j = i + r->map.shift[k];
+        int odd = r->map.phase[j] == PDI_PHASE_HELD || r->map.phase[j] == PDI_PHASE_NONE;
+        if (pdi_grid_image(r->grid, j, NULL) == i) sum += odd ? r->stencil->lap[k] : -r->stencil->lap[k];
+    }
+    return r->desc.activation ? 0.0 : r->desc.diffusivity * sum;
+}
+
 pd_status pd_corrode_build(pd_ctx *ctx, pd_grid *grid, const pd_stencil *stencil, const pd_corrode_desc *desc,
                            pd_corrode *r)
 {
@@ -240,6 +252,7 @@ pd_status pd_corrode_build(pd_ctx *ctx, pd_grid *grid, const pd_stencil *stencil
     PDI_TRY(pdi_corrode_factors(ctx, r));
     pdi_grid_line_shift(grid, stencil, r->line_shift);
     for (int k = 0; k < stencil->count; k++) r->diffusion += desc->diffusivity * stencil->lap[k];
+    for (int32_t b = 0; b < r->map.borders; b++) r->held = fmax(r->held, pdi_corrode_mirrored(r, r->map.border[b]));
     for (int32_t i = 0; i < grid->total; i++) {
         if (grid->kind[i] == PD_SOLID) r->c[i] = desc->solid;
         if (grid->kind[i] == PD_FLUID) r->c[i] = desc->activation ? desc->bulk : desc->initial;
@@ -389,14 +402,54 @@ static void pdi_corrode_rates(const pd_corrode *r, double *field, double *loss)
     *field = (r->desc.activation ? 0.0 : r->diffusion) + (difference ? cross * r->log_ratio : 0.0);
 }
 
-/* A node that turns fluid and keeps what it has lost has not less than none; another one loses no more than it had. */
-static double pdi_corrode_longest(const pd_corrode *r)
+/* A node that turns fluid and keeps what it has lost has not less than none, and another one loses no more than it had:
+ * contents that count, over Cs - Csat. */
+static double pdi_corrode_left(const pd_corrode *r)
+{
+    return r->desc.keep_deficit ? r->span / r->desc.saturation : 1.0;
+}
+
+/* Share of its content [1/s] that a step takes, at most: as if one node were the worst for all that it may lose. */
+static double pdi_corrode_at_most(const pd_corrode *r)
 {
     double field, loss;
     pdi_corrode_rates(r, &field, &loss);
-    double drop = r->desc.keep_deficit ? loss * r->span / r->desc.saturation : loss;
-    double rate = fmax(field, r->desc.drive == PD_DRIVE_CONSTANT ? drop : 0.0);
-    return rate > 0.0 ? 1.0 / rate : HUGE_VAL;
+    return fmax(field + r->held, r->desc.drive == PD_DRIVE_CONSTANT ? loss * pdi_corrode_left(r) : 0.0);
+}
+
+/* The same of each node, into next. */
+static void pdi_corrode_drain(void *user, int32_t first, int count)
+{
+    pd_corrode *r = (pd_corrode *)user;
+    double *drain = r->next + first, diffusivity = r->desc.activation ? 0.0 : r->desc.diffusivity;
+    double across = r->desc.drive == PD_DRIVE_DIFFERENCE ? r->log_ratio : 0.0;
+    int role = r->map.role[first];
+    for (int b = 0; b < count; b++) drain[b] = role == PDI_ROLE_WHOLE ? r->diffusion : 0.0;
+    for (int k = 0; k < r->stencil->count && role != PDI_ROLE_WHOLE; k++) {
+        const uint8_t *there = r->map.phase + first + r->map.shift[k];
+        const double *speed = r->speed + first, *factor = r->factor ? r->factor + first + r->map.shift[k] : NULL;
+        double weight = r->front.weight[k], lap = diffusivity * r->stencil->lap[k];
+        for (int b = 0; b < count && role == PDI_ROLE_EXPOSED; b++) drain[b] += weight * speed[b + r->map.shift[k]];
+        for (int b = 0; b < count && role == PDI_ROLE_SHORE; b++) {
+            double metal = there[b] == PDI_PHASE_SOLID ? across * weight * speed[b] : 0.0;
+            drain[b] += pdi_phase_wet(there[b]) ? lap : factor ? factor[b] * metal : metal;
+        }
+    }
+    for (int b = 0; b < count; b++) {
+        if (role != PDI_ROLE_EXPOSED) drain[b] += pdi_corrode_mirrored(r, first + b);
+        else drain[b] *= (r->factor ? r->factor[first + b] : 1.0) * (across > 0.0 ? across : pdi_corrode_left(r));
+    }
+}
+
+static double pdi_corrode_longest(const pd_ctx *ctx, pd_corrode *r)
+{
+    pdi_phase_walk walk = {0, 0, 0};
+    int32_t i, end;
+    double most = 0.0;
+    pdi_corrode_sweep(ctx, r, pdi_corrode_drain, r);
+    while (pdi_phase_next(&r->map, &walk, &i, &end))
+        for (int32_t j = i; j < end && r->map.role[i] != PDI_ROLE_IDLE; j++) most = fmax(most, r->next[j]);
+    return most > 0.0 ? 1.0 / most : HUGE_VAL;
 }
 
 /* Longest step that the share and the overshoot allow. */
@@ -411,7 +464,7 @@ static double pdi_corrode_accurate(const pd_corrode *r)
 pd_status pd_corrode_limit(pd_ctx *ctx, pd_corrode *r, double *limit)
 {
     PDI_TRY(pdi_corrode_prepare(ctx, r));
-    *limit = pdi_corrode_longest(r);
+    *limit = pdi_corrode_longest(ctx, r);
     return PD_OK;
 }
 
@@ -666,10 +719,11 @@ PDI_FN double pdi_corrode_lost(const pd_corrode *r)
 
 pd_status pd_corrode_step(pd_ctx *ctx, pd_corrode *r, double dt)
 {
-    double limit;
-    PDI_TRY(pd_corrode_limit(ctx, r, &limit));
+    double limit = dt;
+    PDI_TRY(pdi_corrode_prepare(ctx, r));
     if (!(dt > 0.0) || !(dt < 1e100))
         return pdi_fail(ctx, PD_ERR_ARGUMENT, "corrode", "a step of %g s, expected a positive one", dt);
+    if (dt * pdi_corrode_at_most(r) > 1.0) limit = pdi_corrode_longest(ctx, r);
     if (dt > limit * (1.0 + 1e-12))
         return pdi_fail(ctx, PD_RETRY, "corrode", "the step of %g s exceeds the limit of %g s", dt, limit);
     pdi_corrode_exchange(ctx, r, dt);
@@ -682,8 +736,9 @@ pd_status pd_corrode_run(pd_ctx *ctx, pd_corrode *r, double t_end)
 {
     while (r->time < t_end) {
         double left = t_end - r->time, limit;
-        PDI_TRY(pd_corrode_limit(ctx, r, &limit));
-        limit = fmin(limit, pdi_corrode_accurate(r));
+        PDI_TRY(pdi_corrode_prepare(ctx, r));
+        limit = pdi_corrode_accurate(r);
+        if (limit * pdi_corrode_at_most(r) > 1.0) limit = fmin(limit, pdi_corrode_longest(ctx, r));
         double count = ceil(left / limit * (1.0 - 1e-12));
         double dt = count > 1.0 ? left / count : left;
         double spare;

@@ -85,6 +85,7 @@ typedef struct pd_corrode {
     double fastest;    /* [m/s] largest speed */
     int64_t active;    /* nodes that change in a step */
     double diffusion;  /* [1/s] D sum a(n) */
+    double held;       /* [1/s] and what images of a node behind held planes add to it, at most */
     double time;       /* [s] */
     double start;      /* [mol] (per m in 2D, per m2 in 1D) solid and dissolved at first */
     double out;        /* [mol] gone through held sides and held fluid */

@@ -30,8 +30,9 @@ static void pdi_diffusion_quadratic(const double *xi, double *weight)
 }
 
 /* Solve a small dense system by elimination with pivoting; 0: singular. */
-static int pdi_diffusion_solve(int n, double a[][PD_DIFFUSION_TENSOR], double *b)
+static int pdi_diffusion_solve(double a[][PD_DIFFUSION_TENSOR], double *b)
 {
+    enum { n = PD_DIFFUSION_TENSOR };
     for (int c = 0; c < n; c++) {
         int pivot = c;
         for (int r = c + 1; r < n; r++)
@@ -90,7 +91,7 @@ static void pdi_diffusion_row(const pd_diffusion *d, int32_t r, const uint8_t *h
         }
         normal[p][p] += PDI_DIFFUSION_DAMPING * PDI_DIFFUSION_DAMPING * trace * trace;
     }
-    if (!pdi_diffusion_solve(N, normal, x)) memset(x, 0, N * sizeof *x);
+    if (!pdi_diffusion_solve(normal, x)) memset(x, 0, N * sizeof *x);
 }
 
 static void pdi_diffusion_keep(pd_diffusion *d, int32_t r, const uint8_t *held)

@@ -258,8 +258,9 @@ static double pdi_krylov_arnoldi(const pdi_krylov_run *run, int j, double *w, do
 static void pdi_krylov_rotate(int j, double *h, double *cs, double *sn, double *g)
 {
     for (int i = 0; i < j; i++) {
-        double t = cs[i] * h[i] + sn[i] * h[i + 1];
-        h[i + 1] = cs[i] * h[i + 1] - sn[i] * h[i];
+        /* two sums: a sum beside a difference gcc 12 fuses even with -ffp-contract=off */
+        double t = cs[i] * h[i] + sn[i] * h[i + 1], back = -sn[i];
+        h[i + 1] = cs[i] * h[i + 1] + back * h[i];
         h[i] = t;
     }
     double radius = hypot(h[j], h[j + 1]);

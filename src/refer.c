@@ -9,7 +9,7 @@ PDI_FN pd_status pdi_refer_path(pd_ctx *ctx, pd_text *text, int section, const c
     PDI_TRY(pd_text_string(ctx, text, section, key, NULL, &name));
     size_t above = name[0] == '/' ? 0 : strlen(folder), size = strlen(name) + 1;
     if (above + size > PD_PATH_SIZE) return pd_text_refuse(ctx, text, section, key, "the path is too long");
-    memcpy(path, folder, above);
+    memcpy(path, folder, above + 1);
     memcpy(path + above, name, size);
     return PD_OK;
 }

@@ -143,7 +143,7 @@ static pd_status pdi_sketch_raw(pdi_sketch *s, pd_shape *shape)
                                 "found a file of %.0f bytes, expected %.0f, one for each"
                                 " voxel", (double)size, voxels);
     else status = pdi_setup_mask(s->ctx, s->setup, size, &mask);
-    if (status == PD_OK) {
+    if (status == PD_OK && mask) {
         memcpy(mask, bytes, size);
         shape->mask = mask;
     }

@@ -44,7 +44,7 @@ static int pdi_store_sealed(const uint8_t *head, size_t size)
 static void pdi_store_head(uint8_t head[PDI_STORE_HEAD])
 {
     memset(head, 0, PDI_STORE_HEAD);
-    memcpy(head, PDI_STORE_MAGIC, 8);
+    for (int k = 0; k < 8; k++) head[k] = (uint8_t)PDI_STORE_MAGIC[k];
     pdi_store_put(head + PDI_STORE_AT_ORDER, PDI_STORE_ORDER);
     pdi_store_put(head + PDI_STORE_AT_FORMAT, PD_STORE_FORMAT);
     pdi_store_put(head + PDI_STORE_AT_DIM, PD_DIM);
@@ -181,7 +181,7 @@ static pd_status pdi_store_write(pd_ctx *ctx, pd_store *s, const char *name, con
     size_t bytes = (size_t)count * size;
     PD_ASSERT(strlen(name) < PD_STORE_NAME);
     memset(head, 0, sizeof head);
-    memcpy(head, name, strlen(name));
+    memcpy(head, name, strlen(name) + 1);
     memcpy(head + PDI_STORE_AT_COUNT, &number, sizeof number);
     pdi_store_put(head + PDI_STORE_AT_SIZE, (uint32_t)size);
     pdi_store_seal(head, sizeof head);
@@ -222,7 +222,10 @@ pd_status pd_store_check(pd_ctx *ctx, pd_store *s, const char *name, double valu
     char was[PDI_NUMBER_SIZE], is[PDI_NUMBER_SIZE];
     double kept = value;
     PDI_TRY(pd_store_bytes(ctx, s, name, &kept, sizeof kept, 1));
-    if (memcmp(&kept, &value, sizeof kept) == 0) return PD_OK;
+    uint64_t bits, expected; /* what is no number equals itself */
+    memcpy(&bits, &kept, sizeof bits);
+    memcpy(&expected, &value, sizeof expected);
+    if (bits == expected) return PD_OK;
     pdi_file_number(kept, was);
     pdi_file_number(value, is);
     return pdi_fail(ctx, PD_ERR_ARGUMENT, "store", "'%s' is of another run: %s = %s, expected %s", s->file.path, name,

@@ -4,10 +4,6 @@
 #include <math.h>
 #include <string.h>
 
-/* Stability of the three-stage method on the imaginary and on the negative real axis. */
-#define PDI_UNSTEADY_IMAGINARY 1.7320508
-#define PDI_UNSTEADY_REAL 2.51
-
 static double pdi_unsteady_pressure(const pd_unsteady_desc *d, double density)
 {
     double c2 = d->sound * d->sound;
@@ -53,7 +49,7 @@ pd_status pd_unsteady_build(pd_ctx *ctx, pd_flow *flow, const pd_unsteady_desc *
             return pdi_fail(ctx, PD_ERR_ARGUMENT, "unsteady", "the pressure %g Pa of node %d has no density",
                             flow->p[i] * flow->rho, (int)i);
     }
-    return PD_OK;
+    return pdi_spectrum_build(ctx, flow, &un->spectrum);
 }
 
 /* Fill pressure and ghosts from the state. Inlets bring fluid of rest density. */
@@ -159,33 +155,45 @@ pd_status pd_unsteady_step(pd_ctx *ctx, pd_unsteady *un, double dt)
     return PD_OK;
 }
 
-double pd_unsteady_limit(pd_ctx *ctx, const pd_unsteady *un)
+/* Rounded up to whole parts of 1/128: limits are told anew when the state has changed by as much, and depend on
+ * nothing but the state. */
+static double pdi_unsteady_parts(double x) { return ceil(128.0 * x) / 128.0; }
+
+/* What the linear flow of the present state is at most: key [PD_DIM+2] largest components of the velocity over c0,
+ * local over rest speed of sound, largest specific volume over that at rest. */
+static void pdi_unsteady_extremes(const pd_unsteady *un, double *key)
 {
-    const pd_flow *flow = un->flow;
-    const pd_stencil *s = flow->bonds->stencil;
-    const pd_grid *grid = flow->grid;
-    double speed = 0.0, gradient = 0.0, lap = s->lap_sum, cut = 0.0;
-    (void)ctx;
+    const pd_grid *grid = un->flow->grid;
+    double high = 1.0, low = 1.0;
+    for (int d = 0; d < PD_DIM; d++) key[d] = 0.0;
     for (int32_t i = 0; i < grid->total; i++) {
-        double square = 0.0;
         if (!pdi_grid_open(grid->kind[i])) continue;
-        for (int d = 0; d < PD_DIM; d++) {
-            double u = flow->u[(int64_t)d * grid->total + i];
-            square += u * u;
-        }
-        speed = fmax(speed, square);
+        for (int d = 0; d < PD_DIM; d++) key[d] = fmax(key[d], fabs(un->flow->u[(int64_t)d * grid->total + i]));
+        if (grid->kind[i] != PD_FLUID) continue;
+        high = fmax(high, un->density[i]);
+        low = fmin(low, un->density[i]);
     }
-    for (int d = 0; d < PD_DIM; d++) {
-        double sum = 0.0;
-        for (int k = 0; k < s->count; k++) sum += fabs(s->grad[k * PD_DIM + d]);
-        gradient += sum * sum;
-    }
-    for (int32_t r = 0; r < flow->bonds->rows; r++) cut = fmax(cut, flow->bonds->wall_lap[r]);
-    double acoustic = (un->desc.sound + sqrt(speed)) * sqrt(gradient);
-    /* pressure flux: tau c0^2 (lap - div grad), bounded by its Laplacian part */
-    double diffusive = 2.0 * lap * un->flow->tau * un->desc.sound * un->desc.sound;
-    double viscous = flow->nu * (2.0 * lap + cut);
-    return 1.0 / (acoustic / PDI_UNSTEADY_IMAGINARY + fmax(viscous, diffusive) / PDI_UNSTEADY_REAL);
+    for (int d = 0; d < PD_DIM; d++) key[d] = pdi_unsteady_parts(key[d] / un->desc.sound);
+    key[PD_DIM] = un->desc.eos == PD_EOS_TAIT ? pdi_unsteady_parts(pow(high, 0.5 * (un->desc.gamma - 1.0))) : 1.0;
+    key[PD_DIM + 1] = pdi_unsteady_parts(1.0 / low);
+}
+
+double pd_unsteady_limit(pd_ctx *ctx, pd_unsteady *un)
+{
+    double key[PD_DIM + 2], c = un->desc.sound;
+    int same = un->limit > 0.0;
+    (void)ctx;
+    pdi_unsteady_extremes(un, key);
+    for (int k = 0; k < PD_DIM + 2; k++) same = same && !(key[k] < un->key[k]) && !(key[k] > un->key[k]);
+    if (same) return un->limit;
+    pdi_spectrum_state q;
+    q.sound = c * key[PD_DIM];
+    q.viscosity = un->flow->nu * key[PD_DIM + 1];
+    q.tie = un->flow->tau * q.sound * q.sound;
+    for (int d = 0; d < PD_DIM; d++) q.speed[d] = c * key[d];
+    memcpy(un->key, key, sizeof key);
+    un->limit = pdi_spectrum_limit(&un->spectrum, &q);
+    return un->limit;
 }
 
 pd_status pd_unsteady_run(pd_ctx *ctx, pd_unsteady *un, double t_end)
@@ -228,5 +236,6 @@ void pd_unsteady_free(pd_ctx *ctx, pd_unsteady *un)
     PDI_DELETE(ctx, PD_DIM * total, un->mass);
     PDI_DELETE(ctx, (PD_DIM + 1) * total, un->start);
     PDI_DELETE(ctx, (PD_DIM + 1) * total, un->rate);
+    pdi_spectrum_free(ctx, &un->spectrum);
     memset(un, 0, sizeof *un);
 }

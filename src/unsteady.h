@@ -6,7 +6,7 @@
  */
 #ifndef PD_UNSTEADY_H
 #define PD_UNSTEADY_H
-#include "flow.h"
+#include "spectrum.h"
 
 typedef enum pd_eos {
     PD_EOS_TAIT = 0,  /* p = rho0 c0^2/gamma ((rho/rho0)^gamma - 1); Monaghan 1994 */
@@ -28,6 +28,8 @@ typedef struct pd_unsteady {
     double *mass;          /* [PD_DIM][total] [m/s] rho v/rho0, work */
     double *start;         /* [PD_DIM+1][total] [m/s], [-] state at the start of the step: v, then density */
     double *rate;          /* [PD_DIM+1][total] [m/s2], [1/s] time derivatives of the stage */
+    pd_spectrum spectrum;  /* of the linear flow, for the limit */
+    double key[PD_DIM + 2], limit; /* [-] [s] the limit told last, and for which state */
     double time;           /* [s] */
     int64_t steps;
 } pd_unsteady;
@@ -41,8 +43,9 @@ typedef struct pd_unsteady {
 /* Starts from the velocity and pressure in flow (borrowed). PD_ERR_ARGUMENT: sound not positive, gamma below 1,
  * negative diffusion or cfl. */
 PD_API pd_status pd_unsteady_build(pd_ctx *ctx, pd_flow *flow, const pd_unsteady_desc *desc, pd_unsteady *unsteady);
-/* Stability limit [s] of the present state (cfl not applied): acoustic, viscous and density diffusion together. */
-PD_API double pd_unsteady_limit(pd_ctx *ctx, const pd_unsteady *unsteady);
+/* Stability limit [s] of the present state (cfl not applied): sound, stream, viscosity and density diffusion of one
+ * wave, the worst; beside walls of the norms of all of them (eq. 4.14). */
+PD_API double pd_unsteady_limit(pd_ctx *ctx, pd_unsteady *unsteady);
 /* One step of dt [s]. PD_RETRY, state unchanged: a density became non-positive or a value not finite. */
 PD_API pd_status pd_unsteady_step(pd_ctx *ctx, pd_unsteady *unsteady, double dt);
 /* Steps of cfl times the limit up to t_end [s]; rejected steps are halved. PD_ERR_STATE: 20 halvings did not help. */

@@ -369,6 +369,37 @@ TEST(step_beyond_the_limit)
     scene_free(s);
 }
 
+/* Beside a side that holds fluid without metal a node loses to its own image too: a step at the limit takes all that it
+ * has, and no more. In the corner of two such sides likewise. */
+TEST(held_side_at_the_limit)
+{
+    for (int sides = 1; sides <= PD_DIM; sides++) {
+        double limit, lowest = HUGE_VAL;
+        scene *s = scene_start(20, 12, 12);
+        half_space(s, 14.0 * H);
+        for (int d = 0; d < sides; d++) s->grid_desc.side[2 * d] = PD_SIDE_INLET;
+        s->desc.activation = 0;
+        s->desc.diffusivity = 1e-9;
+        s->speed = 1e-9;
+        if (!scene_build(s)) return;
+        for (int at = 0; at < 8; at++) {
+            int i[PD_DIM];
+            double *c = s->corrode.c;
+            for (int32_t k = 0; k < s->grid.total; k++)
+                if (s->grid.kind[k] == PD_FLUID) c[k] = 0.0;
+            for (int d = 0; d < PD_DIM; d++) i[d] = d < sides ? at : 6;
+            int32_t node = pd_grid_node(&s->grid, i);
+            c[node] = 0.9 * CSAT;
+            CHECK_OK(&s->ctx, pd_corrode_limit(&s->ctx, &s->corrode, &limit));
+            CHECK_OK(&s->ctx, pd_corrode_step(&s->ctx, &s->corrode, limit));
+            CHECK_LE(-1e-14 * CSAT, c[node]);
+            lowest = fmin(lowest, c[node]);
+        }
+        CHECK_LE(lowest, 1e-2 * CSAT);
+        scene_free(s);
+    }
+}
+
 static double no_number(void *user, double c)
 {
     (void)user;
@@ -409,4 +440,4 @@ TEST(bad_input)
 TEST_MAIN(ENTRY(flat_front_speed) ENTRY(flat_front_with_long_steps) OF_DIM ENTRY(pencil_electrode)
           ENTRY(amounts_are_conserved) ENTRY(saturation_pauses) ENTRY(threads_do_not_matter) ENTRY(kept_sums)
               ENTRY(factor_is_a_speed) ENTRY(factors_conserve) ENTRY(passive_film) ENTRY(repassivation_remembers)
-                  ENTRY(step_beyond_the_limit) ENTRY(bad_input))
+                  ENTRY(step_beyond_the_limit) ENTRY(held_side_at_the_limit) ENTRY(bad_input))

@@ -16,7 +16,10 @@ for tool in "$@"; do
         cppcheck) cppcheck --quiet --std=c99 --enable=warning,portability,performance --inline-suppr \
             --suppress=memsetClassFloat --suppress=uninitvar --suppress=ctuuninitvar --error-exitcode=1 -DPD_DIM=$dim \
             -DPDI_SPLIT -UPDCORR_IMPLEMENTATION -U_WIN32 -U_OPENMP src || found=1 ;;
-        clang-tidy) clang-tidy --quiet src/*.c -- -std=c99 -DPD_DIM=$dim -DPDI_SPLIT -Isrc 2> /dev/null || found=1 ;;
+        # One file at a time: what it knows of va_list spills over from one to the next (clang-tidy 14).
+        clang-tidy) for file in src/*.c; do
+                clang-tidy --quiet "$file" -- -std=c99 -DPD_DIM=$dim -DPDI_SPLIT -Isrc 2> /dev/null || found=1
+            done ;;
         esac
     done
 done

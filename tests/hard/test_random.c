@@ -60,7 +60,7 @@ static int random_scene(dice *d, int kind, char *text, size_t size)
 {
     static uint8_t solid[MOST], wall[MOST];
     static const char *const sides[] = {"noslip", "mirror", "periodic", "noslip"};
-    int n[3] = {1, 1, 1}, cells = 1, least = kind == 1 ? 9 : 1, most = PD_DIM == 3 ? kind ? 9 : 7 : 16, walled;
+    int n[3] = {1, 1, 1}, cells = 1, least = kind == 1 ? 9 : 1, most = PD_DIM == 3 ? kind == 1 ? 9 : 7 : 16, walled;
     int m = 1 + choose(d, PD_DIM == 3 ? 2 : 4);
     for (int a = 0; a < PD_DIM; a++) cells *= n[a] = least + choose(d, most - least + 1);
     walled = choose(d, 3) == 0 && kind < 2;
@@ -97,8 +97,10 @@ static int random_scene(dice *d, int kind, char *text, size_t size)
         add(text, size, "\n[dissolve] threshold = %.3g", choose(d, 3) ? 0.0 : roll(d, 0.0, 0.9) * csat / 1000.0);
     if (kind == 3) add(text, size, "  time = explicit");
     if (kind == 2) add(text, size, "  drive = %s", choose(d, 2) ? "difference" : "constant");
-    add(text, size, "\nrate = %.3g um/h * (1 - C/Csat)  Cs = 1 mol/L  Csat = %.3g mol/m3\n[run] until = 1 h%s\n",
-        pow(10.0, roll(d, 0.0, 2.0)), csat, kind < 2 ? "" : "  max_step = 30 min");
+    /* explicit steps are as short as diffusion over a cell */
+    double until = kind == 3 && PD_DIM == 3 ? fmin(3600.0, 1e3 * 1e-10 / diffusivity) : 3600.0;
+    add(text, size, "\nrate = %.3g um/h * (1 - C/Csat)  Cs = 1 mol/L  Csat = %.3g mol/m3\n[run] until = %.6g s%s\n",
+        pow(10.0, roll(d, 0.0, 2.0)), csat, until, kind < 2 ? "" : "  max_step = 30 min");
     return 1;
 }
 

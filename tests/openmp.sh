@@ -1,0 +1,67 @@
+#!/bin/sh
+# Runs of programs built with OpenMP, on one and on three threads, and of programs built without it and with fewer
+# optimisations, write the same bytes: flow, transport and dissolution in 2D, bond-based corrosion in 3D.
+build=${BUILD:-build}
+case $build in /*) ;; *) build=$PWD/$build ;; esac
+dir=$(mktemp -d) || exit 1
+trap 'rm -rf "$dir"' EXIT
+passed=0 failed=0
+
+# verdict TEXT: count; the last command has judged.
+verdict() {
+    if [ $? = 0 ]; then
+        passed=$((passed + 1))
+    else
+        failed=$((failed + 1))
+        echo "$1: failed"
+        sed 's/^/  /' "$dir/log"
+    fi
+}
+
+cat > "$dir/2.scene" << 'END'
+[grid]      h = 10 um   m = 3   box = -200 um .. 600 um, -150 um .. 150 um
+[shape pin] box = 0 .. 100 um, -50 um .. 50 um   kind = solid   material = mg4ag   grains = 40 um
+[side x-]   flow = inlet   profile = parabola   mean = 0.01 m/s   C = 0
+[side x+]   flow = outlet
+[flow]      rho = 1000 kg/m3   mu = 1e-3 Pa s
+[transport] D = 1e-9 m2/s
+[dissolve]  rate = 1.3 um/h * (1 - C/Csat)   Csat = 56 mol/m3   gb_factor = 3
+[run]       until = 2 h   fraction = 0.03
+[output]    every = 1 h   fields = C, v, kind   images = C
+[probe a]   at = 100 um, 0
+[force pin] box = -150 um .. 200 um, -100 um .. 100 um   balance = no
+[total all]
+END
+cat > "$dir/3.scene" << 'END'
+[grid]        h = 1 um   m = 3   box = -12 um .. 12 um, -12 um .. 12 um, -8 um .. 8 um
+[shape block] box = -12 um .. 12 um, -12 um .. 12 um, -8 um .. 0 um
+[shape pit]   ball = 0 um, 0 um, 0 um   radius = 4 um
+[shape metal] difference = block, pit   kind = solid   material = steel304
+[side z+]     flow = open
+[corrode]     Cs = 143 mol/L   Csat = 5.1 mol/L   D = 8.5e-10 m2/s   current = 5 A/cm2
+[run]         until = 0.1 s   max_step = 0.02 s
+[output]      every = 0.05 s   fields = C, kind   images = C   slice = y 0.5 um
+[total all]
+END
+
+for dim in 2 3; do
+    # the flags of this build but the level, so that the compiler has other chances to change sums
+    MAKEFLAGS= make -s BUILD="$dir/plain" CC="${CC:-cc}" OPENMP=0 \
+        CFLAGS='-std=c99 -O1 $(NATIVE) -ffp-contract=off' "$dir/plain/pd${dim}d" > "$dir/log" 2>&1
+    verdict "${dim}D without OpenMP builds"
+    for threads in 1 3; do
+        OMP_NUM_THREADS=$threads "$build/pd${dim}d" "$dir/$dim.scene" --out "$dir/with_${dim}_$threads" --quiet \
+            > "$dir/log" 2>&1
+        verdict "${dim}D on $threads threads ends"
+    done
+    "$dir/plain/pd${dim}d" "$dir/$dim.scene" --out "$dir/without_$dim" --quiet > "$dir/log" 2>&1
+    verdict "${dim}D without OpenMP ends"
+    [ "$(ls "$dir/without_$dim" | wc -l)" -ge 5 ]
+    verdict "${dim}D writes files"
+    for threads in 1 3; do
+        diff -rq "$dir/with_${dim}_$threads" "$dir/without_$dim" > "$dir/log" 2>&1
+        verdict "${dim}D on $threads threads: the same bytes as without OpenMP"
+    done
+done
+echo "$passed passed, $failed failed"
+[ "$failed" = 0 ]
