@@ -260,9 +260,9 @@ static pd_status counts_pin(bench *b)
     for (int k = 0; k < 3; k++)
         if (!b->quick || k == 1) PDI_TRY(counts_pin_level(b, h[k], b->quick ? 2 : COUNT_SOLVES));
     bench_table(b, "Evaluations for the flow past the pin (`mg_pin_2d`), residual 1e-8");
-    bench_note(b, "Why 50 evaluations for a re-solve are missed: it takes four Newton steps of 5 to 22 iterations. Exact "
-                  "inverses of the velocity block in the place of one cycle each would take a third of them off, "
-                  "friction and the change of the stream in the commutator next to nothing.");
+    bench_note(b, "Why 50 evaluations for a re-solve are missed: it takes four Newton steps of 5 to 22 iterations. "
+                  "Exact inverses of the velocity block in the place of one cycle each would take a third of them "
+                  "off, friction and the change of the stream in the commutator next to nothing.");
     return PD_OK;
 }
 
