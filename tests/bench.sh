@@ -41,24 +41,24 @@ at_most() {
 }
 
 # What is counted today and a few per cent, since compilers round differently.
-at_most 320 evals case=counts part=pin h=1e-05
-at_most 265 evals_again case=counts part=pin h=1e-05
+at_most 132 evals case=counts part=pin h=1e-05
+at_most 86 evals_again case=counts part=pin h=1e-05
 at_most 1e-8 residual case=counts part=pin h=1e-05
 at_most 32 krylov case=counts part=transport n=16 limited=0 courant=0.1
 at_most 38 krylov case=counts part=transport n=16 limited=0 courant=10000
-at_most 46 krylov case=counts part=transport n=16 limited=1
+at_most 43 krylov case=counts part=transport n=16 limited=1
 at_most 33 krylov case=counts part=transport n=32 limited=0 courant=0.1
 at_most 38 krylov case=counts part=transport n=32 limited=0 courant=10000
-at_most 53 krylov case=counts part=transport n=32 limited=1
-at_most 55 evals case=counts part=implicit n=16
-at_most 46 evals case=counts part=implicit n=32
-at_most 265 evals case=scenes name=mg_pin_2d
-at_most 200 evals case=scenes name=mg_pin_axi
-at_most 465 evals case=scenes name=channel3d_3d
-at_most 15 steps case=scenes name=channel3d_3d
+at_most 52 krylov case=counts part=transport n=32 limited=1
+at_most 46 evals case=counts part=implicit n=16
+at_most 38 evals case=counts part=implicit n=32
+at_most 104 evals case=scenes name=mg_pin_2d
+at_most 113 evals case=scenes name=mg_pin_axi
+at_most 57 evals case=scenes name=channel3d_3d
+at_most 7 steps case=scenes name=channel3d_3d
 at_most 150 steps case=study dim=1 part=pulse level=1
 at_most 200 steps case=study dim=1 part=pencil level=0
-at_most 97 evals case=study dim=2 part=poiseuille level=0
+at_most 80 evals case=study dim=2 part=poiseuille level=0
 # The three ways to the Laplacian agree.
 at_most 1e-12 err_max dim=2 part=agreement
 at_most 1e-12 err_max dim=3 part=agreement

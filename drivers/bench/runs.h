@@ -47,8 +47,7 @@ static const scene_run scene_runs[] = {
 #else
 static const scene_run scene_runs[] = {
     {NULL, "mg_pin_3d.scene", {"run.until=1 h", NULL}, {NULL}, 0.0, 0.0},
-    {NULL, "validation/channel3d_3d.scene", {"grid.h=0.1 m", "run.until=5 s", NULL},
-     {"grid.h=0.25 m", "run.until=0.5 s", NULL}, 0.0, 0.0},
+    {NULL, "validation/channel3d_3d.scene", {NULL}, {"grid.h=0.25 m", "run.until=0.5 s", NULL}, 100.0, 0.0},
     {"uniform_cu_3d_slab", "uniform_cu_3d.scene", /* 128 x 128 x 64 nodes; with this share about 650 steps */
      {"grid.box=-64 um .. 64 um, -64 um .. 64 um, -32 um .. 32 um",
       "shape.metal.box=-58 um .. 58 um, -58 um .. 58 um, -26 um .. 26 um", "corrode.share=0.02", "run.until=150 s",
