@@ -23555,14 +23555,14 @@ static void pdi_budget_lattice(const pd_setup *u, pd_budget *b)
 
 static void pdi_budget_flow(const pd_setup *u, pd_budget *b)
 {
-    double coarse_u, coarse_p, restart = PD_DIM == 3 ? 41.0 : 61.0, values = 3.0 * PD_DIM + 1.0;
+    double coarse_u, coarse_p, bases = 21.0, values = 3.0 * PD_DIM + 1.0;
     if (!u->has_flow) return;
     for (int s = 0; s < 2 * PD_DIM; s++)
         for (int d = 0; d < PD_DIM; d++)
             if (fabs(u->side[s].slide[d]) > 0.0) values = 4.0 * PD_DIM + 1.0;
     if (u->motion == PD_MOTION_STEADY || u->motion == PD_MOTION_IMPLICIT) {
         values += 7.0 * (PD_DIM + 1) + PD_DIM + 1.0; /* vectors of the solvers */
-        b->bytes[PD_PART_FLOW] += 4.0 * restart * (PD_DIM + 1) * (b->fluid + b->solid);
+        b->bytes[PD_PART_FLOW] += 4.0 * bases * (PD_DIM + 1) * (b->fluid + b->solid);
         b->bytes[PD_PART_FLOW] += b->cells * (pdi_budget_compact(1) + pdi_budget_compact(0) +
                                               pdi_budget_multigrid(0, 0, &coarse_u) +
                                               pdi_budget_multigrid(1, 0, &coarse_p));
