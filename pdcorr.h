@@ -3487,7 +3487,8 @@ PD_API void pd_corrode_open(pd_corrode *corrode);
 PD_API pd_status pd_corrode_limit(pd_ctx *ctx, pd_corrode *corrode, double *limit);
 /* One step of forward Euler by dt [s]. PD_RETRY: dt exceeds the limit, nothing changed. PD_ERR_STATE as above. */
 PD_API pd_status pd_corrode_step(pd_ctx *ctx, pd_corrode *corrode, double dt);
-/* Steps up to t_end [s], each as long as the limit, the share and (with fluid that is not held) the overshoot allow. */
+/* Steps up to t_end [s], each as long as a bound of 0.5 to 1 of the limit, the share and (with fluid that is not held)
+ * the overshoot allow. */
 PD_API pd_status pd_corrode_run(pd_ctx *ctx, pd_corrode *corrode, double t_end);
 /* Amounts [mol, per m in 2D, per m2 in 1D] in solid and in fluid nodes. */
 PD_API double pd_corrode_solid(const pd_corrode *corrode);
@@ -22448,7 +22449,9 @@ pd_status pd_corrode_run(pd_ctx *ctx, pd_corrode *r, double t_end)
         double left = t_end - r->time, limit;
         PDI_TRY(pdi_corrode_prepare(ctx, r));
         limit = pdi_corrode_accurate(r);
-        if (limit * pdi_corrode_at_most(r) > 1.0) limit = fmin(limit, pdi_corrode_longest(ctx, r));
+        /* at the limit proper a node may take all from its neighbours: beyond Csat by a step of its own each time */
+        double most = pdi_corrode_at_most(r);
+        if (limit * most > 1.0) limit = 1.0 / most;
         double count = ceil(left / limit * (1.0 - 1e-12));
         double dt = count > 1.0 ? left / count : left;
         double spare;

@@ -738,7 +738,9 @@ pd_status pd_corrode_run(pd_ctx *ctx, pd_corrode *r, double t_end)
         double left = t_end - r->time, limit;
         PDI_TRY(pdi_corrode_prepare(ctx, r));
         limit = pdi_corrode_accurate(r);
-        if (limit * pdi_corrode_at_most(r) > 1.0) limit = fmin(limit, pdi_corrode_longest(ctx, r));
+        /* at the limit proper a node may take all from its neighbours: beyond Csat by a step of its own each time */
+        double most = pdi_corrode_at_most(r);
+        if (limit * most > 1.0) limit = 1.0 / most;
         double count = ceil(left / limit * (1.0 - 1e-12));
         double dt = count > 1.0 ? left / count : left;
         double spare;

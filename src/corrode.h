@@ -116,7 +116,8 @@ PD_API void pd_corrode_open(pd_corrode *corrode);
 PD_API pd_status pd_corrode_limit(pd_ctx *ctx, pd_corrode *corrode, double *limit);
 /* One step of forward Euler by dt [s]. PD_RETRY: dt exceeds the limit, nothing changed. PD_ERR_STATE as above. */
 PD_API pd_status pd_corrode_step(pd_ctx *ctx, pd_corrode *corrode, double dt);
-/* Steps up to t_end [s], each as long as the limit, the share and (with fluid that is not held) the overshoot allow. */
+/* Steps up to t_end [s], each as long as a bound of 0.5 to 1 of the limit, the share and (with fluid that is not held)
+ * the overshoot allow. */
 PD_API pd_status pd_corrode_run(pd_ctx *ctx, pd_corrode *corrode, double t_end);
 /* Amounts [mol, per m in 2D, per m2 in 1D] in solid and in fluid nodes. */
 PD_API double pd_corrode_solid(const pd_corrode *corrode);
