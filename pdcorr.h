@@ -2533,6 +2533,8 @@ PD_API pd_status pd_steady_solve(pd_ctx *ctx, pd_steady *steady, pd_steady_resul
 PD_API void pd_steady_free(pd_ctx *ctx, pd_steady *steady);
 
 #ifdef PDI_INTERNAL
+/* Default restart of GMRES: it keeps one basis vector more. */
+#define PDI_STEADY_RESTART 20
 /* What solves carry on beside the flow. */
 PDI_FN pd_status pdi_steady_store(pd_ctx *ctx, pd_steady *steady, pd_store *store);
 /* Solve R(u, p) + rate (u - target) = 0 from the state in flow: a stage of an implicit step. tolerance [-]: of the
@@ -16935,7 +16937,7 @@ pd_status pd_steady_build(pd_ctx *ctx, pd_flow *flow, const pd_steady_desc *desc
     if (!(s->desc.tolerance > 0.0)) s->desc.tolerance = 1e-6;
     if (!s->desc.max_newton) s->desc.max_newton = 60;
     if (!s->desc.max_krylov) s->desc.max_krylov = 300;
-    if (!s->desc.restart) s->desc.restart = 20;
+    if (!s->desc.restart) s->desc.restart = PDI_STEADY_RESTART;
     int64_t size = pdi_steady_size(flow);
     pd_krylov_desc kd;
     pd_multigrid_desc md;
@@ -23558,7 +23560,7 @@ static void pdi_budget_lattice(const pd_setup *u, pd_budget *b)
 
 static void pdi_budget_flow(const pd_setup *u, pd_budget *b)
 {
-    double coarse_u, coarse_p, bases = 21.0, values = 3.0 * PD_DIM + 1.0;
+    double coarse_u, coarse_p, bases = PDI_STEADY_RESTART + 1.0, values = 3.0 * PD_DIM + 1.0;
     if (!u->has_flow) return;
     for (int s = 0; s < 2 * PD_DIM; s++)
         for (int d = 0; d < PD_DIM; d++)

@@ -1,5 +1,6 @@
 /* budget: see budget.h */
 #include "budget.h"
+#include "steady.h"
 #include <math.h>
 #include <string.h>
 
@@ -85,7 +86,7 @@ static void pdi_budget_lattice(const pd_setup *u, pd_budget *b)
 
 static void pdi_budget_flow(const pd_setup *u, pd_budget *b)
 {
-    double coarse_u, coarse_p, bases = 21.0, values = 3.0 * PD_DIM + 1.0;
+    double coarse_u, coarse_p, bases = PDI_STEADY_RESTART + 1.0, values = 3.0 * PD_DIM + 1.0;
     if (!u->has_flow) return;
     for (int s = 0; s < 2 * PD_DIM; s++)
         for (int d = 0; d < PD_DIM; d++)

@@ -53,6 +53,8 @@ PD_API pd_status pd_steady_solve(pd_ctx *ctx, pd_steady *steady, pd_steady_resul
 PD_API void pd_steady_free(pd_ctx *ctx, pd_steady *steady);
 
 #ifdef PDI_INTERNAL
+/* Default restart of GMRES: it keeps one basis vector more. */
+#define PDI_STEADY_RESTART 20
 /* What solves carry on beside the flow. */
 PDI_FN pd_status pdi_steady_store(pd_ctx *ctx, pd_steady *steady, pd_store *store);
 /* Solve R(u, p) + rate (u - target) = 0 from the state in flow: a stage of an implicit step. tolerance [-]: of the
