@@ -37,7 +37,7 @@
  *   span       of each lattice line along axis 0, the stretch that holds fluid or may come to hold it.
  *   ghost      fills the ghosts that stand for fluid nodes: images behind periodic and mirror sides, and outlets.
  *   ring       the weights of bonds on an axisymmetric lattice, whose nodes are rings around the axis r = 0.
- *   bond       rows of open bonds for fluid nodes whose family is cut, and runs of nodes whose family is whole.
+ *   bond       rows of open bonds for fluid nodes whose family is cut, and stretches of nodes whose family is whole.
  *   port       the fluid nodes beside inlets and outlets, and what their bonds end on.
  *   grain      Voronoi grains of a polycrystal and the volume fraction of their boundaries.
  *   line       the Laplacian of nodes with whole families by lines along axis 0.
@@ -64,6 +64,7 @@
  *   progress   one line of text with the share done and the time left. The library prints nothing; a driver shows the
  *   material   properties of metals that dissolve, as presets with their sources, and their kinetics as data.
  *   flow       peridynamic Navier-Stokes operator: momentum and continuity residuals, their linearisation, flux sections.
+ *   product    the flow equations linearised about the present state, applied in single precision.
  *   force      what a flow does to walls and solids, in two ways that share nothing but the fields.
  *   schur      the inverse of the Schur complement of the pressure, as nearly as a preconditioner needs it (theory: eq. 4.9).
  *   steady     steady flow by Newton's method on the peridynamic residual.
@@ -938,7 +939,7 @@ PD_API void pd_ring_free(pd_ctx *ctx, pd_ring *ring);
 #endif
 
 /* ======== >>bond.h ======== */
-/* bond: rows of open bonds for fluid nodes whose family is cut, and runs of nodes whose family is whole.
+/* bond: rows of open bonds for fluid nodes whose family is cut, and stretches of nodes whose family is whole.
  *
  * A bond is open when both ends and every cell that its straight line passes are open (fluid, inlet, outlet, image), so
  * a wall one node thick separates its two sides. A cut bond meets the surface at the fraction t of its length: on the
@@ -951,6 +952,12 @@ PD_API void pd_ring_free(pd_ctx *ctx, pd_ring *ring);
 
 /* Velocity [m/s] at position x [m]. */
 typedef void (*pd_velocity_fn)(void *user, const double *x, double *u);
+
+/* Nodes that are consecutive along axis 0. */
+typedef struct pd_stretches {
+    int32_t count, capacity;
+    int32_t *first, *length; /* [capacity] */
+} pd_stretches;
 
 typedef struct pd_bonds {
     const pd_stencil *stencil;
@@ -976,10 +983,8 @@ typedef struct pd_bonds {
                           * (eq. 3.5) */
     double *carrier;     /* [capacity][PD_DIM][PD_DIM] [-] makes the flux through the bonds of a cut family that of a
                           * whole one (eq. 4.2b): the transpose of what eq. 3.5 makes of g, inlets included */
-    int32_t runs, run_capacity;
-    int32_t *run_first, *run_length; /* nodes with whole families, consecutive along axis 0 */
-    int32_t batches, batch_capacity;
-    int32_t *batch_first, *batch_length; /* plain rows whose nodes are consecutive along axis 0 */
+    pd_stretches whole; /* nodes with whole families */
+    pd_stretches cut;   /* nodes of plain rows; the rows of a stretch are consecutive, too */
 } pd_bonds;
 
 #define pd_bonds_build PD_NAME(pd_bonds_build)
@@ -992,7 +997,7 @@ PD_API pd_status pd_bonds_build(pd_ctx *ctx, const pd_stencil *stencil, const pd
                                 pd_bonds *bonds);
 /* The kinds of `count` nodes have changed: renew the rows within one reach of them, nothing else. */
 PD_API pd_status pd_bonds_update(pd_ctx *ctx, const int32_t *changed, int32_t count, pd_bonds *bonds);
-/* O(N): openness is mutual, rows stand in order, batches and runs cover every fluid node once.
+/* O(N): openness is mutual, rows stand in order, the stretches cover every fluid node once.
  * PD_ERR_INTERNAL otherwise. */
 PD_API pd_status pd_bonds_validate(pd_ctx *ctx, const pd_bonds *bonds);
 PD_API void pd_bonds_free(pd_ctx *ctx, pd_bonds *bonds);
@@ -2402,13 +2407,10 @@ PD_API double pd_flow_section_nodes(pd_ctx *ctx, const pd_flow *flow, int axis, 
 PD_API void pd_flow_free(pd_ctx *ctx, pd_flow *flow);
 
 #ifdef PDI_INTERNAL
-/* Fields of one operator evaluation. Residual: (carrier of u, u, u). Linearised product: (carrier of du, u, du) and
- * frozen = carrier of u. */
+/* Fields of one evaluation. */
 typedef struct pdi_flow_terms {
-    const double *mass;    /* carrier: convects `carried`; its divergence is the continuity term [m/s] */
-    const double *carried; /* [m/s] */
-    const double *viscous; /* under the Laplacian [m/s] */
-    const double *frozen;  /* carrier: convects `viscous`, or NULL [m/s] */
+    const double *mass;    /* carrier: convects u; its divergence is the continuity term [m/s] */
+    const double *u;       /* [m/s] */
     const double *p;       /* [m2/s2] */
     const double *grad;    /* gradient of p [m/s2] */
     const double *force;   /* [PD_DIM] [m/s2], or NULL */
@@ -2429,6 +2431,45 @@ PDI_FN double pdi_flow_bond_flux(const pd_flow *flow, int32_t i, int k);
 /* Volume per time [m3/s, per m in planar 2D] that bonds to inlets bring, and what they would with the velocity of the
  * inlets at both ends. */
 PDI_FN double pdi_flow_entering(pd_ctx *ctx, pd_flow *flow, double *given);
+#endif
+
+#endif
+
+/* ======== >>product.h ======== */
+/* product: the flow equations linearised about the present state, applied in single precision.
+ *
+ * A Newton step solves for its correction to a few digits, so the products of its Krylov method need no more; what is
+ * solved is decided by the residual (flow.h), which stays in double precision. Lengths count in cells and velocities in
+ * the reference speed, both rounded to powers of two: units leave no trace in the digits and cannot overflow.
+ */
+#ifndef PD_PRODUCT_H
+#define PD_PRODUCT_H
+
+typedef struct pd_product {
+    const pd_flow *flow;
+    double speed, length; /* [m/s] [m] units */
+    float *weight;        /* [count][2*PD_DIM+1] [-] grad, xi and lap of the bonds */
+    float *frozen;        /* [2*PD_DIM][total] [-] carrier and velocity of the state */
+    float *along;         /* [3*PD_DIM+1][total] [-] carrier, velocity, pressure gradient and pressure of the step */
+    double *swell;        /* [total] [1/s] divergence of the carrier of the state */
+} pd_product;
+
+#ifdef PDI_INTERNAL
+/* A step (du, dp) with filled ghosts. */
+typedef struct pdi_product_step {
+    const double *carrier; /* [PD_DIM][total] [m/s] of du (pdi_flow_carrier) */
+    const double *u;       /* [PD_DIM][total] [m/s] */
+    const double *p;       /* [total] [m2/s2] */
+    const double *grad;    /* [PD_DIM][total] [m/s2] gradient of p */
+} pdi_product_step;
+PDI_FN pd_status pdi_product_build(pd_ctx *ctx, const pd_flow *flow, pd_product *product);
+PDI_FN void pdi_product_free(pd_ctx *ctx, pd_product *product);
+/* Linearise about the state that the flow was prepared with last (pd_flow_prepare). */
+PDI_FN void pdi_product_freeze(const pd_ctx *ctx, pd_product *product);
+/* yu [PD_DIM][total] [m/s2], yc [total] [1/s] = derivative of the residuals of pd_flow_residual along the step, to
+ * seven digits of their largest terms. */
+PDI_FN void pdi_product_apply(const pd_ctx *ctx, const pd_product *product, const pdi_product_step *step, double *yu,
+                              double *yc);
 #endif
 
 #endif
@@ -2504,6 +2545,7 @@ typedef struct pd_steady {
     pd_compact compact_u, compact_p;
     pd_multigrid mg_u, mg_p;
     pd_krylov krylov;
+    pd_product product;
     double *residual;                   /* [PD_DIM+1][total] [-] scaled */
     double *step, *work;                /* [PD_DIM+1][total] [m/s], last row [m2/s2] */
     double *carrier;                    /* [PD_DIM][total] [m/s] of the linearised velocity, work */
@@ -2893,10 +2935,13 @@ typedef struct pd_convect {
     const pd_ports *ports;
     const double *absorb;          /* [total] [1/s] */
     double rate;                   /* [1/s] of the term in time: 1 over the step, or 0 */
+    double lean[PD_DIM];           /* [-] a(n) xi over g(n), where that is one number for all bonds ... */
+    int even;                      /* ... 1: it is */
+    double *drive;                 /* [PD_DIM+1][total] w [m/s] and q [m2/s] that the volume fluxes are told from */
     double *flux;                  /* [count/2][total] [1/s] volume fluxes F of the first half of the bonds: those of
                                     * the others are what their far ends have, negated. NULL in 3D, where telling them
                                     * anew takes no longer than reading them, and for fluid at rest */
-    double *conduct;               /* [count][capacity] [1/s] conductances of the bonds of rows */
+    double *conduct;               /* [capacity/64][count][64] [1/s] conductances of the bonds of rows */
     int32_t capacity;              /* rows */
     double *port_flux, *port_bond; /* [port_capacity][count] [1/s] volume fluxes, and conductances, of the bonds of
                                     * nodes beside ports */
@@ -8682,68 +8727,46 @@ static void pdi_bond_sort(pd_bonds *b)
     }
 }
 
-static void pdi_bond_free_runs(pd_ctx *ctx, pd_bonds *b)
+static void pdi_bond_free_stretches(pd_ctx *ctx, pd_stretches *list)
 {
-    PDI_DELETE(ctx, b->run_capacity, b->run_first);
-    PDI_DELETE(ctx, b->run_capacity, b->run_length);
-    b->runs = 0;
+    PDI_DELETE(ctx, list->capacity, list->first);
+    PDI_DELETE(ctx, list->capacity, list->length);
+    list->count = 0;
 }
 
-static void pdi_bond_free_batches(pd_ctx *ctx, pd_bonds *b)
+/* List the plain rows (cut) or the nodes with whole families, up to the capacity; their number. */
+static int32_t pdi_bond_list(const pd_bonds *b, int cut, pd_stretches *list)
 {
-    PDI_DELETE(ctx, b->batch_capacity, b->batch_first);
-    PDI_DELETE(ctx, b->batch_capacity, b->batch_length);
-    b->batches = 0;
-}
-
-static pd_status pdi_bond_runs(pd_ctx *ctx, pd_bonds *b)
-{
-    for (int pass = 0; pass < 2; pass++) {
-        int32_t runs = 0, length = 0;
-        for (int32_t node = 0; node <= b->grid->total; node++) {
-            int whole = node < b->grid->total && b->grid->kind[node] == PD_FLUID && b->row[node] < 0;
-            if (whole) length++;
-            if (whole || length == 0) continue;
-            if (pass) {
-                b->run_first[runs] = node - length;
-                b->run_length[runs] = length;
-            }
-            runs++;
-            length = 0;
-        }
-        b->runs = runs;
-        if (pass == 0 && runs > b->run_capacity) {
-            pdi_bond_free_runs(ctx, b);
-            b->run_capacity = runs + runs / 4 + 16;
-            PDI_TRY(PDI_NEW(ctx, "bond", b->run_capacity, b->run_first));
-            PDI_TRY(PDI_NEW(ctx, "bond", b->run_capacity, b->run_length));
-        }
-    }
-    return PD_OK;
-}
-
-static pd_status pdi_bond_batches(pd_ctx *ctx, pd_bonds *b)
-{
-    for (int pass = 0; pass < 2; pass++) {
-        int32_t batches = 0, length = 0;
-        for (int32_t r = 0; r < b->plain; r++) {
+    int32_t count = 0, length = 0;
+    for (int32_t node = 0; node <= b->grid->total; node++) {
+        int32_t row = node < b->grid->total ? b->row[node] : -1;
+        int fluid = node < b->grid->total && b->grid->kind[node] == PD_FLUID;
+        if (fluid && (cut ? row >= 0 && row < b->plain : row < 0)) {
             length++;
-            if (r + 1 < b->plain && b->node[r + 1] == b->node[r] + 1) continue;
-            if (pass) {
-                b->batch_first[batches] = r + 1 - length;
-                b->batch_length[batches] = length;
-            }
-            batches++;
-            length = 0;
+            continue;
         }
-        b->batches = batches;
-        if (pass == 0 && batches > b->batch_capacity) {
-            pdi_bond_free_batches(ctx, b);
-            b->batch_capacity = batches + batches / 4 + 16;
-            PDI_TRY(PDI_NEW(ctx, "bond", b->batch_capacity, b->batch_first));
-            PDI_TRY(PDI_NEW(ctx, "bond", b->batch_capacity, b->batch_length));
+        if (length == 0) continue;
+        if (count < list->capacity) {
+            list->first[count] = node - length;
+            list->length[count] = length;
         }
+        count++;
+        length = 0;
     }
+    return count;
+}
+
+static pd_status pdi_bond_stretches(pd_ctx *ctx, const pd_bonds *b, int cut, pd_stretches *list)
+{
+    int32_t count = pdi_bond_list(b, cut, list);
+    if (count > list->capacity) {
+        pdi_bond_free_stretches(ctx, list);
+        list->capacity = count + count / 4 + 16;
+        PDI_TRY(PDI_NEW(ctx, "bond", list->capacity, list->first));
+        PDI_TRY(PDI_NEW(ctx, "bond", list->capacity, list->length));
+        pdi_bond_list(b, cut, list);
+    }
+    list->count = count;
     return PD_OK;
 }
 
@@ -8751,8 +8774,8 @@ static pd_status pdi_bond_batches(pd_ctx *ctx, pd_bonds *b)
 static pd_status pdi_bond_arrange(pd_ctx *ctx, pd_bonds *b)
 {
     pdi_bond_sort(b);
-    PDI_TRY(pdi_bond_runs(ctx, b));
-    return pdi_bond_batches(ctx, b);
+    PDI_TRY(pdi_bond_stretches(ctx, b, 0, &b->whole));
+    return pdi_bond_stretches(ctx, b, 1, &b->cut);
 }
 
 /* Give `node` the row that its family needs, or none. */
@@ -8848,12 +8871,12 @@ PDI_FN void pdi_bond_sweep(const pd_ctx *ctx, const pd_bonds *bonds, int64_t wor
     PDI_PARALLEL(nt)
     {
         PDI_FOR
-        for (int32_t r = 0; r < bonds->runs; r++)
-            pdi_bond_pieces(bonds->run_first[r], -1, bonds->run_length[r], most, run, user);
+        for (int32_t s = 0; s < bonds->whole.count; s++)
+            pdi_bond_pieces(bonds->whole.first[s], -1, bonds->whole.length[s], most, run, user);
         PDI_FOR
-        for (int32_t b = 0; b < bonds->batches; b++)
-            pdi_bond_pieces(bonds->node[bonds->batch_first[b]], bonds->batch_first[b], bonds->batch_length[b], most,
-                            run, user);
+        for (int32_t s = 0; s < bonds->cut.count; s++)
+            pdi_bond_pieces(bonds->cut.first[s], bonds->row[bonds->cut.first[s]], bonds->cut.length[s], most, run,
+                            user);
         PDI_FOR
         for (int32_t r = bonds->plain; r < bonds->rows; r++) run(user, bonds->node[r], r, 1);
     }
@@ -8904,11 +8927,11 @@ pd_status pd_bonds_validate(pd_ctx *ctx, const pd_bonds *b)
 {
     const pd_stencil *s = b->stencil;
     int64_t covered = b->rows - b->plain;
-    for (int32_t r = 0; r < b->batches; r++) covered += b->batch_length[r];
-    for (int32_t r = 0; r < b->runs; r++) covered += b->run_length[r];
+    for (int32_t k = 0; k < b->whole.count; k++) covered += b->whole.length[k];
+    for (int32_t k = 0; k < b->cut.count; k++) covered += b->cut.length[k];
     if (covered != pd_grid_count(b->grid, PD_FLUID))
-        return pdi_fail(ctx, PD_ERR_INTERNAL, "bond", "rows and runs cover %.0f of %.0f fluid nodes", (double)covered,
-                        (double)pd_grid_count(b->grid, PD_FLUID));
+        return pdi_fail(ctx, PD_ERR_INTERNAL, "bond", "rows and stretches cover %.0f of %.0f fluid nodes",
+                        (double)covered, (double)pd_grid_count(b->grid, PD_FLUID));
     for (int32_t r = 0; r < b->rows; r++) {
         int plain = r < b->plain, ordered = r == 0 || r == b->plain || b->node[r - 1] < b->node[r];
         if (b->row[b->node[r]] != r || b->inlet[r] == plain || !ordered)
@@ -8936,8 +8959,8 @@ void pd_bonds_free(pd_ctx *ctx, pd_bonds *b)
     pdi_spans_free(ctx, &b->spans);
     pd_ring_free(ctx, &b->ring);
     pdi_bond_free_rows(ctx, b);
-    pdi_bond_free_runs(ctx, b);
-    pdi_bond_free_batches(ctx, b);
+    pdi_bond_free_stretches(ctx, &b->whole);
+    pdi_bond_free_stretches(ctx, &b->cut);
     memset(b, 0, sizeof *b);
 }
 
@@ -16128,94 +16151,81 @@ void pd_flow_prepare(pd_ctx *ctx, pd_flow *flow)
 typedef struct pdi_flow_sums {
     double momentum[PD_DIM][PDI_FLOW_BLOCK]; /* convective and viscous terms but for v_i times the fluxes */
     double flux[PDI_FLOW_BLOCK];             /* of `mass` */
-    double flux2[PDI_FLOW_BLOCK];            /* of `frozen`, in a linearised product */
     double tie[PDI_FLOW_BLOCK];              /* fourth-order pressure difference (eq. 4.4) */
 } pdi_flow_sums;
 
 /* What a block of nodes i .. i+count-1 reads again for each of its bonds. */
 typedef struct pdi_flow_own {
-    double mass[PD_DIM][PDI_FLOW_BLOCK], frozen[PD_DIM][PDI_FLOW_BLOCK], viscous[PD_DIM][PDI_FLOW_BLOCK];
-    double grad[PD_DIM][PDI_FLOW_BLOCK], p[PDI_FLOW_BLOCK];
+    double mass[PD_DIM][PDI_FLOW_BLOCK], u[PD_DIM][PDI_FLOW_BLOCK], grad[PD_DIM][PDI_FLOW_BLOCK], p[PDI_FLOW_BLOCK];
     double open[PDI_FLOW_BLOCK]; /* 1 or 0: the bond in hand is open or closed */
 } pdi_flow_own;
 
-PDI_INLINE void pdi_flow_own_load(const pd_flow *flow, const pdi_flow_terms *t, int32_t i, int count, int linear,
+PDI_INLINE void pdi_flow_own_load(const pd_flow *flow, const pdi_flow_terms *t, int32_t i, int count,
                                   pdi_flow_own *PD_RESTRICT own)
 {
     for (int d = 0; d < PD_DIM; d++) {
         int64_t at = (int64_t)d * flow->grid->total + i;
         for (int b = 0; b < count; b++) own->mass[d][b] = t->mass[at + b];
-        for (int b = 0; b < count && linear; b++) own->frozen[d][b] = t->frozen[at + b];
-        for (int b = 0; b < count; b++) own->viscous[d][b] = t->viscous[at + b];
+        for (int b = 0; b < count; b++) own->u[d][b] = t->u[at + b];
         for (int b = 0; b < count; b++) own->grad[d][b] = t->grad[at + b];
     }
     for (int b = 0; b < count; b++) own->p[b] = t->p[i + b];
 }
 
 /* Add bond k of the nodes i .. i+count-1. open: 1 or 0 for each of them, NULL: 1. tied: 1, or 0 when the bond carries
- * no pressure. Inlined with constants for `count`, `open` and `linear`. */
+ * no pressure. Inlined with constants for `count` and `open`. */
 PDI_INLINE void pdi_flow_bond(const pd_flow *flow, const pdi_flow_terms *t, const pdi_flow_own *PD_RESTRICT own,
-                              int32_t i, int k, int count, const double *PD_RESTRICT open, double tied, int linear,
+                              int32_t i, int k, int count, const double *PD_RESTRICT open, double tied,
                               pdi_flow_sums *PD_RESTRICT sums)
 {
     const pd_stencil *s = flow->bonds->stencil;
     int64_t total = flow->grid->total, far = (int64_t)i + flow->bonds->shift[k];
-    const double *mass = t->mass + far, *carried = t->carried + far, *viscous = t->viscous + far;
-    const double *frozen = linear ? t->frozen + far : NULL, *p = t->p + far, *grad = t->grad + far;
+    const double *mass = t->mass + far, *u = t->u + far, *p = t->p + far, *grad = t->grad + far;
     const double *g = s->grad + k * PD_DIM, *xi = s->xi + k * PD_DIM, *a = pdi_bond_lap(flow->bonds, i) + k;
     double twice_nu = 2.0 * flow->nu, share = pdi_bond_flux(flow->bonds, i, k);
     int ring = PD_DIM == 2 && flow->bonds->ring.flux;
     for (int b = 0; b < count; b++) {
-        double flux = 0.0, flux2 = 0.0, tie = 2.0 * (p[b] - own->p[b]), gain;
+        double flux = 0.0, tie = 2.0 * (p[b] - own->p[b]), gain;
         for (int d = 0; d < PD_DIM; d++) {
             flux += g[d] * (own->mass[d][b] + mass[d * total + b]);
-            if (linear) flux2 += g[d] * (own->frozen[d][b] + frozen[d * total + b]);
             tie -= xi[d] * (own->grad[d][b] + grad[d * total + b]);
         }
-        if (ring) { /* the circumference half way against that at the node */
-            flux *= share;
-            flux2 *= share;
-        }
-        gain = (linear ? flux2 : flux) - twice_nu * *a;
+        if (ring) flux *= share; /* the circumference half way against that at the node */
+        gain = flux - twice_nu * *a;
         tie *= *a;
         if (open) {
             flux *= open[b];
-            flux2 *= open[b];
             tie *= tied * open[b];
             gain *= open[b];
         }
         sums->flux[b] += flux;
-        if (linear) sums->flux2[b] += flux2;
         sums->tie[b] += tie;
-        for (int d = 0; d < PD_DIM; d++) {
-            sums->momentum[d][b] += gain * (viscous[d * total + b] - own->viscous[d][b]);
-            if (linear) sums->momentum[d][b] += flux * carried[d * total + b];
-        }
+        for (int d = 0; d < PD_DIM; d++) sums->momentum[d][b] += gain * (u[d * total + b] - own->u[d][b]);
     }
 }
 
-/* All bonds of nodes with whole families. Inlined with constants for `count` and `linear`. */
-PDI_INLINE void pdi_flow_whole(const pd_flow *flow, const pdi_flow_terms *t, int32_t i, int count, int linear,
+/* All bonds of nodes with whole families. Inlined with a constant for `count`. */
+PDI_INLINE void pdi_flow_whole(const pd_flow *flow, const pdi_flow_terms *t, int32_t i, int count,
                                pdi_flow_own *PD_RESTRICT own, pdi_flow_sums *PD_RESTRICT sums)
 {
-    pdi_flow_own_load(flow, t, i, count, linear, own);
+    pdi_flow_own_load(flow, t, i, count, own);
     for (int k = 0; k < flow->bonds->stencil->count; k++)
-        pdi_flow_bond(flow, t, own, i, k, count, NULL, 1.0, linear, sums);
+        pdi_flow_bond(flow, t, own, i, k, count, NULL, 1.0, sums);
 }
 
 /* The bonds that the rows from r have open, likewise. Bonds to inlets carry no pressure. */
 PDI_INLINE void pdi_flow_cut(const pd_flow *flow, const pdi_flow_terms *t, int32_t i, int32_t r, int count,
-                             int linear, pdi_flow_own *PD_RESTRICT own, pdi_flow_sums *PD_RESTRICT sums)
+                             pdi_flow_own *PD_RESTRICT own, pdi_flow_sums *PD_RESTRICT sums)
 {
     const pd_bonds *bonds = flow->bonds;
     pdi_bond_gate gate = {NULL, 0};
-    pdi_flow_own_load(flow, t, i, count, linear, own);
+    pdi_flow_own_load(flow, t, i, count, own);
     for (int k = 0; k < bonds->stencil->count; k++) {
         if (!(k & 31)) pdi_bond_gate_load(bonds, r, k, count, &gate);
         if (!pdi_bond_gate_any(&gate, k)) continue;
         for (int b = 0; b < count; b++) own->open[b] = pdi_bond_gate_lane(&gate, k, b);
         double tied = r >= bonds->plain && flow->grid->kind[i + bonds->shift[k]] == PD_INLET ? 0.0 : 1.0;
-        pdi_flow_bond(flow, t, own, i, k, count, own->open, tied, linear, sums);
+        pdi_flow_bond(flow, t, own, i, k, count, own->open, tied, sums);
     }
 }
 
@@ -16229,29 +16239,26 @@ static void pdi_flow_block(const pd_flow *flow, const pdi_flow_terms *t, int32_t
     const pd_bonds *bonds = flow->bonds;
     const double *hoop = bonds->ring.hoop;
     int64_t total = flow->grid->total;
-    int linear = t->frozen != NULL;
     enum { whole = PDI_FLOW_BLOCK };
     pdi_flow_own own;
     pdi_flow_sums sums;
     memset(&sums, 0, sizeof sums);
-    if (count == whole && row < 0 && linear) pdi_flow_whole(flow, t, i, whole, 1, &own, &sums);
-    else if (count == whole && row < 0) pdi_flow_whole(flow, t, i, whole, 0, &own, &sums);
-    else if (count == whole && linear) pdi_flow_cut(flow, t, i, row, whole, 1, &own, &sums);
-    else if (count == whole) pdi_flow_cut(flow, t, i, row, whole, 0, &own, &sums);
-    else if (row < 0) pdi_flow_whole(flow, t, i, count, linear, &own, &sums);
-    else pdi_flow_cut(flow, t, i, row, count, linear, &own, &sums);
+    if (count == whole && row < 0) pdi_flow_whole(flow, t, i, whole, &own, &sums);
+    else if (count == whole) pdi_flow_cut(flow, t, i, row, whole, &own, &sums);
+    else if (row < 0) pdi_flow_whole(flow, t, i, count, &own, &sums);
+    else pdi_flow_cut(flow, t, i, row, count, &own, &sums);
     for (int b = 0; b < count; b++) rc[i + b] = sums.flux[b] - 0.5 * flow->tau * sums.tie[b];
     for (int d = 0; d < PD_DIM; d++) {
         double force = t->force ? t->force[d] : 0.0;
         double turn = hoop && d == PD_DIM - 1 ? hoop[i / flow->grid->stride[d]] : 0.0;
         for (int b = 0; b < count; b++) {
             int64_t at = d * total + i + b;
-            double flux = 0.5 * (linear ? sums.flux2[b] : sums.flux[b]), bend = 0.0, lap = turn;
+            double bend = 0.0, lap = turn;
             if (row >= 0) {
                 lap += bonds->wall_lap[row + b];
                 bend = bonds->wall_curv[row + b];
             }
-            ru[at] = 0.5 * sums.momentum[d][b] + (flux + flow->nu * lap) * t->viscous[at] +
+            ru[at] = 0.5 * sums.momentum[d][b] + (0.5 * sums.flux[b] + flow->nu * lap) * t->u[at] +
                      (1.0 - bend) * (t->grad[at] - force);
             if (t->drive && row >= 0) ru[at] -= flow->nu * t->drive[at];
         }
@@ -16296,7 +16303,7 @@ void pd_flow_residual(pd_ctx *ctx, pd_flow *flow, double *ru, double *rc)
     memset(&t, 0, sizeof t);
     pd_flow_prepare(ctx, flow);
     t.mass = flow->carrier;
-    t.carried = t.viscous = flow->u;
+    t.u = flow->u;
     t.p = flow->p;
     t.grad = flow->grad;
     t.force = flow->force;
@@ -16479,6 +16486,279 @@ void pd_flow_free(pd_ctx *ctx, pd_flow *flow)
     PDI_DELETE(ctx, (int64_t)PD_DIM * total, flow->carrier);
     PDI_DELETE(ctx, (int64_t)PD_DIM * total, flow->drive);
     memset(flow, 0, sizeof *flow);
+}
+
+/* ======== >>product.c ======== */
+/* product: see product.h
+ *
+ * The terms are those of the residual (flow.c): 1/2 sum g.(w_i + w_j) v_j with one of carrier w and velocity v from the
+ * state and the other one from the step, the Laplacian, and the pressure difference that ties neighbours. Sums of a
+ * block stay in registers; where families are whole, opposite bonds go together.
+ */
+#include <math.h>
+#include <string.h>
+
+/* Nodes of a block. */
+#define PDI_PRODUCT_BLOCK PDI_VECTOR
+/* Weights of a bond. */
+#define PDI_PRODUCT_WEIGHTS (2 * PD_DIM + 1)
+
+/* What a block of nodes reads again for each of its bonds. */
+typedef struct pdi_product_own {
+    float frozen[PD_DIM][PDI_PRODUCT_BLOCK]; /* carrier of the state */
+    float carrier[PD_DIM][PDI_PRODUCT_BLOCK], u[PD_DIM][PDI_PRODUCT_BLOCK], grad[PD_DIM][PDI_PRODUCT_BLOCK];
+    float p[PDI_PRODUCT_BLOCK];
+} pdi_product_own;
+
+/* Twice the sums of a block; that of the momentum less u_i times the fluxes of the state. */
+typedef struct pdi_product_sums {
+    float momentum[PD_DIM][PDI_PRODUCT_BLOCK], flux[PDI_PRODUCT_BLOCK], tie[PDI_PRODUCT_BLOCK];
+} pdi_product_sums;
+
+/* The arrays of a sweep, from a node on. */
+typedef struct pdi_product_view {
+    const float *frozen, *state;            /* carrier and velocity of the state */
+    const float *carrier, *u, *grad, *p;    /* of the step */
+    int64_t total;
+} pdi_product_view;
+
+static inline pdi_product_view pdi_product_look(const pd_product *q, int64_t node)
+{
+    pdi_product_view v;
+    v.total = q->flow->grid->total;
+    v.frozen = q->frozen + node;
+    v.state = v.frozen + PD_DIM * v.total;
+    v.carrier = q->along + node;
+    v.u = v.carrier + PD_DIM * v.total;
+    v.grad = v.u + PD_DIM * v.total;
+    v.p = v.grad + PD_DIM * v.total;
+    return v;
+}
+
+PDI_INLINE void pdi_product_load(const pdi_product_view *at, int count, pdi_product_own *PD_RESTRICT own)
+{
+    for (int d = 0; d < PD_DIM; d++) {
+        for (int b = 0; b < count; b++) own->frozen[d][b] = at->frozen[d * at->total + b];
+        for (int b = 0; b < count; b++) own->carrier[d][b] = at->carrier[d * at->total + b];
+        for (int b = 0; b < count; b++) own->u[d][b] = at->u[d * at->total + b];
+        for (int b = 0; b < count; b++) own->grad[d][b] = at->grad[d * at->total + b];
+    }
+    for (int b = 0; b < count; b++) own->p[b] = at->p[b];
+}
+
+/* g.w, of component d at w[d * stride]. */
+PDI_INLINE float pdi_product_dot(const float *g, const float *w, int64_t stride)
+{
+    float sum = g[0] * w[0];
+    for (int d = 1; d < PD_DIM; d++) sum += g[d] * w[d * stride];
+    return sum;
+}
+
+/* Add a bond and the opposite one, which end at `far` and `back`. weight: those of the bond; friction = 2 nu a. Inlined
+ * with a constant for `count`. */
+PDI_INLINE void pdi_product_pair(const pdi_product_own *PD_RESTRICT own, const float *weight, float friction,
+                                 const pdi_product_view *far, const pdi_product_view *back, int count,
+                                 pdi_product_sums *PD_RESTRICT sums)
+{
+    const float *g = weight, *xi = weight + PD_DIM;
+    int64_t total = far->total;
+    for (int b = 0; b < count; b++) {
+        float here = pdi_product_dot(g, &own->carrier[0][b], PDI_PRODUCT_BLOCK);
+        float there = pdi_product_dot(g, far->carrier + b, total);
+        float behind = pdi_product_dot(g, back->carrier + b, total);
+        float here0 = pdi_product_dot(g, &own->frozen[0][b], PDI_PRODUCT_BLOCK);
+        float gain = here0 + pdi_product_dot(g, far->frozen + b, total) - friction;
+        float loss = here0 + pdi_product_dot(g, back->frozen + b, total) + friction;
+        float out = here + there, in = here + behind;
+        float tie = 2.0f * ((far->p[b] - own->p[b]) + (back->p[b] - own->p[b]));
+        for (int d = 0; d < PD_DIM; d++) tie -= xi[d] * (far->grad[d * total + b] - back->grad[d * total + b]);
+        sums->flux[b] += there - behind;
+        sums->tie[b] += weight[2 * PD_DIM] * tie;
+        for (int d = 0; d < PD_DIM; d++) {
+            int64_t at = d * total + b;
+            sums->momentum[d][b] += (gain * (far->u[at] - own->u[d][b]) - loss * (back->u[at] - own->u[d][b])) +
+                                    (out * far->state[at] - in * back->state[at]);
+        }
+    }
+}
+
+/* Add a single bond. share: of the circumference half way; open: 1 or 0 for each node; tied: 0 when the bond carries no
+ * pressure. */
+PDI_INLINE void pdi_product_bond(const pdi_product_own *PD_RESTRICT own, const float *weight, float lap, float friction,
+                                 float share, const float *PD_RESTRICT open, float tied, const pdi_product_view *far,
+                                 int count, pdi_product_sums *PD_RESTRICT sums)
+{
+    const float *g = weight, *xi = weight + PD_DIM;
+    int64_t total = far->total;
+    for (int b = 0; b < count; b++) {
+        float part = share * open[b];
+        float flux = part * (pdi_product_dot(g, &own->carrier[0][b], PDI_PRODUCT_BLOCK) +
+                             pdi_product_dot(g, far->carrier + b, total));
+        float gain = part * (pdi_product_dot(g, &own->frozen[0][b], PDI_PRODUCT_BLOCK) +
+                             pdi_product_dot(g, far->frozen + b, total)) - open[b] * friction;
+        float tie = 2.0f * (far->p[b] - own->p[b]);
+        for (int d = 0; d < PD_DIM; d++) tie -= xi[d] * (own->grad[d][b] + far->grad[d * total + b]);
+        sums->flux[b] += flux;
+        sums->tie[b] += tied * open[b] * (lap * tie);
+        for (int d = 0; d < PD_DIM; d++)
+            sums->momentum[d][b] +=
+                gain * (far->u[d * total + b] - own->u[d][b]) + flux * far->state[d * total + b];
+    }
+}
+
+/* All bonds of `count` nodes from i: of whole families (row -1), or those that the rows from `row` have open. Bonds to
+ * inlets carry no pressure. Inlined with constants for `count`. */
+PDI_INLINE void pdi_product_sum(const pd_product *q, int32_t i, int32_t row, int count,
+                                pdi_product_sums *PD_RESTRICT sums)
+{
+    const pd_flow *flow = q->flow;
+    const pd_bonds *bonds = flow->bonds;
+    const pd_stencil *s = bonds->stencil;
+    pdi_product_view at = pdi_product_look(q, i);
+    pdi_product_own own;
+    pdi_bond_gate gate = {NULL, 0};
+    float open[PDI_PRODUCT_BLOCK], twice_nu = (float)(2.0 * flow->nu / (q->speed * q->length));
+    const double *lap = bonds->ring.lap ? pdi_bond_lap(bonds, i) : NULL;
+    pdi_product_load(&at, count, &own);
+    for (int b = 0; b < count; b++) open[b] = 1.0f;
+    if (row < 0 && !lap) {
+        for (int k = 0; k < s->count / 2; k++) {
+            const float *weight = q->weight + k * PDI_PRODUCT_WEIGHTS;
+            pdi_product_view far = pdi_product_look(q, (int64_t)i + bonds->shift[k]);
+            pdi_product_view back = pdi_product_look(q, (int64_t)i - bonds->shift[k]);
+            pdi_product_pair(&own, weight, twice_nu * weight[2 * PD_DIM], &far, &back, count, sums);
+        }
+        return;
+    }
+    for (int k = 0; k < s->count; k++) {
+        const float *weight = q->weight + k * PDI_PRODUCT_WEIGHTS;
+        float tied = 1.0f, a = lap ? (float)(lap[k] * q->length * q->length) : weight[2 * PD_DIM];
+        if (row >= 0) {
+            if (!(k & 31)) pdi_bond_gate_load(bonds, row, k, count, &gate);
+            if (!pdi_bond_gate_any(&gate, k)) continue;
+            for (int b = 0; b < count; b++) open[b] = (float)pdi_bond_gate_lane(&gate, k, b);
+            if (row >= bonds->plain && flow->grid->kind[i + bonds->shift[k]] == PD_INLET) tied = 0.0f;
+        }
+        pdi_product_view far = pdi_product_look(q, (int64_t)i + bonds->shift[k]);
+        pdi_product_bond(&own, weight, a, twice_nu * a, lap ? (float)pdi_bond_flux(bonds, i, k) : 1.0f, open, tied,
+                         &far, count, sums);
+    }
+}
+
+/* The operands of a sweep. */
+typedef struct pdi_product_sweep {
+    const pd_product *product;
+    const pdi_product_step *step;
+    double *yu, *yc; /* [m/s2] [1/s] */
+} pdi_product_sweep;
+
+/* What follows from the walls and the hoop (eq. 3.3, 3.4, 3.10) is that of the residual. */
+static void pdi_product_run(const void *user, int32_t i, int32_t row, int32_t count)
+{
+    const pdi_product_sweep *w = (const pdi_product_sweep *)user;
+    const pd_product *q = w->product;
+    const pd_flow *flow = q->flow;
+    const pd_bonds *bonds = flow->bonds;
+    const double *hoop = bonds->ring.hoop;
+    double rate = q->speed / q->length;
+    enum { whole = PDI_PRODUCT_BLOCK };
+    pdi_product_sums sums;
+    memset(&sums, 0, sizeof sums);
+    if (count == whole && row < 0) pdi_product_sum(q, i, -1, whole, &sums);
+    else if (count == whole) pdi_product_sum(q, i, row, whole, &sums);
+    else pdi_product_sum(q, i, row, count, &sums);
+    for (int b = 0; b < count; b++)
+        w->yc[i + b] = rate * (double)sums.flux[b] - 0.5 * flow->tau * rate * rate * (double)sums.tie[b];
+    for (int d = 0; d < PD_DIM; d++) {
+        double turn = hoop && d == PD_DIM - 1 ? hoop[i / flow->grid->stride[d]] : 0.0;
+        for (int b = 0; b < count; b++) {
+            int64_t at = (int64_t)d * flow->grid->total + i + b;
+            double bend = row >= 0 ? bonds->wall_curv[row + b] : 0.0;
+            double lap = row >= 0 ? turn + bonds->wall_lap[row + b] : turn;
+            w->yu[at] = 0.5 * q->speed * rate * (double)sums.momentum[d][b] +
+                        (0.5 * q->swell[i + b] + flow->nu * lap) * w->step->u[at] + (1.0 - bend) * w->step->grad[at];
+        }
+    }
+}
+
+/* out = x / unit */
+static void pdi_product_pack(const pd_ctx *ctx, const double *x, double unit, int64_t count, float *out)
+{
+    int nt = pdi_par_threads(ctx, count);
+    (void)nt;
+    PDI_PARALLEL_FOR(nt)
+    for (int64_t i = 0; i < count; i++) out[i] = (float)(x[i] * unit);
+}
+
+PDI_FN void pdi_product_freeze(const pd_ctx *ctx, pd_product *q)
+{
+    const pd_flow *flow = q->flow;
+    int64_t split = PD_DIM * (int64_t)flow->grid->total;
+    pdi_product_pack(ctx, flow->carrier, 1.0 / q->speed, split, q->frozen);
+    pdi_product_pack(ctx, flow->u, 1.0 / q->speed, split, q->frozen + split);
+    pd_op_divergence(ctx, flow->bonds, flow->carrier, q->swell);
+}
+
+PDI_FN void pdi_product_apply(const pd_ctx *ctx, const pd_product *q, const pdi_product_step *step, double *yu,
+                              double *yc)
+{
+    const pd_flow *flow = q->flow;
+    int64_t total = flow->grid->total, split = PD_DIM * total;
+    double speed = q->speed;
+    pdi_product_sweep w;
+    pdi_product_pack(ctx, step->carrier, 1.0 / speed, split, q->along);
+    pdi_product_pack(ctx, step->u, 1.0 / speed, split, q->along + split);
+    pdi_product_pack(ctx, step->grad, q->length / (speed * speed), split, q->along + 2 * split);
+    pdi_product_pack(ctx, step->p, 1.0 / (speed * speed), total, q->along + 3 * split);
+    w.product = q;
+    w.step = step;
+    w.yu = yu;
+    w.yc = yc;
+    pdi_bond_sweep(ctx, flow->bonds, flow->grid->fluid_count * flow->bonds->stencil->count * 4, PDI_PRODUCT_BLOCK,
+                   pdi_product_run, &w);
+}
+
+/* The next power of two. */
+static double pdi_product_unit(double x)
+{
+    int exponent;
+    frexp(x, &exponent);
+    return ldexp(1.0, exponent);
+}
+
+PDI_FN pd_status pdi_product_build(pd_ctx *ctx, const pd_flow *flow, pd_product *q)
+{
+    const pd_stencil *s = flow->bonds->stencil;
+    int64_t total = flow->grid->total;
+    double longest = 0.0;
+    memset(q, 0, sizeof *q);
+    q->flow = flow;
+    for (int d = 0; d < PD_DIM; d++) longest = fmax(longest, flow->grid->h[d]);
+    q->speed = pdi_product_unit(flow->speed);
+    q->length = pdi_product_unit(longest);
+    PDI_TRY(PDI_NEW(ctx, "product", (int64_t)s->count * PDI_PRODUCT_WEIGHTS, q->weight));
+    PDI_TRY(PDI_NEW(ctx, "product", 2 * PD_DIM * total, q->frozen));
+    PDI_TRY(PDI_NEW(ctx, "product", (3 * PD_DIM + 1) * total, q->along));
+    PDI_TRY(PDI_NEW(ctx, "product", total, q->swell));
+    for (int k = 0; k < s->count; k++) {
+        float *weight = q->weight + k * PDI_PRODUCT_WEIGHTS;
+        for (int d = 0; d < PD_DIM; d++) {
+            weight[d] = (float)(s->grad[k * PD_DIM + d] * q->length);
+            weight[PD_DIM + d] = (float)(s->xi[k * PD_DIM + d] / q->length);
+        }
+        weight[2 * PD_DIM] = (float)(s->lap[k] * q->length * q->length);
+    }
+    return PD_OK;
+}
+
+PDI_FN void pdi_product_free(pd_ctx *ctx, pd_product *q)
+{
+    int64_t total = q->flow ? q->flow->grid->total : 0;
+    PDI_DELETE(ctx, q->flow ? (int64_t)q->flow->bonds->stencil->count * PDI_PRODUCT_WEIGHTS : 0, q->weight);
+    PDI_DELETE(ctx, 2 * PD_DIM * total, q->frozen);
+    PDI_DELETE(ctx, (3 * PD_DIM + 1) * total, q->along);
+    PDI_DELETE(ctx, total, q->swell);
+    memset(q, 0, sizeof *q);
 }
 
 /* ======== >>force.c ======== */
@@ -16855,17 +17135,14 @@ static void pdi_steady_jacobian(pd_ctx *ctx, pd_steady *s, double *y)
     pd_flow *flow = s->flow;
     int64_t total = flow->grid->total, split = (int64_t)PD_DIM * total;
     double *du = s->work;
-    pdi_flow_terms t;
-    memset(&t, 0, sizeof t);
+    pdi_product_step step;
     pd_ghosts_vector(&flow->bonds->ghosts, du);
     pdi_flow_carrier(ctx, flow, du, s->carrier);
-    t.mass = s->carrier;
-    t.viscous = du;
-    t.carried = flow->u;
-    t.frozen = flow->carrier;
-    t.p = du + split;
-    t.grad = flow->grad;
-    pdi_flow_terms_apply(ctx, flow, &t, y, y + split);
+    step.carrier = s->carrier;
+    step.u = du;
+    step.p = du + split;
+    step.grad = flow->grad;
+    pdi_product_apply(ctx, &s->product, &step, y, y + split);
     if (s->shift > 0.0) pdi_par_axpy(ctx, split, s->shift, du, y);
     pd_ghosts_clear(&flow->bonds->ghosts, PD_DIM, y);
     pdi_steady_scale(ctx, flow, flow->length / (flow->speed * flow->speed), flow->length / flow->speed, y);
@@ -16955,6 +17232,7 @@ pd_status pd_steady_build(pd_ctx *ctx, pd_flow *flow, const pd_steady_desc *desc
     md.symmetric = 1;
     PDI_TRY(pd_multigrid_build(ctx, &md, &s->mg_p));
     PDI_TRY(pd_krylov_build(ctx, &kd, &s->krylov));
+    PDI_TRY(pdi_product_build(ctx, flow, &s->product));
     PDI_TRY(PDI_NEW(ctx, "steady", size, s->residual));
     PDI_TRY(PDI_NEW(ctx, "steady", size, s->step));
     PDI_TRY(PDI_NEW(ctx, "steady", size, s->work));
@@ -16971,6 +17249,7 @@ static pd_status pdi_steady_newton(pd_ctx *ctx, pd_steady *s, double forcing, pd
     user.ctx = ctx;
     user.steady = s;
     pdi_par_axpy(ctx, pdi_steady_size(s->flow), -2.0, s->residual, s->residual);
+    pdi_product_freeze(ctx, &s->product);
     s->krylov.desc.rtol = forcing;
     PDI_TRY(pd_krylov_solve(ctx, &s->krylov, pdi_steady_product, NULL, &user, s->residual, s->step, &linear));
     pdi_steady_precondition(ctx, s, s->step, s->residual);
@@ -17129,6 +17408,7 @@ void pd_steady_free(pd_ctx *ctx, pd_steady *s)
     pd_multigrid_free(ctx, &s->mg_u);
     pd_multigrid_free(ctx, &s->mg_p);
     pd_krylov_free(ctx, &s->krylov);
+    pdi_product_free(ctx, &s->product);
     PDI_DELETE(ctx, size, s->residual);
     PDI_DELETE(ctx, size, s->step);
     PDI_DELETE(ctx, size, s->work);
@@ -17716,7 +17996,7 @@ static void pdi_unsteady_rates(const pd_ctx *ctx, pd_unsteady *un)
     memset(&t, 0, sizeof t);
     pdi_unsteady_fill(ctx, un);
     t.mass = flow->carrier;
-    t.carried = t.viscous = flow->u;
+    t.u = flow->u;
     t.p = flow->p;
     t.grad = flow->grad;
     t.force = flow->force;
@@ -19144,6 +19424,9 @@ PDI_FN void pdi_limiter_free(pd_ctx *ctx, pd_limiter *l)
  * see. */
 #define PDI_CONVECT_LEAN 0.3
 
+/* Rows whose conductances stand together: a sweep over blocks of them reads on in memory. */
+#define PDI_CONVECT_PAGE 64
+
 /* For fluid at rest. */
 static const double pdi_convect_still[PDI_BLOCK] = {0.0};
 
@@ -19158,6 +19441,13 @@ static inline double *pdi_convect_slot(const pd_convect *t, int32_t i, int k, do
     *factor = -1.0;
     if (grid->circumference) *factor = -pdi_grid_circumference(grid, j) / pdi_grid_circumference(grid, i);
     return t->flux + (int64_t)(count - 1 - k) * grid->total + j;
+}
+
+/* Where the conductance of bond k of a row stands; those of the next rows follow up to the end of its page. */
+static inline double *pdi_convect_place(const pd_convect *t, int32_t row, int k)
+{
+    int64_t page = row / PDI_CONVECT_PAGE;
+    return t->conduct + (page * t->bonds->stencil->count + k) * PDI_CONVECT_PAGE + row % PDI_CONVECT_PAGE;
 }
 
 /* Fraction at which bond k of node i crosses the side of the box behind which its inlet ghost lies: there the inflow
@@ -19202,23 +19492,92 @@ PDI_FN int pdi_convect_open(const pd_convect *t, int32_t i, int k)
 
 /* ---- what holds during a step ---- */
 
-/* Volume fluxes of bond k of `count` nodes from i (as pdi_flow_bond_flux), tied by the pressure. */
-PDI_INLINE void pdi_convect_volume(const pd_flow *f, int32_t i, int k, int count, double *PD_RESTRICT flux)
+/* Where a(n) xi = c g(n) for all bonds, with one c for each axis, what the gradient of the pressure gives a bond is a
+ * part of its velocity. So on lattices of equal spacings. */
+static void pdi_convect_lean(pd_convect *t)
 {
-    const pd_stencil *st = f->bonds->stencil;
-    int64_t total = f->grid->total, shift = f->bonds->shift[k];
-    const double *p = f->p + i, *u = f->carrier + i, *grad = f->grad + i, *g = st->grad + k * PD_DIM;
-    double weight = pdi_bond_lap(f->bonds, i)[k], tie = f->tau * weight, share = pdi_bond_flux(f->bonds, i, k);
-    for (int b = 0; b < count; b++) {
-        double pressure = p[b + shift] - p[b], sum = 0.0;
+    const pd_stencil *s = t->bonds->stencil;
+    double *c = t->lean;
+    t->even = 1;
+    for (int k = 0; k < s->count; k++)
         for (int d = 0; d < PD_DIM; d++) {
-            sum += share * g[d] * (u[d * total + b] + u[d * total + b + shift]);
-            pressure -= 0.5 * st->xi[k * PD_DIM + d] * (grad[d * total + b] + grad[d * total + b + shift]);
+            double g = s->grad[k * PD_DIM + d], drop = s->lap[k] * s->xi[k * PD_DIM + d];
+            if (fabs(g) > 0.0 && !(fabs(c[d]) > 0.0)) c[d] = drop / g;
+            if (fabs(drop - c[d] * g) > 1e-12 * s->lap[k] * pdi_vec_norm(s->xi + k * PD_DIM)) t->even = 0;
         }
-        flux[b] = sum - tie * pressure;
+    for (int d = 0; d < PD_DIM && !t->even; d++) c[d] = 0.0;
+}
+
+/* F of a bond is g.(w_i + w_j) - a (q_j - q_i), less what the pressure gradients leave in uneven lattices: w and q hold
+ * carrier, pressure, its gradient and the potential of the flow (eq. 4.4, 4.10b). */
+static void pdi_convect_drive(const pd_ctx *ctx, const pd_convect *t)
+{
+    const pd_flow *f = t->flow;
+    int64_t total = f->grid->total;
+    double *q = t->drive + PD_DIM * total;
+    int nt = pdi_par_threads(ctx, total * PD_DIM);
+    (void)nt;
+    PDI_PARALLEL_FOR(nt)
+    for (int64_t i = 0; i < total; i++) {
+        for (int d = 0; d < PD_DIM; d++) {
+            int64_t at = d * total + i;
+            t->drive[at] = f->carrier[at] + 0.5 * f->tau * t->lean[d] * f->grad[at];
+        }
+        q[i] = f->tau * f->p[i] + (f->potential ? f->potential[i] : 0.0);
     }
-    const double *q = f->potential ? f->potential + i : NULL;
-    for (int b = 0; b < count && q; b++) flux[b] -= weight * (q[b + shift] - q[b]);
+}
+
+/* What uneven lattices add to the fluxes of bond k of `count` nodes from i, times `sign`. */
+static void pdi_convect_uneven(const pd_convect *t, int32_t i, int k, int count, double sign, double *flux)
+{
+    const pd_flow *f = t->flow;
+    const pd_stencil *s = f->bonds->stencil;
+    const double *grad = f->grad + i, *far = grad + f->bonds->shift[k];
+    double part = sign * 0.5 * f->tau * pdi_bond_lap(f->bonds, i)[k];
+    for (int d = 0; d < PD_DIM; d++) {
+        int64_t at = (int64_t)d * f->grid->total;
+        for (int b = 0; b < count; b++) flux[b] += part * s->xi[k * PD_DIM + d] * (grad[at + b] + far[at + b]);
+    }
+}
+
+/* Sum over the axes of g.w at node b of w. */
+PDI_INLINE double pdi_convect_along(const double *g, const double *w, int64_t total)
+{
+    double sum = g[0] * w[0];
+    for (int d = 1; d < PD_DIM; d++) sum += g[d] * w[d * total];
+    return sum;
+}
+
+/* Volume fluxes of bond k of `count` nodes from i (as pdi_flow_bond_flux), tied by the pressure. */
+static void pdi_convect_volume(const pd_convect *t, int32_t i, int k, int count, double *flux)
+{
+    const pd_bonds *bonds = t->bonds;
+    int64_t total = bonds->grid->total, shift = bonds->shift[k];
+    const double *w = t->drive + i, *q = w + PD_DIM * total, *g = bonds->stencil->grad + k * PD_DIM;
+    double a = pdi_bond_lap(bonds, i)[k], share = pdi_bond_flux(bonds, i, k);
+    for (int b = 0; b < count; b++) {
+        double sum = pdi_convect_along(g, w + b, total) + pdi_convect_along(g, w + b + shift, total);
+        flux[b] = share * sum - a * (q[b + shift] - q[b]);
+    }
+    if (!t->even) pdi_convect_uneven(t, i, k, count, 1.0, flux);
+}
+
+/* The same of bond k and of the opposite one, in planar boxes. */
+PDI_INLINE void pdi_convect_volumes(const pd_convect *t, int32_t i, int k, int count, double *PD_RESTRICT ahead,
+                                    double *PD_RESTRICT behind)
+{
+    const pd_stencil *s = t->bonds->stencil;
+    int64_t total = t->bonds->grid->total, shift = t->bonds->shift[k];
+    const double *w = t->drive + i, *q = w + PD_DIM * total, *g = s->grad + k * PD_DIM;
+    double a = s->lap[k];
+    for (int b = 0; b < count; b++) {
+        double here = pdi_convect_along(g, w + b, total);
+        ahead[b] = here + pdi_convect_along(g, w + b + shift, total) - a * (q[b + shift] - q[b]);
+        behind[b] = -(here + pdi_convect_along(g, w + b - shift, total)) - a * (q[b - shift] - q[b]);
+    }
+    if (t->even) return;
+    pdi_convect_uneven(t, i, k, count, 1.0, ahead);
+    pdi_convect_uneven(t, i, s->count - 1 - k, count, 1.0, behind);
 }
 
 /* Fluxes of bond k of the nodes i .. i+count-1: nodes of the first half of a family keep them; of the others those that
@@ -19232,7 +19591,7 @@ static void pdi_convect_store(const pd_convect *t, int32_t i, int32_t row, int k
     for (int b = 0; b < count && !own; b++) ghosts += bonds->grid->kind[i + b + shift] != PD_FLUID;
     if (!own && !ghosts) return;
     pdi_lanes open = row < 0 ? PDI_LANES_ALL : pdi_bond_open_lanes(bonds, row, k, count, gate);
-    pdi_convect_volume(t->flow, i, k, count, flux);
+    pdi_convect_volume(t, i, k, count, flux);
     for (int b = 0; b < count; b++) {
         uint8_t kind = bonds->grid->kind[i + b + shift];
         int shut = open == PDI_LANES_NONE || (open == PDI_LANES_SOME && !(gate[b] > 0.0));
@@ -19248,10 +19607,11 @@ static void pdi_convect_refresh_run(const void *user, int32_t i, int32_t row, in
     for (int k = 0; k < t->bonds->stencil->count; k++) {
         if (t->flux) pdi_convect_store(t, i, row, k, count);
         if (row < 0) continue;
-        double *conduct = t->conduct + (int64_t)k * t->capacity + row;
+        double conduct[PDI_LANES];
         pdi_diffusion_bond(t->diffusion, i, k, count, 1, conduct);
         for (int b = 0; b < count; b++)
-            conduct[b] = pdi_bond_open(t->bonds, row + b, k) ? conduct[b] / pdi_convect_entry(t, i + b, k) : 0.0;
+            *pdi_convect_place(t, row + b, k) =
+                pdi_bond_open(t->bonds, row + b, k) ? conduct[b] / pdi_convect_entry(t, i + b, k) : 0.0;
     }
 }
 
@@ -19267,9 +19627,9 @@ static void pdi_convect_one(const pd_convect *t, int32_t i, int k, double *flux,
     } else if (t->flow && pdi_convect_open(t, i, k)) {
         int inlet = t->bonds->grid->kind[i + t->bonds->shift[k]] == PD_INLET;
         if (inlet) *flux = pdi_flow_bond_flux(t->flow, i, k);
-        else pdi_convect_volume(t->flow, i, k, 1, flux);
+        else pdi_convect_volume(t, i, k, 1, flux);
     }
-    if (row >= 0) *bond = t->conduct[(int64_t)k * t->capacity + row];
+    if (row >= 0) *bond = *pdi_convect_place(t, row, k);
     else pdi_diffusion_bond(t->diffusion, i, k, 1, 0, bond);
 }
 
@@ -19280,6 +19640,7 @@ PDI_FN pd_status pdi_convect_refresh(pd_ctx *ctx, const pd_convect *convect)
         return pdi_fail(ctx, PD_ERR_STATE, "convect",
                         "%d rows, expected at most %d: call pd_transport_update after pd_bonds_update", bonds->rows,
                         convect->capacity);
+    if (convect->flow) pdi_convect_drive(ctx, convect);
     pdi_bond_sweep(ctx, bonds, bonds->grid->fluid_count * bonds->stencil->count * 8, PDI_LANES, pdi_convect_refresh_run,
                    convect);
     for (int32_t p = 0; p < convect->ports->count; p++)
@@ -19312,15 +19673,17 @@ typedef struct pdi_convect_pair {
     const double *flux, *back;    /* F [1/s] of the bond ahead, and of that which comes from behind or leaves there */
     double turn;                  /* what `back` is to be multiplied with to leave: -1 as stored in planes */
     const double *ahead, *behind; /* conductances [1/s] */
-    double space[2][PDI_BLOCK];   /* for those of whole families */
+    double space[2][PDI_BLOCK];   /* for those of whole families, and across pages */
     double volume[2][PDI_BLOCK];  /* for fluxes that are not stored */
 } pdi_convect_pair;
 
-/* Conductances of bond k of a block; `space`: room for those of whole families. */
+/* Conductances of bond k of a block; `space`: room for those that do not stand together. */
 static inline const double *pdi_convect_conduct(const pd_convect *t, int32_t i, int32_t row, int k, int count,
                                                 double *PD_RESTRICT space)
 {
-    if (row >= 0) return t->conduct + (int64_t)k * t->capacity + row;
+    if (row >= 0 && row % PDI_CONVECT_PAGE + count <= PDI_CONVECT_PAGE) return pdi_convect_place(t, row, k);
+    for (int b = 0; b < count && row >= 0; b++) space[b] = *pdi_convect_place(t, row + b, k);
+    if (row >= 0) return space;
     if (t->diffusion->field) {
         pdi_diffusion_bond(t->diffusion, i, k, count, 0, space);
         return space;
@@ -19330,13 +19693,12 @@ static inline const double *pdi_convect_conduct(const pd_convect *t, int32_t i, 
     return space;
 }
 
-/* Volume fluxes of bond k of a block out of its nodes. */
-static inline void pdi_convect_tell(const pd_convect *t, int32_t i, int32_t row, int k, int count,
-                                    double *PD_RESTRICT flux)
+/* Close the bonds k of the rows from `row` that are. */
+static inline void pdi_convect_shut(const pd_convect *t, int32_t row, int k, int count, double *PD_RESTRICT flux)
 {
-    pdi_convect_volume(t->flow, i, k, count, flux);
-    if (row < 0) return;
-    for (int b = 0; b < count; b++) flux[b] = pdi_bond_open(t->bonds, row + b, k) ? flux[b] : 0.0;
+    pdi_bond_gate gate;
+    pdi_bond_gate_load(t->bonds, row, k, count, &gate);
+    for (int b = 0; b < count; b++) flux[b] *= pdi_bond_gate_lane(&gate, k, b);
 }
 
 static inline void pdi_convect_pair_get(const pd_convect *t, int32_t i, int32_t row, int k, int count,
@@ -19350,8 +19712,11 @@ static inline void pdi_convect_pair_get(const pd_convect *t, int32_t i, int32_t 
         p->flux = pdi_convect_slot(t, i, k, &p->turn);
         p->back = pdi_convect_slot(t, i, opposite, &p->turn);
     } else if (t->flow) {
-        pdi_convect_tell(t, i, row, k, count, p->volume[0]);
-        pdi_convect_tell(t, i, row, opposite, count, p->volume[1]);
+        pdi_convect_volumes(t, i, k, count, p->volume[0], p->volume[1]);
+        if (row >= 0) {
+            pdi_convect_shut(t, row, k, count, p->volume[0]);
+            pdi_convect_shut(t, row, opposite, count, p->volume[1]);
+        }
         p->flux = p->volume[0];
         p->back = p->volume[1];
         p->turn = 1.0;
@@ -19737,7 +20102,7 @@ static pd_status pdi_convect_fit_ports(pd_ctx *ctx, pd_convect *convect)
 static pd_status pdi_convect_fit_rows(pd_ctx *ctx, pd_convect *convect)
 {
     int64_t count = convect->bonds->stencil->count;
-    int32_t rows = convect->bonds->capacity;
+    int32_t rows = (convect->bonds->capacity + PDI_CONVECT_PAGE - 1) / PDI_CONVECT_PAGE * PDI_CONVECT_PAGE;
     if (rows == convect->capacity) return PD_OK;
     PDI_DELETE(ctx, count * convect->capacity, convect->conduct);
     convect->capacity = 0;
@@ -19755,6 +20120,8 @@ PDI_FN pd_status pdi_convect_fit(pd_ctx *ctx, pd_convect *convect)
 PDI_FN pd_status pdi_convect_build(pd_ctx *ctx, pd_convect *convect)
 {
     const pd_bonds *bonds = convect->bonds;
+    pdi_convect_lean(convect);
+    if (convect->flow) PDI_TRY(PDI_NEW(ctx, "convect", (PD_DIM + 1) * (int64_t)bonds->grid->total, convect->drive));
     if (convect->flow && PD_DIM < 3)
         PDI_TRY(PDI_NEW(ctx, "convect", bonds->stencil->count / 2 * (int64_t)bonds->grid->total, convect->flux));
     return pdi_convect_fit(ctx, convect);
@@ -19764,6 +20131,7 @@ PDI_FN void pdi_convect_free(pd_ctx *ctx, pd_convect *convect)
 {
     const pd_bonds *bonds = convect->bonds;
     if (!bonds) return;
+    PDI_DELETE(ctx, (PD_DIM + 1) * (int64_t)bonds->grid->total, convect->drive);
     PDI_DELETE(ctx, bonds->stencil->count / 2 * (int64_t)bonds->grid->total, convect->flux);
     PDI_DELETE(ctx, (int64_t)bonds->stencil->count * convect->capacity, convect->conduct);
     PDI_DELETE(ctx, (int64_t)bonds->stencil->count * convect->port_capacity, convect->port_flux);
@@ -23566,7 +23934,8 @@ static void pdi_budget_flow(const pd_setup *u, pd_budget *b)
         for (int d = 0; d < PD_DIM; d++)
             if (fabs(u->side[s].slide[d]) > 0.0) values = 4.0 * PD_DIM + 1.0;
     if (u->motion == PD_MOTION_STEADY || u->motion == PD_MOTION_IMPLICIT) {
-        values += 7.0 * (PD_DIM + 1) + PD_DIM + 1.0; /* vectors of the solvers */
+        values += 7.0 * (PD_DIM + 1) + PD_DIM + 1.0;       /* vectors of the solvers */
+        values += 0.5 * (5.0 * PD_DIM + 1.0) + 1.0; /* of the linearised flow, most in single precision */
         b->bytes[PD_PART_FLOW] += 4.0 * bases * (PD_DIM + 1) * (b->fluid + b->solid);
         b->bytes[PD_PART_FLOW] += b->cells * (pdi_budget_compact(1) + pdi_budget_compact(0) +
                                               pdi_budget_multigrid(0, 0, &coarse_u) +
@@ -23590,7 +23959,7 @@ static void pdi_budget_transport(const pd_setup *u, pd_budget *b)
     for (int k = 0; k < u->wall_count; k++) held = held || u->walls[k].holds;
     values += repeats + 2.0 * medium + held * (2.0 + 2.0 * PD_DIM + 0.125);
     values += 0.5 * (0.5 * PD_DIM * (PD_DIM + 1) + 1.0); /* of the diffusion, in single precision */
-    if (u->has_flow) values += PD_DIM + 1.0 + (PD_DIM < 3 ? floor(0.5 * b->bonds) : 0.0);
+    if (u->has_flow) values += 2.0 * (PD_DIM + 1.0) + (PD_DIM < 3 ? floor(0.5 * b->bonds) : 0.0);
     if (!u->has_dissolve) values += 4.0;
     bytes = 8.0 * values * b->nodes + 41.0 * (medium ? 8.0 : 4.0) * (b->fluid + b->solid);
     bytes += 8.0 * 1.25 * b->bonds * b->cut;

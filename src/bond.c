@@ -452,68 +452,46 @@ static void pdi_bond_sort(pd_bonds *b)
     }
 }
 
-static void pdi_bond_free_runs(pd_ctx *ctx, pd_bonds *b)
+static void pdi_bond_free_stretches(pd_ctx *ctx, pd_stretches *list)
 {
-    PDI_DELETE(ctx, b->run_capacity, b->run_first);
-    PDI_DELETE(ctx, b->run_capacity, b->run_length);
-    b->runs = 0;
+    PDI_DELETE(ctx, list->capacity, list->first);
+    PDI_DELETE(ctx, list->capacity, list->length);
+    list->count = 0;
 }
 
-static void pdi_bond_free_batches(pd_ctx *ctx, pd_bonds *b)
+/* List the plain rows (cut) or the nodes with whole families, up to the capacity; their number. */
+static int32_t pdi_bond_list(const pd_bonds *b, int cut, pd_stretches *list)
 {
-    PDI_DELETE(ctx, b->batch_capacity, b->batch_first);
-    PDI_DELETE(ctx, b->batch_capacity, b->batch_length);
-    b->batches = 0;
-}
-
-static pd_status pdi_bond_runs(pd_ctx *ctx, pd_bonds *b)
-{
-    for (int pass = 0; pass < 2; pass++) {
-        int32_t runs = 0, length = 0;
-        for (int32_t node = 0; node <= b->grid->total; node++) {
-            int whole = node < b->grid->total && b->grid->kind[node] == PD_FLUID && b->row[node] < 0;
-            if (whole) length++;
-            if (whole || length == 0) continue;
-            if (pass) {
-                b->run_first[runs] = node - length;
-                b->run_length[runs] = length;
-            }
-            runs++;
-            length = 0;
-        }
-        b->runs = runs;
-        if (pass == 0 && runs > b->run_capacity) {
-            pdi_bond_free_runs(ctx, b);
-            b->run_capacity = runs + runs / 4 + 16;
-            PDI_TRY(PDI_NEW(ctx, "bond", b->run_capacity, b->run_first));
-            PDI_TRY(PDI_NEW(ctx, "bond", b->run_capacity, b->run_length));
-        }
-    }
-    return PD_OK;
-}
-
-static pd_status pdi_bond_batches(pd_ctx *ctx, pd_bonds *b)
-{
-    for (int pass = 0; pass < 2; pass++) {
-        int32_t batches = 0, length = 0;
-        for (int32_t r = 0; r < b->plain; r++) {
+    int32_t count = 0, length = 0;
+    for (int32_t node = 0; node <= b->grid->total; node++) {
+        int32_t row = node < b->grid->total ? b->row[node] : -1;
+        int fluid = node < b->grid->total && b->grid->kind[node] == PD_FLUID;
+        if (fluid && (cut ? row >= 0 && row < b->plain : row < 0)) {
             length++;
-            if (r + 1 < b->plain && b->node[r + 1] == b->node[r] + 1) continue;
-            if (pass) {
-                b->batch_first[batches] = r + 1 - length;
-                b->batch_length[batches] = length;
-            }
-            batches++;
-            length = 0;
+            continue;
         }
-        b->batches = batches;
-        if (pass == 0 && batches > b->batch_capacity) {
-            pdi_bond_free_batches(ctx, b);
-            b->batch_capacity = batches + batches / 4 + 16;
-            PDI_TRY(PDI_NEW(ctx, "bond", b->batch_capacity, b->batch_first));
-            PDI_TRY(PDI_NEW(ctx, "bond", b->batch_capacity, b->batch_length));
+        if (length == 0) continue;
+        if (count < list->capacity) {
+            list->first[count] = node - length;
+            list->length[count] = length;
         }
+        count++;
+        length = 0;
     }
+    return count;
+}
+
+static pd_status pdi_bond_stretches(pd_ctx *ctx, const pd_bonds *b, int cut, pd_stretches *list)
+{
+    int32_t count = pdi_bond_list(b, cut, list);
+    if (count > list->capacity) {
+        pdi_bond_free_stretches(ctx, list);
+        list->capacity = count + count / 4 + 16;
+        PDI_TRY(PDI_NEW(ctx, "bond", list->capacity, list->first));
+        PDI_TRY(PDI_NEW(ctx, "bond", list->capacity, list->length));
+        pdi_bond_list(b, cut, list);
+    }
+    list->count = count;
     return PD_OK;
 }
 
@@ -521,8 +499,8 @@ static pd_status pdi_bond_batches(pd_ctx *ctx, pd_bonds *b)
 static pd_status pdi_bond_arrange(pd_ctx *ctx, pd_bonds *b)
 {
     pdi_bond_sort(b);
-    PDI_TRY(pdi_bond_runs(ctx, b));
-    return pdi_bond_batches(ctx, b);
+    PDI_TRY(pdi_bond_stretches(ctx, b, 0, &b->whole));
+    return pdi_bond_stretches(ctx, b, 1, &b->cut);
 }
 
 /* Give `node` the row that its family needs, or none. */
@@ -618,12 +596,12 @@ PDI_FN void pdi_bond_sweep(const pd_ctx *ctx, const pd_bonds *bonds, int64_t wor
     PDI_PARALLEL(nt)
     {
         PDI_FOR
-        for (int32_t r = 0; r < bonds->runs; r++)
-            pdi_bond_pieces(bonds->run_first[r], -1, bonds->run_length[r], most, run, user);
+        for (int32_t s = 0; s < bonds->whole.count; s++)
+            pdi_bond_pieces(bonds->whole.first[s], -1, bonds->whole.length[s], most, run, user);
         PDI_FOR
-        for (int32_t b = 0; b < bonds->batches; b++)
-            pdi_bond_pieces(bonds->node[bonds->batch_first[b]], bonds->batch_first[b], bonds->batch_length[b], most,
-                            run, user);
+        for (int32_t s = 0; s < bonds->cut.count; s++)
+            pdi_bond_pieces(bonds->cut.first[s], bonds->row[bonds->cut.first[s]], bonds->cut.length[s], most, run,
+                            user);
         PDI_FOR
         for (int32_t r = bonds->plain; r < bonds->rows; r++) run(user, bonds->node[r], r, 1);
     }
@@ -674,11 +652,11 @@ pd_status pd_bonds_validate(pd_ctx *ctx, const pd_bonds *b)
 {
     const pd_stencil *s = b->stencil;
     int64_t covered = b->rows - b->plain;
-    for (int32_t r = 0; r < b->batches; r++) covered += b->batch_length[r];
-    for (int32_t r = 0; r < b->runs; r++) covered += b->run_length[r];
+    for (int32_t k = 0; k < b->whole.count; k++) covered += b->whole.length[k];
+    for (int32_t k = 0; k < b->cut.count; k++) covered += b->cut.length[k];
     if (covered != pd_grid_count(b->grid, PD_FLUID))
-        return pdi_fail(ctx, PD_ERR_INTERNAL, "bond", "rows and runs cover %.0f of %.0f fluid nodes", (double)covered,
-                        (double)pd_grid_count(b->grid, PD_FLUID));
+        return pdi_fail(ctx, PD_ERR_INTERNAL, "bond", "rows and stretches cover %.0f of %.0f fluid nodes",
+                        (double)covered, (double)pd_grid_count(b->grid, PD_FLUID));
     for (int32_t r = 0; r < b->rows; r++) {
         int plain = r < b->plain, ordered = r == 0 || r == b->plain || b->node[r - 1] < b->node[r];
         if (b->row[b->node[r]] != r || b->inlet[r] == plain || !ordered)
@@ -706,7 +684,7 @@ void pd_bonds_free(pd_ctx *ctx, pd_bonds *b)
     pdi_spans_free(ctx, &b->spans);
     pd_ring_free(ctx, &b->ring);
     pdi_bond_free_rows(ctx, b);
-    pdi_bond_free_runs(ctx, b);
-    pdi_bond_free_batches(ctx, b);
+    pdi_bond_free_stretches(ctx, &b->whole);
+    pdi_bond_free_stretches(ctx, &b->cut);
     memset(b, 0, sizeof *b);
 }

@@ -1,4 +1,4 @@
-/* bond: rows of open bonds for fluid nodes whose family is cut, and runs of nodes whose family is whole.
+/* bond: rows of open bonds for fluid nodes whose family is cut, and stretches of nodes whose family is whole.
  *
  * A bond is open when both ends and every cell that its straight line passes are open (fluid, inlet, outlet, image), so
  * a wall one node thick separates its two sides. A cut bond meets the surface at the fraction t of its length: on the
@@ -14,6 +14,12 @@
 
 /* Velocity [m/s] at position x [m]. */
 typedef void (*pd_velocity_fn)(void *user, const double *x, double *u);
+
+/* Nodes that are consecutive along axis 0. */
+typedef struct pd_stretches {
+    int32_t count, capacity;
+    int32_t *first, *length; /* [capacity] */
+} pd_stretches;
 
 typedef struct pd_bonds {
     const pd_stencil *stencil;
@@ -39,10 +45,8 @@ typedef struct pd_bonds {
                           * (eq. 3.5) */
     double *carrier;     /* [capacity][PD_DIM][PD_DIM] [-] makes the flux through the bonds of a cut family that of a
                           * whole one (eq. 4.2b): the transpose of what eq. 3.5 makes of g, inlets included */
-    int32_t runs, run_capacity;
-    int32_t *run_first, *run_length; /* nodes with whole families, consecutive along axis 0 */
-    int32_t batches, batch_capacity;
-    int32_t *batch_first, *batch_length; /* plain rows whose nodes are consecutive along axis 0 */
+    pd_stretches whole; /* nodes with whole families */
+    pd_stretches cut;   /* nodes of plain rows; the rows of a stretch are consecutive, too */
 } pd_bonds;
 
 #define pd_bonds_build PD_NAME(pd_bonds_build)
@@ -55,7 +59,7 @@ PD_API pd_status pd_bonds_build(pd_ctx *ctx, const pd_stencil *stencil, const pd
                                 pd_bonds *bonds);
 /* The kinds of `count` nodes have changed: renew the rows within one reach of them, nothing else. */
 PD_API pd_status pd_bonds_update(pd_ctx *ctx, const int32_t *changed, int32_t count, pd_bonds *bonds);
-/* O(N): openness is mutual, rows stand in order, batches and runs cover every fluid node once.
+/* O(N): openness is mutual, rows stand in order, the stretches cover every fluid node once.
  * PD_ERR_INTERNAL otherwise. */
 PD_API pd_status pd_bonds_validate(pd_ctx *ctx, const pd_bonds *bonds);
 PD_API void pd_bonds_free(pd_ctx *ctx, pd_bonds *bonds);

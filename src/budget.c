@@ -92,7 +92,8 @@ static void pdi_budget_flow(const pd_setup *u, pd_budget *b)
         for (int d = 0; d < PD_DIM; d++)
             if (fabs(u->side[s].slide[d]) > 0.0) values = 4.0 * PD_DIM + 1.0;
     if (u->motion == PD_MOTION_STEADY || u->motion == PD_MOTION_IMPLICIT) {
-        values += 7.0 * (PD_DIM + 1) + PD_DIM + 1.0; /* vectors of the solvers */
+        values += 7.0 * (PD_DIM + 1) + PD_DIM + 1.0;       /* vectors of the solvers */
+        values += 0.5 * (5.0 * PD_DIM + 1.0) + 1.0; /* of the linearised flow, most in single precision */
         b->bytes[PD_PART_FLOW] += 4.0 * bases * (PD_DIM + 1) * (b->fluid + b->solid);
         b->bytes[PD_PART_FLOW] += b->cells * (pdi_budget_compact(1) + pdi_budget_compact(0) +
                                               pdi_budget_multigrid(0, 0, &coarse_u) +
@@ -116,7 +117,7 @@ static void pdi_budget_transport(const pd_setup *u, pd_budget *b)
     for (int k = 0; k < u->wall_count; k++) held = held || u->walls[k].holds;
     values += repeats + 2.0 * medium + held * (2.0 + 2.0 * PD_DIM + 0.125);
     values += 0.5 * (0.5 * PD_DIM * (PD_DIM + 1) + 1.0); /* of the diffusion, in single precision */
-    if (u->has_flow) values += PD_DIM + 1.0 + (PD_DIM < 3 ? floor(0.5 * b->bonds) : 0.0);
+    if (u->has_flow) values += 2.0 * (PD_DIM + 1.0) + (PD_DIM < 3 ? floor(0.5 * b->bonds) : 0.0);
     if (!u->has_dissolve) values += 4.0;
     bytes = 8.0 * values * b->nodes + 41.0 * (medium ? 8.0 : 4.0) * (b->fluid + b->solid);
     bytes += 8.0 * 1.25 * b->bonds * b->cut;

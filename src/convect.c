@@ -7,6 +7,7 @@
  */
 #include "convect.h"
 #include "par.h"
+#include "vec.h"
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
@@ -14,6 +15,9 @@
 /* Share of xi.G in the antidiffusive fluxes: damps what alternates from node to node, which a central flux does not
  * see. */
 #define PDI_CONVECT_LEAN 0.3
+
+/* Rows whose conductances stand together: a sweep over blocks of them reads on in memory. */
+#define PDI_CONVECT_PAGE 64
 
 /* For fluid at rest. */
 static const double pdi_convect_still[PDI_BLOCK] = {0.0};
@@ -29,6 +33,13 @@ static inline double *pdi_convect_slot(const pd_convect *t, int32_t i, int k, do
     *factor = -1.0;
     if (grid->circumference) *factor = -pdi_grid_circumference(grid, j) / pdi_grid_circumference(grid, i);
     return t->flux + (int64_t)(count - 1 - k) * grid->total + j;
+}
+
+/* Where the conductance of bond k of a row stands; those of the next rows follow up to the end of its page. */
+static inline double *pdi_convect_place(const pd_convect *t, int32_t row, int k)
+{
+    int64_t page = row / PDI_CONVECT_PAGE;
+    return t->conduct + (page * t->bonds->stencil->count + k) * PDI_CONVECT_PAGE + row % PDI_CONVECT_PAGE;
 }
 
 /* Fraction at which bond k of node i crosses the side of the box behind which its inlet ghost lies: there the inflow
@@ -73,23 +84,92 @@ PDI_FN int pdi_convect_open(const pd_convect *t, int32_t i, int k)
 
 /* ---- what holds during a step ---- */
 
-/* Volume fluxes of bond k of `count` nodes from i (as pdi_flow_bond_flux), tied by the pressure. */
-PDI_INLINE void pdi_convect_volume(const pd_flow *f, int32_t i, int k, int count, double *PD_RESTRICT flux)
+/* Where a(n) xi = c g(n) for all bonds, with one c for each axis, what the gradient of the pressure gives a bond is a
+ * part of its velocity. So on lattices of equal spacings. */
+static void pdi_convect_lean(pd_convect *t)
 {
-    const pd_stencil *st = f->bonds->stencil;
-    int64_t total = f->grid->total, shift = f->bonds->shift[k];
-    const double *p = f->p + i, *u = f->carrier + i, *grad = f->grad + i, *g = st->grad + k * PD_DIM;
-    double weight = pdi_bond_lap(f->bonds, i)[k], tie = f->tau * weight, share = pdi_bond_flux(f->bonds, i, k);
-    for (int b = 0; b < count; b++) {
-        double pressure = p[b + shift] - p[b], sum = 0.0;
+    const pd_stencil *s = t->bonds->stencil;
+    double *c = t->lean;
+    t->even = 1;
+    for (int k = 0; k < s->count; k++)
         for (int d = 0; d < PD_DIM; d++) {
-            sum += share * g[d] * (u[d * total + b] + u[d * total + b + shift]);
-            pressure -= 0.5 * st->xi[k * PD_DIM + d] * (grad[d * total + b] + grad[d * total + b + shift]);
+            double g = s->grad[k * PD_DIM + d], drop = s->lap[k] * s->xi[k * PD_DIM + d];
+            if (fabs(g) > 0.0 && !(fabs(c[d]) > 0.0)) c[d] = drop / g;
+            if (fabs(drop - c[d] * g) > 1e-12 * s->lap[k] * pdi_vec_norm(s->xi + k * PD_DIM)) t->even = 0;
         }
-        flux[b] = sum - tie * pressure;
+    for (int d = 0; d < PD_DIM && !t->even; d++) c[d] = 0.0;
+}
+
+/* F of a bond is g.(w_i + w_j) - a (q_j - q_i), less what the pressure gradients leave in uneven lattices: w and q hold
+ * carrier, pressure, its gradient and the potential of the flow (eq. 4.4, 4.10b). */
+static void pdi_convect_drive(const pd_ctx *ctx, const pd_convect *t)
+{
+    const pd_flow *f = t->flow;
+    int64_t total = f->grid->total;
+    double *q = t->drive + PD_DIM * total;
+    int nt = pdi_par_threads(ctx, total * PD_DIM);
+    (void)nt;
+    PDI_PARALLEL_FOR(nt)
+    for (int64_t i = 0; i < total; i++) {
+        for (int d = 0; d < PD_DIM; d++) {
+            int64_t at = d * total + i;
+            t->drive[at] = f->carrier[at] + 0.5 * f->tau * t->lean[d] * f->grad[at];
+        }
+        q[i] = f->tau * f->p[i] + (f->potential ? f->potential[i] : 0.0);
     }
-    const double *q = f->potential ? f->potential + i : NULL;
-    for (int b = 0; b < count && q; b++) flux[b] -= weight * (q[b + shift] - q[b]);
+}
+
+/* What uneven lattices add to the fluxes of bond k of `count` nodes from i, times `sign`. */
+static void pdi_convect_uneven(const pd_convect *t, int32_t i, int k, int count, double sign, double *flux)
+{
+    const pd_flow *f = t->flow;
+    const pd_stencil *s = f->bonds->stencil;
+    const double *grad = f->grad + i, *far = grad + f->bonds->shift[k];
+    double part = sign * 0.5 * f->tau * pdi_bond_lap(f->bonds, i)[k];
+    for (int d = 0; d < PD_DIM; d++) {
+        int64_t at = (int64_t)d * f->grid->total;
+        for (int b = 0; b < count; b++) flux[b] += part * s->xi[k * PD_DIM + d] * (grad[at + b] + far[at + b]);
+    }
+}
+
+/* Sum over the axes of g.w at node b of w. */
+PDI_INLINE double pdi_convect_along(const double *g, const double *w, int64_t total)
+{
+    double sum = g[0] * w[0];
+    for (int d = 1; d < PD_DIM; d++) sum += g[d] * w[d * total];
+    return sum;
+}
+
+/* Volume fluxes of bond k of `count` nodes from i (as pdi_flow_bond_flux), tied by the pressure. */
+static void pdi_convect_volume(const pd_convect *t, int32_t i, int k, int count, double *flux)
+{
+    const pd_bonds *bonds = t->bonds;
+    int64_t total = bonds->grid->total, shift = bonds->shift[k];
+    const double *w = t->drive + i, *q = w + PD_DIM * total, *g = bonds->stencil->grad + k * PD_DIM;
+    double a = pdi_bond_lap(bonds, i)[k], share = pdi_bond_flux(bonds, i, k);
+    for (int b = 0; b < count; b++) {
+        double sum = pdi_convect_along(g, w + b, total) + pdi_convect_along(g, w + b + shift, total);
+        flux[b] = share * sum - a * (q[b + shift] - q[b]);
+    }
+    if (!t->even) pdi_convect_uneven(t, i, k, count, 1.0, flux);
+}
+
+/* The same of bond k and of the opposite one, in planar boxes. */
+PDI_INLINE void pdi_convect_volumes(const pd_convect *t, int32_t i, int k, int count, double *PD_RESTRICT ahead,
+                                    double *PD_RESTRICT behind)
+{
+    const pd_stencil *s = t->bonds->stencil;
+    int64_t total = t->bonds->grid->total, shift = t->bonds->shift[k];
+    const double *w = t->drive + i, *q = w + PD_DIM * total, *g = s->grad + k * PD_DIM;
+    double a = s->lap[k];
+    for (int b = 0; b < count; b++) {
+        double here = pdi_convect_along(g, w + b, total);
+        ahead[b] = here + pdi_convect_along(g, w + b + shift, total) - a * (q[b + shift] - q[b]);
+        behind[b] = -(here + pdi_convect_along(g, w + b - shift, total)) - a * (q[b - shift] - q[b]);
+    }
+    if (t->even) return;
+    pdi_convect_uneven(t, i, k, count, 1.0, ahead);
+    pdi_convect_uneven(t, i, s->count - 1 - k, count, 1.0, behind);
 }
 
 /* Fluxes of bond k of the nodes i .. i+count-1: nodes of the first half of a family keep them; of the others those that
@@ -103,7 +183,7 @@ static void pdi_convect_store(const pd_convect *t, int32_t i, int32_t row, int k
     for (int b = 0; b < count && !own; b++) ghosts += bonds->grid->kind[i + b + shift] != PD_FLUID;
     if (!own && !ghosts) return;
     pdi_lanes open = row < 0 ? PDI_LANES_ALL : pdi_bond_open_lanes(bonds, row, k, count, gate);
-    pdi_convect_volume(t->flow, i, k, count, flux);
+    pdi_convect_volume(t, i, k, count, flux);
     for (int b = 0; b < count; b++) {
         uint8_t kind = bonds->grid->kind[i + b + shift];
         int shut = open == PDI_LANES_NONE || (open == PDI_LANES_SOME && !(gate[b] > 0.0));
@@ -119,10 +199,11 @@ static void pdi_convect_refresh_run(const void *user, int32_t i, int32_t row, in
     for (int k = 0; k < t->bonds->stencil->count; k++) {
         if (t->flux) pdi_convect_store(t, i, row, k, count);
         if (row < 0) continue;
-        double *conduct = t->conduct + (int64_t)k * t->capacity + row;
+        double conduct[PDI_LANES];
         pdi_diffusion_bond(t->diffusion, i, k, count, 1, conduct);
         for (int b = 0; b < count; b++)
-            conduct[b] = pdi_bond_open(t->bonds, row + b, k) ? conduct[b] / pdi_convect_entry(t, i + b, k) : 0.0;
+            *pdi_convect_place(t, row + b, k) =
+                pdi_bond_open(t->bonds, row + b, k) ? conduct[b] / pdi_convect_entry(t, i + b, k) : 0.0;
     }
 }
 
@@ -138,9 +219,9 @@ static void pdi_convect_one(const pd_convect *t, int32_t i, int k, double *flux,
     } else if (t->flow && pdi_convect_open(t, i, k)) {
         int inlet = t->bonds->grid->kind[i + t->bonds->shift[k]] == PD_INLET;
         if (inlet) *flux = pdi_flow_bond_flux(t->flow, i, k);
-        else pdi_convect_volume(t->flow, i, k, 1, flux);
+        else pdi_convect_volume(t, i, k, 1, flux);
     }
-    if (row >= 0) *bond = t->conduct[(int64_t)k * t->capacity + row];
+    if (row >= 0) *bond = *pdi_convect_place(t, row, k);
     else pdi_diffusion_bond(t->diffusion, i, k, 1, 0, bond);
 }
 
@@ -151,6 +232,7 @@ PDI_FN pd_status pdi_convect_refresh(pd_ctx *ctx, const pd_convect *convect)
         return pdi_fail(ctx, PD_ERR_STATE, "convect",
                         "%d rows, expected at most %d: call pd_transport_update after pd_bonds_update", bonds->rows,
                         convect->capacity);
+    if (convect->flow) pdi_convect_drive(ctx, convect);
     pdi_bond_sweep(ctx, bonds, bonds->grid->fluid_count * bonds->stencil->count * 8, PDI_LANES, pdi_convect_refresh_run,
                    convect);
     for (int32_t p = 0; p < convect->ports->count; p++)
@@ -183,15 +265,17 @@ typedef struct pdi_convect_pair {
     const double *flux, *back;    /* F [1/s] of the bond ahead, and of that which comes from behind or leaves there */
     double turn;                  /* what `back` is to be multiplied with to leave: -1 as stored in planes */
     const double *ahead, *behind; /* conductances [1/s] */
-    double space[2][PDI_BLOCK];   /* for those of whole families */
+    double space[2][PDI_BLOCK];   /* for those of whole families, and across pages */
     double volume[2][PDI_BLOCK];  /* for fluxes that are not stored */
 } pdi_convect_pair;
 
-/* Conductances of bond k of a block; `space`: room for those of whole families. */
+/* Conductances of bond k of a block; `space`: room for those that do not stand together. */
 static inline const double *pdi_convect_conduct(const pd_convect *t, int32_t i, int32_t row, int k, int count,
                                                 double *PD_RESTRICT space)
 {
-    if (row >= 0) return t->conduct + (int64_t)k * t->capacity + row;
+    if (row >= 0 && row % PDI_CONVECT_PAGE + count <= PDI_CONVECT_PAGE) return pdi_convect_place(t, row, k);
+    for (int b = 0; b < count && row >= 0; b++) space[b] = *pdi_convect_place(t, row + b, k);
+    if (row >= 0) return space;
     if (t->diffusion->field) {
         pdi_diffusion_bond(t->diffusion, i, k, count, 0, space);
         return space;
@@ -201,13 +285,12 @@ static inline const double *pdi_convect_conduct(const pd_convect *t, int32_t i, 
     return space;
 }
 
-/* Volume fluxes of bond k of a block out of its nodes. */
-static inline void pdi_convect_tell(const pd_convect *t, int32_t i, int32_t row, int k, int count,
-                                    double *PD_RESTRICT flux)
+/* Close the bonds k of the rows from `row` that are. */
+static inline void pdi_convect_shut(const pd_convect *t, int32_t row, int k, int count, double *PD_RESTRICT flux)
 {
-    pdi_convect_volume(t->flow, i, k, count, flux);
-    if (row < 0) return;
-    for (int b = 0; b < count; b++) flux[b] = pdi_bond_open(t->bonds, row + b, k) ? flux[b] : 0.0;
+    pdi_bond_gate gate;
+    pdi_bond_gate_load(t->bonds, row, k, count, &gate);
+    for (int b = 0; b < count; b++) flux[b] *= pdi_bond_gate_lane(&gate, k, b);
 }
 
 static inline void pdi_convect_pair_get(const pd_convect *t, int32_t i, int32_t row, int k, int count,
@@ -221,8 +304,11 @@ static inline void pdi_convect_pair_get(const pd_convect *t, int32_t i, int32_t 
         p->flux = pdi_convect_slot(t, i, k, &p->turn);
         p->back = pdi_convect_slot(t, i, opposite, &p->turn);
     } else if (t->flow) {
-        pdi_convect_tell(t, i, row, k, count, p->volume[0]);
-        pdi_convect_tell(t, i, row, opposite, count, p->volume[1]);
+        pdi_convect_volumes(t, i, k, count, p->volume[0], p->volume[1]);
+        if (row >= 0) {
+            pdi_convect_shut(t, row, k, count, p->volume[0]);
+            pdi_convect_shut(t, row, opposite, count, p->volume[1]);
+        }
         p->flux = p->volume[0];
         p->back = p->volume[1];
         p->turn = 1.0;
@@ -608,7 +694,7 @@ static pd_status pdi_convect_fit_ports(pd_ctx *ctx, pd_convect *convect)
 static pd_status pdi_convect_fit_rows(pd_ctx *ctx, pd_convect *convect)
 {
     int64_t count = convect->bonds->stencil->count;
-    int32_t rows = convect->bonds->capacity;
+    int32_t rows = (convect->bonds->capacity + PDI_CONVECT_PAGE - 1) / PDI_CONVECT_PAGE * PDI_CONVECT_PAGE;
     if (rows == convect->capacity) return PD_OK;
     PDI_DELETE(ctx, count * convect->capacity, convect->conduct);
     convect->capacity = 0;
@@ -626,6 +712,8 @@ PDI_FN pd_status pdi_convect_fit(pd_ctx *ctx, pd_convect *convect)
 PDI_FN pd_status pdi_convect_build(pd_ctx *ctx, pd_convect *convect)
 {
     const pd_bonds *bonds = convect->bonds;
+    pdi_convect_lean(convect);
+    if (convect->flow) PDI_TRY(PDI_NEW(ctx, "convect", (PD_DIM + 1) * (int64_t)bonds->grid->total, convect->drive));
     if (convect->flow && PD_DIM < 3)
         PDI_TRY(PDI_NEW(ctx, "convect", bonds->stencil->count / 2 * (int64_t)bonds->grid->total, convect->flux));
     return pdi_convect_fit(ctx, convect);
@@ -635,6 +723,7 @@ PDI_FN void pdi_convect_free(pd_ctx *ctx, pd_convect *convect)
 {
     const pd_bonds *bonds = convect->bonds;
     if (!bonds) return;
+    PDI_DELETE(ctx, (PD_DIM + 1) * (int64_t)bonds->grid->total, convect->drive);
     PDI_DELETE(ctx, bonds->stencil->count / 2 * (int64_t)bonds->grid->total, convect->flux);
     PDI_DELETE(ctx, (int64_t)bonds->stencil->count * convect->capacity, convect->conduct);
     PDI_DELETE(ctx, (int64_t)bonds->stencil->count * convect->port_capacity, convect->port_flux);

@@ -16,10 +16,13 @@ typedef struct pd_convect {
     const pd_ports *ports;
     const double *absorb;          /* [total] [1/s] */
     double rate;                   /* [1/s] of the term in time: 1 over the step, or 0 */
+    double lean[PD_DIM];           /* [-] a(n) xi over g(n), where that is one number for all bonds ... */
+    int even;                      /* ... 1: it is */
+    double *drive;                 /* [PD_DIM+1][total] w [m/s] and q [m2/s] that the volume fluxes are told from */
     double *flux;                  /* [count/2][total] [1/s] volume fluxes F of the first half of the bonds: those of
                                     * the others are what their far ends have, negated. NULL in 3D, where telling them
                                     * anew takes no longer than reading them, and for fluid at rest */
-    double *conduct;               /* [count][capacity] [1/s] conductances of the bonds of rows */
+    double *conduct;               /* [capacity/64][count][64] [1/s] conductances of the bonds of rows */
     int32_t capacity;              /* rows */
     double *port_flux, *port_bond; /* [port_capacity][count] [1/s] volume fluxes, and conductances, of the bonds of
                                     * nodes beside ports */

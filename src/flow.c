@@ -67,94 +67,81 @@ void pd_flow_prepare(pd_ctx *ctx, pd_flow *flow)
 typedef struct pdi_flow_sums {
     double momentum[PD_DIM][PDI_FLOW_BLOCK]; /* convective and viscous terms but for v_i times the fluxes */
     double flux[PDI_FLOW_BLOCK];             /* of `mass` */
-    double flux2[PDI_FLOW_BLOCK];            /* of `frozen`, in a linearised product */
     double tie[PDI_FLOW_BLOCK];              /* fourth-order pressure difference (eq. 4.4) */
 } pdi_flow_sums;
 
 /* What a block of nodes i .. i+count-1 reads again for each of its bonds. */
 typedef struct pdi_flow_own {
-    double mass[PD_DIM][PDI_FLOW_BLOCK], frozen[PD_DIM][PDI_FLOW_BLOCK], viscous[PD_DIM][PDI_FLOW_BLOCK];
-    double grad[PD_DIM][PDI_FLOW_BLOCK], p[PDI_FLOW_BLOCK];
+    double mass[PD_DIM][PDI_FLOW_BLOCK], u[PD_DIM][PDI_FLOW_BLOCK], grad[PD_DIM][PDI_FLOW_BLOCK], p[PDI_FLOW_BLOCK];
     double open[PDI_FLOW_BLOCK]; /* 1 or 0: the bond in hand is open or closed */
 } pdi_flow_own;
 
-PDI_INLINE void pdi_flow_own_load(const pd_flow *flow, const pdi_flow_terms *t, int32_t i, int count, int linear,
+PDI_INLINE void pdi_flow_own_load(const pd_flow *flow, const pdi_flow_terms *t, int32_t i, int count,
                                   pdi_flow_own *PD_RESTRICT own)
 {
     for (int d = 0; d < PD_DIM; d++) {
         int64_t at = (int64_t)d * flow->grid->total + i;
         for (int b = 0; b < count; b++) own->mass[d][b] = t->mass[at + b];
-        for (int b = 0; b < count && linear; b++) own->frozen[d][b] = t->frozen[at + b];
-        for (int b = 0; b < count; b++) own->viscous[d][b] = t->viscous[at + b];
+        for (int b = 0; b < count; b++) own->u[d][b] = t->u[at + b];
         for (int b = 0; b < count; b++) own->grad[d][b] = t->grad[at + b];
     }
     for (int b = 0; b < count; b++) own->p[b] = t->p[i + b];
 }
 
 /* Add bond k of the nodes i .. i+count-1. open: 1 or 0 for each of them, NULL: 1. tied: 1, or 0 when the bond carries
- * no pressure. Inlined with constants for `count`, `open` and `linear`. */
+ * no pressure. Inlined with constants for `count` and `open`. */
 PDI_INLINE void pdi_flow_bond(const pd_flow *flow, const pdi_flow_terms *t, const pdi_flow_own *PD_RESTRICT own,
-                              int32_t i, int k, int count, const double *PD_RESTRICT open, double tied, int linear,
+                              int32_t i, int k, int count, const double *PD_RESTRICT open, double tied,
                               pdi_flow_sums *PD_RESTRICT sums)
 {
     const pd_stencil *s = flow->bonds->stencil;
     int64_t total = flow->grid->total, far = (int64_t)i + flow->bonds->shift[k];
-    const double *mass = t->mass + far, *carried = t->carried + far, *viscous = t->viscous + far;
-    const double *frozen = linear ? t->frozen + far : NULL, *p = t->p + far, *grad = t->grad + far;
+    const double *mass = t->mass + far, *u = t->u + far, *p = t->p + far, *grad = t->grad + far;
     const double *g = s->grad + k * PD_DIM, *xi = s->xi + k * PD_DIM, *a = pdi_bond_lap(flow->bonds, i) + k;
     double twice_nu = 2.0 * flow->nu, share = pdi_bond_flux(flow->bonds, i, k);
     int ring = PD_DIM == 2 && flow->bonds->ring.flux;
     for (int b = 0; b < count; b++) {
-        double flux = 0.0, flux2 = 0.0, tie = 2.0 * (p[b] - own->p[b]), gain;
+        double flux = 0.0, tie = 2.0 * (p[b] - own->p[b]), gain;
         for (int d = 0; d < PD_DIM; d++) {
             flux += g[d] * (own->mass[d][b] + mass[d * total + b]);
-            if (linear) flux2 += g[d] * (own->frozen[d][b] + frozen[d * total + b]);
             tie -= xi[d] * (own->grad[d][b] + grad[d * total + b]);
         }
-        if (ring) { /* the circumference half way against that at the node */
-            flux *= share;
-            flux2 *= share;
-        }
-        gain = (linear ? flux2 : flux) - twice_nu * *a;
+        if (ring) flux *= share; /* the circumference half way against that at the node */
+        gain = flux - twice_nu * *a;
         tie *= *a;
         if (open) {
             flux *= open[b];
-            flux2 *= open[b];
             tie *= tied * open[b];
             gain *= open[b];
         }
         sums->flux[b] += flux;
-        if (linear) sums->flux2[b] += flux2;
         sums->tie[b] += tie;
-        for (int d = 0; d < PD_DIM; d++) {
-            sums->momentum[d][b] += gain * (viscous[d * total + b] - own->viscous[d][b]);
-            if (linear) sums->momentum[d][b] += flux * carried[d * total + b];
-        }
+        for (int d = 0; d < PD_DIM; d++) sums->momentum[d][b] += gain * (u[d * total + b] - own->u[d][b]);
     }
 }
 
-/* All bonds of nodes with whole families. Inlined with constants for `count` and `linear`. */
-PDI_INLINE void pdi_flow_whole(const pd_flow *flow, const pdi_flow_terms *t, int32_t i, int count, int linear,
+/* All bonds of nodes with whole families. Inlined with a constant for `count`. */
+PDI_INLINE void pdi_flow_whole(const pd_flow *flow, const pdi_flow_terms *t, int32_t i, int count,
                                pdi_flow_own *PD_RESTRICT own, pdi_flow_sums *PD_RESTRICT sums)
 {
-    pdi_flow_own_load(flow, t, i, count, linear, own);
+    pdi_flow_own_load(flow, t, i, count, own);
     for (int k = 0; k < flow->bonds->stencil->count; k++)
-        pdi_flow_bond(flow, t, own, i, k, count, NULL, 1.0, linear, sums);
+        pdi_flow_bond(flow, t, own, i, k, count, NULL, 1.0, sums);
 }
 
 /* The bonds that the rows from r have open, likewise. Bonds to inlets carry no pressure. */
 PDI_INLINE void pdi_flow_cut(const pd_flow *flow, const pdi_flow_terms *t, int32_t i, int32_t r, int count,
-                             int linear, pdi_flow_own *PD_RESTRICT own, pdi_flow_sums *PD_RESTRICT sums)
+                             pdi_flow_own *PD_RESTRICT own, pdi_flow_sums *PD_RESTRICT sums)
 {
     const pd_bonds *bonds = flow->bonds;
     pdi_bond_gate gate = {NULL, 0};
-    pdi_flow_own_load(flow, t, i, count, linear, own);
+    pdi_flow_own_load(flow, t, i, count, own);
     for (int k = 0; k < bonds->stencil->count; k++) {
         if (!(k & 31)) pdi_bond_gate_load(bonds, r, k, count, &gate);
         if (!pdi_bond_gate_any(&gate, k)) continue;
         for (int b = 0; b < count; b++) own->open[b] = pdi_bond_gate_lane(&gate, k, b);
         double tied = r >= bonds->plain && flow->grid->kind[i + bonds->shift[k]] == PD_INLET ? 0.0 : 1.0;
-        pdi_flow_bond(flow, t, own, i, k, count, own->open, tied, linear, sums);
+        pdi_flow_bond(flow, t, own, i, k, count, own->open, tied, sums);
     }
 }
 
@@ -168,29 +155,26 @@ static void pdi_flow_block(const pd_flow *flow, const pdi_flow_terms *t, int32_t
     const pd_bonds *bonds = flow->bonds;
     const double *hoop = bonds->ring.hoop;
     int64_t total = flow->grid->total;
-    int linear = t->frozen != NULL;
     enum { whole = PDI_FLOW_BLOCK };
     pdi_flow_own own;
     pdi_flow_sums sums;
     memset(&sums, 0, sizeof sums);
-    if (count == whole && row < 0 && linear) pdi_flow_whole(flow, t, i, whole, 1, &own, &sums);
-    else if (count == whole && row < 0) pdi_flow_whole(flow, t, i, whole, 0, &own, &sums);
-    else if (count == whole && linear) pdi_flow_cut(flow, t, i, row, whole, 1, &own, &sums);
-    else if (count == whole) pdi_flow_cut(flow, t, i, row, whole, 0, &own, &sums);
-    else if (row < 0) pdi_flow_whole(flow, t, i, count, linear, &own, &sums);
-    else pdi_flow_cut(flow, t, i, row, count, linear, &own, &sums);
+    if (count == whole && row < 0) pdi_flow_whole(flow, t, i, whole, &own, &sums);
+    else if (count == whole) pdi_flow_cut(flow, t, i, row, whole, &own, &sums);
+    else if (row < 0) pdi_flow_whole(flow, t, i, count, &own, &sums);
+    else pdi_flow_cut(flow, t, i, row, count, &own, &sums);
     for (int b = 0; b < count; b++) rc[i + b] = sums.flux[b] - 0.5 * flow->tau * sums.tie[b];
     for (int d = 0; d < PD_DIM; d++) {
         double force = t->force ? t->force[d] : 0.0;
         double turn = hoop && d == PD_DIM - 1 ? hoop[i / flow->grid->stride[d]] : 0.0;
         for (int b = 0; b < count; b++) {
             int64_t at = d * total + i + b;
-            double flux = 0.5 * (linear ? sums.flux2[b] : sums.flux[b]), bend = 0.0, lap = turn;
+            double bend = 0.0, lap = turn;
             if (row >= 0) {
                 lap += bonds->wall_lap[row + b];
                 bend = bonds->wall_curv[row + b];
             }
-            ru[at] = 0.5 * sums.momentum[d][b] + (flux + flow->nu * lap) * t->viscous[at] +
+            ru[at] = 0.5 * sums.momentum[d][b] + (0.5 * sums.flux[b] + flow->nu * lap) * t->u[at] +
                      (1.0 - bend) * (t->grad[at] - force);
             if (t->drive && row >= 0) ru[at] -= flow->nu * t->drive[at];
         }
@@ -235,7 +219,7 @@ void pd_flow_residual(pd_ctx *ctx, pd_flow *flow, double *ru, double *rc)
     memset(&t, 0, sizeof t);
     pd_flow_prepare(ctx, flow);
     t.mass = flow->carrier;
-    t.carried = t.viscous = flow->u;
+    t.u = flow->u;
     t.p = flow->p;
     t.grad = flow->grad;
     t.force = flow->force;

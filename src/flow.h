@@ -73,13 +73,10 @@ PD_API double pd_flow_section_nodes(pd_ctx *ctx, const pd_flow *flow, int axis, 
 PD_API void pd_flow_free(pd_ctx *ctx, pd_flow *flow);
 
 #ifdef PDI_INTERNAL
-/* Fields of one operator evaluation. Residual: (carrier of u, u, u). Linearised product: (carrier of du, u, du) and
- * frozen = carrier of u. */
+/* Fields of one evaluation. */
 typedef struct pdi_flow_terms {
-    const double *mass;    /* carrier: convects `carried`; its divergence is the continuity term [m/s] */
-    const double *carried; /* [m/s] */
-    const double *viscous; /* under the Laplacian [m/s] */
-    const double *frozen;  /* carrier: convects `viscous`, or NULL [m/s] */
+    const double *mass;    /* carrier: convects u; its divergence is the continuity term [m/s] */
+    const double *u;       /* [m/s] */
     const double *p;       /* [m2/s2] */
     const double *grad;    /* gradient of p [m/s2] */
     const double *force;   /* [PD_DIM] [m/s2], or NULL */

@@ -81,17 +81,14 @@ static void pdi_steady_jacobian(pd_ctx *ctx, pd_steady *s, double *y)
     pd_flow *flow = s->flow;
     int64_t total = flow->grid->total, split = (int64_t)PD_DIM * total;
     double *du = s->work;
-    pdi_flow_terms t;
-    memset(&t, 0, sizeof t);
+    pdi_product_step step;
     pd_ghosts_vector(&flow->bonds->ghosts, du);
     pdi_flow_carrier(ctx, flow, du, s->carrier);
-    t.mass = s->carrier;
-    t.viscous = du;
-    t.carried = flow->u;
-    t.frozen = flow->carrier;
-    t.p = du + split;
-    t.grad = flow->grad;
-    pdi_flow_terms_apply(ctx, flow, &t, y, y + split);
+    step.carrier = s->carrier;
+    step.u = du;
+    step.p = du + split;
+    step.grad = flow->grad;
+    pdi_product_apply(ctx, &s->product, &step, y, y + split);
     if (s->shift > 0.0) pdi_par_axpy(ctx, split, s->shift, du, y);
     pd_ghosts_clear(&flow->bonds->ghosts, PD_DIM, y);
     pdi_steady_scale(ctx, flow, flow->length / (flow->speed * flow->speed), flow->length / flow->speed, y);
@@ -181,6 +178,7 @@ pd_status pd_steady_build(pd_ctx *ctx, pd_flow *flow, const pd_steady_desc *desc
     md.symmetric = 1;
     PDI_TRY(pd_multigrid_build(ctx, &md, &s->mg_p));
     PDI_TRY(pd_krylov_build(ctx, &kd, &s->krylov));
+    PDI_TRY(pdi_product_build(ctx, flow, &s->product));
     PDI_TRY(PDI_NEW(ctx, "steady", size, s->residual));
     PDI_TRY(PDI_NEW(ctx, "steady", size, s->step));
     PDI_TRY(PDI_NEW(ctx, "steady", size, s->work));
@@ -197,6 +195,7 @@ static pd_status pdi_steady_newton(pd_ctx *ctx, pd_steady *s, double forcing, pd
     user.ctx = ctx;
     user.steady = s;
     pdi_par_axpy(ctx, pdi_steady_size(s->flow), -2.0, s->residual, s->residual);
+    pdi_product_freeze(ctx, &s->product);
     s->krylov.desc.rtol = forcing;
     PDI_TRY(pd_krylov_solve(ctx, &s->krylov, pdi_steady_product, NULL, &user, s->residual, s->step, &linear));
     pdi_steady_precondition(ctx, s, s->step, s->residual);
@@ -355,6 +354,7 @@ void pd_steady_free(pd_ctx *ctx, pd_steady *s)
     pd_multigrid_free(ctx, &s->mg_u);
     pd_multigrid_free(ctx, &s->mg_p);
     pd_krylov_free(ctx, &s->krylov);
+    pdi_product_free(ctx, &s->product);
     PDI_DELETE(ctx, size, s->residual);
     PDI_DELETE(ctx, size, s->step);
     PDI_DELETE(ctx, size, s->work);

@@ -7,8 +7,8 @@
 #ifndef PD_STEADY_H
 #define PD_STEADY_H
 #include "compact.h"
-#include "flow.h"
 #include "krylov.h"
+#include "product.h"
 #include "schur.h"
 
 typedef struct pd_steady_desc {
@@ -24,6 +24,7 @@ typedef struct pd_steady {
     pd_compact compact_u, compact_p;
     pd_multigrid mg_u, mg_p;
     pd_krylov krylov;
+    pd_product product;
     double *residual;                   /* [PD_DIM+1][total] [-] scaled */
     double *step, *work;                /* [PD_DIM+1][total] [m/s], last row [m2/s2] */
     double *carrier;                    /* [PD_DIM][total] [m/s] of the linearised velocity, work */

@@ -87,7 +87,7 @@ static void pdi_unsteady_rates(const pd_ctx *ctx, pd_unsteady *un)
     memset(&t, 0, sizeof t);
     pdi_unsteady_fill(ctx, un);
     t.mass = flow->carrier;
-    t.carried = t.viscous = flow->u;
+    t.u = flow->u;
     t.p = flow->p;
     t.grad = flow->grad;
     t.force = flow->force;

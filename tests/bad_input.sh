@@ -1,12 +1,7 @@
 #!/bin/sh
 # Bad scenes: the driver says what is wrong in one line with file and line, ends with 2 and leaves no output behind.
-build=${BUILD:-build}
-case $build in /*) ;; *) build=$PWD/$build ;; esac
-root=$PWD
-dir=$(mktemp -d) || exit 1
-trap 'rm -rf "$dir"' EXIT
+. tests/lib/script.sh
 cd "$dir" || exit 1
-passed=0 failed=0
 
 # A small channel with a pin: the base that each case spoils.
 base() {
@@ -32,15 +27,16 @@ rejects() {
     "$build/pd2d" bad.scene --out out "$@" > stdout 2> stderr
     status=$?
     printf 'pd2d: %s\n' "$message" > wanted
-    if [ $status = 2 ] && [ ! -s stdout ] && [ ! -e out ] && cmp -s stderr wanted; then
-        passed=$((passed + 1))
-    else
-        failed=$((failed + 1))
-        echo "$name: status $status, folder $([ -e out ] && echo made || echo absent)"
-        sed 's/^/  expected /' wanted
-        sed 's/^/  found    /' stderr
-        sed 's/^/  stdout   /' stdout
-    fi
+    [ $status = 2 ] && [ ! -s stdout ] && [ ! -e out ] && cmp -s stderr wanted ||
+        {
+            echo "status $status, folder $([ -e out ] && echo made || echo absent)"
+            sed 's/^/expected /' wanted
+            sed 's/^/found    /' stderr
+            sed 's/^/stdout   /' stdout
+        } > log
+    [ ! -e log ]
+    verdict "$name"
+    rm -f log
 }
 
 # spoil NAME SED MESSAGE: one edit of the base.
@@ -307,15 +303,8 @@ done
 # A run that needs more than the limit ends with 1 before it has written anything.
 rm -rf out
 "$build/pd2d" bad.scene --out out --memory-limit 200kB > stdout 2> stderr
-status=$?
-if [ $status = 1 ] && [ ! -s stdout ] && [ ! -e out ] && [ "$(wc -l < stderr)" = 1 ] &&
-    grep -q '^pd2d: memory: the run needs about [0-9.]* MB, the limit is 0.2 MB$' stderr; then
-    passed=$((passed + 1))
-else
-    failed=$((failed + 1))
-    echo "memory limit: status $status"
-    cat stdout stderr
-fi
+[ $? = 1 ] && [ ! -s stdout ] && [ ! -e out ] && [ "$(wc -l < stderr)" = 1 ] &&
+    grep -q '^pd2d: memory: the run needs about [0-9.]* MB, the limit is 0.2 MB$' stderr
+verdict "memory limit: $(cat stdout stderr)"
 
-echo "$passed passed, $failed failed"
-[ "$failed" = 0 ]
+score

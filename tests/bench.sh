@@ -1,24 +1,10 @@
 #!/bin/sh
 # The benchmarks run on small sizes, and the work of the solvers stays what it is. Counts are asserted, times never.
-build=${BUILD:-build}
-dir=$(mktemp -d) || exit 1
-trap 'rm -rf "$dir"' EXIT
-passed=0 failed=0
-
-# verdict NAME STATUS WANTED: count, and show the log when the status is another one.
-verdict() {
-    if [ "$2" = "$3" ]; then
-        passed=$((passed + 1))
-    else
-        failed=$((failed + 1))
-        echo "$1: status $2, expected $3"
-        tail -n 20 "$dir/log"
-    fi
-}
+. tests/lib/script.sh
 
 for k in 1 2 3; do
     "$build/bench${k}d" --quick --quiet --threads 1 --out "$dir/report" > "$dir/lines$k" 2> "$dir/log"
-    verdict "bench${k}d --quick" $? 0
+    verdict "bench${k}d --quick"
 done
 cat "$dir"/lines? > "$dir/lines"
 
@@ -32,12 +18,8 @@ at_most() {
         mv "$dir/less" "$dir/found"
     done
     value=$(sed -n "s/.* $key=\([^ ]*\) .*/\1/p" "$dir/found")
-    if awk -v v="$value" -v m="$most" 'BEGIN { exit !(v != "" && v + 0 == v && v <= m) }'; then
-        passed=$((passed + 1))
-    else
-        failed=$((failed + 1))
-        echo "$*: $key is '$value', expected at most $most"
-    fi
+    awk -v v="$value" -v m="$most" 'BEGIN { exit !(v != "" && v + 0 == v && v <= m) }' > "$dir/log"
+    verdict "$*: $key is '$value', expected at most $most"
 }
 
 # What is counted today and a few per cent, since compilers round differently.
@@ -89,5 +71,4 @@ for name in performance.md img/performance/study_1d_pulse.png img/performance/st
     [ -s "$dir/docs/$name" ] || echo "no $name"
 done > "$dir/log"
 verdict "files of the report" "$(wc -l < "$dir/log" | tr -d ' ')" 0
-echo "$passed passed, $failed failed"
-[ "$failed" = 0 ]
+score

@@ -1,23 +1,8 @@
 #!/bin/sh
 # Checkpoints of the drivers: runs that signals or kills end go on to the files of a run that nothing ended; statuses,
 # messages and options; a full disk.
-build=${BUILD:-build}
-case $build in /*) ;; *) build=$PWD/$build ;; esac
-dir=$(mktemp -d) || exit 1
-trap 'rm -rf "$dir"' EXIT
+. tests/lib/script.sh
 cd "$dir" || exit 1
-passed=0 failed=0
-
-# verdict TEXT: count; the last command has judged.
-verdict() {
-    if [ $? = 0 ]; then
-        passed=$((passed + 1))
-    else
-        failed=$((failed + 1))
-        echo "$1: failed"
-        sed 's/^/  /' log
-    fi
-}
 
 cat > pin.scene << 'END'
 [grid]      h = 10 um   m = 3   box = -100 um .. 200 um, -60 um .. 60 um
@@ -187,5 +172,4 @@ verdict "no room: the checkpoint before stays"
 ends 0 && same room_whole room
 verdict "no room: the run ends all the same"
 
-echo "$passed passed, $failed failed"
-[ "$failed" = 0 ]
+score

@@ -2,22 +2,8 @@
 # --estimate-error: the estimate stands beside the true error of closed forms; twins leave no files; a scene without
 # twin keeps its result. --accuracy: what it picks, what it leaves to the scene, whether it is right about the accuracy
 # and the spacing it asks for; bad values.
-build=${BUILD:-build}
-case $build in /*) ;; *) build=$PWD/$build ;; esac
-scenes=$PWD/examples/scenes/validation
-dir=$(mktemp -d) || exit 1
-trap 'rm -rf "$dir"' EXIT
-passed=0 failed=0
-
-# verdict TEXT: count; the last command has judged.
-verdict() {
-    if [ $? = 0 ]; then
-        passed=$((passed + 1))
-    else
-        failed=$((failed + 1))
-        echo "$1"
-    fi
-}
+. tests/lib/script.sh
+scenes=$root/examples/scenes/validation
 
 # run NAME DIM SCENE [ARGUMENT ...]: into $dir/NAME, NAME.out and NAME.err; it must end with 0.
 run() {
@@ -162,5 +148,4 @@ done
 "$build/pd2d" "$scenes/slab_2d.scene" --accuracy > "$dir/bad.out" 2> "$dir/bad.err"
 [ $? = 2 ]
 verdict "--accuracy without a value is taken"
-echo "$passed passed, $failed failed"
-[ "$failed" = 0 ]
+score

@@ -1,22 +1,7 @@
 #!/bin/sh
 # Runs of programs built with OpenMP, on one and on three threads, and of programs built without it and with fewer
 # optimisations, write the same bytes: flow, transport and dissolution in 2D, bond-based corrosion in 3D.
-build=${BUILD:-build}
-case $build in /*) ;; *) build=$PWD/$build ;; esac
-dir=$(mktemp -d) || exit 1
-trap 'rm -rf "$dir"' EXIT
-passed=0 failed=0
-
-# verdict TEXT: count; the last command has judged.
-verdict() {
-    if [ $? = 0 ]; then
-        passed=$((passed + 1))
-    else
-        failed=$((failed + 1))
-        echo "$1: failed"
-        sed 's/^/  /' "$dir/log"
-    fi
-}
+. tests/lib/script.sh
 
 cat > "$dir/2.scene" << 'END'
 [grid]      h = 10 um   m = 3   box = -200 um .. 600 um, -150 um .. 150 um
@@ -63,5 +48,4 @@ for dim in 2 3; do
         verdict "${dim}D on $threads threads: the same bytes as without OpenMP"
     done
 done
-echo "$passed passed, $failed failed"
-[ "$failed" = 0 ]
+score

@@ -1,15 +1,9 @@
 #!/bin/sh
 # PNG files against an independent decoder and encoder: Python's zlib and struct. What pdcorr writes is decoded by
 # Python, and images of every supported kind packed by Python are read by pdcorr. Skipped without python3.
+. tests/lib/script.sh
 CC=${CC:-cc}
-root=$PWD
-if ! python3 -c 'import zlib, struct' 2> /dev/null; then
-    echo "skipped: python3 with zlib is not installed"
-    echo "0 passed, 0 failed, 1 skipped"
-    exit 0
-fi
-dir=$(mktemp -d) || exit 1
-trap 'rm -rf "$dir"' EXIT
+python3 -c 'import zlib, struct' 2> /dev/null || skip_all "python3 with zlib is not installed"
 cd "$dir" || exit 1
 
 # `program write`: five PNGs and their pixels as raw files. `program read FILE OUT`: the reverse.
@@ -203,10 +197,7 @@ print('%d passed, %d failed, 0 skipped' % (passed, failed))
 sys.exit(failed > 0)
 END
 
-if ! $CC -std=c99 -O1 -DPD_DIM=2 -I"$root" program.c -o program -lm > log 2>&1 || ! ./program write >> log 2>&1; then
-    echo "the program that writes the images failed:"
-    cat log
-    echo "0 passed, 1 failed, 0 skipped"
-    exit 1
-fi
+$CC -std=c99 -O1 -DPD_DIM=2 -I"$root" program.c -o program -lm > log 2>&1 && ./program write >> log 2>&1
+verdict "the program that writes the images"
+[ "$failed" = 0 ] || { score; exit 1; }
 python3 check.py

@@ -1,20 +1,7 @@
 #!/bin/sh
 # The validation scenes run, and their tables show what closed forms, series and published figures say. Where the
 # validate programs have the same case, the figures are the same.
-build=${BUILD:-build}
-dir=$(mktemp -d) || exit 1
-trap 'rm -rf "$dir"' EXIT
-passed=0 failed=0
-
-# verdict TEXT: count; the last command has judged.
-verdict() {
-    if [ $? = 0 ]; then
-        passed=$((passed + 1))
-    else
-        failed=$((failed + 1))
-        echo "$1"
-    fi
-}
+. tests/lib/script.sh
 
 # run NAME SCENE [key=value ...]: a scene, with overrides, under a name of its own.
 run() {
@@ -193,5 +180,4 @@ for key in pencil_304_bonds_1d uniform_cu_3d pit_304_2d intergranular_2d pits_30
 done
 # the grains alone recede by 0.5 um of 70 um, with their boundaries by a third more at least
 reports intergranular_2d volume_loss 0.0095 0.03
-echo "$passed passed, $failed failed"
-[ "$failed" = 0 ]
+score

@@ -1,22 +1,8 @@
 #!/bin/sh
 # What amalgamate refuses, and that its output is the files themselves, less their includes of each other.
-tool=$PWD/${BUILD:-build}/amalgamate
-case ${BUILD:-build} in /*) tool=$BUILD/amalgamate ;; esac
-dir=$(mktemp -d) || exit 1
-trap 'rm -rf "$dir"' EXIT
+. tests/lib/script.sh
+tool=$build/amalgamate
 cd "$dir" || exit 1
-passed=0 failed=0
-
-check() {
-    name=$1
-    shift
-    if "$@"; then
-        passed=$((passed + 1))
-    else
-        failed=$((failed + 1))
-        echo "$name: failed; the tool said: $(cat log)"
-    fi
-}
 
 # A library of three modules on two floors.
 fresh() {
@@ -103,5 +89,4 @@ fresh
 rm src/low.c
 check "a module of a header alone" tool
 
-echo "$passed passed, $failed failed"
-[ "$failed" = 0 ]
+score

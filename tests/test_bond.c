@@ -240,10 +240,10 @@ TEST(thin_walls_are_tight)
 }
 #endif
 
-/* The same rows in the same order, with the same numbers bit for bit, and the same nodes in runs and batches. */
+/* The same rows in the same order, with the same numbers bit for bit, and the same stretches. */
 static void check_same(const pd_bonds *a, const pd_bonds *b)
 {
-    int64_t in_runs[2] = {0, 0}, dd = PD_DIM * PD_DIM;
+    int64_t in_all = 0, dd = PD_DIM * PD_DIM;
     CHECK_INT(a->rows, b->rows);
     CHECK_INT(a->plain, b->plain);
     for (int32_t node = 0; node < a->grid->total; node++) {
@@ -257,20 +257,21 @@ static void check_same(const pd_bonds *a, const pd_bonds *b)
         CHECK(a->wall_curv[r] == b->wall_curv[q]);
         CHECK(memcmp(a->moment + r * dd, b->moment + q * dd, (size_t)dd * sizeof *a->moment) == 0);
     }
-    CHECK_INT(a->batches, b->batches);
-    for (int32_t r = 0; r < a->batches && r < b->batches; r++)
-        CHECK(a->batch_first[r] == b->batch_first[r] && a->batch_length[r] == b->batch_length[r]);
-    CHECK_INT(a->runs, b->runs);
-    for (int32_t k = 0; k < a->runs && k < b->runs; k++) {
-        CHECK_INT(a->run_first[k], b->run_first[k]);
-        CHECK_INT(a->run_length[k], b->run_length[k]);
-        for (int32_t o = 0; o < a->run_length[k]; o++)
-            CHECK(a->row[a->run_first[k] + o] < 0 && a->grid->kind[a->run_first[k] + o] == PD_FLUID);
-        in_runs[0] += a->run_length[k];
-        in_runs[1] += b->run_length[k];
+    const pd_stretches *mine[2] = {&a->whole, &a->cut}, *other[2] = {&b->whole, &b->cut};
+    for (int cut = 0; cut < 2; cut++) {
+        if (!CHECK_INT(mine[cut]->count, other[cut]->count)) continue;
+        for (int32_t k = 0; k < mine[cut]->count; k++) {
+            int32_t first = mine[cut]->first[k];
+            CHECK_INT(first, other[cut]->first[k]);
+            CHECK_INT(mine[cut]->length[k], other[cut]->length[k]);
+            for (int32_t o = 0; o < mine[cut]->length[k]; o++) {
+                CHECK(a->grid->kind[first + o] == PD_FLUID);
+                CHECK_INT(a->row[first + o], cut ? a->row[first] + o : -1);
+            }
+            in_all += mine[cut]->length[k];
+        }
     }
-    CHECK_INT(in_runs[0] + a->rows, a->grid->fluid_count);
-    CHECK_INT(in_runs[1], in_runs[0]);
+    CHECK_INT(in_all + a->rows - a->plain, a->grid->fluid_count);
 }
 
 /* Dissolve random nodes in batches until none is left; after each batch the updated bonds are those of a new build. */

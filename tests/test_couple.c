@@ -144,9 +144,9 @@ static void check_bonds(scene *s)
     int64_t dd = PD_DIM * PD_DIM;
     if (!CHECK_OK(&s->ctx, pd_bonds_build(&s->ctx, &s->stencil, &s->grid, 0, &fresh))) return;
     CHECK_INT(b->rows, fresh.rows);
-    CHECK_INT(b->runs, fresh.runs);
-    for (int32_t r = 0; r < fresh.runs && r < b->runs; r++)
-        CHECK(b->run_first[r] == fresh.run_first[r] && b->run_length[r] == fresh.run_length[r]);
+    CHECK_INT(b->whole.count, fresh.whole.count);
+    for (int32_t k = 0; k < fresh.whole.count && k < b->whole.count; k++)
+        CHECK(b->whole.first[k] == fresh.whole.first[k] && b->whole.length[k] == fresh.whole.length[k]);
     for (int32_t r = 0; r < fresh.rows; r++) {
         int32_t q = b->row[fresh.node[r]];
         if (!CHECK_INT(q, r)) continue;

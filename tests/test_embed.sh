@@ -1,24 +1,9 @@
 #!/bin/sh
 # Embeds pdcorr.h in small user programs: it and one source file alone in an empty folder, as C99 and C++11, in every
 # dimension; two dimensions in one program; and the mistakes that have to be caught by the compiler or the linker.
+. tests/lib/script.sh
 CC=${CC:-cc}
 case $CC in *clang*) CXX=${CXX:-clang++} ;; *gcc*) CXX=${CXX:-g++} ;; *) CXX=${CXX:-c++} ;; esac
-dir=$(mktemp -d) || exit 1
-trap 'rm -rf "$dir"' EXIT
-passed=0 failed=0 skipped=0
-
-# check NAME CONDITION...: counts, and shows the log of the last command when the condition fails.
-check() {
-    name=$1
-    shift
-    if "$@"; then
-        passed=$((passed + 1))
-    else
-        failed=$((failed + 1))
-        echo "$name: failed"
-        cat log
-    fi
-}
 
 # fresh FILE...: an empty folder with pdcorr.h and the named files.
 fresh() {
@@ -27,21 +12,20 @@ fresh() {
     cp "$root/pdcorr.h" "$dir/box"
     for file in "$@"; do cp "$root/tests/embed/$file" "$dir/box"; done
     cd "$dir/box" || exit 1
-    : > log
+    : > "$dir/log"
 }
 
-c99() { $CC -std=c99 -Wall -Wextra -Wpedantic $OMP "$@" > log 2>&1; }
+c99() { $CC -std=c99 -Wall -Wextra -Wpedantic $OMP "$@" > "$dir/log" 2>&1; }
 
-prints() { [ "$(./prog 2>> log)" = "$1" ]; }
+prints() { [ "$(./prog 2>> "$dir/log")" = "$1" ]; }
 
 # fails_with TEXT COMMAND...: the command fails and says TEXT.
 fails_with() {
     text=$1
     shift
-    ! "$@" && grep -q "$text" log
+    ! "$@" && grep -q "$text" "$dir/log"
 }
 
-root=$PWD
 # bonds of a family: lattice points n != 0 with |n| < 3.5
 for case in "1 6" "2 36" "3 178"; do
     dim=${case% *} bonds=${case#* }
@@ -51,7 +35,7 @@ for case in "1 6" "2 36" "3 178"; do
     if command -v "$CXX" > /dev/null; then
         fresh embed.c
         check "C++11, $dim D: compile" \
-            sh -c "$CXX -std=c++11 -Wall -Wextra $OMP -DPD_DIM=$dim -x c++ embed.c -o prog -lm > log 2>&1"
+            sh -c "$CXX -std=c++11 -Wall -Wextra $OMP -DPD_DIM=$dim -x c++ embed.c -o prog -lm > $dir/log 2>&1"
         check "C++11, $dim D: run" prints "dim=$dim bonds=$bonds"
     else
         echo "skipped: $CXX is not installed: C++11, $dim D"
@@ -70,11 +54,10 @@ check "user in 3D" c99 -DPD_DIM=3 -c user.c -o user3.o
 check "same dimension links" c99 user2.o implementation.o -o prog -lm
 check "other dimension does not link" fails_with pd_ctx_init_3d c99 user3.o implementation.o -o prog -lm
 check "two implementations do not link" fails_with pd_ctx_init_2d sh -c \
-    "cp implementation.o again.o && $CC $OMP user2.o implementation.o again.o -o prog -lm > log 2>&1"
+    "cp implementation.o again.o && $CC $OMP user2.o implementation.o again.o -o prog -lm > $dir/log 2>&1"
 check "no dimension is refused" fails_with 'define PD_DIM as 1, 2 or 3' c99 -c user.c
 check "dimension 4 is refused" fails_with 'PD_DIM must be 1, 2 or 3' c99 -DPD_DIM=4 -c user.c
 fresh late.c
 check "late implementation is refused" fails_with 'before the first inclusion' c99 -DPD_DIM=2 -c late.c
 
-[ "$skipped" = 0 ] && echo "$passed passed, $failed failed" || echo "$passed passed, $failed failed, $skipped skipped"
-[ "$failed" = 0 ]
+score

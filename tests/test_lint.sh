@@ -1,12 +1,9 @@
 #!/bin/sh
 # Every house rule of lint: a clean module passes, and each offence is named.
-tool=$PWD/${BUILD:-build}/lint
-case ${BUILD:-build} in /*) tool=$BUILD/lint ;; esac
-dir=$(mktemp -d) || exit 1
-trap 'rm -rf "$dir"' EXIT
+. tests/lib/script.sh
+tool=$build/lint
 cd "$dir" || exit 1
 mkdir src docs
-passed=0 failed=0
 
 fresh() {
     cat > src/thing.h <<'END'
@@ -43,13 +40,8 @@ offence() {
     shift
     fresh
     "$@"
-    if ! "$tool" > log && grep -q "$text" log && grep -q ' 1 complaints$' log; then
-        passed=$((passed + 1))
-    else
-        failed=$((failed + 1))
-        echo "expected: $text; lint said:"
-        cat log
-    fi
+    ! "$tool" > log && grep -q "$text" log && grep -q ' 1 complaints$' log
+    verdict "expected: $text; lint said:"
 }
 
 add() { echo "$2" >> "src/thing.$1"; }
@@ -57,12 +49,8 @@ swap() { sed "$2" "src/thing.$1" > new && mv new "src/thing.$1"; }
 blanks() { printf "%$1s" ''; }
 
 fresh
-if "$tool" > log; then
-    passed=$((passed + 1))
-else
-    failed=$((failed + 1))
-    cat log
-fi
+"$tool" > log
+verdict "a clean module"
 offence 'columns, at most 120' add c "/*$(blanks 117)*/"
 offence 'lines, at most 800' sh -c 'awk "BEGIN { for (k = 0; k < 800; k++) print \"\" }" >> src/thing.c'
 offence 'a tab' add c "$(printf 'int\tpdi_x;')"
@@ -83,5 +71,4 @@ offence 'a double without a unit' swap h 's/\[kg.*\] both/both/'
 offence 'a double without a unit' swap h 's/ \[m^(d-2)\]//'
 offence 'thing.h:10: a double without a unit' swap h 's/    double d;/    int k;\n    double d;/'
 
-echo "$passed passed, $failed failed"
-[ "$failed" = 0 ]
+score

@@ -148,7 +148,7 @@ TEST(gradient_of_linear_fields)
                 cut += s->bonds.row[node] >= 0;
                 for (int d = 0; d < PD_DIM; d++) CHECK_REL(s->b[(int64_t)d * total + node], d + 1.5, 1e-11);
             }
-            CHECK(cut > 0 && s->bonds.runs > 0);
+            CHECK(cut > 0 && s->bonds.whole.count > 0);
             scene_free(s);
         }
 }
@@ -279,7 +279,7 @@ TEST(paths_agree)
             pd_bonds rows;
             if (!scene_init(s, m, 0.01, 22, 16, 12, BODY_BALL, 1)) return;
             if (!CHECK_OK(&s->ctx, pd_bonds_build(&s->ctx, &s->stencil, &s->grid, 1, &rows))) return;
-            CHECK(rows.runs == 0 && s->bonds.runs > 0);
+            CHECK(rows.whole.count == 0 && s->bonds.whole.count > 0);
             fill_random(s, 17, s->a);
             fill_diffusivity(s, 3);
             for (int64_t k = 0; k < s->size; k++) s->b[k] = s->c[k] = -77.0;
@@ -307,7 +307,7 @@ TEST(conservation_and_symmetry)
         for (int m = 1; m <= 3; m++) {
             double size, error;
             if (!scene_init(s, m, 0.01, 30, 20, 12, BODY_VOXELS, 0)) return;
-            CHECK(s->bonds.runs > 0 && s->bonds.rows > 0);
+            CHECK(s->bonds.whole.count > 0 && s->bonds.rows > 0);
             fill_random(s, 23, s->a);
             fill_diffusivity(s, 29);
             apply(s, which, &s->bonds, s->a, s->b);

@@ -1,7 +1,7 @@
 #!/bin/sh
 # VTI and PVD files opened with VTK itself (vtk_reader.py). Skipped without VTK for Python (Debian: python3-vtk9).
+. tests/lib/script.sh
 CC=${CC:-cc}
-root=$PWD
 python=
 for candidate in python3 /usr/bin/python3; do
     if $candidate -c 'import vtkmodules.vtkIOXML' 2> /dev/null; then
@@ -9,13 +9,7 @@ for candidate in python3 /usr/bin/python3; do
         break
     fi
 done
-if [ -z "$python" ]; then
-    echo "skipped: VTK for Python is not installed"
-    echo "0 passed, 0 failed, 1 skipped"
-    exit 0
-fi
-dir=$(mktemp -d) || exit 1
-trap 'rm -rf "$dir"' EXIT
+[ "$python" ] || skip_all "VTK for Python is not installed"
 cd "$dir" || exit 1
 
 # Two frames and their collection; vtk_reader.py knows the same formulas.
@@ -82,7 +76,6 @@ failed:
 }
 END
 
-passed=0 failed=0
 for dim in 1 2 3; do
     rm -rf out
     if $CC -std=c99 -O1 -DPD_DIM=$dim -I"$root" program.c -o program -lm > log 2>&1 && ./program >> log 2>&1; then
@@ -95,5 +88,4 @@ for dim in 1 2 3; do
     passed=$((passed + ${result% *})) failed=$((failed + ${result#* }))
     [ "${result#* }" = 0 ] || cat log
 done
-echo "$passed passed, $failed failed, 0 skipped"
-[ "$failed" = 0 ]
+score

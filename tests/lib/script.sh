@@ -1,0 +1,45 @@
+# script: what every shell script of tests/ starts with, sourced from the root of the checkout.
+#
+#   root, build   folders of the checkout and of what is built, absolute
+#   dir           a folder of its own, gone in the end; $dir/log: what the last command said
+#   verdict, check, score   count and report
+
+root=$PWD
+build=${BUILD:-build}
+case $build in /*) ;; *) build=$root/$build ;; esac
+dir=$(mktemp -d) || exit 1
+trap 'rm -rf "$dir"' EXIT
+passed=0 failed=0 skipped=0
+
+# verdict TEXT: counts the status of the last command; where it failed, shows TEXT and the end of the log.
+verdict() {
+    if [ $? = 0 ]; then
+        passed=$((passed + 1))
+        return
+    fi
+    failed=$((failed + 1))
+    echo "failed: $1"
+    [ ! -s "$dir/log" ] || tail -n 20 "$dir/log" | sed 's/^/  /'
+}
+
+# check TEXT COMMAND...: a verdict on a command.
+check() {
+    checked=$1
+    shift
+    "$@"
+    verdict "$checked"
+}
+
+# score: the line that tools/sum.sh adds up. The last command of a script.
+score() {
+    echo "$passed passed, $failed failed, $skipped skipped"
+    [ "$failed" = 0 ]
+}
+
+# skip_all REASON: ends a script whose tools are not there.
+skip_all() {
+    echo "skipped: $1"
+    skipped=1
+    score
+    exit
+}
