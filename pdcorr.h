@@ -1053,38 +1053,47 @@ typedef enum pdi_lanes {
     PDI_LANES_ALL,
     PDI_LANES_SOME
 } pdi_lanes;
-/* Which of a block of rows have their bonds open, 32 bonds at a time. */
+/* Which of a block of rows have their bonds open, 32 bonds at a time. Starts empty: {NULL, 0, 0, 0}. */
 typedef struct pdi_bond_gate {
     const uint32_t *word; /* of each row */
-    uint32_t any;         /* bonds that one of them has open */
+    uint32_t any, all;    /* bonds that one of them, that all of them have open */
+    int group;            /* the 32 bonds */
 } pdi_bond_gate;
+static inline const uint32_t *pdi_bond_words(const pd_bonds *bonds, int32_t row, int k)
+{
+    return bonds->mask + (int64_t)(k >> 5) * bonds->capacity + row;
+}
 /* The 32 bonds that bond k is one of, for the rows row .. row+count-1. */
 static inline void pdi_bond_gate_load(const pd_bonds *bonds, int32_t row, int k, int count, pdi_bond_gate *gate)
 {
-    gate->word = bonds->mask + (int64_t)(k >> 5) * bonds->capacity + row;
+    gate->word = pdi_bond_words(bonds, row, k);
+    gate->group = k >> 5;
     gate->any = 0;
-    for (int b = 0; b < count; b++) gate->any |= gate->word[b];
+    gate->all = ~(uint32_t)0;
+    for (int b = 0; b < count; b++) {
+        gate->any |= gate->word[b];
+        gate->all &= gate->word[b];
+    }
 }
-/* 1: one of the rows has bond k open. */
-static inline int pdi_bond_gate_any(const pdi_bond_gate *gate, int k) { return (int)(gate->any >> (k & 31) & 1u); }
 /* 1.0: row b of the block has bond k open, 0.0: closed. */
 static inline double pdi_bond_gate_lane(const pdi_bond_gate *gate, int k, int b)
 {
     return (double)(int32_t)(gate->word[b] >> (k & 31) & 1u);
 }
-/* Which of the rows row .. row+count-1 have bond k open. SOME: open[b] is 1.0 for those and 0.0 for the others. */
-static inline pdi_lanes pdi_bond_open_lanes(const pd_bonds *bonds, int32_t row, int k, int count, double *open)
+/* Which of the rows row .. row+count-1 have bond k open; a gate stays with its rows. */
+static inline pdi_lanes pdi_bond_gate_lanes(const pd_bonds *bonds, int32_t row, int k, int count, pdi_bond_gate *gate)
 {
-    const uint32_t *word = bonds->mask + (int64_t)(k >> 5) * bonds->capacity + row;
-    uint32_t any = 0, all = ~(uint32_t)0, bit = 1u << (k & 31);
-    for (int b = 0; b < count; b++) {
-        any |= word[b];
-        all &= word[b];
-    }
-    if (all & bit) return PDI_LANES_ALL;
-    if (!(any & bit)) return PDI_LANES_NONE;
-    for (int b = 0; b < count; b++) open[b] = (double)(int32_t)(word[b] >> (k & 31) & 1u);
-    return PDI_LANES_SOME;
+    if (!gate->word || gate->group != k >> 5) pdi_bond_gate_load(bonds, row, k, count, gate);
+    if (gate->all >> (k & 31) & 1u) return PDI_LANES_ALL;
+    return gate->any >> (k & 31) & 1u ? PDI_LANES_SOME : PDI_LANES_NONE;
+}
+/* The same of nodes with whole families, too (row -1). SOME: open[b] is 1.0 for those and 0.0 for the others. */
+static inline pdi_lanes pdi_bond_gate_open(const pd_bonds *bonds, int32_t row, int k, int count, pdi_bond_gate *gate,
+                                           double *open)
+{
+    pdi_lanes lanes = row < 0 ? PDI_LANES_ALL : pdi_bond_gate_lanes(bonds, row, k, count, gate);
+    for (int b = 0; b < count && lanes == PDI_LANES_SOME; b++) open[b] = pdi_bond_gate_lane(gate, k, b);
+    return lanes;
 }
 /* drive = sum over the cut bonds of a row of their part of wall_lap times the wall velocity where they meet the surface
  * (eq. 3.3): what a moving wall adds to the Laplacian [unit of the velocity / m2]. */
@@ -9849,10 +9858,11 @@ static void pdi_op_slope_cut(const pd_bonds *bonds, const double *field, int32_t
     int32_t i = bonds->node[r];
     double sum[PD_DIM][PDI_LANES], open[PDI_LANES];
     memset(sum, 0, sizeof sum);
+    pdi_bond_gate gate = {NULL, 0, 0, 0};
     for (int k = 0; k < s->count; k++) {
         const double *far = field + i + bonds->shift[k], *f = field + i, *xi = s->xi + k * PD_DIM;
         double base = s->base[k];
-        pdi_lanes lanes = pdi_bond_open_lanes(bonds, r, k, count, open);
+        pdi_lanes lanes = pdi_bond_gate_open(bonds, r, k, count, &gate, open);
         if (lanes == PDI_LANES_NONE) continue;
         if (r >= bonds->plain && bonds->grid->kind[i + bonds->shift[k]] == PD_INLET) continue;
         for (int b = 0; b < count; b++) {
@@ -9916,8 +9926,9 @@ static void pdi_op_divergence_bonds(const pdi_op_sweep *w, int32_t i, int32_t r,
     const pd_stencil *s = bonds->stencil;
     double sum[PDI_LANES], open[PDI_LANES];
     memset(sum, 0, sizeof sum);
+    pdi_bond_gate gate = {NULL, 0, 0, 0};
     for (int k = 0; k < s->count; k++) {
-        pdi_lanes lanes = r < 0 ? PDI_LANES_ALL : pdi_bond_open_lanes(bonds, r, k, count, open);
+        pdi_lanes lanes = pdi_bond_gate_open(bonds, r, k, count, &gate, open);
         if (lanes == PDI_LANES_NONE) continue;
         for (int d = 0; d < PD_DIM; d++) {
             const double *u = w->f + (int64_t)d * w->total + i, *far = u + bonds->shift[k];
@@ -9969,10 +9980,11 @@ static void pdi_op_laplacian_bonds(const pdi_op_sweep *w, int32_t i, int32_t r, 
     const double *f = w->f + i, *lap = pdi_bond_lap(bonds, i);
     double sum[PDI_LANES], open[PDI_LANES];
     memset(sum, 0, sizeof sum);
+    pdi_bond_gate gate = {NULL, 0, 0, 0};
     for (int k = 0; k < bonds->stencil->count; k++) {
         const double *far = f + bonds->shift[k];
         double a = lap[k];
-        pdi_lanes lanes = r < 0 ? PDI_LANES_ALL : pdi_bond_open_lanes(bonds, r, k, count, open);
+        pdi_lanes lanes = pdi_bond_gate_open(bonds, r, k, count, &gate, open);
         if (lanes == PDI_LANES_NONE) continue;
         for (int b = 0; b < count; b++) sum[b] += lanes == PDI_LANES_ALL || open[b] > 0.0 ? a * (far[b] - f[b]) : 0.0;
     }
@@ -10021,10 +10033,11 @@ static void pdi_op_diffuse_bonds(const pdi_op_sweep *w, int32_t i, int32_t r, in
     const double *f = w->f + i, *d = w->d + i, *lap = pdi_bond_lap(bonds, i);
     double sum[PDI_LANES], open[PDI_LANES];
     memset(sum, 0, sizeof sum);
+    pdi_bond_gate gate = {NULL, 0, 0, 0};
     for (int k = 0; k < bonds->stencil->count; k++) {
         const double *far = f + bonds->shift[k], *d_far = d + bonds->shift[k];
         double a = lap[k];
-        pdi_lanes lanes = r < 0 ? PDI_LANES_ALL : pdi_bond_open_lanes(bonds, r, k, count, open);
+        pdi_lanes lanes = pdi_bond_gate_open(bonds, r, k, count, &gate, open);
         if (lanes == PDI_LANES_NONE) continue;
         for (int b = 0; b < count; b++)
             sum[b] +=
@@ -16218,13 +16231,13 @@ PDI_INLINE void pdi_flow_cut(const pd_flow *flow, const pdi_flow_terms *t, int32
                              pdi_flow_own *PD_RESTRICT own, pdi_flow_sums *PD_RESTRICT sums)
 {
     const pd_bonds *bonds = flow->bonds;
-    pdi_bond_gate gate = {NULL, 0};
+    pdi_bond_gate gate = {NULL, 0, 0, 0};
     pdi_flow_own_load(flow, t, i, count, own);
     for (int k = 0; k < bonds->stencil->count; k++) {
-        if (!(k & 31)) pdi_bond_gate_load(bonds, r, k, count, &gate);
-        if (!pdi_bond_gate_any(&gate, k)) continue;
-        for (int b = 0; b < count; b++) own->open[b] = pdi_bond_gate_lane(&gate, k, b);
+        pdi_lanes lanes = pdi_bond_gate_open(bonds, r, k, count, &gate, own->open);
+        if (lanes == PDI_LANES_NONE) continue;
         double tied = r >= bonds->plain && flow->grid->kind[i + bonds->shift[k]] == PD_INLET ? 0.0 : 1.0;
+        for (int b = 0; b < count && lanes == PDI_LANES_ALL; b++) own->open[b] = 1.0;
         pdi_flow_bond(flow, t, own, i, k, count, own->open, tied, sums);
     }
 }
@@ -16517,8 +16530,8 @@ typedef struct pdi_product_sums {
 
 /* The arrays of a sweep, from a node on. */
 typedef struct pdi_product_view {
-    const float *frozen, *state;            /* carrier and velocity of the state */
-    const float *carrier, *u, *grad, *p;    /* of the step */
+    const float *frozen, *state;         /* carrier and velocity of the state */
+    const float *carrier, *u, *grad, *p; /* of the step */
     int64_t total;
 } pdi_product_view;
 
@@ -16616,7 +16629,7 @@ PDI_INLINE void pdi_product_sum(const pd_product *q, int32_t i, int32_t row, int
     const pd_stencil *s = bonds->stencil;
     pdi_product_view at = pdi_product_look(q, i);
     pdi_product_own own;
-    pdi_bond_gate gate = {NULL, 0};
+    pdi_bond_gate gate = {NULL, 0, 0, 0};
     float open[PDI_PRODUCT_BLOCK], twice_nu = (float)(2.0 * flow->nu / (q->speed * q->length));
     const double *lap = bonds->ring.lap ? pdi_bond_lap(bonds, i) : NULL;
     pdi_product_load(&at, count, &own);
@@ -16634,8 +16647,7 @@ PDI_INLINE void pdi_product_sum(const pd_product *q, int32_t i, int32_t row, int
         const float *weight = q->weight + k * PDI_PRODUCT_WEIGHTS;
         float tied = 1.0f, a = lap ? (float)(lap[k] * q->length * q->length) : weight[2 * PD_DIM];
         if (row >= 0) {
-            if (!(k & 31)) pdi_bond_gate_load(bonds, row, k, count, &gate);
-            if (!pdi_bond_gate_any(&gate, k)) continue;
+            if (pdi_bond_gate_lanes(bonds, row, k, count, &gate) == PDI_LANES_NONE) continue;
             for (int b = 0; b < count; b++) open[b] = (float)pdi_bond_gate_lane(&gate, k, b);
             if (row >= bonds->plain && flow->grid->kind[i + bonds->shift[k]] == PD_INLET) tied = 0.0f;
         }
@@ -18289,8 +18301,9 @@ static void pdi_gas_room_lanes(const pd_gas *gas, int32_t i, int32_t row, int co
             least[b] = most[b] = q[b];
             steep[b] = 0.0;
         }
+        pdi_bond_gate gate = {NULL, 0, 0, 0};
         for (int k = 0; k < bonds->stencil->count; k++) {
-            pdi_lanes lanes = row < 0 ? PDI_LANES_ALL : pdi_bond_open_lanes(bonds, row, k, count, open);
+            pdi_lanes lanes = pdi_bond_gate_open(bonds, row, k, count, &gate, open);
             const double *far = q + bonds->shift[k], *xi = bonds->stencil->xi + k * PD_DIM;
             if (lanes == PDI_LANES_NONE) continue;
             for (int b = 0; b < count; b++) along[b] = 0.0;
@@ -18480,8 +18493,9 @@ static void pdi_gas_rate_lanes(const pd_gas *gas, int32_t i, int32_t row, int co
     double sum[PD_GAS_FIELDS][PDI_LANES], open[PDI_LANES], n[PD_DIM];
     pdi_gas_face face;
     memset(sum, 0, sizeof sum);
+    pdi_bond_gate gate = {NULL, 0, 0, 0};
     for (int k = 0; k < bonds->stencil->count; k++) {
-        pdi_lanes lanes = row < 0 ? PDI_LANES_ALL : pdi_bond_open_lanes(bonds, row, k, count, open);
+        pdi_lanes lanes = pdi_bond_gate_open(bonds, row, k, count, &gate, open);
         const double *some = lanes == PDI_LANES_SOME ? open : NULL;
         if (lanes == PDI_LANES_NONE) continue;
         double weight = pdi_gas_bond(bonds->stencil, k, n);
@@ -18508,8 +18522,9 @@ static void pdi_gas_limit_lanes(const pd_gas *gas, int32_t i, int32_t row, int c
     pdi_gas_face face;
     nodes.slope = NULL;
     for (int b = 0; b < count; b++) sum[b] = 0.0;
+    pdi_bond_gate gate = {NULL, 0, 0, 0};
     for (int k = 0; k < bonds->stencil->count; k++) {
-        pdi_lanes lanes = row < 0 ? PDI_LANES_ALL : pdi_bond_open_lanes(bonds, row, k, count, open);
+        pdi_lanes lanes = pdi_bond_gate_open(bonds, row, k, count, &gate, open);
         if (lanes == PDI_LANES_NONE) continue;
         double weight = pdi_gas_bond(bonds->stencil, k, n);
         pdi_gas_reconstruct(&nodes, i, k, count, lanes == PDI_LANES_SOME ? open : NULL, &face);
@@ -19120,7 +19135,8 @@ static int pdi_limiter_cut(const pd_limiter *l, int32_t i)
 /* Which of the rows have bond k open; 0: none. */
 static int pdi_limiter_gates(const pd_bonds *bonds, pdi_limiter_piece *p, int k)
 {
-    pdi_lanes open = pdi_bond_open_lanes(bonds, p->row, k, p->count, p->gate);
+    pdi_bond_gate gate = {NULL, 0, 0, 0};
+    pdi_lanes open = pdi_bond_gate_open(bonds, p->row, k, p->count, &gate, p->gate);
     for (int b = 0; b < p->count && open == PDI_LANES_ALL; b++) p->gate[b] = 1.0;
     return open != PDI_LANES_NONE;
 }
@@ -19587,14 +19603,15 @@ static void pdi_convect_store(const pd_convect *t, int32_t i, int32_t row, int k
     const pd_bonds *bonds = t->bonds;
     int32_t shift = bonds->shift[k];
     int own = k < bonds->stencil->count / 2, ghosts = 0;
-    double flux[PDI_LANES], gate[PDI_LANES], factor, *slot = pdi_convect_slot(t, i, k, &factor);
+    double flux[PDI_LANES], open[PDI_LANES], factor, *slot = pdi_convect_slot(t, i, k, &factor);
+    pdi_bond_gate gate = {NULL, 0, 0, 0};
     for (int b = 0; b < count && !own; b++) ghosts += bonds->grid->kind[i + b + shift] != PD_FLUID;
     if (!own && !ghosts) return;
-    pdi_lanes open = row < 0 ? PDI_LANES_ALL : pdi_bond_open_lanes(bonds, row, k, count, gate);
+    pdi_lanes lanes = pdi_bond_gate_open(bonds, row, k, count, &gate, open);
     pdi_convect_volume(t, i, k, count, flux);
     for (int b = 0; b < count; b++) {
         uint8_t kind = bonds->grid->kind[i + b + shift];
-        int shut = open == PDI_LANES_NONE || (open == PDI_LANES_SOME && !(gate[b] > 0.0));
+        int shut = lanes == PDI_LANES_NONE || (lanes == PDI_LANES_SOME && !(open[b] > 0.0));
         if (!own && kind == PD_FLUID) continue;
         if (kind == PD_INLET) flux[b] = pdi_flow_bond_flux(t->flow, i + b, k);
         slot[b] = shut ? 0.0 : flux[b] / factor;
@@ -19697,7 +19714,7 @@ static inline const double *pdi_convect_conduct(const pd_convect *t, int32_t i, 
 static inline void pdi_convect_shut(const pd_convect *t, int32_t row, int k, int count, double *PD_RESTRICT flux)
 {
     pdi_bond_gate gate;
-    pdi_bond_gate_load(t->bonds, row, k, count, &gate);
+    gate.word = pdi_bond_words(t->bonds, row, k);
     for (int b = 0; b < count; b++) flux[b] *= pdi_bond_gate_lane(&gate, k, b);
 }
 

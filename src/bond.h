@@ -115,38 +115,47 @@ typedef enum pdi_lanes {
     PDI_LANES_ALL,
     PDI_LANES_SOME
 } pdi_lanes;
-/* Which of a block of rows have their bonds open, 32 bonds at a time. */
+/* Which of a block of rows have their bonds open, 32 bonds at a time. Starts empty: {NULL, 0, 0, 0}. */
 typedef struct pdi_bond_gate {
     const uint32_t *word; /* of each row */
-    uint32_t any;         /* bonds that one of them has open */
+    uint32_t any, all;    /* bonds that one of them, that all of them have open */
+    int group;            /* the 32 bonds */
 } pdi_bond_gate;
+static inline const uint32_t *pdi_bond_words(const pd_bonds *bonds, int32_t row, int k)
+{
+    return bonds->mask + (int64_t)(k >> 5) * bonds->capacity + row;
+}
 /* The 32 bonds that bond k is one of, for the rows row .. row+count-1. */
 static inline void pdi_bond_gate_load(const pd_bonds *bonds, int32_t row, int k, int count, pdi_bond_gate *gate)
 {
-    gate->word = bonds->mask + (int64_t)(k >> 5) * bonds->capacity + row;
+    gate->word = pdi_bond_words(bonds, row, k);
+    gate->group = k >> 5;
     gate->any = 0;
-    for (int b = 0; b < count; b++) gate->any |= gate->word[b];
+    gate->all = ~(uint32_t)0;
+    for (int b = 0; b < count; b++) {
+        gate->any |= gate->word[b];
+        gate->all &= gate->word[b];
+    }
 }
-/* 1: one of the rows has bond k open. */
-static inline int pdi_bond_gate_any(const pdi_bond_gate *gate, int k) { return (int)(gate->any >> (k & 31) & 1u); }
 /* 1.0: row b of the block has bond k open, 0.0: closed. */
 static inline double pdi_bond_gate_lane(const pdi_bond_gate *gate, int k, int b)
 {
     return (double)(int32_t)(gate->word[b] >> (k & 31) & 1u);
 }
-/* Which of the rows row .. row+count-1 have bond k open. SOME: open[b] is 1.0 for those and 0.0 for the others. */
-static inline pdi_lanes pdi_bond_open_lanes(const pd_bonds *bonds, int32_t row, int k, int count, double *open)
+/* Which of the rows row .. row+count-1 have bond k open; a gate stays with its rows. */
+static inline pdi_lanes pdi_bond_gate_lanes(const pd_bonds *bonds, int32_t row, int k, int count, pdi_bond_gate *gate)
 {
-    const uint32_t *word = bonds->mask + (int64_t)(k >> 5) * bonds->capacity + row;
-    uint32_t any = 0, all = ~(uint32_t)0, bit = 1u << (k & 31);
-    for (int b = 0; b < count; b++) {
-        any |= word[b];
-        all &= word[b];
-    }
-    if (all & bit) return PDI_LANES_ALL;
-    if (!(any & bit)) return PDI_LANES_NONE;
-    for (int b = 0; b < count; b++) open[b] = (double)(int32_t)(word[b] >> (k & 31) & 1u);
-    return PDI_LANES_SOME;
+    if (!gate->word || gate->group != k >> 5) pdi_bond_gate_load(bonds, row, k, count, gate);
+    if (gate->all >> (k & 31) & 1u) return PDI_LANES_ALL;
+    return gate->any >> (k & 31) & 1u ? PDI_LANES_SOME : PDI_LANES_NONE;
+}
+/* The same of nodes with whole families, too (row -1). SOME: open[b] is 1.0 for those and 0.0 for the others. */
+static inline pdi_lanes pdi_bond_gate_open(const pd_bonds *bonds, int32_t row, int k, int count, pdi_bond_gate *gate,
+                                           double *open)
+{
+    pdi_lanes lanes = row < 0 ? PDI_LANES_ALL : pdi_bond_gate_lanes(bonds, row, k, count, gate);
+    for (int b = 0; b < count && lanes == PDI_LANES_SOME; b++) open[b] = pdi_bond_gate_lane(gate, k, b);
+    return lanes;
 }
 /* drive = sum over the cut bonds of a row of their part of wall_lap times the wall velocity where they meet the surface
  * (eq. 3.3): what a moving wall adds to the Laplacian [unit of the velocity / m2]. */

@@ -179,14 +179,15 @@ static void pdi_convect_store(const pd_convect *t, int32_t i, int32_t row, int k
     const pd_bonds *bonds = t->bonds;
     int32_t shift = bonds->shift[k];
     int own = k < bonds->stencil->count / 2, ghosts = 0;
-    double flux[PDI_LANES], gate[PDI_LANES], factor, *slot = pdi_convect_slot(t, i, k, &factor);
+    double flux[PDI_LANES], open[PDI_LANES], factor, *slot = pdi_convect_slot(t, i, k, &factor);
+    pdi_bond_gate gate = {NULL, 0, 0, 0};
     for (int b = 0; b < count && !own; b++) ghosts += bonds->grid->kind[i + b + shift] != PD_FLUID;
     if (!own && !ghosts) return;
-    pdi_lanes open = row < 0 ? PDI_LANES_ALL : pdi_bond_open_lanes(bonds, row, k, count, gate);
+    pdi_lanes lanes = pdi_bond_gate_open(bonds, row, k, count, &gate, open);
     pdi_convect_volume(t, i, k, count, flux);
     for (int b = 0; b < count; b++) {
         uint8_t kind = bonds->grid->kind[i + b + shift];
-        int shut = open == PDI_LANES_NONE || (open == PDI_LANES_SOME && !(gate[b] > 0.0));
+        int shut = lanes == PDI_LANES_NONE || (lanes == PDI_LANES_SOME && !(open[b] > 0.0));
         if (!own && kind == PD_FLUID) continue;
         if (kind == PD_INLET) flux[b] = pdi_flow_bond_flux(t->flow, i + b, k);
         slot[b] = shut ? 0.0 : flux[b] / factor;
@@ -289,7 +290,7 @@ static inline const double *pdi_convect_conduct(const pd_convect *t, int32_t i, 
 static inline void pdi_convect_shut(const pd_convect *t, int32_t row, int k, int count, double *PD_RESTRICT flux)
 {
     pdi_bond_gate gate;
-    pdi_bond_gate_load(t->bonds, row, k, count, &gate);
+    gate.word = pdi_bond_words(t->bonds, row, k);
     for (int b = 0; b < count; b++) flux[b] *= pdi_bond_gate_lane(&gate, k, b);
 }
 

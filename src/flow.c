@@ -134,13 +134,13 @@ PDI_INLINE void pdi_flow_cut(const pd_flow *flow, const pdi_flow_terms *t, int32
                              pdi_flow_own *PD_RESTRICT own, pdi_flow_sums *PD_RESTRICT sums)
 {
     const pd_bonds *bonds = flow->bonds;
-    pdi_bond_gate gate = {NULL, 0};
+    pdi_bond_gate gate = {NULL, 0, 0, 0};
     pdi_flow_own_load(flow, t, i, count, own);
     for (int k = 0; k < bonds->stencil->count; k++) {
-        if (!(k & 31)) pdi_bond_gate_load(bonds, r, k, count, &gate);
-        if (!pdi_bond_gate_any(&gate, k)) continue;
-        for (int b = 0; b < count; b++) own->open[b] = pdi_bond_gate_lane(&gate, k, b);
+        pdi_lanes lanes = pdi_bond_gate_open(bonds, r, k, count, &gate, own->open);
+        if (lanes == PDI_LANES_NONE) continue;
         double tied = r >= bonds->plain && flow->grid->kind[i + bonds->shift[k]] == PD_INLET ? 0.0 : 1.0;
+        for (int b = 0; b < count && lanes == PDI_LANES_ALL; b++) own->open[b] = 1.0;
         pdi_flow_bond(flow, t, own, i, k, count, own->open, tied, sums);
     }
 }

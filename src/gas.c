@@ -140,8 +140,9 @@ static void pdi_gas_room_lanes(const pd_gas *gas, int32_t i, int32_t row, int co
             least[b] = most[b] = q[b];
             steep[b] = 0.0;
         }
+        pdi_bond_gate gate = {NULL, 0, 0, 0};
         for (int k = 0; k < bonds->stencil->count; k++) {
-            pdi_lanes lanes = row < 0 ? PDI_LANES_ALL : pdi_bond_open_lanes(bonds, row, k, count, open);
+            pdi_lanes lanes = pdi_bond_gate_open(bonds, row, k, count, &gate, open);
             const double *far = q + bonds->shift[k], *xi = bonds->stencil->xi + k * PD_DIM;
             if (lanes == PDI_LANES_NONE) continue;
             for (int b = 0; b < count; b++) along[b] = 0.0;
@@ -331,8 +332,9 @@ static void pdi_gas_rate_lanes(const pd_gas *gas, int32_t i, int32_t row, int co
     double sum[PD_GAS_FIELDS][PDI_LANES], open[PDI_LANES], n[PD_DIM];
     pdi_gas_face face;
     memset(sum, 0, sizeof sum);
+    pdi_bond_gate gate = {NULL, 0, 0, 0};
     for (int k = 0; k < bonds->stencil->count; k++) {
-        pdi_lanes lanes = row < 0 ? PDI_LANES_ALL : pdi_bond_open_lanes(bonds, row, k, count, open);
+        pdi_lanes lanes = pdi_bond_gate_open(bonds, row, k, count, &gate, open);
         const double *some = lanes == PDI_LANES_SOME ? open : NULL;
         if (lanes == PDI_LANES_NONE) continue;
         double weight = pdi_gas_bond(bonds->stencil, k, n);
@@ -359,8 +361,9 @@ static void pdi_gas_limit_lanes(const pd_gas *gas, int32_t i, int32_t row, int c
     pdi_gas_face face;
     nodes.slope = NULL;
     for (int b = 0; b < count; b++) sum[b] = 0.0;
+    pdi_bond_gate gate = {NULL, 0, 0, 0};
     for (int k = 0; k < bonds->stencil->count; k++) {
-        pdi_lanes lanes = row < 0 ? PDI_LANES_ALL : pdi_bond_open_lanes(bonds, row, k, count, open);
+        pdi_lanes lanes = pdi_bond_gate_open(bonds, row, k, count, &gate, open);
         if (lanes == PDI_LANES_NONE) continue;
         double weight = pdi_gas_bond(bonds->stencil, k, n);
         pdi_gas_reconstruct(&nodes, i, k, count, lanes == PDI_LANES_SOME ? open : NULL, &face);

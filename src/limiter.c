@@ -35,7 +35,8 @@ static int pdi_limiter_cut(const pd_limiter *l, int32_t i)
 /* Which of the rows have bond k open; 0: none. */
 static int pdi_limiter_gates(const pd_bonds *bonds, pdi_limiter_piece *p, int k)
 {
-    pdi_lanes open = pdi_bond_open_lanes(bonds, p->row, k, p->count, p->gate);
+    pdi_bond_gate gate = {NULL, 0, 0, 0};
+    pdi_lanes open = pdi_bond_gate_open(bonds, p->row, k, p->count, &gate, p->gate);
     for (int b = 0; b < p->count && open == PDI_LANES_ALL; b++) p->gate[b] = 1.0;
     return open != PDI_LANES_NONE;
 }

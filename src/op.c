@@ -77,10 +77,11 @@ static void pdi_op_slope_cut(const pd_bonds *bonds, const double *field, int32_t
     int32_t i = bonds->node[r];
     double sum[PD_DIM][PDI_LANES], open[PDI_LANES];
     memset(sum, 0, sizeof sum);
+    pdi_bond_gate gate = {NULL, 0, 0, 0};
     for (int k = 0; k < s->count; k++) {
         const double *far = field + i + bonds->shift[k], *f = field + i, *xi = s->xi + k * PD_DIM;
         double base = s->base[k];
-        pdi_lanes lanes = pdi_bond_open_lanes(bonds, r, k, count, open);
+        pdi_lanes lanes = pdi_bond_gate_open(bonds, r, k, count, &gate, open);
         if (lanes == PDI_LANES_NONE) continue;
         if (r >= bonds->plain && bonds->grid->kind[i + bonds->shift[k]] == PD_INLET) continue;
         for (int b = 0; b < count; b++) {
@@ -144,8 +145,9 @@ static void pdi_op_divergence_bonds(const pdi_op_sweep *w, int32_t i, int32_t r,
     const pd_stencil *s = bonds->stencil;
     double sum[PDI_LANES], open[PDI_LANES];
     memset(sum, 0, sizeof sum);
+    pdi_bond_gate gate = {NULL, 0, 0, 0};
     for (int k = 0; k < s->count; k++) {
-        pdi_lanes lanes = r < 0 ? PDI_LANES_ALL : pdi_bond_open_lanes(bonds, r, k, count, open);
+        pdi_lanes lanes = pdi_bond_gate_open(bonds, r, k, count, &gate, open);
         if (lanes == PDI_LANES_NONE) continue;
         for (int d = 0; d < PD_DIM; d++) {
             const double *u = w->f + (int64_t)d * w->total + i, *far = u + bonds->shift[k];
@@ -197,10 +199,11 @@ static void pdi_op_laplacian_bonds(const pdi_op_sweep *w, int32_t i, int32_t r, 
     const double *f = w->f + i, *lap = pdi_bond_lap(bonds, i);
     double sum[PDI_LANES], open[PDI_LANES];
     memset(sum, 0, sizeof sum);
+    pdi_bond_gate gate = {NULL, 0, 0, 0};
     for (int k = 0; k < bonds->stencil->count; k++) {
         const double *far = f + bonds->shift[k];
         double a = lap[k];
-        pdi_lanes lanes = r < 0 ? PDI_LANES_ALL : pdi_bond_open_lanes(bonds, r, k, count, open);
+        pdi_lanes lanes = pdi_bond_gate_open(bonds, r, k, count, &gate, open);
         if (lanes == PDI_LANES_NONE) continue;
         for (int b = 0; b < count; b++) sum[b] += lanes == PDI_LANES_ALL || open[b] > 0.0 ? a * (far[b] - f[b]) : 0.0;
     }
@@ -249,10 +252,11 @@ static void pdi_op_diffuse_bonds(const pdi_op_sweep *w, int32_t i, int32_t r, in
     const double *f = w->f + i, *d = w->d + i, *lap = pdi_bond_lap(bonds, i);
     double sum[PDI_LANES], open[PDI_LANES];
     memset(sum, 0, sizeof sum);
+    pdi_bond_gate gate = {NULL, 0, 0, 0};
     for (int k = 0; k < bonds->stencil->count; k++) {
         const double *far = f + bonds->shift[k], *d_far = d + bonds->shift[k];
         double a = lap[k];
-        pdi_lanes lanes = r < 0 ? PDI_LANES_ALL : pdi_bond_open_lanes(bonds, r, k, count, open);
+        pdi_lanes lanes = pdi_bond_gate_open(bonds, r, k, count, &gate, open);
         if (lanes == PDI_LANES_NONE) continue;
         for (int b = 0; b < count; b++)
             sum[b] +=

@@ -29,8 +29,8 @@ typedef struct pdi_product_sums {
 
 /* The arrays of a sweep, from a node on. */
 typedef struct pdi_product_view {
-    const float *frozen, *state;            /* carrier and velocity of the state */
-    const float *carrier, *u, *grad, *p;    /* of the step */
+    const float *frozen, *state;         /* carrier and velocity of the state */
+    const float *carrier, *u, *grad, *p; /* of the step */
     int64_t total;
 } pdi_product_view;
 
@@ -128,7 +128,7 @@ PDI_INLINE void pdi_product_sum(const pd_product *q, int32_t i, int32_t row, int
     const pd_stencil *s = bonds->stencil;
     pdi_product_view at = pdi_product_look(q, i);
     pdi_product_own own;
-    pdi_bond_gate gate = {NULL, 0};
+    pdi_bond_gate gate = {NULL, 0, 0, 0};
     float open[PDI_PRODUCT_BLOCK], twice_nu = (float)(2.0 * flow->nu / (q->speed * q->length));
     const double *lap = bonds->ring.lap ? pdi_bond_lap(bonds, i) : NULL;
     pdi_product_load(&at, count, &own);
@@ -146,8 +146,7 @@ PDI_INLINE void pdi_product_sum(const pd_product *q, int32_t i, int32_t row, int
         const float *weight = q->weight + k * PDI_PRODUCT_WEIGHTS;
         float tied = 1.0f, a = lap ? (float)(lap[k] * q->length * q->length) : weight[2 * PD_DIM];
         if (row >= 0) {
-            if (!(k & 31)) pdi_bond_gate_load(bonds, row, k, count, &gate);
-            if (!pdi_bond_gate_any(&gate, k)) continue;
+            if (pdi_bond_gate_lanes(bonds, row, k, count, &gate) == PDI_LANES_NONE) continue;
             for (int b = 0; b < count; b++) open[b] = (float)pdi_bond_gate_lane(&gate, k, b);
             if (row >= bonds->plain && flow->grid->kind[i + bonds->shift[k]] == PD_INLET) tied = 0.0f;
         }

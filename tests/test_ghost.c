@@ -164,7 +164,7 @@ TEST(whole_families)
             if (!CHECK_OK(&s->ctx, scene_build(s, ms[k], side, NULL, -1))) return;
             CHECK_INT(s->bonds.rows, 0);
             int64_t covered = 0;
-            for (int32_t k = 0; k < s->bonds.whole.count; k++) covered += s->bonds.whole.length[k];
+            for (int32_t r = 0; r < s->bonds.whole.count; r++) covered += s->bonds.whole.length[r];
             CHECK_INT(covered, s->grid.fluid_count);
             scene_free(s);
         }
