@@ -805,6 +805,9 @@ PD_API int64_t pd_grid_count(const pd_grid *grid, pd_kind kind);
 #define PDI_VECTOR 8
 /* Cell index (ghosts negative) of a node. */
 PDI_FN void pdi_grid_index(const pd_grid *grid, int32_t node, int *i);
+/* "(x, y, z)" [m] of a node, for messages: into text [PDI_GRID_PLACE], which is returned. */
+#define PDI_GRID_PLACE 80
+PDI_FN const char *pdi_grid_place(const pd_grid *grid, int32_t node, char *text);
 /* 1 when the index lies inside the box. */
 PDI_FN int pdi_grid_inside(const pd_grid *grid, const int *i);
 /* Node of the box that a ghost stands for: its place one period on behind periodic sides, its mirror image behind all
@@ -2440,6 +2443,8 @@ PDI_FN double pdi_flow_bond_flux(const pd_flow *flow, int32_t i, int k);
 /* Volume per time [m3/s, per m in planar 2D] that bonds to inlets bring, and what they would with the velocity of the
  * inlets at both ends. */
 PDI_FN double pdi_flow_entering(pd_ctx *ctx, pd_flow *flow, double *given);
+/* A fluid node beside an inlet from which no open bonds lead to an outlet; -1: there is none. */
+PDI_FN pd_status pdi_flow_blocked(pd_ctx *ctx, const pd_flow *flow, int32_t *node);
 #endif
 
 #endif
@@ -2586,6 +2591,8 @@ PD_API void pd_steady_free(pd_ctx *ctx, pd_steady *steady);
 #ifdef PDI_INTERNAL
 /* Default restart of GMRES: it keeps one basis vector more. */
 #define PDI_STEADY_RESTART 20
+/* The node with the largest residual of the last solve, which has failed. */
+PDI_FN int32_t pdi_steady_worst(const pd_steady *steady);
 /* What solves carry on beside the flow. */
 PDI_FN pd_status pdi_steady_store(pd_ctx *ctx, pd_steady *steady, pd_store *store);
 /* Solve R(u, p) + rate (u - target) = 0 from the state in flow: a stage of an implicit step. tolerance [-]: of the
@@ -7476,6 +7483,7 @@ void pd_stencil_free(pd_ctx *ctx, pd_stencil *s)
 /* ======== >>grid.c ======== */
 /* grid: see grid.h */
 #include <math.h>
+#include <stdio.h>
 #include <string.h>
 
 /* Cells beyond given bounds that count as between them. */
@@ -7487,6 +7495,17 @@ PDI_FN void pdi_grid_index(const pd_grid *grid, int32_t node, int *i)
         i[d] = (int)(node % grid->np[d]) - grid->ghost;
         node /= grid->np[d];
     }
+}
+
+PDI_FN const char *pdi_grid_place(const pd_grid *grid, int32_t node, char *text)
+{
+    double x[PD_DIM];
+    int used = 0;
+    pd_grid_position(grid, node, x);
+    for (int d = 0; d < PD_DIM; d++)
+        used += snprintf(text + used, (size_t)(PDI_GRID_PLACE - used), "%s%.6g", d ? ", " : "(", x[d]);
+    snprintf(text + used, (size_t)(PDI_GRID_PLACE - used), ")");
+    return text;
 }
 
 PDI_FN int pdi_grid_inside(const pd_grid *grid, const int *i)
@@ -16377,6 +16396,53 @@ PDI_FN double pdi_flow_entering(pd_ctx *ctx, pd_flow *flow, double *given)
     return taken;
 }
 
+/* 1: an open bond of fluid node i ends on a node of the kind `port`. */
+static int pdi_flow_beside(const pd_flow *flow, int32_t i, uint8_t port)
+{
+    const pd_bonds *bonds = flow->bonds;
+    int32_t row = bonds->row[i];
+    for (int k = 0; k < bonds->stencil->count; k++)
+        if (flow->grid->kind[i + bonds->shift[k]] == port && (row < 0 || pdi_bond_open(bonds, row, k))) return 1;
+    return 0;
+}
+
+/* Mark the fluid that the open bonds of i reach; how many nodes are new. */
+static int64_t pdi_flow_spread(const pd_flow *flow, int32_t i, uint8_t *mark)
+{
+    const pd_bonds *bonds = flow->bonds;
+    int64_t found = 0;
+    for (int k = 0; k < bonds->stencil->count; k++) {
+        int32_t j = i + bonds->shift[k];
+        if (bonds->row[i] >= 0 && !pdi_bond_open(bonds, bonds->row[i], k)) continue;
+        if (flow->grid->kind[j] == PD_IMAGE) j = pdi_grid_image(flow->grid, j, NULL);
+        if (flow->grid->kind[j] != PD_FLUID || mark[j]) continue;
+        mark[j] = 1;
+        found++;
+    }
+    return found;
+}
+
+PDI_FN pd_status pdi_flow_blocked(pd_ctx *ctx, const pd_flow *flow, int32_t *node)
+{
+    int32_t total = flow->grid->total;
+    const uint8_t *kind = flow->grid->kind;
+    uint8_t *mark = NULL;
+    *node = -1;
+    PDI_TRY(PDI_NEW(ctx, "flow", total, mark));
+    for (int32_t i = 0; i < total; i++) mark[i] = kind[i] == PD_FLUID && pdi_flow_beside(flow, i, PD_OUTLET);
+    for (int64_t found = 1, back = 0; found > 0; back = !back) {
+        found = 0;
+        for (int32_t n = 0; n < total; n++) {
+            int32_t i = back ? total - 1 - n : n;
+            if (mark[i]) found += pdi_flow_spread(flow, i, mark);
+        }
+    }
+    for (int32_t i = 0; i < total && *node < 0; i++)
+        if (kind[i] == PD_FLUID && !mark[i] && pdi_flow_beside(flow, i, PD_INLET)) *node = i;
+    PDI_DELETE(ctx, total, mark);
+    return PD_OK;
+}
+
 double pd_flow_section_nodes(pd_ctx *ctx, const pd_flow *flow, int axis, int index)
 {
     const pd_grid *grid = flow->grid;
@@ -17329,8 +17395,21 @@ static pd_status pdi_steady_solenoid(pd_ctx *ctx, pd_steady *s)
     return PD_OK;
 }
 
+PDI_FN int32_t pdi_steady_worst(const pd_steady *s)
+{
+    int32_t total = s->flow->grid->total, worst = 0;
+    double most = -1.0;
+    for (int64_t i = 0; i < pdi_steady_size(s->flow); i++) {
+        if (!(fabs(s->residual[i]) > most)) continue;
+        most = fabs(s->residual[i]);
+        worst = (int32_t)(i % total);
+    }
+    return worst;
+}
+
 pd_status pd_steady_solve(pd_ctx *ctx, pd_steady *s, pd_steady_result *result)
 {
+    char place[PDI_GRID_PLACE];
     pd_flow *flow = s->flow;
     int64_t start = flow->evaluations;
     double forcing = 0.1, least = s->norm0 > 0.0 ? PDI_STEADY_AGAIN : 1.0, boost = least;
@@ -17347,8 +17426,9 @@ pd_status pd_steady_solve(pd_ctx *ctx, pd_steady *s, pd_steady_result *result)
         if (result->newton >= s->desc.max_newton) return PD_NOT_CONVERGED;
         if (boost > PDI_STEADY_MAX_BOOST)
             return pdi_fail(ctx, PD_ERR_DIVERGED, "steady",
-                            "no pseudo time step lowers the flow residual of %g (%d Newton steps)", norm,
-                            result->newton);
+                            "no pseudo time step lowers the flow residual of %g (%d Newton steps), which is largest at "
+                            "%s m. Refine the grid or lower the Reynolds number", norm, result->newton,
+                            pdi_grid_place(flow->grid, pdi_steady_worst(s), place));
         /* switched evolution relaxation: the pseudo time step grows as the residual falls (eq. 4.10) */
         double shift = PDI_STEADY_SHIFT * boost * flow->speed / flow->length * sqrt(norm / s->norm0);
         int effort = 0;
@@ -18546,12 +18626,12 @@ static void pdi_gas_limit_lanes(const pd_gas *gas, int32_t i, int32_t row, int c
 static pd_status pdi_gas_refuse(pd_ctx *ctx, const pd_gas *gas, int32_t node)
 {
     int64_t total = gas->grid->total;
-    double x[PD_DIM];
-    pd_grid_position(gas->grid, node, x);
+    char place[PDI_GRID_PLACE];
     return pdi_fail(ctx, PD_ERR_STATE, "gas",
-                    "node %d at (%g, ...) m has rho = %g kg/m3 and rho E = %g J/m3 at t = %g s: density and pressure "
+                    "node %d at %s m has rho = %g kg/m3 and rho E = %g J/m3 at t = %g s: density and pressure "
                     "must be positive and finite",
-                    (int)node, x[0], gas->state[node], gas->state[PDI_GAS_P * total + node], gas->time);
+                    (int)node, pdi_grid_place(gas->grid, node, place), gas->state[node],
+                    gas->state[PDI_GAS_P * total + node], gas->time);
 }
 
 pd_status pd_gas_limit(pd_ctx *ctx, pd_gas *gas, double *limit)
@@ -21300,11 +21380,10 @@ static pd_status pdi_dissolve_law(pd_ctx *ctx, pd_dissolve *d, int32_t i)
         ahead = d->desc.rate(d->desc.rate_user, c + step);
     }
     if (!(fabs(now) < 1e100) || !(fabs(ahead) < 1e100)) {
-        double x[PD_DIM];
-        pd_grid_position(d->grid, i, x);
+        char place[PDI_GRID_PLACE];
         return pdi_fail(ctx, PD_ERR_STATE, "dissolve",
-                        "the rate law gives %g m/s at c = %g mol/m3 (node %d at x = %g m), expected a finite speed",
-                        now, c, (int)i, x[0]);
+                        "the rate law gives %g m/s at c = %g mol/m3 (node %d at %s m), expected a finite speed", now,
+                        c, (int)i, pdi_grid_place(d->grid, i, place));
     }
     if (!(now > 0.0) && d->desc.rate(d->desc.rate_user, 0.0) > 0.0) d->stalled = 1;
     d->slope[i] = now > 0.0 ? fmin((ahead - now) / step, 0.0) : 0.0;
@@ -22429,11 +22508,10 @@ PDI_FN pd_status pdi_corrode_law(pd_ctx *ctx, const pd_corrode *r, int32_t i, do
     if (pdi_corrode_passive(r, i)) return PD_OK;
     double v = r->desc.rate(r->desc.rate_user, c);
     if (!(fabs(v) < 1e100)) {
-        double x[PD_DIM];
-        pd_grid_position(r->grid, i, x);
+        char place[PDI_GRID_PLACE];
         return pdi_fail(ctx, PD_ERR_STATE, "corrode",
-                        "the rate law gives %g m/s at c = %g mol/m3 (node %d at x = %g m), expected a finite speed", v,
-                        c, (int)i, x[0]);
+                        "the rate law gives %g m/s at c = %g mol/m3 (node %d at %s m), expected a finite speed", v,
+                        c, (int)i, pdi_grid_place(r->grid, i, place));
     }
     *speed = fmax(v, 0.0);
     return PD_OK;
@@ -23372,21 +23450,38 @@ static pd_status pdi_couple_enters(pd_ctx *ctx, const pd_couple *c)
                     c->time, taken, given);
 }
 
+/* Why a flow solve may have failed: what enters cannot leave. `status` where there is another reason. */
+static pd_status pdi_couple_blocked(pd_ctx *ctx, const pd_couple *c, pd_status status)
+{
+    double given;
+    int32_t node;
+    char place[PDI_GRID_PLACE];
+    pdi_flow_entering(ctx, c->flow, &given);
+    if (pdi_lacks_memory(status) || !(fabs(given) > 0.0)) return status;
+    PDI_TRY(pdi_flow_blocked(ctx, c->flow, &node));
+    if (node < 0) return status;
+    return pdi_fail(ctx, PD_ERR_GEOMETRY, "couple",
+                    "the flow at t = %g s has no way from the inlet beside %s m to an outlet: metal or walls close it",
+                    c->time, pdi_grid_place(c->grid, node, place));
+}
+
 static pd_status pdi_couple_flow(pd_ctx *ctx, pd_couple *c)
 {
     if (!c->steady || !c->flow_stale) return PD_OK;
+    char place[PDI_GRID_PLACE];
     pd_status status = pd_steady_solve(ctx, c->steady, &c->steady_result);
     c->flow_solves++;
     c->krylov_flow += c->steady_result.krylov;
     c->flow_evaluations += c->steady_result.evaluations;
+    if (status != PD_OK) status = pdi_couple_blocked(ctx, c, status);
     if (status < 0) return status;
     if (status != PD_OK)
         return pdi_fail(
             ctx, PD_ERR_DIVERGED, "couple",
             "the flow is not steady at t = %g s: residuals %.3g (momentum) and %.3g (continuity) after %d steps, "
-            "expected %g. Loosen the tolerance, refine the grid or lower the Reynolds number",
+            "expected %g, the largest at %s m. Loosen the tolerance, refine the grid or lower the Reynolds number",
             c->time, c->steady_result.momentum, c->steady_result.continuity, c->steady_result.newton,
-            c->steady->desc.tolerance);
+            c->steady->desc.tolerance, pdi_grid_place(c->grid, pdi_steady_worst(c->steady), place));
     PDI_TRY(pdi_couple_enters(ctx, c));
     c->flow_stale = 0;
     return PD_OK;

@@ -331,11 +331,10 @@ PDI_FN pd_status pdi_corrode_law(pd_ctx *ctx, const pd_corrode *r, int32_t i, do
     if (pdi_corrode_passive(r, i)) return PD_OK;
     double v = r->desc.rate(r->desc.rate_user, c);
     if (!(fabs(v) < 1e100)) {
-        double x[PD_DIM];
-        pd_grid_position(r->grid, i, x);
+        char place[PDI_GRID_PLACE];
         return pdi_fail(ctx, PD_ERR_STATE, "corrode",
-                        "the rate law gives %g m/s at c = %g mol/m3 (node %d at x = %g m), expected a finite speed", v,
-                        c, (int)i, x[0]);
+                        "the rate law gives %g m/s at c = %g mol/m3 (node %d at %s m), expected a finite speed", v,
+                        c, (int)i, pdi_grid_place(r->grid, i, place));
     }
     *speed = fmax(v, 0.0);
     return PD_OK;

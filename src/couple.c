@@ -50,21 +50,38 @@ static pd_status pdi_couple_enters(pd_ctx *ctx, const pd_couple *c)
                     c->time, taken, given);
 }
 
+/* Why a flow solve may have failed: what enters cannot leave. `status` where there is another reason. */
+static pd_status pdi_couple_blocked(pd_ctx *ctx, const pd_couple *c, pd_status status)
+{
+    double given;
+    int32_t node;
+    char place[PDI_GRID_PLACE];
+    pdi_flow_entering(ctx, c->flow, &given);
+    if (pdi_lacks_memory(status) || !(fabs(given) > 0.0)) return status;
+    PDI_TRY(pdi_flow_blocked(ctx, c->flow, &node));
+    if (node < 0) return status;
+    return pdi_fail(ctx, PD_ERR_GEOMETRY, "couple",
+                    "the flow at t = %g s has no way from the inlet beside %s m to an outlet: metal or walls close it",
+                    c->time, pdi_grid_place(c->grid, node, place));
+}
+
 static pd_status pdi_couple_flow(pd_ctx *ctx, pd_couple *c)
 {
     if (!c->steady || !c->flow_stale) return PD_OK;
+    char place[PDI_GRID_PLACE];
     pd_status status = pd_steady_solve(ctx, c->steady, &c->steady_result);
     c->flow_solves++;
     c->krylov_flow += c->steady_result.krylov;
     c->flow_evaluations += c->steady_result.evaluations;
+    if (status != PD_OK) status = pdi_couple_blocked(ctx, c, status);
     if (status < 0) return status;
     if (status != PD_OK)
         return pdi_fail(
             ctx, PD_ERR_DIVERGED, "couple",
             "the flow is not steady at t = %g s: residuals %.3g (momentum) and %.3g (continuity) after %d steps, "
-            "expected %g. Loosen the tolerance, refine the grid or lower the Reynolds number",
+            "expected %g, the largest at %s m. Loosen the tolerance, refine the grid or lower the Reynolds number",
             c->time, c->steady_result.momentum, c->steady_result.continuity, c->steady_result.newton,
-            c->steady->desc.tolerance);
+            c->steady->desc.tolerance, pdi_grid_place(c->grid, pdi_steady_worst(c->steady), place));
     PDI_TRY(pdi_couple_enters(ctx, c));
     c->flow_stale = 0;
     return PD_OK;

@@ -216,11 +216,10 @@ static pd_status pdi_dissolve_law(pd_ctx *ctx, pd_dissolve *d, int32_t i)
         ahead = d->desc.rate(d->desc.rate_user, c + step);
     }
     if (!(fabs(now) < 1e100) || !(fabs(ahead) < 1e100)) {
-        double x[PD_DIM];
-        pd_grid_position(d->grid, i, x);
+        char place[PDI_GRID_PLACE];
         return pdi_fail(ctx, PD_ERR_STATE, "dissolve",
-                        "the rate law gives %g m/s at c = %g mol/m3 (node %d at x = %g m), expected a finite speed",
-                        now, c, (int)i, x[0]);
+                        "the rate law gives %g m/s at c = %g mol/m3 (node %d at %s m), expected a finite speed", now,
+                        c, (int)i, pdi_grid_place(d->grid, i, place));
     }
     if (!(now > 0.0) && d->desc.rate(d->desc.rate_user, 0.0) > 0.0) d->stalled = 1;
     d->slope[i] = now > 0.0 ? fmin((ahead - now) / step, 0.0) : 0.0;

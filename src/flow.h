@@ -97,6 +97,8 @@ PDI_FN double pdi_flow_bond_flux(const pd_flow *flow, int32_t i, int k);
 /* Volume per time [m3/s, per m in planar 2D] that bonds to inlets bring, and what they would with the velocity of the
  * inlets at both ends. */
 PDI_FN double pdi_flow_entering(pd_ctx *ctx, pd_flow *flow, double *given);
+/* A fluid node beside an inlet from which no open bonds lead to an outlet; -1: there is none. */
+PDI_FN pd_status pdi_flow_blocked(pd_ctx *ctx, const pd_flow *flow, int32_t *node);
 #endif
 
 #endif

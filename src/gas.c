@@ -385,12 +385,12 @@ static void pdi_gas_limit_lanes(const pd_gas *gas, int32_t i, int32_t row, int c
 static pd_status pdi_gas_refuse(pd_ctx *ctx, const pd_gas *gas, int32_t node)
 {
     int64_t total = gas->grid->total;
-    double x[PD_DIM];
-    pd_grid_position(gas->grid, node, x);
+    char place[PDI_GRID_PLACE];
     return pdi_fail(ctx, PD_ERR_STATE, "gas",
-                    "node %d at (%g, ...) m has rho = %g kg/m3 and rho E = %g J/m3 at t = %g s: density and pressure "
+                    "node %d at %s m has rho = %g kg/m3 and rho E = %g J/m3 at t = %g s: density and pressure "
                     "must be positive and finite",
-                    (int)node, x[0], gas->state[node], gas->state[PDI_GAS_P * total + node], gas->time);
+                    (int)node, pdi_grid_place(gas->grid, node, place), gas->state[node],
+                    gas->state[PDI_GAS_P * total + node], gas->time);
 }
 
 pd_status pd_gas_limit(pd_ctx *ctx, pd_gas *gas, double *limit)

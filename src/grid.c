@@ -2,6 +2,7 @@
 #include "grid.h"
 #include "vec.h"
 #include <math.h>
+#include <stdio.h>
 #include <string.h>
 
 /* Cells beyond given bounds that count as between them. */
@@ -13,6 +14,17 @@ PDI_FN void pdi_grid_index(const pd_grid *grid, int32_t node, int *i)
         i[d] = (int)(node % grid->np[d]) - grid->ghost;
         node /= grid->np[d];
     }
+}
+
+PDI_FN const char *pdi_grid_place(const pd_grid *grid, int32_t node, char *text)
+{
+    double x[PD_DIM];
+    int used = 0;
+    pd_grid_position(grid, node, x);
+    for (int d = 0; d < PD_DIM; d++)
+        used += snprintf(text + used, (size_t)(PDI_GRID_PLACE - used), "%s%.6g", d ? ", " : "(", x[d]);
+    snprintf(text + used, (size_t)(PDI_GRID_PLACE - used), ")");
+    return text;
 }
 
 PDI_FN int pdi_grid_inside(const pd_grid *grid, const int *i)

@@ -85,6 +85,9 @@ PD_API int64_t pd_grid_count(const pd_grid *grid, pd_kind kind);
 #define PDI_VECTOR 8
 /* Cell index (ghosts negative) of a node. */
 PDI_FN void pdi_grid_index(const pd_grid *grid, int32_t node, int *i);
+/* "(x, y, z)" [m] of a node, for messages: into text [PDI_GRID_PLACE], which is returned. */
+#define PDI_GRID_PLACE 80
+PDI_FN const char *pdi_grid_place(const pd_grid *grid, int32_t node, char *text);
 /* 1 when the index lies inside the box. */
 PDI_FN int pdi_grid_inside(const pd_grid *grid, const int *i);
 /* Node of the box that a ghost stands for: its place one period on behind periodic sides, its mirror image behind all

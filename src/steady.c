@@ -263,8 +263,21 @@ static pd_status pdi_steady_solenoid(pd_ctx *ctx, pd_steady *s)
     return PD_OK;
 }
 
+PDI_FN int32_t pdi_steady_worst(const pd_steady *s)
+{
+    int32_t total = s->flow->grid->total, worst = 0;
+    double most = -1.0;
+    for (int64_t i = 0; i < pdi_steady_size(s->flow); i++) {
+        if (!(fabs(s->residual[i]) > most)) continue;
+        most = fabs(s->residual[i]);
+        worst = (int32_t)(i % total);
+    }
+    return worst;
+}
+
 pd_status pd_steady_solve(pd_ctx *ctx, pd_steady *s, pd_steady_result *result)
 {
+    char place[PDI_GRID_PLACE];
     pd_flow *flow = s->flow;
     int64_t start = flow->evaluations;
     double forcing = 0.1, least = s->norm0 > 0.0 ? PDI_STEADY_AGAIN : 1.0, boost = least;
@@ -281,8 +294,9 @@ pd_status pd_steady_solve(pd_ctx *ctx, pd_steady *s, pd_steady_result *result)
         if (result->newton >= s->desc.max_newton) return PD_NOT_CONVERGED;
         if (boost > PDI_STEADY_MAX_BOOST)
             return pdi_fail(ctx, PD_ERR_DIVERGED, "steady",
-                            "no pseudo time step lowers the flow residual of %g (%d Newton steps)", norm,
-                            result->newton);
+                            "no pseudo time step lowers the flow residual of %g (%d Newton steps), which is largest at "
+                            "%s m. Refine the grid or lower the Reynolds number", norm, result->newton,
+                            pdi_grid_place(flow->grid, pdi_steady_worst(s), place));
         /* switched evolution relaxation: the pseudo time step grows as the residual falls (eq. 4.10) */
         double shift = PDI_STEADY_SHIFT * boost * flow->speed / flow->length * sqrt(norm / s->norm0);
         int effort = 0;

@@ -56,6 +56,8 @@ PD_API void pd_steady_free(pd_ctx *ctx, pd_steady *steady);
 #ifdef PDI_INTERNAL
 /* Default restart of GMRES: it keeps one basis vector more. */
 #define PDI_STEADY_RESTART 20
+/* The node with the largest residual of the last solve, which has failed. */
+PDI_FN int32_t pdi_steady_worst(const pd_steady *steady);
 /* What solves carry on beside the flow. */
 PDI_FN pd_status pdi_steady_store(pd_ctx *ctx, pd_steady *steady, pd_store *store);
 /* Solve R(u, p) + rate (u - target) = 0 from the state in flow: a stage of an implicit step. tolerance [-]: of the

@@ -208,6 +208,21 @@ static double made_by_a_clamp(double share)
     return given - 1.0;
 }
 
+/* A plate from wall to wall: what enters cannot leave. Behind mirrors it is as closed. */
+TEST(closed_channel)
+{
+    NOT_IN_3D();
+    static const char *const names[] = {"couple_between_walls", "couple_between_mirrors"};
+    static const char *const sides[] = {"", "[side y-] flow = mirror\n[side y+] flow = mirror\n"};
+    char text[1200];
+    for (int k = 0; k < 2; k++) {
+        snprintf(text, sizeof text, "%s[shape plate] box = 100 um .. 110 um%s  kind = solid\n%s%s", CHANNEL,
+                 ACROSS("0 .. 80 um"), sides[k], STREAM LAW "[run] until = 1 h\n");
+        hard_refused(&hard_one, text, names[k], "the flow at t = 0 s has no way from the inlet beside (5e-06, ",
+                     PD_ERR_GEOMETRY);
+    }
+}
+
 /* A head on a neck one node wide: when the neck is gone the head is debris, with nothing solid behind it to take up
  * what its nodes are off by. */
 TEST(debris)
@@ -344,5 +359,6 @@ TEST(channel_of_one_node)
     }
 }
 
-TEST_MAIN(ENTRY(wall_of_one_node) ENTRY(solid_at_sides) ENTRY(solid_on_a_mirror) ENTRY(closed_pocket) ENTRY(debris)
-              ENTRY(everything_dissolved) ENTRY(nothing_to_dissolve) ENTRY(channel_of_one_node))
+TEST_MAIN(ENTRY(wall_of_one_node) ENTRY(solid_at_sides) ENTRY(solid_on_a_mirror) ENTRY(closed_pocket)
+              ENTRY(closed_channel) ENTRY(debris) ENTRY(everything_dissolved) ENTRY(nothing_to_dissolve)
+              ENTRY(channel_of_one_node))
