@@ -1,4 +1,7 @@
-/* smooth: see smooth.h */
+/* smooth: see smooth.h
+ *
+ * Sums of level 0 have the loop over axes inside that over cells: the other way round gcc exchanges them, and gathers.
+ */
 #include "smooth.h"
 #include "par.h"
 
@@ -70,15 +73,19 @@ static void pdi_smooth_block_defect(const pd_smooth_level *fine, const int32_t *
     const float *PD_RESTRICT excess = fine->excess + first;
     const double *PD_RESTRICT sum = fine->sum + first;
     float *PD_RESTRICT b = fine->b + first;
-    double leave[PDI_SMOOTH_BLOCK];
-    for (int32_t c = 0; c < count; c++) leave[c] = (double)excess[c] * sum[c];
+    const float *lo[PD_DIM], *hi[PD_DIM];
     for (int d = 0; d < PD_DIM; d++) {
-        const float *PD_RESTRICT lo = fine->lo[d] + first, *PD_RESTRICT hi = fine->hi[d] + first;
-        const double *PD_RESTRICT below = sum - stride[d], *PD_RESTRICT above = sum + stride[d];
-        for (int32_t c = 0; c < count; c++)
-            leave[c] += (double)lo[c] * (sum[c] - below[c]) + (double)hi[c] * (sum[c] - above[c]);
+        lo[d] = fine->lo[d] + first;
+        hi[d] = fine->hi[d] + first;
     }
-    for (int32_t c = 0; c < count; c++) b[c] -= (float)leave[c];
+    for (int32_t c = 0; c < count; c++) {
+        double leave = (double)excess[c] * sum[c];
+        for (int d = 0; d < PD_DIM; d++) {
+            double below = sum[c] - sum[c - stride[d]], above = sum[c] - sum[c + stride[d]];
+            leave += (double)lo[d][c] * below + (double)hi[d][c] * above;
+        }
+        b[c] -= (float)leave;
+    }
 }
 
 static void pdi_smooth_defect(const pd_smooth_level *level, const int32_t *stride, int32_t first, int32_t end)
@@ -95,7 +102,7 @@ static void pdi_smooth_defect(const pd_smooth_level *level, const int32_t *strid
 
 /* One job on the cells first, first + step, ... before end. */
 static inline void pdi_smooth_cells(const pd_smooth_level *level, const int32_t *stride, pdi_smooth_job job,
-                                       int32_t first, int32_t end, int32_t step)
+                                    int32_t first, int32_t end, int32_t step)
 {
     float *x = level->x;
     const float *b = level->b, *inv = level->inv;
@@ -157,6 +164,32 @@ PDI_FN void pdi_smooth_range(const pd_ctx *ctx, const pd_smooth_level *level, pd
                             first + pdi_smooth_part(count, part + 1), 1);
 }
 
+/* x = b/a (START) or (b + sum)/a (SWEEP) on every second cell from `first` of a row of level 0 without edges. The cells
+ * between, which the sums read, are computed too, for the sake of vectors, and left as they are. */
+static void pdi_smooth_every_second(const pd_smooth_level *fine, const int32_t *stride, int sweep, int32_t first,
+                                    int32_t end)
+{
+    float next[PDI_SMOOTH_BLOCK];
+    for (int32_t at = first; at < end; at += PDI_SMOOTH_BLOCK) {
+        int n = end - at < PDI_SMOOTH_BLOCK ? (int)(end - at) : PDI_SMOOTH_BLOCK;
+        const float *b = fine->b + at, *inv = fine->inv + at, *lo[PD_DIM], *hi[PD_DIM];
+        float *x = fine->x + at;
+        for (int d = 0; d < PD_DIM; d++) {
+            lo[d] = fine->lo[d] + at;
+            hi[d] = fine->hi[d] + at;
+        }
+        if (sweep)
+            for (int c = 0; c < n; c++) {
+                float sum = 0.0f;
+                for (int d = 0; d < PD_DIM; d++) sum += lo[d][c] * x[c - stride[d]] + hi[d][c] * x[c + stride[d]];
+                next[c] = (b[c] + sum) * inv[c];
+            }
+        else
+            for (int c = 0; c < n; c++) next[c] = b[c] * inv[c];
+        for (int c = 0; c < n; c += 2) x[c] = next[c];
+    }
+}
+
 /* A job on the cells of one colour: they do not touch each other. */
 PDI_FN void pdi_smooth_colour(const pd_ctx *ctx, const pd_smooth_level *level, pdi_smooth_job job, int colour)
 {
@@ -172,7 +205,9 @@ PDI_FN void pdi_smooth_colour(const pd_ctx *ctx, const pd_smooth_level *level, p
     for (int32_t r = 0; r < rows; r++) {
         int32_t first = level->begin[r];
         first += ((first - r * n0) ^ pdi_smooth_row_colour(level, r) ^ colour) & 1;
-        pdi_smooth_cells(level, stride, job, first, level->end[r], 2);
+        if (!level->edge && (job == PDI_SMOOTH_START || job == PDI_SMOOTH_SWEEP))
+            pdi_smooth_every_second(level, stride, job == PDI_SMOOTH_SWEEP, first, level->end[r]);
+        else pdi_smooth_cells(level, stride, job, first, level->end[r], 2);
     }
 }
 
@@ -189,13 +224,16 @@ static inline void pdi_smooth_linked_line(const pd_smooth_level *level, const in
 /* What the other lines give a line of level 0, into r: it does not change while the line is swept. */
 static inline void pdi_smooth_fine_given(const pd_smooth_level *fine, const int32_t *stride, int32_t first, int32_t n)
 {
-    const float *PD_RESTRICT x = fine->x + first, *PD_RESTRICT b = fine->b + first;
+    const float *PD_RESTRICT x = fine->x + first, *PD_RESTRICT b = fine->b + first, *lo[PD_DIM], *hi[PD_DIM];
     float *PD_RESTRICT given = fine->r + first;
-    for (int32_t c = 0; c < n; c++) given[c] = b[c];
-    for (int d = 1; d < PD_DIM; d++) {
-        const float *PD_RESTRICT below = fine->lo[d] + first, *PD_RESTRICT above = fine->hi[d] + first;
-        int32_t s = stride[d];
-        for (int32_t c = 0; c < n; c++) given[c] += below[c] * x[c - s] + above[c] * x[c + s];
+    for (int d = 0; d < PD_DIM; d++) {
+        lo[d] = fine->lo[d] + first;
+        hi[d] = fine->hi[d] + first;
+    }
+    for (int32_t c = 0; c < n; c++) {
+        float sum = b[c];
+        for (int d = 1; d < PD_DIM; d++) sum += lo[d][c] * x[c - stride[d]] + hi[d][c] * x[c + stride[d]];
+        given[c] = sum;
     }
 }
 
