@@ -61,13 +61,13 @@ static const scene_run scene_runs[] = {
 #if PD_DIM == 2
 #define SCENES_MISSED \
     "Why 250 bytes a node are missed: a steady solve keeps 21 Krylov bases in single precision, 252 bytes a node, " \
-    "and transport 41, another 164; the multigrids take 240, and the fields and vectors of flow, transport and " \
-    "their solvers, in double precision with ghosts, the rest."
+    "and transport 41, another 164; the multigrids take 240, the products of the linearised flow 52, and the fields " \
+    "and vectors of flow, transport and their solvers, in double precision with ghosts, the rest."
 #else
 #define SCENES_MISSED \
     "Why 250 bytes a node are missed: 21 bases of four components, 336 bytes a node of fluid or metal; a " \
     "conductance for each of the 178 bonds of nodes whose family is cut, which are more than half of the fluid " \
-    "here; and ghosts, which double the nodes of a box 30 cells wide."
+    "here; 72 bytes for products of the linearised flow; and ghosts, which double the nodes of a box 30 cells wide."
 #endif
 
 /* 3D: a quick run leaves out the pin. */
