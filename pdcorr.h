@@ -16253,14 +16253,13 @@ PDI_INLINE void pdi_flow_bond(const pd_flow *flow, const pdi_flow_terms *t, cons
     const double *mass = t->mass + far, *u = t->u + far, *p = t->p + far, *grad = t->grad + far;
     const double *g = s->grad + k * PD_DIM, *xi = s->xi + k * PD_DIM, *a = pdi_bond_lap(flow->bonds, i) + k;
     double twice_nu = 2.0 * flow->nu, share = pdi_bond_flux(flow->bonds, i, k);
-    int ring = PD_DIM == 2 && flow->bonds->ring.flux;
     for (int b = 0; b < count; b++) {
         double flux = 0.0, tie = 2.0 * (p[b] - own->p[b]), gain;
         for (int d = 0; d < PD_DIM; d++) {
             flux += g[d] * (own->mass[d][b] + mass[d * total + b]);
             tie -= xi[d] * (own->grad[d][b] + grad[d * total + b]);
         }
-        if (ring) flux *= share; /* the circumference half way against that at the node */
+        if (PD_DIM == 2) flux *= share; /* the circumference half way against that at the node; planar: 1 */
         gain = flux - twice_nu * *a;
         tie *= *a;
         if (open) {
@@ -19836,7 +19835,7 @@ static inline void pdi_convect_shut(const pd_convect *t, int32_t row, int k, int
     for (int b = 0; b < count; b++) flux[b] *= pdi_bond_gate_lane(&gate, k, b);
 }
 
-static inline void pdi_convect_pair_get(const pd_convect *t, int32_t i, int32_t row, int k, int count,
+PDI_INLINE void pdi_convect_pair_get(const pd_convect *t, int32_t i, int32_t row, int k, int count,
                                         pdi_convect_pair *p)
 {
     int opposite = t->bonds->stencil->count - 1 - k;
@@ -19846,7 +19845,7 @@ static inline void pdi_convect_pair_get(const pd_convect *t, int32_t i, int32_t 
     if (t->flux) {
         p->flux = pdi_convect_slot(t, i, k, &p->turn);
         p->back = pdi_convect_slot(t, i, opposite, &p->turn);
-    } else if (t->flow) {
+    } else if (PD_DIM == 3 && t->flow) {
         pdi_convect_volumes(t, i, k, count, p->volume[0], p->volume[1]);
         if (row >= 0) {
             pdi_convect_shut(t, row, k, count, p->volume[0]);

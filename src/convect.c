@@ -294,7 +294,7 @@ static inline void pdi_convect_shut(const pd_convect *t, int32_t row, int k, int
     for (int b = 0; b < count; b++) flux[b] *= pdi_bond_gate_lane(&gate, k, b);
 }
 
-static inline void pdi_convect_pair_get(const pd_convect *t, int32_t i, int32_t row, int k, int count,
+PDI_INLINE void pdi_convect_pair_get(const pd_convect *t, int32_t i, int32_t row, int k, int count,
                                         pdi_convect_pair *p)
 {
     int opposite = t->bonds->stencil->count - 1 - k;
@@ -304,7 +304,7 @@ static inline void pdi_convect_pair_get(const pd_convect *t, int32_t i, int32_t 
     if (t->flux) {
         p->flux = pdi_convect_slot(t, i, k, &p->turn);
         p->back = pdi_convect_slot(t, i, opposite, &p->turn);
-    } else if (t->flow) {
+    } else if (PD_DIM == 3 && t->flow) {
         pdi_convect_volumes(t, i, k, count, p->volume[0], p->volume[1]);
         if (row >= 0) {
             pdi_convect_shut(t, row, k, count, p->volume[0]);
