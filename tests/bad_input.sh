@@ -305,6 +305,7 @@ rm -rf out
 "$build/pd2d" bad.scene --out out --memory-limit 200kB > stdout 2> stderr
 [ $? = 1 ] && [ ! -s stdout ] && [ ! -e out ] && [ "$(wc -l < stderr)" = 1 ] &&
     grep -q '^pd2d: memory: the run needs about [0-9.]* MB, the limit is 0.2 MB$' stderr
-verdict "memory limit: $(cat stdout stderr)"
+said=$?
+verdict "memory limit: $(cat stdout stderr)" $said
 
 score

@@ -10,7 +10,8 @@ run() {
     name=$1 dim=$2 scene=$3
     shift 3
     "$build/pd${dim}d" "$scene" "$@" --out "$dir/$name" > "$dir/$name.out" 2> "$dir/$name.err"
-    verdict "$name: status $?: $(cat "$dir/$name.err")"
+    said=$?
+    verdict "$name: status $said: $(cat "$dir/$name.err")" $said
 }
 
 # value NAME WORD KEY: of the last result line that holds WORD.
@@ -43,7 +44,8 @@ between() {
 # says NAME FILE TEXT: FILE (out or err) of the run holds TEXT.
 says() {
     grep -qF -- "$3" "$dir/$1.$2"
-    verdict "$1: found no '$3' in: $(cat "$dir/$1.$2")"
+    said=$?
+    verdict "$1: found no '$3' in: $(cat "$dir/$1.$2")" $said
 }
 
 # ---- estimates against closed forms ----
@@ -94,7 +96,8 @@ without() {
     printf '%s\n' "pd${dim}d: no error estimate: $message" > "$dir/wanted"
     cmp -s "$dir/wanted" "$dir/$name.err" && grep -q '^result.* volume_loss=' "$dir/$name.out" &&
         ! grep -q estimate= "$dir/$name.out"
-    verdict "$name: expected $(cat "$dir/wanted"), found $(cat "$dir/$name.err" "$dir/$name.out")"
+    said=$?
+    verdict "$name: expected $(cat "$dir/wanted"), found $(cat "$dir/$name.err" "$dir/$name.out")" $said
 }
 without odd 1 "$scenes/pencil_304_1d.scene" \
     "twin: the lattice at 2 h cannot hold the scene: the box has 201 cells along x, expected a multiple of 2" \
@@ -123,7 +126,8 @@ wanted=$(value tenth accuracy=0.001 wanted_h)
 run again 2 "$scenes/slab_2d.scene" "h=$wanted m" --accuracy 0.001
 says again out "accuracy=0.001 reached=yes"
 awk -v f="$(last again a_C)" 'BEGIN { e = f / 0.525513 - 1; exit !(f != "" && e < 1e-3 && e > -1e-3) }'
-verdict "again: at h = $wanted the probe shows $(last again a_C), expected 0.525513 within 0.1 %"
+said=$?
+verdict "again: at h = $wanted the probe shows $(last again a_C), expected 0.525513 within 0.1 %" $said
 # what the scene sets wins
 sed 's/^\[run\] */[run] rtol = 0.02 /' "$scenes/slab_2d.scene" > "$dir/kept.scene"
 run kept 2 "$dir/kept.scene" --accuracy 1%
@@ -143,7 +147,8 @@ for bad in 0 200% 60% abc 1%% % nan -1 1e-9 ''; do
     echo "pd2d: --accuracy expects a share from 0.0001% to 50%, such as 1% or 0.01; pd2d --help tells the usage" \
         > "$dir/wanted"
     [ $status = 2 ] && cmp -s "$dir/wanted" "$dir/bad.err" && [ ! -s "$dir/bad.out" ] && [ ! -e "$dir/bad" ]
-    verdict "--accuracy '$bad': status $status, $(cat "$dir/bad.err")"
+    said=$?
+    verdict "--accuracy '$bad': status $status, $(cat "$dir/bad.err")" $said
 done
 "$build/pd2d" "$scenes/slab_2d.scene" --accuracy > "$dir/bad.out" 2> "$dir/bad.err"
 [ $? = 2 ]

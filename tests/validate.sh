@@ -15,7 +15,8 @@ rejects() {
     shift
     "$build/validate2d" "$@" > "$dir/out" 2> "$dir/log"
     [ $? = 2 ] && [ ! -s "$dir/out" ] && cmp -s "$dir/log" "$dir/wanted"
-    verdict "validate2d $*: expected status 2 and '$(cat "$dir/wanted")'; found"
+    said=$?
+    verdict "validate2d $*: expected status 2 and '$(cat "$dir/wanted")'; found" $said
 }
 rejects "no case has the name (--list prints them) poiseuile" poiseuile
 rejects "unknown option --fast" --fast

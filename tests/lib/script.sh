@@ -11,9 +11,10 @@ dir=$(mktemp -d) || exit 1
 trap 'rm -rf "$dir"' EXIT
 passed=0 failed=0 skipped=0
 
-# verdict TEXT: counts the status of the last command; where it failed, shows TEXT and the end of the log.
+# verdict TEXT [STATUS]: counts the status of the last command; where it failed, shows TEXT and the end of the log. A
+# TEXT that runs commands needs the STATUS, saved before it: shells differ in what $? is then.
 verdict() {
-    if [ $? = 0 ]; then
+    if [ "${2:-$?}" = 0 ]; then
         passed=$((passed + 1))
         return
     fi
