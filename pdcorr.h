@@ -16796,13 +16796,13 @@ static void pdi_product_run(const void *user, int32_t i, int32_t row, int32_t co
     }
 }
 
-/* out = x / unit */
-static void pdi_product_pack(const pd_ctx *ctx, const double *x, double unit, int64_t count, float *out)
+/* out = factor x */
+static void pdi_product_pack(const pd_ctx *ctx, const double *x, double factor, int64_t count, float *out)
 {
     int nt = pdi_par_threads(ctx, count);
     (void)nt;
     PDI_PARALLEL_FOR(nt)
-    for (int64_t i = 0; i < count; i++) out[i] = (float)(x[i] * unit);
+    for (int64_t i = 0; i < count; i++) out[i] = (float)(x[i] * factor);
 }
 
 PDI_FN void pdi_product_freeze(const pd_ctx *ctx, pd_product *q)
@@ -19660,13 +19660,13 @@ static void pdi_convect_drive(const pd_ctx *ctx, const pd_convect *t)
     }
 }
 
-/* What uneven lattices add to the fluxes of bond k of `count` nodes from i, times `sign`. */
-static void pdi_convect_uneven(const pd_convect *t, int32_t i, int k, int count, double sign, double *flux)
+/* What uneven lattices add to the fluxes of bond k of `count` nodes from i. */
+static void pdi_convect_uneven(const pd_convect *t, int32_t i, int k, int count, double *flux)
 {
     const pd_flow *f = t->flow;
     const pd_stencil *s = f->bonds->stencil;
     const double *grad = f->grad + i, *far = grad + f->bonds->shift[k];
-    double part = sign * 0.5 * f->tau * pdi_bond_lap(f->bonds, i)[k];
+    double part = 0.5 * f->tau * pdi_bond_lap(f->bonds, i)[k];
     for (int d = 0; d < PD_DIM; d++) {
         int64_t at = (int64_t)d * f->grid->total;
         for (int b = 0; b < count; b++) flux[b] += part * s->xi[k * PD_DIM + d] * (grad[at + b] + far[at + b]);
@@ -19692,7 +19692,7 @@ static void pdi_convect_volume(const pd_convect *t, int32_t i, int k, int count,
         double sum = pdi_convect_along(g, w + b, total) + pdi_convect_along(g, w + b + shift, total);
         flux[b] = share * sum - a * (q[b + shift] - q[b]);
     }
-    if (!t->even) pdi_convect_uneven(t, i, k, count, 1.0, flux);
+    if (!t->even) pdi_convect_uneven(t, i, k, count, flux);
 }
 
 /* The same of bond k and of the opposite one, in planar boxes. */
@@ -19709,8 +19709,8 @@ PDI_INLINE void pdi_convect_volumes(const pd_convect *t, int32_t i, int k, int c
         behind[b] = -(here + pdi_convect_along(g, w + b - shift, total)) - a * (q[b - shift] - q[b]);
     }
     if (t->even) return;
-    pdi_convect_uneven(t, i, k, count, 1.0, ahead);
-    pdi_convect_uneven(t, i, s->count - 1 - k, count, 1.0, behind);
+    pdi_convect_uneven(t, i, k, count, ahead);
+    pdi_convect_uneven(t, i, s->count - 1 - k, count, behind);
 }
 
 /* Fluxes of bond k of the nodes i .. i+count-1: nodes of the first half of a family keep them; of the others those that
@@ -19836,7 +19836,7 @@ static inline void pdi_convect_shut(const pd_convect *t, int32_t row, int k, int
 }
 
 PDI_INLINE void pdi_convect_pair_get(const pd_convect *t, int32_t i, int32_t row, int k, int count,
-                                        pdi_convect_pair *p)
+                                     pdi_convect_pair *p)
 {
     int opposite = t->bonds->stencil->count - 1 - k;
     p->shift = t->bonds->shift[k];

@@ -192,13 +192,13 @@ static void pdi_product_run(const void *user, int32_t i, int32_t row, int32_t co
     }
 }
 
-/* out = x / unit */
-static void pdi_product_pack(const pd_ctx *ctx, const double *x, double unit, int64_t count, float *out)
+/* out = factor x */
+static void pdi_product_pack(const pd_ctx *ctx, const double *x, double factor, int64_t count, float *out)
 {
     int nt = pdi_par_threads(ctx, count);
     (void)nt;
     PDI_PARALLEL_FOR(nt)
-    for (int64_t i = 0; i < count; i++) out[i] = (float)(x[i] * unit);
+    for (int64_t i = 0; i < count; i++) out[i] = (float)(x[i] * factor);
 }
 
 PDI_FN void pdi_product_freeze(const pd_ctx *ctx, pd_product *q)

@@ -27,16 +27,15 @@ rejects() {
     "$build/pd2d" bad.scene --out out "$@" > stdout 2> stderr
     status=$?
     printf 'pd2d: %s\n' "$message" > wanted
-    [ $status = 2 ] && [ ! -s stdout ] && [ ! -e out ] && cmp -s stderr wanted ||
-        {
-            echo "status $status, folder $([ -e out ] && echo made || echo absent)"
-            sed 's/^/expected /' wanted
-            sed 's/^/found    /' stderr
-            sed 's/^/stdout   /' stdout
-        } > log
-    [ ! -e log ]
-    verdict "$name"
-    rm -f log
+    [ $status = 2 ] && [ ! -s stdout ] && [ ! -e out ] && cmp -s stderr wanted
+    said=$?
+    {
+        echo "status $status, folder $([ -e out ] && echo made || echo absent)"
+        sed 's/^/expected /' wanted
+        sed 's/^/found    /' stderr
+        sed 's/^/stdout   /' stdout
+    } > log
+    verdict "$name" $said
 }
 
 # spoil NAME SED MESSAGE: one edit of the base.
@@ -306,6 +305,7 @@ rm -rf out
 [ $? = 1 ] && [ ! -s stdout ] && [ ! -e out ] && [ "$(wc -l < stderr)" = 1 ] &&
     grep -q '^pd2d: memory: the run needs about [0-9.]* MB, the limit is 0.2 MB$' stderr
 said=$?
-verdict "memory limit: $(cat stdout stderr)" $said
+cat stdout stderr > log
+verdict "memory limit" $said
 
 score
