@@ -151,7 +151,7 @@ valgrind: $(VALGRIND_TESTS:%=$(BUILD)/%) ## a handful of quick test programs und
 	sh tools/valgrind.sh $^
 
 # Test programs of floors 0 to 3 with 32-bit pointers; needs the C library for them (gcc-multilib).
-TESTS32 = base_2d rng_2d expr_2d shape_2d stencil_2d grid_2d bond_2d krylov_2d multigrid_2d file_2d text_2d png_2d
+TESTS32 = base_2d rng_2d expr_2d shape_2d stencil_2d grid_2d bond_2d krylov_2d multigrid_2d coarsen_2d file_2d text_2d png_2d
 test32: ## the tests of floors 0 to 3 built with -m32 and run
 	@if printf '#include <stdio.h>\nint main(void) { return 0; }\n' | $(CC) -m32 -x c - -o $(BUILD)/probe32 2> /dev/null; then \
 	  mkdir -p $(BUILD)/32/logs; rm -f $(BUILD)/32/logs/*.log; \

@@ -44,6 +44,7 @@
  *   op         the peridynamic operators on scalar and vector fields.
  *   krylov     iterative solvers for A x = b over callbacks; they know no physics.
  *   smooth     one level of the multigrid hierarchy, and the sweeps over its cells.
+ *   coarsen    the next coarser level of a multigrid hierarchy.
  *   multigrid  a scalar, cell-centred, geometric V-cycle on the compact face stencil, used as a preconditioner.
  *   compact    the nearest-neighbour (2d+1 point) picture of a scene that multigrid preconditioners work on.
  *   sdirk      what all users of the two-stage, second-order, L-stable SDIRK method share: its constant, and the choice of
@@ -1450,6 +1451,80 @@ PDI_FN void pdi_smooth_lines(const pd_ctx *ctx, const pd_smooth_level *level, in
 
 #endif
 
+/* ======== >>coarsen.h ======== */
+/* coarsen: the next coarser level of a multigrid hierarchy.
+ *
+ * Cells that are linked within a block of two cells along each halved axis become one. Conductances of faces between
+ * the same two are summed and reduced as the distance of the centres grows; flows are summed and taken upwind anew.
+ */
+#ifndef PD_COARSEN_H
+#define PD_COARSEN_H
+
+#ifdef PDI_INTERNAL
+typedef struct pdi_coarsen {
+    int symmetric, contrast; /* as in pd_multigrid_desc */
+    int32_t *mark;           /* [cells of level 0 + 3] counts and marks */
+} pdi_coarsen;
+
+/* The same view of the links of all levels; only setups use it. */
+typedef struct pdi_coarsen_link {
+    int32_t cell;  /* the neighbour */
+    float a, back; /* coefficient of the neighbour here, of this cell there */
+    int axis, upper;
+} pdi_coarsen_link;
+
+/* Link k of cell c; 0: closed. */
+static inline int pdi_coarsen_link_get(const pd_smooth_level *level, int32_t c, int32_t k, pdi_coarsen_link *link)
+{
+    if (level->row) {
+        link->cell = level->col[k];
+        link->a = level->a[k];
+        link->back = level->back[k];
+        link->axis = level->face[k] >> 1;
+        link->upper = level->face[k] & 1;
+        return 1;
+    }
+    link->axis = k >> 1;
+    link->upper = k & 1;
+    int32_t stride = pdi_smooth_stride(level->n, link->axis);
+    if (level->edge && level->edge[c]) {
+        link->cell = pdi_smooth_across(level, stride, link->axis, link->upper, c);
+        if (link->cell < 0) return 0;
+        link->a = pdi_smooth_edge_coefficient(level, link->axis, link->upper, c, link->cell);
+        link->back = pdi_smooth_edge_coefficient(level, link->axis, !link->upper, link->cell, c);
+        return link->a + link->back > 0.0f;
+    }
+    link->cell = link->upper ? c + stride : c - stride;
+    link->a = link->upper ? level->hi[link->axis][c] : level->lo[link->axis][c];
+    link->back = link->upper ? level->lo[link->axis][c + stride] : level->hi[link->axis][c - stride];
+    return link->a + link->back > 0.0f;
+}
+
+/* Loop over the open links of cell c. */
+#define PDI_COARSEN_LINKS(level, c, k, link) \
+    for (int32_t k = (level)->row ? (level)->row[c] : 0; k < ((level)->row ? (level)->row[(c) + 1] : 2 * PD_DIM); k++) \
+        if (pdi_coarsen_link_get((level), (c), k, &(link)))
+
+/* Floats of a cell beside x and the coefficients of level 0: b, r, inv, excess. */
+static inline size_t pdi_coarsen_values(const pdi_coarsen *how) { return how->contrast ? 4 : 3; }
+/* 1: the ends of an axis of n blocks are linked, when its ends on the level above are. Red-black sweeps need an even
+ * number, else both ends have one colour. */
+static inline int pdi_coarsen_wraps(const pdi_coarsen *how, int n, int above)
+{
+    return above && n > 2 && !(how->symmetric && n % 2);
+}
+/* Choose the axes of a level to halve; 0: no cell has a link any more. */
+PDI_FN int pdi_coarsen_choose(const pd_ctx *ctx, pd_smooth_level *level);
+/* The level below one whose axes are chosen. During setup x holds the wall and b the mass of each cell of a level. */
+PDI_FN pd_status pdi_coarsen_level(pd_ctx *ctx, const pdi_coarsen *how, pd_smooth_level *level,
+                                   pd_smooth_level *coarse);
+/* Only its diagonals, after those of `level` have changed. */
+PDI_FN void pdi_coarsen_diagonal(const pd_smooth_level *level, pd_smooth_level *coarse);
+PDI_FN void pdi_coarsen_free(pd_ctx *ctx, const pdi_coarsen *how, pd_smooth_level *coarse);
+#endif
+
+#endif
+
 /* ======== >>multigrid.h ======== */
 /* multigrid: a scalar, cell-centred, geometric V-cycle on the compact face stencil, used as a preconditioner.
  *
@@ -1497,6 +1572,7 @@ typedef struct pd_multigrid {
 #define pd_multigrid_build PD_NAME(pd_multigrid_build)
 #define pd_multigrid_free PD_NAME(pd_multigrid_free)
 #define pd_multigrid_setup PD_NAME(pd_multigrid_setup)
+#define pd_multigrid_mass PD_NAME(pd_multigrid_mass)
 #define pd_multigrid_cycle PD_NAME(pd_multigrid_cycle)
 
 /* Allocate the finest level. PD_ERR_ARGUMENT: n or stride not positive. PD_ERR_SIZE: more than 2^31 - 1 cells. */
@@ -1511,6 +1587,10 @@ PD_API void pd_multigrid_free(pd_ctx *ctx, pd_multigrid *mg);
 PD_API pd_status pd_multigrid_setup(pd_ctx *ctx, pd_multigrid *mg, const uint8_t *active,
                                     const float *const conduct[PD_DIM], const float *const flux[PD_DIM],
                                     const float *wall, const float *mass);
+/* Take other walls and masses; the active cells and their faces stay those of the last setup, which this costs a small
+ * part of. desc.symmetric only. The same bits as a setup gives. PD_ERR_ARGUMENT: as of setup, or there was none. */
+PD_API pd_status pd_multigrid_mass(pd_ctx *ctx, pd_multigrid *mg, const uint8_t *active, const float *wall,
+                                   const float *mass);
 /* x = M^-1 rhs, one cycle from zero: a constant linear operator up to single precision rounding, symmetric positive
  * (fit for CG) with desc.symmetric. With GMRES on stiff operators use the flexible form: rounding is not linear.
  * rhs and x live on the padded lattice; x becomes 0 at inactive cells, nodes outside of the box are neither read nor
@@ -8104,7 +8184,8 @@ static double pdi_ring_conductance(const pdi_ring_fit *f, int i, int k)
     int axial = pdi_ring_offset(f->stencil, k, 0), j = i + pdi_ring_offset(f->stencil, k, 1);
     double from = f->first + i, to = f->first + j, rho = 0.5 * (from + to);
     if (!(from > 0.0) || !(to > 0.0)) return 0.0;
-    if (i >= f->rows || j >= f->rows) return axial ? rho : rho - f->excess / rho;
+    int fitted = i >= 0 && j >= 0 && i < f->rows && j < f->rows; /* ghosts inside of a hollow box are not */
+    if (!fitted) return axial ? rho : rho - f->excess / rho;
     double square = (double)axial * axial;
     return rho * exp(square * (f->axial[i] + f->axial[j]) + (to * to - from * from) * (f->radial[i] - f->radial[j]));
 }
@@ -10967,6 +11048,412 @@ PDI_FN void pdi_smooth_lines(const pd_ctx *ctx, const pd_smooth_level *level, in
 #undef PDI_SMOOTH_SLAB_CELLS
 #undef PDI_SMOOTH_BLOCK
 
+/* ======== >>coarsen.c ======== */
+/* coarsen: see coarsen.h */
+#include <math.h>
+
+/* An axis is halved when its typical coefficient is at least this share of the strongest. */
+#define PDI_COARSEN_STRONG 0.25
+/* A pocket whose mass is below this share of its links' coefficients drowns in single precision rounding: its mean is
+ * then solved with this share, and the Krylov solver does the rest. */
+#define PDI_COARSEN_FLOOR 1e-6f
+/* The same with contrast. */
+#define PDI_COARSEN_FLOOR_CONTRAST 1e-10f
+#define PDI_COARSEN_NONE (-1)
+
+/* ---- memory ---- */
+
+PDI_FN void pdi_coarsen_free(pd_ctx *ctx, const pdi_coarsen *how, pd_smooth_level *level)
+{
+    size_t cells = (size_t)level->cell_capacity, links = (size_t)level->link_capacity;
+    PDI_DELETE(ctx, (1 + pdi_coarsen_values(how)) * cells, level->values);
+    PDI_DELETE(ctx, cells, level->sum);
+    PDI_DELETE(ctx, 4 * cells + 2, level->indices);
+    PDI_DELETE(ctx, 2 * links, level->a);
+    PDI_DELETE(ctx, links, level->col);
+    PDI_DELETE(ctx, links, level->face);
+    PDI_DELETE(ctx, level->child_capacity, level->child);
+    PDI_DELETE(ctx, level->line_capacity, level->line);
+    level->cell_capacity = level->link_capacity = level->child_capacity = level->line_capacity = 0;
+}
+
+/* Room for `count` entries of a list; old content is of no value, so release before taking. */
+static pd_status pdi_coarsen_reserve_list(pd_ctx *ctx, int32_t **list, int32_t *capacity, int32_t count)
+{
+    if (count <= *capacity) return PD_OK;
+    PDI_DELETE(ctx, *capacity, *list);
+    *capacity = 0;
+    PDI_TRY(PDI_NEW(ctx, "multigrid", count, *list));
+    *capacity = count;
+    return PD_OK;
+}
+
+static pd_status pdi_coarsen_reserve_cells(pd_ctx *ctx, const pdi_coarsen *how, pd_smooth_level *level, int32_t cells)
+{
+    int whole = level->values && level->indices && (level->sum || !how->contrast);
+    if (cells <= level->cell_capacity && whole) return PD_OK;
+    size_t room = (size_t)cells;
+    pdi_coarsen_free(ctx, how, level);
+    level->cell_capacity = cells;
+    PDI_TRY(PDI_NEW(ctx, "multigrid", (1 + pdi_coarsen_values(how)) * room, level->values));
+    if (how->contrast) PDI_TRY(PDI_NEW(ctx, "multigrid", room, level->sum));
+    PDI_TRY(PDI_NEW(ctx, "multigrid", 4 * room + 2, level->indices));
+    level->x = level->values;
+    level->b = level->x + room;
+    level->r = level->b + room;
+    level->inv = level->r + room;
+    level->excess = how->contrast ? level->inv + room : NULL;
+    level->parent = level->indices;
+    level->block = level->parent + room;
+    level->row = level->block + room;
+    level->child_first = level->row + room + 1;
+    return PD_OK;
+}
+
+static pd_status pdi_coarsen_reserve_links(pd_ctx *ctx, pd_smooth_level *level, int32_t links)
+{
+    if (links <= level->link_capacity && level->a && level->col && level->face) return PD_OK;
+    size_t old = (size_t)level->link_capacity, room = (size_t)links;
+    PDI_DELETE(ctx, 2 * old, level->a);
+    PDI_DELETE(ctx, old, level->col);
+    PDI_DELETE(ctx, old, level->face);
+    level->link_capacity = links;
+    PDI_TRY(PDI_NEW(ctx, "multigrid", 2 * room, level->a));
+    PDI_TRY(PDI_NEW(ctx, "multigrid", room, level->col));
+    PDI_TRY(PDI_NEW(ctx, "multigrid", room, level->face));
+    level->back = level->a + room;
+    return PD_OK;
+}
+
+/* ---- links ---- */
+
+/* 1: cell c of level 0 has no link for certain. Only a diagonal of symmetric levels tells. */
+static int pdi_coarsen_alone(const pd_smooth_level *level, int32_t c)
+{
+    return level->shared && !(level->inv[c] > 0.0f);
+}
+
+static void pdi_coarsen_block_index(const pd_smooth_level *level, int32_t c, int *i)
+{
+    int32_t rest = level->block ? level->block[c] : c;
+    for (int d = 0; d < PD_DIM; d++) {
+        i[d] = (int)(rest % level->n[d]);
+        rest /= level->n[d];
+    }
+}
+
+/* ---- cells ---- */
+
+/* Sums and counts of the coefficients of the links along each axis. */
+typedef struct pdi_coarsen_strength {
+    double sum[PD_DIM], count[PD_DIM];
+} pdi_coarsen_strength;
+
+static void pdi_coarsen_strengths(const pd_smooth_level *level, int32_t first, int32_t end, pdi_coarsen_strength *s)
+{
+    pdi_coarsen_link link;
+    for (int d = 0; d < PD_DIM; d++) s->sum[d] = s->count[d] = 0.0;
+    for (int32_t c = first; c < end; c++) {
+        if (pdi_coarsen_alone(level, c)) continue;
+        PDI_COARSEN_LINKS(level, c, k, link)
+        {
+            s->sum[link.axis] +=
+                fmin((double)link.a, (double)link.back) + 0.5 * fabs((double)link.a - (double)link.back);
+            s->count[link.axis] += 1.0;
+        }
+    }
+}
+
+PDI_FN int pdi_coarsen_choose(const pd_ctx *ctx, pd_smooth_level *level)
+{
+    pdi_coarsen_strength part[PDI_SMOOTH_PARTS];
+    double sum[PD_DIM], count[PD_DIM], strongest = 0.0;
+    int nt = pdi_par_threads(ctx, 6 * (int64_t)level->cells);
+    (void)nt;
+    PDI_PARALLEL_FOR(nt)
+    for (int q = 0; q < PDI_SMOOTH_PARTS; q++)
+        pdi_coarsen_strengths(level, pdi_smooth_part(level->cells, q), pdi_smooth_part(level->cells, q + 1), &part[q]);
+    for (int d = 0; d < PD_DIM; d++) sum[d] = count[d] = 0.0;
+    for (int q = 0; q < PDI_SMOOTH_PARTS; q++)
+        for (int d = 0; d < PD_DIM; d++) {
+            sum[d] += part[q].sum[d];
+            count[d] += part[q].count[d];
+        }
+    for (int d = 0; d < PD_DIM; d++)
+        if (count[d] > 0.0) strongest = fmax(strongest, sum[d] / count[d]);
+    int any = 0;
+    for (int d = 0; d < PD_DIM; d++) {
+        level->halve[d] = count[d] > 0.0 && sum[d] / count[d] >= PDI_COARSEN_STRONG * strongest;
+        any = any || level->halve[d];
+    }
+    return any;
+}
+
+/* Coarse block of a cell. key: what coarse cells are sorted by, the colour for red-black sweeps, else the block. */
+static int32_t pdi_coarsen_block(const pdi_coarsen *how, const pd_smooth_level *level, const pd_smooth_level *coarse,
+                                 int32_t c, int32_t *key)
+{
+    int i[PD_DIM], sum = 0;
+    int32_t block = 0;
+    pdi_coarsen_block_index(level, c, i);
+    for (int d = PD_DIM - 1; d >= 0; d--) {
+        int j = level->halve[d] ? i[d] / 2 : i[d];
+        block = block * coarse->n[d] + j;
+        sum += j;
+    }
+    *key = how->symmetric ? sum & 1 : block;
+    return block;
+}
+
+/* Union-find in parent: values >= 0 point on, values < -1 are roots. */
+static int32_t pdi_coarsen_root(int32_t *parent, int32_t c)
+{
+    int32_t root = c;
+    while (parent[root] >= 0) root = parent[root];
+    while (parent[c] >= 0) {
+        int32_t next = parent[c];
+        parent[c] = root;
+        c = next;
+    }
+    return root;
+}
+
+/* Join the cells first .. end-1, whole blocks. */
+static void pdi_coarsen_join_part(pd_smooth_level *level, int32_t first, int32_t end)
+{
+    int32_t *parent = level->parent;
+    pdi_coarsen_link link;
+    for (int32_t c = first; c < end; c++) {
+        parent[c] = PDI_COARSEN_NONE;
+        if (pdi_coarsen_alone(level, c)) continue;
+        PDI_COARSEN_LINKS(level, c, k, link) parent[c] = -2;
+    }
+    for (int32_t c = first; c < end; c++) {
+        int i[PD_DIM];
+        if (parent[c] == PDI_COARSEN_NONE) continue;
+        pdi_coarsen_block_index(level, c, i);
+        PDI_COARSEN_LINKS(level, c, k, link)
+        {
+            /* only links to the other half of the own block, each once */
+            if (!link.upper || !level->halve[link.axis] || (i[link.axis] & 1)) continue;
+            if (i[link.axis] == level->n[link.axis] - 1) continue; /* across the box */
+            int32_t p = pdi_coarsen_root(parent, c), q = pdi_coarsen_root(parent, link.cell);
+            if (p < q) parent[q] = p;
+            if (q < p) parent[p] = q;
+        }
+    }
+}
+
+/* Join linked cells of one block. A cell without links is solved by its diagonal and needs no parent. Only on level 0
+ * the cells of a layer of blocks follow each other. */
+static void pdi_coarsen_join(const pd_ctx *ctx, pd_smooth_level *level)
+{
+    int last = PD_DIM - 1;
+    int32_t layer = (level->halve[last] ? 2 : 1) * pdi_smooth_stride(level->n, last);
+    int nt = pdi_par_threads(ctx, 6 * (int64_t)level->cells);
+    (void)nt;
+    if (level->row) layer = level->cells;
+    PDI_PARALLEL_FOR(nt)
+    for (int32_t first = 0; first < level->cells; first += layer)
+        pdi_coarsen_join_part(level, first, layer < level->cells - first ? first + layer : level->cells);
+}
+
+/* Where the colours or the lines begin, from the key counts; turns counts into offsets. */
+static pd_status pdi_coarsen_order(pd_ctx *ctx, const pdi_coarsen *how, pd_smooth_level *coarse, int32_t keys)
+{
+    int32_t *offset = how->mark;
+    for (int32_t k = 0; k < keys; k++) offset[k + 1] += offset[k];
+    coarse->red = how->symmetric ? offset[1] : 0;
+    if (how->symmetric) return PD_OK;
+    int32_t lines = keys / coarse->n[0];
+    PDI_TRY(pdi_coarsen_reserve_list(ctx, &coarse->line, &coarse->line_capacity, lines + 1));
+    for (int32_t j = 0; j <= lines; j++) coarse->line[j] = offset[j * coarse->n[0]];
+    return PD_OK;
+}
+
+/* Number the joined cells and turn parent into those numbers. */
+static pd_status pdi_coarsen_number(pd_ctx *ctx, const pdi_coarsen *how, pd_smooth_level *level,
+                                    pd_smooth_level *coarse)
+{
+    int32_t *parent = level->parent, *offset = how->mark, keys = how->symmetric ? 2 : 1, cells = 0, key;
+    for (int d = 0; d < PD_DIM; d++) {
+        coarse->n[d] = level->halve[d] ? (level->n[d] + 1) / 2 : level->n[d];
+        coarse->wrap[d] = pdi_coarsen_wraps(how, coarse->n[d], level->wrap[d]);
+        if (!how->symmetric) keys *= coarse->n[d];
+    }
+    for (int32_t k = 0; k <= keys; k++) offset[k] = 0;
+    for (int32_t c = 0; c < level->cells; c++) {
+        if (parent[c] >= PDI_COARSEN_NONE) continue;
+        pdi_coarsen_block(how, level, coarse, c, &key);
+        offset[key + 1]++;
+        cells++;
+    }
+    coarse->cells = cells;
+    PDI_TRY(pdi_coarsen_reserve_cells(ctx, how, coarse, cells));
+    PDI_TRY(pdi_coarsen_order(ctx, how, coarse, keys));
+    for (int32_t c = 0; c < level->cells; c++)
+        if (parent[c] >= 0) parent[c] = pdi_coarsen_root(parent, c);
+    for (int32_t c = 0; c < level->cells; c++) {
+        if (parent[c] >= PDI_COARSEN_NONE) continue;
+        int32_t block = pdi_coarsen_block(how, level, coarse, c, &key), p = offset[key]++;
+        coarse->block[p] = block;
+        parent[c] = -p - 2;
+    }
+    for (int32_t c = 0; c < level->cells; c++)
+        if (parent[c] >= 0) parent[c] = parent[parent[c]];
+    for (int32_t c = 0; c < level->cells; c++)
+        if (parent[c] != PDI_COARSEN_NONE) parent[c] = -parent[c] - 2;
+    return PD_OK;
+}
+
+static pd_status pdi_coarsen_children(pd_ctx *ctx, const pd_smooth_level *level, pd_smooth_level *coarse)
+{
+    int32_t *first = coarse->child_first;
+    for (int32_t p = 0; p <= coarse->cells; p++) first[p] = 0;
+    for (int32_t c = 0; c < level->cells; c++)
+        if (level->parent[c] >= 0) first[level->parent[c] + 1]++;
+    for (int32_t p = 0; p < coarse->cells; p++) first[p + 1] += first[p];
+    int32_t children = first[coarse->cells];
+    PDI_TRY(pdi_coarsen_reserve_list(ctx, &coarse->child, &coarse->child_capacity, children));
+    for (int32_t c = level->cells - 1; c >= 0; c--) /* each list from its end: first[p + 1] becomes its begin */
+        if (level->parent[c] >= 0) coarse->child[--first[level->parent[c] + 1]] = c;
+    for (int32_t p = 0; p < coarse->cells; p++) first[p] = first[p + 1];
+    first[coarse->cells] = children;
+    return PD_OK;
+}
+
+/* Widths of the last blocks, which odd sizes leave thinner (unit: width of the others). */
+static void pdi_coarsen_widths(const pd_smooth_level *level, pd_smooth_level *coarse)
+{
+    for (int d = 0; d < PD_DIM; d++) {
+        float last = level->last[d];
+        coarse->last[d] = !level->halve[d] ? last : level->n[d] % 2 ? 0.5f * last : 0.5f * (1.0f + last);
+    }
+}
+
+/* Share of the conductance of a face that is left when the distance of its cells grows from this level to the next. */
+static float pdi_coarsen_link_factor(const pd_smooth_level *level, const pd_smooth_level *coarse, const int *i,
+                                     const pdi_coarsen_link *link)
+{
+    int d = link->axis, n = level->n[d];
+    if (!level->halve[d]) return 1.0f;
+    int above = i[d] + link->upper; /* block above the face */
+    if (above == 0 || above == n) return (1.0f + level->last[d]) / (1.0f + coarse->last[d]) * 0.5f;
+    float fine = above == n - 1 ? 0.5f * (1.0f + level->last[d]) : 1.0f;
+    return fine / (above / 2 == coarse->n[d] - 1 ? 1.0f + coarse->last[d] : 2.0f);
+}
+
+/* The same for the half cell before a Dirichlet wall. Its normal is unknown; when all axes are halved any will do but
+ * for last blocks, which mostly face the side of the box. Otherwise the strong axis is halved alone: its walls then
+ * become too stiff, which does less harm than soft walls on the others. */
+static float pdi_coarsen_wall_factor(const pd_smooth_level *level, const pd_smooth_level *coarse, int32_t p)
+{
+    int i[PD_DIM];
+    float factor = 0.5f;
+    pdi_coarsen_block_index(coarse, p, i);
+    for (int d = 0; d < PD_DIM; d++) {
+        if (!level->halve[d] && level->n[d] > 1) return 1.0f;
+        if (level->halve[d] && i[d] == coarse->n[d] - 1)
+            factor = fmaxf(factor, 0.5f * level->last[d] / coarse->last[d]);
+    }
+    return factor;
+}
+
+/* 1: a link across the box that the next level does without. */
+static int pdi_coarsen_parted(const pd_smooth_level *level, const pd_smooth_level *coarse, const int *i,
+                              const pdi_coarsen_link *link)
+{
+    int d = link->axis;
+    return level->wrap[d] && !coarse->wrap[d] && i[d] == (link->upper ? level->n[d] - 1 : 0);
+}
+
+/* Row p of the coarse links, found through the children: conductances of the faces are summed and reduced as the
+ * distance of the centres grows; flows are summed and taken upwind anew.
+ * fill 0: only count. Returns the end of the row. */
+static int32_t pdi_coarsen_row(const pdi_coarsen *how, const pd_smooth_level *level, pd_smooth_level *coarse, int32_t p,
+                               int32_t start, int fill)
+{
+    int32_t end = start, *mark = how->mark;
+    pdi_coarsen_link link;
+    for (int32_t j = coarse->child_first[p]; j < coarse->child_first[p + 1]; j++) {
+        int32_t c = coarse->child[j];
+        int i[PD_DIM];
+        pdi_coarsen_block_index(level, c, i);
+        PDI_COARSEN_LINKS(level, c, k, link)
+        {
+            int32_t q = level->parent[link.cell];
+            if (q == p || pdi_coarsen_parted(level, coarse, i, &link)) continue;
+            int fresh = mark[q] < start || mark[q] >= end;
+            if (fresh) mark[q] = end++;
+            if (!fill) continue;
+            int32_t at = mark[q];
+            if (fresh) {
+                coarse->col[at] = q;
+                coarse->face[at] = (uint8_t)(2 * link.axis + link.upper);
+                coarse->a[at] = coarse->back[at] = 0.0f;
+            }
+            /* the smaller coefficient is the conductance, the difference the flow out of p */
+            coarse->a[at] += fminf(link.a, link.back) * pdi_coarsen_link_factor(level, coarse, i, &link);
+            coarse->back[at] += link.back - link.a;
+        }
+    }
+    for (int32_t k = start; fill && k < end; k++) {
+        float g = coarse->a[k], f = coarse->back[k];
+        coarse->a[k] = g + (f < 0.0f ? -f : 0.0f);
+        coarse->back[k] = g + (f > 0.0f ? f : 0.0f);
+    }
+    return end;
+}
+
+static pd_status pdi_coarsen_links(pd_ctx *ctx, const pdi_coarsen *how, const pd_smooth_level *level,
+                                   pd_smooth_level *coarse)
+{
+    for (int32_t p = 0; p < coarse->cells; p++) how->mark[p] = -1;
+    coarse->row[0] = 0;
+    for (int32_t p = 0; p < coarse->cells; p++)
+        coarse->row[p + 1] = pdi_coarsen_row(how, level, coarse, p, coarse->row[p], 0);
+    PDI_TRY(pdi_coarsen_reserve_links(ctx, coarse, coarse->row[coarse->cells]));
+    for (int32_t p = 0; p < coarse->cells; p++) how->mark[p] = -1;
+    for (int32_t p = 0; p < coarse->cells; p++) pdi_coarsen_row(how, level, coarse, p, coarse->row[p], 1);
+    return PD_OK;
+}
+
+PDI_FN void pdi_coarsen_diagonal(const pd_smooth_level *level, pd_smooth_level *coarse)
+{
+    float least = coarse->sum ? PDI_COARSEN_FLOOR_CONTRAST : PDI_COARSEN_FLOOR;
+    for (int32_t p = 0; p < coarse->cells; p++) {
+        float mass = 0.0f, wall = 0.0f, links = 0.0f, stiff = 0.0f;
+        double free = 0.0; /* excess that is not of walls */
+        for (int32_t j = coarse->child_first[p]; j < coarse->child_first[p + 1]; j++) {
+            int32_t c = coarse->child[j];
+            mass += level->b[c];
+            wall += level->x[c];
+            free += level->excess ? (double)level->excess[c] - (double)level->x[c] : 0.0;
+            if (level->inv[c] > 0.0f) stiff += 1.0f / level->inv[c];
+        }
+        wall *= pdi_coarsen_wall_factor(level, coarse, p);
+        for (int32_t k = coarse->row[p]; k < coarse->row[p + 1]; k++) links += coarse->back[k];
+        float diag = mass + wall + links;
+        if (links == 0.0f && diag > 0.0f) diag = fmaxf(diag, least * stiff);
+        coarse->inv[p] = diag > 0.0f ? 1.0f / diag : 0.0f;
+        if (coarse->excess) coarse->excess[p] = (float)(free + (double)wall);
+        coarse->r[p] = 0.0f;
+        coarse->b[p] = mass;
+        coarse->x[p] = wall;
+    }
+}
+
+PDI_FN pd_status pdi_coarsen_level(pd_ctx *ctx, const pdi_coarsen *how, pd_smooth_level *level, pd_smooth_level *coarse)
+{
+    pdi_coarsen_join(ctx, level);
+    PDI_TRY(pdi_coarsen_number(ctx, how, level, coarse));
+    PDI_TRY(pdi_coarsen_children(ctx, level, coarse));
+    pdi_coarsen_widths(level, coarse);
+    PDI_TRY(pdi_coarsen_links(ctx, how, level, coarse));
+    pdi_coarsen_diagonal(level, coarse);
+    return PD_OK;
+}
+
 /* ======== >>multigrid.c ======== */
 /* multigrid: see multigrid.h
  *
@@ -10985,38 +11472,32 @@ PDI_FN void pdi_smooth_lines(const pd_ctx *ctx, const pd_smooth_level *level, in
 #include <math.h>
 #include <string.h>
 
-/* An axis is halved when its typical coefficient is at least this share of the strongest. */
-#define PDI_MULTIGRID_STRONG 0.25
-/* A pocket whose mass is below this share of its links' coefficients drowns in single precision rounding: its mean is
- * then solved with this share, and the Krylov solver does the rest. */
-#define PDI_MULTIGRID_FLOOR 1e-6f
-/* The same with contrast. */
-#define PDI_MULTIGRID_FLOOR_CONTRAST 1e-10f
-#define PDI_MULTIGRID_NONE (-1)
+/* Largest mass in the unit of a level. */
+#define PDI_MULTIGRID_LARGEST 1e30
 
 /* ---- memory ---- */
 
-/* Floats of a cell beside x and the coefficients of level 0: b, r, inv, excess. */
-static size_t pdi_multigrid_values(const pd_multigrid *mg) { return mg->desc.contrast ? 4 : 3; }
+static pdi_coarsen pdi_multigrid_coarsening(const pd_multigrid *mg)
+{
+    pdi_coarsen how;
+    how.symmetric = mg->desc.symmetric;
+    how.contrast = mg->desc.contrast;
+    how.mark = mg->mark;
+    return how;
+}
 
 /* Floats of level 0: x and the coefficients with their pads, b, r, inv, excess. */
 static size_t pdi_multigrid_store(const pd_multigrid *mg)
 {
     size_t padded = 1 + (mg->desc.symmetric ? PD_DIM : 2 * PD_DIM), cells = (size_t)mg->level[0].cells;
-    return padded * (cells + 2 * (size_t)mg->pad) + pdi_multigrid_values(mg) * cells;
+    pdi_coarsen how = pdi_multigrid_coarsening(mg);
+    return padded * (cells + 2 * (size_t)mg->pad) + pdi_coarsen_values(&how) * cells;
 }
 
 /* Doubles of level 0: sum with its pads. */
 static size_t pdi_multigrid_sums(const pd_multigrid *mg)
 {
     return mg->desc.contrast ? (size_t)mg->level[0].cells + 2 * (size_t)mg->pad : 0;
-}
-
-/* 1: the ends of an axis of n blocks are linked, when its ends on the level above are. Red-black sweeps need an even
- * number, else both ends have one colour. */
-static int pdi_multigrid_wraps(const pd_multigrid *mg, int n, int above)
-{
-    return above && n > 2 && !(mg->desc.symmetric && n % 2);
 }
 
 static void pdi_multigrid_edges(pd_smooth_level *fine)
@@ -11046,8 +11527,9 @@ pd_status pd_multigrid_build(pd_ctx *ctx, const pd_multigrid_desc *desc, pd_mult
     }
     fine->cells = (int32_t)cells;
     fine->shared = desc->symmetric;
+    pdi_coarsen how = pdi_multigrid_coarsening(mg);
     for (int d = 0; d < PD_DIM; d++) {
-        fine->wrap[d] = pdi_multigrid_wraps(mg, fine->n[d], desc->periodic[d]);
+        fine->wrap[d] = pdi_coarsen_wraps(&how, fine->n[d], desc->periodic[d]);
         if (fine->wrap[d] && !fine->edge) PDI_TRY(PDI_NEW(ctx, "multigrid", cells, fine->edge));
     }
     mg->pad = pdi_smooth_stride(fine->n, PD_DIM - 1);
@@ -11073,20 +11555,6 @@ pd_status pd_multigrid_build(pd_ctx *ctx, const pd_multigrid_desc *desc, pd_mult
     return PDI_NEW(ctx, "multigrid", cells, fine->parent);
 }
 
-static void pdi_multigrid_level_free(pd_ctx *ctx, const pd_multigrid *mg, pd_smooth_level *level)
-{
-    size_t cells = (size_t)level->cell_capacity, links = (size_t)level->link_capacity;
-    PDI_DELETE(ctx, (1 + pdi_multigrid_values(mg)) * cells, level->values);
-    PDI_DELETE(ctx, cells, level->sum);
-    PDI_DELETE(ctx, 4 * cells + 2, level->indices);
-    PDI_DELETE(ctx, 2 * links, level->a);
-    PDI_DELETE(ctx, links, level->col);
-    PDI_DELETE(ctx, links, level->face);
-    PDI_DELETE(ctx, level->child_capacity, level->child);
-    PDI_DELETE(ctx, level->line_capacity, level->line);
-    level->cell_capacity = level->link_capacity = level->child_capacity = level->line_capacity = 0;
-}
-
 void pd_multigrid_free(pd_ctx *ctx, pd_multigrid *mg)
 {
     PDI_DELETE(ctx, pdi_multigrid_store(mg), mg->store);
@@ -11095,128 +11563,40 @@ void pd_multigrid_free(pd_ctx *ctx, pd_multigrid *mg)
     PDI_DELETE(ctx, mg->level[0].cells, mg->level[0].parent);
     PDI_DELETE(ctx, mg->level[0].cells, mg->level[0].edge);
     if (mg->level[0].begin) PDI_DELETE(ctx, 2 * (mg->level[0].cells / mg->level[0].n[0]), mg->level[0].begin);
-    for (int l = 1; l < PD_MULTIGRID_LEVELS; l++) pdi_multigrid_level_free(ctx, mg, &mg->level[l]);
+    pdi_coarsen how = pdi_multigrid_coarsening(mg);
+    for (int l = 1; l < PD_MULTIGRID_LEVELS; l++) pdi_coarsen_free(ctx, &how, &mg->level[l]);
     mg->levels = 0;
-}
-
-/* Room for `count` entries of a list; old content is of no value, so release before taking. */
-static pd_status pdi_multigrid_reserve_list(pd_ctx *ctx, int32_t **list, int32_t *capacity, int32_t count)
-{
-    if (count <= *capacity) return PD_OK;
-    PDI_DELETE(ctx, *capacity, *list);
-    *capacity = 0;
-    PDI_TRY(PDI_NEW(ctx, "multigrid", count, *list));
-    *capacity = count;
-    return PD_OK;
-}
-
-static pd_status pdi_multigrid_reserve_cells(pd_ctx *ctx, const pd_multigrid *mg, pd_smooth_level *level,
-                                             int32_t cells)
-{
-    int whole = level->values && level->indices && (level->sum || !mg->desc.contrast);
-    if (cells <= level->cell_capacity && whole) return PD_OK;
-    size_t room = (size_t)cells;
-    pdi_multigrid_level_free(ctx, mg, level);
-    level->cell_capacity = cells;
-    PDI_TRY(PDI_NEW(ctx, "multigrid", (1 + pdi_multigrid_values(mg)) * room, level->values));
-    if (mg->desc.contrast) PDI_TRY(PDI_NEW(ctx, "multigrid", room, level->sum));
-    PDI_TRY(PDI_NEW(ctx, "multigrid", 4 * room + 2, level->indices));
-    level->x = level->values;
-    level->b = level->x + room;
-    level->r = level->b + room;
-    level->inv = level->r + room;
-    level->excess = mg->desc.contrast ? level->inv + room : NULL;
-    level->parent = level->indices;
-    level->block = level->parent + room;
-    level->row = level->block + room;
-    level->child_first = level->row + room + 1;
-    return PD_OK;
-}
-
-static pd_status pdi_multigrid_reserve_links(pd_ctx *ctx, pd_smooth_level *level, int32_t links)
-{
-    if (links <= level->link_capacity && level->a && level->col && level->face) return PD_OK;
-    size_t old = (size_t)level->link_capacity, room = (size_t)links;
-    PDI_DELETE(ctx, 2 * old, level->a);
-    PDI_DELETE(ctx, old, level->col);
-    PDI_DELETE(ctx, old, level->face);
-    level->link_capacity = links;
-    PDI_TRY(PDI_NEW(ctx, "multigrid", 2 * room, level->a));
-    PDI_TRY(PDI_NEW(ctx, "multigrid", room, level->col));
-    PDI_TRY(PDI_NEW(ctx, "multigrid", room, level->face));
-    level->back = level->a + room;
-    return PD_OK;
-}
-
-/* ---- links, the same view of all levels; only setup uses it ---- */
-
-typedef struct pdi_multigrid_link {
-    int32_t cell;  /* the neighbour */
-    float a, back; /* coefficient of the neighbour here, of this cell there */
-    int axis, upper;
-} pdi_multigrid_link;
-
-/* Link k of cell c; 0: closed. */
-static int pdi_multigrid_link_get(const pd_smooth_level *level, int32_t c, int32_t k, pdi_multigrid_link *link)
-{
-    if (level->row) {
-        link->cell = level->col[k];
-        link->a = level->a[k];
-        link->back = level->back[k];
-        link->axis = level->face[k] >> 1;
-        link->upper = level->face[k] & 1;
-        return 1;
-    }
-    link->axis = k >> 1;
-    link->upper = k & 1;
-    int32_t stride = pdi_smooth_stride(level->n, link->axis);
-    if (level->edge && level->edge[c]) {
-        link->cell = pdi_smooth_across(level, stride, link->axis, link->upper, c);
-        if (link->cell < 0) return 0;
-        link->a = pdi_smooth_edge_coefficient(level, link->axis, link->upper, c, link->cell);
-        link->back = pdi_smooth_edge_coefficient(level, link->axis, !link->upper, link->cell, c);
-        return link->a + link->back > 0.0f;
-    }
-    link->cell = link->upper ? c + stride : c - stride;
-    link->a = link->upper ? level->hi[link->axis][c] : level->lo[link->axis][c];
-    link->back = link->upper ? level->lo[link->axis][c + stride] : level->hi[link->axis][c - stride];
-    return link->a + link->back > 0.0f;
-}
-
-/* Loop over the open links of cell c. */
-#define PDI_MULTIGRID_LINKS(level, c, k, link) \
-    for (int32_t k = (level)->row ? (level)->row[c] : 0; k < ((level)->row ? (level)->row[(c) + 1] : 2 * PD_DIM); k++) \
-        if (pdi_multigrid_link_get((level), (c), k, &(link)))
-
-/* 1: cell c of level 0 has no link for certain. Only a diagonal of symmetric levels tells. */
-static int pdi_multigrid_alone(const pd_smooth_level *level, int32_t c)
-{
-    return level->shared && !(level->inv[c] > 0.0f);
-}
-
-static void pdi_multigrid_block_index(const pd_smooth_level *level, int32_t c, int *i)
-{
-    int32_t rest = level->block ? level->block[c] : c;
-    for (int d = 0; d < PD_DIM; d++) {
-        i[d] = (int)(rest % level->n[d]);
-        rest /= level->n[d];
-    }
 }
 
 /* ---- setup: the finest level ---- */
 
+/* 1: a coefficient that may be taken. */
+static int pdi_multigrid_good(float value, int sign_free)
+{
+    return fabsf(value) <= FLT_MAX && (sign_free || !(value < 0.0f));
+}
+
+/* Raises *largest to the largest size in a field. */
 static pd_status pdi_multigrid_check(pd_ctx *ctx, const pd_multigrid *mg, const float *field, int sign_free,
                                      const char *name, float *largest)
 {
-    if (!field) return PD_OK;
-    for (int32_t c = 0; c < mg->level[0].cells; c++) {
-        float size = fabsf(field[c]);
-        if (!(size <= FLT_MAX) || (!sign_free && field[c] < 0.0f))
-            return pdi_fail(ctx, PD_ERR_ARGUMENT, "multigrid", "%s is %g at cell %d, needs to be finite%s", name,
-                            (double)field[c], (int)c, sign_free ? "" : " and >= 0");
-        if (size > *largest) *largest = size;
+    float part[PDI_SMOOTH_PARTS];
+    int32_t cells = field ? mg->level[0].cells : 0, bad = 0;
+    int nt = pdi_par_threads(ctx, cells);
+    (void)nt;
+    PDI_PARALLEL_FOR(nt)
+    for (int q = 0; q < PDI_SMOOTH_PARTS; q++) {
+        part[q] = 0.0f;
+        for (int32_t c = pdi_smooth_part(cells, q); c < pdi_smooth_part(cells, q + 1); c++) {
+            float size = pdi_multigrid_good(field[c], sign_free) ? fabsf(field[c]) : HUGE_VALF;
+            part[q] = size > part[q] ? size : part[q];
+        }
     }
-    return PD_OK;
+    for (int q = 0; q < PDI_SMOOTH_PARTS; q++) *largest = fmaxf(*largest, part[q]);
+    if (*largest <= FLT_MAX) return PD_OK;
+    while (pdi_multigrid_good(field[bad], sign_free)) bad++;
+    return pdi_fail(ctx, PD_ERR_ARGUMENT, "multigrid", "%s is %g at cell %d, needs to be finite%s", name,
+                    (double)field[bad], (int)bad, sign_free ? "" : " and >= 0");
 }
 
 /* Power of two that brings `largest` near 1; 1 for zero, NaN and infinity. */
@@ -11228,13 +11608,16 @@ static double pdi_multigrid_scale(double largest)
 }
 
 /* Coefficients of the faces of axis d. */
-static void pdi_multigrid_fine_faces(pd_multigrid *mg, int d, const uint8_t *active, const float *conduct,
-                                     const float *flux)
+static void pdi_multigrid_fine_faces(const pd_ctx *ctx, pd_multigrid *mg, int d, const uint8_t *active,
+                                     const float *conduct, const float *flux)
 {
     pd_smooth_level *fine = &mg->level[0];
     int32_t stride = pdi_smooth_stride(fine->n, d), n = fine->n[d];
     double scale = mg->scale; /* may exceed the range of float */
     float *hi = fine->hi[d], *lo = fine->lo[d];
+    int nt = pdi_par_threads(ctx, fine->cells);
+    (void)nt;
+    PDI_PARALLEL_FOR(nt)
     for (int32_t c = 0; c < fine->cells; c++) {
         int inside = c / stride % n < n - 1;
         int32_t above = inside ? c + stride : fine->wrap[d] ? c - (n - 1) * stride : -1;
@@ -11252,9 +11635,9 @@ static void pdi_multigrid_fine_faces(pd_multigrid *mg, int d, const uint8_t *act
 static double pdi_multigrid_net(const pd_multigrid *mg, int32_t c, const float *const *flux)
 {
     const pd_smooth_level *fine = &mg->level[0];
-    pdi_multigrid_link link;
+    pdi_coarsen_link link;
     double net = 0.0;
-    PDI_MULTIGRID_LINKS(fine, c, k, link)
+    PDI_COARSEN_LINKS(fine, c, k, link)
     {
         double f = (double)flux[link.axis][link.upper ? c : link.cell];
         net += link.upper ? f : -f;
@@ -11262,20 +11645,27 @@ static double pdi_multigrid_net(const pd_multigrid *mg, int32_t c, const float *
     return mg->scale * net;
 }
 
-/* During setup x holds the wall and b the mass of each cell of a level. */
-static void pdi_multigrid_fine(pd_multigrid *mg, const uint8_t *active, const float *const conduct[PD_DIM],
-                               const float *const *flux, const float *wall, const float *mass)
+/* A wall or a mass in the unit of the level; as good as infinite when it leaves the range of the unit. */
+static float pdi_multigrid_held(const pd_multigrid *mg, float given)
+{
+    return (float)fmin(mg->scale * (double)given, PDI_MULTIGRID_LARGEST);
+}
+
+/* Diagonals of level 0, from its faces. During setup x holds the wall and b the mass of each cell of a level. */
+static void pdi_multigrid_fine_diagonal(const pd_ctx *ctx, pd_multigrid *mg, const uint8_t *active,
+                                        const float *const *flux, const float *wall, const float *mass)
 {
     pd_smooth_level *fine = &mg->level[0];
-    for (int d = 0; d < PD_DIM; d++)
-        pdi_multigrid_fine_faces(mg, d, active, conduct[d], flux ? flux[d] : NULL);
+    int nt = pdi_par_threads(ctx, 6 * (int64_t)fine->cells);
+    (void)nt;
+    PDI_PARALLEL_FOR(nt)
     for (int32_t c = 0; c < fine->cells; c++) {
-        fine->x[c] = wall && active[c] ? (float)(mg->scale * (double)wall[c]) : 0.0f;
-        fine->b[c] = mass && active[c] ? (float)(mg->scale * (double)mass[c]) : 0.0f;
+        fine->x[c] = wall && active[c] ? pdi_multigrid_held(mg, wall[c]) : 0.0f;
+        fine->b[c] = mass && active[c] ? pdi_multigrid_held(mg, mass[c]) : 0.0f;
         float diag = fine->x[c] + fine->b[c];
-        pdi_multigrid_link link;
+        pdi_coarsen_link link;
         if (active[c])
-            PDI_MULTIGRID_LINKS(fine, c, k, link) diag += link.back;
+            PDI_COARSEN_LINKS(fine, c, k, link) diag += link.back;
         fine->inv[c] = diag > 0.0f ? 1.0f / diag : 0.0f;
         fine->r[c] = 0.0f;
         double net = flux && fine->excess ? pdi_multigrid_net(mg, c, flux) : 0.0;
@@ -11296,285 +11686,13 @@ static void pdi_multigrid_rows(pd_smooth_level *fine)
     }
 }
 
-/* ---- setup: coarsening ---- */
-
-/* Choose the axes to halve; 0: no cell has a link any more. */
-static int pdi_multigrid_choose(pd_smooth_level *level)
-{
-    double sum[PD_DIM], count[PD_DIM], strongest = 0.0;
-    for (int d = 0; d < PD_DIM; d++) sum[d] = count[d] = 0.0;
-    pdi_multigrid_link link;
-    for (int32_t c = 0; c < level->cells; c++) {
-        if (pdi_multigrid_alone(level, c)) continue;
-        PDI_MULTIGRID_LINKS(level, c, k, link)
-        {
-            sum[link.axis] += fmin((double)link.a, (double)link.back) +
-                              0.5 * fabs((double)link.a - (double)link.back);
-            count[link.axis] += 1.0;
-        }
-    }
-    for (int d = 0; d < PD_DIM; d++)
-        if (count[d] > 0.0) strongest = fmax(strongest, sum[d] / count[d]);
-    int any = 0;
-    for (int d = 0; d < PD_DIM; d++) {
-        level->halve[d] = count[d] > 0.0 && sum[d] / count[d] >= PDI_MULTIGRID_STRONG * strongest;
-        any = any || level->halve[d];
-    }
-    return any;
-}
-
-/* Coarse block of a cell. key: what coarse cells are sorted by, the colour for red-black sweeps, else the block. */
-static int32_t pdi_multigrid_coarse_block(const pd_multigrid *mg, const pd_smooth_level *level,
-                                          const pd_smooth_level *coarse, int32_t c, int32_t *key)
-{
-    int i[PD_DIM], sum = 0;
-    int32_t block = 0;
-    pdi_multigrid_block_index(level, c, i);
-    for (int d = PD_DIM - 1; d >= 0; d--) {
-        int j = level->halve[d] ? i[d] / 2 : i[d];
-        block = block * coarse->n[d] + j;
-        sum += j;
-    }
-    *key = mg->desc.symmetric ? sum & 1 : block;
-    return block;
-}
-
-/* Union-find in parent: values >= 0 point on, values < -1 are roots. */
-static int32_t pdi_multigrid_root(int32_t *parent, int32_t c)
-{
-    int32_t root = c;
-    while (parent[root] >= 0) root = parent[root];
-    while (parent[c] >= 0) {
-        int32_t next = parent[c];
-        parent[c] = root;
-        c = next;
-    }
-    return root;
-}
-
-/* Join linked cells of one block. A cell without links is solved by its diagonal and needs no parent. */
-static void pdi_multigrid_join(pd_smooth_level *level)
-{
-    int32_t *parent = level->parent;
-    pdi_multigrid_link link;
-    for (int32_t c = 0; c < level->cells; c++) {
-        parent[c] = PDI_MULTIGRID_NONE;
-        if (pdi_multigrid_alone(level, c)) continue;
-        PDI_MULTIGRID_LINKS(level, c, k, link) parent[c] = -2;
-    }
-    for (int32_t c = 0; c < level->cells; c++) {
-        int i[PD_DIM];
-        if (parent[c] == PDI_MULTIGRID_NONE) continue;
-        pdi_multigrid_block_index(level, c, i);
-        PDI_MULTIGRID_LINKS(level, c, k, link)
-        {
-            /* only links to the other half of the own block, each once */
-            if (!link.upper || !level->halve[link.axis] || (i[link.axis] & 1)) continue;
-            if (i[link.axis] == level->n[link.axis] - 1) continue; /* across the box */
-            int32_t p = pdi_multigrid_root(parent, c), q = pdi_multigrid_root(parent, link.cell);
-            if (p < q) parent[q] = p;
-            if (q < p) parent[p] = q;
-        }
-    }
-}
-
-/* Where the colours or the lines begin, from the key counts; turns counts into offsets. */
-static pd_status pdi_multigrid_order(pd_ctx *ctx, pd_multigrid *mg, pd_smooth_level *coarse, int32_t keys)
-{
-    int32_t *offset = mg->mark;
-    for (int32_t k = 0; k < keys; k++) offset[k + 1] += offset[k];
-    coarse->red = mg->desc.symmetric ? offset[1] : 0;
-    if (mg->desc.symmetric) return PD_OK;
-    int32_t lines = keys / coarse->n[0];
-    PDI_TRY(pdi_multigrid_reserve_list(ctx, &coarse->line, &coarse->line_capacity, lines + 1));
-    for (int32_t j = 0; j <= lines; j++) coarse->line[j] = offset[j * coarse->n[0]];
-    return PD_OK;
-}
-
-/* Number the joined cells and turn parent into those numbers. */
-static pd_status pdi_multigrid_number(pd_ctx *ctx, pd_multigrid *mg, pd_smooth_level *level,
-                                      pd_smooth_level *coarse)
-{
-    int32_t *parent = level->parent, *offset = mg->mark, keys = mg->desc.symmetric ? 2 : 1, cells = 0, key;
-    for (int d = 0; d < PD_DIM; d++) {
-        coarse->n[d] = level->halve[d] ? (level->n[d] + 1) / 2 : level->n[d];
-        coarse->wrap[d] = pdi_multigrid_wraps(mg, coarse->n[d], level->wrap[d]);
-        if (!mg->desc.symmetric) keys *= coarse->n[d];
-    }
-    for (int32_t k = 0; k <= keys; k++) offset[k] = 0;
-    for (int32_t c = 0; c < level->cells; c++) {
-        if (parent[c] >= PDI_MULTIGRID_NONE) continue;
-        pdi_multigrid_coarse_block(mg, level, coarse, c, &key);
-        offset[key + 1]++;
-        cells++;
-    }
-    coarse->cells = cells;
-    PDI_TRY(pdi_multigrid_reserve_cells(ctx, mg, coarse, cells));
-    PDI_TRY(pdi_multigrid_order(ctx, mg, coarse, keys));
-    for (int32_t c = 0; c < level->cells; c++)
-        if (parent[c] >= 0) parent[c] = pdi_multigrid_root(parent, c);
-    for (int32_t c = 0; c < level->cells; c++) {
-        if (parent[c] >= PDI_MULTIGRID_NONE) continue;
-        int32_t block = pdi_multigrid_coarse_block(mg, level, coarse, c, &key), p = offset[key]++;
-        coarse->block[p] = block;
-        parent[c] = -p - 2;
-    }
-    for (int32_t c = 0; c < level->cells; c++)
-        if (parent[c] >= 0) parent[c] = parent[parent[c]];
-    for (int32_t c = 0; c < level->cells; c++)
-        if (parent[c] != PDI_MULTIGRID_NONE) parent[c] = -parent[c] - 2;
-    return PD_OK;
-}
-
-static pd_status pdi_multigrid_children(pd_ctx *ctx, const pd_smooth_level *level, pd_smooth_level *coarse)
-{
-    int32_t *first = coarse->child_first;
-    for (int32_t p = 0; p <= coarse->cells; p++) first[p] = 0;
-    for (int32_t c = 0; c < level->cells; c++)
-        if (level->parent[c] >= 0) first[level->parent[c] + 1]++;
-    for (int32_t p = 0; p < coarse->cells; p++) first[p + 1] += first[p];
-    int32_t children = first[coarse->cells];
-    PDI_TRY(pdi_multigrid_reserve_list(ctx, &coarse->child, &coarse->child_capacity, children));
-    for (int32_t c = level->cells - 1; c >= 0; c--) /* each list from its end: first[p + 1] becomes its begin */
-        if (level->parent[c] >= 0) coarse->child[--first[level->parent[c] + 1]] = c;
-    for (int32_t p = 0; p < coarse->cells; p++) first[p] = first[p + 1];
-    first[coarse->cells] = children;
-    return PD_OK;
-}
-
-/* Widths of the last blocks, which odd sizes leave thinner (unit: width of the others). */
-static void pdi_multigrid_widths(const pd_smooth_level *level, pd_smooth_level *coarse)
-{
-    for (int d = 0; d < PD_DIM; d++) {
-        float last = level->last[d];
-        coarse->last[d] = !level->halve[d] ? last : level->n[d] % 2 ? 0.5f * last : 0.5f * (1.0f + last);
-    }
-}
-
-/* Share of the conductance of a face that is left when the distance of its cells grows from this level to the next. */
-static float pdi_multigrid_link_factor(const pd_smooth_level *level, const pd_smooth_level *coarse,
-                                       const int *i, const pdi_multigrid_link *link)
-{
-    int d = link->axis, n = level->n[d];
-    if (!level->halve[d]) return 1.0f;
-    int above = i[d] + link->upper; /* block above the face */
-    if (above == 0 || above == n) return (1.0f + level->last[d]) / (1.0f + coarse->last[d]) * 0.5f;
-    float fine = above == n - 1 ? 0.5f * (1.0f + level->last[d]) : 1.0f;
-    return fine / (above / 2 == coarse->n[d] - 1 ? 1.0f + coarse->last[d] : 2.0f);
-}
-
-/* The same for the half cell before a Dirichlet wall. Its normal is unknown; when all axes are halved any will do but
- * for last blocks, which mostly face the side of the box. Otherwise the strong axis is halved alone: its walls then
- * become too stiff, which does less harm than soft walls on the others. */
-static float pdi_multigrid_wall_factor(const pd_smooth_level *level, const pd_smooth_level *coarse, int32_t p)
-{
-    int i[PD_DIM];
-    float factor = 0.5f;
-    pdi_multigrid_block_index(coarse, p, i);
-    for (int d = 0; d < PD_DIM; d++) {
-        if (!level->halve[d] && level->n[d] > 1) return 1.0f;
-        if (level->halve[d] && i[d] == coarse->n[d] - 1)
-            factor = fmaxf(factor, 0.5f * level->last[d] / coarse->last[d]);
-    }
-    return factor;
-}
-
-/* 1: a link across the box that the next level does without. */
-static int pdi_multigrid_parted(const pd_smooth_level *level, const pd_smooth_level *coarse, const int *i,
-                                const pdi_multigrid_link *link)
-{
-    int d = link->axis;
-    return level->wrap[d] && !coarse->wrap[d] && i[d] == (link->upper ? level->n[d] - 1 : 0);
-}
-
-/* Row p of the coarse links, found through the children: conductances of the faces are summed and reduced as the
- * distance of the centres grows; flows are summed and taken upwind anew.
- * fill 0: only count. Returns the end of the row. */
-static int32_t pdi_multigrid_coarse_row(pd_multigrid *mg, const pd_smooth_level *level, pd_smooth_level *coarse,
-                                        int32_t p, int32_t start, int fill)
-{
-    int32_t end = start, *mark = mg->mark;
-    pdi_multigrid_link link;
-    for (int32_t j = coarse->child_first[p]; j < coarse->child_first[p + 1]; j++) {
-        int32_t c = coarse->child[j];
-        int i[PD_DIM];
-        pdi_multigrid_block_index(level, c, i);
-        PDI_MULTIGRID_LINKS(level, c, k, link)
-        {
-            int32_t q = level->parent[link.cell];
-            if (q == p || pdi_multigrid_parted(level, coarse, i, &link)) continue;
-            int fresh = mark[q] < start || mark[q] >= end;
-            if (fresh) mark[q] = end++;
-            if (!fill) continue;
-            int32_t at = mark[q];
-            if (fresh) {
-                coarse->col[at] = q;
-                coarse->face[at] = (uint8_t)(2 * link.axis + link.upper);
-                coarse->a[at] = coarse->back[at] = 0.0f;
-            }
-            /* the smaller coefficient is the conductance, the difference the flow out of p */
-            coarse->a[at] += fminf(link.a, link.back) * pdi_multigrid_link_factor(level, coarse, i, &link);
-            coarse->back[at] += link.back - link.a;
-        }
-    }
-    for (int32_t k = start; fill && k < end; k++) {
-        float g = coarse->a[k], f = coarse->back[k];
-        coarse->a[k] = g + (f < 0.0f ? -f : 0.0f);
-        coarse->back[k] = g + (f > 0.0f ? f : 0.0f);
-    }
-    return end;
-}
-
-static pd_status pdi_multigrid_coarse_links(pd_ctx *ctx, pd_multigrid *mg, const pd_smooth_level *level,
-                                            pd_smooth_level *coarse)
-{
-    for (int32_t p = 0; p < coarse->cells; p++) mg->mark[p] = -1;
-    coarse->row[0] = 0;
-    for (int32_t p = 0; p < coarse->cells; p++)
-        coarse->row[p + 1] = pdi_multigrid_coarse_row(mg, level, coarse, p, coarse->row[p], 0);
-    PDI_TRY(pdi_multigrid_reserve_links(ctx, coarse, coarse->row[coarse->cells]));
-    for (int32_t p = 0; p < coarse->cells; p++) mg->mark[p] = -1;
-    for (int32_t p = 0; p < coarse->cells; p++) pdi_multigrid_coarse_row(mg, level, coarse, p, coarse->row[p], 1);
-    return PD_OK;
-}
-
-static void pdi_multigrid_coarse_diagonal(const pd_smooth_level *level, pd_smooth_level *coarse)
-{
-    float least = coarse->sum ? PDI_MULTIGRID_FLOOR_CONTRAST : PDI_MULTIGRID_FLOOR;
-    for (int32_t p = 0; p < coarse->cells; p++) {
-        float mass = 0.0f, wall = 0.0f, links = 0.0f, stiff = 0.0f;
-        double free = 0.0; /* excess that is not of walls */
-        for (int32_t j = coarse->child_first[p]; j < coarse->child_first[p + 1]; j++) {
-            int32_t c = coarse->child[j];
-            mass += level->b[c];
-            wall += level->x[c];
-            free += level->excess ? (double)level->excess[c] - (double)level->x[c] : 0.0;
-            if (level->inv[c] > 0.0f) stiff += 1.0f / level->inv[c];
-        }
-        wall *= pdi_multigrid_wall_factor(level, coarse, p);
-        for (int32_t k = coarse->row[p]; k < coarse->row[p + 1]; k++) links += coarse->back[k];
-        float diag = mass + wall + links;
-        if (links == 0.0f && diag > 0.0f) diag = fmaxf(diag, least * stiff);
-        coarse->inv[p] = diag > 0.0f ? 1.0f / diag : 0.0f;
-        if (coarse->excess) coarse->excess[p] = (float)(free + (double)wall);
-        coarse->r[p] = 0.0f;
-        coarse->b[p] = mass;
-        coarse->x[p] = wall;
-    }
-}
-
 static pd_status pdi_multigrid_coarsen(pd_ctx *ctx, pd_multigrid *mg)
 {
-    for (int l = 0; pdi_multigrid_choose(&mg->level[l]); l++) {
-        pd_smooth_level *level = &mg->level[l], *coarse = level + 1;
+    pdi_coarsen how = pdi_multigrid_coarsening(mg);
+    for (int l = 0; pdi_coarsen_choose(ctx, &mg->level[l]); l++) {
         if (l + 1 == PD_MULTIGRID_LEVELS)
             return pdi_fail(ctx, PD_ERR_INTERNAL, "multigrid", "more than %d levels", PD_MULTIGRID_LEVELS);
-        pdi_multigrid_join(level);
-        PDI_TRY(pdi_multigrid_number(ctx, mg, level, coarse));
-        PDI_TRY(pdi_multigrid_children(ctx, level, coarse));
-        pdi_multigrid_widths(level, coarse);
-        PDI_TRY(pdi_multigrid_coarse_links(ctx, mg, level, coarse));
-        pdi_multigrid_coarse_diagonal(level, coarse);
+        PDI_TRY(pdi_coarsen_level(ctx, &how, &mg->level[l], &mg->level[l + 1]));
         mg->levels = l + 2;
     }
     return PD_OK;
@@ -11596,11 +11714,26 @@ pd_status pd_multigrid_setup(pd_ctx *ctx, pd_multigrid *mg, const uint8_t *activ
     PDI_TRY(pdi_multigrid_check(ctx, mg, mass, 0, "mass", &largest));
     mg->scale = pdi_multigrid_scale((double)largest);
     mg->levels = 1;
-    pdi_multigrid_fine(mg, active, conduct, flux, wall, mass);
+    for (int d = 0; d < PD_DIM; d++) pdi_multigrid_fine_faces(ctx, mg, d, active, conduct[d], flux ? flux[d] : NULL);
+    pdi_multigrid_fine_diagonal(ctx, mg, active, flux, wall, mass);
     pdi_multigrid_rows(&mg->level[0]);
     pd_status status = pdi_multigrid_coarsen(ctx, mg);
     if (status < 0) mg->levels = 0;
     return status;
+}
+
+pd_status pd_multigrid_mass(pd_ctx *ctx, pd_multigrid *mg, const uint8_t *active, const float *wall, const float *mass)
+{
+    float largest = 0.0f;
+    if (mg->levels == 0 || !mg->desc.symmetric)
+        return pdi_fail(ctx, PD_ERR_ARGUMENT, "multigrid", "other masses %s",
+                        mg->levels ? "with flow" : "before a successful setup");
+    PDI_TRY(pdi_multigrid_check(ctx, mg, wall, 0, "wall", &largest));
+    PDI_TRY(pdi_multigrid_check(ctx, mg, mass, 0, "mass", &largest));
+    pdi_multigrid_fine_diagonal(ctx, mg, active, NULL, wall, mass);
+    pdi_multigrid_rows(&mg->level[0]);
+    for (int l = 0; l + 1 < mg->levels; l++) pdi_coarsen_diagonal(&mg->level[l], &mg->level[l + 1]);
+    return PD_OK;
 }
 
 /* ---- cycle: x of a level from its b ---- */
@@ -23022,8 +23155,11 @@ enum { PDI_RECEDE_LAW = 0, PDI_RECEDE_SATURATED, PDI_RECEDE_FULL };
 #define PDI_RECEDE_ROUNDING 1e-14
 /* Conductance of saturated nodes in the preconditioner, over that of all bonds. */
 #define PDI_RECEDE_STIFF 1e3
-/* Tolerance of the linear systems over the residual, and how much longer the next step may be. */
+/* Tolerance of the linear systems over the residual; where states have just turned and may turn again, in the first
+ * rounds; how much longer the next step may be. */
 #define PDI_RECEDE_FORCING 1e-3
+#define PDI_RECEDE_FORCING_TURNED 0.03
+#define PDI_RECEDE_FIRST 6
 #define PDI_RECEDE_GROWTH 1.5
 /* A preconditioner that takes more iterations is set up anew. */
 #define PDI_RECEDE_STALE 40
@@ -23081,7 +23217,16 @@ static void pdi_recede_precondition(void *user, const double *x, double *y)
         if (r->state[i] == PDI_RECEDE_SATURATED) y[i] = 0.0;
 }
 
-static pd_status pdi_recede_setup(pd_ctx *ctx, pd_recede *r)
+/* What fluid beside metal adds to the mass of its cell: the drain of the law, or the stiffness of a saturated node. */
+static float pdi_recede_hold(const pd_recede *r, int32_t node)
+{
+    const pd_corrode *m = r->corrode;
+    if (r->state[node] != PDI_RECEDE_SATURATED) return (float)fmax(r->drain[node], 0.0);
+    return (float)(PDI_RECEDE_STIFF * (m->diffusion + 1.0 / r->dt));
+}
+
+/* The preconditioner. links: 1 the first time in a step; then only states and drains are other ones. */
+static pd_status pdi_recede_setup(pd_ctx *ctx, pd_recede *r, int links)
 {
     const pd_corrode *m = r->corrode;
     pdi_compact_faces faces;
@@ -23089,27 +23234,54 @@ static pd_status pdi_recede_setup(pd_ctx *ctx, pd_recede *r)
     memset(&none, 0, sizeof none);
     faces.closed = 0;
     faces.inlet = faces.outlet = 1;
-    pdi_compact_fill(ctx, m->desc.diffusivity, NULL, &none, 1.0 / r->dt, &faces, &r->compact);
+    float mass = (float)(1.0 / r->dt);
+    if (links) pdi_compact_fill(ctx, m->desc.diffusivity, NULL, &none, 1.0 / r->dt, &faces, &r->compact);
     for (int32_t node = 0; node < m->grid->total; node++) {
         int i[PD_DIM];
         if (m->map.role[node] != PDI_ROLE_SHORE) continue;
         pdi_grid_index(m->grid, node, i);
-        r->compact.mass[pdi_compact_cell(m->grid, i)] +=
-            (float)(r->state[node] == PDI_RECEDE_SATURATED ? PDI_RECEDE_STIFF * (m->diffusion + 1.0 / r->dt)
-                                                           : fmax(r->drain[node], 0.0));
+        r->compact.mass[pdi_compact_cell(m->grid, i)] = mass + pdi_recede_hold(r, node);
     }
-    return pd_multigrid_setup(ctx, &r->mg, r->compact.active, (const float *const *)r->compact.conduct, NULL,
-                              r->compact.wall, r->compact.mass);
+    if (links)
+        return pd_multigrid_setup(ctx, &r->mg, r->compact.active, (const float *const *)r->compact.conduct, NULL,
+                                  r->compact.wall, r->compact.mass);
+    return pd_multigrid_mass(ctx, &r->mg, r->compact.active, r->compact.wall, r->compact.mass);
 }
 
 /* ---- the equations ---- */
 
+/* What the metal in reach of fluid node i would give, and its bonds into the dry. */
+static void pdi_recede_gather(pd_recede *r, int32_t i)
+{
+    const pd_corrode *m = r->corrode;
+    for (int k = 0; k < m->stencil->count; k++) {
+        int32_t j = i + m->map.shift[k];
+        if (!pdi_phase_wet(m->map.phase[j])) r->dry[i] += m->stencil->lap[k];
+        if (m->map.phase[j] != PDI_PHASE_SOLID) continue;
+        double weight = m->front.weight[k] * (m->factor ? m->factor[j] : 1.0);
+        r->reach[i] += weight;
+        r->stock[i] += weight * m->c[j];
+    }
+}
+
 /* Begin a step: how many nodes take part, and what the metal in reach of those beside it would give. */
-static void pdi_recede_begin(pd_recede *r)
+static void pdi_recede_begin(const pd_ctx *ctx, pd_recede *r)
 {
     pd_corrode *m = r->corrode;
     pdi_corrode_repassivate(m);
     pdi_corrode_ghosts(m); /* the metal behind the sides has lost as much as its sources in the last step */
+    int nt = pdi_par_threads(ctx, m->grid->total);
+    (void)nt;
+    PDI_PARALLEL_FOR(nt)
+    for (int32_t i = 0; i < m->grid->total; i++) {
+        r->reach[i] = r->stock[i] = r->dry[i] = 0.0;
+        if (m->map.role[i] == PDI_ROLE_SHORE) {
+            pdi_recede_gather(r, i);
+            continue;
+        }
+        r->state[i] = PDI_RECEDE_LAW; /* the front may have left it behind */
+        r->drain[i] = 0.0;
+    }
     m->active = 0;
     int32_t first = -1, end = 1; /* of the fluid */
     for (int32_t i = 0; i < m->grid->total; i++) {
@@ -23117,20 +23289,6 @@ static void pdi_recede_begin(pd_recede *r)
         if (fluid && first < 0) first = i;
         if (fluid) end = i + 1;
         m->active += m->map.role[i] != PDI_ROLE_IDLE;
-        r->reach[i] = r->stock[i] = r->dry[i] = 0.0;
-        if (m->map.role[i] != PDI_ROLE_SHORE) { /* the front may have left it behind */
-            r->state[i] = PDI_RECEDE_LAW;
-            r->drain[i] = 0.0;
-            continue;
-        }
-        for (int k = 0; k < m->stencil->count; k++) {
-            int32_t j = i + m->map.shift[k];
-            if (!pdi_phase_wet(m->map.phase[j])) r->dry[i] += m->stencil->lap[k];
-            if (m->map.phase[j] != PDI_PHASE_SOLID) continue;
-            double weight = m->front.weight[k] * (m->factor ? m->factor[j] : 1.0);
-            r->reach[i] += weight;
-            r->stock[i] += weight * m->c[j];
-        }
     }
     r->krylov.desc.first = first > 0 ? first : 0;
     r->krylov.desc.end = end;
@@ -23232,22 +23390,24 @@ static pd_status pdi_recede_solve(pd_ctx *ctx, pd_recede *r)
 {
     pd_corrode *m = r->corrode;
     pdi_recede_user user;
-    int fresh = 0;
+    int fresh = 0, links = 1;
     double worst = HUGE_VAL, goal = pdi_recede_goal(r);
     user.ctx = ctx;
     user.r = r;
     for (int round = 0; round < r->desc.max_newton; round++) {
         pd_krylov_result linear;
-        int turned;
+        int turned, again;
         PDI_TRY(pdi_recede_evaluate(ctx, r, 0, &turned, &worst));
         if (!turned && worst <= goal) return PD_OK;
         /* saturated nodes have moved to Csat: take the balance there */
         if (turned) {
-            PDI_TRY(pdi_recede_evaluate(ctx, r, 1, &turned, &worst));
+            PDI_TRY(pdi_recede_evaluate(ctx, r, 1, &again, &worst));
             fresh = 0; /* a setup costs less than the iterations that it saves */
         }
-        if (!fresh) PDI_TRY(pdi_recede_setup(ctx, r));
-        r->krylov.desc.rtol = PDI_RECEDE_FORCING;
+        if (!fresh) PDI_TRY(pdi_recede_setup(ctx, r, links));
+        links = 0;
+        int loose = turned && round < PDI_RECEDE_FIRST;
+        r->krylov.desc.rtol = loose ? PDI_RECEDE_FORCING_TURNED : PDI_RECEDE_FORCING;
         r->krylov.desc.atol = 0.1 * goal * m->desc.saturation / r->dt;
         pd_status status = pd_krylov_solve(ctx, &r->krylov, pdi_recede_apply, pdi_recede_precondition, &user,
                                            r->balance, r->delta, &linear);
@@ -23291,7 +23451,7 @@ pd_status pd_recede_step(pd_ctx *ctx, pd_recede *r, double dt)
         return pdi_fail(ctx, PD_ERR_ARGUMENT, "recede", "a step of %g s, expected a positive one", dt);
     r->dt = dt;
     pdi_par_copy(ctx, m->grid->total, m->c, r->start);
-    pdi_recede_begin(r);
+    pdi_recede_begin(ctx, r);
     pd_status status = pdi_recede_solve(ctx, r);
     double lost = 0.0, spare = 1.0, most = fmin(1.0, PDI_RECEDE_EXCESS * r->desc.share);
     if (status == PD_OK) {

@@ -45,6 +45,7 @@ typedef struct pd_multigrid {
 #define pd_multigrid_build PD_NAME(pd_multigrid_build)
 #define pd_multigrid_free PD_NAME(pd_multigrid_free)
 #define pd_multigrid_setup PD_NAME(pd_multigrid_setup)
+#define pd_multigrid_mass PD_NAME(pd_multigrid_mass)
 #define pd_multigrid_cycle PD_NAME(pd_multigrid_cycle)
 
 /* Allocate the finest level. PD_ERR_ARGUMENT: n or stride not positive. PD_ERR_SIZE: more than 2^31 - 1 cells. */
@@ -59,6 +60,10 @@ PD_API void pd_multigrid_free(pd_ctx *ctx, pd_multigrid *mg);
 PD_API pd_status pd_multigrid_setup(pd_ctx *ctx, pd_multigrid *mg, const uint8_t *active,
                                     const float *const conduct[PD_DIM], const float *const flux[PD_DIM],
                                     const float *wall, const float *mass);
+/* Take other walls and masses; the active cells and their faces stay those of the last setup, which this costs a small
+ * part of. desc.symmetric only. The same bits as a setup gives. PD_ERR_ARGUMENT: as of setup, or there was none. */
+PD_API pd_status pd_multigrid_mass(pd_ctx *ctx, pd_multigrid *mg, const uint8_t *active, const float *wall,
+                                   const float *mass);
 /* x = M^-1 rhs, one cycle from zero: a constant linear operator up to single precision rounding, symmetric positive
  * (fit for CG) with desc.symmetric. With GMRES on stiff operators use the flexible form: rounding is not linear.
  * rhs and x live on the padded lattice; x becomes 0 at inactive cells, nodes outside of the box are neither read nor

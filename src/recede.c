@@ -15,8 +15,11 @@ enum { PDI_RECEDE_LAW = 0, PDI_RECEDE_SATURATED, PDI_RECEDE_FULL };
 #define PDI_RECEDE_ROUNDING 1e-14
 /* Conductance of saturated nodes in the preconditioner, over that of all bonds. */
 #define PDI_RECEDE_STIFF 1e3
-/* Tolerance of the linear systems over the residual, and how much longer the next step may be. */
+/* Tolerance of the linear systems over the residual; where states have just turned and may turn again, in the first
+ * rounds; how much longer the next step may be. */
 #define PDI_RECEDE_FORCING 1e-3
+#define PDI_RECEDE_FORCING_TURNED 0.03
+#define PDI_RECEDE_FIRST 6
 #define PDI_RECEDE_GROWTH 1.5
 /* A preconditioner that takes more iterations is set up anew. */
 #define PDI_RECEDE_STALE 40
@@ -74,7 +77,16 @@ static void pdi_recede_precondition(void *user, const double *x, double *y)
         if (r->state[i] == PDI_RECEDE_SATURATED) y[i] = 0.0;
 }
 
-static pd_status pdi_recede_setup(pd_ctx *ctx, pd_recede *r)
+/* What fluid beside metal adds to the mass of its cell: the drain of the law, or the stiffness of a saturated node. */
+static float pdi_recede_hold(const pd_recede *r, int32_t node)
+{
+    const pd_corrode *m = r->corrode;
+    if (r->state[node] != PDI_RECEDE_SATURATED) return (float)fmax(r->drain[node], 0.0);
+    return (float)(PDI_RECEDE_STIFF * (m->diffusion + 1.0 / r->dt));
+}
+
+/* The preconditioner. links: 1 the first time in a step; then only states and drains are other ones. */
+static pd_status pdi_recede_setup(pd_ctx *ctx, pd_recede *r, int links)
 {
     const pd_corrode *m = r->corrode;
     pdi_compact_faces faces;
@@ -82,27 +94,54 @@ static pd_status pdi_recede_setup(pd_ctx *ctx, pd_recede *r)
     memset(&none, 0, sizeof none);
     faces.closed = 0;
     faces.inlet = faces.outlet = 1;
-    pdi_compact_fill(ctx, m->desc.diffusivity, NULL, &none, 1.0 / r->dt, &faces, &r->compact);
+    float mass = (float)(1.0 / r->dt);
+    if (links) pdi_compact_fill(ctx, m->desc.diffusivity, NULL, &none, 1.0 / r->dt, &faces, &r->compact);
     for (int32_t node = 0; node < m->grid->total; node++) {
         int i[PD_DIM];
         if (m->map.role[node] != PDI_ROLE_SHORE) continue;
         pdi_grid_index(m->grid, node, i);
-        r->compact.mass[pdi_compact_cell(m->grid, i)] +=
-            (float)(r->state[node] == PDI_RECEDE_SATURATED ? PDI_RECEDE_STIFF * (m->diffusion + 1.0 / r->dt)
-                                                           : fmax(r->drain[node], 0.0));
+        r->compact.mass[pdi_compact_cell(m->grid, i)] = mass + pdi_recede_hold(r, node);
     }
-    return pd_multigrid_setup(ctx, &r->mg, r->compact.active, (const float *const *)r->compact.conduct, NULL,
-                              r->compact.wall, r->compact.mass);
+    if (links)
+        return pd_multigrid_setup(ctx, &r->mg, r->compact.active, (const float *const *)r->compact.conduct, NULL,
+                                  r->compact.wall, r->compact.mass);
+    return pd_multigrid_mass(ctx, &r->mg, r->compact.active, r->compact.wall, r->compact.mass);
 }
 
 /* ---- the equations ---- */
 
+/* What the metal in reach of fluid node i would give, and its bonds into the dry. */
+static void pdi_recede_gather(pd_recede *r, int32_t i)
+{
+    const pd_corrode *m = r->corrode;
+    for (int k = 0; k < m->stencil->count; k++) {
+        int32_t j = i + m->map.shift[k];
+        if (!pdi_phase_wet(m->map.phase[j])) r->dry[i] += m->stencil->lap[k];
+        if (m->map.phase[j] != PDI_PHASE_SOLID) continue;
+        double weight = m->front.weight[k] * (m->factor ? m->factor[j] : 1.0);
+        r->reach[i] += weight;
+        r->stock[i] += weight * m->c[j];
+    }
+}
+
 /* Begin a step: how many nodes take part, and what the metal in reach of those beside it would give. */
-static void pdi_recede_begin(pd_recede *r)
+static void pdi_recede_begin(const pd_ctx *ctx, pd_recede *r)
 {
     pd_corrode *m = r->corrode;
     pdi_corrode_repassivate(m);
     pdi_corrode_ghosts(m); /* the metal behind the sides has lost as much as its sources in the last step */
+    int nt = pdi_par_threads(ctx, m->grid->total);
+    (void)nt;
+    PDI_PARALLEL_FOR(nt)
+    for (int32_t i = 0; i < m->grid->total; i++) {
+        r->reach[i] = r->stock[i] = r->dry[i] = 0.0;
+        if (m->map.role[i] == PDI_ROLE_SHORE) {
+            pdi_recede_gather(r, i);
+            continue;
+        }
+        r->state[i] = PDI_RECEDE_LAW; /* the front may have left it behind */
+        r->drain[i] = 0.0;
+    }
     m->active = 0;
     int32_t first = -1, end = 1; /* of the fluid */
     for (int32_t i = 0; i < m->grid->total; i++) {
@@ -110,20 +149,6 @@ static void pdi_recede_begin(pd_recede *r)
         if (fluid && first < 0) first = i;
         if (fluid) end = i + 1;
         m->active += m->map.role[i] != PDI_ROLE_IDLE;
-        r->reach[i] = r->stock[i] = r->dry[i] = 0.0;
-        if (m->map.role[i] != PDI_ROLE_SHORE) { /* the front may have left it behind */
-            r->state[i] = PDI_RECEDE_LAW;
-            r->drain[i] = 0.0;
-            continue;
-        }
-        for (int k = 0; k < m->stencil->count; k++) {
-            int32_t j = i + m->map.shift[k];
-            if (!pdi_phase_wet(m->map.phase[j])) r->dry[i] += m->stencil->lap[k];
-            if (m->map.phase[j] != PDI_PHASE_SOLID) continue;
-            double weight = m->front.weight[k] * (m->factor ? m->factor[j] : 1.0);
-            r->reach[i] += weight;
-            r->stock[i] += weight * m->c[j];
-        }
     }
     r->krylov.desc.first = first > 0 ? first : 0;
     r->krylov.desc.end = end;
@@ -225,22 +250,24 @@ static pd_status pdi_recede_solve(pd_ctx *ctx, pd_recede *r)
 {
     pd_corrode *m = r->corrode;
     pdi_recede_user user;
-    int fresh = 0;
+    int fresh = 0, links = 1;
     double worst = HUGE_VAL, goal = pdi_recede_goal(r);
     user.ctx = ctx;
     user.r = r;
     for (int round = 0; round < r->desc.max_newton; round++) {
         pd_krylov_result linear;
-        int turned;
+        int turned, again;
         PDI_TRY(pdi_recede_evaluate(ctx, r, 0, &turned, &worst));
         if (!turned && worst <= goal) return PD_OK;
         /* saturated nodes have moved to Csat: take the balance there */
         if (turned) {
-            PDI_TRY(pdi_recede_evaluate(ctx, r, 1, &turned, &worst));
+            PDI_TRY(pdi_recede_evaluate(ctx, r, 1, &again, &worst));
             fresh = 0; /* a setup costs less than the iterations that it saves */
         }
-        if (!fresh) PDI_TRY(pdi_recede_setup(ctx, r));
-        r->krylov.desc.rtol = PDI_RECEDE_FORCING;
+        if (!fresh) PDI_TRY(pdi_recede_setup(ctx, r, links));
+        links = 0;
+        int loose = turned && round < PDI_RECEDE_FIRST;
+        r->krylov.desc.rtol = loose ? PDI_RECEDE_FORCING_TURNED : PDI_RECEDE_FORCING;
         r->krylov.desc.atol = 0.1 * goal * m->desc.saturation / r->dt;
         pd_status status = pd_krylov_solve(ctx, &r->krylov, pdi_recede_apply, pdi_recede_precondition, &user,
                                            r->balance, r->delta, &linear);
@@ -284,7 +311,7 @@ pd_status pd_recede_step(pd_ctx *ctx, pd_recede *r, double dt)
         return pdi_fail(ctx, PD_ERR_ARGUMENT, "recede", "a step of %g s, expected a positive one", dt);
     r->dt = dt;
     pdi_par_copy(ctx, m->grid->total, m->c, r->start);
-    pdi_recede_begin(r);
+    pdi_recede_begin(ctx, r);
     pd_status status = pdi_recede_solve(ctx, r);
     double lost = 0.0, spare = 1.0, most = fmin(1.0, PDI_RECEDE_EXCESS * r->desc.share);
     if (status == PD_OK) {

@@ -37,7 +37,8 @@ static double pdi_ring_conductance(const pdi_ring_fit *f, int i, int k)
     int axial = pdi_ring_offset(f->stencil, k, 0), j = i + pdi_ring_offset(f->stencil, k, 1);
     double from = f->first + i, to = f->first + j, rho = 0.5 * (from + to);
     if (!(from > 0.0) || !(to > 0.0)) return 0.0;
-    if (i >= f->rows || j >= f->rows) return axial ? rho : rho - f->excess / rho;
+    int fitted = i >= 0 && j >= 0 && i < f->rows && j < f->rows; /* ghosts inside of a hollow box are not */
+    if (!fitted) return axial ? rho : rho - f->excess / rho;
     double square = (double)axial * axial;
     return rho * exp(square * (f->axial[i] + f->axial[j]) + (to * to - from * from) * (f->radial[i] - f->radial[j]));
 }
