@@ -39,15 +39,21 @@ typedef struct screen {
     int open; /* a progress line stands without its newline */
 } screen;
 
+/* A signal this soon after the first is the same one, told twice: to the program and its group, as timeout(1) does. */
+#define ECHO 1.0 /* [s] */
+
 static volatile sig_atomic_t interrupted;
 
 /* A second signal, this one or the other, ends the program at once. */
 static void on_interrupt(int number)
 {
-    (void)number;
+    static double first;
+    if (!interrupted) first = wall_seconds();
+    else if (wall_seconds() - first > ECHO) {
+        signal(number, SIG_DFL);
+        raise(number);
+    }
     interrupted = 1;
-    signal(SIGINT, SIG_DFL);
-    signal(SIGTERM, SIG_DFL);
 }
 
 static int is_interrupted(void *user)
@@ -102,7 +108,8 @@ static void help(const char *program)
            "                 for example 2GB or 500 MB: a run that needs more ends with a message\n"
            "  --quiet        print the result lines and errors only\n"
            "  --check        read the scene, build it and print the summary; run and write nothing\n\n"
-           "SIGINT (Ctrl-C) and SIGTERM stop a run after the step in work, with a checkpoint; a second one at once.\n"
+           "SIGINT (Ctrl-C) and SIGTERM stop a run after the step in work, with a checkpoint; another one, a second\n"
+           "or more later, at once.\n"
            "Exit status: 0 done, 1 the run failed or was interrupted, 2 wrong usage or bad input, 3 stopped, --resume\n"
            "goes on.\n",
            program, PD_DIM, PD_DIM > 1 ? "s" : "", PD_VERSION);
@@ -315,6 +322,8 @@ int main(int argc, char **argv)
     struct sigaction action;
     memset(&action, 0, sizeof action);
     action.sa_handler = on_interrupt;
+    sigaddset(&action.sa_mask, SIGINT);
+    sigaddset(&action.sa_mask, SIGTERM);
     sigaction(SIGINT, &action, NULL);
     sigaction(SIGTERM, &action, NULL);
     status = run(&o, &ctx, &setup, &s);
