@@ -129,7 +129,7 @@ TEST(solid_on_a_mirror)
     for (int bonds = 0; bonds < 2; bonds++) {
         double loss[2] = {0.0, 1.0};
         for (int k = 0; k < 2; k++) {
-            snprintf(text, sizeof text, "%s%s[run] until = 1 h\n", scenes[k], bonds ? OPEN BONDS : STREAM LAW);
+            snprintf(text, sizeof text, "%s%s[run] until = 0.5 h\n", scenes[k], bonds ? OPEN BONDS : STREAM LAW);
             if (hard_play(h[k], text)) loss[k] = pd_couple_volume_loss(&h[k]->model.couple);
             CHECK(loss[k] > 0.1 && loss[k] < 0.99);
         }
@@ -168,7 +168,8 @@ TEST(closed_pocket)
             CHECK(fabs(h->model.flow.p[i]) < 1e3);
         }
         CHECK_LE(inside, 1e-8 * fastest);
-        CHECK(hard_steps(h, 8.0 * 3600.0)); /* through the opening to the end */
+        /* through the opening to the end; in 3D the last node has taken over what a dozen others held */
+        CHECK(hard_steps(h, (PD_DIM == 3 ? 16.0 : 8.0) * 3600.0));
         hard_sound(h);
         check_gone(h);
     }
@@ -309,29 +310,35 @@ TEST(nothing_to_dissolve)
 }
 
 /* A slit one node wide, as a grain boundary leaves it: its nodes have neighbours along one axis only. Between values
- * held
- * at its ends diffusion through it is that of a rod; with longer bonds the ends, where held and closed walls meet
- * within
- * one horizon, shift it by a fraction of a node. */
+ * held at its ends diffusion through it is that of a rod; with longer bonds the ends, where held and closed walls meet
+ * within one horizon, shift it by a fraction of a node, however long it is. */
 TEST(channel_of_one_node)
 {
     NOT_IN_3D();
     static const struct {
         const char *name, *m;
-        double bound;
-    } rods[] = {{"transport_m_1", "1", 1e-6}, {"transport_m_3", "3", 0.02}};
+        int cells;
+    } rods[] = {{"transport_m_1", "1", 20}, {"transport_m_3", "3", 20}, {"transport_m_3_long", "3", 40}};
     hard *h = &hard_one;
     char text[1600];
-    for (int k = 0; k < 2; k++) {
-        double off = 1.0, across = 1e-5 * (PD_DIM == 3 ? 1e-5 : 1.0), due = -1e-9 * 100.0 / 200e-6 * across;
+    double shift[3] = {0.0, 0.0, 0.0};
+    for (int k = 0; k < 3; k++) {
+        double length = 1e-5 * rods[k].cells, across = 1e-5 * (PD_DIM == 3 ? 1e-5 : 1.0), off = 1.0;
         snprintf(text, sizeof text,
-                 "[grid] h = 10 um  m = %s  box = 0 .. 200 um%s\n[side x-] C = 0\n"
+                 "[grid] h = 10 um  m = %s  box = 0 .. %d um%s\n[side x-] C = 0\n"
                  "[side x+] C = 100 mol/m3\n[transport] D = 1e-9 m2/s  time = steady\n",
-                 rods[k].m, ACROSS("0 .. 10 um"));
-        if (hard_play(h, text)) off = fabs(pd_transport_section(&h->ctx, &h->model.transport, 0, 10) / due - 1.0);
-        CHECK_LE(off, rods[k].bound);
+                 rods[k].m, 10 * rods[k].cells, ACROSS("0 .. 10 um"));
+        if (hard_play(h, text)) {
+            double flux = pd_transport_section(&h->ctx, &h->model.transport, 0, 10);
+            off = fabs(flux / (-1e-9 * 100.0 / length * across) - 1.0);
+            shift[k] = 0.5 * (1e-9 * 100.0 * across / fabs(flux) - length) / 1e-5;
+        }
+        if (k == 0) CHECK_LE(off, 1e-6);
         hard_end(h, rods[k].name, off, "flux_against_that_of_a_rod", 0.0, NULL);
     }
+    NOTE("m = 3: each end shifted by %.4f cells, in a rod twice as long by %.4f", shift[1], shift[2]);
+    CHECK_LE(fabs(shift[1]), 1.0);
+    CHECK_NEAR(shift[2], shift[1], 1e-4);
 
     const char *blocks = "[shape one] box = 60 um .. 140 um, 0 .. 30 um" ALONG_Z(
         "0 .. 80 um") "\n"
@@ -350,8 +357,8 @@ TEST(channel_of_one_node)
         "0 .. 50 um") "  kind = solid  grains = 40 um  boundary_width = 2 um\n";
     for (int bonds = 0; bonds < 2; bonds++) {
         const char *law = bonds ? OPEN "[corrode] D = 1e-9 m2/s  " : STREAM "[dissolve] ";
-        snprintf(text, sizeof text, "%s%s%srate = 0.2 um/h * (1 - C/Csat)  gb_factor = 1000\n%s[run] until = 1 h\n",
-                 CHANNEL, metal, law, METAL);
+        snprintf(text, sizeof text, "%s%s%srate = 0.2 um/h * (1 - C/Csat)  gb_factor = 1000\n%s[run] until = %s\n",
+                 CHANNEL, metal, law, METAL, PD_DIM == 3 ? "0.5 h" : "1 h");
         if (hard_play(h, text)) CHECK(pd_couple_volume_loss(&h->model.couple) > 0.05);
         double loss = h->built ? pd_couple_volume_loss(&h->model.couple) : 0.0;
         CHECK(loss < 0.999);

@@ -77,7 +77,7 @@ TEST(cells_of_1e_9_and_1e3_m)
                  : PD_DIM == 1
                      ? "[side x-] C = 0\n"
                      : "[side x-] flow = inlet  profile = uniform  mean = 1 mm/s  C = 0\n[side x+] flow = outlet\n"
-                       "[flow] rho = 1000 kg/m3  mu = 1e-3 Pa s  steady = 1e-8\n",
+                       "[flow] rho = 1000 kg/m3  mu = 1e-3 Pa s  steady = 1e-10\n", /* below what is compared */
                  bonds ? "[corrode] D = 1e-9 m2/s  " : "[transport] D = 1e-9 m2/s\n[dissolve] ",
                  bonds == 2 ? "time = explicit  " METAL : METAL);
         if (!play_scaled(base, text, 1.0, 1.0)) return;
