@@ -66,7 +66,7 @@ reason() {
         !inside { if ($0 !~ /^#/) fresh = 0 }'
 }
 geometries() {
-    cat "$dir"/hard_*.log | sed -n 's/.* geometries=\([0-9]*\) .*/\1/p' | awk '{ n += $1 } END { print n + 0 }'
+    cat "$dir"/hard_*.log | sed -n "s/.* $1=\([0-9]*\).*/\1/p" | awk '{ n += $1 } END { print n + 0 }'
 }
 hard_cases() { cat "$dir"/hard_*.log | sed -n 's/^result case=\([a-z0-9_]*\) .*/\1/p' | awk '!seen[$0]++'; }
 
@@ -128,7 +128,7 @@ head_of_stability() {
 Hard cases: each runs through with the right answer, or is refused with a message. Written by \`make stability\`, which
 runs the programs of \`tests/hard/\` and \`stability1d\`, \`2d\` and \`3d\`. One case:
 \`build/hard_geometry_2d debris\`. These are the results of the logs at hand, with
-$(geometries) geometries at random of the 10,000 of a whole sweep.
+$(geometries geometries) geometries at random that ran through and $(geometries refused) that were refused; a whole sweep is 10,000.
 
 $((met + missed)) parts are run: $met end as they should, $missed do not.
 
