@@ -105,14 +105,24 @@ lint: $(BUILD)/lint $(BUILD)/amalgamate ## house rules and the order of the modu
 	$(BUILD)/amalgamate --rules src LICENSE pdcorr.h
 	$(BUILD)/lint
 
-sanitize: ## the test programs under the address and undefined-behaviour sanitizers
+# Whole scenes in two dimensions, rings and readers of files go through most of the code.
+QUICK_LOGS = $(patsubst %,$(LOGS)/%_2d.log,hard_geometry hard_limits test_ring test_text test_png test_scene test_bond)
+SANITIZED = +@$(MAKE) -k --no-print-directory BUILD=$(BUILD)/sanitize OPENMP=0 \
+            EXTRA='-fsanitize=address,undefined -fno-sanitize-recover=all'
+
+sanitize: ## the test programs under the address and undefined-behaviour sanitizers: half an hour
 	@rm -f $(BUILD)/sanitize/logs/*.log
-	+@$(MAKE) -k --no-print-directory BUILD=$(BUILD)/sanitize OPENMP=0 \
-	    EXTRA='-fsanitize=address,undefined -fno-sanitize-recover=all' sanitized-logs || true
+	$(SANITIZED) sanitized-logs || true
 	@sh tools/sum.sh $(TEST_LOGS:$(LOGS)/%=$(BUILD)/sanitize/logs/%)
 
-.PHONY: sanitized-logs
+sanitize-quick: ## a few of them, in two dimensions
+	@rm -f $(BUILD)/sanitize/logs/*.log
+	$(SANITIZED) quick-logs || true
+	@sh tools/sum.sh $(QUICK_LOGS:$(LOGS)/%=$(BUILD)/sanitize/logs/%)
+
+.PHONY: sanitize-quick sanitized-logs quick-logs
 sanitized-logs: $(TEST_LOGS)
+quick-logs: $(QUICK_LOGS)
 
 # One fuzzer after the other, FUZZ_TIME seconds each, in 2D; seeds come from the examples. What ends one lies in
 # build/fuzz/; give it back to the program to see it again.

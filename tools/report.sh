@@ -128,7 +128,8 @@ head_of_stability() {
 Hard cases: each runs through with the right answer, or is refused with a message. Written by \`make stability\`, which
 runs the programs of \`tests/hard/\` and \`stability1d\`, \`2d\` and \`3d\`. One case:
 \`build/hard_geometry_2d debris\`. These are the results of the logs at hand, with
-$(geometries geometries) geometries at random that ran through and $(geometries refused) that were refused; a whole sweep is 10,000.
+$(geometries geometries) geometries at random that ran through and $(geometries refused) that were refused; a whole
+sweep is 10,000.
 
 $((met + missed)) parts are run: $met end as they should, $missed do not.
 
