@@ -1506,12 +1506,12 @@ static inline int pdi_coarsen_link_get(const pd_smooth_level *level, int32_t c, 
         if (pdi_coarsen_link_get((level), (c), k, &(link)))
 
 /* Floats of a cell beside x and the coefficients of level 0: b, r, inv, excess. */
-static inline size_t pdi_coarsen_values(const pdi_coarsen *how) { return how->contrast ? 4 : 3; }
+static inline size_t pdi_coarsen_values(int contrast) { return contrast ? 4 : 3; }
 /* 1: the ends of an axis of n blocks are linked, when its ends on the level above are. Red-black sweeps need an even
  * number, else both ends have one colour. */
-static inline int pdi_coarsen_wraps(const pdi_coarsen *how, int n, int above)
+static inline int pdi_coarsen_wraps(int symmetric, int n, int above)
 {
-    return above && n > 2 && !(how->symmetric && n % 2);
+    return above && n > 2 && !(symmetric && n % 2);
 }
 /* Choose the axes of a level to halve; 0: no cell has a link any more. */
 PDI_FN int pdi_coarsen_choose(const pd_ctx *ctx, pd_smooth_level *level);
@@ -1520,7 +1520,7 @@ PDI_FN pd_status pdi_coarsen_level(pd_ctx *ctx, const pdi_coarsen *how, pd_smoot
                                    pd_smooth_level *coarse);
 /* Only its diagonals, after those of `level` have changed. */
 PDI_FN void pdi_coarsen_diagonal(const pd_smooth_level *level, pd_smooth_level *coarse);
-PDI_FN void pdi_coarsen_free(pd_ctx *ctx, const pdi_coarsen *how, pd_smooth_level *coarse);
+PDI_FN void pdi_coarsen_free(pd_ctx *ctx, int contrast, pd_smooth_level *coarse);
 #endif
 
 #endif
@@ -11063,10 +11063,10 @@ PDI_FN void pdi_smooth_lines(const pd_ctx *ctx, const pd_smooth_level *level, in
 
 /* ---- memory ---- */
 
-PDI_FN void pdi_coarsen_free(pd_ctx *ctx, const pdi_coarsen *how, pd_smooth_level *level)
+PDI_FN void pdi_coarsen_free(pd_ctx *ctx, int contrast, pd_smooth_level *level)
 {
     size_t cells = (size_t)level->cell_capacity, links = (size_t)level->link_capacity;
-    PDI_DELETE(ctx, (1 + pdi_coarsen_values(how)) * cells, level->values);
+    PDI_DELETE(ctx, (1 + pdi_coarsen_values(contrast)) * cells, level->values);
     PDI_DELETE(ctx, cells, level->sum);
     PDI_DELETE(ctx, 4 * cells + 2, level->indices);
     PDI_DELETE(ctx, 2 * links, level->a);
@@ -11088,21 +11088,21 @@ static pd_status pdi_coarsen_reserve_list(pd_ctx *ctx, int32_t **list, int32_t *
     return PD_OK;
 }
 
-static pd_status pdi_coarsen_reserve_cells(pd_ctx *ctx, const pdi_coarsen *how, pd_smooth_level *level, int32_t cells)
+static pd_status pdi_coarsen_reserve_cells(pd_ctx *ctx, int contrast, pd_smooth_level *level, int32_t cells)
 {
-    int whole = level->values && level->indices && (level->sum || !how->contrast);
+    int whole = level->values && level->indices && (level->sum || !contrast);
     if (cells <= level->cell_capacity && whole) return PD_OK;
     size_t room = (size_t)cells;
-    pdi_coarsen_free(ctx, how, level);
+    pdi_coarsen_free(ctx, contrast, level);
     level->cell_capacity = cells;
-    PDI_TRY(PDI_NEW(ctx, "multigrid", (1 + pdi_coarsen_values(how)) * room, level->values));
-    if (how->contrast) PDI_TRY(PDI_NEW(ctx, "multigrid", room, level->sum));
+    PDI_TRY(PDI_NEW(ctx, "multigrid", (1 + pdi_coarsen_values(contrast)) * room, level->values));
+    if (contrast) PDI_TRY(PDI_NEW(ctx, "multigrid", room, level->sum));
     PDI_TRY(PDI_NEW(ctx, "multigrid", 4 * room + 2, level->indices));
     level->x = level->values;
     level->b = level->x + room;
     level->r = level->b + room;
     level->inv = level->r + room;
-    level->excess = how->contrast ? level->inv + room : NULL;
+    level->excess = contrast ? level->inv + room : NULL;
     level->parent = level->indices;
     level->block = level->parent + room;
     level->row = level->block + room;
@@ -11278,7 +11278,7 @@ static pd_status pdi_coarsen_number(pd_ctx *ctx, const pdi_coarsen *how, pd_smoo
     int32_t *parent = level->parent, *offset = how->mark, keys = how->symmetric ? 2 : 1, cells = 0, key;
     for (int d = 0; d < PD_DIM; d++) {
         coarse->n[d] = level->halve[d] ? (level->n[d] + 1) / 2 : level->n[d];
-        coarse->wrap[d] = pdi_coarsen_wraps(how, coarse->n[d], level->wrap[d]);
+        coarse->wrap[d] = pdi_coarsen_wraps(how->symmetric, coarse->n[d], level->wrap[d]);
         if (!how->symmetric) keys *= coarse->n[d];
     }
     for (int32_t k = 0; k <= keys; k++) offset[k] = 0;
@@ -11289,7 +11289,7 @@ static pd_status pdi_coarsen_number(pd_ctx *ctx, const pdi_coarsen *how, pd_smoo
         cells++;
     }
     coarse->cells = cells;
-    PDI_TRY(pdi_coarsen_reserve_cells(ctx, how, coarse, cells));
+    PDI_TRY(pdi_coarsen_reserve_cells(ctx, how->contrast, coarse, cells));
     PDI_TRY(pdi_coarsen_order(ctx, how, coarse, keys));
     for (int32_t c = 0; c < level->cells; c++)
         if (parent[c] >= 0) parent[c] = pdi_coarsen_root(parent, c);
@@ -11477,21 +11477,11 @@ PDI_FN pd_status pdi_coarsen_level(pd_ctx *ctx, const pdi_coarsen *how, pd_smoot
 
 /* ---- memory ---- */
 
-static pdi_coarsen pdi_multigrid_coarsening(const pd_multigrid *mg)
-{
-    pdi_coarsen how;
-    how.symmetric = mg->desc.symmetric;
-    how.contrast = mg->desc.contrast;
-    how.mark = mg->mark;
-    return how;
-}
-
 /* Floats of level 0: x and the coefficients with their pads, b, r, inv, excess. */
 static size_t pdi_multigrid_store(const pd_multigrid *mg)
 {
     size_t padded = 1 + (mg->desc.symmetric ? PD_DIM : 2 * PD_DIM), cells = (size_t)mg->level[0].cells;
-    pdi_coarsen how = pdi_multigrid_coarsening(mg);
-    return padded * (cells + 2 * (size_t)mg->pad) + pdi_coarsen_values(&how) * cells;
+    return padded * (cells + 2 * (size_t)mg->pad) + pdi_coarsen_values(mg->desc.contrast) * cells;
 }
 
 /* Doubles of level 0: sum with its pads. */
@@ -11527,9 +11517,8 @@ pd_status pd_multigrid_build(pd_ctx *ctx, const pd_multigrid_desc *desc, pd_mult
     }
     fine->cells = (int32_t)cells;
     fine->shared = desc->symmetric;
-    pdi_coarsen how = pdi_multigrid_coarsening(mg);
     for (int d = 0; d < PD_DIM; d++) {
-        fine->wrap[d] = pdi_coarsen_wraps(&how, fine->n[d], desc->periodic[d]);
+        fine->wrap[d] = pdi_coarsen_wraps(desc->symmetric, fine->n[d], desc->periodic[d]);
         if (fine->wrap[d] && !fine->edge) PDI_TRY(PDI_NEW(ctx, "multigrid", cells, fine->edge));
     }
     mg->pad = pdi_smooth_stride(fine->n, PD_DIM - 1);
@@ -11563,8 +11552,7 @@ void pd_multigrid_free(pd_ctx *ctx, pd_multigrid *mg)
     PDI_DELETE(ctx, mg->level[0].cells, mg->level[0].parent);
     PDI_DELETE(ctx, mg->level[0].cells, mg->level[0].edge);
     if (mg->level[0].begin) PDI_DELETE(ctx, 2 * (mg->level[0].cells / mg->level[0].n[0]), mg->level[0].begin);
-    pdi_coarsen how = pdi_multigrid_coarsening(mg);
-    for (int l = 1; l < PD_MULTIGRID_LEVELS; l++) pdi_coarsen_free(ctx, &how, &mg->level[l]);
+    for (int l = 1; l < PD_MULTIGRID_LEVELS; l++) pdi_coarsen_free(ctx, mg->desc.contrast, &mg->level[l]);
     mg->levels = 0;
 }
 
@@ -11688,7 +11676,10 @@ static void pdi_multigrid_rows(pd_smooth_level *fine)
 
 static pd_status pdi_multigrid_coarsen(pd_ctx *ctx, pd_multigrid *mg)
 {
-    pdi_coarsen how = pdi_multigrid_coarsening(mg);
+    pdi_coarsen how;
+    how.symmetric = mg->desc.symmetric;
+    how.contrast = mg->desc.contrast;
+    how.mark = mg->mark;
     for (int l = 0; pdi_coarsen_choose(ctx, &mg->level[l]); l++) {
         if (l + 1 == PD_MULTIGRID_LEVELS)
             return pdi_fail(ctx, PD_ERR_INTERNAL, "multigrid", "more than %d levels", PD_MULTIGRID_LEVELS);

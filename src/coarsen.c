@@ -14,10 +14,10 @@
 
 /* ---- memory ---- */
 
-PDI_FN void pdi_coarsen_free(pd_ctx *ctx, const pdi_coarsen *how, pd_smooth_level *level)
+PDI_FN void pdi_coarsen_free(pd_ctx *ctx, int contrast, pd_smooth_level *level)
 {
     size_t cells = (size_t)level->cell_capacity, links = (size_t)level->link_capacity;
-    PDI_DELETE(ctx, (1 + pdi_coarsen_values(how)) * cells, level->values);
+    PDI_DELETE(ctx, (1 + pdi_coarsen_values(contrast)) * cells, level->values);
     PDI_DELETE(ctx, cells, level->sum);
     PDI_DELETE(ctx, 4 * cells + 2, level->indices);
     PDI_DELETE(ctx, 2 * links, level->a);
@@ -39,21 +39,21 @@ static pd_status pdi_coarsen_reserve_list(pd_ctx *ctx, int32_t **list, int32_t *
     return PD_OK;
 }
 
-static pd_status pdi_coarsen_reserve_cells(pd_ctx *ctx, const pdi_coarsen *how, pd_smooth_level *level, int32_t cells)
+static pd_status pdi_coarsen_reserve_cells(pd_ctx *ctx, int contrast, pd_smooth_level *level, int32_t cells)
 {
-    int whole = level->values && level->indices && (level->sum || !how->contrast);
+    int whole = level->values && level->indices && (level->sum || !contrast);
     if (cells <= level->cell_capacity && whole) return PD_OK;
     size_t room = (size_t)cells;
-    pdi_coarsen_free(ctx, how, level);
+    pdi_coarsen_free(ctx, contrast, level);
     level->cell_capacity = cells;
-    PDI_TRY(PDI_NEW(ctx, "multigrid", (1 + pdi_coarsen_values(how)) * room, level->values));
-    if (how->contrast) PDI_TRY(PDI_NEW(ctx, "multigrid", room, level->sum));
+    PDI_TRY(PDI_NEW(ctx, "multigrid", (1 + pdi_coarsen_values(contrast)) * room, level->values));
+    if (contrast) PDI_TRY(PDI_NEW(ctx, "multigrid", room, level->sum));
     PDI_TRY(PDI_NEW(ctx, "multigrid", 4 * room + 2, level->indices));
     level->x = level->values;
     level->b = level->x + room;
     level->r = level->b + room;
     level->inv = level->r + room;
-    level->excess = how->contrast ? level->inv + room : NULL;
+    level->excess = contrast ? level->inv + room : NULL;
     level->parent = level->indices;
     level->block = level->parent + room;
     level->row = level->block + room;
@@ -229,7 +229,7 @@ static pd_status pdi_coarsen_number(pd_ctx *ctx, const pdi_coarsen *how, pd_smoo
     int32_t *parent = level->parent, *offset = how->mark, keys = how->symmetric ? 2 : 1, cells = 0, key;
     for (int d = 0; d < PD_DIM; d++) {
         coarse->n[d] = level->halve[d] ? (level->n[d] + 1) / 2 : level->n[d];
-        coarse->wrap[d] = pdi_coarsen_wraps(how, coarse->n[d], level->wrap[d]);
+        coarse->wrap[d] = pdi_coarsen_wraps(how->symmetric, coarse->n[d], level->wrap[d]);
         if (!how->symmetric) keys *= coarse->n[d];
     }
     for (int32_t k = 0; k <= keys; k++) offset[k] = 0;
@@ -240,7 +240,7 @@ static pd_status pdi_coarsen_number(pd_ctx *ctx, const pdi_coarsen *how, pd_smoo
         cells++;
     }
     coarse->cells = cells;
-    PDI_TRY(pdi_coarsen_reserve_cells(ctx, how, coarse, cells));
+    PDI_TRY(pdi_coarsen_reserve_cells(ctx, how->contrast, coarse, cells));
     PDI_TRY(pdi_coarsen_order(ctx, how, coarse, keys));
     for (int32_t c = 0; c < level->cells; c++)
         if (parent[c] >= 0) parent[c] = pdi_coarsen_root(parent, c);

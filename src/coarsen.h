@@ -53,12 +53,12 @@ static inline int pdi_coarsen_link_get(const pd_smooth_level *level, int32_t c, 
         if (pdi_coarsen_link_get((level), (c), k, &(link)))
 
 /* Floats of a cell beside x and the coefficients of level 0: b, r, inv, excess. */
-static inline size_t pdi_coarsen_values(const pdi_coarsen *how) { return how->contrast ? 4 : 3; }
+static inline size_t pdi_coarsen_values(int contrast) { return contrast ? 4 : 3; }
 /* 1: the ends of an axis of n blocks are linked, when its ends on the level above are. Red-black sweeps need an even
  * number, else both ends have one colour. */
-static inline int pdi_coarsen_wraps(const pdi_coarsen *how, int n, int above)
+static inline int pdi_coarsen_wraps(int symmetric, int n, int above)
 {
-    return above && n > 2 && !(how->symmetric && n % 2);
+    return above && n > 2 && !(symmetric && n % 2);
 }
 /* Choose the axes of a level to halve; 0: no cell has a link any more. */
 PDI_FN int pdi_coarsen_choose(const pd_ctx *ctx, pd_smooth_level *level);
@@ -67,7 +67,7 @@ PDI_FN pd_status pdi_coarsen_level(pd_ctx *ctx, const pdi_coarsen *how, pd_smoot
                                    pd_smooth_level *coarse);
 /* Only its diagonals, after those of `level` have changed. */
 PDI_FN void pdi_coarsen_diagonal(const pd_smooth_level *level, pd_smooth_level *coarse);
-PDI_FN void pdi_coarsen_free(pd_ctx *ctx, const pdi_coarsen *how, pd_smooth_level *coarse);
+PDI_FN void pdi_coarsen_free(pd_ctx *ctx, int contrast, pd_smooth_level *coarse);
 #endif
 
 #endif

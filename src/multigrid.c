@@ -23,21 +23,11 @@
 
 /* ---- memory ---- */
 
-static pdi_coarsen pdi_multigrid_coarsening(const pd_multigrid *mg)
-{
-    pdi_coarsen how;
-    how.symmetric = mg->desc.symmetric;
-    how.contrast = mg->desc.contrast;
-    how.mark = mg->mark;
-    return how;
-}
-
 /* Floats of level 0: x and the coefficients with their pads, b, r, inv, excess. */
 static size_t pdi_multigrid_store(const pd_multigrid *mg)
 {
     size_t padded = 1 + (mg->desc.symmetric ? PD_DIM : 2 * PD_DIM), cells = (size_t)mg->level[0].cells;
-    pdi_coarsen how = pdi_multigrid_coarsening(mg);
-    return padded * (cells + 2 * (size_t)mg->pad) + pdi_coarsen_values(&how) * cells;
+    return padded * (cells + 2 * (size_t)mg->pad) + pdi_coarsen_values(mg->desc.contrast) * cells;
 }
 
 /* Doubles of level 0: sum with its pads. */
@@ -73,9 +63,8 @@ pd_status pd_multigrid_build(pd_ctx *ctx, const pd_multigrid_desc *desc, pd_mult
     }
     fine->cells = (int32_t)cells;
     fine->shared = desc->symmetric;
-    pdi_coarsen how = pdi_multigrid_coarsening(mg);
     for (int d = 0; d < PD_DIM; d++) {
-        fine->wrap[d] = pdi_coarsen_wraps(&how, fine->n[d], desc->periodic[d]);
+        fine->wrap[d] = pdi_coarsen_wraps(desc->symmetric, fine->n[d], desc->periodic[d]);
         if (fine->wrap[d] && !fine->edge) PDI_TRY(PDI_NEW(ctx, "multigrid", cells, fine->edge));
     }
     mg->pad = pdi_smooth_stride(fine->n, PD_DIM - 1);
@@ -109,8 +98,7 @@ void pd_multigrid_free(pd_ctx *ctx, pd_multigrid *mg)
     PDI_DELETE(ctx, mg->level[0].cells, mg->level[0].parent);
     PDI_DELETE(ctx, mg->level[0].cells, mg->level[0].edge);
     if (mg->level[0].begin) PDI_DELETE(ctx, 2 * (mg->level[0].cells / mg->level[0].n[0]), mg->level[0].begin);
-    pdi_coarsen how = pdi_multigrid_coarsening(mg);
-    for (int l = 1; l < PD_MULTIGRID_LEVELS; l++) pdi_coarsen_free(ctx, &how, &mg->level[l]);
+    for (int l = 1; l < PD_MULTIGRID_LEVELS; l++) pdi_coarsen_free(ctx, mg->desc.contrast, &mg->level[l]);
     mg->levels = 0;
 }
 
@@ -234,7 +222,10 @@ static void pdi_multigrid_rows(pd_smooth_level *fine)
 
 static pd_status pdi_multigrid_coarsen(pd_ctx *ctx, pd_multigrid *mg)
 {
-    pdi_coarsen how = pdi_multigrid_coarsening(mg);
+    pdi_coarsen how;
+    how.symmetric = mg->desc.symmetric;
+    how.contrast = mg->desc.contrast;
+    how.mark = mg->mark;
     for (int l = 0; pdi_coarsen_choose(ctx, &mg->level[l]); l++) {
         if (l + 1 == PD_MULTIGRID_LEVELS)
             return pdi_fail(ctx, PD_ERR_INTERNAL, "multigrid", "more than %d levels", PD_MULTIGRID_LEVELS);

@@ -1,5 +1,6 @@
 /* coarsen: setups of the multigrid, whole and of masses alone, small boxes, memory and bad input.
  * dims: 1 2 3 */
+#include "fault.h"
 #include "multigrid.h"
 
 /* Setup again, with other masks and couplings, leaves no trace of what was there before. */
@@ -139,49 +140,32 @@ TEST(not_a_number)
     finish(&p);
 }
 
-typedef struct counter {
-    int calls, fail;
-} counter;
-
-static void *counted(void *user, void *ptr, size_t old_size, size_t new_size)
-{
-    counter *c = (counter *)user;
-    (void)old_size;
-    if (new_size == 0) {
-        free(ptr);
-        return NULL;
-    }
-    c->calls++;
-    return c->fail && c->calls >= c->fail ? NULL : realloc(ptr, new_size);
-}
-
 /* Each allocation fails once; the next setup on the same object then works and gives the same bits. */
 TEST(memory)
 {
     for (int general = 0; general < 4; general++) {
         problem p;
-        counter k = {0, 0};
+        fault k;
         tangle(&p);
         p.general = general;
-        p.ctx.alloc.fn = counted;
-        p.ctx.alloc.user = &k;
+        fault_context(&k, 0, 1, &p.ctx);
         double *b = random_vector(&p), *x = vector(&p), *y = vector(&p);
         CHECK_OK(&p.ctx, build(&p));
-        int built = k.calls;
+        long built = k.calls;
         CHECK_OK(&p.ctx, setup(&p));
-        int all = k.calls;
+        long all = k.calls;
         cycle(&p, b, x);
         CHECK_INT(k.calls, all);
         pd_multigrid_free(&p.ctx, &p.mg);
         CHECK(all > built && built > 0);
-        for (int fail = 1; fail <= all; fail++) {
+        for (long fail = 1; fail <= all; fail++) {
             k.calls = 0;
-            k.fail = fail;
+            k.fail_at = fail;
             pd_status status = build(&p);
             CHECK_INT(status, fail <= built ? PD_ERR_MEMORY : PD_OK);
             CHECK_INT(setup(&p), fail <= built ? PD_ERR_ARGUMENT : PD_ERR_MEMORY);
             cycle(&p, b, y);
-            k.fail = 0;
+            k.fail_at = 0;
             if (fail > built) {
                 CHECK_OK(&p.ctx, setup(&p));
                 cycle(&p, b, y);

@@ -1,7 +1,6 @@
 /* units and expr: values against closed forms and the C library, dimensions, messages, hostile text. */
 #include "expr.h"
-#include "test.h"
-#include <stdlib.h>
+#include "fault.h"
 
 typedef struct sample {
     const char *text, *unit;
@@ -373,32 +372,14 @@ TEST(limits_are_refused)
 }
 
 /* Allocation failure at every request: clean failure, nothing left. */
-typedef struct failing {
-    int left;
-} failing;
-
-static void *failing_realloc(void *user, void *ptr, size_t old_size, size_t new_size)
-{
-    failing *f = (failing *)user;
-    (void)old_size;
-    if (new_size == 0) {
-        free(ptr);
-        return NULL;
-    }
-    return f->left-- > 0 ? realloc(ptr, new_size) : NULL;
-}
-
 TEST(allocation_failures)
 {
     int failed = 0;
-    for (int n = 0;; n++) {
+    for (int n = 1;; n++) {
         pd_ctx ctx;
         pd_expr expr;
-        failing f;
-        f.left = n;
-        pd_ctx_init(&ctx);
-        ctx.alloc.fn = failing_realloc;
-        ctx.alloc.user = &f;
+        fault f;
+        fault_context(&f, n, 1, &ctx);
         pd_status status = build(&ctx, "x + 1 um", "m", 0, &expr);
         pd_expr_free(&ctx, &expr);
         CHECK_INT(ctx.in_use, 0);

@@ -2,9 +2,8 @@
 #include "csv.h"
 #include "file.h"
 #include "progress.h"
-#include "test.h"
+#include "fault.h"
 #include <locale.h>
-#include <stdlib.h>
 
 #define DIRECTORY "build/files_of_test_file"
 
@@ -396,18 +395,6 @@ TEST(a_broken_table_names_its_line)
     remove(at("broken.csv"));
 }
 
-/* Fails the call number `left` and all later ones. */
-static void *failing(void *user, void *ptr, size_t old_size, size_t new_size)
-{
-    int *left = (int *)user;
-    (void)old_size;
-    if (new_size == 0) {
-        free(ptr);
-        return NULL;
-    }
-    return (*left)-- > 0 ? realloc(ptr, new_size) : NULL;
-}
-
 TEST(every_failing_allocation_is_reported)
 {
     pd_ctx ctx;
@@ -419,12 +406,11 @@ TEST(every_failing_allocation_is_reported)
     for (int k = 0; used < sizeof text - 64; k++)
         used += (size_t)snprintf(text + used, sizeof text - used, "%d,%d\n", k, k * k);
     put("many.csv", text, used);
+    fault f;
     pd_status status = PD_ERR_MEMORY;
     int tries = 0;
     for (; status != PD_OK && tries < 100; tries++) {
-        int left = tries;
-        ctx.alloc.fn = failing;
-        ctx.alloc.user = &left;
+        fault_context(&f, tries + 1, 1, &ctx);
         status = pd_table_read(&ctx, at("many.csv"), &table);
         if (status != PD_OK) CHECK_INT(status, PD_ERR_MEMORY);
         if (status != PD_OK) CHECK_INT(ctx.in_use, 0);

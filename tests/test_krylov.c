@@ -1,8 +1,7 @@
 /* krylov: GMRES, BiCGStab and CG against closed forms of small systems.
  * dims: 2 */
 #include "../src/krylov.h"
-#include "test.h"
-#include <stdlib.h>
+#include "fault.h"
 
 #define PI 3.14159265358979323846
 #define N_MAX 60000
@@ -531,23 +530,6 @@ TEST(threads)
     free(x);
 }
 
-/* Counts calls and fails from call `fail` on. */
-typedef struct counter {
-    int calls, fail;
-} counter;
-
-static void *counted(void *user, void *ptr, size_t old_size, size_t new_size)
-{
-    counter *c = (counter *)user;
-    (void)old_size;
-    if (new_size == 0) {
-        free(ptr);
-        return NULL;
-    }
-    c->calls++;
-    return c->fail && c->calls >= c->fail ? NULL : realloc(ptr, new_size);
-}
-
 TEST(memory)
 {
     enum { N = 40 };
@@ -555,22 +537,20 @@ TEST(memory)
     for (int i = 0; i < N; i++) b[i] = x[i] = 1.0;
     for (int m = 0; m < 3; m++) {
         pd_ctx ctx;
-        counter c = {0, 0};
+        fault c;
         pd_krylov k;
         pd_krylov_desc d = describe(methods[m], N);
-        pd_ctx_init(&ctx);
-        ctx.alloc.fn = counted;
-        ctx.alloc.user = &c;
+        fault_context(&c, 0, 1, &ctx);
         sys s = make(K_POISSON, N);
         CHECK_OK(&ctx, pd_krylov_build(&ctx, &d, &k));
-        int built = c.calls;
+        long built = c.calls;
         CHECK_OK(&ctx, pd_krylov_solve(&ctx, &k, multiply, jacobi, &s, b, x, NULL));
         CHECK_INT(c.calls, built); /* solve allocates nothing */
         pd_krylov_free(&ctx, &k);
         CHECK_INT(ctx.in_use, 0);
-        for (int fail = 1; fail <= built; fail++) {
+        for (long fail = 1; fail <= built; fail++) {
             c.calls = 0;
-            c.fail = fail;
+            c.fail_at = fail;
             CHECK_INT(pd_krylov_build(&ctx, &d, &k), PD_ERR_MEMORY);
             CHECK_INT(pd_krylov_solve(&ctx, &k, multiply, NULL, &s, b, x, NULL), PD_ERR_ARGUMENT);
             pd_krylov_free(&ctx, &k);
@@ -635,10 +615,10 @@ TEST(bad_input)
     memset(&spans, 0, sizeof spans);
     spans.total = 21;
     pd_ctx_init(&ctx);
-    for (int fault = 0; fault < 10; fault++) {
+    for (int mistake = 0; mistake < 10; mistake++) {
         pd_krylov_desc d = describe(PD_KRYLOV_GMRES, 10);
         const char *word = "";
-        switch (fault) {
+        switch (mistake) {
         case 0: d.n = 0, word = "n = 0"; break;
         case 1: d.restart = -1, word = "restart"; break;
         case 2: d.max_iterations = -3, word = "max_iterations"; break;

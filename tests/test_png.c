@@ -7,8 +7,7 @@
 #include "file.h"
 #include "picture.h"
 #include "plot.h"
-#include "test.h"
-#include <stdlib.h>
+#include "fault.h"
 
 #define DIRECTORY "build/files_of_test_png"
 
@@ -658,18 +657,6 @@ TEST(a_plot_copes_with_what_cannot_be_shown)
     CHECK_INT(ctx.in_use, 0);
 }
 
-/* Fails the call number `left` and all later ones. */
-static void *failing(void *user, void *ptr, size_t old_size, size_t new_size)
-{
-    int *left = (int *)user;
-    (void)old_size;
-    if (new_size == 0) {
-        free(ptr);
-        return NULL;
-    }
-    return (*left)-- > 0 ? realloc(ptr, new_size) : NULL;
-}
-
 TEST(every_failing_allocation_is_reported)
 {
     double values[6] = {1, 2, 3, 4, 5, 6};
@@ -686,10 +673,9 @@ TEST(every_failing_allocation_is_reported)
     for (int phase = 0; phase < 2; phase++) {
         pd_status status = PD_ERR_MEMORY;
         for (int tries = 0; status != PD_OK && tries < 50; tries++) {
-            int left = tries;
+            fault f;
             pd_image image = {0, 0, 0, NULL};
-            ctx.alloc.fn = failing;
-            ctx.alloc.user = &left;
+            fault_context(&f, tries + 1, 1, &ctx);
             status = phase ? pd_png_read(&ctx, DIRECTORY "/memory.png", &image)
                            : pd_picture_write(&ctx, DIRECTORY "/memory.png", &picture);
             failures += status == PD_ERR_MEMORY;
