@@ -55,11 +55,20 @@ all: $(foreach k,$(DIMS),$(BUILD)/pd$kd) ## build pd1d, pd2d and pd3d (default)
 
 drivers: $(DRIVERS) ## build these and the programs of the reports
 
-run: $(BUILD)/pd2d ## run the example scene of the magnesium pin into out/
-	$(BUILD)/pd2d examples/scenes/mg_pin_2d.scene --out out/mg_pin_2d
-	@echo "pictures:"; ls out/mg_pin_2d/volume_loss.png $$(ls -d out/mg_pin_2d/*_t32400.0s.png)
+run: $(BUILD)/pd2d ## run the scene of the measured magnesium wire into out/
+	$(BUILD)/pd2d examples/scenes/mg_wire.scene --out out/mg_wire
+	@echo "measured and computed: out/mg_wire/volume_loss.png"; ls out/mg_wire/*_t12743.28s.png
 
 report: validation bench stability ## write docs/validation.md, docs/performance.md and docs/stability.md
+	sh tools/texts.sh --write
+
+# Figures in README.md and the other texts have their sources beside them (tools/texts.sh).
+.PHONY: texts texts-runs
+texts: ## bring the figures of the texts to those of the reports
+	sh tools/texts.sh --write
+
+texts-runs: $(BUILD)/pd2d $(BUILD)/pd3d ## the same, with those of whole runs too: a quarter of an hour
+	BUILD=$(BUILD) sh tools/texts.sh --write --runs
 
 # Threads sleep at barriers, because several programs may share the processor.
 validation: $(foreach k,$(DIMS),$(BUILD)/validate$(k)d) ## run all validation cases and write docs/validation.md

@@ -15,6 +15,7 @@
 #include <string.h>
 #include <sys/resource.h>
 #include <time.h>
+#include <unistd.h>
 
 #include "common.h"
 #include "table.h"
@@ -138,7 +139,7 @@ static pd_status run_case(bench *b, const bench_case *c)
     return b->out ? run_section(b) : c->run(b);
 }
 
-int main(int argc, char **argv)
+static int act(int argc, char **argv)
 {
     options o;
     pd_ctx ctx;
@@ -148,6 +149,7 @@ int main(int argc, char **argv)
     for (int k = 0; k < BENCH_CASE_COUNT && o.list; k++)
         printf("%-10s %s\n", bench_cases[k]->name, bench_cases[k]->title);
     if (o.help || o.list) return 0;
+    calm_threads(argv);
     pd_ctx_init(&ctx);
     ctx.threads = o.threads;
     bench *b = &state;
@@ -170,3 +172,5 @@ int main(int argc, char **argv)
     fprintf(stderr, "%s: %s\n", o.program, ctx.message);
     return 1;
 }
+
+int main(int argc, char **argv) { return ended(program_name(argv[0]), act(argc, argv)); }

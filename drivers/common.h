@@ -26,6 +26,21 @@ static double peak_rss_mb(void)
 #endif
 }
 
+/* Threads that wait for others spin for the time of a waking up and then sleep. A runtime that spins on keeps the
+ * processor from what they wait for as soon as another program runs beside: tens of times the wall time. It reads its
+ * environment before main, so the program starts itself once more, unless the caller has chosen. 1000 turns are those
+ * that libgomp takes where it knows of too few processors; other runtimes follow the policy. */
+static void calm_threads(char **argv)
+{
+#ifdef _OPENMP
+    if (getenv("OMP_WAIT_POLICY") || getenv("GOMP_SPINCOUNT") || getenv("KMP_BLOCKTIME")) return;
+    if (setenv("OMP_WAIT_POLICY", "passive", 1) == 0 && setenv("GOMP_SPINCOUNT", "1000", 1) == 0)
+        execvp(argv[0], argv); /* it comes back where it failed, and all goes on as it is */
+#else
+    (void)argv;
+#endif
+}
+
 /* A number within [lo, hi] and nothing behind it. */
 static int parse_number(const char *text, double lo, double hi, double *value)
 {
@@ -51,6 +66,16 @@ static const char *program_name(const char *path)
 {
     const char *slash = strrchr(path, '/');
     return slash ? slash + 1 : path;
+}
+
+/* The status with which a program ends: what it printed must have arrived. */
+static int ended(const char *program, int status)
+{
+    int lost = fflush(stdout) != 0;
+    lost = ferror(stdout) || lost;
+    if (!lost) return status;
+    fprintf(stderr, "%s: lines of the standard output are lost: it is closed or full\n", program);
+    return status ? status : 1;
 }
 
 static int usage_error(const char *program, const char *what, const char *found)

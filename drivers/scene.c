@@ -1,7 +1,8 @@
 /* pd1d, pd2d, pd3d: run a scene file.
  *
  *   pd2d SCENE [key=value ...] [--estimate-error] [--accuracy SHARE] [--out DIR] [--checkpoint TIME] [--resume]
- *        [--threads N] [--memory-limit SIZE] [--quiet] [--check] [--help]
+ *        [--sweep KEY=VALUES] [--fit KEY=LOW..HIGH] [--to FILE] [--threads N] [--memory-limit SIZE] [--quiet]
+ *        [--check] [--help]
  *
  * Exit status: 0 done, 1 the run failed or was interrupted, 2 wrong usage or bad input, 3 stopped, --resume goes on.
  */
@@ -29,9 +30,13 @@ typedef struct options {
     const char *overrides[MAX_OVERRIDES];
     int count, threads, quiet, check, help, resume, checkpoints;
     double checkpoint_every; /* [s] */
+    const char *sweeps[PD_SWEEP_AXES];
+    int sweep_count;
     int estimate;    /* of the error, after the run */
     double accuracy; /* [-] wanted; 0: settings as they are */
     double memory;   /* [byte] limit; 0: none */
+    const char *ranges[PD_SQUARES_PARAMETERS], *data; /* of a fit; its points, NULL: those of the scene */
+    int range_count;
 } options;
 
 typedef struct screen {
@@ -62,6 +67,15 @@ static int is_interrupted(void *user)
     return interrupted != 0;
 }
 
+static int is_interrupted_within(void *user, const char *doing, int64_t count)
+{
+    (void)user;
+    (void)doing;
+    (void)count;
+    return interrupted != 0;
+}
+#include "sweep.h"
+
 static void end_progress(screen *s)
 {
     if (s->open) fprintf(stderr, "\n");
@@ -88,7 +102,8 @@ static void print(void *user, pd_print_kind kind, const char *text)
 static void help(const char *program)
 {
     printf("%s SCENE [key=value ...] [--estimate-error] [--accuracy SHARE] [--out DIR] [--checkpoint TIME]\n"
-           "     [--resume] [--threads N] [--memory-limit SIZE] [--quiet] [--check] [--help]\n\n"
+           "     [--resume] [--sweep KEY=VALUES] [--fit KEY=LOW..HIGH] [--to FILE] [--threads N]\n"
+           "     [--memory-limit SIZE] [--quiet] [--check] [--help]\n\n"
            "Runs a corrosion scene in %d dimension%s (pdcorr %s).\n\n"
            "  SCENE          scene file, or a flat file of key = value lines\n"
            "  key=value      replaces a value of the scene; also section.key=value, section.label.key=value\n"
@@ -103,13 +118,22 @@ static void help(const char *program)
            "                 off: none\n"
            "  --resume       go on from the checkpoint in the folder of the output, with the same scene and\n"
            "                 overrides; the files become those of a run that was never stopped\n"
+           "  --fit KEY=LOW..HIGH\n"
+           "                 find the value between the bounds, such as dissolve.rate_scale=0.5..2, whose run comes\n"
+           "                 nearest to measured points, and run it; once for each of up to 8 keys\n"
+           "  --to FILE      the points: columns of time, value and spread; more as behind 'file =' of [measured];\n"
+           "                 without it those of the scene. Without --fit: compare the run with them\n"
            "  --threads N    threads, 0: all\n"
            "  --memory-limit SIZE\n"
            "                 for example 2GB or 500 MB: a run that needs more ends with a message\n"
+           "  --sweep \"key=value, value, ... unit\"\n"
+           "                 run the scene for each value, side by side on the threads, each into a folder of its own\n"
+           "                 (run001, ...); several give all combinations; sweep.csv and sweep.png tell of all\n"
            "  --quiet        print the result lines and errors only\n"
-           "  --check        read the scene, build it and print the summary; run and write nothing\n\n"
-           "SIGINT (Ctrl-C) and SIGTERM stop a run after the step in work, with a checkpoint; another one, a second\n"
-           "or more later, at once.\n"
+           "  --check        read the scene, build it and print the summary; say what the run, its estimate and its\n"
+           "                 --resume would be refused for; run and write nothing\n\n"
+           "SIGINT (Ctrl-C) and SIGTERM stop a run within a second, with a checkpoint of the last step that is done;\n"
+           "another one, a second or more later, at once.\n"
            "Exit status: 0 done, 1 the run failed or was interrupted, 2 wrong usage or bad input, 3 stopped, --resume\n"
            "goes on.\n",
            program, PD_DIM, PD_DIM > 1 ? "s" : "", PD_VERSION);
@@ -190,9 +214,18 @@ static int parse(int argc, char **argv, options *o)
         } else if (strcmp(a, "--out") == 0) {
             o->out = value_of(argc, argv, &k);
             if (!o->out[0]) return usage(o, "--out expects a folder", "");
+        } else if (strcmp(a, "--sweep") == 0) {
+            if (o->sweep_count == PD_SWEEP_AXES) return usage(o, "more than 8 sweeps", "");
+            o->sweeps[o->sweep_count++] = value_of(argc, argv, &k);
         } else if (strcmp(a, "--checkpoint") == 0) {
             if (!parse_checkpoint(value_of(argc, argv, &k), o))
                 return usage(o, "--checkpoint expects a time such as 10min or 0 s, or off", "");
+        } else if (strcmp(a, "--fit") == 0) {
+            if (o->range_count == PD_SQUARES_PARAMETERS) return usage(o, "more than 8 of --fit", "");
+            o->ranges[o->range_count++] = value_of(argc, argv, &k);
+        } else if (strcmp(a, "--to") == 0) {
+            o->data = value_of(argc, argv, &k);
+            if (!o->data[0]) return usage(o, "--to expects a file of measured points", "");
         } else if (strcmp(a, "--threads") == 0) {
             if (!parse_whole(value_of(argc, argv, &k), 0.0, 1024.0, &o->threads))
                 return usage(o, "--threads expects a number from 0 to 1024", "");
@@ -203,10 +236,13 @@ static int parse(int argc, char **argv, options *o)
         else if (strchr(a, '=')) {
             if (o->count == MAX_OVERRIDES) return usage(o, "more than 64 key=value arguments", "");
             o->overrides[o->count++] = a;
-        } else if (o->scene) return usage(o, "a second scene: ", a);
+        } else if (o->scene) return usage(o, "a second scene, expected one and key=value: ", a);
         else o->scene = a;
     }
-    if (o->check && o->resume) return usage(o, "--check runs nothing, which leaves --resume nothing to do", "");
+    if (o->range_count && o->resume) return usage(o, "--resume goes on with one run, --fit begins many", "");
+    if (o->sweep_count && (o->check || o->resume || o->estimate || o->range_count || o->data))
+        return usage(o, "--sweep goes without --check, --resume, --estimate-error, --accuracy, --fit and --to: a run of"
+                        " it goes on by itself, with its values and --out", "");
     return o->scene || o->help ? 0 : usage(o, "no scene file given", "");
 }
 
@@ -234,7 +270,17 @@ static void judge(const options *o, const pd_estimate *e)
     printf("\n");
 }
 
-/* The estimate behind a run; without one the run stands. */
+/* What an estimate can do, when it is not run. */
+static int checked(pd_estimate *e, pd_ctx *ctx, screen *s)
+{
+    char line[PD_MESSAGE_SIZE + 64];
+    snprintf(line, sizeof line, "the error estimate will assume orders: %s", e->without);
+    if (e->without[0]) print(s, PD_PRINT_NOTE, line);
+    pd_estimate_free(ctx, e);
+    return 0;
+}
+
+/* The estimate behind a run; without one the run stands, and a check fails. */
 static int estimate(const options *o, pd_ctx *ctx, const pd_setup *setup, const pd_run_desc *desc,
                     const pd_figures *figures, screen *s)
 {
@@ -243,6 +289,7 @@ static int estimate(const options *o, pd_ctx *ctx, const pd_setup *setup, const 
         fprintf(stderr, "%s: no error estimate: the scene watches nothing: add a [probe NAME] or another section of "
                         "that sort\n", o->program);
     } else if (pd_estimate_run(ctx, setup, desc, figures, &e) >= 0) {
+        if (o->check) return checked(&e, ctx, s);
         pd_estimate_print(&e, print, s);
         if (o->accuracy > 0.0) judge(o, &e);
         pd_estimate_free(ctx, &e);
@@ -252,6 +299,7 @@ static int estimate(const options *o, pd_ctx *ctx, const pd_setup *setup, const 
     } else {
         fprintf(stderr, "%s: no error estimate: %s\n", o->program, ctx->message);
     }
+    if (o->check) return 2;
     if (o->accuracy > 0.0) printf("result case=%s accuracy=%.6g reached=unknown\n", setup->name, o->accuracy);
     return 0;
 }
@@ -273,9 +321,10 @@ static int run_watched(const options *o, pd_ctx *ctx, const pd_setup *setup, pd_
     desc.resume = o->resume;
     if (o->estimate) desc.figures = figures;
     pd_status status = pd_run(ctx, setup, &desc, &result);
+    if (status == PD_STOPPED) return fail(o, s, "interrupted before the first step; nothing was written", 1);
     if (status < 0) return fail(o, s, ctx->message, result.bad_input ? 2 : 1);
     end_progress(s);
-    if (o->check) return 0;
+    if (o->check) return o->estimate ? estimate(o, ctx, setup, &desc, figures, s) : 0;
     pd_run_line(&result, line, sizeof line);
     printf("%s wall_s=%.3f cpu_s=%.3f peak_rss_mb=%.1f threads=%d\n", line, wall_seconds() - wall,
            cpu_seconds(), peak_rss_mb(), result.threads);
@@ -300,7 +349,73 @@ static int run(const options *o, pd_ctx *ctx, pd_setup *setup, screen *s)
     return status;
 }
 
-int main(int argc, char **argv)
+/* The scene as it is run: at the values of a fit, with the points of the command line. */
+static int read_scene(options *o, pd_ctx *ctx, pd_setup *setup, screen *s)
+{
+    static pd_fit fit; /* the overrides stay */
+    static char line[4096];
+    pd_fit_desc desc;
+    memset(&desc, 0, sizeof desc);
+    desc.scene = o->scene;
+    desc.overrides = o->overrides;
+    desc.count = o->count;
+    desc.data = o->data;
+    desc.range = o->ranges;
+    desc.ranges = o->range_count;
+    desc.print = print;
+    desc.print_user = s;
+    desc.stop = is_interrupted;
+    if (!o->range_count && !o->data) {
+        pd_status status = pd_scene_read(ctx, o->scene, o->overrides, o->count, setup);
+        return status < 0 ? fail(o, s, ctx->message, 2) : 0;
+    }
+    if (o->range_count) {
+        if (o->count + o->range_count > MAX_OVERRIDES) return usage(o, "more than 64 key=value arguments", "");
+        if (pd_fit_run(ctx, &desc, &fit) < 0) return fail(o, s, ctx->message, fit.bad_input ? 2 : 1);
+        pd_fit_line(&fit, line, sizeof line);
+        print(s, PD_PRINT_RESULT, line);
+        for (int k = 0; k < fit.parameters; k++) o->overrides[o->count++] = fit.override[k];
+        desc.count = o->count;
+    }
+    return pd_fit_setup(ctx, &desc, NULL, 0, setup) < 0 ? fail(o, s, ctx->message, 2) : 0;
+}
+
+static void catch_signals(void)
+{
+    struct sigaction action;
+    memset(&action, 0, sizeof action);
+    action.sa_handler = on_interrupt;
+    sigemptyset(&action.sa_mask);
+    sigaddset(&action.sa_mask, SIGINT);
+    sigaddset(&action.sa_mask, SIGTERM);
+    sigaction(SIGINT, &action, NULL);
+    sigaction(SIGTERM, &action, NULL);
+}
+
+static int sweep(const options *o, pd_ctx *ctx, screen *s)
+{
+    pd_sweep_desc desc;
+    pd_sweep all;
+    pd_run_desc run_desc;
+    memset(&desc, 0, sizeof desc);
+    memset(&run_desc, 0, sizeof run_desc);
+    desc.scene = o->scene;
+    desc.overrides = o->overrides;
+    desc.count = o->count;
+    desc.axes = o->sweeps;
+    desc.axis_count = o->sweep_count;
+    desc.folder = o->out;
+    if (pd_sweep_build(ctx, &desc, &all) < 0) return fail(o, s, ctx->message, 2);
+    run_desc.stop = is_interrupted;
+    run_desc.checkpoints = o->checkpoints;
+    run_desc.checkpoint_every = o->checkpoint_every;
+    catch_signals();
+    int status = sweep_runs(ctx, &all, &run_desc, o->threads);
+    pd_sweep_free(ctx, &all);
+    return status;
+}
+
+static int act(int argc, char **argv)
 {
     options o;
     screen s;
@@ -312,22 +427,21 @@ int main(int argc, char **argv)
         help(o.program);
         return 0;
     }
+    if (o.threads != 1) calm_threads(argv);
     memset(&s, 0, sizeof s);
     s.quiet = o.quiet;
     s.terminal = !o.quiet && isatty(2);
     pd_ctx_init(&ctx);
     ctx.threads = o.threads;
+    ctx.poll = is_interrupted_within;
     ctx.alloc.limit = (size_t)o.memory;
-    if (pd_scene_read(&ctx, o.scene, o.overrides, o.count, &setup) < 0) return fail(&o, &s, ctx.message, 2);
-    struct sigaction action;
-    memset(&action, 0, sizeof action);
-    action.sa_handler = on_interrupt;
-    sigemptyset(&action.sa_mask);
-    sigaddset(&action.sa_mask, SIGINT);
-    sigaddset(&action.sa_mask, SIGTERM);
-    sigaction(SIGINT, &action, NULL);
-    sigaction(SIGTERM, &action, NULL);
+    if (o.sweep_count) return sweep(&o, &ctx, &s);
+    catch_signals();
+    status = read_scene(&o, &ctx, &setup, &s);
+    if (status) return status;
     status = run(&o, &ctx, &setup, &s);
     pd_setup_free(&ctx, &setup);
     return status;
 }
+
+int main(int argc, char **argv) { return ended(program_name(argv[0]), act(argc, argv)); }

@@ -16,6 +16,7 @@
 #include <string.h>
 #include <sys/resource.h>
 #include <time.h>
+#include <unistd.h>
 
 #include "common.h"
 #include "table.h"
@@ -267,7 +268,7 @@ static int run(const options *o, pd_ctx *ctx)
     return o->check && bad;
 }
 
-int main(int argc, char **argv)
+static int act(int argc, char **argv)
 {
     options o;
     pd_ctx ctx;
@@ -276,6 +277,9 @@ int main(int argc, char **argv)
     if (o.help) help(o.program);
     for (int c = 0; c < STAB_CASE_COUNT && o.list; c++) printf("%-12s %s\n", stab_cases[c].name, stab_cases[c].title);
     if (o.help || o.list) return 0;
+    calm_threads(argv);
     pd_ctx_init(&ctx);
     return run(&o, &ctx);
 }
+
+int main(int argc, char **argv) { return ended(program_name(argv[0]), act(argc, argv)); }

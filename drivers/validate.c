@@ -15,6 +15,7 @@
 #include <string.h>
 #include <sys/resource.h>
 #include <time.h>
+#include <unistd.h>
 
 #include "common.h"
 #include "table.h"
@@ -183,7 +184,7 @@ static int run(const options *o, pd_ctx *ctx)
     return t.failed || (o->check && (t.missed || t.unjudged));
 }
 
-int main(int argc, char **argv)
+static int act(int argc, char **argv)
 {
     options o;
     pd_ctx ctx;
@@ -192,7 +193,10 @@ int main(int argc, char **argv)
     if (o.help) help(o.program);
     for (int k = 0; k < VAL_CASE_COUNT && o.list; k++) printf("%-12s %s\n", val_cases[k]->name, val_cases[k]->title);
     if (o.help || o.list) return 0;
+    calm_threads(argv);
     pd_ctx_init(&ctx);
     ctx.threads = o.threads;
     return run(&o, &ctx);
 }
+
+int main(int argc, char **argv) { return ended(program_name(argv[0]), act(argc, argv)); }

@@ -34,10 +34,10 @@ static void parabola(void *user, const double *x, double *u)
     u[1] = 0.0;
 }
 
-static double rate(void *user, double c)
+static double rate(void *user, const pd_rate_at *at)
 {
     const rate_law *law = (const rate_law *)user;
-    return law->speed * (1.0 - c / law->saturation);
+    return law->speed * (1.0 - at->c / law->saturation);
 }
 
 static void print_ledger(const pd_couple *c)

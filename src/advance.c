@@ -10,7 +10,7 @@
 #define PDI_ADVANCE_SHRINK 0.1
 #define PDI_ADVANCE_TRIALS 200 /* rejected steps in a row */
 
-pd_status pd_advance_build(pd_ctx *ctx, pd_transport *transport, const pd_advance_desc *desc, pd_advance *a)
+static pd_status pdi_advance_make(pd_ctx *ctx, pd_transport *transport, const pd_advance_desc *desc, pd_advance *a)
 {
     int32_t total = transport->grid->total;
     memset(a, 0, sizeof *a);
@@ -26,6 +26,13 @@ pd_status pd_advance_build(pd_ctx *ctx, pd_transport *transport, const pd_advanc
     PDI_TRY(PDI_NEW(ctx, "advance", total, a->carry));
     PDI_TRY(PDI_NEW(ctx, "advance", total, a->slope));
     return PDI_NEW(ctx, "advance", total, a->rest);
+}
+
+pd_status pd_advance_build(pd_ctx *ctx, pd_transport *transport, const pd_advance_desc *desc, pd_advance *a)
+{
+    pd_status status = pdi_advance_make(ctx, transport, desc, a);
+    if (status < 0) pd_advance_free(ctx, a);
+    return status;
 }
 
 static void pdi_advance_restore(const pd_ctx *ctx, pd_advance *a)
@@ -49,17 +56,24 @@ static void pdi_advance_between(pd_advance *a)
     }
 }
 
-/* error = gamma dt max |f1 - f2| over the largest concentration (as eq. 4.17). */
-static double pdi_advance_error(const pd_advance *a)
+/* error = gamma dt max |f1 - f2| over the largest concentration (as eq. 4.17), at least *largest, which follows. */
+static double pdi_advance_error(const pd_advance *a, double *largest)
 {
     const pd_transport *t = a->transport;
-    double worst = 0.0, size = 0.0;
+    double worst = 0.0, size = *largest;
     for (int32_t i = 0; i < t->grid->total; i++) {
         if (t->grid->kind[i] != PD_FLUID) continue;
         worst = fmax(worst, fabs(a->slope[i] - (t->c[i] - t->old[i])));
         size = fmax(size, fmax(fabs(t->c[i]), fabs(a->start[i])));
     }
+    *largest = size;
     return size > 0.0 ? worst / size : 0.0;
+}
+
+/* A flow and values outside become those of time t. */
+static pd_status pdi_advance_at(pd_ctx *ctx, pd_advance *a, double t)
+{
+    return a->at ? a->at(ctx, a->at_user, t) : pd_transport_at(ctx, a->transport, t);
 }
 
 static pd_status pdi_advance_stages(pd_ctx *ctx, pd_advance *a, double dt, pd_transport_result *result)
@@ -68,16 +82,18 @@ static pd_status pdi_advance_stages(pd_ctx *ctx, pd_advance *a, double dt, pd_tr
     int32_t total = t->grid->total;
     double g = PDI_SDIRK_GAMMA;
     pdi_par_copy(ctx, total, a->start, t->old);
+    PDI_TRY(pdi_advance_at(ctx, a, a->time + g * dt));
     pd_status first = pdi_transport_stage(ctx, t, g * dt, 0, result), status;
     a->krylov += result->krylov;
     if (first < 0) return first;
     double out = (1.0 - g) * t->outflow, in = (1.0 - g) * t->inflow;
     pdi_transport_residual(ctx, t, a->rest);
     pdi_advance_between(a);
+    PDI_TRY(pdi_advance_at(ctx, a, a->time + dt));
     status = pdi_transport_stage(ctx, t, g * dt, 0, result);
     a->krylov += result->krylov;
     if (status < 0) return status;
-    a->error = pdi_advance_error(a);
+    a->error = pdi_advance_error(a, &a->largest);
     t->outflow = out + g * t->outflow;
     t->inflow = in + g * t->inflow;
     pdi_transport_residual(ctx, t, t->carry);
@@ -94,6 +110,8 @@ pd_status pd_advance_step(pd_ctx *ctx, pd_advance *a, double dt, pd_transport_re
         return pdi_fail(ctx, PD_ERR_ARGUMENT, "advance", "the step is %g s, expected a positive one", dt);
     pdi_par_copy(ctx, total, t->c, a->start);
     pdi_par_copy(ctx, total, t->carry, a->carry);
+    PDI_TRY(pd_transport_at(ctx, t, a->time));
+    pdi_transport_open(t);
     pd_status status = pdi_advance_stages(ctx, a, dt, result);
     if (status >= 0 && !pdi_transport_within(t, a->start)) {
         pdi_advance_restore(ctx, a);
@@ -125,10 +143,12 @@ pd_status pd_advance_next(pd_ctx *ctx, pd_advance *a, double t_end, pd_transport
     if (!(t_end > a->time))
         return pdi_fail(ctx, PD_ERR_ARGUMENT, "advance", "a step from %g s to %g s", a->time, t_end);
     if (!(a->dt > 0.0)) a->dt = a->desc.first > 0.0 ? a->desc.first : t_end - a->time;
+    a->largest = 0.0; /* what longer trials have met counts: a field that begins with nothing has no size of its own */
     for (int trial = 0; trial < PDI_ADVANCE_TRIALS; trial++) {
         int last;
         double begin = a->time, out = a->out, in = a->in;
         double dt = pdi_sdirk_clip(a->dt, a->desc.largest, t_end - begin, &last);
+        if (pdi_stands_still(begin, t_end - begin, dt)) break;
         pd_status status = pd_advance_step(ctx, a, dt, result);
         if (status < 0) return status;
         double share = a->error / a->desc.rtol;
@@ -155,6 +175,7 @@ pd_status pd_advance_run(pd_ctx *ctx, pd_advance *a, double t_end, pd_transport_
         return pdi_fail(ctx, PD_ERR_ARGUMENT, "advance", "a run from %g s to %g s", a->time, t_end);
     pd_status worst = PD_OK;
     while (a->time < t_end) {
+        PDI_TRY(pdi_poll(ctx, "transport in time", a->steps));
         pd_status status = pd_advance_next(ctx, a, t_end, result);
         if (status < 0) return status;
         if (status > 0) worst = status;

@@ -14,15 +14,22 @@ typedef struct pd_advance_desc {
     double largest; /* [s] largest step of a run; 0: none */
 } pd_advance_desc;
 
+/* What stands outside of the transport becomes that of time t [s]. */
+typedef pd_status (*pd_advance_at_fn)(pd_ctx *ctx, void *user, double t);
+
 typedef struct pd_advance {
     pd_advance_desc desc; /* defaults filled in */
     pd_transport *transport;
+    pd_advance_at_fn at;   /* set after the build: called before each stage, for a flow that follows its boundary; it
+                            * calls pd_transport_at. NULL: nothing but that is called */
+    void *at_user;
     double *start, *carry; /* [total] [mol/m3] field and carry at the start of the step */
     double *slope;         /* [total] [mol/m3] change of the first stage */
     double *rest;          /* [total] [mol/m3/s] what the first stage left undone */
     double time;           /* [s] */
     double dt;             /* [s] that a run would try next; 0: not known yet */
     double error;          /* [-] estimated error of the last step */
+    double largest;        /* [mol/m3] concentration in the trials of a step */
     double out, in;        /* [mol] (per m in planar 2D) through outlets, inlets and held walls since the build */
     int64_t steps, rejected, krylov;
     int64_t euler;         /* steps taken by backward Euler to keep the bounds */

@@ -82,12 +82,14 @@ PDI_FN void pdi_axis_widen(double share, pdi_axis *axis)
         axis->hi *= factor;
         return;
     }
-    if (axis->hi - axis->lo <= 1e-9 * size || size == 0) {
-        double half = size > 0 ? 0.05 * size : 0.5;
-        axis->lo -= half;
-        axis->hi += half;
+    if (size < 1e-300) { /* below, shares of it are rounded to nothing */
+        axis->lo = 0;
+        axis->hi = 1;
+    } else if (axis->hi - axis->lo <= 1e-9 * size) {
+        axis->lo -= 0.05 * size;
+        axis->hi += 0.05 * size;
     }
-    double margin = share * (axis->hi - axis->lo);
-    if (axis->lo != 0) axis->lo -= margin;
-    if (axis->hi != 0) axis->hi += margin;
+    double margin = share * (axis->hi - axis->lo), lo = axis->lo - margin, hi = axis->hi + margin;
+    axis->lo = axis->lo >= 0 && lo < 0 ? 0 : lo;
+    axis->hi = axis->hi <= 0 && hi > 0 ? 0 : hi;
 }

@@ -19,8 +19,8 @@ typedef struct pdi_axis {
 PDI_FN void pdi_axis_ticks(int most, pdi_axis *axis);
 /* Place of a value along the axis: 0 at lo, 1 at hi. */
 PDI_FN double pdi_axis_place(const pdi_axis *axis, double value);
-/* Open a range that is empty to the eye (hi - lo below 1e-9 of its size), then a margin of `share` on both sides; a
- * linear range that starts at zero keeps its zero. */
+/* Open a range that is empty to the eye (hi - lo below 1e-9 of its size; zero alone: 0 .. 1), then a margin of `share`
+ * on both sides, which a linear range does not carry beyond zero. */
 PDI_FN void pdi_axis_widen(double share, pdi_axis *axis);
 #endif
 

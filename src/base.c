@@ -83,6 +83,12 @@ PDI_FN pd_status pdi_resize(pd_ctx *ctx, const char *where, size_t old_count, si
     return PD_OK;
 }
 
+PDI_FN pd_status pdi_poll(pd_ctx *ctx, const char *doing, int64_t count)
+{
+    if (!ctx->poll || !ctx->poll(ctx->poll_user, doing, count)) return PD_OK;
+    return pdi_fail(ctx, PD_STOPPED, doing, "stopped by the caller");
+}
+
 PDI_FN pd_status pdi_alloc(pd_ctx *ctx, const char *where, size_t count, size_t size, void *slot)
 {
     void *none = NULL;

@@ -1,7 +1,11 @@
 /* base: status codes, the one failure path, the context and the allocator.
  *
- * Contract of every pd_status function: 0 done; negative: the call failed, outputs are empty but freeable and
- * ctx->message says what, where and how to mend; positive: nothing changed, retry as the text says.
+ * Contract of every pd_status function: 0 done; negative: the call failed and ctx->message says what, where and how to
+ * mend; positive: nothing changed, retry as the text says.
+ *
+ * Contract of every build and read: on failure the call keeps no memory and the object is all zero (but for a member
+ * that names what was refused, such as pd_model.line), whatever it held before. Freeing it is allowed and not needed.
+ * An object is freed once or more often; a zeroed one that was never built may be freed, too.
  */
 #ifndef PD_BASE_H
 #define PD_BASE_H
@@ -21,7 +25,8 @@
     X(PD_ERR_STATE, -8, "the state left the admissible range") \
     X(PD_ERR_DIVERGED, -9, "a solver diverged") \
     X(PD_ERR_LEDGER, -10, "the mass ledger does not close") \
-    X(PD_ERR_INTERNAL, -11, "pdcorr broke a promise of its own")
+    X(PD_ERR_INTERNAL, -11, "pdcorr broke a promise of its own") \
+    X(PD_STOPPED, -12, "the poll function of the context asked to stop")
 
 typedef enum pd_status {
 #define PDI_X(name, value, text) name = value,
@@ -39,12 +44,18 @@ typedef struct pd_allocator {
 
 #define PD_MESSAGE_SIZE 640
 
+/* Asked inside all that may take a second, between iterations, by the thread of the caller: what is being done, as in
+ * "flow: GMRES", and how many times so far. Not 0: the call ends with PD_STOPPED. Has to be quick. */
+typedef int (*pd_poll_fn)(void *user, const char *doing, int64_t count);
+
 /* One context a thread of the caller; pdcorr keeps no other state. */
 typedef struct pd_ctx {
     pd_allocator alloc;
     int threads;   /* 0: all that OpenMP offers */
     size_t in_use; /* [byte] */
     size_t peak;   /* [byte] */
+    pd_poll_fn poll; /* NULL: nothing is asked */
+    void *poll_user;
     pd_status status;
     char message[PD_MESSAGE_SIZE];
 } pd_ctx;
@@ -60,11 +71,25 @@ PD_API const char *pd_status_name(pd_status status);
 PD_API const char *pd_status_text(pd_status status);
 
 #ifdef PDI_INTERNAL
+#include <float.h>
 /* The one place that every failure passes: sets ctx->status and ctx->message ("where: ..."), returns status. */
 PDI_FN pd_status pdi_fail(pd_ctx *ctx, pd_status status, const char *where, const char *format, ...)
     PD_PRINTF_LIKE(4, 5);
-/* 1: memory was lacking, which no other step, guess or file mends. */
-static inline int pdi_lacks_memory(pd_status status) { return status == PD_ERR_MEMORY || status == PD_ERR_LIMIT; }
+/* 1: memory was lacking or the caller stops, which no other step, guess or file mends. */
+static inline int pdi_is_final(pd_status status)
+{
+    return status == PD_ERR_MEMORY || status == PD_ERR_LIMIT || status == PD_STOPPED;
+}
+/* 1: a step dt of a way `left` from `time` is lost in the rounding of one of them: a run of such steps has no end. */
+static inline int pdi_stands_still(double time, double left, double dt)
+{
+    double size = time < 0.0 ? -time : time;
+    if (left > size) size = left;
+    return dt < left && !(dt > DBL_EPSILON * size);
+}
+/* PD_STOPPED when the caller asks for it. A step that sees it leaves the state at its start, or at the end of the last
+ * one of the steps that it is made of. */
+PDI_FN pd_status pdi_poll(pd_ctx *ctx, const char *doing, int64_t count);
 /* slot is the address of a pointer of any type (read and written as bytes, so that no aliasing rule is bent).
  * pdi_alloc: slot gets count * size zeroed bytes (count 0: one element, so that NULL always means failure). */
 PDI_FN pd_status pdi_alloc(pd_ctx *ctx, const char *where, size_t count, size_t size, void *slot);

@@ -3,6 +3,7 @@
 #include "par.h"
 #include "vec.h"
 #include <math.h>
+#include <stdlib.h>
 #include <string.h>
 
 /* A surface point closer to the node than this fraction of the bond is moved away: the node then lies on the wall
@@ -14,8 +15,12 @@
 /* A blocked bond whose line grazes the surface is extended up to this many times its length: the chord that it lies on
  * grows with the square root of the radius. */
 #define PDI_BOND_MAX_T 16.0
+/* A normal this close to an axis is along it: rounding of the differences. */
+#define PDI_BOND_LEVEL 1e-9
 /* Distance in cells that counts as none. */
 #define PDI_BOND_TOUCH 1e-9
+/* Distance in cells from a smooth surface of a place that is one of a cell's faces. */
+#define PDI_BOND_OFF 1e-3
 /* Below this pivot ratio the open bonds do not span space (a channel one node wide). */
 #define PDI_BOND_MIN_PIVOT 1e-3
 
@@ -39,6 +44,7 @@ typedef struct pdi_cut {
     double distance;       /* [m] of the node from a smooth surface; 0: unknown or flat, then the next two are 0 */
     double mean;           /* [1/m] sum of the curvatures: Laplacian of the distance */
     double bend;           /* [m] xi.D xi - mean (xi.N)^2 with the second derivatives D of the distance */
+    int smooth;            /* 1: on the zero level of a shape that is curved or inclined against the lattice */
 } pdi_cut;
 
 /* The surface as faces of closed cells. Entering through an edge or corner, the normal is that of the faces whose
@@ -53,6 +59,7 @@ static void pdi_bond_face_cut(const pd_bonds *bonds, int32_t node, int k, int gr
     int single = s->group_cell[group + 1] - s->group_cell[group] == 1;
     double length = 0.0;
     cut->distance = cut->mean = cut->bend = 0.0;
+    cut->smooth = 0;
     for (int pass = 0; pass < 2 && !used; pass++)
         for (int d = 0; d < PD_DIM; d++) {
             int sign = n[d] < 0 ? -1 : 1;
@@ -119,7 +126,12 @@ static void pdi_bond_curve(const pd_grid *grid, int shape, const double *x, cons
     }
     double slope = pdi_vec_norm(gradient), step = eps / length, reach;
     if (!(slope > 0.0)) return;
-    for (int d = 0; d < PD_DIM; d++) cut->normal[d] = gradient[d] / slope;
+    double most = 0.0;
+    for (int d = 0; d < PD_DIM; d++) {
+        cut->normal[d] = gradient[d] / slope;
+        most = fmax(most, fabs(cut->normal[d]));
+    }
+    cut->smooth = most < 1.0 - PDI_BOND_LEVEL || !(sharpest < PDI_BOND_FLAT);
     double second = (pdi_bond_distance(grid, shape, x, xi, cut->t + step) - centre) -
                     (centre - pdi_bond_distance(grid, shape, x, xi, cut->t - step));
     /* no closer than the least t allows, and not out where the expansion about the surface ends */
@@ -219,26 +231,24 @@ static void pdi_bond_cut(const pd_bonds *bonds, int32_t node, int k, int group, 
     if (grid->circumference) pdi_bond_revolve(grid, x, s->xi + k * PD_DIM, cut);
 }
 
-/* Inverse of the moment matrix in lattice units, brought back to metres. Where the open bonds do not span space the
- * zero normal gradient at the surface closes the system (eq. 3.6). */
-static void pdi_bond_invert(const pd_grid *grid, const double *moment, const double *closure, double *inverse)
+/* Inverse of the moment matrix. What is missing shows against the moments `norm` of a whole family, whatever the ratio
+ * of the spacings: those of bonds across a long cell are smaller by its fourth power. Where the open bonds do not span
+ * space the zero normal gradient at the surface closes the system (eq. 3.6). */
+static void pdi_bond_invert(const double *norm, const double *moment, const double *closure, double *inverse)
 {
-    double scaled[PD_DIM * PD_DIM], trace = 0.0;
-    for (int a = 0; a < PD_DIM; a++)
-        trace += (moment[a * PD_DIM + a] + closure[a * PD_DIM + a]) / (grid->h[a] * grid->h[a]);
-    for (int i = 0; i < PD_DIM * PD_DIM; i++) inverse[i] = 0.0;
-    if (!(trace > 0.0)) return;
+    double scaled[PD_DIM * PD_DIM], unit[PD_DIM];
+    for (int a = 0; a < PD_DIM; a++) unit[a] = sqrt(norm[a]);
     for (int pass = 0; pass < 2; pass++) {
         for (int a = 0; a < PD_DIM; a++)
             for (int b = 0; b < PD_DIM; b++)
-                scaled[a * PD_DIM + b] = (moment[a * PD_DIM + b] + (pass ? closure[a * PD_DIM + b] : 0.0)) /
-                                         (grid->h[a] * grid->h[b] * trace);
+                scaled[a * PD_DIM + b] =
+                    (moment[a * PD_DIM + b] + (pass ? closure[a * PD_DIM + b] : 0.0)) / (unit[a] * unit[b]);
         if (pdi_vec_invert(scaled, inverse) > (pass ? 1e-9 : PDI_BOND_MIN_PIVOT)) break;
         if (pass)
             for (int i = 0; i < PD_DIM * PD_DIM; i++) inverse[i] = 0.0;
     }
     for (int a = 0; a < PD_DIM; a++)
-        for (int b = 0; b < PD_DIM; b++) inverse[a * PD_DIM + b] /= grid->h[a] * grid->h[b] * trace;
+        for (int b = 0; b < PD_DIM; b++) inverse[a * PD_DIM + b] /= unit[a] * unit[b];
 }
 
 /* 1 when the family of `node` is whole and free of inlet ghosts (which carry no pressure). */
@@ -278,12 +288,56 @@ PDI_FN double pdi_bond_meet(const pd_bonds *bonds, int32_t row, int k, double *x
     return cut.t;
 }
 
-PDI_FN void pdi_bond_drive(const pd_bonds *bonds, int32_t row, pd_velocity_fn wall, void *user, double *drive)
+PDI_FN void pdi_bond_find_end(const pd_bonds *bonds, int32_t row, int k, pdi_bond_end *end)
+{
+    int32_t node = bonds->node[row];
+    int group = pdi_bond_closed_group(bonds, node, k);
+    pdi_cut cut;
+    pdi_bond_cut(bonds, node, k, group, &cut);
+    pd_grid_position(bonds->grid, node, end->x);
+    for (int d = 0; d < PD_DIM; d++) {
+        double xi = bonds->stencil->xi[k * PD_DIM + d];
+        end->at[d] = end->x[d] + fmin(cut.t, 1.0) * xi;
+        end->x[d] += cut.t * xi;
+    }
+    end->t = cut.t;
+    end->lap = end->curv = 0.0;
+    pdi_bond_add_wall(bonds, node, k, &cut, &end->lap, &end->curv);
+    end->cell = node + bonds->cell_shift[bonds->stencil->group_cell[group]];
+    end->side = pdi_bond_walled(bonds->grid, end->cell);
+    end->smooth = cut.smooth;
+}
+
+PDI_FN double pdi_bond_smooth(const pd_bonds *bonds, int32_t closed, const double *x)
+{
+    int shape = pdi_bond_shape(bonds->grid, closed, pdi_bond_walled(bonds->grid, closed));
+    return shape < 0 ? (double)NAN : pdi_bond_level(bonds->grid, shape, x);
+}
+
+PDI_FN int32_t pdi_bond_surface(const pd_bonds *bonds, int32_t row, int k, double *x, double *normal)
+{
+    int32_t node = bonds->node[row];
+    int group = pdi_bond_closed_group(bonds, node, k);
+    int32_t closed = node + bonds->cell_shift[bonds->stencil->group_cell[group]];
+    int walled = pdi_bond_walled(bonds->grid, closed), shape = pdi_bond_shape(bonds->grid, closed, walled);
+    pdi_cut cut;
+    pdi_bond_cut(bonds, node, k, group, &cut);
+    pd_grid_position(bonds->grid, node, x);
+    for (int d = 0; d < PD_DIM; d++) x[d] += cut.t * bonds->stencil->xi[k * PD_DIM + d];
+    memcpy(normal, cut.normal, sizeof cut.normal);
+    if (cut.t > 1.0 + 1e-9) return -1;
+    if (walled || shape < 0 || pdi_bond_receded(bonds, shape, node, k, group)) return closed;
+    return fabs(pdi_bond_level(bonds->grid, shape, x)) < PDI_BOND_OFF * bonds->grid->h[0] ? closed : -1;
+}
+
+PDI_FN void pdi_bond_drive(const pd_bonds *bonds, int32_t row, pd_velocity_fn wall, void *user, double *drive,
+                           double *curved)
 {
     const pd_stencil *s = bonds->stencil;
     int32_t node = bonds->node[row];
     double x[PD_DIM], u[PD_DIM];
     for (int d = 0; d < PD_DIM; d++) drive[d] = 0.0;
+    for (int d = 0; d < PD_DIM && curved; d++) curved[d] = 0.0;
     for (int k = 0; k < s->count; k++) {
         pdi_cut cut;
         double lap = 0.0, curv = 0.0;
@@ -295,7 +349,20 @@ PDI_FN void pdi_bond_drive(const pd_bonds *bonds, int32_t row, pd_velocity_fn wa
         for (int d = 0; d < PD_DIM; d++) x[d] += cut.t * s->xi[k * PD_DIM + d];
         wall(user, x, u);
         for (int d = 0; d < PD_DIM; d++) drive[d] += lap * u[d];
+        for (int d = 0; d < PD_DIM && curved; d++) curved[d] += curv * u[d];
     }
+}
+
+/* Place of bond k among the neighbours x-, x+, y-, ...; -1: none of them. */
+static int pdi_bond_leg(const pd_stencil *s, int k)
+{
+    int place = -1, steps = 0;
+    for (int d = 0; d < PD_DIM; d++) {
+        int n = s->offset[k * PD_DIM + d];
+        if (n != 0) place = 2 * d + (n > 0);
+        steps += abs(n);
+    }
+    return steps == 1 ? place : -1;
 }
 
 /* From the inverse moments S^-1 to N S^-T with the moments N of a whole family, which g = w xi / N is made with. */
@@ -320,12 +387,14 @@ static void pdi_bond_fill_row(pd_bonds *bonds, int32_t r)
     memset(closure, 0, sizeof closure);
     memset(norm, 0, sizeof norm);
     for (int w = 0; w < bonds->words; w++) bonds->mask[(int64_t)w * bonds->capacity + r] = 0;
-    bonds->inlet[r] = 0;
+    bonds->inlet[r] = bonds->smooth[r] = 0;
     bonds->wall_lap[r] = bonds->wall_curv[r] = 0.0;
     for (int k = 0; k < s->count; k++) {
         const double *xi = s->xi + k * PD_DIM;
         int group = pdi_bond_closed_group(bonds, node, k);
-        double flux = s->base[k] * pdi_bond_flux(bonds, node, k);
+        double flux = s->base[k] * pdi_bond_flux(bonds, node, k), *leg = bonds->leg + (int64_t)r * 2 * PD_DIM;
+        int place = pdi_bond_leg(s, k);
+        if (place >= 0) leg[place] = 1.0;
         for (int d = 0; d < PD_DIM; d++) norm[d] += flux * xi[d] * xi[d];
         if (group < 0) {
             bonds->mask[(int64_t)(k >> 5) * bonds->capacity + r] |= 1u << (k & 31);
@@ -340,6 +409,8 @@ static void pdi_bond_fill_row(pd_bonds *bonds, int32_t r)
         pdi_cut cut;
         pdi_bond_cut(bonds, node, k, group, &cut);
         pdi_bond_add_wall(bonds, node, k, &cut, &bonds->wall_lap[r], &bonds->wall_curv[r]);
+        if (cut.smooth) bonds->smooth[r] = 1;
+        if (place >= 0) leg[place] = -cut.t;
         /* mirror of the far end: xi - 2 (1-t) (xi.N) N; its excess over xi is a known multiple of the gradient */
         double excess = 2.0 * s->base[k] * fmax(1.0 - cut.t, 0.0) * pdi_vec_dot(xi, cut.normal);
         for (int i = 0; i < PD_DIM * PD_DIM; i++) closure[i] += excess * xi[i / PD_DIM] * cut.normal[i % PD_DIM];
@@ -347,8 +418,8 @@ static void pdi_bond_fill_row(pd_bonds *bonds, int32_t r)
     double *inverse = bonds->moment + (int64_t)r * PD_DIM * PD_DIM;
     double *carrier = bonds->carrier + (int64_t)r * PD_DIM * PD_DIM;
     for (int i = 0; i < PD_DIM * PD_DIM; i++) entry[i] += inner[i];
-    pdi_bond_invert(grid, moment, closure, inverse);
-    pdi_bond_invert(grid, entry, closure, carrier);
+    pdi_bond_invert(bonds->norm, moment, closure, inverse);
+    pdi_bond_invert(norm, entry, closure, carrier);
     pdi_bond_transpose(norm, carrier);
 }
 
@@ -357,6 +428,8 @@ static void pdi_bond_free_rows(pd_ctx *ctx, pd_bonds *b)
     PDI_DELETE(ctx, b->capacity, b->node);
     PDI_DELETE(ctx, (int64_t)b->capacity * b->words, b->mask);
     PDI_DELETE(ctx, b->capacity, b->inlet);
+    PDI_DELETE(ctx, b->capacity, b->smooth);
+    PDI_DELETE(ctx, (int64_t)b->capacity * 2 * PD_DIM, b->leg);
     PDI_DELETE(ctx, b->capacity, b->wall_lap);
     PDI_DELETE(ctx, b->capacity, b->wall_curv);
     PDI_DELETE(ctx, (int64_t)b->capacity * PD_DIM * PD_DIM, b->moment);
@@ -367,11 +440,13 @@ static pd_status pdi_bond_new_rows(pd_ctx *ctx, pd_bonds *b)
 {
     b->node = NULL;
     b->mask = NULL;
-    b->inlet = NULL;
-    b->wall_lap = b->wall_curv = b->moment = b->carrier = NULL;
+    b->inlet = b->smooth = NULL;
+    b->leg = b->wall_lap = b->wall_curv = b->moment = b->carrier = NULL;
     PDI_TRY(PDI_NEW(ctx, "bond", b->capacity, b->node));
     PDI_TRY(PDI_NEW(ctx, "bond", (int64_t)b->capacity * b->words, b->mask));
     PDI_TRY(PDI_NEW(ctx, "bond", b->capacity, b->inlet));
+    PDI_TRY(PDI_NEW(ctx, "bond", b->capacity, b->smooth));
+    PDI_TRY(PDI_NEW(ctx, "bond", (int64_t)b->capacity * 2 * PD_DIM, b->leg));
     PDI_TRY(PDI_NEW(ctx, "bond", b->capacity, b->wall_lap));
     PDI_TRY(PDI_NEW(ctx, "bond", b->capacity, b->wall_curv));
     PDI_TRY(PDI_NEW(ctx, "bond", (int64_t)b->capacity * PD_DIM * PD_DIM, b->moment));
@@ -394,6 +469,8 @@ static pd_status pdi_bond_reserve(pd_ctx *ctx, int32_t rows, pd_bonds *b)
                 memcpy(fresh.mask + (int64_t)w * fresh.capacity, b->mask + (int64_t)w * b->capacity,
                        used * sizeof *b->mask);
             memcpy(fresh.inlet, b->inlet, used * sizeof *b->inlet);
+            memcpy(fresh.smooth, b->smooth, used * sizeof *b->smooth);
+            memcpy(fresh.leg, b->leg, used * 2 * PD_DIM * sizeof *b->leg);
             memcpy(fresh.wall_lap, b->wall_lap, used * sizeof *b->wall_lap);
             memcpy(fresh.wall_curv, b->wall_curv, used * sizeof *b->wall_curv);
             memcpy(fresh.moment, b->moment, used * PD_DIM * PD_DIM * sizeof *b->moment);
@@ -417,7 +494,7 @@ static void pdi_bond_swap_rows(pd_bonds *b, int32_t r, int32_t q)
 {
     int dd = PD_DIM * PD_DIM;
     int32_t node = b->node[r];
-    uint8_t inlet = b->inlet[r];
+    uint8_t inlet = b->inlet[r], smooth = b->smooth[r];
     for (int w = 0; w < b->words; w++) {
         uint32_t *mask = b->mask + (int64_t)w * b->capacity, keep = mask[r];
         mask[r] = mask[q];
@@ -427,8 +504,12 @@ static void pdi_bond_swap_rows(pd_bonds *b, int32_t r, int32_t q)
     b->node[q] = node;
     b->inlet[r] = b->inlet[q];
     b->inlet[q] = inlet;
+    b->smooth[r] = b->smooth[q];
+    b->smooth[q] = smooth;
     pdi_bond_swap_double(b->wall_lap + r, b->wall_lap + q);
     pdi_bond_swap_double(b->wall_curv + r, b->wall_curv + q);
+    for (int i = 0; i < 2 * PD_DIM; i++)
+        pdi_bond_swap_double(b->leg + (int64_t)r * 2 * PD_DIM + i, b->leg + (int64_t)q * 2 * PD_DIM + i);
     for (int i = 0; i < dd; i++) {
         pdi_bond_swap_double(b->moment + (int64_t)r * dd + i, b->moment + (int64_t)q * dd + i);
         pdi_bond_swap_double(b->carrier + (int64_t)r * dd + i, b->carrier + (int64_t)q * dd + i);
@@ -526,7 +607,8 @@ static pd_status pdi_bond_renew(pd_ctx *ctx, int32_t node, pd_bonds *b)
     return PD_OK;
 }
 
-pd_status pd_bonds_build(pd_ctx *ctx, const pd_stencil *stencil, const pd_grid *grid, int all_rows, pd_bonds *bonds)
+static pd_status pdi_bond_make(pd_ctx *ctx, const pd_stencil *stencil, const pd_grid *grid, int all_rows,
+                               pd_bonds *bonds)
 {
     memset(bonds, 0, sizeof *bonds);
     bonds->stencil = stencil;
@@ -557,6 +639,13 @@ pd_status pd_bonds_build(pd_ctx *ctx, const pd_stencil *stencil, const pd_grid *
     for (int32_t node = 0; node < grid->total; node++)
         if (grid->kind[node] == PD_FLUID) PDI_TRY(pdi_bond_renew(ctx, node, bonds));
     return pdi_bond_arrange(ctx, bonds);
+}
+
+pd_status pd_bonds_build(pd_ctx *ctx, const pd_stencil *stencil, const pd_grid *grid, int all_rows, pd_bonds *bonds)
+{
+    pd_status status = pdi_bond_make(ctx, stencil, grid, all_rows, bonds);
+    if (status < 0) pd_bonds_free(ctx, bonds);
+    return status;
 }
 
 pd_status pd_bonds_update(pd_ctx *ctx, const int32_t *changed, int32_t count, pd_bonds *bonds)

@@ -39,6 +39,9 @@ typedef struct pd_bonds {
     int32_t *node;       /* [capacity] */
     uint32_t *mask;      /* [words][capacity] bit k % 32 of word k / 32: bond k is open */
     uint8_t *inlet;      /* [capacity] 1: an open bond ends on an inlet ghost */
+    uint8_t *smooth;     /* [capacity] 1: a closed bond ends on a shape that is curved or inclined there */
+    double *leg;         /* [capacity][2 PD_DIM] [-] spacings to the next cell along an axis, x-, x+, y-, ...: 1, or
+                          * when it is closed minus the fraction of it to the surface */
     double *wall_lap;    /* [capacity] [1/m2] sum over cut bonds of a/t (eq. 3.3), and the bend of a curved surface */
     double *wall_curv;   /* [capacity] [-] sum over cut bonds of a (xi.N)^2 (1-t)/2 (eq. 3.4), likewise */
     double *moment;      /* [capacity][PD_DIM][PD_DIM] [unit of 1/(base m2)] inverse of sum w xi xi^T over open bonds
@@ -158,10 +161,28 @@ static inline pdi_lanes pdi_bond_gate_open(const pd_bonds *bonds, int32_t row, i
     return lanes;
 }
 /* drive = sum over the cut bonds of a row of their part of wall_lap times the wall velocity where they meet the surface
- * (eq. 3.3): what a moving wall adds to the Laplacian [unit of the velocity / m2]. */
-PDI_FN void pdi_bond_drive(const pd_bonds *bonds, int32_t row, pd_velocity_fn wall, void *user, double *drive);
+ * (eq. 3.3): what a moving wall adds to the Laplacian [unit of the velocity / m2]. curved: NULL, or the same with their
+ * part of wall_curv. */
+PDI_FN void pdi_bond_drive(const pd_bonds *bonds, int32_t row, pd_velocity_fn wall, void *user, double *drive,
+                           double *curved);
 /* Fraction t at which the cut bond k of a row meets the surface, and the place x [m]. */
 PDI_FN double pdi_bond_meet(const pd_bonds *bonds, int32_t row, int k, double *x);
+/* The place x [m] where cut bond k of a row meets the surface, and the normal towards the fluid; the closed node behind
+ * it, or -1 where the line only grazes the cells of a smooth surface. */
+PDI_FN int32_t pdi_bond_surface(const pd_bonds *bonds, int32_t row, int k, double *x, double *normal);
+/* Signed distance [m] of x from the smooth surface that node `closed` is a cell of, NaN: there is none. */
+PDI_FN double pdi_bond_smooth(const pd_bonds *bonds, int32_t closed, const double *x);
+/* Where the cut bond k of a row ends. */
+typedef struct pdi_bond_end {
+    double t;            /* fraction of the bond */
+    double x[PD_DIM];    /* [m] on the surface; a line that grazes it may meet it far behind the bond */
+    double at[PD_DIM];   /* [m] the same, no further than the far end */
+    double lap, curv;    /* its parts of wall_lap and wall_curv */
+    int32_t cell;        /* the first closed cell */
+    int side;            /* 1: that cell lies behind a side of the box that is a wall */
+    int smooth;          /* 1: on a shape, where the surface is curved or inclined against the lattice */
+} pdi_bond_end;
+PDI_FN void pdi_bond_find_end(const pd_bonds *bonds, int32_t row, int k, pdi_bond_end *end);
 /* A flux through the open bond k of node i, counted towards its far end. */
 typedef double (*pdi_bond_flux_fn)(const void *user, int32_t i, int k);
 /* Sum of the fluxes of all bonds that cross the plane between the cells index - 1 and index of `axis`. One end of each

@@ -1,5 +1,6 @@
 /* budget: see budget.h */
 #include "budget.h"
+#include "dissolve.h"
 #include "steady.h"
 #include <math.h>
 #include <string.h>
@@ -40,7 +41,7 @@ static int pdi_budget_beside(const pd_setup *u, const double *x, double near_to)
 static void pdi_budget_sample(const pd_setup *u, double reach, pd_budget *b)
 {
     int count[3] = {1, 1, 1}, i[3];
-    double points = 1.0, step = 0.0, fluid = 0.0, solid = 0.0, cut = 0.0;
+    double points = 1.0, step = 0.0, fluid = 0.0, solid = 0.0, cut = 0.0, near = 0.0;
     for (int d = 0; d < PD_DIM; d++) {
         double cells = (u->hi[d] - u->lo[d]) / u->h[d];
         count[d] = cells < PDI_BUDGET_POINTS ? (int)(cells + 0.5) : PDI_BUDGET_POINTS;
@@ -53,6 +54,7 @@ static void pdi_budget_sample(const pd_setup *u, double reach, pd_budget *b)
             for (i[0] = 0; i[0] < count[0]; i[0]++) {
                 double x[PD_DIM], far_away = HUGE_VAL;
                 for (int d = 0; d < PD_DIM; d++) x[d] = u->lo[d] + (i[d] + 0.5) * (u->hi[d] - u->lo[d]) / count[d];
+                if (u->medium >= 0) near += fabs(pd_shape_distance(u->shape, u->medium, x)) < (u->m + 0.5) * step;
                 if (u->wall >= 0) far_away = pd_shape_distance(u->shape, u->wall, x);
                 if (far_away < 0.0) continue;
                 if (u->solid >= 0) far_away = fmin(far_away, pd_shape_distance(u->shape, u->solid, x));
@@ -63,6 +65,7 @@ static void pdi_budget_sample(const pd_setup *u, double reach, pd_budget *b)
     b->fluid = b->cells * fluid / points;
     b->solid = b->cells * solid / points;
     b->cut = b->cells * cut / points;
+    b->near = b->cells * near / points;
 }
 
 /* [byte] a cell of a multigrid: its finest level, and the coarser ones, which appear in the run. */
@@ -76,6 +79,14 @@ static double pdi_budget_multigrid(int symmetric, int contrast, double *coarse)
 /* [byte] a cell of the coefficients that a multigrid is set up with. */
 static double pdi_budget_compact(int with_flux) { return 9.0 + 4.0 * PD_DIM * (1 + with_flux); }
 
+/* 1: the spacings of the lattice call for a multigrid that copes with contrast. */
+static int pdi_budget_contrast(const pd_setup *u)
+{
+    int n[PD_DIM];
+    for (int d = 0; d < PD_DIM; d++) n[d] = (int)fmin(floor((u->hi[d] - u->lo[d]) / u->h[d] + 0.5), (double)INT32_MAX);
+    return pdi_compact_contrast(n, u->h);
+}
+
 static void pdi_budget_lattice(const pd_setup *u, pd_budget *b)
 {
     double row = 4.0 + 4.0 * ceil(b->bonds / 32.0) + 17.0 + 16.0 * PD_DIM * PD_DIM;
@@ -87,20 +98,25 @@ static void pdi_budget_lattice(const pd_setup *u, pd_budget *b)
 static void pdi_budget_flow(const pd_setup *u, pd_budget *b)
 {
     double coarse_u, coarse_p, bases = PDI_STEADY_RESTART + 1.0, values = 3.0 * PD_DIM + 1.0;
+    int contrast = pdi_budget_contrast(u);
     if (!u->has_flow) return;
     for (int s = 0; s < 2 * PD_DIM; s++)
-        for (int d = 0; d < PD_DIM; d++)
-            if (fabs(u->side[s].slide[d]) > 0.0) values = 4.0 * PD_DIM + 1.0;
+        if (u->side[s].slides) values = 4.0 * PD_DIM + 1.0;
+    if (u->pushed) values += PD_DIM;
     if (u->motion == PD_MOTION_STEADY || u->motion == PD_MOTION_IMPLICIT) {
         values += 7.0 * (PD_DIM + 1) + PD_DIM + 1.0;       /* vectors of the solvers */
         values += 0.5 * (5.0 * PD_DIM + 1.0) + 1.0; /* of the linearised flow, most in single precision */
         b->bytes[PD_PART_FLOW] += 4.0 * bases * (PD_DIM + 1) * (b->fluid + b->solid);
         b->bytes[PD_PART_FLOW] += b->cells * (pdi_budget_compact(1) + pdi_budget_compact(0) +
-                                              pdi_budget_multigrid(0, 0, &coarse_u) +
-                                              pdi_budget_multigrid(1, 0, &coarse_p));
-        b->working += b->cells * (coarse_u + coarse_p);
+                                              pdi_budget_multigrid(0, contrast, &coarse_u) +
+                                              2.0 * pdi_budget_multigrid(1, contrast, &coarse_p));
+        b->working += b->cells * (coarse_u + 2.0 * coarse_p);
     }
-    if (u->motion == PD_MOTION_IMPLICIT) values += 3.0 * PD_DIM + 1.0;
+    if (u->motion == PD_MOTION_IMPLICIT) {
+        values += 3.0 * PD_DIM + 1.0;
+        b->bytes[PD_PART_FLOW] += b->cells * pdi_budget_multigrid(1, 0, &coarse_p); /* of short steps */
+        b->working += b->cells * coarse_p;
+    }
     if (u->motion == PD_MOTION_EXPLICIT) values += 3.0 * PD_DIM + 3.0;
     b->bytes[PD_PART_FLOW] += 8.0 * values * b->nodes;
 }
@@ -108,29 +124,33 @@ static void pdi_budget_flow(const pd_setup *u, pd_budget *b)
 static void pdi_budget_transport(const pd_setup *u, pd_budget *b)
 {
     double values = 12.0 + 4.0, coarse, bytes; /* fields and vectors of the solver */
-    int repeats = 0, medium = u->medium >= 0, held = 0;
+    int repeats = 0, medium = u->medium >= 0, held = 0, contrast = medium || pdi_budget_contrast(u);
     if (!u->has_transport) return;
     for (int s = 0; s < 2 * PD_DIM; s++) {
         repeats = repeats || u->side[s].kind >= PD_SIDE_PERIODIC;
         held = held || u->side[s].holds;
     }
     for (int k = 0; k < u->wall_count; k++) held = held || u->walls[k].holds;
-    values += repeats + 2.0 * medium + held * (2.0 + 2.0 * PD_DIM + 0.125);
+    values += repeats + 2.5 * medium + held * (4.0 + 2.0 * PD_DIM + 0.125);
     values += 0.5 * (0.5 * PD_DIM * (PD_DIM + 1) + 1.0); /* of the diffusion, in single precision */
     if (u->has_flow) values += 2.0 * (PD_DIM + 1.0) + (PD_DIM < 3 ? floor(0.5 * b->bonds) : 0.0);
     if (!u->has_dissolve) values += 4.0;
     bytes = 8.0 * values * b->nodes + 41.0 * (medium ? 8.0 : 4.0) * (b->fluid + b->solid);
-    bytes += 8.0 * 1.25 * b->bonds * b->cut;
-    bytes += b->cells * (pdi_budget_compact(u->has_flow) + pdi_budget_multigrid(!u->has_flow, medium, &coarse));
+    bytes += 8.0 * 1.25 * b->bonds * b->cut + 8.0 * b->bonds * b->near;
+    bytes += b->cells * (pdi_budget_compact(u->has_flow) + pdi_budget_multigrid(!u->has_flow, contrast, &coarse));
     b->bytes[PD_PART_TRANSPORT] = bytes;
     b->working += b->cells * coarse;
 }
 
 static void pdi_budget_metal(const pd_setup *u, pd_budget *b)
 {
-    double coarse;
+    double coarse, bytes;
     if (u->has_grains) b->bytes[PD_PART_GRAIN] = 12.0 * b->nodes; /* and shares, which do not stay: 4 */
-    if (u->has_dissolve) b->bytes[PD_PART_DISSOLVE] = 34.0 * b->nodes + 12.0 * b->solid;
+    /* fluid within a horizon of metal, which has at least the surface of a cube */
+    double shell = fmin(2.0 * PD_DIM * u->m * pow(b->solid, (PD_DIM - 1.0) / PD_DIM), b->fluid);
+    if (u->has_dissolve)
+        b->bytes[PD_PART_DISSOLVE] = 14.0 * b->nodes + 12.0 * b->solid +
+                                     (double)pdi_dissolve_shore_size() * (b->solid + shell);
     if (!u->has_corrode) return;
     b->bytes[PD_PART_CORRODE] = (28.0 + (u->passive >= 0)) * b->nodes + 9.0 * (b->nodes - b->cells) + 4.0 * b->cells +
                                 4.0 * b->solid;
@@ -139,8 +159,8 @@ static void pdi_budget_metal(const pd_setup *u, pd_budget *b)
     if (u->stochastic) b->bytes[PD_PART_CORRODE] += 10.0 * b->nodes;
     if (u->repassivation > 0.0) b->bytes[PD_PART_CORRODE] += b->nodes;
     if (u->forward) return;
-    b->bytes[PD_PART_CORRODE] += (73.0 + 40.0) * b->nodes + b->cells * (pdi_budget_compact(0) +
-                                                                         pdi_budget_multigrid(1, 0, &coarse));
+    bytes = pdi_budget_compact(0) + pdi_budget_multigrid(1, pdi_budget_contrast(u), &coarse);
+    b->bytes[PD_PART_CORRODE] += (81.0 + 40.0) * b->nodes + b->cells * bytes;
     b->working += b->cells * coarse;
 }
 

@@ -14,6 +14,7 @@ typedef struct pd_budget {
     double nodes;                 /* [-] of the padded lattice */
     double cells;                 /* [-] of the box */
     double fluid, solid, cut;     /* [-] nodes; cut: fluid ones whose family is not whole */
+    double near;                  /* [-] nodes within one bond of the surface of a medium */
     double bonds;                 /* [-] of a whole family */
     double bytes[PD_PART_COUNT];  /* [byte] */
     double working;               /* [byte] coarse levels, which appear in a run */

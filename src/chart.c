@@ -1,28 +1,19 @@
 /* chart: see chart.h */
 #include "chart.h"
-#include "csv.h"
+#include "named.h"
 #include "refer.h"
 #include <stdio.h>
 #include <string.h>
 
-typedef struct pdi_chart {
-    pd_ctx *ctx;
-    pd_text *text;
-    int section; /* in work */
-    const char *folder;
-    pd_table table; /* the file of that section */
-} pdi_chart;
-
 /* An identifier that means nothing else in an expression. */
 static pd_status pdi_chart_name(const pdi_chart *s, char *name)
 {
-    static const char *const others[] = {"x", "y", "z", "C", "Cs", "Csat", "rho_m", "M_m", "z_m"};
     const char *label = s->text->section[s->section].label;
-    int taken = pdi_expr_taken(label);
+    int taken = pdi_named_taken(label);
     if (pdi_units_word(label) != strlen(label) || !label[0] || strlen(label) >= PD_SETUP_NAME)
         return pd_text_refuse(s->ctx, s->text, s->section, "table", "found the name '%.70s', expected a short word of"
                               " letters, digits and _: [table NAME]", label);
-    for (size_t k = 0; k < sizeof others / sizeof others[0]; k++) taken |= strcmp(others[k], label) == 0;
+    for (int k = 0; k < s->text->const_count; k++) taken |= strcmp(s->text->consts[k].name, label) == 0;
     if (taken)
         return pd_text_refuse(s->ctx, s->text, s->section, "table",
                               "found the name '%s', expected one that expressions do not have", label);
@@ -31,7 +22,7 @@ static pd_status pdi_chart_name(const pdi_chart *s, char *name)
 }
 
 /* Number of the column with this heading, or whose number this is. */
-static pd_status pdi_chart_column(const pdi_chart *s, const char *key, const char *heading, int *column)
+static pd_status pdi_chart_find(const pdi_chart *s, const char *key, const char *heading, int *column)
 {
     double number;
     char list[240] = "";
@@ -47,28 +38,54 @@ static pd_status pdi_chart_column(const pdi_chart *s, const char *key, const cha
                           s->table.path, list);
 }
 
-/* "heading in unit": values [rows] of that column, as they stand, and the size and dimension of their unit. */
-static pd_status pdi_chart_values(const pdi_chart *s, const char *key, double *values, double *scale, pd_dims *dims)
+/* The unit at the end of a heading, "loss [%]" or "loss [1]"; none: a plain number. */
+static void pdi_chart_bracket(const char *heading, char *unit)
 {
-    const char *given, *unit = "";
-    char heading[PD_EXPR_LENGTH];
-    int column;
-    PDI_TRY(pd_text_string(s->ctx, s->text, s->section, key, NULL, &given));
+    const char *open = strrchr(heading, '[');
+    size_t size = open ? strcspn(open + 1, "]") : 0;
+    if (!open || open[1 + size] != ']' || size + 1 > PD_UNITS_TEXT) return;
+    memcpy(unit, open + 1, size);
+    unit[size] = '\0';
+    if (strcmp(unit, "-") == 0) unit[0] = '\0'; /* as the tables of a run have it */
+}
+
+/* "heading in unit" apart. */
+static pd_status pdi_chart_split(const pdi_chart *s, const char *key, const char *given, char *heading, char *unit)
+{
     size_t size = strlen(given);
-    if (size >= sizeof heading) return pd_text_refuse(s->ctx, s->text, s->section, key, "the heading is too long");
+    const char *in = NULL;
+    unit[0] = '\0';
+    if (size >= PD_EXPR_LENGTH) return pd_text_refuse(s->ctx, s->text, s->section, key, "the heading is too long");
     memcpy(heading, given, size + 1);
     for (size_t k = 1; k + 4 < size; k++)
         if (memcmp(given + k, " in ", 4) == 0) {
-            unit = given + k + 4;
+            in = given + k + 4;
             size = k;
         }
+    if (in && strlen(in) >= PD_UNITS_TEXT)
+        return pd_text_refuse(s->ctx, s->text, s->section, key, "found '%.60s', expected a unit such as mol/L behind"
+                              " 'in'", in);
+    if (in) memcpy(unit, in, strlen(in) + 1);
     while (size > 0 && pdi_units_blank(heading[size - 1])) size--;
     heading[size] = '\0';
+    return PD_OK;
+}
+
+PDI_FN pd_status pdi_chart_column(const pdi_chart *s, const char *key, const char *fallback, int bracket,
+                                  double *values, char *unit, double *scale, pd_dims *dims)
+{
+    const char *given, *name;
+    char heading[PD_EXPR_LENGTH];
+    int column;
+    PDI_TRY(pd_text_string(s->ctx, s->text, s->section, key, fallback, &given));
+    PDI_TRY(pdi_chart_split(s, key, given, heading, unit));
+    PDI_TRY(pdi_chart_find(s, key, heading, &column));
+    name = pd_table_text(&s->table, -1, column);
+    if (bracket && !unit[0]) pdi_chart_bracket(name, unit);
     if (pd_units_parse(s->ctx, unit, scale, dims) < 0)
         return pd_text_refuse(s->ctx, s->text, s->section, key, "found '%.60s', expected a unit such as mol/L behind"
                               " 'in'", unit);
-    PDI_TRY(pdi_chart_column(s, key, heading, &column));
-    if (pd_table_column(s->ctx, &s->table, pd_table_text(&s->table, -1, column), values) < 0)
+    if (pd_table_column(s->ctx, &s->table, name, values) < 0)
         return pdi_refer_fail(s->ctx, s->text, s->section, key);
     return PD_OK;
 }
@@ -77,11 +94,12 @@ static pd_status pdi_chart_values(const pdi_chart *s, const char *key, double *v
 static pd_status pdi_chart_curve(const pdi_chart *s, double *x, double *y, pd_expr_table *function, pd_curve *curve)
 {
     static const char *const outsides[] = {"hold", "error", NULL};
+    char unit[PD_UNITS_TEXT];
     double x_unit = 1.0, y_unit = 1.0;
     int strict;
     PDI_TRY(pd_text_choice(s->ctx, s->text, s->section, "outside", outsides, "hold", &strict));
-    PDI_TRY(pdi_chart_values(s, "x", x, &x_unit, &function->argument));
-    PDI_TRY(pdi_chart_values(s, "y", y, &y_unit, &function->result));
+    PDI_TRY(pdi_chart_column(s, "x", NULL, 0, x, unit, &x_unit, &function->argument));
+    PDI_TRY(pdi_chart_column(s, "y", NULL, 0, y, unit, &y_unit, &function->result));
     for (int k = 0; k < s->table.rows; k++) {
         const char *wrong = pdi_curve_wrong(x, y, k);
         char before[PD_UNITS_TEXT] = "";

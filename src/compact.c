@@ -1,6 +1,7 @@
 /* compact: see compact.h */
 #include "compact.h"
 #include "par.h"
+#include <float.h>
 #include <math.h>
 #include <string.h>
 
@@ -40,7 +41,7 @@ static double pdi_compact_spread(const pd_grid *grid, const pdi_compact_convecti
     return fmax(diffusivity, 0.0);
 }
 
-static void pdi_compact_fill_cell(pd_compact *c, int64_t cell, int32_t node, double constant, const double *field,
+static void pdi_compact_fill_cell(pd_compact *c, int64_t cell, int32_t node, double constant, const pd_media *media,
                                   const pdi_compact_convection *v, const pdi_compact_faces *faces)
 {
     const pd_grid *grid = c->grid;
@@ -48,21 +49,19 @@ static void pdi_compact_fill_cell(pd_compact *c, int64_t cell, int32_t node, dou
     for (int d = 0; d < PD_DIM; d++) {
         const double *u = v->u ? v->u + (int64_t)d * grid->total : NULL;
         for (int up = 0; up < 2; up++) {
-            int32_t other = up ? node + grid->stride[d] : node - grid->stride[d], source = other;
+            int32_t other = up ? node + grid->stride[d] : node - grid->stride[d];
             double face = 0.5 * (around + pdi_grid_circumference(grid, other));
             double inverse = face / (grid->h[d] * grid->h[d]);
             uint8_t kind = grid->kind[other];
-            double diffusivity = field ? field[node] : constant;
+            double diffusivity = media ? media->at[node] : constant;
             if (kind == PD_IMAGE) {
                 if (grid->side[2 * d + up] != PD_SIDE_PERIODIC) continue; /* nothing passes a mirror */
                 kind = PD_FLUID;
-                source = pdi_grid_image(grid, other, NULL);
             }
             if (kind == PD_FLUID) {
-                if (field && diffusivity > 0.0)
-                    diffusivity = 2.0 * diffusivity * field[source] / (diffusivity + field[source]);
                 if (u) leaves += (up ? face : -face) * 0.5 * (u[node] + u[other]) / grid->h[d];
                 if (!up) continue;
+                if (media) diffusivity = pdi_media_bond(media, node, other, media->unit[d]);
                 c->conduct[d][cell] =
                     (float)(inverse * (u ? pdi_compact_spread(grid, v, diffusivity, node, other, d) : diffusivity));
                 if (u) c->flux[d][cell] = (float)(face * 0.5 * (u[node] + u[other]) / grid->h[d]);
@@ -81,7 +80,7 @@ static void pdi_compact_fill_cell(pd_compact *c, int64_t cell, int32_t node, dou
     c->mass[cell] = (float)mass;
 }
 
-PDI_FN void pdi_compact_fill(const pd_ctx *ctx, double diffusivity, const double *field,
+PDI_FN void pdi_compact_fill(const pd_ctx *ctx, double diffusivity, const pd_media *media,
                              const pdi_compact_convection *convection, double mass, const pdi_compact_faces *faces,
                              pd_compact *c)
 {
@@ -109,9 +108,19 @@ PDI_FN void pdi_compact_fill(const pd_ctx *ctx, double diffusivity, const double
                 c->conduct[d][cell] = 0.0f;
                 if (c->flux[d]) c->flux[d][cell] = 0.0f;
             }
-            if (fluid) pdi_compact_fill_cell(c, cell, node, diffusivity, field, convection, faces);
+            if (fluid) pdi_compact_fill_cell(c, cell, node, diffusivity, media, convection, faces);
         }
     }
+}
+
+PDI_FN int pdi_compact_contrast(const int *n, const double *h)
+{
+    double far = 0.0, near = HUGE_VAL;
+    for (int d = 0; d < PD_DIM; d++) {
+        far = fmax(far, n[d] * h[d]);
+        near = fmin(near, h[d]);
+    }
+    return FLT_EPSILON * far * far > near * near;
 }
 
 PDI_FN void pdi_compact_multigrid(const pd_grid *grid, pd_multigrid_desc *desc)
@@ -124,6 +133,7 @@ PDI_FN void pdi_compact_multigrid(const pd_grid *grid, pd_multigrid_desc *desc)
         desc->stride[d] = grid->stride[d];
         desc->periodic[d] = grid->side[2 * d] == PD_SIDE_PERIODIC;
     }
+    desc->contrast = pdi_compact_contrast(grid->n, grid->h);
     desc->first = pd_grid_node(grid, origin);
     desc->weight = grid->circumference ? grid->circumference + grid->ghost : NULL;
 }
@@ -138,4 +148,14 @@ PDI_FN void pdi_compact_free(pd_ctx *ctx, pd_compact *c)
         PDI_DELETE(ctx, c->cells, c->flux[d]);
     }
     memset(c, 0, sizeof *c);
+}
+
+PDI_FN void pdi_compact_upwind(const pd_stencil *s, double share, double *spread)
+{
+    for (int i = 0; i < PD_DIM * PD_DIM; i++) spread[i] = 0.0;
+    for (int k = 0; k < s->count; k++)
+        for (int a = 0; a < PD_DIM; a++)
+            for (int b = 0; b < PD_DIM; b++)
+                spread[a * PD_DIM + b] +=
+                    share * 0.5 * fabs(s->grad[k * PD_DIM + a]) * s->xi[k * PD_DIM + b] * s->xi[k * PD_DIM + b];
 }

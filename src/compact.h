@@ -6,7 +6,7 @@
  */
 #ifndef PD_COMPACT_H
 #define PD_COMPACT_H
-#include "grid.h"
+#include "media.h"
 #include "multigrid.h"
 
 typedef struct pd_compact {
@@ -32,11 +32,16 @@ typedef struct pdi_compact_convection {
     const double *spread; /* [PD_DIM][PD_DIM] [m] diffusivity along the second axis per speed along the first, that the
                            * peridynamic operator adds by upwinding; NULL: central */
 } pdi_compact_convection;
-/* diffusivity [m2/s, or 1], or field [total] of it when not NULL; mass: value for every fluid cell [1/s]. */
-PDI_FN void pdi_compact_fill(const pd_ctx *ctx, double diffusivity, const double *field,
+/* Upwinding bond by bond spreads along b by 1/2 sum |g_a| xi_b^2 per speed along a; times `share`. */
+PDI_FN void pdi_compact_upwind(const pd_stencil *stencil, double share, double *spread);
+/* diffusivity [m2/s, or 1], or that of media when not NULL; mass: value for every fluid cell [1/s]. */
+PDI_FN void pdi_compact_fill(const pd_ctx *ctx, double diffusivity, const pd_media *media,
                              const pdi_compact_convection *convection, double mass, const pdi_compact_faces *faces,
                              pd_compact *compact);
 PDI_FN void pdi_compact_free(pd_ctx *ctx, pd_compact *compact);
+/* 1: the rounding of a field in single precision, as rough as the mesh, has a larger Laplacian than the field itself,
+ * which may reach across the box: a share eps of it over the square of the least spacing. */
+PDI_FN int pdi_compact_contrast(const int *n, const double *h);
 /* What a multigrid has to know of the box: all of the desc but `symmetric`, which becomes 0. */
 PDI_FN void pdi_compact_multigrid(const pd_grid *grid, pd_multigrid_desc *desc);
 /* Box cell of a node inside the box, and back. */

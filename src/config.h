@@ -4,6 +4,12 @@
  *   PDCORR_IMPLEMENTATION  define in exactly one C file per PD_DIM
  *   _OPENMP                set by the compiler (-fopenmp); without it the same bits come out
  */
+/* The guards would skip a second dimension without a word. */
+#if (defined(PDI_DIM_IS_1) && PD_DIM != 1) || (defined(PDI_DIM_IS_2) && PD_DIM != 2) || \
+    (defined(PDI_DIM_IS_3) && PD_DIM != 3)
+#error "pdcorr: this file includes the header with two values of PD_DIM: one source file for each dimension is expected"
+#endif
+
 #ifndef PD_CONFIG_H
 #define PD_CONFIG_H
 
@@ -14,6 +20,17 @@
 #endif
 #if PD_DIM < 1 || PD_DIM > 3
 #error "pdcorr: PD_DIM must be 1, 2 or 3"
+#endif
+/* PDI_MORE_AXES: where to go with more values than there are axes. */
+#if PD_DIM == 1
+#define PDI_DIM_IS_1
+#define PDI_MORE_AXES ", one for each axis: pd2d and pd3d run scenes in 2D and 3D"
+#elif PD_DIM == 2
+#define PDI_DIM_IS_2
+#define PDI_MORE_AXES ", one for each axis: pd3d runs scenes in 3D"
+#else
+#define PDI_DIM_IS_3
+#define PDI_MORE_AXES ", one for each axis"
 #endif
 
 #include <stddef.h>

@@ -222,7 +222,7 @@ static pd_status pdi_corrode_bonds(pd_ctx *ctx, pd_corrode *r)
 }
 
 /* What images of node i add to its share [1/s]: behind held planes it counts once more, elsewhere not at all. */
-static double pdi_corrode_mirrored(const pd_corrode *r, int32_t i)
+PDI_FN double pdi_corrode_mirrored(const pd_corrode *r, int32_t i)
 {
     double sum = 0.0;
     for (int k = 0; k < r->stencil->count && !pdi_phase_deep(&r->map, i); k++) {
@@ -233,8 +233,8 @@ static double pdi_corrode_mirrored(const pd_corrode *r, int32_t i)
     return r->desc.activation ? 0.0 : r->desc.diffusivity * sum;
 }
 
-pd_status pd_corrode_build(pd_ctx *ctx, pd_grid *grid, const pd_stencil *stencil, const pd_corrode_desc *desc,
-                           pd_corrode *r)
+static pd_status pdi_corrode_make(pd_ctx *ctx, pd_grid *grid, const pd_stencil *stencil, const pd_corrode_desc *desc,
+                                  pd_corrode *r)
 {
     memset(r, 0, sizeof *r);
     r->grid = grid;
@@ -253,13 +253,20 @@ pd_status pd_corrode_build(pd_ctx *ctx, pd_grid *grid, const pd_stencil *stencil
     pdi_grid_line_shift(grid, stencil, r->line_shift);
     for (int k = 0; k < stencil->count; k++) r->diffusion += desc->diffusivity * stencil->lap[k];
     for (int32_t b = 0; b < r->map.borders; b++) r->held = fmax(r->held, pdi_corrode_mirrored(r, r->map.border[b]));
-    for (int32_t i = 0; i < grid->total; i++) {
+    for (int32_t i = 0; i < grid->total; i++)
         if (grid->kind[i] == PD_SOLID) r->c[i] = desc->solid;
-        if (grid->kind[i] == PD_FLUID) r->c[i] = desc->activation ? desc->bulk : desc->initial;
-    }
+        else if (grid->kind[i] == PD_FLUID) r->c[i] = desc->activation ? desc->bulk : desc->initial;
     PDI_TRY(pdi_corrode_bonds(ctx, r));
     pd_corrode_open(r);
     return PD_OK;
+}
+
+pd_status pd_corrode_build(pd_ctx *ctx, pd_grid *grid, const pd_stencil *stencil, const pd_corrode_desc *desc,
+                           pd_corrode *r)
+{
+    pd_status status = pdi_corrode_make(ctx, grid, stencil, desc, r);
+    if (status < 0) pd_corrode_free(ctx, r);
+    return status;
 }
 
 static double pdi_corrode_amount(const pd_corrode *r, uint8_t phase)
@@ -325,15 +332,19 @@ static int pdi_corrode_passive(const pd_corrode *r, int32_t i)
     return (r->desc.passive && r->desc.passive[i]) || (r->film && r->film[i]);
 }
 
-PDI_FN pd_status pdi_corrode_law(pd_ctx *ctx, const pd_corrode *r, int32_t i, double c, double *speed)
+PDI_FN pd_status pdi_corrode_law(pd_ctx *ctx, const pd_corrode *r, double t, int32_t i, double c, double *speed)
 {
     *speed = 0.0;
     if (pdi_corrode_passive(r, i)) return PD_OK;
-    double v = r->desc.rate(r->desc.rate_user, c);
+    pd_rate_at at;
+    at.c = c;
+    at.t = t;
+    pd_grid_position(r->grid, i, at.x);
+    double v = r->desc.rate(r->desc.rate_user, &at);
     if (!(fabs(v) < 1e100)) {
         char place[PDI_GRID_PLACE];
         return pdi_fail(ctx, PD_ERR_STATE, "corrode",
-                        "the rate law gives %g m/s at c = %g mol/m3 (node %d at %s m), expected a finite speed", v,
+                        "the rate law gives %g m/s at c = %g mol/m3 (node %d at %s m), expected less than 1e100", v,
                         c, (int)i, pdi_grid_place(r->grid, i, place));
     }
     *speed = fmax(v, 0.0);
@@ -359,7 +370,8 @@ static pd_status pdi_corrode_speeds(pd_ctx *ctx, pd_corrode *r, int32_t first, i
     for (int32_t i = first; i < end; i++) {
         double speed = 0.0;
         if (r->c[i] < r->desc.saturation && !pdi_corrode_passive(r, i)) {
-            if (r->c[i] < *c || r->c[i] > *c) PDI_TRY(pdi_corrode_law(ctx, r, i, r->c[i], law));
+            int other = r->c[i] < *c || r->c[i] > *c || !r->desc.uniform;
+            if (other) PDI_TRY(pdi_corrode_law(ctx, r, r->time, i, r->c[i], law));
             *c = r->c[i];
             speed = *law;
         }
@@ -372,7 +384,7 @@ static pd_status pdi_corrode_speeds(pd_ctx *ctx, pd_corrode *r, int32_t first, i
 
 /* Speed of the law at every fluid node beside the front, and how many nodes take part. Metal sees no fluid of another
  * role. */
-static pd_status pdi_corrode_prepare(pd_ctx *ctx, pd_corrode *r)
+PDI_FN pd_status pdi_corrode_prepare(pd_ctx *ctx, pd_corrode *r)
 {
     pdi_phase_walk walk = {0, 0, 0};
     int32_t i, end;
@@ -389,81 +401,6 @@ static pd_status pdi_corrode_prepare(pd_ctx *ctx, pd_corrode *r)
     }
     /* where sums are kept, ghosts tell nothing but speeds */
     if (r->alarmed) pdi_corrode_ghosts(r);
-    return PD_OK;
-}
-
-/* Rates [1/s] at most: of a fluid node towards its neighbours, of a solid node as a share of Cs - Csat. */
-static void pdi_corrode_rates(const pd_corrode *r, double *field, double *loss)
-{
-    double cross = r->fastest * r->highest * r->front.total;
-    int difference = r->desc.drive == PD_DRIVE_DIFFERENCE;
-    *loss = cross * (difference ? r->log_ratio * r->desc.solid / r->span : 1.0);
-    *field = (r->desc.activation ? 0.0 : r->diffusion) + (difference ? cross * r->log_ratio : 0.0);
-}
-
-/* A node that turns fluid and keeps what it has lost has not less than none, and another one loses no more than it had:
- * contents that count, over Cs - Csat. */
-static double pdi_corrode_left(const pd_corrode *r)
-{
-    return r->desc.keep_deficit ? r->span / r->desc.saturation : 1.0;
-}
-
-/* Share of its content [1/s] that a step takes, at most: as if one node were the worst for all that it may lose. */
-static double pdi_corrode_at_most(const pd_corrode *r)
-{
-    double field, loss;
-    pdi_corrode_rates(r, &field, &loss);
-    return fmax(field + r->held, r->desc.drive == PD_DRIVE_CONSTANT ? loss * pdi_corrode_left(r) : 0.0);
-}
-
-/* The same of each node, into next. */
-static void pdi_corrode_drain(void *user, int32_t first, int count)
-{
-    pd_corrode *r = (pd_corrode *)user;
-    double *drain = r->next + first, diffusivity = r->desc.activation ? 0.0 : r->desc.diffusivity;
-    double across = r->desc.drive == PD_DRIVE_DIFFERENCE ? r->log_ratio : 0.0;
-    int role = r->map.role[first];
-    for (int b = 0; b < count; b++) drain[b] = role == PDI_ROLE_WHOLE ? r->diffusion : 0.0;
-    for (int k = 0; k < r->stencil->count && role != PDI_ROLE_WHOLE; k++) {
-        const uint8_t *there = r->map.phase + first + r->map.shift[k];
-        const double *speed = r->speed + first, *factor = r->factor ? r->factor + first + r->map.shift[k] : NULL;
-        double weight = r->front.weight[k], lap = diffusivity * r->stencil->lap[k];
-        for (int b = 0; b < count && role == PDI_ROLE_EXPOSED; b++) drain[b] += weight * speed[b + r->map.shift[k]];
-        for (int b = 0; b < count && role == PDI_ROLE_SHORE; b++) {
-            double metal = there[b] == PDI_PHASE_SOLID ? across * weight * speed[b] : 0.0;
-            drain[b] += pdi_phase_wet(there[b]) ? lap : factor ? factor[b] * metal : metal;
-        }
-    }
-    for (int b = 0; b < count; b++) {
-        if (role != PDI_ROLE_EXPOSED) drain[b] += pdi_corrode_mirrored(r, first + b);
-        else drain[b] *= (r->factor ? r->factor[first + b] : 1.0) * (across > 0.0 ? across : pdi_corrode_left(r));
-    }
-}
-
-static double pdi_corrode_longest(const pd_ctx *ctx, pd_corrode *r)
-{
-    pdi_phase_walk walk = {0, 0, 0};
-    int32_t i, end;
-    double most = 0.0;
-    pdi_corrode_sweep(ctx, r, pdi_corrode_drain, r);
-    while (pdi_phase_next(&r->map, &walk, &i, &end))
-        for (int32_t j = i; j < end && r->map.role[i] != PDI_ROLE_IDLE; j++) most = fmax(most, r->next[j]);
-    return most > 0.0 ? 1.0 / most : HUGE_VAL;
-}
-
-/* Longest step that the share and the overshoot allow. */
-static double pdi_corrode_accurate(const pd_corrode *r)
-{
-    double field, loss, share = r->desc.share;
-    pdi_corrode_rates(r, &field, &loss);
-    if (!r->desc.activation) share = fmin(share, r->desc.overshoot * r->desc.saturation / r->span);
-    return loss > 0.0 ? share / loss : HUGE_VAL;
-}
-
-pd_status pd_corrode_limit(pd_ctx *ctx, pd_corrode *r, double *limit)
-{
-    PDI_TRY(pdi_corrode_prepare(ctx, r));
-    *limit = pdi_corrode_longest(ctx, r);
     return PD_OK;
 }
 
@@ -714,44 +651,6 @@ PDI_FN double pdi_corrode_lost(const pd_corrode *r)
     for (int32_t i = 0; i < r->grid->total; i++)
         if (r->map.role[i] == PDI_ROLE_EXPOSED) most = fmax(most, r->base[i] - r->next[i]);
     return most / r->span;
-}
-
-pd_status pd_corrode_step(pd_ctx *ctx, pd_corrode *r, double dt)
-{
-    double limit = dt;
-    PDI_TRY(pdi_corrode_prepare(ctx, r));
-    if (!(dt > 0.0) || !(dt < 1e100))
-        return pdi_fail(ctx, PD_ERR_ARGUMENT, "corrode", "a step of %g s, expected a positive one", dt);
-    if (dt * pdi_corrode_at_most(r) > 1.0) limit = pdi_corrode_longest(ctx, r);
-    if (dt > limit * (1.0 + 1e-12))
-        return pdi_fail(ctx, PD_RETRY, "corrode", "the step of %g s exceeds the limit of %g s", dt, limit);
-    pdi_corrode_exchange(ctx, r, dt);
-    pdi_corrode_spare(r);
-    pdi_corrode_commit(r, dt);
-    return PD_OK;
-}
-
-pd_status pd_corrode_run(pd_ctx *ctx, pd_corrode *r, double t_end)
-{
-    while (r->time < t_end) {
-        double left = t_end - r->time, limit;
-        PDI_TRY(pdi_corrode_prepare(ctx, r));
-        limit = pdi_corrode_accurate(r);
-        /* at the limit proper a node may take all from its neighbours: beyond Csat by a step of its own each time */
-        double most = pdi_corrode_at_most(r);
-        if (limit * most > 1.0) limit = 1.0 / most;
-        double count = ceil(left / limit * (1.0 - 1e-12));
-        double dt = count > 1.0 ? left / count : left;
-        double spare;
-        for (;; dt *= spare, count = 2.0) {
-            pdi_corrode_exchange(ctx, r, dt);
-            spare = pdi_corrode_spare(r);
-            if (!(spare < 1.0)) break;
-        }
-        pdi_corrode_commit(r, dt);
-        if (!(count > 1.0)) r->time = t_end; /* no last step of rounding's length */
-    }
-    return PD_OK;
 }
 
 PDI_FN pd_status pdi_corrode_store(pd_ctx *ctx, pd_corrode *r, pd_store *store)

@@ -40,6 +40,7 @@ typedef struct pd_corrode_desc {
     double overshoot;   /* [-] and no fluid node gains more of Csat, by which the salt layer may pass it; 0: 0.05 */
     pd_rate_fn rate;    /* speed v of a flat front; never below zero */
     void *rate_user;
+    int uniform;        /* 1: the law does not depend on the place, nodes of equal c need one look at it */
     pd_drive drive;
     pd_kernel kernel;
     pd_weights weights; /* of the kernel */
@@ -95,9 +96,6 @@ typedef struct pd_corrode {
 
 #define pd_corrode_build PD_NAME(pd_corrode_build)
 #define pd_corrode_open PD_NAME(pd_corrode_open)
-#define pd_corrode_limit PD_NAME(pd_corrode_limit)
-#define pd_corrode_step PD_NAME(pd_corrode_step)
-#define pd_corrode_run PD_NAME(pd_corrode_run)
 #define pd_corrode_solid PD_NAME(pd_corrode_solid)
 #define pd_corrode_dissolved PD_NAME(pd_corrode_dissolved)
 #define pd_corrode_damage PD_NAME(pd_corrode_damage)
@@ -111,14 +109,6 @@ PD_API pd_status pd_corrode_build(pd_ctx *ctx, pd_grid *grid, const pd_stencil *
                                   pd_corrode *corrode);
 /* The caller has set c of fluid nodes (allowed between any two steps): open the balance with it. */
 PD_API void pd_corrode_open(pd_corrode *corrode);
-/* Longest step [s] that keeps concentrations positive and without new extremes, at the present concentrations; HUGE_VAL
- * when nothing moves. PD_ERR_STATE: the law gives no finite speed (the message names node, place and concentration). */
-PD_API pd_status pd_corrode_limit(pd_ctx *ctx, pd_corrode *corrode, double *limit);
-/* One step of forward Euler by dt [s]. PD_RETRY: dt exceeds the limit, nothing changed. PD_ERR_STATE as above. */
-PD_API pd_status pd_corrode_step(pd_ctx *ctx, pd_corrode *corrode, double dt);
-/* Steps up to t_end [s], each as long as a bound of 0.5 to 1 of the limit, the share and (with fluid that is not held)
- * the overshoot allow. */
-PD_API pd_status pd_corrode_run(pd_ctx *ctx, pd_corrode *corrode, double t_end);
 /* Amounts [mol, per m in 2D, per m2 in 1D] in solid and in fluid nodes. */
 PD_API double pd_corrode_solid(const pd_corrode *corrode);
 PD_API double pd_corrode_dissolved(const pd_corrode *corrode);
@@ -142,10 +132,14 @@ PDI_FN void pdi_corrode_laplacian(const pd_corrode *corrode, const double *c, in
 PDI_FN void pdi_corrode_spread(const pd_corrode *corrode, const double *c, int32_t first, int count, double *sum);
 /* Values of the ghosts, of c and speed. */
 PDI_FN void pdi_corrode_ghosts(pd_corrode *corrode);
+/* Begin a step: ghosts, films and speeds at the present concentrations. Errors as pd_corrode_limit. */
+PDI_FN pd_status pdi_corrode_prepare(pd_ctx *ctx, pd_corrode *corrode);
+/* What images of fluid node i behind held planes add to its exchange [1/s]. */
+PDI_FN double pdi_corrode_mirrored(const pd_corrode *corrode, int32_t i);
 /* Films form where fluid beside metal is below `repassivation`. At the start of a step. */
 PDI_FN void pdi_corrode_repassivate(pd_corrode *corrode);
-/* Speed of the law at fluid node i with concentration c, 0 in front of a passive film. */
-PDI_FN pd_status pdi_corrode_law(pd_ctx *ctx, const pd_corrode *corrode, int32_t i, double c, double *speed);
+/* Speed of the law at time t [s] and fluid node i with concentration c, 0 in front of a passive film. */
+PDI_FN pd_status pdi_corrode_law(pd_ctx *ctx, const pd_corrode *corrode, double t, int32_t i, double c, double *speed);
 /* next = base + dt times all exchanges at the present c and speed. */
 PDI_FN void pdi_corrode_exchange(pd_ctx *ctx, pd_corrode *corrode, double dt);
 /* Largest loss of a metal node in that, over Cs - Csat. */

@@ -2,7 +2,9 @@
  *
  * The fluid is quasi-steady at every instant of the dissolution (acoustics ns, advection ms, diffusion s, dissolution
  * h): each step solves the flow where the geometry has changed, then transport and surface loss over a step in which no
- * solid node loses more than a set fraction (theory: section 7). The caller's observer sees every step; no files here.
+ * solid node loses more than a set fraction (theory: section 7). Where inlets, walls or forces follow a clock, the flow
+ * of a step is that of its end, and of transport alone that of each stage. The caller's observer sees every step; no
+ * files here.
  */
 #ifndef PD_COUPLE_H
 #define PD_COUPLE_H
@@ -10,6 +12,7 @@
 #include "dissolve.h"
 #include "implicit.h"
 #include "recede.h"
+#include "settle.h"
 #include "unsteady.h"
 
 /* Amounts [mol, per m depth in planar 2D, per m2 in 1D]. imbalance = solid + dissolved + carry + out - in - start. */
@@ -25,6 +28,7 @@ typedef struct pd_ledger {
 
 typedef struct pd_couple_desc {
     double fraction;        /* [-] largest share of a node's content lost in one step; 0: 0.1 */
+    double rtol;            /* [-] error in time of the metal lost in a step, over all that is lost; 0: fraction/25 */
     double max_step;        /* [s] 0: none */
     double ledger_tolerance; /* [-] 0: 1e-10: a larger relative imbalance is PD_ERR_LEDGER */
 } pd_couple_desc;
@@ -52,7 +56,8 @@ typedef struct pd_couple {
     int64_t unsolved;        /* steps in which the linear solver of transport missed its tolerance */
     int64_t krylov_flow, krylov_transport;
     int64_t flow_evaluations;
-    int flow_stale;          /* the geometry has changed since the last flow solve */
+    int flow_stale;          /* the geometry, or what stands outside, has changed since the last flow solve */
+    double flow_moved;       /* [-] by how much what stands outside has, see pd_flow_at */
     pd_steady_result steady_result;       /* of the last flow solve */
     pd_transport_result transport_result; /* of the last step */
     pd_ledger ledger;

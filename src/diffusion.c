@@ -118,6 +118,40 @@ static void pdi_diffusion_ghosts(pd_diffusion *d)
     }
 }
 
+/* Value held where the cut bond k of row r meets a wall, NaN: none; its place x [m] and the conductance [1/s]. */
+static double pdi_diffusion_meet(const pd_diffusion *d, int32_t r, int k, double *x, double *t, double *conduct)
+{
+    int32_t i = d->bonds->node[r];
+    *t = pdi_bond_meet(d->bonds, r, k, x);
+    double c = d->desc.held(d->desc.user, x);
+    *conduct = 0.0;
+    if (!(c >= 0.0)) return c;
+    *conduct = pdi_bond_lap(d->bonds, i)[k] / *t;
+    *conduct *= d->field ? pdi_media_part(&d->media, i, k, *t) : d->desc.diffusivity;
+    return c;
+}
+
+PDI_FN double pdi_diffusion_through(const pd_diffusion *d, const double *c, const double *rest, int axis, int index)
+{
+    const pd_bonds *bonds = d->bonds;
+    double plane = bonds->grid->lo[axis] + index * bonds->grid->h[axis];
+    pdi_sum sum = {0.0, 0.0};
+    for (int32_t r = 0; r < bonds->rows && d->hold; r++) {
+        int32_t i = bonds->node[r];
+        double at[PD_DIM], x[PD_DIM], t, conduct;
+        if (!(d->hold[i] > 0.0)) continue;
+        pd_grid_position(bonds->grid, i, at);
+        for (int k = 0; k < bonds->stencil->count; k++) {
+            if (pdi_bond_open(bonds, r, k)) continue;
+            double value = pdi_diffusion_meet(d, r, k, x, &t, &conduct);
+            if (!(value >= 0.0) || !((at[axis] - plane) * (x[axis] - plane) < 0.0)) continue;
+            double gain = conduct * ((value - c[i]) - (rest ? rest[i] : 0.0));
+            pdi_sum_add(&sum, (at[axis] > plane ? gain : -gain) * pdi_grid_circumference(bonds->grid, i));
+        }
+    }
+    return pdi_sum_total(&sum) * bonds->stencil->volume;
+}
+
 /* Conductance of row r to the values held where its cut bonds meet walls, by linear extension (eq. 3.2 without
  * bending), and which of its bonds those are. */
 static void pdi_diffusion_hold(pd_diffusion *d, int32_t r, uint8_t *held)
@@ -125,21 +159,25 @@ static void pdi_diffusion_hold(pd_diffusion *d, int32_t r, uint8_t *held)
     const pd_bonds *bonds = d->bonds;
     const pd_stencil *s = bonds->stencil;
     int32_t i = bonds->node[r];
-    const double *lap = pdi_bond_lap(bonds, i);
-    double value = d->field ? d->field[i] : d->desc.diffusivity, x[PD_DIM];
+    double x[PD_DIM], t, value;
+    int first = 1;
     for (int k = 0; k < s->count; k++) {
         held[k] = 0;
         if (pdi_bond_open(bonds, r, k)) continue;
-        double t = pdi_bond_meet(bonds, r, k, x), c = d->desc.held(d->desc.user, x);
+        double c = pdi_diffusion_meet(d, r, k, x, &t, &value);
         if (!(c >= 0.0)) d->hold_part[i] = 1;
+        if (c < 0.0) d->held_least = fmin(d->held_least, c); /* for the caller to refuse */
         if (!(c >= 0.0)) continue;
         held[k] = 1;
         for (int a = 0; a < PD_DIM; a++) {
             d->hold_grad[(int64_t)a * bonds->grid->total + i] += s->grad[k * PD_DIM + a] / t * c;
             d->hold_lean[(int64_t)a * bonds->grid->total + i] += s->grad[k * PD_DIM + a] / t;
         }
-        d->hold[i] += value * lap[k] / t;
-        d->drive[i] += value * lap[k] / t * c;
+        if (first) d->hold_at[i] = c;
+        first = 0;
+        d->hold[i] += value;
+        d->drive[i] += value * c;
+        d->hold_rest[i] += value * (c - d->hold_at[i]);
         d->held_least = fmin(d->held_least, c);
         d->held_most = fmax(d->held_most, c);
     }
@@ -163,7 +201,7 @@ void pd_diffusion_update(pd_ctx *ctx, pd_diffusion *d)
     for (int32_t i = 0; i < total; i++) {
         d->cut[i] = pdi_diffusion_cut(bonds, i) ? 1.0f : 0.0f;
         for (int t = 0; t < PD_DIFFUSION_TENSOR; t++) d->tensor[t][i] = 0.0f;
-        if (d->hold) d->hold[i] = d->drive[i] = 0.0;
+        if (d->hold) d->hold[i] = d->drive[i] = d->hold_at[i] = d->hold_rest[i] = 0.0;
         if (d->hold) d->hold_part[i] = 0;
         for (int a = 0; a < PD_DIM && d->hold; a++)
             d->hold_grad[(int64_t)a * total + i] = d->hold_lean[(int64_t)a * total + i] = 0.0;
@@ -182,27 +220,23 @@ void pd_diffusion_update(pd_ctx *ctx, pd_diffusion *d)
     pdi_diffusion_ghosts(d);
 }
 
-static pd_status pdi_diffusion_fields(pd_ctx *ctx, pd_diffusion *d)
+void pd_diffusion_renew(pd_diffusion *d)
 {
-    const pd_grid *grid = d->bonds->grid;
-    if (d->desc.field) PDI_TRY(PDI_NEW(ctx, "diffusion", grid->total, d->field));
-    if (d->desc.field && d->desc.level) PDI_TRY(PDI_NEW(ctx, "diffusion", grid->total, d->level));
-    for (int32_t i = 0; i < grid->total && d->field; i++) {
-        double x[PD_DIM];
-        if (grid->kind[i] == PD_OUTSIDE) continue;
-        pd_grid_position(grid, i, x);
-        pdi_grid_fold_position(grid, x);
-        d->field[i] = d->desc.field(d->desc.user, x);
-        if (d->level) d->level[i] = d->desc.level(d->desc.user, x);
-        if (!(d->field[i] >= 0.0) || !(d->field[i] < 1e100))
-            return pdi_fail(ctx, PD_ERR_ARGUMENT, "diffusion",
-                            "the diffusivity at x = %g m is %g m2/s, expected a finite value of at least 0", x[0],
-                            d->field[i]);
+    const pd_bonds *bonds = d->bonds;
+    int32_t total = bonds->grid->total;
+    d->held_least = HUGE_VAL;
+    d->held_most = -HUGE_VAL;
+    for (int32_t r = 0; r < bonds->rows && d->hold; r++) {
+        int32_t i = bonds->node[r];
+        if (!(d->cut[i] > 0.0f)) continue;
+        d->hold[i] = d->drive[i] = d->hold_at[i] = d->hold_rest[i] = 0.0;
+        for (int a = 0; a < PD_DIM; a++)
+            d->hold_grad[(int64_t)a * total + i] = d->hold_lean[(int64_t)a * total + i] = 0.0;
+        pdi_diffusion_hold(d, r, d->held);
     }
-    return PD_OK;
 }
 
-pd_status pd_diffusion_build(pd_ctx *ctx, const pd_bonds *bonds, const pd_diffusion_desc *desc, pd_diffusion *d)
+static pd_status pdi_diffusion_make(pd_ctx *ctx, const pd_bonds *bonds, const pd_diffusion_desc *desc, pd_diffusion *d)
 {
     int32_t total = bonds->grid->total;
     memset(d, 0, sizeof *d);
@@ -215,26 +249,24 @@ pd_status pd_diffusion_build(pd_ctx *ctx, const pd_bonds *bonds, const pd_diffus
     PDI_TRY(PDI_NEW(ctx, "diffusion", total, d->cut));
     if (desc->held) PDI_TRY(PDI_NEW(ctx, "diffusion", total, d->hold));
     if (desc->held) PDI_TRY(PDI_NEW(ctx, "diffusion", total, d->drive));
+    if (desc->held) PDI_TRY(PDI_NEW(ctx, "diffusion", total, d->hold_at));
+    if (desc->held) PDI_TRY(PDI_NEW(ctx, "diffusion", total, d->hold_rest));
     if (desc->held) PDI_TRY(PDI_NEW(ctx, "diffusion", total, d->hold_part));
     if (desc->held) PDI_TRY(PDI_NEW(ctx, "diffusion", PD_DIM * (int64_t)total, d->hold_grad));
     if (desc->held) PDI_TRY(PDI_NEW(ctx, "diffusion", PD_DIM * (int64_t)total, d->hold_lean));
     if (desc->held) PDI_TRY(PDI_NEW(ctx, "diffusion", bonds->stencil->count, d->held));
-    PDI_TRY(pdi_diffusion_fields(ctx, d));
+    if (desc->field)
+        PDI_TRY(pdi_media_build(ctx, bonds->stencil, bonds->grid, desc->field, desc->level, desc->user, &d->media));
+    d->field = d->media.at;
     pd_diffusion_update(ctx, d);
     return PD_OK;
 }
 
-/* Resistances in series: the interface cuts the bond at the fraction t; half and half inside of one material. */
-static void pdi_diffusion_series(const pd_diffusion *d, int32_t i, int32_t j, double a, int count, double *bond)
+pd_status pd_diffusion_build(pd_ctx *ctx, const pd_bonds *bonds, const pd_diffusion_desc *desc, pd_diffusion *d)
 {
-    const double *near_d = d->field + i, *far_d = d->field + j;
-    for (int b = 0; b < count; b++) {
-        double t = 0.5;
-        if (d->level && d->level[i + b] * d->level[j + b] < 0.0)
-            t = fabs(d->level[i + b]) / (fabs(d->level[i + b]) + fabs(d->level[j + b]));
-        double below = t * far_d[b] + (1.0 - t) * near_d[b];
-        bond[b] = below > 0.0 ? a * near_d[b] * far_d[b] / below : 0.0;
-    }
+    pd_status status = pdi_diffusion_make(ctx, bonds, desc, d);
+    if (status < 0) pd_diffusion_free(ctx, d);
+    return status;
 }
 
 PDI_FN void pdi_diffusion_bond(const pd_diffusion *d, int32_t i, int k, int count, int rows, double *bond)
@@ -242,8 +274,10 @@ PDI_FN void pdi_diffusion_bond(const pd_diffusion *d, int32_t i, int k, int coun
     const pd_stencil *s = d->bonds->stencil;
     int32_t j = i + d->bonds->shift[k];
     double a = pdi_bond_lap(d->bonds, i)[k], weight[PD_DIFFUSION_TENSOR];
-    for (int b = 0; b < count; b++) bond[b] = d->desc.diffusivity * a;
-    if (d->field) pdi_diffusion_series(d, i, j, a, count, bond);
+    if (d->field)
+        for (int b = 0; b < count; b++) bond[b] = a * pdi_media_bond(&d->media, i + b, j + b, k);
+    else
+        for (int b = 0; b < count; b++) bond[b] = d->desc.diffusivity * a;
     if (!rows) return;
     double xi[PD_DIM];
     for (int e = 0; e < PD_DIM; e++) xi[e] = (double)s->offset[k * PD_DIM + e];
@@ -269,7 +303,8 @@ void pd_diffusion_free(pd_ctx *ctx, pd_diffusion *d)
     PDI_DELETE(ctx, (int64_t)PD_DIM * total, d->hold_grad);
     PDI_DELETE(ctx, (int64_t)PD_DIM * total, d->hold_lean);
     PDI_DELETE(ctx, d->bonds ? d->bonds->stencil->count : 0, d->held);
-    PDI_DELETE(ctx, total, d->field);
-    PDI_DELETE(ctx, total, d->level);
+    PDI_DELETE(ctx, total, d->hold_at);
+    PDI_DELETE(ctx, total, d->hold_rest);
+    pdi_media_free(ctx, &d->media);
     memset(d, 0, sizeof *d);
 }

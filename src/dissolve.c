@@ -15,14 +15,31 @@
 /* Most fluid nodes among which a bond enters the fluid. */
 #define PDI_DISSOLVE_ENTRIES 8
 
-/* Least change of the law, as a share, that a slope is taken from, how its step grows to that, and the widest one as a
- * share of Cs. */
-#define PDI_DISSOLVE_DIGITS 1e-5
-#define PDI_DISSOLVE_WIDEN 1e3
-#define PDI_DISSOLVE_WIDEST 1e-3
+/* Rounds in which law and transport have to agree, on a share of the fastest speed or of the field. */
+#define PDI_DISSOLVE_ROUNDS 100
+#define PDI_DISSOLVE_NEAR 1e-8
+#define PDI_DISSOLVE_CLOSE 1e-10
+/* Steps by the error in time: the share of the longest one that is taken, how much longer or shorter the next one may
+ * be, and the loss of a node over the tolerance that is faint. */
+#define PDI_DISSOLVE_SAFE 0.9
+#define PDI_DISSOLVE_LONGER 10.0
+#define PDI_DISSOLVE_FAINT 1e-3
 
 /* A solid neighbour that loses at most this share of what a node loses lies behind it. */
 #define PDI_DISSOLVE_SHELTERED 0.6
+
+/* A fluid node beside metal. */
+typedef struct pdi_shore {
+    int32_t node;
+    double weight; /* [mol/m4] sum f c(n) Cs over its solid bonds that follow the law */
+    double given;  /* [mol/m3/s] what pieces of metal give that do not last the step (eq. 6.6b) */
+    double film;   /* [mol/m3] sum of weight times the film */
+    double flux;   /* [mol/m4] sum of weight times f */
+    double before; /* [m/s] speed at the start of the step */
+    pdi_law_point point;
+} pdi_shore;
+
+PDI_FN size_t pdi_dissolve_shore_size(void) { return sizeof(pdi_shore); }
 
 static double pdi_dissolve_factor(const pd_dissolve *d, int32_t solid)
 {
@@ -109,15 +126,25 @@ static void pdi_dissolve_enter(const pd_dissolve *d, int32_t j, int k, pdi_disso
     entry->film = s->h[axis] * fmax(1.5 - pdi_dissolve_left(d, last), 0.0);
 }
 
-/* Share of the law that is left when the metal has to diffuse through the film between the surface and node i, where
- * the law is linearised: v = v0 + v1 (c + v Cs film/D). */
-static double pdi_dissolve_share_of_law(const pd_dissolve *d, int32_t i, double film)
+PDI_FN double pdi_dissolve_speed(const pd_dissolve *d, int32_t i)
+{
+    if (d->slot[i] < 0) return 0.0;
+    const pdi_law_point *p = &d->shore[d->slot[i]].point;
+    return p->speed + p->slope * d->transport->c[i];
+}
+
+static double pdi_dissolve_diffusivity(const pd_dissolve *d, int32_t i)
 {
     const pd_diffusion *diffusion = &d->transport->diffusion;
-    double diffusivity = diffusion->field ? diffusion->field[i] : diffusion->desc.diffusivity;
-    if (!(d->slope[i] < 0.0)) return 1.0;
-    double resistance = -d->slope[i] * d->desc.solid * film;
-    return diffusivity > 0.0 ? diffusivity / (diffusivity + resistance) : 0.0;
+    return diffusion->field ? diffusion->field[i] : diffusion->desc.diffusivity;
+}
+
+/* R of the film of a node beside metal [mol s/m4]: what crosses it is the mean flux of the metal there. */
+static double pdi_dissolve_resist(const pd_dissolve *d, const pdi_shore *shore)
+{
+    double diffusivity = pdi_dissolve_diffusivity(d, shore->node);
+    double flux = pdi_dissolve_span(d) * (shore->flux / shore->weight), film = shore->film / shore->weight;
+    return diffusivity > 0.0 ? flux * film / diffusivity : HUGE_VAL;
 }
 
 /* What bond k of solid node j gives to fluid node i where it enters, per speed of the law [mol/m4]. */
@@ -137,8 +164,7 @@ static double pdi_dissolve_rate(const pd_dissolve *d, int32_t j)
         pdi_dissolve_enter(d, j, k, &entry);
         for (int e = 0; e < entry.count; e++) {
             int32_t i = entry.node[e];
-            sum += pdi_dissolve_area(d, j, k) / entry.count * pdi_dissolve_share_of_law(d, i, entry.film) *
-                   (d->speed[i] + d->slope[i] * d->transport->c[i]);
+            sum += pdi_dissolve_area(d, j, k) / entry.count * pdi_dissolve_speed(d, i);
         }
     }
     return sum * pdi_dissolve_factor(d, j);
@@ -173,8 +199,25 @@ static int pdi_dissolve_is_exposed(const pd_dissolve *d, int32_t j)
     return 0;
 }
 
-pd_status pd_dissolve_build(pd_ctx *ctx, pd_grid *grid, const pd_bonds *bonds, pd_transport *transport,
-                            const pd_dissolve_desc *desc, pd_dissolve *d)
+/* Nodes that can ever lie beside metal. work [total]. */
+static int32_t pdi_dissolve_shores(const pd_grid *grid, const pd_bonds *bonds, uint8_t *work)
+{
+    int32_t count = 0, cells = bonds->stencil->group_cell[bonds->stencil->group_first[bonds->stencil->count]];
+    memset(work, 0, (size_t)grid->total);
+    for (int32_t j = 0; j < grid->total; j++) {
+        if (grid->kind[j] != PD_SOLID) continue;
+        for (int32_t c = -1; c < cells; c++) {
+            int32_t i = c < 0 ? j : j + bonds->cell_shift[c];
+            if (grid->kind[i] == PD_IMAGE) i = pdi_grid_image(grid, i, NULL);
+            count += (grid->kind[i] == PD_FLUID || grid->kind[i] == PD_SOLID) && !work[i];
+            work[i] = 1;
+        }
+    }
+    return count;
+}
+
+static pd_status pdi_dissolve_make(pd_ctx *ctx, pd_grid *grid, const pd_bonds *bonds, pd_transport *transport,
+                                   const pd_dissolve_desc *desc, pd_dissolve *d)
 {
     memset(d, 0, sizeof *d);
     if (!(desc->solid > 0.0) || !(desc->solid < 1e100) || !(desc->threshold >= 0.0) || !(desc->threshold < 1.0) ||
@@ -192,69 +235,131 @@ pd_status pd_dissolve_build(pd_ctx *ctx, pd_grid *grid, const pd_bonds *bonds, p
     PDI_TRY(PDI_NEW(ctx, "dissolve", d->capacity, d->piece));
     PDI_TRY(PDI_NEW(ctx, "dissolve", grid->total, d->mark));
     PDI_TRY(PDI_NEW(ctx, "dissolve", grid->total, d->exposed));
-    PDI_TRY(PDI_NEW(ctx, "dissolve", grid->total, d->weight));
-    PDI_TRY(PDI_NEW(ctx, "dissolve", grid->total, d->speed));
-    PDI_TRY(PDI_NEW(ctx, "dissolve", grid->total, d->slope));
     PDI_TRY(PDI_NEW(ctx, "dissolve", grid->total, d->rate));
+    PDI_TRY(PDI_NEW(ctx, "dissolve", grid->total, d->slot));
+    d->shore_capacity = pdi_dissolve_shores(grid, bonds, d->mark);
+    PDI_TRY(PDI_NEW(ctx, "dissolve", d->shore_capacity, d->shore));
+    d->from = HUGE_VAL;
+    d->next_dt = HUGE_VAL;
     for (int32_t j = 0; j < grid->total; j++) {
         if (grid->kind[j] == PD_SOLID) transport->c[j] = desc->solid;
         d->exposed[j] = (uint8_t)pdi_dissolve_is_exposed(d, j);
+        d->slot[j] = -1;
     }
     d->lead = pdi_dissolve_lead(bonds->stencil);
+    for (int k = 0; k < bonds->stencil->count; k++) d->spread += bonds->stencil->lap[k];
     pdi_dissolve_collect(d);
     return PD_OK;
 }
 
-/* The law near c: v = speed + slope c. It never deposits, and a rising law is taken at its present value. */
-static pd_status pdi_dissolve_law(pd_ctx *ctx, pd_dissolve *d, int32_t i)
+pd_status pd_dissolve_build(pd_ctx *ctx, pd_grid *grid, const pd_bonds *bonds, pd_transport *transport,
+                            const pd_dissolve_desc *desc, pd_dissolve *d)
 {
-    double c = d->transport->c[i], step = 1e-4 * fmax(fabs(c), 1e-7 * d->desc.solid);
-    double now = d->desc.rate(d->desc.rate_user, c), ahead = d->desc.rate(d->desc.rate_user, c + step);
-    /* a difference of few digits is a slope of few, and so the end of the law */
-    while (fabs(ahead - now) < PDI_DISSOLVE_DIGITS * fabs(now) && step < PDI_DISSOLVE_WIDEST * d->desc.solid) {
-        step *= PDI_DISSOLVE_WIDEN;
-        ahead = d->desc.rate(d->desc.rate_user, c + step);
+    pd_status status = pdi_dissolve_make(ctx, grid, bonds, transport, desc, d);
+    if (status < 0) pd_dissolve_free(ctx, d);
+    return status;
+}
+
+/* The law beside node i. */
+static void pdi_dissolve_law(const pd_dissolve *d, int32_t i, pdi_law *law)
+{
+    law->rate = d->desc.rate;
+    law->user = d->desc.rate_user;
+    law->top = d->desc.solid;
+    law->at.t = d->time;
+    pd_grid_position(d->grid, i, law->at.x);
+}
+
+static pd_status pdi_dissolve_unlawful(pd_ctx *ctx, const pd_dissolve *d, pdi_law *law, int32_t i)
+{
+    char place[PDI_GRID_PLACE];
+    double c = law->at.c;
+    return pdi_fail(ctx, PD_ERR_STATE, "dissolve",
+                    "the rate law gives %g m/s at c = %g mol/m3, t = %g s (node %d at %s m), expected a speed below "
+                    "1e100 m/s", pdi_law_rate(law, c), c, d->time, (int)i, pdi_grid_place(d->grid, i, place));
+}
+
+/* The first line of the law at a node beside metal. */
+static pd_status pdi_dissolve_begin_law(pd_ctx *ctx, pd_dissolve *d, pdi_shore *shore)
+{
+    pdi_law law;
+    double c = fmax(d->transport->c[shore->node], 0.0);
+    pdi_dissolve_law(d, shore->node, &law);
+    if (d->desc.uniform && !(c >= d->from && c < d->end)) {
+        d->from = c;
+        d->end = pdi_law_end(&law, c, law.top);
     }
-    if (!(fabs(now) < 1e100) || !(fabs(ahead) < 1e100)) {
-        char place[PDI_GRID_PLACE];
-        return pdi_fail(ctx, PD_ERR_STATE, "dissolve",
-                        "the rate law gives %g m/s at c = %g mol/m3 (node %d at %s m), expected a finite speed", now,
-                        c, (int)i, pdi_grid_place(d->grid, i, place));
-    }
-    if (!(now > 0.0) && d->desc.rate(d->desc.rate_user, 0.0) > 0.0) d->stalled = 1;
-    d->slope[i] = now > 0.0 ? fmin((ahead - now) / step, 0.0) : 0.0;
-    d->speed[i] = fmax(now, 0.0) - d->slope[i] * c;
+    if (!pdi_law_begin(&law, pdi_dissolve_resist(d, shore), d->from, d->end, c, &shore->point))
+        return pdi_dissolve_unlawful(ctx, d, &law, shore->node);
+    shore->before = pdi_dissolve_speed(d, shore->node);
     return PD_OK;
+}
+
+PDI_FN void pdi_dissolve_course(const pd_dissolve *d, double t, double dt, double *error, double *taken)
+{
+    *error = *taken = 0.0;
+    for (int32_t n = 0; n < d->shore_count; n++) {
+        const pdi_shore *shore = &d->shore[n];
+        pdi_law law;
+        double v[3], share = dt * shore->weight / pdi_dissolve_span(d);
+        pdi_dissolve_law(d, shore->node, &law);
+        for (int k = 0; k < 3; k++) {
+            law.at.t = t + 0.5 * k * dt;
+            v[k] = fmax(pdi_law_rate(&law, fmax(d->transport->c[shore->node], 0.0)), 0.0);
+        }
+        *error = fmax(*error, share * fabs(v[0] - 2.0 * v[1] + v[2]) / 6.0);
+        if (v[0] < v[1] || v[0] > v[1] || v[1] < v[2] || v[1] > v[2]) *taken = fmax(*taken, share * fmax(v[1], v[2]));
+    }
+}
+
+/* What the lines make of the equations of transport. */
+static void pdi_dissolve_sources(pd_dissolve *d)
+{
+    pd_transport *t = d->transport;
+    t->ceiling = 0.0; /* where the lines end */
+    for (int32_t k = 0; k < d->shore_count; k++) {
+        const pdi_shore *shore = &d->shore[k];
+        double source = shore->weight * shore->point.speed, absorb = -shore->weight * shore->point.slope;
+        t->source[shore->node] = source + shore->given;
+        t->absorb[shore->node] = absorb;
+        if (source > 0.0) t->ceiling = fmax(t->ceiling, absorb > 0.0 ? source / absorb : HUGE_VAL);
+    }
+}
+
+static void pdi_dissolve_gather(pd_dissolve *d, int32_t j)
+{
+    const pd_stencil *s = d->bonds->stencil;
+    pdi_dissolve_entry entry;
+    for (int k = 0; k < s->count; k++) {
+        pdi_dissolve_enter(d, j, k, &entry);
+        for (int e = 0; e < entry.count; e++) {
+            int32_t i = entry.node[e];
+            double weight = pdi_dissolve_weight(d, j, i, k, &entry);
+            if (!(weight > 0.0)) continue;
+            if (d->slot[i] < 0) {
+                d->slot[i] = d->shore_count++;
+                memset(&d->shore[d->slot[i]], 0, sizeof(pdi_shore));
+                d->shore[d->slot[i]].node = i;
+            }
+            pdi_shore *shore = &d->shore[d->slot[i]];
+            shore->weight += weight;
+            shore->film += weight * entry.film;
+            shore->flux += weight * pdi_dissolve_factor(d, j);
+        }
+    }
 }
 
 pd_status pd_dissolve_prepare(pd_ctx *ctx, pd_dissolve *d)
 {
-    const pd_stencil *s = d->bonds->stencil;
     pd_transport *t = d->transport;
-    pdi_dissolve_entry entry;
-    d->stalled = d->rated = d->gone_count = 0;
+    d->rated = d->gone_count = 0;
     memset(d->mark, 0, (size_t)d->grid->total);
-    for (int32_t i = 0; i < d->grid->total; i++) t->source[i] = t->absorb[i] = d->weight[i] = 0.0;
-    for (int32_t f = 0; f < d->front_count; f++) {
-        int32_t j = d->front[f];
-        for (int k = 0; k < s->count; k++) {
-            pdi_dissolve_enter(d, j, k, &entry);
-            for (int e = 0; e < entry.count; e++) {
-                int32_t i = entry.node[e];
-                double weight = pdi_dissolve_weight(d, j, i, k, &entry);
-                if (!(weight > 0.0)) continue;
-                if (!(d->weight[i] > 0.0)) PDI_TRY(pdi_dissolve_law(ctx, d, i));
-                d->weight[i] += weight;
-                weight *= pdi_dissolve_share_of_law(d, i, entry.film);
-                t->source[i] += weight * d->speed[i];
-                t->absorb[i] -= weight * d->slope[i];
-            }
-        }
-    }
-    t->ceiling = 0.0; /* where the linearised law ends */
-    for (int32_t i = 0; i < d->grid->total; i++)
-        if (t->source[i] > 0.0)
-            t->ceiling = fmax(t->ceiling, t->absorb[i] > 0.0 ? t->source[i] / t->absorb[i] : HUGE_VAL);
+    for (int32_t i = 0; i < d->grid->total; i++) t->source[i] = t->absorb[i] = 0.0;
+    for (int32_t k = 0; k < d->shore_count; k++) d->slot[d->shore[k].node] = -1;
+    d->shore_count = 0;
+    for (int32_t f = 0; f < d->front_count; f++) pdi_dissolve_gather(d, d->front[f]);
+    for (int32_t k = 0; k < d->shore_count; k++) PDI_TRY(pdi_dissolve_begin_law(ctx, d, &d->shore[k]));
+    pdi_dissolve_sources(d);
     return PD_OK;
 }
 
@@ -352,10 +457,9 @@ static int pdi_dissolve_lasts(pd_dissolve *d, int32_t j, double dt, double all, 
     return p->has > p->gives;
 }
 
-/* What the piece gives by its law at the present concentrations becomes a source of its own, scaled to what it has. */
+/* What the piece gives by its law at the present concentrations is given once for all, scaled to what it has. */
 static void pdi_dissolve_give(pd_dissolve *d, const pdi_dissolve_piece *p)
 {
-    pd_transport *t = d->transport;
     pdi_dissolve_entry entry;
     double share = p->has / p->gives;
     for (int32_t n = 0; n < p->count; n++) {
@@ -364,10 +468,11 @@ static void pdi_dissolve_give(pd_dissolve *d, const pdi_dissolve_piece *p)
             pdi_dissolve_enter(d, j, k, &entry);
             for (int e = 0; e < entry.count; e++) {
                 int32_t i = entry.node[e];
-                double weight = pdi_dissolve_weight(d, j, i, k, &entry) * pdi_dissolve_share_of_law(d, i, entry.film);
-                double law = d->speed[i] + d->slope[i] * t->c[i];
-                t->source[i] += weight * (share * law - d->speed[i]);
-                t->absorb[i] = fmax(t->absorb[i] + weight * d->slope[i], 0.0);
+                double weight = pdi_dissolve_weight(d, j, i, k, &entry);
+                if (d->slot[i] < 0 || !(weight > 0.0)) continue;
+                pdi_shore *shore = &d->shore[d->slot[i]];
+                shore->given += share * weight * pdi_dissolve_speed(d, i);
+                shore->weight = fmax(shore->weight - weight, 0.0);
             }
         }
     }
@@ -409,19 +514,118 @@ static void pdi_dissolve_rates(const pd_ctx *ctx, pd_dissolve *d)
     d->rated = 1;
 }
 
-pd_status pd_dissolve_transport(pd_ctx *ctx, pd_dissolve *d, double dt, pd_transport_result *result)
+/* *met: 1 when the lines ask at the present field what the law gives. Otherwise there are new lines. */
+static pd_status pdi_dissolve_meet(pd_ctx *ctx, pd_dissolve *d, int *met)
+{
+    const pd_transport *t = d->transport;
+    double fastest = 0.0;
+    *met = 1;
+    for (int32_t k = 0; k < d->shore_count; k++) fastest = fmax(fastest, d->shore[k].point.largest);
+    for (int32_t k = 0; k < d->shore_count; k++) {
+        pdi_shore *shore = &d->shore[k];
+        pdi_law law;
+        if (!(shore->weight > 0.0)) continue;
+        pdi_dissolve_law(d, shore->node, &law);
+        int found = pdi_law_meet(&law, t->c[shore->node], PDI_DISSOLVE_NEAR * fastest, PDI_DISSOLVE_CLOSE * t->size,
+                                 &shore->point);
+        if (found < 0) return pdi_dissolve_unlawful(ctx, d, &law, shore->node);
+        *met &= found;
+    }
+    return PD_OK;
+}
+
+/* 1: no node that lasts loses more than it may. */
+static int pdi_dissolve_moderate(pd_dissolve *d, double lost, double dt)
+{
+    if (!(d->most > 0.0) || lost <= d->most) return 1;
+    d->retry_dt = 0.5 * dt * d->most / lost;
+    return 0;
+}
+
+/* 1: the metal lost is right in time. A step takes the speed at its end; half of the range of speeds on the way is its
+ * error, which goes with the square of the step. What is faint against a cell is right. */
+static int pdi_dissolve_accurate(pd_dissolve *d, double lost, double dt)
+{
+    const pd_transport *t = d->transport;
+    pdi_sum gone = {0.0, 0.0}, error = {0.0, 0.0};
+    for (int32_t k = 0; k < d->shore_count && d->rtol > 0.0; k++) {
+        pdi_shore *shore = &d->shore[k];
+        pdi_law law;
+        pdi_dissolve_law(d, shore->node, &law);
+        double speed = pdi_dissolve_speed(d, shore->node);
+        double amount = dt * shore->weight * pdi_grid_circumference(d->grid, shore->node);
+        double slowest = pdi_law_slowest(&law, &shore->point, t->old[shore->node], t->c[shore->node]);
+        double fast = fmax(speed, shore->before), slow = fmin(fmin(speed, shore->before), slowest);
+        pdi_sum_add(&gone, amount * speed);
+        pdi_sum_add(&error, 0.5 * amount * (fast - slow));
+    }
+    double volume = d->bonds->stencil->volume, off = pdi_sum_total(&error) * volume;
+    double right = d->rtol * (d->lost + pdi_sum_total(&gone) * volume);
+    double factor = off > 0.0 ? PDI_DISSOLVE_SAFE * sqrt(right / off) : HUGE_VAL;
+    int faint = lost <= PDI_DISSOLVE_FAINT * d->rtol;
+    d->next_dt = dt * (faint ? PDI_DISSOLVE_LONGER : factor);
+    if (!(d->rtol > 0.0) || factor > PDI_DISSOLVE_LONGER) d->next_dt = HUGE_VAL;
+    if (!(d->rtol > 0.0) || off <= right || faint) return 1;
+    d->retry_dt = dt * fmax(factor, 1.0 / PDI_DISSOLVE_LONGER);
+    return 0;
+}
+
+/* 1: the step stands. */
+static int pdi_dissolve_stands(pd_dissolve *d, double dt)
+{
+    double lost = 0.0;
+    for (int32_t f = 0; f < d->front_count; f++)
+        if (!(d->mark[d->front[f]] & PDI_DISSOLVE_GONE)) lost = fmax(lost, dt * d->rate[d->front[f]]);
+    return pdi_dissolve_moderate(d, lost, dt) && pdi_dissolve_accurate(d, lost, dt);
+}
+
+/* Law and transport of a step together. */
+static pd_status pdi_dissolve_solve(pd_ctx *ctx, pd_dissolve *d, double dt, pd_transport_result *result)
 {
     pd_transport *t = d->transport;
-    pd_status status;
-    int krylov = 0;
-    PDI_TRY(pdi_transport_begin(ctx, t, dt));
-    do { /* less metal leaves less in the fluid, so others give more: each round finds new pieces, or is the last one */
-        status = pdi_transport_stage(ctx, t, dt, 1, result);
+    int krylov = 0, met;
+    for (d->rounds = 1; d->rounds <= PDI_DISSOLVE_ROUNDS; d->rounds++) {
+        pdi_dissolve_sources(d);
+        pd_status status = pdi_transport_stage(ctx, t, dt, 1, result);
         result->krylov = krylov += result->krylov;
-        if (status < 0) break;
+        if (status < 0) return status;
+        PDI_TRY(pdi_dissolve_meet(ctx, d, &met));
+        if (!met) continue;
         pdi_dissolve_rates(ctx, d);
-    } while (pdi_dissolve_spare(d, dt));
-    return pdi_transport_end(ctx, t, dt, status);
+        /* less metal leaves less in the fluid, so others give more: each round finds new pieces, or is the last one */
+        if (pdi_dissolve_spare(d, dt)) continue;
+        return pdi_dissolve_stands(d, dt) ? status : PD_RETRY;
+    }
+    d->retry_dt = 0.5 * dt;
+    return PD_RETRY;
+}
+
+/* The speeds that were found stand for the lines: what metal loses and fluid gains is the same number. Where a line is
+ * steeper than all that the fluid does, its concentration tells the speed to few digits, and the balance of the node
+ * tells it. */
+static void pdi_dissolve_settle_speeds(const pd_ctx *ctx, pd_dissolve *d, double dt)
+{
+    const pd_transport *t = d->transport;
+    pdi_transport_residual(ctx, t, t->work);
+    for (int32_t k = 0; k < d->shore_count; k++) {
+        const pdi_shore *shore = &d->shore[k];
+        pdi_law_point *p = &d->shore[k].point;
+        double own = 1.0 / dt + pdi_dissolve_diffusivity(d, shore->node) * d->spread;
+        double speed = pdi_dissolve_speed(d, shore->node);
+        if (-p->slope * shore->weight > own) speed = fmax(speed - t->work[shore->node] / shore->weight, 0.0);
+        p->speed = speed;
+        p->slope = 0.0;
+    }
+    pdi_dissolve_sources(d);
+    pdi_dissolve_rates(ctx, d);
+}
+
+pd_status pd_dissolve_transport(pd_ctx *ctx, pd_dissolve *d, double dt, pd_transport_result *result)
+{
+    PDI_TRY(pdi_transport_begin(ctx, d->transport, dt));
+    pd_status status = pdi_dissolve_solve(ctx, d, dt, result);
+    if (status >= 0 && status != PD_RETRY) pdi_dissolve_settle_speeds(ctx, d, dt);
+    return pdi_transport_end(ctx, d->transport, dt, status);
 }
 
 /* ---- after the transport step ---- */
@@ -552,10 +756,9 @@ void pd_dissolve_free(pd_ctx *ctx, pd_dissolve *d)
 {
     int32_t total = d->grid ? d->grid->total : 0;
     PDI_DELETE(ctx, total, d->exposed);
-    PDI_DELETE(ctx, total, d->weight);
-    PDI_DELETE(ctx, total, d->speed);
-    PDI_DELETE(ctx, total, d->slope);
     PDI_DELETE(ctx, total, d->rate);
+    PDI_DELETE(ctx, total, d->slot);
+    PDI_DELETE(ctx, d->shore_capacity, d->shore);
     PDI_DELETE(ctx, total, d->mark);
     PDI_DELETE(ctx, d->capacity, d->front);
     PDI_DELETE(ctx, d->capacity, d->changed);

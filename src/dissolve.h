@@ -1,8 +1,9 @@
 /* dissolve: surface-rate dissolution. Solid nodes lose metal through the bonds that join them to fluid.
  *
- * A bond of offset n from solid node j moves  v(c_i) f_j c(n) Cs  [mol/m3/s] from j to i, the first fluid node on its
- * way into the fluid, with v the recession speed of the law, f_j the grain factor and c(n) the interface area that the
- * bond stands for: a flat front recedes at v for every h, m and direction (theory: eq. 6.1 to 6.4). The set of solid
+ * A bond of offset n from solid node j moves  V(c_i) f_j c(n) Cs  [mol/m3/s] from j to i, the first fluid node on its
+ * way into the fluid, with V the recession speed of the law behind the film between the surface and i (law.h), f_j the
+ * grain factor and c(n) the interface area that the bond stands for: a flat front recedes at V for every h, m and
+ * direction (theory: eq. 6.1 to 6.4). Law and transport are solved together for the end of the step. The set of solid
  * nodes would lead the metal by about one cell, and a curved front would be too fast: so a node joins the fluid when as
  * much is left as the node set leads on average, and its solid neighbours take over the rest (their content may exceed
  * Cs: the surface stands out of the cell). The share `threshold` of the content stays in the node as dissolved metal.
@@ -11,14 +12,15 @@
  */
 #ifndef PD_DISSOLVE_H
 #define PD_DISSOLVE_H
-#include "material.h"
+#include "law.h"
 #include "transport.h"
 
 typedef struct pd_dissolve_desc {
     double solid;        /* [mol/m3] concentration Cs of intact metal */
     double threshold;    /* [-] fraction of Cs at which a node turns fluid, 0 <= threshold < 1 */
-    pd_rate_fn rate;
+    pd_rate_fn rate;      /* any law: rising, flat, with jumps; negative speeds count as 0 */
     void *rate_user;
+    int uniform;          /* 1: the law depends on the concentration alone, its ends are looked for once */
     const double *factor; /* [total] [-] of solid nodes, multiplies the speed; NULL: 1. Borrowed */
 } pd_dissolve_desc;
 
@@ -37,11 +39,19 @@ typedef struct pd_dissolve {
     int rated;                /* 1: rate is that of the transport step just made */
     double lead;              /* [-] content at which a node joins the fluid and its solid neighbours take the rest, so
                                * that the surface of the node set lies where the metal ends on average (eq. 6.5) */
-    int stalled;              /* 1: fluid at the front takes nothing now, but would below saturation */
-    double *weight;           /* [total] [mol/m4] fluid nodes: sum f c(n) Cs over their solid bonds */
-    double *speed;            /* [total] [m/s] fluid nodes: v0 and, after a step, v */
+    double spread;            /* [1/m2] sum a(n) of a whole family */
+    double time;              /* [s] of the law, set by the caller before pd_dissolve_prepare */
+    double most;              /* [-] likewise: the largest share of its span that a node may lose in a step; 0: any */
+    double rtol;              /* [-] likewise: error in time of the metal lost, over all that is lost; 0: any */
+    double lost;              /* [mol] likewise: lost before the step */
+    double retry_dt;          /* [s] after PD_RETRY: the step to try next */
+    double next_dt;           /* [s] longest step that the error in time of the last one proposes; HUGE_VAL: any */
+    int rounds;               /* linear systems in the last step */
+    int32_t *slot;            /* [total] place of a fluid node beside metal in `shore`; -1: it is none */
+    struct pdi_shore *shore;  /* these nodes */
+    int32_t shore_count, shore_capacity;
+    double from, end;         /* [mol/m3] a uniform law is positive between these; HUGE_VAL: it ends nowhere */
     double *rate;             /* [total] [1/s] solid nodes: share of the span lost per time in the last step */
-    double *slope;            /* [total] [m4/mol/s] dv/dc, not positive */
 } pd_dissolve;
 
 #define pd_dissolve_build PD_NAME(pd_dissolve_build)
@@ -55,13 +65,15 @@ typedef struct pd_dissolve {
 /* Fills the solid nodes of transport->c with Cs. PD_ERR_ARGUMENT: solid not positive, threshold out of range. */
 PD_API pd_status pd_dissolve_build(pd_ctx *ctx, pd_grid *grid, const pd_bonds *bonds, pd_transport *transport,
                                    const pd_dissolve_desc *desc, pd_dissolve *dissolve);
-/* Linearise the law at the present concentrations and set transport->source and ->absorb. PD_ERR_STATE: the law
- * returned NaN or infinity (the message names node, place and concentration). */
+/* Begin a step: who lies beside metal, and the law there, at the present concentrations and at dissolve->time; sets
+ * transport->source and ->absorb. PD_ERR_STATE: the law returned NaN, infinity or 1e100 m/s and more (the message names
+ * node, place and concentration). */
 PD_API pd_status pd_dissolve_prepare(pd_ctx *ctx, pd_dissolve *dissolve);
 /* Largest loss rate [1/s] of any node as a fraction of what a node loses before it turns fluid. */
 PD_API double pd_dissolve_fastest(pd_ctx *ctx, const pd_dissolve *dissolve);
-/* pd_transport_implicit of dt [s] with these sources. Where a piece of metal would give more than it has, the step is
- * taken again with what it has (theory: eq. 6.6b). */
+/* pd_transport_implicit of dt [s] together with the law at its end. Where a piece of metal would give more than it has,
+ * the step is taken again with what it has (theory: eq. 6.6b). PD_RETRY, nothing changed: a node would lose more than
+ * `most`, the error is above `rtol`, or law and transport found no common solution; prepare again and take retry_dt. */
 PD_API pd_status pd_dissolve_transport(pd_ctx *ctx, pd_dissolve *dissolve, double dt, pd_transport_result *result);
 /* After the transport step of dt [s]: take the losses from the solid, turn empty nodes fluid (grid kinds and ghosts
  * change; bonds, flow and transport are the caller's to update with dissolve->changed). */
@@ -73,6 +85,14 @@ PD_API void pd_dissolve_free(pd_ctx *ctx, pd_dissolve *dissolve);
 #ifdef PDI_INTERNAL
 /* Nodes have turned fluid: who is exposed now. */
 PDI_FN void pdi_dissolve_turned(pd_dissolve *dissolve, const int32_t *turned, int32_t count);
+/* Recession speed [m/s] of metal beside node i in the last step; 0: there is none. */
+PDI_FN double pdi_dissolve_speed(const pd_dissolve *dissolve, int32_t i);
+/* The course of the law over a step from t [s] at the present concentrations: share [-] of a node's content by which
+ * the law at the middle of the step and Simpson's rule disagree, and that the faster of middle and end takes, at most.
+ */
+PDI_FN void pdi_dissolve_course(const pd_dissolve *dissolve, double t, double dt, double *error, double *taken);
+/* Bytes of one node of `shore`, which holds the metal and the fluid within a horizon of it. */
+PDI_FN size_t pdi_dissolve_shore_size(void);
 #endif
 
 #endif

@@ -45,6 +45,7 @@ static pd_status pdi_estimate_twin_run(pd_ctx *ctx, const pd_run_desc *desc, pd_
     memset(&dry, 0, sizeof dry);
     memset(&figures, 0, sizeof figures);
     dry.dry = 1;
+    dry.check = desc->check;
     dry.figures = &figures;
     dry.stop = desc->stop;
     dry.stop_user = desc->stop_user;
@@ -112,7 +113,7 @@ static pd_status pdi_estimate_twins(pd_ctx *ctx, const pd_run_desc *desc, pd_est
     PDI_TRY(pdi_estimate_twin(ctx, desc, e, 0));
     e->twins = 1;
     pd_status status = pdi_estimate_twin(ctx, desc, e, 1);
-    if (pdi_lacks_memory(status)) return status;
+    if (pdi_is_final(status)) return status;
     if (status == PD_OK) e->twins = 2;
     else memcpy(e->without, ctx->message, sizeof e->without);
     if (desc->stop && desc->stop(desc->stop_user)) return pdi_fail(ctx, PD_ERR_STATE, "estimate", "interrupted");

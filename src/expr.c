@@ -323,6 +323,18 @@ static int pdi_expr_declared(const void *user, const char *word, size_t size)
            pdi_expr_index(pdi_expr_builtin, PDI_EXPR_BUILTINS, word, size) >= 0 || pdi_expr_is_call(desc, word, size);
 }
 
+/* A variable that other expressions have. */
+static pd_status pdi_expr_absent(pdi_expr_parser *p, const char *found)
+{
+    char list[PD_UNITS_TEXT] = "";
+    for (int k = 0; k < p->desc->var_count && k < 8; k++)
+        snprintf(list + strlen(list), sizeof list - strlen(list), "%s%.8s", k ? ", " : "", p->desc->vars[k].name);
+    if (!list[0])
+        return pdi_expr_error(p, p->at, "found %s, expected a constant: no variable has a value here", found);
+    return pdi_expr_error(p, p->at, "found %s, expected one of %s: other variables have no value here", found,
+                          list);
+}
+
 static pd_status pdi_expr_unknown(pdi_expr_parser *p, size_t size, int as_unit)
 {
     const pd_expr_desc *desc = p->desc;
@@ -332,6 +344,8 @@ static pd_status pdi_expr_unknown(pdi_expr_parser *p, size_t size, int as_unit)
     const char *why;
     pdi_units_near near_word;
     pdi_expr_quote(word, found);
+    if (!as_unit && size == 1 && strchr("Ctxyz", *word) && (desc->var_count > 0 || *word != 'C'))
+        return pdi_expr_absent(p, found);
     if (!as_unit && pdi_units_scan(word, pdi_expr_declared, desc, &unit, &why) > 0)
         return pdi_expr_error(p, p->at, "found the unit %s, expected a number before it", found);
     if (pdi_expr_function_index(word, size) >= 0 || pdi_expr_table_index(desc, word, size) >= 0)

@@ -8,6 +8,9 @@
 #include <sys/stat.h>
 #if defined(_WIN32)
 #include <direct.h>
+#include <io.h>
+#else
+#include <unistd.h>
 #endif
 
 static pd_status pdi_file_fail(pd_ctx *ctx, const char *what, const char *path, int error)
@@ -67,6 +70,34 @@ pd_status pd_file_make_directory(pd_ctx *ctx, const char *path)
     if (error) return pdi_file_fail(ctx, "make the directory", path, error);
     return PD_OK;
 }
+
+#if defined(_WIN32)
+#define PDI_FILE_CLOSED(path) (_access(path, 2) != 0)
+#else
+#define PDI_FILE_CLOSED(path) (access(path, W_OK | X_OK) != 0)
+#endif
+
+PDI_FN pd_status pdi_file_can_make(pd_ctx *ctx, const char *path)
+{
+    char above[PD_PATH_SIZE];
+    PDI_TRY(pdi_file_check_path(ctx, path));
+    strcpy(above, path);
+    /* the deepest directory that is there */
+    for (size_t end = strlen(above); !pdi_file_is_directory(above); above[end] = 0) {
+        FILE *other = fopen(above, "rb");
+        if (other) fclose(other);
+        if (other) return pdi_file_fail(ctx, "make the directory", path, ENOTDIR);
+        while (end > 0 && above[end - 1] != '/') end--;
+        while (end > 1 && above[end - 1] == '/') end--;
+        if (end == 0) strcpy(above, ".");
+        if (end == 0) break;
+    }
+    errno = 0;
+    if (PDI_FILE_CLOSED(above)) return pdi_file_fail(ctx, "write into the directory", above, errno);
+    return PD_OK;
+}
+
+#undef PDI_FILE_CLOSED
 
 PDI_FN int pdi_file_below(const char *path)
 {

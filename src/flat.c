@@ -31,19 +31,22 @@
     X(k_corr, "1e-3", 0.0, 1e6, 0) \
     X(gb_corr_factor, "3", 0.0, 1e6, 0) \
     X(flow_conv_tol, "5e-6", 0.0, 0.1, 1) \
-    X(T_final, "10", 0.0, 1e12, 1)
+    X(T_final, "10", 0.0, 1e12, 1) \
+    X(D_grain, "5e-11", 0.0, 1.0, 0) \
+    X(D_gb, "5e-9", 0.0, 1.0, 0) \
+    X(C_sat, "0", 0.0, 1.0, 0) \
+    X(axisymmetric, "0", 0.0, 1.0, 0)
 
 typedef struct pdi_flat {
 #define PDI_X(key, fallback, low, high, open) double key;
     PDI_FLAT_NUMBERS(PDI_X)
 #undef PDI_X
     double dx_file; /* dx before overrides */
+    int bonds;      /* metal goes by diffusion across the surface, for want of k_corr */
 } pdi_flat;
 
 /* Keys that are read and have no effect, and why. */
 static const char *const pdi_flat_ignored[][2] = {
-    {"D_grain", "diffusion inside the metal has no effect on the dissolution law"},
-    {"D_gb", "diffusion inside the metal has no effect on the dissolution law"},
     {"w_advect", "the advection scheme is limited and needs no blend"},
     {"alpha_art_diff", "the advection scheme needs no artificial diffusion"},
     {"gamma_eos", "only for the weakly compressible solver"},
@@ -54,7 +57,22 @@ static const char *const pdi_flat_ignored[][2] = {
     {"flow_max_iters", "a count of explicit steps; the flow is solved by Newton's method"},
     {"corrosion_steps_per_check", "a count of explicit steps; steps are chosen by error control"},
     {"output_every_flow", "a count of explicit steps; output is spread over the run"},
-    {"output_every_corr", "a count of explicit steps; output is spread over the run"}};
+    {"output_every_corr", "a count of explicit steps; output is spread over the run"},
+    {"use_amr", "one lattice of dx holds everywhere"},
+    {"amr_ratio", "one lattice of dx holds everywhere"},
+    {"amr_buffer", "one lattice of dx holds everywhere"},
+    {"D_precip", "precipitates are not modelled; they dissolve like the grain around them"},
+    {"precip_fraction", "precipitates are not modelled"},
+    {"precip_cluster_cells", "precipitates are not modelled"},
+    {"corrosion_decay_l", "the rate does not fall with the loss, there by 10^(-loss/l)"},
+    {"use_implicit", "steps are implicit, chosen by error control"},
+    {"implicit_dt_fraction", "steps are chosen by error control"},
+    {"implicit_dt_max", "steps are chosen by error control"},
+    {"implicit_output_every", "a count of steps; output is spread over the run"},
+    {"diagnostic_every", "a count of steps; diagnostics have a row for each"},
+    {"newton_tol", "the transport is solved to the rounding of the ledger"},
+    {"newton_max_iter", "the transport is solved to the rounding of the ledger"},
+    {"channel_flow_corrections", "walls and openings are of second order without corrections"}};
 
 static pd_status pdi_flat_number(pd_ctx *ctx, pd_text *text, const char *key, const char *fallback, double low,
                                  double high, int open, double *value)
@@ -74,9 +92,13 @@ static pd_status pdi_flat_numbers(pd_ctx *ctx, pd_text *text, pdi_flat *f)
     return PD_OK;
 }
 
-static pd_status pdi_flat_notes(pd_ctx *ctx, pd_text *text, pd_setup *setup)
+static pd_status pdi_flat_notes(pd_ctx *ctx, pd_text *text, const pdi_flat *f, pd_setup *setup)
 {
     double value;
+    if (pd_text_has(ctx, text, 0, "D_grain") && !f->bonds)
+        pdi_setup_note(setup, "D_grain = %g is ignored: k_corr tells the rate", f->D_grain);
+    if (pd_text_has(ctx, text, 0, "D_gb") && !f->bonds)
+        pdi_setup_note(setup, "D_gb = %g is ignored: gb_corr_factor tells that of the boundaries", f->D_gb);
     for (size_t k = 0; k < sizeof pdi_flat_ignored / sizeof pdi_flat_ignored[0]; k++) {
         const char *key = pdi_flat_ignored[k][0];
         if (!pd_text_has(ctx, text, 0, key)) continue;
@@ -90,7 +112,7 @@ static pd_status pdi_flat_notes(pd_ctx *ctx, pd_text *text, pd_setup *setup)
 static pd_status pdi_flat_box(pd_ctx *ctx, const pd_text *text, const pdi_flat *f, pd_setup *setup)
 {
     double length = f->L_upstream + f->L_wire + f->L_downstream, cells = length / f->dx, across = f->R_tube / f->dx;
-    double half = PD_DIM == 3 ? ceil(across - 1e-6) * f->dx : f->R_tube;
+    double half = PD_DIM == 3 ? ceil(across - 1e-6) * f->dx : f->R_tube, width = f->axisymmetric > 0.0 ? 1.0 : 2.0;
     if (!(cells < 1e9) || !(across < 1e9))
         return pd_text_refuse(ctx, text, 0, "dx", "found %.3g and %.3g cells, expected fewer than 1e9 on an axis",
                               cells, 2.0 * across);
@@ -98,15 +120,22 @@ static pd_status pdi_flat_box(pd_ctx *ctx, const pd_text *text, const pdi_flat *
         return pd_text_refuse(ctx, text, 0, "dx",
                               "L_upstream + L_wire + L_downstream are %.6g cells, expected a whole number"
                               " of them", cells);
-    if (PD_DIM == 2 && fabs(2.0 * across - floor(2.0 * across + 0.5)) > 1e-6)
-        return pd_text_refuse(ctx, text, 0, "dx", "2 R_tube are %.6g cells, expected a whole number of them",
-                              2.0 * across);
+    if (PD_DIM == 2 && fabs(width * across - floor(width * across + 0.5)) > 1e-6)
+        return pd_text_refuse(ctx, text, 0, "dx", "%sR_tube %s %.6g cells, expected a whole number of them",
+                              width > 1.0 ? "2 " : "", width > 1.0 ? "are" : "is", width * across);
     for (int d = 0; d < PD_DIM; d++) {
         setup->h[d] = f->dx;
         setup->lo[d] = d == 0 ? -f->L_upstream : -half;
         setup->hi[d] = d == 0 ? f->L_wire + f->L_downstream : half;
     }
     setup->m = f->m_ratio;
+    if (!(f->axisymmetric > 0.0)) return PD_OK;
+    if (PD_DIM != 2 || f->axisymmetric < 1.0)
+        return pd_text_refuse(ctx, text, 0, "axisymmetric", "found %g in %dD, expected 0, or 1 in 2D", f->axisymmetric,
+                              PD_DIM);
+    setup->axisymmetric = 1;
+    setup->lo[PD_DIM - 1] = 0.0;
+    setup->side[2 * (PD_DIM - 1)].kind = PD_SIDE_MIRROR;
     return PD_OK;
 }
 
@@ -182,27 +211,96 @@ static pd_status pdi_flat_transport(pd_ctx *ctx, const pdi_flat *f, pd_setup *se
     return pd_expr_build(ctx, &desc, &setup->initial);
 }
 
+/* Sums over the bonds that a plane front along an axis opens: a node in row n from the fluid has those that reach n
+ * rows or more, and while the front passes it has been in all rows, so that each bond counts as often as the rows it
+ * spans. exposure: share of the neighbours, k_corr's; bonds [1/m2]: of diffusion, whose constant in the log is right in
+ * 2D. */
+static void pdi_flat_front(const pdi_flat *f, double *exposure, double *bonds)
+{
+    double delta = f->m_ratio, count = 0.0, opened = 0.0, sum = 0.0;
+    double constant = PD_DIM == 3 ? 9.0 / (2.0 * PDI_PI * delta * delta * delta) : 4.0 / (PDI_PI * delta * delta);
+    int reach = (int)floor(delta + 0.5), across = PD_DIM > 1 ? reach : 0, deep = PD_DIM > 2 ? reach : 0;
+    for (int i = -reach; i <= reach; i++)
+        for (int j = -across; j <= across; j++)
+            for (int k = -deep; k <= deep; k++) {
+                double square = (double)(i * i + j * j + k * k), r = sqrt(square);
+                if (!(square > 0.0) || r > delta + 0.5) continue;
+                count += 1.0;
+                if (i <= 0) continue;
+                opened += i;
+                sum += i * fmin(1.0, delta + 0.5 - r) / square;
+            }
+    *exposure = opened / count;
+    *bonds = constant * sum / (f->dx_file * f->dx_file);
+}
+
+/* Harmonic mean of the diffusivities on both sides of the surface. */
+static double pdi_flat_across(double fluid, double metal)
+{
+    return fluid + metal > 0.0 ? 2.0 * fluid * metal / (fluid + metal) : 0.0;
+}
+
+/* Metal that goes by k_corr: a node loses k_corr f a second, f its share of fluid neighbours, from C_solid_init down to
+ * C_thresh. */
+static double pdi_flat_by_rate(const pdi_flat *f, pd_setup *setup)
+{
+    double exposure, bonds;
+    pdi_flat_front(f, &exposure, &bonds);
+    double layer = (f->C_solid_init - f->C_thresh) / (f->k_corr * exposure), speed = f->dx_file / layer;
+    setup->gb_factor = f->gb_corr_factor;
+    pdi_setup_note(setup, "k_corr = %g 1/s: a layer of dx = %g m in %.4g min: recession at %.6g um/h = %.6g mm/year, "
+                   "for every dx", f->k_corr, f->dx_file, layer / 60.0, speed * 1e6 * 3600.0, speed * 1e3 * 31557600.0);
+    return speed;
+}
+
+/* Without k_corr: the content falls by the bonds across the surface as exp(-rate t), down to C_thresh. */
+static double pdi_flat_by_bonds(const pdi_flat *f, pd_setup *setup)
+{
+    double exposure, bonds, grain = pdi_flat_across(f->D_liquid, f->D_grain);
+    pdi_flat_front(f, &exposure, &bonds);
+    double layer = log(f->C_solid_init / f->C_thresh) / (grain * bonds), speed = f->dx_file / layer;
+    setup->gb_factor = pdi_flat_across(f->D_liquid, f->D_gb) / grain;
+    pdi_setup_note(setup, "D_grain = %g, no k_corr: a layer of dx = %g m in %.4g min: recession at %.6g um/h = %.6g "
+                   "mm/year, for every dx", f->D_grain, f->dx_file, layer / 60.0, speed * 1e6 * 3600.0,
+                   speed * 1e3 * 31557600.0);
+    pdi_setup_note(setup, "D_gb = %g: %.6g times that speed in grain boundaries", f->D_gb, setup->gb_factor);
+    return speed;
+}
+
+/* The speed, falling to 0 at C_sat where the file has that. */
+static pd_status pdi_flat_law(pd_ctx *ctx, double speed, pd_setup *setup)
+{
+    static const pd_expr_symbol concentration[] = {{"C", "mol/m3", 0.0}};
+    char rate[128];
+    pd_expr_desc desc;
+    memset(&desc, 0, sizeof desc);
+    snprintf(rate, sizeof rate, "%.17g m/s", speed);
+    if (setup->saturation > 0.0)
+        snprintf(rate, sizeof rate, "%.17g m/s * (1 - C/(%.17g mol/m3))", speed, setup->saturation);
+    desc.text = rate;
+    desc.unit = "m/s";
+    desc.vars = concentration;
+    desc.var_count = 1;
+    return pd_expr_build(ctx, &desc, &setup->rate);
+}
+
 static pd_status pdi_flat_dissolve(pd_ctx *ctx, const pd_text *text, const pdi_flat *f, pd_setup *setup)
 {
-    char rate[64];
-    pd_expr_desc desc;
-    double speed = f->k_corr * f->dx_file;
-    setup->has_dissolve = setup->solid >= 0 && f->k_corr > 0.0;
+    double intact = f->rho_m / setup->material.molar_mass;
+    setup->has_dissolve = setup->solid >= 0 && (f->bonds ? f->D_grain : f->k_corr) > 0.0;
     if (!setup->has_dissolve) return PD_OK;
     if (f->C_thresh >= f->C_solid_init)
         return pd_text_refuse(ctx, text, 0, "C_thresh", "found %.6g, expected less than C_solid_init = %.6g",
                               f->C_thresh, f->C_solid_init);
+    if (f->bonds && !(f->C_thresh > 0.0))
+        return pd_text_refuse(ctx, text, 0, "C_thresh", "found 0 without k_corr, expected a positive one: bonds across"
+                              " the surface never empty a node");
     setup->threshold = f->C_thresh / f->C_solid_init;
-    setup->gb_factor = f->gb_corr_factor;
-    snprintf(rate, sizeof rate, "%.17g", speed);
-    memset(&desc, 0, sizeof desc);
-    desc.text = rate;
-    desc.unit = "m/s";
-    desc.allow_bare = 1;
-    pdi_setup_note(setup,
-                   "k_corr = %g 1/s of a layer of dx = %g m: recession at %.6g um/h = %.6g mm/year, for every dx",
-                   f->k_corr, f->dx_file, speed * 1e6 * 3600.0, speed * 1e3 * 31557600.0);
-    return pd_expr_build(ctx, &desc, &setup->rate);
+    setup->saturation = f->C_sat * intact;
+    if (f->C_sat > 0.0)
+        pdi_setup_note(setup, "C_sat = %g: the rate falls as 1 - C/Csat, Csat = %.6g mol/m3; there it stops at it",
+                       f->C_sat, setup->saturation);
+    return pdi_flat_law(ctx, f->bonds ? pdi_flat_by_bonds(f, setup) : pdi_flat_by_rate(f, setup), setup);
 }
 
 static void pdi_flat_grains(const pdi_flat *f, pd_setup *setup)
@@ -239,7 +337,9 @@ PDI_FN pd_status pdi_flat_read(pd_ctx *ctx, pd_text *text, const char *const *ov
     PDI_TRY(pdi_flat_number(ctx, text, "dx", "5e-6", 0.0, 1.0, 1, &f.dx_file));
     for (int k = 0; k < count; k++) PDI_TRY(pd_text_override(ctx, text, overrides[k]));
     PDI_TRY(pdi_flat_numbers(ctx, text, &f));
-    PDI_TRY(pdi_flat_notes(ctx, text, setup));
+    f.bonds = !pd_text_has(ctx, text, 0, "k_corr") &&
+              (pd_text_has(ctx, text, 0, "D_grain") || pd_text_has(ctx, text, 0, "D_gb"));
+    PDI_TRY(pdi_flat_notes(ctx, text, &f, setup));
     if (PD_DIM == 1)
         return pd_text_refuse(ctx, text, 0, "dx", "found a flat parameter file, which describes a pin in 2D or 3D");
     PDI_TRY(pdi_flat_box(ctx, text, &f, setup));

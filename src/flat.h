@@ -2,7 +2,14 @@
  *
  * 2D: a plane channel of half-width R_tube along x with a slab of half-thickness R_wire from x = 0 to L_wire.
  * 3D: a tube along x with a wire. R_wire = 0: no pin. The inflow is a parabola of mean speed Q_flow / (pi R_tube^2).
- * k_corr is the rate of one exposed layer of the file's own dx: speed = k_corr dx, whatever dx a run overrides.
+ * axisymmetric = 1, 2D: that wire and tube around the axis y = 0.
+ *
+ * A rate becomes a recession speed, whatever dx a run overrides: that of a plane front along an axis on the lattice of
+ * the file's own dx. k_corr [1/s] takes k_corr f a second from a node, f the share of its neighbours that are fluid;
+ * the front passes dx in (C_solid_init - C_thresh)/(k_corr S), S the sum of f over the rows that have fluid in reach. A
+ * file with D_grain or D_gb and no k_corr is of the later sort, where metal diffuses across the surface, with the
+ * harmonic mean D of both sides: dC/dt = -C sum 4 D/(pi delta^2) V/xi^2, dx in ln(C_solid_init/C_thresh)/(the sum over
+ * rows).
  */
 #ifndef PD_FLAT_H
 #define PD_FLAT_H

@@ -4,6 +4,7 @@
  * registers. All terms of a bond are taken in one pass. Rows blank out their closed bonds.
  */
 #include "flow.h"
+#include "extent.h"
 #include "op.h"
 #include "par.h"
 #include <math.h>
@@ -33,6 +34,9 @@ static void pdi_flow_carry(const pd_flow *flow, int32_t r, int32_t node, int odd
     }
 }
 
+/* 1: row r has the divergence (4.2c). */
+static int pdi_flow_evened(const pd_flow *flow, int32_t r) { return flow->even && flow->bonds->smooth[r]; }
+
 PDI_FN void pdi_flow_carrier(const pd_ctx *ctx, const pd_flow *flow, const double *v, double *carrier)
 {
     const pd_bonds *bonds = flow->bonds;
@@ -42,13 +46,126 @@ PDI_FN void pdi_flow_carrier(const pd_ctx *ctx, const pd_flow *flow, const doubl
     (void)nt;
     pdi_par_copy(ctx, PD_DIM * total, v, carrier);
     PDI_PARALLEL_FOR(nt)
-    for (int32_t r = 0; r < bonds->rows; r++) pdi_flow_carry(flow, r, bonds->node[r], 0, v, carrier);
+    for (int32_t r = 0; r < bonds->rows; r++)
+        if (!pdi_flow_evened(flow, r)) pdi_flow_carry(flow, r, bonds->node[r], 0, v, carrier);
     /* inlet ghosts lie behind the same walls as the node that they mirror */
     for (int32_t g = ghosts->count; g < ghosts->listed; g++) {
         int32_t r = bonds->row[ghosts->source[g]];
-        if (r >= 0) pdi_flow_carry(flow, r, ghosts->node[g], ghosts->odd[g], v, carrier);
+        if (r >= 0 && !pdi_flow_evened(flow, r)) pdi_flow_carry(flow, r, ghosts->node[g], ghosts->odd[g], v, carrier);
     }
     pd_ghosts_vector(ghosts, carrier);
+}
+
+/* ---- divergence beside smooth surfaces ---- */
+
+/* Derivative of component d of u along axis d, exact for quadratics: through both neighbours, or the surface where it
+ * comes before them, with the velocity of the wall there. */
+static double pdi_flow_slope(const pd_flow *flow, const double *u, int32_t r, int d, int held)
+{
+    const pd_bonds *bonds = flow->bonds;
+    const double *leg = bonds->leg + ((int64_t)r * PD_DIM + d) * 2;
+    int32_t node = bonds->node[r], stride = flow->grid->stride[d];
+    const double *v = u + (int64_t)d * flow->grid->total + node;
+    double at[2], size[2];
+    for (int side = 0; side < 2; side++) {
+        double x[PD_DIM], w[PD_DIM];
+        size[side] = fabs(leg[side]);
+        at[side] = leg[side] > 0.0 ? v[side ? stride : -stride] : 0.0;
+        if (leg[side] > 0.0 || !held || !flow->wall) continue;
+        pd_grid_position(flow->grid, node, x);
+        x[d] += (side ? size[side] : -size[side]) * flow->grid->h[d];
+        flow->wall(flow->wall_user, x, w);
+        at[side] = w[d];
+    }
+    double a = size[0], b = size[1];
+    return ((at[1] - v[0]) * a / b + (v[0] - at[0]) * b / a) / ((a + b) * flow->grid->h[d]);
+}
+
+/* (4.2c) of row r less its bond fluxes. */
+static double pdi_flow_more(const pd_flow *flow, const double *u, const double *carrier, int32_t r, int held)
+{
+    const pd_bonds *bonds = flow->bonds;
+    const pd_stencil *s = bonds->stencil;
+    int32_t node = bonds->node[r], total = flow->grid->total;
+    double more = 0.0;
+    for (int d = 0; d < PD_DIM; d++) more += pdi_flow_slope(flow, u, r, d, held);
+    for (int k = 0; k < s->count; k++) {
+        if (!pdi_bond_open(bonds, r, k)) continue;
+        for (int d = 0; d < PD_DIM; d++) {
+            int64_t at = (int64_t)d * total + node;
+            more -= s->grad[k * PD_DIM + d] * (carrier[at] + carrier[at + bonds->shift[k]]);
+        }
+    }
+    return more;
+}
+
+PDI_FN void pdi_flow_even(const pd_ctx *ctx, const pd_flow *flow, const double *u, const double *carrier, int held,
+                          double sign, double *rc)
+{
+    const pd_bonds *bonds = flow->bonds;
+    if (!flow->even) return;
+    int nt = pdi_par_threads(ctx, (int64_t)bonds->rows * bonds->stencil->count * PD_DIM);
+    (void)nt;
+    PDI_PARALLEL_FOR(nt)
+    for (int32_t r = 0; r < bonds->rows; r++)
+        flow->more[r] = flow->patch[r] < 0 ? 0.0 : pdi_flow_more(flow, u, carrier, r, held);
+    /* nothing passes the surface of a body in the sum */
+    for (int32_t r = 0; r < 2 * bonds->rows; r++) flow->leak[r] = 0.0;
+    for (int32_t r = 0; r < bonds->rows; r++) {
+        if (flow->patch[r] < 0) continue;
+        flow->leak[2 * flow->patch[r]] += flow->more[r];
+        flow->leak[2 * flow->patch[r] + 1] += 1.0;
+    }
+    for (int32_t r = 0; r < bonds->rows; r++) {
+        if (flow->patch[r] < 0) continue;
+        const double *leak = flow->leak + 2 * flow->patch[r];
+        rc[bonds->node[r]] += sign * (flow->more[r] - leak[0] / leak[1]);
+    }
+}
+
+/* The patches that row r joins get the lower of their numbers; 1: one changed. */
+static int pdi_flow_join(pd_flow *flow, int32_t r)
+{
+    const pd_bonds *bonds = flow->bonds;
+    int32_t least = flow->patch[r];
+    for (int pass = 0; pass < 2; pass++)
+        for (int k = 0; k < bonds->stencil->count; k++) {
+            int32_t j = bonds->node[r] + bonds->shift[k];
+            if (!pdi_bond_open(bonds, r, k) || !pdi_grid_open(flow->grid->kind[j])) continue;
+            int32_t other = bonds->row[pdi_grid_image(flow->grid, j, NULL)];
+            if (other < 0 || flow->patch[other] < 0) continue;
+            if (pass && flow->patch[other] > least) flow->patch[other] = least;
+            least = flow->patch[other] < least ? flow->patch[other] : least;
+        }
+    int changed = least < flow->patch[r];
+    flow->patch[r] = least;
+    return changed;
+}
+
+PDI_FN pd_status pdi_flow_patch(pd_ctx *ctx, pd_flow *flow)
+{
+    const pd_bonds *bonds = flow->bonds;
+    int changed = 1;
+    flow->even = 0;
+    for (int32_t r = 0; r < bonds->rows; r++) flow->even = flow->even || bonds->smooth[r];
+    flow->even = flow->even && !flow->grid->circumference;
+    if (!flow->even) return PD_OK;
+    if (flow->rim < bonds->capacity) {
+        PDI_DELETE(ctx, flow->rim, flow->patch);
+        PDI_DELETE(ctx, flow->rim, flow->more);
+        PDI_DELETE(ctx, 2 * (int64_t)flow->rim, flow->leak);
+        flow->rim = bonds->capacity;
+        PDI_TRY(PDI_NEW(ctx, "flow", flow->rim, flow->patch));
+        PDI_TRY(PDI_NEW(ctx, "flow", flow->rim, flow->more));
+        PDI_TRY(PDI_NEW(ctx, "flow", 2 * (int64_t)flow->rim, flow->leak));
+    }
+    for (int32_t r = 0; r < bonds->rows; r++) flow->patch[r] = bonds->smooth[r] ? r : -1;
+    while (changed) {
+        changed = 0;
+        for (int32_t r = 0; r < bonds->rows; r++)
+            if (flow->patch[r] >= 0) changed = pdi_flow_join(flow, r) || changed;
+    }
+    return PD_OK;
 }
 
 void pd_flow_prepare(pd_ctx *ctx, pd_flow *flow)
@@ -212,6 +329,22 @@ static double pdi_flow_half_flux(const double *g, const double *w, int32_t i, in
     return flux;
 }
 
+PDI_FN void pdi_flow_push(const pd_ctx *ctx, const pd_flow *flow, double *ru)
+{
+    const pd_bonds *bonds = flow->bonds;
+    int32_t total = flow->grid->total;
+    int nt = pdi_par_threads(ctx, (int64_t)total * PD_DIM);
+    (void)nt;
+    if (!flow->body) return;
+    PDI_PARALLEL_FOR(nt)
+    for (int32_t i = 0; i < total; i++) {
+        if (flow->grid->kind[i] != PD_FLUID) continue;
+        double bend = bonds->row[i] >= 0 ? bonds->wall_curv[bonds->row[i]] : 0.0;
+        for (int d = 0; d < PD_DIM; d++)
+            ru[(int64_t)d * total + i] -= (1.0 - bend) * flow->body[(int64_t)d * total + i];
+    }
+}
+
 void pd_flow_residual(pd_ctx *ctx, pd_flow *flow, double *ru, double *rc)
 {
     pdi_flow_terms t;
@@ -224,6 +357,8 @@ void pd_flow_residual(pd_ctx *ctx, pd_flow *flow, double *ru, double *rc)
     t.force = flow->force;
     t.drive = flow->drive;
     pdi_flow_terms_apply(ctx, flow, &t, ru, rc);
+    pdi_flow_push(ctx, flow, ru);
+    pdi_flow_even(ctx, flow, flow->u, flow->carrier, 1, 1.0, rc);
     flow->evaluations++;
 }
 
@@ -252,30 +387,38 @@ double pd_flow_section(pd_ctx *ctx, pd_flow *flow, int axis, int index)
     return pdi_bond_section(flow->bonds, axis, index, pdi_flow_section_bond, flow) * flow->bonds->stencil->volume;
 }
 
-PDI_FN double pdi_flow_entering(pd_ctx *ctx, pd_flow *flow, double *given)
+/* What the inlet ghost beside node i behind the face `up` of axis d pushes through it [m^d/s]. */
+static double pdi_flow_pushed(const pd_flow *flow, int32_t i, int d, int up)
+{
+    const pd_grid *grid = flow->grid;
+    int32_t ghost = up ? i + grid->stride[d] : i - grid->stride[d];
+    if (grid->kind[ghost] != PD_INLET) return 0.0;
+    double u = flow->u[(int64_t)d * grid->total + ghost], half = 0.5 * grid->h[d];
+    double around = pdi_grid_around(grid, i, d < PD_DIM - 1 ? 0.0 : up ? half : -half);
+    return (up ? -u : u) * around * flow->bonds->stencil->volume / grid->h[d];
+}
+
+PDI_FN double pdi_flow_entering(pd_ctx *ctx, pd_flow *flow, double *pushed, double *gross)
 {
     const pd_bonds *bonds = flow->bonds;
     const pd_grid *grid = flow->grid;
     const pd_stencil *s = bonds->stencil;
-    double taken = 0.0, size = 0.0;
-    *given = 0.0;
+    double taken = 0.0;
+    *pushed = *gross = 0.0;
     pd_flow_prepare(ctx, flow);
     for (int32_t i = 0; i < grid->total; i++) {
         int32_t row = bonds->row[i];
-        if (grid->kind[i] != PD_FLUID) continue;
+        if (grid->kind[i] != PD_FLUID || row < bonds->plain) continue;
         double volume = s->volume * pdi_grid_circumference(grid, i);
-        for (int k = 0; k < s->count; k++) {
-            int32_t j = i + bonds->shift[k];
-            if (grid->kind[j] != PD_INLET || (row >= 0 && !pdi_bond_open(bonds, row, k))) continue;
-            double share = 2.0 * pdi_bond_flux(bonds, i, k) * volume;
-            double part = share * pdi_flow_half_flux(s->grad + k * PD_DIM, flow->carrier, j, j, grid->total);
-            *given -= part;
-            size += fabs(part);
-            taken -= volume * pdi_flow_bond_flux(flow, i, k);
+        for (int k = 0; k < s->count; k++)
+            if (grid->kind[i + bonds->shift[k]] == PD_INLET && pdi_bond_open(bonds, row, k))
+                taken -= volume * pdi_flow_bond_flux(flow, i, k);
+        for (int side = 0; side < 2 * PD_DIM; side++) {
+            double part = pdi_flow_pushed(flow, i, side / 2, side % 2);
+            *pushed += part;
+            *gross += fabs(part);
         }
     }
-    /* inlets that feed each other */
-    if (fabs(*given) < 1e-6 * size) *given = 0.0;
     return taken;
 }
 
@@ -341,8 +484,9 @@ double pd_flow_section_nodes(pd_ctx *ctx, const pd_flow *flow, int axis, int ind
     return sum;
 }
 
-/* Inlet values follow the kinds of the ghosts; behind periodic and mirror sides they are images too. */
-static pd_status pdi_flow_inlets(pd_ctx *ctx, pd_flow *flow)
+/* Inlet values follow the kinds of the ghosts; behind periodic and mirror sides they are images too. *moved: at least
+ * the largest change [m/s]. */
+static pd_status pdi_flow_inlets(pd_ctx *ctx, pd_flow *flow, double *moved)
 {
     const pd_grid *grid = flow->grid;
     for (int32_t node = 0; node < grid->total && flow->inlet; node++) {
@@ -357,57 +501,206 @@ static pd_status pdi_flow_inlets(pd_ctx *ctx, pd_flow *flow)
             if (!(fabs(u[d]) < 1e100))
                 return pdi_fail(ctx, PD_ERR_ARGUMENT, "flow", "the inlet velocity at (%g, ...) m is %g m/s", x[0],
                                 u[d]);
-            flow->u[(int64_t)d * grid->total + node] = flip >> d & 1 ? -u[d] : u[d];
+            double *value = &flow->u[(int64_t)d * grid->total + node], fresh = flip >> d & 1 ? -u[d] : u[d];
+            *moved = fmax(*moved, fabs(fresh - *value));
+            *value = fresh;
         }
     }
     return PD_OK;
 }
 
-/* What moving walls do to the rows. */
-static void pdi_flow_drive(pd_flow *flow)
+/* The velocity of walls, and the largest component of it so far. */
+typedef struct pdi_flow_walls {
+    const pd_flow *flow;
+    double fastest; /* [m/s] */
+} pdi_flow_walls;
+
+static void pdi_flow_wall(void *user, const double *x, double *u)
 {
-    const pd_bonds *bonds = flow->bonds;
-    double drive[PD_DIM];
-    for (int32_t r = 0; r < bonds->rows && flow->wall; r++) {
-        pdi_bond_drive(bonds, r, flow->wall, flow->wall_user, drive);
-        for (int d = 0; d < PD_DIM; d++) flow->drive[(int64_t)d * flow->grid->total + bonds->node[r]] = drive[d];
-    }
+    pdi_flow_walls *walls = (pdi_flow_walls *)user;
+    walls->flow->wall(walls->flow->wall_user, x, u);
+    for (int d = 0; d < PD_DIM; d++) walls->fastest = fmax(walls->fastest, fabs(u[d]));
 }
 
-pd_status pd_flow_build(pd_ctx *ctx, const pd_grid *grid, const pd_bonds *bonds, const pd_flow_desc *desc,
-                        pd_flow *flow)
+/* What moving walls do to row r (eq. 3.3), and their acceleration from t - span to t + span (eq. 4.17b). */
+static void pdi_flow_drive_row(pd_flow *flow, int32_t r, double span, pdi_flow_walls *walls, double *drive)
+{
+    const pd_bonds *bonds = flow->bonds;
+    double curved[2][PD_DIM];
+    pdi_bond_drive(bonds, r, pdi_flow_wall, walls, drive, NULL);
+    if (!flow->clock || !(span > 0.0)) return;
+    for (int k = 0; k < 2; k++) {
+        double unread[PD_DIM];
+        *flow->clock = flow->time + (k ? span : -span);
+        pdi_bond_drive(bonds, r, flow->wall, flow->wall_user, unread, curved[k]);
+    }
+    *flow->clock = flow->time;
+    for (int d = 0; d < PD_DIM; d++) drive[d] += (curved[1][d] - curved[0][d]) / (2.0 * span * flow->nu);
+}
+
+/* ---- scales of the problem (eq. 4.5b) ---- */
+
+/* Mean speed [m/s] of a plane channel of width L that the force drives: 12 nu U/L^2 + U^2/L = force. */
+static double pdi_flow_driven(const pd_flow *flow, double force)
+{
+    double friction = 6.0 * flow->nu / flow->length;
+    return force * flow->length / (friction + sqrt(friction * friction + force * flow->length));
+}
+
+static void pdi_flow_tie(pd_flow *flow)
+{
+    double rate = 0.0;
+    for (int d = 0; d < PD_DIM; d++) {
+        double h = flow->grid->h[d];
+        rate += flow->nu / (h * h) + 0.5 * flow->speed / h;
+    }
+    flow->tau = 1.0 / rate;
+}
+
+/* A force along a periodic axis drives a flow; along others it counts where nothing else moves the fluid. */
+static void pdi_flow_scale(pd_flow *flow, double walls)
+{
+    double force = 0.0, around = 0.0;
+    flow->length = pdi_extent_fluid(flow->grid);
+    for (int d = 0; d < PD_DIM; d++) {
+        double most = fabs(flow->force[d]);
+        for (int32_t node = 0; node < flow->grid->total && flow->body; node++)
+            if (flow->grid->kind[node] == PD_FLUID) most = fmax(most, fabs(pdi_flow_force(flow, d, node)));
+        force = fmax(force, most);
+        if (flow->grid->side[2 * d] == PD_SIDE_PERIODIC) around = fmax(around, most);
+    }
+    flow->speed = fmax(fmax(pdi_extent_entry(flow->grid, flow->u), walls), pdi_flow_driven(flow, around));
+    if (!(flow->speed > 0.0)) flow->speed = pdi_flow_driven(flow, force);
+    if (!(flow->speed > 0.0)) flow->speed = flow->nu / flow->length; /* nothing moves */
+}
+
+PDI_FN void pdi_flow_start(pd_flow *flow)
+{
+    const pd_grid *grid = flow->grid;
+    for (int32_t i = 0; i < grid->total; i++) {
+        if (grid->kind[i] != PD_FLUID) continue;
+        for (int d = 0; d < PD_DIM; d++)
+            flow->speed = fmax(flow->speed, fabs(flow->u[(int64_t)d * grid->total + i]));
+    }
+    pdi_flow_tie(flow);
+}
+
+/* What moving walls do to all rows. *fastest: their speed [m/s]. */
+static pd_status pdi_flow_drive(pd_ctx *ctx, pd_flow *flow, double span, double *moved, double *fastest)
+{
+    const pd_bonds *bonds = flow->bonds;
+    double drive[PD_DIM], largest = 0.0;
+    pdi_flow_walls walls;
+    walls.flow = flow;
+    walls.fastest = 0.0;
+    for (int32_t r = 0; r < bonds->rows && flow->wall; r++) {
+        pdi_flow_drive_row(flow, r, span, &walls, drive);
+        for (int d = 0; d < PD_DIM; d++) {
+            double *value = &flow->drive[(int64_t)d * flow->grid->total + bonds->node[r]];
+            if (!(fabs(drive[d]) < 1e100)) {
+                char place[PDI_GRID_PLACE];
+                return pdi_fail(ctx, PD_ERR_ARGUMENT, "flow", "the velocity of the wall beside %s m is no finite one",
+                                pdi_grid_place(flow->grid, bonds->node[r], place));
+            }
+            if (bonds->wall_lap[r] > 0.0) largest = fmax(largest, fabs(drive[d] - *value) / bonds->wall_lap[r]);
+            *value = drive[d];
+        }
+    }
+    *moved = fmax(*moved, largest);
+    *fastest = walls.fastest;
+    return PD_OK;
+}
+
+/* The body force at fluid nodes, metal included: it may dissolve. *moved: at least its largest change [m/s2]. */
+static pd_status pdi_flow_body(pd_ctx *ctx, pd_flow *flow, double *moved)
+{
+    const pd_grid *grid = flow->grid;
+    for (int32_t node = 0; node < grid->total && flow->body; node++) {
+        double x[PD_DIM], f[PD_DIM];
+        if (grid->kind[node] != PD_FLUID && grid->kind[node] != PD_SOLID) continue;
+        pd_grid_position(grid, node, x);
+        flow->push(flow->push_user, x, f);
+        for (int d = 0; d < PD_DIM; d++) {
+            double *value = &flow->body[(int64_t)d * grid->total + node];
+            if (!(fabs(f[d]) < 1e100))
+                return pdi_fail(ctx, PD_ERR_ARGUMENT, "flow", "the body force at (%g, ...) m is %g m/s2", x[0], f[d]);
+            *moved = fmax(*moved, fabs(f[d] - *value));
+            *value = f[d];
+        }
+    }
+    return PD_OK;
+}
+
+/* *walls: speed of the walls [m/s]. */
+static pd_status pdi_flow_data(pd_ctx *ctx, pd_flow *flow, double t, double span, double *moved, double *walls)
+{
+    double velocity = 0.0, force = 0.0;
+    flow->time = t;
+    if (flow->clock) *flow->clock = t;
+    PDI_TRY(pdi_flow_inlets(ctx, flow, &velocity));
+    PDI_TRY(pdi_flow_drive(ctx, flow, span, &velocity, walls));
+    PDI_TRY(pdi_flow_body(ctx, flow, &force));
+    if (moved) *moved = fmax(velocity / flow->speed, force / pdi_flow_momentum(flow, flow->speed, flow->length));
+    return PD_OK;
+}
+
+pd_status pd_flow_at(pd_ctx *ctx, pd_flow *flow, double t, double span, double *moved)
+{
+    double walls;
+    if (moved) *moved = 0.0;
+    if (!flow->clock) return PD_OK;
+    PDI_TRY(pdi_flow_data(ctx, flow, t, span, moved, &walls));
+    double speed = fmax(pdi_extent_entry(flow->grid, flow->u), walls);
+    if (!(speed > flow->speed)) return PD_OK;
+    flow->speed = speed; /* the problem has become a faster one */
+    pdi_flow_tie(flow);
+    return PD_OK;
+}
+
+static pd_status pdi_flow_make(pd_ctx *ctx, const pd_grid *grid, const pd_bonds *bonds, const pd_flow_desc *desc,
+                               pd_flow *flow)
 {
     memset(flow, 0, sizeof *flow);
-    if (!(desc->rho > 0.0) || !(desc->mu > 0.0) || !(desc->speed > 0.0) || !(desc->length > 0.0))
+    if (!(desc->rho > 0.0) || !(desc->mu > 0.0) || !(desc->speed >= 0.0) || !(desc->length >= 0.0))
         return pdi_fail(ctx, PD_ERR_ARGUMENT, "flow",
-                        "rho = %g kg/m3, mu = %g Pa s, speed = %g m/s, length = %g m: all must be positive", desc->rho,
-                        desc->mu, desc->speed, desc->length);
+                        "rho = %g kg/m3, mu = %g Pa s, speed = %g m/s, length = %g m: expected positive ones, or 0 for "
+                        "the last two", desc->rho, desc->mu, desc->speed, desc->length);
     flow->grid = grid;
     flow->bonds = bonds;
     flow->rho = desc->rho;
     flow->nu = desc->mu / desc->rho;
     flow->p_out = desc->p_out / desc->rho;
-    flow->speed = desc->speed;
-    flow->length = desc->length;
     flow->inlet = desc->inlet;
     flow->inlet_user = desc->inlet_user;
     flow->wall = desc->wall;
     flow->wall_user = desc->wall_user;
-    double rate = 0.0;
-    for (int d = 0; d < PD_DIM; d++) {
-        flow->force[d] = desc->force[d];
-        rate += flow->nu / (grid->h[d] * grid->h[d]) + 0.5 * desc->speed / grid->h[d];
-    }
-    flow->tau = 1.0 / rate;
+    flow->push = desc->body;
+    flow->push_user = desc->body_user;
+    flow->clock = desc->clock;
+    for (int d = 0; d < PD_DIM; d++) flow->force[d] = desc->force[d];
     PDI_TRY(PDI_NEW(ctx, "flow", (int64_t)PD_DIM * grid->total, flow->u));
     PDI_TRY(PDI_NEW(ctx, "flow", grid->total, flow->p));
     PDI_TRY(PDI_NEW(ctx, "flow", (int64_t)PD_DIM * grid->total, flow->grad));
     PDI_TRY(PDI_NEW(ctx, "flow", (int64_t)PD_DIM * grid->total, flow->carrier));
     if (flow->wall) PDI_TRY(PDI_NEW(ctx, "flow", (int64_t)PD_DIM * grid->total, flow->drive));
-    pdi_flow_drive(flow);
+    if (flow->push) PDI_TRY(PDI_NEW(ctx, "flow", (int64_t)PD_DIM * grid->total, flow->body));
     for (int32_t node = 0; node < grid->total; node++)
         if (grid->kind[node] == PD_FLUID) flow->p[node] = flow->p_out;
-    return pdi_flow_inlets(ctx, flow);
+    double walls;
+    PDI_TRY(pdi_flow_data(ctx, flow, 0.0, 0.0, NULL, &walls));
+    pdi_flow_scale(flow, walls);
+    pdi_flow_tie(flow);
+    flow->reference_speed = desc->speed > 0.0 ? desc->speed : flow->speed;
+    flow->reference_length = desc->length > 0.0 ? desc->length : flow->length;
+    return PD_OK;
+}
+
+pd_status pd_flow_build(pd_ctx *ctx, const pd_grid *grid, const pd_bonds *bonds, const pd_flow_desc *desc,
+                        pd_flow *flow)
+{
+    pd_status status = pdi_flow_make(ctx, grid, bonds, desc, flow);
+    if (status < 0) pd_flow_free(ctx, flow);
+    return status;
 }
 
 pd_status pd_flow_update(pd_ctx *ctx, const int32_t *changed, int32_t count, pd_flow *flow)
@@ -425,8 +718,8 @@ pd_status pd_flow_update(pd_ctx *ctx, const int32_t *changed, int32_t count, pd_
         flow->p[changed[c]] = found ? sum / found : flow->p_out;
         for (int d = 0; d < PD_DIM; d++) flow->u[(int64_t)d * flow->grid->total + changed[c]] = 0.0;
     }
-    pdi_flow_drive(flow);
-    return pdi_flow_inlets(ctx, flow);
+    double walls;
+    return pdi_flow_data(ctx, flow, flow->time, 0.0, NULL, &walls);
 }
 
 PDI_FN pd_status pdi_flow_store(pd_ctx *ctx, pd_flow *flow, pd_store *store)
@@ -435,6 +728,10 @@ PDI_FN pd_status pdi_flow_store(pd_ctx *ctx, pd_flow *flow, pd_store *store)
     PDI_TRY(PDI_STORE(ctx, store, "flow.u", flow->u, (int64_t)PD_DIM * total));
     PDI_TRY(PDI_STORE(ctx, store, "flow.p", flow->p, total));
     PDI_TRY(PDI_STORE(ctx, store, "flow.evaluations", &flow->evaluations, 1));
+    PDI_TRY(PDI_STORE(ctx, store, "flow.speed", &flow->speed, 1));
+    PDI_TRY(PDI_STORE(ctx, store, "flow.tau", &flow->tau, 1));
+    if (flow->clock) PDI_TRY(PDI_STORE(ctx, store, "flow.time", &flow->time, 1));
+    if (store->reading) PDI_TRY(pd_flow_at(ctx, flow, flow->time, 0.0, NULL));
     if (store->reading) pd_flow_prepare(ctx, flow);
     return PD_OK;
 }
@@ -447,5 +744,9 @@ void pd_flow_free(pd_ctx *ctx, pd_flow *flow)
     PDI_DELETE(ctx, (int64_t)PD_DIM * total, flow->grad);
     PDI_DELETE(ctx, (int64_t)PD_DIM * total, flow->carrier);
     PDI_DELETE(ctx, (int64_t)PD_DIM * total, flow->drive);
+    PDI_DELETE(ctx, (int64_t)PD_DIM * total, flow->body);
+    PDI_DELETE(ctx, flow->rim, flow->patch);
+    PDI_DELETE(ctx, flow->rim, flow->more);
+    PDI_DELETE(ctx, 2 * (int64_t)flow->rim, flow->leak);
     memset(flow, 0, sizeof *flow);
 }

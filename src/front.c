@@ -60,7 +60,8 @@ static pd_status pdi_front_print(pd_ctx *ctx, pd_front *f)
     return PD_OK;
 }
 
-pd_status pd_front_build(pd_ctx *ctx, const pd_stencil *stencil, pd_kernel kernel, pd_weights weights, pd_front *f)
+static pd_status pdi_front_make(pd_ctx *ctx, const pd_stencil *stencil, pd_kernel kernel, pd_weights weights,
+                                pd_front *f)
 {
     int equal = 1;
     memset(f, 0, sizeof *f);
@@ -79,6 +80,13 @@ pd_status pd_front_build(pd_ctx *ctx, const pd_stencil *stencil, pd_kernel kerne
         f->micro = f->weight[0] * pdi_vec_dot(xi, xi) / (stencil->beta[0] * stencil->volume);
     }
     return PD_OK;
+}
+
+pd_status pd_front_build(pd_ctx *ctx, const pd_stencil *stencil, pd_kernel kernel, pd_weights weights, pd_front *f)
+{
+    pd_status status = pdi_front_make(ctx, stencil, kernel, weights, f);
+    if (status < 0) pd_front_free(ctx, f);
+    return status;
 }
 
 double pd_front_measure(const pd_front *f, const double *normal)

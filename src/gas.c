@@ -525,9 +525,14 @@ pd_status pd_gas_run(pd_ctx *ctx, pd_gas *gas, double t_end)
         return pdi_fail(ctx, PD_ERR_ARGUMENT, "gas", "a run from %g s to %g s", gas->time, t_end);
     while (gas->time < t_end) {
         double left = t_end - gas->time, dt;
+        PDI_TRY(pdi_poll(ctx, "gas", gas->rejected));
         PDI_TRY(pd_gas_limit(ctx, gas, &dt));
         dt *= gas->desc.cfl;
         int last = dt >= left;
+        if (pdi_stands_still(gas->time, left, dt))
+            return pdi_fail(ctx, PD_ERR_STATE, "gas",
+                            "steps of %g s do not lead on from t = %g s to %g s: the gas is too fast for this lattice",
+                            dt, gas->time, t_end);
         if (last) dt = left;
         pd_status status = pd_gas_step(ctx, gas, dt);
         for (int halved = 0; halved < PDI_GAS_HALVINGS && status == PD_RETRY; halved++) {
@@ -608,7 +613,8 @@ static pd_status pdi_gas_start(pd_ctx *ctx, const pd_gas *gas, int32_t node)
                     x[0], rho, v[0], p);
 }
 
-pd_status pd_gas_build(pd_ctx *ctx, const pd_grid *grid, const pd_bonds *bonds, const pd_gas_desc *desc, pd_gas *gas)
+static pd_status pdi_gas_make(pd_ctx *ctx, const pd_grid *grid, const pd_bonds *bonds, const pd_gas_desc *desc,
+                              pd_gas *gas)
 {
     int64_t total = grid->total;
     memset(gas, 0, sizeof *gas);
@@ -637,6 +643,13 @@ pd_status pd_gas_build(pd_ctx *ctx, const pd_grid *grid, const pd_bonds *bonds, 
     for (int32_t node = 0; node < total && desc->initial; node++)
         if (pdi_gas_holds(grid->kind[node])) PDI_TRY(pdi_gas_start(ctx, gas, node));
     return PD_OK;
+}
+
+pd_status pd_gas_build(pd_ctx *ctx, const pd_grid *grid, const pd_bonds *bonds, const pd_gas_desc *desc, pd_gas *gas)
+{
+    pd_status status = pdi_gas_make(ctx, grid, bonds, desc, gas);
+    if (status < 0) pd_gas_free(ctx, gas);
+    return status;
 }
 
 pd_status pd_gas_store(pd_ctx *ctx, pd_gas *gas, pd_store *store)

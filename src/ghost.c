@@ -2,11 +2,18 @@
 #include "ghost.h"
 #include <string.h>
 
-pd_status pd_ghosts_build(pd_ctx *ctx, const pd_grid *grid, pd_ghosts *g)
+static pd_status pdi_ghost_make(pd_ctx *ctx, const pd_grid *grid, pd_ghosts *g)
 {
     memset(g, 0, sizeof *g);
     g->grid = grid;
     return pd_ghosts_update(ctx, g);
+}
+
+pd_status pd_ghosts_build(pd_ctx *ctx, const pd_grid *grid, pd_ghosts *g)
+{
+    pd_status status = pdi_ghost_make(ctx, grid, g);
+    if (status < 0) pd_ghosts_free(ctx, g);
+    return status;
 }
 
 static void pdi_ghost_release(pd_ctx *ctx, pd_ghosts *g)

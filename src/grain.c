@@ -17,6 +17,11 @@
 #define PDI_GRAIN_STREAM_SHIFT 1
 #define PDI_GRAIN_STREAM_CELL 2
 
+/* Nodes, or cells of seeds, between two looks at the caller. */
+#define PDI_GRAIN_POLL 65536
+/* A grain of so many times the metal: the chance that the metal has a second one is one over that. */
+#define PDI_GRAIN_ONE 1e6
+
 /* The seed lattice: cell q of edge `edge`, x = turn (q + shift) edge. One seed a cell in the mean. */
 typedef struct pdi_grain_lattice {
     uint64_t seed;
@@ -161,8 +166,10 @@ static pd_status pdi_grain_sow(pd_ctx *ctx, const pdi_grain_lattice *lattice, co
     }
     if (!(cells < 1e9)) return pdi_fail(ctx, PD_ERR_SIZE, "grain", "%g grains, expected less than 1e9", cells);
     *count = 0;
-    for (int axis = 0; axis < PD_DIM;) {
+    int64_t sown = 0;
+    for (int axis = 0; axis < PD_DIM; sown++) {
         uint64_t stream = pdi_grain_stream(q);
+        if (sown % PDI_GRAIN_POLL == 0) PDI_TRY(pdi_poll(ctx, "grains: seeds", sown));
         int seeds = pdi_grain_cell_count(lattice, stream);
         for (int k = 0; k < seeds; k++) {
             double x[PD_DIM];
@@ -337,22 +344,26 @@ static int pdi_grain_extent(const pd_grid *grid, const pd_grain *grain, double *
 }
 
 /* Give every marked node its grain. Seeds exist within `margin` of the marked nodes: a node whose nearest seed is
- * farther than that is not sure of it. Returns the number of those. */
-static int64_t pdi_grain_assign(const pd_ctx *ctx, const pd_grid *grid, double margin, pd_grain *grain)
+ * farther than that is not sure of it. *unsure: the number of those. */
+static pd_status pdi_grain_assign(pd_ctx *ctx, const pd_grid *grid, double margin, pd_grain *grain, int64_t *unsure)
 {
-    int64_t unsure = 0;
     int nt = pdi_par_threads(ctx, 100 * (int64_t)grid->total);
     (void)nt;
-    PDI_PARALLEL_FOR(nt)
-    for (int32_t node = 0; node < grid->total; node++) {
-        double x[PD_DIM], distance;
-        if (grain->id[node] == PDI_GRAIN_FAR) continue;
-        pd_grid_position(grid, node, x);
-        int32_t nearest = pdi_grain_nearest(grain, x, &distance);
-        grain->id[node] = distance <= margin ? nearest : PDI_GRAIN_UNSURE;
+    for (int32_t first = 0; first < grid->total; first += PDI_GRAIN_POLL) {
+        int32_t end = grid->total - first > PDI_GRAIN_POLL ? first + PDI_GRAIN_POLL : grid->total;
+        PDI_TRY(pdi_poll(ctx, "grains: nodes", first));
+        PDI_PARALLEL_FOR(nt)
+        for (int32_t node = first; node < end; node++) {
+            double x[PD_DIM], distance;
+            if (grain->id[node] == PDI_GRAIN_FAR) continue;
+            pd_grid_position(grid, node, x);
+            int32_t nearest = pdi_grain_nearest(grain, x, &distance);
+            grain->id[node] = distance <= margin ? nearest : PDI_GRAIN_UNSURE;
+        }
     }
-    for (int32_t node = 0; node < grid->total; node++) unsure += grain->id[node] == PDI_GRAIN_UNSURE;
-    return unsure;
+    *unsure = 0;
+    for (int32_t node = 0; node < grid->total; node++) *unsure += grain->id[node] == PDI_GRAIN_UNSURE;
+    return PD_OK;
 }
 
 static void pdi_grain_drop_seeds(pd_ctx *ctx, pd_grain *grain)
@@ -384,13 +395,17 @@ static pd_status pdi_grain_random(pd_ctx *ctx, const pd_grid *grid, const pd_gra
                                   const double *hi, pd_grain *grain)
 {
     pdi_grain_lattice lattice;
+    double most = 0.0;
+    for (int d = 0; d < PD_DIM; d++) most += PDI_GRAIN_ONE * (hi[d] - lo[d] + grid->h[d]);
     lattice.seed = desc->seed;
-    lattice.edge = desc->size * pow(pdi_grain_unit(), 1.0 / PD_DIM);
+    lattice.edge = fmin(desc->size, most) * pow(pdi_grain_unit(), 1.0 / PD_DIM);
     lattice.jitter = desc->spread > 0.0 ? pdi_grain_jitter(desc->spread / desc->size) : -1.0;
     pdi_grain_orient(&lattice);
     for (double margin = 3.0 * lattice.edge;; margin *= 2.0) {
         PDI_TRY(pdi_grain_generate(ctx, &lattice, lo, hi, margin, grain));
-        if (pdi_grain_assign(ctx, grid, margin, grain) == 0) return PD_OK;
+        int64_t unsure;
+        PDI_TRY(pdi_grain_assign(ctx, grid, margin, grain, &unsure));
+        if (unsure == 0) return PD_OK;
         pdi_grain_drop_seeds(ctx, grain);
     }
 }
@@ -399,15 +414,15 @@ static pd_status pdi_grain_given(pd_ctx *ctx, const pd_grid *grid, const pd_grai
                                  const double *hi, pd_grain *grain)
 {
     double measure = 1.0;
+    int64_t unsure;
     for (int d = 0; d < PD_DIM; d++) measure *= fmax(hi[d] - lo[d], grid->h[d]);
     grain->centre_count = desc->centre_count;
     grain->bin_edge = pow(measure / (double)desc->centre_count, 1.0 / PD_DIM);
     PDI_TRY(pdi_grain_sort(ctx, lo, hi, desc->centres, grain));
-    pdi_grain_assign(ctx, grid, HUGE_VAL, grain);
-    return PD_OK;
+    return pdi_grain_assign(ctx, grid, HUGE_VAL, grain, &unsure);
 }
 
-pd_status pd_grain_build(pd_ctx *ctx, const pd_grid *grid, const pd_grain_desc *desc, pd_grain *grain)
+static pd_status pdi_grain_make(pd_ctx *ctx, const pd_grid *grid, const pd_grain_desc *desc, pd_grain *grain)
 {
     double lo[PD_DIM], hi[PD_DIM];
     memset(grain, 0, sizeof *grain);
@@ -419,6 +434,13 @@ pd_status pd_grain_build(pd_ctx *ctx, const pd_grid *grid, const pd_grain_desc *
     if (!pdi_grain_extent(grid, grain, lo, hi)) return PD_OK;
     return desc->centres ? pdi_grain_given(ctx, grid, desc, lo, hi, grain)
                          : pdi_grain_random(ctx, grid, desc, lo, hi, grain);
+}
+
+pd_status pd_grain_build(pd_ctx *ctx, const pd_grid *grid, const pd_grain_desc *desc, pd_grain *grain)
+{
+    pd_status status = pdi_grain_make(ctx, grid, desc, grain);
+    if (status < 0) pd_grain_free(ctx, grain);
+    return status;
 }
 
 void pd_grain_free(pd_ctx *ctx, pd_grain *grain)

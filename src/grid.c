@@ -7,6 +7,8 @@
 
 /* Cells beyond given bounds that count as between them. */
 #define PDI_GRID_SLACK 1e-6
+/* Nodes between two looks at the caller. */
+#define PDI_GRID_POLL 65536
 
 PDI_FN void pdi_grid_index(const pd_grid *grid, int32_t node, int *i)
 {
@@ -309,7 +311,7 @@ static pd_status pdi_grid_rings(pd_ctx *ctx, const pd_stencil *stencil, pd_grid 
     return PD_OK;
 }
 
-pd_status pd_grid_build(pd_ctx *ctx, const pd_stencil *stencil, const pd_grid_desc *desc, pd_grid *grid)
+static pd_status pdi_grid_make(pd_ctx *ctx, const pd_stencil *stencil, const pd_grid_desc *desc, pd_grid *grid)
 {
     memset(grid, 0, sizeof *grid);
     PDI_TRY(pdi_grid_size(ctx, stencil, desc, grid));
@@ -324,6 +326,7 @@ pd_status pd_grid_build(pd_ctx *ctx, const pd_stencil *stencil, const pd_grid_de
     for (int32_t node = 0; node < grid->total; node++) {
         int i[PD_DIM];
         double x[PD_DIM];
+        if (node % PDI_GRID_POLL == 0) PDI_TRY(pdi_poll(ctx, "grid", node));
         pdi_grid_index(grid, node, i);
         if (!pdi_grid_inside(grid, i)) continue;
         pd_grid_position(grid, node, x);
@@ -343,6 +346,13 @@ pd_status pd_grid_build(pd_ctx *ctx, const pd_stencil *stencil, const pd_grid_de
     pdi_grid_ghosts(grid);
     pdi_grid_mark_outside(stencil, grid);
     return PD_OK;
+}
+
+pd_status pd_grid_build(pd_ctx *ctx, const pd_stencil *stencil, const pd_grid_desc *desc, pd_grid *grid)
+{
+    pd_status status = pdi_grid_make(ctx, stencil, desc, grid);
+    if (status < 0) pd_grid_free(ctx, grid);
+    return status;
 }
 
 /* 1 when a ghost with index j along axis d may change its kind with a box node of index i: it stands for that node, or

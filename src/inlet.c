@@ -24,12 +24,12 @@ static int pdi_inlet_next(const pd_grid *grid, int axis, int *i)
 
 static double pdi_inlet_sign(int side) { return side % 2 ? -1.0 : 1.0; }
 
-static void pdi_inlet_expression(const pd_setup_side *side, const double *x, double *u)
+static void pdi_inlet_expression(const pd_setup_side *side, const double *x, double t, double *u)
 {
-    for (int d = 0; d < PD_DIM; d++) u[d] = pd_expr_eval(&side->velocity[d], x);
+    for (int d = 0; d < PD_DIM; d++) u[d] = pdi_setup_eval(&side->velocity[d], x, t);
 }
 
-static void pdi_inlet_scan(const pd_setup *setup, const pd_grid *grid, int side, pdi_inlet_layer *layer)
+static void pdi_inlet_scan(const pd_setup *setup, const pd_grid *grid, double t, int side, pdi_inlet_layer *layer)
 {
     int i[PD_DIM], axis = side / 2, along = PD_DIM > 1 ? 1 - axis : 0;
     double sum = 0.0, weight = 0.0;
@@ -48,7 +48,7 @@ static void pdi_inlet_scan(const pd_setup *setup, const pd_grid *grid, int side,
         if (setup->side[side].profile != PD_PROFILE_EXPRESSION) continue;
         pd_grid_position(grid, node, x);
         x[axis] = side % 2 ? grid->hi[axis] : grid->lo[axis];
-        pdi_inlet_expression(&setup->side[side], x, u);
+        pdi_inlet_expression(&setup->side[side], x, t, u);
         sum += pdi_inlet_sign(side) * u[axis] * pdi_grid_circumference(grid, node);
         weight += pdi_grid_circumference(grid, node);
     } while (pdi_inlet_next(grid, axis, i));
@@ -177,10 +177,41 @@ static pd_status pdi_inlet_measure(pd_ctx *ctx, const pd_grid *grid, int side, c
                                        "outside = yes), expected profile = expression with its velocity");
 }
 
-pd_status pd_inlet_build(pd_ctx *ctx, const pd_setup *setup, const pd_grid *grid, pd_inlet *inlet)
+/* 1: something outside of the fluid depends on time. */
+static int pdi_inlet_timed(const pd_setup *u)
+{
+    int timed = 0;
+    for (int side = 0; side < 2 * PD_DIM; side++) {
+        const pd_setup_side *s = &u->side[side];
+        timed = timed || pdi_setup_timed(&s->stream) || pdi_setup_timed(&s->entering) || pdi_setup_timed(&s->held);
+        for (int d = 0; d < PD_DIM; d++)
+            timed = timed || pdi_setup_timed(&s->velocity[d]) || pdi_setup_timed(&s->slide[d]);
+    }
+    for (int k = 0; k < u->wall_count; k++) timed = timed || pdi_setup_timed(&u->walls[k].held);
+    for (int d = 0; d < PD_DIM; d++) timed = timed || pdi_setup_timed(&u->body[d]);
+    return timed;
+}
+
+double pd_inlet_mean(const pd_inlet *inlet, int side)
+{
+    const pd_setup_side *s = &inlet->setup->side[side];
+    double at[PD_DIM] = {0.0};
+    int timed = 0;
+    if (s->stream.uses)
+        return pdi_setup_eval(&s->stream, at, inlet->time) / (s->flow_rate > 0.0 ? inlet->area[side] : 1.0);
+    for (int d = 0; d < PD_DIM; d++) timed = timed || pdi_setup_timed(&s->velocity[d]);
+    if (!timed) return inlet->mean[side];
+    pdi_inlet_layer layer;
+    pdi_inlet_scan(inlet->setup, inlet->grid, inlet->time, side, &layer);
+    return layer.velocity;
+}
+
+static pd_status pdi_inlet_make(pd_ctx *ctx, const pd_setup *setup, const pd_grid *grid, pd_inlet *inlet)
 {
     memset(inlet, 0, sizeof *inlet);
     inlet->setup = setup;
+    inlet->grid = grid;
+    inlet->timed = pdi_inlet_timed(setup);
     inlet->first = -1;
     for (int side = 0; side < 2 * PD_DIM; side++) {
         const pd_setup_side *s = &setup->side[side];
@@ -188,16 +219,27 @@ pd_status pd_inlet_build(pd_ctx *ctx, const pd_setup *setup, const pd_grid *grid
         double area;
         if (s->kind != PD_SIDE_INLET || s->profile == PD_PROFILE_REST) continue;
         inlet->latest = side;
-        pdi_inlet_scan(setup, grid, side, &layer);
+        pdi_inlet_scan(setup, grid, 0.0, side, &layer);
         PDI_TRY(pdi_inlet_measure(ctx, grid, side, &layer, inlet, &area));
         if (PD_DIM == 2 && !grid->circumference && s->flow_rate > 0.0)
             area = 0.25 * PDI_PI * inlet->width[side] * inlet->width[side];
+        inlet->area[side] = area;
         inlet->mean[side] = s->flow_rate > 0.0 ? s->flow_rate / area : s->mean;
+        if (s->stream.uses) inlet->mean[side] = pd_inlet_mean(inlet, side);
         if (s->profile == PD_PROFILE_EXPRESSION) inlet->mean[side] = layer.velocity;
         if (inlet->first < 0) inlet->first = side;
         inlet->inlets++;
     }
     return PD_OK;
+}
+
+pd_status pd_inlet_build(pd_ctx *ctx, const pd_setup *setup, const pd_grid *grid, pd_inlet *inlet)
+{
+    pd_status status = pdi_inlet_make(ctx, setup, grid, inlet);
+    int latest = inlet->latest;
+    if (status < 0) memset(inlet, 0, sizeof *inlet);
+    inlet->latest = latest; /* the side that is refused */
+    return status;
 }
 
 /* Fully developed flow in a tube or between two (k > 0) at s = r/R, over its mean (White, Viscous Fluid
@@ -220,10 +262,10 @@ void pd_inlet_velocity(void *user, const double *x, double *u)
         if (beyond <= 0.0) continue;
         const pd_setup_side *s = &setup->side[side];
         if (s->profile == PD_PROFILE_EXPRESSION) {
-            pdi_inlet_expression(s, x, u);
+            pdi_inlet_expression(s, x, inlet->time, u);
             return;
         }
-        u[axis] = pdi_inlet_sign(side) * inlet->mean[side];
+        u[axis] = pdi_inlet_sign(side) * (s->stream.uses ? pd_inlet_mean(inlet, side) : inlet->mean[side]);
         if (s->profile != PD_PROFILE_PARABOLA) return;
         if (setup->axisymmetric && axis != PD_DIM - 1) {
             double inner = inlet->inner[side], width = inlet->width[side];
@@ -244,17 +286,24 @@ int pd_inlet_enters(void *user, int side, const double *x)
 {
     const pd_setup *u = (const pd_setup *)user;
     if (!u->side[side].open) return u->side[side].kind == PD_SIDE_INLET;
-    double v = pd_expr_eval(&u->start[side / 2], x);
+    double v = pdi_setup_eval(&u->start[side / 2], x, 0.0);
     return side % 2 ? v < 0.0 : v > 0.0;
 }
 
 double pd_inlet_entering(void *user, const double *x)
 {
-    const pd_setup *u = (const pd_setup *)user;
+    const pd_inlet *inlet = (const pd_inlet *)user;
+    const pd_setup *u = inlet->setup;
     for (int s = 0; s < 2 * PD_DIM; s++) {
         int d = s / 2;
         int there = s % 2 ? x[d] >= u->hi[d] : x[d] <= u->lo[d];
-        if (u->side[s].open && there) return pd_expr_eval(&u->side[s].entering, x);
+        if (u->side[s].entering.code && there) return pdi_setup_eval(&u->side[s].entering, x, inlet->time);
     }
     return u->inlet;
+}
+
+void pd_inlet_body(void *user, const double *x, double *force)
+{
+    const pd_inlet *inlet = (const pd_inlet *)user;
+    for (int d = 0; d < PD_DIM; d++) force[d] = pdi_setup_eval(&inlet->setup->body[d], x, inlet->time);
 }

@@ -15,7 +15,7 @@
 /* One solve: what all methods share. */
 typedef struct pdi_krylov_run {
     pd_ctx *ctx;
-    const pd_krylov *k;
+    pd_krylov *k;
     pd_apply_fn apply, precond;
     void *user;
     const double *b;
@@ -25,18 +25,23 @@ typedef struct pdi_krylov_run {
     pd_krylov_result *result;
 } pdi_krylov_run;
 
-static int64_t pdi_krylov_small(const pd_krylov_desc *desc)
+/* Column j of the Hessenberg matrix, j + 2 entries long, begins behind the columns before it. */
+static int64_t pdi_krylov_column(int64_t j) { return j * (j + 3) / 2; }
+
+/* The matrix lies behind the rotations, the right-hand side and the coefficients, so that it can grow. */
+static int64_t pdi_krylov_small(const pd_krylov_desc *desc, int columns)
 {
-    int64_t m = desc->restart;
-    return desc->method == PD_KRYLOV_GMRES ? (m + 1) * m + 4 * (m + 1) : 0;
+    int64_t most = desc->most + 1;
+    return desc->method == PD_KRYLOV_GMRES ? 4 * most + pdi_krylov_column(columns) : 0;
 }
 
-pd_status pd_krylov_build(pd_ctx *ctx, const pd_krylov_desc *desc, pd_krylov *krylov)
+static pd_status pdi_krylov_make(pd_ctx *ctx, const pd_krylov_desc *desc, pd_krylov *krylov)
 {
     memset(krylov, 0, sizeof *krylov);
     krylov->desc = *desc;
     pd_krylov_desc *d = &krylov->desc;
     if (d->restart == 0) d->restart = 30;
+    if (d->most < d->restart || d->flexible) d->most = d->restart;
     if (d->max_iterations == 0) d->max_iterations = 200;
     if (d->rtol == 0.0) d->rtol = 1e-8;
     if (d->n < 1) return pdi_fail(ctx, PD_ERR_ARGUMENT, "krylov", "n = %.0f, needs at least 1", (double)d->n);
@@ -46,6 +51,9 @@ pd_status pd_krylov_build(pd_ctx *ctx, const pd_krylov_desc *desc, pd_krylov *kr
     krylov->length = d->spans ? (int64_t)d->components * d->spans->nodes : d->n;
     if (d->restart < 1 || d->restart > 1000)
         return pdi_fail(ctx, PD_ERR_ARGUMENT, "krylov", "restart = %d, needs 1 .. 1000 (0: 30)", d->restart);
+    if (d->most > (PD_KRYLOV_MORE + 1) * d->restart)
+        return pdi_fail(ctx, PD_ERR_ARGUMENT, "krylov", "most = %d, expected at most %d times restart = %d", d->most,
+                        PD_KRYLOV_MORE + 1, d->restart);
     if (d->max_iterations < 1)
         return pdi_fail(ctx, PD_ERR_ARGUMENT, "krylov", "max_iterations = %d, needs at least 1 (0: 200)",
                         d->max_iterations);
@@ -57,6 +65,7 @@ pd_status pd_krylov_build(pd_ctx *ctx, const pd_krylov_desc *desc, pd_krylov *kr
     case PD_KRYLOV_GMRES:
         krylov->vectors = d->spans ? 4 : 3;
         krylov->basis_vectors = d->flexible ? 2 * d->restart + 1 : d->restart + 1;
+        krylov->columns = d->restart;
         break;
     case PD_KRYLOV_BICGSTAB: krylov->vectors = 7; break;
     case PD_KRYLOV_CG: krylov->vectors = 5; break;
@@ -66,20 +75,77 @@ pd_status pd_krylov_build(pd_ctx *ctx, const pd_krylov_desc *desc, pd_krylov *kr
     if (d->n > INT64_MAX / most)
         return pdi_fail(ctx, PD_ERR_SIZE, "krylov", "%d vectors of %.0f entries overflow", most, (double)d->n);
     PDI_TRY(PDI_NEW(ctx, "krylov", d->n * krylov->vectors, krylov->work));
-    pd_status status = PDI_NEW(ctx, "krylov", pdi_krylov_small(d), krylov->small);
+    pd_status status = PDI_NEW(ctx, "krylov", pdi_krylov_small(d, krylov->columns), krylov->small);
     if (status == PD_OK && krylov->basis_vectors)
         status = d->compressed ? PDI_NEW(ctx, "krylov", krylov->length * krylov->basis_vectors, krylov->single)
                                : PDI_NEW(ctx, "krylov", krylov->length * krylov->basis_vectors, krylov->basis);
+    return status;
+}
+
+pd_status pd_krylov_build(pd_ctx *ctx, const pd_krylov_desc *desc, pd_krylov *krylov)
+{
+    pd_status status = pdi_krylov_make(ctx, desc, krylov);
     if (status < 0) pd_krylov_free(ctx, krylov);
     return status;
 }
 
+/* Entries of one chunk of what has grown. */
+static int64_t pdi_krylov_chunk(const pd_krylov *krylov) { return krylov->length * krylov->desc.restart; }
+
+static size_t pdi_krylov_entry(const pd_krylov *krylov)
+{
+    return krylov->desc.compressed ? sizeof *krylov->single : sizeof *krylov->basis;
+}
+
+/* Bring the Hessenberg matrix to that many columns. */
+static pd_status pdi_krylov_resize(pd_ctx *ctx, pd_krylov *krylov, int columns)
+{
+    PDI_TRY(PDI_GROW(ctx, "krylov", pdi_krylov_small(&krylov->desc, krylov->columns),
+                     pdi_krylov_small(&krylov->desc, columns), krylov->small));
+    krylov->columns = columns;
+    return PD_OK;
+}
+
+void pd_krylov_trim(pd_ctx *ctx, pd_krylov *krylov)
+{
+    const pd_krylov_desc *d = &krylov->desc;
+    if (!krylov->chunks) return;
+    while (krylov->chunks)
+        pdi_free(ctx, (size_t)pdi_krylov_chunk(krylov), pdi_krylov_entry(krylov), &krylov->more[--krylov->chunks]);
+    if (pdi_krylov_resize(ctx, krylov, d->restart) == PD_OK) return;
+    ctx->status = PD_OK; /* what is too large does no harm */
+    ctx->message[0] = '\0';
+}
+
+/* Columns of the basis as it is now. */
+static int pdi_krylov_room(const pd_krylov *krylov) { return (krylov->chunks + 1) * krylov->desc.restart; }
+
+/* Room for more basis vectors; 0: there is none. */
+static int pdi_krylov_grow(pd_ctx *ctx, pd_krylov *krylov)
+{
+    int columns = pdi_krylov_room(krylov) + krylov->desc.restart;
+    if (columns > krylov->desc.most) return 0;
+    pd_status status = pdi_alloc(ctx, "krylov", (size_t)pdi_krylov_chunk(krylov), pdi_krylov_entry(krylov),
+                                 &krylov->more[krylov->chunks]);
+    if (status == PD_OK && krylov->columns < columns) status = pdi_krylov_resize(ctx, krylov, columns);
+    if (status == PD_OK) {
+        krylov->chunks++;
+        return 1;
+    }
+    pdi_free(ctx, (size_t)pdi_krylov_chunk(krylov), pdi_krylov_entry(krylov), &krylov->more[krylov->chunks]);
+    ctx->status = PD_OK; /* it goes on with what it has */
+    ctx->message[0] = '\0';
+    return 0;
+}
+
 void pd_krylov_free(pd_ctx *ctx, pd_krylov *krylov)
 {
+    pd_krylov_trim(ctx, krylov);
     PDI_DELETE(ctx, krylov->desc.n * krylov->vectors, krylov->work);
     PDI_DELETE(ctx, krylov->length * krylov->basis_vectors, krylov->basis);
     PDI_DELETE(ctx, krylov->length * krylov->basis_vectors, krylov->single);
-    PDI_DELETE(ctx, pdi_krylov_small(&krylov->desc), krylov->small);
+    PDI_DELETE(ctx, pdi_krylov_small(&krylov->desc, krylov->columns), krylov->small);
+    memset(krylov, 0, sizeof *krylov);
 }
 
 static double *pdi_krylov_vector(const pdi_krylov_run *run, int i)
@@ -87,14 +153,30 @@ static double *pdi_krylov_vector(const pdi_krylov_run *run, int i)
     return run->k->work + (int64_t)i * run->k->desc.n;
 }
 
+/* Vector i of the basis, in the precision that it is kept in; NULL: there is none. */
+static double *pdi_krylov_double(const pd_krylov *k, int i)
+{
+    int beyond = i - k->basis_vectors;
+    if (k->desc.compressed || beyond >= k->chunks * k->desc.restart) return NULL;
+    if (beyond < 0) return k->basis + i * k->length;
+    return (double *)k->more[beyond / k->desc.restart] + beyond % k->desc.restart * k->length;
+}
+
+static float *pdi_krylov_single(const pd_krylov *k, int i)
+{
+    int beyond = i - k->basis_vectors;
+    if (!k->desc.compressed || beyond >= k->chunks * k->desc.restart) return NULL;
+    if (beyond < 0) return k->single + i * k->length;
+    return (float *)k->more[beyond / k->desc.restart] + beyond % k->desc.restart * k->length;
+}
+
 /* Up to PDI_PAR_GROUP vectors of the basis from `first`; those of the preconditioned one follow after restart + 1. */
 static pdi_par_vectors pdi_krylov_basis(const pdi_krylov_run *run, int first)
 {
     pdi_par_vectors v;
     for (int m = 0; m < PDI_PAR_GROUP; m++) {
-        int64_t at = (first + m) * run->k->length;
-        v.v[m] = run->k->basis && first + m < run->k->basis_vectors ? run->k->basis + at : NULL;
-        v.single[m] = run->k->single && first + m < run->k->basis_vectors ? run->k->single + at : NULL;
+        v.v[m] = pdi_krylov_double(run->k, first + m);
+        v.single[m] = pdi_krylov_single(run->k, first + m);
     }
     return v;
 }
@@ -202,16 +284,16 @@ static void pdi_krylov_unpack(const pdi_krylov_run *run, const double *packed, d
 /* v = a v, kept as vector i of the basis. v loses what single precision does: A Z = V H holds for what is kept. */
 static void pdi_krylov_keep(const pdi_krylov_run *run, double a, double *v, int i)
 {
-    int64_t n = run->k->length, at = i * n;
-    double *basis = run->k->basis;
-    float *single = run->k->single;
+    int64_t n = run->k->length;
+    double *basis = pdi_krylov_double(run->k, i);
+    float *single = pdi_krylov_single(run->k, i);
     int nt = pdi_par_threads(run->ctx, n);
     (void)nt;
     PDI_PARALLEL_FOR(nt)
     for (int64_t e = 0; e < n; e++) {
         v[e] *= a;
-        if (basis) basis[at + e] = v[e];
-        else v[e] = (double)(single[at + e] = (float)v[e]);
+        if (basis) basis[e] = v[e];
+        else v[e] = (double)(single[e] = (float)v[e]);
     }
 }
 
@@ -273,14 +355,14 @@ static void pdi_krylov_rotate(int j, double *h, double *cs, double *sn, double *
 }
 
 /* Back substitution. A singular operator leaves a pivot of rounding size; its direction is left out. */
-static void pdi_krylov_back(int count, int m, const double *hess, const double *g, double *y)
+static void pdi_krylov_back(int count, const double *hess, const double *g, double *y)
 {
     double largest = 0.0;
-    for (int j = 0; j < count; j++) largest = fmax(largest, fabs(hess[j * (m + 1) + j]));
+    for (int j = 0; j < count; j++) largest = fmax(largest, fabs(hess[pdi_krylov_column(j) + j]));
     for (int i = count - 1; i >= 0; i--) {
         double sum = g[i];
-        for (int j = i + 1; j < count; j++) sum -= hess[j * (m + 1) + i] * y[j];
-        double pivot = hess[i * (m + 1) + i];
+        for (int j = i + 1; j < count; j++) sum -= hess[pdi_krylov_column(j) + i] * y[j];
+        double pivot = hess[pdi_krylov_column(i) + i];
         y[i] = fabs(pivot) > PDI_KRYLOV_PIVOT * largest ? sum / pivot : 0.0;
     }
 }
@@ -295,26 +377,49 @@ static double pdi_krylov_unit(const pdi_krylov_run *run, const double *z)
     return ldexp(1.0, -exponent);
 }
 
+/* Rotations, right-hand side, coefficients and Hessenberg matrix of a cycle. */
+typedef struct pdi_krylov_dense {
+    double *cs, *sn, *g, *y, *hess;
+} pdi_krylov_dense;
+
+static pdi_krylov_dense pdi_krylov_look(const pd_krylov *krylov)
+{
+    int most = krylov->desc.most + 1;
+    pdi_krylov_dense s;
+    s.cs = krylov->small;
+    s.sn = s.cs + most;
+    s.g = s.sn + most;
+    s.y = s.g + most;
+    s.hess = s.y + most;
+    return s;
+}
+
 /* One cycle from the residual in work vector 0 (norm beta). The correction is added to x; work vector 1 keeps the x
  * before. */
 static pd_status pdi_krylov_gmres_cycle(const pdi_krylov_run *run, double beta)
 {
     const pd_krylov_desc *d = &run->k->desc;
-    int m = d->restart, flexible = d->flexible && run->precond, count = 0;
-    double *hess = run->k->small, *cs = hess + (m + 1) * m, *sn = cs + m + 1, *g = sn + m + 1, *y = g + m + 1;
+    int flexible = d->flexible && run->precond, count = 0;
+    pdi_krylov_dense s = pdi_krylov_look(run->k);
     double *v = pdi_krylov_vector(run, 0), *w = pdi_krylov_vector(run, 1), *z = pdi_krylov_vector(run, 2);
     double unit = 1.0, *packed = pdi_krylov_pack(run, v);
     pdi_krylov_keep(run, 1.0 / beta, packed, 0);
     pdi_krylov_unpack(run, packed, v);
-    g[0] = beta;
-    while (count < m && run->result->iterations < d->max_iterations) {
+    s.g[0] = beta;
+    while (run->result->iterations < d->max_iterations) {
         int j = count;
-        double *h = hess + j * (m + 1);
+        if (d->fixed && j == d->restart) break;
+        if (j == pdi_krylov_room(run->k)) {
+            if (!pdi_krylov_grow(run->ctx, run->k)) break;
+            s = pdi_krylov_look(run->k);
+        }
+        double *h = s.hess + pdi_krylov_column(j);
+        PDI_TRY(pdi_poll(run->ctx, "GMRES", run->result->iterations));
         pdi_krylov_precond(run, v, z);
         if (flexible) {
             packed = pdi_krylov_pack(run, z);
             if (j == 0) unit = pdi_krylov_unit(run, packed);
-            pdi_krylov_keep(run, unit, packed, m + 1 + j);
+            pdi_krylov_keep(run, unit, packed, d->restart + 1 + j);
             pdi_krylov_unpack(run, packed, z);
         }
         pdi_krylov_apply(run, z, w);
@@ -325,16 +430,16 @@ static pd_status pdi_krylov_gmres_cycle(const pdi_krylov_run *run, double beta)
         run->result->iterations++;
         count++;
         double next = h[j + 1];
-        pdi_krylov_rotate(j, h, cs, sn, g);
+        pdi_krylov_rotate(j, h, s.cs, s.sn, s.g);
         /* lucky breakdown: the space is invariant */
-        if (next <= DBL_EPSILON * before || fabs(g[count]) <= 0.9 * run->target) break;
+        if (next <= DBL_EPSILON * before || fabs(s.g[count]) <= 0.9 * run->target) break;
         pdi_krylov_keep(run, 1.0 / next, packed, j + 1);
         pdi_krylov_unpack(run, packed, v);
     }
-    pdi_krylov_back(count, m, hess, g, y);
-    if (flexible) pdi_krylov_combine(run, m + 1, count, y, z);
+    pdi_krylov_back(count, s.hess, s.g, s.y);
+    if (flexible) pdi_krylov_combine(run, d->restart + 1, count, s.y, z);
     else {
-        pdi_krylov_combine(run, 0, count, y, v);
+        pdi_krylov_combine(run, 0, count, s.y, v);
         pdi_krylov_precond(run, v, z);
     }
     if (!pdi_krylov_finite(pdi_krylov_dot(run, z, z))) return pdi_krylov_diverged(run, "the correction");
@@ -402,6 +507,7 @@ static pd_status pdi_krylov_cg_run(const pdi_krylov_run *run, pdi_krylov_best *b
     double rho = 0.0, alpha = 0.0;
     for (int first = 1; best->current > run->target; first = 0) {
         if (run->result->iterations >= run->k->desc.max_iterations) return PD_OK;
+        PDI_TRY(pdi_poll(run->ctx, "Krylov", run->result->iterations));
         pdi_krylov_precond(run, r, z);
         double rho_next = pdi_krylov_dot(run, r, z);
         if (!pdi_krylov_finite(rho_next)) return pdi_krylov_diverged(run, "the preconditioned residual");
@@ -437,6 +543,7 @@ static pd_status pdi_krylov_bicgstab_run(const pdi_krylov_run *run, pdi_krylov_b
     pdi_krylov_copy(run, r, shadow);
     for (int first = 1; best->current > run->target; first = 0) {
         if (run->result->iterations >= run->k->desc.max_iterations) return PD_OK;
+        PDI_TRY(pdi_poll(run->ctx, "Krylov", run->result->iterations));
         double rho_next = pdi_krylov_dot(run, shadow, r);
         if (fabs(rho_next) <= DBL_EPSILON * shadow_norm * best->current) return PD_OK;
         if (first)

@@ -12,6 +12,9 @@ typedef void (*pd_apply_fn)(void *user, const double *x, double *y);
 /* v = the part of v orthogonal to the null space, in place. */
 typedef void (*pd_project_fn)(void *user, double *v);
 
+/* Times that a basis may grow. */
+#define PD_KRYLOV_MORE 32
+
 typedef enum pd_krylov_method {
     PD_KRYLOV_GMRES = 0,    /* any operator; restart + 4 vectors (flexible: 2 restart + 4) */
     PD_KRYLOV_BICGSTAB = 1, /* any operator; 7 vectors, two applications an iteration */
@@ -27,6 +30,9 @@ typedef struct pd_krylov_desc {
                             * are zero in b and x. n = components times spans->total. Borrowed; NULL: all n entries */
     int components;
     int restart;        /* [-] GMRES: basis vectors; 0: 30 */
+    int most;           /* [-] GMRES, not flexible: it takes memory for up to so many of them, `restart` at a time,
+                         * before it restarts; 0: restart. Where memory is refused it restarts */
+    int fixed;          /* 1: GMRES restarts at `restart` whatever `most` is */
     int flexible;       /* 1: GMRES keeps the preconditioned basis. Needed when the preconditioner is not linear to
                          * rounding in double precision, as a multigrid cycle in single precision on a stiff operator */
     int compressed;     /* 1: GMRES keeps its basis in single precision: half the memory. Residuals stay double, a cycle
@@ -41,7 +47,8 @@ typedef struct pd_krylov_desc {
     pd_project_fn project;
 } pd_krylov_desc;
 
-/* Between solves first, end, max_iterations, rtol, atol, zero_guess, null_vector and project of desc may be changed. */
+/* Between solves first, end, fixed, max_iterations, rtol, atol, zero_guess, null_vector and project of desc may be
+ * changed. */
 typedef struct pd_krylov {
     pd_krylov_desc desc; /* defaults filled in */
     int vectors;         /* work vectors */
@@ -51,6 +58,9 @@ typedef struct pd_krylov {
     double *basis;       /* GMRES: [basis_vectors][length] [-] basis, then (flexible) the preconditioned one; or NULL */
     float *single;       /* the same when compressed */
     double *small;       /* [-] GMRES: Hessenberg matrix, rotations, right-hand side, coefficients */
+    int columns;         /* GMRES: that the Hessenberg matrix has room for */
+    void *more[PD_KRYLOV_MORE]; /* GMRES: what has grown, `restart` vectors each as in the basis */
+    int chunks;          /* of them */
 } pd_krylov;
 
 typedef struct pd_krylov_result {
@@ -62,13 +72,17 @@ typedef struct pd_krylov_result {
 
 #define pd_krylov_build PD_NAME(pd_krylov_build)
 #define pd_krylov_free PD_NAME(pd_krylov_free)
+#define pd_krylov_trim PD_NAME(pd_krylov_trim)
 #define pd_krylov_solve PD_NAME(pd_krylov_solve)
 
 /* Allocate all work. PD_ERR_ARGUMENT: a knob is out of range. */
 PD_API pd_status pd_krylov_build(pd_ctx *ctx, const pd_krylov_desc *desc, pd_krylov *krylov);
 PD_API void pd_krylov_free(pd_ctx *ctx, pd_krylov *krylov);
+/* Give back what has grown. */
+PD_API void pd_krylov_trim(pd_ctx *ctx, pd_krylov *krylov);
 /* Solve A x = b, preconditioned from the right (CG: symmetrically). precond NULL: none; user goes to all callbacks.
- * x: guess in, solution out; result may be NULL. Allocates nothing.
+ * x: guess in, solution out; result may be NULL. Allocates nothing but
+ * what `most` lets it.
  * PD_NOT_CONVERGED: iteration limit or stagnation; x is the best iterate seen. PD_ERR_DIVERGED: NaN or infinity came
  * out of a callback, or CG met an indefinite operator; x is the last finite iterate. PD_ERR_ARGUMENT: b or x is not
  * finite.

@@ -3,8 +3,15 @@
 #define PD_MATERIAL_H
 #include "base.h"
 
-/* Recession speed [m/s] at dissolved concentration c [mol/m3]. */
-typedef double (*pd_rate_fn)(void *user, double c);
+/* What a law may depend on. Room to grow: later members do not change the signature of laws. */
+typedef struct pd_rate_at {
+    double c;         /* [mol/m3] dissolved concentration */
+    double t;         /* [s] */
+    double x[PD_DIM]; /* [m] node of the fluid beside the metal */
+} pd_rate_at;
+
+/* Recession speed [m/s] there. */
+typedef double (*pd_rate_fn)(void *user, const pd_rate_at *at);
 
 typedef struct pd_material {
     const char *name;  /* as in scene files */

@@ -90,7 +90,7 @@ void pd_measure_exchange(pd_ctx *ctx, const pd_transport *t, const pd_dissolve *
         pdi_grid_index(grid, node, i);
         int k = axis < 0 ? 0 : i[axis];
         double gain = t->source[node] - t->absorb[node] * t->c[node];
-        if (t->diffusion.hold) gain += t->diffusion.drive[node] - t->diffusion.hold[node] * t->c[node];
+        gain += pdi_diffusion_gain(&t->diffusion, node, t->c[node], t->rest ? t->rest[node] : 0.0);
         flux[k] += gain * bonds->stencil->volume * pdi_grid_circumference(grid, node);
         area[k] += pdi_measure_area(t, dissolve, r);
     }

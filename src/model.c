@@ -53,7 +53,7 @@ static pd_status pdi_model_motion(pd_ctx *ctx, pd_model *m)
         pd_grid_position(&m->grid, node, x);
         pdi_grid_fold_images(&m->grid, x);
         for (int d = 0; d < PD_DIM; d++) {
-            double v = pd_expr_eval(&u->start[d], x);
+            double v = pdi_setup_eval(&u->start[d], x, 0.0);
             if (!(fabs(v) < 1e100))
                 return pdi_fail(ctx, PD_ERR_STATE, "model", "the velocity at the start is %g m/s at x = %g m", v, x[0]);
             m->flow.u[(int64_t)d * m->grid.total + node] = v;
@@ -78,21 +78,21 @@ static pd_status pdi_model_flow(pd_ctx *ctx, pd_model *m)
     flow.rho = u->rho;
     flow.mu = u->mu;
     for (int d = 0; d < PD_DIM; d++) flow.force[d] = u->force[d];
+    if (u->pushed) flow.body = pd_inlet_body;
+    flow.body_user = &m->inlet;
+    if (m->inlet.timed) flow.clock = &m->inlet.time;
     flow.p_out = u->p_out;
     flow.speed = u->speed;
     flow.length = u->length;
-    for (int s = 2 * PD_DIM - 1; s >= 0; s--) {
+    for (int s = 2 * PD_DIM - 1; s >= 0; s--) { /* what users know the inlet by */
         if (u->side[s].kind != PD_SIDE_INLET) continue;
         if (!(u->speed > 0.0) && fabs(m->inlet.mean[s]) > 0.0) flow.speed = fabs(m->inlet.mean[s]);
         if (!(u->length > 0.0)) flow.length = m->inlet.width[s];
     }
-    if (!(flow.speed > 0.0))
-        return pdi_fail(ctx, PD_ERR_ARGUMENT, "model",
-                        "the mean speed of the inlet is 0, expected speed = ... in [flow] as a reference value");
     if (m->inlet.inlets) flow.inlet = pd_inlet_velocity;
     flow.inlet_user = &m->inlet;
     if (pd_wall_moves(u)) flow.wall = pd_wall_velocity;
-    flow.wall_user = (void *)u; /* only read */
+    flow.wall_user = &m->inlet;
     steady.tolerance = u->steady;
     PDI_TRY(pd_flow_build(ctx, &m->grid, &m->bonds, &flow, &m->flow));
     if (u->motion == PD_MOTION_STEADY || u->motion == PD_MOTION_IMPLICIT)
@@ -108,7 +108,7 @@ static pd_status pdi_model_initial(pd_ctx *ctx, const pd_model *m, double *field
         double x[PD_DIM];
         if (m->grid.kind[node] != PD_FLUID) continue;
         pd_grid_position(&m->grid, node, x);
-        double c = pd_expr_eval(&m->setup->initial, x);
+        double c = pdi_setup_eval(&m->setup->initial, x, 0.0);
         if (!(c >= 0.0) || !(c < 1e100))
             return pdi_fail(ctx, PD_ERR_STATE, "model",
                             "initial gives C = %g mol/m3 at x = %g m, expected a finite value of at"
@@ -121,13 +121,13 @@ static pd_status pdi_model_initial(pd_ctx *ctx, const pd_model *m, double *field
 /* Signed distance [m] from the surface of the medium, and the diffusivity [m2/s] on both sides of it. */
 static double pdi_model_interface(void *user, const double *x)
 {
-    const pd_setup *u = (const pd_setup *)user;
+    const pd_setup *u = ((const pd_inlet *)user)->setup;
     return pd_shape_distance(u->shape, u->medium, x);
 }
 
 static double pdi_model_diffusivity(void *user, const double *x)
 {
-    const pd_setup *u = (const pd_setup *)user;
+    const pd_setup *u = ((const pd_inlet *)user)->setup;
     return pdi_model_interface(user, x) < 0.0 ? u->medium_diffusivity : u->diffusivity;
 }
 
@@ -143,8 +143,9 @@ static pd_status pdi_model_transport(pd_ctx *ctx, pd_model *m)
     if (u->medium >= 0) desc.field = pdi_model_diffusivity;
     if (u->medium >= 0) desc.level = pdi_model_interface;
     if (pd_wall_holds(u)) desc.held = pd_wall_held;
-    if (u->motion == PD_MOTION_GIVEN) desc.entering = pd_inlet_entering;
-    desc.user = (void *)u; /* only read */
+    if (u->motion == PD_MOTION_GIVEN || u->enters) desc.entering = pd_inlet_entering;
+    desc.user = &m->inlet;
+    if (m->inlet.timed) desc.clock = &m->inlet.time;
     PDI_TRY(pd_transport_build(ctx, &m->grid, &m->bonds, u->has_flow ? &m->flow : NULL, &desc, &m->transport));
     m->unknowns[PD_PART_TRANSPORT] = m->grid.fluid_count;
     if (!u->has_dissolve) {
@@ -179,10 +180,14 @@ static pd_status pdi_model_grains(pd_ctx *ctx, pd_model *m)
     return status;
 }
 
-static double pdi_model_rate(void *user, double c)
+static double pdi_model_rate(void *user, const pd_rate_at *at)
 {
     const pd_setup *u = (const pd_setup *)user;
-    return u->rate_scale * pd_expr_eval(&u->rate, &c);
+    double vars[PDI_SETUP_LAW];
+    vars[0] = at->c;
+    vars[1] = at->t;
+    memcpy(vars + 2, at->x, sizeof at->x);
+    return u->rate_scale * pd_expr_eval(&u->rate, vars);
 }
 
 static pd_status pdi_model_dissolve(pd_ctx *ctx, pd_model *m)
@@ -193,6 +198,7 @@ static pd_status pdi_model_dissolve(pd_ctx *ctx, pd_model *m)
     desc.threshold = m->setup->threshold;
     desc.rate = pdi_model_rate;
     desc.rate_user = (void *)m->setup; /* only read */
+    desc.uniform = m->setup->rate.uses >> 1 == 0;
     desc.factor = m->factor;
     m->unknowns[PD_PART_DISSOLVE] = m->grid.solid_count;
     return pd_dissolve_build(ctx, &m->grid, &m->bonds, &m->transport, &desc, &m->dissolve);
@@ -226,6 +232,7 @@ static pd_status pdi_model_corrode(pd_ctx *ctx, pd_model *m)
     desc.overshoot = u->overshoot;
     desc.rate = pdi_model_rate;
     desc.rate_user = (void *)u; /* only read */
+    desc.uniform = u->rate.uses >> 2 == 0;
     desc.drive = u->drive;
     desc.kernel = u->kernel;
     desc.weights = u->weights;

@@ -80,7 +80,7 @@ static pd_status pdi_monitor_force(pd_ctx *ctx, pd_model *model, pd_monitor *m)
     if (m->seen == model->couple.flow_solves) return PD_OK;
     m->seen = model->couple.flow_solves;
     m->count = 0;
-    pd_force_surface(ctx, &model->flow, d->lo, d->hi, force, friction, pressure);
+    pd_force_shape(ctx, &model->flow, d->shape ? d->shape - 1 : PD_FORCE_ALL, d->lo, d->hi, force, friction, pressure);
     pdi_monitor_put_vector(m, 'f', "", unit, force, 1.0);
     pdi_monitor_put_vector(m, 'f', "_friction", unit, friction, 1.0);
     pdi_monitor_put_vector(m, 'f', "_pressure", unit, pressure, 1.0);
@@ -287,7 +287,7 @@ static pd_status pdi_monitor_path(pd_ctx *ctx, const pd_monitors *all, const pd_
     snprintf(prefix, sizeof prefix, "%s_%s%s%s", pdi_setup_monitor_name(m->desc->kind), m->desc->name,
              field[0] ? "_" : "", field);
     PDI_TRY(pd_file_frame_name(ctx, prefix, frame, all->model->couple.time, extension, name));
-    return pd_file_join(ctx, all->folder, name, path);
+    return pd_folder_add(ctx, all->folder, name, path);
 }
 
 static pd_status pdi_monitor_line_images(pd_ctx *ctx, const pd_monitors *all, const pd_monitor *m, const int *first,
@@ -323,22 +323,21 @@ static pd_status pdi_monitor_profile(pd_ctx *ctx, const pd_monitors *all, pd_mon
                             sherwood ? "Sh [-]" : "density [mol/m2/s]", path);
 }
 
-static pd_status pdi_monitor_table_path(pd_ctx *ctx, const pd_monitors *all, const pd_monitor *m, char *path)
+static void pdi_monitor_table_name(const pd_monitor *m, char name[2 * PD_SETUP_NAME])
 {
-    char file[2 * PD_SETUP_NAME];
-    snprintf(file, sizeof file, "%s_%s.csv", pdi_setup_monitor_name(m->desc->kind), m->desc->name);
-    return pd_file_join(ctx, all->folder, file, path);
+    snprintf(name, 2 * PD_SETUP_NAME, "%s_%s.csv", pdi_setup_monitor_name(m->desc->kind), m->desc->name);
 }
 
 static pd_status pdi_monitor_table(pd_ctx *ctx, const pd_monitors *all, pd_monitor *m)
 {
-    char names[PD_MONITOR_FIGURES + 1][64], path[PD_PATH_SIZE];
+    char names[PD_MONITOR_FIGURES + 1][64], name[2 * PD_SETUP_NAME], path[PD_PATH_SIZE];
     const char *list[PD_MONITOR_FIGURES + 1];
     snprintf(names[0], sizeof names[0], "time [s]");
     for (int k = 0; k < m->count; k++)
         snprintf(names[k + 1], sizeof names[0], "%s [%s]", m->figure[k].key, m->figure[k].unit);
     for (int k = 0; k <= m->count; k++) list[k] = names[k];
-    PDI_TRY(pdi_monitor_table_path(ctx, all, m, path));
+    pdi_monitor_table_name(m, name);
+    PDI_TRY(pd_folder_add(ctx, all->folder, name, path));
     return pd_csv_create(ctx, path, NULL, list, m->count + 1, &m->table);
 }
 
@@ -361,7 +360,22 @@ static pd_status pdi_monitor_reserve(pd_ctx *ctx, const pd_model *model, pd_moni
     return m->rows ? PDI_NEW(ctx, "monitor", (int64_t)m->rows * m->columns, m->profile) : PD_OK;
 }
 
-pd_status pd_monitors_build(pd_ctx *ctx, pd_model *model, pd_monitors *all)
+/* A probe deep in a wall has nothing to show. */
+static pd_status pdi_monitor_walled(pd_ctx *ctx, const pd_model *model, const pd_setup_probe *probe)
+{
+    const pd_setup *u = model->setup;
+    char deep[PD_UNITS_TEXT];
+    if (u->wall < 0 || !pd_shape_exact(u->shape, u->wall))
+        return pdi_fail(ctx, PD_ERR_GEOMETRY, "probe",
+                        "'%s' stands in the wall, expected a place in the fluid or metal, or on a surface: move it",
+                        probe->name);
+    pdi_setup_show(fabs(pd_shape_distance(u->shape, u->wall, probe->at)), "m", deep);
+    return pdi_fail(ctx, PD_ERR_GEOMETRY, "probe",
+                    "'%s' stands in the wall, %s behind its surface, expected a place in the fluid or metal, or on a "
+                    "surface: move it by that much", probe->name, deep);
+}
+
+static pd_status pdi_monitor_make(pd_ctx *ctx, pd_model *model, pd_monitors *all)
 {
     const pd_setup *u = model->setup;
     memset(all, 0, sizeof *all);
@@ -369,7 +383,7 @@ pd_status pd_monitors_build(pd_ctx *ctx, pd_model *model, pd_monitors *all)
     for (int k = 0; k < u->probes; k++) {
         all->line = u->probe[k].line;
         if (!pdi_sample_inside(model, u->probe[k].at))
-            return pdi_fail(ctx, PD_ERR_GEOMETRY, "probe", "'%s' stands in the wall", u->probe[k].name);
+            return pdi_monitor_walled(ctx, model, &u->probe[k]);
     }
     for (int k = 0; k < u->monitors; k++) {
         pd_monitor *m = &all->monitor[k];
@@ -383,12 +397,13 @@ pd_status pd_monitors_build(pd_ctx *ctx, pd_model *model, pd_monitors *all)
     return PD_OK;
 }
 
-static pd_status pdi_monitor_folder(pd_ctx *ctx, pd_monitors *all, const char *folder)
+pd_status pd_monitors_build(pd_ctx *ctx, pd_model *model, pd_monitors *all)
 {
-    if (strlen(folder) >= PD_PATH_SIZE)
-        return pdi_fail(ctx, PD_ERR_SIZE, "monitor", "the path of the folder is too long");
-    memcpy(all->folder, folder, strlen(folder) + 1);
-    return PD_OK;
+    pd_status status = pdi_monitor_make(ctx, model, all);
+    int line = all->line;
+    if (status < 0) pd_monitors_free(ctx, all);
+    all->line = line;
+    return status;
 }
 
 pd_status pd_monitors_save(pd_ctx *ctx, pd_monitors *all, pd_store *store)
@@ -398,22 +413,23 @@ pd_status pd_monitors_save(pd_ctx *ctx, pd_monitors *all, pd_store *store)
     return PD_OK;
 }
 
-pd_status pd_monitors_resume(pd_ctx *ctx, pd_monitors *all, const char *folder, pd_store *store)
+pd_status pd_monitors_resume(pd_ctx *ctx, pd_monitors *all, pd_folder *folder, pd_store *store)
 {
-    char path[PD_PATH_SIZE];
-    PDI_TRY(pdi_monitor_folder(ctx, all, folder));
+    char name[2 * PD_SETUP_NAME], path[PD_PATH_SIZE];
+    all->folder = folder;
     for (int k = 0; k < all->model->setup->monitors; k++) {
         pd_monitor *m = &all->monitor[k];
         if (m->count == 0) continue;
-        PDI_TRY(pdi_monitor_table_path(ctx, all, m, path));
+        pdi_monitor_table_name(m, name);
+        PDI_TRY(pd_file_join(ctx, folder->path, name, path));
         PDI_TRY(pdi_csv_store(ctx, store, path, m->count + 1, &m->table));
     }
     return PD_OK;
 }
 
-pd_status pd_monitors_open(pd_ctx *ctx, pd_monitors *all, const char *folder)
+pd_status pd_monitors_open(pd_ctx *ctx, pd_monitors *all, pd_folder *folder)
 {
-    PDI_TRY(pdi_monitor_folder(ctx, all, folder));
+    all->folder = folder;
     for (int k = 0; k < all->model->setup->monitors; k++)
         if (all->monitor[k].count) PDI_TRY(pdi_monitor_table(ctx, all, &all->monitor[k]));
     return PD_OK;

@@ -10,6 +10,7 @@
 #ifndef PD_MONITOR_H
 #define PD_MONITOR_H
 #include "csv.h"
+#include "folder.h"
 #include "model.h"
 #include "summary.h"
 
@@ -33,7 +34,7 @@ typedef struct pd_monitor {
 
 typedef struct pd_monitors {
     pd_model *model;
-    char folder[PD_PATH_SIZE];
+    pd_folder *folder;                     /* borrowed */
     int line;                              /* of the scene: the section that the build refused */
     pd_monitor monitor[PD_SETUP_MONITORS]; /* setup->monitors of them */
 } pd_monitors;
@@ -51,11 +52,11 @@ typedef struct pd_monitors {
 /* Of all monitors of the setup; model is borrowed. PD_ERR_GEOMETRY: a probe in the wall, a box around a body that comes
  * too close to other walls. */
 PD_API pd_status pd_monitors_build(pd_ctx *ctx, pd_model *model, pd_monitors *monitors);
-/* Start the tables in an existing folder. PD_ERR_FILE. */
-PD_API pd_status pd_monitors_open(pd_ctx *ctx, pd_monitors *monitors, const char *folder);
+/* Start the tables in an open folder. PD_ERR_FILE. */
+PD_API pd_status pd_monitors_open(pd_ctx *ctx, pd_monitors *monitors, pd_folder *folder);
 /* Note where the tables stand, and, in place of pd_monitors_open, go on with them from there. */
 PD_API pd_status pd_monitors_save(pd_ctx *ctx, pd_monitors *monitors, pd_store *store);
-PD_API pd_status pd_monitors_resume(pd_ctx *ctx, pd_monitors *monitors, const char *folder, pd_store *store);
+PD_API pd_status pd_monitors_resume(pd_ctx *ctx, pd_monitors *monitors, pd_folder *folder, pd_store *store);
 /* The present figures, and a row of the tables that are open. */
 PD_API pd_status pd_monitors_step(pd_ctx *ctx, pd_monitors *monitors);
 /* Profiles and plots of this instant, after its step. */

@@ -45,7 +45,7 @@ static void pdi_multigrid_edges(pd_smooth_level *fine)
     }
 }
 
-pd_status pd_multigrid_build(pd_ctx *ctx, const pd_multigrid_desc *desc, pd_multigrid *mg)
+static pd_status pdi_multigrid_make(pd_ctx *ctx, const pd_multigrid_desc *desc, pd_multigrid *mg)
 {
     memset(mg, 0, sizeof *mg);
     mg->desc = *desc;
@@ -90,6 +90,13 @@ pd_status pd_multigrid_build(pd_ctx *ctx, const pd_multigrid_desc *desc, pd_mult
     return PDI_NEW(ctx, "multigrid", cells, fine->parent);
 }
 
+pd_status pd_multigrid_build(pd_ctx *ctx, const pd_multigrid_desc *desc, pd_multigrid *mg)
+{
+    pd_status status = pdi_multigrid_make(ctx, desc, mg);
+    if (status < 0) pd_multigrid_free(ctx, mg);
+    return status;
+}
+
 void pd_multigrid_free(pd_ctx *ctx, pd_multigrid *mg)
 {
     PDI_DELETE(ctx, pdi_multigrid_store(mg), mg->store);
@@ -99,7 +106,7 @@ void pd_multigrid_free(pd_ctx *ctx, pd_multigrid *mg)
     PDI_DELETE(ctx, mg->level[0].cells, mg->level[0].edge);
     if (mg->level[0].begin) PDI_DELETE(ctx, 2 * (mg->level[0].cells / mg->level[0].n[0]), mg->level[0].begin);
     for (int l = 1; l < PD_MULTIGRID_LEVELS; l++) pdi_coarsen_free(ctx, mg->desc.contrast, &mg->level[l]);
-    mg->levels = 0;
+    memset(mg, 0, sizeof *mg);
 }
 
 /* ---- setup: the finest level ---- */
@@ -229,6 +236,7 @@ static pd_status pdi_multigrid_coarsen(pd_ctx *ctx, pd_multigrid *mg)
     for (int l = 0; pdi_coarsen_choose(ctx, &mg->level[l]); l++) {
         if (l + 1 == PD_MULTIGRID_LEVELS)
             return pdi_fail(ctx, PD_ERR_INTERNAL, "multigrid", "more than %d levels", PD_MULTIGRID_LEVELS);
+        PDI_TRY(pdi_poll(ctx, "multigrid", l));
         PDI_TRY(pdi_coarsen_level(ctx, &how, &mg->level[l], &mg->level[l + 1]));
         mg->levels = l + 2;
     }

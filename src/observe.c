@@ -41,7 +41,7 @@ static pd_status pdi_observe_depths(pd_ctx *ctx, const pd_grid *grid, pd_observa
     return PD_OK;
 }
 
-pd_status pd_observe_build(pd_ctx *ctx, const pd_model *model, pd_observables *o)
+static pd_status pdi_observe_make(pd_ctx *ctx, const pd_model *model, pd_observables *o)
 {
     const pd_setup *u = model->setup;
     int inlet = model->inlet.first, through = u->has_flow && model->inlet.inlets == 1;
@@ -55,6 +55,13 @@ pd_status pd_observe_build(pd_ctx *ctx, const pd_model *model, pd_observables *o
     o->flux_up = inlet % 2 == 0;
     o->layers = model->grid.n[o->flux_axis];
     return PDI_NEW(ctx, "observe", o->layers, o->layer);
+}
+
+pd_status pd_observe_build(pd_ctx *ctx, const pd_model *model, pd_observables *o)
+{
+    pd_status status = pdi_observe_make(ctx, model, o);
+    if (status < 0) pd_observe_free(ctx, o);
+    return status;
 }
 
 void pd_observe_free(pd_ctx *ctx, pd_observables *o)
@@ -121,11 +128,14 @@ static void pdi_observe_flux(pd_ctx *ctx, pd_model *m, pd_observables *o)
     int up = o->flux_up ? low : high, down = o->flux_up ? high : low;
     double before = pd_flow_section(ctx, &m->flow, o->flux_axis, up);
     double behind = pd_flow_section(ctx, &m->flow, o->flux_axis, down);
-    o->flux = fmax(o->flux, fabs(behind - before) / fabs(before));
     pdi_observe_layers(m, o);
-    double reference = o->layer[up];
-    for (int32_t k = 0; k < o->layers; k++)
-        o->flux_max = fmax(o->flux_max, fabs(o->layer[k] - reference) / fabs(reference));
+    double reference = o->layer[up], scale = fabs(before), wide = fabs(reference);
+    if (m->inlet.timed) { /* a stream that turns is at rest now and then */
+        o->most[0] = scale = fmax(scale, o->most[0]);
+        o->most[1] = wide = fmax(wide, o->most[1]);
+    }
+    o->flux = fmax(o->flux, fabs(behind - before) / scale);
+    for (int32_t k = 0; k < o->layers; k++) o->flux_max = fmax(o->flux_max, fabs(o->layer[k] - reference) / wide);
 }
 
 void pd_observe(pd_ctx *ctx, pd_model *m, pd_observables *o)
@@ -140,6 +150,7 @@ void pd_observe(pd_ctx *ctx, pd_model *m, pd_observables *o)
 PDI_FN pd_status pdi_observe_store(pd_ctx *ctx, pd_observables *o, pd_store *store)
 {
     PDI_TRY(PDI_STORE(ctx, store, "flux", &o->flux, 1));
+    PDI_TRY(PDI_STORE(ctx, store, "largest flux", o->most, 2));
     return PDI_STORE(ctx, store, "flux_max", &o->flux_max, 1);
 }
 

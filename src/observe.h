@@ -14,6 +14,7 @@ typedef struct pd_observables {
     double flux_max;      /* [-] largest deviation of the flux through a layer of nodes from the upstream one, worst
                            * so far */
     int flux_axis, flux_up; /* axis of the flow; 1: towards + */
+    double most[2];       /* [m3/s] (per m in 2D) where inlets follow a clock: largest flux upstream, and of nodes */
     int64_t seen;         /* flow solves that flux and flux_max know */
     int32_t layers;
     int32_t nodes;

@@ -2,6 +2,7 @@
 #include "output.h"
 #include "picture.h"
 #include "plot.h"
+#include "record.h"
 #include "sample.h"
 #include <math.h>
 #include <stdio.h>
@@ -62,7 +63,7 @@ static pd_status pdi_output_path(pd_ctx *ctx, const pd_output *out, const char *
 {
     char name[PD_PATH_SIZE];
     PDI_TRY(pd_file_frame_name(ctx, prefix, out->frame, out->model->couple.time, extension, name));
-    return pd_file_join(ctx, out->folder, name, path);
+    return pd_folder_add(ctx, out->folder, name, path);
 }
 
 static pd_status pdi_output_vti(pd_ctx *ctx, pd_output *out)
@@ -201,6 +202,7 @@ static pd_status pdi_output_images(pd_ctx *ctx, pd_output *out)
     char path[PD_PATH_SIZE];
     for (int k = 0; k < PD_FIELD_COUNT; k++) {
         if (!((out->model->setup->images >> k) & 1u)) continue;
+        PDI_TRY(pdi_poll(ctx, "pictures", k));
         PDI_TRY(pdi_output_path(ctx, out, pdi_setup_field_name((pd_field)k), "png", path));
         PDI_TRY(PD_DIM == 1 ? pdi_output_curve(ctx, out, (pd_field)k, path)
                             : pdi_output_picture(ctx, out, (pd_field)k, path));
@@ -247,7 +249,7 @@ static pd_status pdi_output_probe_table(pd_ctx *ctx, pd_output *out)
     if (out->model->setup->probes == 0) return PD_OK;
     int count = pdi_output_probe_row(out, names, NULL, PD_CSV_COLUMNS);
     for (int k = 0; k < count; k++) list[k] = names[k];
-    PDI_TRY(pd_file_join(ctx, out->folder, "probes.csv", path));
+    PDI_TRY(pd_folder_add(ctx, out->folder, "probes.csv", path));
     return pd_csv_create(ctx, path, "SI units; flow and concentration at the probe, other fields of its cell",
                          list, count, &out->probes);
 }
@@ -255,7 +257,7 @@ static pd_status pdi_output_probe_table(pd_ctx *ctx, pd_output *out)
 static pd_status pdi_output_tables(pd_ctx *ctx, pd_output *out)
 {
     char path[PD_PATH_SIZE];
-    PDI_TRY(pd_file_join(ctx, out->folder, "diagnostics.csv", path));
+    PDI_TRY(pd_folder_add(ctx, out->folder, "diagnostics.csv", path));
     PDI_TRY(pd_csv_create(ctx, path, "SI units; ledger, flux, momentum and continuity are relative", pdi_output_columns,
                           PDI_OUTPUT_COLUMNS, &out->diagnostics));
     return pdi_output_probe_table(ctx, out);
@@ -328,24 +330,23 @@ static pd_status pdi_output_reserve(pd_ctx *ctx, pd_output *out)
 }
 
 /* All but the tables. */
-static pd_status pdi_output_begin(pd_ctx *ctx, pd_model *model, const char *folder, pd_output *out)
+static pd_status pdi_output_begin(pd_ctx *ctx, pd_model *model, pd_folder *folder, pd_output *out)
 {
     char path[PD_PATH_SIZE];
     memset(out, 0, sizeof *out);
     out->model = model;
     out->written = -1.0;
-    if (strlen(folder) >= PD_PATH_SIZE)
-        return pdi_fail(ctx, PD_ERR_SIZE, "output", "the path of the folder is too long");
-    memcpy(out->folder, folder, strlen(folder) + 1);
+    out->folder = folder;
     PDI_TRY(pdi_output_reserve(ctx, out));
-    PDI_TRY(pd_file_make_directory(ctx, folder));
-    PDI_TRY(pd_file_join(ctx, folder, "simulation.pvd", path));
+    PDI_TRY(pd_file_join(ctx, folder->path, "simulation.pvd", path));
     return pd_pvd_init(ctx, path, &out->pvd);
 }
 
-pd_status pd_output_open(pd_ctx *ctx, pd_model *model, const char *folder, pd_output *out)
+pd_status pd_output_open(pd_ctx *ctx, pd_model *model, pd_folder *folder, pd_output *out)
 {
+    char path[PD_PATH_SIZE];
     PDI_TRY(pdi_output_begin(ctx, model, folder, out));
+    PDI_TRY(pd_folder_add(ctx, folder, "simulation.pvd", path));
     return pdi_output_tables(ctx, out);
 }
 
@@ -374,15 +375,15 @@ pd_status pd_output_save(pd_ctx *ctx, pd_output *out, pd_store *store)
     return out->model->setup->probes ? pdi_csv_store(ctx, store, NULL, 0, &out->probes) : PD_OK;
 }
 
-pd_status pd_output_resume(pd_ctx *ctx, pd_model *model, const char *folder, pd_store *store, pd_output *out)
+pd_status pd_output_resume(pd_ctx *ctx, pd_model *model, pd_folder *folder, pd_store *store, pd_output *out)
 {
     char path[PD_PATH_SIZE];
     PDI_TRY(pdi_output_begin(ctx, model, folder, out));
     PDI_TRY(pdi_output_store(ctx, out, store));
-    PDI_TRY(pd_file_join(ctx, folder, "diagnostics.csv", path));
+    PDI_TRY(pd_file_join(ctx, folder->path, "diagnostics.csv", path));
     PDI_TRY(pdi_csv_store(ctx, store, path, PDI_OUTPUT_COLUMNS, &out->diagnostics));
     if (model->setup->probes == 0) return PD_OK;
-    PDI_TRY(pd_file_join(ctx, folder, "probes.csv", path));
+    PDI_TRY(pd_file_join(ctx, folder->path, "probes.csv", path));
     return pdi_csv_store(ctx, store, path, pdi_output_probe_row(out, NULL, NULL, PD_CSV_COLUMNS), &out->probes);
 }
 
@@ -398,26 +399,47 @@ pd_status pd_output_frame(pd_ctx *ctx, pd_output *out)
     return PD_OK;
 }
 
+/* Measured losses beside the curve, as many as the plot has room for. work [3 points of all records] */
+static void pdi_output_measured(const pd_output *out, double unit, double last, double *work, pd_plot *plot)
+{
+    const pd_setup *u = out->model->setup;
+    for (int k = 0; k < u->records && plot->count < PD_PLOT_SERIES; k++) {
+        if (strcmp(u->record[k].figure, "volume_loss") != 0) continue;
+        pdi_record_series(&u->record[k], unit, 0.01, last, work, &plot->series[plot->count++]);
+        work += 3 * u->record[k].points;
+    }
+    if (plot->count > 1) plot->series[0].name = "computed";
+}
+
 static pd_status pdi_output_loss(pd_ctx *ctx, pd_output *out)
 {
+    const pd_setup *u = out->model->setup;
     char path[PD_PATH_SIZE];
+    double *work = NULL;
+    int64_t points = 1;
     pd_plot plot;
-    if (!pdi_setup_loses(out->model->setup) || out->rows < 2) return PD_OK;
-    int brief = out->time[out->rows - 1] < 1.0;
+    if (!pdi_setup_loses(u) || out->rows < 2) return PD_OK;
+    double last = 3600.0 * out->time[out->rows - 1];
+    int brief = last < 3600.0;
     memset(&plot, 0, sizeof plot);
     for (int64_t k = 0; k < out->rows; k++) {
         out->loss[k] *= 100.0;
         if (brief) out->time[k] *= 3600.0;
     }
-    plot.title = out->model->setup->name;
+    plot.title = u->name;
     plot.x_label = brief ? "t [s]" : "t [h]";
     plot.y_label = "volume loss [%]";
     plot.count = 1;
     plot.series[0].x = out->time;
     plot.series[0].y = out->loss;
     plot.series[0].count = (int)out->rows;
-    PDI_TRY(pd_file_join(ctx, out->folder, "volume_loss.png", path));
-    return pd_plot_write(ctx, path, &plot);
+    for (int k = 0; k < u->records; k++) points += 3 * u->record[k].points;
+    PDI_TRY(pd_folder_add(ctx, out->folder, "volume_loss.png", path));
+    PDI_TRY(PDI_NEW(ctx, "output", points, work));
+    pdi_output_measured(out, brief ? 1.0 : 3600.0, last, work, &plot);
+    pd_status status = pd_plot_write(ctx, path, &plot);
+    PDI_DELETE(ctx, points, work);
+    return status;
 }
 
 pd_status pd_output_close(pd_ctx *ctx, pd_output *out)

@@ -10,12 +10,13 @@
 #ifndef PD_OUTPUT_H
 #define PD_OUTPUT_H
 #include "csv.h"
+#include "folder.h"
 #include "observe.h"
 #include "vti.h"
 
 typedef struct pd_output {
     pd_model *model;
-    char folder[PD_PATH_SIZE];
+    pd_folder *folder;
     pd_pvd pvd;
     pd_csv diagnostics, probes;
     int frame;                /* of the next fields */
@@ -37,13 +38,13 @@ typedef struct pd_output {
 #define pd_output_close PD_NAME(pd_output_close)
 #define pd_output_free PD_NAME(pd_output_free)
 
-/* Make the folder and start the tables. model is borrowed. PD_ERR_FILE. */
-PD_API pd_status pd_output_open(pd_ctx *ctx, pd_model *model, const char *folder, pd_output *out);
+/* Start the tables. model and folder, which is open, are borrowed. PD_ERR_FILE. */
+PD_API pd_status pd_output_open(pd_ctx *ctx, pd_model *model, pd_folder *folder, pd_output *out);
 /* Note where the files stand. */
 PD_API pd_status pd_output_save(pd_ctx *ctx, pd_output *out, pd_store *store);
 /* In place of pd_output_open: go on with the files of a folder where they stood then; what came later is cut off.
  * PD_ERR_FILE: a table is missing or shorter than it was. */
-PD_API pd_status pd_output_resume(pd_ctx *ctx, pd_model *model, const char *folder, pd_store *store, pd_output *out);
+PD_API pd_status pd_output_resume(pd_ctx *ctx, pd_model *model, pd_folder *folder, pd_store *store, pd_output *out);
 /* A row of the tables. */
 PD_API pd_status pd_output_step(pd_ctx *ctx, pd_output *out, const pd_observables *o);
 /* Fields and pictures of this instant; a second call at the same time does nothing. */

@@ -83,6 +83,7 @@ static void pdi_picture_range(const pd_picture *p, pdi_picture_layout *l)
         hi = 1;
     } else if (p->map == PD_MAP_DIVERGING) {
         hi = fmax(fabs(lo), fabs(hi));
+        if (!(hi > 0)) hi = 1;
         lo = -hi;
     }
     l->axis_bar.lo = lo;

@@ -10,6 +10,8 @@
 #define PDI_PLOT_GRID 0xE3E5E8u
 #define PDI_PLOT_DASH 12.0 /* [pixel] length of a dash and of its gap */
 #define PDI_PLOT_LINE 2.5
+#define PDI_PLOT_BAR 1.5 /* [pixel] width of an error bar */
+#define PDI_PLOT_CAP 5.0 /* [pixel] half the stroke at its ends */
 #define PDI_PLOT_LEGEND_ROW 26
 
 typedef struct pdi_plot_layout {
@@ -25,6 +27,13 @@ static int pdi_plot_usable(double value, int log_axis)
 static int pdi_plot_shown(const pd_plot *plot, const pd_series *s, int i)
 {
     return pdi_plot_usable(s->x[i], plot->x_log) && pdi_plot_usable(s->y[i], plot->y_log);
+}
+
+/* The low (-1) or high (1) end of an error bar, the point itself where the axis cannot show it. */
+static double pdi_plot_end(const pd_plot *plot, const pd_series *s, int i, int side)
+{
+    double end = s->spread ? s->y[i] + side * s->spread[i] : s->y[i];
+    return pdi_plot_usable(end, plot->y_log) ? end : s->y[i];
 }
 
 static pd_status pdi_plot_check(pd_ctx *ctx, const pd_plot *plot)
@@ -68,8 +77,8 @@ static pd_status pdi_plot_ranges(pd_ctx *ctx, const pd_plot *plot, pdi_plot_layo
             if (!pdi_plot_shown(plot, s, i)) continue;
             x_lo = fmin(x_lo, s->x[i]);
             x_hi = fmax(x_hi, s->x[i]);
-            y_lo = fmin(y_lo, s->y[i]);
-            y_hi = fmax(y_hi, s->y[i]);
+            y_lo = fmin(y_lo, pdi_plot_end(plot, s, i, -1));
+            y_hi = fmax(y_hi, pdi_plot_end(plot, s, i, 1));
         }
     if (!(x_lo <= x_hi)) return pdi_fail(ctx, PD_ERR_ARGUMENT, "plot", "no series has a point that can be shown");
     PDI_TRY(pdi_plot_range(ctx, "x", plot->x_log, plot->x_lo, plot->x_hi, x_lo, x_hi, &l->x));
@@ -205,6 +214,21 @@ static void pdi_plot_series(const pd_plot *plot, const pdi_plot_layout *l, int k
     }
 }
 
+/* Bars with a short stroke at either end. */
+static void pdi_plot_bars(const pd_plot *plot, const pdi_plot_layout *l, int k, pdi_canvas *canvas)
+{
+    const pd_series *s = &plot->series[k];
+    uint32_t colour = pdi_colour_series(k);
+    for (int i = 0; s->spread && i < s->count; i++) {
+        if (!pdi_plot_shown(plot, s, i) || !(s->spread[i] > 0)) continue;
+        double x = pdi_plot_x(l, s->x[i]), low = pdi_plot_y(l, pdi_plot_end(plot, s, i, -1));
+        double high = pdi_plot_y(l, pdi_plot_end(plot, s, i, 1));
+        pdi_canvas_line(canvas, x, low, x, high, PDI_PLOT_BAR, colour);
+        pdi_canvas_line(canvas, x - PDI_PLOT_CAP, low, x + PDI_PLOT_CAP, low, PDI_PLOT_BAR, colour);
+        pdi_canvas_line(canvas, x - PDI_PLOT_CAP, high, x + PDI_PLOT_CAP, high, PDI_PLOT_BAR, colour);
+    }
+}
+
 /* Markers on the edge are drawn whole, those beyond it not at all. */
 static void pdi_plot_markers(const pd_plot *plot, const pdi_plot_layout *l, int k, pdi_canvas *canvas)
 {
@@ -292,6 +316,7 @@ pd_status pd_plot_draw(pd_ctx *ctx, const pd_plot *plot, pd_image *image)
     pdi_plot_axes(plot, &l, &canvas);
     pdi_canvas_clip(&canvas, l.left, l.top, l.right, l.bottom);
     for (int k = 0; k < plot->count; k++) pdi_plot_series(plot, &l, k, &canvas);
+    for (int k = 0; k < plot->count; k++) pdi_plot_bars(plot, &l, k, &canvas);
     pdi_canvas_unclip(&canvas);
     for (int k = 0; k < plot->count; k++) pdi_plot_markers(plot, &l, k, &canvas);
     pdi_plot_legend(plot, &l, &canvas);

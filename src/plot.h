@@ -3,7 +3,7 @@
 #define PD_PLOT_H
 #include "png.h"
 
-#define PD_PLOT_SERIES 6
+#define PD_PLOT_SERIES 12 /* a colour serves two: a line and a dashed one */
 
 typedef enum pd_stroke {
     PD_STROKE_LINE = 0,
@@ -18,6 +18,7 @@ typedef struct pd_series {
                           * axis) leave a gap */
     int count;
     pd_stroke stroke;
+    const double *spread; /* [count] [-] half the length of the error bar of a point; 0: no bar. NULL: none has one */
 } pd_series;
 
 /* Zero-initialise, then fill in. */

@@ -11,6 +11,8 @@ enum { PDI_RECEDE_LAW = 0, PDI_RECEDE_SATURATED, PDI_RECEDE_FULL };
 #define PDI_RECEDE_MARGIN 3.0
 /* Share of Csat by which the law is probed. */
 #define PDI_RECEDE_PROBE 1e-6
+/* Share of a concentration at which a law that has ended is looked for next. */
+#define PDI_RECEDE_DOWN 0.94
 /* What rounding leaves of an exchange, over Csat. */
 #define PDI_RECEDE_ROUNDING 1e-14
 /* Conductance of saturated nodes in the preconditioner, over that of all bonds. */
@@ -124,6 +126,23 @@ static void pdi_recede_gather(pd_recede *r, int32_t i)
     }
 }
 
+/* Where fluid node i is full, for a step that ends at t: at Csat, or where the law ends before. Above an end it is
+ * where the law begins below. */
+static double pdi_recede_full(const pd_recede *r, int32_t i, double t)
+{
+    const pd_corrode *m = r->corrode;
+    double csat = m->desc.saturation, c = fmin(fmax(r->start[i], 0.0), csat), low = c;
+    pdi_law law;
+    law.rate = m->desc.rate;
+    law.user = m->desc.rate_user;
+    law.top = csat;
+    law.at.t = t;
+    pd_grid_position(m->grid, i, law.at.x);
+    if (!(c < csat) || pdi_law_rate(&law, c) > 0.0) return fmin(pdi_law_end(&law, fmin(c, csat), csat), csat);
+    while (low > PDI_RECEDE_PROBE * csat && !(pdi_law_rate(&law, low) > 0.0)) low *= PDI_RECEDE_DOWN;
+    return pdi_law_rate(&law, low) > 0.0 ? fmin(pdi_law_end(&law, low, c), csat) : csat;
+}
+
 /* Begin a step: how many nodes take part, and what the metal in reach of those beside it would give. */
 static void pdi_recede_begin(const pd_ctx *ctx, pd_recede *r)
 {
@@ -142,6 +161,8 @@ static void pdi_recede_begin(const pd_ctx *ctx, pd_recede *r)
         r->state[i] = PDI_RECEDE_LAW; /* the front may have left it behind */
         r->drain[i] = 0.0;
     }
+    for (int32_t i = 0; i < m->grid->total; i++) /* laws of callers are asked by one thread */
+        if (m->map.role[i] == PDI_ROLE_SHORE) r->full[i] = pdi_recede_full(r, i, m->time + r->dt);
     m->active = 0;
     int32_t first = -1, end = 1; /* of the fluid */
     for (int32_t i = 0; i < m->grid->total; i++) {
@@ -186,7 +207,7 @@ static uint8_t pdi_recede_choose(const pd_recede *r, int32_t i, double gain, dou
 {
     const pd_corrode *m = r->corrode;
     double margin = PDI_RECEDE_MARGIN * pdi_recede_goal(r) * m->desc.saturation;
-    double above = m->c[i] - m->desc.saturation;
+    double above = m->c[i] - r->full[i];
     switch (r->state[i]) {
     case PDI_RECEDE_LAW: return above > margin ? PDI_RECEDE_SATURATED : PDI_RECEDE_LAW;
     case PDI_RECEDE_SATURATED:
@@ -212,9 +233,11 @@ static pd_status pdi_recede_evaluate(pd_ctx *ctx, pd_recede *r, int settled, int
     for (int32_t i = 0; i < m->grid->total; i++) {
         if (m->map.role[i] == PDI_ROLE_WHOLE) largest = fmax(largest, fabs(r->balance[i]));
         if (m->map.role[i] != PDI_ROLE_SHORE) continue;
-        double c = fmin(m->c[i], csat), v, less, need = -r->balance[i];
-        PDI_TRY(pdi_corrode_law(ctx, m, i, c, &v));
-        PDI_TRY(pdi_corrode_law(ctx, m, i, c - probe, &less));
+        /* at an end of the law that is no saturation it holds just before */
+        double most = r->full[i] < csat ? r->full[i] - 0.5 * probe : csat;
+        double c = fmin(m->c[i], most), t = m->time + r->dt, v, less, need = -r->balance[i];
+        PDI_TRY(pdi_corrode_law(ctx, m, t, i, c, &v));
+        PDI_TRY(pdi_corrode_law(ctx, m, t, i, c - probe, &less));
         double gain = pdi_recede_gain(r, i, v, c), before = pdi_recede_gain(r, i, less, c - probe);
         uint8_t state = settled ? r->state[i] : pdi_recede_choose(r, i, gain, need);
         *change |= state != r->state[i];
@@ -222,7 +245,7 @@ static pd_status pdi_recede_evaluate(pd_ctx *ctx, pd_recede *r, int settled, int
         r->drain[i] = state == PDI_RECEDE_LAW ? (before - gain) / probe : 0.0;
         m->speed[i] = state == PDI_RECEDE_LAW ? v : 0.0;
         if (state == PDI_RECEDE_SATURATED) {
-            m->c[i] = csat;
+            m->c[i] = r->full[i];
             m->speed[i] = gain > 0.0 ? v * fmin(fmax(need / gain, 0.0), 1.0) : 0.0;
             r->balance[i] = 0.0;
         } else if (state == PDI_RECEDE_LAW) r->balance[i] += gain;
@@ -257,6 +280,7 @@ static pd_status pdi_recede_solve(pd_ctx *ctx, pd_recede *r)
     for (int round = 0; round < r->desc.max_newton; round++) {
         pd_krylov_result linear;
         int turned, again;
+        PDI_TRY(pdi_poll(ctx, "corrosion: Newton", r->newton));
         PDI_TRY(pdi_recede_evaluate(ctx, r, 0, &turned, &worst));
         if (!turned && worst <= goal) return PD_OK;
         /* saturated nodes have moved to Csat: take the balance there */
@@ -358,6 +382,10 @@ pd_status pd_recede_next(pd_ctx *ctx, pd_recede *r, double t_end)
     }
     double shortest = PDI_RECEDE_SHORTEST * dt, count = ceil(left / dt * (1.0 - 1e-12));
     dt = left / count;
+    if (pdi_stands_still(m->time, left, dt))
+        return pdi_fail(ctx, PD_ERR_STATE, "recede",
+                        "steps of %g s do not lead on from t = %g s to %g s: share (%g) or rtol (%g) is too small, or "
+                        "the rate changes too fast with C", dt, m->time, t_end, r->desc.share, r->desc.rtol);
     pd_status status = pd_recede_step(ctx, r, dt);
     for (; status == PD_RETRY && dt > shortest; status = pd_recede_step(ctx, r, dt)) {
         dt = r->retry_dt;
@@ -385,13 +413,14 @@ static pd_status pdi_recede_allocate(pd_ctx *ctx, pd_recede *r)
     PDI_TRY(PDI_NEW(ctx, "recede", total, r->delta));
     PDI_TRY(PDI_NEW(ctx, "recede", total, r->field));
     PDI_TRY(PDI_NEW(ctx, "recede", total, r->drain));
+    PDI_TRY(PDI_NEW(ctx, "recede", total, r->full));
     PDI_TRY(PDI_NEW(ctx, "recede", total, r->dry));
     PDI_TRY(PDI_NEW(ctx, "recede", total, r->reach));
     PDI_TRY(PDI_NEW(ctx, "recede", total, r->stock));
     return PDI_NEW(ctx, "recede", total, r->state);
 }
 
-pd_status pd_recede_build(pd_ctx *ctx, pd_corrode *corrode, const pd_recede_desc *desc, pd_recede *r)
+static pd_status pdi_recede_make(pd_ctx *ctx, pd_corrode *corrode, const pd_recede_desc *desc, pd_recede *r)
 {
     pd_krylov_desc kd;
     pd_multigrid_desc md;
@@ -422,6 +451,13 @@ pd_status pd_recede_build(pd_ctx *ctx, pd_corrode *corrode, const pd_recede_desc
     return pdi_recede_allocate(ctx, r);
 }
 
+pd_status pd_recede_build(pd_ctx *ctx, pd_corrode *corrode, const pd_recede_desc *desc, pd_recede *r)
+{
+    pd_status status = pdi_recede_make(ctx, corrode, desc, r);
+    if (status < 0) pd_recede_free(ctx, r);
+    return status;
+}
+
 PDI_FN pd_status pdi_recede_store(pd_ctx *ctx, pd_recede *r, pd_store *store)
 {
     int32_t total = r->corrode->grid->total;
@@ -448,6 +484,7 @@ void pd_recede_free(pd_ctx *ctx, pd_recede *r)
     PDI_DELETE(ctx, total, r->delta);
     PDI_DELETE(ctx, total, r->field);
     PDI_DELETE(ctx, total, r->drain);
+    PDI_DELETE(ctx, total, r->full);
     PDI_DELETE(ctx, total, r->dry);
     PDI_DELETE(ctx, total, r->reach);
     PDI_DELETE(ctx, total, r->stock);

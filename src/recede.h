@@ -16,8 +16,9 @@
 #ifndef PD_RECEDE_H
 #define PD_RECEDE_H
 #include "compact.h"
-#include "corrode.h"
 #include "krylov.h"
+#include "law.h"
+#include "march.h"
 #include "multigrid.h"
 
 /* Zero-initialise. */
@@ -42,6 +43,7 @@ typedef struct pd_recede {
     double *delta;     /* [total] [mol/m3] correction */
     double *field;     /* [total] [mol/m3] operand with its ghosts */
     double *drain;     /* [total] [1/s] -dG/dC; negative where metal dissolves the faster, the more is dissolved */
+    double *full;      /* [total] [mol/m3] of nodes beside metal: Csat, or where the law ends before */
     double *dry;       /* [total] [1/m2] sum of a(n) over bonds to metal and walls */
     double *reach;     /* [total] [1/m] sum of b(n) to metal */
     double *stock;     /* [total] [mol/m4] the same times what the metal there has, with drive by difference */

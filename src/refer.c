@@ -20,5 +20,5 @@ PDI_FN pd_status pdi_refer_fail(pd_ctx *ctx, const pd_text *text, int section, c
     pd_status status = ctx->status, refused;
     memcpy(message, ctx->message, sizeof message);
     refused = pd_text_refuse(ctx, text, section, key, "%.500s", message);
-    return ctx->status = pdi_lacks_memory(status) ? status : refused;
+    return ctx->status = pdi_is_final(status) ? status : refused;
 }

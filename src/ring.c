@@ -213,7 +213,7 @@ static pd_status pdi_ring_fill(pd_ctx *ctx, const pd_stencil *s, const pd_grid *
     return PD_OK;
 }
 
-pd_status pd_ring_build(pd_ctx *ctx, const pd_stencil *stencil, const pd_grid *grid, pd_ring *ring)
+static pd_status pdi_ring_make(pd_ctx *ctx, const pd_stencil *stencil, const pd_grid *grid, pd_ring *ring)
 {
     pdi_ring_fit f;
     memset(ring, 0, sizeof *ring);
@@ -226,6 +226,13 @@ pd_status pd_ring_build(pd_ctx *ctx, const pd_stencil *stencil, const pd_grid *g
     if (f.first < 1.0) f.first = 0.5; /* at the axis, but for rounding */
     pd_status status = pdi_ring_fill(ctx, stencil, grid, &f, ring);
     pdi_ring_release(ctx, &f);
+    return status;
+}
+
+pd_status pd_ring_build(pd_ctx *ctx, const pd_stencil *stencil, const pd_grid *grid, pd_ring *ring)
+{
+    pd_status status = pdi_ring_make(ctx, stencil, grid, ring);
+    if (status < 0) pd_ring_free(ctx, ring);
     return status;
 }
 

@@ -16,12 +16,19 @@
 /* Zero-initialise. */
 typedef struct pd_run_desc {
     const char *folder;      /* of the output; NULL: that of the setup */
-    int check;               /* 1: build and summarise, run nothing, write nothing */
+    int check;               /* 1: build and summarise, run nothing, write nothing; what the run would be refused for is
+                              * refused, with `resume` also for its checkpoint */
     int dry;                 /* 1: run, write nothing */
-    pd_figures *figures;     /* zeroed; gets the last figures of the run, for pd_figures_free. NULL: not wanted */
+    pd_figures *figures;     /* zeroed; gets the last figures of the run (`check`: those before it), for
+                              * pd_figures_free. NULL: not wanted */
+    double *computed;        /* [points] [unit of the columns in SI] of all measured sections: gets what the run
+                              * computes there, NaN where it does not come. NULL: not wanted */
+    const double *share;     /* [-] of each monitor in the figures of its section, see twin.h; NULL: 1 */
     pd_print_fn print;       /* NULL: silent */
     void *print_user;
-    int (*stop)(void *user); /* asked after every step before the end; not 0: the run ends there. NULL: never */
+    int (*stop)(void *user); /* asked after every step before the end; not 0: the run ends there. NULL: never. The poll
+                              * function of the context is asked within steps, a few times a second: then the run ends
+                              * with a checkpoint of the last step that is done. PD_STOPPED: before the first began */
     void *stop_user;
     int checkpoints;         /* 1: keep the state in the folder, in PD_RUN_CHECKPOINT, now and then and when stopped */
     double checkpoint_every; /* [s] of wall time, 0: after every step */
@@ -47,6 +54,7 @@ typedef struct pd_run_result {
     double residual;      /* [-] larger one of the last flow solve */
     int settled;          /* the transport was solved for its steady field */
     double change;        /* [-] of that field in the last step of its solver, over the largest value */
+    double defect;        /* [-] what its balances lack, over what passes */
     int64_t evaluations, steps, unknowns;
     int64_t unsolved;     /* steps in which the linear solver of transport missed its tolerance */
     int threads;          /* at most in use */

@@ -11,11 +11,13 @@ PDI_FN const char *pdi_sample_label(pd_field field);
 PDI_FN double pdi_sample_node(const pd_model *m, pd_field field, int32_t node);
 /* Fill the ghosts of the concentration; once before pdi_sample_point is called for an instant. */
 PDI_FN void pdi_sample_prepare(pd_model *m);
-/* Value at the place x [m] of the box: C, v (its component) and p along their gradients, exact for linear fields (with
- * bond-based corrosion linear between fluid nodes), as the mean over the fluid cells that x touches, so that a point on
- * a surface shows the fluid beside it; NaN where there is none. The other fields: of the cell. */
+/* Value at the place x [m] of the box: C and v (its component) of the quadratic that fits nodes and surfaces around x
+ * best, p along its gradient (theory: 3.6; with bond-based corrosion linear between fluid nodes), as the mean over the
+ * fluid cells that x touches. A place on or before a smooth surface in a closed cell is told from the nearest fluid
+ * nodes, one behind the surface in a fluid cell from the surface; NaN where there is no fluid. Other fields: of the
+ * cell. */
 PDI_FN double pdi_sample_point(const pd_model *m, pd_field field, int component, const double *x);
-/* 1 when x touches a cell of fluid or solid. */
+/* 1 when x touches a cell of solid, or fluid can tell the value there. */
 PDI_FN int pdi_sample_inside(const pd_model *m, const double *x);
 #endif
 

@@ -3,6 +3,8 @@
 #include "chart.h"
 #include "flat.h"
 #include "identity.h"
+#include "named.h"
+#include "record.h"
 #include "sketch.h"
 #include "syntax.h"
 #include "watch.h"
@@ -19,7 +21,7 @@ typedef struct pdi_scene {
     pd_ctx *ctx;
     pd_text *text;
     pd_setup *setup;
-    pd_expr_symbol consts[5];
+    pdi_named named;
 } pdi_scene;
 
 /* A number in low .. high; low_open: low itself is refused. */
@@ -32,7 +34,7 @@ static pd_status pdi_scene_within(pdi_scene *s, int section, const char *key, co
     pdi_setup_show(*value, unit, found);
     pdi_setup_show(low, unit, bottom);
     pdi_setup_show(high, unit, top);
-    if (high < PDI_SCENE_HUGE)
+    if (high < PDI_SCENE_HUGE || *value > high)
         return pd_text_refuse(s->ctx, s->text, section, key, "found %s, expected a value %s %s and at most %s", found,
                               low_open ? "above" : "from", bottom, top);
     return pd_text_refuse(s->ctx, s->text, section, key, "found %s, expected %s", found,
@@ -121,8 +123,8 @@ static pd_status pdi_scene_grid(pdi_scene *s)
     PDI_TRY(pdi_scene_within(s, section, "m", "", "3", 1.0, 6.0, 0, &u->m));
     PDI_TRY(pd_text_ranges(s->ctx, s->text, section, "box", "m", NULL, PD_DIM, u->lo, u->hi, &count));
     if (count != PD_DIM)
-        return pd_text_refuse(s->ctx, s->text, section, "box", "found %d range%s, expected %d, one for each axis",
-                              count, count > 1 ? "s" : "", PD_DIM);
+        return pd_text_refuse(s->ctx, s->text, section, "box", "found %d range%s, expected %d, one for each axis:"
+                              " pd%dd runs scenes in %dD", count, count > 1 ? "s" : "", PD_DIM, count, count);
     PDI_TRY(pd_text_integer(s->ctx, s->text, section, "threads", 0, 1024, "0", &u->threads));
     PDI_TRY(pdi_scene_whole_cells(s, section));
     return pdi_scene_geometry(s, section);
@@ -137,21 +139,42 @@ static pd_status pdi_scene_side_names(pdi_scene *s)
         int known = 0;
         for (int side = 0; side < 2 * PD_DIM; side++) known = known || strcmp(label, pdi_setup_side_name(side)) == 0;
         if (!known)
-            return pd_text_refuse(s->ctx, s->text, k, "side", "found [side %.40s], expected one of x-, x+%s%s", label,
-                                  PD_DIM > 1 ? ", y-, y+" : "", PD_DIM > 2 ? ", z-, z+" : "");
+            return pd_text_refuse(s->ctx, s->text, k, "side", "found [side %.40s], expected one of x-, x+%s%s"
+                                  " in %dD", label, PD_DIM > 1 ? ", y-, y+" : "", PD_DIM > 2 ? ", z-, z+" : "", PD_DIM);
     }
     return PD_OK;
 }
 
+/* An expression in x, y, z and t. */
+static pd_status pdi_scene_expr(pdi_scene *s, int section, const char *key, const char *unit, const char *fallback,
+                                pd_expr *expr)
+{
+    return pd_text_expr(s->ctx, s->text, section, key, unit, pdi_setup_position(), PDI_SETUP_PLACE, fallback, expr);
+}
+
+/* What goes through an inlet: a constant, left to the caller (stream->uses is 0), or a function of time. */
+static pd_status pdi_scene_stream(pdi_scene *s, int section, const char *key, const char *unit, pd_expr *stream)
+{
+    PDI_TRY(pdi_scene_expr(s, section, key, unit, NULL, stream));
+    if (!(stream->uses & ~((uint32_t)1 << PD_DIM))) return PD_OK;
+    return pd_text_refuse(s->ctx, s->text, section, key, "found a function of the place, expected one of t alone, or"
+                          " profile = expression with a velocity");
+}
+
 static pd_status pdi_scene_speed(pdi_scene *s, int section, pd_setup_side *side)
 {
-    if (!pd_text_has(s->ctx, s->text, section, "flow_rate"))
-        return pdi_scene_not_negative(s, section, "mean", "m/s", NULL, &side->mean);
+    int volume = pd_text_has(s->ctx, s->text, section, "flow_rate");
+    if (!volume) PDI_TRY(pdi_scene_stream(s, section, "mean", "m/s", &side->stream));
+    if (!volume && side->stream.uses) return PD_OK;
+    if (!volume) return pdi_scene_not_negative(s, section, "mean", "m/s", NULL, &side->mean);
     if (pd_text_has(s->ctx, s->text, section, "mean"))
         return pd_text_refuse(s->ctx, s->text, section, "flow_rate", "found beside 'mean', expected one of them");
     if (PD_DIM == 1)
         return pd_text_refuse(s->ctx, s->text, section, "flow_rate",
                               "found a volume flow in 1D, expected mean = speed");
+    side->flow_rate = 1.0;
+    PDI_TRY(pdi_scene_stream(s, section, "flow_rate", "m3/s", &side->stream));
+    if (side->stream.uses) return PD_OK;
     return pdi_scene_positive(s, section, "flow_rate", "m3/s", NULL, &side->flow_rate);
 }
 
@@ -164,8 +187,7 @@ static pd_status pdi_scene_inlet(pdi_scene *s, int section, pd_setup_side *side)
     side->profile = (pd_profile)(profile + PD_PROFILE_UNIFORM);
     if (side->profile != PD_PROFILE_EXPRESSION) return pdi_scene_speed(s, section, side);
     for (int d = 0; d < PD_DIM; d++)
-        PDI_TRY(pd_text_expr(s->ctx, s->text, section, keys[d], "m/s", pdi_setup_position(), PD_DIM, "0",
-                             &side->velocity[d]));
+        PDI_TRY(pdi_scene_expr(s, section, keys[d], "m/s", "0", &side->velocity[d]));
     for (int d = 0; d < PD_DIM; d++)
         if (pd_text_has(s->ctx, s->text, section, keys[d])) return PD_OK;
     return pd_text_refuse(s->ctx, s->text, section, "profile",
@@ -191,7 +213,21 @@ static pd_status pdi_scene_open(pdi_scene *s, int section, pd_setup_side *side)
 {
     side->kind = PD_SIDE_INLET;
     side->open = 1;
-    return pd_text_expr(s->ctx, s->text, section, "C", "mol/m3", pdi_setup_position(), PD_DIM, "0", &side->entering);
+    return pdi_scene_expr(s, section, "C", "mol/m3", "0", &side->entering);
+}
+
+/* What a flow brings through an inlet: the one constant, or an expression of the side. */
+static pd_status pdi_scene_enters(pdi_scene *s, int section, pd_setup_side *side, int *inlets)
+{
+    pd_expr found;
+    PDI_TRY(pdi_scene_expr(s, section, "C", "mol/m3", "0", &found));
+    if (!found.uses) {
+        pd_expr_free(s->ctx, &found);
+        return pdi_scene_same(s, section, "C", "mol/m3", inlets, &s->setup->inlet);
+    }
+    side->entering = found;
+    s->setup->enters = 1;
+    return PD_OK;
 }
 
 /* A wall may slide along itself and hold a concentration. */
@@ -200,15 +236,21 @@ static pd_status pdi_scene_wall(pdi_scene *s, int section, int k)
     pd_setup_side *side = &s->setup->side[k];
     int count;
     if (s->setup->has_flow && pd_text_has(s->ctx, s->text, section, "velocity")) {
-        PDI_TRY(pd_text_numbers(s->ctx, s->text, section, "velocity", "m/s", NULL, PD_DIM, side->slide, &count));
-        if (count != PD_DIM || fabs(side->slide[k / 2]) > 0.0)
+        PDI_TRY(pd_text_exprs(s->ctx, s->text, section, "velocity", "m/s", pdi_setup_position(), PDI_SETUP_PLACE, NULL,
+                              PD_DIM, side->slide, &count));
+        for (int d = 0; d < count; d++)
+            side->slides = side->slides || side->slide[d].uses || fabs(pd_expr_eval(&side->slide[d], NULL)) > 0.0;
+        const pd_expr *across = &side->slide[k / 2];
+        if (count != PD_DIM || across->uses || fabs(pd_expr_eval(across, NULL)) > 0.0)
             return pd_text_refuse(s->ctx, s->text, section, "velocity",
                                   "expected %d components, that along %c being 0: a wall slides along itself", PD_DIM,
                                   "xyz"[k / 2]);
     }
     if (!s->setup->has_transport || !pd_text_has(s->ctx, s->text, section, "C")) return PD_OK;
     side->holds = 1;
-    return pdi_scene_not_negative(s, section, "C", "mol/m3", NULL, &side->held);
+    PDI_TRY(pdi_scene_expr(s, section, "C", "mol/m3", NULL, &side->held));
+    double held;
+    return side->held.uses ? PD_OK : pdi_scene_not_negative(s, section, "C", "mol/m3", NULL, &held);
 }
 
 /* Periodic sides come in pairs. */
@@ -266,7 +308,7 @@ static pd_status pdi_scene_side(pdi_scene *s, int k, int section, int *inlets, i
     if (flow == PD_SIDE_INLET) PDI_TRY(pdi_scene_inlet(s, section, &u->side[k]));
     if (flow == PD_SIDE_OUTLET) return pdi_scene_same(s, section, "p", "Pa", outlets, &u->p_out);
     if (flow == PD_SIDE_INLET && u->has_transport)
-        return pdi_scene_same(s, section, "C", "mol/m3", inlets, &u->inlet);
+        return pdi_scene_enters(s, section, &u->side[k], inlets);
     return PD_OK;
 }
 
@@ -329,17 +371,30 @@ static pd_status pdi_scene_compressible(pdi_scene *s, int section)
     return PD_OK;
 }
 
+/* A constant force, or components of which one is none. */
+static pd_status pdi_scene_force(pdi_scene *s, int section)
+{
+    pd_setup *u = s->setup;
+    int count;
+    if (!pd_text_has(s->ctx, s->text, section, "force")) return PD_OK;
+    PDI_TRY(pd_text_exprs(s->ctx, s->text, section, "force", "m/s2", pdi_setup_position(), PDI_SETUP_PLACE, NULL,
+                          PD_DIM, u->body, &count));
+    for (int d = 0; d < count; d++) u->pushed = u->pushed || u->body[d].uses;
+    if (u->pushed) return PD_OK;
+    for (int d = 0; d < count; d++) pd_expr_free(s->ctx, &u->body[d]);
+    return pd_text_numbers(s->ctx, s->text, section, "force", "m/s2", NULL, PD_DIM, u->force, &count);
+}
+
 static pd_status pdi_scene_flow(pdi_scene *s)
 {
     pd_setup *u = s->setup;
-    int section = pd_text_section(s->ctx, s->text, "flow", NULL), count, inflow = 0, outflow = 0;
+    int section = pd_text_section(s->ctx, s->text, "flow", NULL), inflow = 0, outflow = 0;
     if (!u->has_flow) return PD_OK;
     PDI_TRY(pdi_scene_positive(s, section, "rho", "kg/m3", NULL, &u->rho));
     PDI_TRY(pdi_scene_positive(s, section, "mu", "Pa s", NULL, &u->mu));
     PDI_TRY(pdi_scene_within(s, section, "steady", "", "1e-6", 0.0, 0.1, 1, &u->steady));
     pdi_scene_given(s, section, "steady", PD_KNOB_STEADY);
-    if (pd_text_has(s->ctx, s->text, section, "force"))
-        PDI_TRY(pd_text_numbers(s->ctx, s->text, section, "force", "m/s2", NULL, PD_DIM, u->force, &count));
+    PDI_TRY(pdi_scene_force(s, section));
     if (pd_text_has(s->ctx, s->text, section, "speed"))
         PDI_TRY(pdi_scene_positive(s, section, "speed", "m/s", NULL, &u->speed));
     if (pd_text_has(s->ctx, s->text, section, "length"))
@@ -353,9 +408,6 @@ static pd_status pdi_scene_flow(pdi_scene *s)
     if (inflow && !outflow)
         return pd_text_refuse(s->ctx, s->text, section, "flow",
                               "found an inlet and no outlet, expected flow = outlet in a [side ...]");
-    if (!inflow && !(u->speed > 0.0 && u->length > 0.0))
-        return pd_text_refuse(s->ctx, s->text, section, "flow",
-                              "found no inlet, expected speed = ... and length = ... as reference values");
     return PD_OK;
 }
 
@@ -388,53 +440,45 @@ static pd_status pdi_scene_transport(pdi_scene *s)
 static pd_status pdi_scene_constants(pdi_scene *s)
 {
     pd_setup *u = s->setup;
-    int section = pd_text_section(s->ctx, s->text, u->has_corrode ? "corrode" : "dissolve", NULL), count = 0;
-    pd_expr_symbol *c = s->consts;
+    int section = pd_text_section(s->ctx, s->text, u->has_corrode ? "corrode" : "dissolve", NULL);
     if (u->has_corrode && pd_text_has(s->ctx, s->text, section, "charge"))
         PDI_TRY(pdi_scene_within(s, section, "charge", "", NULL, 0.0, 10.0, 1, &u->material.charge));
-    const pd_expr_symbol list[] = {{"rho_m", "kg/m3", u->material.density},
-                                   {"M_m", "kg/mol", u->material.molar_mass},
-                                   {"z_m", "", u->material.charge}};
-    for (; count < 3; count++) c[count] = list[count];
-    s->text->consts = c;
-    s->text->const_count = count;
+    pdi_named_append(s->text, &s->named, "rho_m", "kg/m3", u->material.density);
+    pdi_named_append(s->text, &s->named, "M_m", "kg/mol", u->material.molar_mass);
+    pdi_named_append(s->text, &s->named, "z_m", "", u->material.charge);
     if (pdi_setup_loses(u) && pd_text_has(s->ctx, s->text, section, "Cs"))
         PDI_TRY(pdi_scene_positive(s, section, "Cs", "mol/m3", NULL, &u->solid_c));
-    c[count].name = "Cs";
-    c[count].unit = "mol/m3";
-    c[count++].value = u->solid_c;
-    s->text->const_count = count;
+    pdi_named_append(s->text, &s->named, "Cs", "mol/m3", u->solid_c);
     if (!pdi_setup_loses(u) || !pd_text_has(s->ctx, s->text, section, "Csat")) return PD_OK;
     PDI_TRY(pdi_scene_positive(s, section, "Csat", "mol/m3", NULL, &u->saturation));
-    c[count].name = "Csat";
-    c[count].unit = "mol/m3";
-    c[count++].value = u->saturation;
-    s->text->const_count = count;
+    pdi_named_append(s->text, &s->named, "Csat", "mol/m3", u->saturation);
     return PD_OK;
 }
 
 /* The law at C = 0 tells the size of the speed, and a rate that is negative there never dissolves anything. */
 static pd_status pdi_scene_check_rate(pdi_scene *s, int section, const char *key)
 {
-    double none = 0.0, v = s->setup->rate_scale * pd_expr_eval(&s->setup->rate, &none);
+    double v = pdi_setup_speed(s->setup);
     char slow[PD_UNITS_TEXT];
-    if (!(v >= 0.0) || v > 1.0)
+    if (s->setup->rate.uses <= 1 && (!(v >= 0.0) || v > 1.0))
         return pd_text_refuse(s->ctx, s->text, section, key,
                               "found a recession speed of %.6g m/s at C = 0, expected 0 to 1 m/s", v);
     if (strcmp(key, "law") != 0) return PD_OK;
-    pdi_setup_show(s->setup->rate_scale, "m", slow);
+    pdi_setup_show(s->setup->h[0], "m", slow);
     pdi_setup_note(s->setup, "law: one layer of %s a unit of the rate: %.6g um/h = %.6g mm/year at C = 0", slow,
                    v * 1e6 * 3600.0, v * 1e3 * 31557600.0);
     return PD_OK;
 }
 
-/* Speed, or current density through Faraday's law, as an expression in C. */
+/* Speed, or current density through Faraday's law, as an expression in C, t, x, y and z. */
 static pd_status pdi_scene_rate(pdi_scene *s, int section, const char *key, const char *other, const char *unit)
 {
-    static const pd_expr_symbol concentration[] = {{"C", "mol/m3", 0.0}};
+    double factor;
     if (pd_text_has(s->ctx, s->text, section, other) && strcmp(key, other) != 0)
         return pd_text_refuse(s->ctx, s->text, section, key, "found beside '%s', expected one of them", other);
-    PDI_TRY(pd_text_expr(s->ctx, s->text, section, key, unit, concentration, 1, NULL, &s->setup->rate));
+    PDI_TRY(pd_text_expr(s->ctx, s->text, section, key, unit, pdi_setup_law(), PDI_SETUP_LAW, NULL, &s->setup->rate));
+    PDI_TRY(pdi_scene_within(s, section, "rate_scale", "", "1", 0.0, 1e6, 0, &factor));
+    s->setup->rate_scale *= factor;
     return pdi_scene_check_rate(s, section, key);
 }
 
@@ -557,14 +601,45 @@ static pd_status pdi_scene_corrode(pdi_scene *s)
 
 /* ---- [run], [output] ---- */
 
+/* Where the first of `count` expressions that depends on time is refused. */
+static pd_status pdi_scene_steady(pdi_scene *s, int section, const char *key, const pd_expr *expr, int count)
+{
+    for (int k = 0; k < count; k++)
+        if (pdi_setup_timed(&expr[k]))
+            return pd_text_refuse(s->ctx, s->text, section, key,
+                                  "found a function of t in a scene that is steady, expected time = implicit in [flow]"
+                                  " or [transport], or a function of the place");
+    return PD_OK;
+}
+
+/* Nothing depends on time where there is none. */
+static pd_status pdi_scene_timeless(pdi_scene *s)
+{
+    static const char *const keys[] = {"vx", "vy", "vz"};
+    const pd_setup *u = s->setup;
+    for (int k = 0; k < 2 * PD_DIM; k++) {
+        const pd_setup_side *side = &u->side[k];
+        int section = pd_text_section(s->ctx, s->text, "side", pdi_setup_side_name(k));
+        PDI_TRY(pdi_scene_steady(s, section, side->flow_rate > 0.0 ? "flow_rate" : "mean", &side->stream, 1));
+        for (int d = 0; d < PD_DIM; d++)
+            PDI_TRY(pdi_scene_steady(s, section, keys[d], &side->velocity[d], 1));
+        PDI_TRY(pdi_scene_steady(s, section, "C", &side->entering, 1));
+        PDI_TRY(pdi_scene_steady(s, section, "C", &side->held, 1));
+        PDI_TRY(pdi_scene_steady(s, section, "velocity", side->slide, PD_DIM));
+    }
+    for (int k = 0; k < u->wall_count; k++)
+        PDI_TRY(pdi_scene_steady(s, u->walls[k].section, "C", &u->walls[k].held, 1));
+    return pdi_scene_steady(s, pd_text_section(s->ctx, s->text, "flow", NULL), "force", u->body, PD_DIM);
+}
+
 static pd_status pdi_scene_run(pdi_scene *s)
 {
     pd_setup *u = s->setup;
     int section = pd_text_section(s->ctx, s->text, "run", NULL);
     int rests = u->motion == PD_MOTION_STEADY || u->motion == PD_MOTION_GIVEN;
-    if (rests && (!pdi_setup_carries(u) || u->settle)) return PD_OK;
+    if (rests && (!pdi_setup_carries(u) || u->settle)) return pdi_scene_timeless(s);
     PDI_TRY(pdi_scene_positive(s, section, "until", "s", NULL, &u->until));
-    if (pdi_setup_carries(u))
+    if (pdi_setup_carries(u) || !rests)
         PDI_TRY(pdi_scene_within(s, section, "max_step", "s", "0", 0.0, PDI_SCENE_HUGE, 0, &u->max_step));
     if (u->max_step > 0.0 && u->until > PDI_SCENE_STEPS * u->max_step)
         return pd_text_refuse(s->ctx, s->text, section, "max_step", "found %.3g steps until the end, expected at most"
@@ -658,6 +733,7 @@ static pd_status pdi_scene_sections(pd_ctx *ctx, pd_text *text, const char *path
     setup->has_dissolve = pd_text_has(ctx, text, pd_text_section(ctx, text, "dissolve", NULL), NULL);
     setup->has_corrode = pd_text_has(ctx, text, pd_text_section(ctx, text, "corrode", NULL), NULL);
     PDI_TRY(pdi_scene_corrode_alone(&s));
+    PDI_TRY(pdi_named_read(ctx, text, &s.named));
     PDI_TRY(pdi_chart_read(ctx, text, folder, setup));
     PDI_TRY(pdi_sketch_read(ctx, text, folder, setup));
     PDI_TRY(pdi_scene_constants(&s));
@@ -670,6 +746,7 @@ static pd_status pdi_scene_sections(pd_ctx *ctx, pd_text *text, const char *path
     PDI_TRY(pdi_scene_run(&s));
     PDI_TRY(pdi_scene_output(&s));
     PDI_TRY(pdi_watch_read(ctx, text, setup));
+    PDI_TRY(pdi_record_read(ctx, text, folder, setup));
     PDI_TRY(pd_text_unused(ctx, text));
     if (!setup->has_flow && !pdi_setup_carries(setup))
         return pd_text_refuse(ctx, text, 0, "scene",

@@ -17,6 +17,64 @@ typedef struct pdi_schur_sweep {
     double *to;
 } pdi_schur_sweep;
 
+/* ---- mobility ---- */
+
+/* Add the drag of the walls at the ends of `count` fluid nodes in a line from `first`: fluid that fills a slit moves as
+ * the parabola, with 1/drag = (way to one wall)(way to the other)/(2 nu). An end without wall is a mirror. */
+static void pdi_schur_drag(const pd_flow *flow, int axis, int32_t first, int count, int below, int above, double *drag)
+{
+    const pd_grid *grid = flow->grid;
+    double rate = 2.0 * flow->nu / (grid->h[axis] * grid->h[axis]), width = (below && above ? 1.0 : 2.0) * count;
+    for (int k = 0; k < count && (below || above); k++) {
+        double way = below ? k + 0.5 : count - k - 0.5;
+        drag[first + k * grid->stride[axis]] += rate / (way * (width - way));
+    }
+}
+
+/* The same for the line of cells along `axis` that begins at `node`. */
+static void pdi_schur_line(const pd_flow *flow, int axis, int32_t node, double *drag)
+{
+    const pd_grid *grid = flow->grid;
+    int32_t stride = grid->stride[axis];
+    for (int i = 0; i < grid->n[axis]; i++) {
+        int first = i;
+        while (i < grid->n[axis] && grid->kind[node + i * stride] == PD_FLUID) i++;
+        if (i == first) continue;
+        pdi_schur_drag(flow, axis, node + first * stride, i - first,
+                       !pdi_grid_open(grid->kind[node + (first - 1) * stride]),
+                       !pdi_grid_open(grid->kind[node + i * stride]), drag);
+    }
+}
+
+PDI_FN void pdi_schur_mobility(const pd_ctx *ctx, const pd_flow *flow, double shift, double *mobility)
+{
+    const pd_grid *grid = flow->grid;
+    int nt = pdi_par_threads(ctx, grid->total * 8);
+    (void)nt;
+    PDI_PARALLEL_FOR(nt)
+    for (int32_t i = 0; i < grid->total; i++) mobility[i] = shift;
+    for (int axis = 0; axis < PD_DIM; axis++) {
+        int32_t lines = 1;
+        for (int d = 0; d < PD_DIM; d++) lines *= d == axis ? 1 : grid->n[d];
+        PDI_PARALLEL_FOR(nt)
+        for (int32_t line = 0; line < lines; line++) {
+            int i[PD_DIM];
+            int32_t rest = line;
+            for (int d = 0; d < PD_DIM; d++) {
+                int n = d == axis ? 1 : grid->n[d];
+                i[d] = (int)(rest % n);
+                rest /= n;
+            }
+            pdi_schur_line(flow, axis, pd_grid_node(grid, i), mobility);
+        }
+    }
+    PDI_PARALLEL_FOR(nt)
+    for (int32_t i = 0; i < grid->total; i++)
+        mobility[i] = grid->kind[i] == PD_FLUID && mobility[i] > 0.0 ? 1.0 / mobility[i] : 0.0;
+}
+
+/* ---- commutator ---- */
+
 /* Difference of f across node i along axis d, from neighbour to neighbour. */
 static double pdi_schur_across(const pd_grid *grid, const double *f, int32_t i, int d, double closed)
 {
@@ -89,15 +147,16 @@ static void pdi_schur_run(const pd_ctx *ctx, const pd_flow *flow, pdi_bond_run_f
     pdi_bond_sweep(ctx, flow->bonds, (int64_t)flow->grid->fluid_count * 2 * PD_DIM * PD_DIM, 0, run, &s);
 }
 
-PDI_FN void pdi_schur_solve(pd_ctx *ctx, const pd_flow *flow, const pdi_schur *schur, const double *r, double *q,
-                            double *dp)
+PDI_FN double pdi_schur_damping(const pd_flow *flow, double shift)
+{
+    double longer = flow->tau * shift - 1.0;
+    return longer > 0.0 ? flow->bonds->stencil->lap_sum / longer : 0.0;
+}
+
+/* dp += -lap^-1 of what the convection of the gradient of q brings. */
+static void pdi_schur_convected(pd_ctx *ctx, const pd_flow *flow, const pdi_schur *schur, double *q, double *dp)
 {
     const pd_ghosts *ghosts = &flow->bonds->ghosts;
-    const pd_grid *grid = flow->grid;
-    double rough = flow->nu + PDI_SCHUR_ROUGH / (flow->tau * flow->bonds->stencil->lap_sum);
-    int nt = pdi_par_threads(ctx, grid->total * 4);
-    (void)nt;
-    pd_multigrid_cycle(ctx, schur->poisson, r, q);
     pd_ghosts_pressure(ghosts, 0.0, q);
     pdi_schur_run(ctx, flow, pdi_schur_gradient, q, schur->grad);
     pd_ghosts_vector(ghosts, schur->grad);
@@ -105,7 +164,30 @@ PDI_FN void pdi_schur_solve(pd_ctx *ctx, const pd_flow *flow, const pdi_schur *s
     pd_ghosts_vector(ghosts, schur->convected);
     pdi_schur_run(ctx, flow, pdi_schur_diverge, schur->convected, schur->grad);
     pd_multigrid_cycle(ctx, schur->poisson, schur->grad, dp);
+}
+
+PDI_FN void pdi_schur_solve(pd_ctx *ctx, const pd_flow *flow, const pdi_schur *schur, const double *r, double *q,
+                            double *dp)
+{
+    const pd_grid *grid = flow->grid;
+    double rough = flow->nu + PDI_SCHUR_ROUGH / (flow->tau * flow->bonds->stencil->lap_sum);
+    int nt = pdi_par_threads(ctx, grid->total * 4);
+    (void)nt;
+    pd_multigrid_cycle(ctx, schur->poisson, r, q);
+    if (schur->damped) {
+        pd_multigrid_cycle(ctx, schur->damped, q, dp);
+        pdi_par_zero(ctx, grid->total, q);
+        pdi_par_axpy(ctx, grid->total, pdi_schur_damping(flow, schur->shift), dp, q);
+        rough = flow->nu;
+    }
+    pdi_schur_convected(ctx, flow, schur, q, dp);
+    pd_multigrid_cycle(ctx, schur->seep, r, q);
+    if (schur->damped) {
+        pd_multigrid_cycle(ctx, schur->damped, q, schur->grad);
+        pdi_par_zero(ctx, grid->total, q);
+        pdi_par_axpy(ctx, grid->total, pdi_schur_damping(flow, schur->shift), schur->grad, q);
+    }
     PDI_PARALLEL_FOR(nt)
     for (int32_t i = 0; i < grid->total; i++)
-        if (grid->kind[i] == PD_FLUID) dp[i] += rough * r[i] + schur->shift * q[i];
+        if (grid->kind[i] == PD_FLUID) dp[i] += rough * r[i] + q[i];
 }

@@ -8,7 +8,16 @@
 static const char *const pdi_setup_fields[] = {"C",     "v", "p",    "kind",    "grain",
                                                "phase", "D", "rate", "density", "damage"};
 static const char *const pdi_setup_sides[] = {"x-", "x+", "y-", "y+", "z-", "z+"};
-static const pd_expr_symbol pdi_setup_axes[] = {{"x", "m", 0.0}, {"y", "m", 0.0}, {"z", "m", 0.0}};
+static const pd_expr_symbol pdi_setup_axes[] = {{"x", "m", 0.0},
+#if PD_DIM > 1
+                                                {"y", "m", 0.0},
+#endif
+#if PD_DIM > 2
+                                                {"z", "m", 0.0},
+#endif
+                                                {"t", "s", 0.0}};
+static const pd_expr_symbol pdi_setup_symbols[] = {{"C", "mol/m3", 0.0}, {"t", "s", 0.0}, {"x", "m", 0.0},
+                                                   {"y", "m", 0.0}, {"z", "m", 0.0}};
 
 pd_status pd_setup_init(pd_ctx *ctx, pd_setup *setup)
 {
@@ -22,15 +31,22 @@ pd_status pd_setup_init(pd_ctx *ctx, pd_setup *setup)
     setup->solid_c = pd_material_concentration(&setup->material);
     memcpy(setup->prefix, "corr", 5);
     memcpy(setup->folder, "output", 7);
-    return PDI_NEW(ctx, "setup", PD_SHAPE_MAX, setup->shape);
+    pd_status status = PDI_NEW(ctx, "setup", PD_SHAPE_MAX, setup->shape);
+    if (status < 0) memset(setup, 0, sizeof *setup);
+    return status;
 }
 
 void pd_setup_free(pd_ctx *ctx, pd_setup *setup)
 {
     for (int s = 0; s < 2 * PD_DIM; s++) {
         for (int d = 0; d < PD_DIM; d++) pd_expr_free(ctx, &setup->side[s].velocity[d]);
+        for (int d = 0; d < PD_DIM; d++) pd_expr_free(ctx, &setup->side[s].slide[d]);
+        pd_expr_free(ctx, &setup->side[s].stream);
         pd_expr_free(ctx, &setup->side[s].entering);
+        pd_expr_free(ctx, &setup->side[s].held);
     }
+    for (int k = 0; k < setup->wall_count; k++) pd_expr_free(ctx, &setup->walls[k].held);
+    for (int d = 0; d < PD_DIM; d++) pd_expr_free(ctx, &setup->body[d]);
     for (int d = 0; d < PD_DIM; d++) pd_expr_free(ctx, &setup->start[d]);
     pd_expr_free(ctx, &setup->initial);
     pd_expr_free(ctx, &setup->rate);
@@ -40,7 +56,20 @@ void pd_setup_free(pd_ctx *ctx, pd_setup *setup)
     PDI_DELETE(ctx, setup->tables, setup->table);
     PDI_DELETE(ctx, setup->tables, setup->function);
     PDI_DELETE(ctx, setup->identity_size, setup->identity);
+    pdi_setup_forget(ctx, setup);
     memset(setup, 0, sizeof *setup);
+}
+
+PDI_FN void pdi_setup_forget(pd_ctx *ctx, pd_setup *setup)
+{
+    for (int k = 0; k < setup->records; k++) {
+        pd_setup_record *r = &setup->record[k];
+        PDI_DELETE(ctx, r->points, r->time);
+        PDI_DELETE(ctx, r->points, r->value);
+        PDI_DELETE(ctx, r->points, r->spread);
+    }
+    memset(setup->record, 0, sizeof setup->record);
+    setup->records = 0;
 }
 
 PDI_FN const char *pdi_setup_field_name(pd_field field) { return pdi_setup_fields[field]; }
@@ -79,6 +108,23 @@ PDI_FN int pdi_setup_cells(const pd_setup *setup, int axis)
 
 PDI_FN const pd_expr_symbol *pdi_setup_position(void) { return pdi_setup_axes; }
 
+PDI_FN const pd_expr_symbol *pdi_setup_law(void) { return pdi_setup_symbols; }
+
+PDI_FN double pdi_setup_speed(const pd_setup *u)
+{
+    double vars[PDI_SETUP_LAW];
+    memset(vars, 0, sizeof vars);
+    return u->rate_scale * pd_expr_eval(&u->rate, vars);
+}
+
+PDI_FN double pdi_setup_eval(const pd_expr *expr, const double *x, double t)
+{
+    double vars[PDI_SETUP_PLACE];
+    memcpy(vars, x, PD_DIM * sizeof *x);
+    vars[PD_DIM] = t;
+    return pd_expr_eval(expr, vars);
+}
+
 PDI_FN pd_status pdi_setup_shape(pd_ctx *ctx, pd_setup *setup, const pd_shape *shape, int *index)
 {
     if (setup->shapes >= PD_SHAPE_MAX)
@@ -116,7 +162,9 @@ PDI_FN pd_status pdi_setup_outside(pd_ctx *ctx, pd_setup *setup, int *index)
 PDI_FN pd_status pdi_setup_folder(pd_ctx *ctx, pd_text *text, int section, const char *key, pd_setup *setup)
 {
     const char *folder;
-    PDI_TRY(pd_text_string(ctx, text, section, key, "output", &folder));
+    char own[PD_SETUP_NAME + 16];
+    snprintf(own, sizeof own, "output/%s", setup->name); /* a folder holds one run */
+    PDI_TRY(pd_text_string(ctx, text, section, key, pdi_file_below(own) ? own : "output", &folder));
     if (strlen(folder) >= PD_PATH_SIZE - PD_SETUP_NAME)
         return pd_text_refuse(ctx, text, section, key, "the path is too long");
     if (!pdi_file_below(folder))

@@ -15,9 +15,11 @@
 #define PD_SETUP_NAME 64
 #define PD_SETUP_PROBES 16
 #define PD_SETUP_MONITORS 32
-#define PD_SETUP_NOTES 32
+#define PD_SETUP_NOTES 48
 #define PD_SETUP_MASKS 8
 #define PD_SETUP_WALLS 32
+#define PD_SETUP_RECORDS 8
+#define PD_SETUP_SHAPES 64 /* [shape] sections */
 
 /* What can be written, drawn and probed. */
 typedef enum pd_field {
@@ -56,21 +58,25 @@ typedef struct pd_setup_side {
     pd_side kind;
     pd_profile profile;
     double mean;              /* [m/s] speed into the box; unread with flow_rate or an expression */
-    double flow_rate;         /* [m3/s] 0: mean holds. Planar 2D: through a tube as wide as the open part of the side */
-    pd_expr velocity[PD_DIM]; /* of x, y, z; in m/s */
+    double flow_rate;         /* [m3/s] 0: mean holds; any positive one with `stream`. Planar 2D: through a tube as wide
+                               * as the open part of the side */
+    pd_expr stream;           /* of t; mean or flow_rate, when they change in time */
+    pd_expr velocity[PD_DIM]; /* of x, y, z, t; in m/s */
     int open;                 /* inlet where a given flow enters, outlet where it leaves */
-    pd_expr entering;         /* of x, y, z; in mol/m3: concentration of what enters an open side */
-    double slide[PD_DIM];     /* [m/s] of a wall along itself */
+    pd_expr entering;         /* of x, y, z, t; in mol/m3: concentration of what enters */
+    pd_expr slide[PD_DIM];    /* of x, y, z, t; in m/s: of a wall along itself */
+    int slides;
     int holds;                /* a wall that holds a concentration */
-    double held;              /* [mol/m3] */
+    pd_expr held;             /* of x, y, z, t; in mol/m3 */
     int line;                 /* of the file, 0: none */
 } pd_setup_side;
 
 /* One of the shapes that are walls. */
 typedef struct pd_setup_wall {
     int shape;   /* index */
+    int section; /* of the text */
     int holds;   /* it holds a concentration */
-    double held; /* [mol/m3] */
+    pd_expr held; /* of x, y, z, t; in mol/m3 */
 } pd_setup_wall;
 
 /* How the flow gets from one instant to the next. */
@@ -120,6 +126,7 @@ typedef struct pd_setup_monitor {
     int axis;                      /* plane: across it; transfer: of the local values, -1: none */
     int index;                     /* plane: between the cells index - 1 and index */
     int balance;                   /* force: measured around the box, too */
+    int shape;                     /* force: 1 + index of the only shape that counts, 0: everything */
     double speed;                  /* [m/s] force: reference, 0: no coefficients */
     double area;                   /* [m^(d-1)] force: reference; transfer: of the surface, 0: measured */
     double length;                 /* [m] transfer: reference, 0: no Sherwood number */
@@ -127,6 +134,20 @@ typedef struct pd_setup_monitor {
     double surface, fluid;         /* [mol/m3] transfer: concentrations that drive */
     pd_against against;
 } pd_setup_monitor;
+
+/* Measured points of a watched figure. */
+typedef struct pd_setup_record {
+    char name[PD_SETUP_NAME];
+    char figure[2 * PD_SETUP_NAME]; /* "volume_loss", "plane.up.flow" */
+    int line;                       /* of the file */
+    int points;
+    double *time;                   /* [points] [s] of the run, rising */
+    double *value;                  /* [points] [unit of the column in SI] */
+    double *spread;                 /* [points] [unit of the column in SI]; NULL: not known */
+    char unit[PD_UNITS_TEXT];       /* of the column */
+    double scale;                   /* [-] size of that unit in SI */
+    pd_dims dims;
+} pd_setup_record;
 
 /* Numerical settings that a scene may leave open. */
 typedef enum pd_knob { PD_KNOB_STEADY = 0, PD_KNOB_FLOW_RTOL, PD_KNOB_RTOL, PD_KNOB_FRACTION } pd_knob;
@@ -148,6 +169,7 @@ typedef struct pd_setup {
     int axisymmetric;                  /* 2D: x is the axis, y the distance from it */
     pd_shape *shape;                   /* [PD_SHAPE_MAX], children first */
     int shapes;                        /* entries in use */
+    int named[PD_SETUP_SHAPES];        /* of the [shape] sections in their order: the shape of a body; no body: -1 */
     int solid, wall, medium, passive;  /* indices, -1: none */
     pd_setup_wall walls[PD_SETUP_WALLS]; /* the parts of `wall` */
     int wall_count;
@@ -160,6 +182,8 @@ typedef struct pd_setup {
     double rho;             /* [kg/m3] */
     double mu;              /* [Pa s] */
     double force[PD_DIM];   /* [m/s2] */
+    pd_expr body[PD_DIM];   /* of x, y, z, t; in m/s2: the force when it is no constant */
+    int pushed;             /* 1: it is none */
     double p_out;           /* [Pa] */
     double speed;           /* [m/s] reference; 0: mean speed of the inlet */
     double length;          /* [m] reference; 0: width of the inlet */
@@ -172,7 +196,8 @@ typedef struct pd_setup {
     /* transport */
     double diffusivity;     /* [m2/s] */
     double medium_diffusivity; /* [m2/s] of fluid inside the medium */
-    double inlet;           /* [mol/m3] */
+    double inlet;           /* [mol/m3] of all inlets when `enters` is 0 */
+    int enters;             /* 1: what enters is told by the sides */
     pd_expr initial;        /* of x, y, z; in mol/m3 */
     pd_advection advection;
     double limiter;         /* [-] change of the field at which the limiter stops; 0: that of transport.h */
@@ -183,7 +208,7 @@ typedef struct pd_setup {
     double saturation;      /* [mol/m3] Csat; 0: not given */
     double gb_factor;       /* [-] */
     double threshold;       /* [-] */
-    pd_expr rate;           /* of C; in m/s, in 1/s per layer, or in A/m2 */
+    pd_expr rate;           /* of C, t, x, y, z; in m/s, in 1/s per layer, or in A/m2 */
     double rate_scale;      /* [-] 1 for a speed, [m] thickness of the layer, [m3/(A s)] speed of a current density */
     pd_grain_desc grain;
     /* bond-based corrosion, with D and `initial` of transport, Cs, Csat and rate of dissolution */
@@ -216,6 +241,8 @@ typedef struct pd_setup {
     int probes;
     pd_setup_monitor monitor[PD_SETUP_MONITORS];
     int monitors;
+    pd_setup_record record[PD_SETUP_RECORDS];
+    int records;
     /* what the reader has to say about the file, a line each */
     char note[PD_SETUP_NOTES][200];
     int notes;
@@ -243,8 +270,18 @@ PDI_FN const char *pdi_setup_field_needs(const pd_setup *setup, pd_field field);
 PDI_FN const char *pdi_setup_side_name(int side);
 /* Cells of the box along an axis. */
 PDI_FN int pdi_setup_cells(const pd_setup *setup, int axis);
-/* The variables x, y, z of expressions, PD_DIM of them. */
+/* The variables x, y, z of expressions, PD_DIM of them, and t behind them: PDI_SETUP_PLACE in all. */
+#define PDI_SETUP_PLACE (PD_DIM + 1)
 PDI_FN const pd_expr_symbol *pdi_setup_position(void);
+/* The variables C, t, x, y, z of laws: those of a pd_rate_at. */
+#define PDI_SETUP_LAW (PD_DIM + 2)
+PDI_FN const pd_expr_symbol *pdi_setup_law(void);
+/* Value of the law at C = 0, t = 0 and x = 0, times rate_scale [m/s]. */
+PDI_FN double pdi_setup_speed(const pd_setup *setup);
+/* Value of an expression in x, y, z, t. */
+PDI_FN double pdi_setup_eval(const pd_expr *expr, const double *x, double t);
+/* 1: it depends on t. */
+static inline int pdi_setup_timed(const pd_expr *expr) { return (int)(expr->uses >> PD_DIM & 1u); }
 /* Append a shape; *index is its place. PD_ERR_SIZE: too many. */
 PDI_FN pd_status pdi_setup_shape(pd_ctx *ctx, pd_setup *setup, const pd_shape *shape, int *index);
 /* The union of shape `index` and *whole (-1: nothing yet) becomes *whole. */
@@ -253,6 +290,8 @@ PDI_FN pd_status pdi_setup_join(pd_ctx *ctx, pd_setup *setup, int index, int *wh
 PDI_FN pd_status pdi_setup_outside(pd_ctx *ctx, pd_setup *setup, int *index);
 /* The folder of the output, which a file may choose below the current one. PD_ERR_ARGUMENT with its line. */
 PDI_FN pd_status pdi_setup_folder(pd_ctx *ctx, pd_text *text, int section, const char *key, pd_setup *setup);
+/* Free the measured points. */
+PDI_FN void pdi_setup_forget(pd_ctx *ctx, pd_setup *setup);
 /* Take a mask of `size` bytes; the setup owns it. */
 PDI_FN pd_status pdi_setup_mask(pd_ctx *ctx, pd_setup *setup, size_t size, uint8_t **mask);
 /* A line for the summary. Lines beyond the room are dropped. */

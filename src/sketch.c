@@ -5,7 +5,6 @@
 #include <math.h>
 #include <string.h>
 
-#define PDI_SKETCH_NAMES 64
 #define PDI_SKETCH_RAW_LIMIT ((size_t)1 << 31)
 
 typedef enum pdi_sketch_kind {
@@ -23,9 +22,9 @@ typedef struct pdi_sketch {
     pd_setup *setup;
     int section; /* in work */
     int names;
-    const char *name[PDI_SKETCH_NAMES]; /* labels of the sections so far */
-    int index[PDI_SKETCH_NAMES];        /* their shapes */
-    int used[PDI_SKETCH_NAMES];
+    const char *name[PD_SETUP_SHAPES]; /* labels of the sections so far */
+    int index[PD_SETUP_SHAPES];        /* their shapes */
+    int used[PD_SETUP_SHAPES];
     int materials, grains; /* sections with these keys so far */
 } pdi_sketch;
 
@@ -49,8 +48,8 @@ static pd_status pdi_sketch_point(pdi_sketch *s, const char *key, const char *un
     int count;
     PDI_TRY(pd_text_numbers(s->ctx, s->text, s->section, key, unit, NULL, PD_DIM, x, &count));
     if (count == PD_DIM) return PD_OK;
-    return pd_text_refuse(s->ctx, s->text, s->section, key, "found %d number%s, expected %d, one for each axis", count,
-                          count > 1 ? "s" : "", PD_DIM);
+    return pd_text_refuse(s->ctx, s->text, s->section, key, "found %d number%s, expected %d, one for each axis:"
+                          " pd%dd runs scenes in %dD", count, count > 1 ? "s" : "", PD_DIM, count, count);
 }
 
 static pd_status pdi_sketch_length(pdi_sketch *s, const char *key, const char *fallback, double *value)
@@ -66,8 +65,8 @@ static pd_status pdi_sketch_box(pdi_sketch *s, pd_shape *shape)
     shape->type = PD_SHAPE_BOX;
     PDI_TRY(pd_text_ranges(s->ctx, s->text, s->section, "box", "m", NULL, PD_DIM, shape->a, shape->b, &count));
     if (count == PD_DIM) return PD_OK;
-    return pd_text_refuse(s->ctx, s->text, s->section, "box", "found %d range%s, expected %d, one for each axis", count,
-                          count > 1 ? "s" : "", PD_DIM);
+    return pd_text_refuse(s->ctx, s->text, s->section, "box", "found %d range%s, expected %d, one for each axis:"
+                          " pd%dd runs scenes in %dD", count, count > 1 ? "s" : "", PD_DIM, count, count);
 }
 
 static pd_status pdi_sketch_cylinder(pdi_sketch *s, pd_shape *shape)
@@ -294,10 +293,13 @@ static pd_status pdi_sketch_wall(pdi_sketch *s, int index)
         return pd_text_refuse(s->ctx, s->text, s->section, "kind", "found more than %d walls", PD_SETUP_WALLS);
     pd_setup_wall *w = &u->walls[u->wall_count++];
     w->shape = index;
+    w->section = s->section;
     if (u->has_transport && pd_text_has(s->ctx, s->text, s->section, "C")) {
-        PDI_TRY(pd_text_number(s->ctx, s->text, s->section, "C", "mol/m3", NULL, &w->held));
-        if (!(w->held >= 0.0))
-            return pd_text_refuse(s->ctx, s->text, s->section, "C", "found %.6g mol/m3, expected at least 0", w->held);
+        PDI_TRY(pd_text_expr(s->ctx, s->text, s->section, "C", "mol/m3", pdi_setup_position(), PDI_SETUP_PLACE, NULL,
+                             &w->held));
+        if (!w->held.uses && !(pd_expr_eval(&w->held, NULL) >= 0.0))
+            return pd_text_refuse(s->ctx, s->text, s->section, "C", "found %.6g mol/m3, expected at least 0",
+                                  pd_expr_eval(&w->held, NULL));
         w->holds = 1;
     }
     return pdi_setup_join(s->ctx, u, index, &u->wall);
@@ -334,12 +336,13 @@ static pd_status pdi_sketch_section(pdi_sketch *s)
     const char *label = s->text->section[s->section].label;
     int kind = 0, index = 0;
     if (label[0] == '\0') return pd_text_refuse(s->ctx, s->text, s->section, "shape", "expected a name: [shape NAME]");
-    if (s->names >= PDI_SKETCH_NAMES)
-        return pd_text_refuse(s->ctx, s->text, s->section, "shape", "more than %d shapes", PDI_SKETCH_NAMES);
+    if (s->names >= PD_SETUP_SHAPES)
+        return pd_text_refuse(s->ctx, s->text, s->section, "shape", "more than %d shapes", PD_SETUP_SHAPES);
     PDI_TRY(pd_text_choice(s->ctx, s->text, s->section, "kind", kinds, "part", &kind));
     PDI_TRY(pdi_sketch_geometry(s, &index));
     s->name[s->names] = label;
     s->index[s->names] = index;
+    s->setup->named[s->names] = kind == PDI_SKETCH_SOLID || kind == PDI_SKETCH_WALL ? index : -1;
     s->used[s->names++] = kind != PDI_SKETCH_PART;
     int line = s->text->section[s->section].line;
     if (s->names == 1 || (kind == PDI_SKETCH_SOLID && s->setup->solid < 0)) s->setup->shape_line = line;
@@ -373,5 +376,4 @@ PDI_FN pd_status pdi_sketch_read(pd_ctx *ctx, pd_text *text, const char *folder,
     return setup->shapes ? pd_shape_validate(ctx, setup->shape, setup->shapes) : PD_OK;
 }
 
-#undef PDI_SKETCH_NAMES
 #undef PDI_SKETCH_RAW_LIMIT

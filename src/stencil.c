@@ -293,7 +293,7 @@ static pd_status pdi_stencil_lines(pd_ctx *ctx, pd_stencil *s)
     return PD_OK;
 }
 
-pd_status pd_stencil_build(pd_ctx *ctx, const pd_stencil_desc *desc, pd_stencil *stencil)
+static pd_status pdi_stencil_make(pd_ctx *ctx, const pd_stencil_desc *desc, pd_stencil *stencil)
 {
     memset(stencil, 0, sizeof *stencil);
     stencil->m = desc->m > 0.0 ? desc->m : 3.0;
@@ -316,6 +316,13 @@ pd_status pd_stencil_build(pd_ctx *ctx, const pd_stencil_desc *desc, pd_stencil 
                              &stencil->anisotropy));
     PDI_TRY(pdi_stencil_lines(ctx, stencil));
     return pdi_stencil_paths(ctx, stencil);
+}
+
+pd_status pd_stencil_build(pd_ctx *ctx, const pd_stencil_desc *desc, pd_stencil *stencil)
+{
+    pd_status status = pdi_stencil_make(ctx, desc, stencil);
+    if (status < 0) pd_stencil_free(ctx, stencil);
+    return status;
 }
 
 void pd_stencil_free(pd_ctx *ctx, pd_stencil *s)

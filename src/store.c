@@ -145,6 +145,46 @@ static pd_status pdi_store_verify(pd_ctx *ctx, pd_store *s)
     return got ? pdi_store_broken(ctx, s, "goes on behind its end") : PD_OK;
 }
 
+/* ---- in memory ---- */
+
+static pd_status pdi_store_append(pd_ctx *ctx, pd_store *s, const void *data, size_t size)
+{
+    if (!s->kept) return pdi_file_write(ctx, &s->file, data, size);
+    if (size > s->capacity - s->length) {
+        size_t wanted = s->length + size + (s->length + size) / 8;
+        PDI_TRY(PDI_GROW(ctx, "store", s->capacity, wanted, s->image));
+        s->capacity = wanted;
+    }
+    memcpy(s->image + s->length, data, size);
+    s->length += size;
+    return PD_OK;
+}
+
+PDI_FN pd_status pdi_store_keep(pd_ctx *ctx, pd_store *s)
+{
+    uint8_t head[PDI_STORE_HEAD];
+    s->kept = 1;
+    s->length = 0;
+    s->items = 0;
+    pdi_store_head(head);
+    return pdi_store_append(ctx, s, head, sizeof head);
+}
+
+PDI_FN pd_status pdi_store_release(pd_ctx *ctx, pd_store *s, const char *path)
+{
+    PDI_TRY(pdi_file_create(ctx, path, &s->file));
+    pd_status status = pdi_file_write(ctx, &s->file, s->image, s->length);
+    if (status == PD_OK) status = pdi_file_commit(ctx, &s->file);
+    pdi_file_abandon(&s->file);
+    return status;
+}
+
+PDI_FN void pdi_store_drop(pd_ctx *ctx, pd_store *s)
+{
+    PDI_DELETE(ctx, s->capacity, s->image);
+    memset(s, 0, sizeof *s);
+}
+
 /* ---- life ---- */
 
 pd_status pd_store_create(pd_ctx *ctx, const char *path, pd_store *s)
@@ -153,7 +193,7 @@ pd_status pd_store_create(pd_ctx *ctx, const char *path, pd_store *s)
     memset(s, 0, sizeof *s);
     PDI_TRY(pdi_file_create(ctx, path, &s->file));
     pdi_store_head(head);
-    pd_status status = pdi_file_write(ctx, &s->file, head, sizeof head);
+    pd_status status = pdi_store_append(ctx, s, head, sizeof head);
     if (status < 0) pd_store_abandon(s);
     return status;
 }
@@ -186,9 +226,9 @@ static pd_status pdi_store_write(pd_ctx *ctx, pd_store *s, const char *name, con
     pdi_store_put(head + PDI_STORE_AT_SIZE, (uint32_t)size);
     pdi_store_seal(head, sizeof head);
     pdi_store_put(tail, pdi_deflate_crc(0, (const uint8_t *)data, bytes));
-    PDI_TRY(pdi_file_write(ctx, &s->file, head, sizeof head));
-    PDI_TRY(pdi_file_write(ctx, &s->file, data, bytes));
-    return pdi_file_write(ctx, &s->file, tail, sizeof tail);
+    PDI_TRY(pdi_store_append(ctx, s, head, sizeof head));
+    PDI_TRY(pdi_store_append(ctx, s, data, bytes));
+    return pdi_store_append(ctx, s, tail, sizeof tail);
 }
 
 static pd_status pdi_store_read(pd_ctx *ctx, pd_store *s, const char *name, void *data, size_t size, int64_t count)
@@ -247,8 +287,8 @@ static pd_status pdi_store_finish(pd_ctx *ctx, pd_store *s)
     memcpy(head, PDI_STORE_END, sizeof PDI_STORE_END);
     memcpy(head + PDI_STORE_AT_COUNT, &s->items, sizeof s->items);
     pdi_store_seal(head, sizeof head);
-    PDI_TRY(pdi_file_write(ctx, &s->file, head, sizeof head));
-    return pdi_file_commit(ctx, &s->file);
+    PDI_TRY(pdi_store_append(ctx, s, head, sizeof head));
+    return s->kept ? PD_OK : pdi_file_commit(ctx, &s->file);
 }
 
 pd_status pd_store_close(pd_ctx *ctx, pd_store *s)

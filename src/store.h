@@ -21,6 +21,9 @@ typedef struct pd_store {
     pd_file file;
     int reading;
     uint64_t items; /* so far */
+    int kept;       /* pdi_store_keep: the bytes of the file are kept in memory */
+    uint8_t *image;
+    size_t length, capacity; /* [byte] */
 } pd_store;
 
 #define pd_store_create PD_NAME(pd_store_create)
@@ -47,6 +50,11 @@ PD_API pd_status pd_store_close(pd_ctx *ctx, pd_store *store);
 PD_API void pd_store_abandon(pd_store *store);
 
 #ifdef PDI_INTERNAL
+/* Begin a file in memory, in place of one that is kept there. pd_store_close ends it and keeps it. */
+PDI_FN pd_status pdi_store_keep(pd_ctx *ctx, pd_store *store);
+/* Put what is kept under that name. PD_ERR_FILE. */
+PDI_FN pd_status pdi_store_release(pd_ctx *ctx, pd_store *store, const char *path);
+PDI_FN void pdi_store_drop(pd_ctx *ctx, pd_store *store);
 /* PDI_STORE(ctx, store, "flow.p", flow->p, n) moves n elements of *flow->p. */
 #define PDI_STORE(ctx, store, name, array, count) \
     pd_store_bytes((ctx), (store), (name), (array), sizeof *(array), (int64_t)(count))

@@ -58,8 +58,8 @@ static void pdi_summary_flow(const pdi_summary *s)
     const pd_model *m = s->model;
     char text[384], speed[PD_UNITS_TEXT], length[PD_UNITS_TEXT];
     if (!m->setup->has_flow) return;
-    pdi_setup_show(m->flow.speed, "m/s", speed);
-    pdi_setup_show(m->flow.length, "m", length);
+    pdi_setup_show(m->flow.reference_speed, "m/s", speed);
+    pdi_setup_show(m->flow.reference_length, "m", length);
     char how[96];
     if (m->setup->motion == PD_MOTION_IMPLICIT)
         snprintf(how, sizeof how, "incompressible flow in time, implicit, step error %g", m->implicit.desc.rtol);
@@ -68,7 +68,7 @@ static void pdi_summary_flow(const pdi_summary *s)
     else if (m->setup->motion == PD_MOTION_GIVEN) snprintf(how, sizeof how, "given flow");
     else snprintf(how, sizeof how, "steady Navier-Stokes to residual %g", m->setup->steady);
     snprintf(text, sizeof text, "%s, U = %s, L = %s, Re = %.4g", how, speed, length,
-             m->flow.speed * m->flow.length / m->flow.nu);
+             m->flow.reference_speed * m->flow.reference_length / m->flow.nu);
     pdi_summary_part(s, PD_PART_FLOW, "flow", text);
 }
 
@@ -92,10 +92,10 @@ static void pdi_summary_transport(const pdi_summary *s)
 static void pdi_summary_rate(const pd_setup *u, char *text, size_t size)
 {
     char speed[PD_UNITS_TEXT];
-    double none = 0.0;
-    double v = u->rate_scale * pd_expr_eval(&u->rate, &none);
+    double v = pdi_setup_speed(u);
     pdi_setup_show(v, "m/s", speed);
-    snprintf(text, size, "surface rate %s at C = 0 (%.4g mm/year, %.4g A/m2 with z = %g), Cs = %.6g mol/m3", speed,
+    snprintf(text, size, "surface rate %s at C = 0%s (%.4g mm/year, %.4g A/m2 with z = %g), Cs = %.6g mol/m3", speed,
+             u->rate.uses > 1 ? ", t = 0 and the origin" : "",
              v * 1e3 * 31557600.0, v * u->solid_c * u->material.charge * 96485.33212, u->material.charge, u->solid_c);
 }
 

@@ -4,10 +4,11 @@
 #include <string.h>
 
 typedef struct pdi_syntax_section {
-    const char *name, *keys; /* keys in the order of the guide */
+    const char *name, *keys; /* keys in the order of the guide; NULL: any */
 } pdi_syntax_section;
 
 static const pdi_syntax_section pdi_syntax_table[] = {
+    {"constants", NULL}, /* any name */
     {"grid", "h, m, box, geometry, threads"},
     {"shape", "box, ball, cylinder, half_space, mask, raw, union, intersect, difference, radius, centre, "
               "point, normal, corner, cell, size, outside, kind, C, material, D, grains, grain_spread, grain_seed, "
@@ -15,18 +16,19 @@ static const pdi_syntax_section pdi_syntax_table[] = {
     {"side", "flow, profile, mean, flow_rate, vx, vy, vz, p, velocity, C"},
     {"flow", "rho, mu, steady, force, speed, length, time, vx, vy, vz, rtol, eos, c0"},
     {"transport", "D, initial, advection, time"},
-    {"dissolve", "rate, law, Csat, Cs, gb_factor, threshold"},
-    {"corrode", "rate, current, Cs, Csat, charge, D, initial, bulk, control, time, drive, kernel, weights, gb_factor, "
-                "share, overshoot, repassivation, breaking, seed"},
+    {"dissolve", "rate, law, rate_scale, Csat, Cs, gb_factor, threshold"},
+    {"corrode", "rate, current, rate_scale, Cs, Csat, charge, D, initial, bulk, control, time, drive, kernel, weights, "
+                "gb_factor, share, overshoot, repassivation, breaking, seed"},
     {"table", "file, x, y, outside"},
     {"run", "until, rtol, fraction, max_step"},
     {"output", "every, fields, images, slice, prefix, folder"},
     {"probe", "at, fields"},
     {"line", "from, to, points, spacing, fields, images"},
     {"plane", "at"},
-    {"force", "box, balance, speed, length, area"},
+    {"force", "box, shape, balance, speed, length, area"},
     {"transfer", "box, along, length, surface, fluid, D, area"},
-    {"total", "box"}};
+    {"total", "box"},
+    {"measured", "file, time, value, spread, of, start"}};
 #define PDI_SYNTAX_SECTIONS ((int)(sizeof pdi_syntax_table / sizeof pdi_syntax_table[0]))
 
 /* 1 when the comma-separated list holds the word; offers all its words to near_word. */
@@ -68,6 +70,7 @@ static pd_status pdi_syntax_key(pd_ctx *ctx, const pd_text *text, const pd_text_
     const pd_section *s = &text->section[e->section];
     char hint[PD_UNITS_TEXT], where[320] = "command line";
     pdi_units_near near_word;
+    if (!keys) return PD_OK;
     pdi_units_near_init(&near_word, e->key, strlen(e->key));
     if (pdi_syntax_listed(keys, e->key, &near_word)) return PD_OK;
     pdi_units_hint(&near_word, hint);

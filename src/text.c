@@ -566,10 +566,10 @@ pd_status pd_text_number(pd_ctx *ctx, pd_text *text, int section, const char *ke
     return pdi_text_constant(ctx, text, &v, 0, strlen(v.value), unit, value);
 }
 
-static pd_status pdi_text_too_many(pd_ctx *ctx, const pdi_text_value *v, size_t at, int max)
+static pd_status pdi_text_too_many(pd_ctx *ctx, const pdi_text_value *v, size_t at, int max, const char *axes)
 {
-    char expected[PD_UNITS_TEXT];
-    snprintf(expected, sizeof expected, "the end (at most %d item%s)", max, max > 1 ? "s" : "");
+    char expected[PD_UNITS_TEXT + sizeof PDI_MORE_AXES];
+    snprintf(expected, sizeof expected, "the end (at most %d item%s%s)", max, max > 1 ? "s" : "", axes);
     return pdi_text_wrong(ctx, v, at, expected);
 }
 
@@ -584,7 +584,7 @@ pd_status pd_text_numbers(pd_ctx *ctx, pd_text *text, int section, const char *k
     PDI_TRY(pdi_text_find(ctx, text, section, key, fallback, what, &v));
     for (;; at = end + 1) {
         end = pdi_text_item(v.value, at);
-        if (*count >= max) return pdi_text_too_many(ctx, &v, at - 1, max);
+        if (*count >= max) return pdi_text_too_many(ctx, &v, at - 1, max, max == PD_DIM ? PDI_MORE_AXES : "");
         PDI_TRY(pdi_text_constant(ctx, text, &v, at, end, unit, &values[*count]));
         ++*count;
         if (v.value[end] == '\0') return PD_OK;
@@ -658,7 +658,7 @@ pd_status pd_text_words(pd_ctx *ctx, pd_text *text, int section, const char *key
         while ((size = pdi_text_name(v.value + at + n, 1)) > 0 || v.value[at + n] == '.') n += size > 0 ? size : 1;
         if (n == 0) return pdi_text_wrong(ctx, &v, at, "a word");
         if (n >= PD_TEXT_WORD) return pdi_text_wrong(ctx, &v, at, "a word of fewer than 32 characters");
-        if (list->count >= PD_TEXT_WORDS) return pdi_text_too_many(ctx, &v, at, PD_TEXT_WORDS);
+        if (list->count >= PD_TEXT_WORDS) return pdi_text_too_many(ctx, &v, at, PD_TEXT_WORDS, "");
         memcpy(list->word[list->count], v.value + at, n);
         list->word[list->count++][n] = '\0';
         at = pdi_text_skip(v.value, at + n);
@@ -691,7 +691,7 @@ pd_status pd_text_ranges(pd_ctx *ctx, pd_text *text, int section, const char *ke
     PDI_TRY(pdi_text_find(ctx, text, section, key, fallback, "a .. b, one range for each axis", &v));
     for (;; at = end + 1) {
         end = pdi_text_item(v.value, at);
-        if (*count >= max) return pdi_text_too_many(ctx, &v, at - 1, max);
+        if (*count >= max) return pdi_text_too_many(ctx, &v, at - 1, max, max == PD_DIM ? PDI_MORE_AXES : "");
         PDI_TRY(pdi_text_range(ctx, text, &v, at, end, unit, &low[*count], &high[*count]));
         ++*count;
         if (v.value[end] == '\0') return PD_OK;
@@ -720,7 +720,7 @@ pd_status pd_text_exprs(pd_ctx *ctx, pd_text *text, int section, const char *key
     for (;; at = end + 1) {
         end = pdi_text_item(v.value, at);
         status = *count < max ? pdi_text_compile(ctx, text, &v, at, end, unit, vars, var_count, &exprs[*count])
-                              : pdi_text_too_many(ctx, &v, at - 1, max);
+                              : pdi_text_too_many(ctx, &v, at - 1, max, max == PD_DIM ? PDI_MORE_AXES : "");
         if (status < 0) break;
         ++*count;
         if (v.value[end] == '\0') return PD_OK;

@@ -33,11 +33,6 @@
 #define PDI_TRANSPORT_FINE 1e-3
 /* Rounds of upwinding the nodes that leave their bounds before the whole step is upwinded. */
 #define PDI_TRANSPORT_ROUNDS 20
-/* The steady field: length of a step over the exchange time of the slowest node, and how many. */
-#define PDI_TRANSPORT_LONG 1e9
-#define PDI_TRANSPORT_STEPS 60
-/* Relative change of the field by the last of them. */
-#define PDI_TRANSPORT_SETTLED 1e-6
 
 static void pdi_transport_operator(const pd_ctx *ctx, const pd_transport *t, const double *c, double *y)
 {
@@ -113,17 +108,6 @@ static void pdi_transport_precondition(void *user, const double *x, double *y)
     for (int sweep = 0; sweep < 2 * u->t->sweeping; sweep++) pdi_convect_relax(&convect, x, sweep & 1, y);
 }
 
-/* Upwinding bond by bond spreads along b by 1/2 sum |g_a| xi_b^2 per speed along a; times `share`. */
-static void pdi_transport_spread(const pd_stencil *s, double share, double *spread)
-{
-    for (int i = 0; i < PD_DIM * PD_DIM; i++) spread[i] = 0.0;
-    for (int k = 0; k < s->count; k++)
-        for (int a = 0; a < PD_DIM; a++)
-            for (int b = 0; b < PD_DIM; b++)
-                spread[a * PD_DIM + b] +=
-                    share * 0.5 * fabs(s->grad[k * PD_DIM + a]) * s->xi[k * PD_DIM + b] * s->xi[k * PD_DIM + b];
-}
-
 static pd_status pdi_transport_setup(pd_ctx *ctx, pd_transport *t)
 {
     pdi_compact_faces faces;
@@ -133,11 +117,12 @@ static pd_status pdi_transport_setup(pd_ctx *ctx, pd_transport *t)
     const pd_grid *grid = t->grid;
     faces.closed = faces.outlet = 0;
     faces.inlet = 1;
-    pdi_transport_spread(t->bonds->stencil, t->desc.advection == PD_ADVECTION_LIMITED ? PDI_TRANSPORT_SPREAD : 1.0,
+    pdi_compact_upwind(t->bonds->stencil, t->desc.advection == PD_ADVECTION_LIMITED ? PDI_TRANSPORT_SPREAD : 1.0,
                          spread);
     convection.u = t->flow ? t->flow->u : NULL;
     convection.spread = spread;
-    pdi_compact_fill(ctx, t->desc.diffusivity, t->diffusion.field, &convection, 1.0 / t->dt, &faces, c);
+    pdi_compact_fill(ctx, t->desc.diffusivity, t->diffusion.field ? &t->diffusion.media : NULL, &convection,
+                     1.0 / t->dt, &faces, c);
     for (int32_t node = 0; node < grid->total; node++) {
         int i[PD_DIM];
         double drain = t->absorb[node] + (t->diffusion.hold ? t->diffusion.hold[node] : 0.0);
@@ -209,6 +194,27 @@ static pd_status pdi_transport_solve(pd_ctx *ctx, pd_transport *t, double atol, 
     return status;
 }
 
+PDI_FN pd_status pdi_transport_refine(pd_ctx *ctx, pd_transport *t, double share, pd_transport_result *result)
+{
+    pdi_transport_user user;
+    pd_krylov_result linear;
+    user.ctx = ctx;
+    user.t = t;
+    t->krylov.desc.rtol = share;
+    t->krylov.desc.atol = 0.0;
+    pd_status status = pd_krylov_solve(ctx, &t->krylov, pdi_transport_apply, pdi_transport_precondition, &user,
+                                       t->work, t->work + t->grid->total, &linear);
+    result->krylov += linear.iterations;
+    return status;
+}
+
+PDI_FN int pdi_transport_fresh(pd_ctx *ctx, pd_transport *t)
+{
+    int limited = t->flow && t->desc.advection == PD_ADVECTION_LIMITED;
+    if (limited) pdi_transport_anti(ctx, t, t->c, t->anti);
+    return limited;
+}
+
 /* The same, with a better preconditioner for the rest of the step wherever it misses its tolerance by far. */
 static pd_status pdi_transport_correct(pd_ctx *ctx, pd_transport *t, double atol, pd_transport_result *result,
                                        double *moved)
@@ -224,12 +230,12 @@ static pd_status pdi_transport_correct(pd_ctx *ctx, pd_transport *t, double atol
 }
 
 /* Flow through inlet and outlet bonds, and from and to held walls, at the present field. */
-static void pdi_transport_boundary(pd_transport *t)
+PDI_FN void pdi_transport_boundary(pd_transport *t)
 {
     pdi_sum out = {0.0, 0.0}, in = {0.0, 0.0};
     const pd_grid *grid = t->grid;
     for (int32_t i = 0; i < grid->total && t->diffusion.hold; i++) {
-        double gain = t->diffusion.drive[i] - t->diffusion.hold[i] * t->c[i];
+        double gain = pdi_diffusion_gain(&t->diffusion, i, t->c[i], t->rest ? t->rest[i] : 0.0);
         if (grid->kind[i] == PD_FLUID)
             pdi_sum_add(gain > 0.0 ? &in : &out, fabs(gain) * pdi_grid_circumference(grid, i));
     }
@@ -241,6 +247,8 @@ static void pdi_transport_boundary(pd_transport *t)
             uint8_t far_kind = grid->kind[i + t->bonds->shift[k]];
             if (far_kind == PD_OUTLET) pdi_sum_add(&out, around * pdi_convect_bond_flux(&t->convect, t->c, i, k));
             if (far_kind == PD_INLET) pdi_sum_add(&in, -around * pdi_convect_bond_flux(&t->convect, t->c, i, k));
+            if (far_kind == PD_INLET && t->rest)
+                pdi_sum_add(&in, -around * pdi_convect_bond_flux(&t->convect, t->rest, i, k));
         }
     }
     /* between nodes antidiffusive fluxes cancel: their sum came through the inlets */
@@ -253,8 +261,8 @@ static void pdi_transport_boundary(pd_transport *t)
 /* Bounds that the step must keep: those of the field at its start and of the inflow; a source lifts the upper one. */
 static void pdi_transport_bounds(const pd_transport *t, const double *start, double *low, double *high)
 {
-    *low = HUGE_VAL;
-    *high = 0.0;
+    *low = t->passed[0];
+    *high = fmax(t->passed[1], 0.0);
     for (int32_t i = 0; i < t->grid->total; i++) {
         uint8_t kind = t->grid->kind[i];
         if (kind != PD_FLUID && kind != PD_INLET) continue;
@@ -395,6 +403,8 @@ static pd_status pdi_transport_newton(pd_ctx *ctx, pd_transport *t, double goal,
     user.t = t;
     t->krylov.desc.max_iterations = PDI_TRANSPORT_KRYLOV;
     while (result->limiter < t->desc.max_limiter && norm > goal) {
+        status = pdi_poll(ctx, "transport: Newton", result->limiter);
+        if (status < 0) break;
         user.limited = pdi_par_max_abs(ctx, t->grid->total, t->anti) > 0.0;
         t->krylov.desc.rtol = user.limited ? loose : 1e-15;
         t->krylov.desc.atol = 0.5 * goal;
@@ -459,6 +469,17 @@ static pd_status pdi_transport_iterate(pd_ctx *ctx, pd_transport *t, double size
     return pdi_transport_correct(ctx, t, atol, result, &moved);
 }
 
+/* Size of the equations: the right-hand side, with sources as they are at the present field. */
+static double pdi_transport_given(const pd_ctx *ctx, pd_transport *t)
+{
+    int nt = pdi_par_threads(ctx, t->grid->total * 2);
+    (void)nt;
+    PDI_PARALLEL_FOR(nt)
+    for (int32_t i = 0; i < t->grid->total; i++)
+        t->probe[i] = t->grid->kind[i] == PD_FLUID ? t->rhs[i] - t->absorb[i] * t->c[i] : 0.0;
+    return sqrt(pdi_par_dot(ctx, t->grid->total, t->probe, t->probe));
+}
+
 PDI_FN pd_status pdi_transport_stage(pd_ctx *ctx, pd_transport *t, double dt, int bounded, pd_transport_result *result)
 {
     int32_t total = t->grid->total;
@@ -467,9 +488,8 @@ PDI_FN pd_status pdi_transport_stage(pd_ctx *ctx, pd_transport *t, double dt, in
     PDI_TRY(pdi_convect_refresh(ctx, &t->convect));
     pdi_transport_right_side(ctx, t);
     PDI_TRY(pdi_transport_setup(ctx, t));
-    /* the size of the equations: right-hand side and inflow */
     pdi_transport_residual(ctx, t, t->work);
-    double size = fmax(sqrt(pdi_par_dot(ctx, total, t->rhs, t->rhs)), sqrt(pdi_par_dot(ctx, total, t->work, t->work)));
+    double size = fmax(pdi_transport_given(ctx, t), sqrt(pdi_par_dot(ctx, total, t->work, t->work)));
     pd_status status = size > 0.0 ? pdi_transport_iterate(ctx, t, size, bounded, result) : PD_OK;
     if (status < 0) return status;
     result->residual = size > 0.0 ? result->residual / size : 0.0;
@@ -482,15 +502,18 @@ PDI_FN pd_status pdi_transport_begin(pd_ctx *ctx, pd_transport *t, double dt)
     if (!(dt > 0.0) || !(dt < 1e300))
         return pdi_fail(ctx, PD_ERR_ARGUMENT, "transport", "the step is %g s, expected a positive one", dt);
     pdi_par_copy(ctx, t->grid->total, t->c, t->old);
+    pdi_transport_open(t);
+    if (t->rest) pdi_par_zero(ctx, t->grid->total, t->rest);
     return PD_OK;
 }
 
 PDI_FN pd_status pdi_transport_end(pd_ctx *ctx, pd_transport *t, double dt, pd_status status)
 {
-    if (status < 0) {
+    if (status < 0 || status == PD_RETRY) {
         pdi_par_copy(ctx, t->grid->total, t->old, t->c);
         return status;
     }
+    pdi_transport_right_side(ctx, t); /* sources may have been settled after the last stage */
     pdi_transport_residual(ctx, t, t->carry);
     for (int32_t i = 0; i < t->grid->total; i++) t->carry[i] *= dt;
     return status;
@@ -504,7 +527,7 @@ pd_status pd_transport_implicit(pd_ctx *ctx, pd_transport *t, double dt, pd_tran
 
 /* Rate [1/s] at which node i exchanges its content: one over its explicit limit. Limited antidiffusive fluxes may need
  * as much room as upwinding itself. */
-static double pdi_transport_rate(const pd_transport *t, int32_t i)
+PDI_FN double pdi_transport_rate(const pd_transport *t, int32_t i)
 {
     double room = t->desc.advection == PD_ADVECTION_LIMITED ? 2.0 : 1.0;
     double rate = t->absorb[i] + (t->diffusion.hold ? t->diffusion.hold[i] : 0.0);
@@ -527,41 +550,6 @@ double pd_transport_limit(pd_ctx *ctx, const pd_transport *t)
     return fastest > 0.0 ? 1.0 / fastest : HUGE_VAL;
 }
 
-/* Longest time [s] in which a node exchanges its content; HUGE_VAL: nothing moves. */
-static double pdi_transport_slowest(const pd_transport *t)
-{
-    double slowest = HUGE_VAL;
-    for (int32_t i = 0; i < t->grid->total; i++) {
-        double rate = t->grid->kind[i] == PD_FLUID ? pdi_transport_rate(t, i) : 0.0;
-        if (rate > 0.0) slowest = fmin(slowest, rate);
-    }
-    return slowest < HUGE_VAL ? 1.0 / slowest : HUGE_VAL;
-}
-
-pd_status pd_transport_steady(pd_ctx *ctx, pd_transport *t, pd_transport_result *result)
-{
-    double limit = pdi_transport_slowest(t);
-    int krylov = 0;
-    if (!(limit < 1e200))
-        return pdi_fail(ctx, PD_ERR_ARGUMENT, "transport", "nothing moves: there is no steady field to find");
-    for (int step = 0; step < PDI_TRANSPORT_STEPS; step++) {
-        double moved = 0.0, size = 0.0;
-        pd_status status = pd_transport_implicit(ctx, t, PDI_TRANSPORT_LONG * limit, result);
-        result->krylov = krylov += result->krylov;
-        if (status < 0) return status;
-        /* what is owed belongs to a time that never was */
-        pdi_par_zero(ctx, t->grid->total, t->carry);
-        for (int32_t i = 0; i < t->grid->total; i++) {
-            if (t->grid->kind[i] != PD_FLUID) continue;
-            moved = fmax(moved, fabs(t->c[i] - t->old[i]));
-            size = fmax(size, fabs(t->c[i]));
-        }
-        result->change = size > 0.0 ? moved / size : 0.0;
-        if (result->change <= PDI_TRANSPORT_SETTLED) return PD_OK;
-    }
-    return PD_NOT_CONVERGED;
-}
-
 pd_status pd_transport_explicit(pd_ctx *ctx, pd_transport *t, double dt)
 {
     const uint8_t *kind = t->grid->kind;
@@ -573,10 +561,12 @@ pd_status pd_transport_explicit(pd_ctx *ctx, pd_transport *t, double dt)
         return PD_RETRY;
     }
     PDI_TRY(pdi_convect_refresh(ctx, &t->convect));
+    if (t->rest) pdi_par_zero(ctx, t->grid->total, t->rest);
     t->dt = 0.0;
     int limited = pdi_transport_start(ctx, t), rounds = PDI_TRANSPORT_ROUNDS;
     double low, high;
     pdi_par_copy(ctx, t->grid->total, t->c, t->old);
+    pdi_transport_open(t);
     pdi_transport_bounds(t, t->old, &low, &high);
     pdi_transport_operator(ctx, t, t->old, t->rhs);
     do {
@@ -598,7 +588,9 @@ double pd_transport_section(pd_ctx *ctx, pd_transport *t, int axis, int index)
     int limited = t->flow && t->desc.advection == PD_ADVECTION_LIMITED;
     (void)ctx;
     pd_ghosts_scalar(&t->bonds->ghosts, t->c);
-    return pdi_convect_through(&t->convect, t->c, limited ? t->anti : NULL, axis, index);
+    double flux = pdi_convect_through(&t->convect, t->c, limited ? t->anti : NULL, axis, index);
+    if (t->rest) flux += pdi_convect_through(&t->convect, t->rest, NULL, axis, index);
+    return flux + pdi_diffusion_through(&t->diffusion, t->c, t->rest, axis, index);
 }
 
 static double pdi_transport_total(const pd_transport *t, const double *field)
@@ -621,7 +613,26 @@ double pd_transport_carried(pd_ctx *ctx, const pd_transport *t)
     return pdi_transport_total(t, t->carry);
 }
 
-static void pdi_transport_inlets(pd_transport *t)
+PDI_FN void pdi_transport_open(pd_transport *t)
+{
+    t->passed[0] = HUGE_VAL;
+    t->passed[1] = -HUGE_VAL;
+}
+
+/* What is held and enters now goes into the bounds of the step. */
+static void pdi_transport_pass(pd_transport *t)
+{
+    for (int32_t i = 0; i < t->grid->total; i++) {
+        if (t->grid->kind[i] != PD_INLET) continue;
+        t->passed[0] = fmin(t->passed[0], t->c[i]);
+        t->passed[1] = fmax(t->passed[1], t->c[i]);
+    }
+    if (!t->diffusion.hold) return;
+    t->passed[0] = fmin(t->passed[0], t->diffusion.held_least);
+    t->passed[1] = fmax(t->passed[1], t->diffusion.held_most);
+}
+
+static pd_status pdi_transport_inlets(pd_ctx *ctx, pd_transport *t)
 {
     for (int32_t i = 0; i < t->grid->total; i++) {
         double x[PD_DIM];
@@ -630,19 +641,45 @@ static void pdi_transport_inlets(pd_transport *t)
         pdi_grid_fold_images(t->grid, x);
         for (int d = 0; d < PD_DIM; d++) x[d] = fmin(fmax(x[d], t->grid->lo[d]), t->grid->hi[d]);
         t->c[i] = t->desc.entering ? t->desc.entering(t->desc.user, x) : t->desc.inlet;
+        if (!(t->c[i] >= 0.0) || !(t->c[i] < 1e100))
+            return pdi_fail(ctx, PD_ERR_ARGUMENT, "transport",
+                            "C = %g mol/m3 enters at x = %g m and t = %g s, expected a finite value of at least 0",
+                            t->c[i], x[0], t->time);
     }
+    return PD_OK;
+}
+
+/* Walls hold no less than nothing. */
+static pd_status pdi_transport_holds(pd_ctx *ctx, const pd_transport *t)
+{
+    const pd_diffusion *d = &t->diffusion;
+    if (!d->hold || (d->held_least >= 0.0 && d->held_most < 1e100)) return PD_OK;
+    return pdi_fail(ctx, PD_ERR_ARGUMENT, "transport",
+                    "a wall holds C = %g mol/m3 at t = %g s, expected a finite value of at least 0",
+                    d->held_least >= 0.0 ? d->held_most : d->held_least, t->time);
+}
+
+pd_status pd_transport_at(pd_ctx *ctx, pd_transport *t, double time)
+{
+    if (!t->desc.clock) return PD_OK;
+    pdi_transport_pass(t);
+    *t->desc.clock = t->time = time;
+    PDI_TRY(pdi_transport_inlets(ctx, t));
+    if (t->diffusion.hold) pd_diffusion_renew(&t->diffusion);
+    return pdi_transport_holds(ctx, t);
 }
 
 pd_status pd_transport_update(pd_ctx *ctx, pd_transport *t)
 {
+    if (t->desc.clock) *t->desc.clock = t->time;
     pd_diffusion_update(ctx, &t->diffusion);
-    pdi_transport_inlets(t);
+    PDI_TRY(pdi_transport_inlets(ctx, t));
     PDI_TRY(pdi_ports_update(ctx, &t->ports));
     return pdi_convect_fit(ctx, &t->convect);
 }
 
-pd_status pd_transport_build(pd_ctx *ctx, const pd_grid *grid, const pd_bonds *bonds, const pd_flow *flow,
-                             const pd_transport_desc *desc, pd_transport *t)
+static pd_status pdi_transport_make(pd_ctx *ctx, const pd_grid *grid, const pd_bonds *bonds, const pd_flow *flow,
+                                    const pd_transport_desc *desc, pd_transport *t)
 {
     memset(t, 0, sizeof *t);
     if (!(desc->diffusivity >= 0.0) || !(desc->inlet >= 0.0) || !(desc->initial >= 0.0) || !(desc->tolerance >= 0.0) ||
@@ -652,6 +689,8 @@ pd_status pd_transport_build(pd_ctx *ctx, const pd_grid *grid, const pd_bonds *b
                         "least 0", desc->diffusivity, desc->inlet, desc->initial, desc->tolerance);
     t->desc = *desc;
     t->ceiling = HUGE_VAL;
+    if (desc->clock) *desc->clock = 0.0;
+    pdi_transport_open(t);
     if (!(t->desc.tolerance > 0.0)) t->desc.tolerance = 1e-11;
     if (t->desc.max_limiter <= 0) t->desc.max_limiter = 30;
     if (!(t->desc.limiter_tolerance > 0.0)) t->desc.limiter_tolerance = 1e-10;
@@ -670,7 +709,7 @@ pd_status pd_transport_build(pd_ctx *ctx, const pd_grid *grid, const pd_bonds *b
     kd.zero_guess = 1;
     pdi_compact_multigrid(grid, &md);
     md.symmetric = flow == NULL;
-    md.contrast = desc->field != NULL;
+    md.contrast = md.contrast || desc->field != NULL;
     PDI_TRY(pdi_compact_build(ctx, grid, flow != NULL, &t->compact));
     PDI_TRY(pd_multigrid_build(ctx, &md, &t->mg));
     PDI_TRY(pd_krylov_build(ctx, &kd, &t->krylov));
@@ -680,6 +719,7 @@ pd_status pd_transport_build(pd_ctx *ctx, const pd_grid *grid, const pd_bonds *b
     PDI_TRY(PDI_NEW(ctx, "transport", grid->total, t->absorb));
     PDI_TRY(PDI_NEW(ctx, "transport", grid->total, t->carry));
     PDI_TRY(PDI_NEW(ctx, "transport", grid->total, t->anti));
+    if (desc->field) PDI_TRY(PDI_NEW(ctx, "transport", grid->total, t->rest));
     PDI_TRY(PDI_NEW(ctx, "transport", grid->total, t->upwinded));
     PDI_TRY(PDI_NEW(ctx, "transport", grid->total, t->rhs));
     PDI_TRY(PDI_NEW(ctx, "transport", 2 * (int64_t)grid->total, t->work));
@@ -704,8 +744,17 @@ pd_status pd_transport_build(pd_ctx *ctx, const pd_grid *grid, const pd_bonds *b
     t->convect.limiter = &t->limiter;
     t->convect.ports = &t->ports;
     t->convect.absorb = t->absorb;
-    pdi_transport_inlets(t);
+    PDI_TRY(pdi_transport_inlets(ctx, t));
+    PDI_TRY(pdi_transport_holds(ctx, t));
     return pdi_convect_build(ctx, &t->convect);
+}
+
+pd_status pd_transport_build(pd_ctx *ctx, const pd_grid *grid, const pd_bonds *bonds, const pd_flow *flow,
+                             const pd_transport_desc *desc, pd_transport *t)
+{
+    pd_status status = pdi_transport_make(ctx, grid, bonds, flow, desc, t);
+    if (status < 0) pd_transport_free(ctx, t);
+    return status;
 }
 
 /* The tolerance of the next step depends on the fluxes of the last one. */
@@ -714,6 +763,9 @@ PDI_FN pd_status pdi_transport_store(pd_ctx *ctx, pd_transport *t, pd_store *sto
     int32_t total = t->grid->total;
     PDI_TRY(PDI_STORE(ctx, store, "transport.c", t->c, total));
     PDI_TRY(PDI_STORE(ctx, store, "transport.carry", t->carry, total));
+    if (t->desc.clock) PDI_TRY(PDI_STORE(ctx, store, "transport.time", &t->time, 1));
+    if (store->reading) PDI_TRY(pd_transport_at(ctx, t, t->time));
+    if (t->rest) PDI_TRY(PDI_STORE(ctx, store, "transport.rest", t->rest, total));
     return t->flow ? PDI_STORE(ctx, store, "transport.anti", t->anti, total) : PD_OK;
 }
 
@@ -733,6 +785,7 @@ void pd_transport_free(pd_ctx *ctx, pd_transport *t)
     PDI_DELETE(ctx, total, t->absorb);
     PDI_DELETE(ctx, total, t->carry);
     PDI_DELETE(ctx, total, t->anti);
+    PDI_DELETE(ctx, total, t->rest);
     PDI_DELETE(ctx, total, t->upwinded);
     PDI_DELETE(ctx, total, t->rhs);
     PDI_DELETE(ctx, 2 * total, t->work);

@@ -24,6 +24,8 @@ typedef struct pd_transport_desc {
     double inlet;           /* [mol/m3] concentration of the inflow */
     pd_point_fn entering;   /* the same at places of the sides of the box; NULL: `inlet` everywhere */
     void *user;             /* of these four */
+    double *clock;          /* [s] where held and entering read the time: pd_transport_at writes it before it asks them.
+                             * NULL: they do not depend on time. Borrowed */
     double initial;         /* [mol/m3] */
     pd_advection advection;
     double tolerance;       /* [-] of the linear solves, relative to the right-hand side; 0: 1e-11 */
@@ -44,9 +46,13 @@ typedef struct pd_transport {
     double *old;            /* [total] [mol/m3] start of the step, work */
     double *source;         /* [total] [mol/m3/s] given by the caller before a step */
     double *absorb;         /* [total] [1/s] likewise; source - absorb c enters the fluid */
+    double time;            /* [s] of the values that are held and enter */
+    double passed[2];       /* [mol/m3] least and largest of those since the step began, bounds of the field too */
     double ceiling;         /* [mol/m3] likewise: what sources lift the fluid to at most; HUGE_VAL: anything */
     double *carry;          /* [total] [mol/m3] what the last solve left undone; the next step delivers it */
     double *anti;           /* [total] [mol/m3/s] limited antidiffusive fluxes in force */
+    double *rest;           /* [total] [mol/m3] what c of a steady field leaves to rounding: what flows through a good
+                             * conductor beside a poor one is below that. NULL: one diffusivity; 0 after steps */
     double size;            /* [mol/m3] of the field at the start of the step */
     int upwinding;          /* 1: a node is upwinded */
     int sweeping;           /* pairs of sweeps over the bonds behind each multigrid cycle: where it has failed in this
@@ -72,12 +78,13 @@ typedef struct pd_transport_result {
     int bounded;    /* rounds in which nodes were upwinded to keep the bounds */
     double residual; /* [-] last relative residual of the linear solve */
     double change;  /* [-] relative change of the field by the last of these steps */
+    double defect;  /* [-] steady fields: what the balances of the nodes lack in all, over what passes the domain */
 } pd_transport_result;
 
 #define pd_transport_build PD_NAME(pd_transport_build)
 #define pd_transport_update PD_NAME(pd_transport_update)
+#define pd_transport_at PD_NAME(pd_transport_at)
 #define pd_transport_implicit PD_NAME(pd_transport_implicit)
-#define pd_transport_steady PD_NAME(pd_transport_steady)
 #define pd_transport_explicit PD_NAME(pd_transport_explicit)
 #define pd_transport_limit PD_NAME(pd_transport_limit)
 #define pd_transport_section PD_NAME(pd_transport_section)
@@ -92,13 +99,11 @@ PD_API pd_status pd_transport_build(pd_ctx *ctx, const pd_grid *grid, const pd_b
 /* After pd_bonds_update: inlet ghosts and conductances follow. Fluid values stay (a dissolved node keeps its
  * content). */
 PD_API pd_status pd_transport_update(pd_ctx *ctx, pd_transport *transport);
+/* Values that are held and enter become those of time t [s]; nothing happens without a clock. */
+PD_API pd_status pd_transport_at(pd_ctx *ctx, pd_transport *transport, double t);
 /* One backward Euler step of dt [s] (any length: dt >> all time scales gives the steady state). PD_NOT_CONVERGED: the
  * linear solver stopped above its tolerance; what is missing is in carry. */
 PD_API pd_status pd_transport_implicit(pd_ctx *ctx, pd_transport *transport, double dt, pd_transport_result *result);
-/* The steady field, by steps of 1e9 times the exchange time of the slowest node until the field changes by less than
- * 1e-6 of itself. PD_NOT_CONVERGED: the limiter still moves the field by result->change after 60 steps; it is
- * bounded and conservative all the same. */
-PD_API pd_status pd_transport_steady(pd_ctx *ctx, pd_transport *transport, pd_transport_result *result);
 /* One forward Euler step. PD_RETRY, nothing changed: dt exceeds pd_transport_limit. */
 PD_API pd_status pd_transport_explicit(pd_ctx *ctx, pd_transport *transport, double dt);
 /* Largest explicit step [s] that keeps every node within its neighbours. */
@@ -119,13 +124,23 @@ PD_API void pd_transport_free(pd_ctx *ctx, pd_transport *transport);
 PDI_FN pd_status pdi_transport_stage(pd_ctx *ctx, pd_transport *transport, double dt, int bounded,
                                      pd_transport_result *result);
 /* A step of one stage, or of several from the same start with other sources: begin, stages, end with the status of the
- * last one. A negative one puts c back. */
+ * last one. A negative one and PD_RETRY put c back. */
 PDI_FN pd_status pdi_transport_begin(pd_ctx *ctx, pd_transport *transport, double dt);
 PDI_FN pd_status pdi_transport_end(pd_ctx *ctx, pd_transport *transport, double dt, pd_status status);
 /* out [total] [mol/m3/s]: residual of the last stage, what it left undone. */
 PDI_FN void pdi_transport_residual(const pd_ctx *ctx, const pd_transport *transport, double *out);
+/* The bounds of a step begin with what is held and enters at its start. */
+PDI_FN void pdi_transport_open(pd_transport *transport);
 /* What steps carry on beside the flow, which comes first; sources are those of the next step. */
 PDI_FN pd_status pdi_transport_store(pd_ctx *ctx, pd_transport *transport, pd_store *store);
+/* For the steady field. Limited antidiffusive fluxes of the present field into t->anti (0: none are limited); outflow
+ * and inflow of it; the rate [1/s] at which node i exchanges its content. */
+PDI_FN int pdi_transport_fresh(pd_ctx *ctx, pd_transport *transport);
+PDI_FN void pdi_transport_boundary(pd_transport *transport);
+PDI_FN double pdi_transport_rate(const pd_transport *transport, int32_t i);
+/* Correction [total] [mol/m3] for the residual in t->work, to a share of it, with the operator of the last stage. It
+ * stands behind the residual. */
+PDI_FN pd_status pdi_transport_refine(pd_ctx *ctx, pd_transport *transport, double share, pd_transport_result *result);
 /* 1 when c lies within the bounds of `start` and the inflow. */
 PDI_FN int pdi_transport_within(const pd_transport *transport, const double *start);
 #endif

@@ -224,7 +224,7 @@ static pd_status pdi_twin_plane(pd_ctx *ctx, const pd_setup_monitor *m, int cell
     return PD_OK;
 }
 
-pd_status pd_twin_build(pd_ctx *ctx, const pd_setup *setup, int factor, pd_twin *twin)
+static pd_status pdi_twin_make(pd_ctx *ctx, const pd_setup *setup, int factor, pd_twin *twin)
 {
     twin->setup = *setup;
     for (int d = 0; d < PD_DIM; d++) twin->setup.h[d] = factor * setup->h[d];
@@ -245,6 +245,13 @@ pd_status pd_twin_build(pd_ctx *ctx, const pd_setup *setup, int factor, pd_twin 
         twin->setup.monitor[twin->setup.monitors++] = *m;
     }
     return PD_OK;
+}
+
+pd_status pd_twin_build(pd_ctx *ctx, const pd_setup *setup, int factor, pd_twin *twin)
+{
+    pd_status status = pdi_twin_make(ctx, setup, factor, twin);
+    if (status < 0) memset(twin, 0, sizeof *twin);
+    return status;
 }
 
 #undef PDI_TWIN_NEAR

@@ -474,11 +474,23 @@ PDI_FN void pdi_units_near_init(pdi_units_near *near_word, const char *word, siz
     else memcpy(near_word->word, word, size);
 }
 
+/* The same letters, large or small: c for C. */
+static int pdi_units_but_for_case(const char *a, const char *b)
+{
+    for (; *a && *b; a++, b++) {
+        int letters = ((*a | 32) >= 'a') && ((*a | 32) <= 'z');
+        if (letters ? (*a | 32) != (*b | 32) : *a != *b) return 0;
+    }
+    return *a == *b;
+}
+
 PDI_FN void pdi_units_offer(pdi_units_near *near_word, const char *candidate)
 {
     size_t size = strlen(candidate);
     if (near_word->distance == 0 || size == 0 || size >= sizeof near_word->best) return;
-    int distance = pdi_units_distance(near_word->word, candidate);
+    int distance = pdi_units_but_for_case(near_word->word, candidate)
+                       ? 0
+                       : pdi_units_distance(near_word->word, candidate);
     if (distance >= near_word->distance || (size_t)distance >= size || (size_t)distance >= strlen(near_word->word))
         return;
     near_word->distance = distance;

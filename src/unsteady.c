@@ -18,7 +18,7 @@ static double pdi_unsteady_density(const pd_unsteady_desc *d, double pressure)
     return pow(1.0 + d->gamma * pressure / c2, 1.0 / d->gamma);
 }
 
-pd_status pd_unsteady_build(pd_ctx *ctx, pd_flow *flow, const pd_unsteady_desc *desc, pd_unsteady *un)
+static pd_status pdi_unsteady_make(pd_ctx *ctx, pd_flow *flow, const pd_unsteady_desc *desc, pd_unsteady *un)
 {
     const pd_stencil *s = flow->bonds->stencil;
     const pd_grid *grid = flow->grid;
@@ -50,6 +50,13 @@ pd_status pd_unsteady_build(pd_ctx *ctx, pd_flow *flow, const pd_unsteady_desc *
                             flow->p[i] * flow->rho, (int)i);
     }
     return pdi_spectrum_build(ctx, flow, &un->spectrum);
+}
+
+pd_status pd_unsteady_build(pd_ctx *ctx, pd_flow *flow, const pd_unsteady_desc *desc, pd_unsteady *un)
+{
+    pd_status status = pdi_unsteady_make(ctx, flow, desc, un);
+    if (status < 0) pd_unsteady_free(ctx, un);
+    return status;
 }
 
 /* Fill pressure and ghosts from the state. Inlets bring fluid of rest density. */
@@ -93,6 +100,7 @@ static void pdi_unsteady_rates(const pd_ctx *ctx, pd_unsteady *un)
     t.force = flow->force;
     t.drive = flow->drive;
     pdi_flow_terms_apply(ctx, flow, &t, ru, rc);
+    pdi_flow_push(ctx, flow, ru);
     flow->evaluations++;
     int nt = pdi_par_threads(ctx, total * 8);
     (void)nt;
@@ -135,13 +143,14 @@ static int pdi_unsteady_stage(const pd_ctx *ctx, pd_unsteady *un, double old_sha
 
 pd_status pd_unsteady_step(pd_ctx *ctx, pd_unsteady *un, double dt)
 {
-    static const double old_share[3] = {0.0, 0.75, 1.0 / 3.0};
+    static const double old_share[3] = {0.0, 0.75, 1.0 / 3.0}, instant[3] = {0.0, 1.0, 0.5};
     pd_flow *flow = un->flow;
     int64_t total = flow->grid->total, split = (int64_t)PD_DIM * total;
     if (!(dt > 0.0)) return pdi_fail(ctx, PD_ERR_ARGUMENT, "unsteady", "the step is %g s, expected a positive one", dt);
     pdi_par_copy(ctx, split, flow->u, un->start);
     pdi_par_copy(ctx, total, un->density, un->start + split);
     for (int stage = 0; stage < 3; stage++) {
+        PDI_TRY(pd_flow_at(ctx, flow, un->time + instant[stage] * dt, 0.5 * dt, NULL));
         if (pdi_unsteady_stage(ctx, un, old_share[stage], dt)) continue;
         pdi_par_copy(ctx, split, un->start, flow->u);
         pdi_par_copy(ctx, total, un->start + split, un->density);
@@ -149,6 +158,7 @@ pd_status pd_unsteady_step(pd_ctx *ctx, pd_unsteady *un, double dt)
         return pdi_fail(ctx, PD_RETRY, "unsteady", "a density or velocity left its range in a step of %g s at t = %g s",
                         dt, un->time);
     }
+    PDI_TRY(pd_flow_at(ctx, flow, un->time + dt, 0.5 * dt, NULL));
     pdi_unsteady_fill(ctx, un);
     un->time += dt;
     un->steps++;
@@ -201,8 +211,14 @@ pd_status pd_unsteady_run(pd_ctx *ctx, pd_unsteady *un, double t_end)
     if (!(t_end >= un->time))
         return pdi_fail(ctx, PD_ERR_ARGUMENT, "unsteady", "a run from %g s to %g s", un->time, t_end);
     while (un->time < t_end) {
+        PDI_TRY(pdi_poll(ctx, "explicit flow", un->steps));
         double left = t_end - un->time, dt = un->desc.cfl * pd_unsteady_limit(ctx, un);
         int last = dt >= left;
+        if (pdi_stands_still(un->time, left, dt))
+            return pdi_fail(ctx, PD_ERR_STATE, "unsteady",
+                            "steps of %g s do not lead on from t = %g s to %g s: the speed of sound (%g m/s) or the "
+                            "viscosity (%g m2/s) asks for them on this lattice", dt, un->time, t_end, un->desc.sound,
+                            un->flow->nu);
         if (last) dt = left;
         pd_status status = PD_RETRY;
         for (int halved = 0; halved <= 20 && status == PD_RETRY; halved++) {

@@ -15,8 +15,7 @@ static int pdi_wall_on(const pd_setup *u, int side, const double *x)
 int pd_wall_moves(const pd_setup *u)
 {
     for (int s = 0; s < 2 * PD_DIM; s++)
-        for (int d = 0; d < PD_DIM; d++)
-            if (fabs(u->side[s].slide[d]) > 0.0) return 1;
+        if (u->side[s].slides) return 1;
     return 0;
 }
 
@@ -31,42 +30,53 @@ int pd_wall_holds(const pd_setup *u)
 
 void pd_wall_velocity(void *user, const double *x, double *v)
 {
-    const pd_setup *u = (const pd_setup *)user;
+    const pd_inlet *inlet = (const pd_inlet *)user;
+    const pd_setup *u = inlet->setup;
     int met = 0;
     for (int d = 0; d < PD_DIM; d++) v[d] = 0.0;
     for (int s = 0; s < 2 * PD_DIM; s++) {
         if (!pdi_wall_on(u, s, x)) continue;
         met++;
-        for (int d = 0; d < PD_DIM; d++) v[d] += u->side[s].slide[d];
+        for (int d = 0; d < PD_DIM && u->side[s].slides; d++)
+            v[d] += pdi_setup_eval(&u->side[s].slide[d], x, inlet->time);
     }
     for (int d = 0; d < PD_DIM && met > 1; d++) v[d] /= met;
 }
 
-/* What the nearest shape holds: x lies within a cell of its surface. */
-static double pdi_wall_shape(const pd_setup *u, const double *x)
+/* What a wall holds: below zero where the expression has no value, which none may hold. */
+static double pdi_wall_value(const pd_expr *held, const double *x, double t)
 {
-    double held = (double)NAN, nearest = 0.0;
+    double c = pdi_setup_eval(held, x, t);
+    return c >= 0.0 || c < 0.0 ? c : -HUGE_VAL;
+}
+
+/* What the nearest shape holds: x lies within a cell of its surface. */
+static double pdi_wall_shape(const pd_setup *u, const double *x, double t)
+{
+    const pd_setup_wall *found = NULL;
+    double nearest = 0.0;
     for (int d = 0; d < PD_DIM; d++) nearest = fmax(nearest, u->h[d]);
     if (u->solid >= 0) nearest = fmin(nearest, fabs(pd_shape_distance(u->shape, u->solid, x)));
     for (int k = 0; k < u->wall_count; k++) {
         double distance = fabs(pd_shape_distance(u->shape, u->walls[k].shape, x));
         if (!(distance < nearest)) continue;
         nearest = distance;
-        held = u->walls[k].holds ? u->walls[k].held : (double)NAN;
+        found = &u->walls[k];
     }
-    return held;
+    return found && found->holds ? pdi_wall_value(&found->held, x, t) : (double)NAN;
 }
 
 double pd_wall_held(void *user, const double *x)
 {
-    const pd_setup *u = (const pd_setup *)user;
+    const pd_inlet *inlet = (const pd_inlet *)user;
+    const pd_setup *u = inlet->setup;
     int side = 0;
     for (int s = 0; s < 2 * PD_DIM; s++) {
         if (!pdi_wall_on(u, s, x)) continue;
-        if (u->side[s].holds) return u->side[s].held;
+        if (u->side[s].holds) return pdi_wall_value(&u->side[s].held, x, inlet->time);
         side = 1;
     }
-    return side ? (double)NAN : pdi_wall_shape(u, x);
+    return side ? (double)NAN : pdi_wall_shape(u, x, inlet->time);
 }
 
 #undef PDI_WALL_NEAR

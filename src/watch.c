@@ -73,8 +73,8 @@ static pd_status pdi_watch_point(pdi_watch *w, const char *key, double *x)
     int count;
     PDI_TRY(pd_text_numbers(w->ctx, w->text, w->section, key, "m", NULL, PD_DIM, x, &count));
     if (count != PD_DIM)
-        return pd_text_refuse(w->ctx, w->text, w->section, key, "found %d number%s, expected %d, one for each axis",
-                              count, count > 1 ? "s" : "", PD_DIM);
+        return pd_text_refuse(w->ctx, w->text, w->section, key, "found %d number%s, expected %d, one for each axis:"
+                              " pd%dd runs scenes in %dD", count, count > 1 ? "s" : "", PD_DIM, count, count);
     for (int d = 0; d < PD_DIM; d++)
         if (!(x[d] >= u->lo[d]) || !(x[d] <= u->hi[d]))
             return pd_text_refuse(w->ctx, w->text, w->section, key,
@@ -108,8 +108,8 @@ static pd_status pdi_watch_box(pdi_watch *w, int optional, pd_setup_monitor *m)
     if (optional && !pd_text_has(w->ctx, w->text, w->section, "box")) return PD_OK;
     PDI_TRY(pd_text_ranges(w->ctx, w->text, w->section, "box", "m", NULL, PD_DIM, m->lo, m->hi, &count));
     if (count == PD_DIM) return PD_OK;
-    return pd_text_refuse(w->ctx, w->text, w->section, "box", "found %d range%s, expected %d, one for each axis", count,
-                          count > 1 ? "s" : "", PD_DIM);
+    return pd_text_refuse(w->ctx, w->text, w->section, "box", "found %d range%s, expected %d, one for each axis:"
+                          " pd%dd runs scenes in %dD", count, count > 1 ? "s" : "", PD_DIM, count, count);
 }
 
 /* ---- sections ---- */
@@ -165,13 +165,32 @@ static pd_status pdi_watch_plane(pdi_watch *w, pd_setup_monitor *m)
     return PD_OK;
 }
 
-/* Reference values make coefficients: 2 F/(rho U^2 A). */
+/* The wall or solid that a force is wanted on. */
+static pd_status pdi_watch_shape(pdi_watch *w, pd_setup_monitor *m)
+{
+    const char *name;
+    int k = 0;
+    PDI_TRY(pd_text_string(w->ctx, w->text, w->section, "shape", NULL, &name));
+    for (int s = -1; (s = pd_text_next(w->ctx, w->text, "shape", s)) >= 0; k++) {
+        if (strcmp(w->text->section[s].label, name) != 0) continue;
+        m->shape = 1 + w->setup->named[k];
+        if (m->shape > 0) return PD_OK;
+        return pd_text_refuse(w->ctx, w->text, w->section, "shape",
+                              "found '%.40s', which is no body, expected a [shape] with kind = solid or wall", name);
+    }
+    return pd_text_refuse(w->ctx, w->text, w->section, "shape",
+                          "found '%.40s', expected the name of a [shape] with kind = solid or wall", name);
+}
+
+/* Reference values make coefficients: 2 F/(rho U^2 A). A shape needs no box, and a box then no room for a balance. */
 static pd_status pdi_watch_force(pdi_watch *w, pd_setup_monitor *m)
 {
     const char *size = PD_DIM == 3 ? "area" : "length";
     PDI_TRY(pdi_watch_needs(w, w->setup->has_flow, "flow"));
-    PDI_TRY(pdi_watch_box(w, 0, m));
-    PDI_TRY(pd_text_bool(w->ctx, w->text, w->section, "balance", "yes", &m->balance));
+    int named = pd_text_has(w->ctx, w->text, w->section, "shape");
+    if (named) PDI_TRY(pdi_watch_shape(w, m));
+    PDI_TRY(pdi_watch_box(w, named, m));
+    PDI_TRY(pd_text_bool(w->ctx, w->text, w->section, "balance", named ? "no" : "yes", &m->balance));
     if (!pd_text_has(w->ctx, w->text, w->section, "speed") && !pd_text_has(w->ctx, w->text, w->section, size))
         return PD_OK;
     PDI_TRY(pdi_watch_positive(w, "speed", "m/s", NULL, &m->speed));
@@ -191,6 +210,9 @@ static pd_status pdi_watch_against(pdi_watch *w, pd_setup_monitor *m)
     if (strcmp(value, "inlet") == 0) {
         m->against = PD_AGAINST_INLET;
         m->fluid = u->inlet;
+        if (inlets && u->enters)
+            return pd_text_refuse(w->ctx, w->text, w->section, "fluid",
+                                  "found 'inlet', whose C is no constant, expected bulk or a concentration");
         if (inlets) return PD_OK;
         return pd_text_refuse(w->ctx, w->text, w->section, "fluid",
                               "found 'inlet' in a scene without one, expected bulk or a concentration");

@@ -57,16 +57,18 @@ spoil "unknown key" 's/until/untl/' \
 mean 'until'?"
 spoil "no until" 's/until = 1 h//' "bad.scene:8: found no 'until' in [run], expected until = a time [s]"
 spoil "unknown section" 's/\[transport\]/[transprt]/' \
-    "bad.scene:6: scene: found the section [transprt], expected one of grid, shape, side, flow, transport, \
-dissolve, corrode, table, run, output, probe, line, plane, force, transfer, total: did you mean 'transport'?"
+    "bad.scene:6: scene: found the section [transprt], expected one of constants, grid, shape, side, flow, \
+transport, dissolve, corrode, table, run, output, probe, line, plane, force, transfer, total, measured: \
+did you mean 'transport'?"
 spoil "fractional cells" 's/h = 10 um/h = 7 um/' \
     "bad.scene:1: box: found 300 um on axis x, 42.8571 cells of 7 um, expected a whole number of cells"
-spoil "one range" 's/, -60 um .. 60 um//' "bad.scene:1: box: found 1 range, expected 2, one for each axis"
+spoil "one range" 's/, -60 um .. 60 um//' "bad.scene:1: box: found 1 range, expected 2, one for each axis: \
+pd1d runs scenes in 1D"
 spoil "range backwards" 's/-60 um .. 60 um/60 um .. -60 um/' \
     "bad.scene:1: column 57: found a range from 6e-05 to -6e-05, expected its start below its end"
 spoil "m too large" 's/m = 3/m = 9/' "bad.scene:1: m: found 9, expected a value from 1 and at most 6"
 spoil "negative density" 's/rho = 1000/rho = -1000/' "bad.scene:5: rho: found -1000 kg/m3, expected a positive value"
-spoil "unknown side" 's/side x+/side w+/' "bad.scene:4: side: found [side w+], expected one of x-, x+, y-, y+"
+spoil "unknown side" 's/side x+/side w+/' "bad.scene:4: side: found [side w+], expected one of x-, x+, y-, y+ in 2D"
 spoil "unknown profile" 's/parabola/parabole/' \
     "bad.scene:3: column 38: found 'parabole', expected one of uniform, parabola, expression: did you mean \
 'parabola'?"
@@ -93,6 +95,21 @@ spoil "probe outside" 's/at = 100 um/at = 300 um/' \
     "bad.scene:10: at: found 0.0003 m on axis x, expected a place inside the box"
 spoil "two shapes in one" 's/kind = solid/kind = solid   ball = 0, 0   radius = 5 um/' \
     "bad.scene:2: ball: found beside 'box', expected one primitive or operation in a [shape] section"
+spoil "small letter" 's/C\/Csat/c\/Csat/' \
+    "bad.scene:7: column 36: found 'c', expected a known variable, constant or function: did you mean 'C'?"
+spoil "beyond all times" 's/until = 1 h/until = 1e300 s/' \
+    "bad.scene:8: until: found 3.16881e+292 year, expected a value above 0 s and at most 3.16881e+22 year"
+# scenes of another dimension
+spoil "box in 3D" 's/-60 um .. 60 um/-60 um .. 60 um, 0 .. 40 um/' \
+    "bad.scene:1: column 73: found ',', expected the end (at most 2 items, one for each axis: pd3d runs scenes in 3D)"
+spoil "point in 3D" 's/at = 100 um, 0/at = 100 um, 0, 0/' \
+    "bad.scene:10: column 27: found ',', expected the end (at most 2 items, one for each axis: pd3d runs scenes in 3D)"
+spoil "force in 3D" 's/mu = 1e-3 Pa s/mu = 1e-3 Pa s   force = 0, 0, 1 m\/s2/' \
+    "bad.scene:5: column 61: found ',', expected the end (at most 2 items, one for each axis: pd3d runs scenes in 3D)"
+spoil "point in 1D" 's/at = 100 um, 0/at = 100 um/' \
+    "bad.scene:10: at: found 1 number, expected 2, one for each axis: pd1d runs scenes in 1D"
+spoil "side in 3D" 's/\[side x+\]/[side z+]/' \
+    "bad.scene:4: side: found [side z+], expected one of x-, x+, y-, y+ in 2D"
 spoil "unknown operand" 's/\[side x-\]/[shape b] union = pin, tube   kind = wall\n[side x-]/' \
     "bad.scene:3: union: found 'tube', expected the name of a [shape] above"
 spoil "unused shape" 's/\[side x-\]/[shape b] ball = 0, 0   radius = 20 um\n[side x-]/' \
@@ -138,6 +155,8 @@ watch "plane at the end" "[plane a] at = x 198 um" \
 watch "plane without axis" "[plane a] at = 10 um" "at: found '10 um', expected an axis and a place: y 0 um"
 watch "force without box" "[force a] balance = no" "found no 'box' in [force a], expected box = a .. b, one range for \
 each axis"
+watch "force on nothing" "[force a] shape = none" \
+    "shape: found 'none', expected the name of a [shape] with kind = solid or wall"
 watch "force too near" "[force a] box = -10 um .. 80 um, -30 um .. 60 um" \
     "force: cells 3 .. 12 of axis 1: a box of fluid two cells inside of 12 is expected; balance = no leaves it out"
 watch "coefficient without length" "[force a] box = -30 um .. 90 um, -40 um .. 40 um   speed = 1 m/s" \
@@ -156,7 +175,8 @@ watch "misspelt key of a line" "[line a] form = 0, 0   to = 50 um, 0   points = 
 mean 'from'?"
 spoil "probe in the wall" \
     's/at = 100 um, 0/at = 100 um, 0\n[shape lid] box = 90 um .. 120 um, -60 um .. 60 um   kind = wall/' \
-    "bad.scene:10: probe: 'a' stands in the wall"
+    "bad.scene:10: probe: 'a' stands in the wall, 10 um behind its surface, expected a place in the fluid or metal, or \
+on a surface: move it by that much"
 # ---- bond-based corrosion ----
 
 pit() {
@@ -261,8 +281,7 @@ for time in 10 "10 m" "-1 s" s "" never; do
     rejects "checkpoint '$time'" \
         "--checkpoint expects a time such as 10min or 0 s, or off; pd2d --help tells the usage" --checkpoint "$time"
 done
-rejects "check and resume" "--check runs nothing, which leaves --resume nothing to do; pd2d --help tells the usage" \
-    --check --resume
+rejects "check and resume" "file: cannot open 'out/checkpoint.bin': No such file or directory" --quiet --check --resume
 rejects "nothing to resume" "file: cannot open 'out/checkpoint.bin': No such file or directory" --quiet --resume
 printf 'dx = 5e-6\nR_wir = 40e-6\n' > bad.scene
 rejects "flat: unknown key" \
@@ -301,9 +320,9 @@ for size in 2XB -1GB 0 1e99TB; do
 done
 # A run that needs more than the limit ends with 1 before it has written anything.
 rm -rf out
-"$build/pd2d" bad.scene --out out --memory-limit 200kB > stdout 2> stderr
+"$build/pd2d" bad.scene --out out --memory-limit 300kB > stdout 2> stderr
 [ $? = 1 ] && [ ! -s stdout ] && [ ! -e out ] && [ "$(wc -l < stderr)" = 1 ] &&
-    grep -q '^pd2d: memory: the run needs about [0-9.]* MB, the limit is 0.2 MB$' stderr
+    grep -q '^pd2d: memory: the run needs about [0-9.]* MB, the limit is 0.3 MB$' stderr
 said=$?
 cat stdout stderr > log
 verdict "memory limit" $said

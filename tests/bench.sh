@@ -39,7 +39,7 @@ at_most 113 evals case=scenes name=mg_pin_axi
 at_most 57 evals case=scenes name=channel3d_3d
 at_most 7 steps case=scenes name=channel3d_3d
 at_most 150 steps case=study dim=1 part=pulse level=1
-at_most 200 steps case=study dim=1 part=pencil level=0
+at_most 280 steps case=study dim=1 part=pencil level=0
 at_most 80 evals case=study dim=2 part=poiseuille level=0
 # The three ways to the Laplacian agree.
 at_most 1e-12 err_max dim=2 part=agreement

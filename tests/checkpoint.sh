@@ -86,6 +86,51 @@ begin 3 pit.scene pit_TERM --threads 1 --resume
 ends 0 && same pit_whole pit_TERM
 verdict "pit: the same files after SIGTERM"
 
+# stopped within long steps, by the clock: every stop is over in a second (in five under a busy machine), and the files
+# are the same; the first stop may come before the first step is done
+cat > slow.scene << 'END'
+[grid]      h = 0.25 mm   m = 3   box = 0 .. 12 mm, 0 .. 6 mm
+[shape rod] ball = 4 mm, 3 mm   radius = 1 mm   kind = wall
+[side x-]   flow = inlet   profile = parabola   mean = 1 mm/s   C = 1 mol/m3
+[side x+]   flow = outlet
+[flow]      rho = 1000 kg/m3   mu = 1e-3 Pa s   time = implicit   rtol = 1e-3
+[transport] D = 1e-9 m2/s
+[run]       until = 0.05 s
+[output]    every = 0.05 s   fields = C, v   images = none
+[total all]
+END
+within() {
+    name=$1 arguments=$2
+    begin 2 "$name.scene" "${name}_slow_whole" --checkpoint off --threads 1 $arguments
+    ends 0
+    verdict "$name: a whole run of long steps"
+    go='' worst=0
+    for wait in 0.1 0.5 0.3 0.2; do
+        begin 2 "$name.scene" "${name}_slow" --threads 1 $arguments $go
+        sleep $wait
+        before=$(date +%s)
+        kill -TERM $! 2> /dev/null || break
+        wait $!
+        status=$? after=$(date +%s)
+        [ $((after - before)) -gt $worst ] && worst=$((after - before))
+        [ $status = 3 ] || [ $status = 0 ]
+        verdict "$name: status $status of a stop after $wait s" $?
+        [ -s "${name}_slow/checkpoint.bin" ] && go=--resume
+        [ $status = 0 ] && break
+    done
+    [ $worst -le 5 ]
+    verdict "$name: a stop takes $worst s"
+    if [ -s "${name}_slow/checkpoint.bin" ]; then
+        begin 2 "$name.scene" "${name}_slow" --threads 2 $arguments --resume
+        ends 0
+        verdict "$name: it goes on after stops within steps"
+    fi
+    same "${name}_slow_whole" "${name}_slow"
+    verdict "$name: the same files after stops within steps"
+}
+within slow ''
+within pin 'fraction=1 until=1h'
+
 # killed again and again while every step makes a checkpoint: some steps on, at a moment that nobody chose
 killed() {
     dim=$1 name=$2

@@ -1,7 +1,7 @@
 /* Scenes of the tests of bond-based corrosion: metal of the 304 pencil electrode in a box. */
 #ifndef CORRODE_SCENE_H
 #define CORRODE_SCENE_H
-#include "corrode.h"
+#include "march.h"
 #include "test.h"
 
 #define CS 143e3     /* [mol/m3] */
@@ -23,9 +23,9 @@ typedef struct scene {
 
 static scene test_scene;
 
-static double constant_law(void *user, double c)
+static double constant_law(void *user, const pd_rate_at *at)
 {
-    (void)c;
+    (void)at;
     return *(const double *)user;
 }
 
@@ -52,6 +52,7 @@ static scene *scene_start(int x, int y, int z)
     s->desc.saturation = CSAT;
     s->desc.activation = 1;
     s->desc.rate = constant_law;
+    s->desc.uniform = 1;
     s->desc.rate_user = &s->speed;
     return s;
 }

@@ -48,4 +48,16 @@ for dim in 2 3; do
         verdict "${dim}D on $threads threads: the same bytes as without OpenMP"
     done
 done
+
+# Threads that wait sleep soon, unless the caller wants it otherwise: a program beside takes no more than its share.
+if [ -n "${OMP:-}" ]; then
+    unset OMP_WAIT_POLICY GOMP_SPINCOUNT KMP_BLOCKTIME
+    OMP_DISPLAY_ENV=verbose "$build/pd2d" "$dir/2.scene" --check --threads 2 > /dev/null 2> "$dir/log"
+    grep -qi "OMP_WAIT_POLICY *= *'PASSIVE'" "$dir/log"
+    verdict "waiting threads sleep"
+    OMP_WAIT_POLICY=active OMP_DISPLAY_ENV=verbose "$build/pd2d" "$dir/2.scene" --check --threads 2 > /dev/null \
+        2> "$dir/log"
+    grep -qi "OMP_WAIT_POLICY *= *'ACTIVE'" "$dir/log"
+    verdict "the caller's own choice stays"
+fi
 score

@@ -52,7 +52,9 @@ TEST(estimate_against_peak)
         int steps = 0;
         memset(&desc, 0, sizeof desc);
         need_folder();
-        desc.folder = path_of("out");
+        char of[300];
+        snprintf(of, sizeof of, "%s/%d", folder, (int)k); /* one folder, one run */
+        desc.folder = of;
         desc.stop = stop_soon;
         desc.stop_user = &steps;
         snprintf(path, sizeof path, "examples/scenes/%s", examples[k].scene);

@@ -400,10 +400,40 @@ TEST(held_side_at_the_limit)
     }
 }
 
-static double no_number(void *user, double c)
+/* Three times as fast beyond the middle, and twice as fast after ten seconds as at first. */
+static double place_and_time(void *user, const pd_rate_at *at)
+{
+    const scene *s = (const scene *)user;
+    return SPEED * (at->x[0] > 0.5 * s->grid_desc.hi[0] ? 3.0 : 1.0) * (1.0 + at->t / 10.0);
+}
+
+/* A slab with two flat fronts, which lose by place and by the time at the start of each step. */
+TEST(law_of_place_and_time)
+{
+    scene *s = scene_start(30, 4, 4);
+    s->shapes[0].type = PD_SHAPE_BOX;
+    for (int d = 0; d < PD_DIM; d++) {
+        s->shapes[0].a[d] = d ? 0.0 : 8.0 * H;
+        s->shapes[0].b[d] = d ? 4.0 * H : 22.0 * H;
+    }
+    s->desc.rate = place_and_time;
+    s->desc.rate_user = s;
+    s->desc.uniform = 0;
+    if (!scene_build(s)) return;
+    double before = pd_corrode_solid(&s->corrode), dt = 0.1, sum = 0.0;
+    for (int n = 0; n < 10; n++) {
+        sum += 1.0 + n * dt / 10.0;
+        if (!CHECK_OK(&s->ctx, pd_corrode_step(&s->ctx, &s->corrode, dt))) return;
+    }
+    CHECK_REL((before - pd_corrode_solid(&s->corrode)) * 14.0 * H / before,
+              4.0 * SPEED * dt * sum * (CS - CSAT) / CS, 1e-10);
+    scene_free(s);
+}
+
+static double no_number(void *user, const pd_rate_at *at)
 {
     (void)user;
-    (void)c;
+    (void)at;
     return (double)NAN;
 }
 
@@ -440,4 +470,5 @@ TEST(bad_input)
 TEST_MAIN(ENTRY(flat_front_speed) ENTRY(flat_front_with_long_steps) OF_DIM ENTRY(pencil_electrode)
           ENTRY(amounts_are_conserved) ENTRY(saturation_pauses) ENTRY(threads_do_not_matter) ENTRY(kept_sums)
               ENTRY(factor_is_a_speed) ENTRY(factors_conserve) ENTRY(passive_film) ENTRY(repassivation_remembers)
-                  ENTRY(step_beyond_the_limit) ENTRY(held_side_at_the_limit) ENTRY(bad_input))
+                  ENTRY(law_of_place_and_time) ENTRY(step_beyond_the_limit) ENTRY(held_side_at_the_limit)
+                      ENTRY(bad_input))

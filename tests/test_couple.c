@@ -35,10 +35,10 @@ typedef struct scene {
     pd_couple couple;
 } scene;
 
-static double law(void *user, double c)
+static double law(void *user, const pd_rate_at *at)
 {
     const pin *p = (const pin *)user;
-    return p->speed * (1.0 - c / p->csat);
+    return p->speed * (1.0 - at->c / p->csat);
 }
 
 static void parabola(void *user, const double *x, double *u)

@@ -1,7 +1,7 @@
 /* test_diffusion: conductances beside walls, between materials, and to held walls.
  * dims: 1 2 3 */
+#include "settle.h"
 #include "test.h"
-#include "transport.h"
 #include <math.h>
 #include <string.h>
 
@@ -96,6 +96,13 @@ TEST(conductances_are_symmetric)
     CHECK(checked > 10 && least > 0.0);
     NOTE("%d bonds, factors %.3g .. %.3g", checked, least, most);
     scene_free(s);
+}
+
+static double at_half(void *user, const double *x)
+{
+    (void)user;
+    (void)x;
+    return 0.5;
 }
 
 static double at_rest(void *user, const double *x)
@@ -301,6 +308,340 @@ TEST(good_conductor)
     }
 }
 
+/* Two materials, the second one from `place` to `end` of the way: diffusivities 1 and `ratio`. */
+typedef struct layers {
+    double place, end, ratio;
+} layers;
+
+static double layers_level(void *user, const double *x)
+{
+    const layers *l = (const layers *)user;
+    return fmax(l->place - x[0], x[0] - l->end);
+}
+
+static double layers_at(void *user, const double *x)
+{
+    return layers_level(user, x) < 0.0 ? ((const layers *)user)->ratio : 1.0;
+}
+
+static double layers_held(void *user, const double *x)
+{
+    (void)user;
+    if (x[0] < 1e-9) return 1.0;
+    return x[0] > 1.0 - 1e-9 ? 0.0 : (double)NAN;
+}
+
+/* The steady field between ends held at 1 and 0, and the flux through every plane, are those of resistances in
+ * series. */
+static void check_layers(layers *l, int n, double m, double stretch)
+{
+    scene *s = scene_start(n, 3, m);
+    pd_transport_result result;
+    double below = l->place, inside = (fmin(l->end, 1.0) - l->place) / l->ratio, behind = fmax(1.0 - l->end, 0.0);
+    double flux = 1.0 / (below + inside + behind), face = 1.0;
+    s->desc.field = layers_at;
+    s->desc.level = layers_level;
+    s->desc.held = layers_held;
+    s->desc.user = l;
+    for (int d = 1; d < PD_DIM; d++) {
+        s->grid_desc.side[2 * d] = s->grid_desc.side[2 * d + 1] = PD_SIDE_PERIODIC;
+        s->stencil_desc.h[d] *= stretch;
+        s->grid_desc.hi[d] *= stretch;
+        face *= s->grid_desc.hi[d];
+    }
+    if (!scene_build(s)) return;
+    if (!CHECK_OK(&s->ctx, pd_transport_steady(&s->ctx, &s->transport, &result)))
+        NOTE("place %.17g, ratio %g, m = %g: defect %.3g", l->place, l->ratio, m, result.defect);
+    for (int index = 1; index < n; index++)
+        CHECK_REL(pd_transport_section(&s->ctx, &s->transport, 0, index), flux * face, 1e-9);
+    CHECK_REL(s->transport.inflow, flux * face, 1e-9);
+    CHECK_REL(s->transport.outflow, flux * face, 1e-9);
+    for (int32_t i = 0; i < s->grid.total; i++) {
+        double x[PD_DIM];
+        if (s->grid.kind[i] != PD_FLUID) continue;
+        pd_grid_position(&s->grid, i, x);
+        double way = fmin(x[0], l->place) + fmax(fmin(x[0], l->end) - l->place, 0.0) / l->ratio +
+                     fmax(x[0] - l->end, 0.0);
+        CHECK_NEAR(s->transport.c[i], 1.0 - flux * way, 1e-9);
+    }
+    scene_free(s);
+}
+
+/* The surface anywhere in a cell, on nodes and faces and beside them by rounding, whatever the ratio. */
+TEST(surface_anywhere)
+{
+    static const double offset[] = {0.0, 0.125, 0.25, 1.0 / 3.0, 0.5, 0.75, 0.9, 1e-15, -1e-15, 1e-12, -1e-12, 1e-7,
+                                    0.5 + 1e-15, 0.5 - 1e-15, 0.5 + 1e-12, 0.5 - 1e-12, 0.5 + 1e-7, 0.5 - 1e-7};
+    static const double ratio[] = {1e-12, 1e-8, 1e-4, 0.01, 3.0, 100.0, 1e6, 1e10, 1e12};
+    int n = 16, most = PD_DIM == 3 ? 2 : 4;
+    for (int m = 1; m <= most; m++)
+        for (int o = 0; o < (int)(sizeof offset / sizeof offset[0]); o++)
+            for (int r = 0; r < (int)(sizeof ratio / sizeof ratio[0]); r++) {
+                layers l;
+                if (PD_DIM > 1 && (o + r + m) % (PD_DIM == 2 ? 4 : 9) != 0) continue;
+                l.place = (7.0 + offset[o]) / n;
+                l.end = 2.0;
+                l.ratio = ratio[r];
+                check_layers(&l, n, m, 1.0);
+            }
+}
+
+/* The same where cells are longer or shorter across. */
+TEST(surface_anywhere_on_uneven_lattices)
+{
+    static const double stretch[] = {0.05, 0.3, 4.0, 25.0};
+    for (int k = 0; k < 4 && PD_DIM > 1; k++)
+        for (int o = 0; o < 2; o++) {
+            layers l;
+            l.place = (7.0 + 0.5 * o) / 16.0;
+            l.end = 2.0;
+            l.ratio = k % 2 ? 1e8 : 1e-4;
+            check_layers(&l, 16, PD_DIM == 3 ? 2 : 3, stretch[k]);
+        }
+    CHECK(PD_DIM > 0);
+}
+
+/* A layer thinner than a bond, or than a cell, is not passed over; one on a held wall counts as well. */
+TEST(thin_layers)
+{
+    static const double from[] = {7.5, 7.2, 8.0, 7.0, 7.4, 0.0, 0.2}, thick[] = {1.0, 0.2, 1.0, 2.0, 0.1, 0.3, 0.2};
+    for (int m = 1; m <= (PD_DIM == 3 ? 2 : 3); m++)
+        for (int k = 0; k < 7; k++) {
+            layers l;
+            l.place = from[k] / 16.0;
+            l.end = (from[k] + thick[k]) / 16.0;
+            l.ratio = k % 2 ? 1e-3 : 1e-8;
+            check_layers(&l, 16, m, 1.0);
+        }
+}
+
+/* A solver that is stopped before its end does not call the field steady. */
+TEST(steady_or_not)
+{
+    scene *s = scene_start(64, 3, 3.0);
+    pd_transport_result result;
+    layers l = {0.4, 2.0, 1e-8};
+    s->desc.field = layers_at;
+    s->desc.level = layers_level;
+    s->desc.held = layers_held;
+    s->desc.user = &l;
+    if (!scene_build(s)) return;
+    s->transport.krylov.desc.max_iterations = 1;
+    int status = pd_transport_steady(&s->ctx, &s->transport, &result);
+    CHECK(status == PD_NOT_CONVERGED ? result.defect > PDI_SETTLE_DEFECT : status == PD_OK && result.defect <= 1e-6);
+    scene_free(s);
+}
+
+/* Nothing to carry: the same value all round, or no way in or out. */
+TEST(steady_without_flux)
+{
+    for (int closed = 0; closed < 2; closed++) {
+        scene *s = scene_start(12, 5, PD_DIM == 3 ? 2.0 : 3.0);
+        pd_transport_result result;
+        layers l = {0.4, 0.7, 1e6};
+        s->desc.field = layers_at;
+        s->desc.level = layers_level;
+        s->desc.held = closed ? NULL : at_half;
+        s->desc.user = &l;
+        s->desc.initial = closed ? 0.5 : 0.25;
+        if (!scene_build(s)) return;
+        CHECK_OK(&s->ctx, pd_transport_steady(&s->ctx, &s->transport, &result));
+        for (int32_t i = 0; i < s->grid.total; i++)
+            if (s->grid.kind[i] == PD_FLUID) CHECK_NEAR(s->transport.c[i], 0.5, 1e-9);
+        scene_free(s);
+    }
+}
+
+#if PD_DIM > 1
+/* A surface at an angle between two materials, all walls held at a field that only varies across it. */
+typedef struct tilt {
+    double normal[PD_DIM], place, ratio;
+} tilt;
+
+static double tilt_level(void *user, const double *x)
+{
+    const tilt *t = (const tilt *)user;
+    double sum = -t->place;
+    for (int d = 0; d < PD_DIM; d++) sum += t->normal[d] * x[d];
+    return sum;
+}
+
+static double tilt_at(void *user, const double *x)
+{
+    return tilt_level(user, x) < 0.0 ? 1.0 : ((const tilt *)user)->ratio;
+}
+
+static double tilt_held(void *user, const double *x)
+{
+    double s = tilt_level(user, x), ratio = ((const tilt *)user)->ratio, scale = fmin(1.0, ratio);
+    return 3.0 + scale * (s < 0.0 ? s : s / ratio);
+}
+
+TEST(surface_at_an_angle)
+{
+    static const double ratio[] = {1e-8, 0.01, 100.0, 1e8};
+    for (int m = 1; m <= (PD_DIM == 3 ? 2 : 3); m++)
+        for (int k = 0; k < 4; k++) {
+            scene *s = scene_start(10, 10, m);
+            pd_transport_result result;
+            tilt t;
+            double worst = 0.0, length = 0.0;
+            for (int d = 0; d < PD_DIM; d++) t.normal[d] = d == 0 ? 0.8 : 0.33 * d + 0.2 * k;
+            for (int d = 0; d < PD_DIM; d++) length += t.normal[d] * t.normal[d];
+            for (int d = 0; d < PD_DIM; d++) t.normal[d] /= sqrt(length);
+            t.place = 0.61;
+            t.ratio = ratio[k];
+            s->desc.field = tilt_at;
+            s->desc.level = tilt_level;
+            s->desc.held = tilt_held;
+            s->desc.user = &t;
+            if (!scene_build(s)) return;
+            CHECK_OK(&s->ctx, pd_transport_steady(&s->ctx, &s->transport, &result));
+            for (int32_t i = 0; i < s->grid.total; i++) {
+                double x[PD_DIM];
+                if (s->grid.kind[i] != PD_FLUID) continue;
+                pd_grid_position(&s->grid, i, x);
+                worst = fmax(worst, fabs(s->transport.c[i] - tilt_held(&t, x)));
+            }
+            CHECK_LE(worst, 1e-8);
+            scene_free(s);
+        }
+}
+
+static double flat_level(void *user, const double *x) { return x[PD_DIM - 1] - ((const tilt *)user)->place; }
+
+static double flat_at(void *user, const double *x)
+{
+    return flat_level(user, x) < 0.0 ? 1.0 : ((const tilt *)user)->ratio;
+}
+
+static double along_error(int n, int across, double m, double offset, double ratio)
+{
+    scene *s = scene_start(n, across, m);
+    pd_transport_result result;
+    tilt t;
+    int last = PD_DIM - 1;
+    t.place = (across / 2 + offset) / n;
+    t.ratio = ratio;
+    s->desc.field = flat_at;
+    s->desc.level = flat_level;
+    s->desc.held = layers_held;
+    s->desc.user = &t;
+    for (int d = 1; d < PD_DIM; d++) s->grid_desc.side[2 * d] = s->grid_desc.side[2 * d + 1] = PD_SIDE_MIRROR;
+    if (PD_DIM == 3) s->grid_desc.hi[1] = 4.0 / n;
+    if (!scene_build(s)) return 1.0;
+    CHECK_OK(&s->ctx, pd_transport_steady(&s->ctx, &s->transport, &result));
+    double width = s->grid_desc.hi[last], exact = t.place + (width - t.place) * ratio;
+    if (PD_DIM == 3) exact *= s->grid_desc.hi[1];
+    double error = fabs(pd_transport_section(&s->ctx, &s->transport, 0, n / 2) / exact - 1.0);
+    scene_free(s);
+    return error;
+}
+
+/* Along a surface both materials conduct side by side, wherever it cuts the cells: second order. */
+TEST(along_a_surface)
+{
+    static const double offset[] = {0.0, 0.25, 0.5, 0.8};
+    for (int m = 1; m <= (PD_DIM == 3 ? 2 : 3); m++)
+        for (int o = 0; o < 4; o++)
+            for (int r = 0; r < 2; r++) {
+                double ratio = r ? 100.0 : 1e-4;
+                double coarse = along_error(16, 16, m, offset[o], ratio);
+                double fine = along_error(32, 32, m, offset[o], ratio);
+                CHECK_LE(fine, 2e-3);
+                CHECK_LE(fine, 0.3 * coarse + 1e-9);
+            }
+}
+
+/* Shells around a core, with diffusivities 1 and `ratio`, between spheres held at 1 and 0. */
+static double shell_middle[PD_DIM], shell_place, shell_ratio;
+enum { CORE = 25, RIM = 90 }; /* hundredths */
+
+static double shell_radius(const double *x)
+{
+    double sum = 0.0;
+    for (int d = 0; d < PD_DIM; d++) sum += (x[d] - shell_middle[d]) * (x[d] - shell_middle[d]);
+    return sqrt(sum);
+}
+
+static double shell_level(void *user, const double *x)
+{
+    (void)user;
+    return shell_radius(x) - shell_place;
+}
+
+static double shell_at(void *user, const double *x) { return shell_level(user, x) < 0.0 ? 1.0 : shell_ratio; }
+
+static double shell_held(void *user, const double *x)
+{
+    (void)user;
+    return shell_radius(x) < 0.01 * (CORE + RIM) / 2.0 ? 1.0 : 0.0;
+}
+
+/* Resistance between two radii. */
+static double shell_between(double a, double b)
+{
+    return PD_DIM == 2 ? log(b / a) / (2.0 * pi) : (1.0 / a - 1.0 / b) / (4.0 * pi);
+}
+
+static double shell_error(int n, double m, double shift, double ratio)
+{
+    scene *s = scene_start(n, n, m);
+    pd_shape shapes[4];
+    pd_transport_result result;
+    memset(shapes, 0, sizeof shapes);
+    for (int d = 0; d < PD_DIM; d++) {
+        s->grid_desc.lo[d] = -1.0;
+        s->grid_desc.hi[d] = 1.0;
+        s->stencil_desc.h[d] = 2.0 / n;
+        shell_middle[d] = d == 0 ? shift * 2.0 / n : 0.0;
+        for (int k = 0; k < 2; k++) shapes[k].a[d] = shell_middle[d];
+    }
+    shapes[0].type = shapes[1].type = PD_SHAPE_BALL;
+    shapes[0].r = 0.01 * CORE;
+    shapes[1].r = 0.01 * RIM;
+    shapes[2].type = PD_SHAPE_COMPLEMENT;
+    shapes[2].child[0] = 1;
+    shapes[2].children = 1;
+    shapes[3].type = PD_SHAPE_UNION;
+    shapes[3].child[1] = 2;
+    shapes[3].children = 2;
+    s->grid_desc.shapes = shapes;
+    s->grid_desc.wall = 3;
+    s->desc.field = shell_at;
+    s->desc.level = shell_level;
+    s->desc.held = shell_held;
+    shell_place = 0.55;
+    shell_ratio = ratio;
+    if (!scene_build(s)) return 1.0;
+    CHECK_OK(&s->ctx, pd_transport_steady(&s->ctx, &s->transport, &result));
+    double exact = 1.0 / (shell_between(0.01 * CORE, 0.55) + shell_between(0.55, 0.01 * RIM) / ratio);
+    double error = fabs(s->transport.inflow / exact - 1.0);
+    scene_free(s);
+    return error;
+}
+
+/* Round layers, the lattice shifted under them: second order. */
+TEST(round_layers)
+{
+    static const double ratio[] = {1e-6, 0.1, 1e6};
+    int coarse = PD_DIM == 3 ? 24 : 48, fine = PD_DIM == 3 ? 48 : 192;
+    for (int m = 1; m <= (PD_DIM == 3 ? 2 : 3); m++)
+        for (int r = 0; r < 3; r++) {
+            double worst[2] = {0.0, 0.0};
+            for (int k = PD_DIM == 3; k < (PD_DIM == 3 ? 2 : 3); k++) {
+                worst[0] = fmax(worst[0], shell_error(coarse, m, 0.37 * k, ratio[r]));
+                worst[1] = fmax(worst[1], shell_error(fine, m, 0.37 * k, ratio[r]));
+            }
+            double order = log(worst[0] / worst[1]) / log((double)fine / coarse);
+            NOTE("m = %d, ratio %g: flux off by %.3g, %.3g, order %.2f", m, ratio[r], worst[0], worst[1], order);
+            /* three cells to the core in 3D */
+            CHECK_LE(worst[1], PD_DIM == 3 ? 1e-2 : 3e-4);
+            CHECK_LE(PD_DIM == 3 ? 1.75 : 1.9, order);
+        }
+}
+#endif
+
 /* What held walls give is what the fluid gains. */
 TEST(held_walls_are_in_the_balance)
 {
@@ -321,6 +662,13 @@ TEST(held_walls_are_in_the_balance)
     scene_free(s);
 }
 
+#if PD_DIM > 1
+#define ROUND_LAYERS ENTRY(surface_at_an_angle) ENTRY(along_a_surface) ENTRY(round_layers)
+#else
+#define ROUND_LAYERS
+#endif
 TEST_MAIN(ENTRY(conductances_are_symmetric) ENTRY(slab_between_held_walls)
           ENTRY(slab_between_closed_walls) ENTRY(two_materials) ENTRY(good_conductor)
-          ENTRY(held_walls_are_in_the_balance))
+          ENTRY(held_walls_are_in_the_balance) ENTRY(surface_anywhere)
+          ENTRY(surface_anywhere_on_uneven_lattices) ENTRY(thin_layers) ENTRY(steady_or_not)
+          ENTRY(steady_without_flux) ROUND_LAYERS)

@@ -31,10 +31,10 @@ typedef struct scene {
 
 static scene test_scene;
 
-static double rate_law(void *user, double c)
+static double rate_law(void *user, const pd_rate_at *at)
 {
     const law *l = (const law *)user;
-    return l->csat > 0.0 ? l->speed * (1.0 - c / l->csat) : l->speed;
+    return l->csat > 0.0 ? l->speed * (1.0 - at->c / l->csat) : l->speed;
 }
 
 static uint32_t next_random(uint32_t *state)
@@ -318,16 +318,16 @@ TEST(inert_metal_stays)
     free(factor);
 }
 
-static double not_a_number(void *user, double c)
+static double not_a_number(void *user, const pd_rate_at *at)
 {
     (void)user;
-    return c > 1.0 ? (double)NAN : SPEED;
+    return at->c > 1.0 ? (double)NAN : SPEED;
 }
 
-static double infinite(void *user, double c)
+static double infinite(void *user, const pd_rate_at *at)
 {
     (void)user;
-    (void)c;
+    (void)at;
     return HUGE_VAL;
 }
 
@@ -349,11 +349,39 @@ TEST(law_without_a_value)
     }
 }
 
+/* Three times as fast on the upper side of the slab, and twice as fast after an hour as at first. */
+static double place_and_time(void *user, const pd_rate_at *at)
+{
+    const scene *s = (const scene *)user;
+    return SPEED * (at->x[0] > 0.5 * s->grid_desc.hi[0] ? 3.0 : 1.0) * (1.0 + at->t / 3600.0);
+}
+
+/* A slab with two flat fronts: the metal that is gone after an hour is the integral of both speeds. They grow with the
+ * time, and the middle of a step is exact for that. */
+TEST(law_of_place_and_time)
+{
+    for (int steps = 4; steps <= 8; steps *= 2) {
+        double lo[3] = {5.0 * H, 0.0, 0.0}, hi[3] = {11.0 * H, 4.0 * H, 4.0 * H};
+        scene *s = scene_cells(16, 4, 4);
+        solid_box(s, lo, hi);
+        s->desc.rate = place_and_time;
+        s->desc.rate_user = s;
+        s->couple_desc.max_step = 3600.0 / steps;
+        s->couple_desc.fraction = 1.0;
+        if (!scene_build(s, H, 2.0)) return;
+        if (!run_to(s, 3600.0)) return;
+        double gone = pd_couple_volume_loss(&s->couple) * 6.0 * H, expected = 3600.0 * SPEED * 4.0 * 1.5;
+        CHECK_INT(s->couple.steps, steps);
+        CHECK_REL(gone, expected, 1e-12);
+        scene_free(s);
+    }
+}
+
 /* A law below zero does not deposit; a rising one is taken as it stands. */
-static double falling_below(void *user, double c)
+static double falling_below(void *user, const pd_rate_at *at)
 {
     (void)user;
-    (void)c;
+    (void)at;
     return -SPEED;
 }
 
@@ -569,6 +597,6 @@ TEST(bad_input)
 
 TEST_MAIN(ENTRY(flat_front_is_exact) ENTRY(diagonal_front) ENTRY(ball_shrinks_at_the_speed)
               ENTRY(threshold_does_not_change_the_speed) ENTRY(saturation) ENTRY(factor_multiplies)
-                  ENTRY(inert_metal_stays) ENTRY(law_without_a_value) ENTRY(no_deposit) ENTRY(single_node)
-                      ENTRY(everything_dissolves) ENTRY(nothing_to_dissolve) ENTRY(no_fluid) ENTRY(thin_sheet)
-                          ENTRY(wall_is_tight) ENTRY(random_walls) ENTRY(bad_input))
+                  ENTRY(inert_metal_stays) ENTRY(law_without_a_value) ENTRY(law_of_place_and_time) ENTRY(no_deposit)
+                      ENTRY(single_node) ENTRY(everything_dissolves) ENTRY(nothing_to_dissolve) ENTRY(no_fluid)
+                          ENTRY(thin_sheet) ENTRY(wall_is_tight) ENTRY(random_walls) ENTRY(bad_input))

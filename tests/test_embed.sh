@@ -59,5 +59,9 @@ check "no dimension is refused" fails_with 'define PD_DIM as 1, 2 or 3' c99 -c u
 check "dimension 4 is refused" fails_with 'PD_DIM must be 1, 2 or 3' c99 -DPD_DIM=4 -c user.c
 fresh late.c
 check "late implementation is refused" fails_with 'before the first inclusion' c99 -DPD_DIM=2 -c late.c
+fresh mixed.c
+check "two dimensions in one file are refused" fails_with 'two values of PD_DIM' c99 -c mixed.c
+printf '#include "pdcorr.h"\n#include "pdcorr.h"\nint main(void) { return 0; }\n' > twice.c
+check "one dimension included twice" c99 -DPD_DIM=2 twice.c -o prog
 
 score

@@ -245,7 +245,7 @@ TEST(place_and_unit_of_the_caller)
     desc.where = "pin.scene:7";
     desc.column = 20;
     CHECK_INT(pd_expr_build(&ctx, &desc, &expr), PD_ERR_PARSE);
-    CHECK_STR(ctx.message, "pin.scene:7: column 27: found 'y', expected a known variable, constant or function");
+    CHECK_STR(ctx.message, "pin.scene:7: column 27: found 'y', expected a constant: no variable has a value here");
     desc.text = "1.3 um/h";
     CHECK_OK(&ctx, pd_expr_build(&ctx, &desc, &expr));
     CHECK_REL(pd_expr_eval(&expr, NULL), 1.3 / 3.6e9, 1e-15); /* SI although the unit was mm/year */

@@ -356,7 +356,7 @@ TEST(bad_input)
     channel c;
     if (!build_ball(s, 2.0, &c)) return;
     for (int k = 0; k < 10; k++) {
-        static const double wrong[2] = {0.0, (double)NAN};
+        static const double wrong[2] = {-1.0, (double)NAN};
         pd_flow_desc desc = s->flow_desc;
         pd_flow flow;
         double *value[4];

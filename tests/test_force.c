@@ -1,6 +1,7 @@
 /* test_force: friction and pressure on walls against closed forms; the balance of a box against both.
  * dims: 2 3 */
 #include "force.h"
+#include "steady.h"
 #include "test.h"
 #include <math.h>
 #include <string.h>
@@ -170,7 +171,7 @@ static void at_rest(const double *x, double *u, double *p)
 }
 
 /* Relative error of the lift of a ball in a fluid at rest, from the pressure on its surface. The balance of a box gives
- * the weight of the fluid that its cells replace, to rounding. */
+ * the weight of the fluid that it replaces, too, and not that of its cells. */
 static double lift(int n)
 {
     scene *s = scene_start(n, n, n);
@@ -190,8 +191,7 @@ static double lift(int n)
     fill(s, at_rest);
     pd_force_surface(&s->ctx, &s->flow, lo, hi, force, NULL, NULL);
     CHECK_OK(&s->ctx, pd_force_balance(&s->ctx, &s->flow, lo, hi, balance));
-    double cells = (double)s->grid.solid_count * s->stencil.volume;
-    CHECK_NEAR(balance[0], -RHO * DROP * cells, 1e-10 * RHO * DROP);
+    CHECK_NEAR(balance[0], -RHO * DROP * volume, 3e-4 * RHO * DROP * volume);
     double error = fabs(force[0] / (-RHO * DROP * volume) - 1.0);
     for (int d = 1; d < PD_DIM; d++) {
         CHECK_NEAR(balance[d], 0.0, 1e-10 * RHO * DROP);
@@ -205,8 +205,9 @@ TEST(lift_of_a_ball)
 {
     double coarse = lift(PD_DIM == 2 ? 30 : 20), fine = lift(PD_DIM == 2 ? 120 : 40);
     NOTE("errors %.3g, %.3g", coarse, fine);
-    CHECK_LE(coarse, 1e-2);
-    CHECK_LE(fine, PD_DIM == 2 ? 1e-3 : 4e-3);
+    /* in 3D, four cells lie between the ball and the walls of the coarse box */
+    CHECK_LE(coarse, PD_DIM == 2 ? 1e-4 : 1e-2);
+    CHECK_LE(fine, 1e-4);
 }
 
 #if PD_DIM == 3
@@ -235,20 +236,136 @@ static double tube(int n)
     if (!scene_build(s)) return 1.0;
     fill(s, paraboloid);
     pd_force_surface(&s->ctx, &s->flow, s->grid_desc.lo, s->grid_desc.hi, force, NULL, NULL);
-    /* the discrete force acts on the cells of the tube, not on the circle */
-    double cells = (double)s->grid.fluid_count * s->stencil.volume * RHO * DROP;
-    double error = fabs(force[0] / cells - 1.0);
-    NOTE("%d cells: against the cells %.3g, against the circle %.3g", n, error, fabs(force[0] / wanted - 1.0));
-    CHECK_LE(fabs(force[0] / wanted - 1.0), 0.03);
+    double error = fabs(force[0] / wanted - 1.0);
+    NOTE("%d cells: %.3g", n, error);
     scene_free(s);
     return error;
 }
 
 TEST(friction_in_a_tube)
 {
-    CHECK_LE(tube(20), 1e-9);
-    /* with 40 cells some bonds between fluid nodes graze cells of the wall and are cut at their faces */
-    CHECK_LE(tube(40), 5e-3);
+    /* what is left is the share of cells that the circle cuts */
+    CHECK_LE(tube(20), 3e-4);
+    CHECK_LE(tube(40), 1e-4);
+}
+#endif
+
+/* Two bodies of any field: each has its own force, and with the sides of the box they add up to that on everything.
+ * Mirror and periodic sides repeat what lies before them. */
+static void wavy(const double *x, double *u, double *p)
+{
+    *u = sin(7.0 * x[0] + 3.0 * x[1]) + 0.5 * x[1];
+    *p = cos(5.0 * x[0]) * (1.0 + x[1]) + 3.0 * x[PD_DIM - 1];
+}
+
+TEST(several_bodies)
+{
+    static const pd_side sides[3] = {PD_SIDE_PERIODIC, PD_SIDE_MIRROR, PD_SIDE_WALL};
+    for (int kind = 0; kind < 3; kind++) {
+        scene *s = scene_start(24, 20, 16);
+        double all[PD_DIM], part[PD_DIM], sum[PD_DIM], lo[PD_DIM], hi[PD_DIM], size = 0.0;
+        s->shapes[0].type = PD_SHAPE_BALL;
+        s->shapes[0].r = 0.21;
+        s->shapes[1].type = PD_SHAPE_BOX;
+        for (int d = 0; d < PD_DIM; d++) {
+            s->shapes[0].a[d] = d ? 0.31 : 0.02; /* through the side x- */
+            s->shapes[1].a[d] = 0.6;
+            s->shapes[1].b[d] = d ? 0.8 : 0.9;
+        }
+        s->grid_desc.wall = 0;
+        s->grid_desc.solid = 1;
+        s->grid_desc.side[0] = s->grid_desc.side[1] = sides[kind];
+        s->flow_desc.force[0] = DROP;
+        if (!scene_build(s)) return;
+        fill(s, wavy);
+        memcpy(lo, s->grid_desc.lo, sizeof lo);
+        memcpy(hi, s->grid_desc.hi, sizeof hi);
+        pd_force_surface(&s->ctx, &s->flow, lo, hi, all, NULL, NULL);
+        memset(sum, 0, sizeof sum);
+        for (int shape = 0; shape < 2; shape++) {
+            pd_force_shape(&s->ctx, &s->flow, shape, lo, hi, part, NULL, NULL);
+            for (int d = 0; d < PD_DIM; d++) {
+                sum[d] += part[d];
+                size = fmax(size, fabs(part[d]));
+            }
+        }
+        CHECK_LE(1.0, size);
+        double rest[PD_DIM];
+        pd_force_shape(&s->ctx, &s->flow, PD_FORCE_SIDES, lo, hi, rest, NULL, NULL);
+        for (int d = 0; d < PD_DIM; d++) CHECK_NEAR(sum[d] + rest[d], all[d], 1e-9 * (size + fabs(all[d])));
+        scene_free(s);
+    }
+}
+
+#if PD_DIM == 2
+#define DRAG 5.57953523384   /* dfg_cylinder_2d1.csv */
+#define LIFT 0.010618948146
+
+static void dfg_inlet(void *user, const double *x, double *u)
+{
+    (void)user;
+    u[0] = 6.0 * 0.2 * x[1] * (0.41 - x[1]) / (0.41 * 0.41);
+    u[1] = 0.0;
+}
+
+/* Largest errors of drag (relative) and lift coefficient (absolute), from the surface and from a box, of the cylinder
+ * in a channel (Schaefer and Turek 1996, 2D-1) with about n cells to the diameter, and `more` cells along each axis
+ * than fit it: the lattice cuts the cylinder elsewhere each time. */
+static void dfg_errors(int n, int more, double *error)
+{
+    scene *s = scene_start(1, 1, 1);
+    pd_steady steady;
+    pd_steady_desc desc;
+    pd_steady_result result;
+    double lo[PD_DIM], hi[PD_DIM], surface[PD_DIM], around[PD_DIM], scale = 2.0 / (0.2 * 0.2 * 0.1);
+    memset(&desc, 0, sizeof desc);
+    memset(&steady, 0, sizeof steady);
+    s->stencil_desc.h[0] = 2.2 / (22 * n + more);
+    s->stencil_desc.h[1] = 0.41 / (41 * n / 10 + more);
+    s->grid_desc.hi[0] = 2.2;
+    s->grid_desc.hi[1] = 0.41;
+    s->grid_desc.side[0] = PD_SIDE_INLET;
+    s->grid_desc.side[1] = PD_SIDE_OUTLET;
+    s->grid_desc.wall = 0;
+    s->shapes[0].type = PD_SHAPE_BALL;
+    s->shapes[0].r = 0.05;
+    s->flow_desc.rho = 1.0;
+    s->flow_desc.mu = 1e-3;
+    s->flow_desc.speed = 0.2;
+    s->flow_desc.length = 0.1;
+    s->flow_desc.inlet = dfg_inlet;
+    for (int d = 0; d < PD_DIM; d++) {
+        s->shapes[0].a[d] = 0.2;
+        lo[d] = 0.1;
+        hi[d] = 0.3;
+    }
+    if (!scene_build(s) || !CHECK_OK(&s->ctx, pd_steady_build(&s->ctx, &s->flow, &desc, &steady)) ||
+        !CHECK_OK(&s->ctx, pd_steady_solve(&s->ctx, &steady, &result)))
+        return;
+    pd_force_surface(&s->ctx, &s->flow, lo, hi, surface, NULL, NULL);
+    CHECK_OK(&s->ctx, pd_force_balance(&s->ctx, &s->flow, lo, hi, around));
+    NOTE("%d + %d: drag %+.3f %% %+.3f %%, lift %.4f %.4f", n, more, 100.0 * (scale * surface[0] / DRAG - 1.0),
+         100.0 * (scale * around[0] / DRAG - 1.0), scale * surface[1], scale * around[1]);
+    error[0] = fmax(error[0], fabs(scale * surface[0] / DRAG - 1.0));
+    error[1] = fmax(error[1], fabs(scale * around[0] / DRAG - 1.0));
+    error[2] = fmax(error[2], fabs(scale * surface[1] - LIFT));
+    error[3] = fmax(error[3], fabs(scale * around[1] - LIFT));
+    pd_steady_free(&s->ctx, &steady);
+    scene_free(s);
+}
+
+/* Forces converge with second order wherever the lattice cuts the surface. */
+TEST(lattice_anywhere)
+{
+    static const double bound[4] = {3e-3, 1.5e-3, 4e-3, 4e-3};
+    double coarse[4] = {0.0, 0.0, 0.0, 0.0}, fine[4] = {0.0, 0.0, 0.0, 0.0};
+    for (int more = 1; more <= 3; more++) dfg_errors(10, more, coarse);
+    for (int more = 1; more <= 3; more++) dfg_errors(20, more, fine);
+    for (int k = 0; k < 4; k++) {
+        NOTE("errors %.3g, %.3g: order %.2f", coarse[k], fine[k], log(coarse[k] / fine[k]) / log(2.0));
+        CHECK_LE(fine[k], bound[k]);
+        CHECK_LE(1.9, log(coarse[k] / fine[k]) / log(2.0));
+    }
 }
 #endif
 
@@ -273,7 +390,8 @@ TEST(bad_boxes)
 
 #if PD_DIM == 3
 TEST_MAIN(ENTRY(friction_in_a_channel) ENTRY(moving_wall) ENTRY(lift_of_a_ball) ENTRY(friction_in_a_tube)
-          ENTRY(bad_boxes))
+          ENTRY(several_bodies) ENTRY(bad_boxes))
 #else
-TEST_MAIN(ENTRY(friction_in_a_channel) ENTRY(moving_wall) ENTRY(lift_of_a_ball) ENTRY(bad_boxes))
+TEST_MAIN(ENTRY(friction_in_a_channel) ENTRY(moving_wall) ENTRY(lift_of_a_ball) ENTRY(lattice_anywhere)
+          ENTRY(several_bodies) ENTRY(bad_boxes))
 #endif

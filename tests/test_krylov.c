@@ -197,6 +197,50 @@ TEST(gmres_cyclic_shift)
     CHECK_NEAR(r.residual, 1.0, 1e-14);
 }
 
+/* A basis that grows needs no restart; it gives back what it took, and where memory is refused it restarts. */
+TEST(gmres_growth)
+{
+    enum { N = 24 };
+    for (int variant = 0; variant < 4; variant++) {
+        int refused = variant & 1;
+        double b[N] = {0.0}, x[N] = {0.0};
+        pd_ctx ctx;
+        fault c;
+        pd_krylov k;
+        pd_krylov_result r;
+        pd_krylov_desc d = describe(PD_KRYLOV_GMRES, N);
+        sys s = make(K_SHIFT, N);
+        b[0] = 1.0;
+        d.restart = 5;
+        d.most = 25;
+        d.max_iterations = 1000;
+        d.compressed = variant >> 1;
+        fault_context(&c, 0, 1, &ctx);
+        CHECK_OK(&ctx, pd_krylov_build(&ctx, &d, &k));
+        size_t built = ctx.in_use;
+        if (refused) c.fail_at = c.calls + 4; /* the second growth, halfway */
+        CHECK_INT(pd_krylov_solve(&ctx, &k, multiply, NULL, &s, b, x, &r), refused ? PD_NOT_CONVERGED : PD_OK);
+        CHECK_INT(r.iterations, refused ? 10 : N);
+        CHECK(!refused || strstr(ctx.message, "stagnation") != NULL);
+        if (!refused) CHECK_NEAR(x[1], 1.0, 1e-6);
+        CHECK(ctx.in_use > built);
+        pd_krylov_trim(&ctx, &k);
+        CHECK_INT(c.wrong, 0);
+        if (!refused) CHECK_INT((int)ctx.in_use, (int)built);
+        c.fail_at = 0;
+        memset(x, 0, sizeof x);
+        CHECK_OK(&ctx, pd_krylov_solve(&ctx, &k, multiply, NULL, &s, b, x, &r));
+        CHECK_INT(r.iterations, N);
+        k.desc.fixed = 1;
+        memset(x, 0, sizeof x);
+        CHECK_INT(pd_krylov_solve(&ctx, &k, multiply, NULL, &s, b, x, &r), PD_NOT_CONVERGED);
+        CHECK_INT(r.iterations, 5);
+        pd_krylov_free(&ctx, &k);
+        CHECK_INT(ctx.in_use, 0);
+        CHECK_INT(c.live, 0);
+    }
+}
+
 /* As many iterations as distinct eigenvalues; the last one is a lucky breakdown. */
 TEST(gmres_breakdown)
 {
@@ -647,7 +691,7 @@ TEST(bad_input)
     pd_krylov_free(&ctx, &k);
 }
 
-TEST_MAIN(ENTRY(poisson_closed_form) ENTRY(gmres_cyclic_shift) ENTRY(gmres_breakdown) ENTRY(gmres_orthogonality)
-          ENTRY(gmres_singular) ENTRY(skew) ENTRY(transport) ENTRY(null_vector) ENTRY(project)
-          ENTRY(not_a_number) ENTRY(not_converged) ENTRY(guesses) ENTRY(flexible) ENTRY(unit_covariance)
-          ENTRY(threads) ENTRY(memory) ENTRY(spans) ENTRY(bad_input))
+TEST_MAIN(ENTRY(poisson_closed_form) ENTRY(gmres_cyclic_shift) ENTRY(gmres_growth) ENTRY(gmres_breakdown)
+          ENTRY(gmres_orthogonality) ENTRY(gmres_singular) ENTRY(skew) ENTRY(transport) ENTRY(null_vector)
+          ENTRY(project) ENTRY(not_a_number) ENTRY(not_converged) ENTRY(guesses) ENTRY(flexible)
+          ENTRY(unit_covariance) ENTRY(threads) ENTRY(memory) ENTRY(spans) ENTRY(bad_input))

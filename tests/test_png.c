@@ -442,6 +442,27 @@ TEST(ticks_are_round_numbers)
     CHECK_NEAR(pdi_axis_place(&axis, 1e-4), 0.5, 1e-12);
 }
 
+/* What is not negative is not drawn with negative numbers on its axis: zero everywhere, one value, or some. */
+TEST(ranges_of_nothing_less_than_zero)
+{
+    static const double ends[][2] = {{0, 0}, {0, 1e-310}, {1e-310, 1e-310}, {3, 3}, {0.001, 30}, {1e-290, 1e-290}};
+    for (int sign = -1; sign < 2; sign += 2)
+        for (size_t k = 0; k < sizeof ends / sizeof ends[0]; k++)
+            for (int margin = 0; margin < 2; margin++) {
+                pdi_axis axis;
+                memset(&axis, 0, sizeof axis);
+                axis.lo = sign > 0 ? ends[k][0] : -ends[k][1];
+                axis.hi = sign > 0 ? ends[k][1] : -ends[k][0];
+                double lo = axis.lo, hi = axis.hi;
+                pdi_axis_widen(0.03 * margin, &axis);
+                CHECK(axis.lo < axis.hi && axis.lo <= fmax(lo, 0) && axis.hi >= hi);
+                if (sign > 0) CHECK(axis.lo >= 0);
+                if (sign < 0 && hi < -1e-300) CHECK(axis.hi <= 0);
+                pdi_axis_ticks(8, &axis);
+                CHECK(axis.count >= 2 && axis.count <= 9);
+            }
+}
+
 static uint32_t pixel(const pd_image *image, int x, int y)
 {
     const uint8_t *p = image->pixels + 3 * ((size_t)y * (size_t)image->width + (size_t)x);
@@ -622,6 +643,72 @@ TEST(a_curve_passes_through_its_points)
     pd_image_free(&ctx, &image);
 }
 
+/* Rows around column x that have the colour of the first curve, or much of it. */
+static void coloured(const pd_image *image, int x, int *top, int *bottom)
+{
+    *top = *bottom = -1;
+    for (int y = 0; y < image->height; y++) {
+        int blue = 0;
+        for (int k = x - 1; k <= x + 1; k++) {
+            uint32_t c = pixel(image, k, y);
+            blue += (c >> 16) < 0x80 && (c & 0xFF) > (c >> 16) + 0x40;
+        }
+        if (!blue) continue;
+        if (*top < 0) *top = y;
+        *bottom = y;
+    }
+}
+
+/* Bars reach from value - spread to value + spread, where the axis can show that; the range has room for them. */
+TEST(points_have_their_spread)
+{
+    static const double x[] = {1, 5, 9}, y[] = {2, 5, 8}, spread[] = {0, 3, 1}, wide[] = {0, 50, 1};
+    pd_ctx ctx;
+    pd_plot plot;
+    pd_image image;
+    int top, bottom, edge;
+    pd_ctx_init(&ctx);
+    memset(&plot, 0, sizeof plot);
+    plot.count = 1;
+    plot.series[0].x = x;
+    plot.series[0].y = y;
+    plot.series[0].spread = spread;
+    plot.series[0].count = 3;
+    plot.series[0].stroke = PD_STROKE_MARKERS;
+    plot.x_hi = plot.y_hi = 10;
+    if (!CHECK_OK(&ctx, pd_plot_draw(&ctx, &plot, &image))) return;
+    int left = 0, right = 0, high = 0, low = 0; /* the frame, by its ink */
+    for (int k = 0; k < image.width; k++) {
+        if (pixel(&image, k, image.height / 3) != 0x202124) continue;
+        if (!left) left = k + 1;
+        right = k;
+    }
+    for (int k = 0; k < image.height; k++) {
+        if (pixel(&image, left + 31, k) != 0x202124) continue;
+        if (!high) high = k + 1;
+        low = k;
+    }
+    double unit = (low - high) / 10.0;
+    for (int k = 0; k < 3; k++) {
+        int column = (int)(left + x[k] * (right - left) / 10.0);
+        double half = spread[k] > 0.0 ? spread[k] * unit : 5.0; /* the marker alone */
+        coloured(&image, column, &top, &bottom);
+        CHECK_NEAR(top, low - y[k] * unit - half, 3.0);
+        CHECK_NEAR(bottom, low - y[k] * unit + half, 3.0);
+    }
+    pd_image_free(&ctx, &image);
+    plot.y_hi = 0.0; /* the range of the data: 2 .. 9 with bars */
+    if (!CHECK_OK(&ctx, pd_plot_draw(&ctx, &plot, &image))) return;
+    coloured(&image, (int)(left + 9 * (right - left) / 10.0), &edge, &bottom);
+    CHECK(edge > high && edge < high + 40);
+    pd_image_free(&ctx, &image);
+    plot.series[0].spread = wide; /* below 0, which a logarithmic axis does not have */
+    plot.y_log = 1;
+    CHECK_OK(&ctx, pd_plot_draw(&ctx, &plot, &image));
+    pd_image_free(&ctx, &image);
+    CHECK_INT(ctx.in_use, 0);
+}
+
 TEST(a_plot_copes_with_what_cannot_be_shown)
 {
     double x[6] = {1, 2, NAN, 4, 5, 6}, y[6] = {0, -1, 2, INFINITY, 1e300, 3};
@@ -696,7 +783,8 @@ TEST_MAIN(ENTRY(checksums_have_their_published_values) ENTRY(a_stream_of_zlib_is
           ENTRY(images_come_back) ENTRY(an_image_that_cannot_be_written_is_refused)
           ENTRY(gray_is_luminance_over_white_paper) ENTRY(few_bits_and_palettes_are_expanded)
           ENTRY(what_is_not_supported_is_said) ENTRY(cut_and_damaged_files_are_refused)
-          ENTRY(colours_are_ordered_by_lightness) ENTRY(ticks_are_round_numbers)
+          ENTRY(colours_are_ordered_by_lightness) ENTRY(ranges_of_nothing_less_than_zero) ENTRY(ticks_are_round_numbers)
           ENTRY(a_picture_shows_every_cell_in_its_place) ENTRY(pictures_of_any_shape_have_a_sensible_size)
           ENTRY(a_picture_with_wrong_arguments_is_refused) ENTRY(a_curve_passes_through_its_points)
-          ENTRY(a_plot_copes_with_what_cannot_be_shown) ENTRY(every_failing_allocation_is_reported))
+          ENTRY(points_have_their_spread) ENTRY(a_plot_copes_with_what_cannot_be_shown)
+          ENTRY(every_failing_allocation_is_reported))

@@ -68,12 +68,70 @@ TEST(pencil_electrode)
     }
 }
 
+/* A law that jumps to nothing at 30 % of Csat. */
+static double jumping_law(void *user, const pd_rate_at *at)
+{
+    return at->c < 0.3 * CSAT ? *(const double *)user : 0.0;
+}
+
+/* The front then holds 0.3 Csat, and recedes as 2 lambda sqrt(D t) with sqrt(pi) lambda exp(lambda^2) erf(lambda) =
+ * 0.3 Csat/(Cs - 0.3 Csat) once it has gone far against the solution that a node leaves at Csat. */
+TEST(law_that_jumps)
+{
+    double low = 0.0, high = 1.0, wanted = 0.3 * CSAT / (CS - 0.3 * CSAT), off[2];
+    for (int k = 0; k < 60; k++) {
+        double middle = 0.5 * (low + high);
+        if (sqrt(3.14159265358979324) * middle * exp(middle * middle) * erf(middle) < wanted) low = middle;
+        else high = middle;
+    }
+    for (int fine = 0; fine < 2; fine++) {
+        scene *s = scene_start(1, 2, 2);
+        pd_recede recede;
+        pd_recede_desc desc;
+        double h = fine ? 1e-6 : 2e-6, bottom = 100e-6, end = 200.0;
+        memset(&desc, 0, sizeof desc);
+        for (int d = 0; d < PD_DIM; d++) {
+            s->stencil_desc.h[d] = h;
+            s->grid_desc.hi[d] = d ? 2.0 * h : bottom;
+            if (d) s->grid_desc.side[2 * d] = s->grid_desc.side[2 * d + 1] = PD_SIDE_PERIODIC;
+        }
+        s->stencil_desc.m = 1.0;
+        s->grid_desc.side[0] = PD_SIDE_INLET;
+        half_space(s, 4e-6);
+        s->desc.activation = 0;
+        s->desc.diffusivity = PENCIL_D;
+        s->desc.rate = jumping_law;
+        s->speed = 1e-5;
+        double from = 4e-6 / (2.0 * low), begin = from * from / PENCIL_D; /* when the front stood there */
+        if (!scene_build(s)) return;
+        if (!CHECK_OK(&s->ctx, pd_recede_build(&s->ctx, &s->corrode, &desc, &recede))) return;
+        for (int32_t i = 0; i < s->grid.total; i++) {
+            double x[PD_DIM];
+            pd_grid_position(&s->grid, i, x);
+            if (s->grid.kind[i] == PD_FLUID) s->corrode.c[i] = 0.3 * CSAT * erf(low * x[0] / 4e-6) / erf(low);
+        }
+        pd_corrode_open(&s->corrode);
+        double solid = pd_corrode_solid(&s->corrode);
+        CHECK_OK(&s->ctx, pd_recede_run(&s->ctx, &recede, end - begin));
+        CHECK_LE(pd_corrode_imbalance(&s->corrode), 1e-13);
+        CHECK(s->corrode.steps < 2000);
+        double depth = bottom - (bottom - 4e-6) * pd_corrode_solid(&s->corrode) / solid;
+        off[fine] = depth / (2.0 * low * sqrt(PENCIL_D * end)) - 1.0;
+        NOTE("h %g um: depth %.3f um (%+.2f %%), %d steps, %d rejected", 1e6 * h, 1e6 * depth, 100.0 * off[fine],
+             (int)s->corrode.steps, (int)recede.rejected);
+        pd_recede_free(&s->ctx, &recede);
+        scene_free(s);
+    }
+    CHECK_LE(fabs(off[0]), 0.1);
+    CHECK_LE(fabs(off[1]), 0.6 * fabs(off[0]));
+}
+
 #if PD_DIM == 1
 /* v = v0 (1 - C/Csat) */
-static double saturating_law(void *user, double c)
+static double saturating_law(void *user, const pd_rate_at *at)
 {
     const scene *s = (const scene *)user;
-    return s->speed * (1.0 - c / s->desc.saturation);
+    return s->speed * (1.0 - at->c / s->desc.saturation);
 }
 
 /* From control by the law to control by diffusion: with Cs >> Csat the field is straight, D C/L is what the front
@@ -117,10 +175,10 @@ TEST(mixed_control)
 }
 
 /* v = v0 (1 + 50 C/Csat) */
-static double runaway_law(void *user, double c)
+static double runaway_law(void *user, const pd_rate_at *at)
 {
     const scene *s = (const scene *)user;
-    return s->speed * (1.0 + 50.0 * c / s->desc.saturation);
+    return s->speed * (1.0 + 50.0 * at->c / s->desc.saturation);
 }
 
 /* A closed pocket, well mixed, of which no node of metal turns: L dC/dt = v(C) (Cs - Csat), so that
@@ -351,9 +409,46 @@ TEST(threads_do_not_matter)
 }
 
 /* A law that ends as no number leaves the state as it was. */
-static double broken_law(void *user, double c)
+/* Three times as fast beyond the middle, and twice as fast after ten seconds as at first. */
+static double place_and_time(void *user, const pd_rate_at *at)
 {
-    return c > 0.2 * CSAT ? (double)NAN : *(const double *)user;
+    const scene *s = (const scene *)user;
+    return SPEED * (at->x[0] > 0.5 * s->grid_desc.hi[0] ? 3.0 : 1.0) * (1.0 + at->t / 10.0);
+}
+
+/* A slab with two flat fronts below saturation: the law holds at the end of each step. */
+TEST(law_of_place_and_time)
+{
+    pd_recede recede;
+    pd_recede_desc desc;
+    scene *s = scene_start(30, 4, 4);
+    memset(&desc, 0, sizeof desc);
+    s->shapes[0].type = PD_SHAPE_BOX;
+    for (int d = 0; d < PD_DIM; d++) {
+        s->shapes[0].a[d] = d ? 0.0 : 8.0 * H;
+        s->shapes[0].b[d] = d ? 4.0 * H : 22.0 * H;
+    }
+    s->desc.activation = 0;
+    s->desc.diffusivity = 1e-9;
+    s->desc.saturation = 0.5 * CS;
+    s->desc.rate = place_and_time;
+    s->desc.rate_user = s;
+    s->desc.uniform = 0;
+    if (!scene_build(s)) return;
+    if (!CHECK_OK(&s->ctx, pd_recede_build(&s->ctx, &s->corrode, &desc, &recede))) return;
+    double before = pd_corrode_solid(&s->corrode), dt = 0.1, sum = 0.0;
+    for (int n = 1; n <= 10; n++) {
+        sum += 1.0 + n * dt / 10.0;
+        if (!CHECK_OK(&s->ctx, pd_recede_step(&s->ctx, &recede, dt))) return;
+    }
+    CHECK_REL((before - pd_corrode_solid(&s->corrode)) * 14.0 * H / before, 4.0 * SPEED * dt * sum * 0.5, 1e-10);
+    pd_recede_free(&s->ctx, &recede);
+    scene_free(s);
+}
+
+static double broken_law(void *user, const pd_rate_at *at)
+{
+    return at->c > 0.2 * CSAT ? (double)NAN : *(const double *)user;
 }
 
 TEST(bad_input)
@@ -427,5 +522,6 @@ TEST(repassivation_remembers)
 #define OF_DIM ENTRY(mixed_control) ENTRY(law_that_runs_away)
 #endif
 
-TEST_MAIN(ENTRY(pencil_electrode) OF_DIM ENTRY(amounts_and_bounds) ENTRY(flat_front_with_long_steps)
-          ENTRY(saturation_pauses) ENTRY(threads_do_not_matter) ENTRY(repassivation_remembers) ENTRY(bad_input))
+TEST_MAIN(ENTRY(pencil_electrode) ENTRY(law_that_jumps) OF_DIM ENTRY(amounts_and_bounds)
+          ENTRY(flat_front_with_long_steps) ENTRY(saturation_pauses) ENTRY(threads_do_not_matter)
+              ENTRY(repassivation_remembers) ENTRY(law_of_place_and_time) ENTRY(bad_input))

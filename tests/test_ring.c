@@ -6,6 +6,7 @@
 #include "force.h"
 #include "implicit.h"
 #include "op.h"
+#include "settle.h"
 #include "steady.h"
 #include "test.h"
 #include <stdlib.h>
@@ -553,10 +554,10 @@ TEST(held)
 
 #define SPEED 1e-9 /* [m/s] */
 
-static double constant_speed(void *user, double c)
+static double constant_speed(void *user, const pd_rate_at *at)
 {
     (void)user;
-    (void)c;
+    (void)at;
     return SPEED;
 }
 

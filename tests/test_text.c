@@ -283,7 +283,7 @@ TEST(value_errors)
     check_number("[grid] h = 5", "m", "pin.scene:1: column 12: found a number without unit",
                  "expected a length [m]: write its unit, for example nm, um, mm");
     check_number("[grid]\n  h =  5 s", "m", "pin.scene:2: column 8: found a time [s]", "expected a length [m]");
-    check_number("[grid]\n  h = 5 um + z", "m", "pin.scene:2: column 14: found 'z'", "expected a known variable");
+    check_number("[grid]\n  h = 5 um + z", "m", "pin.scene:2: column 14: found 'z'", "expected a constant");
     check_number("[grid] m = 3", "m", "pin.scene:1: found no 'h' in [grid]", "expected h = a length [m]");
     check_number("[flow] m = 3", "m", "pin.scene:1: found no 'h' in [grid]", "expected h = a length [m]");
     check_number("[grid] h = 1/0", "", "infinite", "expected a finite number");
@@ -394,7 +394,7 @@ TEST(overrides)
     CHECK_NEAR(value, 1, 0);
     CHECK_OK(&ctx, pd_text_override(&ctx, &text, "grid.h=x"));
     CHECK_INT(pd_text_number(&ctx, &text, grid, "h", "m", NULL, &value), PD_ERR_PARSE);
-    check_message(&ctx, "command line: column 8: found 'x'", "expected a known variable");
+    check_message(&ctx, "command line: column 8: found 'x'", "expected a constant");
     CHECK_INT(pd_text_override(&ctx, &text, "untli=3 s"), PD_ERR_PARSE);
     check_message(&ctx, "command line: found the key 'untli', which no section of pin.scene has",
                   "expected section.key: did you mean 'until'?");

@@ -407,5 +407,5 @@ int main(int argc, char **argv)
         }
     }
     printf("lint: %d files, %d complaints\n", files, complaints);
-    return complaints > 0;
+    return complaints > 0 || fflush(stdout) != 0;
 }

@@ -125,9 +125,9 @@ static pd_status stab_transport(pd_ctx *ctx, val_lab *lab, double m, double x, s
 
 /* ---- explicit bond-based corrosion ---- */
 
-static double stab_speed(void *user, double c)
+static double stab_speed(void *user, const pd_rate_at *at)
 {
-    (void)c;
+    (void)at;
     return *(const double *)user;
 }
 
@@ -198,6 +198,7 @@ static pd_status stab_corrode(pd_ctx *ctx, val_lab *lab, double m, double x, sta
     lab->corrode_desc.saturation = 1.0;
     lab->corrode_desc.diffusivity = 1.0;
     lab->corrode_desc.rate = stab_speed;
+    lab->corrode_desc.uniform = 1;
     lab->corrode_desc.rate_user = &speed;
     lab->corrode_desc.drive = PD_DRIVE_DIFFERENCE;
     PDI_TRY(lab_build(ctx, lab, VAL_CORRODE));

@@ -15,6 +15,7 @@
 #include "stefan.h"
 #include "front.h"
 #include "crevice.h"
+#include "wire.h"
 #if PD_DIM == 3
 #include "peer.h"
 #endif
@@ -51,6 +52,7 @@ static const val_case *const val_cases[] = {
     &front_case,
 #if PD_DIM == 2
     &crevice_case,
+    &wire_case,
 #endif
 #if PD_DIM == 3
     &peer_case,

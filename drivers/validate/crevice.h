@@ -24,10 +24,10 @@ static double crevice_flux(double c)
     return 1e4 * pow(10.0, 1.151 * exp(-0.723 * acidity) - 7.647) / CREVICE_CHARGE;
 }
 
-static double crevice_law(void *user, double c)
+static double crevice_law(void *user, const pd_rate_at *at)
 {
     (void)user;
-    return crevice_flux(c) / CREVICE_CS;
+    return crevice_flux(at->c) / CREVICE_CS;
 }
 
 static double crevice_gap(double x) { return CREVICE_MOUTH - (CREVICE_MOUTH - CREVICE_END) * x / CREVICE_LENGTH; }
@@ -125,6 +125,7 @@ static pd_status crevice_build(val_job *job)
     lab->corrode_desc.saturation = CREVICE_CSAT;
     lab->corrode_desc.diffusivity = CREVICE_D;
     lab->corrode_desc.rate = crevice_law;
+    lab->corrode_desc.uniform = 1;
     return lab_build(job->ctx, lab, VAL_CORRODE | VAL_RECEDE);
 }
 

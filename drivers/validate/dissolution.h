@@ -8,10 +8,10 @@ typedef struct val_law {
     double saturation; /* [mol/m3] */
 } val_law;
 
-static double dissolution_law(void *user, double c)
+static double dissolution_law(void *user, const pd_rate_at *at)
 {
     const val_law *law = (const val_law *)user;
-    return law->saturation > 0.0 ? law->speed * (1.0 - c / law->saturation) : law->speed;
+    return law->saturation > 0.0 ? law->speed * (1.0 - at->c / law->saturation) : law->speed;
 }
 
 /* ---- rate ---- */

@@ -6,9 +6,9 @@
 #define FRONT_CELLS (PD_DIM == 3 ? 40 : 64)
 #define FRONT_SHARE 0.005 /* [-] of Cs - Csat that a node loses in a step at most */
 
-static double front_law(void *user, double c)
+static double front_law(void *user, const pd_rate_at *at)
 {
-    (void)c;
+    (void)at;
     return *(const double *)user;
 }
 
@@ -39,6 +39,7 @@ static void front_slab(val_job *job, const int *direction, double h, double *spe
     lab->corrode_desc.saturation = 5e3;
     lab->corrode_desc.activation = 1;
     lab->corrode_desc.rate = front_law;
+    lab->corrode_desc.uniform = 1;
     lab->corrode_desc.rate_user = speed;
 }
 

@@ -51,9 +51,9 @@ enum {
 #define PEER_PIT_CSAT 4.6e3
 #define PEER_PIT_FLUX 2.413597096e-2
 
-static double peer_law(void *user, double c)
+static double peer_law(void *user, const pd_rate_at *at)
 {
-    (void)c;
+    (void)at;
     return *(const double *)user;
 }
 
@@ -77,6 +77,7 @@ static pd_status peer_build(val_job *job, double h, const double box[2][3], cons
     lab->corrode_desc.weights = PD_WEIGHTS_PRINTED;
     lab->corrode_desc.keep_deficit = 1;
     lab->corrode_desc.rate = peer_law;
+    lab->corrode_desc.uniform = 1;
     job->out->h = h;
     return lab_build(job->ctx, lab, VAL_CORRODE);
 }

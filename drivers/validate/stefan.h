@@ -122,9 +122,9 @@ static const val_part stefan_surface_part = {
     stefan_run, STEFAN_MISS};
 /* ---- bond-based, in implicit steps ---- */
 
-static double stefan_fast_law(void *user, double c)
+static double stefan_fast_law(void *user, const pd_rate_at *at)
 {
-    (void)user, (void)c;
+    (void)user, (void)at;
     return 1e-5; /* [m/s], a hundred times that of the front at its start: the salt layer rules */
 }
 
@@ -139,6 +139,7 @@ static pd_status stefan_bonds_build(val_job *job, double bottom)
     lab->corrode_desc.saturation = STEFAN_CSAT;
     lab->corrode_desc.diffusivity = STEFAN_D;
     lab->corrode_desc.rate = stefan_fast_law;
+    lab->corrode_desc.uniform = 1;
     return lab_build(job->ctx, lab, VAL_CORRODE | VAL_RECEDE);
 }
 

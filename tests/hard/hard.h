@@ -81,17 +81,20 @@ static inline void hard_bounds(hard *h)
 {
     const pd_setup *u = &h->setup;
     if (!pdi_setup_carries(u)) return;
+    const double origin[PD_DIM] = {0.0}; /* held values are constants here */
     hard_extremes(h, &h->low, &h->high);
     for (int s = 0; s < 2 * PD_DIM; s++) {
-        double bring = u->side[s].holds ? u->side[s].held : u->has_corrode ? u->bulk : u->inlet;
+        double bring = u->has_corrode ? u->bulk : u->inlet;
+        if (u->side[s].holds) bring = pdi_setup_eval(&u->side[s].held, origin, 0.0);
         if (!u->side[s].holds && !pdi_grid_port(u->side[s].kind)) continue;
         h->low = fmin(h->low, bring);
         h->high = fmax(h->high, bring);
     }
     for (int w = 0; w < u->wall_count; w++) {
         if (!u->walls[w].holds) continue;
-        h->low = fmin(h->low, u->walls[w].held);
-        h->high = fmax(h->high, u->walls[w].held);
+        double held = pdi_setup_eval(&u->walls[w].held, origin, 0.0);
+        h->low = fmin(h->low, held);
+        h->high = fmax(h->high, held);
     }
     if (!pdi_setup_loses(u)) return;
     h->low = fmin(h->low, 0.0);
@@ -128,7 +131,7 @@ static inline void hard_watch(hard *h)
     for (int32_t i = 0; i < PD_DIM * c->grid->total && c->flow && c->transport; i++)
         fastest = fmax(fastest, fabs(c->flow->u[i]));
     if (amount > 0.0) h->rounding += 1.1e-16 * c->dt * fastest / c->grid->h[0] * c->ledger.dissolved / amount;
-    if (c->steady) h->residual = fmax(h->residual, fmax(c->steady_result.momentum, c->steady_result.continuity));
+    if (c->steady) h->residual = fmax(h->residual, c->steady_result.excess * c->steady->desc.tolerance);
     if (pdi_setup_carries(&h->setup)) {
         hard_extremes(h, &low, &high);
         if (h->setup.activation) low = high = 0.0;

@@ -190,11 +190,11 @@ TEST(reynolds_1000)
                 "[flow] rho = 1000 kg/m3  mu = 1e-3 Pa s  steady = 1e-8\n" STILL LAW "[run] until = 1 s\n";
     /* refused, or right: never in between */
     if (hard_open(h, pin) && hard_steps(h, h->setup.until)) hard_sound(h);
-    else CHECK(h->status == PD_ERR_DIVERGED && strstr(h->ctx.message, "lower the Reynolds number") != NULL);
+    else CHECK(h->status == PD_ERR_DIVERGED && strstr(h->ctx.message, "time = implicit") != NULL);
     hard_end(h, "couple", h->flux, "flow_far_down_against_far_up", 0.0, NULL);
 }
 
-/* A flow section whose inlet is at rest has no scale of its own; with one it is the same as no flow at all. */
+/* A flow section in which nothing moves is the same as no flow at all, and an inlet at rest lets nothing in. */
 TEST(zero_velocity)
 {
     NOT_IN_3D();
@@ -203,13 +203,10 @@ TEST(zero_velocity)
     char text[1200];
     snprintf(text, sizeof text, "%s%s[flow] rho = 1000 kg/m3  mu = 1e-3 Pa s\n%s%s[run] until = 1 h\n", CHANNEL, stream,
              STILL, LAW);
-    hard_refused(h, text, "couple_without_scale",
-                 "the mean speed of the inlet is 0, expected speed = ... in [flow] as a reference value",
-                 PD_ERR_ARGUMENT);
-    snprintf(text, sizeof text,
-             "%s[flow] rho = 1000 kg/m3  mu = 1e-3 Pa s  speed = 1 mm/s  length = 60 um\n%s%s"
-             "[run] until = 1 h\n",
-             CHANNEL, STILL, LAW);
+    if (hard_play(h, text)) CHECK_INT((int)h->model.couple.steady_result.newton, 0);
+    hard_close(h);
+    snprintf(text, sizeof text, "%s[flow] rho = 1000 kg/m3  mu = 1e-3 Pa s\n%s%s[run] until = 1 h\n", CHANNEL, STILL,
+             LAW);
     double off = 1.0;
     if (hard_play(h, text) && hard_play(still, CHANNEL STILL LAW "[run] until = 1 h\n")) {
         double a = pd_couple_volume_loss(&h->model.couple), b = pd_couple_volume_loss(&still->model.couple);

@@ -1,0 +1,468 @@
+/* builds: what fails to build or to be read leaves nothing: no memory, and an object of zeros, whatever it held before.
+ * Every build of the library, with every allocation failing in turn, and with arguments that it refuses.
+ * dims: 1 2 3 */
+#define _XOPEN_SOURCE 700
+#include "fault.h"
+#include "scene_file.h"
+#include "sweep.h"
+#include "compare.h"
+#include "gas.h"
+#include "observe.h"
+#include "png.h"
+#include "twin.h"
+#include <stddef.h>
+
+#if PD_DIM == 1
+#define ACROSS(a, b)
+#elif PD_DIM == 2
+#define ACROSS(a, b) ", " a " .. " b
+#else
+#define ACROSS(a, b) ", " a " .. " b ", " a " .. " b
+#endif
+
+static const char pin[] =
+    "[grid] h = 1 um  m = 2  box = 0 .. 16 um" ACROSS("0", "8 um") "\n"
+    "[shape metal] box = 6 um .. 11 um" ACROSS("3 um", "5 um") "\n  kind = solid  material = mg4ag  grains = 3 um\n"
+#if PD_DIM > 1
+    "[side x-] flow = inlet  profile = uniform  mean = 0.01 m/s  C = 1 mol/m3\n[side x+] flow = outlet\n"
+    "[flow] rho = 1000 kg/m3  mu = 1e-3 Pa s\n"
+#endif
+    "[transport] D = 1e-9 m2/s\n[dissolve] rate = 1 um/s * (1 - C/Csat)  Csat = 50 mol/m3\n"
+    "[run] until = 0.1 s\n[transfer m] length = 1 um  surface = Csat  fluid = 0 mol/m3\n[total t]\n";
+static const char pit[] =
+    "[grid] h = 1 um  m = 2  box = 0 .. 16 um" ACROSS("0", "8 um") "\n[side x-] flow = open\n"
+    "[shape metal] box = 4 um .. 16 um" ACROSS("0", "8 um") "\n  kind = solid  material = steel304\n"
+    "[corrode] rate = 0.5 um/s  Csat = 5 mol/L  D = 1e-9 m2/s\n[run] until = 2 s\n";
+
+/* What the objects are built on. */
+typedef struct lab {
+    pd_ctx ctx;
+    pd_setup of_pin, of_pit;
+    pd_model pin, pit;
+    pd_flow flow;
+    pd_steady steady;   /* of that flow, with what steps in time need */
+    pd_grid rings;
+    pd_stencil_desc family;
+    pd_grid_desc box;
+    int wrong; /* arguments that are refused */
+} lab;
+
+static void make_box(lab *l)
+{
+    memset(&l->family, 0, sizeof l->family);
+    memset(&l->box, 0, sizeof l->box);
+    l->family.m = 2.0;
+    for (int d = 0; d < PD_DIM; d++) {
+        l->family.h[d] = 1e-6;
+        l->box.hi[d] = 8e-6;
+    }
+    l->box.solid = l->box.wall = -1;
+    l->box.axisymmetric = PD_DIM == 2;
+    if (PD_DIM == 2) l->box.side[2 * PD_DIM - 2] = PD_SIDE_MIRROR; /* the axis */
+}
+
+static pd_flow_desc stream(const lab *l)
+{
+    pd_flow_desc d;
+    memset(&d, 0, sizeof d);
+    d.rho = l->wrong ? -1.0 : 1000.0;
+    d.mu = 1e-3;
+    d.speed = 0.01;
+    d.length = 1e-5;
+    return d;
+}
+
+static int ready(lab *l)
+{
+    memset(l, 0, sizeof *l);
+    pd_flow_desc still = stream(l);
+    pd_steady_desc of_steady;
+    pd_image dot;
+    memset(&of_steady, 0, sizeof of_steady);
+    memset(&dot, 0, sizeof dot);
+    pd_ctx_init(&l->ctx);
+    l->ctx.threads = 1;
+    make_box(l);
+    put("pin.scene", pin, sizeof pin - 1);
+    put("pit.scene", pit, sizeof pit - 1);
+    put("pit.csv", "x,y\n1,2\n", 8);
+    dot.width = dot.height = 1;
+    dot.channels = 3;
+    dot.pixels = (uint8_t *)"abc";
+    CHECK_OK(&l->ctx, pd_png_write(&l->ctx, path_of("dot.png"), &dot));
+    return CHECK_OK(&l->ctx, pd_scene_read(&l->ctx, path_of("pin.scene"), NULL, 0, &l->of_pin)) &&
+           CHECK_OK(&l->ctx, pd_scene_read(&l->ctx, path_of("pit.scene"), NULL, 0, &l->of_pit)) &&
+           CHECK_OK(&l->ctx, pd_model_build(&l->ctx, &l->of_pin, &l->pin)) &&
+           CHECK_OK(&l->ctx, pd_model_build(&l->ctx, &l->of_pit, &l->pit)) &&
+           CHECK_OK(&l->ctx, pd_flow_build(&l->ctx, &l->pin.grid, &l->pin.bonds, &still, &l->flow)) &&
+           CHECK_OK(&l->ctx, pd_steady_build(&l->ctx, &l->flow, &of_steady, &l->steady)) &&
+           CHECK_OK(&l->ctx, pdi_steady_timed(&l->ctx, &l->steady)) &&
+           CHECK_OK(&l->ctx, pd_grid_build(&l->ctx, &l->pin.stencil, &l->box, &l->rings));
+}
+
+static void tidy(lab *l)
+{
+    pd_grid_free(&l->ctx, &l->rings);
+    pd_steady_free(&l->ctx, &l->steady);
+    pd_flow_free(&l->ctx, &l->flow);
+    pd_model_free(&l->ctx, &l->pit);
+    pd_model_free(&l->ctx, &l->pin);
+    pd_setup_free(&l->ctx, &l->of_pit);
+    pd_setup_free(&l->ctx, &l->of_pin);
+    CHECK_INT(l->ctx.in_use, 0);
+}
+
+/* ---- the builds ---- */
+
+/* BUILD(name) of the object `o` of its type, in the lab `l`, on another context. */
+#define BUILD(name, type) \
+    static void free_##name(pd_ctx *ctx, void *object) { pd_##name##_free(ctx, (type *)object); } \
+    static pd_status make_##name(pd_ctx *ctx, lab *l, type *o); \
+    static pd_status build_##name(pd_ctx *ctx, lab *l, void *object) { return make_##name(ctx, l, (type *)object); } \
+    static pd_status make_##name(pd_ctx *ctx, lab *l, type *o)
+
+BUILD(curve, pd_curve)
+{
+    static const double x[] = {0.0, 1.0, 2.0}, y[] = {1.0, 3.0, 4.0};
+    return pd_curve_build(ctx, x, y, l->wrong ? 1 : 3, 0, o);
+}
+
+BUILD(expr, pd_expr)
+{
+    pd_expr_desc d;
+    memset(&d, 0, sizeof d);
+    d.text = l->wrong ? "1 +" : "1 + 2";
+    return pd_expr_build(ctx, &d, o);
+}
+
+BUILD(text, pd_text)
+{
+    const char *bytes = l->wrong ? "[a" : "[a]\nb = 1\n";
+    return pd_text_build(ctx, "a", bytes, strlen(bytes), o);
+}
+
+BUILD(stencil, pd_stencil)
+{
+    pd_stencil_desc d = l->family;
+    if (l->wrong) d.h[0] = -1.0;
+    return pd_stencil_build(ctx, &d, o);
+}
+
+BUILD(grid, pd_grid)
+{
+    pd_grid_desc d = l->box;
+    if (l->wrong) d.hi[0] = 0.3e-6;
+    return pd_grid_build(ctx, &l->pin.stencil, &d, o);
+}
+
+BUILD(ghosts, pd_ghosts) { return pd_ghosts_build(ctx, &l->pin.grid, o); }
+
+BUILD(ring, pd_ring) { return pd_ring_build(ctx, &l->pin.stencil, &l->rings, o); }
+
+BUILD(bonds, pd_bonds) { return pd_bonds_build(ctx, &l->pin.stencil, &l->pin.grid, 0, o); }
+
+BUILD(grain, pd_grain)
+{
+    pd_grain_desc d;
+    memset(&d, 0, sizeof d);
+    d.size = l->wrong ? -1.0 : 3e-6;
+    d.spread = 0.3e-6;
+    d.boundary_width = 0.5e-6;
+    return pd_grain_build(ctx, &l->pin.grid, &d, o);
+}
+
+BUILD(krylov, pd_krylov)
+{
+    pd_krylov_desc d;
+    memset(&d, 0, sizeof d);
+    d.n = l->wrong ? 0 : 20;
+    return pd_krylov_build(ctx, &d, o);
+}
+
+BUILD(multigrid, pd_multigrid)
+{
+    pd_multigrid_desc d;
+    memset(&d, 0, sizeof d);
+    for (int k = 0; k < PD_DIM; k++) {
+        d.n[k] = l->wrong ? 0 : 8;
+        d.stride[k] = k == 0 ? 1 : 8 * d.stride[k - 1];
+    }
+    d.contrast = 1;
+    return pd_multigrid_build(ctx, &d, o);
+}
+
+BUILD(front, pd_front)
+{
+    return pd_front_build(ctx, &l->pin.stencil, l->wrong ? (pd_kernel)17 : PD_KERNEL_SQUARE, PD_WEIGHTS_CALIBRATED, o);
+}
+
+BUILD(flow, pd_flow)
+{
+    pd_flow_desc d = stream(l);
+    return pd_flow_build(ctx, &l->pin.grid, &l->pin.bonds, &d, o);
+}
+
+BUILD(steady, pd_steady)
+{
+    pd_steady_desc d;
+    memset(&d, 0, sizeof d);
+    d.tolerance = l->wrong ? -1.0 : 0.0;
+    return pd_steady_build(ctx, &l->flow, &d, o);
+}
+
+BUILD(implicit, pd_implicit)
+{
+    pd_implicit_desc d;
+    memset(&d, 0, sizeof d);
+    d.rtol = l->wrong ? -1.0 : 0.0;
+    return pd_implicit_build(ctx, &l->flow, &l->steady, &d, o);
+}
+
+BUILD(unsteady, pd_unsteady)
+{
+    pd_unsteady_desc d;
+    memset(&d, 0, sizeof d);
+    d.sound = l->wrong ? -1.0 : 1.0;
+    return pd_unsteady_build(ctx, &l->flow, &d, o);
+}
+
+BUILD(gas, pd_gas)
+{
+    pd_gas_desc d;
+    memset(&d, 0, sizeof d);
+    d.gamma = l->wrong ? 0.5 : 1.4;
+    d.order = PD_GAS_SECOND;
+    return pd_gas_build(ctx, &l->pin.grid, &l->pin.bonds, &d, o);
+}
+
+BUILD(diffusion, pd_diffusion)
+{
+    pd_diffusion_desc d;
+    memset(&d, 0, sizeof d);
+    d.diffusivity = l->wrong ? -1.0 : 1e-9;
+    return pd_diffusion_build(ctx, &l->pin.bonds, &d, o);
+}
+
+BUILD(transport, pd_transport)
+{
+    pd_transport_desc d;
+    memset(&d, 0, sizeof d);
+    d.diffusivity = l->wrong ? -1.0 : 1e-9;
+    return pd_transport_build(ctx, &l->pin.grid, &l->pin.bonds, &l->flow, &d, o);
+}
+
+BUILD(advance, pd_advance)
+{
+    pd_advance_desc d;
+    memset(&d, 0, sizeof d);
+    d.rtol = l->wrong ? -1.0 : 0.0;
+    return pd_advance_build(ctx, &l->pin.transport, &d, o);
+}
+
+BUILD(dissolve, pd_dissolve)
+{
+    pd_dissolve_desc d = l->pin.dissolve.desc;
+    if (l->wrong) d.solid = -1.0;
+    return pd_dissolve_build(ctx, &l->pin.grid, &l->pin.bonds, &l->pin.transport, &d, o);
+}
+
+BUILD(corrode, pd_corrode)
+{
+    pd_corrode_desc d = l->pit.corrode.desc;
+    if (l->wrong) d.solid = -1.0;
+    return pd_corrode_build(ctx, &l->pit.grid, &l->pit.stencil, &d, o);
+}
+
+BUILD(recede, pd_recede)
+{
+    pd_recede_desc d = l->pit.recede.desc;
+    if (l->wrong) d.rtol = -1.0;
+    return pd_recede_build(ctx, &l->pit.corrode, &d, o);
+}
+
+BUILD(observe, pd_observables) { return pd_observe_build(ctx, &l->pit, o); }
+
+static void pd_couple_free(pd_ctx *ctx, pd_couple *couple)
+{
+    (void)ctx;
+    (void)couple;
+}
+
+BUILD(couple, pd_couple)
+{
+    pd_couple_desc d;
+    memset(&d, 0, sizeof d);
+    d.fraction = l->wrong ? -1.0 : 0.0;
+    return pd_couple_build(ctx, &d, &l->pin.grid, &l->pin.bonds, NULL, NULL, &l->pin.transport, NULL, o);
+}
+
+static void pd_inlet_free(pd_ctx *ctx, pd_inlet *inlet)
+{
+    (void)ctx;
+    (void)inlet;
+}
+
+BUILD(inlet, pd_inlet)
+{
+    pd_status status = pd_inlet_build(ctx, &l->of_pin, &l->pin.grid, o);
+    if (status < 0) o->latest = 0; /* the side that is refused */
+    return status;
+}
+
+static void pd_twin_free(pd_ctx *ctx, pd_twin *twin)
+{
+    (void)ctx;
+    (void)twin;
+}
+
+BUILD(twin, pd_twin) { return pd_twin_build(ctx, &l->of_pit, l->wrong ? 3 : 2, o); }
+
+BUILD(model, pd_model)
+{
+    pd_status status = pd_model_build(ctx, &l->of_pin, o);
+    if (status < 0) o->line = 0; /* of the scene: what is refused */
+    return status;
+}
+
+BUILD(monitors, pd_monitors)
+{
+    pd_status status = pd_monitors_build(ctx, &l->pin, o);
+    if (status < 0) o->line = 0;
+    return status;
+}
+
+BUILD(compare, pd_compare)
+{
+    pd_status status = pd_compare_build(ctx, &l->pin, NULL, NULL, 0, o); /* a scene without measured points */
+    if (status < 0) o->line = 0;
+    return status;
+}
+
+BUILD(sweep, pd_sweep)
+{
+    static const char *axes[] = {"until=1 s, 2 s"}, *wrong[] = {"until="};
+    pd_sweep_desc d;
+    memset(&d, 0, sizeof d);
+    d.scene = path_of("pin.scene");
+    d.axes = l->wrong ? wrong : axes;
+    d.axis_count = 1;
+    return pd_sweep_build(ctx, &d, o);
+}
+
+/* ---- what is read from files ---- */
+
+BUILD(setup, pd_setup)
+{
+    return pd_scene_read(ctx, path_of(l->wrong ? "pit.csv" : "pin.scene"), NULL, 0, o);
+}
+
+BUILD(table, pd_table) { return pd_table_read(ctx, path_of(l->wrong ? "none.csv" : "pit.csv"), o); }
+
+BUILD(image, pd_image) { return pd_png_read(ctx, path_of(l->wrong ? "pit.csv" : "dot.png"), o); }
+
+/* ---- all of them ---- */
+
+typedef struct entry {
+    const char *name;
+    size_t size;
+    pd_status (*build)(pd_ctx *ctx, lab *l, void *object);
+    void (*free)(pd_ctx *ctx, void *object);
+    int refuses, takes; /* has arguments that it refuses; takes memory */
+} entry;
+
+#define ROW(name, type, refuses, takes) {#name, sizeof(type), build_##name, free_##name, refuses, takes},
+static const entry builds[] = {
+    ROW(curve, pd_curve, 1, 1) ROW(expr, pd_expr, 1, 1) ROW(text, pd_text, 1, 1) ROW(stencil, pd_stencil, 1, 1)
+    ROW(grid, pd_grid, 1, 1) ROW(ghosts, pd_ghosts, 0, PD_DIM > 1) ROW(ring, pd_ring, 0, PD_DIM == 2)
+    ROW(bonds, pd_bonds, 0, 1) ROW(grain, pd_grain, 1, 1) ROW(krylov, pd_krylov, 1, 1)
+    ROW(multigrid, pd_multigrid, 1, 1) ROW(front, pd_front, 1, 1) ROW(flow, pd_flow, 1, 1)
+    ROW(steady, pd_steady, 1, 1) ROW(implicit, pd_implicit, 1, 1) ROW(unsteady, pd_unsteady, 1, 1)
+    ROW(gas, pd_gas, 1, 1) ROW(diffusion, pd_diffusion, 1, 1) ROW(transport, pd_transport, 1, 1)
+    ROW(advance, pd_advance, 1, 1) ROW(dissolve, pd_dissolve, 1, 1)
+    ROW(corrode, pd_corrode, 1, 1) ROW(recede, pd_recede, 1, 1)
+    ROW(observe, pd_observables, 0, 1) ROW(couple, pd_couple, 1, 0) ROW(inlet, pd_inlet, 0, 0)
+    ROW(twin, pd_twin, 1, 1) ROW(model, pd_model, 0, 1) ROW(monitors, pd_monitors, 0, 1)
+    ROW(compare, pd_compare, 0, 0) ROW(sweep, pd_sweep, 1, 1)
+    ROW(setup, pd_setup, 1, 1) ROW(table, pd_table, 1, 1) ROW(image, pd_image, 1, 1)
+};
+#undef ROW
+enum { BUILDS = (int)(sizeof builds / sizeof builds[0]), READS = 3 /* of them */ };
+
+static int all_zero(const void *object, size_t size)
+{
+    const unsigned char *bytes = (const unsigned char *)object;
+    for (size_t k = 0; k < size; k++)
+        if (bytes[k]) return 0;
+    return 1;
+}
+
+/* Builds it with call n failing (0: none) in an object of garbage; returns the status. */
+static pd_status once(const entry *e, lab *l, void *object, long n, long *calls)
+{
+    fault f;
+    pd_ctx ctx;
+    fault_context(&f, n, 0, &ctx);
+    memset(object, 0x5a, e->size);
+    pd_status status = e->build(&ctx, l, object);
+    *calls = f.calls;
+    if (status < 0) {
+        int clean = f.live == 0 && f.wrong == 0 && ctx.in_use == 0 && all_zero(object, e->size);
+        if (!CHECK(clean && ctx.status == status && ctx.message[0]))
+            NOTE("%s: call %ld: %ld blocks left, %s", e->name, n, f.live,
+                 all_zero(object, e->size) ? "zeros" : "an object that is not zero");
+        if (!clean) return status;
+    }
+    for (int twice = 0; twice < 2; twice++) e->free(&ctx, object);
+    if (!CHECK(f.live == 0 && f.wrong == 0 && ctx.in_use == 0)) NOTE("%s: call %ld", e->name, n);
+    return status;
+}
+
+TEST(a_failed_build_leaves_nothing)
+{
+    static lab l;
+    if (!ready(&l)) return;
+    for (const entry *e = builds; e < builds + BUILDS; e++) {
+        void *object = malloc(e->size);
+        long calls, first;
+        if (!CHECK(object != NULL)) return;
+        if (!CHECK(once(e, &l, object, 0, &first) == PD_OK)) NOTE("%s: %s", e->name, l.ctx.message);
+        if (!CHECK((first > 0) == e->takes)) NOTE("%s: %ld calls", e->name, first);
+        for (long n = 1; n <= first && n < 400; n++)
+            if (!CHECK_INT(once(e, &l, object, n, &calls), PD_ERR_MEMORY)) break;
+        l.wrong = 1;
+        if (e->refuses) CHECK(once(e, &l, object, 0, &calls) < 0);
+        l.wrong = 0;
+        free(object);
+    }
+    tidy(&l);
+}
+
+/* Every `pd_status pd_X_build(` of the headers. */
+TEST(no_build_is_left_out)
+{
+    char line[300], name[80], path[120], module[80];
+    int found = 0;
+    FILE *list = fopen("src/MODULES", "r");
+    if (!list) SKIP("src/MODULES is not below the current folder");
+    while (fgets(line, sizeof line, list)) {
+        if (line[0] == '#' || sscanf(line, "%*d %79s", module) != 1) continue;
+        snprintf(path, sizeof path, "src/%s.h", module);
+        FILE *header = fopen(path, "r");
+        while (header && fgets(line, sizeof line, header)) {
+            const char *at = strstr(line, "PD_API pd_status pd_");
+            if (!at || sscanf(at, "PD_API pd_status pd_%79[a-z_](", name) != 1) continue;
+            size_t length = strlen(name);
+            if (length < 7 || strcmp(name + length - 6, "_build") != 0) continue;
+            name[length - 6] = '\0';
+            int known = 0;
+            for (int k = 0; k < BUILDS; k++) known = known || strcmp(builds[k].name, name) == 0;
+            if (!CHECK(known)) NOTE("pd_%s_build of %s is not tried", name, path);
+            found++;
+        }
+        if (header) fclose(header);
+    }
+    fclose(list);
+    CHECK_INT(found, BUILDS - READS);
+}
+
+TEST_MAIN(ENTRY(a_failed_build_leaves_nothing) ENTRY(no_build_is_left_out))

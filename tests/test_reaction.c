@@ -1,0 +1,239 @@
+/* reaction: random laws of dissolution in closed boxes, against the balance of one stirred vessel, and beside a bath,
+ * against the linear profile between metal and bath; steps as long as the run chooses them.
+ * dims: 1 2 */
+#include "couple.h"
+#include "test.h"
+#include <math.h>
+
+#define CS 71500.0   /* [mol/m3] */
+#define CSAT 56.0    /* [mol/m3] */
+#define H 1e-5       /* [m] */
+#define SOLID 20     /* cells */
+#define FLUID 20
+#define LAWS (PD_DIM == 1 ? 140 : 21) /* of seven kinds */
+#define VALUES 8
+
+typedef struct random_law {
+    int kind;
+    double speed, power, value[VALUES];
+} random_law;
+
+static uint32_t random_state;
+
+static double random_number(double low, double high)
+{
+    random_state = random_state * 1664525u + 1013904223u;
+    return low + (high - low) * ((double)(random_state >> 8) / 16777216.0);
+}
+
+/* Powers, roots, exponentials, rising laws, tables of jumps or of lines with negative parts; 0 beyond Csat. */
+static double rate(void *user, const pd_rate_at *at)
+{
+    const random_law *l = (const random_law *)user;
+    double x = at->c / CSAT, place = x * VALUES;
+    int k = place < VALUES - 1 ? (int)place : VALUES - 1;
+    switch (l->kind) {
+    case 0: return l->speed * (1.0 - pow(x, l->power));
+    case 1: return x < 1.0 ? l->speed * pow(1.0 - x, 1.0 / l->power) : 0.0;
+    case 2: return l->speed * (exp(-l->power * x) - exp(-l->power));
+    case 3: return l->speed * (1.0 + l->power * x) * (1.0 - x);
+    case 4: return x < 1.0 ? l->speed * l->value[k] : 0.0;
+    case 5: {
+        double here = l->value[k], next = k < VALUES - 1 ? l->value[k + 1] : 0.0;
+        return x < 1.0 ? l->speed * (here + (next - here) * (place - k)) : -l->speed;
+    }
+    default: return x < l->value[0] ? l->speed : x < 1.0 ? 0.1 * l->speed : 0.0;
+    }
+}
+
+static double rate_at(random_law *l, double c)
+{
+    pd_rate_at at;
+    memset(&at, 0, sizeof at);
+    at.c = c;
+    return rate(l, &at);
+}
+
+static void draw(random_law *l, int number)
+{
+    memset(l, 0, sizeof *l);
+    random_state = 77u + 1000u * (uint32_t)number;
+    random_number(0.0, 1.0);
+    l->kind = number % 7;
+    l->power = random_number(1.0, 8.0);
+    l->value[0] = random_number(0.2, 1.0);
+    for (int k = 1; k < VALUES; k++) l->value[k] = random_number(-0.4, 1.5);
+}
+
+/* Smallest concentration at which the law is not positive. */
+static double end_of(random_law *l, double c)
+{
+    for (; c < CSAT; c += 1e-6 * CSAT)
+        if (!(rate_at(l, c) > 0.0)) return c;
+    return c;
+}
+
+typedef struct scene {
+    pd_ctx ctx;
+    pd_stencil stencil;
+    pd_grid grid;
+    pd_bonds bonds;
+    pd_transport transport;
+    pd_dissolve dissolve;
+    pd_couple couple;
+    double bath; /* [mol/m3] */
+} scene;
+
+static scene test_scene;
+
+static double bath_of(void *user, const double *x)
+{
+    /* nothing on the metal */
+    return x[0] > (SOLID + FLUID - 1 - 1e-6) * H ? ((const scene *)user)->bath : NAN;
+}
+
+/* Metal on the low side of the axis 0, fluid, and from 390 um a bath that holds its concentration, or none. */
+static int scene_build(scene *s, random_law *l, double m, double diffusivity, double bath, double rtol)
+{
+    pd_stencil_desc sd;
+    pd_grid_desc gd;
+    pd_transport_desc td;
+    pd_dissolve_desc dd;
+    pd_couple_desc cd;
+    pd_shape shapes[2];
+    memset(s, 0, sizeof *s);
+    memset(&sd, 0, sizeof sd);
+    memset(&gd, 0, sizeof gd);
+    memset(&td, 0, sizeof td);
+    memset(&dd, 0, sizeof dd);
+    memset(&cd, 0, sizeof cd);
+    memset(shapes, 0, sizeof shapes);
+    pd_ctx_init(&s->ctx);
+    s->ctx.threads = 1;
+    s->bath = bath;
+    sd.m = m;
+    for (int d = 0; d < PD_DIM; d++) {
+        sd.h[d] = H;
+        gd.hi[d] = (d ? 4 : SOLID + FLUID) * H;
+        shapes[0].b[d] = (d ? 4 : SOLID) * H;
+        shapes[1].b[d] = gd.hi[d];
+        if (d) gd.side[2 * d] = gd.side[2 * d + 1] = PD_SIDE_PERIODIC;
+    }
+    shapes[0].type = shapes[1].type = PD_SHAPE_BOX;
+    shapes[1].a[0] = (SOLID + FLUID - 1) * H;
+    gd.shapes = shapes;
+    gd.solid = 0;
+    gd.wall = bath >= 0.0 ? 1 : -1;
+    td.diffusivity = diffusivity;
+    td.initial = fmax(bath, 0.0);
+    td.held = bath >= 0.0 ? bath_of : NULL;
+    td.user = s;
+    dd.solid = CS;
+    dd.rate = rate;
+    dd.rate_user = l;
+    dd.uniform = 1;
+    cd.fraction = 0.1;
+    cd.rtol = rtol;
+    return CHECK_OK(&s->ctx, pd_stencil_build(&s->ctx, &sd, &s->stencil)) &&
+           CHECK_OK(&s->ctx, pd_grid_build(&s->ctx, &s->stencil, &gd, &s->grid)) &&
+           CHECK_OK(&s->ctx, pd_bonds_build(&s->ctx, &s->stencil, &s->grid, 0, &s->bonds)) &&
+           CHECK_OK(&s->ctx, pd_transport_build(&s->ctx, &s->grid, &s->bonds, NULL, &td, &s->transport)) &&
+           CHECK_OK(&s->ctx, pd_dissolve_build(&s->ctx, &s->grid, &s->bonds, &s->transport, &dd, &s->dissolve)) &&
+           CHECK_OK(&s->ctx, pd_couple_build(&s->ctx, &cd, &s->grid, &s->bonds, NULL, NULL, &s->transport,
+                                             &s->dissolve, &s->couple)) &&
+           CHECK_OK(&s->ctx, pd_couple_start(&s->ctx, &s->couple));
+}
+
+static void scene_free(scene *s)
+{
+    pd_dissolve_free(&s->ctx, &s->dissolve);
+    pd_transport_free(&s->ctx, &s->transport);
+    pd_bonds_free(&s->ctx, &s->bonds);
+    pd_grid_free(&s->ctx, &s->grid);
+    pd_stencil_free(&s->ctx, &s->stencil);
+    CHECK_INT(s->ctx.in_use, 0);
+}
+
+/* Steps up to `end`. Every one closes the ledger, deposits nothing and keeps the fluid below `high`. */
+static int run_to(scene *s, double end, double high)
+{
+    double loss = 0.0;
+    for (int steps = 0; s->couple.time < end; steps++) {
+        if (!CHECK(steps < 3000) || !CHECK_OK(&s->ctx, pd_couple_step(&s->ctx, &s->couple, end))) return 0;
+        CHECK_LE(s->couple.ledger.relative, 1e-12);
+        CHECK(pd_couple_volume_loss(&s->couple) >= loss - 1e-15);
+        loss = pd_couple_volume_loss(&s->couple);
+        for (int32_t i = 0; i < s->grid.total; i++)
+            if (s->grid.kind[i] == PD_FLUID) CHECK_LE(s->transport.c[i], high + 1e-9 * CSAT);
+    }
+    return 1;
+}
+
+/* Concentration of a stirred vessel at time t: small steps that never pass the end. */
+static double vessel(random_law *l, double end, double t)
+{
+    double c = 0.0, now = 0.0, area = CS / (FLUID * H);
+    for (double dt = 1e-6 * t; now < t && c < end; now += dt) {
+        dt = fmin(fmax(1e-6 * t, 2e-4 * now), t - now);
+        if (!(dt > 0.0)) break;
+        c = fmin(c + dt * area * fmax(rate_at(l, c), 0.0), end);
+    }
+    return c;
+}
+
+/* A vessel that stirs itself (fast diffusion), after a tenth, one and ten thousand times that what Csat takes. */
+TEST(closed_boxes)
+{
+    int most = 0;
+    for (int number = 0; number < LAWS; number++) {
+        random_law l;
+        draw(&l, number);
+        l.speed = 1e-9;
+        double unit = CSAT * FLUID * H / (CS * l.speed), end = end_of(&l, 0.0);
+        for (int k = 0; k < 3; k++) {
+            static const double times[] = {0.1, 1.0, 1e4};
+            scene *s = &test_scene;
+            double until = times[k] * unit, expected = vessel(&l, end, until);
+            if (!scene_build(s, &l, 1.0 + number % 3, 1e-6, -1.0, 1e-3)) return;
+            if (!run_to(s, until, end)) printf("law %d\n", number);
+            double c = s->couple.ledger.dissolved / ((double)s->grid.fluid_count * s->stencil.volume);
+            if (!CHECK_NEAR(c, expected, 0.02 * expected))
+                printf("law %d, kind %d, time %g\n", number, l.kind, times[k]);
+            if (k == 2 && l.kind != 1) CHECK_NEAR(c, end, 1e-4 * CSAT);
+            if (s->couple.steps > most) most = (int)s->couple.steps;
+            scene_free(s);
+        }
+    }
+    printf("note: closed_boxes: at most %d steps\n", most);
+}
+
+/* Between metal and bath the profile is linear: v Cs = D (c - bath)/L, and v is that of the law at c. */
+TEST(beside_a_bath)
+{
+    const double diffusivity = 1e-9;
+    for (int number = 0; number < LAWS; number++) {
+        random_law l;
+        draw(&l, number);
+        double length = (FLUID - 1) * H, strength = pow(10.0, random_number(-2.0, 2.0));
+        double bath = random_number(0.0, number % 3 ? 0.3 : 1.5) * CSAT;
+        l.speed = strength * CSAT * diffusivity / (CS * length);
+        scene *s = &test_scene;
+        if (!scene_build(s, &l, 1.0, diffusivity, bath, 1e-4)) return;
+        double until = 8.0 * length * length / diffusivity;
+        if (!run_to(s, until, fmax(bath, end_of(&l, bath)))) printf("law %d\n", number);
+        double depth = pd_couple_volume_loss(&s->couple) * SOLID * H, before = depth, from = s->couple.time;
+        if (!run_to(s, 1.01 * until, HUGE_VAL)) printf("law %d\n", number);
+        depth = pd_couple_volume_loss(&s->couple) * SOLID * H;
+        double speed = (depth - before) / (s->couple.time - from);
+        double resist = CS * (length + 0.5 * (depth + before)) / diffusivity;
+        double most = 2.0 * l.speed * (3.0 + l.power), expected = 0.0, step = 1e-5 * most;
+        if (rate_at(&l, bath) > 0.0)
+            while (rate_at(&l, bath + resist * expected) > expected) expected += step;
+        if (!CHECK_NEAR(speed, expected, 2e-3 * expected + 2.0 * step))
+            printf("law %d, kind %d, strength %g, bath %g\n", number, l.kind, strength, bath / CSAT);
+        if (!(rate_at(&l, bath) > 0.0)) CHECK_NEAR(depth, 0.0, 1e-18);
+        scene_free(s);
+    }
+}
+
+TEST_MAIN(ENTRY(closed_boxes) ENTRY(beside_a_bath))
