@@ -3592,8 +3592,8 @@ PD_API pd_status pd_transport_build(pd_ctx *ctx, const pd_grid *grid, const pd_b
 /* After pd_bonds_update: inlet ghosts and conductances follow. Fluid values stay (a dissolved node keeps its
  * content). */
 PD_API pd_status pd_transport_update(pd_ctx *ctx, pd_transport *transport);
-/* Values that are held and enter become those of time t [s]; nothing happens without a clock. */
-PD_API pd_status pd_transport_at(pd_ctx *ctx, pd_transport *transport, double t);
+/* Values that are held and enter become those of time [s]; nothing happens without a clock. */
+PD_API pd_status pd_transport_at(pd_ctx *ctx, pd_transport *t, double time);
 /* One backward Euler step of dt [s] (any length: dt >> all time scales gives the steady state). PD_NOT_CONVERGED: the
  * linear solver stopped above its tolerance; what is missing is in carry. */
 PD_API pd_status pd_transport_implicit(pd_ctx *ctx, pd_transport *transport, double dt, pd_transport_result *result);
@@ -31871,7 +31871,7 @@ void pd_wall_velocity(void *user, const double *x, double *v)
 static double pdi_wall_value(const pd_expr *held, const double *x, double t)
 {
     double c = pdi_setup_eval(held, x, t);
-    return c >= 0.0 || c < 0.0 ? c : -HUGE_VAL;
+    return isnan(c) ? -HUGE_VAL : c;
 }
 
 /* What the nearest shape holds: x lies within a cell of its surface. */
@@ -32725,7 +32725,10 @@ PDI_FN double pdi_sample_point(const pd_model *m, pd_field field, int component,
     if (field == PD_FIELD_V) job.f = m->flow.u + (int64_t)component * m->grid.total;
     if (field == PD_FIELD_P) job.f = m->flow.p;
     if (field == PD_FIELD_C) job.f = pdi_model_c(m);
-    if (!job.f) return pdi_sample_node(m, field, node[pdi_sample_cells(&m->grid, x, node) - 1]);
+    if (!job.f) {
+        int cells = pdi_sample_cells(&m->grid, x, node);
+        return pdi_sample_node(m, field, node[cells - 1]);
+    }
     int fluid = pdi_sample_bases(m, x, node);
     for (int k = 0; k < fluid; k++)
         sum += m->bonds.grid ? pdi_sample_fit(&job, node[k], x) : pdi_sample_between(&m->grid, job.f, x);

@@ -277,7 +277,10 @@ PDI_FN double pdi_sample_point(const pd_model *m, pd_field field, int component,
     if (field == PD_FIELD_V) job.f = m->flow.u + (int64_t)component * m->grid.total;
     if (field == PD_FIELD_P) job.f = m->flow.p;
     if (field == PD_FIELD_C) job.f = pdi_model_c(m);
-    if (!job.f) return pdi_sample_node(m, field, node[pdi_sample_cells(&m->grid, x, node) - 1]);
+    if (!job.f) {
+        int cells = pdi_sample_cells(&m->grid, x, node);
+        return pdi_sample_node(m, field, node[cells - 1]);
+    }
     int fluid = pdi_sample_bases(m, x, node);
     for (int k = 0; k < fluid; k++)
         sum += m->bonds.grid ? pdi_sample_fit(&job, node[k], x) : pdi_sample_between(&m->grid, job.f, x);

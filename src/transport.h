@@ -99,8 +99,8 @@ PD_API pd_status pd_transport_build(pd_ctx *ctx, const pd_grid *grid, const pd_b
 /* After pd_bonds_update: inlet ghosts and conductances follow. Fluid values stay (a dissolved node keeps its
  * content). */
 PD_API pd_status pd_transport_update(pd_ctx *ctx, pd_transport *transport);
-/* Values that are held and enter become those of time t [s]; nothing happens without a clock. */
-PD_API pd_status pd_transport_at(pd_ctx *ctx, pd_transport *transport, double t);
+/* Values that are held and enter become those of time [s]; nothing happens without a clock. */
+PD_API pd_status pd_transport_at(pd_ctx *ctx, pd_transport *t, double time);
 /* One backward Euler step of dt [s] (any length: dt >> all time scales gives the steady state). PD_NOT_CONVERGED: the
  * linear solver stopped above its tolerance; what is missing is in carry. */
 PD_API pd_status pd_transport_implicit(pd_ctx *ctx, pd_transport *transport, double dt, pd_transport_result *result);

@@ -47,7 +47,7 @@ void pd_wall_velocity(void *user, const double *x, double *v)
 static double pdi_wall_value(const pd_expr *held, const double *x, double t)
 {
     double c = pdi_setup_eval(held, x, t);
-    return c >= 0.0 || c < 0.0 ? c : -HUGE_VAL;
+    return isnan(c) ? -HUGE_VAL : c;
 }
 
 /* What the nearest shape holds: x lies within a cell of its surface. */
