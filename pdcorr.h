@@ -8,7 +8,8 @@
  *       #define PD_DIM 2                 (1, 2 or 3)
  *       #define PDCORR_IMPLEMENTATION
  *       #include "pdcorr.h"
- *   and leave PDCORR_IMPLEMENTATION out everywhere else. Any C99 or C++11 compiler will do:
+ *   and leave PDCORR_IMPLEMENTATION out everywhere else. With PDCORR_STATIC in its place all is private to
+ *   the file, and what it does not call costs neither time nor room. Any C99 or C++11 compiler will do:
  *       cc -std=c99 -O3 -march=native -ffp-contract=off -fopenmp prog.c -lm
  *   OpenMP is optional and does not change a bit of the results. Linked names carry the dimension, so that
  *   several dimensions live in one program. Start with pd_ctx_init; every call that can fail returns a
@@ -130,6 +131,7 @@
  *
  *   PD_DIM                 1, 2 or 3: the space dimension (required)
  *   PDCORR_IMPLEMENTATION  define in exactly one C file per PD_DIM
+ *   PDCORR_STATIC          the same, private to this file: what it does not call is neither compiled nor linked
  *   _OPENMP                set by the compiler (-fopenmp); without it the same bits come out
  */
 /* The guards would skip a second dimension without a word. */
@@ -170,16 +172,28 @@
 #define PDI_PASTE1(name, dim) PDI_PASTE2(name, dim)
 #define PD_NAME(name) PDI_PASTE1(name, PD_DIM)
 
-#ifdef __cplusplus
+/* PDI_PRIVATE: of this file, without a warning where nothing calls it. */
+#if defined(__GNUC__) || defined(__clang__)
+#define PDI_PRIVATE static __attribute__((unused))
+#else
+#define PDI_PRIVATE static
+#endif
+
+#ifdef PDCORR_STATIC
+#define PD_API PDI_PRIVATE
+#elif defined(__cplusplus)
 #define PD_API extern "C"
-#define PD_RESTRICT __restrict
 #else
 #define PD_API extern
+#endif
+#ifdef __cplusplus
+#define PD_RESTRICT __restrict
+#else
 #define PD_RESTRICT restrict
 #endif
 
 /* PDI_SPLIT: the development build compiles each src file by itself. */
-#if defined(PDCORR_IMPLEMENTATION) || defined(PDI_SPLIT)
+#if defined(PDCORR_IMPLEMENTATION) || defined(PDCORR_STATIC) || defined(PDI_SPLIT)
 #define PDI_INTERNAL 1
 #endif
 #ifdef PDI_SPLIT
@@ -188,6 +202,8 @@
 #else
 #define PDI_FN extern
 #endif
+#elif defined(PDCORR_STATIC)
+#define PDI_FN PDI_PRIVATE
 #else
 #define PDI_FN static
 #endif
@@ -5742,7 +5758,7 @@ PD_API void pd_sweep_free(pd_ctx *ctx, pd_sweep *sweep);
 #endif
 
 /* ======== >>implementation ======== */
-#if defined(PDCORR_IMPLEMENTATION) && !defined(PDI_IMPLEMENTED)
+#if (defined(PDCORR_IMPLEMENTATION) || defined(PDCORR_STATIC)) && !defined(PDI_IMPLEMENTED)
 #define PDI_IMPLEMENTED
 #ifndef PDI_INTERNAL
 #error "pdcorr: define PDCORR_IMPLEMENTATION before the first inclusion in this file"

@@ -2,6 +2,7 @@
  *
  *   PD_DIM                 1, 2 or 3: the space dimension (required)
  *   PDCORR_IMPLEMENTATION  define in exactly one C file per PD_DIM
+ *   PDCORR_STATIC          the same, private to this file: what it does not call is neither compiled nor linked
  *   _OPENMP                set by the compiler (-fopenmp); without it the same bits come out
  */
 /* The guards would skip a second dimension without a word. */
@@ -42,16 +43,28 @@
 #define PDI_PASTE1(name, dim) PDI_PASTE2(name, dim)
 #define PD_NAME(name) PDI_PASTE1(name, PD_DIM)
 
-#ifdef __cplusplus
+/* PDI_PRIVATE: of this file, without a warning where nothing calls it. */
+#if defined(__GNUC__) || defined(__clang__)
+#define PDI_PRIVATE static __attribute__((unused))
+#else
+#define PDI_PRIVATE static
+#endif
+
+#ifdef PDCORR_STATIC
+#define PD_API PDI_PRIVATE
+#elif defined(__cplusplus)
 #define PD_API extern "C"
-#define PD_RESTRICT __restrict
 #else
 #define PD_API extern
+#endif
+#ifdef __cplusplus
+#define PD_RESTRICT __restrict
+#else
 #define PD_RESTRICT restrict
 #endif
 
 /* PDI_SPLIT: the development build compiles each src file by itself. */
-#if defined(PDCORR_IMPLEMENTATION) || defined(PDI_SPLIT)
+#if defined(PDCORR_IMPLEMENTATION) || defined(PDCORR_STATIC) || defined(PDI_SPLIT)
 #define PDI_INTERNAL 1
 #endif
 #ifdef PDI_SPLIT
@@ -60,6 +73,8 @@
 #else
 #define PDI_FN extern
 #endif
+#elif defined(PDCORR_STATIC)
+#define PDI_FN PDI_PRIVATE
 #else
 #define PDI_FN static
 #endif

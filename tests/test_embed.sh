@@ -43,6 +43,23 @@ for case in "1 6" "2 36" "3 178"; do
     fi
 done
 
+# What a program with the whole header private to it does not call costs nothing.
+for dim in 1 2 3; do
+    fresh kernel.c
+    check "private, $dim D: compile" c99 -Werror -O3 -DPD_DIM="$dim" kernel.c -o prog -lm
+    check "private, $dim D: run" prints exact
+    if command -v size > /dev/null; then
+        size prog > "$dir/log"
+        check "private, $dim D: at most 100 kB" \
+            awk 'NR == 2 { exit !($1 + $2 + $3 <= 100000) }' "$dir/log"
+    fi
+done
+if command -v "$CXX" > /dev/null; then
+    check "private, C++11" \
+        sh -c "$CXX -std=c++11 -Wall -Wextra -Werror $OMP -DPD_DIM=2 -x c++ kernel.c -o prog -lm > $dir/log 2>&1"
+    check "private, C++11: run" prints exact
+fi
+
 fresh two_dims.h two_dims_a.c two_dims_b.c two_dims_main.c
 check "2D and 3D: compile" c99 two_dims_a.c two_dims_b.c two_dims_main.c -o prog -lm
 check "2D and 3D: run" prints "36 178"

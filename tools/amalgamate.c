@@ -238,7 +238,8 @@ static void append_banner(text *out)
         " *       #define PD_DIM 2                 (1, 2 or 3)",
         " *       #define PDCORR_IMPLEMENTATION",
         " *       #include \"pdcorr.h\"",
-        " *   and leave PDCORR_IMPLEMENTATION out everywhere else. Any C99 or C++11 compiler will do:",
+        " *   and leave PDCORR_IMPLEMENTATION out everywhere else. With PDCORR_STATIC in its place all is private to",
+        " *   the file, and what it does not call costs neither time nor room. Any C99 or C++11 compiler will do:",
         " *       cc -std=c99 -O3 -march=native -ffp-contract=off -fopenmp prog.c -lm",
         " *   OpenMP is optional and does not change a bit of the results. Linked names carry the dimension, so that",
         " *   several dimensions live in one program. Start with pd_ctx_init; every call that can fail returns a",
@@ -295,7 +296,7 @@ static void append_all(text *out, const char *licence)
     append_banner(out);
     for (int k = 0; k < module_count; k++) append_file(out, &modules[k], modules[k].header, ".h");
     append_line(out, "\n/* ======== >>implementation ======== */");
-    append_line(out, "#if defined(PDCORR_IMPLEMENTATION) && !defined(PDI_IMPLEMENTED)");
+    append_line(out, "#if (defined(PDCORR_IMPLEMENTATION) || defined(PDCORR_STATIC)) && !defined(PDI_IMPLEMENTED)");
     append_line(out, "#define PDI_IMPLEMENTED");
     append_line(out, "#ifndef PDI_INTERNAL");
     append_line(out, "#error \"pdcorr: define PDCORR_IMPLEMENTATION before the first inclusion in this file\"");
