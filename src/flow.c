@@ -10,12 +10,16 @@
 #include <math.h>
 #include <string.h>
 
+/* [cells] A place on an inlet counts as outside. */
+#define PDI_FLOW_BEYOND 1e-6
+
 /* Work of a sweep in scalar operations, to decide on threads. */
 static int64_t pdi_flow_work(const pd_flow *flow) { return flow->grid->fluid_count * flow->bonds->stencil->count * 4; }
 
 PDI_FN void pdi_flow_gradient(const pd_ctx *ctx, const pd_flow *flow, const double *p, double *grad)
 {
     pd_op_gradient(ctx, flow->bonds, p, grad);
+    if (flow->even) pdi_slopes_apply(ctx, &flow->slopes, p, grad);
     pd_ghosts_vector(&flow->bonds->ghosts, grad);
 }
 
@@ -150,6 +154,7 @@ PDI_FN pd_status pdi_flow_patch(pd_ctx *ctx, pd_flow *flow)
     for (int32_t r = 0; r < bonds->rows; r++) flow->even = flow->even || bonds->smooth[r];
     flow->even = flow->even && !flow->grid->circumference;
     if (!flow->even) return PD_OK;
+    PDI_TRY(pd_slopes_update(ctx, bonds, &flow->slopes));
     if (flow->rim < bonds->capacity) {
         PDI_DELETE(ctx, flow->rim, flow->patch);
         PDI_DELETE(ctx, flow->rim, flow->more);
@@ -168,9 +173,15 @@ PDI_FN pd_status pdi_flow_patch(pd_ctx *ctx, pd_flow *flow)
     return PD_OK;
 }
 
+PDI_FN void pdi_flow_ghosts(const pd_flow *flow, int held, double *v)
+{
+    pd_ghosts_vector(&flow->bonds->ghosts, v);
+    if (flow->mirrors && flow->held) pd_ghosts_held(&flow->bonds->ghosts, held ? flow->held : NULL, v);
+}
+
 void pd_flow_prepare(pd_ctx *ctx, pd_flow *flow)
 {
-    pd_ghosts_vector(&flow->bonds->ghosts, flow->u);
+    pdi_flow_ghosts(flow, 1, flow->u);
     pd_ghosts_pressure(&flow->bonds->ghosts, flow->p_out, flow->p);
     pdi_flow_gradient(ctx, flow, flow->p, flow->grad);
     pdi_flow_carrier(ctx, flow, flow->u, flow->carrier);
@@ -393,7 +404,8 @@ static double pdi_flow_pushed(const pd_flow *flow, int32_t i, int d, int up)
     const pd_grid *grid = flow->grid;
     int32_t ghost = up ? i + grid->stride[d] : i - grid->stride[d];
     if (grid->kind[ghost] != PD_INLET) return 0.0;
-    double u = flow->u[(int64_t)d * grid->total + ghost], half = 0.5 * grid->h[d];
+    const double *v = flow->u + (int64_t)d * grid->total;
+    double u = flow->mirrors ? 0.5 * (v[ghost] + v[i]) : v[ghost], half = 0.5 * grid->h[d];
     double around = pdi_grid_around(grid, i, d < PD_DIM - 1 ? 0.0 : up ? half : -half);
     return (up ? -u : u) * around * flow->bonds->stencil->volume / grid->h[d];
 }
@@ -484,29 +496,53 @@ double pd_flow_section_nodes(pd_ctx *ctx, const pd_flow *flow, int axis, int ind
     return sum;
 }
 
+/* Room for what inlets hold: solid in them may dissolve. */
+static pd_status pdi_flow_hold(pd_ctx *ctx, pd_flow *flow)
+{
+    const pd_ghosts *ghosts = &flow->bonds->ghosts;
+    int32_t inlets = ghosts->listed - ghosts->count;
+    if (!flow->inlet || inlets == flow->inlets) return PD_OK;
+    PDI_DELETE(ctx, (int64_t)PD_DIM * flow->inlets, flow->held);
+    flow->inlets = inlets;
+    return PDI_NEW(ctx, "flow", (int64_t)PD_DIM * inlets, flow->held);
+}
+
 /* Inlet values follow the kinds of the ghosts; behind periodic and mirror sides they are images too. *moved: at least
  * the largest change [m/s]. */
 static pd_status pdi_flow_inlets(pd_ctx *ctx, pd_flow *flow, double *moved)
 {
     const pd_grid *grid = flow->grid;
-    for (int32_t node = 0; node < grid->total && flow->inlet; node++) {
+    const pd_ghosts *ghosts = &flow->bonds->ghosts;
+    PDI_TRY(pdi_flow_hold(ctx, flow));
+    for (int32_t k = 0; k < flow->inlets; k++) {
         int i[PD_DIM];
         double x[PD_DIM], u[PD_DIM];
-        if (grid->kind[node] != PD_INLET) continue;
+        int32_t node = ghosts->node[ghosts->count + k];
         pdi_grid_index(grid, node, i);
         int flip = pdi_grid_fold(grid, i);
         pd_grid_position(grid, pd_grid_node(grid, i), x);
+        for (int d = 0; d < PD_DIM && flow->mirrors; d++) {
+            if (i[d] < 0) x[d] = grid->lo[d] - PDI_FLOW_BEYOND * grid->h[d];
+            if (i[d] >= grid->n[d]) x[d] = grid->hi[d] + PDI_FLOW_BEYOND * grid->h[d];
+        }
         flow->inlet(flow->inlet_user, x, u);
         for (int d = 0; d < PD_DIM; d++) {
             if (!(fabs(u[d]) < 1e100))
                 return pdi_fail(ctx, PD_ERR_ARGUMENT, "flow", "the inlet velocity at (%g, ...) m is %g m/s", x[0],
                                 u[d]);
-            double *value = &flow->u[(int64_t)d * grid->total + node], fresh = flip >> d & 1 ? -u[d] : u[d];
+            double *value = &flow->held[d * flow->inlets + k], fresh = flip >> d & 1 ? -u[d] : u[d];
             *moved = fmax(*moved, fabs(fresh - *value));
-            *value = fresh;
+            *value = flow->u[(int64_t)d * grid->total + node] = fresh;
         }
     }
     return PD_OK;
+}
+
+PDI_FN pd_status pdi_flow_mirror(pd_ctx *ctx, pd_flow *flow)
+{
+    double moved = 0.0;
+    flow->mirrors = flow->inlet != NULL;
+    return pdi_flow_inlets(ctx, flow, &moved);
 }
 
 /* The velocity of walls, and the largest component of it so far. */
@@ -743,10 +779,12 @@ void pd_flow_free(pd_ctx *ctx, pd_flow *flow)
     PDI_DELETE(ctx, total, flow->p);
     PDI_DELETE(ctx, (int64_t)PD_DIM * total, flow->grad);
     PDI_DELETE(ctx, (int64_t)PD_DIM * total, flow->carrier);
+    PDI_DELETE(ctx, (int64_t)PD_DIM * flow->inlets, flow->held);
     PDI_DELETE(ctx, (int64_t)PD_DIM * total, flow->drive);
     PDI_DELETE(ctx, (int64_t)PD_DIM * total, flow->body);
     PDI_DELETE(ctx, flow->rim, flow->patch);
     PDI_DELETE(ctx, flow->rim, flow->more);
     PDI_DELETE(ctx, 2 * (int64_t)flow->rim, flow->leak);
+    pd_slopes_free(ctx, &flow->slopes);
     memset(flow, 0, sizeof *flow);
 }

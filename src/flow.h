@@ -6,7 +6,7 @@
  */
 #ifndef PD_FLOW_H
 #define PD_FLOW_H
-#include "bond.h"
+#include "slope.h"
 #include "store.h"
 
 typedef struct pd_flow_desc {
@@ -44,6 +44,10 @@ typedef struct pd_flow {
     void *inlet_user;
     pd_velocity_fn wall;
     void *wall_user;
+    int mirrors;            /* 1: inlets hold their velocity on the side of the box and ghosts are odd about it, as a
+                             * steady solver asks for (eq. 4.6); 0: at the places of the ghosts */
+    int32_t inlets;         /* inlet ghosts with a place in */
+    double *held;           /* [PD_DIM][inlets] [m/s] what they hold, in the order of the ghosts */
     double *drive;          /* [PD_DIM][total] [1/m/s] of moving walls (pdi_bond_drive), with what their acceleration
                              * does to the curvature beside them (eq. 4.17b); NULL: walls at rest */
     double *u;              /* [PD_DIM][total] [m/s] */
@@ -56,6 +60,7 @@ typedef struct pd_flow {
                              * asked for it, which gives transport the potential that it needs then */
     int32_t rim;            /* length of the next three */
     int32_t *patch;         /* [rim] rows beside smooth surfaces: the first row of those that bonds join; -1: others */
+    pd_slopes slopes;       /* the gradient of these rows is of second order */
     double *more, *leak;    /* [rim] [1/s] work of (4.2c); [2 rim] sums of a patch and its rows */
     int64_t evaluations;    /* operator evaluations so far: residuals and linearised products */
 } pd_flow;
@@ -105,6 +110,10 @@ typedef struct pdi_flow_terms {
 /* carrier = K v at nodes whose family is cut, v elsewhere, ghosts filled (eq. 4.2b); v and its inlet ghosts are
  * given. */
 PDI_FN void pdi_flow_carrier(const pd_ctx *ctx, const pd_flow *flow, const double *v, double *carrier);
+/* From here on inlets hold their velocity on the side. */
+PDI_FN pd_status pdi_flow_mirror(pd_ctx *ctx, pd_flow *flow);
+/* Ghosts of a velocity, or of a step of one (held 0). */
+PDI_FN void pdi_flow_ghosts(const pd_flow *flow, int held, double *v);
 /* grad = G p at fluid nodes, images and outlet ghosts (eq. 3.5). */
 PDI_FN void pdi_flow_gradient(const pd_ctx *ctx, const pd_flow *flow, const double *p, double *grad);
 /* Momentum and continuity terms M(u, P) (eq. 4.1, 4.2); ghosts must be filled. */
