@@ -19,7 +19,7 @@ static int64_t pdi_flow_work(const pd_flow *flow) { return flow->grid->fluid_cou
 PDI_FN void pdi_flow_gradient(const pd_ctx *ctx, const pd_flow *flow, const double *p, double *grad)
 {
     pd_op_gradient(ctx, flow->bonds, p, grad);
-    if (flow->even) pdi_slopes_apply(ctx, &flow->slopes, p, grad);
+    if (flow->even) pdi_slopes_gradient(ctx, &flow->slopes, p, grad);
     pd_ghosts_vector(&flow->bonds->ghosts, grad);
 }
 
@@ -124,6 +124,27 @@ PDI_FN void pdi_flow_even(const pd_ctx *ctx, const pd_flow *flow, const double *
         if (flow->patch[r] < 0) continue;
         const double *leak = flow->leak + 2 * flow->patch[r];
         rc[bonds->node[r]] += sign * (flow->more[r] - leak[0] / leak[1]);
+    }
+}
+
+PDI_FN void pdi_flow_bend(const pd_ctx *ctx, const pd_flow *flow, const double *u, const double *grad, int held,
+                          double *ru)
+{
+    const pd_bonds *bonds = flow->bonds;
+    if (!flow->even) return;
+    int nt = pdi_par_threads(ctx, (int64_t)flow->slopes.count * bonds->stencil->count * PD_DIM);
+    (void)nt;
+    PDI_PARALLEL_FOR(nt)
+    for (int32_t q = 0; q < flow->slopes.count; q++) {
+        int32_t r = flow->slopes.row[q], node = bonds->node[r];
+        double wall[PD_DIM];
+        if (!pdi_flow_bends(flow, r)) continue;
+        pdi_slopes_bend(&flow->slopes, r, u, wall);
+        for (int d = 0; d < PD_DIM; d++) {
+            int64_t at = (int64_t)d * flow->grid->total + node;
+            double force = held ? pdi_flow_force(flow, d, node) : 0.0;
+            ru[at] += bonds->wall_curv[r] * (grad[at] - force) - flow->nu * (wall[d] + bonds->wall_lap[r] * u[at]);
+        }
     }
 }
 
@@ -369,6 +390,7 @@ void pd_flow_residual(pd_ctx *ctx, pd_flow *flow, double *ru, double *rc)
     t.drive = flow->drive;
     pdi_flow_terms_apply(ctx, flow, &t, ru, rc);
     pdi_flow_push(ctx, flow, ru);
+    pdi_flow_bend(ctx, flow, flow->u, flow->grad, 1, ru);
     pdi_flow_even(ctx, flow, flow->u, flow->carrier, 1, 1.0, rc);
     flow->evaluations++;
 }

@@ -8,6 +8,7 @@
 #define PD_FLOW_H
 #include "slope.h"
 #include "store.h"
+#include <math.h>
 
 typedef struct pd_flow_desc {
     double rho;             /* [kg/m3] */
@@ -60,7 +61,7 @@ typedef struct pd_flow {
                              * asked for it, which gives transport the potential that it needs then */
     int32_t rim;            /* length of the next three */
     int32_t *patch;         /* [rim] rows beside smooth surfaces: the first row of those that bonds join; -1: others */
-    pd_slopes slopes;       /* the gradient of these rows is of second order */
+    pd_slopes slopes;       /* fits of pressure and velocity beside smooth surfaces (eq. 3.4b, 3.5b) */
     double *more, *leak;    /* [rim] [1/s] work of (4.2c); [2 rim] sums of a patch and its rows */
     int64_t evaluations;    /* operator evaluations so far: residuals and linearised products */
 } pd_flow;
@@ -128,6 +129,18 @@ static inline double pdi_flow_force(const pd_flow *flow, int d, int32_t node)
 }
 /* Find the patches of rows that (4.2c) is for, as the geometry is. */
 PDI_FN pd_status pdi_flow_patch(pd_ctx *ctx, pd_flow *flow);
+/* 1: row r has (3.4b) in the place of (3.3) and (3.4). A surface that moves there keeps these. */
+static inline int pdi_flow_bends(const pd_flow *flow, int32_t r)
+{
+    if (!flow->even || !pdi_slopes_bent(&flow->slopes, r)) return 0;
+    for (int d = 0; d < PD_DIM && flow->drive; d++)
+        if (fabs(flow->drive[(int64_t)d * flow->grid->total + flow->bonds->node[r]]) > 0.0) return 0;
+    return 1;
+}
+/* ru += what (3.4b) has more than (3.3) and (3.4) of the velocity u and of the pressure gradient. held: the body force
+ * counts. */
+PDI_FN void pdi_flow_bend(const pd_ctx *ctx, const pd_flow *flow, const double *u, const double *grad, int held,
+                          double *ru);
 /* rc += sign times what (4.2c) has more than the bond fluxes of `carrier`, made from u by pdi_flow_carrier. */
 PDI_FN void pdi_flow_even(const pd_ctx *ctx, const pd_flow *flow, const double *u, const double *carrier, int held,
                           double sign, double *rc);

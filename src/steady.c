@@ -104,6 +104,7 @@ static void pdi_steady_jacobian(pd_ctx *ctx, pd_steady *s, double *y)
     step.p = du + split;
     step.grad = flow->grad;
     pdi_product_apply(ctx, &s->product, &step, y, y + split);
+    pdi_flow_bend(ctx, flow, du, flow->grad, 0, y);
     pdi_flow_even(ctx, flow, du, s->carrier, 0, 1.0, y + split);
     if (s->shift > 0.0) pdi_par_axpy(ctx, split, s->shift, du, y);
     pd_ghosts_clear(&flow->bonds->ghosts, PD_DIM, y);
