@@ -456,53 +456,6 @@ PDI_FN double pdi_flow_entering(pd_ctx *ctx, pd_flow *flow, double *pushed, doub
     return taken;
 }
 
-/* 1: an open bond of fluid node i ends on a node of the kind `port`. */
-static int pdi_flow_beside(const pd_flow *flow, int32_t i, uint8_t port)
-{
-    const pd_bonds *bonds = flow->bonds;
-    int32_t row = bonds->row[i];
-    for (int k = 0; k < bonds->stencil->count; k++)
-        if (flow->grid->kind[i + bonds->shift[k]] == port && (row < 0 || pdi_bond_open(bonds, row, k))) return 1;
-    return 0;
-}
-
-/* Mark the fluid that the open bonds of i reach; how many nodes are new. */
-static int64_t pdi_flow_spread(const pd_flow *flow, int32_t i, uint8_t *mark)
-{
-    const pd_bonds *bonds = flow->bonds;
-    int64_t found = 0;
-    for (int k = 0; k < bonds->stencil->count; k++) {
-        int32_t j = i + bonds->shift[k];
-        if (bonds->row[i] >= 0 && !pdi_bond_open(bonds, bonds->row[i], k)) continue;
-        if (flow->grid->kind[j] == PD_IMAGE) j = pdi_grid_image(flow->grid, j, NULL);
-        if (flow->grid->kind[j] != PD_FLUID || mark[j]) continue;
-        mark[j] = 1;
-        found++;
-    }
-    return found;
-}
-
-PDI_FN pd_status pdi_flow_blocked(pd_ctx *ctx, const pd_flow *flow, int32_t *node)
-{
-    int32_t total = flow->grid->total;
-    const uint8_t *kind = flow->grid->kind;
-    uint8_t *mark = NULL;
-    *node = -1;
-    PDI_TRY(PDI_NEW(ctx, "flow", total, mark));
-    for (int32_t i = 0; i < total; i++) mark[i] = kind[i] == PD_FLUID && pdi_flow_beside(flow, i, PD_OUTLET);
-    for (int64_t found = 1, back = 0; found > 0; back = !back) {
-        found = 0;
-        for (int32_t n = 0; n < total; n++) {
-            int32_t i = back ? total - 1 - n : n;
-            if (mark[i]) found += pdi_flow_spread(flow, i, mark);
-        }
-    }
-    for (int32_t i = 0; i < total && *node < 0; i++)
-        if (kind[i] == PD_FLUID && !mark[i] && pdi_flow_beside(flow, i, PD_INLET)) *node = i;
-    PDI_DELETE(ctx, total, mark);
-    return PD_OK;
-}
-
 double pd_flow_section_nodes(pd_ctx *ctx, const pd_flow *flow, int axis, int index)
 {
     const pd_grid *grid = flow->grid;

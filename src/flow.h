@@ -158,8 +158,6 @@ PDI_FN double pdi_flow_bond_flux(const pd_flow *flow, int32_t i, int k);
 /* Volume per time [m3/s, per m in planar 2D] that bonds to inlets bring. *pushed: what the velocities of the inlets
  * make on the faces of the cells beside them, in sum; *gross: the sum of their sizes. */
 PDI_FN double pdi_flow_entering(pd_ctx *ctx, pd_flow *flow, double *pushed, double *gross);
-/* A fluid node beside an inlet from which no open bonds lead to an outlet; -1: there is none. */
-PDI_FN pd_status pdi_flow_blocked(pd_ctx *ctx, const pd_flow *flow, int32_t *node);
 #endif
 
 #endif

@@ -104,9 +104,8 @@ static void pdi_force_press(const pdi_force_query *q, int32_t r, double *press)
     }
 }
 
-/* Friction of row r over rho: V (nu (W u - drive) - Q (G P - f)), or - V nu times (3.4b), as its momentum residual holds
- * it (eq. 4.27). Of one
- * shape: the parts of its bonds, or its share of them. */
+/* Friction of row r over rho: V (nu (W u - drive) - Q (G P - f)), or - V nu times (3.4b), as its momentum residual
+ * holds it (eq. 4.27). Of one shape: the parts of its bonds, or its share of them. */
 static void pdi_force_rub(const pdi_force_query *q, int32_t r, double *rub)
 {
     const pd_flow *flow = q->flow;

@@ -1,6 +1,7 @@
 /* slope: see slope.h */
 #include "slope.h"
 #include "par.h"
+#include "quadratic.h"
 #include <math.h>
 #include <string.h>
 
@@ -218,6 +219,28 @@ PDI_FN void pdi_slopes_bend(const pd_slopes *slopes, int32_t r, const double *u,
         for (int d = 0; d < PD_DIM; d++)
             wall[d] += weight * (u[d * total + node + bonds->shift[k]] - u[d * total + node]);
     }
+}
+
+PDI_FN double pdi_slopes_value(const pd_bonds *bonds, const double *f, int32_t node, const double *x)
+{
+    const pd_stencil *s = bonds->stencil;
+    int32_t row = bonds->row[node];
+    pdi_quadratic fit;
+    double at[PD_DIM], place[PD_DIM];
+    pdi_quadratic_start(&fit, x, bonds->grid->h);
+    pd_grid_position(bonds->grid, node, at);
+    pdi_quadratic_value(&fit, at, f[node]);
+    for (int k = 0; k < s->count; k++) {
+        const int *n = s->offset + k * PD_DIM;
+        int32_t far = node + bonds->shift[k];
+        int square = 0;
+        for (int d = 0; d < PD_DIM; d++) square += n[d] * n[d];
+        if (square > PDI_QUADRATIC_SQUARE || bonds->grid->kind[far] == PD_INLET) continue;
+        if (row >= 0 && !pdi_bond_open(bonds, row, k)) continue;
+        for (int d = 0; d < PD_DIM; d++) place[d] = at[d] + s->xi[k * PD_DIM + d];
+        pdi_quadratic_value(&fit, place, f[far]);
+    }
+    return pdi_quadratic_solve(&fit);
 }
 
 void pd_slopes_free(pd_ctx *ctx, pd_slopes *slopes)

@@ -30,6 +30,9 @@ PD_API pd_status pd_slopes_update(pd_ctx *ctx, const pd_bonds *bonds, pd_slopes 
 PD_API void pd_slopes_free(pd_ctx *ctx, pd_slopes *slopes);
 
 #ifdef PDI_INTERNAL
+/* Value of f [total] at the place x [m] beside fluid node `node`: that of the quadratic (3.11) through the node and the
+ * far ends of its open bonds. Ghosts must be filled; inlets carry no scalar. */
+PDI_FN double pdi_slopes_value(const pd_bonds *bonds, const double *f, int32_t node, const double *x);
 #define PDI_SLOPE_SCALAR 1
 #define PDI_SLOPE_VELOCITY 2
 /* grad [PD_DIM][total] of f [total] at the rows that have a fit of a scalar; ghosts must be filled. */
