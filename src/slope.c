@@ -148,6 +148,7 @@ static pd_status pdi_slope_reserve(pd_ctx *ctx, int32_t count, pd_slopes *slopes
     PDI_TRY(PDI_NEW(ctx, "slope", (int64_t)slopes->capacity * PD_DIM * PDI_SLOPE_TERMS, slopes->grad));
     PDI_TRY(PDI_NEW(ctx, "slope", (int64_t)slopes->capacity * PDI_SLOPE_TERMS, slopes->bend));
     PDI_TRY(PDI_NEW(ctx, "slope", slopes->capacity, slopes->drag));
+    PDI_TRY(PDI_NEW(ctx, "slope", bonds->stencil->count * PDI_SLOPE_TERMS, slopes->term));
     return PDI_NEW(ctx, "slope", slopes->rows, slopes->place);
 }
 
@@ -158,6 +159,11 @@ pd_status pd_slopes_update(pd_ctx *ctx, const pd_bonds *bonds, pd_slopes *slopes
     slopes->bonds = bonds;
     PDI_TRY(pdi_slope_reserve(ctx, count, slopes));
     slopes->count = 0;
+    for (int k = 0; k < bonds->stencil->count && count; k++) {
+        double *term = slopes->term + k * PDI_SLOPE_TERMS;
+        pdi_slope_terms(bonds->stencil, k, 1.0, term);
+        for (int a = 0; a < PDI_SLOPE_TERMS; a++) term[a] *= bonds->stencil->base[k];
+    }
     for (int32_t r = 0; r < slopes->rows; r++) {
         int32_t q = slopes->count;
         slopes->place[r] = -1;
@@ -184,13 +190,13 @@ PDI_FN void pdi_slopes_gradient(const pd_ctx *ctx, const pd_slopes *slopes, cons
     PDI_PARALLEL_FOR(nt)
     for (int32_t q = 0; q < slopes->count; q++) {
         int32_t r = slopes->row[q], node = bonds->node[r];
-        double sum[PDI_SLOPE_TERMS], term[PDI_SLOPE_TERMS];
+        double sum[PDI_SLOPE_TERMS];
         if (!(slopes->fits[q] & PDI_SLOPE_SCALAR)) continue;
         memset(sum, 0, sizeof sum);
         for (int k = 0; k < s->count; k++) {
             if (!pdi_slope_carries(bonds, r, k)) continue;
-            double difference = s->base[k] * (f[node + bonds->shift[k]] - f[node]);
-            pdi_slope_terms(s, k, 1.0, term);
+            const double *term = slopes->term + k * PDI_SLOPE_TERMS;
+            double difference = f[node + bonds->shift[k]] - f[node];
             for (int a = 0; a < PDI_SLOPE_TERMS; a++) sum[a] += difference * term[a];
         }
         for (int d = 0; d < PD_DIM; d++) {
@@ -211,11 +217,10 @@ PDI_FN void pdi_slopes_bend(const pd_slopes *slopes, int32_t r, const double *u,
     const double *bend = slopes->bend + (int64_t)q * PDI_SLOPE_TERMS;
     for (int d = 0; d < PD_DIM; d++) wall[d] = -slopes->drag[q] * u[d * total + node];
     for (int k = 0; k < s->count; k++) {
-        double term[PDI_SLOPE_TERMS], weight = 0.0;
+        const double *term = slopes->term + k * PDI_SLOPE_TERMS;
+        double weight = 0.0;
         if (!pdi_bond_open(bonds, r, k)) continue;
-        pdi_slope_terms(s, k, 1.0, term);
         for (int a = 0; a < PDI_SLOPE_TERMS; a++) weight += bend[a] * term[a];
-        weight *= s->base[k];
         for (int d = 0; d < PD_DIM; d++)
             wall[d] += weight * (u[d * total + node + bonds->shift[k]] - u[d * total + node]);
     }
@@ -250,6 +255,7 @@ void pd_slopes_free(pd_ctx *ctx, pd_slopes *slopes)
     PDI_DELETE(ctx, (int64_t)slopes->capacity * PD_DIM * PDI_SLOPE_TERMS, slopes->grad);
     PDI_DELETE(ctx, (int64_t)slopes->capacity * PDI_SLOPE_TERMS, slopes->bend);
     PDI_DELETE(ctx, slopes->capacity, slopes->drag);
+    PDI_DELETE(ctx, slopes->bonds ? slopes->bonds->stencil->count * PDI_SLOPE_TERMS : 0, slopes->term);
     PDI_DELETE(ctx, slopes->rows, slopes->place);
     memset(slopes, 0, sizeof *slopes);
 }

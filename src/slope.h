@@ -18,6 +18,7 @@ typedef struct pd_slopes {
     double *grad;            /* [capacity][PD_DIM][terms] [1/m] gradient from the moments of the differences */
     double *bend;            /* [capacity][terms] [1/m2] the sum over cut bonds of (3.4b) from the same moments */
     double *drag;            /* [capacity] [1/m2] what it takes from the velocity of the node, for the surface */
+    double *term;            /* [bonds of the stencil][terms] [-] weighted terms of the far ends of all rows */
     int32_t rows;
     int32_t *place;          /* [rows] of a row of the bonds in these lists; -1: none */
 } pd_slopes;
