@@ -46,7 +46,7 @@ typedef struct pd_flow {
     pd_velocity_fn wall;
     void *wall_user;
     int mirrors;            /* 1: inlets hold their velocity on the side of the box and ghosts are odd about it, as a
-                             * steady solver asks for (eq. 4.6); 0: at the places of the ghosts */
+                             * steady solver asks for (eq. 4.5c); 0: at the places of the ghosts */
     int32_t inlets;         /* inlet ghosts with a place in */
     double *held;           /* [PD_DIM][inlets] [m/s] what they hold, in the order of the ghosts */
     double *drive;          /* [PD_DIM][total] [1/m/s] of moving walls (pdi_bond_drive), with what their acceleration
