@@ -161,7 +161,7 @@ static pd_status cylinder_run(val_job *job)
 }
 
 static const val_part cylinder_part = {
-    "", "cylinder from wall to wall", "D/h", VAL_BY_N, NULL, 2.0,
+    "", "cylinder from wall to wall", "D/h", VAL_BY_N, NULL, 0.0,
     {{"err_drag", "drag, surface"}, {"err_dp", "pressure"}, {"err_lift", "lift, surface"}}, 3,
     {{0, 1e-2, 0.0, 12, VAL_GOAL}, {1, 1e-2, 0.0, 12, VAL_GOAL}, {2, 9.4e-4, 0.0, 12, VAL_GOAL}}, 3,
     {{8, 1.0, 0.0}, {10, 1.0, 0.0}, {12, 1.0, 0.0}}, 3, 1, cylinder_run,
