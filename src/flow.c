@@ -10,12 +10,16 @@
 #include <math.h>
 #include <string.h>
 
+/* [cells] A place on an inlet counts as outside. */
+#define PDI_FLOW_BEYOND 1e-6
+
 /* Work of a sweep in scalar operations, to decide on threads. */
 static int64_t pdi_flow_work(const pd_flow *flow) { return flow->grid->fluid_count * flow->bonds->stencil->count * 4; }
 
 PDI_FN void pdi_flow_gradient(const pd_ctx *ctx, const pd_flow *flow, const double *p, double *grad)
 {
     pd_op_gradient(ctx, flow->bonds, p, grad);
+    if (flow->even) pdi_slopes_gradient(ctx, &flow->slopes, p, grad);
     pd_ghosts_vector(&flow->bonds->ghosts, grad);
 }
 
@@ -123,6 +127,27 @@ PDI_FN void pdi_flow_even(const pd_ctx *ctx, const pd_flow *flow, const double *
     }
 }
 
+PDI_FN void pdi_flow_bend(const pd_ctx *ctx, const pd_flow *flow, const double *u, const double *grad, int held,
+                          double *ru)
+{
+    const pd_bonds *bonds = flow->bonds;
+    if (!flow->even) return;
+    int nt = pdi_par_threads(ctx, (int64_t)flow->slopes.count * bonds->stencil->count * PD_DIM);
+    (void)nt;
+    PDI_PARALLEL_FOR(nt)
+    for (int32_t q = 0; q < flow->slopes.count; q++) {
+        int32_t r = flow->slopes.row[q], node = bonds->node[r];
+        double wall[PD_DIM];
+        if (!pdi_flow_bends(flow, r)) continue;
+        pdi_slopes_bend(&flow->slopes, r, u, wall);
+        for (int d = 0; d < PD_DIM; d++) {
+            int64_t at = (int64_t)d * flow->grid->total + node;
+            double force = held ? pdi_flow_force(flow, d, node) : 0.0;
+            ru[at] += bonds->wall_curv[r] * (grad[at] - force) - flow->nu * (wall[d] + bonds->wall_lap[r] * u[at]);
+        }
+    }
+}
+
 /* The patches that row r joins get the lower of their numbers; 1: one changed. */
 static int pdi_flow_join(pd_flow *flow, int32_t r)
 {
@@ -150,6 +175,7 @@ PDI_FN pd_status pdi_flow_patch(pd_ctx *ctx, pd_flow *flow)
     for (int32_t r = 0; r < bonds->rows; r++) flow->even = flow->even || bonds->smooth[r];
     flow->even = flow->even && !flow->grid->circumference;
     if (!flow->even) return PD_OK;
+    PDI_TRY(pd_slopes_update(ctx, bonds, &flow->slopes));
     if (flow->rim < bonds->capacity) {
         PDI_DELETE(ctx, flow->rim, flow->patch);
         PDI_DELETE(ctx, flow->rim, flow->more);
@@ -168,9 +194,15 @@ PDI_FN pd_status pdi_flow_patch(pd_ctx *ctx, pd_flow *flow)
     return PD_OK;
 }
 
+PDI_FN void pdi_flow_ghosts(const pd_flow *flow, int held, double *v)
+{
+    pd_ghosts_vector(&flow->bonds->ghosts, v);
+    if (flow->mirrors && flow->held) pd_ghosts_held(&flow->bonds->ghosts, held ? flow->held : NULL, v);
+}
+
 void pd_flow_prepare(pd_ctx *ctx, pd_flow *flow)
 {
-    pd_ghosts_vector(&flow->bonds->ghosts, flow->u);
+    pdi_flow_ghosts(flow, 1, flow->u);
     pd_ghosts_pressure(&flow->bonds->ghosts, flow->p_out, flow->p);
     pdi_flow_gradient(ctx, flow, flow->p, flow->grad);
     pdi_flow_carrier(ctx, flow, flow->u, flow->carrier);
@@ -358,6 +390,7 @@ void pd_flow_residual(pd_ctx *ctx, pd_flow *flow, double *ru, double *rc)
     t.drive = flow->drive;
     pdi_flow_terms_apply(ctx, flow, &t, ru, rc);
     pdi_flow_push(ctx, flow, ru);
+    pdi_flow_bend(ctx, flow, flow->u, flow->grad, 1, ru);
     pdi_flow_even(ctx, flow, flow->u, flow->carrier, 1, 1.0, rc);
     flow->evaluations++;
 }
@@ -393,7 +426,8 @@ static double pdi_flow_pushed(const pd_flow *flow, int32_t i, int d, int up)
     const pd_grid *grid = flow->grid;
     int32_t ghost = up ? i + grid->stride[d] : i - grid->stride[d];
     if (grid->kind[ghost] != PD_INLET) return 0.0;
-    double u = flow->u[(int64_t)d * grid->total + ghost], half = 0.5 * grid->h[d];
+    const double *v = flow->u + (int64_t)d * grid->total;
+    double u = flow->mirrors ? 0.5 * (v[ghost] + v[i]) : v[ghost], half = 0.5 * grid->h[d];
     double around = pdi_grid_around(grid, i, d < PD_DIM - 1 ? 0.0 : up ? half : -half);
     return (up ? -u : u) * around * flow->bonds->stencil->volume / grid->h[d];
 }
@@ -422,53 +456,6 @@ PDI_FN double pdi_flow_entering(pd_ctx *ctx, pd_flow *flow, double *pushed, doub
     return taken;
 }
 
-/* 1: an open bond of fluid node i ends on a node of the kind `port`. */
-static int pdi_flow_beside(const pd_flow *flow, int32_t i, uint8_t port)
-{
-    const pd_bonds *bonds = flow->bonds;
-    int32_t row = bonds->row[i];
-    for (int k = 0; k < bonds->stencil->count; k++)
-        if (flow->grid->kind[i + bonds->shift[k]] == port && (row < 0 || pdi_bond_open(bonds, row, k))) return 1;
-    return 0;
-}
-
-/* Mark the fluid that the open bonds of i reach; how many nodes are new. */
-static int64_t pdi_flow_spread(const pd_flow *flow, int32_t i, uint8_t *mark)
-{
-    const pd_bonds *bonds = flow->bonds;
-    int64_t found = 0;
-    for (int k = 0; k < bonds->stencil->count; k++) {
-        int32_t j = i + bonds->shift[k];
-        if (bonds->row[i] >= 0 && !pdi_bond_open(bonds, bonds->row[i], k)) continue;
-        if (flow->grid->kind[j] == PD_IMAGE) j = pdi_grid_image(flow->grid, j, NULL);
-        if (flow->grid->kind[j] != PD_FLUID || mark[j]) continue;
-        mark[j] = 1;
-        found++;
-    }
-    return found;
-}
-
-PDI_FN pd_status pdi_flow_blocked(pd_ctx *ctx, const pd_flow *flow, int32_t *node)
-{
-    int32_t total = flow->grid->total;
-    const uint8_t *kind = flow->grid->kind;
-    uint8_t *mark = NULL;
-    *node = -1;
-    PDI_TRY(PDI_NEW(ctx, "flow", total, mark));
-    for (int32_t i = 0; i < total; i++) mark[i] = kind[i] == PD_FLUID && pdi_flow_beside(flow, i, PD_OUTLET);
-    for (int64_t found = 1, back = 0; found > 0; back = !back) {
-        found = 0;
-        for (int32_t n = 0; n < total; n++) {
-            int32_t i = back ? total - 1 - n : n;
-            if (mark[i]) found += pdi_flow_spread(flow, i, mark);
-        }
-    }
-    for (int32_t i = 0; i < total && *node < 0; i++)
-        if (kind[i] == PD_FLUID && !mark[i] && pdi_flow_beside(flow, i, PD_INLET)) *node = i;
-    PDI_DELETE(ctx, total, mark);
-    return PD_OK;
-}
-
 double pd_flow_section_nodes(pd_ctx *ctx, const pd_flow *flow, int axis, int index)
 {
     const pd_grid *grid = flow->grid;
@@ -484,29 +471,53 @@ double pd_flow_section_nodes(pd_ctx *ctx, const pd_flow *flow, int axis, int ind
     return sum;
 }
 
+/* Room for what inlets hold: solid in them may dissolve. */
+static pd_status pdi_flow_hold(pd_ctx *ctx, pd_flow *flow)
+{
+    const pd_ghosts *ghosts = &flow->bonds->ghosts;
+    int32_t inlets = ghosts->listed - ghosts->count;
+    if (!flow->inlet || inlets == flow->inlets) return PD_OK;
+    PDI_DELETE(ctx, (int64_t)PD_DIM * flow->inlets, flow->held);
+    flow->inlets = inlets;
+    return PDI_NEW(ctx, "flow", (int64_t)PD_DIM * inlets, flow->held);
+}
+
 /* Inlet values follow the kinds of the ghosts; behind periodic and mirror sides they are images too. *moved: at least
  * the largest change [m/s]. */
 static pd_status pdi_flow_inlets(pd_ctx *ctx, pd_flow *flow, double *moved)
 {
     const pd_grid *grid = flow->grid;
-    for (int32_t node = 0; node < grid->total && flow->inlet; node++) {
+    const pd_ghosts *ghosts = &flow->bonds->ghosts;
+    PDI_TRY(pdi_flow_hold(ctx, flow));
+    for (int32_t k = 0; k < flow->inlets; k++) {
         int i[PD_DIM];
         double x[PD_DIM], u[PD_DIM];
-        if (grid->kind[node] != PD_INLET) continue;
+        int32_t node = ghosts->node[ghosts->count + k];
         pdi_grid_index(grid, node, i);
         int flip = pdi_grid_fold(grid, i);
         pd_grid_position(grid, pd_grid_node(grid, i), x);
+        for (int d = 0; d < PD_DIM && flow->mirrors; d++) {
+            if (i[d] < 0) x[d] = grid->lo[d] - PDI_FLOW_BEYOND * grid->h[d];
+            if (i[d] >= grid->n[d]) x[d] = grid->hi[d] + PDI_FLOW_BEYOND * grid->h[d];
+        }
         flow->inlet(flow->inlet_user, x, u);
         for (int d = 0; d < PD_DIM; d++) {
             if (!(fabs(u[d]) < 1e100))
                 return pdi_fail(ctx, PD_ERR_ARGUMENT, "flow", "the inlet velocity at (%g, ...) m is %g m/s", x[0],
                                 u[d]);
-            double *value = &flow->u[(int64_t)d * grid->total + node], fresh = flip >> d & 1 ? -u[d] : u[d];
+            double *value = &flow->held[d * flow->inlets + k], fresh = flip >> d & 1 ? -u[d] : u[d];
             *moved = fmax(*moved, fabs(fresh - *value));
-            *value = fresh;
+            *value = flow->u[(int64_t)d * grid->total + node] = fresh;
         }
     }
     return PD_OK;
+}
+
+PDI_FN pd_status pdi_flow_mirror(pd_ctx *ctx, pd_flow *flow)
+{
+    double moved = 0.0;
+    flow->mirrors = flow->inlet != NULL;
+    return pdi_flow_inlets(ctx, flow, &moved);
 }
 
 /* The velocity of walls, and the largest component of it so far. */
@@ -743,10 +754,12 @@ void pd_flow_free(pd_ctx *ctx, pd_flow *flow)
     PDI_DELETE(ctx, total, flow->p);
     PDI_DELETE(ctx, (int64_t)PD_DIM * total, flow->grad);
     PDI_DELETE(ctx, (int64_t)PD_DIM * total, flow->carrier);
+    PDI_DELETE(ctx, (int64_t)PD_DIM * flow->inlets, flow->held);
     PDI_DELETE(ctx, (int64_t)PD_DIM * total, flow->drive);
     PDI_DELETE(ctx, (int64_t)PD_DIM * total, flow->body);
     PDI_DELETE(ctx, flow->rim, flow->patch);
     PDI_DELETE(ctx, flow->rim, flow->more);
     PDI_DELETE(ctx, 2 * (int64_t)flow->rim, flow->leak);
+    pd_slopes_free(ctx, &flow->slopes);
     memset(flow, 0, sizeof *flow);
 }

@@ -6,8 +6,9 @@
  */
 #ifndef PD_FLOW_H
 #define PD_FLOW_H
-#include "bond.h"
+#include "slope.h"
 #include "store.h"
+#include <math.h>
 
 typedef struct pd_flow_desc {
     double rho;             /* [kg/m3] */
@@ -44,6 +45,10 @@ typedef struct pd_flow {
     void *inlet_user;
     pd_velocity_fn wall;
     void *wall_user;
+    int mirrors;            /* 1: inlets hold their velocity on the side of the box and ghosts are odd about it, as a
+                             * steady solver asks for (eq. 4.5c); 0: at the places of the ghosts */
+    int32_t inlets;         /* inlet ghosts with a place in */
+    double *held;           /* [PD_DIM][inlets] [m/s] what they hold, in the order of the ghosts */
     double *drive;          /* [PD_DIM][total] [1/m/s] of moving walls (pdi_bond_drive), with what their acceleration
                              * does to the curvature beside them (eq. 4.17b); NULL: walls at rest */
     double *u;              /* [PD_DIM][total] [m/s] */
@@ -56,6 +61,7 @@ typedef struct pd_flow {
                              * asked for it, which gives transport the potential that it needs then */
     int32_t rim;            /* length of the next three */
     int32_t *patch;         /* [rim] rows beside smooth surfaces: the first row of those that bonds join; -1: others */
+    pd_slopes slopes;       /* fits of pressure and velocity beside smooth surfaces (eq. 3.4b, 3.5b) */
     double *more, *leak;    /* [rim] [1/s] work of (4.2c); [2 rim] sums of a patch and its rows */
     int64_t evaluations;    /* operator evaluations so far: residuals and linearised products */
 } pd_flow;
@@ -105,6 +111,10 @@ typedef struct pdi_flow_terms {
 /* carrier = K v at nodes whose family is cut, v elsewhere, ghosts filled (eq. 4.2b); v and its inlet ghosts are
  * given. */
 PDI_FN void pdi_flow_carrier(const pd_ctx *ctx, const pd_flow *flow, const double *v, double *carrier);
+/* From here on inlets hold their velocity on the side. */
+PDI_FN pd_status pdi_flow_mirror(pd_ctx *ctx, pd_flow *flow);
+/* Ghosts of a velocity, or of a step of one (held 0). */
+PDI_FN void pdi_flow_ghosts(const pd_flow *flow, int held, double *v);
 /* grad = G p at fluid nodes, images and outlet ghosts (eq. 3.5). */
 PDI_FN void pdi_flow_gradient(const pd_ctx *ctx, const pd_flow *flow, const double *p, double *grad);
 /* Momentum and continuity terms M(u, P) (eq. 4.1, 4.2); ghosts must be filled. */
@@ -119,6 +129,18 @@ static inline double pdi_flow_force(const pd_flow *flow, int d, int32_t node)
 }
 /* Find the patches of rows that (4.2c) is for, as the geometry is. */
 PDI_FN pd_status pdi_flow_patch(pd_ctx *ctx, pd_flow *flow);
+/* 1: row r has (3.4b) in the place of (3.3) and (3.4). A surface that moves there keeps these. */
+static inline int pdi_flow_bends(const pd_flow *flow, int32_t r)
+{
+    if (!flow->even || !pdi_slopes_bent(&flow->slopes, r)) return 0;
+    for (int d = 0; d < PD_DIM && flow->drive; d++)
+        if (fabs(flow->drive[(int64_t)d * flow->grid->total + flow->bonds->node[r]]) > 0.0) return 0;
+    return 1;
+}
+/* ru += what (3.4b) has more than (3.3) and (3.4) of the velocity u and of the pressure gradient. held: the body force
+ * counts. */
+PDI_FN void pdi_flow_bend(const pd_ctx *ctx, const pd_flow *flow, const double *u, const double *grad, int held,
+                          double *ru);
 /* rc += sign times what (4.2c) has more than the bond fluxes of `carrier`, made from u by pdi_flow_carrier. */
 PDI_FN void pdi_flow_even(const pd_ctx *ctx, const pd_flow *flow, const double *u, const double *carrier, int held,
                           double sign, double *rc);
@@ -136,8 +158,6 @@ PDI_FN double pdi_flow_bond_flux(const pd_flow *flow, int32_t i, int k);
 /* Volume per time [m3/s, per m in planar 2D] that bonds to inlets bring. *pushed: what the velocities of the inlets
  * make on the faces of the cells beside them, in sum; *gross: the sum of their sizes. */
 PDI_FN double pdi_flow_entering(pd_ctx *ctx, pd_flow *flow, double *pushed, double *gross);
-/* A fluid node beside an inlet from which no open bonds lead to an outlet; -1: there is none. */
-PDI_FN pd_status pdi_flow_blocked(pd_ctx *ctx, const pd_flow *flow, int32_t *node);
 #endif
 
 #endif

@@ -104,8 +104,8 @@ static void pdi_force_press(const pdi_force_query *q, int32_t r, double *press)
     }
 }
 
-/* Friction of row r over rho: V (nu (W u - drive) - Q (G P - f)), which its momentum residual holds (eq. 4.27). Of one
- * shape: the parts of its bonds. */
+/* Friction of row r over rho: V (nu (W u - drive) - Q (G P - f)), or - V nu times (3.4b), as its momentum residual
+ * holds it (eq. 4.27). Of one shape: the parts of its bonds, or its share of them. */
 static void pdi_force_rub(const pdi_force_query *q, int32_t r, double *rub)
 {
     const pd_flow *flow = q->flow;
@@ -114,6 +114,13 @@ static void pdi_force_rub(const pdi_force_query *q, int32_t r, double *rub)
     int32_t node = bonds->node[r];
     double lap = 0.0, curv = 0.0, drive[PD_DIM];
     double volume = bonds->stencil->volume * pdi_grid_circumference(flow->grid, node);
+    if (pdi_flow_bends(flow, r)) {
+        pdi_force_face face;
+        pdi_force_see(q, r, &face);
+        pdi_slopes_bend(&flow->slopes, r, flow->u, rub);
+        for (int d = 0; d < PD_DIM; d++) rub[d] *= -volume * flow->nu * face.owned;
+        return;
+    }
     for (int d = 0; d < PD_DIM; d++)
         drive[d] = flow->drive && q->shape == PD_FORCE_ALL ? flow->drive[d * total + node] : 0.0;
     if (q->shape == PD_FORCE_ALL) {

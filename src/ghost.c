@@ -21,6 +21,7 @@ static void pdi_ghost_release(pd_ctx *ctx, pd_ghosts *g)
     PDI_DELETE(ctx, g->capacity, g->node);
     PDI_DELETE(ctx, g->capacity, g->source);
     PDI_DELETE(ctx, g->capacity, g->odd);
+    PDI_DELETE(ctx, g->capacity, g->port);
     g->capacity = g->listed = g->count = g->images = 0;
 }
 
@@ -31,18 +32,19 @@ static pd_status pdi_ghost_reserve(pd_ctx *ctx, int32_t count, pd_ghosts *g)
     g->capacity = count;
     PDI_TRY(PDI_NEW(ctx, "ghost", count, g->node));
     PDI_TRY(PDI_NEW(ctx, "ghost", count, g->source));
-    return PDI_NEW(ctx, "ghost", count, g->odd);
+    PDI_TRY(PDI_NEW(ctx, "ghost", count, g->odd));
+    return PDI_NEW(ctx, "ghost", count, g->port);
 }
 
-/* Signs of the components behind an outlet: all but the normal one change. */
-static int pdi_ghost_outlet_odd(const pd_grid *grid, int32_t node)
+/* The axis of the inlet or outlet that a ghost lies behind, as a bit. */
+static int pdi_ghost_port(const pd_grid *grid, int32_t node)
 {
-    int i[PD_DIM], odd = (1 << PD_DIM) - 1;
+    int i[PD_DIM], port = 0;
     pdi_grid_index(grid, node, i);
     pdi_grid_fold(grid, i);
     for (int d = 0; d < PD_DIM; d++)
-        if (i[d] < 0 || i[d] >= grid->n[d]) odd &= ~(1 << d);
-    return odd;
+        if (i[d] < 0 || i[d] >= grid->n[d]) port |= 1 << d;
+    return port;
 }
 
 static void pdi_ghost_add(pd_ghosts *g, int32_t node)
@@ -52,7 +54,9 @@ static void pdi_ghost_add(pd_ghosts *g, int32_t node)
     pdi_grid_index(grid, node, i);
     odd = pdi_grid_fold(grid, i);
     g->source[g->listed] = pdi_grid_image(grid, node, &flip);
-    if (grid->kind[node] == PD_OUTLET) odd ^= pdi_ghost_outlet_odd(grid, node);
+    g->port[g->listed] = (uint8_t)pdi_ghost_port(grid, node);
+    /* all components but the normal one change their sign behind an outlet */
+    if (grid->kind[node] == PD_OUTLET) odd ^= ((1 << PD_DIM) - 1) & ~g->port[g->listed];
     if (grid->kind[node] == PD_INLET) odd = flip;
     g->node[g->listed] = node;
     g->odd[g->listed++] = (uint8_t)odd;
@@ -89,6 +93,20 @@ void pd_ghosts_vector(const pd_ghosts *g, double *v)
         for (int32_t k = 0; k < g->count; k++) {
             double value = v[d * total + g->source[k]];
             v[d * total + g->node[k]] = g->odd[k] >> d & 1 ? -value : value;
+        }
+}
+
+void pd_ghosts_held(const pd_ghosts *g, const double *held, double *v)
+{
+    int32_t inlets = g->listed - g->count;
+    for (int d = 0; d < PD_DIM; d++)
+        for (int32_t k = 0; k < inlets; k++) {
+            int32_t at = g->count + k, source = g->source[at];
+            double *value = &v[(int64_t)d * g->grid->total + g->node[at]], side = held ? held[d * inlets + k] : 0.0;
+            double there = v[(int64_t)d * g->grid->total + source];
+            *value = side;
+            if (g->grid->kind[source] != PD_FLUID) continue;
+            *value += side + ((g->odd[at] ^ g->port[at]) >> d & 1 ? there : -there);
         }
 }
 

@@ -15,12 +15,14 @@ typedef struct pd_ghosts {
     int32_t images, count, listed, capacity; /* images come first, then outlets up to count, then inlets up to listed */
     int32_t *node, *source; /* [capacity] */
     uint8_t *odd;           /* [capacity] bit d: component d of a vector changes its sign; inlets: axis d is mirrored */
+    uint8_t *port;          /* [capacity] bit d: an inlet across axis d */
 } pd_ghosts;
 
 #define pd_ghosts_build PD_NAME(pd_ghosts_build)
 #define pd_ghosts_update PD_NAME(pd_ghosts_update)
 #define pd_ghosts_scalar PD_NAME(pd_ghosts_scalar)
 #define pd_ghosts_vector PD_NAME(pd_ghosts_vector)
+#define pd_ghosts_held PD_NAME(pd_ghosts_held)
 #define pd_ghosts_pressure PD_NAME(pd_ghosts_pressure)
 #define pd_ghosts_clear PD_NAME(pd_ghosts_clear)
 #define pd_ghosts_free PD_NAME(pd_ghosts_free)
@@ -33,6 +35,9 @@ PD_API pd_status pd_ghosts_update(pd_ctx *ctx, pd_ghosts *ghosts);
 PD_API void pd_ghosts_scalar(const pd_ghosts *ghosts, double *f);
 /* v [PD_DIM][total]: images and outlets. */
 PD_API void pd_ghosts_vector(const pd_ghosts *ghosts, double *v);
+/* v [PD_DIM][total] behind inlets: odd about what they hold on the side, held [PD_DIM][listed - count] in the order of
+ * the list (NULL: zero), as far as the source is fluid. */
+PD_API void pd_ghosts_held(const pd_ghosts *ghosts, const double *held, double *v);
 /* p [total]: images, and outlets odd about `held`, in the unit of p. */
 PD_API void pd_ghosts_pressure(const pd_ghosts *ghosts, double held, double *p);
 /* x [components][total]: zero at all ghosts of the list, inlets included. */

@@ -126,16 +126,6 @@ void pd_op_gradient(const pd_ctx *ctx, const pd_bonds *bonds, const double *f, d
     pdi_op_apply(ctx, &w, pdi_op_gradient_whole, pdi_op_gradient_cut);
 }
 
-PDI_FN double pdi_op_sample(const pd_bonds *bonds, const double *f, int32_t node, const double *x)
-{
-    double slope[PD_DIM][PDI_LANES], at[PD_DIM], value = f[node];
-    if (bonds->row[node] < 0) pdi_op_slope_whole(bonds, f, node, 1, slope);
-    else pdi_op_slope_cut(bonds, f, bonds->row[node], 1, slope);
-    pd_grid_position(bonds->grid, node, at);
-    for (int d = 0; d < PD_DIM; d++) value += slope[d][0] * (x[d] - at[d]);
-    return value;
-}
-
 /* ---- divergence: D u_i = sum g.(u_i + u_j), antisymmetric in i and j (eq. 4.2) ---- */
 
 /* Nodes i .. i+count-1, which are the rows from r (-1: whole families), bond by bond. */

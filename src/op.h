@@ -42,10 +42,4 @@ PD_API void pd_op_laplacian(const pd_ctx *ctx, const pd_bonds *bonds, const doub
 PD_API pd_status pd_op_diffuse(pd_ctx *ctx, const pd_bonds *bonds, const double *diffusivity, const double *f,
                                double *out);
 
-#ifdef PDI_INTERNAL
-/* Value of f [total] at the place x [m] inside the cell of fluid node `node`: along the gradient there (eq. 2.4, 3.5),
- * exact for linear fields. Ghosts must be filled. */
-PDI_FN double pdi_op_sample(const pd_bonds *bonds, const double *f, int32_t node, const double *x);
-#endif
-
 #endif

@@ -88,3 +88,48 @@ PDI_FN void pdi_ports_free(pd_ctx *ctx, pd_ports *p)
     PDI_DELETE(ctx, bonds * p->capacity, p->far);
     memset(p, 0, sizeof *p);
 }
+
+/* 1: an open bond of fluid node i ends on a node of the kind `port`. */
+static int pdi_port_beside(const pd_bonds *bonds, int32_t i, uint8_t port)
+{
+    int32_t row = bonds->row[i];
+    for (int k = 0; k < bonds->stencil->count; k++)
+        if (bonds->grid->kind[i + bonds->shift[k]] == port && (row < 0 || pdi_bond_open(bonds, row, k))) return 1;
+    return 0;
+}
+
+/* Mark the fluid that the open bonds of i reach; how many nodes are new. */
+static int64_t pdi_port_spread(const pd_bonds *bonds, int32_t i, uint8_t *mark)
+{
+    int64_t found = 0;
+    for (int k = 0; k < bonds->stencil->count; k++) {
+        int32_t j = i + bonds->shift[k];
+        if (bonds->row[i] >= 0 && !pdi_bond_open(bonds, bonds->row[i], k)) continue;
+        if (bonds->grid->kind[j] == PD_IMAGE) j = pdi_grid_image(bonds->grid, j, NULL);
+        if (bonds->grid->kind[j] != PD_FLUID || mark[j]) continue;
+        mark[j] = 1;
+        found++;
+    }
+    return found;
+}
+
+PDI_FN pd_status pdi_port_blocked(pd_ctx *ctx, const pd_bonds *bonds, int32_t *node)
+{
+    int32_t total = bonds->grid->total;
+    const uint8_t *kind = bonds->grid->kind;
+    uint8_t *mark = NULL;
+    *node = -1;
+    PDI_TRY(PDI_NEW(ctx, "flow", total, mark));
+    for (int32_t i = 0; i < total; i++) mark[i] = kind[i] == PD_FLUID && pdi_port_beside(bonds, i, PD_OUTLET);
+    for (int64_t found = 1, back = 0; found > 0; back = !back) {
+        found = 0;
+        for (int32_t n = 0; n < total; n++) {
+            int32_t i = back ? total - 1 - n : n;
+            if (mark[i]) found += pdi_port_spread(bonds, i, mark);
+        }
+    }
+    for (int32_t i = 0; i < total && *node < 0; i++)
+        if (kind[i] == PD_FLUID && !mark[i] && pdi_port_beside(bonds, i, PD_INLET)) *node = i;
+    PDI_DELETE(ctx, total, mark);
+    return PD_OK;
+}

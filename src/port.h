@@ -24,6 +24,8 @@ PDI_FN void pdi_ports_free(pd_ctx *ctx, pd_ports *ports);
 /* How many of the `length` nodes from i along axis 0 are like the first one in having an inlet or outlet in reach, and
  * *beside, whether it has. */
 PDI_FN int32_t pdi_port_segment(const pd_bonds *bonds, int32_t i, int32_t length, int *beside);
+/* A fluid node beside an inlet from which no open bonds lead to an outlet; -1: there is none. */
+PDI_FN pd_status pdi_port_blocked(pd_ctx *ctx, const pd_bonds *bonds, int32_t *node);
 #endif
 
 #endif

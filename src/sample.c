@@ -1,8 +1,8 @@
 /* sample: see sample.h */
 #include "sample.h"
 #include "quadratic.h"
-#include "op.h"
 #include "ray.h"
+#include "slope.h"
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
@@ -11,7 +11,6 @@
 #define PDI_SAMPLE_CELLS (1 << PD_DIM)
 #define PDI_SAMPLE_BLOCK (PD_DIM == 1 ? 3 : PD_DIM == 2 ? 9 : 27) /* a cell and those around it */
 #define PDI_SAMPLE_OFF 1e-3  /* [cells] from a smooth surface: the place is one of a cell's faces */
-#define PDI_SAMPLE_SQUARE 4  /* largest squared length of the bonds whose ends count, in cells */
 
 static const char *const pdi_sample_labels[] = {"C [mol/m3]", "v [m/s]",  "p [Pa]",     "kind",           "grain",
                                                 "phase",      "D [m2/s]", "rate [m/s]", "density [kg/m3]", "damage"};
@@ -192,7 +191,7 @@ static void pdi_sample_gather(pdi_sample_job *job, int32_t base)
     for (int k = 0; k < s->count; k++) {
         int square = 0;
         for (int d = 0; d < PD_DIM; d++) square += s->offset[k * PD_DIM + d] * s->offset[k * PD_DIM + d];
-        if (square > PDI_SAMPLE_SQUARE) continue;
+        if (square > PDI_QUADRATIC_SQUARE) continue;
         if (row < 0 || pdi_bond_open(bonds, row, k)) pdi_sample_far(job, base, k);
         else {
             int32_t closed = pdi_bond_surface(bonds, row, k, place, normal);
@@ -225,8 +224,7 @@ static double pdi_sample_fit(pdi_sample_job *job, int32_t base, const double *x)
         if (!(fabs(job->side) > 0.0)) job->side = 1.0;
     }
     pdi_sample_reach(job, base);
-    /* with the gradient that the momentum balance of the node holds, as under the force on walls */
-    if (job->field == PD_FIELD_P) return pdi_op_sample(&job->m->bonds, job->f, base, job->x);
+    if (job->field == PD_FIELD_P) return pdi_slopes_value(&job->m->bonds, job->f, base, job->x);
     pdi_sample_gather(job, base);
     return pdi_quadratic_solve(&job->fit);
 }
@@ -300,5 +298,4 @@ PDI_FN int pdi_sample_inside(const pd_model *m, const double *x)
 #undef PDI_SAMPLE_NEAR
 #undef PDI_SAMPLE_CELLS
 #undef PDI_SAMPLE_BLOCK
-#undef PDI_SAMPLE_SQUARE
 #undef PDI_SAMPLE_OFF

@@ -97,13 +97,14 @@ static void pdi_steady_jacobian(pd_ctx *ctx, pd_steady *s, double *y)
     int64_t total = flow->grid->total, split = (int64_t)PD_DIM * total;
     double *du = s->work;
     pdi_product_step step;
-    pd_ghosts_vector(&flow->bonds->ghosts, du);
+    pdi_flow_ghosts(flow, 0, du);
     pdi_flow_carrier(ctx, flow, du, s->carrier);
     step.carrier = s->carrier;
     step.u = du;
     step.p = du + split;
     step.grad = flow->grad;
     pdi_product_apply(ctx, &s->product, &step, y, y + split);
+    pdi_flow_bend(ctx, flow, du, flow->grad, 0, y);
     pdi_flow_even(ctx, flow, du, s->carrier, 0, 1.0, y + split);
     if (s->shift > 0.0) pdi_par_axpy(ctx, split, s->shift, du, y);
     pd_ghosts_clear(&flow->bonds->ghosts, PD_DIM, y);
@@ -232,6 +233,7 @@ static pd_status pdi_steady_make(pd_ctx *ctx, pd_flow *flow, const pd_steady_des
     kd.max_iterations = s->desc.max_krylov;
     kd.zero_guess = kd.compressed = 1;
     pdi_compact_multigrid(flow->grid, &md);
+    PDI_TRY(pdi_flow_mirror(ctx, flow));
     PDI_TRY(pdi_compact_build(ctx, flow->grid, 1, &s->compact_u));
     PDI_TRY(pdi_compact_build(ctx, flow->grid, 0, &s->compact_p));
     PDI_TRY(pd_multigrid_build(ctx, &md, &s->mg_u));

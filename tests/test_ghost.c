@@ -280,6 +280,42 @@ TEST(solid_at_sides_dissolves)
     }
 }
 
+/* Behind an inlet a velocity is odd about what the side holds; what lies across the other sides is what it repeats. */
+TEST(inlets_are_odd)
+{
+    scene s;
+    pd_side side[2 * PD_DIM];
+    double *held = NULL;
+    int64_t inlets = 0;
+    for (int k = 0; k < 2 * PD_DIM; k++) side[k] = PD_DIM == 3 && k > 3 ? PD_SIDE_PERIODIC : PD_SIDE_MIRROR;
+    side[0] = PD_SIDE_INLET;
+    side[1] = PD_SIDE_OUTLET;
+    if (!CHECK_OK(&s.ctx, scene_build(&s, 2.0, side, NULL, -1))) return;
+    const pd_ghosts *g = &s.bonds.ghosts;
+    inlets = g->listed - g->count;
+    CHECK(inlets > 0);
+    if (!CHECK_OK(&s.ctx, PDI_NEW(&s.ctx, "test", PD_DIM * inlets, held))) return;
+    for (int32_t i = 0; i < PD_DIM * s.grid.total; i++) s.v[i] = sin(1.0 + 3.0 * i);
+    for (int64_t i = 0; i < PD_DIM * inlets; i++) held[i] = cos(2.0 * (double)i);
+    for (int zero = 0; zero < 2; zero++) {
+        pd_ghosts_vector(g, s.v);
+        pd_ghosts_held(g, zero ? NULL : held, s.v);
+        for (int64_t k = 0; k < inlets; k++) {
+            int32_t ghost = g->node[g->count + k];
+            int i[PD_DIM];
+            pdi_grid_index(&s.grid, ghost, i);
+            i[0] = -1 - i[0]; /* the mirror image of it behind the same of the other sides */
+            int32_t inner = pd_grid_node(&s.grid, i);
+            for (int d = 0; d < PD_DIM; d++) {
+                double sum = s.v[(int64_t)d * s.grid.total + ghost] + s.v[(int64_t)d * s.grid.total + inner];
+                CHECK_NEAR(sum, zero ? 0.0 : 2.0 * held[d * inlets + k], 1e-14);
+            }
+        }
+    }
+    PDI_DELETE(&s.ctx, PD_DIM * inlets, held);
+    scene_free(&s);
+}
+
 TEST(one_sided_period_is_refused)
 {
     pd_side side[2 * PD_DIM];
@@ -293,4 +329,4 @@ TEST(one_sided_period_is_refused)
 }
 
 TEST_MAIN(ENTRY(every_combination_of_sides) ENTRY(whole_families) ENTRY(periodic_translation) ENTRY(fluxes_close)
-          ENTRY(solid_at_sides_dissolves) ENTRY(one_sided_period_is_refused))
+          ENTRY(solid_at_sides_dissolves) ENTRY(inlets_are_odd) ENTRY(one_sided_period_is_refused))

@@ -186,6 +186,42 @@ TEST(pressure_on_walls)
     stop();
 }
 
+/* A quadratic pressure is exact on a ball that cuts the lattice anywhere, on the sides and between. */
+static double bent(const double *x)
+{
+    double p = 3.0 + 5.0 * x[0] - 4.0 * x[0] * x[0] + 7.0 * x[0] * x[1] + 2.0 * x[1] * x[1];
+    return p - (PD_DIM == 3 ? 6.0 * x[1] * x[PD_DIM - 1] - 3.0 * x[PD_DIM - 1] * x[PD_DIM - 1] : 0.0);
+}
+
+TEST(bent_pressure_on_walls)
+{
+    static const double middle[3] = {0.97, 0.513, 0.502};
+    unsigned state = 13;
+    int served = 0;
+    if (!start("[grid] h = 0.05 m m = 2 box = " BOX("0 .. 2 m", "0 .. 1 m", "0 .. 1 m") "\n"
+               "[shape b] ball = " BOX("0.97 m", "0.513 m", "0.502 m") " radius = 0.23 m kind = wall\n"
+               "[flow] rho = 2 kg/m3 mu = 1 Pa s time = given speed = 1 m/s length = 1 m\n"
+               "[transport] D = 1 m2/s\n[run] until = 1 s\n")) return;
+    for (int32_t i = 0; i < model.grid.total; i++) {
+        double x[PD_DIM];
+        pd_grid_position(&model.grid, i, x);
+        if (model.grid.kind[i] == PD_FLUID) model.flow.p[i] = bent(x) / 2.0;
+    }
+    pd_flow_prepare(&ctx, &model.flow);
+    for (int k = 0; k < PLACES; k++) {
+        double x[PD_DIM], r = 0.0;
+        place(&state, x);
+        for (int d = 0; d < PD_DIM; d++) r += pow(x[d] - middle[d], 2.0);
+        r = sqrt(r);
+        if (!(r > 0.05)) continue;
+        for (int d = 0; d < PD_DIM && (k % 2 || r < 0.23); d++) x[d] = middle[d] + (x[d] - middle[d]) * 0.23 / r;
+        CHECK_NEAR(pdi_sample_point(&model, PD_FIELD_P, 0, x), bent(x), 1e-8);
+        served++;
+    }
+    CHECK(served > PLACES / 2);
+    stop();
+}
+
 /* As metal dissolves its surface is that of its cells, and the places of former metal are fluid. */
 TEST(dissolving_metal)
 {
@@ -323,8 +359,10 @@ TEST(probe_in_a_wall)
 #if PD_DIM == 1
 #define MORE
 #elif PD_DIM == 2
-#define MORE ENTRY(between_plates) ENTRY(beside_a_ball) ENTRY(pressure_on_walls) ENTRY(dissolving_metal) ENTRY(tube)
+#define MORE ENTRY(between_plates) ENTRY(beside_a_ball) ENTRY(pressure_on_walls) \
+    ENTRY(bent_pressure_on_walls) ENTRY(dissolving_metal) ENTRY(tube)
 #else
-#define MORE ENTRY(between_plates) ENTRY(beside_a_ball) ENTRY(pressure_on_walls) ENTRY(dissolving_metal)
+#define MORE ENTRY(between_plates) ENTRY(beside_a_ball) ENTRY(pressure_on_walls) \
+    ENTRY(bent_pressure_on_walls) ENTRY(dissolving_metal)
 #endif
 TEST_MAIN(ENTRY(concentration_at_walls) ENTRY(concentration_in_layers) ENTRY(probe_in_a_wall) MORE)

@@ -338,6 +338,74 @@ static int vortex_build(scene *s, double h, double re, int body)
            CHECK_OK(&s->ctx, pd_steady_build(&s->ctx, &s->flow, &dd, &s->steady));
 }
 
+static void waves(void *user, const double *x, double *u)
+{
+    (void)user;
+    u[0] = 1.0 + 0.3 * sin(2.0 * 3.14159265358979323846 * x[1]);
+    u[1] = 0.2 * cos(2.0 * 3.14159265358979323846 * x[1]);
+}
+
+/* An inlet holds its velocity on the side of the box: what enters is that to rounding, and the velocity that the nodes
+ * lead to on the side differs from it with the second power of the spacing. */
+static double inlet_error(int n)
+{
+    scene *s = &test_scene;
+    pd_steady_result result;
+    double worst = 0.0, pushed, gross;
+    pd_stencil_desc sd;
+    pd_flow_desc fd;
+    pd_steady_desc dd;
+    memset(s, 0, sizeof *s);
+    memset(&sd, 0, sizeof sd);
+    memset(&fd, 0, sizeof fd);
+    memset(&dd, 0, sizeof dd);
+    pd_ctx_init(&s->ctx);
+    sd.h[0] = sd.h[1] = 1.0 / n;
+    s->grid_desc.hi[0] = s->grid_desc.hi[1] = 1.0;
+    s->grid_desc.shapes = s->shapes;
+    s->grid_desc.solid = s->grid_desc.wall = -1;
+    s->grid_desc.side[0] = PD_SIDE_INLET;
+    s->grid_desc.side[1] = PD_SIDE_OUTLET;
+    s->grid_desc.side[2] = s->grid_desc.side[3] = PD_SIDE_PERIODIC;
+    fd.rho = 1.0;
+    fd.mu = 0.2;
+    fd.inlet = waves;
+    dd.tolerance = 1e-10;
+    if (!CHECK_OK(&s->ctx, pd_stencil_build(&s->ctx, &sd, &s->stencil)) ||
+        !CHECK_OK(&s->ctx, pd_grid_build(&s->ctx, &s->stencil, &s->grid_desc, &s->grid)) ||
+        !CHECK_OK(&s->ctx, pd_bonds_build(&s->ctx, &s->stencil, &s->grid, 0, &s->bonds)) ||
+        !CHECK_OK(&s->ctx, pd_flow_build(&s->ctx, &s->grid, &s->bonds, &fd, &s->flow)) ||
+        !CHECK_OK(&s->ctx, pd_steady_build(&s->ctx, &s->flow, &dd, &s->steady)))
+        return 1.0;
+    solve(s, &result);
+    double taken = pdi_flow_entering(&s->ctx, &s->flow, &pushed, &gross);
+    CHECK_NEAR(pushed, 1.0, 1e-12);
+    CHECK_NEAR(taken, 1.0, 1e-8);
+    CHECK_NEAR(pd_flow_section(&s->ctx, &s->flow, 0, n / 2), 1.0, 1e-8);
+    for (int j = 0; j < n; j++) {
+        int i[PD_DIM];
+        double x[PD_DIM], u[PD_DIM];
+        i[0] = 0;
+        i[1] = j;
+        int32_t node = pd_grid_node(&s->grid, i);
+        pd_grid_position(&s->grid, node, x);
+        waves(NULL, x, u);
+        for (int d = 0; d < PD_DIM; d++) {
+            const double *v = s->flow.u + (int64_t)d * s->grid.total + node;
+            worst = fmax(worst, fabs((35.0 * v[0] - 35.0 * v[1] + 21.0 * v[2] - 5.0 * v[3]) / 16.0 - u[d]));
+        }
+    }
+    NOTE("%d cells: %.3g, %d evaluations", n, worst, (int)result.evaluations);
+    scene_free(s);
+    return worst;
+}
+
+TEST(inlet_on_its_side)
+{
+    double coarse = inlet_error(16), fine = inlet_error(32);
+    CHECK_LE(1.8, log(coarse / fine) / log(2.0));
+}
+
 /* Vortices that are shut off, from rest and without a knob. */
 TEST(vortices_from_rest)
 {
@@ -469,7 +537,8 @@ TEST(limits)
 #if PD_DIM == 2
 #define OF_DIM \
     ENTRY(pin_from_rest) ENTRY(pin_is_symmetric) ENTRY(poiseuille_from_rest) ENTRY(resolve_after_dissolution) \
-    ENTRY(references_change_no_bit) ENTRY(creeping_pin) ENTRY(vortices_from_rest) ENTRY(no_progress)
+    ENTRY(references_change_no_bit) ENTRY(creeping_pin) ENTRY(vortices_from_rest) \
+    ENTRY(inlet_on_its_side) ENTRY(no_progress)
 #else
 #define OF_DIM ENTRY(hagen_poiseuille)
 #endif

@@ -8,7 +8,7 @@
 #define VAL_CASE_H
 #include "lab.h"
 
-#define VAL_MEASURES 4
+#define VAL_MEASURES 5
 #define VAL_LEVELS 8
 #define VAL_GOALS 6
 #define VAL_CURVES 4

@@ -38,6 +38,7 @@ static const val_case *const val_cases[] = {
 #if PD_DIM == 3
     &hagen_case,
     &channel_case,
+    &cylinder_case,
 #endif
     &diffusion_case,
     &advection_case,
