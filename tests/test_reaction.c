@@ -93,7 +93,8 @@ static double bath_of(void *user, const double *x)
 }
 
 /* Metal on the low side of the axis 0, fluid, and from 390 um a bath that holds its concentration, or none. */
-static int scene_build(scene *s, random_law *l, double m, double diffusivity, double bath, double rtol)
+static int scene_build(scene *s, pd_rate_fn law, void *l, double solid, double m, double diffusivity, double bath,
+                       double rtol)
 {
     pd_stencil_desc sd;
     pd_grid_desc gd;
@@ -116,7 +117,8 @@ static int scene_build(scene *s, random_law *l, double m, double diffusivity, do
         sd.h[d] = H;
         gd.hi[d] = (d ? 4 : SOLID + FLUID) * H;
         shapes[0].b[d] = (d ? 4 : SOLID) * H;
-        shapes[1].b[d] = gd.hi[d];
+        shapes[1].a[d] = -gd.hi[d]; /* on both sides of the period */
+        shapes[1].b[d] = (d ? 2.0 : 1.0) * gd.hi[d];
         if (d) gd.side[2 * d] = gd.side[2 * d + 1] = PD_SIDE_PERIODIC;
     }
     shapes[0].type = shapes[1].type = PD_SHAPE_BOX;
@@ -128,8 +130,8 @@ static int scene_build(scene *s, random_law *l, double m, double diffusivity, do
     td.initial = fmax(bath, 0.0);
     td.held = bath >= 0.0 ? bath_of : NULL;
     td.user = s;
-    dd.solid = CS;
-    dd.rate = rate;
+    dd.solid = solid;
+    dd.rate = law;
     dd.rate_user = l;
     dd.uniform = 1;
     cd.fraction = 0.1;
@@ -194,7 +196,7 @@ TEST(closed_boxes)
             static const double times[] = {0.1, 1.0, 1e4};
             scene *s = &test_scene;
             double until = times[k] * unit, expected = vessel(&l, end, until);
-            if (!scene_build(s, &l, 1.0 + number % 3, 1e-6, -1.0, 1e-3)) return;
+            if (!scene_build(s, rate, &l, CS, 1.0 + number % 3, 1e-6, -1.0, 1e-3)) return;
             if (!run_to(s, until, end)) printf("law %d\n", number);
             double c = s->couple.ledger.dissolved / ((double)s->grid.fluid_count * s->stencil.volume);
             if (!CHECK_NEAR(c, expected, 0.02 * expected))
@@ -218,7 +220,7 @@ TEST(beside_a_bath)
         double bath = random_number(0.0, number % 3 ? 0.3 : 1.5) * CSAT;
         l.speed = strength * CSAT * diffusivity / (CS * length);
         scene *s = &test_scene;
-        if (!scene_build(s, &l, 1.0, diffusivity, bath, 1e-4)) return;
+        if (!scene_build(s, rate, &l, CS, 1.0, diffusivity, bath, 1e-4)) return;
         double until = 8.0 * length * length / diffusivity;
         if (!run_to(s, until, fmax(bath, end_of(&l, bath)))) printf("law %d\n", number);
         double depth = pd_couple_volume_loss(&s->couple) * SOLID * H, before = depth, from = s->couple.time;
@@ -236,4 +238,33 @@ TEST(beside_a_bath)
     }
 }
 
-TEST_MAIN(ENTRY(closed_boxes) ENTRY(beside_a_bath))
+/* A law that falls along a line to Csat, of any steepness. */
+static double falling(void *user, const pd_rate_at *at)
+{
+    return *(const double *)user * (1.0 - at->c / CSAT);
+}
+
+/* Law and way to the bath are resistances in series, for every horizon: v Cs = D (s - bath)/L, v = k (1 - s/Csat). The
+ * metal has so much that its surface stays where it is. */
+TEST(resistances_in_series)
+{
+    const double diffusivity = 1e-9, solid = 1e8 * CSAT, length = (FLUID - 1) * H;
+    double worst = 0.0;
+    for (int m = 1; m <= (PD_DIM == 1 ? 6 : 4); m++)
+        for (double strength = 1e-2; strength < 2e6; strength *= 1e2) {
+            scene *s = &test_scene;
+            double speed = strength * CSAT * diffusivity / (solid * length), flux = 0.0;
+            if (!scene_build(s, falling, &speed, solid, m, diffusivity, 0.2 * CSAT, 1e-3)) return;
+            if (!run_to(s, 200.0 * length * length / diffusivity, CSAT)) printf("m %d, strength %g\n", m, strength);
+            for (int32_t i = 0; i < s->grid.total; i++)
+                if (s->grid.kind[i] == PD_FLUID) flux += s->transport.source[i] * s->stencil.volume;
+            if (PD_DIM == 2) flux /= 4.0 * H;
+            double expected = 0.8 * CSAT / (length / diffusivity + CSAT / (speed * solid));
+            worst = fmax(worst, fabs(flux / expected - 1.0));
+            if (1 || !CHECK_NEAR(flux, expected, 1e-6 * expected)) printf("m %d, strength %g: %.3e\n", m, strength, flux/expected-1);
+            scene_free(s);
+        }
+    printf("note: resistances_in_series: flux within %.2e\n", worst);
+}
+
+TEST_MAIN(ENTRY(closed_boxes) ENTRY(beside_a_bath) ENTRY(resistances_in_series))
