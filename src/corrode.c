@@ -356,16 +356,18 @@ PDI_FN void pdi_corrode_course(const pd_corrode *r, double dt, double *error, do
     *error = *fastest = 0.0;
     for (int32_t i = 0; i < r->grid->total && !r->desc.steady; i++) {
         pd_rate_at at;
-        double v[3];
+        double v[5], most = 0.0, least = HUGE_VAL;
         if (r->map.role[i] != PDI_ROLE_SHORE) continue;
         pd_grid_position(r->grid, i, at.x);
         at.c = fmin(fmax(r->c[i], 0.0), r->desc.saturation);
-        for (int k = 0; k < 3; k++) {
-            at.t = r->time + 0.5 * k * dt;
+        for (int k = 0; k < 5; k++) {
+            at.t = r->time + 0.25 * k * dt;
             v[k] = fmax(r->desc.rate(r->desc.rate_user, &at), 0.0);
+            most = fmax(most, v[k]);
+            least = fmin(least, v[k]);
         }
-        *error = fmax(*error, 0.5 * fabs(v[0] - 2.0 * v[1] + v[2]));
-        if (v[0] < v[1] || v[0] > v[1] || v[1] < v[2] || v[1] > v[2]) *fastest = fmax(*fastest, fmax(v[1], v[2]));
+        for (int k = 0; k < 2; k++) *error = fmax(*error, fabs(0.5 * (v[k] + v[4 - k]) - v[2]));
+        if (most > least) *fastest = fmax(*fastest, most);
     }
 }
 

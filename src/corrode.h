@@ -144,8 +144,8 @@ PDI_FN void pdi_corrode_repassivate(pd_corrode *corrode);
 PDI_FN pd_status pdi_corrode_law(pd_ctx *ctx, const pd_corrode *corrode, double t, int32_t i, double c, double *speed);
 /* Share of what a step may take that the course of a law of time within it may cost. */
 #define PDI_CORRODE_COURSE 0.04
-/* The course of the law at the front over a step of dt [s]: half of what it bends [m/s], which bounds what its value at
- * the middle is off by, jumps included, and its largest value on the way; 0: it does not change. */
+/* The course of the law at the front over a step of dt [s], seen at its quarters: how far [m/s] pairs about the middle
+ * are off its value there, jumps included, and its largest value on the way; 0: it does not change. */
 PDI_FN void pdi_corrode_course(const pd_corrode *corrode, double dt, double *error, double *fastest);
 /* next = base + dt times all exchanges at the present c and speed. */
 PDI_FN void pdi_corrode_exchange(pd_ctx *ctx, pd_corrode *corrode, double dt);
