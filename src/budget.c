@@ -161,7 +161,7 @@ static void pdi_budget_metal(const pd_setup *u, pd_budget *b)
     if (u->repassivation > 0.0) b->bytes[PD_PART_CORRODE] += b->nodes;
     if (u->forward) return;
     bytes = pdi_budget_compact(0) + pdi_budget_multigrid(1, pdi_budget_contrast(u), &coarse);
-    b->bytes[PD_PART_CORRODE] += (81.0 + 40.0) * b->nodes + b->cells * bytes;
+    b->bytes[PD_PART_CORRODE] += (97.0 + 40.0) * b->nodes + b->cells * bytes;
     b->working += b->cells * coarse;
 }
 

@@ -76,8 +76,8 @@ static void pdi_diffusion_offset(const pd_diffusion *d, int k, double *xi)
     for (int a = 0; a < PD_DIM; a++) xi[a] = (double)d->bonds->stencil->offset[k * PD_DIM + a];
 }
 
-/* Share of bond xi [cells] that counts as lying along a surface of metal: 1 within it, 0 as soon as a bond of the family
- * leaves a plane of the lattice. */
+/* Share of bond xi [cells] that counts as lying along a surface of metal: 1 within it, 0 where it leaves it as steeply
+ * as the flattest bond of the family leaves a plane of the lattice (eq. 5.7b). */
 static double pdi_diffusion_along(const pd_diffusion *d, const double *normal, const double *xi)
 {
     double across = pdi_vec_dot(normal, xi), reach = d->bonds->stencil->reach;

@@ -26,8 +26,8 @@
 /* A solid neighbour that loses at most this share of what a node loses lies behind it. */
 #define PDI_DISSOLVE_SHELTERED 0.6
 
-/* A fluid node within a horizon of metal. Bonds of metal enter the fluid at the first layer of nodes, and what they give
- * goes to all that the metal cuts bonds of, each getting what its cut bonds would carry (theory: eq. 6.2c). */
+/* A fluid node within a horizon of metal. Bonds of metal enter the fluid at the first layer of nodes. What they give
+ * goes to all nodes whose bonds the metal cuts, to each what its cut bonds would carry (theory: eq. 6.2c). */
 typedef struct pdi_shore {
     int32_t node;
     /* where metal enters */

@@ -43,8 +43,8 @@ typedef struct pd_recede {
     double *delta;     /* [total] [mol/m3] correction */
     double *field;     /* [total] [mol/m3] operand with its ghosts */
     double *drain;     /* [total] [1/s] -dG/dC; negative where metal dissolves the faster, the more is dissolved */
-    double *full;      /* [total] [mol/m3] of nodes beside metal: Csat, where the law ends before, or the jump of the law
-                        * that the node is pinned to */
+    double *full;      /* [total] [mol/m3] of nodes beside metal: Csat, where the law ends before, or the jump that the
+                        * node is pinned to */
     double *asked_c;   /* [total] [mol/m3] where the last round has looked at the law; below 0: nowhere */
     double *asked_need; /* [total] [mol/m3/s] what was needed there */
     double *dry;       /* [total] [1/m2] sum of a(n) over bonds to metal and walls */

@@ -169,8 +169,8 @@ TEST(slab_between_held_walls)
     }
 }
 
-/* The same between closed walls, along closed walls or metal. Their error has the other sign than that of whole families, so the
- * order shows on fine lattices only; on coarse ones the bound holds. */
+/* The same between closed walls, along closed walls or metal. Their error has the other sign than that of whole
+ * families, so the order shows on fine lattices only; on coarse ones the bound holds. */
 TEST(slab_between_closed_walls)
 {
     for (int kind = 0; kind < (PD_DIM == 1 ? 4 : 8); kind++) {

@@ -318,8 +318,8 @@ TEST(rod_in_a_ring)
                 scene_free(s);
             }
             double order = log(fabs(error[0] / error[2])) / log(4.0);
-            NOTE("m = %d, strength %g: off by %.2e, %.2e and %.2e with 8, 16 and 32 cells, order %.1f", m, strength, error[0],
-                 error[1], error[2], order);
+            NOTE("m = %d, strength %g: off by %.2e, %.2e and %.2e with 8, 16 and 32 cells, order %.1f", m, strength,
+                 error[0], error[1], error[2], order);
             CHECK_LE(fabs(error[2]), 5e-3);
             CHECK_LE(1.0, order);
         }

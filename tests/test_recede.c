@@ -469,8 +469,8 @@ static double law_of_time(void *user, const pd_rate_at *at)
 }
 
 /* Far from saturation the metal loses the integral of the law over time, up to what each jump or turn may cost: 0.04 of
- * what a step may take. Implicit steps and explicit ones. The burst is shorter than steps are, so it is looked for in parts of the
- * way, as observers ask for. */
+ * what a step may take. Implicit steps and explicit ones. The burst is shorter than steps are, so it is looked for in
+ * parts of the way, as observers ask for. */
 TEST(law_of_time)
 {
     for (int k = 0; k < 16; k++) {
@@ -503,8 +503,8 @@ TEST(law_of_time)
         }
         double lost = (1.0 - pd_corrode_solid(&s->corrode) / before) * 14.0 / (2.0 * 0.5); /* cells */
         CHECK_NEAR(lost, 0.5, turns[time_kind] * 0.04 * desc.share);
-        NOTE("%s, law %d, share %g: %.4f cells lost in %d steps", implicit ? "implicit" : "explicit", time_kind, desc.share,
-             lost, (int)s->corrode.steps);
+        NOTE("%s, law %d, share %g: %.4f cells lost in %d steps", implicit ? "implicit" : "explicit", time_kind,
+             desc.share, lost, (int)s->corrode.steps);
         CHECK(s->corrode.steps < 2000);
         pd_recede_free(&s->ctx, &recede);
         scene_free(s);
