@@ -1,6 +1,6 @@
 /* reaction: random laws of dissolution in closed boxes, against the balance of one stirred vessel, and beside a bath,
  * against the linear profile between metal and bath; steps as long as the run chooses them.
- * dims: 1 2 */
+ * dims: 1 2 3 */
 #include "couple.h"
 #include "test.h"
 #include <math.h>
@@ -10,7 +10,7 @@
 #define H 1e-5       /* [m] */
 #define SOLID 20     /* cells */
 #define FLUID 20
-#define LAWS (PD_DIM == 1 ? 140 : 21) /* of seven kinds */
+#define LAWS (PD_DIM == 1 ? 140 : PD_DIM == 2 ? 21 : 7) /* of seven kinds */
 #define VALUES 8
 
 typedef struct random_law {
@@ -265,13 +265,13 @@ TEST(resistances_in_series)
 {
     const double diffusivity = 1e-9, solid = 1e8 * CSAT, length = (FLUID - 1) * H;
     double worst = 0.0;
-    for (int m = 1; m <= (PD_DIM == 1 ? 6 : 4); m++)
-        for (double strength = 1e-2; strength < 2e6; strength *= 1e2) {
+    for (int m = 1; m <= (PD_DIM == 1 ? 6 : PD_DIM == 2 ? 4 : 3); m++)
+        for (double strength = 1e-2; strength < 2e6; strength *= PD_DIM == 3 ? 1e4 : 1e2) {
             scene *s = &test_scene;
             double speed = strength * CSAT * diffusivity / (solid * length);
             if (!scene_build(s, falling, &speed, solid, m, diffusivity, 0.2 * CSAT, 1e-3)) return;
             if (!run_to(s, 200.0 * length * length / diffusivity, CSAT)) printf("m %d, strength %g\n", m, strength);
-            double flux = given(s) / (PD_DIM == 1 ? 1.0 : 4.0 * H);
+            double flux = given(s) / pow(4.0 * H, PD_DIM - 1.0);
             double expected = 0.8 * CSAT / (length / diffusivity + CSAT / (speed * solid));
             worst = fmax(worst, fabs(flux / expected - 1.0));
             if (!CHECK_NEAR(flux, expected, 5e-5 * expected)) printf("m %d, strength %g\n", m, strength);
@@ -325,7 +325,7 @@ TEST(rod_in_a_ring)
         }
 }
 #define OF_DIM ENTRY(rod_in_a_ring)
-#else
+#elif PD_DIM == 1
 /* Metal that saturates its surface at once, beside fluid without end: what has dissolved by the time t is
  * 2 Csat sqrt(D t/pi) (Crank 1975, 3.15), of second order in h/sqrt(D t). */
 TEST(saturated_at_once)
@@ -348,6 +348,8 @@ TEST(saturated_at_once)
     }
 }
 #define OF_DIM ENTRY(saturated_at_once)
+#else
+#define OF_DIM
 #endif
 
 TEST_MAIN(ENTRY(closed_boxes) ENTRY(beside_a_bath) ENTRY(resistances_in_series) OF_DIM)
