@@ -8,6 +8,8 @@
 /* Directions that the bonds between rows do not span keep the factor 1: singular values below this share of the trace
  * are damped away. */
 #define PDI_DIFFUSION_DAMPING 1e-3
+/* The same along metal: at its inner edges few bonds lie within both surfaces. */
+#define PDI_DIFFUSION_EDGES 0.02
 /* Factors stay within these bounds. */
 #define PDI_DIFFUSION_LEAST 0.25
 #define PDI_DIFFUSION_MOST 8.0
@@ -110,6 +112,7 @@ static void pdi_diffusion_row(const pd_diffusion *d, int32_t r, const uint8_t *h
     const pd_bonds *bonds = d->bonds;
     const pd_stencil *s = bonds->stencil;
     double matrix[N][N], square[N][N], lack[N], packed[N], weight[N], trace = 0.0;
+    double damping = normal ? PDI_DIFFUSION_EDGES : PDI_DIFFUSION_DAMPING;
     const double *lap = pdi_bond_lap(bonds, bonds->node[r]);
     memset(matrix, 0, sizeof matrix);
     memset(square, 0, sizeof square);
@@ -136,7 +139,7 @@ static void pdi_diffusion_row(const pd_diffusion *d, int32_t r, const uint8_t *h
             x[p] += matrix[q][p] * lack[q];
             for (int t = 0; t < N; t++) square[p][q] += matrix[t][p] * matrix[t][q];
         }
-        square[p][p] += PDI_DIFFUSION_DAMPING * PDI_DIFFUSION_DAMPING * trace * trace;
+        square[p][p] += damping * damping * trace * trace;
     }
     if (!pdi_diffusion_solve(square, x)) memset(x, 0, N * sizeof *x);
 }
