@@ -133,6 +133,7 @@ static void pdi_budget_transport(const pd_setup *u, pd_budget *b)
     for (int k = 0; k < u->wall_count; k++) held = held || u->walls[k].holds;
     values += repeats + 2.5 * medium + held * (4.0 + 2.0 * PD_DIM + 0.125);
     values += 0.5 * (0.5 * PD_DIM * (PD_DIM + 1) + 1.0); /* of the diffusion, in single precision */
+    if (u->solid >= 0) values += 0.5 * (0.5 * PD_DIM * (PD_DIM + 1) + PD_DIM);
     if (u->has_flow) values += 2.0 * (PD_DIM + 1.0) + (PD_DIM < 3 ? floor(0.5 * b->bonds) : 0.0);
     if (!u->has_dissolve) values += 4.0;
     bytes = 8.0 * values * b->nodes + 41.0 * (medium ? 8.0 : 4.0) * (b->fluid + b->solid);
@@ -160,7 +161,7 @@ static void pdi_budget_metal(const pd_setup *u, pd_budget *b)
     if (u->repassivation > 0.0) b->bytes[PD_PART_CORRODE] += b->nodes;
     if (u->forward) return;
     bytes = pdi_budget_compact(0) + pdi_budget_multigrid(1, pdi_budget_contrast(u), &coarse);
-    b->bytes[PD_PART_CORRODE] += (81.0 + 40.0) * b->nodes + b->cells * bytes;
+    b->bytes[PD_PART_CORRODE] += (97.0 + 40.0) * b->nodes + b->cells * bytes;
     b->working += b->cells * coarse;
 }
 

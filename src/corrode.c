@@ -351,6 +351,26 @@ PDI_FN pd_status pdi_corrode_law(pd_ctx *ctx, const pd_corrode *r, double t, int
     return PD_OK;
 }
 
+PDI_FN void pdi_corrode_course(const pd_corrode *r, double dt, double *error, double *fastest)
+{
+    *error = *fastest = 0.0;
+    for (int32_t i = 0; i < r->grid->total && !r->desc.steady; i++) {
+        pd_rate_at at;
+        double v[5], most = 0.0, least = HUGE_VAL;
+        if (r->map.role[i] != PDI_ROLE_SHORE) continue;
+        pd_grid_position(r->grid, i, at.x);
+        at.c = fmin(fmax(r->c[i], 0.0), r->desc.saturation);
+        for (int k = 0; k < 5; k++) {
+            at.t = r->time + 0.25 * k * dt;
+            v[k] = fmax(r->desc.rate(r->desc.rate_user, &at), 0.0);
+            most = fmax(most, v[k]);
+            least = fmin(least, v[k]);
+        }
+        for (int k = 0; k < 2; k++) *error = fmax(*error, fabs(0.5 * (v[k] + v[4 - k]) - v[2]));
+        if (most > least) *fastest = fmax(*fastest, most);
+    }
+}
+
 /* Under activation control: the metal in reach of fluid node i loses otherwise than before. */
 static void pdi_corrode_alarm(pd_corrode *r, int32_t i)
 {
@@ -371,7 +391,7 @@ static pd_status pdi_corrode_speeds(pd_ctx *ctx, pd_corrode *r, int32_t first, i
         double speed = 0.0;
         if (r->c[i] < r->desc.saturation && !pdi_corrode_passive(r, i)) {
             int other = r->c[i] < *c || r->c[i] > *c || !r->desc.uniform;
-            if (other) PDI_TRY(pdi_corrode_law(ctx, r, r->time, i, r->c[i], law));
+            if (other) PDI_TRY(pdi_corrode_law(ctx, r, r->time + r->ahead, i, r->c[i], law));
             *c = r->c[i];
             speed = *law;
         }

@@ -41,6 +41,7 @@ typedef struct pd_corrode_desc {
     pd_rate_fn rate;    /* speed v of a flat front; never below zero */
     void *rate_user;
     int uniform;        /* 1: the law does not depend on the place, nodes of equal c need one look at it */
+    int steady;         /* 1: the law does not depend on time */
     pd_drive drive;
     pd_kernel kernel;
     pd_weights weights; /* of the kernel */
@@ -88,6 +89,7 @@ typedef struct pd_corrode {
     double diffusion;  /* [1/s] D sum a(n) */
     double held;       /* [1/s] and what images of a node behind held planes add to it, at most */
     double time;       /* [s] */
+    double ahead;      /* [s] the law holds so much later: a law of time at the middle of a step */
     double start;      /* [mol] (per m in 2D, per m2 in 1D) solid and dissolved at first */
     double out;        /* [mol] gone through held sides and held fluid */
     double out_carry;  /* [mol] rounding of out */
@@ -140,6 +142,11 @@ PDI_FN double pdi_corrode_mirrored(const pd_corrode *corrode, int32_t i);
 PDI_FN void pdi_corrode_repassivate(pd_corrode *corrode);
 /* Speed of the law at time t [s] and fluid node i with concentration c, 0 in front of a passive film. */
 PDI_FN pd_status pdi_corrode_law(pd_ctx *ctx, const pd_corrode *corrode, double t, int32_t i, double c, double *speed);
+/* Share of what a step may take that the course of a law of time within it may cost. */
+#define PDI_CORRODE_COURSE 0.04
+/* The course of the law at the front over a step of dt [s], seen at its quarters: how far [m/s] pairs about the middle
+ * are off its value there, jumps included, and its largest value on the way; 0: it does not change. */
+PDI_FN void pdi_corrode_course(const pd_corrode *corrode, double dt, double *error, double *fastest);
 /* next = base + dt times all exchanges at the present c and speed. */
 PDI_FN void pdi_corrode_exchange(pd_ctx *ctx, pd_corrode *corrode, double dt);
 /* Largest loss of a metal node in that, over Cs - Csat. */

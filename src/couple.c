@@ -331,40 +331,6 @@ static pd_status pdi_couple_dissolve(pd_ctx *ctx, pd_couple *c, double dt)
     return PD_OK;
 }
 
-/* Largest error [m/s] at the front of the law at the end of a step of `span` [s], against Simpson's rule. */
-static double pdi_couple_course(const pd_couple *c, double span)
-{
-    const pd_corrode *r = c->corrode;
-    double error = 0.0;
-    for (int32_t i = 0; i < c->grid->total; i++) {
-        pd_rate_at at;
-        double v[3];
-        if (r->map.role[i] != PDI_ROLE_SHORE) continue;
-        pd_grid_position(c->grid, i, at.x);
-        at.c = fmin(r->c[i], r->desc.saturation);
-        for (int k = 0; k < 3; k++) {
-            at.t = c->time + 0.5 * k * span;
-            v[k] = fmax(r->desc.rate(r->desc.rate_user, &at), 0.0);
-        }
-        error = fmax(error, fabs(5.0 * (v[2] - v[1]) + (v[1] - v[0])) / 6.0);
-    }
-    return error;
-}
-
-/* How far [s] an implicit step may go: that costs a small part of what the step may take. A law that does not depend on
- * time holds back none. */
-static double pdi_couple_foresee(const pd_couple *c, double left)
-{
-    const pd_recede *recede = c->recede;
-    double wanted = left, per = c->corrode->highest * c->corrode->front.total / recede->desc.share;
-    if (recede->last_dt > 0.0) wanted = fmin(wanted, fmin(recede->next_dt, recede->front_dt));
-    for (double span = wanted;;) {
-        double share = pdi_couple_course(c, span) * span * per / PDI_COUPLE_EXACT;
-        if (!(share > 1.0 + 1e-9)) return span < wanted ? span : left;
-        span *= fmax(0.9 / share, 0.1);
-    }
-}
-
 /* Bond-based corrosion over a step of the coupling: an implicit one, or as many explicit ones as it needs. */
 static pd_status pdi_couple_corrode(pd_ctx *ctx, pd_couple *c, double t_limit)
 {
@@ -377,8 +343,6 @@ static pd_status pdi_couple_corrode(pd_ctx *ctx, pd_couple *c, double t_limit)
     if (c->desc.max_step > 0.0 && left > c->desc.max_step)
         reached = c->time + left / ceil(left / c->desc.max_step * (1.0 - 1e-12));
     if (c->recede) {
-        double far = pdi_couple_foresee(c, reached - c->time);
-        if (far < reached - c->time) reached = c->time + (reached - c->time) / ceil((reached - c->time) / far);
         PDI_TRY(pd_recede_next(ctx, c->recede, reached));
         reached = r->time;
     } else PDI_TRY(pd_corrode_run(ctx, r, reached));

@@ -8,6 +8,8 @@
 /* Directions that the bonds between rows do not span keep the factor 1: singular values below this share of the trace
  * are damped away. */
 #define PDI_DIFFUSION_DAMPING 1e-3
+/* The same along metal: at its inner edges few bonds lie within both surfaces. */
+#define PDI_DIFFUSION_EDGES 0.02
 /* Factors stay within these bounds. */
 #define PDI_DIFFUSION_LEAST 0.25
 #define PDI_DIFFUSION_MOST 8.0
@@ -59,27 +61,75 @@ static int pdi_diffusion_solve(double a[][PD_DIFFUSION_TENSOR], double *b)
     return 1;
 }
 
-/* X of one row: sum over its bonds to rows of a (e^T X e) xi xi^T = what the moments of all its bonds lack (eq. 5.7),
- * in the sense of least squares. */
-static void pdi_diffusion_row(const pd_diffusion *d, int32_t r, const uint8_t *held, double *x)
+/* 1 when what cuts bond k of row r is metal. */
+static int pdi_diffusion_metal(const pd_diffusion *d, int32_t r, int k)
+{
+    const pd_bonds *bonds = d->bonds;
+    const pd_stencil *s = bonds->stencil;
+    int group = pdi_bond_closed_group(bonds, bonds->node[r], k);
+    if (!d->metal[0] || group < 0) return 0;
+    int32_t cell = bonds->node[r] + bonds->cell_shift[s->group_cell[group]];
+    if (bonds->grid->kind[cell] != PD_SOLID) cell = pdi_grid_image(bonds->grid, cell, NULL);
+    return bonds->grid->kind[cell] == PD_SOLID;
+}
+
+static void pdi_diffusion_offset(const pd_diffusion *d, int k, double *xi)
+{
+    for (int a = 0; a < PD_DIM; a++) xi[a] = (double)d->bonds->stencil->offset[k * PD_DIM + a];
+}
+
+/* Share of bond xi [cells] that counts as lying along a surface of metal: 1 within it, 0 where it leaves it as steeply
+ * as the flattest bond of the family leaves a plane of the lattice (eq. 5.7b). */
+static double pdi_diffusion_along(const pd_diffusion *d, const double *normal, const double *xi)
+{
+    double across = pdi_vec_dot(normal, xi), reach = d->bonds->stencil->reach;
+    return fmax(1.0 - across * across / pdi_vec_dot(xi, xi) * (1.0 + reach * reach), 0.0);
+}
+
+/* Normal of the metal that cuts bonds of row r, from it, in cells. 0: there is none. */
+static int pdi_diffusion_facing(const pd_diffusion *d, int32_t r, const uint8_t *held, double *normal)
+{
+    const pd_bonds *bonds = d->bonds;
+    const double *lap = pdi_bond_lap(bonds, bonds->node[r]);
+    for (int a = 0; a < PD_DIM; a++) normal[a] = 0.0;
+    for (int k = 0; k < bonds->stencil->count && d->metal[0]; k++) {
+        double xi[PD_DIM];
+        if (pdi_bond_open(bonds, r, k) || (held && held[k]) || !pdi_diffusion_metal(d, r, k)) continue;
+        pdi_diffusion_offset(d, k, xi);
+        for (int a = 0; a < PD_DIM; a++) normal[a] -= lap[k] * xi[a];
+    }
+    double length = pdi_vec_norm(normal);
+    for (int a = 0; a < PD_DIM && length > 0.0; a++) normal[a] /= length;
+    return length > 0.0;
+}
+
+/* X of one row: sum over its bonds to rows of a (e^T X e) xi xi^T = what the moments of the bonds that walls cut, or
+ * metal, lack (eq. 5.7), in the sense of least squares. normal: that of metal. Its cut bonds carry what dissolves
+ * (eq. 6.2c), so they lack in nothing but along the surface. NULL: of walls. */
+static void pdi_diffusion_row(const pd_diffusion *d, int32_t r, const uint8_t *held, const double *normal, double *x)
 {
     enum { N = PD_DIFFUSION_TENSOR };
     const pd_bonds *bonds = d->bonds;
     const pd_stencil *s = bonds->stencil;
-    double matrix[N][N], normal[N][N], lack[N], packed[N], weight[N], trace = 0.0;
+    double matrix[N][N], square[N][N], lack[N], packed[N], weight[N], trace = 0.0;
+    double damping = normal ? PDI_DIFFUSION_EDGES : PDI_DIFFUSION_DAMPING;
     const double *lap = pdi_bond_lap(bonds, bonds->node[r]);
     memset(matrix, 0, sizeof matrix);
-    memset(normal, 0, sizeof normal);
+    memset(square, 0, sizeof square);
     memset(lack, 0, sizeof lack);
     for (int k = 0; k < s->count; k++) {
         double xi[PD_DIM];
-        for (int a = 0; a < PD_DIM; a++) xi[a] = (double)s->offset[k * PD_DIM + a];
-        pdi_diffusion_pack(xi, packed);
-        pdi_diffusion_quadratic(xi, weight);
+        pdi_diffusion_offset(d, k, xi);
         int open = pdi_bond_open(bonds, r, k), row = open && d->cut[bonds->node[r] + bonds->shift[k]] > 0.0f;
+        int cut = !open && !(held && held[k]) && pdi_diffusion_metal(d, r, k) == (normal != NULL);
+        double along = normal && row ? pdi_diffusion_along(d, normal, xi) : 1.0;
+        double across = normal && cut ? pdi_vec_dot(normal, xi) : 0.0;
+        pdi_diffusion_quadratic(xi, weight);
+        for (int a = 0; a < PD_DIM && cut && normal; a++) xi[a] -= across * normal[a];
+        pdi_diffusion_pack(xi, packed);
         for (int p = 0; p < N; p++) {
-            if (!open && !(held && held[k])) lack[p] += lap[k] * packed[p];
-            for (int q = 0; q < N && row; q++) matrix[p][q] += lap[k] * packed[p] * weight[q];
+            if (cut) lack[p] += lap[k] * packed[p];
+            for (int q = 0; q < N && row; q++) matrix[p][q] += along * lap[k] * packed[p] * weight[q];
         }
     }
     for (int p = 0; p < N; p++) trace += matrix[p][p];
@@ -87,18 +137,23 @@ static void pdi_diffusion_row(const pd_diffusion *d, int32_t r, const uint8_t *h
         x[p] = 0.0;
         for (int q = 0; q < N; q++) {
             x[p] += matrix[q][p] * lack[q];
-            for (int t = 0; t < N; t++) normal[p][q] += matrix[t][p] * matrix[t][q];
+            for (int t = 0; t < N; t++) square[p][q] += matrix[t][p] * matrix[t][q];
         }
-        normal[p][p] += PDI_DIFFUSION_DAMPING * PDI_DIFFUSION_DAMPING * trace * trace;
+        square[p][p] += damping * damping * trace * trace;
     }
-    if (!pdi_diffusion_solve(normal, x)) memset(x, 0, N * sizeof *x);
+    if (!pdi_diffusion_solve(square, x)) memset(x, 0, N * sizeof *x);
 }
 
 static void pdi_diffusion_keep(pd_diffusion *d, int32_t r, const uint8_t *held)
 {
-    double x[PD_DIFFUSION_TENSOR];
-    pdi_diffusion_row(d, r, held, x);
-    for (int t = 0; t < PD_DIFFUSION_TENSOR; t++) d->tensor[t][d->bonds->node[r]] = (float)x[t];
+    double x[PD_DIFFUSION_TENSOR], normal[PD_DIM];
+    int32_t i = d->bonds->node[r];
+    pdi_diffusion_row(d, r, held, NULL, x);
+    for (int t = 0; t < PD_DIFFUSION_TENSOR; t++) d->tensor[t][i] = (float)x[t];
+    if (!pdi_diffusion_facing(d, r, held, normal)) return;
+    pdi_diffusion_row(d, r, held, normal, x);
+    for (int t = 0; t < PD_DIFFUSION_TENSOR; t++) d->metal[t][i] = (float)x[t];
+    for (int a = 0; a < PD_DIM; a++) d->facing[a][i] = (float)normal[a];
 }
 
 /* Images and inlet ghosts have the tensors of the nodes that they stand for, or mirror. Behind mirrors the off-diagonal
@@ -108,13 +163,17 @@ static void pdi_diffusion_ghosts(pd_diffusion *d)
     const pd_ghosts *g = &d->bonds->ghosts;
     for (int32_t k = 0; k < g->listed; k++) {
         int at = 0;
+        int32_t i = g->node[k], from = g->source[k];
         if (k >= g->images && k < g->count) continue;
-        d->cut[g->node[k]] = d->cut[g->source[k]];
-        for (int a = 0; a < PD_DIM; a++)
+        d->cut[i] = d->cut[from];
+        for (int a = 0; a < PD_DIM; a++) {
             for (int b = 0; b <= a; b++, at++) {
-                float value = d->tensor[at][g->source[k]];
-                d->tensor[at][g->node[k]] = ((g->odd[k] >> a ^ g->odd[k] >> b) & 1) ? -value : value;
+                int odd = (g->odd[k] >> a ^ g->odd[k] >> b) & 1;
+                d->tensor[at][i] = odd ? -d->tensor[at][from] : d->tensor[at][from];
+                if (d->metal[0]) d->metal[at][i] = odd ? -d->metal[at][from] : d->metal[at][from];
             }
+            if (d->metal[0]) d->facing[a][i] = (g->odd[k] >> a & 1) ? -d->facing[a][from] : d->facing[a][from];
+        }
     }
 }
 
@@ -201,6 +260,8 @@ void pd_diffusion_update(pd_ctx *ctx, pd_diffusion *d)
     for (int32_t i = 0; i < total; i++) {
         d->cut[i] = pdi_diffusion_cut(bonds, i) ? 1.0f : 0.0f;
         for (int t = 0; t < PD_DIFFUSION_TENSOR; t++) d->tensor[t][i] = 0.0f;
+        for (int t = 0; t < PD_DIFFUSION_TENSOR && d->metal[0]; t++) d->metal[t][i] = 0.0f;
+        for (int a = 0; a < PD_DIM && d->metal[0]; a++) d->facing[a][i] = 0.0f;
         if (d->hold) d->hold[i] = d->drive[i] = d->hold_at[i] = d->hold_rest[i] = 0.0;
         if (d->hold) d->hold_part[i] = 0;
         for (int a = 0; a < PD_DIM && d->hold; a++)
@@ -247,6 +308,9 @@ static pd_status pdi_diffusion_make(pd_ctx *ctx, const pd_bonds *bonds, const pd
                         desc->diffusivity);
     for (int t = 0; t < PD_DIFFUSION_TENSOR; t++) PDI_TRY(PDI_NEW(ctx, "diffusion", total, d->tensor[t]));
     PDI_TRY(PDI_NEW(ctx, "diffusion", total, d->cut));
+    for (int t = 0; t < PD_DIFFUSION_TENSOR && bonds->grid->solid_count > 0; t++)
+        PDI_TRY(PDI_NEW(ctx, "diffusion", total, d->metal[t]));
+    for (int a = 0; a < PD_DIM && d->metal[0]; a++) PDI_TRY(PDI_NEW(ctx, "diffusion", total, d->facing[a]));
     if (desc->held) PDI_TRY(PDI_NEW(ctx, "diffusion", total, d->hold));
     if (desc->held) PDI_TRY(PDI_NEW(ctx, "diffusion", total, d->drive));
     if (desc->held) PDI_TRY(PDI_NEW(ctx, "diffusion", total, d->hold_at));
@@ -269,9 +333,17 @@ pd_status pd_diffusion_build(pd_ctx *ctx, const pd_bonds *bonds, const pd_diffus
     return status;
 }
 
+/* What metal beside node i adds to the factor of a bond. */
+static double pdi_diffusion_beside(const pd_diffusion *d, int32_t i, const double *xi, const double *weight)
+{
+    double normal[PD_DIM], sum = 0.0;
+    for (int a = 0; a < PD_DIM; a++) normal[a] = (double)d->facing[a][i];
+    for (int t = 0; t < PD_DIFFUSION_TENSOR; t++) sum += weight[t] * (double)d->metal[t][i];
+    return sum * pdi_diffusion_along(d, normal, xi);
+}
+
 PDI_FN void pdi_diffusion_bond(const pd_diffusion *d, int32_t i, int k, int count, int rows, double *bond)
 {
-    const pd_stencil *s = d->bonds->stencil;
     int32_t j = i + d->bonds->shift[k];
     double a = pdi_bond_lap(d->bonds, i)[k], weight[PD_DIFFUSION_TENSOR];
     if (d->field)
@@ -280,12 +352,14 @@ PDI_FN void pdi_diffusion_bond(const pd_diffusion *d, int32_t i, int k, int coun
         for (int b = 0; b < count; b++) bond[b] = d->desc.diffusivity * a;
     if (!rows) return;
     double xi[PD_DIM];
-    for (int e = 0; e < PD_DIM; e++) xi[e] = (double)s->offset[k * PD_DIM + e];
+    pdi_diffusion_offset(d, k, xi);
     pdi_diffusion_quadratic(xi, weight);
     for (int b = 0; b < count; b++) {
         double factor = 0.0;
         for (int t = 0; t < PD_DIFFUSION_TENSOR; t++)
             factor += 0.5 * weight[t] * ((double)d->tensor[t][i + b] + (double)d->tensor[t][j + b]);
+        if (d->metal[0])
+            factor += 0.5 * (pdi_diffusion_beside(d, i + b, xi, weight) + pdi_diffusion_beside(d, j + b, xi, weight));
         factor = 1.0 + (double)(d->cut[i + b] * d->cut[j + b]) * factor;
         factor = factor > PDI_DIFFUSION_LEAST ? factor : PDI_DIFFUSION_LEAST;
         bond[b] *= factor < PDI_DIFFUSION_MOST ? factor : PDI_DIFFUSION_MOST;
@@ -296,6 +370,8 @@ void pd_diffusion_free(pd_ctx *ctx, pd_diffusion *d)
 {
     int32_t total = d->bonds ? d->bonds->grid->total : 0;
     for (int t = 0; t < PD_DIFFUSION_TENSOR; t++) PDI_DELETE(ctx, total, d->tensor[t]);
+    for (int t = 0; t < PD_DIFFUSION_TENSOR; t++) PDI_DELETE(ctx, total, d->metal[t]);
+    for (int a = 0; a < PD_DIM; a++) PDI_DELETE(ctx, total, d->facing[a]);
     PDI_DELETE(ctx, total, d->cut);
     PDI_DELETE(ctx, total, d->hold);
     PDI_DELETE(ctx, total, d->drive);

@@ -27,6 +27,8 @@ typedef struct pd_diffusion {
     pd_diffusion_desc desc;
     const pd_bonds *bonds;
     float *tensor[PD_DIFFUSION_TENSOR]; /* [total] [-] K - I of rows (eq. 5.7), 0 elsewhere: xx, xy, yy, xz, yz, zz */
+    float *metal[PD_DIFFUSION_TENSOR];  /* [total] [-] the same for what metal cuts, along its surface; or NULL */
+    float *facing[PD_DIM];              /* [total] [-] the normal of that surface in cells, or NULL */
     float *cut;                         /* [total] [-] 1: a bond of the node is cut */
     pd_media media;                     /* where the diffusivity is a field; empty as above */
     double *field;                      /* [total] [m2/s] at nodes, of `media`; NULL: constant */

@@ -1,8 +1,9 @@
 /* dissolve: see dissolve.h */
 #include "dissolve.h"
+#include "entry.h"
 #include "par.h"
+#include "vec.h"
 #include <math.h>
-#include <stdlib.h>
 #include <string.h>
 
 /* Content above the threshold that counts as none, as a fraction of Cs: rounding of the losses. */
@@ -11,9 +12,6 @@
 /* Share of the mean lead that is taken off. The whole of it, right for layers of a flat front, is too much where steps
  * run over a curved one: 0.6 is fitted to discs of 8 and 16 cells (within 1.5 % of the speed until half is gone). */
 #define PDI_DISSOLVE_LEAD_SHARE 0.6
-
-/* Most fluid nodes among which a bond enters the fluid. */
-#define PDI_DISSOLVE_ENTRIES 8
 
 /* Rounds in which law and transport have to agree, on a share of the fastest speed or of the field. */
 #define PDI_DISSOLVE_ROUNDS 100
@@ -28,14 +26,24 @@
 /* A solid neighbour that loses at most this share of what a node loses lies behind it. */
 #define PDI_DISSOLVE_SHELTERED 0.6
 
-/* A fluid node beside metal. */
+/* A fluid node within a horizon of metal. Bonds of metal enter the fluid at the first layer of nodes. What they give
+ * goes to all nodes whose bonds the metal cuts, to each what its cut bonds would carry (theory: eq. 6.2c). */
 typedef struct pdi_shore {
     int32_t node;
-    double weight; /* [mol/m4] sum f c(n) Cs over its solid bonds that follow the law */
-    double given;  /* [mol/m3/s] what pieces of metal give that do not last the step (eq. 6.6b) */
-    double film;   /* [mol/m3] sum of weight times the film */
-    double flux;   /* [mol/m4] sum of weight times f */
-    double before; /* [m/s] speed at the start of the step */
+    /* where metal enters */
+    double enters;         /* [mol/m4] sum f c(n) Cs over the solid bonds that enter here and follow the law */
+    double hollow, factor; /* [mol/m4] sums of that times the film in cells, and times f */
+    double normal[PD_DIM]; /* from the metal */
+    double links;          /* sum of what the bonds through here count */
+    double mean;           /* [m/s] speed of the metal */
+    double used, paid;     /* [mol/m4], [mol/m3/s] of pieces of metal that do not last the step: weight, and what it
+                            * gives */
+    /* where it arrives */
+    double weight;         /* [mol/m4] share of `enters` */
+    double given;          /* [mol/m3/s] what pieces of metal give that do not last the step (eq. 6.6b) */
+    double film;           /* [mol/m3] sum of weight times the film */
+    double flux;           /* [mol/m4] sum of weight times f */
+    double before;         /* [m/s] speed at the start of the step */
     pdi_law_point point;
 } pdi_shore;
 
@@ -63,74 +71,21 @@ static double pdi_dissolve_over(const pd_dissolve *d, int32_t j, int32_t i)
     return pdi_grid_circumference(d->grid, j) / pdi_grid_circumference(d->grid, i);
 }
 
-/* Far end of bond k of node i. Ghosts behind a side of the box stand for their images, so that a front that meets a
- * side is as fast there as elsewhere. */
-static int32_t pdi_dissolve_far(const pd_dissolve *d, int32_t i, int k)
-{
-    int32_t j = i + d->bonds->shift[k];
-    uint8_t kind = d->grid->kind[j];
-    return kind == PD_FLUID || kind == PD_SOLID ? j : pdi_grid_image(d->grid, j, NULL);
-}
-
-/* 1 when metal can pass bond k of node i: no wall in between, mirror images included. Both ends agree, because paths
- * are the same both ways. */
-static int pdi_dissolve_free(const pd_dissolve *d, int32_t i, int k)
-{
-    const pd_stencil *s = d->bonds->stencil;
-    for (int g = s->group_first[k]; g < s->group_first[k + 1] - 1; g++) {
-        int walled = 1;
-        for (int c = s->group_cell[g]; c < s->group_cell[g + 1] && walled; c++) {
-            int32_t at = i + d->bonds->cell_shift[c];
-            uint8_t kind = d->grid->kind[at];
-            if (kind != PD_FLUID && kind != PD_SOLID) kind = d->grid->kind[pdi_grid_image(d->grid, at, NULL)];
-            walled = kind != PD_FLUID && kind != PD_SOLID;
-        }
-        if (walled) return 0;
-    }
-    return 1;
-}
-
-/* Where bond k of solid node j enters the fluid. */
-typedef struct pdi_dissolve_entry {
-    int count;                          /* 0: the bond does not end in fluid, or a wall stands in between */
-    int32_t node[PDI_DISSOLVE_ENTRIES]; /* several: the bond passes an edge or corner between them */
-    double film;                        /* [m] from the surface to there */
-} pdi_dissolve_entry;
-
 /* Content of node j above what stays in it, as a share of the span. */
 static double pdi_dissolve_left(const pd_dissolve *d, int32_t j)
 {
     return (d->transport->c[j] - d->desc.threshold * d->desc.solid) / pdi_dissolve_span(d);
 }
 
-/* The first fluid nodes on the bond take the concentration and get the metal: the far end may lie a horizon away from
- * the surface. The surface stands in the last solid cell before them, as deep as that has lost metal. */
-static void pdi_dissolve_enter(const pd_dissolve *d, int32_t j, int k, pdi_dissolve_entry *entry)
+/* Speed that the law gives at a node, on its line. */
+static double pdi_dissolve_line(const pd_dissolve *d, const pdi_shore *shore)
 {
-    const pd_stencil *s = d->bonds->stencil;
-    const int *n = s->offset + k * PD_DIM;
-    int32_t last = j;
-    int axis = 0;
-    entry->count = 0;
-    if (d->grid->kind[pdi_dissolve_far(d, j, k)] != PD_FLUID || !pdi_dissolve_free(d, j, k)) return;
-    for (int g = s->group_first[k]; g < s->group_first[k + 1] && !entry->count; g++)
-        for (int c = s->group_cell[g]; c < s->group_cell[g + 1] && entry->count < PDI_DISSOLVE_ENTRIES; c++) {
-            int32_t at = j + d->bonds->cell_shift[c];
-            uint8_t kind = d->grid->kind[at];
-            if (kind != PD_FLUID && kind != PD_SOLID) at = pdi_grid_image(d->grid, at, NULL);
-            if (d->grid->kind[at] == PD_FLUID) entry->node[entry->count++] = at;
-            else if (d->grid->kind[at] == PD_SOLID && !entry->count) last = at;
-        }
-    for (int e = 1; e < PD_DIM; e++)
-        if (abs(n[e]) * s->h[e] > abs(n[axis]) * s->h[axis]) axis = e;
-    entry->film = s->h[axis] * fmax(1.5 - pdi_dissolve_left(d, last), 0.0);
+    return shore->point.speed + shore->point.slope * d->transport->c[shore->node];
 }
 
 PDI_FN double pdi_dissolve_speed(const pd_dissolve *d, int32_t i)
 {
-    if (d->slot[i] < 0) return 0.0;
-    const pdi_law_point *p = &d->shore[d->slot[i]].point;
-    return p->speed + p->slope * d->transport->c[i];
+    return d->slot[i] < 0 ? 0.0 : d->shore[d->slot[i]].mean;
 }
 
 static double pdi_dissolve_diffusivity(const pd_dissolve *d, int32_t i)
@@ -148,7 +103,7 @@ static double pdi_dissolve_resist(const pd_dissolve *d, const pdi_shore *shore)
 }
 
 /* What bond k of solid node j gives to fluid node i where it enters, per speed of the law [mol/m4]. */
-static double pdi_dissolve_weight(const pd_dissolve *d, int32_t j, int32_t i, int k, const pdi_dissolve_entry *entry)
+static double pdi_dissolve_weight(const pd_dissolve *d, int32_t j, int32_t i, int k, const pdi_entry *entry)
 {
     return pdi_dissolve_span(d) * pdi_dissolve_factor(d, j) * (pdi_dissolve_area(d, j, k) / entry->count) *
            pdi_dissolve_over(d, j, i);
@@ -158,10 +113,10 @@ static double pdi_dissolve_weight(const pd_dissolve *d, int32_t j, int32_t i, in
 static double pdi_dissolve_rate(const pd_dissolve *d, int32_t j)
 {
     const pd_stencil *s = d->bonds->stencil;
-    pdi_dissolve_entry entry;
+    pdi_entry entry;
     double sum = 0.0;
     for (int k = 0; k < s->count; k++) {
-        pdi_dissolve_enter(d, j, k, &entry);
+        pdi_entry_find(d->bonds, j, k, &entry);
         for (int e = 0; e < entry.count; e++) {
             int32_t i = entry.node[e];
             sum += pdi_dissolve_area(d, j, k) / entry.count * pdi_dissolve_speed(d, i);
@@ -195,25 +150,8 @@ static int pdi_dissolve_is_exposed(const pd_dissolve *d, int32_t j)
 {
     if (d->grid->kind[j] != PD_SOLID) return 0;
     for (int k = 0; k < d->bonds->stencil->count; k++)
-        if (d->grid->kind[pdi_dissolve_far(d, j, k)] == PD_FLUID) return 1;
+        if (d->grid->kind[pdi_entry_far(d->bonds, j, k)] == PD_FLUID) return 1;
     return 0;
-}
-
-/* Nodes that can ever lie beside metal. work [total]. */
-static int32_t pdi_dissolve_shores(const pd_grid *grid, const pd_bonds *bonds, uint8_t *work)
-{
-    int32_t count = 0, cells = bonds->stencil->group_cell[bonds->stencil->group_first[bonds->stencil->count]];
-    memset(work, 0, (size_t)grid->total);
-    for (int32_t j = 0; j < grid->total; j++) {
-        if (grid->kind[j] != PD_SOLID) continue;
-        for (int32_t c = -1; c < cells; c++) {
-            int32_t i = c < 0 ? j : j + bonds->cell_shift[c];
-            if (grid->kind[i] == PD_IMAGE) i = pdi_grid_image(grid, i, NULL);
-            count += (grid->kind[i] == PD_FLUID || grid->kind[i] == PD_SOLID) && !work[i];
-            work[i] = 1;
-        }
-    }
-    return count;
 }
 
 static pd_status pdi_dissolve_make(pd_ctx *ctx, pd_grid *grid, const pd_bonds *bonds, pd_transport *transport,
@@ -237,7 +175,7 @@ static pd_status pdi_dissolve_make(pd_ctx *ctx, pd_grid *grid, const pd_bonds *b
     PDI_TRY(PDI_NEW(ctx, "dissolve", grid->total, d->exposed));
     PDI_TRY(PDI_NEW(ctx, "dissolve", grid->total, d->rate));
     PDI_TRY(PDI_NEW(ctx, "dissolve", grid->total, d->slot));
-    d->shore_capacity = pdi_dissolve_shores(grid, bonds, d->mark);
+    d->shore_capacity = pdi_entry_around(bonds, d->mark);
     PDI_TRY(PDI_NEW(ctx, "dissolve", d->shore_capacity, d->shore));
     d->from = HUGE_VAL;
     d->next_dt = HUGE_VAL;
@@ -291,7 +229,7 @@ static pd_status pdi_dissolve_begin_law(pd_ctx *ctx, pd_dissolve *d, pdi_shore *
     }
     if (!pdi_law_begin(&law, pdi_dissolve_resist(d, shore), d->from, d->end, c, &shore->point))
         return pdi_dissolve_unlawful(ctx, d, &law, shore->node);
-    shore->before = pdi_dissolve_speed(d, shore->node);
+    shore->before = pdi_dissolve_line(d, shore);
     return PD_OK;
 }
 
@@ -301,7 +239,7 @@ PDI_FN void pdi_dissolve_course(const pd_dissolve *d, double t, double dt, doubl
     for (int32_t n = 0; n < d->shore_count; n++) {
         const pdi_shore *shore = &d->shore[n];
         pdi_law law;
-        double v[3], share = dt * shore->weight / pdi_dissolve_span(d);
+        double v[3], share = dt * shore->enters / pdi_dissolve_span(d);
         pdi_dissolve_law(d, shore->node, &law);
         for (int k = 0; k < 3; k++) {
             law.at.t = t + 0.5 * k * dt;
@@ -326,27 +264,114 @@ static void pdi_dissolve_sources(pd_dissolve *d)
     }
 }
 
+/* Node i among the fluid beside metal. */
+static pdi_shore *pdi_dissolve_join(pd_dissolve *d, int32_t i)
+{
+    if (d->slot[i] < 0) {
+        d->slot[i] = d->shore_count++;
+        memset(&d->shore[d->slot[i]], 0, sizeof(pdi_shore));
+        d->shore[d->slot[i]].node = i;
+    }
+    return &d->shore[d->slot[i]];
+}
+
+/* Where the metal of node j enters the fluid. The surface stands in the last metal cell on the way, as deep as that has
+ * lost metal. */
 static void pdi_dissolve_gather(pd_dissolve *d, int32_t j)
 {
     const pd_stencil *s = d->bonds->stencil;
-    pdi_dissolve_entry entry;
+    pdi_entry entry;
     for (int k = 0; k < s->count; k++) {
-        pdi_dissolve_enter(d, j, k, &entry);
+        pdi_entry_find(d->bonds, j, k, &entry);
         for (int e = 0; e < entry.count; e++) {
-            int32_t i = entry.node[e];
-            double weight = pdi_dissolve_weight(d, j, i, k, &entry);
+            double weight = pdi_dissolve_weight(d, j, entry.node[e], k, &entry);
             if (!(weight > 0.0)) continue;
-            if (d->slot[i] < 0) {
-                d->slot[i] = d->shore_count++;
-                memset(&d->shore[d->slot[i]], 0, sizeof(pdi_shore));
-                d->shore[d->slot[i]].node = i;
-            }
-            pdi_shore *shore = &d->shore[d->slot[i]];
-            shore->weight += weight;
-            shore->film += weight * entry.film;
-            shore->flux += weight * pdi_dissolve_factor(d, j);
+            pdi_shore *shore = pdi_dissolve_join(d, entry.node[e]);
+            shore->enters += weight;
+            shore->hollow += weight * fmax(1.5 - pdi_dissolve_left(d, entry.last), 0.0);
+            shore->factor += weight * pdi_dissolve_factor(d, j);
+            for (int a = 0; a < PD_DIM; a++) shore->normal[a] += s->area[k] / entry.count * s->xi[k * PD_DIM + a];
         }
     }
+}
+
+/* A share of what enters at one node and arrives at another one, `beyond` [m] it as seen from the metal. */
+typedef void (*pdi_dissolve_link_fn)(pd_dissolve *d, pdi_shore *from, pdi_shore *to, double share, double beyond);
+
+/* All of them. A bond that the metal cuts carries a(n) times its way along the normal in a linear field. */
+static void pdi_dissolve_link(pd_dissolve *d, pdi_dissolve_link_fn link)
+{
+    const pd_stencil *s = d->bonds->stencil;
+    pdi_entry entry;
+    for (int32_t f = 0; f < d->front_count; f++)
+        for (int k = 0; k < s->count; k++) {
+            pdi_entry_find(d->bonds, d->front[f], k, &entry);
+            for (int e = 0; e < entry.count && entry.open; e++) {
+                if (d->slot[entry.node[e]] < 0) continue;
+                pdi_shore *from = &d->shore[d->slot[entry.node[e]]];
+                double share = s->lap[k] * pdi_vec_dot(s->xi + k * PD_DIM, from->normal) / entry.count;
+                if (!(from->enters > 0.0) || !(share > 0.0)) continue;
+                double beyond = fmax(pdi_entry_beyond(d->bonds, k, &entry, e, from->normal), 0.0);
+                link(d, from, pdi_dissolve_join(d, entry.far), share, beyond);
+            }
+        }
+    for (int32_t n = 0; n < d->shore_count; n++) { /* metal on all sides */
+        pdi_shore *shore = &d->shore[n];
+        if (shore->enters > 0.0 && !(shore->links > 0.0)) link(d, shore, shore, 0.0, 0.0);
+    }
+}
+
+static double pdi_dissolve_part(const pdi_shore *from, double share)
+{
+    return from->links > 0.0 ? share / from->links : 1.0;
+}
+
+static void pdi_dissolve_count(pd_dissolve *d, pdi_shore *from, pdi_shore *to, double share, double beyond)
+{
+    (void)d, (void)to, (void)beyond;
+    from->links += share;
+}
+
+static void pdi_dissolve_arrive(pd_dissolve *d, pdi_shore *from, pdi_shore *to, double share, double beyond)
+{
+    double over = pdi_dissolve_part(from, share) * pdi_dissolve_over(d, from->node, to->node), cell = 0.0;
+    for (int a = 0; a < PD_DIM; a++) cell = fmax(cell, fabs(from->normal[a]) * d->bonds->stencil->h[a]);
+    to->weight += over * from->enters;
+    to->film += over * (from->hollow * cell + from->enters * beyond);
+    to->flux += over * from->factor;
+}
+
+static void pdi_dissolve_average(pd_dissolve *d, pdi_shore *from, pdi_shore *to, double share, double beyond)
+{
+    (void)beyond;
+    from->mean += pdi_dissolve_part(from, share) * pdi_dissolve_line(d, to);
+}
+
+/* The speed of the metal is the mean of what the law gives where it arrives. */
+static void pdi_dissolve_means(pd_dissolve *d)
+{
+    for (int32_t n = 0; n < d->shore_count; n++) d->shore[n].mean = 0.0;
+    pdi_dissolve_link(d, pdi_dissolve_average);
+}
+
+/* What of it belongs to pieces of metal that do not last the step is given once for all. */
+static void pdi_dissolve_pay(pd_dissolve *d, pdi_shore *from, pdi_shore *to, double share, double beyond)
+{
+    double over = pdi_dissolve_part(from, share) * pdi_dissolve_over(d, from->node, to->node);
+    (void)beyond;
+    to->given += over * from->paid * pdi_dissolve_line(d, to);
+    to->weight = fmax(to->weight - over * from->used, 0.0);
+}
+
+static void pdi_dissolve_land(pd_dissolve *d)
+{
+    for (int32_t f = 0; f < d->front_count; f++) pdi_dissolve_gather(d, d->front[f]);
+    for (int32_t n = 0; n < d->shore_count; n++) {
+        double *normal = d->shore[n].normal, length = pdi_vec_norm(normal);
+        for (int a = 0; a < PD_DIM && length > 0.0; a++) normal[a] /= length;
+    }
+    pdi_dissolve_link(d, pdi_dissolve_count);
+    pdi_dissolve_link(d, pdi_dissolve_arrive);
 }
 
 pd_status pd_dissolve_prepare(pd_ctx *ctx, pd_dissolve *d)
@@ -357,8 +382,10 @@ pd_status pd_dissolve_prepare(pd_ctx *ctx, pd_dissolve *d)
     for (int32_t i = 0; i < d->grid->total; i++) t->source[i] = t->absorb[i] = 0.0;
     for (int32_t k = 0; k < d->shore_count; k++) d->slot[d->shore[k].node] = -1;
     d->shore_count = 0;
-    for (int32_t f = 0; f < d->front_count; f++) pdi_dissolve_gather(d, d->front[f]);
-    for (int32_t k = 0; k < d->shore_count; k++) PDI_TRY(pdi_dissolve_begin_law(ctx, d, &d->shore[k]));
+    pdi_dissolve_land(d);
+    for (int32_t k = 0; k < d->shore_count; k++)
+        if (d->shore[k].weight > 0.0) PDI_TRY(pdi_dissolve_begin_law(ctx, d, &d->shore[k]));
+    pdi_dissolve_means(d);
     pdi_dissolve_sources(d);
     return PD_OK;
 }
@@ -381,9 +408,9 @@ typedef enum pdi_dissolve_heir {
 /* Weight of the far end of bond k of node j as an heir; 0: it is none. */
 static double pdi_dissolve_share(const pd_dissolve *d, int32_t j, int k, pdi_dissolve_heir heir)
 {
-    int32_t i = pdi_dissolve_far(d, j, k);
+    int32_t i = pdi_entry_far(d->bonds, j, k);
     uint8_t wanted = heir == PDI_DISSOLVE_FLUID ? PD_FLUID : PD_SOLID;
-    if (i == j || d->grid->kind[i] != wanted || !pdi_dissolve_free(d, j, k)) return 0.0;
+    if (i == j || d->grid->kind[i] != wanted || !pdi_entry_free(d->bonds, j, k)) return 0.0;
     if (heir == PDI_DISSOLVE_FLUID) return d->bonds->stencil->area[k];
     if (heir == PDI_DISSOLVE_BEHIND && d->rate[i] > PDI_DISSOLVE_SHELTERED * d->rate[j]) return 0.0;
     return d->bonds->stencil->area[k] * pdi_dissolve_factor(d, i);
@@ -418,11 +445,11 @@ static void pdi_dissolve_see(pd_dissolve *d, int32_t j, pdi_dissolve_piece *p)
 static void pdi_dissolve_spread(pd_dissolve *d, int32_t i, pdi_dissolve_piece *p)
 {
     for (int k = 0; k < d->bonds->stencil->count; k++) {
-        int32_t j = pdi_dissolve_far(d, i, k);
+        int32_t j = pdi_entry_far(d->bonds, i, k);
         if (d->grid->kind[j] != PD_SOLID && !(d->mark[j] & PDI_DISSOLVE_TURNED)) continue;
         double weight = d->bonds->stencil->area[k] * pdi_dissolve_factor(d, j);
         if (j == i || (d->mark[j] & PDI_DISSOLVE_SEEN) || !(weight > 0.0)) continue;
-        if (pdi_dissolve_free(d, i, k)) pdi_dissolve_see(d, j, p);
+        if (pdi_entry_free(d->bonds, i, k)) pdi_dissolve_see(d, j, p);
     }
 }
 
@@ -457,22 +484,21 @@ static int pdi_dissolve_lasts(pd_dissolve *d, int32_t j, double dt, double all, 
     return p->has > p->gives;
 }
 
-/* What the piece gives by its law at the present concentrations is given once for all, scaled to what it has. */
+/* What the piece gives by its law at the present concentrations, scaled to what it has. */
 static void pdi_dissolve_give(pd_dissolve *d, const pdi_dissolve_piece *p)
 {
-    pdi_dissolve_entry entry;
+    pdi_entry entry;
     double share = p->has / p->gives;
     for (int32_t n = 0; n < p->count; n++) {
         int32_t j = p->node[n];
         for (int k = 0; k < d->bonds->stencil->count && d->exposed[j]; k++) {
-            pdi_dissolve_enter(d, j, k, &entry);
+            pdi_entry_find(d->bonds, j, k, &entry);
             for (int e = 0; e < entry.count; e++) {
                 int32_t i = entry.node[e];
                 double weight = pdi_dissolve_weight(d, j, i, k, &entry);
                 if (d->slot[i] < 0 || !(weight > 0.0)) continue;
-                pdi_shore *shore = &d->shore[d->slot[i]];
-                shore->given += share * weight * pdi_dissolve_speed(d, i);
-                shore->weight = fmax(shore->weight - weight, 0.0);
+                d->shore[d->slot[i]].paid += share * weight;
+                d->shore[d->slot[i]].used += weight;
             }
         }
     }
@@ -499,11 +525,14 @@ static int pdi_dissolve_spare(pd_dissolve *d, double dt)
         d->gone_count += piece.count;
         found++;
     }
+    if (found) pdi_dissolve_link(d, pdi_dissolve_pay);
+    for (int32_t n = 0; n < d->shore_count; n++) d->shore[n].used = d->shore[n].paid = 0.0;
     return found;
 }
 
 static void pdi_dissolve_rates(const pd_ctx *ctx, pd_dissolve *d)
 {
+    pdi_dissolve_means(d);
     int nt = pdi_par_threads(ctx, (int64_t)d->front_count * d->bonds->stencil->count * 4);
     (void)nt;
     PDI_PARALLEL_FOR(nt)
@@ -552,7 +581,7 @@ static int pdi_dissolve_accurate(pd_dissolve *d, double lost, double dt)
         pdi_shore *shore = &d->shore[k];
         pdi_law law;
         pdi_dissolve_law(d, shore->node, &law);
-        double speed = pdi_dissolve_speed(d, shore->node);
+        double speed = pdi_dissolve_line(d, shore);
         double amount = dt * shore->weight * pdi_grid_circumference(d->grid, shore->node);
         double slowest = pdi_law_slowest(&law, &shore->point, t->old[shore->node], t->c[shore->node]);
         double fast = fmax(speed, shore->before), slow = fmin(fmin(speed, shore->before), slowest);
@@ -611,7 +640,7 @@ static void pdi_dissolve_settle_speeds(const pd_ctx *ctx, pd_dissolve *d, double
         const pdi_shore *shore = &d->shore[k];
         pdi_law_point *p = &d->shore[k].point;
         double own = 1.0 / dt + pdi_dissolve_diffusivity(d, shore->node) * d->spread;
-        double speed = pdi_dissolve_speed(d, shore->node);
+        double speed = pdi_dissolve_line(d, shore);
         if (-p->slope * shore->weight > own) speed = fmax(speed - t->work[shore->node] / shore->weight, 0.0);
         p->speed = speed;
         p->slope = 0.0;
@@ -663,7 +692,7 @@ static pd_status pdi_dissolve_hand_over(pd_ctx *ctx, pd_dissolve *d, int32_t j, 
         if (!(sum > 0.0)) continue;
         double *target = heir == PDI_DISSOLVE_FLUID ? d->transport->carry : d->transport->c;
         for (int k = 0; k < count; k++) {
-            int32_t i = pdi_dissolve_far(d, j, k);
+            int32_t i = pdi_entry_far(d->bonds, j, k);
             double share = pdi_dissolve_share(d, j, k, (pdi_dissolve_heir)heir) / sum;
             if (share > 0.0) target[i] += rest * share * pdi_dissolve_over(d, j, i);
         }
@@ -683,7 +712,7 @@ static void pdi_dissolve_expose(pd_dissolve *d, int32_t j)
 {
     d->exposed[j] = 0;
     for (int k = 0; k < d->bonds->stencil->count; k++) {
-        int32_t i = pdi_dissolve_far(d, j, k);
+        int32_t i = pdi_entry_far(d->bonds, j, k);
         if (d->grid->kind[i] == PD_SOLID) d->exposed[i] = 1;
     }
 }
@@ -695,7 +724,7 @@ static int pdi_dissolve_spent(const pd_dissolve *d, int32_t j)
     if (left <= PDI_DISSOLVE_EMPTY) return 1;
     for (int k = 0; k < d->bonds->stencil->count && left <= d->lead; k++)
         if (pdi_dissolve_share(d, j, k, PDI_DISSOLVE_BEHIND) > 0.0 &&
-            pdi_dissolve_left(d, pdi_dissolve_far(d, j, k)) > d->lead)
+            pdi_dissolve_left(d, pdi_entry_far(d->bonds, j, k)) > d->lead)
             return 1;
     return 0;
 }

@@ -71,6 +71,27 @@ static double pdi_march_accurate(const pd_corrode *r)
     return loss > 0.0 ? share / loss : HUGE_VAL;
 }
 
+/* The step of at most dt [s] in which the course of a law of time costs a small part of what the step may take. Its
+ * largest speed in there counts as the fastest. */
+static double pdi_march_foresee(pd_corrode *r, double dt)
+{
+    double per = r->highest * r->front.total / (PDI_CORRODE_COURSE * r->desc.share);
+    for (;;) {
+        double error, fastest, now = r->fastest;
+        pdi_corrode_course(r, dt, &error, &fastest);
+        r->ahead = fastest > 0.0 || error > 0.0 ? 0.5 * dt : 0.0;
+        r->fastest = fmax(now, fastest);
+        double limit = fmin(pdi_march_accurate(r), 1.0 / pdi_march_at_most(r));
+        if (fastest > now && dt > limit) {
+            r->fastest = now;
+            dt = fmax(0.9 * limit, 0.1 * dt);
+        } else if (error * dt * per > 1.0 + 1e-9) {
+            r->fastest = now;
+            dt *= fmax(0.9 / (error * dt * per), 0.1);
+        } else return dt;
+    }
+}
+
 pd_status pd_corrode_limit(pd_ctx *ctx, pd_corrode *r, double *limit)
 {
     PDI_TRY(pdi_corrode_prepare(ctx, r));
@@ -81,9 +102,12 @@ pd_status pd_corrode_limit(pd_ctx *ctx, pd_corrode *r, double *limit)
 pd_status pd_corrode_step(pd_ctx *ctx, pd_corrode *r, double dt)
 {
     double limit = dt;
-    PDI_TRY(pdi_corrode_prepare(ctx, r));
     if (!(dt > 0.0) || !(dt < 1e100))
         return pdi_fail(ctx, PD_ERR_ARGUMENT, "corrode", "a step of %g s, expected a positive one", dt);
+    r->ahead = 0.5 * dt;
+    pd_status status = pdi_corrode_prepare(ctx, r);
+    r->ahead = 0.0;
+    if (status < 0) return status;
     if (dt * pdi_march_at_most(r) > 1.0) limit = pdi_march_longest(ctx, r);
     if (dt > limit * (1.0 + 1e-12))
         return pdi_fail(ctx, PD_RETRY, "corrode", "the step of %g s exceeds the limit of %g s", dt, limit);
@@ -103,9 +127,15 @@ pd_status pd_corrode_run(pd_ctx *ctx, pd_corrode *r, double t_end)
         /* at the limit proper a node may take all from its neighbours: beyond Csat by a step of its own each time */
         double most = pdi_march_at_most(r);
         if (limit * most > 1.0) limit = 1.0 / most;
+        limit = pdi_march_foresee(r, fmin(limit, left));
         double count = ceil(left / limit * (1.0 - 1e-12));
         double dt = count > 1.0 ? left / count : left;
         double spare;
+        if (r->ahead > 0.0) {
+            pd_status status = pdi_corrode_prepare(ctx, r);
+            r->ahead = 0.0;
+            if (status < 0) return status;
+        }
         for (;; dt *= spare, count = 2.0) {
             if (pdi_stands_still(r->time, left, dt))
                 return pdi_fail(ctx, PD_ERR_STATE, "corrode",

@@ -233,6 +233,7 @@ static pd_status pdi_model_corrode(pd_ctx *ctx, pd_model *m)
     desc.rate = pdi_model_rate;
     desc.rate_user = (void *)u; /* only read */
     desc.uniform = u->rate.uses >> 2 == 0;
+    desc.steady = (u->rate.uses >> 1 & 1) == 0;
     desc.drive = u->drive;
     desc.kernel = u->kernel;
     desc.weights = u->weights;

@@ -5,7 +5,7 @@
 #include <string.h>
 
 /* States of fluid nodes beside metal. */
-enum { PDI_RECEDE_LAW = 0, PDI_RECEDE_SATURATED, PDI_RECEDE_FULL };
+enum { PDI_RECEDE_LAW = 0, PDI_RECEDE_SATURATED, PDI_RECEDE_FULL, PDI_RECEDE_PINNED };
 
 /* How far a node must pass a bound to change its state, over the tolerance: less would chatter. */
 #define PDI_RECEDE_MARGIN 3.0
@@ -13,6 +13,12 @@ enum { PDI_RECEDE_LAW = 0, PDI_RECEDE_SATURATED, PDI_RECEDE_FULL };
 #define PDI_RECEDE_PROBE 1e-6
 /* Share of a concentration at which a law that has ended is looked for next. */
 #define PDI_RECEDE_DOWN 0.94
+/* Share of Csat within which a law jumps, share of a speed that makes a jump, and most halvings on the way there. */
+#define PDI_RECEDE_JUMP 1e-12
+#define PDI_RECEDE_DROP 1e-6
+#define PDI_RECEDE_HALVINGS 60
+/* How near to a jump a pinned node ends its step, over the tolerance. */
+#define PDI_RECEDE_NEAR 100.0
 /* What rounding leaves of an exchange, over Csat. */
 #define PDI_RECEDE_ROUNDING 1e-14
 /* Conductance of saturated nodes in the preconditioner, over that of all bonds. */
@@ -37,6 +43,12 @@ typedef struct pdi_recede_user {
     double *out; /* of a sweep over fluid nodes */
 } pdi_recede_user;
 
+/* 1: the concentration of the node is given. */
+static int pdi_recede_held(const pd_recede *r, int64_t node)
+{
+    return r->state[node] == PDI_RECEDE_SATURATED || r->state[node] == PDI_RECEDE_PINNED;
+}
+
 /* ---- the linear system ---- */
 
 static void pdi_recede_apply_run(void *user, int32_t first, int count)
@@ -51,7 +63,7 @@ static void pdi_recede_apply_run(void *user, int32_t first, int count)
     for (int b = 0; b < count; b++) {
         double spread = sum[b] + r->dry[first + b] * x[b];
         double all = (1.0 / r->dt + r->drain[first + b]) * x[b] - r->corrode->desc.diffusivity * spread;
-        u->out[first + b] = r->state[first + b] == PDI_RECEDE_SATURATED ? 0.0 : all;
+        u->out[first + b] = pdi_recede_held(r, first + b) ? 0.0 : all;
     }
 }
 
@@ -76,14 +88,14 @@ static void pdi_recede_precondition(void *user, const double *x, double *y)
     pd_recede *r = u->r;
     pd_multigrid_cycle(u->ctx, &r->mg, x, y);
     for (int64_t i = r->krylov.desc.first; i < r->krylov.desc.end; i++)
-        if (r->state[i] == PDI_RECEDE_SATURATED) y[i] = 0.0;
+        if (pdi_recede_held(r, i)) y[i] = 0.0;
 }
 
 /* What fluid beside metal adds to the mass of its cell: the drain of the law, or the stiffness of a saturated node. */
 static float pdi_recede_hold(const pd_recede *r, int32_t node)
 {
     const pd_corrode *m = r->corrode;
-    if (r->state[node] != PDI_RECEDE_SATURATED) return (float)fmax(r->drain[node], 0.0);
+    if (!pdi_recede_held(r, node)) return (float)fmax(r->drain[node], 0.0);
     return (float)(PDI_RECEDE_STIFF * (m->diffusion + 1.0 / r->dt));
 }
 
@@ -126,21 +138,61 @@ static void pdi_recede_gather(pd_recede *r, int32_t i)
     }
 }
 
-/* Where fluid node i is full, for a step that ends at t: at Csat, or where the law ends before. Above an end it is
- * where the law begins below. */
-static double pdi_recede_full(const pd_recede *r, int32_t i, double t)
+/* Tolerance of the step at hand [-]. */
+static double pdi_recede_goal(const pd_recede *r)
+{
+    return fmax(r->desc.tolerance, PDI_RECEDE_ROUNDING * r->dt * r->corrode->diffusion);
+}
+
+/* The law beside fluid node i. A law of time holds at the middle of the step. */
+static void pdi_recede_law(const pd_recede *r, int32_t i, pdi_law *law)
+{
+    const pd_corrode *m = r->corrode;
+    law->rate = m->desc.rate;
+    law->user = m->desc.rate_user;
+    law->top = m->desc.saturation;
+    law->at.t = m->time + 0.5 * r->dt;
+    pd_grid_position(m->grid, i, law->at.x);
+}
+
+/* Where fluid node i is full: at Csat, or where the law ends before. Above an end it is where the law begins below. */
+static double pdi_recede_full(const pd_recede *r, int32_t i)
 {
     const pd_corrode *m = r->corrode;
     double csat = m->desc.saturation, c = fmin(fmax(r->start[i], 0.0), csat), low = c;
     pdi_law law;
-    law.rate = m->desc.rate;
-    law.user = m->desc.rate_user;
-    law.top = csat;
-    law.at.t = t;
-    pd_grid_position(m->grid, i, law.at.x);
+    pdi_recede_law(r, i, &law);
     if (!(c < csat) || pdi_law_rate(&law, c) > 0.0) return fmin(pdi_law_end(&law, fmin(c, csat), csat), csat);
     while (low > PDI_RECEDE_PROBE * csat && !(pdi_law_rate(&law, low) > 0.0)) low *= PDI_RECEDE_DOWN;
     return pdi_law_rate(&law, low) > 0.0 ? fmin(pdi_law_end(&law, low, c), csat) : csat;
+}
+
+/* 1: the law falls by a jump between a and b, and is positive behind it; *at: the last concentration before that. */
+static int pdi_recede_drops(const pd_recede *r, int32_t i, double a, double b, double *at)
+{
+    pdi_law law;
+    pdi_recede_law(r, i, &law);
+    double before = pdi_law_rate(&law, a), behind = pdi_law_rate(&law, b);
+    for (int k = 0; k < PDI_RECEDE_HALVINGS && b - a > PDI_RECEDE_JUMP * law.top; k++) {
+        double middle = 0.5 * (a + b), v = pdi_law_rate(&law, middle);
+        if (before - v > v - behind) {
+            b = middle;
+            behind = v;
+        } else {
+            a = middle;
+            before = v;
+        }
+    }
+    if (!(behind > 0.0) || !(before - behind > PDI_RECEDE_DROP * before)) return 0;
+    *at = a;
+    return 1;
+}
+
+/* 1: node i was pinned to a jump of its law, which is still there. */
+static int pdi_recede_stays(pd_recede *r, int32_t i)
+{
+    double near = PDI_RECEDE_NEAR * pdi_recede_goal(r) * r->corrode->desc.saturation, c = r->start[i];
+    return r->state[i] == PDI_RECEDE_PINNED && pdi_recede_drops(r, i, c - near, c + near, &r->full[i]);
 }
 
 /* Begin a step: how many nodes take part, and what the metal in reach of those beside it would give. */
@@ -162,7 +214,12 @@ static void pdi_recede_begin(const pd_ctx *ctx, pd_recede *r)
         r->drain[i] = 0.0;
     }
     for (int32_t i = 0; i < m->grid->total; i++) /* laws of callers are asked by one thread */
-        if (m->map.role[i] == PDI_ROLE_SHORE) r->full[i] = pdi_recede_full(r, i, m->time + r->dt);
+        if (m->map.role[i] == PDI_ROLE_SHORE) {
+            r->asked_c[i] = -1.0;
+            if (pdi_recede_stays(r, i)) continue;
+            if (r->state[i] == PDI_RECEDE_PINNED) r->state[i] = PDI_RECEDE_LAW;
+            r->full[i] = pdi_recede_full(r, i);
+        }
     m->active = 0;
     int32_t first = -1, end = 1; /* of the fluid */
     for (int32_t i = 0; i < m->grid->total; i++) {
@@ -196,18 +253,59 @@ static void pdi_recede_balance_run(void *user, int32_t first, int count)
         u->out[first + b] = (r->start[first + b] - m->c[first + b]) / r->dt + m->desc.diffusivity * sum[b];
 }
 
-/* Tolerance of the step at hand [-]. */
-static double pdi_recede_goal(const pd_recede *r)
+/* A jump of the law between c and the last concentration that was asked for, where what the law gives crosses the line
+ * through what was needed there. The node is pinned to it. */
+static int pdi_recede_pin(pd_recede *r, int32_t i, double c, double need)
 {
-    return fmax(r->desc.tolerance, PDI_RECEDE_ROUNDING * r->dt * r->corrode->diffusion);
+    double a = r->asked_c[i], b = c, asked_a = r->asked_need[i], asked_b = need;
+    pdi_law law;
+    pdi_recede_law(r, i, &law);
+    r->asked_c[i] = c;
+    r->asked_need[i] = need;
+    if (a < 0.0) return 0;
+    if (a > b) {
+        double keep = a, asked = asked_a;
+        a = b;
+        b = keep;
+        asked_a = asked_b;
+        asked_b = asked;
+    }
+    if (pdi_recede_gain(r, i, fmax(pdi_law_rate(&law, a), 0.0), a) <= asked_a) return 0;
+    if (pdi_recede_gain(r, i, fmax(pdi_law_rate(&law, b), 0.0), b) >= asked_b) return 0;
+    double low = a, rise = (asked_b - asked_a) / (b - a);
+    for (int k = 0; k < PDI_RECEDE_HALVINGS && b - a > PDI_RECEDE_JUMP * law.top; k++) {
+        double middle = 0.5 * (a + b), v = fmax(pdi_law_rate(&law, middle), 0.0);
+        if (pdi_recede_gain(r, i, v, middle) > asked_a + rise * (middle - low)) a = middle;
+        else b = middle;
+    }
+    return pdi_recede_drops(r, i, a, b, &r->full[i]);
 }
 
-/* The state of node i, with the gain G that the law allows and what it needs to stay as it is. */
-static uint8_t pdi_recede_choose(const pd_recede *r, int32_t i, double gain, double need)
+/* The state of a node that is pinned to a jump of its law: it leaves where the law before the jump gives too little or
+ * that behind it too much. */
+static uint8_t pdi_recede_unpin(pd_recede *r, int32_t i, double gain, double need, double margin)
+{
+    pdi_law law;
+    pdi_recede_law(r, i, &law);
+    double c = r->full[i] + 2.0 * PDI_RECEDE_PROBE * law.top; /* where a difference quotient does not see the jump */
+    double next = r->full[i] + 2.0 * PDI_RECEDE_JUMP * law.top;
+    double behind = pdi_recede_gain(r, i, fmax(pdi_law_rate(&law, next), 0.0), next);
+    int below = (need - gain) * r->dt > margin, above = (behind - need) * r->dt > margin;
+    if (!below && !above) return PDI_RECEDE_PINNED;
+    if (above) r->corrode->c[i] = c;
+    r->full[i] = pdi_recede_full(r, i);
+    r->asked_c[i] = -1.0;
+    return PDI_RECEDE_LAW;
+}
+
+/* The state of node i, with the gain G that the law allows at concentration c and what it needs to stay as it is. */
+static uint8_t pdi_recede_choose(pd_recede *r, int32_t i, double c, double gain, double need)
 {
     const pd_corrode *m = r->corrode;
     double margin = PDI_RECEDE_MARGIN * pdi_recede_goal(r) * m->desc.saturation;
     double above = m->c[i] - r->full[i];
+    if (r->state[i] == PDI_RECEDE_PINNED) return pdi_recede_unpin(r, i, gain, need, margin);
+    if (gain > 0.0 && fabs(need - gain) * r->dt > margin && pdi_recede_pin(r, i, c, need)) return PDI_RECEDE_PINNED;
     switch (r->state[i]) {
     case PDI_RECEDE_LAW: return above > margin ? PDI_RECEDE_SATURATED : PDI_RECEDE_LAW;
     case PDI_RECEDE_SATURATED:
@@ -234,17 +332,17 @@ static pd_status pdi_recede_evaluate(pd_ctx *ctx, pd_recede *r, int settled, int
         if (m->map.role[i] == PDI_ROLE_WHOLE) largest = fmax(largest, fabs(r->balance[i]));
         if (m->map.role[i] != PDI_ROLE_SHORE) continue;
         /* at an end of the law that is no saturation it holds just before */
-        double most = r->full[i] < csat ? r->full[i] - 0.5 * probe : csat;
-        double c = fmin(m->c[i], most), t = m->time + r->dt, v, less, need = -r->balance[i];
+        double most = r->full[i] < csat && r->state[i] != PDI_RECEDE_PINNED ? r->full[i] - 0.5 * probe : r->full[i];
+        double c = fmin(m->c[i], most), t = m->time + 0.5 * r->dt, v, less, need = -r->balance[i];
         PDI_TRY(pdi_corrode_law(ctx, m, t, i, c, &v));
         PDI_TRY(pdi_corrode_law(ctx, m, t, i, c - probe, &less));
         double gain = pdi_recede_gain(r, i, v, c), before = pdi_recede_gain(r, i, less, c - probe);
-        uint8_t state = settled ? r->state[i] : pdi_recede_choose(r, i, gain, need);
+        uint8_t state = settled ? r->state[i] : pdi_recede_choose(r, i, c, gain, need);
         *change |= state != r->state[i];
         r->state[i] = state;
         r->drain[i] = state == PDI_RECEDE_LAW ? (before - gain) / probe : 0.0;
         m->speed[i] = state == PDI_RECEDE_LAW ? v : 0.0;
-        if (state == PDI_RECEDE_SATURATED) {
+        if (pdi_recede_held(r, i)) {
             m->c[i] = r->full[i];
             m->speed[i] = gain > 0.0 ? v * fmin(fmax(need / gain, 0.0), 1.0) : 0.0;
             r->balance[i] = 0.0;
@@ -369,6 +467,19 @@ pd_status pd_recede_step(pd_ctx *ctx, pd_recede *r, double dt)
     return PD_OK;
 }
 
+/* A step of at most dt [s] in which the course of the law costs a small part of what the step may take. */
+static double pdi_recede_foresee(const pd_recede *r, double dt)
+{
+    const pd_corrode *m = r->corrode;
+    double per = m->highest * m->front.total / (PDI_CORRODE_COURSE * r->desc.share);
+    for (;;) {
+        double error, fastest;
+        pdi_corrode_course(m, dt, &error, &fastest);
+        if (error * dt * per <= 1.0 + 1e-9) return dt;
+        dt *= fmax(0.9 / (error * dt * per), 0.1);
+    }
+}
+
 pd_status pd_recede_next(pd_ctx *ctx, pd_recede *r, double t_end)
 {
     pd_corrode *m = r->corrode;
@@ -380,6 +491,7 @@ pd_status pd_recede_next(pd_ctx *ctx, pd_recede *r, double t_end)
         PDI_TRY(pd_corrode_limit(ctx, m, &limit));
         dt = fmin(dt, limit);
     }
+    dt = pdi_recede_foresee(r, dt);
     double shortest = PDI_RECEDE_SHORTEST * dt, count = ceil(left / dt * (1.0 - 1e-12));
     dt = left / count;
     if (pdi_stands_still(m->time, left, dt))
@@ -414,6 +526,8 @@ static pd_status pdi_recede_allocate(pd_ctx *ctx, pd_recede *r)
     PDI_TRY(PDI_NEW(ctx, "recede", total, r->field));
     PDI_TRY(PDI_NEW(ctx, "recede", total, r->drain));
     PDI_TRY(PDI_NEW(ctx, "recede", total, r->full));
+    PDI_TRY(PDI_NEW(ctx, "recede", total, r->asked_c));
+    PDI_TRY(PDI_NEW(ctx, "recede", total, r->asked_need));
     PDI_TRY(PDI_NEW(ctx, "recede", total, r->dry));
     PDI_TRY(PDI_NEW(ctx, "recede", total, r->reach));
     PDI_TRY(PDI_NEW(ctx, "recede", total, r->stock));
@@ -485,6 +599,8 @@ void pd_recede_free(pd_ctx *ctx, pd_recede *r)
     PDI_DELETE(ctx, total, r->field);
     PDI_DELETE(ctx, total, r->drain);
     PDI_DELETE(ctx, total, r->full);
+    PDI_DELETE(ctx, total, r->asked_c);
+    PDI_DELETE(ctx, total, r->asked_need);
     PDI_DELETE(ctx, total, r->dry);
     PDI_DELETE(ctx, total, r->reach);
     PDI_DELETE(ctx, total, r->stock);

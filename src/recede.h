@@ -43,11 +43,15 @@ typedef struct pd_recede {
     double *delta;     /* [total] [mol/m3] correction */
     double *field;     /* [total] [mol/m3] operand with its ghosts */
     double *drain;     /* [total] [1/s] -dG/dC; negative where metal dissolves the faster, the more is dissolved */
-    double *full;      /* [total] [mol/m3] of nodes beside metal: Csat, or where the law ends before */
+    double *full;      /* [total] [mol/m3] of nodes beside metal: Csat, where the law ends before, or the jump that the
+                        * node is pinned to */
+    double *asked_c;   /* [total] [mol/m3] where the last round has looked at the law; below 0: nowhere */
+    double *asked_need; /* [total] [mol/m3/s] what was needed there */
     double *dry;       /* [total] [1/m2] sum of a(n) over bonds to metal and walls */
     double *reach;     /* [total] [1/m] sum of b(n) to metal */
     double *stock;     /* [total] [mol/m4] the same times what the metal there has, with drive by difference */
-    uint8_t *state;    /* [total] whether a node beside metal follows the law, holds Csat or takes nothing */
+    uint8_t *state;    /* [total] whether a node beside metal follows the law, holds Csat or a jump, or takes nothing
+                        */
     double last_dt;    /* [s] of the step before; 0: none */
     int32_t turned;    /* nodes that turned in it: fields bend there, which is no error in time */
     double next_dt;    /* [s] that the error in time proposes for the next one */

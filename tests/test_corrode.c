@@ -407,7 +407,7 @@ static double place_and_time(void *user, const pd_rate_at *at)
     return SPEED * (at->x[0] > 0.5 * s->grid_desc.hi[0] ? 3.0 : 1.0) * (1.0 + at->t / 10.0);
 }
 
-/* A slab with two flat fronts, which lose by place and by the time at the start of each step. */
+/* A slab with two flat fronts, which lose by place and by the time at the middle of each step. */
 TEST(law_of_place_and_time)
 {
     scene *s = scene_start(30, 4, 4);
@@ -422,7 +422,7 @@ TEST(law_of_place_and_time)
     if (!scene_build(s)) return;
     double before = pd_corrode_solid(&s->corrode), dt = 0.1, sum = 0.0;
     for (int n = 0; n < 10; n++) {
-        sum += 1.0 + n * dt / 10.0;
+        sum += 1.0 + (n + 0.5) * dt / 10.0;
         if (!CHECK_OK(&s->ctx, pd_corrode_step(&s->ctx, &s->corrode, dt))) return;
     }
     CHECK_REL((before - pd_corrode_solid(&s->corrode)) * 14.0 * H / before,

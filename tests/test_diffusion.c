@@ -114,9 +114,21 @@ static double at_rest(void *user, const double *x)
 
 /* Decay rate over pi^2 of a mode of the closed slab (cosine), or between walls held at 0 (sine), the walls along the
  * way being closed: from the ratio of two implicit steps, (1 + rate dt)^-1. */
-static double decay_rate(int n, int across, double m, int held)
+static double decay_rate(int n, int across, double m, int held, int metal)
 {
     scene *s = scene_start(n, across, m);
+    s->shapes[0].type = PD_SHAPE_BOX;
+    s->shapes[1].type = PD_SHAPE_COMPLEMENT;
+    s->shapes[1].children = 1;
+    for (int d = 0; d < PD_DIM && metal; d++) {
+        double cell = d ? 1.0 / n : 0.0;
+        s->shapes[0].a[d] = d ? 0.0 : -1.0;
+        s->shapes[0].b[d] = d ? s->grid_desc.hi[d] : 2.0;
+        s->grid_desc.lo[d] -= cell;
+        s->grid_desc.hi[d] += cell;
+        s->grid_desc.shapes = s->shapes;
+        s->grid_desc.solid = 1;
+    }
     double before = 0.0, after = 0.0, dt = 0.01;
     if (held) s->desc.held = at_rest;
     if (held)
@@ -149,29 +161,30 @@ TEST(slab_between_held_walls)
     for (int m = 1; m <= 4; m++) {
         double coarse, fine;
         if (PD_DIM == 3 && m == 4) continue;
-        coarse = fabs(decay_rate(16, 8, m, 1) - 1.0);
-        fine = fabs(decay_rate(32, 16, m, 1) - 1.0);
+        coarse = fabs(decay_rate(16, 8, m, 1, 0) - 1.0);
+        fine = fabs(decay_rate(32, 16, m, 1, 0) - 1.0);
         CHECK_LE(fine, 0.35 * (m * m + 1.5) / (32.0 * 32.0));
         CHECK_LE(1.9, log(coarse / fine) / log(2.0));
         NOTE("m = %d: rate off by %.3g, %.3g", m, coarse, fine);
     }
 }
 
-/* The same between closed walls, along closed walls. Their error has the other sign than that of whole families, so the
- * order shows on fine lattices only; on coarse ones the bound holds. */
+/* The same between closed walls, along closed walls or metal. Their error has the other sign than that of whole
+ * families, so the order shows on fine lattices only; on coarse ones the bound holds. */
 TEST(slab_between_closed_walls)
 {
-    for (int m = 1; m <= 4; m++) {
+    for (int kind = 0; kind < (PD_DIM == 1 ? 4 : 8); kind++) {
+        int m = 1 + kind % 4, metal = kind / 4;
         double error[4];
         int levels = PD_DIM == 3 ? 2 : 4;
         if (PD_DIM == 3 && m == 4) continue;
         for (int l = 0; l < levels; l++) {
             int n = 16 << l;
-            error[l] = fabs(decay_rate(n, n / 2, m, 0) - 1.0);
+            error[l] = fabs(decay_rate(n, n / 2, m, 0, metal) - 1.0);
             CHECK_LE(error[l], 0.6 * (m * m + 1.5) / ((double)n * n));
         }
         if (levels == 4) CHECK_LE(1.5, log(error[2] / error[3]) / log(2.0));
-        NOTE("m = %d: rate off by %.3g .. %.3g", m, error[0], error[levels - 1]);
+        NOTE("m = %d, along %s: rate off by %.3g .. %.3g", m, metal ? "metal" : "walls", error[0], error[levels - 1]);
     }
 }
 
