@@ -15,8 +15,7 @@
 /* A residual over its tolerance that counts as missed, and the most pairs of sweeps behind a multigrid cycle then. */
 #define PDI_TRANSPORT_MISSED 10.0
 #define PDI_TRANSPORT_SWEEPS 64
-/* Iterations of one of these, and the shortest step along its direction. */
-#define PDI_TRANSPORT_KRYLOV 60
+/* The shortest step along their direction. */
 #define PDI_TRANSPORT_SHORTEST 0.03
 /* Share of the spreading of upwind fluxes in the preconditioner of limited ones, which give most of it back. */
 #define PDI_TRANSPORT_SPREAD 0.3
@@ -397,16 +396,14 @@ static pd_status pdi_transport_newton(pd_ctx *ctx, pd_transport *t, double goal,
     pdi_transport_user user;
     pd_krylov_result linear;
     double *delta = t->work + t->grid->total, norm = pdi_transport_evaluate(ctx, t), loose = PDI_TRANSPORT_LOOSE;
-    int most = t->krylov.desc.max_iterations;
     pd_status status = PD_OK;
     user.ctx = ctx;
     user.t = t;
-    t->krylov.desc.max_iterations = PDI_TRANSPORT_KRYLOV;
     while (result->limiter < t->desc.max_limiter && norm > goal) {
         status = pdi_poll(ctx, "transport: Newton", result->limiter);
         if (status < 0) break;
         user.limited = pdi_par_max_abs(ctx, t->grid->total, t->anti) > 0.0;
-        t->krylov.desc.rtol = user.limited ? loose : 1e-15;
+        t->krylov.desc.rtol = user.limited ? loose : PDI_TRANSPORT_TIGHT; /* flat fields may be limited after it */
         t->krylov.desc.atol = 0.5 * goal;
         status = pd_krylov_solve(ctx, &t->krylov, pdi_transport_jacobian, pdi_transport_precondition, &user, t->work,
                                  delta, &linear);
@@ -421,7 +418,6 @@ static pd_status pdi_transport_newton(pd_ctx *ctx, pd_transport *t, double goal,
         if (result->change <= t->desc.limiter_tolerance || norm > PDI_TRANSPORT_STALLED * before) break;
         loose = fmin(PDI_TRANSPORT_LOOSE, fmax(PDI_TRANSPORT_TIGHT, 0.9 * (norm / before) * (norm / before)));
     }
-    t->krylov.desc.max_iterations = most;
     return status < 0 ? status : PD_OK;
 }
 
@@ -492,6 +488,7 @@ PDI_FN pd_status pdi_transport_stage(pd_ctx *ctx, pd_transport *t, double dt, in
     double size = fmax(pdi_transport_given(ctx, t), sqrt(pdi_par_dot(ctx, total, t->work, t->work)));
     pd_status status = size > 0.0 ? pdi_transport_iterate(ctx, t, size, bounded, result) : PD_OK;
     if (status < 0) return status;
+    pd_krylov_trim(ctx, &t->krylov);
     result->residual = size > 0.0 ? result->residual / size : 0.0;
     pdi_transport_boundary(t);
     return result->residual <= 10.0 * t->desc.tolerance ? PD_OK : status;
@@ -704,6 +701,7 @@ static pd_status pdi_transport_make(pd_ctx *ctx, const pd_grid *grid, const pd_b
     kd.spans = &bonds->spans;
     kd.components = 1;
     kd.restart = 20;
+    kd.most = 10 * kd.restart; /* waves from node to node that the limiter hardly damps need the whole space */
     kd.flexible = 1;
     kd.compressed = !desc->field; /* the level of a good conductor drowns in single precision */
     kd.zero_guess = 1;
