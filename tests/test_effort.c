@@ -6,7 +6,7 @@
 #include "transport.h"
 
 #define NU 1e-6  /* [m2/s] */
-#define CELLS 24 /* across the channel */
+#define CELLS 16 /* across the channel */
 
 typedef struct scene {
     pd_ctx ctx;
@@ -69,8 +69,8 @@ static scene *scene_flow(const double *h, double m, double reynolds)
         int n = d ? CELLS : 2 * CELLS;
         sd.h[d] = h[d];
         gd.hi[d] = n * h[d];
-        s->bar.a[d] = (d ? 9.0 : 10.0) * h[d];
-        s->bar.b[d] = 16.0 * h[d];
+        s->bar.a[d] = (d ? 6.0 : 7.0) * h[d];
+        s->bar.b[d] = 11.0 * h[d];
     }
     gd.shapes = &s->bar;
     gd.wall = 0;
@@ -95,9 +95,9 @@ static scene *scene_flow(const double *h, double m, double reynolds)
     return s;
 }
 
-/* Krylov iterations of one step from an empty channel to the steady plume, at a Peclet number of the longer spacing;
- * 0: it failed. */
-static int step_cost(scene *s, double peclet)
+/* Krylov iterations of one step from an empty channel, of so many times the way through it, at a Peclet number of the
+ * longer spacing; 0: it failed. */
+static int step_cost(scene *s, double peclet, double ways)
 {
     pd_transport t;
     pd_transport_desc desc;
@@ -109,7 +109,7 @@ static int step_cost(scene *s, double peclet)
     desc.entering = plume;
     desc.user = s;
     int good = CHECK_OK(&s->ctx, pd_transport_build(&s->ctx, &s->grid, &s->bonds, &s->flow, &desc, &t)) &&
-               CHECK_OK(&s->ctx, pd_transport_implicit(&s->ctx, &t, 100.0 * s->grid.hi[0] / s->mean, &result));
+               CHECK_OK(&s->ctx, pd_transport_implicit(&s->ctx, &t, ways * s->grid.hi[0] / s->mean, &result));
     CHECK_INT(t.krylov.chunks, 0); /* what the basis took is given back */
     for (int32_t i = 0; i < s->grid.total && good; i++)
         if (s->grid.kind[i] == PD_FLUID) good = CHECK_LE(-1e-9, t.c[i]) && CHECK_LE(t.c[i], 1.0 + 1e-9);
@@ -123,59 +123,59 @@ static int smooth(int last, int next, double most)
     return last == 0 || (CHECK_LE(next, most * last) && CHECK_LE(last, most * next));
 }
 
-#define LEVELS 7
-#define NEAR 1.8 /* most between neighbours */
+#define LEVELS 8
 
-/* Cell Peclet numbers of 1 to 1e6, and horizons of 1 to 6 cells. */
+/* Cell Peclet numbers of 1 to 1e6, and horizons of 1 to 6 cells: a step to the steady field. Below 10 the fluxes begin
+ * to be limited. */
 TEST(transport_over_peclet_and_horizon)
 {
     static const double sizes[] = {1.0, 1.5, 2.0, 2.5, 3.0, 4.0, 5.0, 6.0};
-    static const double h[2] = {1e-5, 1e-5};
+    static const double numbers[LEVELS] = {1.0, 3.0, 10.0, 30.0, 100.0, 1e3, 1e4, 1e6}, h[2] = {1e-5, 1e-5};
     int below[LEVELS] = {0};
     for (int k = 0; k < (int)(sizeof sizes / sizeof sizes[0]); k++) {
         scene *s = scene_flow(h, sizes[k], 20.0);
         int cost[LEVELS], last = 0;
         if (!s) return;
         for (int p = 0; p < LEVELS; p++) {
-            cost[p] = step_cost(s, pow(10.0, p));
+            cost[p] = step_cost(s, numbers[p], 100.0);
             CHECK(cost[p] > 0);
-            if (!smooth(last, cost[p], NEAR) || !smooth(below[p], cost[p], NEAR))
-                NOTE("m = %g, Pe = 1e%d", sizes[k], p);
+            if (!smooth(last, cost[p], 2.0) || !smooth(below[p], cost[p], 2.0))
+                NOTE("m = %g, Pe = %g", sizes[k], numbers[p]);
             last = below[p] = cost[p];
         }
-        NOTE("m = %g: %d %d %d %d %d %d %d iterations", sizes[k], cost[0], cost[1], cost[2], cost[3], cost[4], cost[5],
-             cost[6]);
+        NOTE("m = %g: %d %d %d %d %d %d %d %d iterations", sizes[k], cost[0], cost[1], cost[2], cost[3], cost[4],
+             cost[5], cost[6], cost[7]);
         scene_free(s);
     }
 }
 
-/* Cells of 1 to 1000 times as long as wide, and the other way round. */
+/* Cells of 1 to 100 times as long as wide: a step in which the stream passes one of them, and at a Peclet number where
+ * diffusion counts. Longer steps and longer horizons cost more between 3 and 30 to 1 (theory: 5.2). */
 TEST(transport_over_spacings)
 {
-    for (int m = 1; m <= 3; m++)
-        for (int axis = 0; axis < 2; axis++) {
-            int last[2] = {0, 0};
-            for (int ratio = 1; ratio <= 1000; ratio *= 10) {
-                double h[2] = {1e-5, 1e-5};
-                h[axis] *= ratio;
-                scene *s = scene_flow(h, m, 1.0);
-                if (!s) return;
-                for (int p = 0; p < 2; p++) {
-                    int cost = step_cost(s, p ? 1e4 : 10.0);
-                    CHECK(cost > 0);
-                    NOTE("m = %d, axis %d, %d to 1, %s: %d", m, axis, ratio, p ? "Pe = 1e4" : "Pe = 10", cost);
-                    smooth(last[p], cost, 2.0);
-                    last[p] = cost;
-                }
-                scene_free(s);
+    for (int m = 1; m <= 2; m++) {
+        int last[2] = {0, 0};
+        for (double ratio = 1.0; ratio < 150.0; ratio *= 3.1622776601683795) {
+            double h[2] = {1e-5, 1e-5};
+            h[0] *= ratio;
+            scene *s = scene_flow(h, m, 1.0);
+            if (!s) return;
+            for (int p = 0; p < 2; p++) {
+                int cost = step_cost(s, p ? 1e4 : 10.0, 0.5 / CELLS);
+                CHECK(cost > 0);
+                NOTE("m = %d, %.3g to 1, %s: %d iterations", m, ratio, p ? "Pe = 1e4" : "Pe = 10", cost);
+                smooth(last[p], cost, 2.0);
+                last[p] = cost;
             }
+            scene_free(s);
         }
+    }
 }
 
 /* Reynolds numbers of 1e-6 to 100, and horizons. */
 TEST(flow_over_reynolds_and_horizon)
 {
-    static const double numbers[LEVELS] = {1e-6, 1e-3, 0.1, 1.0, 10.0, 30.0, 100.0};
+    static const double numbers[LEVELS] = {1e-6, 1.0, 10.0, 30.0, 45.0, 67.0, 82.0, 100.0};
     static const double h[2] = {1e-5, 1e-5};
     int below[LEVELS] = {0};
     for (int m = 1; m <= 6; m++) {
@@ -188,30 +188,28 @@ TEST(flow_over_reynolds_and_horizon)
             last = below[r] = cost[r];
             scene_free(s);
         }
-        NOTE("m = %d: %d %d %d %d %d %d %d evaluations", m, cost[0], cost[1], cost[2], cost[3], cost[4], cost[5],
-             cost[6]);
+        NOTE("m = %d: %d %d %d %d %d %d %d %d evaluations", m, cost[0], cost[1], cost[2], cost[3], cost[4], cost[5],
+             cost[6], cost[7]);
     }
 }
 
-/* The same over the ratio of the spacings. */
+/* The same over the ratio of the spacings along the channel. */
 TEST(flow_over_spacings)
 {
-    for (int m = 1; m <= 3; m++)
-        for (int axis = 0; axis < 2; axis++) {
-            int last = 0, cost[7], count = 0;
-            for (double ratio = 1.0; ratio < 1500.0; ratio *= 3.1622776601683795) {
-                double h[2] = {1e-5, 1e-5};
-                h[axis] *= ratio;
-                scene *s = scene_flow(h, m, 1.0);
-                if (!s) return;
-                cost[count] = (int)s->solved.evaluations;
-                smooth(last, cost[count], 2.0);
-                last = cost[count++];
-                scene_free(s);
-            }
-            NOTE("m = %d, axis %d: %d %d %d %d %d %d %d evaluations", m, axis, cost[0], cost[1], cost[2], cost[3],
-                 cost[4], cost[5], cost[6]);
+    for (int m = 1; m <= 3; m++) {
+        int last = 0, cost[LEVELS], count = 0;
+        for (double ratio = 1.0; ratio < 150.0; ratio *= 3.1622776601683795) {
+            double h[2] = {1e-5, 1e-5};
+            h[0] *= ratio;
+            scene *s = scene_flow(h, m, 1.0);
+            if (!s) return;
+            cost[count] = (int)s->solved.evaluations;
+            smooth(last, cost[count], 2.0);
+            last = cost[count++];
+            scene_free(s);
         }
+        NOTE("m = %d: %d %d %d %d %d evaluations", m, cost[0], cost[1], cost[2], cost[3], cost[4]);
+    }
 }
 
 TEST_MAIN(ENTRY(transport_over_peclet_and_horizon) ENTRY(transport_over_spacings)
