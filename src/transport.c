@@ -399,6 +399,7 @@ static pd_status pdi_transport_newton(pd_ctx *ctx, pd_transport *t, double goal,
     pd_status status = PD_OK;
     user.ctx = ctx;
     user.t = t;
+    t->krylov.desc.fixed = 0; /* waves from node to node that the limiter hardly damps need the whole space */
     while (result->limiter < t->desc.max_limiter && norm > goal) {
         status = pdi_poll(ctx, "transport: Newton", result->limiter);
         if (status < 0) break;
@@ -418,6 +419,8 @@ static pd_status pdi_transport_newton(pd_ctx *ctx, pd_transport *t, double goal,
         if (result->change <= t->desc.limiter_tolerance || norm > PDI_TRANSPORT_STALLED * before) break;
         loose = fmin(PDI_TRANSPORT_LOOSE, fmax(PDI_TRANSPORT_TIGHT, 0.9 * (norm / before) * (norm / before)));
     }
+    t->krylov.desc.fixed = 1;
+    pd_krylov_trim(ctx, &t->krylov);
     return status < 0 ? status : PD_OK;
 }
 
@@ -488,7 +491,6 @@ PDI_FN pd_status pdi_transport_stage(pd_ctx *ctx, pd_transport *t, double dt, in
     double size = fmax(pdi_transport_given(ctx, t), sqrt(pdi_par_dot(ctx, total, t->work, t->work)));
     pd_status status = size > 0.0 ? pdi_transport_iterate(ctx, t, size, bounded, result) : PD_OK;
     if (status < 0) return status;
-    pd_krylov_trim(ctx, &t->krylov);
     result->residual = size > 0.0 ? result->residual / size : 0.0;
     pdi_transport_boundary(t);
     return result->residual <= 10.0 * t->desc.tolerance ? PD_OK : status;
@@ -701,7 +703,8 @@ static pd_status pdi_transport_make(pd_ctx *ctx, const pd_grid *grid, const pd_b
     kd.spans = &bonds->spans;
     kd.components = 1;
     kd.restart = 20;
-    kd.most = 10 * kd.restart; /* waves from node to node that the limiter hardly damps need the whole space */
+    kd.most = flow ? 10 * kd.restart : 0;
+    kd.fixed = 1;
     kd.flexible = 1;
     kd.compressed = !desc->field; /* the level of a good conductor drowns in single precision */
     kd.zero_guess = 1;
