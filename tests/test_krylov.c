@@ -209,6 +209,7 @@ TEST(gmres_growth)
     enum { N = 24 };
     for (int variant = 0; variant < 8; variant++) {
         int refused = variant & 1;
+        pd_apply_fn precond = variant >> 2 ? same : NULL;
         double b[N] = {0.0}, x[N] = {0.0};
         pd_ctx ctx;
         fault c;
@@ -226,7 +227,7 @@ TEST(gmres_growth)
         CHECK_OK(&ctx, pd_krylov_build(&ctx, &d, &k));
         size_t built = ctx.in_use;
         if (refused) c.fail_at = c.calls + 4; /* the second growth, halfway */
-        CHECK_INT(pd_krylov_solve(&ctx, &k, multiply, variant >> 2 ? same : NULL, &s, b, x, &r), refused ? PD_NOT_CONVERGED : PD_OK);
+        CHECK_INT(pd_krylov_solve(&ctx, &k, multiply, precond, &s, b, x, &r), refused ? PD_NOT_CONVERGED : PD_OK);
         CHECK_INT(r.iterations, refused ? 10 : N);
         CHECK(!refused || strstr(ctx.message, "stagnation") != NULL);
         if (!refused) CHECK_NEAR(x[1], 1.0, 1e-6);
@@ -236,11 +237,11 @@ TEST(gmres_growth)
         if (!refused) CHECK_INT((int)ctx.in_use, (int)built);
         c.fail_at = 0;
         memset(x, 0, sizeof x);
-        CHECK_OK(&ctx, pd_krylov_solve(&ctx, &k, multiply, variant >> 2 ? same : NULL, &s, b, x, &r));
+        CHECK_OK(&ctx, pd_krylov_solve(&ctx, &k, multiply, precond, &s, b, x, &r));
         CHECK_INT(r.iterations, N);
         k.desc.fixed = 1;
         memset(x, 0, sizeof x);
-        CHECK_INT(pd_krylov_solve(&ctx, &k, multiply, variant >> 2 ? same : NULL, &s, b, x, &r), PD_NOT_CONVERGED);
+        CHECK_INT(pd_krylov_solve(&ctx, &k, multiply, precond, &s, b, x, &r), PD_NOT_CONVERGED);
         CHECK_INT(r.iterations, 5);
         pd_krylov_free(&ctx, &k);
         CHECK_INT(ctx.in_use, 0);
