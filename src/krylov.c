@@ -41,7 +41,7 @@ static pd_status pdi_krylov_make(pd_ctx *ctx, const pd_krylov_desc *desc, pd_kry
     krylov->desc = *desc;
     pd_krylov_desc *d = &krylov->desc;
     if (d->restart == 0) d->restart = 30;
-    if (d->most < d->restart || d->flexible) d->most = d->restart;
+    if (d->most < d->restart) d->most = d->restart;
     if (d->max_iterations == 0) d->max_iterations = 200;
     if (d->rtol == 0.0) d->rtol = 1e-8;
     if (d->n < 1) return pdi_fail(ctx, PD_ERR_ARGUMENT, "krylov", "n = %.0f, needs at least 1", (double)d->n);
@@ -89,8 +89,11 @@ pd_status pd_krylov_build(pd_ctx *ctx, const pd_krylov_desc *desc, pd_krylov *kr
     return status;
 }
 
-/* Entries of one chunk of what has grown. */
-static int64_t pdi_krylov_chunk(const pd_krylov *krylov) { return krylov->length * krylov->desc.restart; }
+/* Entries of one chunk of what has grown: `restart` vectors, and as many preconditioned ones. */
+static int64_t pdi_krylov_chunk(const pd_krylov *krylov)
+{
+    return krylov->length * krylov->desc.restart * (krylov->desc.flexible ? 2 : 1);
+}
 
 static size_t pdi_krylov_entry(const pd_krylov *krylov)
 {
@@ -153,24 +156,38 @@ static double *pdi_krylov_vector(const pdi_krylov_run *run, int i)
     return run->k->work + (int64_t)i * run->k->desc.n;
 }
 
+/* Number of the first vector of the preconditioned basis. */
+static int pdi_krylov_flexible(const pd_krylov *k) { return k->desc.most + 1; }
+
+/* Where vector i of the basis stands in its chunk: the first of those that have grown is 0, -1 is what was built. */
+static int64_t pdi_krylov_place(const pd_krylov *k, int i, int *chunk)
+{
+    int restart = k->desc.restart, flexible = i >= pdi_krylov_flexible(k);
+    int at = flexible ? i - pdi_krylov_flexible(k) : i - 1;
+    *chunk = at < restart ? -1 : at / restart - 1;
+    if (flexible && !k->desc.flexible) *chunk = k->chunks; /* there is none */
+    if (*chunk < 0) return k->length * (flexible ? restart + 1 + at : i);
+    return k->length * (at % restart + (flexible ? restart : 0));
+}
+
 /* Vector i of the basis, in the precision that it is kept in; NULL: there is none. */
 static double *pdi_krylov_double(const pd_krylov *k, int i)
 {
-    int beyond = i - k->basis_vectors;
-    if (k->desc.compressed || beyond >= k->chunks * k->desc.restart) return NULL;
-    if (beyond < 0) return k->basis + i * k->length;
-    return (double *)k->more[beyond / k->desc.restart] + beyond % k->desc.restart * k->length;
+    int chunk;
+    int64_t at = pdi_krylov_place(k, i, &chunk);
+    if (k->desc.compressed || chunk >= k->chunks) return NULL;
+    return chunk < 0 ? k->basis + at : (double *)k->more[chunk] + at;
 }
 
 static float *pdi_krylov_single(const pd_krylov *k, int i)
 {
-    int beyond = i - k->basis_vectors;
-    if (!k->desc.compressed || beyond >= k->chunks * k->desc.restart) return NULL;
-    if (beyond < 0) return k->single + i * k->length;
-    return (float *)k->more[beyond / k->desc.restart] + beyond % k->desc.restart * k->length;
+    int chunk;
+    int64_t at = pdi_krylov_place(k, i, &chunk);
+    if (!k->desc.compressed || chunk >= k->chunks) return NULL;
+    return chunk < 0 ? k->single + at : (float *)k->more[chunk] + at;
 }
 
-/* Up to PDI_PAR_GROUP vectors of the basis from `first`; those of the preconditioned one follow after restart + 1. */
+/* Up to PDI_PAR_GROUP vectors of the basis from `first`; those of the preconditioned one follow after all. */
 static pdi_par_vectors pdi_krylov_basis(const pdi_krylov_run *run, int first)
 {
     pdi_par_vectors v;
@@ -419,7 +436,7 @@ static pd_status pdi_krylov_gmres_cycle(const pdi_krylov_run *run, double beta)
         if (flexible) {
             packed = pdi_krylov_pack(run, z);
             if (j == 0) unit = pdi_krylov_unit(run, packed);
-            pdi_krylov_keep(run, unit, packed, d->restart + 1 + j);
+            pdi_krylov_keep(run, unit, packed, pdi_krylov_flexible(run->k) + j);
             pdi_krylov_unpack(run, packed, z);
         }
         pdi_krylov_apply(run, z, w);
@@ -437,7 +454,7 @@ static pd_status pdi_krylov_gmres_cycle(const pdi_krylov_run *run, double beta)
         pdi_krylov_unpack(run, packed, v);
     }
     pdi_krylov_back(count, s.hess, s.g, s.y);
-    if (flexible) pdi_krylov_combine(run, d->restart + 1, count, s.y, z);
+    if (flexible) pdi_krylov_combine(run, pdi_krylov_flexible(run->k), count, s.y, z);
     else {
         pdi_krylov_combine(run, 0, count, s.y, v);
         pdi_krylov_precond(run, v, z);

@@ -8,8 +8,6 @@
 /* Length of a step over the exchange time of the slowest node, and how many. */
 #define PDI_SETTLE_LONG 1e9
 #define PDI_SETTLE_STEPS 60
-/* Relative change of the field by a step, below which corrections are worth while. */
-#define PDI_SETTLE_CHANGE 1e-6
 /* Corrections in a row, each to that share of what it is for; a defect that falls by less than the last ends them. */
 #define PDI_SETTLE_CORRECTIONS 20
 #define PDI_SETTLE_SHARE 1e-4
@@ -93,15 +91,19 @@ static double pdi_settle_defect(pd_ctx *ctx, pd_transport *t)
     return passes > 0.0 ? missing / passes : HUGE_VAL;
 }
 
-/* c + rest += delta, the latter what c cannot hold (Knuth's sum of two). */
-static void pdi_settle_add(pd_transport *t, const double *delta)
+/* c + rest += delta, the latter what c cannot hold (Knuth's sum of two). Returns the relative change of the field. */
+static double pdi_settle_add(pd_transport *t, const double *delta)
 {
+    double moved = 0.0, size = 0.0;
     for (int32_t i = 0; i < t->grid->total; i++) {
         if (t->grid->kind[i] != PD_FLUID) continue;
         double more = delta[i] + (t->rest ? t->rest[i] : 0.0), c = t->c[i], sum = c + more, part = sum - c;
         t->c[i] = sum;
+        moved = fmax(moved, fabs(delta[i]));
+        size = fmax(size, fabs(sum));
         if (t->rest) t->rest[i] = (c - (sum - part)) + (more - part);
     }
+    return size > 0.0 ? moved / size : 0.0;
 }
 
 /* Corrections as long as they halve the defect. PD_NOT_CONVERGED: it stays too large. */
@@ -114,7 +116,7 @@ static pd_status pdi_settle_correct(pd_ctx *ctx, pd_transport *t, pd_transport_r
         last = result->defect;
         pd_status status = pdi_transport_refine(ctx, t, PDI_SETTLE_SHARE, result);
         if (status < 0) return status;
-        pdi_settle_add(t, t->work + t->grid->total);
+        result->change = pdi_settle_add(t, t->work + t->grid->total);
         result->defect = pdi_settle_defect(ctx, t);
     }
     return result->defect <= PDI_SETTLE_DEFECT ? PD_OK : PD_NOT_CONVERGED;
@@ -139,7 +141,11 @@ pd_status pd_transport_steady(pd_ctx *ctx, pd_transport *t, pd_transport_result 
             size = fmax(size, fabs(t->c[i]));
         }
         result->change = size > 0.0 ? moved / size : 0.0;
-        if (limited && result->change > PDI_SETTLE_CHANGE) continue;
+        /* corrections leave the limiter as it is */
+        if (limited && size > 0.0) {
+            result->defect = pdi_settle_defect(ctx, t);
+            if (!(result->defect <= PDI_SETTLE_DEFECT)) continue;
+        }
         status = size > 0.0 ? pdi_settle_correct(ctx, t, result) : PD_OK;
         krylov = result->krylov;
         if (status <= 0) return status;
@@ -157,7 +163,6 @@ PDI_FN int32_t pdi_settle_worst(const pd_transport *t)
 
 #undef PDI_SETTLE_LONG
 #undef PDI_SETTLE_STEPS
-#undef PDI_SETTLE_CHANGE
 #undef PDI_SETTLE_CORRECTIONS
 #undef PDI_SETTLE_SHARE
 #undef PDI_SETTLE_SLOW

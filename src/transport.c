@@ -15,8 +15,7 @@
 /* A residual over its tolerance that counts as missed, and the most pairs of sweeps behind a multigrid cycle then. */
 #define PDI_TRANSPORT_MISSED 10.0
 #define PDI_TRANSPORT_SWEEPS 64
-/* Iterations of one of these, and the shortest step along its direction. */
-#define PDI_TRANSPORT_KRYLOV 60
+/* The shortest step along their direction. */
 #define PDI_TRANSPORT_SHORTEST 0.03
 /* Share of the spreading of upwind fluxes in the preconditioner of limited ones, which give most of it back. */
 #define PDI_TRANSPORT_SPREAD 0.3
@@ -397,16 +396,15 @@ static pd_status pdi_transport_newton(pd_ctx *ctx, pd_transport *t, double goal,
     pdi_transport_user user;
     pd_krylov_result linear;
     double *delta = t->work + t->grid->total, norm = pdi_transport_evaluate(ctx, t), loose = PDI_TRANSPORT_LOOSE;
-    int most = t->krylov.desc.max_iterations;
     pd_status status = PD_OK;
     user.ctx = ctx;
     user.t = t;
-    t->krylov.desc.max_iterations = PDI_TRANSPORT_KRYLOV;
+    t->krylov.desc.fixed = 0; /* waves from node to node that the limiter hardly damps need the whole space */
     while (result->limiter < t->desc.max_limiter && norm > goal) {
         status = pdi_poll(ctx, "transport: Newton", result->limiter);
         if (status < 0) break;
         user.limited = pdi_par_max_abs(ctx, t->grid->total, t->anti) > 0.0;
-        t->krylov.desc.rtol = user.limited ? loose : 1e-15;
+        t->krylov.desc.rtol = user.limited ? loose : PDI_TRANSPORT_TIGHT; /* flat fields may be limited after it */
         t->krylov.desc.atol = 0.5 * goal;
         status = pd_krylov_solve(ctx, &t->krylov, pdi_transport_jacobian, pdi_transport_precondition, &user, t->work,
                                  delta, &linear);
@@ -421,7 +419,8 @@ static pd_status pdi_transport_newton(pd_ctx *ctx, pd_transport *t, double goal,
         if (result->change <= t->desc.limiter_tolerance || norm > PDI_TRANSPORT_STALLED * before) break;
         loose = fmin(PDI_TRANSPORT_LOOSE, fmax(PDI_TRANSPORT_TIGHT, 0.9 * (norm / before) * (norm / before)));
     }
-    t->krylov.desc.max_iterations = most;
+    t->krylov.desc.fixed = 1;
+    pd_krylov_trim(ctx, &t->krylov);
     return status < 0 ? status : PD_OK;
 }
 
@@ -704,6 +703,8 @@ static pd_status pdi_transport_make(pd_ctx *ctx, const pd_grid *grid, const pd_b
     kd.spans = &bonds->spans;
     kd.components = 1;
     kd.restart = 20;
+    kd.most = flow ? 10 * kd.restart : 0;
+    kd.fixed = 1;
     kd.flexible = 1;
     kd.compressed = !desc->field; /* the level of a good conductor drowns in single precision */
     kd.zero_guess = 1;

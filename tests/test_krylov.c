@@ -197,12 +197,19 @@ TEST(gmres_cyclic_shift)
     CHECK_NEAR(r.residual, 1.0, 1e-14);
 }
 
+static void same(void *user, const double *x, double *y)
+{
+    const sys *s = (const sys *)user;
+    memcpy(y, x, (size_t)s->n * sizeof *x);
+}
+
 /* A basis that grows needs no restart; it gives back what it took, and where memory is refused it restarts. */
 TEST(gmres_growth)
 {
     enum { N = 24 };
-    for (int variant = 0; variant < 4; variant++) {
+    for (int variant = 0; variant < 8; variant++) {
         int refused = variant & 1;
+        pd_apply_fn precond = variant >> 2 ? same : NULL;
         double b[N] = {0.0}, x[N] = {0.0};
         pd_ctx ctx;
         fault c;
@@ -214,12 +221,13 @@ TEST(gmres_growth)
         d.restart = 5;
         d.most = 25;
         d.max_iterations = 1000;
-        d.compressed = variant >> 1;
+        d.compressed = variant >> 1 & 1;
+        d.flexible = variant >> 2;
         fault_context(&c, 0, 1, &ctx);
         CHECK_OK(&ctx, pd_krylov_build(&ctx, &d, &k));
         size_t built = ctx.in_use;
         if (refused) c.fail_at = c.calls + 4; /* the second growth, halfway */
-        CHECK_INT(pd_krylov_solve(&ctx, &k, multiply, NULL, &s, b, x, &r), refused ? PD_NOT_CONVERGED : PD_OK);
+        CHECK_INT(pd_krylov_solve(&ctx, &k, multiply, precond, &s, b, x, &r), refused ? PD_NOT_CONVERGED : PD_OK);
         CHECK_INT(r.iterations, refused ? 10 : N);
         CHECK(!refused || strstr(ctx.message, "stagnation") != NULL);
         if (!refused) CHECK_NEAR(x[1], 1.0, 1e-6);
@@ -229,11 +237,11 @@ TEST(gmres_growth)
         if (!refused) CHECK_INT((int)ctx.in_use, (int)built);
         c.fail_at = 0;
         memset(x, 0, sizeof x);
-        CHECK_OK(&ctx, pd_krylov_solve(&ctx, &k, multiply, NULL, &s, b, x, &r));
+        CHECK_OK(&ctx, pd_krylov_solve(&ctx, &k, multiply, precond, &s, b, x, &r));
         CHECK_INT(r.iterations, N);
         k.desc.fixed = 1;
         memset(x, 0, sizeof x);
-        CHECK_INT(pd_krylov_solve(&ctx, &k, multiply, NULL, &s, b, x, &r), PD_NOT_CONVERGED);
+        CHECK_INT(pd_krylov_solve(&ctx, &k, multiply, precond, &s, b, x, &r), PD_NOT_CONVERGED);
         CHECK_INT(r.iterations, 5);
         pd_krylov_free(&ctx, &k);
         CHECK_INT(ctx.in_use, 0);

@@ -1,0 +1,217 @@
+/* What a step costs varies smoothly with the horizon, the ratio of spacings, the cell Peclet and the Reynolds number:
+ * iterations of neighbouring cases are within a bounded ratio. A bar stands in a channel.
+ * dims: 2 */
+#include "steady.h"
+#include "test.h"
+#include "transport.h"
+
+#define NU 1e-6  /* [m2/s] */
+#define CELLS 16 /* across the channel */
+
+typedef struct scene {
+    pd_ctx ctx;
+    pd_stencil stencil;
+    pd_shape bar;
+    pd_grid grid;
+    pd_bonds bonds;
+    pd_flow flow;
+    pd_steady steady;
+    pd_steady_result solved;
+    double mean, width; /* [m/s] [m] */
+} scene;
+
+static scene test_scene;
+
+static void profile(void *user, const double *x, double *u)
+{
+    const scene *s = (const scene *)user;
+    double y = x[1] / s->width;
+    u[0] = 6.0 * s->mean * y * (1.0 - y);
+    u[1] = 0.0;
+}
+
+/* A plume a quarter of the channel wide enters beside the middle. */
+static double plume(void *user, const double *x)
+{
+    const scene *s = (const scene *)user;
+    double y = 8.0 * (x[1] / s->width - 0.4);
+    return exp(-y * y);
+}
+
+static void scene_free(scene *s)
+{
+    pd_steady_free(&s->ctx, &s->steady);
+    pd_flow_free(&s->ctx, &s->flow);
+    pd_bonds_free(&s->ctx, &s->bonds);
+    pd_grid_free(&s->ctx, &s->grid);
+    pd_stencil_free(&s->ctx, &s->stencil);
+    CHECK_INT(s->ctx.in_use, 0);
+}
+
+/* The flow at a Reynolds number of the width of the channel, from rest; cells of the spacings h. */
+static scene *scene_flow(const double *h, double m, double reynolds)
+{
+    scene *s = &test_scene;
+    pd_stencil_desc sd;
+    pd_grid_desc gd;
+    pd_flow_desc fd;
+    pd_steady_desc dd;
+    memset(s, 0, sizeof *s);
+    memset(&sd, 0, sizeof sd);
+    memset(&gd, 0, sizeof gd);
+    memset(&fd, 0, sizeof fd);
+    memset(&dd, 0, sizeof dd);
+    pd_ctx_init(&s->ctx);
+    s->ctx.threads = 1;
+    sd.m = m;
+    s->bar.type = PD_SHAPE_BOX;
+    for (int d = 0; d < 2; d++) {
+        int n = d ? CELLS : 2 * CELLS;
+        sd.h[d] = h[d];
+        gd.hi[d] = n * h[d];
+        s->bar.a[d] = (d ? 6.0 : 7.0) * h[d];
+        s->bar.b[d] = 11.0 * h[d];
+    }
+    gd.shapes = &s->bar;
+    gd.wall = 0;
+    gd.solid = -1;
+    gd.side[0] = PD_SIDE_INLET;
+    gd.side[1] = PD_SIDE_OUTLET;
+    s->width = gd.hi[1];
+    s->mean = fd.speed = reynolds * NU / s->width;
+    fd.rho = 1000.0;
+    fd.mu = NU * fd.rho;
+    fd.length = s->width;
+    fd.inlet = profile;
+    fd.inlet_user = s;
+    dd.tolerance = 1e-8;
+    if (!CHECK_OK(&s->ctx, pd_stencil_build(&s->ctx, &sd, &s->stencil)) ||
+        !CHECK_OK(&s->ctx, pd_grid_build(&s->ctx, &s->stencil, &gd, &s->grid)) ||
+        !CHECK_OK(&s->ctx, pd_bonds_build(&s->ctx, &s->stencil, &s->grid, 0, &s->bonds)) ||
+        !CHECK_OK(&s->ctx, pd_flow_build(&s->ctx, &s->grid, &s->bonds, &fd, &s->flow)) ||
+        !CHECK_OK(&s->ctx, pd_steady_build(&s->ctx, &s->flow, &dd, &s->steady)) ||
+        !CHECK_OK(&s->ctx, pd_steady_solve(&s->ctx, &s->steady, &s->solved)))
+        return NULL;
+    return s;
+}
+
+/* Krylov iterations of one step from an empty channel, of so many times the way through it, at a Peclet number of the
+ * longer spacing; 0: it failed. */
+static int step_cost(scene *s, double peclet, double ways)
+{
+    pd_transport t;
+    pd_transport_desc desc;
+    pd_transport_result result;
+    double length = s->grid.h[0] > s->grid.h[1] ? s->grid.h[0] : s->grid.h[1];
+    memset(&t, 0, sizeof t);
+    memset(&desc, 0, sizeof desc);
+    desc.diffusivity = s->mean * length / peclet;
+    desc.entering = plume;
+    desc.user = s;
+    int good = CHECK_OK(&s->ctx, pd_transport_build(&s->ctx, &s->grid, &s->bonds, &s->flow, &desc, &t)) &&
+               CHECK_OK(&s->ctx, pd_transport_implicit(&s->ctx, &t, ways * s->grid.hi[0] / s->mean, &result));
+    CHECK_INT(t.krylov.chunks, 0); /* what the basis took is given back */
+    for (int32_t i = 0; i < s->grid.total && good; i++)
+        if (s->grid.kind[i] == PD_FLUID) good = CHECK_LE(-1e-9, t.c[i]) && CHECK_LE(t.c[i], 1.0 + 1e-9);
+    pd_transport_free(&s->ctx, &t);
+    return good ? result.krylov : 0;
+}
+
+/* `next` costs at most `most` times what `last` did, and the other way round; 0: there is no last one. */
+static int smooth(int last, int next, double most)
+{
+    return last == 0 || (CHECK_LE(next, most * last) && CHECK_LE(last, most * next));
+}
+
+#define LEVELS 8
+
+/* Cell Peclet numbers of 1 to 1e6, and horizons of 1 to 6 cells: a step to the steady field. Below 10 the fluxes begin
+ * to be limited. */
+TEST(transport_over_peclet_and_horizon)
+{
+    static const double sizes[] = {1.0, 1.5, 2.0, 2.5, 3.0, 4.0, 5.0, 6.0};
+    static const double numbers[LEVELS] = {1.0, 3.0, 10.0, 30.0, 100.0, 1e3, 1e4, 1e6}, h[2] = {1e-5, 1e-5};
+    int below[LEVELS] = {0};
+    for (int k = 0; k < (int)(sizeof sizes / sizeof sizes[0]); k++) {
+        scene *s = scene_flow(h, sizes[k], 20.0);
+        int cost[LEVELS], last = 0;
+        if (!s) return;
+        for (int p = 0; p < LEVELS; p++) {
+            cost[p] = step_cost(s, numbers[p], 100.0);
+            CHECK(cost[p] > 0);
+            if (!smooth(last, cost[p], 2.0) || !smooth(below[p], cost[p], 2.0))
+                NOTE("m = %g, Pe = %g", sizes[k], numbers[p]);
+            last = below[p] = cost[p];
+        }
+        NOTE("m = %g: %d %d %d %d %d %d %d %d iterations", sizes[k], cost[0], cost[1], cost[2], cost[3], cost[4],
+             cost[5], cost[6], cost[7]);
+        scene_free(s);
+    }
+}
+
+/* Cells of 1 to 100 times as long as wide: a step in which the stream passes one of them, and at a Peclet number where
+ * diffusion counts. Longer steps and longer horizons cost more between 3 and 30 to 1 (theory: 5.2). */
+TEST(transport_over_spacings)
+{
+    for (int m = 1; m <= 2; m++) {
+        int last[2] = {0, 0};
+        for (double ratio = 1.0; ratio < 150.0; ratio *= 3.1622776601683795) {
+            double h[2] = {1e-5, 1e-5};
+            h[0] *= ratio;
+            scene *s = scene_flow(h, m, 1.0);
+            if (!s) return;
+            for (int p = 0; p < 2; p++) {
+                int cost = step_cost(s, p ? 1e4 : 10.0, 0.5 / CELLS);
+                CHECK(cost > 0);
+                NOTE("m = %d, %.3g to 1, %s: %d iterations", m, ratio, p ? "Pe = 1e4" : "Pe = 10", cost);
+                smooth(last[p], cost, 2.0);
+                last[p] = cost;
+            }
+            scene_free(s);
+        }
+    }
+}
+
+/* Reynolds numbers of 1e-6 to 100, and horizons. The passages beside the bar are 5 cells wide: with a horizon of 6
+ * the highest Reynolds number costs over twice as much as the one before, and is left out. */
+TEST(flow_over_reynolds_and_horizon)
+{
+    static const double numbers[LEVELS] = {1e-6, 1.0, 10.0, 30.0, 45.0, 67.0, 82.0, 100.0};
+    static const double h[2] = {1e-5, 1e-5};
+    int below[LEVELS] = {0};
+    for (int m = 1; m <= 6; m++) {
+        int cost[LEVELS] = {0}, last = 0;
+        for (int r = 0; r < (m > 5 ? LEVELS - 1 : LEVELS); r++) {
+            scene *s = scene_flow(h, m, numbers[r]);
+            if (!s) return;
+            cost[r] = (int)s->solved.evaluations;
+            if (!smooth(last, cost[r], 2.0) || !smooth(below[r], cost[r], 2.0)) NOTE("m = %d, Re = %g", m, numbers[r]);
+            last = below[r] = cost[r];
+            scene_free(s);
+        }
+        NOTE("m = %d: %d %d %d %d %d %d %d %d evaluations", m, cost[0], cost[1], cost[2], cost[3], cost[4], cost[5],
+             cost[6], cost[7]);
+    }
+}
+
+/* The same over the ratio of the spacings along the channel. */
+TEST(flow_over_spacings)
+{
+    for (int m = 1; m <= 3; m++) {
+        int last = 0, cost[LEVELS], count = 0;
+        for (double ratio = 1.0; ratio < 150.0; ratio *= 3.1622776601683795) {
+            double h[2] = {1e-5, 1e-5};
+            h[0] *= ratio;
+            scene *s = scene_flow(h, m, 1.0);
+            if (!s) return;
+            cost[count] = (int)s->solved.evaluations;
+            smooth(last, cost[count], 2.0);
+            last = cost[count++];
+            scene_free(s);
+        }
+        NOTE("m = %d: %d %d %d %d %d evaluations", m, cost[0], cost[1], cost[2], cost[3], cost[4]);
+    }
+}
+
+TEST_MAIN(ENTRY(transport_over_peclet_and_horizon) ENTRY(transport_over_spacings)
+          ENTRY(flow_over_reynolds_and_horizon) ENTRY(flow_over_spacings))
