@@ -10,6 +10,7 @@
 #ifndef PD_BASE_H
 #define PD_BASE_H
 #include "config.h"
+#include "pace.h"
 
 #define PD_STATUS_TABLE(X) \
     X(PD_OK, 0, "done") \
@@ -56,6 +57,7 @@ typedef struct pd_ctx {
     size_t peak;   /* [byte] */
     pd_poll_fn poll; /* NULL: nothing is asked */
     void *poll_user;
+    pd_pace pace; /* of the threads */
     pd_status status;
     char message[PD_MESSAGE_SIZE];
 } pd_ctx;

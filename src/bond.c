@@ -680,7 +680,8 @@ static void pdi_bond_pieces(int32_t i, int32_t row, int32_t length, int most, pd
 PDI_FN void pdi_bond_sweep(const pd_ctx *ctx, const pd_bonds *bonds, int64_t work, int most, pdi_bond_run_fn run,
                            const void *user)
 {
-    int nt = pdi_par_threads(ctx, work);
+    pdi_par_watch watch;
+    int nt = pdi_par_begin(ctx, work, 1, (uint64_t)(uintptr_t)run, &watch);
     (void)nt;
     PDI_PARALLEL(nt)
     {
@@ -694,6 +695,7 @@ PDI_FN void pdi_bond_sweep(const pd_ctx *ctx, const pd_bonds *bonds, int64_t wor
         PDI_FOR
         for (int32_t r = bonds->plain; r < bonds->rows; r++) run(user, bonds->node[r], r, 1);
     }
+    pdi_par_end(ctx, &watch);
 }
 
 /* Fluxes through the plane of the bonds that start at `node`, of index i. */

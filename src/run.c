@@ -315,7 +315,7 @@ static void pdi_run_collect(const pdi_run *r, pd_run_result *result)
     result->defect = c->transport_result.defect;
     result->steps = c->steps;
     result->unsolved = c->unsolved;
-    result->threads = pdi_par_threads(r->ctx, INT64_MAX);
+    result->threads = pdi_par_offered(r->ctx, INT64_MAX);
     for (int k = 0; k < PD_PART_COUNT; k++) result->unknowns += m->unknowns[k];
     result->bytes_per_node = nodes ? (double)r->ctx->peak / (double)nodes : 0.0;
 }
