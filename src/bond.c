@@ -607,6 +607,9 @@ static pd_status pdi_bond_renew(pd_ctx *ctx, int32_t node, pd_bonds *b)
     return PD_OK;
 }
 
+/* Nodes between two polls: a tenth of a second where each needs a row in 3D. */
+#define PDI_BOND_POLL 4096
+
 static pd_status pdi_bond_make(pd_ctx *ctx, const pd_stencil *stencil, const pd_grid *grid, int all_rows,
                                pd_bonds *bonds)
 {
@@ -633,11 +636,14 @@ static pd_status pdi_bond_make(pd_ctx *ctx, const pd_stencil *stencil, const pd_
     int32_t rows = 0;
     for (int32_t node = 0; node < grid->total; node++) {
         bonds->row[node] = -1;
+        if (node % PDI_BOND_POLL == 0) PDI_TRY(pdi_poll(ctx, "bonds: rows", node));
         if (grid->kind[node] == PD_FLUID) rows += all_rows || !pdi_bond_whole(bonds, node);
     }
     PDI_TRY(pdi_bond_reserve(ctx, rows, bonds));
-    for (int32_t node = 0; node < grid->total; node++)
+    for (int32_t node = 0; node < grid->total; node++) {
+        if (node % PDI_BOND_POLL == 0) PDI_TRY(pdi_poll(ctx, "bonds", node));
         if (grid->kind[node] == PD_FLUID) PDI_TRY(pdi_bond_renew(ctx, node, bonds));
+    }
     return pdi_bond_arrange(ctx, bonds);
 }
 
