@@ -41,6 +41,16 @@ PDI_FN pd_status pdi_fail(pd_ctx *ctx, pd_status status, const char *where, cons
     return status;
 }
 
+PDI_FN void pdi_append(char *text, size_t size, const char *format, ...)
+{
+    size_t used = strlen(text);
+    va_list args;
+    if (used + 1 >= size) return;
+    va_start(args, format);
+    vsnprintf(text + used, size - used, format, args);
+    va_end(args);
+}
+
 static void *pdi_base_realloc(pd_ctx *ctx, void *ptr, size_t old_size, size_t new_size)
 {
     if (ctx->alloc.fn) return ctx->alloc.fn(ctx->alloc.user, ptr, old_size, new_size);

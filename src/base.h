@@ -10,6 +10,7 @@
 #ifndef PD_BASE_H
 #define PD_BASE_H
 #include "config.h"
+#include "pace.h"
 
 #define PD_STATUS_TABLE(X) \
     X(PD_OK, 0, "done") \
@@ -56,6 +57,7 @@ typedef struct pd_ctx {
     size_t peak;   /* [byte] */
     pd_poll_fn poll; /* NULL: nothing is asked */
     void *poll_user;
+    pd_pace pace; /* of the threads */
     pd_status status;
     char message[PD_MESSAGE_SIZE];
 } pd_ctx;
@@ -75,6 +77,8 @@ PD_API const char *pd_status_text(pd_status status);
 /* The one place that every failure passes: sets ctx->status and ctx->message ("where: ..."), returns status. */
 PDI_FN pd_status pdi_fail(pd_ctx *ctx, pd_status status, const char *where, const char *format, ...)
     PD_PRINTF_LIKE(4, 5);
+/* Print behind `text` of `size` bytes; what does not fit is left out. */
+PDI_FN void pdi_append(char *text, size_t size, const char *format, ...) PD_PRINTF_LIKE(3, 4);
 /* 1: memory was lacking or the caller stops, which no other step, guess or file mends. */
 static inline int pdi_is_final(pd_status status)
 {

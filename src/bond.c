@@ -607,6 +607,9 @@ static pd_status pdi_bond_renew(pd_ctx *ctx, int32_t node, pd_bonds *b)
     return PD_OK;
 }
 
+/* Nodes between two polls: a tenth of a second where each needs a row in 3D. */
+#define PDI_BOND_POLL 4096
+
 static pd_status pdi_bond_make(pd_ctx *ctx, const pd_stencil *stencil, const pd_grid *grid, int all_rows,
                                pd_bonds *bonds)
 {
@@ -633,11 +636,14 @@ static pd_status pdi_bond_make(pd_ctx *ctx, const pd_stencil *stencil, const pd_
     int32_t rows = 0;
     for (int32_t node = 0; node < grid->total; node++) {
         bonds->row[node] = -1;
+        if (node % PDI_BOND_POLL == 0) PDI_TRY(pdi_poll(ctx, "bonds: rows", node));
         if (grid->kind[node] == PD_FLUID) rows += all_rows || !pdi_bond_whole(bonds, node);
     }
     PDI_TRY(pdi_bond_reserve(ctx, rows, bonds));
-    for (int32_t node = 0; node < grid->total; node++)
+    for (int32_t node = 0; node < grid->total; node++) {
+        if (node % PDI_BOND_POLL == 0) PDI_TRY(pdi_poll(ctx, "bonds", node));
         if (grid->kind[node] == PD_FLUID) PDI_TRY(pdi_bond_renew(ctx, node, bonds));
+    }
     return pdi_bond_arrange(ctx, bonds);
 }
 
@@ -680,7 +686,8 @@ static void pdi_bond_pieces(int32_t i, int32_t row, int32_t length, int most, pd
 PDI_FN void pdi_bond_sweep(const pd_ctx *ctx, const pd_bonds *bonds, int64_t work, int most, pdi_bond_run_fn run,
                            const void *user)
 {
-    int nt = pdi_par_threads(ctx, work);
+    pdi_par_watch watch;
+    int nt = pdi_par_begin(ctx, work, 1, (uint64_t)(uintptr_t)run, &watch);
     (void)nt;
     PDI_PARALLEL(nt)
     {
@@ -694,6 +701,7 @@ PDI_FN void pdi_bond_sweep(const pd_ctx *ctx, const pd_bonds *bonds, int64_t wor
         PDI_FOR
         for (int32_t r = bonds->plain; r < bonds->rows; r++) run(user, bonds->node[r], r, 1);
     }
+    pdi_par_end(ctx, &watch);
 }
 
 /* Fluxes through the plane of the bonds that start at `node`, of index i. */

@@ -629,7 +629,8 @@ PDI_FN void pdi_corrode_commit(pd_corrode *r, double dt)
 PDI_FN void pdi_corrode_sweep(const pd_ctx *ctx, const pd_corrode *r, pdi_corrode_run_fn run, void *user)
 {
     int32_t pieces = pdi_phase_pieces(&r->map);
-    int nt = pdi_par_threads(ctx, r->active * r->stencil->count);
+    pdi_par_watch watch;
+    int nt = pdi_par_begin(ctx, r->active * r->stencil->count, 1, (uint64_t)(uintptr_t)run, &watch);
     (void)nt;
     PDI_PARALLEL_FOR(nt)
     for (int32_t p = 0; p < pieces; p++) {
@@ -640,6 +641,7 @@ PDI_FN void pdi_corrode_sweep(const pd_ctx *ctx, const pd_corrode *r, pdi_corrod
             if (r->map.role[i] != PDI_ROLE_IDLE) run(user, i, (int)(next - i));
         }
     }
+    pdi_par_end(ctx, &watch);
 }
 
 /* The operands of an exchange. */

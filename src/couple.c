@@ -95,17 +95,22 @@ static pd_status pdi_couple_blocked(pd_ctx *ctx, const pd_couple *c, pd_status s
 static pd_status pdi_couple_unsteady(pd_ctx *ctx, const pd_couple *c)
 {
     const pd_steady_result *r = &c->steady_result;
-    char place[PDI_GRID_PLACE], accept[64];
+    char place[PDI_GRID_PLACE], accept[64], why[120];
     double reached = r->excess * c->steady->desc.tolerance;
     accept[0] = '\0';
     if (reached < PDI_COUPLE_NEARLY) snprintf(accept, sizeof accept, "; steady = %.1e accepts this one", 1.1 * reached);
+    /* from there Newton's next step would reach the rounding: this is it, and no flow that moves */
+    if (reached < sqrt(DBL_EPSILON)) snprintf(why, sizeof why, "That is as far as their rounding lets them fall");
+    else
+        snprintf(why, sizeof why,
+                 "At Re = %.3g there may be no steady flow: time = implicit in [flow] tells how it moves",
+                 c->flow->speed * c->flow->length / c->flow->nu);
     return pdi_fail(ctx, PD_ERR_DIVERGED, "couple",
                     "the flow is not steady at t = %g s: after %d Newton steps the residuals are %.3g (momentum) and "
                     "%.3g (continuity), %.3g times what steady = %g allows, largest at %s m, and further steps do not "
-                    "lower them. At Re = %.3g there may be no steady flow: time = implicit in [flow] tells how it "
-                    "moves%s", c->time, r->newton, r->momentum, r->continuity, r->excess, c->steady->desc.tolerance,
-                    pdi_grid_place(c->grid, pdi_steady_worst(c->steady), place),
-                    c->flow->speed * c->flow->length / c->flow->nu, accept);
+                    "lower them. %s%s", c->time, r->newton, r->momentum, r->continuity, r->excess,
+                    c->steady->desc.tolerance, pdi_grid_place(c->grid, pdi_steady_worst(c->steady), place), why,
+                    accept);
 }
 
 static pd_status pdi_couple_flow(pd_ctx *ctx, pd_couple *c)

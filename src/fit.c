@@ -3,7 +3,6 @@
 #include "record.h"
 #include "twin.h"
 #include <math.h>
-#include <stdarg.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -251,17 +250,6 @@ static pd_status pdi_fit_prepare(pdi_fit *f, const pd_setup *u)
 
 /* ---- lattices ---- */
 
-PD_PRINTF_LIKE(3, 4)
-static void pdi_fit_append(char *text, size_t size, const char *format, ...)
-{
-    size_t used = strlen(text);
-    va_list args;
-    if (used + 1 >= size) return;
-    va_start(args, format);
-    vsnprintf(text + used, size - used, format, args);
-    va_end(args);
-}
-
 static void pdi_fit_say(const pdi_fit *f, pd_print_kind kind, const char *text)
 {
     if (f->desc->print) f->desc->print(f->desc->print_user, kind, text);
@@ -273,10 +261,10 @@ static void pdi_fit_told(void *user, const double *value, double sum, int evalua
     char line[400], h[PD_UNITS_TEXT];
     pdi_setup_show(f->factor * f->fit->h, "m", h);
     snprintf(line, sizeof line, "fit  h = %-8s runs %3d  ", h, evaluations);
-    if (f->fit->known) pdi_fit_append(line, sizeof line, "chi2 %-10.5g", sum);
-    else pdi_fit_append(line, sizeof line, "rms %-10.5g", sqrt(sum / f->fit->points));
+    if (f->fit->known) pdi_append(line, sizeof line, "chi2 %-10.5g", sum);
+    else pdi_append(line, sizeof line, "rms %-10.5g", sqrt(sum / f->fit->points));
     for (int k = 0; k < f->fit->parameters; k++)
-        pdi_fit_append(line, sizeof line, "  %.60s = %.6g%s%.40s", f->fit->parameter[k].key, value[k],
+        pdi_append(line, sizeof line, "  %.60s = %.6g%s%.40s", f->fit->parameter[k].key, value[k],
                        f->fit->parameter[k].unit[0] ? " " : "", f->fit->parameter[k].unit);
     pdi_fit_say(f, PD_PRINT_SUMMARY, line);
 }
@@ -392,19 +380,19 @@ void pd_fit_line(const pd_fit *fit, char *text, size_t size)
     const pd_squares_result *s = &fit->squares;
     if (size == 0) return;
     text[0] = '\0';
-    pdi_fit_append(text, size, "result case=%s fit=%s points=%d", fit->name,
+    pdi_append(text, size, "result case=%s fit=%s points=%d", fit->name,
                    fit->records == 1 ? fit->figure : "several", fit->points);
-    pdi_fit_append(text, size, " rms=%.4g unit=%s", fit->rms, fit->records == 1 && fit->unit[0] ? fit->unit : "-");
-    if (fit->known) pdi_fit_append(text, size, " chi2=%.4g", s->sum);
-    pdi_fit_append(text, size, " freedom=%d evals=%d fine_evals=%d converged=%s h=%.6g", s->freedom, fit->evaluations,
+    pdi_append(text, size, " rms=%.4g unit=%s", fit->rms, fit->records == 1 && fit->unit[0] ? fit->unit : "-");
+    if (fit->known) pdi_append(text, size, " chi2=%.4g", s->sum);
+    pdi_append(text, size, " freedom=%d evals=%d fine_evals=%d converged=%s h=%.6g", s->freedom, fit->evaluations,
                    s->evaluations, s->converged ? "yes" : "no", fit->h);
     for (int k = 0; k < fit->parameters; k++) {
         const char *key = fit->parameter[k].key;
-        pdi_fit_append(text, size, " %s=%.6g %s.error=%.3g %s.low=%.5g %s.high=%.5g", key, s->value[k], key,
+        pdi_append(text, size, " %s=%.6g %s.error=%.3g %s.low=%.5g %s.high=%.5g", key, s->value[k], key,
                        s->error[k], key, s->low[k], key, s->high[k]);
-        if (s->bound[k]) pdi_fit_append(text, size, " %s.bound=%s", key, s->bound[k] < 0 ? "low" : "high");
+        if (s->bound[k]) pdi_append(text, size, " %s.bound=%s", key, s->bound[k] < 0 ? "low" : "high");
         for (int l = 0; l < k; l++)
-            pdi_fit_append(text, size, " correlation_%d_%d=%.3g", l + 1, k + 1, s->correlation[k][l]);
+            pdi_append(text, size, " correlation_%d_%d=%.3g", l + 1, k + 1, s->correlation[k][l]);
     }
 }
 

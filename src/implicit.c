@@ -178,6 +178,10 @@ pd_status pd_implicit_run(pd_ctx *ctx, pd_implicit *im, double t_end)
         PDI_TRY(pdi_poll(ctx, "flow in time", im->steps));
         int last;
         double begin = im->time, dt = pdi_sdirk_clip(im->dt, im->desc.largest, t_end - begin, &last);
+        if (pdi_stands_still(begin, t_end - begin, dt))
+            return pdi_fail(ctx, PD_ERR_STATE, "implicit",
+                            "steps of %g s do not lead on from t = %g s to %g s: loosen rtol (%g) or take a longer "
+                            "largest step (%g s, 0: none)", dt, begin, t_end, im->desc.rtol, im->desc.largest);
         pd_status status = pd_implicit_step(ctx, im, dt);
         if (status < 0) return status;
         double share = status == PD_OK ? im->error / im->desc.rtol : 25.0;

@@ -22,8 +22,20 @@
 #define PDI_FOR
 #endif
 
-/* Threads worth using for a loop of `work` scalar operations (1 when the fork would cost more). */
+/* Threads worth using for a loop of `work` scalar operations: 1 when the fork would cost more, or when one thread is
+ * faster (pace). And without regard to pace. */
 PDI_FN int pdi_par_threads(const pd_ctx *ctx, int64_t work);
+PDI_FN int pdi_par_offered(const pd_ctx *ctx, int64_t work);
+/* The same around a loop that tells pace what it takes: `times` times the work in one fork. Loops of one sort, work and
+ * times take the same time. */
+typedef struct pdi_par_watch {
+    int threads;
+    uint64_t key;
+    double work;  /* [-] */
+    double start; /* [s] */
+} pdi_par_watch;
+PDI_FN int pdi_par_begin(const pd_ctx *ctx, int64_t work, int times, uint64_t sort, pdi_par_watch *watch);
+PDI_FN void pdi_par_end(const pd_ctx *ctx, const pdi_par_watch *watch);
 /* Ordered sum over n elements. */
 PDI_FN double pdi_par_dot(const pd_ctx *ctx, int64_t n, const double *x, const double *y);
 /* dots[m] = v[m].w for m < count <= PDI_PAR_GROUP, and w += sum a[m] v[m]: one pass over w each. The vectors v are of

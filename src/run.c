@@ -9,7 +9,6 @@
 #include "par.h"
 #include "progress.h"
 #include <math.h>
-#include <stdarg.h>
 #include <stdio.h>
 #include <string.h>
 
@@ -315,7 +314,7 @@ static void pdi_run_collect(const pdi_run *r, pd_run_result *result)
     result->defect = c->transport_result.defect;
     result->steps = c->steps;
     result->unsolved = c->unsolved;
-    result->threads = pdi_par_threads(r->ctx, INT64_MAX);
+    result->threads = pdi_par_offered(r->ctx, INT64_MAX);
     for (int k = 0; k < PD_PART_COUNT; k++) result->unknowns += m->unknowns[k];
     result->bytes_per_node = nodes ? (double)r->ctx->peak / (double)nodes : 0.0;
 }
@@ -417,30 +416,18 @@ pd_status pd_run(pd_ctx *ctx, const pd_setup *setup, const pd_run_desc *desc, pd
     return status;
 }
 
-/* Append " key=value". */
-PD_PRINTF_LIKE(3, 4)
-static void pdi_run_append(char *text, size_t size, const char *format, ...)
-{
-    size_t used = strlen(text);
-    va_list args;
-    if (used + 1 >= size) return;
-    va_start(args, format);
-    vsnprintf(text + used, size - used, format, args);
-    va_end(args);
-}
-
 void pd_run_line(const pd_run_result *r, char *text, size_t size)
 {
     if (size == 0) return;
     text[0] = '\0';
-    pdi_run_append(text, size, "result case=%s dim=%d h=%.6g m=%.6g volume_loss=%.9g ledger=%.3g", r->name, PD_DIM,
+    pdi_append(text, size, "result case=%s dim=%d h=%.6g m=%.6g volume_loss=%.9g ledger=%.3g", r->name, PD_DIM,
                    r->h, r->m, r->volume_loss, r->ledger);
-    if (r->settled) pdi_run_append(text, size, " defect=%.3g", r->defect);
-    if (r->unsolved) pdi_run_append(text, size, " unsolved=%.0f", (double)r->unsolved);
-    if (r->has_flux) pdi_run_append(text, size, " flux=%.3g flux_max=%.3g", r->flux, r->flux_max);
-    if (r->has_front) pdi_run_append(text, size, " front=%.6g", r->front);
-    else pdi_run_append(text, size, " residual=%.3g evals=%.0f", r->residual, (double)r->evaluations);
-    pdi_run_append(text, size, " steps=%.0f unknowns=%.0f bytes_per_node=%.0f", (double)r->steps, (double)r->unknowns,
+    if (r->settled) pdi_append(text, size, " defect=%.3g", r->defect);
+    if (r->unsolved) pdi_append(text, size, " unsolved=%.0f", (double)r->unsolved);
+    if (r->has_flux) pdi_append(text, size, " flux=%.3g flux_max=%.3g", r->flux, r->flux_max);
+    if (r->has_front) pdi_append(text, size, " front=%.6g", r->front);
+    else pdi_append(text, size, " residual=%.3g evals=%.0f", r->residual, (double)r->evaluations);
+    pdi_append(text, size, " steps=%.0f unknowns=%.0f bytes_per_node=%.0f", (double)r->steps, (double)r->unknowns,
                    r->bytes_per_node);
 }
 

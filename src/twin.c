@@ -5,6 +5,8 @@
 #include <string.h>
 
 #define PDI_TWIN_NEAR 1e-6 /* [cells] from a plane of the lattice: on it */
+/* Nodes between two polls; up to factor^3 others are looked at for each. */
+#define PDI_TWIN_POLL 4096
 
 /* The lattice of a setup. */
 typedef struct pdi_twin_lattice {
@@ -60,9 +62,10 @@ static int pdi_twin_uniform(const pd_grid *grid, const int *i, int factor, uint8
 }
 
 /* wide [total]: 1 for nodes that lie in a block of `factor` nodes an axis of their own kind. */
-static void pdi_twin_widths(const pd_grid *grid, int factor, uint8_t *wide)
+static pd_status pdi_twin_widths(pd_ctx *ctx, const pd_grid *grid, int factor, uint8_t *wide)
 {
     int i[PD_DIM], at[PD_DIM];
+    int64_t blocks = 0;
     pdi_twin_block starts, b;
     for (int d = 0; d < PD_DIM; d++) {
         starts.low[d] = i[d] = 1 - factor;
@@ -70,6 +73,7 @@ static void pdi_twin_widths(const pd_grid *grid, int factor, uint8_t *wide)
     }
     do {
         uint8_t kind;
+        if (blocks++ % PDI_TWIN_POLL == 0) PDI_TRY(pdi_poll(ctx, "twin: widths", blocks));
         if (!pdi_twin_uniform(grid, i, factor, &kind)) continue;
         for (int d = 0; d < PD_DIM; d++) {
             b.low[d] = at[d] = i[d] < 0 ? 0 : i[d];
@@ -78,6 +82,7 @@ static void pdi_twin_widths(const pd_grid *grid, int factor, uint8_t *wide)
         do wide[pd_grid_node(grid, at)] = 1;
         while (pdi_twin_next(&b, at));
     } while (pdi_twin_next(&starts, i));
+    return PD_OK;
 }
 
 /* A node like this one within the block: of its kind, and wide where `wide` is given. */
@@ -114,7 +119,7 @@ static pd_status pdi_twin_compare(pd_ctx *ctx, const pdi_twin_lattice *fine, con
 {
     int i[PD_DIM], at[PD_DIM];
     pdi_twin_block box;
-    pdi_twin_widths(&fine->grid, factor, wide);
+    PDI_TRY(pdi_twin_widths(ctx, &fine->grid, factor, wide));
     for (int d = 0; d < PD_DIM; d++) {
         box.low[d] = i[d] = 0;
         box.high[d] = fine->grid.n[d];
@@ -123,6 +128,7 @@ static pd_status pdi_twin_compare(pd_ctx *ctx, const pdi_twin_lattice *fine, con
         int32_t node = pd_grid_node(&fine->grid, i);
         uint8_t kind = fine->grid.kind[node];
         pdi_twin_block near_fine = pdi_twin_around(&fine->grid, i, factor - 1, factor - 1);
+        if (node % PDI_TWIN_POLL == 0) PDI_TRY(pdi_poll(ctx, "twin: parts", node));
         if (kind == PD_OUTSIDE) continue;
         if (!wide[node] && !pdi_twin_found(&fine->grid, &near_fine, kind, wide))
             return pdi_twin_refuse(ctx, fine, coarse, node, "is thinner than one of its cells");
@@ -255,3 +261,4 @@ pd_status pd_twin_build(pd_ctx *ctx, const pd_setup *setup, int factor, pd_twin 
 }
 
 #undef PDI_TWIN_NEAR
+#undef PDI_TWIN_POLL

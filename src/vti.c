@@ -92,6 +92,7 @@ static pd_status pdi_vti_data(pd_ctx *ctx, pd_file *file, const pd_grid *grid, c
     PDI_TRY(pdi_file_write(ctx, file, &bytes, sizeof bytes));
     for (int64_t r = 0; r < rows; r++) {
         int32_t node = grid->ghost;
+        PDI_TRY(pdi_poll(ctx, "vti", r));
         for (int d = 1; d < PD_DIM; d++) node += (index[d] + grid->ghost) * grid->stride[d];
         uint8_t *out = row;
         for (int i = 0; i < grid->n[0]; i++)

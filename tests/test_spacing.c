@@ -174,20 +174,25 @@ TEST(linear_fields_beside_walls)
         }
 }
 
+static int short_channel(scene *s, double tolerance, pd_couple *couple)
+{
+    double h[3] = {1e-6, 1e-6, 1e-6};
+    int n[3] = {8, 7, 6};
+    pd_couple_desc cd;
+    memset(&cd, 0, sizeof cd);
+    return scene_build(s, h, n, 2.0) && flow_build(s, tolerance) &&
+           CHECK_OK(&s->ctx,
+                    pd_couple_build(&s->ctx, &cd, &s->grid, &s->bonds, &s->flow, &s->steady, NULL, NULL, couple));
+}
+
 /* A lattice that does not let in what the inlet brings has a solution with small residuals, and is no result. */
 TEST(closed_inlet)
 {
     scene *s = &test_scene;
-    double h[3] = {1e-6, 1e-6, 1e-6};
-    int n[3] = {8, 7, 6};
-    pd_couple_desc cd;
     pd_couple couple;
-    memset(&cd, 0, sizeof cd);
     for (int closed = 0; closed < 2; closed++) {
-        if (!scene_build(s, h, n, 2.0) || !flow_build(s, 1e-6)) return;
+        if (!short_channel(s, 1e-6, &couple)) return;
         for (int64_t k = 0; k < (int64_t)s->bonds.rows * PD_DIM * PD_DIM && closed; k++) s->bonds.carrier[k] = 0.0;
-        CHECK_OK(&s->ctx,
-                 pd_couple_build(&s->ctx, &cd, &s->grid, &s->bonds, &s->flow, &s->steady, NULL, NULL, &couple));
         CHECK_INT(pd_couple_start(&s->ctx, &couple), closed ? PD_ERR_GEOMETRY : PD_OK);
         if (closed) CHECK(strstr(s->ctx.message, "passes the inlets at") != NULL);
         scene_free(s);
@@ -198,16 +203,11 @@ TEST(closed_inlet)
 TEST(sections_that_disagree)
 {
     scene *s = &test_scene;
-    double h[3] = {1e-6, 1e-6, 1e-6};
-    int n[3] = {8, 7, 6};
-    pd_couple_desc cd;
     pd_couple couple;
-    memset(&cd, 0, sizeof cd);
-    if (!scene_build(s, h, n, 2.0) || !flow_build(s, 1e-3)) return;
-    CHECK_OK(&s->ctx, pd_couple_build(&s->ctx, &cd, &s->grid, &s->bonds, &s->flow, &s->steady, NULL, NULL, &couple));
+    if (!short_channel(s, 1e-3, &couple)) return;
     CHECK_OK(&s->ctx, pd_couple_start(&s->ctx, &couple));
     double first = pd_flow_section(&s->ctx, &s->flow, 0, 1);
-    for (int index = 2; index < n[0]; index++)
+    for (int index = 2; index < s->grid.n[0]; index++)
         CHECK_LE(fabs(pd_flow_section(&s->ctx, &s->flow, 0, index) - first), /* sums are rounded */
                  s->steady.uneven + DBL_EPSILON * first);
     CHECK_LE(s->steady.uneven, 1e-6 * first);

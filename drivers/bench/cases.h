@@ -4,11 +4,13 @@
 #include "bench.h"
 #include "kernels.h"
 #include "runs.h"
+#include "neighbour.h"
 #include "study.h"
 
 static const bench_case *const bench_cases[] = {
 #if PD_DIM == 2
     &counts_case,
+    &neighbour_case,
 #endif
 #if PD_DIM > 1
     &scenes_case,
