@@ -24,6 +24,7 @@
  *
  * CONTENTS (search for >> and the file name, for example >>config.h)
  *   config     compile-time switches. PD_DIM is the only required one.
+ *   pace       whether several threads get on faster than one.
  *   base       status codes, the one failure path, the context and the allocator.
  *   vec        small vectors and symmetric matrices of PD_DIM components. The only place that branches on PD_DIM.
  *   par        threads, ordered sums, wall clock.
@@ -42,6 +43,7 @@
  *   bond       rows of open bonds for fluid nodes whose family is cut, and stretches of nodes whose family is whole.
  *   ray        the surface of walls and metal beside a point. It is that of bond.h: sides of the box, the zero level of a
  *   port       the fluid nodes beside inlets and outlets, and what their bonds end on.
+ *   entry      where bonds of metal enter the fluid.
  *   media      diffusivities of bonds where the diffusivity is a field that may jump across a surface.
  *   grain      Voronoi grains of a polycrystal and the volume fraction of their boundaries.
  *   line       the Laplacian of nodes with whole families by lines along axis 0.
@@ -54,6 +56,7 @@
  *   sdirk      what all users of the two-stage, second-order, L-stable SDIRK method share: its constant, and the choice of
  *   squares    bounded least squares over a few parameters of a function that is dear and not exact: a run.
  *   quadratic  the value at a place of the quadratic that fits values and slopes around it best.
+ *   slope      fields beside smooth surfaces as quadratics through the nodes that a row sees.
  *   file       whole-file reading with a limit, writing aside and renaming, appending line by line, directories, numbers.
  *   text       the text of a scene, sections of `key = value` pairs, and the typed look-up of its values.
  *   refer      files that a scene names.
@@ -219,6 +222,46 @@
 
 #endif
 
+/* ======== >>pace.h ======== */
+/* pace: whether several threads get on faster than one.
+ *
+ * Threads of a loop wait for the last of them. When another program has its processor, all of them wait for a time
+ * slice of that program, which may be a thousand times the loop. Loops of known work are timed: one that takes longer
+ * than one thread would need is late. When what they lose is a share that matters, one thread is tried on the same
+ * loops, and keeps the work as long as it is the faster; from time to time all threads are tried again.
+ */
+#ifndef PD_PACE_H
+#define PD_PACE_H
+
+enum { PD_PACE_LOOPS = 64 };
+
+/* Loops of one sort and size: what they took on all threads (0) and on one (1). */
+typedef struct pd_pace_loop {
+    uint64_t key;
+    double best;     /* [s] least on all threads, 0: none */
+    double sum[2];   /* [s] in the last window of either sort */
+    double count[2]; /* [-] */
+} pd_pace_loop;
+
+/* Zeros are a start. */
+typedef struct pd_pace {
+    int one;       /* 1: one thread does all */
+    int trying;    /* 1: for a trial */
+    double since;  /* [s] begin of the window */
+    double until;  /* [s] when the next trial may begin */
+    double pause;  /* [s] between trials of one thread that fail */
+    double spent, lost; /* [s] of the window, by loops on all threads */
+    pd_pace_loop loop[PD_PACE_LOOPS];
+} pd_pace;
+
+#ifdef PDI_INTERNAL
+/* A loop of `work` scalar operations that is worth `threads` threads ran from start to end [s, of a clock that does not
+ * turn back]. Loops of one key take the same time on one machine. */
+PDI_FN void pdi_pace_note(pd_pace *pace, uint64_t key, int threads, double work, double start, double end);
+#endif
+
+#endif
+
 /* ======== >>base.h ======== */
 /* base: status codes, the one failure path, the context and the allocator.
  *
@@ -277,6 +320,7 @@ typedef struct pd_ctx {
     size_t peak;   /* [byte] */
     pd_poll_fn poll; /* NULL: nothing is asked */
     void *poll_user;
+    pd_pace pace; /* of the threads */
     pd_status status;
     char message[PD_MESSAGE_SIZE];
 } pd_ctx;
@@ -296,6 +340,8 @@ PD_API const char *pd_status_text(pd_status status);
 /* The one place that every failure passes: sets ctx->status and ctx->message ("where: ..."), returns status. */
 PDI_FN pd_status pdi_fail(pd_ctx *ctx, pd_status status, const char *where, const char *format, ...)
     PD_PRINTF_LIKE(4, 5);
+/* Print behind `text` of `size` bytes; what does not fit is left out. */
+PDI_FN void pdi_append(char *text, size_t size, const char *format, ...) PD_PRINTF_LIKE(3, 4);
 /* 1: memory was lacking or the caller stops, which no other step, guess or file mends. */
 static inline int pdi_is_final(pd_status status)
 {
@@ -394,8 +440,20 @@ PDI_FN double pdi_vec_invert(const double *a, double *inverse);
 #define PDI_FOR
 #endif
 
-/* Threads worth using for a loop of `work` scalar operations (1 when the fork would cost more). */
+/* Threads worth using for a loop of `work` scalar operations: 1 when the fork would cost more, or when one thread is
+ * faster (pace). And without regard to pace. */
 PDI_FN int pdi_par_threads(const pd_ctx *ctx, int64_t work);
+PDI_FN int pdi_par_offered(const pd_ctx *ctx, int64_t work);
+/* The same around a loop that tells pace what it takes: `times` times the work in one fork. Loops of one sort, work and
+ * times take the same time. */
+typedef struct pdi_par_watch {
+    int threads;
+    uint64_t key;
+    double work;  /* [-] */
+    double start; /* [s] */
+} pdi_par_watch;
+PDI_FN int pdi_par_begin(const pd_ctx *ctx, int64_t work, int times, uint64_t sort, pdi_par_watch *watch);
+PDI_FN void pdi_par_end(const pd_ctx *ctx, const pdi_par_watch *watch);
 /* Ordered sum over n elements. */
 PDI_FN double pdi_par_dot(const pd_ctx *ctx, int64_t n, const double *x, const double *y);
 /* dots[m] = v[m].w for m < count <= PDI_PAR_GROUP, and w += sum a[m] v[m]: one pass over w each. The vectors v are of
@@ -978,12 +1036,14 @@ typedef struct pd_ghosts {
     int32_t images, count, listed, capacity; /* images come first, then outlets up to count, then inlets up to listed */
     int32_t *node, *source; /* [capacity] */
     uint8_t *odd;           /* [capacity] bit d: component d of a vector changes its sign; inlets: axis d is mirrored */
+    uint8_t *port;          /* [capacity] bit d: an inlet across axis d */
 } pd_ghosts;
 
 #define pd_ghosts_build PD_NAME(pd_ghosts_build)
 #define pd_ghosts_update PD_NAME(pd_ghosts_update)
 #define pd_ghosts_scalar PD_NAME(pd_ghosts_scalar)
 #define pd_ghosts_vector PD_NAME(pd_ghosts_vector)
+#define pd_ghosts_held PD_NAME(pd_ghosts_held)
 #define pd_ghosts_pressure PD_NAME(pd_ghosts_pressure)
 #define pd_ghosts_clear PD_NAME(pd_ghosts_clear)
 #define pd_ghosts_free PD_NAME(pd_ghosts_free)
@@ -996,6 +1056,9 @@ PD_API pd_status pd_ghosts_update(pd_ctx *ctx, pd_ghosts *ghosts);
 PD_API void pd_ghosts_scalar(const pd_ghosts *ghosts, double *f);
 /* v [PD_DIM][total]: images and outlets. */
 PD_API void pd_ghosts_vector(const pd_ghosts *ghosts, double *v);
+/* v [PD_DIM][total] behind inlets: odd about what they hold on the side, held [PD_DIM][listed - count] in the order of
+ * the list (NULL: zero), as far as the source is fluid. */
+PD_API void pd_ghosts_held(const pd_ghosts *ghosts, const double *held, double *v);
 /* p [total]: images, and outlets odd about `held`, in the unit of p. */
 PD_API void pd_ghosts_pressure(const pd_ghosts *ghosts, double held, double *p);
 /* x [components][total]: zero at all ghosts of the list, inlets included. */
@@ -1269,6 +1332,48 @@ PDI_FN void pdi_ports_free(pd_ctx *ctx, pd_ports *ports);
 /* How many of the `length` nodes from i along axis 0 are like the first one in having an inlet or outlet in reach, and
  * *beside, whether it has. */
 PDI_FN int32_t pdi_port_segment(const pd_bonds *bonds, int32_t i, int32_t length, int *beside);
+/* A fluid node beside an inlet from which no open bonds lead to an outlet; -1: there is none. */
+PDI_FN pd_status pdi_port_blocked(pd_ctx *ctx, const pd_bonds *bonds, int32_t *node);
+#endif
+
+#endif
+
+/* ======== >>entry.h ======== */
+/* entry: where bonds of metal enter the fluid.
+ *
+ * A bond that starts in metal passes cells on its way. The first fluid cells on it take what the metal gives: the far
+ * end may lie a horizon away from the surface. Ghosts behind a side of the box stand for their images, so that metal
+ * that meets a side is the same there as elsewhere.
+ */
+#ifndef PD_ENTRY_H
+#define PD_ENTRY_H
+
+#ifdef PDI_INTERNAL
+
+/* Most fluid nodes among which a bond enters the fluid. */
+#define PDI_ENTRY_NODES 8
+
+typedef struct pdi_entry {
+    int count;                     /* 0: the bond does not end in fluid, or a wall stands in between */
+    int32_t node[PDI_ENTRY_NODES]; /* several: the bond passes an edge or corner between them */
+    int cell[PDI_ENTRY_NODES];     /* of the stencil: where they lie as seen from the start of the bond */
+    int32_t last;                  /* the last metal node before them */
+    int32_t far;                   /* node at the far end */
+    int open;                      /* 1: nothing but fluid from there to the far end */
+} pdi_entry;
+
+/* Node at the far end of bond k of node i. */
+PDI_FN int32_t pdi_entry_far(const pd_bonds *bonds, int32_t i, int k);
+/* 1 when metal can pass bond k of node i: no wall in between, mirror images included. Both ends agree, because paths
+ * are the same both ways. */
+PDI_FN int pdi_entry_free(const pd_bonds *bonds, int32_t i, int k);
+/* Where bond k of metal node j enters the fluid. */
+PDI_FN void pdi_entry_find(const pd_bonds *bonds, int32_t j, int k, pdi_entry *entry);
+/* (x_far - x_node).axis [m] of node e of an entry, for bond k. */
+PDI_FN double pdi_entry_beyond(const pd_bonds *bonds, int k, const pdi_entry *entry, int e, const double *axis);
+/* How many nodes can ever lie within a bond of metal; work [total]. */
+PDI_FN int32_t pdi_entry_around(const pd_bonds *bonds, uint8_t *work);
+
 #endif
 
 #endif
@@ -1451,12 +1556,6 @@ PD_API void pd_op_laplacian(const pd_ctx *ctx, const pd_bonds *bonds, const doub
 PD_API pd_status pd_op_diffuse(pd_ctx *ctx, const pd_bonds *bonds, const double *diffusivity, const double *f,
                                double *out);
 
-#ifdef PDI_INTERNAL
-/* Value of f [total] at the place x [m] inside the cell of fluid node `node`: along the gradient there (eq. 2.4, 3.5),
- * exact for linear fields. Ghosts must be filled. */
-PDI_FN double pdi_op_sample(const pd_bonds *bonds, const double *f, int32_t node, const double *x);
-#endif
-
 #endif
 
 /* ======== >>krylov.h ======== */
@@ -1491,8 +1590,8 @@ typedef struct pd_krylov_desc {
                             * are zero in b and x. n = components times spans->total. Borrowed; NULL: all n entries */
     int components;
     int restart;        /* [-] GMRES: basis vectors; 0: 30 */
-    int most;           /* [-] GMRES, not flexible: it takes memory for up to so many of them, `restart` at a time,
-                         * before it restarts; 0: restart. Where memory is refused it restarts */
+    int most;           /* [-] GMRES: it takes memory for up to so many of them, `restart` at a time, before it
+                         * restarts; 0: restart. Where memory is refused it restarts */
     int fixed;          /* 1: GMRES restarts at `restart` whatever `most` is */
     int flexible;       /* 1: GMRES keeps the preconditioned basis. Needed when the preconditioner is not linear to
                          * rounding in double precision, as a multigrid cycle in single precision on a stiff operator */
@@ -1520,7 +1619,7 @@ typedef struct pd_krylov {
     float *single;       /* the same when compressed */
     double *small;       /* [-] GMRES: Hessenberg matrix, rotations, right-hand side, coefficients */
     int columns;         /* GMRES: that the Hessenberg matrix has room for */
-    void *more[PD_KRYLOV_MORE]; /* GMRES: what has grown, `restart` vectors each as in the basis */
+    void *more[PD_KRYLOV_MORE]; /* GMRES: what has grown, `restart` vectors each as in the basis (flexible: twice) */
     int chunks;          /* of them */
 } pd_krylov;
 
@@ -1932,6 +2031,7 @@ PD_API double pd_squares_quantile(int freedom);
 #ifdef PDI_INTERNAL
 #define PDI_QUADRATIC_TERMS ((PD_DIM + 1) * (PD_DIM + 2) / 2)
 #define PDI_QUADRATIC_ROWS 96
+#define PDI_QUADRATIC_SQUARE 4 /* largest squared length of the bonds whose ends count, in cells */
 typedef struct pdi_quadratic {
     double x[PD_DIM], h[PD_DIM]; /* [m] the place, and the unit of lengths along each axis */
     int rows;
@@ -1946,6 +2046,57 @@ PDI_FN void pdi_quadratic_value(pdi_quadratic *fit, const double *x, double valu
 PDI_FN void pdi_quadratic_slope(pdi_quadratic *fit, const double *x, const double *normal, double slope);
 /* Value at the place; NaN without data. The data are used up. */
 PDI_FN double pdi_quadratic_solve(pdi_quadratic *fit);
+#endif
+
+#endif
+
+/* ======== >>slope.h ======== */
+/* slope: fields beside smooth surfaces as quadratics through the nodes that a row sees.
+ *
+ * The gradient (3.5) of a cut family is exact for linear fields: on one side of a surface its error is half the bend of
+ * the field over the reach of the bonds. And what (3.2) takes along each cut bond by itself leaves out how the slope of
+ * the velocity changes along the surface. Rows on shapes that are curved or inclined fit quadratics instead, where
+ * their bonds determine them: of a scalar to the open bonds, of a velocity to the places on the surface as well
+ * (theory: eq. 3.5b, 3.4b).
+ */
+#ifndef PD_SLOPE_H
+#define PD_SLOPE_H
+
+typedef struct pd_slopes {
+    const pd_bonds *bonds;
+    int32_t count, capacity; /* rows beside smooth surfaces */
+    int32_t *row;            /* [capacity] */
+    uint8_t *fits;           /* [capacity] PDI_SLOPE_SCALAR, PDI_SLOPE_VELOCITY: those that the bonds determine */
+    double *grad;            /* [capacity][PD_DIM][terms] [1/m] gradient from the moments of the differences */
+    double *bend;            /* [capacity][terms] [1/m2] the sum over cut bonds of (3.4b) from the same moments */
+    double *drag;            /* [capacity] [1/m2] what it takes from the velocity of the node, for the surface */
+    double *term;            /* [bonds of the stencil][terms] [-] weighted terms of the far ends of all rows */
+    int32_t rows;
+    int32_t *place;          /* [rows] of a row of the bonds in these lists; -1: none */
+} pd_slopes;
+
+#define pd_slopes_update PD_NAME(pd_slopes_update)
+#define pd_slopes_free PD_NAME(pd_slopes_free)
+
+/* The fits as the geometry is; `slopes` holds zeros or those of before. */
+PD_API pd_status pd_slopes_update(pd_ctx *ctx, const pd_bonds *bonds, pd_slopes *slopes);
+PD_API void pd_slopes_free(pd_ctx *ctx, pd_slopes *slopes);
+
+#ifdef PDI_INTERNAL
+/* Value of f [total] at the place x [m] beside fluid node `node`: that of the quadratic (3.11) through the node and the
+ * far ends of its open bonds. Ghosts must be filled; inlets carry no scalar. */
+PDI_FN double pdi_slopes_value(const pd_bonds *bonds, const double *f, int32_t node, const double *x);
+#define PDI_SLOPE_SCALAR 1
+#define PDI_SLOPE_VELOCITY 2
+/* grad [PD_DIM][total] of f [total] at the rows that have a fit of a scalar; ghosts must be filled. */
+PDI_FN void pdi_slopes_gradient(const pd_ctx *ctx, const pd_slopes *slopes, const double *f, double *grad);
+/* 1: row r of the bonds has a fit of a velocity. */
+static inline int pdi_slopes_bent(const pd_slopes *slopes, int32_t r)
+{
+    return r < slopes->rows && slopes->place[r] >= 0 && (slopes->fits[slopes->place[r]] & PDI_SLOPE_VELOCITY);
+}
+/* wall [PD_DIM] = what cut bonds make of the Laplacian of u [PD_DIM][total] at such a row beside a surface at rest. */
+PDI_FN void pdi_slopes_bend(const pd_slopes *slopes, int32_t r, const double *u, double *wall);
 #endif
 
 #endif
@@ -2788,6 +2939,7 @@ PD_API double pd_material_speed(const pd_material *material, double current);
  */
 #ifndef PD_FLOW_H
 #define PD_FLOW_H
+#include <math.h>
 
 typedef struct pd_flow_desc {
     double rho;             /* [kg/m3] */
@@ -2824,6 +2976,10 @@ typedef struct pd_flow {
     void *inlet_user;
     pd_velocity_fn wall;
     void *wall_user;
+    int mirrors;            /* 1: inlets hold their velocity on the side of the box and ghosts are odd about it, as a
+                             * steady solver asks for (eq. 4.5c); 0: at the places of the ghosts */
+    int32_t inlets;         /* inlet ghosts with a place in */
+    double *held;           /* [PD_DIM][inlets] [m/s] what they hold, in the order of the ghosts */
     double *drive;          /* [PD_DIM][total] [1/m/s] of moving walls (pdi_bond_drive), with what their acceleration
                              * does to the curvature beside them (eq. 4.17b); NULL: walls at rest */
     double *u;              /* [PD_DIM][total] [m/s] */
@@ -2836,6 +2992,7 @@ typedef struct pd_flow {
                              * asked for it, which gives transport the potential that it needs then */
     int32_t rim;            /* length of the next three */
     int32_t *patch;         /* [rim] rows beside smooth surfaces: the first row of those that bonds join; -1: others */
+    pd_slopes slopes;       /* fits of pressure and velocity beside smooth surfaces (eq. 3.4b, 3.5b) */
     double *more, *leak;    /* [rim] [1/s] work of (4.2c); [2 rim] sums of a patch and its rows */
     int64_t evaluations;    /* operator evaluations so far: residuals and linearised products */
 } pd_flow;
@@ -2885,6 +3042,10 @@ typedef struct pdi_flow_terms {
 /* carrier = K v at nodes whose family is cut, v elsewhere, ghosts filled (eq. 4.2b); v and its inlet ghosts are
  * given. */
 PDI_FN void pdi_flow_carrier(const pd_ctx *ctx, const pd_flow *flow, const double *v, double *carrier);
+/* From here on inlets hold their velocity on the side. */
+PDI_FN pd_status pdi_flow_mirror(pd_ctx *ctx, pd_flow *flow);
+/* Ghosts of a velocity, or of a step of one (held 0). */
+PDI_FN void pdi_flow_ghosts(const pd_flow *flow, int held, double *v);
 /* grad = G p at fluid nodes, images and outlet ghosts (eq. 3.5). */
 PDI_FN void pdi_flow_gradient(const pd_ctx *ctx, const pd_flow *flow, const double *p, double *grad);
 /* Momentum and continuity terms M(u, P) (eq. 4.1, 4.2); ghosts must be filled. */
@@ -2899,6 +3060,18 @@ static inline double pdi_flow_force(const pd_flow *flow, int d, int32_t node)
 }
 /* Find the patches of rows that (4.2c) is for, as the geometry is. */
 PDI_FN pd_status pdi_flow_patch(pd_ctx *ctx, pd_flow *flow);
+/* 1: row r has (3.4b) in the place of (3.3) and (3.4). A surface that moves there keeps these. */
+static inline int pdi_flow_bends(const pd_flow *flow, int32_t r)
+{
+    if (!flow->even || !pdi_slopes_bent(&flow->slopes, r)) return 0;
+    for (int d = 0; d < PD_DIM && flow->drive; d++)
+        if (fabs(flow->drive[(int64_t)d * flow->grid->total + flow->bonds->node[r]]) > 0.0) return 0;
+    return 1;
+}
+/* ru += what (3.4b) has more than (3.3) and (3.4) of the velocity u and of the pressure gradient. held: the body force
+ * counts. */
+PDI_FN void pdi_flow_bend(const pd_ctx *ctx, const pd_flow *flow, const double *u, const double *grad, int held,
+                          double *ru);
 /* rc += sign times what (4.2c) has more than the bond fluxes of `carrier`, made from u by pdi_flow_carrier. */
 PDI_FN void pdi_flow_even(const pd_ctx *ctx, const pd_flow *flow, const double *u, const double *carrier, int held,
                           double sign, double *rc);
@@ -2916,8 +3089,6 @@ PDI_FN double pdi_flow_bond_flux(const pd_flow *flow, int32_t i, int k);
 /* Volume per time [m3/s, per m in planar 2D] that bonds to inlets bring. *pushed: what the velocities of the inlets
  * make on the faces of the cells beside them, in sum; *gross: the sum of their sizes. */
 PDI_FN double pdi_flow_entering(pd_ctx *ctx, pd_flow *flow, double *pushed, double *gross);
-/* A fluid node beside an inlet from which no open bonds lead to an outlet; -1: there is none. */
-PDI_FN pd_status pdi_flow_blocked(pd_ctx *ctx, const pd_flow *flow, int32_t *node);
 #endif
 
 #endif
@@ -3370,6 +3541,8 @@ typedef struct pd_diffusion {
     pd_diffusion_desc desc;
     const pd_bonds *bonds;
     float *tensor[PD_DIFFUSION_TENSOR]; /* [total] [-] K - I of rows (eq. 5.7), 0 elsewhere: xx, xy, yy, xz, yz, zz */
+    float *metal[PD_DIFFUSION_TENSOR];  /* [total] [-] the same for what metal cuts, along its surface; or NULL */
+    float *facing[PD_DIM];              /* [total] [-] the normal of that surface in cells, or NULL */
     float *cut;                         /* [total] [-] 1: a bond of the node is cut */
     pd_media media;                     /* where the diffusivity is a field; empty as above */
     double *field;                      /* [total] [m2/s] at nodes, of `media`; NULL: constant */
@@ -3807,14 +3980,14 @@ PDI_FN double pdi_law_slowest(pdi_law *law, pdi_law_point *point, double a, doub
 /* ======== >>dissolve.h ======== */
 /* dissolve: surface-rate dissolution. Solid nodes lose metal through the bonds that join them to fluid.
  *
- * A bond of offset n from solid node j moves  V(c_i) f_j c(n) Cs  [mol/m3/s] from j to i, the first fluid node on its
- * way into the fluid, with V the recession speed of the law behind the film between the surface and i (law.h), f_j the
- * grain factor and c(n) the interface area that the bond stands for: a flat front recedes at V for every h, m and
- * direction (theory: eq. 6.1 to 6.4). Law and transport are solved together for the end of the step. The set of solid
- * nodes would lead the metal by about one cell, and a curved front would be too fast: so a node joins the fluid when as
- * much is left as the node set leads on average, and its solid neighbours take over the rest (their content may exceed
- * Cs: the surface stands out of the cell). The share `threshold` of the content stays in the node as dissolved metal.
- * Amounts are moved, never dropped;
+ * A bond of offset n from solid node j moves  V f_j c(n) Cs  [mol/m3/s] into the fluid, with V the mean of V(c_i), the
+ * recession speed of the law behind the film between the surface and node i (law.h), over the nodes whose bonds the
+ * metal cuts there (eq. 6.2c), f_j the grain factor and c(n) the interface area that the bond stands for: a flat front
+ * recedes at V for every h, m and direction (theory: eq. 6.1 to 6.4). Law and transport are solved together for the end
+ * of the step. The set of solid nodes would lead the metal by about one cell, and a curved front be too fast: so a
+ * node joins the fluid when as much is left as the node set leads on average, and its solid neighbours take over the
+ * rest (their content may exceed Cs: the surface stands out of the cell). The share `threshold` of the content stays in
+ * the node as dissolved metal. Amounts are moved, never dropped;
  * metal that a step would use up gives what it has (eq. 6.6b).
  */
 #ifndef PD_DISSOLVE_H
@@ -4116,6 +4289,7 @@ typedef struct pd_corrode_desc {
     pd_rate_fn rate;    /* speed v of a flat front; never below zero */
     void *rate_user;
     int uniform;        /* 1: the law does not depend on the place, nodes of equal c need one look at it */
+    int steady;         /* 1: the law does not depend on time */
     pd_drive drive;
     pd_kernel kernel;
     pd_weights weights; /* of the kernel */
@@ -4163,6 +4337,7 @@ typedef struct pd_corrode {
     double diffusion;  /* [1/s] D sum a(n) */
     double held;       /* [1/s] and what images of a node behind held planes add to it, at most */
     double time;       /* [s] */
+    double ahead;      /* [s] the law holds so much later: a law of time at the middle of a step */
     double start;      /* [mol] (per m in 2D, per m2 in 1D) solid and dissolved at first */
     double out;        /* [mol] gone through held sides and held fluid */
     double out_carry;  /* [mol] rounding of out */
@@ -4215,6 +4390,11 @@ PDI_FN double pdi_corrode_mirrored(const pd_corrode *corrode, int32_t i);
 PDI_FN void pdi_corrode_repassivate(pd_corrode *corrode);
 /* Speed of the law at time t [s] and fluid node i with concentration c, 0 in front of a passive film. */
 PDI_FN pd_status pdi_corrode_law(pd_ctx *ctx, const pd_corrode *corrode, double t, int32_t i, double c, double *speed);
+/* Share of what a step may take that the course of a law of time within it may cost. */
+#define PDI_CORRODE_COURSE 0.04
+/* The course of the law at the front over a step of dt [s], seen at its quarters: how far [m/s] pairs about the middle
+ * are off its value there, jumps included, and its largest value on the way; 0: it does not change. */
+PDI_FN void pdi_corrode_course(const pd_corrode *corrode, double dt, double *error, double *fastest);
 /* next = base + dt times all exchanges at the present c and speed. */
 PDI_FN void pdi_corrode_exchange(pd_ctx *ctx, pd_corrode *corrode, double dt);
 /* Largest loss of a metal node in that, over Cs - Csat. */
@@ -4292,11 +4472,15 @@ typedef struct pd_recede {
     double *delta;     /* [total] [mol/m3] correction */
     double *field;     /* [total] [mol/m3] operand with its ghosts */
     double *drain;     /* [total] [1/s] -dG/dC; negative where metal dissolves the faster, the more is dissolved */
-    double *full;      /* [total] [mol/m3] of nodes beside metal: Csat, or where the law ends before */
+    double *full;      /* [total] [mol/m3] of nodes beside metal: Csat, where the law ends before, or the jump that the
+                        * node is pinned to */
+    double *asked_c;   /* [total] [mol/m3] where the last round has looked at the law; below 0: nowhere */
+    double *asked_need; /* [total] [mol/m3/s] what was needed there */
     double *dry;       /* [total] [1/m2] sum of a(n) over bonds to metal and walls */
     double *reach;     /* [total] [1/m] sum of b(n) to metal */
     double *stock;     /* [total] [mol/m4] the same times what the metal there has, with drive by difference */
-    uint8_t *state;    /* [total] whether a node beside metal follows the law, holds Csat or takes nothing */
+    uint8_t *state;    /* [total] whether a node beside metal follows the law, holds Csat or a jump, or takes nothing
+                        */
     double last_dt;    /* [s] of the step before; 0: none */
     int32_t turned;    /* nodes that turned in it: fields bend there, which is no error in time */
     double next_dt;    /* [s] that the error in time proposes for the next one */
@@ -5764,6 +5948,111 @@ PD_API void pd_sweep_free(pd_ctx *ctx, pd_sweep *sweep);
 #error "pdcorr: define PDCORR_IMPLEMENTATION before the first inclusion in this file"
 #else
 
+/* ======== >>pace.c ======== */
+/* pace: see pace.h */
+#include <math.h>
+
+/* [s] Times are compared over windows of several time slices, which schedulers choose between 1 and 24 ms, and those
+ * behind a change of hands are left out for as long: threads that wait spin for up to 14 ms before they sleep. */
+#define PDI_PACE_WINDOW 0.05
+#define PDI_PACE_SETTLE 0.015
+/* Share of the time in loops that may be lost: 1/6 makes them 1.2 times as long. */
+#define PDI_PACE_LOST (1.0 / 6.0)
+/* [s] One thread needs less for a scalar operation of a loop: 0.02e-9 to 1.6e-9 are measured. Tells of loops that are
+ * late each time; where a machine is slower than that, it makes for a trial now and then. */
+#define PDI_PACE_SLOW 2e-9
+/* A trial is followed by this many times its own length without one, so that trials take 1/20 of the time at most. */
+#define PDI_PACE_REST 20.0
+/* [s] After this time without one there is a trial even where no loop is late, since all may be: 0.3 % at most. */
+#define PDI_PACE_CHECK 10.0
+/* [s] A pause is doubled up to this, so that trials without success become rare. */
+#define PDI_PACE_PAUSE 30.0
+
+static pd_pace_loop *pdi_pace_find(pd_pace *pace, uint64_t key)
+{
+    pd_pace_loop *loop = &pace->loop[(key * UINT64_C(0x9e3779b97f4a7c15)) >> 58];
+    if (loop->key == key) return loop;
+    loop->key = key;
+    loop->best = 0.0;
+    for (int one = 0; one < 2; one++) loop->sum[one] = loop->count[one] = 0.0;
+    return loop;
+}
+
+static void pdi_pace_open(pd_pace *pace, int one, int trying, double now)
+{
+    pace->one = one;
+    pace->trying = trying;
+    pace->since = now;
+    pace->spent = pace->lost = 0.0;
+    for (int k = 0; k < PD_PACE_LOOPS; k++) pace->loop[k].sum[one] = pace->loop[k].count[one] = 0.0;
+}
+
+/* Time on one thread over that on all, for the loops of the last window of `one`. 0: no loop ran on both. */
+static double pdi_pace_ratio(const pd_pace *pace)
+{
+    double all = 0.0, alone = 0.0;
+    for (int k = 0; k < PD_PACE_LOOPS; k++) {
+        const pd_pace_loop *loop = &pace->loop[k];
+        if (!(loop->count[0] > 0.0) || !(loop->count[1] > 0.0)) continue;
+        double calls = loop->count[pace->one];
+        all += calls * loop->sum[0] / loop->count[0];
+        alone += calls * loop->sum[1] / loop->count[1];
+    }
+    return all > 0.0 ? alone / all : 0.0;
+}
+
+/* The end of a trial. Where all threads win over one that had the work, nothing keeps from trying one again; where no
+ * loop ran on both, one is tried again soon. */
+static void pdi_pace_judge(pd_pace *pace, double now)
+{
+    double ratio = pdi_pace_ratio(pace), rest = PDI_PACE_REST * (now - pace->since);
+    int one = ratio > 0.0 && ratio < 1.0, failed = pace->one && !one;
+    if (!(ratio > 0.0)) rest *= 0.25;
+    else if (failed) rest = pace->pause = pace->pause > 0.0 ? fmin(2.0 * pace->pause, PDI_PACE_PAUSE) : rest;
+    else pace->pause = 0.0;
+    pace->until = failed || one ? now + rest : now;
+    pdi_pace_open(pace, one, 0, now);
+}
+
+/* The end of a window without a trial. */
+static void pdi_pace_turn(pd_pace *pace, double now)
+{
+    int late = pace->lost > PDI_PACE_LOST * pace->spent || now - pace->until > PDI_PACE_CHECK;
+    if (now < pace->until || (!pace->one && !late)) pdi_pace_open(pace, pace->one, 0, now);
+    else pdi_pace_open(pace, !pace->one, 1, now);
+}
+
+PDI_FN void pdi_pace_note(pd_pace *pace, uint64_t key, int threads, double work, double start, double end)
+{
+    double took = end - start, most = PDI_PACE_SLOW * work;
+    if (pace->since <= 0.0) {
+        pace->until = start;
+        pdi_pace_open(pace, 0, 0, start);
+    }
+    if (took > 0.0 && (!pace->trying || start - pace->since > PDI_PACE_SETTLE)) {
+        pd_pace_loop *loop = pdi_pace_find(pace, key);
+        loop->sum[pace->one] += took;
+        loop->count[pace->one] += 1.0;
+        if (!pace->one) {
+            if (loop->best <= 0.0 || took < loop->best) loop->best = took;
+            /* one thread needs the least of threads * best and most */
+            if (took > fmin(threads * loop->best, most)) pace->lost += took - fmin(loop->best, most);
+            pace->spent += took;
+        }
+    }
+    if (end - pace->since < PDI_PACE_WINDOW + (pace->trying ? PDI_PACE_SETTLE : 0.0)) return;
+    if (pace->trying) pdi_pace_judge(pace, end);
+    else pdi_pace_turn(pace, end);
+}
+
+#undef PDI_PACE_WINDOW
+#undef PDI_PACE_SETTLE
+#undef PDI_PACE_LOST
+#undef PDI_PACE_SLOW
+#undef PDI_PACE_REST
+#undef PDI_PACE_CHECK
+#undef PDI_PACE_PAUSE
+
 /* ======== >>base.c ======== */
 /* base: see base.h */
 #include <stdarg.h>
@@ -5805,6 +6094,16 @@ PDI_FN pd_status pdi_fail(pd_ctx *ctx, pd_status status, const char *where, cons
     va_end(args);
     ctx->status = status;
     return status;
+}
+
+PDI_FN void pdi_append(char *text, size_t size, const char *format, ...)
+{
+    size_t used = strlen(text);
+    va_list args;
+    if (used + 1 >= size) return;
+    va_start(args, format);
+    vsnprintf(text + used, size - used, format, args);
+    va_end(args);
 }
 
 static void *pdi_base_realloc(pd_ctx *ctx, void *ptr, size_t old_size, size_t new_size)
@@ -5958,7 +6257,7 @@ PDI_FN double pdi_vec_invert(const double *a, double *inverse)
 /* Block sums are kept on the stack in batches of this many. */
 #define PDI_PAR_BATCH 512
 
-PDI_FN int pdi_par_threads(const pd_ctx *ctx, int64_t work)
+PDI_FN int pdi_par_offered(const pd_ctx *ctx, int64_t work)
 {
 #ifdef _OPENMP
     if (work < 20000 || omp_in_parallel()) return 1;
@@ -5968,6 +6267,30 @@ PDI_FN int pdi_par_threads(const pd_ctx *ctx, int64_t work)
     (void)work;
     return 1;
 #endif
+}
+
+PDI_FN int pdi_par_threads(const pd_ctx *ctx, int64_t work)
+{
+    int offered = pdi_par_offered(ctx, work);
+    return offered > 1 && ctx->pace.one ? 1 : offered;
+}
+
+PDI_FN int pdi_par_begin(const pd_ctx *ctx, int64_t work, int times, uint64_t sort, pdi_par_watch *watch)
+{
+    watch->threads = pdi_par_offered(ctx, work);
+    if (watch->threads == 1) return 1;
+    watch->key = (((uint64_t)work * UINT64_C(0x9e3779b97f4a7c15) ^ sort) * 16 + (uint64_t)times) * 1024 +
+                 (uint64_t)watch->threads;
+    watch->work = (double)work * times;
+    watch->start = pdi_par_clock();
+    return ctx->pace.one ? 1 : watch->threads;
+}
+
+/* A context is never const itself, and its pace is no part of what a call promises to leave as it is. */
+PDI_FN void pdi_par_end(const pd_ctx *ctx, const pdi_par_watch *watch)
+{
+    if (watch->threads == 1) return;
+    pdi_pace_note(&((pd_ctx *)ctx)->pace, watch->key, watch->threads, watch->work, watch->start, pdi_par_clock());
 }
 
 static double pdi_par_block_dot(const double *x, const double *y, int64_t n)
@@ -6000,7 +6323,8 @@ PDI_FN void pdi_par_dots(const pd_ctx *ctx, int64_t n, int count, const pdi_par_
                          double *dots)
 {
     double partial[PDI_PAR_BATCH][PDI_PAR_GROUP];
-    int nt = pdi_par_threads(ctx, n);
+    pdi_par_watch watch;
+    int nt = pdi_par_begin(ctx, n, count, 0, &watch);
     (void)nt;
     int64_t blocks = (n + PDI_PAR_BLOCK - 1) / PDI_PAR_BLOCK;
     for (int m = 0; m < count; m++) dots[m] = 0.0;
@@ -6017,12 +6341,14 @@ PDI_FN void pdi_par_dots(const pd_ctx *ctx, int64_t n, int count, const pdi_par_
         for (int b = 0; b < batch; b++)
             for (int m = 0; m < count; m++) dots[m] += partial[b][m];
     }
+    pdi_par_end(ctx, &watch);
 }
 
 PDI_FN void pdi_par_axpys(const pd_ctx *ctx, int64_t n, int count, const double *a, const pdi_par_vectors *v,
                           double *w)
 {
-    int nt = pdi_par_threads(ctx, n);
+    pdi_par_watch watch;
+    int nt = pdi_par_begin(ctx, n, count, 1, &watch);
     (void)nt;
     int64_t blocks = (n + PDI_PAR_BLOCK - 1) / PDI_PAR_BLOCK;
     PDI_PARALLEL_FOR(nt)
@@ -6036,6 +6362,7 @@ PDI_FN void pdi_par_axpys(const pd_ctx *ctx, int64_t n, int count, const double 
             for (int64_t i = lo; !x && i < hi; i++) w[i] += factor * (double)single[i];
         }
     }
+    pdi_par_end(ctx, &watch);
 }
 
 PDI_FN double pdi_par_dot(const pd_ctx *ctx, int64_t n, const double *x, const double *y)
@@ -9109,6 +9436,7 @@ static void pdi_ghost_release(pd_ctx *ctx, pd_ghosts *g)
     PDI_DELETE(ctx, g->capacity, g->node);
     PDI_DELETE(ctx, g->capacity, g->source);
     PDI_DELETE(ctx, g->capacity, g->odd);
+    PDI_DELETE(ctx, g->capacity, g->port);
     g->capacity = g->listed = g->count = g->images = 0;
 }
 
@@ -9119,18 +9447,19 @@ static pd_status pdi_ghost_reserve(pd_ctx *ctx, int32_t count, pd_ghosts *g)
     g->capacity = count;
     PDI_TRY(PDI_NEW(ctx, "ghost", count, g->node));
     PDI_TRY(PDI_NEW(ctx, "ghost", count, g->source));
-    return PDI_NEW(ctx, "ghost", count, g->odd);
+    PDI_TRY(PDI_NEW(ctx, "ghost", count, g->odd));
+    return PDI_NEW(ctx, "ghost", count, g->port);
 }
 
-/* Signs of the components behind an outlet: all but the normal one change. */
-static int pdi_ghost_outlet_odd(const pd_grid *grid, int32_t node)
+/* The axis of the inlet or outlet that a ghost lies behind, as a bit. */
+static int pdi_ghost_port(const pd_grid *grid, int32_t node)
 {
-    int i[PD_DIM], odd = (1 << PD_DIM) - 1;
+    int i[PD_DIM], port = 0;
     pdi_grid_index(grid, node, i);
     pdi_grid_fold(grid, i);
     for (int d = 0; d < PD_DIM; d++)
-        if (i[d] < 0 || i[d] >= grid->n[d]) odd &= ~(1 << d);
-    return odd;
+        if (i[d] < 0 || i[d] >= grid->n[d]) port |= 1 << d;
+    return port;
 }
 
 static void pdi_ghost_add(pd_ghosts *g, int32_t node)
@@ -9140,7 +9469,9 @@ static void pdi_ghost_add(pd_ghosts *g, int32_t node)
     pdi_grid_index(grid, node, i);
     odd = pdi_grid_fold(grid, i);
     g->source[g->listed] = pdi_grid_image(grid, node, &flip);
-    if (grid->kind[node] == PD_OUTLET) odd ^= pdi_ghost_outlet_odd(grid, node);
+    g->port[g->listed] = (uint8_t)pdi_ghost_port(grid, node);
+    /* all components but the normal one change their sign behind an outlet */
+    if (grid->kind[node] == PD_OUTLET) odd ^= ((1 << PD_DIM) - 1) & ~g->port[g->listed];
     if (grid->kind[node] == PD_INLET) odd = flip;
     g->node[g->listed] = node;
     g->odd[g->listed++] = (uint8_t)odd;
@@ -9177,6 +9508,20 @@ void pd_ghosts_vector(const pd_ghosts *g, double *v)
         for (int32_t k = 0; k < g->count; k++) {
             double value = v[d * total + g->source[k]];
             v[d * total + g->node[k]] = g->odd[k] >> d & 1 ? -value : value;
+        }
+}
+
+void pd_ghosts_held(const pd_ghosts *g, const double *held, double *v)
+{
+    int32_t inlets = g->listed - g->count;
+    for (int d = 0; d < PD_DIM; d++)
+        for (int32_t k = 0; k < inlets; k++) {
+            int32_t at = g->count + k, source = g->source[at];
+            double *value = &v[(int64_t)d * g->grid->total + g->node[at]], side = held ? held[d * inlets + k] : 0.0;
+            double there = v[(int64_t)d * g->grid->total + source];
+            *value = side;
+            if (g->grid->kind[source] != PD_FLUID) continue;
+            *value += side + ((g->odd[at] ^ g->port[at]) >> d & 1 ? there : -there);
         }
 }
 
@@ -10051,6 +10396,9 @@ static pd_status pdi_bond_renew(pd_ctx *ctx, int32_t node, pd_bonds *b)
     return PD_OK;
 }
 
+/* Nodes between two polls: a tenth of a second where each needs a row in 3D. */
+#define PDI_BOND_POLL 4096
+
 static pd_status pdi_bond_make(pd_ctx *ctx, const pd_stencil *stencil, const pd_grid *grid, int all_rows,
                                pd_bonds *bonds)
 {
@@ -10077,11 +10425,14 @@ static pd_status pdi_bond_make(pd_ctx *ctx, const pd_stencil *stencil, const pd_
     int32_t rows = 0;
     for (int32_t node = 0; node < grid->total; node++) {
         bonds->row[node] = -1;
+        if (node % PDI_BOND_POLL == 0) PDI_TRY(pdi_poll(ctx, "bonds: rows", node));
         if (grid->kind[node] == PD_FLUID) rows += all_rows || !pdi_bond_whole(bonds, node);
     }
     PDI_TRY(pdi_bond_reserve(ctx, rows, bonds));
-    for (int32_t node = 0; node < grid->total; node++)
+    for (int32_t node = 0; node < grid->total; node++) {
+        if (node % PDI_BOND_POLL == 0) PDI_TRY(pdi_poll(ctx, "bonds", node));
         if (grid->kind[node] == PD_FLUID) PDI_TRY(pdi_bond_renew(ctx, node, bonds));
+    }
     return pdi_bond_arrange(ctx, bonds);
 }
 
@@ -10124,7 +10475,8 @@ static void pdi_bond_pieces(int32_t i, int32_t row, int32_t length, int most, pd
 PDI_FN void pdi_bond_sweep(const pd_ctx *ctx, const pd_bonds *bonds, int64_t work, int most, pdi_bond_run_fn run,
                            const void *user)
 {
-    int nt = pdi_par_threads(ctx, work);
+    pdi_par_watch watch;
+    int nt = pdi_par_begin(ctx, work, 1, (uint64_t)(uintptr_t)run, &watch);
     (void)nt;
     PDI_PARALLEL(nt)
     {
@@ -10138,6 +10490,7 @@ PDI_FN void pdi_bond_sweep(const pd_ctx *ctx, const pd_bonds *bonds, int64_t wor
         PDI_FOR
         for (int32_t r = bonds->plain; r < bonds->rows; r++) run(user, bonds->node[r], r, 1);
     }
+    pdi_par_end(ctx, &watch);
 }
 
 /* Fluxes through the plane of the bonds that start at `node`, of index i. */
@@ -10474,6 +10827,132 @@ PDI_FN void pdi_ports_free(pd_ctx *ctx, pd_ports *p)
     PDI_DELETE(ctx, p->capacity, p->node);
     PDI_DELETE(ctx, bonds * p->capacity, p->far);
     memset(p, 0, sizeof *p);
+}
+
+/* 1: an open bond of fluid node i ends on a node of the kind `port`. */
+static int pdi_port_beside(const pd_bonds *bonds, int32_t i, uint8_t port)
+{
+    int32_t row = bonds->row[i];
+    for (int k = 0; k < bonds->stencil->count; k++)
+        if (bonds->grid->kind[i + bonds->shift[k]] == port && (row < 0 || pdi_bond_open(bonds, row, k))) return 1;
+    return 0;
+}
+
+/* Mark the fluid that the open bonds of i reach; how many nodes are new. */
+static int64_t pdi_port_spread(const pd_bonds *bonds, int32_t i, uint8_t *mark)
+{
+    int64_t found = 0;
+    for (int k = 0; k < bonds->stencil->count; k++) {
+        int32_t j = i + bonds->shift[k];
+        if (bonds->row[i] >= 0 && !pdi_bond_open(bonds, bonds->row[i], k)) continue;
+        if (bonds->grid->kind[j] == PD_IMAGE) j = pdi_grid_image(bonds->grid, j, NULL);
+        if (bonds->grid->kind[j] != PD_FLUID || mark[j]) continue;
+        mark[j] = 1;
+        found++;
+    }
+    return found;
+}
+
+PDI_FN pd_status pdi_port_blocked(pd_ctx *ctx, const pd_bonds *bonds, int32_t *node)
+{
+    int32_t total = bonds->grid->total;
+    const uint8_t *kind = bonds->grid->kind;
+    uint8_t *mark = NULL;
+    *node = -1;
+    PDI_TRY(PDI_NEW(ctx, "flow", total, mark));
+    for (int32_t i = 0; i < total; i++) mark[i] = kind[i] == PD_FLUID && pdi_port_beside(bonds, i, PD_OUTLET);
+    for (int64_t found = 1, back = 0; found > 0; back = !back) {
+        found = 0;
+        for (int32_t n = 0; n < total; n++) {
+            int32_t i = back ? total - 1 - n : n;
+            if (mark[i]) found += pdi_port_spread(bonds, i, mark);
+        }
+    }
+    for (int32_t i = 0; i < total && *node < 0; i++)
+        if (kind[i] == PD_FLUID && !mark[i] && pdi_port_beside(bonds, i, PD_INLET)) *node = i;
+    PDI_DELETE(ctx, total, mark);
+    return PD_OK;
+}
+
+/* ======== >>entry.c ======== */
+/* entry: see entry.h */
+#include <string.h>
+
+/* Node at `at`, or that which a ghost stands for. */
+static int32_t pdi_entry_home(const pd_bonds *bonds, int32_t at)
+{
+    uint8_t kind = bonds->grid->kind[at];
+    return kind == PD_FLUID || kind == PD_SOLID ? at : pdi_grid_image(bonds->grid, at, NULL);
+}
+
+PDI_FN int32_t pdi_entry_far(const pd_bonds *bonds, int32_t i, int k)
+{
+    return pdi_entry_home(bonds, i + bonds->shift[k]);
+}
+
+PDI_FN int pdi_entry_free(const pd_bonds *bonds, int32_t i, int k)
+{
+    const pd_stencil *s = bonds->stencil;
+    for (int g = s->group_first[k]; g < s->group_first[k + 1] - 1; g++) {
+        int walled = 1;
+        for (int c = s->group_cell[g]; c < s->group_cell[g + 1] && walled; c++) {
+            uint8_t kind = bonds->grid->kind[pdi_entry_home(bonds, i + bonds->cell_shift[c])];
+            walled = kind != PD_FLUID && kind != PD_SOLID;
+        }
+        if (walled) return 0;
+    }
+    return 1;
+}
+
+PDI_FN void pdi_entry_find(const pd_bonds *bonds, int32_t j, int k, pdi_entry *entry)
+{
+    const pd_stencil *s = bonds->stencil;
+    const uint8_t *kind = bonds->grid->kind;
+    entry->count = 0;
+    entry->open = 1;
+    entry->last = j;
+    entry->far = pdi_entry_far(bonds, j, k);
+    if (kind[entry->far] != PD_FLUID || !pdi_entry_free(bonds, j, k)) return;
+    for (int g = s->group_first[k]; g < s->group_first[k + 1]; g++) {
+        int behind = entry->count, fluid = 0;
+        for (int c = s->group_cell[g]; c < s->group_cell[g + 1]; c++) {
+            int32_t at = pdi_entry_home(bonds, j + bonds->cell_shift[c]);
+            fluid |= kind[at] == PD_FLUID;
+            if (behind) continue;
+            if (kind[at] == PD_FLUID && entry->count < PDI_ENTRY_NODES) {
+                entry->cell[entry->count] = c;
+                entry->node[entry->count++] = at;
+            } else if (kind[at] == PD_SOLID && !entry->count) entry->last = at;
+        }
+        if (behind && !fluid) entry->open = 0;
+    }
+}
+
+PDI_FN double pdi_entry_beyond(const pd_bonds *bonds, int k, const pdi_entry *entry, int e, const double *axis)
+{
+    const pd_stencil *s = bonds->stencil;
+    double sum = 0.0;
+    for (int d = 0; d < PD_DIM; d++) {
+        int steps = s->offset[k * PD_DIM + d] - s->cell[entry->cell[e] * PD_DIM + d];
+        sum += steps * s->h[d] * axis[d];
+    }
+    return sum;
+}
+
+PDI_FN int32_t pdi_entry_around(const pd_bonds *bonds, uint8_t *work)
+{
+    const pd_grid *grid = bonds->grid;
+    int32_t count = 0, cells = bonds->stencil->group_cell[bonds->stencil->group_first[bonds->stencil->count]];
+    memset(work, 0, (size_t)grid->total);
+    for (int32_t j = 0; j < grid->total; j++) {
+        if (grid->kind[j] != PD_SOLID) continue;
+        for (int32_t c = -1; c < cells; c++) {
+            int32_t i = c < 0 ? j : pdi_entry_home(bonds, j + bonds->cell_shift[c]);
+            count += (grid->kind[i] == PD_FLUID || grid->kind[i] == PD_SOLID) && !work[i];
+            work[i] = 1;
+        }
+    }
+    return count;
 }
 
 /* ======== >>media.c ======== */
@@ -11745,16 +12224,6 @@ void pd_op_gradient(const pd_ctx *ctx, const pd_bonds *bonds, const double *f, d
     pdi_op_apply(ctx, &w, pdi_op_gradient_whole, pdi_op_gradient_cut);
 }
 
-PDI_FN double pdi_op_sample(const pd_bonds *bonds, const double *f, int32_t node, const double *x)
-{
-    double slope[PD_DIM][PDI_LANES], at[PD_DIM], value = f[node];
-    if (bonds->row[node] < 0) pdi_op_slope_whole(bonds, f, node, 1, slope);
-    else pdi_op_slope_cut(bonds, f, bonds->row[node], 1, slope);
-    pd_grid_position(bonds->grid, node, at);
-    for (int d = 0; d < PD_DIM; d++) value += slope[d][0] * (x[d] - at[d]);
-    return value;
-}
-
 /* ---- divergence: D u_i = sum g.(u_i + u_j), antisymmetric in i and j (eq. 4.2) ---- */
 
 /* Nodes i .. i+count-1, which are the rows from r (-1: whole families), bond by bond. */
@@ -11946,7 +12415,7 @@ static pd_status pdi_krylov_make(pd_ctx *ctx, const pd_krylov_desc *desc, pd_kry
     krylov->desc = *desc;
     pd_krylov_desc *d = &krylov->desc;
     if (d->restart == 0) d->restart = 30;
-    if (d->most < d->restart || d->flexible) d->most = d->restart;
+    if (d->most < d->restart) d->most = d->restart;
     if (d->max_iterations == 0) d->max_iterations = 200;
     if (d->rtol == 0.0) d->rtol = 1e-8;
     if (d->n < 1) return pdi_fail(ctx, PD_ERR_ARGUMENT, "krylov", "n = %.0f, needs at least 1", (double)d->n);
@@ -11994,8 +12463,11 @@ pd_status pd_krylov_build(pd_ctx *ctx, const pd_krylov_desc *desc, pd_krylov *kr
     return status;
 }
 
-/* Entries of one chunk of what has grown. */
-static int64_t pdi_krylov_chunk(const pd_krylov *krylov) { return krylov->length * krylov->desc.restart; }
+/* Entries of one chunk of what has grown: `restart` vectors, and as many preconditioned ones. */
+static int64_t pdi_krylov_chunk(const pd_krylov *krylov)
+{
+    return krylov->length * krylov->desc.restart * (krylov->desc.flexible ? 2 : 1);
+}
 
 static size_t pdi_krylov_entry(const pd_krylov *krylov)
 {
@@ -12058,24 +12530,38 @@ static double *pdi_krylov_vector(const pdi_krylov_run *run, int i)
     return run->k->work + (int64_t)i * run->k->desc.n;
 }
 
+/* Number of the first vector of the preconditioned basis. */
+static int pdi_krylov_flexible(const pd_krylov *k) { return k->desc.most + 1; }
+
+/* Where vector i of the basis stands in its chunk: the first of those that have grown is 0, -1 is what was built. */
+static int64_t pdi_krylov_place(const pd_krylov *k, int i, int *chunk)
+{
+    int restart = k->desc.restart, flexible = i >= pdi_krylov_flexible(k);
+    int at = flexible ? i - pdi_krylov_flexible(k) : i - 1;
+    *chunk = at < restart ? -1 : at / restart - 1;
+    if (flexible && !k->desc.flexible) *chunk = k->chunks; /* there is none */
+    if (*chunk < 0) return k->length * (flexible ? restart + 1 + at : i);
+    return k->length * (at % restart + (flexible ? restart : 0));
+}
+
 /* Vector i of the basis, in the precision that it is kept in; NULL: there is none. */
 static double *pdi_krylov_double(const pd_krylov *k, int i)
 {
-    int beyond = i - k->basis_vectors;
-    if (k->desc.compressed || beyond >= k->chunks * k->desc.restart) return NULL;
-    if (beyond < 0) return k->basis + i * k->length;
-    return (double *)k->more[beyond / k->desc.restart] + beyond % k->desc.restart * k->length;
+    int chunk;
+    int64_t at = pdi_krylov_place(k, i, &chunk);
+    if (k->desc.compressed || chunk >= k->chunks) return NULL;
+    return chunk < 0 ? k->basis + at : (double *)k->more[chunk] + at;
 }
 
 static float *pdi_krylov_single(const pd_krylov *k, int i)
 {
-    int beyond = i - k->basis_vectors;
-    if (!k->desc.compressed || beyond >= k->chunks * k->desc.restart) return NULL;
-    if (beyond < 0) return k->single + i * k->length;
-    return (float *)k->more[beyond / k->desc.restart] + beyond % k->desc.restart * k->length;
+    int chunk;
+    int64_t at = pdi_krylov_place(k, i, &chunk);
+    if (!k->desc.compressed || chunk >= k->chunks) return NULL;
+    return chunk < 0 ? k->single + at : (float *)k->more[chunk] + at;
 }
 
-/* Up to PDI_PAR_GROUP vectors of the basis from `first`; those of the preconditioned one follow after restart + 1. */
+/* Up to PDI_PAR_GROUP vectors of the basis from `first`; those of the preconditioned one follow after all. */
 static pdi_par_vectors pdi_krylov_basis(const pdi_krylov_run *run, int first)
 {
     pdi_par_vectors v;
@@ -12324,7 +12810,7 @@ static pd_status pdi_krylov_gmres_cycle(const pdi_krylov_run *run, double beta)
         if (flexible) {
             packed = pdi_krylov_pack(run, z);
             if (j == 0) unit = pdi_krylov_unit(run, packed);
-            pdi_krylov_keep(run, unit, packed, d->restart + 1 + j);
+            pdi_krylov_keep(run, unit, packed, pdi_krylov_flexible(run->k) + j);
             pdi_krylov_unpack(run, packed, z);
         }
         pdi_krylov_apply(run, z, w);
@@ -12342,7 +12828,7 @@ static pd_status pdi_krylov_gmres_cycle(const pdi_krylov_run *run, double beta)
         pdi_krylov_unpack(run, packed, v);
     }
     pdi_krylov_back(count, s.hess, s.g, s.y);
-    if (flexible) pdi_krylov_combine(run, d->restart + 1, count, s.y, z);
+    if (flexible) pdi_krylov_combine(run, pdi_krylov_flexible(run->k), count, s.y, z);
     else {
         pdi_krylov_combine(run, 0, count, s.y, v);
         pdi_krylov_precond(run, v, z);
@@ -14421,6 +14907,269 @@ PDI_FN double pdi_quadratic_solve(pdi_quadratic *fit)
 #undef PDI_QUADRATIC_NEAR
 #undef PDI_QUADRATIC_FAINT
 #undef PDI_QUADRATIC_FAINTER
+
+/* ======== >>slope.c ======== */
+/* slope: see slope.h */
+#include <math.h>
+#include <string.h>
+
+/* Of a quadratic about the node: slopes, then second derivatives. */
+#define PDI_SLOPE_TERMS (PD_DIM + PD_DIM * (PD_DIM + 1) / 2)
+/* Data whose moments, over those of a whole family, have a pivot below this determine no quadratic. */
+#define PDI_SLOPE_MIN_PIVOT 1e-3
+
+/* Weighted moments of the data of a row. */
+typedef struct pdi_slope_moments {
+    double sum[PDI_SLOPE_TERMS][PDI_SLOPE_TERMS]; /* scaled by `unit` on both sides, then Cholesky's factor of it */
+    double unit[PDI_SLOPE_TERMS];
+} pdi_slope_moments;
+
+/* The terms at the fraction t of bond k, in cells. */
+static void pdi_slope_terms(const pd_stencil *s, int k, double t, double *term)
+{
+    const int *n = s->offset + k * PD_DIM;
+    int at = PD_DIM;
+    for (int a = 0; a < PD_DIM; a++) {
+        term[a] = t * n[a];
+        for (int b = 0; b <= a; b++) term[at++] = t * t * (double)(n[a] * n[b]);
+    }
+}
+
+/* 1: a scalar knows the far end of bond k. Bonds to inlets carry none. */
+static int pdi_slope_carries(const pd_bonds *bonds, int32_t r, int k)
+{
+    return pdi_bond_open(bonds, r, k) && bonds->grid->kind[bonds->node[r] + bonds->shift[k]] != PD_INLET;
+}
+
+static void pdi_slope_add(const double *term, double weight, pdi_slope_moments *m)
+{
+    for (int a = 0; a < PDI_SLOPE_TERMS; a++)
+        for (int b = 0; b < PDI_SLOPE_TERMS; b++) m->sum[a][b] += weight * term[a] * term[b];
+}
+
+/* 0: the data determine no quadratic. */
+static int pdi_slope_factor(pdi_slope_moments *m)
+{
+    for (int a = 0; a < PDI_SLOPE_TERMS; a++)
+        for (int b = 0; b < PDI_SLOPE_TERMS; b++) m->sum[a][b] *= m->unit[a] * m->unit[b];
+    for (int c = 0; c < PDI_SLOPE_TERMS; c++) {
+        for (int k = 0; k < c; k++) m->sum[c][c] -= m->sum[c][k] * m->sum[c][k];
+        if (!(m->sum[c][c] > PDI_SLOPE_MIN_PIVOT)) return 0;
+        m->sum[c][c] = sqrt(m->sum[c][c]);
+        for (int r = c + 1; r < PDI_SLOPE_TERMS; r++) {
+            for (int k = 0; k < c; k++) m->sum[r][c] -= m->sum[r][k] * m->sum[c][k];
+            m->sum[r][c] /= m->sum[c][c];
+        }
+    }
+    return 1;
+}
+
+/* x = M^-1 y */
+static void pdi_slope_solve(const pdi_slope_moments *m, const double *y, double *x)
+{
+    for (int r = 0; r < PDI_SLOPE_TERMS; r++) {
+        x[r] = y[r] * m->unit[r];
+        for (int k = 0; k < r; k++) x[r] -= m->sum[r][k] * x[k];
+        x[r] /= m->sum[r][r];
+    }
+    for (int r = PDI_SLOPE_TERMS - 1; r >= 0; r--) {
+        for (int k = r + 1; k < PDI_SLOPE_TERMS; k++) x[r] -= m->sum[k][r] * x[k];
+        x[r] /= m->sum[r][r];
+    }
+    for (int r = 0; r < PDI_SLOPE_TERMS; r++) x[r] *= m->unit[r];
+}
+
+/* Empty moments in the units of a whole family. */
+static void pdi_slope_start(const pd_stencil *s, pdi_slope_moments *m)
+{
+    double term[PDI_SLOPE_TERMS];
+    memset(m, 0, sizeof *m);
+    for (int k = 0; k < s->count; k++) {
+        pdi_slope_terms(s, k, 1.0, term);
+        for (int a = 0; a < PDI_SLOPE_TERMS; a++) m->unit[a] += s->base[k] * term[a] * term[a];
+    }
+    for (int a = 0; a < PDI_SLOPE_TERMS; a++) m->unit[a] = 1.0 / sqrt(m->unit[a]);
+}
+
+/* The gradient of a scalar (eq. 3.5b). */
+static int pdi_slope_scalar(const pd_bonds *bonds, int32_t r, double *grad)
+{
+    const pd_stencil *s = bonds->stencil;
+    double term[PDI_SLOPE_TERMS];
+    pdi_slope_moments m;
+    pdi_slope_start(s, &m);
+    for (int k = 0; k < s->count; k++) {
+        if (!pdi_slope_carries(bonds, r, k)) continue;
+        pdi_slope_terms(s, k, 1.0, term);
+        pdi_slope_add(term, s->base[k], &m);
+    }
+    if (!pdi_slope_factor(&m)) return 0;
+    for (int d = 0; d < PD_DIM; d++) {
+        memset(term, 0, sizeof term);
+        term[d] = 1.0 / bonds->grid->h[d];
+        pdi_slope_solve(&m, term, grad + d * PDI_SLOPE_TERMS);
+    }
+    return 1;
+}
+
+/* What cut bonds add to the Laplacian of a velocity that vanishes on the surface (eq. 3.4b). */
+static int pdi_slope_velocity(const pd_bonds *bonds, int32_t r, double *bend, double *drag)
+{
+    const pd_stencil *s = bonds->stencil;
+    double term[PDI_SLOPE_TERMS], far[PDI_SLOPE_TERMS], wall[PDI_SLOPE_TERMS];
+    pdi_slope_moments m;
+    memset(far, 0, sizeof far);
+    memset(wall, 0, sizeof wall);
+    pdi_slope_start(s, &m);
+    for (int k = 0; k < s->count; k++) {
+        double weight = s->base[k];
+        pdi_slope_terms(s, k, 1.0, term);
+        if (!pdi_bond_open(bonds, r, k)) {
+            pdi_bond_end end;
+            double a = pdi_bond_lap(bonds, bonds->node[r])[k];
+            pdi_bond_find_end(bonds, r, k, &end);
+            for (int c = 0; c < PDI_SLOPE_TERMS; c++) far[c] += a * term[c];
+            if (end.t > 1.0) continue; /* the line grazes the surface, and meets it far behind */
+            weight /= end.t * end.t;
+            pdi_slope_terms(s, k, end.t, term);
+            for (int c = 0; c < PDI_SLOPE_TERMS; c++) wall[c] += weight * term[c];
+        }
+        pdi_slope_add(term, weight, &m);
+    }
+    if (!pdi_slope_factor(&m)) return 0;
+    pdi_slope_solve(&m, far, bend);
+    *drag = 0.0;
+    for (int c = 0; c < PDI_SLOPE_TERMS; c++) *drag += bend[c] * wall[c];
+    return 1;
+}
+
+static pd_status pdi_slope_reserve(pd_ctx *ctx, int32_t count, pd_slopes *slopes)
+{
+    const pd_bonds *bonds = slopes->bonds;
+    if (count <= slopes->capacity && bonds->capacity <= slopes->rows) return PD_OK;
+    pd_slopes_free(ctx, slopes);
+    slopes->bonds = bonds;
+    slopes->capacity = count + count / 4;
+    slopes->rows = bonds->capacity;
+    PDI_TRY(PDI_NEW(ctx, "slope", slopes->capacity, slopes->row));
+    PDI_TRY(PDI_NEW(ctx, "slope", slopes->capacity, slopes->fits));
+    PDI_TRY(PDI_NEW(ctx, "slope", (int64_t)slopes->capacity * PD_DIM * PDI_SLOPE_TERMS, slopes->grad));
+    PDI_TRY(PDI_NEW(ctx, "slope", (int64_t)slopes->capacity * PDI_SLOPE_TERMS, slopes->bend));
+    PDI_TRY(PDI_NEW(ctx, "slope", slopes->capacity, slopes->drag));
+    PDI_TRY(PDI_NEW(ctx, "slope", bonds->stencil->count * PDI_SLOPE_TERMS, slopes->term));
+    return PDI_NEW(ctx, "slope", slopes->rows, slopes->place);
+}
+
+pd_status pd_slopes_update(pd_ctx *ctx, const pd_bonds *bonds, pd_slopes *slopes)
+{
+    int32_t count = 0;
+    for (int32_t r = 0; r < bonds->rows; r++) count += bonds->smooth[r];
+    slopes->bonds = bonds;
+    PDI_TRY(pdi_slope_reserve(ctx, count, slopes));
+    slopes->count = 0;
+    for (int k = 0; k < bonds->stencil->count && count; k++) {
+        double *term = slopes->term + k * PDI_SLOPE_TERMS;
+        pdi_slope_terms(bonds->stencil, k, 1.0, term);
+        for (int a = 0; a < PDI_SLOPE_TERMS; a++) term[a] *= bonds->stencil->base[k];
+    }
+    for (int32_t r = 0; r < slopes->rows; r++) {
+        int32_t q = slopes->count;
+        slopes->place[r] = -1;
+        if (r >= bonds->rows || !bonds->smooth[r]) continue;
+        slopes->place[r] = q;
+        slopes->row[q] = r;
+        slopes->fits[q] = 0;
+        if (pdi_slope_scalar(bonds, r, slopes->grad + (int64_t)q * PD_DIM * PDI_SLOPE_TERMS))
+            slopes->fits[q] |= PDI_SLOPE_SCALAR;
+        if (pdi_slope_velocity(bonds, r, slopes->bend + (int64_t)q * PDI_SLOPE_TERMS, slopes->drag + q))
+            slopes->fits[q] |= PDI_SLOPE_VELOCITY;
+        slopes->count++;
+    }
+    return PD_OK;
+}
+
+PDI_FN void pdi_slopes_gradient(const pd_ctx *ctx, const pd_slopes *slopes, const double *f, double *grad)
+{
+    const pd_bonds *bonds = slopes->bonds;
+    if (!slopes->count) return;
+    const pd_stencil *s = bonds->stencil;
+    int nt = pdi_par_threads(ctx, (int64_t)slopes->count * s->count * PDI_SLOPE_TERMS);
+    (void)nt;
+    PDI_PARALLEL_FOR(nt)
+    for (int32_t q = 0; q < slopes->count; q++) {
+        int32_t r = slopes->row[q], node = bonds->node[r];
+        double sum[PDI_SLOPE_TERMS];
+        if (!(slopes->fits[q] & PDI_SLOPE_SCALAR)) continue;
+        memset(sum, 0, sizeof sum);
+        for (int k = 0; k < s->count; k++) {
+            if (!pdi_slope_carries(bonds, r, k)) continue;
+            const double *term = slopes->term + k * PDI_SLOPE_TERMS;
+            double difference = f[node + bonds->shift[k]] - f[node];
+            for (int a = 0; a < PDI_SLOPE_TERMS; a++) sum[a] += difference * term[a];
+        }
+        for (int d = 0; d < PD_DIM; d++) {
+            const double *weight = slopes->grad + ((int64_t)q * PD_DIM + d) * PDI_SLOPE_TERMS;
+            double value = 0.0;
+            for (int a = 0; a < PDI_SLOPE_TERMS; a++) value += weight[a] * sum[a];
+            grad[(int64_t)d * bonds->grid->total + node] = value;
+        }
+    }
+}
+
+PDI_FN void pdi_slopes_bend(const pd_slopes *slopes, int32_t r, const double *u, double *wall)
+{
+    const pd_bonds *bonds = slopes->bonds;
+    const pd_stencil *s = bonds->stencil;
+    int32_t node = bonds->node[r], q = slopes->place[r];
+    int64_t total = bonds->grid->total;
+    const double *bend = slopes->bend + (int64_t)q * PDI_SLOPE_TERMS;
+    for (int d = 0; d < PD_DIM; d++) wall[d] = -slopes->drag[q] * u[d * total + node];
+    for (int k = 0; k < s->count; k++) {
+        const double *term = slopes->term + k * PDI_SLOPE_TERMS;
+        double weight = 0.0;
+        if (!pdi_bond_open(bonds, r, k)) continue;
+        for (int a = 0; a < PDI_SLOPE_TERMS; a++) weight += bend[a] * term[a];
+        for (int d = 0; d < PD_DIM; d++)
+            wall[d] += weight * (u[d * total + node + bonds->shift[k]] - u[d * total + node]);
+    }
+}
+
+PDI_FN double pdi_slopes_value(const pd_bonds *bonds, const double *f, int32_t node, const double *x)
+{
+    const pd_stencil *s = bonds->stencil;
+    int32_t row = bonds->row[node];
+    pdi_quadratic fit;
+    double at[PD_DIM], place[PD_DIM];
+    pdi_quadratic_start(&fit, x, bonds->grid->h);
+    pd_grid_position(bonds->grid, node, at);
+    pdi_quadratic_value(&fit, at, f[node]);
+    for (int k = 0; k < s->count; k++) {
+        const int *n = s->offset + k * PD_DIM;
+        int32_t far = node + bonds->shift[k];
+        int square = 0;
+        for (int d = 0; d < PD_DIM; d++) square += n[d] * n[d];
+        if (square > PDI_QUADRATIC_SQUARE || bonds->grid->kind[far] == PD_INLET) continue;
+        if (row >= 0 && !pdi_bond_open(bonds, row, k)) continue;
+        for (int d = 0; d < PD_DIM; d++) place[d] = at[d] + s->xi[k * PD_DIM + d];
+        pdi_quadratic_value(&fit, place, f[far]);
+    }
+    return pdi_quadratic_solve(&fit);
+}
+
+void pd_slopes_free(pd_ctx *ctx, pd_slopes *slopes)
+{
+    PDI_DELETE(ctx, slopes->capacity, slopes->row);
+    PDI_DELETE(ctx, slopes->capacity, slopes->fits);
+    PDI_DELETE(ctx, (int64_t)slopes->capacity * PD_DIM * PDI_SLOPE_TERMS, slopes->grad);
+    PDI_DELETE(ctx, (int64_t)slopes->capacity * PDI_SLOPE_TERMS, slopes->bend);
+    PDI_DELETE(ctx, slopes->capacity, slopes->drag);
+    PDI_DELETE(ctx, slopes->bonds ? slopes->bonds->stencil->count * PDI_SLOPE_TERMS : 0, slopes->term);
+    PDI_DELETE(ctx, slopes->rows, slopes->place);
+    memset(slopes, 0, sizeof *slopes);
+}
+
+#undef PDI_SLOPE_TERMS
+#undef PDI_SLOPE_MIN_PIVOT
 
 /* ======== >>file.c ======== */
 /* file: see file.h */
@@ -18541,6 +19290,7 @@ static pd_status pdi_vti_data(pd_ctx *ctx, pd_file *file, const pd_grid *grid, c
     PDI_TRY(pdi_file_write(ctx, file, &bytes, sizeof bytes));
     for (int64_t r = 0; r < rows; r++) {
         int32_t node = grid->ghost;
+        PDI_TRY(pdi_poll(ctx, "vti", r));
         for (int d = 1; d < PD_DIM; d++) node += (index[d] + grid->ghost) * grid->stride[d];
         uint8_t *out = row;
         for (int i = 0; i < grid->n[0]; i++)
@@ -19090,12 +19840,16 @@ double pd_material_speed(const pd_material *material, double current)
 #include <math.h>
 #include <string.h>
 
+/* [cells] A place on an inlet counts as outside. */
+#define PDI_FLOW_BEYOND 1e-6
+
 /* Work of a sweep in scalar operations, to decide on threads. */
 static int64_t pdi_flow_work(const pd_flow *flow) { return flow->grid->fluid_count * flow->bonds->stencil->count * 4; }
 
 PDI_FN void pdi_flow_gradient(const pd_ctx *ctx, const pd_flow *flow, const double *p, double *grad)
 {
     pd_op_gradient(ctx, flow->bonds, p, grad);
+    if (flow->even) pdi_slopes_gradient(ctx, &flow->slopes, p, grad);
     pd_ghosts_vector(&flow->bonds->ghosts, grad);
 }
 
@@ -19203,6 +19957,27 @@ PDI_FN void pdi_flow_even(const pd_ctx *ctx, const pd_flow *flow, const double *
     }
 }
 
+PDI_FN void pdi_flow_bend(const pd_ctx *ctx, const pd_flow *flow, const double *u, const double *grad, int held,
+                          double *ru)
+{
+    const pd_bonds *bonds = flow->bonds;
+    if (!flow->even) return;
+    int nt = pdi_par_threads(ctx, (int64_t)flow->slopes.count * bonds->stencil->count * PD_DIM);
+    (void)nt;
+    PDI_PARALLEL_FOR(nt)
+    for (int32_t q = 0; q < flow->slopes.count; q++) {
+        int32_t r = flow->slopes.row[q], node = bonds->node[r];
+        double wall[PD_DIM];
+        if (!pdi_flow_bends(flow, r)) continue;
+        pdi_slopes_bend(&flow->slopes, r, u, wall);
+        for (int d = 0; d < PD_DIM; d++) {
+            int64_t at = (int64_t)d * flow->grid->total + node;
+            double force = held ? pdi_flow_force(flow, d, node) : 0.0;
+            ru[at] += bonds->wall_curv[r] * (grad[at] - force) - flow->nu * (wall[d] + bonds->wall_lap[r] * u[at]);
+        }
+    }
+}
+
 /* The patches that row r joins get the lower of their numbers; 1: one changed. */
 static int pdi_flow_join(pd_flow *flow, int32_t r)
 {
@@ -19230,6 +20005,7 @@ PDI_FN pd_status pdi_flow_patch(pd_ctx *ctx, pd_flow *flow)
     for (int32_t r = 0; r < bonds->rows; r++) flow->even = flow->even || bonds->smooth[r];
     flow->even = flow->even && !flow->grid->circumference;
     if (!flow->even) return PD_OK;
+    PDI_TRY(pd_slopes_update(ctx, bonds, &flow->slopes));
     if (flow->rim < bonds->capacity) {
         PDI_DELETE(ctx, flow->rim, flow->patch);
         PDI_DELETE(ctx, flow->rim, flow->more);
@@ -19248,9 +20024,15 @@ PDI_FN pd_status pdi_flow_patch(pd_ctx *ctx, pd_flow *flow)
     return PD_OK;
 }
 
+PDI_FN void pdi_flow_ghosts(const pd_flow *flow, int held, double *v)
+{
+    pd_ghosts_vector(&flow->bonds->ghosts, v);
+    if (flow->mirrors && flow->held) pd_ghosts_held(&flow->bonds->ghosts, held ? flow->held : NULL, v);
+}
+
 void pd_flow_prepare(pd_ctx *ctx, pd_flow *flow)
 {
-    pd_ghosts_vector(&flow->bonds->ghosts, flow->u);
+    pdi_flow_ghosts(flow, 1, flow->u);
     pd_ghosts_pressure(&flow->bonds->ghosts, flow->p_out, flow->p);
     pdi_flow_gradient(ctx, flow, flow->p, flow->grad);
     pdi_flow_carrier(ctx, flow, flow->u, flow->carrier);
@@ -19438,6 +20220,7 @@ void pd_flow_residual(pd_ctx *ctx, pd_flow *flow, double *ru, double *rc)
     t.drive = flow->drive;
     pdi_flow_terms_apply(ctx, flow, &t, ru, rc);
     pdi_flow_push(ctx, flow, ru);
+    pdi_flow_bend(ctx, flow, flow->u, flow->grad, 1, ru);
     pdi_flow_even(ctx, flow, flow->u, flow->carrier, 1, 1.0, rc);
     flow->evaluations++;
 }
@@ -19473,7 +20256,8 @@ static double pdi_flow_pushed(const pd_flow *flow, int32_t i, int d, int up)
     const pd_grid *grid = flow->grid;
     int32_t ghost = up ? i + grid->stride[d] : i - grid->stride[d];
     if (grid->kind[ghost] != PD_INLET) return 0.0;
-    double u = flow->u[(int64_t)d * grid->total + ghost], half = 0.5 * grid->h[d];
+    const double *v = flow->u + (int64_t)d * grid->total;
+    double u = flow->mirrors ? 0.5 * (v[ghost] + v[i]) : v[ghost], half = 0.5 * grid->h[d];
     double around = pdi_grid_around(grid, i, d < PD_DIM - 1 ? 0.0 : up ? half : -half);
     return (up ? -u : u) * around * flow->bonds->stencil->volume / grid->h[d];
 }
@@ -19502,53 +20286,6 @@ PDI_FN double pdi_flow_entering(pd_ctx *ctx, pd_flow *flow, double *pushed, doub
     return taken;
 }
 
-/* 1: an open bond of fluid node i ends on a node of the kind `port`. */
-static int pdi_flow_beside(const pd_flow *flow, int32_t i, uint8_t port)
-{
-    const pd_bonds *bonds = flow->bonds;
-    int32_t row = bonds->row[i];
-    for (int k = 0; k < bonds->stencil->count; k++)
-        if (flow->grid->kind[i + bonds->shift[k]] == port && (row < 0 || pdi_bond_open(bonds, row, k))) return 1;
-    return 0;
-}
-
-/* Mark the fluid that the open bonds of i reach; how many nodes are new. */
-static int64_t pdi_flow_spread(const pd_flow *flow, int32_t i, uint8_t *mark)
-{
-    const pd_bonds *bonds = flow->bonds;
-    int64_t found = 0;
-    for (int k = 0; k < bonds->stencil->count; k++) {
-        int32_t j = i + bonds->shift[k];
-        if (bonds->row[i] >= 0 && !pdi_bond_open(bonds, bonds->row[i], k)) continue;
-        if (flow->grid->kind[j] == PD_IMAGE) j = pdi_grid_image(flow->grid, j, NULL);
-        if (flow->grid->kind[j] != PD_FLUID || mark[j]) continue;
-        mark[j] = 1;
-        found++;
-    }
-    return found;
-}
-
-PDI_FN pd_status pdi_flow_blocked(pd_ctx *ctx, const pd_flow *flow, int32_t *node)
-{
-    int32_t total = flow->grid->total;
-    const uint8_t *kind = flow->grid->kind;
-    uint8_t *mark = NULL;
-    *node = -1;
-    PDI_TRY(PDI_NEW(ctx, "flow", total, mark));
-    for (int32_t i = 0; i < total; i++) mark[i] = kind[i] == PD_FLUID && pdi_flow_beside(flow, i, PD_OUTLET);
-    for (int64_t found = 1, back = 0; found > 0; back = !back) {
-        found = 0;
-        for (int32_t n = 0; n < total; n++) {
-            int32_t i = back ? total - 1 - n : n;
-            if (mark[i]) found += pdi_flow_spread(flow, i, mark);
-        }
-    }
-    for (int32_t i = 0; i < total && *node < 0; i++)
-        if (kind[i] == PD_FLUID && !mark[i] && pdi_flow_beside(flow, i, PD_INLET)) *node = i;
-    PDI_DELETE(ctx, total, mark);
-    return PD_OK;
-}
-
 double pd_flow_section_nodes(pd_ctx *ctx, const pd_flow *flow, int axis, int index)
 {
     const pd_grid *grid = flow->grid;
@@ -19564,29 +20301,53 @@ double pd_flow_section_nodes(pd_ctx *ctx, const pd_flow *flow, int axis, int ind
     return sum;
 }
 
+/* Room for what inlets hold: solid in them may dissolve. */
+static pd_status pdi_flow_hold(pd_ctx *ctx, pd_flow *flow)
+{
+    const pd_ghosts *ghosts = &flow->bonds->ghosts;
+    int32_t inlets = ghosts->listed - ghosts->count;
+    if (!flow->inlet || inlets == flow->inlets) return PD_OK;
+    PDI_DELETE(ctx, (int64_t)PD_DIM * flow->inlets, flow->held);
+    flow->inlets = inlets;
+    return PDI_NEW(ctx, "flow", (int64_t)PD_DIM * inlets, flow->held);
+}
+
 /* Inlet values follow the kinds of the ghosts; behind periodic and mirror sides they are images too. *moved: at least
  * the largest change [m/s]. */
 static pd_status pdi_flow_inlets(pd_ctx *ctx, pd_flow *flow, double *moved)
 {
     const pd_grid *grid = flow->grid;
-    for (int32_t node = 0; node < grid->total && flow->inlet; node++) {
+    const pd_ghosts *ghosts = &flow->bonds->ghosts;
+    PDI_TRY(pdi_flow_hold(ctx, flow));
+    for (int32_t k = 0; k < flow->inlets; k++) {
         int i[PD_DIM];
         double x[PD_DIM], u[PD_DIM];
-        if (grid->kind[node] != PD_INLET) continue;
+        int32_t node = ghosts->node[ghosts->count + k];
         pdi_grid_index(grid, node, i);
         int flip = pdi_grid_fold(grid, i);
         pd_grid_position(grid, pd_grid_node(grid, i), x);
+        for (int d = 0; d < PD_DIM && flow->mirrors; d++) {
+            if (i[d] < 0) x[d] = grid->lo[d] - PDI_FLOW_BEYOND * grid->h[d];
+            if (i[d] >= grid->n[d]) x[d] = grid->hi[d] + PDI_FLOW_BEYOND * grid->h[d];
+        }
         flow->inlet(flow->inlet_user, x, u);
         for (int d = 0; d < PD_DIM; d++) {
             if (!(fabs(u[d]) < 1e100))
                 return pdi_fail(ctx, PD_ERR_ARGUMENT, "flow", "the inlet velocity at (%g, ...) m is %g m/s", x[0],
                                 u[d]);
-            double *value = &flow->u[(int64_t)d * grid->total + node], fresh = flip >> d & 1 ? -u[d] : u[d];
+            double *value = &flow->held[d * flow->inlets + k], fresh = flip >> d & 1 ? -u[d] : u[d];
             *moved = fmax(*moved, fabs(fresh - *value));
-            *value = fresh;
+            *value = flow->u[(int64_t)d * grid->total + node] = fresh;
         }
     }
     return PD_OK;
+}
+
+PDI_FN pd_status pdi_flow_mirror(pd_ctx *ctx, pd_flow *flow)
+{
+    double moved = 0.0;
+    flow->mirrors = flow->inlet != NULL;
+    return pdi_flow_inlets(ctx, flow, &moved);
 }
 
 /* The velocity of walls, and the largest component of it so far. */
@@ -19823,11 +20584,13 @@ void pd_flow_free(pd_ctx *ctx, pd_flow *flow)
     PDI_DELETE(ctx, total, flow->p);
     PDI_DELETE(ctx, (int64_t)PD_DIM * total, flow->grad);
     PDI_DELETE(ctx, (int64_t)PD_DIM * total, flow->carrier);
+    PDI_DELETE(ctx, (int64_t)PD_DIM * flow->inlets, flow->held);
     PDI_DELETE(ctx, (int64_t)PD_DIM * total, flow->drive);
     PDI_DELETE(ctx, (int64_t)PD_DIM * total, flow->body);
     PDI_DELETE(ctx, flow->rim, flow->patch);
     PDI_DELETE(ctx, flow->rim, flow->more);
     PDI_DELETE(ctx, 2 * (int64_t)flow->rim, flow->leak);
+    pd_slopes_free(ctx, &flow->slopes);
     memset(flow, 0, sizeof *flow);
 }
 
@@ -20207,8 +20970,8 @@ static void pdi_force_press(const pdi_force_query *q, int32_t r, double *press)
     }
 }
 
-/* Friction of row r over rho: V (nu (W u - drive) - Q (G P - f)), which its momentum residual holds (eq. 4.27). Of one
- * shape: the parts of its bonds. */
+/* Friction of row r over rho: V (nu (W u - drive) - Q (G P - f)), or - V nu times (3.4b), as its momentum residual
+ * holds it (eq. 4.27). Of one shape: the parts of its bonds, or its share of them. */
 static void pdi_force_rub(const pdi_force_query *q, int32_t r, double *rub)
 {
     const pd_flow *flow = q->flow;
@@ -20217,6 +20980,13 @@ static void pdi_force_rub(const pdi_force_query *q, int32_t r, double *rub)
     int32_t node = bonds->node[r];
     double lap = 0.0, curv = 0.0, drive[PD_DIM];
     double volume = bonds->stencil->volume * pdi_grid_circumference(flow->grid, node);
+    if (pdi_flow_bends(flow, r)) {
+        pdi_force_face face;
+        pdi_force_see(q, r, &face);
+        pdi_slopes_bend(&flow->slopes, r, flow->u, rub);
+        for (int d = 0; d < PD_DIM; d++) rub[d] *= -volume * flow->nu * face.owned;
+        return;
+    }
     for (int d = 0; d < PD_DIM; d++)
         drive[d] = flow->drive && q->shape == PD_FORCE_ALL ? flow->drive[d * total + node] : 0.0;
     if (q->shape == PD_FORCE_ALL) {
@@ -20817,13 +21587,14 @@ static void pdi_steady_jacobian(pd_ctx *ctx, pd_steady *s, double *y)
     int64_t total = flow->grid->total, split = (int64_t)PD_DIM * total;
     double *du = s->work;
     pdi_product_step step;
-    pd_ghosts_vector(&flow->bonds->ghosts, du);
+    pdi_flow_ghosts(flow, 0, du);
     pdi_flow_carrier(ctx, flow, du, s->carrier);
     step.carrier = s->carrier;
     step.u = du;
     step.p = du + split;
     step.grad = flow->grad;
     pdi_product_apply(ctx, &s->product, &step, y, y + split);
+    pdi_flow_bend(ctx, flow, du, flow->grad, 0, y);
     pdi_flow_even(ctx, flow, du, s->carrier, 0, 1.0, y + split);
     if (s->shift > 0.0) pdi_par_axpy(ctx, split, s->shift, du, y);
     pd_ghosts_clear(&flow->bonds->ghosts, PD_DIM, y);
@@ -20952,6 +21723,7 @@ static pd_status pdi_steady_make(pd_ctx *ctx, pd_flow *flow, const pd_steady_des
     kd.max_iterations = s->desc.max_krylov;
     kd.zero_guess = kd.compressed = 1;
     pdi_compact_multigrid(flow->grid, &md);
+    PDI_TRY(pdi_flow_mirror(ctx, flow));
     PDI_TRY(pdi_compact_build(ctx, flow->grid, 1, &s->compact_u));
     PDI_TRY(pdi_compact_build(ctx, flow->grid, 0, &s->compact_p));
     PDI_TRY(pd_multigrid_build(ctx, &md, &s->mg_u));
@@ -21435,6 +22207,10 @@ pd_status pd_implicit_run(pd_ctx *ctx, pd_implicit *im, double t_end)
         PDI_TRY(pdi_poll(ctx, "flow in time", im->steps));
         int last;
         double begin = im->time, dt = pdi_sdirk_clip(im->dt, im->desc.largest, t_end - begin, &last);
+        if (pdi_stands_still(begin, t_end - begin, dt))
+            return pdi_fail(ctx, PD_ERR_STATE, "implicit",
+                            "steps of %g s do not lead on from t = %g s to %g s: loosen rtol (%g) or take a longer "
+                            "largest step (%g s, 0: none)", dt, begin, t_end, im->desc.rtol, im->desc.largest);
         pd_status status = pd_implicit_step(ctx, im, dt);
         if (status < 0) return status;
         double share = status == PD_OK ? im->error / im->desc.rtol : 25.0;
@@ -22736,6 +23512,8 @@ void pd_gas_free(pd_ctx *ctx, pd_gas *gas)
 /* Directions that the bonds between rows do not span keep the factor 1: singular values below this share of the trace
  * are damped away. */
 #define PDI_DIFFUSION_DAMPING 1e-3
+/* The same along metal: at its inner edges few bonds lie within both surfaces. */
+#define PDI_DIFFUSION_EDGES 0.02
 /* Factors stay within these bounds. */
 #define PDI_DIFFUSION_LEAST 0.25
 #define PDI_DIFFUSION_MOST 8.0
@@ -22787,27 +23565,75 @@ static int pdi_diffusion_solve(double a[][PD_DIFFUSION_TENSOR], double *b)
     return 1;
 }
 
-/* X of one row: sum over its bonds to rows of a (e^T X e) xi xi^T = what the moments of all its bonds lack (eq. 5.7),
- * in the sense of least squares. */
-static void pdi_diffusion_row(const pd_diffusion *d, int32_t r, const uint8_t *held, double *x)
+/* 1 when what cuts bond k of row r is metal. */
+static int pdi_diffusion_metal(const pd_diffusion *d, int32_t r, int k)
+{
+    const pd_bonds *bonds = d->bonds;
+    const pd_stencil *s = bonds->stencil;
+    int group = pdi_bond_closed_group(bonds, bonds->node[r], k);
+    if (!d->metal[0] || group < 0) return 0;
+    int32_t cell = bonds->node[r] + bonds->cell_shift[s->group_cell[group]];
+    if (bonds->grid->kind[cell] != PD_SOLID) cell = pdi_grid_image(bonds->grid, cell, NULL);
+    return bonds->grid->kind[cell] == PD_SOLID;
+}
+
+static void pdi_diffusion_offset(const pd_diffusion *d, int k, double *xi)
+{
+    for (int a = 0; a < PD_DIM; a++) xi[a] = (double)d->bonds->stencil->offset[k * PD_DIM + a];
+}
+
+/* Share of bond xi [cells] that counts as lying along a surface of metal: 1 within it, 0 where it leaves it as steeply
+ * as the flattest bond of the family leaves a plane of the lattice (eq. 5.7b). */
+static double pdi_diffusion_along(const pd_diffusion *d, const double *normal, const double *xi)
+{
+    double across = pdi_vec_dot(normal, xi), reach = d->bonds->stencil->reach;
+    return fmax(1.0 - across * across / pdi_vec_dot(xi, xi) * (1.0 + reach * reach), 0.0);
+}
+
+/* Normal of the metal that cuts bonds of row r, from it, in cells. 0: there is none. */
+static int pdi_diffusion_facing(const pd_diffusion *d, int32_t r, const uint8_t *held, double *normal)
+{
+    const pd_bonds *bonds = d->bonds;
+    const double *lap = pdi_bond_lap(bonds, bonds->node[r]);
+    for (int a = 0; a < PD_DIM; a++) normal[a] = 0.0;
+    for (int k = 0; k < bonds->stencil->count && d->metal[0]; k++) {
+        double xi[PD_DIM];
+        if (pdi_bond_open(bonds, r, k) || (held && held[k]) || !pdi_diffusion_metal(d, r, k)) continue;
+        pdi_diffusion_offset(d, k, xi);
+        for (int a = 0; a < PD_DIM; a++) normal[a] -= lap[k] * xi[a];
+    }
+    double length = pdi_vec_norm(normal);
+    for (int a = 0; a < PD_DIM && length > 0.0; a++) normal[a] /= length;
+    return length > 0.0;
+}
+
+/* X of one row: sum over its bonds to rows of a (e^T X e) xi xi^T = what the moments of the bonds that walls cut, or
+ * metal, lack (eq. 5.7), in the sense of least squares. normal: that of metal. Its cut bonds carry what dissolves
+ * (eq. 6.2c), so they lack in nothing but along the surface. NULL: of walls. */
+static void pdi_diffusion_row(const pd_diffusion *d, int32_t r, const uint8_t *held, const double *normal, double *x)
 {
     enum { N = PD_DIFFUSION_TENSOR };
     const pd_bonds *bonds = d->bonds;
     const pd_stencil *s = bonds->stencil;
-    double matrix[N][N], normal[N][N], lack[N], packed[N], weight[N], trace = 0.0;
+    double matrix[N][N], square[N][N], lack[N], packed[N], weight[N], trace = 0.0;
+    double damping = normal ? PDI_DIFFUSION_EDGES : PDI_DIFFUSION_DAMPING;
     const double *lap = pdi_bond_lap(bonds, bonds->node[r]);
     memset(matrix, 0, sizeof matrix);
-    memset(normal, 0, sizeof normal);
+    memset(square, 0, sizeof square);
     memset(lack, 0, sizeof lack);
     for (int k = 0; k < s->count; k++) {
         double xi[PD_DIM];
-        for (int a = 0; a < PD_DIM; a++) xi[a] = (double)s->offset[k * PD_DIM + a];
-        pdi_diffusion_pack(xi, packed);
-        pdi_diffusion_quadratic(xi, weight);
+        pdi_diffusion_offset(d, k, xi);
         int open = pdi_bond_open(bonds, r, k), row = open && d->cut[bonds->node[r] + bonds->shift[k]] > 0.0f;
+        int cut = !open && !(held && held[k]) && pdi_diffusion_metal(d, r, k) == (normal != NULL);
+        double along = normal && row ? pdi_diffusion_along(d, normal, xi) : 1.0;
+        double across = normal && cut ? pdi_vec_dot(normal, xi) : 0.0;
+        pdi_diffusion_quadratic(xi, weight);
+        for (int a = 0; a < PD_DIM && cut && normal; a++) xi[a] -= across * normal[a];
+        pdi_diffusion_pack(xi, packed);
         for (int p = 0; p < N; p++) {
-            if (!open && !(held && held[k])) lack[p] += lap[k] * packed[p];
-            for (int q = 0; q < N && row; q++) matrix[p][q] += lap[k] * packed[p] * weight[q];
+            if (cut) lack[p] += lap[k] * packed[p];
+            for (int q = 0; q < N && row; q++) matrix[p][q] += along * lap[k] * packed[p] * weight[q];
         }
     }
     for (int p = 0; p < N; p++) trace += matrix[p][p];
@@ -22815,18 +23641,23 @@ static void pdi_diffusion_row(const pd_diffusion *d, int32_t r, const uint8_t *h
         x[p] = 0.0;
         for (int q = 0; q < N; q++) {
             x[p] += matrix[q][p] * lack[q];
-            for (int t = 0; t < N; t++) normal[p][q] += matrix[t][p] * matrix[t][q];
+            for (int t = 0; t < N; t++) square[p][q] += matrix[t][p] * matrix[t][q];
         }
-        normal[p][p] += PDI_DIFFUSION_DAMPING * PDI_DIFFUSION_DAMPING * trace * trace;
+        square[p][p] += damping * damping * trace * trace;
     }
-    if (!pdi_diffusion_solve(normal, x)) memset(x, 0, N * sizeof *x);
+    if (!pdi_diffusion_solve(square, x)) memset(x, 0, N * sizeof *x);
 }
 
 static void pdi_diffusion_keep(pd_diffusion *d, int32_t r, const uint8_t *held)
 {
-    double x[PD_DIFFUSION_TENSOR];
-    pdi_diffusion_row(d, r, held, x);
-    for (int t = 0; t < PD_DIFFUSION_TENSOR; t++) d->tensor[t][d->bonds->node[r]] = (float)x[t];
+    double x[PD_DIFFUSION_TENSOR], normal[PD_DIM];
+    int32_t i = d->bonds->node[r];
+    pdi_diffusion_row(d, r, held, NULL, x);
+    for (int t = 0; t < PD_DIFFUSION_TENSOR; t++) d->tensor[t][i] = (float)x[t];
+    if (!pdi_diffusion_facing(d, r, held, normal)) return;
+    pdi_diffusion_row(d, r, held, normal, x);
+    for (int t = 0; t < PD_DIFFUSION_TENSOR; t++) d->metal[t][i] = (float)x[t];
+    for (int a = 0; a < PD_DIM; a++) d->facing[a][i] = (float)normal[a];
 }
 
 /* Images and inlet ghosts have the tensors of the nodes that they stand for, or mirror. Behind mirrors the off-diagonal
@@ -22836,13 +23667,17 @@ static void pdi_diffusion_ghosts(pd_diffusion *d)
     const pd_ghosts *g = &d->bonds->ghosts;
     for (int32_t k = 0; k < g->listed; k++) {
         int at = 0;
+        int32_t i = g->node[k], from = g->source[k];
         if (k >= g->images && k < g->count) continue;
-        d->cut[g->node[k]] = d->cut[g->source[k]];
-        for (int a = 0; a < PD_DIM; a++)
+        d->cut[i] = d->cut[from];
+        for (int a = 0; a < PD_DIM; a++) {
             for (int b = 0; b <= a; b++, at++) {
-                float value = d->tensor[at][g->source[k]];
-                d->tensor[at][g->node[k]] = ((g->odd[k] >> a ^ g->odd[k] >> b) & 1) ? -value : value;
+                int odd = (g->odd[k] >> a ^ g->odd[k] >> b) & 1;
+                d->tensor[at][i] = odd ? -d->tensor[at][from] : d->tensor[at][from];
+                if (d->metal[0]) d->metal[at][i] = odd ? -d->metal[at][from] : d->metal[at][from];
             }
+            if (d->metal[0]) d->facing[a][i] = (g->odd[k] >> a & 1) ? -d->facing[a][from] : d->facing[a][from];
+        }
     }
 }
 
@@ -22929,6 +23764,8 @@ void pd_diffusion_update(pd_ctx *ctx, pd_diffusion *d)
     for (int32_t i = 0; i < total; i++) {
         d->cut[i] = pdi_diffusion_cut(bonds, i) ? 1.0f : 0.0f;
         for (int t = 0; t < PD_DIFFUSION_TENSOR; t++) d->tensor[t][i] = 0.0f;
+        for (int t = 0; t < PD_DIFFUSION_TENSOR && d->metal[0]; t++) d->metal[t][i] = 0.0f;
+        for (int a = 0; a < PD_DIM && d->metal[0]; a++) d->facing[a][i] = 0.0f;
         if (d->hold) d->hold[i] = d->drive[i] = d->hold_at[i] = d->hold_rest[i] = 0.0;
         if (d->hold) d->hold_part[i] = 0;
         for (int a = 0; a < PD_DIM && d->hold; a++)
@@ -22975,6 +23812,9 @@ static pd_status pdi_diffusion_make(pd_ctx *ctx, const pd_bonds *bonds, const pd
                         desc->diffusivity);
     for (int t = 0; t < PD_DIFFUSION_TENSOR; t++) PDI_TRY(PDI_NEW(ctx, "diffusion", total, d->tensor[t]));
     PDI_TRY(PDI_NEW(ctx, "diffusion", total, d->cut));
+    for (int t = 0; t < PD_DIFFUSION_TENSOR && bonds->grid->solid_count > 0; t++)
+        PDI_TRY(PDI_NEW(ctx, "diffusion", total, d->metal[t]));
+    for (int a = 0; a < PD_DIM && d->metal[0]; a++) PDI_TRY(PDI_NEW(ctx, "diffusion", total, d->facing[a]));
     if (desc->held) PDI_TRY(PDI_NEW(ctx, "diffusion", total, d->hold));
     if (desc->held) PDI_TRY(PDI_NEW(ctx, "diffusion", total, d->drive));
     if (desc->held) PDI_TRY(PDI_NEW(ctx, "diffusion", total, d->hold_at));
@@ -22997,9 +23837,17 @@ pd_status pd_diffusion_build(pd_ctx *ctx, const pd_bonds *bonds, const pd_diffus
     return status;
 }
 
+/* What metal beside node i adds to the factor of a bond. */
+static double pdi_diffusion_beside(const pd_diffusion *d, int32_t i, const double *xi, const double *weight)
+{
+    double normal[PD_DIM], sum = 0.0;
+    for (int a = 0; a < PD_DIM; a++) normal[a] = (double)d->facing[a][i];
+    for (int t = 0; t < PD_DIFFUSION_TENSOR; t++) sum += weight[t] * (double)d->metal[t][i];
+    return sum * pdi_diffusion_along(d, normal, xi);
+}
+
 PDI_FN void pdi_diffusion_bond(const pd_diffusion *d, int32_t i, int k, int count, int rows, double *bond)
 {
-    const pd_stencil *s = d->bonds->stencil;
     int32_t j = i + d->bonds->shift[k];
     double a = pdi_bond_lap(d->bonds, i)[k], weight[PD_DIFFUSION_TENSOR];
     if (d->field)
@@ -23008,12 +23856,14 @@ PDI_FN void pdi_diffusion_bond(const pd_diffusion *d, int32_t i, int k, int coun
         for (int b = 0; b < count; b++) bond[b] = d->desc.diffusivity * a;
     if (!rows) return;
     double xi[PD_DIM];
-    for (int e = 0; e < PD_DIM; e++) xi[e] = (double)s->offset[k * PD_DIM + e];
+    pdi_diffusion_offset(d, k, xi);
     pdi_diffusion_quadratic(xi, weight);
     for (int b = 0; b < count; b++) {
         double factor = 0.0;
         for (int t = 0; t < PD_DIFFUSION_TENSOR; t++)
             factor += 0.5 * weight[t] * ((double)d->tensor[t][i + b] + (double)d->tensor[t][j + b]);
+        if (d->metal[0])
+            factor += 0.5 * (pdi_diffusion_beside(d, i + b, xi, weight) + pdi_diffusion_beside(d, j + b, xi, weight));
         factor = 1.0 + (double)(d->cut[i + b] * d->cut[j + b]) * factor;
         factor = factor > PDI_DIFFUSION_LEAST ? factor : PDI_DIFFUSION_LEAST;
         bond[b] *= factor < PDI_DIFFUSION_MOST ? factor : PDI_DIFFUSION_MOST;
@@ -23024,6 +23874,8 @@ void pd_diffusion_free(pd_ctx *ctx, pd_diffusion *d)
 {
     int32_t total = d->bonds ? d->bonds->grid->total : 0;
     for (int t = 0; t < PD_DIFFUSION_TENSOR; t++) PDI_DELETE(ctx, total, d->tensor[t]);
+    for (int t = 0; t < PD_DIFFUSION_TENSOR; t++) PDI_DELETE(ctx, total, d->metal[t]);
+    for (int a = 0; a < PD_DIM; a++) PDI_DELETE(ctx, total, d->facing[a]);
     PDI_DELETE(ctx, total, d->cut);
     PDI_DELETE(ctx, total, d->hold);
     PDI_DELETE(ctx, total, d->drive);
@@ -24110,8 +24962,7 @@ PDI_FN void pdi_convect_free(pd_ctx *ctx, pd_convect *convect)
 /* A residual over its tolerance that counts as missed, and the most pairs of sweeps behind a multigrid cycle then. */
 #define PDI_TRANSPORT_MISSED 10.0
 #define PDI_TRANSPORT_SWEEPS 64
-/* Iterations of one of these, and the shortest step along its direction. */
-#define PDI_TRANSPORT_KRYLOV 60
+/* The shortest step along their direction. */
 #define PDI_TRANSPORT_SHORTEST 0.03
 /* Share of the spreading of upwind fluxes in the preconditioner of limited ones, which give most of it back. */
 #define PDI_TRANSPORT_SPREAD 0.3
@@ -24492,16 +25343,15 @@ static pd_status pdi_transport_newton(pd_ctx *ctx, pd_transport *t, double goal,
     pdi_transport_user user;
     pd_krylov_result linear;
     double *delta = t->work + t->grid->total, norm = pdi_transport_evaluate(ctx, t), loose = PDI_TRANSPORT_LOOSE;
-    int most = t->krylov.desc.max_iterations;
     pd_status status = PD_OK;
     user.ctx = ctx;
     user.t = t;
-    t->krylov.desc.max_iterations = PDI_TRANSPORT_KRYLOV;
+    t->krylov.desc.fixed = 0; /* waves from node to node that the limiter hardly damps need the whole space */
     while (result->limiter < t->desc.max_limiter && norm > goal) {
         status = pdi_poll(ctx, "transport: Newton", result->limiter);
         if (status < 0) break;
         user.limited = pdi_par_max_abs(ctx, t->grid->total, t->anti) > 0.0;
-        t->krylov.desc.rtol = user.limited ? loose : 1e-15;
+        t->krylov.desc.rtol = user.limited ? loose : PDI_TRANSPORT_TIGHT; /* flat fields may be limited after it */
         t->krylov.desc.atol = 0.5 * goal;
         status = pd_krylov_solve(ctx, &t->krylov, pdi_transport_jacobian, pdi_transport_precondition, &user, t->work,
                                  delta, &linear);
@@ -24516,7 +25366,8 @@ static pd_status pdi_transport_newton(pd_ctx *ctx, pd_transport *t, double goal,
         if (result->change <= t->desc.limiter_tolerance || norm > PDI_TRANSPORT_STALLED * before) break;
         loose = fmin(PDI_TRANSPORT_LOOSE, fmax(PDI_TRANSPORT_TIGHT, 0.9 * (norm / before) * (norm / before)));
     }
-    t->krylov.desc.max_iterations = most;
+    t->krylov.desc.fixed = 1;
+    pd_krylov_trim(ctx, &t->krylov);
     return status < 0 ? status : PD_OK;
 }
 
@@ -24799,6 +25650,8 @@ static pd_status pdi_transport_make(pd_ctx *ctx, const pd_grid *grid, const pd_b
     kd.spans = &bonds->spans;
     kd.components = 1;
     kd.restart = 20;
+    kd.most = flow ? 10 * kd.restart : 0;
+    kd.fixed = 1;
     kd.flexible = 1;
     kd.compressed = !desc->field; /* the level of a good conductor drowns in single precision */
     kd.zero_guess = 1;
@@ -24898,8 +25751,6 @@ void pd_transport_free(pd_ctx *ctx, pd_transport *t)
 /* Length of a step over the exchange time of the slowest node, and how many. */
 #define PDI_SETTLE_LONG 1e9
 #define PDI_SETTLE_STEPS 60
-/* Relative change of the field by a step, below which corrections are worth while. */
-#define PDI_SETTLE_CHANGE 1e-6
 /* Corrections in a row, each to that share of what it is for; a defect that falls by less than the last ends them. */
 #define PDI_SETTLE_CORRECTIONS 20
 #define PDI_SETTLE_SHARE 1e-4
@@ -24983,15 +25834,19 @@ static double pdi_settle_defect(pd_ctx *ctx, pd_transport *t)
     return passes > 0.0 ? missing / passes : HUGE_VAL;
 }
 
-/* c + rest += delta, the latter what c cannot hold (Knuth's sum of two). */
-static void pdi_settle_add(pd_transport *t, const double *delta)
+/* c + rest += delta, the latter what c cannot hold (Knuth's sum of two). Returns the relative change of the field. */
+static double pdi_settle_add(pd_transport *t, const double *delta)
 {
+    double moved = 0.0, size = 0.0;
     for (int32_t i = 0; i < t->grid->total; i++) {
         if (t->grid->kind[i] != PD_FLUID) continue;
         double more = delta[i] + (t->rest ? t->rest[i] : 0.0), c = t->c[i], sum = c + more, part = sum - c;
         t->c[i] = sum;
+        moved = fmax(moved, fabs(delta[i]));
+        size = fmax(size, fabs(sum));
         if (t->rest) t->rest[i] = (c - (sum - part)) + (more - part);
     }
+    return size > 0.0 ? moved / size : 0.0;
 }
 
 /* Corrections as long as they halve the defect. PD_NOT_CONVERGED: it stays too large. */
@@ -25004,7 +25859,7 @@ static pd_status pdi_settle_correct(pd_ctx *ctx, pd_transport *t, pd_transport_r
         last = result->defect;
         pd_status status = pdi_transport_refine(ctx, t, PDI_SETTLE_SHARE, result);
         if (status < 0) return status;
-        pdi_settle_add(t, t->work + t->grid->total);
+        result->change = pdi_settle_add(t, t->work + t->grid->total);
         result->defect = pdi_settle_defect(ctx, t);
     }
     return result->defect <= PDI_SETTLE_DEFECT ? PD_OK : PD_NOT_CONVERGED;
@@ -25029,7 +25884,11 @@ pd_status pd_transport_steady(pd_ctx *ctx, pd_transport *t, pd_transport_result 
             size = fmax(size, fabs(t->c[i]));
         }
         result->change = size > 0.0 ? moved / size : 0.0;
-        if (limited && result->change > PDI_SETTLE_CHANGE) continue;
+        /* corrections leave the limiter as it is */
+        if (limited && size > 0.0) {
+            result->defect = pdi_settle_defect(ctx, t);
+            if (!(result->defect <= PDI_SETTLE_DEFECT)) continue;
+        }
         status = size > 0.0 ? pdi_settle_correct(ctx, t, result) : PD_OK;
         krylov = result->krylov;
         if (status <= 0) return status;
@@ -25047,7 +25906,6 @@ PDI_FN int32_t pdi_settle_worst(const pd_transport *t)
 
 #undef PDI_SETTLE_LONG
 #undef PDI_SETTLE_STEPS
-#undef PDI_SETTLE_CHANGE
 #undef PDI_SETTLE_CORRECTIONS
 #undef PDI_SETTLE_SHARE
 #undef PDI_SETTLE_SLOW
@@ -25549,7 +26407,6 @@ PDI_FN int pdi_law_meet(pdi_law *law, double c, double near, double close, pdi_l
 /* ======== >>dissolve.c ======== */
 /* dissolve: see dissolve.h */
 #include <math.h>
-#include <stdlib.h>
 #include <string.h>
 
 /* Content above the threshold that counts as none, as a fraction of Cs: rounding of the losses. */
@@ -25558,9 +26415,6 @@ PDI_FN int pdi_law_meet(pdi_law *law, double c, double near, double close, pdi_l
 /* Share of the mean lead that is taken off. The whole of it, right for layers of a flat front, is too much where steps
  * run over a curved one: 0.6 is fitted to discs of 8 and 16 cells (within 1.5 % of the speed until half is gone). */
 #define PDI_DISSOLVE_LEAD_SHARE 0.6
-
-/* Most fluid nodes among which a bond enters the fluid. */
-#define PDI_DISSOLVE_ENTRIES 8
 
 /* Rounds in which law and transport have to agree, on a share of the fastest speed or of the field. */
 #define PDI_DISSOLVE_ROUNDS 100
@@ -25575,14 +26429,24 @@ PDI_FN int pdi_law_meet(pdi_law *law, double c, double near, double close, pdi_l
 /* A solid neighbour that loses at most this share of what a node loses lies behind it. */
 #define PDI_DISSOLVE_SHELTERED 0.6
 
-/* A fluid node beside metal. */
+/* A fluid node within a horizon of metal. Bonds of metal enter the fluid at the first layer of nodes. What they give
+ * goes to all nodes whose bonds the metal cuts, to each what its cut bonds would carry (theory: eq. 6.2c). */
 typedef struct pdi_shore {
     int32_t node;
-    double weight; /* [mol/m4] sum f c(n) Cs over its solid bonds that follow the law */
-    double given;  /* [mol/m3/s] what pieces of metal give that do not last the step (eq. 6.6b) */
-    double film;   /* [mol/m3] sum of weight times the film */
-    double flux;   /* [mol/m4] sum of weight times f */
-    double before; /* [m/s] speed at the start of the step */
+    /* where metal enters */
+    double enters;         /* [mol/m4] sum f c(n) Cs over the solid bonds that enter here and follow the law */
+    double hollow, factor; /* [mol/m4] sums of that times the film in cells, and times f */
+    double normal[PD_DIM]; /* from the metal */
+    double links;          /* sum of what the bonds through here count */
+    double mean;           /* [m/s] speed of the metal */
+    double used, paid;     /* [mol/m4], [mol/m3/s] of pieces of metal that do not last the step: weight, and what it
+                            * gives */
+    /* where it arrives */
+    double weight;         /* [mol/m4] share of `enters` */
+    double given;          /* [mol/m3/s] what pieces of metal give that do not last the step (eq. 6.6b) */
+    double film;           /* [mol/m3] sum of weight times the film */
+    double flux;           /* [mol/m4] sum of weight times f */
+    double before;         /* [m/s] speed at the start of the step */
     pdi_law_point point;
 } pdi_shore;
 
@@ -25610,74 +26474,21 @@ static double pdi_dissolve_over(const pd_dissolve *d, int32_t j, int32_t i)
     return pdi_grid_circumference(d->grid, j) / pdi_grid_circumference(d->grid, i);
 }
 
-/* Far end of bond k of node i. Ghosts behind a side of the box stand for their images, so that a front that meets a
- * side is as fast there as elsewhere. */
-static int32_t pdi_dissolve_far(const pd_dissolve *d, int32_t i, int k)
-{
-    int32_t j = i + d->bonds->shift[k];
-    uint8_t kind = d->grid->kind[j];
-    return kind == PD_FLUID || kind == PD_SOLID ? j : pdi_grid_image(d->grid, j, NULL);
-}
-
-/* 1 when metal can pass bond k of node i: no wall in between, mirror images included. Both ends agree, because paths
- * are the same both ways. */
-static int pdi_dissolve_free(const pd_dissolve *d, int32_t i, int k)
-{
-    const pd_stencil *s = d->bonds->stencil;
-    for (int g = s->group_first[k]; g < s->group_first[k + 1] - 1; g++) {
-        int walled = 1;
-        for (int c = s->group_cell[g]; c < s->group_cell[g + 1] && walled; c++) {
-            int32_t at = i + d->bonds->cell_shift[c];
-            uint8_t kind = d->grid->kind[at];
-            if (kind != PD_FLUID && kind != PD_SOLID) kind = d->grid->kind[pdi_grid_image(d->grid, at, NULL)];
-            walled = kind != PD_FLUID && kind != PD_SOLID;
-        }
-        if (walled) return 0;
-    }
-    return 1;
-}
-
-/* Where bond k of solid node j enters the fluid. */
-typedef struct pdi_dissolve_entry {
-    int count;                          /* 0: the bond does not end in fluid, or a wall stands in between */
-    int32_t node[PDI_DISSOLVE_ENTRIES]; /* several: the bond passes an edge or corner between them */
-    double film;                        /* [m] from the surface to there */
-} pdi_dissolve_entry;
-
 /* Content of node j above what stays in it, as a share of the span. */
 static double pdi_dissolve_left(const pd_dissolve *d, int32_t j)
 {
     return (d->transport->c[j] - d->desc.threshold * d->desc.solid) / pdi_dissolve_span(d);
 }
 
-/* The first fluid nodes on the bond take the concentration and get the metal: the far end may lie a horizon away from
- * the surface. The surface stands in the last solid cell before them, as deep as that has lost metal. */
-static void pdi_dissolve_enter(const pd_dissolve *d, int32_t j, int k, pdi_dissolve_entry *entry)
+/* Speed that the law gives at a node, on its line. */
+static double pdi_dissolve_line(const pd_dissolve *d, const pdi_shore *shore)
 {
-    const pd_stencil *s = d->bonds->stencil;
-    const int *n = s->offset + k * PD_DIM;
-    int32_t last = j;
-    int axis = 0;
-    entry->count = 0;
-    if (d->grid->kind[pdi_dissolve_far(d, j, k)] != PD_FLUID || !pdi_dissolve_free(d, j, k)) return;
-    for (int g = s->group_first[k]; g < s->group_first[k + 1] && !entry->count; g++)
-        for (int c = s->group_cell[g]; c < s->group_cell[g + 1] && entry->count < PDI_DISSOLVE_ENTRIES; c++) {
-            int32_t at = j + d->bonds->cell_shift[c];
-            uint8_t kind = d->grid->kind[at];
-            if (kind != PD_FLUID && kind != PD_SOLID) at = pdi_grid_image(d->grid, at, NULL);
-            if (d->grid->kind[at] == PD_FLUID) entry->node[entry->count++] = at;
-            else if (d->grid->kind[at] == PD_SOLID && !entry->count) last = at;
-        }
-    for (int e = 1; e < PD_DIM; e++)
-        if (abs(n[e]) * s->h[e] > abs(n[axis]) * s->h[axis]) axis = e;
-    entry->film = s->h[axis] * fmax(1.5 - pdi_dissolve_left(d, last), 0.0);
+    return shore->point.speed + shore->point.slope * d->transport->c[shore->node];
 }
 
 PDI_FN double pdi_dissolve_speed(const pd_dissolve *d, int32_t i)
 {
-    if (d->slot[i] < 0) return 0.0;
-    const pdi_law_point *p = &d->shore[d->slot[i]].point;
-    return p->speed + p->slope * d->transport->c[i];
+    return d->slot[i] < 0 ? 0.0 : d->shore[d->slot[i]].mean;
 }
 
 static double pdi_dissolve_diffusivity(const pd_dissolve *d, int32_t i)
@@ -25695,7 +26506,7 @@ static double pdi_dissolve_resist(const pd_dissolve *d, const pdi_shore *shore)
 }
 
 /* What bond k of solid node j gives to fluid node i where it enters, per speed of the law [mol/m4]. */
-static double pdi_dissolve_weight(const pd_dissolve *d, int32_t j, int32_t i, int k, const pdi_dissolve_entry *entry)
+static double pdi_dissolve_weight(const pd_dissolve *d, int32_t j, int32_t i, int k, const pdi_entry *entry)
 {
     return pdi_dissolve_span(d) * pdi_dissolve_factor(d, j) * (pdi_dissolve_area(d, j, k) / entry->count) *
            pdi_dissolve_over(d, j, i);
@@ -25705,10 +26516,10 @@ static double pdi_dissolve_weight(const pd_dissolve *d, int32_t j, int32_t i, in
 static double pdi_dissolve_rate(const pd_dissolve *d, int32_t j)
 {
     const pd_stencil *s = d->bonds->stencil;
-    pdi_dissolve_entry entry;
+    pdi_entry entry;
     double sum = 0.0;
     for (int k = 0; k < s->count; k++) {
-        pdi_dissolve_enter(d, j, k, &entry);
+        pdi_entry_find(d->bonds, j, k, &entry);
         for (int e = 0; e < entry.count; e++) {
             int32_t i = entry.node[e];
             sum += pdi_dissolve_area(d, j, k) / entry.count * pdi_dissolve_speed(d, i);
@@ -25742,25 +26553,8 @@ static int pdi_dissolve_is_exposed(const pd_dissolve *d, int32_t j)
 {
     if (d->grid->kind[j] != PD_SOLID) return 0;
     for (int k = 0; k < d->bonds->stencil->count; k++)
-        if (d->grid->kind[pdi_dissolve_far(d, j, k)] == PD_FLUID) return 1;
+        if (d->grid->kind[pdi_entry_far(d->bonds, j, k)] == PD_FLUID) return 1;
     return 0;
-}
-
-/* Nodes that can ever lie beside metal. work [total]. */
-static int32_t pdi_dissolve_shores(const pd_grid *grid, const pd_bonds *bonds, uint8_t *work)
-{
-    int32_t count = 0, cells = bonds->stencil->group_cell[bonds->stencil->group_first[bonds->stencil->count]];
-    memset(work, 0, (size_t)grid->total);
-    for (int32_t j = 0; j < grid->total; j++) {
-        if (grid->kind[j] != PD_SOLID) continue;
-        for (int32_t c = -1; c < cells; c++) {
-            int32_t i = c < 0 ? j : j + bonds->cell_shift[c];
-            if (grid->kind[i] == PD_IMAGE) i = pdi_grid_image(grid, i, NULL);
-            count += (grid->kind[i] == PD_FLUID || grid->kind[i] == PD_SOLID) && !work[i];
-            work[i] = 1;
-        }
-    }
-    return count;
 }
 
 static pd_status pdi_dissolve_make(pd_ctx *ctx, pd_grid *grid, const pd_bonds *bonds, pd_transport *transport,
@@ -25784,7 +26578,7 @@ static pd_status pdi_dissolve_make(pd_ctx *ctx, pd_grid *grid, const pd_bonds *b
     PDI_TRY(PDI_NEW(ctx, "dissolve", grid->total, d->exposed));
     PDI_TRY(PDI_NEW(ctx, "dissolve", grid->total, d->rate));
     PDI_TRY(PDI_NEW(ctx, "dissolve", grid->total, d->slot));
-    d->shore_capacity = pdi_dissolve_shores(grid, bonds, d->mark);
+    d->shore_capacity = pdi_entry_around(bonds, d->mark);
     PDI_TRY(PDI_NEW(ctx, "dissolve", d->shore_capacity, d->shore));
     d->from = HUGE_VAL;
     d->next_dt = HUGE_VAL;
@@ -25838,7 +26632,7 @@ static pd_status pdi_dissolve_begin_law(pd_ctx *ctx, pd_dissolve *d, pdi_shore *
     }
     if (!pdi_law_begin(&law, pdi_dissolve_resist(d, shore), d->from, d->end, c, &shore->point))
         return pdi_dissolve_unlawful(ctx, d, &law, shore->node);
-    shore->before = pdi_dissolve_speed(d, shore->node);
+    shore->before = pdi_dissolve_line(d, shore);
     return PD_OK;
 }
 
@@ -25848,7 +26642,7 @@ PDI_FN void pdi_dissolve_course(const pd_dissolve *d, double t, double dt, doubl
     for (int32_t n = 0; n < d->shore_count; n++) {
         const pdi_shore *shore = &d->shore[n];
         pdi_law law;
-        double v[3], share = dt * shore->weight / pdi_dissolve_span(d);
+        double v[3], share = dt * shore->enters / pdi_dissolve_span(d);
         pdi_dissolve_law(d, shore->node, &law);
         for (int k = 0; k < 3; k++) {
             law.at.t = t + 0.5 * k * dt;
@@ -25873,27 +26667,114 @@ static void pdi_dissolve_sources(pd_dissolve *d)
     }
 }
 
+/* Node i among the fluid beside metal. */
+static pdi_shore *pdi_dissolve_join(pd_dissolve *d, int32_t i)
+{
+    if (d->slot[i] < 0) {
+        d->slot[i] = d->shore_count++;
+        memset(&d->shore[d->slot[i]], 0, sizeof(pdi_shore));
+        d->shore[d->slot[i]].node = i;
+    }
+    return &d->shore[d->slot[i]];
+}
+
+/* Where the metal of node j enters the fluid. The surface stands in the last metal cell on the way, as deep as that has
+ * lost metal. */
 static void pdi_dissolve_gather(pd_dissolve *d, int32_t j)
 {
     const pd_stencil *s = d->bonds->stencil;
-    pdi_dissolve_entry entry;
+    pdi_entry entry;
     for (int k = 0; k < s->count; k++) {
-        pdi_dissolve_enter(d, j, k, &entry);
+        pdi_entry_find(d->bonds, j, k, &entry);
         for (int e = 0; e < entry.count; e++) {
-            int32_t i = entry.node[e];
-            double weight = pdi_dissolve_weight(d, j, i, k, &entry);
+            double weight = pdi_dissolve_weight(d, j, entry.node[e], k, &entry);
             if (!(weight > 0.0)) continue;
-            if (d->slot[i] < 0) {
-                d->slot[i] = d->shore_count++;
-                memset(&d->shore[d->slot[i]], 0, sizeof(pdi_shore));
-                d->shore[d->slot[i]].node = i;
-            }
-            pdi_shore *shore = &d->shore[d->slot[i]];
-            shore->weight += weight;
-            shore->film += weight * entry.film;
-            shore->flux += weight * pdi_dissolve_factor(d, j);
+            pdi_shore *shore = pdi_dissolve_join(d, entry.node[e]);
+            shore->enters += weight;
+            shore->hollow += weight * fmax(1.5 - pdi_dissolve_left(d, entry.last), 0.0);
+            shore->factor += weight * pdi_dissolve_factor(d, j);
+            for (int a = 0; a < PD_DIM; a++) shore->normal[a] += s->area[k] / entry.count * s->xi[k * PD_DIM + a];
         }
     }
+}
+
+/* A share of what enters at one node and arrives at another one, `beyond` [m] it as seen from the metal. */
+typedef void (*pdi_dissolve_link_fn)(pd_dissolve *d, pdi_shore *from, pdi_shore *to, double share, double beyond);
+
+/* All of them. A bond that the metal cuts carries a(n) times its way along the normal in a linear field. */
+static void pdi_dissolve_link(pd_dissolve *d, pdi_dissolve_link_fn link)
+{
+    const pd_stencil *s = d->bonds->stencil;
+    pdi_entry entry;
+    for (int32_t f = 0; f < d->front_count; f++)
+        for (int k = 0; k < s->count; k++) {
+            pdi_entry_find(d->bonds, d->front[f], k, &entry);
+            for (int e = 0; e < entry.count && entry.open; e++) {
+                if (d->slot[entry.node[e]] < 0) continue;
+                pdi_shore *from = &d->shore[d->slot[entry.node[e]]];
+                double share = s->lap[k] * pdi_vec_dot(s->xi + k * PD_DIM, from->normal) / entry.count;
+                if (!(from->enters > 0.0) || !(share > 0.0)) continue;
+                double beyond = fmax(pdi_entry_beyond(d->bonds, k, &entry, e, from->normal), 0.0);
+                link(d, from, pdi_dissolve_join(d, entry.far), share, beyond);
+            }
+        }
+    for (int32_t n = 0; n < d->shore_count; n++) { /* metal on all sides */
+        pdi_shore *shore = &d->shore[n];
+        if (shore->enters > 0.0 && !(shore->links > 0.0)) link(d, shore, shore, 0.0, 0.0);
+    }
+}
+
+static double pdi_dissolve_part(const pdi_shore *from, double share)
+{
+    return from->links > 0.0 ? share / from->links : 1.0;
+}
+
+static void pdi_dissolve_count(pd_dissolve *d, pdi_shore *from, pdi_shore *to, double share, double beyond)
+{
+    (void)d, (void)to, (void)beyond;
+    from->links += share;
+}
+
+static void pdi_dissolve_arrive(pd_dissolve *d, pdi_shore *from, pdi_shore *to, double share, double beyond)
+{
+    double over = pdi_dissolve_part(from, share) * pdi_dissolve_over(d, from->node, to->node), cell = 0.0;
+    for (int a = 0; a < PD_DIM; a++) cell = fmax(cell, fabs(from->normal[a]) * d->bonds->stencil->h[a]);
+    to->weight += over * from->enters;
+    to->film += over * (from->hollow * cell + from->enters * beyond);
+    to->flux += over * from->factor;
+}
+
+static void pdi_dissolve_average(pd_dissolve *d, pdi_shore *from, pdi_shore *to, double share, double beyond)
+{
+    (void)beyond;
+    from->mean += pdi_dissolve_part(from, share) * pdi_dissolve_line(d, to);
+}
+
+/* The speed of the metal is the mean of what the law gives where it arrives. */
+static void pdi_dissolve_means(pd_dissolve *d)
+{
+    for (int32_t n = 0; n < d->shore_count; n++) d->shore[n].mean = 0.0;
+    pdi_dissolve_link(d, pdi_dissolve_average);
+}
+
+/* What of it belongs to pieces of metal that do not last the step is given once for all. */
+static void pdi_dissolve_pay(pd_dissolve *d, pdi_shore *from, pdi_shore *to, double share, double beyond)
+{
+    double over = pdi_dissolve_part(from, share) * pdi_dissolve_over(d, from->node, to->node);
+    (void)beyond;
+    to->given += over * from->paid * pdi_dissolve_line(d, to);
+    to->weight = fmax(to->weight - over * from->used, 0.0);
+}
+
+static void pdi_dissolve_land(pd_dissolve *d)
+{
+    for (int32_t f = 0; f < d->front_count; f++) pdi_dissolve_gather(d, d->front[f]);
+    for (int32_t n = 0; n < d->shore_count; n++) {
+        double *normal = d->shore[n].normal, length = pdi_vec_norm(normal);
+        for (int a = 0; a < PD_DIM && length > 0.0; a++) normal[a] /= length;
+    }
+    pdi_dissolve_link(d, pdi_dissolve_count);
+    pdi_dissolve_link(d, pdi_dissolve_arrive);
 }
 
 pd_status pd_dissolve_prepare(pd_ctx *ctx, pd_dissolve *d)
@@ -25904,8 +26785,10 @@ pd_status pd_dissolve_prepare(pd_ctx *ctx, pd_dissolve *d)
     for (int32_t i = 0; i < d->grid->total; i++) t->source[i] = t->absorb[i] = 0.0;
     for (int32_t k = 0; k < d->shore_count; k++) d->slot[d->shore[k].node] = -1;
     d->shore_count = 0;
-    for (int32_t f = 0; f < d->front_count; f++) pdi_dissolve_gather(d, d->front[f]);
-    for (int32_t k = 0; k < d->shore_count; k++) PDI_TRY(pdi_dissolve_begin_law(ctx, d, &d->shore[k]));
+    pdi_dissolve_land(d);
+    for (int32_t k = 0; k < d->shore_count; k++)
+        if (d->shore[k].weight > 0.0) PDI_TRY(pdi_dissolve_begin_law(ctx, d, &d->shore[k]));
+    pdi_dissolve_means(d);
     pdi_dissolve_sources(d);
     return PD_OK;
 }
@@ -25928,9 +26811,9 @@ typedef enum pdi_dissolve_heir {
 /* Weight of the far end of bond k of node j as an heir; 0: it is none. */
 static double pdi_dissolve_share(const pd_dissolve *d, int32_t j, int k, pdi_dissolve_heir heir)
 {
-    int32_t i = pdi_dissolve_far(d, j, k);
+    int32_t i = pdi_entry_far(d->bonds, j, k);
     uint8_t wanted = heir == PDI_DISSOLVE_FLUID ? PD_FLUID : PD_SOLID;
-    if (i == j || d->grid->kind[i] != wanted || !pdi_dissolve_free(d, j, k)) return 0.0;
+    if (i == j || d->grid->kind[i] != wanted || !pdi_entry_free(d->bonds, j, k)) return 0.0;
     if (heir == PDI_DISSOLVE_FLUID) return d->bonds->stencil->area[k];
     if (heir == PDI_DISSOLVE_BEHIND && d->rate[i] > PDI_DISSOLVE_SHELTERED * d->rate[j]) return 0.0;
     return d->bonds->stencil->area[k] * pdi_dissolve_factor(d, i);
@@ -25965,11 +26848,11 @@ static void pdi_dissolve_see(pd_dissolve *d, int32_t j, pdi_dissolve_piece *p)
 static void pdi_dissolve_spread(pd_dissolve *d, int32_t i, pdi_dissolve_piece *p)
 {
     for (int k = 0; k < d->bonds->stencil->count; k++) {
-        int32_t j = pdi_dissolve_far(d, i, k);
+        int32_t j = pdi_entry_far(d->bonds, i, k);
         if (d->grid->kind[j] != PD_SOLID && !(d->mark[j] & PDI_DISSOLVE_TURNED)) continue;
         double weight = d->bonds->stencil->area[k] * pdi_dissolve_factor(d, j);
         if (j == i || (d->mark[j] & PDI_DISSOLVE_SEEN) || !(weight > 0.0)) continue;
-        if (pdi_dissolve_free(d, i, k)) pdi_dissolve_see(d, j, p);
+        if (pdi_entry_free(d->bonds, i, k)) pdi_dissolve_see(d, j, p);
     }
 }
 
@@ -26004,22 +26887,21 @@ static int pdi_dissolve_lasts(pd_dissolve *d, int32_t j, double dt, double all, 
     return p->has > p->gives;
 }
 
-/* What the piece gives by its law at the present concentrations is given once for all, scaled to what it has. */
+/* What the piece gives by its law at the present concentrations, scaled to what it has. */
 static void pdi_dissolve_give(pd_dissolve *d, const pdi_dissolve_piece *p)
 {
-    pdi_dissolve_entry entry;
+    pdi_entry entry;
     double share = p->has / p->gives;
     for (int32_t n = 0; n < p->count; n++) {
         int32_t j = p->node[n];
         for (int k = 0; k < d->bonds->stencil->count && d->exposed[j]; k++) {
-            pdi_dissolve_enter(d, j, k, &entry);
+            pdi_entry_find(d->bonds, j, k, &entry);
             for (int e = 0; e < entry.count; e++) {
                 int32_t i = entry.node[e];
                 double weight = pdi_dissolve_weight(d, j, i, k, &entry);
                 if (d->slot[i] < 0 || !(weight > 0.0)) continue;
-                pdi_shore *shore = &d->shore[d->slot[i]];
-                shore->given += share * weight * pdi_dissolve_speed(d, i);
-                shore->weight = fmax(shore->weight - weight, 0.0);
+                d->shore[d->slot[i]].paid += share * weight;
+                d->shore[d->slot[i]].used += weight;
             }
         }
     }
@@ -26046,11 +26928,14 @@ static int pdi_dissolve_spare(pd_dissolve *d, double dt)
         d->gone_count += piece.count;
         found++;
     }
+    if (found) pdi_dissolve_link(d, pdi_dissolve_pay);
+    for (int32_t n = 0; n < d->shore_count; n++) d->shore[n].used = d->shore[n].paid = 0.0;
     return found;
 }
 
 static void pdi_dissolve_rates(const pd_ctx *ctx, pd_dissolve *d)
 {
+    pdi_dissolve_means(d);
     int nt = pdi_par_threads(ctx, (int64_t)d->front_count * d->bonds->stencil->count * 4);
     (void)nt;
     PDI_PARALLEL_FOR(nt)
@@ -26099,7 +26984,7 @@ static int pdi_dissolve_accurate(pd_dissolve *d, double lost, double dt)
         pdi_shore *shore = &d->shore[k];
         pdi_law law;
         pdi_dissolve_law(d, shore->node, &law);
-        double speed = pdi_dissolve_speed(d, shore->node);
+        double speed = pdi_dissolve_line(d, shore);
         double amount = dt * shore->weight * pdi_grid_circumference(d->grid, shore->node);
         double slowest = pdi_law_slowest(&law, &shore->point, t->old[shore->node], t->c[shore->node]);
         double fast = fmax(speed, shore->before), slow = fmin(fmin(speed, shore->before), slowest);
@@ -26158,7 +27043,7 @@ static void pdi_dissolve_settle_speeds(const pd_ctx *ctx, pd_dissolve *d, double
         const pdi_shore *shore = &d->shore[k];
         pdi_law_point *p = &d->shore[k].point;
         double own = 1.0 / dt + pdi_dissolve_diffusivity(d, shore->node) * d->spread;
-        double speed = pdi_dissolve_speed(d, shore->node);
+        double speed = pdi_dissolve_line(d, shore);
         if (-p->slope * shore->weight > own) speed = fmax(speed - t->work[shore->node] / shore->weight, 0.0);
         p->speed = speed;
         p->slope = 0.0;
@@ -26210,7 +27095,7 @@ static pd_status pdi_dissolve_hand_over(pd_ctx *ctx, pd_dissolve *d, int32_t j, 
         if (!(sum > 0.0)) continue;
         double *target = heir == PDI_DISSOLVE_FLUID ? d->transport->carry : d->transport->c;
         for (int k = 0; k < count; k++) {
-            int32_t i = pdi_dissolve_far(d, j, k);
+            int32_t i = pdi_entry_far(d->bonds, j, k);
             double share = pdi_dissolve_share(d, j, k, (pdi_dissolve_heir)heir) / sum;
             if (share > 0.0) target[i] += rest * share * pdi_dissolve_over(d, j, i);
         }
@@ -26230,7 +27115,7 @@ static void pdi_dissolve_expose(pd_dissolve *d, int32_t j)
 {
     d->exposed[j] = 0;
     for (int k = 0; k < d->bonds->stencil->count; k++) {
-        int32_t i = pdi_dissolve_far(d, j, k);
+        int32_t i = pdi_entry_far(d->bonds, j, k);
         if (d->grid->kind[i] == PD_SOLID) d->exposed[i] = 1;
     }
 }
@@ -26242,7 +27127,7 @@ static int pdi_dissolve_spent(const pd_dissolve *d, int32_t j)
     if (left <= PDI_DISSOLVE_EMPTY) return 1;
     for (int k = 0; k < d->bonds->stencil->count && left <= d->lead; k++)
         if (pdi_dissolve_share(d, j, k, PDI_DISSOLVE_BEHIND) > 0.0 &&
-            pdi_dissolve_left(d, pdi_dissolve_far(d, j, k)) > d->lead)
+            pdi_dissolve_left(d, pdi_entry_far(d->bonds, j, k)) > d->lead)
             return 1;
     return 0;
 }
@@ -27122,6 +28007,26 @@ PDI_FN pd_status pdi_corrode_law(pd_ctx *ctx, const pd_corrode *r, double t, int
     return PD_OK;
 }
 
+PDI_FN void pdi_corrode_course(const pd_corrode *r, double dt, double *error, double *fastest)
+{
+    *error = *fastest = 0.0;
+    for (int32_t i = 0; i < r->grid->total && !r->desc.steady; i++) {
+        pd_rate_at at;
+        double v[5], most = 0.0, least = HUGE_VAL;
+        if (r->map.role[i] != PDI_ROLE_SHORE) continue;
+        pd_grid_position(r->grid, i, at.x);
+        at.c = fmin(fmax(r->c[i], 0.0), r->desc.saturation);
+        for (int k = 0; k < 5; k++) {
+            at.t = r->time + 0.25 * k * dt;
+            v[k] = fmax(r->desc.rate(r->desc.rate_user, &at), 0.0);
+            most = fmax(most, v[k]);
+            least = fmin(least, v[k]);
+        }
+        for (int k = 0; k < 2; k++) *error = fmax(*error, fabs(0.5 * (v[k] + v[4 - k]) - v[2]));
+        if (most > least) *fastest = fmax(*fastest, most);
+    }
+}
+
 /* Under activation control: the metal in reach of fluid node i loses otherwise than before. */
 static void pdi_corrode_alarm(pd_corrode *r, int32_t i)
 {
@@ -27142,7 +28047,7 @@ static pd_status pdi_corrode_speeds(pd_ctx *ctx, pd_corrode *r, int32_t first, i
         double speed = 0.0;
         if (r->c[i] < r->desc.saturation && !pdi_corrode_passive(r, i)) {
             int other = r->c[i] < *c || r->c[i] > *c || !r->desc.uniform;
-            if (other) PDI_TRY(pdi_corrode_law(ctx, r, r->time, i, r->c[i], law));
+            if (other) PDI_TRY(pdi_corrode_law(ctx, r, r->time + r->ahead, i, r->c[i], law));
             *c = r->c[i];
             speed = *law;
         }
@@ -27380,7 +28285,8 @@ PDI_FN void pdi_corrode_commit(pd_corrode *r, double dt)
 PDI_FN void pdi_corrode_sweep(const pd_ctx *ctx, const pd_corrode *r, pdi_corrode_run_fn run, void *user)
 {
     int32_t pieces = pdi_phase_pieces(&r->map);
-    int nt = pdi_par_threads(ctx, r->active * r->stencil->count);
+    pdi_par_watch watch;
+    int nt = pdi_par_begin(ctx, r->active * r->stencil->count, 1, (uint64_t)(uintptr_t)run, &watch);
     (void)nt;
     PDI_PARALLEL_FOR(nt)
     for (int32_t p = 0; p < pieces; p++) {
@@ -27391,6 +28297,7 @@ PDI_FN void pdi_corrode_sweep(const pd_ctx *ctx, const pd_corrode *r, pdi_corrod
             if (r->map.role[i] != PDI_ROLE_IDLE) run(user, i, (int)(next - i));
         }
     }
+    pdi_par_end(ctx, &watch);
 }
 
 /* The operands of an exchange. */
@@ -27534,6 +28441,27 @@ static double pdi_march_accurate(const pd_corrode *r)
     return loss > 0.0 ? share / loss : HUGE_VAL;
 }
 
+/* The step of at most dt [s] in which the course of a law of time costs a small part of what the step may take. Its
+ * largest speed in there counts as the fastest. */
+static double pdi_march_foresee(pd_corrode *r, double dt)
+{
+    double per = r->highest * r->front.total / (PDI_CORRODE_COURSE * r->desc.share);
+    for (;;) {
+        double error, fastest, now = r->fastest;
+        pdi_corrode_course(r, dt, &error, &fastest);
+        r->ahead = fastest > 0.0 || error > 0.0 ? 0.5 * dt : 0.0;
+        r->fastest = fmax(now, fastest);
+        double limit = fmin(pdi_march_accurate(r), 1.0 / pdi_march_at_most(r));
+        if (fastest > now && dt > limit) {
+            r->fastest = now;
+            dt = fmax(0.9 * limit, 0.1 * dt);
+        } else if (error * dt * per > 1.0 + 1e-9) {
+            r->fastest = now;
+            dt *= fmax(0.9 / (error * dt * per), 0.1);
+        } else return dt;
+    }
+}
+
 pd_status pd_corrode_limit(pd_ctx *ctx, pd_corrode *r, double *limit)
 {
     PDI_TRY(pdi_corrode_prepare(ctx, r));
@@ -27544,9 +28472,12 @@ pd_status pd_corrode_limit(pd_ctx *ctx, pd_corrode *r, double *limit)
 pd_status pd_corrode_step(pd_ctx *ctx, pd_corrode *r, double dt)
 {
     double limit = dt;
-    PDI_TRY(pdi_corrode_prepare(ctx, r));
     if (!(dt > 0.0) || !(dt < 1e100))
         return pdi_fail(ctx, PD_ERR_ARGUMENT, "corrode", "a step of %g s, expected a positive one", dt);
+    r->ahead = 0.5 * dt;
+    pd_status status = pdi_corrode_prepare(ctx, r);
+    r->ahead = 0.0;
+    if (status < 0) return status;
     if (dt * pdi_march_at_most(r) > 1.0) limit = pdi_march_longest(ctx, r);
     if (dt > limit * (1.0 + 1e-12))
         return pdi_fail(ctx, PD_RETRY, "corrode", "the step of %g s exceeds the limit of %g s", dt, limit);
@@ -27566,9 +28497,15 @@ pd_status pd_corrode_run(pd_ctx *ctx, pd_corrode *r, double t_end)
         /* at the limit proper a node may take all from its neighbours: beyond Csat by a step of its own each time */
         double most = pdi_march_at_most(r);
         if (limit * most > 1.0) limit = 1.0 / most;
+        limit = pdi_march_foresee(r, fmin(limit, left));
         double count = ceil(left / limit * (1.0 - 1e-12));
         double dt = count > 1.0 ? left / count : left;
         double spare;
+        if (r->ahead > 0.0) {
+            pd_status status = pdi_corrode_prepare(ctx, r);
+            r->ahead = 0.0;
+            if (status < 0) return status;
+        }
         for (;; dt *= spare, count = 2.0) {
             if (pdi_stands_still(r->time, left, dt))
                 return pdi_fail(ctx, PD_ERR_STATE, "corrode",
@@ -27592,7 +28529,7 @@ pd_status pd_corrode_run(pd_ctx *ctx, pd_corrode *r, double t_end)
 #include <string.h>
 
 /* States of fluid nodes beside metal. */
-enum { PDI_RECEDE_LAW = 0, PDI_RECEDE_SATURATED, PDI_RECEDE_FULL };
+enum { PDI_RECEDE_LAW = 0, PDI_RECEDE_SATURATED, PDI_RECEDE_FULL, PDI_RECEDE_PINNED };
 
 /* How far a node must pass a bound to change its state, over the tolerance: less would chatter. */
 #define PDI_RECEDE_MARGIN 3.0
@@ -27600,6 +28537,12 @@ enum { PDI_RECEDE_LAW = 0, PDI_RECEDE_SATURATED, PDI_RECEDE_FULL };
 #define PDI_RECEDE_PROBE 1e-6
 /* Share of a concentration at which a law that has ended is looked for next. */
 #define PDI_RECEDE_DOWN 0.94
+/* Share of Csat within which a law jumps, share of a speed that makes a jump, and most halvings on the way there. */
+#define PDI_RECEDE_JUMP 1e-12
+#define PDI_RECEDE_DROP 1e-6
+#define PDI_RECEDE_HALVINGS 60
+/* How near to a jump a pinned node ends its step, over the tolerance. */
+#define PDI_RECEDE_NEAR 100.0
 /* What rounding leaves of an exchange, over Csat. */
 #define PDI_RECEDE_ROUNDING 1e-14
 /* Conductance of saturated nodes in the preconditioner, over that of all bonds. */
@@ -27624,6 +28567,12 @@ typedef struct pdi_recede_user {
     double *out; /* of a sweep over fluid nodes */
 } pdi_recede_user;
 
+/* 1: the concentration of the node is given. */
+static int pdi_recede_held(const pd_recede *r, int64_t node)
+{
+    return r->state[node] == PDI_RECEDE_SATURATED || r->state[node] == PDI_RECEDE_PINNED;
+}
+
 /* ---- the linear system ---- */
 
 static void pdi_recede_apply_run(void *user, int32_t first, int count)
@@ -27638,7 +28587,7 @@ static void pdi_recede_apply_run(void *user, int32_t first, int count)
     for (int b = 0; b < count; b++) {
         double spread = sum[b] + r->dry[first + b] * x[b];
         double all = (1.0 / r->dt + r->drain[first + b]) * x[b] - r->corrode->desc.diffusivity * spread;
-        u->out[first + b] = r->state[first + b] == PDI_RECEDE_SATURATED ? 0.0 : all;
+        u->out[first + b] = pdi_recede_held(r, first + b) ? 0.0 : all;
     }
 }
 
@@ -27663,14 +28612,14 @@ static void pdi_recede_precondition(void *user, const double *x, double *y)
     pd_recede *r = u->r;
     pd_multigrid_cycle(u->ctx, &r->mg, x, y);
     for (int64_t i = r->krylov.desc.first; i < r->krylov.desc.end; i++)
-        if (r->state[i] == PDI_RECEDE_SATURATED) y[i] = 0.0;
+        if (pdi_recede_held(r, i)) y[i] = 0.0;
 }
 
 /* What fluid beside metal adds to the mass of its cell: the drain of the law, or the stiffness of a saturated node. */
 static float pdi_recede_hold(const pd_recede *r, int32_t node)
 {
     const pd_corrode *m = r->corrode;
-    if (r->state[node] != PDI_RECEDE_SATURATED) return (float)fmax(r->drain[node], 0.0);
+    if (!pdi_recede_held(r, node)) return (float)fmax(r->drain[node], 0.0);
     return (float)(PDI_RECEDE_STIFF * (m->diffusion + 1.0 / r->dt));
 }
 
@@ -27713,21 +28662,61 @@ static void pdi_recede_gather(pd_recede *r, int32_t i)
     }
 }
 
-/* Where fluid node i is full, for a step that ends at t: at Csat, or where the law ends before. Above an end it is
- * where the law begins below. */
-static double pdi_recede_full(const pd_recede *r, int32_t i, double t)
+/* Tolerance of the step at hand [-]. */
+static double pdi_recede_goal(const pd_recede *r)
+{
+    return fmax(r->desc.tolerance, PDI_RECEDE_ROUNDING * r->dt * r->corrode->diffusion);
+}
+
+/* The law beside fluid node i. A law of time holds at the middle of the step. */
+static void pdi_recede_law(const pd_recede *r, int32_t i, pdi_law *law)
+{
+    const pd_corrode *m = r->corrode;
+    law->rate = m->desc.rate;
+    law->user = m->desc.rate_user;
+    law->top = m->desc.saturation;
+    law->at.t = m->time + 0.5 * r->dt;
+    pd_grid_position(m->grid, i, law->at.x);
+}
+
+/* Where fluid node i is full: at Csat, or where the law ends before. Above an end it is where the law begins below. */
+static double pdi_recede_full(const pd_recede *r, int32_t i)
 {
     const pd_corrode *m = r->corrode;
     double csat = m->desc.saturation, c = fmin(fmax(r->start[i], 0.0), csat), low = c;
     pdi_law law;
-    law.rate = m->desc.rate;
-    law.user = m->desc.rate_user;
-    law.top = csat;
-    law.at.t = t;
-    pd_grid_position(m->grid, i, law.at.x);
+    pdi_recede_law(r, i, &law);
     if (!(c < csat) || pdi_law_rate(&law, c) > 0.0) return fmin(pdi_law_end(&law, fmin(c, csat), csat), csat);
     while (low > PDI_RECEDE_PROBE * csat && !(pdi_law_rate(&law, low) > 0.0)) low *= PDI_RECEDE_DOWN;
     return pdi_law_rate(&law, low) > 0.0 ? fmin(pdi_law_end(&law, low, c), csat) : csat;
+}
+
+/* 1: the law falls by a jump between a and b, and is positive behind it; *at: the last concentration before that. */
+static int pdi_recede_drops(const pd_recede *r, int32_t i, double a, double b, double *at)
+{
+    pdi_law law;
+    pdi_recede_law(r, i, &law);
+    double before = pdi_law_rate(&law, a), behind = pdi_law_rate(&law, b);
+    for (int k = 0; k < PDI_RECEDE_HALVINGS && b - a > PDI_RECEDE_JUMP * law.top; k++) {
+        double middle = 0.5 * (a + b), v = pdi_law_rate(&law, middle);
+        if (before - v > v - behind) {
+            b = middle;
+            behind = v;
+        } else {
+            a = middle;
+            before = v;
+        }
+    }
+    if (!(behind > 0.0) || !(before - behind > PDI_RECEDE_DROP * before)) return 0;
+    *at = a;
+    return 1;
+}
+
+/* 1: node i was pinned to a jump of its law, which is still there. */
+static int pdi_recede_stays(pd_recede *r, int32_t i)
+{
+    double near = PDI_RECEDE_NEAR * pdi_recede_goal(r) * r->corrode->desc.saturation, c = r->start[i];
+    return r->state[i] == PDI_RECEDE_PINNED && pdi_recede_drops(r, i, c - near, c + near, &r->full[i]);
 }
 
 /* Begin a step: how many nodes take part, and what the metal in reach of those beside it would give. */
@@ -27749,7 +28738,12 @@ static void pdi_recede_begin(const pd_ctx *ctx, pd_recede *r)
         r->drain[i] = 0.0;
     }
     for (int32_t i = 0; i < m->grid->total; i++) /* laws of callers are asked by one thread */
-        if (m->map.role[i] == PDI_ROLE_SHORE) r->full[i] = pdi_recede_full(r, i, m->time + r->dt);
+        if (m->map.role[i] == PDI_ROLE_SHORE) {
+            r->asked_c[i] = -1.0;
+            if (pdi_recede_stays(r, i)) continue;
+            if (r->state[i] == PDI_RECEDE_PINNED) r->state[i] = PDI_RECEDE_LAW;
+            r->full[i] = pdi_recede_full(r, i);
+        }
     m->active = 0;
     int32_t first = -1, end = 1; /* of the fluid */
     for (int32_t i = 0; i < m->grid->total; i++) {
@@ -27783,18 +28777,59 @@ static void pdi_recede_balance_run(void *user, int32_t first, int count)
         u->out[first + b] = (r->start[first + b] - m->c[first + b]) / r->dt + m->desc.diffusivity * sum[b];
 }
 
-/* Tolerance of the step at hand [-]. */
-static double pdi_recede_goal(const pd_recede *r)
+/* A jump of the law between c and the last concentration that was asked for, where what the law gives crosses the line
+ * through what was needed there. The node is pinned to it. */
+static int pdi_recede_pin(pd_recede *r, int32_t i, double c, double need)
 {
-    return fmax(r->desc.tolerance, PDI_RECEDE_ROUNDING * r->dt * r->corrode->diffusion);
+    double a = r->asked_c[i], b = c, asked_a = r->asked_need[i], asked_b = need;
+    pdi_law law;
+    pdi_recede_law(r, i, &law);
+    r->asked_c[i] = c;
+    r->asked_need[i] = need;
+    if (a < 0.0) return 0;
+    if (a > b) {
+        double keep = a, asked = asked_a;
+        a = b;
+        b = keep;
+        asked_a = asked_b;
+        asked_b = asked;
+    }
+    if (pdi_recede_gain(r, i, fmax(pdi_law_rate(&law, a), 0.0), a) <= asked_a) return 0;
+    if (pdi_recede_gain(r, i, fmax(pdi_law_rate(&law, b), 0.0), b) >= asked_b) return 0;
+    double low = a, rise = (asked_b - asked_a) / (b - a);
+    for (int k = 0; k < PDI_RECEDE_HALVINGS && b - a > PDI_RECEDE_JUMP * law.top; k++) {
+        double middle = 0.5 * (a + b), v = fmax(pdi_law_rate(&law, middle), 0.0);
+        if (pdi_recede_gain(r, i, v, middle) > asked_a + rise * (middle - low)) a = middle;
+        else b = middle;
+    }
+    return pdi_recede_drops(r, i, a, b, &r->full[i]);
 }
 
-/* The state of node i, with the gain G that the law allows and what it needs to stay as it is. */
-static uint8_t pdi_recede_choose(const pd_recede *r, int32_t i, double gain, double need)
+/* The state of a node that is pinned to a jump of its law: it leaves where the law before the jump gives too little or
+ * that behind it too much. */
+static uint8_t pdi_recede_unpin(pd_recede *r, int32_t i, double gain, double need, double margin)
+{
+    pdi_law law;
+    pdi_recede_law(r, i, &law);
+    double c = r->full[i] + 2.0 * PDI_RECEDE_PROBE * law.top; /* where a difference quotient does not see the jump */
+    double next = r->full[i] + 2.0 * PDI_RECEDE_JUMP * law.top;
+    double behind = pdi_recede_gain(r, i, fmax(pdi_law_rate(&law, next), 0.0), next);
+    int below = (need - gain) * r->dt > margin, above = (behind - need) * r->dt > margin;
+    if (!below && !above) return PDI_RECEDE_PINNED;
+    if (above) r->corrode->c[i] = c;
+    r->full[i] = pdi_recede_full(r, i);
+    r->asked_c[i] = -1.0;
+    return PDI_RECEDE_LAW;
+}
+
+/* The state of node i, with the gain G that the law allows at concentration c and what it needs to stay as it is. */
+static uint8_t pdi_recede_choose(pd_recede *r, int32_t i, double c, double gain, double need)
 {
     const pd_corrode *m = r->corrode;
     double margin = PDI_RECEDE_MARGIN * pdi_recede_goal(r) * m->desc.saturation;
     double above = m->c[i] - r->full[i];
+    if (r->state[i] == PDI_RECEDE_PINNED) return pdi_recede_unpin(r, i, gain, need, margin);
+    if (gain > 0.0 && fabs(need - gain) * r->dt > margin && pdi_recede_pin(r, i, c, need)) return PDI_RECEDE_PINNED;
     switch (r->state[i]) {
     case PDI_RECEDE_LAW: return above > margin ? PDI_RECEDE_SATURATED : PDI_RECEDE_LAW;
     case PDI_RECEDE_SATURATED:
@@ -27821,17 +28856,17 @@ static pd_status pdi_recede_evaluate(pd_ctx *ctx, pd_recede *r, int settled, int
         if (m->map.role[i] == PDI_ROLE_WHOLE) largest = fmax(largest, fabs(r->balance[i]));
         if (m->map.role[i] != PDI_ROLE_SHORE) continue;
         /* at an end of the law that is no saturation it holds just before */
-        double most = r->full[i] < csat ? r->full[i] - 0.5 * probe : csat;
-        double c = fmin(m->c[i], most), t = m->time + r->dt, v, less, need = -r->balance[i];
+        double most = r->full[i] < csat && r->state[i] != PDI_RECEDE_PINNED ? r->full[i] - 0.5 * probe : r->full[i];
+        double c = fmin(m->c[i], most), t = m->time + 0.5 * r->dt, v, less, need = -r->balance[i];
         PDI_TRY(pdi_corrode_law(ctx, m, t, i, c, &v));
         PDI_TRY(pdi_corrode_law(ctx, m, t, i, c - probe, &less));
         double gain = pdi_recede_gain(r, i, v, c), before = pdi_recede_gain(r, i, less, c - probe);
-        uint8_t state = settled ? r->state[i] : pdi_recede_choose(r, i, gain, need);
+        uint8_t state = settled ? r->state[i] : pdi_recede_choose(r, i, c, gain, need);
         *change |= state != r->state[i];
         r->state[i] = state;
         r->drain[i] = state == PDI_RECEDE_LAW ? (before - gain) / probe : 0.0;
         m->speed[i] = state == PDI_RECEDE_LAW ? v : 0.0;
-        if (state == PDI_RECEDE_SATURATED) {
+        if (pdi_recede_held(r, i)) {
             m->c[i] = r->full[i];
             m->speed[i] = gain > 0.0 ? v * fmin(fmax(need / gain, 0.0), 1.0) : 0.0;
             r->balance[i] = 0.0;
@@ -27956,6 +28991,19 @@ pd_status pd_recede_step(pd_ctx *ctx, pd_recede *r, double dt)
     return PD_OK;
 }
 
+/* A step of at most dt [s] in which the course of the law costs a small part of what the step may take. */
+static double pdi_recede_foresee(const pd_recede *r, double dt)
+{
+    const pd_corrode *m = r->corrode;
+    double per = m->highest * m->front.total / (PDI_CORRODE_COURSE * r->desc.share);
+    for (;;) {
+        double error, fastest;
+        pdi_corrode_course(m, dt, &error, &fastest);
+        if (error * dt * per <= 1.0 + 1e-9) return dt;
+        dt *= fmax(0.9 / (error * dt * per), 0.1);
+    }
+}
+
 pd_status pd_recede_next(pd_ctx *ctx, pd_recede *r, double t_end)
 {
     pd_corrode *m = r->corrode;
@@ -27967,6 +29015,7 @@ pd_status pd_recede_next(pd_ctx *ctx, pd_recede *r, double t_end)
         PDI_TRY(pd_corrode_limit(ctx, m, &limit));
         dt = fmin(dt, limit);
     }
+    dt = pdi_recede_foresee(r, dt);
     double shortest = PDI_RECEDE_SHORTEST * dt, count = ceil(left / dt * (1.0 - 1e-12));
     dt = left / count;
     if (pdi_stands_still(m->time, left, dt))
@@ -28001,6 +29050,8 @@ static pd_status pdi_recede_allocate(pd_ctx *ctx, pd_recede *r)
     PDI_TRY(PDI_NEW(ctx, "recede", total, r->field));
     PDI_TRY(PDI_NEW(ctx, "recede", total, r->drain));
     PDI_TRY(PDI_NEW(ctx, "recede", total, r->full));
+    PDI_TRY(PDI_NEW(ctx, "recede", total, r->asked_c));
+    PDI_TRY(PDI_NEW(ctx, "recede", total, r->asked_need));
     PDI_TRY(PDI_NEW(ctx, "recede", total, r->dry));
     PDI_TRY(PDI_NEW(ctx, "recede", total, r->reach));
     PDI_TRY(PDI_NEW(ctx, "recede", total, r->stock));
@@ -28072,6 +29123,8 @@ void pd_recede_free(pd_ctx *ctx, pd_recede *r)
     PDI_DELETE(ctx, total, r->field);
     PDI_DELETE(ctx, total, r->drain);
     PDI_DELETE(ctx, total, r->full);
+    PDI_DELETE(ctx, total, r->asked_c);
+    PDI_DELETE(ctx, total, r->asked_need);
     PDI_DELETE(ctx, total, r->dry);
     PDI_DELETE(ctx, total, r->reach);
     PDI_DELETE(ctx, total, r->stock);
@@ -28165,7 +29218,7 @@ static pd_status pdi_couple_blocked(pd_ctx *ctx, const pd_couple *c, pd_status s
     pdi_flow_entering(ctx, c->flow, &pushed, &gross);
     /* not inlets that feed each other */
     if (pdi_is_final(status) || !(fabs(pushed) > PDI_COUPLE_FEEDS * gross)) return status;
-    PDI_TRY(pdi_flow_blocked(ctx, c->flow, &node));
+    PDI_TRY(pdi_port_blocked(ctx, c->flow->bonds, &node));
     if (node < 0) return status;
     return pdi_fail(ctx, PD_ERR_GEOMETRY, "couple",
                     "the flow at t = %g s has no way from the inlet beside %s m to an outlet: metal or walls close it",
@@ -28176,17 +29229,22 @@ static pd_status pdi_couple_blocked(pd_ctx *ctx, const pd_couple *c, pd_status s
 static pd_status pdi_couple_unsteady(pd_ctx *ctx, const pd_couple *c)
 {
     const pd_steady_result *r = &c->steady_result;
-    char place[PDI_GRID_PLACE], accept[64];
+    char place[PDI_GRID_PLACE], accept[64], why[120];
     double reached = r->excess * c->steady->desc.tolerance;
     accept[0] = '\0';
     if (reached < PDI_COUPLE_NEARLY) snprintf(accept, sizeof accept, "; steady = %.1e accepts this one", 1.1 * reached);
+    /* from there Newton's next step would reach the rounding: this is it, and no flow that moves */
+    if (reached < sqrt(DBL_EPSILON)) snprintf(why, sizeof why, "That is as far as their rounding lets them fall");
+    else
+        snprintf(why, sizeof why,
+                 "At Re = %.3g there may be no steady flow: time = implicit in [flow] tells how it moves",
+                 c->flow->speed * c->flow->length / c->flow->nu);
     return pdi_fail(ctx, PD_ERR_DIVERGED, "couple",
                     "the flow is not steady at t = %g s: after %d Newton steps the residuals are %.3g (momentum) and "
                     "%.3g (continuity), %.3g times what steady = %g allows, largest at %s m, and further steps do not "
-                    "lower them. At Re = %.3g there may be no steady flow: time = implicit in [flow] tells how it "
-                    "moves%s", c->time, r->newton, r->momentum, r->continuity, r->excess, c->steady->desc.tolerance,
-                    pdi_grid_place(c->grid, pdi_steady_worst(c->steady), place),
-                    c->flow->speed * c->flow->length / c->flow->nu, accept);
+                    "lower them. %s%s", c->time, r->newton, r->momentum, r->continuity, r->excess,
+                    c->steady->desc.tolerance, pdi_grid_place(c->grid, pdi_steady_worst(c->steady), place), why,
+                    accept);
 }
 
 static pd_status pdi_couple_flow(pd_ctx *ctx, pd_couple *c)
@@ -28412,40 +29470,6 @@ static pd_status pdi_couple_dissolve(pd_ctx *ctx, pd_couple *c, double dt)
     return PD_OK;
 }
 
-/* Largest error [m/s] at the front of the law at the end of a step of `span` [s], against Simpson's rule. */
-static double pdi_couple_course(const pd_couple *c, double span)
-{
-    const pd_corrode *r = c->corrode;
-    double error = 0.0;
-    for (int32_t i = 0; i < c->grid->total; i++) {
-        pd_rate_at at;
-        double v[3];
-        if (r->map.role[i] != PDI_ROLE_SHORE) continue;
-        pd_grid_position(c->grid, i, at.x);
-        at.c = fmin(r->c[i], r->desc.saturation);
-        for (int k = 0; k < 3; k++) {
-            at.t = c->time + 0.5 * k * span;
-            v[k] = fmax(r->desc.rate(r->desc.rate_user, &at), 0.0);
-        }
-        error = fmax(error, fabs(5.0 * (v[2] - v[1]) + (v[1] - v[0])) / 6.0);
-    }
-    return error;
-}
-
-/* How far [s] an implicit step may go: that costs a small part of what the step may take. A law that does not depend on
- * time holds back none. */
-static double pdi_couple_foresee(const pd_couple *c, double left)
-{
-    const pd_recede *recede = c->recede;
-    double wanted = left, per = c->corrode->highest * c->corrode->front.total / recede->desc.share;
-    if (recede->last_dt > 0.0) wanted = fmin(wanted, fmin(recede->next_dt, recede->front_dt));
-    for (double span = wanted;;) {
-        double share = pdi_couple_course(c, span) * span * per / PDI_COUPLE_EXACT;
-        if (!(share > 1.0 + 1e-9)) return span < wanted ? span : left;
-        span *= fmax(0.9 / share, 0.1);
-    }
-}
-
 /* Bond-based corrosion over a step of the coupling: an implicit one, or as many explicit ones as it needs. */
 static pd_status pdi_couple_corrode(pd_ctx *ctx, pd_couple *c, double t_limit)
 {
@@ -28458,8 +29482,6 @@ static pd_status pdi_couple_corrode(pd_ctx *ctx, pd_couple *c, double t_limit)
     if (c->desc.max_step > 0.0 && left > c->desc.max_step)
         reached = c->time + left / ceil(left / c->desc.max_step * (1.0 - 1e-12));
     if (c->recede) {
-        double far = pdi_couple_foresee(c, reached - c->time);
-        if (far < reached - c->time) reached = c->time + (reached - c->time) / ceil((reached - c->time) / far);
         PDI_TRY(pd_recede_next(ctx, c->recede, reached));
         reached = r->time;
     } else PDI_TRY(pd_corrode_run(ctx, r, reached));
@@ -28976,6 +29998,7 @@ static void pdi_budget_transport(const pd_setup *u, pd_budget *b)
     for (int k = 0; k < u->wall_count; k++) held = held || u->walls[k].holds;
     values += repeats + 2.5 * medium + held * (4.0 + 2.0 * PD_DIM + 0.125);
     values += 0.5 * (0.5 * PD_DIM * (PD_DIM + 1) + 1.0); /* of the diffusion, in single precision */
+    if (u->solid >= 0) values += 0.5 * (0.5 * PD_DIM * (PD_DIM + 1) + PD_DIM);
     if (u->has_flow) values += 2.0 * (PD_DIM + 1.0) + (PD_DIM < 3 ? floor(0.5 * b->bonds) : 0.0);
     if (!u->has_dissolve) values += 4.0;
     bytes = 8.0 * values * b->nodes + 41.0 * (medium ? 8.0 : 4.0) * (b->fluid + b->solid);
@@ -29003,7 +30026,7 @@ static void pdi_budget_metal(const pd_setup *u, pd_budget *b)
     if (u->repassivation > 0.0) b->bytes[PD_PART_CORRODE] += b->nodes;
     if (u->forward) return;
     bytes = pdi_budget_compact(0) + pdi_budget_multigrid(1, pdi_budget_contrast(u), &coarse);
-    b->bytes[PD_PART_CORRODE] += (81.0 + 40.0) * b->nodes + b->cells * bytes;
+    b->bytes[PD_PART_CORRODE] += (97.0 + 40.0) * b->nodes + b->cells * bytes;
     b->working += b->cells * coarse;
 }
 
@@ -32156,6 +33179,7 @@ static pd_status pdi_model_corrode(pd_ctx *ctx, pd_model *m)
     desc.rate = pdi_model_rate;
     desc.rate_user = (void *)u; /* only read */
     desc.uniform = u->rate.uses >> 2 == 0;
+    desc.steady = (u->rate.uses >> 1 & 1) == 0;
     desc.drive = u->drive;
     desc.kernel = u->kernel;
     desc.weights = u->weights;
@@ -32475,7 +33499,6 @@ PDI_FN pd_status pdi_observe_store(pd_ctx *ctx, pd_observables *o, pd_store *sto
 #define PDI_SAMPLE_CELLS (1 << PD_DIM)
 #define PDI_SAMPLE_BLOCK (PD_DIM == 1 ? 3 : PD_DIM == 2 ? 9 : 27) /* a cell and those around it */
 #define PDI_SAMPLE_OFF 1e-3  /* [cells] from a smooth surface: the place is one of a cell's faces */
-#define PDI_SAMPLE_SQUARE 4  /* largest squared length of the bonds whose ends count, in cells */
 
 static const char *const pdi_sample_labels[] = {"C [mol/m3]", "v [m/s]",  "p [Pa]",     "kind",           "grain",
                                                 "phase",      "D [m2/s]", "rate [m/s]", "density [kg/m3]", "damage"};
@@ -32656,7 +33679,7 @@ static void pdi_sample_gather(pdi_sample_job *job, int32_t base)
     for (int k = 0; k < s->count; k++) {
         int square = 0;
         for (int d = 0; d < PD_DIM; d++) square += s->offset[k * PD_DIM + d] * s->offset[k * PD_DIM + d];
-        if (square > PDI_SAMPLE_SQUARE) continue;
+        if (square > PDI_QUADRATIC_SQUARE) continue;
         if (row < 0 || pdi_bond_open(bonds, row, k)) pdi_sample_far(job, base, k);
         else {
             int32_t closed = pdi_bond_surface(bonds, row, k, place, normal);
@@ -32689,8 +33712,7 @@ static double pdi_sample_fit(pdi_sample_job *job, int32_t base, const double *x)
         if (!(fabs(job->side) > 0.0)) job->side = 1.0;
     }
     pdi_sample_reach(job, base);
-    /* with the gradient that the momentum balance of the node holds, as under the force on walls */
-    if (job->field == PD_FIELD_P) return pdi_op_sample(&job->m->bonds, job->f, base, job->x);
+    if (job->field == PD_FIELD_P) return pdi_slopes_value(&job->m->bonds, job->f, base, job->x);
     pdi_sample_gather(job, base);
     return pdi_quadratic_solve(&job->fit);
 }
@@ -32764,7 +33786,6 @@ PDI_FN int pdi_sample_inside(const pd_model *m, const double *x)
 #undef PDI_SAMPLE_NEAR
 #undef PDI_SAMPLE_CELLS
 #undef PDI_SAMPLE_BLOCK
-#undef PDI_SAMPLE_SQUARE
 #undef PDI_SAMPLE_OFF
 
 /* ======== >>output.c ======== */
@@ -34288,7 +35309,6 @@ pd_status pd_compare_write(pd_ctx *ctx, const pd_compare *c, pd_folder *folder)
 /* ======== >>run.c ======== */
 /* run: see run.h */
 #include <math.h>
-#include <stdarg.h>
 #include <stdio.h>
 #include <string.h>
 
@@ -34594,7 +35614,7 @@ static void pdi_run_collect(const pdi_run *r, pd_run_result *result)
     result->defect = c->transport_result.defect;
     result->steps = c->steps;
     result->unsolved = c->unsolved;
-    result->threads = pdi_par_threads(r->ctx, INT64_MAX);
+    result->threads = pdi_par_offered(r->ctx, INT64_MAX);
     for (int k = 0; k < PD_PART_COUNT; k++) result->unknowns += m->unknowns[k];
     result->bytes_per_node = nodes ? (double)r->ctx->peak / (double)nodes : 0.0;
 }
@@ -34696,30 +35716,18 @@ pd_status pd_run(pd_ctx *ctx, const pd_setup *setup, const pd_run_desc *desc, pd
     return status;
 }
 
-/* Append " key=value". */
-PD_PRINTF_LIKE(3, 4)
-static void pdi_run_append(char *text, size_t size, const char *format, ...)
-{
-    size_t used = strlen(text);
-    va_list args;
-    if (used + 1 >= size) return;
-    va_start(args, format);
-    vsnprintf(text + used, size - used, format, args);
-    va_end(args);
-}
-
 void pd_run_line(const pd_run_result *r, char *text, size_t size)
 {
     if (size == 0) return;
     text[0] = '\0';
-    pdi_run_append(text, size, "result case=%s dim=%d h=%.6g m=%.6g volume_loss=%.9g ledger=%.3g", r->name, PD_DIM,
+    pdi_append(text, size, "result case=%s dim=%d h=%.6g m=%.6g volume_loss=%.9g ledger=%.3g", r->name, PD_DIM,
                    r->h, r->m, r->volume_loss, r->ledger);
-    if (r->settled) pdi_run_append(text, size, " defect=%.3g", r->defect);
-    if (r->unsolved) pdi_run_append(text, size, " unsolved=%.0f", (double)r->unsolved);
-    if (r->has_flux) pdi_run_append(text, size, " flux=%.3g flux_max=%.3g", r->flux, r->flux_max);
-    if (r->has_front) pdi_run_append(text, size, " front=%.6g", r->front);
-    else pdi_run_append(text, size, " residual=%.3g evals=%.0f", r->residual, (double)r->evaluations);
-    pdi_run_append(text, size, " steps=%.0f unknowns=%.0f bytes_per_node=%.0f", (double)r->steps, (double)r->unknowns,
+    if (r->settled) pdi_append(text, size, " defect=%.3g", r->defect);
+    if (r->unsolved) pdi_append(text, size, " unsolved=%.0f", (double)r->unsolved);
+    if (r->has_flux) pdi_append(text, size, " flux=%.3g flux_max=%.3g", r->flux, r->flux_max);
+    if (r->has_front) pdi_append(text, size, " front=%.6g", r->front);
+    else pdi_append(text, size, " residual=%.3g evals=%.0f", r->residual, (double)r->evaluations);
+    pdi_append(text, size, " steps=%.0f unknowns=%.0f bytes_per_node=%.0f", (double)r->steps, (double)r->unknowns,
                    r->bytes_per_node);
 }
 
@@ -34731,6 +35739,8 @@ void pd_run_line(const pd_run_result *r, char *text, size_t size)
 #include <string.h>
 
 #define PDI_TWIN_NEAR 1e-6 /* [cells] from a plane of the lattice: on it */
+/* Nodes between two polls; up to factor^3 others are looked at for each. */
+#define PDI_TWIN_POLL 4096
 
 /* The lattice of a setup. */
 typedef struct pdi_twin_lattice {
@@ -34786,9 +35796,10 @@ static int pdi_twin_uniform(const pd_grid *grid, const int *i, int factor, uint8
 }
 
 /* wide [total]: 1 for nodes that lie in a block of `factor` nodes an axis of their own kind. */
-static void pdi_twin_widths(const pd_grid *grid, int factor, uint8_t *wide)
+static pd_status pdi_twin_widths(pd_ctx *ctx, const pd_grid *grid, int factor, uint8_t *wide)
 {
     int i[PD_DIM], at[PD_DIM];
+    int64_t blocks = 0;
     pdi_twin_block starts, b;
     for (int d = 0; d < PD_DIM; d++) {
         starts.low[d] = i[d] = 1 - factor;
@@ -34796,6 +35807,7 @@ static void pdi_twin_widths(const pd_grid *grid, int factor, uint8_t *wide)
     }
     do {
         uint8_t kind;
+        if (blocks++ % PDI_TWIN_POLL == 0) PDI_TRY(pdi_poll(ctx, "twin: widths", blocks));
         if (!pdi_twin_uniform(grid, i, factor, &kind)) continue;
         for (int d = 0; d < PD_DIM; d++) {
             b.low[d] = at[d] = i[d] < 0 ? 0 : i[d];
@@ -34804,6 +35816,7 @@ static void pdi_twin_widths(const pd_grid *grid, int factor, uint8_t *wide)
         do wide[pd_grid_node(grid, at)] = 1;
         while (pdi_twin_next(&b, at));
     } while (pdi_twin_next(&starts, i));
+    return PD_OK;
 }
 
 /* A node like this one within the block: of its kind, and wide where `wide` is given. */
@@ -34840,7 +35853,7 @@ static pd_status pdi_twin_compare(pd_ctx *ctx, const pdi_twin_lattice *fine, con
 {
     int i[PD_DIM], at[PD_DIM];
     pdi_twin_block box;
-    pdi_twin_widths(&fine->grid, factor, wide);
+    PDI_TRY(pdi_twin_widths(ctx, &fine->grid, factor, wide));
     for (int d = 0; d < PD_DIM; d++) {
         box.low[d] = i[d] = 0;
         box.high[d] = fine->grid.n[d];
@@ -34849,6 +35862,7 @@ static pd_status pdi_twin_compare(pd_ctx *ctx, const pdi_twin_lattice *fine, con
         int32_t node = pd_grid_node(&fine->grid, i);
         uint8_t kind = fine->grid.kind[node];
         pdi_twin_block near_fine = pdi_twin_around(&fine->grid, i, factor - 1, factor - 1);
+        if (node % PDI_TWIN_POLL == 0) PDI_TRY(pdi_poll(ctx, "twin: parts", node));
         if (kind == PD_OUTSIDE) continue;
         if (!wide[node] && !pdi_twin_found(&fine->grid, &near_fine, kind, wide))
             return pdi_twin_refuse(ctx, fine, coarse, node, "is thinner than one of its cells");
@@ -34981,6 +35995,7 @@ pd_status pd_twin_build(pd_ctx *ctx, const pd_setup *setup, int factor, pd_twin 
 }
 
 #undef PDI_TWIN_NEAR
+#undef PDI_TWIN_POLL
 
 /* ======== >>estimate.c ======== */
 /* estimate: see estimate.h */
@@ -35299,7 +36314,6 @@ pd_status pd_accuracy_apply(pd_ctx *ctx, double accuracy, pd_setup *setup, char 
 /* ======== >>fit.c ======== */
 /* fit: see fit.h */
 #include <math.h>
-#include <stdarg.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -35547,17 +36561,6 @@ static pd_status pdi_fit_prepare(pdi_fit *f, const pd_setup *u)
 
 /* ---- lattices ---- */
 
-PD_PRINTF_LIKE(3, 4)
-static void pdi_fit_append(char *text, size_t size, const char *format, ...)
-{
-    size_t used = strlen(text);
-    va_list args;
-    if (used + 1 >= size) return;
-    va_start(args, format);
-    vsnprintf(text + used, size - used, format, args);
-    va_end(args);
-}
-
 static void pdi_fit_say(const pdi_fit *f, pd_print_kind kind, const char *text)
 {
     if (f->desc->print) f->desc->print(f->desc->print_user, kind, text);
@@ -35569,10 +36572,10 @@ static void pdi_fit_told(void *user, const double *value, double sum, int evalua
     char line[400], h[PD_UNITS_TEXT];
     pdi_setup_show(f->factor * f->fit->h, "m", h);
     snprintf(line, sizeof line, "fit  h = %-8s runs %3d  ", h, evaluations);
-    if (f->fit->known) pdi_fit_append(line, sizeof line, "chi2 %-10.5g", sum);
-    else pdi_fit_append(line, sizeof line, "rms %-10.5g", sqrt(sum / f->fit->points));
+    if (f->fit->known) pdi_append(line, sizeof line, "chi2 %-10.5g", sum);
+    else pdi_append(line, sizeof line, "rms %-10.5g", sqrt(sum / f->fit->points));
     for (int k = 0; k < f->fit->parameters; k++)
-        pdi_fit_append(line, sizeof line, "  %.60s = %.6g%s%.40s", f->fit->parameter[k].key, value[k],
+        pdi_append(line, sizeof line, "  %.60s = %.6g%s%.40s", f->fit->parameter[k].key, value[k],
                        f->fit->parameter[k].unit[0] ? " " : "", f->fit->parameter[k].unit);
     pdi_fit_say(f, PD_PRINT_SUMMARY, line);
 }
@@ -35688,19 +36691,19 @@ void pd_fit_line(const pd_fit *fit, char *text, size_t size)
     const pd_squares_result *s = &fit->squares;
     if (size == 0) return;
     text[0] = '\0';
-    pdi_fit_append(text, size, "result case=%s fit=%s points=%d", fit->name,
+    pdi_append(text, size, "result case=%s fit=%s points=%d", fit->name,
                    fit->records == 1 ? fit->figure : "several", fit->points);
-    pdi_fit_append(text, size, " rms=%.4g unit=%s", fit->rms, fit->records == 1 && fit->unit[0] ? fit->unit : "-");
-    if (fit->known) pdi_fit_append(text, size, " chi2=%.4g", s->sum);
-    pdi_fit_append(text, size, " freedom=%d evals=%d fine_evals=%d converged=%s h=%.6g", s->freedom, fit->evaluations,
+    pdi_append(text, size, " rms=%.4g unit=%s", fit->rms, fit->records == 1 && fit->unit[0] ? fit->unit : "-");
+    if (fit->known) pdi_append(text, size, " chi2=%.4g", s->sum);
+    pdi_append(text, size, " freedom=%d evals=%d fine_evals=%d converged=%s h=%.6g", s->freedom, fit->evaluations,
                    s->evaluations, s->converged ? "yes" : "no", fit->h);
     for (int k = 0; k < fit->parameters; k++) {
         const char *key = fit->parameter[k].key;
-        pdi_fit_append(text, size, " %s=%.6g %s.error=%.3g %s.low=%.5g %s.high=%.5g", key, s->value[k], key,
+        pdi_append(text, size, " %s=%.6g %s.error=%.3g %s.low=%.5g %s.high=%.5g", key, s->value[k], key,
                        s->error[k], key, s->low[k], key, s->high[k]);
-        if (s->bound[k]) pdi_fit_append(text, size, " %s.bound=%s", key, s->bound[k] < 0 ? "low" : "high");
+        if (s->bound[k]) pdi_append(text, size, " %s.bound=%s", key, s->bound[k] < 0 ? "low" : "high");
         for (int l = 0; l < k; l++)
-            pdi_fit_append(text, size, " correlation_%d_%d=%.3g", l + 1, k + 1, s->correlation[k][l]);
+            pdi_append(text, size, " correlation_%d_%d=%.3g", l + 1, k + 1, s->correlation[k][l]);
     }
 }
 
