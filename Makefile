@@ -70,6 +70,10 @@ texts: ## bring the figures of the texts to those of the reports
 texts-runs: $(BUILD)/pd2d $(BUILD)/pd3d ## the same, with those of whole runs too: a quarter of an hour
 	BUILD=$(BUILD) sh tools/texts.sh --write --runs
 
+.PHONY: constants
+constants: ## what scenes cost and give with each numeric constant over a decade: docs/constants.md
+	CC='$(CC)' BUILD=$(BUILD) sh tools/constants.sh --write
+
 # Threads sleep at barriers, because several programs may share the processor.
 validation: $(foreach k,$(DIMS),$(BUILD)/validate$(k)d) ## run all validation cases and write docs/validation.md
 	@rm -rf $(BUILD)/report

@@ -1,0 +1,66 @@
+/* Runs scenes and prints, for each, the work of its solvers and what it computes: tools/constants.sh asks for it with
+ * one numeric constant of the sources changed.
+ *
+ *   work SCENE...
+ *   work name=pin steps=13 work=2326 loss=0.315126350 u=0.811 c=0.712
+ */
+#include "figures.h"
+#include "model.h"
+#include "scene.h"
+#include <math.h>
+#include <stdio.h>
+#include <string.h>
+
+/* Iterations and evaluations of all solvers of the model. */
+static long work_done(const pd_model *m)
+{
+    int64_t work = m->couple.flow_evaluations + m->couple.krylov_transport;
+    if (m->couple.implicit) work += m->implicit.evaluations;
+    if (m->couple.recede) work += m->recede.newton + m->recede.iterations;
+    return (long)work;
+}
+
+/* What the solvers computed: the loss, and the norms of velocity and concentration over fluid nodes. */
+static void work_result(const pd_model *m)
+{
+    const double *c = pdi_model_c(m);
+    double flow = 0.0, amount = 0.0;
+    for (int64_t i = 0; i < m->grid.total; i++) {
+        if (m->grid.kind[i] != PD_FLUID) continue;
+        for (int d = 0; d < PD_DIM && m->flow.u; d++) {
+            double u = m->flow.u[(int64_t)d * m->grid.total + i];
+            flow += u * u;
+        }
+        if (c) amount += c[i] * c[i];
+    }
+    printf(" loss=%.9g u=%.9g c=%.9g", pd_couple_volume_loss(&m->couple), sqrt(flow), sqrt(amount));
+}
+
+static int work_run(pd_ctx *ctx, const char *path)
+{
+    pd_setup setup;
+    pd_model model;
+    memset(&model, 0, sizeof model);
+    pd_status status = pd_scene_read(ctx, path, NULL, 0, &setup);
+    if (status >= 0) status = pd_model_build(ctx, &setup, &model);
+    if (status >= 0) status = pd_couple_run(ctx, &model.couple, setup.until, 0.0, NULL, NULL);
+    if (status < 0) {
+        fprintf(stderr, "%s: %s\n", path, ctx->message);
+    } else {
+        printf("work name=%s steps=%ld work=%ld", setup.name, (long)model.couple.steps, work_done(&model));
+        work_result(&model);
+        printf("\n");
+    }
+    pd_model_free(ctx, &model);
+    pd_setup_free(ctx, &setup);
+    return status < 0;
+}
+
+int main(int argc, char **argv)
+{
+    pd_ctx ctx;
+    int failed = 0;
+    pd_ctx_init(&ctx);
+    for (int k = 1; k < argc; k++) failed += work_run(&ctx, argv[k]);
+    return failed != 0;
+}
