@@ -18,7 +18,8 @@
  * IT DOES NOT
  *   exit, print, keep globals, or assert on input;
  *   read or write a file unless you call a function that says so;
- *   allocate within a step, or outside the allocator of the context;
+ *   need memory within a step (a linear solver that stalls takes some, gives it back, and does without where
+ *   there is none), or allocate outside the allocator of the context;
  *   need another library, a mesh, a graphics card or MPI;
  *   share a context between threads of the caller: one context a thread.
  *
@@ -1357,6 +1358,7 @@ typedef struct pdi_entry {
     int count;                     /* 0: the bond does not end in fluid, or a wall stands in between */
     int32_t node[PDI_ENTRY_NODES]; /* several: the bond passes an edge or corner between them */
     int cell[PDI_ENTRY_NODES];     /* of the stencil: where they lie as seen from the start of the bond */
+    int flip[PDI_ENTRY_NODES];     /* bit d set when the bond sees a mirror image of the node along axis d */
     int32_t last;                  /* the last metal node before them */
     int32_t far;                   /* node at the far end */
     int open;                      /* 1: nothing but fluid from there to the far end */
@@ -1369,6 +1371,8 @@ PDI_FN int32_t pdi_entry_far(const pd_bonds *bonds, int32_t i, int k);
 PDI_FN int pdi_entry_free(const pd_bonds *bonds, int32_t i, int k);
 /* Where bond k of metal node j enters the fluid. */
 PDI_FN void pdi_entry_find(const pd_bonds *bonds, int32_t j, int k, pdi_entry *entry);
+/* A vector at node e of an entry as the bond sees it, and the other way round. */
+PDI_FN void pdi_entry_mirror(const pdi_entry *entry, int e, const double *v, double *seen);
 /* (x_far - x_node).axis [m] of node e of an entry, for bond k. */
 PDI_FN double pdi_entry_beyond(const pd_bonds *bonds, int k, const pdi_entry *entry, int e, const double *axis);
 /* How many nodes can ever lie within a bond of metal; work [total]. */
@@ -10878,16 +10882,17 @@ PDI_FN pd_status pdi_port_blocked(pd_ctx *ctx, const pd_bonds *bonds, int32_t *n
 /* entry: see entry.h */
 #include <string.h>
 
-/* Node at `at`, or that which a ghost stands for. */
-static int32_t pdi_entry_home(const pd_bonds *bonds, int32_t at)
+/* Node at `at`, or that which a ghost stands for. *flip (or NULL): as of pdi_grid_image. */
+static int32_t pdi_entry_home(const pd_bonds *bonds, int32_t at, int *flip)
 {
     uint8_t kind = bonds->grid->kind[at];
-    return kind == PD_FLUID || kind == PD_SOLID ? at : pdi_grid_image(bonds->grid, at, NULL);
+    if (flip) *flip = 0;
+    return kind == PD_FLUID || kind == PD_SOLID ? at : pdi_grid_image(bonds->grid, at, flip);
 }
 
 PDI_FN int32_t pdi_entry_far(const pd_bonds *bonds, int32_t i, int k)
 {
-    return pdi_entry_home(bonds, i + bonds->shift[k]);
+    return pdi_entry_home(bonds, i + bonds->shift[k], NULL);
 }
 
 PDI_FN int pdi_entry_free(const pd_bonds *bonds, int32_t i, int k)
@@ -10896,7 +10901,7 @@ PDI_FN int pdi_entry_free(const pd_bonds *bonds, int32_t i, int k)
     for (int g = s->group_first[k]; g < s->group_first[k + 1] - 1; g++) {
         int walled = 1;
         for (int c = s->group_cell[g]; c < s->group_cell[g + 1] && walled; c++) {
-            uint8_t kind = bonds->grid->kind[pdi_entry_home(bonds, i + bonds->cell_shift[c])];
+            uint8_t kind = bonds->grid->kind[pdi_entry_home(bonds, i + bonds->cell_shift[c], NULL)];
             walled = kind != PD_FLUID && kind != PD_SOLID;
         }
         if (walled) return 0;
@@ -10916,16 +10921,23 @@ PDI_FN void pdi_entry_find(const pd_bonds *bonds, int32_t j, int k, pdi_entry *e
     for (int g = s->group_first[k]; g < s->group_first[k + 1]; g++) {
         int behind = entry->count, fluid = 0;
         for (int c = s->group_cell[g]; c < s->group_cell[g + 1]; c++) {
-            int32_t at = pdi_entry_home(bonds, j + bonds->cell_shift[c]);
+            int flip;
+            int32_t at = pdi_entry_home(bonds, j + bonds->cell_shift[c], &flip);
             fluid |= kind[at] == PD_FLUID;
             if (behind) continue;
             if (kind[at] == PD_FLUID && entry->count < PDI_ENTRY_NODES) {
                 entry->cell[entry->count] = c;
+                entry->flip[entry->count] = flip;
                 entry->node[entry->count++] = at;
             } else if (kind[at] == PD_SOLID && !entry->count) entry->last = at;
         }
         if (behind && !fluid) entry->open = 0;
     }
+}
+
+PDI_FN void pdi_entry_mirror(const pdi_entry *entry, int e, const double *v, double *seen)
+{
+    for (int d = 0; d < PD_DIM; d++) seen[d] = entry->flip[e] >> d & 1 ? -v[d] : v[d];
 }
 
 PDI_FN double pdi_entry_beyond(const pd_bonds *bonds, int k, const pdi_entry *entry, int e, const double *axis)
@@ -10947,7 +10959,7 @@ PDI_FN int32_t pdi_entry_around(const pd_bonds *bonds, uint8_t *work)
     for (int32_t j = 0; j < grid->total; j++) {
         if (grid->kind[j] != PD_SOLID) continue;
         for (int32_t c = -1; c < cells; c++) {
-            int32_t i = c < 0 ? j : pdi_entry_home(bonds, j + bonds->cell_shift[c]);
+            int32_t i = c < 0 ? j : pdi_entry_home(bonds, j + bonds->cell_shift[c], NULL);
             count += (grid->kind[i] == PD_FLUID || grid->kind[i] == PD_SOLID) && !work[i];
             work[i] = 1;
         }
@@ -26683,6 +26695,7 @@ static pdi_shore *pdi_dissolve_join(pd_dissolve *d, int32_t i)
 static void pdi_dissolve_gather(pd_dissolve *d, int32_t j)
 {
     const pd_stencil *s = d->bonds->stencil;
+    double way[PD_DIM];
     pdi_entry entry;
     for (int k = 0; k < s->count; k++) {
         pdi_entry_find(d->bonds, j, k, &entry);
@@ -26693,7 +26706,8 @@ static void pdi_dissolve_gather(pd_dissolve *d, int32_t j)
             shore->enters += weight;
             shore->hollow += weight * fmax(1.5 - pdi_dissolve_left(d, entry.last), 0.0);
             shore->factor += weight * pdi_dissolve_factor(d, j);
-            for (int a = 0; a < PD_DIM; a++) shore->normal[a] += s->area[k] / entry.count * s->xi[k * PD_DIM + a];
+            pdi_entry_mirror(&entry, e, s->xi + k * PD_DIM, way);
+            for (int a = 0; a < PD_DIM; a++) shore->normal[a] += s->area[k] / entry.count * way[a];
         }
     }
 }
@@ -26712,9 +26726,11 @@ static void pdi_dissolve_link(pd_dissolve *d, pdi_dissolve_link_fn link)
             for (int e = 0; e < entry.count && entry.open; e++) {
                 if (d->slot[entry.node[e]] < 0) continue;
                 pdi_shore *from = &d->shore[d->slot[entry.node[e]]];
-                double share = s->lap[k] * pdi_vec_dot(s->xi + k * PD_DIM, from->normal) / entry.count;
+                double normal[PD_DIM];
+                pdi_entry_mirror(&entry, e, from->normal, normal);
+                double share = s->lap[k] * pdi_vec_dot(s->xi + k * PD_DIM, normal) / entry.count;
                 if (!(from->enters > 0.0) || !(share > 0.0)) continue;
-                double beyond = fmax(pdi_entry_beyond(d->bonds, k, &entry, e, from->normal), 0.0);
+                double beyond = fmax(pdi_entry_beyond(d->bonds, k, &entry, e, normal), 0.0);
                 link(d, from, pdi_dissolve_join(d, entry.far), share, beyond);
             }
         }

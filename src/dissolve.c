@@ -280,6 +280,7 @@ static pdi_shore *pdi_dissolve_join(pd_dissolve *d, int32_t i)
 static void pdi_dissolve_gather(pd_dissolve *d, int32_t j)
 {
     const pd_stencil *s = d->bonds->stencil;
+    double way[PD_DIM];
     pdi_entry entry;
     for (int k = 0; k < s->count; k++) {
         pdi_entry_find(d->bonds, j, k, &entry);
@@ -290,7 +291,8 @@ static void pdi_dissolve_gather(pd_dissolve *d, int32_t j)
             shore->enters += weight;
             shore->hollow += weight * fmax(1.5 - pdi_dissolve_left(d, entry.last), 0.0);
             shore->factor += weight * pdi_dissolve_factor(d, j);
-            for (int a = 0; a < PD_DIM; a++) shore->normal[a] += s->area[k] / entry.count * s->xi[k * PD_DIM + a];
+            pdi_entry_mirror(&entry, e, s->xi + k * PD_DIM, way);
+            for (int a = 0; a < PD_DIM; a++) shore->normal[a] += s->area[k] / entry.count * way[a];
         }
     }
 }
@@ -309,9 +311,11 @@ static void pdi_dissolve_link(pd_dissolve *d, pdi_dissolve_link_fn link)
             for (int e = 0; e < entry.count && entry.open; e++) {
                 if (d->slot[entry.node[e]] < 0) continue;
                 pdi_shore *from = &d->shore[d->slot[entry.node[e]]];
-                double share = s->lap[k] * pdi_vec_dot(s->xi + k * PD_DIM, from->normal) / entry.count;
+                double normal[PD_DIM];
+                pdi_entry_mirror(&entry, e, from->normal, normal);
+                double share = s->lap[k] * pdi_vec_dot(s->xi + k * PD_DIM, normal) / entry.count;
                 if (!(from->enters > 0.0) || !(share > 0.0)) continue;
-                double beyond = fmax(pdi_entry_beyond(d->bonds, k, &entry, e, from->normal), 0.0);
+                double beyond = fmax(pdi_entry_beyond(d->bonds, k, &entry, e, normal), 0.0);
                 link(d, from, pdi_dissolve_join(d, entry.far), share, beyond);
             }
         }

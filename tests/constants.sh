@@ -15,7 +15,8 @@ verdict "constants without a class"
 mkdir -p "$dir/tree/docs"
 cp -r src "$dir/tree"
 grep -v '^| `STEADY_SHIFT` | steady' docs/constants.md |
-    sed '/^## All/,$s/^| `STEADY_GROWTH` | steady | [^ ]*/| `STEADY_GROWTH` | steady | 7/' > "$dir/tree/docs/constants.md"
+    sed '/^## All/,$s/^| `STEADY_GROWTH` | steady | [^ ]*/| `STEADY_GROWTH` | steady | 7/' \
+        > "$dir/tree/docs/constants.md"
 cp tools/constants.sh "$dir/tree"
 cd "$dir/tree" || exit 1
 ! BUILD=$dir sh constants.sh > "$dir/log" 2>&1

@@ -152,10 +152,11 @@ static void sweep(const char *what, const char *text, int dry, int estimate)
 }
 
 #if PD_DIM > 1
-/* A loose flow: a basis that may grow and is refused memory goes on with what it has (test_krylov). */
+/* A loose flow and a field that spreads fast: a basis that may grow and is refused memory goes on with what it has
+ * (test_krylov). */
 TEST(dissolving_pin)
 {
-    sweep("pin", GRID BLOCK GRAINS STREAM WATER "  steady = 0.05\n[transport] D = 1e-9 m2/s\n"
+    sweep("pin", GRID BLOCK GRAINS STREAM WATER "  steady = 0.05\n[transport] D = 1e-7 m2/s\n"
           "[dissolve] rate = 1 um/s * (1 - C/Csat)  Csat = 50 mol/m3  gb_factor = 3\n"
           "[run] until = 0.1 s\n[output] every = 0.1 s  images = C, v, grain\n"
           "  fields = C, v, p, kind, grain, phase, D, rate, density\n" WATCH "[plane in] at = x 2 um\n" FORCE, 0, 0);

@@ -220,8 +220,8 @@ TEST(flow_without_progress)
     CHECK_REL(m.flow.reference_speed, 1e-3, 1e-12);
     CHECK_REL(m.flow.reference_length, 100e-6, 1e-9);
     CHECK_INT(pd_couple_start(&ctx, &m.couple), PD_ERR_DIVERGED);
-    CHECK(strstr(ctx.message, "further steps do not lower them. At Re = 0.1 ") != NULL);
-    CHECK(strstr(ctx.message, "time = implicit") != NULL && strstr(ctx.message, " accepts this one") != NULL);
+    CHECK(strstr(ctx.message, "further steps do not lower them. That is as far as their rounding lets them") != NULL);
+    CHECK(strstr(ctx.message, " accepts this one") != NULL && strstr(ctx.message, "time = implicit") == NULL);
     CHECK(strstr(ctx.message, "efine the grid") == NULL);
     pd_model_free(&ctx, &m);
     leave(&ctx, &u);

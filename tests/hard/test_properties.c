@@ -247,20 +247,23 @@ TEST(threads)
 #define REST ", 0 m/s2"
 #endif
 
-static long calls;
+static long calls, denied; /* allocations; those of them that are denied because `full` is set */
+static int full;
 
 static void *counting(void *user, void *ptr, size_t old_size, size_t new_size)
 {
     (void)user;
     (void)old_size;
     calls++;
-    if (new_size) return realloc(ptr, new_size);
+    denied += full && new_size;
+    if (new_size) return full ? NULL : realloc(ptr, new_size);
     free(ptr);
     return NULL;
 }
 
-/* Steps of every integrator after the first one ask for no memory, as long as no node turns fluid. */
-TEST(steps_allocate_nothing)
+/* Steps of every integrator after the first one need no memory, as long as no node turns fluid: where there is none
+ * they go on. Only a linear solver of transport beside a flow asks for some, to stall less. */
+TEST(steps_need_no_memory)
 {
     NOT_IN_3D();
     static const char *const names[] = {"couple",        "corrode",      "corrode_explicit", "transport_in_time",
@@ -273,6 +276,7 @@ TEST(steps_allocate_nothing)
                                       : "[side x-] flow = periodic\n[side x+] flow = periodic\n";
         int streaming = kind >= 4 || (kind == 0 && PD_DIM > 1), failures = test_now.failures;
         long spent = 0;
+        denied = 0;
         snprintf(text, sizeof text,
                  "[grid] h = 10 um  m = 3  box = 0 .. 200 um%s\n[shape pin] box = 80 um .. 110 "
                  "um%s  kind ="
@@ -299,12 +303,15 @@ TEST(steps_allocate_nothing)
         for (int step = 0; step < 8; step++) {
             size_t had = made.in_use;
             calls = 0;
+            full = step > 0;
             CHECK_OK(&made, pd_couple_step(&made, &h->model.couple, h->model.couple.time + dt));
             if (step > 0) spent += calls;
             if (step > 0) CHECK(made.in_use == had);
         }
         CHECK_INT(h->model.grid.solid_count, h->model.couple.solid_nodes_start);
-        CHECK_INT(spent, 0);
+        full = 0;
+        if (kind > 0) CHECK_INT(spent, 0);
+        else CHECK(PD_DIM == 1 ? spent == 0 : denied > 0); /* it was there to be denied */
         pd_model_free(&made, &h->model);
         CHECK_INT(made.in_use, 0);
         pd_setup_free(&h->ctx, &h->setup);
@@ -320,4 +327,4 @@ TEST(steps_allocate_nothing)
 #define OF_DIM
 #endif
 TEST_MAIN(ENTRY(units_of_the_file) ENTRY(translation) ENTRY(reflection) OF_DIM ENTRY(threads)
-              ENTRY(steps_allocate_nothing))
+              ENTRY(steps_need_no_memory))
