@@ -6,9 +6,9 @@
 #   constants.sh --write         the same for all that the list calls insensitive or to be removed, written into it.
 #                                Ends with 1 when one that is called insensitive is not
 #
-# A constant is divided and multiplied by the square root of ten; one between 1/2 and 2 changes its distance from 1 by
+# A constant is divided and multiplied by the square root of ten; one between 1/2 and 4 changes its distance from 1 by
 # that. Insensitive: no scene of tests/constants/ takes more than 1.5 times the work, and no result moves by more than
-# the loosest tolerance of these scenes, 4e-3. CC, BUILD: compiler, folder of what is built.
+# the loosest tolerance of these scenes, 4e-3. CC, BUILD, JOBS: compiler, folder of what is built, constants at once.
 list=docs/constants.md
 cc=${CC:-cc}
 out=${BUILD:-build}/constants
@@ -66,7 +66,7 @@ other() {
     awk -v text="$1" -v factor="$2" 'BEGIN {
         gsub(/[()f]/, "", text)
         v = text + 0
-        if (v > 0.5 && v <= 2 && v != 1) w = 1 + (v - 1) * factor
+        if (v > 0.5 && v < 4 && v != 1) w = 1 + (v - 1) * factor
         else w = v * factor
         if (text !~ /[.e]/) { w = int(w + 0.5); if (w < 1) w = 1 }
         if (w < 0) w = 0
@@ -141,7 +141,7 @@ case $1 in
 --one) sweep "$2" > "$out/$2.rows" || echo "$2: not swept" ;;
 --write)
     prepare || exit 1
-    { called insensitive; called "to be removed"; } | xargs -n 1 -P 2 sh "$0" --one
+    { called insensitive; called "to be removed"; } | xargs -n 1 -P "${JOBS:-2}" sh "$0" --one
     cat "$out"/*.rows > "$out/table"
     awk -v table="$out/table" '
         /<!-- end of the sweep -->/ { skip = 0 }
