@@ -20,8 +20,8 @@ static long work_done(const pd_model *m)
     return (long)work;
 }
 
-/* What the solvers computed: the loss, and the norms of velocity and concentration over fluid nodes; the latter not with
- * bond-based corrosion, where a node more that has turned fluid is a step of it. */
+/* What the solvers computed: the loss, and the norms of velocity and concentration over fluid nodes; the latter not
+ * with bond-based corrosion, where a node more that has turned fluid is a step of it. */
 static void work_result(const pd_model *m)
 {
     const double *c = m->couple.corrode ? NULL : pdi_model_c(m);
