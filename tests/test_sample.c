@@ -156,6 +156,19 @@ TEST(beside_a_ball)
         }
 }
 
+/* The pressure p [Pa] at the fluid nodes of a flow of 2 kg/m3. */
+static void press(double (*p)(const double *x))
+{
+    for (int32_t i = 0; i < model.grid.total; i++) {
+        double x[PD_DIM];
+        pd_grid_position(&model.grid, i, x);
+        if (model.grid.kind[i] == PD_FLUID) model.flow.p[i] = p(x) / 2.0;
+    }
+    pd_flow_prepare(&ctx, &model.flow);
+}
+
+static double straight(const double *x) { return 3.0 + 5.0 * (2.0 - x[0]); }
+
 /* A linear pressure is exact on walls, at an outlet and between. */
 TEST(pressure_on_walls)
 {
@@ -164,24 +177,19 @@ TEST(pressure_on_walls)
                "[shape b] ball = " BOX("0.97 m", "0.5 m", "0.5 m") " radius = 0.23 m kind = wall\n"
                "[side x-] flow = inlet profile = uniform mean = 1 m/s\n[side x+] flow = outlet p = 3 Pa\n"
                "[flow] rho = 2 kg/m3 mu = 1 Pa s\n")) return;
-    for (int32_t i = 0; i < model.grid.total; i++) {
-        double x[PD_DIM];
-        pd_grid_position(&model.grid, i, x);
-        if (model.grid.kind[i] == PD_FLUID) model.flow.p[i] = (3.0 + 5.0 * (2.0 - x[0])) / 2.0;
-    }
-    pd_flow_prepare(&ctx, &model.flow);
+    press(straight);
     for (int k = 0; k < PLACES; k++) {
         double x[PD_DIM], r = 0.0;
         place(&state, x);
         for (int d = 0; d < PD_DIM; d++) r += pow(x[d] - (d == 0 ? 0.97 : 0.5), 2.0);
         if (sqrt(r) < 0.23) continue;
-        CHECK_NEAR(pdi_sample_point(&model, PD_FIELD_P, 0, x), 3.0 + 5.0 * (2.0 - x[0]), 1e-9);
+        CHECK_NEAR(pdi_sample_point(&model, PD_FIELD_P, 0, x), straight(x), 1e-9);
     }
     for (int side = 0; side < 2; side++) { /* front and back of the ball */
         double x[PD_DIM];
         for (int d = 0; d < PD_DIM; d++) x[d] = d == 0 ? 0.97 + (side ? 0.23 : -0.23) : 0.5;
         CHECK(pdi_sample_inside(&model, x));
-        CHECK_NEAR(pdi_sample_point(&model, PD_FIELD_P, 0, x), 3.0 + 5.0 * (2.0 - x[0]), 1e-9);
+        CHECK_NEAR(pdi_sample_point(&model, PD_FIELD_P, 0, x), straight(x), 1e-9);
     }
     stop();
 }
@@ -202,12 +210,7 @@ TEST(bent_pressure_on_walls)
                "[shape b] ball = " BOX("0.97 m", "0.513 m", "0.502 m") " radius = 0.23 m kind = wall\n"
                "[flow] rho = 2 kg/m3 mu = 1 Pa s time = given speed = 1 m/s length = 1 m\n"
                "[transport] D = 1 m2/s\n[run] until = 1 s\n")) return;
-    for (int32_t i = 0; i < model.grid.total; i++) {
-        double x[PD_DIM];
-        pd_grid_position(&model.grid, i, x);
-        if (model.grid.kind[i] == PD_FLUID) model.flow.p[i] = bent(x) / 2.0;
-    }
-    pd_flow_prepare(&ctx, &model.flow);
+    press(bent);
     for (int k = 0; k < PLACES; k++) {
         double x[PD_DIM], r = 0.0;
         place(&state, x);
