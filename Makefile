@@ -29,8 +29,8 @@ CFLAGS ?= -std=c99 -O3 $(NATIVE) -ffp-contract=off
 # Tests run the split sources with the library's own assertions on.
 DEV = -std=c99 -O2 -g -ffp-contract=off $(WARN) -DPD_DEBUG -DPDI_SPLIT $(OMP) $(EXTRA)
 
-SOURCES := $(wildcard src/*.c)
-HEADERS := $(wildcard src/*.h)
+SOURCES := $(wildcard src/*/*.c)
+HEADERS := $(wildcard src/*/*.h)
 DIMS = 1 2 3
 DRIVERS := $(foreach d,$(patsubst drivers/%.c,%,$(wildcard drivers/*.c)),\
              $(foreach k,$(DIMS),$(BUILD)/$(if $(filter scene,$d),pd,$d)$kd))
@@ -156,7 +156,7 @@ fuzz-all: fuzz-programs
 
 $(BUILD)/fuzz/obj/%.o: src/%.c $(HEADERS)
 	@mkdir -p $(@D)
-	$(building) clang $(FUZZ_FLAGS) -fsanitize=fuzzer-no-link,$(FUZZ_CHECKS) -c $< -o $@
+	$(building) clang $(FUZZ_FLAGS) -Isrc -fsanitize=fuzzer-no-link,$(FUZZ_CHECKS) -c $< -o $@
 
 $(FUZZERS:%=$(BUILD)/fuzz/%): $(BUILD)/fuzz/%: tests/fuzz/%.c tests/fuzz/fuzz.h $(SOURCES:src/%.c=$(BUILD)/fuzz/obj/%.o)
 	$(building) clang $(FUZZ_FLAGS) -fsanitize=fuzzer,$(FUZZ_CHECKS) -Isrc $< $(SOURCES:src/%.c=$(BUILD)/fuzz/obj/%.o) -o $@ -lm
@@ -202,7 +202,7 @@ OBJECTS_$(1) := $$(SOURCES:src/%.c=$$(BUILD)/obj$(1)d/%.o)
 
 $$(BUILD)/obj$(1)d/%.o: src/%.c $$(BUILD)/flags
 	@mkdir -p $$(@D)
-	$$(building) $$(CC) $$(DEV) -DPD_DIM=$(1) -MMD -MP -c $$< -o $$@
+	$$(building) $$(CC) $$(DEV) -DPD_DIM=$(1) -Isrc -MMD -MP -c $$< -o $$@
 
 $$(BUILD)/test_%_$(1)d: tests/test_%.c $$(wildcard tests/*.h) $$(HEADERS) $$(OBJECTS_$(1)) $$(BUILD)/flags
 	$$(building) $$(CC) $$(DEV) -DPD_DIM=$(1) -Isrc -Itests $$< $$(OBJECTS_$(1)) -o $$@ $$(LIBS)

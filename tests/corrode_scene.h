@@ -1,7 +1,7 @@
 /* Scenes of the tests of bond-based corrosion: metal of the 304 pencil electrode in a box. */
 #ifndef CORRODE_SCENE_H
 #define CORRODE_SCENE_H
-#include "march.h"
+#include "metal/march.h"
 #include "test.h"
 
 #define CS 143e3     /* [mol/m3] */

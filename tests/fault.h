@@ -2,7 +2,7 @@
  * it is told; and the sweep over all calls of a piece of work. */
 #ifndef FAULT_H
 #define FAULT_H
-#include "base.h"
+#include "core/base.h"
 #include "test.h"
 #include <stdlib.h>
 

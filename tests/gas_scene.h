@@ -2,7 +2,7 @@
 #ifndef GAS_SCENE_H
 #define GAS_SCENE_H
 #include "test.h"
-#include "gas.h"
+#include "flow/gas.h"
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>

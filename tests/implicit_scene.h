@@ -1,7 +1,7 @@
 /* implicit_scene: the objects of a flow in time that is implicit, from descs to the solver. */
 #ifndef IMPLICIT_SCENE_H
 #define IMPLICIT_SCENE_H
-#include "implicit.h"
+#include "flow/implicit.h"
 #include "test.h"
 
 typedef struct scene {

@@ -2,7 +2,7 @@
  * behind `#define _XOPEN_SOURCE 700`. */
 #ifndef SCENE_FILE_H
 #define SCENE_FILE_H
-#include "run.h"
+#include "run/run.h"
 #include "test.h"
 #include <stdlib.h>
 #include <unistd.h>

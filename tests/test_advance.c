@@ -1,7 +1,7 @@
 /* test_advance: transport in time of second order, against closed forms.
  * dims: 1 2 */
 #include "test.h"
-#include "advance.h"
+#include "transport/advance.h"
 #include <math.h>
 #include <string.h>
 

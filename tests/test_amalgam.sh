@@ -4,16 +4,17 @@
 tool=$build/amalgamate
 cd "$dir" || exit 1
 
-# A library of three modules on two floors.
+# A library of three modules in two rooms.
 fresh() {
     rm -rf src one.h one.h.new
-    mkdir src
-    printf '# floor module\n0 config\n0 low\n1 high\n' > src/MODULES
-    printf '/* config: switches. */\n#define PD_VERSION "9.8.7"\n' > src/config.h
-    printf '/* low: the floor below. */\n#include "config.h"\n#include <math.h>\nint low;\n' > src/low.h
-    printf '/* low: see low.h */\n#include "low.h"\nint low = 1;\n' > src/low.c
-    printf '/* high: the floor above. */\n#include "low.h"\nint high;\n' > src/high.h
-    printf '/* high: see high.h */\n#include "high.h"\n#include <stdio.h>\n  int  high = 2;  /* kept */\n' > src/high.c
+    mkdir -p src/cellar src/attic
+    printf '# room modules\ncellar config low\nattic high\n' > src/MODULES
+    printf '/* config: switches. */\n#define PD_VERSION "9.8.7"\n' > src/cellar/config.h
+    printf '/* low: the floor below. */\n#include "cellar/config.h"\n#include <math.h>\nint low;\n' > src/cellar/low.h
+    printf '/* low: see low.h */\n#include "cellar/low.h"\nint low = 1;\n' > src/cellar/low.c
+    printf '/* high: the floor above. */\n#include "cellar/low.h"\nint high;\n' > src/attic/high.h
+    printf '/* high: see high.h */\n#include "attic/high.h"\n' > src/attic/high.c
+    printf '#include <stdio.h>\n  int  high = 2;  /* kept */\n' >> src/attic/high.c
     printf 'Licence text\n' > LICENCE
     : > log
 }
@@ -33,60 +34,67 @@ fresh
 check "writes" tool
 check "leaves nothing aside" [ ! -e one.h.new ]
 check "names the version" grep -q 'pdcorr 9.8.7' one.h
-check "lists the contents" grep -q '^ \*   low  *the floor below.$' one.h
+check "lists the contents" grep -q '^ \*     low  *the floor below.$' one.h
 check "drops local includes" [ "$(grep -c '^#include "' one.h)" = 0 ]
 check "keeps system includes" [ "$(grep -c '^#include <' one.h)" = 2 ]
 check "keeps lines as they are" grep -qx '  int  high = 2;  /\* kept \*/' one.h
-check "keeps the order" [ "$(line_of '>>low.h')" -lt "$(line_of '>>high.h')" ]
-check "puts sources after headers" [ "$(line_of '>>high.h')" -lt "$(line_of '>>low.c')" ]
+check "keeps the order" [ "$(line_of '>>cellar/low.h')" -lt "$(line_of '>>attic/high.h')" ]
+check "puts sources after headers" [ "$(line_of '>>attic/high.h')" -lt "$(line_of '>>cellar/low.c')" ]
 check "carries the licence" grep -q '^ \* Licence text$' one.h
 check "is fresh" tool --check
 cp one.h before.h
 check "writes again" tool
 check "the same bytes" cmp -s before.h one.h
-echo '/* more */' >> src/high.c
+echo '/* more */' >> src/attic/high.c
 check "notices a change" sh -c '! "$0" --check src LICENCE one.h > log 2>&1 && grep -q stale log' "$tool"
 check "does not mend it by itself" cmp -s before.h one.h
 
 fresh
 check "nothing to compare with" refuses 'not found; run' --check
-printf '#include "high.h"\n' >> src/low.c
+printf '#include "attic/high.h"\n' >> src/cellar/low.c
 check "a source reaches up" sh -c '! "$0" --rules src LICENCE one.h > log 2>&1' "$tool"
 check "and is told so" grep -q 'include cycle: low -> high -> low' log
 fresh
-printf '/* low: the floor below. */\n#include "high.h"\n' > src/low.h
-printf '/* high: the floor above. */\n' > src/high.h
-printf '/* high: see high.h */\n#include "high.h"\n' > src/high.c
-check "a header reaches up" refuses 'low (floor 0) reaches up: it includes high (floor 1)'
+printf '/* low: the floor below. */\n#include "attic/high.h"\n' > src/cellar/low.h
+printf '/* high: the floor above. */\n' > src/attic/high.h
+printf '/* high: see high.h */\n#include "attic/high.h"\n' > src/attic/high.c
+check "a header reaches up" refuses 'cellar/low reaches up: it includes attic/high'
 fresh
-printf '#include "high.h"\n' >> src/config.h
+printf '#include "attic/high.h"\n' >> src/cellar/config.h
 check "a long cycle" refuses 'include cycle: config -> high -> low -> config'
 fresh
-printf '#include "low.h"\n' >> src/low.h
+printf '#include "cellar/low.h"\n' >> src/cellar/low.h
 check "a header includes itself" refuses 'low.h includes itself'
 fresh
-: > src/stray.c
+: > src/attic/stray.c
 check "a file without module" refuses 'stray.c: no module'
 fresh
-printf '#include "foreign.h"\n' >> src/high.c
+mkdir src/shed
+: > src/shed/low.c
+check "a module in another room" refuses 'shed/low.c: no module'
+fresh
+: > src/stray.c
+check "a file outside of the rooms" refuses 'stray.c: no module'
+fresh
+printf '#include "foreign.h"\n' >> src/attic/high.c
 check "an unknown include" refuses 'high.c includes "foreign.h"'
 fresh
-rm src/high.h
+rm src/attic/high.h
 check "a module without header" refuses 'high.h: not found'
 fresh
-printf '0 late\n' >> src/MODULES
-check "floors out of order" refuses 'late (floor 0) stands below'
+printf 'attic late\n' >> src/MODULES
+check "a module without a file" refuses 'attic/late.h: not found'
 fresh
-printf '1 low\n' >> src/MODULES
+printf 'attic low\n' >> src/MODULES
 check "listed twice" refuses 'low is listed twice'
 fresh
-printf 'int tail;' >> src/high.c
+printf 'int tail;' >> src/attic/high.c
 check "no newline at the end" refuses 'does not end with a newline'
 fresh
-printf 'int low;\n' > src/low.h
+printf 'int low;\n' > src/cellar/low.h
 check "no first comment" refuses 'first line has to begin'
 fresh
-rm src/low.c
+rm src/cellar/low.c
 check "a module of a header alone" tool
 
 score

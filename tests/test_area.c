@@ -1,6 +1,6 @@
 /* area: interface area of lattice bonds.
  * dims: 1 2 3 */
-#include "area.h"
+#include "lattice/area.h"
 #include "test.h"
 #include <stdlib.h>
 

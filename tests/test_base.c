@@ -1,9 +1,9 @@
 /* base, vec, par: the failure path, the allocator and its limit, dense solves, ordered sums.
  * dims: 1 2 3 */
-#include "base.h"
-#include "par.h"
+#include "core/base.h"
+#include "core/par.h"
 #include "test.h"
-#include "vec.h"
+#include "core/vec.h"
 #include <float.h>
 #include <stdlib.h>
 

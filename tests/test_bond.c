@@ -1,6 +1,6 @@
 /* bond: openness, tightness of thin walls, updates, wall coefficients, cut points, memory faults.
  * dims: 1 2 3 */
-#include "bond.h"
+#include "lattice/bond.h"
 #include "test.h"
 #include <stdlib.h>
 

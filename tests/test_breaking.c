@@ -1,8 +1,8 @@
 /* Mechanical bonds that break at random: the law of their damage, fronts, amounts, seeds, threads, implicit steps.
  * dims: 1 2 3 */
 #include "corrode_scene.h"
-#include "damage.h"
-#include "recede.h"
+#include "metal/damage.h"
+#include "metal/recede.h"
 
 /* ---- bonds ---- */
 

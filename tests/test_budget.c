@@ -2,7 +2,7 @@
  * dims: 1 2 3 */
 #define _XOPEN_SOURCE 700
 #include "scene_file.h"
-#include "budget.h"
+#include "run/budget.h"
 
 /* Scenes of the examples, of every sort of physics; tests run in the root of the repository. */
 typedef struct example {

@@ -3,8 +3,9 @@
  * dims: 2 3 */
 #define _XOPEN_SOURCE 700
 #include "checkpoint_scene.h"
-#include "checkpoint.h"
-#include "deflate.h"
+#include "io/store.h"
+#include "run/checkpoint.h"
+#include "io/deflate.h"
 #include <signal.h>
 #include <sys/resource.h>
 

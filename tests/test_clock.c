@@ -1,7 +1,7 @@
 /* clock: what follows time: walls, inlets, forces, held and entering concentrations, against closed forms; laws whose
  * steps see them.
  * dims: 2 */
-#include "couple.h"
+#include "couple/couple.h"
 #include "test.h"
 #include <complex.h>
 

@@ -1,7 +1,7 @@
 /* couple: a pin that dissolves in a flow: ledger, sections, threads, step size, memory, local updates, units,
  * geometries at random.
  * dims: 2 3 */
-#include "couple.h"
+#include "couple/couple.h"
 #include "test.h"
 #include <stdlib.h>
 

@@ -1,5 +1,5 @@
 /* curve: exact at the points, monotone on hostile data, third order on smooth data, what is refused. */
-#include "curve.h"
+#include "scene/curve.h"
 #include "test.h"
 #include <float.h>
 

@@ -1,6 +1,6 @@
 /* test_diffusion: conductances beside walls, between materials, and to held walls.
  * dims: 1 2 3 */
-#include "settle.h"
+#include "transport/settle.h"
 #include "test.h"
 #include <math.h>
 #include <string.h>

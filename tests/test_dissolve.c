@@ -1,6 +1,6 @@
 /* dissolve: speed of fronts of every shape, saturation, exact amounts, walls, small and empty solids.
  * dims: 2 3 */
-#include "couple.h"
+#include "couple/couple.h"
 #include "test.h"
 #include <stdlib.h>
 

@@ -1,9 +1,9 @@
 /* What a step costs varies smoothly with the horizon, the ratio of spacings, the cell Peclet and the Reynolds number:
  * iterations of neighbouring cases are within a bounded ratio. A bar stands in a channel.
  * dims: 2 */
-#include "steady.h"
+#include "flow/steady.h"
 #include "test.h"
-#include "transport.h"
+#include "transport/transport.h"
 
 #define NU 1e-6  /* [m2/s] */
 #define CELLS 16 /* across the channel */

@@ -1,5 +1,5 @@
 /* units and expr: values against closed forms and the C library, dimensions, messages, hostile text. */
-#include "expr.h"
+#include "scene/expr.h"
 #include "fault.h"
 
 typedef struct sample {

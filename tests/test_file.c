@@ -1,7 +1,7 @@
 /* file, csv, progress: complete files or none, paths, numbers, tables, the progress line. dims: 2 */
-#include "csv.h"
-#include "file.h"
-#include "progress.h"
+#include "io/csv.h"
+#include "io/file.h"
+#include "io/progress.h"
 #include "fault.h"
 #include <locale.h>
 

@@ -2,7 +2,7 @@
  * dims: 1 */
 #define _XOPEN_SOURCE 700
 #include "fault.h"
-#include "fit.h"
+#include "run/fit.h"
 #include "scene_file.h"
 
 /* A slab of 32 um that recedes by v from one side: the loss is v t/(32 um), on every lattice. */

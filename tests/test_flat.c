@@ -1,8 +1,8 @@
 /* flat: every key of the flat parameter file, in 2D and 3D, and what overrides do to it.
  * dims: 2 3 */
 #define _XOPEN_SOURCE 700
-#include "model.h"
-#include "scene.h"
+#include "run/model.h"
+#include "scene/scene.h"
 #include "test.h"
 #include <stdlib.h>
 #include <unistd.h>

@@ -1,6 +1,6 @@
 /* flow: exact discrete solutions, conservation through sections, linearisation, faults.
  * dims: 2 3 */
-#include "product.h"
+#include "flow/product.h"
 #include "test.h"
 #include <stdlib.h>
 

@@ -1,7 +1,7 @@
 /* test_force: friction and pressure on walls against closed forms; the balance of a box against both.
  * dims: 2 3 */
-#include "force.h"
-#include "steady.h"
+#include "flow/force.h"
+#include "flow/steady.h"
 #include "test.h"
 #include <math.h>
 #include <string.h>

@@ -1,7 +1,7 @@
 /* front: the speed that weights give a flat front, on any spacings; continuum coefficients; figures of a paper.
  * dims: 1 2 3 */
-#include "front.h"
-#include "material.h"
+#include "metal/front.h"
+#include "metal/material.h"
 #include "test.h"
 
 typedef struct scene {

@@ -1,7 +1,7 @@
 /* test_ghost: periodic and mirror sides in any combination: kinds, images, signs, and what operators make of them.
  * dims: 1 2 3 */
 #include "test.h"
-#include "op.h"
+#include "lattice/op.h"
 #include <math.h>
 #include <string.h>
 

@@ -1,6 +1,6 @@
 /* grain: Voronoi grains and the fraction of their boundaries.
  * dims: 2 3 */
-#include "grain.h"
+#include "metal/grain.h"
 #include "test.h"
 #include <stdlib.h>
 

@@ -1,6 +1,6 @@
 /* grid: numbering, kinds, ghosts, dissolving nodes, refused input.
  * dims: 1 2 3 */
-#include "grid.h"
+#include "lattice/grid.h"
 #include "test.h"
 
 #define H 0.25

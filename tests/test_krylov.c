@@ -1,6 +1,6 @@
 /* krylov: GMRES, BiCGStab and CG against closed forms of small systems.
  * dims: 2 */
-#include "../src/krylov.h"
+#include "solve/krylov.h"
 #include "fault.h"
 
 #define PI 3.14159265358979323846

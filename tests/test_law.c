@@ -1,7 +1,7 @@
 /* law: speeds behind a film against closed forms and crossings found by bisection in fine steps; lines that meet laws
  * of every kind.
  * dims: 1 */
-#include "law.h"
+#include "metal/law.h"
 #include "test.h"
 #include <math.h>
 

@@ -1,7 +1,7 @@
 /* test_measure: figures through planes, from walls and metal, and in boxes, against closed forms and balances.
  * dims: 2 3 */
-#include "measure.h"
-#include "settle.h"
+#include "couple/measure.h"
+#include "transport/settle.h"
 #include "test.h"
 #include <math.h>
 #include <string.h>

@@ -3,12 +3,12 @@
 #define _XOPEN_SOURCE 700
 #include "fault.h"
 #include "scene_file.h"
-#include "estimate.h"
-#include "gas.h"
-#include "picture.h"
-#include "plot.h"
-#include "png.h"
-#include "vti.h"
+#include "run/estimate.h"
+#include "flow/gas.h"
+#include "io/picture.h"
+#include "io/plot.h"
+#include "io/png.h"
+#include "io/vti.h"
 #include <dirent.h>
 
 /* Calls that fail one by one, and the stride behind them. */

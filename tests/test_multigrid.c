@@ -1,7 +1,7 @@
 /* multigrid: iteration counts of the preconditioned Krylov solvers and properties of the cycle.
  * dims: 1 2 3
  * The operator is written a second time here, in double precision, straight from its formula. */
-#include "../src/krylov.h"
+#include "solve/krylov.h"
 #include "multigrid.h"
 
 /* y = A x on the padded lattice; the ghosts of y are left alone. */

@@ -1,6 +1,6 @@
 /* op: exactness, conservation, symmetry, maximum principle, both paths, threads, units.
  * dims: 1 2 3 */
-#include "op.h"
+#include "lattice/op.h"
 #include "test.h"
 #include <stdlib.h>
 

@@ -1,5 +1,5 @@
 /* A machine that is simulated: loops of known length, and a program beside that takes time slices. dims: 2 */
-#include "pace.h"
+#include "core/pace.h"
 #include "test.h"
 
 typedef struct machine {

@@ -1,12 +1,12 @@
 /* png: deflate and inflate against streams of zlib, images there and back, damaged files, pictures and plots. */
 /* dims: 2 */
-#include "axis.h"
-#include "colour.h"
-#include "deflate.h"
-#include "inflate.h"
-#include "file.h"
-#include "picture.h"
-#include "plot.h"
+#include "io/axis.h"
+#include "io/colour.h"
+#include "io/deflate.h"
+#include "io/inflate.h"
+#include "io/file.h"
+#include "io/picture.h"
+#include "io/plot.h"
 #include "fault.h"
 
 #define DIRECTORY "build/files_of_test_png"

@@ -2,11 +2,11 @@
  * dims: 2 3 */
 #define _XOPEN_SOURCE 700
 #include "fault.h"
-#include "model.h"
-#include "scene.h"
+#include "run/model.h"
+#include "scene/scene.h"
 #include "scene_file.h"
-#include "twin.h"
-#include "vti.h"
+#include "run/twin.h"
+#include "io/vti.h"
 
 #if PD_DIM == 2
 #define VALUES(a) a ", " a

@@ -1,6 +1,6 @@
 /* recede: the pencil electrode at hundreds of times the explicit step, amounts, bounds, threads.
  * dims: 1 2 3 */
-#include "recede.h"
+#include "metal/recede.h"
 #include "corrode_scene.h"
 
 static const double pencil_times[3] = {10.0, 100.0, 300.0};

@@ -1,13 +1,13 @@
 /* ring: axisymmetric operators up to the axis, conservation, order, flow in tubes and between them, diffusion,
  * dissolution with the volumes of rings.
  * dims: 2 */
-#include "advance.h"
-#include "couple.h"
-#include "force.h"
-#include "implicit.h"
-#include "op.h"
-#include "settle.h"
-#include "steady.h"
+#include "transport/advance.h"
+#include "couple/couple.h"
+#include "flow/force.h"
+#include "flow/implicit.h"
+#include "lattice/op.h"
+#include "transport/settle.h"
+#include "flow/steady.h"
 #include "test.h"
 #include <stdlib.h>
 

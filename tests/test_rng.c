@@ -1,6 +1,6 @@
 /* rng: known answers and statistics of the counter-based random numbers.
  * dims: 2 */
-#include "rng.h"
+#include "core/rng.h"
 #include "test.h"
 
 /* Known-answer vectors of philox4x32 with 10 rounds, published with Random123 (kat_vectors). */

@@ -1,10 +1,10 @@
 /* sample: probes and lines beside walls, on surfaces, at sides, and as metal dissolves.
  * dims: 1 2 3 */
 #define _XOPEN_SOURCE 700
-#include "monitor.h"
-#include "sample.h"
+#include "run/monitor.h"
+#include "run/sample.h"
 #include "scene_file.h"
-#include "settle.h"
+#include "transport/settle.h"
 #include <math.h>
 
 static pd_ctx ctx;

@@ -1,8 +1,8 @@
 /* scene, sketch, inlet, model, run: every section of a scene, what is built from it, the files of a run.
  * dims: 1 2 3 */
 #define _XOPEN_SOURCE 700
-#include "output.h"
-#include "png.h"
+#include "run/output.h"
+#include "io/png.h"
 #include "scene_file.h"
 
 #if PD_DIM == 2

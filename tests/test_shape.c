@@ -1,7 +1,7 @@
 /* shape: signed distances and set operations.
  * dims: 1 2 3 */
-#include "rng.h"
-#include "shape.h"
+#include "core/rng.h"
+#include "lattice/shape.h"
 #include "test.h"
 
 static pd_shape none(void)

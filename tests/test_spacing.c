@@ -1,8 +1,8 @@
 /* Lattices with unequal spacings, up to 1000 to 1 along any axis: flow between plates, gradients beside walls, work.
  * dims: 2 3 */
-#include "couple.h"
-#include "op.h"
-#include "steady.h"
+#include "couple/couple.h"
+#include "lattice/op.h"
+#include "flow/steady.h"
 #include "test.h"
 #include <float.h>
 #include <stdlib.h>

@@ -1,6 +1,6 @@
 /* squares: least squares against certified values (NIST StRD), closed forms, bounds, noise, failures.
  * dims: 2 */
-#include "squares.h"
+#include "solve/squares.h"
 #include "test.h"
 #include <math.h>
 #include <string.h>

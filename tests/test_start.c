@@ -2,7 +2,7 @@
  * dims: 1 2 3 */
 #include "test.h"
 #include "implicit_scene.h"
-#include "par.h"
+#include "core/par.h"
 #include <math.h>
 #include <string.h>
 

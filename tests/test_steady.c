@@ -1,6 +1,6 @@
 /* steady: convergence from rest, flux through sections, exact profiles, re-solves, threads.
  * dims: 2 3 */
-#include "steady.h"
+#include "flow/steady.h"
 #include "test.h"
 #include <stdlib.h>
 

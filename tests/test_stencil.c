@@ -1,6 +1,6 @@
 /* stencil: family sizes, patch tests, printed weights, symmetries and paths, against closed forms.
  * dims: 1 2 3 */
-#include "stencil.h"
+#include "lattice/stencil.h"
 #include "test.h"
 
 static int build(pd_ctx *ctx, double m, const double *h, pd_weights weights, pd_stencil *s)

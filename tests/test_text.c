@@ -1,5 +1,5 @@
 /* text: the reading rule, typed values, overrides, messages with file and line, hostile files. */
-#include "text.h"
+#include "scene/text.h"
 #include "test.h"
 #include <stdlib.h>
 

@@ -1,8 +1,8 @@
 /* transport: diffusion and advection against exact solutions, conservation, bounds, limits of the explicit step.
  * dims: 1 2 3 */
-#include "steady.h"
+#include "flow/steady.h"
 #include "test.h"
-#include "transport.h"
+#include "transport/transport.h"
 #include <stdlib.h>
 
 #define PI 3.14159265358979323846

@@ -1,8 +1,8 @@
 /* twin, estimate, accuracy: what a coarser lattice can hold, what its planes stand for, which spacing an estimate asks
  * for, and which settings follow from a wanted accuracy. Whole runs: estimate.sh.
  * dims: 2 */
-#include "accuracy.h"
-#include "estimate.h"
+#include "run/accuracy.h"
+#include "run/estimate.h"
 #include "test.h"
 #include <stdlib.h>
 

@@ -1,8 +1,8 @@
 /* test_unsteady: weakly compressible flow in time, against closed forms.
  * dims: 1 2 */
 #include "test.h"
-#include "unsteady.h"
-#include "par.h"
+#include "flow/unsteady.h"
+#include "core/par.h"
 #include <math.h>
 #include <string.h>
 

@@ -3,8 +3,8 @@
  * dims: 1 2 3 */
 #define _XOPEN_SOURCE 700
 #include "scene_file.h"
-#include "budget.h"
-#include "model.h"
+#include "run/budget.h"
+#include "run/model.h"
 
 #if PD_DIM == 1
 #define ACROSS(range)

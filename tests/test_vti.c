@@ -1,8 +1,8 @@
 /* vti: the bytes of ImageData files, PVD collections. (vtk_reader.sh opens such files with VTK itself.) */
 /* dims: 1 2 3 */
-#include "file.h"
+#include "io/file.h"
 #include "test.h"
-#include "vti.h"
+#include "io/vti.h"
 #include <stdlib.h>
 
 #define TEXT2(x) #x

@@ -2,11 +2,11 @@
  *
  *   amalgamate [--check | --rules] [--skip-missing] SRC LICENSE OUT
  *
- * SRC/MODULES lists `floor module` in order. The output is: banner with contents, every header in order, and under
- * PDCORR_IMPLEMENTATION every .c in order. Files are copied as they are; only the lines that include another module
- * are left out. Refused: include cycles, a module that includes a later one, files of SRC that no module owns, a
- * module without header. --check compares with OUT instead of writing it, --rules stops after the refusals,
- * --skip-missing passes over modules that have no header yet.
+ * A line of SRC/MODULES names a room, which is a folder of SRC, and its modules in order. The output is: banner with
+ * contents, every header in order, and under PDCORR_IMPLEMENTATION every .c in order. Files are copied as they are;
+ * only the lines that include another module are left out. Refused: include cycles, a module that includes a later
+ * one, files of SRC that no module owns, a module without header. --check compares with OUT instead of writing it,
+ * --rules stops after the refusals, --skip-missing passes over modules that have no header yet.
  */
 #define _POSIX_C_SOURCE 200809L
 #include <ctype.h>
@@ -22,7 +22,8 @@
 
 typedef struct module {
     char name[NAME_SIZE];
-    int floor;
+    char room[NAME_SIZE];
+    char path[2 * NAME_SIZE]; /* room/name */
     char *header, *source; /* texts; NULL: no such file */
     char uses[MAX_MODULES]; /* 1: a file of this module includes that module */
     int seen; /* of the cycle search: 1 on the path, 2 finished */
@@ -101,6 +102,13 @@ static int find_module(const char *name, size_t size)
     return -1;
 }
 
+static int find_path(const char *path, size_t size)
+{
+    for (int k = 0; k < module_count; k++)
+        if (strlen(modules[k].path) == size && memcmp(modules[k].path, path, size) == 0) return k;
+    return -1;
+}
+
 /* 1 when the line is `#include "file"`. */
 static int local_include(const char *line, const char **file, size_t *size)
 {
@@ -116,6 +124,24 @@ static int local_include(const char *line, const char **file, size_t *size)
     return 1;
 }
 
+static void add_module(const char *src, const char *room, const char *name, int skip_missing)
+{
+    char path[PATH_SIZE];
+    if (find_module(name, strlen(name)) >= 0) die("%s/MODULES: %s is listed twice", src, name);
+    if (module_count == MAX_MODULES) die("%s/MODULES: more than %d modules", src, MAX_MODULES);
+    module *m = &modules[module_count];
+    snprintf(path, sizeof path, "%s/%s/%s.h", src, room, name);
+    m->header = read_text(path);
+    if (!m->header && skip_missing) return;
+    if (!m->header) die("%s: not found, but MODULES lists %s", path, name);
+    snprintf(path, sizeof path, "%s/%s/%s.c", src, room, name);
+    m->source = read_text(path);
+    strcpy(m->name, name);
+    strcpy(m->room, room);
+    snprintf(m->path, sizeof m->path, "%s/%s", room, name);
+    module_count++;
+}
+
 static void read_modules(const char *src, int skip_missing)
 {
     char path[PATH_SIZE];
@@ -123,39 +149,37 @@ static void read_modules(const char *src, int skip_missing)
     const char *line = read_text(path);
     if (!line) die("%s: not found", path);
     for (; *line; line = next_line(line)) {
-        int floor;
-        char name[NAME_SIZE];
+        char room[NAME_SIZE], name[NAME_SIZE];
+        int size;
         if (*line == '#' || *line == '\n') continue;
-        if (sscanf(line, "%d %47s", &floor, name) != 2)
-            die("%s: expected `floor module`, found '%.*s'", path, (int)strcspn(line, "\n"), line);
-        if (find_module(name, strlen(name)) >= 0) die("%s: %s is listed twice", path, name);
-        if (module_count && floor < modules[module_count - 1].floor)
-            die("%s: %s (floor %d) stands below a module of a higher floor", path, name, floor);
-        if (module_count == MAX_MODULES) die("%s: more than %d modules", path, MAX_MODULES);
-        module *m = &modules[module_count];
-        snprintf(path, sizeof path, "%s/%s.h", src, name);
-        m->header = read_text(path);
-        if (!m->header && skip_missing) continue;
-        if (!m->header) die("%s: not found, but MODULES lists %s", path, name);
-        snprintf(path, sizeof path, "%s/%s.c", src, name);
-        m->source = read_text(path);
-        strcpy(m->name, name);
-        m->floor = floor;
-        module_count++;
+        const char *at = line, *end = line + strcspn(line, "\n");
+        for (int k = 0; at < end && sscanf(at, " %47s%n", k ? name : room, &size) == 1; k++) {
+            at += size;
+            if (at > end) break;
+            if (k) add_module(src, room, name, skip_missing);
+        }
     }
     if (!module_count) die("%s: lists no module", path);
 }
 
-static void refuse_unowned_files(const char *src)
+/* Files of a room, or of SRC itself, which holds rooms and MODULES. */
+static void refuse_unowned_files(const char *src, const char *room)
 {
-    DIR *dir = opendir(src);
-    if (!dir) die("%s: cannot be listed", src);
+    char path[PATH_SIZE];
+    snprintf(path, sizeof path, *room ? "%s/%s" : "%s", src, room);
+    DIR *dir = opendir(path);
+    if (!dir) die("%s/%s: no module of MODULES owns this file", src, room);
     for (struct dirent *entry = readdir(dir); entry; entry = readdir(dir)) {
         const char *name = entry->d_name, *dot = strrchr(name, '.');
-        if (name[0] == '.' || strcmp(name, "MODULES") == 0) continue;
+        if (name[0] == '.' || (!*room && strcmp(name, "MODULES") == 0)) continue;
+        if (!*room) {
+            refuse_unowned_files(src, name);
+            continue;
+        }
         int is_code = dot && (strcmp(dot, ".h") == 0 || strcmp(dot, ".c") == 0);
-        if (!is_code || find_module(name, (size_t)(dot - name)) < 0)
-            die("%s/%s: no module of MODULES owns this file", src, name);
+        int owner = is_code ? find_module(name, (size_t)(dot - name)) : -1;
+        if (owner < 0 || strcmp(modules[owner].room, room) != 0)
+            die("%s/%s: no module of MODULES owns this file", path, name);
     }
     closedir(dir);
 }
@@ -166,7 +190,7 @@ static void note_uses(module *m, const char *data, const char *ending)
         const char *file;
         size_t size;
         if (!local_include(line, &file, &size)) continue;
-        int used = size > 2 && memcmp(file + size - 2, ".h", 2) == 0 ? find_module(file, size - 2) : -1;
+        int used = size > 2 && memcmp(file + size - 2, ".h", 2) == 0 ? find_path(file, size - 2) : -1;
         if (used < 0) die("%s%s includes \"%.*s\", which no module owns", m->name, ending, (int)size, file);
         if (&modules[used] != m) m->uses[used] = 1;
         else if (ending[1] == 'h') die("%s.h includes itself", m->name);
@@ -200,8 +224,8 @@ static void refuse_reaching_up(void)
     for (int k = 0; k < module_count; k++)
         for (int used = k + 1; used < module_count; used++)
             if (modules[k].uses[used])
-                die("%s (floor %d) reaches up: it includes %s (floor %d), which stands later in MODULES",
-                    modules[k].name, modules[k].floor, modules[used].name, modules[used].floor);
+                die("%s reaches up: it includes %s, which stands later in MODULES", modules[k].path,
+                    modules[used].path);
 }
 
 /* The version, from the line #define PD_VERSION "..." of config.h. */
@@ -253,7 +277,7 @@ static void append_banner(text *out)
         " *   need another library, a mesh, a graphics card or MPI;",
         " *   share a context between threads of the caller: one context a thread.",
         " *",
-        " * CONTENTS (search for >> and the file name, for example >>config.h)",
+        " * CONTENTS (search for >> and the file name, for example >>core/config.h)",
     };
     char version[32], about[128];
     find_version(version, sizeof version);
@@ -261,16 +285,17 @@ static void append_banner(text *out)
     append_line(out, " * MIT licence, see the end of this file.");
     for (size_t k = 0; k < sizeof lines / sizeof lines[0]; k++) append_line(out, "%s", lines[k]);
     for (int k = 0; k < module_count; k++) {
+        if (!k || strcmp(modules[k].room, modules[k - 1].room) != 0) append_line(out, " *   %s/", modules[k].room);
         describe(&modules[k], about, sizeof about);
-        append_line(out, " *   %-10s %s", modules[k].name, about);
+        append_line(out, " *     %-10s %s", modules[k].name, about);
     }
     append_line(out, " */");
 }
 
 static void append_file(text *out, const module *m, const char *data, const char *ending)
 {
-    char tag[NAME_SIZE + 8];
-    snprintf(tag, sizeof tag, ">>%s%s", m->name, ending);
+    char tag[2 * NAME_SIZE + 8];
+    snprintf(tag, sizeof tag, ">>%s%s", m->path, ending);
     append_line(out, "\n/* ======== %s ======== */", tag);
     for (const char *line = data; *line; line = next_line(line)) {
         const char *file;
@@ -348,7 +373,7 @@ int main(int argc, char **argv)
     }
     if (names != 3) die("usage: amalgamate [--check | --rules] [--skip-missing] SRC LICENSE OUT");
     read_modules(name[0], skip_missing);
-    refuse_unowned_files(name[0]);
+    refuse_unowned_files(name[0], "");
     for (int k = 0; k < module_count; k++) {
         note_uses(&modules[k], modules[k].header, ".h");
         note_uses(&modules[k], modules[k].source, ".c");

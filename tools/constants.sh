@@ -16,7 +16,7 @@ flags='-std=c99 -O2 -ffp-contract=off -DPDI_SPLIT -DPD_DIM=2'
 
 # "module|NAME|value" of all constants of src/.
 constants() {
-    for file in src/*.h src/*.c; do
+    for file in src/*/*.h src/*/*.c; do
         module=$(basename "${file%.*}")
         sed -n 's/^ *# *define \(PDI\{0,1\}_[A-Z0-9_]*\) \{1,\}\([-+(]*[0-9.].*\)$/\1|\2/p' "$file" |
             sed -e 's/ *\/\*.*//' -e "s/^PDI\{0,1\}_/$module|/"
@@ -48,7 +48,7 @@ agree() {
 # build FOLDER: the objects and the program `work` of the sources in FOLDER/src, all or those named in FOLDER/changed.
 build() {
     for file in $(cat "$1/changed"); do
-        $cc $flags -c "$1/src/$file.c" -o "$1/obj/$file.o" || return 1
+        $cc $flags -I"$1/src" -c "$1"/src/*/"$file.c" -o "$1/obj/$file.o" || return 1
     done
     $cc $flags -DPDI_INTERNAL -I"$1/src" tests/constants/work.c "$1"/obj/*.o -o "$1/work" -lm
 }
@@ -57,7 +57,7 @@ prepare() {
     rm -rf "$out"
     mkdir -p "$out/base/obj"
     cp -r src "$out/base/src"
-    for file in src/*.c; do basename "$file" .c; done > "$out/base/changed"
+    for file in src/*/*.c; do basename "$file" .c; done > "$out/base/changed"
     build "$out/base" && OMP_NUM_THREADS=1 "$out/base/work" tests/constants/*.scene > "$out/base/work.log"
 }
 
@@ -85,8 +85,8 @@ sweep() {
         mkdir "$folder"
         cp -r "$out/base/src" "$out/base/obj" "$folder"
         changed=$(other "$value" $factor)
-        sed -i "s/^\( *# *define PDI\{0,1\}_$name \{1,\}\)[-+(]*[0-9.][^ ]*/\1$changed/" "$folder/src/$module".[ch]
-        if grep -q "define PDI\{0,1\}_$name " "$folder/src/$module.c" 2> /dev/null; then echo "$module"
+        sed -i "s/^\( *# *define PDI\{0,1\}_$name \{1,\}\)[-+(]*[0-9.][^ ]*/\1$changed/" "$folder"/src/*/"$module".[ch]
+        if grep -q "define PDI\{0,1\}_$name " "$folder"/src/*/"$module.c" 2> /dev/null; then echo "$module"
         else cat "$out/base/changed"; fi > "$folder/changed"
         build "$folder" || return 1
         OMP_NUM_THREADS=1 timeout 100 "$folder/work" tests/constants/*.scene > "$folder/work.log" 2> "$folder/err"

@@ -349,6 +349,13 @@ static void split_lines(source *s)
     if (*at) complain(s, s->lines, "the file does not end with a newline");
 }
 
+/* The name of a file without its folders. */
+static const char *name_of(const char *path)
+{
+    const char *last = strrchr(path, '/');
+    return last ? last + 1 : path;
+}
+
 static void check_file(const char *path)
 {
     source s;
@@ -365,7 +372,7 @@ static void check_file(const char *path)
         s.is_header = ends(path, ".h");
         s.is_code = s.is_header || ends(path, ".c") || ends(path, ".sh");
         if (starts(path, "src/") && (s.is_header || ends(path, ".c")))
-            snprintf(s.module, sizeof s.module, "%.*s", (int)strlen(path) - 6, path + 4);
+            snprintf(s.module, sizeof s.module, "%.*s", (int)strlen(name_of(path)) - 2, name_of(path));
         split_lines(&s);
         check_text(&s);
         if (s.is_code) check_code(&s);

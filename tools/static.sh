@@ -15,9 +15,9 @@ for tool in "$@"; do
         # (compilers, sanitizers and valgrind look for them).
         cppcheck) cppcheck --quiet --std=c99 --enable=warning,portability,performance --inline-suppr \
             --suppress=memsetClassFloat --suppress=uninitvar --suppress=ctuuninitvar --error-exitcode=1 -DPD_DIM=$dim \
-            -DPDI_SPLIT -UPDCORR_IMPLEMENTATION -U_WIN32 -U_OPENMP src || found=1 ;;
+            -DPDI_SPLIT -UPDCORR_IMPLEMENTATION -U_WIN32 -U_OPENMP -Isrc src || found=1 ;;
         # One file at a time: what it knows of va_list spills over from one to the next (clang-tidy 14).
-        clang-tidy) for file in src/*.c; do
+        clang-tidy) for file in src/*/*.c; do
                 clang-tidy --quiet "$file" -- -std=c99 -DPD_DIM=$dim -DPDI_SPLIT -Isrc 2> /dev/null || found=1
             done ;;
         esac

@@ -4,9 +4,9 @@
  *   work SCENE...
  *   work name=pin steps=13 work=2326 loss=0.315126350 u=0.811 c=0.712
  */
-#include "figures.h"
-#include "model.h"
-#include "scene.h"
+#include "run/figures.h"
+#include "run/model.h"
+#include "scene/scene.h"
 #include <math.h>
 #include <stdio.h>
 #include <string.h>

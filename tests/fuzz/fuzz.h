@@ -2,13 +2,13 @@
 #ifndef FUZZ_H
 #define FUZZ_H
 #define _XOPEN_SOURCE 700
-#include "inflate.h"
-#include "deflate.h"
-#include "png.h"
-#include "csv.h"
-#include "model.h"
-#include "budget.h"
-#include "scene.h"
+#include "io/inflate.h"
+#include "io/deflate.h"
+#include "io/png.h"
+#include "io/csv.h"
+#include "run/model.h"
+#include "run/budget.h"
+#include "scene/scene.h"
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>

@@ -4,7 +4,7 @@
  * dims: 1 2 3 */
 #define _XOPEN_SOURCE 700
 #include "hard.h"
-#include "rng.h"
+#include "core/rng.h"
 
 enum { MOST = 16 * 16 * 16 };
 

@@ -1,0 +1,127 @@
+/* base: status codes, the one failure path, the context and the allocator.
+ *
+ * Contract of every pd_status function: 0 done; negative: the call failed and ctx->message says what, where and how to
+ * mend; positive: nothing changed, retry as the text says.
+ *
+ * Contract of every build and read: on failure the call keeps no memory and the object is all zero (but for a member
+ * that names what was refused, such as pd_model.line), whatever it held before. Freeing it is allowed and not needed.
+ * An object is freed once or more often; a zeroed one that was never built may be freed, too.
+ */
+#ifndef PD_BASE_H
+#define PD_BASE_H
+#include "core/config.h"
+#include "core/pace.h"
+
+#define PD_STATUS_TABLE(X) \
+    X(PD_OK, 0, "done") \
+    X(PD_RETRY, 1, "nothing changed: retry with a smaller step") \
+    X(PD_NOT_CONVERGED, 2, "the iteration limit was reached before the tolerance") \
+    X(PD_ERR_ARGUMENT, -1, "an argument is out of range") \
+    X(PD_ERR_MEMORY, -2, "out of memory") \
+    X(PD_ERR_LIMIT, -3, "the memory limit of the context would be exceeded") \
+    X(PD_ERR_SIZE, -4, "a size overflows its type") \
+    X(PD_ERR_FILE, -5, "a file cannot be read or written") \
+    X(PD_ERR_PARSE, -6, "text does not follow the format") \
+    X(PD_ERR_GEOMETRY, -7, "the geometry is not admissible") \
+    X(PD_ERR_STATE, -8, "the state left the admissible range") \
+    X(PD_ERR_DIVERGED, -9, "a solver diverged") \
+    X(PD_ERR_LEDGER, -10, "the mass ledger does not close") \
+    X(PD_ERR_INTERNAL, -11, "pdcorr broke a promise of its own") \
+    X(PD_STOPPED, -12, "the poll function of the context asked to stop")
+
+typedef enum pd_status {
+#define PDI_X(name, value, text) name = value,
+    PD_STATUS_TABLE(PDI_X)
+#undef PDI_X
+    PD_STATUS_FORCE_SIGNED = -1000
+} pd_status;
+
+/* Memory hook: like realloc with both sizes. new_size 0 frees. NULL fn: the C library's realloc and free. */
+typedef struct pd_allocator {
+    void *(*fn)(void *user, void *ptr, size_t old_size, size_t new_size);
+    void *user;
+    size_t limit; /* [byte] 0: none */
+} pd_allocator;
+
+#define PD_MESSAGE_SIZE 640
+
+/* Asked inside all that may take a second, between iterations, by the thread of the caller: what is being done, as in
+ * "flow: GMRES", and how many times so far. Not 0: the call ends with PD_STOPPED. Has to be quick. */
+typedef int (*pd_poll_fn)(void *user, const char *doing, int64_t count);
+
+/* One context a thread of the caller; pdcorr keeps no other state. */
+typedef struct pd_ctx {
+    pd_allocator alloc;
+    int threads;   /* 0: all that OpenMP offers */
+    size_t in_use; /* [byte] */
+    size_t peak;   /* [byte] */
+    pd_poll_fn poll; /* NULL: nothing is asked */
+    void *poll_user;
+    pd_pace pace; /* of the threads */
+    pd_status status;
+    char message[PD_MESSAGE_SIZE];
+} pd_ctx;
+
+#define pd_ctx_init PD_NAME(pd_ctx_init)
+#define pd_status_name PD_NAME(pd_status_name)
+#define pd_status_text PD_NAME(pd_status_text)
+
+/* Make ctx ready: C library memory, no limit, all threads. */
+PD_API void pd_ctx_init(pd_ctx *ctx);
+/* "PD_ERR_FILE" and its sentence. Any int is accepted. */
+PD_API const char *pd_status_name(pd_status status);
+PD_API const char *pd_status_text(pd_status status);
+
+#ifdef PDI_INTERNAL
+#include <float.h>
+/* The one place that every failure passes: sets ctx->status and ctx->message ("where: ..."), returns status. */
+PDI_FN pd_status pdi_fail(pd_ctx *ctx, pd_status status, const char *where, const char *format, ...)
+    PD_PRINTF_LIKE(4, 5);
+/* Print behind `text` of `size` bytes; what does not fit is left out. */
+PDI_FN void pdi_append(char *text, size_t size, const char *format, ...) PD_PRINTF_LIKE(3, 4);
+/* 1: memory was lacking or the caller stops, which no other step, guess or file mends. */
+static inline int pdi_is_final(pd_status status)
+{
+    return status == PD_ERR_MEMORY || status == PD_ERR_LIMIT || status == PD_STOPPED;
+}
+/* 1: a step dt of a way `left` from `time` is lost in the rounding of one of them: a run of such steps has no end. */
+static inline int pdi_stands_still(double time, double left, double dt)
+{
+    double size = time < 0.0 ? -time : time;
+    if (left > size) size = left;
+    return dt < left && !(dt > DBL_EPSILON * size);
+}
+/* PD_STOPPED when the caller asks for it. A step that sees it leaves the state at its start, or at the end of the last
+ * one of the steps that it is made of. */
+PDI_FN pd_status pdi_poll(pd_ctx *ctx, const char *doing, int64_t count);
+/* slot is the address of a pointer of any type (read and written as bytes, so that no aliasing rule is bent).
+ * pdi_alloc: slot gets count * size zeroed bytes (count 0: one element, so that NULL always means failure). */
+PDI_FN pd_status pdi_alloc(pd_ctx *ctx, const char *where, size_t count, size_t size, void *slot);
+/* Grow or shrink; old content kept, the new tail is zero. On failure the old block stays. */
+PDI_FN pd_status pdi_resize(pd_ctx *ctx, const char *where, size_t old_count, size_t new_count, size_t size,
+                            void *slot);
+/* count must be that of the allocation. The pointer becomes NULL; NULL is allowed. */
+PDI_FN void pdi_free(pd_ctx *ctx, size_t count, size_t size, void *slot);
+
+/* Typed forms: PDI_NEW(ctx, "grid", n, grid->kind) allocates n elements of *grid->kind. */
+#define PDI_NEW(ctx, where, count, lvalue) \
+    pdi_alloc((ctx), (where), (size_t)(count), sizeof *(lvalue), &(lvalue))
+#define PDI_GROW(ctx, where, old_count, new_count, lvalue) \
+    pdi_resize((ctx), (where), (size_t)(old_count), (size_t)(new_count), sizeof *(lvalue), &(lvalue))
+#define PDI_DELETE(ctx, count, lvalue) pdi_free((ctx), (size_t)(count), sizeof *(lvalue), &(lvalue))
+/* Return the status of a failed call to the caller. */
+#define PDI_TRY(call) \
+    do { \
+        pd_status pdi_try_status = (call); \
+        if (pdi_try_status < 0) return pdi_try_status; \
+    } while (0)
+/* What pdcorr itself guarantees; never used on input. */
+#ifdef PD_DEBUG
+#include <assert.h>
+#define PD_ASSERT(condition) assert(condition)
+#else
+#define PD_ASSERT(condition) ((void)0)
+#endif
+#endif
+
+#endif

@@ -1,0 +1,104 @@
+/* pace: see pace.h */
+#include "core/pace.h"
+#include <math.h>
+
+/* [s] Times are compared over windows of several time slices, which schedulers choose between 1 and 24 ms, and those
+ * behind a change of hands are left out for as long: threads that wait spin for up to 14 ms before they sleep. */
+#define PDI_PACE_WINDOW 0.05
+#define PDI_PACE_SETTLE 0.015
+/* Share of the time in loops that may be lost: 1/6 makes them 1.2 times as long. */
+#define PDI_PACE_LOST (1.0 / 6.0)
+/* [s] One thread needs less for a scalar operation of a loop: 0.02e-9 to 1.6e-9 are measured. Tells of loops that are
+ * late each time; where a machine is slower than that, it makes for a trial now and then. */
+#define PDI_PACE_SLOW 2e-9
+/* A trial is followed by this many times its own length without one, so that trials take 1/20 of the time at most. */
+#define PDI_PACE_REST 20.0
+/* [s] After this time without one there is a trial even where no loop is late, since all may be: 0.3 % at most. */
+#define PDI_PACE_CHECK 10.0
+/* [s] A pause is doubled up to this, so that trials without success become rare. */
+#define PDI_PACE_PAUSE 30.0
+
+static pd_pace_loop *pdi_pace_find(pd_pace *pace, uint64_t key)
+{
+    pd_pace_loop *loop = &pace->loop[(key * UINT64_C(0x9e3779b97f4a7c15)) >> 58];
+    if (loop->key == key) return loop;
+    loop->key = key;
+    loop->best = 0.0;
+    for (int one = 0; one < 2; one++) loop->sum[one] = loop->count[one] = 0.0;
+    return loop;
+}
+
+static void pdi_pace_open(pd_pace *pace, int one, int trying, double now)
+{
+    pace->one = one;
+    pace->trying = trying;
+    pace->since = now;
+    pace->spent = pace->lost = 0.0;
+    for (int k = 0; k < PD_PACE_LOOPS; k++) pace->loop[k].sum[one] = pace->loop[k].count[one] = 0.0;
+}
+
+/* Time on one thread over that on all, for the loops of the last window of `one`. 0: no loop ran on both. */
+static double pdi_pace_ratio(const pd_pace *pace)
+{
+    double all = 0.0, alone = 0.0;
+    for (int k = 0; k < PD_PACE_LOOPS; k++) {
+        const pd_pace_loop *loop = &pace->loop[k];
+        if (!(loop->count[0] > 0.0) || !(loop->count[1] > 0.0)) continue;
+        double calls = loop->count[pace->one];
+        all += calls * loop->sum[0] / loop->count[0];
+        alone += calls * loop->sum[1] / loop->count[1];
+    }
+    return all > 0.0 ? alone / all : 0.0;
+}
+
+/* The end of a trial. Where all threads win over one that had the work, nothing keeps from trying one again; where no
+ * loop ran on both, one is tried again soon. */
+static void pdi_pace_judge(pd_pace *pace, double now)
+{
+    double ratio = pdi_pace_ratio(pace), rest = PDI_PACE_REST * (now - pace->since);
+    int one = ratio > 0.0 && ratio < 1.0, failed = pace->one && !one;
+    if (!(ratio > 0.0)) rest *= 0.25;
+    else if (failed) rest = pace->pause = pace->pause > 0.0 ? fmin(2.0 * pace->pause, PDI_PACE_PAUSE) : rest;
+    else pace->pause = 0.0;
+    pace->until = failed || one ? now + rest : now;
+    pdi_pace_open(pace, one, 0, now);
+}
+
+/* The end of a window without a trial. */
+static void pdi_pace_turn(pd_pace *pace, double now)
+{
+    int late = pace->lost > PDI_PACE_LOST * pace->spent || now - pace->until > PDI_PACE_CHECK;
+    if (now < pace->until || (!pace->one && !late)) pdi_pace_open(pace, pace->one, 0, now);
+    else pdi_pace_open(pace, !pace->one, 1, now);
+}
+
+PDI_FN void pdi_pace_note(pd_pace *pace, uint64_t key, int threads, double work, double start, double end)
+{
+    double took = end - start, most = PDI_PACE_SLOW * work;
+    if (pace->since <= 0.0) {
+        pace->until = start;
+        pdi_pace_open(pace, 0, 0, start);
+    }
+    if (took > 0.0 && (!pace->trying || start - pace->since > PDI_PACE_SETTLE)) {
+        pd_pace_loop *loop = pdi_pace_find(pace, key);
+        loop->sum[pace->one] += took;
+        loop->count[pace->one] += 1.0;
+        if (!pace->one) {
+            if (loop->best <= 0.0 || took < loop->best) loop->best = took;
+            /* one thread needs the least of threads * best and most */
+            if (took > fmin(threads * loop->best, most)) pace->lost += took - fmin(loop->best, most);
+            pace->spent += took;
+        }
+    }
+    if (end - pace->since < PDI_PACE_WINDOW + (pace->trying ? PDI_PACE_SETTLE : 0.0)) return;
+    if (pace->trying) pdi_pace_judge(pace, end);
+    else pdi_pace_turn(pace, end);
+}
+
+#undef PDI_PACE_WINDOW
+#undef PDI_PACE_SETTLE
+#undef PDI_PACE_LOST
+#undef PDI_PACE_SLOW
+#undef PDI_PACE_REST
+#undef PDI_PACE_CHECK
+#undef PDI_PACE_PAUSE

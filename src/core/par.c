@@ -1,0 +1,213 @@
+/* par: see par.h */
+#include "core/par.h"
+#include <math.h>
+#include <time.h>
+#ifdef _OPENMP
+#include <omp.h>
+#endif
+
+/* Blocks of fixed length make the order of additions independent of the thread count. */
+#define PDI_PAR_BLOCK 2048
+/* Partial sums of a block. */
+#define PDI_PAR_CHAINS 16
+/* Block sums are kept on the stack in batches of this many. */
+#define PDI_PAR_BATCH 512
+
+PDI_FN int pdi_par_offered(const pd_ctx *ctx, int64_t work)
+{
+#ifdef _OPENMP
+    if (work < 20000 || omp_in_parallel()) return 1;
+    return ctx->threads > 0 ? ctx->threads : omp_get_max_threads();
+#else
+    (void)ctx;
+    (void)work;
+    return 1;
+#endif
+}
+
+PDI_FN int pdi_par_threads(const pd_ctx *ctx, int64_t work)
+{
+    int offered = pdi_par_offered(ctx, work);
+    return offered > 1 && ctx->pace.one ? 1 : offered;
+}
+
+PDI_FN int pdi_par_begin(const pd_ctx *ctx, int64_t work, int times, uint64_t sort, pdi_par_watch *watch)
+{
+    watch->threads = pdi_par_offered(ctx, work);
+    if (watch->threads == 1) return 1;
+    watch->key = (((uint64_t)work * UINT64_C(0x9e3779b97f4a7c15) ^ sort) * 16 + (uint64_t)times) * 1024 +
+                 (uint64_t)watch->threads;
+    watch->work = (double)work * times;
+    watch->start = pdi_par_clock();
+    return ctx->pace.one ? 1 : watch->threads;
+}
+
+/* A context is never const itself, and its pace is no part of what a call promises to leave as it is. */
+PDI_FN void pdi_par_end(const pd_ctx *ctx, const pdi_par_watch *watch)
+{
+    if (watch->threads == 1) return;
+    pdi_pace_note(&((pd_ctx *)ctx)->pace, watch->key, watch->threads, watch->work, watch->start, pdi_par_clock());
+}
+
+static double pdi_par_block_dot(const double *x, const double *y, int64_t n)
+{
+    /* chains let the compiler use vectors without reassociating */
+    double s[PDI_PAR_CHAINS], total = 0.0;
+    int64_t i = 0;
+    for (int c = 0; c < PDI_PAR_CHAINS; c++) s[c] = 0.0;
+    for (; i + PDI_PAR_CHAINS <= n; i += PDI_PAR_CHAINS)
+        for (int c = 0; c < PDI_PAR_CHAINS; c++) s[c] += x[i + c] * y[i + c];
+    for (int c = 0; i < n; i++, c++) s[c] += x[i] * y[i];
+    for (int c = 0; c < PDI_PAR_CHAINS; c++) total += s[c];
+    return total;
+}
+
+/* The same with x in single precision. */
+static double pdi_par_block_dot_single(const float *x, const double *y, int64_t n)
+{
+    double s[PDI_PAR_CHAINS], total = 0.0;
+    int64_t i = 0;
+    for (int c = 0; c < PDI_PAR_CHAINS; c++) s[c] = 0.0;
+    for (; i + PDI_PAR_CHAINS <= n; i += PDI_PAR_CHAINS)
+        for (int c = 0; c < PDI_PAR_CHAINS; c++) s[c] += (double)x[i + c] * y[i + c];
+    for (int c = 0; i < n; i++, c++) s[c] += (double)x[i] * y[i];
+    for (int c = 0; c < PDI_PAR_CHAINS; c++) total += s[c];
+    return total;
+}
+
+PDI_FN void pdi_par_dots(const pd_ctx *ctx, int64_t n, int count, const pdi_par_vectors *v, const double *w,
+                         double *dots)
+{
+    double partial[PDI_PAR_BATCH][PDI_PAR_GROUP];
+    pdi_par_watch watch;
+    int nt = pdi_par_begin(ctx, n, count, 0, &watch);
+    (void)nt;
+    int64_t blocks = (n + PDI_PAR_BLOCK - 1) / PDI_PAR_BLOCK;
+    for (int m = 0; m < count; m++) dots[m] = 0.0;
+    for (int64_t first = 0; first < blocks; first += PDI_PAR_BATCH) {
+        int batch = (int)(blocks - first < PDI_PAR_BATCH ? blocks - first : PDI_PAR_BATCH);
+        PDI_PARALLEL_FOR(nt)
+        for (int b = 0; b < batch; b++) {
+            int64_t lo = (first + b) * PDI_PAR_BLOCK;
+            int64_t len = n - lo < PDI_PAR_BLOCK ? n - lo : PDI_PAR_BLOCK;
+            for (int m = 0; m < count; m++)
+                partial[b][m] = v->v[m] ? pdi_par_block_dot(v->v[m] + lo, w + lo, len)
+                                        : pdi_par_block_dot_single(v->single[m] + lo, w + lo, len);
+        }
+        for (int b = 0; b < batch; b++)
+            for (int m = 0; m < count; m++) dots[m] += partial[b][m];
+    }
+    pdi_par_end(ctx, &watch);
+}
+
+PDI_FN void pdi_par_axpys(const pd_ctx *ctx, int64_t n, int count, const double *a, const pdi_par_vectors *v,
+                          double *w)
+{
+    pdi_par_watch watch;
+    int nt = pdi_par_begin(ctx, n, count, 1, &watch);
+    (void)nt;
+    int64_t blocks = (n + PDI_PAR_BLOCK - 1) / PDI_PAR_BLOCK;
+    PDI_PARALLEL_FOR(nt)
+    for (int64_t b = 0; b < blocks; b++) {
+        int64_t lo = b * PDI_PAR_BLOCK, hi = n - lo < PDI_PAR_BLOCK ? n : lo + PDI_PAR_BLOCK;
+        for (int m = 0; m < count; m++) {
+            const double *x = v->v[m];
+            const float *single = v->single[m];
+            double factor = a[m];
+            for (int64_t i = lo; x && i < hi; i++) w[i] += factor * x[i];
+            for (int64_t i = lo; !x && i < hi; i++) w[i] += factor * (double)single[i];
+        }
+    }
+    pdi_par_end(ctx, &watch);
+}
+
+PDI_FN double pdi_par_dot(const pd_ctx *ctx, int64_t n, const double *x, const double *y)
+{
+    double dot;
+    pdi_par_vectors v;
+    v.v[0] = x;
+    pdi_par_dots(ctx, n, 1, &v, y, &dot);
+    return dot;
+}
+
+static double pdi_par_block_max(const double *x, int64_t n)
+{
+    double largest[PDI_PAR_CHAINS], most = 0.0;
+    int64_t i = 0, odd = 0;
+    for (int c = 0; c < PDI_PAR_CHAINS; c++) largest[c] = 0.0;
+    for (; i + PDI_PAR_CHAINS <= n; i += PDI_PAR_CHAINS)
+        for (int c = 0; c < PDI_PAR_CHAINS; c++) {
+            double value = fabs(x[i + c]);
+            largest[c] = value > largest[c] ? value : largest[c];
+            odd += value != value;
+        }
+    for (; i < n; i++) {
+        double value = fabs(x[i]);
+        most = value > most ? value : most;
+        odd += value != value;
+    }
+    for (int c = 0; c < PDI_PAR_CHAINS; c++) most = largest[c] > most ? largest[c] : most;
+    return odd ? NAN : most;
+}
+
+PDI_FN double pdi_par_max_abs(const pd_ctx *ctx, int64_t n, const double *x)
+{
+    double partial[PDI_PAR_BATCH], largest = 0.0;
+    int nt = pdi_par_threads(ctx, n);
+    (void)nt;
+    int64_t blocks = (n + PDI_PAR_BLOCK - 1) / PDI_PAR_BLOCK;
+    for (int64_t first = 0; first < blocks; first += PDI_PAR_BATCH) {
+        int batch = (int)(blocks - first < PDI_PAR_BATCH ? blocks - first : PDI_PAR_BATCH);
+        PDI_PARALLEL_FOR(nt)
+        for (int b = 0; b < batch; b++) {
+            int64_t lo = (first + b) * PDI_PAR_BLOCK;
+            partial[b] = pdi_par_block_max(x + lo, n - lo < PDI_PAR_BLOCK ? n - lo : PDI_PAR_BLOCK);
+        }
+        for (int b = 0; b < batch; b++)
+            if (!(partial[b] <= largest)) largest = partial[b];
+        if (largest != largest) return largest;
+    }
+    return largest;
+}
+
+PDI_FN void pdi_par_axpy(const pd_ctx *ctx, int64_t n, double a, const double *x, double *y)
+{
+    int nt = pdi_par_threads(ctx, n);
+    (void)nt;
+    PDI_PARALLEL_FOR(nt)
+    for (int64_t i = 0; i < n; i++) y[i] += a * x[i];
+}
+
+PDI_FN void pdi_par_copy(const pd_ctx *ctx, int64_t n, const double *x, double *y)
+{
+    int nt = pdi_par_threads(ctx, n);
+    (void)nt;
+    PDI_PARALLEL_FOR(nt)
+    for (int64_t i = 0; i < n; i++) y[i] = x[i];
+}
+
+PDI_FN void pdi_par_zero(const pd_ctx *ctx, int64_t n, double *y)
+{
+    int nt = pdi_par_threads(ctx, n);
+    (void)nt;
+    PDI_PARALLEL_FOR(nt)
+    for (int64_t i = 0; i < n; i++) y[i] = 0.0;
+}
+
+PDI_FN double pdi_par_clock(void)
+{
+#ifdef _OPENMP
+    return omp_get_wtime();
+#else
+    return (double)clock() / (double)CLOCKS_PER_SEC;
+#endif
+}
+
+PDI_FN void pdi_sum_add(pdi_sum *s, double x)
+{
+    double t = s->sum + x;
+    s->carry += fabs(s->sum) >= fabs(x) ? (s->sum - t) + x : (x - t) + s->sum;
+    s->sum = t;
+}
+
+PDI_FN double pdi_sum_total(const pdi_sum *s) { return s->sum + s->carry; }

@@ -1,0 +1,68 @@
+/* par: threads, ordered sums, wall clock.
+ *
+ * Loops run in gather form with a static schedule; sums are taken over blocks of fixed length and the block
+ * sums are added in order, so results are the same bits for any number of threads and without OpenMP.
+ */
+#ifndef PD_PAR_H
+#define PD_PAR_H
+#include "core/base.h"
+
+#ifdef PDI_INTERNAL
+#ifdef _OPENMP
+#define PDI_PRAGMA(text) _Pragma(#text)
+/* Put before a for loop; nt comes from pdi_par_threads. */
+#define PDI_PARALLEL_FOR(nt) PDI_PRAGMA(omp parallel for schedule(static) num_threads(nt))
+/* Several loops under one fork: PDI_PARALLEL(nt) before a block, PDI_FOR before each loop in it. The loops do not wait
+ * for each other. */
+#define PDI_PARALLEL(nt) PDI_PRAGMA(omp parallel num_threads(nt))
+#define PDI_FOR PDI_PRAGMA(omp for schedule(static) nowait)
+#else
+#define PDI_PARALLEL_FOR(nt)
+#define PDI_PARALLEL(nt)
+#define PDI_FOR
+#endif
+
+/* Threads worth using for a loop of `work` scalar operations: 1 when the fork would cost more, or when one thread is
+ * faster (pace). And without regard to pace. */
+PDI_FN int pdi_par_threads(const pd_ctx *ctx, int64_t work);
+PDI_FN int pdi_par_offered(const pd_ctx *ctx, int64_t work);
+/* The same around a loop that tells pace what it takes: `times` times the work in one fork. Loops of one sort, work and
+ * times take the same time. */
+typedef struct pdi_par_watch {
+    int threads;
+    uint64_t key;
+    double work;  /* [-] */
+    double start; /* [s] */
+} pdi_par_watch;
+PDI_FN int pdi_par_begin(const pd_ctx *ctx, int64_t work, int times, uint64_t sort, pdi_par_watch *watch);
+PDI_FN void pdi_par_end(const pd_ctx *ctx, const pdi_par_watch *watch);
+/* Ordered sum over n elements. */
+PDI_FN double pdi_par_dot(const pd_ctx *ctx, int64_t n, const double *x, const double *y);
+/* dots[m] = v[m].w for m < count <= PDI_PAR_GROUP, and w += sum a[m] v[m]: one pass over w each. The vectors v are of
+ * double or of single precision; the others are NULL. */
+#define PDI_PAR_GROUP 4
+typedef struct pdi_par_vectors {
+    const double *v[PDI_PAR_GROUP];
+    const float *single[PDI_PAR_GROUP];
+} pdi_par_vectors;
+PDI_FN void pdi_par_dots(const pd_ctx *ctx, int64_t n, int count, const pdi_par_vectors *v, const double *w,
+                         double *dots);
+PDI_FN void pdi_par_axpys(const pd_ctx *ctx, int64_t n, int count, const double *a, const pdi_par_vectors *v,
+                          double *w);
+/* max |x|; NaN if any element is NaN. */
+PDI_FN double pdi_par_max_abs(const pd_ctx *ctx, int64_t n, const double *x);
+/* y += a x, and y = x, and y = 0. */
+PDI_FN void pdi_par_axpy(const pd_ctx *ctx, int64_t n, double a, const double *x, double *y);
+PDI_FN void pdi_par_copy(const pd_ctx *ctx, int64_t n, const double *x, double *y);
+PDI_FN void pdi_par_zero(const pd_ctx *ctx, int64_t n, double *y);
+/* Seconds of wall time where OpenMP gives it, else of processor time. */
+PDI_FN double pdi_par_clock(void);
+/* Compensated running sum (Neumaier): total() = sum + carry. */
+typedef struct pdi_sum {
+    double sum, carry;
+} pdi_sum;
+PDI_FN void pdi_sum_add(pdi_sum *s, double x);
+PDI_FN double pdi_sum_total(const pdi_sum *s);
+#endif
+
+#endif

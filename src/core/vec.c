@@ -1,0 +1,69 @@
+/* vec: see vec.h */
+#include "core/vec.h"
+#include <math.h>
+
+PDI_FN double pdi_vec_dot(const double *a, const double *b)
+{
+    double sum = 0.0;
+    for (int d = 0; d < PD_DIM; d++) sum += a[d] * b[d];
+    return sum;
+}
+
+PDI_FN double pdi_vec_norm(const double *a) { return sqrt(pdi_vec_dot(a, a)); }
+
+/* Gauss-Jordan with column pivoting on [a | b] with nb right-hand sides. */
+static double pdi_vec_eliminate(double *a, double *b, int nb)
+{
+    double largest = 0.0, smallest = 1.0;
+    for (int i = 0; i < PD_DIM * PD_DIM; i++) largest = fmax(largest, fabs(a[i]));
+    if (!(largest > 0.0)) return 0.0;
+    for (int c = 0; c < PD_DIM; c++) {
+        int pivot = c;
+        for (int r = c + 1; r < PD_DIM; r++)
+            if (fabs(a[r * PD_DIM + c]) > fabs(a[pivot * PD_DIM + c])) pivot = r;
+        double value = a[pivot * PD_DIM + c];
+        smallest = fmin(smallest, fabs(value) / largest);
+        if (!(fabs(value) > 0.0)) return 0.0;
+        for (int k = 0; k < PD_DIM; k++) {
+            double swap = a[c * PD_DIM + k];
+            a[c * PD_DIM + k] = a[pivot * PD_DIM + k] / value;
+            if (pivot != c) a[pivot * PD_DIM + k] = swap;
+        }
+        for (int k = 0; k < nb; k++) {
+            double swap = b[c * nb + k];
+            b[c * nb + k] = b[pivot * nb + k] / value;
+            if (pivot != c) b[pivot * nb + k] = swap;
+        }
+        for (int r = 0; r < PD_DIM; r++) {
+            double factor = a[r * PD_DIM + c];
+            if (r == c) continue;
+            for (int k = 0; k < PD_DIM; k++) a[r * PD_DIM + k] -= factor * a[c * PD_DIM + k];
+            for (int k = 0; k < nb; k++) b[r * nb + k] -= factor * b[c * nb + k];
+        }
+    }
+    return smallest;
+}
+
+PDI_FN double pdi_vec_solve(const double *a, const double *b, double *x)
+{
+    double work[PD_DIM * PD_DIM], rhs[PD_DIM];
+    for (int i = 0; i < PD_DIM * PD_DIM; i++) work[i] = a[i];
+    for (int d = 0; d < PD_DIM; d++) rhs[d] = b[d];
+    double pivot = pdi_vec_eliminate(work, rhs, 1);
+    if (pivot > 0.0)
+        for (int d = 0; d < PD_DIM; d++) x[d] = rhs[d];
+    return pivot;
+}
+
+PDI_FN double pdi_vec_invert(const double *a, double *inverse)
+{
+    double work[PD_DIM * PD_DIM], rhs[PD_DIM * PD_DIM];
+    for (int i = 0; i < PD_DIM * PD_DIM; i++) {
+        work[i] = a[i];
+        rhs[i] = i % (PD_DIM + 1) == 0 ? 1.0 : 0.0;
+    }
+    double pivot = pdi_vec_eliminate(work, rhs, PD_DIM);
+    if (pivot > 0.0)
+        for (int i = 0; i < PD_DIM * PD_DIM; i++) inverse[i] = rhs[i];
+    return pivot;
+}

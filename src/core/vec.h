@@ -1,0 +1,26 @@
+/* vec: small vectors and symmetric matrices of PD_DIM components. The only place that branches on PD_DIM. */
+#ifndef PD_VEC_H
+#define PD_VEC_H
+#include "core/config.h"
+
+#ifdef PDI_INTERNAL
+#define PDI_PI 3.14159265358979323846
+
+#if PD_DIM == 1
+#define PDI_SYM 1
+#elif PD_DIM == 2
+#define PDI_SYM 3
+#else
+#define PDI_SYM 6
+#endif
+
+PDI_FN double pdi_vec_dot(const double *a, const double *b);
+PDI_FN double pdi_vec_norm(const double *a);
+/* Solve the dense PD_DIM x PD_DIM system a x = b (row-major, pivoted). Returns the smallest pivot ratio; 0: singular,
+ * x then untouched. */
+PDI_FN double pdi_vec_solve(const double *a, const double *b, double *x);
+/* Row-major inverse. Same return value as pdi_vec_solve. */
+PDI_FN double pdi_vec_invert(const double *a, double *inverse);
+#endif
+
+#endif

@@ -1,0 +1,132 @@
+/* measure: see measure.h */
+#include "couple/measure.h"
+#include "core/par.h"
+#include <math.h>
+#include <string.h>
+
+static int pdi_measure_inside(const pd_grid *grid, int32_t node, const double *lo, const double *hi)
+{
+    double x[PD_DIM];
+    pd_grid_position(grid, node, x);
+    return pdi_grid_between(grid, lo, hi, x);
+}
+
+/* ---- plane ---- */
+
+/* Means over the faces of the plane: the value on a face is the mean of both cells. */
+static void pdi_measure_faces(const pd_bonds *bonds, const pd_flow *flow, const pd_transport *transport, int axis,
+                              int index, pd_measure_plane_result *r)
+{
+    const pd_grid *grid = bonds->grid;
+    pdi_sum pressure = {0.0, 0.0}, mean = {0.0, 0.0}, stream = {0.0, 0.0}, carried = {0.0, 0.0};
+    double faces = 0.0;
+    for (int32_t node = 0; node < grid->total; node++) {
+        int i[PD_DIM];
+        int32_t before = node - grid->stride[axis];
+        if (grid->kind[node] != PD_FLUID) continue;
+        pdi_grid_index(grid, node, i);
+        if (i[axis] != index || grid->kind[before] != PD_FLUID) continue;
+        double c = transport ? 0.5 * (transport->c[before] + transport->c[node]) : 0.0;
+        double face = 0.5 * (pdi_grid_circumference(grid, before) + pdi_grid_circumference(grid, node));
+        faces += face;
+        pdi_sum_add(&mean, face * c);
+        if (!flow) continue;
+        const double *u = flow->u + (int64_t)axis * grid->total;
+        pdi_sum_add(&pressure, face * 0.5 * (flow->p[before] + flow->p[node]));
+        pdi_sum_add(&stream, face * 0.5 * (u[before] + u[node]));
+        pdi_sum_add(&carried, face * 0.5 * (u[before] + u[node]) * c);
+    }
+    r->area = faces * bonds->stencil->volume / grid->h[axis];
+    r->mean = pdi_sum_total(&mean) / faces;
+    r->bulk = pdi_sum_total(&carried) / pdi_sum_total(&stream);
+    r->pressure = flow ? flow->rho * pdi_sum_total(&pressure) / faces : 0.0;
+}
+
+void pd_measure_plane(pd_ctx *ctx, const pd_bonds *bonds, pd_flow *flow, pd_transport *transport, int axis, int index,
+                      pd_measure_plane_result *r)
+{
+    memset(r, 0, sizeof *r);
+    pdi_measure_faces(bonds, flow, transport, axis, index, r);
+    if (flow) r->flow = pd_flow_section(ctx, flow, axis, index);
+    if (transport) r->species = pd_transport_section(ctx, transport, axis, index);
+    r->speed = r->flow / r->area;
+}
+
+/* ---- exchange ---- */
+
+/* Area of the surfaces that give metal, as row r sees it: each of its bonds that ends behind one stands for
+ * c(n) V. */
+static double pdi_measure_area(const pd_transport *t, const pd_dissolve *dissolve, int32_t r)
+{
+    const pd_bonds *bonds = t->bonds;
+    const pd_stencil *s = bonds->stencil;
+    int32_t node = bonds->node[r];
+    double sum = 0.0, x[PD_DIM];
+    for (int k = 0; k < s->count; k++) {
+        if (!(s->area[k] > 0.0) || pdi_grid_open(t->grid->kind[node + bonds->shift[k]])) continue;
+        int32_t cell = node + bonds->cell_shift[s->group_cell[pdi_bond_closed_group(bonds, node, k)]];
+        int gives = dissolve && t->grid->kind[cell] == PD_SOLID;
+        if (!gives && t->desc.held) {
+            pdi_bond_meet(bonds, r, k, x);
+            gives = t->desc.held(t->desc.user, x) >= 0.0;
+        }
+        if (gives) sum += s->area[k] * s->volume * pdi_grid_around(t->grid, node, 0.5 * s->xi[(k + 1) * PD_DIM - 1]);
+    }
+    return sum;
+}
+
+void pd_measure_exchange(pd_ctx *ctx, const pd_transport *t, const pd_dissolve *dissolve, const double *lo,
+                         const double *hi, int axis, double *flux, double *area)
+{
+    const pd_bonds *bonds = t->bonds;
+    const pd_grid *grid = t->grid;
+    int layers = axis < 0 ? 1 : grid->n[axis];
+    (void)ctx;
+    for (int k = 0; k < layers; k++) flux[k] = area[k] = 0.0;
+    for (int32_t r = 0; r < bonds->rows; r++) {
+        int i[PD_DIM];
+        int32_t node = bonds->node[r];
+        if (!pdi_measure_inside(grid, node, lo, hi)) continue;
+        pdi_grid_index(grid, node, i);
+        int k = axis < 0 ? 0 : i[axis];
+        double gain = t->source[node] - t->absorb[node] * t->c[node];
+        gain += pdi_diffusion_gain(&t->diffusion, node, t->c[node], t->rest ? t->rest[node] : 0.0);
+        flux[k] += gain * bonds->stencil->volume * pdi_grid_circumference(grid, node);
+        area[k] += pdi_measure_area(t, dissolve, r);
+    }
+}
+
+/* ---- box ---- */
+
+void pd_measure_box(pd_ctx *ctx, const pd_stencil *stencil, const pd_grid *grid, const pd_flow *flow, const double *c,
+                    const double *metal, const double *lo, const double *hi, pd_measure_box_result *r)
+{
+    pdi_sum energy = {0.0, 0.0}, dissolved = {0.0, 0.0}, solid = {0.0, 0.0}, momentum[PD_DIM];
+    double nodes = 0.0, volume = stencil->volume;
+    (void)ctx;
+    memset(r, 0, sizeof *r);
+    memset(momentum, 0, sizeof momentum);
+    r->least = r->most = (double)NAN;
+    for (int32_t i = 0; i < grid->total; i++) {
+        int fluid = grid->kind[i] == PD_FLUID;
+        if ((!fluid && grid->kind[i] != PD_SOLID) || !pdi_measure_inside(grid, i, lo, hi)) continue;
+        double around = pdi_grid_circumference(grid, i);
+        if (!fluid && metal) pdi_sum_add(&solid, around * metal[i]);
+        if (!fluid) continue;
+        nodes += around;
+        for (int d = 0; d < PD_DIM && flow; d++) {
+            double u = flow->u[(int64_t)d * grid->total + i];
+            if (!grid->circumference || d < PD_DIM - 1) pdi_sum_add(&momentum[d], around * u); /* radial ones cancel */
+            pdi_sum_add(&energy, 0.5 * around * u * u);
+        }
+        if (!c) continue;
+        pdi_sum_add(&dissolved, around * c[i]);
+        r->least = fmin(r->least, c[i]);
+        r->most = fmax(r->most, c[i]);
+    }
+    r->volume = nodes * volume;
+    r->dissolved = pdi_sum_total(&dissolved) * volume;
+    r->solid = pdi_sum_total(&solid) * volume;
+    r->energy = flow ? flow->rho * volume * pdi_sum_total(&energy) : 0.0;
+    for (int d = 0; d < PD_DIM; d++) r->momentum[d] = flow ? flow->rho * volume * pdi_sum_total(&momentum[d]) : 0.0;
+}

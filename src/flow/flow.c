@@ -1,0 +1,765 @@
+/* flow: see flow.h
+ *
+ * Design: sweeps work on blocks of neighbours along axis 0, bond by bond; their own values and their sums stay in
+ * registers. All terms of a bond are taken in one pass. Rows blank out their closed bonds.
+ */
+#include "flow/flow.h"
+#include "core/par.h"
+#include "lattice/op.h"
+#include "flow/extent.h"
+#include <math.h>
+#include <string.h>
+
+/* [cells] A place on an inlet counts as outside. */
+#define PDI_FLOW_BEYOND 1e-6
+
+/* Work of a sweep in scalar operations, to decide on threads. */
+static int64_t pdi_flow_work(const pd_flow *flow) { return flow->grid->fluid_count * flow->bonds->stencil->count * 4; }
+
+PDI_FN void pdi_flow_gradient(const pd_ctx *ctx, const pd_flow *flow, const double *p, double *grad)
+{
+    pd_op_gradient(ctx, flow->bonds, p, grad);
+    if (flow->even) pdi_slopes_gradient(ctx, &flow->slopes, p, grad);
+    pd_ghosts_vector(&flow->bonds->ghosts, grad);
+}
+
+/* carrier = K v at `node` with the tensor of row r, mirrored along the axes of `odd`. */
+static void pdi_flow_carry(const pd_flow *flow, int32_t r, int32_t node, int odd, const double *v, double *carrier)
+{
+    const double *k = flow->bonds->carrier + (int64_t)r * PD_DIM * PD_DIM;
+    int64_t total = flow->grid->total;
+    for (int a = 0; a < PD_DIM; a++) {
+        double sum = 0.0;
+        for (int b = 0; b < PD_DIM; b++) {
+            double part = k[a * PD_DIM + b] * v[b * total + node];
+            sum += ((odd >> a ^ odd >> b) & 1) ? -part : part;
+        }
+        carrier[a * total + node] = sum;
+    }
+}
+
+/* 1: row r has the divergence (4.2c). */
+static int pdi_flow_evened(const pd_flow *flow, int32_t r) { return flow->even && flow->bonds->smooth[r]; }
+
+PDI_FN void pdi_flow_carrier(const pd_ctx *ctx, const pd_flow *flow, const double *v, double *carrier)
+{
+    const pd_bonds *bonds = flow->bonds;
+    const pd_ghosts *ghosts = &bonds->ghosts;
+    int64_t total = flow->grid->total;
+    int nt = pdi_par_threads(ctx, (int64_t)bonds->rows * PD_DIM * PD_DIM);
+    (void)nt;
+    pdi_par_copy(ctx, PD_DIM * total, v, carrier);
+    PDI_PARALLEL_FOR(nt)
+    for (int32_t r = 0; r < bonds->rows; r++)
+        if (!pdi_flow_evened(flow, r)) pdi_flow_carry(flow, r, bonds->node[r], 0, v, carrier);
+    /* inlet ghosts lie behind the same walls as the node that they mirror */
+    for (int32_t g = ghosts->count; g < ghosts->listed; g++) {
+        int32_t r = bonds->row[ghosts->source[g]];
+        if (r >= 0 && !pdi_flow_evened(flow, r)) pdi_flow_carry(flow, r, ghosts->node[g], ghosts->odd[g], v, carrier);
+    }
+    pd_ghosts_vector(ghosts, carrier);
+}
+
+/* ---- divergence beside smooth surfaces ---- */
+
+/* Derivative of component d of u along axis d, exact for quadratics: through both neighbours, or the surface where it
+ * comes before them, with the velocity of the wall there. */
+static double pdi_flow_slope(const pd_flow *flow, const double *u, int32_t r, int d, int held)
+{
+    const pd_bonds *bonds = flow->bonds;
+    const double *leg = bonds->leg + ((int64_t)r * PD_DIM + d) * 2;
+    int32_t node = bonds->node[r], stride = flow->grid->stride[d];
+    const double *v = u + (int64_t)d * flow->grid->total + node;
+    double at[2], size[2];
+    for (int side = 0; side < 2; side++) {
+        double x[PD_DIM], w[PD_DIM];
+        size[side] = fabs(leg[side]);
+        at[side] = leg[side] > 0.0 ? v[side ? stride : -stride] : 0.0;
+        if (leg[side] > 0.0 || !held || !flow->wall) continue;
+        pd_grid_position(flow->grid, node, x);
+        x[d] += (side ? size[side] : -size[side]) * flow->grid->h[d];
+        flow->wall(flow->wall_user, x, w);
+        at[side] = w[d];
+    }
+    double a = size[0], b = size[1];
+    return ((at[1] - v[0]) * a / b + (v[0] - at[0]) * b / a) / ((a + b) * flow->grid->h[d]);
+}
+
+/* (4.2c) of row r less its bond fluxes. */
+static double pdi_flow_more(const pd_flow *flow, const double *u, const double *carrier, int32_t r, int held)
+{
+    const pd_bonds *bonds = flow->bonds;
+    const pd_stencil *s = bonds->stencil;
+    int32_t node = bonds->node[r], total = flow->grid->total;
+    double more = 0.0;
+    for (int d = 0; d < PD_DIM; d++) more += pdi_flow_slope(flow, u, r, d, held);
+    for (int k = 0; k < s->count; k++) {
+        if (!pdi_bond_open(bonds, r, k)) continue;
+        for (int d = 0; d < PD_DIM; d++) {
+            int64_t at = (int64_t)d * total + node;
+            more -= s->grad[k * PD_DIM + d] * (carrier[at] + carrier[at + bonds->shift[k]]);
+        }
+    }
+    return more;
+}
+
+PDI_FN void pdi_flow_even(const pd_ctx *ctx, const pd_flow *flow, const double *u, const double *carrier, int held,
+                          double sign, double *rc)
+{
+    const pd_bonds *bonds = flow->bonds;
+    if (!flow->even) return;
+    int nt = pdi_par_threads(ctx, (int64_t)bonds->rows * bonds->stencil->count * PD_DIM);
+    (void)nt;
+    PDI_PARALLEL_FOR(nt)
+    for (int32_t r = 0; r < bonds->rows; r++)
+        flow->more[r] = flow->patch[r] < 0 ? 0.0 : pdi_flow_more(flow, u, carrier, r, held);
+    /* nothing passes the surface of a body in the sum */
+    for (int32_t r = 0; r < 2 * bonds->rows; r++) flow->leak[r] = 0.0;
+    for (int32_t r = 0; r < bonds->rows; r++) {
+        if (flow->patch[r] < 0) continue;
+        flow->leak[2 * flow->patch[r]] += flow->more[r];
+        flow->leak[2 * flow->patch[r] + 1] += 1.0;
+    }
+    for (int32_t r = 0; r < bonds->rows; r++) {
+        if (flow->patch[r] < 0) continue;
+        const double *leak = flow->leak + 2 * flow->patch[r];
+        rc[bonds->node[r]] += sign * (flow->more[r] - leak[0] / leak[1]);
+    }
+}
+
+PDI_FN void pdi_flow_bend(const pd_ctx *ctx, const pd_flow *flow, const double *u, const double *grad, int held,
+                          double *ru)
+{
+    const pd_bonds *bonds = flow->bonds;
+    if (!flow->even) return;
+    int nt = pdi_par_threads(ctx, (int64_t)flow->slopes.count * bonds->stencil->count * PD_DIM);
+    (void)nt;
+    PDI_PARALLEL_FOR(nt)
+    for (int32_t q = 0; q < flow->slopes.count; q++) {
+        int32_t r = flow->slopes.row[q], node = bonds->node[r];
+        double wall[PD_DIM];
+        if (!pdi_flow_bends(flow, r)) continue;
+        pdi_slopes_bend(&flow->slopes, r, u, wall);
+        for (int d = 0; d < PD_DIM; d++) {
+            int64_t at = (int64_t)d * flow->grid->total + node;
+            double force = held ? pdi_flow_force(flow, d, node) : 0.0;
+            ru[at] += bonds->wall_curv[r] * (grad[at] - force) - flow->nu * (wall[d] + bonds->wall_lap[r] * u[at]);
+        }
+    }
+}
+
+/* The patches that row r joins get the lower of their numbers; 1: one changed. */
+static int pdi_flow_join(pd_flow *flow, int32_t r)
+{
+    const pd_bonds *bonds = flow->bonds;
+    int32_t least = flow->patch[r];
+    for (int pass = 0; pass < 2; pass++)
+        for (int k = 0; k < bonds->stencil->count; k++) {
+            int32_t j = bonds->node[r] + bonds->shift[k];
+            if (!pdi_bond_open(bonds, r, k) || !pdi_grid_open(flow->grid->kind[j])) continue;
+            int32_t other = bonds->row[pdi_grid_image(flow->grid, j, NULL)];
+            if (other < 0 || flow->patch[other] < 0) continue;
+            if (pass && flow->patch[other] > least) flow->patch[other] = least;
+            least = flow->patch[other] < least ? flow->patch[other] : least;
+        }
+    int changed = least < flow->patch[r];
+    flow->patch[r] = least;
+    return changed;
+}
+
+PDI_FN pd_status pdi_flow_patch(pd_ctx *ctx, pd_flow *flow)
+{
+    const pd_bonds *bonds = flow->bonds;
+    int changed = 1;
+    flow->even = 0;
+    for (int32_t r = 0; r < bonds->rows; r++) flow->even = flow->even || bonds->smooth[r];
+    flow->even = flow->even && !flow->grid->circumference;
+    if (!flow->even) return PD_OK;
+    PDI_TRY(pd_slopes_update(ctx, bonds, &flow->slopes));
+    if (flow->rim < bonds->capacity) {
+        PDI_DELETE(ctx, flow->rim, flow->patch);
+        PDI_DELETE(ctx, flow->rim, flow->more);
+        PDI_DELETE(ctx, 2 * (int64_t)flow->rim, flow->leak);
+        flow->rim = bonds->capacity;
+        PDI_TRY(PDI_NEW(ctx, "flow", flow->rim, flow->patch));
+        PDI_TRY(PDI_NEW(ctx, "flow", flow->rim, flow->more));
+        PDI_TRY(PDI_NEW(ctx, "flow", 2 * (int64_t)flow->rim, flow->leak));
+    }
+    for (int32_t r = 0; r < bonds->rows; r++) flow->patch[r] = bonds->smooth[r] ? r : -1;
+    while (changed) {
+        changed = 0;
+        for (int32_t r = 0; r < bonds->rows; r++)
+            if (flow->patch[r] >= 0) changed = pdi_flow_join(flow, r) || changed;
+    }
+    return PD_OK;
+}
+
+PDI_FN void pdi_flow_ghosts(const pd_flow *flow, int held, double *v)
+{
+    pd_ghosts_vector(&flow->bonds->ghosts, v);
+    if (flow->mirrors && flow->held) pd_ghosts_held(&flow->bonds->ghosts, held ? flow->held : NULL, v);
+}
+
+void pd_flow_prepare(pd_ctx *ctx, pd_flow *flow)
+{
+    pdi_flow_ghosts(flow, 1, flow->u);
+    pd_ghosts_pressure(&flow->bonds->ghosts, flow->p_out, flow->p);
+    pdi_flow_gradient(ctx, flow, flow->p, flow->grad);
+    pdi_flow_carrier(ctx, flow, flow->u, flow->carrier);
+}
+
+/* Nodes of a block: one vector, or two short ones, so that all that belongs to its nodes stays in registers. */
+#define PDI_FLOW_BLOCK PDI_VECTOR
+
+/* Twice the sums of a block. The convective term is the skew-symmetric sum of 1/2 g.(w_i + w_j) v_j (eq. 4.3). That of
+ * the velocity under the Laplacian is taken as v_i + (v_j - v_i), so that both terms share the difference. */
+typedef struct pdi_flow_sums {
+    double momentum[PD_DIM][PDI_FLOW_BLOCK]; /* convective and viscous terms but for v_i times the fluxes */
+    double flux[PDI_FLOW_BLOCK];             /* of `mass` */
+    double tie[PDI_FLOW_BLOCK];              /* fourth-order pressure difference (eq. 4.4) */
+} pdi_flow_sums;
+
+/* What a block of nodes i .. i+count-1 reads again for each of its bonds. */
+typedef struct pdi_flow_own {
+    double mass[PD_DIM][PDI_FLOW_BLOCK], u[PD_DIM][PDI_FLOW_BLOCK], grad[PD_DIM][PDI_FLOW_BLOCK], p[PDI_FLOW_BLOCK];
+    double open[PDI_FLOW_BLOCK]; /* 1 or 0: the bond in hand is open or closed */
+} pdi_flow_own;
+
+PDI_INLINE void pdi_flow_own_load(const pd_flow *flow, const pdi_flow_terms *t, int32_t i, int count,
+                                  pdi_flow_own *PD_RESTRICT own)
+{
+    for (int d = 0; d < PD_DIM; d++) {
+        int64_t at = (int64_t)d * flow->grid->total + i;
+        for (int b = 0; b < count; b++) own->mass[d][b] = t->mass[at + b];
+        for (int b = 0; b < count; b++) own->u[d][b] = t->u[at + b];
+        for (int b = 0; b < count; b++) own->grad[d][b] = t->grad[at + b];
+    }
+    for (int b = 0; b < count; b++) own->p[b] = t->p[i + b];
+}
+
+/* Add bond k of the nodes i .. i+count-1. open: 1 or 0 for each of them, NULL: 1. tied: 1, or 0 when the bond carries
+ * no pressure. Inlined with constants for `count` and `open`. */
+PDI_INLINE void pdi_flow_bond(const pd_flow *flow, const pdi_flow_terms *t, const pdi_flow_own *PD_RESTRICT own,
+                              int32_t i, int k, int count, const double *PD_RESTRICT open, double tied,
+                              pdi_flow_sums *PD_RESTRICT sums)
+{
+    const pd_stencil *s = flow->bonds->stencil;
+    int64_t total = flow->grid->total, far = (int64_t)i + flow->bonds->shift[k];
+    const double *mass = t->mass + far, *u = t->u + far, *p = t->p + far, *grad = t->grad + far;
+    const double *g = s->grad + k * PD_DIM, *xi = s->xi + k * PD_DIM, *a = pdi_bond_lap(flow->bonds, i) + k;
+    double twice_nu = 2.0 * flow->nu, share = pdi_bond_flux(flow->bonds, i, k);
+    for (int b = 0; b < count; b++) {
+        double flux = 0.0, tie = 2.0 * (p[b] - own->p[b]), gain;
+        for (int d = 0; d < PD_DIM; d++) {
+            flux += g[d] * (own->mass[d][b] + mass[d * total + b]);
+            tie -= xi[d] * (own->grad[d][b] + grad[d * total + b]);
+        }
+        if (PD_DIM == 2) flux *= share; /* the circumference half way against that at the node; planar: 1 */
+        gain = flux - twice_nu * *a;
+        tie *= *a;
+        if (open) {
+            flux *= open[b];
+            tie *= tied * open[b];
+            gain *= open[b];
+        }
+        sums->flux[b] += flux;
+        sums->tie[b] += tie;
+        for (int d = 0; d < PD_DIM; d++) sums->momentum[d][b] += gain * (u[d * total + b] - own->u[d][b]);
+    }
+}
+
+/* All bonds of nodes with whole families. Inlined with a constant for `count`. */
+PDI_INLINE void pdi_flow_whole(const pd_flow *flow, const pdi_flow_terms *t, int32_t i, int count,
+                               pdi_flow_own *PD_RESTRICT own, pdi_flow_sums *PD_RESTRICT sums)
+{
+    pdi_flow_own_load(flow, t, i, count, own);
+    for (int k = 0; k < flow->bonds->stencil->count; k++)
+        pdi_flow_bond(flow, t, own, i, k, count, NULL, 1.0, sums);
+}
+
+/* The bonds that the rows from r have open, likewise. Bonds to inlets carry no pressure. */
+PDI_INLINE void pdi_flow_cut(const pd_flow *flow, const pdi_flow_terms *t, int32_t i, int32_t r, int count,
+                             pdi_flow_own *PD_RESTRICT own, pdi_flow_sums *PD_RESTRICT sums)
+{
+    const pd_bonds *bonds = flow->bonds;
+    pdi_bond_gate gate = {NULL, 0, 0, 0};
+    pdi_flow_own_load(flow, t, i, count, own);
+    for (int k = 0; k < bonds->stencil->count; k++) {
+        pdi_lanes lanes = pdi_bond_gate_open(bonds, r, k, count, &gate, own->open);
+        if (lanes == PDI_LANES_NONE) continue;
+        double tied = r >= bonds->plain && flow->grid->kind[i + bonds->shift[k]] == PD_INLET ? 0.0 : 1.0;
+        for (int b = 0; b < count && lanes == PDI_LANES_ALL; b++) own->open[b] = 1.0;
+        pdi_flow_bond(flow, t, own, i, k, count, own->open, tied, sums);
+    }
+}
+
+/* `count` consecutive nodes from i: the rows from `row`, or nodes with whole families (-1). The wall enters the
+ * Laplacian through wall_lap, and the curvature of the velocity at the wall, known from the momentum balance there
+ * (nu u'' = G - f), through wall_curv (eq. 3.3, 3.4). The radial component of a vector turns with the circumference:
+ * lap u_r - u_r/r^2 (eq. 3.10). */
+static void pdi_flow_block(const pd_flow *flow, const pdi_flow_terms *t, int32_t i, int32_t row, int count, double *ru,
+                           double *rc)
+{
+    const pd_bonds *bonds = flow->bonds;
+    const double *hoop = bonds->ring.hoop;
+    int64_t total = flow->grid->total;
+    enum { whole = PDI_FLOW_BLOCK };
+    pdi_flow_own own;
+    pdi_flow_sums sums;
+    memset(&sums, 0, sizeof sums);
+    if (count == whole && row < 0) pdi_flow_whole(flow, t, i, whole, &own, &sums);
+    else if (count == whole) pdi_flow_cut(flow, t, i, row, whole, &own, &sums);
+    else if (row < 0) pdi_flow_whole(flow, t, i, count, &own, &sums);
+    else pdi_flow_cut(flow, t, i, row, count, &own, &sums);
+    for (int b = 0; b < count; b++) rc[i + b] = sums.flux[b] - 0.5 * flow->tau * sums.tie[b];
+    for (int d = 0; d < PD_DIM; d++) {
+        double force = t->force ? t->force[d] : 0.0;
+        double turn = hoop && d == PD_DIM - 1 ? hoop[i / flow->grid->stride[d]] : 0.0;
+        for (int b = 0; b < count; b++) {
+            int64_t at = d * total + i + b;
+            double bend = 0.0, lap = turn;
+            if (row >= 0) {
+                lap += bonds->wall_lap[row + b];
+                bend = bonds->wall_curv[row + b];
+            }
+            ru[at] = 0.5 * sums.momentum[d][b] + (0.5 * sums.flux[b] + flow->nu * lap) * t->u[at] +
+                     (1.0 - bend) * (t->grad[at] - force);
+            if (t->drive && row >= 0) ru[at] -= flow->nu * t->drive[at];
+        }
+    }
+}
+
+/* The operands of a sweep. */
+typedef struct pdi_flow_sweep {
+    const pd_flow *flow;
+    const pdi_flow_terms *terms;
+    double *ru, *rc; /* [m/s2] [1/s] */
+} pdi_flow_sweep;
+
+static void pdi_flow_run(const void *user, int32_t i, int32_t row, int32_t count)
+{
+    const pdi_flow_sweep *s = (const pdi_flow_sweep *)user;
+    pdi_flow_block(s->flow, s->terms, i, row, count, s->ru, s->rc);
+}
+
+PDI_FN void pdi_flow_terms_apply(const pd_ctx *ctx, const pd_flow *flow, const pdi_flow_terms *t, double *ru,
+                                 double *rc)
+{
+    pdi_flow_sweep s;
+    s.flow = flow;
+    s.terms = t;
+    s.ru = ru;
+    s.rc = rc;
+    pdi_bond_sweep(ctx, flow->bonds, pdi_flow_work(flow), PDI_FLOW_BLOCK, pdi_flow_run, &s);
+}
+
+/* Half the volume flux through a bond: 1/2 g.(w_i + w_j). */
+static double pdi_flow_half_flux(const double *g, const double *w, int32_t i, int32_t j, int32_t total)
+{
+    double flux = 0.0;
+    for (int d = 0; d < PD_DIM; d++) flux += 0.5 * g[d] * (w[(int64_t)d * total + i] + w[(int64_t)d * total + j]);
+    return flux;
+}
+
+PDI_FN void pdi_flow_push(const pd_ctx *ctx, const pd_flow *flow, double *ru)
+{
+    const pd_bonds *bonds = flow->bonds;
+    int32_t total = flow->grid->total;
+    int nt = pdi_par_threads(ctx, (int64_t)total * PD_DIM);
+    (void)nt;
+    if (!flow->body) return;
+    PDI_PARALLEL_FOR(nt)
+    for (int32_t i = 0; i < total; i++) {
+        if (flow->grid->kind[i] != PD_FLUID) continue;
+        double bend = bonds->row[i] >= 0 ? bonds->wall_curv[bonds->row[i]] : 0.0;
+        for (int d = 0; d < PD_DIM; d++)
+            ru[(int64_t)d * total + i] -= (1.0 - bend) * flow->body[(int64_t)d * total + i];
+    }
+}
+
+void pd_flow_residual(pd_ctx *ctx, pd_flow *flow, double *ru, double *rc)
+{
+    pdi_flow_terms t;
+    memset(&t, 0, sizeof t);
+    pd_flow_prepare(ctx, flow);
+    t.mass = flow->carrier;
+    t.u = flow->u;
+    t.p = flow->p;
+    t.grad = flow->grad;
+    t.force = flow->force;
+    t.drive = flow->drive;
+    pdi_flow_terms_apply(ctx, flow, &t, ru, rc);
+    pdi_flow_push(ctx, flow, ru);
+    pdi_flow_bend(ctx, flow, flow->u, flow->grad, 1, ru);
+    pdi_flow_even(ctx, flow, flow->u, flow->carrier, 1, 1.0, rc);
+    flow->evaluations++;
+}
+
+PDI_FN double pdi_flow_bond_flux(const pd_flow *flow, int32_t i, int k)
+{
+    const pd_stencil *s = flow->bonds->stencil;
+    int32_t total = flow->grid->total, j = i + flow->bonds->shift[k];
+    double share = pdi_bond_flux(flow->bonds, i, k);
+    double flux = 2.0 * share * pdi_flow_half_flux(s->grad + k * PD_DIM, flow->carrier, i, j, total);
+    if (flow->potential) flux -= pdi_bond_lap(flow->bonds, i)[k] * (flow->potential[j] - flow->potential[i]);
+    if (flow->grid->kind[i] == PD_INLET || flow->grid->kind[j] == PD_INLET) return flux;
+    double tie = flow->p[j] - flow->p[i];
+    for (int d = 0; d < PD_DIM; d++)
+        tie -= 0.5 * s->xi[k * PD_DIM + d] * (flow->grad[(int64_t)d * total + i] + flow->grad[(int64_t)d * total + j]);
+    return flux - flow->tau * pdi_bond_lap(flow->bonds, i)[k] * tie;
+}
+
+static double pdi_flow_section_bond(const void *user, int32_t i, int k)
+{
+    return pdi_flow_bond_flux((const pd_flow *)user, i, k);
+}
+
+double pd_flow_section(pd_ctx *ctx, pd_flow *flow, int axis, int index)
+{
+    pd_flow_prepare(ctx, flow);
+    return pdi_bond_section(flow->bonds, axis, index, pdi_flow_section_bond, flow) * flow->bonds->stencil->volume;
+}
+
+/* What the inlet ghost beside node i behind the face `up` of axis d pushes through it [m^d/s]. */
+static double pdi_flow_pushed(const pd_flow *flow, int32_t i, int d, int up)
+{
+    const pd_grid *grid = flow->grid;
+    int32_t ghost = up ? i + grid->stride[d] : i - grid->stride[d];
+    if (grid->kind[ghost] != PD_INLET) return 0.0;
+    const double *v = flow->u + (int64_t)d * grid->total;
+    double u = flow->mirrors ? 0.5 * (v[ghost] + v[i]) : v[ghost], half = 0.5 * grid->h[d];
+    double around = pdi_grid_around(grid, i, d < PD_DIM - 1 ? 0.0 : up ? half : -half);
+    return (up ? -u : u) * around * flow->bonds->stencil->volume / grid->h[d];
+}
+
+PDI_FN double pdi_flow_entering(pd_ctx *ctx, pd_flow *flow, double *pushed, double *gross)
+{
+    const pd_bonds *bonds = flow->bonds;
+    const pd_grid *grid = flow->grid;
+    const pd_stencil *s = bonds->stencil;
+    double taken = 0.0;
+    *pushed = *gross = 0.0;
+    pd_flow_prepare(ctx, flow);
+    for (int32_t i = 0; i < grid->total; i++) {
+        int32_t row = bonds->row[i];
+        if (grid->kind[i] != PD_FLUID || row < bonds->plain) continue;
+        double volume = s->volume * pdi_grid_circumference(grid, i);
+        for (int k = 0; k < s->count; k++)
+            if (grid->kind[i + bonds->shift[k]] == PD_INLET && pdi_bond_open(bonds, row, k))
+                taken -= volume * pdi_flow_bond_flux(flow, i, k);
+        for (int side = 0; side < 2 * PD_DIM; side++) {
+            double part = pdi_flow_pushed(flow, i, side / 2, side % 2);
+            *pushed += part;
+            *gross += fabs(part);
+        }
+    }
+    return taken;
+}
+
+double pd_flow_section_nodes(pd_ctx *ctx, const pd_flow *flow, int axis, int index)
+{
+    const pd_grid *grid = flow->grid;
+    double sum = 0.0, face = flow->bonds->stencil->volume / grid->h[axis];
+    (void)ctx;
+    for (int32_t node = 0; node < grid->total; node++) {
+        int i[PD_DIM];
+        if (grid->kind[node] != PD_FLUID) continue;
+        pdi_grid_index(grid, node, i);
+        if (i[axis] != index) continue;
+        sum += flow->u[(int64_t)axis * grid->total + node] * face * pdi_grid_circumference(grid, node);
+    }
+    return sum;
+}
+
+/* Room for what inlets hold: solid in them may dissolve. */
+static pd_status pdi_flow_hold(pd_ctx *ctx, pd_flow *flow)
+{
+    const pd_ghosts *ghosts = &flow->bonds->ghosts;
+    int32_t inlets = ghosts->listed - ghosts->count;
+    if (!flow->inlet || inlets == flow->inlets) return PD_OK;
+    PDI_DELETE(ctx, (int64_t)PD_DIM * flow->inlets, flow->held);
+    flow->inlets = inlets;
+    return PDI_NEW(ctx, "flow", (int64_t)PD_DIM * inlets, flow->held);
+}
+
+/* Inlet values follow the kinds of the ghosts; behind periodic and mirror sides they are images too. *moved: at least
+ * the largest change [m/s]. */
+static pd_status pdi_flow_inlets(pd_ctx *ctx, pd_flow *flow, double *moved)
+{
+    const pd_grid *grid = flow->grid;
+    const pd_ghosts *ghosts = &flow->bonds->ghosts;
+    PDI_TRY(pdi_flow_hold(ctx, flow));
+    for (int32_t k = 0; k < flow->inlets; k++) {
+        int i[PD_DIM];
+        double x[PD_DIM], u[PD_DIM];
+        int32_t node = ghosts->node[ghosts->count + k];
+        pdi_grid_index(grid, node, i);
+        int flip = pdi_grid_fold(grid, i);
+        pd_grid_position(grid, pd_grid_node(grid, i), x);
+        for (int d = 0; d < PD_DIM && flow->mirrors; d++) {
+            if (i[d] < 0) x[d] = grid->lo[d] - PDI_FLOW_BEYOND * grid->h[d];
+            if (i[d] >= grid->n[d]) x[d] = grid->hi[d] + PDI_FLOW_BEYOND * grid->h[d];
+        }
+        flow->inlet(flow->inlet_user, x, u);
+        for (int d = 0; d < PD_DIM; d++) {
+            if (!(fabs(u[d]) < 1e100))
+                return pdi_fail(ctx, PD_ERR_ARGUMENT, "flow", "the inlet velocity at (%g, ...) m is %g m/s", x[0],
+                                u[d]);
+            double *value = &flow->held[d * flow->inlets + k], fresh = flip >> d & 1 ? -u[d] : u[d];
+            *moved = fmax(*moved, fabs(fresh - *value));
+            *value = flow->u[(int64_t)d * grid->total + node] = fresh;
+        }
+    }
+    return PD_OK;
+}
+
+PDI_FN pd_status pdi_flow_mirror(pd_ctx *ctx, pd_flow *flow)
+{
+    double moved = 0.0;
+    flow->mirrors = flow->inlet != NULL;
+    return pdi_flow_inlets(ctx, flow, &moved);
+}
+
+/* The velocity of walls, and the largest component of it so far. */
+typedef struct pdi_flow_walls {
+    const pd_flow *flow;
+    double fastest; /* [m/s] */
+} pdi_flow_walls;
+
+static void pdi_flow_wall(void *user, const double *x, double *u)
+{
+    pdi_flow_walls *walls = (pdi_flow_walls *)user;
+    walls->flow->wall(walls->flow->wall_user, x, u);
+    for (int d = 0; d < PD_DIM; d++) walls->fastest = fmax(walls->fastest, fabs(u[d]));
+}
+
+/* What moving walls do to row r (eq. 3.3), and their acceleration from t - span to t + span (eq. 4.17b). */
+static void pdi_flow_drive_row(pd_flow *flow, int32_t r, double span, pdi_flow_walls *walls, double *drive)
+{
+    const pd_bonds *bonds = flow->bonds;
+    double curved[2][PD_DIM];
+    pdi_bond_drive(bonds, r, pdi_flow_wall, walls, drive, NULL);
+    if (!flow->clock || !(span > 0.0)) return;
+    for (int k = 0; k < 2; k++) {
+        double unread[PD_DIM];
+        *flow->clock = flow->time + (k ? span : -span);
+        pdi_bond_drive(bonds, r, flow->wall, flow->wall_user, unread, curved[k]);
+    }
+    *flow->clock = flow->time;
+    for (int d = 0; d < PD_DIM; d++) drive[d] += (curved[1][d] - curved[0][d]) / (2.0 * span * flow->nu);
+}
+
+/* ---- scales of the problem (eq. 4.5b) ---- */
+
+/* Mean speed [m/s] of a plane channel of width L that the force drives: 12 nu U/L^2 + U^2/L = force. */
+static double pdi_flow_driven(const pd_flow *flow, double force)
+{
+    double friction = 6.0 * flow->nu / flow->length;
+    return force * flow->length / (friction + sqrt(friction * friction + force * flow->length));
+}
+
+static void pdi_flow_tie(pd_flow *flow)
+{
+    double rate = 0.0;
+    for (int d = 0; d < PD_DIM; d++) {
+        double h = flow->grid->h[d];
+        rate += flow->nu / (h * h) + 0.5 * flow->speed / h;
+    }
+    flow->tau = 1.0 / rate;
+}
+
+/* A force along a periodic axis drives a flow; along others it counts where nothing else moves the fluid. */
+static void pdi_flow_scale(pd_flow *flow, double walls)
+{
+    double force = 0.0, around = 0.0;
+    flow->length = pdi_extent_fluid(flow->grid);
+    for (int d = 0; d < PD_DIM; d++) {
+        double most = fabs(flow->force[d]);
+        for (int32_t node = 0; node < flow->grid->total && flow->body; node++)
+            if (flow->grid->kind[node] == PD_FLUID) most = fmax(most, fabs(pdi_flow_force(flow, d, node)));
+        force = fmax(force, most);
+        if (flow->grid->side[2 * d] == PD_SIDE_PERIODIC) around = fmax(around, most);
+    }
+    flow->speed = fmax(fmax(pdi_extent_entry(flow->grid, flow->u), walls), pdi_flow_driven(flow, around));
+    if (!(flow->speed > 0.0)) flow->speed = pdi_flow_driven(flow, force);
+    if (!(flow->speed > 0.0)) flow->speed = flow->nu / flow->length; /* nothing moves */
+}
+
+PDI_FN void pdi_flow_start(pd_flow *flow)
+{
+    const pd_grid *grid = flow->grid;
+    for (int32_t i = 0; i < grid->total; i++) {
+        if (grid->kind[i] != PD_FLUID) continue;
+        for (int d = 0; d < PD_DIM; d++)
+            flow->speed = fmax(flow->speed, fabs(flow->u[(int64_t)d * grid->total + i]));
+    }
+    pdi_flow_tie(flow);
+}
+
+/* What moving walls do to all rows. *fastest: their speed [m/s]. */
+static pd_status pdi_flow_drive(pd_ctx *ctx, pd_flow *flow, double span, double *moved, double *fastest)
+{
+    const pd_bonds *bonds = flow->bonds;
+    double drive[PD_DIM], largest = 0.0;
+    pdi_flow_walls walls;
+    walls.flow = flow;
+    walls.fastest = 0.0;
+    for (int32_t r = 0; r < bonds->rows && flow->wall; r++) {
+        pdi_flow_drive_row(flow, r, span, &walls, drive);
+        for (int d = 0; d < PD_DIM; d++) {
+            double *value = &flow->drive[(int64_t)d * flow->grid->total + bonds->node[r]];
+            if (!(fabs(drive[d]) < 1e100)) {
+                char place[PDI_GRID_PLACE];
+                return pdi_fail(ctx, PD_ERR_ARGUMENT, "flow", "the velocity of the wall beside %s m is no finite one",
+                                pdi_grid_place(flow->grid, bonds->node[r], place));
+            }
+            if (bonds->wall_lap[r] > 0.0) largest = fmax(largest, fabs(drive[d] - *value) / bonds->wall_lap[r]);
+            *value = drive[d];
+        }
+    }
+    *moved = fmax(*moved, largest);
+    *fastest = walls.fastest;
+    return PD_OK;
+}
+
+/* The body force at fluid nodes, metal included: it may dissolve. *moved: at least its largest change [m/s2]. */
+static pd_status pdi_flow_body(pd_ctx *ctx, pd_flow *flow, double *moved)
+{
+    const pd_grid *grid = flow->grid;
+    for (int32_t node = 0; node < grid->total && flow->body; node++) {
+        double x[PD_DIM], f[PD_DIM];
+        if (grid->kind[node] != PD_FLUID && grid->kind[node] != PD_SOLID) continue;
+        pd_grid_position(grid, node, x);
+        flow->push(flow->push_user, x, f);
+        for (int d = 0; d < PD_DIM; d++) {
+            double *value = &flow->body[(int64_t)d * grid->total + node];
+            if (!(fabs(f[d]) < 1e100))
+                return pdi_fail(ctx, PD_ERR_ARGUMENT, "flow", "the body force at (%g, ...) m is %g m/s2", x[0], f[d]);
+            *moved = fmax(*moved, fabs(f[d] - *value));
+            *value = f[d];
+        }
+    }
+    return PD_OK;
+}
+
+/* *walls: speed of the walls [m/s]. */
+static pd_status pdi_flow_data(pd_ctx *ctx, pd_flow *flow, double t, double span, double *moved, double *walls)
+{
+    double velocity = 0.0, force = 0.0;
+    flow->time = t;
+    if (flow->clock) *flow->clock = t;
+    PDI_TRY(pdi_flow_inlets(ctx, flow, &velocity));
+    PDI_TRY(pdi_flow_drive(ctx, flow, span, &velocity, walls));
+    PDI_TRY(pdi_flow_body(ctx, flow, &force));
+    if (moved) *moved = fmax(velocity / flow->speed, force / pdi_flow_momentum(flow, flow->speed, flow->length));
+    return PD_OK;
+}
+
+pd_status pd_flow_at(pd_ctx *ctx, pd_flow *flow, double t, double span, double *moved)
+{
+    double walls;
+    if (moved) *moved = 0.0;
+    if (!flow->clock) return PD_OK;
+    PDI_TRY(pdi_flow_data(ctx, flow, t, span, moved, &walls));
+    double speed = fmax(pdi_extent_entry(flow->grid, flow->u), walls);
+    if (!(speed > flow->speed)) return PD_OK;
+    flow->speed = speed; /* the problem has become a faster one */
+    pdi_flow_tie(flow);
+    return PD_OK;
+}
+
+static pd_status pdi_flow_make(pd_ctx *ctx, const pd_grid *grid, const pd_bonds *bonds, const pd_flow_desc *desc,
+                               pd_flow *flow)
+{
+    memset(flow, 0, sizeof *flow);
+    if (!(desc->rho > 0.0) || !(desc->mu > 0.0) || !(desc->speed >= 0.0) || !(desc->length >= 0.0))
+        return pdi_fail(ctx, PD_ERR_ARGUMENT, "flow",
+                        "rho = %g kg/m3, mu = %g Pa s, speed = %g m/s, length = %g m: expected positive ones, or 0 for "
+                        "the last two", desc->rho, desc->mu, desc->speed, desc->length);
+    flow->grid = grid;
+    flow->bonds = bonds;
+    flow->rho = desc->rho;
+    flow->nu = desc->mu / desc->rho;
+    flow->p_out = desc->p_out / desc->rho;
+    flow->inlet = desc->inlet;
+    flow->inlet_user = desc->inlet_user;
+    flow->wall = desc->wall;
+    flow->wall_user = desc->wall_user;
+    flow->push = desc->body;
+    flow->push_user = desc->body_user;
+    flow->clock = desc->clock;
+    for (int d = 0; d < PD_DIM; d++) flow->force[d] = desc->force[d];
+    PDI_TRY(PDI_NEW(ctx, "flow", (int64_t)PD_DIM * grid->total, flow->u));
+    PDI_TRY(PDI_NEW(ctx, "flow", grid->total, flow->p));
+    PDI_TRY(PDI_NEW(ctx, "flow", (int64_t)PD_DIM * grid->total, flow->grad));
+    PDI_TRY(PDI_NEW(ctx, "flow", (int64_t)PD_DIM * grid->total, flow->carrier));
+    if (flow->wall) PDI_TRY(PDI_NEW(ctx, "flow", (int64_t)PD_DIM * grid->total, flow->drive));
+    if (flow->push) PDI_TRY(PDI_NEW(ctx, "flow", (int64_t)PD_DIM * grid->total, flow->body));
+    for (int32_t node = 0; node < grid->total; node++)
+        if (grid->kind[node] == PD_FLUID) flow->p[node] = flow->p_out;
+    double walls;
+    PDI_TRY(pdi_flow_data(ctx, flow, 0.0, 0.0, NULL, &walls));
+    pdi_flow_scale(flow, walls);
+    pdi_flow_tie(flow);
+    flow->reference_speed = desc->speed > 0.0 ? desc->speed : flow->speed;
+    flow->reference_length = desc->length > 0.0 ? desc->length : flow->length;
+    return PD_OK;
+}
+
+pd_status pd_flow_build(pd_ctx *ctx, const pd_grid *grid, const pd_bonds *bonds, const pd_flow_desc *desc,
+                        pd_flow *flow)
+{
+    pd_status status = pdi_flow_make(ctx, grid, bonds, desc, flow);
+    if (status < 0) pd_flow_free(ctx, flow);
+    return status;
+}
+
+pd_status pd_flow_update(pd_ctx *ctx, const int32_t *changed, int32_t count, pd_flow *flow)
+{
+    const pd_bonds *bonds = flow->bonds;
+    for (int32_t c = 0; c < count; c++) {
+        double sum = 0.0;
+        int found = 0;
+        for (int k = 0; k < bonds->stencil->count; k++) {
+            int32_t j = changed[c] + bonds->shift[k];
+            if (flow->grid->kind[j] != PD_FLUID || pdi_bond_closed_group(bonds, changed[c], k) >= 0) continue;
+            sum += flow->p[j];
+            found++;
+        }
+        flow->p[changed[c]] = found ? sum / found : flow->p_out;
+        for (int d = 0; d < PD_DIM; d++) flow->u[(int64_t)d * flow->grid->total + changed[c]] = 0.0;
+    }
+    double walls;
+    return pdi_flow_data(ctx, flow, flow->time, 0.0, NULL, &walls);
+}
+
+PDI_FN pd_status pdi_flow_store(pd_ctx *ctx, pd_flow *flow, pd_archive *archive)
+{
+    int32_t total = flow->grid->total;
+    PDI_TRY(PDI_KEEP(ctx, archive, "flow.u", flow->u, (int64_t)PD_DIM * total));
+    PDI_TRY(PDI_KEEP(ctx, archive, "flow.p", flow->p, total));
+    PDI_TRY(PDI_KEEP(ctx, archive, "flow.evaluations", &flow->evaluations, 1));
+    PDI_TRY(PDI_KEEP(ctx, archive, "flow.speed", &flow->speed, 1));
+    PDI_TRY(PDI_KEEP(ctx, archive, "flow.tau", &flow->tau, 1));
+    if (flow->clock) PDI_TRY(PDI_KEEP(ctx, archive, "flow.time", &flow->time, 1));
+    if (archive->reading) PDI_TRY(pd_flow_at(ctx, flow, flow->time, 0.0, NULL));
+    if (archive->reading) pd_flow_prepare(ctx, flow);
+    return PD_OK;
+}
+
+void pd_flow_free(pd_ctx *ctx, pd_flow *flow)
+{
+    int32_t total = flow->grid ? flow->grid->total : 0;
+    PDI_DELETE(ctx, (int64_t)PD_DIM * total, flow->u);
+    PDI_DELETE(ctx, total, flow->p);
+    PDI_DELETE(ctx, (int64_t)PD_DIM * total, flow->grad);
+    PDI_DELETE(ctx, (int64_t)PD_DIM * total, flow->carrier);
+    PDI_DELETE(ctx, (int64_t)PD_DIM * flow->inlets, flow->held);
+    PDI_DELETE(ctx, (int64_t)PD_DIM * total, flow->drive);
+    PDI_DELETE(ctx, (int64_t)PD_DIM * total, flow->body);
+    PDI_DELETE(ctx, flow->rim, flow->patch);
+    PDI_DELETE(ctx, flow->rim, flow->more);
+    PDI_DELETE(ctx, 2 * (int64_t)flow->rim, flow->leak);
+    pd_slopes_free(ctx, &flow->slopes);
+    memset(flow, 0, sizeof *flow);
+}

@@ -1,0 +1,163 @@
+/* flow: peridynamic Navier-Stokes operator: momentum and continuity residuals, their linearisation, flux sections.
+ *
+ * Unknowns are the velocity u [m/s] and the kinematic pressure P = p/rho [m2/s2] of fluid nodes. Continuity is a sum
+ * of antisymmetric bond fluxes F_ij = g.(v_i + v_j) over open bonds, so nothing passes solid or wall; a fourth-order
+ * antisymmetric pressure flux ties odd and even nodes (theory: eq. 4.1 to 4.6; Zhao and Bobaru 2022).
+ */
+#ifndef PD_FLOW_H
+#define PD_FLOW_H
+#include "core/archive.h"
+#include "lattice/slope.h"
+#include <math.h>
+
+typedef struct pd_flow_desc {
+    double rho;             /* [kg/m3] */
+    double mu;              /* [Pa s] */
+    double force[PD_DIM];   /* [m/s2] body force per mass */
+    pd_velocity_fn body;    /* [m/s2] body force at places of fluid nodes, on top of `force`; NULL: none */
+    void *body_user;
+    double *clock;          /* [s] where inlet, wall and body read the time: pd_flow_at writes it before it asks them.
+                             * NULL: they do not depend on time. Borrowed */
+    double p_out;           /* [Pa] at outlets */
+    double speed;           /* [m/s] reference U that results report residuals against; 0: that of the flow */
+    double length;          /* [m] reference L, likewise */
+    pd_velocity_fn inlet;   /* NULL: fluid at rest in the inlet ghosts */
+    void *inlet_user;
+    pd_velocity_fn wall;    /* velocity along the surface of walls and solids, at points on it; NULL: at rest */
+    void *wall_user;
+} pd_flow_desc;
+
+typedef struct pd_flow {
+    const pd_grid *grid;
+    const pd_bonds *bonds;
+    double rho;             /* [kg/m3] */
+    double nu;              /* [m2/s] */
+    double force[PD_DIM];   /* [m/s2] */
+    pd_velocity_fn push;
+    void *push_user;
+    double *body;           /* [PD_DIM][total] [m/s2] of `push`; NULL: none */
+    double *clock, time;    /* [s] `time`: of the boundary data and of the body force */
+    double p_out;           /* [m2/s2] kinematic */
+    double speed, length;   /* [m/s] [m] scales U and L of the problem (eq. 4.5b), which solvers work with */
+    double reference_speed, reference_length; /* [m/s] [m] for reports alone */
+    double tau;             /* [s] weight of the pressure flux (eq. 4.4) */
+    pd_velocity_fn inlet;
+    void *inlet_user;
+    pd_velocity_fn wall;
+    void *wall_user;
+    int mirrors;            /* 1: inlets hold their velocity on the side of the box and ghosts are odd about it, as a
+                             * steady solver asks for (eq. 4.5c); 0: at the places of the ghosts */
+    int32_t inlets;         /* inlet ghosts with a place in */
+    double *held;           /* [PD_DIM][inlets] [m/s] what they hold, in the order of the ghosts */
+    double *drive;          /* [PD_DIM][total] [1/m/s] of moving walls (pdi_bond_drive), with what their acceleration
+                             * does to the curvature beside them (eq. 4.17b); NULL: walls at rest */
+    double *u;              /* [PD_DIM][total] [m/s] */
+    double *p;              /* [total] [m2/s2] kinematic pressure */
+    double *grad;           /* [PD_DIM][total] [m/s2] gradient of p */
+    double *carrier;        /* [PD_DIM][total] [m/s] velocity that makes the bond fluxes (eq. 4.2b) */
+    const double *potential; /* [total] [m2/s] its Laplacian takes from the bond fluxes the divergence that a steady
+                             * solve has left (eq. 4.10b), zero at ports. NULL: none. Borrowed from the solver */
+    int even;               /* 1: rows beside smooth surfaces have the divergence (4.2c): a solver of steady flows has
+                             * asked for it, which gives transport the potential that it needs then */
+    int32_t rim;            /* length of the next three */
+    int32_t *patch;         /* [rim] rows beside smooth surfaces: the first row of those that bonds join; -1: others */
+    pd_slopes slopes;       /* fits of pressure and velocity beside smooth surfaces (eq. 3.4b, 3.5b) */
+    double *more, *leak;    /* [rim] [1/s] work of (4.2c); [2 rim] sums of a patch and its rows */
+    int64_t evaluations;    /* operator evaluations so far: residuals and linearised products */
+} pd_flow;
+
+#define pd_flow_build PD_NAME(pd_flow_build)
+#define pd_flow_update PD_NAME(pd_flow_update)
+#define pd_flow_prepare PD_NAME(pd_flow_prepare)
+#define pd_flow_at PD_NAME(pd_flow_at)
+#define pd_flow_residual PD_NAME(pd_flow_residual)
+#define pd_flow_section PD_NAME(pd_flow_section)
+#define pd_flow_section_nodes PD_NAME(pd_flow_section_nodes)
+#define pd_flow_free PD_NAME(pd_flow_free)
+
+/* Allocates the fields (fluid at rest, p = p_out) and fills the inlet ghosts. Grid and bonds are borrowed.
+ * PD_ERR_ARGUMENT: rho or mu not positive, speed or length negative. */
+PD_API pd_status pd_flow_build(pd_ctx *ctx, const pd_grid *grid, const pd_bonds *bonds, const pd_flow_desc *desc,
+                               pd_flow *flow);
+/* After pd_bonds_update: `changed` nodes have turned fluid. They start at rest with the mean pressure of their
+ * fluid neighbours. */
+PD_API pd_status pd_flow_update(pd_ctx *ctx, const int32_t *changed, int32_t count, pd_flow *flow);
+/* Ghosts, pressure gradient and carrier of the u and p that the caller has put in: all that transport needs of a given
+ * flow. */
+PD_API void pd_flow_prepare(pd_ctx *ctx, pd_flow *flow);
+/* Velocities of inlets and walls and the body force become those of time t [s]; nothing happens without a clock. span
+ * [s]: walls accelerate as they do on average from t - span to t + span; 0: not at all, as in steady flow. moved may be
+ * NULL, or gets [-] the largest change: of velocities over U, of forces over U^2/L. */
+PD_API pd_status pd_flow_at(pd_ctx *ctx, pd_flow *flow, double t, double span, double *moved);
+/* Residuals of the present state: ru [PD_DIM][total] [m/s2], rc [total] [1/s], zero outside of fluid nodes. */
+PD_API void pd_flow_residual(pd_ctx *ctx, pd_flow *flow, double *ru, double *rc);
+/* Volume flux [m^d/s; planar 2D: per unit depth, axisymmetric: m3/s] of all bonds that cross the plane between cells
+ * `index - 1` and `index` of `axis` (index 1 .. n-1): the quantity that the scheme conserves. */
+PD_API double pd_flow_section(pd_ctx *ctx, pd_flow *flow, int axis, int index);
+/* The same from node velocities of the layer `index` of `axis`: sum u_axis times the face of a cell. */
+PD_API double pd_flow_section_nodes(pd_ctx *ctx, const pd_flow *flow, int axis, int index);
+PD_API void pd_flow_free(pd_ctx *ctx, pd_flow *flow);
+
+#ifdef PDI_INTERNAL
+/* Fields of one evaluation. */
+typedef struct pdi_flow_terms {
+    const double *mass;    /* carrier: convects u; its divergence is the continuity term [m/s] */
+    const double *u;       /* [m/s] */
+    const double *p;       /* [m2/s2] */
+    const double *grad;    /* gradient of p [m/s2] */
+    const double *force;   /* [PD_DIM] [m/s2], or NULL */
+    const double *drive;   /* of moving walls [1/m/s], or NULL */
+} pdi_flow_terms;
+/* carrier = K v at nodes whose family is cut, v elsewhere, ghosts filled (eq. 4.2b); v and its inlet ghosts are
+ * given. */
+PDI_FN void pdi_flow_carrier(const pd_ctx *ctx, const pd_flow *flow, const double *v, double *carrier);
+/* From here on inlets hold their velocity on the side. */
+PDI_FN pd_status pdi_flow_mirror(pd_ctx *ctx, pd_flow *flow);
+/* Ghosts of a velocity, or of a step of one (held 0). */
+PDI_FN void pdi_flow_ghosts(const pd_flow *flow, int held, double *v);
+/* grad = G p at fluid nodes, images and outlet ghosts (eq. 3.5). */
+PDI_FN void pdi_flow_gradient(const pd_ctx *ctx, const pd_flow *flow, const double *p, double *grad);
+/* Momentum and continuity terms M(u, P) (eq. 4.1, 4.2); ghosts must be filled. */
+PDI_FN void pdi_flow_terms_apply(const pd_ctx *ctx, const pd_flow *flow, const pdi_flow_terms *t, double *ru,
+                                 double *rc);
+/* Take the body force off ru [PD_DIM][total] [m/s2]; beside walls as much of it as of the pressure gradient. */
+PDI_FN void pdi_flow_push(const pd_ctx *ctx, const pd_flow *flow, double *ru);
+/* Force per mass [m/s2] along axis d at a fluid node. */
+static inline double pdi_flow_force(const pd_flow *flow, int d, int32_t node)
+{
+    return flow->force[d] + (flow->body ? flow->body[(int64_t)d * flow->grid->total + node] : 0.0);
+}
+/* Find the patches of rows that (4.2c) is for, as the geometry is. */
+PDI_FN pd_status pdi_flow_patch(pd_ctx *ctx, pd_flow *flow);
+/* 1: row r has (3.4b) in the place of (3.3) and (3.4). A surface that moves there keeps these. */
+static inline int pdi_flow_bends(const pd_flow *flow, int32_t r)
+{
+    if (!flow->even || !pdi_slopes_bent(&flow->slopes, r)) return 0;
+    for (int d = 0; d < PD_DIM && flow->drive; d++)
+        if (fabs(flow->drive[(int64_t)d * flow->grid->total + flow->bonds->node[r]]) > 0.0) return 0;
+    return 1;
+}
+/* ru += what (3.4b) has more than (3.3) and (3.4) of the velocity u and of the pressure gradient. held: the body force
+ * counts. */
+PDI_FN void pdi_flow_bend(const pd_ctx *ctx, const pd_flow *flow, const double *u, const double *grad, int held,
+                          double *ru);
+/* rc += sign times what (4.2c) has more than the bond fluxes of `carrier`, made from u by pdi_flow_carrier. */
+PDI_FN void pdi_flow_even(const pd_ctx *ctx, const pd_flow *flow, const double *u, const double *carrier, int held,
+                          double sign, double *rc);
+/* What steps carry on; with all that follows from it after reading. */
+PDI_FN pd_status pdi_flow_store(pd_ctx *ctx, pd_flow *flow, pd_archive *archive);
+/* The speed of the problem is no less than that of the velocity in flow: the start of a flow in time. */
+PDI_FN void pdi_flow_start(pd_flow *flow);
+/* Residuals of momentum [m/s2] and of continuity [1/s] are measured against U^2/L + nu U/L^2 and U/L. */
+static inline double pdi_flow_momentum(const pd_flow *flow, double speed, double length)
+{
+    return speed / length * (speed + flow->nu / length);
+}
+/* Volume flux per volume [1/s] of the bond k from node i to its far end, pressure flux included (eq. 4.4). */
+PDI_FN double pdi_flow_bond_flux(const pd_flow *flow, int32_t i, int k);
+/* Volume per time [m3/s, per m in planar 2D] that bonds to inlets bring. *pushed: what the velocities of the inlets
+ * make on the faces of the cells beside them, in sum; *gross: the sum of their sizes. */
+PDI_FN double pdi_flow_entering(pd_ctx *ctx, pd_flow *flow, double *pushed, double *gross);
+#endif
+
+#endif

@@ -1,0 +1,678 @@
+/* gas: see gas.h
+ *
+ * Design: sweeps work on up to PDI_LANES neighbours along axis 0 at once, bond by bond. Closed lanes see the state of
+ * the node at the far end too, so that all numbers stay finite, and count for nothing. The pressure of the node is
+ * taken off every flux of its momentum; that changes nothing, since its faces close, and gas at rest stays at rest to
+ * the last bit.
+ */
+#include "flow/gas.h"
+#include "core/par.h"
+#include "lattice/op.h"
+#include <math.h>
+#include <string.h>
+
+/* Places of the fields. */
+#define PDI_GAS_V 1
+#define PDI_GAS_P (PD_DIM + 1)
+#define PDI_GAS_HALVINGS 20
+/* Rounds in which nodes fall back to first order within a stage. */
+#define PDI_GAS_ROUNDS 8
+/* Values beyond this count as infinite. */
+#define PDI_GAS_HUGE 1e200
+
+/* Both sides of a face: primitive states at the middle of the bond. */
+typedef struct pdi_gas_face {
+    double left[PD_GAS_FIELDS][PDI_LANES], right[PD_GAS_FIELDS][PDI_LANES];
+    double u_left[PDI_LANES], u_right[PDI_LANES]; /* [m/s] v.n */
+    double s_left[PDI_LANES], s_right[PDI_LANES]; /* [m/s] speeds of the outer waves */
+} pdi_gas_face;
+
+/* A sweep over `count` consecutive nodes from i, which are the rows from `row` (-1: whole families). */
+typedef void (*pdi_gas_lanes_fn)(const pd_gas *gas, int32_t i, int32_t row, int count);
+
+typedef struct pdi_gas_sweeping {
+    const pd_gas *gas;
+    pdi_gas_lanes_fn lanes;
+} pdi_gas_sweeping;
+
+static void pdi_gas_run(const void *user, int32_t i, int32_t row, int32_t count)
+{
+    const pdi_gas_sweeping *s = (const pdi_gas_sweeping *)user;
+    s->lanes(s->gas, i, row, count);
+}
+
+static void pdi_gas_sweep(const pd_ctx *ctx, const pd_gas *gas, pdi_gas_lanes_fn lanes)
+{
+    pdi_gas_sweeping s;
+    s.gas = gas;
+    s.lanes = lanes;
+    pdi_bond_sweep(ctx, gas->bonds, gas->grid->fluid_count * gas->bonds->stencil->count * 16, PDI_LANES, pdi_gas_run,
+                   &s);
+}
+
+/* ---- states ---- */
+
+/* q = (rho, v, p) of u = (rho, rho v, rho E). 0: not admissible. */
+static int pdi_gas_primitive(double gamma, const double *u, double *q)
+{
+    double kinetic = 0.0;
+    q[0] = u[0];
+    for (int d = 0; d < PD_DIM; d++) {
+        q[PDI_GAS_V + d] = u[PDI_GAS_V + d] / u[0];
+        kinetic += 0.5 * u[PDI_GAS_V + d] * q[PDI_GAS_V + d];
+    }
+    double p = q[PDI_GAS_P] = (gamma - 1.0) * (u[PDI_GAS_P] - kinetic);
+    return u[0] > 0.0 && u[0] < PDI_GAS_HUGE && p > 0.0 && p < PDI_GAS_HUGE && kinetic < PDI_GAS_HUGE;
+}
+
+static int pdi_gas_convert(const pd_gas *gas, int32_t i)
+{
+    int64_t total = gas->grid->total;
+    double u[PD_GAS_FIELDS], q[PD_GAS_FIELDS];
+    for (int c = 0; c < PD_GAS_FIELDS; c++) u[c] = gas->state[c * total + i];
+    int good = pdi_gas_primitive(gas->desc.gamma, u, q);
+    for (int c = 0; c < PD_GAS_FIELDS; c++) gas->primitive[c * total + i] = q[c];
+    return good;
+}
+
+static int pdi_gas_holds(uint8_t kind) { return kind == PD_FLUID || kind == PD_INLET; }
+
+/* Primitive states of fluid nodes and inlets. Returns the first node that is not admissible, or -1. */
+static int32_t pdi_gas_convert_all(const pd_ctx *ctx, const pd_gas *gas)
+{
+    const uint8_t *kind = gas->grid->kind;
+    int32_t total = gas->grid->total, bad = -1;
+    int nt = pdi_par_threads(ctx, (int64_t)total * 8);
+    (void)nt;
+    /* the mark of a bad node is a density of -1, which no admissible one has */
+    PDI_PARALLEL_FOR(nt)
+    for (int32_t i = 0; i < total; i++)
+        if (pdi_gas_holds(kind[i]) && !pdi_gas_convert(gas, i)) gas->primitive[i] = -1.0;
+    for (int32_t i = 0; i < total && bad < 0; i++)
+        if (pdi_gas_holds(kind[i]) && !(gas->primitive[i] > 0.0)) bad = i;
+    return bad;
+}
+
+/* Axes along which a ghost is a mirror image, and the components of the velocity that change their sign there: those
+ * of the axes with mirror sides. Behind an outlet the state is even, which lets pass what comes. */
+static void pdi_gas_ghost_signs(const pd_ghosts *g, int32_t k, int *flip, int *odd)
+{
+    int i[PD_DIM];
+    *flip = *odd = g->odd[k];
+    if (k < g->images) return;
+    pdi_grid_index(g->grid, g->node[k], i);
+    *odd = pdi_grid_fold(g->grid, i);
+    (void)pdi_grid_image(g->grid, g->node[k], flip);
+}
+
+/* Ghosts of the primitive states, and of their gradients when they are there. */
+static void pdi_gas_ghosts(const pd_gas *gas, int with_slopes)
+{
+    const pd_ghosts *g = &gas->bonds->ghosts;
+    int64_t total = gas->grid->total;
+    for (int32_t k = 0; k < g->count; k++) {
+        int32_t to = g->node[k], from = g->source[k];
+        int flip, odd;
+        pdi_gas_ghost_signs(g, k, &flip, &odd);
+        for (int c = 0; c < PD_GAS_FIELDS; c++) {
+            int sign = c >= PDI_GAS_V && c < PDI_GAS_P ? odd >> (c - PDI_GAS_V) & 1 : 0;
+            double *q = gas->primitive + c * total;
+            if (!with_slopes) q[to] = sign ? -q[from] : q[from];
+            for (int d = 0; d < PD_DIM && with_slopes; d++) {
+                double *slope = gas->slope + ((int64_t)c * PD_DIM + d) * total;
+                slope[to] = sign ^ (flip >> d & 1) ? -slope[from] : slope[from];
+            }
+        }
+    }
+}
+
+/* Factors of the gradients of density and pressure, into the fields of rate: half a bond must not lead further from
+ * the value of the node than the least and the largest value of its family are away, both of them (eq. 4.23). At a
+ * minimum the gradient is zero, so that nothing drains it. */
+static void pdi_gas_room_lanes(const pd_gas *gas, int32_t i, int32_t row, int count)
+{
+    const pd_bonds *bonds = gas->bonds;
+    int64_t total = gas->grid->total;
+    double least[PDI_LANES], most[PDI_LANES], steep[PDI_LANES], along[PDI_LANES], open[PDI_LANES];
+    for (int c = 0; c < PD_GAS_FIELDS; c += PDI_GAS_P) {
+        const double *q = gas->primitive + c * total + i, *slope = gas->slope + (int64_t)c * PD_DIM * total + i;
+        for (int b = 0; b < count; b++) {
+            least[b] = most[b] = q[b];
+            steep[b] = 0.0;
+        }
+        pdi_bond_gate gate = {NULL, 0, 0, 0};
+        for (int k = 0; k < bonds->stencil->count; k++) {
+            pdi_lanes lanes = pdi_bond_gate_open(bonds, row, k, count, &gate, open);
+            const double *far = q + bonds->shift[k], *xi = bonds->stencil->xi + k * PD_DIM;
+            if (lanes == PDI_LANES_NONE) continue;
+            for (int b = 0; b < count; b++) along[b] = 0.0;
+            for (int d = 0; d < PD_DIM; d++)
+                for (int b = 0; b < count; b++) along[b] += 0.5 * xi[d] * slope[d * total + b];
+            for (int b = 0; b < count; b++) {
+                double value = lanes == PDI_LANES_ALL || open[b] > 0.0 ? far[b] : q[b], size = fabs(along[b]);
+                least[b] = value < least[b] ? value : least[b];
+                most[b] = value > most[b] ? value : most[b];
+                steep[b] = size > steep[b] ? size : steep[b];
+            }
+        }
+        for (int b = 0; b < count; b++) {
+            double room = most[b] - q[b] < q[b] - least[b] ? most[b] - q[b] : q[b] - least[b];
+            gas->rate[c * total + i + b] = room < steep[b] ? room / steep[b] : 1.0;
+        }
+    }
+}
+
+/* Ghosts and gradients of admissible primitive states. */
+static void pdi_gas_fill(const pd_ctx *ctx, const pd_gas *gas)
+{
+    const uint8_t *kind = gas->grid->kind;
+    int64_t total = gas->grid->total;
+    int nt = pdi_par_threads(ctx, total * 8);
+    (void)nt;
+    pdi_gas_ghosts(gas, 0);
+    if (!gas->slope) return;
+    for (int c = 0; c < PD_GAS_FIELDS; c++)
+        pd_op_gradient(ctx, gas->bonds, gas->primitive + c * total, gas->slope + (int64_t)c * PD_DIM * total);
+    pdi_gas_sweep(ctx, gas, pdi_gas_room_lanes);
+    PDI_PARALLEL_FOR(nt)
+    for (int32_t i = 0; i < (int32_t)total; i++)
+        for (int c = 0; c < PD_GAS_FIELDS && kind[i] == PD_FLUID; c += PDI_GAS_P)
+            for (int d = 0; d < PD_DIM; d++)
+                gas->slope[((int64_t)c * PD_DIM + d) * total + i] *= gas->rate[c * total + i];
+    pdi_gas_ghosts(gas, 1);
+}
+
+/* ---- faces ---- */
+
+/* Harmonic mean of the ratio b/a limited to one sign (van Leer 1974): 0 at an extremum, never beyond 2a or 2b. */
+static inline double pdi_gas_limited(double a, double b)
+{
+    double product = a * b, positive = product > 0.0 ? product : 0.0, sum = product > 0.0 ? a + b : 1.0;
+    return 2.0 * positive / sum;
+}
+
+/* States on both sides of the middle of bond k (eq. 4.22). They lie between those of its ends. open: 1.0 or 0.0 for
+ * each lane, NULL: all open. */
+static void pdi_gas_reconstruct(const pd_gas *gas, int32_t i, int k, int count, const double *open, pdi_gas_face *f)
+{
+    const double *xi = gas->bonds->stencil->xi + k * PD_DIM;
+    int64_t total = gas->grid->total, shift = gas->bonds->shift[k];
+    for (int c = 0; c < PD_GAS_FIELDS; c++) {
+        const double *near = gas->primitive + c * total + i;
+        const double *slope = gas->slope ? gas->slope + (int64_t)c * PD_DIM * total + i : NULL;
+        double *left = f->left[c], *right = f->right[c], step[PDI_LANES], here[PDI_LANES], there[PDI_LANES];
+        for (int b = 0; b < count; b++) {
+            left[b] = near[b];
+            step[b] = open && !(open[b] > 0.0) ? 0.0 : near[b + shift] - near[b];
+            right[b] = open && !(open[b] > 0.0) ? near[b] : near[b + shift];
+            here[b] = there[b] = 0.0;
+        }
+        if (!slope) continue;
+        for (int d = 0; d < PD_DIM; d++)
+            for (int b = 0; b < count; b++) {
+                here[b] += 2.0 * xi[d] * slope[d * total + b];
+                there[b] += 2.0 * xi[d] * slope[d * total + b + shift];
+            }
+        for (int b = 0; b < count; b++) {
+            left[b] += 0.5 * pdi_gas_limited(here[b] - step[b], step[b]);
+            right[b] -= 0.5 * pdi_gas_limited(there[b] - step[b], step[b]);
+        }
+    }
+}
+
+/* Weight of the jump of the normal velocity in the mean speed of sound: at least that of Roe's mean. */
+static double pdi_gas_spread(double gamma) { return gamma > 2.0 ? 0.5 * (gamma - 1.0) : 0.5; }
+
+/* Slowest wave of a face [m/s] (eq. 4.21); the fastest one is that of the mirrored face with its sign changed. */
+static inline double pdi_gas_slowest(double gamma, double spread, double rho_l, double u_l, double p_l, double rho_r,
+                                     double u_r, double p_r)
+{
+    double root = sqrt(rho_r / rho_l), share = 1.0 / (1.0 + root), rest = root * share, jump = u_r - u_l;
+    double square_l = gamma * p_l / rho_l, square_r = gamma * p_r / rho_r;
+    double mean = share * u_l + rest * u_r;
+    double wide = sqrt(share * square_l + rest * square_r + spread * share * rest * jump * jump);
+    double own = u_l - sqrt(square_l), roe = mean - wide;
+    return own < roe ? own : roe;
+}
+
+/* Normal velocities and wave speeds of a face with the normal n. */
+static void pdi_gas_waves(const pd_gas *gas, const double *n, int count, pdi_gas_face *f)
+{
+    double gamma = gas->desc.gamma, spread = pdi_gas_spread(gamma);
+    for (int b = 0; b < count; b++) f->u_left[b] = f->u_right[b] = 0.0;
+    for (int d = 0; d < PD_DIM; d++)
+        for (int b = 0; b < count; b++) {
+            f->u_left[b] += n[d] * f->left[PDI_GAS_V + d][b];
+            f->u_right[b] += n[d] * f->right[PDI_GAS_V + d][b];
+        }
+    for (int b = 0; b < count; b++) {
+        double rho_l = f->left[0][b], rho_r = f->right[0][b], p_l = f->left[PDI_GAS_P][b], p_r = f->right[PDI_GAS_P][b];
+        f->s_left[b] = pdi_gas_slowest(gamma, spread, rho_l, f->u_left[b], p_l, rho_r, f->u_right[b], p_r);
+        f->s_right[b] = -pdi_gas_slowest(gamma, spread, rho_r, -f->u_right[b], p_r, rho_l, -f->u_left[b], p_l);
+    }
+}
+
+/* Add `weight` times the flux through faces with the normal n, less the pressure p of the nodes (eq. 4.19, 4.20). */
+static void pdi_gas_hllc(const pd_gas *gas, const double *n, double weight, const double *p, int count,
+                         const double *open, const pdi_gas_face *f, double (*sum)[PDI_LANES])
+{
+    double inner = 1.0 / (gas->desc.gamma - 1.0);
+    for (int b = 0; b < count; b++) {
+        double rho_l = f->left[0][b], rho_r = f->right[0][b], p_l = f->left[PDI_GAS_P][b], p_r = f->right[PDI_GAS_P][b];
+        double mass_l = rho_l * (f->s_left[b] - f->u_left[b]), mass_r = rho_r * (f->s_right[b] - f->u_right[b]);
+        double contact = (p_r - p_l + mass_l * f->u_left[b] - mass_r * f->u_right[b]) / (mass_l - mass_r);
+        int from_left = contact >= 0.0;
+        double rho = from_left ? rho_l : rho_r, u = from_left ? f->u_left[b] : f->u_right[b];
+        double pressure = from_left ? p_l : p_r, wave = from_left ? f->s_left[b] : f->s_right[b];
+        double passing = from_left ? (wave < 0.0 ? wave : 0.0) : (wave > 0.0 ? wave : 0.0);
+        double scale = open ? open[b] * weight : weight, kinetic = 0.0;
+        double star = rho * ((wave - u) / (wave - contact)), mass = rho * u + passing * (star - rho);
+        double push = pressure - p[b] + passing * star * (contact - u);
+        for (int d = 0; d < PD_DIM; d++) {
+            double v = from_left ? f->left[PDI_GAS_V + d][b] : f->right[PDI_GAS_V + d][b];
+            kinetic += 0.5 * v * v;
+            sum[PDI_GAS_V + d][b] += scale * (mass * v + push * n[d]);
+        }
+        double energy = kinetic + inner * pressure / rho; /* per mass */
+        double gain = (contact - u) * (contact + pressure / (rho * (wave - u)));
+        sum[0][b] += scale * mass;
+        sum[PDI_GAS_P][b] += scale * (mass * energy + pressure * u + passing * star * gain);
+    }
+}
+
+/* Outflow velocity at the wall of row r and its normal. The wall is the middle of a bond to the mirror image, with the
+ * reconstruction of the others; of scalars and along the wall it finds nothing to add. Returns the weight
+ * 2 |wall_face| [1/m]; 0: no wall, or equal ones on both sides. */
+static double pdi_gas_wall(const pd_gas *gas, int32_t i, int32_t r, double *n, double *u)
+{
+    int64_t total = gas->grid->total;
+    const double *face = gas->wall_face + (int64_t)r * PD_DIM;
+    double square = 0.0, slope = 0.0;
+    for (int d = 0; d < PD_DIM; d++) square += face[d] * face[d];
+    *u = 0.0;
+    if (!(square > 0.0)) return 0.0;
+    for (int d = 0; d < PD_DIM; d++) {
+        n[d] = face[d] / sqrt(square);
+        *u += n[d] * gas->primitive[(PDI_GAS_V + d) * total + i];
+    }
+    if (gas->slope) {
+        for (int c = 0; c < PD_DIM; c++)
+            for (int d = 0; d < PD_DIM; d++)
+                slope += n[c] * n[d] * gas->slope[((int64_t)(PDI_GAS_V + c) * PD_DIM + d) * total + i];
+        *u += 0.5 * pdi_gas_limited(4.0 * gas->wall_gap[r] * slope + 2.0 * *u, -2.0 * *u);
+    }
+    return 2.0 * sqrt(square);
+}
+
+/* Slowest wave [m/s] between a node and its mirror image, with the velocity u towards the wall. */
+static double pdi_gas_wall_wave(const pd_gas *gas, int32_t i, double u)
+{
+    double gamma = gas->desc.gamma, rho = gas->primitive[i];
+    double p = gas->primitive[(int64_t)PDI_GAS_P * gas->grid->total + i];
+    return pdi_gas_slowest(gamma, pdi_gas_spread(gamma), rho, u, p, rho, -u, p);
+}
+
+/* ---- sums over bonds ---- */
+
+/* Weight 2 |g| [1/m] and normal of bond k. */
+static double pdi_gas_bond(const pd_stencil *s, int k, double *n)
+{
+    double square = 0.0;
+    for (int d = 0; d < PD_DIM; d++) square += s->grad[k * PD_DIM + d] * s->grad[k * PD_DIM + d];
+    for (int d = 0; d < PD_DIM; d++) n[d] = s->grad[k * PD_DIM + d] / sqrt(square);
+    return 2.0 * sqrt(square);
+}
+
+/* Time derivatives (eq. 4.19, 4.24). */
+static void pdi_gas_rate_lanes(const pd_gas *gas, int32_t i, int32_t row, int count)
+{
+    const pd_bonds *bonds = gas->bonds;
+    int64_t total = gas->grid->total;
+    const double *p = gas->primitive + PDI_GAS_P * total + i;
+    double sum[PD_GAS_FIELDS][PDI_LANES], open[PDI_LANES], n[PD_DIM];
+    pdi_gas_face face;
+    memset(sum, 0, sizeof sum);
+    pdi_bond_gate gate = {NULL, 0, 0, 0};
+    for (int k = 0; k < bonds->stencil->count; k++) {
+        pdi_lanes lanes = pdi_bond_gate_open(bonds, row, k, count, &gate, open);
+        const double *some = lanes == PDI_LANES_SOME ? open : NULL;
+        if (lanes == PDI_LANES_NONE) continue;
+        double weight = pdi_gas_bond(bonds->stencil, k, n);
+        pdi_gas_reconstruct(gas, i, k, count, some, &face);
+        pdi_gas_waves(gas, n, count, &face);
+        pdi_gas_hllc(gas, n, weight, p, count, some, &face, sum);
+    }
+    for (int b = 0; b < count && row >= 0; b++) {
+        double u, weight = pdi_gas_wall(gas, i + b, row + b, n, &u);
+        if (!(weight > 0.0)) continue;
+        double push = gas->primitive[i + b] * u * (u - pdi_gas_wall_wave(gas, i + b, u));
+        for (int d = 0; d < PD_DIM; d++) sum[PDI_GAS_V + d][b] += weight * push * n[d];
+    }
+    for (int c = 0; c < PD_GAS_FIELDS; c++)
+        for (int b = 0; b < count; b++) gas->rate[c * total + i + b] = -sum[c][b];
+}
+
+/* Sums of wave speeds [1/s] of the step limit (eq. 4.26), into the first field of rate. */
+static void pdi_gas_limit_lanes(const pd_gas *gas, int32_t i, int32_t row, int count)
+{
+    const pd_bonds *bonds = gas->bonds;
+    double sum[PDI_LANES], open[PDI_LANES], n[PD_DIM];
+    pd_gas nodes = *gas;
+    pdi_gas_face face;
+    nodes.slope = NULL;
+    for (int b = 0; b < count; b++) sum[b] = 0.0;
+    pdi_bond_gate gate = {NULL, 0, 0, 0};
+    for (int k = 0; k < bonds->stencil->count; k++) {
+        pdi_lanes lanes = pdi_bond_gate_open(bonds, row, k, count, &gate, open);
+        if (lanes == PDI_LANES_NONE) continue;
+        double weight = pdi_gas_bond(bonds->stencil, k, n);
+        pdi_gas_reconstruct(&nodes, i, k, count, lanes == PDI_LANES_SOME ? open : NULL, &face);
+        pdi_gas_waves(gas, n, count, &face);
+        for (int b = 0; b < count; b++) {
+            double back = face.s_left[b] < 0.0 ? -weight * face.s_left[b] : 0.0;
+            sum[b] += lanes == PDI_LANES_SOME ? open[b] * back : back;
+        }
+    }
+    for (int b = 0; b < count && row >= 0; b++) {
+        double u, weight = pdi_gas_wall(&nodes, i + b, row + b, n, &u);
+        if (weight > 0.0) sum[b] -= weight * pdi_gas_wall_wave(gas, i + b, u);
+    }
+    memcpy(gas->rate + i, sum, (size_t)count * sizeof(double));
+}
+
+/* ---- steps ---- */
+
+static pd_status pdi_gas_refuse(pd_ctx *ctx, const pd_gas *gas, int32_t node)
+{
+    int64_t total = gas->grid->total;
+    char place[PDI_GRID_PLACE];
+    return pdi_fail(ctx, PD_ERR_STATE, "gas",
+                    "node %d at %s m has rho = %g kg/m3 and rho E = %g J/m3 at t = %g s: density and pressure "
+                    "must be positive and finite",
+                    (int)node, pdi_grid_place(gas->grid, node, place), gas->state[node],
+                    gas->state[PDI_GAS_P * total + node], gas->time);
+}
+
+pd_status pd_gas_limit(pd_ctx *ctx, pd_gas *gas, double *limit)
+{
+    double fastest = 0.0;
+    int32_t bad = pdi_gas_convert_all(ctx, gas);
+    *limit = 0.0;
+    if (bad >= 0) return pdi_gas_refuse(ctx, gas, bad);
+    pdi_gas_ghosts(gas, 0);
+    pdi_gas_sweep(ctx, gas, pdi_gas_limit_lanes);
+    for (int32_t i = 0; i < gas->grid->total; i++)
+        if (gas->grid->kind[i] == PD_FLUID) fastest = fmax(fastest, gas->rate[i]);
+    *limit = fastest > 0.0 ? 1.0 / fastest : HUGE_VAL;
+    return PD_OK;
+}
+
+/* A stage: state = old_share * start + (1 - old_share) * (state + dt rate). */
+typedef struct pdi_gas_stage {
+    double old_share, dt;
+} pdi_gas_stage;
+
+/* The result for node i; so written that a state without rate keeps its bits. */
+static void pdi_gas_next(const pd_gas *gas, const pdi_gas_stage *g, int32_t i, double *u)
+{
+    int64_t total = gas->grid->total;
+    for (int c = 0; c < PD_GAS_FIELDS; c++) {
+        double start = gas->start[c * total + i];
+        double change = (gas->state[c * total + i] - start) + g->dt * gas->rate[c * total + i];
+        u[c] = start + (1.0 - g->old_share) * change;
+    }
+}
+
+/* Flag the nodes that the stage would leave inadmissible: 1 now, 2 in an earlier round. *last: one of them. Returns how
+ * many there are, or -1 when a node was flagged before, so that first order has not helped. */
+static int64_t pdi_gas_flag(const pd_ctx *ctx, pd_gas *gas, const pdi_gas_stage *g, int32_t *last)
+{
+    const uint8_t *kind = gas->grid->kind;
+    int32_t total = gas->grid->total;
+    int64_t found = 0;
+    int again = 0, nt = pdi_par_threads(ctx, (int64_t)total * 16);
+    (void)nt;
+    PDI_PARALLEL_FOR(nt)
+    for (int32_t i = 0; i < total; i++) {
+        double u[PD_GAS_FIELDS], q[PD_GAS_FIELDS];
+        if (kind[i] != PD_FLUID) continue;
+        pdi_gas_next(gas, g, i, u);
+        int good = pdi_gas_primitive(gas->desc.gamma, u, q);
+        gas->flag[i] = (uint8_t)(gas->flag[i] ? 2 + !good : !good);
+    }
+    for (int32_t i = 0; i < total; i++) {
+        if (!(gas->flag[i] & 1)) continue;
+        again = again || gas->flag[i] == 3;
+        found++;
+        *last = i;
+    }
+    return again ? -1 : found;
+}
+
+/* No slopes at flagged nodes and at the far ends of their bonds, so that all their faces see the states of nodes. Far
+ * ends that are images count for their sources. */
+static void pdi_gas_flatten(pd_gas *gas)
+{
+    const pd_bonds *bonds = gas->bonds;
+    const pd_grid *grid = gas->grid;
+    int64_t total = grid->total;
+    for (int32_t i = 0; i < grid->total; i++) {
+        if (gas->flag[i] != 1) continue;
+        gas->lowered++;
+        for (int k = -1; k < bonds->stencil->count; k++) {
+            int32_t j = k < 0 ? i : i + bonds->shift[k];
+            if (grid->kind[j] == PD_IMAGE || grid->kind[j] == PD_OUTLET) j = pdi_grid_image(grid, j, NULL);
+            for (int c = 0; c < PD_GAS_FIELDS * PD_DIM; c++) gas->slope[c * total + j] = 0.0;
+        }
+    }
+    pdi_gas_ghosts(gas, 1);
+}
+
+/* 1: done. 0: *lost is a node whose density or pressure would turn non-positive; the state is that before the stage. */
+static int pdi_gas_advance(const pd_ctx *ctx, pd_gas *gas, const pdi_gas_stage *g, int32_t *lost)
+{
+    const uint8_t *kind = gas->grid->kind;
+    int32_t total = gas->grid->total;
+    int64_t found;
+    int nt = pdi_par_threads(ctx, (int64_t)total * 8);
+    (void)nt;
+    memset(gas->flag, 0, (size_t)total);
+    pdi_gas_fill(ctx, gas);
+    for (int round = 0;; round++) {
+        pdi_gas_sweep(ctx, gas, pdi_gas_rate_lanes);
+        found = pdi_gas_flag(ctx, gas, g, lost);
+        if (found <= 0 || !gas->slope || round == PDI_GAS_ROUNDS) break;
+        pdi_gas_flatten(gas);
+    }
+    if (found != 0) return 0;
+    PDI_PARALLEL_FOR(nt)
+    for (int32_t i = 0; i < total; i++) {
+        double u[PD_GAS_FIELDS];
+        if (kind[i] != PD_FLUID) continue;
+        pdi_gas_next(gas, g, i, u);
+        for (int c = 0; c < PD_GAS_FIELDS; c++) gas->state[(int64_t)c * total + i] = u[c];
+    }
+    return 1;
+}
+
+pd_status pd_gas_step(pd_ctx *ctx, pd_gas *gas, double dt)
+{
+    static const double old_share[3] = {0.0, 0.75, 1.0 / 3.0};
+    int64_t size = (int64_t)PD_GAS_FIELDS * gas->grid->total;
+    if (!(dt > 0.0)) return pdi_fail(ctx, PD_ERR_ARGUMENT, "gas", "the step is %g s, expected a positive one", dt);
+    int32_t bad = pdi_gas_convert_all(ctx, gas);
+    if (bad >= 0) return pdi_gas_refuse(ctx, gas, bad);
+    pdi_par_copy(ctx, size, gas->state, gas->start);
+    for (int stage = 0; stage < 3; stage++) {
+        pdi_gas_stage g;
+        g.old_share = old_share[stage];
+        g.dt = dt;
+        int done = pdi_gas_advance(ctx, gas, &g, &bad);
+        if (!done) pdi_par_copy(ctx, size, gas->start, gas->state);
+        pdi_gas_convert_all(ctx, gas);
+        if (done) continue;
+        return pdi_fail(ctx, PD_RETRY, "gas", "density or pressure of node %d turns non-positive in a step of %g s at "
+                        "t = %g s", (int)bad, dt, gas->time);
+    }
+    gas->time += dt;
+    gas->steps++;
+    return PD_OK;
+}
+
+pd_status pd_gas_run(pd_ctx *ctx, pd_gas *gas, double t_end)
+{
+    if (!(t_end >= gas->time))
+        return pdi_fail(ctx, PD_ERR_ARGUMENT, "gas", "a run from %g s to %g s", gas->time, t_end);
+    while (gas->time < t_end) {
+        double left = t_end - gas->time, dt;
+        PDI_TRY(pdi_poll(ctx, "gas", gas->rejected));
+        PDI_TRY(pd_gas_limit(ctx, gas, &dt));
+        dt *= gas->desc.cfl;
+        int last = dt >= left;
+        if (pdi_stands_still(gas->time, left, dt))
+            return pdi_fail(ctx, PD_ERR_STATE, "gas",
+                            "steps of %g s do not lead on from t = %g s to %g s: the gas is too fast for this lattice",
+                            dt, gas->time, t_end);
+        if (last) dt = left;
+        pd_status status = pd_gas_step(ctx, gas, dt);
+        for (int halved = 0; halved < PDI_GAS_HALVINGS && status == PD_RETRY; halved++) {
+            dt *= 0.5;
+            last = 0;
+            gas->rejected++;
+            status = pd_gas_step(ctx, gas, dt);
+        }
+        if (status < 0) return status;
+        if (status == PD_RETRY)
+            return pdi_fail(ctx, PD_ERR_STATE, "gas", "steps down to %g s at t = %g s leave the admissible range", dt,
+                            gas->time);
+        if (last) gas->time = t_end;
+    }
+    return PD_OK;
+}
+
+void pd_gas_stock(pd_ctx *ctx, const pd_gas *gas, double *stock)
+{
+    const pd_grid *grid = gas->grid;
+    (void)ctx;
+    for (int c = 0; c < PD_GAS_FIELDS; c++) {
+        pdi_sum sum = {0.0, 0.0};
+        for (int32_t i = 0; i < grid->total; i++)
+            if (grid->kind[i] == PD_FLUID) pdi_sum_add(&sum, gas->state[(int64_t)c * grid->total + i]);
+        stock[c] = pdi_sum_total(&sum) * gas->bonds->stencil->volume;
+    }
+}
+
+/* ---- build ---- */
+
+/* What the closed bonds of row r stand for. Opposite bonds that are both closed cancel: they take no part in the
+ * distance either. */
+static void pdi_gas_wall_build(const pd_bonds *bonds, int32_t r, double *face, double *gap)
+{
+    const pd_stencil *s = bonds->stencil;
+    double weights = 0.0, along[PD_DIM], square = 0.0, dot = 0.0;
+    for (int d = 0; d < PD_DIM; d++) face[d] = along[d] = 0.0;
+    for (int k = 0; k < s->count; k++) {
+        if (pdi_bond_open(bonds, r, k) || !pdi_bond_open(bonds, r, s->count - 1 - k)) continue;
+        int group = pdi_bond_closed_group(bonds, bonds->node[r], k);
+        double n[PD_DIM], weight = pdi_gas_bond(s, k, n);
+        weights += weight;
+        for (int d = 0; d < PD_DIM; d++) {
+            face[d] += s->grad[k * PD_DIM + d];
+            along[d] += weight * s->group_entry[group] * s->xi[k * PD_DIM + d];
+        }
+    }
+    for (int d = 0; d < PD_DIM; d++) {
+        square += face[d] * face[d];
+        dot += face[d] * along[d];
+    }
+    *gap = square > 0.0 ? dot / (weights * sqrt(square)) : 0.0;
+}
+
+/* The state of a node from the callback, mirrored where an inlet lies behind a mirror side. */
+static pd_status pdi_gas_start(pd_ctx *ctx, const pd_gas *gas, int32_t node)
+{
+    const pd_grid *grid = gas->grid;
+    int64_t total = grid->total;
+    double x[PD_DIM], v[PD_DIM], rho = 0.0, p = 0.0, kinetic = 0.0;
+    int i[PD_DIM];
+    for (int d = 0; d < PD_DIM; d++) v[d] = 0.0;
+    pdi_grid_index(grid, node, i);
+    int odd = pdi_grid_fold(grid, i);
+    pd_grid_position(grid, pd_grid_node(grid, i), x);
+    gas->desc.initial(gas->desc.initial_user, x, &rho, v, &p);
+    gas->state[node] = rho;
+    for (int d = 0; d < PD_DIM; d++) {
+        kinetic += 0.5 * rho * v[d] * v[d];
+        gas->state[(PDI_GAS_V + d) * total + node] = odd >> d & 1 ? -rho * v[d] : rho * v[d];
+    }
+    gas->state[PDI_GAS_P * total + node] = p / (gas->desc.gamma - 1.0) + kinetic;
+    if (pdi_gas_convert(gas, node)) return PD_OK;
+    return pdi_fail(ctx, PD_ERR_ARGUMENT, "gas",
+                    "the initial state at (%g, ...) m has rho = %g kg/m3, v = (%g, ...) m/s and p = %g Pa: density and "
+                    "pressure must be positive and finite",
+                    x[0], rho, v[0], p);
+}
+
+static pd_status pdi_gas_make(pd_ctx *ctx, const pd_grid *grid, const pd_bonds *bonds, const pd_gas_desc *desc,
+                              pd_gas *gas)
+{
+    int64_t total = grid->total;
+    memset(gas, 0, sizeof *gas);
+    gas->desc = *desc;
+    if (!(gas->desc.cfl > 0.0)) gas->desc.cfl = 0.8;
+    if (!(desc->gamma > 1.0) || !(desc->gamma < 100.0) || !(desc->cfl >= 0.0) || !(desc->cfl < 100.0) ||
+        (desc->order != PD_GAS_SECOND && desc->order != PD_GAS_FIRST))
+        return pdi_fail(ctx, PD_ERR_ARGUMENT, "gas",
+                        "gamma = %g must be above 1, cfl = %g not negative, both finite, order %d one of pd_gas_order",
+                        desc->gamma, desc->cfl, (int)desc->order);
+    if (grid->circumference)
+        return pdi_fail(ctx, PD_ERR_ARGUMENT, "gas", "found an axisymmetric grid, expected a planar one");
+    gas->grid = grid;
+    gas->bonds = bonds;
+    gas->rows = bonds->rows;
+    PDI_TRY(PDI_NEW(ctx, "gas", PD_GAS_FIELDS * total, gas->state));
+    PDI_TRY(PDI_NEW(ctx, "gas", PD_GAS_FIELDS * total, gas->primitive));
+    PDI_TRY(PDI_NEW(ctx, "gas", PD_GAS_FIELDS * total, gas->start));
+    PDI_TRY(PDI_NEW(ctx, "gas", PD_GAS_FIELDS * total, gas->rate));
+    PDI_TRY(PDI_NEW(ctx, "gas", (int64_t)gas->rows * PD_DIM, gas->wall_face));
+    PDI_TRY(PDI_NEW(ctx, "gas", gas->rows, gas->wall_gap));
+    PDI_TRY(PDI_NEW(ctx, "gas", total, gas->flag));
+    if (desc->order == PD_GAS_SECOND) PDI_TRY(PDI_NEW(ctx, "gas", PD_GAS_FIELDS * PD_DIM * total, gas->slope));
+    for (int32_t r = 0; r < gas->rows; r++)
+        pdi_gas_wall_build(bonds, r, gas->wall_face + (int64_t)r * PD_DIM, &gas->wall_gap[r]);
+    for (int32_t node = 0; node < total && desc->initial; node++)
+        if (pdi_gas_holds(grid->kind[node])) PDI_TRY(pdi_gas_start(ctx, gas, node));
+    return PD_OK;
+}
+
+pd_status pd_gas_build(pd_ctx *ctx, const pd_grid *grid, const pd_bonds *bonds, const pd_gas_desc *desc, pd_gas *gas)
+{
+    pd_status status = pdi_gas_make(ctx, grid, bonds, desc, gas);
+    if (status < 0) pd_gas_free(ctx, gas);
+    return status;
+}
+
+pd_status pd_gas_store(pd_ctx *ctx, pd_gas *gas, pd_archive *archive)
+{
+    PDI_TRY(PDI_KEEP(ctx, archive, "gas.state", gas->state, (int64_t)PD_GAS_FIELDS * gas->grid->total));
+    PDI_TRY(PDI_KEEP(ctx, archive, "gas.time", &gas->time, 1));
+    PDI_TRY(PDI_KEEP(ctx, archive, "gas.steps", &gas->steps, 1));
+    PDI_TRY(PDI_KEEP(ctx, archive, "gas.rejected", &gas->rejected, 1));
+    PDI_TRY(PDI_KEEP(ctx, archive, "gas.lowered", &gas->lowered, 1));
+    int32_t bad = archive->reading ? pdi_gas_convert_all(ctx, gas) : -1;
+    return bad < 0 ? PD_OK : pdi_gas_refuse(ctx, gas, bad);
+}
+
+void pd_gas_free(pd_ctx *ctx, pd_gas *gas)
+{
+    int64_t total = gas->grid ? gas->grid->total : 0;
+    PDI_DELETE(ctx, PD_GAS_FIELDS * total, gas->state);
+    PDI_DELETE(ctx, PD_GAS_FIELDS * total, gas->primitive);
+    PDI_DELETE(ctx, PD_GAS_FIELDS * total, gas->start);
+    PDI_DELETE(ctx, PD_GAS_FIELDS * total, gas->rate);
+    PDI_DELETE(ctx, (int64_t)gas->rows * PD_DIM, gas->wall_face);
+    PDI_DELETE(ctx, gas->rows, gas->wall_gap);
+    PDI_DELETE(ctx, total, gas->flag);
+    PDI_DELETE(ctx, PD_GAS_FIELDS * PD_DIM * total, gas->slope);
+    memset(gas, 0, sizeof *gas);
+}

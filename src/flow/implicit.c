@@ -1,0 +1,221 @@
+/* implicit: see implicit.h */
+#include "flow/implicit.h"
+#include "core/par.h"
+#include "solve/sdirk.h"
+#include <math.h>
+#include <string.h>
+
+/* Step control: the largest change of one step to the next. */
+#define PDI_IMPLICIT_GROWTH 3.0
+#define PDI_IMPLICIT_SHRINK 0.2
+/* Default tolerance of the stages over that of a step. */
+#define PDI_IMPLICIT_STAGE 1e-3
+#define PDI_IMPLICIT_SMALLEST 1e-12
+/* Weight of the pressure flux beside the impulse of a start. What it leaves of the divergence is that share of the
+ * error that the lattice makes in the impulse. */
+#define PDI_IMPLICIT_IMPULSE 1e-2
+
+static pd_status pdi_implicit_make(pd_ctx *ctx, pd_flow *flow, pd_steady *steady, const pd_implicit_desc *desc,
+                                   pd_implicit *im)
+{
+    int64_t total = flow->grid->total;
+    memset(im, 0, sizeof *im);
+    im->desc = *desc;
+    if (!(desc->tolerance >= 0.0) || !(desc->rtol >= 0.0) || !(desc->first >= 0.0) || !(desc->largest >= 0.0) ||
+        !(desc->tolerance + desc->rtol + desc->first + desc->largest < 1e100))
+        return pdi_fail(ctx, PD_ERR_ARGUMENT, "implicit",
+                        "tolerance %g, rtol %g, first %g s, largest %g s: expected finite values of at least 0",
+                        desc->tolerance, desc->rtol, desc->first, desc->largest);
+    pdi_flow_start(flow);
+    if (!(im->desc.rtol > 0.0)) im->desc.rtol = 1e-4;
+    if (!(im->desc.tolerance > 0.0)) im->desc.tolerance = PDI_IMPLICIT_STAGE * im->desc.rtol;
+    if (!(im->desc.first > 0.0))
+        im->desc.first = 1e-3 / (flow->speed / flow->length + flow->nu / (flow->length * flow->length));
+    im->flow = flow;
+    im->steady = steady;
+    PDI_TRY(pdi_steady_timed(ctx, steady));
+    PDI_TRY(PDI_NEW(ctx, "implicit", (PD_DIM + 1) * total, im->start));
+    PDI_TRY(PDI_NEW(ctx, "implicit", PD_DIM * total, im->target));
+    return PDI_NEW(ctx, "implicit", PD_DIM * total, im->slope);
+}
+
+pd_status pd_implicit_build(pd_ctx *ctx, pd_flow *flow, pd_steady *steady, const pd_implicit_desc *desc,
+                            pd_implicit *im)
+{
+    pd_status status = pdi_implicit_make(ctx, flow, steady, desc, im);
+    if (status < 0) pd_implicit_free(ctx, im);
+    return status;
+}
+
+/* The stage at the share c of the step. */
+static pd_status pdi_implicit_stage(pd_ctx *ctx, pd_implicit *im, double dt, double c, const double *target)
+{
+    pd_steady_result result;
+    int again = c > PDI_SDIRK_GAMMA;
+    PDI_TRY(pd_flow_at(ctx, im->flow, im->time + c * dt, 0.5 * PDI_SDIRK_GAMMA * dt, NULL));
+    pd_status status = pdi_steady_stage(ctx, im->steady, 1.0 / (PDI_SDIRK_GAMMA * dt), target, im->desc.tolerance,
+                                        again, &result);
+    im->evaluations += result.evaluations;
+    return status;
+}
+
+/* A start that breaks continuity or what inlets hold becomes the nearest field that does not: u + G q = u0 with q the
+ * impulse of the pressure, by a stage so short that friction and convection are below its tolerance. The pressure flux
+ * counts as little beside q as it does beside the pressure of a long step: with its weight in time an impulse would
+ * drown continuity. */
+static pd_status pdi_implicit_project(pd_ctx *ctx, pd_implicit *im)
+{
+    pd_flow *flow = im->flow;
+    pd_steady_result result;
+    int64_t total = flow->grid->total, split = PD_DIM * total;
+    double tau = flow->tau, rate = 1.0 / (im->desc.tolerance * tau);
+    if (im->steps > 0 || im->projected) return PD_OK;
+    pdi_par_copy(ctx, split, flow->u, im->start);
+    pdi_par_copy(ctx, total, flow->p, im->start + split);
+    flow->tau = PDI_IMPLICIT_IMPULSE / rate;
+    pd_status status = pdi_steady_stage(ctx, im->steady, rate, im->start, im->desc.tolerance, 0, &result);
+    flow->tau = tau;
+    im->evaluations += result.evaluations;
+    pdi_par_copy(ctx, total, im->start + split, flow->p);
+    if (status == PD_OK) im->projected = 1;
+    else pdi_par_copy(ctx, split, im->start, flow->u);
+    return status;
+}
+
+/* error = gamma dt max |f1 - f2| / U, the distance to the step of first order with f1 alone, from `slope` = gamma dt f1
+ * and u - u* = gamma dt f2. */
+static double pdi_implicit_error(pd_implicit *im)
+{
+    const pd_flow *flow = im->flow;
+    double worst = 0.0;
+    for (int32_t i = 0; i < flow->grid->total; i++) {
+        if (flow->grid->kind[i] != PD_FLUID) continue;
+        for (int d = 0; d < PD_DIM; d++) {
+            int64_t at = (int64_t)d * flow->grid->total + i;
+            worst = fmax(worst, fabs(im->slope[at] - (flow->u[at] - im->target[at])));
+        }
+    }
+    return worst / flow->speed;
+}
+
+/* First guess of the first stage: along the slope at the end of the last step, which is (u - u*)/(gamma dt) there. */
+static void pdi_implicit_extrapolate(const pd_ctx *ctx, pd_implicit *im, double dt)
+{
+    int64_t split = PD_DIM * (int64_t)im->flow->grid->total;
+    if (!(im->last > 0.0)) return;
+    pdi_par_axpy(ctx, split, dt / im->last, im->start, im->flow->u);
+    pdi_par_axpy(ctx, split, -dt / im->last, im->target, im->flow->u);
+    im->last = 0.0;
+}
+
+pd_status pd_implicit_step(pd_ctx *ctx, pd_implicit *im, double dt)
+{
+    pd_flow *flow = im->flow;
+    int64_t total = flow->grid->total, split = PD_DIM * total;
+    double ratio = (1.0 - PDI_SDIRK_GAMMA) / PDI_SDIRK_GAMMA;
+    if (!(dt > 0.0) || !(dt < 1e100))
+        return pdi_fail(ctx, PD_ERR_ARGUMENT, "implicit", "the step is %g s, expected a positive one", dt);
+    if (!im->steps) pdi_flow_start(flow); /* the caller may have set it after the build */
+    pd_status status = pdi_implicit_project(ctx, im);
+    pdi_par_copy(ctx, split, flow->u, im->start);
+    pdi_par_copy(ctx, total, flow->p, im->start + split);
+    pdi_implicit_extrapolate(ctx, im, dt);
+    if (status == PD_OK) status = pdi_implicit_stage(ctx, im, dt, PDI_SDIRK_GAMMA, im->start);
+    if (status == PD_OK) {
+        pdi_par_copy(ctx, split, flow->u, im->slope);
+        pdi_par_axpy(ctx, split, -1.0, im->start, im->slope);
+        pdi_par_copy(ctx, split, im->start, im->target);
+        pdi_par_axpy(ctx, split, ratio, im->slope, im->target);
+        pdi_par_axpy(ctx, split, ratio, im->slope, flow->u); /* a first guess */
+        status = pdi_implicit_stage(ctx, im, dt, 1.0, im->target);
+    }
+    if (status != PD_OK) {
+        pdi_par_copy(ctx, split, im->start, flow->u);
+        pdi_par_copy(ctx, total, im->start + split, flow->p);
+        if (pdi_is_final(status) || status == PD_ERR_ARGUMENT) return status;
+        pdi_fail(ctx, PD_RETRY, "implicit", "a stage of a step of %g s at t = %g s does not converge", dt, im->time);
+        return PD_RETRY;
+    }
+    im->error = pdi_implicit_error(im);
+    im->last = dt;
+    im->time += dt;
+    im->steps++;
+    return PD_OK;
+}
+
+/* The last step was too coarse: back to its start. */
+static void pdi_implicit_reject(const pd_ctx *ctx, pd_implicit *im, double dt)
+{
+    int64_t total = im->flow->grid->total, split = PD_DIM * total;
+    pdi_par_copy(ctx, split, im->start, im->flow->u);
+    pdi_par_copy(ctx, total, im->start + split, im->flow->p);
+    im->last = 0.0;
+    im->time -= dt;
+    im->steps--;
+    im->rejected++;
+}
+
+static pd_status pdi_implicit_hopeless(pd_ctx *ctx, const pd_implicit *im, double dt, pd_status status)
+{
+    char place[PDI_GRID_PLACE];
+    if (status == PD_OK)
+        return pdi_fail(ctx, PD_ERR_STATE, "implicit",
+                        "the error of a step of %g s at t = %g s is %g and does not fall with the step, expected %g: "
+                        "loosen rtol, or look for an inlet or wall that jumps in time", dt, im->time, im->error,
+                        im->desc.rtol);
+    return pdi_fail(ctx, PD_ERR_STATE, "implicit",
+                    "steps down to %g s at t = %g s do not converge, the residual is largest at %s m: loosen rtol (%g),"
+                    " refine the lattice or lower the speed", dt, im->time,
+                    pdi_grid_place(im->flow->grid, pdi_steady_worst(im->steady), place), im->desc.rtol);
+}
+
+pd_status pd_implicit_run(pd_ctx *ctx, pd_implicit *im, double t_end)
+{
+    if (!(t_end >= im->time))
+        return pdi_fail(ctx, PD_ERR_ARGUMENT, "implicit", "a run from %g s to %g s", im->time, t_end);
+    if (!(im->dt > 0.0)) im->dt = im->desc.first;
+    while (im->time < t_end) {
+        PDI_TRY(pdi_poll(ctx, "flow in time", im->steps));
+        int last;
+        double begin = im->time, dt = pdi_sdirk_clip(im->dt, im->desc.largest, t_end - begin, &last);
+        if (pdi_stands_still(begin, t_end - begin, dt))
+            return pdi_fail(ctx, PD_ERR_STATE, "implicit",
+                            "steps of %g s do not lead on from t = %g s to %g s: loosen rtol (%g) or take a longer "
+                            "largest step (%g s, 0: none)", dt, begin, t_end, im->desc.rtol, im->desc.largest);
+        pd_status status = pd_implicit_step(ctx, im, dt);
+        if (status < 0) return status;
+        double share = status == PD_OK ? im->error / im->desc.rtol : 25.0;
+        double factor = pdi_sdirk_factor(share, PDI_IMPLICIT_GROWTH);
+        if (share > 1.0) {
+            if (status == PD_OK) pdi_implicit_reject(ctx, im, dt);
+            im->time = begin;
+            im->dt = dt * fmax(PDI_IMPLICIT_SHRINK, factor);
+            if (!(dt > PDI_IMPLICIT_SMALLEST * im->desc.first)) return pdi_implicit_hopeless(ctx, im, dt, status);
+            continue;
+        }
+        if (last) im->time = t_end;
+        im->dt = pdi_sdirk_plan(im->dt, dt, factor);
+    }
+    return pdi_steady_even(ctx, im->steady);
+}
+
+PDI_FN pd_status pdi_implicit_store(pd_ctx *ctx, pd_implicit *im, pd_archive *archive)
+{
+    PDI_TRY(PDI_KEEP(ctx, archive, "implicit.time", &im->time, 1));
+    PDI_TRY(PDI_KEEP(ctx, archive, "implicit.dt", &im->dt, 1));
+    PDI_TRY(PDI_KEEP(ctx, archive, "implicit.error", &im->error, 1));
+    PDI_TRY(PDI_KEEP(ctx, archive, "implicit.last", &im->last, 1));
+    PDI_TRY(PDI_KEEP(ctx, archive, "implicit.target", im->target, (int64_t)PD_DIM * im->flow->grid->total));
+    PDI_TRY(PDI_KEEP(ctx, archive, "implicit.steps", &im->steps, 1));
+    PDI_TRY(PDI_KEEP(ctx, archive, "implicit.rejected", &im->rejected, 1));
+    return PDI_KEEP(ctx, archive, "implicit.evaluations", &im->evaluations, 1);
+}
+
+void pd_implicit_free(pd_ctx *ctx, pd_implicit *im)
+{
+    int64_t total = im->flow ? im->flow->grid->total : 0;
+    PDI_DELETE(ctx, (PD_DIM + 1) * total, im->start);
+    PDI_DELETE(ctx, PD_DIM * total, im->target);
+    PDI_DELETE(ctx, PD_DIM * total, im->slope);
+    memset(im, 0, sizeof *im);
+}

@@ -1,0 +1,54 @@
+/* implicit: time-dependent incompressible flow by the two-stage, second-order, L-stable SDIRK method.
+ *
+ * du/dt + R(u, P) = 0,  div u = 0 on the sums of flow.h. Both stages have the form R(u) + (u - u*)/(gamma dt) = 0 with
+ * gamma = 1 - 1/sqrt(2) and are solved by the Newton-Krylov method of steady.h (theory: eq. 4.15 to 4.17; Alexander
+ * 1977; Hairer and Wanner 1996, IV.6). No sound, so no acoustic limit on the step; an impulsive start is damped, not
+ * kept. A start that does not obey continuity or the inlets is projected onto the nearest one that does.
+ */
+#ifndef PD_IMPLICIT_H
+#define PD_IMPLICIT_H
+#include "flow/steady.h"
+
+typedef struct pd_implicit_desc {
+    double tolerance; /* [-] of the stages, against the reference speed; 0: a thousandth of rtol */
+    double rtol;      /* [-] error of one step against the reference speed, by the embedded estimate; 0: 1e-4 */
+    double first;     /* [s] first step of a run; 0: 1e-3 / (U/L + nu/L^2) */
+    double largest;   /* [s] largest step of a run; 0: none */
+} pd_implicit_desc;
+
+typedef struct pd_implicit {
+    pd_implicit_desc desc; /* defaults filled in */
+    pd_flow *flow;         /* its u and p are the state */
+    pd_steady *steady;     /* solves the stages */
+    double *start;         /* [PD_DIM+1][total] [m/s], [m2/s2] state at the start of the step */
+    double *target;        /* [PD_DIM][total] [m/s] u* of the second stage, kept for the next step */
+    double *slope;         /* [PD_DIM][total] [m/s] gamma dt du/dt of the first stage */
+    double time;           /* [s] */
+    double dt;             /* [s] that a run would try next; 0: not known yet */
+    double last;           /* [s] the last step; 0: it tells nothing about the next one */
+    int projected;         /* the start obeys continuity and the inlets */
+    double error;          /* [-] estimated error of the last step against the reference speed */
+    int64_t steps, rejected, evaluations;
+} pd_implicit;
+
+#define pd_implicit_build PD_NAME(pd_implicit_build)
+#define pd_implicit_step PD_NAME(pd_implicit_step)
+#define pd_implicit_run PD_NAME(pd_implicit_run)
+#define pd_implicit_free PD_NAME(pd_implicit_free)
+
+/* Starts from the state in flow; flow and steady are borrowed. PD_ERR_ARGUMENT: a knob is negative or not finite. */
+PD_API pd_status pd_implicit_build(pd_ctx *ctx, pd_flow *flow, pd_steady *steady, const pd_implicit_desc *desc,
+                                   pd_implicit *implicit);
+/* One step of dt [s], whatever its error. PD_RETRY, state unchanged: a stage did not converge. */
+PD_API pd_status pd_implicit_step(pd_ctx *ctx, pd_implicit *implicit, double dt);
+/* Steps of controlled error up to t_end [s]. PD_ERR_STATE: steps of 1e-12 of the first one do not converge, or their
+ * error does not fall. */
+PD_API pd_status pd_implicit_run(pd_ctx *ctx, pd_implicit *implicit, double t_end);
+PD_API void pd_implicit_free(pd_ctx *ctx, pd_implicit *implicit);
+
+#ifdef PDI_INTERNAL
+/* What steps carry on beside the flow. */
+PDI_FN pd_status pdi_implicit_store(pd_ctx *ctx, pd_implicit *implicit, pd_archive *archive);
+#endif
+
+#endif

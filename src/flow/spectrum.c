@@ -1,0 +1,323 @@
+/* spectrum: see spectrum.h */
+#include "flow/spectrum.h"
+#include "core/vec.h"
+#include "core/rng.h"
+#include "lattice/op.h"
+#include <math.h>
+#include <string.h>
+
+/* Waves along an axis for each node of the reach: between two of them an eigenvalue rises by 3 % at most, and the
+ * worst is looked for between them. */
+#define PDI_SPECTRUM_WAVES 4
+#define PDI_SPECTRUM_REFINED 6  /* halvings of the distance of waves around the worst */
+#define PDI_SPECTRUM_LANCZOS 40 /* steps for the norm of a gradient with cut families */
+#define PDI_SPECTRUM_ANGLES 48
+#define PDI_SPECTRUM_SAFETY 0.98 /* [-] for what lies between waves, and what Lanczos steps have not found */
+#define PDI_SPECTRUM_IMAGINARY 1.7320508075688772 /* end of the region on the imaginary axis */
+
+/* ---- the region of 1 + z + z^2/2 + z^3/6 ---- */
+
+static int pdi_spectrum_inside(double re, double im)
+{
+    double pr = 0.5 + re / 6.0, pi = im / 6.0, next;
+    for (int k = 0; k < 2; k++) { /* Horner's scheme */
+        next = 1.0 + re * pr - im * pi;
+        pi = re * pi + im * pr;
+        pr = next;
+    }
+    return pr * pr + pi * pi <= 1.0 + 1e-10;
+}
+
+/* *dt is lowered until the eigenvalue re + i im [1/s] is inside. Waves that grow by themselves do so at any step. */
+static void pdi_spectrum_lower(double re, double im, double *dt)
+{
+    re = fmin(re, 0.0);
+    if (pdi_spectrum_inside(*dt * re, *dt * im)) return;
+    double low = 0.0, high = *dt;
+    for (int k = 0; k < 40; k++) {
+        double middle = 0.5 * (low + high);
+        if (pdi_spectrum_inside(middle * re, middle * im)) low = middle;
+        else high = middle;
+    }
+    *dt = low;
+}
+
+/* ---- waves ---- */
+
+/* Symbols at the wave vector k [rad per node]. Bonds with opposite ends go in pairs. */
+static void pdi_spectrum_symbol(const pd_stencil *s, const double *k, double *slope, double *spread, double *tie)
+{
+    double g[PD_DIM], flux[PD_DIM];
+    *spread = 0.0;
+    for (int d = 0; d < PD_DIM; d++) g[d] = flux[d] = 0.0;
+    for (int n = 0; n < s->count / 2; n++) {
+        double phase = 0.0;
+        for (int d = 0; d < PD_DIM; d++) phase += k[d] * s->offset[n * PD_DIM + d];
+        double sine = sin(phase);
+        *spread += 2.0 * s->lap[n] * (1.0 - cos(phase));
+        for (int d = 0; d < PD_DIM; d++) {
+            g[d] += 2.0 * s->grad[n * PD_DIM + d] * sine;
+            flux[d] += s->lap[n] * s->xi[n * PD_DIM + d] * sine;
+        }
+    }
+    *tie = *spread;
+    for (int d = 0; d < PD_DIM; d++) {
+        slope[d] = fabs(g[d]);
+        *tie -= flux[d] * g[d];
+    }
+}
+
+/* Lowers *dt to what a wave asks for in a stream of `speed` [m/s] along its gradient. With the symbols i G and -L, and
+ * the tie T, sound has l = -i G v + m, m^2 + (nu L + T) m + nu L T + G^2 c^2 + i G v T/2 = 0, shear -i G v - nu L. */
+static void pdi_spectrum_wave(const pdi_spectrum_state *q, double slope, double spread, double tie, double speed,
+                              double *dt)
+{
+    double v = q->viscosity * spread, t = q->tie * tie, shift = -slope * speed;
+    double re = 0.25 * (v - t) * (v - t) - slope * slope * q->sound * q->sound, im = -0.5 * slope * speed * t;
+    double size = sqrt(re * re + im * im);
+    double root_re = sqrt(0.5 * fmax(size + re, 0.0)), root_im = sqrt(0.5 * fmax(size - re, 0.0));
+    if (im < 0.0) root_im = -root_im;
+    pdi_spectrum_lower(-0.5 * (v + t) + root_re, shift + root_im, dt);
+    pdi_spectrum_lower(-0.5 * (v + t) - root_re, shift - root_im, dt);
+    pdi_spectrum_lower(-v, shift, dt);
+}
+
+/* The same in the fastest stream and in none: what lies between has its eigenvalues between. */
+static void pdi_spectrum_streams(const pdi_spectrum_state *q, const double *slope, double spread, double tie,
+                                 double *dt)
+{
+    double square = 0.0, turn = 0.0;
+    for (int d = 0; d < PD_DIM; d++) {
+        square += slope[d] * slope[d];
+        turn += slope[d] * q->speed[d];
+    }
+    double size = sqrt(square);
+    pdi_spectrum_wave(q, size, spread, tie, 0.0, dt);
+    if (turn > 0.0) pdi_spectrum_wave(q, size, spread, tie, turn / size, dt);
+}
+
+static void pdi_spectrum_vector(const pd_spectrum *sp, int wave, double *k)
+{
+    for (int d = 0; d < PD_DIM; d++) {
+        k[d] = PDI_PI * (wave % sp->along) / (sp->along - 1);
+        wave /= sp->along;
+    }
+}
+
+/* The worst wave between those around k, along one axis after the other. */
+static void pdi_spectrum_refine(const pd_spectrum *sp, const pdi_spectrum_state *q, double *k, double *dt)
+{
+    double step = PDI_PI / (sp->along - 1), slope[PD_DIM], spread, tie;
+    for (int level = 0; level < PDI_SPECTRUM_REFINED; level++) {
+        step *= 0.5;
+        for (int d = 0; d < PD_DIM; d++)
+            for (int side = 0; side < 2; side++) {
+                double before = *dt, at = k[d];
+                k[d] = side ? at + step : at - step;
+                pdi_spectrum_symbol(sp->stencil, k, slope, &spread, &tie);
+                pdi_spectrum_streams(q, slope, spread, tie, dt);
+                if (!(*dt < before)) k[d] = at;
+            }
+    }
+}
+
+static double pdi_spectrum_waves(const pd_spectrum *sp, const pdi_spectrum_state *q)
+{
+    double dt, k[PD_DIM];
+    int worst = 0;
+    /* the region lies within 2.6 of the origin */
+    dt = 2.6 / (q->viscosity * sp->laplacian);
+    for (int w = 0; w < sp->waves; w++) {
+        double before = dt;
+        pdi_spectrum_streams(q, sp->slope + (int64_t)w * PD_DIM, sp->spread[w], sp->tie[w], &dt);
+        if (dt < before) worst = w;
+    }
+    pdi_spectrum_vector(sp, worst, k);
+    pdi_spectrum_refine(sp, q, k, &dt);
+    return dt;
+}
+
+/* ---- surfaces ---- */
+
+/* Energy of the linear flow changes by a symmetric part, dissipation, and a skew one, sound and stream. In a state
+ * with the share cos^2 of its energy in the density the first is at most x, the second y: the numerical range lies in
+ * these rectangles. */
+static double pdi_spectrum_norms(const pd_spectrum *sp, const pdi_spectrum_state *q)
+{
+    double speed = 0.0, dt = HUGE_VAL;
+    for (int d = 0; d < PD_DIM; d++) speed += q->speed[d] * q->speed[d];
+    speed = sqrt(speed);
+    for (int a = 0; a <= PDI_SPECTRUM_ANGLES; a++) {
+        double angle = 0.5 * PDI_PI * a / PDI_SPECTRUM_ANGLES, c = cos(angle), s = sin(angle);
+        double x = c * c * q->tie * sp->laplacian + s * s * q->viscosity * (sp->laplacian + sp->wall);
+        double y = sp->gradient * (2.0 * s * c * q->sound + speed);
+        dt = fmin(dt, y > 0.0 ? PDI_SPECTRUM_IMAGINARY / y : HUGE_VAL);
+        if (!(dt < HUGE_VAL)) dt = 2.6 / x;
+        pdi_spectrum_lower(-x, y, &dt);
+    }
+    return dt;
+}
+
+PDI_FN double pdi_spectrum_limit(const pd_spectrum *sp, const pdi_spectrum_state *q)
+{
+    return PDI_SPECTRUM_SAFETY * (sp->cut ? pdi_spectrum_norms(sp, q) : pdi_spectrum_waves(sp, q));
+}
+
+/* ---- build ---- */
+
+/* Fields for the norm of the gradient. */
+typedef struct pdi_spectrum_work {
+    const pd_flow *flow;
+    double *now, *before, *after; /* [total] */
+    double *grad, *carrier;       /* [PD_DIM][total] */
+} pdi_spectrum_work;
+
+/* after = -div (1 - bend) grad now, as sound has it: self-adjoint. */
+static void pdi_spectrum_sound(const pd_ctx *ctx, pdi_spectrum_work *w)
+{
+    const pd_bonds *bonds = w->flow->bonds;
+    int64_t total = w->flow->grid->total;
+    pd_ghosts_pressure(&bonds->ghosts, 0.0, w->now);
+    pd_op_gradient(ctx, bonds, w->now, w->grad);
+    for (int32_t r = 0; r < bonds->rows; r++)
+        for (int d = 0; d < PD_DIM; d++)
+            w->grad[d * total + bonds->node[r]] *= fmax(1.0 - bonds->wall_curv[r], 0.0);
+    pd_ghosts_vector(&bonds->ghosts, w->grad);
+    pdi_flow_carrier(ctx, w->flow, w->grad, w->carrier);
+    pd_op_divergence(ctx, bonds, w->carrier, w->after);
+    for (int64_t i = 0; i < total; i++)
+        w->after[i] = w->flow->grid->kind[i] == PD_FLUID ? -w->after[i] : 0.0;
+}
+
+static double pdi_spectrum_dot(const pd_grid *grid, const double *a, const double *b)
+{
+    double sum = 0.0;
+    for (int32_t i = 0; i < grid->total; i++)
+        if (grid->kind[i] == PD_FLUID) sum += a[i] * b[i] * pdi_grid_circumference(grid, i);
+    return sum;
+}
+
+/* Largest eigenvalue of the symmetric tridiagonal matrix with the squares `off` beside its diagonal. */
+static double pdi_spectrum_tridiagonal(int n, const double *diagonal, const double *off)
+{
+    double high = 0.0, low = 0.0;
+    for (int i = 0; i < n; i++) {
+        double radius = sqrt(i ? off[i - 1] : 0.0) + sqrt(i < n - 1 ? off[i] : 0.0);
+        high = fmax(high, diagonal[i] + radius);
+    }
+    for (int k = 0; k < 60; k++) {
+        double middle = 0.5 * (low + high), pivot = 1.0;
+        int above = 0;
+        for (int i = 0; i < n; i++) {
+            pivot = middle - diagonal[i] - (i ? off[i - 1] / pivot : 0.0);
+            if (!(fabs(pivot) > 0.0)) pivot = 1e-300;
+            above += pivot < 0.0;
+        }
+        if (above) low = middle;
+        else high = middle;
+    }
+    return high;
+}
+
+/* Largest eigenvalue of pdi_spectrum_sound by Lanczos steps from a field of random numbers. */
+static double pdi_spectrum_lanczos(const pd_ctx *ctx, pdi_spectrum_work *w)
+{
+    const pd_grid *grid = w->flow->grid;
+    double diagonal[PDI_SPECTRUM_LANCZOS], off[PDI_SPECTRUM_LANCZOS], size, last = 0.0;
+    int n = 0;
+    for (int32_t i = 0; i < grid->total; i++)
+        w->now[i] = grid->kind[i] == PD_FLUID ? pdi_rng_uniform(1, 0, (uint64_t)i) - 0.5 : 0.0;
+    size = sqrt(pdi_spectrum_dot(grid, w->now, w->now));
+    while (n < PDI_SPECTRUM_LANCZOS && size > 1e-12 * last && size > 0.0) {
+        for (int32_t i = 0; i < grid->total; i++) w->now[i] /= size;
+        pdi_spectrum_sound(ctx, w);
+        diagonal[n] = pdi_spectrum_dot(grid, w->now, w->after);
+        for (int32_t i = 0; i < grid->total; i++) {
+            double next = w->after[i] - diagonal[n] * w->now[i] - (n ? size * w->before[i] : 0.0);
+            w->before[i] = w->now[i];
+            w->now[i] = grid->kind[i] == PD_FLUID ? next : 0.0;
+        }
+        last = fmax(last, fabs(diagonal[n]));
+        off[n++] = pdi_spectrum_dot(grid, w->now, w->now);
+        size = sqrt(off[n - 1]);
+    }
+    return n ? pdi_spectrum_tridiagonal(n, diagonal, off) : 0.0;
+}
+
+static pd_status pdi_spectrum_norm(pd_ctx *ctx, const pd_flow *flow, double *norm)
+{
+    int64_t total = flow->grid->total, size = (2 * PD_DIM + 3) * total;
+    double *field = NULL;
+    pdi_spectrum_work w;
+    PDI_TRY(PDI_NEW(ctx, "spectrum", size, field));
+    w.flow = flow;
+    w.now = field;
+    w.before = w.now + total;
+    w.after = w.before + total;
+    w.grad = w.after + total;
+    w.carrier = w.grad + PD_DIM * total;
+    *norm = sqrt(pdi_spectrum_lanczos(ctx, &w));
+    PDI_DELETE(ctx, size, field);
+    return PD_OK;
+}
+
+/* By how much walls raise the largest eigenvalue of -lap at most: a bond that is cut counts 1/t of its weight at the
+ * node itself, where without the wall it would count once (eq. 3.3). */
+static double pdi_spectrum_wall(const pd_bonds *bonds)
+{
+    double most = 0.0;
+    for (int32_t r = 0; r < bonds->rows; r++) {
+        const double *lap = pdi_bond_lap(bonds, bonds->node[r]);
+        double more = bonds->wall_lap[r];
+        for (int k = 0; k < bonds->stencil->count; k++)
+            if (!pdi_bond_open(bonds, r, k)) more -= lap[k];
+        most = fmax(most, more);
+    }
+    return most;
+}
+
+/* On rings the weights change from layer to layer: by rows. */
+static double pdi_spectrum_rings(const pd_bonds *bonds)
+{
+    double most = 0.0;
+    for (int32_t i = 0; i < bonds->grid->total; i++) {
+        double sum = 0.0;
+        if (bonds->grid->kind[i] != PD_FLUID) continue;
+        for (int k = 0; k < bonds->stencil->count; k++) sum += 2.0 * fabs(pdi_bond_lap(bonds, i)[k]);
+        if (bonds->ring.hoop) sum += bonds->ring.hoop[i / bonds->grid->stride[PD_DIM - 1]];
+        most = fmax(most, sum);
+    }
+    return most;
+}
+
+PDI_FN pd_status pdi_spectrum_build(pd_ctx *ctx, const pd_flow *flow, pd_spectrum *sp)
+{
+    const pd_stencil *s = flow->bonds->stencil;
+    memset(sp, 0, sizeof *sp);
+    sp->stencil = s;
+    sp->along = PDI_SPECTRUM_WAVES * (s->reach + 1);
+    sp->waves = 1;
+    for (int d = 0; d < PD_DIM; d++) sp->waves *= sp->along;
+    sp->cut = flow->bonds->rows > 0 || flow->bonds->ring.lap;
+    PDI_TRY(PDI_NEW(ctx, "spectrum", (int64_t)sp->waves * PD_DIM, sp->slope));
+    PDI_TRY(PDI_NEW(ctx, "spectrum", sp->waves, sp->spread));
+    PDI_TRY(PDI_NEW(ctx, "spectrum", sp->waves, sp->tie));
+    for (int w = 0; w < sp->waves; w++) {
+        double k[PD_DIM];
+        pdi_spectrum_vector(sp, w, k);
+        pdi_spectrum_symbol(s, k, sp->slope + (int64_t)w * PD_DIM, &sp->spread[w], &sp->tie[w]);
+        sp->laplacian = fmax(sp->laplacian, sp->spread[w]);
+    }
+    if (!sp->cut) return PD_OK;
+    if (flow->bonds->ring.lap) sp->laplacian = pdi_spectrum_rings(flow->bonds);
+    sp->wall = pdi_spectrum_wall(flow->bonds);
+    return pdi_spectrum_norm(ctx, flow, &sp->gradient);
+}
+
+PDI_FN void pdi_spectrum_free(pd_ctx *ctx, pd_spectrum *sp)
+{
+    PDI_DELETE(ctx, (int64_t)sp->waves * PD_DIM, sp->slope);
+    PDI_DELETE(ctx, sp->waves, sp->spread);
+    PDI_DELETE(ctx, sp->waves, sp->tie);
+    memset(sp, 0, sizeof *sp);
+}

@@ -1,0 +1,540 @@
+/* steady: see steady.h */
+#include "flow/steady.h"
+#include "core/par.h"
+#include "lattice/op.h"
+#include <math.h>
+#include <string.h>
+
+/* First pseudo time step: L/U over this. */
+#define PDI_STEADY_SHIFT 1.0
+/* The same after a change of geometry, over this: the old state is near. */
+#define PDI_STEADY_AGAIN 0.1
+/* A step that lets the residual grow by more than this factor is taken back. */
+#define PDI_STEADY_GROWTH 10.0
+/* Times that it is halved before it is given up. */
+#define PDI_STEADY_HALVINGS 3
+/* Newton steps in which the residual is halved, or the solve ends. */
+#define PDI_STEADY_PATIENCE 40
+
+/* Pseudo time steps shorter than this against the planned one are hopeless. */
+#define PDI_STEADY_MAX_BOOST 1e8
+/* What the linearisation may miss of the residual in a step: more calls for a shorter pseudo time step, a quarter of it
+ * allows a longer one. */
+#define PDI_STEADY_BEND 1.0
+
+/* The last Newton step aims at this share of the tolerance. */
+#define PDI_STEADY_ENOUGH 0.3
+
+/* Share of the divergence left by the potential that takes it off, and the most iterations for it: rounding may be more
+ * than that share. */
+#define PDI_STEADY_EVEN 1e-10
+#define PDI_STEADY_EVEN_MOST 600
+/* Divergence over U/L that is none. */
+#define PDI_STEADY_ROUNDING 1e-19
+
+/* Newton steps of a stage in time, and the loosest linear tolerance of one. */
+#define PDI_STEADY_STAGE 8
+#define PDI_STEADY_STAGE_FORCING 0.1
+/* A linear solve that just misses costs a whole Newton step more. */
+#define PDI_STEADY_STAGE_ENOUGH 0.1
+
+/* What the solver callbacks see. */
+typedef struct pdi_steady_user {
+    pd_ctx *ctx;
+    pd_steady *steady;
+} pdi_steady_user;
+
+static int64_t pdi_steady_size(const pd_flow *flow) { return (int64_t)(PD_DIM + 1) * flow->grid->total; }
+
+/* The units of both residuals: what they are scaled with. In a stage in time momentum counts in U rate where that is
+ * more: an error of the velocity is then its size over U in either residual, and none of them drowns in the rounding of
+ * the other. */
+static double pdi_steady_force(const pd_steady *s)
+{
+    return fmax(pdi_flow_momentum(s->flow, s->flow->speed, s->flow->length), s->flow->speed * s->rate);
+}
+static double pdi_steady_strain(const pd_flow *flow) { return flow->speed / flow->length; }
+
+/* x times a factor for the momentum and one for the continuity residuals. */
+static void pdi_steady_scale(const pd_ctx *ctx, const pd_flow *flow, double momentum, double continuity, double *x)
+{
+    int64_t total = flow->grid->total, split = (int64_t)PD_DIM * total;
+    int nt = pdi_par_threads(ctx, pdi_steady_size(flow));
+    (void)nt;
+    PDI_PARALLEL_FOR(nt)
+    for (int64_t i = 0; i < split + total; i++) x[i] *= i < split ? momentum : continuity;
+}
+
+/* s->work = M^-1 x, and flow->grad the pressure gradient of it. r: scratch. */
+static void pdi_steady_precondition(pd_ctx *ctx, pd_steady *s, const double *x, double *r)
+{
+    pd_flow *flow = s->flow;
+    int64_t total = flow->grid->total, split = (int64_t)PD_DIM * total;
+    const pd_ghosts *ghosts = &flow->bonds->ghosts;
+    double *y = s->work, *dp = y + split;
+    pdi_schur schur;
+    schur.poisson = &s->mg_p;
+    schur.seep = &s->mg_seep;
+    schur.damped = s->damped ? &s->mg_d : NULL;
+    schur.shift = s->shift;
+    schur.grad = s->carrier; /* both are written later */
+    schur.convected = flow->grad;
+    pdi_par_copy(ctx, split + total, x, r);
+    pdi_steady_scale(ctx, flow, pdi_steady_force(s) / s->weight, pdi_steady_strain(flow), r);
+    pdi_schur_solve(ctx, flow, &schur, r + split, y, dp);
+    pd_ghosts_pressure(ghosts, 0.0, dp);
+    pdi_flow_gradient(ctx, flow, dp, flow->grad);
+    pdi_par_axpy(ctx, split, -1.0, flow->grad, r);
+    pd_ghosts_clear(ghosts, PD_DIM, r); /* no part of the equations */
+    for (int d = 0; d < PD_DIM; d++) pd_multigrid_cycle(ctx, &s->mg_u, r + d * total, y + d * total);
+}
+
+/* y = scaled J (du, dp) of s->work, whose pressure gradient is in flow->grad:
+ * (conv(du, u) + conv(u, du) + G dp - nu lap du, div du - tau ...). */
+static void pdi_steady_jacobian(pd_ctx *ctx, pd_steady *s, double *y)
+{
+    pd_flow *flow = s->flow;
+    int64_t total = flow->grid->total, split = (int64_t)PD_DIM * total;
+    double *du = s->work;
+    pdi_product_step step;
+    pdi_flow_ghosts(flow, 0, du);
+    pdi_flow_carrier(ctx, flow, du, s->carrier);
+    step.carrier = s->carrier;
+    step.u = du;
+    step.p = du + split;
+    step.grad = flow->grad;
+    pdi_product_apply(ctx, &s->product, &step, y, y + split);
+    pdi_flow_bend(ctx, flow, du, flow->grad, 0, y);
+    pdi_flow_even(ctx, flow, du, s->carrier, 0, 1.0, y + split);
+    if (s->shift > 0.0) pdi_par_axpy(ctx, split, s->shift, du, y);
+    pd_ghosts_clear(&flow->bonds->ghosts, PD_DIM, y);
+    pdi_steady_scale(ctx, flow, s->weight / pdi_steady_force(s), 1.0 / pdi_steady_strain(flow), y);
+    flow->evaluations++;
+}
+
+/* y = J M^-1 x: preconditioned from the right, so that both share the pressure gradient. */
+static void pdi_steady_product(void *user, const double *x, double *y)
+{
+    pdi_steady_user *u = (pdi_steady_user *)user;
+    pdi_steady_precondition(u->ctx, u->steady, x, y);
+    pdi_steady_jacobian(u->ctx, u->steady, y);
+}
+
+static pd_status pdi_steady_setup(pd_ctx *ctx, pd_steady *s, double shift)
+{
+    pdi_compact_faces velocity, pressure;
+    pdi_compact_convection moving, resting;
+    s->shift = shift;
+    velocity.closed = velocity.inlet = 1;
+    velocity.outlet = 0;
+    pressure.closed = pressure.inlet = 0;
+    pressure.outlet = 1;
+    moving.u = s->flow->u;
+    moving.spread = resting.spread = resting.u = NULL;
+    pdi_compact_fill(ctx, s->flow->nu, NULL, &moving, s->shift, &velocity, &s->compact_u);
+    pd_compact *u = &s->compact_u, *p = &s->compact_p;
+    pd_media seep;
+    memset(&seep, 0, sizeof seep);
+    seep.at = s->carrier;
+    pdi_schur_mobility(ctx, s->flow, s->shift, seep.at);
+    pd_ghosts_scalar(&s->flow->bonds->ghosts, seep.at);
+    pdi_compact_fill(ctx, 1.0, &seep, &resting, 0.0, &pressure, p);
+    PDI_TRY(pd_multigrid_setup(ctx, &s->mg_seep, p->active, (const float *const *)p->conduct, NULL, p->wall, p->mass));
+    pdi_compact_fill(ctx, 1.0, NULL, &resting, 0.0, &pressure, p);
+    PDI_TRY(pd_multigrid_setup(ctx, &s->mg_u, u->active, (const float *const *)u->conduct,
+                               (const float *const *)u->flux, u->wall, u->mass));
+    PDI_TRY(pd_multigrid_setup(ctx, &s->mg_p, p->active, (const float *const *)p->conduct, NULL, p->wall, p->mass));
+    double damping = pdi_schur_damping(s->flow, shift);
+    s->damped = s->timed && damping > 0.0;
+    if (!s->damped) return PD_OK;
+    pdi_compact_fill(ctx, 1.0, NULL, &resting, damping, &pressure, p);
+    return pd_multigrid_setup(ctx, &s->mg_d, p->active, (const float *const *)p->conduct, NULL, p->wall, p->mass);
+}
+
+/* Largest residuals of s->residual: against the tolerance, and for reports. */
+static void pdi_steady_report(const pd_ctx *ctx, const pd_steady *s, pd_steady_result *result)
+{
+    const pd_flow *flow = s->flow;
+    double speed = flow->reference_speed, length = flow->reference_length;
+    int64_t total = flow->grid->total, split = (int64_t)PD_DIM * total;
+    double momentum = pdi_par_max_abs(ctx, split, s->residual);
+    double continuity = pdi_par_max_abs(ctx, total, s->residual + split);
+    result->excess = fmax(momentum, continuity) / s->desc.tolerance;
+    result->momentum = momentum * (pdi_steady_force(s) / pdi_flow_momentum(flow, speed, length));
+    result->continuity = continuity * (pdi_steady_strain(flow) / (speed / length));
+}
+
+/* Scaled residual of the present state into s->residual; its norm. */
+static double pdi_steady_residual(pd_ctx *ctx, pd_steady *s, pd_steady_result *result)
+{
+    pd_flow *flow = s->flow;
+    int64_t total = flow->grid->total, split = (int64_t)PD_DIM * total;
+    double *r = s->residual;
+    pd_flow_residual(ctx, flow, r, r + split);
+    if (s->rate > 0.0) {
+        pdi_par_axpy(ctx, split, s->rate, flow->u, r);
+        pdi_par_axpy(ctx, split, -s->rate, s->target, r);
+        pd_ghosts_clear(&flow->bonds->ghosts, PD_DIM, r); /* inlets hold a velocity, and have no equation */
+    }
+    pdi_steady_scale(ctx, flow, 1.0 / pdi_steady_force(s), 1.0 / pdi_steady_strain(flow), r);
+    pdi_steady_report(ctx, s, result);
+    return hypot(s->weight * sqrt(pdi_par_dot(ctx, split, r, r)), sqrt(pdi_par_dot(ctx, total, r + split, r + split)));
+}
+
+/* The weight of the momentum residuals that keeps both off-diagonal blocks of the preconditioned matrix of one size:
+ * they carry momentum into continuity with at most 1/U and sqrt(mobility/nu)/2, and continuity into momentum with
+ * nu/h + X/mobility (eq. 4.9c). */
+static void pdi_steady_weigh(pd_ctx *ctx, pd_steady *s)
+{
+    const pd_flow *flow = s->flow;
+    const pd_grid *grid = flow->grid;
+    double speed = pdi_par_max_abs(ctx, (int64_t)PD_DIM * grid->total, flow->u), far = 0.0, near = HUGE_VAL;
+    pdi_schur_mobility(ctx, flow, s->rate, s->carrier);
+    double mobility = pdi_par_max_abs(ctx, grid->total, s->carrier);
+    for (int d = 0; d < PD_DIM; d++) {
+        far = fmax(far, grid->n[d] * grid->h[d]);
+        near = fmin(near, grid->h[d]);
+    }
+    s->weight = 1.0;
+    if (!(mobility > 0.0)) return;
+    double slow = sqrt((flow->nu / near + far / mobility) / (0.5 * sqrt(mobility / flow->nu)));
+    s->weight = pdi_steady_force(s) / pdi_steady_strain(flow) / (speed + slow);
+}
+
+static void pdi_steady_move(const pd_ctx *ctx, pd_steady *s, double factor)
+{
+    pd_flow *flow = s->flow;
+    int64_t total = flow->grid->total, split = (int64_t)PD_DIM * total;
+    pdi_par_axpy(ctx, split, factor, s->step, flow->u);
+    pdi_par_axpy(ctx, total, factor, s->step + split, flow->p);
+}
+
+static pd_status pdi_steady_make(pd_ctx *ctx, pd_flow *flow, const pd_steady_desc *desc, pd_steady *s)
+{
+    memset(s, 0, sizeof *s);
+    s->flow = flow;
+    s->desc = *desc;
+    if (!(desc->tolerance >= 0.0) || desc->tolerance >= 1.0 || desc->max_newton < 0 || desc->max_krylov < 0 ||
+        desc->restart < 0)
+        return pdi_fail(ctx, PD_ERR_ARGUMENT, "steady", "tolerance %g, max_newton %d, max_krylov %d, restart %d",
+                        desc->tolerance, desc->max_newton, desc->max_krylov, desc->restart);
+    if (!(s->desc.tolerance > 0.0)) s->desc.tolerance = 1e-6;
+    if (!s->desc.max_krylov) s->desc.max_krylov = 300;
+    if (!s->desc.restart) s->desc.restart = PDI_STEADY_RESTART;
+    int64_t size = pdi_steady_size(flow);
+    pd_krylov_desc kd;
+    pd_multigrid_desc md;
+    memset(&kd, 0, sizeof kd);
+    kd.n = size;
+    kd.spans = &flow->bonds->spans;
+    kd.components = PD_DIM + 1;
+    kd.restart = s->desc.restart;
+    kd.most = s->desc.max_krylov / s->desc.restart * s->desc.restart;
+    kd.max_iterations = s->desc.max_krylov;
+    kd.zero_guess = kd.compressed = 1;
+    pdi_compact_multigrid(flow->grid, &md);
+    PDI_TRY(pdi_flow_mirror(ctx, flow));
+    PDI_TRY(pdi_compact_build(ctx, flow->grid, 1, &s->compact_u));
+    PDI_TRY(pdi_compact_build(ctx, flow->grid, 0, &s->compact_p));
+    PDI_TRY(pd_multigrid_build(ctx, &md, &s->mg_u));
+    md.symmetric = 1;
+    PDI_TRY(pd_multigrid_build(ctx, &md, &s->mg_p));
+    PDI_TRY(pd_multigrid_build(ctx, &md, &s->mg_seep));
+    PDI_TRY(pd_krylov_build(ctx, &kd, &s->krylov));
+    PDI_TRY(pdi_product_build(ctx, flow, &s->product));
+    PDI_TRY(PDI_NEW(ctx, "steady", size, s->residual));
+    PDI_TRY(PDI_NEW(ctx, "steady", size, s->step));
+    PDI_TRY(PDI_NEW(ctx, "steady", size, s->work));
+    PDI_TRY(PDI_NEW(ctx, "steady", flow->grid->total, s->potential));
+    return PDI_NEW(ctx, "steady", (int64_t)PD_DIM * flow->grid->total, s->carrier);
+}
+
+pd_status pd_steady_build(pd_ctx *ctx, pd_flow *flow, const pd_steady_desc *desc, pd_steady *s)
+{
+    pd_status status = pdi_steady_make(ctx, flow, desc, s);
+    if (status < 0) pd_steady_free(ctx, s);
+    return status;
+}
+
+PDI_FN pd_status pdi_steady_timed(pd_ctx *ctx, pd_steady *s)
+{
+    pd_multigrid_desc md;
+    if (s->timed) return PD_OK;
+    pdi_compact_multigrid(s->flow->grid, &md);
+    md.symmetric = 1;
+    PDI_TRY(pd_multigrid_build(ctx, &md, &s->mg_d));
+    s->timed = 1;
+    return PD_OK;
+}
+
+/* One linearised step with the term `shift` of pseudo time, for which the preconditioner is set up; the state moves by
+ * s->step. *effort: Krylov iterations, beyond the limit when the tolerance was missed. */
+static pd_status pdi_steady_newton(pd_ctx *ctx, pd_steady *s, double forcing, pd_steady_result *result, int *effort)
+{
+    pdi_steady_user user;
+    pd_krylov_result linear;
+    user.ctx = ctx;
+    user.steady = s;
+    pdi_steady_scale(ctx, s->flow, -s->weight, -1.0, s->residual);
+    pdi_product_freeze(ctx, &s->product);
+    s->krylov.desc.rtol = forcing;
+    PDI_TRY(pd_krylov_solve(ctx, &s->krylov, pdi_steady_product, NULL, &user, s->residual, s->step, &linear));
+    pdi_steady_precondition(ctx, s, s->step, s->residual);
+    pdi_par_copy(ctx, pdi_steady_size(s->flow), s->work, s->step);
+    pd_ghosts_clear(&s->flow->bonds->ghosts, PD_DIM, s->step); /* the preconditioner leaves its work there */
+    *effort = linear.converged ? linear.iterations : s->desc.max_krylov + 1;
+    result->krylov += linear.iterations;
+    result->newton++;
+    pdi_steady_move(ctx, s, 1.0);
+    return PD_OK;
+}
+
+/* ---- what is left of the divergence ---- */
+
+/* y = lap q, both in the places of the pressure. Ports hold zero. */
+static void pdi_steady_laplacian(void *user, const double *x, double *y)
+{
+    pdi_steady_user *u = (pdi_steady_user *)user;
+    const pd_flow *flow = u->steady->flow;
+    int64_t split = (int64_t)PD_DIM * flow->grid->total;
+    double *q = u->steady->work;
+    pdi_par_copy(u->ctx, flow->grid->total, x + split, q);
+    pd_ghosts_scalar(&flow->bonds->ghosts, q);
+    pdi_par_zero(u->ctx, split, y);
+    pd_op_laplacian(u->ctx, flow->bonds, q, y + split);
+}
+
+static void pdi_steady_poisson(void *user, const double *x, double *y)
+{
+    pdi_steady_user *u = (pdi_steady_user *)user;
+    int64_t split = (int64_t)PD_DIM * u->steady->flow->grid->total;
+    pdi_par_zero(u->ctx, split, y);
+    pd_multigrid_cycle(u->ctx, &u->steady->mg_p, x + split, y + split);
+}
+
+/* The largest volume of a node [m^d]. */
+static double pdi_steady_volume(const pd_flow *flow)
+{
+    const pd_grid *grid = flow->grid;
+    double around = 1.0;
+    if (grid->circumference) around = grid->circumference[grid->n[PD_DIM - 1] + grid->ghost - 1];
+    return around * flow->bonds->stencil->volume;
+}
+
+/* Solve lap q = div for the divergence that the tolerance has left, so that transport finds fluxes that carry as much
+ * into a node as out of it, to rounding (eq. 4.10b). s->residual is the residual of the present state. */
+static pd_status pdi_steady_solenoid(pd_ctx *ctx, pd_steady *s)
+{
+    pdi_steady_user user;
+    pd_krylov_result linear;
+    pd_krylov *k = &s->krylov;
+    pd_flow *flow = s->flow;
+    int32_t total = flow->grid->total;
+    int64_t split = (int64_t)PD_DIM * total;
+    int most = k->desc.max_iterations;
+    user.ctx = ctx;
+    user.steady = s;
+    pdi_par_zero(ctx, split, s->residual);
+    pdi_par_axpy(ctx, total, pdi_steady_strain(flow) - 1.0, s->residual + split, s->residual + split);
+    pdi_flow_even(ctx, flow, flow->u, flow->carrier, 1, -1.0, s->residual + split);
+    PDI_TRY(pdi_steady_setup(ctx, s, s->shift));
+    k->desc.rtol = PDI_STEADY_EVEN;
+    k->desc.atol = PDI_STEADY_ROUNDING * pdi_steady_strain(flow);
+    k->desc.max_iterations = PDI_STEADY_EVEN_MOST;
+    k->desc.fixed = 1;
+    pd_status status = pd_krylov_solve(ctx, k, pdi_steady_laplacian, pdi_steady_poisson, &user, s->residual, s->step,
+                                       &linear);
+    /* compact pockets that long bonds join to the rest spoil the cycle */
+    if (status > 0)
+        status = pd_krylov_solve(ctx, k, pdi_steady_laplacian, NULL, &user, s->residual, s->step, &linear);
+    k->desc.max_iterations = most;
+    k->desc.fixed = 0;
+    k->desc.atol = 0.0;
+    if (status < 0) return status;
+    s->uneven = linear.residual * sqrt((double)flow->grid->fluid_count) * pdi_steady_volume(flow);
+    pdi_par_copy(ctx, total, s->step + split, s->potential);
+    pd_ghosts_scalar(&flow->bonds->ghosts, s->potential);
+    flow->potential = s->potential;
+    return PD_OK;
+}
+
+PDI_FN pd_status pdi_steady_even(pd_ctx *ctx, pd_steady *s)
+{
+    pd_steady_result result;
+    if (!s->flow->even) return PD_OK;
+    memset(&result, 0, sizeof result);
+    pdi_steady_residual(ctx, s, &result);
+    return pdi_steady_solenoid(ctx, s);
+}
+
+PDI_FN int32_t pdi_steady_worst(const pd_steady *s)
+{
+    int32_t total = s->flow->grid->total, worst = 0;
+    double most = -1.0;
+    for (int64_t i = 0; i < pdi_steady_size(s->flow); i++) {
+        if (!(fabs(s->residual[i]) > most)) continue;
+        most = fabs(s->residual[i]);
+        worst = (int32_t)(i % total);
+    }
+    return worst;
+}
+
+/* How a solve goes: what decides on the next step. */
+typedef struct pdi_steady_path {
+    double norm;         /* [-] of the residual */
+    double boost, least; /* [-] of the pseudo time rate, and its smallest value */
+    double forcing;      /* [-] tolerance of the next linear solve */
+    double best;         /* [-] norm that counts as progress when it is halved */
+    int since;           /* Newton steps since it was */
+} pdi_steady_path;
+
+/* The state has moved by s->step and its residual has grown: shorter steps along the same direction, then none. Returns
+ * the norm there; *taken: 0 or 1. */
+static double pdi_steady_shorten(pd_ctx *ctx, pd_steady *s, double norm, int *taken, pd_steady_result *result)
+{
+    double factor = 1.0, fresh = HUGE_VAL;
+    for (int k = 0; k < PDI_STEADY_HALVINGS && !(fresh < norm); k++) {
+        factor *= 0.5;
+        pdi_steady_move(ctx, s, -factor);
+        fresh = pdi_steady_residual(ctx, s, result);
+    }
+    *taken = fresh < norm;
+    if (*taken) return fresh;
+    pdi_steady_move(ctx, s, -factor);
+    return pdi_steady_residual(ctx, s, result);
+}
+
+/* What the linearisation did not foresee of the residual after a step: |r + sigma du|. */
+static double pdi_steady_bend(const pd_ctx *ctx, const pd_steady *s)
+{
+    int64_t size = pdi_steady_size(s->flow), split = size - s->flow->grid->total;
+    double rate = s->shift / pdi_steady_force(s);
+    double momentum = pdi_par_dot(ctx, split, s->residual, s->residual) +
+                      2.0 * rate * pdi_par_dot(ctx, split, s->residual, s->step) +
+                      rate * rate * pdi_par_dot(ctx, split, s->step, s->step);
+    double continuity = pdi_par_dot(ctx, size - split, s->residual + split, s->residual + split);
+    return sqrt(fmax(s->weight * s->weight * momentum, 0.0) + continuity);
+}
+
+/* Switched evolution relaxation: the pseudo time step grows as the residual falls (eq. 4.10). A step that is taken back
+ * or whose linear system is hard makes the next one shorter, an easy one longer. */
+static pd_status pdi_steady_advance(pd_ctx *ctx, pd_steady *s, pdi_steady_path *path, pd_steady_result *result)
+{
+    int effort = 0, taken = 1;
+    double norm = path->norm;
+    PDI_TRY(pdi_steady_setup(ctx, s, PDI_STEADY_SHIFT * path->boost * pdi_steady_strain(s->flow) *
+                                         sqrt(norm / s->norm0)));
+    PDI_TRY(pdi_steady_newton(ctx, s, path->forcing, result, &effort));
+    path->norm = pdi_steady_residual(ctx, s, result);
+    double bend = fmin(pdi_steady_bend(ctx, s), path->norm) / norm;
+    if (!(path->norm < PDI_STEADY_GROWTH * norm)) path->norm = pdi_steady_shorten(ctx, s, norm, &taken, result);
+    path->since++;
+    if (path->norm < 0.5 * path->best) {
+        path->best = path->norm;
+        path->since = 0;
+    }
+    if (!taken) path->boost *= 10.0;
+    else if (effort > s->desc.max_krylov) path->boost *= 4.0;
+    else if (bend > PDI_STEADY_BEND) path->boost *= fmin(2.0 * bend / PDI_STEADY_BEND, 10.0);
+    else if (bend < 0.25 * PDI_STEADY_BEND) path->boost = fmax(path->least, path->boost * 0.5);
+    if (!taken) return PD_OK;
+    /* Eisenstat and Walker 1996, choice 2: solve as well as the last step predicts, no better than asked for */
+    double share = path->norm / norm;
+    path->forcing = fmax(0.9 * share * share, PDI_STEADY_ENOUGH / fmax(result->excess, 1.0));
+    path->forcing = fmin(0.1, fmax(1e-3, path->forcing));
+    return PD_OK;
+}
+
+pd_status pd_steady_solve(pd_ctx *ctx, pd_steady *s, pd_steady_result *result)
+{
+    pdi_steady_path path;
+    int64_t start = s->flow->evaluations;
+    pd_status status = PD_OK;
+    memset(result, 0, sizeof *result);
+    PDI_TRY(pdi_flow_patch(ctx, s->flow));
+    pdi_steady_weigh(ctx, s);
+    memset(&path, 0, sizeof path);
+    path.norm = path.best = pdi_steady_residual(ctx, s, result);
+    path.boost = path.least = s->norm0 > 0.0 ? PDI_STEADY_AGAIN : 1.0;
+    path.forcing = 0.1;
+    s->norm0 = fmax(s->norm0, path.norm);
+    while (status == PD_OK && result->excess > 1.0) {
+        if (path.since > PDI_STEADY_PATIENCE || path.boost > PDI_STEADY_MAX_BOOST ||
+            (s->desc.max_newton > 0 && result->newton >= s->desc.max_newton))
+            status = PD_NOT_CONVERGED;
+        else status = pdi_steady_advance(ctx, s, &path, result);
+        if (status == PD_OK) status = pdi_poll(ctx, "flow: Newton", result->newton);
+    }
+    pd_krylov_trim(ctx, &s->krylov);
+    result->evaluations = s->flow->evaluations - start;
+    if (status != PD_OK) return status;
+    if (!(path.norm < 1e300))
+        return pdi_fail(ctx, PD_ERR_DIVERGED, "steady", "the flow residual is %g after %d Newton steps", path.norm,
+                        result->newton);
+    result->converged = 1;
+    return pdi_steady_solenoid(ctx, s);
+}
+
+PDI_FN pd_status pdi_steady_stage(pd_ctx *ctx, pd_steady *s, double rate, const double *target, double tolerance,
+                                  int again, pd_steady_result *result)
+{
+    pd_flow *flow = s->flow;
+    int64_t start = flow->evaluations;
+    pd_status status = PD_OK;
+    double before = HUGE_VAL;
+    memset(result, 0, sizeof *result);
+    PDI_TRY(pdi_flow_patch(ctx, flow));
+    s->rate = rate;
+    s->target = target;
+    pdi_steady_weigh(ctx, s);
+    for (;;) {
+        double norm = pdi_steady_residual(ctx, s, result);
+        double excess = result->excess * (s->desc.tolerance / tolerance);
+        result->evaluations = flow->evaluations - start;
+        result->converged = excess <= 1.0;
+        if (result->converged || !(norm < before) || result->newton >= PDI_STEADY_STAGE) break;
+        int effort = 0;
+        before = norm;
+        double forcing = fmin(PDI_STEADY_STAGE_FORCING, fmax(1e-4, PDI_STEADY_STAGE_ENOUGH / excess));
+        if (!again) status = pdi_steady_setup(ctx, s, rate);
+        if (status < 0) break;
+        again = 1;
+        status = pdi_steady_newton(ctx, s, forcing, result, &effort);
+        if (status < 0) break;
+    }
+    s->rate = 0.0;
+    s->target = NULL;
+    if (pdi_is_final(status)) return status;
+    return result->converged ? PD_OK : PD_RETRY;
+}
+
+PDI_FN pd_status pdi_steady_store(pd_ctx *ctx, pd_steady *s, pd_archive *archive)
+{
+    if (archive->reading) s->flow->potential = s->potential;
+    PDI_TRY(PDI_KEEP(ctx, archive, "steady.potential", s->potential, s->flow->grid->total));
+    PDI_TRY(PDI_KEEP(ctx, archive, "steady.norm0", &s->norm0, 1));
+    if (!archive->reading) return PD_OK;
+    PDI_TRY(pdi_flow_patch(ctx, s->flow));
+    pd_flow_prepare(ctx, s->flow);
+    return PD_OK;
+}
+
+void pd_steady_free(pd_ctx *ctx, pd_steady *s)
+{
+    int64_t size = s->flow ? pdi_steady_size(s->flow) : 0;
+    pdi_compact_free(ctx, &s->compact_u);
+    pdi_compact_free(ctx, &s->compact_p);
+    pd_multigrid_free(ctx, &s->mg_u);
+    pd_multigrid_free(ctx, &s->mg_p);
+    pd_multigrid_free(ctx, &s->mg_seep);
+    pd_multigrid_free(ctx, &s->mg_d);
+    pd_krylov_free(ctx, &s->krylov);
+    pdi_product_free(ctx, &s->product);
+    PDI_DELETE(ctx, size, s->residual);
+    PDI_DELETE(ctx, size, s->step);
+    PDI_DELETE(ctx, size, s->work);
+    PDI_DELETE(ctx, s->flow ? s->flow->grid->total : 0, s->potential);
+    if (s->flow) s->flow->potential = NULL;
+    PDI_DELETE(ctx, s->flow ? (int64_t)PD_DIM * s->flow->grid->total : 0, s->carrier);
+    memset(s, 0, sizeof *s);
+}

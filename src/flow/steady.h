@@ -1,0 +1,80 @@
+/* steady: steady flow by Newton's method on the peridynamic residual.
+ *
+ * Each Newton step solves the exact linearisation by GMRES, preconditioned by a block triangle: one multigrid cycle for
+ * each component of the velocity, three for the pressure, with a least-squares commutator and the drag of the walls for
+ * the Schur complement (theory: section 4.4; Elman, Silvester and Wathen 2014, ch. 9). It stops on residuals, never on
+ * changes per step.
+ */
+#ifndef PD_STEADY_H
+#define PD_STEADY_H
+#include "solve/krylov.h"
+#include "solve/compact.h"
+#include "flow/product.h"
+#include "flow/schur.h"
+
+typedef struct pd_steady_desc {
+    double tolerance;   /* [-] of both residuals, against the scales of the flow (eq. 4.7, 4.8); 0: 1e-6 */
+    int max_newton;     /* 0: as many as make progress */
+    int max_krylov;     /* of one Newton step; 0: 300 */
+    int restart;        /* GMRES; 0: 20 */
+} pd_steady_desc;
+
+typedef struct pd_steady {
+    pd_steady_desc desc;
+    pd_flow *flow;
+    pd_compact compact_u, compact_p;
+    pd_multigrid mg_u, mg_p, mg_seep;
+    pd_multigrid mg_d;                  /* of short steps in time, see schur.h */
+    int timed, damped;                  /* it is built; it is in use */
+    pd_krylov krylov;
+    pd_product product;
+    double *residual;                   /* [PD_DIM+1][total] [-] scaled */
+    double *step, *work;                /* [PD_DIM+1][total] [m/s], last row [m2/s2] */
+    double *carrier;                    /* [PD_DIM][total] [m/s] of the linearised velocity, work */
+    double *potential;                  /* [total] [m2/s] of the flow, after a solve */
+    double uneven;                      /* [m^d/s] most that sections of the flow differ by, after a solve */
+    double shift;                       /* [1/s] 1 over the pseudo time step */
+    double rate;                        /* [1/s] rate (u - target) joins the momentum residual; 0: steady */
+    const double *target;               /* [PD_DIM][total] [m/s] */
+    double weight;                      /* [-] of momentum against continuity in norms (eq. 4.9c) */
+    double norm0;                       /* [-] largest initial residual norm of all solves */
+} pd_steady;
+
+typedef struct pd_steady_result {
+    double momentum;    /* [-] max |momentum residual| over U^2/L + nu U/L^2 with the reference speed and length */
+    double continuity;  /* [-] max |continuity residual| L/U, likewise */
+    double excess;      /* [-] larger residual against the scales of the flow, over the tolerance */
+    int newton, krylov; /* steps and iterations of this solve */
+    int64_t evaluations;
+    int converged;
+} pd_steady_result;
+
+#define pd_steady_build PD_NAME(pd_steady_build)
+#define pd_steady_solve PD_NAME(pd_steady_solve)
+#define pd_steady_free PD_NAME(pd_steady_free)
+
+PD_API pd_status pd_steady_build(pd_ctx *ctx, pd_flow *flow, const pd_steady_desc *desc, pd_steady *steady);
+/* From the state in flow to the steady state. PD_NOT_CONVERGED (positive): the limit came first or steps make no
+ * progress, flow holds the last state and result its residuals. PD_ERR_DIVERGED: not finite. */
+PD_API pd_status pd_steady_solve(pd_ctx *ctx, pd_steady *steady, pd_steady_result *result);
+PD_API void pd_steady_free(pd_ctx *ctx, pd_steady *steady);
+
+#ifdef PDI_INTERNAL
+/* Default restart of GMRES: it keeps one basis vector more. */
+#define PDI_STEADY_RESTART 20
+/* The node with the largest residual of the last solve, which has failed. */
+PDI_FN int32_t pdi_steady_worst(const pd_steady *steady);
+/* After stages: the potential of the flow, where bond fluxes alone are not free of divergence (eq. 4.2c, 4.10b). */
+PDI_FN pd_status pdi_steady_even(pd_ctx *ctx, pd_steady *steady);
+/* What solves carry on beside the flow. */
+PDI_FN pd_status pdi_steady_store(pd_ctx *ctx, pd_steady *steady, pd_archive *archive);
+/* Make ready for pdi_steady_stage. */
+PDI_FN pd_status pdi_steady_timed(pd_ctx *ctx, pd_steady *steady);
+/* Solve R(u, p) + rate (u - target) = 0 from the state in flow: a stage of an implicit step. tolerance [-]: of the
+ * velocity against the reference speed, and of the continuity residual. again: 1 when the preconditioner of the last
+ * stage is as good for this one. PD_RETRY: not reached, flow holds no solution. */
+PDI_FN pd_status pdi_steady_stage(pd_ctx *ctx, pd_steady *steady, double rate, const double *target, double tolerance,
+                                  int again, pd_steady_result *result);
+#endif
+
+#endif

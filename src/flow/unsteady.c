@@ -1,0 +1,257 @@
+/* unsteady: see unsteady.h */
+#include "flow/unsteady.h"
+#include "core/par.h"
+#include <math.h>
+#include <string.h>
+
+static double pdi_unsteady_pressure(const pd_unsteady_desc *d, double density)
+{
+    double c2 = d->sound * d->sound;
+    if (d->eos == PD_EOS_LINEAR) return c2 * (density - 1.0);
+    return c2 / d->gamma * (pow(density, d->gamma) - 1.0);
+}
+
+static double pdi_unsteady_density(const pd_unsteady_desc *d, double pressure)
+{
+    double c2 = d->sound * d->sound;
+    if (d->eos == PD_EOS_LINEAR) return 1.0 + pressure / c2;
+    return pow(1.0 + d->gamma * pressure / c2, 1.0 / d->gamma);
+}
+
+static pd_status pdi_unsteady_make(pd_ctx *ctx, pd_flow *flow, const pd_unsteady_desc *desc, pd_unsteady *un)
+{
+    const pd_stencil *s = flow->bonds->stencil;
+    const pd_grid *grid = flow->grid;
+    memset(un, 0, sizeof *un);
+    un->desc = *desc;
+    if (!(un->desc.gamma > 0.0)) un->desc.gamma = 7.0;
+    if (!(un->desc.diffusion > 0.0)) un->desc.diffusion = 0.1;
+    if (!(un->desc.cfl > 0.0)) un->desc.cfl = 0.8;
+    if (!(desc->sound > 0.0) || !(desc->sound < 1e100) || un->desc.gamma < 1.0 || !(desc->gamma >= 0.0) ||
+        !(desc->diffusion >= 0.0) || !(desc->cfl >= 0.0))
+        return pdi_fail(
+            ctx, PD_ERR_ARGUMENT, "unsteady",
+            "sound = %g m/s must be positive, gamma = %g at least 1, diffusion = %g and cfl = %g not negative",
+            desc->sound, desc->gamma, desc->diffusion, desc->cfl);
+    un->flow = flow;
+    double spacing = grid->h[0];
+    for (int d = 1; d < PD_DIM; d++) spacing = fmin(spacing, grid->h[d]);
+    /* eta c0 delta lap rho, written for the pressure: d rho = rho0 dp/(rho0 c0^2) */
+    flow->tau = un->desc.diffusion * s->m * spacing / un->desc.sound;
+    PDI_TRY(PDI_NEW(ctx, "unsteady", grid->total, un->density));
+    PDI_TRY(PDI_NEW(ctx, "unsteady", (int64_t)PD_DIM * grid->total, un->mass));
+    PDI_TRY(PDI_NEW(ctx, "unsteady", (int64_t)(PD_DIM + 1) * grid->total, un->start));
+    PDI_TRY(PDI_NEW(ctx, "unsteady", (int64_t)(PD_DIM + 1) * grid->total, un->rate));
+    for (int32_t i = 0; i < grid->total; i++) {
+        un->density[i] = 1.0;
+        if (grid->kind[i] == PD_FLUID) un->density[i] = pdi_unsteady_density(&un->desc, flow->p[i]);
+        if (!(un->density[i] > 0.0))
+            return pdi_fail(ctx, PD_ERR_ARGUMENT, "unsteady", "the pressure %g Pa of node %d has no density",
+                            flow->p[i] * flow->rho, (int)i);
+    }
+    return pdi_spectrum_build(ctx, flow, &un->spectrum);
+}
+
+pd_status pd_unsteady_build(pd_ctx *ctx, pd_flow *flow, const pd_unsteady_desc *desc, pd_unsteady *un)
+{
+    pd_status status = pdi_unsteady_make(ctx, flow, desc, un);
+    if (status < 0) pd_unsteady_free(ctx, un);
+    return status;
+}
+
+/* Fill pressure and ghosts from the state. Inlets bring fluid of rest density. */
+static void pdi_unsteady_fill(const pd_ctx *ctx, pd_unsteady *un)
+{
+    pd_flow *flow = un->flow;
+    const pd_ghosts *ghosts = &flow->bonds->ghosts;
+    const uint8_t *kind = flow->grid->kind;
+    int32_t total = flow->grid->total;
+    int nt = pdi_par_threads(ctx, total * 8);
+    (void)nt;
+    PDI_PARALLEL_FOR(nt)
+    for (int32_t i = 0; i < total; i++)
+        if (kind[i] == PD_FLUID) flow->p[i] = pdi_unsteady_pressure(&un->desc, un->density[i]);
+    pd_ghosts_vector(ghosts, flow->u);
+    pd_ghosts_pressure(ghosts, flow->p_out, flow->p);
+    pd_ghosts_pressure(ghosts, pdi_unsteady_density(&un->desc, flow->p_out), un->density);
+    PDI_PARALLEL_FOR(nt)
+    for (int32_t i = 0; i < total; i++)
+        for (int d = 0; d < PD_DIM; d++)
+            un->mass[(int64_t)d * total + i] = un->density[i] * flow->u[(int64_t)d * total + i];
+    pdi_flow_carrier(ctx, flow, un->mass, flow->carrier);
+    pdi_flow_gradient(ctx, flow, flow->p, flow->grad);
+}
+
+/* Time derivatives of velocity and density (eq. 4.12, 4.13). The convective term of flow.h is half the divergence of
+ * (rho v) v; half of v div(rho v) is taken off to make it rho v.grad v. */
+static void pdi_unsteady_rates(const pd_ctx *ctx, pd_unsteady *un)
+{
+    pd_flow *flow = un->flow;
+    const uint8_t *kind = flow->grid->kind;
+    int32_t total = flow->grid->total;
+    double *ru = un->rate, *rc = un->rate + (int64_t)PD_DIM * total;
+    pdi_flow_terms t;
+    memset(&t, 0, sizeof t);
+    pdi_unsteady_fill(ctx, un);
+    t.mass = flow->carrier;
+    t.u = flow->u;
+    t.p = flow->p;
+    t.grad = flow->grad;
+    t.force = flow->force;
+    t.drive = flow->drive;
+    pdi_flow_terms_apply(ctx, flow, &t, ru, rc);
+    pdi_flow_push(ctx, flow, ru);
+    flow->evaluations++;
+    int nt = pdi_par_threads(ctx, total * 8);
+    (void)nt;
+    PDI_PARALLEL_FOR(nt)
+    for (int32_t i = 0; i < total; i++) {
+        if (kind[i] != PD_FLUID) continue;
+        for (int d = 0; d < PD_DIM; d++) {
+            int64_t at = (int64_t)d * total + i;
+            ru[at] = (0.5 * flow->u[at] * rc[i] - ru[at]) / un->density[i];
+        }
+        rc[i] = -rc[i];
+    }
+}
+
+/* state = old_share * start + (1 - old_share) * (state + dt rate). 0: a value left the admissible range. */
+static int pdi_unsteady_stage(const pd_ctx *ctx, pd_unsteady *un, double old_share, double dt)
+{
+    pd_flow *flow = un->flow;
+    const uint8_t *kind = flow->grid->kind;
+    int32_t total = flow->grid->total;
+    int nt = pdi_par_threads(ctx, total * 8), good = 1;
+    (void)nt;
+    pdi_unsteady_rates(ctx, un);
+    PDI_PARALLEL_FOR(nt)
+    for (int32_t i = 0; i < total; i++) {
+        if (kind[i] != PD_FLUID) continue;
+        for (int d = 0; d <= PD_DIM; d++) {
+            int64_t at = (int64_t)d * total + i;
+            double *x = d < PD_DIM ? &flow->u[at] : &un->density[i];
+            *x = old_share * un->start[at] + (1.0 - old_share) * (*x + dt * un->rate[at]);
+        }
+    }
+    for (int32_t i = 0; i < total && good; i++) {
+        if (kind[i] != PD_FLUID) continue;
+        good = un->density[i] > 0.0 && un->density[i] < 1e100;
+        for (int d = 0; d < PD_DIM; d++) good = good && fabs(flow->u[(int64_t)d * total + i]) < 1e100;
+    }
+    return good;
+}
+
+pd_status pd_unsteady_step(pd_ctx *ctx, pd_unsteady *un, double dt)
+{
+    static const double old_share[3] = {0.0, 0.75, 1.0 / 3.0}, instant[3] = {0.0, 1.0, 0.5};
+    pd_flow *flow = un->flow;
+    int64_t total = flow->grid->total, split = (int64_t)PD_DIM * total;
+    if (!(dt > 0.0)) return pdi_fail(ctx, PD_ERR_ARGUMENT, "unsteady", "the step is %g s, expected a positive one", dt);
+    pdi_par_copy(ctx, split, flow->u, un->start);
+    pdi_par_copy(ctx, total, un->density, un->start + split);
+    for (int stage = 0; stage < 3; stage++) {
+        PDI_TRY(pd_flow_at(ctx, flow, un->time + instant[stage] * dt, 0.5 * dt, NULL));
+        if (pdi_unsteady_stage(ctx, un, old_share[stage], dt)) continue;
+        pdi_par_copy(ctx, split, un->start, flow->u);
+        pdi_par_copy(ctx, total, un->start + split, un->density);
+        pdi_unsteady_fill(ctx, un);
+        return pdi_fail(ctx, PD_RETRY, "unsteady", "a density or velocity left its range in a step of %g s at t = %g s",
+                        dt, un->time);
+    }
+    PDI_TRY(pd_flow_at(ctx, flow, un->time + dt, 0.5 * dt, NULL));
+    pdi_unsteady_fill(ctx, un);
+    un->time += dt;
+    un->steps++;
+    return PD_OK;
+}
+
+/* Rounded up to whole parts of 1/128: limits are told anew when the state has changed by as much, and depend on
+ * nothing but the state. */
+static double pdi_unsteady_parts(double x) { return ceil(128.0 * x) / 128.0; }
+
+/* What the linear flow of the present state is at most: key [PD_DIM+2] largest components of the velocity over c0,
+ * local over rest speed of sound, largest specific volume over that at rest. */
+static void pdi_unsteady_extremes(const pd_unsteady *un, double *key)
+{
+    const pd_grid *grid = un->flow->grid;
+    double high = 1.0, low = 1.0;
+    for (int d = 0; d < PD_DIM; d++) key[d] = 0.0;
+    for (int32_t i = 0; i < grid->total; i++) {
+        if (!pdi_grid_open(grid->kind[i])) continue;
+        for (int d = 0; d < PD_DIM; d++) key[d] = fmax(key[d], fabs(un->flow->u[(int64_t)d * grid->total + i]));
+        if (grid->kind[i] != PD_FLUID) continue;
+        high = fmax(high, un->density[i]);
+        low = fmin(low, un->density[i]);
+    }
+    for (int d = 0; d < PD_DIM; d++) key[d] = pdi_unsteady_parts(key[d] / un->desc.sound);
+    key[PD_DIM] = un->desc.eos == PD_EOS_TAIT ? pdi_unsteady_parts(pow(high, 0.5 * (un->desc.gamma - 1.0))) : 1.0;
+    key[PD_DIM + 1] = pdi_unsteady_parts(1.0 / low);
+}
+
+double pd_unsteady_limit(pd_ctx *ctx, pd_unsteady *un)
+{
+    double key[PD_DIM + 2], c = un->desc.sound;
+    int same = un->limit > 0.0;
+    (void)ctx;
+    pdi_unsteady_extremes(un, key);
+    for (int k = 0; k < PD_DIM + 2; k++) same = same && !(key[k] < un->key[k]) && !(key[k] > un->key[k]);
+    if (same) return un->limit;
+    pdi_spectrum_state q;
+    q.sound = c * key[PD_DIM];
+    q.viscosity = un->flow->nu * key[PD_DIM + 1];
+    q.tie = un->flow->tau * q.sound * q.sound;
+    for (int d = 0; d < PD_DIM; d++) q.speed[d] = c * key[d];
+    memcpy(un->key, key, sizeof key);
+    un->limit = pdi_spectrum_limit(&un->spectrum, &q);
+    return un->limit;
+}
+
+pd_status pd_unsteady_run(pd_ctx *ctx, pd_unsteady *un, double t_end)
+{
+    if (!(t_end >= un->time))
+        return pdi_fail(ctx, PD_ERR_ARGUMENT, "unsteady", "a run from %g s to %g s", un->time, t_end);
+    while (un->time < t_end) {
+        PDI_TRY(pdi_poll(ctx, "explicit flow", un->steps));
+        double left = t_end - un->time, dt = un->desc.cfl * pd_unsteady_limit(ctx, un);
+        int last = dt >= left;
+        if (pdi_stands_still(un->time, left, dt))
+            return pdi_fail(ctx, PD_ERR_STATE, "unsteady",
+                            "steps of %g s do not lead on from t = %g s to %g s: the speed of sound (%g m/s) or the "
+                            "viscosity (%g m2/s) asks for them on this lattice", dt, un->time, t_end, un->desc.sound,
+                            un->flow->nu);
+        if (last) dt = left;
+        pd_status status = PD_RETRY;
+        for (int halved = 0; halved <= 20 && status == PD_RETRY; halved++) {
+            status = pd_unsteady_step(ctx, un, dt);
+            if (status == PD_OK) break;
+            if (status < 0) return status;
+            dt *= 0.5;
+            last = 0;
+        }
+        if (status == PD_RETRY)
+            return pdi_fail(ctx, PD_ERR_STATE, "unsteady", "steps down to %g s at t = %g s leave the admissible range",
+                            dt, un->time);
+        if (last) un->time = t_end;
+    }
+    return PD_OK;
+}
+
+PDI_FN pd_status pdi_unsteady_store(pd_ctx *ctx, pd_unsteady *un, pd_archive *archive)
+{
+    PDI_TRY(PDI_KEEP(ctx, archive, "unsteady.density", un->density, un->flow->grid->total));
+    PDI_TRY(PDI_KEEP(ctx, archive, "unsteady.time", &un->time, 1));
+    PDI_TRY(PDI_KEEP(ctx, archive, "unsteady.steps", &un->steps, 1));
+    if (archive->reading) pdi_unsteady_fill(ctx, un);
+    return PD_OK;
+}
+
+void pd_unsteady_free(pd_ctx *ctx, pd_unsteady *un)
+{
+    int64_t total = un->flow ? un->flow->grid->total : 0;
+    PDI_DELETE(ctx, total, un->density);
+    PDI_DELETE(ctx, PD_DIM * total, un->mass);
+    PDI_DELETE(ctx, (PD_DIM + 1) * total, un->start);
+    PDI_DELETE(ctx, (PD_DIM + 1) * total, un->rate);
+    pdi_spectrum_free(ctx, &un->spectrum);
+    memset(un, 0, sizeof *un);
+}

@@ -1,0 +1,259 @@
+/* canvas: see canvas.h */
+#include "io/canvas.h"
+#include <math.h>
+#include <string.h>
+
+#define PDI_CANVAS_COLUMNS 5
+#define PDI_CANVAS_ROWS 9 /* seven above the baseline, two below */
+
+/* Glyphs of ASCII 32..126; bit 5 r + c is the dot in row r, column c. */
+static const uint64_t pdi_canvas_font[95] = {
+    0x000000000000ULL, 0x000040108421ULL, 0x0000000014A5ULL, 0x000295F57D4AULL, 0x00011F4717C4ULL,
+    0x000674222173ULL, 0x000593511526ULL, 0x000000000421ULL, 0x000104108444ULL, 0x000044421041ULL,
+    0x000009575480ULL, 0x0000084F9080ULL, 0x02218C000000ULL, 0x000000078000ULL, 0x0000C6000000ULL,
+    0x000042222210ULL, 0x0003A318C62EULL, 0x0007C84214C4ULL, 0x0007C444422EULL, 0x0003A304111FULL,
+    0x000211F4A988ULL, 0x0003A3083C3FULL, 0x0003A317844CULL, 0x00008422221FULL, 0x0003A317462EULL,
+    0x0001910F462EULL, 0x000006300C60ULL, 0x00110C6018C0ULL, 0x000208208888ULL, 0x000001F07C00ULL,
+    0x000044441041ULL, 0x00010044422EULL, 0x000783DAF62EULL, 0x000463F8C544ULL, 0x0003E317C62FULL,
+    0x0003A210862EULL, 0x0003E318C62FULL, 0x0007C217843FULL, 0x00004217843FULL, 0x0007A31E862EULL,
+    0x0004631FC631ULL, 0x0001C4210847ULL, 0x00019284211CULL, 0x000452519531ULL, 0x0007C2108421ULL,
+    0x0004631AD771ULL, 0x0004739ACE71ULL, 0x0003A318C62EULL, 0x00004217C62FULL, 0x00059358C62EULL,
+    0x00045257C62FULL, 0x0003A307062EULL, 0x00010842109FULL, 0x0003A318C631ULL, 0x000114A8C631ULL,
+    0x0004775AC631ULL, 0x000462A22A31ULL, 0x000108422A31ULL, 0x0007C222221FULL, 0x0001C2108427ULL,
+    0x000420820821ULL, 0x0001C8421087ULL, 0x000000004544ULL, 0x00F800000000ULL, 0x000000000041ULL,
+    0x0007A3E83800ULL, 0x0003E318BC21ULL, 0x00038210B800ULL, 0x0007A318FA10ULL, 0x000383F8B800ULL,
+    0x000084213C4CULL, 0x0E87A318F800ULL, 0x00046318BC21ULL, 0x000042108401ULL, 0x032108421004ULL,
+    0x00024A32A421ULL, 0x000082108421ULL, 0x00056B5AAC00ULL, 0x00046318BC00ULL, 0x0003A318B800ULL,
+    0x010BE318BC00ULL, 0x1087A318F800ULL, 0x00004211B400ULL, 0x0001D060B800ULL, 0x000304213C42ULL,
+    0x0007A318C400ULL, 0x000114A8C400ULL, 0x0002AB5AC400ULL, 0x000454454400ULL, 0x0E87A318C400ULL,
+    0x0007C4447C00ULL, 0x00030420884CULL, 0x000042108421ULL, 0x0000C8441083ULL, 0x00000006C800ULL
+};
+
+PDI_FN pd_status pdi_canvas_init(pd_ctx *ctx, int width, int height, pdi_canvas *canvas)
+{
+    memset(canvas, 0, sizeof *canvas);
+    if (width < 1 || height < 1 || width > PD_PNG_MAX_PIXELS / height)
+        return pdi_fail(ctx, PD_ERR_SIZE, "picture", "%d x %d pixels, at most %d in all are possible", width, height,
+                        PD_PNG_MAX_PIXELS);
+    size_t bytes = (size_t)width * (size_t)height * 3;
+    PDI_TRY(PDI_NEW(ctx, "picture", bytes, canvas->image.pixels));
+    memset(canvas->image.pixels, 0xff, bytes);
+    canvas->image.width = width;
+    canvas->image.height = height;
+    canvas->image.channels = 3;
+    pdi_canvas_unclip(canvas);
+    return PD_OK;
+}
+
+PDI_FN void pdi_canvas_clip(pdi_canvas *canvas, int left, int top, int right, int bottom)
+{
+    canvas->left = left > 0 ? left : 0;
+    canvas->top = top > 0 ? top : 0;
+    canvas->right = right < canvas->image.width ? right : canvas->image.width;
+    canvas->bottom = bottom < canvas->image.height ? bottom : canvas->image.height;
+}
+
+PDI_FN void pdi_canvas_unclip(pdi_canvas *canvas)
+{
+    pdi_canvas_clip(canvas, 0, 0, canvas->image.width, canvas->image.height);
+}
+
+/* Mix a colour in; share 0..1. */
+static void pdi_canvas_blend(pdi_canvas *canvas, int x, int y, uint32_t colour, double share)
+{
+    if (x < canvas->left || x >= canvas->right || y < canvas->top || y >= canvas->bottom) return;
+    uint8_t *p = canvas->image.pixels + 3 * ((size_t)y * (size_t)canvas->image.width + (size_t)x);
+    for (int c = 0; c < 3; c++) {
+        double ink = (double)(colour >> (16 - 8 * c) & 255);
+        p[c] = (uint8_t)(p[c] + (ink - p[c]) * share + 0.5);
+    }
+}
+
+PDI_FN void pdi_canvas_fill(pdi_canvas *canvas, int left, int top, int right, int bottom, uint32_t colour)
+{
+    for (int y = top; y < bottom; y++)
+        for (int x = left; x < right; x++) pdi_canvas_blend(canvas, x, y, colour, 1.0);
+}
+
+PDI_FN void pdi_canvas_frame(pdi_canvas *canvas, int left, int top, int right, int bottom, uint32_t colour)
+{
+    pdi_canvas_fill(canvas, left - 1, top - 1, right + 1, top, colour);
+    pdi_canvas_fill(canvas, left - 1, bottom, right + 1, bottom + 1, colour);
+    pdi_canvas_fill(canvas, left - 1, top, left, bottom, colour);
+    pdi_canvas_fill(canvas, right, top, right + 1, bottom, colour);
+}
+
+/* Distance of a point from the stretch a-b. */
+static double pdi_canvas_distance(double x, double y, double xa, double ya, double dx, double dy)
+{
+    double length2 = dx * dx + dy * dy, s = length2 > 0 ? ((x - xa) * dx + (y - ya) * dy) / length2 : 0;
+    s = s < 0 ? 0 : s > 1 ? 1 : s;
+    return hypot(x - xa - s * dx, y - ya - s * dy);
+}
+
+/* Cut the stretch a-b to one band of one coordinate; 0 when nothing is left. */
+static int pdi_canvas_cut(double *pa, double *qa, double *pb, double *qb, double lo, double hi)
+{
+    if ((*pa < lo && *pb < lo) || (*pa > hi && *pb > hi)) return 0;
+    double p = *pa, q = *qa, slope = *pb != *pa ? (*qb - *qa) / (*pb - *pa) : 0;
+    for (int end = 0; end < 2; end++) {
+        double *pe = end ? pb : pa, *qe = end ? qb : qa;
+        double limit = *pe < lo ? lo : *pe > hi ? hi : *pe;
+        if (limit == *pe) continue;
+        *qe = q + slope * (limit - p);
+        *pe = limit;
+    }
+    return 1;
+}
+
+PDI_FN void pdi_canvas_line(pdi_canvas *canvas, double xa, double ya, double xb, double yb, double width,
+                            uint32_t colour)
+{
+    double reach = width / 2 + 1;
+    if (!(fabs(xa) + fabs(ya) + fabs(xb) + fabs(yb) < 1e300)) return;
+    /* Far points would cost time and overflow an int. */
+    if (!pdi_canvas_cut(&xa, &ya, &xb, &yb, canvas->left - reach, canvas->right + reach) ||
+        !pdi_canvas_cut(&ya, &xa, &yb, &xb, canvas->top - reach, canvas->bottom + reach))
+        return;
+    double dx = xb - xa, dy = yb - ya;
+    int steep = fabs(dy) > fabs(dx);
+    double from = steep ? fmin(ya, yb) : fmin(xa, xb), to = steep ? fmax(ya, yb) : fmax(xa, xb);
+    /* Walk along the longer axis and paint the short span across the stroke. */
+    double across = reach * 1.5;
+    for (int i = (int)floor(from - reach); i <= (int)ceil(to + reach); i++) {
+        double along = fmin(fmax(i + 0.5, from), to), centre;
+        if (steep) centre = dy != 0 ? xa + (along - ya) * dx / dy : xa;
+        else centre = dx != 0 ? ya + (along - xa) * dy / dx : ya;
+        for (int j = (int)floor(centre - across); j <= (int)ceil(centre + across); j++) {
+            int x = steep ? j : i, y = steep ? i : j;
+            double cover = width / 2 + 0.5 - pdi_canvas_distance(x + 0.5, y + 0.5, xa, ya, dx, dy);
+            if (cover > 0) pdi_canvas_blend(canvas, x, y, colour, fmin(cover, 1.0));
+        }
+    }
+}
+
+/* Text. A glyph is enlarged four times by the Scale2x rule, which rounds its diagonals, and halved again: the letters
+ * come out at twice the size of the table with smooth edges. */
+
+#define PDI_CANVAS_GLYPH 40 /* room for four times rows and columns with a margin */
+
+static int pdi_canvas_dot(uint64_t glyph, int column, int row)
+{
+    if (column < 0 || column >= PDI_CANVAS_COLUMNS || row < 0 || row >= PDI_CANVAS_ROWS) return 0;
+    return (int)(glyph >> (PDI_CANVAS_COLUMNS * row + column) & 1);
+}
+
+static int pdi_canvas_at(uint8_t dots[PDI_CANVAS_GLYPH][PDI_CANVAS_GLYPH], int width, int height, int x, int y)
+{
+    return x < 0 || x >= width || y < 0 || y >= height ? 0 : dots[y][x];
+}
+
+/* Double a bitmap of width x height dots in place, corners rounded or left square. */
+static void pdi_canvas_double(uint8_t dots[PDI_CANVAS_GLYPH][PDI_CANVAS_GLYPH], int width, int height, int square)
+{
+    uint8_t old[PDI_CANVAS_GLYPH][PDI_CANVAS_GLYPH];
+    memcpy(old, dots, sizeof old);
+    for (int y = 0; y < height; y++)
+        for (int x = 0; x < width; x++) {
+            int p = old[y][x];
+            int up = pdi_canvas_at(old, width, height, x, y - 1), down = pdi_canvas_at(old, width, height, x, y + 1);
+            int left = pdi_canvas_at(old, width, height, x - 1, y), right = pdi_canvas_at(old, width, height, x + 1, y);
+            if (square) up = down = left = right = p;
+            dots[2 * y][2 * x] = (uint8_t)(left == up && left != down && up != right ? up : p);
+            dots[2 * y][2 * x + 1] = (uint8_t)(up == right && up != left && right != down ? right : p);
+            dots[2 * y + 1][2 * x] = (uint8_t)(down == left && down != right && left != up ? left : p);
+            dots[2 * y + 1][2 * x + 1] = (uint8_t)(right == down && right != up && down != left ? down : p);
+        }
+}
+
+/* First ink column and number of columns; digits keep one width so that numbers line up. */
+static void pdi_canvas_extent(int letter, int *first, int *columns)
+{
+    uint64_t glyph = pdi_canvas_font[letter - 32];
+    int lo = PDI_CANVAS_COLUMNS, hi = -1;
+    for (int c = 0; c < PDI_CANVAS_COLUMNS; c++)
+        for (int r = 0; r < PDI_CANVAS_ROWS; r++)
+            if (pdi_canvas_dot(glyph, c, r)) {
+                if (c < lo) lo = c;
+                hi = c;
+            }
+    int fixed = letter >= '0' && letter <= '9';
+    *first = fixed || hi < 0 ? 0 : lo;
+    *columns = fixed ? PDI_CANVAS_COLUMNS : hi < 0 ? 2 : hi - lo + 1;
+}
+
+/* The next printable letter of a UTF-8 text, 0 at its end. A few signs of units have an ASCII stand-in. */
+static int pdi_canvas_letter(const char **text)
+{
+    const unsigned char *p = (const unsigned char *)*text;
+    int letter = *p, second = 0;
+    if (!letter) return 0;
+    for (p++; letter >= 0x80 && (*p & 0xC0) == 0x80; p++) second = *p;
+    *text = (const char *)p;
+    if (letter == 0xC2 && second == 0xB5) return 'u';
+    if (letter == 0xC2 && second == 0xB2) return '2';
+    if (letter == 0xC2 && second == 0xB3) return '3';
+    return letter >= 32 && letter < 127 ? letter : '?';
+}
+
+PDI_FN int pdi_canvas_text_width(const char *text)
+{
+    int width = 0, first, columns;
+    for (int letter; (letter = pdi_canvas_letter(&text)) != 0;) {
+        pdi_canvas_extent(letter, &first, &columns);
+        width += 2 * columns + 2;
+    }
+    return width ? width - 2 : 0;
+}
+
+static void pdi_canvas_letter_dots(int letter, uint8_t dots[PDI_CANVAS_GLYPH][PDI_CANVAS_GLYPH])
+{
+    memset(dots, 0, sizeof(uint8_t) * PDI_CANVAS_GLYPH * PDI_CANVAS_GLYPH);
+    for (int r = 0; r < PDI_CANVAS_ROWS; r++)
+        for (int c = 0; c < PDI_CANVAS_COLUMNS; c++)
+            dots[r][c] = (uint8_t)pdi_canvas_dot(pdi_canvas_font[letter - 32], c, r);
+    int square = letter == '[' || letter == ']'; /* round ones would pass for parentheses */
+    pdi_canvas_double(dots, PDI_CANVAS_COLUMNS, PDI_CANVAS_ROWS, square);
+    pdi_canvas_double(dots, 2 * PDI_CANVAS_COLUMNS, 2 * PDI_CANVAS_ROWS, square);
+}
+
+/* (x, y): corner of the text; along +x, or upward along -y when `up`. */
+static void pdi_canvas_write(pdi_canvas *canvas, int x, int y, int up, uint32_t colour, const char *text)
+{
+    uint8_t dots[PDI_CANVAS_GLYPH][PDI_CANVAS_GLYPH];
+    int at = 0, first, columns;
+    for (int letter; (letter = pdi_canvas_letter(&text)) != 0;) {
+        pdi_canvas_extent(letter, &first, &columns);
+        pdi_canvas_letter_dots(letter, dots);
+        for (int v = 0; v < 2 * PDI_CANVAS_ROWS; v++)
+            for (int u = 0; u < 2 * columns; u++) {
+                int s = 2 * (u + 2 * first), t = 2 * v;
+                int ink = dots[t][s] + dots[t][s + 1] + dots[t + 1][s] + dots[t + 1][s + 1];
+                if (!ink) continue;
+                pdi_canvas_blend(canvas, up ? x + v : x + at + u, up ? y - at - u : y + v, colour, ink / 4.0);
+            }
+        at += 2 * columns + 2;
+    }
+}
+
+static int pdi_canvas_shift(pdi_align align, const char *text)
+{
+    int width = align == PDI_ALIGN_START ? 0 : pdi_canvas_text_width(text);
+    return align == PDI_ALIGN_CENTRE ? width / 2 : width;
+}
+
+PDI_FN void pdi_canvas_text(pdi_canvas *canvas, int x, int y, pdi_align align, uint32_t colour, const char *text)
+{
+    pdi_canvas_write(canvas, x - pdi_canvas_shift(align, text), y, 0, colour, text);
+}
+
+PDI_FN void pdi_canvas_text_up(pdi_canvas *canvas, int x, int y, pdi_align align, uint32_t colour, const char *text)
+{
+    pdi_canvas_write(canvas, x, y + pdi_canvas_shift(align, text), 1, colour, text);
+}
+
+PDI_FN void pdi_canvas_title(pdi_canvas *canvas, int x, int y, uint32_t colour, const char *text)
+{
+    pdi_canvas_write(canvas, x, y, 0, colour, text);
+    pdi_canvas_write(canvas, x + 1, y, 0, colour, text);
+}

@@ -1,0 +1,47 @@
+/* canvas: drawing on an RGB image: rectangles, smooth lines and discs, text in a font of our own.
+ *
+ * Coordinates are pixels, x to the right, y down; colours are 0xRRGGBB. Drawing outside the clip rectangle is cut.
+ */
+#ifndef PD_CANVAS_H
+#define PD_CANVAS_H
+#include "io/png.h"
+
+#ifdef PDI_INTERNAL
+#define PDI_CANVAS_CAPITAL 14 /* height of a capital letter */
+#define PDI_CANVAS_INK 0x202124u
+#define PDI_CANVAS_PAPER 0xFFFFFFu
+
+typedef struct pdi_canvas {
+    pd_image image;
+    int left, top, right, bottom; /* clip rectangle, right and bottom excluded */
+} pdi_canvas;
+
+/* Where a text stands relative to its anchor. */
+typedef enum pdi_align {
+    PDI_ALIGN_START,
+    PDI_ALIGN_CENTRE,
+    PDI_ALIGN_END
+} pdi_align;
+
+/* A blank sheet; free image with pd_image_free. */
+PDI_FN pd_status pdi_canvas_init(pd_ctx *ctx, int width, int height, pdi_canvas *canvas);
+PDI_FN void pdi_canvas_clip(pdi_canvas *canvas, int left, int top, int right, int bottom);
+PDI_FN void pdi_canvas_unclip(pdi_canvas *canvas);
+/* Fill [left, right) x [top, bottom). */
+PDI_FN void pdi_canvas_fill(pdi_canvas *canvas, int left, int top, int right, int bottom, uint32_t colour);
+/* A one-pixel frame just outside the same rectangle. */
+PDI_FN void pdi_canvas_frame(pdi_canvas *canvas, int left, int top, int right, int bottom, uint32_t colour);
+/* Straight stroke with round ends; pixel centres lie at half-integers. */
+PDI_FN void pdi_canvas_line(pdi_canvas *canvas, double xa, double ya, double xb, double yb, double width,
+                            uint32_t colour);
+/* ASCII text; y is the top of the capitals. */
+PDI_FN void pdi_canvas_text(pdi_canvas *canvas, int x, int y, pdi_align align, uint32_t colour, const char *text);
+/* The same turned to read upward; x is the top of the capitals (their left side), y the anchor. */
+PDI_FN void pdi_canvas_text_up(pdi_canvas *canvas, int x, int y, pdi_align align, uint32_t colour, const char *text);
+/* Bold text, starting at x. */
+PDI_FN void pdi_canvas_title(pdi_canvas *canvas, int x, int y, uint32_t colour, const char *text);
+/* Width of a text [pixel]. */
+PDI_FN int pdi_canvas_text_width(const char *text);
+#endif
+
+#endif

@@ -1,0 +1,22 @@
+/* colour: tables for fields, computed in OKLab (Ottosson 2020), where equal distances look equally different. */
+#ifndef PD_COLOUR_H
+#define PD_COLOUR_H
+#include "core/config.h"
+
+typedef enum pd_map {
+    PD_MAP_SEQUENTIAL = 0, /* dark violet over teal to light yellow */
+    PD_MAP_DIVERGING = 1,  /* blue over near white (the middle) to red, for signed fields */
+    PD_MAP_LABELS = 2      /* a colour for each whole number: grains, kinds */
+} pd_map;
+
+#ifdef PDI_INTERNAL
+#define PDI_COLOUR_COUNT 256
+/* 0xRRGGBB from low to high, for the first two maps. */
+PDI_FN void pdi_colour_table(pd_map map, uint32_t *table);
+/* The colour of a whole number. */
+PDI_FN uint32_t pdi_colour_label(int64_t number);
+/* Colour of curve k of a plot (Okabe and Ito 2008: told apart by colour-blind readers). */
+PDI_FN uint32_t pdi_colour_series(int k);
+#endif
+
+#endif

@@ -1,0 +1,289 @@
+/* csv: see csv.h */
+#include "io/csv.h"
+#include <string.h>
+
+/* Writing. */
+
+static pd_status pdi_csv_check_names(pd_ctx *ctx, const char *path, const char *const *names, int columns)
+{
+    if (columns < 1 || columns > PD_CSV_COLUMNS)
+        return pdi_fail(ctx, PD_ERR_ARGUMENT, "csv", "%s: %d columns, expected 1 to %d", path, columns,
+                        PD_CSV_COLUMNS);
+    for (int k = 0; k < columns; k++) {
+        if (!names[k] || !names[k][0])
+            return pdi_fail(ctx, PD_ERR_ARGUMENT, "csv", "%s: column %d has no name", path, k);
+        for (const char *c = names[k]; *c; c++)
+            if ((unsigned char)*c < 32)
+                return pdi_fail(ctx, PD_ERR_ARGUMENT, "csv", "%s: the name of column %d holds a control character",
+                                path, k);
+        for (int j = 0; j < k; j++)
+            if (strcmp(names[j], names[k]) == 0)
+                return pdi_fail(ctx, PD_ERR_ARGUMENT, "csv", "%s: two columns are named '%s'", path, names[k]);
+    }
+    return PD_OK;
+}
+
+/* A name that would be misread goes into quotes. */
+static pd_status pdi_csv_name(pd_ctx *ctx, pd_file *file, const char *name)
+{
+    if (!strpbrk(name, ",\"") && name[0] != '#' && name[0] != ' ' && name[strlen(name) - 1] != ' ')
+        return pdi_file_text(ctx, file, name);
+    PDI_TRY(pdi_file_text(ctx, file, "\""));
+    for (; *name; name++) PDI_TRY(pdi_file_write(ctx, file, *name == '"' ? "\"\"" : name, *name == '"' ? 2 : 1));
+    return pdi_file_text(ctx, file, "\"");
+}
+
+static pd_status pdi_csv_head(pd_ctx *ctx, pd_file *file, const char *comment, const char *const *names, int columns)
+{
+    for (; comment && *comment;) {
+        size_t length = strcspn(comment, "\n");
+        PDI_TRY(pdi_file_text(ctx, file, "# "));
+        PDI_TRY(pdi_file_write(ctx, file, comment, length));
+        PDI_TRY(pdi_file_text(ctx, file, "\n"));
+        comment += length + (comment[length] == '\n');
+    }
+    for (int k = 0; k < columns; k++) {
+        if (k) PDI_TRY(pdi_file_text(ctx, file, ","));
+        PDI_TRY(pdi_csv_name(ctx, file, names[k]));
+    }
+    return pdi_file_text(ctx, file, "\n");
+}
+
+static pd_status pdi_csv_values(pd_ctx *ctx, pd_file *file, const double *values, int columns)
+{
+    char row[PD_CSV_COLUMNS * PDI_NUMBER_SIZE];
+    size_t used = 0;
+    for (int k = 0; k < columns; k++) {
+        if (k) row[used++] = ',';
+        pdi_file_number(values[k], row + used);
+        used += strlen(row + used);
+    }
+    row[used++] = '\n';
+    return pdi_file_write(ctx, file, row, used);
+}
+
+pd_status pd_csv_write(pd_ctx *ctx, const char *path, const char *comment, const char *const *names, int columns,
+                       const double *values, int64_t rows)
+{
+    pd_file file;
+    PDI_TRY(pdi_csv_check_names(ctx, path, names, columns));
+    PDI_TRY(pdi_file_create(ctx, path, &file));
+    pd_status status = pdi_csv_head(ctx, &file, comment, names, columns);
+    for (int64_t k = 0; k < rows && status == PD_OK; k++)
+        status = pdi_csv_values(ctx, &file, values + k * columns, columns);
+    if (status == PD_OK) return pdi_file_commit(ctx, &file);
+    pdi_file_abandon(&file);
+    return status;
+}
+
+pd_status pd_csv_create(pd_ctx *ctx, const char *path, const char *comment, const char *const *names, int columns,
+                        pd_csv *csv)
+{
+    memset(csv, 0, sizeof *csv);
+    PDI_TRY(pd_csv_write(ctx, path, comment, names, columns, NULL, 0));
+    PDI_TRY(pdi_file_append(ctx, path, &csv->file));
+    csv->columns = columns;
+    return PD_OK;
+}
+
+PDI_FN pd_status pdi_csv_store(pd_ctx *ctx, pd_archive *archive, const char *path, int columns, pd_csv *csv)
+{
+    int64_t length = 0;
+    if (!archive->reading) PDI_TRY(pdi_file_length(ctx, &csv->file, &length));
+    PDI_TRY(PDI_KEEP(ctx, archive, "length of a table", &length, 1));
+    if (!archive->reading) return PD_OK;
+    memset(csv, 0, sizeof *csv);
+    PDI_TRY(pdi_file_resume(ctx, path, length, &csv->file));
+    csv->columns = columns;
+    return PD_OK;
+}
+
+pd_status pd_csv_row(pd_ctx *ctx, pd_csv *csv, const double *values)
+{
+    PDI_TRY(pdi_csv_values(ctx, &csv->file, values, csv->columns));
+    return pdi_file_flush(ctx, &csv->file);
+}
+
+pd_status pd_csv_close(pd_ctx *ctx, pd_csv *csv)
+{
+    return csv->file.stream ? pdi_file_commit(ctx, &csv->file) : PD_OK;
+}
+
+/* Reading. */
+
+typedef struct pdi_csv_reader {
+    pd_table *table;
+    size_t at;     /* in table->text */
+    int line;
+    size_t fields; /* so far */
+} pdi_csv_reader;
+
+static pd_status pdi_csv_bad(pd_ctx *ctx, const pdi_csv_reader *r, const char *text)
+{
+    return pdi_fail(ctx, PD_ERR_PARSE, "csv", "%s:%d: %s", r->table->path, r->line, text);
+}
+
+static pd_status pdi_csv_keep(pd_ctx *ctx, pdi_csv_reader *r, size_t offset)
+{
+    pd_table *t = r->table;
+    if (r->fields == t->capacity) {
+        size_t capacity = 2 * t->capacity + 64;
+        PDI_TRY(PDI_GROW(ctx, "csv", t->capacity, capacity, t->field));
+        t->capacity = capacity;
+    }
+    t->field[r->fields++] = offset;
+    return PD_OK;
+}
+
+/* A quoted field at text[r->at], unquoted in place; r->at moves to its separator. *stop: where its end mark belongs,
+ * which may be the separator, so that it is set only when that has been looked at. */
+static pd_status pdi_csv_quoted(pd_ctx *ctx, pdi_csv_reader *r, size_t *stop)
+{
+    char *text = r->table->text;
+    size_t out = ++r->at;
+    PDI_TRY(pdi_csv_keep(ctx, r, out));
+    for (;; r->at++) {
+        char c = text[r->at];
+        if (!c || c == '\n') return pdi_csv_bad(ctx, r, "a quote is not closed on its line");
+        if (c == '"') {
+            if (text[r->at + 1] != '"') break;
+            r->at++;
+        }
+        text[out++] = c;
+    }
+    r->at++;
+    while (text[r->at] == ' ' || text[r->at] == '\t' || text[r->at] == '\r') r->at++;
+    char end = text[r->at];
+    if (end && end != ',' && end != '\n') return pdi_csv_bad(ctx, r, "text behind a closing quote");
+    *stop = out;
+    return PD_OK;
+}
+
+/* The same for a plain field; blanks around it are dropped. */
+static pd_status pdi_csv_plain(pd_ctx *ctx, pdi_csv_reader *r, size_t *stop)
+{
+    char *text = r->table->text;
+    size_t start = r->at;
+    PDI_TRY(pdi_csv_keep(ctx, r, start));
+    r->at += strcspn(text + r->at, ",\n");
+    *stop = r->at;
+    while (*stop > start && strchr(" \t\r", text[*stop - 1])) --*stop;
+    return PD_OK;
+}
+
+/* All fields of a line, which ends up behind its newline. */
+static pd_status pdi_csv_line(pd_ctx *ctx, pdi_csv_reader *r, int *fields)
+{
+    char *text = r->table->text;
+    for (*fields = 0;;) {
+        size_t stop = 0;
+        while (text[r->at] == ' ' || text[r->at] == '\t') r->at++;
+        if (++*fields > PD_CSV_COLUMNS) return pdi_csv_bad(ctx, r, "more than 256 fields");
+        if (text[r->at] == '"') PDI_TRY(pdi_csv_quoted(ctx, r, &stop));
+        else PDI_TRY(pdi_csv_plain(ctx, r, &stop));
+        char end = text[r->at];
+        text[stop] = 0;
+        if (end) r->at++;
+        if (end != ',') return PD_OK;
+    }
+}
+
+static pd_status pdi_csv_names(pd_ctx *ctx, pdi_csv_reader *r, int fields)
+{
+    pd_table *t = r->table;
+    t->columns = fields;
+    for (int k = 0; k < fields; k++) {
+        const char *name = pd_table_text(t, -1, k);
+        if (!name[0]) return pdi_csv_bad(ctx, r, "a column has no name");
+        if (pd_table_find(t, name) != k)
+            return pdi_fail(ctx, PD_ERR_PARSE, "csv", "%s:%d: two columns are named '%s'", t->path, r->line, name);
+    }
+    return PD_OK;
+}
+
+static pd_status pdi_csv_keep_row(pd_ctx *ctx, pdi_csv_reader *r, int fields)
+{
+    pd_table *t = r->table;
+    if (fields != t->columns)
+        return pdi_fail(ctx, PD_ERR_PARSE, "csv", "%s:%d: %d fields, expected %d as in the line of names", t->path,
+                        r->line, fields, t->columns);
+    if ((size_t)t->rows == t->line_capacity) {
+        size_t capacity = 2 * t->line_capacity + 64;
+        PDI_TRY(PDI_GROW(ctx, "csv", t->line_capacity, capacity, t->line));
+        t->line_capacity = capacity;
+    }
+    t->line[t->rows++] = r->line;
+    return PD_OK;
+}
+
+static pd_status pdi_csv_parse(pd_ctx *ctx, pd_table *table)
+{
+    pdi_csv_reader r = {table, 0, 0, 0};
+    char *text = table->text;
+    if (strlen(text) + 1 != table->text_size)
+        return pdi_fail(ctx, PD_ERR_PARSE, "csv", "%s: byte %lu is 0: not a text file", table->path,
+                        (unsigned long)strlen(text));
+    if (strncmp(text, "\xEF\xBB\xBF", 3) == 0) r.at = 3; /* the mark some editors put before UTF-8 */
+    while (text[r.at]) {
+        r.line++;
+        size_t blank = strspn(text + r.at, " \t\r");
+        if (text[r.at + blank] == '#' || text[r.at + blank] == '\n' || !text[r.at + blank]) {
+            r.at += strcspn(text + r.at, "\n");
+            r.at += text[r.at] == '\n';
+            continue;
+        }
+        int fields;
+        PDI_TRY(pdi_csv_line(ctx, &r, &fields));
+        if (table->columns == 0) PDI_TRY(pdi_csv_names(ctx, &r, fields));
+        else PDI_TRY(pdi_csv_keep_row(ctx, &r, fields));
+    }
+    if (table->columns == 0) return pdi_fail(ctx, PD_ERR_PARSE, "csv", "%s: no line of column names", table->path);
+    return PD_OK;
+}
+
+pd_status pd_table_read(pd_ctx *ctx, const char *path, pd_table *table)
+{
+    size_t size = 0;
+    memset(table, 0, sizeof *table);
+    PDI_TRY(pdi_file_read(ctx, path, PD_CSV_FILE_LIMIT, &table->text, &size));
+    table->text_size = size + 1;
+    strcpy(table->path, path);
+    pd_status status = pdi_csv_parse(ctx, table);
+    if (status != PD_OK) pd_table_free(ctx, table);
+    return status;
+}
+
+void pd_table_free(pd_ctx *ctx, pd_table *table)
+{
+    PDI_DELETE(ctx, table->text_size, table->text);
+    PDI_DELETE(ctx, table->capacity, table->field);
+    PDI_DELETE(ctx, table->line_capacity, table->line);
+    memset(table, 0, sizeof *table);
+}
+
+const char *pd_table_text(const pd_table *table, int row, int column)
+{
+    return table->text + table->field[(size_t)(row + 1) * (size_t)table->columns + (size_t)column];
+}
+
+int pd_table_find(const pd_table *table, const char *name)
+{
+    for (int k = 0; k < table->columns; k++)
+        if (strcmp(pd_table_text(table, -1, k), name) == 0) return k;
+    return -1;
+}
+
+pd_status pd_table_column(pd_ctx *ctx, const pd_table *table, const char *name, double *values)
+{
+    int column = pd_table_find(table, name);
+    if (column < 0)
+        return pdi_fail(ctx, PD_ERR_PARSE, "csv", "%s: no column is named '%s'; the first of %d is '%s'", table->path,
+                        name, table->columns, table->columns ? pd_table_text(table, -1, 0) : "");
+    for (int r = 0; r < table->rows; r++) {
+        const char *text = pd_table_text(table, r, column);
+        if (!pdi_file_parse(text, strlen(text), &values[r]))
+            return pdi_fail(ctx, PD_ERR_PARSE, "csv", "%s:%d: column '%s': '%.40s' is not a number", table->path,
+                            table->line[r], name, text);
+    }
+    return PD_OK;
+}

@@ -1,0 +1,396 @@
+/* file: see file.h */
+#include "io/file.h"
+#include <errno.h>
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <sys/stat.h>
+#if defined(_WIN32)
+#include <direct.h>
+#include <io.h>
+#else
+#include <unistd.h>
+#endif
+
+static pd_status pdi_file_fail(pd_ctx *ctx, const char *what, const char *path, int error)
+{
+    return pdi_fail(ctx, PD_ERR_FILE, "file", "cannot %s '%s': %s", what, path,
+                    error ? strerror(error) : "unknown reason");
+}
+
+static pd_status pdi_file_check_path(pd_ctx *ctx, const char *path)
+{
+    if (!path || !path[0]) return pdi_fail(ctx, PD_ERR_ARGUMENT, "file", "the path is empty");
+    if (strlen(path) >= PD_PATH_SIZE)
+        return pdi_fail(ctx, PD_ERR_SIZE, "file", "a path of %lu characters, at most %d are possible: %.80s...",
+                        (unsigned long)strlen(path), PD_PATH_SIZE - 1, path);
+    return PD_OK;
+}
+
+/* Directories. */
+
+static int pdi_file_is_directory(const char *path)
+{
+#if defined(_WIN32)
+    struct _stat info;
+    return _stat(path, &info) == 0 && (info.st_mode & _S_IFDIR) != 0;
+#else
+    struct stat info;
+    return stat(path, &info) == 0 && S_ISDIR(info.st_mode);
+#endif
+}
+
+/* 0 or the error number; a directory that is already there is no error. */
+static int pdi_file_mkdir(const char *path)
+{
+    int error = 0;
+    errno = 0;
+#if defined(_WIN32)
+    if (_mkdir(path) != 0) error = errno ? errno : EACCES;
+#else
+    if (mkdir(path, 0777) != 0) error = errno ? errno : EACCES;
+#endif
+    return error && pdi_file_is_directory(path) ? 0 : error;
+}
+
+pd_status pd_file_make_directory(pd_ctx *ctx, const char *path)
+{
+    char partial[PD_PATH_SIZE];
+    PDI_TRY(pdi_file_check_path(ctx, path));
+    strcpy(partial, path);
+    /* Failures on the way up are left to the last call: a parent may exist and be closed to us. */
+    for (size_t i = 1; partial[i]; i++) {
+        if (partial[i] != '/') continue;
+        partial[i] = 0;
+        (void)pdi_file_mkdir(partial);
+        partial[i] = '/';
+    }
+    int error = pdi_file_mkdir(path);
+    if (error) return pdi_file_fail(ctx, "make the directory", path, error);
+    return PD_OK;
+}
+
+#if defined(_WIN32)
+#define PDI_FILE_CLOSED(path) (_access(path, 2) != 0)
+#else
+#define PDI_FILE_CLOSED(path) (access(path, W_OK | X_OK) != 0)
+#endif
+
+PDI_FN pd_status pdi_file_can_make(pd_ctx *ctx, const char *path)
+{
+    char above[PD_PATH_SIZE];
+    PDI_TRY(pdi_file_check_path(ctx, path));
+    strcpy(above, path);
+    /* the deepest directory that is there */
+    for (size_t end = strlen(above); !pdi_file_is_directory(above); above[end] = 0) {
+        FILE *other = fopen(above, "rb");
+        if (other) fclose(other);
+        if (other) return pdi_file_fail(ctx, "make the directory", path, ENOTDIR);
+        while (end > 0 && above[end - 1] != '/') end--;
+        while (end > 1 && above[end - 1] == '/') end--;
+        if (end == 0) strcpy(above, ".");
+        if (end == 0) break;
+    }
+    errno = 0;
+    if (PDI_FILE_CLOSED(above)) return pdi_file_fail(ctx, "write into the directory", above, errno);
+    return PD_OK;
+}
+
+#undef PDI_FILE_CLOSED
+
+PDI_FN int pdi_file_below(const char *path)
+{
+    if (path[0] == '/' || path[0] == '\\' || strchr(path, ':')) return 0;
+    for (const char *part = path; *part; part += strspn(part, "/\\")) {
+        size_t size = strcspn(part, "/\\");
+        if (size == 2 && part[0] == '.' && part[1] == '.') return 0;
+        part += size;
+    }
+    return 1;
+}
+
+pd_status pd_file_join(pd_ctx *ctx, const char *directory, const char *name, char *path)
+{
+    size_t length = strlen(directory), size = strlen(name) + 1;
+    path[0] = 0;
+    if (length + size + 1 > PD_PATH_SIZE)
+        return pdi_fail(ctx, PD_ERR_SIZE, "file", "the path '%.60s.../%.60s' is longer than %d characters", directory,
+                        name, PD_PATH_SIZE - 1);
+    memcpy(path, directory, length);
+    if (length > 0 && directory[length - 1] != '/') path[length++] = '/';
+    memcpy(path + length, name, size);
+    return PD_OK;
+}
+
+pd_status pd_file_frame_name(pd_ctx *ctx, const char *prefix, int frame, double time, const char *extension,
+                             char *name)
+{
+    char stamp[PDI_NUMBER_SIZE];
+    name[0] = 0;
+    if (frame < 0 || frame > 999999)
+        return pdi_fail(ctx, PD_ERR_ARGUMENT, "file", "frame %d, expected 0 to 999999", frame);
+    if (!(time >= 0 && time < 1e18))
+        return pdi_fail(ctx, PD_ERR_ARGUMENT, "file", "frame time %g s, expected 0 or more", time);
+    if (strlen(prefix) + strlen(extension) + sizeof stamp + 16 > PD_PATH_SIZE)
+        return pdi_fail(ctx, PD_ERR_SIZE, "file", "the name '%.60s...' is too long", prefix);
+    /* as many decimals as the time needs, one to six */
+    int decimals = 1;
+    double scale = 10.0;
+    for (; decimals < 6 && fabs(floor(time * scale + 0.5) / scale - time) > 1e-9 * time; decimals++) scale *= 10.0;
+    int used = snprintf(stamp, sizeof stamp, "%.*f", decimals, time);
+    /* Not every locale writes a point; some take more than one byte for it. */
+    for (int i = 0; i < used; i++)
+        if (stamp[i] < '0' || stamp[i] > '9') {
+            stamp[i] = '.';
+            memmove(stamp + i + 1, stamp + used - decimals, (size_t)decimals + 1);
+            break;
+        }
+    snprintf(name, PD_PATH_SIZE, "%s_%06d_t%ss.%s", prefix, frame, stamp, extension);
+    return PD_OK;
+}
+
+/* Reading. The size is found by reading: pipes and files that grow are no special case. */
+
+static pd_status pdi_file_read_stream(pd_ctx *ctx, const char *path, FILE *stream, size_t limit, char **data,
+                                      size_t *size, size_t *capacity)
+{
+    for (;;) {
+        size_t room = *capacity - *size;
+        size_t got = fread(*data + *size, 1, room, stream);
+        *size += got;
+        if (*size > limit)
+            return pdi_fail(ctx, PD_ERR_FILE, "file", "'%s' is larger than %.0f bytes, the limit for this kind of file",
+                            path, (double)limit);
+        if (got < room) {
+            if (ferror(stream)) return pdi_file_fail(ctx, "read", path, errno);
+            return PD_OK;
+        }
+        size_t larger = *capacity * 2;
+        PDI_TRY(PDI_GROW(ctx, "file", *capacity, larger, *data));
+        *capacity = larger;
+    }
+}
+
+PDI_FN pd_status pdi_file_read(pd_ctx *ctx, const char *path, size_t limit, char **data, size_t *size)
+{
+    size_t capacity = 16384;
+    *data = NULL;
+    *size = 0;
+    PDI_TRY(pdi_file_check_path(ctx, path));
+    errno = 0;
+    FILE *stream = fopen(path, "rb");
+    if (!stream) return pdi_file_fail(ctx, "open", path, errno);
+    pd_status status = PDI_NEW(ctx, "file", capacity, *data);
+    if (status == PD_OK) status = pdi_file_read_stream(ctx, path, stream, limit, data, size, &capacity);
+    fclose(stream);
+    if (status == PD_OK) {
+        status = PDI_GROW(ctx, "file", capacity, *size + 1, *data);
+        if (status == PD_OK) (*data)[*size] = 0;
+    }
+    if (status != PD_OK) {
+        PDI_DELETE(ctx, capacity, *data);
+        *size = 0;
+    }
+    return status;
+}
+
+/* Writing. */
+
+PDI_FN pd_status pdi_file_create(pd_ctx *ctx, const char *path, pd_file *file)
+{
+    memset(file, 0, sizeof *file);
+    PDI_TRY(pdi_file_check_path(ctx, path));
+    strcpy(file->path, path);
+    snprintf(file->part, sizeof file->part, "%s.part", path);
+    errno = 0;
+    file->stream = fopen(file->part, "wb");
+    if (!file->stream) return pdi_file_fail(ctx, "create", file->part, errno);
+    return PD_OK;
+}
+
+/* Open the file itself; `verb` for the message. */
+static pd_status pdi_file_direct(pd_ctx *ctx, const char *path, const char *mode, const char *verb, pd_file *file)
+{
+    memset(file, 0, sizeof *file);
+    PDI_TRY(pdi_file_check_path(ctx, path));
+    strcpy(file->path, path);
+    errno = 0;
+    file->stream = fopen(path, mode);
+    if (!file->stream) return pdi_file_fail(ctx, verb, path, errno);
+    return PD_OK;
+}
+
+PDI_FN pd_status pdi_file_append(pd_ctx *ctx, const char *path, pd_file *file)
+{
+    return pdi_file_direct(ctx, path, "ab", "append to", file);
+}
+
+static const char *pdi_file_open_name(const pd_file *file) { return file->part[0] ? file->part : file->path; }
+
+PDI_FN pd_status pdi_file_write(pd_ctx *ctx, pd_file *file, const void *data, size_t size)
+{
+    if (!file->stream) return pdi_fail(ctx, PD_ERR_ARGUMENT, "file", "write to a file that is not open");
+    errno = 0;
+    if (fwrite(data, 1, size, (FILE *)file->stream) != size)
+        return pdi_file_fail(ctx, "write", pdi_file_open_name(file), errno);
+    return PD_OK;
+}
+
+PDI_FN pd_status pdi_file_text(pd_ctx *ctx, pd_file *file, const char *text)
+{
+    return pdi_file_write(ctx, file, text, strlen(text));
+}
+
+PDI_FN pd_status pdi_file_flush(pd_ctx *ctx, pd_file *file)
+{
+    if (!file->stream) return pdi_fail(ctx, PD_ERR_ARGUMENT, "file", "flush of a file that is not open");
+    errno = 0;
+    if (fflush((FILE *)file->stream) != 0) return pdi_file_fail(ctx, "write", pdi_file_open_name(file), errno);
+    return PD_OK;
+}
+
+static int pdi_file_rename(const char *from, const char *to)
+{
+#if defined(_WIN32)
+    remove(to); /* rename does not replace there */
+#endif
+    errno = 0;
+    if (rename(from, to) == 0) return 0;
+    return errno ? errno : EACCES;
+}
+
+PDI_FN pd_status pdi_file_commit(pd_ctx *ctx, pd_file *file)
+{
+    if (!file->stream) return pdi_fail(ctx, PD_ERR_ARGUMENT, "file", "commit of a file that is not open");
+    pd_status status = PD_OK;
+    errno = 0;
+    /* An error of an earlier write that the caller passed over must not end in a file under the final name. */
+    int broken = ferror((FILE *)file->stream);
+    int closed = fclose((FILE *)file->stream);
+    file->stream = NULL;
+    if (broken || closed != 0) status = pdi_file_fail(ctx, "write", pdi_file_open_name(file), errno);
+    if (status == PD_OK && file->part[0]) {
+        int error = pdi_file_rename(file->part, file->path);
+        if (error) status = pdi_file_fail(ctx, "put the finished file in place as", file->path, error);
+    }
+    if (status != PD_OK) pdi_file_abandon(file);
+    file->part[0] = 0;
+    return status;
+}
+
+PDI_FN void pdi_file_abandon(pd_file *file)
+{
+    if (file->stream) fclose((FILE *)file->stream);
+    file->stream = NULL;
+    if (file->part[0]) remove(file->part);
+    file->part[0] = 0;
+}
+
+PDI_FN void pdi_file_remove(const char *path)
+{
+    char part[PD_PATH_SIZE + 8];
+    snprintf(part, sizeof part, "%s.part", path);
+    remove(part);
+    remove(path);
+}
+
+/* Going on, and reading piece by piece. */
+
+PDI_FN pd_status pdi_file_open(pd_ctx *ctx, const char *path, pd_file *file)
+{
+    return pdi_file_direct(ctx, path, "rb", "open", file);
+}
+
+PDI_FN pd_status pdi_file_get(pd_ctx *ctx, pd_file *file, void *data, size_t size, size_t *got)
+{
+    errno = 0;
+    *got = fread(data, 1, size, (FILE *)file->stream);
+    if (*got < size && ferror((FILE *)file->stream)) return pdi_file_fail(ctx, "read", file->path, errno);
+    return PD_OK;
+}
+
+PDI_FN pd_status pdi_file_length(pd_ctx *ctx, pd_file *file, int64_t *length)
+{
+    PDI_TRY(pdi_file_flush(ctx, file));
+    errno = 0;
+    long end = fseek((FILE *)file->stream, 0, SEEK_END) == 0 ? ftell((FILE *)file->stream) : -1;
+    if (end < 0) return pdi_file_fail(ctx, "measure", file->path, errno);
+    *length = end;
+    return PD_OK;
+}
+
+static pd_status pdi_file_copy(pd_ctx *ctx, pd_file *from, int64_t length, pd_file *to)
+{
+    char bytes[4096], last = '\n';
+    size_t got;
+    for (int64_t left = length; left > 0; left -= (int64_t)got) {
+        size_t wanted = left < (int64_t)sizeof bytes ? (size_t)left : sizeof bytes;
+        PDI_TRY(pdi_file_get(ctx, from, bytes, wanted, &got));
+        if (got < wanted)
+            return pdi_fail(ctx, PD_ERR_FILE, "file", "'%s' holds %.0f bytes, expected at least the %.0f to go on from",
+                            from->path, (double)(length - left) + (double)got, (double)length);
+        PDI_TRY(pdi_file_write(ctx, to, bytes, got));
+        last = bytes[got - 1];
+    }
+    if (last != '\n')
+        return pdi_fail(ctx, PD_ERR_FILE, "file", "no line of '%s' ends at byte %.0f: it is not the file to go on from",
+                        from->path, (double)length);
+    return PD_OK;
+}
+
+PDI_FN pd_status pdi_file_resume(pd_ctx *ctx, const char *path, int64_t length, pd_file *file)
+{
+    pd_file from;
+    PDI_TRY(pdi_file_open(ctx, path, &from));
+    pd_status status = pdi_file_create(ctx, path, file);
+    if (status == PD_OK) {
+        status = pdi_file_copy(ctx, &from, length, file);
+        if (status == PD_OK) status = pdi_file_commit(ctx, file);
+        else pdi_file_abandon(file);
+    }
+    pdi_file_abandon(&from);
+    return status == PD_OK ? pdi_file_append(ctx, path, file) : status;
+}
+
+/* Numbers: the C library follows the locale of the host program, files must not. */
+
+PDI_FN void pdi_file_number(double value, char *text)
+{
+    if (isnan(value) || isinf(value)) {
+        strcpy(text, isnan(value) ? "nan" : value > 0 ? "inf" : "-inf");
+        return;
+    }
+    for (int digits = 15; digits <= 17; digits++) {
+        snprintf(text, PDI_NUMBER_SIZE, "%.*g", digits, value);
+        if (strtod(text, NULL) == value) break;
+    }
+    size_t used = 0;
+    for (size_t i = 0; text[i]; i++) {
+        if (strchr("0123456789+-e", text[i])) text[used++] = text[i];
+        else if (used && text[used - 1] != '.') text[used++] = '.';
+    }
+    text[used] = 0;
+}
+
+PDI_FN int pdi_file_parse(const char *text, size_t length, double *value)
+{
+    char copy[80], sample[16], *end;
+    size_t used = 0, point;
+    if (length == 0 || length >= sizeof copy - sizeof sample || strchr(" \t\r\n\v\f", text[0])) return 0;
+    snprintf(sample, sizeof sample, "%.1f", 0.5); /* "0", the point of the locale, "5" */
+    point = strlen(sample) - 2;
+    for (size_t i = 0, points = 0; i < length; i++) {
+        if (!text[i] || text[i] == 'x' || text[i] == 'X' || text[i] == '(' || text[i] == ',') return 0;
+        if (text[i] != '.') {
+            copy[used++] = text[i];
+            continue;
+        }
+        if (points++) return 0;
+        memcpy(copy + used, sample + 1, point);
+        used += point;
+    }
+    copy[used] = 0;
+    *value = strtod(copy, &end);
+    return end == copy + used;
+}

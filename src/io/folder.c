@@ -1,0 +1,303 @@
+/* folder: see folder.h */
+#include "io/folder.h"
+#include <errno.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <sys/stat.h>
+#if defined(_WIN32)
+#include <fcntl.h>
+#include <io.h>
+#include <process.h>
+#else
+#include <fcntl.h>
+#include <sys/file.h>
+#include <unistd.h>
+#endif
+
+#define PDI_FOLDER_HEAD "# pdcorr: files of the run that is named below; its next start removes them\n"
+#define PDI_FOLDER_TURNS 8 /* locks that go while they are taken */
+
+typedef enum pdi_folder_turn {
+    PDI_FOLDER_OURS = 0,
+    PDI_FOLDER_BUSY,
+    PDI_FOLDER_GONE, /* the file was removed in between */
+    PDI_FOLDER_ERROR
+} pdi_folder_turn;
+
+/* ---- the lock ---- */
+
+#if defined(_WIN32)
+static pdi_folder_turn pdi_folder_take(const char *path, int make, int *lock)
+{
+    struct _stat info;
+    if (!make) return _stat(path, &info) == 0 ? PDI_FOLDER_BUSY : PDI_FOLDER_GONE;
+    *lock = _open(path, _O_CREAT | _O_EXCL | _O_RDWR | _O_TEMPORARY, _S_IREAD | _S_IWRITE);
+    if (*lock >= 0) return PDI_FOLDER_OURS;
+    return _stat(path, &info) == 0 ? PDI_FOLDER_BUSY : PDI_FOLDER_ERROR;
+}
+
+static long pdi_folder_process(void) { return (long)_getpid(); }
+
+static void pdi_folder_write(int lock, const char *text) { (void)_write(lock, text, (unsigned)strlen(text)); }
+
+static void pdi_folder_drop(const char *path, int lock)
+{
+    (void)path; /* goes with its last descriptor */
+    _close(lock);
+}
+#else
+/* 0: ours, or the file system has no locks. */
+static int pdi_folder_busy(int lock)
+{
+    errno = 0;
+#if defined(LOCK_EX)
+    /* belongs to the descriptor, so it tells two runs of one process apart */
+    return flock(lock, LOCK_EX | LOCK_NB) != 0 && (errno == EWOULDBLOCK || errno == EAGAIN);
+#else
+    struct flock whole;
+    memset(&whole, 0, sizeof whole);
+    whole.l_type = F_WRLCK;
+    whole.l_whence = SEEK_SET;
+    return fcntl(lock, F_SETLK, &whole) != 0 && (errno == EAGAIN || errno == EACCES);
+#endif
+}
+
+static pdi_folder_turn pdi_folder_take(const char *path, int make, int *lock)
+{
+    struct stat ours, there;
+    errno = 0;
+    *lock = open(path, make ? O_RDWR | O_CREAT : O_RDWR, 0666);
+    if (*lock < 0) return make ? PDI_FOLDER_ERROR : PDI_FOLDER_GONE;
+    if (pdi_folder_busy(*lock)) {
+        close(*lock);
+        return PDI_FOLDER_BUSY;
+    }
+    if (fstat(*lock, &ours) == 0 && stat(path, &there) == 0 && ours.st_ino == there.st_ino &&
+        ours.st_dev == there.st_dev)
+        return PDI_FOLDER_OURS;
+    close(*lock);
+    return PDI_FOLDER_GONE;
+}
+
+static long pdi_folder_process(void) { return (long)getpid(); }
+
+static void pdi_folder_write(int lock, const char *text)
+{
+    ssize_t written = write(lock, text, strlen(text));
+    (void)written; /* the number is for the message of others alone */
+}
+
+/* Removed while it is ours, so that nobody loses one. */
+static void pdi_folder_drop(const char *path, int lock)
+{
+    remove(path);
+    close(lock);
+}
+#endif
+
+static pd_status pdi_folder_in_use(pd_ctx *ctx, const char *folder, const char *lock)
+{
+    char number[24] = "";
+    FILE *file = fopen(lock, "r");
+    if (file && !fgets(number, sizeof number, file)) number[0] = '\0';
+    if (file) fclose(file);
+    return pdi_fail(ctx, PD_ERR_STATE, "folder",
+                    "another run (process %.0f) writes into '%.200s', expected a folder of its own: wait for it or "
+                    "choose another folder; if none runs, remove '%.200s'", strtod(number, NULL), folder, lock);
+}
+
+static pd_status pdi_folder_hold(pd_ctx *ctx, pd_folder *f)
+{
+    char path[PD_PATH_SIZE], number[32];
+    pdi_folder_turn turn = PDI_FOLDER_GONE;
+    PDI_TRY(pd_file_join(ctx, f->path, PD_FOLDER_LOCK, path));
+    for (int k = 0; k < PDI_FOLDER_TURNS && turn == PDI_FOLDER_GONE; k++) turn = pdi_folder_take(path, 1, &f->lock);
+    if (turn == PDI_FOLDER_ERROR)
+        return pdi_fail(ctx, PD_ERR_FILE, "folder", "cannot create '%.300s': %s", path, strerror(errno));
+    if (turn != PDI_FOLDER_OURS) return pdi_folder_in_use(ctx, f->path, path);
+    f->held = 1;
+    snprintf(number, sizeof number, "%-20ld\n", pdi_folder_process()); /* over that of a run that was killed */
+    pdi_folder_write(f->lock, number);
+    return PD_OK;
+}
+
+/* ---- the list ---- */
+
+/* What a run writes: a name without folder and with one of these endings. */
+static int pdi_folder_own(const char *name)
+{
+    static const char *const ends[] = {".csv", ".png", ".vti", ".pvd", ".bin"};
+    size_t length = strlen(name);
+    if (length < 5 || length >= PD_PATH_SIZE - 8 || strpbrk(name, "/\\:")) return 0;
+    for (size_t k = 0; k < sizeof ends / sizeof ends[0]; k++)
+        if (strcmp(name + length - 4, ends[k]) == 0) return 1;
+    return 0;
+}
+
+/* One line without its end; 0 at the end of the file. Lines that are too long or cut off come out empty. */
+static int pdi_folder_line(pd_file *file, char *line)
+{
+    if (!fgets(line, PD_PATH_SIZE, (FILE *)file->stream)) return 0;
+    size_t length = strlen(line);
+    line[length && line[length - 1] == '\n' ? length - 1 : 0] = '\0';
+    return 1;
+}
+
+/* Open the list and read its head: run[PD_PATH_SIZE]. *found 0: there is none. */
+static pd_status pdi_folder_head(pd_ctx *ctx, const char *folder, pd_file *file, char *run, int *found)
+{
+    char path[PD_PATH_SIZE], line[PD_PATH_SIZE];
+    PDI_TRY(pd_file_join(ctx, folder, PD_FOLDER_LIST, path));
+    FILE *there = fopen(path, "rb");
+    *found = there != NULL;
+    memset(file, 0, sizeof *file);
+    if (!there) return PD_OK;
+    fclose(there);
+    PDI_TRY(pdi_file_open(ctx, path, file));
+    int head = pdi_folder_line(file, line) && strncmp(line, PDI_FOLDER_HEAD, strlen(PDI_FOLDER_HEAD) - 1) == 0;
+    if (head && pdi_folder_line(file, line) && strncmp(line, "run ", 4) == 0) {
+        memcpy(run, line + 4, strlen(line + 4) + 1);
+        return PD_OK;
+    }
+    pdi_file_abandon(file);
+    return pdi_fail(ctx, PD_ERR_FILE, "folder", "'%.300s' is not the list of files that a run keeps: remove it", path);
+}
+
+static void pdi_folder_remove_listed(pd_ctx *ctx, pd_folder *f, pd_file *file)
+{
+    char name[PD_PATH_SIZE], path[PD_PATH_SIZE];
+    while (pdi_folder_line(file, name)) {
+        if (!pdi_folder_own(name) || pd_file_join(ctx, f->path, name, path) < 0) continue;
+        FILE *there = fopen(path, "rb");
+        if (there) fclose(there);
+        f->removed += there != NULL;
+        pdi_file_remove(path);
+    }
+}
+
+static pd_status pdi_folder_other(pd_ctx *ctx, const char *folder, const char *run, const char *found)
+{
+    if (strcmp(run, found) == 0) return PD_OK;
+    return pdi_fail(ctx, PD_ERR_ARGUMENT, "folder",
+                    "'%.200s' holds the files of the run '%.80s', expected those of '%.80s' or none: choose another "
+                    "folder, or remove '%.200s'", folder, found, run, folder);
+}
+
+static pd_status pdi_folder_begin(pd_ctx *ctx, pd_folder *f)
+{
+    char path[PD_PATH_SIZE], found[PD_PATH_SIZE];
+    pd_file former;
+    int listed;
+    PDI_TRY(pdi_folder_head(ctx, f->path, &former, found, &listed));
+    pd_status status = listed ? pdi_folder_other(ctx, f->path, f->run, found) : PD_OK;
+    if (listed && status == PD_OK) pdi_folder_remove_listed(ctx, f, &former);
+    pdi_file_abandon(&former);
+    PDI_TRY(status);
+    PDI_TRY(pd_file_join(ctx, f->path, PD_FOLDER_LIST, path));
+    PDI_TRY(pdi_file_create(ctx, path, &f->list));
+    status = pdi_file_text(ctx, &f->list, PDI_FOLDER_HEAD "run ");
+    if (status == PD_OK) status = pdi_file_text(ctx, &f->list, f->run);
+    if (status == PD_OK) status = pdi_file_text(ctx, &f->list, "\n");
+    if (status == PD_OK) status = pdi_file_commit(ctx, &f->list);
+    else pdi_file_abandon(&f->list);
+    return status == PD_OK ? pdi_file_append(ctx, path, &f->list) : status;
+}
+
+/* ---- life ---- */
+
+/* Path and name into a zeroed folder; what ends a line is none of the name. */
+static pd_status pdi_folder_init(pd_ctx *ctx, const char *path, const char *run, pd_folder *f)
+{
+    memset(f, 0, sizeof *f);
+    if (strlen(path) >= PD_PATH_SIZE || strlen(run) >= PD_PATH_SIZE - 8)
+        return pdi_fail(ctx, PD_ERR_SIZE, "folder", "the path '%.60s...' is too long", path);
+    memcpy(f->path, path, strlen(path) + 1);
+    memcpy(f->run, run, strlen(run) + 1);
+    for (char *c = f->run; *c; c++)
+        if (*c == '\n' || *c == '\r') *c = '_';
+    return PD_OK;
+}
+
+pd_status pd_folder_open(pd_ctx *ctx, const char *path, const char *run, pd_folder *f)
+{
+    PDI_TRY(pdi_folder_init(ctx, path, run, f));
+    PDI_TRY(pd_file_make_directory(ctx, path));
+    pd_status status = pdi_folder_hold(ctx, f);
+    if (status == PD_OK) status = pdi_folder_begin(ctx, f);
+    if (status < 0) pd_folder_close(f);
+    return status;
+}
+
+pd_status pd_folder_check(pd_ctx *ctx, const char *path, const char *run)
+{
+    char found[PD_PATH_SIZE], lock[PD_PATH_SIZE];
+    pd_folder f;
+    pd_file list;
+    int listed;
+    PDI_TRY(pdi_folder_init(ctx, path, run, &f));
+    PDI_TRY(pdi_file_can_make(ctx, path));
+    PDI_TRY(pd_file_join(ctx, path, PD_FOLDER_LOCK, lock));
+    pdi_folder_turn turn = pdi_folder_take(lock, 0, &f.lock);
+    if (turn == PDI_FOLDER_BUSY) return pdi_folder_in_use(ctx, path, lock);
+    if (turn == PDI_FOLDER_OURS) pdi_folder_drop(lock, f.lock); /* of a run that was killed */
+    PDI_TRY(pdi_folder_head(ctx, path, &list, found, &listed));
+    pdi_file_abandon(&list);
+    return listed ? pdi_folder_other(ctx, path, f.run, found) : PD_OK;
+}
+
+pd_status pd_folder_lock(pd_ctx *ctx, const char *path, const char *run, pd_folder *f)
+{
+    char list[PD_PATH_SIZE];
+    PDI_TRY(pdi_folder_init(ctx, path, run, f));
+    PDI_TRY(pd_file_join(ctx, path, PD_FOLDER_LIST, list));
+    FILE *there = fopen(list, "rb");
+    if (!there) return PD_OK; /* nothing to go on with, which the checkpoint will tell */
+    fclose(there);
+    return pdi_folder_hold(ctx, f);
+}
+
+pd_status pd_folder_add(pd_ctx *ctx, pd_folder *f, const char *name, char *path)
+{
+    PD_ASSERT(pdi_folder_own(name));
+    PDI_TRY(pd_file_join(ctx, f->path, name, path));
+    PDI_TRY(pdi_file_text(ctx, &f->list, name));
+    PDI_TRY(pdi_file_text(ctx, &f->list, "\n"));
+    return pdi_file_flush(ctx, &f->list);
+}
+
+pd_status pd_folder_store(pd_ctx *ctx, pd_folder *f, pd_archive *archive)
+{
+    if (!archive->reading) PDI_TRY(pdi_file_length(ctx, &f->list, &f->length));
+    return PDI_KEEP(ctx, archive, "length of the list", &f->length, 1);
+}
+
+pd_status pd_folder_resume(pd_ctx *ctx, pd_folder *f)
+{
+    char path[PD_PATH_SIZE], found[PD_PATH_SIZE];
+    pd_file former;
+    int listed;
+    PDI_TRY(pd_file_join(ctx, f->path, PD_FOLDER_LIST, path));
+    PDI_TRY(pdi_folder_head(ctx, f->path, &former, found, &listed));
+    pd_status status = listed ? pdi_folder_other(ctx, f->path, f->run, found)
+                              : pdi_fail(ctx, PD_ERR_FILE, "folder",
+                                         "'%.300s' is missing, expected the list of the run that goes on", path);
+    if (status == PD_OK && fseek((FILE *)former.stream, (long)f->length, SEEK_SET) == 0)
+        pdi_folder_remove_listed(ctx, f, &former);
+    pdi_file_abandon(&former);
+    f->removed = 0;
+    return status == PD_OK ? pdi_file_resume(ctx, path, f->length, &f->list) : status;
+}
+
+void pd_folder_close(pd_folder *f)
+{
+    char path[PD_PATH_SIZE];
+    pd_ctx quiet;
+    pd_ctx_init(&quiet);
+    pdi_file_abandon(&f->list);
+    if (f->held && pd_file_join(&quiet, f->path, PD_FOLDER_LOCK, path) == PD_OK) pdi_folder_drop(path, f->lock);
+    f->held = 0;
+}
+
+#undef PDI_FOLDER_HEAD
+#undef PDI_FOLDER_TURNS

@@ -1,0 +1,323 @@
+/* picture: see picture.h */
+#include "io/picture.h"
+#include "io/canvas.h"
+#include "io/axis.h"
+#include <math.h>
+#include <stdio.h>
+#include <string.h>
+
+#define PDI_PICTURE_WIDTH 1000 /* pixels the field aims at */
+#define PDI_PICTURE_HEIGHT 900
+#define PDI_PICTURE_LARGEST 1400 /* beyond, cells are merged */
+#define PDI_PICTURE_SMALLEST 120 /* below, the field is stretched */
+#define PDI_PICTURE_SOLID 0x9A9DA1u
+#define PDI_PICTURE_WALL 0x3C4043u
+#define PDI_PICTURE_NAN 0xFF00FFu
+#define PDI_PICTURE_BAR 22 /* width of the colour bar */
+
+/* How cells of one axis become pixels: `each` pixels a cell, or `merged` cells a pixel. */
+typedef struct pdi_picture_scale {
+    int cells, each, merged, pixels;
+} pdi_picture_scale;
+
+typedef struct pdi_picture_layout {
+    pdi_picture_scale x, y;
+    int left, top;   /* corner of the field */
+    int bar;         /* left edge of the colour bar */
+    int bar_label;   /* place of its label */
+    int width, height;
+    int y_label;
+    pdi_axis axis_x, axis_y, axis_bar; /* positions in their unit; values */
+    const char *unit_x, *unit_y;
+    char x_label[96];
+    int x_label_start;
+    double stretch;  /* y against x */
+    int has_bar, has_solid, has_wall;
+} pdi_picture_layout;
+
+static pd_status pdi_picture_check(pd_ctx *ctx, const pd_picture *p)
+{
+    if (p->nx < 1 || p->ny < 1 || p->nx > INT32_MAX / p->ny || !p->values)
+        return pdi_fail(ctx, PD_ERR_ARGUMENT, "picture", "%d x %d cells cannot be drawn", p->nx, p->ny);
+    for (int d = 0; d < 2; d++)
+        if (!(p->hi[d] - p->lo[d] > 0) || isinf(p->hi[d] - p->lo[d]))
+            return pdi_fail(ctx, PD_ERR_ARGUMENT, "picture", "the extent %g .. %g m of axis %d is empty", p->lo[d],
+                            p->hi[d], d);
+    if (p->magnification < 0 || p->magnification > 256)
+        return pdi_fail(ctx, PD_ERR_ARGUMENT, "picture", "magnification %d, expected 0 (automatic) to 256",
+                        p->magnification);
+    if (!(p->range_lo <= p->range_hi) || isinf(p->range_hi - p->range_lo))
+        return pdi_fail(ctx, PD_ERR_ARGUMENT, "picture", "the colour range %g .. %g is empty", p->range_lo,
+                        p->range_hi);
+    if ((int)p->map < 0 || (int)p->map > PD_MAP_LABELS)
+        return pdi_fail(ctx, PD_ERR_ARGUMENT, "picture", "colour map %d does not exist", (int)p->map);
+    for (int64_t k = 0; p->paint && k < (int64_t)p->nx * p->ny; k++)
+        if (p->paint[k] > PD_PAINT_OUTSIDE)
+            return pdi_fail(ctx, PD_ERR_ARGUMENT, "picture", "cell %ld has paint %d, expected 0 to %d", (long)k,
+                            p->paint[k], PD_PAINT_OUTSIDE);
+    return PD_OK;
+}
+
+static pd_paint pdi_picture_paint(const pd_picture *p, size_t cell)
+{
+    return p->paint ? (pd_paint)p->paint[cell] : PD_PAINT_FIELD;
+}
+
+/* Range of the colours, and which greys occur. */
+static void pdi_picture_range(const pd_picture *p, pdi_picture_layout *l)
+{
+    double lo = INFINITY, hi = -INFINITY;
+    for (size_t k = 0; k < (size_t)p->nx * (size_t)p->ny; k++) {
+        pd_paint paint = pdi_picture_paint(p, k);
+        if (paint == PD_PAINT_SOLID) l->has_solid = 1;
+        if (paint == PD_PAINT_WALL) l->has_wall = 1;
+        if (paint != PD_PAINT_FIELD || isnan(p->values[k]) || isinf(p->values[k])) continue;
+        if (p->values[k] < lo) lo = p->values[k];
+        if (p->values[k] > hi) hi = p->values[k];
+    }
+    if (p->range_lo < p->range_hi) {
+        lo = p->range_lo;
+        hi = p->range_hi;
+    } else if (lo > hi) {
+        lo = 0; /* nothing to show */
+        hi = 1;
+    } else if (p->map == PD_MAP_DIVERGING) {
+        hi = fmax(fabs(lo), fabs(hi));
+        if (!(hi > 0)) hi = 1;
+        lo = -hi;
+    }
+    l->axis_bar.lo = lo;
+    l->axis_bar.hi = hi;
+    pdi_axis_widen(0, &l->axis_bar);
+    l->has_bar = p->map != PD_MAP_LABELS;
+}
+
+static pdi_picture_scale pdi_picture_fit(int cells, double wanted)
+{
+    pdi_picture_scale s = {cells, 1, 1, 0};
+    /* The small shift lets equal spacings round alike. */
+    if (wanted > cells) s.each = (int)floor(wanted / cells + 0.5 + 1e-6);
+    if (cells > PDI_PICTURE_LARGEST) s.merged = (cells + PDI_PICTURE_LARGEST - 1) / PDI_PICTURE_LARGEST;
+    if (cells * s.each < PDI_PICTURE_SMALLEST) s.each = (PDI_PICTURE_SMALLEST + cells - 1) / cells;
+    s.pixels = s.merged > 1 ? (cells + s.merged - 1) / s.merged : cells * s.each;
+    return s;
+}
+
+/* Set the ends of an axis [m] in the unit that suits its size; returns the unit. */
+static const char *pdi_picture_unit(double size, double lo, double hi, pdi_axis *axis)
+{
+    double unit = size < 2e-6 ? 1e-9 : size < 2e-3 ? 1e-6 : size < 2 ? 1e-3 : 1;
+    axis->lo = lo / unit;
+    axis->hi = hi / unit;
+    return size < 2e-6 ? "nm" : size < 2e-3 ? "um" : size < 2 ? "mm" : "m";
+}
+
+static void pdi_picture_scales(const pd_picture *p, pdi_picture_layout *l)
+{
+    double lx = p->hi[0] - p->lo[0], ly = p->hi[1] - p->lo[1]; /* [m] */
+    double scale = fmin(PDI_PICTURE_WIDTH / lx, PDI_PICTURE_HEIGHT / ly); /* [pixel/m] */
+    if (p->magnification) scale = p->magnification * p->nx / lx;
+    l->x = pdi_picture_fit(p->nx, scale * lx);
+    l->y = pdi_picture_fit(p->ny, scale * ly);
+    l->stretch = (l->y.pixels / ly) / (l->x.pixels / lx);
+    double size_x = fmax(fabs(p->lo[0]), fabs(p->hi[0])), size_y = fmax(fabs(p->lo[1]), fabs(p->hi[1]));
+    if (fabs(l->stretch - 1) < 0.05) size_x = size_y = fmax(size_x, size_y); /* one scale, one unit */
+    l->unit_x = pdi_picture_unit(size_x, p->lo[0], p->hi[0], &l->axis_x);
+    l->unit_y = pdi_picture_unit(size_y, p->lo[1], p->hi[1], &l->axis_y);
+    pdi_axis_ticks(l->x.pixels / 110 + 1, &l->axis_x);
+    pdi_axis_ticks(l->y.pixels / 60 + 1, &l->axis_y);
+    pdi_axis_ticks(l->y.pixels / 50 + 1, &l->axis_bar);
+}
+
+static int pdi_picture_widest(const pdi_axis *axis)
+{
+    int widest = 0;
+    for (int k = 0; k < axis->count; k++) {
+        int width = pdi_canvas_text_width(axis->label[k]);
+        if (width > widest) widest = width;
+    }
+    return widest;
+}
+
+/* The label of the x axis also confesses a stretched axis. */
+static void pdi_picture_x_label(pdi_picture_layout *l)
+{
+    char axis = l->stretch > 1 ? 'y' : 'x';
+    double times = l->stretch > 1 ? l->stretch : 1 / l->stretch;
+    if (times > 1.05)
+        snprintf(l->x_label, sizeof l->x_label, "x [%s]   (%c drawn %.3g times larger)", l->unit_x, axis, times);
+    else snprintf(l->x_label, sizeof l->x_label, "x [%s]", l->unit_x);
+}
+
+static void pdi_picture_place(const pd_picture *p, pdi_picture_layout *l)
+{
+    int title = p->title ? pdi_canvas_text_width(p->title) + 1 : 0;
+    int stamp = p->stamp ? pdi_canvas_text_width(p->stamp) : 0;
+    l->y_label = 14;
+    l->left = l->y_label + PDI_CANVAS_CAPITAL + 14 + pdi_picture_widest(&l->axis_y) + 12;
+    l->top = title || stamp ? 52 : 24;
+    if (l->has_bar && l->axis_bar.exponent && !(title || stamp)) l->top += 16;
+    int edge = l->left + l->x.pixels, right = edge + pdi_picture_widest(&l->axis_x) / 2;
+    if (l->has_bar) {
+        l->bar = edge + 28;
+        l->bar_label = l->bar + PDI_PICTURE_BAR + 12 + pdi_picture_widest(&l->axis_bar) + 16;
+        right = l->bar_label + (p->label ? PDI_CANVAS_CAPITAL + 4 : -8);
+    }
+    int header = l->left + title + stamp + (title && stamp ? 30 : 0);
+    if (!l->has_bar && p->label) header += pdi_canvas_text_width(p->label) + 30;
+    if (l->has_bar && l->axis_bar.exponent && header + 10 > l->bar) l->top += 22; /* room for the factor below */
+    /* Under a narrow field the label is wider than the field. */
+    int label = pdi_canvas_text_width(l->x_label), centred = l->left + (l->x.pixels - label) / 2;
+    l->x_label_start = centred > l->y_label ? centred : l->y_label;
+    if (l->x_label_start + label > right) right = l->x_label_start + label;
+    l->width = (right > header ? right : header) + 22;
+    l->height = l->top + l->y.pixels + 12 + PDI_CANVAS_CAPITAL + 14 + PDI_CANVAS_CAPITAL + 22;
+}
+
+/* What a pixel shows: its cell, or of merged cells the most frequent paint and the mean of the field. */
+static uint32_t pdi_picture_colour(const pd_picture *p, const pdi_picture_layout *l, const uint32_t *table, int px,
+                                   int py)
+{
+    static const uint32_t flat[4] = {0, PDI_PICTURE_SOLID, PDI_PICTURE_WALL, PDI_CANVAS_PAPER};
+    int i0 = px / l->x.each * l->x.merged, j0 = py / l->y.each * l->y.merged, count[4] = {0, 0, 0, 0}, most = 0;
+    double sum = 0, first = 0;
+    for (int j = j0; j < j0 + l->y.merged && j < p->ny; j++)
+        for (int i = i0; i < i0 + l->x.merged && i < p->nx; i++) {
+            size_t cell = (size_t)j * (size_t)p->nx + (size_t)i;
+            pd_paint paint = pdi_picture_paint(p, cell);
+            if (paint == PD_PAINT_FIELD && !count[paint]) first = p->values[cell];
+            if (paint == PD_PAINT_FIELD) sum += p->values[cell];
+            count[paint]++;
+        }
+    for (int k = 1; k < 4; k++)
+        if (count[k] > count[most]) most = k;
+    if (most) return flat[most];
+    double value = count[0] > 1 ? sum / count[0] : first; /* one cell: no rounding */
+    if (isnan(value)) return PDI_PICTURE_NAN;
+    /* Means of labels mean nothing. */
+    if (p->map == PD_MAP_LABELS)
+        return fabs(first) < 9e15 ? pdi_colour_label((int64_t)floor(first + 0.5)) : PDI_PICTURE_NAN;
+    double place = pdi_axis_place(&l->axis_bar, value);
+    place = place < 0 ? 0 : place > 1 ? 1 : place;
+    return table[(int)(place * (PDI_COLOUR_COUNT - 1) + 0.5)];
+}
+
+static void pdi_picture_field(const pd_picture *p, const pdi_picture_layout *l, const uint32_t *table,
+                              pdi_canvas *canvas)
+{
+    for (int y = 0; y < l->y.pixels; y += l->y.each)
+        for (int x = 0; x < l->x.pixels; x += l->x.each) {
+            uint32_t colour = pdi_picture_colour(p, l, table, x, y);
+            int bottom = l->top + l->y.pixels - y;
+            pdi_canvas_fill(canvas, l->left + x, bottom - l->y.each, l->left + x + l->x.each, bottom, colour);
+        }
+    pdi_canvas_frame(canvas, l->left, l->top, l->left + l->x.pixels, l->top + l->y.pixels, PDI_CANVAS_INK);
+}
+
+static void pdi_picture_axes(const pdi_picture_layout *l, pdi_canvas *canvas)
+{
+    int bottom = l->top + l->y.pixels;
+    char text[32];
+    for (int k = 0; k < l->axis_x.count; k++) {
+        int x = l->left + (int)(pdi_axis_place(&l->axis_x, l->axis_x.at[k]) * l->x.pixels);
+        pdi_canvas_fill(canvas, x, bottom, x + 1, bottom + 7, PDI_CANVAS_INK);
+        pdi_canvas_text(canvas, x + 1, bottom + 12, PDI_ALIGN_CENTRE, PDI_CANVAS_INK, l->axis_x.label[k]);
+    }
+    for (int k = 0; k < l->axis_y.count; k++) {
+        int y = bottom - 1 - (int)(pdi_axis_place(&l->axis_y, l->axis_y.at[k]) * l->y.pixels);
+        pdi_canvas_fill(canvas, l->left - 7, y, l->left, y + 1, PDI_CANVAS_INK);
+        pdi_canvas_text(canvas, l->left - 12, y - PDI_CANVAS_CAPITAL / 2 + 1, PDI_ALIGN_END, PDI_CANVAS_INK,
+                        l->axis_y.label[k]);
+    }
+    pdi_canvas_text(canvas, l->x_label_start, bottom + 12 + PDI_CANVAS_CAPITAL + 12, PDI_ALIGN_START, PDI_CANVAS_INK,
+                    l->x_label);
+    snprintf(text, sizeof text, "y [%s]", l->unit_y);
+    pdi_canvas_text_up(canvas, l->y_label, l->top + l->y.pixels / 2, PDI_ALIGN_CENTRE, PDI_CANVAS_INK, text);
+}
+
+static void pdi_picture_bar(const pd_picture *p, const pdi_picture_layout *l, const uint32_t *table,
+                            pdi_canvas *canvas)
+{
+    int bottom = l->top + l->y.pixels, right = l->bar + PDI_PICTURE_BAR;
+    char factor[24];
+    for (int y = 0; y < l->y.pixels; y++) {
+        int k = l->y.pixels > 1 ? (int)((double)y / (l->y.pixels - 1) * (PDI_COLOUR_COUNT - 1) + 0.5) : 0;
+        pdi_canvas_fill(canvas, l->bar, bottom - y - 1, right, bottom - y, table[k]);
+    }
+    pdi_canvas_frame(canvas, l->bar, l->top, right, bottom, PDI_CANVAS_INK);
+    for (int k = 0; k < l->axis_bar.count; k++) {
+        int y = bottom - 1 - (int)(pdi_axis_place(&l->axis_bar, l->axis_bar.at[k]) * (l->y.pixels - 1) + 0.5);
+        pdi_canvas_fill(canvas, right, y, right + 6, y + 1, PDI_CANVAS_INK);
+        pdi_canvas_text(canvas, right + 12, y - PDI_CANVAS_CAPITAL / 2 + 1, PDI_ALIGN_START, PDI_CANVAS_INK,
+                        l->axis_bar.label[k]);
+    }
+    if (l->axis_bar.exponent) {
+        snprintf(factor, sizeof factor, "x 1e%d", l->axis_bar.exponent);
+        pdi_canvas_text(canvas, l->bar, l->top - PDI_CANVAS_CAPITAL - 14, PDI_ALIGN_START, PDI_CANVAS_INK, factor);
+    }
+    if (p->label)
+        pdi_canvas_text_up(canvas, l->bar_label, l->top + l->y.pixels / 2, PDI_ALIGN_CENTRE, PDI_CANVAS_INK, p->label);
+}
+
+/* Key of the greys, right of the x label when there is room. */
+static void pdi_picture_key(const pdi_picture_layout *l, pdi_canvas *canvas)
+{
+    int y = l->top + l->y.pixels + 12 + PDI_CANVAS_CAPITAL + 12, x = l->left + l->x.pixels;
+    if (l->x.pixels < 600) return;
+    for (int k = 0; k < 2; k++) {
+        const char *name = k ? "solid" : "wall";
+        if (!(k ? l->has_solid : l->has_wall)) continue;
+        x -= pdi_canvas_text_width(name);
+        pdi_canvas_text(canvas, x, y, PDI_ALIGN_START, PDI_CANVAS_INK, name);
+        x -= PDI_CANVAS_CAPITAL + 8;
+        pdi_canvas_fill(canvas, x, y, x + PDI_CANVAS_CAPITAL, y + PDI_CANVAS_CAPITAL,
+                        k ? PDI_PICTURE_SOLID : PDI_PICTURE_WALL);
+        x -= 20;
+    }
+}
+
+static void pdi_picture_header(const pd_picture *p, const pdi_picture_layout *l, pdi_canvas *canvas)
+{
+    int y = 24, right = l->left + l->x.pixels;
+    if (p->title) pdi_canvas_title(canvas, l->left, y, PDI_CANVAS_INK, p->title);
+    int taken = l->left + (p->title ? pdi_canvas_text_width(p->title) + 30 : 0);
+    if (!l->has_bar && p->label) {
+        pdi_canvas_text(canvas, taken, y, PDI_ALIGN_START, PDI_CANVAS_INK, p->label);
+        taken += pdi_canvas_text_width(p->label) + 30;
+    }
+    if (!p->stamp) return;
+    int start = right - pdi_canvas_text_width(p->stamp);
+    pdi_canvas_text(canvas, start > taken ? start : taken, y, PDI_ALIGN_START, PDI_CANVAS_INK, p->stamp);
+}
+
+pd_status pd_picture_draw(pd_ctx *ctx, const pd_picture *picture, pd_image *image)
+{
+    uint32_t table[PDI_COLOUR_COUNT];
+    pdi_picture_layout l;
+    pdi_canvas canvas;
+    memset(image, 0, sizeof *image);
+    memset(&l, 0, sizeof l);
+    PDI_TRY(pdi_picture_check(ctx, picture));
+    pdi_picture_range(picture, &l);
+    pdi_picture_scales(picture, &l);
+    pdi_picture_x_label(&l);
+    pdi_picture_place(picture, &l);
+    pdi_colour_table(picture->map == PD_MAP_DIVERGING ? PD_MAP_DIVERGING : PD_MAP_SEQUENTIAL, table);
+    PDI_TRY(pdi_canvas_init(ctx, l.width, l.height, &canvas));
+    pdi_picture_field(picture, &l, table, &canvas);
+    pdi_picture_axes(&l, &canvas);
+    if (l.has_bar) pdi_picture_bar(picture, &l, table, &canvas);
+    pdi_picture_key(&l, &canvas);
+    pdi_picture_header(picture, &l, &canvas);
+    *image = canvas.image;
+    return PD_OK;
+}
+
+pd_status pd_picture_write(pd_ctx *ctx, const char *path, const pd_picture *picture)
+{
+    pd_image image;
+    PDI_TRY(pd_picture_draw(ctx, picture, &image));
+    pd_status status = pd_png_write(ctx, path, &image);
+    pd_image_free(ctx, &image);
+    return status;
+}

@@ -1,0 +1,36 @@
+/* picture: a field on a two-dimensional lattice as a PNG with axes, colour bar, title and time stamp. */
+#ifndef PD_PICTURE_H
+#define PD_PICTURE_H
+#include "io/png.h"
+#include "io/colour.h"
+
+/* What a cell shows. */
+typedef enum pd_paint {
+    PD_PAINT_FIELD = 0,
+    PD_PAINT_SOLID = 1,  /* gray */
+    PD_PAINT_WALL = 2,   /* dark */
+    PD_PAINT_OUTSIDE = 3 /* blank paper */
+} pd_paint;
+
+/* Zero-initialise, then fill in. Cell (i, j) is values[j * nx + i], i to the right, j upward. */
+typedef struct pd_picture {
+    int nx, ny;
+    const double *values;  /* [nx * ny] [-] in the unit of the label; NaN is shown in magenta */
+    const uint8_t *paint;  /* [nx * ny] pd_paint; NULL: the field everywhere */
+    double lo[2], hi[2];   /* [m] the rectangle that the cells fill */
+    double range_lo, range_hi; /* [-] of the colours; equal: of the shown values (diverging: symmetric about 0) */
+    pd_map map;
+    int magnification;     /* pixels per cell; 0: so that the field is about 1000 pixels wide */
+    const char *title, *stamp, *label; /* "Mg pin", "t = 6.1 s", "C [mol/m3]"; NULL: none */
+} pd_picture;
+
+#define pd_picture_draw PD_NAME(pd_picture_draw)
+#define pd_picture_write PD_NAME(pd_picture_write)
+
+/* Draw into an RGB image (freed by pd_image_free). Scales of the axes are equal as far as whole pixels allow; a strip
+ * thinner than 120 pixels is stretched and the axis says so. PD_ERR_ARGUMENT, PD_ERR_SIZE. */
+PD_API pd_status pd_picture_draw(pd_ctx *ctx, const pd_picture *picture, pd_image *image);
+/* Draw and write as PNG. Also PD_ERR_FILE. */
+PD_API pd_status pd_picture_write(pd_ctx *ctx, const char *path, const pd_picture *picture);
+
+#endif

@@ -1,0 +1,334 @@
+/* plot: see plot.h */
+#include "io/plot.h"
+#include "io/canvas.h"
+#include "io/axis.h"
+#include "io/colour.h"
+#include <math.h>
+#include <stdio.h>
+#include <string.h>
+
+#define PDI_PLOT_GRID 0xE3E5E8u
+#define PDI_PLOT_DASH 12.0 /* [pixel] length of a dash and of its gap */
+#define PDI_PLOT_LINE 2.5
+#define PDI_PLOT_BAR 1.5 /* [pixel] width of an error bar */
+#define PDI_PLOT_CAP 5.0 /* [pixel] half the stroke at its ends */
+#define PDI_PLOT_LEGEND_ROW 26
+
+typedef struct pdi_plot_layout {
+    int left, top, right, bottom; /* of the axes */
+    pdi_axis x, y;
+} pdi_plot_layout;
+
+static int pdi_plot_usable(double value, int log_axis)
+{
+    return !isnan(value) && !isinf(value) && (!log_axis || value > 0);
+}
+
+static int pdi_plot_shown(const pd_plot *plot, const pd_series *s, int i)
+{
+    return pdi_plot_usable(s->x[i], plot->x_log) && pdi_plot_usable(s->y[i], plot->y_log);
+}
+
+/* The low (-1) or high (1) end of an error bar, the point itself where the axis cannot show it. */
+static double pdi_plot_end(const pd_plot *plot, const pd_series *s, int i, int side)
+{
+    double end = s->spread ? s->y[i] + side * s->spread[i] : s->y[i];
+    return pdi_plot_usable(end, plot->y_log) ? end : s->y[i];
+}
+
+static pd_status pdi_plot_check(pd_ctx *ctx, const pd_plot *plot)
+{
+    if (plot->count < 1 || plot->count > PD_PLOT_SERIES)
+        return pdi_fail(ctx, PD_ERR_ARGUMENT, "plot", "%d series, expected 1 to %d", plot->count, PD_PLOT_SERIES);
+    if (plot->width < 0 || plot->height < 0 || (plot->width && plot->width < 320) ||
+        (plot->height && plot->height < 240) || plot->width > 8000 || plot->height > 8000)
+        return pdi_fail(ctx, PD_ERR_ARGUMENT, "plot", "%d x %d pixels, expected 320 x 240 to 8000 x 8000",
+                        plot->width, plot->height);
+    for (int k = 0; k < plot->count; k++) {
+        const pd_series *s = &plot->series[k];
+        if (s->count < 0 || (s->count > 0 && (!s->x || !s->y)))
+            return pdi_fail(ctx, PD_ERR_ARGUMENT, "plot", "series %d has %d points without data", k, s->count);
+    }
+    return PD_OK;
+}
+
+/* A given range is taken as it is, one from the data gets a margin. */
+static pd_status pdi_plot_range(pd_ctx *ctx, const char *name, int log_axis, double lo, double hi, double data_lo,
+                                double data_hi, pdi_axis *axis)
+{
+    axis->log = log_axis;
+    axis->lo = lo;
+    axis->hi = hi;
+    if (lo == hi) {
+        axis->lo = data_lo;
+        axis->hi = data_hi;
+        pdi_axis_widen(0.03, axis);
+    } else if (!(lo < hi) || isinf(hi - lo) || (log_axis && !(lo > 0)))
+        return pdi_fail(ctx, PD_ERR_ARGUMENT, "plot", "the range %g .. %g of axis %s cannot be drawn", lo, hi, name);
+    return PD_OK;
+}
+
+static pd_status pdi_plot_ranges(pd_ctx *ctx, const pd_plot *plot, pdi_plot_layout *l)
+{
+    double x_lo = INFINITY, x_hi = -INFINITY, y_lo = INFINITY, y_hi = -INFINITY;
+    for (int k = 0; k < plot->count; k++)
+        for (int i = 0; i < plot->series[k].count; i++) {
+            const pd_series *s = &plot->series[k];
+            if (!pdi_plot_shown(plot, s, i)) continue;
+            x_lo = fmin(x_lo, s->x[i]);
+            x_hi = fmax(x_hi, s->x[i]);
+            y_lo = fmin(y_lo, pdi_plot_end(plot, s, i, -1));
+            y_hi = fmax(y_hi, pdi_plot_end(plot, s, i, 1));
+        }
+    if (!(x_lo <= x_hi)) return pdi_fail(ctx, PD_ERR_ARGUMENT, "plot", "no series has a point that can be shown");
+    PDI_TRY(pdi_plot_range(ctx, "x", plot->x_log, plot->x_lo, plot->x_hi, x_lo, x_hi, &l->x));
+    return pdi_plot_range(ctx, "y", plot->y_log, plot->y_lo, plot->y_hi, y_lo, y_hi, &l->y);
+}
+
+static void pdi_plot_place(const pd_plot *plot, int width, int height, pdi_plot_layout *l)
+{
+    int widest = 0;
+    l->top = plot->title ? 56 : 30;
+    l->bottom = height - (plot->x_label ? 72 : 44);
+    pdi_axis_ticks((l->bottom - l->top) / 75 + 1, &l->y);
+    for (int k = 0; k < l->y.count; k++) {
+        int text = pdi_canvas_text_width(l->y.label[k]);
+        if (text > widest) widest = text;
+    }
+    if (l->y.exponent && !plot->title) l->top += 14;
+    l->left = 22 + (plot->y_label ? PDI_CANVAS_CAPITAL + 14 : 0) + widest + 10;
+    l->right = width - 34;
+    pdi_axis_ticks((l->right - l->left) / 120 + 1, &l->x);
+}
+
+static double pdi_plot_x(const pdi_plot_layout *l, double x)
+{
+    return l->left + pdi_axis_place(&l->x, x) * (l->right - l->left);
+}
+
+static double pdi_plot_y(const pdi_plot_layout *l, double y)
+{
+    return l->bottom - pdi_axis_place(&l->y, y) * (l->bottom - l->top);
+}
+
+/* The common factor of the labels of an axis. */
+static void pdi_plot_factor(pdi_canvas *canvas, const pdi_axis *axis, int x, int y, pdi_align align)
+{
+    char text[24];
+    if (!axis->exponent) return;
+    snprintf(text, sizeof text, "x 1e%d", axis->exponent);
+    pdi_canvas_text(canvas, x, y, align, PDI_CANVAS_INK, text);
+}
+
+static void pdi_plot_axes(const pd_plot *plot, const pdi_plot_layout *l, pdi_canvas *canvas)
+{
+    int middle_x = (l->left + l->right) / 2, middle_y = (l->top + l->bottom) / 2;
+    for (int k = 0; k < l->x.count; k++) {
+        int x = (int)(pdi_plot_x(l, l->x.at[k])), named = l->x.label[k][0] != 0;
+        x = x < l->right ? x : l->right - 1;
+        if (named) pdi_canvas_fill(canvas, x, l->top, x + 1, l->bottom, PDI_PLOT_GRID);
+        pdi_canvas_fill(canvas, x, l->bottom, x + 1, l->bottom + (named ? 7 : 4), PDI_CANVAS_INK);
+        pdi_canvas_text(canvas, x + 1, l->bottom + 13, PDI_ALIGN_CENTRE, PDI_CANVAS_INK, l->x.label[k]);
+    }
+    for (int k = 0; k < l->y.count; k++) {
+        int y = (int)(pdi_plot_y(l, l->y.at[k])), named = l->y.label[k][0] != 0;
+        y = y < l->bottom ? y : l->bottom - 1;
+        if (named) pdi_canvas_fill(canvas, l->left, y, l->right, y + 1, PDI_PLOT_GRID);
+        pdi_canvas_fill(canvas, l->left - (named ? 7 : 4), y, l->left, y + 1, PDI_CANVAS_INK);
+        pdi_canvas_text(canvas, l->left - 12, y - PDI_CANVAS_CAPITAL / 2 + 1, PDI_ALIGN_END, PDI_CANVAS_INK,
+                        l->y.label[k]);
+    }
+    pdi_canvas_frame(canvas, l->left, l->top, l->right, l->bottom, PDI_CANVAS_INK);
+    pdi_plot_factor(canvas, &l->y, 16, l->top - PDI_CANVAS_CAPITAL - 10, PDI_ALIGN_START);
+    pdi_plot_factor(canvas, &l->x, l->right, l->bottom + 39, PDI_ALIGN_END);
+    if (plot->x_label)
+        pdi_canvas_text(canvas, middle_x, l->bottom + 39, PDI_ALIGN_CENTRE, PDI_CANVAS_INK, plot->x_label);
+    if (plot->y_label) pdi_canvas_text_up(canvas, 16, middle_y, PDI_ALIGN_CENTRE, PDI_CANVAS_INK, plot->y_label);
+    if (plot->title) {
+        int x = middle_x - pdi_canvas_text_width(plot->title) / 2, start = l->y.exponent ? 90 : 16;
+        pdi_canvas_title(canvas, x > start ? x : start, l->top - PDI_CANVAS_CAPITAL - 16, PDI_CANVAS_INK, plot->title);
+    }
+}
+
+/* Six shapes, so that curves are told apart in gray print too. */
+static void pdi_plot_marker(pdi_canvas *canvas, int k, double x, double y, uint32_t colour)
+{
+    static const double corner[6][8] = {
+        {0},                                      /* disc */
+        {-5, -5, 5, -5, 5, 5, -5, 5},             /* square */
+        {0, -6, 5.5, 4.5, -5.5, 4.5, 0, -6},      /* triangle */
+        {0, -6.5, 6.5, 0, 0, 6.5, -6.5, 0},       /* diamond */
+        {0, 6, 5.5, -4.5, -5.5, -4.5, 0, 6},      /* triangle, point down */
+        {0}};                                     /* ring */
+    const double *c = corner[k % 6];
+    if (k % 6 == 0) pdi_canvas_line(canvas, x, y, x, y, 10, colour);
+    else if (k % 6 == 5) {
+        pdi_canvas_line(canvas, x, y, x, y, 11, colour);
+        pdi_canvas_line(canvas, x, y, x, y, 6, PDI_CANVAS_PAPER);
+    } else
+        for (int e = 0; e < 4; e++) {
+            int f = (e + 1) % 4;
+            pdi_canvas_line(canvas, x + c[2 * e], y + c[2 * e + 1], x + c[2 * f], y + c[2 * f + 1], 2, colour);
+        }
+}
+
+/* Dashes run on along the whole curve; `run` is the length so far. */
+static void pdi_plot_dashes(pdi_canvas *canvas, double xa, double ya, double xb, double yb, double *run,
+                            uint32_t colour)
+{
+    double length = hypot(xb - xa, yb - ya), at = 0;
+    /* Pieces far outside would only cost time. */
+    double limit = 4.0 * (canvas->image.width + canvas->image.height);
+    if (!(length > 0) || length > 64 * limit) return;
+    while (at < length) {
+        double phase = fmod(*run, 2 * PDI_PLOT_DASH);
+        double rest = phase < PDI_PLOT_DASH ? PDI_PLOT_DASH - phase : 2 * PDI_PLOT_DASH - phase;
+        double next = fmin(at + fmax(rest, 1e-6), length), s = at / length, t = next / length;
+        if (phase < PDI_PLOT_DASH)
+            pdi_canvas_line(canvas, xa + s * (xb - xa), ya + s * (yb - ya), xa + t * (xb - xa), ya + t * (yb - ya),
+                            PDI_PLOT_LINE, colour);
+        *run += next - at;
+        at = next;
+    }
+}
+
+static void pdi_plot_series(const pd_plot *plot, const pdi_plot_layout *l, int k, pdi_canvas *canvas)
+{
+    const pd_series *s = &plot->series[k];
+    uint32_t colour = pdi_colour_series(k);
+    double xa = 0, ya = 0, run = 0;
+    int before = 0; /* the point before is shown */
+    for (int i = 0; i < s->count; i++) {
+        int shown = pdi_plot_shown(plot, s, i);
+        if (!shown) {
+            before = 0;
+            continue;
+        }
+        double x = pdi_plot_x(l, s->x[i]), y = pdi_plot_y(l, s->y[i]);
+        if (s->stroke == PD_STROKE_DASHED && before) pdi_plot_dashes(canvas, xa, ya, x, y, &run, colour);
+        else if (s->stroke != PD_STROKE_MARKERS && s->stroke != PD_STROKE_DASHED && before)
+            pdi_canvas_line(canvas, xa, ya, x, y, PDI_PLOT_LINE, colour);
+        xa = x;
+        ya = y;
+        before = 1;
+    }
+}
+
+/* Bars with a short stroke at either end. */
+static void pdi_plot_bars(const pd_plot *plot, const pdi_plot_layout *l, int k, pdi_canvas *canvas)
+{
+    const pd_series *s = &plot->series[k];
+    uint32_t colour = pdi_colour_series(k);
+    for (int i = 0; s->spread && i < s->count; i++) {
+        if (!pdi_plot_shown(plot, s, i) || !(s->spread[i] > 0)) continue;
+        double x = pdi_plot_x(l, s->x[i]), low = pdi_plot_y(l, pdi_plot_end(plot, s, i, -1));
+        double high = pdi_plot_y(l, pdi_plot_end(plot, s, i, 1));
+        pdi_canvas_line(canvas, x, low, x, high, PDI_PLOT_BAR, colour);
+        pdi_canvas_line(canvas, x - PDI_PLOT_CAP, low, x + PDI_PLOT_CAP, low, PDI_PLOT_BAR, colour);
+        pdi_canvas_line(canvas, x - PDI_PLOT_CAP, high, x + PDI_PLOT_CAP, high, PDI_PLOT_BAR, colour);
+    }
+}
+
+/* Markers on the edge are drawn whole, those beyond it not at all. */
+static void pdi_plot_markers(const pd_plot *plot, const pdi_plot_layout *l, int k, pdi_canvas *canvas)
+{
+    const pd_series *s = &plot->series[k];
+    if (s->stroke != PD_STROKE_MARKERS && s->stroke != PD_STROKE_BOTH) return;
+    for (int i = 0; i < s->count; i++) {
+        if (!pdi_plot_shown(plot, s, i)) continue;
+        double x = pdi_plot_x(l, s->x[i]), y = pdi_plot_y(l, s->y[i]);
+        if (x < l->left - 1 || x > l->right + 1 || y < l->top - 1 || y > l->bottom + 1) continue;
+        pdi_plot_marker(canvas, k, x, y, pdi_colour_series(k));
+    }
+}
+
+/* How much of the curves a rectangle would hide: points inside, and points along the lines between. */
+static int pdi_plot_crowd(const pd_plot *plot, const pdi_plot_layout *l, int left, int top, int right, int bottom)
+{
+    int crowd = 0;
+    for (int k = 0; k < plot->count; k++)
+        for (int i = 0; i < plot->series[k].count; i++) {
+            const pd_series *s = &plot->series[k];
+            if (!pdi_plot_shown(plot, s, i)) continue;
+            double x = pdi_plot_x(l, s->x[i]), y = pdi_plot_y(l, s->y[i]), xa = x, ya = y;
+            int line = s->stroke != PD_STROKE_MARKERS && i > 0 && pdi_plot_shown(plot, s, i - 1);
+            if (line) {
+                xa = pdi_plot_x(l, s->x[i - 1]);
+                ya = pdi_plot_y(l, s->y[i - 1]);
+            }
+            for (int step = 0; step < (line ? 16 : 1); step++) {
+                double px = x + (xa - x) * step / 16, py = y + (ya - y) * step / 16;
+                crowd += px > left && px < right && py > top && py < bottom;
+            }
+        }
+    return crowd;
+}
+
+static void pdi_plot_legend(const pd_plot *plot, const pdi_plot_layout *l, pdi_canvas *canvas)
+{
+    int rows = 0, widest = 0, best = -1, left = 0, top = 0;
+    for (int k = 0; k < plot->count; k++) {
+        if (!plot->series[k].name) continue;
+        int width = pdi_canvas_text_width(plot->series[k].name);
+        if (width > widest) widest = width;
+        rows++;
+    }
+    if (!rows) return;
+    int width = widest + 70, height = rows * PDI_PLOT_LEGEND_ROW + 10;
+    for (int corner = 0; corner < 4; corner++) {
+        int x = corner % 2 ? l->left + 14 : l->right - 14 - width;
+        int y = corner / 2 ? l->bottom - 14 - height : l->top + 14;
+        int crowd = pdi_plot_crowd(plot, l, x, y, x + width, y + height);
+        if (best >= 0 && crowd >= best) continue;
+        best = crowd;
+        left = x;
+        top = y;
+    }
+    pdi_canvas_fill(canvas, left, top, left + width, top + height, PDI_CANVAS_PAPER);
+    pdi_canvas_frame(canvas, left, top, left + width, top + height, 0xC4C7CBu);
+    for (int k = 0, row = 0; k < plot->count; k++) {
+        const pd_series *s = &plot->series[k];
+        if (!s->name) continue;
+        double y = top + 5 + (row++ + 0.5) * PDI_PLOT_LEGEND_ROW, run = 0;
+        uint32_t colour = pdi_colour_series(k);
+        if (s->stroke == PD_STROKE_DASHED) pdi_plot_dashes(canvas, left + 12, y, left + 48, y, &run, colour);
+        else if (s->stroke != PD_STROKE_MARKERS)
+            pdi_canvas_line(canvas, left + 12, y, left + 48, y, PDI_PLOT_LINE, colour);
+        if (s->stroke == PD_STROKE_MARKERS || s->stroke == PD_STROKE_BOTH)
+            pdi_plot_marker(canvas, k, left + 30, y, colour);
+        pdi_canvas_text(canvas, left + 58, (int)y - PDI_CANVAS_CAPITAL / 2, PDI_ALIGN_START, PDI_CANVAS_INK, s->name);
+    }
+}
+
+pd_status pd_plot_draw(pd_ctx *ctx, const pd_plot *plot, pd_image *image)
+{
+    pdi_plot_layout l;
+    pdi_canvas canvas;
+    int width = plot->width ? plot->width : 1100, height = plot->height ? plot->height : 760;
+    memset(image, 0, sizeof *image);
+    memset(&l, 0, sizeof l);
+    PDI_TRY(pdi_plot_check(ctx, plot));
+    PDI_TRY(pdi_plot_ranges(ctx, plot, &l));
+    pdi_plot_place(plot, width, height, &l);
+    if (l.right - l.left < 80)
+        return pdi_fail(ctx, PD_ERR_ARGUMENT, "plot", "%d pixels are too narrow for the labels", width);
+    PDI_TRY(pdi_canvas_init(ctx, width, height, &canvas));
+    pdi_plot_axes(plot, &l, &canvas);
+    pdi_canvas_clip(&canvas, l.left, l.top, l.right, l.bottom);
+    for (int k = 0; k < plot->count; k++) pdi_plot_series(plot, &l, k, &canvas);
+    for (int k = 0; k < plot->count; k++) pdi_plot_bars(plot, &l, k, &canvas);
+    pdi_canvas_unclip(&canvas);
+    for (int k = 0; k < plot->count; k++) pdi_plot_markers(plot, &l, k, &canvas);
+    pdi_plot_legend(plot, &l, &canvas);
+    *image = canvas.image;
+    return PD_OK;
+}
+
+pd_status pd_plot_write(pd_ctx *ctx, const char *path, const pd_plot *plot)
+{
+    pd_image image;
+    PDI_TRY(pd_plot_draw(ctx, plot, &image));
+    pd_status status = pd_png_write(ctx, path, &image);
+    pd_image_free(ctx, &image);
+    return status;
+}

@@ -1,0 +1,42 @@
+/* plot: curves and markers over two axes as a PNG. */
+#ifndef PD_PLOT_H
+#define PD_PLOT_H
+#include "io/png.h"
+
+#define PD_PLOT_SERIES 12 /* a colour serves two: a line and a dashed one */
+
+typedef enum pd_stroke {
+    PD_STROKE_LINE = 0,
+    PD_STROKE_DASHED = 1,
+    PD_STROKE_MARKERS = 2, /* no line */
+    PD_STROKE_BOTH = 3
+} pd_stroke;
+
+typedef struct pd_series {
+    const char *name;    /* in the legend; NULL: not listed */
+    const double *x, *y; /* [count] [-] in the unit of the labels; points that an axis cannot show (NaN, <= 0 on a log
+                          * axis) leave a gap */
+    int count;
+    pd_stroke stroke;
+    const double *spread; /* [count] [-] half the length of the error bar of a point; 0: no bar. NULL: none has one */
+} pd_series;
+
+/* Zero-initialise, then fill in. */
+typedef struct pd_plot {
+    const char *title, *x_label, *y_label; /* "t [h]"; NULL: none */
+    pd_series series[PD_PLOT_SERIES];
+    int count;
+    int x_log, y_log;
+    double x_lo, x_hi, y_lo, y_hi; /* [-] lo == hi: from the data */
+    int width, height;             /* [pixel] 0: 1100 x 760 */
+} pd_plot;
+
+#define pd_plot_draw PD_NAME(pd_plot_draw)
+#define pd_plot_write PD_NAME(pd_plot_write)
+
+/* Draw into an RGB image (freed by pd_image_free). PD_ERR_ARGUMENT: no point can be shown, a bad range or size. */
+PD_API pd_status pd_plot_draw(pd_ctx *ctx, const pd_plot *plot, pd_image *image);
+/* Draw and write as PNG. Also PD_ERR_FILE. */
+PD_API pd_status pd_plot_write(pd_ctx *ctx, const char *path, const pd_plot *plot);
+
+#endif

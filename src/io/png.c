@@ -1,0 +1,365 @@
+/* png: see png.h */
+#include "io/png.h"
+#include "core/par.h"
+#include "io/file.h"
+#include "io/deflate.h"
+#include "io/inflate.h"
+#include <string.h>
+
+#define PDI_PNG_MAX_FILE ((size_t)256 << 20)
+#define PDI_PNG_PIECE 4096 /* bytes of a row at a time */
+
+enum { PDI_PNG_NONE, PDI_PNG_SUB, PDI_PNG_UP, PDI_PNG_AVERAGE, PDI_PNG_PAETH, PDI_PNG_FILTERS };
+
+static const uint8_t pdi_png_signature[8] = {0x89, 'P', 'N', 'G', '\r', '\n', 0x1A, '\n'};
+
+static size_t pdi_png_bytes(const pd_image *image)
+{
+    return (size_t)image->width * (size_t)image->height * (size_t)image->channels;
+}
+
+void pd_image_free(pd_ctx *ctx, pd_image *image)
+{
+    PDI_DELETE(ctx, pdi_png_bytes(image), image->pixels);
+    memset(image, 0, sizeof *image);
+}
+
+int pd_image_gray(const pd_image *image, int column, int row)
+{
+    const uint8_t *p = image->pixels + ((size_t)row * (size_t)image->width + (size_t)column) * (size_t)image->channels;
+    int luma = image->channels < 3 ? p[0] * 1000 : 299 * p[0] + 587 * p[1] + 114 * p[2];
+    if (image->channels % 2) return (luma + 500) / 1000;
+    int alpha = p[image->channels - 1];
+    return (luma / 1000 * alpha + 255 * (255 - alpha) + 127) / 255;
+}
+
+/* The better predictor of left, above and above left (PNG 9.4). */
+static int pdi_png_paeth(int a, int b, int c)
+{
+    int pa = b > c ? b - c : c - b, pb = a > c ? a - c : c - a, pc = a + b - 2 * c;
+    if (pc < 0) pc = -pc;
+    return pa <= pb && pa <= pc ? a : pb <= pc ? b : c;
+}
+
+/* What a filter predicts from the bytes left, above and above left. */
+static inline int pdi_png_combine(int filter, int a, int b, int c)
+{
+    switch (filter) {
+    case PDI_PNG_SUB: return a;
+    case PDI_PNG_UP: return b;
+    case PDI_PNG_AVERAGE: return (a + b) / 2;
+    case PDI_PNG_PAETH: return pdi_png_paeth(a, b, c);
+    default: return 0;
+    }
+}
+
+/* The same for byte i of a row; `step`: bytes per pixel; above: NULL in the first row. */
+static int pdi_png_predict(int filter, const uint8_t *row, const uint8_t *above, size_t i, size_t step)
+{
+    int a = i >= step ? row[i - step] : 0, b = above ? above[i] : 0, c = above && i >= step ? above[i - step] : 0;
+    return pdi_png_combine(filter, a, b, c);
+}
+
+/* Writing. */
+
+static void pdi_png_put32(uint8_t *at, uint32_t value)
+{
+    for (int i = 0; i < 4; i++) at[i] = (uint8_t)(value >> (24 - 8 * i));
+}
+
+/* A row less what a filter predicts; above: zeros for the first row. Inlined for one filter, the loops are vectors. */
+static inline void pdi_png_residuals(int filter, const uint8_t *PD_RESTRICT row, const uint8_t *PD_RESTRICT above,
+                                     size_t stride, size_t step, uint8_t *PD_RESTRICT out)
+{
+    for (size_t i = 0; i < step; i++) out[i] = (uint8_t)(row[i] - pdi_png_combine(filter, 0, above[i], 0));
+    for (size_t i = step; i < stride; i++)
+        out[i] = (uint8_t)(row[i] - pdi_png_combine(filter, row[i - step], above[i], above[i - step]));
+}
+
+/* The sum of their magnitudes. */
+static inline uint64_t pdi_png_magnitude(int filter, const uint8_t *row, const uint8_t *above, size_t stride,
+                                         size_t step)
+{
+    uint8_t left[PDI_PNG_PIECE];
+    uint64_t sum = 0;
+    size_t count, skip;
+    for (size_t at = 0; at + step < stride; at += count) { /* each piece begins with a pixel of the one before */
+        count = stride - step - at < PDI_PNG_PIECE - step ? stride - step - at : PDI_PNG_PIECE - step;
+        skip = at ? step : 0;
+        pdi_png_residuals(filter, row + at, above + at, count + step, step, left);
+        uint32_t part = 0;
+        for (size_t i = skip; i < count + step; i++) part += left[i] < 128 ? left[i] : 256u - left[i];
+        sum += part;
+    }
+    return sum;
+}
+
+/* Filter a row with the filter whose residuals have the smallest sum of magnitudes (PNG 12.8). */
+static void pdi_png_filter_row(const uint8_t *row, const uint8_t *above, size_t stride, size_t step, uint8_t *out)
+{
+    uint64_t sum[PDI_PNG_FILTERS];
+    out[0] = PDI_PNG_NONE;
+    if (memcmp(row, above, stride) == 0) { /* as most rows of a field drawn cell by cell */
+        out[0] = PDI_PNG_UP;
+        memset(out + 1, 0, stride);
+        return;
+    }
+    sum[PDI_PNG_NONE] = pdi_png_magnitude(PDI_PNG_NONE, row, above, stride, step);
+    sum[PDI_PNG_SUB] = pdi_png_magnitude(PDI_PNG_SUB, row, above, stride, step);
+    sum[PDI_PNG_UP] = pdi_png_magnitude(PDI_PNG_UP, row, above, stride, step);
+    sum[PDI_PNG_AVERAGE] = pdi_png_magnitude(PDI_PNG_AVERAGE, row, above, stride, step);
+    sum[PDI_PNG_PAETH] = pdi_png_magnitude(PDI_PNG_PAETH, row, above, stride, step);
+    for (int filter = 1; filter < PDI_PNG_FILTERS; filter++)
+        if (sum[filter] < sum[out[0]]) out[0] = (uint8_t)filter;
+    switch (out[0]) {
+    case PDI_PNG_SUB: pdi_png_residuals(PDI_PNG_SUB, row, above, stride, step, out + 1); break;
+    case PDI_PNG_UP: pdi_png_residuals(PDI_PNG_UP, row, above, stride, step, out + 1); break;
+    case PDI_PNG_AVERAGE: pdi_png_residuals(PDI_PNG_AVERAGE, row, above, stride, step, out + 1); break;
+    case PDI_PNG_PAETH: pdi_png_residuals(PDI_PNG_PAETH, row, above, stride, step, out + 1); break;
+    default: memcpy(out + 1, row, stride); break;
+    }
+}
+
+static pd_status pdi_png_chunk(pd_ctx *ctx, pd_file *file, const char *type, const uint8_t *data, size_t size)
+{
+    uint8_t head[8], tail[4];
+    pdi_png_put32(head, (uint32_t)size);
+    memcpy(head + 4, type, 4);
+    pdi_png_put32(tail, pdi_deflate_crc(pdi_deflate_crc(0, head + 4, 4), data, size));
+    PDI_TRY(pdi_file_write(ctx, file, head, sizeof head));
+    PDI_TRY(pdi_file_write(ctx, file, data, size));
+    return pdi_file_write(ctx, file, tail, sizeof tail);
+}
+
+static pd_status pdi_png_save(pd_ctx *ctx, const char *path, const pd_image *image, const pdi_bytes *packed)
+{
+    pd_file file;
+    uint8_t header[13] = {0};
+    pdi_png_put32(header, (uint32_t)image->width);
+    pdi_png_put32(header + 4, (uint32_t)image->height);
+    header[8] = 8;
+    header[9] = image->channels == 3 ? 2 : 0;
+    PDI_TRY(pdi_file_create(ctx, path, &file));
+    pd_status status = pdi_file_write(ctx, &file, pdi_png_signature, sizeof pdi_png_signature);
+    if (status == PD_OK) status = pdi_png_chunk(ctx, &file, "IHDR", header, sizeof header);
+    if (status == PD_OK) status = pdi_png_chunk(ctx, &file, "IDAT", packed->data, packed->size);
+    if (status == PD_OK) status = pdi_png_chunk(ctx, &file, "IEND", packed->data, 0);
+    if (status == PD_OK) return pdi_file_commit(ctx, &file);
+    pdi_file_abandon(&file);
+    return status;
+}
+
+pd_status pd_png_write(pd_ctx *ctx, const char *path, const pd_image *image)
+{
+    if (!image->pixels || image->width < 1 || image->height < 1)
+        return pdi_fail(ctx, PD_ERR_ARGUMENT, "png", "an image of %d x %d pixels cannot be written", image->width,
+                        image->height);
+    if (image->channels != 1 && image->channels != 3)
+        return pdi_fail(ctx, PD_ERR_ARGUMENT, "png", "%d channels, expected 1 (gray) or 3 (RGB)", image->channels);
+    if (image->width > PD_PNG_MAX_PIXELS / image->height)
+        return pdi_fail(ctx, PD_ERR_SIZE, "png", "%d x %d pixels, at most %d in all are possible", image->width,
+                        image->height, PD_PNG_MAX_PIXELS);
+    size_t step = (size_t)image->channels, stride = (size_t)image->width * step, rows = (size_t)image->height;
+    size_t size = (rows + 1) * (stride + 1);
+    int nt = pdi_par_threads(ctx, (int64_t)(size / 4));
+    (void)nt;
+    uint8_t *filtered = NULL;
+    pdi_bytes packed = {NULL, 0, 0};
+    PDI_TRY(PDI_NEW(ctx, "png", size, filtered));
+    const uint8_t *zeros = filtered + rows * (stride + 1);
+    PDI_PARALLEL_FOR(nt)
+    for (int r = 0; r < image->height; r++) {
+        const uint8_t *row = image->pixels + (size_t)r * stride;
+        pdi_png_filter_row(row, r ? row - stride : zeros, stride, step, filtered + (size_t)r * (stride + 1));
+    }
+    pd_status status = pdi_deflate(ctx, filtered, rows * (stride + 1), &packed);
+    PDI_DELETE(ctx, size, filtered);
+    if (status == PD_OK) status = pdi_png_save(ctx, path, image, &packed);
+    pdi_bytes_free(ctx, &packed);
+    return status;
+}
+
+/* Reading. */
+
+typedef struct pdi_png_file {
+    const char *path;
+    int width, height, depth, colour; /* as in IHDR */
+    int samples;                      /* stored per pixel */
+    uint8_t palette[256 * 3], alpha[256];
+    int palette_count, alpha_count;
+    pdi_bytes packed;                 /* all IDAT chunks joined */
+    int ended;
+} pdi_png_file;
+
+static uint32_t pdi_png_get32(const uint8_t *at)
+{
+    return (uint32_t)at[0] << 24 | (uint32_t)at[1] << 16 | (uint32_t)at[2] << 8 | at[3];
+}
+
+static pd_status pdi_png_bad(pd_ctx *ctx, const pdi_png_file *png, const char *text)
+{
+    return pdi_fail(ctx, PD_ERR_PARSE, "png", "%s: %s", png->path, text);
+}
+
+static pd_status pdi_png_header(pd_ctx *ctx, pdi_png_file *png, const uint8_t *data, size_t size)
+{
+    if (png->width) return pdi_png_bad(ctx, png, "a second IHDR chunk");
+    if (size != 13) return pdi_png_bad(ctx, png, "an IHDR chunk of the wrong length");
+    uint32_t width = pdi_png_get32(data), height = pdi_png_get32(data + 4);
+    if (width == 0 || height == 0) return pdi_png_bad(ctx, png, "the image has no pixels");
+    if (width > PD_PNG_MAX_PIXELS || height > PD_PNG_MAX_PIXELS / width)
+        return pdi_fail(ctx, PD_ERR_PARSE, "png", "%s: %.0f x %.0f pixels, at most %d in all are read", png->path,
+                        (double)width, (double)height, PD_PNG_MAX_PIXELS);
+    png->width = (int)width;
+    png->height = (int)height;
+    png->depth = data[8];
+    png->colour = data[9];
+    switch (png->colour) {
+    case 0: case 3: png->samples = 1; break;
+    case 2: png->samples = 3; break;
+    case 4: png->samples = 2; break;
+    case 6: png->samples = 4; break;
+    default: return pdi_fail(ctx, PD_ERR_PARSE, "png", "%s: colour type %d does not exist", png->path, png->colour);
+    }
+    int small = png->depth == 1 || png->depth == 2 || png->depth == 4;
+    if (png->depth != 8 && !(small && png->samples == 1))
+        return pdi_fail(ctx, PD_ERR_PARSE, "png", "%s: %d bits a channel, expected 8 (or 1, 2, 4 for gray and palette)",
+                        png->path, png->depth);
+    if (data[10] || data[11]) return pdi_png_bad(ctx, png, "an unknown compression or filter method");
+    if (data[12]) return pdi_png_bad(ctx, png, "the image is interlaced, expected one without interlacing");
+    return PD_OK;
+}
+
+static pd_status pdi_png_take_chunk(pd_ctx *ctx, pdi_png_file *png, const uint8_t *type, const uint8_t *data,
+                                    size_t size)
+{
+    if (!png->width && memcmp(type, "IHDR", 4) != 0) return pdi_png_bad(ctx, png, "the first chunk is not IHDR");
+    if (memcmp(type, "IHDR", 4) == 0) return pdi_png_header(ctx, png, data, size);
+    if (memcmp(type, "IDAT", 4) == 0) return pdi_bytes_add(ctx, &png->packed, data, size);
+    if (memcmp(type, "IEND", 4) == 0) {
+        png->ended = 1;
+        return PD_OK;
+    }
+    if (memcmp(type, "PLTE", 4) == 0) {
+        if (size == 0 || size > sizeof png->palette || size % 3)
+            return pdi_png_bad(ctx, png, "a palette of the wrong length");
+        memcpy(png->palette, data, size);
+        png->palette_count = (int)(size / 3);
+        return PD_OK;
+    }
+    if (memcmp(type, "tRNS", 4) == 0 && png->colour == 3) {
+        if (size > sizeof png->alpha) return pdi_png_bad(ctx, png, "a transparency chunk that is too long");
+        memcpy(png->alpha, data, size);
+        png->alpha_count = (int)size;
+        return PD_OK;
+    }
+    /* Bit 5 of the first letter is clear in chunks that must be understood. */
+    if (!(type[0] & 32)) return pdi_png_bad(ctx, png, "an unknown chunk that must be understood");
+    return PD_OK;
+}
+
+static pd_status pdi_png_chunks(pd_ctx *ctx, pdi_png_file *png, const uint8_t *data, size_t size)
+{
+    size_t at = sizeof pdi_png_signature;
+    memset(png->alpha, 255, sizeof png->alpha);
+    if (size < at || memcmp(data, pdi_png_signature, at) != 0) return pdi_png_bad(ctx, png, "not a PNG file");
+    while (!png->ended) {
+        if (size - at < 12) return pdi_png_bad(ctx, png, "the file ends early");
+        size_t length = pdi_png_get32(data + at);
+        if (length > size - at - 12) return pdi_png_bad(ctx, png, "the file ends early");
+        if (pdi_deflate_crc(0, data + at + 4, length + 4) != pdi_png_get32(data + at + 8 + length))
+            return pdi_png_bad(ctx, png, "a chunk has a wrong checksum");
+        PDI_TRY(pdi_png_take_chunk(ctx, png, data + at + 4, data + at + 8, length));
+        at += 12 + length;
+    }
+    if (!png->packed.size) return pdi_png_bad(ctx, png, "no image data");
+    if (png->colour == 3 && !png->palette_count) return pdi_png_bad(ctx, png, "the palette is missing");
+    return PD_OK;
+}
+
+static pd_status pdi_png_unfilter(pd_ctx *ctx, const pdi_png_file *png, uint8_t *raw, size_t stride, size_t step)
+{
+    for (int r = 0; r < png->height; r++) {
+        uint8_t *row = raw + (size_t)r * (stride + 1) + 1;
+        const uint8_t *above = r ? row - (stride + 1) : NULL;
+        int filter = row[-1];
+        if (filter >= PDI_PNG_FILTERS) return pdi_png_bad(ctx, png, "a row with an unknown filter");
+        if (filter == PDI_PNG_NONE) continue;
+        for (size_t i = 0; i < stride; i++)
+            row[i] = (uint8_t)(row[i] + pdi_png_predict(filter, row, above, i, step));
+    }
+    return PD_OK;
+}
+
+/* Samples of fewer than 8 bits; gray is spread over 0..255, palette numbers are kept. */
+static int pdi_png_sample(const pdi_png_file *png, const uint8_t *row, size_t column)
+{
+    size_t bit = column * (size_t)png->depth;
+    int most = (1 << png->depth) - 1;
+    int value = (row[bit / 8] >> (8 - png->depth - (int)(bit % 8))) & most;
+    return png->colour == 3 ? value : value * 255 / most;
+}
+
+static pd_status pdi_png_expand(pd_ctx *ctx, const pdi_png_file *png, const uint8_t *raw, size_t stride,
+                                pd_image *image)
+{
+    size_t channels = (size_t)image->channels, width = (size_t)png->width;
+    for (int r = 0; r < png->height; r++) {
+        const uint8_t *row = raw + (size_t)r * (stride + 1) + 1;
+        uint8_t *out = image->pixels + (size_t)r * width * channels;
+        if (png->samples > 1) {
+            memcpy(out, row, stride);
+            continue;
+        }
+        for (size_t c = 0; c < width; c++, out += channels) {
+            int value = pdi_png_sample(png, row, c);
+            if (png->colour == 0) {
+                out[0] = (uint8_t)value;
+                continue;
+            }
+            if (value >= png->palette_count) return pdi_png_bad(ctx, png, "a pixel beyond the palette");
+            memcpy(out, png->palette + 3 * value, 3);
+            if (channels == 4) out[3] = png->alpha[value];
+        }
+    }
+    return PD_OK;
+}
+
+static pd_status pdi_png_pixels(pd_ctx *ctx, const pdi_png_file *png, pd_image *image)
+{
+    size_t bits = (size_t)png->samples * (size_t)png->depth;
+    size_t stride = ((size_t)png->width * bits + 7) / 8, step = bits < 8 ? 1 : bits / 8;
+    size_t size = (size_t)png->height * (stride + 1);
+    uint8_t *raw = NULL;
+    /* Deflate packs at most 1032 to 1: a small file that claims a huge image is refused before memory is taken. */
+    if (size / 1032 > png->packed.size) return pdi_png_bad(ctx, png, "too few data for this number of pixels");
+    PDI_TRY(PDI_NEW(ctx, "png", size, raw));
+    pd_status status = pdi_inflate(ctx, png->path, png->packed.data, png->packed.size, raw, size);
+    if (status == PD_OK) status = pdi_png_unfilter(ctx, png, raw, stride, step);
+    if (status == PD_OK) {
+        image->channels = png->colour == 3 ? (png->alpha_count ? 4 : 3) : png->samples;
+        image->width = png->width;
+        image->height = png->height;
+        status = PDI_NEW(ctx, "png", pdi_png_bytes(image), image->pixels);
+        if (status == PD_OK) status = pdi_png_expand(ctx, png, raw, stride, image);
+        if (status != PD_OK) pd_image_free(ctx, image);
+    }
+    PDI_DELETE(ctx, size, raw);
+    return status;
+}
+
+pd_status pd_png_read(pd_ctx *ctx, const char *path, pd_image *image)
+{
+    char *data = NULL;
+    size_t size = 0;
+    pdi_png_file png;
+    memset(&png, 0, sizeof png);
+    memset(image, 0, sizeof *image);
+    png.path = path;
+    PDI_TRY(pdi_file_read(ctx, path, PDI_PNG_MAX_FILE, &data, &size));
+    pd_status status = pdi_png_chunks(ctx, &png, (const uint8_t *)data, size);
+    if (status == PD_OK) status = pdi_png_pixels(ctx, &png, image);
+    pdi_bytes_free(ctx, &png.packed);
+    PDI_DELETE(ctx, size + 1, data);
+    return status;
+}

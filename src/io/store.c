@@ -1,0 +1,323 @@
+/* store: see store.h */
+#include "io/store.h"
+#include "io/deflate.h"
+#include <string.h>
+
+#define PDI_STORE_MAGIC "PDSTORE\n"
+#define PDI_STORE_ORDER 0x01020304u
+#define PDI_STORE_FOREIGN 0x04030201u
+#define PDI_STORE_HEAD 64
+#define PDI_STORE_ITEM 48
+#define PDI_STORE_END "end"
+
+/* Where the numbers of both heads stand; each ends with its checksum. */
+enum { PDI_STORE_AT_ORDER = 8, PDI_STORE_AT_FORMAT = 12, PDI_STORE_AT_DIM = 16, PDI_STORE_AT_VERSION = 24 };
+enum { PDI_STORE_AT_COUNT = 32, PDI_STORE_AT_SIZE = 40 };
+
+typedef struct pdi_store_item {
+    char name[PD_STORE_NAME];
+    uint64_t count;
+    uint32_t size; /* [byte] of an element */
+} pdi_store_item;
+
+/* ---- heads ---- */
+
+static uint32_t pdi_store_word(const uint8_t *at)
+{
+    uint32_t word;
+    memcpy(&word, at, sizeof word);
+    return word;
+}
+
+static void pdi_store_put(uint8_t *at, uint32_t word) { memcpy(at, &word, sizeof word); }
+
+static void pdi_store_seal(uint8_t *head, size_t size)
+{
+    pdi_store_put(head + size - 4, pdi_deflate_crc(0, head, size - 4));
+}
+
+static int pdi_store_sealed(const uint8_t *head, size_t size)
+{
+    return pdi_store_word(head + size - 4) == pdi_deflate_crc(0, head, size - 4);
+}
+
+static void pdi_store_head(uint8_t head[PDI_STORE_HEAD])
+{
+    memset(head, 0, PDI_STORE_HEAD);
+    for (int k = 0; k < 8; k++) head[k] = (uint8_t)PDI_STORE_MAGIC[k];
+    pdi_store_put(head + PDI_STORE_AT_ORDER, PDI_STORE_ORDER);
+    pdi_store_put(head + PDI_STORE_AT_FORMAT, PD_STORE_FORMAT);
+    pdi_store_put(head + PDI_STORE_AT_DIM, PD_DIM);
+    memcpy(head + PDI_STORE_AT_VERSION, PD_VERSION, sizeof PD_VERSION);
+    pdi_store_seal(head, PDI_STORE_HEAD);
+}
+
+static pd_status pdi_store_other(pd_ctx *ctx, const pd_store *s, const char *what, unsigned found, unsigned expected)
+{
+    return pdi_fail(ctx, PD_ERR_ARGUMENT, "store", "'%s' is of %s %u, expected %u", s->file.path, what, found,
+                    expected);
+}
+
+static pd_status pdi_store_broken(pd_ctx *ctx, const pd_store *s, const char *what)
+{
+    return pdi_fail(ctx, PD_ERR_FILE, "store", "'%s' %s", s->file.path, what);
+}
+
+static pd_status pdi_store_broken_item(pd_ctx *ctx, const pd_store *s, const char *what, const char *name)
+{
+    return pdi_fail(ctx, PD_ERR_FILE, "store", "'%s' is %s in the item '%s'", s->file.path, what, name);
+}
+
+static pd_status pdi_store_read_head(pd_ctx *ctx, pd_store *s)
+{
+    uint8_t head[PDI_STORE_HEAD], wanted[PDI_STORE_HEAD];
+    size_t got;
+    PDI_TRY(pdi_file_get(ctx, &s->file, head, sizeof head, &got));
+    if (got >= 8 && memcmp(head, PDI_STORE_MAGIC, 8) != 0)
+        return pdi_store_broken(ctx, s, "does not begin like a checkpoint: it is none, or damaged");
+    if (got < sizeof head) return pdi_store_broken(ctx, s, "is cut off in its head");
+    if (pdi_store_word(head + PDI_STORE_AT_ORDER) == PDI_STORE_FOREIGN)
+        return pdi_fail(ctx, PD_ERR_ARGUMENT, "store", "'%s' was written on a machine of the other byte order",
+                        s->file.path);
+    if (!pdi_store_sealed(head, sizeof head)) return pdi_store_broken(ctx, s, "is damaged in its head");
+    uint32_t format = pdi_store_word(head + PDI_STORE_AT_FORMAT), dim = pdi_store_word(head + PDI_STORE_AT_DIM);
+    if (format != PD_STORE_FORMAT) return pdi_store_other(ctx, s, "format", format, PD_STORE_FORMAT);
+    if (dim != PD_DIM) return pdi_store_other(ctx, s, "dimension", dim, PD_DIM);
+    pdi_store_head(wanted);
+    if (memcmp(head, wanted, sizeof head) != 0)
+        return pdi_fail(ctx, PD_ERR_ARGUMENT, "store",
+                        "'%s' was written by pdcorr %.31s, expected %s: versions may differ in their steps",
+                        s->file.path, (const char *)head + PDI_STORE_AT_VERSION, PD_VERSION);
+    return PD_OK;
+}
+
+static pd_status pdi_store_read_item(pd_ctx *ctx, pd_store *s, const char *after, pdi_store_item *item)
+{
+    uint8_t head[PDI_STORE_ITEM];
+    size_t got;
+    PDI_TRY(pdi_file_get(ctx, &s->file, head, sizeof head, &got));
+    if (got < sizeof head) return pdi_store_broken_item(ctx, s, "cut off", after);
+    if (!pdi_store_sealed(head, sizeof head)) return pdi_store_broken_item(ctx, s, "damaged behind what is", after);
+    memcpy(item->name, head, sizeof item->name);
+    item->name[PD_STORE_NAME - 1] = '\0';
+    memcpy(&item->count, head + PDI_STORE_AT_COUNT, sizeof item->count);
+    item->size = pdi_store_word(head + PDI_STORE_AT_SIZE);
+    return PD_OK;
+}
+
+/* ---- whole files ---- */
+
+/* Read the elements of an item and drop them. */
+static pd_status pdi_store_skip(pd_ctx *ctx, pd_store *s, const pdi_store_item *item)
+{
+    uint8_t bytes[4096];
+    uint32_t crc = 0;
+    size_t got;
+    for (uint64_t left = item->count * item->size; left > 0; left -= got) {
+        size_t wanted = left < sizeof bytes ? (size_t)left : sizeof bytes;
+        PDI_TRY(pdi_file_get(ctx, &s->file, bytes, wanted, &got));
+        if (got < wanted) return pdi_store_broken_item(ctx, s, "cut off", item->name);
+        crc = pdi_deflate_crc(crc, bytes, got);
+    }
+    PDI_TRY(pdi_file_get(ctx, &s->file, bytes, 4, &got));
+    if (got < 4) return pdi_store_broken_item(ctx, s, "cut off", item->name);
+    return pdi_store_word(bytes) == crc ? PD_OK : pdi_store_broken_item(ctx, s, "damaged", item->name);
+}
+
+static pd_status pdi_store_verify(pd_ctx *ctx, pd_store *s)
+{
+    pdi_store_item item;
+    char more;
+    size_t got;
+    memset(&item, 0, sizeof item);
+    PDI_TRY(pdi_store_read_head(ctx, s));
+    for (uint64_t items = 0;; items++) {
+        char after[PD_STORE_NAME];
+        memcpy(after, items ? item.name : "head", items ? sizeof after : 5);
+        PDI_TRY(pdi_store_read_item(ctx, s, after, &item));
+        if (strcmp(item.name, PDI_STORE_END) == 0) {
+            if (item.count != items) return pdi_store_broken(ctx, s, "has lost items");
+            break;
+        }
+        PDI_TRY(pdi_store_skip(ctx, s, &item));
+    }
+    PDI_TRY(pdi_file_get(ctx, &s->file, &more, 1, &got));
+    return got ? pdi_store_broken(ctx, s, "goes on behind its end") : PD_OK;
+}
+
+/* ---- in memory ---- */
+
+static pd_status pdi_store_append(pd_ctx *ctx, pd_store *s, const void *data, size_t size)
+{
+    if (!s->kept) return pdi_file_write(ctx, &s->file, data, size);
+    if (size > s->capacity - s->length) {
+        size_t wanted = s->length + size + (s->length + size) / 8;
+        PDI_TRY(PDI_GROW(ctx, "store", s->capacity, wanted, s->image));
+        s->capacity = wanted;
+    }
+    memcpy(s->image + s->length, data, size);
+    s->length += size;
+    return PD_OK;
+}
+
+/* ---- the archive ---- */
+
+static pd_status pdi_store_write(pd_ctx *ctx, pd_store *s, const char *name, const void *data, size_t size,
+                                 int64_t count)
+{
+    uint8_t head[PDI_STORE_ITEM], tail[4];
+    uint64_t number = (uint64_t)count;
+    size_t bytes = (size_t)count * size;
+    PD_ASSERT(strlen(name) < PD_STORE_NAME);
+    memset(head, 0, sizeof head);
+    memcpy(head, name, strlen(name) + 1);
+    memcpy(head + PDI_STORE_AT_COUNT, &number, sizeof number);
+    pdi_store_put(head + PDI_STORE_AT_SIZE, (uint32_t)size);
+    pdi_store_seal(head, sizeof head);
+    pdi_store_put(tail, pdi_deflate_crc(0, (const uint8_t *)data, bytes));
+    PDI_TRY(pdi_store_append(ctx, s, head, sizeof head));
+    PDI_TRY(pdi_store_append(ctx, s, data, bytes));
+    return pdi_store_append(ctx, s, tail, sizeof tail);
+}
+
+static pd_status pdi_store_read(pd_ctx *ctx, pd_store *s, const char *name, void *data, size_t size, int64_t count)
+{
+    pdi_store_item item;
+    uint8_t tail[4];
+    size_t bytes = (size_t)count * size, got;
+    PDI_TRY(pdi_store_read_item(ctx, s, name, &item));
+    if (strcmp(item.name, name) != 0 || item.size != size || item.count != (uint64_t)count)
+        return pdi_fail(ctx, PD_ERR_ARGUMENT, "store",
+                        "'%s' holds '%s' of %.0f elements of %u bytes, expected '%s' of %.0f of %.0f: it is of another "
+                        "run", s->file.path, item.name, (double)item.count, (unsigned)item.size, name, (double)count,
+                        (double)size);
+    PDI_TRY(pdi_file_get(ctx, &s->file, data, bytes, &got));
+    if (got < bytes) return pdi_store_broken_item(ctx, s, "cut off", name);
+    PDI_TRY(pdi_file_get(ctx, &s->file, tail, sizeof tail, &got));
+    if (got < sizeof tail || pdi_store_word(tail) != pdi_deflate_crc(0, (const uint8_t *)data, bytes))
+        return pdi_store_broken_item(ctx, s, "damaged", name);
+    return PD_OK;
+}
+
+static pd_status pdi_store_bytes(pd_ctx *ctx, void *user, const char *name, void *data, size_t size, int64_t count)
+{
+    pd_store *s = (pd_store *)user;
+    s->items++;
+    return s->archive.reading ? pdi_store_read(ctx, s, name, data, size, count)
+                              : pdi_store_write(ctx, s, name, data, size, count);
+}
+
+static pd_status pdi_store_check(pd_ctx *ctx, void *user, const char *name, double value)
+{
+    pd_store *s = (pd_store *)user;
+    char was[PDI_NUMBER_SIZE], is[PDI_NUMBER_SIZE];
+    double kept = value;
+    PDI_TRY(pdi_store_bytes(ctx, s, name, &kept, sizeof kept, 1));
+    uint64_t bits, expected; /* what is no number equals itself */
+    memcpy(&bits, &kept, sizeof bits);
+    memcpy(&expected, &value, sizeof expected);
+    if (bits == expected) return PD_OK;
+    pdi_file_number(kept, was);
+    pdi_file_number(value, is);
+    return pdi_fail(ctx, PD_ERR_ARGUMENT, "store", "'%s' is of another run: %s = %s, expected %s", s->file.path, name,
+                    was, is);
+}
+
+static void pdi_store_wire(pd_store *s, int reading)
+{
+    s->archive.item = pdi_store_bytes;
+    s->archive.check = pdi_store_check;
+    s->archive.user = s;
+    s->archive.reading = reading;
+    s->archive.name = s->file.path;
+}
+
+/* ---- begin and end ---- */
+
+PDI_FN pd_status pdi_store_keep(pd_ctx *ctx, pd_store *s)
+{
+    uint8_t head[PDI_STORE_HEAD];
+    pdi_store_wire(s, 0);
+    s->kept = 1;
+    s->length = 0;
+    s->items = 0;
+    pdi_store_head(head);
+    return pdi_store_append(ctx, s, head, sizeof head);
+}
+
+PDI_FN pd_status pdi_store_release(pd_ctx *ctx, pd_store *s, const char *path)
+{
+    PDI_TRY(pdi_file_create(ctx, path, &s->file));
+    pd_status status = pdi_file_write(ctx, &s->file, s->image, s->length);
+    if (status == PD_OK) status = pdi_file_commit(ctx, &s->file);
+    pdi_file_abandon(&s->file);
+    return status;
+}
+
+PDI_FN void pdi_store_drop(pd_ctx *ctx, pd_store *s)
+{
+    PDI_DELETE(ctx, s->capacity, s->image);
+    memset(s, 0, sizeof *s);
+}
+
+/* ---- life ---- */
+
+pd_status pd_store_create(pd_ctx *ctx, const char *path, pd_store *s)
+{
+    uint8_t head[PDI_STORE_HEAD];
+    memset(s, 0, sizeof *s);
+    pdi_store_wire(s, 0);
+    PDI_TRY(pdi_file_create(ctx, path, &s->file));
+    pdi_store_head(head);
+    pd_status status = pdi_store_append(ctx, s, head, sizeof head);
+    if (status < 0) pd_store_abandon(s);
+    return status;
+}
+
+pd_status pd_store_open(pd_ctx *ctx, const char *path, pd_store *s)
+{
+    memset(s, 0, sizeof *s);
+    pdi_store_wire(s, 1);
+    PDI_TRY(pdi_file_open(ctx, path, &s->file));
+    pd_status status = pdi_store_verify(ctx, s);
+    pd_store_abandon(s);
+    if (status == PD_OK) status = pdi_file_open(ctx, path, &s->file);
+    if (status == PD_OK) status = pdi_store_read_head(ctx, s);
+    if (status < 0) pd_store_abandon(s);
+    return status;
+}
+
+void pd_store_abandon(pd_store *s) { pdi_file_abandon(&s->file); }
+
+static pd_status pdi_store_finish(pd_ctx *ctx, pd_store *s)
+{
+    pdi_store_item item;
+    uint8_t head[PDI_STORE_ITEM];
+    if (s->archive.reading) {
+        PDI_TRY(pdi_store_read_item(ctx, s, "last", &item));
+        if (strcmp(item.name, PDI_STORE_END) != 0)
+            return pdi_fail(ctx, PD_ERR_ARGUMENT, "store", "'%s' holds '%s', expected its end: it is of another run",
+                            s->file.path, item.name);
+        return PD_OK;
+    }
+    memset(head, 0, sizeof head);
+    memcpy(head, PDI_STORE_END, sizeof PDI_STORE_END);
+    memcpy(head + PDI_STORE_AT_COUNT, &s->items, sizeof s->items);
+    pdi_store_seal(head, sizeof head);
+    PDI_TRY(pdi_store_append(ctx, s, head, sizeof head));
+    return s->kept ? PD_OK : pdi_file_commit(ctx, &s->file);
+}
+
+pd_status pd_store_close(pd_ctx *ctx, pd_store *s)
+{
+    pd_status status = pdi_store_finish(ctx, s);
+    pd_store_abandon(s);
+    return status;
+}
+
+#undef PDI_STORE_MAGIC
+#undef PDI_STORE_ORDER
+#undef PDI_STORE_FOREIGN
+#undef PDI_STORE_HEAD
+#undef PDI_STORE_ITEM
+#undef PDI_STORE_END

@@ -1,0 +1,266 @@
+/* vti: see vti.h */
+#include "io/vti.h"
+#include <math.h>
+#include <stdio.h>
+#include <string.h>
+
+#define PDI_VTI_TEXT 2048
+
+static const char *const pdi_vti_names[4] = {"Float64", "Float32", "UInt8", "Int32"};
+static const size_t pdi_vti_sizes[4] = {8, 4, 1, 4};
+
+static const char *pdi_vti_byte_order(void)
+{
+    const uint16_t probe = 1;
+    uint8_t first;
+    memcpy(&first, &probe, 1);
+    return first ? "LittleEndian" : "BigEndian";
+}
+
+/* Text as an XML attribute. 0 when it does not fit or holds a control character. */
+static int pdi_vti_escape(const char *text, char *out, size_t size)
+{
+    size_t used = 0;
+    for (; *text; text++) {
+        char plain[2] = {*text, 0};
+        const char *piece = *text == '&' ? "&amp;" : *text == '<' ? "&lt;" : *text == '>' ? "&gt;"
+                            : *text == '"' ? "&quot;" : plain;
+        size_t length = strlen(piece);
+        if ((unsigned char)*text < 32 || used + length >= size) return 0;
+        memcpy(out + used, piece, length);
+        used += length;
+    }
+    out[used] = 0;
+    return 1;
+}
+
+static size_t pdi_vti_components(const pd_vti_field *field) { return field->vector ? 3 : 1; }
+
+static int64_t pdi_vti_cells(const pd_grid *grid)
+{
+    int64_t cells = 1;
+    for (int d = 0; d < PD_DIM; d++) cells *= grid->n[d];
+    return cells;
+}
+
+static pd_status pdi_vti_check(pd_ctx *ctx, const pd_grid *grid, double time, const pd_vti_field *fields, int count)
+{
+    char name[PDI_VTI_TEXT];
+    if (isnan(time) || isinf(time)) return pdi_fail(ctx, PD_ERR_ARGUMENT, "vti", "the time is %g", time);
+    if (count < 0 || (count > 0 && !fields)) return pdi_fail(ctx, PD_ERR_ARGUMENT, "vti", "%d fields", count);
+    for (int d = 0; d < PD_DIM; d++)
+        if (grid->n[d] < 1 || !(grid->h[d] > 0))
+            return pdi_fail(ctx, PD_ERR_ARGUMENT, "vti", "axis %d has %d cells of %g m", d, grid->n[d], grid->h[d]);
+    for (int k = 0; k < count; k++) {
+        const pd_vti_field *f = &fields[k];
+        if (!f->name || !f->name[0] || !pdi_vti_escape(f->name, name, 256))
+            return pdi_fail(ctx, PD_ERR_ARGUMENT, "vti", "field %d has no usable name", k);
+        if (!f->data || (int)f->type < 0 || (int)f->type > PD_VTI_INT32)
+            return pdi_fail(ctx, PD_ERR_ARGUMENT, "vti", "field '%s' has no data or an unknown type", f->name);
+        for (int j = 0; j < k; j++)
+            if (strcmp(fields[j].name, f->name) == 0)
+                return pdi_fail(ctx, PD_ERR_ARGUMENT, "vti", "two fields are named '%s'", f->name);
+    }
+    return PD_OK;
+}
+
+/* Element (component, node) of a field in the type of the file. */
+static void pdi_vti_element(const pd_grid *grid, const pd_vti_field *f, int component, int32_t node, uint8_t *out)
+{
+    size_t size = pdi_vti_sizes[f->type];
+    if (component >= (f->vector ? PD_DIM : 1)) {
+        memset(out, 0, size); /* all types have zero as zero bytes */
+        return;
+    }
+    size_t at = (size_t)component * (size_t)grid->total + (size_t)node;
+    if (f->type == PD_VTI_FLOAT32) {
+        double value = ((const double *)f->data)[at];
+        /* The conversion of a number beyond the range is undefined in C. */
+        float narrow = fabs(value) <= 3.4028234663852886e38 || isnan(value) ? (float)value
+                       : value > 0 ? (float)INFINITY : -(float)INFINITY;
+        memcpy(out, &narrow, size);
+    } else memcpy(out, (const uint8_t *)f->data + at * size, size);
+}
+
+/* One field, one row of the box (axis 0) at a time. */
+static pd_status pdi_vti_data(pd_ctx *ctx, pd_file *file, const pd_grid *grid, const pd_vti_field *f, uint8_t *row)
+{
+    size_t size = pdi_vti_sizes[f->type], components = pdi_vti_components(f);
+    uint64_t bytes = (uint64_t)pdi_vti_cells(grid) * components * size;
+    int64_t rows = pdi_vti_cells(grid) / grid->n[0];
+    int index[PD_DIM] = {0};
+    PDI_TRY(pdi_file_write(ctx, file, &bytes, sizeof bytes));
+    for (int64_t r = 0; r < rows; r++) {
+        int32_t node = grid->ghost;
+        PDI_TRY(pdi_poll(ctx, "vti", r));
+        for (int d = 1; d < PD_DIM; d++) node += (index[d] + grid->ghost) * grid->stride[d];
+        uint8_t *out = row;
+        for (int i = 0; i < grid->n[0]; i++)
+            for (int c = 0; c < (int)components; c++, out += size) pdi_vti_element(grid, f, c, node + i, out);
+        PDI_TRY(pdi_file_write(ctx, file, row, (size_t)(out - row)));
+        for (int d = 1; d < PD_DIM; d++) {
+            if (++index[d] < grid->n[d]) break;
+            index[d] = 0;
+        }
+    }
+    return PD_OK;
+}
+
+static pd_status pdi_vti_head(pd_ctx *ctx, pd_file *file, const pd_grid *grid, double time)
+{
+    char text[PDI_VTI_TEXT], extent[96], number[7][PDI_NUMBER_SIZE];
+    int n[3] = {1, 1, 1};
+    double h[3], lo[3] = {0, 0, 0}, thin = grid->h[0];
+    for (int d = 1; d < PD_DIM; d++) thin = fmin(thin, grid->h[d]);
+    for (int d = 0; d < 3; d++) {
+        h[d] = d < PD_DIM ? grid->h[d % PD_DIM] : thin;
+        if (d < PD_DIM) {
+            n[d] = grid->n[d % PD_DIM];
+            lo[d] = grid->lo[d % PD_DIM];
+        }
+        pdi_file_number(lo[d], number[d]);
+        pdi_file_number(h[d], number[3 + d]);
+    }
+    pdi_file_number(time, number[6]);
+    snprintf(extent, sizeof extent, "0 %d 0 %d 0 %d", n[0], n[1], n[2]);
+    snprintf(text, sizeof text,
+             "<?xml version=\"1.0\"?>\n"
+             "<VTKFile type=\"ImageData\" version=\"1.0\" byte_order=\"%s\" header_type=\"UInt64\">\n"
+             "  <ImageData WholeExtent=\"%s\" Origin=\"%s %s %s\" Spacing=\"%s %s %s\">\n"
+             "    <FieldData>\n"
+             "      <DataArray type=\"Float64\" Name=\"TimeValue\" NumberOfTuples=\"1\" format=\"ascii\">%s"
+             "</DataArray>\n"
+             "    </FieldData>\n"
+             "    <Piece Extent=\"%s\">\n"
+             "      <CellData>\n",
+             pdi_vti_byte_order(), extent, number[0], number[1], number[2], number[3], number[4], number[5],
+             number[6], extent);
+    return pdi_file_text(ctx, file, text);
+}
+
+static pd_status pdi_vti_body(pd_ctx *ctx, pd_file *file, const pd_grid *grid, double time,
+                              const pd_vti_field *fields, int count, uint8_t *row)
+{
+    char text[PDI_VTI_TEXT], name[256];
+    uint64_t offset = 0;
+    PDI_TRY(pdi_vti_head(ctx, file, grid, time));
+    for (int k = 0; k < count; k++) {
+        const pd_vti_field *f = &fields[k];
+        pdi_vti_escape(f->name, name, sizeof name);
+        snprintf(text, sizeof text,
+                 "        <DataArray type=\"%s\" Name=\"%s\" NumberOfComponents=\"%d\" format=\"appended\" "
+                 "offset=\"%.0f\"/>\n",
+                 pdi_vti_names[f->type], name, (int)pdi_vti_components(f), (double)offset);
+        PDI_TRY(pdi_file_text(ctx, file, text));
+        offset += 8 + (uint64_t)pdi_vti_cells(grid) * pdi_vti_components(f) * pdi_vti_sizes[f->type];
+    }
+    PDI_TRY(pdi_file_text(ctx, file,
+                          "      </CellData>\n    </Piece>\n  </ImageData>\n  <AppendedData encoding=\"raw\">\n_"));
+    for (int k = 0; k < count; k++) PDI_TRY(pdi_vti_data(ctx, file, grid, &fields[k], row));
+    return pdi_file_text(ctx, file, "\n  </AppendedData>\n</VTKFile>\n");
+}
+
+pd_status pd_vti_write(pd_ctx *ctx, const char *path, const pd_grid *grid, double time, const pd_vti_field *fields,
+                       int count)
+{
+    pd_file file;
+    uint8_t *row = NULL;
+    PDI_TRY(pdi_vti_check(ctx, grid, time, fields, count));
+    size_t row_bytes = (size_t)grid->n[0] * 3 * 8;
+    PDI_TRY(PDI_NEW(ctx, "vti", row_bytes, row));
+    pd_status status = pdi_file_create(ctx, path, &file);
+    if (status == PD_OK) {
+        status = pdi_vti_body(ctx, &file, grid, time, fields, count, row);
+        if (status == PD_OK) status = pdi_file_commit(ctx, &file);
+        else pdi_file_abandon(&file);
+    }
+    PDI_DELETE(ctx, row_bytes, row);
+    return status;
+}
+
+/* PVD. */
+
+pd_status pd_pvd_init(pd_ctx *ctx, const char *path, pd_pvd *pvd)
+{
+    memset(pvd, 0, sizeof *pvd);
+    if (!path || !path[0] || strlen(path) >= PD_PATH_SIZE)
+        return pdi_fail(ctx, PD_ERR_ARGUMENT, "pvd", "the path is empty or longer than %d characters",
+                        PD_PATH_SIZE - 1);
+    strcpy(pvd->path, path);
+    return PD_OK;
+}
+
+void pd_pvd_free(pd_ctx *ctx, pd_pvd *pvd)
+{
+    PDI_DELETE(ctx, pvd->capacity, pvd->entries);
+    memset(pvd, 0, sizeof *pvd);
+}
+
+/* The name as seen from the directory of the collection. */
+static const char *pdi_vti_relative(const pd_pvd *pvd, const char *file)
+{
+    const char *slash = strrchr(pvd->path, '/');
+    size_t length = slash ? (size_t)(slash - pvd->path) + 1 : 0;
+    return length && strncmp(pvd->path, file, length) == 0 ? file + length : file;
+}
+
+static pd_status pdi_vti_save_series(pd_ctx *ctx, const pd_pvd *pvd)
+{
+    char head[160];
+    pd_file file;
+    snprintf(head, sizeof head,
+             "<?xml version=\"1.0\"?>\n<VTKFile type=\"Collection\" version=\"1.0\" byte_order=\"%s\">\n"
+             "  <Collection>\n",
+             pdi_vti_byte_order());
+    PDI_TRY(pdi_file_create(ctx, pvd->path, &file));
+    pd_status status = pdi_file_text(ctx, &file, head);
+    if (status == PD_OK) status = pdi_file_write(ctx, &file, pvd->entries, pvd->size);
+    if (status == PD_OK) status = pdi_file_text(ctx, &file, "  </Collection>\n</VTKFile>\n");
+    if (status == PD_OK) return pdi_file_commit(ctx, &file);
+    pdi_file_abandon(&file);
+    return status;
+}
+
+pd_status pd_pvd_add(pd_ctx *ctx, pd_pvd *pvd, double time, const char *file)
+{
+    char line[PDI_VTI_TEXT + 128], name[PDI_VTI_TEXT], stamp[PDI_NUMBER_SIZE];
+    if (!pvd->path[0]) return pdi_fail(ctx, PD_ERR_ARGUMENT, "pvd", "the collection was not started by pd_pvd_init");
+    if (isnan(time) || isinf(time)) return pdi_fail(ctx, PD_ERR_ARGUMENT, "pvd", "%s: the time is %g", file, time);
+    if (pvd->count && !(time > pvd->last))
+        return pdi_fail(ctx, PD_ERR_ARGUMENT, "pvd", "%s: time %.17g s does not follow %.17g s, times must increase",
+                        file, time, pvd->last);
+    if (!pdi_vti_escape(pdi_vti_relative(pvd, file), name, sizeof name))
+        return pdi_fail(ctx, PD_ERR_ARGUMENT, "pvd", "the file name '%.80s' cannot be listed", file);
+    pdi_file_number(time, stamp);
+    size_t length = (size_t)snprintf(line, sizeof line,
+                                     "    <DataSet timestep=\"%s\" group=\"\" part=\"0\" file=\"%s\"/>\n", stamp, name);
+    if (pvd->size + length > pvd->capacity) {
+        size_t capacity = 2 * pvd->capacity + length + 1024;
+        PDI_TRY(PDI_GROW(ctx, "pvd", pvd->capacity, capacity, pvd->entries));
+        pvd->capacity = capacity;
+    }
+    memcpy(pvd->entries + pvd->size, line, length);
+    pvd->size += length;
+    pd_status status = pdi_vti_save_series(ctx, pvd);
+    if (status != PD_OK) {
+        pvd->size -= length; /* the collection stays as it is on disk */
+        return status;
+    }
+    pvd->last = time;
+    pvd->count++;
+    return PD_OK;
+}
+
+PDI_FN pd_status pdi_pvd_store(pd_ctx *ctx, pd_pvd *pvd, pd_archive *archive)
+{
+    int64_t size = (int64_t)pvd->size;
+    PDI_TRY(PDI_KEEP(ctx, archive, "collection.last", &pvd->last, 1));
+    PDI_TRY(PDI_KEEP(ctx, archive, "collection.count", &pvd->count, 1));
+    PDI_TRY(PDI_KEEP(ctx, archive, "collection.size", &size, 1));
+    if (size > (int64_t)pvd->capacity) {
+        PDI_TRY(PDI_GROW(ctx, "pvd", pvd->capacity, size, pvd->entries));
+        pvd->capacity = (size_t)size;
+    }
+    pvd->size = (size_t)size;
+    return PDI_KEEP(ctx, archive, "collection", pvd->entries, size);
+}

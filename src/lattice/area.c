@@ -1,0 +1,377 @@
+/* area: see area.h
+ *
+ * The fit is a linear program: minimise t + lambda d.x over x >= 0 with |A_i x - 1| <= t in every sampled direction
+ * and A_i x = 1 along the axes, where x_k is the share of the area that orbit k carries and d_k its length in cells.
+ * Its dual has the slack basis as a feasible start, so that the plain primal simplex method on the dual solves it
+ * without a first phase, and x is read off the objective row.
+ */
+#include "lattice/area.h"
+#include <float.h>
+#include <limits.h>
+#include <math.h>
+#include <string.h>
+
+/* Isotropy given up per cell of bond length: keeps weights on near bonds where far ones gain next to nothing. */
+#define PDI_AREA_LAMBDA 1e-3
+/* Unknowns kept, nearest first: only 3D families on unequal spacings with m > 7 are cut. */
+#define PDI_AREA_ORBITS 200
+/* Subdivisions of the octant of directions for the fit and for the reported error. */
+#define PDI_AREA_MESH_FIT (PD_DIM == 3 ? 72 : 90)
+#define PDI_AREA_MESH_CHECK (PD_DIM == 3 ? 110 : 1800)
+
+typedef struct pdi_area_fit {
+    int bonds, orbits, bond_capacity;
+    int directions, direction_capacity;
+    int *orbit_of;      /* [bonds] -1: carries no weight */
+    int *key;           /* [orbits][PD_DIM] sorted |n| */
+    double *length;     /* [orbits] |n| [-] */
+    double *scale;      /* [orbits] [1/m] weight of one bond of the orbit when x = 1 */
+    double *normal;     /* [directions][PD_DIM]; the first PD_DIM are the axes */
+    double *table;      /* simplex tableau */
+    int *basis;
+    int rows, columns;  /* without the objective row */
+} pdi_area_fit;
+
+static void pdi_area_release(pd_ctx *ctx, pdi_area_fit *fit)
+{
+    PDI_DELETE(ctx, fit->bond_capacity, fit->orbit_of);
+    PDI_DELETE(ctx, fit->bond_capacity * PD_DIM, fit->key);
+    PDI_DELETE(ctx, fit->bond_capacity, fit->length);
+    PDI_DELETE(ctx, fit->bond_capacity, fit->scale);
+    PDI_DELETE(ctx, fit->direction_capacity * PD_DIM, fit->normal);
+    PDI_DELETE(ctx, (fit->rows + 1) * fit->columns, fit->table);
+    PDI_DELETE(ctx, fit->rows, fit->basis);
+}
+
+PDI_FN double pdi_area_measure(int count, const double *xi, const double *area, const double *normal)
+{
+    double sum = 0.0;
+    for (int k = 0; k < count; k++) {
+        double dot = 0.0;
+        for (int a = 0; a < PD_DIM; a++) dot += xi[k * PD_DIM + a] * normal[a];
+        sum += area[k] * fabs(dot);
+    }
+    return 0.5 * sum;
+}
+
+static int pdi_area_equal_spacing(double a, double b) { return fabs(a - b) <= 1e-9 * fabs(a); }
+
+static int pdi_area_gcd(int a, int b)
+{
+    while (b) {
+        int rest = a % b;
+        a = b;
+        b = rest;
+    }
+    return a;
+}
+
+/* |n| sorted among axes of equal spacing: equal keys, equal weights. Returns the common divisor of the offset. */
+static int pdi_area_key(const double *xi, const double *h, int *key)
+{
+    int divisor = 0;
+    for (int a = 0; a < PD_DIM; a++) {
+        key[a] = (int)floor(fabs(xi[a]) / h[a] + 0.5);
+        divisor = pdi_area_gcd(key[a], divisor);
+    }
+    for (int a = 0; a < PD_DIM; a++)
+        for (int b = a + 1; b < PD_DIM; b++)
+            if (pdi_area_equal_spacing(h[a], h[b]) && key[b] > key[a]) {
+                int swap = key[a];
+                key[a] = key[b];
+                key[b] = swap;
+            }
+    return divisor;
+}
+
+static int pdi_area_same_key(const int *a, const int *b)
+{
+    for (int d = 0; d < PD_DIM; d++)
+        if (a[d] != b[d]) return 0;
+    return 1;
+}
+
+/* Drop the farthest orbits beyond PDI_AREA_ORBITS. */
+static void pdi_area_keep_near(pdi_area_fit *fit)
+{
+    while (fit->orbits > PDI_AREA_ORBITS) {
+        int far = 0, last = fit->orbits - 1;
+        for (int k = 1; k <= last; k++)
+            if (fit->length[k] > fit->length[far]) far = k;
+        for (int d = 0; d < PD_DIM; d++) fit->key[far * PD_DIM + d] = fit->key[last * PD_DIM + d];
+        fit->length[far] = fit->length[last];
+        for (int b = 0; b < fit->bonds; b++) {
+            if (fit->orbit_of[b] == far) fit->orbit_of[b] = -1;
+            if (fit->orbit_of[b] == last) fit->orbit_of[b] = far;
+        }
+        fit->orbits = last;
+    }
+}
+
+/* Only primitive offsets carry weight: 2n sees the same directions as n and reaches one layer further. */
+static pd_status pdi_area_orbits(pd_ctx *ctx, const double *xi, const double *beta, double m, const double *h,
+                                 pdi_area_fit *fit)
+{
+    for (int b = 0; b < fit->bonds; b++) {
+        int *key = fit->key + fit->orbits * PD_DIM;
+        int divisor = pdi_area_key(xi + b * PD_DIM, h, key);
+        double square = 0.0;
+        for (int a = 0; a < PD_DIM; a++) {
+            double n = xi[b * PD_DIM + a] / h[a], opposite = xi[(fit->bonds - 1 - b) * PD_DIM + a] / h[a];
+            if (!(fabs(n + opposite) < 1e-6))
+                return pdi_fail(ctx, PD_ERR_ARGUMENT, "area", "bond %d has offset %g on axis %d and bond %d has %g, "
+                                "expected the opposite", b, n, a, fit->bonds - 1 - b, opposite);
+            if (!(fabs(fabs(n) - floor(fabs(n) + 0.5)) < 1e-6))
+                return pdi_fail(ctx, PD_ERR_ARGUMENT, "area", "bond %d has offset %g on axis %d, expected an integer",
+                                b, n, a);
+            square += n * n;
+        }
+        if (!(square > 0.25 && sqrt(square) < m + 0.5 + 1e-6))
+            return pdi_fail(ctx, PD_ERR_ARGUMENT, "area", "bond %d is %g cells long, expected 0 < |n| < m + 1/2 = %g",
+                            b, sqrt(square), m + 0.5);
+        fit->orbit_of[b] = -1;
+        if (divisor != 1 || !(beta[b] > 0.0)) continue;
+        int k = 0;
+        while (!pdi_area_same_key(fit->key + k * PD_DIM, key)) k++;
+        if (k == fit->orbits) {
+            fit->length[k] = sqrt(square);
+            fit->orbits++;
+        }
+        fit->orbit_of[b] = k;
+    }
+    pdi_area_keep_near(fit);
+    return PD_OK;
+}
+
+static pd_status pdi_area_add_direction(pd_ctx *ctx, pdi_area_fit *fit, const double *direction)
+{
+    double square = 0.0;
+    for (int a = 0; a < PD_DIM; a++) square += direction[a] * direction[a];
+    if (fit->directions == fit->direction_capacity) {
+        int grown = 2 * fit->direction_capacity + 256;
+        PDI_TRY(PDI_GROW(ctx, "area", fit->direction_capacity * PD_DIM, grown * PD_DIM, fit->normal));
+        fit->direction_capacity = grown;
+    }
+    for (int a = 0; a < PD_DIM; a++)
+        fit->normal[fit->directions * PD_DIM + a] = direction[a] / sqrt(square);
+    fit->directions++;
+    return PD_OK;
+}
+
+/* Barycentric mesh of the positive octant (quadrant), stretched by `stretch`; of directions that exchanging axes of
+ * equal spacing maps onto each other one is kept. */
+static pd_status pdi_area_mesh(pd_ctx *ctx, pdi_area_fit *fit, const double *h, const double *stretch, int divisions)
+{
+    int index[3];
+    for (index[0] = 0; index[0] <= divisions; index[0]++)
+        for (index[1] = 0; index[1] <= divisions - index[0]; index[1]++) {
+            index[2] = divisions - index[0] - index[1];
+            if (PD_DIM < 3 && index[2] > 0) continue;
+            if (PD_DIM < 2 && index[1] > 0) continue;
+            int keep = 1;
+            double direction[PD_DIM];
+            for (int a = 0; a < PD_DIM; a++) {
+                for (int b = a + 1; b < PD_DIM; b++)
+                    if (pdi_area_equal_spacing(h[a], h[b]) && index[b] > index[a]) keep = 0;
+                if (index[a] == divisions) keep = 0;
+                direction[a] = index[a] * stretch[a];
+            }
+            if (keep) PDI_TRY(pdi_area_add_direction(ctx, fit, direction));
+        }
+    return PD_OK;
+}
+
+/* Axes first; then a mesh in space and, on unequal spacings, one in lattice coordinates, where the kinks of f lie
+ * evenly. In 2D the kinks themselves (normals of the bonds) are added: the minima of f. */
+static pd_status pdi_area_directions(pd_ctx *ctx, pdi_area_fit *fit, const double *h, int divisions)
+{
+    double ones[PD_DIM], inverse[PD_DIM];
+    int unequal = 0;
+    fit->directions = 0;
+    for (int a = 0; a < PD_DIM; a++) {
+        double axis[PD_DIM];
+        for (int b = 0; b < PD_DIM; b++) axis[b] = a == b ? 1.0 : 0.0;
+        PDI_TRY(pdi_area_add_direction(ctx, fit, axis));
+        ones[a] = 1.0;
+        inverse[a] = h[0] / h[a];
+        if (!pdi_area_equal_spacing(h[0], h[a])) unequal = 1;
+    }
+    PDI_TRY(pdi_area_mesh(ctx, fit, h, ones, divisions));
+    if (unequal) PDI_TRY(pdi_area_mesh(ctx, fit, h, inverse, divisions));
+#if PD_DIM == 2
+    for (int k = 0; k < fit->orbits; k++) {
+        const int *key = fit->key + k * PD_DIM;
+        double kink[2];
+        kink[0] = key[1] * h[1];
+        kink[1] = key[0] * h[0];
+        if (key[0] && key[1]) PDI_TRY(pdi_area_add_direction(ctx, fit, kink));
+    }
+#endif
+    return PD_OK;
+}
+
+/* response[k] = f(normal) of orbit k with unit weights on its bonds [m] */
+static void pdi_area_response(const pdi_area_fit *fit, const double *xi, const double *normal, double *response)
+{
+    for (int k = 0; k < fit->orbits; k++) response[k] = 0.0;
+    for (int b = 0; b < fit->bonds; b++) {
+        double dot = 0.0;
+        for (int a = 0; a < PD_DIM; a++) dot += xi[b * PD_DIM + a] * normal[a];
+        if (fit->orbit_of[b] >= 0) response[fit->orbit_of[b]] += 0.5 * fabs(dot);
+    }
+}
+
+/* Columns: u_i and v_i of every direction, then the slacks, then the right-hand side. */
+static pd_status pdi_area_tableau(pd_ctx *ctx, pdi_area_fit *fit, const double *xi)
+{
+    int orbits = fit->orbits, directions = fit->directions;
+    int rows = orbits + 1, columns = 2 * directions + rows + 1;
+    PDI_TRY(PDI_NEW(ctx, "area", (rows + 1) * columns, fit->table));
+    fit->rows = rows;
+    fit->columns = columns;
+    PDI_TRY(PDI_NEW(ctx, "area", rows, fit->basis));
+    double response[PDI_AREA_ORBITS];
+    for (int k = 0; k < orbits; k++) fit->scale[k] = 0.0;
+    for (int i = 0; i < directions; i++) {
+        pdi_area_response(fit, xi, fit->normal + i * PD_DIM, response);
+        for (int k = 0; k < orbits; k++) {
+            fit->table[k * columns + 2 * i] = response[k];
+            fit->scale[k] += response[k] / directions;
+        }
+    }
+    for (int k = 0; k < orbits; k++) fit->scale[k] = 1.0 / fit->scale[k];
+    for (int i = 0; i < directions; i++) {
+        for (int k = 0; k < orbits; k++) {
+            double *entry = fit->table + k * columns + 2 * i;
+            entry[0] *= fit->scale[k];
+            entry[1] = -entry[0];
+        }
+        double bounded = i < PD_DIM ? 0.0 : 1.0; /* equality along the axes: multipliers without a bound */
+        fit->table[orbits * columns + 2 * i] = bounded;
+        fit->table[orbits * columns + 2 * i + 1] = bounded;
+        fit->table[rows * columns + 2 * i] = -1.0;
+        fit->table[rows * columns + 2 * i + 1] = 1.0;
+    }
+    for (int r = 0; r < rows; r++) {
+        fit->basis[r] = 2 * directions + r;
+        fit->table[r * columns + 2 * directions + r] = 1.0;
+        fit->table[r * columns + columns - 1] = r < orbits ? PDI_AREA_LAMBDA * fit->length[r] : 1.0;
+    }
+    return PD_OK;
+}
+
+static void pdi_area_pivot(pdi_area_fit *fit, int row, int column)
+{
+    double *pivot_row = fit->table + row * fit->columns;
+    double inverse = 1.0 / pivot_row[column];
+    for (int j = 0; j < fit->columns; j++) pivot_row[j] *= inverse;
+    pivot_row[column] = 1.0;
+    for (int r = 0; r <= fit->rows; r++) {
+        double *other = fit->table + r * fit->columns;
+        double factor = other[column];
+        if (r == row || (factor >= 0.0 && factor <= 0.0)) continue;
+        for (int j = 0; j < fit->columns; j++) other[j] -= factor * pivot_row[j];
+        other[column] = 0.0;
+    }
+    fit->basis[row] = column;
+}
+
+/* Row that leaves for `column`: smallest ratio, of equal ones the largest pivot; -1: none. */
+static int pdi_area_leaving(const pdi_area_fit *fit, int column)
+{
+    int best = -1;
+    double best_ratio = DBL_MAX, best_pivot = 0.0;
+    for (int r = 0; r < fit->rows; r++) {
+        double pivot = fit->table[r * fit->columns + column];
+        if (!(pivot > 1e-9)) continue;
+        double ratio = fmax(fit->table[r * fit->columns + fit->columns - 1], 0.0) / pivot;
+        if (ratio < best_ratio - 1e-14 || (ratio <= best_ratio + 1e-14 && pivot > best_pivot)) {
+            best = r;
+            best_ratio = ratio;
+            best_pivot = pivot;
+        }
+    }
+    return best;
+}
+
+static pd_status pdi_area_simplex(pd_ctx *ctx, pdi_area_fit *fit)
+{
+    const double *objective = fit->table + fit->rows * fit->columns;
+    int limit = 50 * (fit->rows + 20);
+    for (int step = 0; step < limit; step++) {
+        int enter = -1;
+        double most = -1e-12;
+        for (int j = 0; j < fit->columns - 1; j++)
+            if (objective[j] < most) {
+                enter = j;
+                most = objective[j];
+                /* the first candidate instead of the best one breaks cycles */
+                if (step > limit / 2) break;
+            }
+        if (enter < 0) return PD_OK;
+        int leave = pdi_area_leaving(fit, enter);
+        if (leave < 0) return pdi_fail(ctx, PD_ERR_INTERNAL, "area", "the fit of the area weights has no solution");
+        pdi_area_pivot(fit, leave, enter);
+    }
+    return pdi_fail(ctx, PD_ERR_INTERNAL, "area", "the fit of the area weights did not end in %d pivots", limit);
+}
+
+/* x from the objective row; rounding along the axes goes to the unit bonds. */
+static void pdi_area_result(const pdi_area_fit *fit, const double *xi, const double *h, double *area)
+{
+    const double *slack = fit->table + fit->rows * fit->columns + 2 * fit->directions;
+    for (int b = 0; b < fit->bonds; b++) {
+        int k = fit->orbit_of[b];
+        area[b] = k < 0 ? 0.0 : fmax(slack[k], 0.0) * fit->scale[k];
+    }
+    for (int a = 0; a < PD_DIM; a++) {
+        double rest = 1.0 - pdi_area_measure(fit->bonds, xi, area, fit->normal + a * PD_DIM);
+        for (int b = 0; b < fit->bonds; b++) {
+            int unit = 1;
+            for (int d = 0; d < PD_DIM; d++)
+                if (fabs(fabs(xi[b * PD_DIM + d]) - (d == a ? h[a] : 0.0)) > 0.5 * h[d]) unit = 0;
+            if (unit && area[b] > 0.0) area[b] = fmax(area[b] + rest / h[a], 0.0);
+        }
+    }
+}
+
+static pd_status pdi_area_solve(pd_ctx *ctx, pdi_area_fit *fit, const double *xi, const double *beta, double m,
+                                const double *h, double *area, double *anisotropy)
+{
+    PDI_TRY(PDI_NEW(ctx, "area", fit->bond_capacity, fit->orbit_of));
+    PDI_TRY(PDI_NEW(ctx, "area", fit->bond_capacity * PD_DIM, fit->key));
+    PDI_TRY(PDI_NEW(ctx, "area", fit->bond_capacity, fit->length));
+    PDI_TRY(PDI_NEW(ctx, "area", fit->bond_capacity, fit->scale));
+    PDI_TRY(pdi_area_orbits(ctx, xi, beta, m, h, fit));
+    PDI_TRY(pdi_area_directions(ctx, fit, h, PDI_AREA_MESH_FIT));
+    PDI_TRY(pdi_area_tableau(ctx, fit, xi));
+    PDI_TRY(pdi_area_simplex(ctx, fit));
+    pdi_area_result(fit, xi, h, area);
+    PDI_TRY(pdi_area_directions(ctx, fit, h, PDI_AREA_MESH_CHECK));
+    *anisotropy = 0.0;
+    for (int i = 0; i < fit->directions; i++) {
+        double error = fabs(pdi_area_measure(fit->bonds, xi, area, fit->normal + i * PD_DIM) - 1.0);
+        *anisotropy = fmax(*anisotropy, error);
+        if (i < PD_DIM && !(error < 1e-9))
+            return pdi_fail(ctx, PD_ERR_ARGUMENT, "area", "planes normal to axis %d are measured with an error of %g: "
+                            "the family lacks bonds", i, error);
+    }
+    return PD_OK;
+}
+
+PDI_FN pd_status pdi_area_weights(pd_ctx *ctx, int count, const double *xi, const double *beta, double m,
+                                  const double *h, double *area, double *anisotropy)
+{
+    if (count < 2 * PD_DIM || count > INT_MAX / 8)
+        return pdi_fail(ctx, PD_ERR_ARGUMENT, "area", "a family of %d bonds, expected at least %d", count, 2 * PD_DIM);
+    for (int a = 0; a < PD_DIM; a++)
+        if (!(h[a] > 0.0 && h[a] <= DBL_MAX))
+            return pdi_fail(ctx, PD_ERR_ARGUMENT, "area", "spacing %g on axis %d, expected > 0", h[a], a);
+    pdi_area_fit fit;
+    memset(&fit, 0, sizeof fit);
+    fit.bonds = count;
+    fit.bond_capacity = count + 1;
+    pd_status status = pdi_area_solve(ctx, &fit, xi, beta, m, h, area, anisotropy);
+    pdi_area_release(ctx, &fit);
+    return status;
+}

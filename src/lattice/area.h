@@ -1,0 +1,27 @@
+/* area: interface area of lattice bonds (Cauchy-Crofton on a lattice).
+ *
+ * A sharp interface between solid and fluid nodes is measured by the bonds that cross it. A plane of unit normal N is
+ * crossed by |xi.N| / V ordered bonds (solid to fluid) of offset xi per unit area, so that
+ *     sum over fluid neighbours of c(n)  [1/m]  =  interface area of a solid node over its cell volume
+ * measures every plane right when  f(N) = 1/2 sum_n c(n) |xi.N| = 1  for all N  (theory: eq. 6.3). A finite family
+ * has finitely many bond directions and f is the width of a polytope, never exactly 1: the weights minimise its
+ * largest error.
+ */
+#ifndef PD_AREA_H
+#define PD_AREA_H
+#include "core/base.h"
+
+#ifdef PDI_INTERNAL
+/* Weights c(n) >= 0 [1/m] of the `count` bonds xi[count][PD_DIM] [m] of a whole family of horizon ratio m with
+ * partial volumes beta[count], on a lattice of spacing h. Equal on bonds that a symmetry of the lattice exchanges,
+ * f exact along the axes, max |f - 1| least; among equally good weights near bonds are preferred, so that a front
+ * stays thin. *anisotropy: the max |f - 1| reached [-].
+ * Bond count-1-k must be the opposite of bond k. PD_ERR_ARGUMENT: the family is not that of m and h.
+ * Source: Boykov and Kolmogorov 2003 (Cauchy-Crofton on lattices); the minimax fit is ours. */
+PDI_FN pd_status pdi_area_weights(pd_ctx *ctx, int count, const double *xi, const double *beta, double m,
+                                  const double *h, double *area, double *anisotropy);
+/* f(N) of weights area[count] for a unit vector normal: 1 where the weights measure that plane exactly. */
+PDI_FN double pdi_area_measure(int count, const double *xi, const double *area, const double *normal);
+#endif
+
+#endif

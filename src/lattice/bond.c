@@ -1,0 +1,787 @@
+/* bond: see bond.h */
+#include "lattice/bond.h"
+#include "core/vec.h"
+#include "core/par.h"
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+/* A surface point closer to the node than this fraction of the bond is moved away: the node then lies on the wall
+ * within 1e-3 of a bond, and a/t stays representable against its neighbours. */
+#define PDI_BOND_MIN_T 1e-3
+/* A surface that bends more than this over one cell is an edge; less than that, flat but for rounding. */
+#define PDI_BOND_SHARP 0.5
+#define PDI_BOND_FLAT 1e-5
+/* A blocked bond whose line grazes the surface is extended up to this many times its length: the chord that it lies on
+ * grows with the square root of the radius. */
+#define PDI_BOND_MAX_T 16.0
+/* A normal this close to an axis is along it: rounding of the differences. */
+#define PDI_BOND_LEVEL 1e-9
+/* Distance in cells that counts as none. */
+#define PDI_BOND_TOUCH 1e-9
+/* Distance in cells from a smooth surface of a place that is one of a cell's faces. */
+#define PDI_BOND_OFF 1e-3
+/* Below this pivot ratio the open bonds do not span space (a channel one node wide). */
+#define PDI_BOND_MIN_PIVOT 1e-3
+
+PDI_FN int pdi_bond_closed_group(const pd_bonds *bonds, int32_t node, int k)
+{
+    const pd_stencil *s = bonds->stencil;
+    const uint8_t *kind = bonds->grid->kind;
+    for (int g = s->group_first[k]; g < s->group_first[k + 1]; g++) {
+        int closed = 1;
+        for (int c = s->group_cell[g]; c < s->group_cell[g + 1] && closed; c++)
+            closed = !pdi_grid_open(kind[node + bonds->cell_shift[c]]);
+        if (closed) return g;
+    }
+    return -1;
+}
+
+/* Where a cut bond meets the surface. */
+typedef struct pdi_cut {
+    double t;              /* fraction of the bond */
+    double normal[PD_DIM]; /* unit, towards the fluid */
+    double distance;       /* [m] of the node from a smooth surface; 0: unknown or flat, then the next two are 0 */
+    double mean;           /* [1/m] sum of the curvatures: Laplacian of the distance */
+    double bend;           /* [m] xi.D xi - mean (xi.N)^2 with the second derivatives D of the distance */
+    int smooth;            /* 1: on the zero level of a shape that is curved or inclined against the lattice */
+} pdi_cut;
+
+/* The surface as faces of closed cells. Entering through an edge or corner, the normal is that of the faces whose
+ * near side is open. */
+static void pdi_bond_face_cut(const pd_bonds *bonds, int32_t node, int k, int group, pdi_cut *cut)
+{
+    const pd_stencil *s = bonds->stencil;
+    const pd_grid *grid = bonds->grid;
+    const int *n = s->offset + k * PD_DIM;
+    int axes = s->group_axes[group], used = 0;
+    int32_t at = node + bonds->cell_shift[s->group_cell[group]];
+    int single = s->group_cell[group + 1] - s->group_cell[group] == 1;
+    double length = 0.0;
+    cut->distance = cut->mean = cut->bend = 0.0;
+    cut->smooth = 0;
+    for (int pass = 0; pass < 2 && !used; pass++)
+        for (int d = 0; d < PD_DIM; d++) {
+            int sign = n[d] < 0 ? -1 : 1;
+            cut->normal[d] = 0.0;
+            if (!((axes >> d) & 1)) continue;
+            if (pass == 0 && single && !pdi_grid_open(grid->kind[at - sign * grid->stride[d]])) continue;
+            cut->normal[d] = -(double)sign;
+            used = 1;
+        }
+    for (int d = 0; d < PD_DIM; d++) length += cut->normal[d] * cut->normal[d];
+    for (int d = 0; d < PD_DIM; d++) cut->normal[d] /= sqrt(length);
+    cut->t = s->group_entry[group];
+}
+
+/* Signed distance of a point, positive in the fluid. Behind sides that are not walls the geometry repeats, as the kinds
+ * of the ghosts do. */
+static double pdi_bond_level(const pd_grid *grid, int shape, const double *x)
+{
+    double at[PD_DIM];
+    memcpy(at, x, sizeof at);
+    pdi_grid_fold_position(grid, at);
+    return pd_shape_distance(grid->shapes, shape, at);
+}
+
+/* The same at fraction t of the bond. */
+static double pdi_bond_distance(const pd_grid *grid, int shape, const double *x, const double *xi, double t)
+{
+    double at[PD_DIM];
+    for (int d = 0; d < PD_DIM; d++) at[d] = x[d] + t * xi[d];
+    return pdi_bond_level(grid, shape, at);
+}
+
+/* 1 when a node inside `shape` has dissolved in front of the closed group: the surface is then that of the cells. */
+static int pdi_bond_receded(const pd_bonds *bonds, int shape, int32_t node, int k, int group)
+{
+    const pd_stencil *s = bonds->stencil;
+    const pd_grid *grid = bonds->grid;
+    double x[PD_DIM];
+    for (int c = s->group_cell[s->group_first[k]]; c < s->group_cell[group]; c++) {
+        int32_t at = node + bonds->cell_shift[c];
+        if (!pdi_grid_open(grid->kind[at])) continue;
+        pd_grid_position(grid, at, x);
+        if (pdi_bond_level(grid, shape, x) <= 0.0) return 1;
+    }
+    return 0;
+}
+
+/* Normal and curvature of the surface at the cut, from differences of the distance. An edge counts as flat. */
+static void pdi_bond_curve(const pd_grid *grid, int shape, const double *x, const double *xi, pdi_cut *cut)
+{
+    double gradient[PD_DIM], p[PD_DIM], eps = 1e-3 * grid->h[0], mean = 0.0, sharpest = 0.0;
+    for (int d = 0; d < PD_DIM; d++) p[d] = x[d] + cut->t * xi[d];
+    double centre = pdi_bond_level(grid, shape, p), length = pdi_vec_norm(xi);
+    for (int d = 0; d < PD_DIM; d++) {
+        double at = p[d];
+        p[d] = at + eps;
+        double up = pdi_bond_level(grid, shape, p);
+        p[d] = at - eps;
+        double down = pdi_bond_level(grid, shape, p), second = (up - centre) - (centre - down);
+        p[d] = at;
+        gradient[d] = (up - down) / (2.0 * eps);
+        mean += second / (eps * eps);
+        sharpest = fmax(sharpest, fabs(second) / (eps * eps) * grid->h[d]);
+    }
+    double slope = pdi_vec_norm(gradient), step = eps / length, reach;
+    if (!(slope > 0.0)) return;
+    double most = 0.0;
+    for (int d = 0; d < PD_DIM; d++) {
+        cut->normal[d] = gradient[d] / slope;
+        most = fmax(most, fabs(cut->normal[d]));
+    }
+    cut->smooth = most < 1.0 - PDI_BOND_LEVEL || !(sharpest < PDI_BOND_FLAT);
+    double second = (pdi_bond_distance(grid, shape, x, xi, cut->t + step) - centre) -
+                    (centre - pdi_bond_distance(grid, shape, x, xi, cut->t - step));
+    /* no closer than the least t allows, and not out where the expansion about the surface ends */
+    double distance = fmax(pdi_bond_level(grid, shape, x), PDI_BOND_MIN_T * grid->h[0]);
+    if (!(sharpest < PDI_BOND_SHARP) || sharpest < PDI_BOND_FLAT || !(distance * mean < 1.5)) return;
+    reach = pdi_vec_dot(xi, cut->normal);
+    cut->distance = distance;
+    cut->mean = mean;
+    cut->bend = second / (step * step) - mean * reach * reach;
+}
+
+/* Move the cut onto the zero level of `shape`, if the bond crosses it: before the face cut or, where the line grazes
+ * the closed cell, behind it, up to fraction `limit`: in a tube even behind the far end, where cells at the wall block
+ * the line between two fluid nodes. Regula falsi with the Illinois rule. */
+static void pdi_bond_shape_cut(const pd_grid *grid, int shape, const double *x, const double *xi, double limit,
+                               pdi_cut *cut)
+{
+    double cell = 0.0, lo = 0.0, hi = 0.0, flo = pdi_bond_distance(grid, shape, x, xi, 0.0), fhi = flo;
+    if (!(flo > 0.0)) return;
+    for (int d = 0; d < PD_DIM; d++) cell += xi[d] / grid->h[d] * (xi[d] / grid->h[d]);
+    cell = sqrt(cell);
+    for (int ahead = 1; hi < limit && !(fhi < 0.0); ahead++) {
+        double next = fmin(hi < 1.0 ? cut->t + ahead / cell : 1.25 * hi, limit);
+        hi = hi < 1.0 ? fmin(next, 1.0) : next; /* a closed far end is inside for certain */
+        fhi = pdi_bond_distance(grid, shape, x, xi, hi);
+    }
+    /* a tube that touches the side meets it to rounding */
+    if (!(fhi <= PDI_BOND_TOUCH * grid->h[0])) return;
+    fhi = fmin(fhi, 0.0);
+    double t = hi;
+    for (int step = 0, last = 0; step < 12; step++) {
+        t = (lo * fhi - hi * flo) / (fhi - flo);
+        double f = pdi_bond_distance(grid, shape, x, xi, t);
+        if (fabs(f) <= 1e-12 * (fabs(flo) + fabs(fhi))) break;
+        if (f > 0.0) {
+            lo = t;
+            flo = f;
+            if (last == 1) fhi *= 0.5;
+            last = 1;
+        } else {
+            hi = t;
+            fhi = f;
+            if (last == -1) flo *= 0.5;
+            last = -1;
+        }
+    }
+    cut->t = t;
+    pdi_bond_curve(grid, shape, x, xi, cut);
+}
+
+/* 1 when the node lies behind a side of the box that is a wall. */
+static int pdi_bond_walled(const pd_grid *grid, int32_t node)
+{
+    int i[PD_DIM];
+    pdi_grid_index(grid, node, i);
+    for (int d = 0; d < PD_DIM; d++)
+        if ((i[d] < 0 && grid->side[2 * d] == PD_SIDE_WALL) ||
+            (i[d] >= grid->n[d] && grid->side[2 * d + 1] == PD_SIDE_WALL))
+            return 1;
+    return 0;
+}
+
+/* The shape that may cut bonds to a closed node; -1: none, or none with a smooth surface. */
+static int pdi_bond_shape(const pd_grid *grid, int32_t closed, int walled)
+{
+    uint8_t kind = grid->kind[pdi_grid_image(grid, closed, NULL)];
+    int shape = walled ? grid->wall : kind == PD_SOLID ? grid->solid : pdi_grid_open(kind) ? -1 : grid->wall;
+    return shape >= 0 && pd_shape_exact(grid->shapes, shape) ? shape : -1;
+}
+
+/* A surface of revolution bends round the axis too, by N_r/r, whatever its section does. */
+static void pdi_bond_revolve(const pd_grid *grid, const double *x, const double *xi, pdi_cut *cut)
+{
+    int r = PD_DIM - 1;
+    double radius = x[r] + cut->t * xi[r], reach = pdi_vec_dot(xi, cut->normal);
+    double round = radius > 0.0 ? cut->normal[r] / radius : 0.0;
+    double distance = cut->distance > 0.0 ? cut->distance : cut->t * fabs(reach);
+    if (!(fabs(round) * grid->h[r] < PDI_BOND_SHARP) || !(distance * (cut->mean + round) < 1.5)) return;
+    cut->distance = distance;
+    cut->mean += round;
+    cut->bend -= round * reach * reach;
+}
+
+static void pdi_bond_cut(const pd_bonds *bonds, int32_t node, int k, int group, pdi_cut *cut)
+{
+    const pd_grid *grid = bonds->grid;
+    const pd_stencil *s = bonds->stencil;
+    int32_t closed = node + bonds->cell_shift[s->group_cell[group]];
+    int walled = pdi_bond_walled(grid, closed), shape = pdi_bond_shape(grid, closed, walled);
+    double x[PD_DIM];
+    pdi_bond_face_cut(bonds, node, k, group, cut);
+    pd_grid_position(grid, node, x);
+    /* a tube that touches the box: its wall lies at or before the side */
+    if (shape >= 0 && !pdi_bond_receded(bonds, shape, node, k, group))
+        pdi_bond_shape_cut(grid, shape, x, s->xi + k * PD_DIM, walled ? cut->t : PDI_BOND_MAX_T, cut);
+    if (cut->t < PDI_BOND_MIN_T) cut->t = PDI_BOND_MIN_T;
+    if (grid->circumference) pdi_bond_revolve(grid, x, s->xi + k * PD_DIM, cut);
+}
+
+/* Inverse of the moment matrix. What is missing shows against the moments `norm` of a whole family, whatever the ratio
+ * of the spacings: those of bonds across a long cell are smaller by its fourth power. Where the open bonds do not span
+ * space the zero normal gradient at the surface closes the system (eq. 3.6). */
+static void pdi_bond_invert(const double *norm, const double *moment, const double *closure, double *inverse)
+{
+    double scaled[PD_DIM * PD_DIM], unit[PD_DIM];
+    for (int a = 0; a < PD_DIM; a++) unit[a] = sqrt(norm[a]);
+    for (int pass = 0; pass < 2; pass++) {
+        for (int a = 0; a < PD_DIM; a++)
+            for (int b = 0; b < PD_DIM; b++)
+                scaled[a * PD_DIM + b] =
+                    (moment[a * PD_DIM + b] + (pass ? closure[a * PD_DIM + b] : 0.0)) / (unit[a] * unit[b]);
+        if (pdi_vec_invert(scaled, inverse) > (pass ? 1e-9 : PDI_BOND_MIN_PIVOT)) break;
+        if (pass)
+            for (int i = 0; i < PD_DIM * PD_DIM; i++) inverse[i] = 0.0;
+    }
+    for (int a = 0; a < PD_DIM; a++)
+        for (int b = 0; b < PD_DIM; b++) inverse[a * PD_DIM + b] /= unit[a] * unit[b];
+}
+
+/* 1 when the family of `node` is whole and free of inlet ghosts (which carry no pressure). */
+static int pdi_bond_whole(const pd_bonds *bonds, int32_t node)
+{
+    for (int k = 0; k < bonds->stencil->count; k++) {
+        uint8_t kind = bonds->grid->kind[node + bonds->shift[k]];
+        if (kind != PD_FLUID && kind != PD_OUTLET && kind != PD_IMAGE) return 0;
+    }
+    return 1;
+}
+
+/* The field along a cut bond is u_i + s u' + s^2/2 u'' with its zero at t (eq. 3.3, 3.4). Near a wall at distance d
+ * u = g d + q d^2/2, so that u'' = g (xi.D xi) + q (xi.N)^2 and the Laplacian of u is g mean + q: both u'' and the
+ * slope g follow from u_i and that Laplacian. */
+static void pdi_bond_add_wall(const pd_bonds *bonds, int32_t node, int k, const pdi_cut *cut, double *lap,
+                              double *curv)
+{
+    double a = pdi_bond_lap(bonds, node)[k], half = 0.5 * a * (1.0 - cut->t);
+    double reach = pdi_vec_dot(bonds->stencil->xi + k * PD_DIM, cut->normal);
+    *lap += a / cut->t;
+    *curv += half * reach * reach;
+    if (!(cut->distance > 0.0)) return;
+    double slope = 1.0 / (1.0 - 0.5 * cut->distance * cut->mean);
+    *lap -= half * cut->bend * slope / cut->distance;
+    *curv -= half * cut->bend * slope * 0.5 * cut->distance;
+}
+
+PDI_FN double pdi_bond_meet(const pd_bonds *bonds, int32_t row, int k, double *x)
+{
+    const double *xi = bonds->stencil->xi + k * PD_DIM;
+    int32_t node = bonds->node[row];
+    pdi_cut cut;
+    pdi_bond_cut(bonds, node, k, pdi_bond_closed_group(bonds, node, k), &cut);
+    pd_grid_position(bonds->grid, node, x);
+    for (int d = 0; d < PD_DIM; d++) x[d] += cut.t * xi[d];
+    return cut.t;
+}
+
+PDI_FN void pdi_bond_find_end(const pd_bonds *bonds, int32_t row, int k, pdi_bond_end *end)
+{
+    int32_t node = bonds->node[row];
+    int group = pdi_bond_closed_group(bonds, node, k);
+    pdi_cut cut;
+    pdi_bond_cut(bonds, node, k, group, &cut);
+    pd_grid_position(bonds->grid, node, end->x);
+    for (int d = 0; d < PD_DIM; d++) {
+        double xi = bonds->stencil->xi[k * PD_DIM + d];
+        end->at[d] = end->x[d] + fmin(cut.t, 1.0) * xi;
+        end->x[d] += cut.t * xi;
+    }
+    end->t = cut.t;
+    end->lap = end->curv = 0.0;
+    pdi_bond_add_wall(bonds, node, k, &cut, &end->lap, &end->curv);
+    end->cell = node + bonds->cell_shift[bonds->stencil->group_cell[group]];
+    end->side = pdi_bond_walled(bonds->grid, end->cell);
+    end->smooth = cut.smooth;
+}
+
+PDI_FN double pdi_bond_smooth(const pd_bonds *bonds, int32_t closed, const double *x)
+{
+    int shape = pdi_bond_shape(bonds->grid, closed, pdi_bond_walled(bonds->grid, closed));
+    return shape < 0 ? (double)NAN : pdi_bond_level(bonds->grid, shape, x);
+}
+
+PDI_FN int32_t pdi_bond_surface(const pd_bonds *bonds, int32_t row, int k, double *x, double *normal)
+{
+    int32_t node = bonds->node[row];
+    int group = pdi_bond_closed_group(bonds, node, k);
+    int32_t closed = node + bonds->cell_shift[bonds->stencil->group_cell[group]];
+    int walled = pdi_bond_walled(bonds->grid, closed), shape = pdi_bond_shape(bonds->grid, closed, walled);
+    pdi_cut cut;
+    pdi_bond_cut(bonds, node, k, group, &cut);
+    pd_grid_position(bonds->grid, node, x);
+    for (int d = 0; d < PD_DIM; d++) x[d] += cut.t * bonds->stencil->xi[k * PD_DIM + d];
+    memcpy(normal, cut.normal, sizeof cut.normal);
+    if (cut.t > 1.0 + 1e-9) return -1;
+    if (walled || shape < 0 || pdi_bond_receded(bonds, shape, node, k, group)) return closed;
+    return fabs(pdi_bond_level(bonds->grid, shape, x)) < PDI_BOND_OFF * bonds->grid->h[0] ? closed : -1;
+}
+
+PDI_FN void pdi_bond_drive(const pd_bonds *bonds, int32_t row, pd_velocity_fn wall, void *user, double *drive,
+                           double *curved)
+{
+    const pd_stencil *s = bonds->stencil;
+    int32_t node = bonds->node[row];
+    double x[PD_DIM], u[PD_DIM];
+    for (int d = 0; d < PD_DIM; d++) drive[d] = 0.0;
+    for (int d = 0; d < PD_DIM && curved; d++) curved[d] = 0.0;
+    for (int k = 0; k < s->count; k++) {
+        pdi_cut cut;
+        double lap = 0.0, curv = 0.0;
+        int group = pdi_bond_closed_group(bonds, node, k);
+        if (group < 0) continue;
+        pdi_bond_cut(bonds, node, k, group, &cut);
+        pdi_bond_add_wall(bonds, node, k, &cut, &lap, &curv);
+        pd_grid_position(bonds->grid, node, x);
+        for (int d = 0; d < PD_DIM; d++) x[d] += cut.t * s->xi[k * PD_DIM + d];
+        wall(user, x, u);
+        for (int d = 0; d < PD_DIM; d++) drive[d] += lap * u[d];
+        for (int d = 0; d < PD_DIM && curved; d++) curved[d] += curv * u[d];
+    }
+}
+
+/* Place of bond k among the neighbours x-, x+, y-, ...; -1: none of them. */
+static int pdi_bond_leg(const pd_stencil *s, int k)
+{
+    int place = -1, steps = 0;
+    for (int d = 0; d < PD_DIM; d++) {
+        int n = s->offset[k * PD_DIM + d];
+        if (n != 0) place = 2 * d + (n > 0);
+        steps += abs(n);
+    }
+    return steps == 1 ? place : -1;
+}
+
+/* From the inverse moments S^-1 to N S^-T with the moments N of a whole family, which g = w xi / N is made with. */
+static void pdi_bond_transpose(const double *norm, double *k)
+{
+    double inverse[PD_DIM * PD_DIM];
+    memcpy(inverse, k, sizeof inverse);
+    for (int a = 0; a < PD_DIM; a++)
+        for (int b = 0; b < PD_DIM; b++) k[a * PD_DIM + b] = norm[a] * inverse[b * PD_DIM + a];
+}
+
+static void pdi_bond_fill_row(pd_bonds *bonds, int32_t r)
+{
+    const pd_stencil *s = bonds->stencil;
+    const pd_grid *grid = bonds->grid;
+    int32_t node = bonds->node[r];
+    double moment[PD_DIM * PD_DIM], closure[PD_DIM * PD_DIM], inner[PD_DIM * PD_DIM], entry[PD_DIM * PD_DIM];
+    double norm[PD_DIM];
+    memset(moment, 0, sizeof moment);
+    memset(inner, 0, sizeof inner);
+    memset(entry, 0, sizeof entry);
+    memset(closure, 0, sizeof closure);
+    memset(norm, 0, sizeof norm);
+    for (int w = 0; w < bonds->words; w++) bonds->mask[(int64_t)w * bonds->capacity + r] = 0;
+    bonds->inlet[r] = bonds->smooth[r] = 0;
+    bonds->wall_lap[r] = bonds->wall_curv[r] = 0.0;
+    for (int k = 0; k < s->count; k++) {
+        const double *xi = s->xi + k * PD_DIM;
+        int group = pdi_bond_closed_group(bonds, node, k);
+        double flux = s->base[k] * pdi_bond_flux(bonds, node, k), *leg = bonds->leg + (int64_t)r * 2 * PD_DIM;
+        int place = pdi_bond_leg(s, k);
+        if (place >= 0) leg[place] = 1.0;
+        for (int d = 0; d < PD_DIM; d++) norm[d] += flux * xi[d] * xi[d];
+        if (group < 0) {
+            bonds->mask[(int64_t)(k >> 5) * bonds->capacity + r] |= 1u << (k & 31);
+            int inlet = grid->kind[node + bonds->shift[k]] == PD_INLET;
+            if (inlet) bonds->inlet[r] = 1;
+            for (int i = 0; i < PD_DIM * PD_DIM; i++) {
+                if (!inlet) moment[i] += s->base[k] * xi[i / PD_DIM] * xi[i % PD_DIM];
+                (inlet ? entry : inner)[i] += flux * xi[i / PD_DIM] * xi[i % PD_DIM];
+            }
+            continue;
+        }
+        pdi_cut cut;
+        pdi_bond_cut(bonds, node, k, group, &cut);
+        pdi_bond_add_wall(bonds, node, k, &cut, &bonds->wall_lap[r], &bonds->wall_curv[r]);
+        if (cut.smooth) bonds->smooth[r] = 1;
+        if (place >= 0) leg[place] = -cut.t;
+        /* mirror of the far end: xi - 2 (1-t) (xi.N) N; its excess over xi is a known multiple of the gradient */
+        double excess = 2.0 * s->base[k] * fmax(1.0 - cut.t, 0.0) * pdi_vec_dot(xi, cut.normal);
+        for (int i = 0; i < PD_DIM * PD_DIM; i++) closure[i] += excess * xi[i / PD_DIM] * cut.normal[i % PD_DIM];
+    }
+    double *inverse = bonds->moment + (int64_t)r * PD_DIM * PD_DIM;
+    double *carrier = bonds->carrier + (int64_t)r * PD_DIM * PD_DIM;
+    for (int i = 0; i < PD_DIM * PD_DIM; i++) entry[i] += inner[i];
+    pdi_bond_invert(bonds->norm, moment, closure, inverse);
+    pdi_bond_invert(norm, entry, closure, carrier);
+    pdi_bond_transpose(norm, carrier);
+}
+
+static void pdi_bond_free_rows(pd_ctx *ctx, pd_bonds *b)
+{
+    PDI_DELETE(ctx, b->capacity, b->node);
+    PDI_DELETE(ctx, (int64_t)b->capacity * b->words, b->mask);
+    PDI_DELETE(ctx, b->capacity, b->inlet);
+    PDI_DELETE(ctx, b->capacity, b->smooth);
+    PDI_DELETE(ctx, (int64_t)b->capacity * 2 * PD_DIM, b->leg);
+    PDI_DELETE(ctx, b->capacity, b->wall_lap);
+    PDI_DELETE(ctx, b->capacity, b->wall_curv);
+    PDI_DELETE(ctx, (int64_t)b->capacity * PD_DIM * PD_DIM, b->moment);
+    PDI_DELETE(ctx, (int64_t)b->capacity * PD_DIM * PD_DIM, b->carrier);
+}
+
+static pd_status pdi_bond_new_rows(pd_ctx *ctx, pd_bonds *b)
+{
+    b->node = NULL;
+    b->mask = NULL;
+    b->inlet = b->smooth = NULL;
+    b->leg = b->wall_lap = b->wall_curv = b->moment = b->carrier = NULL;
+    PDI_TRY(PDI_NEW(ctx, "bond", b->capacity, b->node));
+    PDI_TRY(PDI_NEW(ctx, "bond", (int64_t)b->capacity * b->words, b->mask));
+    PDI_TRY(PDI_NEW(ctx, "bond", b->capacity, b->inlet));
+    PDI_TRY(PDI_NEW(ctx, "bond", b->capacity, b->smooth));
+    PDI_TRY(PDI_NEW(ctx, "bond", (int64_t)b->capacity * 2 * PD_DIM, b->leg));
+    PDI_TRY(PDI_NEW(ctx, "bond", b->capacity, b->wall_lap));
+    PDI_TRY(PDI_NEW(ctx, "bond", b->capacity, b->wall_curv));
+    PDI_TRY(PDI_NEW(ctx, "bond", (int64_t)b->capacity * PD_DIM * PD_DIM, b->moment));
+    return PDI_NEW(ctx, "bond", (int64_t)b->capacity * PD_DIM * PD_DIM, b->carrier);
+}
+
+/* All arrays of rows have one capacity at any time, also when memory runs out half-way. */
+static pd_status pdi_bond_reserve(pd_ctx *ctx, int32_t rows, pd_bonds *b)
+{
+    if (rows <= b->capacity) return PD_OK;
+    pd_bonds fresh = *b;
+    fresh.capacity = rows + rows / 4 + 64;
+    pd_status status = pdi_bond_new_rows(ctx, &fresh);
+    if (status == PD_OK) {
+        size_t used = (size_t)b->rows;
+        pd_bonds old = *b;
+        if (used) {
+            memcpy(fresh.node, b->node, used * sizeof *b->node);
+            for (int w = 0; w < b->words; w++)
+                memcpy(fresh.mask + (int64_t)w * fresh.capacity, b->mask + (int64_t)w * b->capacity,
+                       used * sizeof *b->mask);
+            memcpy(fresh.inlet, b->inlet, used * sizeof *b->inlet);
+            memcpy(fresh.smooth, b->smooth, used * sizeof *b->smooth);
+            memcpy(fresh.leg, b->leg, used * 2 * PD_DIM * sizeof *b->leg);
+            memcpy(fresh.wall_lap, b->wall_lap, used * sizeof *b->wall_lap);
+            memcpy(fresh.wall_curv, b->wall_curv, used * sizeof *b->wall_curv);
+            memcpy(fresh.moment, b->moment, used * PD_DIM * PD_DIM * sizeof *b->moment);
+            memcpy(fresh.carrier, b->carrier, used * PD_DIM * PD_DIM * sizeof *b->carrier);
+        }
+        *b = fresh;
+        fresh = old;
+    }
+    pdi_bond_free_rows(ctx, &fresh);
+    return status;
+}
+
+static void pdi_bond_swap_double(double *x, double *y)
+{
+    double keep = *x;
+    *x = *y;
+    *y = keep;
+}
+
+static void pdi_bond_swap_rows(pd_bonds *b, int32_t r, int32_t q)
+{
+    int dd = PD_DIM * PD_DIM;
+    int32_t node = b->node[r];
+    uint8_t inlet = b->inlet[r], smooth = b->smooth[r];
+    for (int w = 0; w < b->words; w++) {
+        uint32_t *mask = b->mask + (int64_t)w * b->capacity, keep = mask[r];
+        mask[r] = mask[q];
+        mask[q] = keep;
+    }
+    b->node[r] = b->node[q];
+    b->node[q] = node;
+    b->inlet[r] = b->inlet[q];
+    b->inlet[q] = inlet;
+    b->smooth[r] = b->smooth[q];
+    b->smooth[q] = smooth;
+    pdi_bond_swap_double(b->wall_lap + r, b->wall_lap + q);
+    pdi_bond_swap_double(b->wall_curv + r, b->wall_curv + q);
+    for (int i = 0; i < 2 * PD_DIM; i++)
+        pdi_bond_swap_double(b->leg + (int64_t)r * 2 * PD_DIM + i, b->leg + (int64_t)q * 2 * PD_DIM + i);
+    for (int i = 0; i < dd; i++) {
+        pdi_bond_swap_double(b->moment + (int64_t)r * dd + i, b->moment + (int64_t)q * dd + i);
+        pdi_bond_swap_double(b->carrier + (int64_t)r * dd + i, b->carrier + (int64_t)q * dd + i);
+    }
+    b->row[b->node[r]] = r;
+    b->row[b->node[q]] = q;
+}
+
+/* Plain rows first, in the order of their nodes, then those at inlets. */
+static void pdi_bond_sort(pd_bonds *b)
+{
+    int32_t next = 0;
+    for (int inlet = 0; inlet < 2; inlet++) {
+        for (int32_t node = 0; node < b->grid->total && next < b->rows; node++) {
+            int32_t r = b->row[node];
+            if (r < 0 || b->inlet[r] != inlet) continue;
+            if (r != next) pdi_bond_swap_rows(b, r, next);
+            next++;
+        }
+        if (!inlet) b->plain = next;
+    }
+}
+
+static void pdi_bond_free_stretches(pd_ctx *ctx, pd_stretches *list)
+{
+    PDI_DELETE(ctx, list->capacity, list->first);
+    PDI_DELETE(ctx, list->capacity, list->length);
+    list->count = 0;
+}
+
+/* List the plain rows (cut) or the nodes with whole families, up to the capacity; their number. */
+static int32_t pdi_bond_list(const pd_bonds *b, int cut, pd_stretches *list)
+{
+    int32_t count = 0, length = 0;
+    for (int32_t node = 0; node <= b->grid->total; node++) {
+        int32_t row = node < b->grid->total ? b->row[node] : -1;
+        int fluid = node < b->grid->total && b->grid->kind[node] == PD_FLUID;
+        if (fluid && (cut ? row >= 0 && row < b->plain : row < 0)) {
+            length++;
+            continue;
+        }
+        if (length == 0) continue;
+        if (count < list->capacity) {
+            list->first[count] = node - length;
+            list->length[count] = length;
+        }
+        count++;
+        length = 0;
+    }
+    return count;
+}
+
+static pd_status pdi_bond_stretches(pd_ctx *ctx, const pd_bonds *b, int cut, pd_stretches *list)
+{
+    int32_t count = pdi_bond_list(b, cut, list);
+    if (count > list->capacity) {
+        pdi_bond_free_stretches(ctx, list);
+        list->capacity = count + count / 4 + 16;
+        PDI_TRY(PDI_NEW(ctx, "bond", list->capacity, list->first));
+        PDI_TRY(PDI_NEW(ctx, "bond", list->capacity, list->length));
+        pdi_bond_list(b, cut, list);
+    }
+    list->count = count;
+    return PD_OK;
+}
+
+/* The order of the rows, and the lists that sweeps go by. */
+static pd_status pdi_bond_arrange(pd_ctx *ctx, pd_bonds *b)
+{
+    pdi_bond_sort(b);
+    PDI_TRY(pdi_bond_stretches(ctx, b, 0, &b->whole));
+    return pdi_bond_stretches(ctx, b, 1, &b->cut);
+}
+
+/* Give `node` the row that its family needs, or none. */
+static pd_status pdi_bond_renew(pd_ctx *ctx, int32_t node, pd_bonds *b)
+{
+    int needed = b->grid->kind[node] == PD_FLUID && (b->all_rows || !pdi_bond_whole(b, node));
+    int32_t r = b->row[node];
+    if (needed && r < 0) {
+        PDI_TRY(pdi_bond_reserve(ctx, b->rows + 1, b));
+        r = b->row[node] = b->rows++;
+        b->node[r] = node;
+    }
+    if (needed) {
+        pdi_bond_fill_row(b, r);
+        return PD_OK;
+    }
+    if (r < 0) return PD_OK;
+    /* the last row takes the free place */
+    int32_t last = b->rows - 1;
+    if (r != last) pdi_bond_swap_rows(b, r, last);
+    b->row[node] = -1;
+    b->rows--;
+    return PD_OK;
+}
+
+/* Nodes between two polls: a tenth of a second where each needs a row in 3D. */
+#define PDI_BOND_POLL 4096
+
+static pd_status pdi_bond_make(pd_ctx *ctx, const pd_stencil *stencil, const pd_grid *grid, int all_rows,
+                               pd_bonds *bonds)
+{
+    memset(bonds, 0, sizeof *bonds);
+    bonds->stencil = stencil;
+    bonds->grid = grid;
+    bonds->all_rows = all_rows;
+    bonds->words = (stencil->count + 31) / 32;
+    for (int k = 0; k < stencil->count; k++)
+        for (int d = 0; d < PD_DIM; d++)
+            bonds->norm[d] += stencil->base[k] * stencil->xi[k * PD_DIM + d] * stencil->xi[k * PD_DIM + d];
+    PDI_TRY(PDI_NEW(ctx, "bond", stencil->count, bonds->shift));
+    PDI_TRY(PDI_NEW(ctx, "bond", stencil->line_first[stencil->kinds], bonds->line_shift));
+    PDI_TRY(PDI_NEW(ctx, "bond", stencil->cells, bonds->cell_shift));
+    PDI_TRY(PDI_NEW(ctx, "bond", grid->total, bonds->row));
+    PDI_TRY(pd_ghosts_build(ctx, grid, &bonds->ghosts));
+    PDI_TRY(pdi_spans_build(ctx, grid, &bonds->spans));
+    PDI_TRY(pd_ring_build(ctx, stencil, grid, &bonds->ring));
+    for (int k = 0; k < stencil->count; k++)
+        for (int d = 0; d < PD_DIM; d++) bonds->shift[k] += stencil->offset[k * PD_DIM + d] * grid->stride[d];
+    pdi_grid_line_shift(grid, stencil, bonds->line_shift);
+    for (int c = 0; c < stencil->cells; c++)
+        for (int d = 0; d < PD_DIM; d++) bonds->cell_shift[c] += stencil->cell[c * PD_DIM + d] * grid->stride[d];
+    int32_t rows = 0;
+    for (int32_t node = 0; node < grid->total; node++) {
+        bonds->row[node] = -1;
+        if (node % PDI_BOND_POLL == 0) PDI_TRY(pdi_poll(ctx, "bonds: rows", node));
+        if (grid->kind[node] == PD_FLUID) rows += all_rows || !pdi_bond_whole(bonds, node);
+    }
+    PDI_TRY(pdi_bond_reserve(ctx, rows, bonds));
+    for (int32_t node = 0; node < grid->total; node++) {
+        if (node % PDI_BOND_POLL == 0) PDI_TRY(pdi_poll(ctx, "bonds", node));
+        if (grid->kind[node] == PD_FLUID) PDI_TRY(pdi_bond_renew(ctx, node, bonds));
+    }
+    return pdi_bond_arrange(ctx, bonds);
+}
+
+pd_status pd_bonds_build(pd_ctx *ctx, const pd_stencil *stencil, const pd_grid *grid, int all_rows, pd_bonds *bonds)
+{
+    pd_status status = pdi_bond_make(ctx, stencil, grid, all_rows, bonds);
+    if (status < 0) pd_bonds_free(ctx, bonds);
+    return status;
+}
+
+pd_status pd_bonds_update(pd_ctx *ctx, const int32_t *changed, int32_t count, pd_bonds *bonds)
+{
+    const pd_grid *grid = bonds->grid;
+    const pd_stencil *s = bonds->stencil;
+    PDI_TRY(pd_ghosts_update(ctx, &bonds->ghosts));
+    for (int32_t c = 0; c < count; c++) {
+        int i[PD_DIM], j[PD_DIM];
+        PDI_TRY(pdi_bond_renew(ctx, changed[c], bonds));
+        pdi_grid_index(grid, changed[c], i);
+        for (int k = 0; k < s->count; k++) {
+            /* who has an image of the node in its family */
+            for (int d = 0; d < PD_DIM; d++) j[d] = i[d] + s->offset[k * PD_DIM + d];
+            pdi_grid_fold(grid, j);
+            int32_t node = pd_grid_node(grid, j);
+            if (grid->kind[node] == PD_FLUID) PDI_TRY(pdi_bond_renew(ctx, node, bonds));
+        }
+    }
+    return pdi_bond_arrange(ctx, bonds);
+}
+
+static void pdi_bond_pieces(int32_t i, int32_t row, int32_t length, int most, pdi_bond_run_fn run, const void *user)
+{
+    int32_t count;
+    for (int32_t at = 0; at < length; at += count) {
+        count = most ? pdi_bond_piece(length, most, &at) : length;
+        run(user, i + at, row < 0 ? row : row + at, count);
+    }
+}
+
+PDI_FN void pdi_bond_sweep(const pd_ctx *ctx, const pd_bonds *bonds, int64_t work, int most, pdi_bond_run_fn run,
+                           const void *user)
+{
+    pdi_par_watch watch;
+    int nt = pdi_par_begin(ctx, work, 1, (uint64_t)(uintptr_t)run, &watch);
+    (void)nt;
+    PDI_PARALLEL(nt)
+    {
+        PDI_FOR
+        for (int32_t s = 0; s < bonds->whole.count; s++)
+            pdi_bond_pieces(bonds->whole.first[s], -1, bonds->whole.length[s], most, run, user);
+        PDI_FOR
+        for (int32_t s = 0; s < bonds->cut.count; s++)
+            pdi_bond_pieces(bonds->cut.first[s], bonds->row[bonds->cut.first[s]], bonds->cut.length[s], most, run,
+                            user);
+        PDI_FOR
+        for (int32_t r = bonds->plain; r < bonds->rows; r++) run(user, bonds->node[r], r, 1);
+    }
+    pdi_par_end(ctx, &watch);
+}
+
+/* Fluxes through the plane of the bonds that start at `node`, of index i. */
+static void pdi_bond_cross(const pd_bonds *bonds, int32_t node, const int *i, int axis, int index,
+                           pdi_bond_flux_fn flux, const void *user, pdi_sum *sum)
+{
+    const pd_stencil *s = bonds->stencil;
+    const pd_grid *grid = bonds->grid;
+    for (int k = 0; k < s->count; k++) {
+        if (i[axis] + s->offset[k * PD_DIM + axis] < index) continue;
+        /* bonds that would leave the arrays start behind a side ghost */
+        int inside = 1;
+        for (int d = 0; d < PD_DIM; d++) {
+            int far = i[d] + s->offset[k * PD_DIM + d];
+            inside = inside && far >= -grid->ghost && far < grid->n[d] + grid->ghost;
+        }
+        if (!inside) continue;
+        uint8_t far_kind = grid->kind[node + bonds->shift[k]];
+        if (grid->kind[node] != PD_FLUID && far_kind != PD_FLUID) continue;
+        int port = far_kind == PD_INLET || far_kind == PD_OUTLET;
+        if (port && i[axis] + s->offset[k * PD_DIM + axis] < grid->n[axis]) continue; /* passes a side beside */
+        if (!pdi_grid_open(far_kind) || pdi_bond_closed_group(bonds, node, k) >= 0) continue;
+        pdi_sum_add(sum, flux(user, node, k) * pdi_grid_circumference(grid, node));
+    }
+}
+
+PDI_FN double pdi_bond_section(const pd_bonds *bonds, int axis, int index, pdi_bond_flux_fn flux, const void *user)
+{
+    const pd_grid *grid = bonds->grid;
+    pdi_sum sum = {0.0, 0.0};
+    for (int32_t node = 0; node < grid->total; node++) {
+        int i[PD_DIM];
+        if (!pdi_grid_open(grid->kind[node])) continue;
+        pdi_grid_index(grid, node, i);
+        if (i[axis] >= index || i[axis] < index - bonds->stencil->reach) continue;
+        /* ghosts count before the box, not beside it: ports there belong to no plane, and an image repeats a bond of
+         * the box */
+        if (grid->kind[node] != PD_FLUID && i[axis] >= 0) continue;
+        pdi_bond_cross(bonds, node, i, axis, index, flux, user, &sum);
+    }
+    return pdi_sum_total(&sum);
+}
+
+pd_status pd_bonds_validate(pd_ctx *ctx, const pd_bonds *b)
+{
+    const pd_stencil *s = b->stencil;
+    int64_t covered = b->rows - b->plain;
+    for (int32_t k = 0; k < b->whole.count; k++) covered += b->whole.length[k];
+    for (int32_t k = 0; k < b->cut.count; k++) covered += b->cut.length[k];
+    if (covered != pd_grid_count(b->grid, PD_FLUID))
+        return pdi_fail(ctx, PD_ERR_INTERNAL, "bond", "rows and stretches cover %.0f of %.0f fluid nodes",
+                        (double)covered, (double)pd_grid_count(b->grid, PD_FLUID));
+    for (int32_t r = 0; r < b->rows; r++) {
+        int plain = r < b->plain, ordered = r == 0 || r == b->plain || b->node[r - 1] < b->node[r];
+        if (b->row[b->node[r]] != r || b->inlet[r] == plain || !ordered)
+            return pdi_fail(ctx, PD_ERR_INTERNAL, "bond", "row %d of node %d stands out of order", (int)r,
+                            (int)b->node[r]);
+        for (int k = 0; k < s->count; k++) {
+            if (!pdi_bond_open(b, r, k)) continue;
+            int32_t other = b->node[r] + b->shift[k];
+            if (b->grid->kind[other] != PD_FLUID) continue;
+            if (pdi_bond_closed_group(b, other, s->count - 1 - k) >= 0)
+                return pdi_fail(ctx, PD_ERR_INTERNAL, "bond", "the bond from node %d to node %d is open one way only",
+                                (int)b->node[r], (int)other);
+        }
+    }
+    return PD_OK;
+}
+
+void pd_bonds_free(pd_ctx *ctx, pd_bonds *b)
+{
+    PDI_DELETE(ctx, b->stencil ? b->stencil->count : 0, b->shift);
+    PDI_DELETE(ctx, b->stencil ? b->stencil->line_first[b->stencil->kinds] : 0, b->line_shift);
+    PDI_DELETE(ctx, b->stencil ? b->stencil->cells : 0, b->cell_shift);
+    PDI_DELETE(ctx, b->grid ? b->grid->total : 0, b->row);
+    pd_ghosts_free(ctx, &b->ghosts);
+    pdi_spans_free(ctx, &b->spans);
+    pd_ring_free(ctx, &b->ring);
+    pdi_bond_free_rows(ctx, b);
+    pdi_bond_free_stretches(ctx, &b->whole);
+    pdi_bond_free_stretches(ctx, &b->cut);
+    memset(b, 0, sizeof *b);
+}

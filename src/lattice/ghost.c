@@ -1,0 +1,130 @@
+/* ghost: see ghost.h */
+#include "lattice/ghost.h"
+#include <string.h>
+
+static pd_status pdi_ghost_make(pd_ctx *ctx, const pd_grid *grid, pd_ghosts *g)
+{
+    memset(g, 0, sizeof *g);
+    g->grid = grid;
+    return pd_ghosts_update(ctx, g);
+}
+
+pd_status pd_ghosts_build(pd_ctx *ctx, const pd_grid *grid, pd_ghosts *g)
+{
+    pd_status status = pdi_ghost_make(ctx, grid, g);
+    if (status < 0) pd_ghosts_free(ctx, g);
+    return status;
+}
+
+static void pdi_ghost_release(pd_ctx *ctx, pd_ghosts *g)
+{
+    PDI_DELETE(ctx, g->capacity, g->node);
+    PDI_DELETE(ctx, g->capacity, g->source);
+    PDI_DELETE(ctx, g->capacity, g->odd);
+    PDI_DELETE(ctx, g->capacity, g->port);
+    g->capacity = g->listed = g->count = g->images = 0;
+}
+
+static pd_status pdi_ghost_reserve(pd_ctx *ctx, int32_t count, pd_ghosts *g)
+{
+    if (count <= g->capacity) return PD_OK;
+    pdi_ghost_release(ctx, g);
+    g->capacity = count;
+    PDI_TRY(PDI_NEW(ctx, "ghost", count, g->node));
+    PDI_TRY(PDI_NEW(ctx, "ghost", count, g->source));
+    PDI_TRY(PDI_NEW(ctx, "ghost", count, g->odd));
+    return PDI_NEW(ctx, "ghost", count, g->port);
+}
+
+/* The axis of the inlet or outlet that a ghost lies behind, as a bit. */
+static int pdi_ghost_port(const pd_grid *grid, int32_t node)
+{
+    int i[PD_DIM], port = 0;
+    pdi_grid_index(grid, node, i);
+    pdi_grid_fold(grid, i);
+    for (int d = 0; d < PD_DIM; d++)
+        if (i[d] < 0 || i[d] >= grid->n[d]) port |= 1 << d;
+    return port;
+}
+
+static void pdi_ghost_add(pd_ghosts *g, int32_t node)
+{
+    const pd_grid *grid = g->grid;
+    int i[PD_DIM], odd, flip;
+    pdi_grid_index(grid, node, i);
+    odd = pdi_grid_fold(grid, i);
+    g->source[g->listed] = pdi_grid_image(grid, node, &flip);
+    g->port[g->listed] = (uint8_t)pdi_ghost_port(grid, node);
+    /* all components but the normal one change their sign behind an outlet */
+    if (grid->kind[node] == PD_OUTLET) odd ^= ((1 << PD_DIM) - 1) & ~g->port[g->listed];
+    if (grid->kind[node] == PD_INLET) odd = flip;
+    g->node[g->listed] = node;
+    g->odd[g->listed++] = (uint8_t)odd;
+}
+
+pd_status pd_ghosts_update(pd_ctx *ctx, pd_ghosts *g)
+{
+    const pd_grid *grid = g->grid;
+    static const uint8_t kinds[3] = {PD_IMAGE, PD_OUTLET, PD_INLET};
+    int32_t *end[3], count = 0;
+    end[0] = &g->images;
+    end[1] = &g->count;
+    end[2] = &g->listed;
+    for (int32_t node = 0; node < grid->total; node++) count += grid->kind[node] >= PD_INLET;
+    PDI_TRY(pdi_ghost_reserve(ctx, count, g));
+    g->listed = 0;
+    for (int k = 0; k < 3; k++) {
+        for (int32_t node = 0; node < grid->total; node++)
+            if (grid->kind[node] == kinds[k]) pdi_ghost_add(g, node);
+        *end[k] = g->listed;
+    }
+    return PD_OK;
+}
+
+void pd_ghosts_scalar(const pd_ghosts *g, double *f)
+{
+    for (int32_t k = 0; k < g->images; k++) f[g->node[k]] = f[g->source[k]];
+}
+
+void pd_ghosts_vector(const pd_ghosts *g, double *v)
+{
+    int64_t total = g->grid->total;
+    for (int d = 0; d < PD_DIM; d++)
+        for (int32_t k = 0; k < g->count; k++) {
+            double value = v[d * total + g->source[k]];
+            v[d * total + g->node[k]] = g->odd[k] >> d & 1 ? -value : value;
+        }
+}
+
+void pd_ghosts_held(const pd_ghosts *g, const double *held, double *v)
+{
+    int32_t inlets = g->listed - g->count;
+    for (int d = 0; d < PD_DIM; d++)
+        for (int32_t k = 0; k < inlets; k++) {
+            int32_t at = g->count + k, source = g->source[at];
+            double *value = &v[(int64_t)d * g->grid->total + g->node[at]], side = held ? held[d * inlets + k] : 0.0;
+            double there = v[(int64_t)d * g->grid->total + source];
+            *value = side;
+            if (g->grid->kind[source] != PD_FLUID) continue;
+            *value += side + ((g->odd[at] ^ g->port[at]) >> d & 1 ? there : -there);
+        }
+}
+
+void pd_ghosts_pressure(const pd_ghosts *g, double held, double *p)
+{
+    pd_ghosts_scalar(g, p);
+    for (int32_t k = g->images; k < g->count; k++) p[g->node[k]] = 2.0 * held - p[g->source[k]];
+}
+
+void pd_ghosts_clear(const pd_ghosts *g, int components, double *x)
+{
+    int64_t total = g->grid->total;
+    for (int d = 0; d < components; d++)
+        for (int32_t k = 0; k < g->listed; k++) x[d * total + g->node[k]] = 0.0;
+}
+
+void pd_ghosts_free(pd_ctx *ctx, pd_ghosts *g)
+{
+    pdi_ghost_release(ctx, g);
+    memset(g, 0, sizeof *g);
+}

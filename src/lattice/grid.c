@@ -1,0 +1,416 @@
+/* grid: see grid.h */
+#include "lattice/grid.h"
+#include "core/vec.h"
+#include <math.h>
+#include <stdio.h>
+#include <string.h>
+
+/* Cells beyond given bounds that count as between them. */
+#define PDI_GRID_SLACK 1e-6
+/* Nodes between two looks at the caller. */
+#define PDI_GRID_POLL 65536
+
+PDI_FN void pdi_grid_index(const pd_grid *grid, int32_t node, int *i)
+{
+    for (int d = 0; d < PD_DIM; d++) {
+        i[d] = (int)(node % grid->np[d]) - grid->ghost;
+        node /= grid->np[d];
+    }
+}
+
+PDI_FN const char *pdi_grid_place(const pd_grid *grid, int32_t node, char *text)
+{
+    double x[PD_DIM];
+    int used = 0;
+    pd_grid_position(grid, node, x);
+    for (int d = 0; d < PD_DIM; d++)
+        used += snprintf(text + used, (size_t)(PDI_GRID_PLACE - used), "%s%.6g", d ? ", " : "(", x[d]);
+    snprintf(text + used, (size_t)(PDI_GRID_PLACE - used), ")");
+    return text;
+}
+
+PDI_FN int pdi_grid_inside(const pd_grid *grid, const int *i)
+{
+    for (int d = 0; d < PD_DIM; d++)
+        if (i[d] < 0 || i[d] >= grid->n[d]) return 0;
+    return 1;
+}
+
+int32_t pd_grid_node(const pd_grid *grid, const int *i)
+{
+    int32_t node = 0;
+    for (int d = 0; d < PD_DIM; d++) node += (int32_t)(i[d] + grid->ghost) * grid->stride[d];
+    return node;
+}
+
+void pd_grid_position(const pd_grid *grid, int32_t node, double *x)
+{
+    int i[PD_DIM];
+    pdi_grid_index(grid, node, i);
+    for (int d = 0; d < PD_DIM; d++) x[d] = grid->lo[d] + ((double)i[d] + 0.5) * grid->h[d];
+}
+
+int64_t pd_grid_count(const pd_grid *grid, pd_kind kind)
+{
+    int64_t count = 0;
+    for (int32_t node = 0; node < grid->total; node++) count += grid->kind[node] == (uint8_t)kind;
+    return count;
+}
+
+PDI_FN double pdi_grid_around(const pd_grid *grid, int32_t node, double out)
+{
+    double x[PD_DIM];
+    if (!grid->circumference) return 1.0;
+    pd_grid_position(grid, node, x);
+    return 2.0 * PDI_PI * fabs(x[PD_DIM - 1] + out);
+}
+
+PDI_FN int pdi_grid_between(const pd_grid *grid, const double *lo, const double *hi, const double *x)
+{
+    for (int d = 0; d < PD_DIM; d++) {
+        double slack = PDI_GRID_SLACK * grid->h[d];
+        if (!(x[d] >= lo[d] - slack) || !(x[d] <= hi[d] + slack)) return 0;
+    }
+    return 1;
+}
+
+/* The side of the box behind which index i lies; -1: inside; -2: behind an edge or corner. */
+static int pdi_grid_side(const pd_grid *grid, const int *i)
+{
+    int side = -1;
+    for (int d = 0; d < PD_DIM; d++) {
+        if (i[d] >= 0 && i[d] < grid->n[d]) continue;
+        if (side != -1) return -2;
+        side = 2 * d + (i[d] < 0 ? 0 : 1);
+    }
+    return side;
+}
+
+static int pdi_grid_wrap(int i, int period) { return ((i % period) + period) % period; }
+
+/* Mirror images have twice the period of the box; a box thinner than the horizon is mirrored more than once. */
+static int pdi_grid_reflect(int i, int n, int *flipped)
+{
+    int place = pdi_grid_wrap(i, 2 * n);
+    *flipped = place >= n;
+    return *flipped ? 2 * n - 1 - place : place;
+}
+
+/* Fold index i of axis d through the side behind which it lies; `all`: through whatever side that is. The bit of the
+ * axis when it is mirrored. */
+static int pdi_grid_fold_axis(const pd_grid *grid, int d, int all, int *i)
+{
+    int flipped = 0;
+    if (*i >= 0 && *i < grid->n[d]) return 0;
+    pd_side side = grid->side[2 * d + (*i < 0 ? 0 : 1)];
+    if (side == PD_SIDE_PERIODIC) *i = pdi_grid_wrap(*i, grid->n[d]);
+    else if (side == PD_SIDE_MIRROR || all) *i = pdi_grid_reflect(*i, grid->n[d], &flipped);
+    return flipped ? 1 << d : 0;
+}
+
+PDI_FN int32_t pdi_grid_image(const pd_grid *grid, int32_t node, int *flip)
+{
+    int i[PD_DIM], flipped = 0;
+    pdi_grid_index(grid, node, i);
+    for (int d = 0; d < PD_DIM; d++) flipped |= pdi_grid_fold_axis(grid, d, 1, &i[d]);
+    if (flip) *flip = flipped;
+    return pd_grid_node(grid, i);
+}
+
+PDI_FN int pdi_grid_fold(const pd_grid *grid, int *i)
+{
+    int flipped = 0;
+    for (int d = 0; d < PD_DIM; d++) flipped |= pdi_grid_fold_axis(grid, d, 0, &i[d]);
+    return flipped;
+}
+
+PDI_FN void pdi_grid_fold_images(const pd_grid *grid, double *x)
+{
+    double at[PD_DIM];
+    memcpy(at, x, sizeof at);
+    pdi_grid_fold_position(grid, at);
+    for (int d = 0; d < PD_DIM; d++)
+        if (!pdi_grid_port(grid->side[2 * d + (x[d] > grid->hi[d])])) x[d] = at[d];
+}
+
+PDI_FN void pdi_grid_fold_position(const pd_grid *grid, double *x)
+{
+    for (int d = 0; d < PD_DIM; d++) {
+        if (x[d] >= grid->lo[d] && x[d] <= grid->hi[d]) continue;
+        int up = x[d] > grid->hi[d];
+        double edge = up ? grid->hi[d] : grid->lo[d], length = grid->hi[d] - grid->lo[d];
+        pd_side side = grid->side[2 * d + up];
+        if (side == PD_SIDE_PERIODIC) x[d] += up ? -length : length;
+        else if (side != PD_SIDE_WALL) x[d] = 2.0 * edge - x[d];
+    }
+}
+
+/* A ghost of an inlet or outlet is open only in front of fluid; elsewhere it continues the wall. Behind periodic and
+ * mirror sides it is what it stands for, solid being as closed as a wall. */
+static uint8_t pdi_grid_ghost_kind(const pd_grid *grid, int32_t node)
+{
+    int i[PD_DIM];
+    pdi_grid_index(grid, node, i);
+    pdi_grid_fold(grid, i);
+    int side = pdi_grid_side(grid, i);
+    uint8_t behind = grid->kind[pdi_grid_image(grid, node, NULL)];
+    if (side == -2 || behind != PD_FLUID) return PD_WALL;
+    if (side == -1) return PD_IMAGE;
+    if (grid->side[side] == PD_SIDE_WALL) return PD_WALL;
+    int d = side / 2, enters = grid->side[side] == PD_SIDE_INLET;
+    if (grid->entry) {
+        double x[PD_DIM];
+        for (int e = 0; e < PD_DIM; e++) x[e] = grid->lo[e] + ((double)i[e] + 0.5) * grid->h[e];
+        x[d] = side % 2 ? grid->hi[d] : grid->lo[d];
+        enters = grid->entry(grid->entry_user, side, x);
+    }
+    if (!enters) return PD_OUTLET;
+    i[d] = side % 2 ? grid->n[d] - 1 : 0;
+    return grid->kind[pd_grid_node(grid, i)] == PD_FLUID ? PD_INLET : PD_WALL;
+}
+
+static void pdi_grid_ghosts(pd_grid *grid)
+{
+    for (int32_t node = 0; node < grid->total; node++) {
+        int i[PD_DIM];
+        pdi_grid_index(grid, node, i);
+        if (!pdi_grid_inside(grid, i)) grid->kind[node] = pdi_grid_ghost_kind(grid, node);
+    }
+}
+
+/* Walls beyond the reach of every fluid node own nothing. */
+static void pdi_grid_mark_outside(const pd_stencil *stencil, pd_grid *grid)
+{
+    for (int32_t node = 0; node < grid->total; node++) {
+        if (grid->kind[node] != PD_WALL) continue;
+        int i[PD_DIM], near_fluid = 0;
+        pdi_grid_index(grid, node, i);
+        for (int k = 0; k < stencil->count && !near_fluid; k++) {
+            int j[PD_DIM];
+            for (int d = 0; d < PD_DIM; d++) j[d] = i[d] + stencil->offset[k * PD_DIM + d];
+            near_fluid = pdi_grid_inside(grid, j) && (grid->kind[pd_grid_node(grid, j)] == PD_FLUID ||
+                                                      grid->kind[pd_grid_node(grid, j)] == PD_SOLID);
+        }
+        if (!near_fluid) grid->kind[node] = PD_OUTSIDE;
+    }
+}
+
+/* Box around shape `index`; unbounded directions stay at +-infinity. */
+static void pdi_grid_bounds(const pd_shape *shapes, int index, double *lo, double *hi)
+{
+    const pd_shape *s = &shapes[index];
+    for (int d = 0; d < PD_DIM; d++) {
+        lo[d] = -HUGE_VAL;
+        hi[d] = HUGE_VAL;
+        if (s->type == PD_SHAPE_BOX) {
+            lo[d] = s->a[d];
+            hi[d] = s->b[d];
+        } else if (s->type == PD_SHAPE_BALL || (s->type == PD_SHAPE_CYLINDER && (PD_DIM == 1 || d != s->axis))) {
+            lo[d] = s->a[d] - s->r;
+            hi[d] = s->a[d] + s->r;
+        } else if (s->type == PD_SHAPE_VOXELS) {
+            lo[d] = s->a[d];
+            hi[d] = s->a[d] + (double)s->n[d] * s->b[d];
+        }
+    }
+    int hull = s->type == PD_SHAPE_UNION, cut = s->type == PD_SHAPE_INTERSECT || s->type == PD_SHAPE_DIFFERENCE;
+    int used = s->type == PD_SHAPE_DIFFERENCE ? 1 : s->children;
+    for (int c = 0; c < used && (hull || cut); c++) {
+        double clo[PD_DIM], chi[PD_DIM];
+        pdi_grid_bounds(shapes, s->child[c], clo, chi);
+        for (int d = 0; d < PD_DIM; d++) {
+            if (c == 0) {
+                lo[d] = clo[d];
+                hi[d] = chi[d];
+                continue;
+            }
+            lo[d] = hull ? fmin(lo[d], clo[d]) : fmax(lo[d], clo[d]);
+            hi[d] = hull ? fmax(hi[d], chi[d]) : fmin(hi[d], chi[d]);
+        }
+    }
+}
+
+static pd_status pdi_grid_check_solid(pd_ctx *ctx, const pd_grid *grid)
+{
+    double lo[PD_DIM], hi[PD_DIM];
+    pdi_grid_bounds(grid->shapes, grid->solid, lo, hi);
+    for (int d = 0; d < PD_DIM; d++) {
+        double slack = 1e-9 * (grid->hi[d] - grid->lo[d]);
+        int below = lo[d] < grid->lo[d] - slack && lo[d] > -HUGE_VAL && grid->side[2 * d] < PD_SIDE_PERIODIC;
+        int above = hi[d] > grid->hi[d] + slack && hi[d] < HUGE_VAL && grid->side[2 * d + 1] < PD_SIDE_PERIODIC;
+        if (below || above)
+            return pdi_fail(ctx, PD_ERR_GEOMETRY, "grid",
+                            "the solid reaches from %g m to %g m on axis %d, outside of the box %g m .. %g m", lo[d],
+                            hi[d], d, grid->lo[d], grid->hi[d]);
+    }
+    return PD_OK;
+}
+
+static pd_status pdi_grid_size(pd_ctx *ctx, const pd_stencil *stencil, const pd_grid_desc *desc, pd_grid *grid)
+{
+    double total = 1.0;
+    grid->ghost = stencil->reach;
+    for (int d = 0; d < PD_DIM; d++) {
+        double edge = desc->hi[d] - desc->lo[d], cells = edge / stencil->h[d];
+        if (!(edge > 0.0) || !(cells < 2e9))
+            return pdi_fail(ctx, PD_ERR_GEOMETRY, "grid",
+                            "axis %d of the box goes from %g m to %g m with spacing %g m", d, desc->lo[d], desc->hi[d],
+                            stencil->h[d]);
+        double whole = floor(cells + 0.5);
+        if (whole < 1.0 || fabs(cells - whole) > 1e-6 * fmax(1.0, whole * 1e-3))
+            return pdi_fail(ctx, PD_ERR_GEOMETRY, "grid",
+                            "the box is %g cells of %g m long on axis %d, expected a whole number", cells,
+                            stencil->h[d], d);
+        grid->n[d] = (int)whole;
+        grid->np[d] = grid->n[d] + 2 * grid->ghost;
+        grid->h[d] = stencil->h[d];
+        grid->lo[d] = desc->lo[d];
+        grid->hi[d] = desc->hi[d];
+        total *= (double)grid->np[d];
+    }
+    if (total * PD_DIM >= 2147483647.0)
+        return pdi_fail(ctx, PD_ERR_SIZE, "grid", "%.3g nodes with ghosts, expected less than %.3g", total,
+                        2147483647.0 / PD_DIM);
+    grid->stride[0] = 1;
+    for (int d = 1; d < PD_DIM; d++) grid->stride[d] = grid->stride[d - 1] * (int32_t)grid->np[d - 1];
+    grid->total = (int32_t)total;
+    for (int s = 0; s < 2 * PD_DIM; s++) {
+        grid->side[s] = desc->side[s];
+        if ((int)desc->side[s] < PD_SIDE_WALL || (int)desc->side[s] > PD_SIDE_MIRROR)
+            return pdi_fail(ctx, PD_ERR_ARGUMENT, "grid",
+                            "side %d of the box has type %d, expected wall, inlet, outlet, periodic or mirror", s,
+                            (int)desc->side[s]);
+        if ((desc->side[s] == PD_SIDE_PERIODIC) != (desc->side[s ^ 1] == PD_SIDE_PERIODIC))
+            return pdi_fail(ctx, PD_ERR_ARGUMENT, "grid", "axis %d is periodic on one side only", s / 2);
+    }
+    return PD_OK;
+}
+
+/* The circumferences of the rows; what would not conserve is refused. */
+static pd_status pdi_grid_rings(pd_ctx *ctx, const pd_stencil *stencil, pd_grid *grid)
+{
+    int r = PD_DIM - 1, at_axis = fabs(grid->lo[r]) <= 1e-9 * grid->h[r];
+    if (PD_DIM != 2)
+        return pdi_fail(ctx, PD_ERR_ARGUMENT, "grid", "axisymmetric in %dD, expected PD_DIM = 2 with axes z and r",
+                        PD_DIM);
+    if (!at_axis && !(grid->lo[r] >= stencil->reach * grid->h[r]))
+        return pdi_fail(ctx, PD_ERR_GEOMETRY, "grid",
+                        "an axisymmetric box begins at r = %g m, expected 0 or at least one horizon, %g m", grid->lo[r],
+                        stencil->reach * grid->h[r]);
+    if (at_axis && grid->side[2 * r] != PD_SIDE_MIRROR)
+        return pdi_fail(ctx, PD_ERR_ARGUMENT, "grid", "the side at the axis r = 0 has type %d, expected mirror",
+                        (int)grid->side[2 * r]);
+    if ((!at_axis && grid->side[2 * r] >= PD_SIDE_PERIODIC) || grid->side[2 * r + 1] >= PD_SIDE_PERIODIC)
+        return pdi_fail(ctx, PD_ERR_ARGUMENT, "grid",
+                        "an axisymmetric box is periodic or mirrored across r > 0, expected wall, inlet or outlet");
+    PDI_TRY(PDI_NEW(ctx, "grid", grid->np[r], grid->circumference));
+    for (int row = 0; row < grid->np[r]; row++) {
+        double cell = row - grid->ghost + 0.5;
+        grid->circumference[row] = 2.0 * PDI_PI * fabs((at_axis ? 0.0 : grid->lo[r]) + cell * grid->h[r]);
+    }
+    return PD_OK;
+}
+
+static pd_status pdi_grid_make(pd_ctx *ctx, const pd_stencil *stencil, const pd_grid_desc *desc, pd_grid *grid)
+{
+    memset(grid, 0, sizeof *grid);
+    PDI_TRY(pdi_grid_size(ctx, stencil, desc, grid));
+    if (desc->axisymmetric) PDI_TRY(pdi_grid_rings(ctx, stencil, grid));
+    grid->shapes = desc->shapes;
+    grid->solid = desc->shapes ? desc->solid : -1;
+    grid->wall = desc->shapes ? desc->wall : -1;
+    grid->entry = desc->entry;
+    grid->entry_user = desc->entry_user;
+    if (grid->solid >= 0) PDI_TRY(pdi_grid_check_solid(ctx, grid));
+    PDI_TRY(PDI_NEW(ctx, "grid", grid->total, grid->kind));
+    for (int32_t node = 0; node < grid->total; node++) {
+        int i[PD_DIM];
+        double x[PD_DIM];
+        if (node % PDI_GRID_POLL == 0) PDI_TRY(pdi_poll(ctx, "grid", node));
+        pdi_grid_index(grid, node, i);
+        if (!pdi_grid_inside(grid, i)) continue;
+        pd_grid_position(grid, node, x);
+        grid->kind[node] = PD_FLUID;
+        if (grid->wall >= 0 && pd_shape_distance(grid->shapes, grid->wall, x) <= 0.0)
+            grid->kind[node] = PD_WALL;
+        else if (grid->solid >= 0 && pd_shape_distance(grid->shapes, grid->solid, x) <= 0.0)
+            grid->kind[node] = PD_SOLID;
+    }
+    grid->fluid_count = pd_grid_count(grid, PD_FLUID);
+    grid->solid_count = pd_grid_count(grid, PD_SOLID);
+    if (grid->solid >= 0 && grid->solid_count == 0)
+        return pdi_fail(ctx, PD_ERR_GEOMETRY, "grid",
+                        "the solid covers no node: it is thinner than the spacing or lies inside the wall");
+    if (grid->fluid_count + grid->solid_count == 0)
+        return pdi_fail(ctx, PD_ERR_GEOMETRY, "grid", "the wall covers every node of the box");
+    pdi_grid_ghosts(grid);
+    pdi_grid_mark_outside(stencil, grid);
+    return PD_OK;
+}
+
+pd_status pd_grid_build(pd_ctx *ctx, const pd_stencil *stencil, const pd_grid_desc *desc, pd_grid *grid)
+{
+    pd_status status = pdi_grid_make(ctx, stencil, desc, grid);
+    if (status < 0) pd_grid_free(ctx, grid);
+    return status;
+}
+
+/* 1 when a ghost with index j along axis d may change its kind with a box node of index i: it stands for that node, or
+ * lies behind it at an inlet or outlet (opening the first layer may open all of an inlet). */
+static int pdi_grid_follows(const pd_grid *grid, int d, int i, int j)
+{
+    if (j >= 0 && j < grid->n[d]) return i == j;
+    pd_side side = grid->side[2 * d + (j < 0 ? 0 : 1)];
+    if (side == PD_SIDE_WALL) return 0;
+    if (pdi_grid_port(side) && i == (j < 0 ? 0 : grid->n[d] - 1)) return 1;
+    pdi_grid_fold_axis(grid, d, 1, &j);
+    return i == j;
+}
+
+/* The next index along axis d, after j, of a node that follows the box node of index i. */
+static int pdi_grid_follower(const pd_grid *grid, int d, int i, int j)
+{
+    int end = grid->n[d] + grid->ghost;
+    do j = j == -1 ? i : j == i ? grid->n[d] : j + 1;
+    while (j < end && !pdi_grid_follows(grid, d, i, j));
+    return j;
+}
+
+PDI_FN void pdi_grid_dissolve(pd_grid *grid, int32_t node)
+{
+    int i[PD_DIM], j[PD_DIM], d;
+    grid->kind[node] = PD_FLUID;
+    grid->solid_count--;
+    grid->fluid_count++;
+    pdi_grid_index(grid, node, i);
+    int ghost = grid->ghost;
+    for (d = 0; d < PD_DIM; d++) j[d] = -ghost - 1;
+    /* all combinations of followers along the axes */
+    for (d = 0; d >= 0;) {
+        j[d] = pdi_grid_follower(grid, d, i[d], j[d]);
+        if (j[d] >= grid->n[d] + ghost) {
+            j[d--] = -ghost - 1;
+            continue;
+        }
+        if (++d < PD_DIM) continue;
+        d = PD_DIM - 1;
+        if (pdi_grid_inside(grid, j)) continue;
+        int32_t at = pd_grid_node(grid, j);
+        grid->kind[at] = pdi_grid_ghost_kind(grid, at);
+    }
+}
+
+void pd_grid_free(pd_ctx *ctx, pd_grid *grid)
+{
+    PDI_DELETE(ctx, grid->total, grid->kind);
+    PDI_DELETE(ctx, grid->np[PD_DIM - 1], grid->circumference);
+    memset(grid, 0, sizeof *grid);
+}
+
+PDI_FN void pdi_grid_line_shift(const pd_grid *grid, const pd_stencil *stencil, int32_t *shift)
+{
+    for (int l = 0; l < stencil->line_first[stencil->kinds]; l++) {
+        shift[l] = 0;
+        for (int d = 1; d < PD_DIM; d++) shift[l] += stencil->line[l * PD_DIM + d] * grid->stride[d];
+    }
+}

@@ -1,0 +1,122 @@
+/* grid: the uniform lattice with ghost layers, the kind of every node, the geometry behind it.
+ *
+ * Nodes are cell centres: x_a = lo_a + (i_a + 1/2) h_a, axis 0 fastest in memory. Ghost layers, as deep as the
+ * stencil reaches, lie on every side, so that a bond of a fluid node never leaves the arrays.
+ */
+#ifndef PD_GRID_H
+#define PD_GRID_H
+#include "core/base.h"
+#include "lattice/shape.h"
+#include "lattice/stencil.h"
+
+typedef enum pd_kind {
+    PD_OUTSIDE = 0, /* owns nothing */
+    PD_FLUID = 1,
+    PD_SOLID = 2,
+    PD_WALL = 3,
+    PD_INLET = 4,   /* ghost with prescribed velocity and concentration */
+    PD_OUTLET = 5,  /* ghost behind a pressure outlet */
+    PD_IMAGE = 6    /* ghost that repeats a fluid node behind a periodic or mirror side */
+} pd_kind;
+
+/* What closes a side of the box. */
+typedef enum pd_side {
+    PD_SIDE_WALL = 0,
+    PD_SIDE_INLET = 1,
+    PD_SIDE_OUTLET = 2,
+    PD_SIDE_PERIODIC = 3, /* both sides of the axis */
+    PD_SIDE_MIRROR = 4    /* plane of symmetry: free slip, no flux */
+} pd_side;
+
+/* 1 when fluid enters the box at place x [m] of a side, 0 when it leaves. */
+typedef int (*pd_entry_fn)(void *user, int side, const double *x);
+
+typedef struct pd_grid_desc {
+    double lo[PD_DIM], hi[PD_DIM]; /* [m] box; each edge a whole number of cells (1e-6 of a cell) */
+    pd_side side[2 * PD_DIM];      /* x-, x+, y-, ... */
+    const pd_shape *shapes;        /* borrowed for the life of the grid; NULL: none */
+    int solid;                     /* index of the solid shape, -1: none */
+    int wall;                      /* index of the wall shape (inside it: wall), -1: none */
+    pd_entry_fn entry;             /* tells inlet and outlet apart, place by place, on sides that are one of them; NULL:
+                                    * as `side` says */
+    void *entry_user;
+    int axisymmetric;              /* 2D: axis 0 is z, axis 1 is r >= 0, and nodes are rings. A box that begins at r = 0
+                                    * has a mirror there; else it begins at least one horizon away from the axis */
+} pd_grid_desc;
+
+typedef struct pd_grid {
+    int n[PD_DIM];        /* cells of the box */
+    int np[PD_DIM];       /* with ghosts */
+    int ghost;            /* layers on every side */
+    int32_t stride[PD_DIM];
+    int32_t total;        /* nodes with ghosts */
+    double h[PD_DIM], lo[PD_DIM], hi[PD_DIM]; /* [m] */
+    pd_side side[2 * PD_DIM];
+    const pd_shape *shapes;
+    int solid, wall;
+    pd_entry_fn entry;
+    void *entry_user;
+    double *circumference; /* [np of the last axis] [m] 2 pi |r| of axisymmetric rows of nodes; NULL: planar */
+    uint8_t *kind;        /* [total] pd_kind */
+    int64_t fluid_count, solid_count;
+} pd_grid;
+
+#define pd_grid_build PD_NAME(pd_grid_build)
+#define pd_grid_free PD_NAME(pd_grid_free)
+#define pd_grid_position PD_NAME(pd_grid_position)
+#define pd_grid_node PD_NAME(pd_grid_node)
+#define pd_grid_count PD_NAME(pd_grid_count)
+
+/* solid == -1 etc. as in the desc. PD_ERR_GEOMETRY: the box is not a whole number of cells, a shape lies outside the
+ * box (behind periodic and mirror sides it is cut off), no fluid node is left, an axisymmetric box does not begin at
+ * the axis or a horizon away. PD_ERR_ARGUMENT: an axis is periodic on one side only; axisymmetric not in 2D, or with
+ * sides across r other than the axis, walls, inlets and outlets. */
+PD_API pd_status pd_grid_build(pd_ctx *ctx, const pd_stencil *stencil, const pd_grid_desc *desc, pd_grid *grid);
+PD_API void pd_grid_free(pd_ctx *ctx, pd_grid *grid);
+/* Position [m] of node id (ghosts included). */
+PD_API void pd_grid_position(const pd_grid *grid, int32_t node, double *x);
+/* Node of cell index i[] of the box (ghosts: -ghost .. n+ghost-1). */
+PD_API int32_t pd_grid_node(const pd_grid *grid, const int *i);
+/* Number of nodes of one kind inside the box. */
+PD_API int64_t pd_grid_count(const pd_grid *grid, pd_kind kind);
+
+#ifdef PDI_INTERNAL
+/* Pieces of lattice lines shorter than this are not worth a vector. */
+#define PDI_VECTOR 8
+/* Cell index (ghosts negative) of a node. */
+PDI_FN void pdi_grid_index(const pd_grid *grid, int32_t node, int *i);
+/* "(x, y, z)" [m] of a node, for messages: into text [PDI_GRID_PLACE], which is returned. */
+#define PDI_GRID_PLACE 80
+PDI_FN const char *pdi_grid_place(const pd_grid *grid, int32_t node, char *text);
+/* 1 when the index lies inside the box. */
+PDI_FN int pdi_grid_inside(const pd_grid *grid, const int *i);
+/* Node of the box that a ghost stands for: its place one period on behind periodic sides, its mirror image behind all
+ * others; identity inside the box. *flip (or NULL): bit d set when it is mirrored along axis d. */
+PDI_FN int32_t pdi_grid_image(const pd_grid *grid, int32_t node, int *flip);
+/* Factor of the cell volume in sums over volume: the circumference of an axisymmetric node [m], else 1. */
+static inline double pdi_grid_circumference(const pd_grid *grid, int32_t node)
+{
+    return grid->circumference ? grid->circumference[node / grid->stride[PD_DIM - 1]] : 1.0;
+}
+/* The same at the distance `out` [m] outwards from the node. */
+PDI_FN double pdi_grid_around(const pd_grid *grid, int32_t node, double out);
+/* 1 when place x [m] lies between lo and hi [m], bounds included: surfaces and nodes often lie on them. */
+PDI_FN int pdi_grid_between(const pd_grid *grid, const double *lo, const double *hi, const double *x);
+/* Bring index i[] back through periodic and mirror sides only; the bits of flip as above. */
+PDI_FN int pdi_grid_fold(const pd_grid *grid, int *i);
+/* The same for a position [m]; behind inlets and outlets the geometry is the mirror image too, so those fold likewise.
+ * Walls do not. */
+PDI_FN void pdi_grid_fold_position(const pd_grid *grid, double *x);
+/* Through periodic and mirror sides only. */
+PDI_FN void pdi_grid_fold_images(const pd_grid *grid, double *x);
+/* 1 for sides that fluid passes. */
+static inline int pdi_grid_port(pd_side side) { return side == PD_SIDE_INLET || side == PD_SIDE_OUTLET; }
+/* A solid node turns fluid: its kind, the counts, and the ghosts that stand for it or lie in front of it. */
+PDI_FN void pdi_grid_dissolve(pd_grid *grid, int32_t node);
+/* shift [lines of the stencil]: node id on a line minus that of the node at its middle. */
+PDI_FN void pdi_grid_line_shift(const pd_grid *grid, const pd_stencil *stencil, int32_t *shift);
+/* Open: bonds between open nodes carry fluxes (fluid, inlet, outlet, image). */
+static inline int pdi_grid_open(uint8_t kind) { return kind == PD_FLUID || kind >= PD_INLET; }
+#endif
+
+#endif

@@ -1,0 +1,404 @@
+/* media: see media.h */
+#include "lattice/media.h"
+#include "core/vec.h"
+#include <math.h>
+#include <string.h>
+
+/* In cells: layers thinner than that may be missed; how far beside a surface its materials are told; nearer than that a
+ * place lies on it, since coordinates are rounded. */
+#define PDI_MEDIA_THIN 0.0625
+#define PDI_MEDIA_BESIDE 1e-3
+#define PDI_MEDIA_TOUCH 1e-9
+
+/* A straight way from x along xi. */
+typedef struct pdi_media_way {
+    const pd_media *media;
+    double x[PD_DIM], xi[PD_DIM]; /* [m] */
+    double from, length;          /* share of it where the present material begins; [m] of the whole */
+    double near, far;             /* [m2/s] at both ends; NaN: unknown */
+} pdi_media_way;
+
+/* Behind sides that are not walls materials repeat, as the kinds of the ghosts do. */
+static double pdi_media_ask(const pdi_media_way *w, pd_point_fn fn, double share)
+{
+    double x[PD_DIM];
+    for (int d = 0; d < PD_DIM; d++) x[d] = w->x[d] + share * w->xi[d];
+    pdi_grid_fold_position(w->media->grid, x);
+    return fn(w->media->user, x);
+}
+
+static double pdi_media_level(const pdi_media_way *w, double share) { return pdi_media_ask(w, w->media->level, share); }
+
+/* -1, 1, or 0 on the surface. */
+static int pdi_media_side(const pd_media *m, double level)
+{
+    double touch = PDI_MEDIA_TOUCH * m->smallest;
+    return (level > touch) - (level < -touch);
+}
+
+/* Where the level passes zero between lo and hi: regula falsi with the Illinois rule. */
+static double pdi_media_root(const pdi_media_way *w, double lo, double hi, double flo, double fhi)
+{
+    double scale = fabs(flo) + fabs(fhi), t = lo;
+    if (!(flo * fhi < 0.0)) return lo; /* it starts on the surface */
+    for (int step = 0, last = 0; step < 50; step++) {
+        t = lo + (hi - lo) * (fabs(flo) / (fabs(flo) + fabs(fhi)));
+        double f = pdi_media_level(w, t);
+        if (fabs(f) <= 1e-14 * scale) break;
+        int low = (f > 0.0) == (flo > 0.0);
+        if (low) {
+            lo = t;
+            flo = f;
+            if (last == 1) fhi *= 0.5;
+        } else {
+            hi = t;
+            fhi = f;
+            if (last == -1) flo *= 0.5;
+        }
+        last = low ? 1 : -1;
+    }
+    return t;
+}
+
+/* A way within the surface: half of it belongs to either side. */
+static double pdi_media_within(const pdi_media_way *w, double end)
+{
+    const pd_media *m = w->media;
+    double normal[PD_DIM], eps = PDI_MEDIA_BESIDE * m->grid->h[0], sum = 0.0;
+    pdi_media_way across = *w;
+    for (int d = 0; d < PD_DIM; d++) across.x[d] += 0.5 * end * w->xi[d];
+    for (int d = 0; d < PD_DIM; d++) {
+        for (int a = 0; a < PD_DIM; a++) across.xi[a] = a == d ? eps : 0.0;
+        normal[d] = pdi_media_level(&across, 1.0) - pdi_media_level(&across, -1.0);
+    }
+    double length = pdi_vec_norm(normal);
+    if (!(length > 0.0)) return pdi_media_ask(w, m->field, 0.5 * end);
+    for (int d = 0; d < PD_DIM; d++) across.xi[d] = eps * normal[d] / length;
+    for (int up = -1; up < 2; up += 2) sum += 0.5 * pdi_media_ask(&across, m->field, up);
+    return sum;
+}
+
+/* Resistance over length [s/m2] from w->from to `to` within one material; at the ends of the way that of its node. */
+static double pdi_media_resist(const pdi_media_way *w, double to, double end)
+{
+    double d, near = w->from > 0.0 ? (double)NAN : w->near, far = to < end ? (double)NAN : w->far;
+    if (near >= 0.0 && far >= 0.0) d = pdi_media_harmonic(near, far);
+    else if (near >= 0.0) d = near;
+    else if (far >= 0.0) d = far;
+    else d = pdi_media_ask(w, w->media->field, 0.5 * (w->from + to));
+    return d > 0.0 ? (to - w->from) / d : HUGE_VAL;
+}
+
+/* Mean diffusivity over the part 0 .. end of the way. The distance tells how far the next surface is at least. */
+static double pdi_media_mean(pdi_media_way *w, double end)
+{
+    const pd_media *m = w->media;
+    double sum = 0.0, s = 0.0, v = pdi_media_level(w, 0.0);
+    int side = pdi_media_side(m, v);
+    if (side == 0) w->near = (double)NAN;
+    w->from = 0.0;
+    while (s < end) {
+        double next = fmin(s + fmax(fabs(v), PDI_MEDIA_THIN * m->smallest) / w->length, end);
+        double level = pdi_media_level(w, next);
+        int beyond = pdi_media_side(m, level);
+        if (next >= end && beyond == 0) w->far = (double)NAN;
+        if (side * beyond < 0) {
+            double root = pdi_media_root(w, s, next, v, level);
+            sum += pdi_media_resist(w, root, end);
+            w->from = root;
+        }
+        if (beyond) side = beyond;
+        s = next;
+        v = level;
+    }
+    if (side == 0) return pdi_media_within(w, end);
+    if (w->from < end) sum += pdi_media_resist(w, end, end);
+    return end / sum;
+}
+
+static void pdi_media_start(const pd_media *m, int32_t i, int k, pdi_media_way *w)
+{
+    w->media = m;
+    pd_grid_position(m->grid, i, w->x);
+    memcpy(w->xi, m->stencil->xi + k * PD_DIM, sizeof w->xi);
+    w->length = pdi_vec_norm(w->xi);
+    w->from = 0.0;
+    w->near = m->at[i];
+    w->far = (double)NAN;
+}
+
+PDI_FN double pdi_media_part(const pd_media *m, int32_t i, int k, double end)
+{
+    pdi_media_way w;
+    if (!m->along) return m->at[i];
+    pdi_media_start(m, i, k, &w);
+    return fabs(pdi_media_level(&w, 0.0)) > end * w.length ? m->at[i] : pdi_media_mean(&w, end);
+}
+
+/* Nodes that own something: walls and what lies behind them never take part. */
+static int pdi_media_takes(const pd_grid *grid, int32_t i)
+{
+    return grid->kind[i] != PD_OUTSIDE && grid->kind[i] != PD_WALL;
+}
+
+/* Node `times` bonds k from node i; -1: outside of the arrays, or no part of the fluid. */
+static int32_t pdi_media_reach(const pd_media *m, int32_t i, int k, int times)
+{
+    int at[PD_DIM];
+    pdi_grid_index(m->grid, i, at);
+    for (int d = 0; d < PD_DIM; d++) {
+        at[d] += times * m->stencil->offset[k * PD_DIM + d];
+        if (at[d] < -m->grid->ghost || at[d] >= m->grid->n[d] + m->grid->ghost) return -1;
+    }
+    int32_t j = pd_grid_node(m->grid, at);
+    return pdi_media_takes(m->grid, j) ? j : -1;
+}
+
+static int32_t pdi_media_far(const pd_media *m, int32_t i, int k) { return pdi_media_reach(m, i, k, 1); }
+
+static void pdi_media_row(pd_media *m, int32_t i)
+{
+    int count = m->stencil->count;
+    double *row = m->along + (int64_t)m->near[i] * count;
+    for (int k = 0; k < count; k++) {
+        pdi_media_way w;
+        int32_t j = pdi_media_far(m, i, k);
+        if (j < 0 || (k >= count / 2 && m->near[j] >= 0)) continue;
+        pdi_media_start(m, i, k, &w);
+        w.far = m->at[j];
+        row[k] = pdi_media_mean(&w, 1.0);
+        if (m->near[j] >= 0) m->along[(int64_t)m->near[j] * count + count - 1 - k] = row[k];
+    }
+}
+
+#if PD_DIM > 1
+/* ---- along a surface that lies along the lattice ---- */
+
+/* What the bonds of a node within such a surface conduct on top: the sum of x[a] e_a^2. */
+typedef struct pdi_media_lift {
+    int axis;         /* across the surface; -1: it lies at an angle */
+    double x[PD_DIM]; /* [m2/s] */
+} pdi_media_lift;
+
+/* Axis that the surface near node i lies across, as far as rounding tells. */
+static int pdi_media_axis(const pd_media *m, int32_t i)
+{
+    double normal[PD_DIM], length = 0.0;
+    pdi_media_way w;
+    w.media = m;
+    pd_grid_position(m->grid, i, w.x);
+    for (int d = 0; d < PD_DIM; d++) {
+        double eps = PDI_MEDIA_BESIDE * m->grid->h[d];
+        for (int a = 0; a < PD_DIM; a++) w.xi[a] = a == d ? eps : 0.0;
+        normal[d] = (pdi_media_level(&w, 1.0) - pdi_media_level(&w, -1.0)) / eps;
+        length += normal[d] * normal[d];
+    }
+    for (int d = 0; d < PD_DIM; d++)
+        if (normal[d] * normal[d] > (1.0 - PDI_MEDIA_TOUCH) * length) return d;
+    return -1;
+}
+
+/* Mean diffusivity of the cell of node i along `axis`, by pieces. */
+static double pdi_media_cell(const pd_media *m, int32_t i, int axis)
+{
+    pdi_media_way w;
+    double sum = 0.0, v, from = 0.0, s = 0.0;
+    w.media = m;
+    pd_grid_position(m->grid, i, w.x);
+    for (int d = 0; d < PD_DIM; d++) w.xi[d] = d == axis ? m->grid->h[d] : 0.0;
+    w.x[axis] -= 0.5 * m->grid->h[axis];
+    v = pdi_media_level(&w, 0.0);
+    while (s < 1.0) {
+        double next = fmin(s + fmax(fabs(v), PDI_MEDIA_THIN * m->smallest) / m->grid->h[axis], 1.0);
+        double level = pdi_media_level(&w, next);
+        if (v * level < 0.0) {
+            double root = pdi_media_root(&w, s, next, v, level);
+            sum += (root - from) * pdi_media_ask(&w, m->field, 0.5 * (from + root));
+            from = root;
+        }
+        s = next;
+        if (fabs(level) > 0.0) v = level;
+    }
+    return sum + (1.0 - from) * pdi_media_ask(&w, m->field, 0.5 * (from + 1.0));
+}
+
+/* What the cell of node i has more than its node along `axis`, when the node is the poorer side of the surface: its
+ * neighbours on the better side carry that, since nothing but the poor side leads to the node. */
+static double pdi_media_surplus(const pd_media *m, int32_t i, int axis)
+{
+    pdi_media_way w;
+    if (m->near[i] < 0) return 0.0;
+    pdi_media_start(m, i, m->unit[axis], &w);
+    if (pdi_media_side(m, pdi_media_level(&w, 0.0)) == 0) return 0.0;
+    return fmax(pdi_media_cell(m, i, axis) - m->at[i], 0.0);
+}
+
+/* Mean diffusivity that the layer of node i stands for. */
+static double pdi_media_layer(const pd_media *m, int32_t i, int axis)
+{
+    double mean = pdi_media_cell(m, i, axis) - pdi_media_surplus(m, i, axis);
+    for (int side = -1; side < 2; side += 2) {
+        int32_t j = pdi_media_reach(m, i, m->unit[axis], side);
+        int32_t beyond = pdi_media_reach(m, i, m->unit[axis], 2 * side);
+        if (j < 0 || !(m->at[i] > m->at[j])) continue;
+        int better = beyond >= 0 && m->at[beyond] > m->at[j];
+        mean += pdi_media_surplus(m, j, axis) / (better ? 2.0 : 1.0);
+    }
+    return mean;
+}
+
+/* 1 when bond k lies within surfaces across `axis`. */
+static int pdi_media_within_bond(const pd_media *m, int k, int axis)
+{
+    return axis >= 0 && m->stencil->offset[k * PD_DIM + axis] == 0;
+}
+
+/* Diffusivity of bond k of node i, or, where that ends in a wall, of its mirror image: what walls cut is made up for
+ * elsewhere (theory: eq. 5.7). Images on the same side of the surface come first. */
+static double pdi_media_mirrored(const pd_media *m, int32_t i, int k, int axis)
+{
+    const pd_stencil *s = m->stencil;
+    const double *row = m->along + (int64_t)m->near[i] * s->count;
+    if (pdi_media_far(m, i, k) >= 0) return row[k];
+    for (int turned = 0; turned < 2; turned++)
+        for (int n = 0; n < s->count; n++) {
+            int image = 1;
+            for (int d = 0; d < PD_DIM; d++) {
+                int a = s->offset[n * PD_DIM + d], b = s->offset[k * PD_DIM + d];
+                image = image && (a == b || (a == -b && (d != axis || turned)));
+            }
+            if (image && pdi_media_far(m, i, n) >= 0) return row[n];
+        }
+    return m->at[i];
+}
+
+/* Bonds across the surface are resistances in series and conduct less along it than the materials do; a cell that it
+ * cuts has the material of its node. What the moments of the node lack against the mean of its cell goes to its bonds
+ * within the surface: then the layers conduct together what the materials do, and nothing changes across. */
+static void pdi_media_lack(const pd_media *m, int32_t i, pdi_media_lift *lift)
+{
+    const pd_stencil *s = m->stencil;
+    double matrix[PD_DIM * PD_DIM], lack[PD_DIM], inverse[PD_DIM * PD_DIM];
+    memset(matrix, 0, sizeof matrix);
+    memset(lift->x, 0, sizeof lift->x);
+    lift->axis = pdi_media_axis(m, i);
+    if (lift->axis < 0) return;
+    double mean = pdi_media_layer(m, i, lift->axis);
+    for (int a = 0; a < PD_DIM; a++) lack[a] = a == lift->axis ? 0.0 : mean;
+    matrix[lift->axis * PD_DIM + lift->axis] = 1.0;
+    for (int k = 0; k < s->count; k++) {
+        const double *xi = s->xi + k * PD_DIM;
+        double square = pdi_vec_dot(xi, xi);
+        double along = pdi_media_mirrored(m, i, k, lift->axis);
+        for (int a = 0; a < PD_DIM; a++) {
+            if (a == lift->axis) continue;
+            lack[a] -= 0.5 * s->lap[k] * along * xi[a] * xi[a];
+            for (int b = 0; b < PD_DIM && pdi_media_within_bond(m, k, lift->axis); b++)
+                matrix[a * PD_DIM + b] += 0.5 * s->lap[k] * xi[a] * xi[a] * xi[b] * xi[b] / square;
+        }
+    }
+    if (!(pdi_vec_invert(matrix, inverse) > 0.0)) return;
+    for (int a = 0; a < PD_DIM; a++)
+        for (int b = 0; b < PD_DIM; b++) lift->x[a] += inverse[a * PD_DIM + b] * lack[b];
+}
+
+/* Add half of what both ends ask for, as far as a quarter stays. */
+static void pdi_media_add(const pd_media *m, const pdi_media_lift *lift, int32_t i, int k)
+{
+    const pd_stencil *s = m->stencil;
+    const double *xi = s->xi + k * PD_DIM;
+    int32_t j = pdi_media_far(m, i, k), back = s->count - 1 - k;
+    double *here = m->along + (int64_t)m->near[i] * s->count + k, more = 0.0;
+    int32_t mine = m->near[pdi_grid_image(m->grid, i, NULL)];
+    int32_t theirs = j < 0 || m->near[j] < 0 || k > back ? -1 : m->near[pdi_grid_image(m->grid, j, NULL)];
+    if (mine < 0 || theirs < 0) return;
+    const pdi_media_lift *own = lift + mine, *other = lift + theirs;
+    if (!pdi_media_within_bond(m, k, own->axis) || own->axis != other->axis) return;
+    for (int a = 0; a < PD_DIM; a++) more += 0.5 * (own->x[a] + other->x[a]) * xi[a] * xi[a] / pdi_vec_dot(xi, xi);
+    *here = fmax(*here + more, 0.25 * *here);
+    m->along[(int64_t)m->near[j] * s->count + back] = *here;
+}
+
+static pd_status pdi_media_raise(pd_ctx *ctx, pd_media *m)
+{
+    pdi_media_lift *lift = NULL;
+    PDI_TRY(PDI_NEW(ctx, "media", m->rows, lift));
+    for (int32_t i = 0; i < m->grid->total; i++)
+        if (m->near[i] >= 0 && pdi_grid_image(m->grid, i, NULL) == i) pdi_media_lack(m, i, lift + m->near[i]);
+    for (int32_t i = 0; i < m->grid->total; i++)
+        for (int k = 0; k < m->stencil->count && m->near[i] >= 0; k++)
+            pdi_media_add(m, lift, i, k);
+    PDI_DELETE(ctx, m->rows, lift);
+    return PD_OK;
+}
+#endif
+
+/* Rows of the nodes within one bond of the surface. */
+static pd_status pdi_media_rows(pd_ctx *ctx, pd_media *m)
+{
+    double longest = 0.0;
+    PDI_TRY(PDI_NEW(ctx, "media", m->grid->total, m->near));
+    for (int k = 0; k < m->stencil->count; k++) longest = fmax(longest, pdi_vec_norm(m->stencil->xi + k * PD_DIM));
+    for (int32_t i = 0; i < m->grid->total; i++) {
+        double x[PD_DIM];
+        m->near[i] = -1;
+        if (!pdi_media_takes(m->grid, i)) continue;
+        pd_grid_position(m->grid, i, x);
+        pdi_grid_fold_position(m->grid, x);
+        if (fabs(m->level(m->user, x)) <= longest) m->near[i] = m->rows++;
+    }
+    if (m->rows == 0) return PD_OK;
+    PDI_TRY(PDI_NEW(ctx, "media", (int64_t)m->rows * m->stencil->count, m->along));
+    for (int32_t i = 0; i < m->grid->total; i++)
+        if (m->near[i] >= 0) pdi_media_row(m, i);
+#if PD_DIM > 1
+    return pdi_media_raise(ctx, m);
+#else
+    return PD_OK;
+#endif
+}
+
+PDI_FN pd_status pdi_media_build(pd_ctx *ctx, const pd_stencil *stencil, const pd_grid *grid, pd_point_fn field,
+                                 pd_point_fn level, void *user, pd_media *m)
+{
+    memset(m, 0, sizeof *m);
+    m->stencil = stencil;
+    m->grid = grid;
+    m->field = field;
+    m->level = level;
+    m->user = user;
+    m->smallest = grid->h[0];
+    for (int d = 1; d < PD_DIM; d++) m->smallest = fmin(m->smallest, grid->h[d]);
+    PDI_TRY(PDI_NEW(ctx, "media", grid->total, m->at));
+    for (int k = 0; k < stencil->count; k++)
+        for (int d = 0; d < PD_DIM; d++) {
+            int unit = 1;
+            for (int a = 0; a < PD_DIM; a++) unit = unit && stencil->offset[k * PD_DIM + a] == (a == d);
+            if (unit) m->unit[d] = k;
+        }
+    for (int32_t i = 0; i < grid->total; i++) {
+        double x[PD_DIM];
+        if (grid->kind[i] == PD_OUTSIDE) continue;
+        pd_grid_position(grid, i, x);
+        pdi_grid_fold_position(grid, x);
+        m->at[i] = field(user, x);
+        if (!(m->at[i] >= 0.0) || !(m->at[i] < 1e100))
+            return pdi_fail(ctx, PD_ERR_ARGUMENT, "media",
+                            "the diffusivity at x = %g m is %g m2/s, expected a finite value of at least 0", x[0],
+                            m->at[i]);
+    }
+    return level ? pdi_media_rows(ctx, m) : PD_OK;
+}
+
+PDI_FN void pdi_media_free(pd_ctx *ctx, pd_media *m)
+{
+    int32_t total = m->grid ? m->grid->total : 0;
+    PDI_DELETE(ctx, total, m->at);
+    PDI_DELETE(ctx, total, m->near);
+    PDI_DELETE(ctx, (int64_t)m->rows * (m->stencil ? m->stencil->count : 0), m->along);
+    memset(m, 0, sizeof *m);
+}
+
+#undef PDI_MEDIA_THIN
+#undef PDI_MEDIA_BESIDE
+#undef PDI_MEDIA_TOUCH

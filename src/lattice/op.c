@@ -1,0 +1,276 @@
+/* op: see op.h
+ *
+ * Sweeps work on up to PDI_LANES neighbours along axis 0 at once, bond by bond, so that the inner loops are plain
+ * vectors: nodes with whole families share the weights (opposite bonds go together), rows blank out their closed bonds.
+ */
+#include "lattice/op.h"
+#include "core/vec.h"
+#include "core/par.h"
+#include "lattice/line.h"
+#include <string.h>
+
+/* `count` nodes with whole families from node `first`, or rows from row `first`, with consecutive nodes. */
+typedef struct pdi_op_sweep pdi_op_sweep;
+typedef void (*pdi_op_lanes_fn)(const pdi_op_sweep *w, int32_t first, int count);
+
+/* The operands of one sweep. */
+struct pdi_op_sweep {
+    const pd_bonds *bonds;
+    int32_t total;
+    const double *f, *d; /* field; diffusivity or NULL */
+    double *out;
+    pdi_op_lanes_fn whole, cut;
+    int any_length; /* 1: `whole` takes runs of any length */
+};
+
+static void pdi_op_run(const void *user, int32_t i, int32_t row, int32_t length)
+{
+    const pdi_op_sweep *w = (const pdi_op_sweep *)user;
+    int count;
+    if (row < 0 && w->any_length) {
+        w->whole(w, i, length);
+        return;
+    }
+    for (int32_t at = 0; at < length; at += count) {
+        count = pdi_bond_piece(length, PDI_LANES, &at);
+        if (row < 0) w->whole(w, i + at, count);
+        else w->cut(w, row + at, count);
+    }
+}
+
+static void pdi_op_apply(const pd_ctx *ctx, pdi_op_sweep *w, pdi_op_lanes_fn whole, pdi_op_lanes_fn cut)
+{
+    w->whole = whole;
+    w->cut = cut;
+    pdi_bond_sweep(ctx, w->bonds, w->bonds->grid->fluid_count * w->bonds->stencil->count * 4, 0, pdi_op_run, w);
+}
+
+static void pdi_op_sweep_init(const pd_bonds *bonds, const double *f, const double *d, double *out, pdi_op_sweep *w)
+{
+    w->bonds = bonds;
+    w->total = bonds->grid->total;
+    w->f = f;
+    w->d = d;
+    w->out = out;
+    w->any_length = 0;
+}
+
+/* ---- gradient: G f_i = sum g (f_j - f_i); the sum of g over a whole family is zero (eq. 2.4) ---- */
+
+static void pdi_op_slope_whole(const pd_bonds *bonds, const double *f, int32_t i, int count,
+                               double slope[PD_DIM][PDI_LANES])
+{
+    const pd_stencil *s = bonds->stencil;
+    memset(slope, 0, PD_DIM * sizeof *slope);
+    for (int k = 0; k < s->count / 2; k++) {
+        const double *far = f + i + bonds->shift[k], *back = f + i - bonds->shift[k], *g = s->grad + k * PD_DIM;
+        for (int d = 0; d < PD_DIM; d++)
+            for (int b = 0; b < count; b++) slope[d][b] += g[d] * (far[b] - back[b]);
+    }
+}
+
+/* K^-1 sum w xi (f_j - f_i) with the moments K of the open bonds (eq. 3.5). */
+static void pdi_op_slope_cut(const pd_bonds *bonds, const double *field, int32_t r, int count,
+                             double slope[PD_DIM][PDI_LANES])
+{
+    const pd_stencil *s = bonds->stencil;
+    int32_t i = bonds->node[r];
+    double sum[PD_DIM][PDI_LANES], open[PDI_LANES];
+    memset(sum, 0, sizeof sum);
+    pdi_bond_gate gate = {NULL, 0, 0, 0};
+    for (int k = 0; k < s->count; k++) {
+        const double *far = field + i + bonds->shift[k], *f = field + i, *xi = s->xi + k * PD_DIM;
+        double base = s->base[k];
+        pdi_lanes lanes = pdi_bond_gate_open(bonds, r, k, count, &gate, open);
+        if (lanes == PDI_LANES_NONE) continue;
+        if (r >= bonds->plain && bonds->grid->kind[i + bonds->shift[k]] == PD_INLET) continue;
+        for (int b = 0; b < count; b++) {
+            double difference = lanes == PDI_LANES_ALL || open[b] > 0.0 ? base * (far[b] - f[b]) : 0.0;
+            for (int d = 0; d < PD_DIM; d++) sum[d][b] += difference * xi[d];
+        }
+    }
+    for (int b = 0; b < count; b++) {
+        const double *inverse = bonds->moment + (int64_t)(r + b) * PD_DIM * PD_DIM;
+        for (int d = 0; d < PD_DIM; d++) {
+            double value = 0.0;
+            for (int e = 0; e < PD_DIM; e++) value += inverse[d * PD_DIM + e] * sum[e][b];
+            slope[d][b] = value;
+        }
+    }
+}
+
+static void pdi_op_gradient_put(const pdi_op_sweep *w, int32_t i, int count, double slope[PD_DIM][PDI_LANES])
+{
+    for (int d = 0; d < PD_DIM; d++)
+        memcpy(w->out + (int64_t)d * w->total + i, slope[d], (size_t)count * sizeof(double));
+}
+
+static void pdi_op_gradient_whole(const pdi_op_sweep *w, int32_t i, int count)
+{
+    double slope[PD_DIM][PDI_LANES];
+    pdi_op_slope_whole(w->bonds, w->f, i, count, slope);
+    pdi_op_gradient_put(w, i, count, slope);
+}
+
+static void pdi_op_gradient_cut(const pdi_op_sweep *w, int32_t r, int count)
+{
+    double slope[PD_DIM][PDI_LANES];
+    pdi_op_slope_cut(w->bonds, w->f, r, count, slope);
+    pdi_op_gradient_put(w, w->bonds->node[r], count, slope);
+}
+
+void pd_op_gradient(const pd_ctx *ctx, const pd_bonds *bonds, const double *f, double *grad)
+{
+    pdi_op_sweep w;
+    pdi_op_sweep_init(bonds, f, NULL, grad, &w);
+    pdi_op_apply(ctx, &w, pdi_op_gradient_whole, pdi_op_gradient_cut);
+}
+
+/* ---- divergence: D u_i = sum g.(u_i + u_j), antisymmetric in i and j (eq. 4.2) ---- */
+
+/* Nodes i .. i+count-1, which are the rows from r (-1: whole families), bond by bond. */
+static void pdi_op_divergence_bonds(const pdi_op_sweep *w, int32_t i, int32_t r, int count)
+{
+    const pd_bonds *bonds = w->bonds;
+    const pd_stencil *s = bonds->stencil;
+    double sum[PDI_LANES], open[PDI_LANES];
+    memset(sum, 0, sizeof sum);
+    pdi_bond_gate gate = {NULL, 0, 0, 0};
+    for (int k = 0; k < s->count; k++) {
+        pdi_lanes lanes = pdi_bond_gate_open(bonds, r, k, count, &gate, open);
+        if (lanes == PDI_LANES_NONE) continue;
+        for (int d = 0; d < PD_DIM; d++) {
+            const double *u = w->f + (int64_t)d * w->total + i, *far = u + bonds->shift[k];
+            double g = s->grad[k * PD_DIM + d] * pdi_bond_flux(bonds, i, k);
+            for (int b = 0; b < count; b++)
+                sum[b] += lanes == PDI_LANES_ALL || open[b] > 0.0 ? g * (u[b] + far[b]) : 0.0;
+        }
+    }
+    memcpy(w->out + i, sum, (size_t)count * sizeof(double));
+}
+
+static void pdi_op_divergence_whole(const pdi_op_sweep *w, int32_t i, int count)
+{
+    const pd_stencil *s = w->bonds->stencil;
+    double sum[PDI_LANES];
+    if (w->bonds->ring.flux) {
+        pdi_op_divergence_bonds(w, i, -1, count);
+        return;
+    }
+    memset(sum, 0, sizeof sum);
+    for (int k = 0; k < s->count / 2; k++)
+        for (int d = 0; d < PD_DIM; d++) {
+            const double *u = w->f + (int64_t)d * w->total + i;
+            const double *far = u + w->bonds->shift[k], *back = u - w->bonds->shift[k];
+            double g = s->grad[k * PD_DIM + d];
+            for (int b = 0; b < count; b++) sum[b] += g * (far[b] - back[b]);
+        }
+    memcpy(w->out + i, sum, (size_t)count * sizeof(double));
+}
+
+static void pdi_op_divergence_cut(const pdi_op_sweep *w, int32_t r, int count)
+{
+    pdi_op_divergence_bonds(w, w->bonds->node[r], r, count);
+}
+
+void pd_op_divergence(const pd_ctx *ctx, const pd_bonds *bonds, const double *u, double *div)
+{
+    pdi_op_sweep w;
+    pdi_op_sweep_init(bonds, u, NULL, div, &w);
+    pdi_op_apply(ctx, &w, pdi_op_divergence_whole, pdi_op_divergence_cut);
+}
+
+/* ---- Laplacian: L f_i = sum a (f_j - f_i), symmetric weights (eq. 2.3) ---- */
+
+/* Nodes i .. i+count-1, which are the rows from r (-1: whole families), bond by bond. */
+static void pdi_op_laplacian_bonds(const pdi_op_sweep *w, int32_t i, int32_t r, int count)
+{
+    const pd_bonds *bonds = w->bonds;
+    const double *f = w->f + i, *lap = pdi_bond_lap(bonds, i);
+    double sum[PDI_LANES], open[PDI_LANES];
+    memset(sum, 0, sizeof sum);
+    pdi_bond_gate gate = {NULL, 0, 0, 0};
+    for (int k = 0; k < bonds->stencil->count; k++) {
+        const double *far = f + bonds->shift[k];
+        double a = lap[k];
+        pdi_lanes lanes = pdi_bond_gate_open(bonds, r, k, count, &gate, open);
+        if (lanes == PDI_LANES_NONE) continue;
+        for (int b = 0; b < count; b++) sum[b] += lanes == PDI_LANES_ALL || open[b] > 0.0 ? a * (far[b] - f[b]) : 0.0;
+    }
+    memcpy(w->out + i, sum, (size_t)count * sizeof(double));
+}
+
+static void pdi_op_laplacian_whole(const pdi_op_sweep *w, int32_t i, int count)
+{
+    pdi_lines lines;
+    lines.grid = w->bonds->grid;
+    lines.stencil = w->bonds->stencil;
+    lines.shift = w->bonds->line_shift;
+    pdi_line_laplacian(&lines, w->f, i, count, w->out + i);
+}
+
+static void pdi_op_laplacian_rings(const pdi_op_sweep *w, int32_t i, int count)
+{
+    pdi_op_laplacian_bonds(w, i, -1, count);
+}
+
+static void pdi_op_laplacian_cut(const pdi_op_sweep *w, int32_t r, int count)
+{
+    pdi_op_laplacian_bonds(w, w->bonds->node[r], r, count);
+}
+
+void pd_op_laplacian(const pd_ctx *ctx, const pd_bonds *bonds, const double *f, double *lap)
+{
+    pdi_op_sweep w;
+    pdi_op_sweep_init(bonds, f, NULL, lap, &w);
+    w.any_length = !bonds->ring.lap;
+    pdi_op_apply(ctx, &w, bonds->ring.lap ? pdi_op_laplacian_rings : pdi_op_laplacian_whole, pdi_op_laplacian_cut);
+}
+
+/* ---- diffusion: sum D_ij a (f_j - f_i), D_ij = 2 D_i D_j / (D_i + D_j) (eq. 5.2) ---- */
+
+/* In this form neither a ratio of 1e300 nor a zero at one end overflows; the same bits from both ends. */
+static inline double pdi_op_harmonic(double a, double b)
+{
+    double lower = a < b ? a : b, upper = a < b ? b : a;
+    return upper > 0.0 ? 2.0 * lower / (1.0 + lower / upper) : 0.0;
+}
+
+static void pdi_op_diffuse_bonds(const pdi_op_sweep *w, int32_t i, int32_t r, int count)
+{
+    const pd_bonds *bonds = w->bonds;
+    const double *f = w->f + i, *d = w->d + i, *lap = pdi_bond_lap(bonds, i);
+    double sum[PDI_LANES], open[PDI_LANES];
+    memset(sum, 0, sizeof sum);
+    pdi_bond_gate gate = {NULL, 0, 0, 0};
+    for (int k = 0; k < bonds->stencil->count; k++) {
+        const double *far = f + bonds->shift[k], *d_far = d + bonds->shift[k];
+        double a = lap[k];
+        pdi_lanes lanes = pdi_bond_gate_open(bonds, r, k, count, &gate, open);
+        if (lanes == PDI_LANES_NONE) continue;
+        for (int b = 0; b < count; b++)
+            sum[b] +=
+                lanes == PDI_LANES_ALL || open[b] > 0.0 ? a * pdi_op_harmonic(d[b], d_far[b]) * (far[b] - f[b]) : 0.0;
+    }
+    memcpy(w->out + i, sum, (size_t)count * sizeof(double));
+}
+
+static void pdi_op_diffuse_whole(const pdi_op_sweep *w, int32_t i, int count) { pdi_op_diffuse_bonds(w, i, -1, count); }
+
+static void pdi_op_diffuse_cut(const pdi_op_sweep *w, int32_t r, int count)
+{
+    pdi_op_diffuse_bonds(w, w->bonds->node[r], r, count);
+}
+
+pd_status pd_op_diffuse(pd_ctx *ctx, const pd_bonds *bonds, const double *diffusivity, const double *f, double *out)
+{
+    const pd_grid *grid = bonds->grid;
+    pdi_op_sweep w;
+    for (int32_t node = 0; node < grid->total; node++)
+        if (pdi_grid_open(grid->kind[node]) && !(diffusivity[node] >= 0.0 && diffusivity[node] < 1e300))
+            return pdi_fail(ctx, PD_ERR_ARGUMENT, "op", "the diffusivity of node %d is %g m2/s, expected one >= 0",
+                            (int)node, diffusivity[node]);
+    pdi_op_sweep_init(bonds, f, diffusivity, out, &w);
+    pdi_op_apply(ctx, &w, pdi_op_diffuse_whole, pdi_op_diffuse_cut);
+    return PD_OK;
+}

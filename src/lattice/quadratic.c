@@ -1,0 +1,124 @@
+/* quadratic: see quadratic.h */
+#include "lattice/quadratic.h"
+#include <math.h>
+#include <string.h>
+
+/* Square of the distance in cells at which a datum is the place itself; weights of zeros for what no datum tells, of
+ * second derivatives and of slopes: above the rounding of heavy rows. */
+#define PDI_QUADRATIC_NEAR 1e-6
+#define PDI_QUADRATIC_FAINT 1e-5
+#define PDI_QUADRATIC_FAINTER 1e-10
+
+PDI_FN void pdi_quadratic_start(pdi_quadratic *fit, const double *x, const double *h)
+{
+    fit->rows = 0;
+    for (int d = 0; d < PD_DIM; d++) {
+        fit->x[d] = x[d];
+        fit->h[d] = h[d];
+    }
+}
+
+/* A new row for a datum at x, whose place in units of h is z; NULL: no room. */
+static double *pdi_quadratic_row(pdi_quadratic *fit, const double *x, double near, double *z)
+{
+    double square = near;
+    if (fit->rows == PDI_QUADRATIC_ROWS) return NULL;
+    for (int d = 0; d < PD_DIM; d++) {
+        z[d] = (x[d] - fit->x[d]) / fit->h[d];
+        square += z[d] * z[d];
+    }
+    fit->weight[fit->rows] = 1.0 / square;
+    return fit->row[fit->rows++];
+}
+
+static void pdi_quadratic_weigh(double *row, double weight)
+{
+    for (int c = 0; c <= PDI_QUADRATIC_TERMS; c++) row[c] *= weight;
+}
+
+PDI_FN void pdi_quadratic_value(pdi_quadratic *fit, const double *x, double value)
+{
+    double z[PD_DIM], *row = pdi_quadratic_row(fit, x, PDI_QUADRATIC_NEAR, z);
+    int at = 0;
+    if (!row) return;
+    row[at++] = 1.0;
+    for (int a = 0; a < PD_DIM; a++) row[at++] = z[a];
+    for (int a = 0; a < PD_DIM; a++)
+        for (int b = 0; b <= a; b++) row[at++] = z[a] * z[b];
+    row[at] = value;
+    pdi_quadratic_weigh(row, fit->weight[fit->rows - 1]);
+}
+
+PDI_FN void pdi_quadratic_slope(pdi_quadratic *fit, const double *x, const double *normal, double slope)
+{
+    double z[PD_DIM], along[PD_DIM], length = 0.0, *row = pdi_quadratic_row(fit, x, 1.0, z);
+    int at = 0;
+    if (!row) return;
+    for (int d = 0; d < PD_DIM; d++) length += normal[d] / fit->h[d] * (normal[d] / fit->h[d]);
+    length = 1.0 / sqrt(length);
+    for (int d = 0; d < PD_DIM; d++) along[d] = normal[d] / fit->h[d] * length;
+    row[at++] = 0.0;
+    for (int a = 0; a < PD_DIM; a++) row[at++] = along[a];
+    for (int a = 0; a < PD_DIM; a++)
+        for (int b = 0; b <= a; b++) row[at++] = z[a] * along[b] + z[b] * along[a] * (a == b ? 0.0 : 1.0) +
+                                                 (a == b ? z[a] * along[a] : 0.0);
+    row[at] = slope * length;
+    pdi_quadratic_weigh(row, fit->weight[fit->rows - 1]);
+}
+
+/* Heavy rows first: reflections then keep what light ones say. */
+static void pdi_quadratic_sort(pdi_quadratic *fit)
+{
+    double keep[PDI_QUADRATIC_TERMS + 1];
+    for (int r = 1; r < fit->rows; r++)
+        for (int q = r; q > 0 && fit->weight[q] > fit->weight[q - 1]; q--) {
+            double weight = fit->weight[q];
+            fit->weight[q] = fit->weight[q - 1];
+            fit->weight[q - 1] = weight;
+            memcpy(keep, fit->row[q], sizeof keep);
+            memcpy(fit->row[q], fit->row[q - 1], sizeof keep);
+            memcpy(fit->row[q - 1], keep, sizeof keep);
+        }
+}
+
+/* Householder's reflection that clears column c below row c. */
+static void pdi_quadratic_reflect(pdi_quadratic *fit, int c)
+{
+    double norm = 0.0, vector[PDI_QUADRATIC_ROWS + PDI_QUADRATIC_TERMS], square = 0.0;
+    for (int r = c; r < fit->rows; r++) norm += fit->row[r][c] * fit->row[r][c];
+    norm = sqrt(norm);
+    for (int r = c; r < fit->rows; r++) {
+        vector[r] = fit->row[r][c];
+        if (r == c) vector[r] += vector[r] > 0.0 ? norm : -norm;
+        square += vector[r] * vector[r];
+    }
+    for (int k = c; k <= PDI_QUADRATIC_TERMS && square > 0.0; k++) {
+        double dot = 0.0;
+        for (int r = c; r < fit->rows; r++) dot += vector[r] * fit->row[r][k];
+        for (int r = c; r < fit->rows; r++) fit->row[r][k] -= 2.0 * dot / square * vector[r];
+    }
+}
+
+PDI_FN double pdi_quadratic_solve(pdi_quadratic *fit)
+{
+    double x[PDI_QUADRATIC_TERMS];
+    if (fit->rows == 0) return (double)NAN;
+    for (int c = 1; c < PDI_QUADRATIC_TERMS; c++) {
+        double *row = fit->row[fit->rows];
+        memset(row, 0, sizeof fit->row[0]);
+        row[c] = c > PD_DIM ? PDI_QUADRATIC_FAINT : PDI_QUADRATIC_FAINTER;
+        fit->weight[fit->rows++] = row[c];
+    }
+    pdi_quadratic_sort(fit);
+    for (int c = 0; c < PDI_QUADRATIC_TERMS; c++) pdi_quadratic_reflect(fit, c);
+    for (int c = PDI_QUADRATIC_TERMS - 1; c >= 0; c--) {
+        x[c] = fit->row[c][PDI_QUADRATIC_TERMS];
+        for (int k = c + 1; k < PDI_QUADRATIC_TERMS; k++) x[c] -= fit->row[c][k] * x[k];
+        x[c] = fabs(fit->row[c][c]) > 0.0 ? x[c] / fit->row[c][c] : 0.0;
+    }
+    return x[0];
+}
+
+#undef PDI_QUADRATIC_NEAR
+#undef PDI_QUADRATIC_FAINT
+#undef PDI_QUADRATIC_FAINTER

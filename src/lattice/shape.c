@@ -1,0 +1,228 @@
+/* shape: see shape.h
+ *
+ * Sources: signed distances of primitives and their min/max algebra as in Ricci 1973 and Hart 1996 (sphere tracing).
+ */
+#include "lattice/shape.h"
+#include "core/vec.h"
+#include <math.h>
+
+/* As fmax and fmin of numbers, without a call. */
+static inline double pdi_shape_most(double a, double b) { return a > b ? a : b; }
+static inline double pdi_shape_least(double a, double b) { return a < b ? a : b; }
+
+/* max over axes outside, negative inside: the exact distance to an axis-aligned box. */
+static double pdi_shape_box(const double *lo, const double *hi, const double *x)
+{
+    double outside[PD_DIM], inside = -HUGE_VAL;
+    for (int d = 0; d < PD_DIM; d++) {
+        double beyond = pdi_shape_most(lo[d] - x[d], x[d] - hi[d]);
+        outside[d] = pdi_shape_most(beyond, 0.0);
+        inside = pdi_shape_most(inside, beyond);
+    }
+    return inside > 0.0 ? pdi_vec_norm(outside) : inside;
+}
+
+static double pdi_shape_cylinder(const pd_shape *s, const double *x)
+{
+    double radial[PD_DIM];
+    for (int d = 0; d < PD_DIM; d++) radial[d] = PD_DIM > 1 && d == s->axis ? 0.0 : x[d] - s->a[d];
+    return pdi_vec_norm(radial) - s->r;
+}
+
+static double pdi_shape_half_space(const pd_shape *s, const double *x)
+{
+    double from[PD_DIM];
+    for (int d = 0; d < PD_DIM; d++) from[d] = x[d] - s->a[d];
+    return pdi_vec_dot(from, s->b) / pdi_vec_norm(s->b);
+}
+
+/* Cells beyond the mask are empty. */
+static int pdi_shape_cell(const pd_shape *s, const int64_t *i)
+{
+    size_t cell = 0, stride = 1;
+    for (int d = 0; d < PD_DIM; d++) {
+        if (i[d] < 0 || i[d] >= s->n[d]) return 0;
+        cell += (size_t)i[d] * stride;
+        stride *= (size_t)s->n[d];
+    }
+    return s->mask[cell] != 0;
+}
+
+/* The distance to the nearest cell of the other value, cut off at the shortest cell edge (which no cell but the
+ * neighbours can undercut); outside also at least the distance to the box of the mask. */
+static double pdi_shape_voxels(const pd_shape *s, const double *x)
+{
+    double hi[PD_DIM], nearest = HUGE_VAL;
+    int64_t at[PD_DIM];
+    int neighbours = 1;
+    for (int d = 0; d < PD_DIM; d++) {
+        hi[d] = s->a[d] + s->n[d] * s->b[d];
+        double cell = floor((x[d] - s->a[d]) / s->b[d]);
+        at[d] = (int64_t)pdi_shape_most(-2.0, pdi_shape_least(cell, (double)s->n[d] + 1.0));
+        nearest = pdi_shape_least(nearest, s->b[d]);
+        neighbours *= 3;
+    }
+    double box = pdi_shape_box(s->a, hi, x);
+    int value = pdi_shape_cell(s, at);
+    for (int k = 0; k < neighbours && box < nearest; k++) {
+        double lo[PD_DIM], up[PD_DIM];
+        int64_t j[PD_DIM];
+        int rest = k;
+        for (int d = 0; d < PD_DIM; d++) {
+            j[d] = at[d] + rest % 3 - 1;
+            rest /= 3;
+            lo[d] = s->a[d] + (double)j[d] * s->b[d];
+            up[d] = lo[d] + s->b[d];
+        }
+        if (pdi_shape_cell(s, j) != value)
+            nearest = pdi_shape_least(nearest, pdi_shape_most(pdi_shape_box(lo, up, x), 0.0));
+    }
+    return value ? -nearest : pdi_shape_most(nearest, box);
+}
+
+double pd_shape_distance(const pd_shape *shapes, int index, const double *x)
+{
+    const pd_shape *s = &shapes[index];
+    double from[PD_DIM], distance;
+    switch (s->type) {
+    case PD_SHAPE_BOX: return pdi_shape_box(s->a, s->b, x);
+    case PD_SHAPE_BALL:
+        for (int d = 0; d < PD_DIM; d++) from[d] = x[d] - s->a[d];
+        return pdi_vec_norm(from) - s->r;
+    case PD_SHAPE_CYLINDER: return pdi_shape_cylinder(s, x);
+    case PD_SHAPE_HALF_SPACE: return pdi_shape_half_space(s, x);
+    case PD_SHAPE_VOXELS: return pdi_shape_voxels(s, x);
+    case PD_SHAPE_COMPLEMENT: return -pd_shape_distance(shapes, s->child[0], x);
+    case PD_SHAPE_UNION:
+    case PD_SHAPE_INTERSECT:
+    case PD_SHAPE_DIFFERENCE:
+        distance = pd_shape_distance(shapes, s->child[0], x);
+        for (int c = 1; c < s->children; c++) {
+            double other = pd_shape_distance(shapes, s->child[c], x);
+            if (s->type == PD_SHAPE_UNION) distance = pdi_shape_least(distance, other);
+            else distance = pdi_shape_most(distance, s->type == PD_SHAPE_DIFFERENCE ? -other : other);
+        }
+        return distance;
+    case PD_SHAPE_NONE: break;
+    }
+    return HUGE_VAL;
+}
+
+int pd_shape_exact(const pd_shape *shapes, int index)
+{
+    const pd_shape *s = &shapes[index];
+    if (s->type == PD_SHAPE_VOXELS) return 0;
+    int children = s->type >= PD_SHAPE_UNION ? s->children : 0;
+    for (int c = 0; c < children; c++)
+        if (!pd_shape_exact(shapes, s->child[c])) return 0;
+    return 1;
+}
+
+static pd_status pdi_shape_check_box(pd_ctx *ctx, const pd_shape *s, int k)
+{
+    for (int d = 0; d < PD_DIM; d++)
+        if (!(s->a[d] < s->b[d]) || !isfinite(s->b[d] - s->a[d]))
+            return pdi_fail(ctx, PD_ERR_ARGUMENT, "shape",
+                            "shape %d (box) goes from %g m to %g m on axis %d, expected a < b", k, s->a[d], s->b[d], d);
+    return PD_OK;
+}
+
+static pd_status pdi_shape_check_centre(pd_ctx *ctx, const pd_shape *s, int k, const char *name)
+{
+    for (int d = 0; d < PD_DIM; d++)
+        if (!isfinite(s->a[d]))
+            return pdi_fail(ctx, PD_ERR_ARGUMENT, "shape", "shape %d (%s) has point a = %g m on axis %d, expected a "
+                            "finite one", k, name, s->a[d], d);
+    return PD_OK;
+}
+
+static pd_status pdi_shape_check_round(pd_ctx *ctx, const pd_shape *s, int k, const char *name)
+{
+    PDI_TRY(pdi_shape_check_centre(ctx, s, k, name));
+    if (!(s->r > 0.0) || !isfinite(s->r))
+        return pdi_fail(ctx, PD_ERR_ARGUMENT, "shape", "shape %d (%s) has radius r = %g m, expected > 0", k, name,
+                        s->r);
+    if (s->type == PD_SHAPE_CYLINDER && (s->axis < 0 || s->axis > 2))
+        return pdi_fail(ctx, PD_ERR_ARGUMENT, "shape", "shape %d (%s) has axis %d, expected 0, 1 or 2", k, name,
+                        s->axis);
+    return PD_OK;
+}
+
+static pd_status pdi_shape_check_half_space(pd_ctx *ctx, const pd_shape *s, int k)
+{
+    PDI_TRY(pdi_shape_check_centre(ctx, s, k, "half-space"));
+    double length = pdi_vec_norm(s->b);
+    if (!(length > 0.0) || !isfinite(length))
+        return pdi_fail(ctx, PD_ERR_ARGUMENT, "shape", "shape %d (half-space) has a normal b of length %g, expected a "
+                        "finite one > 0", k, length);
+    return PD_OK;
+}
+
+static pd_status pdi_shape_check_voxels(pd_ctx *ctx, const pd_shape *s, int k)
+{
+    PDI_TRY(pdi_shape_check_centre(ctx, s, k, "voxels"));
+    if (!s->mask) return pdi_fail(ctx, PD_ERR_ARGUMENT, "shape", "shape %d (voxels) has no mask", k);
+    for (int d = 0; d < PD_DIM; d++) {
+        if (s->n[d] < 1)
+            return pdi_fail(ctx, PD_ERR_ARGUMENT, "shape", "shape %d (voxels) has n = %d cells on axis %d, expected at "
+                            "least 1", k, s->n[d], d);
+        if (!(s->b[d] > 0.0) || !isfinite(s->b[d]))
+            return pdi_fail(ctx, PD_ERR_ARGUMENT, "shape", "shape %d (voxels) has spacing b = %g m on axis %d, "
+                            "expected > 0", k, s->b[d], d);
+    }
+    return PD_OK;
+}
+
+static pd_status pdi_shape_check_children(pd_ctx *ctx, const pd_shape *shapes, int k, const char *name)
+{
+    const pd_shape *s = &shapes[k];
+    int most = (int)(sizeof s->child / sizeof s->child[0]);
+    int least = s->type == PD_SHAPE_DIFFERENCE ? 2 : 1;
+    if (s->type == PD_SHAPE_COMPLEMENT) most = 1;
+    if (s->children < least || s->children > most)
+        return pdi_fail(ctx, PD_ERR_ARGUMENT, "shape", "shape %d (%s) has %d children, expected %d to %d", k, name,
+                        s->children, least, most);
+    for (int c = 0; c < s->children; c++)
+        if (s->child[c] < 0 || s->child[c] >= k)
+            return pdi_fail(ctx, PD_ERR_ARGUMENT, "shape", "shape %d (%s) has child %d, expected the index of an "
+                            "earlier shape", k, name, s->child[c]);
+    return PD_OK;
+}
+
+static pd_status pdi_shape_check(pd_ctx *ctx, const pd_shape *shapes, int k)
+{
+    const pd_shape *s = &shapes[k];
+    switch (s->type) {
+    case PD_SHAPE_BOX: return pdi_shape_check_box(ctx, s, k);
+    case PD_SHAPE_BALL: return pdi_shape_check_round(ctx, s, k, "ball");
+    case PD_SHAPE_CYLINDER: return pdi_shape_check_round(ctx, s, k, "cylinder");
+    case PD_SHAPE_HALF_SPACE: return pdi_shape_check_half_space(ctx, s, k);
+    case PD_SHAPE_VOXELS: return pdi_shape_check_voxels(ctx, s, k);
+    case PD_SHAPE_UNION: return pdi_shape_check_children(ctx, shapes, k, "union");
+    case PD_SHAPE_INTERSECT: return pdi_shape_check_children(ctx, shapes, k, "intersection");
+    case PD_SHAPE_DIFFERENCE: return pdi_shape_check_children(ctx, shapes, k, "difference");
+    case PD_SHAPE_COMPLEMENT: return pdi_shape_check_children(ctx, shapes, k, "complement");
+    case PD_SHAPE_NONE: break;
+    }
+    return pdi_fail(ctx, PD_ERR_ARGUMENT, "shape", "shape %d has type %d, which is none", k, (int)s->type);
+}
+
+pd_status pd_shape_validate(pd_ctx *ctx, const pd_shape *shapes, int count)
+{
+    int evaluations[PD_SHAPE_MAX];
+    if (count < 0 || (count > 0 && !shapes))
+        return pdi_fail(ctx, PD_ERR_ARGUMENT, "shape", "%d shapes without an array", count);
+    if (count > PD_SHAPE_MAX)
+        return pdi_fail(ctx, PD_ERR_SIZE, "shape", "%d shapes, expected at most %d", count, PD_SHAPE_MAX);
+    for (int k = 0; k < count; k++) {
+        PDI_TRY(pdi_shape_check(ctx, shapes, k));
+        evaluations[k] = 1;
+        for (int c = 0; shapes[k].type >= PD_SHAPE_UNION && c < shapes[k].children; c++)
+            evaluations[k] += evaluations[shapes[k].child[c]];
+        /* shared children unfold: without this bound a short array could take forever */
+        if (evaluations[k] > PD_SHAPE_MAX_EVALUATIONS)
+            return pdi_fail(ctx, PD_ERR_SIZE, "shape", "shape %d unfolds to %d shapes, expected at most %d: "
+                            "children are shared too often", k, evaluations[k], PD_SHAPE_MAX_EVALUATIONS);
+    }
+    return PD_OK;
+}

@@ -1,0 +1,52 @@
+/* shape: signed distances and set operations. Negative inside the shape.
+ *
+ * A scene is an array of shapes; later nodes of the array refer to earlier ones by index (children first), so a tree
+ * is one flat array without pointers.
+ */
+#ifndef PD_SHAPE_H
+#define PD_SHAPE_H
+#include "core/base.h"
+
+typedef enum pd_shape_type {
+    PD_SHAPE_NONE = 0,
+    PD_SHAPE_BOX,        /* a: low corner [m], b: high corner [m] */
+    PD_SHAPE_BALL,       /* a: centre, r: radius; a disc in 2D, a sphere in 3D */
+    PD_SHAPE_CYLINDER,   /* around axis `axis` (0, 1, 2) through a, radius r, unbounded along the axis. 2D is a planar
+                          * cut: axis 0 the slab |y - a_y| < r, axis 1 |x - a_x| < r, axis 2 a disc. 1D: |x - a| < r */
+    PD_SHAPE_HALF_SPACE, /* points with (x - a) . b < 0; b need not have unit length */
+    PD_SHAPE_VOXELS,     /* mask of n[] cells from corner a with spacing b; nearest cell decides */
+    PD_SHAPE_UNION,      /* of children first .. first+count-1 in the child list */
+    PD_SHAPE_INTERSECT,
+    PD_SHAPE_DIFFERENCE, /* first child minus the others */
+    PD_SHAPE_COMPLEMENT  /* of one child */
+} pd_shape_type;
+
+typedef struct pd_shape {
+    pd_shape_type type;
+    double a[PD_DIM], b[PD_DIM]; /* [m] */
+    double r;                    /* [m] */
+    int axis;
+    int child[8], children;      /* indices of earlier shapes of the array */
+    const uint8_t *mask;         /* PD_SHAPE_VOXELS: non-zero is inside, axis 0 fastest; borrowed */
+    int n[PD_DIM];
+} pd_shape;
+
+#define pd_shape_validate PD_NAME(pd_shape_validate)
+#define pd_shape_distance PD_NAME(pd_shape_distance)
+#define pd_shape_exact PD_NAME(pd_shape_exact)
+
+/* Limits of an array of shapes: entries, and evaluations of primitives and operations for one point, entries that are
+ * used n times counting n times. */
+#define PD_SHAPE_MAX 256
+#define PD_SHAPE_MAX_EVALUATIONS 4096
+
+/* Check the array of `count` shapes: parameters finite, radii positive, boxes not empty, children earlier.
+ * PD_ERR_ARGUMENT: the first shape and parameter at fault. PD_ERR_SIZE: a limit above. */
+PD_API pd_status pd_shape_validate(pd_ctx *ctx, const pd_shape *shapes, int count);
+/* Signed distance [m] of point x to shape `index` of a validated array, negative inside. Exact for primitives (voxel
+ * masks: up to one cell, beyond it a bound); a bound of the right sign inside set operations. Lipschitz constant 1. */
+PD_API double pd_shape_distance(const pd_shape *shapes, int index, const double *x);
+/* 1 when the zero level of the shape is a smooth description of the surface (no voxel mask below it). */
+PD_API int pd_shape_exact(const pd_shape *shapes, int index);
+
+#endif

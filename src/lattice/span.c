@@ -1,0 +1,74 @@
+/* span: see span.h */
+#include "lattice/span.h"
+#include "core/par.h"
+#include <string.h>
+
+static int pdi_span_within(const pd_grid *grid, int32_t node)
+{
+    return grid->kind[node] == PD_FLUID || grid->kind[node] == PD_SOLID;
+}
+
+/* Count the stretches and their nodes, or list them. */
+static void pdi_span_scan(const pd_grid *grid, pd_spans *s, int list)
+{
+    int32_t line = grid->np[0];
+    s->count = s->nodes = 0;
+    for (int32_t node = 0; node < grid->total; node += line) {
+        int32_t low = 0, high = line;
+        while (low < high && !pdi_span_within(grid, node + low)) low++;
+        while (low < high && !pdi_span_within(grid, node + high - 1)) high--;
+        if (low == high) continue;
+        if (list) {
+            s->first[s->count] = node + low;
+            s->start[s->count] = s->nodes;
+            s->length[s->count] = high - low;
+        }
+        s->count++;
+        s->nodes += high - low;
+    }
+}
+
+PDI_FN pd_status pdi_spans_build(pd_ctx *ctx, const pd_grid *grid, pd_spans *s)
+{
+    memset(s, 0, sizeof *s);
+    s->total = grid->total;
+    pdi_span_scan(grid, s, 0);
+    s->capacity = s->count;
+    PDI_TRY(PDI_NEW(ctx, "span", s->capacity, s->first));
+    PDI_TRY(PDI_NEW(ctx, "span", s->capacity, s->start));
+    PDI_TRY(PDI_NEW(ctx, "span", s->capacity, s->length));
+    pdi_span_scan(grid, s, 1);
+    return PD_OK;
+}
+
+PDI_FN void pdi_spans_free(pd_ctx *ctx, pd_spans *s)
+{
+    PDI_DELETE(ctx, s->capacity, s->first);
+    PDI_DELETE(ctx, s->capacity, s->start);
+    PDI_DELETE(ctx, s->capacity, s->length);
+    memset(s, 0, sizeof *s);
+}
+
+/* From one layout to the other, stretch by stretch. */
+static void pdi_span_copy(const pd_ctx *ctx, const pd_spans *s, int components, const double *from, double *to,
+                          int pack)
+{
+    int nt = pdi_par_threads(ctx, (int64_t)components * s->nodes);
+    (void)nt;
+    PDI_PARALLEL_FOR(nt)
+    for (int32_t k = 0; k < components * s->count; k++) {
+        int32_t span = k % s->count;
+        int64_t c = k / s->count, full = c * s->total + s->first[span], packed = c * s->nodes + s->start[span];
+        memcpy(to + (pack ? packed : full), from + (pack ? full : packed), (size_t)s->length[span] * sizeof *to);
+    }
+}
+
+PDI_FN void pdi_spans_pack(const pd_ctx *ctx, const pd_spans *s, int components, const double *full, double *packed)
+{
+    pdi_span_copy(ctx, s, components, full, packed, 1);
+}
+
+PDI_FN void pdi_spans_unpack(const pd_ctx *ctx, const pd_spans *s, int components, const double *packed, double *full)
+{
+    pdi_span_copy(ctx, s, components, packed, full, 0);
+}

@@ -1,0 +1,348 @@
+/* stencil: see stencil.h */
+#include "lattice/stencil.h"
+#include "core/vec.h"
+#include "lattice/area.h"
+#include <math.h>
+#include <string.h>
+
+#define PDI_STENCIL_MAX_M 12.0
+
+static double pdi_stencil_lattice_length(const int *n)
+{
+    double sum = 0.0;
+    for (int d = 0; d < PD_DIM; d++) sum += (double)n[d] * (double)n[d];
+    return sqrt(sum);
+}
+
+/* Next offset of the cube [-reach, reach]^d in lexicographic order, axis 0 fastest. 0 at the end. */
+static int pdi_stencil_next(int *n, int reach)
+{
+    for (int d = 0; d < PD_DIM; d++) {
+        if (++n[d] <= reach) return 1;
+        n[d] = -reach;
+    }
+    return 0;
+}
+
+/* Partial volume beta of a cell (eq. 2.1); 0: not in the family. The last digits of sqrt must not decide on that. */
+static double pdi_stencil_beta(const int *n, double m, pd_family family)
+{
+    double length = pdi_stencil_lattice_length(n), rim = family == PD_FAMILY_WHOLE ? m + 1e-12 : m + 0.5 - 1e-12;
+    if (!(length > 0.0) || !(length < rim)) return 0.0;
+    return family == PD_FAMILY_WHOLE ? 1.0 : fmin(m + 0.5 - length, 1.0);
+}
+
+static pd_status pdi_stencil_family(pd_ctx *ctx, pd_family family, pd_stencil *s)
+{
+    int limit = (int)(s->m + 0.5), n[PD_DIM], count = 0;
+    for (int d = 0; d < PD_DIM; d++) n[d] = -limit;
+    do count += pdi_stencil_beta(n, s->m, family) > 0.0;
+    while (pdi_stencil_next(n, limit));
+    s->count = count;
+    PDI_TRY(PDI_NEW(ctx, "stencil", count * PD_DIM, s->offset));
+    PDI_TRY(PDI_NEW(ctx, "stencil", count * PD_DIM, s->xi));
+    PDI_TRY(PDI_NEW(ctx, "stencil", count, s->beta));
+    PDI_TRY(PDI_NEW(ctx, "stencil", count, s->lap));
+    PDI_TRY(PDI_NEW(ctx, "stencil", count * PD_DIM, s->grad));
+    PDI_TRY(PDI_NEW(ctx, "stencil", count, s->base));
+    PDI_TRY(PDI_NEW(ctx, "stencil", count, s->area));
+    int k = 0;
+    for (int d = 0; d < PD_DIM; d++) n[d] = -limit;
+    do {
+        double beta = pdi_stencil_beta(n, s->m, family);
+        if (!(beta > 0.0)) continue;
+        for (int d = 0; d < PD_DIM; d++) {
+            s->offset[k * PD_DIM + d] = n[d];
+            s->xi[k * PD_DIM + d] = (double)n[d] * s->h[d];
+            if (n[d] > s->reach) s->reach = n[d];
+        }
+        double length = pdi_stencil_lattice_length(n);
+        s->beta[k] = beta;
+        /* w(n) = beta V |n|^d / |xi|^(d+2): on equal spacings beta V / |xi|^2 up to a constant (eq. 2.2) */
+        double xi2 = pdi_vec_dot(s->xi + k * PD_DIM, s->xi + k * PD_DIM);
+        s->base[k] = s->beta[k] * s->volume * pow(length / sqrt(xi2), PD_DIM) / xi2;
+        k++;
+    } while (pdi_stencil_next(n, limit));
+    return PD_OK;
+}
+
+/* Coefficients of the continuum: lap = k_L sum df/|xi|^2 V beta, grad = (d/V_H) sum df e/|xi| V beta.
+ * Elliptical horizons: delta_theta = m |xi|/|n| in place of delta (Jafarzadeh et al. 2022, eq. 16, corrected). */
+static void pdi_stencil_printed(pd_stencil *s)
+{
+    double horizon_volume = PD_DIM == 1 ? 2.0 : PD_DIM == 2 ? PDI_PI : 4.0 * PDI_PI / 3.0;
+    double lap_scale = PD_DIM == 1 ? 1.0 : PD_DIM == 2 ? 4.0 / PDI_PI : 9.0 / (2.0 * PDI_PI);
+    for (int d = 0; d < PD_DIM; d++) horizon_volume *= s->m * s->h[d];
+    for (int k = 0; k < s->count; k++) {
+        const double *xi = s->xi + k * PD_DIM;
+        double length = pdi_vec_norm(xi);
+        double delta = s->m * length / pdi_stencil_lattice_length(s->offset + k * PD_DIM);
+        s->lap[k] = lap_scale / pow(delta, PD_DIM) * s->beta[k] * s->volume / (length * length);
+        for (int d = 0; d < PD_DIM; d++)
+            s->grad[k * PD_DIM + d] =
+                (double)PD_DIM / horizon_volume * xi[d] / (length * length) * s->beta[k] * s->volume;
+    }
+}
+
+/* Add the weights w(n) sum_b s_b e_b^2 with s = `scale` to the Laplacian. left: what is now missing of
+ * sum_n a(n) xi_a^2 = 2, over h_a^2. */
+static void pdi_stencil_add_weights(pd_stencil *s, const double *scale, double *left)
+{
+    for (int a = 0; a < PD_DIM; a++) left[a] = 2.0 / (s->h[a] * s->h[a]);
+    for (int k = 0; k < s->count; k++) {
+        const double *xi = s->xi + k * PD_DIM;
+        double xi2 = pdi_vec_dot(xi, xi), factor = 0.0;
+        for (int b = 0; b < PD_DIM; b++) factor += scale[b] * xi[b] * xi[b] / xi2;
+        s->lap[k] += s->base[k] * factor;
+        for (int a = 0; a < PD_DIM; a++) left[a] -= s->lap[k] * (xi[a] / s->h[a]) * (xi[a] / s->h[a]);
+    }
+}
+
+/* a(n) = w(n) sum_b s_b e_b^2 with sum_n a(n) xi_a^2 = 2 for every axis (eq. 2.3);
+ * g(n) = w(n) xi / sum w xi_a^2 (eq. 2.4). */
+static pd_status pdi_stencil_calibrate(pd_ctx *ctx, pd_stencil *s)
+{
+    double matrix[PD_DIM * PD_DIM], left[PD_DIM], scale[PD_DIM], moment[PD_DIM];
+    memset(matrix, 0, sizeof matrix);
+    memset(moment, 0, sizeof moment);
+    memset(scale, 0, sizeof scale);
+    for (int k = 0; k < s->count; k++) {
+        const double *xi = s->xi + k * PD_DIM;
+        double xi2 = pdi_vec_dot(xi, xi);
+        for (int a = 0; a < PD_DIM; a++) {
+            moment[a] += s->base[k] * xi[a] * xi[a];
+            /* row a divided by h_a^2 keeps the system well scaled for any spacing */
+            for (int b = 0; b < PD_DIM; b++)
+                matrix[a * PD_DIM + b] += s->base[k] * (xi[a] / s->h[a]) * (xi[a] / s->h[a]) * xi[b] * xi[b] / xi2;
+        }
+    }
+    pdi_stencil_add_weights(s, scale, left);
+    /* the second pass removes the rounding of the first: spacings of 1 : 10 : 100 cost three digits */
+    for (int pass = 0; pass < 2; pass++) {
+        if (!(pdi_vec_solve(matrix, left, scale) > 0.0))
+            return pdi_fail(ctx, PD_ERR_GEOMETRY, "stencil", "the moments of the family are singular (m = %g)", s->m);
+        pdi_stencil_add_weights(s, scale, left);
+    }
+    for (int k = 0; k < s->count; k++) {
+        if (s->beta[k] > 0.0 && !(s->lap[k] > 0.0))
+            return pdi_fail(ctx, PD_ERR_GEOMETRY, "stencil",
+                            "a calibrated Laplacian weight is %g, expected a positive one: the spacings differ too "
+                            "much for m = %g",
+                            s->lap[k], s->m);
+        for (int a = 0; a < PD_DIM; a++)
+            s->grad[k * PD_DIM + a] = s->base[k] * s->xi[k * PD_DIM + a] / moment[a];
+    }
+    return PD_OK;
+}
+
+/* A crossing of the face number `step` of axis `axis` lies at (2 step + 1) / (2 |n_axis|) of the bond. */
+typedef struct pdi_crossing {
+    int axis, numerator, denominator;
+} pdi_crossing;
+
+static int pdi_stencil_earlier(const pdi_crossing *a, const pdi_crossing *b)
+{
+    return a->numerator * b->denominator < b->numerator * a->denominator;
+}
+
+/* Append one group of alternatives: the cells from + subset of axes, for every subset whose bit is set in `members`.
+ * Counts only when the arrays are NULL. */
+static void pdi_stencil_group(pd_stencil *s, const int *from, const int *sign, int axes, int members, double entry)
+{
+    if (s->group_cell) {
+        s->group_cell[s->groups] = s->cells;
+        s->group_entry[s->groups] = entry;
+        s->group_axes[s->groups] = (uint8_t)axes;
+    }
+    for (int subset = 1; subset <= axes; subset++) {
+        if (!((members >> subset) & 1)) continue;
+        if (s->cell)
+            for (int d = 0; d < PD_DIM; d++)
+                s->cell[s->cells * PD_DIM + d] = from[d] + ((subset >> d) & 1) * sign[d];
+        s->cells++;
+    }
+    s->groups++;
+}
+
+/* The cells beside a passage through an edge (two axes) or a corner (three). It is closed when no way from face to
+ * face leads past it: both cells beside the edge, or a cut of the ring of six cells around the corner (the cells
+ * after one face, those after two, or all but one cell and the one opposite of it). */
+static void pdi_stencil_passage(pd_stencil *s, const int *from, const int *sign, int axes, double entry)
+{
+    int single = 0, twofold = 0;
+    for (int subset = 1; subset < axes; subset++) {
+        if ((subset & axes) != subset) continue;
+        if (subset & (subset - 1)) twofold |= 1 << subset;
+        else single |= 1 << subset;
+    }
+    pdi_stencil_group(s, from, sign, axes, single, entry);
+    if (!twofold) return;
+    pdi_stencil_group(s, from, sign, axes, twofold, entry);
+    for (int axis = 1; axis < axes; axis *= 2)
+        pdi_stencil_group(s, from, sign, axes, (single | twofold) & ~(1 << axis) & ~(1 << (axes ^ axis)), entry);
+}
+
+/* Walk the straight bond cell by cell. Where it passes through an edge or a corner the cells beside the passage are
+ * alternatives, so that a solid without a way from face to face through it is tight, however thin. */
+static void pdi_stencil_path(pd_stencil *s, const int *n)
+{
+    pdi_crossing list[PD_DIM * (int)(PDI_STENCIL_MAX_M + 1.0)];
+    int sign[PD_DIM], at[PD_DIM], count = 0;
+    for (int d = 0; d < PD_DIM; d++) {
+        int steps = n[d] < 0 ? -n[d] : n[d];
+        sign[d] = n[d] < 0 ? -1 : 1;
+        at[d] = 0;
+        for (int k = 0; k < steps; k++) {
+            pdi_crossing c;
+            c.axis = d;
+            c.numerator = 2 * k + 1;
+            c.denominator = 2 * steps;
+            int place = count++;
+            for (; place > 0 && pdi_stencil_earlier(&c, &list[place - 1]); place--) list[place] = list[place - 1];
+            list[place] = c;
+        }
+    }
+    for (int k = 0; k < count;) {
+        int axes = 0, first = k;
+        do axes |= 1 << list[k++].axis;
+        while (k < count && !pdi_stencil_earlier(&list[first], &list[k]));
+        double entry = (double)list[first].numerator / (double)list[first].denominator;
+        if (axes & (axes - 1)) pdi_stencil_passage(s, at, sign, axes, entry);
+        pdi_stencil_group(s, at, sign, axes, 1 << axes, entry);
+        for (int d = 0; d < PD_DIM; d++) at[d] += ((axes >> d) & 1) * sign[d];
+    }
+}
+
+static pd_status pdi_stencil_paths(pd_ctx *ctx, pd_stencil *s)
+{
+    PDI_TRY(PDI_NEW(ctx, "stencil", s->count + 1, s->group_first));
+    for (int k = 0; k < s->count; k++) pdi_stencil_path(s, s->offset + k * PD_DIM);
+    int groups = s->groups, cells = s->cells;
+    PDI_TRY(PDI_NEW(ctx, "stencil", groups + 1, s->group_cell));
+    PDI_TRY(PDI_NEW(ctx, "stencil", groups, s->group_entry));
+    PDI_TRY(PDI_NEW(ctx, "stencil", groups, s->group_axes));
+    PDI_TRY(PDI_NEW(ctx, "stencil", cells * PD_DIM, s->cell));
+    s->groups = s->cells = 0;
+    for (int k = 0; k < s->count; k++) {
+        s->group_first[k] = s->groups;
+        pdi_stencil_path(s, s->offset + k * PD_DIM);
+    }
+    s->group_first[s->count] = s->groups;
+    s->group_cell[s->groups] = s->cells;
+    return PD_OK;
+}
+
+/* Weights that differ by less than this, relative, are the same but for rounding. */
+#define PDI_STENCIL_SAME 1e-13
+
+/* a(n) on the line through `line` at distance n_0, 0 where no bond ends. */
+static double pdi_stencil_on_line(const pd_stencil *s, const int *line, int n0)
+{
+    for (int k = 0; k < s->count; k++) {
+        int same = s->offset[k * PD_DIM] == n0;
+        for (int d = 1; d < PD_DIM; d++) same = same && s->offset[k * PD_DIM + d] == line[d];
+        if (same) return s->lap[k];
+    }
+    return 0.0;
+}
+
+/* 1 when the lines of the family through the bonds k and j have the same weights. */
+static int pdi_stencil_same_kind(const pd_stencil *s, int k, int j)
+{
+    for (int n0 = 0; n0 <= s->reach; n0++) {
+        double a = pdi_stencil_on_line(s, s->offset + k * PD_DIM, n0);
+        double b = pdi_stencil_on_line(s, s->offset + j * PD_DIM, n0);
+        if (!(fabs(a - b) <= PDI_STENCIL_SAME * fabs(a))) return 0;
+    }
+    return 1;
+}
+
+/* Largest n_0 of the bonds on the line through bond k. */
+static int pdi_stencil_line_reach(const pd_stencil *s, int k)
+{
+    int reach = s->reach;
+    while (reach > 0 && !(pdi_stencil_on_line(s, s->offset + k * PD_DIM, reach) > 0.0)) reach--;
+    return reach;
+}
+
+/* Lines are named by their bonds with n_0 = 0. Kinds that reach far come first. */
+static pd_status pdi_stencil_lines(pd_ctx *ctx, pd_stencil *s)
+{
+    int width = s->reach + 1;
+    PDI_TRY(PDI_NEW(ctx, "stencil", s->count + 1, s->line_first));
+    PDI_TRY(PDI_NEW(ctx, "stencil", s->count * PD_DIM, s->line));
+    PDI_TRY(PDI_NEW(ctx, "stencil", s->count, s->line_reach));
+    PDI_TRY(PDI_NEW(ctx, "stencil", (int64_t)s->count * width, s->line_lap));
+    PDI_TRY(PDI_NEW(ctx, "stencil", width, s->layer_lap));
+    for (int k = 0; k < s->count; k++)
+        if (s->offset[k * PD_DIM] > 0) s->layer_lap[s->offset[k * PD_DIM]] += s->lap[k];
+    for (int reach = s->reach, used = 0; reach >= 0; reach--)
+        for (int k = 0; k < s->count; k++) {
+            int seen = s->offset[k * PD_DIM] != 0 || pdi_stencil_line_reach(s, k) != reach;
+            for (int j = 0; j < k && !seen; j++) seen = s->offset[j * PD_DIM] == 0 && pdi_stencil_same_kind(s, j, k);
+            if (seen) continue;
+            for (int n0 = 0; n0 < width; n0++)
+                s->line_lap[s->kinds * width + n0] = pdi_stencil_on_line(s, s->offset + k * PD_DIM, n0);
+            s->line_reach[s->kinds] = reach;
+            for (int j = k; j < s->count; j++) {
+                if (s->offset[j * PD_DIM] != 0 || !pdi_stencil_same_kind(s, k, j)) continue;
+                memcpy(s->line + used++ * PD_DIM, s->offset + j * PD_DIM, PD_DIM * sizeof *s->line);
+            }
+            s->line_first[++s->kinds] = used;
+        }
+    return PD_OK;
+}
+
+static pd_status pdi_stencil_make(pd_ctx *ctx, const pd_stencil_desc *desc, pd_stencil *stencil)
+{
+    memset(stencil, 0, sizeof *stencil);
+    stencil->m = desc->m > 0.0 ? desc->m : 3.0;
+    if (!(desc->m >= 0.0) || stencil->m < 1.0 || stencil->m > PDI_STENCIL_MAX_M)
+        return pdi_fail(ctx, PD_ERR_ARGUMENT, "stencil", "the horizon ratio m is %g, expected 1 to %g", desc->m,
+                        PDI_STENCIL_MAX_M);
+    stencil->volume = 1.0;
+    for (int d = 0; d < PD_DIM; d++) {
+        if (!(desc->h[d] > 0.0) || !(desc->h[d] < 1e100))
+            return pdi_fail(ctx, PD_ERR_ARGUMENT, "stencil",
+                            "the spacing of axis %d is %g m, expected a positive one", d, desc->h[d]);
+        stencil->h[d] = desc->h[d];
+        stencil->volume *= desc->h[d];
+    }
+    PDI_TRY(pdi_stencil_family(ctx, desc->family, stencil));
+    if (desc->weights == PD_WEIGHTS_PRINTED) pdi_stencil_printed(stencil);
+    else PDI_TRY(pdi_stencil_calibrate(ctx, stencil));
+    for (int k = 0; k < stencil->count; k++) stencil->lap_sum += stencil->lap[k];
+    PDI_TRY(pdi_area_weights(ctx, stencil->count, stencil->xi, stencil->beta, stencil->m, stencil->h, stencil->area,
+                             &stencil->anisotropy));
+    PDI_TRY(pdi_stencil_lines(ctx, stencil));
+    return pdi_stencil_paths(ctx, stencil);
+}
+
+pd_status pd_stencil_build(pd_ctx *ctx, const pd_stencil_desc *desc, pd_stencil *stencil)
+{
+    pd_status status = pdi_stencil_make(ctx, desc, stencil);
+    if (status < 0) pd_stencil_free(ctx, stencil);
+    return status;
+}
+
+void pd_stencil_free(pd_ctx *ctx, pd_stencil *s)
+{
+    PDI_DELETE(ctx, s->count * PD_DIM, s->offset);
+    PDI_DELETE(ctx, s->count * PD_DIM, s->xi);
+    PDI_DELETE(ctx, s->count, s->beta);
+    PDI_DELETE(ctx, s->count, s->lap);
+    PDI_DELETE(ctx, s->count * PD_DIM, s->grad);
+    PDI_DELETE(ctx, s->count, s->base);
+    PDI_DELETE(ctx, s->count, s->area);
+    PDI_DELETE(ctx, s->count + 1, s->line_first);
+    PDI_DELETE(ctx, s->count * PD_DIM, s->line);
+    PDI_DELETE(ctx, s->count, s->line_reach);
+    PDI_DELETE(ctx, (int64_t)s->count * (s->reach + 1), s->line_lap);
+    PDI_DELETE(ctx, s->reach + 1, s->layer_lap);
+    PDI_DELETE(ctx, s->count + 1, s->group_first);
+    PDI_DELETE(ctx, s->groups + 1, s->group_cell);
+    PDI_DELETE(ctx, s->groups, s->group_entry);
+    PDI_DELETE(ctx, s->groups, s->group_axes);
+    PDI_DELETE(ctx, s->cells * PD_DIM, s->cell);
+    memset(s, 0, sizeof *s);
+}

@@ -1,0 +1,69 @@
+/* stencil: the family of an interior node of a uniform lattice and its calibrated weights.
+ *
+ * A bond is an integer offset n != 0 with |n| < m + 1/2 (or |n| <= m) and xi = n h (componentwise); all weights are
+ * shared by every node whose family is whole. Calibrated weights make the gradient, the divergence and the Laplacian
+ * exact on all quadratics for any m, spacing ratio and dimension (theory: eq. 2.3, 2.4).
+ */
+#ifndef PD_STENCIL_H
+#define PD_STENCIL_H
+#include "core/base.h"
+
+typedef enum pd_weights {
+    PD_WEIGHTS_CALIBRATED = 0, /* discrete moments exact; refused when a Laplacian weight would be negative */
+    PD_WEIGHTS_PRINTED = 1     /* continuum coefficients of the papers, only to reproduce published figures */
+} pd_weights;
+
+typedef enum pd_family {
+    PD_FAMILY_PARTIAL = 0, /* |n| < m + 1/2; cells at the rim count with the part beta that lies within the horizon */
+    PD_FAMILY_WHOLE = 1    /* |n| <= m, whole cells, as in codes that sum by fast Fourier transforms */
+} pd_family;
+
+typedef struct pd_stencil_desc {
+    double m;          /* [-] horizon ratio; 0: 3 */
+    double h[PD_DIM];  /* [m] spacing of each axis */
+    pd_weights weights;
+    pd_family family;
+} pd_stencil_desc;
+
+typedef struct pd_stencil {
+    int count;           /* bonds of a whole family */
+    int reach;           /* largest |n_a|: ghost layers that a whole family needs */
+    double m;            /* [-] */
+    double h[PD_DIM];    /* [m] */
+    double volume;       /* [m^d] of a cell */
+    int *offset;         /* [count][PD_DIM] n; entry count-1-k is the opposite of entry k */
+    double *xi;          /* [count][PD_DIM] [m] bond vector */
+    double *beta;        /* [count] [-] partial volume */
+    double *lap;         /* [count] [1/m2] a(n): lap f = sum a (f_j - f_i) */
+    double lap_sum;      /* [1/m2] sum of a(n) */
+    double *grad;        /* [count][PD_DIM] [1/m] g(n): grad f = sum g (f_j - f_i) */
+    double *base;        /* [count] [m^(d-2)] w(n), the weight before calibration */
+    double *area;        /* [count] [1/m] c(n): interface area that a solid-fluid bond stands for, over V (eq. 6.3) */
+    double anisotropy;   /* [-] largest deviation of the area measure from 1 over all directions */
+    /* The family as lines along axis 0. Lines with the same weights are of one kind; the line through the node is none
+     * of them. */
+    int kinds;           /* of lines */
+    int *line_first;     /* [kinds+1] into line */
+    int *line;           /* [lines][PD_DIM] offset of the line, 0 along axis 0 */
+    int *line_reach;     /* [kinds] largest |n_0| of the line */
+    double *line_lap;    /* [kinds][reach+1] [1/m2] a(n) by |n_0| */
+    double *layer_lap;   /* [reach+1] [1/m2] sum of a(n) over all bonds with one n_0 > 0 */
+    /* Cells that the straight bond passes: groups of alternatives; the bond is blocked when every cell of one group
+     * is closed. The last group of each bond is its end node. */
+    int *group_first;    /* [count+1] into group_* */
+    int *group_cell;     /* [groups+1] first entry of the group in cell */
+    double *group_entry; /* [groups] [-] fraction of the bond at which the group is entered */
+    uint8_t *group_axes; /* [groups] bit a: a face of axis a is crossed on entering (several: an edge or a corner) */
+    int *cell;           /* [cells][PD_DIM] offsets from the start node */
+    int groups, cells;
+} pd_stencil;
+
+#define pd_stencil_build PD_NAME(pd_stencil_build)
+#define pd_stencil_free PD_NAME(pd_stencil_free)
+
+/* PD_ERR_ARGUMENT: m outside [1, 12], h not positive and finite. PD_ERR_GEOMETRY: calibrated weights turn negative.
+ * Source: Tian and Du 2014 (asymptotic compatibility); Zhao and Bobaru 2022 (operators). */
+PD_API pd_status pd_stencil_build(pd_ctx *ctx, const pd_stencil_desc *desc, pd_stencil *stencil);
+PD_API void pd_stencil_free(pd_ctx *ctx, pd_stencil *stencil);
+
+#endif

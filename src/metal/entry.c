@@ -1,0 +1,88 @@
+/* entry: see entry.h */
+#include "metal/entry.h"
+#include <string.h>
+
+/* Node at `at`, or that which a ghost stands for. *flip (or NULL): as of pdi_grid_image. */
+static int32_t pdi_entry_home(const pd_bonds *bonds, int32_t at, int *flip)
+{
+    uint8_t kind = bonds->grid->kind[at];
+    if (flip) *flip = 0;
+    return kind == PD_FLUID || kind == PD_SOLID ? at : pdi_grid_image(bonds->grid, at, flip);
+}
+
+PDI_FN int32_t pdi_entry_far(const pd_bonds *bonds, int32_t i, int k)
+{
+    return pdi_entry_home(bonds, i + bonds->shift[k], NULL);
+}
+
+PDI_FN int pdi_entry_free(const pd_bonds *bonds, int32_t i, int k)
+{
+    const pd_stencil *s = bonds->stencil;
+    for (int g = s->group_first[k]; g < s->group_first[k + 1] - 1; g++) {
+        int walled = 1;
+        for (int c = s->group_cell[g]; c < s->group_cell[g + 1] && walled; c++) {
+            uint8_t kind = bonds->grid->kind[pdi_entry_home(bonds, i + bonds->cell_shift[c], NULL)];
+            walled = kind != PD_FLUID && kind != PD_SOLID;
+        }
+        if (walled) return 0;
+    }
+    return 1;
+}
+
+PDI_FN void pdi_entry_find(const pd_bonds *bonds, int32_t j, int k, pdi_entry *entry)
+{
+    const pd_stencil *s = bonds->stencil;
+    const uint8_t *kind = bonds->grid->kind;
+    entry->count = 0;
+    entry->open = 1;
+    entry->last = j;
+    entry->far = pdi_entry_far(bonds, j, k);
+    if (kind[entry->far] != PD_FLUID || !pdi_entry_free(bonds, j, k)) return;
+    for (int g = s->group_first[k]; g < s->group_first[k + 1]; g++) {
+        int behind = entry->count, fluid = 0;
+        for (int c = s->group_cell[g]; c < s->group_cell[g + 1]; c++) {
+            int flip;
+            int32_t at = pdi_entry_home(bonds, j + bonds->cell_shift[c], &flip);
+            fluid |= kind[at] == PD_FLUID;
+            if (behind) continue;
+            if (kind[at] == PD_FLUID && entry->count < PDI_ENTRY_NODES) {
+                entry->cell[entry->count] = c;
+                entry->flip[entry->count] = flip;
+                entry->node[entry->count++] = at;
+            } else if (kind[at] == PD_SOLID && !entry->count) entry->last = at;
+        }
+        if (behind && !fluid) entry->open = 0;
+    }
+}
+
+PDI_FN void pdi_entry_mirror(const pdi_entry *entry, int e, const double *v, double *seen)
+{
+    for (int d = 0; d < PD_DIM; d++) seen[d] = entry->flip[e] >> d & 1 ? -v[d] : v[d];
+}
+
+PDI_FN double pdi_entry_beyond(const pd_bonds *bonds, int k, const pdi_entry *entry, int e, const double *axis)
+{
+    const pd_stencil *s = bonds->stencil;
+    double sum = 0.0;
+    for (int d = 0; d < PD_DIM; d++) {
+        int steps = s->offset[k * PD_DIM + d] - s->cell[entry->cell[e] * PD_DIM + d];
+        sum += steps * s->h[d] * axis[d];
+    }
+    return sum;
+}
+
+PDI_FN int32_t pdi_entry_around(const pd_bonds *bonds, uint8_t *work)
+{
+    const pd_grid *grid = bonds->grid;
+    int32_t count = 0, cells = bonds->stencil->group_cell[bonds->stencil->group_first[bonds->stencil->count]];
+    memset(work, 0, (size_t)grid->total);
+    for (int32_t j = 0; j < grid->total; j++) {
+        if (grid->kind[j] != PD_SOLID) continue;
+        for (int32_t c = -1; c < cells; c++) {
+            int32_t i = c < 0 ? j : pdi_entry_home(bonds, j + bonds->cell_shift[c], NULL);
+            count += (grid->kind[i] == PD_FLUID || grid->kind[i] == PD_SOLID) && !work[i];
+            work[i] = 1;
+        }
+    }
+    return count;
+}

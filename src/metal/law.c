@@ -1,0 +1,286 @@
+/* law: see law.h */
+#include "metal/law.h"
+#include <math.h>
+
+/* Concentrations at which the end of a law is sought: growth from one to the next, and the least over the top. */
+#define PDI_LAW_GROWTH 0.0625
+#define PDI_LAW_LEAST 1e-9
+/* Most halvings of an interval, which has then no number inside, and rounds of a rising law. */
+#define PDI_LAW_HALVINGS 200
+#define PDI_LAW_ROUNDS 400
+
+PDI_FN double pdi_law_rate(pdi_law *law, double c)
+{
+    law->at.c = c;
+    return law->rate(law->user, &law->at);
+}
+
+/* 1: a number that can be computed with. */
+static int pdi_law_finite(double v) { return fabs(v) < 1e100; }
+
+/* The end between a, where the law is positive, and b, where it is not. */
+static double pdi_law_halve(pdi_law *law, double a, double b)
+{
+    for (int k = 0; k < PDI_LAW_HALVINGS; k++) {
+        double middle = a + 0.5 * (b - a);
+        if (!(middle > a) || !(middle < b)) break;
+        if (pdi_law_rate(law, middle) > 0.0) a = middle;
+        else b = middle;
+    }
+    return b;
+}
+
+/* The next concentration of a search from s to c. */
+static double pdi_law_stride(const pdi_law *law, double s, double c)
+{
+    return fmin(s + fmax(PDI_LAW_GROWTH * s, PDI_LAW_LEAST * law->top), c);
+}
+
+PDI_FN double pdi_law_end(pdi_law *law, double c, double limit)
+{
+    double a = c;
+    if (!(pdi_law_rate(law, c) > 0.0)) return c;
+    while (a < limit) {
+        double b = pdi_law_stride(law, a, limit), v = pdi_law_rate(law, b);
+        if (!pdi_law_finite(v)) return HUGE_VAL; /* who asks there is told */
+        if (!(v > 0.0)) return pdi_law_halve(law, a, b);
+        a = b;
+    }
+    return HUGE_VAL;
+}
+
+/* The end above c as far as `limit`. What is seen on the way is kept: the law is positive from `from` to `seen`. */
+static double pdi_law_point_end(pdi_law *law, pdi_law_point *p, double c, double limit)
+{
+    if (c < p->from) {
+        double end = pdi_law_end(law, c, p->from);
+        if (end < p->from) return end;
+        p->from = c;
+    }
+    if (c >= p->end) return pdi_law_end(law, c, limit);
+    limit = fmax(limit, c);
+    if (limit <= p->seen || p->end < HUGE_VAL) return p->end;
+    p->end = pdi_law_end(law, p->seen, limit);
+    p->seen = fmin(limit, p->end);
+    return c < p->end ? p->end : pdi_law_end(law, c, limit);
+}
+
+/* Solution of v = v(c + R v) between a, where the law is above v, and b, where it is not: false position (Illinois),
+ * halved where that is slow. */
+static double pdi_law_between(pdi_law *law, double resist, double c, double a, double above, double b, double below)
+{
+    for (int k = 0; k < PDI_LAW_HALVINGS && b - a > 1e-15 * b; k++) {
+        double v = a + (b - a) * (above / (above - below));
+        if (k % 4 == 3 || !(v > a) || !(v < b)) v = a + 0.5 * (b - a);
+        if (!(v > a) || !(v < b)) break;
+        double g = pdi_law_rate(law, c + resist * v) - v;
+        if (!pdi_law_finite(g)) return g;
+        if (g > 0.0) {
+            a = v;
+            above = g;
+            below *= 0.5;
+        } else {
+            b = v;
+            below = g;
+            above *= 0.5;
+        }
+    }
+    return b;
+}
+
+/* V(c), at least 0. NaN or infinite: so is the law, at law->at.c. */
+static double pdi_law_at(pdi_law *law, pdi_law_point *p, double c)
+{
+    double a = 0.0, above = pdi_law_rate(law, c), b = above, resist = p->resist;
+    if (!pdi_law_finite(above)) return above;
+    if (!(above > 0.0) || !(resist > 0.0)) return fmax(above, 0.0);
+    if (!(resist < HUGE_VAL)) { /* the surface is as rich as it can be */
+        double v = pdi_law_point_end(law, p, c, law->top) < HUGE_VAL ? 0.0 : pdi_law_rate(law, law->top);
+        return fmin(above, fmax(v, 0.0));
+    }
+    for (int k = 0; k < PDI_LAW_ROUNDS; k++) { /* a rising law gives more behind its film */
+        double reach = resist * b, most = (pdi_law_point_end(law, p, c, c + reach) - c) / resist;
+        if (b >= most) return pdi_law_between(law, resist, c, a, above, most, -most);
+        double g = pdi_law_rate(law, c + reach) - b;
+        if (!pdi_law_finite(g)) return g;
+        if (!(g > 0.0)) return g < 0.0 ? pdi_law_between(law, resist, c, a, above, b, g) : b;
+        a = b;
+        above = g;
+        b += g;
+        if (c + reach > law->top) return b; /* no surface is richer than the metal */
+    }
+    return b;
+}
+
+/* Widest difference over the concentration that a slope is taken from, least one, and the share of the step that a jump
+ * becomes behind the film. */
+#define PDI_LAW_WIDE 1e-6
+#define PDI_LAW_NARROW 1e-10
+#define PDI_LAW_STEP 0.01
+
+/* The line that touches V at c from below: what follows a solution is steeper, or the end. A rising law is taken as it
+ * is. */
+static int pdi_law_touch(pdi_law *law, double c, pdi_law_point *p)
+{
+    double now = pdi_law_at(law, p, c), size = fmax(c, PDI_LAW_LEAST * law->top), width = PDI_LAW_WIDE * size;
+    if (!pdi_law_finite(now)) return 0;
+    p->largest = fmax(p->largest, now);
+    if (p->resist < HUGE_VAL && p->resist > 0.0)
+        width = fmax(fmin(width, PDI_LAW_STEP * p->resist * p->largest), PDI_LAW_NARROW * size);
+    double other = c > width ? c - width : c + width, there = pdi_law_at(law, p, other);
+    if (!pdi_law_finite(there)) return 0;
+    p->slope = fmin((there - now) / (other - c), 0.0);
+    p->speed = now - p->slope * c;
+    return 1;
+}
+
+PDI_FN int pdi_law_begin(pdi_law *law, double resist, double from, double end, double c, pdi_law_point *p)
+{
+    p->resist = resist;
+    p->from = from <= c && c < end ? from : c;
+    p->end = from <= c && c < end ? end : HUGE_VAL;
+    p->seen = from <= c && c < end ? fmin(end, law->top) : c;
+    p->largest = p->low_v = 0.0;
+    p->low_c = c;
+    p->high_c = p->high_v = HUGE_VAL;
+    return pdi_law_touch(law, c, p);
+}
+
+/* Where V meets the line between both questions, for the first time as far as the end of the law tells. NaN: the law is
+ * not finite. */
+static double pdi_law_crossing(pdi_law *law, pdi_law_point *p)
+{
+    double a = p->low_c, b = p->high_c, asked_a = p->low_v, asked_b = p->high_v;
+    double rise = (asked_b - asked_a) / (b - a), end = pdi_law_point_end(law, p, a, b);
+    if (end > a && end < b && asked_a + rise * (end - a) > 0.0) {
+        b = end;
+        asked_b = asked_a + rise * (end - a);
+    }
+    double above = pdi_law_at(law, p, a) - asked_a, below = pdi_law_at(law, p, b) - asked_b;
+    if (!pdi_law_finite(above) || !pdi_law_finite(below)) return above + below;
+    if (!(above > 0.0)) return a;
+    if (!(below < 0.0)) return b;
+    for (int k = 0; k < PDI_LAW_HALVINGS && b - a > 1e-14 * fmax(fabs(b), fabs(a)); k++) {
+        double c = a + (b - a) * (above / (above - below));
+        if (k % 4 == 3 || !(c > a) || !(c < b)) c = a + 0.5 * (b - a);
+        if (!(c > a) || !(c < b)) break;
+        double g = pdi_law_at(law, p, c) - (asked_a + rise * (c - p->low_c));
+        if (!pdi_law_finite(g)) return g;
+        if (g > 0.0) {
+            a = c;
+            above = g;
+            below *= 0.5;
+        } else {
+            b = c;
+            below = g;
+            above *= 0.5;
+        }
+    }
+    return b;
+}
+
+/* Where a rising law meets the line through both questions on its low side, above the later one at c. */
+static double pdi_law_ahead(pdi_law *law, pdi_law_point *p, double c, double asked)
+{
+    double rise = (asked - p->low_v) / (c - p->low_c), ahead = c;
+    if (!(c > p->low_c) || !(rise > 0.0)) return c;
+    double end = pdi_law_point_end(law, p, c, law->top);
+    pdi_law_point beyond = *p;
+    beyond.low_c = c;
+    beyond.low_v = asked;
+    for (int k = 0; k < PDI_LAW_ROUNDS; k++) {
+        double given = pdi_law_at(law, p, ahead), next = c + (given - asked) / rise;
+        if (!pdi_law_finite(given)) return given;
+        if (next > end || next > law->top) return fmin(end, law->top);
+        if (next <= ahead) { /* beyond the meeting point, or there */
+            beyond.high_c = ahead;
+            beyond.high_v = asked + rise * (ahead - c);
+            return ahead > c ? pdi_law_crossing(law, &beyond) : c;
+        }
+        ahead = next;
+    }
+    return ahead;
+}
+
+/* 1: V passes the speed `asked` within `close` of c. */
+static int pdi_law_passes(pdi_law *law, pdi_law_point *p, double c, double asked, double close)
+{
+    return pdi_law_at(law, p, fmax(c - close, 0.0)) >= asked && pdi_law_at(law, p, c + close) <= asked;
+}
+
+/* Where the next line touches V, after the question at c. */
+static double pdi_law_next(pdi_law *law, double c, double asked, double given, pdi_law_point *p)
+{
+    if (given >= asked) {
+        pdi_law_point before = *p;
+        p->low_c = c;
+        p->low_v = asked;
+        if (c >= p->high_c) p->high_c = p->high_v = HUGE_VAL; /* its neighbours have moved */
+        if (p->high_c < HUGE_VAL) return pdi_law_crossing(law, p);
+        return given > before.largest ? pdi_law_ahead(law, &before, c, asked) : c;
+    }
+    if (c <= p->low_c) p->low_c = p->low_v = 0.0; /* fluid without metal asks for none */
+    p->high_c = c;
+    p->high_v = asked;
+    return c > 0.0 ? pdi_law_crossing(law, p) : c;
+}
+
+/* 1: the law rises somewhere between a and c. */
+static int pdi_law_rises(pdi_law *law, double a, double c)
+{
+    double last = pdi_law_rate(law, a);
+    while (a < c) {
+        a = pdi_law_stride(law, a, c);
+        double v = pdi_law_rate(law, a);
+        if (v > last) return 1;
+        last = v;
+    }
+    return 0;
+}
+
+PDI_FN double pdi_law_slowest(pdi_law *law, pdi_law_point *p, double a, double c)
+{
+    double from = fmax(fmin(a, c), 0.0), to = fmax(a, c), slowest = HUGE_VAL;
+    if (!(to > from) || !pdi_law_rises(law, from, to)) return HUGE_VAL;
+    while (from < to) {
+        from = pdi_law_stride(law, from, to);
+        slowest = fmin(slowest, pdi_law_at(law, p, from));
+    }
+    return slowest;
+}
+
+/* The first concentration on the way from the low side to c at which the metal gives less than is asked on the line
+ * between both: metal does not lift its fluid across the end of a law, or a slow part of it, in one step. c: none. */
+static double pdi_law_way(pdi_law *law, pdi_law_point *p, double c, double asked)
+{
+    double a = p->low_c;
+    if (!(asked > 0.0) || !(c > a) || !pdi_law_rises(law, a, c)) return c;
+    double rise = (asked - p->low_v) / (c - a);
+    for (a = pdi_law_stride(law, a, c); a < c; a = pdi_law_stride(law, a, c))
+        if (pdi_law_at(law, p, a) < p->low_v + rise * (a - p->low_c)) return a;
+    return c;
+}
+
+PDI_FN int pdi_law_meet(pdi_law *law, double c, double near, double close, pdi_law_point *p)
+{
+    double asked = p->speed + p->slope * c;
+    c = fmax(c, 0.0);
+    double given = pdi_law_at(law, p, c), way = pdi_law_way(law, p, c, asked);
+    if (!pdi_law_finite(given)) return -1;
+    p->largest = fmax(p->largest, given);
+    if (way < c) {
+        asked = p->low_v + (asked - p->low_v) / (c - p->low_c) * (way - p->low_c);
+        given = 0.0;
+        c = way;
+    } else if (asked >= 0.0) { /* not even within the tolerance is metal deposited, or dissolved beyond the end */
+        if (given > 0.0 && fabs(asked - given) <= near) return 1;
+        if (pdi_law_passes(law, p, c, asked, close)) return 1;
+    }
+    double next = pdi_law_next(law, c, asked, given, p);
+    if (!pdi_law_finite(next)) return -1;
+    if (asked < 0.0 && !(given > 0.0)) { /* at rest */
+        p->speed = p->slope = 0.0;
+        return 0;
+    }
+    return pdi_law_touch(law, next, p) ? 0 : -1;
+}

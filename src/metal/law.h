@@ -1,0 +1,59 @@
+/* law: the law of dissolution at one node of the fluid, solved and not guessed.
+ *
+ * Metal at the surface dissolves at v(s), where s is the concentration there. What dissolves diffuses through the film
+ * between the surface and the node, so that
+ *
+ *     v = max(v(c + R v), 0),     R = Cs film/D,                                            (theory: eq. 6.2b)
+ *
+ * with the concentration c of the node. V(c) is the first solution above c: any law may be rising, flat, negative or
+ * jump. Where a decreasing law jumps, every speed in between is a solution, so V falls by at most 1/R a concentration.
+ * A law ends where it is not positive any more: no metal passes that concentration (saturation).
+ *
+ * The equations of the fluid ask a speed of the metal, V(c) is what it gives. A point of a law is the line that stands
+ * for V in the linear equations, and what earlier rounds have asked on both sides of the solution. Where both sides are
+ * known the next line touches V where the line between the questions meets it: Newton's method alone runs in circles on
+ * laws with a plateau, a step and another plateau.
+ */
+#ifndef PD_LAW_H
+#define PD_LAW_H
+#include "metal/material.h"
+
+#ifdef PDI_INTERNAL
+
+/* A law at a place and a time. */
+typedef struct pdi_law {
+    pd_rate_fn rate;
+    void *user;
+    pd_rate_at at; /* c is that of the last question */
+    double top;    /* [mol/m3] concentrations are looked at up to here: those of the metal */
+} pdi_law;
+
+/* Line v = speed + slope c and what is known of both sides. */
+typedef struct pdi_law_point {
+    double resist;          /* [mol s/m4] R of the film; HUGE_VAL: nothing passes it */
+    double from, seen;      /* [mol/m3] the law is positive between these */
+    double end;             /* [mol/m3] and ends here; HUGE_VAL: not known */
+    double speed, slope;    /* [m/s], [m4/mol/s], slope <= 0 */
+    double low_c, low_v;    /* the metal gives at least the speed low_v that is asked there */
+    double high_c, high_v;  /* it gives less; HUGE_VAL: not known */
+    double largest;         /* [m/s] V so far */
+} pdi_law_point;
+
+/* v [m/s] at concentration c, as it is. */
+PDI_FN double pdi_law_rate(pdi_law *law, double c);
+/* Smallest concentration from c to `limit` at which the law is not positive; HUGE_VAL: there is none. Zones narrower
+ * than 6 % of a concentration and 1e-9 of the top may be missed. */
+PDI_FN double pdi_law_end(pdi_law *law, double c, double limit);
+/* First line, at c >= 0, for a law that is known to be positive between `from` and its end (HUGE_VAL, 0: not known). 0:
+ * it is not finite at law->at.c. */
+PDI_FN int pdi_law_begin(pdi_law *law, double resist, double from, double end, double c, pdi_law_point *point);
+/* 1: the speed that the line asks at c lies on V, within `near` [m/s] or `close` [mol/m3]. 0: another line is taken.
+ * -1: the law is not finite at law->at.c. */
+PDI_FN int pdi_law_meet(pdi_law *law, double c, double near, double close, pdi_law_point *point);
+/* Least V between concentrations a and c where the law rises in between, else HUGE_VAL: what the speeds at both do not
+ * tell. */
+PDI_FN double pdi_law_slowest(pdi_law *law, pdi_law_point *point, double a, double c);
+
+#endif
+
+#endif

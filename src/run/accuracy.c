@@ -1,0 +1,58 @@
+/* accuracy: see accuracy.h */
+#include "run/accuracy.h"
+#include "scene/identity.h"
+#include <math.h>
+#include <stdio.h>
+#include <string.h>
+
+typedef struct pdi_accuracy {
+    double wanted;  /* [-] */
+    pd_setup *setup;
+    char picked[256], kept[256];
+} pdi_accuracy;
+
+/* Set a knob, unless the scene does. */
+static void pdi_accuracy_pick(pdi_accuracy *a, const char *key, int given, double pick, double *value)
+{
+    char *list = given ? a->kept : a->picked;
+    size_t size = sizeof a->picked, used = strlen(list);
+    if (!given) *value = pick;
+    snprintf(list + used, size - used, "%s%s = %.3g", used ? ", " : "", key, *value);
+}
+
+static int pdi_accuracy_given(const pdi_accuracy *a, pd_knob knob) { return (int)((a->setup->given >> knob) & 1u); }
+
+/* The constants are measured: guide, section 5.3. */
+static void pdi_accuracy_picks(pdi_accuracy *a)
+{
+    pd_setup *u = a->setup;
+    double w = a->wanted;
+    int rtol = pdi_accuracy_given(a, PD_KNOB_RTOL), fraction = pdi_accuracy_given(a, PD_KNOB_FRACTION);
+    if (u->has_flow && u->motion == PD_MOTION_STEADY)
+        pdi_accuracy_pick(a, "steady", pdi_accuracy_given(a, PD_KNOB_STEADY), fmin(0.1, 0.1 * w), &u->steady);
+    if (u->has_flow && u->motion == PD_MOTION_IMPLICIT)
+        pdi_accuracy_pick(a, "flow.rtol", pdi_accuracy_given(a, PD_KNOB_FLOW_RTOL), fmin(0.1, 0.5 * w), &u->flow_rtol);
+    if (u->has_transport && !u->has_dissolve && !u->settle)
+        pdi_accuracy_pick(a, "run.rtol", rtol, fmin(0.1, 0.5 * w), &u->rtol);
+    if (u->has_dissolve)
+        pdi_accuracy_pick(a, rtol && !fraction ? "fraction (of rtol)" : "fraction", rtol || fraction,
+                          fmin(0.5, 2.5 * w), &u->fraction);
+    if (u->has_transport && u->has_flow && u->advection == PD_ADVECTION_LIMITED)
+        pdi_accuracy_pick(a, "limiter", 0, 0.1 * w, &u->limiter);
+}
+
+pd_status pd_accuracy_apply(pd_ctx *ctx, double accuracy, pd_setup *setup, char *text, size_t size)
+{
+    pdi_accuracy a;
+    memset(&a, 0, sizeof a);
+    if (!(accuracy >= PD_ACCURACY_LEAST) || !(accuracy <= PD_ACCURACY_MOST))
+        return pdi_fail(ctx, PD_ERR_ARGUMENT, "accuracy", "found %g, expected a share from %g to %g", accuracy,
+                        PD_ACCURACY_LEAST, PD_ACCURACY_MOST);
+    a.wanted = accuracy;
+    a.setup = setup;
+    pdi_accuracy_picks(&a);
+    snprintf(text, size, "accuracy %g %%: picked %s%s%s", 100.0 * accuracy, a.picked[0] ? a.picked : "nothing",
+             a.kept[0] ? "; the scene sets " : "", a.kept);
+    snprintf(a.picked, sizeof a.picked, "accuracy = %.17g", accuracy);
+    return pdi_identity_add(ctx, setup, a.picked);
+}

@@ -1,0 +1,20 @@
+/* accuracy: settings of a setup that do not depend on h, from a wanted accuracy of the results.
+ *
+ * They leave the lattice three quarters of the error; what the lattice takes tells estimate.h. Settings that stand in
+ * the scene stay.
+ */
+#ifndef PD_ACCURACY_H
+#define PD_ACCURACY_H
+#include "scene/setup.h"
+
+#define PD_ACCURACY_LEAST 1e-6 /* [-] */
+#define PD_ACCURACY_MOST 0.5   /* [-] */
+
+#define pd_accuracy_apply PD_NAME(pd_accuracy_apply)
+
+/* accuracy [-]: relative, from PD_ACCURACY_LEAST to PD_ACCURACY_MOST, else PD_ERR_ARGUMENT. What was picked and what
+ * the scene keeps goes into text[size], for example "accuracy 1 %: picked steady = 0.0001; of the scene rtol = 0.004".
+ */
+PD_API pd_status pd_accuracy_apply(pd_ctx *ctx, double accuracy, pd_setup *setup, char *text, size_t size);
+
+#endif

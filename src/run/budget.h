@@ -1,0 +1,34 @@
+/* budget: the memory of a run, from its setup alone: nothing is built for it.
+ *
+ * Sizes of arrays times numbers of nodes, which a sample of the geometry tells. tests/test_budget.c holds it against
+ * measured peaks.
+ */
+#ifndef PD_BUDGET_H
+#define PD_BUDGET_H
+#include "scene/setup.h"
+
+/* The estimate may be off by this share. */
+#define PD_BUDGET_ERROR 0.2
+
+typedef struct pd_budget {
+    double nodes;                 /* [-] of the padded lattice */
+    double cells;                 /* [-] of the box */
+    double fluid, solid, cut;     /* [-] nodes; cut: fluid ones whose family is not whole */
+    double near;                  /* [-] nodes within one bond of the surface of a medium */
+    double bonds;                 /* [-] of a whole family */
+    double bytes[PD_PART_COUNT];  /* [byte] */
+    double working;               /* [byte] coarse levels, which appear in a run */
+    double files;                 /* [byte] fields of files, and the largest picture */
+    double all;                   /* [byte] */
+} pd_budget;
+
+#define pd_budget_estimate PD_NAME(pd_budget_estimate)
+#define pd_budget_check PD_NAME(pd_budget_check)
+
+/* What a run of the setup takes at most; shapes are sampled at some thousand points. */
+PD_API void pd_budget_estimate(const pd_setup *setup, pd_budget *budget);
+/* dry: a run that writes nothing. PD_ERR_LIMIT when the estimate passes ctx->alloc.limit by more than its error;
+ * PD_ERR_SIZE when the lattice has more nodes than an int32 counts. */
+PD_API pd_status pd_budget_check(pd_ctx *ctx, const pd_setup *setup, int dry);
+
+#endif

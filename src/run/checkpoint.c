@@ -1,0 +1,62 @@
+/* checkpoint: see checkpoint.h */
+#include "run/checkpoint.h"
+#include "io/store.h"
+#include "scene/identity.h"
+#include <string.h>
+
+#define PDI_CHECKPOINT_SCENE (1 << 24) /* [byte] */
+
+/* The text of the scene. */
+static pd_status pdi_checkpoint_scene(pd_ctx *ctx, const pd_setup *u, pd_archive *archive)
+{
+    int64_t size = (int64_t)u->identity_size;
+    char *kept = NULL;
+    PDI_TRY(PDI_KEEP(ctx, archive, "size of the scene", &size, 1));
+    if (!archive->reading) return PDI_KEEP(ctx, archive, "scene", u->identity, size);
+    if (size < 0 || size > PDI_CHECKPOINT_SCENE)
+        return pdi_fail(ctx, PD_ERR_ARGUMENT, archive->name, "it keeps a scene of %.0f bytes, expected at most %d",
+                        (double)size, PDI_CHECKPOINT_SCENE);
+    PDI_TRY(PDI_NEW(ctx, "checkpoint", size + 1, kept));
+    pd_status status = PDI_KEEP(ctx, archive, "scene", kept, size);
+    if (status == PD_OK) status = pdi_identity_compare(ctx, u, kept, archive->name);
+    PDI_DELETE(ctx, size + 1, kept);
+    return status;
+}
+
+PDI_FN pd_status pdi_checkpoint_model(pd_ctx *ctx, pd_model *model, pd_archive *archive)
+{
+    const pd_setup *u = model->setup;
+    PDI_TRY(pdi_checkpoint_scene(ctx, u, archive));
+    /* what callers change in a setup that was read */
+    PDI_TRY(PDI_SAME(ctx, archive, "until [s]", u->until));
+    PDI_TRY(PDI_SAME(ctx, archive, "every [s]", u->every));
+    PDI_TRY(PDI_SAME(ctx, archive, "rtol", u->rtol));
+    PDI_TRY(PDI_SAME(ctx, archive, "fraction", u->fraction));
+    PDI_TRY(PDI_SAME(ctx, archive, "max_step [s]", u->max_step));
+    return pd_couple_store(ctx, &model->couple, archive);
+}
+
+/* The model through a store that was just created or opened. */
+static pd_status pdi_checkpoint_move(pd_ctx *ctx, pd_model *model, pd_store *store)
+{
+    pd_status status = pdi_checkpoint_model(ctx, model, &store->archive);
+    if (status == PD_OK) return pd_store_close(ctx, store);
+    pd_store_abandon(store);
+    return status;
+}
+
+pd_status pd_checkpoint_save(pd_ctx *ctx, const char *path, pd_model *model)
+{
+    pd_store store;
+    PDI_TRY(pd_store_create(ctx, path, &store));
+    return pdi_checkpoint_move(ctx, model, &store);
+}
+
+pd_status pd_checkpoint_load(pd_ctx *ctx, const char *path, pd_model *model)
+{
+    pd_store store;
+    PDI_TRY(pd_store_open(ctx, path, &store));
+    return pdi_checkpoint_move(ctx, model, &store);
+}
+
+#undef PDI_CHECKPOINT_SCENE

@@ -1,0 +1,256 @@
+/* estimate: see estimate.h */
+#include "run/estimate.h"
+#include "core/par.h"
+#include <math.h>
+#include <stdio.h>
+#include <string.h>
+
+#define PDI_ESTIMATE_LEAST 0.5 /* [-] observed orders that are believed */
+#define PDI_ESTIMATE_MOST 3.0
+#define PDI_ESTIMATE_NOISE 1e-9 /* [-] smaller relative differences are rounding and tolerances of solvers */
+#define PDI_ESTIMATE_MINOR 0.1
+#define PDI_ESTIMATE_LINE 2048
+
+/* ---- figures of the twins ---- */
+
+/* Value of the twin that belongs to a figure of the run; NaN: it has none. */
+static double pdi_estimate_match(const pd_twin *twin, const pd_figures *figures, const pd_figure *wanted)
+{
+    double sum = 0.0;
+    int found = 0;
+    for (int k = 0; k < figures->count; k++) {
+        const pd_figure *f = &figures->list[k];
+        if (strcmp(f->section, wanted->section) != 0 || strcmp(f->name, wanted->name) != 0 ||
+            strcmp(f->key, wanted->key) != 0)
+            continue;
+        sum += (f->monitor < 0 ? 1.0 : twin->share[f->monitor]) * f->value;
+        found = 1;
+    }
+    return found ? sum : (double)NAN;
+}
+
+/* Put the twin before the message of its run. */
+static void pdi_estimate_blame(pd_ctx *ctx, int level)
+{
+    char message[PD_MESSAGE_SIZE];
+    memcpy(message, ctx->message, sizeof message);
+    pdi_fail(ctx, ctx->status, "twin", "the run at %d h failed: %.560s", level ? 4 : 2, message);
+}
+
+static pd_status pdi_estimate_twin_run(pd_ctx *ctx, const pd_run_desc *desc, pd_twin *twin, pd_estimate *e, int level)
+{
+    pd_run_desc dry;
+    pd_run_result result;
+    pd_figures figures;
+    memset(&dry, 0, sizeof dry);
+    memset(&figures, 0, sizeof figures);
+    dry.dry = 1;
+    dry.check = desc->check;
+    dry.figures = &figures;
+    dry.stop = desc->stop;
+    dry.stop_user = desc->stop_user;
+    pd_status status = pd_run(ctx, &twin->setup, &dry, &result);
+    if (status < 0) pdi_estimate_blame(ctx, level);
+    else if (result.stopped) status = pdi_fail(ctx, PD_ERR_STATE, "estimate", "interrupted");
+    for (int k = 0; k < e->count && status >= 0; k++)
+        e->list[k].twin[level] = pdi_estimate_match(twin, &figures, &e->list[k].figure);
+    pd_figures_free(ctx, &figures);
+    return status;
+}
+
+static pd_status pdi_estimate_twin(pd_ctx *ctx, const pd_run_desc *desc, pd_estimate *e, int level)
+{
+    pd_twin *twin = NULL;
+    PDI_TRY(PDI_NEW(ctx, "estimate", 1, twin));
+    pd_status status = pd_twin_build(ctx, e->setup, level ? 4 : 2, twin);
+    if (status >= 0) status = pdi_estimate_twin_run(ctx, desc, twin, e, level);
+    PDI_DELETE(ctx, 1, twin);
+    return status < 0 ? status : PD_OK;
+}
+
+/* ---- orders and errors ---- */
+
+/* Order of the method: what dissolution or upwinding decides is of first order. */
+static double pdi_estimate_theory(const pd_setup *u, const pd_figure *f)
+{
+    int carried = strstr(f->unit, "mol") || strcmp(f->section, "transfer") == 0 || strcmp(f->section, "scene") == 0;
+    return carried && (pdi_setup_loses(u) || (u->has_flow && u->advection == PD_ADVECTION_UPWIND)) ? 1.0 : 2.0;
+}
+
+static void pdi_estimate_judge(const pd_setup *u, pd_estimated *e)
+{
+    double value = e->figure.value, near_step = e->twin[0] - value, far_step = e->twin[1] - e->twin[0];
+    double noise = PDI_ESTIMATE_NOISE * fabs(value), theory = pdi_estimate_theory(u, &e->figure);
+    double order = log(far_step / near_step) / log(2.0), step = fabs(near_step);
+    e->assumed = !(order >= PDI_ESTIMATE_LEAST) || !(order <= PDI_ESTIMATE_MOST) || !(step > noise);
+    e->order = e->assumed ? theory : order;
+    if (e->assumed) step = fmax(step, fabs(far_step) / pow(2.0, theory)); /* fmax passes over NaN */
+    e->error = step / ((pow(2.0, e->order) - 1.0) * fabs(value));
+    if (step <= 0.0) e->error = 0.0; /* the figure may be 0, too */
+}
+
+static int pdi_estimate_alike(const pd_figure *a, const pd_figure *b)
+{
+    return a->key[0] == b->key[0] && strcmp(a->unit, b->unit) == 0;
+}
+
+static void pdi_estimate_rank(pd_estimate *e)
+{
+    e->worst = -1;
+    for (int k = 0; k < e->count; k++) {
+        pd_estimated *a = &e->list[k];
+        double most = 0.0;
+        for (int j = 0; j < e->count; j++)
+            if (pdi_estimate_alike(&a->figure, &e->list[j].figure)) most = fmax(most, fabs(e->list[j].figure.value));
+        a->minor = !(fabs(a->figure.value) >= PDI_ESTIMATE_MINOR * most) || !(fabs(a->figure.value) > 0.0) ||
+                   !(a->error >= 0.0);
+        if (!a->minor && (e->worst < 0 || a->error > e->list[e->worst].error)) e->worst = k;
+    }
+}
+
+static pd_status pdi_estimate_twins(pd_ctx *ctx, const pd_run_desc *desc, pd_estimate *e)
+{
+    PDI_TRY(pdi_estimate_twin(ctx, desc, e, 0));
+    e->twins = 1;
+    pd_status status = pdi_estimate_twin(ctx, desc, e, 1);
+    if (pdi_is_final(status)) return status;
+    if (status == PD_OK) e->twins = 2;
+    else memcpy(e->without, ctx->message, sizeof e->without);
+    if (desc->stop && desc->stop(desc->stop_user)) return pdi_fail(ctx, PD_ERR_STATE, "estimate", "interrupted");
+    for (int k = 0; k < e->count; k++) pdi_estimate_judge(e->setup, &e->list[k]);
+    pdi_estimate_rank(e);
+    return PD_OK;
+}
+
+pd_status pd_estimate_run(pd_ctx *ctx, const pd_setup *setup, const pd_run_desc *desc, const pd_figures *figures,
+                          pd_estimate *e)
+{
+    double started = pdi_par_clock();
+    memset(e, 0, sizeof *e);
+    e->setup = setup;
+    e->worst = -1;
+    PDI_TRY(PDI_NEW(ctx, "estimate", figures->count, e->list));
+    e->count = figures->count;
+    for (int k = 0; k < e->count; k++) {
+        e->list[k].figure = figures->list[k];
+        e->list[k].twin[0] = e->list[k].twin[1] = (double)NAN;
+    }
+    pd_status status = pdi_estimate_twins(ctx, desc, e);
+    e->wall = pdi_par_clock() - started;
+    if (status < 0) pd_estimate_free(ctx, e);
+    return status;
+}
+
+void pd_estimate_free(pd_ctx *ctx, pd_estimate *e)
+{
+    PDI_DELETE(ctx, e->count, e->list);
+    memset(e, 0, sizeof *e);
+}
+
+/* ---- what it says ---- */
+
+/* "plane.up.flow" */
+static void pdi_estimate_name(const pd_figure *f, char *text, size_t size)
+{
+    snprintf(text, size, "%s%s%s.%s", f->section, f->name[0] ? "." : "", f->name, f->key);
+}
+
+/* Figures from `first` on that belong to one section: " err_fx=... order_fx=... assumed=fx"; returns the next one. */
+static int pdi_estimate_section(const pd_estimate *e, int first, char *text, size_t size)
+{
+    const pd_figure *f = &e->list[first].figure;
+    char assumed[PDI_ESTIMATE_LINE / 4] = "";
+    int k = first;
+    size_t used;
+    for (; k < e->count; k++) {
+        const pd_estimated *a = &e->list[k];
+        if (strcmp(a->figure.section, f->section) != 0 || strcmp(a->figure.name, f->name) != 0) break;
+        used = strlen(text);
+        snprintf(text + used, size - used, " err_%s=%.3g order_%s=%.3g", a->figure.key, a->error, a->figure.key,
+                 a->order);
+        used = strlen(assumed);
+        if (a->assumed) snprintf(assumed + used, sizeof assumed - used, "%s%s", used ? "," : "", a->figure.key);
+    }
+    used = strlen(text);
+    if (assumed[0]) snprintf(text + used, size - used, " assumed=%s", assumed);
+    return k;
+}
+
+/* The line of the scene: the volume loss where there is one, and the worst of all figures. */
+static void pdi_estimate_scene(const pd_estimate *e, char *text, size_t size)
+{
+    char worst[2 * PD_SETUP_NAME] = "none";
+    const pd_estimated *w = e->worst < 0 ? NULL : &e->list[e->worst];
+    const pd_estimated *a = e->count && strcmp(e->list[0].figure.section, "scene") == 0 ? &e->list[0] : NULL;
+    size_t used = strlen(text);
+    snprintf(text + used, size - used, " twins=%d", e->twins);
+    if (a) {
+        used = strlen(text);
+        snprintf(text + used, size - used, " order=%.3g err_volume_loss=%.3g%s", a->order, a->error,
+                 a->assumed ? " assumed=volume_loss" : "");
+    }
+    if (w) pdi_estimate_name(&w->figure, worst, sizeof worst);
+    used = strlen(text);
+    snprintf(text + used, size - used, " worst=%s", worst);
+    used = strlen(text);
+    if (w) snprintf(text + used, size - used, " err_worst=%.3g order_worst=%.3g", w->error, w->order);
+    used = strlen(text);
+    snprintf(text + used, size - used, " estimate_wall_s=%.3f", e->wall);
+}
+
+void pd_estimate_print(const pd_estimate *e, pd_print_fn print, void *user)
+{
+    char text[PDI_ESTIMATE_LINE];
+    if (!print) return;
+    for (int k = 0; k < e->count;) {
+        const pd_figure *f = &e->list[k].figure;
+        if (strcmp(f->section, "scene") == 0) {
+            k++;
+            continue;
+        }
+        snprintf(text, sizeof text, "result case=%s estimate=richardson %s=%s", e->setup->name, f->section, f->name);
+        k = pdi_estimate_section(e, k, text, sizeof text);
+        print(user, PD_PRINT_RESULT, text);
+    }
+    snprintf(text, sizeof text, "result case=%s estimate=richardson", e->setup->name);
+    pdi_estimate_scene(e, text, sizeof text);
+    print(user, PD_PRINT_RESULT, text);
+    if (!e->without[0]) return;
+    snprintf(text, sizeof text, "the error estimate assumes orders: %s", e->without);
+    print(user, PD_PRINT_NOTE, text);
+}
+
+static int pdi_estimate_divisor(int a, int b)
+{
+    while (b) {
+        int rest = a % b;
+        a = b;
+        b = rest;
+    }
+    return a;
+}
+
+void pd_estimate_spacing(const pd_estimate *e, double accuracy, double *h)
+{
+    const pd_setup *u = e->setup;
+    double finer = 1.0, parts;
+    int common = 0;
+    for (int k = 0; k < e->count; k++) {
+        const pd_estimated *a = &e->list[k];
+        if (!a->minor && a->error > accuracy) finer = fmax(finer, pow(a->error / accuracy, 1.0 / a->order));
+    }
+    for (int d = 0; d < PD_DIM; d++) {
+        h[d] = u->h[d];
+        common = pdi_estimate_divisor(common, pdi_setup_cells(u, d));
+    }
+    if (!(finer > 1.0)) return;
+    /* spacings h common/parts divide the box on every axis, and with an even number of parts twice of them does, too */
+    parts = 2.0 * ceil(0.5 * common * finer * (1.0 - 1e-12));
+    for (int d = 0; d < PD_DIM; d++) h[d] *= common / parts;
+}
+
+#undef PDI_ESTIMATE_LEAST
+#undef PDI_ESTIMATE_MOST
+#undef PDI_ESTIMATE_NOISE
+#undef PDI_ESTIMATE_MINOR
+#undef PDI_ESTIMATE_LINE

@@ -1,0 +1,28 @@
+/* figures: the last values of all that a run watches, in one list: the volume loss, planes, forces, transfers, totals,
+ * and flow and concentration at probes. Lines and the fields of single cells (kind, grain, rate, ...) have none.
+ */
+#ifndef PD_FIGURES_H
+#define PD_FIGURES_H
+#include "run/monitor.h"
+
+typedef struct pd_figure {
+    char section[16];         /* "scene", "plane", "force", "transfer", "total" or "probe" */
+    char name[PD_SETUP_NAME]; /* of the section; "" for the scene */
+    char key[24], unit[16];
+    int monitor;              /* of the setup that it belongs to, -1: none */
+    double value;             /* [unit] */
+} pd_figure;
+
+typedef struct pd_figures {
+    pd_figure *list; /* [room] */
+    int count, room;
+} pd_figures;
+
+#define pd_figures_collect PD_NAME(pd_figures_collect)
+#define pd_figures_free PD_NAME(pd_figures_free)
+
+/* Append the present figures; the monitors hold those of the last step. Zero-initialise `figures`. */
+PD_API pd_status pd_figures_collect(pd_ctx *ctx, pd_model *model, const pd_monitors *monitors, pd_figures *figures);
+PD_API void pd_figures_free(pd_ctx *ctx, pd_figures *figures);
+
+#endif

@@ -1,0 +1,399 @@
+/* fit: see fit.h */
+#include "run/fit.h"
+#include "scene/record.h"
+#include "run/twin.h"
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#define PDI_FIT_OVERRIDES 128
+
+typedef struct pdi_fit {
+    pd_ctx *ctx;
+    const pd_fit_desc *desc;
+    pd_fit *fit;
+    pd_twin *twin;      /* work */
+    int factor;         /* of h */
+    double *computed;   /* [points of all sections] */
+    double *data, *weight; /* [points that count] SI, 1/spread */
+    int *place;         /* [points that count] in `computed` */
+    double *best;       /* [points that count] residuals of the lowest sum on this lattice */
+    double least;       /* that sum */
+    double noise;       /* [-] of a residual, from the coarsest lattice; 0: not known */
+    int all;
+} pdi_fit;
+
+/* ---- ranges ---- */
+
+static pd_status pdi_fit_refuse(pd_ctx *ctx, const char *range, const char *expected)
+{
+    return pdi_fail(ctx, PD_ERR_ARGUMENT, "fit", "found '%.100s', expected %s, such as dissolve.rate_scale=0.5..2 or "
+                    "\"transport.D=1e-10..1e-8 m2/s\"", range, expected);
+}
+
+/* Length of the number at text, which is not taken to reach into "..". 0: there is none. */
+static size_t pdi_fit_number(const char *text, double *value)
+{
+    char copy[64], *end;
+    const char *dots = strstr(text, "..");
+    size_t size = dots ? (size_t)(dots - text) : strlen(text);
+    if (size >= sizeof copy) size = sizeof copy - 1;
+    memcpy(copy, text, size);
+    copy[size] = '\0';
+    *value = strtod(copy, &end);
+    return (size_t)(end - copy);
+}
+
+/* The unit at text up to `end`, without blanks around it. 0: it is too long. */
+static int pdi_fit_unit(const char *text, const char *end, char *unit)
+{
+    while (text < end && pdi_units_blank(*text)) text++;
+    while (end > text && pdi_units_blank(end[-1])) end--;
+    size_t size = (size_t)(end - text);
+    if (size >= PD_UNITS_TEXT) return 0;
+    memcpy(unit, text, size);
+    unit[size] = '\0';
+    return 1;
+}
+
+/* The low bound in the unit of the high one; alone it has that unit. */
+static pd_status pdi_fit_same(pd_ctx *ctx, const char *range, const char *unit, pd_fit_parameter *p)
+{
+    double from, to;
+    pd_dims a, b;
+    if (!unit[0] || strcmp(unit, p->unit) == 0) return PD_OK;
+    if (pd_units_parse(ctx, unit, &from, &a) < 0 || pd_units_parse(ctx, p->unit, &to, &b) < 0 || !pd_units_same(&a, &b))
+        return pdi_fit_refuse(ctx, range, "bounds of one dimension");
+    p->low *= from / to;
+    return PD_OK;
+}
+
+/* "KEY=LOW..HIGH UNIT" */
+static pd_status pdi_fit_range(pd_ctx *ctx, const char *range, pd_fit_parameter *p)
+{
+    const char *equal = strchr(range, '='), *dots = strstr(range, "..");
+    char unit[PD_UNITS_TEXT];
+    size_t low, high, key = equal ? (size_t)(equal - range) : 0;
+    memset(p, 0, sizeof *p);
+    if (!equal || !key || key >= sizeof p->key || !dots || dots < equal)
+        return pdi_fit_refuse(ctx, range, "KEY=LOW..HIGH");
+    while (key > 0 && pdi_units_blank(range[key - 1])) key--;
+    memcpy(p->key, range, key);
+    low = pdi_fit_number(equal + 1, &p->low);
+    high = pdi_fit_number(dots + 2, &p->high);
+    if (!low || !high || !pdi_fit_unit(equal + 1 + low, dots, unit) ||
+        !pdi_fit_unit(dots + 2 + high, dots + strlen(dots), p->unit))
+        return pdi_fit_refuse(ctx, range, "a number on either side of '..'");
+    PDI_TRY(pdi_fit_same(ctx, range, unit, p));
+    if (p->low < p->high && p->high - p->low < HUGE_VAL) return PD_OK;
+    return pdi_fit_refuse(ctx, range, "a finite low bound below the high one");
+}
+
+static pd_status pdi_fit_ranges(pd_ctx *ctx, const pd_fit_desc *desc, pd_fit *fit)
+{
+    if (desc->ranges < 1 || desc->ranges > PD_SQUARES_PARAMETERS)
+        return pdi_fail(ctx, PD_ERR_ARGUMENT, "fit", "found %d parameters, expected 1 to %d", desc->ranges,
+                        PD_SQUARES_PARAMETERS);
+    for (int k = 0; k < desc->ranges; k++) {
+        PDI_TRY(pdi_fit_range(ctx, desc->range[k], &fit->parameter[k]));
+        for (int j = 0; j < k; j++)
+            if (strcmp(fit->parameter[j].key, fit->parameter[k].key) == 0)
+                return pdi_fit_refuse(ctx, desc->range[k], "each key once");
+    }
+    fit->parameters = desc->ranges;
+    return PD_OK;
+}
+
+static void pdi_fit_overrides(pd_fit *fit, const double *value)
+{
+    for (int k = 0; k < fit->parameters; k++)
+        snprintf(fit->override[k], sizeof fit->override[k], "%s=%.17g%s%s", fit->parameter[k].key, value[k],
+                 fit->parameter[k].unit[0] ? " " : "", fit->parameter[k].unit);
+}
+
+/* ---- runs ---- */
+
+pd_status pd_fit_setup(pd_ctx *ctx, const pd_fit_desc *desc, const char *const *more, int count, pd_setup *setup)
+{
+    const char *overrides[PDI_FIT_OVERRIDES];
+    if (desc->count + count > PDI_FIT_OVERRIDES)
+        return pdi_fail(ctx, PD_ERR_ARGUMENT, "fit", "more than %d overrides", PDI_FIT_OVERRIDES);
+    for (int k = 0; k < desc->count; k++) overrides[k] = desc->overrides[k];
+    for (int k = 0; k < count; k++) overrides[desc->count + k] = more[k];
+    PDI_TRY(pd_scene_read(ctx, desc->scene, overrides, desc->count + count, setup));
+    pd_status status = desc->data ? pdi_record_replace(ctx, "--to", desc->data, setup) : PD_OK;
+    if (status == PD_OK && setup->records == 0)
+        status = pdi_fail(ctx, PD_ERR_ARGUMENT, "fit", "found no [measured NAME] section in the scene, expected one or "
+                          "--to FILE");
+    if (status < 0) pd_setup_free(ctx, setup);
+    return status;
+}
+
+/* Put the trial values before the message. */
+static pd_status pdi_fit_blame(pdi_fit *f, pd_status status)
+{
+    char message[PD_MESSAGE_SIZE], values[240] = "";
+    memcpy(message, f->ctx->message, sizeof message);
+    for (int k = 0; k < f->fit->parameters; k++) {
+        size_t used = strlen(values);
+        snprintf(values + used, sizeof values - used, "%s%.80s", k ? " " : "", f->fit->override[k]);
+    }
+    pdi_fail(f->ctx, status, "fit", "the run at %s%s failed: %.360s", values,
+             f->factor == 4 ? " on 4 h" : f->factor == 2 ? " on 2 h" : "", message);
+    return status;
+}
+
+static pd_status pdi_fit_computed(pdi_fit *f, const pd_setup *setup)
+{
+    pd_run_desc dry;
+    pd_run_result result;
+    memset(&dry, 0, sizeof dry);
+    dry.dry = 1;
+    dry.stop = f->desc->stop;
+    dry.stop_user = f->desc->stop_user;
+    dry.computed = f->computed;
+    if (f->factor > 1) {
+        PDI_TRY(pd_twin_build(f->ctx, setup, f->factor, f->twin));
+        dry.share = f->twin->share;
+        setup = &f->twin->setup;
+    }
+    PDI_TRY(pd_run(f->ctx, setup, &dry, &result));
+    return result.stopped ? pdi_fail(f->ctx, PD_ERR_STATE, "fit", "interrupted") : PD_OK;
+}
+
+static pd_status pdi_fit_evaluate(pd_ctx *ctx, void *user, const double *value, double *residual)
+{
+    pdi_fit *f = (pdi_fit *)user;
+    const char *more[PD_SQUARES_PARAMETERS];
+    pd_setup *setup = NULL;
+    pdi_fit_overrides(f->fit, value);
+    for (int k = 0; k < f->fit->parameters; k++) more[k] = f->fit->override[k];
+    PDI_TRY(PDI_NEW(ctx, "fit", 1, setup));
+    pd_status status = pd_fit_setup(ctx, f->desc, more, f->fit->parameters, setup);
+    if (status >= 0) status = pdi_fit_computed(f, setup);
+    if (status >= 0) pd_setup_free(ctx, setup);
+    else {
+        pdi_fit_blame(f, status);
+        pd_setup_free(ctx, setup);
+    }
+    PDI_DELETE(ctx, 1, setup);
+    PDI_TRY(status);
+    f->fit->evaluations++;
+    double sum = 0.0;
+    for (int k = 0; k < f->fit->points; k++) {
+        residual[k] = (f->computed[f->place[k]] - f->data[k]) * f->weight[k];
+        sum += residual[k] * residual[k];
+    }
+    if (!(sum < f->least)) return PD_OK;
+    f->least = sum;
+    memcpy(f->best, residual, (size_t)f->fit->points * sizeof *residual);
+    return PD_OK;
+}
+
+/* ---- points ---- */
+
+static pd_status pdi_fit_spreads(pd_ctx *ctx, const pd_setup *u, int *known)
+{
+    int with = 0;
+    for (int k = 0; k < u->records; k++) {
+        const pd_setup_record *r = &u->record[k];
+        with += r->spread != NULL;
+        for (int p = 0; p < r->points && r->spread; p++)
+            if (pdi_record_counts(r, p, u->until) && !(r->spread[p] > 0.0))
+                return pdi_fail(ctx, PD_ERR_ARGUMENT, "fit", "found a spread of 0 in %.60s at t = %g s, expected a "
+                                "positive one: points weigh by it", r->name, r->time[p]);
+    }
+    *known = with > 0;
+    if (with == 0 && u->records == 1) return PD_OK;
+    if (with == u->records) return PD_OK;
+    return pdi_fail(ctx, PD_ERR_ARGUMENT, "fit", "found %d of %d sets of points with a spread, expected it in all: "
+                    "points of different figures weigh by it", with, u->records);
+}
+
+/* The points that count, behind the start and before the end of the run. */
+static void pdi_fit_gather(pdi_fit *f, const pd_setup *u)
+{
+    int at = 0, count = 0;
+    for (int k = 0; k < u->records; k++) {
+        const pd_setup_record *r = &u->record[k];
+        for (int p = 0; p < r->points; p++, at++) {
+            if (!pdi_record_counts(r, p, u->until)) continue;
+            f->data[count] = r->value[p];
+            f->weight[count] = 1.0 / (r->spread ? r->spread[p] : r->scale);
+            f->place[count++] = at;
+        }
+    }
+    f->fit->points = count;
+    f->fit->records = u->records;
+    memcpy(f->fit->figure, u->record[0].figure, sizeof f->fit->figure);
+    memcpy(f->fit->unit, u->record[0].unit, sizeof f->fit->unit);
+    memcpy(f->fit->name, u->name, sizeof f->fit->name);
+}
+
+static pd_status pdi_fit_prepare(pdi_fit *f, const pd_setup *u)
+{
+    PDI_TRY(pdi_fit_spreads(f->ctx, u, &f->fit->known));
+    for (int k = 0; k < u->records; k++) f->all += u->record[k].points;
+    PDI_TRY(PDI_NEW(f->ctx, "fit", f->all, f->computed));
+    PDI_TRY(PDI_NEW(f->ctx, "fit", f->all, f->data));
+    PDI_TRY(PDI_NEW(f->ctx, "fit", f->all, f->weight));
+    PDI_TRY(PDI_NEW(f->ctx, "fit", f->all, f->place));
+    PDI_TRY(PDI_NEW(f->ctx, "fit", f->all, f->best));
+    PDI_TRY(PDI_NEW(f->ctx, "fit", 1, f->twin));
+    pdi_fit_gather(f, u);
+    f->fit->h = u->h[0];
+    if (f->fit->points >= f->fit->parameters) return PD_OK;
+    return pdi_fail(f->ctx, PD_ERR_ARGUMENT, "fit", "found %d point%s for %d parameters, expected as many at least",
+                    f->fit->points, f->fit->points == 1 ? "" : "s", f->fit->parameters);
+}
+
+/* ---- lattices ---- */
+
+static void pdi_fit_say(const pdi_fit *f, pd_print_kind kind, const char *text)
+{
+    if (f->desc->print) f->desc->print(f->desc->print_user, kind, text);
+}
+
+static void pdi_fit_told(void *user, const double *value, double sum, int evaluations)
+{
+    pdi_fit *f = (pdi_fit *)user;
+    char line[400], h[PD_UNITS_TEXT];
+    pdi_setup_show(f->factor * f->fit->h, "m", h);
+    snprintf(line, sizeof line, "fit  h = %-8s runs %3d  ", h, evaluations);
+    if (f->fit->known) pdi_append(line, sizeof line, "chi2 %-10.5g", sum);
+    else pdi_append(line, sizeof line, "rms %-10.5g", sqrt(sum / f->fit->points));
+    for (int k = 0; k < f->fit->parameters; k++)
+        pdi_append(line, sizeof line, "  %.60s = %.6g%s%.40s", f->fit->parameter[k].key, value[k],
+                       f->fit->parameter[k].unit[0] ? " " : "", f->fit->parameter[k].unit);
+    pdi_fit_say(f, PD_PRINT_SUMMARY, line);
+}
+
+static pd_status pdi_fit_level(pdi_fit *f, const double *start)
+{
+    pd_squares_desc d;
+    memset(&d, 0, sizeof d);
+    d.parameters = f->fit->parameters;
+    d.points = f->fit->points;
+    for (int k = 0; k < d.parameters; k++) {
+        d.low[k] = f->fit->parameter[k].low;
+        d.high[k] = f->fit->parameter[k].high;
+        d.start[k] = fmin(fmax(start[k], d.low[k]), d.high[k]);
+    }
+    d.known = f->fit->known;
+    d.noise = f->noise;
+    d.fn = pdi_fit_evaluate;
+    d.user = f;
+    d.told = pdi_fit_told;
+    f->least = HUGE_VAL;
+    pd_status status = pd_squares_solve(f->ctx, &d, &f->fit->squares);
+    f->noise = f->fit->squares.noise;
+    if (status >= 0 || !f->fit->squares.idle) return status;
+    f->fit->bad_input = 1;
+    return pdi_fail(f->ctx, status, "fit", "found that %.100s has no effect on the points, expected one that changes "
+                    "%s",
+                    f->fit->parameter[f->fit->squares.idle - 1].key, f->fit->figure);
+}
+
+static int pdi_fit_stopped(const pdi_fit *f) { return f->desc->stop && f->desc->stop(f->desc->stop_user); }
+
+/* From coarse to fine; a lattice that cannot hold the scene or fails is left out, but for the last. */
+static pd_status pdi_fit_levels(pdi_fit *f)
+{
+    double start[PD_SQUARES_PARAMETERS];
+    char line[PD_MESSAGE_SIZE + 64];
+    pd_status status = PD_OK;
+    for (int k = 0; k < f->fit->parameters; k++) {
+        const pd_fit_parameter *p = &f->fit->parameter[k];
+        start[k] = p->low > 0.0 && p->high >= 10.0 * p->low ? sqrt(p->low * p->high) : 0.5 * (p->low + p->high);
+    }
+    for (f->factor = f->desc->one_lattice ? 1 : 4; f->factor > 0; f->factor /= 2) {
+        status = pdi_fit_level(f, start);
+        if (status >= 0) memcpy(start, f->fit->squares.value, sizeof start);
+        if (f->factor == 1 || pdi_is_final(status) || pdi_fit_stopped(f)) return status;
+        snprintf(line, sizeof line, "no fit at %d h: %.500s", f->factor, f->ctx->message);
+        if (status < 0) pdi_fit_say(f, PD_PRINT_NOTE, line);
+    }
+    return status;
+}
+
+/* In the unit of the points, or, with several sections, in spreads. */
+static pd_status pdi_fit_rms(pdi_fit *f)
+{
+    double square = 0.0, scale = 1.0;
+    pd_fit *fit = f->fit;
+    if (fit->records == 1) PDI_TRY(pd_units_parse(f->ctx, fit->unit, &scale, NULL));
+    for (int k = 0; k < fit->points; k++) {
+        double off = f->best[k] / (fit->records == 1 ? f->weight[k] * scale : 1.0);
+        square += off * off;
+    }
+    fit->rms = sqrt(square / fit->points);
+    pdi_fit_overrides(fit, fit->squares.value);
+    return PD_OK;
+}
+
+static pd_status pdi_fit_all(pdi_fit *f)
+{
+    pd_setup *setup = NULL;
+    const char *more[PD_SQUARES_PARAMETERS];
+    double low[PD_SQUARES_PARAMETERS] = {0.0};
+    pd_status status = pdi_fit_ranges(f->ctx, f->desc, f->fit), solved;
+    for (int k = 0; k < f->fit->parameters; k++) {
+        low[k] = f->fit->parameter[k].low;
+        more[k] = f->fit->override[k];
+    }
+    pdi_fit_overrides(f->fit, low);
+    if (status >= 0) status = PDI_NEW(f->ctx, "fit", 1, setup);
+    if (status >= 0) status = pd_fit_setup(f->ctx, f->desc, more, f->fit->parameters, setup);
+    if (status >= 0) {
+        status = pdi_fit_prepare(f, setup);
+        pd_setup_free(f->ctx, setup);
+    }
+    PDI_DELETE(f->ctx, 1, setup);
+    f->fit->bad_input = status < 0 && !pdi_is_final(status);
+    PDI_TRY(status);
+    PDI_TRY(solved = pdi_fit_levels(f));
+    PDI_TRY(pdi_fit_rms(f));
+    return solved;
+}
+
+pd_status pd_fit_run(pd_ctx *ctx, const pd_fit_desc *desc, pd_fit *fit)
+{
+    pdi_fit f;
+    memset(&f, 0, sizeof f);
+    memset(fit, 0, sizeof *fit);
+    f.ctx = ctx;
+    f.desc = desc;
+    f.fit = fit;
+    pd_status status = pdi_fit_all(&f);
+    PDI_DELETE(ctx, f.all, f.computed);
+    PDI_DELETE(ctx, f.all, f.data);
+    PDI_DELETE(ctx, f.all, f.weight);
+    PDI_DELETE(ctx, f.all, f.place);
+    PDI_DELETE(ctx, f.all, f.best);
+    PDI_DELETE(ctx, 1, f.twin);
+    return status;
+}
+
+void pd_fit_line(const pd_fit *fit, char *text, size_t size)
+{
+    const pd_squares_result *s = &fit->squares;
+    if (size == 0) return;
+    text[0] = '\0';
+    pdi_append(text, size, "result case=%s fit=%s points=%d", fit->name,
+                   fit->records == 1 ? fit->figure : "several", fit->points);
+    pdi_append(text, size, " rms=%.4g unit=%s", fit->rms, fit->records == 1 && fit->unit[0] ? fit->unit : "-");
+    if (fit->known) pdi_append(text, size, " chi2=%.4g", s->sum);
+    pdi_append(text, size, " freedom=%d evals=%d fine_evals=%d converged=%s h=%.6g", s->freedom, fit->evaluations,
+                   s->evaluations, s->converged ? "yes" : "no", fit->h);
+    for (int k = 0; k < fit->parameters; k++) {
+        const char *key = fit->parameter[k].key;
+        pdi_append(text, size, " %s=%.6g %s.error=%.3g %s.low=%.5g %s.high=%.5g", key, s->value[k], key,
+                       s->error[k], key, s->low[k], key, s->high[k]);
+        if (s->bound[k]) pdi_append(text, size, " %s.bound=%s", key, s->bound[k] < 0 ? "low" : "high");
+        for (int l = 0; l < k; l++)
+            pdi_append(text, size, " correlation_%d_%d=%.3g", l + 1, k + 1, s->correlation[k][l]);
+    }
+}
+
+#undef PDI_FIT_OVERRIDES

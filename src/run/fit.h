@@ -1,0 +1,66 @@
+/* fit: which values of a scene match measured points? Bounded least squares over runs.
+ *
+ *   const char *range[] = {"dissolve.rate_scale=0.5..2", "transport.D=1e-10..1e-8 m2/s"};
+ *   pd_fit_desc desc = {0};            desc.scene = "wire.scene";  desc.range = range;  desc.ranges = 2;
+ *   pd_fit_run(&ctx, &desc, &fit);     fit.override: what a run at the result takes, "dissolve.rate_scale=1.07"
+ *
+ * The lattice at 4 h is fitted first, then those at 2 h and h from where it ended. Points weigh by their spread.
+ */
+#ifndef PD_FIT_H
+#define PD_FIT_H
+#include "solve/squares.h"
+#include "run/run.h"
+
+#define PD_FIT_TEXT 160
+
+typedef struct pd_fit_desc {
+    const char *scene;
+    const char *const *overrides; /* [count] of all runs */
+    int count;
+    const char *const *range;     /* [ranges] "KEY=LOW..HIGH UNIT" */
+    int ranges;
+    const char *data;             /* "wire.csv  start = 0.7 h", see record.h; NULL: the points of the scene */
+    int one_lattice;              /* 1: no coarser ones */
+    pd_print_fn print;            /* a line for each step; NULL: silent */
+    void *print_user;
+    int (*stop)(void *user);      /* as for pd_run */
+    void *stop_user;
+} pd_fit_desc;
+
+typedef struct pd_fit_parameter {
+    char key[PD_FIT_TEXT];        /* as in an override */
+    char unit[PD_UNITS_TEXT];     /* of the values; "": none */
+    double low, high;             /* [unit] */
+} pd_fit_parameter;
+
+typedef struct pd_fit {
+    char name[PD_SETUP_NAME];     /* of the case */
+    pd_fit_parameter parameter[PD_SQUARES_PARAMETERS];
+    int parameters;
+    pd_squares_result squares;    /* on the lattice of the scene */
+    char override[PD_SQUARES_PARAMETERS][2 * PD_FIT_TEXT]; /* "KEY=VALUE UNIT" of the result */
+    int points;                   /* that count */
+    char figure[2 * PD_SETUP_NAME], unit[PD_UNITS_TEXT]; /* of the first section of points */
+    int records;
+    double rms;                   /* [unit] one section; [-] several: of differences over spreads */
+    int known;                    /* the points have a spread */
+    double h;                     /* [m] along x */
+    int evaluations;              /* on all lattices */
+    int bad_input;                /* the failure lies in what was asked for */
+} pd_fit;
+
+#define pd_fit_run PD_NAME(pd_fit_run)
+#define pd_fit_line PD_NAME(pd_fit_line)
+#define pd_fit_setup PD_NAME(pd_fit_setup)
+
+/* PD_ERR_ARGUMENT, PD_ERR_PARSE: a range, a key that the scene does not have, points without spread beside others,
+ * fewer points than parameters, a parameter without effect. A run that fails at a trial value ends the fit with its
+ * status and the value. PD_NOT_CONVERGED as for pd_squares_solve. */
+PD_API pd_status pd_fit_run(pd_ctx *ctx, const pd_fit_desc *desc, pd_fit *fit);
+/* "result case=... fit=volume_loss points=9 rms=... KEY=1.07 KEY.error=0.02 ..." into text[size]. */
+PD_API void pd_fit_line(const pd_fit *fit, char *text, size_t size);
+/* The setup of the runs with the overrides of desc and `count` more, and with its points. */
+PD_API pd_status pd_fit_setup(pd_ctx *ctx, const pd_fit_desc *desc, const char *const *more, int count,
+                              pd_setup *setup);
+
+#endif

@@ -1,0 +1,309 @@
+/* inlet: see inlet.h */
+#include "run/inlet.h"
+#include "core/vec.h"
+#include <math.h>
+#include <string.h>
+
+/* Open nodes of the layer inside a side. */
+typedef struct pdi_inlet_layer {
+    int64_t open, solid;
+    int lo, hi;     /* 2D: first and last open index along the side */
+    double velocity; /* [m/s] mean inward velocity of the expression */
+} pdi_inlet_layer;
+
+/* Next index of the layer of a side; 0 when all were seen. Start with i zero but for the axis. */
+static int pdi_inlet_next(const pd_grid *grid, int axis, int *i)
+{
+    for (int d = 0; d < PD_DIM; d++) {
+        if (d == axis) continue;
+        if (++i[d] < grid->n[d]) return 1;
+        i[d] = 0;
+    }
+    return 0;
+}
+
+static double pdi_inlet_sign(int side) { return side % 2 ? -1.0 : 1.0; }
+
+static void pdi_inlet_expression(const pd_setup_side *side, const double *x, double t, double *u)
+{
+    for (int d = 0; d < PD_DIM; d++) u[d] = pdi_setup_eval(&side->velocity[d], x, t);
+}
+
+static void pdi_inlet_scan(const pd_setup *setup, const pd_grid *grid, double t, int side, pdi_inlet_layer *layer)
+{
+    int i[PD_DIM], axis = side / 2, along = PD_DIM > 1 ? 1 - axis : 0;
+    double sum = 0.0, weight = 0.0;
+    memset(i, 0, sizeof i);
+    memset(layer, 0, sizeof *layer);
+    i[axis] = side % 2 ? grid->n[axis] - 1 : 0;
+    do {
+        int32_t node = pd_grid_node(grid, i);
+        layer->solid += grid->kind[node] == PD_SOLID;
+        if (grid->kind[node] != PD_FLUID) continue;
+        int s = PD_DIM == 2 ? i[along] : 0;
+        if (layer->open == 0) layer->lo = s;
+        layer->hi = s;
+        layer->open++;
+        double x[PD_DIM], u[PD_DIM];
+        if (setup->side[side].profile != PD_PROFILE_EXPRESSION) continue;
+        pd_grid_position(grid, node, x);
+        x[axis] = side % 2 ? grid->hi[axis] : grid->lo[axis];
+        pdi_inlet_expression(&setup->side[side], x, t, u);
+        sum += pdi_inlet_sign(side) * u[axis] * pdi_grid_circumference(grid, node);
+        weight += pdi_grid_circumference(grid, node);
+    } while (pdi_inlet_next(grid, axis, i));
+    if (weight > 0.0) layer->velocity = sum / weight;
+}
+
+/* Where the wall begins between the open node at s and the closed one `step` further, along axis `along`. */
+static double pdi_inlet_edge(const pd_grid *grid, int side, int s, int step)
+{
+    int axis = side / 2, along = PD_DIM > 1 ? 1 - axis : 0, i[PD_DIM];
+    double x[PD_DIM], a, b;
+    memset(i, 0, sizeof i);
+    i[axis] = side % 2 ? grid->n[axis] - 1 : 0;
+    i[along] = s;
+    pd_grid_position(grid, pd_grid_node(grid, i), x);
+    if (s + step < 0 || s + step >= grid->n[along]) return step < 0 ? grid->lo[along] : grid->hi[along];
+    a = x[along];
+    b = a + step * grid->h[along];
+    for (int k = 0; k < 60 && grid->wall >= 0; k++) {
+        x[along] = 0.5 * (a + b);
+        if (pd_shape_distance(grid->shapes, grid->wall, x) > 0.0) a = x[along];
+        else b = x[along];
+    }
+    return 0.5 * (a + b);
+}
+
+/* The radius of the tube along `axis` around every open node: a complement of a cylinder among the walls. -1: none. */
+static double pdi_inlet_tube(const pd_grid *grid, int index, int axis, double *centre)
+{
+    const pd_shape *s = &grid->shapes[index];
+    double radius = -1.0;
+    if (s->type == PD_SHAPE_COMPLEMENT) {
+        const pd_shape *c = &grid->shapes[s->child[0]];
+        if (c->type != PD_SHAPE_CYLINDER || c->axis != axis) return -1.0;
+        memcpy(centre, c->a, sizeof c->a);
+        return c->r;
+    }
+    for (int k = 0; k < s->children && s->type == PD_SHAPE_UNION && radius < 0.0; k++)
+        radius = pdi_inlet_tube(grid, s->child[k], axis, centre);
+    return radius;
+}
+
+/* 1 when exactly the nodes within the tube are open. */
+static int pdi_inlet_round(const pd_grid *grid, int side, const double *centre, double radius)
+{
+    int i[PD_DIM], axis = side / 2;
+    memset(i, 0, sizeof i);
+    i[axis] = side % 2 ? grid->n[axis] - 1 : 0;
+    do {
+        int32_t node = pd_grid_node(grid, i);
+        double x[PD_DIM], square = 0.0;
+        pd_grid_position(grid, node, x);
+        for (int d = 0; d < PD_DIM; d++)
+            if (d != axis) square += (x[d] - centre[d]) * (x[d] - centre[d]);
+        if ((square < radius * radius) != (grid->kind[node] == PD_FLUID)) return 0;
+    } while (pdi_inlet_next(grid, axis, i));
+    return 1;
+}
+
+static pd_status pdi_inlet_refuse(pd_ctx *ctx, int side, const char *why)
+{
+    return pdi_fail(ctx, PD_ERR_GEOMETRY, "inlet", "side %s: %s", pdi_setup_side_name(side), why);
+}
+
+/* The same around an axis: across it a tube or the room between two, along it a cylinder. */
+static void pdi_inlet_rings(const pd_grid *grid, int side, double lo, double hi, int several, pd_inlet *inlet,
+                            double *area)
+{
+    int i[PD_DIM], axis = side / 2, r = PD_DIM - 1;
+    if (axis == r) {
+        *area *= 2.0 * PDI_PI * (side % 2 ? grid->hi[r] : grid->lo[r]);
+        return;
+    }
+    inlet->centre[side][r] = 0.0;
+    inlet->inner[side] = lo;
+    inlet->width[side] = lo > 0.0 ? hi - lo : 2.0 * hi;
+    *area = PDI_PI * (hi - lo) * (hi + lo);
+    memset(i, 0, sizeof i);
+    i[axis] = side % 2 ? grid->n[axis] - 1 : 0;
+    if (several) *area = 0.0;
+    if (several) do {
+            int32_t node = pd_grid_node(grid, i);
+            if (grid->kind[node] == PD_FLUID) *area += pdi_grid_circumference(grid, node) * grid->h[r];
+        } while (pdi_inlet_next(grid, axis, i));
+}
+
+/* Width and centre of the open part, and its area. */
+static pd_status pdi_inlet_measure(pd_ctx *ctx, const pd_grid *grid, int side, const pdi_inlet_layer *layer,
+                                   pd_inlet *inlet, double *area)
+{
+    int axis = side / 2, along = PD_DIM > 1 ? 1 - axis : 0;
+    int parabola = inlet->setup->side[side].profile == PD_PROFILE_PARABOLA;
+    double face = 1.0, radius = -1.0;
+    for (int d = 0; d < PD_DIM; d++)
+        if (d != axis) face *= grid->h[d];
+    *area = (double)layer->open * face;
+    if (layer->open == 0) return pdi_inlet_refuse(ctx, side, "the inlet is closed by wall or solid");
+    if (parabola && layer->solid)
+        return pdi_inlet_refuse(ctx, side, "found solid in the inlet, expected it free for a parabola");
+    if (PD_DIM == 1) {
+        inlet->width[side] = grid->hi[0] - grid->lo[0];
+        return parabola ? pdi_inlet_refuse(ctx, side, "found profile = parabola in 1D, expected uniform") : PD_OK;
+    }
+    if (PD_DIM == 2) {
+        double lo = pdi_inlet_edge(grid, side, layer->lo, -1), hi = pdi_inlet_edge(grid, side, layer->hi, 1);
+        inlet->width[side] = hi - lo;
+        inlet->centre[side][along] = 0.5 * (lo + hi);
+        int several = layer->open != layer->hi - layer->lo + 1;
+        if (!several) *area = hi - lo;
+        else if (parabola)
+            return pdi_inlet_refuse(ctx, side,
+                                    "found several openings, expected one for a parabola; give an expression");
+        if (grid->circumference) pdi_inlet_rings(grid, side, lo, hi, several, inlet, area);
+        return PD_OK;
+    }
+    if (grid->wall >= 0) radius = pdi_inlet_tube(grid, grid->wall, axis, inlet->centre[side]);
+    if (radius > 0.0 && pdi_inlet_round(grid, side, inlet->centre[side], radius)) {
+        inlet->width[side] = 2.0 * radius;
+        *area = PDI_PI * radius * radius;
+        return PD_OK;
+    }
+    inlet->width[side] = sqrt(4.0 * *area / PDI_PI);
+    if (!parabola) return PD_OK;
+    return pdi_inlet_refuse(ctx, side,
+                            "the opening is not the section of a tube (a wall: cylinder along the inflow with "
+                                       "outside = yes), expected profile = expression with its velocity");
+}
+
+/* 1: something outside of the fluid depends on time. */
+static int pdi_inlet_timed(const pd_setup *u)
+{
+    int timed = 0;
+    for (int side = 0; side < 2 * PD_DIM; side++) {
+        const pd_setup_side *s = &u->side[side];
+        timed = timed || pdi_setup_timed(&s->stream) || pdi_setup_timed(&s->entering) || pdi_setup_timed(&s->held);
+        for (int d = 0; d < PD_DIM; d++)
+            timed = timed || pdi_setup_timed(&s->velocity[d]) || pdi_setup_timed(&s->slide[d]);
+    }
+    for (int k = 0; k < u->wall_count; k++) timed = timed || pdi_setup_timed(&u->walls[k].held);
+    for (int d = 0; d < PD_DIM; d++) timed = timed || pdi_setup_timed(&u->body[d]);
+    return timed;
+}
+
+double pd_inlet_mean(const pd_inlet *inlet, int side)
+{
+    const pd_setup_side *s = &inlet->setup->side[side];
+    double at[PD_DIM] = {0.0};
+    int timed = 0;
+    if (s->stream.uses)
+        return pdi_setup_eval(&s->stream, at, inlet->time) / (s->flow_rate > 0.0 ? inlet->area[side] : 1.0);
+    for (int d = 0; d < PD_DIM; d++) timed = timed || pdi_setup_timed(&s->velocity[d]);
+    if (!timed) return inlet->mean[side];
+    pdi_inlet_layer layer;
+    pdi_inlet_scan(inlet->setup, inlet->grid, inlet->time, side, &layer);
+    return layer.velocity;
+}
+
+static pd_status pdi_inlet_make(pd_ctx *ctx, const pd_setup *setup, const pd_grid *grid, pd_inlet *inlet)
+{
+    memset(inlet, 0, sizeof *inlet);
+    inlet->setup = setup;
+    inlet->grid = grid;
+    inlet->timed = pdi_inlet_timed(setup);
+    inlet->first = -1;
+    for (int side = 0; side < 2 * PD_DIM; side++) {
+        const pd_setup_side *s = &setup->side[side];
+        pdi_inlet_layer layer;
+        double area;
+        if (s->kind != PD_SIDE_INLET || s->profile == PD_PROFILE_REST) continue;
+        inlet->latest = side;
+        pdi_inlet_scan(setup, grid, 0.0, side, &layer);
+        PDI_TRY(pdi_inlet_measure(ctx, grid, side, &layer, inlet, &area));
+        if (PD_DIM == 2 && !grid->circumference && s->flow_rate > 0.0)
+            area = 0.25 * PDI_PI * inlet->width[side] * inlet->width[side];
+        inlet->area[side] = area;
+        inlet->mean[side] = s->flow_rate > 0.0 ? s->flow_rate / area : s->mean;
+        if (s->stream.uses) inlet->mean[side] = pd_inlet_mean(inlet, side);
+        if (s->profile == PD_PROFILE_EXPRESSION) inlet->mean[side] = layer.velocity;
+        if (inlet->first < 0) inlet->first = side;
+        inlet->inlets++;
+    }
+    return PD_OK;
+}
+
+pd_status pd_inlet_build(pd_ctx *ctx, const pd_setup *setup, const pd_grid *grid, pd_inlet *inlet)
+{
+    pd_status status = pdi_inlet_make(ctx, setup, grid, inlet);
+    int latest = inlet->latest;
+    if (status < 0) memset(inlet, 0, sizeof *inlet);
+    inlet->latest = latest; /* the side that is refused */
+    return status;
+}
+
+/* Fully developed flow in a tube or between two (k > 0) at s = r/R, over its mean (White, Viscous Fluid
+ * Flow, 3-3.3). */
+static double pdi_inlet_round_profile(double k, double s)
+{
+    if (!(k > 0.0)) return 2.0 * (1.0 - s * s);
+    double a = (1.0 - k * k) / log(1.0 / k);
+    return 2.0 * (1.0 - s * s + a * log(s)) / (1.0 + k * k - a);
+}
+
+void pd_inlet_velocity(void *user, const double *x, double *u)
+{
+    const pd_inlet *inlet = (const pd_inlet *)user;
+    const pd_setup *setup = inlet->setup;
+    for (int d = 0; d < PD_DIM; d++) u[d] = 0.0;
+    for (int side = 0; side < 2 * PD_DIM; side++) {
+        int axis = side / 2;
+        double beyond = side % 2 ? x[axis] - setup->hi[axis] : setup->lo[axis] - x[axis], square = 0.0;
+        if (beyond <= 0.0) continue;
+        const pd_setup_side *s = &setup->side[side];
+        if (s->profile == PD_PROFILE_EXPRESSION) {
+            pdi_inlet_expression(s, x, inlet->time, u);
+            return;
+        }
+        u[axis] = pdi_inlet_sign(side) * (s->stream.uses ? pd_inlet_mean(inlet, side) : inlet->mean[side]);
+        if (s->profile != PD_PROFILE_PARABOLA) return;
+        if (setup->axisymmetric && axis != PD_DIM - 1) {
+            double inner = inlet->inner[side], width = inlet->width[side];
+            double outer = inner > 0.0 ? inner + width : 0.5 * width;
+            u[axis] *= pdi_inlet_round_profile(inner / outer, x[PD_DIM - 1] / outer);
+            return;
+        }
+        for (int d = 0; d < PD_DIM; d++) {
+            double across = d == axis ? 0.0 : 2.0 * (x[d] - inlet->centre[side][d]) / inlet->width[side];
+            square += across * across;
+        }
+        u[axis] *= (PD_DIM == 3 ? 2.0 : 1.5) * (1.0 - square);
+        return;
+    }
+}
+
+int pd_inlet_enters(void *user, int side, const double *x)
+{
+    const pd_setup *u = (const pd_setup *)user;
+    if (!u->side[side].open) return u->side[side].kind == PD_SIDE_INLET;
+    double v = pdi_setup_eval(&u->start[side / 2], x, 0.0);
+    return side % 2 ? v < 0.0 : v > 0.0;
+}
+
+double pd_inlet_entering(void *user, const double *x)
+{
+    const pd_inlet *inlet = (const pd_inlet *)user;
+    const pd_setup *u = inlet->setup;
+    for (int s = 0; s < 2 * PD_DIM; s++) {
+        int d = s / 2;
+        int there = s % 2 ? x[d] >= u->hi[d] : x[d] <= u->lo[d];
+        if (u->side[s].entering.code && there) return pdi_setup_eval(&u->side[s].entering, x, inlet->time);
+    }
+    return u->inlet;
+}
+
+void pd_inlet_body(void *user, const double *x, double *force)
+{
+    const pd_inlet *inlet = (const pd_inlet *)user;
+    for (int d = 0; d < PD_DIM; d++) force[d] = pdi_setup_eval(&inlet->setup->body[d], x, inlet->time);
+}

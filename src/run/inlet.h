@@ -1,0 +1,44 @@
+/* inlet: prescribed velocity behind the inlets of a box: where a side is open, how wide, and the profile over it. */
+#ifndef PD_INLET_H
+#define PD_INLET_H
+#include "scene/setup.h"
+
+typedef struct pd_inlet {
+    const pd_setup *setup;
+    const pd_grid *grid;
+    double time;                /* [s] for which the functions below, and those of walls, answer */
+    int timed;                  /* 1: any of them depends on it */
+    int inlets;
+    double mean[2 * PD_DIM];    /* [m/s] into the box at time 0, 0 for other sides */
+    double area[2 * PD_DIM];    /* [m2] that a flow_rate goes through */
+    double width[2 * PD_DIM];   /* [m] of the open part: 2H or 2R */
+    double centre[2 * PD_DIM][PD_DIM]; /* [m] of the open part; axisymmetric: 0 */
+    double inner[2 * PD_DIM];   /* [m] axisymmetric, across the axis: least radius of the open part, 0: a tube */
+    int first;                  /* first inlet side, -1: none */
+    int latest;                 /* the side that was measured last: the one that the build refuses */
+} pd_inlet;
+
+#define pd_inlet_build PD_NAME(pd_inlet_build)
+#define pd_inlet_mean PD_NAME(pd_inlet_mean)
+#define pd_inlet_velocity PD_NAME(pd_inlet_velocity)
+#define pd_inlet_enters PD_NAME(pd_inlet_enters)
+#define pd_inlet_entering PD_NAME(pd_inlet_entering)
+#define pd_inlet_body PD_NAME(pd_inlet_body)
+
+/* Measure the open part of each inlet side of the grid. PD_ERR_GEOMETRY: a side without open nodes, a parabola where no
+ * parabola fits (two openings, a rectangular duct, solid in the opening). setup and grid are borrowed; nothing is
+ * allocated. */
+PD_API pd_status pd_inlet_build(pd_ctx *ctx, const pd_setup *setup, const pd_grid *grid, pd_inlet *inlet);
+/* Mean velocity [m/s] into the box through a side at inlet->time. */
+PD_API double pd_inlet_mean(const pd_inlet *inlet, int side);
+/* A pd_velocity_fn; user is the pd_inlet. 2D parabola: 3/2 U (1 - s^2); tube: 2 U (1 - (r/R)^2); between
+ * two tubes (R1 < R2, k = R1/R2, s = r/R2): 2 U (1 - s^2 + a ln s)/(1 + k^2 - a), a = (1 - k^2)/ln(1/k). */
+PD_API void pd_inlet_velocity(void *user, const double *x, double *u);
+/* A pd_entry_fn, user being the pd_setup: where a given flow enters through open sides. */
+PD_API int pd_inlet_enters(void *user, int side, const double *x);
+/* A pd_point_fn, user being the pd_inlet: the concentration [mol/m3] behind inlets and open sides. */
+PD_API double pd_inlet_entering(void *user, const double *x);
+/* A pd_velocity_fn, user being the pd_inlet: the body force [m/s2] that is no constant. */
+PD_API void pd_inlet_body(void *user, const double *x, double *force);
+
+#endif

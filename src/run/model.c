@@ -1,0 +1,325 @@
+/* model: see model.h */
+#include "run/model.h"
+#include <math.h>
+#include <string.h>
+
+PDI_FN pd_status pdi_model_grid(pd_ctx *ctx, const pd_setup *u, int *line, pd_stencil *stencil, pd_grid *grid)
+{
+    pd_stencil_desc family;
+    pd_grid_desc box;
+    memset(&family, 0, sizeof family);
+    memset(&box, 0, sizeof box);
+    family.m = u->m;
+    if (u->has_corrode) family.weights = u->weights;
+    for (int d = 0; d < PD_DIM; d++) {
+        family.h[d] = u->h[d];
+        box.lo[d] = u->lo[d];
+        box.hi[d] = u->hi[d];
+    }
+    for (int s = 0; s < 2 * PD_DIM; s++) box.side[s] = u->side[s].kind;
+    box.shapes = u->shapes ? u->shape : NULL;
+    box.axisymmetric = u->axisymmetric;
+    box.solid = u->solid;
+    box.wall = u->wall;
+    for (int s = 0; s < 2 * PD_DIM; s++)
+        if (u->side[s].open) box.entry = pd_inlet_enters;
+    box.entry_user = (void *)u; /* only read */
+    PDI_TRY(pd_stencil_build(ctx, &family, stencil));
+    if (u->shape_line) *line = u->shape_line; /* what the lattice refuses are shapes */
+    return pd_grid_build(ctx, stencil, &box, grid);
+}
+
+static pd_status pdi_model_lattice(pd_ctx *ctx, pd_model *m)
+{
+    PDI_TRY(pdi_model_grid(ctx, m->setup, &m->line, &m->stencil, &m->grid));
+    if (!m->setup->has_corrode) PDI_TRY(pd_bonds_build(ctx, &m->stencil, &m->grid, 0, &m->bonds));
+    pd_status status = pd_inlet_build(ctx, m->setup, &m->grid, &m->inlet);
+    m->line = m->setup->side[m->inlet.latest].line;
+    return status;
+}
+
+/* The flow at the start, and what moves it on. */
+static pd_status pdi_model_motion(pd_ctx *ctx, pd_model *m)
+{
+    const pd_setup *u = m->setup;
+    pd_implicit_desc implicit;
+    pd_unsteady_desc explicit_;
+    memset(&implicit, 0, sizeof implicit);
+    memset(&explicit_, 0, sizeof explicit_);
+    for (int32_t node = 0; node < m->grid.total; node++) {
+        double x[PD_DIM];
+        if (m->grid.kind[node] != PD_FLUID && m->grid.kind[node] != PD_INLET) continue;
+        if (m->grid.kind[node] == PD_INLET && u->motion != PD_MOTION_GIVEN) continue;
+        pd_grid_position(&m->grid, node, x);
+        pdi_grid_fold_images(&m->grid, x);
+        for (int d = 0; d < PD_DIM; d++) {
+            double v = pdi_setup_eval(&u->start[d], x, 0.0);
+            if (!(fabs(v) < 1e100))
+                return pdi_fail(ctx, PD_ERR_STATE, "model", "the velocity at the start is %g m/s at x = %g m", v, x[0]);
+            m->flow.u[(int64_t)d * m->grid.total + node] = v;
+        }
+    }
+    implicit.rtol = u->flow_rtol;
+    explicit_.eos = u->linear ? PD_EOS_LINEAR : PD_EOS_TAIT;
+    explicit_.sound = u->sound;
+    pd_flow_prepare(ctx, &m->flow);
+    if (u->motion == PD_MOTION_GIVEN) return PD_OK;
+    if (u->motion == PD_MOTION_IMPLICIT) return pd_implicit_build(ctx, &m->flow, &m->steady, &implicit, &m->implicit);
+    return pd_unsteady_build(ctx, &m->flow, &explicit_, &m->unsteady);
+}
+
+static pd_status pdi_model_flow(pd_ctx *ctx, pd_model *m)
+{
+    const pd_setup *u = m->setup;
+    pd_flow_desc flow;
+    pd_steady_desc steady;
+    memset(&flow, 0, sizeof flow);
+    memset(&steady, 0, sizeof steady);
+    flow.rho = u->rho;
+    flow.mu = u->mu;
+    for (int d = 0; d < PD_DIM; d++) flow.force[d] = u->force[d];
+    if (u->pushed) flow.body = pd_inlet_body;
+    flow.body_user = &m->inlet;
+    if (m->inlet.timed) flow.clock = &m->inlet.time;
+    flow.p_out = u->p_out;
+    flow.speed = u->speed;
+    flow.length = u->length;
+    for (int s = 2 * PD_DIM - 1; s >= 0; s--) { /* what users know the inlet by */
+        if (u->side[s].kind != PD_SIDE_INLET) continue;
+        if (!(u->speed > 0.0) && fabs(m->inlet.mean[s]) > 0.0) flow.speed = fabs(m->inlet.mean[s]);
+        if (!(u->length > 0.0)) flow.length = m->inlet.width[s];
+    }
+    if (m->inlet.inlets) flow.inlet = pd_inlet_velocity;
+    flow.inlet_user = &m->inlet;
+    if (pd_wall_moves(u)) flow.wall = pd_wall_velocity;
+    flow.wall_user = &m->inlet;
+    steady.tolerance = u->steady;
+    PDI_TRY(pd_flow_build(ctx, &m->grid, &m->bonds, &flow, &m->flow));
+    if (u->motion == PD_MOTION_STEADY || u->motion == PD_MOTION_IMPLICIT)
+        PDI_TRY(pd_steady_build(ctx, &m->flow, &steady, &m->steady));
+    if (u->motion != PD_MOTION_STEADY) PDI_TRY(pdi_model_motion(ctx, m));
+    if (u->motion != PD_MOTION_GIVEN) m->unknowns[PD_PART_FLOW] = (PD_DIM + 1) * m->grid.fluid_count;
+    return PD_OK;
+}
+
+static pd_status pdi_model_initial(pd_ctx *ctx, const pd_model *m, double *field)
+{
+    for (int32_t node = 0; node < m->grid.total; node++) {
+        double x[PD_DIM];
+        if (m->grid.kind[node] != PD_FLUID) continue;
+        pd_grid_position(&m->grid, node, x);
+        double c = pdi_setup_eval(&m->setup->initial, x, 0.0);
+        if (!(c >= 0.0) || !(c < 1e100))
+            return pdi_fail(ctx, PD_ERR_STATE, "model",
+                            "initial gives C = %g mol/m3 at x = %g m, expected a finite value of at"
+                                                        " least 0", c, x[0]);
+        field[node] = c;
+    }
+    return PD_OK;
+}
+
+/* Signed distance [m] from the surface of the medium, and the diffusivity [m2/s] on both sides of it. */
+static double pdi_model_interface(void *user, const double *x)
+{
+    const pd_setup *u = ((const pd_inlet *)user)->setup;
+    return pd_shape_distance(u->shape, u->medium, x);
+}
+
+static double pdi_model_diffusivity(void *user, const double *x)
+{
+    const pd_setup *u = ((const pd_inlet *)user)->setup;
+    return pdi_model_interface(user, x) < 0.0 ? u->medium_diffusivity : u->diffusivity;
+}
+
+static pd_status pdi_model_transport(pd_ctx *ctx, pd_model *m)
+{
+    const pd_setup *u = m->setup;
+    pd_transport_desc desc;
+    memset(&desc, 0, sizeof desc);
+    desc.diffusivity = u->diffusivity;
+    desc.inlet = u->inlet;
+    desc.advection = u->advection;
+    desc.limiter_tolerance = u->limiter;
+    if (u->medium >= 0) desc.field = pdi_model_diffusivity;
+    if (u->medium >= 0) desc.level = pdi_model_interface;
+    if (pd_wall_holds(u)) desc.held = pd_wall_held;
+    if (u->motion == PD_MOTION_GIVEN || u->enters) desc.entering = pd_inlet_entering;
+    desc.user = &m->inlet;
+    if (m->inlet.timed) desc.clock = &m->inlet.time;
+    PDI_TRY(pd_transport_build(ctx, &m->grid, &m->bonds, u->has_flow ? &m->flow : NULL, &desc, &m->transport));
+    m->unknowns[PD_PART_TRANSPORT] = m->grid.fluid_count;
+    if (!u->has_dissolve) {
+        pd_advance_desc advance;
+        memset(&advance, 0, sizeof advance);
+        advance.rtol = u->rtol;
+        advance.largest = u->max_step;
+        PDI_TRY(pd_advance_build(ctx, &m->transport, &advance, &m->advance));
+    }
+    return pdi_model_initial(ctx, m, m->transport.c);
+}
+
+/* factor = 1 + (gb_factor - 1) * share of the node that is grain boundary */
+static pd_status pdi_model_factor(pd_ctx *ctx, pd_model *m, float *fraction)
+{
+    PDI_TRY(pd_grain_fraction(ctx, &m->stencil, &m->grid, &m->grain, fraction));
+    PDI_TRY(pd_grain_measure(ctx, &m->grid, &m->grain, fraction, &m->grain_stats));
+    if (!pdi_setup_loses(m->setup) || !(fabs(m->setup->gb_factor - 1.0) > 0.0)) return PD_OK;
+    PDI_TRY(PDI_NEW(ctx, "model", m->grid.total, m->factor));
+    for (int32_t i = 0; i < m->grid.total; i++)
+        m->factor[i] = 1.0 + (m->setup->gb_factor - 1.0) * (double)fraction[i];
+    return PD_OK;
+}
+
+static pd_status pdi_model_grains(pd_ctx *ctx, pd_model *m)
+{
+    float *fraction = NULL;
+    PDI_TRY(pd_grain_build(ctx, &m->grid, &m->setup->grain, &m->grain));
+    PDI_TRY(PDI_NEW(ctx, "model", m->grid.total, fraction));
+    pd_status status = pdi_model_factor(ctx, m, fraction);
+    PDI_DELETE(ctx, m->grid.total, fraction);
+    return status;
+}
+
+static double pdi_model_rate(void *user, const pd_rate_at *at)
+{
+    const pd_setup *u = (const pd_setup *)user;
+    double vars[PDI_SETUP_LAW];
+    vars[0] = at->c;
+    vars[1] = at->t;
+    memcpy(vars + 2, at->x, sizeof at->x);
+    return u->rate_scale * pd_expr_eval(&u->rate, vars);
+}
+
+static pd_status pdi_model_dissolve(pd_ctx *ctx, pd_model *m)
+{
+    pd_dissolve_desc desc;
+    memset(&desc, 0, sizeof desc);
+    desc.solid = m->setup->solid_c;
+    desc.threshold = m->setup->threshold;
+    desc.rate = pdi_model_rate;
+    desc.rate_user = (void *)m->setup; /* only read */
+    desc.uniform = m->setup->rate.uses >> 1 == 0;
+    desc.factor = m->factor;
+    m->unknowns[PD_PART_DISSOLVE] = m->grid.solid_count;
+    return pd_dissolve_build(ctx, &m->grid, &m->bonds, &m->transport, &desc, &m->dissolve);
+}
+
+/* 1 for nodes in front of a passive film. */
+static pd_status pdi_model_passive(pd_ctx *ctx, pd_model *m)
+{
+    const pd_setup *u = m->setup;
+    if (u->passive < 0) return PD_OK;
+    PDI_TRY(PDI_NEW(ctx, "model", m->grid.total, m->passive));
+    for (int32_t i = 0; i < m->grid.total; i++) {
+        double x[PD_DIM];
+        pd_grid_position(&m->grid, i, x);
+        m->passive[i] = pd_shape_distance(u->shape, u->passive, x) < 0.0;
+    }
+    return PD_OK;
+}
+
+static pd_status pdi_model_corrode(pd_ctx *ctx, pd_model *m)
+{
+    const pd_setup *u = m->setup;
+    pd_corrode_desc desc;
+    memset(&desc, 0, sizeof desc);
+    desc.solid = u->solid_c;
+    desc.saturation = u->saturation;
+    desc.diffusivity = u->diffusivity;
+    desc.bulk = u->bulk;
+    desc.activation = u->activation;
+    desc.share = u->share;
+    desc.overshoot = u->overshoot;
+    desc.rate = pdi_model_rate;
+    desc.rate_user = (void *)u; /* only read */
+    desc.uniform = u->rate.uses >> 2 == 0;
+    desc.steady = (u->rate.uses >> 1 & 1) == 0;
+    desc.drive = u->drive;
+    desc.kernel = u->kernel;
+    desc.weights = u->weights;
+    desc.repassivation = u->repassivation;
+    desc.stochastic = u->stochastic;
+    desc.seed = (uint64_t)u->seed;
+    PDI_TRY(pdi_model_passive(ctx, m));
+    desc.passive = m->passive;
+    desc.factor = m->factor;
+    PDI_TRY(pd_corrode_build(ctx, &m->grid, &m->stencil, &desc, &m->corrode));
+    m->unknowns[PD_PART_CORRODE] = m->grid.fluid_count + m->grid.solid_count;
+    if (!u->activation) PDI_TRY(pdi_model_initial(ctx, m, m->corrode.c));
+    pd_corrode_open(&m->corrode);
+    if (u->forward) return PD_OK;
+    pd_recede_desc implicit;
+    memset(&implicit, 0, sizeof implicit);
+    implicit.share = u->share;
+    implicit.rtol = u->rtol;
+    return pd_recede_build(ctx, &m->corrode, &implicit, &m->recede);
+}
+
+PDI_FN const double *pdi_model_c(const pd_model *m) { return m->setup->has_corrode ? m->corrode.c : m->transport.c; }
+
+static pd_status pdi_model_parts(pd_ctx *ctx, pd_model *m)
+{
+    typedef pd_status (*build_fn)(pd_ctx *, pd_model *);
+    const pd_setup *u = m->setup;
+    const pd_part part[] = {PD_PART_GRID, PD_PART_FLOW, PD_PART_TRANSPORT, PD_PART_GRAIN, PD_PART_DISSOLVE,
+                            PD_PART_CORRODE};
+    const build_fn build[] = {pdi_model_lattice, pdi_model_flow, pdi_model_transport, pdi_model_grains,
+                              pdi_model_dissolve, pdi_model_corrode};
+    const int wanted[] = {1, u->has_flow, u->has_transport, u->has_grains, u->has_dissolve, u->has_corrode};
+    for (int k = 0; k < PD_PART_COUNT; k++) {
+        size_t before = ctx->in_use;
+        if (!wanted[k]) continue;
+        m->line = u->line[part[k]];
+        PDI_TRY(build[k](ctx, m));
+        m->bytes[part[k]] = ctx->in_use - before;
+    }
+    return PD_OK;
+}
+
+pd_status pd_model_build(pd_ctx *ctx, const pd_setup *setup, pd_model *m)
+{
+    pd_couple_desc desc;
+    memset(m, 0, sizeof *m);
+    memset(&desc, 0, sizeof desc);
+    m->setup = setup;
+    pd_status status = pdi_model_parts(ctx, m);
+    if (status == PD_OK) {
+        desc.fraction = setup->fraction;
+        desc.max_step = setup->max_step;
+        status = pd_couple_build(ctx, &desc, &m->grid, &m->bonds,
+                                 setup->has_flow && setup->motion != PD_MOTION_GIVEN ? &m->flow : NULL,
+                                 setup->has_flow && setup->motion == PD_MOTION_STEADY ? &m->steady : NULL,
+                                 setup->has_transport ? &m->transport : NULL,
+                                 setup->has_dissolve ? &m->dissolve : NULL, &m->couple);
+        if (setup->has_transport && !setup->has_dissolve) m->couple.advance = &m->advance;
+        if (setup->has_corrode) m->couple.corrode = &m->corrode;
+        if (setup->has_corrode && !setup->forward) m->couple.recede = &m->recede;
+        m->couple.settle = setup->settle;
+        if (setup->motion == PD_MOTION_IMPLICIT) m->couple.implicit = &m->implicit;
+        if (setup->motion == PD_MOTION_EXPLICIT) m->couple.unsteady = &m->unsteady;
+    }
+    int line = m->line;
+    if (status < 0) pd_model_free(ctx, m);
+    m->line = line;
+    return status;
+}
+
+void pd_model_free(pd_ctx *ctx, pd_model *m)
+{
+    pd_recede_free(ctx, &m->recede);
+    pd_corrode_free(ctx, &m->corrode);
+    PDI_DELETE(ctx, m->grid.total, m->passive);
+    pd_dissolve_free(ctx, &m->dissolve);
+    PDI_DELETE(ctx, m->grid.total, m->factor);
+    pd_grain_free(ctx, &m->grain);
+    pd_advance_free(ctx, &m->advance);
+    pd_transport_free(ctx, &m->transport);
+    pd_implicit_free(ctx, &m->implicit);
+    pd_unsteady_free(ctx, &m->unsteady);
+    pd_steady_free(ctx, &m->steady);
+    pd_flow_free(ctx, &m->flow);
+    pd_bonds_free(ctx, &m->bonds);
+    pd_grid_free(ctx, &m->grid);
+    pd_stencil_free(ctx, &m->stencil);
+    memset(m, 0, sizeof *m);
+}

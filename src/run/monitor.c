@@ -1,0 +1,502 @@
+/* monitor: see monitor.h */
+#include "run/monitor.h"
+#include "flow/force.h"
+#include "couple/measure.h"
+#include "io/plot.h"
+#include "run/sample.h"
+#include <math.h>
+#include <stdio.h>
+#include <string.h>
+
+/* Units of amounts per depth, by dimension. */
+static const char *const pdi_monitor_unit_area[] = {"-", "m", "m2"};
+static const char *const pdi_monitor_unit_volume[] = {"m", "m2", "m3"};
+static const char *const pdi_monitor_unit_flow[] = {"m/s", "m2/s", "m3/s"};
+static const char *const pdi_monitor_unit_amount[] = {"mol/m2", "mol/m", "mol"};
+static const char *const pdi_monitor_unit_species[] = {"mol/m2/s", "mol/m/s", "mol/s"};
+static const char *const pdi_monitor_unit_force[] = {"N/m2", "N/m", "N"};
+static const char *const pdi_monitor_unit_energy[] = {"J/m2", "J/m", "J"};
+static const char *const pdi_monitor_unit_momentum[] = {"kg/m/s", "kg/s", "kg m/s"};
+
+/* The dimension that amounts have, less one: rings close. */
+static int pdi_monitor_extent(const pd_setup *setup) { return setup->axisymmetric ? 2 : PD_DIM - 1; }
+
+/* ---- figures ---- */
+
+static void pdi_monitor_put(pd_monitor *m, const char *key, const char *unit, double value)
+{
+    pd_monitor_figure *f = &m->figure[m->count++];
+    PD_ASSERT(m->count <= PD_MONITOR_FIGURES);
+    snprintf(f->key, sizeof f->key, "%s", key);
+    snprintf(f->unit, sizeof f->unit, "%s", unit);
+    f->value = value;
+}
+
+/* One figure an axis: key with x, y or z behind its first letter. */
+static void pdi_monitor_put_vector(pd_monitor *m, char letter, const char *rest, const char *unit, const double *value,
+                                   double scale)
+{
+    char key[24];
+    for (int d = 0; d < PD_DIM; d++) {
+        snprintf(key, sizeof key, "%c%c%s", letter, "xyz"[d], rest);
+        pdi_monitor_put(m, key, unit, scale * value[d]);
+    }
+}
+
+static void pdi_monitor_plane(pd_ctx *ctx, pd_model *model, pd_monitor *m)
+{
+    const pd_setup *u = model->setup;
+    pd_measure_plane_result r;
+    pd_measure_plane(ctx, &model->bonds, u->has_flow ? &model->flow : NULL, u->has_transport ? &model->transport : NULL,
+                     m->desc->axis, m->desc->index, &r);
+    pdi_monitor_put(m, "area", pdi_monitor_unit_area[pdi_monitor_extent(u)], r.area);
+    if (u->has_flow) {
+        pdi_monitor_put(m, "flow", pdi_monitor_unit_flow[pdi_monitor_extent(u)], r.flow);
+        pdi_monitor_put(m, "speed", "m/s", r.speed);
+        pdi_monitor_put(m, "p", "Pa", r.pressure);
+    }
+    if (u->has_transport) pdi_monitor_put(m, "C_mean", "mol/m3", r.mean);
+    if (u->has_transport && u->has_flow) pdi_monitor_put(m, "C_bulk", "mol/m3", r.bulk);
+    if (u->has_transport) pdi_monitor_put(m, "species", pdi_monitor_unit_species[pdi_monitor_extent(u)], r.species);
+}
+
+static pd_status pdi_monitor_balance(pd_ctx *ctx, pd_model *model, const pd_setup_monitor *d, double *force)
+{
+    char message[PD_MESSAGE_SIZE];
+    pd_status status = pd_force_balance(ctx, &model->flow, d->lo, d->hi, force);
+    if (status != PD_ERR_GEOMETRY) return status;
+    memcpy(message, ctx->message, sizeof message);
+    const char *what = strchr(message, ' ');
+    return pdi_fail(ctx, status, "force", "%.500s; balance = no leaves it out", what ? what + 1 : message);
+}
+
+/* The steady flow of a dissolution changes with the geometry only. */
+static pd_status pdi_monitor_force(pd_ctx *ctx, pd_model *model, pd_monitor *m)
+{
+    const pd_setup_monitor *d = m->desc;
+    const char *unit = pdi_monitor_unit_force[pdi_monitor_extent(model->setup)];
+    double force[PD_DIM], friction[PD_DIM], pressure[PD_DIM], around[PD_DIM];
+    double scale = d->speed > 0.0 ? 2.0 / (model->flow.rho * d->speed * d->speed * d->area) : 0.0;
+    if (m->seen == model->couple.flow_solves) return PD_OK;
+    m->seen = model->couple.flow_solves;
+    m->count = 0;
+    pd_force_shape(ctx, &model->flow, d->shape ? d->shape - 1 : PD_FORCE_ALL, d->lo, d->hi, force, friction, pressure);
+    pdi_monitor_put_vector(m, 'f', "", unit, force, 1.0);
+    pdi_monitor_put_vector(m, 'f', "_friction", unit, friction, 1.0);
+    pdi_monitor_put_vector(m, 'f', "_pressure", unit, pressure, 1.0);
+    if (d->balance) PDI_TRY(pdi_monitor_balance(ctx, model, d, around));
+    if (d->balance) pdi_monitor_put_vector(m, 'f', "_balance", unit, around, 1.0);
+    if (d->speed > 0.0) pdi_monitor_put_vector(m, 'c', "", "-", force, scale);
+    if (d->speed > 0.0 && d->balance) pdi_monitor_put_vector(m, 'c', "_balance", "-", around, scale);
+    return PD_OK;
+}
+
+/* Concentration of the fluid in each layer: of the mixed stream, sum u c / sum u, or the same everywhere. */
+static void pdi_monitor_fluid(const pd_model *model, pd_monitor *m)
+{
+    const pd_grid *grid = &model->grid;
+    const pd_setup_monitor *d = m->desc;
+    for (int k = 0; k < m->rows; k++) m->fluid[k] = d->fluid;
+    if (d->against != PD_AGAINST_BULK) return;
+    const double *u = model->flow.u + (int64_t)d->axis * grid->total;
+    double *stream = m->profile; /* filled later */
+    for (int k = 0; k < m->rows; k++) m->fluid[k] = stream[k] = 0.0;
+    for (int32_t node = 0; node < grid->total; node++) {
+        int i[PD_DIM];
+        if (grid->kind[node] != PD_FLUID) continue;
+        pdi_grid_index(grid, node, i);
+        double flow = u[node] * pdi_grid_circumference(grid, node);
+        m->fluid[i[d->axis]] += flow * model->transport.c[node];
+        stream[i[d->axis]] += flow;
+    }
+    for (int k = 0; k < m->rows; k++) m->fluid[k] /= stream[k];
+}
+
+static void pdi_monitor_transfer(pd_ctx *ctx, pd_model *model, pd_monitor *m)
+{
+    const pd_setup_monitor *d = m->desc;
+    double flux = 0.0, area = 0.0, driven = 0.0;
+    pd_measure_exchange(ctx, &model->transport, model->setup->has_dissolve ? &model->dissolve : NULL, d->lo, d->hi,
+                        d->axis, m->flux, m->area);
+    pdi_monitor_fluid(model, m);
+    for (int k = 0; k < m->rows; k++) {
+        flux += m->flux[k];
+        area += m->area[k];
+        if (m->area[k] > 0.0) driven += m->area[k] * (d->surface - m->fluid[k]);
+    }
+    if (d->area > 0.0) {
+        driven *= d->area / area;
+        area = d->area;
+    }
+    pdi_monitor_put(m, "flux", pdi_monitor_unit_species[pdi_monitor_extent(model->setup)], flux);
+    pdi_monitor_put(m, "area", pdi_monitor_unit_area[pdi_monitor_extent(model->setup)], area);
+    pdi_monitor_put(m, "density", "mol/m2/s", flux / area);
+    if (d->length > 0.0) pdi_monitor_put(m, "Sh", "-", flux * d->length / (driven * d->diffusivity));
+}
+
+static void pdi_monitor_total(pd_ctx *ctx, pd_model *model, pd_monitor *m)
+{
+    const pd_setup *u = model->setup;
+    pd_measure_box_result r;
+    const double *c = pdi_model_c(model);
+    pd_measure_box(ctx, &model->stencil, &model->grid, u->has_flow ? &model->flow : NULL, c,
+                   pdi_setup_loses(u) ? c : NULL, m->desc->lo, m->desc->hi, &r);
+    pdi_monitor_put(m, "volume", pdi_monitor_unit_volume[pdi_monitor_extent(u)], r.volume);
+    if (u->has_flow) {
+        pdi_monitor_put(m, "energy", pdi_monitor_unit_energy[pdi_monitor_extent(u)], r.energy);
+        pdi_monitor_put_vector(m, 'm', "", pdi_monitor_unit_momentum[pdi_monitor_extent(u)], r.momentum, 1.0);
+    }
+    if (c) {
+        pdi_monitor_put(m, "dissolved", pdi_monitor_unit_amount[pdi_monitor_extent(u)], r.dissolved);
+        pdi_monitor_put(m, "C_min", "mol/m3", r.least);
+        pdi_monitor_put(m, "C_max", "mol/m3", r.most);
+    }
+    if (pdi_setup_loses(u)) pdi_monitor_put(m, "solid", pdi_monitor_unit_amount[pdi_monitor_extent(u)], r.solid);
+}
+
+static pd_status pdi_monitor_figures(pd_ctx *ctx, pd_model *model, pd_monitor *m)
+{
+    if (m->desc->kind == PD_MONITOR_FORCE) return pdi_monitor_force(ctx, model, m);
+    m->count = 0;
+    if (m->desc->kind == PD_MONITOR_PLANE) pdi_monitor_plane(ctx, model, m);
+    if (m->desc->kind == PD_MONITOR_TRANSFER) pdi_monitor_transfer(ctx, model, m);
+    if (m->desc->kind == PD_MONITOR_TOTAL) pdi_monitor_total(ctx, model, m);
+    return PD_OK;
+}
+
+/* ---- profiles ---- */
+
+/* Add the name of a column; returns the next place. */
+static int pdi_monitor_name(char names[][PD_SETUP_NAME], int column, const char *name)
+{
+    snprintf(names[column], PD_SETUP_NAME, "%s", name);
+    return column + 1;
+}
+
+/* Columns of a line: length along it, position, fields, v with its components. first[f]: column of field f. */
+static int pdi_monitor_line_names(const pd_monitor *m, char names[][PD_SETUP_NAME], int *first)
+{
+    char name[PD_SETUP_NAME];
+    int count = pdi_monitor_name(names, 0, "s [m]");
+    for (int d = 0; d < PD_DIM; d++) {
+        snprintf(name, sizeof name, "%c [m]", "xyz"[d]);
+        count = pdi_monitor_name(names, count, name);
+    }
+    for (int f = 0; f < PD_FIELD_COUNT; f++) {
+        first[f] = count;
+        if (!((m->desc->fields >> f) & 1u)) continue;
+        for (int d = 0; d < PD_DIM && f == PD_FIELD_V; d++) {
+            snprintf(name, sizeof name, "v%c [m/s]", "xyz"[d]);
+            count = pdi_monitor_name(names, count, name);
+        }
+        if (f != PD_FIELD_V) count = pdi_monitor_name(names, count, pdi_sample_label((pd_field)f));
+    }
+    return count;
+}
+
+static int pdi_monitor_transfer_names(const pd_setup *u, const pd_monitor *m, char names[][PD_SETUP_NAME])
+{
+    char name[PD_SETUP_NAME];
+    int count;
+    snprintf(name, sizeof name, "%c [m]", "xyz"[m->desc->axis]);
+    count = pdi_monitor_name(names, 0, name);
+    snprintf(name, sizeof name, "area [%s]", pdi_monitor_unit_area[pdi_monitor_extent(u)]);
+    count = pdi_monitor_name(names, count, name);
+    count = pdi_monitor_name(names, count, "density [mol/m2/s]");
+    if (!(m->desc->length > 0.0)) return count;
+    count = pdi_monitor_name(names, count, "C_fluid [mol/m3]");
+    return pdi_monitor_name(names, count, "Sh [-]");
+}
+
+static void pdi_monitor_line_fill(const pd_model *model, pd_monitor *m)
+{
+    const pd_setup_monitor *d = m->desc;
+    for (int k = 0; k < m->rows; k++) {
+        double *row = m->profile + (int64_t)k * m->columns, *x = row + 1, share = k / (m->rows - 1.0), square = 0.0;
+        int column = 1 + PD_DIM;
+        for (int a = 0; a < PD_DIM; a++) {
+            x[a] = (1.0 - share) * d->lo[a] + share * d->hi[a];
+            square += (x[a] - d->lo[a]) * (x[a] - d->lo[a]);
+        }
+        row[0] = sqrt(square);
+        for (int f = 0; f < PD_FIELD_COUNT; f++)
+            for (int c = 0; c < (f == PD_FIELD_V ? PD_DIM : 1) && ((d->fields >> f) & 1u); c++)
+                row[column++] = pdi_sample_point(model, (pd_field)f, c, x);
+    }
+}
+
+static void pdi_monitor_transfer_fill(const pd_model *model, pd_monitor *m)
+{
+    const pd_setup_monitor *d = m->desc;
+    for (int k = 0; k < m->rows; k++) {
+        double *row = m->profile + (int64_t)k * m->columns;
+        row[0] = model->grid.lo[d->axis] + (k + 0.5) * model->grid.h[d->axis];
+        row[1] = m->area[k];
+        row[2] = m->area[k] > 0.0 ? m->flux[k] / m->area[k] : (double)NAN;
+        if (!(d->length > 0.0)) continue;
+        row[3] = m->fluid[k];
+        row[4] = row[2] * d->length / ((d->surface - m->fluid[k]) * d->diffusivity);
+    }
+}
+
+/* `count` columns from `first` over column 0. Lengths in a unit of readable size. What has no value leaves a gap. */
+static pd_status pdi_monitor_draw(pd_ctx *ctx, const pd_monitors *all, const pd_monitor *m, int first, int count,
+                                  const char *axis, const char *label, const char *path)
+{
+    char title[PD_SETUP_NAME + 2 * PD_UNITS_TEXT], stamp[PD_UNITS_TEXT], x_label[16];
+    static const char *const names[] = {"x", "y", "z"};
+    double *work = NULL, last = m->profile[(int64_t)(m->rows - 1) * m->columns];
+    double unit = last < 2e-3 ? 1e6 : last < 2.0 ? 1e3 : 1.0;
+    int64_t size = (int64_t)(count + 1) * m->rows, shown = 0;
+    pd_plot plot;
+    memset(&plot, 0, sizeof plot);
+    PDI_TRY(PDI_NEW(ctx, "monitor", size, work));
+    for (int k = 0; k < m->rows; k++) {
+        const double *row = m->profile + (int64_t)k * m->columns;
+        work[k] = unit * row[0];
+        for (int c = 0; c < count; c++) {
+            work[(int64_t)(c + 1) * m->rows + k] = row[first + c];
+            shown += fabs(row[first + c]) < HUGE_VAL;
+        }
+    }
+    pdi_setup_show(all->model->couple.time, "s", stamp);
+    snprintf(title, sizeof title, "%.60s: %.40s, t = %s", all->model->setup->name, m->desc->name, stamp);
+    snprintf(x_label, sizeof x_label, "%s [%s]", axis, unit > 1e4 ? "um" : unit > 10.0 ? "mm" : "m");
+    plot.title = title;
+    plot.x_label = x_label;
+    plot.y_label = label;
+    plot.count = count;
+    for (int c = 0; c < count; c++) {
+        plot.series[c].name = count > 1 ? names[c] : NULL;
+        plot.series[c].x = work;
+        plot.series[c].y = work + (int64_t)(c + 1) * m->rows;
+        plot.series[c].count = m->rows;
+    }
+    pd_status status = shown ? pd_plot_write(ctx, path, &plot) : PD_OK;
+    PDI_DELETE(ctx, size, work);
+    return status;
+}
+
+/* ---- files ---- */
+
+/* "FOLDER/line_NAME_C_000012_t6.1s.png" */
+static pd_status pdi_monitor_path(pd_ctx *ctx, const pd_monitors *all, const pd_monitor *m, const char *field,
+                                  int frame, const char *extension, char *path)
+{
+    char prefix[2 * PD_SETUP_NAME], name[PD_PATH_SIZE];
+    snprintf(prefix, sizeof prefix, "%s_%s%s%s", pdi_setup_monitor_name(m->desc->kind), m->desc->name,
+             field[0] ? "_" : "", field);
+    PDI_TRY(pd_file_frame_name(ctx, prefix, frame, all->model->couple.time, extension, name));
+    return pd_folder_add(ctx, all->folder, name, path);
+}
+
+static pd_status pdi_monitor_line_images(pd_ctx *ctx, const pd_monitors *all, const pd_monitor *m, const int *first,
+                                         int frame)
+{
+    char path[PD_PATH_SIZE];
+    for (int f = 0; f < PD_FIELD_COUNT; f++) {
+        if (!((m->desc->images >> f) & 1u)) continue;
+        PDI_TRY(pdi_monitor_path(ctx, all, m, pdi_setup_field_name((pd_field)f), frame, "png", path));
+        PDI_TRY(pdi_monitor_draw(ctx, all, m, first[f], f == PD_FIELD_V ? PD_DIM : 1, "s",
+                                 pdi_sample_label((pd_field)f), path));
+    }
+    return PD_OK;
+}
+
+static pd_status pdi_monitor_profile(pd_ctx *ctx, const pd_monitors *all, pd_monitor *m, int frame)
+{
+    char names[1 + PD_DIM + PD_FIELD_COUNT + PD_DIM][PD_SETUP_NAME], path[PD_PATH_SIZE];
+    const char *list[1 + PD_DIM + PD_FIELD_COUNT + PD_DIM];
+    const pd_setup_monitor *d = m->desc;
+    int first[PD_FIELD_COUNT], line = d->kind == PD_MONITOR_LINE;
+    const pd_setup *u = all->model->setup;
+    int count = line ? pdi_monitor_line_names(m, names, first) : pdi_monitor_transfer_names(u, m, names);
+    for (int k = 0; k < count; k++) list[k] = names[k];
+    if (line) pdi_monitor_line_fill(all->model, m);
+    else pdi_monitor_transfer_fill(all->model, m);
+    PDI_TRY(pdi_monitor_path(ctx, all, m, "", frame, "csv", path));
+    PDI_TRY(pd_csv_write(ctx, path, NULL, list, count, m->profile, m->rows));
+    if (line) return pdi_monitor_line_images(ctx, all, m, first, frame);
+    int sherwood = d->length > 0.0;
+    PDI_TRY(pdi_monitor_path(ctx, all, m, sherwood ? "Sh" : "density", frame, "png", path));
+    return pdi_monitor_draw(ctx, all, m, sherwood ? 4 : 2, 1, d->axis == 0 ? "x" : d->axis == 1 ? "y" : "z",
+                            sherwood ? "Sh [-]" : "density [mol/m2/s]", path);
+}
+
+static void pdi_monitor_table_name(const pd_monitor *m, char name[2 * PD_SETUP_NAME])
+{
+    snprintf(name, 2 * PD_SETUP_NAME, "%s_%s.csv", pdi_setup_monitor_name(m->desc->kind), m->desc->name);
+}
+
+static pd_status pdi_monitor_table(pd_ctx *ctx, const pd_monitors *all, pd_monitor *m)
+{
+    char names[PD_MONITOR_FIGURES + 1][64], name[2 * PD_SETUP_NAME], path[PD_PATH_SIZE];
+    const char *list[PD_MONITOR_FIGURES + 1];
+    snprintf(names[0], sizeof names[0], "time [s]");
+    for (int k = 0; k < m->count; k++)
+        snprintf(names[k + 1], sizeof names[0], "%s [%s]", m->figure[k].key, m->figure[k].unit);
+    for (int k = 0; k <= m->count; k++) list[k] = names[k];
+    pdi_monitor_table_name(m, name);
+    PDI_TRY(pd_folder_add(ctx, all->folder, name, path));
+    return pd_csv_create(ctx, path, NULL, list, m->count + 1, &m->table);
+}
+
+/* ---- life ---- */
+
+static pd_status pdi_monitor_reserve(pd_ctx *ctx, const pd_model *model, pd_monitor *m)
+{
+    const pd_setup_monitor *d = m->desc;
+    m->rows = d->kind == PD_MONITOR_LINE ? d->points : 0;
+    m->columns = 1 + PD_DIM;
+    for (int f = 0; f < PD_FIELD_COUNT; f++)
+        if ((d->fields >> f) & 1u) m->columns += f == PD_FIELD_V ? PD_DIM : 1;
+    if (d->kind == PD_MONITOR_TRANSFER) {
+        m->rows = d->axis < 0 ? 1 : model->grid.n[d->axis];
+        m->columns = d->length > 0.0 ? 5 : 3;
+        PDI_TRY(PDI_NEW(ctx, "monitor", m->rows, m->flux));
+        PDI_TRY(PDI_NEW(ctx, "monitor", m->rows, m->area));
+        PDI_TRY(PDI_NEW(ctx, "monitor", m->rows, m->fluid));
+    }
+    return m->rows ? PDI_NEW(ctx, "monitor", (int64_t)m->rows * m->columns, m->profile) : PD_OK;
+}
+
+/* A probe deep in a wall has nothing to show. */
+static pd_status pdi_monitor_walled(pd_ctx *ctx, const pd_model *model, const pd_setup_probe *probe)
+{
+    const pd_setup *u = model->setup;
+    char deep[PD_UNITS_TEXT];
+    if (u->wall < 0 || !pd_shape_exact(u->shape, u->wall))
+        return pdi_fail(ctx, PD_ERR_GEOMETRY, "probe",
+                        "'%s' stands in the wall, expected a place in the fluid or metal, or on a surface: move it",
+                        probe->name);
+    pdi_setup_show(fabs(pd_shape_distance(u->shape, u->wall, probe->at)), "m", deep);
+    return pdi_fail(ctx, PD_ERR_GEOMETRY, "probe",
+                    "'%s' stands in the wall, %s behind its surface, expected a place in the fluid or metal, or on a "
+                    "surface: move it by that much", probe->name, deep);
+}
+
+static pd_status pdi_monitor_make(pd_ctx *ctx, pd_model *model, pd_monitors *all)
+{
+    const pd_setup *u = model->setup;
+    memset(all, 0, sizeof *all);
+    all->model = model;
+    for (int k = 0; k < u->probes; k++) {
+        all->line = u->probe[k].line;
+        if (!pdi_sample_inside(model, u->probe[k].at))
+            return pdi_monitor_walled(ctx, model, &u->probe[k]);
+    }
+    for (int k = 0; k < u->monitors; k++) {
+        pd_monitor *m = &all->monitor[k];
+        m->desc = &u->monitor[k];
+        m->seen = -1;
+        all->line = m->desc->line;
+        PDI_TRY(pdi_monitor_reserve(ctx, model, m));
+        PDI_TRY(pdi_monitor_figures(ctx, model, m));
+        m->seen = -1;
+    }
+    return PD_OK;
+}
+
+pd_status pd_monitors_build(pd_ctx *ctx, pd_model *model, pd_monitors *all)
+{
+    pd_status status = pdi_monitor_make(ctx, model, all);
+    int line = all->line;
+    if (status < 0) pd_monitors_free(ctx, all);
+    all->line = line;
+    return status;
+}
+
+pd_status pd_monitors_save(pd_ctx *ctx, pd_monitors *all, pd_archive *archive)
+{
+    for (int k = 0; k < all->model->setup->monitors; k++)
+        if (all->monitor[k].count) PDI_TRY(pdi_csv_store(ctx, archive, NULL, 0, &all->monitor[k].table));
+    return PD_OK;
+}
+
+pd_status pd_monitors_resume(pd_ctx *ctx, pd_monitors *all, pd_folder *folder, pd_archive *archive)
+{
+    char name[2 * PD_SETUP_NAME], path[PD_PATH_SIZE];
+    all->folder = folder;
+    for (int k = 0; k < all->model->setup->monitors; k++) {
+        pd_monitor *m = &all->monitor[k];
+        if (m->count == 0) continue;
+        pdi_monitor_table_name(m, name);
+        PDI_TRY(pd_file_join(ctx, folder->path, name, path));
+        PDI_TRY(pdi_csv_store(ctx, archive, path, m->count + 1, &m->table));
+    }
+    return PD_OK;
+}
+
+pd_status pd_monitors_open(pd_ctx *ctx, pd_monitors *all, pd_folder *folder)
+{
+    all->folder = folder;
+    for (int k = 0; k < all->model->setup->monitors; k++)
+        if (all->monitor[k].count) PDI_TRY(pdi_monitor_table(ctx, all, &all->monitor[k]));
+    return PD_OK;
+}
+
+pd_status pd_monitors_step(pd_ctx *ctx, pd_monitors *all)
+{
+    const pd_couple *c = &all->model->couple;
+    double row[PD_MONITOR_FIGURES + 1];
+    int count = all->model->setup->monitors;
+    if (count == 0) return PD_OK;
+    pdi_sample_prepare(all->model);
+    /* sources belong to a step: before the first one they are those that it starts with */
+    if (c->dissolve && c->steps == 0) PDI_TRY(pd_dissolve_prepare(ctx, c->dissolve));
+    for (int k = 0; k < count; k++) {
+        pd_monitor *m = &all->monitor[k];
+        PDI_TRY(pdi_monitor_figures(ctx, all->model, m));
+        if (m->count == 0 || !m->table.file.stream) continue;
+        row[0] = c->time;
+        for (int f = 0; f < m->count; f++) row[f + 1] = m->figure[f].value;
+        PDI_TRY(pd_csv_row(ctx, &m->table, row));
+    }
+    return PD_OK;
+}
+
+pd_status pd_monitors_frame(pd_ctx *ctx, pd_monitors *all, int frame)
+{
+    for (int k = 0; k < all->model->setup->monitors; k++) {
+        pd_monitor *m = &all->monitor[k];
+        if (m->rows > 1) PDI_TRY(pdi_monitor_profile(ctx, all, m, frame));
+    }
+    return PD_OK;
+}
+
+void pd_monitors_print(const pd_monitors *all, pd_print_fn print, void *user)
+{
+    char text[1024];
+    if (!print) return;
+    for (int k = 0; k < all->model->setup->monitors; k++) {
+        const pd_monitor *m = &all->monitor[k];
+        if (m->count == 0) continue;
+        snprintf(text, sizeof text, "result case=%s %s=%s time=%.9g", all->model->setup->name,
+                 pdi_setup_monitor_name(m->desc->kind), m->desc->name, all->model->couple.time);
+        for (int f = 0; f < m->count; f++) {
+            size_t used = strlen(text);
+            snprintf(text + used, sizeof text - used, " %s=%.9g", m->figure[f].key, m->figure[f].value);
+        }
+        print(user, PD_PRINT_RESULT, text);
+    }
+}
+
+pd_status pd_monitors_close(pd_ctx *ctx, pd_monitors *all)
+{
+    for (int k = 0; k < all->model->setup->monitors; k++) PDI_TRY(pd_csv_close(ctx, &all->monitor[k].table));
+    return PD_OK;
+}
+
+void pd_monitors_free(pd_ctx *ctx, pd_monitors *all)
+{
+    pd_ctx quiet = *ctx; /* a failure to close must not hide an earlier message */
+    for (int k = 0; k < PD_SETUP_MONITORS; k++) {
+        pd_monitor *m = &all->monitor[k];
+        pd_csv_close(&quiet, &m->table);
+        PDI_DELETE(ctx, (int64_t)m->rows * m->columns, m->profile);
+        PDI_DELETE(ctx, m->rows, m->flux);
+        PDI_DELETE(ctx, m->rows, m->area);
+        PDI_DELETE(ctx, m->rows, m->fluid);
+    }
+    memset(all, 0, sizeof *all);
+}

@@ -1,0 +1,69 @@
+/* monitor: what a run watches besides its fields: tables in time, profiles and plots, last values.
+ *
+ *   plane_up.csv, force_pin.csv, transfer_pin.csv, total_all.csv     one row a step
+ *   line_centre_000012_t6.1s.csv, line_centre_C_000012_t6.1s.png     at output times; likewise the local values of a
+ *                                                                    transfer
+ *
+ * Names of columns hold their units, "flow [m2/s]". Sherwood number: Sh = flux L / (area (C_surface - C_fluid) D); with
+ * the bulk concentration, area (C_surface - C_fluid) is summed over the layers.
+ */
+#ifndef PD_MONITOR_H
+#define PD_MONITOR_H
+#include "io/folder.h"
+#include "io/csv.h"
+#include "run/model.h"
+#include "run/summary.h"
+
+#define PD_MONITOR_FIGURES 24
+
+typedef struct pd_monitor_figure {
+    char key[24], unit[16];
+    double value; /* [unit] */
+} pd_monitor_figure;
+
+typedef struct pd_monitor {
+    const pd_setup_monitor *desc;
+    pd_csv table;
+    int count;              /* of the figures */
+    pd_monitor_figure figure[PD_MONITOR_FIGURES];
+    int64_t seen;           /* force: flow solves that the figures know */
+    int columns, rows;      /* of the profile */
+    double *profile;        /* [rows][columns] [unit of the column] */
+    double *flux, *area, *fluid; /* [rows] [mol/s] [m^(d-1)] [mol/m3] transfer: of the layers */
+} pd_monitor;
+
+typedef struct pd_monitors {
+    pd_model *model;
+    pd_folder *folder;                     /* borrowed */
+    int line;                              /* of the scene: the section that the build refused */
+    pd_monitor monitor[PD_SETUP_MONITORS]; /* setup->monitors of them */
+} pd_monitors;
+
+#define pd_monitors_build PD_NAME(pd_monitors_build)
+#define pd_monitors_open PD_NAME(pd_monitors_open)
+#define pd_monitors_save PD_NAME(pd_monitors_save)
+#define pd_monitors_resume PD_NAME(pd_monitors_resume)
+#define pd_monitors_step PD_NAME(pd_monitors_step)
+#define pd_monitors_frame PD_NAME(pd_monitors_frame)
+#define pd_monitors_print PD_NAME(pd_monitors_print)
+#define pd_monitors_close PD_NAME(pd_monitors_close)
+#define pd_monitors_free PD_NAME(pd_monitors_free)
+
+/* Of all monitors of the setup; model is borrowed. PD_ERR_GEOMETRY: a probe in the wall, a box around a body that comes
+ * too close to other walls. */
+PD_API pd_status pd_monitors_build(pd_ctx *ctx, pd_model *model, pd_monitors *monitors);
+/* Start the tables in an open folder. PD_ERR_FILE. */
+PD_API pd_status pd_monitors_open(pd_ctx *ctx, pd_monitors *monitors, pd_folder *folder);
+/* Note where the tables stand, and, in place of pd_monitors_open, go on with them from there. */
+PD_API pd_status pd_monitors_save(pd_ctx *ctx, pd_monitors *monitors, pd_archive *archive);
+PD_API pd_status pd_monitors_resume(pd_ctx *ctx, pd_monitors *monitors, pd_folder *folder, pd_archive *archive);
+/* The present figures, and a row of the tables that are open. */
+PD_API pd_status pd_monitors_step(pd_ctx *ctx, pd_monitors *monitors);
+/* Profiles and plots of this instant, after its step. */
+PD_API pd_status pd_monitors_frame(pd_ctx *ctx, pd_monitors *monitors, int frame);
+/* A line "result case=... monitor=..." with the last figures of each table. */
+PD_API void pd_monitors_print(const pd_monitors *monitors, pd_print_fn print, void *user);
+PD_API pd_status pd_monitors_close(pd_ctx *ctx, pd_monitors *monitors);
+PD_API void pd_monitors_free(pd_ctx *ctx, pd_monitors *monitors);
+
+#endif

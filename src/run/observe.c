@@ -1,0 +1,157 @@
+/* observe: see observe.h */
+#include "run/observe.h"
+#include <math.h>
+#include <string.h>
+
+#define PDI_OBSERVE_FAR 1e30f /* [m2] from fluid */
+
+/* Squared distances along one axis: each node takes the least of its line, value plus squared way. */
+static void pdi_observe_sweep(const pd_grid *grid, int axis, const float *from, float *to)
+{
+    double square = grid->h[axis] * grid->h[axis];
+    for (int32_t node = 0; node < grid->total; node++) {
+        int i[PD_DIM], more = 1;
+        pdi_grid_index(grid, node, i);
+        if (!pdi_grid_inside(grid, i)) continue;
+        double best = (double)from[node];
+        for (int r = 1; more; r++) {
+            double way = square * r * r;
+            more = way < best && (i[axis] - r >= 0 || i[axis] + r < grid->n[axis]);
+            if (i[axis] - r >= 0) best = fmin(best, way + (double)from[node - r * grid->stride[axis]]);
+            if (i[axis] + r < grid->n[axis]) best = fmin(best, way + (double)from[node + r * grid->stride[axis]]);
+        }
+        to[node] = (float)best;
+    }
+}
+
+/* Distance of each node from the nearest fluid node of the start. */
+static pd_status pdi_observe_depths(pd_ctx *ctx, const pd_grid *grid, pd_observables *o)
+{
+    float *work = NULL;
+    o->nodes = grid->total;
+    PDI_TRY(PDI_NEW(ctx, "observe", o->nodes, o->depth));
+    PDI_TRY(PDI_NEW(ctx, "observe", o->nodes, work));
+    for (int32_t i = 0; i < o->nodes; i++) o->depth[i] = grid->kind[i] == PD_FLUID ? 0.0f : PDI_OBSERVE_FAR;
+    for (int axis = 0; axis < PD_DIM; axis++) {
+        pdi_observe_sweep(grid, axis, o->depth, work);
+        memcpy(o->depth, work, (size_t)o->nodes * sizeof *work);
+    }
+    for (int32_t i = 0; i < o->nodes; i++) o->depth[i] = sqrtf(o->depth[i]);
+    PDI_DELETE(ctx, o->nodes, work);
+    return PD_OK;
+}
+
+static pd_status pdi_observe_make(pd_ctx *ctx, const pd_model *model, pd_observables *o)
+{
+    const pd_setup *u = model->setup;
+    int inlet = model->inlet.first, through = u->has_flow && model->inlet.inlets == 1;
+    memset(o, 0, sizeof *o);
+    if (u->has_corrode) PDI_TRY(pdi_observe_depths(ctx, &model->grid, o));
+    for (int s = 0; s < 2 * PD_DIM && through; s++)
+        if (s != inlet) through = (u->side[s].kind == PD_SIDE_OUTLET) == (s / 2 == inlet / 2);
+    if (!through || !(fabs(model->inlet.mean[inlet]) > 0.0)) return PD_OK;
+    o->has_flux = 1;
+    o->flux_axis = inlet / 2;
+    o->flux_up = inlet % 2 == 0;
+    o->layers = model->grid.n[o->flux_axis];
+    return PDI_NEW(ctx, "observe", o->layers, o->layer);
+}
+
+pd_status pd_observe_build(pd_ctx *ctx, const pd_model *model, pd_observables *o)
+{
+    pd_status status = pdi_observe_make(ctx, model, o);
+    if (status < 0) pd_observe_free(ctx, o);
+    return status;
+}
+
+void pd_observe_free(pd_ctx *ctx, pd_observables *o)
+{
+    PDI_DELETE(ctx, o->layers, o->layer);
+    PDI_DELETE(ctx, o->nodes, o->depth);
+    memset(o, 0, sizeof *o);
+}
+
+static void pdi_observe_extremes(const pd_model *m, pd_observables *o)
+{
+    int32_t total = m->grid.total;
+    const double *c = pdi_model_c(m);
+    o->v_max = o->c_max = 0.0;
+    for (int32_t i = 0; i < total; i++) {
+        double square = 0.0;
+        if (m->grid.kind[i] != PD_FLUID) continue;
+        if (c) o->c_max = fmax(o->c_max, c[i]);
+        if (o->depth) o->front = fmax(o->front, (double)o->depth[i]);
+        for (int d = 0; d < PD_DIM &&
+             m->flow.u; d++) square += m->flow.u[(int64_t)d * total + i] * m->flow.u[(int64_t)d * total + i];
+        o->v_max = fmax(o->v_max, square);
+    }
+    o->v_max = sqrt(o->v_max);
+}
+
+/* Planes (between layers index - 1 and index) a quarter of the free length away from the low and the high end. */
+static void pdi_observe_planes(const pd_grid *grid, int axis, int *low, int *high)
+{
+    int n = grid->n[axis], first = n, last = -1;
+    for (int32_t node = 0; node < grid->total; node++) {
+        int i[PD_DIM];
+        if (grid->kind[node] != PD_SOLID) continue;
+        pdi_grid_index(grid, node, i);
+        first = i[axis] < first ? i[axis] : first;
+        last = i[axis] > last ? i[axis] : last;
+    }
+    *low = first / 4;
+    *high = n - (n - 1 - last) / 4;
+    if (*low < 1) *low = 1;
+    if (*high > n - 1) *high = n - 1;
+}
+
+/* The sums of pd_flow_section_nodes for all layers in one sweep. */
+static void pdi_observe_layers(const pd_model *m, pd_observables *o)
+{
+    const pd_grid *grid = &m->grid;
+    double face = m->stencil.volume / grid->h[o->flux_axis];
+    for (int32_t k = 0; k < o->layers; k++) o->layer[k] = 0.0;
+    for (int32_t node = 0; node < grid->total; node++) {
+        int i[PD_DIM];
+        if (grid->kind[node] != PD_FLUID) continue;
+        pdi_grid_index(grid, node, i);
+        double area = face * pdi_grid_circumference(grid, node);
+        o->layer[i[o->flux_axis]] += area * m->flow.u[(int64_t)o->flux_axis * grid->total + node];
+    }
+}
+
+static void pdi_observe_flux(pd_ctx *ctx, pd_model *m, pd_observables *o)
+{
+    int low, high;
+    pdi_observe_planes(&m->grid, o->flux_axis, &low, &high);
+    if (low >= high) return;
+    int up = o->flux_up ? low : high, down = o->flux_up ? high : low;
+    double before = pd_flow_section(ctx, &m->flow, o->flux_axis, up);
+    double behind = pd_flow_section(ctx, &m->flow, o->flux_axis, down);
+    pdi_observe_layers(m, o);
+    double reference = o->layer[up], scale = fabs(before), wide = fabs(reference);
+    if (m->inlet.timed) { /* a stream that turns is at rest now and then */
+        o->most[0] = scale = fmax(scale, o->most[0]);
+        o->most[1] = wide = fmax(wide, o->most[1]);
+    }
+    o->flux = fmax(o->flux, fabs(behind - before) / scale);
+    for (int32_t k = 0; k < o->layers; k++) o->flux_max = fmax(o->flux_max, fabs(o->layer[k] - reference) / wide);
+}
+
+void pd_observe(pd_ctx *ctx, pd_model *m, pd_observables *o)
+{
+    o->volume_loss = pd_couple_volume_loss(&m->couple);
+    pdi_observe_extremes(m, o);
+    if (!o->has_flux || m->couple.flow_solves == o->seen) return;
+    o->seen = m->couple.flow_solves;
+    pdi_observe_flux(ctx, m, o);
+}
+
+PDI_FN pd_status pdi_observe_store(pd_ctx *ctx, pd_observables *o, pd_archive *archive)
+{
+    PDI_TRY(PDI_KEEP(ctx, archive, "flux", &o->flux, 1));
+    PDI_TRY(PDI_KEEP(ctx, archive, "largest flux", o->most, 2));
+    return PDI_KEEP(ctx, archive, "flux_max", &o->flux_max, 1);
+}
+
+#undef PDI_OBSERVE_FAR

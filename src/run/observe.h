@@ -1,0 +1,39 @@
+/* observe: the figures of one instant of a run: losses, extremes, and the flux of the flow along its way. */
+#ifndef PD_OBSERVE_H
+#define PD_OBSERVE_H
+#include "run/model.h"
+
+typedef struct pd_observables {
+    double volume_loss;   /* [-] share of the initial solid */
+    double v_max;         /* [m/s] */
+    double c_max;         /* [mol/m3] dissolved */
+    double front;         /* [m] bond-based corrosion: how far metal has turned fluid, from the nearest first fluid */
+    int has_flux;         /* the flow enters on one side and leaves through the opposite one */
+    double flux;          /* [-] flux that the scheme conserves, far downstream against far upstream of the solid, worst
+                           * so far */
+    double flux_max;      /* [-] largest deviation of the flux through a layer of nodes from the upstream one, worst
+                           * so far */
+    int flux_axis, flux_up; /* axis of the flow; 1: towards + */
+    double most[2];       /* [m3/s] (per m in 2D) where inlets follow a clock: largest flux upstream, and of nodes */
+    int64_t seen;         /* flow solves that flux and flux_max know */
+    int32_t layers;
+    int32_t nodes;
+    float *depth;         /* [nodes] [m] bond-based corrosion: distance from the nearest fluid node of the start */
+    double *layer;        /* [layers] [m^d/s] flux of each layer of nodes, work */
+} pd_observables;
+
+#define pd_observe_build PD_NAME(pd_observe_build)
+#define pd_observe PD_NAME(pd_observe)
+#define pd_observe_free PD_NAME(pd_observe_free)
+
+PD_API pd_status pd_observe_build(pd_ctx *ctx, const pd_model *model, pd_observables *o);
+/* The present figures. The sections lie a quarter of the free length away from the ends; without solid at 1/4, 3/4. */
+PD_API void pd_observe(pd_ctx *ctx, pd_model *model, pd_observables *o);
+PD_API void pd_observe_free(pd_ctx *ctx, pd_observables *o);
+
+#ifdef PDI_INTERNAL
+/* What is kept of the instants so far. The build belongs to the start, before the model is read. */
+PDI_FN pd_status pdi_observe_store(pd_ctx *ctx, pd_observables *o, pd_archive *archive);
+#endif
+
+#endif

@@ -1,0 +1,468 @@
+/* output: see output.h */
+#include "run/output.h"
+#include "io/picture.h"
+#include "io/plot.h"
+#include "scene/record.h"
+#include "run/sample.h"
+#include <math.h>
+#include <stdio.h>
+#include <string.h>
+
+static const char *const pdi_output_columns[] = {"time_s",       "time_h",     "volume_loss",  "solid_nodes", "v_max",
+                                                 "C_max",        "ledger",     "flux",         "dt_s",        "step",
+                                                 "flow_solves",  "flow_evals", "flow_krylov",  "transport_krylov",
+                                                 "limiter",      "momentum",   "continuity",   "front_m"};
+#define PDI_OUTPUT_COLUMNS ((int)(sizeof pdi_output_columns / sizeof pdi_output_columns[0]))
+
+/* ---- fields ---- */
+
+/* Fields that are computed into an array of their own. */
+static int pdi_output_derived(pd_field field)
+{
+    return field == PD_FIELD_C || field == PD_FIELD_P || field == PD_FIELD_D || field == PD_FIELD_RATE ||
+           field == PD_FIELD_DENSITY || field == PD_FIELD_DAMAGE;
+}
+
+static void pdi_output_fill(pd_output *out)
+{
+    const pd_model *m = out->model;
+    for (int k = 0; k < PD_FIELD_COUNT; k++)
+        for (int32_t i = 0; i < m->grid.total && out->scalar[k]; i++)
+            out->scalar[k][i] = pdi_sample_node(m, (pd_field)k, i);
+    for (int32_t i = 0; i < m->grid.total && out->phase; i++) out->phase[i] = m->grid.kind[i] == PD_SOLID;
+}
+
+static int pdi_output_list(const pd_output *out, pd_vti_field *fields)
+{
+    const pd_model *m = out->model;
+    int count = 0;
+    for (int k = 0; k < PD_FIELD_COUNT; k++) {
+        pd_vti_field *f = &fields[count];
+        if (!((m->setup->fields >> k) & 1u)) continue;
+        memset(f, 0, sizeof *f);
+        f->name = pdi_sample_label((pd_field)k);
+        f->type = PD_VTI_FLOAT32;
+        f->data = out->scalar[k];
+        if (k == PD_FIELD_V) {
+            f->vector = 1;
+            f->data = m->flow.u;
+        } else if (k == PD_FIELD_KIND || k == PD_FIELD_PHASE) {
+            f->type = PD_VTI_UINT8;
+            f->data = k == PD_FIELD_KIND ? m->grid.kind : out->phase;
+        } else if (k == PD_FIELD_GRAIN) {
+            f->type = PD_VTI_INT32;
+            f->data = m->grain.id;
+        }
+        count++;
+    }
+    return count;
+}
+
+static pd_status pdi_output_path(pd_ctx *ctx, const pd_output *out, const char *prefix, const char *extension,
+                                 char *path)
+{
+    char name[PD_PATH_SIZE];
+    PDI_TRY(pd_file_frame_name(ctx, prefix, out->frame, out->model->couple.time, extension, name));
+    return pd_folder_add(ctx, out->folder, name, path);
+}
+
+static pd_status pdi_output_vti(pd_ctx *ctx, pd_output *out)
+{
+    char path[PD_PATH_SIZE];
+    pd_vti_field fields[PD_FIELD_COUNT];
+    int count = pdi_output_list(out, fields);
+    double time = out->model->couple.time;
+    if (count == 0) return PD_OK;
+    PDI_TRY(pdi_output_path(ctx, out, out->model->setup->prefix, "vti", path));
+    PDI_TRY(pd_vti_write(ctx, path, &out->model->grid, time, fields, count));
+    return pd_pvd_add(ctx, &out->pvd, time, path);
+}
+
+/* ---- pictures ---- */
+
+/* Axes to the right and upward of the drawn plane. */
+static void pdi_output_plane(const pd_setup *u, int *right, int *up)
+{
+    *right = PD_DIM == 3 && u->slice_axis == 0 ? 1 : 0;
+    *up = PD_DIM == 3 && u->slice_axis == 2 ? 1 : PD_DIM - 1;
+}
+
+static pd_paint pdi_output_paint(const pd_model *m, pd_field field, int32_t node)
+{
+    uint8_t kind = m->grid.kind[node];
+    int solid = field == PD_FIELD_GRAIN || field == PD_FIELD_PHASE || field == PD_FIELD_DENSITY ||
+                field == PD_FIELD_DAMAGE;
+    if (field == PD_FIELD_KIND) return PD_PAINT_FIELD;
+    if (kind == PD_WALL || kind == PD_OUTSIDE) return PD_PAINT_WALL;
+    if (kind == PD_SOLID) return solid ? PD_PAINT_FIELD : PD_PAINT_SOLID;
+    return field == PD_FIELD_GRAIN ? PD_PAINT_OUTSIDE : PD_PAINT_FIELD;
+}
+
+static void pdi_output_stamp(double time, char *stamp, size_t size)
+{
+    char text[PD_UNITS_TEXT];
+    pdi_setup_show(time, "s", text);
+    snprintf(stamp, size, "t = %s", text);
+}
+
+/* Cells below the axis of an axisymmetric scene, which is drawn whole. */
+static int pdi_output_below(const pd_model *m, int up)
+{
+    return m->setup->axisymmetric && !(m->grid.lo[up] > 0.0) ? m->grid.n[up] : 0;
+}
+
+static void pdi_output_cells(pd_output *out, pd_field field, int right, int up)
+{
+    const pd_model *m = out->model;
+    int below = pdi_output_below(m, up);
+    int i[PD_DIM], nx = m->grid.n[right], ny = right == up ? 1 : m->grid.n[up] + below; /* 1D: one row */
+    for (int d = 0; d < PD_DIM; d++) {
+        double cell = floor((m->setup->slice_at - m->grid.lo[d]) / m->grid.h[d]);
+        i[d] = (int)fmax(0.0, fmin(cell, m->grid.n[d] - 1.0));
+    }
+    for (int row = 0; row < ny; row++)
+        for (int column = 0; column < nx; column++) {
+            i[up] = row < below ? below - 1 - row : row - below;
+            i[right] = column;
+            int32_t node = pd_grid_node(&m->grid, i);
+            int64_t at = (int64_t)row * nx + column;
+            out->cell[at] = pdi_sample_node(m, field, node);
+            out->paint[at] = (uint8_t)pdi_output_paint(m, field, node);
+        }
+}
+
+static void pdi_output_title(const pd_setup *u, pd_field field, char *title, size_t size)
+{
+    char place[PD_UNITS_TEXT];
+    if (PD_DIM < 3) {
+        snprintf(title, size, "%s: %s", u->name, pdi_setup_field_name(field));
+        return;
+    }
+    pdi_setup_show(u->slice_at, "m", place);
+    snprintf(title, size, "%s: %s at %c = %s", u->name, pdi_setup_field_name(field), "xyz"[u->slice_axis], place);
+}
+
+static pd_status pdi_output_picture(pd_ctx *ctx, pd_output *out, pd_field field, const char *path)
+{
+    const pd_model *m = out->model;
+    int right, up;
+    char title[PD_SETUP_NAME + PD_UNITS_TEXT + 32], stamp[PD_UNITS_TEXT + 8];
+    pd_picture picture;
+    memset(&picture, 0, sizeof picture);
+    pdi_output_plane(m->setup, &right, &up);
+    pdi_output_cells(out, field, right, up);
+    pdi_output_title(m->setup, field, title, sizeof title);
+    pdi_output_stamp(m->couple.time, stamp, sizeof stamp);
+    picture.nx = m->grid.n[right];
+    picture.ny = m->grid.n[up] + pdi_output_below(m, up);
+    picture.values = out->cell;
+    picture.paint = out->paint;
+    picture.lo[0] = m->grid.lo[right];
+    picture.lo[1] = pdi_output_below(m, up) ? -m->grid.hi[up] : m->grid.lo[up];
+    picture.hi[0] = m->grid.hi[right];
+    picture.hi[1] = m->grid.hi[up];
+    int numbered = field == PD_FIELD_KIND || field == PD_FIELD_GRAIN || field == PD_FIELD_PHASE;
+    picture.map = numbered ? PD_MAP_LABELS : field == PD_FIELD_P ? PD_MAP_DIVERGING : PD_MAP_SEQUENTIAL;
+    picture.title = title;
+    picture.stamp = stamp;
+    picture.label = numbered ? NULL : pdi_sample_label(field); /* the title names it */
+    return pd_picture_write(ctx, path, &picture);
+}
+
+/* 1D: the field over x. */
+static pd_status pdi_output_curve(pd_ctx *ctx, pd_output *out, pd_field field, const char *path)
+{
+    const pd_model *m = out->model;
+    char title[PD_SETUP_NAME + PD_UNITS_TEXT + 32], stamp[PD_UNITS_TEXT + 8];
+    pd_plot plot;
+    double *x = NULL;
+    memset(&plot, 0, sizeof plot);
+    PDI_TRY(PDI_NEW(ctx, "output", m->grid.n[0], x));
+    pdi_output_cells(out, field, 0, 0);
+    for (int k = 0; k < m->grid.n[0]; k++) {
+        x[k] = (m->grid.lo[0] + (k + 0.5) * m->grid.h[0]) * 1e6;
+        if (out->paint[k] != PD_PAINT_FIELD) out->cell[k] = (double)NAN;
+    }
+    pdi_output_stamp(m->couple.time, stamp, sizeof stamp);
+    snprintf(title, sizeof title, "%s, %s", m->setup->name, stamp);
+    plot.title = title;
+    plot.x_label = "x [um]";
+    plot.y_label = pdi_sample_label(field);
+    plot.count = 1;
+    plot.series[0].x = x;
+    plot.series[0].y = out->cell;
+    plot.series[0].count = m->grid.n[0];
+    pd_status status = pd_plot_write(ctx, path, &plot);
+    PDI_DELETE(ctx, m->grid.n[0], x);
+    return status;
+}
+
+static pd_status pdi_output_images(pd_ctx *ctx, pd_output *out)
+{
+    char path[PD_PATH_SIZE];
+    for (int k = 0; k < PD_FIELD_COUNT; k++) {
+        if (!((out->model->setup->images >> k) & 1u)) continue;
+        PDI_TRY(pdi_poll(ctx, "pictures", k));
+        PDI_TRY(pdi_output_path(ctx, out, pdi_setup_field_name((pd_field)k), "png", path));
+        PDI_TRY(PD_DIM == 1 ? pdi_output_curve(ctx, out, (pd_field)k, path)
+                            : pdi_output_picture(ctx, out, (pd_field)k, path));
+    }
+    return PD_OK;
+}
+
+/* ---- tables ---- */
+
+/* A probe in the metal shows 0 where only fluid has a value. */
+static double pdi_output_probe(const pd_model *m, pd_field field, int component, const double *at)
+{
+    double value = pdi_sample_point(m, field, component, at);
+    return value == value ? value : 0.0;
+}
+
+/* Columns of the probes: one for each field, v with PD_DIM components. */
+static int pdi_output_probe_row(const pd_output *out, char names[][PD_SETUP_NAME], double *values, int room)
+{
+    const pd_model *m = out->model;
+    int count = 0;
+    if (values) values[0] = m->couple.time;
+    if (names) memcpy(names[0], "time_s", 7);
+    count = 1;
+    for (int k = 0; k < m->setup->probes; k++)
+        for (int f = 0; f < PD_FIELD_COUNT; f++) {
+            const pd_setup_probe *p = &m->setup->probe[k];
+            int parts = f == PD_FIELD_V ? PD_DIM : 1;
+            for (int d = 0; d < parts && ((p->fields >> f) & 1u) && count < room; d++, count++) {
+                if (names)
+                    snprintf(names[count], PD_SETUP_NAME, f == PD_FIELD_V ? "%.40s_%.12s%c" : "%.40s_%.12s", p->name,
+                             pdi_setup_field_name((pd_field)f), "xyz"[d]);
+                if (!values) continue;
+                values[count] = pdi_output_probe(m, (pd_field)f, d, p->at);
+            }
+        }
+    return count;
+}
+
+static pd_status pdi_output_probe_table(pd_ctx *ctx, pd_output *out)
+{
+    char names[PD_CSV_COLUMNS][PD_SETUP_NAME], path[PD_PATH_SIZE];
+    const char *list[PD_CSV_COLUMNS];
+    if (out->model->setup->probes == 0) return PD_OK;
+    int count = pdi_output_probe_row(out, names, NULL, PD_CSV_COLUMNS);
+    for (int k = 0; k < count; k++) list[k] = names[k];
+    PDI_TRY(pd_folder_add(ctx, out->folder, "probes.csv", path));
+    return pd_csv_create(ctx, path, "SI units; flow and concentration at the probe, other fields of its cell",
+                         list, count, &out->probes);
+}
+
+static pd_status pdi_output_tables(pd_ctx *ctx, pd_output *out)
+{
+    char path[PD_PATH_SIZE];
+    PDI_TRY(pd_folder_add(ctx, out->folder, "diagnostics.csv", path));
+    PDI_TRY(pd_csv_create(ctx, path, "SI units; ledger, flux, momentum and continuity are relative", pdi_output_columns,
+                          PDI_OUTPUT_COLUMNS, &out->diagnostics));
+    return pdi_output_probe_table(ctx, out);
+}
+
+static pd_status pdi_output_keep(pd_ctx *ctx, pd_output *out, double time, double loss)
+{
+    int64_t fresh = 2 * out->rows + 256;
+    if (out->rows == out->time_room) {
+        PDI_TRY(PDI_GROW(ctx, "output", out->time_room, fresh, out->time));
+        out->time_room = fresh;
+    }
+    if (out->rows == out->loss_room) {
+        PDI_TRY(PDI_GROW(ctx, "output", out->loss_room, fresh, out->loss));
+        out->loss_room = fresh;
+    }
+    out->time[out->rows] = time / 3600.0;
+    out->loss[out->rows++] = loss;
+    return PD_OK;
+}
+
+pd_status pd_output_step(pd_ctx *ctx, pd_output *out, const pd_observables *o)
+{
+    const pd_couple *c = &out->model->couple;
+    double row[PDI_OUTPUT_COLUMNS], probe[PD_CSV_COLUMNS];
+    int k = 0;
+    row[k++] = c->time;
+    row[k++] = c->time / 3600.0;
+    row[k++] = o->volume_loss;
+    row[k++] = (double)out->model->grid.solid_count;
+    row[k++] = o->v_max;
+    row[k++] = o->c_max;
+    row[k++] = c->ledger.relative;
+    row[k++] = o->flux;
+    row[k++] = c->dt;
+    row[k++] = (double)c->steps;
+    row[k++] = (double)c->flow_solves;
+    row[k++] = (double)c->flow_evaluations;
+    row[k++] = (double)c->krylov_flow;
+    row[k++] = (double)c->krylov_transport;
+    row[k++] = (double)c->transport_result.limiter;
+    row[k++] = c->steady_result.momentum;
+    row[k++] = c->steady_result.continuity;
+    row[k++] = o->front;
+    PD_ASSERT(k == PDI_OUTPUT_COLUMNS);
+    PDI_TRY(pd_csv_row(ctx, &out->diagnostics, row));
+    PDI_TRY(pdi_output_keep(ctx, out, c->time, o->volume_loss));
+    if (out->model->setup->probes == 0) return PD_OK;
+    pdi_sample_prepare(out->model);
+    pdi_output_probe_row(out, NULL, probe, PD_CSV_COLUMNS);
+    return pd_csv_row(ctx, &out->probes, probe);
+}
+
+/* ---- life ---- */
+
+static pd_status pdi_output_reserve(pd_ctx *ctx, pd_output *out)
+{
+    const pd_model *m = out->model;
+    int right, up;
+    for (int k = 0; k < PD_FIELD_COUNT; k++) {
+        if (!((m->setup->fields >> k) & 1u)) continue;
+        if (pdi_output_derived((pd_field)k)) PDI_TRY(PDI_NEW(ctx, "output", m->grid.total, out->scalar[k]));
+        if (k == PD_FIELD_PHASE) PDI_TRY(PDI_NEW(ctx, "output", m->grid.total, out->phase));
+    }
+    if (!m->setup->images) return PD_OK;
+    pdi_output_plane(m->setup, &right, &up);
+    out->cells = (int64_t)m->grid.n[right] * (right == up ? 1 : m->grid.n[up] + pdi_output_below(m, up));
+    PDI_TRY(PDI_NEW(ctx, "output", out->cells, out->cell));
+    return PDI_NEW(ctx, "output", out->cells, out->paint);
+}
+
+/* All but the tables. */
+static pd_status pdi_output_begin(pd_ctx *ctx, pd_model *model, pd_folder *folder, pd_output *out)
+{
+    char path[PD_PATH_SIZE];
+    memset(out, 0, sizeof *out);
+    out->model = model;
+    out->written = -1.0;
+    out->folder = folder;
+    PDI_TRY(pdi_output_reserve(ctx, out));
+    PDI_TRY(pd_file_join(ctx, folder->path, "simulation.pvd", path));
+    return pd_pvd_init(ctx, path, &out->pvd);
+}
+
+pd_status pd_output_open(pd_ctx *ctx, pd_model *model, pd_folder *folder, pd_output *out)
+{
+    char path[PD_PATH_SIZE];
+    PDI_TRY(pdi_output_begin(ctx, model, folder, out));
+    PDI_TRY(pd_folder_add(ctx, folder, "simulation.pvd", path));
+    return pdi_output_tables(ctx, out);
+}
+
+static pd_status pdi_output_store(pd_ctx *ctx, pd_output *out, pd_archive *archive)
+{
+    PDI_TRY(PDI_KEEP(ctx, archive, "frame", &out->frame, 1));
+    PDI_TRY(PDI_KEEP(ctx, archive, "time of the last frame", &out->written, 1));
+    PDI_TRY(pdi_pvd_store(ctx, &out->pvd, archive));
+    PDI_TRY(PDI_KEEP(ctx, archive, "rows", &out->rows, 1));
+    if (out->rows > out->time_room) {
+        PDI_TRY(PDI_GROW(ctx, "output", out->time_room, out->rows, out->time));
+        out->time_room = out->rows;
+    }
+    if (out->rows > out->loss_room) {
+        PDI_TRY(PDI_GROW(ctx, "output", out->loss_room, out->rows, out->loss));
+        out->loss_room = out->rows;
+    }
+    PDI_TRY(PDI_KEEP(ctx, archive, "times of the curve", out->time, out->rows));
+    return PDI_KEEP(ctx, archive, "losses of the curve", out->loss, out->rows);
+}
+
+pd_status pd_output_save(pd_ctx *ctx, pd_output *out, pd_archive *archive)
+{
+    PDI_TRY(pdi_output_store(ctx, out, archive));
+    PDI_TRY(pdi_csv_store(ctx, archive, NULL, 0, &out->diagnostics));
+    return out->model->setup->probes ? pdi_csv_store(ctx, archive, NULL, 0, &out->probes) : PD_OK;
+}
+
+pd_status pd_output_resume(pd_ctx *ctx, pd_model *model, pd_folder *folder, pd_archive *archive, pd_output *out)
+{
+    char path[PD_PATH_SIZE];
+    PDI_TRY(pdi_output_begin(ctx, model, folder, out));
+    PDI_TRY(pdi_output_store(ctx, out, archive));
+    PDI_TRY(pd_file_join(ctx, folder->path, "diagnostics.csv", path));
+    PDI_TRY(pdi_csv_store(ctx, archive, path, PDI_OUTPUT_COLUMNS, &out->diagnostics));
+    if (model->setup->probes == 0) return PD_OK;
+    PDI_TRY(pd_file_join(ctx, folder->path, "probes.csv", path));
+    return pdi_csv_store(ctx, archive, path, pdi_output_probe_row(out, NULL, NULL, PD_CSV_COLUMNS), &out->probes);
+}
+
+pd_status pd_output_frame(pd_ctx *ctx, pd_output *out)
+{
+    double time = out->model->couple.time;
+    if (out->written >= time) return PD_OK;
+    pdi_output_fill(out);
+    PDI_TRY(pdi_output_vti(ctx, out));
+    PDI_TRY(pdi_output_images(ctx, out));
+    out->written = time;
+    out->frame++;
+    return PD_OK;
+}
+
+/* Measured losses beside the curve, as many as the plot has room for. work [3 points of all records] */
+static void pdi_output_measured(const pd_output *out, double unit, double last, double *work, pd_plot *plot)
+{
+    const pd_setup *u = out->model->setup;
+    for (int k = 0; k < u->records && plot->count < PD_PLOT_SERIES; k++) {
+        if (strcmp(u->record[k].figure, "volume_loss") != 0) continue;
+        pdi_record_series(&u->record[k], unit, 0.01, last, work, &plot->series[plot->count++]);
+        work += 3 * u->record[k].points;
+    }
+    if (plot->count > 1) plot->series[0].name = "computed";
+}
+
+static pd_status pdi_output_loss(pd_ctx *ctx, pd_output *out)
+{
+    const pd_setup *u = out->model->setup;
+    char path[PD_PATH_SIZE];
+    double *work = NULL;
+    int64_t points = 1;
+    pd_plot plot;
+    if (!pdi_setup_loses(u) || out->rows < 2) return PD_OK;
+    double last = 3600.0 * out->time[out->rows - 1];
+    int brief = last < 3600.0;
+    memset(&plot, 0, sizeof plot);
+    for (int64_t k = 0; k < out->rows; k++) {
+        out->loss[k] *= 100.0;
+        if (brief) out->time[k] *= 3600.0;
+    }
+    plot.title = u->name;
+    plot.x_label = brief ? "t [s]" : "t [h]";
+    plot.y_label = "volume loss [%]";
+    plot.count = 1;
+    plot.series[0].x = out->time;
+    plot.series[0].y = out->loss;
+    plot.series[0].count = (int)out->rows;
+    for (int k = 0; k < u->records; k++) points += 3 * u->record[k].points;
+    PDI_TRY(pd_folder_add(ctx, out->folder, "volume_loss.png", path));
+    PDI_TRY(PDI_NEW(ctx, "output", points, work));
+    pdi_output_measured(out, brief ? 1.0 : 3600.0, last, work, &plot);
+    pd_status status = pd_plot_write(ctx, path, &plot);
+    PDI_DELETE(ctx, points, work);
+    return status;
+}
+
+pd_status pd_output_close(pd_ctx *ctx, pd_output *out)
+{
+    PDI_TRY(pdi_output_loss(ctx, out));
+    PDI_TRY(pd_csv_close(ctx, &out->diagnostics));
+    return pd_csv_close(ctx, &out->probes);
+}
+
+void pd_output_free(pd_ctx *ctx, pd_output *out)
+{
+    pd_ctx quiet = *ctx; /* a failure to close must not hide an earlier message */
+    int32_t total = out->model ? out->model->grid.total : 0;
+    pd_csv_close(&quiet, &out->diagnostics);
+    pd_csv_close(&quiet, &out->probes);
+    pd_pvd_free(ctx, &out->pvd);
+    for (int k = 0; k < PD_FIELD_COUNT; k++) PDI_DELETE(ctx, total, out->scalar[k]);
+    PDI_DELETE(ctx, total, out->phase);
+    PDI_DELETE(ctx, out->cells, out->cell);
+    PDI_DELETE(ctx, out->cells, out->paint);
+    PDI_DELETE(ctx, out->time_room, out->time);
+    PDI_DELETE(ctx, out->loss_room, out->loss);
+    memset(out, 0, sizeof *out);
+}
+
+#undef PDI_OUTPUT_COLUMNS

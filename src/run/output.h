@@ -1,0 +1,56 @@
+/* output: the files of a run: fields, pictures, diagnostics, probes, the curve of the volume loss.
+ *
+ *   corr_000012_t6.1s.vti, simulation.pvd   fields for ParaView
+ *   C_000012_t6.1s.png                      pictures
+ *   diagnostics.csv, probes.csv             one row a step
+ *   volume_loss.png                         at the end
+ *
+ * Everything is written aside and renamed; the tables grow row by row.
+ */
+#ifndef PD_OUTPUT_H
+#define PD_OUTPUT_H
+#include "io/folder.h"
+#include "io/vti.h"
+#include "io/csv.h"
+#include "run/observe.h"
+
+typedef struct pd_output {
+    pd_model *model;
+    pd_folder *folder;
+    pd_pvd pvd;
+    pd_csv diagnostics, probes;
+    int frame;                /* of the next fields */
+    double written;           /* [s] time of the last fields, -1: none */
+    double *scalar[PD_FIELD_COUNT]; /* [total] [unit of the field]; NULL: not wanted or no copy needed */
+    uint8_t *phase;           /* [total] */
+    double *cell;             /* [cells] [unit of the field] of the drawn plane */
+    uint8_t *paint;           /* [cells] */
+    int64_t cells;
+    double *time, *loss;      /* [rows] [h] and [-] */
+    int64_t rows, time_room, loss_room;
+} pd_output;
+
+#define pd_output_open PD_NAME(pd_output_open)
+#define pd_output_save PD_NAME(pd_output_save)
+#define pd_output_resume PD_NAME(pd_output_resume)
+#define pd_output_step PD_NAME(pd_output_step)
+#define pd_output_frame PD_NAME(pd_output_frame)
+#define pd_output_close PD_NAME(pd_output_close)
+#define pd_output_free PD_NAME(pd_output_free)
+
+/* Start the tables. model and folder, which is open, are borrowed. PD_ERR_FILE. */
+PD_API pd_status pd_output_open(pd_ctx *ctx, pd_model *model, pd_folder *folder, pd_output *out);
+/* Note where the files stand. */
+PD_API pd_status pd_output_save(pd_ctx *ctx, pd_output *out, pd_archive *archive);
+/* In place of pd_output_open: go on with the files of a folder where they stood then; what came later is cut off.
+ * PD_ERR_FILE: a table is missing or shorter than it was. */
+PD_API pd_status pd_output_resume(pd_ctx *ctx, pd_model *model, pd_folder *folder, pd_archive *archive, pd_output *out);
+/* A row of the tables. */
+PD_API pd_status pd_output_step(pd_ctx *ctx, pd_output *out, const pd_observables *o);
+/* Fields and pictures of this instant; a second call at the same time does nothing. */
+PD_API pd_status pd_output_frame(pd_ctx *ctx, pd_output *out);
+/* The curve of the volume loss; close the tables. */
+PD_API pd_status pd_output_close(pd_ctx *ctx, pd_output *out);
+PD_API void pd_output_free(pd_ctx *ctx, pd_output *out);
+
+#endif

@@ -1,0 +1,435 @@
+/* run: see run.h */
+#include "run/run.h"
+#include "core/par.h"
+#include "io/store.h"
+#include "io/folder.h"
+#include "io/progress.h"
+#include "run/budget.h"
+#include "run/checkpoint.h"
+#include "run/output.h"
+#include "run/monitor.h"
+#include "run/compare.h"
+#include <math.h>
+#include <stdio.h>
+#include <string.h>
+
+#define PDI_RUN_PROGRESS 0.2 /* [s] between progress lines */
+
+typedef struct pdi_run {
+    pd_ctx *ctx;
+    const pd_run_desc *desc;
+    const pd_setup *setup;
+    pd_model model;
+    pd_output output;
+    pd_observables observables;
+    pd_monitors monitors;
+    pd_compare compare;
+    pd_status status;     /* of the observer */
+    int stopped;
+    double started, told; /* [s] clock */
+    double kept;          /* [s] clock of the last checkpoint */
+    const char *path;     /* of the folder */
+    pd_folder folder;
+    pd_store image;       /* a checkpoint of a former step, for a run that is stopped within one */
+    double imaged;        /* [s] clock of it */
+    int imageable;        /* it is whole */
+    double polled;        /* [s] clock when the run last asked */
+    int writing;          /* the run ends with the files of this step */
+    pd_poll_fn poll;      /* of the caller */
+    void *poll_user;
+    char checkpoint[PD_PATH_SIZE];
+} pdi_run;
+
+static void pdi_run_tell(pdi_run *r, const char *doing, int64_t count)
+{
+    char line[240];
+    double now = pdi_par_clock(), until = r->setup->until;
+    if (!r->desc->print || !(until > 0.0)) return;
+    r->told = now;
+    pd_progress_line(r->model.couple.time / until, now - r->started, r->setup->name, line, sizeof line);
+    if (doing) {
+        size_t used = strlen(line);
+        snprintf(line + used, sizeof line - used, "  (%.40s %.0f)", doing, (double)count);
+    }
+    r->desc->print(r->desc->print_user, PD_PRINT_PROGRESS, line);
+}
+
+static void pdi_run_progress(pdi_run *r)
+{
+    if (pdi_par_clock() - r->told >= PDI_RUN_PROGRESS || !(r->model.couple.time < r->setup->until))
+        pdi_run_tell(r, NULL, 0);
+}
+
+/* The poll function of a run: it looks at the clock, the rest happens now and then. A step that is over soon ends
+ * before the run stops. */
+static int pdi_run_poll(void *user, const char *doing, int64_t count)
+{
+    pdi_run *r = (pdi_run *)user;
+    double now = pdi_par_clock();
+    if (r->stopped) return !r->writing;
+    if (now - r->polled < PDI_RUN_PROGRESS) return 0;
+    r->polled = now;
+    if (now - r->told >= 2.0 * PDI_RUN_PROGRESS) pdi_run_tell(r, doing, count);
+    if (r->poll && r->poll(r->poll_user, doing, count)) r->stopped = 1;
+    return r->stopped;
+}
+
+/* Fields are due at multiples of `every`, at the end, and when a run is stopped that nobody can go on with. */
+static int pdi_run_due(const pdi_run *r)
+{
+    double time = r->model.couple.time, every = r->setup->every, next = r->output.written + 0.5 * every;
+    int over = (r->stopped && !r->desc->checkpoints) || !(time < r->setup->until);
+    if (r->output.written < 0.0 || over) return 1;
+    double multiple = floor(time / every + 0.5) * every;
+    return time >= next && fabs(time - multiple) <= 1e-9 * every;
+}
+
+static pd_status pdi_run_frame(pdi_run *r)
+{
+    int frame = r->output.frame;
+    PDI_TRY(pd_output_frame(r->ctx, &r->output));
+    return r->output.frame > frame ? pd_monitors_frame(r->ctx, &r->monitors, frame) : PD_OK;
+}
+
+static pd_status pdi_run_write(pdi_run *r)
+{
+    PDI_TRY(pd_output_step(r->ctx, &r->output, &r->observables));
+    PDI_TRY(pd_monitors_step(r->ctx, &r->monitors));
+    return pdi_run_due(r) ? pdi_run_frame(r) : PD_OK;
+}
+
+/* ---- checkpoints ---- */
+
+/* What a checkpoint holds before the places in the files. */
+static pd_status pdi_run_store(pdi_run *r, pd_archive *archive)
+{
+    double now = pdi_par_clock(), spent = now - r->started;
+    PDI_TRY(pdi_checkpoint_model(r->ctx, &r->model, archive));
+    PDI_TRY(pdi_observe_store(r->ctx, &r->observables, archive));
+    PDI_TRY(pdi_compare_store(r->ctx, &r->compare, archive));
+    PDI_TRY(PDI_KEEP(r->ctx, archive, "wall time [s]", &spent, 1));
+    r->started = now - spent;
+    return PD_OK;
+}
+
+/* All that a run goes on from. */
+static pd_status pdi_run_everything(pdi_run *r, pd_archive *archive)
+{
+    PDI_TRY(pdi_run_store(r, archive));
+    PDI_TRY(pd_output_save(r->ctx, &r->output, archive));
+    PDI_TRY(pd_monitors_save(r->ctx, &r->monitors, archive));
+    return pd_folder_store(r->ctx, &r->folder, archive);
+}
+
+static pd_status pdi_run_save(pdi_run *r)
+{
+    pd_store store;
+    PDI_TRY(pd_store_create(r->ctx, r->checkpoint, &store));
+    pd_status status = pdi_run_everything(r, &store.archive);
+    if (status == PD_OK) return pd_store_close(r->ctx, &store);
+    pd_store_abandon(&store);
+    return status;
+}
+
+/* Keep a checkpoint in memory, a few a second at most: the state is copied in far less than that. Where memory lacks,
+ * a run that is stopped within a step goes on from the file. */
+static void pdi_run_remember(pdi_run *r)
+{
+    double now = pdi_par_clock();
+    if (r->desc->dry || !r->desc->checkpoints || (r->imageable && now - r->imaged < PDI_RUN_PROGRESS)) return;
+    r->imaged = now;
+    pd_status status = pdi_store_keep(r->ctx, &r->image);
+    if (status == PD_OK) status = pdi_run_everything(r, &r->image.archive);
+    if (status == PD_OK) status = pd_store_close(r->ctx, &r->image);
+    r->imageable = status == PD_OK;
+}
+
+/* A checkpoint when one is due. A run goes on without, unless it was to stop. */
+static pd_status pdi_run_keep(pdi_run *r)
+{
+    char line[PD_MESSAGE_SIZE + 80];
+    double now = pdi_par_clock();
+    if (!r->desc->checkpoints || (!r->stopped && now - r->kept < r->desc->checkpoint_every)) return PD_OK;
+    r->kept = now;
+    pd_status status = pdi_run_save(r);
+    if (status == PD_OK || r->stopped) return status;
+    snprintf(line, sizeof line, "no checkpoint at t = %g s, the one before stays: %s", r->model.couple.time,
+             r->ctx->message);
+    if (r->desc->print) r->desc->print(r->desc->print_user, PD_PRINT_NOTE, line);
+    return PD_OK;
+}
+
+static pd_status pdi_run_read(pdi_run *r)
+{
+    pd_store store;
+    PDI_TRY(pd_store_open(r->ctx, r->checkpoint, &store));
+    pd_status status = pdi_run_store(r, &store.archive);
+    if (status == PD_OK) status = pd_output_resume(r->ctx, &r->model, &r->folder, &store.archive, &r->output);
+    if (status == PD_OK) status = pd_monitors_resume(r->ctx, &r->monitors, &r->folder, &store.archive);
+    if (status == PD_OK) status = pd_folder_store(r->ctx, &r->folder, &store.archive);
+    if (status == PD_OK) {
+        PDI_TRY(pd_store_close(r->ctx, &store));
+        return pd_folder_resume(r->ctx, &r->folder);
+    }
+    pd_store_abandon(&store);
+    return status;
+}
+
+/* Go on where a checkpoint was made. */
+static pd_status pdi_run_resume(pdi_run *r, pd_run_result *result)
+{
+    char line[80];
+    pd_status status = pd_folder_lock(r->ctx, r->path, r->setup->name, &r->folder);
+    if (status == PD_OK) status = pdi_run_read(r);
+    result->bad_input = status < 0 && status != PD_ERR_MEMORY && status != PD_ERR_LIMIT;
+    if (status < 0) return status;
+    snprintf(line, sizeof line, "goes on from t = %g s", r->model.couple.time);
+    if (r->desc->print) r->desc->print(r->desc->print_user, PD_PRINT_SUMMARY, line);
+    return PD_OK;
+}
+
+/* A folder without the files of former runs. */
+static pd_status pdi_run_clear(pdi_run *r, pd_run_result *result)
+{
+    char line[PD_PATH_SIZE + 80];
+    pd_status status = pd_folder_open(r->ctx, r->path, r->setup->name, &r->folder);
+    result->bad_input = status == PD_ERR_STATE || status == PD_ERR_ARGUMENT;
+    PDI_TRY(status);
+    snprintf(line, sizeof line, "removed %d files of the former run from '%s'", r->folder.removed, r->path);
+    if (r->folder.removed && r->desc->print) r->desc->print(r->desc->print_user, PD_PRINT_NOTE, line);
+    pdi_file_remove(r->checkpoint);
+    return pd_folder_add(r->ctx, &r->folder, PD_RUN_CHECKPOINT, r->checkpoint);
+}
+
+/* The files of a run: anew, or those of a checkpoint. */
+static pd_status pdi_run_open(pdi_run *r, pd_run_result *result)
+{
+    if (r->desc->dry) return PD_OK;
+    PDI_TRY(pd_file_join(r->ctx, r->path, PD_RUN_CHECKPOINT, r->checkpoint));
+    if (r->desc->resume) return pdi_run_resume(r, result);
+    PDI_TRY(pdi_run_clear(r, result));
+    PDI_TRY(pd_output_open(r->ctx, &r->model, &r->folder, &r->output));
+    return pd_monitors_open(r->ctx, &r->monitors, &r->folder);
+}
+
+/* ---- steps ---- */
+
+/* What measured points ask for; without files the figures are those of points alone. */
+static pd_status pdi_run_compare(pdi_run *r)
+{
+    if (!pd_compare_due(&r->compare, r->model.couple.time)) return PD_OK;
+    if (r->desc->dry) PDI_TRY(pd_monitors_step(r->ctx, &r->monitors));
+    return pd_compare_step(r->ctx, &r->compare);
+}
+
+static int pdi_run_observe(void *user, const pd_couple *couple)
+{
+    pdi_run *r = (pdi_run *)user;
+    (void)couple;
+    pd_observe(r->ctx, &r->model, &r->observables);
+    int before_end = r->model.couple.time < r->setup->until;
+    if (before_end && r->desc->stop && r->desc->stop(r->desc->stop_user)) r->stopped = 1;
+    r->writing = r->stopped; /* what a step that is done has to show */
+    if (!r->desc->dry) r->status = pdi_run_write(r);
+    if (r->status >= 0) r->status = pdi_run_compare(r);
+    if (!r->desc->dry && before_end && r->status >= 0) r->status = pdi_run_keep(r);
+    if (before_end && !r->stopped && r->status >= 0) pdi_run_remember(r);
+    pdi_run_progress(r);
+    r->polled = pdi_par_clock();
+    return r->stopped || r->status < 0;
+}
+
+/* All steps, which end on the times of measured points, too. */
+static pd_status pdi_run_march(pdi_run *r)
+{
+    double until = r->setup->until, reached;
+    do {
+        reached = pd_compare_next(&r->compare, r->model.couple.time, until);
+        PDI_TRY(pd_couple_run(r->ctx, &r->model.couple, reached, r->setup->every, pdi_run_observe, r));
+        PDI_TRY(r->status);
+    } while (!r->stopped && reached < until);
+    return PD_OK;
+}
+
+/* What was computed at all points, for the caller. */
+static void pdi_run_computed(const pdi_run *r)
+{
+    double *to = r->desc->computed;
+    for (int k = 0; to && k < r->setup->records; k++) {
+        int points = r->setup->record[k].points;
+        memcpy(to, r->compare.list[k].computed, (size_t)points * sizeof *to);
+        to += points;
+    }
+}
+
+/* The run has stopped within a step: what counts is the state before. */
+static pd_status pdi_run_halted(pdi_run *r)
+{
+    if (r->desc->dry || !r->desc->checkpoints || !r->imageable) return PD_OK;
+    return pdi_store_release(r->ctx, &r->image, r->checkpoint);
+}
+
+static pd_status pdi_run_steps(pdi_run *r)
+{
+    pdi_run_remember(r);
+    pd_status status = pdi_run_march(r);
+    if (status == PD_STOPPED || r->status == PD_STOPPED) {
+        status = r->status = PD_OK;
+        PDI_TRY(pdi_run_halted(r));
+    }
+    if (status < 0) return status;
+    pdi_run_computed(r);
+    if (r->desc->dry) PDI_TRY(pd_monitors_step(r->ctx, &r->monitors));
+    if (r->desc->figures) PDI_TRY(pd_figures_collect(r->ctx, &r->model, &r->monitors, r->desc->figures));
+    if (r->desc->dry) return PD_OK;
+    PDI_TRY(pd_monitors_close(r->ctx, &r->monitors));
+    pd_monitors_print(&r->monitors, r->desc->print, r->desc->print_user);
+    pd_compare_print(&r->compare, r->desc->print, r->desc->print_user);
+    PDI_TRY(pd_compare_write(r->ctx, &r->compare, &r->folder));
+    PDI_TRY(pd_output_close(r->ctx, &r->output));
+    if (!r->stopped) pdi_file_remove(r->checkpoint);
+    return PD_OK;
+}
+
+static void pdi_run_collect(const pdi_run *r, pd_run_result *result)
+{
+    const pd_model *m = &r->model;
+    const pd_couple *c = &m->couple;
+    int64_t nodes = m->grid.fluid_count + m->grid.solid_count;
+    memcpy(result->name, r->setup->name, sizeof result->name);
+    result->stopped = r->stopped;
+    result->time = c->time;
+    result->h = r->setup->h[0];
+    result->m = m->stencil.m;
+    result->volume_loss = r->observables.volume_loss;
+    result->ledger = c->ledger.relative;
+    result->has_front = r->setup->has_corrode;
+    result->front = r->observables.front;
+    result->has_flux = r->observables.has_flux;
+    result->flux = r->observables.flux;
+    result->flux_max = r->observables.flux_max;
+    result->residual = fmax(c->steady_result.momentum, c->steady_result.continuity);
+    result->evaluations = c->flow_evaluations;
+    result->settled = c->settle;
+    result->change = c->transport_result.change;
+    result->defect = c->transport_result.defect;
+    result->steps = c->steps;
+    result->unsolved = c->unsolved;
+    result->threads = pdi_par_offered(r->ctx, INT64_MAX);
+    for (int k = 0; k < PD_PART_COUNT; k++) result->unknowns += m->unknowns[k];
+    result->bytes_per_node = nodes ? (double)r->ctx->peak / (double)nodes : 0.0;
+}
+
+/* Put file and line before the message of a setup that cannot be built. */
+static void pdi_run_blame(pd_ctx *ctx, const pd_setup *setup, int line)
+{
+    char where[320], message[PD_MESSAGE_SIZE];
+    if (!setup->source[0]) return;
+    memcpy(message, ctx->message, sizeof message);
+    if (line > 0) snprintf(where, sizeof where, "%.280s:%d", setup->source, line);
+    else snprintf(where, sizeof where, "%.280s", setup->source);
+    pdi_fail(ctx, ctx->status, where, "%s", message);
+}
+
+/* Build everything that can refuse the setup; nothing is written before that. */
+static pd_status pdi_run_build(pdi_run *r, pd_run_result *result)
+{
+    pd_status status = pd_budget_check(r->ctx, r->setup, r->desc->dry);
+    int line = r->setup->line[PD_PART_GRID];
+    if (status == PD_OK) {
+        status = pd_model_build(r->ctx, r->setup, &r->model);
+        line = r->model.line;
+    }
+    if (status == PD_OK) {
+        status = pd_monitors_build(r->ctx, &r->model, &r->monitors);
+        line = r->monitors.line;
+    }
+    if (status == PD_OK) {
+        status = pd_compare_build(r->ctx, &r->model, &r->monitors, r->desc->share, !r->desc->dry, &r->compare);
+        line = r->compare.line;
+    }
+    result->bad_input = status < 0 && !pdi_is_final(status);
+    if (result->bad_input) pdi_run_blame(r->ctx, r->setup, line);
+    return status;
+}
+
+/* What the run would be refused for, beyond its setup; nothing is written. */
+static pd_status pdi_run_check(pdi_run *r, pd_run_result *result)
+{
+    pd_store store;
+    if (r->desc->figures) PDI_TRY(pd_figures_collect(r->ctx, &r->model, &r->monitors, r->desc->figures));
+    pd_status status = pd_folder_check(r->ctx, r->path, r->setup->name);
+    if (status == PD_OK && r->desc->resume) {
+        status = pd_file_join(r->ctx, r->path, PD_RUN_CHECKPOINT, r->checkpoint);
+        if (status == PD_OK) status = pd_store_open(r->ctx, r->checkpoint, &store);
+        if (status == PD_OK) {
+            status = pdi_run_store(r, &store.archive);
+            pd_store_abandon(&store);
+        }
+    }
+    result->bad_input = status < 0 && !pdi_is_final(status);
+    return status;
+}
+
+static pd_status pdi_run_built(pdi_run *r, pd_run_result *result)
+{
+    r->path = r->desc->folder ? r->desc->folder : r->setup->folder;
+    pd_summary_print(&r->model, r->desc->print, r->desc->print_user);
+    pdi_run_collect(r, result);
+    PDI_TRY(pd_observe_build(r->ctx, &r->model, &r->observables));
+    if (r->desc->check) return r->desc->dry ? PD_OK : pdi_run_check(r, result);
+    PDI_TRY(pdi_run_open(r, result));
+    pd_status status = pdi_run_steps(r);
+    result->unknowns = 0;
+    pdi_run_collect(r, result);
+    return status;
+}
+
+pd_status pd_run(pd_ctx *ctx, const pd_setup *setup, const pd_run_desc *desc, pd_run_result *result)
+{
+    pdi_run *r = NULL;
+    memset(result, 0, sizeof *result);
+    PDI_TRY(PDI_NEW(ctx, "run", 1, r));
+    r->ctx = ctx;
+    r->desc = desc;
+    r->setup = setup;
+    r->started = r->told = r->kept = pdi_par_clock();
+    if (setup->threads > 0 && ctx->threads == 0) ctx->threads = setup->threads;
+    r->poll = ctx->poll;
+    r->poll_user = ctx->poll_user;
+    if (r->poll || desc->print) {
+        ctx->poll = pdi_run_poll;
+        ctx->poll_user = r;
+    }
+    pd_status status = pdi_run_build(r, result);
+    if (status == PD_OK) status = pdi_run_built(r, result);
+    ctx->poll = r->poll;
+    ctx->poll_user = r->poll_user;
+    result->stopped = r->stopped;
+    pdi_store_drop(ctx, &r->image);
+    pd_output_free(ctx, &r->output);
+    pd_observe_free(ctx, &r->observables);
+    pd_compare_free(ctx, &r->compare);
+    pd_monitors_free(ctx, &r->monitors);
+    pd_model_free(ctx, &r->model);
+    pd_folder_close(&r->folder);
+    PDI_DELETE(ctx, 1, r);
+    return status;
+}
+
+void pd_run_line(const pd_run_result *r, char *text, size_t size)
+{
+    if (size == 0) return;
+    text[0] = '\0';
+    pdi_append(text, size, "result case=%s dim=%d h=%.6g m=%.6g volume_loss=%.9g ledger=%.3g", r->name, PD_DIM,
+                   r->h, r->m, r->volume_loss, r->ledger);
+    if (r->settled) pdi_append(text, size, " defect=%.3g", r->defect);
+    if (r->unsolved) pdi_append(text, size, " unsolved=%.0f", (double)r->unsolved);
+    if (r->has_flux) pdi_append(text, size, " flux=%.3g flux_max=%.3g", r->flux, r->flux_max);
+    if (r->has_front) pdi_append(text, size, " front=%.6g", r->front);
+    else pdi_append(text, size, " residual=%.3g evals=%.0f", r->residual, (double)r->evaluations);
+    pdi_append(text, size, " steps=%.0f unknowns=%.0f bytes_per_node=%.0f", (double)r->steps, (double)r->unknowns,
+                   r->bytes_per_node);
+}
+
+#undef PDI_RUN_PROGRESS

@@ -1,0 +1,74 @@
+/* run: runs a setup from its first flow solve to its end: output files, diagnostics, pictures, summary, result.
+ *
+ *   pd_setup setup; pd_run_result result;
+ *   pd_scene_read(&ctx, "pin.scene", NULL, 0, &setup);
+ *   pd_run(&ctx, &setup, &desc, &result);
+ *   pd_setup_free(&ctx, &setup);
+ *
+ * Nothing is printed: all text goes to the caller's print function.
+ */
+#ifndef PD_RUN_H
+#define PD_RUN_H
+#include "scene/scene.h"
+#include "run/summary.h"
+#include "run/figures.h"
+
+/* Zero-initialise. */
+typedef struct pd_run_desc {
+    const char *folder;      /* of the output; NULL: that of the setup */
+    int check;               /* 1: build and summarise, run nothing, write nothing; what the run would be refused for is
+                              * refused, with `resume` also for its checkpoint */
+    int dry;                 /* 1: run, write nothing */
+    pd_figures *figures;     /* zeroed; gets the last figures of the run (`check`: those before it), for
+                              * pd_figures_free. NULL: not wanted */
+    double *computed;        /* [points] [unit of the columns in SI] of all measured sections: gets what the run
+                              * computes there, NaN where it does not come. NULL: not wanted */
+    const double *share;     /* [-] of each monitor in the figures of its section, see twin.h; NULL: 1 */
+    pd_print_fn print;       /* NULL: silent */
+    void *print_user;
+    int (*stop)(void *user); /* asked after every step before the end; not 0: the run ends there. NULL: never. The poll
+                              * function of the context is asked within steps, a few times a second: then the run ends
+                              * with a checkpoint of the last step that is done. PD_STOPPED: before the first began */
+    void *stop_user;
+    int checkpoints;         /* 1: keep the state in the folder, in PD_RUN_CHECKPOINT, now and then and when stopped */
+    double checkpoint_every; /* [s] of wall time, 0: after every step */
+    int resume;              /* 1: go on from the checkpoint in the folder; the files become, byte for byte, those of a
+                              * run that was never stopped */
+} pd_run_desc;
+
+#define PD_RUN_CHECKPOINT "checkpoint.bin"
+
+typedef struct pd_run_result {
+    char name[PD_SETUP_NAME];
+    int bad_input;        /* the failure lies in the setup or checkpoint, nothing was computed */
+    int stopped;          /* by desc.stop */
+    double time;          /* [s] reached */
+    double h;             /* [m] along x */
+    double m;             /* [-] */
+    double volume_loss;   /* [-] */
+    double ledger;        /* [-] */
+    int has_front;
+    double front;         /* [m] see pd_observables */
+    int has_flux;
+    double flux, flux_max; /* [-] see pd_observables */
+    double residual;      /* [-] larger one of the last flow solve */
+    int settled;          /* the transport was solved for its steady field */
+    double change;        /* [-] of that field in the last step of its solver, over the largest value */
+    double defect;        /* [-] what its balances lack, over what passes */
+    int64_t evaluations, steps, unknowns;
+    int64_t unsolved;     /* steps in which the linear solver of transport missed its tolerance */
+    int threads;          /* at most in use */
+    double bytes_per_node; /* [byte] peak memory over fluid and solid nodes */
+} pd_run_result;
+
+#define pd_run PD_NAME(pd_run)
+#define pd_run_line PD_NAME(pd_run_line)
+
+/* Build the model, print the summary, run, write the files. On failure the files hold all steps before it. The
+ * checkpoint goes when the run is complete, and when another run begins in its folder. With checkpoints a run that is
+ * stopped writes no fields of that instant, which a run that goes on does not have. */
+PD_API pd_status pd_run(pd_ctx *ctx, const pd_setup *setup, const pd_run_desc *desc, pd_run_result *result);
+/* "result case=... dim=2 h=5e-06 m=3 volume_loss=..." into text[size]; the caller appends its times. */
+PD_API void pd_run_line(const pd_run_result *result, char *text, size_t size);
+
+#endif

@@ -1,0 +1,301 @@
+/* sample: see sample.h */
+#include "run/sample.h"
+#include "lattice/ray.h"
+#include "lattice/quadratic.h"
+#include "lattice/slope.h"
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+#define PDI_SAMPLE_NEAR 1e-6 /* [cells] from a face: the point touches the cells on both sides */
+#define PDI_SAMPLE_CELLS (1 << PD_DIM)
+#define PDI_SAMPLE_BLOCK (PD_DIM == 1 ? 3 : PD_DIM == 2 ? 9 : 27) /* a cell and those around it */
+#define PDI_SAMPLE_OFF 1e-3  /* [cells] from a smooth surface: the place is one of a cell's faces */
+
+static const char *const pdi_sample_labels[] = {"C [mol/m3]", "v [m/s]",  "p [Pa]",     "kind",           "grain",
+                                                "phase",      "D [m2/s]", "rate [m/s]", "density [kg/m3]", "damage"};
+
+PDI_FN const char *pdi_sample_label(pd_field field) { return pdi_sample_labels[field]; }
+
+static double pdi_sample_density(const pd_model *m, int32_t i)
+{
+    const pd_setup *u = m->setup;
+    if (m->grid.kind[i] == PD_SOLID)
+        return pdi_setup_loses(u) ? u->material.density * pdi_model_c(m)[i] / u->solid_c : u->material.density;
+    return m->grid.kind[i] == PD_FLUID && u->has_flow ? u->rho : 0.0;
+}
+
+PDI_FN double pdi_sample_node(const pd_model *m, pd_field field, int32_t i)
+{
+    int fluid = m->grid.kind[i] == PD_FLUID;
+    const double *diffusivity = m->transport.diffusion.field;
+    double square = 0.0;
+    switch (field) {
+    case PD_FIELD_C: return fluid ? pdi_model_c(m)[i] : 0.0;
+    case PD_FIELD_V:
+        for (int d = 0; d < PD_DIM && fluid; d++) {
+            double u = m->flow.u[(int64_t)d * m->grid.total + i];
+            square += u * u;
+        }
+        return sqrt(square);
+    case PD_FIELD_P: return fluid ? m->flow.p[i] * m->flow.rho : 0.0;
+    case PD_FIELD_KIND: return m->grid.kind[i];
+    case PD_FIELD_GRAIN: return m->grid.kind[i] == PD_SOLID ? m->grain.id[i] : -1.0;
+    case PD_FIELD_PHASE: return m->grid.kind[i] == PD_SOLID;
+    case PD_FIELD_D: return !fluid ? 0.0 : diffusivity ? diffusivity[i] : m->setup->diffusivity;
+    case PD_FIELD_RATE:
+        return fluid ? pdi_dissolve_speed(&m->dissolve, i) : 0.0;
+    case PD_FIELD_DENSITY: return pdi_sample_density(m, i);
+    case PD_FIELD_DAMAGE: return pd_corrode_damage(&m->corrode, i);
+    case PD_FIELD_COUNT: break;
+    }
+    return 0.0;
+}
+
+PDI_FN void pdi_sample_prepare(pd_model *m)
+{
+    const pd_ghosts *g = &m->bonds.ghosts;
+    double *c = m->transport.c;
+    /* behind outlets there is no gradient (eq. 5.1); inlets hold their own values */
+    for (int32_t k = 0; k < g->count && c; k++) c[g->node[k]] = c[g->source[k]];
+}
+
+/* The cells that x touches. */
+static int pdi_sample_cells(const pd_grid *grid, const double *x, int32_t *node)
+{
+    int i[PD_DIM][2], choices[PD_DIM], at[PD_DIM], count = 1;
+    for (int d = 0; d < PD_DIM; d++) {
+        double place = (x[d] - grid->lo[d]) / grid->h[d];
+        int low = (int)floor(place - PDI_SAMPLE_NEAR), high = (int)floor(place + PDI_SAMPLE_NEAR);
+        i[d][0] = low < 0 ? 0 : low >= grid->n[d] ? grid->n[d] - 1 : low;
+        i[d][1] = high < 0 ? 0 : high >= grid->n[d] ? grid->n[d] - 1 : high;
+        choices[d] = i[d][1] > i[d][0] ? 2 : 1;
+        count *= choices[d];
+    }
+    for (int k = 0; k < count; k++) {
+        int rest = k;
+        for (int d = 0; d < PD_DIM; d++) {
+            at[d] = i[d][rest % choices[d]];
+            rest /= choices[d];
+        }
+        node[k] = pd_grid_node(grid, at);
+    }
+    return count;
+}
+
+/* Without bonds: linear between the fluid nodes around x. */
+static double pdi_sample_between(const pd_grid *grid, const double *f, const double *x)
+{
+    double sum = 0.0, weights = 0.0;
+    for (int corner = 0; corner < PDI_SAMPLE_CELLS; corner++) {
+        double weight = 1.0;
+        int i[PD_DIM];
+        for (int d = 0; d < PD_DIM; d++) {
+            double place = (x[d] - grid->lo[d]) / grid->h[d] - 0.5, low = floor(place);
+            int up = (corner >> d) & 1;
+            i[d] = (int)low + up;
+            weight *= up ? place - low : 1.0 - (place - low);
+        }
+        if (!pdi_grid_inside(grid, i)) continue;
+        int32_t node = pd_grid_node(grid, i);
+        if (grid->kind[node] != PD_FLUID) continue;
+        sum += weight * f[node];
+        weights += weight;
+    }
+    return sum / weights;
+}
+
+/* ---- beside walls: a quadratic through nodes and surfaces ---- */
+
+/* One value that is asked for, and the place of it. */
+typedef struct pdi_sample_job {
+    const pd_model *m;
+    pd_field field;
+    int component;
+    const double *f;
+    double x[PD_DIM]; /* [m] */
+    double side;      /* of the surface of a medium: what lies behind does not count, fields bend there; 0: none */
+    pdi_quadratic fit;
+} pdi_sample_job;
+
+/* Signed distance from the surface of the medium; 0: there is none, or a place on it. */
+static double pdi_sample_medium(const pd_model *m, const double *x)
+{
+    double at[PD_DIM];
+    if (m->setup->medium < 0) return 0.0;
+    memcpy(at, x, sizeof at);
+    pdi_grid_fold_position(&m->grid, at);
+    double level = pd_shape_distance(m->setup->shape, m->setup->medium, at);
+    return fabs(level) > PDI_SAMPLE_NEAR * m->grid.h[0] ? level : 0.0;
+}
+
+/* 1 when the normal is known: that of one face, or of a smooth surface. At edges of cells it is not. */
+static int pdi_sample_sure(const pd_model *m, const double *place, const double *normal, int32_t closed)
+{
+    for (int d = 0; d < PD_DIM; d++)
+        if (fabs(normal[d]) > 1.0 - PDI_SAMPLE_NEAR) return 1;
+    return fabs(pdi_bond_smooth(&m->bonds, closed, place)) < PDI_SAMPLE_OFF * m->grid.h[0];
+}
+
+/* What a surface says: its velocity, the concentration that it holds or that nothing passes it. Metal that dissolves
+ * says nothing about concentrations. */
+static void pdi_sample_surface(pdi_sample_job *job, const double *place, const double *normal, int32_t closed)
+{
+    const pd_model *m = job->m;
+    double at[PD_DIM], u[PD_DIM], held = (double)NAN;
+    memcpy(at, place, sizeof at);
+    pdi_grid_fold_position(&m->grid, at);
+    if (job->field == PD_FIELD_V) {
+        for (int d = 0; d < PD_DIM; d++) u[d] = 0.0;
+        if (m->flow.wall) m->flow.wall(m->flow.wall_user, at, u);
+        pdi_quadratic_value(&job->fit, place, u[job->component]);
+    }
+    if (job->field != PD_FIELD_C || pdi_sample_medium(m, place) * job->side < 0.0) return;
+    if (m->transport.desc.held) held = m->transport.desc.held(m->transport.desc.user, at);
+    if (held >= 0.0) pdi_quadratic_value(&job->fit, place, held);
+    else if ((!m->setup->has_dissolve || m->grid.kind[closed] != PD_SOLID) && pdi_sample_sure(m, place, normal, closed))
+        pdi_quadratic_slope(&job->fit, place, normal, 0.0);
+}
+
+/* The far end of an open bond. An inlet ghost has the concentration of the inflow at any depth: it belongs to the side,
+ * as the operators see it. */
+static void pdi_sample_far(pdi_sample_job *job, int32_t base, int k)
+{
+    const pd_model *m = job->m;
+    const pd_stencil *s = m->bonds.stencil;
+    int32_t far = base + m->bonds.shift[k];
+    double at[PD_DIM], place[PD_DIM], share = 1.0;
+    int i[PD_DIM], inlet = m->grid.kind[far] == PD_INLET;
+    pd_grid_position(&m->grid, base, at);
+    pdi_grid_index(&m->grid, base, i);
+    for (int d = 0; d < PD_DIM && inlet && job->field == PD_FIELD_C; d++) {
+        int step = s->offset[k * PD_DIM + d], upper = step > 0;
+        double inside = upper ? m->grid.n[d] - i[d] - 0.5 : i[d] + 0.5;
+        if (step && pdi_grid_port(m->grid.side[2 * d + upper])) share = fmin(share, inside / abs(step));
+    }
+    for (int d = 0; d < PD_DIM; d++) place[d] = at[d] + share * s->xi[k * PD_DIM + d];
+    if (pdi_sample_medium(m, place) * job->side < 0.0) return;
+    pdi_quadratic_value(&job->fit, place, job->f[far]);
+}
+
+/* Values of the nodes around `base` that it sees, and of the surfaces that it meets. */
+static void pdi_sample_gather(pdi_sample_job *job, int32_t base)
+{
+    const pd_bonds *bonds = &job->m->bonds;
+    const pd_stencil *s = bonds->stencil;
+    int32_t row = bonds->row[base];
+    double place[PD_DIM], normal[PD_DIM];
+    pd_grid_position(bonds->grid, base, place);
+    if (!(pdi_sample_medium(job->m, place) * job->side < 0.0))
+        pdi_quadratic_value(&job->fit, place, job->f[base]);
+    for (int k = 0; k < s->count; k++) {
+        int square = 0;
+        for (int d = 0; d < PD_DIM; d++) square += s->offset[k * PD_DIM + d] * s->offset[k * PD_DIM + d];
+        if (square > PDI_QUADRATIC_SQUARE) continue;
+        if (row < 0 || pdi_bond_open(bonds, row, k)) pdi_sample_far(job, base, k);
+        else {
+            int32_t closed = pdi_bond_surface(bonds, row, k, place, normal);
+            if (closed >= 0) pdi_sample_surface(job, place, normal, closed);
+        }
+    }
+}
+
+/* The surface beside the place says what it has to say; a place behind it moves onto it. */
+static void pdi_sample_reach(pdi_sample_job *job, int32_t base)
+{
+    double place[PD_DIM], normal[PD_DIM];
+    int32_t closed;
+    int found = pdi_ray_meet(&job->m->bonds, base, job->x, place, normal, &closed);
+    if (found < 0) memcpy(job->x, place, sizeof place);
+    pdi_quadratic_start(&job->fit, job->x, job->m->grid.h);
+    if (found) pdi_sample_surface(job, place, normal, closed);
+}
+
+static double pdi_sample_fit(pdi_sample_job *job, int32_t base, const double *x)
+{
+    memcpy(job->x, x, sizeof job->x);
+    pdi_quadratic_start(&job->fit, x, job->m->grid.h);
+    job->side = 0.0;
+    if (job->field == PD_FIELD_C && job->m->setup->medium >= 0) {
+        double at[PD_DIM];
+        pd_grid_position(&job->m->grid, base, at);
+        job->side = pdi_sample_medium(job->m, job->x);
+        if (!(fabs(job->side) > 0.0)) job->side = pdi_sample_medium(job->m, at);
+        if (!(fabs(job->side) > 0.0)) job->side = 1.0;
+    }
+    pdi_sample_reach(job, base);
+    if (job->field == PD_FIELD_P) return pdi_slopes_value(&job->m->bonds, job->f, base, job->x);
+    pdi_sample_gather(job, base);
+    return pdi_quadratic_solve(&job->fit);
+}
+
+/* Fluid nodes from which x is told: those whose cells it touches, or the nearest ones beside it where it lies on or
+ * before a smooth surface in a closed cell. */
+static int pdi_sample_bases(const pd_model *m, const double *x, int32_t *node)
+{
+    int cells = pdi_sample_cells(&m->grid, x, node), fluid = 0, i[PD_DIM], at[PD_DIM];
+    double nearest = HUGE_VAL;
+    int32_t own = node[0];
+    for (int k = 0; k < cells; k++)
+        if (m->grid.kind[node[k]] == PD_FLUID) node[fluid++] = node[k];
+    if (fluid || !m->bonds.grid) return fluid;
+    if (!(pdi_bond_smooth(&m->bonds, own, x) >= -PDI_SAMPLE_NEAR * m->grid.h[0])) return 0;
+    pdi_grid_index(&m->grid, own, i);
+    for (int k = 0; k < PDI_SAMPLE_BLOCK; k++) {
+        double square = 0.0, place[PD_DIM];
+        int rest = k;
+        for (int d = 0; d < PD_DIM; d++) {
+            at[d] = i[d] + rest % 3 - 1;
+            rest /= 3;
+        }
+        int32_t j = pd_grid_node(&m->grid, at);
+        if (!pdi_grid_inside(&m->grid, at) || m->grid.kind[j] != PD_FLUID) continue;
+        pd_grid_position(&m->grid, j, place);
+        for (int d = 0; d < PD_DIM; d++) {
+            double way = (place[d] - x[d]) / m->grid.h[d];
+            square += way * way;
+        }
+        if (square < nearest * (1.0 - PDI_SAMPLE_NEAR)) fluid = 0;
+        if (square > nearest * (1.0 + PDI_SAMPLE_NEAR)) continue;
+        if (fluid == 0) nearest = square;
+        if (fluid < PDI_SAMPLE_CELLS) node[fluid++] = j;
+    }
+    return fluid;
+}
+
+PDI_FN double pdi_sample_point(const pd_model *m, pd_field field, int component, const double *x)
+{
+    int32_t node[PDI_SAMPLE_CELLS];
+    pdi_sample_job job;
+    double sum = 0.0;
+    job.m = m;
+    job.field = field;
+    job.component = component;
+    job.f = NULL;
+    if (field == PD_FIELD_V) job.f = m->flow.u + (int64_t)component * m->grid.total;
+    if (field == PD_FIELD_P) job.f = m->flow.p;
+    if (field == PD_FIELD_C) job.f = pdi_model_c(m);
+    if (!job.f) {
+        int cells = pdi_sample_cells(&m->grid, x, node);
+        return pdi_sample_node(m, field, node[cells - 1]);
+    }
+    int fluid = pdi_sample_bases(m, x, node);
+    for (int k = 0; k < fluid; k++)
+        sum += m->bonds.grid ? pdi_sample_fit(&job, node[k], x) : pdi_sample_between(&m->grid, job.f, x);
+    if (!fluid) return (double)NAN;
+    return (field == PD_FIELD_P ? m->flow.rho : 1.0) * sum / fluid;
+}
+
+PDI_FN int pdi_sample_inside(const pd_model *m, const double *x)
+{
+    int32_t node[PDI_SAMPLE_CELLS];
+    int cells = pdi_sample_cells(&m->grid, x, node);
+    for (int k = 0; k < cells; k++)
+        if (m->grid.kind[node[k]] == PD_SOLID) return 1;
+    return pdi_sample_bases(m, x, node) > 0;
+}
+
+#undef PDI_SAMPLE_NEAR
+#undef PDI_SAMPLE_CELLS
+#undef PDI_SAMPLE_BLOCK
+#undef PDI_SAMPLE_OFF

@@ -1,0 +1,24 @@
+/* sample: values of the fields of a model at nodes and at points. */
+#ifndef PD_SAMPLE_H
+#define PD_SAMPLE_H
+#include "run/model.h"
+
+#ifdef PDI_INTERNAL
+/* "C [mol/m3]" */
+PDI_FN const char *pdi_sample_label(pd_field field);
+/* Value of a scalar field at a node, of v its length; 0 where the field has none. The metal left in a node is in
+ * `density`, C is what the fluid has dissolved. */
+PDI_FN double pdi_sample_node(const pd_model *m, pd_field field, int32_t node);
+/* Fill the ghosts of the concentration; once before pdi_sample_point is called for an instant. */
+PDI_FN void pdi_sample_prepare(pd_model *m);
+/* Value at the place x [m] of the box: C and v (its component) of the quadratic that fits nodes and surfaces around x
+ * best, p along its gradient (theory: 3.6; with bond-based corrosion linear between fluid nodes), as the mean over the
+ * fluid cells that x touches. A place on or before a smooth surface in a closed cell is told from the nearest fluid
+ * nodes, one behind the surface in a fluid cell from the surface; NaN where there is no fluid. Other fields: of the
+ * cell. */
+PDI_FN double pdi_sample_point(const pd_model *m, pd_field field, int component, const double *x);
+/* 1 when x touches a cell of solid, or fluid can tell the value there. */
+PDI_FN int pdi_sample_inside(const pd_model *m, const double *x);
+#endif
+
+#endif

@@ -1,0 +1,195 @@
+/* summary: see summary.h */
+#include "run/summary.h"
+#include "run/budget.h"
+#include <math.h>
+#include <stdarg.h>
+#include <stdio.h>
+#include <string.h>
+
+typedef struct pdi_summary {
+    const pd_model *model;
+    pd_print_fn print;
+    void *user;
+} pdi_summary;
+
+PD_PRINTF_LIKE(2, 3)
+static void pdi_summary_line(const pdi_summary *s, const char *format, ...)
+{
+    char text[512];
+    va_list args;
+    va_start(args, format);
+    vsnprintf(text, sizeof text, format, args);
+    va_end(args);
+    s->print(s->user, PD_PRINT_SUMMARY, text);
+}
+
+/* "flow        what it is" with unknowns and memory of the part. */
+static void pdi_summary_part(const pdi_summary *s, pd_part part, const char *name, const char *what)
+{
+    const pd_model *m = s->model;
+    char unknowns[48] = "";
+    if (m->unknowns[part]) snprintf(unknowns, sizeof unknowns, "%.0f unknowns, ", (double)m->unknowns[part]);
+    pdi_summary_line(s, "  %-12s%s; %s%.3g MB", name, what, unknowns, (double)m->bytes[part] * 1e-6);
+}
+
+static void pdi_summary_grid(const pdi_summary *s)
+{
+    const pd_model *m = s->model;
+    char size[96] = "", spacing[3 * PD_UNITS_TEXT] = "", text[PD_UNITS_TEXT];
+    int axes = 1;
+    for (int d = 1; d < PD_DIM; d++)
+        if (fabs(m->grid.h[d] - m->grid.h[0]) > 1e-12 * m->grid.h[0]) axes = PD_DIM;
+    for (int d = 0; d < PD_DIM; d++) {
+        size_t used = strlen(size), told = strlen(spacing);
+        snprintf(size + used, sizeof size - used, "%s%d", d ? " x " : "", m->grid.n[d]);
+        if (d >= axes) continue;
+        pdi_setup_show(m->grid.h[d], "m", text);
+        snprintf(spacing + told, sizeof spacing - told, "%s%s", d ? " x " : "", text);
+    }
+    pdi_summary_line(s, "%s: %dD%s, %s nodes at %s, m = %g (%d bonds a node)", m->setup->name, PD_DIM,
+                     m->setup->axisymmetric ? " axisymmetric" : "", size, spacing, m->stencil.m, m->stencil.count);
+    snprintf(size, sizeof size, "%.0f fluid, %.0f solid, %.0f wall", (double)m->grid.fluid_count,
+             (double)m->grid.solid_count, (double)(pd_grid_count(&m->grid, PD_WALL)));
+    pdi_summary_part(s, PD_PART_GRID, "lattice", size);
+}
+
+static void pdi_summary_flow(const pdi_summary *s)
+{
+    const pd_model *m = s->model;
+    char text[384], speed[PD_UNITS_TEXT], length[PD_UNITS_TEXT];
+    if (!m->setup->has_flow) return;
+    pdi_setup_show(m->flow.reference_speed, "m/s", speed);
+    pdi_setup_show(m->flow.reference_length, "m", length);
+    char how[96];
+    if (m->setup->motion == PD_MOTION_IMPLICIT)
+        snprintf(how, sizeof how, "incompressible flow in time, implicit, step error %g", m->implicit.desc.rtol);
+    else if (m->setup->motion == PD_MOTION_EXPLICIT)
+        snprintf(how, sizeof how, "weakly compressible flow in time, explicit, c0 = %g m/s", m->setup->sound);
+    else if (m->setup->motion == PD_MOTION_GIVEN) snprintf(how, sizeof how, "given flow");
+    else snprintf(how, sizeof how, "steady Navier-Stokes to residual %g", m->setup->steady);
+    snprintf(text, sizeof text, "%s, U = %s, L = %s, Re = %.4g", how, speed, length,
+             m->flow.reference_speed * m->flow.reference_length / m->flow.nu);
+    pdi_summary_part(s, PD_PART_FLOW, "flow", text);
+}
+
+static void pdi_summary_transport(const pdi_summary *s)
+{
+    const pd_setup *u = s->model->setup;
+    char text[384], value[2 * PD_UNITS_TEXT + 32], inside[PD_UNITS_TEXT], until[PD_UNITS_TEXT];
+    if (!u->has_transport) return;
+    pdi_setup_show(u->diffusivity, "m2/s", value);
+    pdi_setup_show(u->medium_diffusivity, "m2/s", inside);
+    if (u->medium >= 0) snprintf(value + strlen(value), sizeof value - strlen(value), " and %s in the medium", inside);
+    pdi_setup_show(u->until, "s", until);
+    snprintf(text, sizeof text, u->settle ? "%s, D = %s, steady" : "%s, D = %s, implicit, until %s",
+             !u->has_flow ? "diffusion" : u->advection == PD_ADVECTION_UPWIND ? "upwind advection and diffusion"
+                                                                               : "limited advection and diffusion",
+             value, until);
+    pdi_summary_part(s, PD_PART_TRANSPORT, "transport", text);
+}
+
+/* "surface rate 1 um/h at C = 0 (8.766 mm/year, 3.8 A/m2 with z = 2), Cs = 71508 mol/m3" */
+static void pdi_summary_rate(const pd_setup *u, char *text, size_t size)
+{
+    char speed[PD_UNITS_TEXT];
+    double v = pdi_setup_speed(u);
+    pdi_setup_show(v, "m/s", speed);
+    snprintf(text, size, "surface rate %s at C = 0%s (%.4g mm/year, %.4g A/m2 with z = %g), Cs = %.6g mol/m3", speed,
+             u->rate.uses > 1 ? ", t = 0 and the origin" : "",
+             v * 1e3 * 31557600.0, v * u->solid_c * u->material.charge * 96485.33212, u->material.charge, u->solid_c);
+}
+
+static void pdi_summary_dissolve(const pdi_summary *s)
+{
+    const pd_setup *u = s->model->setup;
+    char text[384];
+    if (!u->has_dissolve) return;
+    pdi_summary_rate(u, text, sizeof text);
+    pdi_summary_part(s, PD_PART_DISSOLVE, "dissolution", text);
+    if (u->saturation > 0.0) pdi_summary_line(s, "  %-12sCsat = %.6g mol/m3", "", u->saturation);
+}
+
+static void pdi_summary_corrode(const pdi_summary *s)
+{
+    static const char *const kernels[] = {"area", "inverse square", "inverse"};
+    const pd_setup *u = s->model->setup;
+    char text[384], value[PD_UNITS_TEXT], until[PD_UNITS_TEXT];
+    if (!u->has_corrode) return;
+    pdi_setup_show(u->diffusivity, "m2/s", value);
+    pdi_setup_show(u->until, "s", until);
+    if (u->activation) snprintf(text, sizeof text, "bond-based, activation control, until %s", until);
+    else snprintf(text, sizeof text, "bond-based, diffusion control with D = %s, until %s", value, until);
+    pdi_summary_part(s, PD_PART_CORRODE, "corrosion", text);
+    pdi_summary_rate(u, text, sizeof text);
+    pdi_summary_line(s, "  %-12s%s, Csat = %.6g mol/m3", "", text, u->saturation);
+    pdi_summary_line(s, "  %-12s%s weights, %s%s, %s steps", "", kernels[u->kernel],
+                     u->weights == PD_WEIGHTS_PRINTED ? "printed" : "calibrated",
+                     u->drive == PD_DRIVE_DIFFERENCE ? ", loss in proportion to the difference" : "",
+                     u->forward ? "explicit" : "implicit");
+    if (u->stochastic) pdi_summary_line(s, "  %-12smechanical bonds break at random, seed %d", "", u->seed);
+}
+
+static void pdi_summary_grains(const pdi_summary *s)
+{
+    const pd_model *m = s->model;
+    char text[384], mean[PD_UNITS_TEXT], width[PD_UNITS_TEXT];
+    if (!m->setup->has_grains) return;
+    pdi_setup_show(m->grain_stats.mean, "m", mean);
+    pdi_setup_show(m->grain.boundary_width, "m", width);
+    double share = m->grain_stats.boundary_fraction;
+    snprintf(text, sizeof text,
+             "%d in the solid, mean %s, boundaries %s wide: %.3g %% of the solid, mean rate factor %.5g",
+             (int)m->grain_stats.count, mean, width, 100.0 * share, 1.0 + (m->setup->gb_factor - 1.0) * share);
+    pdi_summary_part(s, PD_PART_GRAIN, "grains", text);
+}
+
+/* "plane up, plane down, force pin" */
+static void pdi_summary_watched(const pdi_summary *s)
+{
+    const pd_setup *u = s->model->setup;
+    char text[384] = "";
+    for (int k = 0; k < u->monitors; k++) {
+        size_t used = strlen(text);
+        snprintf(text + used, sizeof text - used, "%s%s %s", k ? ", " : "",
+                 pdi_setup_monitor_name(u->monitor[k].kind), u->monitor[k].name);
+    }
+    if (u->monitors) pdi_summary_line(s, "  %-12s%s", "watched", text);
+}
+
+static void pdi_summary_absent(const pdi_summary *s)
+{
+    const pd_setup *u = s->model->setup;
+    char text[256] = "  not modelled: ";
+    const char *const names[] = {"flow", "transport", "dissolution", "grains"};
+    const int has[] = {u->has_flow, pdi_setup_carries(u), pdi_setup_loses(u), u->has_grains};
+    for (int k = 0; k < 4; k++) {
+        size_t used = strlen(text);
+        if (!has[k]) snprintf(text + used, sizeof text - used, "%s, ", names[k]);
+    }
+    pdi_summary_line(s, "%s%sgas, mechanics", text, u->motion ? "" : "inertia of the flow in time, ");
+}
+
+void pd_summary_print(const pd_model *model, pd_print_fn print, void *user)
+{
+    pdi_summary s;
+    pd_budget budget;
+    size_t bytes = 0;
+    if (!print) return;
+    s.model = model;
+    s.print = print;
+    s.user = user;
+    pdi_summary_grid(&s);
+    pdi_summary_flow(&s);
+    pdi_summary_transport(&s);
+    pdi_summary_dissolve(&s);
+    pdi_summary_corrode(&s);
+    pdi_summary_grains(&s);
+    pdi_summary_watched(&s);
+    pdi_summary_absent(&s);
+    for (int k = 0; k < PD_PART_COUNT; k++) bytes += model->bytes[k];
+    pd_budget_estimate(model->setup, &budget);
+    pdi_summary_line(&s, "  %-12s%.3g MB, %.0f bytes a node; about %.3g MB with files and pictures", "in all",
+                     (double)bytes * 1e-6, (double)bytes / (double)(model->grid.fluid_count + model->grid.solid_count),
+                     budget.all * 1e-6);
+    for (int k = 0; k < model->setup->notes; k++) print(user, PD_PRINT_NOTE, model->setup->note[k]);
+}

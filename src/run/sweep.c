@@ -1,0 +1,503 @@
+/* sweep: see sweep.h */
+#include "run/sweep.h"
+#include "io/plot.h"
+#include "io/csv.h"
+#include <math.h>
+#include <stdio.h>
+#include <string.h>
+
+/* What a run leaves in its folder: how it ended, and its result line or message. */
+#define PDI_SWEEP_RESULT "sweep_run.txt"
+#define PDI_SWEEP_COLUMNS 64  /* figures of result lines */
+#define PDI_SWEEP_WORD 32     /* [byte] of one's name */
+#define PDI_SWEEP_LIMIT 65536 /* [byte] of a run's result */
+
+/* ---- axes ---- */
+
+static size_t pdi_sweep_blanks(const char *text) { return strspn(text, " \t"); }
+
+/* Length of the value at text: to a comma outside of parentheses, without blanks at its end. *next: behind the
+ * comma, or the end. */
+static size_t pdi_sweep_item(const char *text, const char **next)
+{
+    size_t at = 0, length;
+    for (int depth = 0; text[at] && (depth > 0 || text[at] != ','); at++)
+        depth += (text[at] == '(') - (text[at] == ')');
+    *next = text[at] ? text + at + 1 : text + at;
+    for (length = at; length > 0 && pdi_sweep_blanks(text + length - 1) > 0; length--) continue;
+    return length;
+}
+
+static size_t pdi_sweep_digits(const char *text, size_t length)
+{
+    size_t at = 0;
+    while (at < length && text[at] >= '0' && text[at] <= '9') at++;
+    return at;
+}
+
+/* Length of the number that text[0..length) begins with, whatever the locale; 0: there is none. */
+static size_t pdi_sweep_number(const char *text, size_t length)
+{
+    size_t at = length > 0 && (*text == '-' || *text == '+'), digits = pdi_sweep_digits(text + at, length - at), more;
+    at += digits;
+    if (at < length && text[at] == '.') {
+        more = pdi_sweep_digits(text + at + 1, length - at - 1);
+        digits += more;
+        at += 1 + more;
+    }
+    if (digits == 0) return 0;
+    if (at + 1 >= length || (text[at] != 'e' && text[at] != 'E')) return at;
+    size_t sign = text[at + 1] == '-' || text[at + 1] == '+';
+    more = pdi_sweep_digits(text + at + 1 + sign, length - at - 1 - sign);
+    return more > 0 ? at + 1 + sign + more : at;
+}
+
+static pd_status pdi_sweep_refuse(pd_ctx *ctx, const char *axis, const char *why)
+{
+    return pdi_fail(ctx, PD_ERR_ARGUMENT, "--sweep", "found '%.200s', expected %s, such as mean=0.01,0.05,0.2 m/s",
+                    axis, why);
+}
+
+/* How many values, and in unit[PD_SWEEP_VALUE] what stands behind the last one when all are numbers and none before
+ * it has a unit; "": nothing. */
+static int pdi_sweep_values(const char *values, char *unit)
+{
+    int count = 0, plain = 1, more = 1;
+    *unit = '\0';
+    for (const char *at = values, *next; more; at = next, count++) {
+        at += pdi_sweep_blanks(at);
+        size_t length = pdi_sweep_item(at, &next), number = pdi_sweep_number(at, length);
+        more = next > at && next[-1] == ',';
+        plain = plain && number > 0 && (number == length || !more);
+        while (number < length && pdi_sweep_blanks(at + number) > 0) number++;
+        if (!more && plain && length - number < PD_SWEEP_VALUE)
+            snprintf(unit, PD_SWEEP_VALUE, "%.*s", (int)(length - number), at + number);
+    }
+    return count;
+}
+
+/* Append to text[PD_SWEEP_VALUE], as far as there is room. */
+static void pdi_sweep_append(char *text, const char *part, size_t length)
+{
+    size_t used = strlen(text);
+    if (length > PD_SWEEP_VALUE - 1 - used) length = PD_SWEEP_VALUE - 1 - used;
+    memcpy(text + used, part, length);
+    text[used + length] = '\0';
+}
+
+static pd_status pdi_sweep_axis(pd_ctx *ctx, const char *text, pd_sweep_axis *axis)
+{
+    char unit[PD_SWEEP_VALUE];
+    const char *equal = strchr(text, '='), *at, *next;
+    size_t key = equal ? (size_t)(equal - text) : 0, blanks;
+    while (key > 0 && pdi_sweep_blanks(text + key - 1) > 0) key--;
+    blanks = pdi_sweep_blanks(text);
+    if (key <= blanks) return pdi_sweep_refuse(ctx, text, "key = value, value, ...");
+    text += blanks;
+    key -= blanks;
+    axis->count = pdi_sweep_values(equal + 1, unit);
+    if (key + strlen(unit) + 4 > sizeof axis->name) return pdi_sweep_refuse(ctx, text, "a shorter key and unit");
+    pdi_sweep_append(axis->name, text, key);
+    if (*unit) {
+        pdi_sweep_append(axis->name, " [", 2);
+        pdi_sweep_append(axis->name, unit, strlen(unit));
+        pdi_sweep_append(axis->name, "]", 1);
+    }
+    if (axis->count > PD_SWEEP_RUNS) return pdi_sweep_refuse(ctx, text, "fewer values");
+    axis->bare = (int)strlen(unit);
+    PDI_TRY(PDI_NEW(ctx, "sweep", axis->count * PD_SWEEP_VALUE, axis->text));
+    at = equal + 1;
+    for (int k = 0; k < axis->count; k++, at = next) {
+        at += pdi_sweep_blanks(at);
+        size_t length = pdi_sweep_item(at, &next), number = pdi_sweep_number(at, length);
+        char *value = axis->text + (size_t)k * PD_SWEEP_VALUE;
+        if (length == 0) return pdi_sweep_refuse(ctx, text, "a value before and behind each comma");
+        if (key + length + strlen(unit) + 3 > PD_SWEEP_VALUE) return pdi_sweep_refuse(ctx, text, "shorter values");
+        pdi_sweep_append(value, text, key);
+        pdi_sweep_append(value, "=", 1);
+        pdi_sweep_append(value, at, *unit ? number : length);
+        if (*unit) pdi_sweep_append(value, " ", 1);
+        pdi_sweep_append(value, unit, strlen(unit));
+    }
+    return PD_OK;
+}
+
+/* ---- runs ---- */
+
+/* "key=value" of an axis in run `index`. */
+static const char *pdi_sweep_value(const pd_sweep *s, int index, int axis)
+{
+    for (int k = s->axes - 1; k > axis; k--) index /= s->axis[k].count;
+    return s->axis[axis].text + (size_t)(index % s->axis[axis].count) * PD_SWEEP_VALUE;
+}
+
+static pd_status pdi_sweep_read(pd_ctx *ctx, const pd_sweep *s, int index, pd_setup *setup)
+{
+    const char *overrides[PD_SWEEP_OVERRIDES + PD_SWEEP_AXES];
+    int count = 0;
+    for (; count < s->desc.count; count++) overrides[count] = s->desc.overrides[count];
+    for (int k = 0; k < s->axes; k++) overrides[count++] = pdi_sweep_value(s, index, k);
+    return pd_scene_read(ctx, s->desc.scene, overrides, count, setup);
+}
+
+static pd_status pdi_sweep_axes(pd_ctx *ctx, const pd_sweep_desc *desc, pd_sweep *s)
+{
+    if (desc->axis_count < 1 || desc->axis_count > PD_SWEEP_AXES || desc->count > PD_SWEEP_OVERRIDES)
+        return pdi_fail(ctx, PD_ERR_ARGUMENT, "--sweep",
+                        "found %d sweeps and %d overrides, expected 1 to %d and at most %d", desc->axis_count,
+                        desc->count, PD_SWEEP_AXES, PD_SWEEP_OVERRIDES);
+    s->runs = 1;
+    for (int k = 0; k < desc->axis_count; k++) {
+        s->axes++;
+        PDI_TRY(pdi_sweep_axis(ctx, desc->axes[k], &s->axis[k]));
+        for (int before = 0; before < k; before++) {
+            size_t length = strcspn(s->axis[k].text, "=") + 1;
+            if (strncmp(s->axis[k].text, s->axis[before].text, length) == 0)
+                return pdi_sweep_refuse(ctx, desc->axes[k], "each key once");
+        }
+        s->runs *= s->axis[k].count;
+        if (s->runs > PD_SWEEP_RUNS)
+            return pdi_fail(ctx, PD_ERR_ARGUMENT, "--sweep", "found more than %d runs, expected fewer values",
+                            PD_SWEEP_RUNS);
+    }
+    return PD_OK;
+}
+
+/* The folder of a run, and the file with its result. */
+static pd_status pdi_sweep_paths(pd_ctx *ctx, const pd_sweep *s, int index, char *folder, char *result)
+{
+    char name[32];
+    snprintf(name, sizeof name, "run%03d", index + 1);
+    PDI_TRY(pd_file_join(ctx, s->folder, name, folder));
+    return pd_file_join(ctx, folder, PDI_SWEEP_RESULT, result);
+}
+
+static pd_status pdi_sweep_scenes(pd_ctx *ctx, pd_sweep *s)
+{
+    for (int index = 0; index < s->runs; index++) {
+        pd_setup setup;
+        PDI_TRY(pdi_sweep_read(ctx, s, index, &setup));
+        memcpy(s->name, setup.name, sizeof s->name);
+        if (!s->desc.folder) memcpy(s->folder, setup.folder, sizeof s->folder);
+        s->loses = s->loses || pdi_setup_loses(&setup);
+        pd_setup_free(ctx, &setup);
+    }
+    for (int index = 0; index < s->runs; index++) {
+        char folder[PD_PATH_SIZE], path[PD_PATH_SIZE];
+        PDI_TRY(pdi_sweep_paths(ctx, s, index, folder, path));
+        pdi_file_remove(path);
+    }
+    return PD_OK;
+}
+
+pd_status pd_sweep_build(pd_ctx *ctx, const pd_sweep_desc *desc, pd_sweep *s)
+{
+    memset(s, 0, sizeof *s);
+    s->desc = *desc;
+    pd_status status = pdi_sweep_axes(ctx, desc, s);
+    if (status == PD_OK && desc->folder) status = pd_file_join(ctx, "", desc->folder, s->folder);
+    if (status == PD_OK) status = pdi_sweep_scenes(ctx, s);
+    if (status < 0) pd_sweep_free(ctx, s);
+    return status;
+}
+
+void pd_sweep_label(const pd_sweep *s, int index, char *text, size_t size)
+{
+    if (size == 0) return;
+    snprintf(text, size, "run%03d", index + 1);
+    for (int k = 0; k < s->axes; k++) {
+        size_t used = strlen(text);
+        snprintf(text + used, size - used, " %s", pdi_sweep_value(s, index, k));
+    }
+}
+
+/* A line for how it ended, one for the rest. */
+static pd_status pdi_sweep_leave(pd_ctx *ctx, const char *path, const char *ended, const char *text)
+{
+    pd_file file;
+    memset(&file, 0, sizeof file);
+    pd_status status = pdi_file_create(ctx, path, &file);
+    if (status == PD_OK) status = pdi_file_text(ctx, &file, ended);
+    if (status == PD_OK) status = pdi_file_text(ctx, &file, "\n");
+    if (status == PD_OK) status = pdi_file_text(ctx, &file, text);
+    if (status == PD_OK) status = pdi_file_text(ctx, &file, "\n");
+    if (status == PD_OK) return pdi_file_commit(ctx, &file);
+    pdi_file_abandon(&file);
+    return status;
+}
+
+pd_status pd_sweep_run(pd_ctx *ctx, const pd_sweep *s, int index, const pd_run_desc *desc)
+{
+    char folder[PD_PATH_SIZE], path[PD_PATH_SIZE], text[PD_MESSAGE_SIZE + 1024];
+    pd_setup setup;
+    pd_run_desc one = *desc;
+    pd_run_result result;
+    PDI_TRY(pdi_sweep_paths(ctx, s, index, folder, path));
+    PDI_TRY(pd_file_make_directory(ctx, folder));
+    PDI_TRY(pdi_sweep_leave(ctx, path, "failed", "ended without a result")); /* as long as there is none */
+    PDI_TRY(pdi_sweep_read(ctx, s, index, &setup));
+    one.folder = folder;
+    pd_status status = pd_run(ctx, &setup, &one, &result);
+    pd_setup_free(ctx, &setup);
+    if (status < 0) {
+        pd_ctx told = *ctx; /* the message is that of the run */
+        snprintf(text, sizeof text, "%s", ctx->message);
+        pdi_sweep_leave(&told, path, "failed", text);
+        return status;
+    }
+    pd_run_line(&result, text, sizeof text);
+    if (result.stopped) snprintf(text, sizeof text, "stopped at t = %g s", result.time);
+    PDI_TRY(pdi_sweep_leave(ctx, path, result.stopped ? "stopped" : "done", text));
+    if (desc->print && !result.stopped) desc->print(desc->print_user, PD_PRINT_RESULT, text);
+    return result.stopped ? PD_RETRY : status;
+}
+
+/* ---- table ---- */
+
+/* What all runs left. */
+typedef struct pdi_sweep_rows {
+    char **text;      /* [runs] "done\nresult ...\n"; NULL: nothing */
+    size_t *size;     /* [runs] */
+    char name[PDI_SWEEP_COLUMNS][PDI_SWEEP_WORD];
+    int columns;
+} pdi_sweep_rows;
+
+static const char pdi_sweep_silent[] = "stopped\nnot begun\n";
+
+static const char *pdi_sweep_text(const pdi_sweep_rows *rows, int index)
+{
+    return rows->text[index] ? rows->text[index] : pdi_sweep_silent;
+}
+
+/* Length of "key" of the next "key=value" at *at, which moves there; 0: there is none. */
+static size_t pdi_sweep_pair(const char **at)
+{
+    for (; **at; *at += strcspn(*at, " \n")) {
+        *at += strspn(*at, " \n");
+        size_t key = strcspn(*at, "= \n");
+        if (key > 0 && (*at)[key] == '=') return key;
+    }
+    return 0;
+}
+
+/* Names of the figures in the order in which they first appear. */
+static void pdi_sweep_names(const char *text, pdi_sweep_rows *rows)
+{
+    const char *at = text;
+    for (size_t key = pdi_sweep_pair(&at); key > 0; at += strcspn(at, " \n"), key = pdi_sweep_pair(&at)) {
+        int known = key >= PDI_SWEEP_WORD || rows->columns == PDI_SWEEP_COLUMNS || strncmp(at, "case=", 5) == 0;
+        for (int k = 0; k < rows->columns && !known; k++)
+            known = strlen(rows->name[k]) == key && strncmp(rows->name[k], at, key) == 0;
+        if (known) continue;
+        memcpy(rows->name[rows->columns], at, key);
+        rows->name[rows->columns++][key] = '\0';
+    }
+}
+
+static pd_status pdi_sweep_collect(pd_ctx *ctx, const pd_sweep *s, pdi_sweep_rows *rows, pd_sweep_count *count)
+{
+    PDI_TRY(PDI_NEW(ctx, "sweep", s->runs, rows->text));
+    PDI_TRY(PDI_NEW(ctx, "sweep", s->runs, rows->size));
+    for (int index = 0; index < s->runs; index++) {
+        char folder[PD_PATH_SIZE], path[PD_PATH_SIZE];
+        PDI_TRY(pdi_sweep_paths(ctx, s, index, folder, path));
+        pd_ctx quiet = *ctx;
+        pd_status status = pdi_file_read(&quiet, path, PDI_SWEEP_LIMIT, &rows->text[index], &rows->size[index]);
+        if (pdi_is_final(status)) return pdi_fail(ctx, status, "sweep", "%s", quiet.message);
+        ctx->in_use = quiet.in_use;
+        const char *text = pdi_sweep_text(rows, index);
+        int done = strncmp(text, "done\n", 5) == 0, stopped = strncmp(text, "stopped\n", 8) == 0;
+        count->done += done;
+        count->stopped += stopped;
+        count->failed += !done && !stopped;
+        if (done) pdi_sweep_names(text + 5, rows);
+    }
+    return PD_OK;
+}
+
+/* A field in quotes where it needs them. */
+static pd_status pdi_sweep_field(pd_ctx *ctx, pd_file *file, const char *text, size_t length)
+{
+    if (!memchr(text, ',', length) && !memchr(text, '"', length) && !memchr(text, '#', length))
+        return pdi_file_write(ctx, file, text, length);
+    PDI_TRY(pdi_file_text(ctx, file, "\""));
+    for (size_t k = 0; k < length; k++) {
+        if (text[k] == '"') PDI_TRY(pdi_file_text(ctx, file, "\""));
+        PDI_TRY(pdi_file_write(ctx, file, text + k, 1));
+    }
+    return pdi_file_text(ctx, file, "\"");
+}
+
+/* Value of a figure in the result line of a run that is done; *length 0: it has none. */
+static const char *pdi_sweep_figure(const char *text, const char *name, size_t *length)
+{
+    const char *at = strchr(text, '\n');
+    *length = 0;
+    if (!at || strncmp(text, "done\n", 5) != 0) return text;
+    for (size_t key = pdi_sweep_pair(&at); key > 0; at += strcspn(at, " \n"), key = pdi_sweep_pair(&at)) {
+        if (strlen(name) != key || strncmp(at, name, key) != 0) continue;
+        *length = strcspn(at + key + 1, " \n");
+        return at + key + 1;
+    }
+    return text;
+}
+
+static pd_status pdi_sweep_row(pd_ctx *ctx, const pd_sweep *s, const pdi_sweep_rows *rows, int index, pd_file *file)
+{
+    char run[32];
+    const char *text = pdi_sweep_text(rows, index), *message = strchr(text, '\n');
+    size_t ended = strcspn(text, "\n"), length;
+    snprintf(run, sizeof run, "run%03d", index + 1);
+    PDI_TRY(pdi_file_text(ctx, file, run));
+    for (int k = 0; k < s->axes; k++) {
+        const char *value = strchr(pdi_sweep_value(s, index, k), '=') + 1;
+        length = strlen(value) - (size_t)s->axis[k].bare;
+        while (s->axis[k].bare && length > 0 && value[length - 1] == ' ') length--;
+        PDI_TRY(pdi_file_text(ctx, file, ","));
+        PDI_TRY(pdi_sweep_field(ctx, file, value, length));
+    }
+    PDI_TRY(pdi_file_text(ctx, file, ","));
+    PDI_TRY(pdi_file_write(ctx, file, text, ended));
+    for (int k = 0; k < rows->columns; k++) {
+        const char *value = pdi_sweep_figure(text, rows->name[k], &length);
+        PDI_TRY(pdi_file_text(ctx, file, ","));
+        PDI_TRY(pdi_sweep_field(ctx, file, value, length));
+    }
+    PDI_TRY(pdi_file_text(ctx, file, ","));
+    int told = message && strncmp(text, "done\n", 5) != 0;
+    if (told) PDI_TRY(pdi_sweep_field(ctx, file, message + 1, strcspn(message + 1, "\n")));
+    return pdi_file_text(ctx, file, "\n");
+}
+
+static pd_status pdi_sweep_lines(pd_ctx *ctx, const pd_sweep *s, const pdi_sweep_rows *rows, pd_file *file)
+{
+    PDI_TRY(pdi_file_text(ctx, file, "# a run in each row: its values, how it ended, the figures of its result\n"));
+    PDI_TRY(pdi_file_text(ctx, file, "run"));
+    for (int k = 0; k < s->axes; k++) {
+        PDI_TRY(pdi_file_text(ctx, file, ","));
+        PDI_TRY(pdi_sweep_field(ctx, file, s->axis[k].name, strlen(s->axis[k].name)));
+    }
+    PDI_TRY(pdi_file_text(ctx, file, ",status"));
+    for (int k = 0; k < rows->columns; k++) {
+        /* a swept key may have the name of a figure */
+        PDI_TRY(pdi_file_text(ctx, file, ",result_"));
+        PDI_TRY(pdi_file_text(ctx, file, rows->name[k]));
+    }
+    PDI_TRY(pdi_file_text(ctx, file, ",message\n"));
+    for (int index = 0; index < s->runs; index++) PDI_TRY(pdi_sweep_row(ctx, s, rows, index, file));
+    return PD_OK;
+}
+
+static pd_status pdi_sweep_table(pd_ctx *ctx, const pd_sweep *s, const pdi_sweep_rows *rows)
+{
+    char path[PD_PATH_SIZE];
+    pd_file file;
+    memset(&file, 0, sizeof file);
+    PDI_TRY(pd_file_join(ctx, s->folder, "sweep.csv", path));
+    PDI_TRY(pdi_file_create(ctx, path, &file));
+    pd_status status = pdi_sweep_lines(ctx, s, rows, &file);
+    if (status == PD_OK) return pdi_file_commit(ctx, &file);
+    pdi_file_abandon(&file);
+    return status;
+}
+
+/* ---- plot ---- */
+
+/* Curves of the plot, each two columns of its length. */
+typedef struct pdi_sweep_curves {
+    pd_plot plot;
+    double *data[PD_PLOT_SERIES];
+    int rows[PD_PLOT_SERIES];
+    char label[PD_PLOT_SERIES][PD_SWEEP_AXES * PD_SWEEP_VALUE];
+} pdi_sweep_curves;
+
+/* The volume loss [%] of a run over time [h]; a run without a table leaves none. */
+static pd_status pdi_sweep_curve(pd_ctx *ctx, const pd_sweep *s, int index, pdi_sweep_curves *c)
+{
+    char folder[PD_PATH_SIZE], path[PD_PATH_SIZE], label[PD_SWEEP_AXES * PD_SWEEP_VALUE];
+    pd_table table;
+    pd_ctx quiet;
+    int k = c->plot.count;
+    memset(&table, 0, sizeof table);
+    PDI_TRY(pdi_sweep_paths(ctx, s, index, folder, path));
+    PDI_TRY(pd_file_join(ctx, folder, "diagnostics.csv", path));
+    quiet = *ctx;
+    pd_status status = pd_table_read(&quiet, path, &table);
+    ctx->in_use = quiet.in_use;
+    if (status < 0 || table.rows < 2) {
+        pd_table_free(ctx, &table);
+        return PD_OK;
+    }
+    c->rows[k] = table.rows;
+    status = PDI_NEW(ctx, "sweep", 2 * table.rows, c->data[k]);
+    if (status == PD_OK) status = pd_table_column(ctx, &table, "time_h", c->data[k]);
+    if (status == PD_OK) status = pd_table_column(ctx, &table, "volume_loss", c->data[k] + table.rows);
+    pd_table_free(ctx, &table);
+    PDI_TRY(status);
+    for (int row = 0; row < c->rows[k]; row++) c->data[k][c->rows[k] + row] *= 100.0;
+    pd_sweep_label(s, index, label, sizeof label);
+    snprintf(c->label[k], sizeof c->label[k], "%s", label + strcspn(label, " ") + 1);
+    c->plot.series[k].name = c->label[k];
+    c->plot.series[k].x = c->data[k];
+    c->plot.series[k].y = c->data[k] + c->rows[k];
+    c->plot.series[k].count = c->rows[k];
+    c->plot.series[k].stroke = k < PD_PLOT_SERIES / 2 ? PD_STROKE_LINE : PD_STROKE_DASHED;
+    c->plot.count++;
+    return PD_OK;
+}
+
+/* With more runs than curves fit in, evenly chosen ones. */
+static pd_status pdi_sweep_draw(pd_ctx *ctx, const pd_sweep *s, pdi_sweep_curves *c)
+{
+    char path[PD_PATH_SIZE], title[PD_SETUP_NAME + 64];
+    int curves = s->runs < PD_PLOT_SERIES ? s->runs : PD_PLOT_SERIES;
+    for (int k = 0; k < curves; k++)
+        PDI_TRY(pdi_sweep_curve(ctx, s, curves > 1 ? k * (s->runs - 1) / (curves - 1) : 0, c));
+    if (c->plot.count == 0) return PD_OK;
+    snprintf(title, sizeof title, "%s", s->name);
+    if (c->plot.count < s->runs) snprintf(title, sizeof title, "%s: %d of %d runs", s->name, c->plot.count, s->runs);
+    c->plot.title = title;
+    c->plot.x_label = "t [h]";
+    c->plot.y_label = "volume loss [%]";
+    PDI_TRY(pd_file_join(ctx, s->folder, "sweep.png", path));
+    return pd_plot_write(ctx, path, &c->plot);
+}
+
+static pd_status pdi_sweep_plot(pd_ctx *ctx, const pd_sweep *s)
+{
+    pdi_sweep_curves *c = NULL;
+    if (!s->loses) return PD_OK;
+    PDI_TRY(PDI_NEW(ctx, "sweep", 1, c));
+    pd_status status = pdi_sweep_draw(ctx, s, c);
+    for (int k = 0; k < PD_PLOT_SERIES; k++) PDI_DELETE(ctx, 2 * c->rows[k], c->data[k]);
+    PDI_DELETE(ctx, 1, c);
+    return status;
+}
+
+pd_status pd_sweep_write(pd_ctx *ctx, const pd_sweep *s, pd_sweep_count *count)
+{
+    pdi_sweep_rows rows;
+    memset(&rows, 0, sizeof rows);
+    memset(count, 0, sizeof *count);
+    pd_status status = pd_file_make_directory(ctx, s->folder);
+    if (status == PD_OK) status = pdi_sweep_collect(ctx, s, &rows, count);
+    if (status == PD_OK) status = pdi_sweep_table(ctx, s, &rows);
+    if (status == PD_OK) status = pdi_sweep_plot(ctx, s);
+    for (int k = 0; k < s->runs && rows.text; k++)
+        if (rows.text[k]) PDI_DELETE(ctx, rows.size[k] + 1, rows.text[k]);
+    PDI_DELETE(ctx, s->runs, rows.text);
+    PDI_DELETE(ctx, s->runs, rows.size);
+    return status;
+}
+
+void pd_sweep_free(pd_ctx *ctx, pd_sweep *s)
+{
+    for (int k = 0; k < s->axes; k++)
+        PDI_DELETE(ctx, s->axis[k].count * PD_SWEEP_VALUE, s->axis[k].text);
+    memset(s, 0, sizeof *s);
+}
+
+#undef PDI_SWEEP_RESULT
+#undef PDI_SWEEP_COLUMNS
+#undef PDI_SWEEP_WORD
+#undef PDI_SWEEP_LIMIT

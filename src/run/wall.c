@@ -1,0 +1,82 @@
+/* wall: see wall.h */
+#include "run/wall.h"
+#include <math.h>
+
+/* Distance in cells at which a point lies on a side: rounding. */
+#define PDI_WALL_NEAR 1e-6
+
+static int pdi_wall_on(const pd_setup *u, int side, const double *x)
+{
+    int d = side / 2;
+    double edge = side % 2 ? u->hi[d] : u->lo[d];
+    return u->side[side].kind == PD_SIDE_WALL && fabs(x[d] - edge) < PDI_WALL_NEAR * u->h[d];
+}
+
+int pd_wall_moves(const pd_setup *u)
+{
+    for (int s = 0; s < 2 * PD_DIM; s++)
+        if (u->side[s].slides) return 1;
+    return 0;
+}
+
+int pd_wall_holds(const pd_setup *u)
+{
+    for (int s = 0; s < 2 * PD_DIM; s++)
+        if (u->side[s].holds) return 1;
+    for (int k = 0; k < u->wall_count; k++)
+        if (u->walls[k].holds) return 1;
+    return 0;
+}
+
+void pd_wall_velocity(void *user, const double *x, double *v)
+{
+    const pd_inlet *inlet = (const pd_inlet *)user;
+    const pd_setup *u = inlet->setup;
+    int met = 0;
+    for (int d = 0; d < PD_DIM; d++) v[d] = 0.0;
+    for (int s = 0; s < 2 * PD_DIM; s++) {
+        if (!pdi_wall_on(u, s, x)) continue;
+        met++;
+        for (int d = 0; d < PD_DIM && u->side[s].slides; d++)
+            v[d] += pdi_setup_eval(&u->side[s].slide[d], x, inlet->time);
+    }
+    for (int d = 0; d < PD_DIM && met > 1; d++) v[d] /= met;
+}
+
+/* What a wall holds: below zero where the expression has no value, which none may hold. */
+static double pdi_wall_value(const pd_expr *held, const double *x, double t)
+{
+    double c = pdi_setup_eval(held, x, t);
+    return isnan(c) ? -HUGE_VAL : c;
+}
+
+/* What the nearest shape holds: x lies within a cell of its surface. */
+static double pdi_wall_shape(const pd_setup *u, const double *x, double t)
+{
+    const pd_setup_wall *found = NULL;
+    double nearest = 0.0;
+    for (int d = 0; d < PD_DIM; d++) nearest = fmax(nearest, u->h[d]);
+    if (u->solid >= 0) nearest = fmin(nearest, fabs(pd_shape_distance(u->shape, u->solid, x)));
+    for (int k = 0; k < u->wall_count; k++) {
+        double distance = fabs(pd_shape_distance(u->shape, u->walls[k].shape, x));
+        if (!(distance < nearest)) continue;
+        nearest = distance;
+        found = &u->walls[k];
+    }
+    return found && found->holds ? pdi_wall_value(&found->held, x, t) : (double)NAN;
+}
+
+double pd_wall_held(void *user, const double *x)
+{
+    const pd_inlet *inlet = (const pd_inlet *)user;
+    const pd_setup *u = inlet->setup;
+    int side = 0;
+    for (int s = 0; s < 2 * PD_DIM; s++) {
+        if (!pdi_wall_on(u, s, x)) continue;
+        if (u->side[s].holds) return pdi_wall_value(&u->side[s].held, x, inlet->time);
+        side = 1;
+    }
+    return side ? (double)NAN : pdi_wall_shape(u, x, inlet->time);
+}
+
+#undef PDI_WALL_NEAR

@@ -1,0 +1,105 @@
+/* curve: see curve.h */
+#include "scene/curve.h"
+#include <math.h>
+#include <string.h>
+
+#define PDI_CURVE_STEEPEST 1e150 /* products of slopes stay finite */
+#define PDI_CURVE_BEYOND 1e-5    /* of the length */
+
+PDI_FN const char *pdi_curve_wrong(const double *x, const double *y, int k)
+{
+    if (!(fabs(x[k]) < PDI_CURVE_STEEPEST) || !(fabs(y[k]) < PDI_CURVE_STEEPEST)) return "expected finite values";
+    if (k == 0) return NULL;
+    if (!(x[k] > x[k - 1])) return "expected ascending values";
+    if (!(fabs((y[k] - y[k - 1]) / (x[k] - x[k - 1])) < PDI_CURVE_STEEPEST)) return "expected a finite slope";
+    return NULL;
+}
+
+/* A slope with the sign of both secants, at most three times the smaller one; else none. */
+static double pdi_curve_cut(double slope, double a, double b)
+{
+    double sign = a > 0.0 ? 1.0 : -1.0, least = fmin(sign * a, sign * b);
+    if (!(least > 0.0) || !(sign * slope > 0.0)) return 0.0;
+    return sign * fmin(sign * slope, 3.0 * least);
+}
+
+/* Slope at the first point of the parabola through it and two more: steps and secants from it on. */
+static double pdi_curve_end(double step, double next_step, double secant, double next_secant)
+{
+    return secant + (secant - next_secant) * (step / (step + next_step));
+}
+
+static void pdi_curve_slopes(pd_curve *c)
+{
+    const double *x = c->x, *y = c->y;
+    int last = c->count - 1;
+    double first = (y[1] - y[0]) / (x[1] - x[0]), before = first;
+    if (last == 1) {
+        c->slope[0] = c->slope[1] = first;
+        return;
+    }
+    for (int k = 1; k < last; k++) {
+        double left = x[k] - x[k - 1], right = x[k + 1] - x[k], after = (y[k + 1] - y[k]) / right;
+        double parabola = before + (after - before) * (left / (left + right));
+        if (k == 1) c->slope[0] = pdi_curve_cut(pdi_curve_end(left, right, before, after), before, before);
+        if (k == last - 1) c->slope[last] = pdi_curve_cut(pdi_curve_end(right, left, after, before), after, after);
+        c->slope[k] = pdi_curve_cut(parabola, before, after);
+        before = after;
+    }
+}
+
+pd_status pd_curve_build(pd_ctx *ctx, const double *x, const double *y, int count, int strict, pd_curve *c)
+{
+    memset(c, 0, sizeof *c);
+    if (count < 2) return pdi_fail(ctx, PD_ERR_ARGUMENT, "curve", "found %d point%s, expected at least 2", count,
+                                   count == 1 ? "" : "s");
+    for (int k = 0; k < count; k++) {
+        const char *wrong = pdi_curve_wrong(x, y, k);
+        if (wrong)
+            return pdi_fail(ctx, PD_ERR_ARGUMENT, "curve", "point %d: found x = %g, y = %g, %s", k, x[k], y[k], wrong);
+    }
+    c->count = count;
+    c->strict = strict;
+    pd_status status = PDI_NEW(ctx, "curve", count, c->x);
+    if (status == PD_OK) status = PDI_NEW(ctx, "curve", count, c->y);
+    if (status == PD_OK) status = PDI_NEW(ctx, "curve", count, c->slope);
+    if (status < 0) {
+        pd_curve_free(ctx, c);
+        return status;
+    }
+    memcpy(c->x, x, (size_t)count * sizeof *x);
+    memcpy(c->y, y, (size_t)count * sizeof *y);
+    pdi_curve_slopes(c);
+    return PD_OK;
+}
+
+void pd_curve_free(pd_ctx *ctx, pd_curve *c)
+{
+    PDI_DELETE(ctx, c->count, c->x);
+    PDI_DELETE(ctx, c->count, c->y);
+    PDI_DELETE(ctx, c->count, c->slope);
+    memset(c, 0, sizeof *c);
+}
+
+double pd_curve_eval(const pd_curve *c, double x)
+{
+    int low = 0, high = c->count - 1;
+    if (high < 1 || x != x) return (double)NAN;
+    double beyond = PDI_CURVE_BEYOND * (c->x[high] - c->x[0]);
+    if (c->strict && (x < c->x[0] - beyond || x > c->x[high] + beyond)) return (double)NAN;
+    if (x <= c->x[0]) return c->y[0];
+    if (x >= c->x[high]) return c->y[high];
+    while (high - low > 1) {
+        int middle = low + (high - low) / 2;
+        if (c->x[middle] <= x) low = middle;
+        else high = middle;
+    }
+    double step = c->x[high] - c->x[low], far = x - c->x[low], t = far / step;
+    double secant = (c->y[high] - c->y[low]) / step, a = c->slope[low], b = c->slope[high];
+    double y = c->y[low] + far * (a + t * ((3.0 * secant - 2.0 * a - b) + t * (a + b - 2.0 * secant)));
+    /* rounding may not leave the piece */
+    return fmin(fmax(y, fmin(c->y[low], c->y[high])), fmax(c->y[low], c->y[high]));
+}
+
+#undef PDI_CURVE_STEEPEST
+#undef PDI_CURVE_BEYOND

@@ -1,0 +1,763 @@
+/* expr: see expr.h. Recursive descent that emits the code directly; an operation whose operands are all constants is
+ * folded at once, so that a constant expression is one instruction. */
+#include "scene/expr.h"
+#include <math.h>
+#include <stdarg.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#define PDI_EXPR_STACK 64 /* operands that wait at the same time */
+
+typedef enum pdi_expr_rule {
+    PDI_EXPR_PLAIN,  /* plain numbers to a plain number */
+    PDI_EXPR_KEEP,   /* dimension of the operand */
+    PDI_EXPR_ROOT,   /* half its exponents */
+    PDI_EXPR_ALIKE,  /* operands alike, result too */
+    PDI_EXPR_RATIO,  /* operands alike, result a plain number */
+    PDI_EXPR_POWER,
+    PDI_EXPR_CHOICE  /* plain, then two alike */
+} pdi_expr_rule;
+
+/* X(name, operands, rule, value of the operands a[0], a[1], a[2]) */
+#define PDI_EXPR_FUNCTIONS(X) \
+    X(sin, 1, PDI_EXPR_PLAIN, sin(a[0])) \
+    X(cos, 1, PDI_EXPR_PLAIN, cos(a[0])) \
+    X(tan, 1, PDI_EXPR_PLAIN, tan(a[0])) \
+    X(exp, 1, PDI_EXPR_PLAIN, exp(a[0])) \
+    X(log, 1, PDI_EXPR_PLAIN, log(a[0])) \
+    X(log10, 1, PDI_EXPR_PLAIN, log10(a[0])) \
+    X(tanh, 1, PDI_EXPR_PLAIN, tanh(a[0])) \
+    X(sinh, 1, PDI_EXPR_PLAIN, sinh(a[0])) \
+    X(cosh, 1, PDI_EXPR_PLAIN, cosh(a[0])) \
+    X(atan, 1, PDI_EXPR_PLAIN, atan(a[0])) \
+    X(erf, 1, PDI_EXPR_PLAIN, erf(a[0])) \
+    X(floor, 1, PDI_EXPR_PLAIN, floor(a[0])) \
+    X(abs, 1, PDI_EXPR_KEEP, fabs(a[0])) \
+    X(sqrt, 1, PDI_EXPR_ROOT, sqrt(a[0])) \
+    X(min, 2, PDI_EXPR_ALIKE, a[1] < a[0] || a[1] != a[1] ? a[1] : a[0]) \
+    X(max, 2, PDI_EXPR_ALIKE, a[1] > a[0] || a[1] != a[1] ? a[1] : a[0]) \
+    X(atan2, 2, PDI_EXPR_RATIO, atan2(a[0], a[1])) \
+    X(pow, 2, PDI_EXPR_POWER, pow(a[0], a[1])) \
+    X(if, 3, PDI_EXPR_CHOICE, a[0] != 0 ? a[1] : a[2])
+
+typedef enum pdi_expr_op {
+    PDI_EXPR_CONST,
+    PDI_EXPR_VAR,
+    PDI_EXPR_TABLE,
+    PDI_EXPR_NEG,
+    PDI_EXPR_ADD,
+    PDI_EXPR_SUB,
+    PDI_EXPR_MUL,
+    PDI_EXPR_DIV,
+    PDI_EXPR_LT,
+    PDI_EXPR_GT,
+    PDI_EXPR_LE,
+    PDI_EXPR_GE,
+    PDI_EXPR_FIRST_FUNCTION,
+    PDI_EXPR_BEFORE_FUNCTIONS = PDI_EXPR_FIRST_FUNCTION - 1,
+#define PDI_X(name, operands, rule, value) PDI_EXPR_OP_##name,
+    PDI_EXPR_FUNCTIONS(PDI_X)
+#undef PDI_X
+    PDI_EXPR_OPS
+} pdi_expr_op;
+
+typedef struct pdi_expr_function {
+    const char *name;
+    int operands;
+    pdi_expr_rule rule;
+} pdi_expr_function;
+
+static const pdi_expr_function pdi_expr_functions[] = {
+#define PDI_X(name, operands, rule, value) {#name, operands, rule},
+    PDI_EXPR_FUNCTIONS(PDI_X)
+#undef PDI_X
+};
+
+static const pd_expr_symbol pdi_expr_builtin[] = {
+    {"pi", "", 3.14159265358979323846}, {"R", "J/mol/K", 8.31446261815324}, {"F", "C/mol", 96485.3321233100}};
+
+#define PDI_EXPR_BUILTINS 3
+
+/* What is known of a subexpression while compiling. */
+typedef struct pdi_expr_type {
+    pd_dims dims;
+    int zero;  /* made of the literal 0 alone: fits any dimension */
+    size_t at; /* where it starts */
+} pdi_expr_type;
+
+typedef struct pdi_expr_parser {
+    pd_ctx *ctx;
+    const pd_expr_desc *desc;
+    const char *text;
+    size_t at;
+    int nesting, stack;
+    int code_count, value_count;
+    uint32_t uses;
+    int32_t code[PD_EXPR_CODE];
+    double value[PD_EXPR_CODE];
+} pdi_expr_parser;
+
+static pd_status pdi_expr_compare(pdi_expr_parser *p, pdi_expr_type *type);
+static pd_status pdi_expr_unary(pdi_expr_parser *p, pdi_expr_type *type);
+
+PDI_FN void pdi_expr_quote(const char *found, char *text)
+{
+    size_t n = pdi_units_word(found);
+    if (n > 40) n = 40;
+    unsigned char c = (unsigned char)found[0];
+    if (c == '\0' || c == '\n' || c == '\r') {
+        snprintf(text, PD_UNITS_TEXT, "the end");
+    } else if (c < 0x20 || c >= 0x7f) {
+        snprintf(text, PD_UNITS_TEXT, "byte 0x%02x", (unsigned)c);
+    } else {
+        size_t k = 0;
+        if (n == 0)
+            while (n < 20 && (pdi_units_digit(found[n]) || found[n] == '.')) n++;
+        if (n == 0) n = found[1] == '=' && strchr("<>=!", c) ? 2 : 1;
+        text[k++] = '\'';
+        for (size_t i = 0; i < n; i++) text[k++] = (unsigned char)found[i] < 0x80 ? found[i] : '?';
+        text[k++] = '\'';
+        text[k] = '\0';
+    }
+}
+
+static pd_status pdi_expr_error(pdi_expr_parser *p, size_t at, const char *format, ...) PD_PRINTF_LIKE(3, 4);
+
+static pd_status pdi_expr_error(pdi_expr_parser *p, size_t at, const char *format, ...)
+{
+    char message[PD_MESSAGE_SIZE];
+    int column = (p->desc->column > 0 ? p->desc->column : 1) + (int)at;
+    va_list args;
+    va_start(args, format);
+    vsnprintf(message, sizeof message, format, args);
+    va_end(args);
+    return pdi_fail(p->ctx, PD_ERR_PARSE, p->desc->where ? p->desc->where : "expr", "column %d: %s", column, message);
+}
+
+static pd_status pdi_expr_unexpected(pdi_expr_parser *p, const char *expected)
+{
+    char found[PD_UNITS_TEXT];
+    pdi_expr_quote(p->text + p->at, found);
+    return pdi_expr_error(p, p->at, "found %s, expected %s", found, expected);
+}
+
+static void pdi_expr_blanks(pdi_expr_parser *p)
+{
+    while (pdi_units_blank(p->text[p->at]) || p->text[p->at] == '\n') p->at++;
+}
+
+static int pdi_expr_is_plain(const pdi_expr_type *type)
+{
+    pd_dims none;
+    memset(&none, 0, sizeof none);
+    return type->zero || pd_units_same(&type->dims, &none);
+}
+
+/* ---- code ---- */
+
+static double pdi_expr_apply(int op, const double *a)
+{
+    switch (op) {
+    case PDI_EXPR_NEG: return -a[0];
+    case PDI_EXPR_ADD: return a[0] + a[1];
+    case PDI_EXPR_SUB: return a[0] - a[1];
+    case PDI_EXPR_MUL: return a[0] * a[1];
+    case PDI_EXPR_DIV: return a[0] / a[1];
+    case PDI_EXPR_LT: return a[0] < a[1];
+    case PDI_EXPR_GT: return a[0] > a[1];
+    case PDI_EXPR_LE: return a[0] <= a[1];
+    case PDI_EXPR_GE: return a[0] >= a[1];
+#define PDI_X(name, operands, rule, value) \
+    case PDI_EXPR_OP_##name: return value;
+        PDI_EXPR_FUNCTIONS(PDI_X)
+#undef PDI_X
+    default: return NAN;
+    }
+}
+
+static int pdi_expr_operands(int op)
+{
+    if (op >= PDI_EXPR_FIRST_FUNCTION) return pdi_expr_functions[op - PDI_EXPR_FIRST_FUNCTION].operands;
+    return op == PDI_EXPR_NEG || op == PDI_EXPR_TABLE ? 1 : 2;
+}
+
+static pd_status pdi_expr_push(pdi_expr_parser *p, int op, int index)
+{
+    if (p->code_count >= PD_EXPR_CODE)
+        return pdi_expr_error(p, p->at, "the expression needs more than %d instructions", PD_EXPR_CODE);
+    if (++p->stack > PDI_EXPR_STACK)
+        return pdi_expr_error(p, p->at, "more than %d operands wait for their operator", PDI_EXPR_STACK);
+    p->code[p->code_count++] = op | index << 8;
+    return PD_OK;
+}
+
+static pd_status pdi_expr_push_const(pdi_expr_parser *p, double value)
+{
+    PDI_TRY(pdi_expr_push(p, PDI_EXPR_CONST, p->value_count));
+    p->value[p->value_count++] = value;
+    return PD_OK;
+}
+
+static int pdi_expr_last_const(const pdi_expr_parser *p, int back)
+{
+    return p->code_count >= back && (p->code[p->code_count - back] & 255) == PDI_EXPR_CONST;
+}
+
+static double pdi_expr_look_up(const pd_expr_table *table, double x) { return pd_curve_eval(table->curve, x); }
+
+/* index: of the table */
+static pd_status pdi_expr_emit_indexed(pdi_expr_parser *p, int op, int index)
+{
+    int n = pdi_expr_operands(op), fold = 1;
+    for (int k = 1; k <= n; k++) fold = fold && pdi_expr_last_const(p, k);
+    p->stack -= n;
+    if (fold) { /* operands of constants lie in order at the end of value[] */
+        p->code_count -= n;
+        p->value_count -= n;
+        const double *a = p->value + p->value_count;
+        return pdi_expr_push_const(p, op == PDI_EXPR_TABLE ? pdi_expr_look_up(&p->desc->tables[index], *a)
+                                                           : pdi_expr_apply(op, a));
+    }
+    return pdi_expr_push(p, op, index);
+}
+
+static pd_status pdi_expr_emit(pdi_expr_parser *p, int op) { return pdi_expr_emit_indexed(p, op, 0); }
+
+/* ---- dimensions ---- */
+
+/* a and b must be alike; the result goes to a. `what` names the construct: "the left side of '+'". */
+static pd_status pdi_expr_alike(pdi_expr_parser *p, pdi_expr_type *a, const pdi_expr_type *b, const char *what)
+{
+    char left[PD_UNITS_TEXT], right[PD_UNITS_TEXT];
+    if (a->zero) {
+        a->dims = b->dims;
+        a->zero = b->zero;
+        return PD_OK;
+    }
+    if (b->zero || pd_units_same(&a->dims, &b->dims)) return PD_OK;
+    pd_units_describe(&a->dims, left);
+    pd_units_describe(&b->dims, right);
+    return pdi_expr_error(p, b->at, "found %s, expected %s as %s", right, left, what);
+}
+
+static pd_status pdi_expr_plain(pdi_expr_parser *p, const pdi_expr_type *type, const char *what)
+{
+    char found[PD_UNITS_TEXT];
+    if (pdi_expr_is_plain(type)) return PD_OK;
+    pd_units_describe(&type->dims, found);
+    return pdi_expr_error(p, type->at, "found %s, expected a plain number as %s", found, what);
+}
+
+static void pdi_expr_make_plain(pdi_expr_type *type)
+{
+    memset(&type->dims, 0, sizeof type->dims);
+    type->zero = 0;
+}
+
+/* Call with the exponent compiled and the operation not yet emitted. */
+static pd_status pdi_expr_power_dims(pdi_expr_parser *p, pdi_expr_type *base, const pdi_expr_type *exponent)
+{
+    PDI_TRY(pdi_expr_plain(p, exponent, "an exponent"));
+    if (pdi_expr_is_plain(base)) {
+        pdi_expr_make_plain(base);
+        return PD_OK;
+    }
+    if (!pdi_expr_last_const(p, 1))
+        return pdi_expr_error(p, exponent->at, "the base has a dimension, so the exponent must be a constant");
+    for (int k = 0; k < 6; k++) base->dims.e[k] *= p->value[p->value_count - 1];
+    return PD_OK;
+}
+
+/* a := a * b, or a / b for sign -1 */
+static void pdi_expr_product_dims(pdi_expr_type *a, const pdi_expr_type *b, double sign)
+{
+    a->zero = a->zero || (b->zero && sign > 0);
+    for (int k = 0; k < 6; k++) a->dims.e[k] += sign * b->dims.e[k];
+}
+
+/* ---- names ---- */
+
+static int pdi_expr_index(const pd_expr_symbol *symbols, int count, const char *word, size_t size)
+{
+    for (int k = 0; k < count; k++)
+        if (strlen(symbols[k].name) == size && memcmp(symbols[k].name, word, size) == 0) return k;
+    return -1;
+}
+
+static int pdi_expr_function_index(const char *word, size_t size)
+{
+    for (int k = 0; k < PDI_EXPR_OPS - PDI_EXPR_FIRST_FUNCTION; k++)
+        if (strlen(pdi_expr_functions[k].name) == size && memcmp(pdi_expr_functions[k].name, word, size) == 0) return k;
+    return -1;
+}
+
+static int pdi_expr_table_index(const pd_expr_desc *desc, const char *word, size_t size)
+{
+    for (int k = 0; k < desc->table_count; k++)
+        if (strlen(desc->tables[k].name) == size && memcmp(desc->tables[k].name, word, size) == 0) return k;
+    return -1;
+}
+
+PDI_FN int pdi_expr_taken(const char *name)
+{
+    size_t size = strlen(name);
+    return pdi_expr_function_index(name, size) >= 0 ||
+           pdi_expr_index(pdi_expr_builtin, PDI_EXPR_BUILTINS, name, size) >= 0;
+}
+
+/* Function names are taken only before a parenthesis: "15 min" is a time. */
+static int pdi_expr_is_call(const pd_expr_desc *desc, const char *word, size_t size)
+{
+    size_t next = size;
+    while (pdi_units_blank(word[next])) next++;
+    return word[next] == '(' &&
+           (pdi_expr_function_index(word, size) >= 0 || pdi_expr_table_index(desc, word, size) >= 0);
+}
+
+static int pdi_expr_declared(const void *user, const char *word, size_t size)
+{
+    const pd_expr_desc *desc = (const pd_expr_desc *)user;
+    return pdi_expr_index(desc->vars, desc->var_count, word, size) >= 0 ||
+           pdi_expr_index(desc->consts, desc->const_count, word, size) >= 0 ||
+           pdi_expr_index(pdi_expr_builtin, PDI_EXPR_BUILTINS, word, size) >= 0 || pdi_expr_is_call(desc, word, size);
+}
+
+/* A variable that other expressions have. */
+static pd_status pdi_expr_absent(pdi_expr_parser *p, const char *found)
+{
+    char list[PD_UNITS_TEXT] = "";
+    for (int k = 0; k < p->desc->var_count && k < 8; k++)
+        snprintf(list + strlen(list), sizeof list - strlen(list), "%s%.8s", k ? ", " : "", p->desc->vars[k].name);
+    if (!list[0])
+        return pdi_expr_error(p, p->at, "found %s, expected a constant: no variable has a value here", found);
+    return pdi_expr_error(p, p->at, "found %s, expected one of %s: other variables have no value here", found,
+                          list);
+}
+
+static pd_status pdi_expr_unknown(pdi_expr_parser *p, size_t size, int as_unit)
+{
+    const pd_expr_desc *desc = p->desc;
+    const char *word = p->text + p->at;
+    char found[PD_UNITS_TEXT], hint[PD_UNITS_TEXT];
+    pdi_units_product unit;
+    const char *why;
+    pdi_units_near near_word;
+    pdi_expr_quote(word, found);
+    if (!as_unit && size == 1 && strchr("Ctxyz", *word) && (desc->var_count > 0 || *word != 'C'))
+        return pdi_expr_absent(p, found);
+    if (!as_unit && pdi_units_scan(word, pdi_expr_declared, desc, &unit, &why) > 0)
+        return pdi_expr_error(p, p->at, "found the unit %s, expected a number before it", found);
+    if (pdi_expr_function_index(word, size) >= 0 || pdi_expr_table_index(desc, word, size) >= 0)
+        return pdi_expr_error(p, p->at, "found the function %s, expected '(' after it", found);
+    pdi_units_near_init(&near_word, word, size);
+    for (int k = 0; k < desc->var_count; k++) pdi_units_offer(&near_word, desc->vars[k].name);
+    for (int k = 0; k < desc->const_count; k++) pdi_units_offer(&near_word, desc->consts[k].name);
+    for (int k = 0; k < PDI_EXPR_OPS - PDI_EXPR_FIRST_FUNCTION; k++)
+        pdi_units_offer(&near_word, pdi_expr_functions[k].name);
+    for (int k = 0; k < desc->table_count; k++) pdi_units_offer(&near_word, desc->tables[k].name);
+    if (as_unit) pdi_units_offer_units(&near_word);
+    pdi_units_hint(&near_word, hint);
+    return pdi_expr_error(p, p->at, "found %s, expected %s%s", found,
+                          as_unit ? "a unit or an operator" : "a known variable, constant or function", hint);
+}
+
+static pd_status pdi_expr_unit_dims(pdi_expr_parser *p, const pd_expr_symbol *symbol, pd_dims *dims)
+{
+    if (pd_units_parse(p->ctx, symbol->unit ? symbol->unit : "", NULL, dims) == PD_OK) return PD_OK;
+    return pdi_fail(p->ctx, PD_ERR_ARGUMENT, "expr", "the symbol '%.40s' was declared with the unit '%.40s', expected"
+                    " a unit such as m/s", symbol->name, symbol->unit);
+}
+
+/* ---- grammar ---- */
+
+/* Digits without point and an exponent: strtod then does not depend on the locale of the host program. */
+static pd_status pdi_expr_digits(pdi_expr_parser *p, double *value)
+{
+    char digits[80 + 16];
+    const char *t = p->text;
+    size_t start = p->at, at = start, n = 0;
+    long exponent = 0, shift = 0;
+    int point = 0, any = 0;
+    for (; pdi_units_digit(t[at]) || (t[at] == '.' && !point); at++) {
+        if (t[at] == '.') {
+            point = 1;
+            continue;
+        }
+        any = 1;
+        if (n >= 80) return pdi_expr_error(p, start, "found a number of more than 80 digits, expected fewer");
+        if (n > 0 || t[at] != '0') digits[n++] = t[at];
+        shift -= point;
+    }
+    if (!any) return pdi_expr_unexpected(p, "a number");
+    if (t[at] == 'e' || t[at] == 'E') {
+        size_t sign = t[at + 1] == '-' || t[at + 1] == '+';
+        if (pdi_units_digit(t[at + 1 + sign])) {
+            int minus = t[at + 1] == '-';
+            for (at += 1 + sign; pdi_units_digit(t[at]); at++)
+                if (exponent < 100000) exponent = 10 * exponent + (t[at] - '0');
+            if (minus) exponent = -exponent;
+        }
+    }
+    if (n == 0) digits[n++] = '0';
+    snprintf(digits + n, sizeof digits - n, "e%ld", exponent + shift);
+    *value = strtod(digits, NULL);
+    if (!(*value <= 1e308)) return pdi_expr_error(p, start, "found a number above 1e308, expected a smaller one");
+    p->at = at;
+    return PD_OK;
+}
+
+static pd_status pdi_expr_number(pdi_expr_parser *p, pdi_expr_type *type)
+{
+    pdi_units_product unit;
+    const char *why;
+    double value = 0;
+    PDI_TRY(pdi_expr_digits(p, &value));
+    size_t after = p->at;
+    pdi_expr_blanks(p);
+    size_t n = pdi_units_scan(p->text + p->at, pdi_expr_declared, p->desc, &unit, &why), word;
+    if (why) return pdi_expr_error(p, p->at + n, "%s", why);
+    if (n > 0) {
+        type->dims = unit.dims;
+        p->at += n;
+        return pdi_expr_push_const(p, value * unit.num / unit.den);
+    }
+    word = pdi_units_word(p->text + p->at);
+    if (word > 0 && !pdi_expr_declared(p->desc, p->text + p->at, word)) return pdi_expr_unknown(p, word, 1);
+    p->at = after;
+    type->zero = value == 0;
+    return pdi_expr_push_const(p, value);
+}
+
+static pd_status pdi_expr_enter(pdi_expr_parser *p)
+{
+    if (++p->nesting > PD_EXPR_NESTING)
+        return pdi_expr_error(p, p->at, "the expression is nested deeper than %d levels", PD_EXPR_NESTING);
+    return PD_OK;
+}
+
+static pd_status pdi_expr_close(pdi_expr_parser *p, const char *expected)
+{
+    pdi_expr_blanks(p);
+    if (p->text[p->at] != ')') return pdi_expr_unexpected(p, expected);
+    p->at++;
+    p->nesting--;
+    return PD_OK;
+}
+
+/* table(argument) */
+static pd_status pdi_expr_call_table(pdi_expr_parser *p, size_t size, int index, pdi_expr_type *type)
+{
+    const pd_expr_table *table = &p->desc->tables[index];
+    char what[PD_UNITS_TEXT], found[PD_UNITS_TEXT], expected[PD_UNITS_TEXT];
+    size_t start = p->at;
+    p->at += size;
+    pdi_expr_blanks(p);
+    p->at++;
+    PDI_TRY(pdi_expr_enter(p));
+    PDI_TRY(pdi_expr_compare(p, type));
+    if (!type->zero && !pd_units_same(&type->dims, &table->argument)) {
+        pd_units_describe(&type->dims, found);
+        pd_units_describe(&table->argument, expected);
+        return pdi_expr_error(p, type->at, "found %s, expected %s as the argument of %.40s", found, expected,
+                              table->name);
+    }
+    snprintf(what, sizeof what, "')' (%.40s takes 1 argument)", table->name);
+    PDI_TRY(pdi_expr_close(p, what));
+    type->dims = table->result;
+    type->zero = 0;
+    type->at = start;
+    return pdi_expr_emit_indexed(p, PDI_EXPR_TABLE, index);
+}
+
+static pd_status pdi_expr_call(pdi_expr_parser *p, size_t size, pdi_expr_type *type)
+{
+    int index = pdi_expr_function_index(p->text + p->at, size);
+    if (index < 0) return pdi_expr_call_table(p, size, pdi_expr_table_index(p->desc, p->text + p->at, size), type);
+    const pdi_expr_function *f = &pdi_expr_functions[index];
+    pdi_expr_type arg[3];
+    char what[PD_UNITS_TEXT];
+    size_t start = p->at;
+    p->at += size;
+    pdi_expr_blanks(p);
+    p->at++;
+    PDI_TRY(pdi_expr_enter(p));
+    snprintf(what, sizeof what, "the argument of %s", f->name);
+    for (int k = 0; k < f->operands; k++) {
+        PDI_TRY(pdi_expr_compare(p, &arg[k]));
+        if (f->rule == PDI_EXPR_PLAIN || (f->rule == PDI_EXPR_CHOICE && k == 0))
+            PDI_TRY(pdi_expr_plain(p, &arg[k], what));
+        pdi_expr_blanks(p);
+        if (k + 1 == f->operands) break;
+        if (p->text[p->at] != ',') {
+            snprintf(what, sizeof what, "',' (%s takes %d arguments)", f->name, f->operands);
+            return pdi_expr_unexpected(p, what);
+        }
+        p->at++;
+    }
+    snprintf(what, sizeof what, "')' (%s takes %d argument%s)", f->name, f->operands, f->operands > 1 ? "s" : "");
+    PDI_TRY(pdi_expr_close(p, what));
+    snprintf(what, sizeof what, "in the other branch of %s", f->name);
+    *type = arg[0];
+    switch (f->rule) {
+    case PDI_EXPR_PLAIN: pdi_expr_make_plain(type); break;
+    case PDI_EXPR_KEEP: break;
+    case PDI_EXPR_ROOT:
+        for (int k = 0; k < 6; k++) type->dims.e[k] *= 0.5;
+        break;
+    case PDI_EXPR_POWER: PDI_TRY(pdi_expr_power_dims(p, type, &arg[1])); break;
+    case PDI_EXPR_CHOICE:
+        PDI_TRY(pdi_expr_alike(p, &arg[1], &arg[2], what));
+        *type = arg[1];
+        break;
+    case PDI_EXPR_ALIKE:
+    case PDI_EXPR_RATIO:
+        snprintf(what, sizeof what, "in the first argument of %s", f->name);
+        PDI_TRY(pdi_expr_alike(p, type, &arg[1], what));
+        if (f->rule == PDI_EXPR_RATIO) pdi_expr_make_plain(type);
+        break;
+    }
+    type->at = start;
+    return pdi_expr_emit(p, PDI_EXPR_FIRST_FUNCTION + index);
+}
+
+static pd_status pdi_expr_name(pdi_expr_parser *p, size_t size, pdi_expr_type *type)
+{
+    const pd_expr_desc *desc = p->desc;
+    const char *word = p->text + p->at;
+    const pd_expr_symbol *constant = NULL;
+    int k = pdi_expr_index(desc->vars, desc->var_count, word, size);
+    if (k >= 0) {
+        p->at += size;
+        p->uses |= (uint32_t)1 << k;
+        PDI_TRY(pdi_expr_unit_dims(p, &desc->vars[k], &type->dims));
+        return pdi_expr_push(p, PDI_EXPR_VAR, k);
+    }
+    if ((k = pdi_expr_index(desc->consts, desc->const_count, word, size)) >= 0) constant = &desc->consts[k];
+    else if ((k = pdi_expr_index(pdi_expr_builtin, PDI_EXPR_BUILTINS, word, size)) >= 0)
+        constant = &pdi_expr_builtin[k];
+    if (constant) {
+        p->at += size;
+        PDI_TRY(pdi_expr_unit_dims(p, constant, &type->dims));
+        return pdi_expr_push_const(p, constant->value);
+    }
+    if (pdi_expr_is_call(desc, word, size)) return pdi_expr_call(p, size, type);
+    return pdi_expr_unknown(p, size, 0);
+}
+
+static pd_status pdi_expr_primary(pdi_expr_parser *p, pdi_expr_type *type)
+{
+    memset(type, 0, sizeof *type);
+    pdi_expr_blanks(p);
+    char c = p->text[p->at];
+    size_t word = pdi_units_word(p->text + p->at);
+    type->at = p->at;
+    if (word > 0) return pdi_expr_name(p, word, type);
+    if (pdi_units_digit(c) || c == '.') return pdi_expr_number(p, type);
+    if (c != '(') return pdi_expr_unexpected(p, "a number, a name or '('");
+    p->at++;
+    PDI_TRY(pdi_expr_enter(p));
+    PDI_TRY(pdi_expr_compare(p, type));
+    return pdi_expr_close(p, "an operator or ')'");
+}
+
+static pd_status pdi_expr_power(pdi_expr_parser *p, pdi_expr_type *type)
+{
+    pdi_expr_type exponent;
+    PDI_TRY(pdi_expr_primary(p, type));
+    pdi_expr_blanks(p);
+    if (p->text[p->at] != '^') return PD_OK;
+    p->at++;
+    PDI_TRY(pdi_expr_enter(p));
+    PDI_TRY(pdi_expr_unary(p, &exponent));
+    p->nesting--;
+    PDI_TRY(pdi_expr_power_dims(p, type, &exponent));
+    return pdi_expr_emit(p, PDI_EXPR_OP_pow);
+}
+
+static pd_status pdi_expr_unary(pdi_expr_parser *p, pdi_expr_type *type)
+{
+    int minus = 0;
+    pdi_expr_blanks(p);
+    size_t start = p->at;
+    for (; p->text[p->at] == '-' || p->text[p->at] == '+'; pdi_expr_blanks(p)) minus ^= p->text[p->at++] == '-';
+    PDI_TRY(pdi_expr_power(p, type));
+    type->at = start;
+    return minus ? pdi_expr_emit(p, PDI_EXPR_NEG) : PD_OK;
+}
+
+/* The right operand of '/' when it is a unit: 1 read, 0 not a unit. */
+static pd_status pdi_expr_divisor(pdi_expr_parser *p, pdi_expr_type *type, int *read)
+{
+    pdi_units_product unit;
+    const char *why;
+    pdi_expr_blanks(p);
+    size_t n = pdi_units_scan_divisor(p->text + p->at, pdi_expr_declared, p->desc, &unit, &why);
+    *read = n > 0;
+    if (why) return pdi_expr_error(p, p->at + n, "%s", why);
+    if (n == 0) return PD_OK;
+    memset(type, 0, sizeof *type);
+    type->dims = unit.dims;
+    type->at = p->at;
+    p->at += n;
+    return pdi_expr_push_const(p, unit.num / unit.den);
+}
+
+static pd_status pdi_expr_product(pdi_expr_parser *p, pdi_expr_type *type)
+{
+    pdi_expr_type right;
+    PDI_TRY(pdi_expr_unary(p, type));
+    for (;;) {
+        int read = 0;
+        pdi_expr_blanks(p);
+        char c = p->text[p->at];
+        if (c != '*' && c != '/') return PD_OK;
+        p->at++;
+        if (c == '/') PDI_TRY(pdi_expr_divisor(p, &right, &read));
+        if (!read) PDI_TRY(pdi_expr_unary(p, &right));
+        pdi_expr_product_dims(type, &right, c == '*' ? 1 : -1);
+        PDI_TRY(pdi_expr_emit(p, c == '*' ? PDI_EXPR_MUL : PDI_EXPR_DIV));
+    }
+}
+
+static pd_status pdi_expr_sum(pdi_expr_parser *p, pdi_expr_type *type)
+{
+    pdi_expr_type right;
+    PDI_TRY(pdi_expr_product(p, type));
+    for (;;) {
+        pdi_expr_blanks(p);
+        char c = p->text[p->at];
+        if (c != '+' && c != '-') return PD_OK;
+        p->at++;
+        PDI_TRY(pdi_expr_product(p, &right));
+        PDI_TRY(pdi_expr_alike(p, type, &right, c == '+' ? "on the left of '+'" : "on the left of '-'"));
+        PDI_TRY(pdi_expr_emit(p, c == '+' ? PDI_EXPR_ADD : PDI_EXPR_SUB));
+    }
+}
+
+static pd_status pdi_expr_compare(pdi_expr_parser *p, pdi_expr_type *type)
+{
+    pdi_expr_type right;
+    PDI_TRY(pdi_expr_sum(p, type));
+    pdi_expr_blanks(p);
+    char c = p->text[p->at];
+    if (c != '<' && c != '>') return PD_OK;
+    int equal = p->text[p->at + 1] == '=';
+    p->at += 1 + (size_t)equal;
+    PDI_TRY(pdi_expr_sum(p, &right));
+    PDI_TRY(pdi_expr_alike(p, type, &right, "on the left of the comparison"));
+    pdi_expr_make_plain(type);
+    PDI_TRY(pdi_expr_emit(p, c == '<' ? (equal ? PDI_EXPR_LE : PDI_EXPR_LT) : (equal ? PDI_EXPR_GE : PDI_EXPR_GT)));
+    pdi_expr_blanks(p);
+    if (p->text[p->at] == '<' || p->text[p->at] == '>')
+        return pdi_expr_error(p, p->at, "comparisons do not chain: write (a < b) * (b < c)");
+    return PD_OK;
+}
+
+/* ---- result ---- */
+
+static pd_status pdi_expr_result(pdi_expr_parser *p, pdi_expr_type *type)
+{
+    char found[PD_UNITS_TEXT], expected[PD_UNITS_TEXT], units[PD_UNITS_TEXT];
+    pd_dims dims;
+    if (p->desc->unit) {
+        if (pd_units_parse(p->ctx, p->desc->unit, NULL, &dims) < 0)
+            return pdi_fail(p->ctx, PD_ERR_ARGUMENT, "expr", "the expected unit '%.40s' is not a unit", p->desc->unit);
+        if (!type->zero && !pd_units_same(&type->dims, &dims)) {
+            int plain = pdi_expr_is_plain(type);
+            pd_units_describe(&type->dims, found);
+            pd_units_describe(&dims, expected);
+            pdi_units_examples(&dims, units);
+            if (plain && !p->desc->allow_bare)
+                return pdi_expr_error(p, type->at, "found a number without unit, expected %s: write its unit,"
+                                      " for example %s", expected, units);
+            if (!plain)
+                return pdi_expr_error(p, type->at, "found %s, expected %s", found, expected);
+        }
+        type->dims = dims;
+    }
+    if (p->code_count == 1 && pdi_expr_last_const(p, 1) && !(fabs(p->value[0]) <= 1.7976931348623157e308))
+        return pdi_expr_error(p, type->at, "the value is %s, expected a finite number",
+                              p->value[0] != p->value[0] ? "not a number" : "infinite");
+    return PD_OK;
+}
+
+static pd_status pdi_expr_compile(pdi_expr_parser *p, pdi_expr_type *type)
+{
+    size_t size = 0;
+    while (size <= PD_EXPR_LENGTH && p->text[size]) size++;
+    if (size > PD_EXPR_LENGTH)
+        return pdi_expr_error(p, 0, "the expression is longer than %d characters", PD_EXPR_LENGTH);
+    PDI_TRY(pdi_expr_compare(p, type));
+    pdi_expr_blanks(p);
+    if (p->text[p->at] != '\0') return pdi_expr_unexpected(p, "an operator or the end");
+    return pdi_expr_result(p, type);
+}
+
+static pd_status pdi_expr_keep(pd_ctx *ctx, const pdi_expr_parser *p, const pdi_expr_type *type, pd_expr *expr)
+{
+    expr->code_count = p->code_count;
+    PDI_TRY(PDI_NEW(ctx, "expr", p->code_count, expr->code));
+    expr->value_count = p->value_count;
+    PDI_TRY(PDI_NEW(ctx, "expr", p->value_count, expr->value));
+    memcpy(expr->code, p->code, (size_t)p->code_count * sizeof *p->code);
+    memcpy(expr->value, p->value, (size_t)p->value_count * sizeof *p->value);
+    expr->uses = p->uses;
+    expr->dims = type->dims;
+    expr->tables = p->desc->tables;
+    return PD_OK;
+}
+
+pd_status pd_expr_build(pd_ctx *ctx, const pd_expr_desc *desc, pd_expr *expr)
+{
+    pdi_expr_parser *p;
+    pdi_expr_type type;
+    memset(expr, 0, sizeof *expr);
+    if (!desc->text) return pdi_fail(ctx, PD_ERR_ARGUMENT, "expr", "desc.text is NULL, expected an expression");
+    if (desc->var_count < 0 || desc->var_count > PD_EXPR_VARS || desc->const_count < 0)
+        return pdi_fail(ctx, PD_ERR_ARGUMENT, "expr", "%d variables and %d constants, expected at most %d variables",
+                        desc->var_count, desc->const_count, PD_EXPR_VARS);
+    PDI_TRY(PDI_NEW(ctx, "expr", 1, p));
+    p->ctx = ctx;
+    p->desc = desc;
+    p->text = desc->text;
+    pd_status status = pdi_expr_compile(p, &type);
+    if (status == PD_OK) status = pdi_expr_keep(ctx, p, &type, expr);
+    if (status < 0) pd_expr_free(ctx, expr);
+    PDI_DELETE(ctx, 1, p);
+    return status;
+}
+
+void pd_expr_free(pd_ctx *ctx, pd_expr *expr)
+{
+    PDI_DELETE(ctx, expr->code_count, expr->code);
+    PDI_DELETE(ctx, expr->value_count, expr->value);
+    memset(expr, 0, sizeof *expr);
+}
+
+double pd_expr_eval(const pd_expr *expr, const double *vars)
+{
+    double stack[PDI_EXPR_STACK];
+    int top = 0;
+    for (int k = 0; k < expr->code_count; k++) {
+        int op = expr->code[k] & 255, index = expr->code[k] >> 8;
+        if (op == PDI_EXPR_CONST) {
+            stack[top++] = expr->value[index];
+        } else if (op == PDI_EXPR_VAR) {
+            stack[top++] = vars[index];
+        } else if (op == PDI_EXPR_TABLE) {
+            stack[top - 1] = pdi_expr_look_up(&expr->tables[index], stack[top - 1]);
+        } else {
+            top -= pdi_expr_operands(op);
+            stack[top] = pdi_expr_apply(op, stack + top);
+            top++;
+        }
+    }
+    return top == 1 ? stack[0] : NAN;
+}
+
+int pd_expr_constant(const pd_expr *expr) { return expr->uses == 0; }
+
+#undef PDI_EXPR_FUNCTIONS
+#undef PDI_EXPR_STACK
+#undef PDI_EXPR_BUILTINS

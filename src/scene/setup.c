@@ -1,0 +1,225 @@
+/* setup: see setup.h */
+#include "scene/setup.h"
+#include <math.h>
+#include <stdarg.h>
+#include <stdio.h>
+#include <string.h>
+
+static const char *const pdi_setup_fields[] = {"C",     "v", "p",    "kind",    "grain",
+                                               "phase", "D", "rate", "density", "damage"};
+static const char *const pdi_setup_sides[] = {"x-", "x+", "y-", "y+", "z-", "z+"};
+static const pd_expr_symbol pdi_setup_axes[] = {{"x", "m", 0.0},
+#if PD_DIM > 1
+                                                {"y", "m", 0.0},
+#endif
+#if PD_DIM > 2
+                                                {"z", "m", 0.0},
+#endif
+                                                {"t", "s", 0.0}};
+static const pd_expr_symbol pdi_setup_symbols[] = {{"C", "mol/m3", 0.0}, {"t", "s", 0.0}, {"x", "m", 0.0},
+                                                   {"y", "m", 0.0}, {"z", "m", 0.0}};
+
+pd_status pd_setup_init(pd_ctx *ctx, pd_setup *setup)
+{
+    memset(setup, 0, sizeof *setup);
+    setup->solid = setup->wall = setup->medium = setup->passive = -1;
+    setup->m = 3.0;
+    setup->gb_factor = 1.0;
+    setup->rate_scale = 1.0;
+    setup->slice_axis = PD_DIM - 1;
+    setup->material = pd_material_mg4ag();
+    setup->solid_c = pd_material_concentration(&setup->material);
+    memcpy(setup->prefix, "corr", 5);
+    memcpy(setup->folder, "output", 7);
+    pd_status status = PDI_NEW(ctx, "setup", PD_SHAPE_MAX, setup->shape);
+    if (status < 0) memset(setup, 0, sizeof *setup);
+    return status;
+}
+
+void pd_setup_free(pd_ctx *ctx, pd_setup *setup)
+{
+    for (int s = 0; s < 2 * PD_DIM; s++) {
+        for (int d = 0; d < PD_DIM; d++) pd_expr_free(ctx, &setup->side[s].velocity[d]);
+        for (int d = 0; d < PD_DIM; d++) pd_expr_free(ctx, &setup->side[s].slide[d]);
+        pd_expr_free(ctx, &setup->side[s].stream);
+        pd_expr_free(ctx, &setup->side[s].entering);
+        pd_expr_free(ctx, &setup->side[s].held);
+    }
+    for (int k = 0; k < setup->wall_count; k++) pd_expr_free(ctx, &setup->walls[k].held);
+    for (int d = 0; d < PD_DIM; d++) pd_expr_free(ctx, &setup->body[d]);
+    for (int d = 0; d < PD_DIM; d++) pd_expr_free(ctx, &setup->start[d]);
+    pd_expr_free(ctx, &setup->initial);
+    pd_expr_free(ctx, &setup->rate);
+    for (int k = 0; k < setup->masks; k++) PDI_DELETE(ctx, setup->mask_size[k], setup->mask[k]);
+    PDI_DELETE(ctx, PD_SHAPE_MAX, setup->shape);
+    for (int k = 0; k < setup->tables; k++) pd_curve_free(ctx, &setup->table[k].curve);
+    PDI_DELETE(ctx, setup->tables, setup->table);
+    PDI_DELETE(ctx, setup->tables, setup->function);
+    PDI_DELETE(ctx, setup->identity_size, setup->identity);
+    pdi_setup_forget(ctx, setup);
+    memset(setup, 0, sizeof *setup);
+}
+
+PDI_FN void pdi_setup_forget(pd_ctx *ctx, pd_setup *setup)
+{
+    for (int k = 0; k < setup->records; k++) {
+        pd_setup_record *r = &setup->record[k];
+        PDI_DELETE(ctx, r->points, r->time);
+        PDI_DELETE(ctx, r->points, r->value);
+        PDI_DELETE(ctx, r->points, r->spread);
+    }
+    memset(setup->record, 0, sizeof setup->record);
+    setup->records = 0;
+}
+
+PDI_FN const char *pdi_setup_field_name(pd_field field) { return pdi_setup_fields[field]; }
+
+PDI_FN const char *pdi_setup_field_needs(const pd_setup *setup, pd_field field)
+{
+    switch (field) {
+    case PD_FIELD_V:
+    case PD_FIELD_P: return setup->has_flow ? NULL : "a [flow] section";
+    case PD_FIELD_C:
+    case PD_FIELD_D: return pdi_setup_carries(setup) ? NULL : "a [transport] or [corrode] section";
+    case PD_FIELD_RATE: return setup->has_dissolve ? NULL : "a [dissolve] section";
+    case PD_FIELD_DAMAGE: return setup->has_corrode ? NULL : "a [corrode] section";
+    case PD_FIELD_GRAIN: return setup->has_grains ? NULL : "a solid [shape] with grains";
+    case PD_FIELD_DENSITY:
+        return setup->has_flow || pdi_setup_loses(setup) ? NULL : "a [flow], [dissolve] or [corrode] section";
+    case PD_FIELD_KIND:
+    case PD_FIELD_PHASE:
+    case PD_FIELD_COUNT: break;
+    }
+    return NULL;
+}
+
+PDI_FN const char *pdi_setup_monitor_name(pd_monitor_kind kind)
+{
+    static const char *const names[] = {"line", "plane", "force", "transfer", "total"};
+    return names[kind];
+}
+
+PDI_FN const char *pdi_setup_side_name(int side) { return pdi_setup_sides[side]; }
+
+PDI_FN int pdi_setup_cells(const pd_setup *setup, int axis)
+{
+    return (int)floor((setup->hi[axis] - setup->lo[axis]) / setup->h[axis] + 0.5);
+}
+
+PDI_FN const pd_expr_symbol *pdi_setup_position(void) { return pdi_setup_axes; }
+
+PDI_FN const pd_expr_symbol *pdi_setup_law(void) { return pdi_setup_symbols; }
+
+PDI_FN double pdi_setup_speed(const pd_setup *u)
+{
+    double vars[PDI_SETUP_LAW];
+    memset(vars, 0, sizeof vars);
+    return u->rate_scale * pd_expr_eval(&u->rate, vars);
+}
+
+PDI_FN double pdi_setup_eval(const pd_expr *expr, const double *x, double t)
+{
+    double vars[PDI_SETUP_PLACE];
+    memcpy(vars, x, PD_DIM * sizeof *x);
+    vars[PD_DIM] = t;
+    return pd_expr_eval(expr, vars);
+}
+
+PDI_FN pd_status pdi_setup_shape(pd_ctx *ctx, pd_setup *setup, const pd_shape *shape, int *index)
+{
+    if (setup->shapes >= PD_SHAPE_MAX)
+        return pdi_fail(ctx, PD_ERR_SIZE, "setup", "more than %d shapes and set operations", PD_SHAPE_MAX);
+    setup->shape[setup->shapes] = *shape;
+    *index = setup->shapes++;
+    return PD_OK;
+}
+
+PDI_FN pd_status pdi_setup_join(pd_ctx *ctx, pd_setup *setup, int index, int *whole)
+{
+    pd_shape both;
+    if (*whole < 0) {
+        *whole = index;
+        return PD_OK;
+    }
+    memset(&both, 0, sizeof both);
+    both.type = PD_SHAPE_UNION;
+    both.children = 2;
+    both.child[0] = *whole;
+    both.child[1] = index;
+    return pdi_setup_shape(ctx, setup, &both, whole);
+}
+
+PDI_FN pd_status pdi_setup_outside(pd_ctx *ctx, pd_setup *setup, int *index)
+{
+    pd_shape outside;
+    memset(&outside, 0, sizeof outside);
+    outside.type = PD_SHAPE_COMPLEMENT;
+    outside.children = 1;
+    outside.child[0] = *index;
+    return pdi_setup_shape(ctx, setup, &outside, index);
+}
+
+PDI_FN pd_status pdi_setup_folder(pd_ctx *ctx, pd_text *text, int section, const char *key, pd_setup *setup)
+{
+    const char *folder;
+    char own[PD_SETUP_NAME + 16];
+    snprintf(own, sizeof own, "output/%s", setup->name); /* a folder holds one run */
+    PDI_TRY(pd_text_string(ctx, text, section, key, pdi_file_below(own) ? own : "output", &folder));
+    if (strlen(folder) >= PD_PATH_SIZE - PD_SETUP_NAME)
+        return pd_text_refuse(ctx, text, section, key, "the path is too long");
+    if (!pdi_file_below(folder))
+        return pd_text_refuse(ctx, text, section, key, "found '%.200s', expected a folder below the current one,"
+                              " without '..': only who starts the run may choose another", folder);
+    memcpy(setup->folder, folder, strlen(folder) + 1);
+    return PD_OK;
+}
+
+PDI_FN pd_status pdi_setup_mask(pd_ctx *ctx, pd_setup *setup, size_t size, uint8_t **mask)
+{
+    int k = setup->masks;
+    if (k >= PD_SETUP_MASKS) return pdi_fail(ctx, PD_ERR_SIZE, "setup", "more than %d masks", PD_SETUP_MASKS);
+    PDI_TRY(PDI_NEW(ctx, "setup", size, setup->mask[k]));
+    setup->mask_size[k] = size;
+    *mask = setup->mask[k];
+    setup->masks++;
+    return PD_OK;
+}
+
+PDI_FN void pdi_setup_note(pd_setup *setup, const char *format, ...)
+{
+    va_list args;
+    if (setup->notes >= PD_SETUP_NOTES) return;
+    va_start(args, format);
+    vsnprintf(setup->note[setup->notes++], sizeof setup->note[0], format, args);
+    va_end(args);
+}
+
+PDI_FN void pdi_setup_show(double value, const char *unit, char *text)
+{
+    pd_ctx quiet;
+    pd_dims dims;
+    pd_ctx_init(&quiet);
+    memset(&dims, 0, sizeof dims);
+    pd_units_parse(&quiet, unit, NULL, &dims);
+    pd_units_format(value, &dims, text);
+}
+
+PDI_FN void pdi_setup_split_path(const char *path, char *name, char *folder)
+{
+    const char *base = path, *end = NULL;
+    for (const char *c = path; *c; c++)
+        if (*c == '/' || *c == '\\') base = c + 1;
+    for (const char *c = base; *c; c++)
+        if (*c == '.' && c > base) end = c;
+    size_t length = end ? (size_t)(end - base) : strlen(base), above = (size_t)(base - path);
+    if (length > PD_SETUP_NAME - 1) length = PD_SETUP_NAME - 1;
+    memcpy(name, base, length);
+    name[length] = '\0';
+    /* the name becomes one word of a result line */
+    for (char *c = name; *c; c++)
+        if (*c == ' ' || *c == '=' || *c == '\t') *c = '_';
+    if (!folder) return;
+    if (above > PD_PATH_SIZE - 1) above = 0;
+    memcpy(folder, path, above);
+    folder[above] = '\0';
+}

@@ -1,0 +1,305 @@
+/* setup: everything that a run needs to know, as data: what scene files and flat files are turned into.
+ *
+ * A setup holds no field and no solver; model.h builds those. What has_... leaves out costs nothing.
+ */
+#ifndef PD_SETUP_H
+#define PD_SETUP_H
+#include "metal/material.h"
+#include "metal/grain.h"
+#include "metal/dissolve.h"
+#include "metal/corrode.h"
+#include "io/file.h"
+#include "scene/expr.h"
+#include "scene/text.h"
+
+#define PD_SETUP_NAME 64
+#define PD_SETUP_PROBES 16
+#define PD_SETUP_MONITORS 32
+#define PD_SETUP_NOTES 48
+#define PD_SETUP_MASKS 8
+#define PD_SETUP_WALLS 32
+#define PD_SETUP_RECORDS 8
+#define PD_SETUP_SHAPES 64 /* [shape] sections */
+
+/* What can be written, drawn and probed. */
+typedef enum pd_field {
+    PD_FIELD_C = 0,
+    PD_FIELD_V,
+    PD_FIELD_P,
+    PD_FIELD_KIND,
+    PD_FIELD_GRAIN,
+    PD_FIELD_PHASE,
+    PD_FIELD_D,
+    PD_FIELD_RATE,
+    PD_FIELD_DENSITY,
+    PD_FIELD_DAMAGE,
+    PD_FIELD_COUNT
+} pd_field;
+
+/* Parts of a model, in the order of the summary. */
+typedef enum pd_part {
+    PD_PART_GRID = 0, /* stencil, lattice, bonds */
+    PD_PART_FLOW,     /* fields and steady solver */
+    PD_PART_TRANSPORT,
+    PD_PART_DISSOLVE,
+    PD_PART_CORRODE,
+    PD_PART_GRAIN,
+    PD_PART_COUNT
+} pd_part;
+
+typedef enum pd_profile {
+    PD_PROFILE_REST = 0, /* no velocity */
+    PD_PROFILE_UNIFORM,
+    PD_PROFILE_PARABOLA, /* 2D: between the walls of the side; 3D, axisymmetric: of a tube, or between two */
+    PD_PROFILE_EXPRESSION
+} pd_profile;
+
+typedef struct pd_setup_side {
+    pd_side kind;
+    pd_profile profile;
+    double mean;              /* [m/s] speed into the box; unread with flow_rate or an expression */
+    double flow_rate;         /* [m3/s] 0: mean holds; any positive one with `stream`. Planar 2D: through a tube as wide
+                               * as the open part of the side */
+    pd_expr stream;           /* of t; mean or flow_rate, when they change in time */
+    pd_expr velocity[PD_DIM]; /* of x, y, z, t; in m/s */
+    int open;                 /* inlet where a given flow enters, outlet where it leaves */
+    pd_expr entering;         /* of x, y, z, t; in mol/m3: concentration of what enters */
+    pd_expr slide[PD_DIM];    /* of x, y, z, t; in m/s: of a wall along itself */
+    int slides;
+    int holds;                /* a wall that holds a concentration */
+    pd_expr held;             /* of x, y, z, t; in mol/m3 */
+    int line;                 /* of the file, 0: none */
+} pd_setup_side;
+
+/* One of the shapes that are walls. */
+typedef struct pd_setup_wall {
+    int shape;   /* index */
+    int section; /* of the text */
+    int holds;   /* it holds a concentration */
+    pd_expr held; /* of x, y, z, t; in mol/m3 */
+} pd_setup_wall;
+
+/* How the flow gets from one instant to the next. */
+typedef enum pd_motion {
+    PD_MOTION_STEADY = 0,
+    PD_MOTION_IMPLICIT, /* incompressible, implicit.h */
+    PD_MOTION_EXPLICIT, /* weakly compressible, unsteady.h */
+    PD_MOTION_GIVEN     /* prescribed once and for all */
+} pd_motion;
+
+typedef struct pd_setup_probe {
+    char name[PD_SETUP_NAME];
+    double at[PD_DIM]; /* [m] */
+    unsigned fields;   /* bit k: pd_field k */
+    int line;          /* of the file */
+} pd_setup_probe;
+
+/* A function that the expressions of the scene know. */
+typedef struct pd_setup_table {
+    char name[PD_SETUP_NAME];
+    pd_curve curve; /* SI */
+} pd_setup_table;
+
+/* What is watched in a run, besides the probes. */
+typedef enum pd_monitor_kind {
+    PD_MONITOR_LINE = 0, /* fields along a straight line, at output times */
+    PD_MONITOR_PLANE,    /* what passes a plane of the lattice */
+    PD_MONITOR_FORCE,    /* of the flow on what a box holds */
+    PD_MONITOR_TRANSFER, /* metal from walls and solids in a box to the fluid */
+    PD_MONITOR_TOTAL     /* what a box holds */
+} pd_monitor_kind;
+
+/* The concentration of the fluid that a Sherwood number refers to. */
+typedef enum pd_against {
+    PD_AGAINST_VALUE = 0,
+    PD_AGAINST_INLET,
+    PD_AGAINST_BULK /* of the mixed stream, layer by layer of `axis` */
+} pd_against;
+
+typedef struct pd_setup_monitor {
+    pd_monitor_kind kind;
+    char name[PD_SETUP_NAME];
+    int line;                      /* of the file */
+    double lo[PD_DIM], hi[PD_DIM]; /* [m] the box; line: its ends */
+    unsigned fields, images;       /* line. bit k: pd_field k */
+    int points;                    /* line */
+    int axis;                      /* plane: across it; transfer: of the local values, -1: none */
+    int index;                     /* plane: between the cells index - 1 and index */
+    int balance;                   /* force: measured around the box, too */
+    int shape;                     /* force: 1 + index of the only shape that counts, 0: everything */
+    double speed;                  /* [m/s] force: reference, 0: no coefficients */
+    double area;                   /* [m^(d-1)] force: reference; transfer: of the surface, 0: measured */
+    double length;                 /* [m] transfer: reference, 0: no Sherwood number */
+    double diffusivity;            /* [m2/s] transfer */
+    double surface, fluid;         /* [mol/m3] transfer: concentrations that drive */
+    pd_against against;
+} pd_setup_monitor;
+
+/* Measured points of a watched figure. */
+typedef struct pd_setup_record {
+    char name[PD_SETUP_NAME];
+    char figure[2 * PD_SETUP_NAME]; /* "volume_loss", "plane.up.flow" */
+    int line;                       /* of the file */
+    int points;
+    double *time;                   /* [points] [s] of the run, rising */
+    double *value;                  /* [points] [unit of the column in SI] */
+    double *spread;                 /* [points] [unit of the column in SI]; NULL: not known */
+    char unit[PD_UNITS_TEXT];       /* of the column */
+    double scale;                   /* [-] size of that unit in SI */
+    pd_dims dims;
+} pd_setup_record;
+
+/* Numerical settings that a scene may leave open. */
+typedef enum pd_knob { PD_KNOB_STEADY = 0, PD_KNOB_FLOW_RTOL, PD_KNOB_RTOL, PD_KNOB_FRACTION } pd_knob;
+
+typedef struct pd_setup {
+    char name[PD_SETUP_NAME];  /* of the case: the file without folder and ending */
+    char folder[PD_PATH_SIZE]; /* of the output */
+    char source[PD_PATH_SIZE]; /* the file as it was named, for messages */
+    int line[PD_PART_COUNT];   /* of the file: the section of each part, 0: none */
+    int shape_line;            /* of the first solid, without solid of the first shape; 0: none */
+    char *identity;            /* what makes it this scene and no other, a line each; NULL: not read from a file */
+    size_t identity_size;      /* [byte] */
+    int threads;               /* 0: all */
+    unsigned given;            /* bit k: pd_knob k stands in the file */
+    /* lattice and geometry */
+    double m;                          /* [-] horizon ratio */
+    double h[PD_DIM];                  /* [m] */
+    double lo[PD_DIM], hi[PD_DIM];     /* [m] box */
+    int axisymmetric;                  /* 2D: x is the axis, y the distance from it */
+    pd_shape *shape;                   /* [PD_SHAPE_MAX], children first */
+    int shapes;                        /* entries in use */
+    int named[PD_SETUP_SHAPES];        /* of the [shape] sections in their order: the shape of a body; no body: -1 */
+    int solid, wall, medium, passive;  /* indices, -1: none */
+    pd_setup_wall walls[PD_SETUP_WALLS]; /* the parts of `wall` */
+    int wall_count;
+    uint8_t *mask[PD_SETUP_MASKS];     /* voxels that shapes borrow */
+    size_t mask_size[PD_SETUP_MASKS];
+    int masks;
+    pd_setup_side side[2 * PD_DIM];    /* x-, x+, y-, ... */
+    int has_flow, has_transport, has_dissolve, has_corrode, has_grains;
+    /* flow */
+    double rho;             /* [kg/m3] */
+    double mu;              /* [Pa s] */
+    double force[PD_DIM];   /* [m/s2] */
+    pd_expr body[PD_DIM];   /* of x, y, z, t; in m/s2: the force when it is no constant */
+    int pushed;             /* 1: it is none */
+    double p_out;           /* [Pa] */
+    double speed;           /* [m/s] reference; 0: mean speed of the inlet */
+    double length;          /* [m] reference; 0: width of the inlet */
+    double steady;          /* [-] residual */
+    pd_motion motion;
+    pd_expr start[PD_DIM];  /* of x, y, z; in m/s: given flow, or flow at the start */
+    double flow_rtol;       /* [-] error of an implicit step */
+    int linear;             /* explicit: equation of state p = c0^2 (rho - rho0), else Tait */
+    double sound;           /* [m/s] explicit: c0 */
+    /* transport */
+    double diffusivity;     /* [m2/s] */
+    double medium_diffusivity; /* [m2/s] of fluid inside the medium */
+    double inlet;           /* [mol/m3] of all inlets when `enters` is 0 */
+    int enters;             /* 1: what enters is told by the sides */
+    pd_expr initial;        /* of x, y, z; in mol/m3 */
+    pd_advection advection;
+    double limiter;         /* [-] change of the field at which the limiter stops; 0: that of transport.h */
+    int settle;             /* the steady field, and nothing else in time */
+    /* dissolution */
+    pd_material material;
+    double solid_c;         /* [mol/m3] Cs */
+    double saturation;      /* [mol/m3] Csat; 0: not given */
+    double gb_factor;       /* [-] */
+    double threshold;       /* [-] */
+    pd_expr rate;           /* of C, t, x, y, z; in m/s, in 1/s per layer, or in A/m2 */
+    double rate_scale;      /* [-] 1 for a speed, [m] thickness of the layer, [m3/(A s)] speed of a current density */
+    pd_grain_desc grain;
+    /* bond-based corrosion, with D and `initial` of transport, Cs, Csat and rate of dissolution */
+    double bulk;            /* [mol/m3] held behind open sides, and everywhere with `activation` */
+    int activation;         /* 1: activation control */
+    int forward;            /* 1: explicit steps under diffusion control */
+    double share, overshoot; /* [-] of a step, see corrode.h and recede.h; 0: defaults */
+    double repassivation;   /* [mol/m3] 0: no films form */
+    int stochastic;         /* 1: mechanical bonds break at random */
+    int seed;               /* of that */
+    pd_drive drive;
+    pd_kernel kernel;
+    pd_weights weights;
+    /* functions of the expressions */
+    pd_setup_table *table;   /* [tables] */
+    pd_expr_table *function; /* [tables] of `table`, as expressions want them */
+    int tables;
+    /* run */
+    double until;           /* [s] */
+    double rtol;            /* [-] of the volume loss; without dissolution: error of a step of the transport; 0: 1e-3 */
+    double fraction;        /* [-] largest share of a node that one step takes */
+    double max_step;        /* [s] 0: none */
+    /* output */
+    double every;           /* [s] */
+    unsigned fields, images; /* bit k: pd_field k */
+    char prefix[PD_SETUP_NAME];
+    int slice_axis;         /* 3D: the axis across the drawn plane */
+    double slice_at;        /* [m] */
+    pd_setup_probe probe[PD_SETUP_PROBES];
+    int probes;
+    pd_setup_monitor monitor[PD_SETUP_MONITORS];
+    int monitors;
+    pd_setup_record record[PD_SETUP_RECORDS];
+    int records;
+    /* what the reader has to say about the file, a line each */
+    char note[PD_SETUP_NOTES][200];
+    int notes;
+} pd_setup;
+
+#define pd_setup_init PD_NAME(pd_setup_init)
+#define pd_setup_free PD_NAME(pd_setup_free)
+
+/* Start a setup: no physics, walls all around, defaults of all numbers. */
+PD_API pd_status pd_setup_init(pd_ctx *ctx, pd_setup *setup);
+PD_API void pd_setup_free(pd_ctx *ctx, pd_setup *setup);
+
+#ifdef PDI_INTERNAL
+/* 1: there is a dissolved concentration, of transport or of bond-based corrosion. */
+static inline int pdi_setup_carries(const pd_setup *setup) { return setup->has_transport || setup->has_corrode; }
+/* 1: metal goes. */
+static inline int pdi_setup_loses(const pd_setup *setup) { return setup->has_dissolve || setup->has_corrode; }
+/* Name of a field in files: "C", "v", ... */
+PDI_FN const char *pdi_setup_field_name(pd_field field);
+/* Section of a kind of monitor: "line", ... */
+PDI_FN const char *pdi_setup_monitor_name(pd_monitor_kind kind);
+/* Why the field does not exist in this setup: "[flow]", "[transport]", ...; NULL: it does. */
+PDI_FN const char *pdi_setup_field_needs(const pd_setup *setup, pd_field field);
+/* "x-", "x+", "y-", ... */
+PDI_FN const char *pdi_setup_side_name(int side);
+/* Cells of the box along an axis. */
+PDI_FN int pdi_setup_cells(const pd_setup *setup, int axis);
+/* The variables x, y, z of expressions, PD_DIM of them, and t behind them: PDI_SETUP_PLACE in all. */
+#define PDI_SETUP_PLACE (PD_DIM + 1)
+PDI_FN const pd_expr_symbol *pdi_setup_position(void);
+/* The variables C, t, x, y, z of laws: those of a pd_rate_at. */
+#define PDI_SETUP_LAW (PD_DIM + 2)
+PDI_FN const pd_expr_symbol *pdi_setup_law(void);
+/* Value of the law at C = 0, t = 0 and x = 0, times rate_scale [m/s]. */
+PDI_FN double pdi_setup_speed(const pd_setup *setup);
+/* Value of an expression in x, y, z, t. */
+PDI_FN double pdi_setup_eval(const pd_expr *expr, const double *x, double t);
+/* 1: it depends on t. */
+static inline int pdi_setup_timed(const pd_expr *expr) { return (int)(expr->uses >> PD_DIM & 1u); }
+/* Append a shape; *index is its place. PD_ERR_SIZE: too many. */
+PDI_FN pd_status pdi_setup_shape(pd_ctx *ctx, pd_setup *setup, const pd_shape *shape, int *index);
+/* The union of shape `index` and *whole (-1: nothing yet) becomes *whole. */
+PDI_FN pd_status pdi_setup_join(pd_ctx *ctx, pd_setup *setup, int index, int *whole);
+/* The complement of *index becomes *index. */
+PDI_FN pd_status pdi_setup_outside(pd_ctx *ctx, pd_setup *setup, int *index);
+/* The folder of the output, which a file may choose below the current one. PD_ERR_ARGUMENT with its line. */
+PDI_FN pd_status pdi_setup_folder(pd_ctx *ctx, pd_text *text, int section, const char *key, pd_setup *setup);
+/* Free the measured points. */
+PDI_FN void pdi_setup_forget(pd_ctx *ctx, pd_setup *setup);
+/* Take a mask of `size` bytes; the setup owns it. */
+PDI_FN pd_status pdi_setup_mask(pd_ctx *ctx, pd_setup *setup, size_t size, uint8_t **mask);
+/* A line for the summary. Lines beyond the room are dropped. */
+PDI_FN void pdi_setup_note(pd_setup *setup, const char *format, ...) PD_PRINTF_LIKE(2, 3);
+/* The value with a unit of readable size ("80 um") into text[PD_UNITS_TEXT]; unit tells the dimension. */
+PDI_FN void pdi_setup_show(double value, const char *unit, char *text);
+/* name[PD_SETUP_NAME] and, when `folder` is not NULL, folder[PD_PATH_SIZE] of a path. */
+PDI_FN void pdi_setup_split_path(const char *path, char *name, char *folder);
+#endif
+
+#endif

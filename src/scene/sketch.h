@@ -1,0 +1,13 @@
+/* sketch: the [shape NAME] sections of a scene: primitives, voxel masks, set operations, materials and grains. */
+#ifndef PD_SKETCH_H
+#define PD_SKETCH_H
+#include "scene/text.h"
+#include "scene/setup.h"
+
+#ifdef PDI_INTERNAL
+/* Read all [shape ...] sections: geometry, solid, wall, material and grains of the setup. folder: where the paths of
+ * masks start. PD_ERR_PARSE, PD_ERR_ARGUMENT, PD_ERR_FILE with file:line. */
+PDI_FN pd_status pdi_sketch_read(pd_ctx *ctx, pd_text *text, const char *folder, pd_setup *setup);
+#endif
+
+#endif

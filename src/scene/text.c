@@ -1,0 +1,800 @@
+/* text: see text.h. A copy of the file is cut into strings: ends go over what separates them. */
+#include "scene/text.h"
+#include <math.h>
+#include <stdarg.h>
+#include <stdio.h>
+#include <string.h>
+
+#define PDI_TEXT_WHERE 320 /* [byte] of "file:line" */
+#define PDI_TEXT_LIST 240  /* [byte] of a list of names in a message */
+
+/* ---- strings and tables ---- */
+
+/* Room for one more element in a table that doubles. */
+#define PDI_TEXT_ROOM(ctx, table, count, room) \
+    do { \
+        if ((count) == (room)) { \
+            int pdi_text_more = (room) > 0 ? 2 * (room) : 16; \
+            PDI_TRY(PDI_GROW(ctx, "text", (room), pdi_text_more, table)); \
+            (room) = pdi_text_more; \
+        } \
+    } while (0)
+
+/* A copy of bytes[size] with an end, owned by text. */
+static pd_status pdi_text_keep(pd_ctx *ctx, pd_text *text, const char *bytes, size_t size, char **copy)
+{
+    PDI_TEXT_ROOM(ctx, text->block, text->block_count, text->block_room);
+    pd_text_block *block = &text->block[text->block_count];
+    PDI_TRY(PDI_NEW(ctx, "text", size + 1, block->bytes));
+    block->size = size + 1;
+    text->block_count++;
+    if (size > 0) memcpy(block->bytes, bytes, size);
+    *copy = block->bytes;
+    return PD_OK;
+}
+
+/* "file:12", or "command line" for line 0. */
+static void pdi_text_where(const pd_text *text, int line, char *where)
+{
+    if (line > 0) snprintf(where, PDI_TEXT_WHERE, "%.280s:%d", text->name, line);
+    else snprintf(where, PDI_TEXT_WHERE, "command line");
+}
+
+PD_PRINTF_LIKE(4, 5)
+static pd_status pdi_text_error(pd_ctx *ctx, const pd_text *text, int line, const char *format, ...)
+{
+    char where[PDI_TEXT_WHERE], message[PD_MESSAGE_SIZE];
+    va_list args;
+    va_start(args, format);
+    vsnprintf(message, sizeof message, format, args);
+    va_end(args);
+    pdi_text_where(text, line, where);
+    return pdi_fail(ctx, PD_ERR_PARSE, where, "%s", message);
+}
+
+/* "[side x-]", or "the top of the file". */
+static void pdi_text_title(const pd_text *text, int section, char *title)
+{
+    const pd_section *s = &text->section[section];
+    if (section == 0) snprintf(title, PD_UNITS_TEXT, text->flat ? "the file" : "the lines before the first section");
+    else snprintf(title, PD_UNITS_TEXT, "[%.40s%s%.40s]", s->name, s->label[0] ? " " : "", s->label);
+}
+
+static void pdi_text_list_add(char *list, const char *separator, const char *name)
+{
+    size_t used = strlen(list);
+    if (used + strlen(name) + strlen(separator) + 5 > PDI_TEXT_LIST) {
+        if (used > 3 && strcmp(list + used - 3, "...") != 0) snprintf(list + used, PDI_TEXT_LIST - used, " ...");
+        return;
+    }
+    snprintf(list + used, PDI_TEXT_LIST - used, "%s%s", used > 0 ? separator : "", name);
+}
+
+/* Index of the section; creates it when absent. */
+static pd_status pdi_text_section_at(pd_ctx *ctx, pd_text *text, const char *name, const char *label, int *index)
+{
+    int group = text->section_count;
+    char *kept_name, *kept_label;
+    for (int k = text->section_count - 1; k >= 0; k--) {
+        if (strcmp(text->section[k].name, name) != 0) continue;
+        group = text->section[k].group;
+        if (strcmp(text->section[k].label, label) != 0) continue;
+        *index = k;
+        return PD_OK;
+    }
+    PDI_TEXT_ROOM(ctx, text->section, text->section_count, text->section_room);
+    PDI_TRY(pdi_text_keep(ctx, text, name, strlen(name), &kept_name));
+    PDI_TRY(pdi_text_keep(ctx, text, label, strlen(label), &kept_label));
+    pd_section *s = &text->section[text->section_count];
+    s->name = kept_name;
+    s->label = kept_label;
+    s->group = group;
+    *index = text->section_count++;
+    return PD_OK;
+}
+
+static pd_text_entry *pdi_text_entry_at(const pd_text *text, int section, const char *key)
+{
+    for (int k = 0; k < text->entry_count; k++)
+        if (text->entry[k].section == section && strcmp(text->entry[k].key, key) == 0) return &text->entry[k];
+    return NULL;
+}
+
+static pd_status pdi_text_add(pd_ctx *ctx, pd_text *text, int section, const char *key, const char *value, int line,
+                              int column)
+{
+    const pd_text_entry *old = pdi_text_entry_at(text, section, key);
+    char title[PD_UNITS_TEXT];
+    pdi_text_title(text, section, title);
+    if (old)
+        return pdi_text_error(ctx, text, line, "found '%.40s' a second time in %s, first on line %d; expected it once",
+                              key, title, old->line);
+    if (text->entry_count >= PD_TEXT_ENTRIES)
+        return pdi_text_error(ctx, text, line, "found more than %d pairs, expected fewer", PD_TEXT_ENTRIES);
+    PDI_TEXT_ROOM(ctx, text->entry, text->entry_count, text->entry_room);
+    pd_text_entry *e = &text->entry[text->entry_count++];
+    e->key = key;
+    e->value = value;
+    e->section = section;
+    e->line = line;
+    e->column = column;
+    text->section[section].present = 1;
+    return PD_OK;
+}
+
+/* ---- reading the file ---- */
+
+static size_t pdi_text_skip(const char *t, size_t at)
+{
+    while (pdi_units_blank(t[at])) at++;
+    return at;
+}
+
+/* Length of the word of a name at t: an ASCII identifier, with signs too in a label. */
+static size_t pdi_text_name(const char *t, int label)
+{
+    size_t n = 0;
+    while ((unsigned char)t[n] < 0x80 &&
+           ((t[n] >= 'a' && t[n] <= 'z') || (t[n] >= 'A' && t[n] <= 'Z') || t[n] == '_' ||
+            (pdi_units_digit(t[n]) && (n > 0 || label)) || (label && (t[n] == '+' || t[n] == '-'))))
+        n++;
+    return n;
+}
+
+/* Length of the key at t when `identifier =` stands there, else 0; *value: where the value starts. */
+static size_t pdi_text_pair(const char *t, size_t *value)
+{
+    size_t n = pdi_text_name(t, 0), equal = pdi_text_skip(t, n);
+    if (n == 0 || t[equal] != '=' || t[equal + 1] == '=') return 0;
+    *value = equal + 1;
+    return n;
+}
+
+static pd_status pdi_text_expected(pd_ctx *ctx, const pd_text *text, int line, const char *t, size_t at,
+                                   const char *expected)
+{
+    char found[PD_UNITS_TEXT];
+    pdi_expr_quote(t + at, found);
+    return pdi_text_error(ctx, text, line, "column %d: found %s, expected %s", (int)at + 1, found, expected);
+}
+
+/* "[name label]" at t[*at]: the section it opens. */
+static pd_status pdi_text_header(pd_ctx *ctx, pd_text *text, char *t, int line, size_t *at, int *section)
+{
+    size_t name = pdi_text_skip(t, *at + 1), name_size = pdi_text_name(t + name, 0), label, label_size, close;
+    if (name_size == 0) return pdi_text_expected(ctx, text, line, t, name, "the name of a section");
+    label = pdi_text_skip(t, name + name_size);
+    label_size = label > name + name_size ? pdi_text_name(t + label, 1) : 0;
+    close = pdi_text_skip(t, label + label_size);
+    if (t[close] != ']') return pdi_text_expected(ctx, text, line, t, close, "']' after [name or [name label");
+    if (text->section_count >= PD_TEXT_ENTRIES)
+        return pdi_text_error(ctx, text, line, "found more than %d sections, expected fewer", PD_TEXT_ENTRIES);
+    t[close] = t[label + label_size] = t[name + name_size] = '\0';
+    PDI_TRY(pdi_text_section_at(ctx, text, t + name, label_size > 0 ? t + label : "", section));
+    if (text->section[*section].line == 0) text->section[*section].line = line;
+    text->section[*section].present = 1;
+    text->flat = 0;
+    *at = close + 1;
+    return PD_OK;
+}
+
+/* End of the value that starts at t[at]: the next `identifier =` outside parentheses, or the end of the line. */
+static pd_status pdi_text_value_end(pd_ctx *ctx, const pd_text *text, const char *t, int line, size_t at, size_t *end)
+{
+    size_t start = at, open = 0, unused;
+    int depth = 0;
+    for (; t[at] != '\0'; at++) {
+        char before = at > start ? t[at - 1] : ' ';
+        if (depth == 0 && (pdi_units_blank(before) || before == ',') && pdi_text_pair(t + at, &unused) > 0) break;
+        if (t[at] == '(' && depth++ == 0) open = at;
+        if (t[at] == ')' && --depth < 0) return pdi_text_expected(ctx, text, line, t, at, "'(' before it");
+        if (t[at] == '[' || t[at] == ']')
+            return pdi_text_expected(ctx, text, line, t, at, "a value (a section starts on a line of its own)");
+    }
+    if (depth > 0) return pdi_text_expected(ctx, text, line, t, open, "its ')' on the same line");
+    *end = at;
+    return PD_OK;
+}
+
+static pd_status pdi_text_line(pd_ctx *ctx, pd_text *text, char *t, int line, int *section)
+{
+    char *comment = strchr(t, '#');
+    if (comment) *comment = '\0';
+    size_t at = pdi_text_skip(t, 0), value, end;
+    if (t[at] == '[') PDI_TRY(pdi_text_header(ctx, text, t, line, &at, section));
+    at = pdi_text_skip(t, at);
+    while (t[at] != '\0') {
+        size_t key = at, size = pdi_text_pair(t + at, &value);
+        if (size == 0)
+            return pdi_text_expected(ctx, text, line, t, at, key == 0 ? "[section] or key = value" : "key = value");
+        value = pdi_text_skip(t, at + value);
+        PDI_TRY(pdi_text_value_end(ctx, text, t, line, value, &at));
+        for (end = at; end > value && (pdi_units_blank(t[end - 1]) || t[end - 1] == ',');) end--;
+        if (end == value) {
+            t[key + size] = '\0';
+            return pdi_text_error(ctx, text, line, "column %d: found nothing after '%.40s =', expected a value",
+                                  (int)value + 1, t + key);
+        }
+        /* A value ends at a separator, so nothing of the next key is overwritten. */
+        t[end] = t[key + size] = '\0';
+        PDI_TRY(pdi_text_add(ctx, text, *section, t + key, t + value, line, (int)value + 1));
+    }
+    return PD_OK;
+}
+
+/* Only printable bytes, tabs and line ends: a binary file is recognised before anything is read from it. */
+static pd_status pdi_text_check_bytes(pd_ctx *ctx, const pd_text *text, const char *t, size_t size)
+{
+    int line = 1;
+    for (size_t k = 0; k < size; k++) {
+        unsigned char c = (unsigned char)t[k];
+        int end = c == '\r' && (k + 1 == size || t[k + 1] == '\n');
+        if (c == '\n') line++;
+        else if ((c < 0x20 && c != '\t' && !end) || c == 0x7f)
+            return pdi_text_error(ctx, text, line, "found byte 0x%02x, expected text", (unsigned)c);
+    }
+    return PD_OK;
+}
+
+static pd_status pdi_text_parse(pd_ctx *ctx, pd_text *text, const char *name, const char *bytes, size_t size)
+{
+    char *t, *kept_name;
+    int section, line = 0;
+    if (size >= 3 && memcmp(bytes, "\xEF\xBB\xBF", 3) == 0) { /* byte order mark */
+        bytes += 3;
+        size -= 3;
+    }
+    PDI_TRY(pdi_text_keep(ctx, text, name, strlen(name), &kept_name));
+    text->name = kept_name;
+    PDI_TRY(pdi_text_section_at(ctx, text, "", "", &section));
+    if (size > PD_TEXT_SIZE)
+        return pdi_fail(ctx, PD_ERR_SIZE, text->name, "found %.0f bytes, expected at most %d", (double)size,
+                        PD_TEXT_SIZE);
+    PDI_TRY(pdi_text_check_bytes(ctx, text, bytes, size));
+    PDI_TRY(pdi_text_keep(ctx, text, bytes, size, &t));
+    text->flat = 1;
+    while (t) {
+        char *end = strchr(t, '\n');
+        if (end) *end = '\0';
+        PDI_TRY(pdi_text_line(ctx, text, t, ++line, &section));
+        t = end ? end + 1 : NULL;
+    }
+    text->bare = text->flat;
+    return PD_OK;
+}
+
+pd_status pd_text_build(pd_ctx *ctx, const char *name, const char *bytes, size_t size, pd_text *text)
+{
+    memset(text, 0, sizeof *text);
+    pd_status status = pdi_text_parse(ctx, text, name, bytes, size);
+    if (status < 0) pd_text_free(ctx, text);
+    return status;
+}
+
+pd_status pd_text_read(pd_ctx *ctx, const char *path, pd_text *text)
+{
+    char *data;
+    size_t size;
+    memset(text, 0, sizeof *text);
+    PDI_TRY(pdi_file_read(ctx, path, PD_TEXT_SIZE, &data, &size));
+    pd_status status = pd_text_build(ctx, path, data, size, text);
+    PDI_DELETE(ctx, size + 1, data);
+    return status;
+}
+
+void pd_text_free(pd_ctx *ctx, pd_text *text)
+{
+    for (int k = 0; k < text->block_count; k++) PDI_DELETE(ctx, text->block[k].size, text->block[k].bytes);
+    PDI_DELETE(ctx, text->block_room, text->block);
+    PDI_DELETE(ctx, text->section_room, text->section);
+    PDI_DELETE(ctx, text->entry_room, text->entry);
+    PDI_DELETE(ctx, text->asked_room, text->asked);
+    memset(text, 0, sizeof *text);
+}
+
+int pd_text_flat(const pd_text *text) { return text->flat; }
+
+/* ---- command line ---- */
+
+/* The section of a bare key: the only one that holds it, or section 0 of a flat file. */
+static pd_status pdi_text_bare_key(pd_ctx *ctx, const pd_text *text, const char *key, int *section)
+{
+    int count = 0;
+    char list[PDI_TEXT_LIST] = "", hint[PD_UNITS_TEXT];
+    pdi_units_near near_word;
+    pdi_units_near_init(&near_word, key, strlen(key));
+    *section = 0;
+    for (int k = 0; k < text->entry_count; k++) {
+        const pd_text_entry *e = &text->entry[k];
+        const pd_section *s = &text->section[e->section];
+        pdi_units_offer(&near_word, e->key);
+        if (strcmp(e->key, key) != 0) continue;
+        char path[3 * 64];
+        snprintf(path, sizeof path, "%.60s%s%.60s%s%.60s", s->name, s->label[0] ? "." : "", s->label,
+                 s->name[0] ? "." : "", key);
+        pdi_text_list_add(list, ", ", path);
+        *section = e->section;
+        count++;
+    }
+    pdi_units_hint(&near_word, hint);
+    if (count > 1)
+        return pdi_text_error(ctx, text, 0, "found the key '%.40s', expected one of %s", key, list);
+    if (count == 0 && !text->flat)
+        return pdi_text_error(ctx, text, 0, "found the key '%.40s', which no section of %.80s has, expected"
+                              " section.key%s", key, text->name, hint);
+    return PD_OK;
+}
+
+/* The section of `name.key`: the one without label, else the only labelled one, else a new one. */
+static pd_status pdi_text_named_section(pd_ctx *ctx, pd_text *text, const char *name, const char *key, int *section)
+{
+    int count = 0, found = -1;
+    char list[PDI_TEXT_LIST] = "";
+    for (int k = 0; k < text->section_count; k++) {
+        const pd_section *s = &text->section[k];
+        if (!s->present || strcmp(s->name, name) != 0) continue;
+        char path[3 * 64];
+        snprintf(path, sizeof path, "%.60s.%.60s.%.60s", name, s->label, key);
+        pdi_text_list_add(list, ", ", path);
+        count++;
+        if (found < 0 || s->label[0] == '\0') found = k;
+    }
+    if (count > 1 && text->section[found].label[0])
+        return pdi_text_error(ctx, text, 0, "found '%.40s.%.40s', expected one of %s", name, key, list);
+    *section = found;
+    return found >= 0 ? PD_OK : pdi_text_section_at(ctx, text, name, "", section);
+}
+
+static pd_status pdi_text_labelled_section(pd_ctx *ctx, const pd_text *text, const char *name, const char *label,
+                                           int *section)
+{
+    char list[PDI_TEXT_LIST] = "";
+    for (int k = 0; k < text->section_count; k++) {
+        const pd_section *s = &text->section[k];
+        if (!s->present || strcmp(s->name, name) != 0) continue;
+        *section = k;
+        if (strcmp(s->label, label) == 0) return PD_OK;
+        pdi_text_list_add(list, ", ", s->label[0] ? s->label : "no label");
+    }
+    return pdi_text_error(ctx, text, 0, "found the section [%.40s %.40s], expected one of %.80s (its labels: %s)", name,
+                          label, text->name, list[0] ? list : "none");
+}
+
+pd_status pd_text_override(pd_ctx *ctx, pd_text *text, const char *argument)
+{
+    char *part[3], *t;
+    size_t at = 0, value = 0, end;
+    int parts = 0, section = 0;
+    PDI_TRY(pdi_text_check_bytes(ctx, text, argument, strlen(argument)));
+    PDI_TRY(pdi_text_keep(ctx, text, argument, strlen(argument), &t));
+    for (int more = 1; more; parts++) {
+        at = pdi_text_skip(t, at);
+        size_t size = parts < 3 ? pdi_text_name(t + at, parts == 1) : 0, next = at + size;
+        if (size == 0 || (t[next] != '.' && t[pdi_text_skip(t, next)] != '='))
+            return pdi_text_expected(ctx, text, 0, t, size == 0 ? at : next,
+                                     "key=value, section.key=value or section.label.key=value");
+        part[parts] = t + at;
+        more = t[next] == '.';
+        value = more ? 0 : pdi_text_skip(t, pdi_text_skip(t, next) + 1);
+        t[next] = '\0';
+        at = next + 1;
+    }
+    for (end = strlen(t + value) + value; end > value && pdi_units_blank(t[end - 1]);) end--;
+    t[end] = '\0';
+    const char *key = part[parts - 1];
+    if (end == value)
+        return pdi_text_error(ctx, text, 0, "found nothing after '%.40s=', expected a value", key);
+    if (pdi_text_name(key, 0) != strlen(key))
+        return pdi_text_error(ctx, text, 0, "found '%.40s', expected a key", key);
+    if (parts == 1) PDI_TRY(pdi_text_bare_key(ctx, text, key, &section));
+    else if (parts == 2) PDI_TRY(pdi_text_named_section(ctx, text, part[0], key, &section));
+    else PDI_TRY(pdi_text_labelled_section(ctx, text, part[0], part[1], &section));
+    pd_text_entry *e = pdi_text_entry_at(text, section, key);
+    if (!e) return pdi_text_add(ctx, text, section, key, t + value, 0, (int)value + 1);
+    e->value = t + value;
+    e->line = 0;
+    e->column = (int)value + 1;
+    return PD_OK;
+}
+
+/* ---- look-up ---- */
+
+int pd_text_section(pd_ctx *ctx, pd_text *text, const char *name, const char *label)
+{
+    int index = -1;
+    pd_status status = pdi_text_section_at(ctx, text, name, label ? label : "", &index);
+    if (status < 0) text->failed = status;
+    else text->section[text->section[index].group].asked = 1;
+    return index;
+}
+
+int pd_text_next(pd_ctx *ctx, pd_text *text, const char *name, int after)
+{
+    if (after < 0 && pd_text_section(ctx, text, name, NULL) < 0) return -1;
+    for (int k = after + 1; k < text->section_count; k++)
+        if (text->section[k].present && strcmp(text->section[k].name, name) == 0) return k;
+    return -1;
+}
+
+/* A call that has no status ran out of memory: the next one that has tells it. */
+static pd_status pdi_text_lost(pd_ctx *ctx, const pd_text *text)
+{
+    return pdi_fail(ctx, text->failed, text->name, "memory for its keys could not be allocated");
+}
+
+/* Remember the key for the suggestions of pd_text_unused. */
+static pd_status pdi_text_ask(pd_ctx *ctx, pd_text *text, int section, const char *key)
+{
+    char *copy;
+    if (text->failed) return pdi_text_lost(ctx, text);
+    if (section < 0 || section >= text->section_count)
+        return pdi_fail(ctx, PD_ERR_ARGUMENT, "text", "section %d of %d was asked for '%.40s'", section,
+                        text->section_count, key);
+    int group = text->section[section].group;
+    text->section[group].asked = 1;
+    for (int k = 0; k < text->asked_count; k++)
+        if (text->asked[k].group == group && strcmp(text->asked[k].key, key) == 0) return PD_OK;
+    PDI_TEXT_ROOM(ctx, text->asked, text->asked_count, text->asked_room);
+    PDI_TRY(pdi_text_keep(ctx, text, key, strlen(key), &copy));
+    text->asked[text->asked_count].key = copy;
+    text->asked[text->asked_count].group = group;
+    text->asked_count++;
+    return PD_OK;
+}
+
+int pd_text_has(pd_ctx *ctx, pd_text *text, int section, const char *key)
+{
+    if (section < 0 || section >= text->section_count) return 0;
+    if (!key) return text->section[section].present;
+    pd_status status = pdi_text_ask(ctx, text, section, key);
+    if (status < 0) text->failed = status;
+    return status == PD_OK && pdi_text_entry_at(text, section, key) != NULL;
+}
+
+/* A value on its way to a reader. */
+typedef struct pdi_text_value {
+    const char *value;
+    int line, column;
+    char where[PDI_TEXT_WHERE];
+} pdi_text_value;
+
+static pd_status pdi_text_find(pd_ctx *ctx, pd_text *text, int section, const char *key, const char *fallback,
+                               const char *what, pdi_text_value *v)
+{
+    char title[PD_UNITS_TEXT];
+    PDI_TRY(pdi_text_ask(ctx, text, section, key));
+    pd_text_entry *e = pdi_text_entry_at(text, section, key);
+    pdi_text_title(text, section, title);
+    if (e) {
+        e->used = 1;
+        v->value = e->value;
+        v->line = e->line;
+        v->column = e->column;
+        pdi_text_where(text, e->line, v->where);
+    } else if (fallback) {
+        v->value = fallback;
+        v->line = 1;
+        v->column = 1;
+        snprintf(v->where, sizeof v->where, "default of '%.40s' in %s", key, title);
+    } else {
+        int line = text->section[section].line > 0 ? text->section[section].line : 1;
+        return pdi_text_error(ctx, text, line, "found no '%.40s' in %s, expected %.40s = %.120s", key, title, key,
+                              what);
+    }
+    return PD_OK;
+}
+
+static pd_status pdi_text_wrong(pd_ctx *ctx, const pdi_text_value *v, size_t at, const char *expected)
+{
+    char found[PD_UNITS_TEXT];
+    pdi_expr_quote(v->value + at, found);
+    return pdi_fail(ctx, PD_ERR_PARSE, v->where, "column %d: found %s, expected %s", v->column + (int)at, found,
+                    expected);
+}
+
+/* Compile value[first..end) of v. */
+static pd_status pdi_text_compile(pd_ctx *ctx, const pd_text *text, const pdi_text_value *v, size_t first, size_t end,
+                                  const char *unit, const pd_expr_symbol *vars, int var_count, pd_expr *expr)
+{
+    char item[PD_EXPR_LENGTH + 1];
+    pd_expr_desc desc;
+    memset(&desc, 0, sizeof desc);
+    memset(expr, 0, sizeof *expr);
+    if (end - first > PD_EXPR_LENGTH)
+        return pdi_fail(ctx, PD_ERR_PARSE, v->where, "column %d: found an expression of more than %d characters,"
+                        " expected a shorter one", v->column + (int)first, PD_EXPR_LENGTH);
+    while (first < end && pdi_units_blank(v->value[first])) first++;
+    memcpy(item, v->value + first, end - first);
+    item[end - first] = '\0';
+    desc.text = item;
+    desc.vars = vars;
+    desc.var_count = var_count;
+    desc.consts = text->consts;
+    desc.const_count = text->const_count;
+    desc.tables = text->tables;
+    desc.table_count = text->table_count;
+    desc.unit = unit;
+    desc.allow_bare = text->bare;
+    desc.where = v->where;
+    desc.column = v->column + (int)first;
+    return pd_expr_build(ctx, &desc, expr);
+}
+
+static pd_status pdi_text_constant(pd_ctx *ctx, const pd_text *text, const pdi_text_value *v, size_t first, size_t end,
+                                   const char *unit, double *value)
+{
+    pd_expr expr;
+    PDI_TRY(pdi_text_compile(ctx, text, v, first, end, unit, NULL, 0, &expr));
+    *value = pd_expr_eval(&expr, NULL);
+    pd_expr_free(ctx, &expr);
+    return PD_OK;
+}
+
+/* End of the list item that starts at value[first]: a comma outside parentheses or the end. */
+static size_t pdi_text_item(const char *value, size_t first)
+{
+    int depth = 0;
+    for (; value[first] != '\0' && (depth > 0 || value[first] != ','); first++)
+        depth += (value[first] == '(') - (value[first] == ')');
+    return first;
+}
+
+/* "a length [m]" for the message of a missing key. */
+static void pdi_text_what(pd_ctx *ctx, const char *unit, char *what)
+{
+    pd_dims dims;
+    if (unit && pd_units_parse(ctx, unit, NULL, &dims) == PD_OK) pd_units_describe(&dims, what);
+    else snprintf(what, PD_UNITS_TEXT, "an expression");
+}
+
+pd_status pd_text_string(pd_ctx *ctx, pd_text *text, int section, const char *key, const char *fallback,
+                         const char **value)
+{
+    pdi_text_value v;
+    PDI_TRY(pdi_text_find(ctx, text, section, key, fallback, "a text", &v));
+    *value = v.value;
+    return PD_OK;
+}
+
+pd_status pd_text_number(pd_ctx *ctx, pd_text *text, int section, const char *key, const char *unit,
+                         const char *fallback, double *value)
+{
+    pdi_text_value v;
+    char what[PD_UNITS_TEXT];
+    pdi_text_what(ctx, unit, what);
+    PDI_TRY(pdi_text_find(ctx, text, section, key, fallback, what, &v));
+    return pdi_text_constant(ctx, text, &v, 0, strlen(v.value), unit, value);
+}
+
+static pd_status pdi_text_too_many(pd_ctx *ctx, const pdi_text_value *v, size_t at, int max, const char *axes)
+{
+    char expected[PD_UNITS_TEXT + sizeof PDI_MORE_AXES];
+    snprintf(expected, sizeof expected, "the end (at most %d item%s%s)", max, max > 1 ? "s" : "", axes);
+    return pdi_text_wrong(ctx, v, at, expected);
+}
+
+pd_status pd_text_numbers(pd_ctx *ctx, pd_text *text, int section, const char *key, const char *unit,
+                          const char *fallback, int max, double *values, int *count)
+{
+    pdi_text_value v;
+    char what[PD_UNITS_TEXT];
+    size_t at = 0, end;
+    *count = 0;
+    pdi_text_what(ctx, unit, what);
+    PDI_TRY(pdi_text_find(ctx, text, section, key, fallback, what, &v));
+    for (;; at = end + 1) {
+        end = pdi_text_item(v.value, at);
+        if (*count >= max) return pdi_text_too_many(ctx, &v, at - 1, max, max == PD_DIM ? PDI_MORE_AXES : "");
+        PDI_TRY(pdi_text_constant(ctx, text, &v, at, end, unit, &values[*count]));
+        ++*count;
+        if (v.value[end] == '\0') return PD_OK;
+    }
+}
+
+pd_status pd_text_integer(pd_ctx *ctx, pd_text *text, int section, const char *key, int low, int high,
+                          const char *fallback, int *value)
+{
+    pdi_text_value v;
+    double number;
+    PDI_TRY(pdi_text_find(ctx, text, section, key, fallback, "a whole number", &v));
+    PDI_TRY(pdi_text_constant(ctx, text, &v, 0, strlen(v.value), "", &number));
+    if (!(number >= low && number <= high) || number != floor(number))
+        return pdi_fail(ctx, PD_ERR_PARSE, v.where, "column %d: found %.6g, expected a whole number from %d to %d",
+                        v.column, number, low, high);
+    *value = (int)number;
+    return PD_OK;
+}
+
+/* Index of the value in names (NULL ends); the message lists the names. */
+static pd_status pdi_text_pick(pd_ctx *ctx, const pdi_text_value *v, const char *const *names, int *index)
+{
+    char list[PDI_TEXT_LIST] = "", hint[PD_UNITS_TEXT];
+    pdi_units_near near_word;
+    pdi_units_near_init(&near_word, v->value, strlen(v->value));
+    for (int k = 0; names[k]; k++) {
+        if (strcmp(names[k], v->value) == 0) {
+            *index = k;
+            return PD_OK;
+        }
+        pdi_text_list_add(list, ", ", names[k]);
+        pdi_units_offer(&near_word, names[k]);
+    }
+    pdi_units_hint(&near_word, hint);
+    char expected[PDI_TEXT_LIST + PD_UNITS_TEXT + 16];
+    snprintf(expected, sizeof expected, "one of %s%s", list, hint);
+    return pdi_text_wrong(ctx, v, 0, expected);
+}
+
+pd_status pd_text_bool(pd_ctx *ctx, pd_text *text, int section, const char *key, const char *fallback, int *value)
+{
+    static const char *const names[] = {"no", "yes", "false", "true", "off", "on", NULL};
+    pdi_text_value v;
+    int index = 0;
+    PDI_TRY(pdi_text_find(ctx, text, section, key, fallback, "yes or no", &v));
+    PDI_TRY(pdi_text_pick(ctx, &v, names, &index));
+    *value = index % 2;
+    return PD_OK;
+}
+
+pd_status pd_text_choice(pd_ctx *ctx, pd_text *text, int section, const char *key, const char *const *names,
+                         const char *fallback, int *index)
+{
+    pdi_text_value v;
+    char list[PDI_TEXT_LIST] = "";
+    for (int k = 0; names[k]; k++) pdi_text_list_add(list, " | ", names[k]);
+    PDI_TRY(pdi_text_find(ctx, text, section, key, fallback, list, &v));
+    return pdi_text_pick(ctx, &v, names, index);
+}
+
+pd_status pd_text_words(pd_ctx *ctx, pd_text *text, int section, const char *key, const char *fallback,
+                        pd_word_list *list)
+{
+    pdi_text_value v;
+    list->count = 0;
+    PDI_TRY(pdi_text_find(ctx, text, section, key, fallback, "words separated by commas", &v));
+    for (size_t at = 0;; at++) {
+        at = pdi_text_skip(v.value, at);
+        size_t n = 0, size;
+        while ((size = pdi_text_name(v.value + at + n, 1)) > 0 || v.value[at + n] == '.') n += size > 0 ? size : 1;
+        if (n == 0) return pdi_text_wrong(ctx, &v, at, "a word");
+        if (n >= PD_TEXT_WORD) return pdi_text_wrong(ctx, &v, at, "a word of fewer than 32 characters");
+        if (list->count >= PD_TEXT_WORDS) return pdi_text_too_many(ctx, &v, at, PD_TEXT_WORDS, "");
+        memcpy(list->word[list->count], v.value + at, n);
+        list->word[list->count++][n] = '\0';
+        at = pdi_text_skip(v.value, at + n);
+        if (v.value[at] == '\0') return PD_OK;
+        if (v.value[at] != ',') return pdi_text_wrong(ctx, &v, at, "',' or the end");
+    }
+}
+
+/* One range value[at..end). */
+static pd_status pdi_text_range(pd_ctx *ctx, const pd_text *text, const pdi_text_value *v, size_t at, size_t end,
+                                const char *unit, double *low, double *high)
+{
+    size_t dots = at;
+    while (dots < end && (v->value[dots] != '.' || v->value[dots + 1] != '.')) dots++;
+    if (dots >= end) return pdi_text_wrong(ctx, v, end, "'..' and the end of a range (a .. b)");
+    if (v->value[dots + 2] == '.') return pdi_text_wrong(ctx, v, dots, "two dots with blanks around them");
+    PDI_TRY(pdi_text_constant(ctx, text, v, at, dots, unit, low));
+    PDI_TRY(pdi_text_constant(ctx, text, v, dots + 2, end, unit, high));
+    if (*low < *high) return PD_OK;
+    return pdi_fail(ctx, PD_ERR_PARSE, v->where, "column %d: found a range from %.6g to %.6g, expected its start below"
+                    " its end", v->column + (int)at, *low, *high);
+}
+
+pd_status pd_text_ranges(pd_ctx *ctx, pd_text *text, int section, const char *key, const char *unit,
+                         const char *fallback, int max, double *low, double *high, int *count)
+{
+    pdi_text_value v;
+    size_t at = 0, end;
+    *count = 0;
+    PDI_TRY(pdi_text_find(ctx, text, section, key, fallback, "a .. b, one range for each axis", &v));
+    for (;; at = end + 1) {
+        end = pdi_text_item(v.value, at);
+        if (*count >= max) return pdi_text_too_many(ctx, &v, at - 1, max, max == PD_DIM ? PDI_MORE_AXES : "");
+        PDI_TRY(pdi_text_range(ctx, text, &v, at, end, unit, &low[*count], &high[*count]));
+        ++*count;
+        if (v.value[end] == '\0') return PD_OK;
+    }
+}
+
+pd_status pd_text_expr(pd_ctx *ctx, pd_text *text, int section, const char *key, const char *unit,
+                       const pd_expr_symbol *vars, int var_count, const char *fallback, pd_expr *expr)
+{
+    int count;
+    return pd_text_exprs(ctx, text, section, key, unit, vars, var_count, fallback, 1, expr, &count);
+}
+
+pd_status pd_text_exprs(pd_ctx *ctx, pd_text *text, int section, const char *key, const char *unit,
+                        const pd_expr_symbol *vars, int var_count, const char *fallback, int max, pd_expr *exprs,
+                        int *count)
+{
+    pdi_text_value v;
+    char what[PD_UNITS_TEXT];
+    size_t at = 0, end;
+    pd_status status;
+    *count = 0;
+    memset(exprs, 0, (size_t)max * sizeof *exprs);
+    pdi_text_what(ctx, unit, what);
+    PDI_TRY(pdi_text_find(ctx, text, section, key, fallback, what, &v));
+    for (;; at = end + 1) {
+        end = pdi_text_item(v.value, at);
+        status = *count < max ? pdi_text_compile(ctx, text, &v, at, end, unit, vars, var_count, &exprs[*count])
+                              : pdi_text_too_many(ctx, &v, at - 1, max, max == PD_DIM ? PDI_MORE_AXES : "");
+        if (status < 0) break;
+        ++*count;
+        if (v.value[end] == '\0') return PD_OK;
+    }
+    while (*count > 0) pd_expr_free(ctx, &exprs[--*count]);
+    return status;
+}
+
+/* ---- reports ---- */
+
+pd_status pd_text_refuse(pd_ctx *ctx, const pd_text *text, int section, const char *key, const char *format, ...)
+{
+    char message[PD_MESSAGE_SIZE], where[PDI_TEXT_WHERE];
+    if (text->failed) return pdi_text_lost(ctx, text);
+    const pd_text_entry *e = pdi_text_entry_at(text, section, key);
+    int line = section >= 0 && section < text->section_count ? text->section[section].line : 0;
+    va_list args;
+    va_start(args, format);
+    vsnprintf(message, sizeof message, format, args);
+    va_end(args);
+    pdi_text_where(text, e ? e->line : line > 0 ? line : 1, where);
+    return pdi_fail(ctx, PD_ERR_ARGUMENT, where, "%.40s: %s", key, message);
+}
+
+static pd_status pdi_text_unknown_section(pd_ctx *ctx, const pd_text *text, int section, int line)
+{
+    char hint[PD_UNITS_TEXT], list[PDI_TEXT_LIST] = "";
+    const pd_section *s = &text->section[section];
+    pdi_units_near near_word;
+    pdi_units_near_init(&near_word, s->name, strlen(s->name));
+    for (int k = 1; k < text->section_count; k++) {
+        if (!text->section[k].asked || text->section[k].group != k) continue;
+        pdi_units_offer(&near_word, text->section[k].name);
+        pdi_text_list_add(list, ", ", text->section[k].name);
+    }
+    pdi_units_hint(&near_word, hint);
+    return pdi_text_error(ctx, text, line, "found the section [%.40s], expected one of %s%s", s->name, list, hint);
+}
+
+static pd_status pdi_text_unknown_key(pd_ctx *ctx, const pd_text *text, const pd_text_entry *e)
+{
+    char hint[PD_UNITS_TEXT], list[PDI_TEXT_LIST] = "", title[PD_UNITS_TEXT];
+    pdi_units_near near_word;
+    pdi_text_title(text, e->section, title);
+    pdi_units_near_init(&near_word, e->key, strlen(e->key));
+    for (int k = 0; k < text->asked_count; k++) {
+        if (text->asked[k].group != text->section[e->section].group) continue;
+        if (strcmp(text->asked[k].key, e->key) == 0)
+            return pdi_text_error(ctx, text, e->line, "found '%.40s' in %s, where it has no effect; expected it to be"
+                                  " left out", e->key, title);
+        pdi_units_offer(&near_word, text->asked[k].key);
+        pdi_text_list_add(list, ", ", text->asked[k].key);
+    }
+    pdi_units_hint(&near_word, hint);
+    return pdi_text_error(ctx, text, e->line, "found the unknown key '%.40s' in %s, expected %s%s%s", e->key, title,
+                          list[0] ? "one of " : "no key there", list, hint);
+}
+
+pd_status pd_text_unused(pd_ctx *ctx, const pd_text *text)
+{
+    if (text->failed) return pdi_text_lost(ctx, text);
+    for (int k = 0; k < text->entry_count; k++) {
+        const pd_text_entry *e = &text->entry[k];
+        if (e->used) continue;
+        if (e->section > 0 && !text->section[text->section[e->section].group].asked)
+            return pdi_text_unknown_section(ctx, text, e->section, e->line);
+        return pdi_text_unknown_key(ctx, text, e);
+    }
+    for (int k = 1; k < text->section_count; k++)
+        if (text->section[k].present && !text->section[text->section[k].group].asked)
+            return pdi_text_unknown_section(ctx, text, k, text->section[k].line);
+    return PD_OK;
+}
+
+#undef PDI_TEXT_ROOM
+#undef PDI_TEXT_WHERE
+#undef PDI_TEXT_LIST

@@ -1,0 +1,516 @@
+/* units: see units.h */
+#include "scene/units.h"
+#include <math.h>
+#include <stdio.h>
+#include <string.h>
+
+typedef struct pdi_units_entry {
+    const char *name;
+    double num, den;
+    signed char e[6]; /* m kg s A mol K */
+    int prefix;       /* takes SI prefixes */
+} pdi_units_entry;
+
+static const pdi_units_entry pdi_units_table[] = {
+    {"m", 1, 1, {1, 0, 0, 0, 0, 0}, 1},
+    {"g", 1, 1e3, {0, 1, 0, 0, 0, 0}, 1},
+    {"s", 1, 1, {0, 0, 1, 0, 0, 0}, 1},
+    {"A", 1, 1, {0, 0, 0, 1, 0, 0}, 1},
+    {"mol", 1, 1, {0, 0, 0, 0, 1, 0}, 1},
+    {"K", 1, 1, {0, 0, 0, 0, 0, 1}, 1},
+    {"N", 1, 1, {1, 1, -2, 0, 0, 0}, 1},
+    {"Pa", 1, 1, {-1, 1, -2, 0, 0, 0}, 1},
+    {"J", 1, 1, {2, 1, -2, 0, 0, 0}, 1},
+    {"W", 1, 1, {2, 1, -3, 0, 0, 0}, 1},
+    {"C", 1, 1, {0, 0, 1, 1, 0, 0}, 1},
+    {"V", 1, 1, {2, 1, -3, -1, 0, 0}, 1},
+    {"Ohm", 1, 1, {2, 1, -3, -2, 0, 0}, 1},
+    {"ohm", 1, 1, {2, 1, -3, -2, 0, 0}, 1},
+    {"S", 1, 1, {-2, -1, 3, 2, 0, 0}, 1},
+    {"Hz", 1, 1, {0, 0, -1, 0, 0, 0}, 1},
+    {"L", 1, 1e3, {3, 0, 0, 0, 0, 0}, 1},
+    {"l", 1, 1e3, {3, 0, 0, 0, 0, 0}, 1},
+    {"M", 1e3, 1, {-3, 0, 0, 0, 1, 0}, 1},
+    {"bar", 1e5, 1, {-1, 1, -2, 0, 0, 0}, 1},
+    {"P", 1, 10, {-1, 1, -1, 0, 0, 0}, 1},
+    {"eV", 1.602176634e-19, 1, {2, 1, -2, 0, 0, 0}, 1},
+    {"atm", 101325, 1, {-1, 1, -2, 0, 0, 0}, 0},
+    {"min", 60, 1, {0, 0, 1, 0, 0, 0}, 0},
+    {"h", 3600, 1, {0, 0, 1, 0, 0, 0}, 0},
+    {"d", 86400, 1, {0, 0, 1, 0, 0, 0}, 0},
+    {"day", 86400, 1, {0, 0, 1, 0, 0, 0}, 0},
+    {"yr", 31557600, 1, {0, 0, 1, 0, 0, 0}, 0},
+    {"year", 31557600, 1, {0, 0, 1, 0, 0, 0}, 0},
+    {"mpy", 2.54e-5, 31557600, {1, 0, -1, 0, 0, 0}, 0},
+    {"rad", 1, 1, {0, 0, 0, 0, 0, 0}, 0},
+    {"deg", 3.14159265358979323846, 180, {0, 0, 0, 0, 0, 0}, 0},
+    {"%", 1, 100, {0, 0, 0, 0, 0, 0}, 0},
+    {"ppm", 1, 1e6, {0, 0, 0, 0, 0, 0}, 0}};
+
+typedef struct pdi_units_prefix {
+    const char *name;
+    double num, den;
+} pdi_units_prefix;
+
+/* The last two are the micro sign and the Greek letter in UTF-8. */
+static const pdi_units_prefix pdi_units_prefixes[] = {
+    {"f", 1, 1e15}, {"p", 1, 1e12}, {"n", 1, 1e9}, {"u", 1, 1e6}, {"m", 1, 1e3},          {"c", 1, 100},
+    {"d", 1, 10},   {"h", 100, 1},  {"k", 1e3, 1}, {"M", 1e6, 1}, {"G", 1e9, 1},          {"T", 1e12, 1},
+    {"\xC2\xB5", 1, 1e6},           {"\xCE\xBC", 1, 1e6}};
+
+static const char *const pdi_units_offset[] = {"degC", "degF", "celsius", "Celsius", "fahrenheit", "Fahrenheit",
+                                               "\xC2\xB0" "C", "\xC2\xB0" "F"};
+
+/* Dimensions that have a name, and units to print them in, ascending. The first entry that fits is used. */
+typedef struct pdi_units_named {
+    const char *name, *unit, *show;
+} pdi_units_named;
+
+static const pdi_units_named pdi_units_names[] = {
+    {"a length", "m", "nm|um|mm|m|km"},
+    {"an area", "m2", "um2|mm2|m2"},
+    {"a volume", "m3", "um3|uL|mL|m3"},
+    {"a time", "s", "ns|us|ms|s|min|h|day|year"},
+    {"a rate", "1/s", "/year|/day|/h|/s"},
+    {"a speed", "m/s", "mm/year|um/h|um/s|mm/s|m/s"},
+    {"an acceleration", "m/s2", "m/s2"},
+    {"a flow rate", "m3/s", "uL/min|mL/min|L/s|m3/s"},
+    {"a diffusivity", "m2/s", "m2/s"},
+    {"a mass", "kg", "ng|ug|mg|g|kg"},
+    {"a density", "kg/m3", "kg/m3"},
+    {"a mass flow", "kg/s", "ug/s|mg/s|g/s|kg/s"},
+    {"a mass flux", "kg/m2/s", "mg/m2/day|g/m2/h|kg/m2/s"},
+    {"a pressure", "Pa", "mPa|Pa|kPa|MPa|GPa"},
+    {"a viscosity", "Pa s", "uPa s|mPa s|Pa s"},
+    {"a force", "N", "nN|uN|mN|N|kN"},
+    {"a force per length", "N/m", "uN/m|mN/m|N/m"},
+    {"a force per volume", "N/m3", "N/m3|kN/m3"},
+    {"an energy", "J", "nJ|uJ|mJ|J|kJ"},
+    {"a power", "W", "nW|uW|mW|W|kW"},
+    {"an energy per amount", "J/mol", "J/mol|kJ/mol"},
+    {"an entropy per amount", "J/mol/K", "J/mol/K"},
+    {"an amount", "mol", "pmol|nmol|umol|mmol|mol"},
+    {"a concentration", "mol/m3", "umol/m3|mmol/m3|mol/m3|kmol/m3"},
+    {"a molar mass", "kg/mol", "g/mol|kg/mol"},
+    {"a molar flux", "mol/m2/s", "nmol/m2/s|umol/m2/s|mmol/m2/s|mol/m2/s"},
+    {"a reaction rate", "mol/m3/s", "umol/m3/s|mmol/m3/s|mol/m3/s"},
+    {"a temperature", "K", "K"},
+    {"a current", "A", "nA|uA|mA|A"},
+    {"a current density", "A/m2", "uA/cm2|mA/cm2|A/cm2"},
+    {"a charge", "C", "nC|uC|mC|C"},
+    {"a charge per amount", "C/mol", "C/mol"},
+    {"a voltage", "V", "uV|mV|V|kV"},
+    {"a resistance", "Ohm", "mOhm|Ohm|kOhm|MOhm"},
+    {"a conductance", "S", "uS|mS|S"},
+    {"a conductivity", "S/m", "mS/m|S/m"}};
+
+#define PDI_UNITS_COUNT(array) ((int)(sizeof(array) / sizeof(array)[0]))
+
+PDI_FN int pdi_units_blank(char c) { return c == ' ' || c == '\t' || c == '\r'; }
+
+PDI_FN int pdi_units_digit(char c) { return c >= '0' && c <= '9'; }
+
+static int pdi_units_letter(char c)
+{
+    return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || c == '_' || (unsigned char)c >= 0x80;
+}
+
+PDI_FN size_t pdi_units_word(const char *text)
+{
+    size_t n = 0;
+    if (!pdi_units_letter(text[0])) return 0;
+    while (pdi_units_letter(text[n]) || pdi_units_digit(text[n])) n++;
+    return n;
+}
+
+static size_t pdi_units_skip(const char *text, size_t at)
+{
+    while (pdi_units_blank(text[at])) at++;
+    return at;
+}
+
+static int pdi_units_equal(const char *text, size_t size, const char *name)
+{
+    return strlen(name) == size && memcmp(text, name, size) == 0;
+}
+
+static const pdi_units_entry *pdi_units_find(const char *text, size_t size, int prefixed)
+{
+    for (int k = 0; k < PDI_UNITS_COUNT(pdi_units_table); k++)
+        if ((pdi_units_table[k].prefix || !prefixed) && pdi_units_equal(text, size, pdi_units_table[k].name))
+            return &pdi_units_table[k];
+    return NULL;
+}
+
+/* The symbol text[0..size) with an optional prefix: an exact name wins ("min" is no milli-inch). */
+static int pdi_units_symbol(const char *text, size_t size, pdi_units_product *unit)
+{
+    const pdi_units_entry *entry = pdi_units_find(text, size, 0);
+    unit->num = unit->den = 1;
+    for (int k = 0; !entry && k < PDI_UNITS_COUNT(pdi_units_prefixes); k++) {
+        size_t skip = strlen(pdi_units_prefixes[k].name);
+        if (size <= skip || memcmp(text, pdi_units_prefixes[k].name, skip) != 0) continue;
+        entry = pdi_units_find(text + skip, size - skip, 1);
+        unit->num = pdi_units_prefixes[k].num;
+        unit->den = pdi_units_prefixes[k].den;
+    }
+    if (!entry) return 0;
+    unit->num *= entry->num;
+    unit->den *= entry->den;
+    for (int k = 0; k < 6; k++) unit->dims.e[k] = entry->e[k];
+    return 1;
+}
+
+/* Exponent after '^': [-]digits[.digits]. Returns the bytes read; 0: none. */
+static size_t pdi_units_exponent(const char *text, double *value)
+{
+    size_t at = text[0] == '-';
+    double v = 0, place = 1;
+    if (!pdi_units_digit(text[at])) return 0;
+    for (; pdi_units_digit(text[at]) && v < 1e6; at++) v = 10 * v + (text[at] - '0');
+    if (text[at] == '.' && pdi_units_digit(text[at + 1]))
+        for (at++; pdi_units_digit(text[at]) && place < 1e9; at++) {
+            place *= 10;
+            v = 10 * v + (text[at] - '0');
+        }
+    *value = (text[0] == '-' ? -v : v) / place;
+    return at;
+}
+
+/* unit *= factor^power; whole powers by multiplication, so that powers of ten stay exact. */
+static void pdi_units_multiply(pdi_units_product *unit, const pdi_units_product *factor, double power)
+{
+    double num = 1, den = 1, size = fabs(power);
+    if (size <= 12 && size == floor(size)) {
+        for (int k = 0; k < (int)size; k++) {
+            num *= factor->num;
+            den *= factor->den;
+        }
+    } else {
+        num = pow(factor->num, size);
+        den = pow(factor->den, size);
+    }
+    unit->num *= power > 0 ? num : den;
+    unit->den *= power > 0 ? den : num;
+    for (int k = 0; k < 6; k++) unit->dims.e[k] += power * factor->dims.e[k];
+}
+
+static void pdi_units_one(pdi_units_product *unit)
+{
+    memset(unit, 0, sizeof *unit);
+    unit->num = unit->den = 1;
+}
+
+/* Cancel the common factor of whole num and den: 0.1 kg is 0.1 * 1, not 0.1 * 1000 / 1000. */
+static void pdi_units_cancel(pdi_units_product *unit)
+{
+    double a = unit->num, b = unit->den;
+    if (!(a < 9e15 && b < 9e15) || a != floor(a) || b != floor(b)) return;
+    while (b > 0) {
+        double rest = fmod(a, b);
+        a = b;
+        b = rest;
+    }
+    unit->num /= a;
+    unit->den /= a;
+}
+
+/* One unit with exponent at text, multiplied into unit with that power. Returns the bytes read; 0: no unit. */
+static size_t pdi_units_term(const char *text, pdi_units_declared declared, const void *user, double sign,
+                             pdi_units_product *unit, const char **why)
+{
+    pdi_units_product factor;
+    size_t size = text[0] == '%' ? 1 : pdi_units_word(text), name = size, at, n;
+    double power = 1;
+    if (size == 0 || (declared && declared(user, text, size))) return 0;
+    for (int k = 0; k < PDI_UNITS_COUNT(pdi_units_offset); k++)
+        if (pdi_units_equal(text, size, pdi_units_offset[k])) {
+            *why = "a temperature scale with an offset is not a unit: write the temperature in K (37 degC is 310.15 K)";
+            return 0;
+        }
+    while (name > 1 && pdi_units_digit(text[name - 1])) name--;
+    if (size - name > 2 || !pdi_units_symbol(text, name, &factor)) return 0;
+    at = size;
+    if (name < size) {
+        for (power = 0; name < size; name++) power = 10 * power + (text[name] - '0');
+    } else if (text[at] == '^') {
+        n = pdi_units_exponent(text + at + 1, &power);
+        at += 1 + n;
+        if (n == 0) *why = "the exponent of a unit is a number (m^2, s^-1); for a power of the value write (3 m)^2";
+    } else if (text[at] == '-' && pdi_units_digit(text[at + 1])) {
+        n = pdi_units_digit(text[at + 2]) ? 2 : 1;
+        if (text[at + n + 1] != '.' && !pdi_units_word(text + at + n + 1) && !pdi_units_digit(text[at + n + 1]))
+            at += pdi_units_exponent(text + at, &power);
+    } else if (text[pdi_units_skip(text, at)] == '^') {
+        *why = "write '^' directly after the unit (3 m^2) or parentheses around the value ((3 m)^2)";
+    }
+    if (!*why && (power == 0 || fabs(power) > 12)) *why = "the exponent of a unit lies outside 1 to 12";
+    if (!*why) pdi_units_multiply(unit, &factor, sign * power);
+    return at;
+}
+
+PDI_FN size_t pdi_units_scan(const char *text, pdi_units_declared declared, const void *user,
+                             pdi_units_product *unit, const char **why)
+{
+    size_t end, at = 0;
+    *why = NULL;
+    pdi_units_one(unit);
+    if (text[0] == '1') at = pdi_units_skip(text, 1); /* the form "1/s" */
+    end = at > 0 && text[at] == '/' ? at : pdi_units_term(text, declared, user, 1, unit, why);
+    if (end == 0 || *why) return end;
+    for (;;) {
+        pdi_units_product group;
+        size_t n, next = pdi_units_skip(text, end);
+        if (text[next] == '/') {
+            next = pdi_units_skip(text, next + 1);
+            n = pdi_units_scan_divisor(text + next, declared, user, &group, why);
+            if (n > 0 && !*why) pdi_units_multiply(unit, &group, -1);
+        } else {
+            if (text[next] == '*') next = pdi_units_skip(text, next + 1);
+            n = pdi_units_term(text + next, declared, user, 1, unit, why);
+        }
+        if (*why) return next + n;
+        if (n == 0) break;
+        end = next + n;
+    }
+    pdi_units_cancel(unit);
+    return at > 0 && end == at ? 0 : end;
+}
+
+PDI_FN size_t pdi_units_scan_divisor(const char *text, pdi_units_declared declared, const void *user,
+                                     pdi_units_product *unit, const char **why)
+{
+    size_t at, n;
+    *why = NULL;
+    pdi_units_one(unit);
+    if (text[0] != '(') {
+        at = pdi_units_term(text, declared, user, 1, unit, why);
+        if (at > 0) pdi_units_cancel(unit);
+        return at;
+    }
+    for (at = 1;; at += n) { /* (mol K), (m2*s): units only */
+        at = pdi_units_skip(text, at);
+        if (at > 1 && text[at] == '*') at = pdi_units_skip(text, at + 1);
+        n = pdi_units_term(text + at, declared, user, 1, unit, why);
+        if (*why) return at + n;
+        if (n == 0) break;
+    }
+    pdi_units_cancel(unit);
+    return at > 1 && text[at] == ')' ? at + 1 : 0;
+}
+
+/* A unit that fills the whole text: empty, "1", a product, or "/s". 1: read. */
+static int pdi_units_read(const char *text, pdi_units_product *unit, const char **why)
+{
+    pdi_units_product factor;
+    size_t at = pdi_units_skip(text, 0), n;
+    *why = NULL;
+    pdi_units_one(unit);
+    if (text[at] == '\0' || (text[at] == '1' && text[pdi_units_skip(text, at + 1)] == '\0')) return 1;
+    if (text[at] == '/') {
+        at = pdi_units_skip(text, at + 1);
+        n = pdi_units_scan_divisor(text + at, NULL, NULL, &factor, why);
+        if (n > 0) pdi_units_multiply(unit, &factor, -1);
+    } else {
+        n = pdi_units_scan(text + at, NULL, NULL, unit, why);
+    }
+    return n > 0 && !*why && text[pdi_units_skip(text, at + n)] == '\0';
+}
+
+pd_status pd_units_parse(pd_ctx *ctx, const char *unit, double *scale, pd_dims *dims)
+{
+    pdi_units_product product;
+    const char *why;
+    int read = pdi_units_read(unit, &product, &why);
+    if (why) return pdi_fail(ctx, PD_ERR_PARSE, "units", "'%.40s': %s", unit, why);
+    if (!read)
+        return pdi_fail(ctx, PD_ERR_PARSE, "units", "found '%.40s', expected a unit such as um, m2/s or Pa s", unit);
+    if (scale) *scale = product.num / product.den;
+    if (dims) *dims = product.dims;
+    return PD_OK;
+}
+
+int pd_units_same(const pd_dims *a, const pd_dims *b)
+{
+    for (int k = 0; k < 6; k++)
+        if (!(fabs(a->e[k] - b->e[k]) < 1e-9)) return 0;
+    return 1;
+}
+
+static const pdi_units_named *pdi_units_name_of(const pd_dims *dims)
+{
+    for (int k = 0; k < PDI_UNITS_COUNT(pdi_units_names); k++) {
+        pdi_units_product unit;
+        const char *why;
+        pdi_units_read(pdi_units_names[k].unit, &unit, &why);
+        if (pd_units_same(&unit.dims, dims)) return &pdi_units_names[k];
+    }
+    return NULL;
+}
+
+/* printf follows the locale of the host program; a decimal comma would not read back. */
+static void pdi_units_point(char *text)
+{
+    for (; *text; text++)
+        if (*text == ',') *text = '.';
+}
+
+/* SI product of the exponents, "kg m2 s-3", into text[64]. */
+static void pdi_units_compose(const pd_dims *dims, char *text)
+{
+    static const int order[6] = {1, 0, 2, 3, 4, 5};
+    static const char *const base[6] = {"m", "kg", "s", "A", "mol", "K"};
+    size_t at = 0;
+    text[0] = '\0';
+    for (int k = 0; k < 6; k++) {
+        double power = dims->e[order[k]];
+        const char *gap = at > 0 ? " " : "";
+        const char *name = base[order[k]];
+        int n = 0;
+        if (fabs(power) < 1e-9) continue;
+        if (fabs(power - 1) < 1e-9) n = snprintf(text + at, 64 - at, "%s%s", gap, name);
+        else if (fabs(power) < 9.5 && fabs(power - floor(power + 0.5)) < 1e-9)
+            n = snprintf(text + at, 64 - at, "%s%s%.0f", gap, name, power);
+        else n = snprintf(text + at, 64 - at, "%s%s^%.4g", gap, name, power);
+        if (n < 0 || (size_t)n >= 64 - at) break;
+        at += (size_t)n;
+    }
+    pdi_units_point(text);
+}
+
+static int pdi_units_plain(const pd_dims *dims)
+{
+    pd_dims none;
+    memset(&none, 0, sizeof none);
+    return pd_units_same(dims, &none);
+}
+
+void pd_units_describe(const pd_dims *dims, char *text)
+{
+    const pdi_units_named *named = pdi_units_name_of(dims);
+    char unit[64];
+    pdi_units_compose(dims, unit);
+    if (pdi_units_plain(dims)) snprintf(text, PD_UNITS_TEXT, "a plain number");
+    else if (named) snprintf(text, PD_UNITS_TEXT, "%s [%s]", named->name, named->unit);
+    else snprintf(text, PD_UNITS_TEXT, "a quantity [%s]", unit);
+}
+
+/* Copy the alternative of a "nm|um|mm" list that starts at list; returns the start of the next one or NULL. */
+static const char *pdi_units_alternative(const char *list, char *unit)
+{
+    size_t n = strcspn(list, "|");
+    memcpy(unit, list, n);
+    unit[n] = '\0';
+    return list[n] ? list + n + 1 : NULL;
+}
+
+void pd_units_format(double value, const pd_dims *dims, char *text)
+{
+    const pdi_units_named *named = pdi_units_plain(dims) ? NULL : pdi_units_name_of(dims);
+    char unit[64], best[64];
+    double shown = value;
+    if (!named || value == 0 || !(fabs(value) <= 1e300)) {
+        if (named) snprintf(best, sizeof best, "%s", named->unit);
+        else pdi_units_compose(dims, best);
+    } else {
+        const char *list = named->show;
+        best[0] = '\0';
+        while (list) {
+            pdi_units_product product;
+            const char *why;
+            list = pdi_units_alternative(list, unit);
+            pdi_units_read(unit, &product, &why);
+            double size = value * product.den / product.num;
+            if (best[0] && fabs(size) < 1 - 1e-9) break;
+            snprintf(best, sizeof best, "%s", unit);
+            shown = size;
+        }
+    }
+    int n = snprintf(text, PD_UNITS_TEXT, "%.6g", shown);
+    pdi_units_point(text);
+    if (best[0] && n > 0 && n < PD_UNITS_TEXT)
+        snprintf(text + n, (size_t)(PD_UNITS_TEXT - n), " %s", best);
+}
+
+PDI_FN void pdi_units_examples(const pd_dims *dims, char *text)
+{
+    const pdi_units_named *named = pdi_units_name_of(dims);
+    char unit[64];
+    size_t at = 0;
+    pdi_units_compose(dims, text);
+    for (const char *list = named ? named->show : NULL; list;) {
+        list = pdi_units_alternative(list, unit);
+        int n = snprintf(text + at, PD_UNITS_TEXT - at, "%s%s", at > 0 ? ", " : "", unit);
+        if (n < 0 || (size_t)n >= PD_UNITS_TEXT - at) return;
+        at += (size_t)n;
+    }
+}
+
+/* Optimal string alignment distance (Levenshtein with swaps of neighbours) of two words of at most 31 bytes. */
+static int pdi_units_distance(const char *a, const char *b)
+{
+    int row[3][33], na = (int)strlen(a), nb = (int)strlen(b);
+    for (int j = 0; j <= nb; j++) row[0][j] = j;
+    for (int i = 1; i <= na; i++) {
+        int *now = row[i % 3], *last = row[(i + 2) % 3], *older = row[(i + 1) % 3];
+        now[0] = i;
+        for (int j = 1; j <= nb; j++) {
+            int best = last[j - 1] + (a[i - 1] != b[j - 1]);
+            if (last[j] + 1 < best) best = last[j] + 1;
+            if (now[j - 1] + 1 < best) best = now[j - 1] + 1;
+            if (i > 1 && j > 1 && a[i - 1] == b[j - 2] && a[i - 2] == b[j - 1] && older[j - 2] + 1 < best)
+                best = older[j - 2] + 1;
+            now[j] = best;
+        }
+    }
+    return row[na % 3][nb];
+}
+
+PDI_FN void pdi_units_near_init(pdi_units_near *near_word, const char *word, size_t size)
+{
+    memset(near_word, 0, sizeof *near_word);
+    near_word->distance = size <= 4 ? 2 : 3; /* a candidate must be nearer than this */
+    if (size >= sizeof near_word->word) near_word->distance = 0;
+    else memcpy(near_word->word, word, size);
+}
+
+/* The same letters, large or small: c for C. */
+static int pdi_units_but_for_case(const char *a, const char *b)
+{
+    for (; *a && *b; a++, b++) {
+        int letters = ((*a | 32) >= 'a') && ((*a | 32) <= 'z');
+        if (letters ? (*a | 32) != (*b | 32) : *a != *b) return 0;
+    }
+    return *a == *b;
+}
+
+PDI_FN void pdi_units_offer(pdi_units_near *near_word, const char *candidate)
+{
+    size_t size = strlen(candidate);
+    if (near_word->distance == 0 || size == 0 || size >= sizeof near_word->best) return;
+    int distance = pdi_units_but_for_case(near_word->word, candidate)
+                       ? 0
+                       : pdi_units_distance(near_word->word, candidate);
+    if (distance >= near_word->distance || (size_t)distance >= size || (size_t)distance >= strlen(near_word->word))
+        return;
+    near_word->distance = distance;
+    memcpy(near_word->best, candidate, size + 1);
+}
+
+PDI_FN void pdi_units_offer_units(pdi_units_near *near_word)
+{
+    for (int k = 0; k < PDI_UNITS_COUNT(pdi_units_table); k++) {
+        pdi_units_offer(near_word, pdi_units_table[k].name);
+        for (int p = 0; pdi_units_table[k].prefix && p < PDI_UNITS_COUNT(pdi_units_prefixes) - 2; p++) {
+            char name[16];
+            snprintf(name, sizeof name, "%s%s", pdi_units_prefixes[p].name, pdi_units_table[k].name);
+            pdi_units_offer(near_word, name);
+        }
+    }
+}
+
+PDI_FN void pdi_units_hint(const pdi_units_near *near_word, char *text)
+{
+    text[0] = '\0';
+    if (near_word->best[0]) snprintf(text, PD_UNITS_TEXT, ": did you mean '%s'?", near_word->best);
+}

@@ -1,0 +1,71 @@
+/* units: physical dimensions, unit products such as "um/h" or "Pa s", and values printed with a readable unit.
+ *
+ * A unit is text: a product of SI or accepted units with prefixes ("m2/s", "kg/m^3", "mol m-2 s-1", "J/(mol K)",
+ * "mm/year", "%"). Wherever pdcorr asks for a dimension it takes such a text; its scale then does not matter.
+ * "" and "1" are the plain number. A year is 365.25 days. Offset units (degC) are refused.
+ */
+#ifndef PD_UNITS_H
+#define PD_UNITS_H
+#include "core/base.h"
+
+/* Exponents of m, kg, s, A, mol, K. Real numbers: sqrt(x) of a length is a quantity too. */
+typedef struct pd_dims {
+    double e[6]; /* [-] */
+} pd_dims;
+
+#define PD_UNITS_TEXT 96 /* [byte] room for what pd_units_format and pd_units_describe write */
+
+#define pd_units_parse PD_NAME(pd_units_parse)
+#define pd_units_same PD_NAME(pd_units_same)
+#define pd_units_describe PD_NAME(pd_units_describe)
+#define pd_units_format PD_NAME(pd_units_format)
+
+/* Read a unit: *scale is its size in SI (1 mL/min: 1.667e-8), *dims its dimension. Either may be NULL.
+ * PD_ERR_PARSE: not a unit. */
+PD_API pd_status pd_units_parse(pd_ctx *ctx, const char *unit, double *scale, pd_dims *dims);
+/* 1 when both dimensions agree. */
+PD_API int pd_units_same(const pd_dims *a, const pd_dims *b);
+/* "a speed [m/s]", "a plain number", "a quantity [kg m2]" into text[PD_UNITS_TEXT]. */
+PD_API void pd_units_describe(const pd_dims *dims, char *text);
+/* Print the SI value of dimension dims with six digits and a unit of readable size ("80 um", "9 h", "1.3 um/h")
+ * into text[PD_UNITS_TEXT]. What it prints can be read back by pd_expr_build. */
+PD_API void pd_units_format(double value, const pd_dims *dims, char *text);
+
+#ifdef PDI_INTERNAL
+/* A unit as a quotient: value * num / den rounds once, so that "80 um" is the double 80e-6. */
+typedef struct pdi_units_product {
+    double num, den;
+    pd_dims dims;
+} pdi_units_product;
+
+/* Tells whether the identifier text[0..size) is declared, and so is not a unit. */
+typedef int (*pdi_units_declared)(const void *user, const char *text, size_t size);
+
+/* Scan a unit product at text; returns the bytes read, 0 when no unit stands there. *why (NULL: none) becomes the
+ * reason when what stands there is a unit but not an admissible one; the return value is then the place. */
+PDI_FN size_t pdi_units_scan(const char *text, pdi_units_declared declared, const void *user,
+                             pdi_units_product *unit, const char **why);
+/* The same for what may follow a '/': one unit, or a product in parentheses. The unit itself is returned. */
+PDI_FN size_t pdi_units_scan_divisor(const char *text, pdi_units_declared declared, const void *user,
+                                     pdi_units_product *unit, const char **why);
+/* Units that fit the dimension, "um, mm, m", into text[PD_UNITS_TEXT]. */
+PDI_FN void pdi_units_examples(const pd_dims *dims, char *text);
+
+/* Characters of words; blanks are space, tab and carriage return. */
+PDI_FN int pdi_units_blank(char c);
+PDI_FN int pdi_units_digit(char c);
+PDI_FN size_t pdi_units_word(const char *text); /* length of the identifier at text; 0: none. Bytes >= 0x80 count. */
+
+/* Search of the candidate nearest to a misspelt word. Start with pdi_units_near_init; best is "" when none is near. */
+typedef struct pdi_units_near {
+    char word[32], best[32];
+    int distance;
+} pdi_units_near;
+PDI_FN void pdi_units_near_init(pdi_units_near *near_word, const char *word, size_t size);
+PDI_FN void pdi_units_offer(pdi_units_near *near_word, const char *candidate);
+PDI_FN void pdi_units_offer_units(pdi_units_near *near_word);
+/* ": did you mean 'best'?" or "" into text[PD_UNITS_TEXT]. */
+PDI_FN void pdi_units_hint(const pdi_units_near *near_word, char *text);
+#endif
+
+#endif

@@ -1,0 +1,406 @@
+/* coarsen: see coarsen.h */
+#include "solve/coarsen.h"
+#include "core/par.h"
+#include <math.h>
+
+/* An axis is halved when its typical coefficient is at least this share of the strongest. */
+#define PDI_COARSEN_STRONG 0.25
+/* A pocket whose mass is below this share of its links' coefficients drowns in single precision rounding: its mean is
+ * then solved with this share, and the Krylov solver does the rest. */
+#define PDI_COARSEN_FLOOR 1e-6f
+/* The same with contrast. */
+#define PDI_COARSEN_FLOOR_CONTRAST 1e-10f
+#define PDI_COARSEN_NONE (-1)
+
+/* ---- memory ---- */
+
+PDI_FN void pdi_coarsen_free(pd_ctx *ctx, int contrast, pd_smooth_level *level)
+{
+    size_t cells = (size_t)level->cell_capacity, links = (size_t)level->link_capacity;
+    PDI_DELETE(ctx, (1 + pdi_coarsen_values(contrast)) * cells, level->values);
+    PDI_DELETE(ctx, cells, level->sum);
+    PDI_DELETE(ctx, 4 * cells + 2, level->indices);
+    PDI_DELETE(ctx, 2 * links, level->a);
+    PDI_DELETE(ctx, links, level->col);
+    PDI_DELETE(ctx, links, level->face);
+    PDI_DELETE(ctx, level->child_capacity, level->child);
+    PDI_DELETE(ctx, level->line_capacity, level->line);
+    level->cell_capacity = level->link_capacity = level->child_capacity = level->line_capacity = 0;
+}
+
+/* Room for `count` entries of a list; old content is of no value, so release before taking. */
+static pd_status pdi_coarsen_reserve_list(pd_ctx *ctx, int32_t **list, int32_t *capacity, int32_t count)
+{
+    if (count <= *capacity) return PD_OK;
+    PDI_DELETE(ctx, *capacity, *list);
+    *capacity = 0;
+    PDI_TRY(PDI_NEW(ctx, "multigrid", count, *list));
+    *capacity = count;
+    return PD_OK;
+}
+
+static pd_status pdi_coarsen_reserve_cells(pd_ctx *ctx, int contrast, pd_smooth_level *level, int32_t cells)
+{
+    int whole = level->values && level->indices && (level->sum || !contrast);
+    if (cells <= level->cell_capacity && whole) return PD_OK;
+    size_t room = (size_t)cells;
+    pdi_coarsen_free(ctx, contrast, level);
+    level->cell_capacity = cells;
+    PDI_TRY(PDI_NEW(ctx, "multigrid", (1 + pdi_coarsen_values(contrast)) * room, level->values));
+    if (contrast) PDI_TRY(PDI_NEW(ctx, "multigrid", room, level->sum));
+    PDI_TRY(PDI_NEW(ctx, "multigrid", 4 * room + 2, level->indices));
+    level->x = level->values;
+    level->b = level->x + room;
+    level->r = level->b + room;
+    level->inv = level->r + room;
+    level->excess = contrast ? level->inv + room : NULL;
+    level->parent = level->indices;
+    level->block = level->parent + room;
+    level->row = level->block + room;
+    level->child_first = level->row + room + 1;
+    return PD_OK;
+}
+
+static pd_status pdi_coarsen_reserve_links(pd_ctx *ctx, pd_smooth_level *level, int32_t links)
+{
+    if (links <= level->link_capacity && level->a && level->col && level->face) return PD_OK;
+    size_t old = (size_t)level->link_capacity, room = (size_t)links;
+    PDI_DELETE(ctx, 2 * old, level->a);
+    PDI_DELETE(ctx, old, level->col);
+    PDI_DELETE(ctx, old, level->face);
+    level->link_capacity = links;
+    PDI_TRY(PDI_NEW(ctx, "multigrid", 2 * room, level->a));
+    PDI_TRY(PDI_NEW(ctx, "multigrid", room, level->col));
+    PDI_TRY(PDI_NEW(ctx, "multigrid", room, level->face));
+    level->back = level->a + room;
+    return PD_OK;
+}
+
+/* ---- links ---- */
+
+/* 1: cell c of level 0 has no link for certain. Only a diagonal of symmetric levels tells. */
+static int pdi_coarsen_alone(const pd_smooth_level *level, int32_t c)
+{
+    return level->shared && !(level->inv[c] > 0.0f);
+}
+
+static void pdi_coarsen_block_index(const pd_smooth_level *level, int32_t c, int *i)
+{
+    int32_t rest = level->block ? level->block[c] : c;
+    for (int d = 0; d < PD_DIM; d++) {
+        i[d] = (int)(rest % level->n[d]);
+        rest /= level->n[d];
+    }
+}
+
+/* ---- cells ---- */
+
+/* Sums and counts of the coefficients of the links along each axis. */
+typedef struct pdi_coarsen_strength {
+    double sum[PD_DIM], count[PD_DIM];
+} pdi_coarsen_strength;
+
+static void pdi_coarsen_strengths(const pd_smooth_level *level, int32_t first, int32_t end, pdi_coarsen_strength *s)
+{
+    pdi_coarsen_link link;
+    for (int d = 0; d < PD_DIM; d++) s->sum[d] = s->count[d] = 0.0;
+    for (int32_t c = first; c < end; c++) {
+        if (pdi_coarsen_alone(level, c)) continue;
+        PDI_COARSEN_LINKS(level, c, k, link)
+        {
+            s->sum[link.axis] +=
+                fmin((double)link.a, (double)link.back) + 0.5 * fabs((double)link.a - (double)link.back);
+            s->count[link.axis] += 1.0;
+        }
+    }
+}
+
+PDI_FN int pdi_coarsen_choose(const pd_ctx *ctx, pd_smooth_level *level)
+{
+    pdi_coarsen_strength part[PDI_SMOOTH_PARTS];
+    double sum[PD_DIM], count[PD_DIM], strongest = 0.0;
+    int nt = pdi_par_threads(ctx, 6 * (int64_t)level->cells);
+    (void)nt;
+    PDI_PARALLEL_FOR(nt)
+    for (int q = 0; q < PDI_SMOOTH_PARTS; q++)
+        pdi_coarsen_strengths(level, pdi_smooth_part(level->cells, q), pdi_smooth_part(level->cells, q + 1), &part[q]);
+    for (int d = 0; d < PD_DIM; d++) sum[d] = count[d] = 0.0;
+    for (int q = 0; q < PDI_SMOOTH_PARTS; q++)
+        for (int d = 0; d < PD_DIM; d++) {
+            sum[d] += part[q].sum[d];
+            count[d] += part[q].count[d];
+        }
+    for (int d = 0; d < PD_DIM; d++)
+        if (count[d] > 0.0) strongest = fmax(strongest, sum[d] / count[d]);
+    int any = 0;
+    for (int d = 0; d < PD_DIM; d++) {
+        level->halve[d] = count[d] > 0.0 && sum[d] / count[d] >= PDI_COARSEN_STRONG * strongest;
+        any = any || level->halve[d];
+    }
+    return any;
+}
+
+/* Coarse block of a cell. key: what coarse cells are sorted by, the colour for red-black sweeps, else the block. */
+static int32_t pdi_coarsen_block(const pdi_coarsen *how, const pd_smooth_level *level, const pd_smooth_level *coarse,
+                                 int32_t c, int32_t *key)
+{
+    int i[PD_DIM], sum = 0;
+    int32_t block = 0;
+    pdi_coarsen_block_index(level, c, i);
+    for (int d = PD_DIM - 1; d >= 0; d--) {
+        int j = level->halve[d] ? i[d] / 2 : i[d];
+        block = block * coarse->n[d] + j;
+        sum += j;
+    }
+    *key = how->symmetric ? sum & 1 : block;
+    return block;
+}
+
+/* Union-find in parent: values >= 0 point on, values < -1 are roots. */
+static int32_t pdi_coarsen_root(int32_t *parent, int32_t c)
+{
+    int32_t root = c;
+    while (parent[root] >= 0) root = parent[root];
+    while (parent[c] >= 0) {
+        int32_t next = parent[c];
+        parent[c] = root;
+        c = next;
+    }
+    return root;
+}
+
+/* Join the cells first .. end-1, whole blocks. */
+static void pdi_coarsen_join_part(pd_smooth_level *level, int32_t first, int32_t end)
+{
+    int32_t *parent = level->parent;
+    pdi_coarsen_link link;
+    for (int32_t c = first; c < end; c++) {
+        parent[c] = PDI_COARSEN_NONE;
+        if (pdi_coarsen_alone(level, c)) continue;
+        PDI_COARSEN_LINKS(level, c, k, link) parent[c] = -2;
+    }
+    for (int32_t c = first; c < end; c++) {
+        int i[PD_DIM];
+        if (parent[c] == PDI_COARSEN_NONE) continue;
+        pdi_coarsen_block_index(level, c, i);
+        PDI_COARSEN_LINKS(level, c, k, link)
+        {
+            /* only links to the other half of the own block, each once */
+            if (!link.upper || !level->halve[link.axis] || (i[link.axis] & 1)) continue;
+            if (i[link.axis] == level->n[link.axis] - 1) continue; /* across the box */
+            int32_t p = pdi_coarsen_root(parent, c), q = pdi_coarsen_root(parent, link.cell);
+            if (p < q) parent[q] = p;
+            if (q < p) parent[p] = q;
+        }
+    }
+}
+
+/* Join linked cells of one block. A cell without links is solved by its diagonal and needs no parent. Only on level 0
+ * the cells of a layer of blocks follow each other. */
+static void pdi_coarsen_join(const pd_ctx *ctx, pd_smooth_level *level)
+{
+    int last = PD_DIM - 1;
+    int32_t layer = (level->halve[last] ? 2 : 1) * pdi_smooth_stride(level->n, last);
+    int nt = pdi_par_threads(ctx, 6 * (int64_t)level->cells);
+    (void)nt;
+    if (level->row) layer = level->cells;
+    PDI_PARALLEL_FOR(nt)
+    for (int32_t first = 0; first < level->cells; first += layer)
+        pdi_coarsen_join_part(level, first, layer < level->cells - first ? first + layer : level->cells);
+}
+
+/* Where the colours or the lines begin, from the key counts; turns counts into offsets. */
+static pd_status pdi_coarsen_order(pd_ctx *ctx, const pdi_coarsen *how, pd_smooth_level *coarse, int32_t keys)
+{
+    int32_t *offset = how->mark;
+    for (int32_t k = 0; k < keys; k++) offset[k + 1] += offset[k];
+    coarse->red = how->symmetric ? offset[1] : 0;
+    if (how->symmetric) return PD_OK;
+    int32_t lines = keys / coarse->n[0];
+    PDI_TRY(pdi_coarsen_reserve_list(ctx, &coarse->line, &coarse->line_capacity, lines + 1));
+    for (int32_t j = 0; j <= lines; j++) coarse->line[j] = offset[j * coarse->n[0]];
+    return PD_OK;
+}
+
+/* Number the joined cells and turn parent into those numbers. */
+static pd_status pdi_coarsen_number(pd_ctx *ctx, const pdi_coarsen *how, pd_smooth_level *level,
+                                    pd_smooth_level *coarse)
+{
+    int32_t *parent = level->parent, *offset = how->mark, keys = how->symmetric ? 2 : 1, cells = 0, key;
+    for (int d = 0; d < PD_DIM; d++) {
+        coarse->n[d] = level->halve[d] ? (level->n[d] + 1) / 2 : level->n[d];
+        coarse->wrap[d] = pdi_coarsen_wraps(how->symmetric, coarse->n[d], level->wrap[d]);
+        if (!how->symmetric) keys *= coarse->n[d];
+    }
+    for (int32_t k = 0; k <= keys; k++) offset[k] = 0;
+    for (int32_t c = 0; c < level->cells; c++) {
+        if (parent[c] >= PDI_COARSEN_NONE) continue;
+        pdi_coarsen_block(how, level, coarse, c, &key);
+        offset[key + 1]++;
+        cells++;
+    }
+    coarse->cells = cells;
+    PDI_TRY(pdi_coarsen_reserve_cells(ctx, how->contrast, coarse, cells));
+    PDI_TRY(pdi_coarsen_order(ctx, how, coarse, keys));
+    for (int32_t c = 0; c < level->cells; c++)
+        if (parent[c] >= 0) parent[c] = pdi_coarsen_root(parent, c);
+    for (int32_t c = 0; c < level->cells; c++) {
+        if (parent[c] >= PDI_COARSEN_NONE) continue;
+        int32_t block = pdi_coarsen_block(how, level, coarse, c, &key), p = offset[key]++;
+        coarse->block[p] = block;
+        parent[c] = -p - 2;
+    }
+    for (int32_t c = 0; c < level->cells; c++)
+        if (parent[c] >= 0) parent[c] = parent[parent[c]];
+    for (int32_t c = 0; c < level->cells; c++)
+        if (parent[c] != PDI_COARSEN_NONE) parent[c] = -parent[c] - 2;
+    return PD_OK;
+}
+
+static pd_status pdi_coarsen_children(pd_ctx *ctx, const pd_smooth_level *level, pd_smooth_level *coarse)
+{
+    int32_t *first = coarse->child_first;
+    for (int32_t p = 0; p <= coarse->cells; p++) first[p] = 0;
+    for (int32_t c = 0; c < level->cells; c++)
+        if (level->parent[c] >= 0) first[level->parent[c] + 1]++;
+    for (int32_t p = 0; p < coarse->cells; p++) first[p + 1] += first[p];
+    int32_t children = first[coarse->cells];
+    PDI_TRY(pdi_coarsen_reserve_list(ctx, &coarse->child, &coarse->child_capacity, children));
+    for (int32_t c = level->cells - 1; c >= 0; c--) /* each list from its end: first[p + 1] becomes its begin */
+        if (level->parent[c] >= 0) coarse->child[--first[level->parent[c] + 1]] = c;
+    for (int32_t p = 0; p < coarse->cells; p++) first[p] = first[p + 1];
+    first[coarse->cells] = children;
+    return PD_OK;
+}
+
+/* Widths of the last blocks, which odd sizes leave thinner (unit: width of the others). */
+static void pdi_coarsen_widths(const pd_smooth_level *level, pd_smooth_level *coarse)
+{
+    for (int d = 0; d < PD_DIM; d++) {
+        float last = level->last[d];
+        coarse->last[d] = !level->halve[d] ? last : level->n[d] % 2 ? 0.5f * last : 0.5f * (1.0f + last);
+    }
+}
+
+/* Share of the conductance of a face that is left when the distance of its cells grows from this level to the next. */
+static float pdi_coarsen_link_factor(const pd_smooth_level *level, const pd_smooth_level *coarse, const int *i,
+                                     const pdi_coarsen_link *link)
+{
+    int d = link->axis, n = level->n[d];
+    if (!level->halve[d]) return 1.0f;
+    int above = i[d] + link->upper; /* block above the face */
+    if (above == 0 || above == n) return (1.0f + level->last[d]) / (1.0f + coarse->last[d]) * 0.5f;
+    float fine = above == n - 1 ? 0.5f * (1.0f + level->last[d]) : 1.0f;
+    return fine / (above / 2 == coarse->n[d] - 1 ? 1.0f + coarse->last[d] : 2.0f);
+}
+
+/* The same for the half cell before a Dirichlet wall. Its normal is unknown; when all axes are halved any will do but
+ * for last blocks, which mostly face the side of the box. Otherwise the strong axis is halved alone: its walls then
+ * become too stiff, which does less harm than soft walls on the others. */
+static float pdi_coarsen_wall_factor(const pd_smooth_level *level, const pd_smooth_level *coarse, int32_t p)
+{
+    int i[PD_DIM];
+    float factor = 0.5f;
+    pdi_coarsen_block_index(coarse, p, i);
+    for (int d = 0; d < PD_DIM; d++) {
+        if (!level->halve[d] && level->n[d] > 1) return 1.0f;
+        if (level->halve[d] && i[d] == coarse->n[d] - 1)
+            factor = fmaxf(factor, 0.5f * level->last[d] / coarse->last[d]);
+    }
+    return factor;
+}
+
+/* 1: a link across the box that the next level does without. */
+static int pdi_coarsen_parted(const pd_smooth_level *level, const pd_smooth_level *coarse, const int *i,
+                              const pdi_coarsen_link *link)
+{
+    int d = link->axis;
+    return level->wrap[d] && !coarse->wrap[d] && i[d] == (link->upper ? level->n[d] - 1 : 0);
+}
+
+/* Row p of the coarse links, found through the children: conductances of the faces are summed and reduced as the
+ * distance of the centres grows; flows are summed and taken upwind anew.
+ * fill 0: only count. Returns the end of the row. */
+static int32_t pdi_coarsen_row(const pdi_coarsen *how, const pd_smooth_level *level, pd_smooth_level *coarse, int32_t p,
+                               int32_t start, int fill)
+{
+    int32_t end = start, *mark = how->mark;
+    pdi_coarsen_link link;
+    for (int32_t j = coarse->child_first[p]; j < coarse->child_first[p + 1]; j++) {
+        int32_t c = coarse->child[j];
+        int i[PD_DIM];
+        pdi_coarsen_block_index(level, c, i);
+        PDI_COARSEN_LINKS(level, c, k, link)
+        {
+            int32_t q = level->parent[link.cell];
+            if (q == p || pdi_coarsen_parted(level, coarse, i, &link)) continue;
+            int fresh = mark[q] < start || mark[q] >= end;
+            if (fresh) mark[q] = end++;
+            if (!fill) continue;
+            int32_t at = mark[q];
+            if (fresh) {
+                coarse->col[at] = q;
+                coarse->face[at] = (uint8_t)(2 * link.axis + link.upper);
+                coarse->a[at] = coarse->back[at] = 0.0f;
+            }
+            /* the smaller coefficient is the conductance, the difference the flow out of p */
+            coarse->a[at] += fminf(link.a, link.back) * pdi_coarsen_link_factor(level, coarse, i, &link);
+            coarse->back[at] += link.back - link.a;
+        }
+    }
+    for (int32_t k = start; fill && k < end; k++) {
+        float g = coarse->a[k], f = coarse->back[k];
+        coarse->a[k] = g + (f < 0.0f ? -f : 0.0f);
+        coarse->back[k] = g + (f > 0.0f ? f : 0.0f);
+    }
+    return end;
+}
+
+static pd_status pdi_coarsen_links(pd_ctx *ctx, const pdi_coarsen *how, const pd_smooth_level *level,
+                                   pd_smooth_level *coarse)
+{
+    for (int32_t p = 0; p < coarse->cells; p++) how->mark[p] = -1;
+    coarse->row[0] = 0;
+    for (int32_t p = 0; p < coarse->cells; p++)
+        coarse->row[p + 1] = pdi_coarsen_row(how, level, coarse, p, coarse->row[p], 0);
+    PDI_TRY(pdi_coarsen_reserve_links(ctx, coarse, coarse->row[coarse->cells]));
+    for (int32_t p = 0; p < coarse->cells; p++) how->mark[p] = -1;
+    for (int32_t p = 0; p < coarse->cells; p++) pdi_coarsen_row(how, level, coarse, p, coarse->row[p], 1);
+    return PD_OK;
+}
+
+PDI_FN void pdi_coarsen_diagonal(const pd_smooth_level *level, pd_smooth_level *coarse)
+{
+    float least = coarse->sum ? PDI_COARSEN_FLOOR_CONTRAST : PDI_COARSEN_FLOOR;
+    for (int32_t p = 0; p < coarse->cells; p++) {
+        float mass = 0.0f, wall = 0.0f, links = 0.0f, stiff = 0.0f;
+        double free = 0.0; /* excess that is not of walls */
+        for (int32_t j = coarse->child_first[p]; j < coarse->child_first[p + 1]; j++) {
+            int32_t c = coarse->child[j];
+            mass += level->b[c];
+            wall += level->x[c];
+            free += level->excess ? (double)level->excess[c] - (double)level->x[c] : 0.0;
+            if (level->inv[c] > 0.0f) stiff += 1.0f / level->inv[c];
+        }
+        wall *= pdi_coarsen_wall_factor(level, coarse, p);
+        for (int32_t k = coarse->row[p]; k < coarse->row[p + 1]; k++) links += coarse->back[k];
+        float diag = mass + wall + links;
+        if (links == 0.0f && diag > 0.0f) diag = fmaxf(diag, least * stiff);
+        coarse->inv[p] = diag > 0.0f ? 1.0f / diag : 0.0f;
+        if (coarse->excess) coarse->excess[p] = (float)(free + (double)wall);
+        coarse->r[p] = 0.0f;
+        coarse->b[p] = mass;
+        coarse->x[p] = wall;
+    }
+}
+
+PDI_FN pd_status pdi_coarsen_level(pd_ctx *ctx, const pdi_coarsen *how, pd_smooth_level *level, pd_smooth_level *coarse)
+{
+    pdi_coarsen_join(ctx, level);
+    PDI_TRY(pdi_coarsen_number(ctx, how, level, coarse));
+    PDI_TRY(pdi_coarsen_children(ctx, level, coarse));
+    pdi_coarsen_widths(level, coarse);
+    PDI_TRY(pdi_coarsen_links(ctx, how, level, coarse));
+    pdi_coarsen_diagonal(level, coarse);
+    return PD_OK;
+}

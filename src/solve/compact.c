@@ -1,0 +1,161 @@
+/* compact: see compact.h */
+#include "solve/compact.h"
+#include "core/par.h"
+#include <float.h>
+#include <math.h>
+#include <string.h>
+
+PDI_FN int64_t pdi_compact_cell(const pd_grid *grid, const int *i)
+{
+    int64_t cell = 0;
+    for (int d = PD_DIM - 1; d >= 0; d--) cell = cell * grid->n[d] + i[d];
+    return cell;
+}
+
+PDI_FN pd_status pdi_compact_build(pd_ctx *ctx, const pd_grid *grid, int with_flux, pd_compact *c)
+{
+    memset(c, 0, sizeof *c);
+    c->grid = grid;
+    c->cells = 1;
+    for (int d = 0; d < PD_DIM; d++) c->cells *= grid->n[d];
+    PDI_TRY(PDI_NEW(ctx, "compact", c->cells, c->active));
+    PDI_TRY(PDI_NEW(ctx, "compact", c->cells, c->wall));
+    PDI_TRY(PDI_NEW(ctx, "compact", c->cells, c->mass));
+    for (int d = 0; d < PD_DIM; d++) {
+        PDI_TRY(PDI_NEW(ctx, "compact", c->cells, c->conduct[d]));
+        if (with_flux) PDI_TRY(PDI_NEW(ctx, "compact", c->cells, c->flux[d]));
+    }
+    return PD_OK;
+}
+
+/* Diffusivity that stays on a face beside the compact upwinding, which adds |flux| h^2/2 itself. */
+static double pdi_compact_spread(const pd_grid *grid, const pdi_compact_convection *v, double diffusivity, int32_t node,
+                                 int32_t other, int d)
+{
+    for (int a = 0; a < PD_DIM; a++) {
+        int64_t row = (int64_t)a * grid->total;
+        double speed = 0.5 * fabs(v->u[row + node] + v->u[row + other]);
+        if (v->spread) diffusivity += speed * v->spread[a * PD_DIM + d];
+        if (a == d) diffusivity -= 0.5 * speed * grid->h[d];
+    }
+    return fmax(diffusivity, 0.0);
+}
+
+static void pdi_compact_fill_cell(pd_compact *c, int64_t cell, int32_t node, double constant, const pd_media *media,
+                                  const pdi_compact_convection *v, const pdi_compact_faces *faces)
+{
+    const pd_grid *grid = c->grid;
+    double wall = 0.0, around = pdi_grid_circumference(grid, node), mass = around * c->mass[cell], leaves = 0.0;
+    for (int d = 0; d < PD_DIM; d++) {
+        const double *u = v->u ? v->u + (int64_t)d * grid->total : NULL;
+        for (int up = 0; up < 2; up++) {
+            int32_t other = up ? node + grid->stride[d] : node - grid->stride[d];
+            double face = 0.5 * (around + pdi_grid_circumference(grid, other));
+            double inverse = face / (grid->h[d] * grid->h[d]);
+            uint8_t kind = grid->kind[other];
+            double diffusivity = media ? media->at[node] : constant;
+            if (kind == PD_IMAGE) {
+                if (grid->side[2 * d + up] != PD_SIDE_PERIODIC) continue; /* nothing passes a mirror */
+                kind = PD_FLUID;
+            }
+            if (kind == PD_FLUID) {
+                if (u) leaves += (up ? face : -face) * 0.5 * (u[node] + u[other]) / grid->h[d];
+                if (!up) continue;
+                if (media) diffusivity = pdi_media_bond(media, node, other, media->unit[d]);
+                c->conduct[d][cell] =
+                    (float)(inverse * (u ? pdi_compact_spread(grid, v, diffusivity, node, other, d) : diffusivity));
+                if (u) c->flux[d][cell] = (float)(face * 0.5 * (u[node] + u[other]) / grid->h[d]);
+                continue;
+            }
+            int held = kind == PD_INLET ? faces->inlet : kind == PD_OUTLET ? faces->outlet : faces->closed;
+            if (held) wall += 2.0 * diffusivity * inverse;
+            if (!u || kind != PD_OUTLET) continue;
+            mass += face * fmax((up ? 1.0 : -1.0) * u[node] / grid->h[d], 0.0);
+            leaves += face * fmax((up ? 1.0 : -1.0) * u[node] / grid->h[d], 0.0);
+        }
+    }
+    /* velocities of nodes leave compact faces a divergence: what does not leave must not gather */
+    if (v->spread) mass += fmax(-leaves, 0.0);
+    c->wall[cell] = (float)wall;
+    c->mass[cell] = (float)mass;
+}
+
+PDI_FN void pdi_compact_fill(const pd_ctx *ctx, double diffusivity, const pd_media *media,
+                             const pdi_compact_convection *convection, double mass, const pdi_compact_faces *faces,
+                             pd_compact *c)
+{
+    const pd_grid *grid = c->grid;
+    int nt = pdi_par_threads(ctx, c->cells * 20);
+    int64_t lines = c->cells / grid->n[0];
+    (void)nt;
+    PDI_PARALLEL_FOR(nt)
+    for (int64_t line = 0; line < lines; line++) {
+        int i[PD_DIM];
+        int64_t rest = line;
+        i[0] = 0;
+        for (int d = 1; d < PD_DIM; d++) {
+            i[d] = (int)(rest % grid->n[d]);
+            rest /= grid->n[d];
+        }
+        for (; i[0] < grid->n[0]; i[0]++) {
+            int64_t cell = line * grid->n[0] + i[0];
+            int32_t node = pd_grid_node(grid, i);
+            int fluid = grid->kind[node] == PD_FLUID;
+            c->active[cell] = (uint8_t)fluid;
+            c->wall[cell] = 0.0f;
+            c->mass[cell] = fluid ? (float)mass : 0.0f;
+            for (int d = 0; d < PD_DIM; d++) {
+                c->conduct[d][cell] = 0.0f;
+                if (c->flux[d]) c->flux[d][cell] = 0.0f;
+            }
+            if (fluid) pdi_compact_fill_cell(c, cell, node, diffusivity, media, convection, faces);
+        }
+    }
+}
+
+PDI_FN int pdi_compact_contrast(const int *n, const double *h)
+{
+    double far = 0.0, near = HUGE_VAL;
+    for (int d = 0; d < PD_DIM; d++) {
+        far = fmax(far, n[d] * h[d]);
+        near = fmin(near, h[d]);
+    }
+    return FLT_EPSILON * far * far > near * near;
+}
+
+PDI_FN void pdi_compact_multigrid(const pd_grid *grid, pd_multigrid_desc *desc)
+{
+    int origin[PD_DIM];
+    memset(desc, 0, sizeof *desc);
+    for (int d = 0; d < PD_DIM; d++) {
+        origin[d] = 0;
+        desc->n[d] = grid->n[d];
+        desc->stride[d] = grid->stride[d];
+        desc->periodic[d] = grid->side[2 * d] == PD_SIDE_PERIODIC;
+    }
+    desc->contrast = pdi_compact_contrast(grid->n, grid->h);
+    desc->first = pd_grid_node(grid, origin);
+    desc->weight = grid->circumference ? grid->circumference + grid->ghost : NULL;
+}
+
+PDI_FN void pdi_compact_free(pd_ctx *ctx, pd_compact *c)
+{
+    PDI_DELETE(ctx, c->cells, c->active);
+    PDI_DELETE(ctx, c->cells, c->wall);
+    PDI_DELETE(ctx, c->cells, c->mass);
+    for (int d = 0; d < PD_DIM; d++) {
+        PDI_DELETE(ctx, c->cells, c->conduct[d]);
+        PDI_DELETE(ctx, c->cells, c->flux[d]);
+    }
+    memset(c, 0, sizeof *c);
+}
+
+PDI_FN void pdi_compact_upwind(const pd_stencil *s, double share, double *spread)
+{
+    for (int i = 0; i < PD_DIM * PD_DIM; i++) spread[i] = 0.0;
+    for (int k = 0; k < s->count; k++)
+        for (int a = 0; a < PD_DIM; a++)
+            for (int b = 0; b < PD_DIM; b++)
+                spread[a * PD_DIM + b] +=
+                    share * 0.5 * fabs(s->grad[k * PD_DIM + a]) * s->xi[k * PD_DIM + b] * s->xi[k * PD_DIM + b];
+}

@@ -1,0 +1,51 @@
+/* compact: the nearest-neighbour (2d+1 point) picture of a scene that multigrid preconditioners work on.
+ *
+ * The peridynamic operators act on whole families; their compact counterparts have the same continuum limit and
+ * bounded spectral ratio, which is all that a preconditioner needs. Arrays run over the cells of the box without
+ * ghosts, axis 0 fastest, as multigrid.h wants them. On an axisymmetric grid all coefficients count the circumference.
+ */
+#ifndef PD_COMPACT_H
+#define PD_COMPACT_H
+#include "lattice/media.h"
+#include "solve/multigrid.h"
+
+typedef struct pd_compact {
+    const pd_grid *grid;
+    int64_t cells;
+    uint8_t *active;         /* [cells] 1: fluid */
+    float *conduct[PD_DIM];  /* [cells] [1/s or 1/m2] diffusive coefficient of the face towards + */
+    float *flux[PD_DIM];     /* [cells] [1/s] flow through that face towards +, NULL without flow */
+    float *wall;             /* [cells] boundary values held half a cell away */
+    float *mass;             /* [cells] outflow and time terms */
+} pd_compact;
+
+#ifdef PDI_INTERNAL
+/* Which boundary faces hold a value (1) or let nothing through (0). */
+typedef struct pdi_compact_faces {
+    int closed, inlet, outlet;
+} pdi_compact_faces;
+
+PDI_FN pd_status pdi_compact_build(pd_ctx *ctx, const pd_grid *grid, int with_flux, pd_compact *compact);
+/* What becomes of the convective term. */
+typedef struct pdi_compact_convection {
+    const double *u;      /* [PD_DIM][total] [m/s]; NULL: none */
+    const double *spread; /* [PD_DIM][PD_DIM] [m] diffusivity along the second axis per speed along the first, that the
+                           * peridynamic operator adds by upwinding; NULL: central */
+} pdi_compact_convection;
+/* Upwinding bond by bond spreads along b by 1/2 sum |g_a| xi_b^2 per speed along a; times `share`. */
+PDI_FN void pdi_compact_upwind(const pd_stencil *stencil, double share, double *spread);
+/* diffusivity [m2/s, or 1], or that of media when not NULL; mass: value for every fluid cell [1/s]. */
+PDI_FN void pdi_compact_fill(const pd_ctx *ctx, double diffusivity, const pd_media *media,
+                             const pdi_compact_convection *convection, double mass, const pdi_compact_faces *faces,
+                             pd_compact *compact);
+PDI_FN void pdi_compact_free(pd_ctx *ctx, pd_compact *compact);
+/* 1: the rounding of a field in single precision, as rough as the mesh, has a larger Laplacian than the field itself,
+ * which may reach across the box: a share eps of it over the square of the least spacing. */
+PDI_FN int pdi_compact_contrast(const int *n, const double *h);
+/* What a multigrid has to know of the box: all of the desc but `symmetric`, which becomes 0. */
+PDI_FN void pdi_compact_multigrid(const pd_grid *grid, pd_multigrid_desc *desc);
+/* Box cell of a node inside the box, and back. */
+PDI_FN int64_t pdi_compact_cell(const pd_grid *grid, const int *i);
+#endif
+
+#endif

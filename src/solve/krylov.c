@@ -1,0 +1,681 @@
+/* krylov: see krylov.h */
+#include "solve/krylov.h"
+#include "core/par.h"
+#include <float.h>
+#include <math.h>
+#include <string.h>
+
+/* A restart that lowers the true residual by less than this factor counts as stagnation. */
+#define PDI_KRYLOV_PROGRESS 0.999
+/* Orthogonalise again when the norm fell below this share (Daniel, Gragg, Kaufman and Stewart 1976). */
+#define PDI_KRYLOV_CANCEL 0.1
+/* Smaller pivots of the Hessenberg matrix, relative to the largest, are rounding of a singular one. */
+#define PDI_KRYLOV_PIVOT 1e-13
+
+/* One solve: what all methods share. */
+typedef struct pdi_krylov_run {
+    pd_ctx *ctx;
+    pd_krylov *k;
+    pd_apply_fn apply, precond;
+    void *user;
+    const double *b;
+    double *x;
+    double null_norm2; /* null_vector . null_vector, 0: none */
+    double b_norm, target;
+    pd_krylov_result *result;
+} pdi_krylov_run;
+
+/* Column j of the Hessenberg matrix, j + 2 entries long, begins behind the columns before it. */
+static int64_t pdi_krylov_column(int64_t j) { return j * (j + 3) / 2; }
+
+/* The matrix lies behind the rotations, the right-hand side and the coefficients, so that it can grow. */
+static int64_t pdi_krylov_small(const pd_krylov_desc *desc, int columns)
+{
+    int64_t most = desc->most + 1;
+    return desc->method == PD_KRYLOV_GMRES ? 4 * most + pdi_krylov_column(columns) : 0;
+}
+
+static pd_status pdi_krylov_make(pd_ctx *ctx, const pd_krylov_desc *desc, pd_krylov *krylov)
+{
+    memset(krylov, 0, sizeof *krylov);
+    krylov->desc = *desc;
+    pd_krylov_desc *d = &krylov->desc;
+    if (d->restart == 0) d->restart = 30;
+    if (d->most < d->restart) d->most = d->restart;
+    if (d->max_iterations == 0) d->max_iterations = 200;
+    if (d->rtol == 0.0) d->rtol = 1e-8;
+    if (d->n < 1) return pdi_fail(ctx, PD_ERR_ARGUMENT, "krylov", "n = %.0f, needs at least 1", (double)d->n);
+    if (d->spans && (d->components < 1 || d->n != (int64_t)d->components * d->spans->total))
+        return pdi_fail(ctx, PD_ERR_ARGUMENT, "krylov", "n = %.0f, expected %d times %d", (double)d->n, d->components,
+                        (int)d->spans->total);
+    krylov->length = d->spans ? (int64_t)d->components * d->spans->nodes : d->n;
+    if (d->restart < 1 || d->restart > 1000)
+        return pdi_fail(ctx, PD_ERR_ARGUMENT, "krylov", "restart = %d, needs 1 .. 1000 (0: 30)", d->restart);
+    if (d->most > (PD_KRYLOV_MORE + 1) * d->restart)
+        return pdi_fail(ctx, PD_ERR_ARGUMENT, "krylov", "most = %d, expected at most %d times restart = %d", d->most,
+                        PD_KRYLOV_MORE + 1, d->restart);
+    if (d->max_iterations < 1)
+        return pdi_fail(ctx, PD_ERR_ARGUMENT, "krylov", "max_iterations = %d, needs at least 1 (0: 200)",
+                        d->max_iterations);
+    if (!(d->rtol > 0.0 && d->rtol < 1.0))
+        return pdi_fail(ctx, PD_ERR_ARGUMENT, "krylov", "rtol = %g, needs 0 < rtol < 1 (0: 1e-8)", d->rtol);
+    if (!(d->atol >= 0.0 && d->atol <= DBL_MAX))
+        return pdi_fail(ctx, PD_ERR_ARGUMENT, "krylov", "atol = %g, needs to be finite and >= 0", d->atol);
+    switch (d->method) {
+    case PD_KRYLOV_GMRES:
+        krylov->vectors = d->spans ? 4 : 3;
+        krylov->basis_vectors = d->flexible ? 2 * d->restart + 1 : d->restart + 1;
+        krylov->columns = d->restart;
+        break;
+    case PD_KRYLOV_BICGSTAB: krylov->vectors = 7; break;
+    case PD_KRYLOV_CG: krylov->vectors = 5; break;
+    default: return pdi_fail(ctx, PD_ERR_ARGUMENT, "krylov", "method %d is unknown", (int)d->method);
+    }
+    int most = krylov->vectors + krylov->basis_vectors;
+    if (d->n > INT64_MAX / most)
+        return pdi_fail(ctx, PD_ERR_SIZE, "krylov", "%d vectors of %.0f entries overflow", most, (double)d->n);
+    PDI_TRY(PDI_NEW(ctx, "krylov", d->n * krylov->vectors, krylov->work));
+    pd_status status = PDI_NEW(ctx, "krylov", pdi_krylov_small(d, krylov->columns), krylov->small);
+    if (status == PD_OK && krylov->basis_vectors)
+        status = d->compressed ? PDI_NEW(ctx, "krylov", krylov->length * krylov->basis_vectors, krylov->single)
+                               : PDI_NEW(ctx, "krylov", krylov->length * krylov->basis_vectors, krylov->basis);
+    return status;
+}
+
+pd_status pd_krylov_build(pd_ctx *ctx, const pd_krylov_desc *desc, pd_krylov *krylov)
+{
+    pd_status status = pdi_krylov_make(ctx, desc, krylov);
+    if (status < 0) pd_krylov_free(ctx, krylov);
+    return status;
+}
+
+/* Entries of one chunk of what has grown: `restart` vectors, and as many preconditioned ones. */
+static int64_t pdi_krylov_chunk(const pd_krylov *krylov)
+{
+    return krylov->length * krylov->desc.restart * (krylov->desc.flexible ? 2 : 1);
+}
+
+static size_t pdi_krylov_entry(const pd_krylov *krylov)
+{
+    return krylov->desc.compressed ? sizeof *krylov->single : sizeof *krylov->basis;
+}
+
+/* Bring the Hessenberg matrix to that many columns. */
+static pd_status pdi_krylov_resize(pd_ctx *ctx, pd_krylov *krylov, int columns)
+{
+    PDI_TRY(PDI_GROW(ctx, "krylov", pdi_krylov_small(&krylov->desc, krylov->columns),
+                     pdi_krylov_small(&krylov->desc, columns), krylov->small));
+    krylov->columns = columns;
+    return PD_OK;
+}
+
+void pd_krylov_trim(pd_ctx *ctx, pd_krylov *krylov)
+{
+    const pd_krylov_desc *d = &krylov->desc;
+    if (!krylov->chunks) return;
+    while (krylov->chunks)
+        pdi_free(ctx, (size_t)pdi_krylov_chunk(krylov), pdi_krylov_entry(krylov), &krylov->more[--krylov->chunks]);
+    if (pdi_krylov_resize(ctx, krylov, d->restart) == PD_OK) return;
+    ctx->status = PD_OK; /* what is too large does no harm */
+    ctx->message[0] = '\0';
+}
+
+/* Columns of the basis as it is now. */
+static int pdi_krylov_room(const pd_krylov *krylov) { return (krylov->chunks + 1) * krylov->desc.restart; }
+
+/* Room for more basis vectors; 0: there is none. */
+static int pdi_krylov_grow(pd_ctx *ctx, pd_krylov *krylov)
+{
+    int columns = pdi_krylov_room(krylov) + krylov->desc.restart;
+    if (columns > krylov->desc.most) return 0;
+    pd_status status = pdi_alloc(ctx, "krylov", (size_t)pdi_krylov_chunk(krylov), pdi_krylov_entry(krylov),
+                                 &krylov->more[krylov->chunks]);
+    if (status == PD_OK && krylov->columns < columns) status = pdi_krylov_resize(ctx, krylov, columns);
+    if (status == PD_OK) {
+        krylov->chunks++;
+        return 1;
+    }
+    pdi_free(ctx, (size_t)pdi_krylov_chunk(krylov), pdi_krylov_entry(krylov), &krylov->more[krylov->chunks]);
+    ctx->status = PD_OK; /* it goes on with what it has */
+    ctx->message[0] = '\0';
+    return 0;
+}
+
+void pd_krylov_free(pd_ctx *ctx, pd_krylov *krylov)
+{
+    pd_krylov_trim(ctx, krylov);
+    PDI_DELETE(ctx, krylov->desc.n * krylov->vectors, krylov->work);
+    PDI_DELETE(ctx, krylov->length * krylov->basis_vectors, krylov->basis);
+    PDI_DELETE(ctx, krylov->length * krylov->basis_vectors, krylov->single);
+    PDI_DELETE(ctx, pdi_krylov_small(&krylov->desc, krylov->columns), krylov->small);
+    memset(krylov, 0, sizeof *krylov);
+}
+
+static double *pdi_krylov_vector(const pdi_krylov_run *run, int i)
+{
+    return run->k->work + (int64_t)i * run->k->desc.n;
+}
+
+/* Number of the first vector of the preconditioned basis. */
+static int pdi_krylov_flexible(const pd_krylov *k) { return k->desc.most + 1; }
+
+/* Where vector i of the basis stands in its chunk: the first of those that have grown is 0, -1 is what was built. */
+static int64_t pdi_krylov_place(const pd_krylov *k, int i, int *chunk)
+{
+    int restart = k->desc.restart, flexible = i >= pdi_krylov_flexible(k);
+    int at = flexible ? i - pdi_krylov_flexible(k) : i - 1;
+    *chunk = at < restart ? -1 : at / restart - 1;
+    if (flexible && !k->desc.flexible) *chunk = k->chunks; /* there is none */
+    if (*chunk < 0) return k->length * (flexible ? restart + 1 + at : i);
+    return k->length * (at % restart + (flexible ? restart : 0));
+}
+
+/* Vector i of the basis, in the precision that it is kept in; NULL: there is none. */
+static double *pdi_krylov_double(const pd_krylov *k, int i)
+{
+    int chunk;
+    int64_t at = pdi_krylov_place(k, i, &chunk);
+    if (k->desc.compressed || chunk >= k->chunks) return NULL;
+    return chunk < 0 ? k->basis + at : (double *)k->more[chunk] + at;
+}
+
+static float *pdi_krylov_single(const pd_krylov *k, int i)
+{
+    int chunk;
+    int64_t at = pdi_krylov_place(k, i, &chunk);
+    if (!k->desc.compressed || chunk >= k->chunks) return NULL;
+    return chunk < 0 ? k->single + at : (float *)k->more[chunk] + at;
+}
+
+/* Up to PDI_PAR_GROUP vectors of the basis from `first`; those of the preconditioned one follow after all. */
+static pdi_par_vectors pdi_krylov_basis(const pdi_krylov_run *run, int first)
+{
+    pdi_par_vectors v;
+    for (int m = 0; m < PDI_PAR_GROUP; m++) {
+        v.v[m] = pdi_krylov_double(run->k, first + m);
+        v.single[m] = pdi_krylov_single(run->k, first + m);
+    }
+    return v;
+}
+
+/* Entries of a vector that are not zero for certain. */
+static int64_t pdi_krylov_entries(const pd_krylov_desc *d) { return d->end ? d->end - d->first : d->n; }
+
+static double pdi_krylov_dot(const pdi_krylov_run *run, const double *u, const double *v)
+{
+    int64_t first = run->k->desc.first;
+    return pdi_par_dot(run->ctx, pdi_krylov_entries(&run->k->desc), u + first, v + first);
+}
+
+static void pdi_krylov_axpy(const pdi_krylov_run *run, double a, const double *u, double *v)
+{
+    int64_t first = run->k->desc.first;
+    pdi_par_axpy(run->ctx, pdi_krylov_entries(&run->k->desc), a, u + first, v + first);
+}
+
+static void pdi_krylov_copy(const pdi_krylov_run *run, const double *u, double *v)
+{
+    int64_t first = run->k->desc.first;
+    pdi_par_copy(run->ctx, pdi_krylov_entries(&run->k->desc), u + first, v + first);
+}
+
+/* v = a v + u */
+static void pdi_krylov_scale_add(const pdi_krylov_run *run, double a, double *v, const double *u)
+{
+    int64_t first = run->k->desc.first, end = first + pdi_krylov_entries(&run->k->desc);
+    int nt = pdi_par_threads(run->ctx, end - first);
+    (void)nt;
+    PDI_PARALLEL_FOR(nt)
+    for (int64_t i = first; i < end; i++) v[i] = a * v[i] + u[i];
+}
+
+static void pdi_krylov_project(const pdi_krylov_run *run, double *v)
+{
+    const pd_krylov_desc *d = &run->k->desc;
+    if (run->null_norm2 > 0.0)
+        pdi_krylov_axpy(run, -pdi_krylov_dot(run, d->null_vector, v) / run->null_norm2, d->null_vector, v);
+    if (d->project) d->project(run->user, v);
+}
+
+static void pdi_krylov_apply(const pdi_krylov_run *run, const double *u, double *v)
+{
+    run->apply(run->user, u, v);
+    run->result->applies++;
+    pdi_krylov_project(run, v);
+}
+
+static void pdi_krylov_precond(const pdi_krylov_run *run, const double *u, double *v)
+{
+    if (run->precond) {
+        run->precond(run->user, u, v);
+        run->result->precond_applies++;
+    } else
+        pdi_krylov_copy(run, u, v);
+    pdi_krylov_project(run, v);
+}
+
+/* r = b - A x, projected; returns |r|. */
+static double pdi_krylov_residual(const pdi_krylov_run *run, double *r)
+{
+    pdi_krylov_apply(run, run->x, r);
+    pdi_krylov_scale_add(run, -1.0, r, run->b);
+    pdi_krylov_project(run, r);
+    return sqrt(pdi_krylov_dot(run, r, r));
+}
+
+static int pdi_krylov_finite(double value) { return value >= -DBL_MAX && value <= DBL_MAX; }
+
+static pd_status pdi_krylov_diverged(const pdi_krylov_run *run, const char *what)
+{
+    return pdi_fail(run->ctx, PD_ERR_DIVERGED, "krylov",
+                    "%s is not finite in iteration %d: look for NaN or overflow in the operator or the preconditioner",
+                    what, run->result->iterations);
+}
+
+static pd_status pdi_krylov_stopped(const pdi_krylov_run *run, const char *why)
+{
+    return pdi_fail(run->ctx, PD_NOT_CONVERGED, "krylov", "%s after %d iterations: residual %.3g, target %.3g", why,
+                    run->result->iterations, run->result->residual, run->target);
+}
+
+/* ---- GMRES: x += M^-1 V y, y minimises |beta e1 - H y| ---- */
+
+/* The entries of a full vector that the basis has: the vector itself, or a copy that the next call overwrites. */
+static double *pdi_krylov_pack(const pdi_krylov_run *run, double *full)
+{
+    const pd_krylov_desc *d = &run->k->desc;
+    if (!d->spans) return full;
+    double *packed = pdi_krylov_vector(run, 3);
+    pdi_spans_pack(run->ctx, d->spans, d->components, full, packed);
+    return packed;
+}
+
+/* Bring them to a full vector, which is zero between. */
+static void pdi_krylov_unpack(const pdi_krylov_run *run, const double *packed, double *full)
+{
+    const pd_krylov_desc *d = &run->k->desc;
+    if (d->spans) pdi_spans_unpack(run->ctx, d->spans, d->components, packed, full);
+    else if (packed != full) pdi_krylov_copy(run, packed, full);
+}
+
+/* v = a v, kept as vector i of the basis. v loses what single precision does: A Z = V H holds for what is kept. */
+static void pdi_krylov_keep(const pdi_krylov_run *run, double a, double *v, int i)
+{
+    int64_t n = run->k->length;
+    double *basis = pdi_krylov_double(run->k, i);
+    float *single = pdi_krylov_single(run->k, i);
+    int nt = pdi_par_threads(run->ctx, n);
+    (void)nt;
+    PDI_PARALLEL_FOR(nt)
+    for (int64_t e = 0; e < n; e++) {
+        v[e] *= a;
+        if (basis) basis[e] = v[e];
+        else v[e] = (double)(single[e] = (float)v[e]);
+    }
+}
+
+/* v = sum y_j times vector first + j of the basis, j < count. */
+static void pdi_krylov_combine(const pdi_krylov_run *run, int first, int count, const double *y, double *v)
+{
+    double *sum = run->k->desc.spans ? pdi_krylov_vector(run, 3) : v;
+    pdi_par_zero(run->ctx, run->k->length, sum);
+    for (int j = 0; j < count; j += PDI_PAR_GROUP) {
+        pdi_par_vectors basis = pdi_krylov_basis(run, first + j);
+        int group = count - j < PDI_PAR_GROUP ? count - j : PDI_PAR_GROUP;
+        pdi_par_axpys(run->ctx, run->k->length, group, y + j, &basis, sum);
+    }
+    pdi_krylov_unpack(run, sum, v);
+}
+
+/* Append column j: w = A z, packed, is orthogonalised against v_0 .. v_j; h[0..j+1]. Returns |w| before, or NaN. */
+static double pdi_krylov_arnoldi(const pdi_krylov_run *run, int j, double *w, double *h)
+{
+    double before = sqrt(pdi_par_dot(run->ctx, run->k->length, w, w)), norm = before;
+    for (int i = 0; i <= j; i++) h[i] = 0.0;
+    for (int pass = 0; pass < 2; pass++) {
+        double start = norm;
+        /* modified Gram-Schmidt by groups: one pass over w for several vectors */
+        for (int i = 0; i <= j; i += PDI_PAR_GROUP) {
+            int count = j + 1 - i < PDI_PAR_GROUP ? j + 1 - i : PDI_PAR_GROUP;
+            pdi_par_vectors v = pdi_krylov_basis(run, i);
+            double dots[PDI_PAR_GROUP];
+            pdi_par_dots(run->ctx, run->k->length, count, &v, w, dots);
+            for (int m = 0; m < count; m++) {
+                h[i + m] += dots[m];
+                dots[m] = -dots[m];
+            }
+            pdi_par_axpys(run->ctx, run->k->length, count, dots, &v, w);
+        }
+        norm = sqrt(pdi_par_dot(run->ctx, run->k->length, w, w));
+        if (!(norm < PDI_KRYLOV_CANCEL * start)) break;
+    }
+    h[j + 1] = norm;
+    return before;
+}
+
+/* Rotate column j of H to upper triangular form. */
+static void pdi_krylov_rotate(int j, double *h, double *cs, double *sn, double *g)
+{
+    for (int i = 0; i < j; i++) {
+        /* two sums: a sum beside a difference gcc 12 fuses even with -ffp-contract=off */
+        double t = cs[i] * h[i] + sn[i] * h[i + 1], back = -sn[i];
+        h[i + 1] = cs[i] * h[i + 1] + back * h[i];
+        h[i] = t;
+    }
+    double radius = hypot(h[j], h[j + 1]);
+    cs[j] = radius > 0.0 ? h[j] / radius : 1.0;
+    sn[j] = radius > 0.0 ? h[j + 1] / radius : 0.0;
+    h[j] = radius;
+    h[j + 1] = 0.0;
+    g[j + 1] = -sn[j] * g[j];
+    g[j] *= cs[j];
+}
+
+/* Back substitution. A singular operator leaves a pivot of rounding size; its direction is left out. */
+static void pdi_krylov_back(int count, const double *hess, const double *g, double *y)
+{
+    double largest = 0.0;
+    for (int j = 0; j < count; j++) largest = fmax(largest, fabs(hess[pdi_krylov_column(j) + j]));
+    for (int i = count - 1; i >= 0; i--) {
+        double sum = g[i];
+        for (int j = i + 1; j < count; j++) sum -= hess[pdi_krylov_column(j) + i] * y[j];
+        double pivot = hess[pdi_krylov_column(i) + i];
+        y[i] = fabs(pivot) > PDI_KRYLOV_PIVOT * largest ? sum / pivot : 0.0;
+    }
+}
+
+/* Power of two that brings the largest entry of the first preconditioned vector near 1: units of x may leave the range
+ * of single precision. */
+static double pdi_krylov_unit(const pdi_krylov_run *run, const double *z)
+{
+    int exponent = 0;
+    double largest = pdi_par_max_abs(run->ctx, run->k->length, z);
+    if (largest > 0.0 && largest <= DBL_MAX) frexp(largest, &exponent);
+    return ldexp(1.0, -exponent);
+}
+
+/* Rotations, right-hand side, coefficients and Hessenberg matrix of a cycle. */
+typedef struct pdi_krylov_dense {
+    double *cs, *sn, *g, *y, *hess;
+} pdi_krylov_dense;
+
+static pdi_krylov_dense pdi_krylov_look(const pd_krylov *krylov)
+{
+    int most = krylov->desc.most + 1;
+    pdi_krylov_dense s;
+    s.cs = krylov->small;
+    s.sn = s.cs + most;
+    s.g = s.sn + most;
+    s.y = s.g + most;
+    s.hess = s.y + most;
+    return s;
+}
+
+/* One cycle from the residual in work vector 0 (norm beta). The correction is added to x; work vector 1 keeps the x
+ * before. */
+static pd_status pdi_krylov_gmres_cycle(const pdi_krylov_run *run, double beta)
+{
+    const pd_krylov_desc *d = &run->k->desc;
+    int flexible = d->flexible && run->precond, count = 0;
+    pdi_krylov_dense s = pdi_krylov_look(run->k);
+    double *v = pdi_krylov_vector(run, 0), *w = pdi_krylov_vector(run, 1), *z = pdi_krylov_vector(run, 2);
+    double unit = 1.0, *packed = pdi_krylov_pack(run, v);
+    pdi_krylov_keep(run, 1.0 / beta, packed, 0);
+    pdi_krylov_unpack(run, packed, v);
+    s.g[0] = beta;
+    while (run->result->iterations < d->max_iterations) {
+        int j = count;
+        if (d->fixed && j == d->restart) break;
+        if (j == pdi_krylov_room(run->k)) {
+            if (!pdi_krylov_grow(run->ctx, run->k)) break;
+            s = pdi_krylov_look(run->k);
+        }
+        double *h = s.hess + pdi_krylov_column(j);
+        PDI_TRY(pdi_poll(run->ctx, "GMRES", run->result->iterations));
+        pdi_krylov_precond(run, v, z);
+        if (flexible) {
+            packed = pdi_krylov_pack(run, z);
+            if (j == 0) unit = pdi_krylov_unit(run, packed);
+            pdi_krylov_keep(run, unit, packed, pdi_krylov_flexible(run->k) + j);
+            pdi_krylov_unpack(run, packed, z);
+        }
+        pdi_krylov_apply(run, z, w);
+        packed = pdi_krylov_pack(run, w);
+        double before = pdi_krylov_arnoldi(run, j, packed, h);
+        if (!pdi_krylov_finite(before) || !pdi_krylov_finite(h[j + 1]))
+            return pdi_krylov_diverged(run, "an operator application");
+        run->result->iterations++;
+        count++;
+        double next = h[j + 1];
+        pdi_krylov_rotate(j, h, s.cs, s.sn, s.g);
+        /* lucky breakdown: the space is invariant */
+        if (next <= DBL_EPSILON * before || fabs(s.g[count]) <= 0.9 * run->target) break;
+        pdi_krylov_keep(run, 1.0 / next, packed, j + 1);
+        pdi_krylov_unpack(run, packed, v);
+    }
+    pdi_krylov_back(count, s.hess, s.g, s.y);
+    if (flexible) pdi_krylov_combine(run, pdi_krylov_flexible(run->k), count, s.y, z);
+    else {
+        pdi_krylov_combine(run, 0, count, s.y, v);
+        pdi_krylov_precond(run, v, z);
+    }
+    if (!pdi_krylov_finite(pdi_krylov_dot(run, z, z))) return pdi_krylov_diverged(run, "the correction");
+    pdi_krylov_copy(run, run->x, w);
+    pdi_krylov_axpy(run, 1.0, z, run->x);
+    return PD_OK;
+}
+
+static pd_status pdi_krylov_gmres(const pdi_krylov_run *run, double norm)
+{
+    const pd_krylov_desc *d = &run->k->desc;
+    double *r = pdi_krylov_vector(run, 0);
+    while (norm > run->target) {
+        if (run->result->iterations >= d->max_iterations) return pdi_krylov_stopped(run, "no convergence");
+        PDI_TRY(pdi_krylov_gmres_cycle(run, norm));
+        double fresh = pdi_krylov_residual(run, r);
+        if (!pdi_krylov_finite(fresh) || fresh > norm) {
+            /* rounding, a singular operator or a preconditioner that is not linear: the iterate before was better */
+            pdi_krylov_copy(run, pdi_krylov_vector(run, 1), run->x);
+            if (!pdi_krylov_finite(fresh)) return pdi_krylov_diverged(run, "the residual");
+            return pdi_krylov_stopped(run, "stagnation");
+        }
+        run->result->residual = fresh;
+        if (fresh > run->target && fresh > PDI_KRYLOV_PROGRESS * norm) return pdi_krylov_stopped(run, "stagnation");
+        norm = fresh;
+    }
+    return PD_OK;
+}
+
+/* ---- short recurrences: CG and BiCGStab ---- */
+
+/* The best iterate is copied only when the next one is worse, before x moves on. */
+typedef struct pdi_krylov_best {
+    double *x;
+    double norm, current; /* of the best and of the present iterate */
+    int saved;            /* x differs from the present iterate */
+} pdi_krylov_best;
+
+static void pdi_krylov_best_move(const pdi_krylov_run *run, pdi_krylov_best *best, double next)
+{
+    if (next > best->norm) {
+        if (!best->saved) pdi_krylov_copy(run, run->x, best->x);
+        best->saved = 1;
+    } else {
+        best->norm = next;
+        best->saved = 0;
+    }
+    best->current = next;
+}
+
+/* Return to the best iterate and take the true residual there. */
+static void pdi_krylov_best_restore(const pdi_krylov_run *run, pdi_krylov_best *best, double *scratch)
+{
+    if (best->saved) pdi_krylov_copy(run, best->x, run->x);
+    best->saved = 0;
+    run->result->residual = pdi_krylov_residual(run, scratch);
+}
+
+/* CG from the residual r (norm) until the recurrence says done, breaks down or runs out. Flexible form of beta:
+ * a cycle in single precision is symmetric to its rounding only. */
+static pd_status pdi_krylov_cg_run(const pdi_krylov_run *run, pdi_krylov_best *best)
+{
+    double *r = pdi_krylov_vector(run, 0), *p = pdi_krylov_vector(run, 1), *z = pdi_krylov_vector(run, 2);
+    double *q = pdi_krylov_vector(run, 3);
+    double rho = 0.0, alpha = 0.0;
+    for (int first = 1; best->current > run->target; first = 0) {
+        if (run->result->iterations >= run->k->desc.max_iterations) return PD_OK;
+        PDI_TRY(pdi_poll(run->ctx, "Krylov", run->result->iterations));
+        pdi_krylov_precond(run, r, z);
+        double rho_next = pdi_krylov_dot(run, r, z);
+        if (!pdi_krylov_finite(rho_next)) return pdi_krylov_diverged(run, "the preconditioned residual");
+        if (rho_next <= 0.0)
+            return pdi_fail(run->ctx, PD_ERR_DIVERGED, "krylov",
+                            "r.z = %.3g in CG: the preconditioner is not positive definite", rho_next);
+        double beta = first ? 0.0 : -alpha * pdi_krylov_dot(run, z, q) / rho;
+        pdi_krylov_scale_add(run, beta, p, z);
+        pdi_krylov_apply(run, p, q);
+        double curvature = pdi_krylov_dot(run, p, q);
+        if (!pdi_krylov_finite(curvature)) return pdi_krylov_diverged(run, "an operator application");
+        if (curvature <= 0.0)
+            return pdi_fail(run->ctx, PD_ERR_DIVERGED, "krylov",
+                            "p.Ap = %.3g in CG: the operator is not positive definite (use GMRES)", curvature);
+        rho = rho_next;
+        alpha = pdi_krylov_dot(run, p, r) / curvature;
+        pdi_krylov_axpy(run, -alpha, q, r);
+        double next = sqrt(pdi_krylov_dot(run, r, r));
+        if (!pdi_krylov_finite(next)) return pdi_krylov_diverged(run, "the residual");
+        pdi_krylov_best_move(run, best, next);
+        pdi_krylov_axpy(run, alpha, p, run->x);
+        run->result->iterations++;
+    }
+    return PD_OK;
+}
+
+/* BiCGStab with shadow residual r of the start; returns early on breakdown so that the caller restarts. */
+static pd_status pdi_krylov_bicgstab_run(const pdi_krylov_run *run, pdi_krylov_best *best)
+{
+    double *r = pdi_krylov_vector(run, 0), *p = pdi_krylov_vector(run, 1), *z = pdi_krylov_vector(run, 2);
+    double *v = pdi_krylov_vector(run, 3), *shadow = pdi_krylov_vector(run, 5), *t = pdi_krylov_vector(run, 6);
+    double rho = 1.0, alpha = 1.0, omega = 1.0, shadow_norm = best->current;
+    pdi_krylov_copy(run, r, shadow);
+    for (int first = 1; best->current > run->target; first = 0) {
+        if (run->result->iterations >= run->k->desc.max_iterations) return PD_OK;
+        PDI_TRY(pdi_poll(run->ctx, "Krylov", run->result->iterations));
+        double rho_next = pdi_krylov_dot(run, shadow, r);
+        if (fabs(rho_next) <= DBL_EPSILON * shadow_norm * best->current) return PD_OK;
+        if (first)
+            pdi_krylov_copy(run, r, p);
+        else { /* p = r + beta (p - omega v) */
+            pdi_krylov_axpy(run, -omega, v, p);
+            pdi_krylov_scale_add(run, rho_next / rho * (alpha / omega), p, r);
+        }
+        rho = rho_next;
+        pdi_krylov_precond(run, p, z);
+        pdi_krylov_apply(run, z, v);
+        double sv = pdi_krylov_dot(run, shadow, v), vv = pdi_krylov_dot(run, v, v);
+        if (!pdi_krylov_finite(vv)) return pdi_krylov_diverged(run, "an operator application");
+        if (fabs(sv) <= DBL_EPSILON * shadow_norm * sqrt(vv)) return PD_OK;
+        alpha = rho / sv;
+        pdi_krylov_axpy(run, -alpha, v, r); /* r is s now */
+        double half = sqrt(pdi_krylov_dot(run, r, r));
+        if (!pdi_krylov_finite(half)) return pdi_krylov_diverged(run, "the residual");
+        run->result->iterations++;
+        pdi_krylov_best_move(run, best, half);
+        pdi_krylov_axpy(run, alpha, z, run->x);
+        if (half <= run->target) return PD_OK;
+        pdi_krylov_precond(run, r, z);
+        pdi_krylov_apply(run, z, t);
+        double tt = pdi_krylov_dot(run, t, t), ts = pdi_krylov_dot(run, t, r);
+        if (!pdi_krylov_finite(tt)) return pdi_krylov_diverged(run, "an operator application");
+        if (fabs(ts) <= DBL_EPSILON * sqrt(tt) * half) return PD_OK;
+        omega = ts / tt;
+        pdi_krylov_axpy(run, -omega, t, r);
+        double next = sqrt(pdi_krylov_dot(run, r, r));
+        if (!pdi_krylov_finite(next)) return pdi_krylov_diverged(run, "the residual");
+        pdi_krylov_best_move(run, best, next);
+        pdi_krylov_axpy(run, omega, z, run->x);
+    }
+    return PD_OK;
+}
+
+/* Run a recurrence, check the true residual, restart from it while that helps. */
+static pd_status pdi_krylov_short(const pdi_krylov_run *run, double norm)
+{
+    const pd_krylov_desc *d = &run->k->desc;
+    double *r = pdi_krylov_vector(run, 0);
+    while (norm > run->target) {
+        if (run->result->iterations >= d->max_iterations) return pdi_krylov_stopped(run, "no convergence");
+        pdi_krylov_best best = {pdi_krylov_vector(run, 4), norm, norm, 0};
+        pd_status status = d->method == PD_KRYLOV_CG ? pdi_krylov_cg_run(run, &best)
+                                                     : pdi_krylov_bicgstab_run(run, &best);
+        if (status < 0) {
+            if (best.saved) pdi_krylov_copy(run, best.x, run->x);
+            return status;
+        }
+        pdi_krylov_best_restore(run, &best, r);
+        double fresh = run->result->residual;
+        if (!pdi_krylov_finite(fresh)) return pdi_krylov_diverged(run, "the residual");
+        if (fresh > run->target && fresh > PDI_KRYLOV_PROGRESS * norm) return pdi_krylov_stopped(run, "stagnation");
+        norm = fresh;
+    }
+    return PD_OK;
+}
+
+static pd_status pdi_krylov_start(pdi_krylov_run *run, double *norm)
+{
+    const pd_krylov_desc *d = &run->k->desc;
+    double *r = pdi_krylov_vector(run, 0);
+    if (d->null_vector) {
+        run->null_norm2 = pdi_krylov_dot(run, d->null_vector, d->null_vector);
+        if (!(run->null_norm2 > 0.0 && run->null_norm2 <= DBL_MAX))
+            return pdi_fail(run->ctx, PD_ERR_ARGUMENT, "krylov", "null_vector has norm^2 %g, needs > 0",
+                            run->null_norm2);
+    }
+    pdi_krylov_copy(run, run->b, r);
+    pdi_krylov_project(run, r);
+    run->b_norm = sqrt(pdi_krylov_dot(run, r, r));
+    if (!pdi_krylov_finite(run->b_norm))
+        return pdi_fail(run->ctx, PD_ERR_ARGUMENT, "krylov", "the right-hand side is not finite");
+    run->target = fmax(d->rtol * run->b_norm, d->atol);
+    *norm = run->b_norm;
+    if (d->zero_guess)
+        pdi_par_zero(run->ctx, d->n, run->x);
+    else {
+        if (!pdi_krylov_finite(pdi_krylov_dot(run, run->x, run->x)))
+            return pdi_fail(run->ctx, PD_ERR_ARGUMENT, "krylov", "the guess is not finite");
+        pdi_krylov_project(run, run->x);
+        *norm = pdi_krylov_residual(run, r);
+        if (!pdi_krylov_finite(*norm)) return pdi_krylov_diverged(run, "A applied to the guess");
+    }
+    run->result->residual0 = run->result->residual = *norm;
+    return PD_OK;
+}
+
+pd_status pd_krylov_solve(pd_ctx *ctx, pd_krylov *krylov, pd_apply_fn apply, pd_apply_fn precond, void *user,
+                          const double *b, double *x, pd_krylov_result *result)
+{
+    pd_krylov_result own;
+    pdi_krylov_run run;
+    double norm = 0.0;
+    memset(&run, 0, sizeof run);
+    run.ctx = ctx;
+    run.k = krylov;
+    run.apply = apply;
+    run.precond = precond;
+    run.user = user;
+    run.b = b;
+    run.x = x;
+    run.result = result ? result : &own;
+    memset(run.result, 0, sizeof *run.result);
+    if (!apply || !krylov->work)
+        return pdi_fail(ctx, PD_ERR_ARGUMENT, "krylov", "%s", apply ? "solver was not built" : "apply is NULL");
+    PDI_TRY(pdi_krylov_start(&run, &norm));
+    pd_status status = PD_OK;
+    if (run.b_norm == 0.0 && norm > run.target) { /* the one solution needs no iteration */
+        pdi_par_zero(ctx, krylov->desc.n, x);
+        run.result->residual = 0.0;
+    } else
+        status = krylov->desc.method == PD_KRYLOV_GMRES ? pdi_krylov_gmres(&run, norm) : pdi_krylov_short(&run, norm);
+    run.result->converged = status == PD_OK;
+    return status;
+}

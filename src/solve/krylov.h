@@ -1,0 +1,94 @@
+/* krylov: iterative solvers for A x = b over callbacks; they know no physics.
+ *
+ * All vectors have desc.n entries and every sum runs over all of them. Work vectors start as zeros, so entries that
+ * the callbacks never write (ghosts, solid nodes) stay zero when they are zero in b and x.
+ */
+#ifndef PD_KRYLOV_H
+#define PD_KRYLOV_H
+#include "lattice/span.h"
+
+/* y = A x or y = M^-1 x; x and y never alias. */
+typedef void (*pd_apply_fn)(void *user, const double *x, double *y);
+/* v = the part of v orthogonal to the null space, in place. */
+typedef void (*pd_project_fn)(void *user, double *v);
+
+/* Times that a basis may grow. */
+#define PD_KRYLOV_MORE 32
+
+typedef enum pd_krylov_method {
+    PD_KRYLOV_GMRES = 0,    /* any operator; restart + 4 vectors (flexible: 2 restart + 4) */
+    PD_KRYLOV_BICGSTAB = 1, /* any operator; 7 vectors, two applications an iteration */
+    PD_KRYLOV_CG = 2        /* symmetric positive (semi-)definite operator and preconditioner; 5 vectors */
+} pd_krylov_method;
+
+typedef struct pd_krylov_desc {
+    pd_krylov_method method;
+    int64_t n;          /* entries of a vector */
+    int64_t first, end; /* all entries of b, x and what the callbacks make are zero before `first` and from `end` on,
+                         * and those of earlier solves were: sums leave them out. end 0: all n */
+    const pd_spans *spans; /* the basis of GMRES takes their nodes only, in `components` parts of a vector: all others
+                            * are zero in b and x. n = components times spans->total. Borrowed; NULL: all n entries */
+    int components;
+    int restart;        /* [-] GMRES: basis vectors; 0: 30 */
+    int most;           /* [-] GMRES: it takes memory for up to so many of them, `restart` at a time, before it
+                         * restarts; 0: restart. Where memory is refused it restarts */
+    int fixed;          /* 1: GMRES restarts at `restart` whatever `most` is */
+    int flexible;       /* 1: GMRES keeps the preconditioned basis. Needed when the preconditioner is not linear to
+                         * rounding in double precision, as a multigrid cycle in single precision on a stiff operator */
+    int compressed;     /* 1: GMRES keeps its basis in single precision: half the memory. Residuals stay double, a cycle
+                         * gains up to six digits (Aliaga, Anzt, Gruetzmacher, Quintana-Orti, Tomas 2022) */
+    int max_iterations; /* 0: 200 */
+    double rtol;        /* [-] stop at |b - A x| <= max(rtol |b|, atol); 0: 1e-8 */
+    double atol;        /* [unit of b] */
+    int zero_guess;     /* 1: the x passed in is ignored and taken as 0, which saves one application */
+    /* Singular consistent systems: b, residuals and iterates are kept orthogonal to the null space of A (which must
+     * also be that of its transpose), given by one vector (borrowed, n entries), a projection, or both as NULL. */
+    const double *null_vector; /* [-] */
+    pd_project_fn project;
+} pd_krylov_desc;
+
+/* Between solves first, end, fixed, max_iterations, rtol, atol, zero_guess, null_vector and project of desc may be
+ * changed. */
+typedef struct pd_krylov {
+    pd_krylov_desc desc; /* defaults filled in */
+    int vectors;         /* work vectors */
+    double *work;        /* [vectors][n] [unit of b or x] */
+    int64_t length;      /* entries of a vector of the basis */
+    int basis_vectors;
+    double *basis;       /* GMRES: [basis_vectors][length] [-] basis, then (flexible) the preconditioned one; or NULL */
+    float *single;       /* the same when compressed */
+    double *small;       /* [-] GMRES: Hessenberg matrix, rotations, right-hand side, coefficients */
+    int columns;         /* GMRES: that the Hessenberg matrix has room for */
+    void *more[PD_KRYLOV_MORE]; /* GMRES: what has grown, `restart` vectors each as in the basis (flexible: twice) */
+    int chunks;          /* of them */
+} pd_krylov;
+
+typedef struct pd_krylov_result {
+    int iterations;
+    int applies, precond_applies;
+    double residual0, residual; /* [unit of b] true |b - A x| of the guess and of the returned x */
+    int converged;
+} pd_krylov_result;
+
+#define pd_krylov_build PD_NAME(pd_krylov_build)
+#define pd_krylov_free PD_NAME(pd_krylov_free)
+#define pd_krylov_trim PD_NAME(pd_krylov_trim)
+#define pd_krylov_solve PD_NAME(pd_krylov_solve)
+
+/* Allocate all work. PD_ERR_ARGUMENT: a knob is out of range. */
+PD_API pd_status pd_krylov_build(pd_ctx *ctx, const pd_krylov_desc *desc, pd_krylov *krylov);
+PD_API void pd_krylov_free(pd_ctx *ctx, pd_krylov *krylov);
+/* Give back what has grown. */
+PD_API void pd_krylov_trim(pd_ctx *ctx, pd_krylov *krylov);
+/* Solve A x = b, preconditioned from the right (CG: symmetrically). precond NULL: none; user goes to all callbacks.
+ * x: guess in, solution out; result may be NULL. Allocates nothing but
+ * what `most` lets it.
+ * PD_NOT_CONVERGED: iteration limit or stagnation; x is the best iterate seen. PD_ERR_DIVERGED: NaN or infinity came
+ * out of a callback, or CG met an indefinite operator; x is the last finite iterate. PD_ERR_ARGUMENT: b or x is not
+ * finite.
+ * Sources: Saad 2003 (GMRES alg. 9.5, 9.6; BiCGStab alg. 7.7; CG alg. 9.1), van der Vorst 1992,
+ * Notay 2000 (flexible CG). */
+PD_API pd_status pd_krylov_solve(pd_ctx *ctx, pd_krylov *krylov, pd_apply_fn apply, pd_apply_fn precond, void *user,
+                                 const double *b, double *x, pd_krylov_result *result);
+
+#endif

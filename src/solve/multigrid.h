@@ -1,0 +1,75 @@
+/* multigrid: a scalar, cell-centred, geometric V-cycle on the compact face stencil, used as a preconditioner.
+ *
+ * Operator over the cells of a box (2 PD_DIM + 1 points):
+ *   (A x)_c = (mass + wall)_c x_c + sum_f g_f (x_c - x_n) + sum_f ( max(F,0) x_c - max(-F,0) x_n )
+ * with g_f >= 0 the diffusive coefficient of face f and F the flow out of c through it, upwind.
+ *
+ * Coarse cells are the connected parts of the blocks of 2 cells along each coarsened axis: a wall thinner than a block
+ * stays a wall, and pockets that do not touch stay apart on all levels down to one cell each. Coefficients are kept
+ * in single precision, scaled by a power of two; each cycle scales its right-hand side likewise.
+ *
+ * Where conductances differ by orders of magnitude, a good conductor has a mean that only the mass and the poor
+ * conductor around it hold, and these may be below the rounding of its own links. So with desc.contrast each level
+ * keeps the excess of its rows beside the diagonals, applies the operator to coarse corrections by differences, and
+ * those are never rounded to single precision.
+ */
+#ifndef PD_MULTIGRID_H
+#define PD_MULTIGRID_H
+#include "solve/smooth.h"
+
+#define PD_MULTIGRID_LEVELS 40
+
+typedef struct pd_multigrid_desc {
+    int n[PD_DIM];          /* cells of the box, axis 0 fastest */
+    int32_t stride[PD_DIM]; /* of the padded lattice on which rhs and x live */
+    int32_t first;          /* node of cell 0 on that lattice */
+    const double *weight;   /* [n of the last axis] [m] or [-]: factors of the right-hand side, layer by layer, which
+                             * the coefficients hold already; NULL: 1. Borrowed */
+    int periodic[PD_DIM];   /* 1: the first cells of the axis are neighbours of its last ones */
+    int symmetric;          /* 1: flux will always be NULL: symmetric cycle, less memory; 0: smoother for flow */
+    int contrast;           /* 1: conductances differ by orders of magnitude from place to place: corrections of coarser
+                             * levels are kept in double precision, which costs a fifth to a half more time */
+} pd_multigrid_desc;
+
+typedef struct pd_multigrid {
+    pd_multigrid_desc desc;
+    int levels;     /* 0: not set up */
+    double scale;   /* [-] power of two: stored coefficient = scale * given one */
+    int32_t pad;    /* zero floats before and after each level 0 array read at neighbours */
+    float *store;   /* level 0: x and coefficients with their pads, b, r, inv and excess */
+    double *sums;   /* [-] level 0: sum with its pads; NULL without contrast */
+    int32_t *mark;  /* [cells + 3] counts and marks of the setup */
+    pd_smooth_level level[PD_MULTIGRID_LEVELS];
+} pd_multigrid;
+
+#define pd_multigrid_build PD_NAME(pd_multigrid_build)
+#define pd_multigrid_free PD_NAME(pd_multigrid_free)
+#define pd_multigrid_setup PD_NAME(pd_multigrid_setup)
+#define pd_multigrid_mass PD_NAME(pd_multigrid_mass)
+#define pd_multigrid_cycle PD_NAME(pd_multigrid_cycle)
+
+/* Allocate the finest level. PD_ERR_ARGUMENT: n or stride not positive. PD_ERR_SIZE: more than 2^31 - 1 cells. */
+PD_API pd_status pd_multigrid_build(pd_ctx *ctx, const pd_multigrid_desc *desc, pd_multigrid *mg);
+PD_API void pd_multigrid_free(pd_ctx *ctx, pd_multigrid *mg);
+/* Take the coefficients and build the coarser levels. All arrays over the box cells, axis 0 fastest:
+ * active: 1 for cells that take part; conduct[d][c] >= 0 and flux[d][c] (flux NULL: none): of the face between cell c
+ * and c + e_d, flow positive towards +e_d (faces of inactive cells are ignored, and those of the box side unless its
+ * axis is periodic: put the net outflow through them into mass); wall[c] >= 0: Dirichlet half-cell conductance;
+ * mass[c] >= 0. wall and mass may be NULL.
+ * All share one unit. PD_ERR_ARGUMENT: a coefficient is negative or not finite. Memory is kept for the next setup. */
+PD_API pd_status pd_multigrid_setup(pd_ctx *ctx, pd_multigrid *mg, const uint8_t *active,
+                                    const float *const conduct[PD_DIM], const float *const flux[PD_DIM],
+                                    const float *wall, const float *mass);
+/* Take other walls and masses; the active cells and their faces stay those of the last setup, which this costs a small
+ * part of. desc.symmetric only. The same bits as a setup gives. PD_ERR_ARGUMENT: as of setup, or there was none. */
+PD_API pd_status pd_multigrid_mass(pd_ctx *ctx, pd_multigrid *mg, const uint8_t *active, const float *wall,
+                                   const float *mass);
+/* x = M^-1 rhs, one cycle from zero: a constant linear operator up to single precision rounding, symmetric positive
+ * (fit for CG) with desc.symmetric. With GMRES on stiff operators use the flexible form: rounding is not linear.
+ * rhs and x live on the padded lattice; x becomes 0 at inactive cells, nodes outside of the box are neither read nor
+ * written. A pocket without mass and wall gets a finite answer for any rhs. Allocates nothing. Before a successful
+ * setup it leaves x alone. Sources: Trottenberg, Oosterlee and Schueller 2001 (ch. 2, 5, 7); Braess 1995 (constant
+ * transfers with rescaled coarse operators). */
+PD_API void pd_multigrid_cycle(pd_ctx *ctx, pd_multigrid *mg, const double *rhs, double *x);
+
+#endif

@@ -1,0 +1,61 @@
+/* advance: transport in time, of second order, with error-controlled steps.
+ *
+ * The two-stage L-stable SDIRK method of implicit.h on the implicit stages of transport.h (theory: eq. 5.9 to 5.11). No
+ * linear method of second order keeps all fields within their bounds for all steps; a step that leaves them is taken
+ * again by backward Euler, which does. Amounts are conserved to rounding either way.
+ */
+#ifndef PD_ADVANCE_H
+#define PD_ADVANCE_H
+#include "transport/transport.h"
+
+typedef struct pd_advance_desc {
+    double rtol;    /* [-] error of one step against the largest concentration, by the embedded estimate; 0: 1e-3 */
+    double first;   /* [s] first step of a run; 0: found from the error of trial steps */
+    double largest; /* [s] largest step of a run; 0: none */
+} pd_advance_desc;
+
+/* What stands outside of the transport becomes that of time t [s]. */
+typedef pd_status (*pd_advance_at_fn)(pd_ctx *ctx, void *user, double t);
+
+typedef struct pd_advance {
+    pd_advance_desc desc; /* defaults filled in */
+    pd_transport *transport;
+    pd_advance_at_fn at;   /* set after the build: called before each stage, for a flow that follows its boundary; it
+                            * calls pd_transport_at. NULL: nothing but that is called */
+    void *at_user;
+    double *start, *carry; /* [total] [mol/m3] field and carry at the start of the step */
+    double *slope;         /* [total] [mol/m3] change of the first stage */
+    double *rest;          /* [total] [mol/m3/s] what the first stage left undone */
+    double time;           /* [s] */
+    double dt;             /* [s] that a run would try next; 0: not known yet */
+    double error;          /* [-] estimated error of the last step */
+    double largest;        /* [mol/m3] concentration in the trials of a step */
+    double out, in;        /* [mol] (per m in planar 2D) through outlets, inlets and held walls since the build */
+    int64_t steps, rejected, krylov;
+    int64_t euler;         /* steps taken by backward Euler to keep the bounds */
+} pd_advance;
+
+#define pd_advance_build PD_NAME(pd_advance_build)
+#define pd_advance_step PD_NAME(pd_advance_step)
+#define pd_advance_next PD_NAME(pd_advance_next)
+#define pd_advance_run PD_NAME(pd_advance_run)
+#define pd_advance_free PD_NAME(pd_advance_free)
+
+/* transport is borrowed; its c is the state. PD_ERR_ARGUMENT: a knob is negative or not finite. */
+PD_API pd_status pd_advance_build(pd_ctx *ctx, pd_transport *transport, const pd_advance_desc *desc,
+                                  pd_advance *advance);
+/* One step of dt [s], whatever its error. result: of the last stage. PD_NOT_CONVERGED, here and below: a linear solver
+ * stopped above its tolerance; what is missing is in the carry of transport. */
+PD_API pd_status pd_advance_step(pd_ctx *ctx, pd_advance *advance, double dt, pd_transport_result *result);
+/* One step of controlled error that does not pass t_end [s]. PD_ERR_STATE: the error does not fall with the step. */
+PD_API pd_status pd_advance_next(pd_ctx *ctx, pd_advance *advance, double t_end, pd_transport_result *result);
+/* Such steps up to t_end [s]. */
+PD_API pd_status pd_advance_run(pd_ctx *ctx, pd_advance *advance, double t_end, pd_transport_result *result);
+PD_API void pd_advance_free(pd_ctx *ctx, pd_advance *advance);
+
+#ifdef PDI_INTERNAL
+/* What steps carry on beside the transport. */
+PDI_FN pd_status pdi_advance_store(pd_ctx *ctx, pd_advance *advance, pd_archive *archive);
+#endif
+
+#endif

@@ -1,0 +1,386 @@
+/* diffusion: see diffusion.h */
+#include "transport/diffusion.h"
+#include "core/vec.h"
+#include "core/par.h"
+#include <math.h>
+#include <string.h>
+
+/* Directions that the bonds between rows do not span keep the factor 1: singular values below this share of the trace
+ * are damped away. */
+#define PDI_DIFFUSION_DAMPING 1e-3
+/* The same along metal: at its inner edges few bonds lie within both surfaces. */
+#define PDI_DIFFUSION_EDGES 0.02
+/* Factors stay within these bounds. */
+#define PDI_DIFFUSION_LEAST 0.25
+#define PDI_DIFFUSION_MOST 8.0
+
+/* (xi xi^T) packed as xx, xy, yy, xz, yz, zz. */
+static void pdi_diffusion_pack(const double *xi, double *packed)
+{
+    int at = 0;
+    for (int a = 0; a < PD_DIM; a++)
+        for (int b = 0; b <= a; b++) packed[at++] = xi[a] * xi[b];
+}
+
+/* e^T X e = sum of this times the packed entries of X, off-diagonal ones counting twice. */
+static void pdi_diffusion_quadratic(const double *xi, double *weight)
+{
+    double square = pdi_vec_dot(xi, xi);
+    int at = 0;
+    for (int a = 0; a < PD_DIM; a++)
+        for (int b = 0; b <= a; b++) weight[at++] = (a == b ? 1.0 : 2.0) * xi[a] * xi[b] / square;
+}
+
+/* Solve a small dense system by elimination with pivoting; 0: singular. */
+static int pdi_diffusion_solve(double a[][PD_DIFFUSION_TENSOR], double *b)
+{
+    enum { n = PD_DIFFUSION_TENSOR };
+    for (int c = 0; c < n; c++) {
+        int pivot = c;
+        for (int r = c + 1; r < n; r++)
+            if (fabs(a[r][c]) > fabs(a[pivot][c])) pivot = r;
+        if (!(fabs(a[pivot][c]) > 0.0)) return 0;
+        for (int k = 0; k < n; k++) {
+            double keep = a[c][k];
+            a[c][k] = a[pivot][k];
+            a[pivot][k] = keep;
+        }
+        double keep = b[c];
+        b[c] = b[pivot];
+        b[pivot] = keep;
+        for (int r = c + 1; r < n; r++) {
+            double factor = a[r][c] / a[c][c];
+            for (int k = c; k < n; k++) a[r][k] -= factor * a[c][k];
+            b[r] -= factor * b[c];
+        }
+    }
+    for (int c = n - 1; c >= 0; c--) {
+        for (int k = c + 1; k < n; k++) b[c] -= a[c][k] * b[k];
+        b[c] /= a[c][c];
+    }
+    return 1;
+}
+
+/* 1 when what cuts bond k of row r is metal. */
+static int pdi_diffusion_metal(const pd_diffusion *d, int32_t r, int k)
+{
+    const pd_bonds *bonds = d->bonds;
+    const pd_stencil *s = bonds->stencil;
+    int group = pdi_bond_closed_group(bonds, bonds->node[r], k);
+    if (!d->metal[0] || group < 0) return 0;
+    int32_t cell = bonds->node[r] + bonds->cell_shift[s->group_cell[group]];
+    if (bonds->grid->kind[cell] != PD_SOLID) cell = pdi_grid_image(bonds->grid, cell, NULL);
+    return bonds->grid->kind[cell] == PD_SOLID;
+}
+
+static void pdi_diffusion_offset(const pd_diffusion *d, int k, double *xi)
+{
+    for (int a = 0; a < PD_DIM; a++) xi[a] = (double)d->bonds->stencil->offset[k * PD_DIM + a];
+}
+
+/* Share of bond xi [cells] that counts as lying along a surface of metal: 1 within it, 0 where it leaves it as steeply
+ * as the flattest bond of the family leaves a plane of the lattice (eq. 5.7b). */
+static double pdi_diffusion_along(const pd_diffusion *d, const double *normal, const double *xi)
+{
+    double across = pdi_vec_dot(normal, xi), reach = d->bonds->stencil->reach;
+    return fmax(1.0 - across * across / pdi_vec_dot(xi, xi) * (1.0 + reach * reach), 0.0);
+}
+
+/* Normal of the metal that cuts bonds of row r, from it, in cells. 0: there is none. */
+static int pdi_diffusion_facing(const pd_diffusion *d, int32_t r, const uint8_t *held, double *normal)
+{
+    const pd_bonds *bonds = d->bonds;
+    const double *lap = pdi_bond_lap(bonds, bonds->node[r]);
+    for (int a = 0; a < PD_DIM; a++) normal[a] = 0.0;
+    for (int k = 0; k < bonds->stencil->count && d->metal[0]; k++) {
+        double xi[PD_DIM];
+        if (pdi_bond_open(bonds, r, k) || (held && held[k]) || !pdi_diffusion_metal(d, r, k)) continue;
+        pdi_diffusion_offset(d, k, xi);
+        for (int a = 0; a < PD_DIM; a++) normal[a] -= lap[k] * xi[a];
+    }
+    double length = pdi_vec_norm(normal);
+    for (int a = 0; a < PD_DIM && length > 0.0; a++) normal[a] /= length;
+    return length > 0.0;
+}
+
+/* X of one row: sum over its bonds to rows of a (e^T X e) xi xi^T = what the moments of the bonds that walls cut, or
+ * metal, lack (eq. 5.7), in the sense of least squares. normal: that of metal. Its cut bonds carry what dissolves
+ * (eq. 6.2c), so they lack in nothing but along the surface. NULL: of walls. */
+static void pdi_diffusion_row(const pd_diffusion *d, int32_t r, const uint8_t *held, const double *normal, double *x)
+{
+    enum { N = PD_DIFFUSION_TENSOR };
+    const pd_bonds *bonds = d->bonds;
+    const pd_stencil *s = bonds->stencil;
+    double matrix[N][N], square[N][N], lack[N], packed[N], weight[N], trace = 0.0;
+    double damping = normal ? PDI_DIFFUSION_EDGES : PDI_DIFFUSION_DAMPING;
+    const double *lap = pdi_bond_lap(bonds, bonds->node[r]);
+    memset(matrix, 0, sizeof matrix);
+    memset(square, 0, sizeof square);
+    memset(lack, 0, sizeof lack);
+    for (int k = 0; k < s->count; k++) {
+        double xi[PD_DIM];
+        pdi_diffusion_offset(d, k, xi);
+        int open = pdi_bond_open(bonds, r, k), row = open && d->cut[bonds->node[r] + bonds->shift[k]] > 0.0f;
+        int cut = !open && !(held && held[k]) && pdi_diffusion_metal(d, r, k) == (normal != NULL);
+        double along = normal && row ? pdi_diffusion_along(d, normal, xi) : 1.0;
+        double across = normal && cut ? pdi_vec_dot(normal, xi) : 0.0;
+        pdi_diffusion_quadratic(xi, weight);
+        for (int a = 0; a < PD_DIM && cut && normal; a++) xi[a] -= across * normal[a];
+        pdi_diffusion_pack(xi, packed);
+        for (int p = 0; p < N; p++) {
+            if (cut) lack[p] += lap[k] * packed[p];
+            for (int q = 0; q < N && row; q++) matrix[p][q] += along * lap[k] * packed[p] * weight[q];
+        }
+    }
+    for (int p = 0; p < N; p++) trace += matrix[p][p];
+    for (int p = 0; p < N; p++) {
+        x[p] = 0.0;
+        for (int q = 0; q < N; q++) {
+            x[p] += matrix[q][p] * lack[q];
+            for (int t = 0; t < N; t++) square[p][q] += matrix[t][p] * matrix[t][q];
+        }
+        square[p][p] += damping * damping * trace * trace;
+    }
+    if (!pdi_diffusion_solve(square, x)) memset(x, 0, N * sizeof *x);
+}
+
+static void pdi_diffusion_keep(pd_diffusion *d, int32_t r, const uint8_t *held)
+{
+    double x[PD_DIFFUSION_TENSOR], normal[PD_DIM];
+    int32_t i = d->bonds->node[r];
+    pdi_diffusion_row(d, r, held, NULL, x);
+    for (int t = 0; t < PD_DIFFUSION_TENSOR; t++) d->tensor[t][i] = (float)x[t];
+    if (!pdi_diffusion_facing(d, r, held, normal)) return;
+    pdi_diffusion_row(d, r, held, normal, x);
+    for (int t = 0; t < PD_DIFFUSION_TENSOR; t++) d->metal[t][i] = (float)x[t];
+    for (int a = 0; a < PD_DIM; a++) d->facing[a][i] = (float)normal[a];
+}
+
+/* Images and inlet ghosts have the tensors of the nodes that they stand for, or mirror. Behind mirrors the off-diagonal
+ * entries change their sign with the axes. */
+static void pdi_diffusion_ghosts(pd_diffusion *d)
+{
+    const pd_ghosts *g = &d->bonds->ghosts;
+    for (int32_t k = 0; k < g->listed; k++) {
+        int at = 0;
+        int32_t i = g->node[k], from = g->source[k];
+        if (k >= g->images && k < g->count) continue;
+        d->cut[i] = d->cut[from];
+        for (int a = 0; a < PD_DIM; a++) {
+            for (int b = 0; b <= a; b++, at++) {
+                int odd = (g->odd[k] >> a ^ g->odd[k] >> b) & 1;
+                d->tensor[at][i] = odd ? -d->tensor[at][from] : d->tensor[at][from];
+                if (d->metal[0]) d->metal[at][i] = odd ? -d->metal[at][from] : d->metal[at][from];
+            }
+            if (d->metal[0]) d->facing[a][i] = (g->odd[k] >> a & 1) ? -d->facing[a][from] : d->facing[a][from];
+        }
+    }
+}
+
+/* Value held where the cut bond k of row r meets a wall, NaN: none; its place x [m] and the conductance [1/s]. */
+static double pdi_diffusion_meet(const pd_diffusion *d, int32_t r, int k, double *x, double *t, double *conduct)
+{
+    int32_t i = d->bonds->node[r];
+    *t = pdi_bond_meet(d->bonds, r, k, x);
+    double c = d->desc.held(d->desc.user, x);
+    *conduct = 0.0;
+    if (!(c >= 0.0)) return c;
+    *conduct = pdi_bond_lap(d->bonds, i)[k] / *t;
+    *conduct *= d->field ? pdi_media_part(&d->media, i, k, *t) : d->desc.diffusivity;
+    return c;
+}
+
+PDI_FN double pdi_diffusion_through(const pd_diffusion *d, const double *c, const double *rest, int axis, int index)
+{
+    const pd_bonds *bonds = d->bonds;
+    double plane = bonds->grid->lo[axis] + index * bonds->grid->h[axis];
+    pdi_sum sum = {0.0, 0.0};
+    for (int32_t r = 0; r < bonds->rows && d->hold; r++) {
+        int32_t i = bonds->node[r];
+        double at[PD_DIM], x[PD_DIM], t, conduct;
+        if (!(d->hold[i] > 0.0)) continue;
+        pd_grid_position(bonds->grid, i, at);
+        for (int k = 0; k < bonds->stencil->count; k++) {
+            if (pdi_bond_open(bonds, r, k)) continue;
+            double value = pdi_diffusion_meet(d, r, k, x, &t, &conduct);
+            if (!(value >= 0.0) || !((at[axis] - plane) * (x[axis] - plane) < 0.0)) continue;
+            double gain = conduct * ((value - c[i]) - (rest ? rest[i] : 0.0));
+            pdi_sum_add(&sum, (at[axis] > plane ? gain : -gain) * pdi_grid_circumference(bonds->grid, i));
+        }
+    }
+    return pdi_sum_total(&sum) * bonds->stencil->volume;
+}
+
+/* Conductance of row r to the values held where its cut bonds meet walls, by linear extension (eq. 3.2 without
+ * bending), and which of its bonds those are. */
+static void pdi_diffusion_hold(pd_diffusion *d, int32_t r, uint8_t *held)
+{
+    const pd_bonds *bonds = d->bonds;
+    const pd_stencil *s = bonds->stencil;
+    int32_t i = bonds->node[r];
+    double x[PD_DIM], t, value;
+    int first = 1;
+    for (int k = 0; k < s->count; k++) {
+        held[k] = 0;
+        if (pdi_bond_open(bonds, r, k)) continue;
+        double c = pdi_diffusion_meet(d, r, k, x, &t, &value);
+        if (!(c >= 0.0)) d->hold_part[i] = 1;
+        if (c < 0.0) d->held_least = fmin(d->held_least, c); /* for the caller to refuse */
+        if (!(c >= 0.0)) continue;
+        held[k] = 1;
+        for (int a = 0; a < PD_DIM; a++) {
+            d->hold_grad[(int64_t)a * bonds->grid->total + i] += s->grad[k * PD_DIM + a] / t * c;
+            d->hold_lean[(int64_t)a * bonds->grid->total + i] += s->grad[k * PD_DIM + a] / t;
+        }
+        if (first) d->hold_at[i] = c;
+        first = 0;
+        d->hold[i] += value;
+        d->drive[i] += value * c;
+        d->hold_rest[i] += value * (c - d->hold_at[i]);
+        d->held_least = fmin(d->held_least, c);
+        d->held_most = fmax(d->held_most, c);
+    }
+}
+
+/* 1 when a bond of the node is cut. Rows at inlets may have none. */
+static int pdi_diffusion_cut(const pd_bonds *bonds, int32_t i)
+{
+    int32_t r = bonds->row[i];
+    for (int k = 0; k < bonds->stencil->count && r >= 0; k++)
+        if (!pdi_bond_open(bonds, r, k)) return 1;
+    return 0;
+}
+
+void pd_diffusion_update(pd_ctx *ctx, pd_diffusion *d)
+{
+    const pd_bonds *bonds = d->bonds;
+    int32_t total = bonds->grid->total;
+    int nt = pdi_par_threads(ctx, (int64_t)bonds->rows * bonds->stencil->count * PD_DIFFUSION_TENSOR);
+    (void)nt;
+    for (int32_t i = 0; i < total; i++) {
+        d->cut[i] = pdi_diffusion_cut(bonds, i) ? 1.0f : 0.0f;
+        for (int t = 0; t < PD_DIFFUSION_TENSOR; t++) d->tensor[t][i] = 0.0f;
+        for (int t = 0; t < PD_DIFFUSION_TENSOR && d->metal[0]; t++) d->metal[t][i] = 0.0f;
+        for (int a = 0; a < PD_DIM && d->metal[0]; a++) d->facing[a][i] = 0.0f;
+        if (d->hold) d->hold[i] = d->drive[i] = d->hold_at[i] = d->hold_rest[i] = 0.0;
+        if (d->hold) d->hold_part[i] = 0;
+        for (int a = 0; a < PD_DIM && d->hold; a++)
+            d->hold_grad[(int64_t)a * total + i] = d->hold_lean[(int64_t)a * total + i] = 0.0;
+    }
+    pdi_diffusion_ghosts(d);
+    d->held_least = HUGE_VAL;
+    d->held_most = -HUGE_VAL;
+    for (int32_t r = 0; r < bonds->rows && d->hold; r++) {
+        if (!(d->cut[bonds->node[r]] > 0.0f)) continue;
+        pdi_diffusion_hold(d, r, d->held);
+        pdi_diffusion_keep(d, r, d->held);
+    }
+    PDI_PARALLEL_FOR(nt)
+    for (int32_t r = 0; r < (d->hold ? 0 : bonds->rows); r++)
+        if (d->cut[bonds->node[r]] > 0.0f) pdi_diffusion_keep(d, r, NULL);
+    pdi_diffusion_ghosts(d);
+}
+
+void pd_diffusion_renew(pd_diffusion *d)
+{
+    const pd_bonds *bonds = d->bonds;
+    int32_t total = bonds->grid->total;
+    d->held_least = HUGE_VAL;
+    d->held_most = -HUGE_VAL;
+    for (int32_t r = 0; r < bonds->rows && d->hold; r++) {
+        int32_t i = bonds->node[r];
+        if (!(d->cut[i] > 0.0f)) continue;
+        d->hold[i] = d->drive[i] = d->hold_at[i] = d->hold_rest[i] = 0.0;
+        for (int a = 0; a < PD_DIM; a++)
+            d->hold_grad[(int64_t)a * total + i] = d->hold_lean[(int64_t)a * total + i] = 0.0;
+        pdi_diffusion_hold(d, r, d->held);
+    }
+}
+
+static pd_status pdi_diffusion_make(pd_ctx *ctx, const pd_bonds *bonds, const pd_diffusion_desc *desc, pd_diffusion *d)
+{
+    int32_t total = bonds->grid->total;
+    memset(d, 0, sizeof *d);
+    d->desc = *desc;
+    d->bonds = bonds;
+    if (!(desc->diffusivity >= 0.0) || !(desc->diffusivity < 1e100))
+        return pdi_fail(ctx, PD_ERR_ARGUMENT, "diffusion", "D = %g m2/s, expected a finite value of at least 0",
+                        desc->diffusivity);
+    for (int t = 0; t < PD_DIFFUSION_TENSOR; t++) PDI_TRY(PDI_NEW(ctx, "diffusion", total, d->tensor[t]));
+    PDI_TRY(PDI_NEW(ctx, "diffusion", total, d->cut));
+    for (int t = 0; t < PD_DIFFUSION_TENSOR && bonds->grid->solid_count > 0; t++)
+        PDI_TRY(PDI_NEW(ctx, "diffusion", total, d->metal[t]));
+    for (int a = 0; a < PD_DIM && d->metal[0]; a++) PDI_TRY(PDI_NEW(ctx, "diffusion", total, d->facing[a]));
+    if (desc->held) PDI_TRY(PDI_NEW(ctx, "diffusion", total, d->hold));
+    if (desc->held) PDI_TRY(PDI_NEW(ctx, "diffusion", total, d->drive));
+    if (desc->held) PDI_TRY(PDI_NEW(ctx, "diffusion", total, d->hold_at));
+    if (desc->held) PDI_TRY(PDI_NEW(ctx, "diffusion", total, d->hold_rest));
+    if (desc->held) PDI_TRY(PDI_NEW(ctx, "diffusion", total, d->hold_part));
+    if (desc->held) PDI_TRY(PDI_NEW(ctx, "diffusion", PD_DIM * (int64_t)total, d->hold_grad));
+    if (desc->held) PDI_TRY(PDI_NEW(ctx, "diffusion", PD_DIM * (int64_t)total, d->hold_lean));
+    if (desc->held) PDI_TRY(PDI_NEW(ctx, "diffusion", bonds->stencil->count, d->held));
+    if (desc->field)
+        PDI_TRY(pdi_media_build(ctx, bonds->stencil, bonds->grid, desc->field, desc->level, desc->user, &d->media));
+    d->field = d->media.at;
+    pd_diffusion_update(ctx, d);
+    return PD_OK;
+}
+
+pd_status pd_diffusion_build(pd_ctx *ctx, const pd_bonds *bonds, const pd_diffusion_desc *desc, pd_diffusion *d)
+{
+    pd_status status = pdi_diffusion_make(ctx, bonds, desc, d);
+    if (status < 0) pd_diffusion_free(ctx, d);
+    return status;
+}
+
+/* What metal beside node i adds to the factor of a bond. */
+static double pdi_diffusion_beside(const pd_diffusion *d, int32_t i, const double *xi, const double *weight)
+{
+    double normal[PD_DIM], sum = 0.0;
+    for (int a = 0; a < PD_DIM; a++) normal[a] = (double)d->facing[a][i];
+    for (int t = 0; t < PD_DIFFUSION_TENSOR; t++) sum += weight[t] * (double)d->metal[t][i];
+    return sum * pdi_diffusion_along(d, normal, xi);
+}
+
+PDI_FN void pdi_diffusion_bond(const pd_diffusion *d, int32_t i, int k, int count, int rows, double *bond)
+{
+    int32_t j = i + d->bonds->shift[k];
+    double a = pdi_bond_lap(d->bonds, i)[k], weight[PD_DIFFUSION_TENSOR];
+    if (d->field)
+        for (int b = 0; b < count; b++) bond[b] = a * pdi_media_bond(&d->media, i + b, j + b, k);
+    else
+        for (int b = 0; b < count; b++) bond[b] = d->desc.diffusivity * a;
+    if (!rows) return;
+    double xi[PD_DIM];
+    pdi_diffusion_offset(d, k, xi);
+    pdi_diffusion_quadratic(xi, weight);
+    for (int b = 0; b < count; b++) {
+        double factor = 0.0;
+        for (int t = 0; t < PD_DIFFUSION_TENSOR; t++)
+            factor += 0.5 * weight[t] * ((double)d->tensor[t][i + b] + (double)d->tensor[t][j + b]);
+        if (d->metal[0])
+            factor += 0.5 * (pdi_diffusion_beside(d, i + b, xi, weight) + pdi_diffusion_beside(d, j + b, xi, weight));
+        factor = 1.0 + (double)(d->cut[i + b] * d->cut[j + b]) * factor;
+        factor = factor > PDI_DIFFUSION_LEAST ? factor : PDI_DIFFUSION_LEAST;
+        bond[b] *= factor < PDI_DIFFUSION_MOST ? factor : PDI_DIFFUSION_MOST;
+    }
+}
+
+void pd_diffusion_free(pd_ctx *ctx, pd_diffusion *d)
+{
+    int32_t total = d->bonds ? d->bonds->grid->total : 0;
+    for (int t = 0; t < PD_DIFFUSION_TENSOR; t++) PDI_DELETE(ctx, total, d->tensor[t]);
+    for (int t = 0; t < PD_DIFFUSION_TENSOR; t++) PDI_DELETE(ctx, total, d->metal[t]);
+    for (int a = 0; a < PD_DIM; a++) PDI_DELETE(ctx, total, d->facing[a]);
+    PDI_DELETE(ctx, total, d->cut);
+    PDI_DELETE(ctx, total, d->hold);
+    PDI_DELETE(ctx, total, d->drive);
+    PDI_DELETE(ctx, total, d->hold_part);
+    PDI_DELETE(ctx, (int64_t)PD_DIM * total, d->hold_grad);
+    PDI_DELETE(ctx, (int64_t)PD_DIM * total, d->hold_lean);
+    PDI_DELETE(ctx, d->bonds ? d->bonds->stencil->count : 0, d->held);
+    PDI_DELETE(ctx, total, d->hold_at);
+    PDI_DELETE(ctx, total, d->hold_rest);
+    pdi_media_free(ctx, &d->media);
+    memset(d, 0, sizeof *d);
+}

@@ -1,0 +1,75 @@
+/* diffusion: the conductances of bonds beside walls, between materials, and to values that are held on walls.
+ *
+ * Far from everything a bond conducts D a(n). The bonds that a wall cuts are missing, also for diffusion along the
+ * wall, so bonds between two nodes of cut families conduct more, by a factor that restores the second moments of the
+ * family on average over the layers (theory: eq. 5.6, 5.7). Between two diffusivities the parts of a bond are
+ * resistances in series (eq. 5.8). Conductances are symmetric and positive: what they do is conservative and keeps the
+ * maximum principle.
+ */
+#ifndef PD_DIFFUSION_H
+#define PD_DIFFUSION_H
+#include "lattice/bond.h"
+#include "lattice/media.h"
+
+#define PD_DIFFUSION_TENSOR (PD_DIM * (PD_DIM + 1) / 2)
+
+/* Zero-initialise. */
+typedef struct pd_diffusion_desc {
+    double diffusivity;  /* [m2/s] where `field` is NULL */
+    pd_point_fn field;   /* [m2/s] diffusivity at nodes; NULL: constant */
+    pd_point_fn level;   /* [m] signed distance from the interface where `field` jumps; NULL: it does not */
+    pd_point_fn held;    /* [mol/m3] value held on walls and solids, at points of their surface; NaN: no flux there.
+                          * NULL: no flux anywhere */
+    void *user;          /* of all three */
+} pd_diffusion_desc;
+
+typedef struct pd_diffusion {
+    pd_diffusion_desc desc;
+    const pd_bonds *bonds;
+    float *tensor[PD_DIFFUSION_TENSOR]; /* [total] [-] K - I of rows (eq. 5.7), 0 elsewhere: xx, xy, yy, xz, yz, zz */
+    float *metal[PD_DIFFUSION_TENSOR];  /* [total] [-] the same for what metal cuts, along its surface; or NULL */
+    float *facing[PD_DIM];              /* [total] [-] the normal of that surface in cells, or NULL */
+    float *cut;                         /* [total] [-] 1: a bond of the node is cut */
+    pd_media media;                     /* where the diffusivity is a field; empty as above */
+    double *field;                      /* [total] [m2/s] at nodes, of `media`; NULL: constant */
+    double *hold;                       /* [total] [1/s] conductance to held walls, or NULL */
+    double *drive;                      /* [total] [mol/m3/s] sum of conductance times held value, or NULL */
+    double *hold_at, *hold_rest;        /* [total] [mol/m3], [mol/m3/s] one of the values that the node sees, and what
+                                         * `drive` is beside `hold` times that; or NULL */
+    double *hold_grad, *hold_lean;      /* [PD_DIM][total] [mol/m4], [1/m] held values add grad - lean c to the
+                                         * gradient at their node; or NULL */
+    uint8_t *hold_part;                 /* [total] 1: a cut bond of the node sees no held value, or NULL */
+    uint8_t *held;                      /* [count of a family] work */
+    double held_least, held_most;       /* [mol/m3] of the values held; least > most: none */
+} pd_diffusion;
+
+#define pd_diffusion_build PD_NAME(pd_diffusion_build)
+#define pd_diffusion_update PD_NAME(pd_diffusion_update)
+#define pd_diffusion_renew PD_NAME(pd_diffusion_renew)
+#define pd_diffusion_free PD_NAME(pd_diffusion_free)
+
+/* Bonds are borrowed. PD_ERR_ARGUMENT: a diffusivity is negative or not finite. */
+PD_API pd_status pd_diffusion_build(pd_ctx *ctx, const pd_bonds *bonds, const pd_diffusion_desc *desc,
+                                    pd_diffusion *diffusion);
+/* After pd_bonds_update. */
+PD_API void pd_diffusion_update(pd_ctx *ctx, pd_diffusion *diffusion);
+/* `held` gives other values than before, on the same surfaces. */
+PD_API void pd_diffusion_renew(pd_diffusion *diffusion);
+PD_API void pd_diffusion_free(pd_ctx *ctx, pd_diffusion *diffusion);
+
+#ifdef PDI_INTERNAL
+/* What held walls give [mol/s] towards + along bonds that cross the plane before index `index` of `axis`: field c and
+ * what it leaves to rounding, or NULL. */
+PDI_FN double pdi_diffusion_through(const pd_diffusion *diffusion, const double *c, const double *rest, int axis,
+                                    int index);
+/* Conductance [1/s] of bond k of the nodes i .. i+count-1; rows: they have rows. */
+PDI_FN void pdi_diffusion_bond(const pd_diffusion *diffusion, int32_t i, int k, int count, int rows, double *bond);
+/* What held walls give to node i with the concentration c + rest [mol/m3/s]: differences first, since beside a good
+ * conductor they drown in their products. */
+static inline double pdi_diffusion_gain(const pd_diffusion *d, int32_t i, double c, double rest)
+{
+    return d->hold ? d->hold[i] * ((d->hold_at[i] - c) - rest) + d->hold_rest[i] : 0.0;
+}
+#endif
+
+#endif

@@ -1,0 +1,325 @@
+/* limiter: see limiter.h */
+#include "transport/limiter.h"
+#include "core/par.h"
+#include <math.h>
+#include <string.h>
+
+/* One piece of a sweep: the nodes i .. i+count-1, which are the rows from `row` (-1: whole families). */
+typedef struct pdi_limiter_piece {
+    const double *c; /* [mol/m3] of these nodes */
+    const double *x; /* [mol/m3] direction of a derivative there; NULL: none is asked for */
+    int32_t i, row;
+    int count;
+    double gate[PDI_LANES]; /* 1.0: the bond is open, 0.0: it is not */
+    double bend[PDI_LANES]; /* [mol/m5] sum of the weighted steps */
+    double size[PDI_LANES]; /* [mol/m5] sum of their sizes */
+    double bend_by[PDI_LANES], size_by[PDI_LANES]; /* derivatives of both along x */
+} pdi_limiter_piece;
+
+/* The operands of a sweep. */
+typedef struct pdi_limiter_sweep {
+    const pd_limiter *limiter;
+    const double *c;     /* [mol/m3] */
+    const double *x;     /* [mol/m3] direction of a derivative, or NULL */
+    double least;        /* [mol/m3] */
+    double *share, *slope; /* results, or their derivatives along x */
+} pdi_limiter_sweep;
+
+/* The gradient of the node needs the moments of its open bonds: some of the others see no held value. */
+static int pdi_limiter_cut(const pd_limiter *l, int32_t i)
+{
+    const pd_diffusion *f = l->diffusion;
+    return f->cut[i] > 0.0f && !(f->hold && f->hold[i] > 0.0 && !f->hold_part[i]);
+}
+
+/* Which of the rows have bond k open; 0: none. */
+static int pdi_limiter_gates(const pd_bonds *bonds, pdi_limiter_piece *p, int k)
+{
+    pdi_bond_gate gate = {NULL, 0, 0, 0};
+    pdi_lanes open = pdi_bond_gate_open(bonds, p->row, k, p->count, &gate, p->gate);
+    for (int b = 0; b < p->count && open == PDI_LANES_ALL; b++) p->gate[b] = 1.0;
+    return open != PDI_LANES_NONE;
+}
+
+/* The derivative of the size of a step: none at zero. */
+static inline double pdi_limiter_size_by(double step, double step_by)
+{
+    return step > 0.0 ? step_by : step < 0.0 ? -step_by : 0.0;
+}
+
+/* What held walls add to the sums and to the gradient of a node, or the moments of its open bonds (eq. 3.5). */
+static void pdi_limiter_walls(const pdi_limiter_sweep *s, pdi_limiter_piece *p, int b)
+{
+    const pd_limiter *l = s->limiter;
+    const pd_diffusion *f = l->diffusion;
+    const pd_bonds *bonds = l->bonds;
+    int32_t i = p->i + b;
+    int64_t total = bonds->grid->total;
+    double c = p->c[b], value = f->field ? f->field[i] : f->desc.diffusivity, sum[PD_DIM], *slope = s->slope + i;
+    if (f->hold && f->hold[i] > 0.0) {
+        double step = (f->drive[i] - f->hold[i] * c) / value;
+        p->bend[b] += step;
+        p->size[b] += fabs(step);
+        if (p->x) {
+            double step_by = -f->hold[i] * p->x[b] / value;
+            p->bend_by[b] += step_by;
+            p->size_by[b] += pdi_limiter_size_by(step, step_by);
+        }
+    }
+    if (!(f->cut[i] > 0.0f)) return;
+    if (!pdi_limiter_cut(l, i)) {
+        for (int d = 0; d < PD_DIM; d++) {
+            double lean = f->hold_lean[d * total + i];
+            slope[d * total] += p->x ? -lean * p->x[b] : f->hold_grad[d * total + i] - lean * c;
+        }
+        return;
+    }
+    const double *moment = bonds->moment + (int64_t)(p->row + b) * PD_DIM * PD_DIM;
+    for (int d = 0; d < PD_DIM; d++) sum[d] = slope[d * total] * bonds->norm[d];
+    for (int d = 0; d < PD_DIM; d++) {
+        slope[d * total] = 0.0;
+        for (int e = 0; e < PD_DIM; e++) slope[d * total] += moment[d * PD_DIM + e] * sum[e];
+    }
+}
+
+/* The share that the sums leave (eq. 5.4). */
+static inline double pdi_limiter_share(double bend, double size, double floor_size)
+{
+    double below = size + floor_size, ratio = below > 0.0 ? (fabs(bend) + floor_size) / below : 1.0;
+    return 1.0 - ratio * ratio * ratio * ratio;
+}
+
+/* Its derivative, with those of the sums. */
+static inline double pdi_limiter_share_by(double bend, double size, double bend_by, double size_by, double floor_size)
+{
+    double below = size + floor_size, ratio = below > 0.0 ? (fabs(bend) + floor_size) / below : 0.0;
+    double by = pdi_limiter_size_by(bend, bend_by) - ratio * size_by;
+    return below > 0.0 ? -4.0 * ratio * ratio * ratio * by / below : 0.0;
+}
+
+/* Whole families of PDI_BLOCK nodes: a bond and its opposite one at once. */
+static void pdi_limiter_block(const pdi_limiter_sweep *of, const double *PD_RESTRICT c, int32_t i)
+{
+    const pd_bonds *bonds = of->limiter->bonds;
+    const pd_stencil *s = bonds->stencil;
+    int64_t total = bonds->grid->total;
+    double bend[PDI_BLOCK], size[PDI_BLOCK], slope[PD_DIM][PDI_BLOCK];
+    double *PD_RESTRICT share = of->share + i, *PD_RESTRICT out = of->slope + i, floor_size = of->least * s->lap_sum;
+    memset(bend, 0, sizeof bend);
+    memset(size, 0, sizeof size);
+    memset(slope, 0, sizeof slope);
+    for (int k = 0; k < s->count / 2; k++) {
+        const double *ahead = c + bonds->shift[k], *behind = c - bonds->shift[k], *g = s->grad + k * PD_DIM;
+        double a = s->lap[k];
+        for (int b = 0; b < PDI_BLOCK; b++) {
+            double p = a * (ahead[b] - c[b]), q = a * (behind[b] - c[b]);
+            bend[b] += p + q;
+            size[b] += fabs(p) + fabs(q);
+            for (int d = 0; d < PD_DIM; d++) slope[d][b] += g[d] * (ahead[b] - behind[b]);
+        }
+    }
+    for (int b = 0; b < PDI_BLOCK; b++) share[b] = pdi_limiter_share(bend[b], size[b], floor_size);
+    for (int d = 0; d < PD_DIM; d++)
+        for (int b = 0; b < PDI_BLOCK; b++) out[d * total + b] = slope[d][b];
+}
+
+/* The same for the derivatives. */
+static void pdi_limiter_block_by(const pdi_limiter_sweep *of, const double *PD_RESTRICT c, const double *PD_RESTRICT x,
+                                 int32_t i)
+{
+    const pd_bonds *bonds = of->limiter->bonds;
+    const pd_stencil *s = bonds->stencil;
+    int64_t total = bonds->grid->total;
+    double bend[PDI_BLOCK], size[PDI_BLOCK], bend_by[PDI_BLOCK], size_by[PDI_BLOCK], slope[PD_DIM][PDI_BLOCK];
+    double *PD_RESTRICT share = of->share + i, *PD_RESTRICT out = of->slope + i, floor_size = of->least * s->lap_sum;
+    memset(bend, 0, sizeof bend);
+    memset(size, 0, sizeof size);
+    memset(bend_by, 0, sizeof bend_by);
+    memset(size_by, 0, sizeof size_by);
+    memset(slope, 0, sizeof slope);
+    for (int k = 0; k < s->count / 2; k++) {
+        int32_t shift = bonds->shift[k];
+        const double *ahead = c + shift, *behind = c - shift, *x_ahead = x + shift, *x_behind = x - shift;
+        const double *g = s->grad + k * PD_DIM;
+        double a = s->lap[k];
+        for (int b = 0; b < PDI_BLOCK; b++) {
+            double p = a * (ahead[b] - c[b]), q = a * (behind[b] - c[b]);
+            double p_by = a * (x_ahead[b] - x[b]), q_by = a * (x_behind[b] - x[b]);
+            bend[b] += p + q;
+            size[b] += fabs(p) + fabs(q);
+            bend_by[b] += p_by + q_by;
+            size_by[b] += pdi_limiter_size_by(p, p_by) + pdi_limiter_size_by(q, q_by);
+            for (int d = 0; d < PD_DIM; d++) slope[d][b] += g[d] * (x_ahead[b] - x_behind[b]);
+        }
+    }
+    for (int b = 0; b < PDI_BLOCK; b++)
+        share[b] = pdi_limiter_share_by(bend[b], size[b], bend_by[b], size_by[b], floor_size);
+    for (int d = 0; d < PD_DIM; d++)
+        for (int b = 0; b < PDI_BLOCK; b++) out[d * total + b] = slope[d][b];
+}
+
+/* Steps along bond k of the nodes of a piece, of c or of x, where it is open. */
+static inline void pdi_limiter_add(pdi_limiter_piece *p, const double *far_c, const double *far_x, double lap,
+                                   const double *g, int64_t total, double *slope)
+{
+    for (int b = 0; b < p->count; b++) {
+        double step = p->gate[b] * (far_c[b] - p->c[b]), part = lap * step;
+        p->bend[b] += part;
+        p->size[b] += fabs(part);
+        if (p->x) {
+            step = p->gate[b] * (far_x[b] - p->x[b]);
+            p->bend_by[b] += lap * step;
+            p->size_by[b] += pdi_limiter_size_by(part, lap * step);
+        }
+        for (int d = 0; d < PD_DIM; d++) slope[d * total + b] += g[d] * step;
+    }
+}
+
+static void pdi_limiter_piece_start(const pdi_limiter_sweep *s, int32_t i, int32_t row, int count,
+                                    pdi_limiter_piece *p)
+{
+    p->c = s->c + i;
+    p->x = s->x ? s->x + i : NULL;
+    p->i = i;
+    p->row = row;
+    p->count = count;
+    for (int b = 0; b < count; b++) {
+        p->bend[b] = p->size[b] = p->bend_by[b] = p->size_by[b] = 0.0;
+        p->gate[b] = 1.0;
+        for (int d = 0; d < PD_DIM; d++) s->slope[d * (int64_t)s->limiter->bonds->grid->total + i + b] = 0.0;
+    }
+}
+
+static void pdi_limiter_piece_end(const pdi_limiter_sweep *s, pdi_limiter_piece *p)
+{
+    double floor_size = s->least * s->limiter->bonds->stencil->lap_sum, *share = s->share + p->i;
+    for (int b = 0; b < p->count && p->row >= 0; b++) pdi_limiter_walls(s, p, b);
+    for (int b = 0; b < p->count; b++)
+        share[b] = p->x ? pdi_limiter_share_by(p->bend[b], p->size[b], p->bend_by[b], p->size_by[b], floor_size)
+                        : pdi_limiter_share(p->bend[b], p->size[b], floor_size);
+}
+
+/* Rows, and runs shorter than a block. */
+static void pdi_limiter_lanes(const pdi_limiter_sweep *of, pdi_limiter_piece *p)
+{
+    const pd_bonds *bonds = of->limiter->bonds;
+    const pd_stencil *s = bonds->stencil;
+    int64_t total = bonds->grid->total;
+    for (int k = 0; k < s->count; k++) {
+        int32_t shift = bonds->shift[k];
+        if (p->row >= 0 && !pdi_limiter_gates(bonds, p, k)) continue;
+        pdi_limiter_add(p, p->c + shift, p->x ? p->x + shift : NULL, s->lap[k], s->grad + k * PD_DIM, total,
+                        of->slope + p->i);
+    }
+    pdi_limiter_piece_end(of, p);
+}
+
+/* Node `at` of the list beside ports. Outlets show the value of the node; inlets are no part of the moments of eq.
+ * 3.5. */
+static void pdi_limiter_port(const pdi_limiter_sweep *of, int32_t at)
+{
+    const pd_limiter *l = of->limiter;
+    const pd_stencil *s = l->bonds->stencil;
+    int32_t i = l->ports->node[at];
+    const int32_t *far = l->ports->far + (int64_t)at * s->count;
+    static const double none[PD_DIM] = {0.0};
+    int cut = pdi_limiter_cut(l, i);
+    pdi_limiter_piece p;
+    pdi_limiter_piece_start(of, i, l->bonds->row[i], 1, &p);
+    for (int k = 0; k < s->count; k++) {
+        int skip = cut && l->bonds->grid->kind[far[k]] == PD_INLET;
+        pdi_limiter_add(&p, of->c + far[k], of->x ? of->x + far[k] : NULL, s->lap[k],
+                        skip ? none : s->grad + k * PD_DIM, l->bonds->grid->total, of->slope + i);
+    }
+    pdi_limiter_piece_end(of, &p);
+}
+
+static void pdi_limiter_blocks(const pdi_limiter_sweep *s, int32_t i, int32_t length)
+{
+    int count;
+    for (int32_t at = 0; at < length; at += count) {
+        count = pdi_bond_block(length, &at);
+        if (s->x) pdi_limiter_block_by(s, s->c + i + at, s->x + i + at, i + at);
+        else pdi_limiter_block(s, s->c + i + at, i + at);
+    }
+}
+
+static void pdi_limiter_run(const void *user, int32_t i, int32_t row, int32_t length)
+{
+    const pdi_limiter_sweep *s = (const pdi_limiter_sweep *)user;
+    pdi_limiter_piece p;
+    int32_t part;
+    int beside;
+    for (int32_t begin = 0; begin < length; begin += part) {
+        part = pdi_port_segment(s->limiter->bonds, i + begin, length - begin, &beside);
+        if (beside) continue;
+        if (row < 0 && part >= PDI_BLOCK) {
+            pdi_limiter_blocks(s, i + begin, part);
+            continue;
+        }
+        for (int32_t at = 0; at < part; at += p.count) {
+            int count = pdi_bond_piece(part, PDI_LANES, &at);
+            pdi_limiter_piece_start(s, i + begin + at, row < 0 ? row : row + begin + at, count, &p);
+            pdi_limiter_lanes(s, &p);
+        }
+    }
+}
+
+static void pdi_limiter_sweep_all(const pd_ctx *ctx, const pdi_limiter_sweep *s, double entering)
+{
+    const pd_bonds *bonds = s->limiter->bonds;
+    const pd_ports *ports = s->limiter->ports;
+    pdi_bond_sweep(ctx, bonds, bonds->grid->fluid_count * bonds->stencil->count * 4, 0, pdi_limiter_run, s);
+    int nt = pdi_par_threads(ctx, (int64_t)ports->count * bonds->stencil->count * PDI_PORT_WORK);
+    (void)nt;
+    PDI_PARALLEL_FOR(nt)
+    for (int32_t p = 0; p < ports->count; p++) pdi_limiter_port(s, p);
+    for (int32_t k = bonds->ghosts.count; k < bonds->ghosts.listed; k++) s->share[bonds->ghosts.node[k]] = entering;
+    pd_ghosts_scalar(&bonds->ghosts, s->share);
+    pd_ghosts_vector(&bonds->ghosts, s->slope);
+}
+
+PDI_FN void pdi_limiter_update(const pd_ctx *ctx, pd_limiter *l, const double *c, double least)
+{
+    pdi_limiter_sweep s;
+    s.limiter = l;
+    s.c = c;
+    s.x = NULL;
+    s.least = least;
+    s.share = l->keep;
+    s.slope = l->slope;
+    pdi_limiter_sweep_all(ctx, &s, 1.0);
+}
+
+PDI_FN void pdi_limiter_derive(const pd_ctx *ctx, const pd_limiter *l, const double *c, const double *x, double least,
+                               double *keep_by, double *slope_by)
+{
+    pdi_limiter_sweep s;
+    s.limiter = l;
+    s.c = c;
+    s.x = x;
+    s.least = least;
+    s.share = keep_by;
+    s.slope = slope_by;
+    pdi_limiter_sweep_all(ctx, &s, 0.0);
+}
+
+PDI_FN pd_status pdi_limiter_build(pd_ctx *ctx, const pd_diffusion *diffusion, const pd_ports *ports,
+                                   pd_limiter *l)
+{
+    int64_t total = diffusion->bonds->grid->total;
+    memset(l, 0, sizeof *l);
+    l->bonds = diffusion->bonds;
+    l->ports = ports;
+    l->diffusion = diffusion;
+    PDI_TRY(PDI_NEW(ctx, "limiter", PD_DIM * total, l->slope));
+    return PDI_NEW(ctx, "limiter", total, l->keep);
+}
+
+PDI_FN void pdi_limiter_free(pd_ctx *ctx, pd_limiter *l)
+{
+    int64_t total = l->bonds ? l->bonds->grid->total : 0;
+    PDI_DELETE(ctx, PD_DIM * total, l->slope);
+    PDI_DELETE(ctx, total, l->keep);
+    memset(l, 0, sizeof *l);
+}

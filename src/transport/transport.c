@@ -1,0 +1,796 @@
+/* transport: see transport.h
+ *
+ * Implicit steps solve for corrections, so inlet values need no place in the Krylov vectors.
+ */
+#include "transport/transport.h"
+#include "core/par.h"
+#include <math.h>
+#include <string.h>
+
+/* Steps along bonds far below this share of the field are upwinded. */
+#define PDI_TRANSPORT_FAINT 1e-4
+/* Tolerances of the linear solves of Newton's method. */
+#define PDI_TRANSPORT_LOOSE 0.1
+#define PDI_TRANSPORT_TIGHT 1e-3
+/* A residual over its tolerance that counts as missed, and the most pairs of sweeps behind a multigrid cycle then. */
+#define PDI_TRANSPORT_MISSED 10.0
+#define PDI_TRANSPORT_SWEEPS 64
+/* The shortest step along their direction. */
+#define PDI_TRANSPORT_SHORTEST 0.03
+/* Share of the spreading of upwind fluxes in the preconditioner of limited ones, which give most of it back. */
+#define PDI_TRANSPORT_SPREAD 0.3
+/* A step that leaves more than this share of the residual ends the iteration. */
+#define PDI_TRANSPORT_STALLED 0.999
+/* Share of the largest value by which a field may leave its bounds: rounding of the linear solve. */
+#define PDI_TRANSPORT_SLACK 3e-10
+/* Tolerances over the final one: enough to limit (the last solve, with fluxes that stay, is cheaper by far); the same
+ * where bounds are broken after that; and enough to see them broken. */
+#define PDI_TRANSPORT_ENOUGH 1000.0
+#define PDI_TRANSPORT_FINISHED 30.0
+#define PDI_TRANSPORT_ROUGH 30.0
+/* The same where what is left undone breaks them. */
+#define PDI_TRANSPORT_FINE 1e-3
+/* Rounds of upwinding the nodes that leave their bounds before the whole step is upwinded. */
+#define PDI_TRANSPORT_ROUNDS 20
+
+static void pdi_transport_operator(const pd_ctx *ctx, const pd_transport *t, const double *c, double *y)
+{
+    pd_convect convect = t->convect;
+    convect.rate = t->dt > 0.0 ? 1.0 / t->dt : 0.0;
+    if (t->repeated) {
+        pdi_par_copy(ctx, t->grid->total, c, t->repeated);
+        pd_ghosts_scalar(&t->bonds->ghosts, t->repeated);
+        c = t->repeated;
+    }
+    pdi_convect_apply(ctx, &convect, c, y);
+}
+
+/* Upwinded nodes keep nothing. */
+static void pdi_transport_silence(const pd_transport *t, double *keep)
+{
+    if (!t->upwinding) return;
+    for (int32_t i = 0; i < t->grid->total; i++)
+        if (t->upwinded[i]) keep[i] = 0.0;
+    pd_ghosts_scalar(&t->bonds->ghosts, keep);
+}
+
+/* out [total]: limited antidiffusive fluxes of the field c (eq. 5.4), whose images are filled here. */
+static void pdi_transport_anti(const pd_ctx *ctx, pd_transport *t, double *c, double *out)
+{
+    pd_ghosts_scalar(&t->bonds->ghosts, c);
+    pdi_limiter_update(ctx, &t->limiter, c, PDI_TRANSPORT_FAINT * t->size);
+    pdi_transport_silence(t, t->limiter.keep);
+    pdi_convect_anti(ctx, &t->convect, c, out);
+}
+
+/* What the solver callbacks see. */
+typedef struct pdi_transport_user {
+    pd_ctx *ctx;
+    pd_transport *t;
+    int limited; /* 1: there are antidiffusive fluxes */
+} pdi_transport_user;
+
+static void pdi_transport_apply(void *user, const double *x, double *y)
+{
+    pdi_transport_user *u = (pdi_transport_user *)user;
+    pdi_transport_operator(u->ctx, u->t, x, y);
+}
+
+/* y = A x less the derivative of the limited fluxes along x at the present field, whose fluxes were told last. */
+static void pdi_transport_jacobian(void *user, const double *x, double *y)
+{
+    pdi_transport_user *u = (pdi_transport_user *)user;
+    pd_transport *t = u->t;
+    int32_t total = t->grid->total;
+    const uint8_t *kind = t->grid->kind;
+    /* fluxes and right-hand side are told anew after the solve */
+    double *slope_by = t->probe, *keep_by = t->rhs, *along = t->anti;
+    int nt = pdi_par_threads(u->ctx, (int64_t)total * 4);
+    (void)nt;
+    pdi_transport_operator(u->ctx, t, x, y);
+    if (!u->limited) return;
+    if (t->repeated) x = t->repeated; /* with its images, by now */
+    pdi_limiter_derive(u->ctx, &t->limiter, t->c, x, PDI_TRANSPORT_FAINT * t->size, keep_by, slope_by);
+    pdi_transport_silence(t, keep_by);
+    pdi_convect_anti_by(u->ctx, &t->convect, t->c, x, keep_by, slope_by, along);
+    PDI_PARALLEL_FOR(nt)
+    for (int32_t i = 0; i < total; i++)
+        if (kind[i] == PD_FLUID) y[i] -= along[i];
+}
+
+static void pdi_transport_precondition(void *user, const double *x, double *y)
+{
+    pdi_transport_user *u = (pdi_transport_user *)user;
+    pd_multigrid_cycle(u->ctx, &u->t->mg, x, y);
+    pd_convect convect = u->t->convect;
+    convect.rate = 1.0 / u->t->dt;
+    for (int sweep = 0; sweep < 2 * u->t->sweeping; sweep++) pdi_convect_relax(&convect, x, sweep & 1, y);
+}
+
+static pd_status pdi_transport_setup(pd_ctx *ctx, pd_transport *t)
+{
+    pdi_compact_faces faces;
+    pdi_compact_convection convection;
+    double spread[PD_DIM * PD_DIM];
+    pd_compact *c = &t->compact;
+    const pd_grid *grid = t->grid;
+    faces.closed = faces.outlet = 0;
+    faces.inlet = 1;
+    pdi_compact_upwind(t->bonds->stencil, t->desc.advection == PD_ADVECTION_LIMITED ? PDI_TRANSPORT_SPREAD : 1.0,
+                         spread);
+    convection.u = t->flow ? t->flow->u : NULL;
+    convection.spread = spread;
+    pdi_compact_fill(ctx, t->desc.diffusivity, t->diffusion.field ? &t->diffusion.media : NULL, &convection,
+                     1.0 / t->dt, &faces, c);
+    for (int32_t node = 0; node < grid->total; node++) {
+        int i[PD_DIM];
+        double drain = t->absorb[node] + (t->diffusion.hold ? t->diffusion.hold[node] : 0.0);
+        if (grid->kind[node] != PD_FLUID || !(drain > 0.0)) continue;
+        pdi_grid_index(grid, node, i);
+        c->mass[pdi_compact_cell(grid, i)] += (float)(drain * pdi_grid_circumference(grid, node));
+    }
+    return pd_multigrid_setup(ctx, &t->mg, c->active, (const float *const *)c->conduct,
+                              t->flow ? (const float *const *)c->flux : NULL, c->wall, c->mass);
+}
+
+/* rhs = old/dt + source + carry/dt + anti at fluid nodes. */
+static void pdi_transport_right_side(const pd_ctx *ctx, pd_transport *t)
+{
+    const uint8_t *kind = t->grid->kind;
+    int nt = pdi_par_threads(ctx, t->grid->total * 4);
+    (void)nt;
+    PDI_PARALLEL_FOR(nt)
+    for (int32_t i = 0; i < t->grid->total; i++)
+        t->rhs[i] = kind[i] == PD_FLUID ? (t->old[i] + t->carry[i]) / t->dt + t->source[i] + t->anti[i] : 0.0;
+    for (int32_t i = 0; i < t->grid->total && t->diffusion.drive; i++)
+        if (kind[i] == PD_FLUID) t->rhs[i] += t->diffusion.drive[i];
+}
+
+/* residual = rhs - A c at fluid nodes, into out. */
+PDI_FN void pdi_transport_residual(const pd_ctx *ctx, const pd_transport *t, double *out)
+{
+    const uint8_t *kind = t->grid->kind;
+    int nt = pdi_par_threads(ctx, t->grid->total * 4);
+    (void)nt;
+    pdi_transport_operator(ctx, t, t->c, out);
+    PDI_PARALLEL_FOR(nt)
+    for (int32_t i = 0; i < t->grid->total; i++) out[i] = kind[i] == PD_FLUID ? t->rhs[i] - out[i] : 0.0;
+}
+
+/* Solid nodes have values, too. */
+static void pdi_transport_measure(const pd_ctx *ctx, pd_transport *t)
+{
+    const uint8_t *kind = t->grid->kind;
+    double *size = t->probe;
+    int nt = pdi_par_threads(ctx, t->grid->total * 2);
+    (void)nt;
+    PDI_PARALLEL_FOR(nt)
+    for (int32_t i = 0; i < t->grid->total; i++)
+        size[i] = kind[i] == PD_FLUID || kind[i] == PD_INLET ? t->c[i] : 0.0;
+    t->size = fmax(t->size, pdi_par_max_abs(ctx, t->grid->total, size));
+}
+
+/* Solve A delta = rhs - A c to an absolute tolerance and add delta to c. */
+static pd_status pdi_transport_solve(pd_ctx *ctx, pd_transport *t, double atol, pd_transport_result *result,
+                                     double *moved)
+{
+    pdi_transport_user user;
+    pd_krylov_result linear;
+    double *residual = t->work, *delta = t->work + t->grid->total;
+    user.ctx = ctx;
+    user.t = t;
+    pdi_transport_residual(ctx, t, residual);
+    t->krylov.desc.rtol = 1e-15;
+    t->krylov.desc.atol = atol;
+    pd_status status = pd_krylov_solve(ctx, &t->krylov, pdi_transport_apply, pdi_transport_precondition, &user,
+                                       residual, delta, &linear);
+    if (status < 0) return status;
+    result->krylov += linear.iterations;
+    result->residual = linear.residual;
+    pdi_par_axpy(ctx, t->grid->total, 1.0, delta, t->c); /* zero but at fluid nodes */
+    *moved = pdi_par_max_abs(ctx, t->grid->total, delta);
+    pdi_transport_measure(ctx, t);
+    return status;
+}
+
+PDI_FN pd_status pdi_transport_refine(pd_ctx *ctx, pd_transport *t, double share, pd_transport_result *result)
+{
+    pdi_transport_user user;
+    pd_krylov_result linear;
+    user.ctx = ctx;
+    user.t = t;
+    t->krylov.desc.rtol = share;
+    t->krylov.desc.atol = 0.0;
+    pd_status status = pd_krylov_solve(ctx, &t->krylov, pdi_transport_apply, pdi_transport_precondition, &user,
+                                       t->work, t->work + t->grid->total, &linear);
+    result->krylov += linear.iterations;
+    return status;
+}
+
+PDI_FN int pdi_transport_fresh(pd_ctx *ctx, pd_transport *t)
+{
+    int limited = t->flow && t->desc.advection == PD_ADVECTION_LIMITED;
+    if (limited) pdi_transport_anti(ctx, t, t->c, t->anti);
+    return limited;
+}
+
+/* The same, with a better preconditioner for the rest of the step wherever it misses its tolerance by far. */
+static pd_status pdi_transport_correct(pd_ctx *ctx, pd_transport *t, double atol, pd_transport_result *result,
+                                       double *moved)
+{
+    /* beside a good conductor what is left is rounding (theory: 5.2) */
+    int most = t->diffusion.field ? 1 : PDI_TRANSPORT_SWEEPS;
+    pd_status status = pdi_transport_solve(ctx, t, atol, result, moved);
+    while (status > 0 && result->residual > PDI_TRANSPORT_MISSED * atol && t->sweeping < most) {
+        t->sweeping = t->sweeping ? 4 * t->sweeping : 1;
+        status = pdi_transport_solve(ctx, t, atol, result, moved);
+    }
+    return status;
+}
+
+/* Flow through inlet and outlet bonds, and from and to held walls, at the present field. */
+PDI_FN void pdi_transport_boundary(pd_transport *t)
+{
+    pdi_sum out = {0.0, 0.0}, in = {0.0, 0.0};
+    const pd_grid *grid = t->grid;
+    for (int32_t i = 0; i < grid->total && t->diffusion.hold; i++) {
+        double gain = pdi_diffusion_gain(&t->diffusion, i, t->c[i], t->rest ? t->rest[i] : 0.0);
+        if (grid->kind[i] == PD_FLUID)
+            pdi_sum_add(gain > 0.0 ? &in : &out, fabs(gain) * pdi_grid_circumference(grid, i));
+    }
+    for (int32_t p = 0; p < t->ports.count; p++) {
+        int32_t i = t->ports.node[p];
+        double around = pdi_grid_circumference(grid, i);
+        for (int k = 0; k < t->bonds->stencil->count; k++) {
+            if (!pdi_convect_open(&t->convect, i, k)) continue;
+            uint8_t far_kind = grid->kind[i + t->bonds->shift[k]];
+            if (far_kind == PD_OUTLET) pdi_sum_add(&out, around * pdi_convect_bond_flux(&t->convect, t->c, i, k));
+            if (far_kind == PD_INLET) pdi_sum_add(&in, -around * pdi_convect_bond_flux(&t->convect, t->c, i, k));
+            if (far_kind == PD_INLET && t->rest)
+                pdi_sum_add(&in, -around * pdi_convect_bond_flux(&t->convect, t->rest, i, k));
+        }
+    }
+    /* between nodes antidiffusive fluxes cancel: their sum came through the inlets */
+    for (int32_t i = 0; i < grid->total; i++)
+        if (grid->kind[i] == PD_FLUID) pdi_sum_add(&in, t->anti[i] * pdi_grid_circumference(grid, i));
+    t->outflow = pdi_sum_total(&out) * t->bonds->stencil->volume;
+    t->inflow = pdi_sum_total(&in) * t->bonds->stencil->volume;
+}
+
+/* Bounds that the step must keep: those of the field at its start and of the inflow; a source lifts the upper one. */
+static void pdi_transport_bounds(const pd_transport *t, const double *start, double *low, double *high)
+{
+    *low = t->passed[0];
+    *high = fmax(t->passed[1], 0.0);
+    for (int32_t i = 0; i < t->grid->total; i++) {
+        uint8_t kind = t->grid->kind[i];
+        if (kind != PD_FLUID && kind != PD_INLET) continue;
+        double value = kind == PD_FLUID ? start[i] : t->c[i];
+        *low = fmin(*low, value);
+        *high = fmax(*high, value);
+        if (kind == PD_FLUID && t->source[i] < 0.0) *low = -HUGE_VAL;
+        if (kind == PD_FLUID && t->absorb[i] > 0.0) *low = fmin(*low, 0.0);
+        if (kind == PD_FLUID && t->source[i] > 0.0) *high = fmax(*high, t->ceiling);
+    }
+    if (!t->diffusion.hold) return;
+    *low = fmin(*low, t->diffusion.held_least);
+    *high = fmax(*high, t->diffusion.held_most);
+}
+
+/* Widen the bounds by a share of the field. */
+static void pdi_transport_slack(const pd_transport *t, double share, double *low, double *high)
+{
+    double size = 0.0;
+    for (int32_t i = 0; i < t->grid->total; i++)
+        if (t->grid->kind[i] == PD_FLUID) size = fmax(size, fabs(t->c[i]));
+    *low -= share * size;
+    *high += share * size;
+}
+
+/* Mark node i, or the one that it repeats; 1 when it is new. */
+static int pdi_transport_mark_one(pd_transport *t, int32_t i)
+{
+    if (t->grid->kind[i] == PD_IMAGE) i = pdi_grid_image(t->grid, i, NULL);
+    int fresh = !t->upwinded[i];
+    t->upwinded[i] = 1;
+    return fresh;
+}
+
+/* Mark the nodes outside of the bounds, and where that has not helped their neighbours too, whose antidiffusive fluxes
+ * reach them from upstream; how many are new. */
+static int64_t pdi_transport_mark(pd_transport *t, double low, double high, double slack)
+{
+    int64_t found = 0;
+    pdi_transport_slack(t, slack, &low, &high);
+    for (int32_t i = 0; i < t->grid->total; i++) {
+        if (t->grid->kind[i] != PD_FLUID || (t->c[i] >= low && t->c[i] <= high)) continue;
+        if (pdi_transport_mark_one(t, i)) found++;
+        else
+            for (int k = 0; k < t->bonds->stencil->count; k++)
+                found += pdi_transport_mark_one(t, i + t->bonds->shift[k]);
+    }
+    t->upwinding = t->upwinding || found > 0;
+    return found;
+}
+
+/* Begin a step: no node is upwinded, and the size of the field is that of now. Returns 1 when fluxes are limited. */
+static int pdi_transport_start(const pd_ctx *ctx, pd_transport *t)
+{
+    memset(t->upwinded, 0, (size_t)t->grid->total);
+    t->upwinding = t->sweeping = 0;
+    t->size = t->diffusion.hold ? fmax(t->diffusion.held_most, 0.0) : 0.0;
+    pdi_transport_measure(ctx, t);
+    return t->flow && t->desc.advection == PD_ADVECTION_LIMITED;
+}
+
+/* 1 when the field, with `more` on top of it where that is not NULL, is within its bounds. */
+static int pdi_transport_bounded(const pd_transport *t, const double *start, const double *more)
+{
+    double low, high;
+    pdi_transport_bounds(t, start, &low, &high);
+    pdi_transport_slack(t, PDI_TRANSPORT_SLACK, &low, &high);
+    for (int32_t i = 0; i < t->grid->total; i++) {
+        double c = more ? t->c[i] + more[i] : t->c[i];
+        if (t->grid->kind[i] == PD_FLUID && (c < low || c > high)) return 0;
+    }
+    return 1;
+}
+
+PDI_FN int pdi_transport_within(const pd_transport *t, const double *start)
+{
+    return pdi_transport_bounded(t, start, NULL);
+}
+
+/* 1 when the field is within its bounds, and would be with what is left undone, too: the next step delivers that. A
+ * cycle of the multigrid tells what becomes of it: next to nothing in the stream, dt times as much where little
+ * passes. */
+static int pdi_transport_settles(pd_ctx *ctx, pd_transport *t)
+{
+    pdi_transport_user user;
+    user.ctx = ctx;
+    user.t = t;
+    if (!pdi_transport_within(t, t->old)) return 0;
+    pdi_transport_residual(ctx, t, t->work);
+    pdi_transport_precondition(&user, t->work, t->probe);
+    return pdi_transport_bounded(t, t->old, t->probe);
+}
+
+/* The last solve. What it leaves undone counts times dt in nodes that little passes: where the field leaves its bounds
+ * by that, it is solved better. */
+static pd_status pdi_transport_close(pd_ctx *ctx, pd_transport *t, double atol, pd_transport_result *result)
+{
+    double moved;
+    pd_status status = pdi_transport_correct(ctx, t, atol, result, &moved);
+    int sweeps = t->sweeping || status > 0;
+    if (status < 0 || pdi_transport_settles(ctx, t)) return status;
+    for (; sweeps < 2; sweeps++) {
+        if (sweeps && !t->sweeping) t->sweeping = 1;
+        status = pdi_transport_solve(ctx, t, PDI_TRANSPORT_FINE * atol, result, &moved);
+        if (status < 0 || pdi_transport_settles(ctx, t)) break;
+    }
+    return status < 0 || result->residual > atol ? status : PD_OK; /* rounding may stop it before that */
+}
+
+/* Antidiffusive fluxes, right-hand side and residual of the present field; returns the norm of the residual. */
+static double pdi_transport_evaluate(pd_ctx *ctx, pd_transport *t)
+{
+    pdi_transport_anti(ctx, t, t->c, t->anti);
+    pdi_transport_right_side(ctx, t);
+    pdi_transport_residual(ctx, t, t->work);
+    return sqrt(pdi_par_dot(ctx, t->grid->total, t->work, t->work));
+}
+
+/* c += share delta, where delta is zero at all ghosts. */
+static double pdi_transport_move(pd_ctx *ctx, pd_transport *t, double share, const double *delta)
+{
+    pdi_par_axpy(ctx, t->grid->total, share, delta, t->c);
+    pdi_transport_measure(ctx, t);
+    return pdi_transport_evaluate(ctx, t);
+}
+
+/* Newton's method on the limited equations until their residual falls below `goal` [mol/m3/s] or the field stays. Its
+ * linear systems are solved as well as the last step paid (Eisenstat and Walker 1996); a step that does not lower the
+ * residual is halved. */
+static pd_status pdi_transport_newton(pd_ctx *ctx, pd_transport *t, double goal, pd_transport_result *result)
+{
+    pdi_transport_user user;
+    pd_krylov_result linear;
+    double *delta = t->work + t->grid->total, norm = pdi_transport_evaluate(ctx, t), loose = PDI_TRANSPORT_LOOSE;
+    pd_status status = PD_OK;
+    user.ctx = ctx;
+    user.t = t;
+    t->krylov.desc.fixed = 0; /* waves from node to node that the limiter hardly damps need the whole space */
+    while (result->limiter < t->desc.max_limiter && norm > goal) {
+        status = pdi_poll(ctx, "transport: Newton", result->limiter);
+        if (status < 0) break;
+        user.limited = pdi_par_max_abs(ctx, t->grid->total, t->anti) > 0.0;
+        t->krylov.desc.rtol = user.limited ? loose : PDI_TRANSPORT_TIGHT; /* flat fields may be limited after it */
+        t->krylov.desc.atol = 0.5 * goal;
+        status = pd_krylov_solve(ctx, &t->krylov, pdi_transport_jacobian, pdi_transport_precondition, &user, t->work,
+                                 delta, &linear);
+        if (status < 0) break;
+        result->krylov += linear.iterations;
+        double moved = pdi_par_max_abs(ctx, t->grid->total, delta), before = norm, share = 1.0;
+        norm = pdi_transport_move(ctx, t, share, delta);
+        for (; norm > before && share > PDI_TRANSPORT_SHORTEST; share *= 0.5)
+            norm = pdi_transport_move(ctx, t, -0.5 * share, delta);
+        result->change = t->size > 0.0 ? share * moved / t->size : 0.0;
+        result->limiter++;
+        if (result->change <= t->desc.limiter_tolerance || norm > PDI_TRANSPORT_STALLED * before) break;
+        loose = fmin(PDI_TRANSPORT_LOOSE, fmax(PDI_TRANSPORT_TIGHT, 0.9 * (norm / before) * (norm / before)));
+    }
+    t->krylov.desc.fixed = 1;
+    pd_krylov_trim(ctx, &t->krylov);
+    return status < 0 ? status : PD_OK;
+}
+
+/* The limiter bounds a converged field; where the iteration has left the field outside of its bounds, the nodes
+ * concerned lose their antidiffusive fluxes until none is left. Fluxes are limited, values never. */
+static pd_status pdi_transport_enforce(pd_ctx *ctx, pd_transport *t, double atol, pd_transport_result *result)
+{
+    double low, high, moved;
+    pd_status status = PD_OK;
+    pdi_transport_bounds(t, t->old, &low, &high);
+    for (int round = 0; round <= PDI_TRANSPORT_ROUNDS; round++) {
+        if (pdi_transport_within(t, t->old)) {
+            /* the last solve moves a field whose fluxes have not settled: it has to stay within the bounds, too */
+            status = pdi_transport_close(ctx, t, atol, result);
+            if (status < 0 || pdi_transport_within(t, t->old)) return status;
+        }
+        if (round == 0) {
+            /* what Newton's method has left undone may be all that is outside: nodes upwinded for it would be chosen by
+             * rounding */
+            PDI_TRY(pdi_transport_newton(ctx, t, PDI_TRANSPORT_FINISHED * atol, result));
+            continue;
+        }
+        pdi_transport_mark(t, low, high, PDI_TRANSPORT_SLACK);
+        if (round == PDI_TRANSPORT_ROUNDS) pdi_par_zero(ctx, t->grid->total, t->anti);
+        else pdi_transport_anti(ctx, t, t->c, t->anti);
+        pdi_transport_right_side(ctx, t);
+        status = pdi_transport_correct(ctx, t, PDI_TRANSPORT_ROUGH * atol, result, &moved);
+        if (status < 0) return status;
+        result->bounded = round;
+    }
+    return pdi_transport_close(ctx, t, atol, result);
+}
+
+static pd_status pdi_transport_iterate(pd_ctx *ctx, pd_transport *t, double size, int bounded,
+                                       pd_transport_result *result)
+{
+    double atol = t->desc.tolerance * size, moved = 0.0;
+    if (!pdi_transport_start(ctx, t)) {
+        pd_status status = pdi_transport_correct(ctx, t, atol, result, &moved);
+        result->change = t->size > 0.0 ? moved / t->size : 0.0;
+        return status;
+    }
+    PDI_TRY(pdi_transport_newton(ctx, t, PDI_TRANSPORT_ENOUGH * atol, result));
+    if (bounded) return pdi_transport_enforce(ctx, t, atol, result);
+    return pdi_transport_correct(ctx, t, atol, result, &moved);
+}
+
+/* Size of the equations: the right-hand side, with sources as they are at the present field. */
+static double pdi_transport_given(const pd_ctx *ctx, pd_transport *t)
+{
+    int nt = pdi_par_threads(ctx, t->grid->total * 2);
+    (void)nt;
+    PDI_PARALLEL_FOR(nt)
+    for (int32_t i = 0; i < t->grid->total; i++)
+        t->probe[i] = t->grid->kind[i] == PD_FLUID ? t->rhs[i] - t->absorb[i] * t->c[i] : 0.0;
+    return sqrt(pdi_par_dot(ctx, t->grid->total, t->probe, t->probe));
+}
+
+PDI_FN pd_status pdi_transport_stage(pd_ctx *ctx, pd_transport *t, double dt, int bounded, pd_transport_result *result)
+{
+    int32_t total = t->grid->total;
+    memset(result, 0, sizeof *result);
+    t->dt = dt;
+    PDI_TRY(pdi_convect_refresh(ctx, &t->convect));
+    pdi_transport_right_side(ctx, t);
+    PDI_TRY(pdi_transport_setup(ctx, t));
+    pdi_transport_residual(ctx, t, t->work);
+    double size = fmax(pdi_transport_given(ctx, t), sqrt(pdi_par_dot(ctx, total, t->work, t->work)));
+    pd_status status = size > 0.0 ? pdi_transport_iterate(ctx, t, size, bounded, result) : PD_OK;
+    if (status < 0) return status;
+    result->residual = size > 0.0 ? result->residual / size : 0.0;
+    pdi_transport_boundary(t);
+    return result->residual <= 10.0 * t->desc.tolerance ? PD_OK : status;
+}
+
+PDI_FN pd_status pdi_transport_begin(pd_ctx *ctx, pd_transport *t, double dt)
+{
+    if (!(dt > 0.0) || !(dt < 1e300))
+        return pdi_fail(ctx, PD_ERR_ARGUMENT, "transport", "the step is %g s, expected a positive one", dt);
+    pdi_par_copy(ctx, t->grid->total, t->c, t->old);
+    pdi_transport_open(t);
+    if (t->rest) pdi_par_zero(ctx, t->grid->total, t->rest);
+    return PD_OK;
+}
+
+PDI_FN pd_status pdi_transport_end(pd_ctx *ctx, pd_transport *t, double dt, pd_status status)
+{
+    if (status < 0 || status == PD_RETRY) {
+        pdi_par_copy(ctx, t->grid->total, t->old, t->c);
+        return status;
+    }
+    pdi_transport_right_side(ctx, t); /* sources may have been settled after the last stage */
+    pdi_transport_residual(ctx, t, t->carry);
+    for (int32_t i = 0; i < t->grid->total; i++) t->carry[i] *= dt;
+    return status;
+}
+
+pd_status pd_transport_implicit(pd_ctx *ctx, pd_transport *t, double dt, pd_transport_result *result)
+{
+    PDI_TRY(pdi_transport_begin(ctx, t, dt));
+    return pdi_transport_end(ctx, t, dt, pdi_transport_stage(ctx, t, dt, 1, result));
+}
+
+/* Rate [1/s] at which node i exchanges its content: one over its explicit limit. Limited antidiffusive fluxes may need
+ * as much room as upwinding itself. */
+PDI_FN double pdi_transport_rate(const pd_transport *t, int32_t i)
+{
+    double room = t->desc.advection == PD_ADVECTION_LIMITED ? 2.0 : 1.0;
+    double rate = t->absorb[i] + (t->diffusion.hold ? t->diffusion.hold[i] : 0.0);
+    for (int k = 0; k < t->bonds->stencil->count; k++) {
+        double flux, bond, upwind;
+        if (!pdi_convect_open(&t->convect, i, k)) continue;
+        pdi_convect_bond(&t->convect, i, k, &flux, &bond, &upwind);
+        if (t->grid->kind[i + t->bonds->shift[k]] == PD_OUTLET) rate += fmax(flux, 0.0);
+        else rate += bond + room * upwind - 0.5 * flux;
+    }
+    return rate;
+}
+
+double pd_transport_limit(pd_ctx *ctx, const pd_transport *t)
+{
+    double fastest = 0.0;
+    (void)ctx;
+    for (int32_t i = 0; i < t->grid->total; i++)
+        if (t->grid->kind[i] == PD_FLUID) fastest = fmax(fastest, pdi_transport_rate(t, i));
+    return fastest > 0.0 ? 1.0 / fastest : HUGE_VAL;
+}
+
+pd_status pd_transport_explicit(pd_ctx *ctx, pd_transport *t, double dt)
+{
+    const uint8_t *kind = t->grid->kind;
+    if (!(dt > 0.0))
+        return pdi_fail(ctx, PD_ERR_ARGUMENT, "transport", "the step is %g s, expected a positive one", dt);
+    double limit = pd_transport_limit(ctx, t);
+    if (dt > limit * (1.0 + 1e-12)) {
+        pdi_fail(ctx, PD_RETRY, "transport", "the explicit step of %g s exceeds the limit of %g s", dt, limit);
+        return PD_RETRY;
+    }
+    PDI_TRY(pdi_convect_refresh(ctx, &t->convect));
+    if (t->rest) pdi_par_zero(ctx, t->grid->total, t->rest);
+    t->dt = 0.0;
+    int limited = pdi_transport_start(ctx, t), rounds = PDI_TRANSPORT_ROUNDS;
+    double low, high;
+    pdi_par_copy(ctx, t->grid->total, t->c, t->old);
+    pdi_transport_open(t);
+    pdi_transport_bounds(t, t->old, &low, &high);
+    pdi_transport_operator(ctx, t, t->old, t->rhs);
+    do {
+        pdi_par_copy(ctx, t->grid->total, t->old, t->c);
+        if (limited) pdi_transport_anti(ctx, t, t->c, t->anti);
+        pdi_transport_boundary(t);
+        for (int32_t i = 0; i < t->grid->total; i++)
+            if (kind[i] == PD_FLUID) {
+                double held = t->diffusion.drive ? t->diffusion.drive[i] : 0.0;
+                t->c[i] = t->old[i] + dt * (t->source[i] + held + t->anti[i] - t->rhs[i]) + t->carry[i];
+            }
+    } while (limited && --rounds > 0 && pdi_transport_mark(t, low, high, 1e-15) > 0);
+    pdi_par_zero(ctx, t->grid->total, t->carry);
+    return PD_OK;
+}
+
+double pd_transport_section(pd_ctx *ctx, pd_transport *t, int axis, int index)
+{
+    int limited = t->flow && t->desc.advection == PD_ADVECTION_LIMITED;
+    (void)ctx;
+    pd_ghosts_scalar(&t->bonds->ghosts, t->c);
+    double flux = pdi_convect_through(&t->convect, t->c, limited ? t->anti : NULL, axis, index);
+    if (t->rest) flux += pdi_convect_through(&t->convect, t->rest, NULL, axis, index);
+    return flux + pdi_diffusion_through(&t->diffusion, t->c, t->rest, axis, index);
+}
+
+static double pdi_transport_total(const pd_transport *t, const double *field)
+{
+    pdi_sum sum = {0.0, 0.0};
+    for (int32_t i = 0; i < t->grid->total; i++)
+        if (t->grid->kind[i] == PD_FLUID) pdi_sum_add(&sum, field[i] * pdi_grid_circumference(t->grid, i));
+    return pdi_sum_total(&sum) * t->bonds->stencil->volume;
+}
+
+double pd_transport_stock(pd_ctx *ctx, const pd_transport *t)
+{
+    (void)ctx;
+    return pdi_transport_total(t, t->c);
+}
+
+double pd_transport_carried(pd_ctx *ctx, const pd_transport *t)
+{
+    (void)ctx;
+    return pdi_transport_total(t, t->carry);
+}
+
+PDI_FN void pdi_transport_open(pd_transport *t)
+{
+    t->passed[0] = HUGE_VAL;
+    t->passed[1] = -HUGE_VAL;
+}
+
+/* What is held and enters now goes into the bounds of the step. */
+static void pdi_transport_pass(pd_transport *t)
+{
+    for (int32_t i = 0; i < t->grid->total; i++) {
+        if (t->grid->kind[i] != PD_INLET) continue;
+        t->passed[0] = fmin(t->passed[0], t->c[i]);
+        t->passed[1] = fmax(t->passed[1], t->c[i]);
+    }
+    if (!t->diffusion.hold) return;
+    t->passed[0] = fmin(t->passed[0], t->diffusion.held_least);
+    t->passed[1] = fmax(t->passed[1], t->diffusion.held_most);
+}
+
+static pd_status pdi_transport_inlets(pd_ctx *ctx, pd_transport *t)
+{
+    for (int32_t i = 0; i < t->grid->total; i++) {
+        double x[PD_DIM];
+        if (t->grid->kind[i] != PD_INLET) continue;
+        pd_grid_position(t->grid, i, x);
+        pdi_grid_fold_images(t->grid, x);
+        for (int d = 0; d < PD_DIM; d++) x[d] = fmin(fmax(x[d], t->grid->lo[d]), t->grid->hi[d]);
+        t->c[i] = t->desc.entering ? t->desc.entering(t->desc.user, x) : t->desc.inlet;
+        if (!(t->c[i] >= 0.0) || !(t->c[i] < 1e100))
+            return pdi_fail(ctx, PD_ERR_ARGUMENT, "transport",
+                            "C = %g mol/m3 enters at x = %g m and t = %g s, expected a finite value of at least 0",
+                            t->c[i], x[0], t->time);
+    }
+    return PD_OK;
+}
+
+/* Walls hold no less than nothing. */
+static pd_status pdi_transport_holds(pd_ctx *ctx, const pd_transport *t)
+{
+    const pd_diffusion *d = &t->diffusion;
+    if (!d->hold || (d->held_least >= 0.0 && d->held_most < 1e100)) return PD_OK;
+    return pdi_fail(ctx, PD_ERR_ARGUMENT, "transport",
+                    "a wall holds C = %g mol/m3 at t = %g s, expected a finite value of at least 0",
+                    d->held_least >= 0.0 ? d->held_most : d->held_least, t->time);
+}
+
+pd_status pd_transport_at(pd_ctx *ctx, pd_transport *t, double time)
+{
+    if (!t->desc.clock) return PD_OK;
+    pdi_transport_pass(t);
+    *t->desc.clock = t->time = time;
+    PDI_TRY(pdi_transport_inlets(ctx, t));
+    if (t->diffusion.hold) pd_diffusion_renew(&t->diffusion);
+    return pdi_transport_holds(ctx, t);
+}
+
+pd_status pd_transport_update(pd_ctx *ctx, pd_transport *t)
+{
+    if (t->desc.clock) *t->desc.clock = t->time;
+    pd_diffusion_update(ctx, &t->diffusion);
+    PDI_TRY(pdi_transport_inlets(ctx, t));
+    PDI_TRY(pdi_ports_update(ctx, &t->ports));
+    return pdi_convect_fit(ctx, &t->convect);
+}
+
+static pd_status pdi_transport_make(pd_ctx *ctx, const pd_grid *grid, const pd_bonds *bonds, const pd_flow *flow,
+                                    const pd_transport_desc *desc, pd_transport *t)
+{
+    memset(t, 0, sizeof *t);
+    if (!(desc->diffusivity >= 0.0) || !(desc->inlet >= 0.0) || !(desc->initial >= 0.0) || !(desc->tolerance >= 0.0) ||
+        !(desc->diffusivity + desc->inlet + desc->initial < 1e100))
+        return pdi_fail(ctx, PD_ERR_ARGUMENT, "transport",
+                        "D = %g m2/s, inlet %g mol/m3, initial %g mol/m3, tolerance %g: expected finite values of at "
+                        "least 0", desc->diffusivity, desc->inlet, desc->initial, desc->tolerance);
+    t->desc = *desc;
+    t->ceiling = HUGE_VAL;
+    if (desc->clock) *desc->clock = 0.0;
+    pdi_transport_open(t);
+    if (!(t->desc.tolerance > 0.0)) t->desc.tolerance = 1e-11;
+    if (t->desc.max_limiter <= 0) t->desc.max_limiter = 30;
+    if (!(t->desc.limiter_tolerance > 0.0)) t->desc.limiter_tolerance = 1e-10;
+    t->grid = grid;
+    t->bonds = bonds;
+    t->flow = flow;
+    pd_krylov_desc kd;
+    pd_multigrid_desc md;
+    memset(&kd, 0, sizeof kd);
+    kd.n = grid->total;
+    kd.spans = &bonds->spans;
+    kd.components = 1;
+    kd.restart = 20;
+    kd.most = flow ? 10 * kd.restart : 0;
+    kd.fixed = 1;
+    kd.flexible = 1;
+    kd.compressed = !desc->field; /* the level of a good conductor drowns in single precision */
+    kd.zero_guess = 1;
+    pdi_compact_multigrid(grid, &md);
+    md.symmetric = flow == NULL;
+    md.contrast = md.contrast || desc->field != NULL;
+    PDI_TRY(pdi_compact_build(ctx, grid, flow != NULL, &t->compact));
+    PDI_TRY(pd_multigrid_build(ctx, &md, &t->mg));
+    PDI_TRY(pd_krylov_build(ctx, &kd, &t->krylov));
+    PDI_TRY(PDI_NEW(ctx, "transport", grid->total, t->c));
+    PDI_TRY(PDI_NEW(ctx, "transport", grid->total, t->old));
+    PDI_TRY(PDI_NEW(ctx, "transport", grid->total, t->source));
+    PDI_TRY(PDI_NEW(ctx, "transport", grid->total, t->absorb));
+    PDI_TRY(PDI_NEW(ctx, "transport", grid->total, t->carry));
+    PDI_TRY(PDI_NEW(ctx, "transport", grid->total, t->anti));
+    if (desc->field) PDI_TRY(PDI_NEW(ctx, "transport", grid->total, t->rest));
+    PDI_TRY(PDI_NEW(ctx, "transport", grid->total, t->upwinded));
+    PDI_TRY(PDI_NEW(ctx, "transport", grid->total, t->rhs));
+    PDI_TRY(PDI_NEW(ctx, "transport", 2 * (int64_t)grid->total, t->work));
+    PDI_TRY(PDI_NEW(ctx, "transport", PD_DIM * (int64_t)grid->total, t->probe));
+    for (int s = 0; s < 2 * PD_DIM && !t->repeated; s++)
+        if (grid->side[s] >= PD_SIDE_PERIODIC) PDI_TRY(PDI_NEW(ctx, "transport", grid->total, t->repeated));
+    for (int32_t i = 0; i < grid->total; i++)
+        if (grid->kind[i] == PD_FLUID) t->c[i] = desc->initial;
+    pd_diffusion_desc dd;
+    memset(&dd, 0, sizeof dd);
+    dd.diffusivity = desc->diffusivity;
+    dd.field = desc->field;
+    dd.level = desc->level;
+    dd.held = desc->held;
+    dd.user = desc->user;
+    PDI_TRY(pd_diffusion_build(ctx, bonds, &dd, &t->diffusion));
+    PDI_TRY(pdi_ports_build(ctx, bonds, &t->ports));
+    if (flow) PDI_TRY(pdi_limiter_build(ctx, &t->diffusion, &t->ports, &t->limiter));
+    t->convect.bonds = bonds;
+    t->convect.flow = flow;
+    t->convect.diffusion = &t->diffusion;
+    t->convect.limiter = &t->limiter;
+    t->convect.ports = &t->ports;
+    t->convect.absorb = t->absorb;
+    PDI_TRY(pdi_transport_inlets(ctx, t));
+    PDI_TRY(pdi_transport_holds(ctx, t));
+    return pdi_convect_build(ctx, &t->convect);
+}
+
+pd_status pd_transport_build(pd_ctx *ctx, const pd_grid *grid, const pd_bonds *bonds, const pd_flow *flow,
+                             const pd_transport_desc *desc, pd_transport *t)
+{
+    pd_status status = pdi_transport_make(ctx, grid, bonds, flow, desc, t);
+    if (status < 0) pd_transport_free(ctx, t);
+    return status;
+}
+
+/* The tolerance of the next step depends on the fluxes of the last one. */
+PDI_FN pd_status pdi_transport_store(pd_ctx *ctx, pd_transport *t, pd_archive *archive)
+{
+    int32_t total = t->grid->total;
+    PDI_TRY(PDI_KEEP(ctx, archive, "transport.c", t->c, total));
+    PDI_TRY(PDI_KEEP(ctx, archive, "transport.carry", t->carry, total));
+    if (t->desc.clock) PDI_TRY(PDI_KEEP(ctx, archive, "transport.time", &t->time, 1));
+    if (archive->reading) PDI_TRY(pd_transport_at(ctx, t, t->time));
+    if (t->rest) PDI_TRY(PDI_KEEP(ctx, archive, "transport.rest", t->rest, total));
+    return t->flow ? PDI_KEEP(ctx, archive, "transport.anti", t->anti, total) : PD_OK;
+}
+
+void pd_transport_free(pd_ctx *ctx, pd_transport *t)
+{
+    int64_t total = t->grid ? t->grid->total : 0;
+    pdi_convect_free(ctx, &t->convect);
+    pdi_limiter_free(ctx, &t->limiter);
+    pdi_ports_free(ctx, &t->ports);
+    pd_diffusion_free(ctx, &t->diffusion);
+    pdi_compact_free(ctx, &t->compact);
+    pd_multigrid_free(ctx, &t->mg);
+    pd_krylov_free(ctx, &t->krylov);
+    PDI_DELETE(ctx, total, t->c);
+    PDI_DELETE(ctx, total, t->old);
+    PDI_DELETE(ctx, total, t->source);
+    PDI_DELETE(ctx, total, t->absorb);
+    PDI_DELETE(ctx, total, t->carry);
+    PDI_DELETE(ctx, total, t->anti);
+    PDI_DELETE(ctx, total, t->rest);
+    PDI_DELETE(ctx, total, t->upwinded);
+    PDI_DELETE(ctx, total, t->rhs);
+    PDI_DELETE(ctx, 2 * total, t->work);
+    PDI_DELETE(ctx, PD_DIM * total, t->probe);
+    PDI_DELETE(ctx, total, t->repeated);
+    memset(t, 0, sizeof *t);
+}

@@ -1,0 +1,148 @@
+/* transport: conservative, bounded advection and diffusion of dissolved metal on fluid nodes.
+ *
+ * dc/dt + sum_j F_ij (c_i + c_j)/2 - sum_j (D a + d)(c_j - c_i) = source - absorb c - sum_j alpha d s_ij  over open
+ * bonds, with F_ij the volume flux of the flow and d = max(|F|/2 - D a, 0) the diffusion that makes the left side an
+ * M-matrix (upwinding). The right side gives it back as antidiffusive fluxes along the steps s_ij of the field, where
+ * the limiter alpha allows it (theory: eq. 5.1 to 5.5). Implicit steps are solved by Newton's method.
+ * Bonds to solid and wall carry nothing. Every sum over bonds conserves to rounding, converged or not.
+ */
+#ifndef PD_TRANSPORT_H
+#define PD_TRANSPORT_H
+#include "solve/krylov.h"
+#include "solve/multigrid.h"
+#include "solve/compact.h"
+#include "transport/convect.h"
+
+typedef enum pd_advection {
+    PD_ADVECTION_LIMITED = 0, /* second order where smooth */
+    PD_ADVECTION_UPWIND = 1   /* first order everywhere */
+} pd_advection;
+
+typedef struct pd_transport_desc {
+    double diffusivity;     /* [m2/s] */
+    pd_point_fn field, level, held; /* see pd_diffusion_desc; NULL: constant diffusivity, no flux into walls */
+    double inlet;           /* [mol/m3] concentration of the inflow */
+    pd_point_fn entering;   /* the same at places of the sides of the box; NULL: `inlet` everywhere */
+    void *user;             /* of these four */
+    double *clock;          /* [s] where held and entering read the time: pd_transport_at writes it before it asks them.
+                             * NULL: they do not depend on time. Borrowed */
+    double initial;         /* [mol/m3] */
+    pd_advection advection;
+    double tolerance;       /* [-] of the linear solves, relative to the right-hand side; 0: 1e-11 */
+    int max_limiter;        /* Newton steps on the limited equations in one implicit step; 0: 30 */
+    double limiter_tolerance; /* [-] relative change of the field at which they stop; 0: 1e-10 */
+} pd_transport_desc;
+
+typedef struct pd_transport {
+    pd_transport_desc desc; /* defaults filled in */
+    const pd_grid *grid;
+    const pd_bonds *bonds;
+    const pd_flow *flow;    /* NULL: fluid at rest */
+    pd_diffusion diffusion; /* conductances of the bonds */
+    pd_ports ports;
+    pd_limiter limiter;     /* with a flow */
+    pd_convect convect;     /* fluxes of the bonds, from all of these */
+    double *c;              /* [total] [mol/m3]; solid nodes: what is left of the solid */
+    double *old;            /* [total] [mol/m3] start of the step, work */
+    double *source;         /* [total] [mol/m3/s] given by the caller before a step */
+    double *absorb;         /* [total] [1/s] likewise; source - absorb c enters the fluid */
+    double time;            /* [s] of the values that are held and enter */
+    double passed[2];       /* [mol/m3] least and largest of those since the step began, bounds of the field too */
+    double ceiling;         /* [mol/m3] likewise: what sources lift the fluid to at most; HUGE_VAL: anything */
+    double *carry;          /* [total] [mol/m3] what the last solve left undone; the next step delivers it */
+    double *anti;           /* [total] [mol/m3/s] limited antidiffusive fluxes in force */
+    double *rest;           /* [total] [mol/m3] what c of a steady field leaves to rounding: what flows through a good
+                             * conductor beside a poor one is below that. NULL: one diffusivity; 0 after steps */
+    double size;            /* [mol/m3] of the field at the start of the step */
+    int upwinding;          /* 1: a node is upwinded */
+    int sweeping;           /* pairs of sweeps over the bonds behind each multigrid cycle: where it has failed in this
+                             * step, they are what converges for an M-matrix */
+    uint8_t *upwinded;      /* [total] node lost its antidiffusive fluxes in this step, to keep the bounds */
+    double *rhs;            /* [total] [mol/m3/s] work; in the linear solves of Newton's method [-] derivatives of what
+                             * the nodes keep */
+    double *work;           /* [2][total] [mol/m3/s] residual, [mol/m3] correction */
+    double *probe;          /* [PD_DIM][total] [mol/m4] derivatives of the gradients along a direction, work */
+    double *repeated;       /* [total] [mol/m3] operand with its images, work; NULL: no periodic or mirror side */
+    double dt;              /* [s] of the step in work; 0: none */
+    pd_compact compact;
+    pd_multigrid mg;
+    pd_krylov krylov;
+    double outflow;         /* [mol/s] (per m in planar 2D) through outlets and into held walls at the end of the last
+                             * step */
+    double inflow;          /* [mol/s] (per m in planar 2D) through inlets and from held walls */
+} pd_transport;
+
+typedef struct pd_transport_result {
+    int krylov;     /* iterations */
+    int limiter;    /* Newton steps on the limited equations */
+    int bounded;    /* rounds in which nodes were upwinded to keep the bounds */
+    double residual; /* [-] last relative residual of the linear solve */
+    double change;  /* [-] relative change of the field by the last of these steps */
+    double defect;  /* [-] steady fields: what the balances of the nodes lack in all, over what passes the domain */
+} pd_transport_result;
+
+#define pd_transport_build PD_NAME(pd_transport_build)
+#define pd_transport_update PD_NAME(pd_transport_update)
+#define pd_transport_at PD_NAME(pd_transport_at)
+#define pd_transport_implicit PD_NAME(pd_transport_implicit)
+#define pd_transport_explicit PD_NAME(pd_transport_explicit)
+#define pd_transport_limit PD_NAME(pd_transport_limit)
+#define pd_transport_section PD_NAME(pd_transport_section)
+#define pd_transport_stock PD_NAME(pd_transport_stock)
+#define pd_transport_carried PD_NAME(pd_transport_carried)
+#define pd_transport_free PD_NAME(pd_transport_free)
+
+/* flow may be NULL; after setting the fields of a flow by hand call pd_flow_prepare. PD_ERR_ARGUMENT: diffusivity or
+ * concentrations negative or not finite. */
+PD_API pd_status pd_transport_build(pd_ctx *ctx, const pd_grid *grid, const pd_bonds *bonds, const pd_flow *flow,
+                                    const pd_transport_desc *desc, pd_transport *transport);
+/* After pd_bonds_update: inlet ghosts and conductances follow. Fluid values stay (a dissolved node keeps its
+ * content). */
+PD_API pd_status pd_transport_update(pd_ctx *ctx, pd_transport *transport);
+/* Values that are held and enter become those of time [s]; nothing happens without a clock. */
+PD_API pd_status pd_transport_at(pd_ctx *ctx, pd_transport *t, double time);
+/* One backward Euler step of dt [s] (any length: dt >> all time scales gives the steady state). PD_NOT_CONVERGED: the
+ * linear solver stopped above its tolerance; what is missing is in carry. */
+PD_API pd_status pd_transport_implicit(pd_ctx *ctx, pd_transport *transport, double dt, pd_transport_result *result);
+/* One forward Euler step. PD_RETRY, nothing changed: dt exceeds pd_transport_limit. */
+PD_API pd_status pd_transport_explicit(pd_ctx *ctx, pd_transport *transport, double dt);
+/* Largest explicit step [s] that keeps every node within its neighbours. */
+PD_API double pd_transport_limit(pd_ctx *ctx, const pd_transport *transport);
+/* Flux [mol/s, per m in planar 2D] towards + of all bonds that cross the plane between cells index - 1 and index of
+ * `axis` (index 1 .. n-1) at the end of the last step, antidiffusive fluxes included: what the scheme conserves (eq.
+ * 5.1, 5.4). Along a periodic axis up to the tolerance of the limiter. */
+PD_API double pd_transport_section(pd_ctx *ctx, pd_transport *transport, int axis, int index);
+/* Dissolved amount [mol, per m in planar 2D] in fluid nodes. */
+PD_API double pd_transport_stock(pd_ctx *ctx, const pd_transport *transport);
+/* Amount [mol] in carry: owed by the last solve, delivered by the next step. */
+PD_API double pd_transport_carried(pd_ctx *ctx, const pd_transport *transport);
+PD_API void pd_transport_free(pd_ctx *ctx, pd_transport *transport);
+
+#ifdef PDI_INTERNAL
+/* (c - old - carry)/dt + F(c) = 0 for given old and carry (eq. 5.3), from the present c; outflow and inflow are those
+ * at the end. bounded: values outside of the bounds of old and inflow lose their antidiffusive fluxes. carry stays. */
+PDI_FN pd_status pdi_transport_stage(pd_ctx *ctx, pd_transport *transport, double dt, int bounded,
+                                     pd_transport_result *result);
+/* A step of one stage, or of several from the same start with other sources: begin, stages, end with the status of the
+ * last one. A negative one and PD_RETRY put c back. */
+PDI_FN pd_status pdi_transport_begin(pd_ctx *ctx, pd_transport *transport, double dt);
+PDI_FN pd_status pdi_transport_end(pd_ctx *ctx, pd_transport *transport, double dt, pd_status status);
+/* out [total] [mol/m3/s]: residual of the last stage, what it left undone. */
+PDI_FN void pdi_transport_residual(const pd_ctx *ctx, const pd_transport *transport, double *out);
+/* The bounds of a step begin with what is held and enters at its start. */
+PDI_FN void pdi_transport_open(pd_transport *transport);
+/* What steps carry on beside the flow, which comes first; sources are those of the next step. */
+PDI_FN pd_status pdi_transport_store(pd_ctx *ctx, pd_transport *transport, pd_archive *archive);
+/* For the steady field. Limited antidiffusive fluxes of the present field into t->anti (0: none are limited); outflow
+ * and inflow of it; the rate [1/s] at which node i exchanges its content. */
+PDI_FN int pdi_transport_fresh(pd_ctx *ctx, pd_transport *transport);
+PDI_FN void pdi_transport_boundary(pd_transport *transport);
+PDI_FN double pdi_transport_rate(const pd_transport *transport, int32_t i);
+/* Correction [total] [mol/m3] for the residual in t->work, to a share of it, with the operator of the last stage. It
+ * stands behind the residual. */
+PDI_FN pd_status pdi_transport_refine(pd_ctx *ctx, pd_transport *transport, double share, pd_transport_result *result);
+/* 1 when c lies within the bounds of `start` and the inflow. */
+PDI_FN int pdi_transport_within(const pd_transport *transport, const double *start);
+#endif
+
+#endif
