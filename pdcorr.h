@@ -39,29 +39,29 @@
  *     grid       the uniform lattice with ghost layers, the kind of every node, the geometry behind it.
  *     span       of each lattice line along axis 0, the stretch that holds fluid or may come to hold it.
  *     ghost      fills the ghosts that stand for fluid nodes: images behind periodic and mirror sides, and outlets.
- *     ring       the weights of bonds on an axisymmetric lattice, whose nodes are rings around the axis r = 0.
+ *     axisym     the weights of bonds on an axisymmetric lattice, whose nodes are rings around the axis r = 0.
  *     bond       rows of open bonds for fluid nodes whose family is cut, and stretches of nodes whose family is whole.
- *     ray        the surface of walls and metal beside a point. It is that of bond.h: sides of the box, the zero level of a
+ *     surface    the surface of walls and metal beside a point. It is that of bond.h: sides of the box, the zero level of a
  *     port       the fluid nodes beside inlets and outlets, and what their bonds end on.
  *     media      diffusivities of bonds where the diffusivity is a field that may jump across a surface.
  *     line       the Laplacian of nodes with whole families by lines along axis 0.
  *     op         the peridynamic operators on scalar and vector fields.
  *     quadratic  the value at a place of the quadratic that fits values and slopes around it best.
- *     slope      fields beside smooth surfaces as quadratics through the nodes that a row sees.
+ *     reconstruct fields beside smooth surfaces as quadratics through the nodes that a row sees.
  *   solve/
  *     krylov     iterative solvers for A x = b over callbacks; they know no physics.
- *     smooth     one level of the multigrid hierarchy, and the sweeps over its cells.
+ *     smoother   one level of the multigrid hierarchy, and the sweeps over its cells.
  *     coarsen    the next coarser level of a multigrid hierarchy.
  *     multigrid  a scalar, cell-centred, geometric V-cycle on the compact face stencil, used as a preconditioner.
  *     compact    the nearest-neighbour (2d+1 point) picture of a scene that multigrid preconditioners work on.
  *     sdirk      what all users of the two-stage, second-order, L-stable SDIRK method share: its constant, and the choice of
- *     squares    bounded least squares over a few parameters of a function that is dear and not exact: a run.
+ *     least_squares bounded least squares over a few parameters of a function that is dear and not exact: a run.
  *   flow/
- *     extent     how large a flow is and how fast it comes in, from the lattice alone.
+ *     scales     how large a flow is and how fast it comes in, from the lattice alone.
  *     flow       peridynamic Navier-Stokes operator: momentum and continuity residuals, their linearisation, flux sections.
- *     product    the flow equations linearised about the present state, applied in single precision.
+ *     jacobian   the flow equations linearised about the present state, applied in single precision.
  *     force      what a flow does to walls and solids, in two ways that share nothing but the fields.
- *     schur      the inverse of the Schur complement of the pressure, as nearly as a preconditioner needs it (theory: eq. 4.9).
+ *     precond    the inverse of the Schur complement of the pressure, as nearly as a preconditioner needs it (theory:
  *     steady     steady flow by Newton's method on the peridynamic residual.
  *     implicit   time-dependent incompressible flow by the two-stage, second-order, L-stable SDIRK method.
  *     spectrum   how long explicit steps of a flow with sound may be.
@@ -70,7 +70,7 @@
  *   transport/
  *     diffusion  the conductances of bonds beside walls, between materials, and to values that are held on walls.
  *     limiter    the gradient of a concentration, and the share of its antidiffusive fluxes that a node may keep.
- *     convect    what bonds carry from node to node: upwinded advection and diffusion, and the antidiffusive fluxes that take
+ *     flux       what bonds carry from node to node: upwinded advection and diffusion, and the antidiffusive fluxes that take
  *     transport  conservative, bounded advection and diffusion of dissolved metal on fluid nodes.
  *     settle     the steady field of transport.
  *     advance    transport in time, of second order, with error-controlled steps.
@@ -97,7 +97,7 @@
  *     folder     the folder of a run: which files are its own, and that no other run writes there.
  *     png        reading and writing PNG images (W3C PNG, second edition), without any other library.
  *     canvas     drawing on an RGB image: rectangles, smooth lines and discs, text in a font of our own.
- *     axis       where the ticks of an axis stand and what is written beside them.
+ *     ticks      where the ticks of an axis stand and what is written beside them.
  *     colour     tables for fields, computed in OKLab (Ottosson 2020), where equal distances look equally different.
  *     picture    a field on a two-dimensional lattice as a PNG with axes, colour bar, title and time stamp.
  *     plot       curves and markers over two axes as a PNG.
@@ -109,21 +109,21 @@
  *     curve      a function of one variable through given points, as monotone as they are.
  *     expr       expressions such as "1.3 um/h * (1 - C/Csat)", checked for dimensions and compiled to a small stack code.
  *     text       the text of a scene, sections of `key = value` pairs, and the typed look-up of its values.
- *     refer      files that a scene names.
+ *     named_files files that a scene names.
  *     setup      everything that a run needs to know, as data: what scene files and flat files are turned into.
  *     syntax     the sections of a scene and their keys, checked before anything is read: a misspelt key is reported as such
- *     named      reads the [constants] section of a scene: names for values, known to all numbers and expressions.
- *     chart      reads the [table NAME] sections of a scene: functions through the points of CSV files, for all expressions
- *     identity   what makes a scene this one and no other: its name, sections and pairs with overrides, masks; not the
- *     sketch     the [shape NAME] sections of a scene: primitives, voxel masks, set operations, materials and grains.
- *     flat       the `key = value` parameter file of the Mg-pin project (SI numbers without units) as a setup.
- *     watch      reads from a scene what a run shall watch: probes, lines, planes, forces, mass transfer, totals.
- *     record     reads the [measured NAME] sections of a scene: points of a watched figure, which a run is compared with.
+ *     read_constants reads the [constants] section of a scene: names for values, known to all numbers and expressions.
+ *     read_tables reads the [table NAME] sections of a scene: functions through the points of CSV files, for all
+ *     fingerprint what makes a scene this one and no other: its name, sections and pairs with overrides, masks; not the
+ *     read_shapes the [shape NAME] sections of a scene: primitives, voxel masks, set operations, materials and grains.
+ *     read_flat  the `key = value` parameter file of the Mg-pin project (SI numbers without units) as a setup.
+ *     read_monitors reads from a scene what a run shall watch: probes, lines, planes, forces, mass transfer, totals.
+ *     read_measured reads the [measured NAME] sections of a scene: points of a watched figure, which a run is compared
  *     scene      reads a scene file, or a flat parameter file, into a setup.
  *   run/
  *     inlet      prescribed velocity behind the inlets of a box: where a side is open, how wide, and the profile over it.
  *     wall       what the walls of a setup do: sides of the box move along themselves, sides and shapes hold a concentration.
- *     budget     the memory of a run, from its setup alone: nothing is built for it.
+ *     footprint  the memory of a run, from its setup alone: nothing is built for it.
  *     model      the objects of one run, built from a setup: grid, bonds and only the physics that the setup asks for.
  *     checkpoint the state of a model in a file, and back into a model built from the same setup.
  *     observe    the figures of one instant of a run: losses, extremes, and the flux of the flow along its way.
@@ -134,7 +134,7 @@
  *     figures    the last values of all that a run watches, in one list: the volume loss, planes, forces, transfers, totals,
  *     compare    a run against the measured points of its scene: what it computes at their times, differences, plots.
  *     run        runs a setup from its first flow solve to its end: output files, diagnostics, pictures, summary, result.
- *     twin       a setup once more on a coarser lattice: the same physics, tolerances and geometry, `factor` times the spacing.
+ *     coarser    a setup once more on a coarser lattice: the same physics, tolerances and geometry, `factor` times the
  *     estimate   the error of a run by Richardson's extrapolation, from runs on lattices of two and four times the spacing.
  *     accuracy   settings of a setup that do not depend on h, from a wanted accuracy of the results.
  *     fit        which values of a scene match measured points? Bounded least squares over runs.
@@ -895,8 +895,8 @@ PD_API void pd_ghosts_free(pd_ctx *ctx, pd_ghosts *ghosts);
 
 #endif
 
-/* ======== >>lattice/ring.h ======== */
-/* ring: the weights of bonds on an axisymmetric lattice, whose nodes are rings around the axis r = 0.
+/* ======== >>lattice/axisym.h ======== */
+/* axisym: the weights of bonds on an axisymmetric lattice, whose nodes are rings around the axis r = 0.
  *
  * Axis 0 is z, the last axis is r, sums over volume count the circumference of a node. A bond between the rings i and
  * j has one conductance c_ij = c_ji, so what it moves leaves the one and enters the other: a(n) times the mean radius
@@ -904,22 +904,22 @@ PD_API void pd_ghosts_free(pd_ctx *ctx, pd_ghosts *ghosts);
  * sense of relative entropy which keep the Laplacian and the divergence exact on all quadratics of (z, r): positive for
  * every horizon ratio and spacing (theory: section 3.5, eq. 3.7 to 3.10).
  */
-#ifndef PD_RING_H
-#define PD_RING_H
+#ifndef PD_AXISYM_H
+#define PD_AXISYM_H
 
-typedef struct pd_ring {
+typedef struct pd_axisym {
     int rows, count; /* rows of the padded lattice along r; bonds of a family */
     double *lap;     /* [rows][count] [1/m2] of the Laplacian: c_ij / r_i; 0 across the axis */
     double *flux;    /* [rows][count] [-] factor of g(n) in the fluxes of bonds; 0 across the axis */
     double *hoop;    /* [rows] [1/m2] of the radial component of a vector: lap u_r - hoop u_r is exact on r */
-} pd_ring;
+} pd_axisym;
 
-#define pd_ring_build PD_NAME(pd_ring_build)
-#define pd_ring_free PD_NAME(pd_ring_free)
+#define pd_axisym_build PD_NAME(pd_axisym_build)
+#define pd_axisym_free PD_NAME(pd_axisym_free)
 
 /* Empty on a planar grid. PD_ERR_GEOMETRY: no conductances exist (never seen). */
-PD_API pd_status pd_ring_build(pd_ctx *ctx, const pd_stencil *stencil, const pd_grid *grid, pd_ring *ring);
-PD_API void pd_ring_free(pd_ctx *ctx, pd_ring *ring);
+PD_API pd_status pd_axisym_build(pd_ctx *ctx, const pd_stencil *stencil, const pd_grid *grid, pd_axisym *ring);
+PD_API void pd_axisym_free(pd_ctx *ctx, pd_axisym *ring);
 
 #endif
 
@@ -954,7 +954,7 @@ typedef struct pd_bonds {
     int32_t *line_shift; /* [lines of the stencil] the same for the lines */
     int32_t *cell_shift; /* [cells] the same for the cells of the paths */
     double norm[PD_DIM]; /* [unit of base m2] sum w xi_a^2 over a whole family */
-    pd_ring ring;        /* weights of an axisymmetric grid; empty: planar */
+    pd_axisym ring;        /* weights of an axisymmetric grid; empty: planar */
     int32_t *row;        /* [total] row of a node; -1: whole family, or not fluid */
     int32_t rows, capacity;
     int32_t plain;       /* rows [0, plain) are in the order of their nodes and see no inlet; the others come behind */
@@ -1017,13 +1017,13 @@ static inline int pdi_bond_block(int32_t length, int32_t *at)
 /* Weights a(n) [count] of the bonds of `node`, and what the flux along bond k of it counts beside g(n). */
 static inline const double *pdi_bond_lap(const pd_bonds *bonds, int32_t node)
 {
-    const pd_ring *ring = &bonds->ring;
+    const pd_axisym *ring = &bonds->ring;
     if (!ring->lap) return bonds->stencil->lap;
     return ring->lap + (int64_t)(node / bonds->grid->stride[PD_DIM - 1]) * ring->count;
 }
 static inline double pdi_bond_flux(const pd_bonds *bonds, int32_t node, int k)
 {
-    const pd_ring *ring = &bonds->ring;
+    const pd_axisym *ring = &bonds->ring;
     return ring->flux ? ring->flux[(int64_t)(node / bonds->grid->stride[PD_DIM - 1]) * ring->count + k] : 1.0;
 }
 /* `length` consecutive nodes from i: the rows from `row`, or nodes with whole families (-1). */
@@ -1117,18 +1117,18 @@ PDI_FN int pdi_bond_closed_group(const pd_bonds *bonds, int32_t node, int k);
 
 #endif
 
-/* ======== >>lattice/ray.h ======== */
-/* ray: the surface of walls and metal beside a point. It is that of bond.h: sides of the box, the zero level of a
+/* ======== >>lattice/surface.h ======== */
+/* surface: the surface of walls and metal beside a point. It is that of bond.h: sides of the box, the zero level of a
  * smooth shape where that has not receded, else the faces of closed cells.
  */
-#ifndef PD_RAY_H
-#define PD_RAY_H
+#ifndef PD_SURFACE_H
+#define PD_SURFACE_H
 
 #ifdef PDI_INTERNAL
 /* The surface beside the point `to` [m] as fluid node `node` sees it: the nearest place of smooth shapes, or that of
  * faces which the straight way from the node, and one cell on, meets. 0: there is none; -1: the point lies behind it.
  * The place [m], the normal towards the fluid, and a closed node. */
-PDI_FN int pdi_ray_meet(const pd_bonds *bonds, int32_t node, const double *to, double *place, double *normal,
+PDI_FN int pdi_surface_meet(const pd_bonds *bonds, int32_t node, const double *to, double *place, double *normal,
                         int32_t *closed);
 #endif
 
@@ -1319,8 +1319,8 @@ PDI_FN double pdi_quadratic_solve(pdi_quadratic *fit);
 
 #endif
 
-/* ======== >>lattice/slope.h ======== */
-/* slope: fields beside smooth surfaces as quadratics through the nodes that a row sees.
+/* ======== >>lattice/reconstruct.h ======== */
+/* reconstruct: fields beside smooth surfaces as quadratics through the nodes that a row sees.
  *
  * The gradient (3.5) of a cut family is exact for linear fields: on one side of a surface its error is half the bend of
  * the field over the reach of the bonds. And what (3.2) takes along each cut bond by itself leaves out how the slope of
@@ -1328,44 +1328,44 @@ PDI_FN double pdi_quadratic_solve(pdi_quadratic *fit);
  * their bonds determine them: of a scalar to the open bonds, of a velocity to the places on the surface as well
  * (theory: eq. 3.5b, 3.4b).
  */
-#ifndef PD_SLOPE_H
-#define PD_SLOPE_H
+#ifndef PD_RECONSTRUCT_H
+#define PD_RECONSTRUCT_H
 
-typedef struct pd_slopes {
+typedef struct pd_reconstruct {
     const pd_bonds *bonds;
     int32_t count, capacity; /* rows beside smooth surfaces */
     int32_t *row;            /* [capacity] */
-    uint8_t *fits;           /* [capacity] PDI_SLOPE_SCALAR, PDI_SLOPE_VELOCITY: those that the bonds determine */
+    uint8_t *fits; /* [capacity] PDI_RECONSTRUCT_SCALAR, PDI_RECONSTRUCT_VELOCITY: those that the bonds determine */
     double *grad;            /* [capacity][PD_DIM][terms] [1/m] gradient from the moments of the differences */
     double *bend;            /* [capacity][terms] [1/m2] the sum over cut bonds of (3.4b) from the same moments */
     double *drag;            /* [capacity] [1/m2] what it takes from the velocity of the node, for the surface */
     double *term;            /* [bonds of the stencil][terms] [-] weighted terms of the far ends of all rows */
     int32_t rows;
     int32_t *place;          /* [rows] of a row of the bonds in these lists; -1: none */
-} pd_slopes;
+} pd_reconstruct;
 
-#define pd_slopes_update PD_NAME(pd_slopes_update)
-#define pd_slopes_free PD_NAME(pd_slopes_free)
+#define pd_reconstruct_update PD_NAME(pd_reconstruct_update)
+#define pd_reconstruct_free PD_NAME(pd_reconstruct_free)
 
 /* The fits as the geometry is; `slopes` holds zeros or those of before. */
-PD_API pd_status pd_slopes_update(pd_ctx *ctx, const pd_bonds *bonds, pd_slopes *slopes);
-PD_API void pd_slopes_free(pd_ctx *ctx, pd_slopes *slopes);
+PD_API pd_status pd_reconstruct_update(pd_ctx *ctx, const pd_bonds *bonds, pd_reconstruct *slopes);
+PD_API void pd_reconstruct_free(pd_ctx *ctx, pd_reconstruct *slopes);
 
 #ifdef PDI_INTERNAL
 /* Value of f [total] at the place x [m] beside fluid node `node`: that of the quadratic (3.11) through the node and the
  * far ends of its open bonds. Ghosts must be filled; inlets carry no scalar. */
-PDI_FN double pdi_slopes_value(const pd_bonds *bonds, const double *f, int32_t node, const double *x);
-#define PDI_SLOPE_SCALAR 1
-#define PDI_SLOPE_VELOCITY 2
+PDI_FN double pdi_reconstruct_value(const pd_bonds *bonds, const double *f, int32_t node, const double *x);
+#define PDI_RECONSTRUCT_SCALAR 1
+#define PDI_RECONSTRUCT_VELOCITY 2
 /* grad [PD_DIM][total] of f [total] at the rows that have a fit of a scalar; ghosts must be filled. */
-PDI_FN void pdi_slopes_gradient(const pd_ctx *ctx, const pd_slopes *slopes, const double *f, double *grad);
+PDI_FN void pdi_reconstruct_gradient(const pd_ctx *ctx, const pd_reconstruct *slopes, const double *f, double *grad);
 /* 1: row r of the bonds has a fit of a velocity. */
-static inline int pdi_slopes_bent(const pd_slopes *slopes, int32_t r)
+static inline int pdi_reconstruct_bent(const pd_reconstruct *slopes, int32_t r)
 {
-    return r < slopes->rows && slopes->place[r] >= 0 && (slopes->fits[slopes->place[r]] & PDI_SLOPE_VELOCITY);
+    return r < slopes->rows && slopes->place[r] >= 0 && (slopes->fits[slopes->place[r]] & PDI_RECONSTRUCT_VELOCITY);
 }
 /* wall [PD_DIM] = what cut bonds make of the Laplacian of u [PD_DIM][total] at such a row beside a surface at rest. */
-PDI_FN void pdi_slopes_bend(const pd_slopes *slopes, int32_t r, const double *u, double *wall);
+PDI_FN void pdi_reconstruct_bend(const pd_reconstruct *slopes, int32_t r, const double *u, double *wall);
 #endif
 
 #endif
@@ -1465,18 +1465,18 @@ PD_API pd_status pd_krylov_solve(pd_ctx *ctx, pd_krylov *krylov, pd_apply_fn app
 
 #endif
 
-/* ======== >>solve/smooth.h ======== */
-/* smooth: one level of the multigrid hierarchy, and the sweeps over its cells.
+/* ======== >>solve/smoother.h ======== */
+/* smoother: one level of the multigrid hierarchy, and the sweeps over its cells.
  *
  * The operator of a level is that of multigrid.h: (A x)_c = x_c/inv_c - sum over links of a x. Sweeps go by colour
  * (symmetric) or by line; both give the same bits for any number of threads.
  */
-#ifndef PD_SMOOTH_H
-#define PD_SMOOTH_H
+#ifndef PD_SMOOTHER_H
+#define PD_SMOOTHER_H
 
 /* One level. Level 0 holds all cells of the box and finds neighbours by stride; coarser levels are rows of links, the
  * cells sorted by colour (symmetric) or by block. */
-typedef struct pd_smooth_level {
+typedef struct pd_smoother_level {
     int n[PD_DIM];     /* blocks along the axes */
     int halve[PD_DIM]; /* 1: the next level pairs the blocks of this axis */
     int shared;        /* level 0: lo is hi of the neighbour (symmetric) */
@@ -1502,33 +1502,36 @@ typedef struct pd_smooth_level {
     int32_t *indices;  /* coarse levels: storage of parent, block, row, child_first */
     int32_t *line;     /* not symmetric: [lines + 1] first cell of each line of blocks along axis 0 */
     int32_t cell_capacity, link_capacity, child_capacity, line_capacity;
-} pd_smooth_level;
+} pd_smoother_level;
 
 #ifdef PDI_INTERNAL
 /* Loops over cells are cut into this many parts. */
-#define PDI_SMOOTH_PARTS 64
+#define PDI_SMOOTHER_PARTS 64
 /* Operations a cell, to decide on threads. */
-#define PDI_SMOOTH_WORK (4 * PD_DIM)
-typedef enum pdi_smooth_job {
-    PDI_SMOOTH_START,    /* x = b / diag */
-    PDI_SMOOTH_SWEEP,   /* x = (b + sum a x) / diag */
-    PDI_SMOOTH_RESIDUAL, /* r = b + sum a x - diag x */
-    PDI_SMOOTH_PROLONG,  /* x += x of the parent */
-    PDI_SMOOTH_INHERIT,  /* sum = sum of the parent */
-    PDI_SMOOTH_DEFECT,   /* b -= A sum; not by colour */
-    PDI_SMOOTH_COLLECT   /* sum += x */
-} pdi_smooth_job;
+#define PDI_SMOOTHER_WORK (4 * PD_DIM)
+typedef enum pdi_smoother_job {
+    PDI_SMOOTHER_START,    /* x = b / diag */
+    PDI_SMOOTHER_SWEEP,   /* x = (b + sum a x) / diag */
+    PDI_SMOOTHER_RESIDUAL, /* r = b + sum a x - diag x */
+    PDI_SMOOTHER_PROLONG,  /* x += x of the parent */
+    PDI_SMOOTHER_INHERIT,  /* sum = sum of the parent */
+    PDI_SMOOTHER_DEFECT,   /* b -= A sum; not by colour */
+    PDI_SMOOTHER_COLLECT   /* sum += x */
+} pdi_smoother_job;
 /* Cells from one block to the next along axis d, n blocks along the axes. */
-static inline int32_t pdi_smooth_stride(const int *n, int d)
+static inline int32_t pdi_smoother_stride(const int *n, int d)
 {
     int32_t stride = 1;
     for (int e = 0; e < d; e++) stride *= n[e];
     return stride;
 }
 /* Begin of a part of a loop over count items. */
-static inline int32_t pdi_smooth_part(int64_t count, int part) { return (int32_t)(count * part / PDI_SMOOTH_PARTS); }
+static inline int32_t pdi_smoother_part(int64_t count, int part)
+{
+    return (int32_t)(count * part / PDI_SMOOTHER_PARTS);
+}
 /* Neighbour of cell c of level 0, across the box where the axis wraps; -1: none. */
-static inline int32_t pdi_smooth_across(const pd_smooth_level *fine, int32_t stride, int axis, int upper,
+static inline int32_t pdi_smoother_across(const pd_smoother_level *fine, int32_t stride, int axis, int upper,
                                            int32_t c)
 {
     int32_t n = fine->n[axis], i = c / stride % n;
@@ -1539,19 +1542,19 @@ static inline int32_t pdi_smooth_across(const pd_smooth_level *fine, int32_t str
 
 /* Coefficient of `neighbour` in the row of c. With symmetric storage the lower one of a cell is the upper one of the
  * cell below. */
-static inline float pdi_smooth_edge_coefficient(const pd_smooth_level *fine, int axis, int upper, int32_t c,
+static inline float pdi_smoother_edge_coefficient(const pd_smoother_level *fine, int axis, int upper, int32_t c,
                                                    int32_t neighbour)
 {
     if (upper) return fine->hi[axis][c];
     return fine->shared ? fine->hi[axis][neighbour] : fine->lo[axis][c];
 }
 /* A job on count cells from `first`, in any order. */
-PDI_FN void pdi_smooth_range(const pd_ctx *ctx, const pd_smooth_level *level, pdi_smooth_job job, int32_t first,
+PDI_FN void pdi_smoother_range(const pd_ctx *ctx, const pd_smoother_level *level, pdi_smoother_job job, int32_t first,
                                 int32_t count);
 /* A job on the cells of one colour: they do not touch each other. */
-PDI_FN void pdi_smooth_colour(const pd_ctx *ctx, const pd_smooth_level *level, pdi_smooth_job job, int colour);
+PDI_FN void pdi_smoother_colour(const pd_ctx *ctx, const pd_smoother_level *level, pdi_smoother_job job, int colour);
 /* Gauss-Seidel forth and back along every line, ascending or descending. */
-PDI_FN void pdi_smooth_lines(const pd_ctx *ctx, const pd_smooth_level *level, int descending);
+PDI_FN void pdi_smoother_lines(const pd_ctx *ctx, const pd_smoother_level *level, int descending);
 #endif
 
 #endif
@@ -1579,7 +1582,7 @@ typedef struct pdi_coarsen_link {
 } pdi_coarsen_link;
 
 /* Link k of cell c; 0: closed. */
-static inline int pdi_coarsen_link_get(const pd_smooth_level *level, int32_t c, int32_t k, pdi_coarsen_link *link)
+static inline int pdi_coarsen_link_get(const pd_smoother_level *level, int32_t c, int32_t k, pdi_coarsen_link *link)
 {
     if (level->row) {
         link->cell = level->col[k];
@@ -1591,12 +1594,12 @@ static inline int pdi_coarsen_link_get(const pd_smooth_level *level, int32_t c, 
     }
     link->axis = k >> 1;
     link->upper = k & 1;
-    int32_t stride = pdi_smooth_stride(level->n, link->axis);
+    int32_t stride = pdi_smoother_stride(level->n, link->axis);
     if (level->edge && level->edge[c]) {
-        link->cell = pdi_smooth_across(level, stride, link->axis, link->upper, c);
+        link->cell = pdi_smoother_across(level, stride, link->axis, link->upper, c);
         if (link->cell < 0) return 0;
-        link->a = pdi_smooth_edge_coefficient(level, link->axis, link->upper, c, link->cell);
-        link->back = pdi_smooth_edge_coefficient(level, link->axis, !link->upper, link->cell, c);
+        link->a = pdi_smoother_edge_coefficient(level, link->axis, link->upper, c, link->cell);
+        link->back = pdi_smoother_edge_coefficient(level, link->axis, !link->upper, link->cell, c);
         return link->a + link->back > 0.0f;
     }
     link->cell = link->upper ? c + stride : c - stride;
@@ -1619,13 +1622,13 @@ static inline int pdi_coarsen_wraps(int symmetric, int n, int above)
     return above && n > 2 && !(symmetric && n % 2);
 }
 /* Choose the axes of a level to halve; 0: no cell has a link any more. */
-PDI_FN int pdi_coarsen_choose(const pd_ctx *ctx, pd_smooth_level *level);
+PDI_FN int pdi_coarsen_choose(const pd_ctx *ctx, pd_smoother_level *level);
 /* The level below one whose axes are chosen. During setup x holds the wall and b the mass of each cell of a level. */
-PDI_FN pd_status pdi_coarsen_level(pd_ctx *ctx, const pdi_coarsen *how, pd_smooth_level *level,
-                                   pd_smooth_level *coarse);
+PDI_FN pd_status pdi_coarsen_level(pd_ctx *ctx, const pdi_coarsen *how, pd_smoother_level *level,
+                                   pd_smoother_level *coarse);
 /* Only its diagonals, after those of `level` have changed. */
-PDI_FN void pdi_coarsen_diagonal(const pd_smooth_level *level, pd_smooth_level *coarse);
-PDI_FN void pdi_coarsen_free(pd_ctx *ctx, int contrast, pd_smooth_level *coarse);
+PDI_FN void pdi_coarsen_diagonal(const pd_smoother_level *level, pd_smoother_level *coarse);
+PDI_FN void pdi_coarsen_free(pd_ctx *ctx, int contrast, pd_smoother_level *coarse);
 #endif
 
 #endif
@@ -1671,7 +1674,7 @@ typedef struct pd_multigrid {
     float *store;   /* level 0: x and coefficients with their pads, b, r, inv and excess */
     double *sums;   /* [-] level 0: sum with its pads; NULL without contrast */
     int32_t *mark;  /* [cells + 3] counts and marks of the setup */
-    pd_smooth_level level[PD_MULTIGRID_LEVELS];
+    pd_smoother_level level[PD_MULTIGRID_LEVELS];
 } pd_multigrid;
 
 #define pd_multigrid_build PD_NAME(pd_multigrid_build)
@@ -1777,73 +1780,74 @@ PDI_FN double pdi_sdirk_plan(double planned, double dt, double factor);
 
 #endif
 
-/* ======== >>solve/squares.h ======== */
-/* squares: bounded least squares over a few parameters of a function that is dear and not exact: a run.
+/* ======== >>solve/least_squares.h ======== */
+/* least_squares: bounded least squares over a few parameters of a function that is dear and not exact: a run.
  *
  * Levenberg-Marquardt steps in parameters scaled to their bounds; derivatives are difference quotients whose step
  * weighs the noise of the function, measured first, against their curvature, and are carried on by secant updates
  * (Broyden) while steps succeed. The covariance of the result comes from quotients at the solution.
  */
-#ifndef PD_SQUARES_H
-#define PD_SQUARES_H
+#ifndef PD_LEAST_SQUARES_H
+#define PD_LEAST_SQUARES_H
 
-#define PD_SQUARES_PARAMETERS 8
+#define PD_LEAST_SQUARES_PARAMETERS 8
 
 /* residual[points]: (function - data)/spread at value[parameters]. A failure ends the fit. */
-typedef pd_status (*pd_squares_fn)(pd_ctx *ctx, void *user, const double *value, double *residual);
+typedef pd_status (*pd_least_squares_fn)(pd_ctx *ctx, void *user, const double *value, double *residual);
 
 /* Zero-initialise. */
-typedef struct pd_squares_desc {
+typedef struct pd_least_squares_desc {
     int parameters, points;
-    double low[PD_SQUARES_PARAMETERS], high[PD_SQUARES_PARAMETERS]; /* [unit of caller] */
-    double start[PD_SQUARES_PARAMETERS]; /* [unit of caller] */
+    double low[PD_LEAST_SQUARES_PARAMETERS], high[PD_LEAST_SQUARES_PARAMETERS]; /* [unit of caller] */
+    double start[PD_LEAST_SQUARES_PARAMETERS]; /* [unit of caller] */
     int known;          /* 1: residuals are in units of a known spread; 0: it follows from them */
     double tolerance;   /* [-] steps end below this share of the standard errors; 0: 0.01 */
     double noise;       /* [-] of a residual, where it is known; 0: it is measured */
-    pd_squares_fn fn;
+    pd_least_squares_fn fn;
     void *user;
     void (*told)(void *user, const double *value, double sum, int evaluations); /* after a step; NULL: nobody listens */
-} pd_squares_desc;
+} pd_least_squares_desc;
 
-typedef struct pd_squares_result {
-    double value[PD_SQUARES_PARAMETERS]; /* [unit of caller] */
-    double error[PD_SQUARES_PARAMETERS]; /* [unit of caller] standard; NaN on a bound or with too few points */
-    double low[PD_SQUARES_PARAMETERS];   /* [unit of caller] ends of the 95 % intervals */
-    double high[PD_SQUARES_PARAMETERS];  /* [unit of caller] */
-    int bound[PD_SQUARES_PARAMETERS];    /* -1, 1: the solution lies on the low, high bound and wants to pass it */
-    double correlation[PD_SQUARES_PARAMETERS][PD_SQUARES_PARAMETERS]; /* [-] */
+typedef struct pd_least_squares_result {
+    double value[PD_LEAST_SQUARES_PARAMETERS]; /* [unit of caller] */
+    double error[PD_LEAST_SQUARES_PARAMETERS]; /* [unit of caller] standard; NaN on a bound or with too few points */
+    double low[PD_LEAST_SQUARES_PARAMETERS];   /* [unit of caller] ends of the 95 % intervals */
+    double high[PD_LEAST_SQUARES_PARAMETERS];  /* [unit of caller] */
+    int bound[PD_LEAST_SQUARES_PARAMETERS]; /* -1, 1: the solution lies on the low, high bound and wants to pass it */
+    double correlation[PD_LEAST_SQUARES_PARAMETERS][PD_LEAST_SQUARES_PARAMETERS]; /* [-] */
     double sum;                          /* [-] of the squared residuals */
     int freedom;                         /* points less parameters inside their bounds */
     double noise;                        /* [-] of a residual */
     int evaluations, steps;
     int converged;
     int idle;            /* parameter without effect, counted from 1, that ended the fit; 0: none */
-} pd_squares_result;
+} pd_least_squares_result;
 
-#define pd_squares_solve PD_NAME(pd_squares_solve)
-#define pd_squares_quantile PD_NAME(pd_squares_quantile)
+#define pd_least_squares_solve PD_NAME(pd_least_squares_solve)
+#define pd_least_squares_quantile PD_NAME(pd_least_squares_quantile)
 
 /* PD_ERR_ARGUMENT: bounds, a start outside of them, fewer points than parameters, a parameter without effect.
  * PD_NOT_CONVERGED: no step lowers the sum any more, but the tolerance is not reached. Errors of fn. */
-PD_API pd_status pd_squares_solve(pd_ctx *ctx, const pd_squares_desc *desc, pd_squares_result *result);
+PD_API pd_status pd_least_squares_solve(pd_ctx *ctx, const pd_least_squares_desc *desc,
+                                        pd_least_squares_result *result);
 /* Student's t that 97.5 % of the cases stay below; freedom 0: of the normal distribution. */
-PD_API double pd_squares_quantile(int freedom);
+PD_API double pd_least_squares_quantile(int freedom);
 
 #endif
 
-/* ======== >>flow/extent.h ======== */
-/* extent: how large a flow is and how fast it comes in, from the lattice alone. */
-#ifndef PD_EXTENT_H
-#define PD_EXTENT_H
+/* ======== >>flow/scales.h ======== */
+/* scales: how large a flow is and how fast it comes in, from the lattice alone. */
+#ifndef PD_SCALES_H
+#define PD_SCALES_H
 
 #ifdef PDI_INTERNAL
 
 /* Mean speed [m/s] through the inlet nodes next to the box, of the side where it is largest; u
  * [PD_DIM][total]. */
-PDI_FN double pdi_extent_entry(const pd_grid *grid, const double *u);
+PDI_FN double pdi_scales_entry(const pd_grid *grid, const double *u);
 /* Smallest extent [m] of the fluid across which it stands between walls; of a box without them, between its sides. What
  * lies in front of a mirror counts twice. */
-PDI_FN double pdi_extent_fluid(const pd_grid *grid);
+PDI_FN double pdi_scales_fluid(const pd_grid *grid);
 
 #endif
 
@@ -1911,7 +1915,7 @@ typedef struct pd_flow {
                              * asked for it, which gives transport the potential that it needs then */
     int32_t rim;            /* length of the next three */
     int32_t *patch;         /* [rim] rows beside smooth surfaces: the first row of those that bonds join; -1: others */
-    pd_slopes slopes;       /* fits of pressure and velocity beside smooth surfaces (eq. 3.4b, 3.5b) */
+    pd_reconstruct slopes;       /* fits of pressure and velocity beside smooth surfaces (eq. 3.4b, 3.5b) */
     double *more, *leak;    /* [rim] [1/s] work of (4.2c); [2 rim] sums of a patch and its rows */
     int64_t evaluations;    /* operator evaluations so far: residuals and linearised products */
 } pd_flow;
@@ -1982,7 +1986,7 @@ PDI_FN pd_status pdi_flow_patch(pd_ctx *ctx, pd_flow *flow);
 /* 1: row r has (3.4b) in the place of (3.3) and (3.4). A surface that moves there keeps these. */
 static inline int pdi_flow_bends(const pd_flow *flow, int32_t r)
 {
-    if (!flow->even || !pdi_slopes_bent(&flow->slopes, r)) return 0;
+    if (!flow->even || !pdi_reconstruct_bent(&flow->slopes, r)) return 0;
     for (int d = 0; d < PD_DIM && flow->drive; d++)
         if (fabs(flow->drive[(int64_t)d * flow->grid->total + flow->bonds->node[r]]) > 0.0) return 0;
     return 1;
@@ -2012,40 +2016,40 @@ PDI_FN double pdi_flow_entering(pd_ctx *ctx, pd_flow *flow, double *pushed, doub
 
 #endif
 
-/* ======== >>flow/product.h ======== */
-/* product: the flow equations linearised about the present state, applied in single precision.
+/* ======== >>flow/jacobian.h ======== */
+/* jacobian: the flow equations linearised about the present state, applied in single precision.
  *
  * A Newton step solves for its correction to a few digits, so the products of its Krylov method need no more; what is
  * solved is decided by the residual (flow.h), which stays in double precision. Lengths count in cells and velocities in
  * the reference speed, both rounded to powers of two: units leave no trace in the digits and cannot overflow.
  */
-#ifndef PD_PRODUCT_H
-#define PD_PRODUCT_H
+#ifndef PD_JACOBIAN_H
+#define PD_JACOBIAN_H
 
-typedef struct pd_product {
+typedef struct pd_jacobian {
     const pd_flow *flow;
     double speed, length; /* [m/s] [m] units */
     float *weight;        /* [count][2*PD_DIM+1] [-] grad, xi and lap of the bonds */
     float *frozen;        /* [2*PD_DIM][total] [-] carrier and velocity of the state */
     float *along;         /* [3*PD_DIM+1][total] [-] carrier, velocity, pressure gradient and pressure of the step */
     double *swell;        /* [total] [1/s] divergence of the carrier of the state */
-} pd_product;
+} pd_jacobian;
 
 #ifdef PDI_INTERNAL
 /* A step (du, dp) with filled ghosts. */
-typedef struct pdi_product_step {
+typedef struct pdi_jacobian_step {
     const double *carrier; /* [PD_DIM][total] [m/s] of du (pdi_flow_carrier) */
     const double *u;       /* [PD_DIM][total] [m/s] */
     const double *p;       /* [total] [m2/s2] */
     const double *grad;    /* [PD_DIM][total] [m/s2] gradient of p */
-} pdi_product_step;
-PDI_FN pd_status pdi_product_build(pd_ctx *ctx, const pd_flow *flow, pd_product *product);
-PDI_FN void pdi_product_free(pd_ctx *ctx, pd_product *product);
+} pdi_jacobian_step;
+PDI_FN pd_status pdi_jacobian_build(pd_ctx *ctx, const pd_flow *flow, pd_jacobian *product);
+PDI_FN void pdi_jacobian_free(pd_ctx *ctx, pd_jacobian *product);
 /* Linearise about the state that the flow was prepared with last (pd_flow_prepare). */
-PDI_FN void pdi_product_freeze(const pd_ctx *ctx, pd_product *product);
+PDI_FN void pdi_jacobian_freeze(const pd_ctx *ctx, pd_jacobian *product);
 /* yu [PD_DIM][total] [m/s2], yc [total] [1/s] = derivative of the residuals of pd_flow_residual along the step, to
  * seven digits of their largest terms. */
-PDI_FN void pdi_product_apply(const pd_ctx *ctx, const pd_product *product, const pdi_product_step *step, double *yu,
+PDI_FN void pdi_jacobian_apply(const pd_ctx *ctx, const pd_jacobian *product, const pdi_jacobian_step *step, double *yu,
                               double *yc);
 #endif
 
@@ -2085,32 +2089,33 @@ PD_API pd_status pd_force_balance(pd_ctx *ctx, pd_flow *flow, const double *lo, 
 
 #endif
 
-/* ======== >>flow/schur.h ======== */
-/* schur: the inverse of the Schur complement of the pressure, as nearly as a preconditioner needs it (theory: eq. 4.9).
+/* ======== >>flow/precond.h ======== */
+/* precond: the inverse of the Schur complement of the pressure, as nearly as a preconditioner needs it (theory:
+ * eq. 4.9).
  */
-#ifndef PD_SCHUR_H
-#define PD_SCHUR_H
+#ifndef PD_PRECOND_H
+#define PD_PRECOND_H
 
 #ifdef PDI_INTERNAL
 /* Work of an application. */
-typedef struct pdi_schur {
+typedef struct pdi_precond {
     pd_multigrid *poisson;    /* one cycle of it stands for the inverse of -lap */
     pd_multigrid *seep;       /* one cycle of it stands for the inverse of -div(mobility grad) */
-    pd_multigrid *damped;     /* the same of pdi_schur_damping - lap; NULL: none */
+    pd_multigrid *damped;     /* the same of pdi_precond_damping - lap; NULL: none */
     double shift;             /* [1/s] of the momentum balance */
     double *grad, *convected; /* [PD_DIM][total] */
-} pdi_schur;
+} pdi_precond;
 
 /* mobility [total] [s]: how fast fluid moves in a pressure gradient that is the same all over, about: one over the sum
  * of `shift` [1/s] and of the drag of the walls (theory: eq. 4.9b). 0 outside of the fluid. */
-PDI_FN void pdi_schur_mobility(const pd_ctx *ctx, const pd_flow *flow, double shift, double *mobility);
+PDI_FN void pdi_precond_mobility(const pd_ctx *ctx, const pd_flow *flow, double shift, double *mobility);
 
 /* What steps in time shorter than the weight tau of the pressure flux put beside -lap [1/m2]; 0: the step is longer. */
-PDI_FN double pdi_schur_damping(const pd_flow *flow, double shift);
+PDI_FN double pdi_precond_damping(const pd_flow *flow, double shift);
 
 /* dp = S^-1 r, with the velocity in flow. q [total]: work, its ghosts too. All arrays are over the nodes of the grid, r
  * and dp mean something at fluid nodes only. */
-PDI_FN void pdi_schur_solve(pd_ctx *ctx, const pd_flow *flow, const pdi_schur *schur, const double *r, double *q,
+PDI_FN void pdi_precond_solve(pd_ctx *ctx, const pd_flow *flow, const pdi_precond *schur, const double *r, double *q,
                             double *dp);
 #endif
 
@@ -2139,10 +2144,10 @@ typedef struct pd_steady {
     pd_flow *flow;
     pd_compact compact_u, compact_p;
     pd_multigrid mg_u, mg_p, mg_seep;
-    pd_multigrid mg_d;                  /* of short steps in time, see schur.h */
+    pd_multigrid mg_d;                  /* of short steps in time, see precond.h */
     int timed, damped;                  /* it is built; it is in use */
     pd_krylov krylov;
-    pd_product product;
+    pd_jacobian product;
     double *residual;                   /* [PD_DIM+1][total] [-] scaled */
     double *step, *work;                /* [PD_DIM+1][total] [m/s], last row [m2/s2] */
     double *carrier;                    /* [PD_DIM][total] [m/s] of the linearised velocity, work */
@@ -2540,15 +2545,15 @@ PDI_FN void pdi_limiter_free(pd_ctx *ctx, pd_limiter *limiter);
 
 #endif
 
-/* ======== >>transport/convect.h ======== */
-/* convect: what bonds carry from node to node: upwinded advection and diffusion, and the antidiffusive fluxes that take
+/* ======== >>transport/flux.h ======== */
+/* flux: what bonds carry from node to node: upwinded advection and diffusion, and the antidiffusive fluxes that take
  * back what upwinding adds (theory: eq. 5.1, 5.4).
  */
-#ifndef PD_CONVECT_H
-#define PD_CONVECT_H
+#ifndef PD_FLUX_H
+#define PD_FLUX_H
 
 /* The terms of the balance of a node; the first ones are borrowed. */
-typedef struct pd_convect {
+typedef struct pd_flux {
     const pd_bonds *bonds;
     const pd_flow *flow;           /* NULL: fluid at rest */
     const pd_diffusion *diffusion; /* conductances, held walls included */
@@ -2567,37 +2572,37 @@ typedef struct pd_convect {
     double *port_flux, *port_bond; /* [port_capacity][count] [1/s] volume fluxes, and conductances, of the bonds of
                                     * nodes beside ports */
     int32_t port_capacity;
-} pd_convect;
+} pd_flux;
 
 #ifdef PDI_INTERNAL
 /* The borrowed terms are given. */
-PDI_FN pd_status pdi_convect_build(pd_ctx *ctx, pd_convect *convect);
+PDI_FN pd_status pdi_flux_build(pd_ctx *ctx, pd_flux *convect);
 /* After pd_bonds_update and pdi_ports_update: room for their rows. */
-PDI_FN pd_status pdi_convect_fit(pd_ctx *ctx, pd_convect *convect);
+PDI_FN pd_status pdi_flux_fit(pd_ctx *ctx, pd_flux *convect);
 /* Store what the flow and the diffusivity give the bonds; the sweeps below read it. PD_ERR_STATE: no room for rows. */
-PDI_FN pd_status pdi_convect_refresh(pd_ctx *ctx, const pd_convect *convect);
-PDI_FN void pdi_convect_free(pd_ctx *ctx, pd_convect *convect);
+PDI_FN pd_status pdi_flux_refresh(pd_ctx *ctx, const pd_flux *convect);
+PDI_FN void pdi_flux_free(pd_ctx *ctx, pd_flux *convect);
 /* y [total] [mol/m3/s] = rate c + absorb c + what leaves each fluid node through its bonds and into held walls,
  * upwinded (eq. 5.1); c [total] with its images and inlets. */
-PDI_FN void pdi_convect_apply(const pd_ctx *ctx, const pd_convect *convect, const double *c, double *y);
+PDI_FN void pdi_flux_apply(const pd_ctx *ctx, const pd_flux *convect, const double *c, double *y);
 /* A sweep of Gauss and Seidel over c [total] for A c = b with the operator above, forwards or (back = 1) backwards: one
  * thread. Inlets count as zero: b and c are a residual and a correction. */
-PDI_FN void pdi_convect_relax(const pd_convect *convect, const double *b, int back, double *c);
+PDI_FN void pdi_flux_relax(const pd_flux *convect, const double *b, int back, double *c);
 /* y [total] [mol/m3/s]: what each fluid node gains by the antidiffusive fluxes of its bonds (eq. 5.4), with the present
  * limiter. Inlets have some, outlets none. */
-PDI_FN void pdi_convect_anti(const pd_ctx *ctx, const pd_convect *convect, const double *c, double *y);
+PDI_FN void pdi_flux_anti(const pd_ctx *ctx, const pd_flux *convect, const double *c, double *y);
 /* The derivative of that along x [total], with its images and zero at inlets, from those of the limiter along x. */
-PDI_FN void pdi_convect_anti_by(const pd_ctx *ctx, const pd_convect *convect, const double *c, const double *x,
+PDI_FN void pdi_flux_anti_by(const pd_ctx *ctx, const pd_flux *convect, const double *c, const double *x,
                                 const double *keep_by, const double *slope_by, double *y);
 /* Flux [mol/s] towards + of all bonds through the plane before index `index` of `axis`; anti: as told by
- * pdi_convect_anti, or NULL. */
-PDI_FN double pdi_convect_through(const pd_convect *convect, const double *c, const double *anti, int axis, int index);
+ * pdi_flux_anti, or NULL. */
+PDI_FN double pdi_flux_through(const pd_flux *convect, const double *c, const double *anti, int axis, int index);
 /* Of bond k of node i: volume flux F [1/s] to the far end, conductance [1/s], and what upwinding adds to it [1/s]. */
-PDI_FN void pdi_convect_bond(const pd_convect *convect, int32_t i, int k, double *flux, double *bond, double *upwind);
+PDI_FN void pdi_flux_bond(const pd_flux *convect, int32_t i, int k, double *flux, double *bond, double *upwind);
 /* Amount per volume and time [mol/m3/s] that leaves i through bond k, upwinded (eq. 5.1). */
-PDI_FN double pdi_convect_bond_flux(const pd_convect *convect, const double *c, int32_t i, int k);
+PDI_FN double pdi_flux_bond_flux(const pd_flux *convect, const double *c, int32_t i, int k);
 /* Bond k of node i is open: by its row, or since its family is whole. */
-PDI_FN int pdi_convect_open(const pd_convect *convect, int32_t i, int k);
+PDI_FN int pdi_flux_open(const pd_flux *convect, int32_t i, int k);
 #endif
 
 #endif
@@ -2642,7 +2647,7 @@ typedef struct pd_transport {
     pd_diffusion diffusion; /* conductances of the bonds */
     pd_ports ports;
     pd_limiter limiter;     /* with a flow */
-    pd_convect convect;     /* fluxes of the bonds, from all of these */
+    pd_flux convect;     /* fluxes of the bonds, from all of these */
     double *c;              /* [total] [mol/m3]; solid nodes: what is left of the solid */
     double *old;            /* [total] [mol/m3] start of the step, work */
     double *source;         /* [total] [mol/m3/s] given by the caller before a step */
@@ -3998,30 +4003,30 @@ PDI_FN int pdi_canvas_text_width(const char *text);
 
 #endif
 
-/* ======== >>io/axis.h ======== */
-/* axis: where the ticks of an axis stand and what is written beside them. */
-#ifndef PD_AXIS_H
-#define PD_AXIS_H
+/* ======== >>io/ticks.h ======== */
+/* ticks: where the ticks of an axis stand and what is written beside them. */
+#ifndef PD_TICKS_H
+#define PD_TICKS_H
 
 #ifdef PDI_INTERNAL
-#define PDI_AXIS_TICKS 96
+#define PDI_TICKS_TICKS 96
 
-typedef struct pdi_axis {
+typedef struct pdi_ticks {
     double lo, hi;
     int log;      /* logarithmic; lo > 0 */
     int exponent; /* the labels show value / 10^exponent (linear axes) */
     int count;
-    double at[PDI_AXIS_TICKS];
-    char label[PDI_AXIS_TICKS][24]; /* empty: a minor tick */
-} pdi_axis;
+    double at[PDI_TICKS_TICKS];
+    char label[PDI_TICKS_TICKS][24]; /* empty: a minor tick */
+} pdi_ticks;
 
 /* Choose at most about `most` labelled ticks inside lo..hi: steps of 1, 2 or 5 times a power of ten, or decades. */
-PDI_FN void pdi_axis_ticks(int most, pdi_axis *axis);
+PDI_FN void pdi_ticks_ticks(int most, pdi_ticks *axis);
 /* Place of a value along the axis: 0 at lo, 1 at hi. */
-PDI_FN double pdi_axis_place(const pdi_axis *axis, double value);
+PDI_FN double pdi_ticks_place(const pdi_ticks *axis, double value);
 /* Open a range that is empty to the eye (hi - lo below 1e-9 of its size; zero alone: 0 .. 1), then a margin of `share`
  * on both sides, which a linear range does not carry beyond zero. */
-PDI_FN void pdi_axis_widen(double share, pdi_axis *axis);
+PDI_FN void pdi_ticks_widen(double share, pdi_ticks *axis);
 #endif
 
 #endif
@@ -4626,19 +4631,19 @@ PD_API pd_status pd_text_unused(pd_ctx *ctx, const pd_text *text);
 
 #endif
 
-/* ======== >>scene/refer.h ======== */
-/* refer: files that a scene names. */
-#ifndef PD_REFER_H
-#define PD_REFER_H
+/* ======== >>scene/named_files.h ======== */
+/* named_files: files that a scene names. */
+#ifndef PD_NAMED_FILES_H
+#define PD_NAMED_FILES_H
 
 #ifdef PDI_INTERNAL
 /* path[PD_PATH_SIZE] of the file that stands under `key`: relative to `folder`, which is that of the scene with its '/'
  * at the end. PD_ERR_PARSE: no such key; PD_ERR_ARGUMENT: too long. */
-PDI_FN pd_status pdi_refer_path(pd_ctx *ctx, pd_text *text, int section, const char *key, const char *folder,
+PDI_FN pd_status pdi_named_files_path(pd_ctx *ctx, pd_text *text, int section, const char *key, const char *folder,
                                 char *path);
 /* Put "file:line: key" before the message of a failed call, whose cause is the value of that key. Returns
  * PD_ERR_ARGUMENT, or the status of the call when it lacked memory. */
-PDI_FN pd_status pdi_refer_fail(pd_ctx *ctx, const pd_text *text, int section, const char *key);
+PDI_FN pd_status pdi_named_files_fail(pd_ctx *ctx, const pd_text *text, int section, const char *key);
 #endif
 
 #endif
@@ -4957,102 +4962,103 @@ PDI_FN pd_status pdi_syntax_check(pd_ctx *ctx, const pd_text *text);
 
 #endif
 
-/* ======== >>scene/named.h ======== */
-/* named: reads the [constants] section of a scene: names for values, known to all numbers and expressions.
+/* ======== >>scene/read_constants.h ======== */
+/* read_constants: reads the [constants] section of a scene: names for values, known to all numbers and expressions.
  *
  *   [constants]  v = 1.7 um/h   tau = 1.5 h   loss = v * tau
  */
-#ifndef PD_NAMED_H
-#define PD_NAMED_H
+#ifndef PD_READ_CONSTANTS_H
+#define PD_READ_CONSTANTS_H
 
 #ifdef PDI_INTERNAL
-#define PDI_NAMED_MAX 32  /* of a scene */
-#define PDI_NAMED_ROOM 8  /* for those that the caller appends */
+#define PDI_READ_CONSTANTS_MAX 32  /* of a scene */
+#define PDI_READ_CONSTANTS_ROOM 8  /* for those that the caller appends */
 
-typedef struct pdi_named {
-    pd_expr_symbol symbol[PDI_NAMED_MAX + PDI_NAMED_ROOM];
-    char unit[PDI_NAMED_MAX][PD_UNITS_TEXT]; /* that the symbols point to */
+typedef struct pdi_read_constants {
+    pd_expr_symbol symbol[PDI_READ_CONSTANTS_MAX + PDI_READ_CONSTANTS_ROOM];
+    char unit[PDI_READ_CONSTANTS_MAX][PD_UNITS_TEXT]; /* that the symbols point to */
     int count;
-} pdi_named;
+} pdi_read_constants;
 
 /* All constants, in the order of the file; each may use those before it. `text` knows them from then on, as long as
  * `named` lives. PD_ERR_PARSE, PD_ERR_ARGUMENT with file:line. */
-PDI_FN pd_status pdi_named_read(pd_ctx *ctx, pd_text *text, pdi_named *named);
+PDI_FN pd_status pdi_read_constants_read(pd_ctx *ctx, pd_text *text, pdi_read_constants *named);
 /* One of the caller's own, with a unit that lives as long. */
-PDI_FN void pdi_named_append(pd_text *text, pdi_named *named, const char *name, const char *unit, double value);
+PDI_FN void pdi_read_constants_append(pd_text *text, pdi_read_constants *named, const char *name, const char *unit,
+                                      double value);
 /* 1: expressions of a scene know the name without its doing. */
-PDI_FN int pdi_named_taken(const char *name);
+PDI_FN int pdi_read_constants_taken(const char *name);
 #endif
 
 #endif
 
-/* ======== >>scene/chart.h ======== */
-/* chart: reads the [table NAME] sections of a scene: functions through the points of CSV files, for all expressions
- * behind them.
+/* ======== >>scene/read_tables.h ======== */
+/* read_tables: reads the [table NAME] sections of a scene: functions through the points of CSV files, for all
+ * expressions behind them.
  *
  *   [table iC]  file = crevice.csv  x = C_mol_per_L in mol/L  y = i_A_per_m2 in A/m2  outside = hold|error
  *
  * declares iC(C). A column goes by its name in the heading or, where a scene cannot write that, by its number from 1.
  */
-#ifndef PD_CHART_H
-#define PD_CHART_H
+#ifndef PD_READ_TABLES_H
+#define PD_READ_TABLES_H
 
 #ifdef PDI_INTERNAL
 /* A section that names a file, and the table in it. */
-typedef struct pdi_chart {
+typedef struct pdi_read_tables {
     pd_ctx *ctx;
     pd_text *text;
     int section; /* in work */
     const char *folder;
     pd_table table; /* the file of that section */
-} pdi_chart;
+} pdi_read_tables;
 
 /* The column that stands under `key` as "heading" or "heading in unit": values [rows], as they stand, the text of their
  * unit [PD_UNITS_TEXT], its size and dimension. A number is a column counted from 1. fallback: NULL, or what a missing
  * key means. bracket: without "in" the unit stands in the heading, "loss [%]". */
-PDI_FN pd_status pdi_chart_column(const pdi_chart *chart, const char *key, const char *fallback, int bracket,
-                                  double *values, char *unit, double *scale, pd_dims *dims);
+PDI_FN pd_status pdi_read_tables_column(const pdi_read_tables *chart, const char *key, const char *fallback,
+                                        int bracket, double *values, char *unit, double *scale, pd_dims *dims);
 /* The tables go to `setup`, and `text` knows them from then on. folder: of the scene. Errors name the line of the scene
  * and that of the table: PD_ERR_PARSE, PD_ERR_ARGUMENT. */
-PDI_FN pd_status pdi_chart_read(pd_ctx *ctx, pd_text *text, const char *folder, pd_setup *setup);
+PDI_FN pd_status pdi_read_tables_read(pd_ctx *ctx, pd_text *text, const char *folder, pd_setup *setup);
 #endif
 
 #endif
 
-/* ======== >>scene/identity.h ======== */
-/* identity: what makes a scene this one and no other: its name, sections and pairs with overrides, masks; not the
+/* ======== >>scene/fingerprint.h ======== */
+/* fingerprint: what makes a scene this one and no other: its name, sections and pairs with overrides, masks; not the
  * number of threads, nor the folder of the output. A checkpoint keeps it, and is refused by another scene.
  */
-#ifndef PD_IDENTITY_H
-#define PD_IDENTITY_H
+#ifndef PD_FINGERPRINT_H
+#define PD_FINGERPRINT_H
 
 #ifdef PDI_INTERNAL
 /* setup->identity, from the text of a scene that has been read. */
-PDI_FN pd_status pdi_identity_build(pd_ctx *ctx, const pd_text *text, pd_setup *setup);
+PDI_FN pd_status pdi_fingerprint_build(pd_ctx *ctx, const pd_text *text, pd_setup *setup);
 /* One more line, without newline. */
-PDI_FN pd_status pdi_identity_add(pd_ctx *ctx, pd_setup *setup, const char *line);
+PDI_FN pd_status pdi_fingerprint_add(pd_ctx *ctx, pd_setup *setup, const char *line);
 /* PD_OK, or PD_ERR_ARGUMENT with the first line in which `kept` differs from that of the setup. where: of the message.
  * Both may be NULL: not from a file. */
-PDI_FN pd_status pdi_identity_compare(pd_ctx *ctx, const pd_setup *setup, const char *kept, const char *where);
+PDI_FN pd_status pdi_fingerprint_compare(pd_ctx *ctx, const pd_setup *setup, const char *kept, const char *where);
 #endif
 
 #endif
 
-/* ======== >>scene/sketch.h ======== */
-/* sketch: the [shape NAME] sections of a scene: primitives, voxel masks, set operations, materials and grains. */
-#ifndef PD_SKETCH_H
-#define PD_SKETCH_H
+/* ======== >>scene/read_shapes.h ======== */
+/* read_shapes: the [shape NAME] sections of a scene: primitives, voxel masks, set operations, materials and grains. */
+#ifndef PD_READ_SHAPES_H
+#define PD_READ_SHAPES_H
 
 #ifdef PDI_INTERNAL
 /* Read all [shape ...] sections: geometry, solid, wall, material and grains of the setup. folder: where the paths of
  * masks start. PD_ERR_PARSE, PD_ERR_ARGUMENT, PD_ERR_FILE with file:line. */
-PDI_FN pd_status pdi_sketch_read(pd_ctx *ctx, pd_text *text, const char *folder, pd_setup *setup);
+PDI_FN pd_status pdi_read_shapes_read(pd_ctx *ctx, pd_text *text, const char *folder, pd_setup *setup);
 #endif
 
 #endif
 
-/* ======== >>scene/flat.h ======== */
-/* flat: the `key = value` parameter file of the Mg-pin project (SI numbers without units) as a setup.
+/* ======== >>scene/read_flat.h ======== */
+/* read_flat: the `key = value` parameter file of the Mg-pin project (SI numbers without units) as a setup.
  *
  * 2D: a plane channel of half-width R_tube along x with a slab of half-thickness R_wire from x = 0 to L_wire.
  * 3D: a tube along x with a wire. R_wire = 0: no pin. The inflow is a parabola of mean speed Q_flow / (pi R_tube^2).
@@ -5065,38 +5071,40 @@ PDI_FN pd_status pdi_sketch_read(pd_ctx *ctx, pd_text *text, const char *folder,
  * harmonic mean D of both sides: dC/dt = -C sum 4 D/(pi delta^2) V/xi^2, dx in ln(C_solid_init/C_thresh)/(the sum over
  * rows).
  */
-#ifndef PD_FLAT_H
-#define PD_FLAT_H
+#ifndef PD_READ_FLAT_H
+#define PD_READ_FLAT_H
 
 #ifdef PDI_INTERNAL
 /* Fill the setup from a flat text; overrides are applied here, because k_corr refers to dx as it stands in the file. A
  * key without effect on this solver gets a note. PD_ERR_PARSE, PD_ERR_ARGUMENT with file:line. */
-PDI_FN pd_status pdi_flat_read(pd_ctx *ctx, pd_text *text, const char *const *overrides, int count, pd_setup *setup);
+PDI_FN pd_status pdi_read_flat_read(pd_ctx *ctx, pd_text *text, const char *const *overrides, int count,
+                                    pd_setup *setup);
 #endif
 
 #endif
 
-/* ======== >>scene/watch.h ======== */
-/* watch: reads from a scene what a run shall watch: probes, lines, planes, forces, mass transfer, totals. */
-#ifndef PD_WATCH_H
-#define PD_WATCH_H
+/* ======== >>scene/read_monitors.h ======== */
+/* read_monitors: reads from a scene what a run shall watch: probes, lines, planes, forces, mass transfer, totals. */
+#ifndef PD_READ_MONITORS_H
+#define PD_READ_MONITORS_H
 
 #ifdef PDI_INTERNAL
 /* All of these sections into the setup, whose physics, sides and box are known. PD_ERR_PARSE, PD_ERR_ARGUMENT with
  * file:line. */
-PDI_FN pd_status pdi_watch_read(pd_ctx *ctx, pd_text *text, pd_setup *setup);
+PDI_FN pd_status pdi_read_monitors_read(pd_ctx *ctx, pd_text *text, pd_setup *setup);
 /* Bits of the list of fields under `key`; what the list names must exist in this scene, the fallback need not. */
-PDI_FN pd_status pdi_watch_fields(pd_ctx *ctx, pd_text *text, const pd_setup *setup, int section, const char *key,
-                                  const char *fallback, unsigned *bits);
+PDI_FN pd_status pdi_read_monitors_fields(pd_ctx *ctx, pd_text *text, const pd_setup *setup, int section,
+                                          const char *key, const char *fallback, unsigned *bits);
 /* "x 1 mm": an axis and a place [m] inside the box. */
-PDI_FN pd_status pdi_watch_place(pd_ctx *ctx, pd_text *text, const pd_setup *setup, int section, const char *key,
-                                 int *axis, double *at);
+PDI_FN pd_status pdi_read_monitors_place(pd_ctx *ctx, pd_text *text, const pd_setup *setup, int section,
+                                         const char *key, int *axis, double *at);
 #endif
 
 #endif
 
-/* ======== >>scene/record.h ======== */
-/* record: reads the [measured NAME] sections of a scene: points of a watched figure, which a run is compared with.
+/* ======== >>scene/read_measured.h ======== */
+/* read_measured: reads the [measured NAME] sections of a scene: points of a watched figure, which a run is compared
+ * with.
  *
  *   [measured wire]  file = wire.csv  time = time_h in h  value = loss_pct in %  spread = spread_pct in %
  *                    of = volume_loss | plane.NAME.flow | force.NAME.fx | ... | probe.NAME.C  start = 0 h
@@ -5104,23 +5112,23 @@ PDI_FN pd_status pdi_watch_place(pd_ctx *ctx, pd_text *text, const pd_setup *set
  * Without `time` and `value` they are the first two columns, in the units of their headings ("time [h]"), and a column
  * whose heading begins with "spread" is the spread. start: the time of the file at which the run begins.
  */
-#ifndef PD_RECORD_H
-#define PD_RECORD_H
+#ifndef PD_READ_MEASURED_H
+#define PD_READ_MEASURED_H
 
 #ifdef PDI_INTERNAL
 /* All of these sections into the setup, whose end of the run is known. folder: of the scene. Whether a run has the
  * figure shows when the model is built. Errors name the line of the scene and that of the file: PD_ERR_PARSE,
  * PD_ERR_ARGUMENT. */
-PDI_FN pd_status pdi_record_read(pd_ctx *ctx, pd_text *text, const char *folder, pd_setup *setup);
+PDI_FN pd_status pdi_read_measured_read(pd_ctx *ctx, pd_text *text, const char *folder, pd_setup *setup);
 /* The same from the text behind "file =": "wire.csv  start = 0.7 h". It takes the place of what the scene has. `where`
  * stands before messages. */
-PDI_FN pd_status pdi_record_replace(pd_ctx *ctx, const char *where, const char *text, pd_setup *setup);
+PDI_FN pd_status pdi_read_measured_replace(pd_ctx *ctx, const char *where, const char *text, pd_setup *setup);
 /* 1: the run passes the point behind its start. */
-PDI_FN int pdi_record_counts(const pd_setup_record *record, int point, double until);
+PDI_FN int pdi_read_measured_counts(const pd_setup_record *record, int point, double until);
 /* The points from the start of the run to `last` [s] as markers with error bars, in units of `x_unit` [s] and `y_unit`
  * [SI]. work [3 points] holds them. */
-PDI_FN void pdi_record_series(const pd_setup_record *record, double x_unit, double y_unit, double last, double *work,
-                              pd_series *series);
+PDI_FN void pdi_read_measured_series(const pd_setup_record *record, double x_unit, double y_unit, double last,
+                                     double *work, pd_series *series);
 #endif
 
 #endif
@@ -5250,19 +5258,19 @@ PD_API double pd_wall_held(void *user, const double *x);
 
 #endif
 
-/* ======== >>run/budget.h ======== */
-/* budget: the memory of a run, from its setup alone: nothing is built for it.
+/* ======== >>run/footprint.h ======== */
+/* footprint: the memory of a run, from its setup alone: nothing is built for it.
  *
- * Sizes of arrays times numbers of nodes, which a sample of the geometry tells. tests/test_budget.c holds it against
+ * Sizes of arrays times numbers of nodes, which a sample of the geometry tells. tests/test_footprint.c holds it against
  * measured peaks.
  */
-#ifndef PD_BUDGET_H
-#define PD_BUDGET_H
+#ifndef PD_FOOTPRINT_H
+#define PD_FOOTPRINT_H
 
 /* The estimate may be off by this share. */
-#define PD_BUDGET_ERROR 0.2
+#define PD_FOOTPRINT_ERROR 0.2
 
-typedef struct pd_budget {
+typedef struct pd_footprint {
     double nodes;                 /* [-] of the padded lattice */
     double cells;                 /* [-] of the box */
     double fluid, solid, cut;     /* [-] nodes; cut: fluid ones whose family is not whole */
@@ -5272,16 +5280,16 @@ typedef struct pd_budget {
     double working;               /* [byte] coarse levels, which appear in a run */
     double files;                 /* [byte] fields of files, and the largest picture */
     double all;                   /* [byte] */
-} pd_budget;
+} pd_footprint;
 
-#define pd_budget_estimate PD_NAME(pd_budget_estimate)
-#define pd_budget_check PD_NAME(pd_budget_check)
+#define pd_footprint_estimate PD_NAME(pd_footprint_estimate)
+#define pd_footprint_check PD_NAME(pd_footprint_check)
 
 /* What a run of the setup takes at most; shapes are sampled at some thousand points. */
-PD_API void pd_budget_estimate(const pd_setup *setup, pd_budget *budget);
+PD_API void pd_footprint_estimate(const pd_setup *setup, pd_footprint *budget);
 /* dry: a run that writes nothing. PD_ERR_LIMIT when the estimate passes ctx->alloc.limit by more than its error;
  * PD_ERR_SIZE when the lattice has more nodes than an int32 counts. */
-PD_API pd_status pd_budget_check(pd_ctx *ctx, const pd_setup *setup, int dry);
+PD_API pd_status pd_footprint_check(pd_ctx *ctx, const pd_setup *setup, int dry);
 
 #endif
 
@@ -5689,7 +5697,7 @@ typedef struct pd_run_desc {
                               * pd_figures_free. NULL: not wanted */
     double *computed;        /* [points] [unit of the columns in SI] of all measured sections: gets what the run
                               * computes there, NaN where it does not come. NULL: not wanted */
-    const double *share;     /* [-] of each monitor in the figures of its section, see twin.h; NULL: 1 */
+    const double *share;     /* [-] of each monitor in the figures of its section, see coarser.h; NULL: 1 */
     pd_print_fn print;       /* NULL: silent */
     void *print_user;
     int (*stop)(void *user); /* asked after every step before the end; not 0: the run ends there. NULL: never. The poll
@@ -5739,27 +5747,28 @@ PD_API void pd_run_line(const pd_run_result *result, char *text, size_t size);
 
 #endif
 
-/* ======== >>run/twin.h ======== */
-/* twin: a setup once more on a coarser lattice: the same physics, tolerances and geometry, `factor` times the spacing.
+/* ======== >>run/coarser.h ======== */
+/* coarser: a setup once more on a coarser lattice: the same physics, tolerances and geometry, `factor` times the
+ * spacing.
  *
  * What a run at h and its twin at 2 h differ by tells the error of the lattice (estimate.h). A rate by layers keeps the
  * thickness of the layer, and planes keep their places: one that lies between two planes of the coarser lattice is
  * watched on both.
  */
-#ifndef PD_TWIN_H
-#define PD_TWIN_H
+#ifndef PD_COARSER_H
+#define PD_COARSER_H
 
-typedef struct pd_twin {
+typedef struct pd_coarser {
     pd_setup setup;                   /* borrows from the setup it was made of: never free it */
     double share[PD_SETUP_MONITORS];  /* [-] of each monitor in the figures of its section */
-} pd_twin;
+} pd_coarser;
 
-#define pd_twin_build PD_NAME(pd_twin_build)
+#define pd_coarser_build PD_NAME(pd_coarser_build)
 
 /* factor: 2 or more. PD_ERR_GEOMETRY: the coarser lattice cannot hold the scene: the box is no whole number of its
  * cells or the face of a box no plane of it, fluid, solid or wall is thinner than one of them or lost on it, a plane is
  * left without a place. PD_ERR_SIZE: more planes than there is room for. */
-PD_API pd_status pd_twin_build(pd_ctx *ctx, const pd_setup *setup, int factor, pd_twin *twin);
+PD_API pd_status pd_coarser_build(pd_ctx *ctx, const pd_setup *setup, int factor, pd_coarser *twin);
 
 #endif
 
@@ -5801,7 +5810,7 @@ typedef struct pd_estimate {
 #define pd_estimate_free PD_NAME(pd_estimate_free)
 
 /* Run the twins of a run that gave `figures`; desc tells when to stop, and with `check` that they are built alone: then
- * there are no errors, only `twins` and `without`. setup is borrowed. The errors of pd_twin_build
+ * there are no errors, only `twins` and `without`. setup is borrowed. The errors of pd_coarser_build
  * and pd_run: there is no estimate, the run stands. PD_ERR_STATE: stopped. */
 PD_API pd_status pd_estimate_run(pd_ctx *ctx, const pd_setup *setup, const pd_run_desc *desc, const pd_figures *figures,
                                  pd_estimate *estimate);
@@ -5855,7 +5864,7 @@ typedef struct pd_fit_desc {
     int count;
     const char *const *range;     /* [ranges] "KEY=LOW..HIGH UNIT" */
     int ranges;
-    const char *data;             /* "wire.csv  start = 0.7 h", see record.h; NULL: the points of the scene */
+    const char *data;             /* "wire.csv  start = 0.7 h", see read_measured.h; NULL: the points of the scene */
     int one_lattice;              /* 1: no coarser ones */
     pd_print_fn print;            /* a line for each step; NULL: silent */
     void *print_user;
@@ -5871,10 +5880,10 @@ typedef struct pd_fit_parameter {
 
 typedef struct pd_fit {
     char name[PD_SETUP_NAME];     /* of the case */
-    pd_fit_parameter parameter[PD_SQUARES_PARAMETERS];
+    pd_fit_parameter parameter[PD_LEAST_SQUARES_PARAMETERS];
     int parameters;
-    pd_squares_result squares;    /* on the lattice of the scene */
-    char override[PD_SQUARES_PARAMETERS][2 * PD_FIT_TEXT]; /* "KEY=VALUE UNIT" of the result */
+    pd_least_squares_result squares;    /* on the lattice of the scene */
+    char override[PD_LEAST_SQUARES_PARAMETERS][2 * PD_FIT_TEXT]; /* "KEY=VALUE UNIT" of the result */
     int points;                   /* that count */
     char figure[2 * PD_SETUP_NAME], unit[PD_UNITS_TEXT]; /* of the first section of points */
     int records;
@@ -5891,7 +5900,7 @@ typedef struct pd_fit {
 
 /* PD_ERR_ARGUMENT, PD_ERR_PARSE: a range, a key that the scene does not have, points without spread beside others,
  * fewer points than parameters, a parameter without effect. A run that fails at a trial value ends the fit with its
- * status and the value. PD_NOT_CONVERGED as for pd_squares_solve. */
+ * status and the value. PD_NOT_CONVERGED as for pd_least_squares_solve. */
 PD_API pd_status pd_fit_run(pd_ctx *ctx, const pd_fit_desc *desc, pd_fit *fit);
 /* "result case=... fit=volume_loss points=9 rms=... KEY=1.07 KEY.error=0.02 ..." into text[size]. */
 PD_API void pd_fit_line(const pd_fit *fit, char *text, size_t size);
@@ -8128,8 +8137,8 @@ void pd_ghosts_free(pd_ctx *ctx, pd_ghosts *g)
     memset(g, 0, sizeof *g);
 }
 
-/* ======== >>lattice/ring.c ======== */
-/* ring: see ring.h
+/* ======== >>lattice/axisym.c ======== */
+/* axisym: see axisym.h
  *
  * Radii are in cells here: node i of the rows at the axis has rho_i = i + 1/2, a bond the mean rho = (rho_i + rho_j)/2.
  */
@@ -8138,12 +8147,12 @@ void pd_ghosts_free(pd_ctx *ctx, pd_ghosts *g)
 
 /* Newton's method for the conductances near the axis: steps, the error of the conditions that is rounding, the one that
  * has to be reached, and pivots that count as none: total fluxes near the axis are known twice. */
-#define PDI_RING_STEPS 60
-#define PDI_RING_TOLERANCE 4e-16
-#define PDI_RING_EXACT 1e-12
-#define PDI_RING_PIVOT 1e-9
+#define PDI_AXISYM_STEPS 60
+#define PDI_AXISYM_TOLERANCE 4e-16
+#define PDI_AXISYM_EXACT 1e-12
+#define PDI_AXISYM_PIVOT 1e-9
 /* The fit of one set of weights w(n): multipliers of the two conditions at each of the rows next to the axis. */
-typedef struct pdi_ring_fit {
+typedef struct pdi_axisym_fit {
     const pd_stencil *stencil;
     const double *weight;      /* [count] */
     double scale[PD_DIM];      /* of the weights: sum scale_a w n_a^2 = 1 over a family */
@@ -8153,17 +8162,17 @@ typedef struct pdi_ring_fit {
     double *axial, *radial;    /* [rows] multipliers of eq. 3.9, 3.10 */
     double *matrix, *lack, *x; /* [2 rows][2 rows], [2 rows], [2 rows] of the Newton step */
     int *row_of, *column_of;   /* [2 rows] pivots */
-} pdi_ring_fit;
+} pdi_axisym_fit;
 
-static int pdi_ring_offset(const pd_stencil *s, int k, int radial)
+static int pdi_axisym_offset(const pd_stencil *s, int k, int radial)
 {
     return s->offset[k * PD_DIM + (radial ? PD_DIM - 1 : 0)];
 }
 
 /* Conductance of bond k of row i over its weight, in cells: rho f; 0 across the axis. */
-static double pdi_ring_conductance(const pdi_ring_fit *f, int i, int k)
+static double pdi_axisym_conductance(const pdi_axisym_fit *f, int i, int k)
 {
-    int axial = pdi_ring_offset(f->stencil, k, 0), j = i + pdi_ring_offset(f->stencil, k, 1);
+    int axial = pdi_axisym_offset(f->stencil, k, 0), j = i + pdi_axisym_offset(f->stencil, k, 1);
     double from = f->first + i, to = f->first + j, rho = 0.5 * (from + to);
     if (!(from > 0.0) || !(to > 0.0)) return 0.0;
     int fitted = i >= 0 && j >= 0 && i < f->rows && j < f->rows; /* ghosts inside of a hollow box are not */
@@ -8173,7 +8182,7 @@ static double pdi_ring_conductance(const pdi_ring_fit *f, int i, int k)
 }
 
 /* Gauss elimination with complete pivoting; what is left below the smallest pivot is consistent, its unknowns 0. */
-static void pdi_ring_solve(pdi_ring_fit *f)
+static void pdi_axisym_solve(pdi_axisym_fit *f)
 {
     int n = 2 * f->rows, rank = 0;
     double largest = 0.0, *a = f->matrix, *b = f->lack;
@@ -8188,7 +8197,7 @@ static void pdi_ring_solve(pdi_ring_fit *f)
                 }
         double pivot = a[f->row_of[row] * n + f->column_of[column]];
         largest = fmax(largest, fabs(pivot));
-        if (!(fabs(pivot) > PDI_RING_PIVOT * largest)) break;
+        if (!(fabs(pivot) > PDI_AXISYM_PIVOT * largest)) break;
         int keep = f->row_of[rank];
         f->row_of[rank] = f->row_of[row];
         f->row_of[row] = keep;
@@ -8211,7 +8220,7 @@ static void pdi_ring_solve(pdi_ring_fit *f)
 }
 
 /* What the conditions lack, relative, and its derivatives by the multipliers; the largest. */
-static double pdi_ring_conditions(pdi_ring_fit *f)
+static double pdi_axisym_conditions(pdi_axisym_fit *f)
 {
     const pd_stencil *s = f->stencil;
     int n = 2 * f->rows;
@@ -8221,9 +8230,9 @@ static double pdi_ring_conditions(pdi_ring_fit *f)
         double rho = f->first + i, *lack = f->lack + 2 * i;
         lack[0] = lack[1] = 1.0;
         for (int k = 0; k < s->count; k++) {
-            int j = i + pdi_ring_offset(s, k, 1);
-            double c = f->weight[k] * pdi_ring_conductance(f, i, k), to = f->first + j, part[2];
-            double square = (double)pdi_ring_offset(s, k, 0) * pdi_ring_offset(s, k, 0), step = to * to - rho * rho;
+            int j = i + pdi_axisym_offset(s, k, 1);
+            double c = f->weight[k] * pdi_axisym_conductance(f, i, k), to = f->first + j, part[2];
+            double square = (double)pdi_axisym_offset(s, k, 0) * pdi_axisym_offset(s, k, 0), step = to * to - rho * rho;
             part[0] = f->scale[0] * c * square / rho;
             part[1] = f->scale[PD_DIM - 1] * c * step / (2.0 * rho);
             for (int e = 0; e < 2; e++) {
@@ -8241,14 +8250,14 @@ static double pdi_ring_conditions(pdi_ring_fit *f)
     return worst;
 }
 
-static pd_status pdi_ring_newton(pd_ctx *ctx, pdi_ring_fit *f)
+static pd_status pdi_axisym_newton(pd_ctx *ctx, pdi_axisym_fit *f)
 {
     double best = HUGE_VAL;
-    for (int step = 0; step < PDI_RING_STEPS; step++) {
-        double error = pdi_ring_conditions(f);
-        if (error <= PDI_RING_TOLERANCE || (error <= PDI_RING_EXACT && !(error < 0.5 * best))) return PD_OK;
+    for (int step = 0; step < PDI_AXISYM_STEPS; step++) {
+        double error = pdi_axisym_conditions(f);
+        if (error <= PDI_AXISYM_TOLERANCE || (error <= PDI_AXISYM_EXACT && !(error < 0.5 * best))) return PD_OK;
         best = fmin(best, error);
-        pdi_ring_solve(f);
+        pdi_axisym_solve(f);
         for (int i = 0; i < f->rows; i++) {
             f->axial[i] += f->x[2 * i];
             f->radial[i] += f->x[2 * i + 1];
@@ -8258,7 +8267,7 @@ static pd_status pdi_ring_newton(pd_ctx *ctx, pdi_ring_fit *f)
 }
 
 /* Rows to fit: all that miss bonds, and so many that kappa is at most half of R^2 on all other bonds. */
-static int pdi_ring_rows(const pdi_ring_fit *f)
+static int pdi_axisym_rows(const pdi_axisym_fit *f)
 {
     int reach = f->stencil->reach, rows = reach;
     if (f->first > 0.5) return 0;
@@ -8268,7 +8277,7 @@ static int pdi_ring_rows(const pdi_ring_fit *f)
     }
 }
 
-static void pdi_ring_release(pd_ctx *ctx, pdi_ring_fit *f)
+static void pdi_axisym_release(pd_ctx *ctx, pdi_axisym_fit *f)
 {
     int64_t n = 2 * (int64_t)f->rows;
     PDI_DELETE(ctx, f->rows, f->axial);
@@ -8280,10 +8289,10 @@ static void pdi_ring_release(pd_ctx *ctx, pdi_ring_fit *f)
     PDI_DELETE(ctx, n, f->column_of);
 }
 
-static pd_status pdi_ring_reserve(pd_ctx *ctx, int rows, pdi_ring_fit *f)
+static pd_status pdi_axisym_reserve(pd_ctx *ctx, int rows, pdi_axisym_fit *f)
 {
     int64_t n = 2 * (int64_t)rows;
-    pdi_ring_release(ctx, f);
+    pdi_axisym_release(ctx, f);
     f->rows = rows;
     PDI_TRY(PDI_NEW(ctx, "ring", rows, f->axial));
     PDI_TRY(PDI_NEW(ctx, "ring", rows, f->radial));
@@ -8295,14 +8304,14 @@ static pd_status pdi_ring_reserve(pd_ctx *ctx, int rows, pdi_ring_fit *f)
 }
 
 /* Fit the conductances of `weight` and put c_ij over the radius, times `unit`, into table[rows][count]. */
-static pd_status pdi_ring_table(pd_ctx *ctx, pdi_ring_fit *f, const pd_grid *grid, const double *weight,
+static pd_status pdi_axisym_table(pd_ctx *ctx, pdi_axisym_fit *f, const pd_grid *grid, const double *weight,
                                 const double *unit, double *table)
 {
     const pd_stencil *s = f->stencil;
     double moment[2] = {0.0, 0.0}, curl = 0.0, straight = 0.0;
     f->weight = weight;
     for (int k = 0; k < s->count; k++) {
-        double axial = pdi_ring_offset(s, k, 0), radial = pdi_ring_offset(s, k, 1), square = radial * radial;
+        double axial = pdi_axisym_offset(s, k, 0), radial = pdi_axisym_offset(s, k, 1), square = radial * radial;
         moment[0] += weight[k] * axial * axial;
         moment[1] += weight[k] * square;
         curl += weight[k] * square * (square - 1.0) / 12.0;
@@ -8311,40 +8320,41 @@ static pd_status pdi_ring_table(pd_ctx *ctx, pdi_ring_fit *f, const pd_grid *gri
     f->scale[0] = 1.0 / moment[0];
     f->scale[PD_DIM - 1] = 1.0 / moment[1];
     f->excess = curl > 0.0 ? curl / straight : 0.0;
-    PDI_TRY(pdi_ring_reserve(ctx, pdi_ring_rows(f), f));
-    PDI_TRY(pdi_ring_newton(ctx, f));
+    PDI_TRY(pdi_axisym_reserve(ctx, pdi_axisym_rows(f), f));
+    PDI_TRY(pdi_axisym_newton(ctx, f));
     for (int row = 0; row < grid->np[PD_DIM - 1]; row++)
         for (int k = 0; k < s->count; k++) {
-            double rho = f->first + (row - grid->ghost), c = pdi_ring_conductance(f, row - grid->ghost, k);
+            double rho = f->first + (row - grid->ghost), c = pdi_axisym_conductance(f, row - grid->ghost, k);
             table[(int64_t)row * s->count + k] = rho > 0.0 ? (unit ? unit[k] : 1.0) * c / rho : 0.0;
         }
     return PD_OK;
 }
 
-static void pdi_ring_hoop(const pd_stencil *s, const pdi_ring_fit *f, const pd_grid *grid, pd_ring *ring)
+static void pdi_axisym_hoop(const pd_stencil *s, const pdi_axisym_fit *f, const pd_grid *grid, pd_axisym *ring)
 {
     for (int row = 0; row < ring->rows; row++) {
         double rho = f->first + (row - grid->ghost), sum = 0.0;
         for (int k = 0; k < s->count; k++)
-            sum += ring->lap[(int64_t)row * s->count + k] * pdi_ring_offset(s, k, 1);
+            sum += ring->lap[(int64_t)row * s->count + k] * pdi_axisym_offset(s, k, 1);
         ring->hoop[row] = rho > 0.0 ? sum / rho : 0.0;
     }
 }
 
-static pd_status pdi_ring_fill(pd_ctx *ctx, const pd_stencil *s, const pd_grid *grid, pdi_ring_fit *f, pd_ring *ring)
+static pd_status pdi_axisym_fill(pd_ctx *ctx, const pd_stencil *s, const pd_grid *grid, pdi_axisym_fit *f,
+                                 pd_axisym *ring)
 {
     PDI_TRY(PDI_NEW(ctx, "ring", (int64_t)ring->rows * ring->count, ring->lap));
     PDI_TRY(PDI_NEW(ctx, "ring", (int64_t)ring->rows * ring->count, ring->flux));
     PDI_TRY(PDI_NEW(ctx, "ring", ring->rows, ring->hoop));
-    PDI_TRY(pdi_ring_table(ctx, f, grid, s->lap, s->lap, ring->lap));
-    PDI_TRY(pdi_ring_table(ctx, f, grid, s->base, NULL, ring->flux));
-    pdi_ring_hoop(s, f, grid, ring);
+    PDI_TRY(pdi_axisym_table(ctx, f, grid, s->lap, s->lap, ring->lap));
+    PDI_TRY(pdi_axisym_table(ctx, f, grid, s->base, NULL, ring->flux));
+    pdi_axisym_hoop(s, f, grid, ring);
     return PD_OK;
 }
 
-static pd_status pdi_ring_make(pd_ctx *ctx, const pd_stencil *stencil, const pd_grid *grid, pd_ring *ring)
+static pd_status pdi_axisym_make(pd_ctx *ctx, const pd_stencil *stencil, const pd_grid *grid, pd_axisym *ring)
 {
-    pdi_ring_fit f;
+    pdi_axisym_fit f;
     memset(ring, 0, sizeof *ring);
     memset(&f, 0, sizeof f);
     if (!grid->circumference) return PD_OK;
@@ -8353,19 +8363,19 @@ static pd_status pdi_ring_make(pd_ctx *ctx, const pd_stencil *stencil, const pd_
     f.stencil = stencil;
     f.first = grid->circumference[grid->ghost] / (2.0 * PDI_PI * grid->h[PD_DIM - 1]);
     if (f.first < 1.0) f.first = 0.5; /* at the axis, but for rounding */
-    pd_status status = pdi_ring_fill(ctx, stencil, grid, &f, ring);
-    pdi_ring_release(ctx, &f);
+    pd_status status = pdi_axisym_fill(ctx, stencil, grid, &f, ring);
+    pdi_axisym_release(ctx, &f);
     return status;
 }
 
-pd_status pd_ring_build(pd_ctx *ctx, const pd_stencil *stencil, const pd_grid *grid, pd_ring *ring)
+pd_status pd_axisym_build(pd_ctx *ctx, const pd_stencil *stencil, const pd_grid *grid, pd_axisym *ring)
 {
-    pd_status status = pdi_ring_make(ctx, stencil, grid, ring);
-    if (status < 0) pd_ring_free(ctx, ring);
+    pd_status status = pdi_axisym_make(ctx, stencil, grid, ring);
+    if (status < 0) pd_axisym_free(ctx, ring);
     return status;
 }
 
-void pd_ring_free(pd_ctx *ctx, pd_ring *ring)
+void pd_axisym_free(pd_ctx *ctx, pd_axisym *ring)
 {
     PDI_DELETE(ctx, (int64_t)ring->rows * ring->count, ring->lap);
     PDI_DELETE(ctx, (int64_t)ring->rows * ring->count, ring->flux);
@@ -9000,7 +9010,7 @@ static pd_status pdi_bond_make(pd_ctx *ctx, const pd_stencil *stencil, const pd_
     PDI_TRY(PDI_NEW(ctx, "bond", grid->total, bonds->row));
     PDI_TRY(pd_ghosts_build(ctx, grid, &bonds->ghosts));
     PDI_TRY(pdi_spans_build(ctx, grid, &bonds->spans));
-    PDI_TRY(pd_ring_build(ctx, stencil, grid, &bonds->ring));
+    PDI_TRY(pd_axisym_build(ctx, stencil, grid, &bonds->ring));
     for (int k = 0; k < stencil->count; k++)
         for (int d = 0; d < PD_DIM; d++) bonds->shift[k] += stencil->offset[k * PD_DIM + d] * grid->stride[d];
     pdi_grid_line_shift(grid, stencil, bonds->line_shift);
@@ -9152,26 +9162,26 @@ void pd_bonds_free(pd_ctx *ctx, pd_bonds *b)
     PDI_DELETE(ctx, b->grid ? b->grid->total : 0, b->row);
     pd_ghosts_free(ctx, &b->ghosts);
     pdi_spans_free(ctx, &b->spans);
-    pd_ring_free(ctx, &b->ring);
+    pd_axisym_free(ctx, &b->ring);
     pdi_bond_free_rows(ctx, b);
     pdi_bond_free_stretches(ctx, &b->whole);
     pdi_bond_free_stretches(ctx, &b->cut);
     memset(b, 0, sizeof *b);
 }
 
-/* ======== >>lattice/ray.c ======== */
-/* ray: see ray.h */
+/* ======== >>lattice/surface.c ======== */
+/* surface: see surface.h */
 #include <math.h>
 #include <string.h>
 
 /* In cells: a way shorter than that has no direction; a place nearer to a surface than that lies on it; the step of
  * differences; surfaces farther than that do not count. */
-#define PDI_RAY_SHORT 1e-9
-#define PDI_RAY_TOUCH 1e-6
-#define PDI_RAY_STEP 1e-3
-#define PDI_RAY_FAR 2.0
+#define PDI_SURFACE_SHORT 1e-9
+#define PDI_SURFACE_TOUCH 1e-6
+#define PDI_SURFACE_STEP 1e-3
+#define PDI_SURFACE_FAR 2.0
 
-typedef struct pdi_ray {
+typedef struct pdi_surface {
     const pd_bonds *bonds;
     double x[PD_DIM], xi[PD_DIM]; /* [m] start and way */
     double end;                   /* fraction of it where the search ends */
@@ -9179,9 +9189,9 @@ typedef struct pdi_ray {
     int behind;                   /* 1: the point lies behind it */
     double place[PD_DIM], normal[PD_DIM];
     int32_t closed;
-} pdi_ray;
+} pdi_surface;
 
-static double pdi_ray_level(const pdi_ray *r, int shape, const double *x)
+static double pdi_surface_level(const pdi_surface *r, int shape, const double *x)
 {
     double at[PD_DIM];
     memcpy(at, x, sizeof at);
@@ -9190,14 +9200,14 @@ static double pdi_ray_level(const pdi_ray *r, int shape, const double *x)
 }
 
 /* First closed cell on the way; the side of the box that is a wall counts as one. */
-static void pdi_ray_faces(pdi_ray *r)
+static void pdi_surface_faces(pdi_surface *r)
 {
     const pd_grid *grid = r->bonds->grid;
     int i[PD_DIM];
     double next[PD_DIM], t = 0.0;
     for (int d = 0; d < PD_DIM; d++) {
         i[d] = (int)floor((r->x[d] - grid->lo[d]) / grid->h[d]);
-        next[d] = fabs(r->xi[d]) > PDI_RAY_SHORT * grid->h[d] ? 0.5 * grid->h[d] / fabs(r->xi[d]) : HUGE_VAL;
+        next[d] = fabs(r->xi[d]) > PDI_SURFACE_SHORT * grid->h[d] ? 0.5 * grid->h[d] / fabs(r->xi[d]) : HUGE_VAL;
     }
     for (;;) {
         int d = 0;
@@ -9220,7 +9230,7 @@ static void pdi_ray_faces(pdi_ray *r)
         if (smooth > 0.0) return;
         double cells = 0.0;
         for (int a = 0; a < PD_DIM; a++) cells = fmax(cells, fabs((t - 1.0) * r->xi[a]) / grid->h[a]);
-        if (t >= 1.0 - PDI_RAY_SHORT && !(cells < r->nearest)) return;
+        if (t >= 1.0 - PDI_SURFACE_SHORT && !(cells < r->nearest)) return;
         r->nearest = cells;
         r->behind = t < 1.0;
         r->closed = node;
@@ -9230,16 +9240,16 @@ static void pdi_ray_faces(pdi_ray *r)
     }
 }
 
-static void pdi_ray_normal(const pdi_ray *r, int shape, const double *x, double *normal)
+static void pdi_surface_normal(const pdi_surface *r, int shape, const double *x, double *normal)
 {
     double at[PD_DIM], length;
     memcpy(at, x, sizeof at);
     for (int d = 0; d < PD_DIM; d++) {
-        double eps = PDI_RAY_STEP * r->bonds->grid->h[d], keep = at[d];
+        double eps = PDI_SURFACE_STEP * r->bonds->grid->h[d], keep = at[d];
         at[d] = keep + eps;
-        normal[d] = pdi_ray_level(r, shape, at);
+        normal[d] = pdi_surface_level(r, shape, at);
         at[d] = keep - eps;
-        normal[d] = (normal[d] - pdi_ray_level(r, shape, at)) / (2.0 * eps);
+        normal[d] = (normal[d] - pdi_surface_level(r, shape, at)) / (2.0 * eps);
         at[d] = keep;
     }
     length = pdi_vec_norm(normal);
@@ -9247,7 +9257,7 @@ static void pdi_ray_normal(const pdi_ray *r, int shape, const double *x, double 
 }
 
 /* A closed node up to a cell deep behind a place; -1: what stood there has dissolved. */
-static int32_t pdi_ray_behind(const pdi_ray *r, const double *x, const double *normal)
+static int32_t pdi_surface_behind(const pdi_surface *r, const double *x, const double *normal)
 {
     const pd_grid *grid = r->bonds->grid;
     for (int half = 1; half < 3; half++) {
@@ -9266,23 +9276,23 @@ static int32_t pdi_ray_behind(const pdi_ray *r, const double *x, const double *n
 }
 
 /* The nearest place of a smooth shape, by its distance. Where the node lies inside it, it has receded. */
-static void pdi_ray_foot(pdi_ray *r, int shape, const double *to)
+static void pdi_surface_foot(pdi_surface *r, int shape, const double *to)
 {
     const pd_grid *grid = r->bonds->grid;
     double at[PD_DIM], normal[PD_DIM], smallest = grid->h[0], level = 0.0, cells = 0.0;
-    if (shape < 0 || !pd_shape_exact(grid->shapes, shape) || !(pdi_ray_level(r, shape, r->x) > 0.0)) return;
+    if (shape < 0 || !pd_shape_exact(grid->shapes, shape) || !(pdi_surface_level(r, shape, r->x) > 0.0)) return;
     for (int d = 1; d < PD_DIM; d++) smallest = fmin(smallest, grid->h[d]);
     memcpy(at, to, sizeof at);
-    double first = pdi_ray_level(r, shape, at);
+    double first = pdi_surface_level(r, shape, at);
     for (int step = 0; step < 8; step++) {
-        level = pdi_ray_level(r, shape, at);
-        pdi_ray_normal(r, shape, at, normal);
+        level = pdi_surface_level(r, shape, at);
+        pdi_surface_normal(r, shape, at, normal);
         if (fabs(level) <= 1e-14 * smallest) break;
         for (int d = 0; d < PD_DIM; d++) at[d] -= level * normal[d];
     }
     for (int d = 0; d < PD_DIM; d++) cells = fmax(cells, fabs(at[d] - to[d]) / grid->h[d]);
-    if (!(fabs(level) <= PDI_RAY_TOUCH * smallest) || cells > PDI_RAY_FAR || !(cells < r->nearest)) return;
-    int32_t closed = pdi_ray_behind(r, at, normal);
+    if (!(fabs(level) <= PDI_SURFACE_TOUCH * smallest) || cells > PDI_SURFACE_FAR || !(cells < r->nearest)) return;
+    int32_t closed = pdi_surface_behind(r, at, normal);
     if (closed < 0) return;
     r->nearest = cells;
     r->behind = first < 0.0;
@@ -9291,11 +9301,11 @@ static void pdi_ray_foot(pdi_ray *r, int shape, const double *to)
     memcpy(r->normal, normal, sizeof normal);
 }
 
-PDI_FN int pdi_ray_meet(const pd_bonds *bonds, int32_t node, const double *to, double *place, double *normal,
+PDI_FN int pdi_surface_meet(const pd_bonds *bonds, int32_t node, const double *to, double *place, double *normal,
                         int32_t *closed)
 {
     const pd_grid *grid = bonds->grid;
-    pdi_ray r;
+    pdi_surface r;
     double square = 0.0;
     memset(&r, 0, sizeof r);
     r.bonds = bonds;
@@ -9305,11 +9315,11 @@ PDI_FN int pdi_ray_meet(const pd_bonds *bonds, int32_t node, const double *to, d
         square += r.xi[d] / grid->h[d] * (r.xi[d] / grid->h[d]);
     }
     r.nearest = HUGE_VAL;
-    pdi_ray_foot(&r, grid->wall, to);
-    pdi_ray_foot(&r, grid->solid, to);
-    if (sqrt(square) > PDI_RAY_SHORT) {
+    pdi_surface_foot(&r, grid->wall, to);
+    pdi_surface_foot(&r, grid->solid, to);
+    if (sqrt(square) > PDI_SURFACE_SHORT) {
         r.end = 1.0 + 1.0 / sqrt(square);
-        pdi_ray_faces(&r);
+        pdi_surface_faces(&r);
     }
     memcpy(place, r.place, sizeof r.place);
     memcpy(normal, r.normal, sizeof r.normal);
@@ -9317,10 +9327,10 @@ PDI_FN int pdi_ray_meet(const pd_bonds *bonds, int32_t node, const double *to, d
     return r.nearest < HUGE_VAL ? (r.behind ? -1 : 1) : 0;
 }
 
-#undef PDI_RAY_SHORT
-#undef PDI_RAY_TOUCH
-#undef PDI_RAY_STEP
-#undef PDI_RAY_FAR
+#undef PDI_SURFACE_SHORT
+#undef PDI_SURFACE_TOUCH
+#undef PDI_SURFACE_STEP
+#undef PDI_SURFACE_FAR
 
 /* ======== >>lattice/port.c ======== */
 /* port: see port.h */
@@ -10428,24 +10438,25 @@ PDI_FN double pdi_quadratic_solve(pdi_quadratic *fit)
 #undef PDI_QUADRATIC_FAINT
 #undef PDI_QUADRATIC_FAINTER
 
-/* ======== >>lattice/slope.c ======== */
-/* slope: see slope.h */
+/* ======== >>lattice/reconstruct.c ======== */
+/* reconstruct: see reconstruct.h */
 #include <math.h>
 #include <string.h>
 
 /* Of a quadratic about the node: slopes, then second derivatives. */
-#define PDI_SLOPE_TERMS (PD_DIM + PD_DIM * (PD_DIM + 1) / 2)
+#define PDI_RECONSTRUCT_TERMS (PD_DIM + PD_DIM * (PD_DIM + 1) / 2)
 /* Data whose moments, over those of a whole family, have a pivot below this determine no quadratic. */
-#define PDI_SLOPE_MIN_PIVOT 1e-3
+#define PDI_RECONSTRUCT_MIN_PIVOT 1e-3
 
 /* Weighted moments of the data of a row. */
-typedef struct pdi_slope_moments {
-    double sum[PDI_SLOPE_TERMS][PDI_SLOPE_TERMS]; /* scaled by `unit` on both sides, then Cholesky's factor of it */
-    double unit[PDI_SLOPE_TERMS];
-} pdi_slope_moments;
+typedef struct pdi_reconstruct_moments {
+    double sum[PDI_RECONSTRUCT_TERMS]
+              [PDI_RECONSTRUCT_TERMS]; /* scaled by `unit` on both sides, then Cholesky's factor of it */
+    double unit[PDI_RECONSTRUCT_TERMS];
+} pdi_reconstruct_moments;
 
 /* The terms at the fraction t of bond k, in cells. */
-static void pdi_slope_terms(const pd_stencil *s, int k, double t, double *term)
+static void pdi_reconstruct_terms(const pd_stencil *s, int k, double t, double *term)
 {
     const int *n = s->offset + k * PD_DIM;
     int at = PD_DIM;
@@ -10456,27 +10467,27 @@ static void pdi_slope_terms(const pd_stencil *s, int k, double t, double *term)
 }
 
 /* 1: a scalar knows the far end of bond k. Bonds to inlets carry none. */
-static int pdi_slope_carries(const pd_bonds *bonds, int32_t r, int k)
+static int pdi_reconstruct_carries(const pd_bonds *bonds, int32_t r, int k)
 {
     return pdi_bond_open(bonds, r, k) && bonds->grid->kind[bonds->node[r] + bonds->shift[k]] != PD_INLET;
 }
 
-static void pdi_slope_add(const double *term, double weight, pdi_slope_moments *m)
+static void pdi_reconstruct_add(const double *term, double weight, pdi_reconstruct_moments *m)
 {
-    for (int a = 0; a < PDI_SLOPE_TERMS; a++)
-        for (int b = 0; b < PDI_SLOPE_TERMS; b++) m->sum[a][b] += weight * term[a] * term[b];
+    for (int a = 0; a < PDI_RECONSTRUCT_TERMS; a++)
+        for (int b = 0; b < PDI_RECONSTRUCT_TERMS; b++) m->sum[a][b] += weight * term[a] * term[b];
 }
 
 /* 0: the data determine no quadratic. */
-static int pdi_slope_factor(pdi_slope_moments *m)
+static int pdi_reconstruct_factor(pdi_reconstruct_moments *m)
 {
-    for (int a = 0; a < PDI_SLOPE_TERMS; a++)
-        for (int b = 0; b < PDI_SLOPE_TERMS; b++) m->sum[a][b] *= m->unit[a] * m->unit[b];
-    for (int c = 0; c < PDI_SLOPE_TERMS; c++) {
+    for (int a = 0; a < PDI_RECONSTRUCT_TERMS; a++)
+        for (int b = 0; b < PDI_RECONSTRUCT_TERMS; b++) m->sum[a][b] *= m->unit[a] * m->unit[b];
+    for (int c = 0; c < PDI_RECONSTRUCT_TERMS; c++) {
         for (int k = 0; k < c; k++) m->sum[c][c] -= m->sum[c][k] * m->sum[c][k];
-        if (!(m->sum[c][c] > PDI_SLOPE_MIN_PIVOT)) return 0;
+        if (!(m->sum[c][c] > PDI_RECONSTRUCT_MIN_PIVOT)) return 0;
         m->sum[c][c] = sqrt(m->sum[c][c]);
-        for (int r = c + 1; r < PDI_SLOPE_TERMS; r++) {
+        for (int r = c + 1; r < PDI_RECONSTRUCT_TERMS; r++) {
             for (int k = 0; k < c; k++) m->sum[r][c] -= m->sum[r][k] * m->sum[c][k];
             m->sum[r][c] /= m->sum[c][c];
         }
@@ -10485,112 +10496,112 @@ static int pdi_slope_factor(pdi_slope_moments *m)
 }
 
 /* x = M^-1 y */
-static void pdi_slope_solve(const pdi_slope_moments *m, const double *y, double *x)
+static void pdi_reconstruct_solve(const pdi_reconstruct_moments *m, const double *y, double *x)
 {
-    for (int r = 0; r < PDI_SLOPE_TERMS; r++) {
+    for (int r = 0; r < PDI_RECONSTRUCT_TERMS; r++) {
         x[r] = y[r] * m->unit[r];
         for (int k = 0; k < r; k++) x[r] -= m->sum[r][k] * x[k];
         x[r] /= m->sum[r][r];
     }
-    for (int r = PDI_SLOPE_TERMS - 1; r >= 0; r--) {
-        for (int k = r + 1; k < PDI_SLOPE_TERMS; k++) x[r] -= m->sum[k][r] * x[k];
+    for (int r = PDI_RECONSTRUCT_TERMS - 1; r >= 0; r--) {
+        for (int k = r + 1; k < PDI_RECONSTRUCT_TERMS; k++) x[r] -= m->sum[k][r] * x[k];
         x[r] /= m->sum[r][r];
     }
-    for (int r = 0; r < PDI_SLOPE_TERMS; r++) x[r] *= m->unit[r];
+    for (int r = 0; r < PDI_RECONSTRUCT_TERMS; r++) x[r] *= m->unit[r];
 }
 
 /* Empty moments in the units of a whole family. */
-static void pdi_slope_start(const pd_stencil *s, pdi_slope_moments *m)
+static void pdi_reconstruct_start(const pd_stencil *s, pdi_reconstruct_moments *m)
 {
-    double term[PDI_SLOPE_TERMS];
+    double term[PDI_RECONSTRUCT_TERMS];
     memset(m, 0, sizeof *m);
     for (int k = 0; k < s->count; k++) {
-        pdi_slope_terms(s, k, 1.0, term);
-        for (int a = 0; a < PDI_SLOPE_TERMS; a++) m->unit[a] += s->base[k] * term[a] * term[a];
+        pdi_reconstruct_terms(s, k, 1.0, term);
+        for (int a = 0; a < PDI_RECONSTRUCT_TERMS; a++) m->unit[a] += s->base[k] * term[a] * term[a];
     }
-    for (int a = 0; a < PDI_SLOPE_TERMS; a++) m->unit[a] = 1.0 / sqrt(m->unit[a]);
+    for (int a = 0; a < PDI_RECONSTRUCT_TERMS; a++) m->unit[a] = 1.0 / sqrt(m->unit[a]);
 }
 
 /* The gradient of a scalar (eq. 3.5b). */
-static int pdi_slope_scalar(const pd_bonds *bonds, int32_t r, double *grad)
+static int pdi_reconstruct_scalar(const pd_bonds *bonds, int32_t r, double *grad)
 {
     const pd_stencil *s = bonds->stencil;
-    double term[PDI_SLOPE_TERMS];
-    pdi_slope_moments m;
-    pdi_slope_start(s, &m);
+    double term[PDI_RECONSTRUCT_TERMS];
+    pdi_reconstruct_moments m;
+    pdi_reconstruct_start(s, &m);
     for (int k = 0; k < s->count; k++) {
-        if (!pdi_slope_carries(bonds, r, k)) continue;
-        pdi_slope_terms(s, k, 1.0, term);
-        pdi_slope_add(term, s->base[k], &m);
+        if (!pdi_reconstruct_carries(bonds, r, k)) continue;
+        pdi_reconstruct_terms(s, k, 1.0, term);
+        pdi_reconstruct_add(term, s->base[k], &m);
     }
-    if (!pdi_slope_factor(&m)) return 0;
+    if (!pdi_reconstruct_factor(&m)) return 0;
     for (int d = 0; d < PD_DIM; d++) {
         memset(term, 0, sizeof term);
         term[d] = 1.0 / bonds->grid->h[d];
-        pdi_slope_solve(&m, term, grad + d * PDI_SLOPE_TERMS);
+        pdi_reconstruct_solve(&m, term, grad + d * PDI_RECONSTRUCT_TERMS);
     }
     return 1;
 }
 
 /* What cut bonds add to the Laplacian of a velocity that vanishes on the surface (eq. 3.4b). */
-static int pdi_slope_velocity(const pd_bonds *bonds, int32_t r, double *bend, double *drag)
+static int pdi_reconstruct_velocity(const pd_bonds *bonds, int32_t r, double *bend, double *drag)
 {
     const pd_stencil *s = bonds->stencil;
-    double term[PDI_SLOPE_TERMS], far[PDI_SLOPE_TERMS], wall[PDI_SLOPE_TERMS];
-    pdi_slope_moments m;
+    double term[PDI_RECONSTRUCT_TERMS], far[PDI_RECONSTRUCT_TERMS], wall[PDI_RECONSTRUCT_TERMS];
+    pdi_reconstruct_moments m;
     memset(far, 0, sizeof far);
     memset(wall, 0, sizeof wall);
-    pdi_slope_start(s, &m);
+    pdi_reconstruct_start(s, &m);
     for (int k = 0; k < s->count; k++) {
         double weight = s->base[k];
-        pdi_slope_terms(s, k, 1.0, term);
+        pdi_reconstruct_terms(s, k, 1.0, term);
         if (!pdi_bond_open(bonds, r, k)) {
             pdi_bond_end end;
             double a = pdi_bond_lap(bonds, bonds->node[r])[k];
             pdi_bond_find_end(bonds, r, k, &end);
-            for (int c = 0; c < PDI_SLOPE_TERMS; c++) far[c] += a * term[c];
+            for (int c = 0; c < PDI_RECONSTRUCT_TERMS; c++) far[c] += a * term[c];
             if (end.t > 1.0) continue; /* the line grazes the surface, and meets it far behind */
             weight /= end.t * end.t;
-            pdi_slope_terms(s, k, end.t, term);
-            for (int c = 0; c < PDI_SLOPE_TERMS; c++) wall[c] += weight * term[c];
+            pdi_reconstruct_terms(s, k, end.t, term);
+            for (int c = 0; c < PDI_RECONSTRUCT_TERMS; c++) wall[c] += weight * term[c];
         }
-        pdi_slope_add(term, weight, &m);
+        pdi_reconstruct_add(term, weight, &m);
     }
-    if (!pdi_slope_factor(&m)) return 0;
-    pdi_slope_solve(&m, far, bend);
+    if (!pdi_reconstruct_factor(&m)) return 0;
+    pdi_reconstruct_solve(&m, far, bend);
     *drag = 0.0;
-    for (int c = 0; c < PDI_SLOPE_TERMS; c++) *drag += bend[c] * wall[c];
+    for (int c = 0; c < PDI_RECONSTRUCT_TERMS; c++) *drag += bend[c] * wall[c];
     return 1;
 }
 
-static pd_status pdi_slope_reserve(pd_ctx *ctx, int32_t count, pd_slopes *slopes)
+static pd_status pdi_reconstruct_reserve(pd_ctx *ctx, int32_t count, pd_reconstruct *slopes)
 {
     const pd_bonds *bonds = slopes->bonds;
     if (count <= slopes->capacity && bonds->capacity <= slopes->rows) return PD_OK;
-    pd_slopes_free(ctx, slopes);
+    pd_reconstruct_free(ctx, slopes);
     slopes->bonds = bonds;
     slopes->capacity = count + count / 4;
     slopes->rows = bonds->capacity;
     PDI_TRY(PDI_NEW(ctx, "slope", slopes->capacity, slopes->row));
     PDI_TRY(PDI_NEW(ctx, "slope", slopes->capacity, slopes->fits));
-    PDI_TRY(PDI_NEW(ctx, "slope", (int64_t)slopes->capacity * PD_DIM * PDI_SLOPE_TERMS, slopes->grad));
-    PDI_TRY(PDI_NEW(ctx, "slope", (int64_t)slopes->capacity * PDI_SLOPE_TERMS, slopes->bend));
+    PDI_TRY(PDI_NEW(ctx, "slope", (int64_t)slopes->capacity * PD_DIM * PDI_RECONSTRUCT_TERMS, slopes->grad));
+    PDI_TRY(PDI_NEW(ctx, "slope", (int64_t)slopes->capacity * PDI_RECONSTRUCT_TERMS, slopes->bend));
     PDI_TRY(PDI_NEW(ctx, "slope", slopes->capacity, slopes->drag));
-    PDI_TRY(PDI_NEW(ctx, "slope", bonds->stencil->count * PDI_SLOPE_TERMS, slopes->term));
+    PDI_TRY(PDI_NEW(ctx, "slope", bonds->stencil->count * PDI_RECONSTRUCT_TERMS, slopes->term));
     return PDI_NEW(ctx, "slope", slopes->rows, slopes->place);
 }
 
-pd_status pd_slopes_update(pd_ctx *ctx, const pd_bonds *bonds, pd_slopes *slopes)
+pd_status pd_reconstruct_update(pd_ctx *ctx, const pd_bonds *bonds, pd_reconstruct *slopes)
 {
     int32_t count = 0;
     for (int32_t r = 0; r < bonds->rows; r++) count += bonds->smooth[r];
     slopes->bonds = bonds;
-    PDI_TRY(pdi_slope_reserve(ctx, count, slopes));
+    PDI_TRY(pdi_reconstruct_reserve(ctx, count, slopes));
     slopes->count = 0;
     for (int k = 0; k < bonds->stencil->count && count; k++) {
-        double *term = slopes->term + k * PDI_SLOPE_TERMS;
-        pdi_slope_terms(bonds->stencil, k, 1.0, term);
-        for (int a = 0; a < PDI_SLOPE_TERMS; a++) term[a] *= bonds->stencil->base[k];
+        double *term = slopes->term + k * PDI_RECONSTRUCT_TERMS;
+        pdi_reconstruct_terms(bonds->stencil, k, 1.0, term);
+        for (int a = 0; a < PDI_RECONSTRUCT_TERMS; a++) term[a] *= bonds->stencil->base[k];
     }
     for (int32_t r = 0; r < slopes->rows; r++) {
         int32_t q = slopes->count;
@@ -10599,62 +10610,62 @@ pd_status pd_slopes_update(pd_ctx *ctx, const pd_bonds *bonds, pd_slopes *slopes
         slopes->place[r] = q;
         slopes->row[q] = r;
         slopes->fits[q] = 0;
-        if (pdi_slope_scalar(bonds, r, slopes->grad + (int64_t)q * PD_DIM * PDI_SLOPE_TERMS))
-            slopes->fits[q] |= PDI_SLOPE_SCALAR;
-        if (pdi_slope_velocity(bonds, r, slopes->bend + (int64_t)q * PDI_SLOPE_TERMS, slopes->drag + q))
-            slopes->fits[q] |= PDI_SLOPE_VELOCITY;
+        if (pdi_reconstruct_scalar(bonds, r, slopes->grad + (int64_t)q * PD_DIM * PDI_RECONSTRUCT_TERMS))
+            slopes->fits[q] |= PDI_RECONSTRUCT_SCALAR;
+        if (pdi_reconstruct_velocity(bonds, r, slopes->bend + (int64_t)q * PDI_RECONSTRUCT_TERMS, slopes->drag + q))
+            slopes->fits[q] |= PDI_RECONSTRUCT_VELOCITY;
         slopes->count++;
     }
     return PD_OK;
 }
 
-PDI_FN void pdi_slopes_gradient(const pd_ctx *ctx, const pd_slopes *slopes, const double *f, double *grad)
+PDI_FN void pdi_reconstruct_gradient(const pd_ctx *ctx, const pd_reconstruct *slopes, const double *f, double *grad)
 {
     const pd_bonds *bonds = slopes->bonds;
     if (!slopes->count) return;
     const pd_stencil *s = bonds->stencil;
-    int nt = pdi_par_threads(ctx, (int64_t)slopes->count * s->count * PDI_SLOPE_TERMS);
+    int nt = pdi_par_threads(ctx, (int64_t)slopes->count * s->count * PDI_RECONSTRUCT_TERMS);
     (void)nt;
     PDI_PARALLEL_FOR(nt)
     for (int32_t q = 0; q < slopes->count; q++) {
         int32_t r = slopes->row[q], node = bonds->node[r];
-        double sum[PDI_SLOPE_TERMS];
-        if (!(slopes->fits[q] & PDI_SLOPE_SCALAR)) continue;
+        double sum[PDI_RECONSTRUCT_TERMS];
+        if (!(slopes->fits[q] & PDI_RECONSTRUCT_SCALAR)) continue;
         memset(sum, 0, sizeof sum);
         for (int k = 0; k < s->count; k++) {
-            if (!pdi_slope_carries(bonds, r, k)) continue;
-            const double *term = slopes->term + k * PDI_SLOPE_TERMS;
+            if (!pdi_reconstruct_carries(bonds, r, k)) continue;
+            const double *term = slopes->term + k * PDI_RECONSTRUCT_TERMS;
             double difference = f[node + bonds->shift[k]] - f[node];
-            for (int a = 0; a < PDI_SLOPE_TERMS; a++) sum[a] += difference * term[a];
+            for (int a = 0; a < PDI_RECONSTRUCT_TERMS; a++) sum[a] += difference * term[a];
         }
         for (int d = 0; d < PD_DIM; d++) {
-            const double *weight = slopes->grad + ((int64_t)q * PD_DIM + d) * PDI_SLOPE_TERMS;
+            const double *weight = slopes->grad + ((int64_t)q * PD_DIM + d) * PDI_RECONSTRUCT_TERMS;
             double value = 0.0;
-            for (int a = 0; a < PDI_SLOPE_TERMS; a++) value += weight[a] * sum[a];
+            for (int a = 0; a < PDI_RECONSTRUCT_TERMS; a++) value += weight[a] * sum[a];
             grad[(int64_t)d * bonds->grid->total + node] = value;
         }
     }
 }
 
-PDI_FN void pdi_slopes_bend(const pd_slopes *slopes, int32_t r, const double *u, double *wall)
+PDI_FN void pdi_reconstruct_bend(const pd_reconstruct *slopes, int32_t r, const double *u, double *wall)
 {
     const pd_bonds *bonds = slopes->bonds;
     const pd_stencil *s = bonds->stencil;
     int32_t node = bonds->node[r], q = slopes->place[r];
     int64_t total = bonds->grid->total;
-    const double *bend = slopes->bend + (int64_t)q * PDI_SLOPE_TERMS;
+    const double *bend = slopes->bend + (int64_t)q * PDI_RECONSTRUCT_TERMS;
     for (int d = 0; d < PD_DIM; d++) wall[d] = -slopes->drag[q] * u[d * total + node];
     for (int k = 0; k < s->count; k++) {
-        const double *term = slopes->term + k * PDI_SLOPE_TERMS;
+        const double *term = slopes->term + k * PDI_RECONSTRUCT_TERMS;
         double weight = 0.0;
         if (!pdi_bond_open(bonds, r, k)) continue;
-        for (int a = 0; a < PDI_SLOPE_TERMS; a++) weight += bend[a] * term[a];
+        for (int a = 0; a < PDI_RECONSTRUCT_TERMS; a++) weight += bend[a] * term[a];
         for (int d = 0; d < PD_DIM; d++)
             wall[d] += weight * (u[d * total + node + bonds->shift[k]] - u[d * total + node]);
     }
 }
 
-PDI_FN double pdi_slopes_value(const pd_bonds *bonds, const double *f, int32_t node, const double *x)
+PDI_FN double pdi_reconstruct_value(const pd_bonds *bonds, const double *f, int32_t node, const double *x)
 {
     const pd_stencil *s = bonds->stencil;
     int32_t row = bonds->row[node];
@@ -10676,20 +10687,20 @@ PDI_FN double pdi_slopes_value(const pd_bonds *bonds, const double *f, int32_t n
     return pdi_quadratic_solve(&fit);
 }
 
-void pd_slopes_free(pd_ctx *ctx, pd_slopes *slopes)
+void pd_reconstruct_free(pd_ctx *ctx, pd_reconstruct *slopes)
 {
     PDI_DELETE(ctx, slopes->capacity, slopes->row);
     PDI_DELETE(ctx, slopes->capacity, slopes->fits);
-    PDI_DELETE(ctx, (int64_t)slopes->capacity * PD_DIM * PDI_SLOPE_TERMS, slopes->grad);
-    PDI_DELETE(ctx, (int64_t)slopes->capacity * PDI_SLOPE_TERMS, slopes->bend);
+    PDI_DELETE(ctx, (int64_t)slopes->capacity * PD_DIM * PDI_RECONSTRUCT_TERMS, slopes->grad);
+    PDI_DELETE(ctx, (int64_t)slopes->capacity * PDI_RECONSTRUCT_TERMS, slopes->bend);
     PDI_DELETE(ctx, slopes->capacity, slopes->drag);
-    PDI_DELETE(ctx, slopes->bonds ? slopes->bonds->stencil->count * PDI_SLOPE_TERMS : 0, slopes->term);
+    PDI_DELETE(ctx, slopes->bonds ? slopes->bonds->stencil->count * PDI_RECONSTRUCT_TERMS : 0, slopes->term);
     PDI_DELETE(ctx, slopes->rows, slopes->place);
     memset(slopes, 0, sizeof *slopes);
 }
 
-#undef PDI_SLOPE_TERMS
-#undef PDI_SLOPE_MIN_PIVOT
+#undef PDI_RECONSTRUCT_TERMS
+#undef PDI_RECONSTRUCT_MIN_PIVOT
 
 /* ======== >>solve/krylov.c ======== */
 /* krylov: see krylov.h */
@@ -11372,67 +11383,67 @@ pd_status pd_krylov_solve(pd_ctx *ctx, pd_krylov *krylov, pd_apply_fn apply, pd_
     return status;
 }
 
-/* ======== >>solve/smooth.c ======== */
-/* smooth: see smooth.h
+/* ======== >>solve/smoother.c ======== */
+/* smoother: see smoother.h
  *
  * Sums of level 0 have the loop over axes inside that over cells: the other way round gcc exchanges them, and gathers.
  */
 
 /* Lines are swept in slabs along the last axis, even slabs then odd ones; the partition depends on the size only. */
-#define PDI_SMOOTH_SLABS 8
-#define PDI_SMOOTH_SLAB_PLANES 7
-#define PDI_SMOOTH_SLAB_CELLS 4096
+#define PDI_SMOOTHER_SLABS 8
+#define PDI_SMOOTHER_SLAB_PLANES 7
+#define PDI_SMOOTHER_SLAB_CELLS 4096
 /* Cells of level 0 whose defects are summed at a time. */
-#define PDI_SMOOTH_BLOCK 256
+#define PDI_SMOOTHER_BLOCK 256
 
 /* sum over links of a x */
-static inline float pdi_smooth_edge_sum(const pd_smooth_level *fine, const int32_t *stride, int32_t c)
+static inline float pdi_smoother_edge_sum(const pd_smoother_level *fine, const int32_t *stride, int32_t c)
 {
     float sum = 0.0f;
     for (int d = 0; d < PD_DIM; d++)
         for (int upper = 0; upper < 2; upper++) {
-            int32_t q = pdi_smooth_across(fine, stride[d], d, upper, c);
-            if (q >= 0) sum += pdi_smooth_edge_coefficient(fine, d, upper, c, q) * fine->x[q];
+            int32_t q = pdi_smoother_across(fine, stride[d], d, upper, c);
+            if (q >= 0) sum += pdi_smoother_edge_coefficient(fine, d, upper, c, q) * fine->x[q];
         }
     return sum;
 }
 
-static inline float pdi_smooth_fine_sum(const pd_smooth_level *fine, const int32_t *stride, int32_t c)
+static inline float pdi_smoother_fine_sum(const pd_smoother_level *fine, const int32_t *stride, int32_t c)
 {
     float sum = 0.0f;
-    if (fine->edge && fine->edge[c]) return pdi_smooth_edge_sum(fine, stride, c);
+    if (fine->edge && fine->edge[c]) return pdi_smoother_edge_sum(fine, stride, c);
     for (int d = 0; d < PD_DIM; d++)
         sum += fine->lo[d][c] * fine->x[c - stride[d]] + fine->hi[d][c] * fine->x[c + stride[d]];
     return sum;
 }
 
-static inline float pdi_smooth_coarse_sum(const pd_smooth_level *level, int32_t c)
+static inline float pdi_smoother_coarse_sum(const pd_smoother_level *level, int32_t c)
 {
     float sum = 0.0f;
     for (int32_t k = level->row[c]; k < level->row[c + 1]; k++) sum += level->a[k] * level->x[level->col[k]];
     return sum;
 }
 
-static inline float pdi_smooth_sum(const pd_smooth_level *level, const int32_t *stride, int32_t c)
+static inline float pdi_smoother_sum(const pd_smoother_level *level, const int32_t *stride, int32_t c)
 {
-    return level->row ? pdi_smooth_coarse_sum(level, c) : pdi_smooth_fine_sum(level, stride, c);
+    return level->row ? pdi_smoother_coarse_sum(level, c) : pdi_smoother_fine_sum(level, stride, c);
 }
 
 /* A sum, from differences: where the links are strong and the cells nearly equal, as in a good conductor, the rounding
  * of the products would exceed the excess. */
-static inline float pdi_smooth_fine_defect(const pd_smooth_level *fine, const int32_t *stride, int32_t c)
+static inline float pdi_smoother_fine_defect(const pd_smoother_level *fine, const int32_t *stride, int32_t c)
 {
     double leave = (double)fine->excess[c] * fine->sum[c];
     for (int d = 0; d < PD_DIM; d++)
         for (int upper = 0; upper < 2; upper++) {
-            int32_t q = pdi_smooth_across(fine, stride[d], d, upper, c);
+            int32_t q = pdi_smoother_across(fine, stride[d], d, upper, c);
             if (q < 0) continue;
-            leave += (double)pdi_smooth_edge_coefficient(fine, d, upper, c, q) * (fine->sum[c] - fine->sum[q]);
+            leave += (double)pdi_smoother_edge_coefficient(fine, d, upper, c, q) * (fine->sum[c] - fine->sum[q]);
         }
     return (float)leave;
 }
 
-static inline float pdi_smooth_coarse_defect(const pd_smooth_level *level, int32_t c)
+static inline float pdi_smoother_coarse_defect(const pd_smoother_level *level, int32_t c)
 {
     double leave = (double)level->excess[c] * level->sum[c];
     for (int32_t k = level->row[c]; k < level->row[c + 1]; k++)
@@ -11441,7 +11452,8 @@ static inline float pdi_smooth_coarse_defect(const pd_smooth_level *level, int32
 }
 
 /* b -= A sum on count cells of level 0, no axis of which wraps, bond by bond for the sake of vectors. */
-static void pdi_smooth_block_defect(const pd_smooth_level *fine, const int32_t *stride, int32_t first, int32_t count)
+static void pdi_smoother_block_defect(const pd_smoother_level *fine, const int32_t *stride, int32_t first,
+                                      int32_t count)
 {
     const float *PD_RESTRICT excess = fine->excess + first;
     const double *PD_RESTRICT sum = fine->sum + first;
@@ -11461,59 +11473,59 @@ static void pdi_smooth_block_defect(const pd_smooth_level *fine, const int32_t *
     }
 }
 
-static void pdi_smooth_defect(const pd_smooth_level *level, const int32_t *stride, int32_t first, int32_t end)
+static void pdi_smoother_defect(const pd_smoother_level *level, const int32_t *stride, int32_t first, int32_t end)
 {
     float *b = level->b;
     if (level->row)
-        for (int32_t c = first; c < end; c++) b[c] -= pdi_smooth_coarse_defect(level, c);
+        for (int32_t c = first; c < end; c++) b[c] -= pdi_smoother_coarse_defect(level, c);
     else if (level->edge)
-        for (int32_t c = first; c < end; c++) b[c] -= pdi_smooth_fine_defect(level, stride, c);
+        for (int32_t c = first; c < end; c++) b[c] -= pdi_smoother_fine_defect(level, stride, c);
     else
-        for (int32_t c = first; c < end; c += PDI_SMOOTH_BLOCK)
-            pdi_smooth_block_defect(level, stride, c, end - c < PDI_SMOOTH_BLOCK ? end - c : PDI_SMOOTH_BLOCK);
+        for (int32_t c = first; c < end; c += PDI_SMOOTHER_BLOCK)
+            pdi_smoother_block_defect(level, stride, c, end - c < PDI_SMOOTHER_BLOCK ? end - c : PDI_SMOOTHER_BLOCK);
 }
 
 /* One job on the cells first, first + step, ... before end. */
-static inline void pdi_smooth_cells(const pd_smooth_level *level, const int32_t *stride, pdi_smooth_job job,
+static inline void pdi_smoother_cells(const pd_smoother_level *level, const int32_t *stride, pdi_smoother_job job,
                                     int32_t first, int32_t end, int32_t step)
 {
     float *x = level->x;
     const float *b = level->b, *inv = level->inv;
     switch (job) {
-    case PDI_SMOOTH_START:
+    case PDI_SMOOTHER_START:
         for (int32_t c = first; c < end; c += step) x[c] = b[c] * inv[c];
         break;
-    case PDI_SMOOTH_SWEEP:
-        for (int32_t c = first; c < end; c += step) x[c] = (b[c] + pdi_smooth_sum(level, stride, c)) * inv[c];
+    case PDI_SMOOTHER_SWEEP:
+        for (int32_t c = first; c < end; c += step) x[c] = (b[c] + pdi_smoother_sum(level, stride, c)) * inv[c];
         break;
-    case PDI_SMOOTH_RESIDUAL:
+    case PDI_SMOOTHER_RESIDUAL:
         for (int32_t c = first; c < end; c += step)
-            level->r[c] = inv[c] > 0.0f ? b[c] + pdi_smooth_sum(level, stride, c) - x[c] / inv[c] : 0.0f;
+            level->r[c] = inv[c] > 0.0f ? b[c] + pdi_smoother_sum(level, stride, c) - x[c] / inv[c] : 0.0f;
         break;
-    case PDI_SMOOTH_PROLONG: /* the levels lie in one array: the next one is level + 1 */
+    case PDI_SMOOTHER_PROLONG: /* the levels lie in one array: the next one is level + 1 */
         for (int32_t c = first; c < end; c += step)
             if (level->parent[c] >= 0) x[c] += level[1].x[level->parent[c]];
         break;
-    case PDI_SMOOTH_INHERIT:
+    case PDI_SMOOTHER_INHERIT:
         for (int32_t c = first; c < end; c += step)
             level->sum[c] = level->parent[c] >= 0 ? level[1].sum[level->parent[c]] : 0.0;
         break;
-    case PDI_SMOOTH_DEFECT:
-        pdi_smooth_defect(level, stride, first, end);
+    case PDI_SMOOTHER_DEFECT:
+        pdi_smoother_defect(level, stride, first, end);
         break;
-    case PDI_SMOOTH_COLLECT:
+    case PDI_SMOOTHER_COLLECT:
         for (int32_t c = first; c < end; c += step) level->sum[c] += (double)x[c];
         break;
     }
 }
 
-static void pdi_smooth_strides(const pd_smooth_level *level, int32_t *stride)
+static void pdi_smoother_strides(const pd_smoother_level *level, int32_t *stride)
 {
-    for (int d = 0; d < PD_DIM; d++) stride[d] = pdi_smooth_stride(level->n, d);
+    for (int d = 0; d < PD_DIM; d++) stride[d] = pdi_smoother_stride(level->n, d);
 }
 
 /* Colour of the first cell of row r of level 0. */
-static int pdi_smooth_row_colour(const pd_smooth_level *fine, int32_t r)
+static int pdi_smoother_row_colour(const pd_smoother_level *fine, int32_t r)
 {
     int sum = 0;
     for (int d = 1; d < PD_DIM; d++) {
@@ -11524,27 +11536,27 @@ static int pdi_smooth_row_colour(const pd_smooth_level *fine, int32_t r)
 }
 
 /* A job on count cells from `first`, in any order. */
-PDI_FN void pdi_smooth_range(const pd_ctx *ctx, const pd_smooth_level *level, pdi_smooth_job job,
+PDI_FN void pdi_smoother_range(const pd_ctx *ctx, const pd_smoother_level *level, pdi_smoother_job job,
                                 int32_t first, int32_t count)
 {
     int32_t stride[PD_DIM];
-    pdi_smooth_strides(level, stride);
-    int nt = pdi_par_threads(ctx, (int64_t)count * PDI_SMOOTH_WORK);
+    pdi_smoother_strides(level, stride);
+    int nt = pdi_par_threads(ctx, (int64_t)count * PDI_SMOOTHER_WORK);
     (void)nt;
     PDI_PARALLEL_FOR(nt)
-    for (int part = 0; part < PDI_SMOOTH_PARTS; part++)
-        pdi_smooth_cells(level, stride, job, first + pdi_smooth_part(count, part),
-                            first + pdi_smooth_part(count, part + 1), 1);
+    for (int part = 0; part < PDI_SMOOTHER_PARTS; part++)
+        pdi_smoother_cells(level, stride, job, first + pdi_smoother_part(count, part),
+                            first + pdi_smoother_part(count, part + 1), 1);
 }
 
 /* x = b/a (START) or (b + sum)/a (SWEEP) on every second cell from `first` of a row of level 0 without edges. The cells
  * between, which the sums read, are computed too, for the sake of vectors, and left as they are. */
-static void pdi_smooth_every_second(const pd_smooth_level *fine, const int32_t *stride, int sweep, int32_t first,
+static void pdi_smoother_every_second(const pd_smoother_level *fine, const int32_t *stride, int sweep, int32_t first,
                                     int32_t end)
 {
-    float next[PDI_SMOOTH_BLOCK];
-    for (int32_t at = first; at < end; at += PDI_SMOOTH_BLOCK) {
-        int n = end - at < PDI_SMOOTH_BLOCK ? (int)(end - at) : PDI_SMOOTH_BLOCK;
+    float next[PDI_SMOOTHER_BLOCK];
+    for (int32_t at = first; at < end; at += PDI_SMOOTHER_BLOCK) {
+        int n = end - at < PDI_SMOOTHER_BLOCK ? (int)(end - at) : PDI_SMOOTHER_BLOCK;
         const float *b = fine->b + at, *inv = fine->inv + at, *lo[PD_DIM], *hi[PD_DIM];
         float *x = fine->x + at;
         for (int d = 0; d < PD_DIM; d++) {
@@ -11564,38 +11576,39 @@ static void pdi_smooth_every_second(const pd_smooth_level *fine, const int32_t *
 }
 
 /* A job on the cells of one colour: they do not touch each other. */
-PDI_FN void pdi_smooth_colour(const pd_ctx *ctx, const pd_smooth_level *level, pdi_smooth_job job, int colour)
+PDI_FN void pdi_smoother_colour(const pd_ctx *ctx, const pd_smoother_level *level, pdi_smoother_job job, int colour)
 {
     if (level->row) {
-        pdi_smooth_range(ctx, level, job, colour ? level->red : 0, colour ? level->cells - level->red : level->red);
+        pdi_smoother_range(ctx, level, job, colour ? level->red : 0, colour ? level->cells - level->red : level->red);
         return;
     }
     int32_t stride[PD_DIM], n0 = level->n[0], rows = level->cells / n0;
-    pdi_smooth_strides(level, stride);
-    int nt = pdi_par_threads(ctx, (int64_t)level->cells * PDI_SMOOTH_WORK);
+    pdi_smoother_strides(level, stride);
+    int nt = pdi_par_threads(ctx, (int64_t)level->cells * PDI_SMOOTHER_WORK);
     (void)nt;
     PDI_PARALLEL_FOR(nt)
     for (int32_t r = 0; r < rows; r++) {
         int32_t first = level->begin[r];
-        first += ((first - r * n0) ^ pdi_smooth_row_colour(level, r) ^ colour) & 1;
-        if (!level->edge && (job == PDI_SMOOTH_START || job == PDI_SMOOTH_SWEEP))
-            pdi_smooth_every_second(level, stride, job == PDI_SMOOTH_SWEEP, first, level->end[r]);
-        else pdi_smooth_cells(level, stride, job, first, level->end[r], 2);
+        first += ((first - r * n0) ^ pdi_smoother_row_colour(level, r) ^ colour) & 1;
+        if (!level->edge && (job == PDI_SMOOTHER_START || job == PDI_SMOOTHER_SWEEP))
+            pdi_smoother_every_second(level, stride, job == PDI_SMOOTHER_SWEEP, first, level->end[r]);
+        else pdi_smoother_cells(level, stride, job, first, level->end[r], 2);
     }
 }
 
 /* Gauss-Seidel forth and back along one line of a coarse level, or one that meets itself across the box. */
-static inline void pdi_smooth_linked_line(const pd_smooth_level *level, const int32_t *stride, int32_t first,
+static inline void pdi_smoother_linked_line(const pd_smoother_level *level, const int32_t *stride, int32_t first,
                                           int32_t end)
 {
     float *x = level->x;
     const float *b = level->b, *inv = level->inv;
-    for (int32_t c = first; c < end; c++) x[c] = (b[c] + pdi_smooth_sum(level, stride, c)) * inv[c];
-    for (int32_t c = end - 1; c >= first; c--) x[c] = (b[c] + pdi_smooth_sum(level, stride, c)) * inv[c];
+    for (int32_t c = first; c < end; c++) x[c] = (b[c] + pdi_smoother_sum(level, stride, c)) * inv[c];
+    for (int32_t c = end - 1; c >= first; c--) x[c] = (b[c] + pdi_smoother_sum(level, stride, c)) * inv[c];
 }
 
 /* What the other lines give a line of level 0, into r: it does not change while the line is swept. */
-static inline void pdi_smooth_fine_given(const pd_smooth_level *fine, const int32_t *stride, int32_t first, int32_t n)
+static inline void pdi_smoother_fine_given(const pd_smoother_level *fine, const int32_t *stride, int32_t first,
+                                           int32_t n)
 {
     const float *PD_RESTRICT x = fine->x + first, *PD_RESTRICT b = fine->b + first, *lo[PD_DIM], *hi[PD_DIM];
     float *PD_RESTRICT given = fine->r + first;
@@ -11612,13 +11625,13 @@ static inline void pdi_smooth_fine_given(const pd_smooth_level *fine, const int3
 
 /* The same as above on `lines` (1 or 2) lines of level 0 from the cells `first`, of n cells each, that do not touch
  * each other. Only one product and one sum wait for the cell before, and two lines wait together. */
-static inline void pdi_smooth_fine_lines(const pd_smooth_level *fine, const int32_t *stride, const int32_t *first,
+static inline void pdi_smoother_fine_lines(const pd_smoother_level *fine, const int32_t *stride, const int32_t *first,
                                          int32_t n, int lines)
 {
     const float *PD_RESTRICT lo = fine->lo[0], *PD_RESTRICT hi = fine->hi[0], *PD_RESTRICT inv = fine->inv;
     const float *PD_RESTRICT given = fine->r;
     float *PD_RESTRICT x = fine->x, last[2] = {0.0f, 0.0f};
-    for (int l = 0; l < lines; l++) pdi_smooth_fine_given(fine, stride, first[l], n);
+    for (int l = 0; l < lines; l++) pdi_smoother_fine_given(fine, stride, first[l], n);
     for (int32_t i = 0; i < n; i++)
         for (int l = 0; l < lines; l++) {
             int32_t c = first[l] + i;
@@ -11637,22 +11650,23 @@ static inline void pdi_smooth_fine_lines(const pd_smooth_level *fine, const int3
 }
 
 /* Lines `line` and `beside` (-1: none). */
-static inline void pdi_smooth_line(const pd_smooth_level *level, const int32_t *stride, int32_t line, int32_t beside)
+static inline void pdi_smoother_line(const pd_smoother_level *level, const int32_t *stride, int32_t line,
+                                     int32_t beside)
 {
     int32_t n0 = level->n[0], first[2];
     first[0] = line * n0;
     first[1] = beside * n0;
     if (level->row || level->edge) {
         for (int32_t q = line; q >= 0; q = q == line ? beside : -1) {
-            if (level->row) pdi_smooth_linked_line(level, stride, level->line[q], level->line[q + 1]);
-            else pdi_smooth_linked_line(level, stride, q * n0, (q + 1) * n0);
+            if (level->row) pdi_smoother_linked_line(level, stride, level->line[q], level->line[q + 1]);
+            else pdi_smoother_linked_line(level, stride, q * n0, (q + 1) * n0);
         }
-    } else if (beside >= 0) pdi_smooth_fine_lines(level, stride, first, n0, 2);
-    else pdi_smooth_fine_lines(level, stride, first, n0, 1);
+    } else if (beside >= 0) pdi_smoother_fine_lines(level, stride, first, n0, 2);
+    else pdi_smoother_fine_lines(level, stride, first, n0, 1);
 }
 
 /* Lines [begin[0], end[0]) and, where it is not empty, [begin[1], end[1]) at their side. */
-static void pdi_smooth_slabs(const pd_smooth_level *level, const int32_t *stride, const int32_t *begin,
+static void pdi_smoother_slabs(const pd_smoother_level *level, const int32_t *stride, const int32_t *begin,
                              const int32_t *end, int descending)
 {
     int32_t count[2];
@@ -11660,22 +11674,22 @@ static void pdi_smooth_slabs(const pd_smooth_level *level, const int32_t *stride
     for (int32_t q = 0; q < count[0] || q < count[1]; q++) {
         int32_t line[2];
         for (int l = 0; l < 2; l++) line[l] = q >= count[l] ? -1 : descending ? end[l] - 1 - q : begin[l] + q;
-        if (line[0] >= 0) pdi_smooth_line(level, stride, line[0], line[1]);
-        else pdi_smooth_line(level, stride, line[1], -1);
+        if (line[0] >= 0) pdi_smoother_line(level, stride, line[0], line[1]);
+        else pdi_smoother_line(level, stride, line[1], -1);
     }
 }
 
 /* Lines of the slabs, ascending or descending; slabs of one parity do not touch each other, and are swept by twos. */
-PDI_FN void pdi_smooth_lines(const pd_ctx *ctx, const pd_smooth_level *level, int descending)
+PDI_FN void pdi_smoother_lines(const pd_ctx *ctx, const pd_smoother_level *level, int descending)
 {
     int32_t stride[PD_DIM], planes = PD_DIM > 1 ? level->n[PD_DIM - 1] : 1, lines = 1;
-    pdi_smooth_strides(level, stride);
+    pdi_smoother_strides(level, stride);
     for (int d = 1; d < PD_DIM; d++) lines *= level->n[d];
-    int slabs = level->cells < PDI_SMOOTH_SLAB_CELLS ? 1 : (int)(planes / PDI_SMOOTH_SLAB_PLANES);
-    if (slabs > PDI_SMOOTH_SLABS) slabs = PDI_SMOOTH_SLABS;
+    int slabs = level->cells < PDI_SMOOTHER_SLAB_CELLS ? 1 : (int)(planes / PDI_SMOOTHER_SLAB_PLANES);
+    if (slabs > PDI_SMOOTHER_SLABS) slabs = PDI_SMOOTHER_SLABS;
     if (slabs > 1) slabs -= slabs % 2; /* as many of either parity; the last may touch the first */
     if (slabs < 1) slabs = 1;
-    int nt = slabs > 4 ? pdi_par_threads(ctx, (int64_t)level->cells * PDI_SMOOTH_WORK) : 1;
+    int nt = slabs > 4 ? pdi_par_threads(ctx, (int64_t)level->cells * PDI_SMOOTHER_WORK) : 1;
     (void)nt;
     for (int half = 0; half < 2; half++) {
         int parity = descending ? 1 - half : half;
@@ -11687,15 +11701,15 @@ PDI_FN void pdi_smooth_lines(const pd_ctx *ctx, const pd_smooth_level *level, in
                 begin[l] = slab < 0 ? 0 : (int32_t)((int64_t)planes * slab / slabs) * (lines / planes);
                 end[l] = slab < 0 ? 0 : (int32_t)((int64_t)planes * (slab + 1) / slabs) * (lines / planes);
             }
-            pdi_smooth_slabs(level, stride, begin, end, descending);
+            pdi_smoother_slabs(level, stride, begin, end, descending);
         }
     }
 }
 
-#undef PDI_SMOOTH_SLABS
-#undef PDI_SMOOTH_SLAB_PLANES
-#undef PDI_SMOOTH_SLAB_CELLS
-#undef PDI_SMOOTH_BLOCK
+#undef PDI_SMOOTHER_SLABS
+#undef PDI_SMOOTHER_SLAB_PLANES
+#undef PDI_SMOOTHER_SLAB_CELLS
+#undef PDI_SMOOTHER_BLOCK
 
 /* ======== >>solve/coarsen.c ======== */
 /* coarsen: see coarsen.h */
@@ -11712,7 +11726,7 @@ PDI_FN void pdi_smooth_lines(const pd_ctx *ctx, const pd_smooth_level *level, in
 
 /* ---- memory ---- */
 
-PDI_FN void pdi_coarsen_free(pd_ctx *ctx, int contrast, pd_smooth_level *level)
+PDI_FN void pdi_coarsen_free(pd_ctx *ctx, int contrast, pd_smoother_level *level)
 {
     size_t cells = (size_t)level->cell_capacity, links = (size_t)level->link_capacity;
     PDI_DELETE(ctx, (1 + pdi_coarsen_values(contrast)) * cells, level->values);
@@ -11737,7 +11751,7 @@ static pd_status pdi_coarsen_reserve_list(pd_ctx *ctx, int32_t **list, int32_t *
     return PD_OK;
 }
 
-static pd_status pdi_coarsen_reserve_cells(pd_ctx *ctx, int contrast, pd_smooth_level *level, int32_t cells)
+static pd_status pdi_coarsen_reserve_cells(pd_ctx *ctx, int contrast, pd_smoother_level *level, int32_t cells)
 {
     int whole = level->values && level->indices && (level->sum || !contrast);
     if (cells <= level->cell_capacity && whole) return PD_OK;
@@ -11759,7 +11773,7 @@ static pd_status pdi_coarsen_reserve_cells(pd_ctx *ctx, int contrast, pd_smooth_
     return PD_OK;
 }
 
-static pd_status pdi_coarsen_reserve_links(pd_ctx *ctx, pd_smooth_level *level, int32_t links)
+static pd_status pdi_coarsen_reserve_links(pd_ctx *ctx, pd_smoother_level *level, int32_t links)
 {
     if (links <= level->link_capacity && level->a && level->col && level->face) return PD_OK;
     size_t old = (size_t)level->link_capacity, room = (size_t)links;
@@ -11777,12 +11791,12 @@ static pd_status pdi_coarsen_reserve_links(pd_ctx *ctx, pd_smooth_level *level, 
 /* ---- links ---- */
 
 /* 1: cell c of level 0 has no link for certain. Only a diagonal of symmetric levels tells. */
-static int pdi_coarsen_alone(const pd_smooth_level *level, int32_t c)
+static int pdi_coarsen_alone(const pd_smoother_level *level, int32_t c)
 {
     return level->shared && !(level->inv[c] > 0.0f);
 }
 
-static void pdi_coarsen_block_index(const pd_smooth_level *level, int32_t c, int *i)
+static void pdi_coarsen_block_index(const pd_smoother_level *level, int32_t c, int *i)
 {
     int32_t rest = level->block ? level->block[c] : c;
     for (int d = 0; d < PD_DIM; d++) {
@@ -11798,7 +11812,7 @@ typedef struct pdi_coarsen_strength {
     double sum[PD_DIM], count[PD_DIM];
 } pdi_coarsen_strength;
 
-static void pdi_coarsen_strengths(const pd_smooth_level *level, int32_t first, int32_t end, pdi_coarsen_strength *s)
+static void pdi_coarsen_strengths(const pd_smoother_level *level, int32_t first, int32_t end, pdi_coarsen_strength *s)
 {
     pdi_coarsen_link link;
     for (int d = 0; d < PD_DIM; d++) s->sum[d] = s->count[d] = 0.0;
@@ -11813,17 +11827,18 @@ static void pdi_coarsen_strengths(const pd_smooth_level *level, int32_t first, i
     }
 }
 
-PDI_FN int pdi_coarsen_choose(const pd_ctx *ctx, pd_smooth_level *level)
+PDI_FN int pdi_coarsen_choose(const pd_ctx *ctx, pd_smoother_level *level)
 {
-    pdi_coarsen_strength part[PDI_SMOOTH_PARTS];
+    pdi_coarsen_strength part[PDI_SMOOTHER_PARTS];
     double sum[PD_DIM], count[PD_DIM], strongest = 0.0;
     int nt = pdi_par_threads(ctx, 6 * (int64_t)level->cells);
     (void)nt;
     PDI_PARALLEL_FOR(nt)
-    for (int q = 0; q < PDI_SMOOTH_PARTS; q++)
-        pdi_coarsen_strengths(level, pdi_smooth_part(level->cells, q), pdi_smooth_part(level->cells, q + 1), &part[q]);
+    for (int q = 0; q < PDI_SMOOTHER_PARTS; q++)
+        pdi_coarsen_strengths(level, pdi_smoother_part(level->cells, q), pdi_smoother_part(level->cells, q + 1),
+                              &part[q]);
     for (int d = 0; d < PD_DIM; d++) sum[d] = count[d] = 0.0;
-    for (int q = 0; q < PDI_SMOOTH_PARTS; q++)
+    for (int q = 0; q < PDI_SMOOTHER_PARTS; q++)
         for (int d = 0; d < PD_DIM; d++) {
             sum[d] += part[q].sum[d];
             count[d] += part[q].count[d];
@@ -11839,8 +11854,8 @@ PDI_FN int pdi_coarsen_choose(const pd_ctx *ctx, pd_smooth_level *level)
 }
 
 /* Coarse block of a cell. key: what coarse cells are sorted by, the colour for red-black sweeps, else the block. */
-static int32_t pdi_coarsen_block(const pdi_coarsen *how, const pd_smooth_level *level, const pd_smooth_level *coarse,
-                                 int32_t c, int32_t *key)
+static int32_t pdi_coarsen_block(const pdi_coarsen *how, const pd_smoother_level *level,
+                                 const pd_smoother_level *coarse, int32_t c, int32_t *key)
 {
     int i[PD_DIM], sum = 0;
     int32_t block = 0;
@@ -11868,7 +11883,7 @@ static int32_t pdi_coarsen_root(int32_t *parent, int32_t c)
 }
 
 /* Join the cells first .. end-1, whole blocks. */
-static void pdi_coarsen_join_part(pd_smooth_level *level, int32_t first, int32_t end)
+static void pdi_coarsen_join_part(pd_smoother_level *level, int32_t first, int32_t end)
 {
     int32_t *parent = level->parent;
     pdi_coarsen_link link;
@@ -11895,10 +11910,10 @@ static void pdi_coarsen_join_part(pd_smooth_level *level, int32_t first, int32_t
 
 /* Join linked cells of one block. A cell without links is solved by its diagonal and needs no parent. Only on level 0
  * the cells of a layer of blocks follow each other. */
-static void pdi_coarsen_join(const pd_ctx *ctx, pd_smooth_level *level)
+static void pdi_coarsen_join(const pd_ctx *ctx, pd_smoother_level *level)
 {
     int last = PD_DIM - 1;
-    int32_t layer = (level->halve[last] ? 2 : 1) * pdi_smooth_stride(level->n, last);
+    int32_t layer = (level->halve[last] ? 2 : 1) * pdi_smoother_stride(level->n, last);
     int nt = pdi_par_threads(ctx, 6 * (int64_t)level->cells);
     (void)nt;
     if (level->row) layer = level->cells;
@@ -11908,7 +11923,7 @@ static void pdi_coarsen_join(const pd_ctx *ctx, pd_smooth_level *level)
 }
 
 /* Where the colours or the lines begin, from the key counts; turns counts into offsets. */
-static pd_status pdi_coarsen_order(pd_ctx *ctx, const pdi_coarsen *how, pd_smooth_level *coarse, int32_t keys)
+static pd_status pdi_coarsen_order(pd_ctx *ctx, const pdi_coarsen *how, pd_smoother_level *coarse, int32_t keys)
 {
     int32_t *offset = how->mark;
     for (int32_t k = 0; k < keys; k++) offset[k + 1] += offset[k];
@@ -11921,8 +11936,8 @@ static pd_status pdi_coarsen_order(pd_ctx *ctx, const pdi_coarsen *how, pd_smoot
 }
 
 /* Number the joined cells and turn parent into those numbers. */
-static pd_status pdi_coarsen_number(pd_ctx *ctx, const pdi_coarsen *how, pd_smooth_level *level,
-                                    pd_smooth_level *coarse)
+static pd_status pdi_coarsen_number(pd_ctx *ctx, const pdi_coarsen *how, pd_smoother_level *level,
+                                    pd_smoother_level *coarse)
 {
     int32_t *parent = level->parent, *offset = how->mark, keys = how->symmetric ? 2 : 1, cells = 0, key;
     for (int d = 0; d < PD_DIM; d++) {
@@ -11955,7 +11970,7 @@ static pd_status pdi_coarsen_number(pd_ctx *ctx, const pdi_coarsen *how, pd_smoo
     return PD_OK;
 }
 
-static pd_status pdi_coarsen_children(pd_ctx *ctx, const pd_smooth_level *level, pd_smooth_level *coarse)
+static pd_status pdi_coarsen_children(pd_ctx *ctx, const pd_smoother_level *level, pd_smoother_level *coarse)
 {
     int32_t *first = coarse->child_first;
     for (int32_t p = 0; p <= coarse->cells; p++) first[p] = 0;
@@ -11972,7 +11987,7 @@ static pd_status pdi_coarsen_children(pd_ctx *ctx, const pd_smooth_level *level,
 }
 
 /* Widths of the last blocks, which odd sizes leave thinner (unit: width of the others). */
-static void pdi_coarsen_widths(const pd_smooth_level *level, pd_smooth_level *coarse)
+static void pdi_coarsen_widths(const pd_smoother_level *level, pd_smoother_level *coarse)
 {
     for (int d = 0; d < PD_DIM; d++) {
         float last = level->last[d];
@@ -11981,7 +11996,7 @@ static void pdi_coarsen_widths(const pd_smooth_level *level, pd_smooth_level *co
 }
 
 /* Share of the conductance of a face that is left when the distance of its cells grows from this level to the next. */
-static float pdi_coarsen_link_factor(const pd_smooth_level *level, const pd_smooth_level *coarse, const int *i,
+static float pdi_coarsen_link_factor(const pd_smoother_level *level, const pd_smoother_level *coarse, const int *i,
                                      const pdi_coarsen_link *link)
 {
     int d = link->axis, n = level->n[d];
@@ -11995,7 +12010,7 @@ static float pdi_coarsen_link_factor(const pd_smooth_level *level, const pd_smoo
 /* The same for the half cell before a Dirichlet wall. Its normal is unknown; when all axes are halved any will do but
  * for last blocks, which mostly face the side of the box. Otherwise the strong axis is halved alone: its walls then
  * become too stiff, which does less harm than soft walls on the others. */
-static float pdi_coarsen_wall_factor(const pd_smooth_level *level, const pd_smooth_level *coarse, int32_t p)
+static float pdi_coarsen_wall_factor(const pd_smoother_level *level, const pd_smoother_level *coarse, int32_t p)
 {
     int i[PD_DIM];
     float factor = 0.5f;
@@ -12009,7 +12024,7 @@ static float pdi_coarsen_wall_factor(const pd_smooth_level *level, const pd_smoo
 }
 
 /* 1: a link across the box that the next level does without. */
-static int pdi_coarsen_parted(const pd_smooth_level *level, const pd_smooth_level *coarse, const int *i,
+static int pdi_coarsen_parted(const pd_smoother_level *level, const pd_smoother_level *coarse, const int *i,
                               const pdi_coarsen_link *link)
 {
     int d = link->axis;
@@ -12019,8 +12034,8 @@ static int pdi_coarsen_parted(const pd_smooth_level *level, const pd_smooth_leve
 /* Row p of the coarse links, found through the children: conductances of the faces are summed and reduced as the
  * distance of the centres grows; flows are summed and taken upwind anew.
  * fill 0: only count. Returns the end of the row. */
-static int32_t pdi_coarsen_row(const pdi_coarsen *how, const pd_smooth_level *level, pd_smooth_level *coarse, int32_t p,
-                               int32_t start, int fill)
+static int32_t pdi_coarsen_row(const pdi_coarsen *how, const pd_smoother_level *level, pd_smoother_level *coarse,
+                               int32_t p, int32_t start, int fill)
 {
     int32_t end = start, *mark = how->mark;
     pdi_coarsen_link link;
@@ -12054,8 +12069,8 @@ static int32_t pdi_coarsen_row(const pdi_coarsen *how, const pd_smooth_level *le
     return end;
 }
 
-static pd_status pdi_coarsen_links(pd_ctx *ctx, const pdi_coarsen *how, const pd_smooth_level *level,
-                                   pd_smooth_level *coarse)
+static pd_status pdi_coarsen_links(pd_ctx *ctx, const pdi_coarsen *how, const pd_smoother_level *level,
+                                   pd_smoother_level *coarse)
 {
     for (int32_t p = 0; p < coarse->cells; p++) how->mark[p] = -1;
     coarse->row[0] = 0;
@@ -12067,7 +12082,7 @@ static pd_status pdi_coarsen_links(pd_ctx *ctx, const pdi_coarsen *how, const pd
     return PD_OK;
 }
 
-PDI_FN void pdi_coarsen_diagonal(const pd_smooth_level *level, pd_smooth_level *coarse)
+PDI_FN void pdi_coarsen_diagonal(const pd_smoother_level *level, pd_smoother_level *coarse)
 {
     float least = coarse->sum ? PDI_COARSEN_FLOOR_CONTRAST : PDI_COARSEN_FLOOR;
     for (int32_t p = 0; p < coarse->cells; p++) {
@@ -12092,7 +12107,8 @@ PDI_FN void pdi_coarsen_diagonal(const pd_smooth_level *level, pd_smooth_level *
     }
 }
 
-PDI_FN pd_status pdi_coarsen_level(pd_ctx *ctx, const pdi_coarsen *how, pd_smooth_level *level, pd_smooth_level *coarse)
+PDI_FN pd_status pdi_coarsen_level(pd_ctx *ctx, const pdi_coarsen *how, pd_smoother_level *level,
+                                   pd_smoother_level *coarse)
 {
     pdi_coarsen_join(ctx, level);
     PDI_TRY(pdi_coarsen_number(ctx, how, level, coarse));
@@ -12139,10 +12155,10 @@ static size_t pdi_multigrid_sums(const pd_multigrid *mg)
     return mg->desc.contrast ? (size_t)mg->level[0].cells + 2 * (size_t)mg->pad : 0;
 }
 
-static void pdi_multigrid_edges(pd_smooth_level *fine)
+static void pdi_multigrid_edges(pd_smoother_level *fine)
 {
     for (int d = 0; d < PD_DIM; d++) {
-        int32_t stride = pdi_smooth_stride(fine->n, d);
+        int32_t stride = pdi_smoother_stride(fine->n, d);
         for (int32_t c = 0; fine->wrap[d] && c < fine->cells; c++)
             if (c / stride % fine->n[d] % (fine->n[d] - 1) == 0) fine->edge[c] = 1;
     }
@@ -12152,7 +12168,7 @@ static pd_status pdi_multigrid_make(pd_ctx *ctx, const pd_multigrid_desc *desc, 
 {
     memset(mg, 0, sizeof *mg);
     mg->desc = *desc;
-    pd_smooth_level *fine = &mg->level[0];
+    pd_smoother_level *fine = &mg->level[0];
     int64_t cells = 1;
     for (int d = 0; d < PD_DIM; d++) {
         if (desc->n[d] < 1 || desc->stride[d] < 1 || desc->first < 0)
@@ -12170,14 +12186,14 @@ static pd_status pdi_multigrid_make(pd_ctx *ctx, const pd_multigrid_desc *desc, 
         fine->wrap[d] = pdi_coarsen_wraps(desc->symmetric, fine->n[d], desc->periodic[d]);
         if (fine->wrap[d] && !fine->edge) PDI_TRY(PDI_NEW(ctx, "multigrid", cells, fine->edge));
     }
-    mg->pad = pdi_smooth_stride(fine->n, PD_DIM - 1);
+    mg->pad = pdi_smoother_stride(fine->n, PD_DIM - 1);
     PDI_TRY(PDI_NEW(ctx, "multigrid", pdi_multigrid_store(mg), mg->store));
     float *next = mg->store + mg->pad;
     int64_t length = cells + 2 * (int64_t)mg->pad;
     fine->x = next;
     for (int d = 0; d < PD_DIM; d++) fine->hi[d] = next += length;
     for (int d = 0; d < PD_DIM; d++)
-        fine->lo[d] = desc->symmetric ? fine->hi[d] - pdi_smooth_stride(fine->n, d) : (next += length);
+        fine->lo[d] = desc->symmetric ? fine->hi[d] - pdi_smoother_stride(fine->n, d) : (next += length);
     fine->b = next + cells + mg->pad;
     fine->r = fine->b + cells;
     fine->inv = fine->r + cells;
@@ -12224,19 +12240,19 @@ static int pdi_multigrid_good(float value, int sign_free)
 static pd_status pdi_multigrid_check(pd_ctx *ctx, const pd_multigrid *mg, const float *field, int sign_free,
                                      const char *name, float *largest)
 {
-    float part[PDI_SMOOTH_PARTS];
+    float part[PDI_SMOOTHER_PARTS];
     int32_t cells = field ? mg->level[0].cells : 0, bad = 0;
     int nt = pdi_par_threads(ctx, cells);
     (void)nt;
     PDI_PARALLEL_FOR(nt)
-    for (int q = 0; q < PDI_SMOOTH_PARTS; q++) {
+    for (int q = 0; q < PDI_SMOOTHER_PARTS; q++) {
         part[q] = 0.0f;
-        for (int32_t c = pdi_smooth_part(cells, q); c < pdi_smooth_part(cells, q + 1); c++) {
+        for (int32_t c = pdi_smoother_part(cells, q); c < pdi_smoother_part(cells, q + 1); c++) {
             float size = pdi_multigrid_good(field[c], sign_free) ? fabsf(field[c]) : HUGE_VALF;
             part[q] = size > part[q] ? size : part[q];
         }
     }
-    for (int q = 0; q < PDI_SMOOTH_PARTS; q++) *largest = fmaxf(*largest, part[q]);
+    for (int q = 0; q < PDI_SMOOTHER_PARTS; q++) *largest = fmaxf(*largest, part[q]);
     if (*largest <= FLT_MAX) return PD_OK;
     while (pdi_multigrid_good(field[bad], sign_free)) bad++;
     return pdi_fail(ctx, PD_ERR_ARGUMENT, "multigrid", "%s is %g at cell %d, needs to be finite%s", name,
@@ -12255,8 +12271,8 @@ static double pdi_multigrid_scale(double largest)
 static void pdi_multigrid_fine_faces(const pd_ctx *ctx, pd_multigrid *mg, int d, const uint8_t *active,
                                      const float *conduct, const float *flux)
 {
-    pd_smooth_level *fine = &mg->level[0];
-    int32_t stride = pdi_smooth_stride(fine->n, d), n = fine->n[d];
+    pd_smoother_level *fine = &mg->level[0];
+    int32_t stride = pdi_smoother_stride(fine->n, d), n = fine->n[d];
     double scale = mg->scale; /* may exceed the range of float */
     float *hi = fine->hi[d], *lo = fine->lo[d];
     int nt = pdi_par_threads(ctx, fine->cells);
@@ -12278,7 +12294,7 @@ static void pdi_multigrid_fine_faces(const pd_ctx *ctx, pd_multigrid *mg, int d,
  * beside strong conductances the coefficients have lost them. */
 static double pdi_multigrid_net(const pd_multigrid *mg, int32_t c, const float *const *flux)
 {
-    const pd_smooth_level *fine = &mg->level[0];
+    const pd_smoother_level *fine = &mg->level[0];
     pdi_coarsen_link link;
     double net = 0.0;
     PDI_COARSEN_LINKS(fine, c, k, link)
@@ -12299,7 +12315,7 @@ static float pdi_multigrid_held(const pd_multigrid *mg, float given)
 static void pdi_multigrid_fine_diagonal(const pd_ctx *ctx, pd_multigrid *mg, const uint8_t *active,
                                         const float *const *flux, const float *wall, const float *mass)
 {
-    pd_smooth_level *fine = &mg->level[0];
+    pd_smoother_level *fine = &mg->level[0];
     int nt = pdi_par_threads(ctx, 6 * (int64_t)fine->cells);
     (void)nt;
     PDI_PARALLEL_FOR(nt)
@@ -12318,7 +12334,7 @@ static void pdi_multigrid_fine_diagonal(const pd_ctx *ctx, pd_multigrid *mg, con
 }
 
 /* Begin and end of the rows of level 0. */
-static void pdi_multigrid_rows(pd_smooth_level *fine)
+static void pdi_multigrid_rows(pd_smoother_level *fine)
 {
     int32_t n = fine->n[0];
     for (int32_t r = 0; r < fine->cells / n; r++) {
@@ -12387,9 +12403,9 @@ pd_status pd_multigrid_mass(pd_ctx *ctx, pd_multigrid *mg, const uint8_t *active
 /* ---- cycle: x of a level from its b ---- */
 
 /* b of the next level = sum of r over the children */
-static void pdi_multigrid_restrict(const pd_ctx *ctx, const pd_smooth_level *level)
+static void pdi_multigrid_restrict(const pd_ctx *ctx, const pd_smoother_level *level)
 {
-    const pd_smooth_level *coarse = level + 1;
+    const pd_smoother_level *coarse = level + 1;
     int nt = pdi_par_threads(ctx, (int64_t)level->cells);
     (void)nt;
     PDI_PARALLEL_FOR(nt)
@@ -12400,44 +12416,44 @@ static void pdi_multigrid_restrict(const pd_ctx *ctx, const pd_smooth_level *lev
     }
 }
 
-static void pdi_multigrid_down(const pd_ctx *ctx, const pd_multigrid *mg, const pd_smooth_level *level)
+static void pdi_multigrid_down(const pd_ctx *ctx, const pd_multigrid *mg, const pd_smoother_level *level)
 {
     if (mg->desc.symmetric) {
-        pdi_smooth_colour(ctx, level, PDI_SMOOTH_START, 0);
-        pdi_smooth_colour(ctx, level, PDI_SMOOTH_SWEEP, 1);
-        pdi_smooth_colour(ctx, level, PDI_SMOOTH_SWEEP, 0);
-        pdi_smooth_colour(ctx, level, PDI_SMOOTH_SWEEP, 1);
-        pdi_smooth_colour(ctx, level, PDI_SMOOTH_RESIDUAL, 0); /* r stays 0 on the other colour */
+        pdi_smoother_colour(ctx, level, PDI_SMOOTHER_START, 0);
+        pdi_smoother_colour(ctx, level, PDI_SMOOTHER_SWEEP, 1);
+        pdi_smoother_colour(ctx, level, PDI_SMOOTHER_SWEEP, 0);
+        pdi_smoother_colour(ctx, level, PDI_SMOOTHER_SWEEP, 1);
+        pdi_smoother_colour(ctx, level, PDI_SMOOTHER_RESIDUAL, 0); /* r stays 0 on the other colour */
     } else {
-        pdi_smooth_range(ctx, level, PDI_SMOOTH_START, 0, level->cells);
-        pdi_smooth_lines(ctx, level, 0);
-        pdi_smooth_range(ctx, level, PDI_SMOOTH_RESIDUAL, 0, level->cells);
+        pdi_smoother_range(ctx, level, PDI_SMOOTHER_START, 0, level->cells);
+        pdi_smoother_lines(ctx, level, 0);
+        pdi_smoother_range(ctx, level, PDI_SMOOTHER_RESIDUAL, 0, level->cells);
     }
     pdi_multigrid_restrict(ctx, level);
 }
 
 /* Add what the coarser levels give to x. With contrast it is kept apart in double precision, and its defect smoothed:
  * in single precision its rounding, as rough as the mesh, would outweigh in a good conductor what is sought. */
-static void pdi_multigrid_interpolate(const pd_ctx *ctx, const pd_multigrid *mg, const pd_smooth_level *level)
+static void pdi_multigrid_interpolate(const pd_ctx *ctx, const pd_multigrid *mg, const pd_smoother_level *level)
 {
     if (level->sum) {
-        pdi_smooth_range(ctx, level, PDI_SMOOTH_INHERIT, 0, level->cells);
-        pdi_smooth_range(ctx, level, PDI_SMOOTH_DEFECT, 0, level->cells);
+        pdi_smoother_range(ctx, level, PDI_SMOOTHER_INHERIT, 0, level->cells);
+        pdi_smoother_range(ctx, level, PDI_SMOOTHER_DEFECT, 0, level->cells);
     } else if (mg->desc.symmetric)
-        pdi_smooth_colour(ctx, level, PDI_SMOOTH_PROLONG, 0);
+        pdi_smoother_colour(ctx, level, PDI_SMOOTHER_PROLONG, 0);
     else
-        pdi_smooth_range(ctx, level, PDI_SMOOTH_PROLONG, 0, level->cells);
+        pdi_smoother_range(ctx, level, PDI_SMOOTHER_PROLONG, 0, level->cells);
 }
 
-static void pdi_multigrid_up(const pd_ctx *ctx, const pd_multigrid *mg, const pd_smooth_level *level)
+static void pdi_multigrid_up(const pd_ctx *ctx, const pd_multigrid *mg, const pd_smoother_level *level)
 {
     pdi_multigrid_interpolate(ctx, mg, level);
     for (int sweep = 0; sweep < 2 && mg->desc.symmetric; sweep++) {
-        pdi_smooth_colour(ctx, level, PDI_SMOOTH_SWEEP, 1);
-        pdi_smooth_colour(ctx, level, PDI_SMOOTH_SWEEP, 0);
+        pdi_smoother_colour(ctx, level, PDI_SMOOTHER_SWEEP, 1);
+        pdi_smoother_colour(ctx, level, PDI_SMOOTHER_SWEEP, 0);
     }
-    if (!mg->desc.symmetric) pdi_smooth_lines(ctx, level, 1);
-    if (level->sum) pdi_smooth_range(ctx, level, PDI_SMOOTH_COLLECT, 0, level->cells);
+    if (!mg->desc.symmetric) pdi_smoother_lines(ctx, level, 1);
+    if (level->sum) pdi_smoother_range(ctx, level, PDI_SMOOTHER_COLLECT, 0, level->cells);
 }
 
 /* First node of row r of the box on the padded lattice. */
@@ -12462,15 +12478,15 @@ static double pdi_multigrid_weight(const pd_multigrid *mg, int32_t r)
 /* max |rhs| over the cells that take part, by parts of rows. */
 static double pdi_multigrid_rhs_size(const pd_ctx *ctx, const pd_multigrid *mg, const double *rhs)
 {
-    double part[PDI_SMOOTH_PARTS], largest = 0.0;
-    const pd_smooth_level *fine = &mg->level[0];
+    double part[PDI_SMOOTHER_PARTS], largest = 0.0;
+    const pd_smoother_level *fine = &mg->level[0];
     int64_t rows = fine->cells / fine->n[0];
     int nt = pdi_par_threads(ctx, fine->cells);
     (void)nt;
     PDI_PARALLEL_FOR(nt)
-    for (int q = 0; q < PDI_SMOOTH_PARTS; q++) {
+    for (int q = 0; q < PDI_SMOOTHER_PARTS; q++) {
         part[q] = 0.0;
-        for (int32_t r = pdi_smooth_part(rows, q); r < pdi_smooth_part(rows, q + 1); r++) {
+        for (int32_t r = pdi_smoother_part(rows, q); r < pdi_smoother_part(rows, q + 1); r++) {
             int32_t node = pdi_multigrid_row_node(mg, r), base = r * fine->n[0];
             for (int32_t c = fine->begin[r]; c < fine->end[r]; c++) {
                 double size = fine->inv[c] > 0.0f ? fabs(rhs[node + (c - base) * mg->desc.stride[0]]) : 0.0;
@@ -12479,13 +12495,13 @@ static double pdi_multigrid_rhs_size(const pd_ctx *ctx, const pd_multigrid *mg, 
             }
         }
     }
-    for (int q = 0; q < PDI_SMOOTH_PARTS; q++) largest = fmax(largest, part[q]);
+    for (int q = 0; q < PDI_SMOOTHER_PARTS; q++) largest = fmax(largest, part[q]);
     return largest;
 }
 
 void pd_multigrid_cycle(pd_ctx *ctx, pd_multigrid *mg, const double *rhs, double *x)
 {
-    const pd_smooth_level *fine = &mg->level[0];
+    const pd_smoother_level *fine = &mg->level[0];
     if (mg->levels == 0) return; /* setup failed or was never called */
     int32_t rows = fine->cells / fine->n[0], n0 = fine->n[0], s0 = mg->desc.stride[0];
     double in = pdi_multigrid_scale(pdi_multigrid_rhs_size(ctx, mg, rhs)), out = mg->scale / in;
@@ -12499,8 +12515,8 @@ void pd_multigrid_cycle(pd_ctx *ctx, pd_multigrid *mg, const double *rhs, double
             fine->b[c] = fine->inv[c] > 0.0f ? (float)(factor * rhs[node + (c - base) * s0]) : 0.0f;
     }
     for (int l = 0; l < mg->levels - 1; l++) pdi_multigrid_down(ctx, mg, &mg->level[l]);
-    const pd_smooth_level *last = &mg->level[mg->levels - 1]; /* no links are left: the diagonal is the operator */
-    pdi_smooth_range(ctx, last, PDI_SMOOTH_START, 0, last->cells);
+    const pd_smoother_level *last = &mg->level[mg->levels - 1]; /* no links are left: the diagonal is the operator */
+    pdi_smoother_range(ctx, last, PDI_SMOOTHER_START, 0, last->cells);
     for (int32_t c = 0; c < last->cells && last->sum; c++) last->sum[c] = (double)last->x[c];
     for (int l = mg->levels - 2; l >= 0; l--) pdi_multigrid_up(ctx, mg, &mg->level[l]);
     PDI_PARALLEL_FOR(nt)
@@ -12699,64 +12715,64 @@ PDI_FN double pdi_sdirk_plan(double planned, double dt, double factor)
 
 #undef PDI_SDIRK_SAFETY
 
-/* ======== >>solve/squares.c ======== */
-/* squares: see squares.h */
+/* ======== >>solve/least_squares.c ======== */
+/* least_squares: see least_squares.h */
 #include <float.h>
 #include <math.h>
 #include <string.h>
 
-#define PDI_SQUARES_PROBES 4     /* differences that tell the noise */
-#define PDI_SQUARES_SPACING 1.618e-4 /* [-] of the bounds, between them: no round part of any digits cut off */
-#define PDI_SQUARES_STEPS 100
-#define PDI_SQUARES_FIRST 1e-2   /* [-] of the bounds: step of the first quotients */
-#define PDI_SQUARES_LEAST 1e-6   /* [-] of the bounds: least and largest step of later ones */
-#define PDI_SQUARES_MOST 0.1
+#define PDI_LEAST_SQUARES_PROBES 4     /* differences that tell the noise */
+#define PDI_LEAST_SQUARES_SPACING 1.618e-4 /* [-] of the bounds, between them: no round part of any digits cut off */
+#define PDI_LEAST_SQUARES_STEPS 100
+#define PDI_LEAST_SQUARES_FIRST 1e-2   /* [-] of the bounds: step of the first quotients */
+#define PDI_LEAST_SQUARES_LEAST 1e-6   /* [-] of the bounds: least and largest step of later ones */
+#define PDI_LEAST_SQUARES_MOST 0.1
 
-enum { PDI_SQUARES_N = PD_SQUARES_PARAMETERS };
+enum { PDI_LEAST_SQUARES_N = PD_LEAST_SQUARES_PARAMETERS };
 
-typedef struct pdi_squares {
+typedef struct pdi_least_squares {
     pd_ctx *ctx;
-    const pd_squares_desc *desc;
-    pd_squares_result *result;
+    const pd_least_squares_desc *desc;
+    pd_least_squares_result *result;
     int n;                      /* parameters */
     int m;                      /* points */
-    double q[PDI_SQUARES_N];    /* [-] present parameters, 0 .. 1 between their bounds */
-    double step[PDI_SQUARES_N]; /* [-] of the quotients */
+    double q[PDI_LEAST_SQUARES_N];    /* [-] present parameters, 0 .. 1 between their bounds */
+    double step[PDI_LEAST_SQUARES_N]; /* [-] of the quotients */
     double *r;                  /* [m] residuals there */
     double *trial;              /* [m] */
     double *jacobian;           /* [n][m] */
     double *work;               /* [(probes + 1)][m] */
     double sum, damping;
-    double from[PDI_SQUARES_N]; /* [-] parameters at which it consists of quotients */
-} pdi_squares;
+    double from[PDI_LEAST_SQUARES_N]; /* [-] parameters at which it consists of quotients */
+} pdi_least_squares;
 
 /* Parameters over decades go by their logarithm. */
-static int pdi_squares_log(const pd_squares_desc *d, int k)
+static int pdi_least_squares_log(const pd_least_squares_desc *d, int k)
 {
     return d->low[k] > 0.0 && d->high[k] >= 10.0 * d->low[k];
 }
 
-static double pdi_squares_value(const pd_squares_desc *d, int k, double q)
+static double pdi_least_squares_value(const pd_least_squares_desc *d, int k, double q)
 {
     if (q <= 0.0) return d->low[k];
     if (q >= 1.0) return d->high[k];
-    if (pdi_squares_log(d, k)) return d->low[k] * pow(d->high[k] / d->low[k], q);
+    if (pdi_least_squares_log(d, k)) return d->low[k] * pow(d->high[k] / d->low[k], q);
     return (1.0 - q) * d->low[k] + q * d->high[k];
 }
 
 /* d value/d q */
-static double pdi_squares_slope(const pd_squares_desc *d, int k, double q)
+static double pdi_least_squares_slope(const pd_least_squares_desc *d, int k, double q)
 {
-    if (pdi_squares_log(d, k)) return pdi_squares_value(d, k, q) * log(d->high[k] / d->low[k]);
+    if (pdi_least_squares_log(d, k)) return pdi_least_squares_value(d, k, q) * log(d->high[k] / d->low[k]);
     return d->high[k] - d->low[k];
 }
 
-static double *pdi_squares_column(const pdi_squares *s, int k) { return s->jacobian + (int64_t)k * s->m; }
+static double *pdi_least_squares_column(const pdi_least_squares *s, int k) { return s->jacobian + (int64_t)k * s->m; }
 
-static pd_status pdi_squares_evaluate(pdi_squares *s, const double *q, double *residual, double *sum)
+static pd_status pdi_least_squares_evaluate(pdi_least_squares *s, const double *q, double *residual, double *sum)
 {
-    double value[PDI_SQUARES_N];
-    for (int k = 0; k < s->n; k++) value[k] = pdi_squares_value(s->desc, k, q[k]);
+    double value[PDI_LEAST_SQUARES_N];
+    for (int k = 0; k < s->n; k++) value[k] = pdi_least_squares_value(s->desc, k, q[k]);
     PDI_TRY(s->desc->fn(s->ctx, s->desc->user, value, residual));
     s->result->evaluations++;
     *sum = 0.0;
@@ -12767,20 +12783,20 @@ static pd_status pdi_squares_evaluate(pdi_squares *s, const double *q, double *r
 
 /* Noise of a residual from differences of high order along a line, where what is smooth cancels: the mean square of the
  * k-th ones is that of the noise times (2k)!/(k!)^2 (Hamming; More and Wild 2011). */
-static pd_status pdi_squares_noise(pdi_squares *s)
+static pd_status pdi_least_squares_noise(pdi_least_squares *s)
 {
-    double q[PDI_SQUARES_N], sum, square = 0.0, gamma = 1.0;
+    double q[PDI_LEAST_SQUARES_N], sum, square = 0.0, gamma = 1.0;
     double *f = s->work;
     s->result->noise = s->desc->noise;
     if (s->desc->noise > 0.0) return PD_OK;
     memcpy(f, s->r, (size_t)s->m * sizeof *f);
-    for (int p = 1; p <= PDI_SQUARES_PROBES; p++) {
-        for (int k = 0; k < s->n; k++) q[k] = s->q[k] + (s->q[k] < 0.5 ? 1 : -1) * PDI_SQUARES_SPACING * p;
-        PDI_TRY(pdi_squares_evaluate(s, q, f + p * s->m, &sum));
+    for (int p = 1; p <= PDI_LEAST_SQUARES_PROBES; p++) {
+        for (int k = 0; k < s->n; k++) q[k] = s->q[k] + (s->q[k] < 0.5 ? 1 : -1) * PDI_LEAST_SQUARES_SPACING * p;
+        PDI_TRY(pdi_least_squares_evaluate(s, q, f + p * s->m, &sum));
     }
-    for (int order = 1; order <= PDI_SQUARES_PROBES; order++) {
+    for (int order = 1; order <= PDI_LEAST_SQUARES_PROBES; order++) {
         gamma *= order / (2.0 * (2.0 * order - 1.0));
-        for (int p = 0; p + order <= PDI_SQUARES_PROBES; p++)
+        for (int p = 0; p + order <= PDI_LEAST_SQUARES_PROBES; p++)
             for (int i = 0; i < s->m; i++) f[p * s->m + i] = f[(p + 1) * s->m + i] - f[p * s->m + i];
     }
     for (int i = 0; i < s->m; i++) square += gamma * f[i] * f[i];
@@ -12789,17 +12805,17 @@ static pd_status pdi_squares_noise(pdi_squares *s)
 }
 
 /* A quotient of second order, inside the bounds. */
-static pd_status pdi_squares_quotient(pdi_squares *s, int k)
+static pd_status pdi_least_squares_quotient(pdi_least_squares *s, int k)
 {
-    double q[PDI_SQUARES_N], sum, h = s->step[k], *j = pdi_squares_column(s, k);
+    double q[PDI_LEAST_SQUARES_N], sum, h = s->step[k], *j = pdi_least_squares_column(s, k);
     double *a = s->work, *b = s->work + s->m;
     double first = s->q[k] + h <= 1.0 ? h : -h, mirrored = s->q[k] - first;
     double second = mirrored >= 0.0 && mirrored <= 1.0 ? -first : 2.0 * first;
     memcpy(q, s->q, sizeof q);
     q[k] = s->q[k] + first;
-    PDI_TRY(pdi_squares_evaluate(s, q, a, &sum));
+    PDI_TRY(pdi_least_squares_evaluate(s, q, a, &sum));
     q[k] = s->q[k] + second;
-    PDI_TRY(pdi_squares_evaluate(s, q, b, &sum));
+    PDI_TRY(pdi_least_squares_evaluate(s, q, b, &sum));
     for (int i = 0; i < s->m; i++) {
         double near_slope = (a[i] - s->r[i]) / first, far_slope = (b[i] - s->r[i]) / second;
         j[i] = (near_slope * second - far_slope * first) / (second - first);
@@ -12807,7 +12823,7 @@ static pd_status pdi_squares_quotient(pdi_squares *s, int k)
     return PD_OK;
 }
 
-static double pdi_squares_dot(const pdi_squares *s, const double *a, const double *b)
+static double pdi_least_squares_dot(const pdi_least_squares *s, const double *a, const double *b)
 {
     double sum = 0.0;
     for (int i = 0; i < s->m; i++) sum += a[i] * b[i];
@@ -12815,22 +12831,23 @@ static double pdi_squares_dot(const pdi_squares *s, const double *a, const doubl
 }
 
 /* A parameter on a bound that the sum would fall beyond. */
-static int pdi_squares_held(const pdi_squares *s, int k)
+static int pdi_least_squares_held(const pdi_least_squares *s, int k)
 {
-    double slope = pdi_squares_dot(s, pdi_squares_column(s, k), s->r);
+    double slope = pdi_least_squares_dot(s, pdi_least_squares_column(s, k), s->r);
     return s->q[k] <= 0.0 && slope > 0.0 ? -1 : s->q[k] >= 1.0 && slope < 0.0 ? 1 : 0;
 }
 
 /* Cholesky factor of the normal matrix of the free parameters with (1 + damping) on its diagonal; held ones get 1.
  * 0: it is singular. */
-static int pdi_squares_factor(const pdi_squares *s, double damping, double a[PDI_SQUARES_N][PDI_SQUARES_N])
+static int pdi_least_squares_factor(const pdi_least_squares *s, double damping,
+                                    double a[PDI_LEAST_SQUARES_N][PDI_LEAST_SQUARES_N])
 {
-    int held[PDI_SQUARES_N];
-    for (int k = 0; k < s->n; k++) held[k] = pdi_squares_held(s, k);
+    int held[PDI_LEAST_SQUARES_N];
+    for (int k = 0; k < s->n; k++) held[k] = pdi_least_squares_held(s, k);
     for (int k = 0; k < s->n; k++)
         for (int l = 0; l <= k; l++) {
-            double sum = pdi_squares_dot(s, pdi_squares_column(s, k),
-                                         pdi_squares_column(s, l));
+            double sum = pdi_least_squares_dot(s, pdi_least_squares_column(s, k),
+                                         pdi_least_squares_column(s, l));
             if (held[k] || held[l]) sum = k == l ? 1.0 : 0.0;
             double whole = k == l ? sum : 0.0;
             if (k == l) sum *= 1.0 + damping;
@@ -12843,25 +12860,25 @@ static int pdi_squares_factor(const pdi_squares *s, double damping, double a[PDI
 
 /* Noise e and a third derivative of the size of the first make the error of a quotient e/h + h^2/6 of it: least at the
  * cube root of 3 e. */
-static pd_status pdi_squares_jacobian(pdi_squares *s)
+static pd_status pdi_least_squares_jacobian(pdi_least_squares *s)
 {
-    double noise = s->result->noise * sqrt((double)s->m), a[PDI_SQUARES_N][PDI_SQUARES_N];
+    double noise = s->result->noise * sqrt((double)s->m), a[PDI_LEAST_SQUARES_N][PDI_LEAST_SQUARES_N];
     for (int k = 0; k < s->n; k++) {
-        PDI_TRY(pdi_squares_quotient(s, k));
-        const double *j = pdi_squares_column(s, k);
-        double size = sqrt(pdi_squares_dot(s, j, j));
+        PDI_TRY(pdi_least_squares_quotient(s, k));
+        const double *j = pdi_least_squares_column(s, k);
+        double size = sqrt(pdi_least_squares_dot(s, j, j));
         s->result->idle = size > 10.0 * noise ? 0 : k + 1;
         if (s->result->idle)
             return pdi_fail(s->ctx, PD_ERR_ARGUMENT, "squares", "parameter %d has no effect on the points: they change"
                             " by %.3g between its bounds, and by %.3g without it", k + 1, size, noise);
-        s->step[k] = fmin(PDI_SQUARES_MOST, fmax(PDI_SQUARES_LEAST, cbrt(3.0 * noise / size)));
+        s->step[k] = fmin(PDI_LEAST_SQUARES_MOST, fmax(PDI_LEAST_SQUARES_LEAST, cbrt(3.0 * noise / size)));
     }
     memcpy(s->from, s->q, sizeof s->from);
-    if (pdi_squares_factor(s, 0.0, a)) return PD_OK;
+    if (pdi_least_squares_factor(s, 0.0, a)) return PD_OK;
     return pdi_fail(s->ctx, PD_ERR_ARGUMENT, "squares", "the points do not tell the %d parameters apart", s->n);
 }
 
-static void pdi_squares_substitute(int n, double a[PDI_SQUARES_N][PDI_SQUARES_N], double *x)
+static void pdi_least_squares_substitute(int n, double a[PDI_LEAST_SQUARES_N][PDI_LEAST_SQUARES_N], double *x)
 {
     for (int k = 0; k < n; k++) {
         for (int i = 0; i < k; i++) x[k] -= a[k][i] * x[i];
@@ -12874,19 +12891,19 @@ static void pdi_squares_substitute(int n, double a[PDI_SQUARES_N][PDI_SQUARES_N]
 }
 
 /* The step from q, cut at the bounds. 0: there is none. */
-static int pdi_squares_step(const pdi_squares *s, double *q)
+static int pdi_least_squares_step(const pdi_least_squares *s, double *q)
 {
-    double a[PDI_SQUARES_N][PDI_SQUARES_N], x[PDI_SQUARES_N];
-    if (!pdi_squares_factor(s, s->damping, a)) return 0;
+    double a[PDI_LEAST_SQUARES_N][PDI_LEAST_SQUARES_N], x[PDI_LEAST_SQUARES_N];
+    if (!pdi_least_squares_factor(s, s->damping, a)) return 0;
     for (int k = 0; k < s->n; k++)
-        x[k] = pdi_squares_held(s, k) ? 0.0 : -pdi_squares_dot(s, pdi_squares_column(s, k), s->r);
-    pdi_squares_substitute(s->n, a, x);
+        x[k] = pdi_least_squares_held(s, k) ? 0.0 : -pdi_least_squares_dot(s, pdi_least_squares_column(s, k), s->r);
+    pdi_least_squares_substitute(s->n, a, x);
     for (int k = 0; k < s->n; k++) q[k] = fmin(1.0, fmax(0.0, s->q[k] + x[k]));
     return 1;
 }
 
 /* Factor of the variances: 1 for a known spread that the residuals do not pass. */
-static double pdi_squares_scale(const pdi_squares *s)
+static double pdi_least_squares_scale(const pdi_least_squares *s)
 {
     int freedom = s->result->freedom;
     double reduced = freedom > 0 ? s->sum / freedom : (double)NAN;
@@ -12895,31 +12912,32 @@ static double pdi_squares_scale(const pdi_squares *s)
 }
 
 /* Freedom, bounds, covariance. 0: the matrix is singular. */
-static int pdi_squares_spread(pdi_squares *s, double cov[PDI_SQUARES_N][PDI_SQUARES_N])
+static int pdi_least_squares_spread(pdi_least_squares *s, double cov[PDI_LEAST_SQUARES_N][PDI_LEAST_SQUARES_N])
 {
-    double a[PDI_SQUARES_N][PDI_SQUARES_N];
-    pd_squares_result *r = s->result;
+    double a[PDI_LEAST_SQUARES_N][PDI_LEAST_SQUARES_N];
+    pd_least_squares_result *r = s->result;
     r->freedom = s->m;
     for (int k = 0; k < s->n; k++) {
-        r->bound[k] = pdi_squares_held(s, k);
+        r->bound[k] = pdi_least_squares_held(s, k);
         r->freedom -= !r->bound[k];
     }
-    if (!pdi_squares_factor(s, 0.0, a)) return 0;
-    double scale = pdi_squares_scale(s);
+    if (!pdi_least_squares_factor(s, 0.0, a)) return 0;
+    double scale = pdi_least_squares_scale(s);
     for (int k = 0; k < s->n; k++) {
         for (int l = 0; l < s->n; l++) cov[k][l] = k == l;
-        pdi_squares_substitute(s->n, a, cov[k]);
+        pdi_least_squares_substitute(s->n, a, cov[k]);
         for (int l = 0; l < s->n; l++) cov[k][l] *= r->bound[k] || r->bound[l] ? (double)NAN : scale;
     }
     return 1;
 }
 
 /* The step to q is small: against the standard errors, or against what the noise leaves open. */
-static int pdi_squares_small(pdi_squares *s, const double *q)
+static int pdi_least_squares_small(pdi_least_squares *s, const double *q)
 {
-    double cov[PDI_SQUARES_N][PDI_SQUARES_N], tolerance = s->desc->tolerance > 0.0 ? s->desc->tolerance : 0.01;
-    if (!pdi_squares_spread(s, cov)) return 0;
-    double unit = s->result->noise * s->result->noise / pdi_squares_scale(s);
+    double cov[PDI_LEAST_SQUARES_N][PDI_LEAST_SQUARES_N],
+        tolerance = s->desc->tolerance > 0.0 ? s->desc->tolerance : 0.01;
+    if (!pdi_least_squares_spread(s, cov)) return 0;
+    double unit = s->result->noise * s->result->noise / pdi_least_squares_scale(s);
     for (int k = 0; k < s->n; k++) {
         double error = s->result->bound[k] ? 0.0 : sqrt(cov[k][k]), open = error * sqrt(unit);
         if (isnan(error)) error = open = 0.0;
@@ -12929,20 +12947,20 @@ static int pdi_squares_small(pdi_squares *s, const double *q)
 }
 
 /* Secant update: the Jacobian tells what the step has shown. */
-static void pdi_squares_update(pdi_squares *s, const double *q)
+static void pdi_least_squares_update(pdi_least_squares *s, const double *q)
 {
     double length = 0.0;
     for (int k = 0; k < s->n; k++) length += (q[k] - s->q[k]) * (q[k] - s->q[k]);
     for (int i = 0; i < s->m && length > 0.0; i++) {
         double missed = s->trial[i] - s->r[i];
-        for (int k = 0; k < s->n; k++) missed -= pdi_squares_column(s, k)[i] * (q[k] - s->q[k]);
+        for (int k = 0; k < s->n; k++) missed -= pdi_least_squares_column(s, k)[i] * (q[k] - s->q[k]);
         for (int k = 0; k < s->n; k++)
-            pdi_squares_column(s, k)[i] += missed * (q[k] - s->q[k]) / length;
+            pdi_least_squares_column(s, k)[i] += missed * (q[k] - s->q[k]) / length;
     }
 }
 
 /* The quotients were taken no farther away than they reach. */
-static int pdi_squares_fresh(const pdi_squares *s)
+static int pdi_least_squares_fresh(const pdi_least_squares *s)
 {
     for (int k = 0; k < s->n; k++)
         if (fabs(s->q[k] - s->from[k]) > s->step[k]) return 0;
@@ -12950,29 +12968,29 @@ static int pdi_squares_fresh(const pdi_squares *s)
 }
 
 /* One step; *done: 1 converged, -1 nothing is lower. */
-static pd_status pdi_squares_advance(pdi_squares *s, int *done)
+static pd_status pdi_least_squares_advance(pdi_least_squares *s, int *done)
 {
-    double q[PDI_SQUARES_N], sum;
-    if (!pdi_squares_step(s, q)) {
+    double q[PDI_LEAST_SQUARES_N], sum;
+    if (!pdi_least_squares_step(s, q)) {
         s->damping = fmax(10.0 * s->damping, 1e-8);
         *done = s->damping > 1e10 ? -1 : 0;
         return PD_OK;
     }
-    int small = pdi_squares_small(s, q);
+    int small = pdi_least_squares_small(s, q);
     if (small && s->damping <= 1.0) {
-        if (pdi_squares_fresh(s)) *done = 1;
-        else PDI_TRY(pdi_squares_jacobian(s));
+        if (pdi_least_squares_fresh(s)) *done = 1;
+        else PDI_TRY(pdi_least_squares_jacobian(s));
         return PD_OK;
     }
-    PDI_TRY(pdi_squares_evaluate(s, q, s->trial, &sum));
+    PDI_TRY(pdi_least_squares_evaluate(s, q, s->trial, &sum));
     int lower = sum < s->sum;
-    if (!lower && !pdi_squares_fresh(s)) return pdi_squares_jacobian(s);
+    if (!lower && !pdi_least_squares_fresh(s)) return pdi_least_squares_jacobian(s);
     if (!lower) {
         *done = small ? -1 : 0; /* a step that damping has made small and that still leads up */
         s->damping = fmax(10.0 * s->damping, 1e-3);
         return PD_OK;
     }
-    pdi_squares_update(s, q);
+    pdi_least_squares_update(s, q);
     memcpy(s->q, q, sizeof q);
     memcpy(s->r, s->trial, (size_t)s->m * sizeof *s->r);
     s->sum = sum;
@@ -12980,23 +12998,23 @@ static pd_status pdi_squares_advance(pdi_squares *s, int *done)
     return PD_OK;
 }
 
-static void pdi_squares_tell(const pdi_squares *s)
+static void pdi_least_squares_tell(const pdi_least_squares *s)
 {
-    double value[PDI_SQUARES_N];
-    for (int k = 0; k < s->n; k++) value[k] = pdi_squares_value(s->desc, k, s->q[k]);
+    double value[PDI_LEAST_SQUARES_N];
+    for (int k = 0; k < s->n; k++) value[k] = pdi_least_squares_value(s->desc, k, s->q[k]);
     if (s->desc->told) s->desc->told(s->desc->user, value, s->sum, s->result->evaluations);
 }
 
-static void pdi_squares_report(pdi_squares *s)
+static void pdi_least_squares_report(pdi_least_squares *s)
 {
-    double cov[PDI_SQUARES_N][PDI_SQUARES_N];
-    pd_squares_result *r = s->result;
-    int fixed = pdi_squares_spread(s, cov);
-    double t = pd_squares_quantile(s->desc->known && pdi_squares_scale(s) <= 1.0 ? 0 : r->freedom);
+    double cov[PDI_LEAST_SQUARES_N][PDI_LEAST_SQUARES_N];
+    pd_least_squares_result *r = s->result;
+    int fixed = pdi_least_squares_spread(s, cov);
+    double t = pd_least_squares_quantile(s->desc->known && pdi_least_squares_scale(s) <= 1.0 ? 0 : r->freedom);
     r->sum = s->sum;
     for (int k = 0; k < s->n; k++) {
-        r->value[k] = pdi_squares_value(s->desc, k, s->q[k]);
-        r->error[k] = fixed ? sqrt(cov[k][k]) * pdi_squares_slope(s->desc, k, s->q[k]) : (double)NAN;
+        r->value[k] = pdi_least_squares_value(s->desc, k, s->q[k]);
+        r->error[k] = fixed ? sqrt(cov[k][k]) * pdi_least_squares_slope(s->desc, k, s->q[k]) : (double)NAN;
         r->low[k] = r->value[k] - t * r->error[k];
         r->high[k] = r->value[k] + t * r->error[k];
         for (int l = 0; l < s->n; l++)
@@ -13004,30 +13022,30 @@ static void pdi_squares_report(pdi_squares *s)
     }
 }
 
-static pd_status pdi_squares_iterate(pdi_squares *s)
+static pd_status pdi_least_squares_iterate(pdi_least_squares *s)
 {
     int done = 0;
-    PDI_TRY(pdi_squares_evaluate(s, s->q, s->r, &s->sum));
-    pdi_squares_tell(s);
-    PDI_TRY(pdi_squares_noise(s));
-    PDI_TRY(pdi_squares_jacobian(s));
-    while (!done && s->result->steps < PDI_SQUARES_STEPS) {
+    PDI_TRY(pdi_least_squares_evaluate(s, s->q, s->r, &s->sum));
+    pdi_least_squares_tell(s);
+    PDI_TRY(pdi_least_squares_noise(s));
+    PDI_TRY(pdi_least_squares_jacobian(s));
+    while (!done && s->result->steps < PDI_LEAST_SQUARES_STEPS) {
         double before = s->sum;
-        PDI_TRY(pdi_squares_advance(s, &done));
+        PDI_TRY(pdi_least_squares_advance(s, &done));
         s->result->steps++;
-        if (s->sum < before) pdi_squares_tell(s);
+        if (s->sum < before) pdi_least_squares_tell(s);
     }
-    if (!pdi_squares_fresh(s)) PDI_TRY(pdi_squares_jacobian(s));
+    if (!pdi_least_squares_fresh(s)) PDI_TRY(pdi_least_squares_jacobian(s));
     s->result->converged = done > 0;
-    pdi_squares_report(s);
+    pdi_least_squares_report(s);
     return s->result->converged ? PD_OK : PD_NOT_CONVERGED;
 }
 
-static pd_status pdi_squares_check(pd_ctx *ctx, const pd_squares_desc *d)
+static pd_status pdi_least_squares_check(pd_ctx *ctx, const pd_least_squares_desc *d)
 {
-    if (d->parameters < 1 || d->parameters > PDI_SQUARES_N)
+    if (d->parameters < 1 || d->parameters > PDI_LEAST_SQUARES_N)
         return pdi_fail(ctx, PD_ERR_ARGUMENT, "squares", "%d parameters, expected 1 to %d", d->parameters,
-                        PDI_SQUARES_N);
+                        PDI_LEAST_SQUARES_N);
     if (d->points < d->parameters)
         return pdi_fail(ctx, PD_ERR_ARGUMENT, "squares", "%d points for %d parameters, expected as many at least",
                         d->points, d->parameters);
@@ -13040,28 +13058,28 @@ static pd_status pdi_squares_check(pd_ctx *ctx, const pd_squares_desc *d)
     return PD_OK;
 }
 
-pd_status pd_squares_solve(pd_ctx *ctx, const pd_squares_desc *d, pd_squares_result *result)
+pd_status pd_least_squares_solve(pd_ctx *ctx, const pd_least_squares_desc *d, pd_least_squares_result *result)
 {
-    pdi_squares s;
+    pdi_least_squares s;
     memset(&s, 0, sizeof s);
     memset(result, 0, sizeof *result);
-    PDI_TRY(pdi_squares_check(ctx, d));
+    PDI_TRY(pdi_least_squares_check(ctx, d));
     s.ctx = ctx;
     s.desc = d;
     s.result = result;
     s.n = d->parameters;
     s.m = d->points;
     for (int k = 0; k < s.n; k++) {
-        s.q[k] = pdi_squares_log(d, k) ? log(d->start[k] / d->low[k]) / log(d->high[k] / d->low[k])
+        s.q[k] = pdi_least_squares_log(d, k) ? log(d->start[k] / d->low[k]) / log(d->high[k] / d->low[k])
                                        : (d->start[k] - d->low[k]) / (d->high[k] - d->low[k]);
-        s.step[k] = PDI_SQUARES_FIRST;
+        s.step[k] = PDI_LEAST_SQUARES_FIRST;
     }
-    int64_t jacobian = (int64_t)s.n * s.m, work = (int64_t)(PDI_SQUARES_PROBES + 1) * s.m;
+    int64_t jacobian = (int64_t)s.n * s.m, work = (int64_t)(PDI_LEAST_SQUARES_PROBES + 1) * s.m;
     pd_status status = PDI_NEW(ctx, "squares", s.m, s.r);
     if (status == PD_OK) status = PDI_NEW(ctx, "squares", s.m, s.trial);
     if (status == PD_OK) status = PDI_NEW(ctx, "squares", jacobian, s.jacobian);
     if (status == PD_OK) status = PDI_NEW(ctx, "squares", work, s.work);
-    if (status == PD_OK) status = pdi_squares_iterate(&s);
+    if (status == PD_OK) status = pdi_least_squares_iterate(&s);
     PDI_DELETE(ctx, s.m, s.r);
     PDI_DELETE(ctx, s.m, s.trial);
     PDI_DELETE(ctx, jacobian, s.jacobian);
@@ -13070,7 +13088,7 @@ pd_status pd_squares_solve(pd_ctx *ctx, const pd_squares_desc *d, pd_squares_res
 }
 
 /* Share of Student's t within +-t for a whole freedom (Abramowitz and Stegun 26.7.3 and 26.7.4). */
-static double pdi_squares_student(double t, int freedom)
+static double pdi_least_squares_student(double t, int freedom)
 {
     double angle = atan(t / sqrt((double)freedom)), c = cos(angle), term = 1.0, sum = 0.0;
     int odd = freedom % 2;
@@ -13082,30 +13100,30 @@ static double pdi_squares_student(double t, int freedom)
     return odd ? 2.0 / PDI_PI * (angle + sin(angle) * sum) : sin(angle) * sum;
 }
 
-double pd_squares_quantile(int freedom)
+double pd_least_squares_quantile(int freedom)
 {
     double low = 0.0, high = 16.0;
     if (freedom <= 0 || freedom > 100000) return 1.959963984540054;
     for (int k = 0; k < 60; k++) {
         double middle = 0.5 * (low + high);
-        if (pdi_squares_student(middle, freedom) < 0.95) low = middle;
+        if (pdi_least_squares_student(middle, freedom) < 0.95) low = middle;
         else high = middle;
     }
     return 0.5 * (low + high);
 }
 
-#undef PDI_SQUARES_PROBES
-#undef PDI_SQUARES_SPACING
-#undef PDI_SQUARES_STEPS
-#undef PDI_SQUARES_FIRST
-#undef PDI_SQUARES_LEAST
-#undef PDI_SQUARES_MOST
+#undef PDI_LEAST_SQUARES_PROBES
+#undef PDI_LEAST_SQUARES_SPACING
+#undef PDI_LEAST_SQUARES_STEPS
+#undef PDI_LEAST_SQUARES_FIRST
+#undef PDI_LEAST_SQUARES_LEAST
+#undef PDI_LEAST_SQUARES_MOST
 
-/* ======== >>flow/extent.c ======== */
-/* extent: see extent.h */
+/* ======== >>flow/scales.c ======== */
+/* scales: see scales.h */
 #include <math.h>
 
-PDI_FN double pdi_extent_entry(const pd_grid *grid, const double *u)
+PDI_FN double pdi_scales_entry(const pd_grid *grid, const double *u)
 {
     double sum[2 * PD_DIM], area[2 * PD_DIM], most = 0.0;
     for (int s = 0; s < 2 * PD_DIM; s++) sum[s] = area[s] = 0.0;
@@ -13128,7 +13146,7 @@ PDI_FN double pdi_extent_entry(const pd_grid *grid, const double *u)
     return most;
 }
 
-PDI_FN double pdi_extent_fluid(const pd_grid *grid)
+PDI_FN double pdi_scales_fluid(const pd_grid *grid)
 {
     int lo[PD_DIM], hi[PD_DIM], best = 0;
     double extent = HUGE_VAL;
@@ -13180,7 +13198,7 @@ static int64_t pdi_flow_work(const pd_flow *flow) { return flow->grid->fluid_cou
 PDI_FN void pdi_flow_gradient(const pd_ctx *ctx, const pd_flow *flow, const double *p, double *grad)
 {
     pd_op_gradient(ctx, flow->bonds, p, grad);
-    if (flow->even) pdi_slopes_gradient(ctx, &flow->slopes, p, grad);
+    if (flow->even) pdi_reconstruct_gradient(ctx, &flow->slopes, p, grad);
     pd_ghosts_vector(&flow->bonds->ghosts, grad);
 }
 
@@ -13300,7 +13318,7 @@ PDI_FN void pdi_flow_bend(const pd_ctx *ctx, const pd_flow *flow, const double *
         int32_t r = flow->slopes.row[q], node = bonds->node[r];
         double wall[PD_DIM];
         if (!pdi_flow_bends(flow, r)) continue;
-        pdi_slopes_bend(&flow->slopes, r, u, wall);
+        pdi_reconstruct_bend(&flow->slopes, r, u, wall);
         for (int d = 0; d < PD_DIM; d++) {
             int64_t at = (int64_t)d * flow->grid->total + node;
             double force = held ? pdi_flow_force(flow, d, node) : 0.0;
@@ -13336,7 +13354,7 @@ PDI_FN pd_status pdi_flow_patch(pd_ctx *ctx, pd_flow *flow)
     for (int32_t r = 0; r < bonds->rows; r++) flow->even = flow->even || bonds->smooth[r];
     flow->even = flow->even && !flow->grid->circumference;
     if (!flow->even) return PD_OK;
-    PDI_TRY(pd_slopes_update(ctx, bonds, &flow->slopes));
+    PDI_TRY(pd_reconstruct_update(ctx, bonds, &flow->slopes));
     if (flow->rim < bonds->capacity) {
         PDI_DELETE(ctx, flow->rim, flow->patch);
         PDI_DELETE(ctx, flow->rim, flow->more);
@@ -13733,7 +13751,7 @@ static void pdi_flow_tie(pd_flow *flow)
 static void pdi_flow_scale(pd_flow *flow, double walls)
 {
     double force = 0.0, around = 0.0;
-    flow->length = pdi_extent_fluid(flow->grid);
+    flow->length = pdi_scales_fluid(flow->grid);
     for (int d = 0; d < PD_DIM; d++) {
         double most = fabs(flow->force[d]);
         for (int32_t node = 0; node < flow->grid->total && flow->body; node++)
@@ -13741,7 +13759,7 @@ static void pdi_flow_scale(pd_flow *flow, double walls)
         force = fmax(force, most);
         if (flow->grid->side[2 * d] == PD_SIDE_PERIODIC) around = fmax(around, most);
     }
-    flow->speed = fmax(fmax(pdi_extent_entry(flow->grid, flow->u), walls), pdi_flow_driven(flow, around));
+    flow->speed = fmax(fmax(pdi_scales_entry(flow->grid, flow->u), walls), pdi_flow_driven(flow, around));
     if (!(flow->speed > 0.0)) flow->speed = pdi_flow_driven(flow, force);
     if (!(flow->speed > 0.0)) flow->speed = flow->nu / flow->length; /* nothing moves */
 }
@@ -13822,7 +13840,7 @@ pd_status pd_flow_at(pd_ctx *ctx, pd_flow *flow, double t, double span, double *
     if (moved) *moved = 0.0;
     if (!flow->clock) return PD_OK;
     PDI_TRY(pdi_flow_data(ctx, flow, t, span, moved, &walls));
-    double speed = fmax(pdi_extent_entry(flow->grid, flow->u), walls);
+    double speed = fmax(pdi_scales_entry(flow->grid, flow->u), walls);
     if (!(speed > flow->speed)) return PD_OK;
     flow->speed = speed; /* the problem has become a faster one */
     pdi_flow_tie(flow);
@@ -13921,12 +13939,12 @@ void pd_flow_free(pd_ctx *ctx, pd_flow *flow)
     PDI_DELETE(ctx, flow->rim, flow->patch);
     PDI_DELETE(ctx, flow->rim, flow->more);
     PDI_DELETE(ctx, 2 * (int64_t)flow->rim, flow->leak);
-    pd_slopes_free(ctx, &flow->slopes);
+    pd_reconstruct_free(ctx, &flow->slopes);
     memset(flow, 0, sizeof *flow);
 }
 
-/* ======== >>flow/product.c ======== */
-/* product: see product.h
+/* ======== >>flow/jacobian.c ======== */
+/* jacobian: see jacobian.h
  *
  * The terms are those of the residual (flow.c): 1/2 sum g.(w_i + w_j) v_j with one of carrier w and velocity v from the
  * state and the other one from the step, the Laplacian, and the pressure difference that ties neighbours. Sums of a
@@ -13936,32 +13954,32 @@ void pd_flow_free(pd_ctx *ctx, pd_flow *flow)
 #include <string.h>
 
 /* Nodes of a block. */
-#define PDI_PRODUCT_BLOCK PDI_VECTOR
+#define PDI_JACOBIAN_BLOCK PDI_VECTOR
 /* Weights of a bond. */
-#define PDI_PRODUCT_WEIGHTS (2 * PD_DIM + 1)
+#define PDI_JACOBIAN_WEIGHTS (2 * PD_DIM + 1)
 
 /* What a block of nodes reads again for each of its bonds. */
-typedef struct pdi_product_own {
-    float frozen[PD_DIM][PDI_PRODUCT_BLOCK]; /* carrier of the state */
-    float carrier[PD_DIM][PDI_PRODUCT_BLOCK], u[PD_DIM][PDI_PRODUCT_BLOCK], grad[PD_DIM][PDI_PRODUCT_BLOCK];
-    float p[PDI_PRODUCT_BLOCK];
-} pdi_product_own;
+typedef struct pdi_jacobian_own {
+    float frozen[PD_DIM][PDI_JACOBIAN_BLOCK]; /* carrier of the state */
+    float carrier[PD_DIM][PDI_JACOBIAN_BLOCK], u[PD_DIM][PDI_JACOBIAN_BLOCK], grad[PD_DIM][PDI_JACOBIAN_BLOCK];
+    float p[PDI_JACOBIAN_BLOCK];
+} pdi_jacobian_own;
 
 /* Twice the sums of a block; that of the momentum less u_i times the fluxes of the state. */
-typedef struct pdi_product_sums {
-    float momentum[PD_DIM][PDI_PRODUCT_BLOCK], flux[PDI_PRODUCT_BLOCK], tie[PDI_PRODUCT_BLOCK];
-} pdi_product_sums;
+typedef struct pdi_jacobian_sums {
+    float momentum[PD_DIM][PDI_JACOBIAN_BLOCK], flux[PDI_JACOBIAN_BLOCK], tie[PDI_JACOBIAN_BLOCK];
+} pdi_jacobian_sums;
 
 /* The arrays of a sweep, from a node on. */
-typedef struct pdi_product_view {
+typedef struct pdi_jacobian_view {
     const float *frozen, *state;         /* carrier and velocity of the state */
     const float *carrier, *u, *grad, *p; /* of the step */
     int64_t total;
-} pdi_product_view;
+} pdi_jacobian_view;
 
-static inline pdi_product_view pdi_product_look(const pd_product *q, int64_t node)
+static inline pdi_jacobian_view pdi_jacobian_look(const pd_jacobian *q, int64_t node)
 {
-    pdi_product_view v;
+    pdi_jacobian_view v;
     v.total = q->flow->grid->total;
     v.frozen = q->frozen + node;
     v.state = v.frozen + PD_DIM * v.total;
@@ -13972,7 +13990,7 @@ static inline pdi_product_view pdi_product_look(const pd_product *q, int64_t nod
     return v;
 }
 
-PDI_INLINE void pdi_product_load(const pdi_product_view *at, int count, pdi_product_own *PD_RESTRICT own)
+PDI_INLINE void pdi_jacobian_load(const pdi_jacobian_view *at, int count, pdi_jacobian_own *PD_RESTRICT own)
 {
     for (int d = 0; d < PD_DIM; d++) {
         for (int b = 0; b < count; b++) own->frozen[d][b] = at->frozen[d * at->total + b];
@@ -13984,7 +14002,7 @@ PDI_INLINE void pdi_product_load(const pdi_product_view *at, int count, pdi_prod
 }
 
 /* g.w, of component d at w[d * stride]. */
-PDI_INLINE float pdi_product_dot(const float *g, const float *w, int64_t stride)
+PDI_INLINE float pdi_jacobian_dot(const float *g, const float *w, int64_t stride)
 {
     float sum = g[0] * w[0];
     for (int d = 1; d < PD_DIM; d++) sum += g[d] * w[d * stride];
@@ -13993,19 +14011,19 @@ PDI_INLINE float pdi_product_dot(const float *g, const float *w, int64_t stride)
 
 /* Add a bond and the opposite one, which end at `far` and `back`. weight: those of the bond; friction = 2 nu a. Inlined
  * with a constant for `count`. */
-PDI_INLINE void pdi_product_pair(const pdi_product_own *PD_RESTRICT own, const float *weight, float friction,
-                                 const pdi_product_view *far, const pdi_product_view *back, int count,
-                                 pdi_product_sums *PD_RESTRICT sums)
+PDI_INLINE void pdi_jacobian_pair(const pdi_jacobian_own *PD_RESTRICT own, const float *weight, float friction,
+                                 const pdi_jacobian_view *far, const pdi_jacobian_view *back, int count,
+                                 pdi_jacobian_sums *PD_RESTRICT sums)
 {
     const float *g = weight, *xi = weight + PD_DIM;
     int64_t total = far->total;
     for (int b = 0; b < count; b++) {
-        float here = pdi_product_dot(g, &own->carrier[0][b], PDI_PRODUCT_BLOCK);
-        float there = pdi_product_dot(g, far->carrier + b, total);
-        float behind = pdi_product_dot(g, back->carrier + b, total);
-        float here0 = pdi_product_dot(g, &own->frozen[0][b], PDI_PRODUCT_BLOCK);
-        float gain = here0 + pdi_product_dot(g, far->frozen + b, total) - friction;
-        float loss = here0 + pdi_product_dot(g, back->frozen + b, total) + friction;
+        float here = pdi_jacobian_dot(g, &own->carrier[0][b], PDI_JACOBIAN_BLOCK);
+        float there = pdi_jacobian_dot(g, far->carrier + b, total);
+        float behind = pdi_jacobian_dot(g, back->carrier + b, total);
+        float here0 = pdi_jacobian_dot(g, &own->frozen[0][b], PDI_JACOBIAN_BLOCK);
+        float gain = here0 + pdi_jacobian_dot(g, far->frozen + b, total) - friction;
+        float loss = here0 + pdi_jacobian_dot(g, back->frozen + b, total) + friction;
         float out = here + there, in = here + behind;
         float tie = 2.0f * ((far->p[b] - own->p[b]) + (back->p[b] - own->p[b]));
         for (int d = 0; d < PD_DIM; d++) tie -= xi[d] * (far->grad[d * total + b] - back->grad[d * total + b]);
@@ -14021,18 +14039,18 @@ PDI_INLINE void pdi_product_pair(const pdi_product_own *PD_RESTRICT own, const f
 
 /* Add a single bond. share: of the circumference half way; open: 1 or 0 for each node; tied: 0 when the bond carries no
  * pressure. */
-PDI_INLINE void pdi_product_bond(const pdi_product_own *PD_RESTRICT own, const float *weight, float lap, float friction,
-                                 float share, const float *PD_RESTRICT open, float tied, const pdi_product_view *far,
-                                 int count, pdi_product_sums *PD_RESTRICT sums)
+PDI_INLINE void pdi_jacobian_bond(const pdi_jacobian_own *PD_RESTRICT own, const float *weight, float lap,
+                                  float friction, float share, const float *PD_RESTRICT open, float tied,
+                                  const pdi_jacobian_view *far, int count, pdi_jacobian_sums *PD_RESTRICT sums)
 {
     const float *g = weight, *xi = weight + PD_DIM;
     int64_t total = far->total;
     for (int b = 0; b < count; b++) {
         float part = share * open[b];
-        float flux = part * (pdi_product_dot(g, &own->carrier[0][b], PDI_PRODUCT_BLOCK) +
-                             pdi_product_dot(g, far->carrier + b, total));
-        float gain = part * (pdi_product_dot(g, &own->frozen[0][b], PDI_PRODUCT_BLOCK) +
-                             pdi_product_dot(g, far->frozen + b, total)) - open[b] * friction;
+        float flux = part * (pdi_jacobian_dot(g, &own->carrier[0][b], PDI_JACOBIAN_BLOCK) +
+                             pdi_jacobian_dot(g, far->carrier + b, total));
+        float gain = part * (pdi_jacobian_dot(g, &own->frozen[0][b], PDI_JACOBIAN_BLOCK) +
+                             pdi_jacobian_dot(g, far->frozen + b, total)) - open[b] * friction;
         float tie = 2.0f * (far->p[b] - own->p[b]);
         for (int d = 0; d < PD_DIM; d++) tie -= xi[d] * (own->grad[d][b] + far->grad[d * total + b]);
         sums->flux[b] += flux;
@@ -14045,64 +14063,64 @@ PDI_INLINE void pdi_product_bond(const pdi_product_own *PD_RESTRICT own, const f
 
 /* All bonds of `count` nodes from i: of whole families (row -1), or those that the rows from `row` have open. Bonds to
  * inlets carry no pressure. Inlined with constants for `count`. */
-PDI_INLINE void pdi_product_sum(const pd_product *q, int32_t i, int32_t row, int count,
-                                pdi_product_sums *PD_RESTRICT sums)
+PDI_INLINE void pdi_jacobian_sum(const pd_jacobian *q, int32_t i, int32_t row, int count,
+                                pdi_jacobian_sums *PD_RESTRICT sums)
 {
     const pd_flow *flow = q->flow;
     const pd_bonds *bonds = flow->bonds;
     const pd_stencil *s = bonds->stencil;
-    pdi_product_view at = pdi_product_look(q, i);
-    pdi_product_own own;
+    pdi_jacobian_view at = pdi_jacobian_look(q, i);
+    pdi_jacobian_own own;
     pdi_bond_gate gate = {NULL, 0, 0, 0};
-    float open[PDI_PRODUCT_BLOCK], twice_nu = (float)(2.0 * flow->nu / (q->speed * q->length));
+    float open[PDI_JACOBIAN_BLOCK], twice_nu = (float)(2.0 * flow->nu / (q->speed * q->length));
     const double *lap = bonds->ring.lap ? pdi_bond_lap(bonds, i) : NULL;
-    pdi_product_load(&at, count, &own);
+    pdi_jacobian_load(&at, count, &own);
     for (int b = 0; b < count; b++) open[b] = 1.0f;
     if (row < 0 && !lap) {
         for (int k = 0; k < s->count / 2; k++) {
-            const float *weight = q->weight + k * PDI_PRODUCT_WEIGHTS;
-            pdi_product_view far = pdi_product_look(q, (int64_t)i + bonds->shift[k]);
-            pdi_product_view back = pdi_product_look(q, (int64_t)i - bonds->shift[k]);
-            pdi_product_pair(&own, weight, twice_nu * weight[2 * PD_DIM], &far, &back, count, sums);
+            const float *weight = q->weight + k * PDI_JACOBIAN_WEIGHTS;
+            pdi_jacobian_view far = pdi_jacobian_look(q, (int64_t)i + bonds->shift[k]);
+            pdi_jacobian_view back = pdi_jacobian_look(q, (int64_t)i - bonds->shift[k]);
+            pdi_jacobian_pair(&own, weight, twice_nu * weight[2 * PD_DIM], &far, &back, count, sums);
         }
         return;
     }
     for (int k = 0; k < s->count; k++) {
-        const float *weight = q->weight + k * PDI_PRODUCT_WEIGHTS;
+        const float *weight = q->weight + k * PDI_JACOBIAN_WEIGHTS;
         float tied = 1.0f, a = lap ? (float)(lap[k] * q->length * q->length) : weight[2 * PD_DIM];
         if (row >= 0) {
             if (pdi_bond_gate_lanes(bonds, row, k, count, &gate) == PDI_LANES_NONE) continue;
             for (int b = 0; b < count; b++) open[b] = (float)pdi_bond_gate_lane(&gate, k, b);
             if (row >= bonds->plain && flow->grid->kind[i + bonds->shift[k]] == PD_INLET) tied = 0.0f;
         }
-        pdi_product_view far = pdi_product_look(q, (int64_t)i + bonds->shift[k]);
-        pdi_product_bond(&own, weight, a, twice_nu * a, lap ? (float)pdi_bond_flux(bonds, i, k) : 1.0f, open, tied,
+        pdi_jacobian_view far = pdi_jacobian_look(q, (int64_t)i + bonds->shift[k]);
+        pdi_jacobian_bond(&own, weight, a, twice_nu * a, lap ? (float)pdi_bond_flux(bonds, i, k) : 1.0f, open, tied,
                          &far, count, sums);
     }
 }
 
 /* The operands of a sweep. */
-typedef struct pdi_product_sweep {
-    const pd_product *product;
-    const pdi_product_step *step;
+typedef struct pdi_jacobian_sweep {
+    const pd_jacobian *product;
+    const pdi_jacobian_step *step;
     double *yu, *yc; /* [m/s2] [1/s] */
-} pdi_product_sweep;
+} pdi_jacobian_sweep;
 
 /* What follows from the walls and the hoop (eq. 3.3, 3.4, 3.10) is that of the residual. */
-static void pdi_product_run(const void *user, int32_t i, int32_t row, int32_t count)
+static void pdi_jacobian_run(const void *user, int32_t i, int32_t row, int32_t count)
 {
-    const pdi_product_sweep *w = (const pdi_product_sweep *)user;
-    const pd_product *q = w->product;
+    const pdi_jacobian_sweep *w = (const pdi_jacobian_sweep *)user;
+    const pd_jacobian *q = w->product;
     const pd_flow *flow = q->flow;
     const pd_bonds *bonds = flow->bonds;
     const double *hoop = bonds->ring.hoop;
     double rate = q->speed / q->length;
-    enum { whole = PDI_PRODUCT_BLOCK };
-    pdi_product_sums sums;
+    enum { whole = PDI_JACOBIAN_BLOCK };
+    pdi_jacobian_sums sums;
     memset(&sums, 0, sizeof sums);
-    if (count == whole && row < 0) pdi_product_sum(q, i, -1, whole, &sums);
-    else if (count == whole) pdi_product_sum(q, i, row, whole, &sums);
-    else pdi_product_sum(q, i, row, count, &sums);
+    if (count == whole && row < 0) pdi_jacobian_sum(q, i, -1, whole, &sums);
+    else if (count == whole) pdi_jacobian_sum(q, i, row, whole, &sums);
+    else pdi_jacobian_sum(q, i, row, count, &sums);
     for (int b = 0; b < count; b++)
         w->yc[i + b] = rate * (double)sums.flux[b] - 0.5 * flow->tau * rate * rate * (double)sums.tie[b];
     for (int d = 0; d < PD_DIM; d++) {
@@ -14118,7 +14136,7 @@ static void pdi_product_run(const void *user, int32_t i, int32_t row, int32_t co
 }
 
 /* out = factor x */
-static void pdi_product_pack(const pd_ctx *ctx, const double *x, double factor, int64_t count, float *out)
+static void pdi_jacobian_pack(const pd_ctx *ctx, const double *x, double factor, int64_t count, float *out)
 {
     int nt = pdi_par_threads(ctx, count);
     (void)nt;
@@ -14126,43 +14144,43 @@ static void pdi_product_pack(const pd_ctx *ctx, const double *x, double factor, 
     for (int64_t i = 0; i < count; i++) out[i] = (float)(x[i] * factor);
 }
 
-PDI_FN void pdi_product_freeze(const pd_ctx *ctx, pd_product *q)
+PDI_FN void pdi_jacobian_freeze(const pd_ctx *ctx, pd_jacobian *q)
 {
     const pd_flow *flow = q->flow;
     int64_t split = PD_DIM * (int64_t)flow->grid->total;
-    pdi_product_pack(ctx, flow->carrier, 1.0 / q->speed, split, q->frozen);
-    pdi_product_pack(ctx, flow->u, 1.0 / q->speed, split, q->frozen + split);
+    pdi_jacobian_pack(ctx, flow->carrier, 1.0 / q->speed, split, q->frozen);
+    pdi_jacobian_pack(ctx, flow->u, 1.0 / q->speed, split, q->frozen + split);
     pd_op_divergence(ctx, flow->bonds, flow->carrier, q->swell);
 }
 
-PDI_FN void pdi_product_apply(const pd_ctx *ctx, const pd_product *q, const pdi_product_step *step, double *yu,
+PDI_FN void pdi_jacobian_apply(const pd_ctx *ctx, const pd_jacobian *q, const pdi_jacobian_step *step, double *yu,
                               double *yc)
 {
     const pd_flow *flow = q->flow;
     int64_t total = flow->grid->total, split = PD_DIM * total;
     double speed = q->speed;
-    pdi_product_sweep w;
-    pdi_product_pack(ctx, step->carrier, 1.0 / speed, split, q->along);
-    pdi_product_pack(ctx, step->u, 1.0 / speed, split, q->along + split);
-    pdi_product_pack(ctx, step->grad, q->length / (speed * speed), split, q->along + 2 * split);
-    pdi_product_pack(ctx, step->p, 1.0 / (speed * speed), total, q->along + 3 * split);
+    pdi_jacobian_sweep w;
+    pdi_jacobian_pack(ctx, step->carrier, 1.0 / speed, split, q->along);
+    pdi_jacobian_pack(ctx, step->u, 1.0 / speed, split, q->along + split);
+    pdi_jacobian_pack(ctx, step->grad, q->length / (speed * speed), split, q->along + 2 * split);
+    pdi_jacobian_pack(ctx, step->p, 1.0 / (speed * speed), total, q->along + 3 * split);
     w.product = q;
     w.step = step;
     w.yu = yu;
     w.yc = yc;
-    pdi_bond_sweep(ctx, flow->bonds, flow->grid->fluid_count * flow->bonds->stencil->count * 4, PDI_PRODUCT_BLOCK,
-                   pdi_product_run, &w);
+    pdi_bond_sweep(ctx, flow->bonds, flow->grid->fluid_count * flow->bonds->stencil->count * 4, PDI_JACOBIAN_BLOCK,
+                   pdi_jacobian_run, &w);
 }
 
 /* The next power of two. */
-static double pdi_product_unit(double x)
+static double pdi_jacobian_unit(double x)
 {
     int exponent;
     frexp(x, &exponent);
     return ldexp(1.0, exponent);
 }
 
-PDI_FN pd_status pdi_product_build(pd_ctx *ctx, const pd_flow *flow, pd_product *q)
+PDI_FN pd_status pdi_jacobian_build(pd_ctx *ctx, const pd_flow *flow, pd_jacobian *q)
 {
     const pd_stencil *s = flow->bonds->stencil;
     int64_t total = flow->grid->total;
@@ -14170,14 +14188,14 @@ PDI_FN pd_status pdi_product_build(pd_ctx *ctx, const pd_flow *flow, pd_product 
     memset(q, 0, sizeof *q);
     q->flow = flow;
     for (int d = 0; d < PD_DIM; d++) longest = fmax(longest, flow->grid->h[d]);
-    q->speed = pdi_product_unit(flow->speed);
-    q->length = pdi_product_unit(longest);
-    PDI_TRY(PDI_NEW(ctx, "product", (int64_t)s->count * PDI_PRODUCT_WEIGHTS, q->weight));
+    q->speed = pdi_jacobian_unit(flow->speed);
+    q->length = pdi_jacobian_unit(longest);
+    PDI_TRY(PDI_NEW(ctx, "product", (int64_t)s->count * PDI_JACOBIAN_WEIGHTS, q->weight));
     PDI_TRY(PDI_NEW(ctx, "product", 2 * PD_DIM * total, q->frozen));
     PDI_TRY(PDI_NEW(ctx, "product", (3 * PD_DIM + 1) * total, q->along));
     PDI_TRY(PDI_NEW(ctx, "product", total, q->swell));
     for (int k = 0; k < s->count; k++) {
-        float *weight = q->weight + k * PDI_PRODUCT_WEIGHTS;
+        float *weight = q->weight + k * PDI_JACOBIAN_WEIGHTS;
         for (int d = 0; d < PD_DIM; d++) {
             weight[d] = (float)(s->grad[k * PD_DIM + d] * q->length);
             weight[PD_DIM + d] = (float)(s->xi[k * PD_DIM + d] / q->length);
@@ -14187,10 +14205,10 @@ PDI_FN pd_status pdi_product_build(pd_ctx *ctx, const pd_flow *flow, pd_product 
     return PD_OK;
 }
 
-PDI_FN void pdi_product_free(pd_ctx *ctx, pd_product *q)
+PDI_FN void pdi_jacobian_free(pd_ctx *ctx, pd_jacobian *q)
 {
     int64_t total = q->flow ? q->flow->grid->total : 0;
-    PDI_DELETE(ctx, q->flow ? (int64_t)q->flow->bonds->stencil->count * PDI_PRODUCT_WEIGHTS : 0, q->weight);
+    PDI_DELETE(ctx, q->flow ? (int64_t)q->flow->bonds->stencil->count * PDI_JACOBIAN_WEIGHTS : 0, q->weight);
     PDI_DELETE(ctx, 2 * PD_DIM * total, q->frozen);
     PDI_DELETE(ctx, (3 * PD_DIM + 1) * total, q->along);
     PDI_DELETE(ctx, total, q->swell);
@@ -14314,7 +14332,7 @@ static void pdi_force_rub(const pdi_force_query *q, int32_t r, double *rub)
     if (pdi_flow_bends(flow, r)) {
         pdi_force_face face;
         pdi_force_see(q, r, &face);
-        pdi_slopes_bend(&flow->slopes, r, flow->u, rub);
+        pdi_reconstruct_bend(&flow->slopes, r, flow->u, rub);
         for (int d = 0; d < PD_DIM; d++) rub[d] *= -volume * flow->nu * face.owned;
         return;
     }
@@ -14628,29 +14646,30 @@ pd_status pd_force_balance(pd_ctx *ctx, pd_flow *flow, const double *lo, const d
     return PD_OK;
 }
 
-/* ======== >>flow/schur.c ======== */
-/* schur: see schur.h */
+/* ======== >>flow/precond.c ======== */
+/* precond: see precond.h */
 
 /* Weight of the differences from node to node that the pressure flux alone sees: their Laplacian is up to three times
  * its diagonal. */
-#define PDI_SCHUR_ROUGH 0.3
+#define PDI_PRECOND_ROUGH 0.3
 
 /* Values of a field on both sides of a closed face or an inlet, one over the other. */
-#define PDI_SCHUR_EVEN 1.0
-#define PDI_SCHUR_ODD (-1.0)
+#define PDI_PRECOND_EVEN 1.0
+#define PDI_PRECOND_ODD (-1.0)
 
 /* The operands of a sweep. */
-typedef struct pdi_schur_sweep {
+typedef struct pdi_precond_sweep {
     const pd_flow *flow;
     const double *from;
     double *to;
-} pdi_schur_sweep;
+} pdi_precond_sweep;
 
 /* ---- mobility ---- */
 
 /* Add the drag of the walls at the ends of `count` fluid nodes in a line from `first`: fluid that fills a slit moves as
  * the parabola, with 1/drag = (way to one wall)(way to the other)/(2 nu). An end without wall is a mirror. */
-static void pdi_schur_drag(const pd_flow *flow, int axis, int32_t first, int count, int below, int above, double *drag)
+static void pdi_precond_drag(const pd_flow *flow, int axis, int32_t first, int count, int below, int above,
+                             double *drag)
 {
     const pd_grid *grid = flow->grid;
     double rate = 2.0 * flow->nu / (grid->h[axis] * grid->h[axis]), width = (below && above ? 1.0 : 2.0) * count;
@@ -14661,7 +14680,7 @@ static void pdi_schur_drag(const pd_flow *flow, int axis, int32_t first, int cou
 }
 
 /* The same for the line of cells along `axis` that begins at `node`. */
-static void pdi_schur_line(const pd_flow *flow, int axis, int32_t node, double *drag)
+static void pdi_precond_line(const pd_flow *flow, int axis, int32_t node, double *drag)
 {
     const pd_grid *grid = flow->grid;
     int32_t stride = grid->stride[axis];
@@ -14669,13 +14688,13 @@ static void pdi_schur_line(const pd_flow *flow, int axis, int32_t node, double *
         int first = i;
         while (i < grid->n[axis] && grid->kind[node + i * stride] == PD_FLUID) i++;
         if (i == first) continue;
-        pdi_schur_drag(flow, axis, node + first * stride, i - first,
+        pdi_precond_drag(flow, axis, node + first * stride, i - first,
                        !pdi_grid_open(grid->kind[node + (first - 1) * stride]),
                        !pdi_grid_open(grid->kind[node + i * stride]), drag);
     }
 }
 
-PDI_FN void pdi_schur_mobility(const pd_ctx *ctx, const pd_flow *flow, double shift, double *mobility)
+PDI_FN void pdi_precond_mobility(const pd_ctx *ctx, const pd_flow *flow, double shift, double *mobility)
 {
     const pd_grid *grid = flow->grid;
     int nt = pdi_par_threads(ctx, grid->total * 8);
@@ -14694,7 +14713,7 @@ PDI_FN void pdi_schur_mobility(const pd_ctx *ctx, const pd_flow *flow, double sh
                 i[d] = (int)(rest % n);
                 rest /= n;
             }
-            pdi_schur_line(flow, axis, pd_grid_node(grid, i), mobility);
+            pdi_precond_line(flow, axis, pd_grid_node(grid, i), mobility);
         }
     }
     PDI_PARALLEL_FOR(nt)
@@ -14705,7 +14724,7 @@ PDI_FN void pdi_schur_mobility(const pd_ctx *ctx, const pd_flow *flow, double sh
 /* ---- commutator ---- */
 
 /* Difference of f across node i along axis d, from neighbour to neighbour. */
-static double pdi_schur_across(const pd_grid *grid, const double *f, int32_t i, int d, double closed)
+static double pdi_precond_across(const pd_grid *grid, const double *f, int32_t i, int d, double closed)
 {
     double value[2];
     for (int up = 0; up < 2; up++) {
@@ -14717,23 +14736,23 @@ static double pdi_schur_across(const pd_grid *grid, const double *f, int32_t i, 
 }
 
 /* to_d = df/dx_d */
-static void pdi_schur_gradient(const void *user, int32_t i, int32_t row, int32_t count)
+static void pdi_precond_gradient(const void *user, int32_t i, int32_t row, int32_t count)
 {
-    const pdi_schur_sweep *s = (const pdi_schur_sweep *)user;
+    const pdi_precond_sweep *s = (const pdi_precond_sweep *)user;
     const pd_grid *grid = s->flow->grid;
     for (int d = 0; d < PD_DIM; d++) {
         double half = 0.5 / grid->h[d], *to = s->to + (int64_t)d * grid->total + i;
         const double *up = s->from + i + grid->stride[d], *down = s->from + i - grid->stride[d];
         for (int32_t b = 0; b < count && row < 0; b++) to[b] = half * (up[b] - down[b]);
         for (int32_t b = 0; b < count && row >= 0; b++)
-            to[b] = half * pdi_schur_across(grid, s->from, i + b, d, PDI_SCHUR_EVEN);
+            to[b] = half * pdi_precond_across(grid, s->from, i + b, d, PDI_PRECOND_EVEN);
     }
 }
 
 /* to_e = u.grad from_e */
-static void pdi_schur_convect(const void *user, int32_t i, int32_t row, int32_t count)
+static void pdi_precond_convect(const void *user, int32_t i, int32_t row, int32_t count)
 {
-    const pdi_schur_sweep *s = (const pdi_schur_sweep *)user;
+    const pdi_precond_sweep *s = (const pdi_precond_sweep *)user;
     const pd_grid *grid = s->flow->grid;
     for (int e = 0; e < PD_DIM; e++) {
         const double *from = s->from + (int64_t)e * grid->total;
@@ -14745,15 +14764,15 @@ static void pdi_schur_convect(const void *user, int32_t i, int32_t row, int32_t 
             const double *up = from + i + grid->stride[d], *down = from + i - grid->stride[d];
             for (int32_t b = 0; b < count && row < 0; b++) to[b] += half * u[b] * (up[b] - down[b]);
             for (int32_t b = 0; b < count && row >= 0; b++)
-                to[b] += half * u[b] * pdi_schur_across(grid, from, i + b, d, PDI_SCHUR_ODD);
+                to[b] += half * u[b] * pdi_precond_across(grid, from, i + b, d, PDI_PRECOND_ODD);
         }
     }
 }
 
 /* to = -div from */
-static void pdi_schur_diverge(const void *user, int32_t i, int32_t row, int32_t count)
+static void pdi_precond_diverge(const void *user, int32_t i, int32_t row, int32_t count)
 {
-    const pdi_schur_sweep *s = (const pdi_schur_sweep *)user;
+    const pdi_precond_sweep *s = (const pdi_precond_sweep *)user;
     const pd_grid *grid = s->flow->grid;
     double *to = s->to + i;
     for (int32_t b = 0; b < count; b++) to[b] = 0.0;
@@ -14763,58 +14782,58 @@ static void pdi_schur_diverge(const void *user, int32_t i, int32_t row, int32_t 
         const double *up = from + i + grid->stride[d], *down = from + i - grid->stride[d];
         for (int32_t b = 0; b < count && row < 0; b++) to[b] -= half * (up[b] - down[b]);
         for (int32_t b = 0; b < count && row >= 0; b++)
-            to[b] -= half * pdi_schur_across(grid, from, i + b, d, PDI_SCHUR_ODD);
+            to[b] -= half * pdi_precond_across(grid, from, i + b, d, PDI_PRECOND_ODD);
     }
 }
 
-static void pdi_schur_run(const pd_ctx *ctx, const pd_flow *flow, pdi_bond_run_fn run, const double *from, double *to)
+static void pdi_precond_run(const pd_ctx *ctx, const pd_flow *flow, pdi_bond_run_fn run, const double *from, double *to)
 {
-    pdi_schur_sweep s;
+    pdi_precond_sweep s;
     s.flow = flow;
     s.from = from;
     s.to = to;
     pdi_bond_sweep(ctx, flow->bonds, (int64_t)flow->grid->fluid_count * 2 * PD_DIM * PD_DIM, 0, run, &s);
 }
 
-PDI_FN double pdi_schur_damping(const pd_flow *flow, double shift)
+PDI_FN double pdi_precond_damping(const pd_flow *flow, double shift)
 {
     double longer = flow->tau * shift - 1.0;
     return longer > 0.0 ? flow->bonds->stencil->lap_sum / longer : 0.0;
 }
 
 /* dp += -lap^-1 of what the convection of the gradient of q brings. */
-static void pdi_schur_convected(pd_ctx *ctx, const pd_flow *flow, const pdi_schur *schur, double *q, double *dp)
+static void pdi_precond_convected(pd_ctx *ctx, const pd_flow *flow, const pdi_precond *schur, double *q, double *dp)
 {
     const pd_ghosts *ghosts = &flow->bonds->ghosts;
     pd_ghosts_pressure(ghosts, 0.0, q);
-    pdi_schur_run(ctx, flow, pdi_schur_gradient, q, schur->grad);
+    pdi_precond_run(ctx, flow, pdi_precond_gradient, q, schur->grad);
     pd_ghosts_vector(ghosts, schur->grad);
-    pdi_schur_run(ctx, flow, pdi_schur_convect, schur->grad, schur->convected);
+    pdi_precond_run(ctx, flow, pdi_precond_convect, schur->grad, schur->convected);
     pd_ghosts_vector(ghosts, schur->convected);
-    pdi_schur_run(ctx, flow, pdi_schur_diverge, schur->convected, schur->grad);
+    pdi_precond_run(ctx, flow, pdi_precond_diverge, schur->convected, schur->grad);
     pd_multigrid_cycle(ctx, schur->poisson, schur->grad, dp);
 }
 
-PDI_FN void pdi_schur_solve(pd_ctx *ctx, const pd_flow *flow, const pdi_schur *schur, const double *r, double *q,
+PDI_FN void pdi_precond_solve(pd_ctx *ctx, const pd_flow *flow, const pdi_precond *schur, const double *r, double *q,
                             double *dp)
 {
     const pd_grid *grid = flow->grid;
-    double rough = flow->nu + PDI_SCHUR_ROUGH / (flow->tau * flow->bonds->stencil->lap_sum);
+    double rough = flow->nu + PDI_PRECOND_ROUGH / (flow->tau * flow->bonds->stencil->lap_sum);
     int nt = pdi_par_threads(ctx, grid->total * 4);
     (void)nt;
     pd_multigrid_cycle(ctx, schur->poisson, r, q);
     if (schur->damped) {
         pd_multigrid_cycle(ctx, schur->damped, q, dp);
         pdi_par_zero(ctx, grid->total, q);
-        pdi_par_axpy(ctx, grid->total, pdi_schur_damping(flow, schur->shift), dp, q);
+        pdi_par_axpy(ctx, grid->total, pdi_precond_damping(flow, schur->shift), dp, q);
         rough = flow->nu;
     }
-    pdi_schur_convected(ctx, flow, schur, q, dp);
+    pdi_precond_convected(ctx, flow, schur, q, dp);
     pd_multigrid_cycle(ctx, schur->seep, r, q);
     if (schur->damped) {
         pd_multigrid_cycle(ctx, schur->damped, q, schur->grad);
         pdi_par_zero(ctx, grid->total, q);
-        pdi_par_axpy(ctx, grid->total, pdi_schur_damping(flow, schur->shift), schur->grad, q);
+        pdi_par_axpy(ctx, grid->total, pdi_precond_damping(flow, schur->shift), schur->grad, q);
     }
     PDI_PARALLEL_FOR(nt)
     for (int32_t i = 0; i < grid->total; i++)
@@ -14893,7 +14912,7 @@ static void pdi_steady_precondition(pd_ctx *ctx, pd_steady *s, const double *x, 
     int64_t total = flow->grid->total, split = (int64_t)PD_DIM * total;
     const pd_ghosts *ghosts = &flow->bonds->ghosts;
     double *y = s->work, *dp = y + split;
-    pdi_schur schur;
+    pdi_precond schur;
     schur.poisson = &s->mg_p;
     schur.seep = &s->mg_seep;
     schur.damped = s->damped ? &s->mg_d : NULL;
@@ -14902,7 +14921,7 @@ static void pdi_steady_precondition(pd_ctx *ctx, pd_steady *s, const double *x, 
     schur.convected = flow->grad;
     pdi_par_copy(ctx, split + total, x, r);
     pdi_steady_scale(ctx, flow, pdi_steady_force(s) / s->weight, pdi_steady_strain(flow), r);
-    pdi_schur_solve(ctx, flow, &schur, r + split, y, dp);
+    pdi_precond_solve(ctx, flow, &schur, r + split, y, dp);
     pd_ghosts_pressure(ghosts, 0.0, dp);
     pdi_flow_gradient(ctx, flow, dp, flow->grad);
     pdi_par_axpy(ctx, split, -1.0, flow->grad, r);
@@ -14917,14 +14936,14 @@ static void pdi_steady_jacobian(pd_ctx *ctx, pd_steady *s, double *y)
     pd_flow *flow = s->flow;
     int64_t total = flow->grid->total, split = (int64_t)PD_DIM * total;
     double *du = s->work;
-    pdi_product_step step;
+    pdi_jacobian_step step;
     pdi_flow_ghosts(flow, 0, du);
     pdi_flow_carrier(ctx, flow, du, s->carrier);
     step.carrier = s->carrier;
     step.u = du;
     step.p = du + split;
     step.grad = flow->grad;
-    pdi_product_apply(ctx, &s->product, &step, y, y + split);
+    pdi_jacobian_apply(ctx, &s->product, &step, y, y + split);
     pdi_flow_bend(ctx, flow, du, flow->grad, 0, y);
     pdi_flow_even(ctx, flow, du, s->carrier, 0, 1.0, y + split);
     if (s->shift > 0.0) pdi_par_axpy(ctx, split, s->shift, du, y);
@@ -14957,7 +14976,7 @@ static pd_status pdi_steady_setup(pd_ctx *ctx, pd_steady *s, double shift)
     pd_media seep;
     memset(&seep, 0, sizeof seep);
     seep.at = s->carrier;
-    pdi_schur_mobility(ctx, s->flow, s->shift, seep.at);
+    pdi_precond_mobility(ctx, s->flow, s->shift, seep.at);
     pd_ghosts_scalar(&s->flow->bonds->ghosts, seep.at);
     pdi_compact_fill(ctx, 1.0, &seep, &resting, 0.0, &pressure, p);
     PDI_TRY(pd_multigrid_setup(ctx, &s->mg_seep, p->active, (const float *const *)p->conduct, NULL, p->wall, p->mass));
@@ -14965,7 +14984,7 @@ static pd_status pdi_steady_setup(pd_ctx *ctx, pd_steady *s, double shift)
     PDI_TRY(pd_multigrid_setup(ctx, &s->mg_u, u->active, (const float *const *)u->conduct,
                                (const float *const *)u->flux, u->wall, u->mass));
     PDI_TRY(pd_multigrid_setup(ctx, &s->mg_p, p->active, (const float *const *)p->conduct, NULL, p->wall, p->mass));
-    double damping = pdi_schur_damping(s->flow, shift);
+    double damping = pdi_precond_damping(s->flow, shift);
     s->damped = s->timed && damping > 0.0;
     if (!s->damped) return PD_OK;
     pdi_compact_fill(ctx, 1.0, NULL, &resting, damping, &pressure, p);
@@ -15010,7 +15029,7 @@ static void pdi_steady_weigh(pd_ctx *ctx, pd_steady *s)
     const pd_flow *flow = s->flow;
     const pd_grid *grid = flow->grid;
     double speed = pdi_par_max_abs(ctx, (int64_t)PD_DIM * grid->total, flow->u), far = 0.0, near = HUGE_VAL;
-    pdi_schur_mobility(ctx, flow, s->rate, s->carrier);
+    pdi_precond_mobility(ctx, flow, s->rate, s->carrier);
     double mobility = pdi_par_max_abs(ctx, grid->total, s->carrier);
     for (int d = 0; d < PD_DIM; d++) {
         far = fmax(far, grid->n[d] * grid->h[d]);
@@ -15062,7 +15081,7 @@ static pd_status pdi_steady_make(pd_ctx *ctx, pd_flow *flow, const pd_steady_des
     PDI_TRY(pd_multigrid_build(ctx, &md, &s->mg_p));
     PDI_TRY(pd_multigrid_build(ctx, &md, &s->mg_seep));
     PDI_TRY(pd_krylov_build(ctx, &kd, &s->krylov));
-    PDI_TRY(pdi_product_build(ctx, flow, &s->product));
+    PDI_TRY(pdi_jacobian_build(ctx, flow, &s->product));
     PDI_TRY(PDI_NEW(ctx, "steady", size, s->residual));
     PDI_TRY(PDI_NEW(ctx, "steady", size, s->step));
     PDI_TRY(PDI_NEW(ctx, "steady", size, s->work));
@@ -15097,7 +15116,7 @@ static pd_status pdi_steady_newton(pd_ctx *ctx, pd_steady *s, double forcing, pd
     user.ctx = ctx;
     user.steady = s;
     pdi_steady_scale(ctx, s->flow, -s->weight, -1.0, s->residual);
-    pdi_product_freeze(ctx, &s->product);
+    pdi_jacobian_freeze(ctx, &s->product);
     s->krylov.desc.rtol = forcing;
     PDI_TRY(pd_krylov_solve(ctx, &s->krylov, pdi_steady_product, NULL, &user, s->residual, s->step, &linear));
     pdi_steady_precondition(ctx, s, s->step, s->residual);
@@ -15350,7 +15369,7 @@ void pd_steady_free(pd_ctx *ctx, pd_steady *s)
     pd_multigrid_free(ctx, &s->mg_seep);
     pd_multigrid_free(ctx, &s->mg_d);
     pd_krylov_free(ctx, &s->krylov);
-    pdi_product_free(ctx, &s->product);
+    pdi_jacobian_free(ctx, &s->product);
     PDI_DELETE(ctx, size, s->residual);
     PDI_DELETE(ctx, size, s->step);
     PDI_DELETE(ctx, size, s->work);
@@ -17545,8 +17564,8 @@ PDI_FN void pdi_limiter_free(pd_ctx *ctx, pd_limiter *l)
     memset(l, 0, sizeof *l);
 }
 
-/* ======== >>transport/convect.c ======== */
-/* convect: see convect.h
+/* ======== >>transport/flux.c ======== */
+/* flux: see flux.h
  *
  * Design: the volume fluxes of the bonds hold during a step. In 1D and 2D they are stored, once for both ends: bond k
  * of node i is bond count-1-k of its far end. In 3D they would be a third of the memory of a run, and are told anew by
@@ -17559,16 +17578,16 @@ PDI_FN void pdi_limiter_free(pd_ctx *ctx, pd_limiter *l)
 
 /* Share of xi.G in the antidiffusive fluxes: damps what alternates from node to node, which a central flux does not
  * see. */
-#define PDI_CONVECT_LEAN 0.3
+#define PDI_FLUX_LEAN 0.3
 
 /* Rows whose conductances stand together: a sweep over blocks of them reads on in memory. */
-#define PDI_CONVECT_PAGE 64
+#define PDI_FLUX_PAGE 64
 
 /* For fluid at rest. */
-static const double pdi_convect_still[PDI_BLOCK] = {0.0};
+static const double pdi_flux_still[PDI_BLOCK] = {0.0};
 
 /* Where F of bond k of the nodes from i stands, and the factor that it is to be taken with. */
-static inline double *pdi_convect_slot(const pd_convect *t, int32_t i, int k, double *factor)
+static inline double *pdi_flux_slot(const pd_flux *t, int32_t i, int k, double *factor)
 {
     const pd_grid *grid = t->bonds->grid;
     int count = t->bonds->stencil->count;
@@ -17581,15 +17600,15 @@ static inline double *pdi_convect_slot(const pd_convect *t, int32_t i, int k, do
 }
 
 /* Where the conductance of bond k of a row stands; those of the next rows follow up to the end of its page. */
-static inline double *pdi_convect_place(const pd_convect *t, int32_t row, int k)
+static inline double *pdi_flux_place(const pd_flux *t, int32_t row, int k)
 {
-    int64_t page = row / PDI_CONVECT_PAGE;
-    return t->conduct + (page * t->bonds->stencil->count + k) * PDI_CONVECT_PAGE + row % PDI_CONVECT_PAGE;
+    int64_t page = row / PDI_FLUX_PAGE;
+    return t->conduct + (page * t->bonds->stencil->count + k) * PDI_FLUX_PAGE + row % PDI_FLUX_PAGE;
 }
 
 /* Fraction at which bond k of node i crosses the side of the box behind which its inlet ghost lies: there the inflow
  * has its value, and the ghost has it at any depth. */
-static double pdi_convect_entry(const pd_convect *t, int32_t i, int k)
+static double pdi_flux_entry(const pd_flux *t, int32_t i, int k)
 {
     const pd_grid *grid = t->bonds->grid;
     double fraction = 1.0;
@@ -17604,24 +17623,24 @@ static double pdi_convect_entry(const pd_convect *t, int32_t i, int k)
     return fraction;
 }
 
-PDI_FN void pdi_convect_bond(const pd_convect *t, int32_t i, int k, double *flux, double *bond, double *upwind)
+PDI_FN void pdi_flux_bond(const pd_flux *t, int32_t i, int k, double *flux, double *bond, double *upwind)
 {
     pdi_diffusion_bond(t->diffusion, i, k, 1, t->bonds->row[i] >= 0, bond);
-    *bond /= pdi_convect_entry(t, i, k);
+    *bond /= pdi_flux_entry(t, i, k);
     *flux = t->flow ? pdi_flow_bond_flux(t->flow, i, k) : 0.0;
     *upwind = fmax(0.5 * fabs(*flux) - *bond, 0.0);
 }
 
-PDI_FN double pdi_convect_bond_flux(const pd_convect *t, const double *c, int32_t i, int k)
+PDI_FN double pdi_flux_bond_flux(const pd_flux *t, const double *c, int32_t i, int k)
 {
     double flux, bond, upwind;
     int32_t j = i + t->bonds->shift[k];
-    pdi_convect_bond(t, i, k, &flux, &bond, &upwind);
+    pdi_flux_bond(t, i, k, &flux, &bond, &upwind);
     if (t->bonds->grid->kind[j] == PD_OUTLET) return flux * c[i];
     return 0.5 * flux * (c[i] + c[j]) - (bond + upwind) * (c[j] - c[i]);
 }
 
-PDI_FN int pdi_convect_open(const pd_convect *t, int32_t i, int k)
+PDI_FN int pdi_flux_open(const pd_flux *t, int32_t i, int k)
 {
     int32_t r = t->bonds->row[i];
     return r < 0 || pdi_bond_open(t->bonds, r, k);
@@ -17631,7 +17650,7 @@ PDI_FN int pdi_convect_open(const pd_convect *t, int32_t i, int k)
 
 /* Where a(n) xi = c g(n) for all bonds, with one c for each axis, what the gradient of the pressure gives a bond is a
  * part of its velocity. So on lattices of equal spacings. */
-static void pdi_convect_lean(pd_convect *t)
+static void pdi_flux_lean(pd_flux *t)
 {
     const pd_stencil *s = t->bonds->stencil;
     double *c = t->lean;
@@ -17647,7 +17666,7 @@ static void pdi_convect_lean(pd_convect *t)
 
 /* F of a bond is g.(w_i + w_j) - a (q_j - q_i), less what the pressure gradients leave in uneven lattices: w and q hold
  * carrier, pressure, its gradient and the potential of the flow (eq. 4.4, 4.10b). */
-static void pdi_convect_drive(const pd_ctx *ctx, const pd_convect *t)
+static void pdi_flux_drive(const pd_ctx *ctx, const pd_flux *t)
 {
     const pd_flow *f = t->flow;
     int64_t total = f->grid->total;
@@ -17665,7 +17684,7 @@ static void pdi_convect_drive(const pd_ctx *ctx, const pd_convect *t)
 }
 
 /* What uneven lattices add to the fluxes of bond k of `count` nodes from i. */
-static void pdi_convect_uneven(const pd_convect *t, int32_t i, int k, int count, double *flux)
+static void pdi_flux_uneven(const pd_flux *t, int32_t i, int k, int count, double *flux)
 {
     const pd_flow *f = t->flow;
     const pd_stencil *s = f->bonds->stencil;
@@ -17678,7 +17697,7 @@ static void pdi_convect_uneven(const pd_convect *t, int32_t i, int k, int count,
 }
 
 /* Sum over the axes of g.w at node b of w. */
-PDI_INLINE double pdi_convect_along(const double *g, const double *w, int64_t total)
+PDI_INLINE double pdi_flux_along(const double *g, const double *w, int64_t total)
 {
     double sum = g[0] * w[0];
     for (int d = 1; d < PD_DIM; d++) sum += g[d] * w[d * total];
@@ -17686,21 +17705,21 @@ PDI_INLINE double pdi_convect_along(const double *g, const double *w, int64_t to
 }
 
 /* Volume fluxes of bond k of `count` nodes from i (as pdi_flow_bond_flux), tied by the pressure. */
-static void pdi_convect_volume(const pd_convect *t, int32_t i, int k, int count, double *flux)
+static void pdi_flux_volume(const pd_flux *t, int32_t i, int k, int count, double *flux)
 {
     const pd_bonds *bonds = t->bonds;
     int64_t total = bonds->grid->total, shift = bonds->shift[k];
     const double *w = t->drive + i, *q = w + PD_DIM * total, *g = bonds->stencil->grad + k * PD_DIM;
     double a = pdi_bond_lap(bonds, i)[k], share = pdi_bond_flux(bonds, i, k);
     for (int b = 0; b < count; b++) {
-        double sum = pdi_convect_along(g, w + b, total) + pdi_convect_along(g, w + b + shift, total);
+        double sum = pdi_flux_along(g, w + b, total) + pdi_flux_along(g, w + b + shift, total);
         flux[b] = share * sum - a * (q[b + shift] - q[b]);
     }
-    if (!t->even) pdi_convect_uneven(t, i, k, count, flux);
+    if (!t->even) pdi_flux_uneven(t, i, k, count, flux);
 }
 
 /* The same of bond k and of the opposite one, in planar boxes. */
-PDI_INLINE void pdi_convect_volumes(const pd_convect *t, int32_t i, int k, int count, double *PD_RESTRICT ahead,
+PDI_INLINE void pdi_flux_volumes(const pd_flux *t, int32_t i, int k, int count, double *PD_RESTRICT ahead,
                                     double *PD_RESTRICT behind)
 {
     const pd_stencil *s = t->bonds->stencil;
@@ -17708,28 +17727,28 @@ PDI_INLINE void pdi_convect_volumes(const pd_convect *t, int32_t i, int k, int c
     const double *w = t->drive + i, *q = w + PD_DIM * total, *g = s->grad + k * PD_DIM;
     double a = s->lap[k];
     for (int b = 0; b < count; b++) {
-        double here = pdi_convect_along(g, w + b, total);
-        ahead[b] = here + pdi_convect_along(g, w + b + shift, total) - a * (q[b + shift] - q[b]);
-        behind[b] = -(here + pdi_convect_along(g, w + b - shift, total)) - a * (q[b - shift] - q[b]);
+        double here = pdi_flux_along(g, w + b, total);
+        ahead[b] = here + pdi_flux_along(g, w + b + shift, total) - a * (q[b + shift] - q[b]);
+        behind[b] = -(here + pdi_flux_along(g, w + b - shift, total)) - a * (q[b - shift] - q[b]);
     }
     if (t->even) return;
-    pdi_convect_uneven(t, i, k, count, ahead);
-    pdi_convect_uneven(t, i, s->count - 1 - k, count, behind);
+    pdi_flux_uneven(t, i, k, count, ahead);
+    pdi_flux_uneven(t, i, s->count - 1 - k, count, behind);
 }
 
 /* Fluxes of bond k of the nodes i .. i+count-1: nodes of the first half of a family keep them; of the others those that
  * end on ghosts, which have none of their own. */
-static void pdi_convect_store(const pd_convect *t, int32_t i, int32_t row, int k, int count)
+static void pdi_flux_store(const pd_flux *t, int32_t i, int32_t row, int k, int count)
 {
     const pd_bonds *bonds = t->bonds;
     int32_t shift = bonds->shift[k];
     int own = k < bonds->stencil->count / 2, ghosts = 0;
-    double flux[PDI_LANES], open[PDI_LANES], factor, *slot = pdi_convect_slot(t, i, k, &factor);
+    double flux[PDI_LANES], open[PDI_LANES], factor, *slot = pdi_flux_slot(t, i, k, &factor);
     pdi_bond_gate gate = {NULL, 0, 0, 0};
     for (int b = 0; b < count && !own; b++) ghosts += bonds->grid->kind[i + b + shift] != PD_FLUID;
     if (!own && !ghosts) return;
     pdi_lanes lanes = pdi_bond_gate_open(bonds, row, k, count, &gate, open);
-    pdi_convect_volume(t, i, k, count, flux);
+    pdi_flux_volume(t, i, k, count, flux);
     for (int b = 0; b < count; b++) {
         uint8_t kind = bonds->grid->kind[i + b + shift];
         int shut = lanes == PDI_LANES_NONE || (lanes == PDI_LANES_SOME && !(open[b] > 0.0));
@@ -17739,52 +17758,52 @@ static void pdi_convect_store(const pd_convect *t, int32_t i, int32_t row, int k
     }
 }
 
-static void pdi_convect_refresh_run(const void *user, int32_t i, int32_t row, int32_t count)
+static void pdi_flux_refresh_run(const void *user, int32_t i, int32_t row, int32_t count)
 {
-    const pd_convect *t = (const pd_convect *)user;
+    const pd_flux *t = (const pd_flux *)user;
     for (int k = 0; k < t->bonds->stencil->count; k++) {
-        if (t->flux) pdi_convect_store(t, i, row, k, count);
+        if (t->flux) pdi_flux_store(t, i, row, k, count);
         if (row < 0) continue;
         double conduct[PDI_LANES];
         pdi_diffusion_bond(t->diffusion, i, k, count, 1, conduct);
         for (int b = 0; b < count; b++)
-            *pdi_convect_place(t, row + b, k) =
-                pdi_bond_open(t->bonds, row + b, k) ? conduct[b] / pdi_convect_entry(t, i + b, k) : 0.0;
+            *pdi_flux_place(t, row + b, k) =
+                pdi_bond_open(t->bonds, row + b, k) ? conduct[b] / pdi_flux_entry(t, i + b, k) : 0.0;
     }
 }
 
 /* F and the conductance of bond k of node i, as sweeps see them. */
-static void pdi_convect_one(const pd_convect *t, int32_t i, int k, double *flux, double *bond)
+static void pdi_flux_one(const pd_flux *t, int32_t i, int k, double *flux, double *bond)
 {
     int32_t row = t->bonds->row[i];
     *flux = 0.0;
     if (t->flux) {
         double factor;
-        const double *slot = pdi_convect_slot(t, i, k, &factor);
+        const double *slot = pdi_flux_slot(t, i, k, &factor);
         *flux = factor * *slot;
-    } else if (t->flow && pdi_convect_open(t, i, k)) {
+    } else if (t->flow && pdi_flux_open(t, i, k)) {
         int inlet = t->bonds->grid->kind[i + t->bonds->shift[k]] == PD_INLET;
         if (inlet) *flux = pdi_flow_bond_flux(t->flow, i, k);
-        else pdi_convect_volume(t, i, k, 1, flux);
+        else pdi_flux_volume(t, i, k, 1, flux);
     }
-    if (row >= 0) *bond = *pdi_convect_place(t, row, k);
+    if (row >= 0) *bond = *pdi_flux_place(t, row, k);
     else pdi_diffusion_bond(t->diffusion, i, k, 1, 0, bond);
 }
 
-PDI_FN pd_status pdi_convect_refresh(pd_ctx *ctx, const pd_convect *convect)
+PDI_FN pd_status pdi_flux_refresh(pd_ctx *ctx, const pd_flux *convect)
 {
     const pd_bonds *bonds = convect->bonds;
     if (bonds->rows > convect->capacity)
         return pdi_fail(ctx, PD_ERR_STATE, "convect",
                         "%d rows, expected at most %d: call pd_transport_update after pd_bonds_update", bonds->rows,
                         convect->capacity);
-    if (convect->flow) pdi_convect_drive(ctx, convect);
-    pdi_bond_sweep(ctx, bonds, bonds->grid->fluid_count * bonds->stencil->count * 8, PDI_LANES, pdi_convect_refresh_run,
+    if (convect->flow) pdi_flux_drive(ctx, convect);
+    pdi_bond_sweep(ctx, bonds, bonds->grid->fluid_count * bonds->stencil->count * 8, PDI_LANES, pdi_flux_refresh_run,
                    convect);
     for (int32_t p = 0; p < convect->ports->count; p++)
         for (int k = 0; k < bonds->stencil->count; k++) {
             int64_t slot = (int64_t)p * bonds->stencil->count + k;
-            pdi_convect_one(convect, convect->ports->node[p], k, convect->port_flux + slot, convect->port_bond + slot);
+            pdi_flux_one(convect, convect->ports->node[p], k, convect->port_flux + slot, convect->port_bond + slot);
         }
     return PD_OK;
 }
@@ -17792,35 +17811,35 @@ PDI_FN pd_status pdi_convect_refresh(pd_ctx *ctx, const pd_convect *convect)
 /* ---- sweeps ---- */
 
 /* What a sweep does with its nodes: y = A c, the limited antidiffusive fluxes y, or their derivative. */
-typedef struct pdi_convect_sweep pdi_convect_sweep;
-typedef void (*pdi_convect_block_fn)(const pdi_convect_sweep *s, int32_t i, int32_t row, int count);
-typedef void (*pdi_convect_port_fn)(const pdi_convect_sweep *s, int32_t p);
+typedef struct pdi_flux_sweep pdi_flux_sweep;
+typedef void (*pdi_flux_block_fn)(const pdi_flux_sweep *s, int32_t i, int32_t row, int count);
+typedef void (*pdi_flux_port_fn)(const pdi_flux_sweep *s, int32_t p);
 
-struct pdi_convect_sweep {
-    const pd_convect *t;
+struct pdi_flux_sweep {
+    const pd_flux *t;
     const double *c;
     const double *x, *keep_by, *slope_by; /* direction of a derivative, and those of the limiter along it */
     double *y;
-    pdi_convect_block_fn block; /* of nodes away from ports */
-    pdi_convect_port_fn port;   /* of one node beside inlets or outlets */
+    pdi_flux_block_fn block; /* of nodes away from ports */
+    pdi_flux_port_fn port;   /* of one node beside inlets or outlets */
 };
 
 /* Bond k of a block and its opposite one, to the far ends ahead and behind. */
-typedef struct pdi_convect_pair {
+typedef struct pdi_flux_pair {
     int32_t shift;                /* ahead; the same behind */
     const double *flux, *back;    /* F [1/s] of the bond ahead, and of that which comes from behind or leaves there */
     double turn;                  /* what `back` is to be multiplied with to leave: -1 as stored in planes */
     const double *ahead, *behind; /* conductances [1/s] */
     double space[2][PDI_BLOCK];   /* for those of whole families, and across pages */
     double volume[2][PDI_BLOCK];  /* for fluxes that are not stored */
-} pdi_convect_pair;
+} pdi_flux_pair;
 
 /* Conductances of bond k of a block; `space`: room for those that do not stand together. */
-static inline const double *pdi_convect_conduct(const pd_convect *t, int32_t i, int32_t row, int k, int count,
+static inline const double *pdi_flux_conduct(const pd_flux *t, int32_t i, int32_t row, int k, int count,
                                                 double *PD_RESTRICT space)
 {
-    if (row >= 0 && row % PDI_CONVECT_PAGE + count <= PDI_CONVECT_PAGE) return pdi_convect_place(t, row, k);
-    for (int b = 0; b < count && row >= 0; b++) space[b] = *pdi_convect_place(t, row + b, k);
+    if (row >= 0 && row % PDI_FLUX_PAGE + count <= PDI_FLUX_PAGE) return pdi_flux_place(t, row, k);
+    for (int b = 0; b < count && row >= 0; b++) space[b] = *pdi_flux_place(t, row + b, k);
     if (row >= 0) return space;
     if (t->diffusion->field) {
         pdi_diffusion_bond(t->diffusion, i, k, count, 0, space);
@@ -17832,87 +17851,87 @@ static inline const double *pdi_convect_conduct(const pd_convect *t, int32_t i, 
 }
 
 /* Close the bonds k of the rows from `row` that are. */
-static inline void pdi_convect_shut(const pd_convect *t, int32_t row, int k, int count, double *PD_RESTRICT flux)
+static inline void pdi_flux_shut(const pd_flux *t, int32_t row, int k, int count, double *PD_RESTRICT flux)
 {
     pdi_bond_gate gate;
     gate.word = pdi_bond_words(t->bonds, row, k);
     for (int b = 0; b < count; b++) flux[b] *= pdi_bond_gate_lane(&gate, k, b);
 }
 
-PDI_INLINE void pdi_convect_pair_get(const pd_convect *t, int32_t i, int32_t row, int k, int count,
-                                     pdi_convect_pair *p)
+PDI_INLINE void pdi_flux_pair_get(const pd_flux *t, int32_t i, int32_t row, int k, int count,
+                                     pdi_flux_pair *p)
 {
     int opposite = t->bonds->stencil->count - 1 - k;
     p->shift = t->bonds->shift[k];
-    p->flux = p->back = pdi_convect_still;
+    p->flux = p->back = pdi_flux_still;
     p->turn = -1.0;
     if (t->flux) {
-        p->flux = pdi_convect_slot(t, i, k, &p->turn);
-        p->back = pdi_convect_slot(t, i, opposite, &p->turn);
+        p->flux = pdi_flux_slot(t, i, k, &p->turn);
+        p->back = pdi_flux_slot(t, i, opposite, &p->turn);
     } else if (PD_DIM == 3 && t->flow) {
-        pdi_convect_volumes(t, i, k, count, p->volume[0], p->volume[1]);
+        pdi_flux_volumes(t, i, k, count, p->volume[0], p->volume[1]);
         if (row >= 0) {
-            pdi_convect_shut(t, row, k, count, p->volume[0]);
-            pdi_convect_shut(t, row, opposite, count, p->volume[1]);
+            pdi_flux_shut(t, row, k, count, p->volume[0]);
+            pdi_flux_shut(t, row, opposite, count, p->volume[1]);
         }
         p->flux = p->volume[0];
         p->back = p->volume[1];
         p->turn = 1.0;
     }
-    p->ahead = pdi_convect_conduct(t, i, row, k, count, p->space[0]);
-    p->behind = pdi_convect_conduct(t, i, row, opposite, count, p->space[1]);
+    p->ahead = pdi_flux_conduct(t, i, row, k, count, p->space[0]);
+    p->behind = pdi_flux_conduct(t, i, row, opposite, count, p->space[1]);
 }
 
 /* What leaves through one bond (eq. 5.1): conductances are at least |F|/2. */
-static inline double pdi_convect_leave(double half, double least, double near, double far)
+static inline double pdi_flux_leave(double half, double least, double near, double far)
 {
     double size = fabs(half);
     return half * (near + far) - (size > least ? size : least) * (far - near);
 }
 
 /* Compiled for whole blocks and for shorter ones. */
-static inline void pdi_convect_apply_block(const pdi_convect_sweep *s, int32_t i, int32_t row, int count)
+static inline void pdi_flux_apply_block(const pdi_flux_sweep *s, int32_t i, int32_t row, int count)
 {
-    const pd_convect *t = s->t;
+    const pd_flux *t = s->t;
     const double *PD_RESTRICT c = s->c + i, *PD_RESTRICT absorb = t->absorb + i, *hold = t->diffusion->hold;
     double sum[PDI_BLOCK], rate = t->rate, *PD_RESTRICT y = s->y + i;
     for (int b = 0; b < count; b++) sum[b] = (rate + absorb[b]) * c[b];
     for (int b = 0; b < count && hold; b++) sum[b] += hold[i + b] * c[b];
     for (int k = 0; k < t->bonds->stencil->count / 2; k++) {
-        pdi_convect_pair p;
-        pdi_convect_pair_get(t, i, row, k, count, &p);
+        pdi_flux_pair p;
+        pdi_flux_pair_get(t, i, row, k, count, &p);
         const double *next = c + p.shift, *before = c - p.shift, *flux = p.flux, *back = p.back;
         const double *ahead = p.ahead, *behind = p.behind;
         double part = 0.5 * p.turn;
         for (int b = 0; b < count; b++)
-            sum[b] += pdi_convect_leave(0.5 * flux[b], ahead[b], c[b], next[b]) +
-                      pdi_convect_leave(part * back[b], behind[b], c[b], before[b]);
+            sum[b] += pdi_flux_leave(0.5 * flux[b], ahead[b], c[b], next[b]) +
+                      pdi_flux_leave(part * back[b], behind[b], c[b], before[b]);
     }
     for (int b = 0; b < count; b++) y[b] = sum[b];
 }
 
-static void pdi_convect_apply_nodes(const pdi_convect_sweep *s, int32_t i, int32_t row, int count)
+static void pdi_flux_apply_nodes(const pdi_flux_sweep *s, int32_t i, int32_t row, int count)
 {
-    if (count == PDI_BLOCK) pdi_convect_apply_block(s, i, row, PDI_BLOCK);
-    else pdi_convect_apply_block(s, i, row, count);
+    if (count == PDI_BLOCK) pdi_flux_apply_block(s, i, row, PDI_BLOCK);
+    else pdi_flux_apply_block(s, i, row, count);
 }
 
-static void pdi_convect_apply_port(const pdi_convect_sweep *s, int32_t p)
+static void pdi_flux_apply_port(const pdi_flux_sweep *s, int32_t p)
 {
-    const pd_convect *t = s->t;
+    const pd_flux *t = s->t;
     int count = t->bonds->stencil->count;
     int32_t i = t->ports->node[p];
     const int32_t *far = t->ports->far + (int64_t)p * count;
     const double *flux = t->port_flux + (int64_t)p * count, *bond = t->port_bond + (int64_t)p * count;
     double c = s->c[i], sum = (t->rate + t->absorb[i]) * c;
     if (t->diffusion->hold) sum += t->diffusion->hold[i] * c;
-    for (int k = 0; k < count; k++) sum += pdi_convect_leave(0.5 * flux[k], bond[k], c, s->c[far[k]]);
+    for (int k = 0; k < count; k++) sum += pdi_flux_leave(0.5 * flux[k], bond[k], c, s->c[far[k]]);
     s->y[i] = sum;
 }
 
 /* alpha d s of one bond: its step of the field, leant towards xi.G of the upwind end, less where they differ by far;
  * alpha of that end, and d what upwinding adds to the conductance (eq. 5.4). */
-static inline double pdi_convect_return(double flux, double least, double step, double lean, double x, double alpha)
+static inline double pdi_flux_return(double flux, double least, double step, double lean, double x, double alpha)
 {
     double off = x - step, square = step * step, sum = square + 0.25 * off * off, excess = 0.5 * fabs(flux) - least;
     double mixed = step + lean * (sum > 0.0 ? square / sum : 1.0) * off;
@@ -17920,7 +17939,7 @@ static inline double pdi_convect_return(double flux, double least, double step, 
 }
 
 /* Its derivative, with those of the step, of x and of alpha. */
-static inline double pdi_convect_return_by(double flux, double least, double step, double lean, double x, double alpha,
+static inline double pdi_flux_return_by(double flux, double least, double step, double lean, double x, double alpha,
                                            double step_by, double x_by, double alpha_by)
 {
     double off = x - step, off_by = x_by - step_by, excess = 0.5 * fabs(flux) - least;
@@ -17931,17 +17950,17 @@ static inline double pdi_convect_return_by(double flux, double least, double ste
     return (excess > 0.0 ? excess : 0.0) * (alpha_by * mixed + alpha * mixed_by);
 }
 
-static inline void pdi_convect_anti_block(const pdi_convect_sweep *s, int32_t i, int32_t row, int count)
+static inline void pdi_flux_anti_block(const pdi_flux_sweep *s, int32_t i, int32_t row, int count)
 {
-    const pd_convect *t = s->t;
+    const pd_flux *t = s->t;
     const double *PD_RESTRICT c = s->c + i, *PD_RESTRICT keep = t->limiter->keep + i;
     const double *PD_RESTRICT slope = t->limiter->slope + i, *xi = t->bonds->stencil->xi;
     int64_t total = t->bonds->grid->total;
     double sum[PDI_BLOCK], *PD_RESTRICT y = s->y + i;
     for (int b = 0; b < count; b++) sum[b] = 0.0;
     for (int k = 0; k < t->bonds->stencil->count / 2; k++, xi += PD_DIM) {
-        pdi_convect_pair p;
-        pdi_convect_pair_get(t, i, row, k, count, &p);
+        pdi_flux_pair p;
+        pdi_flux_pair_get(t, i, row, k, count, &p);
         const double *flux = p.flux, *back = p.back, *ahead = p.ahead, *behind = p.behind;
         double turn = p.turn;
         int32_t shift = p.shift;
@@ -17953,24 +17972,24 @@ static inline void pdi_convect_anti_block(const pdi_convect_sweep *s, int32_t i,
                 before += xi[d] * slope[d * total + b - shift];
             }
             double alpha_next = keep[b + shift], alpha_before = keep[b - shift];
-            sum[b] -= pdi_convect_return(f, ahead[b], c[b + shift] - c[b], PDI_CONVECT_LEAN,
+            sum[b] -= pdi_flux_return(f, ahead[b], c[b + shift] - c[b], PDI_FLUX_LEAN,
                                          f > 0.0 ? x : next, f > 0.0 ? alpha : alpha_next);
-            sum[b] -= pdi_convect_return(g, behind[b], c[b - shift] - c[b], PDI_CONVECT_LEAN,
+            sum[b] -= pdi_flux_return(g, behind[b], c[b - shift] - c[b], PDI_FLUX_LEAN,
                                          g > 0.0 ? -x : -before, g > 0.0 ? alpha : alpha_before);
         }
     }
     for (int b = 0; b < count; b++) y[b] = sum[b];
 }
 
-static void pdi_convect_anti_nodes(const pdi_convect_sweep *s, int32_t i, int32_t row, int count)
+static void pdi_flux_anti_nodes(const pdi_flux_sweep *s, int32_t i, int32_t row, int count)
 {
-    if (count == PDI_BLOCK) pdi_convect_anti_block(s, i, row, PDI_BLOCK);
-    else pdi_convect_anti_block(s, i, row, count);
+    if (count == PDI_BLOCK) pdi_flux_anti_block(s, i, row, PDI_BLOCK);
+    else pdi_flux_anti_block(s, i, row, count);
 }
 
-static inline void pdi_convect_anti_block_by(const pdi_convect_sweep *s, int32_t i, int32_t row, int count)
+static inline void pdi_flux_anti_block_by(const pdi_flux_sweep *s, int32_t i, int32_t row, int count)
 {
-    const pd_convect *t = s->t;
+    const pd_flux *t = s->t;
     const double *PD_RESTRICT c = s->c + i, *PD_RESTRICT keep = t->limiter->keep + i, *PD_RESTRICT z = s->x + i;
     const double *PD_RESTRICT slope = t->limiter->slope + i, *xi = t->bonds->stencil->xi;
     const double *PD_RESTRICT keep_by = s->keep_by + i, *PD_RESTRICT slope_by = s->slope_by + i;
@@ -17978,8 +17997,8 @@ static inline void pdi_convect_anti_block_by(const pdi_convect_sweep *s, int32_t
     double sum[PDI_BLOCK], *PD_RESTRICT y = s->y + i;
     for (int b = 0; b < count; b++) sum[b] = 0.0;
     for (int k = 0; k < t->bonds->stencil->count / 2; k++, xi += PD_DIM) {
-        pdi_convect_pair p;
-        pdi_convect_pair_get(t, i, row, k, count, &p);
+        pdi_flux_pair p;
+        pdi_flux_pair_get(t, i, row, k, count, &p);
         const double *flux = p.flux, *back = p.back, *ahead = p.ahead, *behind = p.behind;
         double turn = p.turn;
         int32_t shift = p.shift;
@@ -17996,10 +18015,10 @@ static inline void pdi_convect_anti_block_by(const pdi_convect_sweep *s, int32_t
             }
             double alpha_next = keep[b + shift], alpha_before = keep[b - shift];
             double alpha_next_by = keep_by[b + shift], alpha_before_by = keep_by[b - shift];
-            sum[b] -= pdi_convect_return_by(f, ahead[b], c[b + shift] - c[b], PDI_CONVECT_LEAN, f > 0.0 ? x : next,
+            sum[b] -= pdi_flux_return_by(f, ahead[b], c[b + shift] - c[b], PDI_FLUX_LEAN, f > 0.0 ? x : next,
                                             f > 0.0 ? alpha : alpha_next, z[b + shift] - z[b],
                                             f > 0.0 ? x_by : next_by, f > 0.0 ? alpha_by : alpha_next_by);
-            sum[b] -= pdi_convect_return_by(g, behind[b], c[b - shift] - c[b], PDI_CONVECT_LEAN,
+            sum[b] -= pdi_flux_return_by(g, behind[b], c[b - shift] - c[b], PDI_FLUX_LEAN,
                                             g > 0.0 ? -x : -before, g > 0.0 ? alpha : alpha_before,
                                             z[b - shift] - z[b], g > 0.0 ? -x_by : -before_by,
                                             g > 0.0 ? alpha_by : alpha_before_by);
@@ -18008,37 +18027,37 @@ static inline void pdi_convect_anti_block_by(const pdi_convect_sweep *s, int32_t
     for (int b = 0; b < count; b++) y[b] = sum[b];
 }
 
-static void pdi_convect_anti_nodes_by(const pdi_convect_sweep *s, int32_t i, int32_t row, int count)
+static void pdi_flux_anti_nodes_by(const pdi_flux_sweep *s, int32_t i, int32_t row, int count)
 {
-    if (count == PDI_BLOCK) pdi_convect_anti_block_by(s, i, row, PDI_BLOCK);
-    else pdi_convect_anti_block_by(s, i, row, count);
+    if (count == PDI_BLOCK) pdi_flux_anti_block_by(s, i, row, PDI_BLOCK);
+    else pdi_flux_anti_block_by(s, i, row, count);
 }
 
 /* The antidiffusive flux out of node i through bond k, which ends on `far`. Inlets have no gradient. */
-static double pdi_convect_anti_one(const pdi_convect_sweep *s, int32_t i, int32_t far, int k, double flux, double bond)
+static double pdi_flux_anti_one(const pdi_flux_sweep *s, int32_t i, int32_t far, int k, double flux, double bond)
 {
     const pd_grid *grid = s->t->bonds->grid;
     const pd_limiter *limiter = s->t->limiter;
     int32_t upwind = flux > 0.0 ? i : far;
-    double x = 0.0, lean = grid->kind[upwind] == PD_INLET ? 0.0 : PDI_CONVECT_LEAN;
+    double x = 0.0, lean = grid->kind[upwind] == PD_INLET ? 0.0 : PDI_FLUX_LEAN;
     for (int d = 0; d < PD_DIM; d++)
         x += s->t->bonds->stencil->xi[k * PD_DIM + d] * limiter->slope[(int64_t)d * grid->total + upwind];
-    return pdi_convect_return(flux, bond, s->c[far] - s->c[i], lean, x, limiter->keep[upwind]);
+    return pdi_flux_return(flux, bond, s->c[far] - s->c[i], lean, x, limiter->keep[upwind]);
 }
 
-static void pdi_convect_anti_port(const pdi_convect_sweep *s, int32_t p)
+static void pdi_flux_anti_port(const pdi_flux_sweep *s, int32_t p)
 {
-    const pd_convect *t = s->t;
+    const pd_flux *t = s->t;
     int count = t->bonds->stencil->count;
     int64_t first = (int64_t)p * count;
     double sum = 0.0;
     for (int k = 0; k < count; k++)
-        sum -= pdi_convect_anti_one(s, t->ports->node[p], t->ports->far[first + k], k, t->port_flux[first + k],
+        sum -= pdi_flux_anti_one(s, t->ports->node[p], t->ports->far[first + k], k, t->port_flux[first + k],
                                     t->port_bond[first + k]);
     s->y[t->ports->node[p]] = sum;
 }
 
-static void pdi_convect_anti_port_by(const pdi_convect_sweep *s, int32_t p)
+static void pdi_flux_anti_port_by(const pdi_flux_sweep *s, int32_t p)
 {
     const pd_grid *grid = s->t->bonds->grid;
     const pd_stencil *st = s->t->bonds->stencil;
@@ -18049,20 +18068,20 @@ static void pdi_convect_anti_port_by(const pdi_convect_sweep *s, int32_t p)
         int64_t slot = (int64_t)p * st->count + k;
         double flux = s->t->port_flux[slot], x = 0.0, x_by = 0.0;
         int32_t far = s->t->ports->far[slot], upwind = flux > 0.0 ? i : far;
-        double lean = grid->kind[upwind] == PD_INLET ? 0.0 : PDI_CONVECT_LEAN;
+        double lean = grid->kind[upwind] == PD_INLET ? 0.0 : PDI_FLUX_LEAN;
         for (int d = 0; d < PD_DIM; d++) {
             x += st->xi[k * PD_DIM + d] * limiter->slope[(int64_t)d * grid->total + upwind];
             x_by += st->xi[k * PD_DIM + d] * s->slope_by[(int64_t)d * grid->total + upwind];
         }
-        sum -= pdi_convect_return_by(flux, s->t->port_bond[slot], s->c[far] - s->c[i], lean, x, limiter->keep[upwind],
+        sum -= pdi_flux_return_by(flux, s->t->port_bond[slot], s->c[far] - s->c[i], lean, x, limiter->keep[upwind],
                                      s->x[far] - s->x[i], x_by, s->keep_by[upwind]);
     }
     s->y[i] = sum;
 }
 
-static void pdi_convect_run(const void *user, int32_t i, int32_t row, int32_t length)
+static void pdi_flux_run(const void *user, int32_t i, int32_t row, int32_t length)
 {
-    const pdi_convect_sweep *s = (const pdi_convect_sweep *)user;
+    const pdi_flux_sweep *s = (const pdi_flux_sweep *)user;
     int32_t part;
     int beside, count;
     for (int32_t begin = 0; begin < length; begin += part) {
@@ -18074,37 +18093,37 @@ static void pdi_convect_run(const void *user, int32_t i, int32_t row, int32_t le
     }
 }
 
-static void pdi_convect_sweep_all(const pd_ctx *ctx, pdi_convect_sweep *s)
+static void pdi_flux_sweep_all(const pd_ctx *ctx, pdi_flux_sweep *s)
 {
     const pd_bonds *bonds = s->t->bonds;
-    pdi_bond_sweep(ctx, bonds, bonds->grid->fluid_count * bonds->stencil->count * 2, 0, pdi_convect_run, s);
+    pdi_bond_sweep(ctx, bonds, bonds->grid->fluid_count * bonds->stencil->count * 2, 0, pdi_flux_run, s);
     int nt = pdi_par_threads(ctx, (int64_t)s->t->ports->count * bonds->stencil->count * PDI_PORT_WORK);
     (void)nt;
     PDI_PARALLEL_FOR(nt)
     for (int32_t p = 0; p < s->t->ports->count; p++) s->port(s, p);
 }
 
-PDI_FN void pdi_convect_apply(const pd_ctx *ctx, const pd_convect *convect, const double *c, double *y)
+PDI_FN void pdi_flux_apply(const pd_ctx *ctx, const pd_flux *convect, const double *c, double *y)
 {
-    pdi_convect_sweep s;
+    pdi_flux_sweep s;
     s.t = convect;
     s.c = c;
     s.y = y;
-    s.block = pdi_convect_apply_nodes;
-    s.port = pdi_convect_apply_port;
-    pdi_convect_sweep_all(ctx, &s);
+    s.block = pdi_flux_apply_nodes;
+    s.port = pdi_flux_apply_port;
+    pdi_flux_sweep_all(ctx, &s);
 }
 
 /* The value of node i that balances it. */
-static double pdi_convect_balance(const pd_convect *t, const double *b, const double *c, int32_t i)
+static double pdi_flux_balance(const pd_flux *t, const double *b, const double *c, int32_t i)
 {
     const pd_grid *grid = t->bonds->grid;
     double diagonal = t->rate + t->absorb[i] + (t->diffusion->hold ? t->diffusion->hold[i] : 0.0), sum = b[i];
     for (int k = 0; k < t->bonds->stencil->count; k++) {
         int32_t j = i + t->bonds->shift[k];
         double flux, bond;
-        if (!pdi_convect_open(t, i, k)) continue;
-        pdi_convect_one(t, i, k, &flux, &bond);
+        if (!pdi_flux_open(t, i, k)) continue;
+        pdi_flux_one(t, i, k, &flux, &bond);
         if (grid->kind[j] == PD_OUTLET) diagonal += flux;
         else {
             double gain = fmax(0.5 * fabs(flux), bond) - 0.5 * flux;
@@ -18116,85 +18135,85 @@ static double pdi_convect_balance(const pd_convect *t, const double *b, const do
     return diagonal > 0.0 ? sum / diagonal : c[i];
 }
 
-PDI_FN void pdi_convect_relax(const pd_convect *t, const double *b, int back, double *c)
+PDI_FN void pdi_flux_relax(const pd_flux *t, const double *b, int back, double *c)
 {
     int32_t total = t->bonds->grid->total;
     for (int32_t n = 0; n < total; n++) {
         int32_t i = back ? total - 1 - n : n;
-        if (t->bonds->grid->kind[i] == PD_FLUID) c[i] = pdi_convect_balance(t, b, c, i);
+        if (t->bonds->grid->kind[i] == PD_FLUID) c[i] = pdi_flux_balance(t, b, c, i);
     }
 }
 
-PDI_FN void pdi_convect_anti(const pd_ctx *ctx, const pd_convect *convect, const double *c, double *y)
+PDI_FN void pdi_flux_anti(const pd_ctx *ctx, const pd_flux *convect, const double *c, double *y)
 {
-    pdi_convect_sweep s;
+    pdi_flux_sweep s;
     s.t = convect;
     s.c = c;
     s.y = y;
-    s.block = pdi_convect_anti_nodes;
-    s.port = pdi_convect_anti_port;
-    pdi_convect_sweep_all(ctx, &s);
+    s.block = pdi_flux_anti_nodes;
+    s.port = pdi_flux_anti_port;
+    pdi_flux_sweep_all(ctx, &s);
 }
 
-PDI_FN void pdi_convect_anti_by(const pd_ctx *ctx, const pd_convect *convect, const double *c, const double *x,
+PDI_FN void pdi_flux_anti_by(const pd_ctx *ctx, const pd_flux *convect, const double *c, const double *x,
                                 const double *keep_by, const double *slope_by, double *y)
 {
-    pdi_convect_sweep s;
+    pdi_flux_sweep s;
     s.t = convect;
     s.c = c;
     s.x = x;
     s.keep_by = keep_by;
     s.slope_by = slope_by;
     s.y = y;
-    s.block = pdi_convect_anti_nodes_by;
-    s.port = pdi_convect_anti_port_by;
-    pdi_convect_sweep_all(ctx, &s);
+    s.block = pdi_flux_anti_nodes_by;
+    s.port = pdi_flux_anti_port_by;
+    pdi_flux_sweep_all(ctx, &s);
 }
 
 /* What the bonds through a plane are asked for. */
-typedef struct pdi_convect_section {
-    const pd_convect *convect;
+typedef struct pdi_flux_section {
+    const pd_flux *convect;
     const double *c;    /* [mol/m3] */
     const double *anti; /* [mol/m3/s] what the nodes gain by antidiffusion */
-} pdi_convect_section;
+} pdi_flux_section;
 
 /* Upwinded flux [mol/m3/s] of bond k of node i. One of both ends is fluid, the flux is told from there. */
-static double pdi_convect_section_bond(const void *user, int32_t i, int k)
+static double pdi_flux_section_bond(const void *user, int32_t i, int k)
 {
-    const pdi_convect_section *section = (const pdi_convect_section *)user;
-    const pd_convect *t = section->convect;
+    const pdi_flux_section *section = (const pdi_flux_section *)user;
+    const pd_flux *t = section->convect;
     int32_t j = i + t->bonds->shift[k];
-    if (t->bonds->grid->kind[i] == PD_FLUID) return pdi_convect_bond_flux(t, section->c, i, k);
+    if (t->bonds->grid->kind[i] == PD_FLUID) return pdi_flux_bond_flux(t, section->c, i, k);
     double over = pdi_grid_circumference(t->bonds->grid, j) / pdi_grid_circumference(t->bonds->grid, i);
-    return -over * pdi_convect_bond_flux(t, section->c, j, t->bonds->stencil->count - 1 - k);
+    return -over * pdi_flux_bond_flux(t, section->c, j, t->bonds->stencil->count - 1 - k);
 }
 
 /* What node i gains by the antidiffusive flux of bond k (eq. 5.4), likewise. */
-static double pdi_convect_section_anti(const void *user, int32_t i, int k)
+static double pdi_flux_section_anti(const void *user, int32_t i, int k)
 {
-    const pdi_convect_section *section = (const pdi_convect_section *)user;
-    const pd_convect *t = section->convect;
+    const pdi_flux_section *section = (const pdi_flux_section *)user;
+    const pd_flux *t = section->convect;
     int32_t j = i + t->bonds->shift[k];
-    pdi_convect_sweep s;
+    pdi_flux_sweep s;
     if (t->bonds->grid->kind[i] != PD_FLUID) {
         double over = pdi_grid_circumference(t->bonds->grid, j) / pdi_grid_circumference(t->bonds->grid, i);
-        return -over * pdi_convect_section_anti(section, j, t->bonds->stencil->count - 1 - k);
+        return -over * pdi_flux_section_anti(section, j, t->bonds->stencil->count - 1 - k);
     }
     memset(&s, 0, sizeof s);
     s.t = t;
     s.c = section->c;
     double flux, bond;
-    pdi_convect_one(t, i, k, &flux, &bond);
+    pdi_flux_one(t, i, k, &flux, &bond);
     if (t->bonds->grid->kind[j] == PD_OUTLET) j = i;
-    return -pdi_convect_anti_one(&s, i, j, k, flux, bond);
+    return -pdi_flux_anti_one(&s, i, j, k, flux, bond);
 }
 
 /* What passes the plane by antidiffusion is all that the nodes on one side of it gain, since the fluxes between them
  * cancel, unless inlets feed both sides or the axis is periodic: then bond by bond, up to what the limiter still
  * moves. */
-static double pdi_convect_section_gain(const pdi_convect_section *section, int axis, int index)
+static double pdi_flux_section_gain(const pdi_flux_section *section, int axis, int index)
 {
-    const pd_convect *t = section->convect;
+    const pd_flux *t = section->convect;
     pdi_sum sum[2] = {{0.0, 0.0}, {0.0, 0.0}};
     int fed[2] = {0, 0};
     if (t->bonds->grid->side[2 * axis] == PD_SIDE_PERIODIC) fed[0] = fed[1] = 1;
@@ -18208,21 +18227,21 @@ static double pdi_convect_section_gain(const pdi_convect_section *section, int a
     }
     if (!fed[0]) return pdi_sum_total(&sum[0]);
     if (!fed[1]) return -pdi_sum_total(&sum[1]);
-    return pdi_bond_section(t->bonds, axis, index, pdi_convect_section_anti, section);
+    return pdi_bond_section(t->bonds, axis, index, pdi_flux_section_anti, section);
 }
 
-PDI_FN double pdi_convect_through(const pd_convect *convect, const double *c, const double *anti, int axis, int index)
+PDI_FN double pdi_flux_through(const pd_flux *convect, const double *c, const double *anti, int axis, int index)
 {
-    pdi_convect_section section;
+    pdi_flux_section section;
     section.convect = convect;
     section.c = c;
     section.anti = anti;
-    double low = pdi_bond_section(convect->bonds, axis, index, pdi_convect_section_bond, &section);
-    double gain = anti ? pdi_convect_section_gain(&section, axis, index) : 0.0;
+    double low = pdi_bond_section(convect->bonds, axis, index, pdi_flux_section_bond, &section);
+    double gain = anti ? pdi_flux_section_gain(&section, axis, index) : 0.0;
     return (low - gain) * convect->bonds->stencil->volume;
 }
 
-static pd_status pdi_convect_fit_ports(pd_ctx *ctx, pd_convect *convect)
+static pd_status pdi_flux_fit_ports(pd_ctx *ctx, pd_flux *convect)
 {
     int64_t count = convect->bonds->stencil->count;
     int32_t rows = convect->ports->capacity;
@@ -18237,10 +18256,10 @@ static pd_status pdi_convect_fit_ports(pd_ctx *ctx, pd_convect *convect)
     return status;
 }
 
-static pd_status pdi_convect_fit_rows(pd_ctx *ctx, pd_convect *convect)
+static pd_status pdi_flux_fit_rows(pd_ctx *ctx, pd_flux *convect)
 {
     int64_t count = convect->bonds->stencil->count;
-    int32_t rows = (convect->bonds->capacity + PDI_CONVECT_PAGE - 1) / PDI_CONVECT_PAGE * PDI_CONVECT_PAGE;
+    int32_t rows = (convect->bonds->capacity + PDI_FLUX_PAGE - 1) / PDI_FLUX_PAGE * PDI_FLUX_PAGE;
     if (rows == convect->capacity) return PD_OK;
     PDI_DELETE(ctx, count * convect->capacity, convect->conduct);
     convect->capacity = 0;
@@ -18249,23 +18268,23 @@ static pd_status pdi_convect_fit_rows(pd_ctx *ctx, pd_convect *convect)
     return PD_OK;
 }
 
-PDI_FN pd_status pdi_convect_fit(pd_ctx *ctx, pd_convect *convect)
+PDI_FN pd_status pdi_flux_fit(pd_ctx *ctx, pd_flux *convect)
 {
-    PDI_TRY(pdi_convect_fit_rows(ctx, convect));
-    return pdi_convect_fit_ports(ctx, convect);
+    PDI_TRY(pdi_flux_fit_rows(ctx, convect));
+    return pdi_flux_fit_ports(ctx, convect);
 }
 
-PDI_FN pd_status pdi_convect_build(pd_ctx *ctx, pd_convect *convect)
+PDI_FN pd_status pdi_flux_build(pd_ctx *ctx, pd_flux *convect)
 {
     const pd_bonds *bonds = convect->bonds;
-    pdi_convect_lean(convect);
+    pdi_flux_lean(convect);
     if (convect->flow) PDI_TRY(PDI_NEW(ctx, "convect", (PD_DIM + 1) * (int64_t)bonds->grid->total, convect->drive));
     if (convect->flow && PD_DIM < 3)
         PDI_TRY(PDI_NEW(ctx, "convect", bonds->stencil->count / 2 * (int64_t)bonds->grid->total, convect->flux));
-    return pdi_convect_fit(ctx, convect);
+    return pdi_flux_fit(ctx, convect);
 }
 
-PDI_FN void pdi_convect_free(pd_ctx *ctx, pd_convect *convect)
+PDI_FN void pdi_flux_free(pd_ctx *ctx, pd_flux *convect)
 {
     const pd_bonds *bonds = convect->bonds;
     if (!bonds) return;
@@ -18313,14 +18332,14 @@ PDI_FN void pdi_convect_free(pd_ctx *ctx, pd_convect *convect)
 
 static void pdi_transport_operator(const pd_ctx *ctx, const pd_transport *t, const double *c, double *y)
 {
-    pd_convect convect = t->convect;
+    pd_flux convect = t->convect;
     convect.rate = t->dt > 0.0 ? 1.0 / t->dt : 0.0;
     if (t->repeated) {
         pdi_par_copy(ctx, t->grid->total, c, t->repeated);
         pd_ghosts_scalar(&t->bonds->ghosts, t->repeated);
         c = t->repeated;
     }
-    pdi_convect_apply(ctx, &convect, c, y);
+    pdi_flux_apply(ctx, &convect, c, y);
 }
 
 /* Upwinded nodes keep nothing. */
@@ -18338,7 +18357,7 @@ static void pdi_transport_anti(const pd_ctx *ctx, pd_transport *t, double *c, do
     pd_ghosts_scalar(&t->bonds->ghosts, c);
     pdi_limiter_update(ctx, &t->limiter, c, PDI_TRANSPORT_FAINT * t->size);
     pdi_transport_silence(t, t->limiter.keep);
-    pdi_convect_anti(ctx, &t->convect, c, out);
+    pdi_flux_anti(ctx, &t->convect, c, out);
 }
 
 /* What the solver callbacks see. */
@@ -18370,7 +18389,7 @@ static void pdi_transport_jacobian(void *user, const double *x, double *y)
     if (t->repeated) x = t->repeated; /* with its images, by now */
     pdi_limiter_derive(u->ctx, &t->limiter, t->c, x, PDI_TRANSPORT_FAINT * t->size, keep_by, slope_by);
     pdi_transport_silence(t, keep_by);
-    pdi_convect_anti_by(u->ctx, &t->convect, t->c, x, keep_by, slope_by, along);
+    pdi_flux_anti_by(u->ctx, &t->convect, t->c, x, keep_by, slope_by, along);
     PDI_PARALLEL_FOR(nt)
     for (int32_t i = 0; i < total; i++)
         if (kind[i] == PD_FLUID) y[i] -= along[i];
@@ -18380,9 +18399,9 @@ static void pdi_transport_precondition(void *user, const double *x, double *y)
 {
     pdi_transport_user *u = (pdi_transport_user *)user;
     pd_multigrid_cycle(u->ctx, &u->t->mg, x, y);
-    pd_convect convect = u->t->convect;
+    pd_flux convect = u->t->convect;
     convect.rate = 1.0 / u->t->dt;
-    for (int sweep = 0; sweep < 2 * u->t->sweeping; sweep++) pdi_convect_relax(&convect, x, sweep & 1, y);
+    for (int sweep = 0; sweep < 2 * u->t->sweeping; sweep++) pdi_flux_relax(&convect, x, sweep & 1, y);
 }
 
 static pd_status pdi_transport_setup(pd_ctx *ctx, pd_transport *t)
@@ -18520,12 +18539,12 @@ PDI_FN void pdi_transport_boundary(pd_transport *t)
         int32_t i = t->ports.node[p];
         double around = pdi_grid_circumference(grid, i);
         for (int k = 0; k < t->bonds->stencil->count; k++) {
-            if (!pdi_convect_open(&t->convect, i, k)) continue;
+            if (!pdi_flux_open(&t->convect, i, k)) continue;
             uint8_t far_kind = grid->kind[i + t->bonds->shift[k]];
-            if (far_kind == PD_OUTLET) pdi_sum_add(&out, around * pdi_convect_bond_flux(&t->convect, t->c, i, k));
-            if (far_kind == PD_INLET) pdi_sum_add(&in, -around * pdi_convect_bond_flux(&t->convect, t->c, i, k));
+            if (far_kind == PD_OUTLET) pdi_sum_add(&out, around * pdi_flux_bond_flux(&t->convect, t->c, i, k));
+            if (far_kind == PD_INLET) pdi_sum_add(&in, -around * pdi_flux_bond_flux(&t->convect, t->c, i, k));
             if (far_kind == PD_INLET && t->rest)
-                pdi_sum_add(&in, -around * pdi_convect_bond_flux(&t->convect, t->rest, i, k));
+                pdi_sum_add(&in, -around * pdi_flux_bond_flux(&t->convect, t->rest, i, k));
         }
     }
     /* between nodes antidiffusive fluxes cancel: their sum came through the inlets */
@@ -18762,7 +18781,7 @@ PDI_FN pd_status pdi_transport_stage(pd_ctx *ctx, pd_transport *t, double dt, in
     int32_t total = t->grid->total;
     memset(result, 0, sizeof *result);
     t->dt = dt;
-    PDI_TRY(pdi_convect_refresh(ctx, &t->convect));
+    PDI_TRY(pdi_flux_refresh(ctx, &t->convect));
     pdi_transport_right_side(ctx, t);
     PDI_TRY(pdi_transport_setup(ctx, t));
     pdi_transport_residual(ctx, t, t->work);
@@ -18810,8 +18829,8 @@ PDI_FN double pdi_transport_rate(const pd_transport *t, int32_t i)
     double rate = t->absorb[i] + (t->diffusion.hold ? t->diffusion.hold[i] : 0.0);
     for (int k = 0; k < t->bonds->stencil->count; k++) {
         double flux, bond, upwind;
-        if (!pdi_convect_open(&t->convect, i, k)) continue;
-        pdi_convect_bond(&t->convect, i, k, &flux, &bond, &upwind);
+        if (!pdi_flux_open(&t->convect, i, k)) continue;
+        pdi_flux_bond(&t->convect, i, k, &flux, &bond, &upwind);
         if (t->grid->kind[i + t->bonds->shift[k]] == PD_OUTLET) rate += fmax(flux, 0.0);
         else rate += bond + room * upwind - 0.5 * flux;
     }
@@ -18837,7 +18856,7 @@ pd_status pd_transport_explicit(pd_ctx *ctx, pd_transport *t, double dt)
         pdi_fail(ctx, PD_RETRY, "transport", "the explicit step of %g s exceeds the limit of %g s", dt, limit);
         return PD_RETRY;
     }
-    PDI_TRY(pdi_convect_refresh(ctx, &t->convect));
+    PDI_TRY(pdi_flux_refresh(ctx, &t->convect));
     if (t->rest) pdi_par_zero(ctx, t->grid->total, t->rest);
     t->dt = 0.0;
     int limited = pdi_transport_start(ctx, t), rounds = PDI_TRANSPORT_ROUNDS;
@@ -18865,8 +18884,8 @@ double pd_transport_section(pd_ctx *ctx, pd_transport *t, int axis, int index)
     int limited = t->flow && t->desc.advection == PD_ADVECTION_LIMITED;
     (void)ctx;
     pd_ghosts_scalar(&t->bonds->ghosts, t->c);
-    double flux = pdi_convect_through(&t->convect, t->c, limited ? t->anti : NULL, axis, index);
-    if (t->rest) flux += pdi_convect_through(&t->convect, t->rest, NULL, axis, index);
+    double flux = pdi_flux_through(&t->convect, t->c, limited ? t->anti : NULL, axis, index);
+    if (t->rest) flux += pdi_flux_through(&t->convect, t->rest, NULL, axis, index);
     return flux + pdi_diffusion_through(&t->diffusion, t->c, t->rest, axis, index);
 }
 
@@ -18952,7 +18971,7 @@ pd_status pd_transport_update(pd_ctx *ctx, pd_transport *t)
     pd_diffusion_update(ctx, &t->diffusion);
     PDI_TRY(pdi_transport_inlets(ctx, t));
     PDI_TRY(pdi_ports_update(ctx, &t->ports));
-    return pdi_convect_fit(ctx, &t->convect);
+    return pdi_flux_fit(ctx, &t->convect);
 }
 
 static pd_status pdi_transport_make(pd_ctx *ctx, const pd_grid *grid, const pd_bonds *bonds, const pd_flow *flow,
@@ -19025,7 +19044,7 @@ static pd_status pdi_transport_make(pd_ctx *ctx, const pd_grid *grid, const pd_b
     t->convect.absorb = t->absorb;
     PDI_TRY(pdi_transport_inlets(ctx, t));
     PDI_TRY(pdi_transport_holds(ctx, t));
-    return pdi_convect_build(ctx, &t->convect);
+    return pdi_flux_build(ctx, &t->convect);
 }
 
 pd_status pd_transport_build(pd_ctx *ctx, const pd_grid *grid, const pd_bonds *bonds, const pd_flow *flow,
@@ -19051,7 +19070,7 @@ PDI_FN pd_status pdi_transport_store(pd_ctx *ctx, pd_transport *t, pd_archive *a
 void pd_transport_free(pd_ctx *ctx, pd_transport *t)
 {
     int64_t total = t->grid ? t->grid->total : 0;
-    pdi_convect_free(ctx, &t->convect);
+    pdi_flux_free(ctx, &t->convect);
     pdi_limiter_free(ctx, &t->limiter);
     pdi_ports_free(ctx, &t->ports);
     pd_diffusion_free(ctx, &t->diffusion);
@@ -19103,7 +19122,7 @@ static double pdi_settle_slowest(const pd_transport *t)
 /* What the balances lack [mol/m3/s] into t->work, zero off the fluid. Held walls count as differences. */
 static void pdi_settle_residual(pd_ctx *ctx, pd_transport *t)
 {
-    pd_convect steady = t->convect;
+    pd_flux steady = t->convect;
     pd_diffusion free_walls = t->diffusion;
     double *out = t->work, *more = t->probe;
     free_walls.hold = NULL;
@@ -19111,9 +19130,9 @@ static void pdi_settle_residual(pd_ctx *ctx, pd_transport *t)
     steady.rate = 0.0;
     pdi_transport_fresh(ctx, t);
     pd_ghosts_scalar(&t->bonds->ghosts, t->c);
-    pdi_convect_apply(ctx, &steady, t->c, out);
+    pdi_flux_apply(ctx, &steady, t->c, out);
     if (t->rest) pd_ghosts_scalar(&t->bonds->ghosts, t->rest);
-    if (t->rest) pdi_convect_apply(ctx, &steady, t->rest, more);
+    if (t->rest) pdi_flux_apply(ctx, &steady, t->rest, more);
     for (int32_t i = 0; i < t->grid->total; i++) {
         int fluid = t->grid->kind[i] == PD_FLUID;
         double rest = fluid && t->rest ? t->rest[i] : 0.0, sum = fluid ? out[i] : 0.0;
@@ -26033,31 +26052,31 @@ PDI_FN void pdi_canvas_title(pdi_canvas *canvas, int x, int y, uint32_t colour, 
     pdi_canvas_write(canvas, x + 1, y, 0, colour, text);
 }
 
-/* ======== >>io/axis.c ======== */
-/* axis: see axis.h */
+/* ======== >>io/ticks.c ======== */
+/* ticks: see ticks.h */
 #include <math.h>
 #include <stdio.h>
 #include <string.h>
 
-static void pdi_axis_add(pdi_axis *axis, double at, const char *label)
+static void pdi_ticks_add(pdi_ticks *axis, double at, const char *label)
 {
-    if (axis->count >= PDI_AXIS_TICKS) return;
+    if (axis->count >= PDI_TICKS_TICKS) return;
     axis->at[axis->count] = at;
     snprintf(axis->label[axis->count++], sizeof axis->label[0], "%.23s", label);
 }
 
 /* The smallest of 1, 2, 5 times a power of ten that is at least x. */
-static double pdi_axis_nice(double x)
+static double pdi_ticks_nice(double x)
 {
     double power = pow(10.0, floor(log10(x)));
     double mantissa = x / power * (1 - 1e-9);
     return power * (mantissa <= 1 ? 1 : mantissa <= 2 ? 2 : mantissa <= 5 ? 5 : 10);
 }
 
-static void pdi_axis_linear(int most, pdi_axis *axis)
+static void pdi_ticks_linear(int most, pdi_ticks *axis)
 {
     char label[64];
-    double step = pdi_axis_nice((axis->hi - axis->lo) / (most > 1 ? most : 1));
+    double step = pdi_ticks_nice((axis->hi - axis->lo) / (most > 1 ? most : 1));
     double size = fmax(fabs(axis->lo), fabs(axis->hi)), slack = 1e-6 * step;
     /* Numbers of five digits or many zeros are shown with a common factor, a power of 1000. */
     axis->exponent = size >= 1e5 || size < 1e-2 ? 3 * (int)floor(log10(size * (1 + 1e-9)) / 3) : 0;
@@ -26069,11 +26088,11 @@ static void pdi_axis_linear(int most, pdi_axis *axis)
         snprintf(label, sizeof label, "%.*f", digits, k * step / unit + 0.0);
         for (char *c = label; *c; c++)
             if (*c == ',') *c = '.';
-        pdi_axis_add(axis, k * step, k == 0 ? "0" : label);
+        pdi_ticks_add(axis, k * step, k == 0 ? "0" : label);
     }
 }
 
-static void pdi_axis_logarithmic(int most, pdi_axis *axis)
+static void pdi_ticks_logarithmic(int most, pdi_ticks *axis)
 {
     int first = (int)floor(log10(axis->lo) + 1e-9), last = (int)ceil(log10(axis->hi) - 1e-9);
     int decades = last - first, skip = (decades + most - 1) / most;
@@ -26086,24 +26105,24 @@ static void pdi_axis_logarithmic(int most, pdi_axis *axis)
             int named = (k == 1 && e % skip == 0) || (decades <= 2 && (k == 2 || k == 5));
             if (e >= -3 && e <= 4) pdi_file_number(k * (e < 0 ? 1 / pow(10.0, -e) : pow(10.0, e)), label);
             else snprintf(label, sizeof label, "%de%d", k, e);
-            pdi_axis_add(axis, value, named ? label : "");
+            pdi_ticks_add(axis, value, named ? label : "");
         }
 }
 
-PDI_FN void pdi_axis_ticks(int most, pdi_axis *axis)
+PDI_FN void pdi_ticks_ticks(int most, pdi_ticks *axis)
 {
     axis->count = axis->exponent = 0;
-    if (axis->log) pdi_axis_logarithmic(most > 1 ? most : 1, axis);
-    else pdi_axis_linear(most, axis);
+    if (axis->log) pdi_ticks_logarithmic(most > 1 ? most : 1, axis);
+    else pdi_ticks_linear(most, axis);
 }
 
-PDI_FN double pdi_axis_place(const pdi_axis *axis, double value)
+PDI_FN double pdi_ticks_place(const pdi_ticks *axis, double value)
 {
     if (axis->log) return log(value / axis->lo) / log(axis->hi / axis->lo);
     return (value - axis->lo) / (axis->hi - axis->lo);
 }
 
-PDI_FN void pdi_axis_widen(double share, pdi_axis *axis)
+PDI_FN void pdi_ticks_widen(double share, pdi_ticks *axis)
 {
     double size = fmax(fabs(axis->lo), fabs(axis->hi));
     if (axis->log) {
@@ -26259,7 +26278,7 @@ typedef struct pdi_picture_layout {
     int bar_label;   /* place of its label */
     int width, height;
     int y_label;
-    pdi_axis axis_x, axis_y, axis_bar; /* positions in their unit; values */
+    pdi_ticks axis_x, axis_y, axis_bar; /* positions in their unit; values */
     const char *unit_x, *unit_y;
     char x_label[96];
     int x_label_start;
@@ -26320,7 +26339,7 @@ static void pdi_picture_range(const pd_picture *p, pdi_picture_layout *l)
     }
     l->axis_bar.lo = lo;
     l->axis_bar.hi = hi;
-    pdi_axis_widen(0, &l->axis_bar);
+    pdi_ticks_widen(0, &l->axis_bar);
     l->has_bar = p->map != PD_MAP_LABELS;
 }
 
@@ -26336,7 +26355,7 @@ static pdi_picture_scale pdi_picture_fit(int cells, double wanted)
 }
 
 /* Set the ends of an axis [m] in the unit that suits its size; returns the unit. */
-static const char *pdi_picture_unit(double size, double lo, double hi, pdi_axis *axis)
+static const char *pdi_picture_unit(double size, double lo, double hi, pdi_ticks *axis)
 {
     double unit = size < 2e-6 ? 1e-9 : size < 2e-3 ? 1e-6 : size < 2 ? 1e-3 : 1;
     axis->lo = lo / unit;
@@ -26356,12 +26375,12 @@ static void pdi_picture_scales(const pd_picture *p, pdi_picture_layout *l)
     if (fabs(l->stretch - 1) < 0.05) size_x = size_y = fmax(size_x, size_y); /* one scale, one unit */
     l->unit_x = pdi_picture_unit(size_x, p->lo[0], p->hi[0], &l->axis_x);
     l->unit_y = pdi_picture_unit(size_y, p->lo[1], p->hi[1], &l->axis_y);
-    pdi_axis_ticks(l->x.pixels / 110 + 1, &l->axis_x);
-    pdi_axis_ticks(l->y.pixels / 60 + 1, &l->axis_y);
-    pdi_axis_ticks(l->y.pixels / 50 + 1, &l->axis_bar);
+    pdi_ticks_ticks(l->x.pixels / 110 + 1, &l->axis_x);
+    pdi_ticks_ticks(l->y.pixels / 60 + 1, &l->axis_y);
+    pdi_ticks_ticks(l->y.pixels / 50 + 1, &l->axis_bar);
 }
 
-static int pdi_picture_widest(const pdi_axis *axis)
+static int pdi_picture_widest(const pdi_ticks *axis)
 {
     int widest = 0;
     for (int k = 0; k < axis->count; k++) {
@@ -26429,7 +26448,7 @@ static uint32_t pdi_picture_colour(const pd_picture *p, const pdi_picture_layout
     /* Means of labels mean nothing. */
     if (p->map == PD_MAP_LABELS)
         return fabs(first) < 9e15 ? pdi_colour_label((int64_t)floor(first + 0.5)) : PDI_PICTURE_NAN;
-    double place = pdi_axis_place(&l->axis_bar, value);
+    double place = pdi_ticks_place(&l->axis_bar, value);
     place = place < 0 ? 0 : place > 1 ? 1 : place;
     return table[(int)(place * (PDI_COLOUR_COUNT - 1) + 0.5)];
 }
@@ -26451,12 +26470,12 @@ static void pdi_picture_axes(const pdi_picture_layout *l, pdi_canvas *canvas)
     int bottom = l->top + l->y.pixels;
     char text[32];
     for (int k = 0; k < l->axis_x.count; k++) {
-        int x = l->left + (int)(pdi_axis_place(&l->axis_x, l->axis_x.at[k]) * l->x.pixels);
+        int x = l->left + (int)(pdi_ticks_place(&l->axis_x, l->axis_x.at[k]) * l->x.pixels);
         pdi_canvas_fill(canvas, x, bottom, x + 1, bottom + 7, PDI_CANVAS_INK);
         pdi_canvas_text(canvas, x + 1, bottom + 12, PDI_ALIGN_CENTRE, PDI_CANVAS_INK, l->axis_x.label[k]);
     }
     for (int k = 0; k < l->axis_y.count; k++) {
-        int y = bottom - 1 - (int)(pdi_axis_place(&l->axis_y, l->axis_y.at[k]) * l->y.pixels);
+        int y = bottom - 1 - (int)(pdi_ticks_place(&l->axis_y, l->axis_y.at[k]) * l->y.pixels);
         pdi_canvas_fill(canvas, l->left - 7, y, l->left, y + 1, PDI_CANVAS_INK);
         pdi_canvas_text(canvas, l->left - 12, y - PDI_CANVAS_CAPITAL / 2 + 1, PDI_ALIGN_END, PDI_CANVAS_INK,
                         l->axis_y.label[k]);
@@ -26478,7 +26497,7 @@ static void pdi_picture_bar(const pd_picture *p, const pdi_picture_layout *l, co
     }
     pdi_canvas_frame(canvas, l->bar, l->top, right, bottom, PDI_CANVAS_INK);
     for (int k = 0; k < l->axis_bar.count; k++) {
-        int y = bottom - 1 - (int)(pdi_axis_place(&l->axis_bar, l->axis_bar.at[k]) * (l->y.pixels - 1) + 0.5);
+        int y = bottom - 1 - (int)(pdi_ticks_place(&l->axis_bar, l->axis_bar.at[k]) * (l->y.pixels - 1) + 0.5);
         pdi_canvas_fill(canvas, right, y, right + 6, y + 1, PDI_CANVAS_INK);
         pdi_canvas_text(canvas, right + 12, y - PDI_CANVAS_CAPITAL / 2 + 1, PDI_ALIGN_START, PDI_CANVAS_INK,
                         l->axis_bar.label[k]);
@@ -26569,7 +26588,7 @@ pd_status pd_picture_write(pd_ctx *ctx, const char *path, const pd_picture *pict
 
 typedef struct pdi_plot_layout {
     int left, top, right, bottom; /* of the axes */
-    pdi_axis x, y;
+    pdi_ticks x, y;
 } pdi_plot_layout;
 
 static int pdi_plot_usable(double value, int log_axis)
@@ -26607,7 +26626,7 @@ static pd_status pdi_plot_check(pd_ctx *ctx, const pd_plot *plot)
 
 /* A given range is taken as it is, one from the data gets a margin. */
 static pd_status pdi_plot_range(pd_ctx *ctx, const char *name, int log_axis, double lo, double hi, double data_lo,
-                                double data_hi, pdi_axis *axis)
+                                double data_hi, pdi_ticks *axis)
 {
     axis->log = log_axis;
     axis->lo = lo;
@@ -26615,7 +26634,7 @@ static pd_status pdi_plot_range(pd_ctx *ctx, const char *name, int log_axis, dou
     if (lo == hi) {
         axis->lo = data_lo;
         axis->hi = data_hi;
-        pdi_axis_widen(0.03, axis);
+        pdi_ticks_widen(0.03, axis);
     } else if (!(lo < hi) || isinf(hi - lo) || (log_axis && !(lo > 0)))
         return pdi_fail(ctx, PD_ERR_ARGUMENT, "plot", "the range %g .. %g of axis %s cannot be drawn", lo, hi, name);
     return PD_OK;
@@ -26643,7 +26662,7 @@ static void pdi_plot_place(const pd_plot *plot, int width, int height, pdi_plot_
     int widest = 0;
     l->top = plot->title ? 56 : 30;
     l->bottom = height - (plot->x_label ? 72 : 44);
-    pdi_axis_ticks((l->bottom - l->top) / 75 + 1, &l->y);
+    pdi_ticks_ticks((l->bottom - l->top) / 75 + 1, &l->y);
     for (int k = 0; k < l->y.count; k++) {
         int text = pdi_canvas_text_width(l->y.label[k]);
         if (text > widest) widest = text;
@@ -26651,21 +26670,21 @@ static void pdi_plot_place(const pd_plot *plot, int width, int height, pdi_plot_
     if (l->y.exponent && !plot->title) l->top += 14;
     l->left = 22 + (plot->y_label ? PDI_CANVAS_CAPITAL + 14 : 0) + widest + 10;
     l->right = width - 34;
-    pdi_axis_ticks((l->right - l->left) / 120 + 1, &l->x);
+    pdi_ticks_ticks((l->right - l->left) / 120 + 1, &l->x);
 }
 
 static double pdi_plot_x(const pdi_plot_layout *l, double x)
 {
-    return l->left + pdi_axis_place(&l->x, x) * (l->right - l->left);
+    return l->left + pdi_ticks_place(&l->x, x) * (l->right - l->left);
 }
 
 static double pdi_plot_y(const pdi_plot_layout *l, double y)
 {
-    return l->bottom - pdi_axis_place(&l->y, y) * (l->bottom - l->top);
+    return l->bottom - pdi_ticks_place(&l->y, y) * (l->bottom - l->top);
 }
 
 /* The common factor of the labels of an axis. */
-static void pdi_plot_factor(pdi_canvas *canvas, const pdi_axis *axis, int x, int y, pdi_align align)
+static void pdi_plot_factor(pdi_canvas *canvas, const pdi_ticks *axis, int x, int y, pdi_align align)
 {
     char text[24];
     if (!axis->exponent) return;
@@ -29675,11 +29694,11 @@ pd_status pd_text_unused(pd_ctx *ctx, const pd_text *text)
 #undef PDI_TEXT_WHERE
 #undef PDI_TEXT_LIST
 
-/* ======== >>scene/refer.c ======== */
-/* refer: see refer.h */
+/* ======== >>scene/named_files.c ======== */
+/* named_files: see named_files.h */
 #include <string.h>
 
-PDI_FN pd_status pdi_refer_path(pd_ctx *ctx, pd_text *text, int section, const char *key, const char *folder,
+PDI_FN pd_status pdi_named_files_path(pd_ctx *ctx, pd_text *text, int section, const char *key, const char *folder,
                                 char *path)
 {
     const char *name;
@@ -29691,7 +29710,7 @@ PDI_FN pd_status pdi_refer_path(pd_ctx *ctx, pd_text *text, int section, const c
     return PD_OK;
 }
 
-PDI_FN pd_status pdi_refer_fail(pd_ctx *ctx, const pd_text *text, int section, const char *key)
+PDI_FN pd_status pdi_named_files_fail(pd_ctx *ctx, const pd_text *text, int section, const char *key)
 {
     char message[PD_MESSAGE_SIZE];
     pd_status status = ctx->status, refused;
@@ -30022,11 +30041,11 @@ PDI_FN pd_status pdi_syntax_check(pd_ctx *ctx, const pd_text *text)
 
 #undef PDI_SYNTAX_SECTIONS
 
-/* ======== >>scene/named.c ======== */
-/* named: see named.h */
+/* ======== >>scene/read_constants.c ======== */
+/* read_constants: see read_constants.h */
 #include <string.h>
 
-PDI_FN int pdi_named_taken(const char *name)
+PDI_FN int pdi_read_constants_taken(const char *name)
 {
     static const char *const others[] = {"t", "x", "y", "z", "C", "Cs", "Csat", "rho_m", "M_m", "z_m"};
     for (size_t k = 0; k < sizeof others / sizeof others[0]; k++)
@@ -30035,7 +30054,7 @@ PDI_FN int pdi_named_taken(const char *name)
 }
 
 /* Unit of SI for a dimension, as expressions read it. */
-static int pdi_named_unit(pd_ctx *ctx, const pd_dims *dims, char *unit)
+static int pdi_read_constants_unit(pd_ctx *ctx, const pd_dims *dims, char *unit)
 {
     char text[PD_UNITS_TEXT];
     pd_dims again;
@@ -30047,12 +30066,13 @@ static int pdi_named_unit(pd_ctx *ctx, const pd_dims *dims, char *unit)
     return pd_units_parse(ctx, unit, NULL, &again) == PD_OK && pd_units_same(dims, &again);
 }
 
-static pd_status pdi_named_add(pd_ctx *ctx, pd_text *text, int section, const char *name, pdi_named *n)
+static pd_status pdi_read_constants_add(pd_ctx *ctx, pd_text *text, int section, const char *name,
+                                        pdi_read_constants *n)
 {
     pd_expr expr;
-    if (n->count == PDI_NAMED_MAX)
-        return pd_text_refuse(ctx, text, section, name, "found more than %d constants", PDI_NAMED_MAX);
-    if (pdi_named_taken(name))
+    if (n->count == PDI_READ_CONSTANTS_MAX)
+        return pd_text_refuse(ctx, text, section, name, "found more than %d constants", PDI_READ_CONSTANTS_MAX);
+    if (pdi_read_constants_taken(name))
         return pd_text_refuse(ctx, text, section, name,
                               "found the name '%.40s', expected one that expressions do not have", name);
     PDI_TRY(pd_text_expr(ctx, text, section, name, NULL, NULL, 0, NULL, &expr));
@@ -30060,7 +30080,7 @@ static pd_status pdi_named_add(pd_ctx *ctx, pd_text *text, int section, const ch
     s->name = name;
     s->unit = n->unit[n->count];
     s->value = pd_expr_eval(&expr, NULL);
-    int fits = pdi_named_unit(ctx, &expr.dims, n->unit[n->count]);
+    int fits = pdi_read_constants_unit(ctx, &expr.dims, n->unit[n->count]);
     pd_expr_free(ctx, &expr);
     if (!fits)
         return pd_text_refuse(ctx, text, section, name, "found a quantity with broken exponents, expected whole ones");
@@ -30068,7 +30088,7 @@ static pd_status pdi_named_add(pd_ctx *ctx, pd_text *text, int section, const ch
     return PD_OK;
 }
 
-PDI_FN pd_status pdi_named_read(pd_ctx *ctx, pd_text *text, pdi_named *n)
+PDI_FN pd_status pdi_read_constants_read(pd_ctx *ctx, pd_text *text, pdi_read_constants *n)
 {
     int section = pd_text_section(ctx, text, "constants", NULL);
     n->count = 0;
@@ -30076,29 +30096,30 @@ PDI_FN pd_status pdi_named_read(pd_ctx *ctx, pd_text *text, pdi_named *n)
     text->const_count = 0;
     for (int k = 0; k < text->entry_count; k++)
         if (text->entry[k].section == section)
-            PDI_TRY(pdi_named_add(ctx, text, section, text->entry[k].key, n));
+            PDI_TRY(pdi_read_constants_add(ctx, text, section, text->entry[k].key, n));
     return PD_OK;
 }
 
-PDI_FN void pdi_named_append(pd_text *text, pdi_named *n, const char *name, const char *unit, double value)
+PDI_FN void pdi_read_constants_append(pd_text *text, pdi_read_constants *n, const char *name, const char *unit,
+                                      double value)
 {
-    PD_ASSERT(n->count < PDI_NAMED_MAX + PDI_NAMED_ROOM);
+    PD_ASSERT(n->count < PDI_READ_CONSTANTS_MAX + PDI_READ_CONSTANTS_ROOM);
     n->symbol[n->count].name = name;
     n->symbol[n->count].unit = unit;
     n->symbol[n->count++].value = value;
     text->const_count = n->count;
 }
 
-/* ======== >>scene/chart.c ======== */
-/* chart: see chart.h */
+/* ======== >>scene/read_tables.c ======== */
+/* read_tables: see read_tables.h */
 #include <stdio.h>
 #include <string.h>
 
 /* An identifier that means nothing else in an expression. */
-static pd_status pdi_chart_name(const pdi_chart *s, char *name)
+static pd_status pdi_read_tables_name(const pdi_read_tables *s, char *name)
 {
     const char *label = s->text->section[s->section].label;
-    int taken = pdi_named_taken(label);
+    int taken = pdi_read_constants_taken(label);
     if (pdi_units_word(label) != strlen(label) || !label[0] || strlen(label) >= PD_SETUP_NAME)
         return pd_text_refuse(s->ctx, s->text, s->section, "table", "found the name '%.70s', expected a short word of"
                               " letters, digits and _: [table NAME]", label);
@@ -30111,7 +30132,7 @@ static pd_status pdi_chart_name(const pdi_chart *s, char *name)
 }
 
 /* Number of the column with this heading, or whose number this is. */
-static pd_status pdi_chart_find(const pdi_chart *s, const char *key, const char *heading, int *column)
+static pd_status pdi_read_tables_find(const pdi_read_tables *s, const char *key, const char *heading, int *column)
 {
     double number;
     char list[240] = "";
@@ -30128,7 +30149,7 @@ static pd_status pdi_chart_find(const pdi_chart *s, const char *key, const char 
 }
 
 /* The unit at the end of a heading, "loss [%]" or "loss [1]"; none: a plain number. */
-static void pdi_chart_bracket(const char *heading, char *unit)
+static void pdi_read_tables_bracket(const char *heading, char *unit)
 {
     const char *open = strrchr(heading, '[');
     size_t size = open ? strcspn(open + 1, "]") : 0;
@@ -30139,7 +30160,8 @@ static void pdi_chart_bracket(const char *heading, char *unit)
 }
 
 /* "heading in unit" apart. */
-static pd_status pdi_chart_split(const pdi_chart *s, const char *key, const char *given, char *heading, char *unit)
+static pd_status pdi_read_tables_split(const pdi_read_tables *s, const char *key, const char *given, char *heading,
+                                       char *unit)
 {
     size_t size = strlen(given);
     const char *in = NULL;
@@ -30160,35 +30182,36 @@ static pd_status pdi_chart_split(const pdi_chart *s, const char *key, const char
     return PD_OK;
 }
 
-PDI_FN pd_status pdi_chart_column(const pdi_chart *s, const char *key, const char *fallback, int bracket,
+PDI_FN pd_status pdi_read_tables_column(const pdi_read_tables *s, const char *key, const char *fallback, int bracket,
                                   double *values, char *unit, double *scale, pd_dims *dims)
 {
     const char *given, *name;
     char heading[PD_EXPR_LENGTH];
     int column;
     PDI_TRY(pd_text_string(s->ctx, s->text, s->section, key, fallback, &given));
-    PDI_TRY(pdi_chart_split(s, key, given, heading, unit));
-    PDI_TRY(pdi_chart_find(s, key, heading, &column));
+    PDI_TRY(pdi_read_tables_split(s, key, given, heading, unit));
+    PDI_TRY(pdi_read_tables_find(s, key, heading, &column));
     name = pd_table_text(&s->table, -1, column);
-    if (bracket && !unit[0]) pdi_chart_bracket(name, unit);
+    if (bracket && !unit[0]) pdi_read_tables_bracket(name, unit);
     if (pd_units_parse(s->ctx, unit, scale, dims) < 0)
         return pd_text_refuse(s->ctx, s->text, s->section, key, "found '%.60s', expected a unit such as mol/L behind"
                               " 'in'", unit);
     if (pd_table_column(s->ctx, &s->table, name, values) < 0)
-        return pdi_refer_fail(s->ctx, s->text, s->section, key);
+        return pdi_named_files_fail(s->ctx, s->text, s->section, key);
     return PD_OK;
 }
 
 /* x [rows] and y [rows] become the curve. */
-static pd_status pdi_chart_curve(const pdi_chart *s, double *x, double *y, pd_expr_table *function, pd_curve *curve)
+static pd_status pdi_read_tables_curve(const pdi_read_tables *s, double *x, double *y, pd_expr_table *function,
+                                       pd_curve *curve)
 {
     static const char *const outsides[] = {"hold", "error", NULL};
     char unit[PD_UNITS_TEXT];
     double x_unit = 1.0, y_unit = 1.0;
     int strict;
     PDI_TRY(pd_text_choice(s->ctx, s->text, s->section, "outside", outsides, "hold", &strict));
-    PDI_TRY(pdi_chart_column(s, "x", NULL, 0, x, unit, &x_unit, &function->argument));
-    PDI_TRY(pdi_chart_column(s, "y", NULL, 0, y, unit, &y_unit, &function->result));
+    PDI_TRY(pdi_read_tables_column(s, "x", NULL, 0, x, unit, &x_unit, &function->argument));
+    PDI_TRY(pdi_read_tables_column(s, "y", NULL, 0, y, unit, &y_unit, &function->result));
     for (int k = 0; k < s->table.rows; k++) {
         const char *wrong = pdi_curve_wrong(x, y, k);
         char before[PD_UNITS_TEXT] = "";
@@ -30202,31 +30225,31 @@ static pd_status pdi_chart_curve(const pdi_chart *s, double *x, double *y, pd_ex
         y[k] *= y_unit;
     }
     if (pd_curve_build(s->ctx, x, y, s->table.rows, strict, curve) == PD_OK) return PD_OK;
-    return pdi_refer_fail(s->ctx, s->text, s->section, "file");
+    return pdi_named_files_fail(s->ctx, s->text, s->section, "file");
 }
 
-static pd_status pdi_chart_section(pdi_chart *s, pd_setup_table *table, pd_expr_table *function)
+static pd_status pdi_read_tables_section(pdi_read_tables *s, pd_setup_table *table, pd_expr_table *function)
 {
     char path[PD_PATH_SIZE];
     double *x = NULL, *y = NULL;
-    PDI_TRY(pdi_chart_name(s, table->name));
-    PDI_TRY(pdi_refer_path(s->ctx, s->text, s->section, "file", s->folder, path));
-    if (pd_table_read(s->ctx, path, &s->table) < 0) return pdi_refer_fail(s->ctx, s->text, s->section, "file");
+    PDI_TRY(pdi_read_tables_name(s, table->name));
+    PDI_TRY(pdi_named_files_path(s->ctx, s->text, s->section, "file", s->folder, path));
+    if (pd_table_read(s->ctx, path, &s->table) < 0) return pdi_named_files_fail(s->ctx, s->text, s->section, "file");
     int rows = s->table.rows;
     function->name = table->name;
     function->curve = &table->curve;
     pd_status status = PDI_NEW(s->ctx, "chart", rows, x);
     if (status == PD_OK) status = PDI_NEW(s->ctx, "chart", rows, y);
-    if (status == PD_OK) status = pdi_chart_curve(s, x, y, function, &table->curve);
+    if (status == PD_OK) status = pdi_read_tables_curve(s, x, y, function, &table->curve);
     PDI_DELETE(s->ctx, rows, x);
     PDI_DELETE(s->ctx, rows, y);
     pd_table_free(s->ctx, &s->table);
     return status;
 }
 
-PDI_FN pd_status pdi_chart_read(pd_ctx *ctx, pd_text *text, const char *folder, pd_setup *setup)
+PDI_FN pd_status pdi_read_tables_read(pd_ctx *ctx, pd_text *text, const char *folder, pd_setup *setup)
 {
-    pdi_chart s;
+    pdi_read_tables s;
     int count = 0, k = 0;
     memset(&s, 0, sizeof s);
     s.ctx = ctx;
@@ -30239,20 +30262,20 @@ PDI_FN pd_status pdi_chart_read(pd_ctx *ctx, pd_text *text, const char *folder, 
     PDI_TRY(PDI_NEW(ctx, "chart", count, setup->function));
     for (s.section = pd_text_next(ctx, text, "table", -1); s.section >= 0;
          s.section = pd_text_next(ctx, text, "table", s.section), k++)
-        PDI_TRY(pdi_chart_section(&s, &setup->table[k], &setup->function[k]));
+        PDI_TRY(pdi_read_tables_section(&s, &setup->table[k], &setup->function[k]));
     text->tables = setup->function;
     text->table_count = count;
     return PD_OK;
 }
 
-/* ======== >>scene/identity.c ======== */
-/* identity: see identity.h */
+/* ======== >>scene/fingerprint.c ======== */
+/* fingerprint: see fingerprint.h */
 #include <stdio.h>
 #include <string.h>
 
-#define PDI_IDENTITY_LINE 512 /* [byte] longer values are told by their checksum */
+#define PDI_FINGERPRINT_LINE 512 /* [byte] longer values are told by their checksum */
 
-PDI_FN pd_status pdi_identity_add(pd_ctx *ctx, pd_setup *u, const char *line)
+PDI_FN pd_status pdi_fingerprint_add(pd_ctx *ctx, pd_setup *u, const char *line)
 {
     size_t length = strlen(line), at = u->identity_size ? u->identity_size - 1 : 0, fresh = at + length + 2;
     PDI_TRY(PDI_GROW(ctx, "identity", u->identity_size, fresh, u->identity));
@@ -30264,7 +30287,7 @@ PDI_FN pd_status pdi_identity_add(pd_ctx *ctx, pd_setup *u, const char *line)
 }
 
 /* The value with single blanks, in text[size]; one that does not fit, by its checksum. */
-static void pdi_identity_value(const char *value, char *text, size_t size)
+static void pdi_fingerprint_value(const char *value, char *text, size_t size)
 {
     size_t used = 0;
     for (const char *c = value; *c; c++) {
@@ -30281,7 +30304,7 @@ static void pdi_identity_value(const char *value, char *text, size_t size)
 }
 
 /* Keys that change no bit of the output. */
-static int pdi_identity_passes(const pd_text *text, const pd_text_entry *e)
+static int pdi_fingerprint_passes(const pd_text *text, const pd_text_entry *e)
 {
     const char *section = text->section[e->section].name;
     return (strcmp(section, "grid") == 0 && strcmp(e->key, "threads") == 0) ||
@@ -30289,96 +30312,96 @@ static int pdi_identity_passes(const pd_text *text, const pd_text_entry *e)
            (text->flat && strcmp(e->key, "output_dir") == 0);
 }
 
-PDI_FN pd_status pdi_identity_build(pd_ctx *ctx, const pd_text *text, pd_setup *u)
+PDI_FN pd_status pdi_fingerprint_build(pd_ctx *ctx, const pd_text *text, pd_setup *u)
 {
-    char line[2 * PDI_IDENTITY_LINE], value[PDI_IDENTITY_LINE];
+    char line[2 * PDI_FINGERPRINT_LINE], value[PDI_FINGERPRINT_LINE];
     snprintf(line, sizeof line, "name = %s", u->name);
-    PDI_TRY(pdi_identity_add(ctx, u, line));
+    PDI_TRY(pdi_fingerprint_add(ctx, u, line));
     for (int k = 1; k < text->section_count; k++) {
         const pd_section *s = &text->section[k];
         if (!s->present) continue;
         snprintf(line, sizeof line, "[%.200s%s%.200s]", s->name, s->label[0] ? " " : "", s->label);
-        PDI_TRY(pdi_identity_add(ctx, u, line));
+        PDI_TRY(pdi_fingerprint_add(ctx, u, line));
     }
     for (int k = 0; k < text->entry_count; k++) {
         const pd_text_entry *e = &text->entry[k];
         const pd_section *s = &text->section[e->section];
-        if (pdi_identity_passes(text, e)) continue;
-        pdi_identity_value(e->value, value, sizeof value);
+        if (pdi_fingerprint_passes(text, e)) continue;
+        pdi_fingerprint_value(e->value, value, sizeof value);
         snprintf(line, sizeof line, "%.100s%s%.100s%s%.100s = %s", s->name, s->label[0] ? "." : "", s->label,
                  s->name[0] ? "." : "", e->key, value);
-        PDI_TRY(pdi_identity_add(ctx, u, line));
+        PDI_TRY(pdi_fingerprint_add(ctx, u, line));
     }
     for (int k = 0; k < u->masks; k++) {
         snprintf(line, sizeof line, "mask %d = %.0f voxels, %08x", k, (double)u->mask_size[k],
                  (unsigned)pdi_deflate_crc(0, u->mask[k], u->mask_size[k]));
-        PDI_TRY(pdi_identity_add(ctx, u, line));
+        PDI_TRY(pdi_fingerprint_add(ctx, u, line));
     }
     /* that of a flat file depends on what it said before overrides */
     snprintf(line, sizeof line, "scale of the rate = %.17g", u->rate_scale);
-    return text->flat ? pdi_identity_add(ctx, u, line) : PD_OK;
+    return text->flat ? pdi_fingerprint_add(ctx, u, line) : PD_OK;
 }
 
 /* Length of the line at `text`, without newline. */
-static size_t pdi_identity_length(const char *text) { return strcspn(text, "\n"); }
+static size_t pdi_fingerprint_length(const char *text) { return strcspn(text, "\n"); }
 
 /* The line of `text` with the first `length` bytes of `line`; whole: and none behind them. NULL: there is none. */
-static const char *pdi_identity_find(const char *text, const char *line, size_t length, int whole)
+static const char *pdi_fingerprint_find(const char *text, const char *line, size_t length, int whole)
 {
-    for (; *text; text += pdi_identity_length(text) + 1)
+    for (; *text; text += pdi_fingerprint_length(text) + 1)
         if (strncmp(text, line, length) == 0 && (!whole || text[length] == '\n')) return text;
     return NULL;
 }
 
 /* The first line of `text` that `other` does not have. */
-static const char *pdi_identity_first(const char *text, const char *other)
+static const char *pdi_fingerprint_first(const char *text, const char *other)
 {
-    for (; *text; text += pdi_identity_length(text) + 1)
-        if (!pdi_identity_find(other, text, pdi_identity_length(text), 1)) return text;
+    for (; *text; text += pdi_fingerprint_length(text) + 1)
+        if (!pdi_fingerprint_find(other, text, pdi_fingerprint_length(text), 1)) return text;
     return NULL;
 }
 
-PDI_FN pd_status pdi_identity_compare(pd_ctx *ctx, const pd_setup *u, const char *kept, const char *where)
+PDI_FN pd_status pdi_fingerprint_compare(pd_ctx *ctx, const pd_setup *u, const char *kept, const char *where)
 {
     const char *is = u->identity ? u->identity : "", *was = kept ? kept : "";
     if (strcmp(is, was) == 0) return PD_OK;
-    const char *old = pdi_identity_first(was, is), *fresh = pdi_identity_first(is, was);
-    if (old && strcspn(old, "=") < pdi_identity_length(old)) { /* the same key with another value says more */
-        const char *same = pdi_identity_find(is, old, strcspn(old, "=") + 1, 0);
+    const char *old = pdi_fingerprint_first(was, is), *fresh = pdi_fingerprint_first(is, was);
+    if (old && strcspn(old, "=") < pdi_fingerprint_length(old)) { /* the same key with another value says more */
+        const char *same = pdi_fingerprint_find(is, old, strcspn(old, "=") + 1, 0);
         if (same) fresh = same;
         else fresh = NULL;
     }
     if (old && fresh)
         return pdi_fail(ctx, PD_ERR_ARGUMENT, where, "it is of another scene: found '%.*s', expected '%.*s'",
-                        (int)(pdi_identity_length(old) < 200 ? pdi_identity_length(old) : 200), old,
-                        (int)(pdi_identity_length(fresh) < 200 ? pdi_identity_length(fresh) : 200), fresh);
+                        (int)(pdi_fingerprint_length(old) < 200 ? pdi_fingerprint_length(old) : 200), old,
+                        (int)(pdi_fingerprint_length(fresh) < 200 ? pdi_fingerprint_length(fresh) : 200), fresh);
     if (old || fresh) {
         const char *line = old ? old : fresh;
-        return pdi_fail(ctx, PD_ERR_ARGUMENT, where, "it is of another scene: found %s'%.*s', expected %s",
-                        old ? "" : "no ", (int)(pdi_identity_length(line) < 200 ? pdi_identity_length(line) : 200),
-                        line, old ? "none" : "one");
+        return pdi_fail(
+            ctx, PD_ERR_ARGUMENT, where, "it is of another scene: found %s'%.*s', expected %s", old ? "" : "no ",
+            (int)(pdi_fingerprint_length(line) < 200 ? pdi_fingerprint_length(line) : 200), line, old ? "none" : "one");
     }
     return pdi_fail(ctx, PD_ERR_ARGUMENT, where, "it is of a scene with the same pairs in another order");
 }
 
-#undef PDI_IDENTITY_LINE
+#undef PDI_FINGERPRINT_LINE
 
-/* ======== >>scene/sketch.c ======== */
-/* sketch: see sketch.h */
+/* ======== >>scene/read_shapes.c ======== */
+/* read_shapes: see read_shapes.h */
 #include <math.h>
 #include <string.h>
 
-#define PDI_SKETCH_RAW_LIMIT ((size_t)1 << 31)
+#define PDI_READ_SHAPES_RAW_LIMIT ((size_t)1 << 31)
 
-typedef enum pdi_sketch_kind {
-    PDI_SKETCH_PART = 0, /* only an operand of set operations */
-    PDI_SKETCH_SOLID,
-    PDI_SKETCH_WALL,
-    PDI_SKETCH_MEDIUM, /* fluid with a diffusivity of its own */
-    PDI_SKETCH_PASSIVE /* fluid there does not attack metal */
-} pdi_sketch_kind;
+typedef enum pdi_read_shapes_kind {
+    PDI_READ_SHAPES_PART = 0, /* only an operand of set operations */
+    PDI_READ_SHAPES_SOLID,
+    PDI_READ_SHAPES_WALL,
+    PDI_READ_SHAPES_MEDIUM, /* fluid with a diffusivity of its own */
+    PDI_READ_SHAPES_PASSIVE /* fluid there does not attack metal */
+} pdi_read_shapes_kind;
 
-typedef struct pdi_sketch {
+typedef struct pdi_read_shapes {
     pd_ctx *ctx;
     pd_text *text;
     const char *folder;
@@ -30389,24 +30412,24 @@ typedef struct pdi_sketch {
     int index[PD_SETUP_SHAPES];        /* their shapes */
     int used[PD_SETUP_SHAPES];
     int materials, grains; /* sections with these keys so far */
-} pdi_sketch;
+} pdi_read_shapes;
 
-static const char *const pdi_sketch_forms[] = {"box",          "ball",  "cylinder",  "half_space", "mask",
+static const char *const pdi_read_shapes_forms[] = {"box",          "ball",  "cylinder",  "half_space", "mask",
                                                "raw",          "union", "intersect", "difference", NULL};
-typedef enum pdi_sketch_form {
-    PDI_SKETCH_BOX = 0,
-    PDI_SKETCH_BALL,
-    PDI_SKETCH_CYLINDER,
-    PDI_SKETCH_HALF_SPACE,
-    PDI_SKETCH_MASK,
-    PDI_SKETCH_RAW,
-    PDI_SKETCH_UNION,
-    PDI_SKETCH_INTERSECT,
-    PDI_SKETCH_DIFFERENCE
-} pdi_sketch_form;
+typedef enum pdi_read_shapes_form {
+    PDI_READ_SHAPES_BOX = 0,
+    PDI_READ_SHAPES_BALL,
+    PDI_READ_SHAPES_CYLINDER,
+    PDI_READ_SHAPES_HALF_SPACE,
+    PDI_READ_SHAPES_MASK,
+    PDI_READ_SHAPES_RAW,
+    PDI_READ_SHAPES_UNION,
+    PDI_READ_SHAPES_INTERSECT,
+    PDI_READ_SHAPES_DIFFERENCE
+} pdi_read_shapes_form;
 
 /* PD_DIM numbers. */
-static pd_status pdi_sketch_point(pdi_sketch *s, const char *key, const char *unit, double *x)
+static pd_status pdi_read_shapes_point(pdi_read_shapes *s, const char *key, const char *unit, double *x)
 {
     int count;
     PDI_TRY(pd_text_numbers(s->ctx, s->text, s->section, key, unit, NULL, PD_DIM, x, &count));
@@ -30415,14 +30438,14 @@ static pd_status pdi_sketch_point(pdi_sketch *s, const char *key, const char *un
                           " pd%dd runs scenes in %dD", count, count > 1 ? "s" : "", PD_DIM, count, count);
 }
 
-static pd_status pdi_sketch_length(pdi_sketch *s, const char *key, const char *fallback, double *value)
+static pd_status pdi_read_shapes_length(pdi_read_shapes *s, const char *key, const char *fallback, double *value)
 {
     PDI_TRY(pd_text_number(s->ctx, s->text, s->section, key, "m", fallback, value));
     if (*value > 0.0) return PD_OK;
     return pd_text_refuse(s->ctx, s->text, s->section, key, "found %.6g m, expected a positive length", *value);
 }
 
-static pd_status pdi_sketch_box(pdi_sketch *s, pd_shape *shape)
+static pd_status pdi_read_shapes_box(pdi_read_shapes *s, pd_shape *shape)
 {
     int count;
     shape->type = PD_SHAPE_BOX;
@@ -30432,31 +30455,31 @@ static pd_status pdi_sketch_box(pdi_sketch *s, pd_shape *shape)
                           " pd%dd runs scenes in %dD", count, count > 1 ? "s" : "", PD_DIM, count, count);
 }
 
-static pd_status pdi_sketch_cylinder(pdi_sketch *s, pd_shape *shape)
+static pd_status pdi_read_shapes_cylinder(pdi_read_shapes *s, pd_shape *shape)
 {
     static const char *const axes[] = {"x", "y", "z", NULL};
     shape->type = PD_SHAPE_CYLINDER;
     PDI_TRY(pd_text_choice(s->ctx, s->text, s->section, "cylinder", axes, NULL, &shape->axis));
-    if (pd_text_has(s->ctx, s->text, s->section, "centre")) PDI_TRY(pdi_sketch_point(s, "centre", "m", shape->a));
-    return pdi_sketch_length(s, "radius", NULL, &shape->r);
+    if (pd_text_has(s->ctx, s->text, s->section, "centre")) PDI_TRY(pdi_read_shapes_point(s, "centre", "m", shape->a));
+    return pdi_read_shapes_length(s, "radius", NULL, &shape->r);
 }
 
-static pd_status pdi_sketch_half_space(pdi_sketch *s, pd_shape *shape)
+static pd_status pdi_read_shapes_half_space(pdi_read_shapes *s, pd_shape *shape)
 {
     int yes;
     double size = 0.0;
     shape->type = PD_SHAPE_HALF_SPACE;
     PDI_TRY(pd_text_bool(s->ctx, s->text, s->section, "half_space", NULL, &yes));
     if (!yes) return pd_text_refuse(s->ctx, s->text, s->section, "half_space", "found 'no', expected 'yes'");
-    PDI_TRY(pdi_sketch_point(s, "point", "m", shape->a));
-    PDI_TRY(pdi_sketch_point(s, "normal", "", shape->b));
+    PDI_TRY(pdi_read_shapes_point(s, "point", "m", shape->a));
+    PDI_TRY(pdi_read_shapes_point(s, "normal", "", shape->b));
     for (int d = 0; d < PD_DIM; d++) size += fabs(shape->b[d]);
     if (size > 0.0) return PD_OK;
     return pd_text_refuse(s->ctx, s->text, s->section, "normal", "found a zero vector, expected the outward normal");
 }
 
 /* White is inside (as the metal of a tomogram); the picture's lowest row is the first row of the mask. */
-static pd_status pdi_sketch_png(pdi_sketch *s, pd_shape *shape)
+static pd_status pdi_read_shapes_png(pdi_read_shapes *s, pd_shape *shape)
 {
     char path[PD_PATH_SIZE];
     pd_image image;
@@ -30465,8 +30488,8 @@ static pd_status pdi_sketch_png(pdi_sketch *s, pd_shape *shape)
     if (PD_DIM != 2)
         return pd_text_refuse(s->ctx, s->text, s->section, "mask", "found a picture in %dD, expected raw = FILE with"
                               " size = %s", PD_DIM, PD_DIM == 3 ? "NX, NY, NZ" : "NX");
-    PDI_TRY(pdi_refer_path(s->ctx, s->text, s->section, "mask", s->folder, path));
-    if (pd_png_read(s->ctx, path, &image) < 0) return pdi_refer_fail(s->ctx, s->text, s->section, "mask");
+    PDI_TRY(pdi_named_files_path(s->ctx, s->text, s->section, "mask", s->folder, path));
+    if (pd_png_read(s->ctx, path, &image) < 0) return pdi_named_files_fail(s->ctx, s->text, s->section, "mask");
     pd_status status = pdi_setup_mask(s->ctx, s->setup, (size_t)image.width * (size_t)image.height, &mask);
     for (int row = 0; row < image.height && status == PD_OK; row++)
         for (int column = 0; column < image.width; column++)
@@ -30480,14 +30503,14 @@ static pd_status pdi_sketch_png(pdi_sketch *s, pd_shape *shape)
 }
 
 /* One byte a voxel, not zero inside, x fastest. */
-static pd_status pdi_sketch_raw(pdi_sketch *s, pd_shape *shape)
+static pd_status pdi_read_shapes_raw(pdi_read_shapes *s, pd_shape *shape)
 {
     char path[PD_PATH_SIZE], *bytes = NULL;
     double number[PD_DIM], voxels = 1.0;
     size_t size = 0;
     uint8_t *mask = NULL;
-    PDI_TRY(pdi_refer_path(s->ctx, s->text, s->section, "raw", s->folder, path));
-    PDI_TRY(pdi_sketch_point(s, "size", "", number));
+    PDI_TRY(pdi_named_files_path(s->ctx, s->text, s->section, "raw", s->folder, path));
+    PDI_TRY(pdi_read_shapes_point(s, "size", "", number));
     for (int d = 0; d < PD_DIM; d++) {
         if (!(number[d] >= 1.0) || !(number[d] < 1e6) || number[d] > floor(number[d]))
             return pd_text_refuse(s->ctx, s->text, s->section, "size", "found %.6g, expected whole numbers from 1",
@@ -30496,9 +30519,9 @@ static pd_status pdi_sketch_raw(pdi_sketch *s, pd_shape *shape)
         voxels *= number[d];
     }
     /* a longer file need not be read to its end to see that it is too long */
-    double most = fmin(2.0 * voxels + 4096.0, (double)PDI_SKETCH_RAW_LIMIT);
+    double most = fmin(2.0 * voxels + 4096.0, (double)PDI_READ_SHAPES_RAW_LIMIT);
     if (pdi_file_read(s->ctx, path, (size_t)most, &bytes, &size) < 0)
-        return pdi_refer_fail(s->ctx, s->text, s->section, "raw");
+        return pdi_named_files_fail(s->ctx, s->text, s->section, "raw");
     pd_status status;
     if ((double)size < voxels || (double)size > voxels)
         status = pd_text_refuse(s->ctx, s->text, s->section, "raw",
@@ -30513,11 +30536,11 @@ static pd_status pdi_sketch_raw(pdi_sketch *s, pd_shape *shape)
     return status;
 }
 
-static pd_status pdi_sketch_mask(pdi_sketch *s, pdi_sketch_form form, pd_shape *shape)
+static pd_status pdi_read_shapes_mask(pdi_read_shapes *s, pdi_read_shapes_form form, pd_shape *shape)
 {
     int count;
     shape->type = PD_SHAPE_VOXELS;
-    PDI_TRY(pdi_sketch_point(s, "corner", "m", shape->a));
+    PDI_TRY(pdi_read_shapes_point(s, "corner", "m", shape->a));
     PDI_TRY(pd_text_numbers(s->ctx, s->text, s->section, "cell", "m", NULL, PD_DIM, shape->b, &count));
     for (int d = 0; d < PD_DIM; d++) {
         if (count == 1) shape->b[d] = shape->b[0];
@@ -30525,11 +30548,11 @@ static pd_status pdi_sketch_mask(pdi_sketch *s, pdi_sketch_form form, pd_shape *
             return pd_text_refuse(s->ctx, s->text, s->section, "cell",
                                   "expected one positive length or one for each axis");
     }
-    return form == PDI_SKETCH_MASK ? pdi_sketch_png(s, shape) : pdi_sketch_raw(s, shape);
+    return form == PDI_READ_SHAPES_MASK ? pdi_read_shapes_png(s, shape) : pdi_read_shapes_raw(s, shape);
 }
 
 /* Index of an earlier shape of that name. */
-static pd_status pdi_sketch_find(pdi_sketch *s, const char *key, const char *name, int *index)
+static pd_status pdi_read_shapes_find(pdi_read_shapes *s, const char *key, const char *name, int *index)
 {
     for (int k = 0; k < s->names; k++)
         if (strcmp(s->name[k], name) == 0) {
@@ -30540,62 +30563,64 @@ static pd_status pdi_sketch_find(pdi_sketch *s, const char *key, const char *nam
     return pd_text_refuse(s->ctx, s->text, s->section, key, "found '%s', expected the name of a [shape] above", name);
 }
 
-static pd_status pdi_sketch_operation(pdi_sketch *s, pdi_sketch_form form, pd_shape *shape)
+static pd_status pdi_read_shapes_operation(pdi_read_shapes *s, pdi_read_shapes_form form, pd_shape *shape)
 {
     pd_word_list list;
-    const char *key = pdi_sketch_forms[form];
+    const char *key = pdi_read_shapes_forms[form];
     const int room = (int)(sizeof shape->child / sizeof shape->child[0]);
-    shape->type = form == PDI_SKETCH_UNION       ? PD_SHAPE_UNION
-                  : form == PDI_SKETCH_INTERSECT ? PD_SHAPE_INTERSECT
+    shape->type = form == PDI_READ_SHAPES_UNION       ? PD_SHAPE_UNION
+                  : form == PDI_READ_SHAPES_INTERSECT ? PD_SHAPE_INTERSECT
                                                  : PD_SHAPE_DIFFERENCE;
     PDI_TRY(pd_text_words(s->ctx, s->text, s->section, key, NULL, &list));
     if (list.count < 2 || list.count > room)
         return pd_text_refuse(s->ctx, s->text, s->section, key, "found %d name%s, expected 2 to %d", list.count,
                               list.count > 1 ? "s" : "", room);
-    for (int k = 0; k < list.count; k++) PDI_TRY(pdi_sketch_find(s, key, list.word[k], &shape->child[k]));
+    for (int k = 0; k < list.count; k++) PDI_TRY(pdi_read_shapes_find(s, key, list.word[k], &shape->child[k]));
     shape->children = list.count;
     return PD_OK;
 }
 
-static pd_status pdi_sketch_which(pdi_sketch *s, pdi_sketch_form *form)
+static pd_status pdi_read_shapes_which(pdi_read_shapes *s, pdi_read_shapes_form *form)
 {
     int found = -1;
-    for (int k = 0; pdi_sketch_forms[k]; k++) {
-        if (!pd_text_has(s->ctx, s->text, s->section, pdi_sketch_forms[k])) continue;
+    for (int k = 0; pdi_read_shapes_forms[k]; k++) {
+        if (!pd_text_has(s->ctx, s->text, s->section, pdi_read_shapes_forms[k])) continue;
         if (found >= 0)
-            return pd_text_refuse(s->ctx, s->text, s->section, pdi_sketch_forms[k], "found beside '%s', expected one"
-                                  " primitive or operation in a [shape] section", pdi_sketch_forms[found]);
+            return pd_text_refuse(s->ctx, s->text, s->section, pdi_read_shapes_forms[k],
+                                  "found beside '%s', expected one"
+                                  " primitive or operation in a [shape] section",
+                                  pdi_read_shapes_forms[found]);
         found = k;
     }
     if (found < 0)
         return pd_text_refuse(s->ctx, s->text, s->section, "shape",
                               "found no geometry, expected one of box, ball, cylinder,"
                               " half_space, mask, raw, union, intersect, difference");
-    *form = (pdi_sketch_form)found;
+    *form = (pdi_read_shapes_form)found;
     return PD_OK;
 }
 
-static pd_status pdi_sketch_geometry(pdi_sketch *s, int *index)
+static pd_status pdi_read_shapes_geometry(pdi_read_shapes *s, int *index)
 {
     pd_shape shape;
-    pdi_sketch_form form = PDI_SKETCH_BOX;
+    pdi_read_shapes_form form = PDI_READ_SHAPES_BOX;
     int outside;
     memset(&shape, 0, sizeof shape);
-    PDI_TRY(pdi_sketch_which(s, &form));
+    PDI_TRY(pdi_read_shapes_which(s, &form));
     switch (form) {
-    case PDI_SKETCH_BOX: PDI_TRY(pdi_sketch_box(s, &shape)); break;
-    case PDI_SKETCH_BALL:
+    case PDI_READ_SHAPES_BOX: PDI_TRY(pdi_read_shapes_box(s, &shape)); break;
+    case PDI_READ_SHAPES_BALL:
         shape.type = PD_SHAPE_BALL;
-        PDI_TRY(pdi_sketch_point(s, "ball", "m", shape.a));
-        PDI_TRY(pdi_sketch_length(s, "radius", NULL, &shape.r));
+        PDI_TRY(pdi_read_shapes_point(s, "ball", "m", shape.a));
+        PDI_TRY(pdi_read_shapes_length(s, "radius", NULL, &shape.r));
         break;
-    case PDI_SKETCH_CYLINDER: PDI_TRY(pdi_sketch_cylinder(s, &shape)); break;
-    case PDI_SKETCH_HALF_SPACE: PDI_TRY(pdi_sketch_half_space(s, &shape)); break;
-    case PDI_SKETCH_MASK:
-    case PDI_SKETCH_RAW: PDI_TRY(pdi_sketch_mask(s, form, &shape)); break;
-    case PDI_SKETCH_UNION:
-    case PDI_SKETCH_INTERSECT:
-    case PDI_SKETCH_DIFFERENCE: PDI_TRY(pdi_sketch_operation(s, form, &shape)); break;
+    case PDI_READ_SHAPES_CYLINDER: PDI_TRY(pdi_read_shapes_cylinder(s, &shape)); break;
+    case PDI_READ_SHAPES_HALF_SPACE: PDI_TRY(pdi_read_shapes_half_space(s, &shape)); break;
+    case PDI_READ_SHAPES_MASK:
+    case PDI_READ_SHAPES_RAW: PDI_TRY(pdi_read_shapes_mask(s, form, &shape)); break;
+    case PDI_READ_SHAPES_UNION:
+    case PDI_READ_SHAPES_INTERSECT:
+    case PDI_READ_SHAPES_DIFFERENCE: PDI_TRY(pdi_read_shapes_operation(s, form, &shape)); break;
     }
     PDI_TRY(pdi_setup_shape(s->ctx, s->setup, &shape, index));
     PDI_TRY(pd_text_bool(s->ctx, s->text, s->section, "outside", "no", &outside));
@@ -30603,7 +30628,7 @@ static pd_status pdi_sketch_geometry(pdi_sketch *s, int *index)
 }
 
 /* One metal in one run: a second section may repeat it, not change it. */
-static pd_status pdi_sketch_material(pdi_sketch *s)
+static pd_status pdi_read_shapes_material(pdi_read_shapes *s)
 {
     const char *name;
     pd_material material;
@@ -30619,13 +30644,13 @@ static pd_status pdi_sketch_material(pdi_sketch *s)
     return PD_OK;
 }
 
-static pd_status pdi_sketch_grains(pdi_sketch *s)
+static pd_status pdi_read_shapes_grains(pdi_read_shapes *s)
 {
     pd_grain_desc grain;
     int seed;
     memset(&grain, 0, sizeof grain);
     if (!pd_text_has(s->ctx, s->text, s->section, "grains")) return PD_OK;
-    PDI_TRY(pdi_sketch_length(s, "grains", NULL, &grain.size));
+    PDI_TRY(pdi_read_shapes_length(s, "grains", NULL, &grain.size));
     PDI_TRY(pd_text_number(s->ctx, s->text, s->section, "grain_spread", "m", "0", &grain.spread));
     PDI_TRY(pd_text_integer(s->ctx, s->text, s->section, "grain_seed", 0, 2147483647, "1", &seed));
     PDI_TRY(pd_text_number(s->ctx, s->text, s->section, "boundary_width", "m", "0.5 um", &grain.boundary_width));
@@ -30649,7 +30674,7 @@ static pd_status pdi_sketch_grains(pdi_sketch *s)
 }
 
 /* A wall may hold a concentration. */
-static pd_status pdi_sketch_wall(pdi_sketch *s, int index)
+static pd_status pdi_read_shapes_wall(pdi_read_shapes *s, int index)
 {
     pd_setup *u = s->setup;
     if (u->wall_count >= PD_SETUP_WALLS)
@@ -30669,7 +30694,7 @@ static pd_status pdi_sketch_wall(pdi_sketch *s, int index)
 }
 
 /* One diffusivity for all shapes of this kind. */
-static pd_status pdi_sketch_medium(pdi_sketch *s, int index)
+static pd_status pdi_read_shapes_medium(pdi_read_shapes *s, int index)
 {
     pd_setup *u = s->setup;
     double value;
@@ -30686,14 +30711,14 @@ static pd_status pdi_sketch_medium(pdi_sketch *s, int index)
 }
 
 /* What lies in front of a passive film. */
-static pd_status pdi_sketch_passive(pdi_sketch *s, int index)
+static pd_status pdi_read_shapes_passive(pdi_read_shapes *s, int index)
 {
     if (!s->setup->has_corrode)
         return pd_text_refuse(s->ctx, s->text, s->section, "kind", "found 'passive' without a [corrode] section");
     return pdi_setup_join(s->ctx, s->setup, index, &s->setup->passive);
 }
 
-static pd_status pdi_sketch_section(pdi_sketch *s)
+static pd_status pdi_read_shapes_section(pdi_read_shapes *s)
 {
     static const char *const kinds[] = {"part", "solid", "wall", "medium", "passive", NULL};
     const char *label = s->text->section[s->section].label;
@@ -30702,25 +30727,25 @@ static pd_status pdi_sketch_section(pdi_sketch *s)
     if (s->names >= PD_SETUP_SHAPES)
         return pd_text_refuse(s->ctx, s->text, s->section, "shape", "more than %d shapes", PD_SETUP_SHAPES);
     PDI_TRY(pd_text_choice(s->ctx, s->text, s->section, "kind", kinds, "part", &kind));
-    PDI_TRY(pdi_sketch_geometry(s, &index));
+    PDI_TRY(pdi_read_shapes_geometry(s, &index));
     s->name[s->names] = label;
     s->index[s->names] = index;
-    s->setup->named[s->names] = kind == PDI_SKETCH_SOLID || kind == PDI_SKETCH_WALL ? index : -1;
-    s->used[s->names++] = kind != PDI_SKETCH_PART;
+    s->setup->named[s->names] = kind == PDI_READ_SHAPES_SOLID || kind == PDI_READ_SHAPES_WALL ? index : -1;
+    s->used[s->names++] = kind != PDI_READ_SHAPES_PART;
     int line = s->text->section[s->section].line;
-    if (s->names == 1 || (kind == PDI_SKETCH_SOLID && s->setup->solid < 0)) s->setup->shape_line = line;
-    if (kind == PDI_SKETCH_MEDIUM) return pdi_sketch_medium(s, index);
-    if (kind == PDI_SKETCH_WALL) return pdi_sketch_wall(s, index);
-    if (kind == PDI_SKETCH_PASSIVE) return pdi_sketch_passive(s, index);
-    if (kind != PDI_SKETCH_SOLID) return PD_OK;
-    PDI_TRY(pdi_sketch_material(s));
-    PDI_TRY(pdi_sketch_grains(s));
+    if (s->names == 1 || (kind == PDI_READ_SHAPES_SOLID && s->setup->solid < 0)) s->setup->shape_line = line;
+    if (kind == PDI_READ_SHAPES_MEDIUM) return pdi_read_shapes_medium(s, index);
+    if (kind == PDI_READ_SHAPES_WALL) return pdi_read_shapes_wall(s, index);
+    if (kind == PDI_READ_SHAPES_PASSIVE) return pdi_read_shapes_passive(s, index);
+    if (kind != PDI_READ_SHAPES_SOLID) return PD_OK;
+    PDI_TRY(pdi_read_shapes_material(s));
+    PDI_TRY(pdi_read_shapes_grains(s));
     return pdi_setup_join(s->ctx, s->setup, index, &s->setup->solid);
 }
 
-PDI_FN pd_status pdi_sketch_read(pd_ctx *ctx, pd_text *text, const char *folder, pd_setup *setup)
+PDI_FN pd_status pdi_read_shapes_read(pd_ctx *ctx, pd_text *text, const char *folder, pd_setup *setup)
 {
-    pdi_sketch s;
+    pdi_read_shapes s;
     memset(&s, 0, sizeof s);
     s.ctx = ctx;
     s.text = text;
@@ -30728,7 +30753,7 @@ PDI_FN pd_status pdi_sketch_read(pd_ctx *ctx, pd_text *text, const char *folder,
     s.setup = setup;
     for (s.section = pd_text_next(ctx, text, "shape", -1); s.section >= 0;
          s.section = pd_text_next(ctx, text, "shape", s.section))
-        PDI_TRY(pdi_sketch_section(&s));
+        PDI_TRY(pdi_read_shapes_section(&s));
     for (int k = 0; k < s.names; k++) {
         if (s.used[k]) continue;
         return pd_text_refuse(ctx, text, pd_text_section(ctx, text, "shape", s.name[k]), "shape",
@@ -30739,19 +30764,19 @@ PDI_FN pd_status pdi_sketch_read(pd_ctx *ctx, pd_text *text, const char *folder,
     return setup->shapes ? pd_shape_validate(ctx, setup->shape, setup->shapes) : PD_OK;
 }
 
-#undef PDI_SKETCH_RAW_LIMIT
+#undef PDI_READ_SHAPES_RAW_LIMIT
 
-/* ======== >>scene/flat.c ======== */
-/* flat: see flat.h */
+/* ======== >>scene/read_flat.c ======== */
+/* read_flat: see read_flat.h */
 #include <math.h>
 #include <stdio.h>
 #include <string.h>
 
-#define PDI_FLAT_FRAMES 20.0
+#define PDI_READ_FLAT_FRAMES 20.0
 
 /* One line a number: name, default as in the original file, smallest and largest admissible value, 1: that bound
  * itself is refused. */
-#define PDI_FLAT_NUMBERS(X) \
+#define PDI_READ_FLAT_NUMBERS(X) \
     X(dx, "5e-6", 0.0, 1.0, 1) \
     X(m_ratio, "3", 1.0, 6.0, 0) \
     X(R_wire, "40e-6", 0.0, 1.0, 0) \
@@ -30779,16 +30804,16 @@ PDI_FN pd_status pdi_sketch_read(pd_ctx *ctx, pd_text *text, const char *folder,
     X(C_sat, "0", 0.0, 1.0, 0) \
     X(axisymmetric, "0", 0.0, 1.0, 0)
 
-typedef struct pdi_flat {
+typedef struct pdi_read_flat {
 #define PDI_X(key, fallback, low, high, open) double key;
-    PDI_FLAT_NUMBERS(PDI_X)
+    PDI_READ_FLAT_NUMBERS(PDI_X)
 #undef PDI_X
     double dx_file; /* dx before overrides */
     int bonds;      /* metal goes by diffusion across the surface, for want of k_corr */
-} pdi_flat;
+} pdi_read_flat;
 
 /* Keys that are read and have no effect, and why. */
-static const char *const pdi_flat_ignored[][2] = {
+static const char *const pdi_read_flat_ignored[][2] = {
     {"w_advect", "the advection scheme is limited and needs no blend"},
     {"alpha_art_diff", "the advection scheme needs no artificial diffusion"},
     {"gamma_eos", "only for the weakly compressible solver"},
@@ -30816,7 +30841,7 @@ static const char *const pdi_flat_ignored[][2] = {
     {"newton_max_iter", "the transport is solved to the rounding of the ledger"},
     {"channel_flow_corrections", "walls and openings are of second order without corrections"}};
 
-static pd_status pdi_flat_number(pd_ctx *ctx, pd_text *text, const char *key, const char *fallback, double low,
+static pd_status pdi_read_flat_number(pd_ctx *ctx, pd_text *text, const char *key, const char *fallback, double low,
                                  double high, int open, double *value)
 {
     PDI_TRY(pd_text_number(ctx, text, 0, key, "", fallback, value));
@@ -30825,33 +30850,33 @@ static pd_status pdi_flat_number(pd_ctx *ctx, pd_text *text, const char *key, co
                           open ? "above" : "from", low, high);
 }
 
-static pd_status pdi_flat_numbers(pd_ctx *ctx, pd_text *text, pdi_flat *f)
+static pd_status pdi_read_flat_numbers(pd_ctx *ctx, pd_text *text, pdi_read_flat *f)
 {
 #define PDI_X(key, fallback, low, high, open) \
-    PDI_TRY(pdi_flat_number(ctx, text, #key, fallback, low, high, open, &f->key));
-    PDI_FLAT_NUMBERS(PDI_X)
+    PDI_TRY(pdi_read_flat_number(ctx, text, #key, fallback, low, high, open, &f->key));
+    PDI_READ_FLAT_NUMBERS(PDI_X)
 #undef PDI_X
     return PD_OK;
 }
 
-static pd_status pdi_flat_notes(pd_ctx *ctx, pd_text *text, const pdi_flat *f, pd_setup *setup)
+static pd_status pdi_read_flat_notes(pd_ctx *ctx, pd_text *text, const pdi_read_flat *f, pd_setup *setup)
 {
     double value;
     if (pd_text_has(ctx, text, 0, "D_grain") && !f->bonds)
         pdi_setup_note(setup, "D_grain = %g is ignored: k_corr tells the rate", f->D_grain);
     if (pd_text_has(ctx, text, 0, "D_gb") && !f->bonds)
         pdi_setup_note(setup, "D_gb = %g is ignored: gb_corr_factor tells that of the boundaries", f->D_gb);
-    for (size_t k = 0; k < sizeof pdi_flat_ignored / sizeof pdi_flat_ignored[0]; k++) {
-        const char *key = pdi_flat_ignored[k][0];
+    for (size_t k = 0; k < sizeof pdi_read_flat_ignored / sizeof pdi_read_flat_ignored[0]; k++) {
+        const char *key = pdi_read_flat_ignored[k][0];
         if (!pd_text_has(ctx, text, 0, key)) continue;
         PDI_TRY(pd_text_number(ctx, text, 0, key, "", NULL, &value));
-        pdi_setup_note(setup, "%s = %g is ignored: %s", key, value, pdi_flat_ignored[k][1]);
+        pdi_setup_note(setup, "%s = %g is ignored: %s", key, value, pdi_read_flat_ignored[k][1]);
     }
     return PD_OK;
 }
 
 /* The box; in 3D the tube's bounding box, rounded up to whole cells. */
-static pd_status pdi_flat_box(pd_ctx *ctx, const pd_text *text, const pdi_flat *f, pd_setup *setup)
+static pd_status pdi_read_flat_box(pd_ctx *ctx, const pd_text *text, const pdi_read_flat *f, pd_setup *setup)
 {
     double length = f->L_upstream + f->L_wire + f->L_downstream, cells = length / f->dx, across = f->R_tube / f->dx;
     double half = PD_DIM == 3 ? ceil(across - 1e-6) * f->dx : f->R_tube, width = f->axisymmetric > 0.0 ? 1.0 : 2.0;
@@ -30881,18 +30906,18 @@ static pd_status pdi_flat_box(pd_ctx *ctx, const pd_text *text, const pdi_flat *
     return PD_OK;
 }
 
-static void pdi_flat_cylinder(double radius, pd_shape *shape)
+static void pdi_read_flat_cylinder(double radius, pd_shape *shape)
 {
     memset(shape, 0, sizeof *shape);
     shape->type = PD_SHAPE_CYLINDER;
     shape->r = radius;
 }
 
-static pd_status pdi_flat_shapes(pd_ctx *ctx, const pd_text *text, const pdi_flat *f, pd_setup *setup)
+static pd_status pdi_read_flat_shapes(pd_ctx *ctx, const pd_text *text, const pdi_read_flat *f, pd_setup *setup)
 {
     pd_shape shape;
     if (PD_DIM == 3) {
-        pdi_flat_cylinder(f->R_tube, &shape);
+        pdi_read_flat_cylinder(f->R_tube, &shape);
         PDI_TRY(pdi_setup_shape(ctx, setup, &shape, &setup->wall));
         PDI_TRY(pdi_setup_outside(ctx, setup, &setup->wall));
     }
@@ -30909,7 +30934,7 @@ static pd_status pdi_flat_shapes(pd_ctx *ctx, const pd_text *text, const pdi_fla
     PDI_TRY(pdi_setup_shape(ctx, setup, &shape, &setup->solid));
     if (PD_DIM < 3) return PD_OK;
     int piece = setup->solid, wire = -1;
-    pdi_flat_cylinder(f->R_wire, &shape);
+    pdi_read_flat_cylinder(f->R_wire, &shape);
     PDI_TRY(pdi_setup_shape(ctx, setup, &shape, &wire));
     memset(&shape, 0, sizeof shape);
     shape.type = PD_SHAPE_INTERSECT;
@@ -30919,7 +30944,7 @@ static pd_status pdi_flat_shapes(pd_ctx *ctx, const pd_text *text, const pdi_fla
     return pdi_setup_shape(ctx, setup, &shape, &setup->solid);
 }
 
-static void pdi_flat_flow(const pdi_flat *f, pd_setup *setup)
+static void pdi_read_flat_flow(const pdi_read_flat *f, pd_setup *setup)
 {
     setup->has_flow = f->Q_flow > 0.0;
     if (!setup->has_flow) return;
@@ -30935,7 +30960,7 @@ static void pdi_flat_flow(const pdi_flat *f, pd_setup *setup)
 }
 
 /* Fractions of the file refer to the intact metal. */
-static pd_status pdi_flat_transport(pd_ctx *ctx, const pdi_flat *f, pd_setup *setup)
+static pd_status pdi_read_flat_transport(pd_ctx *ctx, const pdi_read_flat *f, pd_setup *setup)
 {
     char text[64];
     pd_expr_desc desc;
@@ -30957,7 +30982,7 @@ static pd_status pdi_flat_transport(pd_ctx *ctx, const pdi_flat *f, pd_setup *se
  * rows or more, and while the front passes it has been in all rows, so that each bond counts as often as the rows it
  * spans. exposure: share of the neighbours, k_corr's; bonds [1/m2]: of diffusion, whose constant in the log is right in
  * 2D. */
-static void pdi_flat_front(const pdi_flat *f, double *exposure, double *bonds)
+static void pdi_read_flat_front(const pdi_read_flat *f, double *exposure, double *bonds)
 {
     double delta = f->m_ratio, count = 0.0, opened = 0.0, sum = 0.0;
     double constant = PD_DIM == 3 ? 9.0 / (2.0 * PDI_PI * delta * delta * delta) : 4.0 / (PDI_PI * delta * delta);
@@ -30977,17 +31002,17 @@ static void pdi_flat_front(const pdi_flat *f, double *exposure, double *bonds)
 }
 
 /* Harmonic mean of the diffusivities on both sides of the surface. */
-static double pdi_flat_across(double fluid, double metal)
+static double pdi_read_flat_across(double fluid, double metal)
 {
     return fluid + metal > 0.0 ? 2.0 * fluid * metal / (fluid + metal) : 0.0;
 }
 
 /* Metal that goes by k_corr: a node loses k_corr f a second, f its share of fluid neighbours, from C_solid_init down to
  * C_thresh. */
-static double pdi_flat_by_rate(const pdi_flat *f, pd_setup *setup)
+static double pdi_read_flat_by_rate(const pdi_read_flat *f, pd_setup *setup)
 {
     double exposure, bonds;
-    pdi_flat_front(f, &exposure, &bonds);
+    pdi_read_flat_front(f, &exposure, &bonds);
     double layer = (f->C_solid_init - f->C_thresh) / (f->k_corr * exposure), speed = f->dx_file / layer;
     setup->gb_factor = f->gb_corr_factor;
     pdi_setup_note(setup, "k_corr = %g 1/s: a layer of dx = %g m in %.4g min: recession at %.6g um/h = %.6g mm/year, "
@@ -30996,12 +31021,12 @@ static double pdi_flat_by_rate(const pdi_flat *f, pd_setup *setup)
 }
 
 /* Without k_corr: the content falls by the bonds across the surface as exp(-rate t), down to C_thresh. */
-static double pdi_flat_by_bonds(const pdi_flat *f, pd_setup *setup)
+static double pdi_read_flat_by_bonds(const pdi_read_flat *f, pd_setup *setup)
 {
-    double exposure, bonds, grain = pdi_flat_across(f->D_liquid, f->D_grain);
-    pdi_flat_front(f, &exposure, &bonds);
+    double exposure, bonds, grain = pdi_read_flat_across(f->D_liquid, f->D_grain);
+    pdi_read_flat_front(f, &exposure, &bonds);
     double layer = log(f->C_solid_init / f->C_thresh) / (grain * bonds), speed = f->dx_file / layer;
-    setup->gb_factor = pdi_flat_across(f->D_liquid, f->D_gb) / grain;
+    setup->gb_factor = pdi_read_flat_across(f->D_liquid, f->D_gb) / grain;
     pdi_setup_note(setup, "D_grain = %g, no k_corr: a layer of dx = %g m in %.4g min: recession at %.6g um/h = %.6g "
                    "mm/year, for every dx", f->D_grain, f->dx_file, layer / 60.0, speed * 1e6 * 3600.0,
                    speed * 1e3 * 31557600.0);
@@ -31010,7 +31035,7 @@ static double pdi_flat_by_bonds(const pdi_flat *f, pd_setup *setup)
 }
 
 /* The speed, falling to 0 at C_sat where the file has that. */
-static pd_status pdi_flat_law(pd_ctx *ctx, double speed, pd_setup *setup)
+static pd_status pdi_read_flat_law(pd_ctx *ctx, double speed, pd_setup *setup)
 {
     static const pd_expr_symbol concentration[] = {{"C", "mol/m3", 0.0}};
     char rate[128];
@@ -31026,7 +31051,7 @@ static pd_status pdi_flat_law(pd_ctx *ctx, double speed, pd_setup *setup)
     return pd_expr_build(ctx, &desc, &setup->rate);
 }
 
-static pd_status pdi_flat_dissolve(pd_ctx *ctx, const pd_text *text, const pdi_flat *f, pd_setup *setup)
+static pd_status pdi_read_flat_dissolve(pd_ctx *ctx, const pd_text *text, const pdi_read_flat *f, pd_setup *setup)
 {
     double intact = f->rho_m / setup->material.molar_mass;
     setup->has_dissolve = setup->solid >= 0 && (f->bonds ? f->D_grain : f->k_corr) > 0.0;
@@ -31042,10 +31067,10 @@ static pd_status pdi_flat_dissolve(pd_ctx *ctx, const pd_text *text, const pdi_f
     if (f->C_sat > 0.0)
         pdi_setup_note(setup, "C_sat = %g: the rate falls as 1 - C/Csat, Csat = %.6g mol/m3; there it stops at it",
                        f->C_sat, setup->saturation);
-    return pdi_flat_law(ctx, f->bonds ? pdi_flat_by_bonds(f, setup) : pdi_flat_by_rate(f, setup), setup);
+    return pdi_read_flat_law(ctx, f->bonds ? pdi_read_flat_by_bonds(f, setup) : pdi_read_flat_by_rate(f, setup), setup);
 }
 
-static void pdi_flat_grains(const pdi_flat *f, pd_setup *setup)
+static void pdi_read_flat_grains(const pdi_read_flat *f, pd_setup *setup)
 {
     setup->has_grains = setup->solid >= 0 && f->grain_size_mean > 0.0;
     if (!setup->has_grains) {
@@ -31060,11 +31085,11 @@ static void pdi_flat_grains(const pdi_flat *f, pd_setup *setup)
                    setup->grain.boundary_width * 1e6);
 }
 
-static pd_status pdi_flat_output(pd_ctx *ctx, pd_text *text, const pdi_flat *f, pd_setup *setup)
+static pd_status pdi_read_flat_output(pd_ctx *ctx, pd_text *text, const pdi_read_flat *f, pd_setup *setup)
 {
     PDI_TRY(pdi_setup_folder(ctx, text, 0, "output_dir", setup));
     setup->until = f->T_final;
-    setup->every = f->T_final / PDI_FLAT_FRAMES;
+    setup->every = f->T_final / PDI_READ_FLAT_FRAMES;
     setup->fraction = 0.1;
     for (int k = 0; k < PD_FIELD_COUNT; k++)
         if (!pdi_setup_field_needs(setup, (pd_field)k)) setup->fields |= 1u << k;
@@ -31072,50 +31097,51 @@ static pd_status pdi_flat_output(pd_ctx *ctx, pd_text *text, const pdi_flat *f, 
     return PD_OK;
 }
 
-PDI_FN pd_status pdi_flat_read(pd_ctx *ctx, pd_text *text, const char *const *overrides, int count, pd_setup *setup)
+PDI_FN pd_status pdi_read_flat_read(pd_ctx *ctx, pd_text *text, const char *const *overrides, int count,
+                                    pd_setup *setup)
 {
-    pdi_flat f;
+    pdi_read_flat f;
     memset(&f, 0, sizeof f);
-    PDI_TRY(pdi_flat_number(ctx, text, "dx", "5e-6", 0.0, 1.0, 1, &f.dx_file));
+    PDI_TRY(pdi_read_flat_number(ctx, text, "dx", "5e-6", 0.0, 1.0, 1, &f.dx_file));
     for (int k = 0; k < count; k++) PDI_TRY(pd_text_override(ctx, text, overrides[k]));
-    PDI_TRY(pdi_flat_numbers(ctx, text, &f));
+    PDI_TRY(pdi_read_flat_numbers(ctx, text, &f));
     f.bonds = !pd_text_has(ctx, text, 0, "k_corr") &&
               (pd_text_has(ctx, text, 0, "D_grain") || pd_text_has(ctx, text, 0, "D_gb"));
-    PDI_TRY(pdi_flat_notes(ctx, text, &f, setup));
+    PDI_TRY(pdi_read_flat_notes(ctx, text, &f, setup));
     if (PD_DIM == 1)
         return pd_text_refuse(ctx, text, 0, "dx", "found a flat parameter file, which describes a pin in 2D or 3D");
-    PDI_TRY(pdi_flat_box(ctx, text, &f, setup));
-    PDI_TRY(pdi_flat_shapes(ctx, text, &f, setup));
-    pdi_flat_flow(&f, setup);
+    PDI_TRY(pdi_read_flat_box(ctx, text, &f, setup));
+    PDI_TRY(pdi_read_flat_shapes(ctx, text, &f, setup));
+    pdi_read_flat_flow(&f, setup);
     if (pd_text_has(ctx, text, 0, "flow_conv_tol")) setup->given |= 1u << PD_KNOB_STEADY;
-    PDI_TRY(pdi_flat_transport(ctx, &f, setup));
-    PDI_TRY(pdi_flat_dissolve(ctx, text, &f, setup));
-    pdi_flat_grains(&f, setup);
-    PDI_TRY(pdi_flat_output(ctx, text, &f, setup));
+    PDI_TRY(pdi_read_flat_transport(ctx, &f, setup));
+    PDI_TRY(pdi_read_flat_dissolve(ctx, text, &f, setup));
+    pdi_read_flat_grains(&f, setup);
+    PDI_TRY(pdi_read_flat_output(ctx, text, &f, setup));
     return pd_text_unused(ctx, text);
 }
-#undef PDI_FLAT_FRAMES
-#undef PDI_FLAT_NUMBERS
+#undef PDI_READ_FLAT_FRAMES
+#undef PDI_READ_FLAT_NUMBERS
 
-/* ======== >>scene/watch.c ======== */
-/* watch: see watch.h */
+/* ======== >>scene/read_monitors.c ======== */
+/* read_monitors: see read_monitors.h */
 #include <math.h>
 #include <stdio.h>
 #include <string.h>
 
-#define PDI_WATCH_POINTS 100000 /* most points of a line */
+#define PDI_READ_MONITORS_POINTS 100000 /* most points of a line */
 
-typedef struct pdi_watch {
+typedef struct pdi_read_monitors {
     pd_ctx *ctx;
     pd_text *text;
     pd_setup *setup;
     int section;
-} pdi_watch;
+} pdi_read_monitors;
 
 /* ---- values ---- */
 
-PDI_FN pd_status pdi_watch_fields(pd_ctx *ctx, pd_text *text, const pd_setup *setup, int section, const char *key,
-                                  const char *fallback, unsigned *bits)
+PDI_FN pd_status pdi_read_monitors_fields(pd_ctx *ctx, pd_text *text, const pd_setup *setup, int section,
+                                          const char *key, const char *fallback, unsigned *bits)
 {
     pd_word_list list;
     int given = pd_text_has(ctx, text, section, key);
@@ -31137,8 +31163,8 @@ PDI_FN pd_status pdi_watch_fields(pd_ctx *ctx, pd_text *text, const pd_setup *se
     return PD_OK;
 }
 
-PDI_FN pd_status pdi_watch_place(pd_ctx *ctx, pd_text *text, const pd_setup *setup, int section, const char *key,
-                                 int *axis, double *at)
+PDI_FN pd_status pdi_read_monitors_place(pd_ctx *ctx, pd_text *text, const pd_setup *setup, int section,
+                                         const char *key, int *axis, double *at)
 {
     const char *value;
     pd_expr expr;
@@ -31157,7 +31183,7 @@ PDI_FN pd_status pdi_watch_place(pd_ctx *ctx, pd_text *text, const pd_setup *set
     desc.unit = "m";
     desc.where = key;
     desc.column = 3;
-    if (pd_expr_build(ctx, &desc, &expr) < 0) return pdi_refer_fail(ctx, text, section, key);
+    if (pd_expr_build(ctx, &desc, &expr) < 0) return pdi_named_files_fail(ctx, text, section, key);
     *at = pd_expr_eval(&expr, NULL);
     pd_expr_free(ctx, &expr);
     if (*at > setup->lo[*axis] && *at < setup->hi[*axis]) return PD_OK;
@@ -31165,7 +31191,7 @@ PDI_FN pd_status pdi_watch_place(pd_ctx *ctx, pd_text *text, const pd_setup *set
 }
 
 /* A point of the box. */
-static pd_status pdi_watch_point(pdi_watch *w, const char *key, double *x)
+static pd_status pdi_read_monitors_point(pdi_read_monitors *w, const char *key, double *x)
 {
     const pd_setup *u = w->setup;
     int count;
@@ -31180,8 +31206,8 @@ static pd_status pdi_watch_point(pdi_watch *w, const char *key, double *x)
     return PD_OK;
 }
 
-static pd_status pdi_watch_positive(pdi_watch *w, const char *key, const char *unit, const char *fallback,
-                                    double *value)
+static pd_status pdi_read_monitors_positive(pdi_read_monitors *w, const char *key, const char *unit,
+                                            const char *fallback, double *value)
 {
     char found[PD_UNITS_TEXT];
     PDI_TRY(pd_text_number(w->ctx, w->text, w->section, key, unit, fallback, value));
@@ -31190,7 +31216,7 @@ static pd_status pdi_watch_positive(pdi_watch *w, const char *key, const char *u
     return pd_text_refuse(w->ctx, w->text, w->section, key, "found %s, expected a positive value", found);
 }
 
-static pd_status pdi_watch_concentration(pdi_watch *w, const char *key, double *value)
+static pd_status pdi_read_monitors_concentration(pdi_read_monitors *w, const char *key, double *value)
 {
     PDI_TRY(pd_text_number(w->ctx, w->text, w->section, key, "mol/m3", NULL, value));
     if (*value >= 0.0) return PD_OK;
@@ -31198,7 +31224,7 @@ static pd_status pdi_watch_concentration(pdi_watch *w, const char *key, double *
 }
 
 /* The box of a monitor; without the key that of the grid, if `optional`. */
-static pd_status pdi_watch_box(pdi_watch *w, int optional, pd_setup_monitor *m)
+static pd_status pdi_read_monitors_box(pdi_read_monitors *w, int optional, pd_setup_monitor *m)
 {
     int count;
     memcpy(m->lo, w->setup->lo, sizeof m->lo);
@@ -31212,49 +31238,49 @@ static pd_status pdi_watch_box(pdi_watch *w, int optional, pd_setup_monitor *m)
 
 /* ---- sections ---- */
 
-static pd_status pdi_watch_needs(pdi_watch *w, int has, const char *what)
+static pd_status pdi_read_monitors_needs(pdi_read_monitors *w, int has, const char *what)
 {
     const char *name = w->text->section[w->section].name;
     if (has) return PD_OK;
     return pd_text_refuse(w->ctx, w->text, w->section, name, "found no [%s] section, expected one", what);
 }
 
-static pd_status pdi_watch_line(pdi_watch *w, pd_setup_monitor *m)
+static pd_status pdi_read_monitors_line(pdi_read_monitors *w, pd_setup_monitor *m)
 {
     double spacing, length = 0.0;
-    PDI_TRY(pdi_watch_point(w, "from", m->lo));
-    PDI_TRY(pdi_watch_point(w, "to", m->hi));
+    PDI_TRY(pdi_read_monitors_point(w, "from", m->lo));
+    PDI_TRY(pdi_read_monitors_point(w, "to", m->hi));
     for (int d = 0; d < PD_DIM; d++) length += (m->hi[d] - m->lo[d]) * (m->hi[d] - m->lo[d]);
     length = sqrt(length);
     if (!(length > 0.0))
         return pd_text_refuse(w->ctx, w->text, w->section, "to", "found the point of 'from', expected another one");
-    PDI_TRY(pdi_watch_fields(w->ctx, w->text, w->setup, w->section, "fields", "C, v, p", &m->fields));
+    PDI_TRY(pdi_read_monitors_fields(w->ctx, w->text, w->setup, w->section, "fields", "C, v, p", &m->fields));
     m->images = m->fields;
     if (pd_text_has(w->ctx, w->text, w->section, "images"))
-        PDI_TRY(pdi_watch_fields(w->ctx, w->text, w->setup, w->section, "images", NULL, &m->images));
+        PDI_TRY(pdi_read_monitors_fields(w->ctx, w->text, w->setup, w->section, "images", NULL, &m->images));
     if (m->images & ~m->fields)
         return pd_text_refuse(w->ctx, w->text, w->section, "images", "found a field that is not among 'fields'");
     if (!pd_text_has(w->ctx, w->text, w->section, "spacing"))
-        return pd_text_integer(w->ctx, w->text, w->section, "points", 2, PDI_WATCH_POINTS, NULL, &m->points);
+        return pd_text_integer(w->ctx, w->text, w->section, "points", 2, PDI_READ_MONITORS_POINTS, NULL, &m->points);
     if (pd_text_has(w->ctx, w->text, w->section, "points"))
         return pd_text_refuse(w->ctx, w->text, w->section, "spacing", "found beside 'points', expected one of them");
-    PDI_TRY(pdi_watch_positive(w, "spacing", "m", NULL, &spacing));
-    if (length / spacing > PDI_WATCH_POINTS - 1.0)
+    PDI_TRY(pdi_read_monitors_positive(w, "spacing", "m", NULL, &spacing));
+    if (length / spacing > PDI_READ_MONITORS_POINTS - 1.0)
         return pd_text_refuse(w->ctx, w->text, w->section, "spacing", "found %.6g m, which makes more than %d points",
-                              spacing, PDI_WATCH_POINTS);
+                              spacing, PDI_READ_MONITORS_POINTS);
     m->points = (int)fmax(ceil(length / spacing * (1.0 - 1e-12)), 1.0) + 1;
     return PD_OK;
 }
 
 /* The plane of the lattice nearest to the place. */
-static pd_status pdi_watch_plane(pdi_watch *w, pd_setup_monitor *m)
+static pd_status pdi_read_monitors_plane(pdi_read_monitors *w, pd_setup_monitor *m)
 {
     const pd_setup *u = w->setup;
     double at = 0.0, index;
     if (u->has_corrode)
         return pd_text_refuse(w->ctx, w->text, w->section, "plane",
                               "found beside [corrode], expected [line] or [total]");
-    PDI_TRY(pdi_watch_place(w->ctx, w->text, u, w->section, "at", &m->axis, &at));
+    PDI_TRY(pdi_read_monitors_place(w->ctx, w->text, u, w->section, "at", &m->axis, &at));
     index = floor((at - u->lo[m->axis]) / u->h[m->axis] + 0.5);
     if (!(index >= 1.0) || !(index <= pdi_setup_cells(u, m->axis) - 1.0))
         return pd_text_refuse(w->ctx, w->text, w->section, "at",
@@ -31264,7 +31290,7 @@ static pd_status pdi_watch_plane(pdi_watch *w, pd_setup_monitor *m)
 }
 
 /* The wall or solid that a force is wanted on. */
-static pd_status pdi_watch_shape(pdi_watch *w, pd_setup_monitor *m)
+static pd_status pdi_read_monitors_shape(pdi_read_monitors *w, pd_setup_monitor *m)
 {
     const char *name;
     int k = 0;
@@ -31281,23 +31307,23 @@ static pd_status pdi_watch_shape(pdi_watch *w, pd_setup_monitor *m)
 }
 
 /* Reference values make coefficients: 2 F/(rho U^2 A). A shape needs no box, and a box then no room for a balance. */
-static pd_status pdi_watch_force(pdi_watch *w, pd_setup_monitor *m)
+static pd_status pdi_read_monitors_force(pdi_read_monitors *w, pd_setup_monitor *m)
 {
     const char *size = PD_DIM == 3 ? "area" : "length";
-    PDI_TRY(pdi_watch_needs(w, w->setup->has_flow, "flow"));
+    PDI_TRY(pdi_read_monitors_needs(w, w->setup->has_flow, "flow"));
     int named = pd_text_has(w->ctx, w->text, w->section, "shape");
-    if (named) PDI_TRY(pdi_watch_shape(w, m));
-    PDI_TRY(pdi_watch_box(w, named, m));
+    if (named) PDI_TRY(pdi_read_monitors_shape(w, m));
+    PDI_TRY(pdi_read_monitors_box(w, named, m));
     PDI_TRY(pd_text_bool(w->ctx, w->text, w->section, "balance", named ? "no" : "yes", &m->balance));
     if (!pd_text_has(w->ctx, w->text, w->section, "speed") && !pd_text_has(w->ctx, w->text, w->section, size))
         return PD_OK;
-    PDI_TRY(pdi_watch_positive(w, "speed", "m/s", NULL, &m->speed));
+    PDI_TRY(pdi_read_monitors_positive(w, "speed", "m/s", NULL, &m->speed));
     m->area = 1.0;
-    return PD_DIM == 1 ? PD_OK : pdi_watch_positive(w, size, PD_DIM == 3 ? "m2" : "m", NULL, &m->area);
+    return PD_DIM == 1 ? PD_OK : pdi_read_monitors_positive(w, size, PD_DIM == 3 ? "m2" : "m", NULL, &m->area);
 }
 
 /* fluid = inlet, bulk, or a concentration */
-static pd_status pdi_watch_against(pdi_watch *w, pd_setup_monitor *m)
+static pd_status pdi_read_monitors_against(pdi_read_monitors *w, pd_setup_monitor *m)
 {
     const pd_setup *u = w->setup;
     const char *value;
@@ -31315,38 +31341,38 @@ static pd_status pdi_watch_against(pdi_watch *w, pd_setup_monitor *m)
         return pd_text_refuse(w->ctx, w->text, w->section, "fluid",
                               "found 'inlet' in a scene without one, expected bulk or a concentration");
     }
-    if (strcmp(value, "bulk") != 0) return pdi_watch_concentration(w, "fluid", &m->fluid);
+    if (strcmp(value, "bulk") != 0) return pdi_read_monitors_concentration(w, "fluid", &m->fluid);
     m->against = PD_AGAINST_BULK;
-    PDI_TRY(pdi_watch_needs(w, u->has_flow, "flow"));
+    PDI_TRY(pdi_read_monitors_needs(w, u->has_flow, "flow"));
     if (m->axis >= 0) return PD_OK;
     return pd_text_refuse(w->ctx, w->text, w->section, "fluid",
                           "found 'bulk' without the axis of the stream, expected along = %s",
                           PD_DIM == 3 ? "x, y or z" : PD_DIM == 2 ? "x or y" : "x");
 }
 
-static pd_status pdi_watch_transfer(pdi_watch *w, pd_setup_monitor *m)
+static pd_status pdi_read_monitors_transfer(pdi_read_monitors *w, pd_setup_monitor *m)
 {
     static const char *const axes[] = {"x", "y", "z"};
     const char *names[PD_DIM + 1], *unit = PD_DIM == 3 ? "m2" : PD_DIM == 2 ? "m" : "";
     char diffusivity[PD_UNITS_TEXT];
     for (int d = 0; d < PD_DIM; d++) names[d] = axes[d];
     names[PD_DIM] = NULL;
-    PDI_TRY(pdi_watch_needs(w, w->setup->has_transport, "transport"));
-    PDI_TRY(pdi_watch_box(w, 1, m));
+    PDI_TRY(pdi_read_monitors_needs(w, w->setup->has_transport, "transport"));
+    PDI_TRY(pdi_read_monitors_box(w, 1, m));
     m->axis = -1;
     if (pd_text_has(w->ctx, w->text, w->section, "along"))
         PDI_TRY(pd_text_choice(w->ctx, w->text, w->section, "along", names, NULL, &m->axis));
     if (pd_text_has(w->ctx, w->text, w->section, "area"))
-        PDI_TRY(pdi_watch_positive(w, "area", unit, NULL, &m->area));
+        PDI_TRY(pdi_read_monitors_positive(w, "area", unit, NULL, &m->area));
     if (!pd_text_has(w->ctx, w->text, w->section, "length")) return PD_OK;
-    PDI_TRY(pdi_watch_positive(w, "length", "m", NULL, &m->length));
-    PDI_TRY(pdi_watch_concentration(w, "surface", &m->surface));
-    PDI_TRY(pdi_watch_against(w, m));
+    PDI_TRY(pdi_read_monitors_positive(w, "length", "m", NULL, &m->length));
+    PDI_TRY(pdi_read_monitors_concentration(w, "surface", &m->surface));
+    PDI_TRY(pdi_read_monitors_against(w, m));
     snprintf(diffusivity, sizeof diffusivity, "%.17g m2/s", w->setup->diffusivity);
-    return pdi_watch_positive(w, "D", "m2/s", diffusivity, &m->diffusivity);
+    return pdi_read_monitors_positive(w, "D", "m2/s", diffusivity, &m->diffusivity);
 }
 
-static pd_status pdi_watch_monitor(pdi_watch *w, pd_monitor_kind kind)
+static pd_status pdi_read_monitors_monitor(pdi_read_monitors *w, pd_monitor_kind kind)
 {
     pd_setup *u = w->setup;
     const char *label = w->text->section[w->section].label, *name = pdi_setup_monitor_name(kind);
@@ -31360,16 +31386,16 @@ static pd_status pdi_watch_monitor(pdi_watch *w, pd_monitor_kind kind)
     m->line = w->text->section[w->section].line;
     memcpy(m->name, label, strlen(label) + 1);
     switch (kind) {
-    case PD_MONITOR_LINE: return pdi_watch_line(w, m);
-    case PD_MONITOR_PLANE: return pdi_watch_plane(w, m);
-    case PD_MONITOR_FORCE: return pdi_watch_force(w, m);
-    case PD_MONITOR_TRANSFER: return pdi_watch_transfer(w, m);
-    case PD_MONITOR_TOTAL: return pdi_watch_box(w, 1, m);
+    case PD_MONITOR_LINE: return pdi_read_monitors_line(w, m);
+    case PD_MONITOR_PLANE: return pdi_read_monitors_plane(w, m);
+    case PD_MONITOR_FORCE: return pdi_read_monitors_force(w, m);
+    case PD_MONITOR_TRANSFER: return pdi_read_monitors_transfer(w, m);
+    case PD_MONITOR_TOTAL: return pdi_read_monitors_box(w, 1, m);
     }
     return PD_OK;
 }
 
-static pd_status pdi_watch_probe(pdi_watch *w)
+static pd_status pdi_read_monitors_probe(pdi_read_monitors *w)
 {
     pd_setup *u = w->setup;
     const char *label = w->text->section[w->section].label;
@@ -31380,47 +31406,49 @@ static pd_status pdi_watch_probe(pdi_watch *w)
     pd_setup_probe *p = &u->probe[u->probes++];
     memcpy(p->name, label, strlen(label) + 1);
     p->line = w->text->section[w->section].line;
-    PDI_TRY(pdi_watch_point(w, "at", p->at));
-    return pdi_watch_fields(w->ctx, w->text, u, w->section, "fields", pdi_setup_carries(u) ? "C" : "v", &p->fields);
+    PDI_TRY(pdi_read_monitors_point(w, "at", p->at));
+    return pdi_read_monitors_fields(w->ctx, w->text, u, w->section, "fields", pdi_setup_carries(u) ? "C" : "v",
+                                    &p->fields);
 }
 
-PDI_FN pd_status pdi_watch_read(pd_ctx *ctx, pd_text *text, pd_setup *setup)
+PDI_FN pd_status pdi_read_monitors_read(pd_ctx *ctx, pd_text *text, pd_setup *setup)
 {
-    pdi_watch w;
+    pdi_read_monitors w;
     w.ctx = ctx;
     w.text = text;
     w.setup = setup;
     for (w.section = pd_text_next(ctx, text, "probe", -1); w.section >= 0;
          w.section = pd_text_next(ctx, text, "probe", w.section))
-        PDI_TRY(pdi_watch_probe(&w));
+        PDI_TRY(pdi_read_monitors_probe(&w));
     for (int kind = PD_MONITOR_LINE; kind <= PD_MONITOR_TOTAL; kind++) {
         const char *name = pdi_setup_monitor_name((pd_monitor_kind)kind);
         for (w.section = pd_text_next(ctx, text, name, -1); w.section >= 0;
              w.section = pd_text_next(ctx, text, name, w.section))
-            PDI_TRY(pdi_watch_monitor(&w, (pd_monitor_kind)kind));
+            PDI_TRY(pdi_read_monitors_monitor(&w, (pd_monitor_kind)kind));
     }
     return PD_OK;
 }
 
-#undef PDI_WATCH_POINTS
+#undef PDI_READ_MONITORS_POINTS
 
-/* ======== >>scene/record.c ======== */
-/* record: see record.h */
+/* ======== >>scene/read_measured.c ======== */
+/* read_measured: see read_measured.h */
 #include <math.h>
 #include <stdio.h>
 #include <string.h>
 
-#define PDI_RECORD_SAME 1e-9 /* [-] relative difference of times that are one */
+#define PDI_READ_MEASURED_SAME 1e-9 /* [-] relative difference of times that are one */
 
 /* Heading of the column of spreads, for a section that does not name one; NULL: there is none. */
-static const char *pdi_record_spread(const pdi_chart *s)
+static const char *pdi_read_measured_spread(const pdi_read_tables *s)
 {
     for (int k = 0; k < s->table.columns; k++)
         if (strncmp(pd_table_text(&s->table, -1, k), "spread", 6) == 0) return pd_table_text(&s->table, -1, k);
     return NULL;
 }
 
-static pd_status pdi_record_dims(const pdi_chart *s, const char *key, const pd_dims *found, const pd_dims *wanted)
+static pd_status pdi_read_measured_dims(const pdi_read_tables *s, const char *key, const pd_dims *found,
+                                        const pd_dims *wanted)
 {
     char is[PD_UNITS_TEXT], expected[PD_UNITS_TEXT];
     if (pd_units_same(found, wanted)) return PD_OK;
@@ -31431,55 +31459,56 @@ static pd_status pdi_record_dims(const pdi_chart *s, const char *key, const pd_d
 }
 
 /* The line of the file of a bad point. */
-static pd_status pdi_record_bad(const pdi_chart *s, int row, const char *key, double found, const char *expected)
+static pd_status pdi_read_measured_bad(const pdi_read_tables *s, int row, const char *key, double found,
+                                       const char *expected)
 {
     return pd_text_refuse(s->ctx, s->text, s->section, key, "%.200s:%d: found %.6g, expected %s", s->table.path,
                           s->table.line[row], found, expected);
 }
 
-static pd_status pdi_record_times(const pdi_chart *s, double *time)
+static pd_status pdi_read_measured_times(const pdi_read_tables *s, double *time)
 {
     char unit[PD_UNITS_TEXT];
     double scale, start;
     pd_dims dims, wanted;
-    PDI_TRY(pdi_chart_column(s, "time", "1", 1, time, unit, &scale, &dims));
+    PDI_TRY(pdi_read_tables_column(s, "time", "1", 1, time, unit, &scale, &dims));
     pd_units_parse(s->ctx, "s", NULL, &wanted);
-    PDI_TRY(pdi_record_dims(s, "time", &dims, &wanted));
+    PDI_TRY(pdi_read_measured_dims(s, "time", &dims, &wanted));
     PDI_TRY(pd_text_number(s->ctx, s->text, s->section, "start", "s", "0", &start));
     for (int k = 0; k < s->table.rows; k++) {
-        if (!(fabs(time[k]) < HUGE_VAL)) return pdi_record_bad(s, k, "time", time[k], "a finite time");
+        if (!(fabs(time[k]) < HUGE_VAL)) return pdi_read_measured_bad(s, k, "time", time[k], "a finite time");
         if (k && time[k] < time[k - 1])
-            return pdi_record_bad(s, k, "time", time[k], "a time that is not before that of the line above");
+            return pdi_read_measured_bad(s, k, "time", time[k], "a time that is not before that of the line above");
     }
     for (int k = 0; k < s->table.rows; k++) time[k] = scale * time[k] - start;
     return PD_OK;
 }
 
-static pd_status pdi_record_values(const pdi_chart *s, pd_setup_record *r)
+static pd_status pdi_read_measured_values(const pdi_read_tables *s, pd_setup_record *r)
 {
     char unit[PD_UNITS_TEXT];
-    const char *spread = pdi_record_spread(s);
+    const char *spread = pdi_read_measured_spread(s);
     double scale;
     pd_dims dims;
-    PDI_TRY(pdi_chart_column(s, "value", "2", 1, r->value, r->unit, &r->scale, &r->dims));
+    PDI_TRY(pdi_read_tables_column(s, "value", "2", 1, r->value, r->unit, &r->scale, &r->dims));
     for (int k = 0; k < r->points; k++) {
-        if (!(fabs(r->value[k]) < HUGE_VAL)) return pdi_record_bad(s, k, "value", r->value[k], "a finite value");
+        if (!(fabs(r->value[k]) < HUGE_VAL)) return pdi_read_measured_bad(s, k, "value", r->value[k], "a finite value");
         r->value[k] *= r->scale;
     }
     if (!spread && !pd_text_has(s->ctx, s->text, s->section, "spread")) return PD_OK;
     PDI_TRY(PDI_NEW(s->ctx, "record", r->points, r->spread));
-    PDI_TRY(pdi_chart_column(s, "spread", spread, 1, r->spread, unit, &scale, &dims));
-    PDI_TRY(pdi_record_dims(s, "spread", &dims, &r->dims));
+    PDI_TRY(pdi_read_tables_column(s, "spread", spread, 1, r->spread, unit, &scale, &dims));
+    PDI_TRY(pdi_read_measured_dims(s, "spread", &dims, &r->dims));
     for (int k = 0; k < r->points; k++) {
         if (!(r->spread[k] >= 0.0) || !(r->spread[k] < HUGE_VAL))
-            return pdi_record_bad(s, k, "spread", r->spread[k], "a finite spread of at least 0");
+            return pdi_read_measured_bad(s, k, "spread", r->spread[k], "a finite spread of at least 0");
         r->spread[k] *= scale;
     }
     return PD_OK;
 }
 
 /* "volume_loss" or "section.name.figure" */
-static pd_status pdi_record_figure(const pdi_chart *s, pd_setup_record *r)
+static pd_status pdi_read_measured_figure(const pdi_read_tables *s, pd_setup_record *r)
 {
     const char *of;
     PDI_TRY(pd_text_string(s->ctx, s->text, s->section, "of", "volume_loss", &of));
@@ -31491,23 +31520,23 @@ static pd_status pdi_record_figure(const pdi_chart *s, pd_setup_record *r)
     return PD_OK;
 }
 
-PDI_FN int pdi_record_counts(const pd_setup_record *r, int point, double until)
+PDI_FN int pdi_read_measured_counts(const pd_setup_record *r, int point, double until)
 {
-    return r->time[point] > 0.0 && r->time[point] <= until * (1.0 + PDI_RECORD_SAME);
+    return r->time[point] > 0.0 && r->time[point] <= until * (1.0 + PDI_READ_MEASURED_SAME);
 }
 
-static pd_status pdi_record_reach(const pdi_chart *s, const pd_setup *u, const pd_setup_record *r)
+static pd_status pdi_read_measured_reach(const pdi_read_tables *s, const pd_setup *u, const pd_setup_record *r)
 {
     char until[PD_UNITS_TEXT];
     for (int k = 0; k < r->points; k++)
-        if (pdi_record_counts(r, k, u->until)) return PD_OK;
+        if (pdi_read_measured_counts(r, k, u->until)) return PD_OK;
     pdi_setup_show(u->until, "s", until);
     return pd_text_refuse(s->ctx, s->text, s->section, "file", "%.200s: found no point behind the start of the run and"
                           " before its end at t = %s; 'start' tells the time of the file at which the run begins",
                           s->table.path, until);
 }
 
-static pd_status pdi_record_section(pdi_chart *s, pd_setup *u)
+static pd_status pdi_read_measured_section(pdi_read_tables *s, pd_setup *u)
 {
     const char *label = s->text->section[s->section].label;
     char path[PD_PATH_SIZE];
@@ -31519,37 +31548,37 @@ static pd_status pdi_record_section(pdi_chart *s, pd_setup *u)
     pd_setup_record *r = &u->record[u->records++];
     memcpy(r->name, label, strlen(label) + 1);
     r->line = s->text->section[s->section].line;
-    PDI_TRY(pdi_refer_path(s->ctx, s->text, s->section, "file", s->folder, path));
-    if (pd_table_read(s->ctx, path, &s->table) < 0) return pdi_refer_fail(s->ctx, s->text, s->section, "file");
+    PDI_TRY(pdi_named_files_path(s->ctx, s->text, s->section, "file", s->folder, path));
+    if (pd_table_read(s->ctx, path, &s->table) < 0) return pdi_named_files_fail(s->ctx, s->text, s->section, "file");
     if (s->table.columns < 2 || s->table.rows < 1)
         return pd_text_refuse(s->ctx, s->text, s->section, "file", "%.200s: found %d columns and %d rows, expected a"
                               " time and a value in each row", path, s->table.columns, s->table.rows);
     r->points = s->table.rows;
     PDI_TRY(PDI_NEW(s->ctx, "record", r->points, r->time));
     PDI_TRY(PDI_NEW(s->ctx, "record", r->points, r->value));
-    PDI_TRY(pdi_record_times(s, r->time));
-    PDI_TRY(pdi_record_values(s, r));
-    PDI_TRY(pdi_record_figure(s, r));
-    return pdi_record_reach(s, u, r);
+    PDI_TRY(pdi_read_measured_times(s, r->time));
+    PDI_TRY(pdi_read_measured_values(s, r));
+    PDI_TRY(pdi_read_measured_figure(s, r));
+    return pdi_read_measured_reach(s, u, r);
 }
 
-PDI_FN pd_status pdi_record_read(pd_ctx *ctx, pd_text *text, const char *folder, pd_setup *setup)
+PDI_FN pd_status pdi_read_measured_read(pd_ctx *ctx, pd_text *text, const char *folder, pd_setup *setup)
 {
-    pdi_chart s;
+    pdi_read_tables s;
     memset(&s, 0, sizeof s);
     s.ctx = ctx;
     s.text = text;
     s.folder = folder;
     for (s.section = pd_text_next(ctx, text, "measured", -1); s.section >= 0;
          s.section = pd_text_next(ctx, text, "measured", s.section)) {
-        pd_status status = pdi_record_section(&s, setup);
+        pd_status status = pdi_read_measured_section(&s, setup);
         pd_table_free(ctx, &s.table);
         PDI_TRY(status);
     }
     return PD_OK;
 }
 
-PDI_FN pd_status pdi_record_replace(pd_ctx *ctx, const char *where, const char *text, pd_setup *setup)
+PDI_FN pd_status pdi_read_measured_replace(pd_ctx *ctx, const char *where, const char *text, pd_setup *setup)
 {
     char line[PD_EXPR_LENGTH];
     pd_text scene;
@@ -31558,20 +31587,20 @@ PDI_FN pd_status pdi_record_replace(pd_ctx *ctx, const char *where, const char *
     snprintf(line, sizeof line, "[measured data] file = %.4000s\n", text);
     pdi_setup_forget(ctx, setup);
     PDI_TRY(pd_text_build(ctx, where, line, strlen(line), &scene));
-    pd_status status = pdi_record_read(ctx, &scene, "", setup);
+    pd_status status = pdi_read_measured_read(ctx, &scene, "", setup);
     if (status == PD_OK) status = pd_text_unused(ctx, &scene);
     pd_text_free(ctx, &scene);
     for (int k = 0; k < setup->records; k++) setup->record[k].line = 0;
     return status;
 }
 
-PDI_FN void pdi_record_series(const pd_setup_record *r, double x_unit, double y_unit, double last, double *work,
+PDI_FN void pdi_read_measured_series(const pd_setup_record *r, double x_unit, double y_unit, double last, double *work,
                               pd_series *series)
 {
     double *y = work + r->points, *spread = y + r->points;
     memset(series, 0, sizeof *series);
     for (int k = 0; k < r->points; k++) {
-        if (r->time[k] < 0.0 || r->time[k] > last * (1.0 + PDI_RECORD_SAME)) continue;
+        if (r->time[k] < 0.0 || r->time[k] > last * (1.0 + PDI_READ_MEASURED_SAME)) continue;
         work[series->count] = r->time[k] / x_unit;
         y[series->count] = r->value[k] / y_unit;
         spread[series->count++] = r->spread ? r->spread[k] / y_unit : 0.0;
@@ -31583,7 +31612,7 @@ PDI_FN void pdi_record_series(const pd_setup_record *r, double x_unit, double y_
     series->stroke = PD_STROKE_MARKERS;
 }
 
-#undef PDI_RECORD_SAME
+#undef PDI_READ_MEASURED_SAME
 
 /* ======== >>scene/scene.c ======== */
 /* scene: see scene.h */
@@ -31600,7 +31629,7 @@ typedef struct pdi_scene {
     pd_ctx *ctx;
     pd_text *text;
     pd_setup *setup;
-    pdi_named named;
+    pdi_read_constants named;
 } pdi_scene;
 
 /* A number in low .. high; low_open: low itself is refused. */
@@ -32022,15 +32051,15 @@ static pd_status pdi_scene_constants(pdi_scene *s)
     int section = pd_text_section(s->ctx, s->text, u->has_corrode ? "corrode" : "dissolve", NULL);
     if (u->has_corrode && pd_text_has(s->ctx, s->text, section, "charge"))
         PDI_TRY(pdi_scene_within(s, section, "charge", "", NULL, 0.0, 10.0, 1, &u->material.charge));
-    pdi_named_append(s->text, &s->named, "rho_m", "kg/m3", u->material.density);
-    pdi_named_append(s->text, &s->named, "M_m", "kg/mol", u->material.molar_mass);
-    pdi_named_append(s->text, &s->named, "z_m", "", u->material.charge);
+    pdi_read_constants_append(s->text, &s->named, "rho_m", "kg/m3", u->material.density);
+    pdi_read_constants_append(s->text, &s->named, "M_m", "kg/mol", u->material.molar_mass);
+    pdi_read_constants_append(s->text, &s->named, "z_m", "", u->material.charge);
     if (pdi_setup_loses(u) && pd_text_has(s->ctx, s->text, section, "Cs"))
         PDI_TRY(pdi_scene_positive(s, section, "Cs", "mol/m3", NULL, &u->solid_c));
-    pdi_named_append(s->text, &s->named, "Cs", "mol/m3", u->solid_c);
+    pdi_read_constants_append(s->text, &s->named, "Cs", "mol/m3", u->solid_c);
     if (!pdi_setup_loses(u) || !pd_text_has(s->ctx, s->text, section, "Csat")) return PD_OK;
     PDI_TRY(pdi_scene_positive(s, section, "Csat", "mol/m3", NULL, &u->saturation));
-    pdi_named_append(s->text, &s->named, "Csat", "mol/m3", u->saturation);
+    pdi_read_constants_append(s->text, &s->named, "Csat", "mol/m3", u->saturation);
     return PD_OK;
 }
 
@@ -32244,7 +32273,7 @@ static pd_status pdi_scene_slice(pdi_scene *s, int section)
     if (!pd_text_has(s->ctx, s->text, section, "slice")) return PD_OK;
     if (PD_DIM < 3) return pd_text_refuse(s->ctx, s->text, section, "slice", "found in %dD, expected it in 3D only",
                                           PD_DIM);
-    return pdi_watch_place(s->ctx, s->text, u, section, "slice", &u->slice_axis, &u->slice_at);
+    return pdi_read_monitors_place(s->ctx, s->text, u, section, "slice", &u->slice_axis, &u->slice_at);
 }
 
 /* A file name without a folder. */
@@ -32270,8 +32299,8 @@ static pd_status pdi_scene_output(pdi_scene *s)
     if (u->until > 0.0 && u->until / u->every > 9e5)
         return pd_text_refuse(s->ctx, s->text, section, "every",
                               "found %.3g frames until the end, expected at most 900000", u->until / u->every);
-    PDI_TRY(pdi_watch_fields(s->ctx, s->text, u, section, "fields", "C, v, p, kind, grain", &u->fields));
-    PDI_TRY(pdi_watch_fields(s->ctx, s->text, u, section, "images", "none", &u->images));
+    PDI_TRY(pdi_read_monitors_fields(s->ctx, s->text, u, section, "fields", "C, v, p, kind, grain", &u->fields));
+    PDI_TRY(pdi_read_monitors_fields(s->ctx, s->text, u, section, "images", "none", &u->images));
     PDI_TRY(pdi_scene_prefix(s, section));
     PDI_TRY(pdi_setup_folder(s->ctx, s->text, section, "folder", u));
     return pdi_scene_slice(s, section);
@@ -32312,9 +32341,9 @@ static pd_status pdi_scene_sections(pd_ctx *ctx, pd_text *text, const char *path
     setup->has_dissolve = pd_text_has(ctx, text, pd_text_section(ctx, text, "dissolve", NULL), NULL);
     setup->has_corrode = pd_text_has(ctx, text, pd_text_section(ctx, text, "corrode", NULL), NULL);
     PDI_TRY(pdi_scene_corrode_alone(&s));
-    PDI_TRY(pdi_named_read(ctx, text, &s.named));
-    PDI_TRY(pdi_chart_read(ctx, text, folder, setup));
-    PDI_TRY(pdi_sketch_read(ctx, text, folder, setup));
+    PDI_TRY(pdi_read_constants_read(ctx, text, &s.named));
+    PDI_TRY(pdi_read_tables_read(ctx, text, folder, setup));
+    PDI_TRY(pdi_read_shapes_read(ctx, text, folder, setup));
     PDI_TRY(pdi_scene_constants(&s));
     PDI_TRY(pdi_scene_grid(&s));
     PDI_TRY(pdi_scene_sides(&s));
@@ -32324,8 +32353,8 @@ static pd_status pdi_scene_sections(pd_ctx *ctx, pd_text *text, const char *path
     PDI_TRY(pdi_scene_corrode(&s));
     PDI_TRY(pdi_scene_run(&s));
     PDI_TRY(pdi_scene_output(&s));
-    PDI_TRY(pdi_watch_read(ctx, text, setup));
-    PDI_TRY(pdi_record_read(ctx, text, folder, setup));
+    PDI_TRY(pdi_read_monitors_read(ctx, text, setup));
+    PDI_TRY(pdi_read_measured_read(ctx, text, folder, setup));
     PDI_TRY(pd_text_unused(ctx, text));
     if (!setup->has_flow && !pdi_setup_carries(setup))
         return pd_text_refuse(ctx, text, 0, "scene",
@@ -32338,7 +32367,7 @@ static pd_status pdi_scene_text(pd_ctx *ctx, pd_text *text, const char *path, co
 {
     if (text->section_count <= 1 && text->entry_count == 0)
         return pd_text_refuse(ctx, text, 0, "scene", "found an empty file, expected sections or lines key = value");
-    if (pd_text_flat(text)) return pdi_flat_read(ctx, text, overrides, count, setup);
+    if (pd_text_flat(text)) return pdi_read_flat_read(ctx, text, overrides, count, setup);
     for (int k = 0; k < count; k++) PDI_TRY(pd_text_override(ctx, text, overrides[k]));
     pd_status status = pdi_scene_sections(ctx, text, path, setup);
     text->consts = NULL;
@@ -32357,7 +32386,7 @@ pd_status pd_scene_read(pd_ctx *ctx, const char *path, const char *const *overri
     pd_status status = pd_text_read(ctx, path, &text);
     if (status == PD_OK) {
         status = pdi_scene_text(ctx, &text, path, overrides, count, setup);
-        if (status == PD_OK) status = pdi_identity_build(ctx, &text, setup);
+        if (status == PD_OK) status = pdi_fingerprint_build(ctx, &text, setup);
         pd_text_free(ctx, &text);
     }
     if (status < 0) pd_setup_free(ctx, setup);
@@ -32760,21 +32789,21 @@ double pd_wall_held(void *user, const double *x)
 
 #undef PDI_WALL_NEAR
 
-/* ======== >>run/budget.c ======== */
-/* budget: see budget.h */
+/* ======== >>run/footprint.c ======== */
+/* footprint: see footprint.h */
 #include <math.h>
 #include <string.h>
 
 /* Points of the sample along an axis. */
-#define PDI_BUDGET_POINTS (PD_DIM == 1 ? 2000 : PD_DIM == 2 ? 100 : 28)
+#define PDI_FOOTPRINT_POINTS (PD_DIM == 1 ? 2000 : PD_DIM == 2 ? 100 : 28)
 /* [byte] A plot: pixels, filtered rows, the packed file and the state of the packer. */
-#define PDI_BUDGET_PLOT 5.7e6
-#define PDI_BUDGET_PACK 0.55e6
+#define PDI_FOOTPRINT_PLOT 5.7e6
+#define PDI_FOOTPRINT_PACK 0.55e6
 /* [byte] What does not grow with the lattice: tables of a run, small matrices of the solvers, the stencil. */
-#define PDI_BUDGET_BASE 0.22e6
+#define PDI_FOOTPRINT_BASE 0.22e6
 
 /* Whole family: offsets with 0 < |n| < m + 1/2. */
-static double pdi_budget_bonds(double m)
+static double pdi_footprint_bonds(double m)
 {
     int reach = (int)ceil(m + 0.5) - 1, n[3] = {0, 0, 0};
     double bonds = -1.0;
@@ -32786,7 +32815,7 @@ static double pdi_budget_bonds(double m)
 }
 
 /* 1: what lies behind the side is closed, or held, within `near_to` of x. */
-static int pdi_budget_beside(const pd_setup *u, const double *x, double near_to)
+static int pdi_footprint_beside(const pd_setup *u, const double *x, double near_to)
 {
     for (int d = 0; d < PD_DIM; d++)
         for (int end = 0; end < 2; end++) {
@@ -32798,13 +32827,13 @@ static int pdi_budget_beside(const pd_setup *u, const double *x, double near_to)
 }
 
 /* Kinds of nodes, by the places of a regular sample. */
-static void pdi_budget_sample(const pd_setup *u, double reach, pd_budget *b)
+static void pdi_footprint_sample(const pd_setup *u, double reach, pd_footprint *b)
 {
     int count[3] = {1, 1, 1}, i[3];
     double points = 1.0, step = 0.0, fluid = 0.0, solid = 0.0, cut = 0.0, near = 0.0;
     for (int d = 0; d < PD_DIM; d++) {
         double cells = (u->hi[d] - u->lo[d]) / u->h[d];
-        count[d] = cells < PDI_BUDGET_POINTS ? (int)(cells + 0.5) : PDI_BUDGET_POINTS;
+        count[d] = cells < PDI_FOOTPRINT_POINTS ? (int)(cells + 0.5) : PDI_FOOTPRINT_POINTS;
         if (count[d] < 1) count[d] = 1;
         points *= count[d];
         step = fmax(step, u->h[d]);
@@ -32820,7 +32849,7 @@ static void pdi_budget_sample(const pd_setup *u, double reach, pd_budget *b)
                 if (u->solid >= 0) far_away = fmin(far_away, pd_shape_distance(u->shape, u->solid, x));
                 solid += far_away < 0.0;
                 fluid += !(far_away < 0.0);
-                cut += !(far_away < 0.0) && (far_away < reach * step || pdi_budget_beside(u, x, reach));
+                cut += !(far_away < 0.0) && (far_away < reach * step || pdi_footprint_beside(u, x, reach));
             }
     b->fluid = b->cells * fluid / points;
     b->solid = b->cells * solid / points;
@@ -32829,7 +32858,7 @@ static void pdi_budget_sample(const pd_setup *u, double reach, pd_budget *b)
 }
 
 /* [byte] a cell of a multigrid: its finest level, and the coarser ones, which appear in the run. */
-static double pdi_budget_multigrid(int symmetric, int contrast, double *coarse)
+static double pdi_footprint_multigrid(int symmetric, int contrast, double *coarse)
 {
     double axes = symmetric ? PD_DIM : 2 * PD_DIM;
     *coarse = 4.0 + (4.0 * (4 + contrast) + 16.0 + 8.0 * contrast + 16.0 * 2 * PD_DIM) / ((1 << PD_DIM) - 1);
@@ -32837,17 +32866,17 @@ static double pdi_budget_multigrid(int symmetric, int contrast, double *coarse)
 }
 
 /* [byte] a cell of the coefficients that a multigrid is set up with. */
-static double pdi_budget_compact(int with_flux) { return 9.0 + 4.0 * PD_DIM * (1 + with_flux); }
+static double pdi_footprint_compact(int with_flux) { return 9.0 + 4.0 * PD_DIM * (1 + with_flux); }
 
 /* 1: the spacings of the lattice call for a multigrid that copes with contrast. */
-static int pdi_budget_contrast(const pd_setup *u)
+static int pdi_footprint_contrast(const pd_setup *u)
 {
     int n[PD_DIM];
     for (int d = 0; d < PD_DIM; d++) n[d] = (int)fmin(floor((u->hi[d] - u->lo[d]) / u->h[d] + 0.5), (double)INT32_MAX);
     return pdi_compact_contrast(n, u->h);
 }
 
-static void pdi_budget_lattice(const pd_setup *u, pd_budget *b)
+static void pdi_footprint_lattice(const pd_setup *u, pd_footprint *b)
 {
     double row = 4.0 + 4.0 * ceil(b->bonds / 32.0) + 17.0 + 16.0 * PD_DIM * PD_DIM;
     b->bytes[PD_PART_GRID] = b->nodes + b->bonds * (70.0 + 12.0 * PD_DIM);
@@ -32855,10 +32884,10 @@ static void pdi_budget_lattice(const pd_setup *u, pd_budget *b)
         b->bytes[PD_PART_GRID] += 4.0 * b->nodes + 1.25 * row * b->cut + 9.0 * (b->nodes - b->cells);
 }
 
-static void pdi_budget_flow(const pd_setup *u, pd_budget *b)
+static void pdi_footprint_flow(const pd_setup *u, pd_footprint *b)
 {
     double coarse_u, coarse_p, bases = PDI_STEADY_RESTART + 1.0, values = 3.0 * PD_DIM + 1.0;
-    int contrast = pdi_budget_contrast(u);
+    int contrast = pdi_footprint_contrast(u);
     if (!u->has_flow) return;
     for (int s = 0; s < 2 * PD_DIM; s++)
         if (u->side[s].slides) values = 4.0 * PD_DIM + 1.0;
@@ -32867,24 +32896,24 @@ static void pdi_budget_flow(const pd_setup *u, pd_budget *b)
         values += 7.0 * (PD_DIM + 1) + PD_DIM + 1.0;       /* vectors of the solvers */
         values += 0.5 * (5.0 * PD_DIM + 1.0) + 1.0; /* of the linearised flow, most in single precision */
         b->bytes[PD_PART_FLOW] += 4.0 * bases * (PD_DIM + 1) * (b->fluid + b->solid);
-        b->bytes[PD_PART_FLOW] += b->cells * (pdi_budget_compact(1) + pdi_budget_compact(0) +
-                                              pdi_budget_multigrid(0, contrast, &coarse_u) +
-                                              2.0 * pdi_budget_multigrid(1, contrast, &coarse_p));
+        b->bytes[PD_PART_FLOW] += b->cells * (pdi_footprint_compact(1) + pdi_footprint_compact(0) +
+                                              pdi_footprint_multigrid(0, contrast, &coarse_u) +
+                                              2.0 * pdi_footprint_multigrid(1, contrast, &coarse_p));
         b->working += b->cells * (coarse_u + 2.0 * coarse_p);
     }
     if (u->motion == PD_MOTION_IMPLICIT) {
         values += 3.0 * PD_DIM + 1.0;
-        b->bytes[PD_PART_FLOW] += b->cells * pdi_budget_multigrid(1, 0, &coarse_p); /* of short steps */
+        b->bytes[PD_PART_FLOW] += b->cells * pdi_footprint_multigrid(1, 0, &coarse_p); /* of short steps */
         b->working += b->cells * coarse_p;
     }
     if (u->motion == PD_MOTION_EXPLICIT) values += 3.0 * PD_DIM + 3.0;
     b->bytes[PD_PART_FLOW] += 8.0 * values * b->nodes;
 }
 
-static void pdi_budget_transport(const pd_setup *u, pd_budget *b)
+static void pdi_footprint_transport(const pd_setup *u, pd_footprint *b)
 {
     double values = 12.0 + 4.0, coarse, bytes; /* fields and vectors of the solver */
-    int repeats = 0, medium = u->medium >= 0, held = 0, contrast = medium || pdi_budget_contrast(u);
+    int repeats = 0, medium = u->medium >= 0, held = 0, contrast = medium || pdi_footprint_contrast(u);
     if (!u->has_transport) return;
     for (int s = 0; s < 2 * PD_DIM; s++) {
         repeats = repeats || u->side[s].kind >= PD_SIDE_PERIODIC;
@@ -32898,12 +32927,12 @@ static void pdi_budget_transport(const pd_setup *u, pd_budget *b)
     if (!u->has_dissolve) values += 4.0;
     bytes = 8.0 * values * b->nodes + 41.0 * (medium ? 8.0 : 4.0) * (b->fluid + b->solid);
     bytes += 8.0 * 1.25 * b->bonds * b->cut + 8.0 * b->bonds * b->near;
-    bytes += b->cells * (pdi_budget_compact(u->has_flow) + pdi_budget_multigrid(!u->has_flow, contrast, &coarse));
+    bytes += b->cells * (pdi_footprint_compact(u->has_flow) + pdi_footprint_multigrid(!u->has_flow, contrast, &coarse));
     b->bytes[PD_PART_TRANSPORT] = bytes;
     b->working += b->cells * coarse;
 }
 
-static void pdi_budget_metal(const pd_setup *u, pd_budget *b)
+static void pdi_footprint_metal(const pd_setup *u, pd_footprint *b)
 {
     double coarse, bytes;
     if (u->has_grains) b->bytes[PD_PART_GRAIN] = 12.0 * b->nodes; /* and shares, which do not stay: 4 */
@@ -32920,20 +32949,20 @@ static void pdi_budget_metal(const pd_setup *u, pd_budget *b)
     if (u->stochastic) b->bytes[PD_PART_CORRODE] += 10.0 * b->nodes;
     if (u->repassivation > 0.0) b->bytes[PD_PART_CORRODE] += b->nodes;
     if (u->forward) return;
-    bytes = pdi_budget_compact(0) + pdi_budget_multigrid(1, pdi_budget_contrast(u), &coarse);
+    bytes = pdi_footprint_compact(0) + pdi_footprint_multigrid(1, pdi_footprint_contrast(u), &coarse);
     b->bytes[PD_PART_CORRODE] += (97.0 + 40.0) * b->nodes + b->cells * bytes;
     b->working += b->cells * coarse;
 }
 
 /* Pixels of a field of `cells`, `wanted` of them. */
-static double pdi_budget_pixels(double cells, double wanted)
+static double pdi_footprint_pixels(double cells, double wanted)
 {
     double each = fmax(1.0, floor(wanted / cells + 0.5));
     return cells > 1400.0 ? cells / ceil(cells / 1400.0) : fmax(cells * each, 120.0);
 }
 
 /* Pictures come one by one: the largest counts. */
-static double pdi_budget_pictures(const pd_setup *u)
+static double pdi_footprint_pictures(const pd_setup *u)
 {
     int right = u->slice_axis == 0 && PD_DIM == 3 ? 1 : 0, up = u->slice_axis == 2 || PD_DIM < 3 ? 1 : 2;
     int plots = pdi_setup_loses(u) || (PD_DIM == 1 && u->images);
@@ -32942,28 +32971,28 @@ static double pdi_budget_pictures(const pd_setup *u)
         const pd_setup_monitor *m = &u->monitor[k];
         plots = plots || (m->kind == PD_MONITOR_LINE && m->images) || (m->kind == PD_MONITOR_TRANSFER && m->axis >= 0);
     }
-    if (plots) largest = PDI_BUDGET_PLOT;
+    if (plots) largest = PDI_FOOTPRINT_PLOT;
     if (PD_DIM == 1 || !u->images) return largest;
     double lx = u->hi[right] - u->lo[right], ly = u->hi[up] - u->lo[up];
     if (u->axisymmetric && !(u->lo[up] > 0.0)) ly *= 2.0; /* both halves are drawn */
     double scale = fmin(1000.0 / lx, 900.0 / ly);
-    double width = pdi_budget_pixels(lx / u->h[right], scale * lx) + 230.0;
-    double height = pdi_budget_pixels(ly / u->h[up], scale * ly) + 140.0;
-    return fmax(largest, 6.0 * width * height + PDI_BUDGET_PACK);
+    double width = pdi_footprint_pixels(lx / u->h[right], scale * lx) + 230.0;
+    double height = pdi_footprint_pixels(ly / u->h[up], scale * ly) + 140.0;
+    return fmax(largest, 6.0 * width * height + PDI_FOOTPRINT_PACK);
 }
 
 /* Fields that files need a copy of, and the largest picture. */
-static void pdi_budget_output(const pd_setup *u, pd_budget *b)
+static void pdi_footprint_output(const pd_setup *u, pd_footprint *b)
 {
     double copies = 0.0;
     for (int k = 0; k < PD_FIELD_COUNT; k++)
         if (((u->fields >> k) & 1u) && (k == PD_FIELD_C || k == PD_FIELD_D || k == PD_FIELD_RATE ||
                                         k == PD_FIELD_DENSITY || k == PD_FIELD_P))
             copies += 8.0;
-    b->files = copies * b->nodes + pdi_budget_pictures(u);
+    b->files = copies * b->nodes + pdi_footprint_pictures(u);
 }
 
-void pd_budget_estimate(const pd_setup *u, pd_budget *b)
+void pd_footprint_estimate(const pd_setup *u, pd_footprint *b)
 {
     double reach = ceil(u->m + 0.5) - 1.0;
     memset(b, 0, sizeof *b);
@@ -32973,37 +33002,37 @@ void pd_budget_estimate(const pd_setup *u, pd_budget *b)
         b->cells *= cells;
         b->nodes *= cells + 2.0 * reach;
     }
-    b->bonds = pdi_budget_bonds(u->m);
-    pdi_budget_sample(u, reach, b);
-    pdi_budget_lattice(u, b);
-    pdi_budget_flow(u, b);
-    pdi_budget_transport(u, b);
-    pdi_budget_metal(u, b);
-    pdi_budget_output(u, b);
-    b->all = PDI_BUDGET_BASE + b->working + b->files + PD_SHAPE_MAX * (double)sizeof *u->shape;
+    b->bonds = pdi_footprint_bonds(u->m);
+    pdi_footprint_sample(u, reach, b);
+    pdi_footprint_lattice(u, b);
+    pdi_footprint_flow(u, b);
+    pdi_footprint_transport(u, b);
+    pdi_footprint_metal(u, b);
+    pdi_footprint_output(u, b);
+    b->all = PDI_FOOTPRINT_BASE + b->working + b->files + PD_SHAPE_MAX * (double)sizeof *u->shape;
     for (int k = 0; k < u->masks; k++) b->all += (double)u->mask_size[k];
     for (int k = 0; k < PD_PART_COUNT; k++) b->all += b->bytes[k];
 }
 
-pd_status pd_budget_check(pd_ctx *ctx, const pd_setup *setup, int dry)
+pd_status pd_footprint_check(pd_ctx *ctx, const pd_setup *setup, int dry)
 {
-    pd_budget b;
-    pd_budget_estimate(setup, &b);
+    pd_footprint b;
+    pd_footprint_estimate(setup, &b);
     if (dry) b.all -= b.files;
     if (!(b.nodes <= (double)INT32_MAX))
         return pdi_fail(ctx, PD_ERR_SIZE, "grid", "the lattice has %.3g nodes, at most %.3g are possible", b.nodes,
                         (double)INT32_MAX);
-    double sure = (b.all - PDI_BUDGET_BASE) / (1.0 + PD_BUDGET_ERROR);
+    double sure = (b.all - PDI_FOOTPRINT_BASE) / (1.0 + PD_FOOTPRINT_ERROR);
     if (ctx->alloc.limit && sure > (double)ctx->alloc.limit)
         return pdi_fail(ctx, PD_ERR_LIMIT, "memory", "the run needs about %.3g MB, the limit is %.3g MB",
                         b.all * 1e-6, (double)ctx->alloc.limit * 1e-6);
     return PD_OK;
 }
 
-#undef PDI_BUDGET_POINTS
-#undef PDI_BUDGET_PLOT
-#undef PDI_BUDGET_PACK
-#undef PDI_BUDGET_BASE
+#undef PDI_FOOTPRINT_POINTS
+#undef PDI_FOOTPRINT_PLOT
+#undef PDI_FOOTPRINT_PACK
+#undef PDI_FOOTPRINT_BASE
 
 /* ======== >>run/model.c ======== */
 /* model: see model.h */
@@ -33349,7 +33378,7 @@ static pd_status pdi_checkpoint_scene(pd_ctx *ctx, const pd_setup *u, pd_archive
                         (double)size, PDI_CHECKPOINT_SCENE);
     PDI_TRY(PDI_NEW(ctx, "checkpoint", size + 1, kept));
     pd_status status = PDI_KEEP(ctx, archive, "scene", kept, size);
-    if (status == PD_OK) status = pdi_identity_compare(ctx, u, kept, archive->name);
+    if (status == PD_OK) status = pdi_fingerprint_compare(ctx, u, kept, archive->name);
     PDI_DELETE(ctx, size + 1, kept);
     return status;
 }
@@ -33754,7 +33783,7 @@ static void pdi_sample_reach(pdi_sample_job *job, int32_t base)
 {
     double place[PD_DIM], normal[PD_DIM];
     int32_t closed;
-    int found = pdi_ray_meet(&job->m->bonds, base, job->x, place, normal, &closed);
+    int found = pdi_surface_meet(&job->m->bonds, base, job->x, place, normal, &closed);
     if (found < 0) memcpy(job->x, place, sizeof place);
     pdi_quadratic_start(&job->fit, job->x, job->m->grid.h);
     if (found) pdi_sample_surface(job, place, normal, closed);
@@ -33773,7 +33802,7 @@ static double pdi_sample_fit(pdi_sample_job *job, int32_t base, const double *x)
         if (!(fabs(job->side) > 0.0)) job->side = 1.0;
     }
     pdi_sample_reach(job, base);
-    if (job->field == PD_FIELD_P) return pdi_slopes_value(&job->m->bonds, job->f, base, job->x);
+    if (job->field == PD_FIELD_P) return pdi_reconstruct_value(&job->m->bonds, job->f, base, job->x);
     pdi_sample_gather(job, base);
     return pdi_quadratic_solve(&job->fit);
 }
@@ -34252,7 +34281,7 @@ static void pdi_output_measured(const pd_output *out, double unit, double last, 
     const pd_setup *u = out->model->setup;
     for (int k = 0; k < u->records && plot->count < PD_PLOT_SERIES; k++) {
         if (strcmp(u->record[k].figure, "volume_loss") != 0) continue;
-        pdi_record_series(&u->record[k], unit, 0.01, last, work, &plot->series[plot->count++]);
+        pdi_read_measured_series(&u->record[k], unit, 0.01, last, work, &plot->series[plot->count++]);
         work += 3 * u->record[k].points;
     }
     if (plot->count > 1) plot->series[0].name = "computed";
@@ -34487,7 +34516,7 @@ static void pdi_summary_absent(const pdi_summary *s)
 void pd_summary_print(const pd_model *model, pd_print_fn print, void *user)
 {
     pdi_summary s;
-    pd_budget budget;
+    pd_footprint budget;
     size_t bytes = 0;
     if (!print) return;
     s.model = model;
@@ -34502,7 +34531,7 @@ void pd_summary_print(const pd_model *model, pd_print_fn print, void *user)
     pdi_summary_watched(&s);
     pdi_summary_absent(&s);
     for (int k = 0; k < PD_PART_COUNT; k++) bytes += model->bytes[k];
-    pd_budget_estimate(model->setup, &budget);
+    pd_footprint_estimate(model->setup, &budget);
     pdi_summary_line(&s, "  %-12s%.3g MB, %.0f bytes a node; about %.3g MB with files and pictures", "in all",
                      (double)bytes * 1e-6, (double)bytes / (double)(model->grid.fluid_count + model->grid.solid_count),
                      budget.all * 1e-6);
@@ -35338,7 +35367,7 @@ static pd_status pdi_compare_curve(pd_ctx *ctx, const pd_compare *c, const pd_co
     plot.series[0].x = work;
     plot.series[0].y = work + d->rows;
     plot.series[0].count = (int)d->rows;
-    pdi_record_series(r, unit, r->scale, last, work + 2 * d->rows, &plot.series[1]);
+    pdi_read_measured_series(r, unit, r->scale, last, work + 2 * d->rows, &plot.series[1]);
     return pd_plot_write(ctx, path, &plot);
 }
 
@@ -35694,7 +35723,7 @@ static void pdi_run_blame(pd_ctx *ctx, const pd_setup *setup, int line)
 /* Build everything that can refuse the setup; nothing is written before that. */
 static pd_status pdi_run_build(pdi_run *r, pd_run_result *result)
 {
-    pd_status status = pd_budget_check(r->ctx, r->setup, r->desc->dry);
+    pd_status status = pd_footprint_check(r->ctx, r->setup, r->desc->dry);
     int line = r->setup->line[PD_PART_GRID];
     if (status == PD_OK) {
         status = pd_model_build(r->ctx, r->setup, &r->model);
@@ -35794,28 +35823,28 @@ void pd_run_line(const pd_run_result *r, char *text, size_t size)
 
 #undef PDI_RUN_PROGRESS
 
-/* ======== >>run/twin.c ======== */
-/* twin: see twin.h */
+/* ======== >>run/coarser.c ======== */
+/* coarser: see coarser.h */
 #include <math.h>
 #include <string.h>
 
-#define PDI_TWIN_NEAR 1e-6 /* [cells] from a plane of the lattice: on it */
+#define PDI_COARSER_NEAR 1e-6 /* [cells] from a plane of the lattice: on it */
 /* Nodes between two polls; up to factor^3 others are looked at for each. */
-#define PDI_TWIN_POLL 4096
+#define PDI_COARSER_POLL 4096
 
 /* The lattice of a setup. */
-typedef struct pdi_twin_lattice {
+typedef struct pdi_coarser_lattice {
     pd_stencil stencil;
     pd_grid grid;
-} pdi_twin_lattice;
+} pdi_coarser_lattice;
 
 /* Nodes [low, high) of the box along each axis. */
-typedef struct pdi_twin_block {
+typedef struct pdi_coarser_block {
     int low[PD_DIM], high[PD_DIM];
-} pdi_twin_block;
+} pdi_coarser_block;
 
 /* Advance index i[] within the block; 0 at its end. */
-static int pdi_twin_next(const pdi_twin_block *b, int *i)
+static int pdi_coarser_next(const pdi_coarser_block *b, int *i)
 {
     for (int d = 0; d < PD_DIM; d++) {
         if (++i[d] < b->high[d]) return 1;
@@ -35824,9 +35853,9 @@ static int pdi_twin_next(const pdi_twin_block *b, int *i)
     return 0;
 }
 
-static pdi_twin_block pdi_twin_around(const pd_grid *grid, const int *i, int before, int after)
+static pdi_coarser_block pdi_coarser_around(const pd_grid *grid, const int *i, int before, int after)
 {
-    pdi_twin_block b;
+    pdi_coarser_block b;
     for (int d = 0; d < PD_DIM; d++) {
         b.low[d] = i[d] > before ? i[d] - before : 0;
         b.high[d] = i[d] + after < grid->n[d] ? i[d] + after + 1 : grid->n[d];
@@ -35836,10 +35865,10 @@ static pdi_twin_block pdi_twin_around(const pd_grid *grid, const int *i, int bef
 
 /* The block of `factor` nodes an axis from i[] on, which may reach out of the box, is of one kind: then *kind. What
  * lies behind a side goes on as it does in front of it; behind walls there is wall. */
-static int pdi_twin_uniform(const pd_grid *grid, const int *i, int factor, uint8_t *kind)
+static int pdi_coarser_uniform(const pd_grid *grid, const int *i, int factor, uint8_t *kind)
 {
     int at[PD_DIM], first[PD_DIM];
-    pdi_twin_block b;
+    pdi_coarser_block b;
     for (int d = 0; d < PD_DIM; d++) {
         b.low[d] = i[d] < 0 ? 0 : i[d];
         b.high[d] = i[d] + factor < grid->n[d] ? i[d] + factor : grid->n[d];
@@ -35848,7 +35877,7 @@ static int pdi_twin_uniform(const pd_grid *grid, const int *i, int factor, uint8
     *kind = grid->kind[pd_grid_node(grid, first)];
     do {
         if (grid->kind[pd_grid_node(grid, at)] != *kind) return 0;
-    } while (pdi_twin_next(&b, at));
+    } while (pdi_coarser_next(&b, at));
     for (int d = 0; d < PD_DIM && *kind != PD_WALL; d++)
         if ((i[d] < 0 && grid->side[2 * d] == PD_SIDE_WALL) ||
             (i[d] + factor > grid->n[d] && grid->side[2 * d + 1] == PD_SIDE_WALL))
@@ -35857,42 +35886,42 @@ static int pdi_twin_uniform(const pd_grid *grid, const int *i, int factor, uint8
 }
 
 /* wide [total]: 1 for nodes that lie in a block of `factor` nodes an axis of their own kind. */
-static pd_status pdi_twin_widths(pd_ctx *ctx, const pd_grid *grid, int factor, uint8_t *wide)
+static pd_status pdi_coarser_widths(pd_ctx *ctx, const pd_grid *grid, int factor, uint8_t *wide)
 {
     int i[PD_DIM], at[PD_DIM];
     int64_t blocks = 0;
-    pdi_twin_block starts, b;
+    pdi_coarser_block starts, b;
     for (int d = 0; d < PD_DIM; d++) {
         starts.low[d] = i[d] = 1 - factor;
         starts.high[d] = grid->n[d];
     }
     do {
         uint8_t kind;
-        if (blocks++ % PDI_TWIN_POLL == 0) PDI_TRY(pdi_poll(ctx, "twin: widths", blocks));
-        if (!pdi_twin_uniform(grid, i, factor, &kind)) continue;
+        if (blocks++ % PDI_COARSER_POLL == 0) PDI_TRY(pdi_poll(ctx, "twin: widths", blocks));
+        if (!pdi_coarser_uniform(grid, i, factor, &kind)) continue;
         for (int d = 0; d < PD_DIM; d++) {
             b.low[d] = at[d] = i[d] < 0 ? 0 : i[d];
             b.high[d] = i[d] + factor < grid->n[d] ? i[d] + factor : grid->n[d];
         }
         do wide[pd_grid_node(grid, at)] = 1;
-        while (pdi_twin_next(&b, at));
-    } while (pdi_twin_next(&starts, i));
+        while (pdi_coarser_next(&b, at));
+    } while (pdi_coarser_next(&starts, i));
     return PD_OK;
 }
 
 /* A node like this one within the block: of its kind, and wide where `wide` is given. */
-static int pdi_twin_found(const pd_grid *grid, const pdi_twin_block *b, uint8_t kind, const uint8_t *wide)
+static int pdi_coarser_found(const pd_grid *grid, const pdi_coarser_block *b, uint8_t kind, const uint8_t *wide)
 {
     int at[PD_DIM];
     memcpy(at, b->low, sizeof at);
     do {
         int32_t node = pd_grid_node(grid, at);
         if (grid->kind[node] == kind && (!wide || wide[node])) return 1;
-    } while (pdi_twin_next(b, at));
+    } while (pdi_coarser_next(b, at));
     return 0;
 }
 
-static pd_status pdi_twin_refuse(pd_ctx *ctx, const pdi_twin_lattice *fine, const pdi_twin_lattice *coarse,
+static pd_status pdi_coarser_refuse(pd_ctx *ctx, const pdi_coarser_lattice *fine, const pdi_coarser_lattice *coarse,
                                  int32_t node, const char *what)
 {
     static const char *const names[] = {"", "fluid", "solid", "wall"};
@@ -35909,12 +35938,12 @@ static pd_status pdi_twin_refuse(pd_ctx *ctx, const pdi_twin_lattice *fine, cons
 }
 
 /* Every part of the scene is at least one coarse cell wide, corners aside, and has nodes on the coarse lattice. */
-static pd_status pdi_twin_compare(pd_ctx *ctx, const pdi_twin_lattice *fine, const pdi_twin_lattice *coarse, int factor,
-                                  uint8_t *wide)
+static pd_status pdi_coarser_compare(pd_ctx *ctx, const pdi_coarser_lattice *fine, const pdi_coarser_lattice *coarse,
+                                     int factor, uint8_t *wide)
 {
     int i[PD_DIM], at[PD_DIM];
-    pdi_twin_block box;
-    PDI_TRY(pdi_twin_widths(ctx, &fine->grid, factor, wide));
+    pdi_coarser_block box;
+    PDI_TRY(pdi_coarser_widths(ctx, &fine->grid, factor, wide));
     for (int d = 0; d < PD_DIM; d++) {
         box.low[d] = i[d] = 0;
         box.high[d] = fine->grid.n[d];
@@ -35922,38 +35951,38 @@ static pd_status pdi_twin_compare(pd_ctx *ctx, const pdi_twin_lattice *fine, con
     do {
         int32_t node = pd_grid_node(&fine->grid, i);
         uint8_t kind = fine->grid.kind[node];
-        pdi_twin_block near_fine = pdi_twin_around(&fine->grid, i, factor - 1, factor - 1);
-        if (node % PDI_TWIN_POLL == 0) PDI_TRY(pdi_poll(ctx, "twin: parts", node));
+        pdi_coarser_block near_fine = pdi_coarser_around(&fine->grid, i, factor - 1, factor - 1);
+        if (node % PDI_COARSER_POLL == 0) PDI_TRY(pdi_poll(ctx, "twin: parts", node));
         if (kind == PD_OUTSIDE) continue;
-        if (!wide[node] && !pdi_twin_found(&fine->grid, &near_fine, kind, wide))
-            return pdi_twin_refuse(ctx, fine, coarse, node, "is thinner than one of its cells");
+        if (!wide[node] && !pdi_coarser_found(&fine->grid, &near_fine, kind, wide))
+            return pdi_coarser_refuse(ctx, fine, coarse, node, "is thinner than one of its cells");
         for (int d = 0; d < PD_DIM; d++) at[d] = i[d] / factor;
-        pdi_twin_block near_coarse = pdi_twin_around(&coarse->grid, at, 1, 1);
-        if (!pdi_twin_found(&coarse->grid, &near_coarse, kind, NULL))
-            return pdi_twin_refuse(ctx, fine, coarse, node, "has no node on it");
-    } while (pdi_twin_next(&box, i));
+        pdi_coarser_block near_coarse = pdi_coarser_around(&coarse->grid, at, 1, 1);
+        if (!pdi_coarser_found(&coarse->grid, &near_coarse, kind, NULL))
+            return pdi_coarser_refuse(ctx, fine, coarse, node, "has no node on it");
+    } while (pdi_coarser_next(&box, i));
     return PD_OK;
 }
 
-static pd_status pdi_twin_lattices(pd_ctx *ctx, const pd_setup *setup, const pd_setup *twin, int factor,
-                                   pdi_twin_lattice *fine, pdi_twin_lattice *coarse)
+static pd_status pdi_coarser_lattices(pd_ctx *ctx, const pd_setup *setup, const pd_setup *twin, int factor,
+                                   pdi_coarser_lattice *fine, pdi_coarser_lattice *coarse)
 {
     uint8_t *wide = NULL;
     int line;
     PDI_TRY(pdi_model_grid(ctx, setup, &line, &fine->stencil, &fine->grid));
     PDI_TRY(pdi_model_grid(ctx, twin, &line, &coarse->stencil, &coarse->grid));
     PDI_TRY(PDI_NEW(ctx, "twin", fine->grid.total, wide));
-    pd_status status = pdi_twin_compare(ctx, fine, coarse, factor, wide);
+    pd_status status = pdi_coarser_compare(ctx, fine, coarse, factor, wide);
     PDI_DELETE(ctx, fine->grid.total, wide);
     return status;
 }
 
-static pd_status pdi_twin_geometry(pd_ctx *ctx, const pd_setup *setup, const pd_setup *twin, int factor)
+static pd_status pdi_coarser_geometry(pd_ctx *ctx, const pd_setup *setup, const pd_setup *twin, int factor)
 {
-    pdi_twin_lattice fine, coarse;
+    pdi_coarser_lattice fine, coarse;
     memset(&fine, 0, sizeof fine);
     memset(&coarse, 0, sizeof coarse);
-    pd_status status = pdi_twin_lattices(ctx, setup, twin, factor, &fine, &coarse);
+    pd_status status = pdi_coarser_lattices(ctx, setup, twin, factor, &fine, &coarse);
     pd_grid_free(ctx, &coarse.grid);
     pd_stencil_free(ctx, &coarse.stencil);
     pd_grid_free(ctx, &fine.grid);
@@ -35961,7 +35990,7 @@ static pd_status pdi_twin_geometry(pd_ctx *ctx, const pd_setup *setup, const pd_
     return status;
 }
 
-static pd_status pdi_twin_box(pd_ctx *ctx, const pd_setup *setup, int factor)
+static pd_status pdi_coarser_box(pd_ctx *ctx, const pd_setup *setup, int factor)
 {
     for (int d = 0; d < PD_DIM; d++) {
         int cells = pdi_setup_cells(setup, d);
@@ -35975,12 +36004,12 @@ static pd_status pdi_twin_box(pd_ctx *ctx, const pd_setup *setup, int factor)
 
 /* A face at a place [m] that is one between nodes of the lattice is one of the coarser lattice, too: a body whose size
  * jumps tells nothing about the error. */
-static pd_status pdi_twin_face(pd_ctx *ctx, const pd_setup *setup, int factor, int axis, double place)
+static pd_status pdi_coarser_face(pd_ctx *ctx, const pd_setup *setup, int factor, int axis, double place)
 {
     char text[PD_UNITS_TEXT];
     double index = (place - setup->lo[axis]) / setup->h[axis], whole = floor(index + 0.5);
-    int inside = index > PDI_TWIN_NEAR && index < pdi_setup_cells(setup, axis) - PDI_TWIN_NEAR;
-    if (!inside || fabs(index - whole) > PDI_TWIN_NEAR || (int)whole % factor == 0) return PD_OK;
+    int inside = index > PDI_COARSER_NEAR && index < pdi_setup_cells(setup, axis) - PDI_COARSER_NEAR;
+    if (!inside || fabs(index - whole) > PDI_COARSER_NEAR || (int)whole % factor == 0) return PD_OK;
     pdi_setup_show(place, "m", text);
     return pdi_fail(ctx, PD_ERR_GEOMETRY, "twin",
                     "the lattice at %d h cannot hold the scene: the face of a shape at %c = %s is cell %d of the box, "
@@ -35988,7 +36017,7 @@ static pd_status pdi_twin_face(pd_ctx *ctx, const pd_setup *setup, int factor, i
 }
 
 /* Faces across the axes, of boxes and half spaces. */
-static pd_status pdi_twin_faces(pd_ctx *ctx, const pd_setup *setup, int factor)
+static pd_status pdi_coarser_faces(pd_ctx *ctx, const pd_setup *setup, int factor)
 {
     for (int k = 0; k < setup->shapes; k++) {
         const pd_shape *s = &setup->shape[k];
@@ -35996,15 +36025,15 @@ static pd_status pdi_twin_faces(pd_ctx *ctx, const pd_setup *setup, int factor)
         for (int d = 0; d < PD_DIM; d++) tilted += fabs(s->b[d]) > 0.0;
         for (int d = 0; d < PD_DIM; d++) {
             int plane = s->type == PD_SHAPE_HALF_SPACE && tilted == 1 && fabs(s->b[d]) > 0.0;
-            if (s->type == PD_SHAPE_BOX || plane) PDI_TRY(pdi_twin_face(ctx, setup, factor, d, s->a[d]));
-            if (s->type == PD_SHAPE_BOX) PDI_TRY(pdi_twin_face(ctx, setup, factor, d, s->b[d]));
+            if (s->type == PD_SHAPE_BOX || plane) PDI_TRY(pdi_coarser_face(ctx, setup, factor, d, s->a[d]));
+            if (s->type == PD_SHAPE_BOX) PDI_TRY(pdi_coarser_face(ctx, setup, factor, d, s->b[d]));
         }
     }
     return PD_OK;
 }
 
 /* Index of the plane of the coarse lattice, or of the two beside the place, with the shares of a linear function. */
-static pd_status pdi_twin_plane(pd_ctx *ctx, const pd_setup_monitor *m, int cells, int factor, pd_twin *twin)
+static pd_status pdi_coarser_plane(pd_ctx *ctx, const pd_setup_monitor *m, int cells, int factor, pd_coarser *twin)
 {
     int low = m->index / factor, rest = m->index % factor;
     for (int side = 0; side < (rest ? 2 : 1); side++) {
@@ -36025,19 +36054,19 @@ static pd_status pdi_twin_plane(pd_ctx *ctx, const pd_setup_monitor *m, int cell
     return PD_OK;
 }
 
-static pd_status pdi_twin_make(pd_ctx *ctx, const pd_setup *setup, int factor, pd_twin *twin)
+static pd_status pdi_coarser_make(pd_ctx *ctx, const pd_setup *setup, int factor, pd_coarser *twin)
 {
     twin->setup = *setup;
     for (int d = 0; d < PD_DIM; d++) twin->setup.h[d] = factor * setup->h[d];
-    PDI_TRY(pdi_twin_box(ctx, setup, factor));
-    PDI_TRY(pdi_twin_faces(ctx, setup, factor));
-    PDI_TRY(pdi_twin_geometry(ctx, setup, &twin->setup, factor));
+    PDI_TRY(pdi_coarser_box(ctx, setup, factor));
+    PDI_TRY(pdi_coarser_faces(ctx, setup, factor));
+    PDI_TRY(pdi_coarser_geometry(ctx, setup, &twin->setup, factor));
     twin->setup.monitors = 0;
     for (int k = 0; k < setup->monitors; k++) {
         const pd_setup_monitor *m = &setup->monitor[k];
         if (m->kind == PD_MONITOR_LINE) continue; /* nothing but files */
         if (m->kind == PD_MONITOR_PLANE) {
-            PDI_TRY(pdi_twin_plane(ctx, m, pdi_setup_cells(setup, m->axis), factor, twin));
+            PDI_TRY(pdi_coarser_plane(ctx, m, pdi_setup_cells(setup, m->axis), factor, twin));
             continue;
         }
         if (twin->setup.monitors == PD_SETUP_MONITORS)
@@ -36048,15 +36077,15 @@ static pd_status pdi_twin_make(pd_ctx *ctx, const pd_setup *setup, int factor, p
     return PD_OK;
 }
 
-pd_status pd_twin_build(pd_ctx *ctx, const pd_setup *setup, int factor, pd_twin *twin)
+pd_status pd_coarser_build(pd_ctx *ctx, const pd_setup *setup, int factor, pd_coarser *twin)
 {
-    pd_status status = pdi_twin_make(ctx, setup, factor, twin);
+    pd_status status = pdi_coarser_make(ctx, setup, factor, twin);
     if (status < 0) memset(twin, 0, sizeof *twin);
     return status;
 }
 
-#undef PDI_TWIN_NEAR
-#undef PDI_TWIN_POLL
+#undef PDI_COARSER_NEAR
+#undef PDI_COARSER_POLL
 
 /* ======== >>run/estimate.c ======== */
 /* estimate: see estimate.h */
@@ -36073,7 +36102,7 @@ pd_status pd_twin_build(pd_ctx *ctx, const pd_setup *setup, int factor, pd_twin 
 /* ---- figures of the twins ---- */
 
 /* Value of the twin that belongs to a figure of the run; NaN: it has none. */
-static double pdi_estimate_match(const pd_twin *twin, const pd_figures *figures, const pd_figure *wanted)
+static double pdi_estimate_match(const pd_coarser *twin, const pd_figures *figures, const pd_figure *wanted)
 {
     double sum = 0.0;
     int found = 0;
@@ -36096,7 +36125,8 @@ static void pdi_estimate_blame(pd_ctx *ctx, int level)
     pdi_fail(ctx, ctx->status, "twin", "the run at %d h failed: %.560s", level ? 4 : 2, message);
 }
 
-static pd_status pdi_estimate_twin_run(pd_ctx *ctx, const pd_run_desc *desc, pd_twin *twin, pd_estimate *e, int level)
+static pd_status pdi_estimate_twin_run(pd_ctx *ctx, const pd_run_desc *desc, pd_coarser *twin, pd_estimate *e,
+                                       int level)
 {
     pd_run_desc dry;
     pd_run_result result;
@@ -36119,9 +36149,9 @@ static pd_status pdi_estimate_twin_run(pd_ctx *ctx, const pd_run_desc *desc, pd_
 
 static pd_status pdi_estimate_twin(pd_ctx *ctx, const pd_run_desc *desc, pd_estimate *e, int level)
 {
-    pd_twin *twin = NULL;
+    pd_coarser *twin = NULL;
     PDI_TRY(PDI_NEW(ctx, "estimate", 1, twin));
-    pd_status status = pd_twin_build(ctx, e->setup, level ? 4 : 2, twin);
+    pd_status status = pd_coarser_build(ctx, e->setup, level ? 4 : 2, twin);
     if (status >= 0) status = pdi_estimate_twin_run(ctx, desc, twin, e, level);
     PDI_DELETE(ctx, 1, twin);
     return status < 0 ? status : PD_OK;
@@ -36369,7 +36399,7 @@ pd_status pd_accuracy_apply(pd_ctx *ctx, double accuracy, pd_setup *setup, char 
     snprintf(text, size, "accuracy %g %%: picked %s%s%s", 100.0 * accuracy, a.picked[0] ? a.picked : "nothing",
              a.kept[0] ? "; the scene sets " : "", a.kept);
     snprintf(a.picked, sizeof a.picked, "accuracy = %.17g", accuracy);
-    return pdi_identity_add(ctx, setup, a.picked);
+    return pdi_fingerprint_add(ctx, setup, a.picked);
 }
 
 /* ======== >>run/fit.c ======== */
@@ -36385,7 +36415,7 @@ typedef struct pdi_fit {
     pd_ctx *ctx;
     const pd_fit_desc *desc;
     pd_fit *fit;
-    pd_twin *twin;      /* work */
+    pd_coarser *twin;      /* work */
     int factor;         /* of h */
     double *computed;   /* [points of all sections] */
     double *data, *weight; /* [points that count] SI, 1/spread */
@@ -36464,9 +36494,9 @@ static pd_status pdi_fit_range(pd_ctx *ctx, const char *range, pd_fit_parameter 
 
 static pd_status pdi_fit_ranges(pd_ctx *ctx, const pd_fit_desc *desc, pd_fit *fit)
 {
-    if (desc->ranges < 1 || desc->ranges > PD_SQUARES_PARAMETERS)
+    if (desc->ranges < 1 || desc->ranges > PD_LEAST_SQUARES_PARAMETERS)
         return pdi_fail(ctx, PD_ERR_ARGUMENT, "fit", "found %d parameters, expected 1 to %d", desc->ranges,
-                        PD_SQUARES_PARAMETERS);
+                        PD_LEAST_SQUARES_PARAMETERS);
     for (int k = 0; k < desc->ranges; k++) {
         PDI_TRY(pdi_fit_range(ctx, desc->range[k], &fit->parameter[k]));
         for (int j = 0; j < k; j++)
@@ -36494,7 +36524,7 @@ pd_status pd_fit_setup(pd_ctx *ctx, const pd_fit_desc *desc, const char *const *
     for (int k = 0; k < desc->count; k++) overrides[k] = desc->overrides[k];
     for (int k = 0; k < count; k++) overrides[desc->count + k] = more[k];
     PDI_TRY(pd_scene_read(ctx, desc->scene, overrides, desc->count + count, setup));
-    pd_status status = desc->data ? pdi_record_replace(ctx, "--to", desc->data, setup) : PD_OK;
+    pd_status status = desc->data ? pdi_read_measured_replace(ctx, "--to", desc->data, setup) : PD_OK;
     if (status == PD_OK && setup->records == 0)
         status = pdi_fail(ctx, PD_ERR_ARGUMENT, "fit", "found no [measured NAME] section in the scene, expected one or "
                           "--to FILE");
@@ -36526,7 +36556,7 @@ static pd_status pdi_fit_computed(pdi_fit *f, const pd_setup *setup)
     dry.stop_user = f->desc->stop_user;
     dry.computed = f->computed;
     if (f->factor > 1) {
-        PDI_TRY(pd_twin_build(f->ctx, setup, f->factor, f->twin));
+        PDI_TRY(pd_coarser_build(f->ctx, setup, f->factor, f->twin));
         dry.share = f->twin->share;
         setup = &f->twin->setup;
     }
@@ -36537,7 +36567,7 @@ static pd_status pdi_fit_computed(pdi_fit *f, const pd_setup *setup)
 static pd_status pdi_fit_evaluate(pd_ctx *ctx, void *user, const double *value, double *residual)
 {
     pdi_fit *f = (pdi_fit *)user;
-    const char *more[PD_SQUARES_PARAMETERS];
+    const char *more[PD_LEAST_SQUARES_PARAMETERS];
     pd_setup *setup = NULL;
     pdi_fit_overrides(f->fit, value);
     for (int k = 0; k < f->fit->parameters; k++) more[k] = f->fit->override[k];
@@ -36572,7 +36602,7 @@ static pd_status pdi_fit_spreads(pd_ctx *ctx, const pd_setup *u, int *known)
         const pd_setup_record *r = &u->record[k];
         with += r->spread != NULL;
         for (int p = 0; p < r->points && r->spread; p++)
-            if (pdi_record_counts(r, p, u->until) && !(r->spread[p] > 0.0))
+            if (pdi_read_measured_counts(r, p, u->until) && !(r->spread[p] > 0.0))
                 return pdi_fail(ctx, PD_ERR_ARGUMENT, "fit", "found a spread of 0 in %.60s at t = %g s, expected a "
                                 "positive one: points weigh by it", r->name, r->time[p]);
     }
@@ -36590,7 +36620,7 @@ static void pdi_fit_gather(pdi_fit *f, const pd_setup *u)
     for (int k = 0; k < u->records; k++) {
         const pd_setup_record *r = &u->record[k];
         for (int p = 0; p < r->points; p++, at++) {
-            if (!pdi_record_counts(r, p, u->until)) continue;
+            if (!pdi_read_measured_counts(r, p, u->until)) continue;
             f->data[count] = r->value[p];
             f->weight[count] = 1.0 / (r->spread ? r->spread[p] : r->scale);
             f->place[count++] = at;
@@ -36643,7 +36673,7 @@ static void pdi_fit_told(void *user, const double *value, double sum, int evalua
 
 static pd_status pdi_fit_level(pdi_fit *f, const double *start)
 {
-    pd_squares_desc d;
+    pd_least_squares_desc d;
     memset(&d, 0, sizeof d);
     d.parameters = f->fit->parameters;
     d.points = f->fit->points;
@@ -36658,7 +36688,7 @@ static pd_status pdi_fit_level(pdi_fit *f, const double *start)
     d.user = f;
     d.told = pdi_fit_told;
     f->least = HUGE_VAL;
-    pd_status status = pd_squares_solve(f->ctx, &d, &f->fit->squares);
+    pd_status status = pd_least_squares_solve(f->ctx, &d, &f->fit->squares);
     f->noise = f->fit->squares.noise;
     if (status >= 0 || !f->fit->squares.idle) return status;
     f->fit->bad_input = 1;
@@ -36672,7 +36702,7 @@ static int pdi_fit_stopped(const pdi_fit *f) { return f->desc->stop && f->desc->
 /* From coarse to fine; a lattice that cannot hold the scene or fails is left out, but for the last. */
 static pd_status pdi_fit_levels(pdi_fit *f)
 {
-    double start[PD_SQUARES_PARAMETERS];
+    double start[PD_LEAST_SQUARES_PARAMETERS];
     char line[PD_MESSAGE_SIZE + 64];
     pd_status status = PD_OK;
     for (int k = 0; k < f->fit->parameters; k++) {
@@ -36707,8 +36737,8 @@ static pd_status pdi_fit_rms(pdi_fit *f)
 static pd_status pdi_fit_all(pdi_fit *f)
 {
     pd_setup *setup = NULL;
-    const char *more[PD_SQUARES_PARAMETERS];
-    double low[PD_SQUARES_PARAMETERS] = {0.0};
+    const char *more[PD_LEAST_SQUARES_PARAMETERS];
+    double low[PD_LEAST_SQUARES_PARAMETERS] = {0.0};
     pd_status status = pdi_fit_ranges(f->ctx, f->desc, f->fit), solved;
     for (int k = 0; k < f->fit->parameters; k++) {
         low[k] = f->fit->parameter[k].low;
@@ -36749,7 +36779,7 @@ pd_status pd_fit_run(pd_ctx *ctx, const pd_fit_desc *desc, pd_fit *fit)
 
 void pd_fit_line(const pd_fit *fit, char *text, size_t size)
 {
-    const pd_squares_result *s = &fit->squares;
+    const pd_least_squares_result *s = &fit->squares;
     if (size == 0) return;
     text[0] = '\0';
     pdi_append(text, size, "result case=%s fit=%s points=%d", fit->name,

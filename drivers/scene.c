@@ -35,7 +35,7 @@ typedef struct options {
     int estimate;    /* of the error, after the run */
     double accuracy; /* [-] wanted; 0: settings as they are */
     double memory;   /* [byte] limit; 0: none */
-    const char *ranges[PD_SQUARES_PARAMETERS], *data; /* of a fit; its points, NULL: those of the scene */
+    const char *ranges[PD_LEAST_SQUARES_PARAMETERS], *data; /* of a fit; its points, NULL: those of the scene */
     int range_count;
 } options;
 
@@ -221,7 +221,7 @@ static int parse(int argc, char **argv, options *o)
             if (!parse_checkpoint(value_of(argc, argv, &k), o))
                 return usage(o, "--checkpoint expects a time such as 10min or 0 s, or off", "");
         } else if (strcmp(a, "--fit") == 0) {
-            if (o->range_count == PD_SQUARES_PARAMETERS) return usage(o, "more than 8 of --fit", "");
+            if (o->range_count == PD_LEAST_SQUARES_PARAMETERS) return usage(o, "more than 8 of --fit", "");
             o->ranges[o->range_count++] = value_of(argc, argv, &k);
         } else if (strcmp(a, "--to") == 0) {
             o->data = value_of(argc, argv, &k);

@@ -1,7 +1,7 @@
 /* A scalar problem on a box of cells for the tests of the multigrid: coefficients, masks, walls, flow. */
 #ifndef TESTS_MULTIGRID_H
 #define TESTS_MULTIGRID_H
-#include "../src/multigrid.h"
+#include "solve/multigrid.h"
 #include "test.h"
 #include <stdlib.h>
 

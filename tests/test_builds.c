@@ -9,7 +9,7 @@
 #include "flow/gas.h"
 #include "run/observe.h"
 #include "io/png.h"
-#include "run/twin.h"
+#include "run/coarser.h"
 #include <stddef.h>
 
 #if PD_DIM == 1
@@ -157,7 +157,7 @@ BUILD(grid, pd_grid)
 
 BUILD(ghosts, pd_ghosts) { return pd_ghosts_build(ctx, &l->pin.grid, o); }
 
-BUILD(ring, pd_ring) { return pd_ring_build(ctx, &l->pin.stencil, &l->rings, o); }
+BUILD(axisym, pd_axisym) { return pd_axisym_build(ctx, &l->pin.stencil, &l->rings, o); }
 
 BUILD(bonds, pd_bonds) { return pd_bonds_build(ctx, &l->pin.stencil, &l->pin.grid, 0, o); }
 
@@ -309,13 +309,13 @@ BUILD(inlet, pd_inlet)
     return status;
 }
 
-static void pd_twin_free(pd_ctx *ctx, pd_twin *twin)
+static void pd_coarser_free(pd_ctx *ctx, pd_coarser *twin)
 {
     (void)ctx;
     (void)twin;
 }
 
-BUILD(twin, pd_twin) { return pd_twin_build(ctx, &l->of_pit, l->wrong ? 3 : 2, o); }
+BUILD(coarser, pd_coarser) { return pd_coarser_build(ctx, &l->of_pit, l->wrong ? 3 : 2, o); }
 
 BUILD(model, pd_model)
 {
@@ -373,7 +373,7 @@ typedef struct entry {
 #define ROW(name, type, refuses, takes) {#name, sizeof(type), build_##name, free_##name, refuses, takes},
 static const entry builds[] = {
     ROW(curve, pd_curve, 1, 1) ROW(expr, pd_expr, 1, 1) ROW(text, pd_text, 1, 1) ROW(stencil, pd_stencil, 1, 1)
-    ROW(grid, pd_grid, 1, 1) ROW(ghosts, pd_ghosts, 0, PD_DIM > 1) ROW(ring, pd_ring, 0, PD_DIM == 2)
+    ROW(grid, pd_grid, 1, 1) ROW(ghosts, pd_ghosts, 0, PD_DIM > 1) ROW(axisym, pd_axisym, 0, PD_DIM == 2)
     ROW(bonds, pd_bonds, 0, 1) ROW(grain, pd_grain, 1, 1) ROW(krylov, pd_krylov, 1, 1)
     ROW(multigrid, pd_multigrid, 1, 1) ROW(front, pd_front, 1, 1) ROW(flow, pd_flow, 1, 1)
     ROW(steady, pd_steady, 1, 1) ROW(implicit, pd_implicit, 1, 1) ROW(unsteady, pd_unsteady, 1, 1)
@@ -381,7 +381,7 @@ static const entry builds[] = {
     ROW(advance, pd_advance, 1, 1) ROW(dissolve, pd_dissolve, 1, 1)
     ROW(corrode, pd_corrode, 1, 1) ROW(recede, pd_recede, 1, 1)
     ROW(observe, pd_observables, 0, 1) ROW(couple, pd_couple, 1, 0) ROW(inlet, pd_inlet, 0, 0)
-    ROW(twin, pd_twin, 1, 1) ROW(model, pd_model, 0, 1) ROW(monitors, pd_monitors, 0, 1)
+    ROW(coarser, pd_coarser, 1, 1) ROW(model, pd_model, 0, 1) ROW(monitors, pd_monitors, 0, 1)
     ROW(compare, pd_compare, 0, 0) ROW(sweep, pd_sweep, 1, 1)
     ROW(setup, pd_setup, 1, 1) ROW(table, pd_table, 1, 1) ROW(image, pd_image, 1, 1)
 };

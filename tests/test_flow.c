@@ -1,6 +1,6 @@
 /* flow: exact discrete solutions, conservation through sections, linearisation, faults.
  * dims: 2 3 */
-#include "flow/product.h"
+#include "flow/jacobian.h"
 #include "test.h"
 #include <stdlib.h>
 
@@ -297,11 +297,11 @@ TEST(linearisation)
         if (sign > 0) memcpy(up, s->ru, (size_t)size * sizeof *up);
     }
     memcpy(s->flow.u, state, (size_t)split * sizeof *state);
-    pd_product linear;
-    pdi_product_step along;
+    pd_jacobian linear;
+    pdi_jacobian_step along;
     pd_flow_prepare(&s->ctx, &s->flow);
-    if (!CHECK_OK(&s->ctx, pdi_product_build(&s->ctx, &s->flow, &linear))) return;
-    pdi_product_freeze(&s->ctx, &linear);
+    if (!CHECK_OK(&s->ctx, pdi_jacobian_build(&s->ctx, &s->flow, &linear))) return;
+    pdi_jacobian_freeze(&s->ctx, &linear);
     pd_ghosts_vector(&s->bonds.ghosts, step);
     pd_ghosts_pressure(&s->bonds.ghosts, 0.0, step + split);
     pdi_flow_gradient(&s->ctx, &s->flow, step + split, grad);
@@ -310,8 +310,8 @@ TEST(linearisation)
     along.u = step;
     along.p = step + split;
     along.grad = grad;
-    pdi_product_apply(&s->ctx, &linear, &along, product, product + split);
-    pdi_product_free(&s->ctx, &linear);
+    pdi_jacobian_apply(&s->ctx, &linear, &along, product, product + split);
+    pdi_jacobian_free(&s->ctx, &linear);
     double largest[2] = {0.0, 0.0};
     for (int64_t k = 0; k < size; k++) largest[k >= split] = fmax(largest[k >= split], fabs(product[k]));
     CHECK(largest[0] > 0.0 && largest[1] > 0.0);

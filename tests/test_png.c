@@ -1,6 +1,6 @@
 /* png: deflate and inflate against streams of zlib, images there and back, damaged files, pictures and plots. */
 /* dims: 2 */
-#include "io/axis.h"
+#include "io/ticks.h"
 #include "io/colour.h"
 #include "io/deflate.h"
 #include "io/inflate.h"
@@ -404,29 +404,29 @@ TEST(colours_are_ordered_by_lightness)
 
 TEST(ticks_are_round_numbers)
 {
-    pdi_axis axis;
+    pdi_ticks axis;
     memset(&axis, 0, sizeof axis);
     axis.lo = -80;
     axis.hi = 480;
-    pdi_axis_ticks(10, &axis);
+    pdi_ticks_ticks(10, &axis);
     CHECK_INT(axis.count, 5);
     CHECK_STR(axis.label[0], "0");
     CHECK_STR(axis.label[4], "400");
     axis.lo = 0;
     axis.hi = 3.1e-4;
-    pdi_axis_ticks(4, &axis);
+    pdi_ticks_ticks(4, &axis);
     CHECK_INT(axis.exponent, -6);
     CHECK_STR(axis.label[axis.count - 1], "300");
     axis.lo = 99.95;
     axis.hi = 100.05;
-    pdi_axis_ticks(5, &axis);
+    pdi_ticks_ticks(5, &axis);
     CHECK_STR(axis.label[0], "99.96");
     CHECK_INT(axis.count, 5);
     for (int k = 0; k < 400; k++) { /* any range: enough ticks, all inside, steps 1, 2 or 5 */
         axis.lo = (k % 7 - 3) * pow(10, k % 23 - 11);
         axis.hi = axis.lo + pow(1.37, k % 61 - 30);
-        pdi_axis_widen(0, &axis);
-        pdi_axis_ticks(8, &axis);
+        pdi_ticks_widen(0, &axis);
+        pdi_ticks_ticks(8, &axis);
         if (!CHECK(axis.count >= 2 && axis.count <= 9)) NOTE("%g .. %g: %d ticks", axis.lo, axis.hi, axis.count);
         double step = axis.at[1] - axis.at[0], mantissa = step / pow(10, floor(log10(step) + 1e-6));
         CHECK(fabs(mantissa - 1) < 1e-4 || fabs(mantissa - 2) < 1e-4 || fabs(mantissa - 5) < 1e-4);
@@ -436,10 +436,10 @@ TEST(ticks_are_round_numbers)
     axis.log = 1;
     axis.lo = 1e-6;
     axis.hi = 1e-2;
-    pdi_axis_ticks(8, &axis);
+    pdi_ticks_ticks(8, &axis);
     CHECK_STR(axis.label[0], "1e-6");
     CHECK_STR(axis.label[axis.count - 1], "0.01");
-    CHECK_NEAR(pdi_axis_place(&axis, 1e-4), 0.5, 1e-12);
+    CHECK_NEAR(pdi_ticks_place(&axis, 1e-4), 0.5, 1e-12);
 }
 
 /* What is not negative is not drawn with negative numbers on its axis: zero everywhere, one value, or some. */
@@ -449,16 +449,16 @@ TEST(ranges_of_nothing_less_than_zero)
     for (int sign = -1; sign < 2; sign += 2)
         for (size_t k = 0; k < sizeof ends / sizeof ends[0]; k++)
             for (int margin = 0; margin < 2; margin++) {
-                pdi_axis axis;
+                pdi_ticks axis;
                 memset(&axis, 0, sizeof axis);
                 axis.lo = sign > 0 ? ends[k][0] : -ends[k][1];
                 axis.hi = sign > 0 ? ends[k][1] : -ends[k][0];
                 double lo = axis.lo, hi = axis.hi;
-                pdi_axis_widen(0.03 * margin, &axis);
+                pdi_ticks_widen(0.03 * margin, &axis);
                 CHECK(axis.lo < axis.hi && axis.lo <= fmax(lo, 0) && axis.hi >= hi);
                 if (sign > 0) CHECK(axis.lo >= 0);
                 if (sign < 0 && hi < -1e-300) CHECK(axis.hi <= 0);
-                pdi_axis_ticks(8, &axis);
+                pdi_ticks_ticks(8, &axis);
                 CHECK(axis.count >= 2 && axis.count <= 9);
             }
 }

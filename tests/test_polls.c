@@ -5,7 +5,7 @@
 #include "run/model.h"
 #include "scene/scene.h"
 #include "scene_file.h"
-#include "run/twin.h"
+#include "run/coarser.h"
 #include "io/vti.h"
 
 #if PD_DIM == 2
@@ -87,9 +87,9 @@ static pd_status model_work(pd_ctx *ctx, void *user)
 
 static pd_status twin_work(pd_ctx *ctx, void *user)
 {
-    static pd_twin twin;
+    static pd_coarser twin;
     (void)user;
-    return pd_twin_build(ctx, &shared, 2, &twin);
+    return pd_coarser_build(ctx, &shared, 2, &twin);
 }
 
 /* All that a frame holds; neither the file nor its beginning is there after a stop. */

@@ -3,7 +3,7 @@
  * dims: 1 2 3 */
 #define _XOPEN_SOURCE 700
 #include "scene_file.h"
-#include "run/budget.h"
+#include "run/footprint.h"
 #include "run/model.h"
 
 #if PD_DIM == 1
@@ -30,7 +30,7 @@ static int attempt(const char *bytes, size_t size, int build)
     pd_ctx ctx;
     pd_setup u;
     pd_model *model = NULL;
-    pd_budget b;
+    pd_footprint b;
     pd_ctx_init(&ctx);
     ctx.threads = 1;
     ctx.alloc.limit = 20000000;
@@ -38,7 +38,7 @@ static int attempt(const char *bytes, size_t size, int build)
     pd_status status = pd_scene_read(&ctx, path_of("b.scene"), NULL, 0, &u);
     int accepted = status == PD_OK;
     if (accepted) {
-        pd_budget_estimate(&u, &b);
+        pd_footprint_estimate(&u, &b);
         CHECK(b.all > 0.0 && pdi_file_below(u.folder));
         if (build && b.all - b.files < 1e6) {
             model = (pd_model *)calloc(1, sizeof *model);

@@ -6,7 +6,7 @@
 #include "flow/flow.h"
 #include "core/par.h"
 #include "lattice/op.h"
-#include "flow/extent.h"
+#include "flow/scales.h"
 #include <math.h>
 #include <string.h>
 
@@ -19,7 +19,7 @@ static int64_t pdi_flow_work(const pd_flow *flow) { return flow->grid->fluid_cou
 PDI_FN void pdi_flow_gradient(const pd_ctx *ctx, const pd_flow *flow, const double *p, double *grad)
 {
     pd_op_gradient(ctx, flow->bonds, p, grad);
-    if (flow->even) pdi_slopes_gradient(ctx, &flow->slopes, p, grad);
+    if (flow->even) pdi_reconstruct_gradient(ctx, &flow->slopes, p, grad);
     pd_ghosts_vector(&flow->bonds->ghosts, grad);
 }
 
@@ -139,7 +139,7 @@ PDI_FN void pdi_flow_bend(const pd_ctx *ctx, const pd_flow *flow, const double *
         int32_t r = flow->slopes.row[q], node = bonds->node[r];
         double wall[PD_DIM];
         if (!pdi_flow_bends(flow, r)) continue;
-        pdi_slopes_bend(&flow->slopes, r, u, wall);
+        pdi_reconstruct_bend(&flow->slopes, r, u, wall);
         for (int d = 0; d < PD_DIM; d++) {
             int64_t at = (int64_t)d * flow->grid->total + node;
             double force = held ? pdi_flow_force(flow, d, node) : 0.0;
@@ -175,7 +175,7 @@ PDI_FN pd_status pdi_flow_patch(pd_ctx *ctx, pd_flow *flow)
     for (int32_t r = 0; r < bonds->rows; r++) flow->even = flow->even || bonds->smooth[r];
     flow->even = flow->even && !flow->grid->circumference;
     if (!flow->even) return PD_OK;
-    PDI_TRY(pd_slopes_update(ctx, bonds, &flow->slopes));
+    PDI_TRY(pd_reconstruct_update(ctx, bonds, &flow->slopes));
     if (flow->rim < bonds->capacity) {
         PDI_DELETE(ctx, flow->rim, flow->patch);
         PDI_DELETE(ctx, flow->rim, flow->more);
@@ -572,7 +572,7 @@ static void pdi_flow_tie(pd_flow *flow)
 static void pdi_flow_scale(pd_flow *flow, double walls)
 {
     double force = 0.0, around = 0.0;
-    flow->length = pdi_extent_fluid(flow->grid);
+    flow->length = pdi_scales_fluid(flow->grid);
     for (int d = 0; d < PD_DIM; d++) {
         double most = fabs(flow->force[d]);
         for (int32_t node = 0; node < flow->grid->total && flow->body; node++)
@@ -580,7 +580,7 @@ static void pdi_flow_scale(pd_flow *flow, double walls)
         force = fmax(force, most);
         if (flow->grid->side[2 * d] == PD_SIDE_PERIODIC) around = fmax(around, most);
     }
-    flow->speed = fmax(fmax(pdi_extent_entry(flow->grid, flow->u), walls), pdi_flow_driven(flow, around));
+    flow->speed = fmax(fmax(pdi_scales_entry(flow->grid, flow->u), walls), pdi_flow_driven(flow, around));
     if (!(flow->speed > 0.0)) flow->speed = pdi_flow_driven(flow, force);
     if (!(flow->speed > 0.0)) flow->speed = flow->nu / flow->length; /* nothing moves */
 }
@@ -661,7 +661,7 @@ pd_status pd_flow_at(pd_ctx *ctx, pd_flow *flow, double t, double span, double *
     if (moved) *moved = 0.0;
     if (!flow->clock) return PD_OK;
     PDI_TRY(pdi_flow_data(ctx, flow, t, span, moved, &walls));
-    double speed = fmax(pdi_extent_entry(flow->grid, flow->u), walls);
+    double speed = fmax(pdi_scales_entry(flow->grid, flow->u), walls);
     if (!(speed > flow->speed)) return PD_OK;
     flow->speed = speed; /* the problem has become a faster one */
     pdi_flow_tie(flow);
@@ -760,6 +760,6 @@ void pd_flow_free(pd_ctx *ctx, pd_flow *flow)
     PDI_DELETE(ctx, flow->rim, flow->patch);
     PDI_DELETE(ctx, flow->rim, flow->more);
     PDI_DELETE(ctx, 2 * (int64_t)flow->rim, flow->leak);
-    pd_slopes_free(ctx, &flow->slopes);
+    pd_reconstruct_free(ctx, &flow->slopes);
     memset(flow, 0, sizeof *flow);
 }

@@ -7,7 +7,7 @@
 #ifndef PD_FLOW_H
 #define PD_FLOW_H
 #include "core/archive.h"
-#include "lattice/slope.h"
+#include "lattice/reconstruct.h"
 #include <math.h>
 
 typedef struct pd_flow_desc {
@@ -61,7 +61,7 @@ typedef struct pd_flow {
                              * asked for it, which gives transport the potential that it needs then */
     int32_t rim;            /* length of the next three */
     int32_t *patch;         /* [rim] rows beside smooth surfaces: the first row of those that bonds join; -1: others */
-    pd_slopes slopes;       /* fits of pressure and velocity beside smooth surfaces (eq. 3.4b, 3.5b) */
+    pd_reconstruct slopes;       /* fits of pressure and velocity beside smooth surfaces (eq. 3.4b, 3.5b) */
     double *more, *leak;    /* [rim] [1/s] work of (4.2c); [2 rim] sums of a patch and its rows */
     int64_t evaluations;    /* operator evaluations so far: residuals and linearised products */
 } pd_flow;
@@ -132,7 +132,7 @@ PDI_FN pd_status pdi_flow_patch(pd_ctx *ctx, pd_flow *flow);
 /* 1: row r has (3.4b) in the place of (3.3) and (3.4). A surface that moves there keeps these. */
 static inline int pdi_flow_bends(const pd_flow *flow, int32_t r)
 {
-    if (!flow->even || !pdi_slopes_bent(&flow->slopes, r)) return 0;
+    if (!flow->even || !pdi_reconstruct_bent(&flow->slopes, r)) return 0;
     for (int d = 0; d < PD_DIM && flow->drive; d++)
         if (fabs(flow->drive[(int64_t)d * flow->grid->total + flow->bonds->node[r]]) > 0.0) return 0;
     return 1;

@@ -117,7 +117,7 @@ static void pdi_force_rub(const pdi_force_query *q, int32_t r, double *rub)
     if (pdi_flow_bends(flow, r)) {
         pdi_force_face face;
         pdi_force_see(q, r, &face);
-        pdi_slopes_bend(&flow->slopes, r, flow->u, rub);
+        pdi_reconstruct_bend(&flow->slopes, r, flow->u, rub);
         for (int d = 0; d < PD_DIM; d++) rub[d] *= -volume * flow->nu * face.owned;
         return;
     }

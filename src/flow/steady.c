@@ -72,7 +72,7 @@ static void pdi_steady_precondition(pd_ctx *ctx, pd_steady *s, const double *x, 
     int64_t total = flow->grid->total, split = (int64_t)PD_DIM * total;
     const pd_ghosts *ghosts = &flow->bonds->ghosts;
     double *y = s->work, *dp = y + split;
-    pdi_schur schur;
+    pdi_precond schur;
     schur.poisson = &s->mg_p;
     schur.seep = &s->mg_seep;
     schur.damped = s->damped ? &s->mg_d : NULL;
@@ -81,7 +81,7 @@ static void pdi_steady_precondition(pd_ctx *ctx, pd_steady *s, const double *x, 
     schur.convected = flow->grad;
     pdi_par_copy(ctx, split + total, x, r);
     pdi_steady_scale(ctx, flow, pdi_steady_force(s) / s->weight, pdi_steady_strain(flow), r);
-    pdi_schur_solve(ctx, flow, &schur, r + split, y, dp);
+    pdi_precond_solve(ctx, flow, &schur, r + split, y, dp);
     pd_ghosts_pressure(ghosts, 0.0, dp);
     pdi_flow_gradient(ctx, flow, dp, flow->grad);
     pdi_par_axpy(ctx, split, -1.0, flow->grad, r);
@@ -96,14 +96,14 @@ static void pdi_steady_jacobian(pd_ctx *ctx, pd_steady *s, double *y)
     pd_flow *flow = s->flow;
     int64_t total = flow->grid->total, split = (int64_t)PD_DIM * total;
     double *du = s->work;
-    pdi_product_step step;
+    pdi_jacobian_step step;
     pdi_flow_ghosts(flow, 0, du);
     pdi_flow_carrier(ctx, flow, du, s->carrier);
     step.carrier = s->carrier;
     step.u = du;
     step.p = du + split;
     step.grad = flow->grad;
-    pdi_product_apply(ctx, &s->product, &step, y, y + split);
+    pdi_jacobian_apply(ctx, &s->product, &step, y, y + split);
     pdi_flow_bend(ctx, flow, du, flow->grad, 0, y);
     pdi_flow_even(ctx, flow, du, s->carrier, 0, 1.0, y + split);
     if (s->shift > 0.0) pdi_par_axpy(ctx, split, s->shift, du, y);
@@ -136,7 +136,7 @@ static pd_status pdi_steady_setup(pd_ctx *ctx, pd_steady *s, double shift)
     pd_media seep;
     memset(&seep, 0, sizeof seep);
     seep.at = s->carrier;
-    pdi_schur_mobility(ctx, s->flow, s->shift, seep.at);
+    pdi_precond_mobility(ctx, s->flow, s->shift, seep.at);
     pd_ghosts_scalar(&s->flow->bonds->ghosts, seep.at);
     pdi_compact_fill(ctx, 1.0, &seep, &resting, 0.0, &pressure, p);
     PDI_TRY(pd_multigrid_setup(ctx, &s->mg_seep, p->active, (const float *const *)p->conduct, NULL, p->wall, p->mass));
@@ -144,7 +144,7 @@ static pd_status pdi_steady_setup(pd_ctx *ctx, pd_steady *s, double shift)
     PDI_TRY(pd_multigrid_setup(ctx, &s->mg_u, u->active, (const float *const *)u->conduct,
                                (const float *const *)u->flux, u->wall, u->mass));
     PDI_TRY(pd_multigrid_setup(ctx, &s->mg_p, p->active, (const float *const *)p->conduct, NULL, p->wall, p->mass));
-    double damping = pdi_schur_damping(s->flow, shift);
+    double damping = pdi_precond_damping(s->flow, shift);
     s->damped = s->timed && damping > 0.0;
     if (!s->damped) return PD_OK;
     pdi_compact_fill(ctx, 1.0, NULL, &resting, damping, &pressure, p);
@@ -189,7 +189,7 @@ static void pdi_steady_weigh(pd_ctx *ctx, pd_steady *s)
     const pd_flow *flow = s->flow;
     const pd_grid *grid = flow->grid;
     double speed = pdi_par_max_abs(ctx, (int64_t)PD_DIM * grid->total, flow->u), far = 0.0, near = HUGE_VAL;
-    pdi_schur_mobility(ctx, flow, s->rate, s->carrier);
+    pdi_precond_mobility(ctx, flow, s->rate, s->carrier);
     double mobility = pdi_par_max_abs(ctx, grid->total, s->carrier);
     for (int d = 0; d < PD_DIM; d++) {
         far = fmax(far, grid->n[d] * grid->h[d]);
@@ -241,7 +241,7 @@ static pd_status pdi_steady_make(pd_ctx *ctx, pd_flow *flow, const pd_steady_des
     PDI_TRY(pd_multigrid_build(ctx, &md, &s->mg_p));
     PDI_TRY(pd_multigrid_build(ctx, &md, &s->mg_seep));
     PDI_TRY(pd_krylov_build(ctx, &kd, &s->krylov));
-    PDI_TRY(pdi_product_build(ctx, flow, &s->product));
+    PDI_TRY(pdi_jacobian_build(ctx, flow, &s->product));
     PDI_TRY(PDI_NEW(ctx, "steady", size, s->residual));
     PDI_TRY(PDI_NEW(ctx, "steady", size, s->step));
     PDI_TRY(PDI_NEW(ctx, "steady", size, s->work));
@@ -276,7 +276,7 @@ static pd_status pdi_steady_newton(pd_ctx *ctx, pd_steady *s, double forcing, pd
     user.ctx = ctx;
     user.steady = s;
     pdi_steady_scale(ctx, s->flow, -s->weight, -1.0, s->residual);
-    pdi_product_freeze(ctx, &s->product);
+    pdi_jacobian_freeze(ctx, &s->product);
     s->krylov.desc.rtol = forcing;
     PDI_TRY(pd_krylov_solve(ctx, &s->krylov, pdi_steady_product, NULL, &user, s->residual, s->step, &linear));
     pdi_steady_precondition(ctx, s, s->step, s->residual);
@@ -529,7 +529,7 @@ void pd_steady_free(pd_ctx *ctx, pd_steady *s)
     pd_multigrid_free(ctx, &s->mg_seep);
     pd_multigrid_free(ctx, &s->mg_d);
     pd_krylov_free(ctx, &s->krylov);
-    pdi_product_free(ctx, &s->product);
+    pdi_jacobian_free(ctx, &s->product);
     PDI_DELETE(ctx, size, s->residual);
     PDI_DELETE(ctx, size, s->step);
     PDI_DELETE(ctx, size, s->work);

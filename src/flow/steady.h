@@ -9,8 +9,8 @@
 #define PD_STEADY_H
 #include "solve/krylov.h"
 #include "solve/compact.h"
-#include "flow/product.h"
-#include "flow/schur.h"
+#include "flow/jacobian.h"
+#include "flow/precond.h"
 
 typedef struct pd_steady_desc {
     double tolerance;   /* [-] of both residuals, against the scales of the flow (eq. 4.7, 4.8); 0: 1e-6 */
@@ -24,10 +24,10 @@ typedef struct pd_steady {
     pd_flow *flow;
     pd_compact compact_u, compact_p;
     pd_multigrid mg_u, mg_p, mg_seep;
-    pd_multigrid mg_d;                  /* of short steps in time, see schur.h */
+    pd_multigrid mg_d;                  /* of short steps in time, see precond.h */
     int timed, damped;                  /* it is built; it is in use */
     pd_krylov krylov;
-    pd_product product;
+    pd_jacobian product;
     double *residual;                   /* [PD_DIM+1][total] [-] scaled */
     double *step, *work;                /* [PD_DIM+1][total] [m/s], last row [m2/s2] */
     double *carrier;                    /* [PD_DIM][total] [m/s] of the linearised velocity, work */

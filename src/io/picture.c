@@ -1,7 +1,7 @@
 /* picture: see picture.h */
 #include "io/picture.h"
 #include "io/canvas.h"
-#include "io/axis.h"
+#include "io/ticks.h"
 #include <math.h>
 #include <stdio.h>
 #include <string.h>
@@ -27,7 +27,7 @@ typedef struct pdi_picture_layout {
     int bar_label;   /* place of its label */
     int width, height;
     int y_label;
-    pdi_axis axis_x, axis_y, axis_bar; /* positions in their unit; values */
+    pdi_ticks axis_x, axis_y, axis_bar; /* positions in their unit; values */
     const char *unit_x, *unit_y;
     char x_label[96];
     int x_label_start;
@@ -88,7 +88,7 @@ static void pdi_picture_range(const pd_picture *p, pdi_picture_layout *l)
     }
     l->axis_bar.lo = lo;
     l->axis_bar.hi = hi;
-    pdi_axis_widen(0, &l->axis_bar);
+    pdi_ticks_widen(0, &l->axis_bar);
     l->has_bar = p->map != PD_MAP_LABELS;
 }
 
@@ -104,7 +104,7 @@ static pdi_picture_scale pdi_picture_fit(int cells, double wanted)
 }
 
 /* Set the ends of an axis [m] in the unit that suits its size; returns the unit. */
-static const char *pdi_picture_unit(double size, double lo, double hi, pdi_axis *axis)
+static const char *pdi_picture_unit(double size, double lo, double hi, pdi_ticks *axis)
 {
     double unit = size < 2e-6 ? 1e-9 : size < 2e-3 ? 1e-6 : size < 2 ? 1e-3 : 1;
     axis->lo = lo / unit;
@@ -124,12 +124,12 @@ static void pdi_picture_scales(const pd_picture *p, pdi_picture_layout *l)
     if (fabs(l->stretch - 1) < 0.05) size_x = size_y = fmax(size_x, size_y); /* one scale, one unit */
     l->unit_x = pdi_picture_unit(size_x, p->lo[0], p->hi[0], &l->axis_x);
     l->unit_y = pdi_picture_unit(size_y, p->lo[1], p->hi[1], &l->axis_y);
-    pdi_axis_ticks(l->x.pixels / 110 + 1, &l->axis_x);
-    pdi_axis_ticks(l->y.pixels / 60 + 1, &l->axis_y);
-    pdi_axis_ticks(l->y.pixels / 50 + 1, &l->axis_bar);
+    pdi_ticks_ticks(l->x.pixels / 110 + 1, &l->axis_x);
+    pdi_ticks_ticks(l->y.pixels / 60 + 1, &l->axis_y);
+    pdi_ticks_ticks(l->y.pixels / 50 + 1, &l->axis_bar);
 }
 
-static int pdi_picture_widest(const pdi_axis *axis)
+static int pdi_picture_widest(const pdi_ticks *axis)
 {
     int widest = 0;
     for (int k = 0; k < axis->count; k++) {
@@ -197,7 +197,7 @@ static uint32_t pdi_picture_colour(const pd_picture *p, const pdi_picture_layout
     /* Means of labels mean nothing. */
     if (p->map == PD_MAP_LABELS)
         return fabs(first) < 9e15 ? pdi_colour_label((int64_t)floor(first + 0.5)) : PDI_PICTURE_NAN;
-    double place = pdi_axis_place(&l->axis_bar, value);
+    double place = pdi_ticks_place(&l->axis_bar, value);
     place = place < 0 ? 0 : place > 1 ? 1 : place;
     return table[(int)(place * (PDI_COLOUR_COUNT - 1) + 0.5)];
 }
@@ -219,12 +219,12 @@ static void pdi_picture_axes(const pdi_picture_layout *l, pdi_canvas *canvas)
     int bottom = l->top + l->y.pixels;
     char text[32];
     for (int k = 0; k < l->axis_x.count; k++) {
-        int x = l->left + (int)(pdi_axis_place(&l->axis_x, l->axis_x.at[k]) * l->x.pixels);
+        int x = l->left + (int)(pdi_ticks_place(&l->axis_x, l->axis_x.at[k]) * l->x.pixels);
         pdi_canvas_fill(canvas, x, bottom, x + 1, bottom + 7, PDI_CANVAS_INK);
         pdi_canvas_text(canvas, x + 1, bottom + 12, PDI_ALIGN_CENTRE, PDI_CANVAS_INK, l->axis_x.label[k]);
     }
     for (int k = 0; k < l->axis_y.count; k++) {
-        int y = bottom - 1 - (int)(pdi_axis_place(&l->axis_y, l->axis_y.at[k]) * l->y.pixels);
+        int y = bottom - 1 - (int)(pdi_ticks_place(&l->axis_y, l->axis_y.at[k]) * l->y.pixels);
         pdi_canvas_fill(canvas, l->left - 7, y, l->left, y + 1, PDI_CANVAS_INK);
         pdi_canvas_text(canvas, l->left - 12, y - PDI_CANVAS_CAPITAL / 2 + 1, PDI_ALIGN_END, PDI_CANVAS_INK,
                         l->axis_y.label[k]);
@@ -246,7 +246,7 @@ static void pdi_picture_bar(const pd_picture *p, const pdi_picture_layout *l, co
     }
     pdi_canvas_frame(canvas, l->bar, l->top, right, bottom, PDI_CANVAS_INK);
     for (int k = 0; k < l->axis_bar.count; k++) {
-        int y = bottom - 1 - (int)(pdi_axis_place(&l->axis_bar, l->axis_bar.at[k]) * (l->y.pixels - 1) + 0.5);
+        int y = bottom - 1 - (int)(pdi_ticks_place(&l->axis_bar, l->axis_bar.at[k]) * (l->y.pixels - 1) + 0.5);
         pdi_canvas_fill(canvas, right, y, right + 6, y + 1, PDI_CANVAS_INK);
         pdi_canvas_text(canvas, right + 12, y - PDI_CANVAS_CAPITAL / 2 + 1, PDI_ALIGN_START, PDI_CANVAS_INK,
                         l->axis_bar.label[k]);

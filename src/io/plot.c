@@ -1,7 +1,7 @@
 /* plot: see plot.h */
 #include "io/plot.h"
 #include "io/canvas.h"
-#include "io/axis.h"
+#include "io/ticks.h"
 #include "io/colour.h"
 #include <math.h>
 #include <stdio.h>
@@ -16,7 +16,7 @@
 
 typedef struct pdi_plot_layout {
     int left, top, right, bottom; /* of the axes */
-    pdi_axis x, y;
+    pdi_ticks x, y;
 } pdi_plot_layout;
 
 static int pdi_plot_usable(double value, int log_axis)
@@ -54,7 +54,7 @@ static pd_status pdi_plot_check(pd_ctx *ctx, const pd_plot *plot)
 
 /* A given range is taken as it is, one from the data gets a margin. */
 static pd_status pdi_plot_range(pd_ctx *ctx, const char *name, int log_axis, double lo, double hi, double data_lo,
-                                double data_hi, pdi_axis *axis)
+                                double data_hi, pdi_ticks *axis)
 {
     axis->log = log_axis;
     axis->lo = lo;
@@ -62,7 +62,7 @@ static pd_status pdi_plot_range(pd_ctx *ctx, const char *name, int log_axis, dou
     if (lo == hi) {
         axis->lo = data_lo;
         axis->hi = data_hi;
-        pdi_axis_widen(0.03, axis);
+        pdi_ticks_widen(0.03, axis);
     } else if (!(lo < hi) || isinf(hi - lo) || (log_axis && !(lo > 0)))
         return pdi_fail(ctx, PD_ERR_ARGUMENT, "plot", "the range %g .. %g of axis %s cannot be drawn", lo, hi, name);
     return PD_OK;
@@ -90,7 +90,7 @@ static void pdi_plot_place(const pd_plot *plot, int width, int height, pdi_plot_
     int widest = 0;
     l->top = plot->title ? 56 : 30;
     l->bottom = height - (plot->x_label ? 72 : 44);
-    pdi_axis_ticks((l->bottom - l->top) / 75 + 1, &l->y);
+    pdi_ticks_ticks((l->bottom - l->top) / 75 + 1, &l->y);
     for (int k = 0; k < l->y.count; k++) {
         int text = pdi_canvas_text_width(l->y.label[k]);
         if (text > widest) widest = text;
@@ -98,21 +98,21 @@ static void pdi_plot_place(const pd_plot *plot, int width, int height, pdi_plot_
     if (l->y.exponent && !plot->title) l->top += 14;
     l->left = 22 + (plot->y_label ? PDI_CANVAS_CAPITAL + 14 : 0) + widest + 10;
     l->right = width - 34;
-    pdi_axis_ticks((l->right - l->left) / 120 + 1, &l->x);
+    pdi_ticks_ticks((l->right - l->left) / 120 + 1, &l->x);
 }
 
 static double pdi_plot_x(const pdi_plot_layout *l, double x)
 {
-    return l->left + pdi_axis_place(&l->x, x) * (l->right - l->left);
+    return l->left + pdi_ticks_place(&l->x, x) * (l->right - l->left);
 }
 
 static double pdi_plot_y(const pdi_plot_layout *l, double y)
 {
-    return l->bottom - pdi_axis_place(&l->y, y) * (l->bottom - l->top);
+    return l->bottom - pdi_ticks_place(&l->y, y) * (l->bottom - l->top);
 }
 
 /* The common factor of the labels of an axis. */
-static void pdi_plot_factor(pdi_canvas *canvas, const pdi_axis *axis, int x, int y, pdi_align align)
+static void pdi_plot_factor(pdi_canvas *canvas, const pdi_ticks *axis, int x, int y, pdi_align align)
 {
     char text[24];
     if (!axis->exponent) return;

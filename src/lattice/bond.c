@@ -627,7 +627,7 @@ static pd_status pdi_bond_make(pd_ctx *ctx, const pd_stencil *stencil, const pd_
     PDI_TRY(PDI_NEW(ctx, "bond", grid->total, bonds->row));
     PDI_TRY(pd_ghosts_build(ctx, grid, &bonds->ghosts));
     PDI_TRY(pdi_spans_build(ctx, grid, &bonds->spans));
-    PDI_TRY(pd_ring_build(ctx, stencil, grid, &bonds->ring));
+    PDI_TRY(pd_axisym_build(ctx, stencil, grid, &bonds->ring));
     for (int k = 0; k < stencil->count; k++)
         for (int d = 0; d < PD_DIM; d++) bonds->shift[k] += stencil->offset[k * PD_DIM + d] * grid->stride[d];
     pdi_grid_line_shift(grid, stencil, bonds->line_shift);
@@ -779,7 +779,7 @@ void pd_bonds_free(pd_ctx *ctx, pd_bonds *b)
     PDI_DELETE(ctx, b->grid ? b->grid->total : 0, b->row);
     pd_ghosts_free(ctx, &b->ghosts);
     pdi_spans_free(ctx, &b->spans);
-    pd_ring_free(ctx, &b->ring);
+    pd_axisym_free(ctx, &b->ring);
     pdi_bond_free_rows(ctx, b);
     pdi_bond_free_stretches(ctx, &b->whole);
     pdi_bond_free_stretches(ctx, &b->cut);

@@ -10,7 +10,7 @@
 #define PD_BOND_H
 #include "lattice/span.h"
 #include "lattice/ghost.h"
-#include "lattice/ring.h"
+#include "lattice/axisym.h"
 
 /* Velocity [m/s] at position x [m]. */
 typedef void (*pd_velocity_fn)(void *user, const double *x, double *u);
@@ -31,7 +31,7 @@ typedef struct pd_bonds {
     int32_t *line_shift; /* [lines of the stencil] the same for the lines */
     int32_t *cell_shift; /* [cells] the same for the cells of the paths */
     double norm[PD_DIM]; /* [unit of base m2] sum w xi_a^2 over a whole family */
-    pd_ring ring;        /* weights of an axisymmetric grid; empty: planar */
+    pd_axisym ring;        /* weights of an axisymmetric grid; empty: planar */
     int32_t *row;        /* [total] row of a node; -1: whole family, or not fluid */
     int32_t rows, capacity;
     int32_t plain;       /* rows [0, plain) are in the order of their nodes and see no inlet; the others come behind */
@@ -94,13 +94,13 @@ static inline int pdi_bond_block(int32_t length, int32_t *at)
 /* Weights a(n) [count] of the bonds of `node`, and what the flux along bond k of it counts beside g(n). */
 static inline const double *pdi_bond_lap(const pd_bonds *bonds, int32_t node)
 {
-    const pd_ring *ring = &bonds->ring;
+    const pd_axisym *ring = &bonds->ring;
     if (!ring->lap) return bonds->stencil->lap;
     return ring->lap + (int64_t)(node / bonds->grid->stride[PD_DIM - 1]) * ring->count;
 }
 static inline double pdi_bond_flux(const pd_bonds *bonds, int32_t node, int k)
 {
-    const pd_ring *ring = &bonds->ring;
+    const pd_axisym *ring = &bonds->ring;
     return ring->flux ? ring->flux[(int64_t)(node / bonds->grid->stride[PD_DIM - 1]) * ring->count + k] : 1.0;
 }
 /* `length` consecutive nodes from i: the rows from `row`, or nodes with whole families (-1). */

@@ -1,6 +1,6 @@
 /* accuracy: see accuracy.h */
 #include "run/accuracy.h"
-#include "scene/identity.h"
+#include "scene/fingerprint.h"
 #include <math.h>
 #include <stdio.h>
 #include <string.h>
@@ -54,5 +54,5 @@ pd_status pd_accuracy_apply(pd_ctx *ctx, double accuracy, pd_setup *setup, char 
     snprintf(text, size, "accuracy %g %%: picked %s%s%s", 100.0 * accuracy, a.picked[0] ? a.picked : "nothing",
              a.kept[0] ? "; the scene sets " : "", a.kept);
     snprintf(a.picked, sizeof a.picked, "accuracy = %.17g", accuracy);
-    return pdi_identity_add(ctx, setup, a.picked);
+    return pdi_fingerprint_add(ctx, setup, a.picked);
 }

@@ -1,7 +1,7 @@
 /* checkpoint: see checkpoint.h */
 #include "run/checkpoint.h"
 #include "io/store.h"
-#include "scene/identity.h"
+#include "scene/fingerprint.h"
 #include <string.h>
 
 #define PDI_CHECKPOINT_SCENE (1 << 24) /* [byte] */
@@ -18,7 +18,7 @@ static pd_status pdi_checkpoint_scene(pd_ctx *ctx, const pd_setup *u, pd_archive
                         (double)size, PDI_CHECKPOINT_SCENE);
     PDI_TRY(PDI_NEW(ctx, "checkpoint", size + 1, kept));
     pd_status status = PDI_KEEP(ctx, archive, "scene", kept, size);
-    if (status == PD_OK) status = pdi_identity_compare(ctx, u, kept, archive->name);
+    if (status == PD_OK) status = pdi_fingerprint_compare(ctx, u, kept, archive->name);
     PDI_DELETE(ctx, size + 1, kept);
     return status;
 }

@@ -1,7 +1,7 @@
 /* compare: see compare.h */
 #include "run/compare.h"
 #include "io/plot.h"
-#include "scene/record.h"
+#include "scene/read_measured.h"
 #include <math.h>
 #include <stdio.h>
 #include <string.h>
@@ -270,7 +270,7 @@ static pd_status pdi_compare_curve(pd_ctx *ctx, const pd_compare *c, const pd_co
     plot.series[0].x = work;
     plot.series[0].y = work + d->rows;
     plot.series[0].count = (int)d->rows;
-    pdi_record_series(r, unit, r->scale, last, work + 2 * d->rows, &plot.series[1]);
+    pdi_read_measured_series(r, unit, r->scale, last, work + 2 * d->rows, &plot.series[1]);
     return pd_plot_write(ctx, path, &plot);
 }
 

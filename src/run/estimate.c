@@ -14,7 +14,7 @@
 /* ---- figures of the twins ---- */
 
 /* Value of the twin that belongs to a figure of the run; NaN: it has none. */
-static double pdi_estimate_match(const pd_twin *twin, const pd_figures *figures, const pd_figure *wanted)
+static double pdi_estimate_match(const pd_coarser *twin, const pd_figures *figures, const pd_figure *wanted)
 {
     double sum = 0.0;
     int found = 0;
@@ -37,7 +37,8 @@ static void pdi_estimate_blame(pd_ctx *ctx, int level)
     pdi_fail(ctx, ctx->status, "twin", "the run at %d h failed: %.560s", level ? 4 : 2, message);
 }
 
-static pd_status pdi_estimate_twin_run(pd_ctx *ctx, const pd_run_desc *desc, pd_twin *twin, pd_estimate *e, int level)
+static pd_status pdi_estimate_twin_run(pd_ctx *ctx, const pd_run_desc *desc, pd_coarser *twin, pd_estimate *e,
+                                       int level)
 {
     pd_run_desc dry;
     pd_run_result result;
@@ -60,9 +61,9 @@ static pd_status pdi_estimate_twin_run(pd_ctx *ctx, const pd_run_desc *desc, pd_
 
 static pd_status pdi_estimate_twin(pd_ctx *ctx, const pd_run_desc *desc, pd_estimate *e, int level)
 {
-    pd_twin *twin = NULL;
+    pd_coarser *twin = NULL;
     PDI_TRY(PDI_NEW(ctx, "estimate", 1, twin));
-    pd_status status = pd_twin_build(ctx, e->setup, level ? 4 : 2, twin);
+    pd_status status = pd_coarser_build(ctx, e->setup, level ? 4 : 2, twin);
     if (status >= 0) status = pdi_estimate_twin_run(ctx, desc, twin, e, level);
     PDI_DELETE(ctx, 1, twin);
     return status < 0 ? status : PD_OK;

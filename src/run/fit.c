@@ -1,7 +1,7 @@
 /* fit: see fit.h */
 #include "run/fit.h"
-#include "scene/record.h"
-#include "run/twin.h"
+#include "scene/read_measured.h"
+#include "run/coarser.h"
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -13,7 +13,7 @@ typedef struct pdi_fit {
     pd_ctx *ctx;
     const pd_fit_desc *desc;
     pd_fit *fit;
-    pd_twin *twin;      /* work */
+    pd_coarser *twin;      /* work */
     int factor;         /* of h */
     double *computed;   /* [points of all sections] */
     double *data, *weight; /* [points that count] SI, 1/spread */
@@ -92,9 +92,9 @@ static pd_status pdi_fit_range(pd_ctx *ctx, const char *range, pd_fit_parameter 
 
 static pd_status pdi_fit_ranges(pd_ctx *ctx, const pd_fit_desc *desc, pd_fit *fit)
 {
-    if (desc->ranges < 1 || desc->ranges > PD_SQUARES_PARAMETERS)
+    if (desc->ranges < 1 || desc->ranges > PD_LEAST_SQUARES_PARAMETERS)
         return pdi_fail(ctx, PD_ERR_ARGUMENT, "fit", "found %d parameters, expected 1 to %d", desc->ranges,
-                        PD_SQUARES_PARAMETERS);
+                        PD_LEAST_SQUARES_PARAMETERS);
     for (int k = 0; k < desc->ranges; k++) {
         PDI_TRY(pdi_fit_range(ctx, desc->range[k], &fit->parameter[k]));
         for (int j = 0; j < k; j++)
@@ -122,7 +122,7 @@ pd_status pd_fit_setup(pd_ctx *ctx, const pd_fit_desc *desc, const char *const *
     for (int k = 0; k < desc->count; k++) overrides[k] = desc->overrides[k];
     for (int k = 0; k < count; k++) overrides[desc->count + k] = more[k];
     PDI_TRY(pd_scene_read(ctx, desc->scene, overrides, desc->count + count, setup));
-    pd_status status = desc->data ? pdi_record_replace(ctx, "--to", desc->data, setup) : PD_OK;
+    pd_status status = desc->data ? pdi_read_measured_replace(ctx, "--to", desc->data, setup) : PD_OK;
     if (status == PD_OK && setup->records == 0)
         status = pdi_fail(ctx, PD_ERR_ARGUMENT, "fit", "found no [measured NAME] section in the scene, expected one or "
                           "--to FILE");
@@ -154,7 +154,7 @@ static pd_status pdi_fit_computed(pdi_fit *f, const pd_setup *setup)
     dry.stop_user = f->desc->stop_user;
     dry.computed = f->computed;
     if (f->factor > 1) {
-        PDI_TRY(pd_twin_build(f->ctx, setup, f->factor, f->twin));
+        PDI_TRY(pd_coarser_build(f->ctx, setup, f->factor, f->twin));
         dry.share = f->twin->share;
         setup = &f->twin->setup;
     }
@@ -165,7 +165,7 @@ static pd_status pdi_fit_computed(pdi_fit *f, const pd_setup *setup)
 static pd_status pdi_fit_evaluate(pd_ctx *ctx, void *user, const double *value, double *residual)
 {
     pdi_fit *f = (pdi_fit *)user;
-    const char *more[PD_SQUARES_PARAMETERS];
+    const char *more[PD_LEAST_SQUARES_PARAMETERS];
     pd_setup *setup = NULL;
     pdi_fit_overrides(f->fit, value);
     for (int k = 0; k < f->fit->parameters; k++) more[k] = f->fit->override[k];
@@ -200,7 +200,7 @@ static pd_status pdi_fit_spreads(pd_ctx *ctx, const pd_setup *u, int *known)
         const pd_setup_record *r = &u->record[k];
         with += r->spread != NULL;
         for (int p = 0; p < r->points && r->spread; p++)
-            if (pdi_record_counts(r, p, u->until) && !(r->spread[p] > 0.0))
+            if (pdi_read_measured_counts(r, p, u->until) && !(r->spread[p] > 0.0))
                 return pdi_fail(ctx, PD_ERR_ARGUMENT, "fit", "found a spread of 0 in %.60s at t = %g s, expected a "
                                 "positive one: points weigh by it", r->name, r->time[p]);
     }
@@ -218,7 +218,7 @@ static void pdi_fit_gather(pdi_fit *f, const pd_setup *u)
     for (int k = 0; k < u->records; k++) {
         const pd_setup_record *r = &u->record[k];
         for (int p = 0; p < r->points; p++, at++) {
-            if (!pdi_record_counts(r, p, u->until)) continue;
+            if (!pdi_read_measured_counts(r, p, u->until)) continue;
             f->data[count] = r->value[p];
             f->weight[count] = 1.0 / (r->spread ? r->spread[p] : r->scale);
             f->place[count++] = at;
@@ -271,7 +271,7 @@ static void pdi_fit_told(void *user, const double *value, double sum, int evalua
 
 static pd_status pdi_fit_level(pdi_fit *f, const double *start)
 {
-    pd_squares_desc d;
+    pd_least_squares_desc d;
     memset(&d, 0, sizeof d);
     d.parameters = f->fit->parameters;
     d.points = f->fit->points;
@@ -286,7 +286,7 @@ static pd_status pdi_fit_level(pdi_fit *f, const double *start)
     d.user = f;
     d.told = pdi_fit_told;
     f->least = HUGE_VAL;
-    pd_status status = pd_squares_solve(f->ctx, &d, &f->fit->squares);
+    pd_status status = pd_least_squares_solve(f->ctx, &d, &f->fit->squares);
     f->noise = f->fit->squares.noise;
     if (status >= 0 || !f->fit->squares.idle) return status;
     f->fit->bad_input = 1;
@@ -300,7 +300,7 @@ static int pdi_fit_stopped(const pdi_fit *f) { return f->desc->stop && f->desc->
 /* From coarse to fine; a lattice that cannot hold the scene or fails is left out, but for the last. */
 static pd_status pdi_fit_levels(pdi_fit *f)
 {
-    double start[PD_SQUARES_PARAMETERS];
+    double start[PD_LEAST_SQUARES_PARAMETERS];
     char line[PD_MESSAGE_SIZE + 64];
     pd_status status = PD_OK;
     for (int k = 0; k < f->fit->parameters; k++) {
@@ -335,8 +335,8 @@ static pd_status pdi_fit_rms(pdi_fit *f)
 static pd_status pdi_fit_all(pdi_fit *f)
 {
     pd_setup *setup = NULL;
-    const char *more[PD_SQUARES_PARAMETERS];
-    double low[PD_SQUARES_PARAMETERS] = {0.0};
+    const char *more[PD_LEAST_SQUARES_PARAMETERS];
+    double low[PD_LEAST_SQUARES_PARAMETERS] = {0.0};
     pd_status status = pdi_fit_ranges(f->ctx, f->desc, f->fit), solved;
     for (int k = 0; k < f->fit->parameters; k++) {
         low[k] = f->fit->parameter[k].low;
@@ -377,7 +377,7 @@ pd_status pd_fit_run(pd_ctx *ctx, const pd_fit_desc *desc, pd_fit *fit)
 
 void pd_fit_line(const pd_fit *fit, char *text, size_t size)
 {
-    const pd_squares_result *s = &fit->squares;
+    const pd_least_squares_result *s = &fit->squares;
     if (size == 0) return;
     text[0] = '\0';
     pdi_append(text, size, "result case=%s fit=%s points=%d", fit->name,

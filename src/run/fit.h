@@ -8,7 +8,7 @@
  */
 #ifndef PD_FIT_H
 #define PD_FIT_H
-#include "solve/squares.h"
+#include "solve/least_squares.h"
 #include "run/run.h"
 
 #define PD_FIT_TEXT 160
@@ -19,7 +19,7 @@ typedef struct pd_fit_desc {
     int count;
     const char *const *range;     /* [ranges] "KEY=LOW..HIGH UNIT" */
     int ranges;
-    const char *data;             /* "wire.csv  start = 0.7 h", see record.h; NULL: the points of the scene */
+    const char *data;             /* "wire.csv  start = 0.7 h", see read_measured.h; NULL: the points of the scene */
     int one_lattice;              /* 1: no coarser ones */
     pd_print_fn print;            /* a line for each step; NULL: silent */
     void *print_user;
@@ -35,10 +35,10 @@ typedef struct pd_fit_parameter {
 
 typedef struct pd_fit {
     char name[PD_SETUP_NAME];     /* of the case */
-    pd_fit_parameter parameter[PD_SQUARES_PARAMETERS];
+    pd_fit_parameter parameter[PD_LEAST_SQUARES_PARAMETERS];
     int parameters;
-    pd_squares_result squares;    /* on the lattice of the scene */
-    char override[PD_SQUARES_PARAMETERS][2 * PD_FIT_TEXT]; /* "KEY=VALUE UNIT" of the result */
+    pd_least_squares_result squares;    /* on the lattice of the scene */
+    char override[PD_LEAST_SQUARES_PARAMETERS][2 * PD_FIT_TEXT]; /* "KEY=VALUE UNIT" of the result */
     int points;                   /* that count */
     char figure[2 * PD_SETUP_NAME], unit[PD_UNITS_TEXT]; /* of the first section of points */
     int records;
@@ -55,7 +55,7 @@ typedef struct pd_fit {
 
 /* PD_ERR_ARGUMENT, PD_ERR_PARSE: a range, a key that the scene does not have, points without spread beside others,
  * fewer points than parameters, a parameter without effect. A run that fails at a trial value ends the fit with its
- * status and the value. PD_NOT_CONVERGED as for pd_squares_solve. */
+ * status and the value. PD_NOT_CONVERGED as for pd_least_squares_solve. */
 PD_API pd_status pd_fit_run(pd_ctx *ctx, const pd_fit_desc *desc, pd_fit *fit);
 /* "result case=... fit=volume_loss points=9 rms=... KEY=1.07 KEY.error=0.02 ..." into text[size]. */
 PD_API void pd_fit_line(const pd_fit *fit, char *text, size_t size);

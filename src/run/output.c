@@ -2,7 +2,7 @@
 #include "run/output.h"
 #include "io/picture.h"
 #include "io/plot.h"
-#include "scene/record.h"
+#include "scene/read_measured.h"
 #include "run/sample.h"
 #include <math.h>
 #include <stdio.h>
@@ -405,7 +405,7 @@ static void pdi_output_measured(const pd_output *out, double unit, double last, 
     const pd_setup *u = out->model->setup;
     for (int k = 0; k < u->records && plot->count < PD_PLOT_SERIES; k++) {
         if (strcmp(u->record[k].figure, "volume_loss") != 0) continue;
-        pdi_record_series(&u->record[k], unit, 0.01, last, work, &plot->series[plot->count++]);
+        pdi_read_measured_series(&u->record[k], unit, 0.01, last, work, &plot->series[plot->count++]);
         work += 3 * u->record[k].points;
     }
     if (plot->count > 1) plot->series[0].name = "computed";

@@ -4,7 +4,7 @@
 #include "io/store.h"
 #include "io/folder.h"
 #include "io/progress.h"
-#include "run/budget.h"
+#include "run/footprint.h"
 #include "run/checkpoint.h"
 #include "run/output.h"
 #include "run/monitor.h"
@@ -334,7 +334,7 @@ static void pdi_run_blame(pd_ctx *ctx, const pd_setup *setup, int line)
 /* Build everything that can refuse the setup; nothing is written before that. */
 static pd_status pdi_run_build(pdi_run *r, pd_run_result *result)
 {
-    pd_status status = pd_budget_check(r->ctx, r->setup, r->desc->dry);
+    pd_status status = pd_footprint_check(r->ctx, r->setup, r->desc->dry);
     int line = r->setup->line[PD_PART_GRID];
     if (status == PD_OK) {
         status = pd_model_build(r->ctx, r->setup, &r->model);

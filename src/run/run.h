@@ -23,7 +23,7 @@ typedef struct pd_run_desc {
                               * pd_figures_free. NULL: not wanted */
     double *computed;        /* [points] [unit of the columns in SI] of all measured sections: gets what the run
                               * computes there, NaN where it does not come. NULL: not wanted */
-    const double *share;     /* [-] of each monitor in the figures of its section, see twin.h; NULL: 1 */
+    const double *share;     /* [-] of each monitor in the figures of its section, see coarser.h; NULL: 1 */
     pd_print_fn print;       /* NULL: silent */
     void *print_user;
     int (*stop)(void *user); /* asked after every step before the end; not 0: the run ends there. NULL: never. The poll

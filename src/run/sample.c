@@ -1,8 +1,8 @@
 /* sample: see sample.h */
 #include "run/sample.h"
-#include "lattice/ray.h"
+#include "lattice/surface.h"
 #include "lattice/quadratic.h"
-#include "lattice/slope.h"
+#include "lattice/reconstruct.h"
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
@@ -205,7 +205,7 @@ static void pdi_sample_reach(pdi_sample_job *job, int32_t base)
 {
     double place[PD_DIM], normal[PD_DIM];
     int32_t closed;
-    int found = pdi_ray_meet(&job->m->bonds, base, job->x, place, normal, &closed);
+    int found = pdi_surface_meet(&job->m->bonds, base, job->x, place, normal, &closed);
     if (found < 0) memcpy(job->x, place, sizeof place);
     pdi_quadratic_start(&job->fit, job->x, job->m->grid.h);
     if (found) pdi_sample_surface(job, place, normal, closed);
@@ -224,7 +224,7 @@ static double pdi_sample_fit(pdi_sample_job *job, int32_t base, const double *x)
         if (!(fabs(job->side) > 0.0)) job->side = 1.0;
     }
     pdi_sample_reach(job, base);
-    if (job->field == PD_FIELD_P) return pdi_slopes_value(&job->m->bonds, job->f, base, job->x);
+    if (job->field == PD_FIELD_P) return pdi_reconstruct_value(&job->m->bonds, job->f, base, job->x);
     pdi_sample_gather(job, base);
     return pdi_quadratic_solve(&job->fit);
 }

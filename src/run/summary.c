@@ -1,6 +1,6 @@
 /* summary: see summary.h */
 #include "run/summary.h"
-#include "run/budget.h"
+#include "run/footprint.h"
 #include <math.h>
 #include <stdarg.h>
 #include <stdio.h>
@@ -172,7 +172,7 @@ static void pdi_summary_absent(const pdi_summary *s)
 void pd_summary_print(const pd_model *model, pd_print_fn print, void *user)
 {
     pdi_summary s;
-    pd_budget budget;
+    pd_footprint budget;
     size_t bytes = 0;
     if (!print) return;
     s.model = model;
@@ -187,7 +187,7 @@ void pd_summary_print(const pd_model *model, pd_print_fn print, void *user)
     pdi_summary_watched(&s);
     pdi_summary_absent(&s);
     for (int k = 0; k < PD_PART_COUNT; k++) bytes += model->bytes[k];
-    pd_budget_estimate(model->setup, &budget);
+    pd_footprint_estimate(model->setup, &budget);
     pdi_summary_line(&s, "  %-12s%.3g MB, %.0f bytes a node; about %.3g MB with files and pictures", "in all",
                      (double)bytes * 1e-6, (double)bytes / (double)(model->grid.fluid_count + model->grid.solid_count),
                      budget.all * 1e-6);

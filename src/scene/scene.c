@@ -1,13 +1,13 @@
 /* scene: see scene.h */
 #include "scene/scene.h"
 #include "scene/syntax.h"
-#include "scene/named.h"
-#include "scene/chart.h"
-#include "scene/identity.h"
-#include "scene/sketch.h"
-#include "scene/flat.h"
-#include "scene/watch.h"
-#include "scene/record.h"
+#include "scene/read_constants.h"
+#include "scene/read_tables.h"
+#include "scene/fingerprint.h"
+#include "scene/read_shapes.h"
+#include "scene/read_flat.h"
+#include "scene/read_monitors.h"
+#include "scene/read_measured.h"
 #include <math.h>
 #include <stdio.h>
 #include <string.h>
@@ -21,7 +21,7 @@ typedef struct pdi_scene {
     pd_ctx *ctx;
     pd_text *text;
     pd_setup *setup;
-    pdi_named named;
+    pdi_read_constants named;
 } pdi_scene;
 
 /* A number in low .. high; low_open: low itself is refused. */
@@ -443,15 +443,15 @@ static pd_status pdi_scene_constants(pdi_scene *s)
     int section = pd_text_section(s->ctx, s->text, u->has_corrode ? "corrode" : "dissolve", NULL);
     if (u->has_corrode && pd_text_has(s->ctx, s->text, section, "charge"))
         PDI_TRY(pdi_scene_within(s, section, "charge", "", NULL, 0.0, 10.0, 1, &u->material.charge));
-    pdi_named_append(s->text, &s->named, "rho_m", "kg/m3", u->material.density);
-    pdi_named_append(s->text, &s->named, "M_m", "kg/mol", u->material.molar_mass);
-    pdi_named_append(s->text, &s->named, "z_m", "", u->material.charge);
+    pdi_read_constants_append(s->text, &s->named, "rho_m", "kg/m3", u->material.density);
+    pdi_read_constants_append(s->text, &s->named, "M_m", "kg/mol", u->material.molar_mass);
+    pdi_read_constants_append(s->text, &s->named, "z_m", "", u->material.charge);
     if (pdi_setup_loses(u) && pd_text_has(s->ctx, s->text, section, "Cs"))
         PDI_TRY(pdi_scene_positive(s, section, "Cs", "mol/m3", NULL, &u->solid_c));
-    pdi_named_append(s->text, &s->named, "Cs", "mol/m3", u->solid_c);
+    pdi_read_constants_append(s->text, &s->named, "Cs", "mol/m3", u->solid_c);
     if (!pdi_setup_loses(u) || !pd_text_has(s->ctx, s->text, section, "Csat")) return PD_OK;
     PDI_TRY(pdi_scene_positive(s, section, "Csat", "mol/m3", NULL, &u->saturation));
-    pdi_named_append(s->text, &s->named, "Csat", "mol/m3", u->saturation);
+    pdi_read_constants_append(s->text, &s->named, "Csat", "mol/m3", u->saturation);
     return PD_OK;
 }
 
@@ -665,7 +665,7 @@ static pd_status pdi_scene_slice(pdi_scene *s, int section)
     if (!pd_text_has(s->ctx, s->text, section, "slice")) return PD_OK;
     if (PD_DIM < 3) return pd_text_refuse(s->ctx, s->text, section, "slice", "found in %dD, expected it in 3D only",
                                           PD_DIM);
-    return pdi_watch_place(s->ctx, s->text, u, section, "slice", &u->slice_axis, &u->slice_at);
+    return pdi_read_monitors_place(s->ctx, s->text, u, section, "slice", &u->slice_axis, &u->slice_at);
 }
 
 /* A file name without a folder. */
@@ -691,8 +691,8 @@ static pd_status pdi_scene_output(pdi_scene *s)
     if (u->until > 0.0 && u->until / u->every > 9e5)
         return pd_text_refuse(s->ctx, s->text, section, "every",
                               "found %.3g frames until the end, expected at most 900000", u->until / u->every);
-    PDI_TRY(pdi_watch_fields(s->ctx, s->text, u, section, "fields", "C, v, p, kind, grain", &u->fields));
-    PDI_TRY(pdi_watch_fields(s->ctx, s->text, u, section, "images", "none", &u->images));
+    PDI_TRY(pdi_read_monitors_fields(s->ctx, s->text, u, section, "fields", "C, v, p, kind, grain", &u->fields));
+    PDI_TRY(pdi_read_monitors_fields(s->ctx, s->text, u, section, "images", "none", &u->images));
     PDI_TRY(pdi_scene_prefix(s, section));
     PDI_TRY(pdi_setup_folder(s->ctx, s->text, section, "folder", u));
     return pdi_scene_slice(s, section);
@@ -733,9 +733,9 @@ static pd_status pdi_scene_sections(pd_ctx *ctx, pd_text *text, const char *path
     setup->has_dissolve = pd_text_has(ctx, text, pd_text_section(ctx, text, "dissolve", NULL), NULL);
     setup->has_corrode = pd_text_has(ctx, text, pd_text_section(ctx, text, "corrode", NULL), NULL);
     PDI_TRY(pdi_scene_corrode_alone(&s));
-    PDI_TRY(pdi_named_read(ctx, text, &s.named));
-    PDI_TRY(pdi_chart_read(ctx, text, folder, setup));
-    PDI_TRY(pdi_sketch_read(ctx, text, folder, setup));
+    PDI_TRY(pdi_read_constants_read(ctx, text, &s.named));
+    PDI_TRY(pdi_read_tables_read(ctx, text, folder, setup));
+    PDI_TRY(pdi_read_shapes_read(ctx, text, folder, setup));
     PDI_TRY(pdi_scene_constants(&s));
     PDI_TRY(pdi_scene_grid(&s));
     PDI_TRY(pdi_scene_sides(&s));
@@ -745,8 +745,8 @@ static pd_status pdi_scene_sections(pd_ctx *ctx, pd_text *text, const char *path
     PDI_TRY(pdi_scene_corrode(&s));
     PDI_TRY(pdi_scene_run(&s));
     PDI_TRY(pdi_scene_output(&s));
-    PDI_TRY(pdi_watch_read(ctx, text, setup));
-    PDI_TRY(pdi_record_read(ctx, text, folder, setup));
+    PDI_TRY(pdi_read_monitors_read(ctx, text, setup));
+    PDI_TRY(pdi_read_measured_read(ctx, text, folder, setup));
     PDI_TRY(pd_text_unused(ctx, text));
     if (!setup->has_flow && !pdi_setup_carries(setup))
         return pd_text_refuse(ctx, text, 0, "scene",
@@ -759,7 +759,7 @@ static pd_status pdi_scene_text(pd_ctx *ctx, pd_text *text, const char *path, co
 {
     if (text->section_count <= 1 && text->entry_count == 0)
         return pd_text_refuse(ctx, text, 0, "scene", "found an empty file, expected sections or lines key = value");
-    if (pd_text_flat(text)) return pdi_flat_read(ctx, text, overrides, count, setup);
+    if (pd_text_flat(text)) return pdi_read_flat_read(ctx, text, overrides, count, setup);
     for (int k = 0; k < count; k++) PDI_TRY(pd_text_override(ctx, text, overrides[k]));
     pd_status status = pdi_scene_sections(ctx, text, path, setup);
     text->consts = NULL;
@@ -778,7 +778,7 @@ pd_status pd_scene_read(pd_ctx *ctx, const char *path, const char *const *overri
     pd_status status = pd_text_read(ctx, path, &text);
     if (status == PD_OK) {
         status = pdi_scene_text(ctx, &text, path, overrides, count, setup);
-        if (status == PD_OK) status = pdi_identity_build(ctx, &text, setup);
+        if (status == PD_OK) status = pdi_fingerprint_build(ctx, &text, setup);
         pd_text_free(ctx, &text);
     }
     if (status < 0) pd_setup_free(ctx, setup);

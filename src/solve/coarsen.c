@@ -14,7 +14,7 @@
 
 /* ---- memory ---- */
 
-PDI_FN void pdi_coarsen_free(pd_ctx *ctx, int contrast, pd_smooth_level *level)
+PDI_FN void pdi_coarsen_free(pd_ctx *ctx, int contrast, pd_smoother_level *level)
 {
     size_t cells = (size_t)level->cell_capacity, links = (size_t)level->link_capacity;
     PDI_DELETE(ctx, (1 + pdi_coarsen_values(contrast)) * cells, level->values);
@@ -39,7 +39,7 @@ static pd_status pdi_coarsen_reserve_list(pd_ctx *ctx, int32_t **list, int32_t *
     return PD_OK;
 }
 
-static pd_status pdi_coarsen_reserve_cells(pd_ctx *ctx, int contrast, pd_smooth_level *level, int32_t cells)
+static pd_status pdi_coarsen_reserve_cells(pd_ctx *ctx, int contrast, pd_smoother_level *level, int32_t cells)
 {
     int whole = level->values && level->indices && (level->sum || !contrast);
     if (cells <= level->cell_capacity && whole) return PD_OK;
@@ -61,7 +61,7 @@ static pd_status pdi_coarsen_reserve_cells(pd_ctx *ctx, int contrast, pd_smooth_
     return PD_OK;
 }
 
-static pd_status pdi_coarsen_reserve_links(pd_ctx *ctx, pd_smooth_level *level, int32_t links)
+static pd_status pdi_coarsen_reserve_links(pd_ctx *ctx, pd_smoother_level *level, int32_t links)
 {
     if (links <= level->link_capacity && level->a && level->col && level->face) return PD_OK;
     size_t old = (size_t)level->link_capacity, room = (size_t)links;
@@ -79,12 +79,12 @@ static pd_status pdi_coarsen_reserve_links(pd_ctx *ctx, pd_smooth_level *level, 
 /* ---- links ---- */
 
 /* 1: cell c of level 0 has no link for certain. Only a diagonal of symmetric levels tells. */
-static int pdi_coarsen_alone(const pd_smooth_level *level, int32_t c)
+static int pdi_coarsen_alone(const pd_smoother_level *level, int32_t c)
 {
     return level->shared && !(level->inv[c] > 0.0f);
 }
 
-static void pdi_coarsen_block_index(const pd_smooth_level *level, int32_t c, int *i)
+static void pdi_coarsen_block_index(const pd_smoother_level *level, int32_t c, int *i)
 {
     int32_t rest = level->block ? level->block[c] : c;
     for (int d = 0; d < PD_DIM; d++) {
@@ -100,7 +100,7 @@ typedef struct pdi_coarsen_strength {
     double sum[PD_DIM], count[PD_DIM];
 } pdi_coarsen_strength;
 
-static void pdi_coarsen_strengths(const pd_smooth_level *level, int32_t first, int32_t end, pdi_coarsen_strength *s)
+static void pdi_coarsen_strengths(const pd_smoother_level *level, int32_t first, int32_t end, pdi_coarsen_strength *s)
 {
     pdi_coarsen_link link;
     for (int d = 0; d < PD_DIM; d++) s->sum[d] = s->count[d] = 0.0;
@@ -115,17 +115,18 @@ static void pdi_coarsen_strengths(const pd_smooth_level *level, int32_t first, i
     }
 }
 
-PDI_FN int pdi_coarsen_choose(const pd_ctx *ctx, pd_smooth_level *level)
+PDI_FN int pdi_coarsen_choose(const pd_ctx *ctx, pd_smoother_level *level)
 {
-    pdi_coarsen_strength part[PDI_SMOOTH_PARTS];
+    pdi_coarsen_strength part[PDI_SMOOTHER_PARTS];
     double sum[PD_DIM], count[PD_DIM], strongest = 0.0;
     int nt = pdi_par_threads(ctx, 6 * (int64_t)level->cells);
     (void)nt;
     PDI_PARALLEL_FOR(nt)
-    for (int q = 0; q < PDI_SMOOTH_PARTS; q++)
-        pdi_coarsen_strengths(level, pdi_smooth_part(level->cells, q), pdi_smooth_part(level->cells, q + 1), &part[q]);
+    for (int q = 0; q < PDI_SMOOTHER_PARTS; q++)
+        pdi_coarsen_strengths(level, pdi_smoother_part(level->cells, q), pdi_smoother_part(level->cells, q + 1),
+                              &part[q]);
     for (int d = 0; d < PD_DIM; d++) sum[d] = count[d] = 0.0;
-    for (int q = 0; q < PDI_SMOOTH_PARTS; q++)
+    for (int q = 0; q < PDI_SMOOTHER_PARTS; q++)
         for (int d = 0; d < PD_DIM; d++) {
             sum[d] += part[q].sum[d];
             count[d] += part[q].count[d];
@@ -141,8 +142,8 @@ PDI_FN int pdi_coarsen_choose(const pd_ctx *ctx, pd_smooth_level *level)
 }
 
 /* Coarse block of a cell. key: what coarse cells are sorted by, the colour for red-black sweeps, else the block. */
-static int32_t pdi_coarsen_block(const pdi_coarsen *how, const pd_smooth_level *level, const pd_smooth_level *coarse,
-                                 int32_t c, int32_t *key)
+static int32_t pdi_coarsen_block(const pdi_coarsen *how, const pd_smoother_level *level,
+                                 const pd_smoother_level *coarse, int32_t c, int32_t *key)
 {
     int i[PD_DIM], sum = 0;
     int32_t block = 0;
@@ -170,7 +171,7 @@ static int32_t pdi_coarsen_root(int32_t *parent, int32_t c)
 }
 
 /* Join the cells first .. end-1, whole blocks. */
-static void pdi_coarsen_join_part(pd_smooth_level *level, int32_t first, int32_t end)
+static void pdi_coarsen_join_part(pd_smoother_level *level, int32_t first, int32_t end)
 {
     int32_t *parent = level->parent;
     pdi_coarsen_link link;
@@ -197,10 +198,10 @@ static void pdi_coarsen_join_part(pd_smooth_level *level, int32_t first, int32_t
 
 /* Join linked cells of one block. A cell without links is solved by its diagonal and needs no parent. Only on level 0
  * the cells of a layer of blocks follow each other. */
-static void pdi_coarsen_join(const pd_ctx *ctx, pd_smooth_level *level)
+static void pdi_coarsen_join(const pd_ctx *ctx, pd_smoother_level *level)
 {
     int last = PD_DIM - 1;
-    int32_t layer = (level->halve[last] ? 2 : 1) * pdi_smooth_stride(level->n, last);
+    int32_t layer = (level->halve[last] ? 2 : 1) * pdi_smoother_stride(level->n, last);
     int nt = pdi_par_threads(ctx, 6 * (int64_t)level->cells);
     (void)nt;
     if (level->row) layer = level->cells;
@@ -210,7 +211,7 @@ static void pdi_coarsen_join(const pd_ctx *ctx, pd_smooth_level *level)
 }
 
 /* Where the colours or the lines begin, from the key counts; turns counts into offsets. */
-static pd_status pdi_coarsen_order(pd_ctx *ctx, const pdi_coarsen *how, pd_smooth_level *coarse, int32_t keys)
+static pd_status pdi_coarsen_order(pd_ctx *ctx, const pdi_coarsen *how, pd_smoother_level *coarse, int32_t keys)
 {
     int32_t *offset = how->mark;
     for (int32_t k = 0; k < keys; k++) offset[k + 1] += offset[k];
@@ -223,8 +224,8 @@ static pd_status pdi_coarsen_order(pd_ctx *ctx, const pdi_coarsen *how, pd_smoot
 }
 
 /* Number the joined cells and turn parent into those numbers. */
-static pd_status pdi_coarsen_number(pd_ctx *ctx, const pdi_coarsen *how, pd_smooth_level *level,
-                                    pd_smooth_level *coarse)
+static pd_status pdi_coarsen_number(pd_ctx *ctx, const pdi_coarsen *how, pd_smoother_level *level,
+                                    pd_smoother_level *coarse)
 {
     int32_t *parent = level->parent, *offset = how->mark, keys = how->symmetric ? 2 : 1, cells = 0, key;
     for (int d = 0; d < PD_DIM; d++) {
@@ -257,7 +258,7 @@ static pd_status pdi_coarsen_number(pd_ctx *ctx, const pdi_coarsen *how, pd_smoo
     return PD_OK;
 }
 
-static pd_status pdi_coarsen_children(pd_ctx *ctx, const pd_smooth_level *level, pd_smooth_level *coarse)
+static pd_status pdi_coarsen_children(pd_ctx *ctx, const pd_smoother_level *level, pd_smoother_level *coarse)
 {
     int32_t *first = coarse->child_first;
     for (int32_t p = 0; p <= coarse->cells; p++) first[p] = 0;
@@ -274,7 +275,7 @@ static pd_status pdi_coarsen_children(pd_ctx *ctx, const pd_smooth_level *level,
 }
 
 /* Widths of the last blocks, which odd sizes leave thinner (unit: width of the others). */
-static void pdi_coarsen_widths(const pd_smooth_level *level, pd_smooth_level *coarse)
+static void pdi_coarsen_widths(const pd_smoother_level *level, pd_smoother_level *coarse)
 {
     for (int d = 0; d < PD_DIM; d++) {
         float last = level->last[d];
@@ -283,7 +284,7 @@ static void pdi_coarsen_widths(const pd_smooth_level *level, pd_smooth_level *co
 }
 
 /* Share of the conductance of a face that is left when the distance of its cells grows from this level to the next. */
-static float pdi_coarsen_link_factor(const pd_smooth_level *level, const pd_smooth_level *coarse, const int *i,
+static float pdi_coarsen_link_factor(const pd_smoother_level *level, const pd_smoother_level *coarse, const int *i,
                                      const pdi_coarsen_link *link)
 {
     int d = link->axis, n = level->n[d];
@@ -297,7 +298,7 @@ static float pdi_coarsen_link_factor(const pd_smooth_level *level, const pd_smoo
 /* The same for the half cell before a Dirichlet wall. Its normal is unknown; when all axes are halved any will do but
  * for last blocks, which mostly face the side of the box. Otherwise the strong axis is halved alone: its walls then
  * become too stiff, which does less harm than soft walls on the others. */
-static float pdi_coarsen_wall_factor(const pd_smooth_level *level, const pd_smooth_level *coarse, int32_t p)
+static float pdi_coarsen_wall_factor(const pd_smoother_level *level, const pd_smoother_level *coarse, int32_t p)
 {
     int i[PD_DIM];
     float factor = 0.5f;
@@ -311,7 +312,7 @@ static float pdi_coarsen_wall_factor(const pd_smooth_level *level, const pd_smoo
 }
 
 /* 1: a link across the box that the next level does without. */
-static int pdi_coarsen_parted(const pd_smooth_level *level, const pd_smooth_level *coarse, const int *i,
+static int pdi_coarsen_parted(const pd_smoother_level *level, const pd_smoother_level *coarse, const int *i,
                               const pdi_coarsen_link *link)
 {
     int d = link->axis;
@@ -321,8 +322,8 @@ static int pdi_coarsen_parted(const pd_smooth_level *level, const pd_smooth_leve
 /* Row p of the coarse links, found through the children: conductances of the faces are summed and reduced as the
  * distance of the centres grows; flows are summed and taken upwind anew.
  * fill 0: only count. Returns the end of the row. */
-static int32_t pdi_coarsen_row(const pdi_coarsen *how, const pd_smooth_level *level, pd_smooth_level *coarse, int32_t p,
-                               int32_t start, int fill)
+static int32_t pdi_coarsen_row(const pdi_coarsen *how, const pd_smoother_level *level, pd_smoother_level *coarse,
+                               int32_t p, int32_t start, int fill)
 {
     int32_t end = start, *mark = how->mark;
     pdi_coarsen_link link;
@@ -356,8 +357,8 @@ static int32_t pdi_coarsen_row(const pdi_coarsen *how, const pd_smooth_level *le
     return end;
 }
 
-static pd_status pdi_coarsen_links(pd_ctx *ctx, const pdi_coarsen *how, const pd_smooth_level *level,
-                                   pd_smooth_level *coarse)
+static pd_status pdi_coarsen_links(pd_ctx *ctx, const pdi_coarsen *how, const pd_smoother_level *level,
+                                   pd_smoother_level *coarse)
 {
     for (int32_t p = 0; p < coarse->cells; p++) how->mark[p] = -1;
     coarse->row[0] = 0;
@@ -369,7 +370,7 @@ static pd_status pdi_coarsen_links(pd_ctx *ctx, const pdi_coarsen *how, const pd
     return PD_OK;
 }
 
-PDI_FN void pdi_coarsen_diagonal(const pd_smooth_level *level, pd_smooth_level *coarse)
+PDI_FN void pdi_coarsen_diagonal(const pd_smoother_level *level, pd_smoother_level *coarse)
 {
     float least = coarse->sum ? PDI_COARSEN_FLOOR_CONTRAST : PDI_COARSEN_FLOOR;
     for (int32_t p = 0; p < coarse->cells; p++) {
@@ -394,7 +395,8 @@ PDI_FN void pdi_coarsen_diagonal(const pd_smooth_level *level, pd_smooth_level *
     }
 }
 
-PDI_FN pd_status pdi_coarsen_level(pd_ctx *ctx, const pdi_coarsen *how, pd_smooth_level *level, pd_smooth_level *coarse)
+PDI_FN pd_status pdi_coarsen_level(pd_ctx *ctx, const pdi_coarsen *how, pd_smoother_level *level,
+                                   pd_smoother_level *coarse)
 {
     pdi_coarsen_join(ctx, level);
     PDI_TRY(pdi_coarsen_number(ctx, how, level, coarse));

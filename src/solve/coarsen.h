@@ -5,7 +5,7 @@
  */
 #ifndef PD_COARSEN_H
 #define PD_COARSEN_H
-#include "solve/smooth.h"
+#include "solve/smoother.h"
 
 #ifdef PDI_INTERNAL
 typedef struct pdi_coarsen {
@@ -21,7 +21,7 @@ typedef struct pdi_coarsen_link {
 } pdi_coarsen_link;
 
 /* Link k of cell c; 0: closed. */
-static inline int pdi_coarsen_link_get(const pd_smooth_level *level, int32_t c, int32_t k, pdi_coarsen_link *link)
+static inline int pdi_coarsen_link_get(const pd_smoother_level *level, int32_t c, int32_t k, pdi_coarsen_link *link)
 {
     if (level->row) {
         link->cell = level->col[k];
@@ -33,12 +33,12 @@ static inline int pdi_coarsen_link_get(const pd_smooth_level *level, int32_t c, 
     }
     link->axis = k >> 1;
     link->upper = k & 1;
-    int32_t stride = pdi_smooth_stride(level->n, link->axis);
+    int32_t stride = pdi_smoother_stride(level->n, link->axis);
     if (level->edge && level->edge[c]) {
-        link->cell = pdi_smooth_across(level, stride, link->axis, link->upper, c);
+        link->cell = pdi_smoother_across(level, stride, link->axis, link->upper, c);
         if (link->cell < 0) return 0;
-        link->a = pdi_smooth_edge_coefficient(level, link->axis, link->upper, c, link->cell);
-        link->back = pdi_smooth_edge_coefficient(level, link->axis, !link->upper, link->cell, c);
+        link->a = pdi_smoother_edge_coefficient(level, link->axis, link->upper, c, link->cell);
+        link->back = pdi_smoother_edge_coefficient(level, link->axis, !link->upper, link->cell, c);
         return link->a + link->back > 0.0f;
     }
     link->cell = link->upper ? c + stride : c - stride;
@@ -61,13 +61,13 @@ static inline int pdi_coarsen_wraps(int symmetric, int n, int above)
     return above && n > 2 && !(symmetric && n % 2);
 }
 /* Choose the axes of a level to halve; 0: no cell has a link any more. */
-PDI_FN int pdi_coarsen_choose(const pd_ctx *ctx, pd_smooth_level *level);
+PDI_FN int pdi_coarsen_choose(const pd_ctx *ctx, pd_smoother_level *level);
 /* The level below one whose axes are chosen. During setup x holds the wall and b the mass of each cell of a level. */
-PDI_FN pd_status pdi_coarsen_level(pd_ctx *ctx, const pdi_coarsen *how, pd_smooth_level *level,
-                                   pd_smooth_level *coarse);
+PDI_FN pd_status pdi_coarsen_level(pd_ctx *ctx, const pdi_coarsen *how, pd_smoother_level *level,
+                                   pd_smoother_level *coarse);
 /* Only its diagonals, after those of `level` have changed. */
-PDI_FN void pdi_coarsen_diagonal(const pd_smooth_level *level, pd_smooth_level *coarse);
-PDI_FN void pdi_coarsen_free(pd_ctx *ctx, int contrast, pd_smooth_level *coarse);
+PDI_FN void pdi_coarsen_diagonal(const pd_smoother_level *level, pd_smoother_level *coarse);
+PDI_FN void pdi_coarsen_free(pd_ctx *ctx, int contrast, pd_smoother_level *coarse);
 #endif
 
 #endif

@@ -36,10 +36,10 @@ static size_t pdi_multigrid_sums(const pd_multigrid *mg)
     return mg->desc.contrast ? (size_t)mg->level[0].cells + 2 * (size_t)mg->pad : 0;
 }
 
-static void pdi_multigrid_edges(pd_smooth_level *fine)
+static void pdi_multigrid_edges(pd_smoother_level *fine)
 {
     for (int d = 0; d < PD_DIM; d++) {
-        int32_t stride = pdi_smooth_stride(fine->n, d);
+        int32_t stride = pdi_smoother_stride(fine->n, d);
         for (int32_t c = 0; fine->wrap[d] && c < fine->cells; c++)
             if (c / stride % fine->n[d] % (fine->n[d] - 1) == 0) fine->edge[c] = 1;
     }
@@ -49,7 +49,7 @@ static pd_status pdi_multigrid_make(pd_ctx *ctx, const pd_multigrid_desc *desc, 
 {
     memset(mg, 0, sizeof *mg);
     mg->desc = *desc;
-    pd_smooth_level *fine = &mg->level[0];
+    pd_smoother_level *fine = &mg->level[0];
     int64_t cells = 1;
     for (int d = 0; d < PD_DIM; d++) {
         if (desc->n[d] < 1 || desc->stride[d] < 1 || desc->first < 0)
@@ -67,14 +67,14 @@ static pd_status pdi_multigrid_make(pd_ctx *ctx, const pd_multigrid_desc *desc, 
         fine->wrap[d] = pdi_coarsen_wraps(desc->symmetric, fine->n[d], desc->periodic[d]);
         if (fine->wrap[d] && !fine->edge) PDI_TRY(PDI_NEW(ctx, "multigrid", cells, fine->edge));
     }
-    mg->pad = pdi_smooth_stride(fine->n, PD_DIM - 1);
+    mg->pad = pdi_smoother_stride(fine->n, PD_DIM - 1);
     PDI_TRY(PDI_NEW(ctx, "multigrid", pdi_multigrid_store(mg), mg->store));
     float *next = mg->store + mg->pad;
     int64_t length = cells + 2 * (int64_t)mg->pad;
     fine->x = next;
     for (int d = 0; d < PD_DIM; d++) fine->hi[d] = next += length;
     for (int d = 0; d < PD_DIM; d++)
-        fine->lo[d] = desc->symmetric ? fine->hi[d] - pdi_smooth_stride(fine->n, d) : (next += length);
+        fine->lo[d] = desc->symmetric ? fine->hi[d] - pdi_smoother_stride(fine->n, d) : (next += length);
     fine->b = next + cells + mg->pad;
     fine->r = fine->b + cells;
     fine->inv = fine->r + cells;
@@ -121,19 +121,19 @@ static int pdi_multigrid_good(float value, int sign_free)
 static pd_status pdi_multigrid_check(pd_ctx *ctx, const pd_multigrid *mg, const float *field, int sign_free,
                                      const char *name, float *largest)
 {
-    float part[PDI_SMOOTH_PARTS];
+    float part[PDI_SMOOTHER_PARTS];
     int32_t cells = field ? mg->level[0].cells : 0, bad = 0;
     int nt = pdi_par_threads(ctx, cells);
     (void)nt;
     PDI_PARALLEL_FOR(nt)
-    for (int q = 0; q < PDI_SMOOTH_PARTS; q++) {
+    for (int q = 0; q < PDI_SMOOTHER_PARTS; q++) {
         part[q] = 0.0f;
-        for (int32_t c = pdi_smooth_part(cells, q); c < pdi_smooth_part(cells, q + 1); c++) {
+        for (int32_t c = pdi_smoother_part(cells, q); c < pdi_smoother_part(cells, q + 1); c++) {
             float size = pdi_multigrid_good(field[c], sign_free) ? fabsf(field[c]) : HUGE_VALF;
             part[q] = size > part[q] ? size : part[q];
         }
     }
-    for (int q = 0; q < PDI_SMOOTH_PARTS; q++) *largest = fmaxf(*largest, part[q]);
+    for (int q = 0; q < PDI_SMOOTHER_PARTS; q++) *largest = fmaxf(*largest, part[q]);
     if (*largest <= FLT_MAX) return PD_OK;
     while (pdi_multigrid_good(field[bad], sign_free)) bad++;
     return pdi_fail(ctx, PD_ERR_ARGUMENT, "multigrid", "%s is %g at cell %d, needs to be finite%s", name,
@@ -152,8 +152,8 @@ static double pdi_multigrid_scale(double largest)
 static void pdi_multigrid_fine_faces(const pd_ctx *ctx, pd_multigrid *mg, int d, const uint8_t *active,
                                      const float *conduct, const float *flux)
 {
-    pd_smooth_level *fine = &mg->level[0];
-    int32_t stride = pdi_smooth_stride(fine->n, d), n = fine->n[d];
+    pd_smoother_level *fine = &mg->level[0];
+    int32_t stride = pdi_smoother_stride(fine->n, d), n = fine->n[d];
     double scale = mg->scale; /* may exceed the range of float */
     float *hi = fine->hi[d], *lo = fine->lo[d];
     int nt = pdi_par_threads(ctx, fine->cells);
@@ -175,7 +175,7 @@ static void pdi_multigrid_fine_faces(const pd_ctx *ctx, pd_multigrid *mg, int d,
  * beside strong conductances the coefficients have lost them. */
 static double pdi_multigrid_net(const pd_multigrid *mg, int32_t c, const float *const *flux)
 {
-    const pd_smooth_level *fine = &mg->level[0];
+    const pd_smoother_level *fine = &mg->level[0];
     pdi_coarsen_link link;
     double net = 0.0;
     PDI_COARSEN_LINKS(fine, c, k, link)
@@ -196,7 +196,7 @@ static float pdi_multigrid_held(const pd_multigrid *mg, float given)
 static void pdi_multigrid_fine_diagonal(const pd_ctx *ctx, pd_multigrid *mg, const uint8_t *active,
                                         const float *const *flux, const float *wall, const float *mass)
 {
-    pd_smooth_level *fine = &mg->level[0];
+    pd_smoother_level *fine = &mg->level[0];
     int nt = pdi_par_threads(ctx, 6 * (int64_t)fine->cells);
     (void)nt;
     PDI_PARALLEL_FOR(nt)
@@ -215,7 +215,7 @@ static void pdi_multigrid_fine_diagonal(const pd_ctx *ctx, pd_multigrid *mg, con
 }
 
 /* Begin and end of the rows of level 0. */
-static void pdi_multigrid_rows(pd_smooth_level *fine)
+static void pdi_multigrid_rows(pd_smoother_level *fine)
 {
     int32_t n = fine->n[0];
     for (int32_t r = 0; r < fine->cells / n; r++) {
@@ -284,9 +284,9 @@ pd_status pd_multigrid_mass(pd_ctx *ctx, pd_multigrid *mg, const uint8_t *active
 /* ---- cycle: x of a level from its b ---- */
 
 /* b of the next level = sum of r over the children */
-static void pdi_multigrid_restrict(const pd_ctx *ctx, const pd_smooth_level *level)
+static void pdi_multigrid_restrict(const pd_ctx *ctx, const pd_smoother_level *level)
 {
-    const pd_smooth_level *coarse = level + 1;
+    const pd_smoother_level *coarse = level + 1;
     int nt = pdi_par_threads(ctx, (int64_t)level->cells);
     (void)nt;
     PDI_PARALLEL_FOR(nt)
@@ -297,44 +297,44 @@ static void pdi_multigrid_restrict(const pd_ctx *ctx, const pd_smooth_level *lev
     }
 }
 
-static void pdi_multigrid_down(const pd_ctx *ctx, const pd_multigrid *mg, const pd_smooth_level *level)
+static void pdi_multigrid_down(const pd_ctx *ctx, const pd_multigrid *mg, const pd_smoother_level *level)
 {
     if (mg->desc.symmetric) {
-        pdi_smooth_colour(ctx, level, PDI_SMOOTH_START, 0);
-        pdi_smooth_colour(ctx, level, PDI_SMOOTH_SWEEP, 1);
-        pdi_smooth_colour(ctx, level, PDI_SMOOTH_SWEEP, 0);
-        pdi_smooth_colour(ctx, level, PDI_SMOOTH_SWEEP, 1);
-        pdi_smooth_colour(ctx, level, PDI_SMOOTH_RESIDUAL, 0); /* r stays 0 on the other colour */
+        pdi_smoother_colour(ctx, level, PDI_SMOOTHER_START, 0);
+        pdi_smoother_colour(ctx, level, PDI_SMOOTHER_SWEEP, 1);
+        pdi_smoother_colour(ctx, level, PDI_SMOOTHER_SWEEP, 0);
+        pdi_smoother_colour(ctx, level, PDI_SMOOTHER_SWEEP, 1);
+        pdi_smoother_colour(ctx, level, PDI_SMOOTHER_RESIDUAL, 0); /* r stays 0 on the other colour */
     } else {
-        pdi_smooth_range(ctx, level, PDI_SMOOTH_START, 0, level->cells);
-        pdi_smooth_lines(ctx, level, 0);
-        pdi_smooth_range(ctx, level, PDI_SMOOTH_RESIDUAL, 0, level->cells);
+        pdi_smoother_range(ctx, level, PDI_SMOOTHER_START, 0, level->cells);
+        pdi_smoother_lines(ctx, level, 0);
+        pdi_smoother_range(ctx, level, PDI_SMOOTHER_RESIDUAL, 0, level->cells);
     }
     pdi_multigrid_restrict(ctx, level);
 }
 
 /* Add what the coarser levels give to x. With contrast it is kept apart in double precision, and its defect smoothed:
  * in single precision its rounding, as rough as the mesh, would outweigh in a good conductor what is sought. */
-static void pdi_multigrid_interpolate(const pd_ctx *ctx, const pd_multigrid *mg, const pd_smooth_level *level)
+static void pdi_multigrid_interpolate(const pd_ctx *ctx, const pd_multigrid *mg, const pd_smoother_level *level)
 {
     if (level->sum) {
-        pdi_smooth_range(ctx, level, PDI_SMOOTH_INHERIT, 0, level->cells);
-        pdi_smooth_range(ctx, level, PDI_SMOOTH_DEFECT, 0, level->cells);
+        pdi_smoother_range(ctx, level, PDI_SMOOTHER_INHERIT, 0, level->cells);
+        pdi_smoother_range(ctx, level, PDI_SMOOTHER_DEFECT, 0, level->cells);
     } else if (mg->desc.symmetric)
-        pdi_smooth_colour(ctx, level, PDI_SMOOTH_PROLONG, 0);
+        pdi_smoother_colour(ctx, level, PDI_SMOOTHER_PROLONG, 0);
     else
-        pdi_smooth_range(ctx, level, PDI_SMOOTH_PROLONG, 0, level->cells);
+        pdi_smoother_range(ctx, level, PDI_SMOOTHER_PROLONG, 0, level->cells);
 }
 
-static void pdi_multigrid_up(const pd_ctx *ctx, const pd_multigrid *mg, const pd_smooth_level *level)
+static void pdi_multigrid_up(const pd_ctx *ctx, const pd_multigrid *mg, const pd_smoother_level *level)
 {
     pdi_multigrid_interpolate(ctx, mg, level);
     for (int sweep = 0; sweep < 2 && mg->desc.symmetric; sweep++) {
-        pdi_smooth_colour(ctx, level, PDI_SMOOTH_SWEEP, 1);
-        pdi_smooth_colour(ctx, level, PDI_SMOOTH_SWEEP, 0);
+        pdi_smoother_colour(ctx, level, PDI_SMOOTHER_SWEEP, 1);
+        pdi_smoother_colour(ctx, level, PDI_SMOOTHER_SWEEP, 0);
     }
-    if (!mg->desc.symmetric) pdi_smooth_lines(ctx, level, 1);
-    if (level->sum) pdi_smooth_range(ctx, level, PDI_SMOOTH_COLLECT, 0, level->cells);
+    if (!mg->desc.symmetric) pdi_smoother_lines(ctx, level, 1);
+    if (level->sum) pdi_smoother_range(ctx, level, PDI_SMOOTHER_COLLECT, 0, level->cells);
 }
 
 /* First node of row r of the box on the padded lattice. */
@@ -359,15 +359,15 @@ static double pdi_multigrid_weight(const pd_multigrid *mg, int32_t r)
 /* max |rhs| over the cells that take part, by parts of rows. */
 static double pdi_multigrid_rhs_size(const pd_ctx *ctx, const pd_multigrid *mg, const double *rhs)
 {
-    double part[PDI_SMOOTH_PARTS], largest = 0.0;
-    const pd_smooth_level *fine = &mg->level[0];
+    double part[PDI_SMOOTHER_PARTS], largest = 0.0;
+    const pd_smoother_level *fine = &mg->level[0];
     int64_t rows = fine->cells / fine->n[0];
     int nt = pdi_par_threads(ctx, fine->cells);
     (void)nt;
     PDI_PARALLEL_FOR(nt)
-    for (int q = 0; q < PDI_SMOOTH_PARTS; q++) {
+    for (int q = 0; q < PDI_SMOOTHER_PARTS; q++) {
         part[q] = 0.0;
-        for (int32_t r = pdi_smooth_part(rows, q); r < pdi_smooth_part(rows, q + 1); r++) {
+        for (int32_t r = pdi_smoother_part(rows, q); r < pdi_smoother_part(rows, q + 1); r++) {
             int32_t node = pdi_multigrid_row_node(mg, r), base = r * fine->n[0];
             for (int32_t c = fine->begin[r]; c < fine->end[r]; c++) {
                 double size = fine->inv[c] > 0.0f ? fabs(rhs[node + (c - base) * mg->desc.stride[0]]) : 0.0;
@@ -376,13 +376,13 @@ static double pdi_multigrid_rhs_size(const pd_ctx *ctx, const pd_multigrid *mg, 
             }
         }
     }
-    for (int q = 0; q < PDI_SMOOTH_PARTS; q++) largest = fmax(largest, part[q]);
+    for (int q = 0; q < PDI_SMOOTHER_PARTS; q++) largest = fmax(largest, part[q]);
     return largest;
 }
 
 void pd_multigrid_cycle(pd_ctx *ctx, pd_multigrid *mg, const double *rhs, double *x)
 {
-    const pd_smooth_level *fine = &mg->level[0];
+    const pd_smoother_level *fine = &mg->level[0];
     if (mg->levels == 0) return; /* setup failed or was never called */
     int32_t rows = fine->cells / fine->n[0], n0 = fine->n[0], s0 = mg->desc.stride[0];
     double in = pdi_multigrid_scale(pdi_multigrid_rhs_size(ctx, mg, rhs)), out = mg->scale / in;
@@ -396,8 +396,8 @@ void pd_multigrid_cycle(pd_ctx *ctx, pd_multigrid *mg, const double *rhs, double
             fine->b[c] = fine->inv[c] > 0.0f ? (float)(factor * rhs[node + (c - base) * s0]) : 0.0f;
     }
     for (int l = 0; l < mg->levels - 1; l++) pdi_multigrid_down(ctx, mg, &mg->level[l]);
-    const pd_smooth_level *last = &mg->level[mg->levels - 1]; /* no links are left: the diagonal is the operator */
-    pdi_smooth_range(ctx, last, PDI_SMOOTH_START, 0, last->cells);
+    const pd_smoother_level *last = &mg->level[mg->levels - 1]; /* no links are left: the diagonal is the operator */
+    pdi_smoother_range(ctx, last, PDI_SMOOTHER_START, 0, last->cells);
     for (int32_t c = 0; c < last->cells && last->sum; c++) last->sum[c] = (double)last->x[c];
     for (int l = mg->levels - 2; l >= 0; l--) pdi_multigrid_up(ctx, mg, &mg->level[l]);
     PDI_PARALLEL_FOR(nt)

@@ -15,7 +15,7 @@
  */
 #ifndef PD_MULTIGRID_H
 #define PD_MULTIGRID_H
-#include "solve/smooth.h"
+#include "solve/smoother.h"
 
 #define PD_MULTIGRID_LEVELS 40
 
@@ -39,7 +39,7 @@ typedef struct pd_multigrid {
     float *store;   /* level 0: x and coefficients with their pads, b, r, inv and excess */
     double *sums;   /* [-] level 0: sum with its pads; NULL without contrast */
     int32_t *mark;  /* [cells + 3] counts and marks of the setup */
-    pd_smooth_level level[PD_MULTIGRID_LEVELS];
+    pd_smoother_level level[PD_MULTIGRID_LEVELS];
 } pd_multigrid;
 
 #define pd_multigrid_build PD_NAME(pd_multigrid_build)

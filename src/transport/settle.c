@@ -29,7 +29,7 @@ static double pdi_settle_slowest(const pd_transport *t)
 /* What the balances lack [mol/m3/s] into t->work, zero off the fluid. Held walls count as differences. */
 static void pdi_settle_residual(pd_ctx *ctx, pd_transport *t)
 {
-    pd_convect steady = t->convect;
+    pd_flux steady = t->convect;
     pd_diffusion free_walls = t->diffusion;
     double *out = t->work, *more = t->probe;
     free_walls.hold = NULL;
@@ -37,9 +37,9 @@ static void pdi_settle_residual(pd_ctx *ctx, pd_transport *t)
     steady.rate = 0.0;
     pdi_transport_fresh(ctx, t);
     pd_ghosts_scalar(&t->bonds->ghosts, t->c);
-    pdi_convect_apply(ctx, &steady, t->c, out);
+    pdi_flux_apply(ctx, &steady, t->c, out);
     if (t->rest) pd_ghosts_scalar(&t->bonds->ghosts, t->rest);
-    if (t->rest) pdi_convect_apply(ctx, &steady, t->rest, more);
+    if (t->rest) pdi_flux_apply(ctx, &steady, t->rest, more);
     for (int32_t i = 0; i < t->grid->total; i++) {
         int fluid = t->grid->kind[i] == PD_FLUID;
         double rest = fluid && t->rest ? t->rest[i] : 0.0, sum = fluid ? out[i] : 0.0;

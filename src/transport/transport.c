@@ -35,14 +35,14 @@
 
 static void pdi_transport_operator(const pd_ctx *ctx, const pd_transport *t, const double *c, double *y)
 {
-    pd_convect convect = t->convect;
+    pd_flux convect = t->convect;
     convect.rate = t->dt > 0.0 ? 1.0 / t->dt : 0.0;
     if (t->repeated) {
         pdi_par_copy(ctx, t->grid->total, c, t->repeated);
         pd_ghosts_scalar(&t->bonds->ghosts, t->repeated);
         c = t->repeated;
     }
-    pdi_convect_apply(ctx, &convect, c, y);
+    pdi_flux_apply(ctx, &convect, c, y);
 }
 
 /* Upwinded nodes keep nothing. */
@@ -60,7 +60,7 @@ static void pdi_transport_anti(const pd_ctx *ctx, pd_transport *t, double *c, do
     pd_ghosts_scalar(&t->bonds->ghosts, c);
     pdi_limiter_update(ctx, &t->limiter, c, PDI_TRANSPORT_FAINT * t->size);
     pdi_transport_silence(t, t->limiter.keep);
-    pdi_convect_anti(ctx, &t->convect, c, out);
+    pdi_flux_anti(ctx, &t->convect, c, out);
 }
 
 /* What the solver callbacks see. */
@@ -92,7 +92,7 @@ static void pdi_transport_jacobian(void *user, const double *x, double *y)
     if (t->repeated) x = t->repeated; /* with its images, by now */
     pdi_limiter_derive(u->ctx, &t->limiter, t->c, x, PDI_TRANSPORT_FAINT * t->size, keep_by, slope_by);
     pdi_transport_silence(t, keep_by);
-    pdi_convect_anti_by(u->ctx, &t->convect, t->c, x, keep_by, slope_by, along);
+    pdi_flux_anti_by(u->ctx, &t->convect, t->c, x, keep_by, slope_by, along);
     PDI_PARALLEL_FOR(nt)
     for (int32_t i = 0; i < total; i++)
         if (kind[i] == PD_FLUID) y[i] -= along[i];
@@ -102,9 +102,9 @@ static void pdi_transport_precondition(void *user, const double *x, double *y)
 {
     pdi_transport_user *u = (pdi_transport_user *)user;
     pd_multigrid_cycle(u->ctx, &u->t->mg, x, y);
-    pd_convect convect = u->t->convect;
+    pd_flux convect = u->t->convect;
     convect.rate = 1.0 / u->t->dt;
-    for (int sweep = 0; sweep < 2 * u->t->sweeping; sweep++) pdi_convect_relax(&convect, x, sweep & 1, y);
+    for (int sweep = 0; sweep < 2 * u->t->sweeping; sweep++) pdi_flux_relax(&convect, x, sweep & 1, y);
 }
 
 static pd_status pdi_transport_setup(pd_ctx *ctx, pd_transport *t)
@@ -242,12 +242,12 @@ PDI_FN void pdi_transport_boundary(pd_transport *t)
         int32_t i = t->ports.node[p];
         double around = pdi_grid_circumference(grid, i);
         for (int k = 0; k < t->bonds->stencil->count; k++) {
-            if (!pdi_convect_open(&t->convect, i, k)) continue;
+            if (!pdi_flux_open(&t->convect, i, k)) continue;
             uint8_t far_kind = grid->kind[i + t->bonds->shift[k]];
-            if (far_kind == PD_OUTLET) pdi_sum_add(&out, around * pdi_convect_bond_flux(&t->convect, t->c, i, k));
-            if (far_kind == PD_INLET) pdi_sum_add(&in, -around * pdi_convect_bond_flux(&t->convect, t->c, i, k));
+            if (far_kind == PD_OUTLET) pdi_sum_add(&out, around * pdi_flux_bond_flux(&t->convect, t->c, i, k));
+            if (far_kind == PD_INLET) pdi_sum_add(&in, -around * pdi_flux_bond_flux(&t->convect, t->c, i, k));
             if (far_kind == PD_INLET && t->rest)
-                pdi_sum_add(&in, -around * pdi_convect_bond_flux(&t->convect, t->rest, i, k));
+                pdi_sum_add(&in, -around * pdi_flux_bond_flux(&t->convect, t->rest, i, k));
         }
     }
     /* between nodes antidiffusive fluxes cancel: their sum came through the inlets */
@@ -484,7 +484,7 @@ PDI_FN pd_status pdi_transport_stage(pd_ctx *ctx, pd_transport *t, double dt, in
     int32_t total = t->grid->total;
     memset(result, 0, sizeof *result);
     t->dt = dt;
-    PDI_TRY(pdi_convect_refresh(ctx, &t->convect));
+    PDI_TRY(pdi_flux_refresh(ctx, &t->convect));
     pdi_transport_right_side(ctx, t);
     PDI_TRY(pdi_transport_setup(ctx, t));
     pdi_transport_residual(ctx, t, t->work);
@@ -532,8 +532,8 @@ PDI_FN double pdi_transport_rate(const pd_transport *t, int32_t i)
     double rate = t->absorb[i] + (t->diffusion.hold ? t->diffusion.hold[i] : 0.0);
     for (int k = 0; k < t->bonds->stencil->count; k++) {
         double flux, bond, upwind;
-        if (!pdi_convect_open(&t->convect, i, k)) continue;
-        pdi_convect_bond(&t->convect, i, k, &flux, &bond, &upwind);
+        if (!pdi_flux_open(&t->convect, i, k)) continue;
+        pdi_flux_bond(&t->convect, i, k, &flux, &bond, &upwind);
         if (t->grid->kind[i + t->bonds->shift[k]] == PD_OUTLET) rate += fmax(flux, 0.0);
         else rate += bond + room * upwind - 0.5 * flux;
     }
@@ -559,7 +559,7 @@ pd_status pd_transport_explicit(pd_ctx *ctx, pd_transport *t, double dt)
         pdi_fail(ctx, PD_RETRY, "transport", "the explicit step of %g s exceeds the limit of %g s", dt, limit);
         return PD_RETRY;
     }
-    PDI_TRY(pdi_convect_refresh(ctx, &t->convect));
+    PDI_TRY(pdi_flux_refresh(ctx, &t->convect));
     if (t->rest) pdi_par_zero(ctx, t->grid->total, t->rest);
     t->dt = 0.0;
     int limited = pdi_transport_start(ctx, t), rounds = PDI_TRANSPORT_ROUNDS;
@@ -587,8 +587,8 @@ double pd_transport_section(pd_ctx *ctx, pd_transport *t, int axis, int index)
     int limited = t->flow && t->desc.advection == PD_ADVECTION_LIMITED;
     (void)ctx;
     pd_ghosts_scalar(&t->bonds->ghosts, t->c);
-    double flux = pdi_convect_through(&t->convect, t->c, limited ? t->anti : NULL, axis, index);
-    if (t->rest) flux += pdi_convect_through(&t->convect, t->rest, NULL, axis, index);
+    double flux = pdi_flux_through(&t->convect, t->c, limited ? t->anti : NULL, axis, index);
+    if (t->rest) flux += pdi_flux_through(&t->convect, t->rest, NULL, axis, index);
     return flux + pdi_diffusion_through(&t->diffusion, t->c, t->rest, axis, index);
 }
 
@@ -674,7 +674,7 @@ pd_status pd_transport_update(pd_ctx *ctx, pd_transport *t)
     pd_diffusion_update(ctx, &t->diffusion);
     PDI_TRY(pdi_transport_inlets(ctx, t));
     PDI_TRY(pdi_ports_update(ctx, &t->ports));
-    return pdi_convect_fit(ctx, &t->convect);
+    return pdi_flux_fit(ctx, &t->convect);
 }
 
 static pd_status pdi_transport_make(pd_ctx *ctx, const pd_grid *grid, const pd_bonds *bonds, const pd_flow *flow,
@@ -747,7 +747,7 @@ static pd_status pdi_transport_make(pd_ctx *ctx, const pd_grid *grid, const pd_b
     t->convect.absorb = t->absorb;
     PDI_TRY(pdi_transport_inlets(ctx, t));
     PDI_TRY(pdi_transport_holds(ctx, t));
-    return pdi_convect_build(ctx, &t->convect);
+    return pdi_flux_build(ctx, &t->convect);
 }
 
 pd_status pd_transport_build(pd_ctx *ctx, const pd_grid *grid, const pd_bonds *bonds, const pd_flow *flow,
@@ -773,7 +773,7 @@ PDI_FN pd_status pdi_transport_store(pd_ctx *ctx, pd_transport *t, pd_archive *a
 void pd_transport_free(pd_ctx *ctx, pd_transport *t)
 {
     int64_t total = t->grid ? t->grid->total : 0;
-    pdi_convect_free(ctx, &t->convect);
+    pdi_flux_free(ctx, &t->convect);
     pdi_limiter_free(ctx, &t->limiter);
     pdi_ports_free(ctx, &t->ports);
     pd_diffusion_free(ctx, &t->diffusion);

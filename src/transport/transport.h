@@ -11,7 +11,7 @@
 #include "solve/krylov.h"
 #include "solve/multigrid.h"
 #include "solve/compact.h"
-#include "transport/convect.h"
+#include "transport/flux.h"
 
 typedef enum pd_advection {
     PD_ADVECTION_LIMITED = 0, /* second order where smooth */
@@ -41,7 +41,7 @@ typedef struct pd_transport {
     pd_diffusion diffusion; /* conductances of the bonds */
     pd_ports ports;
     pd_limiter limiter;     /* with a flow */
-    pd_convect convect;     /* fluxes of the bonds, from all of these */
+    pd_flux convect;     /* fluxes of the bonds, from all of these */
     double *c;              /* [total] [mol/m3]; solid nodes: what is left of the solid */
     double *old;            /* [total] [mol/m3] start of the step, work */
     double *source;         /* [total] [mol/m3/s] given by the caller before a step */

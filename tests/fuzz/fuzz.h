@@ -7,7 +7,7 @@
 #include "io/png.h"
 #include "io/csv.h"
 #include "run/model.h"
-#include "run/budget.h"
+#include "run/footprint.h"
 #include "scene/scene.h"
 #include <stdio.h>
 #include <stdlib.h>

@@ -1,0 +1,273 @@
+/* jacobian: see jacobian.h
+ *
+ * The terms are those of the residual (flow.c): 1/2 sum g.(w_i + w_j) v_j with one of carrier w and velocity v from the
+ * state and the other one from the step, the Laplacian, and the pressure difference that ties neighbours. Sums of a
+ * block stay in registers; where families are whole, opposite bonds go together.
+ */
+#include "flow/jacobian.h"
+#include "core/par.h"
+#include "lattice/op.h"
+#include <math.h>
+#include <string.h>
+
+/* Nodes of a block. */
+#define PDI_JACOBIAN_BLOCK PDI_VECTOR
+/* Weights of a bond. */
+#define PDI_JACOBIAN_WEIGHTS (2 * PD_DIM + 1)
+
+/* What a block of nodes reads again for each of its bonds. */
+typedef struct pdi_jacobian_own {
+    float frozen[PD_DIM][PDI_JACOBIAN_BLOCK]; /* carrier of the state */
+    float carrier[PD_DIM][PDI_JACOBIAN_BLOCK], u[PD_DIM][PDI_JACOBIAN_BLOCK], grad[PD_DIM][PDI_JACOBIAN_BLOCK];
+    float p[PDI_JACOBIAN_BLOCK];
+} pdi_jacobian_own;
+
+/* Twice the sums of a block; that of the momentum less u_i times the fluxes of the state. */
+typedef struct pdi_jacobian_sums {
+    float momentum[PD_DIM][PDI_JACOBIAN_BLOCK], flux[PDI_JACOBIAN_BLOCK], tie[PDI_JACOBIAN_BLOCK];
+} pdi_jacobian_sums;
+
+/* The arrays of a sweep, from a node on. */
+typedef struct pdi_jacobian_view {
+    const float *frozen, *state;         /* carrier and velocity of the state */
+    const float *carrier, *u, *grad, *p; /* of the step */
+    int64_t total;
+} pdi_jacobian_view;
+
+static inline pdi_jacobian_view pdi_jacobian_look(const pd_jacobian *q, int64_t node)
+{
+    pdi_jacobian_view v;
+    v.total = q->flow->grid->total;
+    v.frozen = q->frozen + node;
+    v.state = v.frozen + PD_DIM * v.total;
+    v.carrier = q->along + node;
+    v.u = v.carrier + PD_DIM * v.total;
+    v.grad = v.u + PD_DIM * v.total;
+    v.p = v.grad + PD_DIM * v.total;
+    return v;
+}
+
+PDI_INLINE void pdi_jacobian_load(const pdi_jacobian_view *at, int count, pdi_jacobian_own *PD_RESTRICT own)
+{
+    for (int d = 0; d < PD_DIM; d++) {
+        for (int b = 0; b < count; b++) own->frozen[d][b] = at->frozen[d * at->total + b];
+        for (int b = 0; b < count; b++) own->carrier[d][b] = at->carrier[d * at->total + b];
+        for (int b = 0; b < count; b++) own->u[d][b] = at->u[d * at->total + b];
+        for (int b = 0; b < count; b++) own->grad[d][b] = at->grad[d * at->total + b];
+    }
+    for (int b = 0; b < count; b++) own->p[b] = at->p[b];
+}
+
+/* g.w, of component d at w[d * stride]. */
+PDI_INLINE float pdi_jacobian_dot(const float *g, const float *w, int64_t stride)
+{
+    float sum = g[0] * w[0];
+    for (int d = 1; d < PD_DIM; d++) sum += g[d] * w[d * stride];
+    return sum;
+}
+
+/* Add a bond and the opposite one, which end at `far` and `back`. weight: those of the bond; friction = 2 nu a. Inlined
+ * with a constant for `count`. */
+PDI_INLINE void pdi_jacobian_pair(const pdi_jacobian_own *PD_RESTRICT own, const float *weight, float friction,
+                                 const pdi_jacobian_view *far, const pdi_jacobian_view *back, int count,
+                                 pdi_jacobian_sums *PD_RESTRICT sums)
+{
+    const float *g = weight, *xi = weight + PD_DIM;
+    int64_t total = far->total;
+    for (int b = 0; b < count; b++) {
+        float here = pdi_jacobian_dot(g, &own->carrier[0][b], PDI_JACOBIAN_BLOCK);
+        float there = pdi_jacobian_dot(g, far->carrier + b, total);
+        float behind = pdi_jacobian_dot(g, back->carrier + b, total);
+        float here0 = pdi_jacobian_dot(g, &own->frozen[0][b], PDI_JACOBIAN_BLOCK);
+        float gain = here0 + pdi_jacobian_dot(g, far->frozen + b, total) - friction;
+        float loss = here0 + pdi_jacobian_dot(g, back->frozen + b, total) + friction;
+        float out = here + there, in = here + behind;
+        float tie = 2.0f * ((far->p[b] - own->p[b]) + (back->p[b] - own->p[b]));
+        for (int d = 0; d < PD_DIM; d++) tie -= xi[d] * (far->grad[d * total + b] - back->grad[d * total + b]);
+        sums->flux[b] += there - behind;
+        sums->tie[b] += weight[2 * PD_DIM] * tie;
+        for (int d = 0; d < PD_DIM; d++) {
+            int64_t at = d * total + b;
+            sums->momentum[d][b] += (gain * (far->u[at] - own->u[d][b]) - loss * (back->u[at] - own->u[d][b])) +
+                                    (out * far->state[at] - in * back->state[at]);
+        }
+    }
+}
+
+/* Add a single bond. share: of the circumference half way; open: 1 or 0 for each node; tied: 0 when the bond carries no
+ * pressure. */
+PDI_INLINE void pdi_jacobian_bond(const pdi_jacobian_own *PD_RESTRICT own, const float *weight, float lap,
+                                  float friction, float share, const float *PD_RESTRICT open, float tied,
+                                  const pdi_jacobian_view *far, int count, pdi_jacobian_sums *PD_RESTRICT sums)
+{
+    const float *g = weight, *xi = weight + PD_DIM;
+    int64_t total = far->total;
+    for (int b = 0; b < count; b++) {
+        float part = share * open[b];
+        float flux = part * (pdi_jacobian_dot(g, &own->carrier[0][b], PDI_JACOBIAN_BLOCK) +
+                             pdi_jacobian_dot(g, far->carrier + b, total));
+        float gain = part * (pdi_jacobian_dot(g, &own->frozen[0][b], PDI_JACOBIAN_BLOCK) +
+                             pdi_jacobian_dot(g, far->frozen + b, total)) - open[b] * friction;
+        float tie = 2.0f * (far->p[b] - own->p[b]);
+        for (int d = 0; d < PD_DIM; d++) tie -= xi[d] * (own->grad[d][b] + far->grad[d * total + b]);
+        sums->flux[b] += flux;
+        sums->tie[b] += tied * open[b] * (lap * tie);
+        for (int d = 0; d < PD_DIM; d++)
+            sums->momentum[d][b] +=
+                gain * (far->u[d * total + b] - own->u[d][b]) + flux * far->state[d * total + b];
+    }
+}
+
+/* All bonds of `count` nodes from i: of whole families (row -1), or those that the rows from `row` have open. Bonds to
+ * inlets carry no pressure. Inlined with constants for `count`. */
+PDI_INLINE void pdi_jacobian_sum(const pd_jacobian *q, int32_t i, int32_t row, int count,
+                                pdi_jacobian_sums *PD_RESTRICT sums)
+{
+    const pd_flow *flow = q->flow;
+    const pd_bonds *bonds = flow->bonds;
+    const pd_stencil *s = bonds->stencil;
+    pdi_jacobian_view at = pdi_jacobian_look(q, i);
+    pdi_jacobian_own own;
+    pdi_bond_gate gate = {NULL, 0, 0, 0};
+    float open[PDI_JACOBIAN_BLOCK], twice_nu = (float)(2.0 * flow->nu / (q->speed * q->length));
+    const double *lap = bonds->ring.lap ? pdi_bond_lap(bonds, i) : NULL;
+    pdi_jacobian_load(&at, count, &own);
+    for (int b = 0; b < count; b++) open[b] = 1.0f;
+    if (row < 0 && !lap) {
+        for (int k = 0; k < s->count / 2; k++) {
+            const float *weight = q->weight + k * PDI_JACOBIAN_WEIGHTS;
+            pdi_jacobian_view far = pdi_jacobian_look(q, (int64_t)i + bonds->shift[k]);
+            pdi_jacobian_view back = pdi_jacobian_look(q, (int64_t)i - bonds->shift[k]);
+            pdi_jacobian_pair(&own, weight, twice_nu * weight[2 * PD_DIM], &far, &back, count, sums);
+        }
+        return;
+    }
+    for (int k = 0; k < s->count; k++) {
+        const float *weight = q->weight + k * PDI_JACOBIAN_WEIGHTS;
+        float tied = 1.0f, a = lap ? (float)(lap[k] * q->length * q->length) : weight[2 * PD_DIM];
+        if (row >= 0) {
+            if (pdi_bond_gate_lanes(bonds, row, k, count, &gate) == PDI_LANES_NONE) continue;
+            for (int b = 0; b < count; b++) open[b] = (float)pdi_bond_gate_lane(&gate, k, b);
+            if (row >= bonds->plain && flow->grid->kind[i + bonds->shift[k]] == PD_INLET) tied = 0.0f;
+        }
+        pdi_jacobian_view far = pdi_jacobian_look(q, (int64_t)i + bonds->shift[k]);
+        pdi_jacobian_bond(&own, weight, a, twice_nu * a, lap ? (float)pdi_bond_flux(bonds, i, k) : 1.0f, open, tied,
+                         &far, count, sums);
+    }
+}
+
+/* The operands of a sweep. */
+typedef struct pdi_jacobian_sweep {
+    const pd_jacobian *product;
+    const pdi_jacobian_step *step;
+    double *yu, *yc; /* [m/s2] [1/s] */
+} pdi_jacobian_sweep;
+
+/* What follows from the walls and the hoop (eq. 3.3, 3.4, 3.10) is that of the residual. */
+static void pdi_jacobian_run(const void *user, int32_t i, int32_t row, int32_t count)
+{
+    const pdi_jacobian_sweep *w = (const pdi_jacobian_sweep *)user;
+    const pd_jacobian *q = w->product;
+    const pd_flow *flow = q->flow;
+    const pd_bonds *bonds = flow->bonds;
+    const double *hoop = bonds->ring.hoop;
+    double rate = q->speed / q->length;
+    enum { whole = PDI_JACOBIAN_BLOCK };
+    pdi_jacobian_sums sums;
+    memset(&sums, 0, sizeof sums);
+    if (count == whole && row < 0) pdi_jacobian_sum(q, i, -1, whole, &sums);
+    else if (count == whole) pdi_jacobian_sum(q, i, row, whole, &sums);
+    else pdi_jacobian_sum(q, i, row, count, &sums);
+    for (int b = 0; b < count; b++)
+        w->yc[i + b] = rate * (double)sums.flux[b] - 0.5 * flow->tau * rate * rate * (double)sums.tie[b];
+    for (int d = 0; d < PD_DIM; d++) {
+        double turn = hoop && d == PD_DIM - 1 ? hoop[i / flow->grid->stride[d]] : 0.0;
+        for (int b = 0; b < count; b++) {
+            int64_t at = (int64_t)d * flow->grid->total + i + b;
+            double bend = row >= 0 ? bonds->wall_curv[row + b] : 0.0;
+            double lap = row >= 0 ? turn + bonds->wall_lap[row + b] : turn;
+            w->yu[at] = 0.5 * q->speed * rate * (double)sums.momentum[d][b] +
+                        (0.5 * q->swell[i + b] + flow->nu * lap) * w->step->u[at] + (1.0 - bend) * w->step->grad[at];
+        }
+    }
+}
+
+/* out = factor x */
+static void pdi_jacobian_pack(const pd_ctx *ctx, const double *x, double factor, int64_t count, float *out)
+{
+    int nt = pdi_par_threads(ctx, count);
+    (void)nt;
+    PDI_PARALLEL_FOR(nt)
+    for (int64_t i = 0; i < count; i++) out[i] = (float)(x[i] * factor);
+}
+
+PDI_FN void pdi_jacobian_freeze(const pd_ctx *ctx, pd_jacobian *q)
+{
+    const pd_flow *flow = q->flow;
+    int64_t split = PD_DIM * (int64_t)flow->grid->total;
+    pdi_jacobian_pack(ctx, flow->carrier, 1.0 / q->speed, split, q->frozen);
+    pdi_jacobian_pack(ctx, flow->u, 1.0 / q->speed, split, q->frozen + split);
+    pd_op_divergence(ctx, flow->bonds, flow->carrier, q->swell);
+}
+
+PDI_FN void pdi_jacobian_apply(const pd_ctx *ctx, const pd_jacobian *q, const pdi_jacobian_step *step, double *yu,
+                              double *yc)
+{
+    const pd_flow *flow = q->flow;
+    int64_t total = flow->grid->total, split = PD_DIM * total;
+    double speed = q->speed;
+    pdi_jacobian_sweep w;
+    pdi_jacobian_pack(ctx, step->carrier, 1.0 / speed, split, q->along);
+    pdi_jacobian_pack(ctx, step->u, 1.0 / speed, split, q->along + split);
+    pdi_jacobian_pack(ctx, step->grad, q->length / (speed * speed), split, q->along + 2 * split);
+    pdi_jacobian_pack(ctx, step->p, 1.0 / (speed * speed), total, q->along + 3 * split);
+    w.product = q;
+    w.step = step;
+    w.yu = yu;
+    w.yc = yc;
+    pdi_bond_sweep(ctx, flow->bonds, flow->grid->fluid_count * flow->bonds->stencil->count * 4, PDI_JACOBIAN_BLOCK,
+                   pdi_jacobian_run, &w);
+}
+
+/* The next power of two. */
+static double pdi_jacobian_unit(double x)
+{
+    int exponent;
+    frexp(x, &exponent);
+    return ldexp(1.0, exponent);
+}
+
+PDI_FN pd_status pdi_jacobian_build(pd_ctx *ctx, const pd_flow *flow, pd_jacobian *q)
+{
+    const pd_stencil *s = flow->bonds->stencil;
+    int64_t total = flow->grid->total;
+    double longest = 0.0;
+    memset(q, 0, sizeof *q);
+    q->flow = flow;
+    for (int d = 0; d < PD_DIM; d++) longest = fmax(longest, flow->grid->h[d]);
+    q->speed = pdi_jacobian_unit(flow->speed);
+    q->length = pdi_jacobian_unit(longest);
+    PDI_TRY(PDI_NEW(ctx, "product", (int64_t)s->count * PDI_JACOBIAN_WEIGHTS, q->weight));
+    PDI_TRY(PDI_NEW(ctx, "product", 2 * PD_DIM * total, q->frozen));
+    PDI_TRY(PDI_NEW(ctx, "product", (3 * PD_DIM + 1) * total, q->along));
+    PDI_TRY(PDI_NEW(ctx, "product", total, q->swell));
+    for (int k = 0; k < s->count; k++) {
+        float *weight = q->weight + k * PDI_JACOBIAN_WEIGHTS;
+        for (int d = 0; d < PD_DIM; d++) {
+            weight[d] = (float)(s->grad[k * PD_DIM + d] * q->length);
+            weight[PD_DIM + d] = (float)(s->xi[k * PD_DIM + d] / q->length);
+        }
+        weight[2 * PD_DIM] = (float)(s->lap[k] * q->length * q->length);
+    }
+    return PD_OK;
+}
+
+PDI_FN void pdi_jacobian_free(pd_ctx *ctx, pd_jacobian *q)
+{
+    int64_t total = q->flow ? q->flow->grid->total : 0;
+    PDI_DELETE(ctx, q->flow ? (int64_t)q->flow->bonds->stencil->count * PDI_JACOBIAN_WEIGHTS : 0, q->weight);
+    PDI_DELETE(ctx, 2 * PD_DIM * total, q->frozen);
+    PDI_DELETE(ctx, (3 * PD_DIM + 1) * total, q->along);
+    PDI_DELETE(ctx, total, q->swell);
+    memset(q, 0, sizeof *q);
+}

@@ -1,0 +1,194 @@
+/* precond: see precond.h */
+#include "flow/precond.h"
+#include "core/par.h"
+
+/* Weight of the differences from node to node that the pressure flux alone sees: their Laplacian is up to three times
+ * its diagonal. */
+#define PDI_PRECOND_ROUGH 0.3
+
+/* Values of a field on both sides of a closed face or an inlet, one over the other. */
+#define PDI_PRECOND_EVEN 1.0
+#define PDI_PRECOND_ODD (-1.0)
+
+/* The operands of a sweep. */
+typedef struct pdi_precond_sweep {
+    const pd_flow *flow;
+    const double *from;
+    double *to;
+} pdi_precond_sweep;
+
+/* ---- mobility ---- */
+
+/* Add the drag of the walls at the ends of `count` fluid nodes in a line from `first`: fluid that fills a slit moves as
+ * the parabola, with 1/drag = (way to one wall)(way to the other)/(2 nu). An end without wall is a mirror. */
+static void pdi_precond_drag(const pd_flow *flow, int axis, int32_t first, int count, int below, int above,
+                             double *drag)
+{
+    const pd_grid *grid = flow->grid;
+    double rate = 2.0 * flow->nu / (grid->h[axis] * grid->h[axis]), width = (below && above ? 1.0 : 2.0) * count;
+    for (int k = 0; k < count && (below || above); k++) {
+        double way = below ? k + 0.5 : count - k - 0.5;
+        drag[first + k * grid->stride[axis]] += rate / (way * (width - way));
+    }
+}
+
+/* The same for the line of cells along `axis` that begins at `node`. */
+static void pdi_precond_line(const pd_flow *flow, int axis, int32_t node, double *drag)
+{
+    const pd_grid *grid = flow->grid;
+    int32_t stride = grid->stride[axis];
+    for (int i = 0; i < grid->n[axis]; i++) {
+        int first = i;
+        while (i < grid->n[axis] && grid->kind[node + i * stride] == PD_FLUID) i++;
+        if (i == first) continue;
+        pdi_precond_drag(flow, axis, node + first * stride, i - first,
+                       !pdi_grid_open(grid->kind[node + (first - 1) * stride]),
+                       !pdi_grid_open(grid->kind[node + i * stride]), drag);
+    }
+}
+
+PDI_FN void pdi_precond_mobility(const pd_ctx *ctx, const pd_flow *flow, double shift, double *mobility)
+{
+    const pd_grid *grid = flow->grid;
+    int nt = pdi_par_threads(ctx, grid->total * 8);
+    (void)nt;
+    PDI_PARALLEL_FOR(nt)
+    for (int32_t i = 0; i < grid->total; i++) mobility[i] = shift;
+    for (int axis = 0; axis < PD_DIM; axis++) {
+        int32_t lines = 1;
+        for (int d = 0; d < PD_DIM; d++) lines *= d == axis ? 1 : grid->n[d];
+        PDI_PARALLEL_FOR(nt)
+        for (int32_t line = 0; line < lines; line++) {
+            int i[PD_DIM];
+            int32_t rest = line;
+            for (int d = 0; d < PD_DIM; d++) {
+                int n = d == axis ? 1 : grid->n[d];
+                i[d] = (int)(rest % n);
+                rest /= n;
+            }
+            pdi_precond_line(flow, axis, pd_grid_node(grid, i), mobility);
+        }
+    }
+    PDI_PARALLEL_FOR(nt)
+    for (int32_t i = 0; i < grid->total; i++)
+        mobility[i] = grid->kind[i] == PD_FLUID && mobility[i] > 0.0 ? 1.0 / mobility[i] : 0.0;
+}
+
+/* ---- commutator ---- */
+
+/* Difference of f across node i along axis d, from neighbour to neighbour. */
+static double pdi_precond_across(const pd_grid *grid, const double *f, int32_t i, int d, double closed)
+{
+    double value[2];
+    for (int up = 0; up < 2; up++) {
+        int32_t j = up ? i + grid->stride[d] : i - grid->stride[d];
+        uint8_t kind = grid->kind[j];
+        value[up] = pdi_grid_open(kind) && kind != PD_INLET ? f[j] : closed * f[i];
+    }
+    return value[1] - value[0];
+}
+
+/* to_d = df/dx_d */
+static void pdi_precond_gradient(const void *user, int32_t i, int32_t row, int32_t count)
+{
+    const pdi_precond_sweep *s = (const pdi_precond_sweep *)user;
+    const pd_grid *grid = s->flow->grid;
+    for (int d = 0; d < PD_DIM; d++) {
+        double half = 0.5 / grid->h[d], *to = s->to + (int64_t)d * grid->total + i;
+        const double *up = s->from + i + grid->stride[d], *down = s->from + i - grid->stride[d];
+        for (int32_t b = 0; b < count && row < 0; b++) to[b] = half * (up[b] - down[b]);
+        for (int32_t b = 0; b < count && row >= 0; b++)
+            to[b] = half * pdi_precond_across(grid, s->from, i + b, d, PDI_PRECOND_EVEN);
+    }
+}
+
+/* to_e = u.grad from_e */
+static void pdi_precond_convect(const void *user, int32_t i, int32_t row, int32_t count)
+{
+    const pdi_precond_sweep *s = (const pdi_precond_sweep *)user;
+    const pd_grid *grid = s->flow->grid;
+    for (int e = 0; e < PD_DIM; e++) {
+        const double *from = s->from + (int64_t)e * grid->total;
+        double *to = s->to + (int64_t)e * grid->total + i;
+        for (int32_t b = 0; b < count; b++) to[b] = 0.0;
+        for (int d = 0; d < PD_DIM; d++) {
+            double half = 0.5 / grid->h[d];
+            const double *u = s->flow->u + (int64_t)d * grid->total + i;
+            const double *up = from + i + grid->stride[d], *down = from + i - grid->stride[d];
+            for (int32_t b = 0; b < count && row < 0; b++) to[b] += half * u[b] * (up[b] - down[b]);
+            for (int32_t b = 0; b < count && row >= 0; b++)
+                to[b] += half * u[b] * pdi_precond_across(grid, from, i + b, d, PDI_PRECOND_ODD);
+        }
+    }
+}
+
+/* to = -div from */
+static void pdi_precond_diverge(const void *user, int32_t i, int32_t row, int32_t count)
+{
+    const pdi_precond_sweep *s = (const pdi_precond_sweep *)user;
+    const pd_grid *grid = s->flow->grid;
+    double *to = s->to + i;
+    for (int32_t b = 0; b < count; b++) to[b] = 0.0;
+    for (int d = 0; d < PD_DIM; d++) {
+        double half = 0.5 / grid->h[d];
+        const double *from = s->from + (int64_t)d * grid->total;
+        const double *up = from + i + grid->stride[d], *down = from + i - grid->stride[d];
+        for (int32_t b = 0; b < count && row < 0; b++) to[b] -= half * (up[b] - down[b]);
+        for (int32_t b = 0; b < count && row >= 0; b++)
+            to[b] -= half * pdi_precond_across(grid, from, i + b, d, PDI_PRECOND_ODD);
+    }
+}
+
+static void pdi_precond_run(const pd_ctx *ctx, const pd_flow *flow, pdi_bond_run_fn run, const double *from, double *to)
+{
+    pdi_precond_sweep s;
+    s.flow = flow;
+    s.from = from;
+    s.to = to;
+    pdi_bond_sweep(ctx, flow->bonds, (int64_t)flow->grid->fluid_count * 2 * PD_DIM * PD_DIM, 0, run, &s);
+}
+
+PDI_FN double pdi_precond_damping(const pd_flow *flow, double shift)
+{
+    double longer = flow->tau * shift - 1.0;
+    return longer > 0.0 ? flow->bonds->stencil->lap_sum / longer : 0.0;
+}
+
+/* dp += -lap^-1 of what the convection of the gradient of q brings. */
+static void pdi_precond_convected(pd_ctx *ctx, const pd_flow *flow, const pdi_precond *schur, double *q, double *dp)
+{
+    const pd_ghosts *ghosts = &flow->bonds->ghosts;
+    pd_ghosts_pressure(ghosts, 0.0, q);
+    pdi_precond_run(ctx, flow, pdi_precond_gradient, q, schur->grad);
+    pd_ghosts_vector(ghosts, schur->grad);
+    pdi_precond_run(ctx, flow, pdi_precond_convect, schur->grad, schur->convected);
+    pd_ghosts_vector(ghosts, schur->convected);
+    pdi_precond_run(ctx, flow, pdi_precond_diverge, schur->convected, schur->grad);
+    pd_multigrid_cycle(ctx, schur->poisson, schur->grad, dp);
+}
+
+PDI_FN void pdi_precond_solve(pd_ctx *ctx, const pd_flow *flow, const pdi_precond *schur, const double *r, double *q,
+                            double *dp)
+{
+    const pd_grid *grid = flow->grid;
+    double rough = flow->nu + PDI_PRECOND_ROUGH / (flow->tau * flow->bonds->stencil->lap_sum);
+    int nt = pdi_par_threads(ctx, grid->total * 4);
+    (void)nt;
+    pd_multigrid_cycle(ctx, schur->poisson, r, q);
+    if (schur->damped) {
+        pd_multigrid_cycle(ctx, schur->damped, q, dp);
+        pdi_par_zero(ctx, grid->total, q);
+        pdi_par_axpy(ctx, grid->total, pdi_precond_damping(flow, schur->shift), dp, q);
+        rough = flow->nu;
+    }
+    pdi_precond_convected(ctx, flow, schur, q, dp);
+    pd_multigrid_cycle(ctx, schur->seep, r, q);
+    if (schur->damped) {
+        pd_multigrid_cycle(ctx, schur->damped, q, schur->grad);
+        pdi_par_zero(ctx, grid->total, q);
+        pdi_par_axpy(ctx, grid->total, pdi_precond_damping(flow, schur->shift), schur->grad, q);
+    }
+    PDI_PARALLEL_FOR(nt)
+    for (int32_t i = 0; i < grid->total; i++)
+        if (grid->kind[i] == PD_FLUID) dp[i] += rough * r[i] + q[i];
+}

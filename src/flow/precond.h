@@ -1,0 +1,32 @@
+/* precond: the inverse of the Schur complement of the pressure, as nearly as a preconditioner needs it (theory:
+ * eq. 4.9).
+ */
+#ifndef PD_PRECOND_H
+#define PD_PRECOND_H
+#include "solve/multigrid.h"
+#include "flow/flow.h"
+
+#ifdef PDI_INTERNAL
+/* Work of an application. */
+typedef struct pdi_precond {
+    pd_multigrid *poisson;    /* one cycle of it stands for the inverse of -lap */
+    pd_multigrid *seep;       /* one cycle of it stands for the inverse of -div(mobility grad) */
+    pd_multigrid *damped;     /* the same of pdi_precond_damping - lap; NULL: none */
+    double shift;             /* [1/s] of the momentum balance */
+    double *grad, *convected; /* [PD_DIM][total] */
+} pdi_precond;
+
+/* mobility [total] [s]: how fast fluid moves in a pressure gradient that is the same all over, about: one over the sum
+ * of `shift` [1/s] and of the drag of the walls (theory: eq. 4.9b). 0 outside of the fluid. */
+PDI_FN void pdi_precond_mobility(const pd_ctx *ctx, const pd_flow *flow, double shift, double *mobility);
+
+/* What steps in time shorter than the weight tau of the pressure flux put beside -lap [1/m2]; 0: the step is longer. */
+PDI_FN double pdi_precond_damping(const pd_flow *flow, double shift);
+
+/* dp = S^-1 r, with the velocity in flow. q [total]: work, its ghosts too. All arrays are over the nodes of the grid, r
+ * and dp mean something at fluid nodes only. */
+PDI_FN void pdi_precond_solve(pd_ctx *ctx, const pd_flow *flow, const pdi_precond *schur, const double *r, double *q,
+                            double *dp);
+#endif
+
+#endif

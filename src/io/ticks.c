@@ -1,0 +1,95 @@
+/* ticks: see ticks.h */
+#include "io/ticks.h"
+#include "io/file.h"
+#include <math.h>
+#include <stdio.h>
+#include <string.h>
+
+static void pdi_ticks_add(pdi_ticks *axis, double at, const char *label)
+{
+    if (axis->count >= PDI_TICKS_TICKS) return;
+    axis->at[axis->count] = at;
+    snprintf(axis->label[axis->count++], sizeof axis->label[0], "%.23s", label);
+}
+
+/* The smallest of 1, 2, 5 times a power of ten that is at least x. */
+static double pdi_ticks_nice(double x)
+{
+    double power = pow(10.0, floor(log10(x)));
+    double mantissa = x / power * (1 - 1e-9);
+    return power * (mantissa <= 1 ? 1 : mantissa <= 2 ? 2 : mantissa <= 5 ? 5 : 10);
+}
+
+static void pdi_ticks_linear(int most, pdi_ticks *axis)
+{
+    char label[64];
+    double step = pdi_ticks_nice((axis->hi - axis->lo) / (most > 1 ? most : 1));
+    double size = fmax(fabs(axis->lo), fabs(axis->hi)), slack = 1e-6 * step;
+    /* Numbers of five digits or many zeros are shown with a common factor, a power of 1000. */
+    axis->exponent = size >= 1e5 || size < 1e-2 ? 3 * (int)floor(log10(size * (1 + 1e-9)) / 3) : 0;
+    double unit = pow(10.0, axis->exponent);
+    int digits = (int)-floor(log10(step / unit) + 1e-9);
+    digits = digits < 0 ? 0 : digits > 12 ? 12 : digits;
+    double first = ceil((axis->lo - slack) / step), last = floor((axis->hi + slack) / step);
+    for (double k = first; k <= last; k += 1) {
+        snprintf(label, sizeof label, "%.*f", digits, k * step / unit + 0.0);
+        for (char *c = label; *c; c++)
+            if (*c == ',') *c = '.';
+        pdi_ticks_add(axis, k * step, k == 0 ? "0" : label);
+    }
+}
+
+static void pdi_ticks_logarithmic(int most, pdi_ticks *axis)
+{
+    int first = (int)floor(log10(axis->lo) + 1e-9), last = (int)ceil(log10(axis->hi) - 1e-9);
+    int decades = last - first, skip = (decades + most - 1) / most;
+    char label[PDI_NUMBER_SIZE];
+    if (skip < 1) skip = 1;
+    for (int e = first; e <= last; e++)
+        for (int k = 1; k < (decades > 8 ? 2 : 10); k++) {
+            double value = k * pow(10.0, e);
+            if (value < axis->lo * (1 - 1e-9) || value > axis->hi * (1 + 1e-9)) continue;
+            int named = (k == 1 && e % skip == 0) || (decades <= 2 && (k == 2 || k == 5));
+            if (e >= -3 && e <= 4) pdi_file_number(k * (e < 0 ? 1 / pow(10.0, -e) : pow(10.0, e)), label);
+            else snprintf(label, sizeof label, "%de%d", k, e);
+            pdi_ticks_add(axis, value, named ? label : "");
+        }
+}
+
+PDI_FN void pdi_ticks_ticks(int most, pdi_ticks *axis)
+{
+    axis->count = axis->exponent = 0;
+    if (axis->log) pdi_ticks_logarithmic(most > 1 ? most : 1, axis);
+    else pdi_ticks_linear(most, axis);
+}
+
+PDI_FN double pdi_ticks_place(const pdi_ticks *axis, double value)
+{
+    if (axis->log) return log(value / axis->lo) / log(axis->hi / axis->lo);
+    return (value - axis->lo) / (axis->hi - axis->lo);
+}
+
+PDI_FN void pdi_ticks_widen(double share, pdi_ticks *axis)
+{
+    double size = fmax(fabs(axis->lo), fabs(axis->hi));
+    if (axis->log) {
+        if (axis->hi < axis->lo * (1 + 1e-9)) {
+            axis->lo /= 2;
+            axis->hi *= 2;
+        }
+        double factor = pow(axis->hi / axis->lo, share);
+        axis->lo /= factor;
+        axis->hi *= factor;
+        return;
+    }
+    if (size < 1e-300) { /* below, shares of it are rounded to nothing */
+        axis->lo = 0;
+        axis->hi = 1;
+    } else if (axis->hi - axis->lo <= 1e-9 * size) {
+        axis->lo -= 0.05 * size;
+        axis->hi += 0.05 * size;
+    }
+    double margin = share * (axis->hi - axis->lo), lo = axis->lo - margin, hi = axis->hi + margin;
+    axis->lo = axis->lo >= 0 && lo < 0 ? 0 : lo;
+    axis->hi = axis->hi <= 0 && hi > 0 ? 0 : hi;
+}

@@ -1,0 +1,163 @@
+/* surface: see surface.h */
+#include "lattice/surface.h"
+#include "core/vec.h"
+#include <math.h>
+#include <string.h>
+
+/* In cells: a way shorter than that has no direction; a place nearer to a surface than that lies on it; the step of
+ * differences; surfaces farther than that do not count. */
+#define PDI_SURFACE_SHORT 1e-9
+#define PDI_SURFACE_TOUCH 1e-6
+#define PDI_SURFACE_STEP 1e-3
+#define PDI_SURFACE_FAR 2.0
+
+typedef struct pdi_surface {
+    const pd_bonds *bonds;
+    double x[PD_DIM], xi[PD_DIM]; /* [m] start and way */
+    double end;                   /* fraction of it where the search ends */
+    double nearest;               /* [cells] from the surface below to the point; HUGE_VAL: none */
+    int behind;                   /* 1: the point lies behind it */
+    double place[PD_DIM], normal[PD_DIM];
+    int32_t closed;
+} pdi_surface;
+
+static double pdi_surface_level(const pdi_surface *r, int shape, const double *x)
+{
+    double at[PD_DIM];
+    memcpy(at, x, sizeof at);
+    pdi_grid_fold_position(r->bonds->grid, at);
+    return pd_shape_distance(r->bonds->grid->shapes, shape, at);
+}
+
+/* First closed cell on the way; the side of the box that is a wall counts as one. */
+static void pdi_surface_faces(pdi_surface *r)
+{
+    const pd_grid *grid = r->bonds->grid;
+    int i[PD_DIM];
+    double next[PD_DIM], t = 0.0;
+    for (int d = 0; d < PD_DIM; d++) {
+        i[d] = (int)floor((r->x[d] - grid->lo[d]) / grid->h[d]);
+        next[d] = fabs(r->xi[d]) > PDI_SURFACE_SHORT * grid->h[d] ? 0.5 * grid->h[d] / fabs(r->xi[d]) : HUGE_VAL;
+    }
+    for (;;) {
+        int d = 0;
+        double at[PD_DIM];
+        for (int a = 1; a < PD_DIM; a++)
+            if (next[a] < next[d]) d = a;
+        t = next[d];
+        if (!(t <= r->end)) return;
+        int up = r->xi[d] > 0.0;
+        i[d] += up ? 1 : -1;
+        next[d] += grid->h[d] / fabs(r->xi[d]);
+        int outside = i[d] < 0 || i[d] >= grid->n[d];
+        if (i[d] < -grid->ghost || i[d] >= grid->n[d] + grid->ghost) return;
+        if (outside && grid->side[2 * d + up] != PD_SIDE_WALL) continue;
+        int32_t node = pd_grid_node(grid, i);
+        if (!outside && pdi_grid_open(grid->kind[node])) continue;
+        /* a smooth surface is found by its distance, unless it has receded to these cells */
+        for (int a = 0; a < PD_DIM; a++) at[a] = r->x[a];
+        double smooth = outside ? (double)NAN : pdi_bond_smooth(r->bonds, node, at);
+        if (smooth > 0.0) return;
+        double cells = 0.0;
+        for (int a = 0; a < PD_DIM; a++) cells = fmax(cells, fabs((t - 1.0) * r->xi[a]) / grid->h[a]);
+        if (t >= 1.0 - PDI_SURFACE_SHORT && !(cells < r->nearest)) return;
+        r->nearest = cells;
+        r->behind = t < 1.0;
+        r->closed = node;
+        for (int a = 0; a < PD_DIM; a++) r->place[a] = r->x[a] + t * r->xi[a];
+        for (int a = 0; a < PD_DIM; a++) r->normal[a] = a != d ? 0.0 : up ? -1.0 : 1.0;
+        return;
+    }
+}
+
+static void pdi_surface_normal(const pdi_surface *r, int shape, const double *x, double *normal)
+{
+    double at[PD_DIM], length;
+    memcpy(at, x, sizeof at);
+    for (int d = 0; d < PD_DIM; d++) {
+        double eps = PDI_SURFACE_STEP * r->bonds->grid->h[d], keep = at[d];
+        at[d] = keep + eps;
+        normal[d] = pdi_surface_level(r, shape, at);
+        at[d] = keep - eps;
+        normal[d] = (normal[d] - pdi_surface_level(r, shape, at)) / (2.0 * eps);
+        at[d] = keep;
+    }
+    length = pdi_vec_norm(normal);
+    for (int d = 0; d < PD_DIM; d++) normal[d] /= length > 0.0 ? length : 1.0;
+}
+
+/* A closed node up to a cell deep behind a place; -1: what stood there has dissolved. */
+static int32_t pdi_surface_behind(const pdi_surface *r, const double *x, const double *normal)
+{
+    const pd_grid *grid = r->bonds->grid;
+    for (int half = 1; half < 3; half++) {
+        double at[PD_DIM];
+        int i[PD_DIM], inside = 1;
+        for (int d = 0; d < PD_DIM; d++) at[d] = x[d] - 0.5 * half * grid->h[d] * normal[d];
+        pdi_grid_fold_position(grid, at);
+        for (int d = 0; d < PD_DIM; d++) {
+            i[d] = (int)floor((at[d] - grid->lo[d]) / grid->h[d]);
+            inside = inside && i[d] >= -grid->ghost && i[d] < grid->n[d] + grid->ghost;
+        }
+        int32_t node = inside ? pd_grid_node(grid, i) : -1;
+        if (node >= 0 && !pdi_grid_open(grid->kind[node])) return node;
+    }
+    return -1;
+}
+
+/* The nearest place of a smooth shape, by its distance. Where the node lies inside it, it has receded. */
+static void pdi_surface_foot(pdi_surface *r, int shape, const double *to)
+{
+    const pd_grid *grid = r->bonds->grid;
+    double at[PD_DIM], normal[PD_DIM], smallest = grid->h[0], level = 0.0, cells = 0.0;
+    if (shape < 0 || !pd_shape_exact(grid->shapes, shape) || !(pdi_surface_level(r, shape, r->x) > 0.0)) return;
+    for (int d = 1; d < PD_DIM; d++) smallest = fmin(smallest, grid->h[d]);
+    memcpy(at, to, sizeof at);
+    double first = pdi_surface_level(r, shape, at);
+    for (int step = 0; step < 8; step++) {
+        level = pdi_surface_level(r, shape, at);
+        pdi_surface_normal(r, shape, at, normal);
+        if (fabs(level) <= 1e-14 * smallest) break;
+        for (int d = 0; d < PD_DIM; d++) at[d] -= level * normal[d];
+    }
+    for (int d = 0; d < PD_DIM; d++) cells = fmax(cells, fabs(at[d] - to[d]) / grid->h[d]);
+    if (!(fabs(level) <= PDI_SURFACE_TOUCH * smallest) || cells > PDI_SURFACE_FAR || !(cells < r->nearest)) return;
+    int32_t closed = pdi_surface_behind(r, at, normal);
+    if (closed < 0) return;
+    r->nearest = cells;
+    r->behind = first < 0.0;
+    r->closed = closed;
+    memcpy(r->place, at, sizeof at);
+    memcpy(r->normal, normal, sizeof normal);
+}
+
+PDI_FN int pdi_surface_meet(const pd_bonds *bonds, int32_t node, const double *to, double *place, double *normal,
+                        int32_t *closed)
+{
+    const pd_grid *grid = bonds->grid;
+    pdi_surface r;
+    double square = 0.0;
+    memset(&r, 0, sizeof r);
+    r.bonds = bonds;
+    pd_grid_position(grid, node, r.x);
+    for (int d = 0; d < PD_DIM; d++) {
+        r.xi[d] = to[d] - r.x[d];
+        square += r.xi[d] / grid->h[d] * (r.xi[d] / grid->h[d]);
+    }
+    r.nearest = HUGE_VAL;
+    pdi_surface_foot(&r, grid->wall, to);
+    pdi_surface_foot(&r, grid->solid, to);
+    if (sqrt(square) > PDI_SURFACE_SHORT) {
+        r.end = 1.0 + 1.0 / sqrt(square);
+        pdi_surface_faces(&r);
+    }
+    memcpy(place, r.place, sizeof r.place);
+    memcpy(normal, r.normal, sizeof r.normal);
+    *closed = r.closed;
+    return r.nearest < HUGE_VAL ? (r.behind ? -1 : 1) : 0;
+}
+
+#undef PDI_SURFACE_SHORT
+#undef PDI_SURFACE_TOUCH
+#undef PDI_SURFACE_STEP
+#undef PDI_SURFACE_FAR

@@ -1,0 +1,16 @@
+/* surface: the surface of walls and metal beside a point. It is that of bond.h: sides of the box, the zero level of a
+ * smooth shape where that has not receded, else the faces of closed cells.
+ */
+#ifndef PD_SURFACE_H
+#define PD_SURFACE_H
+#include "lattice/bond.h"
+
+#ifdef PDI_INTERNAL
+/* The surface beside the point `to` [m] as fluid node `node` sees it: the nearest place of smooth shapes, or that of
+ * faces which the straight way from the node, and one cell on, meets. 0: there is none; -1: the point lies behind it.
+ * The place [m], the normal towards the fluid, and a closed node. */
+PDI_FN int pdi_surface_meet(const pd_bonds *bonds, int32_t node, const double *to, double *place, double *normal,
+                        int32_t *closed);
+#endif
+
+#endif

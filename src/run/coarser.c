@@ -1,0 +1,264 @@
+/* coarser: see coarser.h */
+#include "run/coarser.h"
+#include "run/model.h"
+#include <math.h>
+#include <string.h>
+
+#define PDI_COARSER_NEAR 1e-6 /* [cells] from a plane of the lattice: on it */
+/* Nodes between two polls; up to factor^3 others are looked at for each. */
+#define PDI_COARSER_POLL 4096
+
+/* The lattice of a setup. */
+typedef struct pdi_coarser_lattice {
+    pd_stencil stencil;
+    pd_grid grid;
+} pdi_coarser_lattice;
+
+/* Nodes [low, high) of the box along each axis. */
+typedef struct pdi_coarser_block {
+    int low[PD_DIM], high[PD_DIM];
+} pdi_coarser_block;
+
+/* Advance index i[] within the block; 0 at its end. */
+static int pdi_coarser_next(const pdi_coarser_block *b, int *i)
+{
+    for (int d = 0; d < PD_DIM; d++) {
+        if (++i[d] < b->high[d]) return 1;
+        i[d] = b->low[d];
+    }
+    return 0;
+}
+
+static pdi_coarser_block pdi_coarser_around(const pd_grid *grid, const int *i, int before, int after)
+{
+    pdi_coarser_block b;
+    for (int d = 0; d < PD_DIM; d++) {
+        b.low[d] = i[d] > before ? i[d] - before : 0;
+        b.high[d] = i[d] + after < grid->n[d] ? i[d] + after + 1 : grid->n[d];
+    }
+    return b;
+}
+
+/* The block of `factor` nodes an axis from i[] on, which may reach out of the box, is of one kind: then *kind. What
+ * lies behind a side goes on as it does in front of it; behind walls there is wall. */
+static int pdi_coarser_uniform(const pd_grid *grid, const int *i, int factor, uint8_t *kind)
+{
+    int at[PD_DIM], first[PD_DIM];
+    pdi_coarser_block b;
+    for (int d = 0; d < PD_DIM; d++) {
+        b.low[d] = i[d] < 0 ? 0 : i[d];
+        b.high[d] = i[d] + factor < grid->n[d] ? i[d] + factor : grid->n[d];
+        at[d] = first[d] = b.low[d];
+    }
+    *kind = grid->kind[pd_grid_node(grid, first)];
+    do {
+        if (grid->kind[pd_grid_node(grid, at)] != *kind) return 0;
+    } while (pdi_coarser_next(&b, at));
+    for (int d = 0; d < PD_DIM && *kind != PD_WALL; d++)
+        if ((i[d] < 0 && grid->side[2 * d] == PD_SIDE_WALL) ||
+            (i[d] + factor > grid->n[d] && grid->side[2 * d + 1] == PD_SIDE_WALL))
+            return 0;
+    return 1;
+}
+
+/* wide [total]: 1 for nodes that lie in a block of `factor` nodes an axis of their own kind. */
+static pd_status pdi_coarser_widths(pd_ctx *ctx, const pd_grid *grid, int factor, uint8_t *wide)
+{
+    int i[PD_DIM], at[PD_DIM];
+    int64_t blocks = 0;
+    pdi_coarser_block starts, b;
+    for (int d = 0; d < PD_DIM; d++) {
+        starts.low[d] = i[d] = 1 - factor;
+        starts.high[d] = grid->n[d];
+    }
+    do {
+        uint8_t kind;
+        if (blocks++ % PDI_COARSER_POLL == 0) PDI_TRY(pdi_poll(ctx, "twin: widths", blocks));
+        if (!pdi_coarser_uniform(grid, i, factor, &kind)) continue;
+        for (int d = 0; d < PD_DIM; d++) {
+            b.low[d] = at[d] = i[d] < 0 ? 0 : i[d];
+            b.high[d] = i[d] + factor < grid->n[d] ? i[d] + factor : grid->n[d];
+        }
+        do wide[pd_grid_node(grid, at)] = 1;
+        while (pdi_coarser_next(&b, at));
+    } while (pdi_coarser_next(&starts, i));
+    return PD_OK;
+}
+
+/* A node like this one within the block: of its kind, and wide where `wide` is given. */
+static int pdi_coarser_found(const pd_grid *grid, const pdi_coarser_block *b, uint8_t kind, const uint8_t *wide)
+{
+    int at[PD_DIM];
+    memcpy(at, b->low, sizeof at);
+    do {
+        int32_t node = pd_grid_node(grid, at);
+        if (grid->kind[node] == kind && (!wide || wide[node])) return 1;
+    } while (pdi_coarser_next(b, at));
+    return 0;
+}
+
+static pd_status pdi_coarser_refuse(pd_ctx *ctx, const pdi_coarser_lattice *fine, const pdi_coarser_lattice *coarse,
+                                 int32_t node, const char *what)
+{
+    static const char *const names[] = {"", "fluid", "solid", "wall"};
+    char spacing[PD_UNITS_TEXT], place[PD_UNITS_TEXT];
+    double x[PD_DIM];
+    int axis = 0;
+    pd_grid_position(&fine->grid, node, x);
+    for (int d = 1; d < PD_DIM; d++)
+        if (coarse->grid.h[d] > coarse->grid.h[axis]) axis = d;
+    pdi_setup_show(coarse->grid.h[axis], "m", spacing);
+    pdi_setup_show(x[0], "m", place);
+    return pdi_fail(ctx, PD_ERR_GEOMETRY, "twin", "the lattice at h = %s cannot hold the scene: the %s near x = %s %s",
+                    spacing, names[fine->grid.kind[node]], place, what);
+}
+
+/* Every part of the scene is at least one coarse cell wide, corners aside, and has nodes on the coarse lattice. */
+static pd_status pdi_coarser_compare(pd_ctx *ctx, const pdi_coarser_lattice *fine, const pdi_coarser_lattice *coarse,
+                                     int factor, uint8_t *wide)
+{
+    int i[PD_DIM], at[PD_DIM];
+    pdi_coarser_block box;
+    PDI_TRY(pdi_coarser_widths(ctx, &fine->grid, factor, wide));
+    for (int d = 0; d < PD_DIM; d++) {
+        box.low[d] = i[d] = 0;
+        box.high[d] = fine->grid.n[d];
+    }
+    do {
+        int32_t node = pd_grid_node(&fine->grid, i);
+        uint8_t kind = fine->grid.kind[node];
+        pdi_coarser_block near_fine = pdi_coarser_around(&fine->grid, i, factor - 1, factor - 1);
+        if (node % PDI_COARSER_POLL == 0) PDI_TRY(pdi_poll(ctx, "twin: parts", node));
+        if (kind == PD_OUTSIDE) continue;
+        if (!wide[node] && !pdi_coarser_found(&fine->grid, &near_fine, kind, wide))
+            return pdi_coarser_refuse(ctx, fine, coarse, node, "is thinner than one of its cells");
+        for (int d = 0; d < PD_DIM; d++) at[d] = i[d] / factor;
+        pdi_coarser_block near_coarse = pdi_coarser_around(&coarse->grid, at, 1, 1);
+        if (!pdi_coarser_found(&coarse->grid, &near_coarse, kind, NULL))
+            return pdi_coarser_refuse(ctx, fine, coarse, node, "has no node on it");
+    } while (pdi_coarser_next(&box, i));
+    return PD_OK;
+}
+
+static pd_status pdi_coarser_lattices(pd_ctx *ctx, const pd_setup *setup, const pd_setup *twin, int factor,
+                                   pdi_coarser_lattice *fine, pdi_coarser_lattice *coarse)
+{
+    uint8_t *wide = NULL;
+    int line;
+    PDI_TRY(pdi_model_grid(ctx, setup, &line, &fine->stencil, &fine->grid));
+    PDI_TRY(pdi_model_grid(ctx, twin, &line, &coarse->stencil, &coarse->grid));
+    PDI_TRY(PDI_NEW(ctx, "twin", fine->grid.total, wide));
+    pd_status status = pdi_coarser_compare(ctx, fine, coarse, factor, wide);
+    PDI_DELETE(ctx, fine->grid.total, wide);
+    return status;
+}
+
+static pd_status pdi_coarser_geometry(pd_ctx *ctx, const pd_setup *setup, const pd_setup *twin, int factor)
+{
+    pdi_coarser_lattice fine, coarse;
+    memset(&fine, 0, sizeof fine);
+    memset(&coarse, 0, sizeof coarse);
+    pd_status status = pdi_coarser_lattices(ctx, setup, twin, factor, &fine, &coarse);
+    pd_grid_free(ctx, &coarse.grid);
+    pd_stencil_free(ctx, &coarse.stencil);
+    pd_grid_free(ctx, &fine.grid);
+    pd_stencil_free(ctx, &fine.stencil);
+    return status;
+}
+
+static pd_status pdi_coarser_box(pd_ctx *ctx, const pd_setup *setup, int factor)
+{
+    for (int d = 0; d < PD_DIM; d++) {
+        int cells = pdi_setup_cells(setup, d);
+        if (cells % factor)
+            return pdi_fail(ctx, PD_ERR_GEOMETRY, "twin",
+                            "the lattice at %d h cannot hold the scene: the box has %d cells along %c, expected a"
+                            " multiple of %d", factor, cells, "xyz"[d], factor);
+    }
+    return PD_OK;
+}
+
+/* A face at a place [m] that is one between nodes of the lattice is one of the coarser lattice, too: a body whose size
+ * jumps tells nothing about the error. */
+static pd_status pdi_coarser_face(pd_ctx *ctx, const pd_setup *setup, int factor, int axis, double place)
+{
+    char text[PD_UNITS_TEXT];
+    double index = (place - setup->lo[axis]) / setup->h[axis], whole = floor(index + 0.5);
+    int inside = index > PDI_COARSER_NEAR && index < pdi_setup_cells(setup, axis) - PDI_COARSER_NEAR;
+    if (!inside || fabs(index - whole) > PDI_COARSER_NEAR || (int)whole % factor == 0) return PD_OK;
+    pdi_setup_show(place, "m", text);
+    return pdi_fail(ctx, PD_ERR_GEOMETRY, "twin",
+                    "the lattice at %d h cannot hold the scene: the face of a shape at %c = %s is cell %d of the box, "
+                    "expected a multiple of %d", factor, "xyz"[axis], text, (int)whole, factor);
+}
+
+/* Faces across the axes, of boxes and half spaces. */
+static pd_status pdi_coarser_faces(pd_ctx *ctx, const pd_setup *setup, int factor)
+{
+    for (int k = 0; k < setup->shapes; k++) {
+        const pd_shape *s = &setup->shape[k];
+        int tilted = 0;
+        for (int d = 0; d < PD_DIM; d++) tilted += fabs(s->b[d]) > 0.0;
+        for (int d = 0; d < PD_DIM; d++) {
+            int plane = s->type == PD_SHAPE_HALF_SPACE && tilted == 1 && fabs(s->b[d]) > 0.0;
+            if (s->type == PD_SHAPE_BOX || plane) PDI_TRY(pdi_coarser_face(ctx, setup, factor, d, s->a[d]));
+            if (s->type == PD_SHAPE_BOX) PDI_TRY(pdi_coarser_face(ctx, setup, factor, d, s->b[d]));
+        }
+    }
+    return PD_OK;
+}
+
+/* Index of the plane of the coarse lattice, or of the two beside the place, with the shares of a linear function. */
+static pd_status pdi_coarser_plane(pd_ctx *ctx, const pd_setup_monitor *m, int cells, int factor, pd_coarser *twin)
+{
+    int low = m->index / factor, rest = m->index % factor;
+    for (int side = 0; side < (rest ? 2 : 1); side++) {
+        int k = twin->setup.monitors;
+        if (low + side < 1 || low + side > cells / factor - 1)
+            return pdi_fail(ctx, PD_ERR_GEOMETRY, "twin",
+                            "the lattice at %d h has no plane beside [plane %s], too near to the end of the box",
+                            factor, m->name);
+        if (k == PD_SETUP_MONITORS)
+            return pdi_fail(ctx, PD_ERR_SIZE, "twin",
+                            "more than %d sections, because planes between those of the lattice count twice",
+                            PD_SETUP_MONITORS);
+        twin->setup.monitor[k] = *m;
+        twin->setup.monitor[k].index = low + side;
+        twin->share[k] = side ? rest / (double)factor : 1.0 - rest / (double)factor;
+        twin->setup.monitors++;
+    }
+    return PD_OK;
+}
+
+static pd_status pdi_coarser_make(pd_ctx *ctx, const pd_setup *setup, int factor, pd_coarser *twin)
+{
+    twin->setup = *setup;
+    for (int d = 0; d < PD_DIM; d++) twin->setup.h[d] = factor * setup->h[d];
+    PDI_TRY(pdi_coarser_box(ctx, setup, factor));
+    PDI_TRY(pdi_coarser_faces(ctx, setup, factor));
+    PDI_TRY(pdi_coarser_geometry(ctx, setup, &twin->setup, factor));
+    twin->setup.monitors = 0;
+    for (int k = 0; k < setup->monitors; k++) {
+        const pd_setup_monitor *m = &setup->monitor[k];
+        if (m->kind == PD_MONITOR_LINE) continue; /* nothing but files */
+        if (m->kind == PD_MONITOR_PLANE) {
+            PDI_TRY(pdi_coarser_plane(ctx, m, pdi_setup_cells(setup, m->axis), factor, twin));
+            continue;
+        }
+        if (twin->setup.monitors == PD_SETUP_MONITORS)
+            return pdi_fail(ctx, PD_ERR_SIZE, "twin", "more than %d sections", PD_SETUP_MONITORS);
+        twin->share[twin->setup.monitors] = 1.0;
+        twin->setup.monitor[twin->setup.monitors++] = *m;
+    }
+    return PD_OK;
+}
+
+pd_status pd_coarser_build(pd_ctx *ctx, const pd_setup *setup, int factor, pd_coarser *twin)
+{
+    pd_status status = pdi_coarser_make(ctx, setup, factor, twin);
+    if (status < 0) memset(twin, 0, sizeof *twin);
+    return status;
+}
+
+#undef PDI_COARSER_NEAR
+#undef PDI_COARSER_POLL

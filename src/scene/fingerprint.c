@@ -1,0 +1,118 @@
+/* fingerprint: see fingerprint.h */
+#include "scene/fingerprint.h"
+#include "io/deflate.h"
+#include <stdio.h>
+#include <string.h>
+
+#define PDI_FINGERPRINT_LINE 512 /* [byte] longer values are told by their checksum */
+
+PDI_FN pd_status pdi_fingerprint_add(pd_ctx *ctx, pd_setup *u, const char *line)
+{
+    size_t length = strlen(line), at = u->identity_size ? u->identity_size - 1 : 0, fresh = at + length + 2;
+    PDI_TRY(PDI_GROW(ctx, "identity", u->identity_size, fresh, u->identity));
+    memcpy(u->identity + at, line, length);
+    u->identity[at + length] = '\n';
+    u->identity[at + length + 1] = '\0';
+    u->identity_size = fresh;
+    return PD_OK;
+}
+
+/* The value with single blanks, in text[size]; one that does not fit, by its checksum. */
+static void pdi_fingerprint_value(const char *value, char *text, size_t size)
+{
+    size_t used = 0;
+    for (const char *c = value; *c; c++) {
+        if (used + 2 > size) {
+            size_t length = strlen(value);
+            snprintf(text, size, "%.60s... (%.0f bytes, %08x)", value, (double)length,
+                     (unsigned)pdi_deflate_crc(0, (const uint8_t *)value, length));
+            return;
+        }
+        int blank = pdi_units_blank(*c);
+        if (!blank || (used && text[used - 1] != ' ')) text[used++] = blank ? ' ' : *c;
+    }
+    text[used] = '\0';
+}
+
+/* Keys that change no bit of the output. */
+static int pdi_fingerprint_passes(const pd_text *text, const pd_text_entry *e)
+{
+    const char *section = text->section[e->section].name;
+    return (strcmp(section, "grid") == 0 && strcmp(e->key, "threads") == 0) ||
+           (strcmp(section, "output") == 0 && strcmp(e->key, "folder") == 0) ||
+           (text->flat && strcmp(e->key, "output_dir") == 0);
+}
+
+PDI_FN pd_status pdi_fingerprint_build(pd_ctx *ctx, const pd_text *text, pd_setup *u)
+{
+    char line[2 * PDI_FINGERPRINT_LINE], value[PDI_FINGERPRINT_LINE];
+    snprintf(line, sizeof line, "name = %s", u->name);
+    PDI_TRY(pdi_fingerprint_add(ctx, u, line));
+    for (int k = 1; k < text->section_count; k++) {
+        const pd_section *s = &text->section[k];
+        if (!s->present) continue;
+        snprintf(line, sizeof line, "[%.200s%s%.200s]", s->name, s->label[0] ? " " : "", s->label);
+        PDI_TRY(pdi_fingerprint_add(ctx, u, line));
+    }
+    for (int k = 0; k < text->entry_count; k++) {
+        const pd_text_entry *e = &text->entry[k];
+        const pd_section *s = &text->section[e->section];
+        if (pdi_fingerprint_passes(text, e)) continue;
+        pdi_fingerprint_value(e->value, value, sizeof value);
+        snprintf(line, sizeof line, "%.100s%s%.100s%s%.100s = %s", s->name, s->label[0] ? "." : "", s->label,
+                 s->name[0] ? "." : "", e->key, value);
+        PDI_TRY(pdi_fingerprint_add(ctx, u, line));
+    }
+    for (int k = 0; k < u->masks; k++) {
+        snprintf(line, sizeof line, "mask %d = %.0f voxels, %08x", k, (double)u->mask_size[k],
+                 (unsigned)pdi_deflate_crc(0, u->mask[k], u->mask_size[k]));
+        PDI_TRY(pdi_fingerprint_add(ctx, u, line));
+    }
+    /* that of a flat file depends on what it said before overrides */
+    snprintf(line, sizeof line, "scale of the rate = %.17g", u->rate_scale);
+    return text->flat ? pdi_fingerprint_add(ctx, u, line) : PD_OK;
+}
+
+/* Length of the line at `text`, without newline. */
+static size_t pdi_fingerprint_length(const char *text) { return strcspn(text, "\n"); }
+
+/* The line of `text` with the first `length` bytes of `line`; whole: and none behind them. NULL: there is none. */
+static const char *pdi_fingerprint_find(const char *text, const char *line, size_t length, int whole)
+{
+    for (; *text; text += pdi_fingerprint_length(text) + 1)
+        if (strncmp(text, line, length) == 0 && (!whole || text[length] == '\n')) return text;
+    return NULL;
+}
+
+/* The first line of `text` that `other` does not have. */
+static const char *pdi_fingerprint_first(const char *text, const char *other)
+{
+    for (; *text; text += pdi_fingerprint_length(text) + 1)
+        if (!pdi_fingerprint_find(other, text, pdi_fingerprint_length(text), 1)) return text;
+    return NULL;
+}
+
+PDI_FN pd_status pdi_fingerprint_compare(pd_ctx *ctx, const pd_setup *u, const char *kept, const char *where)
+{
+    const char *is = u->identity ? u->identity : "", *was = kept ? kept : "";
+    if (strcmp(is, was) == 0) return PD_OK;
+    const char *old = pdi_fingerprint_first(was, is), *fresh = pdi_fingerprint_first(is, was);
+    if (old && strcspn(old, "=") < pdi_fingerprint_length(old)) { /* the same key with another value says more */
+        const char *same = pdi_fingerprint_find(is, old, strcspn(old, "=") + 1, 0);
+        if (same) fresh = same;
+        else fresh = NULL;
+    }
+    if (old && fresh)
+        return pdi_fail(ctx, PD_ERR_ARGUMENT, where, "it is of another scene: found '%.*s', expected '%.*s'",
+                        (int)(pdi_fingerprint_length(old) < 200 ? pdi_fingerprint_length(old) : 200), old,
+                        (int)(pdi_fingerprint_length(fresh) < 200 ? pdi_fingerprint_length(fresh) : 200), fresh);
+    if (old || fresh) {
+        const char *line = old ? old : fresh;
+        return pdi_fail(
+            ctx, PD_ERR_ARGUMENT, where, "it is of another scene: found %s'%.*s', expected %s", old ? "" : "no ",
+            (int)(pdi_fingerprint_length(line) < 200 ? pdi_fingerprint_length(line) : 200), line, old ? "none" : "one");
+    }
+    return pdi_fail(ctx, PD_ERR_ARGUMENT, where, "it is of a scene with the same pairs in another order");
+}
+
+#undef PDI_FINGERPRINT_LINE

@@ -1,0 +1,68 @@
+/* read_constants: see read_constants.h */
+#include "scene/read_constants.h"
+#include <string.h>
+
+PDI_FN int pdi_read_constants_taken(const char *name)
+{
+    static const char *const others[] = {"t", "x", "y", "z", "C", "Cs", "Csat", "rho_m", "M_m", "z_m"};
+    for (size_t k = 0; k < sizeof others / sizeof others[0]; k++)
+        if (strcmp(others[k], name) == 0) return 1;
+    return pdi_expr_taken(name);
+}
+
+/* Unit of SI for a dimension, as expressions read it. */
+static int pdi_read_constants_unit(pd_ctx *ctx, const pd_dims *dims, char *unit)
+{
+    char text[PD_UNITS_TEXT];
+    pd_dims again;
+    pd_units_describe(dims, text);
+    const char *open = strchr(text, '[');
+    size_t size = open ? strcspn(open + 1, "]") : 0;
+    if (open) memcpy(unit, open + 1, size);
+    unit[size] = '\0';
+    return pd_units_parse(ctx, unit, NULL, &again) == PD_OK && pd_units_same(dims, &again);
+}
+
+static pd_status pdi_read_constants_add(pd_ctx *ctx, pd_text *text, int section, const char *name,
+                                        pdi_read_constants *n)
+{
+    pd_expr expr;
+    if (n->count == PDI_READ_CONSTANTS_MAX)
+        return pd_text_refuse(ctx, text, section, name, "found more than %d constants", PDI_READ_CONSTANTS_MAX);
+    if (pdi_read_constants_taken(name))
+        return pd_text_refuse(ctx, text, section, name,
+                              "found the name '%.40s', expected one that expressions do not have", name);
+    PDI_TRY(pd_text_expr(ctx, text, section, name, NULL, NULL, 0, NULL, &expr));
+    pd_expr_symbol *s = &n->symbol[n->count];
+    s->name = name;
+    s->unit = n->unit[n->count];
+    s->value = pd_expr_eval(&expr, NULL);
+    int fits = pdi_read_constants_unit(ctx, &expr.dims, n->unit[n->count]);
+    pd_expr_free(ctx, &expr);
+    if (!fits)
+        return pd_text_refuse(ctx, text, section, name, "found a quantity with broken exponents, expected whole ones");
+    text->const_count = ++n->count;
+    return PD_OK;
+}
+
+PDI_FN pd_status pdi_read_constants_read(pd_ctx *ctx, pd_text *text, pdi_read_constants *n)
+{
+    int section = pd_text_section(ctx, text, "constants", NULL);
+    n->count = 0;
+    text->consts = n->symbol;
+    text->const_count = 0;
+    for (int k = 0; k < text->entry_count; k++)
+        if (text->entry[k].section == section)
+            PDI_TRY(pdi_read_constants_add(ctx, text, section, text->entry[k].key, n));
+    return PD_OK;
+}
+
+PDI_FN void pdi_read_constants_append(pd_text *text, pdi_read_constants *n, const char *name, const char *unit,
+                                      double value)
+{
+    PD_ASSERT(n->count < PDI_READ_CONSTANTS_MAX + PDI_READ_CONSTANTS_ROOM);
+    n->symbol[n->count].name = name;
+    n->symbol[n->count].unit = unit;
+    n->symbol[n->count++].value = value;
+    text->const_count = n->count;
+}

@@ -1,0 +1,32 @@
+/* read_measured: reads the [measured NAME] sections of a scene: points of a watched figure, which a run is compared
+ * with.
+ *
+ *   [measured wire]  file = wire.csv  time = time_h in h  value = loss_pct in %  spread = spread_pct in %
+ *                    of = volume_loss | plane.NAME.flow | force.NAME.fx | ... | probe.NAME.C  start = 0 h
+ *
+ * Without `time` and `value` they are the first two columns, in the units of their headings ("time [h]"), and a column
+ * whose heading begins with "spread" is the spread. start: the time of the file at which the run begins.
+ */
+#ifndef PD_READ_MEASURED_H
+#define PD_READ_MEASURED_H
+#include "io/plot.h"
+#include "scene/text.h"
+#include "scene/setup.h"
+
+#ifdef PDI_INTERNAL
+/* All of these sections into the setup, whose end of the run is known. folder: of the scene. Whether a run has the
+ * figure shows when the model is built. Errors name the line of the scene and that of the file: PD_ERR_PARSE,
+ * PD_ERR_ARGUMENT. */
+PDI_FN pd_status pdi_read_measured_read(pd_ctx *ctx, pd_text *text, const char *folder, pd_setup *setup);
+/* The same from the text behind "file =": "wire.csv  start = 0.7 h". It takes the place of what the scene has. `where`
+ * stands before messages. */
+PDI_FN pd_status pdi_read_measured_replace(pd_ctx *ctx, const char *where, const char *text, pd_setup *setup);
+/* 1: the run passes the point behind its start. */
+PDI_FN int pdi_read_measured_counts(const pd_setup_record *record, int point, double until);
+/* The points from the start of the run to `last` [s] as markers with error bars, in units of `x_unit` [s] and `y_unit`
+ * [SI]. work [3 points] holds them. */
+PDI_FN void pdi_read_measured_series(const pd_setup_record *record, double x_unit, double y_unit, double last,
+                                     double *work, pd_series *series);
+#endif
+
+#endif

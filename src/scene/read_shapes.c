@@ -1,0 +1,381 @@
+/* read_shapes: see read_shapes.h */
+#include "scene/read_shapes.h"
+#include "io/png.h"
+#include "scene/named_files.h"
+#include <math.h>
+#include <string.h>
+
+#define PDI_READ_SHAPES_RAW_LIMIT ((size_t)1 << 31)
+
+typedef enum pdi_read_shapes_kind {
+    PDI_READ_SHAPES_PART = 0, /* only an operand of set operations */
+    PDI_READ_SHAPES_SOLID,
+    PDI_READ_SHAPES_WALL,
+    PDI_READ_SHAPES_MEDIUM, /* fluid with a diffusivity of its own */
+    PDI_READ_SHAPES_PASSIVE /* fluid there does not attack metal */
+} pdi_read_shapes_kind;
+
+typedef struct pdi_read_shapes {
+    pd_ctx *ctx;
+    pd_text *text;
+    const char *folder;
+    pd_setup *setup;
+    int section; /* in work */
+    int names;
+    const char *name[PD_SETUP_SHAPES]; /* labels of the sections so far */
+    int index[PD_SETUP_SHAPES];        /* their shapes */
+    int used[PD_SETUP_SHAPES];
+    int materials, grains; /* sections with these keys so far */
+} pdi_read_shapes;
+
+static const char *const pdi_read_shapes_forms[] = {"box",          "ball",  "cylinder",  "half_space", "mask",
+                                               "raw",          "union", "intersect", "difference", NULL};
+typedef enum pdi_read_shapes_form {
+    PDI_READ_SHAPES_BOX = 0,
+    PDI_READ_SHAPES_BALL,
+    PDI_READ_SHAPES_CYLINDER,
+    PDI_READ_SHAPES_HALF_SPACE,
+    PDI_READ_SHAPES_MASK,
+    PDI_READ_SHAPES_RAW,
+    PDI_READ_SHAPES_UNION,
+    PDI_READ_SHAPES_INTERSECT,
+    PDI_READ_SHAPES_DIFFERENCE
+} pdi_read_shapes_form;
+
+/* PD_DIM numbers. */
+static pd_status pdi_read_shapes_point(pdi_read_shapes *s, const char *key, const char *unit, double *x)
+{
+    int count;
+    PDI_TRY(pd_text_numbers(s->ctx, s->text, s->section, key, unit, NULL, PD_DIM, x, &count));
+    if (count == PD_DIM) return PD_OK;
+    return pd_text_refuse(s->ctx, s->text, s->section, key, "found %d number%s, expected %d, one for each axis:"
+                          " pd%dd runs scenes in %dD", count, count > 1 ? "s" : "", PD_DIM, count, count);
+}
+
+static pd_status pdi_read_shapes_length(pdi_read_shapes *s, const char *key, const char *fallback, double *value)
+{
+    PDI_TRY(pd_text_number(s->ctx, s->text, s->section, key, "m", fallback, value));
+    if (*value > 0.0) return PD_OK;
+    return pd_text_refuse(s->ctx, s->text, s->section, key, "found %.6g m, expected a positive length", *value);
+}
+
+static pd_status pdi_read_shapes_box(pdi_read_shapes *s, pd_shape *shape)
+{
+    int count;
+    shape->type = PD_SHAPE_BOX;
+    PDI_TRY(pd_text_ranges(s->ctx, s->text, s->section, "box", "m", NULL, PD_DIM, shape->a, shape->b, &count));
+    if (count == PD_DIM) return PD_OK;
+    return pd_text_refuse(s->ctx, s->text, s->section, "box", "found %d range%s, expected %d, one for each axis:"
+                          " pd%dd runs scenes in %dD", count, count > 1 ? "s" : "", PD_DIM, count, count);
+}
+
+static pd_status pdi_read_shapes_cylinder(pdi_read_shapes *s, pd_shape *shape)
+{
+    static const char *const axes[] = {"x", "y", "z", NULL};
+    shape->type = PD_SHAPE_CYLINDER;
+    PDI_TRY(pd_text_choice(s->ctx, s->text, s->section, "cylinder", axes, NULL, &shape->axis));
+    if (pd_text_has(s->ctx, s->text, s->section, "centre")) PDI_TRY(pdi_read_shapes_point(s, "centre", "m", shape->a));
+    return pdi_read_shapes_length(s, "radius", NULL, &shape->r);
+}
+
+static pd_status pdi_read_shapes_half_space(pdi_read_shapes *s, pd_shape *shape)
+{
+    int yes;
+    double size = 0.0;
+    shape->type = PD_SHAPE_HALF_SPACE;
+    PDI_TRY(pd_text_bool(s->ctx, s->text, s->section, "half_space", NULL, &yes));
+    if (!yes) return pd_text_refuse(s->ctx, s->text, s->section, "half_space", "found 'no', expected 'yes'");
+    PDI_TRY(pdi_read_shapes_point(s, "point", "m", shape->a));
+    PDI_TRY(pdi_read_shapes_point(s, "normal", "", shape->b));
+    for (int d = 0; d < PD_DIM; d++) size += fabs(shape->b[d]);
+    if (size > 0.0) return PD_OK;
+    return pd_text_refuse(s->ctx, s->text, s->section, "normal", "found a zero vector, expected the outward normal");
+}
+
+/* White is inside (as the metal of a tomogram); the picture's lowest row is the first row of the mask. */
+static pd_status pdi_read_shapes_png(pdi_read_shapes *s, pd_shape *shape)
+{
+    char path[PD_PATH_SIZE];
+    pd_image image;
+    uint8_t *mask = NULL;
+    memset(&image, 0, sizeof image);
+    if (PD_DIM != 2)
+        return pd_text_refuse(s->ctx, s->text, s->section, "mask", "found a picture in %dD, expected raw = FILE with"
+                              " size = %s", PD_DIM, PD_DIM == 3 ? "NX, NY, NZ" : "NX");
+    PDI_TRY(pdi_named_files_path(s->ctx, s->text, s->section, "mask", s->folder, path));
+    if (pd_png_read(s->ctx, path, &image) < 0) return pdi_named_files_fail(s->ctx, s->text, s->section, "mask");
+    pd_status status = pdi_setup_mask(s->ctx, s->setup, (size_t)image.width * (size_t)image.height, &mask);
+    for (int row = 0; row < image.height && status == PD_OK; row++)
+        for (int column = 0; column < image.width; column++)
+            mask[(size_t)(image.height - 1 - row) * (size_t)image.width + (size_t)column] =
+                pd_image_gray(&image, column, row) >= 128;
+    shape->n[0] = image.width;
+    shape->n[PD_DIM - 1] = image.height;
+    shape->mask = mask;
+    pd_image_free(s->ctx, &image);
+    return status;
+}
+
+/* One byte a voxel, not zero inside, x fastest. */
+static pd_status pdi_read_shapes_raw(pdi_read_shapes *s, pd_shape *shape)
+{
+    char path[PD_PATH_SIZE], *bytes = NULL;
+    double number[PD_DIM], voxels = 1.0;
+    size_t size = 0;
+    uint8_t *mask = NULL;
+    PDI_TRY(pdi_named_files_path(s->ctx, s->text, s->section, "raw", s->folder, path));
+    PDI_TRY(pdi_read_shapes_point(s, "size", "", number));
+    for (int d = 0; d < PD_DIM; d++) {
+        if (!(number[d] >= 1.0) || !(number[d] < 1e6) || number[d] > floor(number[d]))
+            return pd_text_refuse(s->ctx, s->text, s->section, "size", "found %.6g, expected whole numbers from 1",
+                                  number[d]);
+        shape->n[d] = (int)number[d];
+        voxels *= number[d];
+    }
+    /* a longer file need not be read to its end to see that it is too long */
+    double most = fmin(2.0 * voxels + 4096.0, (double)PDI_READ_SHAPES_RAW_LIMIT);
+    if (pdi_file_read(s->ctx, path, (size_t)most, &bytes, &size) < 0)
+        return pdi_named_files_fail(s->ctx, s->text, s->section, "raw");
+    pd_status status;
+    if ((double)size < voxels || (double)size > voxels)
+        status = pd_text_refuse(s->ctx, s->text, s->section, "raw",
+                                "found a file of %.0f bytes, expected %.0f, one for each"
+                                " voxel", (double)size, voxels);
+    else status = pdi_setup_mask(s->ctx, s->setup, size, &mask);
+    if (status == PD_OK && mask) {
+        memcpy(mask, bytes, size);
+        shape->mask = mask;
+    }
+    PDI_DELETE(s->ctx, size + 1, bytes);
+    return status;
+}
+
+static pd_status pdi_read_shapes_mask(pdi_read_shapes *s, pdi_read_shapes_form form, pd_shape *shape)
+{
+    int count;
+    shape->type = PD_SHAPE_VOXELS;
+    PDI_TRY(pdi_read_shapes_point(s, "corner", "m", shape->a));
+    PDI_TRY(pd_text_numbers(s->ctx, s->text, s->section, "cell", "m", NULL, PD_DIM, shape->b, &count));
+    for (int d = 0; d < PD_DIM; d++) {
+        if (count == 1) shape->b[d] = shape->b[0];
+        if ((count != 1 && count != PD_DIM) || !(shape->b[d] > 0.0))
+            return pd_text_refuse(s->ctx, s->text, s->section, "cell",
+                                  "expected one positive length or one for each axis");
+    }
+    return form == PDI_READ_SHAPES_MASK ? pdi_read_shapes_png(s, shape) : pdi_read_shapes_raw(s, shape);
+}
+
+/* Index of an earlier shape of that name. */
+static pd_status pdi_read_shapes_find(pdi_read_shapes *s, const char *key, const char *name, int *index)
+{
+    for (int k = 0; k < s->names; k++)
+        if (strcmp(s->name[k], name) == 0) {
+            s->used[k] = 1;
+            *index = s->index[k];
+            return PD_OK;
+        }
+    return pd_text_refuse(s->ctx, s->text, s->section, key, "found '%s', expected the name of a [shape] above", name);
+}
+
+static pd_status pdi_read_shapes_operation(pdi_read_shapes *s, pdi_read_shapes_form form, pd_shape *shape)
+{
+    pd_word_list list;
+    const char *key = pdi_read_shapes_forms[form];
+    const int room = (int)(sizeof shape->child / sizeof shape->child[0]);
+    shape->type = form == PDI_READ_SHAPES_UNION       ? PD_SHAPE_UNION
+                  : form == PDI_READ_SHAPES_INTERSECT ? PD_SHAPE_INTERSECT
+                                                 : PD_SHAPE_DIFFERENCE;
+    PDI_TRY(pd_text_words(s->ctx, s->text, s->section, key, NULL, &list));
+    if (list.count < 2 || list.count > room)
+        return pd_text_refuse(s->ctx, s->text, s->section, key, "found %d name%s, expected 2 to %d", list.count,
+                              list.count > 1 ? "s" : "", room);
+    for (int k = 0; k < list.count; k++) PDI_TRY(pdi_read_shapes_find(s, key, list.word[k], &shape->child[k]));
+    shape->children = list.count;
+    return PD_OK;
+}
+
+static pd_status pdi_read_shapes_which(pdi_read_shapes *s, pdi_read_shapes_form *form)
+{
+    int found = -1;
+    for (int k = 0; pdi_read_shapes_forms[k]; k++) {
+        if (!pd_text_has(s->ctx, s->text, s->section, pdi_read_shapes_forms[k])) continue;
+        if (found >= 0)
+            return pd_text_refuse(s->ctx, s->text, s->section, pdi_read_shapes_forms[k],
+                                  "found beside '%s', expected one"
+                                  " primitive or operation in a [shape] section",
+                                  pdi_read_shapes_forms[found]);
+        found = k;
+    }
+    if (found < 0)
+        return pd_text_refuse(s->ctx, s->text, s->section, "shape",
+                              "found no geometry, expected one of box, ball, cylinder,"
+                              " half_space, mask, raw, union, intersect, difference");
+    *form = (pdi_read_shapes_form)found;
+    return PD_OK;
+}
+
+static pd_status pdi_read_shapes_geometry(pdi_read_shapes *s, int *index)
+{
+    pd_shape shape;
+    pdi_read_shapes_form form = PDI_READ_SHAPES_BOX;
+    int outside;
+    memset(&shape, 0, sizeof shape);
+    PDI_TRY(pdi_read_shapes_which(s, &form));
+    switch (form) {
+    case PDI_READ_SHAPES_BOX: PDI_TRY(pdi_read_shapes_box(s, &shape)); break;
+    case PDI_READ_SHAPES_BALL:
+        shape.type = PD_SHAPE_BALL;
+        PDI_TRY(pdi_read_shapes_point(s, "ball", "m", shape.a));
+        PDI_TRY(pdi_read_shapes_length(s, "radius", NULL, &shape.r));
+        break;
+    case PDI_READ_SHAPES_CYLINDER: PDI_TRY(pdi_read_shapes_cylinder(s, &shape)); break;
+    case PDI_READ_SHAPES_HALF_SPACE: PDI_TRY(pdi_read_shapes_half_space(s, &shape)); break;
+    case PDI_READ_SHAPES_MASK:
+    case PDI_READ_SHAPES_RAW: PDI_TRY(pdi_read_shapes_mask(s, form, &shape)); break;
+    case PDI_READ_SHAPES_UNION:
+    case PDI_READ_SHAPES_INTERSECT:
+    case PDI_READ_SHAPES_DIFFERENCE: PDI_TRY(pdi_read_shapes_operation(s, form, &shape)); break;
+    }
+    PDI_TRY(pdi_setup_shape(s->ctx, s->setup, &shape, index));
+    PDI_TRY(pd_text_bool(s->ctx, s->text, s->section, "outside", "no", &outside));
+    return outside ? pdi_setup_outside(s->ctx, s->setup, index) : PD_OK;
+}
+
+/* One metal in one run: a second section may repeat it, not change it. */
+static pd_status pdi_read_shapes_material(pdi_read_shapes *s)
+{
+    const char *name;
+    pd_material material;
+    if (!pd_text_has(s->ctx, s->text, s->section, "material")) return PD_OK;
+    PDI_TRY(pd_text_string(s->ctx, s->text, s->section, "material", NULL, &name));
+    if (!pd_material_find(name, &material))
+        return pd_text_refuse(s->ctx, s->text, s->section, "material", "found '%.40s', expected %s", name,
+                              PDI_MATERIAL_NAMES);
+    if (s->materials++ && strcmp(material.name, s->setup->material.name) != 0)
+        return pd_text_refuse(s->ctx, s->text, s->section, "material", "found a second material, expected one for all");
+    s->setup->material = material;
+    s->setup->solid_c = pd_material_concentration(&material);
+    return PD_OK;
+}
+
+static pd_status pdi_read_shapes_grains(pdi_read_shapes *s)
+{
+    pd_grain_desc grain;
+    int seed;
+    memset(&grain, 0, sizeof grain);
+    if (!pd_text_has(s->ctx, s->text, s->section, "grains")) return PD_OK;
+    PDI_TRY(pdi_read_shapes_length(s, "grains", NULL, &grain.size));
+    PDI_TRY(pd_text_number(s->ctx, s->text, s->section, "grain_spread", "m", "0", &grain.spread));
+    PDI_TRY(pd_text_integer(s->ctx, s->text, s->section, "grain_seed", 0, 2147483647, "1", &seed));
+    PDI_TRY(pd_text_number(s->ctx, s->text, s->section, "boundary_width", "m", "0.5 um", &grain.boundary_width));
+    if (grain.spread < 0.0)
+        return pd_text_refuse(s->ctx, s->text, s->section, "grain_spread", "found %.6g m, expected at least 0",
+                              grain.spread);
+    if (!(grain.boundary_width >= 0.0) || grain.boundary_width > grain.size)
+        return pd_text_refuse(s->ctx, s->text, s->section, "boundary_width",
+                              "found %.6g m, expected 0 to the grain size %.6g m", grain.boundary_width, grain.size);
+    grain.seed = (uint64_t)seed;
+    const pd_grain_desc *first = &s->setup->grain;
+    double change = fabs(grain.size - first->size) + fabs(grain.spread - first->spread) +
+                    fabs(grain.boundary_width - first->boundary_width);
+    if (s->grains++ && (change > 0.0 || grain.seed != first->seed))
+        return pd_text_refuse(s->ctx, s->text, s->section, "grains",
+                              "found other grains than in a shape above, expected the same for all solids");
+    s->setup->grain = grain;
+    s->setup->line[PD_PART_GRAIN] = s->text->section[s->section].line;
+    s->setup->has_grains = 1;
+    return PD_OK;
+}
+
+/* A wall may hold a concentration. */
+static pd_status pdi_read_shapes_wall(pdi_read_shapes *s, int index)
+{
+    pd_setup *u = s->setup;
+    if (u->wall_count >= PD_SETUP_WALLS)
+        return pd_text_refuse(s->ctx, s->text, s->section, "kind", "found more than %d walls", PD_SETUP_WALLS);
+    pd_setup_wall *w = &u->walls[u->wall_count++];
+    w->shape = index;
+    w->section = s->section;
+    if (u->has_transport && pd_text_has(s->ctx, s->text, s->section, "C")) {
+        PDI_TRY(pd_text_expr(s->ctx, s->text, s->section, "C", "mol/m3", pdi_setup_position(), PDI_SETUP_PLACE, NULL,
+                             &w->held));
+        if (!w->held.uses && !(pd_expr_eval(&w->held, NULL) >= 0.0))
+            return pd_text_refuse(s->ctx, s->text, s->section, "C", "found %.6g mol/m3, expected at least 0",
+                                  pd_expr_eval(&w->held, NULL));
+        w->holds = 1;
+    }
+    return pdi_setup_join(s->ctx, u, index, &u->wall);
+}
+
+/* One diffusivity for all shapes of this kind. */
+static pd_status pdi_read_shapes_medium(pdi_read_shapes *s, int index)
+{
+    pd_setup *u = s->setup;
+    double value;
+    if (!u->has_transport)
+        return pd_text_refuse(s->ctx, s->text, s->section, "kind", "found 'medium' without a [transport] section");
+    PDI_TRY(pd_text_number(s->ctx, s->text, s->section, "D", "m2/s", NULL, &value));
+    if (!(value >= 0.0))
+        return pd_text_refuse(s->ctx, s->text, s->section, "D", "found %.6g m2/s, expected at least 0", value);
+    if (u->medium >= 0 && fabs(value - u->medium_diffusivity) > 0.0)
+        return pd_text_refuse(s->ctx, s->text, s->section, "D", "found another diffusivity than in a medium above,"
+                              " expected the same for all");
+    u->medium_diffusivity = value;
+    return pdi_setup_join(s->ctx, u, index, &u->medium);
+}
+
+/* What lies in front of a passive film. */
+static pd_status pdi_read_shapes_passive(pdi_read_shapes *s, int index)
+{
+    if (!s->setup->has_corrode)
+        return pd_text_refuse(s->ctx, s->text, s->section, "kind", "found 'passive' without a [corrode] section");
+    return pdi_setup_join(s->ctx, s->setup, index, &s->setup->passive);
+}
+
+static pd_status pdi_read_shapes_section(pdi_read_shapes *s)
+{
+    static const char *const kinds[] = {"part", "solid", "wall", "medium", "passive", NULL};
+    const char *label = s->text->section[s->section].label;
+    int kind = 0, index = 0;
+    if (label[0] == '\0') return pd_text_refuse(s->ctx, s->text, s->section, "shape", "expected a name: [shape NAME]");
+    if (s->names >= PD_SETUP_SHAPES)
+        return pd_text_refuse(s->ctx, s->text, s->section, "shape", "more than %d shapes", PD_SETUP_SHAPES);
+    PDI_TRY(pd_text_choice(s->ctx, s->text, s->section, "kind", kinds, "part", &kind));
+    PDI_TRY(pdi_read_shapes_geometry(s, &index));
+    s->name[s->names] = label;
+    s->index[s->names] = index;
+    s->setup->named[s->names] = kind == PDI_READ_SHAPES_SOLID || kind == PDI_READ_SHAPES_WALL ? index : -1;
+    s->used[s->names++] = kind != PDI_READ_SHAPES_PART;
+    int line = s->text->section[s->section].line;
+    if (s->names == 1 || (kind == PDI_READ_SHAPES_SOLID && s->setup->solid < 0)) s->setup->shape_line = line;
+    if (kind == PDI_READ_SHAPES_MEDIUM) return pdi_read_shapes_medium(s, index);
+    if (kind == PDI_READ_SHAPES_WALL) return pdi_read_shapes_wall(s, index);
+    if (kind == PDI_READ_SHAPES_PASSIVE) return pdi_read_shapes_passive(s, index);
+    if (kind != PDI_READ_SHAPES_SOLID) return PD_OK;
+    PDI_TRY(pdi_read_shapes_material(s));
+    PDI_TRY(pdi_read_shapes_grains(s));
+    return pdi_setup_join(s->ctx, s->setup, index, &s->setup->solid);
+}
+
+PDI_FN pd_status pdi_read_shapes_read(pd_ctx *ctx, pd_text *text, const char *folder, pd_setup *setup)
+{
+    pdi_read_shapes s;
+    memset(&s, 0, sizeof s);
+    s.ctx = ctx;
+    s.text = text;
+    s.folder = folder;
+    s.setup = setup;
+    for (s.section = pd_text_next(ctx, text, "shape", -1); s.section >= 0;
+         s.section = pd_text_next(ctx, text, "shape", s.section))
+        PDI_TRY(pdi_read_shapes_section(&s));
+    for (int k = 0; k < s.names; k++) {
+        if (s.used[k]) continue;
+        return pd_text_refuse(ctx, text, pd_text_section(ctx, text, "shape", s.name[k]), "shape",
+                              "'%.40s' has no kind and is part of no other shape, expected kind = solid, wall,"
+                              " medium or passive",
+                              s.name[k]);
+    }
+    return setup->shapes ? pd_shape_validate(ctx, setup->shape, setup->shapes) : PD_OK;
+}
+
+#undef PDI_READ_SHAPES_RAW_LIMIT

@@ -1,0 +1,404 @@
+/* least_squares: see least_squares.h */
+#include "solve/least_squares.h"
+#include "core/vec.h"
+#include <float.h>
+#include <math.h>
+#include <string.h>
+
+#define PDI_LEAST_SQUARES_PROBES 4     /* differences that tell the noise */
+#define PDI_LEAST_SQUARES_SPACING 1.618e-4 /* [-] of the bounds, between them: no round part of any digits cut off */
+#define PDI_LEAST_SQUARES_STEPS 100
+#define PDI_LEAST_SQUARES_FIRST 1e-2   /* [-] of the bounds: step of the first quotients */
+#define PDI_LEAST_SQUARES_LEAST 1e-6   /* [-] of the bounds: least and largest step of later ones */
+#define PDI_LEAST_SQUARES_MOST 0.1
+
+enum { PDI_LEAST_SQUARES_N = PD_LEAST_SQUARES_PARAMETERS };
+
+typedef struct pdi_least_squares {
+    pd_ctx *ctx;
+    const pd_least_squares_desc *desc;
+    pd_least_squares_result *result;
+    int n;                      /* parameters */
+    int m;                      /* points */
+    double q[PDI_LEAST_SQUARES_N];    /* [-] present parameters, 0 .. 1 between their bounds */
+    double step[PDI_LEAST_SQUARES_N]; /* [-] of the quotients */
+    double *r;                  /* [m] residuals there */
+    double *trial;              /* [m] */
+    double *jacobian;           /* [n][m] */
+    double *work;               /* [(probes + 1)][m] */
+    double sum, damping;
+    double from[PDI_LEAST_SQUARES_N]; /* [-] parameters at which it consists of quotients */
+} pdi_least_squares;
+
+/* Parameters over decades go by their logarithm. */
+static int pdi_least_squares_log(const pd_least_squares_desc *d, int k)
+{
+    return d->low[k] > 0.0 && d->high[k] >= 10.0 * d->low[k];
+}
+
+static double pdi_least_squares_value(const pd_least_squares_desc *d, int k, double q)
+{
+    if (q <= 0.0) return d->low[k];
+    if (q >= 1.0) return d->high[k];
+    if (pdi_least_squares_log(d, k)) return d->low[k] * pow(d->high[k] / d->low[k], q);
+    return (1.0 - q) * d->low[k] + q * d->high[k];
+}
+
+/* d value/d q */
+static double pdi_least_squares_slope(const pd_least_squares_desc *d, int k, double q)
+{
+    if (pdi_least_squares_log(d, k)) return pdi_least_squares_value(d, k, q) * log(d->high[k] / d->low[k]);
+    return d->high[k] - d->low[k];
+}
+
+static double *pdi_least_squares_column(const pdi_least_squares *s, int k) { return s->jacobian + (int64_t)k * s->m; }
+
+static pd_status pdi_least_squares_evaluate(pdi_least_squares *s, const double *q, double *residual, double *sum)
+{
+    double value[PDI_LEAST_SQUARES_N];
+    for (int k = 0; k < s->n; k++) value[k] = pdi_least_squares_value(s->desc, k, q[k]);
+    PDI_TRY(s->desc->fn(s->ctx, s->desc->user, value, residual));
+    s->result->evaluations++;
+    *sum = 0.0;
+    for (int i = 0; i < s->m; i++) *sum += residual[i] * residual[i];
+    if (*sum < HUGE_VAL) return PD_OK;
+    return pdi_fail(s->ctx, PD_ERR_STATE, "squares", "a residual is not finite at %g of parameter 1", value[0]);
+}
+
+/* Noise of a residual from differences of high order along a line, where what is smooth cancels: the mean square of the
+ * k-th ones is that of the noise times (2k)!/(k!)^2 (Hamming; More and Wild 2011). */
+static pd_status pdi_least_squares_noise(pdi_least_squares *s)
+{
+    double q[PDI_LEAST_SQUARES_N], sum, square = 0.0, gamma = 1.0;
+    double *f = s->work;
+    s->result->noise = s->desc->noise;
+    if (s->desc->noise > 0.0) return PD_OK;
+    memcpy(f, s->r, (size_t)s->m * sizeof *f);
+    for (int p = 1; p <= PDI_LEAST_SQUARES_PROBES; p++) {
+        for (int k = 0; k < s->n; k++) q[k] = s->q[k] + (s->q[k] < 0.5 ? 1 : -1) * PDI_LEAST_SQUARES_SPACING * p;
+        PDI_TRY(pdi_least_squares_evaluate(s, q, f + p * s->m, &sum));
+    }
+    for (int order = 1; order <= PDI_LEAST_SQUARES_PROBES; order++) {
+        gamma *= order / (2.0 * (2.0 * order - 1.0));
+        for (int p = 0; p + order <= PDI_LEAST_SQUARES_PROBES; p++)
+            for (int i = 0; i < s->m; i++) f[p * s->m + i] = f[(p + 1) * s->m + i] - f[p * s->m + i];
+    }
+    for (int i = 0; i < s->m; i++) square += gamma * f[i] * f[i];
+    s->result->noise = fmax(sqrt(square / s->m), DBL_EPSILON * sqrt(s->sum / s->m));
+    return PD_OK;
+}
+
+/* A quotient of second order, inside the bounds. */
+static pd_status pdi_least_squares_quotient(pdi_least_squares *s, int k)
+{
+    double q[PDI_LEAST_SQUARES_N], sum, h = s->step[k], *j = pdi_least_squares_column(s, k);
+    double *a = s->work, *b = s->work + s->m;
+    double first = s->q[k] + h <= 1.0 ? h : -h, mirrored = s->q[k] - first;
+    double second = mirrored >= 0.0 && mirrored <= 1.0 ? -first : 2.0 * first;
+    memcpy(q, s->q, sizeof q);
+    q[k] = s->q[k] + first;
+    PDI_TRY(pdi_least_squares_evaluate(s, q, a, &sum));
+    q[k] = s->q[k] + second;
+    PDI_TRY(pdi_least_squares_evaluate(s, q, b, &sum));
+    for (int i = 0; i < s->m; i++) {
+        double near_slope = (a[i] - s->r[i]) / first, far_slope = (b[i] - s->r[i]) / second;
+        j[i] = (near_slope * second - far_slope * first) / (second - first);
+    }
+    return PD_OK;
+}
+
+static double pdi_least_squares_dot(const pdi_least_squares *s, const double *a, const double *b)
+{
+    double sum = 0.0;
+    for (int i = 0; i < s->m; i++) sum += a[i] * b[i];
+    return sum;
+}
+
+/* A parameter on a bound that the sum would fall beyond. */
+static int pdi_least_squares_held(const pdi_least_squares *s, int k)
+{
+    double slope = pdi_least_squares_dot(s, pdi_least_squares_column(s, k), s->r);
+    return s->q[k] <= 0.0 && slope > 0.0 ? -1 : s->q[k] >= 1.0 && slope < 0.0 ? 1 : 0;
+}
+
+/* Cholesky factor of the normal matrix of the free parameters with (1 + damping) on its diagonal; held ones get 1.
+ * 0: it is singular. */
+static int pdi_least_squares_factor(const pdi_least_squares *s, double damping,
+                                    double a[PDI_LEAST_SQUARES_N][PDI_LEAST_SQUARES_N])
+{
+    int held[PDI_LEAST_SQUARES_N];
+    for (int k = 0; k < s->n; k++) held[k] = pdi_least_squares_held(s, k);
+    for (int k = 0; k < s->n; k++)
+        for (int l = 0; l <= k; l++) {
+            double sum = pdi_least_squares_dot(s, pdi_least_squares_column(s, k),
+                                         pdi_least_squares_column(s, l));
+            if (held[k] || held[l]) sum = k == l ? 1.0 : 0.0;
+            double whole = k == l ? sum : 0.0;
+            if (k == l) sum *= 1.0 + damping;
+            for (int i = 0; i < l; i++) sum -= a[k][i] * a[l][i];
+            if (k == l && !(sum > 1e-13 * whole)) return 0;
+            a[k][l] = k == l ? sqrt(sum) : sum / a[l][l];
+        }
+    return 1;
+}
+
+/* Noise e and a third derivative of the size of the first make the error of a quotient e/h + h^2/6 of it: least at the
+ * cube root of 3 e. */
+static pd_status pdi_least_squares_jacobian(pdi_least_squares *s)
+{
+    double noise = s->result->noise * sqrt((double)s->m), a[PDI_LEAST_SQUARES_N][PDI_LEAST_SQUARES_N];
+    for (int k = 0; k < s->n; k++) {
+        PDI_TRY(pdi_least_squares_quotient(s, k));
+        const double *j = pdi_least_squares_column(s, k);
+        double size = sqrt(pdi_least_squares_dot(s, j, j));
+        s->result->idle = size > 10.0 * noise ? 0 : k + 1;
+        if (s->result->idle)
+            return pdi_fail(s->ctx, PD_ERR_ARGUMENT, "squares", "parameter %d has no effect on the points: they change"
+                            " by %.3g between its bounds, and by %.3g without it", k + 1, size, noise);
+        s->step[k] = fmin(PDI_LEAST_SQUARES_MOST, fmax(PDI_LEAST_SQUARES_LEAST, cbrt(3.0 * noise / size)));
+    }
+    memcpy(s->from, s->q, sizeof s->from);
+    if (pdi_least_squares_factor(s, 0.0, a)) return PD_OK;
+    return pdi_fail(s->ctx, PD_ERR_ARGUMENT, "squares", "the points do not tell the %d parameters apart", s->n);
+}
+
+static void pdi_least_squares_substitute(int n, double a[PDI_LEAST_SQUARES_N][PDI_LEAST_SQUARES_N], double *x)
+{
+    for (int k = 0; k < n; k++) {
+        for (int i = 0; i < k; i++) x[k] -= a[k][i] * x[i];
+        x[k] /= a[k][k];
+    }
+    for (int k = n - 1; k >= 0; k--) {
+        for (int i = k + 1; i < n; i++) x[k] -= a[i][k] * x[i];
+        x[k] /= a[k][k];
+    }
+}
+
+/* The step from q, cut at the bounds. 0: there is none. */
+static int pdi_least_squares_step(const pdi_least_squares *s, double *q)
+{
+    double a[PDI_LEAST_SQUARES_N][PDI_LEAST_SQUARES_N], x[PDI_LEAST_SQUARES_N];
+    if (!pdi_least_squares_factor(s, s->damping, a)) return 0;
+    for (int k = 0; k < s->n; k++)
+        x[k] = pdi_least_squares_held(s, k) ? 0.0 : -pdi_least_squares_dot(s, pdi_least_squares_column(s, k), s->r);
+    pdi_least_squares_substitute(s->n, a, x);
+    for (int k = 0; k < s->n; k++) q[k] = fmin(1.0, fmax(0.0, s->q[k] + x[k]));
+    return 1;
+}
+
+/* Factor of the variances: 1 for a known spread that the residuals do not pass. */
+static double pdi_least_squares_scale(const pdi_least_squares *s)
+{
+    int freedom = s->result->freedom;
+    double reduced = freedom > 0 ? s->sum / freedom : (double)NAN;
+    if (!s->desc->known) return reduced;
+    return reduced > 1.0 ? reduced : 1.0;
+}
+
+/* Freedom, bounds, covariance. 0: the matrix is singular. */
+static int pdi_least_squares_spread(pdi_least_squares *s, double cov[PDI_LEAST_SQUARES_N][PDI_LEAST_SQUARES_N])
+{
+    double a[PDI_LEAST_SQUARES_N][PDI_LEAST_SQUARES_N];
+    pd_least_squares_result *r = s->result;
+    r->freedom = s->m;
+    for (int k = 0; k < s->n; k++) {
+        r->bound[k] = pdi_least_squares_held(s, k);
+        r->freedom -= !r->bound[k];
+    }
+    if (!pdi_least_squares_factor(s, 0.0, a)) return 0;
+    double scale = pdi_least_squares_scale(s);
+    for (int k = 0; k < s->n; k++) {
+        for (int l = 0; l < s->n; l++) cov[k][l] = k == l;
+        pdi_least_squares_substitute(s->n, a, cov[k]);
+        for (int l = 0; l < s->n; l++) cov[k][l] *= r->bound[k] || r->bound[l] ? (double)NAN : scale;
+    }
+    return 1;
+}
+
+/* The step to q is small: against the standard errors, or against what the noise leaves open. */
+static int pdi_least_squares_small(pdi_least_squares *s, const double *q)
+{
+    double cov[PDI_LEAST_SQUARES_N][PDI_LEAST_SQUARES_N],
+        tolerance = s->desc->tolerance > 0.0 ? s->desc->tolerance : 0.01;
+    if (!pdi_least_squares_spread(s, cov)) return 0;
+    double unit = s->result->noise * s->result->noise / pdi_least_squares_scale(s);
+    for (int k = 0; k < s->n; k++) {
+        double error = s->result->bound[k] ? 0.0 : sqrt(cov[k][k]), open = error * sqrt(unit);
+        if (isnan(error)) error = open = 0.0;
+        if (fabs(q[k] - s->q[k]) > tolerance * error + open + 4.0 * DBL_EPSILON) return 0;
+    }
+    return 1;
+}
+
+/* Secant update: the Jacobian tells what the step has shown. */
+static void pdi_least_squares_update(pdi_least_squares *s, const double *q)
+{
+    double length = 0.0;
+    for (int k = 0; k < s->n; k++) length += (q[k] - s->q[k]) * (q[k] - s->q[k]);
+    for (int i = 0; i < s->m && length > 0.0; i++) {
+        double missed = s->trial[i] - s->r[i];
+        for (int k = 0; k < s->n; k++) missed -= pdi_least_squares_column(s, k)[i] * (q[k] - s->q[k]);
+        for (int k = 0; k < s->n; k++)
+            pdi_least_squares_column(s, k)[i] += missed * (q[k] - s->q[k]) / length;
+    }
+}
+
+/* The quotients were taken no farther away than they reach. */
+static int pdi_least_squares_fresh(const pdi_least_squares *s)
+{
+    for (int k = 0; k < s->n; k++)
+        if (fabs(s->q[k] - s->from[k]) > s->step[k]) return 0;
+    return 1;
+}
+
+/* One step; *done: 1 converged, -1 nothing is lower. */
+static pd_status pdi_least_squares_advance(pdi_least_squares *s, int *done)
+{
+    double q[PDI_LEAST_SQUARES_N], sum;
+    if (!pdi_least_squares_step(s, q)) {
+        s->damping = fmax(10.0 * s->damping, 1e-8);
+        *done = s->damping > 1e10 ? -1 : 0;
+        return PD_OK;
+    }
+    int small = pdi_least_squares_small(s, q);
+    if (small && s->damping <= 1.0) {
+        if (pdi_least_squares_fresh(s)) *done = 1;
+        else PDI_TRY(pdi_least_squares_jacobian(s));
+        return PD_OK;
+    }
+    PDI_TRY(pdi_least_squares_evaluate(s, q, s->trial, &sum));
+    int lower = sum < s->sum;
+    if (!lower && !pdi_least_squares_fresh(s)) return pdi_least_squares_jacobian(s);
+    if (!lower) {
+        *done = small ? -1 : 0; /* a step that damping has made small and that still leads up */
+        s->damping = fmax(10.0 * s->damping, 1e-3);
+        return PD_OK;
+    }
+    pdi_least_squares_update(s, q);
+    memcpy(s->q, q, sizeof q);
+    memcpy(s->r, s->trial, (size_t)s->m * sizeof *s->r);
+    s->sum = sum;
+    s->damping = s->damping > 1e-6 ? 0.1 * s->damping : 0.0;
+    return PD_OK;
+}
+
+static void pdi_least_squares_tell(const pdi_least_squares *s)
+{
+    double value[PDI_LEAST_SQUARES_N];
+    for (int k = 0; k < s->n; k++) value[k] = pdi_least_squares_value(s->desc, k, s->q[k]);
+    if (s->desc->told) s->desc->told(s->desc->user, value, s->sum, s->result->evaluations);
+}
+
+static void pdi_least_squares_report(pdi_least_squares *s)
+{
+    double cov[PDI_LEAST_SQUARES_N][PDI_LEAST_SQUARES_N];
+    pd_least_squares_result *r = s->result;
+    int fixed = pdi_least_squares_spread(s, cov);
+    double t = pd_least_squares_quantile(s->desc->known && pdi_least_squares_scale(s) <= 1.0 ? 0 : r->freedom);
+    r->sum = s->sum;
+    for (int k = 0; k < s->n; k++) {
+        r->value[k] = pdi_least_squares_value(s->desc, k, s->q[k]);
+        r->error[k] = fixed ? sqrt(cov[k][k]) * pdi_least_squares_slope(s->desc, k, s->q[k]) : (double)NAN;
+        r->low[k] = r->value[k] - t * r->error[k];
+        r->high[k] = r->value[k] + t * r->error[k];
+        for (int l = 0; l < s->n; l++)
+            r->correlation[k][l] = fixed ? cov[k][l] / sqrt(cov[k][k] * cov[l][l]) : (double)NAN;
+    }
+}
+
+static pd_status pdi_least_squares_iterate(pdi_least_squares *s)
+{
+    int done = 0;
+    PDI_TRY(pdi_least_squares_evaluate(s, s->q, s->r, &s->sum));
+    pdi_least_squares_tell(s);
+    PDI_TRY(pdi_least_squares_noise(s));
+    PDI_TRY(pdi_least_squares_jacobian(s));
+    while (!done && s->result->steps < PDI_LEAST_SQUARES_STEPS) {
+        double before = s->sum;
+        PDI_TRY(pdi_least_squares_advance(s, &done));
+        s->result->steps++;
+        if (s->sum < before) pdi_least_squares_tell(s);
+    }
+    if (!pdi_least_squares_fresh(s)) PDI_TRY(pdi_least_squares_jacobian(s));
+    s->result->converged = done > 0;
+    pdi_least_squares_report(s);
+    return s->result->converged ? PD_OK : PD_NOT_CONVERGED;
+}
+
+static pd_status pdi_least_squares_check(pd_ctx *ctx, const pd_least_squares_desc *d)
+{
+    if (d->parameters < 1 || d->parameters > PDI_LEAST_SQUARES_N)
+        return pdi_fail(ctx, PD_ERR_ARGUMENT, "squares", "%d parameters, expected 1 to %d", d->parameters,
+                        PDI_LEAST_SQUARES_N);
+    if (d->points < d->parameters)
+        return pdi_fail(ctx, PD_ERR_ARGUMENT, "squares", "%d points for %d parameters, expected as many at least",
+                        d->points, d->parameters);
+    for (int k = 0; k < d->parameters; k++)
+        if (!(d->low[k] < d->high[k]) || !(d->high[k] - d->low[k] < HUGE_VAL) || !(d->start[k] >= d->low[k]) ||
+            !(d->start[k] <= d->high[k]))
+            return pdi_fail(ctx, PD_ERR_ARGUMENT, "squares", "parameter %d starts at %g between %g and %g, expected"
+                            " finite bounds that rise and a start between them", k + 1, d->start[k], d->low[k],
+                            d->high[k]);
+    return PD_OK;
+}
+
+pd_status pd_least_squares_solve(pd_ctx *ctx, const pd_least_squares_desc *d, pd_least_squares_result *result)
+{
+    pdi_least_squares s;
+    memset(&s, 0, sizeof s);
+    memset(result, 0, sizeof *result);
+    PDI_TRY(pdi_least_squares_check(ctx, d));
+    s.ctx = ctx;
+    s.desc = d;
+    s.result = result;
+    s.n = d->parameters;
+    s.m = d->points;
+    for (int k = 0; k < s.n; k++) {
+        s.q[k] = pdi_least_squares_log(d, k) ? log(d->start[k] / d->low[k]) / log(d->high[k] / d->low[k])
+                                       : (d->start[k] - d->low[k]) / (d->high[k] - d->low[k]);
+        s.step[k] = PDI_LEAST_SQUARES_FIRST;
+    }
+    int64_t jacobian = (int64_t)s.n * s.m, work = (int64_t)(PDI_LEAST_SQUARES_PROBES + 1) * s.m;
+    pd_status status = PDI_NEW(ctx, "squares", s.m, s.r);
+    if (status == PD_OK) status = PDI_NEW(ctx, "squares", s.m, s.trial);
+    if (status == PD_OK) status = PDI_NEW(ctx, "squares", jacobian, s.jacobian);
+    if (status == PD_OK) status = PDI_NEW(ctx, "squares", work, s.work);
+    if (status == PD_OK) status = pdi_least_squares_iterate(&s);
+    PDI_DELETE(ctx, s.m, s.r);
+    PDI_DELETE(ctx, s.m, s.trial);
+    PDI_DELETE(ctx, jacobian, s.jacobian);
+    PDI_DELETE(ctx, work, s.work);
+    return status;
+}
+
+/* Share of Student's t within +-t for a whole freedom (Abramowitz and Stegun 26.7.3 and 26.7.4). */
+static double pdi_least_squares_student(double t, int freedom)
+{
+    double angle = atan(t / sqrt((double)freedom)), c = cos(angle), term = 1.0, sum = 0.0;
+    int odd = freedom % 2;
+    if (odd) term = c;
+    for (int k = odd ? 3 : 2; k <= freedom; k += 2) {
+        sum += term;
+        term *= c * c * (k - 1) / (double)k;
+    }
+    return odd ? 2.0 / PDI_PI * (angle + sin(angle) * sum) : sin(angle) * sum;
+}
+
+double pd_least_squares_quantile(int freedom)
+{
+    double low = 0.0, high = 16.0;
+    if (freedom <= 0 || freedom > 100000) return 1.959963984540054;
+    for (int k = 0; k < 60; k++) {
+        double middle = 0.5 * (low + high);
+        if (pdi_least_squares_student(middle, freedom) < 0.95) low = middle;
+        else high = middle;
+    }
+    return 0.5 * (low + high);
+}
+
+#undef PDI_LEAST_SQUARES_PROBES
+#undef PDI_LEAST_SQUARES_SPACING
+#undef PDI_LEAST_SQUARES_STEPS
+#undef PDI_LEAST_SQUARES_FIRST
+#undef PDI_LEAST_SQUARES_LEAST
+#undef PDI_LEAST_SQUARES_MOST
