@@ -6,6 +6,7 @@
  * without a first phase, and x is read off the objective row.
  */
 #include "lattice/area.h"
+#include "core/owner.h"
 #include <float.h>
 #include <limits.h>
 #include <math.h>
@@ -32,15 +33,21 @@ typedef struct pdi_area_fit {
     int rows, columns;  /* without the objective row */
 } pdi_area_fit;
 
-static void pdi_area_release(pd_ctx *ctx, pdi_area_fit *fit)
+static void pdi_area_orbit_list(pdi_owner *owner, void *object)
 {
-    PDI_DELETE(ctx, fit->bond_capacity, fit->orbit_of);
-    PDI_DELETE(ctx, fit->bond_capacity * PD_DIM, fit->key);
-    PDI_DELETE(ctx, fit->bond_capacity, fit->length);
-    PDI_DELETE(ctx, fit->bond_capacity, fit->scale);
-    PDI_DELETE(ctx, fit->direction_capacity * PD_DIM, fit->normal);
-    PDI_DELETE(ctx, (fit->rows + 1) * fit->columns, fit->table);
-    PDI_DELETE(ctx, fit->rows, fit->basis);
+    pdi_area_fit *fit = (pdi_area_fit *)object;
+    PDI_ARRAY(owner, fit, orbit_of, fit->bond_capacity, "1");
+    PDI_ARRAY(owner, fit, key, fit->bond_capacity * PD_DIM, "1");
+    PDI_ARRAY(owner, fit, length, fit->bond_capacity, "1");
+    PDI_ARRAY(owner, fit, scale, fit->bond_capacity, "1/m");
+    PDI_ROOM(owner, fit, normal, fit->direction_capacity * PD_DIM, "1");
+}
+
+static void pdi_area_table_list(pdi_owner *owner, void *object)
+{
+    pdi_area_fit *fit = (pdi_area_fit *)object;
+    PDI_ARRAY(owner, fit, table, (int64_t)(fit->rows + 1) * fit->columns, "1");
+    PDI_ARRAY(owner, fit, basis, fit->rows, "1");
 }
 
 PDI_FN double pdi_area_measure(int count, const double *xi, const double *area, const double *normal)
@@ -226,10 +233,9 @@ static pd_status pdi_area_tableau(pd_ctx *ctx, pdi_area_fit *fit, const double *
 {
     int orbits = fit->orbits, directions = fit->directions;
     int rows = orbits + 1, columns = 2 * directions + rows + 1;
-    PDI_TRY(PDI_NEW(ctx, "area", (rows + 1) * columns, fit->table));
     fit->rows = rows;
     fit->columns = columns;
-    PDI_TRY(PDI_NEW(ctx, "area", rows, fit->basis));
+    PDI_TRY(pdi_owner_build(ctx, pdi_area_table_list, fit));
     double response[PDI_AREA_ORBITS];
     for (int k = 0; k < orbits; k++) fit->scale[k] = 0.0;
     for (int i = 0; i < directions; i++) {
@@ -338,10 +344,7 @@ static void pdi_area_result(const pdi_area_fit *fit, const double *xi, const dou
 static pd_status pdi_area_solve(pd_ctx *ctx, pdi_area_fit *fit, const double *xi, const double *beta, double m,
                                 const double *h, double *area, double *anisotropy)
 {
-    PDI_TRY(PDI_NEW(ctx, "area", fit->bond_capacity, fit->orbit_of));
-    PDI_TRY(PDI_NEW(ctx, "area", fit->bond_capacity * PD_DIM, fit->key));
-    PDI_TRY(PDI_NEW(ctx, "area", fit->bond_capacity, fit->length));
-    PDI_TRY(PDI_NEW(ctx, "area", fit->bond_capacity, fit->scale));
+    PDI_TRY(pdi_owner_build(ctx, pdi_area_orbit_list, fit));
     PDI_TRY(pdi_area_orbits(ctx, xi, beta, m, h, fit));
     PDI_TRY(pdi_area_directions(ctx, fit, h, PDI_AREA_MESH_FIT));
     PDI_TRY(pdi_area_tableau(ctx, fit, xi));
@@ -372,6 +375,7 @@ PDI_FN pd_status pdi_area_weights(pd_ctx *ctx, int count, const double *xi, cons
     fit.bonds = count;
     fit.bond_capacity = count + 1;
     pd_status status = pdi_area_solve(ctx, &fit, xi, beta, m, h, area, anisotropy);
-    pdi_area_release(ctx, &fit);
+    pdi_owner_free(ctx, pdi_area_orbit_list, &fit);
+    pdi_owner_free(ctx, pdi_area_table_list, &fit);
     return status;
 }

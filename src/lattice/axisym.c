@@ -3,6 +3,7 @@
  * Radii are in cells here: node i of the rows at the axis has rho_i = i + 1/2, a bond the mean rho = (rho_i + rho_j)/2.
  */
 #include "lattice/axisym.h"
+#include "core/owner.h"
 #include "core/vec.h"
 #include <math.h>
 #include <string.h>
@@ -20,7 +21,7 @@ typedef struct pdi_axisym_fit {
     double scale[PD_DIM];      /* of the weights: sum scale_a w n_a^2 = 1 over a family */
     double excess;             /* kappa of eq. 3.8 */
     double first;              /* radius of the first row of the box in cells; 0.5: at the axis */
-    int rows;                  /* fitted, from the axis on; 0: the axis is not in reach */
+    int32_t rows;              /* fitted, from the axis on; 0: the axis is not in reach */
     double *axial, *radial;    /* [rows] multipliers of eq. 3.9, 3.10 */
     double *matrix, *lack, *x; /* [2 rows][2 rows], [2 rows], [2 rows] of the Newton step */
     int *row_of, *column_of;   /* [2 rows] pivots */
@@ -139,30 +140,17 @@ static int pdi_axisym_rows(const pdi_axisym_fit *f)
     }
 }
 
-static void pdi_axisym_release(pd_ctx *ctx, pdi_axisym_fit *f)
+static void pdi_axisym_fit_list(pdi_owner *owner, void *object)
 {
-    int64_t n = 2 * (int64_t)f->rows;
-    PDI_DELETE(ctx, f->rows, f->axial);
-    PDI_DELETE(ctx, f->rows, f->radial);
-    PDI_DELETE(ctx, n * n, f->matrix);
-    PDI_DELETE(ctx, n, f->lack);
-    PDI_DELETE(ctx, n, f->x);
-    PDI_DELETE(ctx, n, f->row_of);
-    PDI_DELETE(ctx, n, f->column_of);
-}
-
-static pd_status pdi_axisym_reserve(pd_ctx *ctx, int rows, pdi_axisym_fit *f)
-{
-    int64_t n = 2 * (int64_t)rows;
-    pdi_axisym_release(ctx, f);
-    f->rows = rows;
-    PDI_TRY(PDI_NEW(ctx, "ring", rows, f->axial));
-    PDI_TRY(PDI_NEW(ctx, "ring", rows, f->radial));
-    PDI_TRY(PDI_NEW(ctx, "ring", n * n, f->matrix));
-    PDI_TRY(PDI_NEW(ctx, "ring", n, f->lack));
-    PDI_TRY(PDI_NEW(ctx, "ring", n, f->x));
-    PDI_TRY(PDI_NEW(ctx, "ring", n, f->row_of));
-    return PDI_NEW(ctx, "ring", n, f->column_of);
+    pdi_axisym_fit *fit = (pdi_axisym_fit *)object;
+    int64_t n = 2 * (int64_t)fit->rows;
+    PDI_ARRAY(owner, fit, axial, fit->rows, "1");
+    PDI_ARRAY(owner, fit, radial, fit->rows, "1");
+    PDI_ARRAY(owner, fit, matrix, n * n, "1");
+    PDI_ARRAY(owner, fit, lack, n, "1");
+    PDI_ARRAY(owner, fit, x, n, "1");
+    PDI_ARRAY(owner, fit, row_of, n, "1");
+    PDI_ARRAY(owner, fit, column_of, n, "1");
 }
 
 /* Fit the conductances of `weight` and put c_ij over the radius, times `unit`, into table[rows][count]. */
@@ -182,7 +170,7 @@ static pd_status pdi_axisym_table(pd_ctx *ctx, pdi_axisym_fit *f, const pd_grid 
     f->scale[0] = 1.0 / moment[0];
     f->scale[PD_DIM - 1] = 1.0 / moment[1];
     f->excess = curl > 0.0 ? curl / straight : 0.0;
-    PDI_TRY(pdi_axisym_reserve(ctx, pdi_axisym_rows(f), f));
+    PDI_TRY(pdi_owner_renew(ctx, pdi_axisym_fit_list, f, &f->rows, pdi_axisym_rows(f)));
     PDI_TRY(pdi_axisym_newton(ctx, f));
     for (int row = 0; row < grid->np[PD_DIM - 1]; row++)
         for (int k = 0; k < s->count; k++) {
@@ -202,12 +190,18 @@ static void pdi_axisym_hoop(const pd_stencil *s, const pdi_axisym_fit *f, const 
     }
 }
 
+static void pdi_axisym_list(pdi_owner *owner, void *object)
+{
+    pd_axisym *ring = (pd_axisym *)object;
+    PDI_ARRAY(owner, ring, lap, (int64_t)ring->rows * ring->count, "1/m2");
+    PDI_ARRAY(owner, ring, flux, (int64_t)ring->rows * ring->count, "1");
+    PDI_ARRAY(owner, ring, hoop, ring->rows, "1/m2");
+}
+
 static pd_status pdi_axisym_fill(pd_ctx *ctx, const pd_stencil *s, const pd_grid *grid, pdi_axisym_fit *f,
                                  pd_axisym *ring)
 {
-    PDI_TRY(PDI_NEW(ctx, "ring", (int64_t)ring->rows * ring->count, ring->lap));
-    PDI_TRY(PDI_NEW(ctx, "ring", (int64_t)ring->rows * ring->count, ring->flux));
-    PDI_TRY(PDI_NEW(ctx, "ring", ring->rows, ring->hoop));
+    PDI_TRY(pdi_owner_build(ctx, pdi_axisym_list, ring));
     PDI_TRY(pdi_axisym_table(ctx, f, grid, s->lap, s->lap, ring->lap));
     PDI_TRY(pdi_axisym_table(ctx, f, grid, s->base, NULL, ring->flux));
     pdi_axisym_hoop(s, f, grid, ring);
@@ -226,7 +220,7 @@ static pd_status pdi_axisym_make(pd_ctx *ctx, const pd_stencil *stencil, const p
     f.first = grid->circumference[grid->ghost] / (2.0 * PDI_PI * grid->h[PD_DIM - 1]);
     if (f.first < 1.0) f.first = 0.5; /* at the axis, but for rounding */
     pd_status status = pdi_axisym_fill(ctx, stencil, grid, &f, ring);
-    pdi_axisym_release(ctx, &f);
+    pdi_owner_free(ctx, pdi_axisym_fit_list, &f);
     return status;
 }
 
@@ -239,8 +233,6 @@ pd_status pd_axisym_build(pd_ctx *ctx, const pd_stencil *stencil, const pd_grid 
 
 void pd_axisym_free(pd_ctx *ctx, pd_axisym *ring)
 {
-    PDI_DELETE(ctx, (int64_t)ring->rows * ring->count, ring->lap);
-    PDI_DELETE(ctx, (int64_t)ring->rows * ring->count, ring->flux);
-    PDI_DELETE(ctx, ring->rows, ring->hoop);
+    pdi_owner_free(ctx, pdi_axisym_list, ring);
     memset(ring, 0, sizeof *ring);
 }

@@ -1,5 +1,6 @@
 /* bond: see bond.h */
 #include "lattice/bond.h"
+#include "core/owner.h"
 #include "core/vec.h"
 #include "core/par.h"
 #include <math.h>
@@ -423,34 +424,19 @@ static void pdi_bond_fill_row(pd_bonds *bonds, int32_t r)
     pdi_bond_transpose(norm, carrier);
 }
 
-static void pdi_bond_free_rows(pd_ctx *ctx, pd_bonds *b)
+static void pdi_bond_row_list(pdi_owner *owner, void *object)
 {
-    PDI_DELETE(ctx, b->capacity, b->node);
-    PDI_DELETE(ctx, (int64_t)b->capacity * b->words, b->mask);
-    PDI_DELETE(ctx, b->capacity, b->inlet);
-    PDI_DELETE(ctx, b->capacity, b->smooth);
-    PDI_DELETE(ctx, (int64_t)b->capacity * 2 * PD_DIM, b->leg);
-    PDI_DELETE(ctx, b->capacity, b->wall_lap);
-    PDI_DELETE(ctx, b->capacity, b->wall_curv);
-    PDI_DELETE(ctx, (int64_t)b->capacity * PD_DIM * PD_DIM, b->moment);
-    PDI_DELETE(ctx, (int64_t)b->capacity * PD_DIM * PD_DIM, b->carrier);
-}
-
-static pd_status pdi_bond_new_rows(pd_ctx *ctx, pd_bonds *b)
-{
-    b->node = NULL;
-    b->mask = NULL;
-    b->inlet = b->smooth = NULL;
-    b->leg = b->wall_lap = b->wall_curv = b->moment = b->carrier = NULL;
-    PDI_TRY(PDI_NEW(ctx, "bond", b->capacity, b->node));
-    PDI_TRY(PDI_NEW(ctx, "bond", (int64_t)b->capacity * b->words, b->mask));
-    PDI_TRY(PDI_NEW(ctx, "bond", b->capacity, b->inlet));
-    PDI_TRY(PDI_NEW(ctx, "bond", b->capacity, b->smooth));
-    PDI_TRY(PDI_NEW(ctx, "bond", (int64_t)b->capacity * 2 * PD_DIM, b->leg));
-    PDI_TRY(PDI_NEW(ctx, "bond", b->capacity, b->wall_lap));
-    PDI_TRY(PDI_NEW(ctx, "bond", b->capacity, b->wall_curv));
-    PDI_TRY(PDI_NEW(ctx, "bond", (int64_t)b->capacity * PD_DIM * PD_DIM, b->moment));
-    return PDI_NEW(ctx, "bond", (int64_t)b->capacity * PD_DIM * PD_DIM, b->carrier);
+    pd_bonds *bonds = (pd_bonds *)object;
+    int64_t rows = bonds->capacity;
+    PDI_ARRAY(owner, bonds, node, rows, "1");
+    PDI_ARRAY(owner, bonds, mask, rows * bonds->words, "1");
+    PDI_ARRAY(owner, bonds, inlet, rows, "1");
+    PDI_ARRAY(owner, bonds, smooth, rows, "1");
+    PDI_ARRAY(owner, bonds, leg, rows * 2 * PD_DIM, "1");
+    PDI_ARRAY(owner, bonds, wall_lap, rows, "1/m2");
+    PDI_ARRAY(owner, bonds, wall_curv, rows, "1");
+    PDI_ARRAY(owner, bonds, moment, rows * PD_DIM * PD_DIM, "1");
+    PDI_ARRAY(owner, bonds, carrier, rows * PD_DIM * PD_DIM, "1");
 }
 
 /* All arrays of rows have one capacity at any time, also when memory runs out half-way. */
@@ -459,7 +445,7 @@ static pd_status pdi_bond_reserve(pd_ctx *ctx, int32_t rows, pd_bonds *b)
     if (rows <= b->capacity) return PD_OK;
     pd_bonds fresh = *b;
     fresh.capacity = rows + rows / 4 + 64;
-    pd_status status = pdi_bond_new_rows(ctx, &fresh);
+    pd_status status = pdi_owner_build(ctx, pdi_bond_row_list, &fresh);
     if (status == PD_OK) {
         size_t used = (size_t)b->rows;
         pd_bonds old = *b;
@@ -479,7 +465,7 @@ static pd_status pdi_bond_reserve(pd_ctx *ctx, int32_t rows, pd_bonds *b)
         *b = fresh;
         fresh = old;
     }
-    pdi_bond_free_rows(ctx, &fresh);
+    pdi_owner_free(ctx, pdi_bond_row_list, &fresh);
     return status;
 }
 
@@ -533,11 +519,11 @@ static void pdi_bond_sort(pd_bonds *b)
     }
 }
 
-static void pdi_bond_free_stretches(pd_ctx *ctx, pd_stretches *list)
+static void pdi_bond_stretch_list(pdi_owner *owner, void *object)
 {
-    PDI_DELETE(ctx, list->capacity, list->first);
-    PDI_DELETE(ctx, list->capacity, list->length);
-    list->count = 0;
+    pd_stretches *list = (pd_stretches *)object;
+    PDI_ARRAY(owner, list, first, list->capacity, "1");
+    PDI_ARRAY(owner, list, length, list->capacity, "1");
 }
 
 /* List the plain rows (cut) or the nodes with whole families, up to the capacity; their number. */
@@ -566,10 +552,8 @@ static pd_status pdi_bond_stretches(pd_ctx *ctx, const pd_bonds *b, int cut, pd_
 {
     int32_t count = pdi_bond_list(b, cut, list);
     if (count > list->capacity) {
-        pdi_bond_free_stretches(ctx, list);
-        list->capacity = count + count / 4 + 16;
-        PDI_TRY(PDI_NEW(ctx, "bond", list->capacity, list->first));
-        PDI_TRY(PDI_NEW(ctx, "bond", list->capacity, list->length));
+        list->count = 0;
+        PDI_TRY(pdi_owner_renew(ctx, pdi_bond_stretch_list, list, &list->capacity, count + count / 4 + 16));
         pdi_bond_list(b, cut, list);
     }
     list->count = count;
@@ -610,6 +594,17 @@ static pd_status pdi_bond_renew(pd_ctx *ctx, int32_t node, pd_bonds *b)
 /* Nodes between two polls: a tenth of a second where each needs a row in 3D. */
 #define PDI_BOND_POLL 4096
 
+static void pdi_bond_table(pdi_owner *owner, void *object)
+{
+    pd_bonds *bonds = (pd_bonds *)object;
+    const pd_stencil *stencil = bonds->stencil;
+    if (!stencil) return;
+    PDI_ARRAY(owner, bonds, shift, stencil->count, "1");
+    PDI_ARRAY(owner, bonds, line_shift, stencil->line_first[stencil->kinds], "1");
+    PDI_ARRAY(owner, bonds, cell_shift, stencil->cells, "1");
+    PDI_ARRAY(owner, bonds, row, bonds->grid->total, "1");
+}
+
 static pd_status pdi_bond_make(pd_ctx *ctx, const pd_stencil *stencil, const pd_grid *grid, int all_rows,
                                pd_bonds *bonds)
 {
@@ -621,10 +616,7 @@ static pd_status pdi_bond_make(pd_ctx *ctx, const pd_stencil *stencil, const pd_
     for (int k = 0; k < stencil->count; k++)
         for (int d = 0; d < PD_DIM; d++)
             bonds->norm[d] += stencil->base[k] * stencil->xi[k * PD_DIM + d] * stencil->xi[k * PD_DIM + d];
-    PDI_TRY(PDI_NEW(ctx, "bond", stencil->count, bonds->shift));
-    PDI_TRY(PDI_NEW(ctx, "bond", stencil->line_first[stencil->kinds], bonds->line_shift));
-    PDI_TRY(PDI_NEW(ctx, "bond", stencil->cells, bonds->cell_shift));
-    PDI_TRY(PDI_NEW(ctx, "bond", grid->total, bonds->row));
+    PDI_TRY(pdi_owner_build(ctx, pdi_bond_table, bonds));
     PDI_TRY(pd_ghosts_build(ctx, grid, &bonds->ghosts));
     PDI_TRY(pdi_spans_build(ctx, grid, &bonds->spans));
     PDI_TRY(pd_axisym_build(ctx, stencil, grid, &bonds->ring));
@@ -773,15 +765,12 @@ pd_status pd_bonds_validate(pd_ctx *ctx, const pd_bonds *b)
 
 void pd_bonds_free(pd_ctx *ctx, pd_bonds *b)
 {
-    PDI_DELETE(ctx, b->stencil ? b->stencil->count : 0, b->shift);
-    PDI_DELETE(ctx, b->stencil ? b->stencil->line_first[b->stencil->kinds] : 0, b->line_shift);
-    PDI_DELETE(ctx, b->stencil ? b->stencil->cells : 0, b->cell_shift);
-    PDI_DELETE(ctx, b->grid ? b->grid->total : 0, b->row);
+    pdi_owner_free(ctx, pdi_bond_table, b);
+    pdi_owner_free(ctx, pdi_bond_row_list, b);
+    pdi_owner_free(ctx, pdi_bond_stretch_list, &b->whole);
+    pdi_owner_free(ctx, pdi_bond_stretch_list, &b->cut);
     pd_ghosts_free(ctx, &b->ghosts);
     pdi_spans_free(ctx, &b->spans);
     pd_axisym_free(ctx, &b->ring);
-    pdi_bond_free_rows(ctx, b);
-    pdi_bond_free_stretches(ctx, &b->whole);
-    pdi_bond_free_stretches(ctx, &b->cut);
     memset(b, 0, sizeof *b);
 }

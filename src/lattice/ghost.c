@@ -1,6 +1,16 @@
 /* ghost: see ghost.h */
 #include "lattice/ghost.h"
+#include "core/owner.h"
 #include <string.h>
+
+static void pdi_ghost_list(pdi_owner *owner, void *object)
+{
+    pd_ghosts *ghosts = (pd_ghosts *)object;
+    PDI_ARRAY(owner, ghosts, node, ghosts->capacity, "1");
+    PDI_ARRAY(owner, ghosts, source, ghosts->capacity, "1");
+    PDI_ARRAY(owner, ghosts, odd, ghosts->capacity, "1");
+    PDI_ARRAY(owner, ghosts, port, ghosts->capacity, "1");
+}
 
 static pd_status pdi_ghost_make(pd_ctx *ctx, const pd_grid *grid, pd_ghosts *g)
 {
@@ -14,26 +24,6 @@ pd_status pd_ghosts_build(pd_ctx *ctx, const pd_grid *grid, pd_ghosts *g)
     pd_status status = pdi_ghost_make(ctx, grid, g);
     if (status < 0) pd_ghosts_free(ctx, g);
     return status;
-}
-
-static void pdi_ghost_release(pd_ctx *ctx, pd_ghosts *g)
-{
-    PDI_DELETE(ctx, g->capacity, g->node);
-    PDI_DELETE(ctx, g->capacity, g->source);
-    PDI_DELETE(ctx, g->capacity, g->odd);
-    PDI_DELETE(ctx, g->capacity, g->port);
-    g->capacity = g->listed = g->count = g->images = 0;
-}
-
-static pd_status pdi_ghost_reserve(pd_ctx *ctx, int32_t count, pd_ghosts *g)
-{
-    if (count <= g->capacity) return PD_OK;
-    pdi_ghost_release(ctx, g);
-    g->capacity = count;
-    PDI_TRY(PDI_NEW(ctx, "ghost", count, g->node));
-    PDI_TRY(PDI_NEW(ctx, "ghost", count, g->source));
-    PDI_TRY(PDI_NEW(ctx, "ghost", count, g->odd));
-    return PDI_NEW(ctx, "ghost", count, g->port);
 }
 
 /* The axis of the inlet or outlet that a ghost lies behind, as a bit. */
@@ -71,8 +61,8 @@ pd_status pd_ghosts_update(pd_ctx *ctx, pd_ghosts *g)
     end[1] = &g->count;
     end[2] = &g->listed;
     for (int32_t node = 0; node < grid->total; node++) count += grid->kind[node] >= PD_INLET;
-    PDI_TRY(pdi_ghost_reserve(ctx, count, g));
-    g->listed = 0;
+    g->listed = g->count = g->images = 0;
+    if (count > g->capacity) PDI_TRY(pdi_owner_renew(ctx, pdi_ghost_list, g, &g->capacity, count));
     for (int k = 0; k < 3; k++) {
         for (int32_t node = 0; node < grid->total; node++)
             if (grid->kind[node] == kinds[k]) pdi_ghost_add(g, node);
@@ -125,6 +115,6 @@ void pd_ghosts_clear(const pd_ghosts *g, int components, double *x)
 
 void pd_ghosts_free(pd_ctx *ctx, pd_ghosts *g)
 {
-    pdi_ghost_release(ctx, g);
+    pdi_owner_free(ctx, pdi_ghost_list, g);
     memset(g, 0, sizeof *g);
 }

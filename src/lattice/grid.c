@@ -1,5 +1,6 @@
 /* grid: see grid.h */
 #include "lattice/grid.h"
+#include "core/owner.h"
 #include "core/vec.h"
 #include <math.h>
 #include <stdio.h>
@@ -303,12 +304,19 @@ static pd_status pdi_grid_rings(pd_ctx *ctx, const pd_stencil *stencil, pd_grid 
     if ((!at_axis && grid->side[2 * r] >= PD_SIDE_PERIODIC) || grid->side[2 * r + 1] >= PD_SIDE_PERIODIC)
         return pdi_fail(ctx, PD_ERR_ARGUMENT, "grid",
                         "an axisymmetric box is periodic or mirrored across r > 0, expected wall, inlet or outlet");
-    PDI_TRY(PDI_NEW(ctx, "grid", grid->np[r], grid->circumference));
+    PDI_TRY(PDI_NEW(ctx, "grid.circumference", grid->np[r], grid->circumference));
     for (int row = 0; row < grid->np[r]; row++) {
         double cell = row - grid->ghost + 0.5;
         grid->circumference[row] = 2.0 * PDI_PI * fabs((at_axis ? 0.0 : grid->lo[r]) + cell * grid->h[r]);
     }
     return PD_OK;
+}
+
+static void pdi_grid_list(pdi_owner *owner, void *object)
+{
+    pd_grid *grid = (pd_grid *)object;
+    PDI_ARRAY(owner, grid, kind, grid->total, "1");
+    PDI_ROOM(owner, grid, circumference, grid->np[PD_DIM - 1], "m");
 }
 
 static pd_status pdi_grid_make(pd_ctx *ctx, const pd_stencil *stencil, const pd_grid_desc *desc, pd_grid *grid)
@@ -322,7 +330,7 @@ static pd_status pdi_grid_make(pd_ctx *ctx, const pd_stencil *stencil, const pd_
     grid->entry = desc->entry;
     grid->entry_user = desc->entry_user;
     if (grid->solid >= 0) PDI_TRY(pdi_grid_check_solid(ctx, grid));
-    PDI_TRY(PDI_NEW(ctx, "grid", grid->total, grid->kind));
+    PDI_TRY(pdi_owner_build(ctx, pdi_grid_list, grid));
     for (int32_t node = 0; node < grid->total; node++) {
         int i[PD_DIM];
         double x[PD_DIM];
@@ -402,8 +410,7 @@ PDI_FN void pdi_grid_dissolve(pd_grid *grid, int32_t node)
 
 void pd_grid_free(pd_ctx *ctx, pd_grid *grid)
 {
-    PDI_DELETE(ctx, grid->total, grid->kind);
-    PDI_DELETE(ctx, grid->np[PD_DIM - 1], grid->circumference);
+    pdi_owner_free(ctx, pdi_grid_list, grid);
     memset(grid, 0, sizeof *grid);
 }
 

@@ -1,5 +1,6 @@
 /* media: see media.h */
 #include "lattice/media.h"
+#include "core/owner.h"
 #include "core/vec.h"
 #include <math.h>
 #include <string.h>
@@ -333,11 +334,24 @@ static pd_status pdi_media_raise(pd_ctx *ctx, pd_media *m)
 }
 #endif
 
+static void pdi_media_list(pdi_owner *owner, void *object)
+{
+    pd_media *media = (pd_media *)object;
+    int32_t total = media->grid ? media->grid->total : 0;
+    PDI_ARRAY(owner, media, at, total, "m2/s");
+    if (media->level) PDI_ARRAY(owner, media, near, total, "1");
+}
+
+static void pdi_media_row_list(pdi_owner *owner, void *object)
+{
+    pd_media *media = (pd_media *)object;
+    PDI_ARRAY(owner, media, along, media->rows ? (int64_t)media->rows * media->stencil->count : 0, "m2/s");
+}
+
 /* Rows of the nodes within one bond of the surface. */
 static pd_status pdi_media_rows(pd_ctx *ctx, pd_media *m)
 {
     double longest = 0.0;
-    PDI_TRY(PDI_NEW(ctx, "media", m->grid->total, m->near));
     for (int k = 0; k < m->stencil->count; k++) longest = fmax(longest, pdi_vec_norm(m->stencil->xi + k * PD_DIM));
     for (int32_t i = 0; i < m->grid->total; i++) {
         double x[PD_DIM];
@@ -348,7 +362,7 @@ static pd_status pdi_media_rows(pd_ctx *ctx, pd_media *m)
         if (fabs(m->level(m->user, x)) <= longest) m->near[i] = m->rows++;
     }
     if (m->rows == 0) return PD_OK;
-    PDI_TRY(PDI_NEW(ctx, "media", (int64_t)m->rows * m->stencil->count, m->along));
+    PDI_TRY(pdi_owner_build(ctx, pdi_media_row_list, m));
     for (int32_t i = 0; i < m->grid->total; i++)
         if (m->near[i] >= 0) pdi_media_row(m, i);
 #if PD_DIM > 1
@@ -369,7 +383,7 @@ PDI_FN pd_status pdi_media_build(pd_ctx *ctx, const pd_stencil *stencil, const p
     m->user = user;
     m->smallest = grid->h[0];
     for (int d = 1; d < PD_DIM; d++) m->smallest = fmin(m->smallest, grid->h[d]);
-    PDI_TRY(PDI_NEW(ctx, "media", grid->total, m->at));
+    PDI_TRY(pdi_owner_build(ctx, pdi_media_list, m));
     for (int k = 0; k < stencil->count; k++)
         for (int d = 0; d < PD_DIM; d++) {
             int unit = 1;
@@ -392,10 +406,8 @@ PDI_FN pd_status pdi_media_build(pd_ctx *ctx, const pd_stencil *stencil, const p
 
 PDI_FN void pdi_media_free(pd_ctx *ctx, pd_media *m)
 {
-    int32_t total = m->grid ? m->grid->total : 0;
-    PDI_DELETE(ctx, total, m->at);
-    PDI_DELETE(ctx, total, m->near);
-    PDI_DELETE(ctx, (int64_t)m->rows * (m->stencil ? m->stencil->count : 0), m->along);
+    pdi_owner_free(ctx, pdi_media_list, m);
+    pdi_owner_free(ctx, pdi_media_row_list, m);
     memset(m, 0, sizeof *m);
 }
 

@@ -1,5 +1,6 @@
 /* port: see port.h */
 #include "lattice/port.h"
+#include "core/owner.h"
 #include <string.h>
 
 PDI_FN int32_t pdi_port_segment(const pd_bonds *bonds, int32_t i, int32_t length, int *beside)
@@ -55,20 +56,19 @@ static int32_t pdi_port_list(pd_ports *p, int list)
     return found;
 }
 
+static void pdi_port_table(pdi_owner *owner, void *object)
+{
+    pd_ports *ports = (pd_ports *)object;
+    PDI_ARRAY(owner, ports, node, ports->capacity, "1");
+    PDI_ARRAY(owner, ports, far, ports->bonds ? (int64_t)ports->capacity * ports->bonds->stencil->count : 0, "1");
+}
+
 PDI_FN pd_status pdi_ports_update(pd_ctx *ctx, pd_ports *p)
 {
     int32_t count = pdi_port_any(p->bonds->grid) ? pdi_port_list(p, 0) : 0;
     if (count > p->capacity) {
-        const pd_bonds *bonds = p->bonds;
-        pdi_ports_free(ctx, p);
-        p->bonds = bonds;
-        PDI_TRY(PDI_NEW(ctx, "port", count, p->node));
-        pd_status status = PDI_NEW(ctx, "port", (int64_t)count * bonds->stencil->count, p->far);
-        if (status != PD_OK) {
-            PDI_DELETE(ctx, count, p->node);
-            return status;
-        }
-        p->capacity = count;
+        p->count = 0;
+        PDI_TRY(pdi_owner_renew(ctx, pdi_port_table, p, &p->capacity, count));
     }
     p->count = count ? pdi_port_list(p, 1) : 0;
     return PD_OK;
@@ -83,9 +83,7 @@ PDI_FN pd_status pdi_ports_build(pd_ctx *ctx, const pd_bonds *bonds, pd_ports *p
 
 PDI_FN void pdi_ports_free(pd_ctx *ctx, pd_ports *p)
 {
-    int64_t bonds = p->bonds ? p->bonds->stencil->count : 0;
-    PDI_DELETE(ctx, p->capacity, p->node);
-    PDI_DELETE(ctx, bonds * p->capacity, p->far);
+    pdi_owner_free(ctx, pdi_port_table, p);
     memset(p, 0, sizeof *p);
 }
 

@@ -1,5 +1,6 @@
 /* reconstruct: see reconstruct.h */
 #include "lattice/reconstruct.h"
+#include "core/owner.h"
 #include "core/par.h"
 #include "lattice/quadratic.h"
 #include <math.h>
@@ -136,6 +137,19 @@ static int pdi_reconstruct_velocity(const pd_bonds *bonds, int32_t r, double *be
     return 1;
 }
 
+static void pdi_reconstruct_list(pdi_owner *owner, void *object)
+{
+    pd_reconstruct *slopes = (pd_reconstruct *)object;
+    int64_t count = slopes->capacity, terms = PDI_RECONSTRUCT_TERMS;
+    PDI_ARRAY(owner, slopes, row, count, "1");
+    PDI_ARRAY(owner, slopes, fits, count, "1");
+    PDI_ARRAY(owner, slopes, grad, count * PD_DIM * terms, "1/m");
+    PDI_ARRAY(owner, slopes, bend, count * terms, "1/m2");
+    PDI_ARRAY(owner, slopes, drag, count, "1/m2");
+    PDI_ARRAY(owner, slopes, term, slopes->bonds ? slopes->bonds->stencil->count * terms : 0, "1");
+    PDI_ARRAY(owner, slopes, place, slopes->rows, "1");
+}
+
 static pd_status pdi_reconstruct_reserve(pd_ctx *ctx, int32_t count, pd_reconstruct *slopes)
 {
     const pd_bonds *bonds = slopes->bonds;
@@ -144,13 +158,7 @@ static pd_status pdi_reconstruct_reserve(pd_ctx *ctx, int32_t count, pd_reconstr
     slopes->bonds = bonds;
     slopes->capacity = count + count / 4;
     slopes->rows = bonds->capacity;
-    PDI_TRY(PDI_NEW(ctx, "slope", slopes->capacity, slopes->row));
-    PDI_TRY(PDI_NEW(ctx, "slope", slopes->capacity, slopes->fits));
-    PDI_TRY(PDI_NEW(ctx, "slope", (int64_t)slopes->capacity * PD_DIM * PDI_RECONSTRUCT_TERMS, slopes->grad));
-    PDI_TRY(PDI_NEW(ctx, "slope", (int64_t)slopes->capacity * PDI_RECONSTRUCT_TERMS, slopes->bend));
-    PDI_TRY(PDI_NEW(ctx, "slope", slopes->capacity, slopes->drag));
-    PDI_TRY(PDI_NEW(ctx, "slope", bonds->stencil->count * PDI_RECONSTRUCT_TERMS, slopes->term));
-    return PDI_NEW(ctx, "slope", slopes->rows, slopes->place);
+    return pdi_owner_build(ctx, pdi_reconstruct_list, slopes);
 }
 
 pd_status pd_reconstruct_update(pd_ctx *ctx, const pd_bonds *bonds, pd_reconstruct *slopes)
@@ -251,13 +259,7 @@ PDI_FN double pdi_reconstruct_value(const pd_bonds *bonds, const double *f, int3
 
 void pd_reconstruct_free(pd_ctx *ctx, pd_reconstruct *slopes)
 {
-    PDI_DELETE(ctx, slopes->capacity, slopes->row);
-    PDI_DELETE(ctx, slopes->capacity, slopes->fits);
-    PDI_DELETE(ctx, (int64_t)slopes->capacity * PD_DIM * PDI_RECONSTRUCT_TERMS, slopes->grad);
-    PDI_DELETE(ctx, (int64_t)slopes->capacity * PDI_RECONSTRUCT_TERMS, slopes->bend);
-    PDI_DELETE(ctx, slopes->capacity, slopes->drag);
-    PDI_DELETE(ctx, slopes->bonds ? slopes->bonds->stencil->count * PDI_RECONSTRUCT_TERMS : 0, slopes->term);
-    PDI_DELETE(ctx, slopes->rows, slopes->place);
+    pdi_owner_free(ctx, pdi_reconstruct_list, slopes);
     memset(slopes, 0, sizeof *slopes);
 }
 

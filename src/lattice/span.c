@@ -1,5 +1,6 @@
 /* span: see span.h */
 #include "lattice/span.h"
+#include "core/owner.h"
 #include "core/par.h"
 #include <string.h>
 
@@ -28,24 +29,28 @@ static void pdi_span_scan(const pd_grid *grid, pd_spans *s, int list)
     }
 }
 
+static void pdi_span_list(pdi_owner *owner, void *object)
+{
+    pd_spans *spans = (pd_spans *)object;
+    PDI_ARRAY(owner, spans, first, spans->capacity, "1");
+    PDI_ARRAY(owner, spans, start, spans->capacity, "1");
+    PDI_ARRAY(owner, spans, length, spans->capacity, "1");
+}
+
 PDI_FN pd_status pdi_spans_build(pd_ctx *ctx, const pd_grid *grid, pd_spans *s)
 {
     memset(s, 0, sizeof *s);
     s->total = grid->total;
     pdi_span_scan(grid, s, 0);
     s->capacity = s->count;
-    PDI_TRY(PDI_NEW(ctx, "span", s->capacity, s->first));
-    PDI_TRY(PDI_NEW(ctx, "span", s->capacity, s->start));
-    PDI_TRY(PDI_NEW(ctx, "span", s->capacity, s->length));
+    PDI_TRY(pdi_owner_build(ctx, pdi_span_list, s));
     pdi_span_scan(grid, s, 1);
     return PD_OK;
 }
 
 PDI_FN void pdi_spans_free(pd_ctx *ctx, pd_spans *s)
 {
-    PDI_DELETE(ctx, s->capacity, s->first);
-    PDI_DELETE(ctx, s->capacity, s->start);
-    PDI_DELETE(ctx, s->capacity, s->length);
+    pdi_owner_free(ctx, pdi_span_list, s);
     memset(s, 0, sizeof *s);
 }
 

@@ -1,5 +1,6 @@
 /* stencil: see stencil.h */
 #include "lattice/stencil.h"
+#include "core/owner.h"
 #include "core/vec.h"
 #include "lattice/area.h"
 #include <math.h>
@@ -32,20 +33,46 @@ static double pdi_stencil_beta(const int *n, double m, pd_family family)
     return family == PD_FAMILY_WHOLE ? 1.0 : fmin(m + 0.5 - length, 1.0);
 }
 
+static void pdi_stencil_list(pdi_owner *owner, void *object)
+{
+    pd_stencil *stencil = (pd_stencil *)object;
+    int64_t count = stencil->count, width = stencil->reach + 1;
+    PDI_ARRAY(owner, stencil, offset, count * PD_DIM, "1");
+    PDI_ARRAY(owner, stencil, xi, count * PD_DIM, "m");
+    PDI_ARRAY(owner, stencil, beta, count, "1");
+    PDI_ARRAY(owner, stencil, lap, count, "1/m2");
+    PDI_ARRAY(owner, stencil, grad, count * PD_DIM, "1/m");
+    PDI_ARRAY(owner, stencil, base, count, "1");
+    PDI_ARRAY(owner, stencil, area, count, "1/m");
+    PDI_ARRAY(owner, stencil, line_first, count + 1, "1");
+    PDI_ARRAY(owner, stencil, line, count * PD_DIM, "1");
+    PDI_ARRAY(owner, stencil, line_reach, count, "1");
+    PDI_ARRAY(owner, stencil, line_lap, count * width, "1/m2");
+    PDI_ARRAY(owner, stencil, layer_lap, width, "1/m2");
+}
+
+/* Once the cells that the bonds pass are counted. */
+static void pdi_stencil_path_list(pdi_owner *owner, void *object)
+{
+    pd_stencil *stencil = (pd_stencil *)object;
+    PDI_ARRAY(owner, stencil, group_first, stencil->count + 1, "1");
+    PDI_ARRAY(owner, stencil, group_cell, stencil->groups + 1, "1");
+    PDI_ARRAY(owner, stencil, group_entry, stencil->groups, "1");
+    PDI_ARRAY(owner, stencil, group_axes, stencil->groups, "1");
+    PDI_ARRAY(owner, stencil, cell, stencil->cells * PD_DIM, "1");
+}
+
 static pd_status pdi_stencil_family(pd_ctx *ctx, pd_family family, pd_stencil *s)
 {
-    int limit = (int)(s->m + 0.5), n[PD_DIM], count = 0;
+    int limit = (int)(s->m + 0.5), n[PD_DIM];
     for (int d = 0; d < PD_DIM; d++) n[d] = -limit;
-    do count += pdi_stencil_beta(n, s->m, family) > 0.0;
-    while (pdi_stencil_next(n, limit));
-    s->count = count;
-    PDI_TRY(PDI_NEW(ctx, "stencil", count * PD_DIM, s->offset));
-    PDI_TRY(PDI_NEW(ctx, "stencil", count * PD_DIM, s->xi));
-    PDI_TRY(PDI_NEW(ctx, "stencil", count, s->beta));
-    PDI_TRY(PDI_NEW(ctx, "stencil", count, s->lap));
-    PDI_TRY(PDI_NEW(ctx, "stencil", count * PD_DIM, s->grad));
-    PDI_TRY(PDI_NEW(ctx, "stencil", count, s->base));
-    PDI_TRY(PDI_NEW(ctx, "stencil", count, s->area));
+    do {
+        if (!(pdi_stencil_beta(n, s->m, family) > 0.0)) continue;
+        for (int d = 0; d < PD_DIM; d++)
+            if (n[d] > s->reach) s->reach = n[d];
+        s->count++;
+    } while (pdi_stencil_next(n, limit));
+    PDI_TRY(pdi_owner_build(ctx, pdi_stencil_list, s));
     int k = 0;
     for (int d = 0; d < PD_DIM; d++) n[d] = -limit;
     do {
@@ -54,7 +81,6 @@ static pd_status pdi_stencil_family(pd_ctx *ctx, pd_family family, pd_stencil *s
         for (int d = 0; d < PD_DIM; d++) {
             s->offset[k * PD_DIM + d] = n[d];
             s->xi[k * PD_DIM + d] = (double)n[d] * s->h[d];
-            if (n[d] > s->reach) s->reach = n[d];
         }
         double length = pdi_stencil_lattice_length(n);
         s->beta[k] = beta;
@@ -215,13 +241,8 @@ static void pdi_stencil_path(pd_stencil *s, const int *n)
 
 static pd_status pdi_stencil_paths(pd_ctx *ctx, pd_stencil *s)
 {
-    PDI_TRY(PDI_NEW(ctx, "stencil", s->count + 1, s->group_first));
     for (int k = 0; k < s->count; k++) pdi_stencil_path(s, s->offset + k * PD_DIM);
-    int groups = s->groups, cells = s->cells;
-    PDI_TRY(PDI_NEW(ctx, "stencil", groups + 1, s->group_cell));
-    PDI_TRY(PDI_NEW(ctx, "stencil", groups, s->group_entry));
-    PDI_TRY(PDI_NEW(ctx, "stencil", groups, s->group_axes));
-    PDI_TRY(PDI_NEW(ctx, "stencil", cells * PD_DIM, s->cell));
+    PDI_TRY(pdi_owner_build(ctx, pdi_stencil_path_list, s));
     s->groups = s->cells = 0;
     for (int k = 0; k < s->count; k++) {
         s->group_first[k] = s->groups;
@@ -266,14 +287,9 @@ static int pdi_stencil_line_reach(const pd_stencil *s, int k)
 }
 
 /* Lines are named by their bonds with n_0 = 0. Kinds that reach far come first. */
-static pd_status pdi_stencil_lines(pd_ctx *ctx, pd_stencil *s)
+static void pdi_stencil_lines(pd_stencil *s)
 {
     int width = s->reach + 1;
-    PDI_TRY(PDI_NEW(ctx, "stencil", s->count + 1, s->line_first));
-    PDI_TRY(PDI_NEW(ctx, "stencil", s->count * PD_DIM, s->line));
-    PDI_TRY(PDI_NEW(ctx, "stencil", s->count, s->line_reach));
-    PDI_TRY(PDI_NEW(ctx, "stencil", (int64_t)s->count * width, s->line_lap));
-    PDI_TRY(PDI_NEW(ctx, "stencil", width, s->layer_lap));
     for (int k = 0; k < s->count; k++)
         if (s->offset[k * PD_DIM] > 0) s->layer_lap[s->offset[k * PD_DIM]] += s->lap[k];
     for (int reach = s->reach, used = 0; reach >= 0; reach--)
@@ -290,7 +306,6 @@ static pd_status pdi_stencil_lines(pd_ctx *ctx, pd_stencil *s)
             }
             s->line_first[++s->kinds] = used;
         }
-    return PD_OK;
 }
 
 static pd_status pdi_stencil_make(pd_ctx *ctx, const pd_stencil_desc *desc, pd_stencil *stencil)
@@ -314,7 +329,7 @@ static pd_status pdi_stencil_make(pd_ctx *ctx, const pd_stencil_desc *desc, pd_s
     for (int k = 0; k < stencil->count; k++) stencil->lap_sum += stencil->lap[k];
     PDI_TRY(pdi_area_weights(ctx, stencil->count, stencil->xi, stencil->beta, stencil->m, stencil->h, stencil->area,
                              &stencil->anisotropy));
-    PDI_TRY(pdi_stencil_lines(ctx, stencil));
+    pdi_stencil_lines(stencil);
     return pdi_stencil_paths(ctx, stencil);
 }
 
@@ -327,22 +342,7 @@ pd_status pd_stencil_build(pd_ctx *ctx, const pd_stencil_desc *desc, pd_stencil 
 
 void pd_stencil_free(pd_ctx *ctx, pd_stencil *s)
 {
-    PDI_DELETE(ctx, s->count * PD_DIM, s->offset);
-    PDI_DELETE(ctx, s->count * PD_DIM, s->xi);
-    PDI_DELETE(ctx, s->count, s->beta);
-    PDI_DELETE(ctx, s->count, s->lap);
-    PDI_DELETE(ctx, s->count * PD_DIM, s->grad);
-    PDI_DELETE(ctx, s->count, s->base);
-    PDI_DELETE(ctx, s->count, s->area);
-    PDI_DELETE(ctx, s->count + 1, s->line_first);
-    PDI_DELETE(ctx, s->count * PD_DIM, s->line);
-    PDI_DELETE(ctx, s->count, s->line_reach);
-    PDI_DELETE(ctx, (int64_t)s->count * (s->reach + 1), s->line_lap);
-    PDI_DELETE(ctx, s->reach + 1, s->layer_lap);
-    PDI_DELETE(ctx, s->count + 1, s->group_first);
-    PDI_DELETE(ctx, s->groups + 1, s->group_cell);
-    PDI_DELETE(ctx, s->groups, s->group_entry);
-    PDI_DELETE(ctx, s->groups, s->group_axes);
-    PDI_DELETE(ctx, s->cells * PD_DIM, s->cell);
+    pdi_owner_free(ctx, pdi_stencil_list, s);
+    pdi_owner_free(ctx, pdi_stencil_path_list, s);
     memset(s, 0, sizeof *s);
 }
