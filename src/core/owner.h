@@ -31,7 +31,7 @@ typedef enum pdi_owned_kind {
 
 typedef struct pdi_owned {
     const char *name; /* "flow.u" */
-    const char *unit; /* "m/s"; "1": none, and indices */
+    const char *unit; /* "m/s"; "1": none, and indices; "": several */
     void *at;         /* the address of the pointer, or of the number */
     size_t size;      /* [byte] of an element */
     int64_t count;

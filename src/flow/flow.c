@@ -167,6 +167,14 @@ static int pdi_flow_join(pd_flow *flow, int32_t r)
     return changed;
 }
 
+static void pdi_flow_rim_list(pdi_owner *owner, void *object)
+{
+    pd_flow *flow = (pd_flow *)object;
+    PDI_ARRAY(owner, flow, patch, flow->rim, "1");
+    PDI_ARRAY(owner, flow, more, flow->rim, "1/s");
+    PDI_ARRAY(owner, flow, leak, 2 * (int64_t)flow->rim, "1/s");
+}
+
 PDI_FN pd_status pdi_flow_patch(pd_ctx *ctx, pd_flow *flow)
 {
     const pd_bonds *bonds = flow->bonds;
@@ -176,15 +184,8 @@ PDI_FN pd_status pdi_flow_patch(pd_ctx *ctx, pd_flow *flow)
     flow->even = flow->even && !flow->grid->circumference;
     if (!flow->even) return PD_OK;
     PDI_TRY(pd_reconstruct_update(ctx, bonds, &flow->slopes));
-    if (flow->rim < bonds->capacity) {
-        PDI_DELETE(ctx, flow->rim, flow->patch);
-        PDI_DELETE(ctx, flow->rim, flow->more);
-        PDI_DELETE(ctx, 2 * (int64_t)flow->rim, flow->leak);
-        flow->rim = bonds->capacity;
-        PDI_TRY(PDI_NEW(ctx, "flow", flow->rim, flow->patch));
-        PDI_TRY(PDI_NEW(ctx, "flow", flow->rim, flow->more));
-        PDI_TRY(PDI_NEW(ctx, "flow", 2 * (int64_t)flow->rim, flow->leak));
-    }
+    if (flow->rim < bonds->capacity)
+        PDI_TRY(pdi_owner_renew(ctx, pdi_flow_rim_list, flow, &flow->rim, bonds->capacity));
     for (int32_t r = 0; r < bonds->rows; r++) flow->patch[r] = bonds->smooth[r] ? r : -1;
     while (changed) {
         changed = 0;
@@ -471,15 +472,19 @@ double pd_flow_section_nodes(pd_ctx *ctx, const pd_flow *flow, int axis, int ind
     return sum;
 }
 
+static void pdi_flow_inlet_list(pdi_owner *owner, void *object)
+{
+    pd_flow *flow = (pd_flow *)object;
+    PDI_ARRAY(owner, flow, held, PD_DIM * (int64_t)flow->inlets, "m/s");
+}
+
 /* Room for what inlets hold: solid in them may dissolve. */
 static pd_status pdi_flow_hold(pd_ctx *ctx, pd_flow *flow)
 {
     const pd_ghosts *ghosts = &flow->bonds->ghosts;
     int32_t inlets = ghosts->listed - ghosts->count;
     if (!flow->inlet || inlets == flow->inlets) return PD_OK;
-    PDI_DELETE(ctx, (int64_t)PD_DIM * flow->inlets, flow->held);
-    flow->inlets = inlets;
-    return PDI_NEW(ctx, "flow", (int64_t)PD_DIM * inlets, flow->held);
+    return pdi_owner_renew(ctx, pdi_flow_inlet_list, flow, &flow->inlets, inlets);
 }
 
 /* Inlet values follow the kinds of the ghosts; behind periodic and mirror sides they are images too. *moved: at least
@@ -668,6 +673,22 @@ pd_status pd_flow_at(pd_ctx *ctx, pd_flow *flow, double t, double span, double *
     return PD_OK;
 }
 
+PDI_FN void pdi_flow_list(pdi_owner *owner, void *object)
+{
+    pd_flow *flow = (pd_flow *)object;
+    int64_t total = flow->grid ? flow->grid->total : 0;
+    PDI_STATE(owner, flow, u, PD_DIM * total, "m/s");
+    PDI_STATE(owner, flow, p, total, "m2/s2");
+    PDI_ARRAY(owner, flow, grad, PD_DIM * total, "m/s2");
+    PDI_ARRAY(owner, flow, carrier, PD_DIM * total, "m/s");
+    if (flow->wall) PDI_ARRAY(owner, flow, drive, PD_DIM * total, "1/m/s");
+    if (flow->push) PDI_ARRAY(owner, flow, body, PD_DIM * total, "m/s2");
+    PDI_VALUE(owner, flow, evaluations, "1");
+    PDI_VALUE(owner, flow, speed, "m/s");
+    PDI_VALUE(owner, flow, tau, "s");
+    if (flow->clock) PDI_VALUE(owner, flow, time, "s");
+}
+
 static pd_status pdi_flow_make(pd_ctx *ctx, const pd_grid *grid, const pd_bonds *bonds, const pd_flow_desc *desc,
                                pd_flow *flow)
 {
@@ -689,12 +710,7 @@ static pd_status pdi_flow_make(pd_ctx *ctx, const pd_grid *grid, const pd_bonds 
     flow->push_user = desc->body_user;
     flow->clock = desc->clock;
     for (int d = 0; d < PD_DIM; d++) flow->force[d] = desc->force[d];
-    PDI_TRY(PDI_NEW(ctx, "flow", (int64_t)PD_DIM * grid->total, flow->u));
-    PDI_TRY(PDI_NEW(ctx, "flow", grid->total, flow->p));
-    PDI_TRY(PDI_NEW(ctx, "flow", (int64_t)PD_DIM * grid->total, flow->grad));
-    PDI_TRY(PDI_NEW(ctx, "flow", (int64_t)PD_DIM * grid->total, flow->carrier));
-    if (flow->wall) PDI_TRY(PDI_NEW(ctx, "flow", (int64_t)PD_DIM * grid->total, flow->drive));
-    if (flow->push) PDI_TRY(PDI_NEW(ctx, "flow", (int64_t)PD_DIM * grid->total, flow->body));
+    PDI_TRY(pdi_owner_build(ctx, pdi_flow_list, flow));
     for (int32_t node = 0; node < grid->total; node++)
         if (grid->kind[node] == PD_FLUID) flow->p[node] = flow->p_out;
     double walls;
@@ -735,13 +751,7 @@ pd_status pd_flow_update(pd_ctx *ctx, const int32_t *changed, int32_t count, pd_
 
 PDI_FN pd_status pdi_flow_store(pd_ctx *ctx, pd_flow *flow, pd_archive *archive)
 {
-    int32_t total = flow->grid->total;
-    PDI_TRY(PDI_KEEP(ctx, archive, "flow.u", flow->u, (int64_t)PD_DIM * total));
-    PDI_TRY(PDI_KEEP(ctx, archive, "flow.p", flow->p, total));
-    PDI_TRY(PDI_KEEP(ctx, archive, "flow.evaluations", &flow->evaluations, 1));
-    PDI_TRY(PDI_KEEP(ctx, archive, "flow.speed", &flow->speed, 1));
-    PDI_TRY(PDI_KEEP(ctx, archive, "flow.tau", &flow->tau, 1));
-    if (flow->clock) PDI_TRY(PDI_KEEP(ctx, archive, "flow.time", &flow->time, 1));
+    PDI_TRY(pdi_owner_store(ctx, pdi_flow_list, flow, archive));
     if (archive->reading) PDI_TRY(pd_flow_at(ctx, flow, flow->time, 0.0, NULL));
     if (archive->reading) pd_flow_prepare(ctx, flow);
     return PD_OK;
@@ -749,17 +759,9 @@ PDI_FN pd_status pdi_flow_store(pd_ctx *ctx, pd_flow *flow, pd_archive *archive)
 
 void pd_flow_free(pd_ctx *ctx, pd_flow *flow)
 {
-    int32_t total = flow->grid ? flow->grid->total : 0;
-    PDI_DELETE(ctx, (int64_t)PD_DIM * total, flow->u);
-    PDI_DELETE(ctx, total, flow->p);
-    PDI_DELETE(ctx, (int64_t)PD_DIM * total, flow->grad);
-    PDI_DELETE(ctx, (int64_t)PD_DIM * total, flow->carrier);
-    PDI_DELETE(ctx, (int64_t)PD_DIM * flow->inlets, flow->held);
-    PDI_DELETE(ctx, (int64_t)PD_DIM * total, flow->drive);
-    PDI_DELETE(ctx, (int64_t)PD_DIM * total, flow->body);
-    PDI_DELETE(ctx, flow->rim, flow->patch);
-    PDI_DELETE(ctx, flow->rim, flow->more);
-    PDI_DELETE(ctx, 2 * (int64_t)flow->rim, flow->leak);
+    pdi_owner_free(ctx, pdi_flow_list, flow);
+    pdi_owner_free(ctx, pdi_flow_inlet_list, flow);
+    pdi_owner_free(ctx, pdi_flow_rim_list, flow);
     pd_reconstruct_free(ctx, &flow->slopes);
     memset(flow, 0, sizeof *flow);
 }

@@ -6,7 +6,7 @@
  */
 #ifndef PD_FLOW_H
 #define PD_FLOW_H
-#include "core/archive.h"
+#include "core/owner.h"
 #include "lattice/reconstruct.h"
 #include <math.h>
 
@@ -99,6 +99,8 @@ PD_API double pd_flow_section_nodes(pd_ctx *ctx, const pd_flow *flow, int axis, 
 PD_API void pd_flow_free(pd_ctx *ctx, pd_flow *flow);
 
 #ifdef PDI_INTERNAL
+/* Arrays of a pd_flow that it has from the start. */
+PDI_FN void pdi_flow_list(pdi_owner *owner, void *object);
 /* Fields of one evaluation. */
 typedef struct pdi_flow_terms {
     const double *mass;    /* carrier: convects u; its divergence is the continuity term [m/s] */

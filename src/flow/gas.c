@@ -6,6 +6,7 @@
  * the last bit.
  */
 #include "flow/gas.h"
+#include "core/owner.h"
 #include "core/par.h"
 #include "lattice/op.h"
 #include <math.h>
@@ -613,6 +614,24 @@ static pd_status pdi_gas_start(pd_ctx *ctx, const pd_gas *gas, int32_t node)
                     x[0], rho, v[0], p);
 }
 
+static void pdi_gas_list(pdi_owner *owner, void *object)
+{
+    pd_gas *gas = (pd_gas *)object;
+    int64_t total = gas->grid ? gas->grid->total : 0;
+    PDI_STATE(owner, gas, state, PD_GAS_FIELDS * total, "");
+    PDI_ARRAY(owner, gas, primitive, PD_GAS_FIELDS * total, "");
+    PDI_ARRAY(owner, gas, start, PD_GAS_FIELDS * total, "");
+    PDI_ARRAY(owner, gas, rate, PD_GAS_FIELDS * total, "");
+    PDI_ARRAY(owner, gas, wall_face, (int64_t)gas->rows * PD_DIM, "1/m");
+    PDI_ARRAY(owner, gas, wall_gap, gas->rows, "m");
+    PDI_ARRAY(owner, gas, flag, total, "1");
+    if (gas->desc.order == PD_GAS_SECOND) PDI_ARRAY(owner, gas, slope, PD_GAS_FIELDS * PD_DIM * total, "");
+    PDI_VALUE(owner, gas, time, "s");
+    PDI_VALUE(owner, gas, steps, "1");
+    PDI_VALUE(owner, gas, rejected, "1");
+    PDI_VALUE(owner, gas, lowered, "1");
+}
+
 static pd_status pdi_gas_make(pd_ctx *ctx, const pd_grid *grid, const pd_bonds *bonds, const pd_gas_desc *desc,
                               pd_gas *gas)
 {
@@ -630,14 +649,7 @@ static pd_status pdi_gas_make(pd_ctx *ctx, const pd_grid *grid, const pd_bonds *
     gas->grid = grid;
     gas->bonds = bonds;
     gas->rows = bonds->rows;
-    PDI_TRY(PDI_NEW(ctx, "gas", PD_GAS_FIELDS * total, gas->state));
-    PDI_TRY(PDI_NEW(ctx, "gas", PD_GAS_FIELDS * total, gas->primitive));
-    PDI_TRY(PDI_NEW(ctx, "gas", PD_GAS_FIELDS * total, gas->start));
-    PDI_TRY(PDI_NEW(ctx, "gas", PD_GAS_FIELDS * total, gas->rate));
-    PDI_TRY(PDI_NEW(ctx, "gas", (int64_t)gas->rows * PD_DIM, gas->wall_face));
-    PDI_TRY(PDI_NEW(ctx, "gas", gas->rows, gas->wall_gap));
-    PDI_TRY(PDI_NEW(ctx, "gas", total, gas->flag));
-    if (desc->order == PD_GAS_SECOND) PDI_TRY(PDI_NEW(ctx, "gas", PD_GAS_FIELDS * PD_DIM * total, gas->slope));
+    PDI_TRY(pdi_owner_build(ctx, pdi_gas_list, gas));
     for (int32_t r = 0; r < gas->rows; r++)
         pdi_gas_wall_build(bonds, r, gas->wall_face + (int64_t)r * PD_DIM, &gas->wall_gap[r]);
     for (int32_t node = 0; node < total && desc->initial; node++)
@@ -654,25 +666,13 @@ pd_status pd_gas_build(pd_ctx *ctx, const pd_grid *grid, const pd_bonds *bonds, 
 
 pd_status pd_gas_store(pd_ctx *ctx, pd_gas *gas, pd_archive *archive)
 {
-    PDI_TRY(PDI_KEEP(ctx, archive, "gas.state", gas->state, (int64_t)PD_GAS_FIELDS * gas->grid->total));
-    PDI_TRY(PDI_KEEP(ctx, archive, "gas.time", &gas->time, 1));
-    PDI_TRY(PDI_KEEP(ctx, archive, "gas.steps", &gas->steps, 1));
-    PDI_TRY(PDI_KEEP(ctx, archive, "gas.rejected", &gas->rejected, 1));
-    PDI_TRY(PDI_KEEP(ctx, archive, "gas.lowered", &gas->lowered, 1));
+    PDI_TRY(pdi_owner_store(ctx, pdi_gas_list, gas, archive));
     int32_t bad = archive->reading ? pdi_gas_convert_all(ctx, gas) : -1;
     return bad < 0 ? PD_OK : pdi_gas_refuse(ctx, gas, bad);
 }
 
 void pd_gas_free(pd_ctx *ctx, pd_gas *gas)
 {
-    int64_t total = gas->grid ? gas->grid->total : 0;
-    PDI_DELETE(ctx, PD_GAS_FIELDS * total, gas->state);
-    PDI_DELETE(ctx, PD_GAS_FIELDS * total, gas->primitive);
-    PDI_DELETE(ctx, PD_GAS_FIELDS * total, gas->start);
-    PDI_DELETE(ctx, PD_GAS_FIELDS * total, gas->rate);
-    PDI_DELETE(ctx, (int64_t)gas->rows * PD_DIM, gas->wall_face);
-    PDI_DELETE(ctx, gas->rows, gas->wall_gap);
-    PDI_DELETE(ctx, total, gas->flag);
-    PDI_DELETE(ctx, PD_GAS_FIELDS * PD_DIM * total, gas->slope);
+    pdi_owner_free(ctx, pdi_gas_list, gas);
     memset(gas, 0, sizeof *gas);
 }

@@ -15,10 +15,25 @@
  * error that the lattice makes in the impulse. */
 #define PDI_IMPLICIT_IMPULSE 1e-2
 
+PDI_FN void pdi_implicit_list(pdi_owner *owner, void *object)
+{
+    pd_implicit *implicit = (pd_implicit *)object;
+    int64_t total = implicit->flow ? implicit->flow->grid->total : 0;
+    PDI_ARRAY(owner, implicit, start, (PD_DIM + 1) * total, "");
+    PDI_STATE(owner, implicit, target, PD_DIM * total, "m/s");
+    PDI_ARRAY(owner, implicit, slope, PD_DIM * total, "m/s");
+    PDI_VALUE(owner, implicit, time, "s");
+    PDI_VALUE(owner, implicit, dt, "s");
+    PDI_VALUE(owner, implicit, error, "1");
+    PDI_VALUE(owner, implicit, last, "s");
+    PDI_VALUE(owner, implicit, steps, "1");
+    PDI_VALUE(owner, implicit, rejected, "1");
+    PDI_VALUE(owner, implicit, evaluations, "1");
+}
+
 static pd_status pdi_implicit_make(pd_ctx *ctx, pd_flow *flow, pd_steady *steady, const pd_implicit_desc *desc,
                                    pd_implicit *im)
 {
-    int64_t total = flow->grid->total;
     memset(im, 0, sizeof *im);
     im->desc = *desc;
     if (!(desc->tolerance >= 0.0) || !(desc->rtol >= 0.0) || !(desc->first >= 0.0) || !(desc->largest >= 0.0) ||
@@ -34,9 +49,7 @@ static pd_status pdi_implicit_make(pd_ctx *ctx, pd_flow *flow, pd_steady *steady
     im->flow = flow;
     im->steady = steady;
     PDI_TRY(pdi_steady_timed(ctx, steady));
-    PDI_TRY(PDI_NEW(ctx, "implicit", (PD_DIM + 1) * total, im->start));
-    PDI_TRY(PDI_NEW(ctx, "implicit", PD_DIM * total, im->target));
-    return PDI_NEW(ctx, "implicit", PD_DIM * total, im->slope);
+    return pdi_owner_build(ctx, pdi_implicit_list, im);
 }
 
 pd_status pd_implicit_build(pd_ctx *ctx, pd_flow *flow, pd_steady *steady, const pd_implicit_desc *desc,
@@ -201,21 +214,11 @@ pd_status pd_implicit_run(pd_ctx *ctx, pd_implicit *im, double t_end)
 
 PDI_FN pd_status pdi_implicit_store(pd_ctx *ctx, pd_implicit *im, pd_archive *archive)
 {
-    PDI_TRY(PDI_KEEP(ctx, archive, "implicit.time", &im->time, 1));
-    PDI_TRY(PDI_KEEP(ctx, archive, "implicit.dt", &im->dt, 1));
-    PDI_TRY(PDI_KEEP(ctx, archive, "implicit.error", &im->error, 1));
-    PDI_TRY(PDI_KEEP(ctx, archive, "implicit.last", &im->last, 1));
-    PDI_TRY(PDI_KEEP(ctx, archive, "implicit.target", im->target, (int64_t)PD_DIM * im->flow->grid->total));
-    PDI_TRY(PDI_KEEP(ctx, archive, "implicit.steps", &im->steps, 1));
-    PDI_TRY(PDI_KEEP(ctx, archive, "implicit.rejected", &im->rejected, 1));
-    return PDI_KEEP(ctx, archive, "implicit.evaluations", &im->evaluations, 1);
+    return pdi_owner_store(ctx, pdi_implicit_list, im, archive);
 }
 
 void pd_implicit_free(pd_ctx *ctx, pd_implicit *im)
 {
-    int64_t total = im->flow ? im->flow->grid->total : 0;
-    PDI_DELETE(ctx, (PD_DIM + 1) * total, im->start);
-    PDI_DELETE(ctx, PD_DIM * total, im->target);
-    PDI_DELETE(ctx, PD_DIM * total, im->slope);
+    pdi_owner_free(ctx, pdi_implicit_list, im);
     memset(im, 0, sizeof *im);
 }

@@ -47,6 +47,8 @@ PD_API pd_status pd_implicit_run(pd_ctx *ctx, pd_implicit *implicit, double t_en
 PD_API void pd_implicit_free(pd_ctx *ctx, pd_implicit *implicit);
 
 #ifdef PDI_INTERNAL
+/* Arrays of a pd_implicit. */
+PDI_FN void pdi_implicit_list(pdi_owner *owner, void *object);
 /* What steps carry on beside the flow. */
 PDI_FN pd_status pdi_implicit_store(pd_ctx *ctx, pd_implicit *implicit, pd_archive *archive);
 #endif

@@ -237,20 +237,27 @@ static double pdi_jacobian_unit(double x)
     return ldexp(1.0, exponent);
 }
 
+PDI_FN void pdi_jacobian_list(pdi_owner *owner, void *object)
+{
+    pd_jacobian *jacobian = (pd_jacobian *)object;
+    if (!jacobian->flow) return;
+    int64_t total = jacobian->flow->grid->total, count = jacobian->flow->bonds->stencil->count;
+    PDI_ARRAY(owner, jacobian, weight, count * PDI_JACOBIAN_WEIGHTS, "1");
+    PDI_ARRAY(owner, jacobian, frozen, 2 * PD_DIM * total, "1");
+    PDI_ARRAY(owner, jacobian, along, (3 * PD_DIM + 1) * total, "1");
+    PDI_ARRAY(owner, jacobian, swell, total, "1/s");
+}
+
 PDI_FN pd_status pdi_jacobian_build(pd_ctx *ctx, const pd_flow *flow, pd_jacobian *q)
 {
     const pd_stencil *s = flow->bonds->stencil;
-    int64_t total = flow->grid->total;
     double longest = 0.0;
     memset(q, 0, sizeof *q);
     q->flow = flow;
     for (int d = 0; d < PD_DIM; d++) longest = fmax(longest, flow->grid->h[d]);
     q->speed = pdi_jacobian_unit(flow->speed);
     q->length = pdi_jacobian_unit(longest);
-    PDI_TRY(PDI_NEW(ctx, "product", (int64_t)s->count * PDI_JACOBIAN_WEIGHTS, q->weight));
-    PDI_TRY(PDI_NEW(ctx, "product", 2 * PD_DIM * total, q->frozen));
-    PDI_TRY(PDI_NEW(ctx, "product", (3 * PD_DIM + 1) * total, q->along));
-    PDI_TRY(PDI_NEW(ctx, "product", total, q->swell));
+    PDI_TRY(pdi_owner_build(ctx, pdi_jacobian_list, q));
     for (int k = 0; k < s->count; k++) {
         float *weight = q->weight + k * PDI_JACOBIAN_WEIGHTS;
         for (int d = 0; d < PD_DIM; d++) {
@@ -264,10 +271,6 @@ PDI_FN pd_status pdi_jacobian_build(pd_ctx *ctx, const pd_flow *flow, pd_jacobia
 
 PDI_FN void pdi_jacobian_free(pd_ctx *ctx, pd_jacobian *q)
 {
-    int64_t total = q->flow ? q->flow->grid->total : 0;
-    PDI_DELETE(ctx, q->flow ? (int64_t)q->flow->bonds->stencil->count * PDI_JACOBIAN_WEIGHTS : 0, q->weight);
-    PDI_DELETE(ctx, 2 * PD_DIM * total, q->frozen);
-    PDI_DELETE(ctx, (3 * PD_DIM + 1) * total, q->along);
-    PDI_DELETE(ctx, total, q->swell);
+    pdi_owner_free(ctx, pdi_jacobian_list, q);
     memset(q, 0, sizeof *q);
 }

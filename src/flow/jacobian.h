@@ -25,6 +25,8 @@ typedef struct pdi_jacobian_step {
     const double *p;       /* [total] [m2/s2] */
     const double *grad;    /* [PD_DIM][total] [m/s2] gradient of p */
 } pdi_jacobian_step;
+/* Arrays of a pd_jacobian. */
+PDI_FN void pdi_jacobian_list(pdi_owner *owner, void *object);
 PDI_FN pd_status pdi_jacobian_build(pd_ctx *ctx, const pd_flow *flow, pd_jacobian *product);
 PDI_FN void pdi_jacobian_free(pd_ctx *ctx, pd_jacobian *product);
 /* Linearise about the state that the flow was prepared with last (pd_flow_prepare). */

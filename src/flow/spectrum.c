@@ -1,5 +1,6 @@
 /* spectrum: see spectrum.h */
 #include "flow/spectrum.h"
+#include "core/owner.h"
 #include "core/vec.h"
 #include "core/rng.h"
 #include "lattice/op.h"
@@ -290,6 +291,14 @@ static double pdi_spectrum_rings(const pd_bonds *bonds)
     return most;
 }
 
+static void pdi_spectrum_list(pdi_owner *owner, void *object)
+{
+    pd_spectrum *spectrum = (pd_spectrum *)object;
+    PDI_ARRAY(owner, spectrum, slope, (int64_t)spectrum->waves * PD_DIM, "1/m");
+    PDI_ARRAY(owner, spectrum, spread, spectrum->waves, "1/m2");
+    PDI_ARRAY(owner, spectrum, tie, spectrum->waves, "1/m2");
+}
+
 PDI_FN pd_status pdi_spectrum_build(pd_ctx *ctx, const pd_flow *flow, pd_spectrum *sp)
 {
     const pd_stencil *s = flow->bonds->stencil;
@@ -299,9 +308,7 @@ PDI_FN pd_status pdi_spectrum_build(pd_ctx *ctx, const pd_flow *flow, pd_spectru
     sp->waves = 1;
     for (int d = 0; d < PD_DIM; d++) sp->waves *= sp->along;
     sp->cut = flow->bonds->rows > 0 || flow->bonds->ring.lap;
-    PDI_TRY(PDI_NEW(ctx, "spectrum", (int64_t)sp->waves * PD_DIM, sp->slope));
-    PDI_TRY(PDI_NEW(ctx, "spectrum", sp->waves, sp->spread));
-    PDI_TRY(PDI_NEW(ctx, "spectrum", sp->waves, sp->tie));
+    PDI_TRY(pdi_owner_build(ctx, pdi_spectrum_list, sp));
     for (int w = 0; w < sp->waves; w++) {
         double k[PD_DIM];
         pdi_spectrum_vector(sp, w, k);
@@ -316,8 +323,6 @@ PDI_FN pd_status pdi_spectrum_build(pd_ctx *ctx, const pd_flow *flow, pd_spectru
 
 PDI_FN void pdi_spectrum_free(pd_ctx *ctx, pd_spectrum *sp)
 {
-    PDI_DELETE(ctx, (int64_t)sp->waves * PD_DIM, sp->slope);
-    PDI_DELETE(ctx, sp->waves, sp->spread);
-    PDI_DELETE(ctx, sp->waves, sp->tie);
+    pdi_owner_free(ctx, pdi_spectrum_list, sp);
     memset(sp, 0, sizeof *sp);
 }

@@ -209,6 +209,18 @@ static void pdi_steady_move(const pd_ctx *ctx, pd_steady *s, double factor)
     pdi_par_axpy(ctx, total, factor, s->step + split, flow->p);
 }
 
+PDI_FN void pdi_steady_list(pdi_owner *owner, void *object)
+{
+    pd_steady *steady = (pd_steady *)object;
+    int64_t total = steady->flow ? steady->flow->grid->total : 0;
+    PDI_ARRAY(owner, steady, residual, (PD_DIM + 1) * total, "1");
+    PDI_ARRAY(owner, steady, step, (PD_DIM + 1) * total, "");
+    PDI_ARRAY(owner, steady, work, (PD_DIM + 1) * total, "");
+    PDI_ARRAY(owner, steady, carrier, PD_DIM * total, "m/s");
+    PDI_STATE(owner, steady, potential, total, "m2/s");
+    PDI_VALUE(owner, steady, norm0, "1");
+}
+
 static pd_status pdi_steady_make(pd_ctx *ctx, pd_flow *flow, const pd_steady_desc *desc, pd_steady *s)
 {
     memset(s, 0, sizeof *s);
@@ -242,11 +254,7 @@ static pd_status pdi_steady_make(pd_ctx *ctx, pd_flow *flow, const pd_steady_des
     PDI_TRY(pd_multigrid_build(ctx, &md, &s->mg_seep));
     PDI_TRY(pd_krylov_build(ctx, &kd, &s->krylov));
     PDI_TRY(pdi_jacobian_build(ctx, flow, &s->product));
-    PDI_TRY(PDI_NEW(ctx, "steady", size, s->residual));
-    PDI_TRY(PDI_NEW(ctx, "steady", size, s->step));
-    PDI_TRY(PDI_NEW(ctx, "steady", size, s->work));
-    PDI_TRY(PDI_NEW(ctx, "steady", flow->grid->total, s->potential));
-    return PDI_NEW(ctx, "steady", (int64_t)PD_DIM * flow->grid->total, s->carrier);
+    return pdi_owner_build(ctx, pdi_steady_list, s);
 }
 
 pd_status pd_steady_build(pd_ctx *ctx, pd_flow *flow, const pd_steady_desc *desc, pd_steady *s)
@@ -511,8 +519,7 @@ PDI_FN pd_status pdi_steady_stage(pd_ctx *ctx, pd_steady *s, double rate, const 
 PDI_FN pd_status pdi_steady_store(pd_ctx *ctx, pd_steady *s, pd_archive *archive)
 {
     if (archive->reading) s->flow->potential = s->potential;
-    PDI_TRY(PDI_KEEP(ctx, archive, "steady.potential", s->potential, s->flow->grid->total));
-    PDI_TRY(PDI_KEEP(ctx, archive, "steady.norm0", &s->norm0, 1));
+    PDI_TRY(pdi_owner_store(ctx, pdi_steady_list, s, archive));
     if (!archive->reading) return PD_OK;
     PDI_TRY(pdi_flow_patch(ctx, s->flow));
     pd_flow_prepare(ctx, s->flow);
@@ -521,7 +528,6 @@ PDI_FN pd_status pdi_steady_store(pd_ctx *ctx, pd_steady *s, pd_archive *archive
 
 void pd_steady_free(pd_ctx *ctx, pd_steady *s)
 {
-    int64_t size = s->flow ? pdi_steady_size(s->flow) : 0;
     pdi_compact_free(ctx, &s->compact_u);
     pdi_compact_free(ctx, &s->compact_p);
     pd_multigrid_free(ctx, &s->mg_u);
@@ -530,11 +536,7 @@ void pd_steady_free(pd_ctx *ctx, pd_steady *s)
     pd_multigrid_free(ctx, &s->mg_d);
     pd_krylov_free(ctx, &s->krylov);
     pdi_jacobian_free(ctx, &s->product);
-    PDI_DELETE(ctx, size, s->residual);
-    PDI_DELETE(ctx, size, s->step);
-    PDI_DELETE(ctx, size, s->work);
-    PDI_DELETE(ctx, s->flow ? s->flow->grid->total : 0, s->potential);
+    pdi_owner_free(ctx, pdi_steady_list, s);
     if (s->flow) s->flow->potential = NULL;
-    PDI_DELETE(ctx, s->flow ? (int64_t)PD_DIM * s->flow->grid->total : 0, s->carrier);
     memset(s, 0, sizeof *s);
 }

@@ -66,6 +66,8 @@ PD_API void pd_steady_free(pd_ctx *ctx, pd_steady *steady);
 PDI_FN int32_t pdi_steady_worst(const pd_steady *steady);
 /* After stages: the potential of the flow, where bond fluxes alone are not free of divergence (eq. 4.2c, 4.10b). */
 PDI_FN pd_status pdi_steady_even(pd_ctx *ctx, pd_steady *steady);
+/* Arrays of a pd_steady, beside those of its solvers. */
+PDI_FN void pdi_steady_list(pdi_owner *owner, void *object);
 /* What solves carry on beside the flow. */
 PDI_FN pd_status pdi_steady_store(pd_ctx *ctx, pd_steady *steady, pd_archive *archive);
 /* Make ready for pdi_steady_stage. */

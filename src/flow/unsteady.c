@@ -18,6 +18,18 @@ static double pdi_unsteady_density(const pd_unsteady_desc *d, double pressure)
     return pow(1.0 + d->gamma * pressure / c2, 1.0 / d->gamma);
 }
 
+PDI_FN void pdi_unsteady_list(pdi_owner *owner, void *object)
+{
+    pd_unsteady *unsteady = (pd_unsteady *)object;
+    int64_t total = unsteady->flow ? unsteady->flow->grid->total : 0;
+    PDI_STATE(owner, unsteady, density, total, "1");
+    PDI_ARRAY(owner, unsteady, mass, PD_DIM * total, "m/s");
+    PDI_ARRAY(owner, unsteady, start, (PD_DIM + 1) * total, "");
+    PDI_ARRAY(owner, unsteady, rate, (PD_DIM + 1) * total, "");
+    PDI_VALUE(owner, unsteady, time, "s");
+    PDI_VALUE(owner, unsteady, steps, "1");
+}
+
 static pd_status pdi_unsteady_make(pd_ctx *ctx, pd_flow *flow, const pd_unsteady_desc *desc, pd_unsteady *un)
 {
     const pd_stencil *s = flow->bonds->stencil;
@@ -38,10 +50,7 @@ static pd_status pdi_unsteady_make(pd_ctx *ctx, pd_flow *flow, const pd_unsteady
     for (int d = 1; d < PD_DIM; d++) spacing = fmin(spacing, grid->h[d]);
     /* eta c0 delta lap rho, written for the pressure: d rho = rho0 dp/(rho0 c0^2) */
     flow->tau = un->desc.diffusion * s->m * spacing / un->desc.sound;
-    PDI_TRY(PDI_NEW(ctx, "unsteady", grid->total, un->density));
-    PDI_TRY(PDI_NEW(ctx, "unsteady", (int64_t)PD_DIM * grid->total, un->mass));
-    PDI_TRY(PDI_NEW(ctx, "unsteady", (int64_t)(PD_DIM + 1) * grid->total, un->start));
-    PDI_TRY(PDI_NEW(ctx, "unsteady", (int64_t)(PD_DIM + 1) * grid->total, un->rate));
+    PDI_TRY(pdi_owner_build(ctx, pdi_unsteady_list, un));
     for (int32_t i = 0; i < grid->total; i++) {
         un->density[i] = 1.0;
         if (grid->kind[i] == PD_FLUID) un->density[i] = pdi_unsteady_density(&un->desc, flow->p[i]);
@@ -238,20 +247,14 @@ pd_status pd_unsteady_run(pd_ctx *ctx, pd_unsteady *un, double t_end)
 
 PDI_FN pd_status pdi_unsteady_store(pd_ctx *ctx, pd_unsteady *un, pd_archive *archive)
 {
-    PDI_TRY(PDI_KEEP(ctx, archive, "unsteady.density", un->density, un->flow->grid->total));
-    PDI_TRY(PDI_KEEP(ctx, archive, "unsteady.time", &un->time, 1));
-    PDI_TRY(PDI_KEEP(ctx, archive, "unsteady.steps", &un->steps, 1));
+    PDI_TRY(pdi_owner_store(ctx, pdi_unsteady_list, un, archive));
     if (archive->reading) pdi_unsteady_fill(ctx, un);
     return PD_OK;
 }
 
 void pd_unsteady_free(pd_ctx *ctx, pd_unsteady *un)
 {
-    int64_t total = un->flow ? un->flow->grid->total : 0;
-    PDI_DELETE(ctx, total, un->density);
-    PDI_DELETE(ctx, PD_DIM * total, un->mass);
-    PDI_DELETE(ctx, (PD_DIM + 1) * total, un->start);
-    PDI_DELETE(ctx, (PD_DIM + 1) * total, un->rate);
+    pdi_owner_free(ctx, pdi_unsteady_list, un);
     pdi_spectrum_free(ctx, &un->spectrum);
     memset(un, 0, sizeof *un);
 }

@@ -53,6 +53,8 @@ PD_API pd_status pd_unsteady_run(pd_ctx *ctx, pd_unsteady *unsteady, double t_en
 PD_API void pd_unsteady_free(pd_ctx *ctx, pd_unsteady *unsteady);
 
 #ifdef PDI_INTERNAL
+/* Arrays of a pd_unsteady. */
+PDI_FN void pdi_unsteady_list(pdi_owner *owner, void *object);
 /* What steps carry on beside the flow, which comes first. */
 PDI_FN pd_status pdi_unsteady_store(pd_ctx *ctx, pd_unsteady *unsteady, pd_archive *archive);
 #endif

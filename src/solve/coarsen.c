@@ -1,5 +1,6 @@
 /* coarsen: see coarsen.h */
 #include "solve/coarsen.h"
+#include "core/owner.h"
 #include "core/par.h"
 #include <math.h>
 
@@ -14,17 +15,30 @@
 
 /* ---- memory ---- */
 
-PDI_FN void pdi_coarsen_free(pd_ctx *ctx, int contrast, pd_smoother_level *level)
+static void pdi_coarsen_list(pdi_owner *owner, void *object)
 {
-    size_t cells = (size_t)level->cell_capacity, links = (size_t)level->link_capacity;
-    PDI_DELETE(ctx, (1 + pdi_coarsen_values(contrast)) * cells, level->values);
-    PDI_DELETE(ctx, cells, level->sum);
-    PDI_DELETE(ctx, 4 * cells + 2, level->indices);
-    PDI_DELETE(ctx, 2 * links, level->a);
-    PDI_DELETE(ctx, links, level->col);
-    PDI_DELETE(ctx, links, level->face);
-    PDI_DELETE(ctx, level->child_capacity, level->child);
-    PDI_DELETE(ctx, level->line_capacity, level->line);
+    pd_smoother_level *level = (pd_smoother_level *)object;
+    int64_t cells = level->cell_capacity;
+    PDI_ARRAY(owner, level, values, (int64_t)(1 + pdi_coarsen_values(level->contrast)) * cells, "1");
+    if (level->contrast) PDI_ARRAY(owner, level, sum, cells, "1");
+    PDI_ARRAY(owner, level, indices, 4 * cells + 2, "1");
+    PDI_ROOM(owner, level, child, level->child_capacity, "1");
+    PDI_ROOM(owner, level, line, level->line_capacity, "1");
+}
+
+static void pdi_coarsen_link_list(pdi_owner *owner, void *object)
+{
+    pd_smoother_level *level = (pd_smoother_level *)object;
+    int64_t links = level->link_capacity;
+    PDI_ARRAY(owner, level, a, 2 * links, "1");
+    PDI_ARRAY(owner, level, col, links, "1");
+    PDI_ARRAY(owner, level, face, links, "1");
+}
+
+PDI_FN void pdi_coarsen_free(pd_ctx *ctx, pd_smoother_level *level)
+{
+    pdi_owner_free(ctx, pdi_coarsen_list, level);
+    pdi_owner_free(ctx, pdi_coarsen_link_list, level);
     level->cell_capacity = level->link_capacity = level->child_capacity = level->line_capacity = 0;
 }
 
@@ -41,14 +55,11 @@ static pd_status pdi_coarsen_reserve_list(pd_ctx *ctx, int32_t **list, int32_t *
 
 static pd_status pdi_coarsen_reserve_cells(pd_ctx *ctx, int contrast, pd_smoother_level *level, int32_t cells)
 {
-    int whole = level->values && level->indices && (level->sum || !contrast);
-    if (cells <= level->cell_capacity && whole) return PD_OK;
+    if (cells <= level->cell_capacity && level->values) return PD_OK;
     size_t room = (size_t)cells;
-    pdi_coarsen_free(ctx, contrast, level);
-    level->cell_capacity = cells;
-    PDI_TRY(PDI_NEW(ctx, "multigrid", (1 + pdi_coarsen_values(contrast)) * room, level->values));
-    if (contrast) PDI_TRY(PDI_NEW(ctx, "multigrid", room, level->sum));
-    PDI_TRY(PDI_NEW(ctx, "multigrid", 4 * room + 2, level->indices));
+    pdi_coarsen_free(ctx, level);
+    level->contrast = contrast;
+    PDI_TRY(pdi_owner_renew(ctx, pdi_coarsen_list, level, &level->cell_capacity, cells));
     level->x = level->values;
     level->b = level->x + room;
     level->r = level->b + room;
@@ -63,16 +74,9 @@ static pd_status pdi_coarsen_reserve_cells(pd_ctx *ctx, int contrast, pd_smoothe
 
 static pd_status pdi_coarsen_reserve_links(pd_ctx *ctx, pd_smoother_level *level, int32_t links)
 {
-    if (links <= level->link_capacity && level->a && level->col && level->face) return PD_OK;
-    size_t old = (size_t)level->link_capacity, room = (size_t)links;
-    PDI_DELETE(ctx, 2 * old, level->a);
-    PDI_DELETE(ctx, old, level->col);
-    PDI_DELETE(ctx, old, level->face);
-    level->link_capacity = links;
-    PDI_TRY(PDI_NEW(ctx, "multigrid", 2 * room, level->a));
-    PDI_TRY(PDI_NEW(ctx, "multigrid", room, level->col));
-    PDI_TRY(PDI_NEW(ctx, "multigrid", room, level->face));
-    level->back = level->a + room;
+    if (links > level->link_capacity || !level->a)
+        PDI_TRY(pdi_owner_renew(ctx, pdi_coarsen_link_list, level, &level->link_capacity, links));
+    level->back = level->a + level->link_capacity;
     return PD_OK;
 }
 

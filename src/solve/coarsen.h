@@ -67,7 +67,7 @@ PDI_FN pd_status pdi_coarsen_level(pd_ctx *ctx, const pdi_coarsen *how, pd_smoot
                                    pd_smoother_level *coarse);
 /* Only its diagonals, after those of `level` have changed. */
 PDI_FN void pdi_coarsen_diagonal(const pd_smoother_level *level, pd_smoother_level *coarse);
-PDI_FN void pdi_coarsen_free(pd_ctx *ctx, int contrast, pd_smoother_level *coarse);
+PDI_FN void pdi_coarsen_free(pd_ctx *ctx, pd_smoother_level *coarse);
 #endif
 
 #endif

@@ -12,20 +12,26 @@ PDI_FN int64_t pdi_compact_cell(const pd_grid *grid, const int *i)
     return cell;
 }
 
+PDI_FN void pdi_compact_list(pdi_owner *owner, void *object)
+{
+    pd_compact *compact = (pd_compact *)object;
+    PDI_ARRAY(owner, compact, active, compact->cells, "1");
+    PDI_ARRAY(owner, compact, wall, compact->cells, "1");
+    PDI_ARRAY(owner, compact, mass, compact->cells, "1/s");
+    for (int d = 0; d < PD_DIM; d++) {
+        PDI_ARRAY(owner, compact, conduct[d], compact->cells, "1/s");
+        if (compact->with_flux) PDI_ARRAY(owner, compact, flux[d], compact->cells, "1/s");
+    }
+}
+
 PDI_FN pd_status pdi_compact_build(pd_ctx *ctx, const pd_grid *grid, int with_flux, pd_compact *c)
 {
     memset(c, 0, sizeof *c);
     c->grid = grid;
     c->cells = 1;
     for (int d = 0; d < PD_DIM; d++) c->cells *= grid->n[d];
-    PDI_TRY(PDI_NEW(ctx, "compact", c->cells, c->active));
-    PDI_TRY(PDI_NEW(ctx, "compact", c->cells, c->wall));
-    PDI_TRY(PDI_NEW(ctx, "compact", c->cells, c->mass));
-    for (int d = 0; d < PD_DIM; d++) {
-        PDI_TRY(PDI_NEW(ctx, "compact", c->cells, c->conduct[d]));
-        if (with_flux) PDI_TRY(PDI_NEW(ctx, "compact", c->cells, c->flux[d]));
-    }
-    return PD_OK;
+    c->with_flux = with_flux;
+    return pdi_owner_build(ctx, pdi_compact_list, c);
 }
 
 /* Diffusivity that stays on a face beside the compact upwinding, which adds |flux| h^2/2 itself. */
@@ -140,13 +146,7 @@ PDI_FN void pdi_compact_multigrid(const pd_grid *grid, pd_multigrid_desc *desc)
 
 PDI_FN void pdi_compact_free(pd_ctx *ctx, pd_compact *c)
 {
-    PDI_DELETE(ctx, c->cells, c->active);
-    PDI_DELETE(ctx, c->cells, c->wall);
-    PDI_DELETE(ctx, c->cells, c->mass);
-    for (int d = 0; d < PD_DIM; d++) {
-        PDI_DELETE(ctx, c->cells, c->conduct[d]);
-        PDI_DELETE(ctx, c->cells, c->flux[d]);
-    }
+    pdi_owner_free(ctx, pdi_compact_list, c);
     memset(c, 0, sizeof *c);
 }
 

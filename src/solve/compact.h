@@ -6,12 +6,14 @@
  */
 #ifndef PD_COMPACT_H
 #define PD_COMPACT_H
+#include "core/owner.h"
 #include "lattice/media.h"
 #include "solve/multigrid.h"
 
 typedef struct pd_compact {
     const pd_grid *grid;
     int64_t cells;
+    int with_flux;
     uint8_t *active;         /* [cells] 1: fluid */
     float *conduct[PD_DIM];  /* [cells] [1/s or 1/m2] diffusive coefficient of the face towards + */
     float *flux[PD_DIM];     /* [cells] [1/s] flow through that face towards +, NULL without flow */
@@ -25,6 +27,8 @@ typedef struct pdi_compact_faces {
     int closed, inlet, outlet;
 } pdi_compact_faces;
 
+/* Arrays of a pd_compact. */
+PDI_FN void pdi_compact_list(pdi_owner *owner, void *object);
 PDI_FN pd_status pdi_compact_build(pd_ctx *ctx, const pd_grid *grid, int with_flux, pd_compact *compact);
 /* What becomes of the convective term. */
 typedef struct pdi_compact_convection {

@@ -1,5 +1,6 @@
 /* krylov: see krylov.h */
 #include "solve/krylov.h"
+#include "core/owner.h"
 #include "core/par.h"
 #include <float.h>
 #include <math.h>
@@ -33,6 +34,16 @@ static int64_t pdi_krylov_small(const pd_krylov_desc *desc, int columns)
 {
     int64_t most = desc->most + 1;
     return desc->method == PD_KRYLOV_GMRES ? 4 * most + pdi_krylov_column(columns) : 0;
+}
+
+static void pdi_krylov_list(pdi_owner *owner, void *object)
+{
+    pd_krylov *krylov = (pd_krylov *)object;
+    int64_t basis = krylov->length * krylov->basis_vectors;
+    PDI_ARRAY(owner, krylov, work, krylov->desc.n * krylov->vectors, "1");
+    PDI_ARRAY(owner, krylov, small, pdi_krylov_small(&krylov->desc, krylov->columns), "1");
+    if (basis && krylov->desc.compressed) PDI_ARRAY(owner, krylov, single, basis, "1");
+    if (basis && !krylov->desc.compressed) PDI_ARRAY(owner, krylov, basis, basis, "1");
 }
 
 static pd_status pdi_krylov_make(pd_ctx *ctx, const pd_krylov_desc *desc, pd_krylov *krylov)
@@ -74,12 +85,7 @@ static pd_status pdi_krylov_make(pd_ctx *ctx, const pd_krylov_desc *desc, pd_kry
     int most = krylov->vectors + krylov->basis_vectors;
     if (d->n > INT64_MAX / most)
         return pdi_fail(ctx, PD_ERR_SIZE, "krylov", "%d vectors of %.0f entries overflow", most, (double)d->n);
-    PDI_TRY(PDI_NEW(ctx, "krylov", d->n * krylov->vectors, krylov->work));
-    pd_status status = PDI_NEW(ctx, "krylov", pdi_krylov_small(d, krylov->columns), krylov->small);
-    if (status == PD_OK && krylov->basis_vectors)
-        status = d->compressed ? PDI_NEW(ctx, "krylov", krylov->length * krylov->basis_vectors, krylov->single)
-                               : PDI_NEW(ctx, "krylov", krylov->length * krylov->basis_vectors, krylov->basis);
-    return status;
+    return pdi_owner_build(ctx, pdi_krylov_list, krylov);
 }
 
 pd_status pd_krylov_build(pd_ctx *ctx, const pd_krylov_desc *desc, pd_krylov *krylov)
@@ -144,10 +150,7 @@ static int pdi_krylov_grow(pd_ctx *ctx, pd_krylov *krylov)
 void pd_krylov_free(pd_ctx *ctx, pd_krylov *krylov)
 {
     pd_krylov_trim(ctx, krylov);
-    PDI_DELETE(ctx, krylov->desc.n * krylov->vectors, krylov->work);
-    PDI_DELETE(ctx, krylov->length * krylov->basis_vectors, krylov->basis);
-    PDI_DELETE(ctx, krylov->length * krylov->basis_vectors, krylov->single);
-    PDI_DELETE(ctx, pdi_krylov_small(&krylov->desc, krylov->columns), krylov->small);
+    pdi_owner_free(ctx, pdi_krylov_list, krylov);
     memset(krylov, 0, sizeof *krylov);
 }
 

@@ -1,5 +1,6 @@
 /* least_squares: see least_squares.h */
 #include "solve/least_squares.h"
+#include "core/owner.h"
 #include "core/vec.h"
 #include <float.h>
 #include <math.h>
@@ -342,6 +343,16 @@ static pd_status pdi_least_squares_check(pd_ctx *ctx, const pd_least_squares_des
     return PD_OK;
 }
 
+static void pdi_least_squares_list(pdi_owner *owner, void *object)
+{
+    pdi_least_squares *squares = (pdi_least_squares *)object;
+    int64_t points = squares->m;
+    PDI_ARRAY(owner, squares, r, points, "1");
+    PDI_ARRAY(owner, squares, trial, points, "1");
+    PDI_ARRAY(owner, squares, jacobian, points * squares->n, "1");
+    PDI_ARRAY(owner, squares, work, points * (PDI_LEAST_SQUARES_PROBES + 1), "1");
+}
+
 pd_status pd_least_squares_solve(pd_ctx *ctx, const pd_least_squares_desc *d, pd_least_squares_result *result)
 {
     pdi_least_squares s;
@@ -358,16 +369,9 @@ pd_status pd_least_squares_solve(pd_ctx *ctx, const pd_least_squares_desc *d, pd
                                        : (d->start[k] - d->low[k]) / (d->high[k] - d->low[k]);
         s.step[k] = PDI_LEAST_SQUARES_FIRST;
     }
-    int64_t jacobian = (int64_t)s.n * s.m, work = (int64_t)(PDI_LEAST_SQUARES_PROBES + 1) * s.m;
-    pd_status status = PDI_NEW(ctx, "squares", s.m, s.r);
-    if (status == PD_OK) status = PDI_NEW(ctx, "squares", s.m, s.trial);
-    if (status == PD_OK) status = PDI_NEW(ctx, "squares", jacobian, s.jacobian);
-    if (status == PD_OK) status = PDI_NEW(ctx, "squares", work, s.work);
+    pd_status status = pdi_owner_build(ctx, pdi_least_squares_list, &s);
     if (status == PD_OK) status = pdi_least_squares_iterate(&s);
-    PDI_DELETE(ctx, s.m, s.r);
-    PDI_DELETE(ctx, s.m, s.trial);
-    PDI_DELETE(ctx, jacobian, s.jacobian);
-    PDI_DELETE(ctx, work, s.work);
+    pdi_owner_free(ctx, pdi_least_squares_list, &s);
     return status;
 }
 

@@ -12,6 +12,7 @@
  *     128^2 cells: 19 instead of 80 GMRES iterations).
  */
 #include "solve/multigrid.h"
+#include "core/owner.h"
 #include "core/par.h"
 #include "solve/coarsen.h"
 #include <float.h>
@@ -34,6 +35,20 @@ static size_t pdi_multigrid_store(const pd_multigrid *mg)
 static size_t pdi_multigrid_sums(const pd_multigrid *mg)
 {
     return mg->desc.contrast ? (size_t)mg->level[0].cells + 2 * (size_t)mg->pad : 0;
+}
+
+static void pdi_multigrid_list(pdi_owner *owner, void *object)
+{
+    pd_multigrid *mg = (pd_multigrid *)object;
+    pd_smoother_level *fine = &mg->level[0];
+    int wraps = 0;
+    for (int d = 0; d < PD_DIM; d++) wraps = wraps || fine->wrap[d];
+    PDI_ARRAY(owner, mg, store, pdi_multigrid_store(mg), "1");
+    if (mg->desc.contrast) PDI_ARRAY(owner, mg, sums, pdi_multigrid_sums(mg), "1");
+    PDI_ARRAY(owner, mg, mark, fine->cells + 3, "1");
+    PDI_ARRAY(owner, fine, parent, fine->cells, "1");
+    PDI_ARRAY(owner, fine, begin, fine->n[0] ? 2 * (fine->cells / fine->n[0]) : 0, "1");
+    if (wraps) PDI_ARRAY(owner, fine, edge, fine->cells, "1");
 }
 
 static void pdi_multigrid_edges(pd_smoother_level *fine)
@@ -63,12 +78,10 @@ static pd_status pdi_multigrid_make(pd_ctx *ctx, const pd_multigrid_desc *desc, 
     }
     fine->cells = (int32_t)cells;
     fine->shared = desc->symmetric;
-    for (int d = 0; d < PD_DIM; d++) {
+    for (int d = 0; d < PD_DIM; d++)
         fine->wrap[d] = pdi_coarsen_wraps(desc->symmetric, fine->n[d], desc->periodic[d]);
-        if (fine->wrap[d] && !fine->edge) PDI_TRY(PDI_NEW(ctx, "multigrid", cells, fine->edge));
-    }
     mg->pad = pdi_smoother_stride(fine->n, PD_DIM - 1);
-    PDI_TRY(PDI_NEW(ctx, "multigrid", pdi_multigrid_store(mg), mg->store));
+    PDI_TRY(pdi_owner_build(ctx, pdi_multigrid_list, mg));
     float *next = mg->store + mg->pad;
     int64_t length = cells + 2 * (int64_t)mg->pad;
     fine->x = next;
@@ -79,15 +92,12 @@ static pd_status pdi_multigrid_make(pd_ctx *ctx, const pd_multigrid_desc *desc, 
     fine->r = fine->b + cells;
     fine->inv = fine->r + cells;
     if (desc->contrast) {
-        PDI_TRY(PDI_NEW(ctx, "multigrid", pdi_multigrid_sums(mg), mg->sums));
         fine->excess = fine->inv + cells;
         fine->sum = mg->sums + mg->pad;
     }
     pdi_multigrid_edges(fine);
-    PDI_TRY(PDI_NEW(ctx, "multigrid", 2 * (cells / fine->n[0]), fine->begin));
     fine->end = fine->begin + cells / fine->n[0];
-    PDI_TRY(PDI_NEW(ctx, "multigrid", cells + 3, mg->mark));
-    return PDI_NEW(ctx, "multigrid", cells, fine->parent);
+    return PD_OK;
 }
 
 pd_status pd_multigrid_build(pd_ctx *ctx, const pd_multigrid_desc *desc, pd_multigrid *mg)
@@ -99,13 +109,8 @@ pd_status pd_multigrid_build(pd_ctx *ctx, const pd_multigrid_desc *desc, pd_mult
 
 void pd_multigrid_free(pd_ctx *ctx, pd_multigrid *mg)
 {
-    PDI_DELETE(ctx, pdi_multigrid_store(mg), mg->store);
-    PDI_DELETE(ctx, pdi_multigrid_sums(mg), mg->sums);
-    PDI_DELETE(ctx, mg->level[0].cells + 3, mg->mark);
-    PDI_DELETE(ctx, mg->level[0].cells, mg->level[0].parent);
-    PDI_DELETE(ctx, mg->level[0].cells, mg->level[0].edge);
-    if (mg->level[0].begin) PDI_DELETE(ctx, 2 * (mg->level[0].cells / mg->level[0].n[0]), mg->level[0].begin);
-    for (int l = 1; l < PD_MULTIGRID_LEVELS; l++) pdi_coarsen_free(ctx, mg->desc.contrast, &mg->level[l]);
+    pdi_owner_free(ctx, pdi_multigrid_list, mg);
+    for (int l = 1; l < PD_MULTIGRID_LEVELS; l++) pdi_coarsen_free(ctx, &mg->level[l]);
     memset(mg, 0, sizeof *mg);
 }
 

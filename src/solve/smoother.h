@@ -34,6 +34,7 @@ typedef struct pd_smoother_level {
     float *values;     /* coarse levels: storage of x, b, r, inv and excess */
     int32_t *indices;  /* coarse levels: storage of parent, block, row, child_first */
     int32_t *line;     /* not symmetric: [lines + 1] first cell of each line of blocks along axis 0 */
+    int contrast;      /* coarse levels: 1 when there are sum and excess */
     int32_t cell_capacity, link_capacity, child_capacity, line_capacity;
 } pd_smoother_level;
 

@@ -1,5 +1,6 @@
 /* advance: see advance.h */
 #include "transport/advance.h"
+#include "core/owner.h"
 #include "core/par.h"
 #include "solve/sdirk.h"
 #include <math.h>
@@ -10,9 +11,27 @@
 #define PDI_ADVANCE_SHRINK 0.1
 #define PDI_ADVANCE_TRIALS 200 /* rejected steps in a row */
 
+PDI_FN void pdi_advance_list(pdi_owner *owner, void *object)
+{
+    pd_advance *advance = (pd_advance *)object;
+    int64_t total = advance->transport ? advance->transport->grid->total : 0;
+    PDI_ARRAY(owner, advance, start, total, "mol/m3");
+    PDI_ARRAY(owner, advance, carry, total, "mol/m3");
+    PDI_ARRAY(owner, advance, slope, total, "mol/m3");
+    PDI_ARRAY(owner, advance, rest, total, "mol/m3");
+    PDI_VALUE(owner, advance, time, "s");
+    PDI_VALUE(owner, advance, dt, "s");
+    PDI_VALUE(owner, advance, error, "1");
+    PDI_VALUE(owner, advance, out, "mol");
+    PDI_VALUE(owner, advance, in, "mol");
+    PDI_VALUE(owner, advance, steps, "1");
+    PDI_VALUE(owner, advance, rejected, "1");
+    PDI_VALUE(owner, advance, krylov, "1");
+    PDI_VALUE(owner, advance, euler, "1");
+}
+
 static pd_status pdi_advance_make(pd_ctx *ctx, pd_transport *transport, const pd_advance_desc *desc, pd_advance *a)
 {
-    int32_t total = transport->grid->total;
     memset(a, 0, sizeof *a);
     a->desc = *desc;
     if (!(desc->rtol >= 0.0) || !(desc->first >= 0.0) || !(desc->largest >= 0.0) ||
@@ -22,10 +41,7 @@ static pd_status pdi_advance_make(pd_ctx *ctx, pd_transport *transport, const pd
                         desc->first, desc->largest);
     if (!(a->desc.rtol > 0.0)) a->desc.rtol = 1e-3;
     a->transport = transport;
-    PDI_TRY(PDI_NEW(ctx, "advance", total, a->start));
-    PDI_TRY(PDI_NEW(ctx, "advance", total, a->carry));
-    PDI_TRY(PDI_NEW(ctx, "advance", total, a->slope));
-    return PDI_NEW(ctx, "advance", total, a->rest);
+    return pdi_owner_build(ctx, pdi_advance_list, a);
 }
 
 pd_status pd_advance_build(pd_ctx *ctx, pd_transport *transport, const pd_advance_desc *desc, pd_advance *a)
@@ -185,23 +201,11 @@ pd_status pd_advance_run(pd_ctx *ctx, pd_advance *a, double t_end, pd_transport_
 
 PDI_FN pd_status pdi_advance_store(pd_ctx *ctx, pd_advance *a, pd_archive *archive)
 {
-    PDI_TRY(PDI_KEEP(ctx, archive, "advance.time", &a->time, 1));
-    PDI_TRY(PDI_KEEP(ctx, archive, "advance.dt", &a->dt, 1));
-    PDI_TRY(PDI_KEEP(ctx, archive, "advance.error", &a->error, 1));
-    PDI_TRY(PDI_KEEP(ctx, archive, "advance.out", &a->out, 1));
-    PDI_TRY(PDI_KEEP(ctx, archive, "advance.in", &a->in, 1));
-    PDI_TRY(PDI_KEEP(ctx, archive, "advance.steps", &a->steps, 1));
-    PDI_TRY(PDI_KEEP(ctx, archive, "advance.rejected", &a->rejected, 1));
-    PDI_TRY(PDI_KEEP(ctx, archive, "advance.krylov", &a->krylov, 1));
-    return PDI_KEEP(ctx, archive, "advance.euler", &a->euler, 1);
+    return pdi_owner_store(ctx, pdi_advance_list, a, archive);
 }
 
 void pd_advance_free(pd_ctx *ctx, pd_advance *a)
 {
-    int32_t total = a->transport ? a->transport->grid->total : 0;
-    PDI_DELETE(ctx, total, a->start);
-    PDI_DELETE(ctx, total, a->carry);
-    PDI_DELETE(ctx, total, a->slope);
-    PDI_DELETE(ctx, total, a->rest);
+    pdi_owner_free(ctx, pdi_advance_list, a);
     memset(a, 0, sizeof *a);
 }

@@ -54,6 +54,8 @@ PD_API pd_status pd_advance_run(pd_ctx *ctx, pd_advance *advance, double t_end, 
 PD_API void pd_advance_free(pd_ctx *ctx, pd_advance *advance);
 
 #ifdef PDI_INTERNAL
+/* Arrays of a pd_advance. */
+PDI_FN void pdi_advance_list(pdi_owner *owner, void *object);
 /* What steps carry on beside the transport. */
 PDI_FN pd_status pdi_advance_store(pd_ctx *ctx, pd_advance *advance, pd_archive *archive);
 #endif

@@ -297,28 +297,36 @@ void pd_diffusion_renew(pd_diffusion *d)
     }
 }
 
+PDI_FN void pdi_diffusion_list(pdi_owner *owner, void *object)
+{
+    pd_diffusion *diffusion = (pd_diffusion *)object;
+    if (!diffusion->bonds) return;
+    int64_t total = diffusion->bonds->grid->total;
+    int metal = diffusion->metal[0] || diffusion->bonds->grid->solid_count > 0; /* all of it may dissolve */
+    for (int t = 0; t < PD_DIFFUSION_TENSOR; t++) PDI_ARRAY(owner, diffusion, tensor[t], total, "1");
+    PDI_ARRAY(owner, diffusion, cut, total, "1");
+    for (int t = 0; t < PD_DIFFUSION_TENSOR && metal; t++) PDI_ARRAY(owner, diffusion, metal[t], total, "1");
+    for (int a = 0; a < PD_DIM && metal; a++) PDI_ARRAY(owner, diffusion, facing[a], total, "1");
+    if (!diffusion->desc.held) return;
+    PDI_ARRAY(owner, diffusion, hold, total, "1/s");
+    PDI_ARRAY(owner, diffusion, drive, total, "mol/m3/s");
+    PDI_ARRAY(owner, diffusion, hold_at, total, "mol/m3");
+    PDI_ARRAY(owner, diffusion, hold_rest, total, "mol/m3/s");
+    PDI_ARRAY(owner, diffusion, hold_part, total, "1");
+    PDI_ARRAY(owner, diffusion, hold_grad, PD_DIM * total, "mol/m4");
+    PDI_ARRAY(owner, diffusion, hold_lean, PD_DIM * total, "1/m");
+    PDI_ARRAY(owner, diffusion, held, diffusion->bonds->stencil->count, "1");
+}
+
 static pd_status pdi_diffusion_make(pd_ctx *ctx, const pd_bonds *bonds, const pd_diffusion_desc *desc, pd_diffusion *d)
 {
-    int32_t total = bonds->grid->total;
     memset(d, 0, sizeof *d);
     d->desc = *desc;
     d->bonds = bonds;
     if (!(desc->diffusivity >= 0.0) || !(desc->diffusivity < 1e100))
         return pdi_fail(ctx, PD_ERR_ARGUMENT, "diffusion", "D = %g m2/s, expected a finite value of at least 0",
                         desc->diffusivity);
-    for (int t = 0; t < PD_DIFFUSION_TENSOR; t++) PDI_TRY(PDI_NEW(ctx, "diffusion", total, d->tensor[t]));
-    PDI_TRY(PDI_NEW(ctx, "diffusion", total, d->cut));
-    for (int t = 0; t < PD_DIFFUSION_TENSOR && bonds->grid->solid_count > 0; t++)
-        PDI_TRY(PDI_NEW(ctx, "diffusion", total, d->metal[t]));
-    for (int a = 0; a < PD_DIM && d->metal[0]; a++) PDI_TRY(PDI_NEW(ctx, "diffusion", total, d->facing[a]));
-    if (desc->held) PDI_TRY(PDI_NEW(ctx, "diffusion", total, d->hold));
-    if (desc->held) PDI_TRY(PDI_NEW(ctx, "diffusion", total, d->drive));
-    if (desc->held) PDI_TRY(PDI_NEW(ctx, "diffusion", total, d->hold_at));
-    if (desc->held) PDI_TRY(PDI_NEW(ctx, "diffusion", total, d->hold_rest));
-    if (desc->held) PDI_TRY(PDI_NEW(ctx, "diffusion", total, d->hold_part));
-    if (desc->held) PDI_TRY(PDI_NEW(ctx, "diffusion", PD_DIM * (int64_t)total, d->hold_grad));
-    if (desc->held) PDI_TRY(PDI_NEW(ctx, "diffusion", PD_DIM * (int64_t)total, d->hold_lean));
-    if (desc->held) PDI_TRY(PDI_NEW(ctx, "diffusion", bonds->stencil->count, d->held));
+    PDI_TRY(pdi_owner_build(ctx, pdi_diffusion_list, d));
     if (desc->field)
         PDI_TRY(pdi_media_build(ctx, bonds->stencil, bonds->grid, desc->field, desc->level, desc->user, &d->media));
     d->field = d->media.at;
@@ -368,19 +376,7 @@ PDI_FN void pdi_diffusion_bond(const pd_diffusion *d, int32_t i, int k, int coun
 
 void pd_diffusion_free(pd_ctx *ctx, pd_diffusion *d)
 {
-    int32_t total = d->bonds ? d->bonds->grid->total : 0;
-    for (int t = 0; t < PD_DIFFUSION_TENSOR; t++) PDI_DELETE(ctx, total, d->tensor[t]);
-    for (int t = 0; t < PD_DIFFUSION_TENSOR; t++) PDI_DELETE(ctx, total, d->metal[t]);
-    for (int a = 0; a < PD_DIM; a++) PDI_DELETE(ctx, total, d->facing[a]);
-    PDI_DELETE(ctx, total, d->cut);
-    PDI_DELETE(ctx, total, d->hold);
-    PDI_DELETE(ctx, total, d->drive);
-    PDI_DELETE(ctx, total, d->hold_part);
-    PDI_DELETE(ctx, (int64_t)PD_DIM * total, d->hold_grad);
-    PDI_DELETE(ctx, (int64_t)PD_DIM * total, d->hold_lean);
-    PDI_DELETE(ctx, d->bonds ? d->bonds->stencil->count : 0, d->held);
-    PDI_DELETE(ctx, total, d->hold_at);
-    PDI_DELETE(ctx, total, d->hold_rest);
+    pdi_owner_free(ctx, pdi_diffusion_list, d);
     pdi_media_free(ctx, &d->media);
     memset(d, 0, sizeof *d);
 }

@@ -8,6 +8,7 @@
  */
 #ifndef PD_DIFFUSION_H
 #define PD_DIFFUSION_H
+#include "core/owner.h"
 #include "lattice/bond.h"
 #include "lattice/media.h"
 
@@ -58,6 +59,8 @@ PD_API void pd_diffusion_renew(pd_diffusion *diffusion);
 PD_API void pd_diffusion_free(pd_ctx *ctx, pd_diffusion *diffusion);
 
 #ifdef PDI_INTERNAL
+/* Arrays of a pd_diffusion. */
+PDI_FN void pdi_diffusion_list(pdi_owner *owner, void *object);
 /* What held walls give [mol/s] towards + along bonds that cross the plane before index `index` of `axis`: field c and
  * what it leaves to rounding, or NULL. */
 PDI_FN double pdi_diffusion_through(const pd_diffusion *diffusion, const double *c, const double *rest, int axis,

@@ -677,31 +677,41 @@ PDI_FN double pdi_flux_through(const pd_flux *convect, const double *c, const do
     return (low - gain) * convect->bonds->stencil->volume;
 }
 
+PDI_FN void pdi_flux_list(pdi_owner *owner, void *object)
+{
+    pd_flux *flux = (pd_flux *)object;
+    if (!flux->flow) return;
+    int64_t total = flux->bonds->grid->total;
+    PDI_ARRAY(owner, flux, drive, (PD_DIM + 1) * total, "1/s");
+    if (PD_DIM < 3) PDI_ARRAY(owner, flux, flux, flux->bonds->stencil->count / 2 * total, "1/s");
+}
+
+PDI_FN void pdi_flux_row_list(pdi_owner *owner, void *object)
+{
+    pd_flux *flux = (pd_flux *)object;
+    PDI_ARRAY(owner, flux, conduct, flux->bonds ? (int64_t)flux->bonds->stencil->count * flux->capacity : 0, "1/s");
+}
+
+static void pdi_flux_port_list(pdi_owner *owner, void *object)
+{
+    pd_flux *flux = (pd_flux *)object;
+    int64_t bonds = flux->bonds ? (int64_t)flux->bonds->stencil->count * flux->port_capacity : 0;
+    PDI_ARRAY(owner, flux, port_flux, bonds, "1/s");
+    PDI_ARRAY(owner, flux, port_bond, bonds, "1/s");
+}
+
 static pd_status pdi_flux_fit_ports(pd_ctx *ctx, pd_flux *convect)
 {
-    int64_t count = convect->bonds->stencil->count;
     int32_t rows = convect->ports->capacity;
     if (rows == convect->port_capacity) return PD_OK;
-    PDI_DELETE(ctx, count * convect->port_capacity, convect->port_flux);
-    PDI_DELETE(ctx, count * convect->port_capacity, convect->port_bond);
-    convect->port_capacity = 0;
-    PDI_TRY(PDI_NEW(ctx, "convect", count * rows, convect->port_flux));
-    pd_status status = PDI_NEW(ctx, "convect", count * rows, convect->port_bond);
-    if (status == PD_OK) convect->port_capacity = rows;
-    else PDI_DELETE(ctx, count * rows, convect->port_flux);
-    return status;
+    return pdi_owner_renew(ctx, pdi_flux_port_list, convect, &convect->port_capacity, rows);
 }
 
 static pd_status pdi_flux_fit_rows(pd_ctx *ctx, pd_flux *convect)
 {
-    int64_t count = convect->bonds->stencil->count;
     int32_t rows = (convect->bonds->capacity + PDI_FLUX_PAGE - 1) / PDI_FLUX_PAGE * PDI_FLUX_PAGE;
     if (rows == convect->capacity) return PD_OK;
-    PDI_DELETE(ctx, count * convect->capacity, convect->conduct);
-    convect->capacity = 0;
-    PDI_TRY(PDI_NEW(ctx, "convect", count * rows, convect->conduct));
-    convect->capacity = rows;
-    return PD_OK;
+    return pdi_owner_renew(ctx, pdi_flux_row_list, convect, &convect->capacity, rows);
 }
 
 PDI_FN pd_status pdi_flux_fit(pd_ctx *ctx, pd_flux *convect)
@@ -712,22 +722,15 @@ PDI_FN pd_status pdi_flux_fit(pd_ctx *ctx, pd_flux *convect)
 
 PDI_FN pd_status pdi_flux_build(pd_ctx *ctx, pd_flux *convect)
 {
-    const pd_bonds *bonds = convect->bonds;
     pdi_flux_lean(convect);
-    if (convect->flow) PDI_TRY(PDI_NEW(ctx, "convect", (PD_DIM + 1) * (int64_t)bonds->grid->total, convect->drive));
-    if (convect->flow && PD_DIM < 3)
-        PDI_TRY(PDI_NEW(ctx, "convect", bonds->stencil->count / 2 * (int64_t)bonds->grid->total, convect->flux));
+    PDI_TRY(pdi_owner_build(ctx, pdi_flux_list, convect));
     return pdi_flux_fit(ctx, convect);
 }
 
 PDI_FN void pdi_flux_free(pd_ctx *ctx, pd_flux *convect)
 {
-    const pd_bonds *bonds = convect->bonds;
-    if (!bonds) return;
-    PDI_DELETE(ctx, (PD_DIM + 1) * (int64_t)bonds->grid->total, convect->drive);
-    PDI_DELETE(ctx, bonds->stencil->count / 2 * (int64_t)bonds->grid->total, convect->flux);
-    PDI_DELETE(ctx, (int64_t)bonds->stencil->count * convect->capacity, convect->conduct);
-    PDI_DELETE(ctx, (int64_t)bonds->stencil->count * convect->port_capacity, convect->port_flux);
-    PDI_DELETE(ctx, (int64_t)bonds->stencil->count * convect->port_capacity, convect->port_bond);
+    pdi_owner_free(ctx, pdi_flux_list, convect);
+    pdi_owner_free(ctx, pdi_flux_row_list, convect);
+    pdi_owner_free(ctx, pdi_flux_port_list, convect);
     convect->capacity = convect->port_capacity = 0;
 }

@@ -30,6 +30,9 @@ typedef struct pd_flux {
 } pd_flux;
 
 #ifdef PDI_INTERNAL
+/* Arrays of a pd_flux: by the lattice, and by the rows. */
+PDI_FN void pdi_flux_list(pdi_owner *owner, void *object);
+PDI_FN void pdi_flux_row_list(pdi_owner *owner, void *object);
 /* The borrowed terms are given. */
 PDI_FN pd_status pdi_flux_build(pd_ctx *ctx, pd_flux *convect);
 /* After pd_bonds_update and pdi_ports_update: room for their rows. */

@@ -304,22 +304,26 @@ PDI_FN void pdi_limiter_derive(const pd_ctx *ctx, const pd_limiter *l, const dou
     pdi_limiter_sweep_all(ctx, &s, 0.0);
 }
 
+PDI_FN void pdi_limiter_list(pdi_owner *owner, void *object)
+{
+    pd_limiter *limiter = (pd_limiter *)object;
+    int64_t total = limiter->bonds ? limiter->bonds->grid->total : 0;
+    PDI_ARRAY(owner, limiter, slope, PD_DIM * total, "mol/m4");
+    PDI_ARRAY(owner, limiter, keep, total, "1");
+}
+
 PDI_FN pd_status pdi_limiter_build(pd_ctx *ctx, const pd_diffusion *diffusion, const pd_ports *ports,
                                    pd_limiter *l)
 {
-    int64_t total = diffusion->bonds->grid->total;
     memset(l, 0, sizeof *l);
     l->bonds = diffusion->bonds;
     l->ports = ports;
     l->diffusion = diffusion;
-    PDI_TRY(PDI_NEW(ctx, "limiter", PD_DIM * total, l->slope));
-    return PDI_NEW(ctx, "limiter", total, l->keep);
+    return pdi_owner_build(ctx, pdi_limiter_list, l);
 }
 
 PDI_FN void pdi_limiter_free(pd_ctx *ctx, pd_limiter *l)
 {
-    int64_t total = l->bonds ? l->bonds->grid->total : 0;
-    PDI_DELETE(ctx, PD_DIM * total, l->slope);
-    PDI_DELETE(ctx, total, l->keep);
+    pdi_owner_free(ctx, pdi_limiter_list, l);
     memset(l, 0, sizeof *l);
 }

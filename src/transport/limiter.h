@@ -18,6 +18,8 @@ typedef struct pd_limiter {
 } pd_limiter;
 
 #ifdef PDI_INTERNAL
+/* Arrays of a pd_limiter. */
+PDI_FN void pdi_limiter_list(pdi_owner *owner, void *object);
 /* Both are borrowed. */
 PDI_FN pd_status pdi_limiter_build(pd_ctx *ctx, const pd_diffusion *diffusion, const pd_ports *ports,
                                    pd_limiter *limiter);

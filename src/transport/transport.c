@@ -677,6 +677,28 @@ pd_status pd_transport_update(pd_ctx *ctx, pd_transport *t)
     return pdi_flux_fit(ctx, &t->convect);
 }
 
+PDI_FN void pdi_transport_list(pdi_owner *owner, void *object)
+{
+    pd_transport *transport = (pd_transport *)object;
+    if (!transport->grid) return;
+    int64_t total = transport->grid->total;
+    int images = 0;
+    for (int s = 0; s < 2 * PD_DIM; s++) images = images || transport->grid->side[s] >= PD_SIDE_PERIODIC;
+    PDI_STATE(owner, transport, c, total, "mol/m3");
+    PDI_STATE(owner, transport, carry, total, "mol/m3");
+    PDI_OWN(owner, transport->flow ? PDI_OWNED_STATE : PDI_OWNED_ARRAY, transport, anti, total, "mol/m3/s");
+    if (transport->desc.field) PDI_STATE(owner, transport, rest, total, "mol/m3");
+    PDI_ARRAY(owner, transport, old, total, "mol/m3");
+    PDI_ARRAY(owner, transport, source, total, "mol/m3/s");
+    PDI_ARRAY(owner, transport, absorb, total, "1/s");
+    PDI_ARRAY(owner, transport, upwinded, total, "1");
+    PDI_ARRAY(owner, transport, rhs, total, "mol/m3/s");
+    PDI_ARRAY(owner, transport, work, 2 * total, "");
+    PDI_ARRAY(owner, transport, probe, PD_DIM * total, "mol/m4");
+    if (images) PDI_ARRAY(owner, transport, repeated, total, "mol/m3");
+    if (transport->desc.clock) PDI_VALUE(owner, transport, time, "s");
+}
+
 static pd_status pdi_transport_make(pd_ctx *ctx, const pd_grid *grid, const pd_bonds *bonds, const pd_flow *flow,
                                     const pd_transport_desc *desc, pd_transport *t)
 {
@@ -714,19 +736,7 @@ static pd_status pdi_transport_make(pd_ctx *ctx, const pd_grid *grid, const pd_b
     PDI_TRY(pdi_compact_build(ctx, grid, flow != NULL, &t->compact));
     PDI_TRY(pd_multigrid_build(ctx, &md, &t->mg));
     PDI_TRY(pd_krylov_build(ctx, &kd, &t->krylov));
-    PDI_TRY(PDI_NEW(ctx, "transport", grid->total, t->c));
-    PDI_TRY(PDI_NEW(ctx, "transport", grid->total, t->old));
-    PDI_TRY(PDI_NEW(ctx, "transport", grid->total, t->source));
-    PDI_TRY(PDI_NEW(ctx, "transport", grid->total, t->absorb));
-    PDI_TRY(PDI_NEW(ctx, "transport", grid->total, t->carry));
-    PDI_TRY(PDI_NEW(ctx, "transport", grid->total, t->anti));
-    if (desc->field) PDI_TRY(PDI_NEW(ctx, "transport", grid->total, t->rest));
-    PDI_TRY(PDI_NEW(ctx, "transport", grid->total, t->upwinded));
-    PDI_TRY(PDI_NEW(ctx, "transport", grid->total, t->rhs));
-    PDI_TRY(PDI_NEW(ctx, "transport", 2 * (int64_t)grid->total, t->work));
-    PDI_TRY(PDI_NEW(ctx, "transport", PD_DIM * (int64_t)grid->total, t->probe));
-    for (int s = 0; s < 2 * PD_DIM && !t->repeated; s++)
-        if (grid->side[s] >= PD_SIDE_PERIODIC) PDI_TRY(PDI_NEW(ctx, "transport", grid->total, t->repeated));
+    PDI_TRY(pdi_owner_build(ctx, pdi_transport_list, t));
     for (int32_t i = 0; i < grid->total; i++)
         if (grid->kind[i] == PD_FLUID) t->c[i] = desc->initial;
     pd_diffusion_desc dd;
@@ -761,18 +771,12 @@ pd_status pd_transport_build(pd_ctx *ctx, const pd_grid *grid, const pd_bonds *b
 /* The tolerance of the next step depends on the fluxes of the last one. */
 PDI_FN pd_status pdi_transport_store(pd_ctx *ctx, pd_transport *t, pd_archive *archive)
 {
-    int32_t total = t->grid->total;
-    PDI_TRY(PDI_KEEP(ctx, archive, "transport.c", t->c, total));
-    PDI_TRY(PDI_KEEP(ctx, archive, "transport.carry", t->carry, total));
-    if (t->desc.clock) PDI_TRY(PDI_KEEP(ctx, archive, "transport.time", &t->time, 1));
-    if (archive->reading) PDI_TRY(pd_transport_at(ctx, t, t->time));
-    if (t->rest) PDI_TRY(PDI_KEEP(ctx, archive, "transport.rest", t->rest, total));
-    return t->flow ? PDI_KEEP(ctx, archive, "transport.anti", t->anti, total) : PD_OK;
+    PDI_TRY(pdi_owner_store(ctx, pdi_transport_list, t, archive));
+    return archive->reading ? pd_transport_at(ctx, t, t->time) : PD_OK;
 }
 
 void pd_transport_free(pd_ctx *ctx, pd_transport *t)
 {
-    int64_t total = t->grid ? t->grid->total : 0;
     pdi_flux_free(ctx, &t->convect);
     pdi_limiter_free(ctx, &t->limiter);
     pdi_ports_free(ctx, &t->ports);
@@ -780,17 +784,6 @@ void pd_transport_free(pd_ctx *ctx, pd_transport *t)
     pdi_compact_free(ctx, &t->compact);
     pd_multigrid_free(ctx, &t->mg);
     pd_krylov_free(ctx, &t->krylov);
-    PDI_DELETE(ctx, total, t->c);
-    PDI_DELETE(ctx, total, t->old);
-    PDI_DELETE(ctx, total, t->source);
-    PDI_DELETE(ctx, total, t->absorb);
-    PDI_DELETE(ctx, total, t->carry);
-    PDI_DELETE(ctx, total, t->anti);
-    PDI_DELETE(ctx, total, t->rest);
-    PDI_DELETE(ctx, total, t->upwinded);
-    PDI_DELETE(ctx, total, t->rhs);
-    PDI_DELETE(ctx, 2 * total, t->work);
-    PDI_DELETE(ctx, PD_DIM * total, t->probe);
-    PDI_DELETE(ctx, total, t->repeated);
+    pdi_owner_free(ctx, pdi_transport_list, t);
     memset(t, 0, sizeof *t);
 }
