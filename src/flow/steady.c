@@ -209,6 +209,20 @@ static void pdi_steady_move(const pd_ctx *ctx, pd_steady *s, double factor)
     pdi_par_axpy(ctx, total, factor, s->step + split, flow->p);
 }
 
+PDI_FN void pdi_steady_krylov(pd_steady *s, pd_krylov_desc *kd)
+{
+    if (!s->desc.max_krylov) s->desc.max_krylov = 300;
+    if (!s->desc.restart) s->desc.restart = PDI_STEADY_RESTART;
+    memset(kd, 0, sizeof *kd);
+    kd->n = pdi_steady_size(s->flow);
+    kd->spans = &s->flow->bonds->spans;
+    kd->components = PD_DIM + 1;
+    kd->restart = s->desc.restart;
+    kd->most = s->desc.max_krylov / s->desc.restart * s->desc.restart;
+    kd->max_iterations = s->desc.max_krylov;
+    kd->zero_guess = kd->compressed = 1;
+}
+
 PDI_FN void pdi_steady_list(pdi_owner *owner, void *object)
 {
     pd_steady *steady = (pd_steady *)object;
@@ -231,19 +245,9 @@ static pd_status pdi_steady_make(pd_ctx *ctx, pd_flow *flow, const pd_steady_des
         return pdi_fail(ctx, PD_ERR_ARGUMENT, "steady", "tolerance %g, max_newton %d, max_krylov %d, restart %d",
                         desc->tolerance, desc->max_newton, desc->max_krylov, desc->restart);
     if (!(s->desc.tolerance > 0.0)) s->desc.tolerance = 1e-6;
-    if (!s->desc.max_krylov) s->desc.max_krylov = 300;
-    if (!s->desc.restart) s->desc.restart = PDI_STEADY_RESTART;
-    int64_t size = pdi_steady_size(flow);
     pd_krylov_desc kd;
     pd_multigrid_desc md;
-    memset(&kd, 0, sizeof kd);
-    kd.n = size;
-    kd.spans = &flow->bonds->spans;
-    kd.components = PD_DIM + 1;
-    kd.restart = s->desc.restart;
-    kd.most = s->desc.max_krylov / s->desc.restart * s->desc.restart;
-    kd.max_iterations = s->desc.max_krylov;
-    kd.zero_guess = kd.compressed = 1;
+    pdi_steady_krylov(s, &kd);
     pdi_compact_multigrid(flow->grid, &md);
     PDI_TRY(pdi_flow_mirror(ctx, flow));
     PDI_TRY(pdi_compact_build(ctx, flow->grid, 1, &s->compact_u));

@@ -68,6 +68,8 @@ PDI_FN int32_t pdi_steady_worst(const pd_steady *steady);
 PDI_FN pd_status pdi_steady_even(pd_ctx *ctx, pd_steady *steady);
 /* Arrays of a pd_steady, beside those of its solvers. */
 PDI_FN void pdi_steady_list(pdi_owner *owner, void *object);
+/* What its GMRES is built with; defaults are filled in. */
+PDI_FN void pdi_steady_krylov(pd_steady *steady, pd_krylov_desc *desc);
 /* What solves carry on beside the flow. */
 PDI_FN pd_status pdi_steady_store(pd_ctx *ctx, pd_steady *steady, pd_archive *archive);
 /* Make ready for pdi_steady_stage. */

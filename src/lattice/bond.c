@@ -1,6 +1,5 @@
 /* bond: see bond.h */
 #include "lattice/bond.h"
-#include "core/owner.h"
 #include "core/vec.h"
 #include "core/par.h"
 #include <math.h>
@@ -424,7 +423,7 @@ static void pdi_bond_fill_row(pd_bonds *bonds, int32_t r)
     pdi_bond_transpose(norm, carrier);
 }
 
-static void pdi_bond_row_list(pdi_owner *owner, void *object)
+PDI_FN void pdi_bond_row_list(pdi_owner *owner, void *object)
 {
     pd_bonds *bonds = (pd_bonds *)object;
     int64_t rows = bonds->capacity;

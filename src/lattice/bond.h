@@ -8,6 +8,7 @@
  */
 #ifndef PD_BOND_H
 #define PD_BOND_H
+#include "core/owner.h"
 #include "lattice/span.h"
 #include "lattice/ghost.h"
 #include "lattice/axisym.h"
@@ -68,6 +69,8 @@ PD_API pd_status pd_bonds_validate(pd_ctx *ctx, const pd_bonds *bonds);
 PD_API void pd_bonds_free(pd_ctx *ctx, pd_bonds *bonds);
 
 #ifdef PDI_INTERNAL
+/* Arrays of pd_bonds that go by the rows. */
+PDI_FN void pdi_bond_row_list(pdi_owner *owner, void *object);
 /* Nodes along axis 0 that a sweep works on at once, bond by bond: the inner loops are plain vectors. */
 #define PDI_LANES 64
 /* Lanes of the next piece, up to `most`, from *at, of `length` consecutive nodes. What is left over behind the last

@@ -1,6 +1,5 @@
 /* media: see media.h */
 #include "lattice/media.h"
-#include "core/owner.h"
 #include "core/vec.h"
 #include <math.h>
 #include <string.h>
@@ -334,7 +333,7 @@ static pd_status pdi_media_raise(pd_ctx *ctx, pd_media *m)
 }
 #endif
 
-static void pdi_media_list(pdi_owner *owner, void *object)
+PDI_FN void pdi_media_list(pdi_owner *owner, void *object)
 {
     pd_media *media = (pd_media *)object;
     int32_t total = media->grid ? media->grid->total : 0;
@@ -342,7 +341,7 @@ static void pdi_media_list(pdi_owner *owner, void *object)
     if (media->level) PDI_ARRAY(owner, media, near, total, "1");
 }
 
-static void pdi_media_row_list(pdi_owner *owner, void *object)
+PDI_FN void pdi_media_row_list(pdi_owner *owner, void *object)
 {
     pd_media *media = (pd_media *)object;
     PDI_ARRAY(owner, media, along, media->rows ? (int64_t)media->rows * media->stencil->count : 0, "m2/s");

@@ -6,6 +6,7 @@
  */
 #ifndef PD_MEDIA_H
 #define PD_MEDIA_H
+#include "core/owner.h"
 #include "lattice/grid.h"
 
 /* A number at position x [m]. */
@@ -27,6 +28,9 @@ typedef struct pd_media {
 } pd_media;
 
 #ifdef PDI_INTERNAL
+/* Arrays of a pd_media: by the lattice, and by the rows. */
+PDI_FN void pdi_media_list(pdi_owner *owner, void *object);
+PDI_FN void pdi_media_row_list(pdi_owner *owner, void *object);
 /* Grid and stencil are borrowed. PD_ERR_ARGUMENT: a diffusivity is negative or not finite. */
 PDI_FN pd_status pdi_media_build(pd_ctx *ctx, const pd_stencil *stencil, const pd_grid *grid, pd_point_fn field,
                                  pd_point_fn level, void *user, pd_media *media);

@@ -1,7 +1,11 @@
 /* footprint: see footprint.h */
 #include "run/footprint.h"
-#include "flow/steady.h"
+#include "flow/implicit.h"
+#include "flow/unsteady.h"
 #include "metal/dissolve.h"
+#include "run/inlet.h"
+#include "run/wall.h"
+#include "transport/advance.h"
 #include <math.h>
 #include <string.h>
 
@@ -12,6 +16,8 @@
 #define PDI_FOOTPRINT_PACK 0.55e6
 /* [byte] What does not grow with the lattice: tables of a run, small matrices of the solvers, the stencil. */
 #define PDI_FOOTPRINT_BASE 0.22e6
+/* Nodes of a lattice that is planned as it is. */
+#define PDI_FOOTPRINT_NODES 1e8
 
 /* Whole family: offsets with 0 < |n| < m + 1/2. */
 static double pdi_footprint_bonds(double m)
@@ -68,84 +74,175 @@ static void pdi_footprint_sample(const pd_setup *u, double reach, pd_footprint *
     b->near = b->cells * near / points;
 }
 
-/* [byte] a cell of a multigrid: its finest level, and the coarser ones, which appear in the run. */
-static double pdi_footprint_multigrid(int symmetric, int contrast, double *coarse)
+/* Objects of a run that are not built: what the lists of their arrays read is there, and nothing else. */
+typedef struct pdi_footprint_plan {
+    pd_ctx ctx;
+    pd_stencil stencil;
+    pd_grid grid;
+    pd_bonds bonds;
+    pd_flow flow;
+    double times; /* [-] nodes of the run for one of the grid, which an int32 counts */
+} pdi_footprint_plan;
+
+/* Stands for the functions of a scene, which are not called. */
+static double pdi_footprint_any(void *user, const double *x)
 {
-    double axes = symmetric ? PD_DIM : 2 * PD_DIM;
-    *coarse = 4.0 + (4.0 * (4 + contrast) + 16.0 + 8.0 * contrast + 16.0 * 2 * PD_DIM) / ((1 << PD_DIM) - 1);
-    return 4.0 * (1.0 + axes + 3.0 + contrast) + 8.0 * contrast + 4.0;
+    (void)user;
+    return x[0];
 }
 
-/* [byte] a cell of the coefficients that a multigrid is set up with. */
-static double pdi_footprint_compact(int with_flux) { return 9.0 + 4.0 * PD_DIM * (1 + with_flux); }
-
-/* 1: the spacings of the lattice call for a multigrid that copes with contrast. */
-static int pdi_footprint_contrast(const pd_setup *u)
+/* A lattice that is too large is planned with fewer layers. */
+static void pdi_footprint_describe(const pd_setup *u, const pd_footprint *b, pdi_footprint_plan *plan)
 {
-    int n[PD_DIM];
-    for (int d = 0; d < PD_DIM; d++) n[d] = (int)fmin(floor((u->hi[d] - u->lo[d]) / u->h[d] + 0.5), (double)INT32_MAX);
-    return pdi_compact_contrast(n, u->h);
+    pd_grid *grid = &plan->grid;
+    double nodes = b->nodes;
+    int reach = (int)ceil(u->m + 0.5) - 1;
+    memset(plan, 0, sizeof *plan);
+    pd_ctx_init(&plan->ctx);
+    grid->ghost = reach;
+    for (int d = PD_DIM - 1; d >= 0; d--) {
+        double cells = floor((u->hi[d] - u->lo[d]) / u->h[d] + 0.5), fewer = cells;
+        if (nodes > PDI_FOOTPRINT_NODES) fewer = fmax(floor(cells * PDI_FOOTPRINT_NODES / nodes), 1.0);
+        nodes *= (fewer + 2.0 * reach) / (cells + 2.0 * reach);
+        grid->n[d] = (int)fewer;
+        grid->np[d] = grid->n[d] + 2 * reach;
+        grid->h[d] = u->h[d];
+    }
+    grid->total = 1;
+    for (int d = 0; d < PD_DIM; d++) {
+        grid->stride[d] = grid->total;
+        grid->total *= grid->np[d];
+    }
+    for (int s = 0; s < 2 * PD_DIM; s++) grid->side[s] = u->side[s].kind;
+    plan->times = b->nodes / grid->total;
+    grid->fluid_count = (int64_t)(b->fluid / plan->times);
+    grid->solid_count = u->solid >= 0 ? (int64_t)(b->solid / plan->times) + 1 : 0;
+    plan->stencil.count = (int)b->bonds;
+    plan->stencil.reach = reach;
+    plan->bonds.stencil = &plan->stencil;
+    plan->bonds.grid = grid;
+    plan->bonds.words = (plan->stencil.count + 31) / 32;
+    plan->bonds.capacity = (int32_t)(1.25 * b->cut / plan->times);
+    plan->bonds.spans.total = grid->total;
+    plan->bonds.spans.nodes = (int32_t)((b->fluid + b->solid) / plan->times);
+    plan->flow.grid = grid;
+    plan->flow.bonds = &plan->bonds;
 }
 
-static void pdi_footprint_lattice(const pd_setup *u, pd_footprint *b)
+/* [byte] of the arrays of an object of the plan. */
+static double pdi_footprint_list(const pdi_footprint_plan *plan, pdi_list_fn list, void *object)
 {
-    double row = 4.0 + 4.0 * ceil(b->bonds / 32.0) + 17.0 + 16.0 * PD_DIM * PD_DIM;
-    b->bytes[PD_PART_GRID] = b->nodes + b->bonds * (70.0 + 12.0 * PD_DIM);
-    if (!u->has_corrode)
-        b->bytes[PD_PART_GRID] += 4.0 * b->nodes + 1.25 * row * b->cut + 9.0 * (b->nodes - b->cells);
+    return plan->times * (double)pdi_owner_bytes(list, object);
 }
 
-static void pdi_footprint_flow(const pd_setup *u, pd_footprint *b)
+/* [byte] of a multigrid as it is built, and into *coarse what a run adds: levels that go by the geometry. */
+static double pdi_footprint_multigrid(pdi_footprint_plan *plan, int symmetric, int contrast, double *coarse)
 {
-    double coarse_u, coarse_p, bases = PDI_STEADY_RESTART + 1.0, values = 3.0 * PD_DIM + 1.0;
-    int contrast = pdi_footprint_contrast(u);
+    pd_multigrid_desc desc;
+    pd_multigrid mg;
+    double cells = plan->times;
+    for (int d = 0; d < PD_DIM; d++) cells *= plan->grid.n[d];
+    pdi_compact_multigrid(&plan->grid, &desc);
+    desc.symmetric = symmetric;
+    desc.contrast = contrast || desc.contrast;
+    *coarse += cells * (4.0 + (4.0 * (4 + desc.contrast) + 16.0 + 8.0 * desc.contrast + 16.0 * 2 * PD_DIM) /
+                                  ((1 << PD_DIM) - 1));
+    pdi_multigrid_plan(&plan->ctx, &desc, &mg);
+    return pdi_footprint_list(plan, pdi_multigrid_list, &mg);
+}
+
+/* [byte] of the coefficients that a multigrid is set up with. */
+static double pdi_footprint_compact(const pdi_footprint_plan *plan, int with_flux)
+{
+    pd_compact compact;
+    pdi_compact_plan(&plan->grid, with_flux, &compact);
+    return pdi_footprint_list(plan, pdi_compact_list, &compact);
+}
+
+static double pdi_footprint_krylov(pdi_footprint_plan *plan, const pd_krylov_desc *desc)
+{
+    pd_krylov krylov;
+    pdi_krylov_plan(&plan->ctx, desc, &krylov);
+    return pdi_footprint_list(plan, pdi_krylov_list, &krylov);
+}
+
+static void pdi_footprint_lattice(const pd_setup *u, pdi_footprint_plan *plan, pd_footprint *b)
+{
+    b->bytes[PD_PART_GRID] = b->nodes + b->bonds * (70.0 + 12.0 * PD_DIM); /* kinds; the stencil */
+    if (u->has_corrode) return;
+    b->bytes[PD_PART_GRID] += 4.0 * b->nodes + 9.0 * (b->nodes - b->cells); /* rows of nodes; ghosts */
+    b->bytes[PD_PART_GRID] += pdi_footprint_list(plan, pdi_bond_row_list, &plan->bonds);
+}
+
+static void pdi_footprint_flow(const pd_setup *u, pdi_footprint_plan *plan, pd_footprint *b)
+{
+    double *bytes = &b->bytes[PD_PART_FLOW];
+    pd_steady steady;
+    pd_jacobian jacobian;
+    pd_implicit implicit;
+    pd_unsteady unsteady;
+    pd_krylov_desc kd;
     if (!u->has_flow) return;
-    for (int s = 0; s < 2 * PD_DIM; s++)
-        if (u->side[s].slides) values = 4.0 * PD_DIM + 1.0;
-    if (u->pushed) values += PD_DIM;
+    memset(&steady, 0, sizeof steady);
+    memset(&jacobian, 0, sizeof jacobian);
+    memset(&implicit, 0, sizeof implicit);
+    memset(&unsteady, 0, sizeof unsteady);
+    steady.flow = implicit.flow = unsteady.flow = &plan->flow;
+    jacobian.flow = &plan->flow;
+    if (pd_wall_moves(u)) plan->flow.wall = pd_wall_velocity;
+    if (u->pushed) plan->flow.push = pd_inlet_body;
+    *bytes = pdi_footprint_list(plan, pdi_flow_list, &plan->flow);
     if (u->motion == PD_MOTION_STEADY || u->motion == PD_MOTION_IMPLICIT) {
-        values += 7.0 * (PD_DIM + 1) + PD_DIM + 1.0;       /* vectors of the solvers */
-        values += 0.5 * (5.0 * PD_DIM + 1.0) + 1.0; /* of the linearised flow, most in single precision */
-        b->bytes[PD_PART_FLOW] += 4.0 * bases * (PD_DIM + 1) * (b->fluid + b->solid);
-        b->bytes[PD_PART_FLOW] += b->cells * (pdi_footprint_compact(1) + pdi_footprint_compact(0) +
-                                              pdi_footprint_multigrid(0, contrast, &coarse_u) +
-                                              2.0 * pdi_footprint_multigrid(1, contrast, &coarse_p));
-        b->working += b->cells * (coarse_u + 2.0 * coarse_p);
+        pdi_steady_krylov(&steady, &kd);
+        *bytes += pdi_footprint_list(plan, pdi_steady_list, &steady) + pdi_footprint_krylov(plan, &kd);
+        *bytes += pdi_footprint_list(plan, pdi_jacobian_list, &jacobian);
+        *bytes += pdi_footprint_compact(plan, 1) + pdi_footprint_compact(plan, 0);
+        *bytes += pdi_footprint_multigrid(plan, 0, 0, &b->working);
+        for (int k = 0; k < 2; k++) *bytes += pdi_footprint_multigrid(plan, 1, 0, &b->working);
     }
     if (u->motion == PD_MOTION_IMPLICIT) {
-        values += 3.0 * PD_DIM + 1.0;
-        b->bytes[PD_PART_FLOW] += b->cells * pdi_footprint_multigrid(1, 0, &coarse_p); /* of short steps */
-        b->working += b->cells * coarse_p;
+        *bytes += pdi_footprint_list(plan, pdi_implicit_list, &implicit);
+        *bytes += pdi_footprint_multigrid(plan, 1, 0, &b->working); /* of short steps */
     }
-    if (u->motion == PD_MOTION_EXPLICIT) values += 3.0 * PD_DIM + 3.0;
-    b->bytes[PD_PART_FLOW] += 8.0 * values * b->nodes;
+    if (u->motion == PD_MOTION_EXPLICIT) *bytes += pdi_footprint_list(plan, pdi_unsteady_list, &unsteady);
 }
 
-static void pdi_footprint_transport(const pd_setup *u, pd_footprint *b)
+static void pdi_footprint_transport(const pd_setup *u, pdi_footprint_plan *plan, pd_footprint *b)
 {
-    double values = 12.0 + 4.0, coarse, bytes; /* fields and vectors of the solver */
-    int repeats = 0, medium = u->medium >= 0, held = 0, contrast = medium || pdi_footprint_contrast(u);
+    double *bytes = &b->bytes[PD_PART_TRANSPORT];
+    int medium = u->medium >= 0;
+    pd_transport t;
+    pd_advance advance;
+    pd_krylov_desc kd;
+    pd_multigrid_desc md;
     if (!u->has_transport) return;
-    for (int s = 0; s < 2 * PD_DIM; s++) {
-        repeats = repeats || u->side[s].kind >= PD_SIDE_PERIODIC;
-        held = held || u->side[s].holds;
-    }
-    for (int k = 0; k < u->wall_count; k++) held = held || u->walls[k].holds;
-    values += repeats + 2.5 * medium + held * (4.0 + 2.0 * PD_DIM + 0.125);
-    values += 0.5 * (0.5 * PD_DIM * (PD_DIM + 1) + 1.0); /* of the diffusion, in single precision */
-    if (u->solid >= 0) values += 0.5 * (0.5 * PD_DIM * (PD_DIM + 1) + PD_DIM);
-    if (u->has_flow) values += 2.0 * (PD_DIM + 1.0) + (PD_DIM < 3 ? floor(0.5 * b->bonds) : 0.0);
-    if (!u->has_dissolve) values += 4.0;
-    bytes = 8.0 * values * b->nodes + 41.0 * (medium ? 8.0 : 4.0) * (b->fluid + b->solid);
-    bytes += 8.0 * 1.25 * b->bonds * b->cut + 8.0 * b->bonds * b->near;
-    bytes += b->cells * (pdi_footprint_compact(u->has_flow) + pdi_footprint_multigrid(!u->has_flow, contrast, &coarse));
-    b->bytes[PD_PART_TRANSPORT] = bytes;
-    b->working += b->cells * coarse;
+    memset(&t, 0, sizeof t);
+    memset(&advance, 0, sizeof advance);
+    t.grid = &plan->grid;
+    t.bonds = t.convect.bonds = t.limiter.bonds = t.diffusion.bonds = &plan->bonds;
+    if (u->has_flow) t.flow = t.convect.flow = &plan->flow;
+    if (medium) t.desc.field = t.diffusion.media.level = pdi_footprint_any;
+    if (pd_wall_holds(u)) t.diffusion.desc.held = pdi_footprint_any;
+    t.diffusion.media.grid = &plan->grid;
+    t.diffusion.media.stencil = &plan->stencil;
+    t.diffusion.media.rows = (int32_t)(b->near / plan->times);
+    t.convect.capacity = plan->bonds.capacity;
+    advance.transport = &t;
+    pdi_transport_solvers(&t, &kd, &md);
+    *bytes = pdi_footprint_list(plan, pdi_transport_list, &t) + pdi_footprint_krylov(plan, &kd);
+    *bytes += pdi_footprint_list(plan, pdi_diffusion_list, &t.diffusion);
+    *bytes += pdi_footprint_list(plan, pdi_flux_list, &t.convect);
+    *bytes += pdi_footprint_list(plan, pdi_flux_row_list, &t.convect);
+    if (medium) *bytes += pdi_footprint_list(plan, pdi_media_list, &t.diffusion.media);
+    if (medium) *bytes += pdi_footprint_list(plan, pdi_media_row_list, &t.diffusion.media);
+    if (u->has_flow) *bytes += pdi_footprint_list(plan, pdi_limiter_list, &t.limiter);
+    if (!u->has_dissolve) *bytes += pdi_footprint_list(plan, pdi_advance_list, &advance);
+    *bytes += pdi_footprint_compact(plan, u->has_flow) +
+              pdi_footprint_multigrid(plan, md.symmetric, md.contrast, &b->working);
 }
 
-static void pdi_footprint_metal(const pd_setup *u, pd_footprint *b)
+static void pdi_footprint_metal(const pd_setup *u, pdi_footprint_plan *plan, pd_footprint *b)
 {
-    double coarse, bytes;
     if (u->has_grains) b->bytes[PD_PART_GRAIN] = 12.0 * b->nodes; /* and shares, which do not stay: 4 */
     /* fluid within a horizon of metal, which has at least the surface of a cube */
     double shell = fmin(2.0 * PD_DIM * u->m * pow(b->solid, (PD_DIM - 1.0) / PD_DIM), b->fluid);
@@ -160,9 +257,8 @@ static void pdi_footprint_metal(const pd_setup *u, pd_footprint *b)
     if (u->stochastic) b->bytes[PD_PART_CORRODE] += 10.0 * b->nodes;
     if (u->repassivation > 0.0) b->bytes[PD_PART_CORRODE] += b->nodes;
     if (u->forward) return;
-    bytes = pdi_footprint_compact(0) + pdi_footprint_multigrid(1, pdi_footprint_contrast(u), &coarse);
-    b->bytes[PD_PART_CORRODE] += (97.0 + 40.0) * b->nodes + b->cells * bytes;
-    b->working += b->cells * coarse;
+    b->bytes[PD_PART_CORRODE] += (97.0 + 40.0) * b->nodes + pdi_footprint_compact(plan, 0) +
+                                 pdi_footprint_multigrid(plan, 1, 0, &b->working);
 }
 
 /* Pixels of a field of `cells`, `wanted` of them. */
@@ -205,6 +301,7 @@ static void pdi_footprint_output(const pd_setup *u, pd_footprint *b)
 
 void pd_footprint_estimate(const pd_setup *u, pd_footprint *b)
 {
+    pdi_footprint_plan plan;
     double reach = ceil(u->m + 0.5) - 1.0;
     memset(b, 0, sizeof *b);
     b->nodes = b->cells = 1.0;
@@ -215,10 +312,11 @@ void pd_footprint_estimate(const pd_setup *u, pd_footprint *b)
     }
     b->bonds = pdi_footprint_bonds(u->m);
     pdi_footprint_sample(u, reach, b);
-    pdi_footprint_lattice(u, b);
-    pdi_footprint_flow(u, b);
-    pdi_footprint_transport(u, b);
-    pdi_footprint_metal(u, b);
+    pdi_footprint_describe(u, b, &plan);
+    pdi_footprint_lattice(u, &plan, b);
+    pdi_footprint_flow(u, &plan, b);
+    pdi_footprint_transport(u, &plan, b);
+    pdi_footprint_metal(u, &plan, b);
     pdi_footprint_output(u, b);
     b->all = PDI_FOOTPRINT_BASE + b->working + b->files + PD_SHAPE_MAX * (double)sizeof *u->shape;
     for (int k = 0; k < u->masks; k++) b->all += (double)u->mask_size[k];
@@ -244,3 +342,4 @@ pd_status pd_footprint_check(pd_ctx *ctx, const pd_setup *setup, int dry)
 #undef PDI_FOOTPRINT_PLOT
 #undef PDI_FOOTPRINT_PACK
 #undef PDI_FOOTPRINT_BASE
+#undef PDI_FOOTPRINT_NODES

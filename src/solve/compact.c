@@ -24,13 +24,18 @@ PDI_FN void pdi_compact_list(pdi_owner *owner, void *object)
     }
 }
 
-PDI_FN pd_status pdi_compact_build(pd_ctx *ctx, const pd_grid *grid, int with_flux, pd_compact *c)
+PDI_FN void pdi_compact_plan(const pd_grid *grid, int with_flux, pd_compact *c)
 {
     memset(c, 0, sizeof *c);
     c->grid = grid;
     c->cells = 1;
     for (int d = 0; d < PD_DIM; d++) c->cells *= grid->n[d];
     c->with_flux = with_flux;
+}
+
+PDI_FN pd_status pdi_compact_build(pd_ctx *ctx, const pd_grid *grid, int with_flux, pd_compact *c)
+{
+    pdi_compact_plan(grid, with_flux, c);
     return pdi_owner_build(ctx, pdi_compact_list, c);
 }
 

@@ -27,8 +27,9 @@ typedef struct pdi_compact_faces {
     int closed, inlet, outlet;
 } pdi_compact_faces;
 
-/* Arrays of a pd_compact. */
+/* Arrays of a pd_compact, and one without them, which can be counted. */
 PDI_FN void pdi_compact_list(pdi_owner *owner, void *object);
+PDI_FN void pdi_compact_plan(const pd_grid *grid, int with_flux, pd_compact *compact);
 PDI_FN pd_status pdi_compact_build(pd_ctx *ctx, const pd_grid *grid, int with_flux, pd_compact *compact);
 /* What becomes of the convective term. */
 typedef struct pdi_compact_convection {

@@ -1,6 +1,5 @@
 /* krylov: see krylov.h */
 #include "solve/krylov.h"
-#include "core/owner.h"
 #include "core/par.h"
 #include <float.h>
 #include <math.h>
@@ -36,7 +35,7 @@ static int64_t pdi_krylov_small(const pd_krylov_desc *desc, int columns)
     return desc->method == PD_KRYLOV_GMRES ? 4 * most + pdi_krylov_column(columns) : 0;
 }
 
-static void pdi_krylov_list(pdi_owner *owner, void *object)
+PDI_FN void pdi_krylov_list(pdi_owner *owner, void *object)
 {
     pd_krylov *krylov = (pd_krylov *)object;
     int64_t basis = krylov->length * krylov->basis_vectors;
@@ -46,7 +45,7 @@ static void pdi_krylov_list(pdi_owner *owner, void *object)
     if (basis && !krylov->desc.compressed) PDI_ARRAY(owner, krylov, basis, basis, "1");
 }
 
-static pd_status pdi_krylov_make(pd_ctx *ctx, const pd_krylov_desc *desc, pd_krylov *krylov)
+PDI_FN pd_status pdi_krylov_plan(pd_ctx *ctx, const pd_krylov_desc *desc, pd_krylov *krylov)
 {
     memset(krylov, 0, sizeof *krylov);
     krylov->desc = *desc;
@@ -85,12 +84,13 @@ static pd_status pdi_krylov_make(pd_ctx *ctx, const pd_krylov_desc *desc, pd_kry
     int most = krylov->vectors + krylov->basis_vectors;
     if (d->n > INT64_MAX / most)
         return pdi_fail(ctx, PD_ERR_SIZE, "krylov", "%d vectors of %.0f entries overflow", most, (double)d->n);
-    return pdi_owner_build(ctx, pdi_krylov_list, krylov);
+    return PD_OK;
 }
 
 pd_status pd_krylov_build(pd_ctx *ctx, const pd_krylov_desc *desc, pd_krylov *krylov)
 {
-    pd_status status = pdi_krylov_make(ctx, desc, krylov);
+    pd_status status = pdi_krylov_plan(ctx, desc, krylov);
+    if (status == PD_OK) status = pdi_owner_build(ctx, pdi_krylov_list, krylov);
     if (status < 0) pd_krylov_free(ctx, krylov);
     return status;
 }

@@ -5,6 +5,7 @@
  */
 #ifndef PD_KRYLOV_H
 #define PD_KRYLOV_H
+#include "core/owner.h"
 #include "lattice/span.h"
 
 /* y = A x or y = M^-1 x; x and y never alias. */
@@ -90,5 +91,11 @@ PD_API void pd_krylov_trim(pd_ctx *ctx, pd_krylov *krylov);
  * Notay 2000 (flexible CG). */
 PD_API pd_status pd_krylov_solve(pd_ctx *ctx, pd_krylov *krylov, pd_apply_fn apply, pd_apply_fn precond, void *user,
                                  const double *b, double *x, pd_krylov_result *result);
+
+#ifdef PDI_INTERNAL
+/* Arrays of a pd_krylov, and one without them, which can be counted. */
+PDI_FN void pdi_krylov_list(pdi_owner *owner, void *object);
+PDI_FN pd_status pdi_krylov_plan(pd_ctx *ctx, const pd_krylov_desc *desc, pd_krylov *krylov);
+#endif
 
 #endif

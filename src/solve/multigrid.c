@@ -12,7 +12,6 @@
  *     128^2 cells: 19 instead of 80 GMRES iterations).
  */
 #include "solve/multigrid.h"
-#include "core/owner.h"
 #include "core/par.h"
 #include "solve/coarsen.h"
 #include <float.h>
@@ -37,7 +36,7 @@ static size_t pdi_multigrid_sums(const pd_multigrid *mg)
     return mg->desc.contrast ? (size_t)mg->level[0].cells + 2 * (size_t)mg->pad : 0;
 }
 
-static void pdi_multigrid_list(pdi_owner *owner, void *object)
+PDI_FN void pdi_multigrid_list(pdi_owner *owner, void *object)
 {
     pd_multigrid *mg = (pd_multigrid *)object;
     pd_smoother_level *fine = &mg->level[0];
@@ -60,7 +59,7 @@ static void pdi_multigrid_edges(pd_smoother_level *fine)
     }
 }
 
-static pd_status pdi_multigrid_make(pd_ctx *ctx, const pd_multigrid_desc *desc, pd_multigrid *mg)
+PDI_FN pd_status pdi_multigrid_plan(pd_ctx *ctx, const pd_multigrid_desc *desc, pd_multigrid *mg)
 {
     memset(mg, 0, sizeof *mg);
     mg->desc = *desc;
@@ -81,7 +80,15 @@ static pd_status pdi_multigrid_make(pd_ctx *ctx, const pd_multigrid_desc *desc, 
     for (int d = 0; d < PD_DIM; d++)
         fine->wrap[d] = pdi_coarsen_wraps(desc->symmetric, fine->n[d], desc->periodic[d]);
     mg->pad = pdi_smoother_stride(fine->n, PD_DIM - 1);
+    return PD_OK;
+}
+
+static pd_status pdi_multigrid_make(pd_ctx *ctx, const pd_multigrid_desc *desc, pd_multigrid *mg)
+{
+    pd_smoother_level *fine = &mg->level[0];
+    PDI_TRY(pdi_multigrid_plan(ctx, desc, mg));
     PDI_TRY(pdi_owner_build(ctx, pdi_multigrid_list, mg));
+    int64_t cells = fine->cells;
     float *next = mg->store + mg->pad;
     int64_t length = cells + 2 * (int64_t)mg->pad;
     fine->x = next;

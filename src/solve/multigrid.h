@@ -15,6 +15,7 @@
  */
 #ifndef PD_MULTIGRID_H
 #define PD_MULTIGRID_H
+#include "core/owner.h"
 #include "solve/smoother.h"
 
 #define PD_MULTIGRID_LEVELS 40
@@ -71,5 +72,11 @@ PD_API pd_status pd_multigrid_mass(pd_ctx *ctx, pd_multigrid *mg, const uint8_t 
  * setup it leaves x alone. Sources: Trottenberg, Oosterlee and Schueller 2001 (ch. 2, 5, 7); Braess 1995 (constant
  * transfers with rescaled coarse operators). */
 PD_API void pd_multigrid_cycle(pd_ctx *ctx, pd_multigrid *mg, const double *rhs, double *x);
+
+#ifdef PDI_INTERNAL
+/* Arrays of the finest level of a pd_multigrid, and one without them, which can be counted. */
+PDI_FN void pdi_multigrid_list(pdi_owner *owner, void *object);
+PDI_FN pd_status pdi_multigrid_plan(pd_ctx *ctx, const pd_multigrid_desc *desc, pd_multigrid *mg);
+#endif
 
 #endif

@@ -677,6 +677,23 @@ pd_status pd_transport_update(pd_ctx *ctx, pd_transport *t)
     return pdi_flux_fit(ctx, &t->convect);
 }
 
+PDI_FN void pdi_transport_solvers(const pd_transport *t, pd_krylov_desc *kd, pd_multigrid_desc *md)
+{
+    memset(kd, 0, sizeof *kd);
+    kd->n = t->grid->total;
+    kd->spans = &t->bonds->spans;
+    kd->components = 1;
+    kd->restart = 20;
+    kd->most = t->flow ? 10 * kd->restart : 0;
+    kd->fixed = 1;
+    kd->flexible = 1;
+    kd->compressed = !t->desc.field; /* the level of a good conductor drowns in single precision */
+    kd->zero_guess = 1;
+    pdi_compact_multigrid(t->grid, md);
+    md->symmetric = t->flow == NULL;
+    md->contrast = md->contrast || t->desc.field != NULL;
+}
+
 PDI_FN void pdi_transport_list(pdi_owner *owner, void *object)
 {
     pd_transport *transport = (pd_transport *)object;
@@ -720,19 +737,7 @@ static pd_status pdi_transport_make(pd_ctx *ctx, const pd_grid *grid, const pd_b
     t->flow = flow;
     pd_krylov_desc kd;
     pd_multigrid_desc md;
-    memset(&kd, 0, sizeof kd);
-    kd.n = grid->total;
-    kd.spans = &bonds->spans;
-    kd.components = 1;
-    kd.restart = 20;
-    kd.most = flow ? 10 * kd.restart : 0;
-    kd.fixed = 1;
-    kd.flexible = 1;
-    kd.compressed = !desc->field; /* the level of a good conductor drowns in single precision */
-    kd.zero_guess = 1;
-    pdi_compact_multigrid(grid, &md);
-    md.symmetric = flow == NULL;
-    md.contrast = md.contrast || desc->field != NULL;
+    pdi_transport_solvers(t, &kd, &md);
     PDI_TRY(pdi_compact_build(ctx, grid, flow != NULL, &t->compact));
     PDI_TRY(pd_multigrid_build(ctx, &md, &t->mg));
     PDI_TRY(pd_krylov_build(ctx, &kd, &t->krylov));

@@ -121,6 +121,8 @@ PD_API void pd_transport_free(pd_ctx *ctx, pd_transport *transport);
 #ifdef PDI_INTERNAL
 /* Arrays of a pd_transport, beside those of its parts. */
 PDI_FN void pdi_transport_list(pdi_owner *owner, void *object);
+/* What its solvers are built with. */
+PDI_FN void pdi_transport_solvers(const pd_transport *transport, pd_krylov_desc *krylov, pd_multigrid_desc *mg);
 /* (c - old - carry)/dt + F(c) = 0 for given old and carry (eq. 5.3), from the present c; outflow and inflow are those
  * at the end. bounded: values outside of the bounds of old and inflow lose their antidiffusive fluxes. carry stays. */
 PDI_FN pd_status pdi_transport_stage(pd_ctx *ctx, pd_transport *transport, double dt, int bounded,
