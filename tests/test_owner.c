@@ -277,7 +277,8 @@ TEST(names_and_units)
     bonds.words = 1;
     bonds.capacity = 50;
     flow.grid = &grid;
-    flow.bonds = transport.bonds = transport.convect.bonds = transport.limiter.bonds = transport.diffusion.bonds = &bonds;
+    flow.bonds = transport.bonds = transport.convect.bonds = &bonds;
+    transport.limiter.bonds = transport.diffusion.bonds = &bonds;
     flow.wall = flow.push = still;
     flow.clock = transport.desc.clock = &flow.time;
     steady.flow = implicit.flow = unsteady.flow = &flow;

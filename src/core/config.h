@@ -88,4 +88,13 @@
 #define PDI_INLINE static inline
 #endif
 
+/* PDI_ONCE: code off the hot paths with many callers, of which there shall be no copies. */
+#if defined(__clang__)
+#define PDI_ONCE __attribute__((noinline))
+#elif defined(__GNUC__)
+#define PDI_ONCE __attribute__((noinline, noclone))
+#else
+#define PDI_ONCE
+#endif
+
 #endif

@@ -50,19 +50,20 @@ typedef struct pdi_owner {
 typedef void (*pdi_list_fn)(pdi_owner *owner, void *object);
 
 /* Make all arrays of the list, whatever their pointers hold, filled with zeros. On failure none is left. */
-PDI_FN pd_status pdi_owner_build(pd_ctx *ctx, pdi_list_fn list, void *object);
+PDI_FN PDI_ONCE pd_status pdi_owner_build(pd_ctx *ctx, pdi_list_fn list, void *object);
 /* Free them. Pointers become NULL; those that are NULL stay so. */
-PDI_FN void pdi_owner_free(pd_ctx *ctx, pdi_list_fn list, void *object);
+PDI_FN PDI_ONCE void pdi_owner_free(pd_ctx *ctx, pdi_list_fn list, void *object);
 /* Free arrays that go by *capacity, and make them with another one. On failure it is 0. */
-PDI_FN pd_status pdi_owner_renew(pd_ctx *ctx, pdi_list_fn list, void *object, int32_t *capacity, int32_t count);
+PDI_FN PDI_ONCE pd_status pdi_owner_renew(pd_ctx *ctx, pdi_list_fn list, void *object, int32_t *capacity,
+                                          int32_t count);
 /* [byte] of all arrays; nothing has to be built. */
-PDI_FN int64_t pdi_owner_bytes(pdi_list_fn list, void *object);
+PDI_FN PDI_ONCE int64_t pdi_owner_bytes(pdi_list_fn list, void *object);
 /* Move states and values out of the object, or back into it, in the order of the list. */
-PDI_FN pd_status pdi_owner_store(pd_ctx *ctx, pdi_list_fn list, void *object, pd_archive *archive);
+PDI_FN PDI_ONCE pd_status pdi_owner_store(pd_ctx *ctx, pdi_list_fn list, void *object, pd_archive *archive);
 
 /* Name one entry to the walk. */
-PDI_FN void pdi_owner_add(pdi_owner *owner, pdi_owned_kind kind, const char *name, const char *unit, int64_t count,
-                          size_t size, void *at);
+PDI_FN PDI_ONCE void pdi_owner_add(pdi_owner *owner, pdi_owned_kind kind, const char *name, const char *unit,
+                                   int64_t count, size_t size, void *at);
 /* PDI_ARRAY(owner, flow, u, n, "m/s") names "flow.u", n elements of *flow->u. */
 #define PDI_OWN(owner, kind, object, member, count, unit) \
     pdi_owner_add((owner), (kind), #object "." #member, (unit), (int64_t)(count), sizeof *(object)->member, \
