@@ -350,7 +350,7 @@ PDI_FN void pdi_flow_terms_apply(const pd_ctx *ctx, const pd_flow *flow, const p
     s.terms = t;
     s.ru = ru;
     s.rc = rc;
-    pdi_bond_sweep(ctx, flow->bonds, pdi_flow_work(flow), PDI_FLOW_BLOCK, pdi_flow_run, &s);
+    pdi_traverse_sweep(ctx, flow->bonds, pdi_flow_work(flow), PDI_FLOW_BLOCK, pdi_flow_run, &s);
 }
 
 /* Half the volume flux through a bond: 1/2 g.(w_i + w_j). */
@@ -417,7 +417,7 @@ static double pdi_flow_section_bond(const void *user, int32_t i, int k)
 double pd_flow_section(pd_ctx *ctx, pd_flow *flow, int axis, int index)
 {
     pd_flow_prepare(ctx, flow);
-    return pdi_bond_section(flow->bonds, axis, index, pdi_flow_section_bond, flow) * flow->bonds->stencil->volume;
+    return pdi_traverse_section(flow->bonds, axis, index, pdi_flow_section_bond, flow) * flow->bonds->stencil->volume;
 }
 
 /* What the inlet ghost beside node i behind the face `up` of axis d pushes through it [m^d/s]. */

@@ -8,6 +8,7 @@
 #define PD_FLOW_H
 #include "core/archive.h"
 #include "lattice/reconstruct.h"
+#include "lattice/traverse.h"
 #include <math.h>
 
 typedef struct pd_flow_desc {

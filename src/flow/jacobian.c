@@ -225,7 +225,7 @@ PDI_FN void pdi_jacobian_apply(const pd_ctx *ctx, const pd_jacobian *q, const pd
     w.step = step;
     w.yu = yu;
     w.yc = yc;
-    pdi_bond_sweep(ctx, flow->bonds, flow->grid->fluid_count * flow->bonds->stencil->count * 4, PDI_JACOBIAN_BLOCK,
+    pdi_traverse_sweep(ctx, flow->bonds, flow->grid->fluid_count * flow->bonds->stencil->count * 4, PDI_JACOBIAN_BLOCK,
                    pdi_jacobian_run, &w);
 }
 
