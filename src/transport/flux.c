@@ -144,14 +144,6 @@ static void pdi_flux_uneven(const pd_flux *t, int32_t i, int k, int count, doubl
     }
 }
 
-/* Sum over the axes of g.w at node b of w. */
-PDI_INLINE double pdi_flux_along(const double *g, const double *w, int64_t total)
-{
-    double sum = g[0] * w[0];
-    for (int d = 1; d < PD_DIM; d++) sum += g[d] * w[d * total];
-    return sum;
-}
-
 /* Volume fluxes of bond k of `count` nodes from i (as pdi_flow_bond_flux), tied by the pressure. */
 static void pdi_flux_volume(const pd_flux *t, int32_t i, int k, int count, double *flux)
 {
@@ -160,7 +152,7 @@ static void pdi_flux_volume(const pd_flux *t, int32_t i, int k, int count, doubl
     const double *w = t->drive + i, *q = w + PD_DIM * total, *g = bonds->stencil->grad + k * PD_DIM;
     double a = pdi_bond_lap(bonds, i)[k], share = pdi_bond_flux(bonds, i, k);
     for (int b = 0; b < count; b++) {
-        double sum = pdi_flux_along(g, w + b, total) + pdi_flux_along(g, w + b + shift, total);
+        double sum = pdi_flow_along(g, w + b, total) + pdi_flow_along(g, w + b + shift, total);
         flux[b] = share * sum - a * (q[b + shift] - q[b]);
     }
     if (!t->even) pdi_flux_uneven(t, i, k, count, flux);
@@ -175,9 +167,9 @@ PDI_INLINE void pdi_flux_volumes(const pd_flux *t, int32_t i, int k, int count, 
     const double *w = t->drive + i, *q = w + PD_DIM * total, *g = s->grad + k * PD_DIM;
     double a = s->lap[k];
     for (int b = 0; b < count; b++) {
-        double here = pdi_flux_along(g, w + b, total);
-        ahead[b] = here + pdi_flux_along(g, w + b + shift, total) - a * (q[b + shift] - q[b]);
-        behind[b] = -(here + pdi_flux_along(g, w + b - shift, total)) - a * (q[b - shift] - q[b]);
+        double here = pdi_flow_along(g, w + b, total);
+        ahead[b] = here + pdi_flow_along(g, w + b + shift, total) - a * (q[b + shift] - q[b]);
+        behind[b] = -(here + pdi_flow_along(g, w + b - shift, total)) - a * (q[b - shift] - q[b]);
     }
     if (t->even) return;
     pdi_flux_uneven(t, i, k, count, ahead);
