@@ -5,7 +5,7 @@
 #include "checkpoint_scene.h"
 #include "io/store.h"
 #include "run/checkpoint.h"
-#include "io/deflate.h"
+#include "io/zlib.h"
 #include <signal.h>
 #include <sys/resource.h>
 
@@ -251,7 +251,7 @@ TEST(damage)
 static void forge(char *bytes, size_t at, const void *value, size_t size)
 {
     memcpy(bytes + at, value, size);
-    uint32_t crc = pdi_deflate_crc(0, (const uint8_t *)bytes, 60);
+    uint32_t crc = pdi_zlib_crc(0, (const uint8_t *)bytes, 60);
     memcpy(bytes + 60, &crc, 4);
 }
 

@@ -41,6 +41,19 @@ static void project(void *user, double *v)
     }
 }
 
+/* The operator and a cycle on vectors whose mean over every pocket is zero: there they are regular. */
+static void multiply_projected(void *user, const double *x, double *y)
+{
+    multiply(user, x, y);
+    project(user, y);
+}
+
+static void cycle_projected(void *user, const double *x, double *y)
+{
+    cycle(user, x, y);
+    project(user, y);
+}
+
 /* Solve A x = A exact for a random x to 1e-8; returns the iterations, checks the residual with the operator above. */
 static int count(problem *p, pd_krylov_method method)
 {
@@ -52,13 +65,12 @@ static int count(problem *p, pd_krylov_method method)
     desc.method = method;
     desc.n = p->nodes;
     desc.flexible = desc.zero_guess = 1;
-    if (p->pockets) desc.project = project;
     double *exact = random_vector(p), *b = vector(p), *x = vector(p), *y = vector(p);
-    multiply(p, exact, b);
+    multiply_projected(p, exact, b);
     if (CHECK_OK(&p->ctx, build(p)) && CHECK_OK(&p->ctx, setup(p)) &&
         CHECK_OK(&p->ctx, pd_krylov_build(&p->ctx, &desc, &k))) {
         size_t held = p->ctx.in_use, peak = p->ctx.peak;
-        CHECK_OK(&p->ctx, pd_krylov_solve(&p->ctx, &k, multiply, cycle, p, b, x, &r));
+        CHECK_OK(&p->ctx, pd_krylov_solve(&p->ctx, &k, multiply_projected, cycle_projected, p, b, x, &r));
         CHECK_INT(p->ctx.in_use, held); /* neither the solver nor the cycle allocates */
         CHECK_INT(p->ctx.peak, peak > held ? peak : held);
         pd_krylov_free(&p->ctx, &k);
@@ -130,13 +142,12 @@ TEST(poisson)
     walls(&p, 7, 0);
     int odd = count(&p, PD_KRYLOV_CG);
     walls(&p, 1, 0);
-    int one = count(&p, PD_KRYLOV_CG), gmres = count(&p, PD_KRYLOV_GMRES), bicgstab = count(&p, PD_KRYLOV_BICGSTAB);
+    int one = count(&p, PD_KRYLOV_CG), gmres = count(&p, PD_KRYLOV_GMRES);
     finish(&p);
-    NOTE("odd sizes %d; walls on one axis: CG %d, GMRES %d, BiCGStab %d", odd, one, gmres, bicgstab);
+    NOTE("odd sizes %d; walls on one axis: CG %d, GMRES %d", odd, one, gmres);
     CHECK_LE(odd, 8);
     CHECK_LE(one, 8);
     CHECK_LE(gmres, 9);
-    CHECK_LE(bicgstab, 5);
 }
 
 /* Axes that wrap, and streams round them. Red-black sweeps do not wrap an odd number of cells, which takes longer. */
@@ -277,17 +288,14 @@ TEST(advection)
     static const double peclet[4] = {0.1, 1.0, 10.0, 1000.0};
     static const char *const name[3] = {"along axis 0", "oblique", "vortex"};
     for (int kind = 0; kind < (PD_DIM > 1 ? 3 : 1); kind++) {
-        int gmres[4], bicgstab[4], closed[4];
+        int gmres[4], closed[4];
         for (int k = 0; k < 4; k++) {
             problem p;
             start(&p, SIZE, 0);
             walls(&p, 7, 0);
             flow(&p, peclet[k], kind);
             gmres[k] = count(&p, PD_KRYLOV_GMRES);
-            bicgstab[k] = count(&p, PD_KRYLOV_BICGSTAB);
             CHECK_LE(gmres[k], kind < 2 ? 11 : PD_DIM == 2 ? 21 : 14);
-            /* erratic in the plane vortex at Peclet 1000: 19 to 36 over 13 right-hand sides (GMRES: 18 or 19) */
-            CHECK_LE(bicgstab[k], kind < 2 ? 7 : PD_DIM == 3 ? 9 : k < 3 ? 18 : 40);
             closed[k] = 0;
             if (kind == 2) { /* no wall gives way: constants are in the null space */
                 walls(&p, 0, 0);
@@ -297,8 +305,8 @@ TEST(advection)
             }
             finish(&p);
         }
-        NOTE("%s, cell Peclet 0.1, 1, 10, 1000: GMRES %d %d %d %d, BiCGStab %d %d %d %d", name[kind], gmres[0],
-             gmres[1], gmres[2], gmres[3], bicgstab[0], bicgstab[1], bicgstab[2], bicgstab[3]);
+        NOTE("%s, cell Peclet 0.1, 1, 10, 1000: GMRES %d %d %d %d", name[kind], gmres[0], gmres[1], gmres[2],
+             gmres[3]);
         if (kind == 2) NOTE("closed vortex: GMRES %d %d %d %d", closed[0], closed[1], closed[2], closed[3]);
     }
 }

@@ -67,3 +67,27 @@ PDI_FN double pdi_vec_invert(const double *a, double *inverse)
         for (int i = 0; i < PD_DIM * PD_DIM; i++) inverse[i] = rhs[i];
     return pivot;
 }
+
+PDI_FN int pdi_vec_factor(int n, int stride, const double *least, double *a)
+{
+    for (int r = 0; r < n; r++)
+        for (int c = 0; c <= r; c++) {
+            double sum = a[r * stride + c];
+            for (int k = 0; k < c; k++) sum -= a[r * stride + k] * a[c * stride + k];
+            if (r == c && !(sum > least[r])) return 0;
+            a[r * stride + c] = r == c ? sqrt(sum) : sum / a[c * stride + c];
+        }
+    return 1;
+}
+
+PDI_FN void pdi_vec_substitute(int n, int stride, const double *a, double *x)
+{
+    for (int r = 0; r < n; r++) {
+        for (int k = 0; k < r; k++) x[r] -= a[r * stride + k] * x[k];
+        x[r] /= a[r * stride + r];
+    }
+    for (int r = n - 1; r >= 0; r--) {
+        for (int k = r + 1; k < n; k++) x[r] -= a[k * stride + r] * x[k];
+        x[r] /= a[r * stride + r];
+    }
+}

@@ -1,4 +1,4 @@
-/* vec: small vectors and symmetric matrices of PD_DIM components. The only place that branches on PD_DIM. */
+/* vec: small vectors and matrices. The only place that branches on PD_DIM. */
 #ifndef PD_VEC_H
 #define PD_VEC_H
 #include "core/config.h"
@@ -21,6 +21,11 @@ PDI_FN double pdi_vec_norm(const double *a);
 PDI_FN double pdi_vec_solve(const double *a, const double *b, double *x);
 /* Row-major inverse. Same return value as pdi_vec_solve. */
 PDI_FN double pdi_vec_invert(const double *a, double *inverse);
+/* Cholesky's factor L of a symmetric matrix of n rows, `stride` apart: the lower triangle goes in and L comes out. 0:
+ * pivot k is not above least[k]. */
+PDI_FN int pdi_vec_factor(int n, int stride, const double *least, double *a);
+/* x = (L L^T)^-1 x with such a factor. */
+PDI_FN void pdi_vec_substitute(int n, int stride, const double *a, double *x);
 #endif
 
 #endif

@@ -84,7 +84,7 @@ static pd_status pdi_couple_blocked(pd_ctx *ctx, const pd_couple *c, pd_status s
     pdi_flow_entering(ctx, c->flow, &pushed, &gross);
     /* not inlets that feed each other */
     if (pdi_is_final(status) || !(fabs(pushed) > PDI_COUPLE_FEEDS * gross)) return status;
-    PDI_TRY(pdi_port_blocked(ctx, c->flow->bonds, &node));
+    PDI_TRY(pdi_boundary_blocked(ctx, c->flow->bonds, &node));
     if (node < 0) return status;
     return pdi_fail(ctx, PD_ERR_GEOMETRY, "couple",
                     "the flow at t = %g s has no way from the inlet beside %s m to an outlet: metal or walls close it",

@@ -217,7 +217,7 @@ void pd_flow_prepare(pd_ctx *ctx, pd_flow *flow)
 typedef struct pdi_flow_sums {
     double momentum[PD_DIM][PDI_FLOW_BLOCK]; /* convective and viscous terms but for v_i times the fluxes */
     double flux[PDI_FLOW_BLOCK];             /* of `mass` */
-    double tie[PDI_FLOW_BLOCK];              /* fourth-order pressure difference (eq. 4.4) */
+    double stabiliser[PDI_FLOW_BLOCK];              /* fourth-order pressure difference (eq. 4.4) */
 } pdi_flow_sums;
 
 /* What a block of nodes i .. i+count-1 reads again for each of its bonds. */
@@ -238,10 +238,10 @@ PDI_INLINE void pdi_flow_own_load(const pd_flow *flow, const pdi_flow_terms *t, 
     for (int b = 0; b < count; b++) own->p[b] = t->p[i + b];
 }
 
-/* Add bond k of the nodes i .. i+count-1. open: 1 or 0 for each of them, NULL: 1. tied: 1, or 0 when the bond carries
- * no pressure. Inlined with constants for `count` and `open`. */
+/* Add bond k of the nodes i .. i+count-1. open: 1 or 0 for each of them, NULL: 1. pressure: 1, or 0 when the bond
+ * carries none. Inlined with constants for `count` and `open`. */
 PDI_INLINE void pdi_flow_bond(const pd_flow *flow, const pdi_flow_terms *t, const pdi_flow_own *PD_RESTRICT own,
-                              int32_t i, int k, int count, const double *PD_RESTRICT open, double tied,
+                              int32_t i, int k, int count, const double *PD_RESTRICT open, double pressure,
                               pdi_flow_sums *PD_RESTRICT sums)
 {
     const pd_stencil *s = flow->bonds->stencil;
@@ -250,21 +250,19 @@ PDI_INLINE void pdi_flow_bond(const pd_flow *flow, const pdi_flow_terms *t, cons
     const double *g = s->grad + k * PD_DIM, *xi = s->xi + k * PD_DIM, *a = pdi_bond_lap(flow->bonds, i) + k;
     double twice_nu = 2.0 * flow->nu, share = pdi_bond_flux(flow->bonds, i, k);
     for (int b = 0; b < count; b++) {
-        double flux = 0.0, tie = 2.0 * (p[b] - own->p[b]), gain;
-        for (int d = 0; d < PD_DIM; d++) {
-            flux += g[d] * (own->mass[d][b] + mass[d * total + b]);
-            tie -= xi[d] * (own->grad[d][b] + grad[d * total + b]);
-        }
+        double flux = pdi_flow_carried(g, &own->mass[0][b], PDI_FLOW_BLOCK, mass + b, total);
+        double stabiliser =
+            pdi_flow_stabiliser(xi, p[b] - own->p[b], &own->grad[0][b], PDI_FLOW_BLOCK, grad + b, total);
         if (PD_DIM == 2) flux *= share; /* the circumference half way against that at the node; planar: 1 */
-        gain = flux - twice_nu * *a;
-        tie *= *a;
+        double gain = flux - twice_nu * *a;
+        stabiliser *= *a;
         if (open) {
             flux *= open[b];
-            tie *= tied * open[b];
+            stabiliser *= pressure * open[b];
             gain *= open[b];
         }
         sums->flux[b] += flux;
-        sums->tie[b] += tie;
+        sums->stabiliser[b] += stabiliser;
         for (int d = 0; d < PD_DIM; d++) sums->momentum[d][b] += gain * (u[d * total + b] - own->u[d][b]);
     }
 }
@@ -288,9 +286,9 @@ PDI_INLINE void pdi_flow_cut(const pd_flow *flow, const pdi_flow_terms *t, int32
     for (int k = 0; k < bonds->stencil->count; k++) {
         pdi_lanes lanes = pdi_bond_gate_open(bonds, r, k, count, &gate, own->open);
         if (lanes == PDI_LANES_NONE) continue;
-        double tied = r >= bonds->plain && flow->grid->kind[i + bonds->shift[k]] == PD_INLET ? 0.0 : 1.0;
+        double pressure = r >= bonds->plain && flow->grid->kind[i + bonds->shift[k]] == PD_INLET ? 0.0 : 1.0;
         for (int b = 0; b < count && lanes == PDI_LANES_ALL; b++) own->open[b] = 1.0;
-        pdi_flow_bond(flow, t, own, i, k, count, own->open, tied, sums);
+        pdi_flow_bond(flow, t, own, i, k, count, own->open, pressure, sums);
     }
 }
 
@@ -312,7 +310,7 @@ static void pdi_flow_block(const pd_flow *flow, const pdi_flow_terms *t, int32_t
     else if (count == whole) pdi_flow_cut(flow, t, i, row, whole, &own, &sums);
     else if (row < 0) pdi_flow_whole(flow, t, i, count, &own, &sums);
     else pdi_flow_cut(flow, t, i, row, count, &own, &sums);
-    for (int b = 0; b < count; b++) rc[i + b] = sums.flux[b] - 0.5 * flow->tau * sums.tie[b];
+    for (int b = 0; b < count; b++) rc[i + b] = sums.flux[b] - 0.5 * flow->tau * sums.stabiliser[b];
     for (int d = 0; d < PD_DIM; d++) {
         double force = t->force ? t->force[d] : 0.0;
         double turn = hoop && d == PD_DIM - 1 ? hoop[i / flow->grid->stride[d]] : 0.0;
@@ -351,15 +349,7 @@ PDI_FN void pdi_flow_terms_apply(const pd_ctx *ctx, const pd_flow *flow, const p
     s.terms = t;
     s.ru = ru;
     s.rc = rc;
-    pdi_bond_sweep(ctx, flow->bonds, pdi_flow_work(flow), PDI_FLOW_BLOCK, pdi_flow_run, &s);
-}
-
-/* Half the volume flux through a bond: 1/2 g.(w_i + w_j). */
-static double pdi_flow_half_flux(const double *g, const double *w, int32_t i, int32_t j, int32_t total)
-{
-    double flux = 0.0;
-    for (int d = 0; d < PD_DIM; d++) flux += 0.5 * g[d] * (w[(int64_t)d * total + i] + w[(int64_t)d * total + j]);
-    return flux;
+    pdi_traverse_sweep(ctx, flow->bonds, pdi_flow_work(flow), PDI_FLOW_BLOCK, pdi_flow_run, &s);
 }
 
 PDI_FN void pdi_flow_push(const pd_ctx *ctx, const pd_flow *flow, double *ru)
@@ -400,14 +390,14 @@ PDI_FN double pdi_flow_bond_flux(const pd_flow *flow, int32_t i, int k)
 {
     const pd_stencil *s = flow->bonds->stencil;
     int32_t total = flow->grid->total, j = i + flow->bonds->shift[k];
-    double share = pdi_bond_flux(flow->bonds, i, k);
-    double flux = 2.0 * share * pdi_flow_half_flux(s->grad + k * PD_DIM, flow->carrier, i, j, total);
-    if (flow->potential) flux -= pdi_bond_lap(flow->bonds, i)[k] * (flow->potential[j] - flow->potential[i]);
+    double share = pdi_bond_flux(flow->bonds, i, k), a = pdi_bond_lap(flow->bonds, i)[k];
+    double flux = share * pdi_flow_carried(s->grad + k * PD_DIM, flow->carrier + i, total, flow->carrier + j, total);
+    if (flow->potential) flux -= a * (flow->potential[j] - flow->potential[i]);
     if (flow->grid->kind[i] == PD_INLET || flow->grid->kind[j] == PD_INLET) return flux;
-    double tie = flow->p[j] - flow->p[i];
-    for (int d = 0; d < PD_DIM; d++)
-        tie -= 0.5 * s->xi[k * PD_DIM + d] * (flow->grad[(int64_t)d * total + i] + flow->grad[(int64_t)d * total + j]);
-    return flux - flow->tau * pdi_bond_lap(flow->bonds, i)[k] * tie;
+    double step = flow->p[j] - flow->p[i];
+    double stabiliser =
+        pdi_flow_stabiliser(s->xi + k * PD_DIM, step, flow->grad + i, total, flow->grad + j, total);
+    return flux - flow->tau * a * (0.5 * stabiliser);
 }
 
 static double pdi_flow_section_bond(const void *user, int32_t i, int k)
@@ -418,7 +408,7 @@ static double pdi_flow_section_bond(const void *user, int32_t i, int k)
 double pd_flow_section(pd_ctx *ctx, pd_flow *flow, int axis, int index)
 {
     pd_flow_prepare(ctx, flow);
-    return pdi_bond_section(flow->bonds, axis, index, pdi_flow_section_bond, flow) * flow->bonds->stencil->volume;
+    return pdi_traverse_section(flow->bonds, axis, index, pdi_flow_section_bond, flow) * flow->bonds->stencil->volume;
 }
 
 /* What the inlet ghost beside node i behind the face `up` of axis d pushes through it [m^d/s]. */
@@ -563,7 +553,7 @@ static double pdi_flow_driven(const pd_flow *flow, double force)
     return force * flow->length / (friction + sqrt(friction * friction + force * flow->length));
 }
 
-static void pdi_flow_tie(pd_flow *flow)
+static void pdi_flow_stabilise(pd_flow *flow)
 {
     double rate = 0.0;
     for (int d = 0; d < PD_DIM; d++) {
@@ -598,7 +588,7 @@ PDI_FN void pdi_flow_start(pd_flow *flow)
         for (int d = 0; d < PD_DIM; d++)
             flow->speed = fmax(flow->speed, fabs(flow->u[(int64_t)d * grid->total + i]));
     }
-    pdi_flow_tie(flow);
+    pdi_flow_stabilise(flow);
 }
 
 /* What moving walls do to all rows. *fastest: their speed [m/s]. */
@@ -669,7 +659,7 @@ pd_status pd_flow_at(pd_ctx *ctx, pd_flow *flow, double t, double span, double *
     double speed = fmax(pdi_scales_entry(flow->grid, flow->u), walls);
     if (!(speed > flow->speed)) return PD_OK;
     flow->speed = speed; /* the problem has become a faster one */
-    pdi_flow_tie(flow);
+    pdi_flow_stabilise(flow);
     return PD_OK;
 }
 
@@ -716,7 +706,7 @@ static pd_status pdi_flow_make(pd_ctx *ctx, const pd_grid *grid, const pd_bonds 
     double walls;
     PDI_TRY(pdi_flow_data(ctx, flow, 0.0, 0.0, NULL, &walls));
     pdi_flow_scale(flow, walls);
-    pdi_flow_tie(flow);
+    pdi_flow_stabilise(flow);
     flow->reference_speed = desc->speed > 0.0 ? desc->speed : flow->speed;
     flow->reference_length = desc->length > 0.0 ? desc->length : flow->length;
     return PD_OK;

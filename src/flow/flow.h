@@ -8,6 +8,7 @@
 #define PD_FLOW_H
 #include "core/owner.h"
 #include "lattice/reconstruct.h"
+#include "lattice/traverse.h"
 #include <math.h>
 
 typedef struct pd_flow_desc {
@@ -155,7 +156,46 @@ static inline double pdi_flow_momentum(const pd_flow *flow, double speed, double
 {
     return speed / length * (speed + flow->nu / length);
 }
-/* Volume flux per volume [1/s] of the bond k from node i to its far end, pressure flux included (eq. 4.4). */
+/* ---- volume flux of a bond (eq. 4.4): share g.(w_i + w_j) - tau/2 a stabiliser. It is linear: that of a step is its
+ * derivative, in single precision for the products of solvers ---- */
+/* g.w at one end; components of w are `stride` apart. */
+static inline double pdi_flow_along(const double *g, const double *w, int64_t stride)
+{
+    double sum = g[0] * w[0];
+    for (int d = 1; d < PD_DIM; d++) sum += g[d] * w[d * stride];
+    return sum;
+}
+static inline float pdi_flow_along_single(const float *g, const float *w, int64_t stride)
+{
+    float sum = g[0] * w[0];
+    for (int d = 1; d < PD_DIM; d++) sum += g[d] * w[d * stride];
+    return sum;
+}
+/* g.(w_i + w_j): what the carrier w brings through the bond, and into the momentum (eq. 4.3). */
+static inline double pdi_flow_carried(const double *g, const double *near, int64_t near_stride, const double *far,
+                                      int64_t far_stride)
+{
+    double sum = 0.0;
+    for (int d = 0; d < PD_DIM; d++) sum += g[d] * (near[d * near_stride] + far[d * far_stride]);
+    return sum;
+}
+/* stabiliser = 2 (p_j - p_i) - xi.(G_i + G_j): the pressure difference less that of the gradients, of fourth order. */
+static inline double pdi_flow_stabiliser(const double *xi, double step, const double *near, int64_t near_stride,
+                                         const double *far, int64_t far_stride)
+{
+    double stabiliser = 2.0 * step;
+    for (int d = 0; d < PD_DIM; d++) stabiliser -= xi[d] * (near[d * near_stride] + far[d * far_stride]);
+    return stabiliser;
+}
+static inline float pdi_flow_stabiliser_single(const float *xi, float step, const float *near, int64_t near_stride,
+                                               const float *far, int64_t far_stride)
+{
+    float stabiliser = 2.0f * step;
+    for (int d = 0; d < PD_DIM; d++) stabiliser -= xi[d] * (near[d * near_stride] + far[d * far_stride]);
+    return stabiliser;
+}
+/* Volume flux per volume [1/s] of the bond k from node i to its far end, that of the potential included (eq. 4.10b).
+ * Bonds to inlets carry no pressure. */
 PDI_FN double pdi_flow_bond_flux(const pd_flow *flow, int32_t i, int k);
 /* Volume per time [m3/s, per m in planar 2D] that bonds to inlets bring. *pushed: what the velocities of the inlets
  * make on the faces of the cells beside them, in sum; *gross: the sum of their sizes. */

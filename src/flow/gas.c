@@ -47,8 +47,8 @@ static void pdi_gas_sweep(const pd_ctx *ctx, const pd_gas *gas, pdi_gas_lanes_fn
     pdi_gas_sweeping s;
     s.gas = gas;
     s.lanes = lanes;
-    pdi_bond_sweep(ctx, gas->bonds, gas->grid->fluid_count * gas->bonds->stencil->count * 16, PDI_LANES, pdi_gas_run,
-                   &s);
+    pdi_traverse_sweep(ctx, gas->bonds, gas->grid->fluid_count * gas->bonds->stencil->count * 16, PDI_LANES,
+                       pdi_gas_run, &s);
 }
 
 /* ---- states ---- */

@@ -10,7 +10,7 @@
 #ifndef PD_GAS_H
 #define PD_GAS_H
 #include "core/archive.h"
-#include "lattice/bond.h"
+#include "lattice/traverse.h"
 
 /* Fields of a state: the density, PD_DIM components of the momentum (or velocity), the energy (or pressure). */
 #define PD_GAS_FIELDS (PD_DIM + 2)

@@ -24,7 +24,7 @@ typedef struct pdi_jacobian_own {
 
 /* Twice the sums of a block; that of the momentum less u_i times the fluxes of the state. */
 typedef struct pdi_jacobian_sums {
-    float momentum[PD_DIM][PDI_JACOBIAN_BLOCK], flux[PDI_JACOBIAN_BLOCK], tie[PDI_JACOBIAN_BLOCK];
+    float momentum[PD_DIM][PDI_JACOBIAN_BLOCK], flux[PDI_JACOBIAN_BLOCK], stabiliser[PDI_JACOBIAN_BLOCK];
 } pdi_jacobian_sums;
 
 /* The arrays of a sweep, from a node on. */
@@ -58,34 +58,26 @@ PDI_INLINE void pdi_jacobian_load(const pdi_jacobian_view *at, int count, pdi_ja
     for (int b = 0; b < count; b++) own->p[b] = at->p[b];
 }
 
-/* g.w, of component d at w[d * stride]. */
-PDI_INLINE float pdi_jacobian_dot(const float *g, const float *w, int64_t stride)
-{
-    float sum = g[0] * w[0];
-    for (int d = 1; d < PD_DIM; d++) sum += g[d] * w[d * stride];
-    return sum;
-}
-
 /* Add a bond and the opposite one, which end at `far` and `back`. weight: those of the bond; friction = 2 nu a. Inlined
  * with a constant for `count`. */
 PDI_INLINE void pdi_jacobian_pair(const pdi_jacobian_own *PD_RESTRICT own, const float *weight, float friction,
-                                 const pdi_jacobian_view *far, const pdi_jacobian_view *back, int count,
-                                 pdi_jacobian_sums *PD_RESTRICT sums)
+                                  const pdi_jacobian_view *far, const pdi_jacobian_view *back, int count,
+                                  pdi_jacobian_sums *PD_RESTRICT sums)
 {
     const float *g = weight, *xi = weight + PD_DIM;
     int64_t total = far->total;
     for (int b = 0; b < count; b++) {
-        float here = pdi_jacobian_dot(g, &own->carrier[0][b], PDI_JACOBIAN_BLOCK);
-        float there = pdi_jacobian_dot(g, far->carrier + b, total);
-        float behind = pdi_jacobian_dot(g, back->carrier + b, total);
-        float here0 = pdi_jacobian_dot(g, &own->frozen[0][b], PDI_JACOBIAN_BLOCK);
-        float gain = here0 + pdi_jacobian_dot(g, far->frozen + b, total) - friction;
-        float loss = here0 + pdi_jacobian_dot(g, back->frozen + b, total) + friction;
+        float here = pdi_flow_along_single(g, &own->carrier[0][b], PDI_JACOBIAN_BLOCK);
+        float there = pdi_flow_along_single(g, far->carrier + b, total);
+        float behind = pdi_flow_along_single(g, back->carrier + b, total);
+        float here0 = pdi_flow_along_single(g, &own->frozen[0][b], PDI_JACOBIAN_BLOCK);
+        float gain = here0 + pdi_flow_along_single(g, far->frozen + b, total) - friction;
+        float loss = here0 + pdi_flow_along_single(g, back->frozen + b, total) + friction;
         float out = here + there, in = here + behind;
-        float tie = 2.0f * ((far->p[b] - own->p[b]) + (back->p[b] - own->p[b]));
-        for (int d = 0; d < PD_DIM; d++) tie -= xi[d] * (far->grad[d * total + b] - back->grad[d * total + b]);
+        float stabiliser = 2.0f * ((far->p[b] - own->p[b]) + (back->p[b] - own->p[b]));
+        for (int d = 0; d < PD_DIM; d++) stabiliser -= xi[d] * (far->grad[d * total + b] - back->grad[d * total + b]);
         sums->flux[b] += there - behind;
-        sums->tie[b] += weight[2 * PD_DIM] * tie;
+        sums->stabiliser[b] += weight[2 * PD_DIM] * stabiliser;
         for (int d = 0; d < PD_DIM; d++) {
             int64_t at = d * total + b;
             sums->momentum[d][b] += (gain * (far->u[at] - own->u[d][b]) - loss * (back->u[at] - own->u[d][b])) +
@@ -94,24 +86,24 @@ PDI_INLINE void pdi_jacobian_pair(const pdi_jacobian_own *PD_RESTRICT own, const
     }
 }
 
-/* Add a single bond. share: of the circumference half way; open: 1 or 0 for each node; tied: 0 when the bond carries no
- * pressure. */
+/* Add a single bond. share: of the circumference half way; open: 1 or 0 for each node; pressure: 0 when the bond
+ * carries none. */
 PDI_INLINE void pdi_jacobian_bond(const pdi_jacobian_own *PD_RESTRICT own, const float *weight, float lap,
-                                  float friction, float share, const float *PD_RESTRICT open, float tied,
+                                  float friction, float share, const float *PD_RESTRICT open, float pressure,
                                   const pdi_jacobian_view *far, int count, pdi_jacobian_sums *PD_RESTRICT sums)
 {
     const float *g = weight, *xi = weight + PD_DIM;
     int64_t total = far->total;
     for (int b = 0; b < count; b++) {
         float part = share * open[b];
-        float flux = part * (pdi_jacobian_dot(g, &own->carrier[0][b], PDI_JACOBIAN_BLOCK) +
-                             pdi_jacobian_dot(g, far->carrier + b, total));
-        float gain = part * (pdi_jacobian_dot(g, &own->frozen[0][b], PDI_JACOBIAN_BLOCK) +
-                             pdi_jacobian_dot(g, far->frozen + b, total)) - open[b] * friction;
-        float tie = 2.0f * (far->p[b] - own->p[b]);
-        for (int d = 0; d < PD_DIM; d++) tie -= xi[d] * (own->grad[d][b] + far->grad[d * total + b]);
+        float flux = part * (pdi_flow_along_single(g, &own->carrier[0][b], PDI_JACOBIAN_BLOCK) +
+                             pdi_flow_along_single(g, far->carrier + b, total));
+        float gain = part * (pdi_flow_along_single(g, &own->frozen[0][b], PDI_JACOBIAN_BLOCK) +
+                             pdi_flow_along_single(g, far->frozen + b, total)) - open[b] * friction;
+        float stabiliser = pdi_flow_stabiliser_single(xi, far->p[b] - own->p[b], &own->grad[0][b],
+                                                      PDI_JACOBIAN_BLOCK, far->grad + b, total);
         sums->flux[b] += flux;
-        sums->tie[b] += tied * open[b] * (lap * tie);
+        sums->stabiliser[b] += pressure * open[b] * (lap * stabiliser);
         for (int d = 0; d < PD_DIM; d++)
             sums->momentum[d][b] +=
                 gain * (far->u[d * total + b] - own->u[d][b]) + flux * far->state[d * total + b];
@@ -121,7 +113,7 @@ PDI_INLINE void pdi_jacobian_bond(const pdi_jacobian_own *PD_RESTRICT own, const
 /* All bonds of `count` nodes from i: of whole families (row -1), or those that the rows from `row` have open. Bonds to
  * inlets carry no pressure. Inlined with constants for `count`. */
 PDI_INLINE void pdi_jacobian_sum(const pd_jacobian *q, int32_t i, int32_t row, int count,
-                                pdi_jacobian_sums *PD_RESTRICT sums)
+                                 pdi_jacobian_sums *PD_RESTRICT sums)
 {
     const pd_flow *flow = q->flow;
     const pd_bonds *bonds = flow->bonds;
@@ -144,15 +136,15 @@ PDI_INLINE void pdi_jacobian_sum(const pd_jacobian *q, int32_t i, int32_t row, i
     }
     for (int k = 0; k < s->count; k++) {
         const float *weight = q->weight + k * PDI_JACOBIAN_WEIGHTS;
-        float tied = 1.0f, a = lap ? (float)(lap[k] * q->length * q->length) : weight[2 * PD_DIM];
+        float pressure = 1.0f, a = lap ? (float)(lap[k] * q->length * q->length) : weight[2 * PD_DIM];
         if (row >= 0) {
             if (pdi_bond_gate_lanes(bonds, row, k, count, &gate) == PDI_LANES_NONE) continue;
             for (int b = 0; b < count; b++) open[b] = (float)pdi_bond_gate_lane(&gate, k, b);
-            if (row >= bonds->plain && flow->grid->kind[i + bonds->shift[k]] == PD_INLET) tied = 0.0f;
+            if (row >= bonds->plain && flow->grid->kind[i + bonds->shift[k]] == PD_INLET) pressure = 0.0f;
         }
         pdi_jacobian_view far = pdi_jacobian_look(q, (int64_t)i + bonds->shift[k]);
-        pdi_jacobian_bond(&own, weight, a, twice_nu * a, lap ? (float)pdi_bond_flux(bonds, i, k) : 1.0f, open, tied,
-                         &far, count, sums);
+        pdi_jacobian_bond(&own, weight, a, twice_nu * a, lap ? (float)pdi_bond_flux(bonds, i, k) : 1.0f, open, pressure,
+                          &far, count, sums);
     }
 }
 
@@ -179,7 +171,7 @@ static void pdi_jacobian_run(const void *user, int32_t i, int32_t row, int32_t c
     else if (count == whole) pdi_jacobian_sum(q, i, row, whole, &sums);
     else pdi_jacobian_sum(q, i, row, count, &sums);
     for (int b = 0; b < count; b++)
-        w->yc[i + b] = rate * (double)sums.flux[b] - 0.5 * flow->tau * rate * rate * (double)sums.tie[b];
+        w->yc[i + b] = rate * (double)sums.flux[b] - 0.5 * flow->tau * rate * rate * (double)sums.stabiliser[b];
     for (int d = 0; d < PD_DIM; d++) {
         double turn = hoop && d == PD_DIM - 1 ? hoop[i / flow->grid->stride[d]] : 0.0;
         for (int b = 0; b < count; b++) {
@@ -211,7 +203,7 @@ PDI_FN void pdi_jacobian_freeze(const pd_ctx *ctx, pd_jacobian *q)
 }
 
 PDI_FN void pdi_jacobian_apply(const pd_ctx *ctx, const pd_jacobian *q, const pdi_jacobian_step *step, double *yu,
-                              double *yc)
+                               double *yc)
 {
     const pd_flow *flow = q->flow;
     int64_t total = flow->grid->total, split = PD_DIM * total;
@@ -225,8 +217,8 @@ PDI_FN void pdi_jacobian_apply(const pd_ctx *ctx, const pd_jacobian *q, const pd
     w.step = step;
     w.yu = yu;
     w.yc = yc;
-    pdi_bond_sweep(ctx, flow->bonds, flow->grid->fluid_count * flow->bonds->stencil->count * 4, PDI_JACOBIAN_BLOCK,
-                   pdi_jacobian_run, &w);
+    pdi_traverse_sweep(ctx, flow->bonds, flow->grid->fluid_count * flow->bonds->stencil->count * 4, PDI_JACOBIAN_BLOCK,
+                       pdi_jacobian_run, &w);
 }
 
 /* The next power of two. */

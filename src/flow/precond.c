@@ -139,13 +139,13 @@ static void pdi_precond_diverge(const void *user, int32_t i, int32_t row, int32_
     }
 }
 
-static void pdi_precond_run(const pd_ctx *ctx, const pd_flow *flow, pdi_bond_run_fn run, const double *from, double *to)
+static void pdi_precond_run(const pd_ctx *ctx, const pd_flow *flow, pdi_traverse_fn run, const double *from, double *to)
 {
     pdi_precond_sweep s;
     s.flow = flow;
     s.from = from;
     s.to = to;
-    pdi_bond_sweep(ctx, flow->bonds, (int64_t)flow->grid->fluid_count * 2 * PD_DIM * PD_DIM, 0, run, &s);
+    pdi_traverse_sweep(ctx, flow->bonds, (int64_t)flow->grid->fluid_count * 2 * PD_DIM * PD_DIM, 0, run, &s);
 }
 
 PDI_FN double pdi_precond_damping(const pd_flow *flow, double shift)

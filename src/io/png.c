@@ -2,8 +2,7 @@
 #include "io/png.h"
 #include "core/par.h"
 #include "io/file.h"
-#include "io/deflate.h"
-#include "io/inflate.h"
+#include "io/zlib.h"
 #include <string.h>
 
 #define PDI_PNG_MAX_FILE ((size_t)256 << 20)
@@ -125,7 +124,7 @@ static pd_status pdi_png_chunk(pd_ctx *ctx, pd_file *file, const char *type, con
     uint8_t head[8], tail[4];
     pdi_png_put32(head, (uint32_t)size);
     memcpy(head + 4, type, 4);
-    pdi_png_put32(tail, pdi_deflate_crc(pdi_deflate_crc(0, head + 4, 4), data, size));
+    pdi_png_put32(tail, pdi_zlib_crc(pdi_zlib_crc(0, head + 4, 4), data, size));
     PDI_TRY(pdi_file_write(ctx, file, head, sizeof head));
     PDI_TRY(pdi_file_write(ctx, file, data, size));
     return pdi_file_write(ctx, file, tail, sizeof tail);
@@ -172,7 +171,7 @@ pd_status pd_png_write(pd_ctx *ctx, const char *path, const pd_image *image)
         const uint8_t *row = image->pixels + (size_t)r * stride;
         pdi_png_filter_row(row, r ? row - stride : zeros, stride, step, filtered + (size_t)r * (stride + 1));
     }
-    pd_status status = pdi_deflate(ctx, filtered, rows * (stride + 1), &packed);
+    pd_status status = pdi_zlib_deflate(ctx, filtered, rows * (stride + 1), &packed);
     PDI_DELETE(ctx, size, filtered);
     if (status == PD_OK) status = pdi_png_save(ctx, path, image, &packed);
     pdi_bytes_free(ctx, &packed);
@@ -267,7 +266,7 @@ static pd_status pdi_png_chunks(pd_ctx *ctx, pdi_png_file *png, const uint8_t *d
         if (size - at < 12) return pdi_png_bad(ctx, png, "the file ends early");
         size_t length = pdi_png_get32(data + at);
         if (length > size - at - 12) return pdi_png_bad(ctx, png, "the file ends early");
-        if (pdi_deflate_crc(0, data + at + 4, length + 4) != pdi_png_get32(data + at + 8 + length))
+        if (pdi_zlib_crc(0, data + at + 4, length + 4) != pdi_png_get32(data + at + 8 + length))
             return pdi_png_bad(ctx, png, "a chunk has a wrong checksum");
         PDI_TRY(pdi_png_take_chunk(ctx, png, data + at + 4, data + at + 8, length));
         at += 12 + length;
@@ -334,7 +333,7 @@ static pd_status pdi_png_pixels(pd_ctx *ctx, const pdi_png_file *png, pd_image *
     /* Deflate packs at most 1032 to 1: a small file that claims a huge image is refused before memory is taken. */
     if (size / 1032 > png->packed.size) return pdi_png_bad(ctx, png, "too few data for this number of pixels");
     PDI_TRY(PDI_NEW(ctx, "png", size, raw));
-    pd_status status = pdi_inflate(ctx, png->path, png->packed.data, png->packed.size, raw, size);
+    pd_status status = pdi_zlib_inflate(ctx, png->path, png->packed.data, png->packed.size, raw, size);
     if (status == PD_OK) status = pdi_png_unfilter(ctx, png, raw, stride, step);
     if (status == PD_OK) {
         image->channels = png->colour == 3 ? (png->alpha_count ? 4 : 3) : png->samples;

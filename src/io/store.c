@@ -1,6 +1,6 @@
 /* store: see store.h */
 #include "io/store.h"
-#include "io/deflate.h"
+#include "io/zlib.h"
 #include <string.h>
 
 #define PDI_STORE_MAGIC "PDSTORE\n"
@@ -33,12 +33,12 @@ static void pdi_store_put(uint8_t *at, uint32_t word) { memcpy(at, &word, sizeof
 
 static void pdi_store_seal(uint8_t *head, size_t size)
 {
-    pdi_store_put(head + size - 4, pdi_deflate_crc(0, head, size - 4));
+    pdi_store_put(head + size - 4, pdi_zlib_crc(0, head, size - 4));
 }
 
 static int pdi_store_sealed(const uint8_t *head, size_t size)
 {
-    return pdi_store_word(head + size - 4) == pdi_deflate_crc(0, head, size - 4);
+    return pdi_store_word(head + size - 4) == pdi_zlib_crc(0, head, size - 4);
 }
 
 static void pdi_store_head(uint8_t head[PDI_STORE_HEAD])
@@ -117,7 +117,7 @@ static pd_status pdi_store_skip(pd_ctx *ctx, pd_store *s, const pdi_store_item *
         size_t wanted = left < sizeof bytes ? (size_t)left : sizeof bytes;
         PDI_TRY(pdi_file_get(ctx, &s->file, bytes, wanted, &got));
         if (got < wanted) return pdi_store_broken_item(ctx, s, "cut off", item->name);
-        crc = pdi_deflate_crc(crc, bytes, got);
+        crc = pdi_zlib_crc(crc, bytes, got);
     }
     PDI_TRY(pdi_file_get(ctx, &s->file, bytes, 4, &got));
     if (got < 4) return pdi_store_broken_item(ctx, s, "cut off", item->name);
@@ -174,7 +174,7 @@ static pd_status pdi_store_write(pd_ctx *ctx, pd_store *s, const char *name, con
     memcpy(head + PDI_STORE_AT_COUNT, &number, sizeof number);
     pdi_store_put(head + PDI_STORE_AT_SIZE, (uint32_t)size);
     pdi_store_seal(head, sizeof head);
-    pdi_store_put(tail, pdi_deflate_crc(0, (const uint8_t *)data, bytes));
+    pdi_store_put(tail, pdi_zlib_crc(0, (const uint8_t *)data, bytes));
     PDI_TRY(pdi_store_append(ctx, s, head, sizeof head));
     PDI_TRY(pdi_store_append(ctx, s, data, bytes));
     return pdi_store_append(ctx, s, tail, sizeof tail);
@@ -194,7 +194,7 @@ static pd_status pdi_store_read(pd_ctx *ctx, pd_store *s, const char *name, void
     PDI_TRY(pdi_file_get(ctx, &s->file, data, bytes, &got));
     if (got < bytes) return pdi_store_broken_item(ctx, s, "cut off", name);
     PDI_TRY(pdi_file_get(ctx, &s->file, tail, sizeof tail, &got));
-    if (got < sizeof tail || pdi_store_word(tail) != pdi_deflate_crc(0, (const uint8_t *)data, bytes))
+    if (got < sizeof tail || pdi_store_word(tail) != pdi_zlib_crc(0, (const uint8_t *)data, bytes))
         return pdi_store_broken_item(ctx, s, "damaged", name);
     return PD_OK;
 }

@@ -71,29 +71,6 @@ PD_API void pd_bonds_free(pd_ctx *ctx, pd_bonds *bonds);
 #ifdef PDI_INTERNAL
 /* Arrays of pd_bonds that go by the rows. */
 PDI_FN void pdi_bond_row_list(pdi_owner *owner, void *object);
-/* Nodes along axis 0 that a sweep works on at once, bond by bond: the inner loops are plain vectors. */
-#define PDI_LANES 64
-/* Lanes of the next piece, up to `most`, from *at, of `length` consecutive nodes. What is left over behind the last
- * whole vector goes together with nodes that are done already: they get the same bits again. */
-static inline int pdi_bond_piece(int32_t length, int most, int32_t *at)
-{
-    int32_t left = length - *at;
-    if (left >= most) return most;
-    if (left % PDI_VECTOR == 0 || length < PDI_VECTOR) return (int)left;
-    if (left > PDI_VECTOR) return (int)(left - left % PDI_VECTOR);
-    *at = length - PDI_VECTOR;
-    return PDI_VECTOR;
-}
-/* Nodes whose sums stay in registers while their bonds pass by. */
-#define PDI_BLOCK 16
-/* The next block from *at of `length` nodes: all of them where they are fewer. The last one goes together with nodes
- * that are done already. */
-static inline int pdi_bond_block(int32_t length, int32_t *at)
-{
-    if (length < PDI_BLOCK) return (int)length;
-    if (*at > length - PDI_BLOCK) *at = length - PDI_BLOCK;
-    return PDI_BLOCK;
-}
 /* Weights a(n) [count] of the bonds of `node`, and what the flux along bond k of it counts beside g(n). */
 static inline const double *pdi_bond_lap(const pd_bonds *bonds, int32_t node)
 {
@@ -106,12 +83,6 @@ static inline double pdi_bond_flux(const pd_bonds *bonds, int32_t node, int k)
     const pd_axisym *ring = &bonds->ring;
     return ring->flux ? ring->flux[(int64_t)(node / bonds->grid->stride[PD_DIM - 1]) * ring->count + k] : 1.0;
 }
-/* `length` consecutive nodes from i: the rows from `row`, or nodes with whole families (-1). */
-typedef void (*pdi_bond_run_fn)(const void *user, int32_t i, int32_t row, int32_t length);
-/* All fluid nodes, in pieces of up to `most` nodes (0: whole runs); `work`: scalar operations in all, to decide on
- * threads. Rows at inlets come one by one. run writes to its own nodes only. */
-PDI_FN void pdi_bond_sweep(const pd_ctx *ctx, const pd_bonds *bonds, int64_t work, int most, pdi_bond_run_fn run,
-                           const void *user);
 static inline int pdi_bond_open(const pd_bonds *bonds, int32_t row, int k)
 {
     return (int)(bonds->mask[(int64_t)(k >> 5) * bonds->capacity + row] >> (k & 31) & 1u);
@@ -186,11 +157,6 @@ typedef struct pdi_bond_end {
     int smooth;          /* 1: on a shape, where the surface is curved or inclined against the lattice */
 } pdi_bond_end;
 PDI_FN void pdi_bond_find_end(const pd_bonds *bonds, int32_t row, int k, pdi_bond_end *end);
-/* A flux through the open bond k of node i, counted towards its far end. */
-typedef double (*pdi_bond_flux_fn)(const void *user, int32_t i, int k);
-/* Sum of the fluxes of all bonds that cross the plane between the cells index - 1 and index of `axis`. One end of each
- * is fluid, and each pair of nodes counts once. */
-PDI_FN double pdi_bond_section(const pd_bonds *bonds, int axis, int index, pdi_bond_flux_fn flux, const void *user);
 /* First closed group on bond k from `node` (index into the stencil's groups); -1: open. */
 PDI_FN int pdi_bond_closed_group(const pd_bonds *bonds, int32_t node, int k);
 #endif

@@ -32,7 +32,7 @@ static void pdi_op_run(const void *user, int32_t i, int32_t row, int32_t length)
         return;
     }
     for (int32_t at = 0; at < length; at += count) {
-        count = pdi_bond_piece(length, PDI_LANES, &at);
+        count = pdi_traverse_piece(length, PDI_LANES, &at);
         if (row < 0) w->whole(w, i + at, count);
         else w->cut(w, row + at, count);
     }
@@ -42,7 +42,7 @@ static void pdi_op_apply(const pd_ctx *ctx, pdi_op_sweep *w, pdi_op_lanes_fn who
 {
     w->whole = whole;
     w->cut = cut;
-    pdi_bond_sweep(ctx, w->bonds, w->bonds->grid->fluid_count * w->bonds->stencil->count * 4, 0, pdi_op_run, w);
+    pdi_traverse_sweep(ctx, w->bonds, w->bonds->grid->fluid_count * w->bonds->stencil->count * 4, 0, pdi_op_run, w);
 }
 
 static void pdi_op_sweep_init(const pd_bonds *bonds, const double *f, const double *d, double *out, pdi_op_sweep *w)

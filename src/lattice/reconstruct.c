@@ -2,6 +2,7 @@
 #include "lattice/reconstruct.h"
 #include "core/owner.h"
 #include "core/par.h"
+#include "core/vec.h"
 #include "lattice/quadratic.h"
 #include <math.h>
 #include <string.h>
@@ -13,8 +14,7 @@
 
 /* Weighted moments of the data of a row. */
 typedef struct pdi_reconstruct_moments {
-    double sum[PDI_RECONSTRUCT_TERMS]
-              [PDI_RECONSTRUCT_TERMS]; /* scaled by `unit` on both sides, then Cholesky's factor of it */
+    double sum[PDI_RECONSTRUCT_TERMS * PDI_RECONSTRUCT_TERMS]; /* then scaled by `unit` on both sides and factored */
     double unit[PDI_RECONSTRUCT_TERMS];
 } pdi_reconstruct_moments;
 
@@ -38,38 +38,27 @@ static int pdi_reconstruct_carries(const pd_bonds *bonds, int32_t r, int k)
 static void pdi_reconstruct_add(const double *term, double weight, pdi_reconstruct_moments *m)
 {
     for (int a = 0; a < PDI_RECONSTRUCT_TERMS; a++)
-        for (int b = 0; b < PDI_RECONSTRUCT_TERMS; b++) m->sum[a][b] += weight * term[a] * term[b];
+        for (int b = 0; b < PDI_RECONSTRUCT_TERMS; b++)
+            m->sum[a * PDI_RECONSTRUCT_TERMS + b] += weight * term[a] * term[b];
 }
 
 /* 0: the data determine no quadratic. */
 static int pdi_reconstruct_factor(pdi_reconstruct_moments *m)
 {
-    for (int a = 0; a < PDI_RECONSTRUCT_TERMS; a++)
-        for (int b = 0; b < PDI_RECONSTRUCT_TERMS; b++) m->sum[a][b] *= m->unit[a] * m->unit[b];
-    for (int c = 0; c < PDI_RECONSTRUCT_TERMS; c++) {
-        for (int k = 0; k < c; k++) m->sum[c][c] -= m->sum[c][k] * m->sum[c][k];
-        if (!(m->sum[c][c] > PDI_RECONSTRUCT_MIN_PIVOT)) return 0;
-        m->sum[c][c] = sqrt(m->sum[c][c]);
-        for (int r = c + 1; r < PDI_RECONSTRUCT_TERMS; r++) {
-            for (int k = 0; k < c; k++) m->sum[r][c] -= m->sum[r][k] * m->sum[c][k];
-            m->sum[r][c] /= m->sum[c][c];
-        }
+    double least[PDI_RECONSTRUCT_TERMS];
+    for (int a = 0; a < PDI_RECONSTRUCT_TERMS; a++) {
+        least[a] = PDI_RECONSTRUCT_MIN_PIVOT;
+        for (int b = 0; b < PDI_RECONSTRUCT_TERMS; b++)
+            m->sum[a * PDI_RECONSTRUCT_TERMS + b] *= m->unit[a] * m->unit[b];
     }
-    return 1;
+    return pdi_vec_factor(PDI_RECONSTRUCT_TERMS, PDI_RECONSTRUCT_TERMS, least, m->sum);
 }
 
 /* x = M^-1 y */
 static void pdi_reconstruct_solve(const pdi_reconstruct_moments *m, const double *y, double *x)
 {
-    for (int r = 0; r < PDI_RECONSTRUCT_TERMS; r++) {
-        x[r] = y[r] * m->unit[r];
-        for (int k = 0; k < r; k++) x[r] -= m->sum[r][k] * x[k];
-        x[r] /= m->sum[r][r];
-    }
-    for (int r = PDI_RECONSTRUCT_TERMS - 1; r >= 0; r--) {
-        for (int k = r + 1; k < PDI_RECONSTRUCT_TERMS; k++) x[r] -= m->sum[k][r] * x[k];
-        x[r] /= m->sum[r][r];
-    }
+    for (int r = 0; r < PDI_RECONSTRUCT_TERMS; r++) x[r] = y[r] * m->unit[r];
+    pdi_vec_substitute(PDI_RECONSTRUCT_TERMS, PDI_RECONSTRUCT_TERMS, m->sum, x);
     for (int r = 0; r < PDI_RECONSTRUCT_TERMS; r++) x[r] *= m->unit[r];
 }
 

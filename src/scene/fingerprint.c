@@ -1,6 +1,6 @@
 /* fingerprint: see fingerprint.h */
 #include "scene/fingerprint.h"
-#include "io/deflate.h"
+#include "io/zlib.h"
 #include <stdio.h>
 #include <string.h>
 
@@ -25,7 +25,7 @@ static void pdi_fingerprint_value(const char *value, char *text, size_t size)
         if (used + 2 > size) {
             size_t length = strlen(value);
             snprintf(text, size, "%.60s... (%.0f bytes, %08x)", value, (double)length,
-                     (unsigned)pdi_deflate_crc(0, (const uint8_t *)value, length));
+                     (unsigned)pdi_zlib_crc(0, (const uint8_t *)value, length));
             return;
         }
         int blank = pdi_units_blank(*c);
@@ -65,7 +65,7 @@ PDI_FN pd_status pdi_fingerprint_build(pd_ctx *ctx, const pd_text *text, pd_setu
     }
     for (int k = 0; k < u->masks; k++) {
         snprintf(line, sizeof line, "mask %d = %.0f voxels, %08x", k, (double)u->mask_size[k],
-                 (unsigned)pdi_deflate_crc(0, u->mask[k], u->mask_size[k]));
+                 (unsigned)pdi_zlib_crc(0, u->mask[k], u->mask_size[k]));
         PDI_TRY(pdi_fingerprint_add(ctx, u, line));
     }
     /* that of a flat file depends on what it said before overrides */

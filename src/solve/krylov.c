@@ -20,7 +20,6 @@ typedef struct pdi_krylov_run {
     void *user;
     const double *b;
     double *x;
-    double null_norm2; /* null_vector . null_vector, 0: none */
     double b_norm, target;
     pd_krylov_result *result;
 } pdi_krylov_run;
@@ -77,7 +76,6 @@ PDI_FN pd_status pdi_krylov_plan(pd_ctx *ctx, const pd_krylov_desc *desc, pd_kry
         krylov->basis_vectors = d->flexible ? 2 * d->restart + 1 : d->restart + 1;
         krylov->columns = d->restart;
         break;
-    case PD_KRYLOV_BICGSTAB: krylov->vectors = 7; break;
     case PD_KRYLOV_CG: krylov->vectors = 5; break;
     default: return pdi_fail(ctx, PD_ERR_ARGUMENT, "krylov", "method %d is unknown", (int)d->method);
     }
@@ -232,19 +230,10 @@ static void pdi_krylov_scale_add(const pdi_krylov_run *run, double a, double *v,
     for (int64_t i = first; i < end; i++) v[i] = a * v[i] + u[i];
 }
 
-static void pdi_krylov_project(const pdi_krylov_run *run, double *v)
-{
-    const pd_krylov_desc *d = &run->k->desc;
-    if (run->null_norm2 > 0.0)
-        pdi_krylov_axpy(run, -pdi_krylov_dot(run, d->null_vector, v) / run->null_norm2, d->null_vector, v);
-    if (d->project) d->project(run->user, v);
-}
-
 static void pdi_krylov_apply(const pdi_krylov_run *run, const double *u, double *v)
 {
     run->apply(run->user, u, v);
     run->result->applies++;
-    pdi_krylov_project(run, v);
 }
 
 static void pdi_krylov_precond(const pdi_krylov_run *run, const double *u, double *v)
@@ -254,15 +243,13 @@ static void pdi_krylov_precond(const pdi_krylov_run *run, const double *u, doubl
         run->result->precond_applies++;
     } else
         pdi_krylov_copy(run, u, v);
-    pdi_krylov_project(run, v);
 }
 
-/* r = b - A x, projected; returns |r|. */
+/* r = b - A x; returns |r|. */
 static double pdi_krylov_residual(const pdi_krylov_run *run, double *r)
 {
     pdi_krylov_apply(run, run->x, r);
     pdi_krylov_scale_add(run, -1.0, r, run->b);
-    pdi_krylov_project(run, r);
     return sqrt(pdi_krylov_dot(run, r, r));
 }
 
@@ -489,7 +476,7 @@ static pd_status pdi_krylov_gmres(const pdi_krylov_run *run, double norm)
     return PD_OK;
 }
 
-/* ---- short recurrences: CG and BiCGStab ---- */
+/* ---- conjugate gradients ---- */
 
 /* The best iterate is copied only when the next one is worse, before x moves on. */
 typedef struct pdi_krylov_best {
@@ -554,63 +541,15 @@ static pd_status pdi_krylov_cg_run(const pdi_krylov_run *run, pdi_krylov_best *b
     return PD_OK;
 }
 
-/* BiCGStab with shadow residual r of the start; returns early on breakdown so that the caller restarts. */
-static pd_status pdi_krylov_bicgstab_run(const pdi_krylov_run *run, pdi_krylov_best *best)
-{
-    double *r = pdi_krylov_vector(run, 0), *p = pdi_krylov_vector(run, 1), *z = pdi_krylov_vector(run, 2);
-    double *v = pdi_krylov_vector(run, 3), *shadow = pdi_krylov_vector(run, 5), *t = pdi_krylov_vector(run, 6);
-    double rho = 1.0, alpha = 1.0, omega = 1.0, shadow_norm = best->current;
-    pdi_krylov_copy(run, r, shadow);
-    for (int first = 1; best->current > run->target; first = 0) {
-        if (run->result->iterations >= run->k->desc.max_iterations) return PD_OK;
-        PDI_TRY(pdi_poll(run->ctx, "Krylov", run->result->iterations));
-        double rho_next = pdi_krylov_dot(run, shadow, r);
-        if (fabs(rho_next) <= DBL_EPSILON * shadow_norm * best->current) return PD_OK;
-        if (first)
-            pdi_krylov_copy(run, r, p);
-        else { /* p = r + beta (p - omega v) */
-            pdi_krylov_axpy(run, -omega, v, p);
-            pdi_krylov_scale_add(run, rho_next / rho * (alpha / omega), p, r);
-        }
-        rho = rho_next;
-        pdi_krylov_precond(run, p, z);
-        pdi_krylov_apply(run, z, v);
-        double sv = pdi_krylov_dot(run, shadow, v), vv = pdi_krylov_dot(run, v, v);
-        if (!pdi_krylov_finite(vv)) return pdi_krylov_diverged(run, "an operator application");
-        if (fabs(sv) <= DBL_EPSILON * shadow_norm * sqrt(vv)) return PD_OK;
-        alpha = rho / sv;
-        pdi_krylov_axpy(run, -alpha, v, r); /* r is s now */
-        double half = sqrt(pdi_krylov_dot(run, r, r));
-        if (!pdi_krylov_finite(half)) return pdi_krylov_diverged(run, "the residual");
-        run->result->iterations++;
-        pdi_krylov_best_move(run, best, half);
-        pdi_krylov_axpy(run, alpha, z, run->x);
-        if (half <= run->target) return PD_OK;
-        pdi_krylov_precond(run, r, z);
-        pdi_krylov_apply(run, z, t);
-        double tt = pdi_krylov_dot(run, t, t), ts = pdi_krylov_dot(run, t, r);
-        if (!pdi_krylov_finite(tt)) return pdi_krylov_diverged(run, "an operator application");
-        if (fabs(ts) <= DBL_EPSILON * sqrt(tt) * half) return PD_OK;
-        omega = ts / tt;
-        pdi_krylov_axpy(run, -omega, t, r);
-        double next = sqrt(pdi_krylov_dot(run, r, r));
-        if (!pdi_krylov_finite(next)) return pdi_krylov_diverged(run, "the residual");
-        pdi_krylov_best_move(run, best, next);
-        pdi_krylov_axpy(run, omega, z, run->x);
-    }
-    return PD_OK;
-}
-
 /* Run a recurrence, check the true residual, restart from it while that helps. */
-static pd_status pdi_krylov_short(const pdi_krylov_run *run, double norm)
+static pd_status pdi_krylov_cg(const pdi_krylov_run *run, double norm)
 {
     const pd_krylov_desc *d = &run->k->desc;
     double *r = pdi_krylov_vector(run, 0);
     while (norm > run->target) {
         if (run->result->iterations >= d->max_iterations) return pdi_krylov_stopped(run, "no convergence");
         pdi_krylov_best best = {pdi_krylov_vector(run, 4), norm, norm, 0};
-        pd_status status = d->method == PD_KRYLOV_CG ? pdi_krylov_cg_run(run, &best)
-                                                     : pdi_krylov_bicgstab_run(run, &best);
+        pd_status status = pdi_krylov_cg_run(run, &best);
         if (status < 0) {
             if (best.saved) pdi_krylov_copy(run, best.x, run->x);
             return status;
@@ -628,25 +567,17 @@ static pd_status pdi_krylov_start(pdi_krylov_run *run, double *norm)
 {
     const pd_krylov_desc *d = &run->k->desc;
     double *r = pdi_krylov_vector(run, 0);
-    if (d->null_vector) {
-        run->null_norm2 = pdi_krylov_dot(run, d->null_vector, d->null_vector);
-        if (!(run->null_norm2 > 0.0 && run->null_norm2 <= DBL_MAX))
-            return pdi_fail(run->ctx, PD_ERR_ARGUMENT, "krylov", "null_vector has norm^2 %g, needs > 0",
-                            run->null_norm2);
-    }
-    pdi_krylov_copy(run, run->b, r);
-    pdi_krylov_project(run, r);
-    run->b_norm = sqrt(pdi_krylov_dot(run, r, r));
+    run->b_norm = sqrt(pdi_krylov_dot(run, run->b, run->b));
     if (!pdi_krylov_finite(run->b_norm))
         return pdi_fail(run->ctx, PD_ERR_ARGUMENT, "krylov", "the right-hand side is not finite");
     run->target = fmax(d->rtol * run->b_norm, d->atol);
     *norm = run->b_norm;
-    if (d->zero_guess)
+    if (d->zero_guess) {
         pdi_par_zero(run->ctx, d->n, run->x);
-    else {
+        pdi_krylov_copy(run, run->b, r);
+    } else {
         if (!pdi_krylov_finite(pdi_krylov_dot(run, run->x, run->x)))
             return pdi_fail(run->ctx, PD_ERR_ARGUMENT, "krylov", "the guess is not finite");
-        pdi_krylov_project(run, run->x);
         *norm = pdi_krylov_residual(run, r);
         if (!pdi_krylov_finite(*norm)) return pdi_krylov_diverged(run, "A applied to the guess");
     }
@@ -678,7 +609,7 @@ pd_status pd_krylov_solve(pd_ctx *ctx, pd_krylov *krylov, pd_apply_fn apply, pd_
         pdi_par_zero(ctx, krylov->desc.n, x);
         run.result->residual = 0.0;
     } else
-        status = krylov->desc.method == PD_KRYLOV_GMRES ? pdi_krylov_gmres(&run, norm) : pdi_krylov_short(&run, norm);
+        status = krylov->desc.method == PD_KRYLOV_GMRES ? pdi_krylov_gmres(&run, norm) : pdi_krylov_cg(&run, norm);
     run.result->converged = status == PD_OK;
     return status;
 }

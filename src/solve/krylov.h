@@ -10,16 +10,13 @@
 
 /* y = A x or y = M^-1 x; x and y never alias. */
 typedef void (*pd_apply_fn)(void *user, const double *x, double *y);
-/* v = the part of v orthogonal to the null space, in place. */
-typedef void (*pd_project_fn)(void *user, double *v);
 
 /* Times that a basis may grow. */
 #define PD_KRYLOV_MORE 32
 
 typedef enum pd_krylov_method {
-    PD_KRYLOV_GMRES = 0,    /* any operator; restart + 4 vectors (flexible: 2 restart + 4) */
-    PD_KRYLOV_BICGSTAB = 1, /* any operator; 7 vectors, two applications an iteration */
-    PD_KRYLOV_CG = 2        /* symmetric positive (semi-)definite operator and preconditioner; 5 vectors */
+    PD_KRYLOV_GMRES = 0, /* any operator; restart + 4 vectors (flexible: 2 restart + 4) */
+    PD_KRYLOV_CG = 1     /* symmetric positive (semi-)definite operator and preconditioner; 5 vectors */
 } pd_krylov_method;
 
 typedef struct pd_krylov_desc {
@@ -42,14 +39,9 @@ typedef struct pd_krylov_desc {
     double rtol;        /* [-] stop at |b - A x| <= max(rtol |b|, atol); 0: 1e-8 */
     double atol;        /* [unit of b] */
     int zero_guess;     /* 1: the x passed in is ignored and taken as 0, which saves one application */
-    /* Singular consistent systems: b, residuals and iterates are kept orthogonal to the null space of A (which must
-     * also be that of its transpose), given by one vector (borrowed, n entries), a projection, or both as NULL. */
-    const double *null_vector; /* [-] */
-    pd_project_fn project;
 } pd_krylov_desc;
 
-/* Between solves first, end, fixed, max_iterations, rtol, atol, zero_guess, null_vector and project of desc may be
- * changed. */
+/* Between solves first, end, fixed, max_iterations, rtol, atol and zero_guess of desc may be changed. */
 typedef struct pd_krylov {
     pd_krylov_desc desc; /* defaults filled in */
     int vectors;         /* work vectors */
@@ -82,13 +74,11 @@ PD_API void pd_krylov_free(pd_ctx *ctx, pd_krylov *krylov);
 /* Give back what has grown. */
 PD_API void pd_krylov_trim(pd_ctx *ctx, pd_krylov *krylov);
 /* Solve A x = b, preconditioned from the right (CG: symmetrically). precond NULL: none; user goes to all callbacks.
- * x: guess in, solution out; result may be NULL. Allocates nothing but
- * what `most` lets it.
+ * x: guess in, solution out; result may be NULL. Allocates nothing but what `most` lets it.
  * PD_NOT_CONVERGED: iteration limit or stagnation; x is the best iterate seen. PD_ERR_DIVERGED: NaN or infinity came
  * out of a callback, or CG met an indefinite operator; x is the last finite iterate. PD_ERR_ARGUMENT: b or x is not
  * finite.
- * Sources: Saad 2003 (GMRES alg. 9.5, 9.6; BiCGStab alg. 7.7; CG alg. 9.1), van der Vorst 1992,
- * Notay 2000 (flexible CG). */
+ * Sources: Saad 2003 (GMRES alg. 9.5, 9.6; CG alg. 9.1), Notay 2000 (flexible CG). */
 PD_API pd_status pd_krylov_solve(pd_ctx *ctx, pd_krylov *krylov, pd_apply_fn apply, pd_apply_fn precond, void *user,
                                  const double *b, double *x, pd_krylov_result *result);
 

@@ -128,19 +128,18 @@ static int pdi_least_squares_factor(const pdi_least_squares *s, double damping,
                                     double a[PDI_LEAST_SQUARES_N][PDI_LEAST_SQUARES_N])
 {
     int held[PDI_LEAST_SQUARES_N];
+    double least[PDI_LEAST_SQUARES_N];
     for (int k = 0; k < s->n; k++) held[k] = pdi_least_squares_held(s, k);
-    for (int k = 0; k < s->n; k++)
+    for (int k = 0; k < s->n; k++) {
+        const double *column = pdi_least_squares_column(s, k);
         for (int l = 0; l <= k; l++) {
-            double sum = pdi_least_squares_dot(s, pdi_least_squares_column(s, k),
-                                         pdi_least_squares_column(s, l));
-            if (held[k] || held[l]) sum = k == l ? 1.0 : 0.0;
-            double whole = k == l ? sum : 0.0;
-            if (k == l) sum *= 1.0 + damping;
-            for (int i = 0; i < l; i++) sum -= a[k][i] * a[l][i];
-            if (k == l && !(sum > 1e-13 * whole)) return 0;
-            a[k][l] = k == l ? sqrt(sum) : sum / a[l][l];
+            a[k][l] = pdi_least_squares_dot(s, column, pdi_least_squares_column(s, l));
+            if (held[k] || held[l]) a[k][l] = k == l ? 1.0 : 0.0;
         }
-    return 1;
+        least[k] = 1e-13 * a[k][k];
+        a[k][k] *= 1.0 + damping;
+    }
+    return pdi_vec_factor(s->n, PDI_LEAST_SQUARES_N, least, a[0]);
 }
 
 /* Noise e and a third derivative of the size of the first make the error of a quotient e/h + h^2/6 of it: least at the
@@ -163,18 +162,6 @@ static pd_status pdi_least_squares_jacobian(pdi_least_squares *s)
     return pdi_fail(s->ctx, PD_ERR_ARGUMENT, "squares", "the points do not tell the %d parameters apart", s->n);
 }
 
-static void pdi_least_squares_substitute(int n, double a[PDI_LEAST_SQUARES_N][PDI_LEAST_SQUARES_N], double *x)
-{
-    for (int k = 0; k < n; k++) {
-        for (int i = 0; i < k; i++) x[k] -= a[k][i] * x[i];
-        x[k] /= a[k][k];
-    }
-    for (int k = n - 1; k >= 0; k--) {
-        for (int i = k + 1; i < n; i++) x[k] -= a[i][k] * x[i];
-        x[k] /= a[k][k];
-    }
-}
-
 /* The step from q, cut at the bounds. 0: there is none. */
 static int pdi_least_squares_step(const pdi_least_squares *s, double *q)
 {
@@ -182,7 +169,7 @@ static int pdi_least_squares_step(const pdi_least_squares *s, double *q)
     if (!pdi_least_squares_factor(s, s->damping, a)) return 0;
     for (int k = 0; k < s->n; k++)
         x[k] = pdi_least_squares_held(s, k) ? 0.0 : -pdi_least_squares_dot(s, pdi_least_squares_column(s, k), s->r);
-    pdi_least_squares_substitute(s->n, a, x);
+    pdi_vec_substitute(s->n, PDI_LEAST_SQUARES_N, a[0], x);
     for (int k = 0; k < s->n; k++) q[k] = fmin(1.0, fmax(0.0, s->q[k] + x[k]));
     return 1;
 }
@@ -210,7 +197,7 @@ static int pdi_least_squares_spread(pdi_least_squares *s, double cov[PDI_LEAST_S
     double scale = pdi_least_squares_scale(s);
     for (int k = 0; k < s->n; k++) {
         for (int l = 0; l < s->n; l++) cov[k][l] = k == l;
-        pdi_least_squares_substitute(s->n, a, cov[k]);
+        pdi_vec_substitute(s->n, PDI_LEAST_SQUARES_N, a[0], cov[k]);
         for (int l = 0; l < s->n; l++) cov[k][l] *= r->bound[k] || r->bound[l] ? (double)NAN : scale;
     }
     return 1;

@@ -9,7 +9,7 @@
 #ifndef PD_DIFFUSION_H
 #define PD_DIFFUSION_H
 #include "core/owner.h"
-#include "lattice/bond.h"
+#include "lattice/traverse.h"
 #include "lattice/media.h"
 
 #define PD_DIFFUSION_TENSOR (PD_DIM * (PD_DIM + 1) / 2)

@@ -59,12 +59,25 @@ static double pdi_flux_entry(const pd_flux *t, int32_t i, int k)
     return fraction;
 }
 
+/* Conductance of a bond with upwinding: no less than |F|/2 = |half| (eq. 5.1). */
+static inline double pdi_flux_upwind(double half, double least)
+{
+    double size = fabs(half);
+    return size > least ? size : least;
+}
+
+/* What leaves through a bond of half the volume flux F: F (c_i + c_j)/2 - (D a + d) (c_j - c_i) (eq. 5.1). */
+static inline double pdi_flux_leave(double half, double least, double near, double far)
+{
+    return half * (near + far) - pdi_flux_upwind(half, least) * (far - near);
+}
+
 PDI_FN void pdi_flux_bond(const pd_flux *t, int32_t i, int k, double *flux, double *bond, double *upwind)
 {
     pdi_diffusion_bond(t->diffusion, i, k, 1, t->bonds->row[i] >= 0, bond);
     *bond /= pdi_flux_entry(t, i, k);
     *flux = t->flow ? pdi_flow_bond_flux(t->flow, i, k) : 0.0;
-    *upwind = fmax(0.5 * fabs(*flux) - *bond, 0.0);
+    *upwind = pdi_flux_upwind(0.5 * *flux, *bond) - *bond;
 }
 
 PDI_FN double pdi_flux_bond_flux(const pd_flux *t, const double *c, int32_t i, int k)
@@ -72,8 +85,7 @@ PDI_FN double pdi_flux_bond_flux(const pd_flux *t, const double *c, int32_t i, i
     double flux, bond, upwind;
     int32_t j = i + t->bonds->shift[k];
     pdi_flux_bond(t, i, k, &flux, &bond, &upwind);
-    if (t->bonds->grid->kind[j] == PD_OUTLET) return flux * c[i];
-    return 0.5 * flux * (c[i] + c[j]) - (bond + upwind) * (c[j] - c[i]);
+    return pdi_flux_leave(0.5 * flux, bond, c[i], t->bonds->grid->kind[j] == PD_OUTLET ? c[i] : c[j]);
 }
 
 PDI_FN int pdi_flux_open(const pd_flux *t, int32_t i, int k)
@@ -132,14 +144,6 @@ static void pdi_flux_uneven(const pd_flux *t, int32_t i, int k, int count, doubl
     }
 }
 
-/* Sum over the axes of g.w at node b of w. */
-PDI_INLINE double pdi_flux_along(const double *g, const double *w, int64_t total)
-{
-    double sum = g[0] * w[0];
-    for (int d = 1; d < PD_DIM; d++) sum += g[d] * w[d * total];
-    return sum;
-}
-
 /* Volume fluxes of bond k of `count` nodes from i (as pdi_flow_bond_flux), tied by the pressure. */
 static void pdi_flux_volume(const pd_flux *t, int32_t i, int k, int count, double *flux)
 {
@@ -148,7 +152,7 @@ static void pdi_flux_volume(const pd_flux *t, int32_t i, int k, int count, doubl
     const double *w = t->drive + i, *q = w + PD_DIM * total, *g = bonds->stencil->grad + k * PD_DIM;
     double a = pdi_bond_lap(bonds, i)[k], share = pdi_bond_flux(bonds, i, k);
     for (int b = 0; b < count; b++) {
-        double sum = pdi_flux_along(g, w + b, total) + pdi_flux_along(g, w + b + shift, total);
+        double sum = pdi_flow_along(g, w + b, total) + pdi_flow_along(g, w + b + shift, total);
         flux[b] = share * sum - a * (q[b + shift] - q[b]);
     }
     if (!t->even) pdi_flux_uneven(t, i, k, count, flux);
@@ -156,16 +160,16 @@ static void pdi_flux_volume(const pd_flux *t, int32_t i, int k, int count, doubl
 
 /* The same of bond k and of the opposite one, in planar boxes. */
 PDI_INLINE void pdi_flux_volumes(const pd_flux *t, int32_t i, int k, int count, double *PD_RESTRICT ahead,
-                                    double *PD_RESTRICT behind)
+                                 double *PD_RESTRICT behind)
 {
     const pd_stencil *s = t->bonds->stencil;
     int64_t total = t->bonds->grid->total, shift = t->bonds->shift[k];
     const double *w = t->drive + i, *q = w + PD_DIM * total, *g = s->grad + k * PD_DIM;
     double a = s->lap[k];
     for (int b = 0; b < count; b++) {
-        double here = pdi_flux_along(g, w + b, total);
-        ahead[b] = here + pdi_flux_along(g, w + b + shift, total) - a * (q[b + shift] - q[b]);
-        behind[b] = -(here + pdi_flux_along(g, w + b - shift, total)) - a * (q[b - shift] - q[b]);
+        double here = pdi_flow_along(g, w + b, total);
+        ahead[b] = here + pdi_flow_along(g, w + b + shift, total) - a * (q[b + shift] - q[b]);
+        behind[b] = -(here + pdi_flow_along(g, w + b - shift, total)) - a * (q[b - shift] - q[b]);
     }
     if (t->even) return;
     pdi_flux_uneven(t, i, k, count, ahead);
@@ -234,45 +238,40 @@ PDI_FN pd_status pdi_flux_refresh(pd_ctx *ctx, const pd_flux *convect)
                         "%d rows, expected at most %d: call pd_transport_update after pd_bonds_update", bonds->rows,
                         convect->capacity);
     if (convect->flow) pdi_flux_drive(ctx, convect);
-    pdi_bond_sweep(ctx, bonds, bonds->grid->fluid_count * bonds->stencil->count * 8, PDI_LANES, pdi_flux_refresh_run,
-                   convect);
-    for (int32_t p = 0; p < convect->ports->count; p++)
+    pdi_traverse_sweep(ctx, bonds, bonds->grid->fluid_count * bonds->stencil->count * 8, PDI_LANES,
+                       pdi_flux_refresh_run, convect);
+    for (int32_t p = 0; p < convect->boundary->count; p++)
         for (int k = 0; k < bonds->stencil->count; k++) {
             int64_t slot = (int64_t)p * bonds->stencil->count + k;
-            pdi_flux_one(convect, convect->ports->node[p], k, convect->port_flux + slot, convect->port_bond + slot);
+            pdi_flux_one(convect, convect->boundary->node[p], k, convect->port_flux + slot, convect->port_bond + slot);
         }
     return PD_OK;
 }
 
 /* ---- sweeps ---- */
 
-/* What a sweep does with its nodes: y = A c, the limited antidiffusive fluxes y, or their derivative. */
-typedef struct pdi_flux_sweep pdi_flux_sweep;
-typedef void (*pdi_flux_block_fn)(const pdi_flux_sweep *s, int32_t i, int32_t row, int count);
-typedef void (*pdi_flux_port_fn)(const pdi_flux_sweep *s, int32_t p);
-
-struct pdi_flux_sweep {
+/* What a sweep works on: y = A c, the limited antidiffusive fluxes y, or their derivative. */
+typedef struct pdi_flux_sweep {
     const pd_flux *t;
     const double *c;
     const double *x, *keep_by, *slope_by; /* direction of a derivative, and those of the limiter along it */
     double *y;
-    pdi_flux_block_fn block; /* of nodes away from ports */
-    pdi_flux_port_fn port;   /* of one node beside inlets or outlets */
-};
+} pdi_flux_sweep;
 
 /* Bond k of a block and its opposite one, to the far ends ahead and behind. */
 typedef struct pdi_flux_pair {
-    int32_t shift;                /* ahead; the same behind */
+    int32_t next, before;         /* far ends ahead and behind, from the node */
     const double *flux, *back;    /* F [1/s] of the bond ahead, and of that which comes from behind or leaves there */
     double turn;                  /* what `back` is to be multiplied with to leave: -1 as stored in planes */
     const double *ahead, *behind; /* conductances [1/s] */
+    double lean[2];               /* [-] shares of xi.G, ahead and behind */
     double space[2][PDI_BLOCK];   /* for those of whole families, and across pages */
     double volume[2][PDI_BLOCK];  /* for fluxes that are not stored */
 } pdi_flux_pair;
 
 /* Conductances of bond k of a block; `space`: room for those that do not stand together. */
 static inline const double *pdi_flux_conduct(const pd_flux *t, int32_t i, int32_t row, int k, int count,
-                                                double *PD_RESTRICT space)
+                                             double *PD_RESTRICT space)
 {
     if (row >= 0 && row % PDI_FLUX_PAGE + count <= PDI_FLUX_PAGE) return pdi_flux_place(t, row, k);
     for (int b = 0; b < count && row >= 0; b++) space[b] = *pdi_flux_place(t, row + b, k);
@@ -294,11 +293,34 @@ static inline void pdi_flux_shut(const pd_flux *t, int32_t row, int k, int count
     for (int b = 0; b < count; b++) flux[b] *= pdi_bond_gate_lane(&gate, k, b);
 }
 
-PDI_INLINE void pdi_flux_pair_get(const pd_flux *t, int32_t i, int32_t row, int k, int count,
-                                     pdi_flux_pair *p)
+/* Share of xi.G in the flux of a bond to `far`, beside inlets and outlets: inlets have no gradient. */
+static double pdi_flux_lean_of(const pd_flux *t, double flux, int32_t far)
 {
-    int opposite = t->bonds->stencil->count - 1 - k;
-    p->shift = t->bonds->shift[k];
+    return !(flux > 0.0) && t->bonds->grid->kind[far] == PD_INLET ? 0.0 : PDI_FLUX_LEAN;
+}
+
+/* place: of a single node beside inlets and outlets in their list, -1: none of the block is one of them. */
+PDI_INLINE void pdi_flux_pair_get(const pd_flux *t, int32_t i, int32_t row, int32_t place, int k, int count,
+                                  pdi_flux_pair *p)
+{
+    int bonds = t->bonds->stencil->count, opposite = bonds - 1 - k;
+    if (place >= 0) {
+        int64_t first = (int64_t)place * bonds;
+        const int32_t *far = t->boundary->far + first;
+        p->flux = t->port_flux + first + k;
+        p->back = t->port_flux + first + opposite;
+        p->turn = 1.0;
+        p->ahead = t->port_bond + first + k;
+        p->behind = t->port_bond + first + opposite;
+        p->next = far[k] - i;
+        p->before = far[opposite] - i;
+        p->lean[0] = pdi_flux_lean_of(t, *p->flux, far[k]);
+        p->lean[1] = pdi_flux_lean_of(t, *p->back, far[opposite]);
+        return;
+    }
+    p->next = t->bonds->shift[k];
+    p->before = -p->next;
+    p->lean[0] = p->lean[1] = PDI_FLUX_LEAN;
     p->flux = p->back = pdi_flux_still;
     p->turn = -1.0;
     if (t->flux) {
@@ -318,15 +340,8 @@ PDI_INLINE void pdi_flux_pair_get(const pd_flux *t, int32_t i, int32_t row, int 
     p->behind = pdi_flux_conduct(t, i, row, opposite, count, p->space[1]);
 }
 
-/* What leaves through one bond (eq. 5.1): conductances are at least |F|/2. */
-static inline double pdi_flux_leave(double half, double least, double near, double far)
-{
-    double size = fabs(half);
-    return half * (near + far) - (size > least ? size : least) * (far - near);
-}
-
-/* Compiled for whole blocks and for shorter ones. */
-static inline void pdi_flux_apply_block(const pdi_flux_sweep *s, int32_t i, int32_t row, int count)
+/* Compiled for whole blocks, for shorter ones and for single nodes beside inlets and outlets. */
+PDI_INLINE void pdi_flux_apply_block(const pdi_flux_sweep *s, int32_t i, int32_t row, int32_t place, int count)
 {
     const pd_flux *t = s->t;
     const double *PD_RESTRICT c = s->c + i, *PD_RESTRICT absorb = t->absorb + i, *hold = t->diffusion->hold;
@@ -335,8 +350,8 @@ static inline void pdi_flux_apply_block(const pdi_flux_sweep *s, int32_t i, int3
     for (int b = 0; b < count && hold; b++) sum[b] += hold[i + b] * c[b];
     for (int k = 0; k < t->bonds->stencil->count / 2; k++) {
         pdi_flux_pair p;
-        pdi_flux_pair_get(t, i, row, k, count, &p);
-        const double *next = c + p.shift, *before = c - p.shift, *flux = p.flux, *back = p.back;
+        pdi_flux_pair_get(t, i, row, place, k, count, &p);
+        const double *next = c + p.next, *before = c + p.before, *flux = p.flux, *back = p.back;
         const double *ahead = p.ahead, *behind = p.behind;
         double part = 0.5 * p.turn;
         for (int b = 0; b < count; b++)
@@ -346,197 +361,105 @@ static inline void pdi_flux_apply_block(const pdi_flux_sweep *s, int32_t i, int3
     for (int b = 0; b < count; b++) y[b] = sum[b];
 }
 
-static void pdi_flux_apply_nodes(const pdi_flux_sweep *s, int32_t i, int32_t row, int count)
+static void pdi_flux_apply_nodes(const void *user, int32_t i, int32_t row, int32_t place, int count)
 {
-    if (count == PDI_BLOCK) pdi_flux_apply_block(s, i, row, PDI_BLOCK);
-    else pdi_flux_apply_block(s, i, row, count);
+    const pdi_flux_sweep *s = (const pdi_flux_sweep *)user;
+    if (place >= 0) pdi_flux_apply_block(s, i, row, place, 1);
+    else if (count == PDI_BLOCK) pdi_flux_apply_block(s, i, row, -1, PDI_BLOCK);
+    else pdi_flux_apply_block(s, i, row, -1, count);
 }
 
-static void pdi_flux_apply_port(const pdi_flux_sweep *s, int32_t p)
-{
-    const pd_flux *t = s->t;
-    int count = t->bonds->stencil->count;
-    int32_t i = t->ports->node[p];
-    const int32_t *far = t->ports->far + (int64_t)p * count;
-    const double *flux = t->port_flux + (int64_t)p * count, *bond = t->port_bond + (int64_t)p * count;
-    double c = s->c[i], sum = (t->rate + t->absorb[i]) * c;
-    if (t->diffusion->hold) sum += t->diffusion->hold[i] * c;
-    for (int k = 0; k < count; k++) sum += pdi_flux_leave(0.5 * flux[k], bond[k], c, s->c[far[k]]);
-    s->y[i] = sum;
-}
+/* What the antidiffusive flux of a bond is made of: its step of the field, xi.G and alpha of the upwind end. */
+typedef struct pdi_flux_upwinded {
+    double step, x, alpha;
+} pdi_flux_upwinded;
 
-/* alpha d s of one bond: its step of the field, leant towards xi.G of the upwind end, less where they differ by far;
- * alpha of that end, and d what upwinding adds to the conductance (eq. 5.4). */
-static inline double pdi_flux_return(double flux, double least, double step, double lean, double x, double alpha)
+/* alpha d s of one bond: its step, leant towards xi.G, less where they differ by far, and d what upwinding adds to the
+ * conductance `least` (eq. 5.4). by: NULL, or derivatives of what it is made of: then it is the derivative. */
+PDI_INLINE double pdi_flux_return(double flux, double least, double lean, const pdi_flux_upwinded *of,
+                                  const pdi_flux_upwinded *by)
 {
-    double off = x - step, square = step * step, sum = square + 0.25 * off * off, excess = 0.5 * fabs(flux) - least;
-    double mixed = step + lean * (sum > 0.0 ? square / sum : 1.0) * off;
-    return alpha * (excess > 0.0 ? excess : 0.0) * mixed;
-}
-
-/* Its derivative, with those of the step, of x and of alpha. */
-static inline double pdi_flux_return_by(double flux, double least, double step, double lean, double x, double alpha,
-                                           double step_by, double x_by, double alpha_by)
-{
-    double off = x - step, off_by = x_by - step_by, excess = 0.5 * fabs(flux) - least;
-    double square = step * step, sum = square + 0.25 * off * off, over = sum > 0.0 ? 1.0 / sum : 0.0;
+    double off = of->x - of->step, square = of->step * of->step, sum = square + 0.25 * off * off;
+    double excess = 0.5 * fabs(flux) - least, most = excess > 0.0 ? excess : 0.0;
+    if (!by) return of->alpha * most * (of->step + lean * (sum > 0.0 ? square / sum : 1.0) * off);
+    double off_by = by->x - by->step, over = sum > 0.0 ? 1.0 / sum : 0.0;
     double weight = sum > 0.0 ? square * over : 1.0, rest = 1.0 - weight;
-    double mixed = step + lean * weight * off;
-    double mixed_by = step_by + lean * (weight * (weight - rest) * off_by + 2.0 * rest * off * step * over * step_by);
-    return (excess > 0.0 ? excess : 0.0) * (alpha_by * mixed + alpha * mixed_by);
+    double mixed = of->step + lean * weight * off;
+    double mixed_by =
+        by->step + lean * (weight * (weight - rest) * off_by + 2.0 * rest * off * of->step * over * by->step);
+    return most * (by->alpha * mixed + of->alpha * mixed_by);
 }
 
-static inline void pdi_flux_anti_block(const pdi_flux_sweep *s, int32_t i, int32_t row, int count)
+/* What two bonds, one opposite to the other, are made of for node b of a block: the field or a direction, with the
+ * limiter or its derivative. f and g: F of both, which leaves. */
+PDI_INLINE void pdi_flux_upwinds(const pdi_flux_pair *p, const double *xi, const double *c, const double *keep,
+                                 const double *slope, int64_t total, int b, double f, double g,
+                                 pdi_flux_upwinded *ahead, pdi_flux_upwinded *behind)
+{
+    double x = 0.0, next = 0.0, before = 0.0, alpha = keep[b];
+    for (int d = 0; d < PD_DIM; d++) {
+        x += xi[d] * slope[d * total + b];
+        next += xi[d] * slope[d * total + b + p->next];
+        before += xi[d] * slope[d * total + b + p->before];
+    }
+    double alpha_next = keep[b + p->next], alpha_before = keep[b + p->before];
+    ahead->step = c[b + p->next] - c[b];
+    ahead->x = f > 0.0 ? x : next;
+    ahead->alpha = f > 0.0 ? alpha : alpha_next;
+    behind->step = c[b + p->before] - c[b];
+    behind->x = g > 0.0 ? -x : -before;
+    behind->alpha = g > 0.0 ? alpha : alpha_before;
+}
+
+/* Compiled for values and for derivatives, too. */
+PDI_INLINE void pdi_flux_anti_block(const pdi_flux_sweep *s, int32_t i, int32_t row, int32_t place, int count,
+                                    int by)
 {
     const pd_flux *t = s->t;
     const double *PD_RESTRICT c = s->c + i, *PD_RESTRICT keep = t->limiter->keep + i;
     const double *PD_RESTRICT slope = t->limiter->slope + i, *xi = t->bonds->stencil->xi;
+    const double *PD_RESTRICT z = by ? s->x + i : c, *PD_RESTRICT keep_by = by ? s->keep_by + i : keep;
+    const double *PD_RESTRICT slope_by = by ? s->slope_by + i : slope;
     int64_t total = t->bonds->grid->total;
     double sum[PDI_BLOCK], *PD_RESTRICT y = s->y + i;
     for (int b = 0; b < count; b++) sum[b] = 0.0;
     for (int k = 0; k < t->bonds->stencil->count / 2; k++, xi += PD_DIM) {
         pdi_flux_pair p;
-        pdi_flux_pair_get(t, i, row, k, count, &p);
+        pdi_flux_pair_get(t, i, row, place, k, count, &p);
         const double *flux = p.flux, *back = p.back, *ahead = p.ahead, *behind = p.behind;
-        double turn = p.turn;
-        int32_t shift = p.shift;
+        double turn = p.turn, lean = p.lean[0], lean_back = p.lean[1];
         for (int b = 0; b < count; b++) {
-            double x = 0.0, next = 0.0, before = 0.0, f = flux[b], g = turn * back[b], alpha = keep[b];
-            for (int d = 0; d < PD_DIM; d++) {
-                x += xi[d] * slope[d * total + b];
-                next += xi[d] * slope[d * total + b + shift];
-                before += xi[d] * slope[d * total + b - shift];
-            }
-            double alpha_next = keep[b + shift], alpha_before = keep[b - shift];
-            sum[b] -= pdi_flux_return(f, ahead[b], c[b + shift] - c[b], PDI_FLUX_LEAN,
-                                         f > 0.0 ? x : next, f > 0.0 ? alpha : alpha_next);
-            sum[b] -= pdi_flux_return(g, behind[b], c[b - shift] - c[b], PDI_FLUX_LEAN,
-                                         g > 0.0 ? -x : -before, g > 0.0 ? alpha : alpha_before);
+            double f = flux[b], g = turn * back[b];
+            pdi_flux_upwinded next, before, next_by, before_by;
+            pdi_flux_upwinds(&p, xi, c, keep, slope, total, b, f, g, &next, &before);
+            if (by) pdi_flux_upwinds(&p, xi, z, keep_by, slope_by, total, b, f, g, &next_by, &before_by);
+            sum[b] -= pdi_flux_return(f, ahead[b], lean, &next, by ? &next_by : NULL);
+            sum[b] -= pdi_flux_return(g, behind[b], lean_back, &before, by ? &before_by : NULL);
         }
     }
     for (int b = 0; b < count; b++) y[b] = sum[b];
 }
 
-static void pdi_flux_anti_nodes(const pdi_flux_sweep *s, int32_t i, int32_t row, int count)
-{
-    if (count == PDI_BLOCK) pdi_flux_anti_block(s, i, row, PDI_BLOCK);
-    else pdi_flux_anti_block(s, i, row, count);
-}
-
-static inline void pdi_flux_anti_block_by(const pdi_flux_sweep *s, int32_t i, int32_t row, int count)
-{
-    const pd_flux *t = s->t;
-    const double *PD_RESTRICT c = s->c + i, *PD_RESTRICT keep = t->limiter->keep + i, *PD_RESTRICT z = s->x + i;
-    const double *PD_RESTRICT slope = t->limiter->slope + i, *xi = t->bonds->stencil->xi;
-    const double *PD_RESTRICT keep_by = s->keep_by + i, *PD_RESTRICT slope_by = s->slope_by + i;
-    int64_t total = t->bonds->grid->total;
-    double sum[PDI_BLOCK], *PD_RESTRICT y = s->y + i;
-    for (int b = 0; b < count; b++) sum[b] = 0.0;
-    for (int k = 0; k < t->bonds->stencil->count / 2; k++, xi += PD_DIM) {
-        pdi_flux_pair p;
-        pdi_flux_pair_get(t, i, row, k, count, &p);
-        const double *flux = p.flux, *back = p.back, *ahead = p.ahead, *behind = p.behind;
-        double turn = p.turn;
-        int32_t shift = p.shift;
-        for (int b = 0; b < count; b++) {
-            double f = flux[b], g = turn * back[b], x = 0.0, next = 0.0, before = 0.0;
-            double x_by = 0.0, next_by = 0.0, before_by = 0.0, alpha = keep[b], alpha_by = keep_by[b];
-            for (int d = 0; d < PD_DIM; d++) {
-                x += xi[d] * slope[d * total + b];
-                next += xi[d] * slope[d * total + b + shift];
-                before += xi[d] * slope[d * total + b - shift];
-                x_by += xi[d] * slope_by[d * total + b];
-                next_by += xi[d] * slope_by[d * total + b + shift];
-                before_by += xi[d] * slope_by[d * total + b - shift];
-            }
-            double alpha_next = keep[b + shift], alpha_before = keep[b - shift];
-            double alpha_next_by = keep_by[b + shift], alpha_before_by = keep_by[b - shift];
-            sum[b] -= pdi_flux_return_by(f, ahead[b], c[b + shift] - c[b], PDI_FLUX_LEAN, f > 0.0 ? x : next,
-                                            f > 0.0 ? alpha : alpha_next, z[b + shift] - z[b],
-                                            f > 0.0 ? x_by : next_by, f > 0.0 ? alpha_by : alpha_next_by);
-            sum[b] -= pdi_flux_return_by(g, behind[b], c[b - shift] - c[b], PDI_FLUX_LEAN,
-                                            g > 0.0 ? -x : -before, g > 0.0 ? alpha : alpha_before,
-                                            z[b - shift] - z[b], g > 0.0 ? -x_by : -before_by,
-                                            g > 0.0 ? alpha_by : alpha_before_by);
-        }
-    }
-    for (int b = 0; b < count; b++) y[b] = sum[b];
-}
-
-static void pdi_flux_anti_nodes_by(const pdi_flux_sweep *s, int32_t i, int32_t row, int count)
-{
-    if (count == PDI_BLOCK) pdi_flux_anti_block_by(s, i, row, PDI_BLOCK);
-    else pdi_flux_anti_block_by(s, i, row, count);
-}
-
-/* The antidiffusive flux out of node i through bond k, which ends on `far`. Inlets have no gradient. */
-static double pdi_flux_anti_one(const pdi_flux_sweep *s, int32_t i, int32_t far, int k, double flux, double bond)
-{
-    const pd_grid *grid = s->t->bonds->grid;
-    const pd_limiter *limiter = s->t->limiter;
-    int32_t upwind = flux > 0.0 ? i : far;
-    double x = 0.0, lean = grid->kind[upwind] == PD_INLET ? 0.0 : PDI_FLUX_LEAN;
-    for (int d = 0; d < PD_DIM; d++)
-        x += s->t->bonds->stencil->xi[k * PD_DIM + d] * limiter->slope[(int64_t)d * grid->total + upwind];
-    return pdi_flux_return(flux, bond, s->c[far] - s->c[i], lean, x, limiter->keep[upwind]);
-}
-
-static void pdi_flux_anti_port(const pdi_flux_sweep *s, int32_t p)
-{
-    const pd_flux *t = s->t;
-    int count = t->bonds->stencil->count;
-    int64_t first = (int64_t)p * count;
-    double sum = 0.0;
-    for (int k = 0; k < count; k++)
-        sum -= pdi_flux_anti_one(s, t->ports->node[p], t->ports->far[first + k], k, t->port_flux[first + k],
-                                    t->port_bond[first + k]);
-    s->y[t->ports->node[p]] = sum;
-}
-
-static void pdi_flux_anti_port_by(const pdi_flux_sweep *s, int32_t p)
-{
-    const pd_grid *grid = s->t->bonds->grid;
-    const pd_stencil *st = s->t->bonds->stencil;
-    const pd_limiter *limiter = s->t->limiter;
-    int32_t i = s->t->ports->node[p];
-    double sum = 0.0;
-    for (int k = 0; k < st->count; k++) {
-        int64_t slot = (int64_t)p * st->count + k;
-        double flux = s->t->port_flux[slot], x = 0.0, x_by = 0.0;
-        int32_t far = s->t->ports->far[slot], upwind = flux > 0.0 ? i : far;
-        double lean = grid->kind[upwind] == PD_INLET ? 0.0 : PDI_FLUX_LEAN;
-        for (int d = 0; d < PD_DIM; d++) {
-            x += st->xi[k * PD_DIM + d] * limiter->slope[(int64_t)d * grid->total + upwind];
-            x_by += st->xi[k * PD_DIM + d] * s->slope_by[(int64_t)d * grid->total + upwind];
-        }
-        sum -= pdi_flux_return_by(flux, s->t->port_bond[slot], s->c[far] - s->c[i], lean, x, limiter->keep[upwind],
-                                     s->x[far] - s->x[i], x_by, s->keep_by[upwind]);
-    }
-    s->y[i] = sum;
-}
-
-static void pdi_flux_run(const void *user, int32_t i, int32_t row, int32_t length)
+static void pdi_flux_anti_nodes(const void *user, int32_t i, int32_t row, int32_t place, int count)
 {
     const pdi_flux_sweep *s = (const pdi_flux_sweep *)user;
-    int32_t part;
-    int beside, count;
-    for (int32_t begin = 0; begin < length; begin += part) {
-        part = pdi_port_segment(s->t->bonds, i + begin, length - begin, &beside);
-        for (int32_t at = 0; at < part && !beside; at += count) {
-            count = pdi_bond_block(part, &at);
-            s->block(s, i + begin + at, row < 0 ? row : row + begin + at, count);
-        }
-    }
+    if (place >= 0) pdi_flux_anti_block(s, i, row, place, 1, 0);
+    else if (count == PDI_BLOCK) pdi_flux_anti_block(s, i, row, -1, PDI_BLOCK, 0);
+    else pdi_flux_anti_block(s, i, row, -1, count, 0);
 }
 
-static void pdi_flux_sweep_all(const pd_ctx *ctx, pdi_flux_sweep *s)
+static void pdi_flux_anti_nodes_by(const void *user, int32_t i, int32_t row, int32_t place, int count)
+{
+    const pdi_flux_sweep *s = (const pdi_flux_sweep *)user;
+    if (place >= 0) pdi_flux_anti_block(s, i, row, place, 1, 1);
+    else if (count == PDI_BLOCK) pdi_flux_anti_block(s, i, row, -1, PDI_BLOCK, 1);
+    else pdi_flux_anti_block(s, i, row, -1, count, 1);
+}
+
+static void pdi_flux_sweep_all(const pd_ctx *ctx, const pdi_flux_sweep *s, pdi_traverse_block_fn block)
 {
     const pd_bonds *bonds = s->t->bonds;
-    pdi_bond_sweep(ctx, bonds, bonds->grid->fluid_count * bonds->stencil->count * 2, 0, pdi_flux_run, s);
-    int nt = pdi_par_threads(ctx, (int64_t)s->t->ports->count * bonds->stencil->count * PDI_PORT_WORK);
-    (void)nt;
-    PDI_PARALLEL_FOR(nt)
-    for (int32_t p = 0; p < s->t->ports->count; p++) s->port(s, p);
+    pdi_traverse_blocks(ctx, s->t->boundary, bonds->grid->fluid_count * bonds->stencil->count * 2, block, s);
 }
 
 PDI_FN void pdi_flux_apply(const pd_ctx *ctx, const pd_flux *convect, const double *c, double *y)
@@ -545,9 +468,7 @@ PDI_FN void pdi_flux_apply(const pd_ctx *ctx, const pd_flux *convect, const doub
     s.t = convect;
     s.c = c;
     s.y = y;
-    s.block = pdi_flux_apply_nodes;
-    s.port = pdi_flux_apply_port;
-    pdi_flux_sweep_all(ctx, &s);
+    pdi_flux_sweep_all(ctx, &s, pdi_flux_apply_nodes);
 }
 
 /* The value of node i that balances it. */
@@ -562,7 +483,7 @@ static double pdi_flux_balance(const pd_flux *t, const double *b, const double *
         pdi_flux_one(t, i, k, &flux, &bond);
         if (grid->kind[j] == PD_OUTLET) diagonal += flux;
         else {
-            double gain = fmax(0.5 * fabs(flux), bond) - 0.5 * flux;
+            double gain = pdi_flux_upwind(0.5 * flux, bond) - 0.5 * flux;
             diagonal += gain + flux;
             if (grid->kind[j] == PD_IMAGE) j = pdi_grid_image(grid, j, NULL);
             if (grid->kind[j] == PD_FLUID) sum += gain * c[j];
@@ -586,13 +507,11 @@ PDI_FN void pdi_flux_anti(const pd_ctx *ctx, const pd_flux *convect, const doubl
     s.t = convect;
     s.c = c;
     s.y = y;
-    s.block = pdi_flux_anti_nodes;
-    s.port = pdi_flux_anti_port;
-    pdi_flux_sweep_all(ctx, &s);
+    pdi_flux_sweep_all(ctx, &s, pdi_flux_anti_nodes);
 }
 
 PDI_FN void pdi_flux_anti_by(const pd_ctx *ctx, const pd_flux *convect, const double *c, const double *x,
-                                const double *keep_by, const double *slope_by, double *y)
+                             const double *keep_by, const double *slope_by, double *y)
 {
     pdi_flux_sweep s;
     s.t = convect;
@@ -601,9 +520,7 @@ PDI_FN void pdi_flux_anti_by(const pd_ctx *ctx, const pd_flux *convect, const do
     s.keep_by = keep_by;
     s.slope_by = slope_by;
     s.y = y;
-    s.block = pdi_flux_anti_nodes_by;
-    s.port = pdi_flux_anti_port_by;
-    pdi_flux_sweep_all(ctx, &s);
+    pdi_flux_sweep_all(ctx, &s, pdi_flux_anti_nodes_by);
 }
 
 /* What the bonds through a plane are asked for. */
@@ -629,19 +546,23 @@ static double pdi_flux_section_anti(const void *user, int32_t i, int k)
 {
     const pdi_flux_section *section = (const pdi_flux_section *)user;
     const pd_flux *t = section->convect;
+    const pd_grid *grid = t->bonds->grid;
     int32_t j = i + t->bonds->shift[k];
-    pdi_flux_sweep s;
-    if (t->bonds->grid->kind[i] != PD_FLUID) {
-        double over = pdi_grid_circumference(t->bonds->grid, j) / pdi_grid_circumference(t->bonds->grid, i);
+    if (grid->kind[i] != PD_FLUID) {
+        double over = pdi_grid_circumference(grid, j) / pdi_grid_circumference(grid, i);
         return -over * pdi_flux_section_anti(section, j, t->bonds->stencil->count - 1 - k);
     }
-    memset(&s, 0, sizeof s);
-    s.t = t;
-    s.c = section->c;
+    pdi_flux_upwinded of;
     double flux, bond;
     pdi_flux_one(t, i, k, &flux, &bond);
-    if (t->bonds->grid->kind[j] == PD_OUTLET) j = i;
-    return -pdi_flux_anti_one(&s, i, j, k, flux, bond);
+    if (grid->kind[j] == PD_OUTLET) j = i;
+    int32_t upwind = flux > 0.0 ? i : j;
+    of.step = section->c[j] - section->c[i];
+    of.x = 0.0;
+    of.alpha = t->limiter->keep[upwind];
+    for (int d = 0; d < PD_DIM; d++)
+        of.x += t->bonds->stencil->xi[k * PD_DIM + d] * t->limiter->slope[(int64_t)d * grid->total + upwind];
+    return -pdi_flux_return(flux, bond, pdi_flux_lean_of(t, flux, j), &of, NULL);
 }
 
 /* What passes the plane by antidiffusion is all that the nodes on one side of it gain, since the fluxes between them
@@ -663,7 +584,7 @@ static double pdi_flux_section_gain(const pdi_flux_section *section, int axis, i
     }
     if (!fed[0]) return pdi_sum_total(&sum[0]);
     if (!fed[1]) return -pdi_sum_total(&sum[1]);
-    return pdi_bond_section(t->bonds, axis, index, pdi_flux_section_anti, section);
+    return pdi_traverse_section(t->bonds, axis, index, pdi_flux_section_anti, section);
 }
 
 PDI_FN double pdi_flux_through(const pd_flux *convect, const double *c, const double *anti, int axis, int index)
@@ -672,7 +593,7 @@ PDI_FN double pdi_flux_through(const pd_flux *convect, const double *c, const do
     section.convect = convect;
     section.c = c;
     section.anti = anti;
-    double low = pdi_bond_section(convect->bonds, axis, index, pdi_flux_section_bond, &section);
+    double low = pdi_traverse_section(convect->bonds, axis, index, pdi_flux_section_bond, &section);
     double gain = anti ? pdi_flux_section_gain(&section, axis, index) : 0.0;
     return (low - gain) * convect->bonds->stencil->volume;
 }
@@ -692,7 +613,7 @@ PDI_FN void pdi_flux_row_list(pdi_owner *owner, void *object)
     PDI_ARRAY(owner, flux, conduct, flux->bonds ? (int64_t)flux->bonds->stencil->count * flux->capacity : 0, "1/s");
 }
 
-static void pdi_flux_port_list(pdi_owner *owner, void *object)
+static void pdi_flux_boundary_list(pdi_owner *owner, void *object)
 {
     pd_flux *flux = (pd_flux *)object;
     int64_t bonds = flux->bonds ? (int64_t)flux->bonds->stencil->count * flux->port_capacity : 0;
@@ -700,11 +621,11 @@ static void pdi_flux_port_list(pdi_owner *owner, void *object)
     PDI_ARRAY(owner, flux, port_bond, bonds, "1/s");
 }
 
-static pd_status pdi_flux_fit_ports(pd_ctx *ctx, pd_flux *convect)
+static pd_status pdi_flux_fit_boundary(pd_ctx *ctx, pd_flux *convect)
 {
-    int32_t rows = convect->ports->capacity;
+    int32_t rows = convect->boundary->capacity;
     if (rows == convect->port_capacity) return PD_OK;
-    return pdi_owner_renew(ctx, pdi_flux_port_list, convect, &convect->port_capacity, rows);
+    return pdi_owner_renew(ctx, pdi_flux_boundary_list, convect, &convect->port_capacity, rows);
 }
 
 static pd_status pdi_flux_fit_rows(pd_ctx *ctx, pd_flux *convect)
@@ -717,7 +638,7 @@ static pd_status pdi_flux_fit_rows(pd_ctx *ctx, pd_flux *convect)
 PDI_FN pd_status pdi_flux_fit(pd_ctx *ctx, pd_flux *convect)
 {
     PDI_TRY(pdi_flux_fit_rows(ctx, convect));
-    return pdi_flux_fit_ports(ctx, convect);
+    return pdi_flux_fit_boundary(ctx, convect);
 }
 
 PDI_FN pd_status pdi_flux_build(pd_ctx *ctx, pd_flux *convect)
@@ -731,6 +652,6 @@ PDI_FN void pdi_flux_free(pd_ctx *ctx, pd_flux *convect)
 {
     pdi_owner_free(ctx, pdi_flux_list, convect);
     pdi_owner_free(ctx, pdi_flux_row_list, convect);
-    pdi_owner_free(ctx, pdi_flux_port_list, convect);
+    pdi_owner_free(ctx, pdi_flux_boundary_list, convect);
     convect->capacity = convect->port_capacity = 0;
 }

@@ -13,7 +13,7 @@ typedef struct pd_flux {
     const pd_flow *flow;           /* NULL: fluid at rest */
     const pd_diffusion *diffusion; /* conductances, held walls included */
     const pd_limiter *limiter;     /* with a flow */
-    const pd_ports *ports;
+    const pd_boundary *boundary;
     const double *absorb;          /* [total] [1/s] */
     double rate;                   /* [1/s] of the term in time: 1 over the step, or 0 */
     double lean[PD_DIM];           /* [-] a(n) xi over g(n), where that is one number for all bonds ... */
@@ -25,7 +25,7 @@ typedef struct pd_flux {
     double *conduct;               /* [capacity/64][count][64] [1/s] conductances of the bonds of rows */
     int32_t capacity;              /* rows */
     double *port_flux, *port_bond; /* [port_capacity][count] [1/s] volume fluxes, and conductances, of the bonds of
-                                    * nodes beside ports */
+                                    * nodes beside inlets and outlets */
     int32_t port_capacity;
 } pd_flux;
 
@@ -35,7 +35,7 @@ PDI_FN void pdi_flux_list(pdi_owner *owner, void *object);
 PDI_FN void pdi_flux_row_list(pdi_owner *owner, void *object);
 /* The borrowed terms are given. */
 PDI_FN pd_status pdi_flux_build(pd_ctx *ctx, pd_flux *convect);
-/* After pd_bonds_update and pdi_ports_update: room for their rows. */
+/* After pd_bonds_update and pdi_boundary_update: room for their rows. */
 PDI_FN pd_status pdi_flux_fit(pd_ctx *ctx, pd_flux *convect);
 /* Store what the flow and the diffusivity give the bonds; the sweeps below read it. PD_ERR_STATE: no room for rows. */
 PDI_FN pd_status pdi_flux_refresh(pd_ctx *ctx, const pd_flux *convect);

@@ -10,10 +10,10 @@ typedef struct pdi_limiter_piece {
     const double *x; /* [mol/m3] direction of a derivative there; NULL: none is asked for */
     int32_t i, row;
     int count;
-    double gate[PDI_LANES]; /* 1.0: the bond is open, 0.0: it is not */
-    double bend[PDI_LANES]; /* [mol/m5] sum of the weighted steps */
-    double size[PDI_LANES]; /* [mol/m5] sum of their sizes */
-    double bend_by[PDI_LANES], size_by[PDI_LANES]; /* derivatives of both along x */
+    double gate[PDI_BLOCK]; /* 1.0: the bond is open, 0.0: it is not */
+    double bend[PDI_BLOCK]; /* [mol/m5] sum of the weighted steps */
+    double size[PDI_BLOCK]; /* [mol/m5] sum of their sizes */
+    double bend_by[PDI_BLOCK], size_by[PDI_BLOCK]; /* derivatives of both along x */
 } pdi_limiter_piece;
 
 /* The operands of a sweep. */
@@ -97,40 +97,14 @@ static inline double pdi_limiter_share_by(double bend, double size, double bend_
     return below > 0.0 ? -4.0 * ratio * ratio * ratio * by / below : 0.0;
 }
 
-/* Whole families of PDI_BLOCK nodes: a bond and its opposite one at once. */
-static void pdi_limiter_block(const pdi_limiter_sweep *of, const double *PD_RESTRICT c, int32_t i)
-{
-    const pd_bonds *bonds = of->limiter->bonds;
-    const pd_stencil *s = bonds->stencil;
-    int64_t total = bonds->grid->total;
-    double bend[PDI_BLOCK], size[PDI_BLOCK], slope[PD_DIM][PDI_BLOCK];
-    double *PD_RESTRICT share = of->share + i, *PD_RESTRICT out = of->slope + i, floor_size = of->least * s->lap_sum;
-    memset(bend, 0, sizeof bend);
-    memset(size, 0, sizeof size);
-    memset(slope, 0, sizeof slope);
-    for (int k = 0; k < s->count / 2; k++) {
-        const double *ahead = c + bonds->shift[k], *behind = c - bonds->shift[k], *g = s->grad + k * PD_DIM;
-        double a = s->lap[k];
-        for (int b = 0; b < PDI_BLOCK; b++) {
-            double p = a * (ahead[b] - c[b]), q = a * (behind[b] - c[b]);
-            bend[b] += p + q;
-            size[b] += fabs(p) + fabs(q);
-            for (int d = 0; d < PD_DIM; d++) slope[d][b] += g[d] * (ahead[b] - behind[b]);
-        }
-    }
-    for (int b = 0; b < PDI_BLOCK; b++) share[b] = pdi_limiter_share(bend[b], size[b], floor_size);
-    for (int d = 0; d < PD_DIM; d++)
-        for (int b = 0; b < PDI_BLOCK; b++) out[d * total + b] = slope[d][b];
-}
-
-/* The same for the derivatives. */
-static void pdi_limiter_block_by(const pdi_limiter_sweep *of, const double *PD_RESTRICT c, const double *PD_RESTRICT x,
-                                 int32_t i)
+/* Whole families of PDI_BLOCK nodes: a bond and its opposite one at once. Compiled for values and for derivatives. */
+PDI_INLINE void pdi_limiter_block(const pdi_limiter_sweep *of, int32_t i, int by)
 {
     const pd_bonds *bonds = of->limiter->bonds;
     const pd_stencil *s = bonds->stencil;
     int64_t total = bonds->grid->total;
     double bend[PDI_BLOCK], size[PDI_BLOCK], bend_by[PDI_BLOCK], size_by[PDI_BLOCK], slope[PD_DIM][PDI_BLOCK];
+    const double *PD_RESTRICT c = of->c + i, *PD_RESTRICT x = by ? of->x + i : c;
     double *PD_RESTRICT share = of->share + i, *PD_RESTRICT out = of->slope + i, floor_size = of->least * s->lap_sum;
     memset(bend, 0, sizeof bend);
     memset(size, 0, sizeof size);
@@ -144,16 +118,19 @@ static void pdi_limiter_block_by(const pdi_limiter_sweep *of, const double *PD_R
         double a = s->lap[k];
         for (int b = 0; b < PDI_BLOCK; b++) {
             double p = a * (ahead[b] - c[b]), q = a * (behind[b] - c[b]);
-            double p_by = a * (x_ahead[b] - x[b]), q_by = a * (x_behind[b] - x[b]);
             bend[b] += p + q;
             size[b] += fabs(p) + fabs(q);
-            bend_by[b] += p_by + q_by;
-            size_by[b] += pdi_limiter_size_by(p, p_by) + pdi_limiter_size_by(q, q_by);
+            if (by) {
+                double p_by = a * (x_ahead[b] - x[b]), q_by = a * (x_behind[b] - x[b]);
+                bend_by[b] += p_by + q_by;
+                size_by[b] += pdi_limiter_size_by(p, p_by) + pdi_limiter_size_by(q, q_by);
+            }
             for (int d = 0; d < PD_DIM; d++) slope[d][b] += g[d] * (x_ahead[b] - x_behind[b]);
         }
     }
     for (int b = 0; b < PDI_BLOCK; b++)
-        share[b] = pdi_limiter_share_by(bend[b], size[b], bend_by[b], size_by[b], floor_size);
+        share[b] = by ? pdi_limiter_share_by(bend[b], size[b], bend_by[b], size_by[b], floor_size)
+                      : pdi_limiter_share(bend[b], size[b], floor_size);
     for (int d = 0; d < PD_DIM; d++)
         for (int b = 0; b < PDI_BLOCK; b++) out[d * total + b] = slope[d][b];
 }
@@ -199,81 +176,42 @@ static void pdi_limiter_piece_end(const pdi_limiter_sweep *s, pdi_limiter_piece 
                         : pdi_limiter_share(p->bend[b], p->size[b], floor_size);
 }
 
-/* Rows, and runs shorter than a block. */
-static void pdi_limiter_lanes(const pdi_limiter_sweep *of, pdi_limiter_piece *p)
-{
-    const pd_bonds *bonds = of->limiter->bonds;
-    const pd_stencil *s = bonds->stencil;
-    int64_t total = bonds->grid->total;
-    for (int k = 0; k < s->count; k++) {
-        int32_t shift = bonds->shift[k];
-        if (p->row >= 0 && !pdi_limiter_gates(bonds, p, k)) continue;
-        pdi_limiter_add(p, p->c + shift, p->x ? p->x + shift : NULL, s->lap[k], s->grad + k * PD_DIM, total,
-                        of->slope + p->i);
-    }
-    pdi_limiter_piece_end(of, p);
-}
-
-/* Node `at` of the list beside ports. Outlets show the value of the node; inlets are no part of the moments of eq.
- * 3.5. */
-static void pdi_limiter_port(const pdi_limiter_sweep *of, int32_t at)
+/* Rows, runs shorter than a block, and (compiled for these) single nodes at `place` of the list beside inlets and
+ * outlets. Outlets show the value of the node; inlets are no part of the moments of eq. 3.5. */
+PDI_INLINE void pdi_limiter_bonds(const pdi_limiter_sweep *of, int32_t i, int32_t row, int32_t place, int count)
 {
     const pd_limiter *l = of->limiter;
-    const pd_stencil *s = l->bonds->stencil;
-    int32_t i = l->ports->node[at];
-    const int32_t *far = l->ports->far + (int64_t)at * s->count;
+    const pd_bonds *bonds = l->bonds;
+    const pd_stencil *s = bonds->stencil;
     static const double none[PD_DIM] = {0.0};
-    int cut = pdi_limiter_cut(l, i);
     pdi_limiter_piece p;
-    pdi_limiter_piece_start(of, i, l->bonds->row[i], 1, &p);
+    pdi_limiter_piece_start(of, i, row, count, &p);
+    const int32_t *far = place < 0 ? NULL : l->boundary->far + (int64_t)place * s->count;
+    int beside = place >= 0, cut = beside && pdi_limiter_cut(l, i);
     for (int k = 0; k < s->count; k++) {
-        int skip = cut && l->bonds->grid->kind[far[k]] == PD_INLET;
-        pdi_limiter_add(&p, of->c + far[k], of->x ? of->x + far[k] : NULL, s->lap[k],
-                        skip ? none : s->grad + k * PD_DIM, l->bonds->grid->total, of->slope + i);
+        int32_t shift = beside ? far[k] - i : bonds->shift[k];
+        int skip = cut && bonds->grid->kind[far[k]] == PD_INLET;
+        if (!beside && row >= 0 && !pdi_limiter_gates(bonds, &p, k)) continue;
+        pdi_limiter_add(&p, p.c + shift, p.x ? p.x + shift : NULL, s->lap[k], skip ? none : s->grad + k * PD_DIM,
+                        bonds->grid->total, of->slope + i);
     }
     pdi_limiter_piece_end(of, &p);
 }
 
-static void pdi_limiter_blocks(const pdi_limiter_sweep *s, int32_t i, int32_t length)
-{
-    int count;
-    for (int32_t at = 0; at < length; at += count) {
-        count = pdi_bond_block(length, &at);
-        if (s->x) pdi_limiter_block_by(s, s->c + i + at, s->x + i + at, i + at);
-        else pdi_limiter_block(s, s->c + i + at, i + at);
-    }
-}
-
-static void pdi_limiter_run(const void *user, int32_t i, int32_t row, int32_t length)
+static void pdi_limiter_nodes(const void *user, int32_t i, int32_t row, int32_t place, int count)
 {
     const pdi_limiter_sweep *s = (const pdi_limiter_sweep *)user;
-    pdi_limiter_piece p;
-    int32_t part;
-    int beside;
-    for (int32_t begin = 0; begin < length; begin += part) {
-        part = pdi_port_segment(s->limiter->bonds, i + begin, length - begin, &beside);
-        if (beside) continue;
-        if (row < 0 && part >= PDI_BLOCK) {
-            pdi_limiter_blocks(s, i + begin, part);
-            continue;
-        }
-        for (int32_t at = 0; at < part; at += p.count) {
-            int count = pdi_bond_piece(part, PDI_LANES, &at);
-            pdi_limiter_piece_start(s, i + begin + at, row < 0 ? row : row + begin + at, count, &p);
-            pdi_limiter_lanes(s, &p);
-        }
-    }
+    if (place >= 0) pdi_limiter_bonds(s, i, row, place, 1);
+    else if (row >= 0 || count < PDI_BLOCK) pdi_limiter_bonds(s, i, row, -1, count);
+    else if (s->x) pdi_limiter_block(s, i, 1);
+    else pdi_limiter_block(s, i, 0);
 }
 
 static void pdi_limiter_sweep_all(const pd_ctx *ctx, const pdi_limiter_sweep *s, double entering)
 {
     const pd_bonds *bonds = s->limiter->bonds;
-    const pd_ports *ports = s->limiter->ports;
-    pdi_bond_sweep(ctx, bonds, bonds->grid->fluid_count * bonds->stencil->count * 4, 0, pdi_limiter_run, s);
-    int nt = pdi_par_threads(ctx, (int64_t)ports->count * bonds->stencil->count * PDI_PORT_WORK);
-    (void)nt;
-    PDI_PARALLEL_FOR(nt)
-    for (int32_t p = 0; p < ports->count; p++) pdi_limiter_port(s, p);
+    pdi_traverse_blocks(ctx, s->limiter->boundary, bonds->grid->fluid_count * bonds->stencil->count * 4,
+                        pdi_limiter_nodes, s);
     for (int32_t k = bonds->ghosts.count; k < bonds->ghosts.listed; k++) s->share[bonds->ghosts.node[k]] = entering;
     pd_ghosts_scalar(&bonds->ghosts, s->share);
     pd_ghosts_vector(&bonds->ghosts, s->slope);
@@ -312,12 +250,12 @@ PDI_FN void pdi_limiter_list(pdi_owner *owner, void *object)
     PDI_ARRAY(owner, limiter, keep, total, "1");
 }
 
-PDI_FN pd_status pdi_limiter_build(pd_ctx *ctx, const pd_diffusion *diffusion, const pd_ports *ports,
+PDI_FN pd_status pdi_limiter_build(pd_ctx *ctx, const pd_diffusion *diffusion, const pd_boundary *boundary,
                                    pd_limiter *l)
 {
     memset(l, 0, sizeof *l);
     l->bonds = diffusion->bonds;
-    l->ports = ports;
+    l->boundary = boundary;
     l->diffusion = diffusion;
     return pdi_owner_build(ctx, pdi_limiter_list, l);
 }

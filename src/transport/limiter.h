@@ -6,12 +6,12 @@
  */
 #ifndef PD_LIMITER_H
 #define PD_LIMITER_H
-#include "lattice/port.h"
+#include "lattice/boundary.h"
 #include "transport/diffusion.h"
 
 typedef struct pd_limiter {
     const pd_bonds *bonds;
-    const pd_ports *ports;
+    const pd_boundary *boundary;
     const pd_diffusion *diffusion;
     double *slope; /* [PD_DIM][total] [mol/m4] gradient, images included */
     double *keep;  /* [total] [-] images included; ghosts of inlets 1 */
@@ -21,7 +21,7 @@ typedef struct pd_limiter {
 /* Arrays of a pd_limiter. */
 PDI_FN void pdi_limiter_list(pdi_owner *owner, void *object);
 /* Both are borrowed. */
-PDI_FN pd_status pdi_limiter_build(pd_ctx *ctx, const pd_diffusion *diffusion, const pd_ports *ports,
+PDI_FN pd_status pdi_limiter_build(pd_ctx *ctx, const pd_diffusion *diffusion, const pd_boundary *boundary,
                                    pd_limiter *limiter);
 /* c [total] with its images and inlets; steps along bonds far below `least` [mol/m3] count as none. */
 PDI_FN void pdi_limiter_update(const pd_ctx *ctx, pd_limiter *limiter, const double *c, double least);

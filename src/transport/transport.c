@@ -238,8 +238,8 @@ PDI_FN void pdi_transport_boundary(pd_transport *t)
         if (grid->kind[i] == PD_FLUID)
             pdi_sum_add(gain > 0.0 ? &in : &out, fabs(gain) * pdi_grid_circumference(grid, i));
     }
-    for (int32_t p = 0; p < t->ports.count; p++) {
-        int32_t i = t->ports.node[p];
+    for (int32_t p = 0; p < t->boundary.count; p++) {
+        int32_t i = t->boundary.node[p];
         double around = pdi_grid_circumference(grid, i);
         for (int k = 0; k < t->bonds->stencil->count; k++) {
             if (!pdi_flux_open(&t->convect, i, k)) continue;
@@ -673,7 +673,7 @@ pd_status pd_transport_update(pd_ctx *ctx, pd_transport *t)
     if (t->desc.clock) *t->desc.clock = t->time;
     pd_diffusion_update(ctx, &t->diffusion);
     PDI_TRY(pdi_transport_inlets(ctx, t));
-    PDI_TRY(pdi_ports_update(ctx, &t->ports));
+    PDI_TRY(pdi_boundary_update(ctx, &t->boundary));
     return pdi_flux_fit(ctx, &t->convect);
 }
 
@@ -752,13 +752,13 @@ static pd_status pdi_transport_make(pd_ctx *ctx, const pd_grid *grid, const pd_b
     dd.held = desc->held;
     dd.user = desc->user;
     PDI_TRY(pd_diffusion_build(ctx, bonds, &dd, &t->diffusion));
-    PDI_TRY(pdi_ports_build(ctx, bonds, &t->ports));
-    if (flow) PDI_TRY(pdi_limiter_build(ctx, &t->diffusion, &t->ports, &t->limiter));
+    PDI_TRY(pdi_boundary_build(ctx, bonds, &t->boundary));
+    if (flow) PDI_TRY(pdi_limiter_build(ctx, &t->diffusion, &t->boundary, &t->limiter));
     t->convect.bonds = bonds;
     t->convect.flow = flow;
     t->convect.diffusion = &t->diffusion;
     t->convect.limiter = &t->limiter;
-    t->convect.ports = &t->ports;
+    t->convect.boundary = &t->boundary;
     t->convect.absorb = t->absorb;
     PDI_TRY(pdi_transport_inlets(ctx, t));
     PDI_TRY(pdi_transport_holds(ctx, t));
@@ -784,7 +784,7 @@ void pd_transport_free(pd_ctx *ctx, pd_transport *t)
 {
     pdi_flux_free(ctx, &t->convect);
     pdi_limiter_free(ctx, &t->limiter);
-    pdi_ports_free(ctx, &t->ports);
+    pdi_boundary_free(ctx, &t->boundary);
     pd_diffusion_free(ctx, &t->diffusion);
     pdi_compact_free(ctx, &t->compact);
     pd_multigrid_free(ctx, &t->mg);

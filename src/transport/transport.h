@@ -39,7 +39,7 @@ typedef struct pd_transport {
     const pd_bonds *bonds;
     const pd_flow *flow;    /* NULL: fluid at rest */
     pd_diffusion diffusion; /* conductances of the bonds */
-    pd_ports ports;
+    pd_boundary boundary;
     pd_limiter limiter;     /* with a flow */
     pd_flux convect;     /* fluxes of the bonds, from all of these */
     double *c;              /* [total] [mol/m3]; solid nodes: what is left of the solid */

@@ -2,8 +2,7 @@
 #ifndef FUZZ_H
 #define FUZZ_H
 #define _XOPEN_SOURCE 700
-#include "io/inflate.h"
-#include "io/deflate.h"
+#include "io/zlib.h"
 #include "io/png.h"
 #include "io/csv.h"
 #include "run/model.h"

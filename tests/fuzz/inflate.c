@@ -9,7 +9,7 @@ int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size)
     uint8_t *out = (uint8_t *)malloc(room ? room : 1);
     if (!out) return 0;
     fuzz_context(1000000, &ctx);
-    pd_status status = pdi_inflate(&ctx, "fuzz", data + 2, size - 2, out, room);
+    pd_status status = pdi_zlib_inflate(&ctx, "fuzz", data + 2, size - 2, out, room);
     fuzz_settled(&ctx, status);
     free(out);
     return 0;

@@ -7,7 +7,7 @@ static void mend(uint8_t *data, size_t size)
     for (size_t at = 8; at + 12 <= size;) {
         size_t length = (size_t)data[at] << 24 | (size_t)data[at + 1] << 16 | (size_t)data[at + 2] << 8 | data[at + 3];
         if (length > size - at - 12) return;
-        uint32_t crc = pdi_deflate_crc(0, data + at + 4, length + 4);
+        uint32_t crc = pdi_zlib_crc(0, data + at + 4, length + 4);
         for (int k = 0; k < 4; k++) data[at + 8 + length + (size_t)k] = (uint8_t)(crc >> (24 - 8 * k));
         at += 12 + length;
     }

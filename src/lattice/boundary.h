@@ -1,31 +1,31 @@
-/* port: the fluid nodes beside inlets and outlets, and what their bonds end on.
+/* boundary: the fluid nodes beside inlets and outlets, and what their bonds end on.
  *
  * An inlet ghost holds a value of its own. An outlet shows each node the node's own value, so it has none that a sweep
- * over many nodes could read: those beside it are listed here, and sweeps work on them one by one.
+ * over many nodes could read: those beside it are listed here, and sweeps work on them one by one, as blocks of one.
  */
-#ifndef PD_PORT_H
-#define PD_PORT_H
+#ifndef PD_BOUNDARY_H
+#define PD_BOUNDARY_H
 #include "lattice/bond.h"
 
-typedef struct pd_ports {
+typedef struct pd_boundary {
     const pd_bonds *bonds;
     int32_t count, capacity;
     int32_t *node; /* [capacity] ascending */
     int32_t *far;  /* [capacity][count of the stencil] far ends; closed bonds and those to outlets end on the node */
-} pd_ports;
+} pd_boundary;
 
 #ifdef PDI_INTERNAL
 /* Scalar operations of one of their bonds, to decide on threads: values are gathered. */
-#define PDI_PORT_WORK 8
-PDI_FN pd_status pdi_ports_build(pd_ctx *ctx, const pd_bonds *bonds, pd_ports *ports);
+#define PDI_BOUNDARY_WORK 8
+PDI_FN pd_status pdi_boundary_build(pd_ctx *ctx, const pd_bonds *bonds, pd_boundary *boundary);
 /* After pd_bonds_update. */
-PDI_FN pd_status pdi_ports_update(pd_ctx *ctx, pd_ports *ports);
-PDI_FN void pdi_ports_free(pd_ctx *ctx, pd_ports *ports);
+PDI_FN pd_status pdi_boundary_update(pd_ctx *ctx, pd_boundary *boundary);
+PDI_FN void pdi_boundary_free(pd_ctx *ctx, pd_boundary *boundary);
 /* How many of the `length` nodes from i along axis 0 are like the first one in having an inlet or outlet in reach, and
  * *beside, whether it has. */
-PDI_FN int32_t pdi_port_segment(const pd_bonds *bonds, int32_t i, int32_t length, int *beside);
+PDI_FN int32_t pdi_boundary_segment(const pd_bonds *bonds, int32_t i, int32_t length, int *beside);
 /* A fluid node beside an inlet from which no open bonds lead to an outlet; -1: there is none. */
-PDI_FN pd_status pdi_port_blocked(pd_ctx *ctx, const pd_bonds *bonds, int32_t *node);
+PDI_FN pd_status pdi_boundary_blocked(pd_ctx *ctx, const pd_bonds *bonds, int32_t *node);
 #endif
 
 #endif

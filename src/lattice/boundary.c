@@ -1,9 +1,9 @@
-/* port: see port.h */
-#include "lattice/port.h"
+/* boundary: see boundary.h */
+#include "lattice/boundary.h"
 #include "core/owner.h"
 #include <string.h>
 
-PDI_FN int32_t pdi_port_segment(const pd_bonds *bonds, int32_t i, int32_t length, int *beside)
+PDI_FN int32_t pdi_boundary_segment(const pd_bonds *bonds, int32_t i, int32_t length, int *beside)
 {
     const pd_grid *grid = bonds->grid;
     int at[PD_DIM], reach = bonds->stencil->reach;
@@ -21,14 +21,14 @@ PDI_FN int32_t pdi_port_segment(const pd_bonds *bonds, int32_t i, int32_t length
     return high < length ? high : length;
 }
 
-static int pdi_port_any(const pd_grid *grid)
+static int pdi_boundary_any(const pd_grid *grid)
 {
     for (int s = 0; s < 2 * PD_DIM; s++)
         if (pdi_grid_port(grid->side[s])) return 1;
     return 0;
 }
 
-static void pdi_port_ends(const pd_bonds *bonds, int32_t i, int32_t *far)
+static void pdi_boundary_ends(const pd_bonds *bonds, int32_t i, int32_t *far)
 {
     for (int k = 0; k < bonds->stencil->count; k++) {
         int32_t row = bonds->row[i], j = i + bonds->shift[k];
@@ -38,57 +38,57 @@ static void pdi_port_ends(const pd_bonds *bonds, int32_t i, int32_t *far)
 }
 
 /* Count them, or list them. */
-static int32_t pdi_port_list(pd_ports *p, int list)
+static int32_t pdi_boundary_list(pd_boundary *p, int list)
 {
     const pd_bonds *bonds = p->bonds;
     int32_t found = 0;
     for (int32_t i = 0; i < bonds->grid->total; i++) {
         int beside;
         if (bonds->grid->kind[i] != PD_FLUID) continue;
-        pdi_port_segment(bonds, i, 1, &beside);
+        pdi_boundary_segment(bonds, i, 1, &beside);
         if (!beside) continue;
         if (list) {
             p->node[found] = i;
-            pdi_port_ends(bonds, i, p->far + (int64_t)found * bonds->stencil->count);
+            pdi_boundary_ends(bonds, i, p->far + (int64_t)found * bonds->stencil->count);
         }
         found++;
     }
     return found;
 }
 
-static void pdi_port_table(pdi_owner *owner, void *object)
+static void pdi_boundary_arrays(pdi_owner *owner, void *object)
 {
-    pd_ports *ports = (pd_ports *)object;
-    PDI_ARRAY(owner, ports, node, ports->capacity, "1");
-    PDI_ARRAY(owner, ports, far, ports->bonds ? (int64_t)ports->capacity * ports->bonds->stencil->count : 0, "1");
+    pd_boundary *boundary = (pd_boundary *)object;
+    PDI_ARRAY(owner, boundary, node, boundary->capacity, "1");
+    PDI_ARRAY(owner, boundary, far, boundary->bonds ? (int64_t)boundary->capacity * boundary->bonds->stencil->count : 0, "1");
 }
 
-PDI_FN pd_status pdi_ports_update(pd_ctx *ctx, pd_ports *p)
+PDI_FN pd_status pdi_boundary_update(pd_ctx *ctx, pd_boundary *p)
 {
-    int32_t count = pdi_port_any(p->bonds->grid) ? pdi_port_list(p, 0) : 0;
+    int32_t count = pdi_boundary_any(p->bonds->grid) ? pdi_boundary_list(p, 0) : 0;
     if (count > p->capacity) {
         p->count = 0;
-        PDI_TRY(pdi_owner_renew(ctx, pdi_port_table, p, &p->capacity, count));
+        PDI_TRY(pdi_owner_renew(ctx, pdi_boundary_arrays, p, &p->capacity, count));
     }
-    p->count = count ? pdi_port_list(p, 1) : 0;
+    p->count = count ? pdi_boundary_list(p, 1) : 0;
     return PD_OK;
 }
 
-PDI_FN pd_status pdi_ports_build(pd_ctx *ctx, const pd_bonds *bonds, pd_ports *p)
+PDI_FN pd_status pdi_boundary_build(pd_ctx *ctx, const pd_bonds *bonds, pd_boundary *p)
 {
     memset(p, 0, sizeof *p);
     p->bonds = bonds;
-    return pdi_ports_update(ctx, p);
+    return pdi_boundary_update(ctx, p);
 }
 
-PDI_FN void pdi_ports_free(pd_ctx *ctx, pd_ports *p)
+PDI_FN void pdi_boundary_free(pd_ctx *ctx, pd_boundary *p)
 {
-    pdi_owner_free(ctx, pdi_port_table, p);
+    pdi_owner_free(ctx, pdi_boundary_arrays, p);
     memset(p, 0, sizeof *p);
 }
 
 /* 1: an open bond of fluid node i ends on a node of the kind `port`. */
-static int pdi_port_beside(const pd_bonds *bonds, int32_t i, uint8_t port)
+static int pdi_boundary_beside(const pd_bonds *bonds, int32_t i, uint8_t port)
 {
     int32_t row = bonds->row[i];
     for (int k = 0; k < bonds->stencil->count; k++)
@@ -97,7 +97,7 @@ static int pdi_port_beside(const pd_bonds *bonds, int32_t i, uint8_t port)
 }
 
 /* Mark the fluid that the open bonds of i reach; how many nodes are new. */
-static int64_t pdi_port_spread(const pd_bonds *bonds, int32_t i, uint8_t *mark)
+static int64_t pdi_boundary_spread(const pd_bonds *bonds, int32_t i, uint8_t *mark)
 {
     int64_t found = 0;
     for (int k = 0; k < bonds->stencil->count; k++) {
@@ -111,23 +111,23 @@ static int64_t pdi_port_spread(const pd_bonds *bonds, int32_t i, uint8_t *mark)
     return found;
 }
 
-PDI_FN pd_status pdi_port_blocked(pd_ctx *ctx, const pd_bonds *bonds, int32_t *node)
+PDI_FN pd_status pdi_boundary_blocked(pd_ctx *ctx, const pd_bonds *bonds, int32_t *node)
 {
     int32_t total = bonds->grid->total;
     const uint8_t *kind = bonds->grid->kind;
     uint8_t *mark = NULL;
     *node = -1;
     PDI_TRY(PDI_NEW(ctx, "flow", total, mark));
-    for (int32_t i = 0; i < total; i++) mark[i] = kind[i] == PD_FLUID && pdi_port_beside(bonds, i, PD_OUTLET);
+    for (int32_t i = 0; i < total; i++) mark[i] = kind[i] == PD_FLUID && pdi_boundary_beside(bonds, i, PD_OUTLET);
     for (int64_t found = 1, back = 0; found > 0; back = !back) {
         found = 0;
         for (int32_t n = 0; n < total; n++) {
             int32_t i = back ? total - 1 - n : n;
-            if (mark[i]) found += pdi_port_spread(bonds, i, mark);
+            if (mark[i]) found += pdi_boundary_spread(bonds, i, mark);
         }
     }
     for (int32_t i = 0; i < total && *node < 0; i++)
-        if (kind[i] == PD_FLUID && !mark[i] && pdi_port_beside(bonds, i, PD_INLET)) *node = i;
+        if (kind[i] == PD_FLUID && !mark[i] && pdi_boundary_beside(bonds, i, PD_INLET)) *node = i;
     PDI_DELETE(ctx, total, mark);
     return PD_OK;
 }

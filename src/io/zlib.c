@@ -1,0 +1,706 @@
+/* zlib: see zlib.h */
+#include "io/zlib.h"
+#include <string.h>
+
+#define PDI_ZLIB_WINDOW 32768
+#define PDI_ZLIB_CHAIN 192      /* candidates looked at per position */
+#define PDI_ZLIB_MAX_MATCH 258
+#define PDI_ZLIB_BLOCK 16384    /* symbols per block */
+#define PDI_ZLIB_LONG 64        /* such a match is good enough; inside of it, few positions begin another */
+#define PDI_ZLIB_ENDING 16      /* those at its end */
+#define PDI_ZLIB_LITERALS 286
+#define PDI_ZLIB_DISTANCES 30
+#define PDI_ZLIB_LENGTH_CODES 19
+#define PDI_ZLIB_FIXED 288
+
+/* Order in which a dynamic block lists the lengths of its length codes (RFC 1951, 3.2.7). */
+static const uint8_t pdi_zlib_order[PDI_ZLIB_LENGTH_CODES] = {16, 17, 18, 0, 8,  7, 9,  6, 10, 5,
+                                                                    11, 4,  12, 3, 13, 2, 14, 1, 15};
+
+/* ---- byte buffers and checksums ---- */
+
+PDI_FN pd_status pdi_bytes_reserve(pd_ctx *ctx, pdi_bytes *bytes, size_t more)
+{
+    if (bytes->capacity - bytes->size >= more) return PD_OK;
+    size_t capacity = bytes->size + bytes->size / 2 + more;
+    PDI_TRY(PDI_GROW(ctx, "zlib", bytes->capacity, capacity, bytes->data));
+    bytes->capacity = capacity;
+    return PD_OK;
+}
+
+PDI_FN pd_status pdi_bytes_add(pd_ctx *ctx, pdi_bytes *bytes, const void *data, size_t size)
+{
+    PDI_TRY(pdi_bytes_reserve(ctx, bytes, size));
+    if (size) memcpy(bytes->data + bytes->size, data, size);
+    bytes->size += size;
+    return PD_OK;
+}
+
+PDI_FN void pdi_bytes_free(pd_ctx *ctx, pdi_bytes *bytes)
+{
+    PDI_DELETE(ctx, bytes->capacity, bytes->data);
+    bytes->size = bytes->capacity = 0;
+}
+
+PDI_FN uint32_t pdi_zlib_crc(uint32_t crc, const uint8_t *data, size_t size)
+{
+    /* Remainders of the sixteen half bytes for the reflected polynomial 0xEDB88320. */
+    static const uint32_t table[16] = {0x00000000u, 0x1DB71064u, 0x3B6E20C8u, 0x26D930ACu, 0x76DC4190u, 0x6B6B51F4u,
+                                       0x4DB26158u, 0x5005713Cu, 0xEDB88320u, 0xF00F9344u, 0xD6D6A3E8u, 0xCB61B38Cu,
+                                       0x9B64C2B0u, 0x86D3D2D4u, 0xA00AE278u, 0xBDBDF21Cu};
+    crc = ~crc;
+    for (size_t i = 0; i < size; i++) {
+        crc ^= data[i];
+        crc = (crc >> 4) ^ table[crc & 15];
+        crc = (crc >> 4) ^ table[crc & 15];
+    }
+    return ~crc;
+}
+
+PDI_FN uint32_t pdi_zlib_adler(const uint8_t *data, size_t size)
+{
+    uint32_t a = 1, b = 0;
+    while (size) {
+        size_t n = size < 5552 ? size : 5552; /* the longest run whose sums fit 32 bits */
+        size -= n;
+        uint32_t sum = 0, ramp = 0; /* what the running sum a adds to b, byte by byte: a loop of vectors */
+        for (uint32_t i = 0; i < n; i++) {
+            sum += data[i];
+            ramp += ((uint32_t)n - i) * data[i];
+        }
+        data += n;
+        b = (uint32_t)(((uint64_t)b + (uint64_t)n * a + ramp) % 65521);
+        a = (a + sum) % 65521;
+    }
+    return b << 16 | a;
+}
+
+/* ---- compression ---- */
+
+typedef struct pdi_zlib_writer {
+    int32_t head[PDI_ZLIB_WINDOW]; /* last position with this hash, -1: none */
+    int32_t prev[PDI_ZLIB_WINDOW]; /* the one before, by position modulo the window */
+    uint32_t symbols[PDI_ZLIB_BLOCK]; /* literal, or distance << 16 | length */
+    int symbol_count;
+    size_t block_start;
+    uint32_t literal_freq[PDI_ZLIB_LITERALS + 2], distance_freq[PDI_ZLIB_DISTANCES];
+    uint64_t bits; /* not yet written */
+    int bit_count;
+    pdi_bytes *out;
+    const uint8_t *data;
+    size_t size;
+} pdi_zlib_writer;
+
+typedef struct pdi_zlib_codes {
+    uint8_t literal_len[PDI_ZLIB_LITERALS + 2], distance_len[PDI_ZLIB_DISTANCES];
+    uint16_t literal[PDI_ZLIB_LITERALS + 2], distance[PDI_ZLIB_DISTANCES];
+} pdi_zlib_codes;
+
+/* A value split into its code and extra bits. */
+typedef struct pdi_zlib_split {
+    int code, extra_bits;
+    uint32_t extra;
+} pdi_zlib_split;
+
+static int pdi_zlib_log2(uint32_t x)
+{
+    int n = 0;
+    while (x >>= 1) n++;
+    return n;
+}
+
+/* Codes 257..285: four codes share each number of extra bits. */
+static pdi_zlib_split pdi_zlib_length_code(uint32_t length)
+{
+    pdi_zlib_split s = {0, 0, 0};
+    uint32_t x = length - 3;
+    if (length == PDI_ZLIB_MAX_MATCH) s.code = 285;
+    else if (x < 8) s.code = 257 + (int)x;
+    else {
+        int n = pdi_zlib_log2(x);
+        s.code = 257 + 4 * (n - 1) + (int)((x >> (n - 2)) & 3);
+        s.extra_bits = n - 2;
+        s.extra = x & ((1u << (n - 2)) - 1);
+    }
+    return s;
+}
+
+/* Codes 0..29: two codes share each number of extra bits. */
+static pdi_zlib_split pdi_zlib_distance_code(uint32_t distance)
+{
+    pdi_zlib_split s = {0, 0, 0};
+    uint32_t x = distance - 1;
+    if (x < 4) s.code = (int)x;
+    else {
+        int n = pdi_zlib_log2(x);
+        s.code = 2 * n + (int)((x >> (n - 1)) & 1);
+        s.extra_bits = n - 1;
+        s.extra = x & ((1u << (n - 1)) - 1);
+    }
+    return s;
+}
+
+/* Room for the bits is reserved by the block writer. */
+static void pdi_zlib_put(pdi_zlib_writer *s, uint32_t value, int count)
+{
+    s->bits |= (uint64_t)value << s->bit_count;
+    s->bit_count += count;
+    while (s->bit_count >= 8) {
+        s->out->data[s->out->size++] = (uint8_t)s->bits;
+        s->bits >>= 8;
+        s->bit_count -= 8;
+    }
+}
+
+/* Code lengths of a Huffman tree by the two-queue method. Returns the longest. Symbols that occur: at least two. */
+static int pdi_zlib_tree(const uint32_t *freq, int n, uint8_t *lengths)
+{
+    int order[PDI_ZLIB_LITERALS + 2], parent[2 * (PDI_ZLIB_LITERALS + 2)], depth[2 * (PDI_ZLIB_LITERALS + 2)];
+    uint64_t weight[2 * (PDI_ZLIB_LITERALS + 2)];
+    int leaves = 0, longest = 0;
+    for (int i = 0; i < n; i++) {
+        lengths[i] = 0;
+        if (!freq[i]) continue;
+        int k = leaves++;
+        for (; k > 0 && freq[order[k - 1]] > freq[i]; k--) order[k] = order[k - 1];
+        order[k] = i;
+    }
+    for (int i = 0; i < leaves; i++) weight[i] = freq[order[i]];
+    int leaf = 0, inner = leaves, total = leaves;
+    for (; total < 2 * leaves - 1; total++) {
+        weight[total] = 0;
+        for (int k = 0; k < 2; k++) {
+            int take_leaf = leaf < leaves && (inner >= total || weight[leaf] <= weight[inner]);
+            int child = take_leaf ? leaf++ : inner++;
+            weight[total] += weight[child];
+            parent[child] = total;
+        }
+    }
+    depth[total - 1] = 0;
+    for (int i = total - 2; i >= 0; i--) {
+        depth[i] = depth[parent[i]] + 1;
+        if (i < leaves) {
+            lengths[order[i]] = (uint8_t)depth[i];
+            if (depth[i] > longest) longest = depth[i];
+        }
+    }
+    return longest;
+}
+
+/* Lengths of at most `limit` bits: frequencies are flattened until the tree is shallow enough. freq is changed. */
+static void pdi_zlib_lengths(uint32_t *freq, int n, int limit, uint8_t *lengths)
+{
+    int used = 0;
+    for (int i = 0; i < n; i++) used += freq[i] != 0;
+    /* Some readers refuse a set with fewer than two codes. */
+    for (int i = 0; used < 2; i++)
+        if (!freq[i]) {
+            freq[i] = 1;
+            used++;
+        }
+    while (pdi_zlib_tree(freq, n, lengths) > limit)
+        for (int i = 0; i < n; i++)
+            if (freq[i]) freq[i] = freq[i] / 4 + 1;
+}
+
+/* Canonical codes, bit-reversed as they are sent. */
+static void pdi_zlib_canonical(const uint8_t *lengths, int n, uint16_t *codes)
+{
+    uint32_t count[16] = {0}, next[16] = {0};
+    for (int i = 0; i < n; i++) count[lengths[i]]++;
+    count[0] = 0;
+    for (int l = 1; l < 16; l++) next[l] = (next[l - 1] + count[l - 1]) << 1;
+    for (int i = 0; i < n; i++) {
+        uint32_t code = lengths[i] ? next[lengths[i]]++ : 0, reversed = 0;
+        for (int b = 0; b < lengths[i]; b++) reversed |= ((code >> b) & 1) << (lengths[i] - 1 - b);
+        codes[i] = (uint16_t)reversed;
+    }
+}
+
+static void pdi_zlib_fixed(pdi_zlib_codes *codes)
+{
+    for (int i = 0; i < 288; i++) codes->literal_len[i] = (uint8_t)(i < 144 ? 8 : i < 256 ? 9 : i < 280 ? 7 : 8);
+    memset(codes->distance_len, 5, sizeof codes->distance_len);
+    pdi_zlib_canonical(codes->literal_len, 288, codes->literal);
+    pdi_zlib_canonical(codes->distance_len, PDI_ZLIB_DISTANCES, codes->distance);
+}
+
+static uint64_t pdi_zlib_cost(const pdi_zlib_writer *s, const pdi_zlib_codes *codes)
+{
+    uint64_t bits = 0;
+    for (int i = 0; i < PDI_ZLIB_LITERALS; i++) bits += (uint64_t)s->literal_freq[i] * codes->literal_len[i];
+    for (int i = 0; i < PDI_ZLIB_DISTANCES; i++) bits += (uint64_t)s->distance_freq[i] * codes->distance_len[i];
+    return bits; /* the extra bits are the same for every code set */
+}
+
+/* The header of a dynamic block: its two sets of lengths, run-length coded. */
+typedef struct pdi_zlib_header {
+    uint8_t token[PDI_ZLIB_LITERALS + PDI_ZLIB_DISTANCES], extra[PDI_ZLIB_LITERALS + PDI_ZLIB_DISTANCES];
+    int token_count, literals, distances, listed;
+    uint8_t length[PDI_ZLIB_LENGTH_CODES];
+    uint16_t code[PDI_ZLIB_LENGTH_CODES];
+    uint64_t bits;
+} pdi_zlib_header;
+
+static int pdi_zlib_token_bits(int token) { return token == 16 ? 2 : token == 17 ? 3 : token == 18 ? 7 : 0; }
+
+static void pdi_zlib_tokens(const uint8_t *lengths, int n, pdi_zlib_header *header)
+{
+    header->token_count = 0;
+    for (int i = 0; i < n;) {
+        int run = 1, token = lengths[i], extra = 0, most = lengths[i] ? 6 : 138;
+        int repeats = i > 0 && lengths[i] && lengths[i] == lengths[i - 1]; /* 16 copies the length before it */
+        while (i + run < n && run < most && lengths[i + run] == lengths[i]) run++;
+        if (!lengths[i] && run >= 3) {
+            token = run < 11 ? 17 : 18;
+            extra = run - (run < 11 ? 3 : 11);
+        } else if (repeats && run >= 3) {
+            token = 16;
+            extra = run - 3;
+        } else run = 1;
+        header->token[header->token_count] = (uint8_t)token;
+        header->extra[header->token_count++] = (uint8_t)extra;
+        i += run;
+    }
+}
+
+static void pdi_zlib_plan_header(const pdi_zlib_codes *codes, pdi_zlib_header *header)
+{
+    uint8_t all[PDI_ZLIB_LITERALS + PDI_ZLIB_DISTANCES];
+    uint32_t freq[PDI_ZLIB_LENGTH_CODES] = {0};
+    header->literals = PDI_ZLIB_LITERALS;
+    header->distances = PDI_ZLIB_DISTANCES;
+    while (header->literals > 257 && !codes->literal_len[header->literals - 1]) header->literals--;
+    while (header->distances > 1 && !codes->distance_len[header->distances - 1]) header->distances--;
+    memcpy(all, codes->literal_len, (size_t)header->literals);
+    memcpy(all + header->literals, codes->distance_len, (size_t)header->distances);
+    pdi_zlib_tokens(all, header->literals + header->distances, header);
+    for (int i = 0; i < header->token_count; i++) freq[header->token[i]]++;
+    pdi_zlib_lengths(freq, PDI_ZLIB_LENGTH_CODES, 7, header->length);
+    pdi_zlib_canonical(header->length, PDI_ZLIB_LENGTH_CODES, header->code);
+    header->listed = PDI_ZLIB_LENGTH_CODES;
+    while (header->listed > 4 && !header->length[pdi_zlib_order[header->listed - 1]]) header->listed--;
+    header->bits = 14 + 3 * (uint64_t)header->listed;
+    for (int i = 0; i < header->token_count; i++)
+        header->bits += (uint64_t)(header->length[header->token[i]] + pdi_zlib_token_bits(header->token[i]));
+}
+
+static void pdi_zlib_write_header(pdi_zlib_writer *s, const pdi_zlib_header *header)
+{
+    pdi_zlib_put(s, (uint32_t)(header->literals - 257), 5);
+    pdi_zlib_put(s, (uint32_t)(header->distances - 1), 5);
+    pdi_zlib_put(s, (uint32_t)(header->listed - 4), 4);
+    for (int i = 0; i < header->listed; i++) pdi_zlib_put(s, header->length[pdi_zlib_order[i]], 3);
+    for (int i = 0; i < header->token_count; i++) {
+        int token = header->token[i];
+        pdi_zlib_put(s, header->code[token], header->length[token]);
+        pdi_zlib_put(s, header->extra[i], pdi_zlib_token_bits(token));
+    }
+}
+
+static void pdi_zlib_write_symbols(pdi_zlib_writer *s, const pdi_zlib_codes *codes)
+{
+    for (int i = 0; i < s->symbol_count; i++) {
+        uint32_t length = s->symbols[i] & 0xffff, distance = s->symbols[i] >> 16;
+        if (!distance) {
+            pdi_zlib_put(s, codes->literal[length], codes->literal_len[length]);
+            continue;
+        }
+        pdi_zlib_split l = pdi_zlib_length_code(length), d = pdi_zlib_distance_code(distance);
+        pdi_zlib_put(s, codes->literal[l.code], codes->literal_len[l.code]);
+        pdi_zlib_put(s, l.extra, l.extra_bits);
+        pdi_zlib_put(s, codes->distance[d.code], codes->distance_len[d.code]);
+        pdi_zlib_put(s, d.extra, d.extra_bits);
+    }
+    pdi_zlib_put(s, codes->literal[256], codes->literal_len[256]);
+}
+
+static void pdi_zlib_write_stored(pdi_zlib_writer *s, size_t length)
+{
+    if (s->bit_count) pdi_zlib_put(s, 0, 8 - s->bit_count);
+    pdi_zlib_put(s, (uint32_t)length, 16);
+    pdi_zlib_put(s, ~(uint32_t)length & 0xffff, 16);
+    memcpy(s->out->data + s->out->size, s->data + s->block_start, length);
+    s->out->size += length;
+}
+
+/* Write what was collected, as the shortest of the three kinds of block. `end`: input position behind it. */
+static pd_status pdi_zlib_flush(pd_ctx *ctx, pdi_zlib_writer *s, size_t end, int last)
+{
+    pdi_zlib_codes dynamic, fixed;
+    pdi_zlib_header header;
+    size_t length = end - s->block_start;
+    /* At most 48 bits a symbol, or the stored bytes; headers stay below 1 KiB. */
+    size_t room = (size_t)s->symbol_count * 6 + 1024;
+    PDI_TRY(pdi_bytes_reserve(ctx, s->out, room + (length < 65536 ? length : 0)));
+    s->literal_freq[256] = 1;
+    pdi_zlib_fixed(&fixed);
+    uint64_t fixed_bits = pdi_zlib_cost(s, &fixed), stored_bits = ((uint64_t)length + 5) * 8, extra_bits = 0;
+    for (int i = 0; i < PDI_ZLIB_LITERALS; i++)
+        if (i >= 265 && i < 285) extra_bits += (uint64_t)s->literal_freq[i] * (uint64_t)((i - 261) / 4);
+    for (int i = 4; i < PDI_ZLIB_DISTANCES; i++)
+        extra_bits += (uint64_t)s->distance_freq[i] * (uint64_t)(i / 2 - 1);
+    uint32_t literal_freq[PDI_ZLIB_LITERALS], distance_freq[PDI_ZLIB_DISTANCES];
+    memcpy(literal_freq, s->literal_freq, sizeof literal_freq);
+    memcpy(distance_freq, s->distance_freq, sizeof distance_freq);
+    pdi_zlib_lengths(literal_freq, PDI_ZLIB_LITERALS, 15, dynamic.literal_len);
+    pdi_zlib_lengths(distance_freq, PDI_ZLIB_DISTANCES, 15, dynamic.distance_len);
+    pdi_zlib_canonical(dynamic.literal_len, PDI_ZLIB_LITERALS, dynamic.literal);
+    pdi_zlib_canonical(dynamic.distance_len, PDI_ZLIB_DISTANCES, dynamic.distance);
+    pdi_zlib_plan_header(&dynamic, &header);
+    uint64_t dynamic_bits = pdi_zlib_cost(s, &dynamic) + header.bits;
+    uint64_t coded_bits = (dynamic_bits < fixed_bits ? dynamic_bits : fixed_bits) + extra_bits;
+    pdi_zlib_put(s, (uint32_t)last, 1);
+    if (length < 65536 && stored_bits < coded_bits) {
+        pdi_zlib_put(s, 0, 2);
+        pdi_zlib_write_stored(s, length);
+    } else if (fixed_bits <= dynamic_bits) {
+        pdi_zlib_put(s, 1, 2);
+        pdi_zlib_write_symbols(s, &fixed);
+    } else {
+        pdi_zlib_put(s, 2, 2);
+        pdi_zlib_write_header(s, &header);
+        pdi_zlib_write_symbols(s, &dynamic);
+    }
+    memset(s->literal_freq, 0, sizeof s->literal_freq);
+    memset(s->distance_freq, 0, sizeof s->distance_freq);
+    s->symbol_count = 0;
+    s->block_start = end;
+    return PD_OK;
+}
+
+static void pdi_zlib_insert(pdi_zlib_writer *s, size_t at)
+{
+    if (at + 3 > s->size) return;
+    uint32_t key = (uint32_t)s->data[at] | (uint32_t)s->data[at + 1] << 8 | (uint32_t)s->data[at + 2] << 16;
+    uint32_t hash = (key * 0x9E3779B1u) >> 17;
+    s->prev[at % PDI_ZLIB_WINDOW] = s->head[hash];
+    s->head[hash] = (int32_t)at;
+}
+
+/* How many of the first `most` bytes agree. */
+static uint32_t pdi_zlib_common(const uint8_t *here, const uint8_t *there, uint32_t most)
+{
+    uint32_t length = 0;
+    for (uint64_t a, b; length + sizeof a <= most; length += (uint32_t)sizeof a) {
+        memcpy(&a, here + length, sizeof a);
+        memcpy(&b, there + length, sizeof b);
+        if (a != b) break;
+    }
+    while (length < most && there[length] == here[length]) length++;
+    return length;
+}
+
+/* The longest match of at least 3 bytes for the position just inserted; the nearest among equals. */
+static uint32_t pdi_zlib_match(const pdi_zlib_writer *s, size_t at, uint32_t *distance)
+{
+    uint32_t best = 2, most = PDI_ZLIB_MAX_MATCH;
+    if (at + 3 > s->size) return 0;
+    if (s->size - at < most) most = (uint32_t)(s->size - at);
+    const uint8_t *here = s->data + at;
+    int32_t candidate = s->prev[at % PDI_ZLIB_WINDOW];
+    for (int tries = 0; tries < PDI_ZLIB_CHAIN && candidate >= 0; tries++) {
+        if (at - (size_t)candidate > PDI_ZLIB_WINDOW - 1) break;
+        const uint8_t *there = s->data + candidate;
+        if (there[best] == here[best]) {
+            uint32_t length = pdi_zlib_common(here, there, most);
+            if (length > best) {
+                best = length;
+                *distance = (uint32_t)(at - (size_t)candidate);
+                if (best == most) break;
+            }
+        }
+        int32_t older = s->prev[(size_t)candidate % PDI_ZLIB_WINDOW];
+        if (older >= candidate) break; /* the slot was taken over by a newer position */
+        candidate = older;
+    }
+    /* Three bytes from far away cost more than three literals. */
+    return best < 3 || (best == 3 && *distance > 4096) ? 0 : best;
+}
+
+static pd_status pdi_zlib_symbol(pd_ctx *ctx, pdi_zlib_writer *s, uint32_t length, uint32_t distance, size_t end)
+{
+    s->symbols[s->symbol_count++] = distance << 16 | length;
+    if (distance) {
+        s->literal_freq[pdi_zlib_length_code(length).code]++;
+        s->distance_freq[pdi_zlib_distance_code(distance).code]++;
+    } else s->literal_freq[length]++;
+    if (s->symbol_count == PDI_ZLIB_BLOCK) return pdi_zlib_flush(ctx, s, end, 0);
+    return PD_OK;
+}
+
+static pd_status pdi_zlib_pack(pd_ctx *ctx, pdi_zlib_writer *s)
+{
+    size_t at = 0;
+    uint32_t length = 0, distance = 0;
+    if (s->size) {
+        pdi_zlib_insert(s, 0);
+        length = pdi_zlib_match(s, 0, &distance);
+    }
+    while (at < s->size) {
+        uint32_t next = 0, next_distance = 0;
+        if (at + 1 < s->size) {
+            pdi_zlib_insert(s, at + 1);
+            if (length < PDI_ZLIB_LONG) next = pdi_zlib_match(s, at + 1, &next_distance);
+        }
+        if (length >= 3 && length >= next) {
+            PDI_TRY(pdi_zlib_symbol(ctx, s, length, distance, at + length));
+            for (uint32_t k = length < PDI_ZLIB_LONG ? 2 : length - PDI_ZLIB_ENDING; k < length; k++)
+                pdi_zlib_insert(s, at + k);
+            at += length;
+            length = 0;
+            if (at < s->size) {
+                pdi_zlib_insert(s, at);
+                length = pdi_zlib_match(s, at, &distance);
+            }
+        } else {
+            PDI_TRY(pdi_zlib_symbol(ctx, s, s->data[at], 0, at + 1));
+            at++;
+            length = next;
+            distance = next_distance;
+        }
+    }
+    return pdi_zlib_flush(ctx, s, s->size, 1);
+}
+
+PDI_FN pd_status pdi_zlib_deflate(pd_ctx *ctx, const uint8_t *data, size_t size, pdi_bytes *out)
+{
+    static const uint8_t zlib_head[2] = {0x78, 0x9C}; /* deflate, 32 KiB window, default effort */
+    if (size > (size_t)1 << 30)
+        return pdi_fail(ctx, PD_ERR_SIZE, "zlib", "%.0f bytes are too many for one stream", (double)size);
+    PDI_TRY(pdi_bytes_add(ctx, out, zlib_head, sizeof zlib_head));
+    pdi_zlib_writer *s = NULL;
+    PDI_TRY(PDI_NEW(ctx, "zlib", 1, s));
+    memset(s->head, 0xff, sizeof s->head);
+    s->out = out;
+    s->data = data;
+    s->size = size;
+    pd_status status = pdi_zlib_pack(ctx, s);
+    if (status == PD_OK && s->bit_count) pdi_zlib_put(s, 0, 8 - s->bit_count);
+    PDI_DELETE(ctx, 1, s);
+    if (status != PD_OK) return status;
+    uint32_t adler = pdi_zlib_adler(data, size);
+    uint8_t tail[4] = {(uint8_t)(adler >> 24), (uint8_t)(adler >> 16), (uint8_t)(adler >> 8), (uint8_t)adler};
+    return pdi_bytes_add(ctx, out, tail, sizeof tail);
+}
+
+/* ---- decompression ---- */
+
+typedef struct pdi_zlib_reader {
+    const uint8_t *data;
+    size_t size, at;
+    uint32_t bits;
+    int bit_count;
+    uint8_t *out;
+    size_t out_size, out_at;
+    const char *error; /* NULL: none so far */
+} pdi_zlib_reader;
+
+/* A canonical code set: how many codes of each length, and the symbols in the order of their codes. */
+typedef struct pdi_zlib_decoder {
+    int count[16];
+    int symbol[PDI_ZLIB_FIXED];
+} pdi_zlib_decoder;
+
+/* The first error stands. */
+static int pdi_zlib_error(pdi_zlib_reader *s, const char *text)
+{
+    if (!s->error) s->error = text;
+    return 0;
+}
+
+static uint32_t pdi_zlib_get(pdi_zlib_reader *s, int count)
+{
+    while (s->bit_count < count) {
+        if (s->at >= s->size) {
+            pdi_zlib_error(s, "the compressed data end early");
+            return 0;
+        }
+        s->bits |= (uint32_t)s->data[s->at++] << s->bit_count;
+        s->bit_count += 8;
+    }
+    uint32_t value = s->bits & ((1u << count) - 1);
+    s->bits >>= count;
+    s->bit_count -= count;
+    return value;
+}
+
+/* 1 when the lengths make a full set of codes; a single code of one bit is allowed where `single`. */
+static int pdi_zlib_decoder_prepare(pdi_zlib_decoder *codes, const uint8_t *lengths, int n, int single)
+{
+    int offset[16], left = 1, used = 0;
+    memset(codes->count, 0, sizeof codes->count);
+    for (int i = 0; i < n; i++) codes->count[lengths[i]]++;
+    used = n - codes->count[0];
+    codes->count[0] = 0;
+    for (int l = 1; l < 16; l++) {
+        left = 2 * left - codes->count[l];
+        if (left < 0) return 0;
+    }
+    offset[1] = 0;
+    for (int l = 1; l < 15; l++) offset[l + 1] = offset[l] + codes->count[l];
+    for (int i = 0; i < n; i++)
+        if (lengths[i]) codes->symbol[offset[lengths[i]]++] = i;
+    return left == 0 || (single && (used == 0 || (used == 1 && codes->count[1] == 1)));
+}
+
+/* Next symbol, -1 on error. */
+static int pdi_zlib_read_symbol(pdi_zlib_reader *s, const pdi_zlib_decoder *codes)
+{
+    int code = 0, first = 0, index = 0;
+    for (int l = 1; l < 16; l++) {
+        code |= (int)pdi_zlib_get(s, 1);
+        if (s->error) return -1;
+        int count = codes->count[l];
+        if (code - count < first) return codes->symbol[index + (code - first)];
+        index += count;
+        first = (first + count) << 1;
+        code <<= 1;
+    }
+    pdi_zlib_error(s, "a code that was not defined");
+    return -1;
+}
+
+static int pdi_zlib_read_copy(pdi_zlib_reader *s, uint32_t length, uint32_t distance)
+{
+    if (distance > s->out_at) return pdi_zlib_error(s, "a reference to before the start of the data");
+    if (length > s->out_size - s->out_at) return pdi_zlib_error(s, "more data than the picture holds");
+    for (uint32_t i = 0; i < length; i++, s->out_at++) s->out[s->out_at] = s->out[s->out_at - distance];
+    return 1;
+}
+
+static int pdi_zlib_read_coded(pdi_zlib_reader *s, const pdi_zlib_decoder *literals,
+                               const pdi_zlib_decoder *distances)
+{
+    for (;;) {
+        int symbol = pdi_zlib_read_symbol(s, literals);
+        if (symbol < 0) return 0;
+        if (symbol == 256) return 1;
+        if (symbol < 256) {
+            if (s->out_at >= s->out_size) return pdi_zlib_error(s, "more data than the picture holds");
+            s->out[s->out_at++] = (uint8_t)symbol;
+            continue;
+        }
+        if (symbol > 285) return pdi_zlib_error(s, "a length code that does not exist");
+        int k = symbol - 257, extra = k < 8 || k == 28 ? 0 : k / 4 - 1;
+        uint32_t length = k == 28 ? 258u : k < 8 ? (uint32_t)k + 3 : (4u + (uint32_t)(k & 3)) << extra;
+        if (k >= 8 && k < 28) length += 3 + pdi_zlib_get(s, extra);
+        k = pdi_zlib_read_symbol(s, distances);
+        if (k < 0) return 0;
+        if (k > 29) return pdi_zlib_error(s, "a distance code that does not exist");
+        extra = k < 4 ? 0 : k / 2 - 1;
+        uint32_t distance = k < 4 ? (uint32_t)k + 1 : ((2u + (uint32_t)(k & 1)) << extra) + 1;
+        distance += pdi_zlib_get(s, extra);
+        if (s->error || !pdi_zlib_read_copy(s, length, distance)) return 0;
+    }
+}
+
+static int pdi_zlib_read_stored(pdi_zlib_reader *s)
+{
+    s->bits = 0; /* to the next whole byte; fewer than 8 bits are ever held */
+    s->bit_count = 0;
+    uint32_t length = pdi_zlib_get(s, 16), check = pdi_zlib_get(s, 16);
+    if (s->error) return 0;
+    if (length != (~check & 0xffff)) return pdi_zlib_error(s, "a stored block with a wrong length check");
+    if (length > s->size - s->at) return pdi_zlib_error(s, "the compressed data end early");
+    if (length > s->out_size - s->out_at) return pdi_zlib_error(s, "more data than the picture holds");
+    if (length) memcpy(s->out + s->out_at, s->data + s->at, length);
+    s->at += length;
+    s->out_at += length;
+    return 1;
+}
+
+static int pdi_zlib_read_fixed(pdi_zlib_reader *s)
+{
+    pdi_zlib_decoder literals, distances;
+    uint8_t lengths[PDI_ZLIB_FIXED];
+    for (int i = 0; i < PDI_ZLIB_FIXED; i++) lengths[i] = (uint8_t)(i < 144 ? 8 : i < 256 ? 9 : i < 280 ? 7 : 8);
+    pdi_zlib_decoder_prepare(&literals, lengths, PDI_ZLIB_FIXED, 0);
+    memset(lengths, 5, 32);
+    pdi_zlib_decoder_prepare(&distances, lengths, 32, 0);
+    return pdi_zlib_read_coded(s, &literals, &distances);
+}
+
+/* Read the run-length coded lengths of both code sets. */
+static int pdi_zlib_read_lengths(pdi_zlib_reader *s, const pdi_zlib_decoder *codes, uint8_t *lengths, int n)
+{
+    for (int i = 0; i < n;) {
+        int symbol = pdi_zlib_read_symbol(s, codes), run = 1;
+        uint8_t value = 0;
+        if (symbol < 0) return 0;
+        if (symbol < 16) value = (uint8_t)symbol;
+        else if (symbol == 16) {
+            if (i == 0) return pdi_zlib_error(s, "a repeated code length without a first one");
+            value = lengths[i - 1];
+            run = 3 + (int)pdi_zlib_get(s, 2);
+        } else run = symbol == 17 ? 3 + (int)pdi_zlib_get(s, 3) : 11 + (int)pdi_zlib_get(s, 7);
+        if (s->error) return 0;
+        if (run > n - i) return pdi_zlib_error(s, "too many code lengths");
+        while (run--) lengths[i++] = value;
+    }
+    return 1;
+}
+
+static int pdi_zlib_read_dynamic(pdi_zlib_reader *s)
+{
+    pdi_zlib_decoder literals, distances;
+    uint8_t lengths[PDI_ZLIB_FIXED + 32] = {0};
+    int literal_count = 257 + (int)pdi_zlib_get(s, 5), distance_count = 1 + (int)pdi_zlib_get(s, 5);
+    int listed = 4 + (int)pdi_zlib_get(s, 4);
+    if (literal_count > PDI_ZLIB_LITERALS || distance_count > PDI_ZLIB_DISTANCES)
+        return pdi_zlib_error(s, "a block with too many codes");
+    for (int i = 0; i < listed; i++) lengths[pdi_zlib_order[i]] = (uint8_t)pdi_zlib_get(s, 3);
+    if (s->error) return 0;
+    if (!pdi_zlib_decoder_prepare(&literals, lengths, PDI_ZLIB_LENGTH_CODES, 0))
+        return pdi_zlib_error(s, "a block with an impossible set of codes");
+    memset(lengths, 0, sizeof lengths);
+    if (!pdi_zlib_read_lengths(s, &literals, lengths, literal_count + distance_count)) return 0;
+    if (!lengths[256]) return pdi_zlib_error(s, "a block without an end code");
+    if (!pdi_zlib_decoder_prepare(&literals, lengths, literal_count, 1) ||
+        !pdi_zlib_decoder_prepare(&distances, lengths + literal_count, distance_count, 1))
+        return pdi_zlib_error(s, "a block with an impossible set of codes");
+    return pdi_zlib_read_coded(s, &literals, &distances);
+}
+
+static void pdi_zlib_unpack(pdi_zlib_reader *s)
+{
+    uint32_t head = pdi_zlib_get(s, 8) << 8;
+    head |= pdi_zlib_get(s, 8);
+    if (!s->error && ((head >> 8 & 15) != 8 || head >> 12 > 7 || (head & 32) || head % 31))
+        pdi_zlib_error(s, "not a zlib stream");
+    for (uint32_t last = 0; !last && !s->error;) {
+        last = pdi_zlib_get(s, 1);
+        uint32_t kind = pdi_zlib_get(s, 2);
+        if (s->error) return;
+        if (kind == 0) pdi_zlib_read_stored(s);
+        else if (kind == 1) pdi_zlib_read_fixed(s);
+        else if (kind == 2) pdi_zlib_read_dynamic(s);
+        else pdi_zlib_error(s, "a block of an unknown kind");
+    }
+    if (s->error) return;
+    if (s->out_at != s->out_size) {
+        pdi_zlib_error(s, "less data than the picture holds");
+        return;
+    }
+    s->bits = 0;
+    s->bit_count = 0;
+    uint32_t adler = 0;
+    for (int i = 0; i < 4; i++) adler = adler << 8 | pdi_zlib_get(s, 8);
+    if (!s->error && adler != pdi_zlib_adler(s->out, s->out_size)) pdi_zlib_error(s, "the checksum is wrong");
+}
+
+PDI_FN pd_status pdi_zlib_inflate(pd_ctx *ctx, const char *name, const uint8_t *data, size_t size, uint8_t *out,
+                                  size_t out_size)
+{
+    pdi_zlib_reader s;
+    memset(&s, 0, sizeof s);
+    s.data = data;
+    s.size = size;
+    s.out = out;
+    s.out_size = out_size;
+    pdi_zlib_unpack(&s);
+    if (s.error)
+        return pdi_fail(ctx, PD_ERR_PARSE, "zlib", "%s: damaged compressed data (%s, at byte %.0f of %.0f)", name,
+                        s.error, (double)s.at, (double)size);
+    return PD_OK;
+}

@@ -1,0 +1,113 @@
+/* traverse: see traverse.h */
+#include "lattice/traverse.h"
+#include "core/par.h"
+
+static void pdi_traverse_pieces(int32_t i, int32_t row, int32_t length, int most, pdi_traverse_fn run, const void *user)
+{
+    int32_t count;
+    for (int32_t at = 0; at < length; at += count) {
+        count = most ? pdi_traverse_piece(length, most, &at) : length;
+        run(user, i + at, row < 0 ? row : row + at, count);
+    }
+}
+
+PDI_FN void pdi_traverse_sweep(const pd_ctx *ctx, const pd_bonds *bonds, int64_t work, int most, pdi_traverse_fn run,
+                               const void *user)
+{
+    pdi_par_watch watch;
+    int nt = pdi_par_begin(ctx, work, 1, (uint64_t)(uintptr_t)run, &watch);
+    (void)nt;
+    PDI_PARALLEL(nt)
+    {
+        PDI_FOR
+        for (int32_t s = 0; s < bonds->whole.count; s++)
+            pdi_traverse_pieces(bonds->whole.first[s], -1, bonds->whole.length[s], most, run, user);
+        PDI_FOR
+        for (int32_t s = 0; s < bonds->cut.count; s++)
+            pdi_traverse_pieces(bonds->cut.first[s], bonds->row[bonds->cut.first[s]], bonds->cut.length[s], most, run,
+                                user);
+        PDI_FOR
+        for (int32_t r = bonds->plain; r < bonds->rows; r++) run(user, bonds->node[r], r, 1);
+    }
+    pdi_par_end(ctx, &watch);
+}
+
+/* The operands of a sweep in blocks. */
+typedef struct pdi_traverse_work {
+    const pd_bonds *bonds;
+    pdi_traverse_block_fn block;
+    const void *user;
+} pdi_traverse_work;
+
+/* The parts of a run that are away from inlets and outlets. */
+static void pdi_traverse_run(const void *user, int32_t i, int32_t row, int32_t length)
+{
+    const pdi_traverse_work *w = (const pdi_traverse_work *)user;
+    int32_t part;
+    int beside, count;
+    for (int32_t begin = 0; begin < length; begin += part) {
+        part = pdi_boundary_segment(w->bonds, i + begin, length - begin, &beside);
+        for (int32_t at = 0; at < part && !beside; at += count) {
+            count = pdi_traverse_block(part, &at);
+            w->block(w->user, i + begin + at, row < 0 ? row : row + begin + at, -1, count);
+        }
+    }
+}
+
+PDI_FN void pdi_traverse_blocks(const pd_ctx *ctx, const pd_boundary *boundary, int64_t work,
+                                pdi_traverse_block_fn block, const void *user)
+{
+    const pd_bonds *bonds = boundary->bonds;
+    pdi_traverse_work w;
+    w.bonds = bonds;
+    w.block = block;
+    w.user = user;
+    pdi_traverse_sweep(ctx, bonds, work, 0, pdi_traverse_run, &w);
+    int nt = pdi_par_threads(ctx, (int64_t)boundary->count * bonds->stencil->count * PDI_BOUNDARY_WORK);
+    (void)nt;
+    PDI_PARALLEL_FOR(nt)
+    for (int32_t p = 0; p < boundary->count; p++)
+        block(user, boundary->node[p], bonds->row[boundary->node[p]], p, 1);
+}
+
+/* Fluxes through the plane of the bonds that start at `node`, of index i. */
+static void pdi_traverse_cross(const pd_bonds *bonds, int32_t node, const int *i, int axis, int index,
+                               pdi_traverse_flux_fn flux, const void *user, pdi_sum *sum)
+{
+    const pd_stencil *s = bonds->stencil;
+    const pd_grid *grid = bonds->grid;
+    for (int k = 0; k < s->count; k++) {
+        if (i[axis] + s->offset[k * PD_DIM + axis] < index) continue;
+        /* bonds that would leave the arrays start behind a side ghost */
+        int inside = 1;
+        for (int d = 0; d < PD_DIM; d++) {
+            int far = i[d] + s->offset[k * PD_DIM + d];
+            inside = inside && far >= -grid->ghost && far < grid->n[d] + grid->ghost;
+        }
+        if (!inside) continue;
+        uint8_t far_kind = grid->kind[node + bonds->shift[k]];
+        if (grid->kind[node] != PD_FLUID && far_kind != PD_FLUID) continue;
+        int port = far_kind == PD_INLET || far_kind == PD_OUTLET;
+        if (port && i[axis] + s->offset[k * PD_DIM + axis] < grid->n[axis]) continue; /* passes a side beside */
+        if (!pdi_grid_open(far_kind) || pdi_bond_closed_group(bonds, node, k) >= 0) continue;
+        pdi_sum_add(sum, flux(user, node, k) * pdi_grid_circumference(grid, node));
+    }
+}
+
+PDI_FN double pdi_traverse_section(const pd_bonds *bonds, int axis, int index, pdi_traverse_flux_fn flux,
+                                   const void *user)
+{
+    const pd_grid *grid = bonds->grid;
+    pdi_sum sum = {0.0, 0.0};
+    for (int32_t node = 0; node < grid->total; node++) {
+        int i[PD_DIM];
+        if (!pdi_grid_open(grid->kind[node])) continue;
+        pdi_grid_index(grid, node, i);
+        if (i[axis] >= index || i[axis] < index - bonds->stencil->reach) continue;
+        /* ghosts count before the box, not beside it: ports there belong to no plane, and an image repeats a bond of
+         * the box */
+        if (grid->kind[node] != PD_FLUID && i[axis] >= 0) continue;
+        pdi_traverse_cross(bonds, node, i, axis, index, flux, user, &sum);
+    }
+    return pdi_sum_total(&sum);
+}
