@@ -330,13 +330,13 @@ PDI_FN int32_t pdi_bond_surface(const pd_bonds *bonds, int32_t row, int k, doubl
     return fabs(pdi_bond_level(bonds->grid, shape, x)) < PDI_BOND_OFF * bonds->grid->h[0] ? closed : -1;
 }
 
-PDI_FN void pdi_bond_drive(const pd_bonds *bonds, int32_t row, pd_velocity_fn wall, void *user, double *drive,
-                           double *curved)
+PDI_FN void pdi_bond_wall_motion(const pd_bonds *bonds, int32_t row, pd_velocity_fn wall, void *user, double *motion,
+                                 double *curved)
 {
     const pd_stencil *s = bonds->stencil;
     int32_t node = bonds->node[row];
     double x[PD_DIM], u[PD_DIM];
-    for (int d = 0; d < PD_DIM; d++) drive[d] = 0.0;
+    for (int d = 0; d < PD_DIM; d++) motion[d] = 0.0;
     for (int d = 0; d < PD_DIM && curved; d++) curved[d] = 0.0;
     for (int k = 0; k < s->count; k++) {
         pdi_cut cut;
@@ -348,7 +348,7 @@ PDI_FN void pdi_bond_drive(const pd_bonds *bonds, int32_t row, pd_velocity_fn wa
         pd_grid_position(bonds->grid, node, x);
         for (int d = 0; d < PD_DIM; d++) x[d] += cut.t * s->xi[k * PD_DIM + d];
         wall(user, x, u);
-        for (int d = 0; d < PD_DIM; d++) drive[d] += lap * u[d];
+        for (int d = 0; d < PD_DIM; d++) motion[d] += lap * u[d];
         for (int d = 0; d < PD_DIM && curved; d++) curved[d] += curv * u[d];
     }
 }
@@ -416,11 +416,11 @@ static void pdi_bond_fill_row(pd_bonds *bonds, int32_t r)
         for (int i = 0; i < PD_DIM * PD_DIM; i++) closure[i] += excess * xi[i / PD_DIM] * cut.normal[i % PD_DIM];
     }
     double *inverse = bonds->moment + (int64_t)r * PD_DIM * PD_DIM;
-    double *carrier = bonds->carrier + (int64_t)r * PD_DIM * PD_DIM;
+    double *advecting = bonds->advecting + (int64_t)r * PD_DIM * PD_DIM;
     for (int i = 0; i < PD_DIM * PD_DIM; i++) entry[i] += inner[i];
     pdi_bond_invert(bonds->norm, moment, closure, inverse);
-    pdi_bond_invert(norm, entry, closure, carrier);
-    pdi_bond_transpose(norm, carrier);
+    pdi_bond_invert(norm, entry, closure, advecting);
+    pdi_bond_transpose(norm, advecting);
 }
 
 static void pdi_bond_free_rows(pd_ctx *ctx, pd_bonds *b)
@@ -433,7 +433,7 @@ static void pdi_bond_free_rows(pd_ctx *ctx, pd_bonds *b)
     PDI_DELETE(ctx, b->capacity, b->wall_lap);
     PDI_DELETE(ctx, b->capacity, b->wall_curv);
     PDI_DELETE(ctx, (int64_t)b->capacity * PD_DIM * PD_DIM, b->moment);
-    PDI_DELETE(ctx, (int64_t)b->capacity * PD_DIM * PD_DIM, b->carrier);
+    PDI_DELETE(ctx, (int64_t)b->capacity * PD_DIM * PD_DIM, b->advecting);
 }
 
 static pd_status pdi_bond_new_rows(pd_ctx *ctx, pd_bonds *b)
@@ -441,7 +441,7 @@ static pd_status pdi_bond_new_rows(pd_ctx *ctx, pd_bonds *b)
     b->node = NULL;
     b->mask = NULL;
     b->inlet = b->smooth = NULL;
-    b->leg = b->wall_lap = b->wall_curv = b->moment = b->carrier = NULL;
+    b->leg = b->wall_lap = b->wall_curv = b->moment = b->advecting = NULL;
     PDI_TRY(PDI_NEW(ctx, "bond", b->capacity, b->node));
     PDI_TRY(PDI_NEW(ctx, "bond", (int64_t)b->capacity * b->words, b->mask));
     PDI_TRY(PDI_NEW(ctx, "bond", b->capacity, b->inlet));
@@ -450,7 +450,7 @@ static pd_status pdi_bond_new_rows(pd_ctx *ctx, pd_bonds *b)
     PDI_TRY(PDI_NEW(ctx, "bond", b->capacity, b->wall_lap));
     PDI_TRY(PDI_NEW(ctx, "bond", b->capacity, b->wall_curv));
     PDI_TRY(PDI_NEW(ctx, "bond", (int64_t)b->capacity * PD_DIM * PD_DIM, b->moment));
-    return PDI_NEW(ctx, "bond", (int64_t)b->capacity * PD_DIM * PD_DIM, b->carrier);
+    return PDI_NEW(ctx, "bond", (int64_t)b->capacity * PD_DIM * PD_DIM, b->advecting);
 }
 
 /* All arrays of rows have one capacity at any time, also when memory runs out half-way. */
@@ -474,7 +474,7 @@ static pd_status pdi_bond_reserve(pd_ctx *ctx, int32_t rows, pd_bonds *b)
             memcpy(fresh.wall_lap, b->wall_lap, used * sizeof *b->wall_lap);
             memcpy(fresh.wall_curv, b->wall_curv, used * sizeof *b->wall_curv);
             memcpy(fresh.moment, b->moment, used * PD_DIM * PD_DIM * sizeof *b->moment);
-            memcpy(fresh.carrier, b->carrier, used * PD_DIM * PD_DIM * sizeof *b->carrier);
+            memcpy(fresh.advecting, b->advecting, used * PD_DIM * PD_DIM * sizeof *b->advecting);
         }
         *b = fresh;
         fresh = old;
@@ -512,7 +512,7 @@ static void pdi_bond_swap_rows(pd_bonds *b, int32_t r, int32_t q)
         pdi_bond_swap_double(b->leg + (int64_t)r * 2 * PD_DIM + i, b->leg + (int64_t)q * 2 * PD_DIM + i);
     for (int i = 0; i < dd; i++) {
         pdi_bond_swap_double(b->moment + (int64_t)r * dd + i, b->moment + (int64_t)q * dd + i);
-        pdi_bond_swap_double(b->carrier + (int64_t)r * dd + i, b->carrier + (int64_t)q * dd + i);
+        pdi_bond_swap_double(b->advecting + (int64_t)r * dd + i, b->advecting + (int64_t)q * dd + i);
     }
     b->row[b->node[r]] = r;
     b->row[b->node[q]] = q;
@@ -533,7 +533,7 @@ static void pdi_bond_sort(pd_bonds *b)
     }
 }
 
-static void pdi_bond_free_stretches(pd_ctx *ctx, pd_stretches *list)
+static void pdi_bond_free_runs(pd_ctx *ctx, pd_runs *list)
 {
     PDI_DELETE(ctx, list->capacity, list->first);
     PDI_DELETE(ctx, list->capacity, list->length);
@@ -541,7 +541,7 @@ static void pdi_bond_free_stretches(pd_ctx *ctx, pd_stretches *list)
 }
 
 /* List the plain rows (cut) or the nodes with whole families, up to the capacity; their number. */
-static int32_t pdi_bond_list(const pd_bonds *b, int cut, pd_stretches *list)
+static int32_t pdi_bond_list(const pd_bonds *b, int cut, pd_runs *list)
 {
     int32_t count = 0, length = 0;
     for (int32_t node = 0; node <= b->grid->total; node++) {
@@ -562,11 +562,11 @@ static int32_t pdi_bond_list(const pd_bonds *b, int cut, pd_stretches *list)
     return count;
 }
 
-static pd_status pdi_bond_stretches(pd_ctx *ctx, const pd_bonds *b, int cut, pd_stretches *list)
+static pd_status pdi_bond_runs(pd_ctx *ctx, const pd_bonds *b, int cut, pd_runs *list)
 {
     int32_t count = pdi_bond_list(b, cut, list);
     if (count > list->capacity) {
-        pdi_bond_free_stretches(ctx, list);
+        pdi_bond_free_runs(ctx, list);
         list->capacity = count + count / 4 + 16;
         PDI_TRY(PDI_NEW(ctx, "bond", list->capacity, list->first));
         PDI_TRY(PDI_NEW(ctx, "bond", list->capacity, list->length));
@@ -580,8 +580,8 @@ static pd_status pdi_bond_stretches(pd_ctx *ctx, const pd_bonds *b, int cut, pd_
 static pd_status pdi_bond_arrange(pd_ctx *ctx, pd_bonds *b)
 {
     pdi_bond_sort(b);
-    PDI_TRY(pdi_bond_stretches(ctx, b, 0, &b->whole));
-    return pdi_bond_stretches(ctx, b, 1, &b->cut);
+    PDI_TRY(pdi_bond_runs(ctx, b, 0, &b->whole));
+    return pdi_bond_runs(ctx, b, 1, &b->cut);
 }
 
 /* Give `node` the row that its family needs, or none. */
@@ -627,7 +627,7 @@ static pd_status pdi_bond_make(pd_ctx *ctx, const pd_stencil *stencil, const pd_
     PDI_TRY(PDI_NEW(ctx, "bond", grid->total, bonds->row));
     PDI_TRY(pd_ghosts_build(ctx, grid, &bonds->ghosts));
     PDI_TRY(pdi_spans_build(ctx, grid, &bonds->spans));
-    PDI_TRY(pd_axisym_build(ctx, stencil, grid, &bonds->ring));
+    PDI_TRY(pd_axisym_build(ctx, stencil, grid, &bonds->axisym));
     for (int k = 0; k < stencil->count; k++)
         for (int d = 0; d < PD_DIM; d++) bonds->shift[k] += stencil->offset[k * PD_DIM + d] * grid->stride[d];
     pdi_grid_line_shift(grid, stencil, bonds->line_shift);
@@ -681,7 +681,7 @@ pd_status pd_bonds_validate(pd_ctx *ctx, const pd_bonds *b)
     for (int32_t k = 0; k < b->whole.count; k++) covered += b->whole.length[k];
     for (int32_t k = 0; k < b->cut.count; k++) covered += b->cut.length[k];
     if (covered != pd_grid_count(b->grid, PD_FLUID))
-        return pdi_fail(ctx, PD_ERR_INTERNAL, "bond", "rows and stretches cover %.0f of %.0f fluid nodes",
+        return pdi_fail(ctx, PD_ERR_INTERNAL, "bond", "rows and runs cover %.0f of %.0f fluid nodes",
                         (double)covered, (double)pd_grid_count(b->grid, PD_FLUID));
     for (int32_t r = 0; r < b->rows; r++) {
         int plain = r < b->plain, ordered = r == 0 || r == b->plain || b->node[r - 1] < b->node[r];
@@ -708,9 +708,9 @@ void pd_bonds_free(pd_ctx *ctx, pd_bonds *b)
     PDI_DELETE(ctx, b->grid ? b->grid->total : 0, b->row);
     pd_ghosts_free(ctx, &b->ghosts);
     pdi_spans_free(ctx, &b->spans);
-    pd_axisym_free(ctx, &b->ring);
+    pd_axisym_free(ctx, &b->axisym);
     pdi_bond_free_rows(ctx, b);
-    pdi_bond_free_stretches(ctx, &b->whole);
-    pdi_bond_free_stretches(ctx, &b->cut);
+    pdi_bond_free_runs(ctx, &b->whole);
+    pdi_bond_free_runs(ctx, &b->cut);
     memset(b, 0, sizeof *b);
 }
