@@ -243,7 +243,7 @@ PDI_FN pd_status pdi_flux_refresh(pd_ctx *ctx, const pd_flux *t)
     for (int32_t p = 0; p < t->boundary->count; p++)
         for (int k = 0; k < bonds->stencil->count; k++) {
             int64_t slot = (int64_t)p * bonds->stencil->count + k;
-            pdi_flux_one(t, t->boundary->node[p], k, t->port_flux + slot, t->port_bond + slot);
+            pdi_flux_one(t, t->boundary->node[p], k, t->boundary_flux + slot, t->boundary_bond + slot);
         }
     return PD_OK;
 }
@@ -307,11 +307,11 @@ PDI_INLINE void pdi_flux_pair_get(const pd_flux *t, int32_t i, int32_t row, int3
     if (place >= 0) {
         int64_t first = (int64_t)place * bonds;
         const int32_t *far = t->boundary->far + first;
-        p->flux = t->port_flux + first + k;
-        p->back = t->port_flux + first + opposite;
+        p->flux = t->boundary_flux + first + k;
+        p->back = t->boundary_flux + first + opposite;
         p->turn = 1.0;
-        p->ahead = t->port_bond + first + k;
-        p->behind = t->port_bond + first + opposite;
+        p->ahead = t->boundary_bond + first + k;
+        p->behind = t->boundary_bond + first + opposite;
         p->next = far[k] - i;
         p->before = far[opposite] - i;
         p->lean[0] = pdi_flux_lean_of(t, *p->flux, far[k]);
@@ -602,14 +602,14 @@ static pd_status pdi_flux_fit_boundary(pd_ctx *ctx, pd_flux *t)
 {
     int64_t count = t->bonds->stencil->count;
     int32_t rows = t->boundary->capacity;
-    if (rows == t->port_capacity) return PD_OK;
-    PDI_DELETE(ctx, count * t->port_capacity, t->port_flux);
-    PDI_DELETE(ctx, count * t->port_capacity, t->port_bond);
-    t->port_capacity = 0;
-    PDI_TRY(PDI_NEW(ctx, "flux", count * rows, t->port_flux));
-    pd_status status = PDI_NEW(ctx, "flux", count * rows, t->port_bond);
-    if (status == PD_OK) t->port_capacity = rows;
-    else PDI_DELETE(ctx, count * rows, t->port_flux);
+    if (rows == t->boundary_capacity) return PD_OK;
+    PDI_DELETE(ctx, count * t->boundary_capacity, t->boundary_flux);
+    PDI_DELETE(ctx, count * t->boundary_capacity, t->boundary_bond);
+    t->boundary_capacity = 0;
+    PDI_TRY(PDI_NEW(ctx, "flux", count * rows, t->boundary_flux));
+    pd_status status = PDI_NEW(ctx, "flux", count * rows, t->boundary_bond);
+    if (status == PD_OK) t->boundary_capacity = rows;
+    else PDI_DELETE(ctx, count * rows, t->boundary_flux);
     return status;
 }
 
@@ -648,7 +648,7 @@ PDI_FN void pdi_flux_free(pd_ctx *ctx, pd_flux *t)
     PDI_DELETE(ctx, (PD_DIM + 1) * (int64_t)bonds->grid->total, t->stream);
     PDI_DELETE(ctx, bonds->stencil->count / 2 * (int64_t)bonds->grid->total, t->flux);
     PDI_DELETE(ctx, (int64_t)bonds->stencil->count * t->capacity, t->conduct);
-    PDI_DELETE(ctx, (int64_t)bonds->stencil->count * t->port_capacity, t->port_flux);
-    PDI_DELETE(ctx, (int64_t)bonds->stencil->count * t->port_capacity, t->port_bond);
-    t->capacity = t->port_capacity = 0;
+    PDI_DELETE(ctx, (int64_t)bonds->stencil->count * t->boundary_capacity, t->boundary_flux);
+    PDI_DELETE(ctx, (int64_t)bonds->stencil->count * t->boundary_capacity, t->boundary_bond);
+    t->capacity = t->boundary_capacity = 0;
 }

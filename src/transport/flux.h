@@ -24,9 +24,10 @@ typedef struct pd_flux {
                                     * anew takes no longer than reading them, and for fluid at rest */
     double *conduct;               /* [capacity/64][count][64] [1/s] conductances of the bonds of rows */
     int32_t capacity;              /* rows */
-    double *port_flux, *port_bond; /* [port_capacity][count] [1/s] volume fluxes, and conductances, of the bonds of
-                                    * nodes beside inlets and outlets */
-    int32_t port_capacity;
+    double *boundary_flux;         /* [boundary_capacity][count] [1/s] volume fluxes of the bonds of nodes beside inlets
+                                    * and outlets */
+    double *boundary_bond;         /* [boundary_capacity][count] [1/s] their conductances */
+    int32_t boundary_capacity;
 } pd_flux;
 
 #ifdef PDI_INTERNAL
