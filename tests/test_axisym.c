@@ -164,7 +164,7 @@ static void exactness(double m, double hz, double hr, int first)
     }
     for (int row = 0; row < s->grid.n[1]; row++)
         for (int k = 0; k < s->stencil.count; k++) {
-            double a = s->bonds.ring.lap[(int64_t)(row + s->grid.ghost) * s->stencil.count + k] / s->stencil.lap[k];
+            double a = s->bonds.axisym.lap[(int64_t)(row + s->grid.ghost) * s->stencil.count + k] / s->stencil.lap[k];
             if (first || row + s->stencil.offset[2 * k + 1] >= 0) least = fmin(least, a);
             else CHECK(!(fabs(a) > 0.0));
         }
@@ -208,7 +208,7 @@ TEST(hoop)
             for (int32_t node = 0; node < s->total; node++) {
                 if (s->grid.kind[node] != PD_FLUID) continue;
                 pd_grid_position(&s->grid, node, x);
-                double hoop = s->bonds.ring.hoop[node / s->grid.stride[1]];
+                double hoop = s->bonds.axisym.hoop[node / s->grid.stride[1]];
                 worst = fmax(worst, fabs(s->out[node] - hoop * s->f[node] - (cubic ? 8.0 * x[1] : 0.0)));
             }
             if (!cubic) CHECK_LE(worst, 1e-10 * n);

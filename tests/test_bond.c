@@ -240,7 +240,7 @@ TEST(thin_walls_are_tight)
 }
 #endif
 
-/* The same rows in the same order, with the same numbers bit for bit, and the same stretches. */
+/* The same rows in the same order, with the same numbers bit for bit, and the same runs. */
 static void check_same(const pd_bonds *a, const pd_bonds *b)
 {
     int64_t in_all = 0, dd = PD_DIM * PD_DIM;
@@ -257,7 +257,7 @@ static void check_same(const pd_bonds *a, const pd_bonds *b)
         CHECK(a->wall_curv[r] == b->wall_curv[q]);
         CHECK(memcmp(a->moment + r * dd, b->moment + q * dd, (size_t)dd * sizeof *a->moment) == 0);
     }
-    const pd_stretches *mine[2] = {&a->whole, &a->cut}, *other[2] = {&b->whole, &b->cut};
+    const pd_runs *mine[2] = {&a->whole, &a->cut}, *other[2] = {&b->whole, &b->cut};
     for (int cut = 0; cut < 2; cut++) {
         if (!CHECK_INT(mine[cut]->count, other[cut]->count)) continue;
         for (int32_t k = 0; k < mine[cut]->count; k++) {
@@ -582,4 +582,4 @@ TEST(memory_faults)
 #endif
 
 TEST_MAIN(ENTRY(random_masks) OF_DIM ENTRY(update_equals_fresh) ENTRY(validate_notices) ENTRY(flat_wall_coefficients)
-              ENTRY(cut_points_on_round_surfaces) ENTRY(memory_faults))
+          ENTRY(cut_points_on_round_surfaces) ENTRY(memory_faults))

@@ -305,8 +305,8 @@ TEST(linearisation)
     pd_ghosts_vector(&s->bonds.ghosts, step);
     pd_ghosts_pressure(&s->bonds.ghosts, 0.0, step + split);
     pdi_flow_gradient(&s->ctx, &s->flow, step + split, grad);
-    pdi_flow_carrier(&s->ctx, &s->flow, step, mass);
-    along.carrier = mass;
+    pdi_flow_advecting(&s->ctx, &s->flow, step, mass);
+    along.advecting = mass;
     along.u = step;
     along.p = step + split;
     along.grad = grad;
@@ -469,4 +469,4 @@ TEST(memory_faults)
 #endif
 
 TEST_MAIN(ENTRY(hydrostatics) OF_DIM ENTRY(sections_balance) ENTRY(linearisation) ENTRY(threads_change_no_bit)
-              ENTRY(bad_input) ENTRY(update_of_dissolved_nodes) ENTRY(memory_faults))
+          ENTRY(bad_input) ENTRY(update_of_dissolved_nodes) ENTRY(memory_faults))

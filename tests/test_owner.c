@@ -249,8 +249,8 @@ TEST(names_and_units)
     } lists[] = {{pdi_flow_list, &flow}, {pdi_steady_list, &steady}, {pdi_implicit_list, &implicit},
                  {pdi_unsteady_list, &unsteady}, {pdi_jacobian_list, &jacobian}, {pdi_transport_list, &transport},
                  {pdi_advance_list, &advance}, {pdi_diffusion_list, &transport.diffusion},
-                 {pdi_limiter_list, &transport.limiter}, {pdi_flux_list, &transport.convect},
-                 {pdi_flux_row_list, &transport.convect}, {pdi_media_list, &transport.diffusion.media},
+                 {pdi_limiter_list, &transport.limiter}, {pdi_flux_list, &transport.flux},
+                 {pdi_flux_row_list, &transport.flux}, {pdi_media_list, &transport.diffusion.media},
                  {pdi_media_row_list, &transport.diffusion.media}, {pdi_compact_list, &transport.compact},
                  {pdi_multigrid_list, &transport.mg}, {pdi_krylov_list, &transport.krylov},
                  {pdi_bond_row_list, &bonds}};
@@ -277,12 +277,12 @@ TEST(names_and_units)
     bonds.words = 1;
     bonds.capacity = 50;
     flow.grid = &grid;
-    flow.bonds = transport.bonds = transport.convect.bonds = &bonds;
+    flow.bonds = transport.bonds = transport.flux.bonds = &bonds;
     transport.limiter.bonds = transport.diffusion.bonds = &bonds;
     flow.wall = flow.push = still;
     flow.clock = transport.desc.clock = &flow.time;
     steady.flow = implicit.flow = unsteady.flow = &flow;
-    jacobian.flow = transport.flow = transport.convect.flow = &flow;
+    jacobian.flow = transport.flow = transport.flux.flow = &flow;
     transport.grid = transport.diffusion.media.grid = &grid;
     transport.diffusion.media.stencil = &stencil;
     transport.desc.field = transport.diffusion.desc.held = transport.diffusion.media.level = any;

@@ -192,7 +192,7 @@ TEST(closed_inlet)
     pd_couple couple;
     for (int closed = 0; closed < 2; closed++) {
         if (!short_channel(s, 1e-6, &couple)) return;
-        for (int64_t k = 0; k < (int64_t)s->bonds.rows * PD_DIM * PD_DIM && closed; k++) s->bonds.carrier[k] = 0.0;
+        for (int64_t k = 0; k < (int64_t)s->bonds.rows * PD_DIM * PD_DIM && closed; k++) s->bonds.advecting[k] = 0.0;
         CHECK_INT(pd_couple_start(&s->ctx, &couple), closed ? PD_ERR_GEOMETRY : PD_OK);
         if (closed) CHECK(strstr(s->ctx.message, "passes the inlets at") != NULL);
         scene_free(s);

@@ -648,7 +648,7 @@ static void limited_at(scene *s, const double *c, double share, const double *x,
     for (int32_t i = 0; i < s->grid.total; i++) s->transport.probe[i] = c[i] + share * x[i];
     pd_ghosts_scalar(&s->bonds.ghosts, s->transport.probe);
     pdi_limiter_update(&s->ctx, &s->transport.limiter, s->transport.probe, 1e-3);
-    pdi_flux_anti(&s->ctx, &s->transport.convect, s->transport.probe, out);
+    pdi_flux_anti(&s->ctx, &s->transport.flux, s->transport.probe, out);
 }
 
 /* The derivative of the limited fluxes along a random direction is what central differences tell: beside inlets,
@@ -673,14 +673,14 @@ TEST(derivative_of_limited_fluxes)
         double largest = 0.0, off = 0.0, share = 1e-6;
         for (int32_t i = 0; i < s->grid.total; i++)
             x[i] = s->grid.kind[i] == PD_FLUID ? random_share(&seed) - 0.5 : 0.0;
-        CHECK_OK(&s->ctx, pdi_flux_refresh(&s->ctx, &t->convect));
+        CHECK_OK(&s->ctx, pdi_flux_refresh(&s->ctx, &t->flux));
         limited_at(s, t->c, share, x, more);
         limited_at(s, t->c, -share, x, less);
         limited_at(s, t->c, 0.0, x, t->anti);
         pd_ghosts_scalar(&s->bonds.ghosts, t->c);
         pd_ghosts_scalar(&s->bonds.ghosts, x);
         pdi_limiter_derive(&s->ctx, &t->limiter, t->c, x, 1e-3, keep_by, slope_by);
-        pdi_flux_anti_by(&s->ctx, &t->convect, t->c, x, keep_by, slope_by, by);
+        pdi_flux_anti_by(&s->ctx, &t->flux, t->c, x, keep_by, slope_by, by);
         for (int32_t i = 0; i < s->grid.total; i++) {
             if (s->grid.kind[i] != PD_FLUID) continue;
             largest = fmax(largest, fabs(by[i]));
@@ -760,6 +760,6 @@ TEST(bad_input)
 #endif
 
 TEST_MAIN(ENTRY(variance_of_a_drop) ENTRY(second_order_in_space) ENTRY(cosine_in_a_closed_box) ENTRY(steady_linear)
-              OF_DIM ENTRY(explicit_limit) ENTRY(maximum_principle_on_random_masks) ENTRY(balance_of_a_channel)
-                  ENTRY(source_and_absorption) ENTRY(boundary_layer_bounded) ENTRY(front_bounded)
-                      ENTRY(derivative_of_limited_fluxes) ENTRY(threads_change_no_bit) ENTRY(bad_input))
+          OF_DIM ENTRY(explicit_limit) ENTRY(maximum_principle_on_random_masks) ENTRY(balance_of_a_channel)
+          ENTRY(source_and_absorption) ENTRY(boundary_layer_bounded) ENTRY(front_bounded)
+          ENTRY(derivative_of_limited_fluxes) ENTRY(threads_change_no_bit) ENTRY(bad_input))

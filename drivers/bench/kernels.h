@@ -9,7 +9,7 @@ typedef struct kernels {
     pd_ctx *ctx;
     val_lab lab;
     triad triad;
-    pd_jacobian product;
+    pd_jacobian jacobian;
     pd_multigrid pressure;          /* symmetric cycle */
     pd_compact compact;
     double *f, *g, *vector, *other; /* [total] twice, [PD_DIM + 1][total] twice */
@@ -50,7 +50,7 @@ static void kernels_residual(void *user)
     pd_flow_residual(k->ctx, &k->lab.flow, k->vector, k->g);
 }
 
-/* As a Newton step needs it: gradient of the pressure, carrier, both convective terms. */
+/* As a Newton step needs it: gradient of the pressure, advecting, both convective terms. */
 static void kernels_product(void *user)
 {
     kernels *k = (kernels *)user;
@@ -58,12 +58,12 @@ static void kernels_product(void *user)
     int64_t split = (int64_t)PD_DIM * flow->grid->total;
     pdi_jacobian_step step;
     pdi_flow_gradient(k->ctx, flow, flow->p, flow->grad);
-    pdi_flow_carrier(k->ctx, flow, flow->u, k->other);
-    step.carrier = k->other;
+    pdi_flow_advecting(k->ctx, flow, flow->u, k->other);
+    step.advecting = k->other;
     step.u = flow->u;
     step.p = flow->p;
     step.grad = flow->grad;
-    pdi_jacobian_apply(k->ctx, &k->product, &step, k->vector, k->vector + split);
+    pdi_jacobian_apply(k->ctx, &k->jacobian, &step, k->vector, k->vector + split);
 }
 
 static void kernels_transport(void *user)
@@ -107,7 +107,7 @@ static void kernels_free(kernels *k)
     PDI_DELETE(k->ctx, total, k->g);
     PDI_DELETE(k->ctx, (PD_DIM + 1) * total, k->vector);
     PDI_DELETE(k->ctx, (PD_DIM + 1) * total, k->other);
-    pdi_jacobian_free(k->ctx, &k->product);
+    pdi_jacobian_free(k->ctx, &k->jacobian);
     pd_multigrid_free(k->ctx, &k->pressure);
     pdi_compact_free(k->ctx, &k->compact);
     triad_free(k->ctx, &k->triad);
@@ -172,8 +172,8 @@ static pd_status kernels_build(bench *b, kernels *k, int n, double m)
     PDI_TRY(PDI_NEW(b->ctx, "bench", (PD_DIM + 1) * total, k->other));
     PDI_TRY(triad_build(b->ctx, total, &k->triad));
     kernels_fields(k);
-    PDI_TRY(pdi_jacobian_build(b->ctx, &lab->flow, &k->product));
-    pdi_jacobian_freeze(b->ctx, &k->product);
+    PDI_TRY(pdi_jacobian_build(b->ctx, &lab->flow, &k->jacobian));
+    pdi_jacobian_freeze(b->ctx, &k->jacobian);
     PDI_TRY(kernels_multigrid(k));
     double nodes = (double)lab->grid.fluid_count;
     kernels_add(k, "triad", kernels_triad, (double)total);

@@ -23,10 +23,10 @@ PDI_FN void pdi_flow_gradient(const pd_ctx *ctx, const pd_flow *flow, const doub
     pd_ghosts_vector(&flow->bonds->ghosts, grad);
 }
 
-/* carrier = K v at `node` with the tensor of row r, mirrored along the axes of `odd`. */
-static void pdi_flow_carry(const pd_flow *flow, int32_t r, int32_t node, int odd, const double *v, double *carrier)
+/* Advecting velocity K v at `node` with the tensor of row r, mirrored along the axes of `odd`. */
+static void pdi_flow_advect(const pd_flow *flow, int32_t r, int32_t node, int odd, const double *v, double *advecting)
 {
-    const double *k = flow->bonds->carrier + (int64_t)r * PD_DIM * PD_DIM;
+    const double *k = flow->bonds->advecting + (int64_t)r * PD_DIM * PD_DIM;
     int64_t total = flow->grid->total;
     for (int a = 0; a < PD_DIM; a++) {
         double sum = 0.0;
@@ -34,30 +34,31 @@ static void pdi_flow_carry(const pd_flow *flow, int32_t r, int32_t node, int odd
             double part = k[a * PD_DIM + b] * v[b * total + node];
             sum += ((odd >> a ^ odd >> b) & 1) ? -part : part;
         }
-        carrier[a * total + node] = sum;
+        advecting[a * total + node] = sum;
     }
 }
 
 /* 1: row r has the divergence (4.2c). */
 static int pdi_flow_evened(const pd_flow *flow, int32_t r) { return flow->even && flow->bonds->smooth[r]; }
 
-PDI_FN void pdi_flow_carrier(const pd_ctx *ctx, const pd_flow *flow, const double *v, double *carrier)
+PDI_FN void pdi_flow_advecting(const pd_ctx *ctx, const pd_flow *flow, const double *v, double *advecting)
 {
     const pd_bonds *bonds = flow->bonds;
     const pd_ghosts *ghosts = &bonds->ghosts;
     int64_t total = flow->grid->total;
     int nt = pdi_par_threads(ctx, (int64_t)bonds->rows * PD_DIM * PD_DIM);
     (void)nt;
-    pdi_par_copy(ctx, PD_DIM * total, v, carrier);
+    pdi_par_copy(ctx, PD_DIM * total, v, advecting);
     PDI_PARALLEL_FOR(nt)
     for (int32_t r = 0; r < bonds->rows; r++)
-        if (!pdi_flow_evened(flow, r)) pdi_flow_carry(flow, r, bonds->node[r], 0, v, carrier);
+        if (!pdi_flow_evened(flow, r)) pdi_flow_advect(flow, r, bonds->node[r], 0, v, advecting);
     /* inlet ghosts lie behind the same walls as the node that they mirror */
     for (int32_t g = ghosts->count; g < ghosts->listed; g++) {
         int32_t r = bonds->row[ghosts->source[g]];
-        if (r >= 0 && !pdi_flow_evened(flow, r)) pdi_flow_carry(flow, r, ghosts->node[g], ghosts->odd[g], v, carrier);
+        if (r >= 0 && !pdi_flow_evened(flow, r))
+            pdi_flow_advect(flow, r, ghosts->node[g], ghosts->odd[g], v, advecting);
     }
-    pd_ghosts_vector(ghosts, carrier);
+    pd_ghosts_vector(ghosts, advecting);
 }
 
 /* ---- divergence beside smooth surfaces ---- */
@@ -86,7 +87,7 @@ static double pdi_flow_slope(const pd_flow *flow, const double *u, int32_t r, in
 }
 
 /* (4.2c) of row r less its bond fluxes. */
-static double pdi_flow_more(const pd_flow *flow, const double *u, const double *carrier, int32_t r, int held)
+static double pdi_flow_more(const pd_flow *flow, const double *u, const double *advecting, int32_t r, int held)
 {
     const pd_bonds *bonds = flow->bonds;
     const pd_stencil *s = bonds->stencil;
@@ -97,13 +98,13 @@ static double pdi_flow_more(const pd_flow *flow, const double *u, const double *
         if (!pdi_bond_open(bonds, r, k)) continue;
         for (int d = 0; d < PD_DIM; d++) {
             int64_t at = (int64_t)d * total + node;
-            more -= s->grad[k * PD_DIM + d] * (carrier[at] + carrier[at + bonds->shift[k]]);
+            more -= s->grad[k * PD_DIM + d] * (advecting[at] + advecting[at + bonds->shift[k]]);
         }
     }
     return more;
 }
 
-PDI_FN void pdi_flow_even(const pd_ctx *ctx, const pd_flow *flow, const double *u, const double *carrier, int held,
+PDI_FN void pdi_flow_even(const pd_ctx *ctx, const pd_flow *flow, const double *u, const double *advecting, int held,
                           double sign, double *rc)
 {
     const pd_bonds *bonds = flow->bonds;
@@ -112,7 +113,7 @@ PDI_FN void pdi_flow_even(const pd_ctx *ctx, const pd_flow *flow, const double *
     (void)nt;
     PDI_PARALLEL_FOR(nt)
     for (int32_t r = 0; r < bonds->rows; r++)
-        flow->more[r] = flow->patch[r] < 0 ? 0.0 : pdi_flow_more(flow, u, carrier, r, held);
+        flow->more[r] = flow->patch[r] < 0 ? 0.0 : pdi_flow_more(flow, u, advecting, r, held);
     /* nothing passes the surface of a body in the sum */
     for (int32_t r = 0; r < 2 * bonds->rows; r++) flow->leak[r] = 0.0;
     for (int32_t r = 0; r < bonds->rows; r++) {
@@ -206,7 +207,7 @@ void pd_flow_prepare(pd_ctx *ctx, pd_flow *flow)
     pdi_flow_ghosts(flow, 1, flow->u);
     pd_ghosts_pressure(&flow->bonds->ghosts, flow->p_out, flow->p);
     pdi_flow_gradient(ctx, flow, flow->p, flow->grad);
-    pdi_flow_carrier(ctx, flow, flow->u, flow->carrier);
+    pdi_flow_advecting(ctx, flow, flow->u, flow->advecting);
 }
 
 /* Nodes of a block: one vector, or two short ones, so that all that belongs to its nodes stays in registers. */
@@ -284,10 +285,10 @@ PDI_INLINE void pdi_flow_cut(const pd_flow *flow, const pdi_flow_terms *t, int32
     pdi_bond_gate gate = {NULL, 0, 0, 0};
     pdi_flow_own_load(flow, t, i, count, own);
     for (int k = 0; k < bonds->stencil->count; k++) {
-        pdi_lanes lanes = pdi_bond_gate_open(bonds, r, k, count, &gate, own->open);
-        if (lanes == PDI_LANES_NONE) continue;
+        pdi_openness which = pdi_bond_gate_open(bonds, r, k, count, &gate, own->open);
+        if (which == PDI_OPEN_NONE) continue;
         double pressure = r >= bonds->plain && flow->grid->kind[i + bonds->shift[k]] == PD_INLET ? 0.0 : 1.0;
-        for (int b = 0; b < count && lanes == PDI_LANES_ALL; b++) own->open[b] = 1.0;
+        for (int b = 0; b < count && which == PDI_OPEN_ALL; b++) own->open[b] = 1.0;
         pdi_flow_bond(flow, t, own, i, k, count, own->open, pressure, sums);
     }
 }
@@ -300,7 +301,7 @@ static void pdi_flow_block(const pd_flow *flow, const pdi_flow_terms *t, int32_t
                            double *rc)
 {
     const pd_bonds *bonds = flow->bonds;
-    const double *hoop = bonds->ring.hoop;
+    const double *hoop = bonds->axisym.hoop;
     int64_t total = flow->grid->total;
     enum { whole = PDI_FLOW_BLOCK };
     pdi_flow_own own;
@@ -310,7 +311,7 @@ static void pdi_flow_block(const pd_flow *flow, const pdi_flow_terms *t, int32_t
     else if (count == whole) pdi_flow_cut(flow, t, i, row, whole, &own, &sums);
     else if (row < 0) pdi_flow_whole(flow, t, i, count, &own, &sums);
     else pdi_flow_cut(flow, t, i, row, count, &own, &sums);
-    for (int b = 0; b < count; b++) rc[i + b] = sums.flux[b] - 0.5 * flow->tau * sums.stabiliser[b];
+    for (int b = 0; b < count; b++) rc[i + b] = sums.flux[b] - 0.5 * flow->stabilisation * sums.stabiliser[b];
     for (int d = 0; d < PD_DIM; d++) {
         double force = t->force ? t->force[d] : 0.0;
         double turn = hoop && d == PD_DIM - 1 ? hoop[i / flow->grid->stride[d]] : 0.0;
@@ -323,7 +324,7 @@ static void pdi_flow_block(const pd_flow *flow, const pdi_flow_terms *t, int32_t
             }
             ru[at] = 0.5 * sums.momentum[d][b] + (0.5 * sums.flux[b] + flow->nu * lap) * t->u[at] +
                      (1.0 - bend) * (t->grad[at] - force);
-            if (t->drive && row >= 0) ru[at] -= flow->nu * t->drive[at];
+            if (t->wall_motion && row >= 0) ru[at] -= flow->nu * t->wall_motion[at];
         }
     }
 }
@@ -373,16 +374,16 @@ void pd_flow_residual(pd_ctx *ctx, pd_flow *flow, double *ru, double *rc)
     pdi_flow_terms t;
     memset(&t, 0, sizeof t);
     pd_flow_prepare(ctx, flow);
-    t.mass = flow->carrier;
+    t.mass = flow->advecting;
     t.u = flow->u;
     t.p = flow->p;
     t.grad = flow->grad;
     t.force = flow->force;
-    t.drive = flow->drive;
+    t.wall_motion = flow->wall_motion;
     pdi_flow_terms_apply(ctx, flow, &t, ru, rc);
     pdi_flow_push(ctx, flow, ru);
     pdi_flow_bend(ctx, flow, flow->u, flow->grad, 1, ru);
-    pdi_flow_even(ctx, flow, flow->u, flow->carrier, 1, 1.0, rc);
+    pdi_flow_even(ctx, flow, flow->u, flow->advecting, 1, 1.0, rc);
     flow->evaluations++;
 }
 
@@ -391,13 +392,14 @@ PDI_FN double pdi_flow_bond_flux(const pd_flow *flow, int32_t i, int k)
     const pd_stencil *s = flow->bonds->stencil;
     int32_t total = flow->grid->total, j = i + flow->bonds->shift[k];
     double share = pdi_bond_flux(flow->bonds, i, k), a = pdi_bond_lap(flow->bonds, i)[k];
-    double flux = share * pdi_flow_carried(s->grad + k * PD_DIM, flow->carrier + i, total, flow->carrier + j, total);
+    const double *w = flow->advecting, *g = s->grad + k * PD_DIM;
+    double flux = share * pdi_flow_carried(g, w + i, total, w + j, total);
     if (flow->potential) flux -= a * (flow->potential[j] - flow->potential[i]);
     if (flow->grid->kind[i] == PD_INLET || flow->grid->kind[j] == PD_INLET) return flux;
     double step = flow->p[j] - flow->p[i];
     double stabiliser =
         pdi_flow_stabiliser(s->xi + k * PD_DIM, step, flow->grad + i, total, flow->grad + j, total);
-    return flux - flow->tau * a * (0.5 * stabiliser);
+    return flux - flow->stabilisation * a * (0.5 * stabiliser);
 }
 
 static double pdi_flow_section_bond(const void *user, int32_t i, int k)
@@ -533,12 +535,12 @@ static void pdi_flow_drive_row(pd_flow *flow, int32_t r, double span, pdi_flow_w
 {
     const pd_bonds *bonds = flow->bonds;
     double curved[2][PD_DIM];
-    pdi_bond_drive(bonds, r, pdi_flow_wall, walls, drive, NULL);
+    pdi_bond_wall_motion(bonds, r, pdi_flow_wall, walls, drive, NULL);
     if (!flow->clock || !(span > 0.0)) return;
     for (int k = 0; k < 2; k++) {
         double unread[PD_DIM];
         *flow->clock = flow->time + (k ? span : -span);
-        pdi_bond_drive(bonds, r, flow->wall, flow->wall_user, unread, curved[k]);
+        pdi_bond_wall_motion(bonds, r, flow->wall, flow->wall_user, unread, curved[k]);
     }
     *flow->clock = flow->time;
     for (int d = 0; d < PD_DIM; d++) drive[d] += (curved[1][d] - curved[0][d]) / (2.0 * span * flow->nu);
@@ -560,7 +562,7 @@ static void pdi_flow_stabilise(pd_flow *flow)
         double h = flow->grid->h[d];
         rate += flow->nu / (h * h) + 0.5 * flow->speed / h;
     }
-    flow->tau = 1.0 / rate;
+    flow->stabilisation = 1.0 / rate;
 }
 
 /* A force along a periodic axis drives a flow; along others it counts where nothing else moves the fluid. */
@@ -602,7 +604,7 @@ static pd_status pdi_flow_drive(pd_ctx *ctx, pd_flow *flow, double span, double 
     for (int32_t r = 0; r < bonds->rows && flow->wall; r++) {
         pdi_flow_drive_row(flow, r, span, &walls, drive);
         for (int d = 0; d < PD_DIM; d++) {
-            double *value = &flow->drive[(int64_t)d * flow->grid->total + bonds->node[r]];
+            double *value = &flow->wall_motion[(int64_t)d * flow->grid->total + bonds->node[r]];
             if (!(fabs(drive[d]) < 1e100)) {
                 char place[PDI_GRID_PLACE];
                 return pdi_fail(ctx, PD_ERR_ARGUMENT, "flow", "the velocity of the wall beside %s m is no finite one",
@@ -670,12 +672,12 @@ PDI_FN void pdi_flow_list(pdi_owner *owner, void *object)
     PDI_STATE(owner, flow, u, PD_DIM * total, "m/s");
     PDI_STATE(owner, flow, p, total, "m2/s2");
     PDI_ARRAY(owner, flow, grad, PD_DIM * total, "m/s2");
-    PDI_ARRAY(owner, flow, carrier, PD_DIM * total, "m/s");
-    if (flow->wall) PDI_ARRAY(owner, flow, drive, PD_DIM * total, "1/m/s");
+    PDI_ARRAY(owner, flow, advecting, PD_DIM * total, "m/s");
+    if (flow->wall) PDI_ARRAY(owner, flow, wall_motion, PD_DIM * total, "1/m/s");
     if (flow->push) PDI_ARRAY(owner, flow, body, PD_DIM * total, "m/s2");
     PDI_VALUE(owner, flow, evaluations, "1");
     PDI_VALUE(owner, flow, speed, "m/s");
-    PDI_VALUE(owner, flow, tau, "s");
+    PDI_VALUE(owner, flow, stabilisation, "s");
     if (flow->clock) PDI_VALUE(owner, flow, time, "s");
 }
 

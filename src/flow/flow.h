@@ -41,7 +41,7 @@ typedef struct pd_flow {
     double p_out;           /* [m2/s2] kinematic */
     double speed, length;   /* [m/s] [m] scales U and L of the problem (eq. 4.5b), which solvers work with */
     double reference_speed, reference_length; /* [m/s] [m] for reports alone */
-    double tau;             /* [s] weight of the pressure flux (eq. 4.4) */
+    double stabilisation;   /* [s] weight of the pressure flux (eq. 4.4) */
     pd_velocity_fn inlet;
     void *inlet_user;
     pd_velocity_fn wall;
@@ -50,12 +50,12 @@ typedef struct pd_flow {
                              * steady solver asks for (eq. 4.5c); 0: at the places of the ghosts */
     int32_t inlets;         /* inlet ghosts with a place in */
     double *held;           /* [PD_DIM][inlets] [m/s] what they hold, in the order of the ghosts */
-    double *drive;          /* [PD_DIM][total] [1/m/s] of moving walls (pdi_bond_drive), with what their acceleration
-                             * does to the curvature beside them (eq. 4.17b); NULL: walls at rest */
+    double *wall_motion;    /* [PD_DIM][total] [1/m/s] of moving walls (pdi_bond_wall_motion), with what their
+                             * acceleration does to the curvature beside them (eq. 4.17b); NULL: walls at rest */
     double *u;              /* [PD_DIM][total] [m/s] */
     double *p;              /* [total] [m2/s2] kinematic pressure */
     double *grad;           /* [PD_DIM][total] [m/s2] gradient of p */
-    double *carrier;        /* [PD_DIM][total] [m/s] velocity that makes the bond fluxes (eq. 4.2b) */
+    double *advecting;      /* [PD_DIM][total] [m/s] velocity that makes the bond fluxes (eq. 4.2b) */
     const double *potential; /* [total] [m2/s] its Laplacian takes from the bond fluxes the divergence that a steady
                              * solve has left (eq. 4.10b), zero at ports. NULL: none. Borrowed from the solver */
     int even;               /* 1: rows beside smooth surfaces have the divergence (4.2c): a solver of steady flows has
@@ -83,8 +83,8 @@ PD_API pd_status pd_flow_build(pd_ctx *ctx, const pd_grid *grid, const pd_bonds 
 /* After pd_bonds_update: `changed` nodes have turned fluid. They start at rest with the mean pressure of their
  * fluid neighbours. */
 PD_API pd_status pd_flow_update(pd_ctx *ctx, const int32_t *changed, int32_t count, pd_flow *flow);
-/* Ghosts, pressure gradient and carrier of the u and p that the caller has put in: all that transport needs of a given
- * flow. */
+/* Ghosts, pressure gradient and advecting velocity of the u and p that the caller has put in: all that transport needs
+ * of a given flow. */
 PD_API void pd_flow_prepare(pd_ctx *ctx, pd_flow *flow);
 /* Velocities of inlets and walls and the body force become those of time t [s]; nothing happens without a clock. span
  * [s]: walls accelerate as they do on average from t - span to t + span; 0: not at all, as in steady flow. moved may be
@@ -104,16 +104,16 @@ PD_API void pd_flow_free(pd_ctx *ctx, pd_flow *flow);
 PDI_FN void pdi_flow_list(pdi_owner *owner, void *object);
 /* Fields of one evaluation. */
 typedef struct pdi_flow_terms {
-    const double *mass;    /* carrier: convects u; its divergence is the continuity term [m/s] */
+    const double *mass;    /* advecting velocity: convects u; its divergence is the continuity term [m/s] */
     const double *u;       /* [m/s] */
     const double *p;       /* [m2/s2] */
     const double *grad;    /* gradient of p [m/s2] */
     const double *force;   /* [PD_DIM] [m/s2], or NULL */
-    const double *drive;   /* of moving walls [1/m/s], or NULL */
+    const double *wall_motion; /* [1/m/s] of moving walls, or NULL */
 } pdi_flow_terms;
-/* carrier = K v at nodes whose family is cut, v elsewhere, ghosts filled (eq. 4.2b); v and its inlet ghosts are
- * given. */
-PDI_FN void pdi_flow_carrier(const pd_ctx *ctx, const pd_flow *flow, const double *v, double *carrier);
+/* advecting velocity = K v at nodes whose family is cut, v elsewhere, ghosts filled (eq. 4.2b); v and its inlet ghosts
+ * are given. */
+PDI_FN void pdi_flow_advecting(const pd_ctx *ctx, const pd_flow *flow, const double *v, double *advecting);
 /* From here on inlets hold their velocity on the side. */
 PDI_FN pd_status pdi_flow_mirror(pd_ctx *ctx, pd_flow *flow);
 /* Ghosts of a velocity, or of a step of one (held 0). */
@@ -136,16 +136,16 @@ PDI_FN pd_status pdi_flow_patch(pd_ctx *ctx, pd_flow *flow);
 static inline int pdi_flow_bends(const pd_flow *flow, int32_t r)
 {
     if (!flow->even || !pdi_reconstruct_bent(&flow->slopes, r)) return 0;
-    for (int d = 0; d < PD_DIM && flow->drive; d++)
-        if (fabs(flow->drive[(int64_t)d * flow->grid->total + flow->bonds->node[r]]) > 0.0) return 0;
+    for (int d = 0; d < PD_DIM && flow->wall_motion; d++)
+        if (fabs(flow->wall_motion[(int64_t)d * flow->grid->total + flow->bonds->node[r]]) > 0.0) return 0;
     return 1;
 }
 /* ru += what (3.4b) has more than (3.3) and (3.4) of the velocity u and of the pressure gradient. held: the body force
  * counts. */
 PDI_FN void pdi_flow_bend(const pd_ctx *ctx, const pd_flow *flow, const double *u, const double *grad, int held,
                           double *ru);
-/* rc += sign times what (4.2c) has more than the bond fluxes of `carrier`, made from u by pdi_flow_carrier. */
-PDI_FN void pdi_flow_even(const pd_ctx *ctx, const pd_flow *flow, const double *u, const double *carrier, int held,
+/* rc += sign times what (4.2c) has more than the bond fluxes of `advecting`, made from u by pdi_flow_advecting. */
+PDI_FN void pdi_flow_even(const pd_ctx *ctx, const pd_flow *flow, const double *u, const double *advecting, int held,
                           double sign, double *rc);
 /* What steps carry on; with all that follows from it after reading. */
 PDI_FN pd_status pdi_flow_store(pd_ctx *ctx, pd_flow *flow, pd_archive *archive);
@@ -171,7 +171,7 @@ static inline float pdi_flow_along_single(const float *g, const float *w, int64_
     for (int d = 1; d < PD_DIM; d++) sum += g[d] * w[d * stride];
     return sum;
 }
-/* g.(w_i + w_j): what the carrier w brings through the bond, and into the momentum (eq. 4.3). */
+/* g.(w_i + w_j): what the advecting velocity w brings through the bond, and into the momentum (eq. 4.3). */
 static inline double pdi_flow_carried(const double *g, const double *near, int64_t near_stride, const double *far,
                                       int64_t far_stride)
 {

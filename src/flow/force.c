@@ -104,7 +104,7 @@ static void pdi_force_press(const pdi_force_query *q, int32_t r, double *press)
     }
 }
 
-/* Friction of row r over rho: V (nu (W u - drive) - Q (G P - f)), or - V nu times (3.4b), as its momentum residual
+/* Friction of row r over rho: V (nu (W u - motion) - Q (G P - f)), or - V nu times (3.4b), as its momentum residual
  * holds it (eq. 4.27). Of one shape: the parts of its bonds, or its share of them. */
 static void pdi_force_rub(const pdi_force_query *q, int32_t r, double *rub)
 {
@@ -112,7 +112,7 @@ static void pdi_force_rub(const pdi_force_query *q, int32_t r, double *rub)
     const pd_bonds *bonds = flow->bonds;
     int64_t total = flow->grid->total;
     int32_t node = bonds->node[r];
-    double lap = 0.0, curv = 0.0, drive[PD_DIM];
+    double lap = 0.0, curv = 0.0, motion[PD_DIM];
     double volume = bonds->stencil->volume * pdi_grid_circumference(flow->grid, node);
     if (pdi_flow_bends(flow, r)) {
         pdi_force_face face;
@@ -122,7 +122,7 @@ static void pdi_force_rub(const pdi_force_query *q, int32_t r, double *rub)
         return;
     }
     for (int d = 0; d < PD_DIM; d++)
-        drive[d] = flow->drive && q->shape == PD_FORCE_ALL ? flow->drive[d * total + node] : 0.0;
+        motion[d] = flow->wall_motion && q->shape == PD_FORCE_ALL ? flow->wall_motion[d * total + node] : 0.0;
     if (q->shape == PD_FORCE_ALL) {
         lap = bonds->wall_lap[r];
         curv = bonds->wall_curv[r];
@@ -137,11 +137,11 @@ static void pdi_force_rub(const pdi_force_query *q, int32_t r, double *rub)
         curv += end.curv;
         if (!flow->wall) continue;
         flow->wall(flow->wall_user, end.x, u);
-        for (int d = 0; d < PD_DIM; d++) drive[d] += end.lap * u[d];
+        for (int d = 0; d < PD_DIM; d++) motion[d] += end.lap * u[d];
     }
     for (int d = 0; d < PD_DIM; d++) {
         int64_t at = (int64_t)d * total + node;
-        rub[d] = volume * (flow->nu * (lap * flow->u[at] - drive[d]) -
+        rub[d] = volume * (flow->nu * (lap * flow->u[at] - motion[d]) -
                            curv * (flow->grad[at] - pdi_flow_force(flow, d, node)));
     }
 }
@@ -169,7 +169,7 @@ static void pdi_force_press_all(const pd_flow *flow, int32_t r, double *press)
 static double pdi_force_hand(const pd_flow *flow, int32_t r, int k, double *x)
 {
     const pd_bonds *bonds = flow->bonds;
-    const double *b = bonds->carrier + (int64_t)r * PD_DIM * PD_DIM, *g = bonds->stencil->grad + k * PD_DIM;
+    const double *b = bonds->advecting + (int64_t)r * PD_DIM * PD_DIM, *g = bonds->stencil->grad + k * PD_DIM;
     int32_t node = bonds->node[r];
     double p = 0.5 * (flow->p[node] + flow->p[node + bonds->shift[k]]);
     for (int d = 0; d < PD_DIM; d++) {

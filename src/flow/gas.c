@@ -1,6 +1,6 @@
 /* gas: see gas.h
  *
- * Design: sweeps work on up to PDI_LANES neighbours along axis 0 at once, bond by bond. Closed lanes see the state of
+ * Design: sweeps work on up to PDI_PIECE neighbours along axis 0 at once, bond by bond. Closed lanes see the state of
  * the node at the far end too, so that all numbers stay finite, and count for nothing. The pressure of the node is
  * taken off every flux of its momentum; that changes nothing, since its faces close, and gas at rest stays at rest to
  * the last bit.
@@ -23,9 +23,9 @@
 
 /* Both sides of a face: primitive states at the middle of the bond. */
 typedef struct pdi_gas_face {
-    double left[PD_GAS_FIELDS][PDI_LANES], right[PD_GAS_FIELDS][PDI_LANES];
-    double u_left[PDI_LANES], u_right[PDI_LANES]; /* [m/s] v.n */
-    double s_left[PDI_LANES], s_right[PDI_LANES]; /* [m/s] speeds of the outer waves */
+    double left[PD_GAS_FIELDS][PDI_PIECE], right[PD_GAS_FIELDS][PDI_PIECE];
+    double u_left[PDI_PIECE], u_right[PDI_PIECE]; /* [m/s] v.n */
+    double s_left[PDI_PIECE], s_right[PDI_PIECE]; /* [m/s] speeds of the outer waves */
 } pdi_gas_face;
 
 /* A sweep over `count` consecutive nodes from i, which are the rows from `row` (-1: whole families). */
@@ -47,7 +47,7 @@ static void pdi_gas_sweep(const pd_ctx *ctx, const pd_gas *gas, pdi_gas_lanes_fn
     pdi_gas_sweeping s;
     s.gas = gas;
     s.lanes = lanes;
-    pdi_traverse_sweep(ctx, gas->bonds, gas->grid->fluid_count * gas->bonds->stencil->count * 16, PDI_LANES,
+    pdi_traverse_sweep(ctx, gas->bonds, gas->grid->fluid_count * gas->bonds->stencil->count * 16, PDI_PIECE,
                        pdi_gas_run, &s);
 }
 
@@ -134,7 +134,7 @@ static void pdi_gas_room_lanes(const pd_gas *gas, int32_t i, int32_t row, int co
 {
     const pd_bonds *bonds = gas->bonds;
     int64_t total = gas->grid->total;
-    double least[PDI_LANES], most[PDI_LANES], steep[PDI_LANES], along[PDI_LANES], open[PDI_LANES];
+    double least[PDI_PIECE], most[PDI_PIECE], steep[PDI_PIECE], along[PDI_PIECE], open[PDI_PIECE];
     for (int c = 0; c < PD_GAS_FIELDS; c += PDI_GAS_P) {
         const double *q = gas->primitive + c * total + i, *slope = gas->slope + (int64_t)c * PD_DIM * total + i;
         for (int b = 0; b < count; b++) {
@@ -143,14 +143,14 @@ static void pdi_gas_room_lanes(const pd_gas *gas, int32_t i, int32_t row, int co
         }
         pdi_bond_gate gate = {NULL, 0, 0, 0};
         for (int k = 0; k < bonds->stencil->count; k++) {
-            pdi_lanes lanes = pdi_bond_gate_open(bonds, row, k, count, &gate, open);
+            pdi_openness lanes = pdi_bond_gate_open(bonds, row, k, count, &gate, open);
             const double *far = q + bonds->shift[k], *xi = bonds->stencil->xi + k * PD_DIM;
-            if (lanes == PDI_LANES_NONE) continue;
+            if (lanes == PDI_OPEN_NONE) continue;
             for (int b = 0; b < count; b++) along[b] = 0.0;
             for (int d = 0; d < PD_DIM; d++)
                 for (int b = 0; b < count; b++) along[b] += 0.5 * xi[d] * slope[d * total + b];
             for (int b = 0; b < count; b++) {
-                double value = lanes == PDI_LANES_ALL || open[b] > 0.0 ? far[b] : q[b], size = fabs(along[b]);
+                double value = lanes == PDI_OPEN_ALL || open[b] > 0.0 ? far[b] : q[b], size = fabs(along[b]);
                 least[b] = value < least[b] ? value : least[b];
                 most[b] = value > most[b] ? value : most[b];
                 steep[b] = size > steep[b] ? size : steep[b];
@@ -201,7 +201,7 @@ static void pdi_gas_reconstruct(const pd_gas *gas, int32_t i, int k, int count, 
     for (int c = 0; c < PD_GAS_FIELDS; c++) {
         const double *near = gas->primitive + c * total + i;
         const double *slope = gas->slope ? gas->slope + (int64_t)c * PD_DIM * total + i : NULL;
-        double *left = f->left[c], *right = f->right[c], step[PDI_LANES], here[PDI_LANES], there[PDI_LANES];
+        double *left = f->left[c], *right = f->right[c], step[PDI_PIECE], here[PDI_PIECE], there[PDI_PIECE];
         for (int b = 0; b < count; b++) {
             left[b] = near[b];
             step[b] = open && !(open[b] > 0.0) ? 0.0 : near[b + shift] - near[b];
@@ -255,7 +255,7 @@ static void pdi_gas_waves(const pd_gas *gas, const double *n, int count, pdi_gas
 
 /* Add `weight` times the flux through faces with the normal n, less the pressure p of the nodes (eq. 4.19, 4.20). */
 static void pdi_gas_hllc(const pd_gas *gas, const double *n, double weight, const double *p, int count,
-                         const double *open, const pdi_gas_face *f, double (*sum)[PDI_LANES])
+                         const double *open, const pdi_gas_face *f, double (*sum)[PDI_PIECE])
 {
     double inner = 1.0 / (gas->desc.gamma - 1.0);
     for (int b = 0; b < count; b++) {
@@ -330,14 +330,14 @@ static void pdi_gas_rate_lanes(const pd_gas *gas, int32_t i, int32_t row, int co
     const pd_bonds *bonds = gas->bonds;
     int64_t total = gas->grid->total;
     const double *p = gas->primitive + PDI_GAS_P * total + i;
-    double sum[PD_GAS_FIELDS][PDI_LANES], open[PDI_LANES], n[PD_DIM];
+    double sum[PD_GAS_FIELDS][PDI_PIECE], open[PDI_PIECE], n[PD_DIM];
     pdi_gas_face face;
     memset(sum, 0, sizeof sum);
     pdi_bond_gate gate = {NULL, 0, 0, 0};
     for (int k = 0; k < bonds->stencil->count; k++) {
-        pdi_lanes lanes = pdi_bond_gate_open(bonds, row, k, count, &gate, open);
-        const double *some = lanes == PDI_LANES_SOME ? open : NULL;
-        if (lanes == PDI_LANES_NONE) continue;
+        pdi_openness lanes = pdi_bond_gate_open(bonds, row, k, count, &gate, open);
+        const double *some = lanes == PDI_OPEN_SOME ? open : NULL;
+        if (lanes == PDI_OPEN_NONE) continue;
         double weight = pdi_gas_bond(bonds->stencil, k, n);
         pdi_gas_reconstruct(gas, i, k, count, some, &face);
         pdi_gas_waves(gas, n, count, &face);
@@ -357,21 +357,21 @@ static void pdi_gas_rate_lanes(const pd_gas *gas, int32_t i, int32_t row, int co
 static void pdi_gas_limit_lanes(const pd_gas *gas, int32_t i, int32_t row, int count)
 {
     const pd_bonds *bonds = gas->bonds;
-    double sum[PDI_LANES], open[PDI_LANES], n[PD_DIM];
+    double sum[PDI_PIECE], open[PDI_PIECE], n[PD_DIM];
     pd_gas nodes = *gas;
     pdi_gas_face face;
     nodes.slope = NULL;
     for (int b = 0; b < count; b++) sum[b] = 0.0;
     pdi_bond_gate gate = {NULL, 0, 0, 0};
     for (int k = 0; k < bonds->stencil->count; k++) {
-        pdi_lanes lanes = pdi_bond_gate_open(bonds, row, k, count, &gate, open);
-        if (lanes == PDI_LANES_NONE) continue;
+        pdi_openness lanes = pdi_bond_gate_open(bonds, row, k, count, &gate, open);
+        if (lanes == PDI_OPEN_NONE) continue;
         double weight = pdi_gas_bond(bonds->stencil, k, n);
-        pdi_gas_reconstruct(&nodes, i, k, count, lanes == PDI_LANES_SOME ? open : NULL, &face);
+        pdi_gas_reconstruct(&nodes, i, k, count, lanes == PDI_OPEN_SOME ? open : NULL, &face);
         pdi_gas_waves(gas, n, count, &face);
         for (int b = 0; b < count; b++) {
             double back = face.s_left[b] < 0.0 ? -weight * face.s_left[b] : 0.0;
-            sum[b] += lanes == PDI_LANES_SOME ? open[b] * back : back;
+            sum[b] += lanes == PDI_OPEN_SOME ? open[b] * back : back;
         }
     }
     for (int b = 0; b < count && row >= 0; b++) {

@@ -81,13 +81,13 @@ static pd_status pdi_implicit_project(pd_ctx *ctx, pd_implicit *im)
     pd_flow *flow = im->flow;
     pd_steady_result result;
     int64_t total = flow->grid->total, split = PD_DIM * total;
-    double tau = flow->tau, rate = 1.0 / (im->desc.tolerance * tau);
+    double tau = flow->stabilisation, rate = 1.0 / (im->desc.tolerance * tau);
     if (im->steps > 0 || im->projected) return PD_OK;
     pdi_par_copy(ctx, split, flow->u, im->start);
     pdi_par_copy(ctx, total, flow->p, im->start + split);
-    flow->tau = PDI_IMPLICIT_IMPULSE / rate;
+    flow->stabilisation = PDI_IMPLICIT_IMPULSE / rate;
     pd_status status = pdi_steady_stage(ctx, im->steady, rate, im->start, im->desc.tolerance, 0, &result);
-    flow->tau = tau;
+    flow->stabilisation = tau;
     im->evaluations += result.evaluations;
     pdi_par_copy(ctx, total, im->start + split, flow->p);
     if (status == PD_OK) im->projected = 1;

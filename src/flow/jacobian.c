@@ -1,7 +1,7 @@
 /* jacobian: see jacobian.h
  *
- * The terms are those of the residual (flow.c): 1/2 sum g.(w_i + w_j) v_j with one of carrier w and velocity v from the
- * state and the other one from the step, the Laplacian, and the pressure difference that ties neighbours. Sums of a
+ * The terms are those of the residual (flow.c): 1/2 sum g.(w_i + w_j) v_j with one of advecting velocity w and
+ * velocity v from the state and the other one from the step, the Laplacian, and the pressure stabilisation. Sums of a
  * block stay in registers; where families are whole, opposite bonds go together.
  */
 #include "flow/jacobian.h"
@@ -17,8 +17,8 @@
 
 /* What a block of nodes reads again for each of its bonds. */
 typedef struct pdi_jacobian_own {
-    float frozen[PD_DIM][PDI_JACOBIAN_BLOCK]; /* carrier of the state */
-    float carrier[PD_DIM][PDI_JACOBIAN_BLOCK], u[PD_DIM][PDI_JACOBIAN_BLOCK], grad[PD_DIM][PDI_JACOBIAN_BLOCK];
+    float frozen[PD_DIM][PDI_JACOBIAN_BLOCK]; /* advecting velocity of the state */
+    float advecting[PD_DIM][PDI_JACOBIAN_BLOCK], u[PD_DIM][PDI_JACOBIAN_BLOCK], grad[PD_DIM][PDI_JACOBIAN_BLOCK];
     float p[PDI_JACOBIAN_BLOCK];
 } pdi_jacobian_own;
 
@@ -29,8 +29,8 @@ typedef struct pdi_jacobian_sums {
 
 /* The arrays of a sweep, from a node on. */
 typedef struct pdi_jacobian_view {
-    const float *frozen, *state;         /* carrier and velocity of the state */
-    const float *carrier, *u, *grad, *p; /* of the step */
+    const float *frozen, *state;         /* advecting and node velocity of the state */
+    const float *advecting, *u, *grad, *p; /* of the step */
     int64_t total;
 } pdi_jacobian_view;
 
@@ -40,8 +40,8 @@ static inline pdi_jacobian_view pdi_jacobian_look(const pd_jacobian *q, int64_t 
     v.total = q->flow->grid->total;
     v.frozen = q->frozen + node;
     v.state = v.frozen + PD_DIM * v.total;
-    v.carrier = q->along + node;
-    v.u = v.carrier + PD_DIM * v.total;
+    v.advecting = q->along + node;
+    v.u = v.advecting + PD_DIM * v.total;
     v.grad = v.u + PD_DIM * v.total;
     v.p = v.grad + PD_DIM * v.total;
     return v;
@@ -51,7 +51,7 @@ PDI_INLINE void pdi_jacobian_load(const pdi_jacobian_view *at, int count, pdi_ja
 {
     for (int d = 0; d < PD_DIM; d++) {
         for (int b = 0; b < count; b++) own->frozen[d][b] = at->frozen[d * at->total + b];
-        for (int b = 0; b < count; b++) own->carrier[d][b] = at->carrier[d * at->total + b];
+        for (int b = 0; b < count; b++) own->advecting[d][b] = at->advecting[d * at->total + b];
         for (int b = 0; b < count; b++) own->u[d][b] = at->u[d * at->total + b];
         for (int b = 0; b < count; b++) own->grad[d][b] = at->grad[d * at->total + b];
     }
@@ -67,9 +67,9 @@ PDI_INLINE void pdi_jacobian_pair(const pdi_jacobian_own *PD_RESTRICT own, const
     const float *g = weight, *xi = weight + PD_DIM;
     int64_t total = far->total;
     for (int b = 0; b < count; b++) {
-        float here = pdi_flow_along_single(g, &own->carrier[0][b], PDI_JACOBIAN_BLOCK);
-        float there = pdi_flow_along_single(g, far->carrier + b, total);
-        float behind = pdi_flow_along_single(g, back->carrier + b, total);
+        float here = pdi_flow_along_single(g, &own->advecting[0][b], PDI_JACOBIAN_BLOCK);
+        float there = pdi_flow_along_single(g, far->advecting + b, total);
+        float behind = pdi_flow_along_single(g, back->advecting + b, total);
         float here0 = pdi_flow_along_single(g, &own->frozen[0][b], PDI_JACOBIAN_BLOCK);
         float gain = here0 + pdi_flow_along_single(g, far->frozen + b, total) - friction;
         float loss = here0 + pdi_flow_along_single(g, back->frozen + b, total) + friction;
@@ -96,8 +96,8 @@ PDI_INLINE void pdi_jacobian_bond(const pdi_jacobian_own *PD_RESTRICT own, const
     int64_t total = far->total;
     for (int b = 0; b < count; b++) {
         float part = share * open[b];
-        float flux = part * (pdi_flow_along_single(g, &own->carrier[0][b], PDI_JACOBIAN_BLOCK) +
-                             pdi_flow_along_single(g, far->carrier + b, total));
+        float flux = part * (pdi_flow_along_single(g, &own->advecting[0][b], PDI_JACOBIAN_BLOCK) +
+                             pdi_flow_along_single(g, far->advecting + b, total));
         float gain = part * (pdi_flow_along_single(g, &own->frozen[0][b], PDI_JACOBIAN_BLOCK) +
                              pdi_flow_along_single(g, far->frozen + b, total)) - open[b] * friction;
         float stabiliser = pdi_flow_stabiliser_single(xi, far->p[b] - own->p[b], &own->grad[0][b],
@@ -122,7 +122,7 @@ PDI_INLINE void pdi_jacobian_sum(const pd_jacobian *q, int32_t i, int32_t row, i
     pdi_jacobian_own own;
     pdi_bond_gate gate = {NULL, 0, 0, 0};
     float open[PDI_JACOBIAN_BLOCK], twice_nu = (float)(2.0 * flow->nu / (q->speed * q->length));
-    const double *lap = bonds->ring.lap ? pdi_bond_lap(bonds, i) : NULL;
+    const double *lap = bonds->axisym.lap ? pdi_bond_lap(bonds, i) : NULL;
     pdi_jacobian_load(&at, count, &own);
     for (int b = 0; b < count; b++) open[b] = 1.0f;
     if (row < 0 && !lap) {
@@ -138,8 +138,8 @@ PDI_INLINE void pdi_jacobian_sum(const pd_jacobian *q, int32_t i, int32_t row, i
         const float *weight = q->weight + k * PDI_JACOBIAN_WEIGHTS;
         float pressure = 1.0f, a = lap ? (float)(lap[k] * q->length * q->length) : weight[2 * PD_DIM];
         if (row >= 0) {
-            if (pdi_bond_gate_lanes(bonds, row, k, count, &gate) == PDI_LANES_NONE) continue;
-            for (int b = 0; b < count; b++) open[b] = (float)pdi_bond_gate_lane(&gate, k, b);
+            if (pdi_bond_gate_of(bonds, row, k, count, &gate) == PDI_OPEN_NONE) continue;
+            for (int b = 0; b < count; b++) open[b] = (float)pdi_bond_gate_value(&gate, k, b);
             if (row >= bonds->plain && flow->grid->kind[i + bonds->shift[k]] == PD_INLET) pressure = 0.0f;
         }
         pdi_jacobian_view far = pdi_jacobian_look(q, (int64_t)i + bonds->shift[k]);
@@ -150,7 +150,7 @@ PDI_INLINE void pdi_jacobian_sum(const pd_jacobian *q, int32_t i, int32_t row, i
 
 /* The operands of a sweep. */
 typedef struct pdi_jacobian_sweep {
-    const pd_jacobian *product;
+    const pd_jacobian *jacobian;
     const pdi_jacobian_step *step;
     double *yu, *yc; /* [m/s2] [1/s] */
 } pdi_jacobian_sweep;
@@ -159,10 +159,10 @@ typedef struct pdi_jacobian_sweep {
 static void pdi_jacobian_run(const void *user, int32_t i, int32_t row, int32_t count)
 {
     const pdi_jacobian_sweep *w = (const pdi_jacobian_sweep *)user;
-    const pd_jacobian *q = w->product;
+    const pd_jacobian *q = w->jacobian;
     const pd_flow *flow = q->flow;
     const pd_bonds *bonds = flow->bonds;
-    const double *hoop = bonds->ring.hoop;
+    const double *hoop = bonds->axisym.hoop;
     double rate = q->speed / q->length;
     enum { whole = PDI_JACOBIAN_BLOCK };
     pdi_jacobian_sums sums;
@@ -170,8 +170,9 @@ static void pdi_jacobian_run(const void *user, int32_t i, int32_t row, int32_t c
     if (count == whole && row < 0) pdi_jacobian_sum(q, i, -1, whole, &sums);
     else if (count == whole) pdi_jacobian_sum(q, i, row, whole, &sums);
     else pdi_jacobian_sum(q, i, row, count, &sums);
+    double weight = 0.5 * flow->stabilisation * rate * rate;
     for (int b = 0; b < count; b++)
-        w->yc[i + b] = rate * (double)sums.flux[b] - 0.5 * flow->tau * rate * rate * (double)sums.stabiliser[b];
+        w->yc[i + b] = rate * (double)sums.flux[b] - weight * (double)sums.stabiliser[b];
     for (int d = 0; d < PD_DIM; d++) {
         double turn = hoop && d == PD_DIM - 1 ? hoop[i / flow->grid->stride[d]] : 0.0;
         for (int b = 0; b < count; b++) {
@@ -179,7 +180,8 @@ static void pdi_jacobian_run(const void *user, int32_t i, int32_t row, int32_t c
             double bend = row >= 0 ? bonds->wall_curv[row + b] : 0.0;
             double lap = row >= 0 ? turn + bonds->wall_lap[row + b] : turn;
             w->yu[at] = 0.5 * q->speed * rate * (double)sums.momentum[d][b] +
-                        (0.5 * q->swell[i + b] + flow->nu * lap) * w->step->u[at] + (1.0 - bend) * w->step->grad[at];
+                        (0.5 * q->divergence[i + b] + flow->nu * lap) * w->step->u[at] +
+                        (1.0 - bend) * w->step->grad[at];
         }
     }
 }
@@ -197,9 +199,9 @@ PDI_FN void pdi_jacobian_freeze(const pd_ctx *ctx, pd_jacobian *q)
 {
     const pd_flow *flow = q->flow;
     int64_t split = PD_DIM * (int64_t)flow->grid->total;
-    pdi_jacobian_pack(ctx, flow->carrier, 1.0 / q->speed, split, q->frozen);
+    pdi_jacobian_pack(ctx, flow->advecting, 1.0 / q->speed, split, q->frozen);
     pdi_jacobian_pack(ctx, flow->u, 1.0 / q->speed, split, q->frozen + split);
-    pd_op_divergence(ctx, flow->bonds, flow->carrier, q->swell);
+    pd_op_divergence(ctx, flow->bonds, flow->advecting, q->divergence);
 }
 
 PDI_FN void pdi_jacobian_apply(const pd_ctx *ctx, const pd_jacobian *q, const pdi_jacobian_step *step, double *yu,
@@ -209,11 +211,11 @@ PDI_FN void pdi_jacobian_apply(const pd_ctx *ctx, const pd_jacobian *q, const pd
     int64_t total = flow->grid->total, split = PD_DIM * total;
     double speed = q->speed;
     pdi_jacobian_sweep w;
-    pdi_jacobian_pack(ctx, step->carrier, 1.0 / speed, split, q->along);
+    pdi_jacobian_pack(ctx, step->advecting, 1.0 / speed, split, q->along);
     pdi_jacobian_pack(ctx, step->u, 1.0 / speed, split, q->along + split);
     pdi_jacobian_pack(ctx, step->grad, q->length / (speed * speed), split, q->along + 2 * split);
     pdi_jacobian_pack(ctx, step->p, 1.0 / (speed * speed), total, q->along + 3 * split);
-    w.product = q;
+    w.jacobian = q;
     w.step = step;
     w.yu = yu;
     w.yc = yc;
@@ -237,7 +239,7 @@ PDI_FN void pdi_jacobian_list(pdi_owner *owner, void *object)
     PDI_ARRAY(owner, jacobian, weight, count * PDI_JACOBIAN_WEIGHTS, "1");
     PDI_ARRAY(owner, jacobian, frozen, 2 * PD_DIM * total, "1");
     PDI_ARRAY(owner, jacobian, along, (3 * PD_DIM + 1) * total, "1");
-    PDI_ARRAY(owner, jacobian, swell, total, "1/s");
+    PDI_ARRAY(owner, jacobian, divergence, total, "1/s");
 }
 
 PDI_FN pd_status pdi_jacobian_build(pd_ctx *ctx, const pd_flow *flow, pd_jacobian *q)

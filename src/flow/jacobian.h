@@ -12,29 +12,29 @@ typedef struct pd_jacobian {
     const pd_flow *flow;
     double speed, length; /* [m/s] [m] units */
     float *weight;        /* [count][2*PD_DIM+1] [-] grad, xi and lap of the bonds */
-    float *frozen;        /* [2*PD_DIM][total] [-] carrier and velocity of the state */
-    float *along;         /* [3*PD_DIM+1][total] [-] carrier, velocity, pressure gradient and pressure of the step */
-    double *swell;        /* [total] [1/s] divergence of the carrier of the state */
+    float *frozen;        /* [2*PD_DIM][total] [-] advecting and node velocity of the state */
+    float *along;         /* [3*PD_DIM+1][total] [-] both velocities, pressure gradient and pressure of the step */
+    double *divergence;   /* [total] [1/s] divergence of the advecting velocity of the state */
 } pd_jacobian;
 
 #ifdef PDI_INTERNAL
 /* A step (du, dp) with filled ghosts. */
 typedef struct pdi_jacobian_step {
-    const double *carrier; /* [PD_DIM][total] [m/s] of du (pdi_flow_carrier) */
+    const double *advecting; /* [PD_DIM][total] [m/s] of du (pdi_flow_advecting) */
     const double *u;       /* [PD_DIM][total] [m/s] */
     const double *p;       /* [total] [m2/s2] */
     const double *grad;    /* [PD_DIM][total] [m/s2] gradient of p */
 } pdi_jacobian_step;
 /* Arrays of a pd_jacobian. */
 PDI_FN void pdi_jacobian_list(pdi_owner *owner, void *object);
-PDI_FN pd_status pdi_jacobian_build(pd_ctx *ctx, const pd_flow *flow, pd_jacobian *product);
-PDI_FN void pdi_jacobian_free(pd_ctx *ctx, pd_jacobian *product);
+PDI_FN pd_status pdi_jacobian_build(pd_ctx *ctx, const pd_flow *flow, pd_jacobian *jacobian);
+PDI_FN void pdi_jacobian_free(pd_ctx *ctx, pd_jacobian *jacobian);
 /* Linearise about the state that the flow was prepared with last (pd_flow_prepare). */
-PDI_FN void pdi_jacobian_freeze(const pd_ctx *ctx, pd_jacobian *product);
+PDI_FN void pdi_jacobian_freeze(const pd_ctx *ctx, pd_jacobian *jacobian);
 /* yu [PD_DIM][total] [m/s2], yc [total] [1/s] = derivative of the residuals of pd_flow_residual along the step, to
  * seven digits of their largest terms. */
-PDI_FN void pdi_jacobian_apply(const pd_ctx *ctx, const pd_jacobian *product, const pdi_jacobian_step *step, double *yu,
-                              double *yc);
+PDI_FN void pdi_jacobian_apply(const pd_ctx *ctx, const pd_jacobian *jacobian, const pdi_jacobian_step *step,
+                               double *yu, double *yc);
 #endif
 
 #endif

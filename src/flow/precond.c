@@ -42,8 +42,8 @@ static void pdi_precond_line(const pd_flow *flow, int axis, int32_t node, double
         while (i < grid->n[axis] && grid->kind[node + i * stride] == PD_FLUID) i++;
         if (i == first) continue;
         pdi_precond_drag(flow, axis, node + first * stride, i - first,
-                       !pdi_grid_open(grid->kind[node + (first - 1) * stride]),
-                       !pdi_grid_open(grid->kind[node + i * stride]), drag);
+                         !pdi_grid_open(grid->kind[node + (first - 1) * stride]),
+                         !pdi_grid_open(grid->kind[node + i * stride]), drag);
     }
 }
 
@@ -150,43 +150,43 @@ static void pdi_precond_run(const pd_ctx *ctx, const pd_flow *flow, pdi_traverse
 
 PDI_FN double pdi_precond_damping(const pd_flow *flow, double shift)
 {
-    double longer = flow->tau * shift - 1.0;
+    double longer = flow->stabilisation * shift - 1.0;
     return longer > 0.0 ? flow->bonds->stencil->lap_sum / longer : 0.0;
 }
 
 /* dp += -lap^-1 of what the convection of the gradient of q brings. */
-static void pdi_precond_convected(pd_ctx *ctx, const pd_flow *flow, const pdi_precond *schur, double *q, double *dp)
+static void pdi_precond_convected(pd_ctx *ctx, const pd_flow *flow, const pdi_precond *precond, double *q, double *dp)
 {
     const pd_ghosts *ghosts = &flow->bonds->ghosts;
     pd_ghosts_pressure(ghosts, 0.0, q);
-    pdi_precond_run(ctx, flow, pdi_precond_gradient, q, schur->grad);
-    pd_ghosts_vector(ghosts, schur->grad);
-    pdi_precond_run(ctx, flow, pdi_precond_convect, schur->grad, schur->convected);
-    pd_ghosts_vector(ghosts, schur->convected);
-    pdi_precond_run(ctx, flow, pdi_precond_diverge, schur->convected, schur->grad);
-    pd_multigrid_cycle(ctx, schur->poisson, schur->grad, dp);
+    pdi_precond_run(ctx, flow, pdi_precond_gradient, q, precond->grad);
+    pd_ghosts_vector(ghosts, precond->grad);
+    pdi_precond_run(ctx, flow, pdi_precond_convect, precond->grad, precond->convected);
+    pd_ghosts_vector(ghosts, precond->convected);
+    pdi_precond_run(ctx, flow, pdi_precond_diverge, precond->convected, precond->grad);
+    pd_multigrid_cycle(ctx, precond->poisson, precond->grad, dp);
 }
 
-PDI_FN void pdi_precond_solve(pd_ctx *ctx, const pd_flow *flow, const pdi_precond *schur, const double *r, double *q,
-                            double *dp)
+PDI_FN void pdi_precond_solve(pd_ctx *ctx, const pd_flow *flow, const pdi_precond *precond, const double *r, double *q,
+                              double *dp)
 {
     const pd_grid *grid = flow->grid;
-    double rough = flow->nu + PDI_PRECOND_ROUGH / (flow->tau * flow->bonds->stencil->lap_sum);
+    double rough = flow->nu + PDI_PRECOND_ROUGH / (flow->stabilisation * flow->bonds->stencil->lap_sum);
     int nt = pdi_par_threads(ctx, grid->total * 4);
     (void)nt;
-    pd_multigrid_cycle(ctx, schur->poisson, r, q);
-    if (schur->damped) {
-        pd_multigrid_cycle(ctx, schur->damped, q, dp);
+    pd_multigrid_cycle(ctx, precond->poisson, r, q);
+    if (precond->damped) {
+        pd_multigrid_cycle(ctx, precond->damped, q, dp);
         pdi_par_zero(ctx, grid->total, q);
-        pdi_par_axpy(ctx, grid->total, pdi_precond_damping(flow, schur->shift), dp, q);
+        pdi_par_axpy(ctx, grid->total, pdi_precond_damping(flow, precond->shift), dp, q);
         rough = flow->nu;
     }
-    pdi_precond_convected(ctx, flow, schur, q, dp);
-    pd_multigrid_cycle(ctx, schur->seep, r, q);
-    if (schur->damped) {
-        pd_multigrid_cycle(ctx, schur->damped, q, schur->grad);
+    pdi_precond_convected(ctx, flow, precond, q, dp);
+    pd_multigrid_cycle(ctx, precond->seep, r, q);
+    if (precond->damped) {
+        pd_multigrid_cycle(ctx, precond->damped, q, precond->grad);
         pdi_par_zero(ctx, grid->total, q);
-        pdi_par_axpy(ctx, grid->total, pdi_precond_damping(flow, schur->shift), schur->grad, q);
+        pdi_par_axpy(ctx, grid->total, pdi_precond_damping(flow, precond->shift), precond->grad, q);
     }
     PDI_PARALLEL_FOR(nt)
     for (int32_t i = 0; i < grid->total; i++)

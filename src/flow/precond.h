@@ -25,7 +25,7 @@ PDI_FN double pdi_precond_damping(const pd_flow *flow, double shift);
 
 /* dp = S^-1 r, with the velocity in flow. q [total]: work, its ghosts too. All arrays are over the nodes of the grid, r
  * and dp mean something at fluid nodes only. */
-PDI_FN void pdi_precond_solve(pd_ctx *ctx, const pd_flow *flow, const pdi_precond *schur, const double *r, double *q,
+PDI_FN void pdi_precond_solve(pd_ctx *ctx, const pd_flow *flow, const pdi_precond *precond, const double *r, double *q,
                             double *dp);
 #endif
 

@@ -46,7 +46,7 @@ static void pdi_spectrum_lower(double re, double im, double *dt)
 /* ---- waves ---- */
 
 /* Symbols at the wave vector k [rad per node]. Bonds with opposite ends go in pairs. */
-static void pdi_spectrum_symbol(const pd_stencil *s, const double *k, double *slope, double *spread, double *tie)
+static void pdi_spectrum_symbol(const pd_stencil *s, const double *k, double *slope, double *spread, double *damp)
 {
     double g[PD_DIM], flux[PD_DIM];
     *spread = 0.0;
@@ -61,19 +61,20 @@ static void pdi_spectrum_symbol(const pd_stencil *s, const double *k, double *sl
             flux[d] += s->lap[n] * s->xi[n * PD_DIM + d] * sine;
         }
     }
-    *tie = *spread;
+    *damp = *spread;
     for (int d = 0; d < PD_DIM; d++) {
         slope[d] = fabs(g[d]);
-        *tie -= flux[d] * g[d];
+        *damp -= flux[d] * g[d];
     }
 }
 
 /* Lowers *dt to what a wave asks for in a stream of `speed` [m/s] along its gradient. With the symbols i G and -L, and
- * the tie T, sound has l = -i G v + m, m^2 + (nu L + T) m + nu L T + G^2 c^2 + i G v T/2 = 0, shear -i G v - nu L. */
-static void pdi_spectrum_wave(const pdi_spectrum_state *q, double slope, double spread, double tie, double speed,
+ * the stabilisation T, sound has l = -i G v + m, m^2 + (nu L + T) m + nu L T + G^2 c^2 + i G v T/2 = 0,
+ * shear -i G v - nu L. */
+static void pdi_spectrum_wave(const pdi_spectrum_state *q, double slope, double spread, double damp, double speed,
                               double *dt)
 {
-    double v = q->viscosity * spread, t = q->tie * tie, shift = -slope * speed;
+    double v = q->viscosity * spread, t = q->stabilisation * damp, shift = -slope * speed;
     double re = 0.25 * (v - t) * (v - t) - slope * slope * q->sound * q->sound, im = -0.5 * slope * speed * t;
     double size = sqrt(re * re + im * im);
     double root_re = sqrt(0.5 * fmax(size + re, 0.0)), root_im = sqrt(0.5 * fmax(size - re, 0.0));
@@ -84,7 +85,7 @@ static void pdi_spectrum_wave(const pdi_spectrum_state *q, double slope, double 
 }
 
 /* The same in the fastest stream and in none: what lies between has its eigenvalues between. */
-static void pdi_spectrum_streams(const pdi_spectrum_state *q, const double *slope, double spread, double tie,
+static void pdi_spectrum_streams(const pdi_spectrum_state *q, const double *slope, double spread, double damp,
                                  double *dt)
 {
     double square = 0.0, turn = 0.0;
@@ -93,8 +94,8 @@ static void pdi_spectrum_streams(const pdi_spectrum_state *q, const double *slop
         turn += slope[d] * q->speed[d];
     }
     double size = sqrt(square);
-    pdi_spectrum_wave(q, size, spread, tie, 0.0, dt);
-    if (turn > 0.0) pdi_spectrum_wave(q, size, spread, tie, turn / size, dt);
+    pdi_spectrum_wave(q, size, spread, damp, 0.0, dt);
+    if (turn > 0.0) pdi_spectrum_wave(q, size, spread, damp, turn / size, dt);
 }
 
 static void pdi_spectrum_vector(const pd_spectrum *sp, int wave, double *k)
@@ -108,15 +109,15 @@ static void pdi_spectrum_vector(const pd_spectrum *sp, int wave, double *k)
 /* The worst wave between those around k, along one axis after the other. */
 static void pdi_spectrum_refine(const pd_spectrum *sp, const pdi_spectrum_state *q, double *k, double *dt)
 {
-    double step = PDI_PI / (sp->along - 1), slope[PD_DIM], spread, tie;
+    double step = PDI_PI / (sp->along - 1), slope[PD_DIM], spread, damp;
     for (int level = 0; level < PDI_SPECTRUM_REFINED; level++) {
         step *= 0.5;
         for (int d = 0; d < PD_DIM; d++)
             for (int side = 0; side < 2; side++) {
                 double before = *dt, at = k[d];
                 k[d] = side ? at + step : at - step;
-                pdi_spectrum_symbol(sp->stencil, k, slope, &spread, &tie);
-                pdi_spectrum_streams(q, slope, spread, tie, dt);
+                pdi_spectrum_symbol(sp->stencil, k, slope, &spread, &damp);
+                pdi_spectrum_streams(q, slope, spread, damp, dt);
                 if (!(*dt < before)) k[d] = at;
             }
     }
@@ -130,7 +131,7 @@ static double pdi_spectrum_waves(const pd_spectrum *sp, const pdi_spectrum_state
     dt = 2.6 / (q->viscosity * sp->laplacian);
     for (int w = 0; w < sp->waves; w++) {
         double before = dt;
-        pdi_spectrum_streams(q, sp->slope + (int64_t)w * PD_DIM, sp->spread[w], sp->tie[w], &dt);
+        pdi_spectrum_streams(q, sp->slope + (int64_t)w * PD_DIM, sp->spread[w], sp->stabilisation[w], &dt);
         if (dt < before) worst = w;
     }
     pdi_spectrum_vector(sp, worst, k);
@@ -150,7 +151,7 @@ static double pdi_spectrum_norms(const pd_spectrum *sp, const pdi_spectrum_state
     speed = sqrt(speed);
     for (int a = 0; a <= PDI_SPECTRUM_ANGLES; a++) {
         double angle = 0.5 * PDI_PI * a / PDI_SPECTRUM_ANGLES, c = cos(angle), s = sin(angle);
-        double x = c * c * q->tie * sp->laplacian + s * s * q->viscosity * (sp->laplacian + sp->wall);
+        double x = c * c * q->stabilisation * sp->laplacian + s * s * q->viscosity * (sp->laplacian + sp->wall);
         double y = sp->gradient * (2.0 * s * c * q->sound + speed);
         dt = fmin(dt, y > 0.0 ? PDI_SPECTRUM_IMAGINARY / y : HUGE_VAL);
         if (!(dt < HUGE_VAL)) dt = 2.6 / x;
@@ -170,7 +171,7 @@ PDI_FN double pdi_spectrum_limit(const pd_spectrum *sp, const pdi_spectrum_state
 typedef struct pdi_spectrum_work {
     const pd_flow *flow;
     double *now, *before, *after; /* [total] */
-    double *grad, *carrier;       /* [PD_DIM][total] */
+    double *grad, *advecting;     /* [PD_DIM][total] */
 } pdi_spectrum_work;
 
 /* after = -div (1 - bend) grad now, as sound has it: self-adjoint. */
@@ -184,8 +185,8 @@ static void pdi_spectrum_sound(const pd_ctx *ctx, pdi_spectrum_work *w)
         for (int d = 0; d < PD_DIM; d++)
             w->grad[d * total + bonds->node[r]] *= fmax(1.0 - bonds->wall_curv[r], 0.0);
     pd_ghosts_vector(&bonds->ghosts, w->grad);
-    pdi_flow_carrier(ctx, w->flow, w->grad, w->carrier);
-    pd_op_divergence(ctx, bonds, w->carrier, w->after);
+    pdi_flow_advecting(ctx, w->flow, w->grad, w->advecting);
+    pd_op_divergence(ctx, bonds, w->advecting, w->after);
     for (int64_t i = 0; i < total; i++)
         w->after[i] = w->flow->grid->kind[i] == PD_FLUID ? -w->after[i] : 0.0;
 }
@@ -256,7 +257,7 @@ static pd_status pdi_spectrum_norm(pd_ctx *ctx, const pd_flow *flow, double *nor
     w.before = w.now + total;
     w.after = w.before + total;
     w.grad = w.after + total;
-    w.carrier = w.grad + PD_DIM * total;
+    w.advecting = w.grad + PD_DIM * total;
     *norm = sqrt(pdi_spectrum_lanczos(ctx, &w));
     PDI_DELETE(ctx, size, field);
     return PD_OK;
@@ -285,7 +286,7 @@ static double pdi_spectrum_rings(const pd_bonds *bonds)
         double sum = 0.0;
         if (bonds->grid->kind[i] != PD_FLUID) continue;
         for (int k = 0; k < bonds->stencil->count; k++) sum += 2.0 * fabs(pdi_bond_lap(bonds, i)[k]);
-        if (bonds->ring.hoop) sum += bonds->ring.hoop[i / bonds->grid->stride[PD_DIM - 1]];
+        if (bonds->axisym.hoop) sum += bonds->axisym.hoop[i / bonds->grid->stride[PD_DIM - 1]];
         most = fmax(most, sum);
     }
     return most;
@@ -296,7 +297,7 @@ static void pdi_spectrum_list(pdi_owner *owner, void *object)
     pd_spectrum *spectrum = (pd_spectrum *)object;
     PDI_ARRAY(owner, spectrum, slope, (int64_t)spectrum->waves * PD_DIM, "1/m");
     PDI_ARRAY(owner, spectrum, spread, spectrum->waves, "1/m2");
-    PDI_ARRAY(owner, spectrum, tie, spectrum->waves, "1/m2");
+    PDI_ARRAY(owner, spectrum, stabilisation, spectrum->waves, "1/m2");
 }
 
 PDI_FN pd_status pdi_spectrum_build(pd_ctx *ctx, const pd_flow *flow, pd_spectrum *sp)
@@ -307,16 +308,16 @@ PDI_FN pd_status pdi_spectrum_build(pd_ctx *ctx, const pd_flow *flow, pd_spectru
     sp->along = PDI_SPECTRUM_WAVES * (s->reach + 1);
     sp->waves = 1;
     for (int d = 0; d < PD_DIM; d++) sp->waves *= sp->along;
-    sp->cut = flow->bonds->rows > 0 || flow->bonds->ring.lap;
+    sp->cut = flow->bonds->rows > 0 || flow->bonds->axisym.lap;
     PDI_TRY(pdi_owner_build(ctx, pdi_spectrum_list, sp));
     for (int w = 0; w < sp->waves; w++) {
         double k[PD_DIM];
         pdi_spectrum_vector(sp, w, k);
-        pdi_spectrum_symbol(s, k, sp->slope + (int64_t)w * PD_DIM, &sp->spread[w], &sp->tie[w]);
+        pdi_spectrum_symbol(s, k, sp->slope + (int64_t)w * PD_DIM, &sp->spread[w], &sp->stabilisation[w]);
         sp->laplacian = fmax(sp->laplacian, sp->spread[w]);
     }
     if (!sp->cut) return PD_OK;
-    if (flow->bonds->ring.lap) sp->laplacian = pdi_spectrum_rings(flow->bonds);
+    if (flow->bonds->axisym.lap) sp->laplacian = pdi_spectrum_rings(flow->bonds);
     sp->wall = pdi_spectrum_wall(flow->bonds);
     return pdi_spectrum_norm(ctx, flow, &sp->gradient);
 }

@@ -15,7 +15,7 @@ typedef struct pd_spectrum {
     int along;
     double *slope;    /* [waves][PD_DIM] [1/m] size of the symbol of the gradient */
     double *spread;   /* [waves] [1/m2] that of the Laplacian */
-    double *tie;      /* [waves] [1/m2] that of the pressure flux over its weight (eq. 4.4) */
+    double *stabilisation; /* [waves] [1/m2] that of the pressure flux over its weight (eq. 4.4) */
     int cut;          /* 1: some families are not whole, or rings */
     double laplacian; /* [1/m2] largest eigenvalue, no walls */
     double wall;      /* [1/m2] by which walls add to it at most */
@@ -27,7 +27,7 @@ typedef struct pd_spectrum {
 typedef struct pdi_spectrum_state {
     double sound;         /* [m/s] */
     double viscosity;     /* [m2/s] */
-    double tie;           /* [m2/s] weight of the density diffusion */
+    double stabilisation; /* [m2/s] weight of the density diffusion */
     double speed[PD_DIM]; /* [m/s] largest components */
 } pdi_spectrum_state;
 

@@ -72,16 +72,16 @@ static void pdi_steady_precondition(pd_ctx *ctx, pd_steady *s, const double *x, 
     int64_t total = flow->grid->total, split = (int64_t)PD_DIM * total;
     const pd_ghosts *ghosts = &flow->bonds->ghosts;
     double *y = s->work, *dp = y + split;
-    pdi_precond schur;
-    schur.poisson = &s->mg_p;
-    schur.seep = &s->mg_seep;
-    schur.damped = s->damped ? &s->mg_d : NULL;
-    schur.shift = s->shift;
-    schur.grad = s->carrier; /* both are written later */
-    schur.convected = flow->grad;
+    pdi_precond precond;
+    precond.poisson = &s->mg_p;
+    precond.seep = &s->mg_seep;
+    precond.damped = s->damped ? &s->mg_d : NULL;
+    precond.shift = s->shift;
+    precond.grad = s->advecting; /* both are written later */
+    precond.convected = flow->grad;
     pdi_par_copy(ctx, split + total, x, r);
     pdi_steady_scale(ctx, flow, pdi_steady_force(s) / s->weight, pdi_steady_strain(flow), r);
-    pdi_precond_solve(ctx, flow, &schur, r + split, y, dp);
+    pdi_precond_solve(ctx, flow, &precond, r + split, y, dp);
     pd_ghosts_pressure(ghosts, 0.0, dp);
     pdi_flow_gradient(ctx, flow, dp, flow->grad);
     pdi_par_axpy(ctx, split, -1.0, flow->grad, r);
@@ -98,14 +98,14 @@ static void pdi_steady_jacobian(pd_ctx *ctx, pd_steady *s, double *y)
     double *du = s->work;
     pdi_jacobian_step step;
     pdi_flow_ghosts(flow, 0, du);
-    pdi_flow_carrier(ctx, flow, du, s->carrier);
-    step.carrier = s->carrier;
+    pdi_flow_advecting(ctx, flow, du, s->advecting);
+    step.advecting = s->advecting;
     step.u = du;
     step.p = du + split;
     step.grad = flow->grad;
-    pdi_jacobian_apply(ctx, &s->product, &step, y, y + split);
+    pdi_jacobian_apply(ctx, &s->jacobian, &step, y, y + split);
     pdi_flow_bend(ctx, flow, du, flow->grad, 0, y);
-    pdi_flow_even(ctx, flow, du, s->carrier, 0, 1.0, y + split);
+    pdi_flow_even(ctx, flow, du, s->advecting, 0, 1.0, y + split);
     if (s->shift > 0.0) pdi_par_axpy(ctx, split, s->shift, du, y);
     pd_ghosts_clear(&flow->bonds->ghosts, PD_DIM, y);
     pdi_steady_scale(ctx, flow, s->weight / pdi_steady_force(s), 1.0 / pdi_steady_strain(flow), y);
@@ -135,7 +135,7 @@ static pd_status pdi_steady_setup(pd_ctx *ctx, pd_steady *s, double shift)
     pd_compact *u = &s->compact_u, *p = &s->compact_p;
     pd_media seep;
     memset(&seep, 0, sizeof seep);
-    seep.at = s->carrier;
+    seep.at = s->advecting;
     pdi_precond_mobility(ctx, s->flow, s->shift, seep.at);
     pd_ghosts_scalar(&s->flow->bonds->ghosts, seep.at);
     pdi_compact_fill(ctx, 1.0, &seep, &resting, 0.0, &pressure, p);
@@ -189,8 +189,8 @@ static void pdi_steady_weigh(pd_ctx *ctx, pd_steady *s)
     const pd_flow *flow = s->flow;
     const pd_grid *grid = flow->grid;
     double speed = pdi_par_max_abs(ctx, (int64_t)PD_DIM * grid->total, flow->u), far = 0.0, near = HUGE_VAL;
-    pdi_precond_mobility(ctx, flow, s->rate, s->carrier);
-    double mobility = pdi_par_max_abs(ctx, grid->total, s->carrier);
+    pdi_precond_mobility(ctx, flow, s->rate, s->advecting);
+    double mobility = pdi_par_max_abs(ctx, grid->total, s->advecting);
     for (int d = 0; d < PD_DIM; d++) {
         far = fmax(far, grid->n[d] * grid->h[d]);
         near = fmin(near, grid->h[d]);
@@ -230,7 +230,7 @@ PDI_FN void pdi_steady_list(pdi_owner *owner, void *object)
     PDI_ARRAY(owner, steady, residual, (PD_DIM + 1) * total, "1");
     PDI_ARRAY(owner, steady, step, (PD_DIM + 1) * total, "");
     PDI_ARRAY(owner, steady, work, (PD_DIM + 1) * total, "");
-    PDI_ARRAY(owner, steady, carrier, PD_DIM * total, "m/s");
+    PDI_ARRAY(owner, steady, advecting, PD_DIM * total, "m/s");
     PDI_STATE(owner, steady, potential, total, "m2/s");
     PDI_VALUE(owner, steady, norm0, "1");
 }
@@ -257,7 +257,7 @@ static pd_status pdi_steady_make(pd_ctx *ctx, pd_flow *flow, const pd_steady_des
     PDI_TRY(pd_multigrid_build(ctx, &md, &s->mg_p));
     PDI_TRY(pd_multigrid_build(ctx, &md, &s->mg_seep));
     PDI_TRY(pd_krylov_build(ctx, &kd, &s->krylov));
-    PDI_TRY(pdi_jacobian_build(ctx, flow, &s->product));
+    PDI_TRY(pdi_jacobian_build(ctx, flow, &s->jacobian));
     return pdi_owner_build(ctx, pdi_steady_list, s);
 }
 
@@ -288,7 +288,7 @@ static pd_status pdi_steady_newton(pd_ctx *ctx, pd_steady *s, double forcing, pd
     user.ctx = ctx;
     user.steady = s;
     pdi_steady_scale(ctx, s->flow, -s->weight, -1.0, s->residual);
-    pdi_jacobian_freeze(ctx, &s->product);
+    pdi_jacobian_freeze(ctx, &s->jacobian);
     s->krylov.desc.rtol = forcing;
     PDI_TRY(pd_krylov_solve(ctx, &s->krylov, pdi_steady_product, NULL, &user, s->residual, s->step, &linear));
     pdi_steady_precondition(ctx, s, s->step, s->residual);
@@ -348,7 +348,7 @@ static pd_status pdi_steady_solenoid(pd_ctx *ctx, pd_steady *s)
     user.steady = s;
     pdi_par_zero(ctx, split, s->residual);
     pdi_par_axpy(ctx, total, pdi_steady_strain(flow) - 1.0, s->residual + split, s->residual + split);
-    pdi_flow_even(ctx, flow, flow->u, flow->carrier, 1, -1.0, s->residual + split);
+    pdi_flow_even(ctx, flow, flow->u, flow->advecting, 1, -1.0, s->residual + split);
     PDI_TRY(pdi_steady_setup(ctx, s, s->shift));
     k->desc.rtol = PDI_STEADY_EVEN;
     k->desc.atol = PDI_STEADY_ROUNDING * pdi_steady_strain(flow);
@@ -539,7 +539,7 @@ void pd_steady_free(pd_ctx *ctx, pd_steady *s)
     pd_multigrid_free(ctx, &s->mg_seep);
     pd_multigrid_free(ctx, &s->mg_d);
     pd_krylov_free(ctx, &s->krylov);
-    pdi_jacobian_free(ctx, &s->product);
+    pdi_jacobian_free(ctx, &s->jacobian);
     pdi_owner_free(ctx, pdi_steady_list, s);
     if (s->flow) s->flow->potential = NULL;
     memset(s, 0, sizeof *s);

@@ -27,10 +27,10 @@ typedef struct pd_steady {
     pd_multigrid mg_d;                  /* of short steps in time, see precond.h */
     int timed, damped;                  /* it is built; it is in use */
     pd_krylov krylov;
-    pd_jacobian product;
+    pd_jacobian jacobian;
     double *residual;                   /* [PD_DIM+1][total] [-] scaled */
     double *step, *work;                /* [PD_DIM+1][total] [m/s], last row [m2/s2] */
-    double *carrier;                    /* [PD_DIM][total] [m/s] of the linearised velocity, work */
+    double *advecting;                  /* [PD_DIM][total] [m/s] of the linearised velocity, work */
     double *potential;                  /* [total] [m2/s] of the flow, after a solve */
     double uneven;                      /* [m^d/s] most that sections of the flow differ by, after a solve */
     double shift;                       /* [1/s] 1 over the pseudo time step */

@@ -49,7 +49,7 @@ static pd_status pdi_unsteady_make(pd_ctx *ctx, pd_flow *flow, const pd_unsteady
     double spacing = grid->h[0];
     for (int d = 1; d < PD_DIM; d++) spacing = fmin(spacing, grid->h[d]);
     /* eta c0 delta lap rho, written for the pressure: d rho = rho0 dp/(rho0 c0^2) */
-    flow->tau = un->desc.diffusion * s->m * spacing / un->desc.sound;
+    flow->stabilisation = un->desc.diffusion * s->m * spacing / un->desc.sound;
     PDI_TRY(pdi_owner_build(ctx, pdi_unsteady_list, un));
     for (int32_t i = 0; i < grid->total; i++) {
         un->density[i] = 1.0;
@@ -87,7 +87,7 @@ static void pdi_unsteady_fill(const pd_ctx *ctx, pd_unsteady *un)
     for (int32_t i = 0; i < total; i++)
         for (int d = 0; d < PD_DIM; d++)
             un->mass[(int64_t)d * total + i] = un->density[i] * flow->u[(int64_t)d * total + i];
-    pdi_flow_carrier(ctx, flow, un->mass, flow->carrier);
+    pdi_flow_advecting(ctx, flow, un->mass, flow->advecting);
     pdi_flow_gradient(ctx, flow, flow->p, flow->grad);
 }
 
@@ -102,12 +102,12 @@ static void pdi_unsteady_rates(const pd_ctx *ctx, pd_unsteady *un)
     pdi_flow_terms t;
     memset(&t, 0, sizeof t);
     pdi_unsteady_fill(ctx, un);
-    t.mass = flow->carrier;
+    t.mass = flow->advecting;
     t.u = flow->u;
     t.p = flow->p;
     t.grad = flow->grad;
     t.force = flow->force;
-    t.drive = flow->drive;
+    t.wall_motion = flow->wall_motion;
     pdi_flow_terms_apply(ctx, flow, &t, ru, rc);
     pdi_flow_push(ctx, flow, ru);
     flow->evaluations++;
@@ -208,7 +208,7 @@ double pd_unsteady_limit(pd_ctx *ctx, pd_unsteady *un)
     pdi_spectrum_state q;
     q.sound = c * key[PD_DIM];
     q.viscosity = un->flow->nu * key[PD_DIM + 1];
-    q.tie = un->flow->tau * q.sound * q.sound;
+    q.stabilisation = un->flow->stabilisation * q.sound * q.sound;
     for (int d = 0; d < PD_DIM; d++) q.speed[d] = c * key[d];
     memcpy(un->key, key, sizeof key);
     un->limit = pdi_spectrum_limit(&un->spectrum, &q);

@@ -330,13 +330,13 @@ PDI_FN int32_t pdi_bond_surface(const pd_bonds *bonds, int32_t row, int k, doubl
     return fabs(pdi_bond_level(bonds->grid, shape, x)) < PDI_BOND_OFF * bonds->grid->h[0] ? closed : -1;
 }
 
-PDI_FN void pdi_bond_drive(const pd_bonds *bonds, int32_t row, pd_velocity_fn wall, void *user, double *drive,
-                           double *curved)
+PDI_FN void pdi_bond_wall_motion(const pd_bonds *bonds, int32_t row, pd_velocity_fn wall, void *user, double *motion,
+                                 double *curved)
 {
     const pd_stencil *s = bonds->stencil;
     int32_t node = bonds->node[row];
     double x[PD_DIM], u[PD_DIM];
-    for (int d = 0; d < PD_DIM; d++) drive[d] = 0.0;
+    for (int d = 0; d < PD_DIM; d++) motion[d] = 0.0;
     for (int d = 0; d < PD_DIM && curved; d++) curved[d] = 0.0;
     for (int k = 0; k < s->count; k++) {
         pdi_cut cut;
@@ -348,7 +348,7 @@ PDI_FN void pdi_bond_drive(const pd_bonds *bonds, int32_t row, pd_velocity_fn wa
         pd_grid_position(bonds->grid, node, x);
         for (int d = 0; d < PD_DIM; d++) x[d] += cut.t * s->xi[k * PD_DIM + d];
         wall(user, x, u);
-        for (int d = 0; d < PD_DIM; d++) drive[d] += lap * u[d];
+        for (int d = 0; d < PD_DIM; d++) motion[d] += lap * u[d];
         for (int d = 0; d < PD_DIM && curved; d++) curved[d] += curv * u[d];
     }
 }
@@ -416,11 +416,11 @@ static void pdi_bond_fill_row(pd_bonds *bonds, int32_t r)
         for (int i = 0; i < PD_DIM * PD_DIM; i++) closure[i] += excess * xi[i / PD_DIM] * cut.normal[i % PD_DIM];
     }
     double *inverse = bonds->moment + (int64_t)r * PD_DIM * PD_DIM;
-    double *carrier = bonds->carrier + (int64_t)r * PD_DIM * PD_DIM;
+    double *advecting = bonds->advecting + (int64_t)r * PD_DIM * PD_DIM;
     for (int i = 0; i < PD_DIM * PD_DIM; i++) entry[i] += inner[i];
     pdi_bond_invert(bonds->norm, moment, closure, inverse);
-    pdi_bond_invert(norm, entry, closure, carrier);
-    pdi_bond_transpose(norm, carrier);
+    pdi_bond_invert(norm, entry, closure, advecting);
+    pdi_bond_transpose(norm, advecting);
 }
 
 PDI_FN void pdi_bond_row_list(pdi_owner *owner, void *object)
@@ -435,7 +435,7 @@ PDI_FN void pdi_bond_row_list(pdi_owner *owner, void *object)
     PDI_ARRAY(owner, bonds, wall_lap, rows, "1/m2");
     PDI_ARRAY(owner, bonds, wall_curv, rows, "1");
     PDI_ARRAY(owner, bonds, moment, rows * PD_DIM * PD_DIM, "1");
-    PDI_ARRAY(owner, bonds, carrier, rows * PD_DIM * PD_DIM, "1");
+    PDI_ARRAY(owner, bonds, advecting, rows * PD_DIM * PD_DIM, "1");
 }
 
 /* All arrays of rows have one capacity at any time, also when memory runs out half-way. */
@@ -459,7 +459,7 @@ static pd_status pdi_bond_reserve(pd_ctx *ctx, int32_t rows, pd_bonds *b)
             memcpy(fresh.wall_lap, b->wall_lap, used * sizeof *b->wall_lap);
             memcpy(fresh.wall_curv, b->wall_curv, used * sizeof *b->wall_curv);
             memcpy(fresh.moment, b->moment, used * PD_DIM * PD_DIM * sizeof *b->moment);
-            memcpy(fresh.carrier, b->carrier, used * PD_DIM * PD_DIM * sizeof *b->carrier);
+            memcpy(fresh.advecting, b->advecting, used * PD_DIM * PD_DIM * sizeof *b->advecting);
         }
         *b = fresh;
         fresh = old;
@@ -497,7 +497,7 @@ static void pdi_bond_swap_rows(pd_bonds *b, int32_t r, int32_t q)
         pdi_bond_swap_double(b->leg + (int64_t)r * 2 * PD_DIM + i, b->leg + (int64_t)q * 2 * PD_DIM + i);
     for (int i = 0; i < dd; i++) {
         pdi_bond_swap_double(b->moment + (int64_t)r * dd + i, b->moment + (int64_t)q * dd + i);
-        pdi_bond_swap_double(b->carrier + (int64_t)r * dd + i, b->carrier + (int64_t)q * dd + i);
+        pdi_bond_swap_double(b->advecting + (int64_t)r * dd + i, b->advecting + (int64_t)q * dd + i);
     }
     b->row[b->node[r]] = r;
     b->row[b->node[q]] = q;
@@ -518,15 +518,15 @@ static void pdi_bond_sort(pd_bonds *b)
     }
 }
 
-static void pdi_bond_stretch_list(pdi_owner *owner, void *object)
+static void pdi_bond_run_list(pdi_owner *owner, void *object)
 {
-    pd_stretches *list = (pd_stretches *)object;
+    pd_runs *list = (pd_runs *)object;
     PDI_ARRAY(owner, list, first, list->capacity, "1");
     PDI_ARRAY(owner, list, length, list->capacity, "1");
 }
 
 /* List the plain rows (cut) or the nodes with whole families, up to the capacity; their number. */
-static int32_t pdi_bond_list(const pd_bonds *b, int cut, pd_stretches *list)
+static int32_t pdi_bond_list(const pd_bonds *b, int cut, pd_runs *list)
 {
     int32_t count = 0, length = 0;
     for (int32_t node = 0; node <= b->grid->total; node++) {
@@ -547,12 +547,12 @@ static int32_t pdi_bond_list(const pd_bonds *b, int cut, pd_stretches *list)
     return count;
 }
 
-static pd_status pdi_bond_stretches(pd_ctx *ctx, const pd_bonds *b, int cut, pd_stretches *list)
+static pd_status pdi_bond_runs(pd_ctx *ctx, const pd_bonds *b, int cut, pd_runs *list)
 {
     int32_t count = pdi_bond_list(b, cut, list);
     if (count > list->capacity) {
         list->count = 0;
-        PDI_TRY(pdi_owner_renew(ctx, pdi_bond_stretch_list, list, &list->capacity, count + count / 4 + 16));
+        PDI_TRY(pdi_owner_renew(ctx, pdi_bond_run_list, list, &list->capacity, count + count / 4 + 16));
         pdi_bond_list(b, cut, list);
     }
     list->count = count;
@@ -563,8 +563,8 @@ static pd_status pdi_bond_stretches(pd_ctx *ctx, const pd_bonds *b, int cut, pd_
 static pd_status pdi_bond_arrange(pd_ctx *ctx, pd_bonds *b)
 {
     pdi_bond_sort(b);
-    PDI_TRY(pdi_bond_stretches(ctx, b, 0, &b->whole));
-    return pdi_bond_stretches(ctx, b, 1, &b->cut);
+    PDI_TRY(pdi_bond_runs(ctx, b, 0, &b->whole));
+    return pdi_bond_runs(ctx, b, 1, &b->cut);
 }
 
 /* Give `node` the row that its family needs, or none. */
@@ -618,7 +618,7 @@ static pd_status pdi_bond_make(pd_ctx *ctx, const pd_stencil *stencil, const pd_
     PDI_TRY(pdi_owner_build(ctx, pdi_bond_table, bonds));
     PDI_TRY(pd_ghosts_build(ctx, grid, &bonds->ghosts));
     PDI_TRY(pdi_spans_build(ctx, grid, &bonds->spans));
-    PDI_TRY(pd_axisym_build(ctx, stencil, grid, &bonds->ring));
+    PDI_TRY(pd_axisym_build(ctx, stencil, grid, &bonds->axisym));
     for (int k = 0; k < stencil->count; k++)
         for (int d = 0; d < PD_DIM; d++) bonds->shift[k] += stencil->offset[k * PD_DIM + d] * grid->stride[d];
     pdi_grid_line_shift(grid, stencil, bonds->line_shift);
@@ -672,7 +672,7 @@ pd_status pd_bonds_validate(pd_ctx *ctx, const pd_bonds *b)
     for (int32_t k = 0; k < b->whole.count; k++) covered += b->whole.length[k];
     for (int32_t k = 0; k < b->cut.count; k++) covered += b->cut.length[k];
     if (covered != pd_grid_count(b->grid, PD_FLUID))
-        return pdi_fail(ctx, PD_ERR_INTERNAL, "bond", "rows and stretches cover %.0f of %.0f fluid nodes",
+        return pdi_fail(ctx, PD_ERR_INTERNAL, "bond", "rows and runs cover %.0f of %.0f fluid nodes",
                         (double)covered, (double)pd_grid_count(b->grid, PD_FLUID));
     for (int32_t r = 0; r < b->rows; r++) {
         int plain = r < b->plain, ordered = r == 0 || r == b->plain || b->node[r - 1] < b->node[r];
@@ -695,10 +695,10 @@ void pd_bonds_free(pd_ctx *ctx, pd_bonds *b)
 {
     pdi_owner_free(ctx, pdi_bond_table, b);
     pdi_owner_free(ctx, pdi_bond_row_list, b);
-    pdi_owner_free(ctx, pdi_bond_stretch_list, &b->whole);
-    pdi_owner_free(ctx, pdi_bond_stretch_list, &b->cut);
+    pdi_owner_free(ctx, pdi_bond_run_list, &b->whole);
+    pdi_owner_free(ctx, pdi_bond_run_list, &b->cut);
     pd_ghosts_free(ctx, &b->ghosts);
     pdi_spans_free(ctx, &b->spans);
-    pd_axisym_free(ctx, &b->ring);
+    pd_axisym_free(ctx, &b->axisym);
     memset(b, 0, sizeof *b);
 }

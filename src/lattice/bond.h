@@ -1,4 +1,4 @@
-/* bond: rows of open bonds for fluid nodes whose family is cut, and stretches of nodes whose family is whole.
+/* bond: rows of open bonds for fluid nodes whose family is cut, and runs of nodes whose family is whole.
  *
  * A bond is open when both ends and every cell that its straight line passes are open (fluid, inlet, outlet, image), so
  * a wall one node thick separates its two sides. A cut bond meets the surface at the fraction t of its length: on the
@@ -17,10 +17,10 @@
 typedef void (*pd_velocity_fn)(void *user, const double *x, double *u);
 
 /* Nodes that are consecutive along axis 0. */
-typedef struct pd_stretches {
+typedef struct pd_runs {
     int32_t count, capacity;
     int32_t *first, *length; /* [capacity] */
-} pd_stretches;
+} pd_runs;
 
 typedef struct pd_bonds {
     const pd_stencil *stencil;
@@ -32,7 +32,7 @@ typedef struct pd_bonds {
     int32_t *line_shift; /* [lines of the stencil] the same for the lines */
     int32_t *cell_shift; /* [cells] the same for the cells of the paths */
     double norm[PD_DIM]; /* [unit of base m2] sum w xi_a^2 over a whole family */
-    pd_axisym ring;        /* weights of an axisymmetric grid; empty: planar */
+    pd_axisym axisym;      /* weights of an axisymmetric grid; empty: planar */
     int32_t *row;        /* [total] row of a node; -1: whole family, or not fluid */
     int32_t rows, capacity;
     int32_t plain;       /* rows [0, plain) are in the order of their nodes and see no inlet; the others come behind */
@@ -47,10 +47,10 @@ typedef struct pd_bonds {
     double *wall_curv;   /* [capacity] [-] sum over cut bonds of a (xi.N)^2 (1-t)/2 (eq. 3.4), likewise */
     double *moment;      /* [capacity][PD_DIM][PD_DIM] [unit of 1/(base m2)] inverse of sum w xi xi^T over open bonds
                           * (eq. 3.5) */
-    double *carrier;     /* [capacity][PD_DIM][PD_DIM] [-] makes the flux through the bonds of a cut family that of a
+    double *advecting;   /* [capacity][PD_DIM][PD_DIM] [-] makes the flux through the bonds of a cut family that of a
                           * whole one (eq. 4.2b): the transpose of what eq. 3.5 makes of g, inlets included */
-    pd_stretches whole; /* nodes with whole families */
-    pd_stretches cut;   /* nodes of plain rows; the rows of a stretch are consecutive, too */
+    pd_runs whole;      /* nodes with whole families */
+    pd_runs cut;        /* nodes of plain rows; the rows of a run are consecutive, too */
 } pd_bonds;
 
 #define pd_bonds_build PD_NAME(pd_bonds_build)
@@ -63,7 +63,7 @@ PD_API pd_status pd_bonds_build(pd_ctx *ctx, const pd_stencil *stencil, const pd
                                 pd_bonds *bonds);
 /* The kinds of `count` nodes have changed: renew the rows within one reach of them, nothing else. */
 PD_API pd_status pd_bonds_update(pd_ctx *ctx, const int32_t *changed, int32_t count, pd_bonds *bonds);
-/* O(N): openness is mutual, rows stand in order, the stretches cover every fluid node once.
+/* O(N): openness is mutual, rows stand in order, the runs cover every fluid node once.
  * PD_ERR_INTERNAL otherwise. */
 PD_API pd_status pd_bonds_validate(pd_ctx *ctx, const pd_bonds *bonds);
 PD_API void pd_bonds_free(pd_ctx *ctx, pd_bonds *bonds);
@@ -74,24 +74,24 @@ PDI_FN void pdi_bond_row_list(pdi_owner *owner, void *object);
 /* Weights a(n) [count] of the bonds of `node`, and what the flux along bond k of it counts beside g(n). */
 static inline const double *pdi_bond_lap(const pd_bonds *bonds, int32_t node)
 {
-    const pd_axisym *ring = &bonds->ring;
-    if (!ring->lap) return bonds->stencil->lap;
-    return ring->lap + (int64_t)(node / bonds->grid->stride[PD_DIM - 1]) * ring->count;
+    const pd_axisym *axisym = &bonds->axisym;
+    if (!axisym->lap) return bonds->stencil->lap;
+    return axisym->lap + (int64_t)(node / bonds->grid->stride[PD_DIM - 1]) * axisym->count;
 }
 static inline double pdi_bond_flux(const pd_bonds *bonds, int32_t node, int k)
 {
-    const pd_axisym *ring = &bonds->ring;
-    return ring->flux ? ring->flux[(int64_t)(node / bonds->grid->stride[PD_DIM - 1]) * ring->count + k] : 1.0;
+    const pd_axisym *axisym = &bonds->axisym;
+    return axisym->flux ? axisym->flux[(int64_t)(node / bonds->grid->stride[PD_DIM - 1]) * axisym->count + k] : 1.0;
 }
 static inline int pdi_bond_open(const pd_bonds *bonds, int32_t row, int k)
 {
     return (int)(bonds->mask[(int64_t)(k >> 5) * bonds->capacity + row] >> (k & 31) & 1u);
 }
-typedef enum pdi_lanes {
-    PDI_LANES_NONE,
-    PDI_LANES_ALL,
-    PDI_LANES_SOME
-} pdi_lanes;
+typedef enum pdi_openness {
+    PDI_OPEN_NONE,
+    PDI_OPEN_ALL,
+    PDI_OPEN_SOME
+} pdi_openness;
 /* Which of a block of rows have their bonds open, 32 bonds at a time. Starts empty: {NULL, 0, 0, 0}. */
 typedef struct pdi_bond_gate {
     const uint32_t *word; /* of each row */
@@ -115,30 +115,30 @@ static inline void pdi_bond_gate_load(const pd_bonds *bonds, int32_t row, int k,
     }
 }
 /* 1.0: row b of the block has bond k open, 0.0: closed. */
-static inline double pdi_bond_gate_lane(const pdi_bond_gate *gate, int k, int b)
+static inline double pdi_bond_gate_value(const pdi_bond_gate *gate, int k, int b)
 {
     return (double)(int32_t)(gate->word[b] >> (k & 31) & 1u);
 }
 /* Which of the rows row .. row+count-1 have bond k open; a gate stays with its rows. */
-static inline pdi_lanes pdi_bond_gate_lanes(const pd_bonds *bonds, int32_t row, int k, int count, pdi_bond_gate *gate)
+static inline pdi_openness pdi_bond_gate_of(const pd_bonds *bonds, int32_t row, int k, int count, pdi_bond_gate *gate)
 {
     if (!gate->word || gate->group != k >> 5) pdi_bond_gate_load(bonds, row, k, count, gate);
-    if (gate->all >> (k & 31) & 1u) return PDI_LANES_ALL;
-    return gate->any >> (k & 31) & 1u ? PDI_LANES_SOME : PDI_LANES_NONE;
+    if (gate->all >> (k & 31) & 1u) return PDI_OPEN_ALL;
+    return gate->any >> (k & 31) & 1u ? PDI_OPEN_SOME : PDI_OPEN_NONE;
 }
 /* The same of nodes with whole families, too (row -1). SOME: open[b] is 1.0 for those and 0.0 for the others. */
-static inline pdi_lanes pdi_bond_gate_open(const pd_bonds *bonds, int32_t row, int k, int count, pdi_bond_gate *gate,
-                                           double *open)
+static inline pdi_openness pdi_bond_gate_open(const pd_bonds *bonds, int32_t row, int k, int count,
+                                              pdi_bond_gate *gate, double *open)
 {
-    pdi_lanes lanes = row < 0 ? PDI_LANES_ALL : pdi_bond_gate_lanes(bonds, row, k, count, gate);
-    for (int b = 0; b < count && lanes == PDI_LANES_SOME; b++) open[b] = pdi_bond_gate_lane(gate, k, b);
-    return lanes;
+    pdi_openness which = row < 0 ? PDI_OPEN_ALL : pdi_bond_gate_of(bonds, row, k, count, gate);
+    for (int b = 0; b < count && which == PDI_OPEN_SOME; b++) open[b] = pdi_bond_gate_value(gate, k, b);
+    return which;
 }
-/* drive = sum over the cut bonds of a row of their part of wall_lap times the wall velocity where they meet the surface
- * (eq. 3.3): what a moving wall adds to the Laplacian [unit of the velocity / m2]. curved: NULL, or the same with their
- * part of wall_curv. */
-PDI_FN void pdi_bond_drive(const pd_bonds *bonds, int32_t row, pd_velocity_fn wall, void *user, double *drive,
-                           double *curved);
+/* motion = sum over the cut bonds of a row of their part of wall_lap times the wall velocity where they meet the
+ * surface (eq. 3.3): what a moving wall adds to the Laplacian [unit of the velocity / m2]. curved: NULL, or
+ * the same with their part of wall_curv. */
+PDI_FN void pdi_bond_wall_motion(const pd_bonds *bonds, int32_t row, pd_velocity_fn wall, void *user,
+                                 double *motion, double *curved);
 /* Fraction t at which the cut bond k of a row meets the surface, and the place x [m]. */
 PDI_FN double pdi_bond_meet(const pd_bonds *bonds, int32_t row, int k, double *x);
 /* The place x [m] where cut bond k of a row meets the surface, and the normal towards the fluid; the closed node behind

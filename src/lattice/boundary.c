@@ -59,8 +59,9 @@ static int32_t pdi_boundary_list(pd_boundary *p, int list)
 static void pdi_boundary_arrays(pdi_owner *owner, void *object)
 {
     pd_boundary *boundary = (pd_boundary *)object;
+    int64_t bonds = boundary->bonds ? boundary->bonds->stencil->count : 0;
     PDI_ARRAY(owner, boundary, node, boundary->capacity, "1");
-    PDI_ARRAY(owner, boundary, far, boundary->bonds ? (int64_t)boundary->capacity * boundary->bonds->stencil->count : 0, "1");
+    PDI_ARRAY(owner, boundary, far, bonds * boundary->capacity, "1");
 }
 
 PDI_FN pd_status pdi_boundary_update(pd_ctx *ctx, pd_boundary *p)

@@ -1,6 +1,6 @@
 /* op: see op.h
  *
- * Sweeps work on up to PDI_LANES neighbours along axis 0 at once, bond by bond, so that the inner loops are plain
+ * Sweeps work on up to PDI_PIECE neighbours along axis 0 at once, bond by bond, so that the inner loops are plain
  * vectors: nodes with whole families share the weights (opposite bonds go together), rows blank out their closed bonds.
  */
 #include "lattice/op.h"
@@ -11,7 +11,7 @@
 
 /* `count` nodes with whole families from node `first`, or rows from row `first`, with consecutive nodes. */
 typedef struct pdi_op_sweep pdi_op_sweep;
-typedef void (*pdi_op_lanes_fn)(const pdi_op_sweep *w, int32_t first, int count);
+typedef void (*pdi_op_piece_fn)(const pdi_op_sweep *w, int32_t first, int count);
 
 /* The operands of one sweep. */
 struct pdi_op_sweep {
@@ -19,7 +19,7 @@ struct pdi_op_sweep {
     int32_t total;
     const double *f, *d; /* field; diffusivity or NULL */
     double *out;
-    pdi_op_lanes_fn whole, cut;
+    pdi_op_piece_fn whole, cut;
     int any_length; /* 1: `whole` takes runs of any length */
 };
 
@@ -32,13 +32,13 @@ static void pdi_op_run(const void *user, int32_t i, int32_t row, int32_t length)
         return;
     }
     for (int32_t at = 0; at < length; at += count) {
-        count = pdi_traverse_piece(length, PDI_LANES, &at);
+        count = pdi_traverse_piece(length, PDI_PIECE, &at);
         if (row < 0) w->whole(w, i + at, count);
         else w->cut(w, row + at, count);
     }
 }
 
-static void pdi_op_apply(const pd_ctx *ctx, pdi_op_sweep *w, pdi_op_lanes_fn whole, pdi_op_lanes_fn cut)
+static void pdi_op_apply(const pd_ctx *ctx, pdi_op_sweep *w, pdi_op_piece_fn whole, pdi_op_piece_fn cut)
 {
     w->whole = whole;
     w->cut = cut;
@@ -58,7 +58,7 @@ static void pdi_op_sweep_init(const pd_bonds *bonds, const double *f, const doub
 /* ---- gradient: G f_i = sum g (f_j - f_i); the sum of g over a whole family is zero (eq. 2.4) ---- */
 
 static void pdi_op_slope_whole(const pd_bonds *bonds, const double *f, int32_t i, int count,
-                               double slope[PD_DIM][PDI_LANES])
+                               double slope[PD_DIM][PDI_PIECE])
 {
     const pd_stencil *s = bonds->stencil;
     memset(slope, 0, PD_DIM * sizeof *slope);
@@ -71,21 +71,21 @@ static void pdi_op_slope_whole(const pd_bonds *bonds, const double *f, int32_t i
 
 /* K^-1 sum w xi (f_j - f_i) with the moments K of the open bonds (eq. 3.5). */
 static void pdi_op_slope_cut(const pd_bonds *bonds, const double *field, int32_t r, int count,
-                             double slope[PD_DIM][PDI_LANES])
+                             double slope[PD_DIM][PDI_PIECE])
 {
     const pd_stencil *s = bonds->stencil;
     int32_t i = bonds->node[r];
-    double sum[PD_DIM][PDI_LANES], open[PDI_LANES];
+    double sum[PD_DIM][PDI_PIECE], open[PDI_PIECE];
     memset(sum, 0, sizeof sum);
     pdi_bond_gate gate = {NULL, 0, 0, 0};
     for (int k = 0; k < s->count; k++) {
         const double *far = field + i + bonds->shift[k], *f = field + i, *xi = s->xi + k * PD_DIM;
         double base = s->base[k];
-        pdi_lanes lanes = pdi_bond_gate_open(bonds, r, k, count, &gate, open);
-        if (lanes == PDI_LANES_NONE) continue;
+        pdi_openness which = pdi_bond_gate_open(bonds, r, k, count, &gate, open);
+        if (which == PDI_OPEN_NONE) continue;
         if (r >= bonds->plain && bonds->grid->kind[i + bonds->shift[k]] == PD_INLET) continue;
         for (int b = 0; b < count; b++) {
-            double difference = lanes == PDI_LANES_ALL || open[b] > 0.0 ? base * (far[b] - f[b]) : 0.0;
+            double difference = which == PDI_OPEN_ALL || open[b] > 0.0 ? base * (far[b] - f[b]) : 0.0;
             for (int d = 0; d < PD_DIM; d++) sum[d][b] += difference * xi[d];
         }
     }
@@ -99,7 +99,7 @@ static void pdi_op_slope_cut(const pd_bonds *bonds, const double *field, int32_t
     }
 }
 
-static void pdi_op_gradient_put(const pdi_op_sweep *w, int32_t i, int count, double slope[PD_DIM][PDI_LANES])
+static void pdi_op_gradient_put(const pdi_op_sweep *w, int32_t i, int count, double slope[PD_DIM][PDI_PIECE])
 {
     for (int d = 0; d < PD_DIM; d++)
         memcpy(w->out + (int64_t)d * w->total + i, slope[d], (size_t)count * sizeof(double));
@@ -107,14 +107,14 @@ static void pdi_op_gradient_put(const pdi_op_sweep *w, int32_t i, int count, dou
 
 static void pdi_op_gradient_whole(const pdi_op_sweep *w, int32_t i, int count)
 {
-    double slope[PD_DIM][PDI_LANES];
+    double slope[PD_DIM][PDI_PIECE];
     pdi_op_slope_whole(w->bonds, w->f, i, count, slope);
     pdi_op_gradient_put(w, i, count, slope);
 }
 
 static void pdi_op_gradient_cut(const pdi_op_sweep *w, int32_t r, int count)
 {
-    double slope[PD_DIM][PDI_LANES];
+    double slope[PD_DIM][PDI_PIECE];
     pdi_op_slope_cut(w->bonds, w->f, r, count, slope);
     pdi_op_gradient_put(w, w->bonds->node[r], count, slope);
 }
@@ -133,17 +133,17 @@ static void pdi_op_divergence_bonds(const pdi_op_sweep *w, int32_t i, int32_t r,
 {
     const pd_bonds *bonds = w->bonds;
     const pd_stencil *s = bonds->stencil;
-    double sum[PDI_LANES], open[PDI_LANES];
+    double sum[PDI_PIECE], open[PDI_PIECE];
     memset(sum, 0, sizeof sum);
     pdi_bond_gate gate = {NULL, 0, 0, 0};
     for (int k = 0; k < s->count; k++) {
-        pdi_lanes lanes = pdi_bond_gate_open(bonds, r, k, count, &gate, open);
-        if (lanes == PDI_LANES_NONE) continue;
+        pdi_openness which = pdi_bond_gate_open(bonds, r, k, count, &gate, open);
+        if (which == PDI_OPEN_NONE) continue;
         for (int d = 0; d < PD_DIM; d++) {
             const double *u = w->f + (int64_t)d * w->total + i, *far = u + bonds->shift[k];
             double g = s->grad[k * PD_DIM + d] * pdi_bond_flux(bonds, i, k);
             for (int b = 0; b < count; b++)
-                sum[b] += lanes == PDI_LANES_ALL || open[b] > 0.0 ? g * (u[b] + far[b]) : 0.0;
+                sum[b] += which == PDI_OPEN_ALL || open[b] > 0.0 ? g * (u[b] + far[b]) : 0.0;
         }
     }
     memcpy(w->out + i, sum, (size_t)count * sizeof(double));
@@ -152,8 +152,8 @@ static void pdi_op_divergence_bonds(const pdi_op_sweep *w, int32_t i, int32_t r,
 static void pdi_op_divergence_whole(const pdi_op_sweep *w, int32_t i, int count)
 {
     const pd_stencil *s = w->bonds->stencil;
-    double sum[PDI_LANES];
-    if (w->bonds->ring.flux) {
+    double sum[PDI_PIECE];
+    if (w->bonds->axisym.flux) {
         pdi_op_divergence_bonds(w, i, -1, count);
         return;
     }
@@ -187,15 +187,15 @@ static void pdi_op_laplacian_bonds(const pdi_op_sweep *w, int32_t i, int32_t r, 
 {
     const pd_bonds *bonds = w->bonds;
     const double *f = w->f + i, *lap = pdi_bond_lap(bonds, i);
-    double sum[PDI_LANES], open[PDI_LANES];
+    double sum[PDI_PIECE], open[PDI_PIECE];
     memset(sum, 0, sizeof sum);
     pdi_bond_gate gate = {NULL, 0, 0, 0};
     for (int k = 0; k < bonds->stencil->count; k++) {
         const double *far = f + bonds->shift[k];
         double a = lap[k];
-        pdi_lanes lanes = pdi_bond_gate_open(bonds, r, k, count, &gate, open);
-        if (lanes == PDI_LANES_NONE) continue;
-        for (int b = 0; b < count; b++) sum[b] += lanes == PDI_LANES_ALL || open[b] > 0.0 ? a * (far[b] - f[b]) : 0.0;
+        pdi_openness which = pdi_bond_gate_open(bonds, r, k, count, &gate, open);
+        if (which == PDI_OPEN_NONE) continue;
+        for (int b = 0; b < count; b++) sum[b] += which == PDI_OPEN_ALL || open[b] > 0.0 ? a * (far[b] - f[b]) : 0.0;
     }
     memcpy(w->out + i, sum, (size_t)count * sizeof(double));
 }
@@ -223,8 +223,8 @@ void pd_op_laplacian(const pd_ctx *ctx, const pd_bonds *bonds, const double *f, 
 {
     pdi_op_sweep w;
     pdi_op_sweep_init(bonds, f, NULL, lap, &w);
-    w.any_length = !bonds->ring.lap;
-    pdi_op_apply(ctx, &w, bonds->ring.lap ? pdi_op_laplacian_rings : pdi_op_laplacian_whole, pdi_op_laplacian_cut);
+    w.any_length = !bonds->axisym.lap;
+    pdi_op_apply(ctx, &w, bonds->axisym.lap ? pdi_op_laplacian_rings : pdi_op_laplacian_whole, pdi_op_laplacian_cut);
 }
 
 /* ---- diffusion: sum D_ij a (f_j - f_i), D_ij = 2 D_i D_j / (D_i + D_j) (eq. 5.2) ---- */
@@ -240,17 +240,17 @@ static void pdi_op_diffuse_bonds(const pdi_op_sweep *w, int32_t i, int32_t r, in
 {
     const pd_bonds *bonds = w->bonds;
     const double *f = w->f + i, *d = w->d + i, *lap = pdi_bond_lap(bonds, i);
-    double sum[PDI_LANES], open[PDI_LANES];
+    double sum[PDI_PIECE], open[PDI_PIECE];
     memset(sum, 0, sizeof sum);
     pdi_bond_gate gate = {NULL, 0, 0, 0};
     for (int k = 0; k < bonds->stencil->count; k++) {
         const double *far = f + bonds->shift[k], *d_far = d + bonds->shift[k];
         double a = lap[k];
-        pdi_lanes lanes = pdi_bond_gate_open(bonds, r, k, count, &gate, open);
-        if (lanes == PDI_LANES_NONE) continue;
+        pdi_openness which = pdi_bond_gate_open(bonds, r, k, count, &gate, open);
+        if (which == PDI_OPEN_NONE) continue;
         for (int b = 0; b < count; b++)
             sum[b] +=
-                lanes == PDI_LANES_ALL || open[b] > 0.0 ? a * pdi_op_harmonic(d[b], d_far[b]) * (far[b] - f[b]) : 0.0;
+                which == PDI_OPEN_ALL || open[b] > 0.0 ? a * pdi_op_harmonic(d[b], d_far[b]) * (far[b] - f[b]) : 0.0;
     }
     memcpy(w->out + i, sum, (size_t)count * sizeof(double));
 }

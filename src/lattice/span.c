@@ -9,7 +9,7 @@ static int pdi_span_within(const pd_grid *grid, int32_t node)
     return grid->kind[node] == PD_FLUID || grid->kind[node] == PD_SOLID;
 }
 
-/* Count the stretches and their nodes, or list them. */
+/* Count the runs and their nodes, or list them. */
 static void pdi_span_scan(const pd_grid *grid, pd_spans *s, int list)
 {
     int32_t line = grid->np[0];
@@ -54,7 +54,7 @@ PDI_FN void pdi_spans_free(pd_ctx *ctx, pd_spans *s)
     memset(s, 0, sizeof *s);
 }
 
-/* From one layout to the other, stretch by stretch. */
+/* From one layout to the other, run by run. */
 static void pdi_span_copy(const pd_ctx *ctx, const pd_spans *s, int components, const double *from, double *to,
                           int pack)
 {

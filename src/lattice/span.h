@@ -1,6 +1,6 @@
-/* span: of each lattice line along axis 0, the stretch that holds fluid or may come to hold it.
+/* span: of each lattice line along axis 0, the run of nodes that holds fluid or may come to hold it.
  *
- * Vectors of unknowns that are kept in number take the stretches only, one behind the other: neither ghosts nor walls
+ * Vectors of unknowns that are kept in number take the runs only, one behind the other: neither ghosts nor walls
  * outside of a tube.
  */
 #ifndef PD_SPAN_H

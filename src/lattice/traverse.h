@@ -9,7 +9,7 @@
 
 #ifdef PDI_INTERNAL
 /* Nodes along axis 0 that a sweep works on at once, bond by bond: the inner loops are plain vectors. */
-#define PDI_LANES 64
+#define PDI_PIECE 64
 /* Lanes of the next piece, up to `most`, from *at, of `length` consecutive nodes. What is left over behind the last
  * whole vector goes together with nodes that are done already: they get the same bits again. */
 static inline int pdi_traverse_piece(int32_t length, int most, int32_t *at)

@@ -195,10 +195,10 @@ PDI_FN double pdi_diffusion_through(const pd_diffusion *d, const double *c, cons
     const pd_bonds *bonds = d->bonds;
     double plane = bonds->grid->lo[axis] + index * bonds->grid->h[axis];
     pdi_sum sum = {0.0, 0.0};
-    for (int32_t r = 0; r < bonds->rows && d->hold; r++) {
+    for (int32_t r = 0; r < bonds->rows && d->wall_rate; r++) {
         int32_t i = bonds->node[r];
         double at[PD_DIM], x[PD_DIM], t, conduct;
-        if (!(d->hold[i] > 0.0)) continue;
+        if (!(d->wall_rate[i] > 0.0)) continue;
         pd_grid_position(bonds->grid, i, at);
         for (int k = 0; k < bonds->stencil->count; k++) {
             if (pdi_bond_open(bonds, r, k)) continue;
@@ -224,19 +224,19 @@ static void pdi_diffusion_hold(pd_diffusion *d, int32_t r, uint8_t *held)
         held[k] = 0;
         if (pdi_bond_open(bonds, r, k)) continue;
         double c = pdi_diffusion_meet(d, r, k, x, &t, &value);
-        if (!(c >= 0.0)) d->hold_part[i] = 1;
+        if (!(c >= 0.0)) d->wall_part[i] = 1;
         if (c < 0.0) d->held_least = fmin(d->held_least, c); /* for the caller to refuse */
         if (!(c >= 0.0)) continue;
         held[k] = 1;
         for (int a = 0; a < PD_DIM; a++) {
-            d->hold_grad[(int64_t)a * bonds->grid->total + i] += s->grad[k * PD_DIM + a] / t * c;
-            d->hold_lean[(int64_t)a * bonds->grid->total + i] += s->grad[k * PD_DIM + a] / t;
+            d->wall_grad[(int64_t)a * bonds->grid->total + i] += s->grad[k * PD_DIM + a] / t * c;
+            d->wall_grad_rate[(int64_t)a * bonds->grid->total + i] += s->grad[k * PD_DIM + a] / t;
         }
-        if (first) d->hold_at[i] = c;
+        if (first) d->wall_value[i] = c;
         first = 0;
-        d->hold[i] += value;
-        d->drive[i] += value * c;
-        d->hold_rest[i] += value * (c - d->hold_at[i]);
+        d->wall_rate[i] += value;
+        d->wall_source[i] += value * c;
+        d->wall_rest[i] += value * (c - d->wall_value[i]);
         d->held_least = fmin(d->held_least, c);
         d->held_most = fmax(d->held_most, c);
     }
@@ -262,21 +262,21 @@ void pd_diffusion_update(pd_ctx *ctx, pd_diffusion *d)
         for (int t = 0; t < PD_DIFFUSION_TENSOR; t++) d->tensor[t][i] = 0.0f;
         for (int t = 0; t < PD_DIFFUSION_TENSOR && d->metal[0]; t++) d->metal[t][i] = 0.0f;
         for (int a = 0; a < PD_DIM && d->metal[0]; a++) d->facing[a][i] = 0.0f;
-        if (d->hold) d->hold[i] = d->drive[i] = d->hold_at[i] = d->hold_rest[i] = 0.0;
-        if (d->hold) d->hold_part[i] = 0;
-        for (int a = 0; a < PD_DIM && d->hold; a++)
-            d->hold_grad[(int64_t)a * total + i] = d->hold_lean[(int64_t)a * total + i] = 0.0;
+        if (d->wall_rate) d->wall_rate[i] = d->wall_source[i] = d->wall_value[i] = d->wall_rest[i] = 0.0;
+        if (d->wall_rate) d->wall_part[i] = 0;
+        for (int a = 0; a < PD_DIM && d->wall_rate; a++)
+            d->wall_grad[(int64_t)a * total + i] = d->wall_grad_rate[(int64_t)a * total + i] = 0.0;
     }
     pdi_diffusion_ghosts(d);
     d->held_least = HUGE_VAL;
     d->held_most = -HUGE_VAL;
-    for (int32_t r = 0; r < bonds->rows && d->hold; r++) {
+    for (int32_t r = 0; r < bonds->rows && d->wall_rate; r++) {
         if (!(d->cut[bonds->node[r]] > 0.0f)) continue;
         pdi_diffusion_hold(d, r, d->held);
         pdi_diffusion_keep(d, r, d->held);
     }
     PDI_PARALLEL_FOR(nt)
-    for (int32_t r = 0; r < (d->hold ? 0 : bonds->rows); r++)
+    for (int32_t r = 0; r < (d->wall_rate ? 0 : bonds->rows); r++)
         if (d->cut[bonds->node[r]] > 0.0f) pdi_diffusion_keep(d, r, NULL);
     pdi_diffusion_ghosts(d);
 }
@@ -287,12 +287,12 @@ void pd_diffusion_renew(pd_diffusion *d)
     int32_t total = bonds->grid->total;
     d->held_least = HUGE_VAL;
     d->held_most = -HUGE_VAL;
-    for (int32_t r = 0; r < bonds->rows && d->hold; r++) {
+    for (int32_t r = 0; r < bonds->rows && d->wall_rate; r++) {
         int32_t i = bonds->node[r];
         if (!(d->cut[i] > 0.0f)) continue;
-        d->hold[i] = d->drive[i] = d->hold_at[i] = d->hold_rest[i] = 0.0;
+        d->wall_rate[i] = d->wall_source[i] = d->wall_value[i] = d->wall_rest[i] = 0.0;
         for (int a = 0; a < PD_DIM; a++)
-            d->hold_grad[(int64_t)a * total + i] = d->hold_lean[(int64_t)a * total + i] = 0.0;
+            d->wall_grad[(int64_t)a * total + i] = d->wall_grad_rate[(int64_t)a * total + i] = 0.0;
         pdi_diffusion_hold(d, r, d->held);
     }
 }
@@ -308,13 +308,13 @@ PDI_FN void pdi_diffusion_list(pdi_owner *owner, void *object)
     for (int t = 0; t < PD_DIFFUSION_TENSOR && metal; t++) PDI_ARRAY(owner, diffusion, metal[t], total, "1");
     for (int a = 0; a < PD_DIM && metal; a++) PDI_ARRAY(owner, diffusion, facing[a], total, "1");
     if (!diffusion->desc.held) return;
-    PDI_ARRAY(owner, diffusion, hold, total, "1/s");
-    PDI_ARRAY(owner, diffusion, drive, total, "mol/m3/s");
-    PDI_ARRAY(owner, diffusion, hold_at, total, "mol/m3");
-    PDI_ARRAY(owner, diffusion, hold_rest, total, "mol/m3/s");
-    PDI_ARRAY(owner, diffusion, hold_part, total, "1");
-    PDI_ARRAY(owner, diffusion, hold_grad, PD_DIM * total, "mol/m4");
-    PDI_ARRAY(owner, diffusion, hold_lean, PD_DIM * total, "1/m");
+    PDI_ARRAY(owner, diffusion, wall_rate, total, "1/s");
+    PDI_ARRAY(owner, diffusion, wall_source, total, "mol/m3/s");
+    PDI_ARRAY(owner, diffusion, wall_value, total, "mol/m3");
+    PDI_ARRAY(owner, diffusion, wall_rest, total, "mol/m3/s");
+    PDI_ARRAY(owner, diffusion, wall_part, total, "1");
+    PDI_ARRAY(owner, diffusion, wall_grad, PD_DIM * total, "mol/m4");
+    PDI_ARRAY(owner, diffusion, wall_grad_rate, PD_DIM * total, "1/m");
     PDI_ARRAY(owner, diffusion, held, diffusion->bonds->stencil->count, "1");
 }
 

@@ -33,13 +33,13 @@ typedef struct pd_diffusion {
     float *cut;                         /* [total] [-] 1: a bond of the node is cut */
     pd_media media;                     /* where the diffusivity is a field; empty as above */
     double *field;                      /* [total] [m2/s] at nodes, of `media`; NULL: constant */
-    double *hold;                       /* [total] [1/s] conductance to held walls, or NULL */
-    double *drive;                      /* [total] [mol/m3/s] sum of conductance times held value, or NULL */
-    double *hold_at, *hold_rest;        /* [total] [mol/m3], [mol/m3/s] one of the values that the node sees, and what
-                                         * `drive` is beside `hold` times that; or NULL */
-    double *hold_grad, *hold_lean;      /* [PD_DIM][total] [mol/m4], [1/m] held values add grad - lean c to the
+    double *wall_rate;                  /* [total] [1/s] conductance to held walls, or NULL */
+    double *wall_source;                /* [total] [mol/m3/s] sum of conductance times held value, or NULL */
+    double *wall_value, *wall_rest;     /* [total] [mol/m3], [mol/m3/s] one of the values that the node sees, and what
+                                         * `wall_source` is beside `wall_rate` times that; or NULL */
+    double *wall_grad, *wall_grad_rate; /* [PD_DIM][total] [mol/m4], [1/m] held values add grad - rate c to the
                                          * gradient at their node; or NULL */
-    uint8_t *hold_part;                 /* [total] 1: a cut bond of the node sees no held value, or NULL */
+    uint8_t *wall_part;                 /* [total] 1: a cut bond of the node sees no held value, or NULL */
     uint8_t *held;                      /* [count of a family] work */
     double held_least, held_most;       /* [mol/m3] of the values held; least > most: none */
 } pd_diffusion;
@@ -71,7 +71,7 @@ PDI_FN void pdi_diffusion_bond(const pd_diffusion *diffusion, int32_t i, int k, 
  * conductor they drown in their products. */
 static inline double pdi_diffusion_gain(const pd_diffusion *d, int32_t i, double c, double rest)
 {
-    return d->hold ? d->hold[i] * ((d->hold_at[i] - c) - rest) + d->hold_rest[i] : 0.0;
+    return d->wall_rate ? d->wall_rate[i] * ((d->wall_value[i] - c) - rest) + d->wall_rest[i] : 0.0;
 }
 #endif
 

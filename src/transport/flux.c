@@ -98,10 +98,10 @@ PDI_FN int pdi_flux_open(const pd_flux *t, int32_t i, int k)
 
 /* Where a(n) xi = c g(n) for all bonds, with one c for each axis, what the gradient of the pressure gives a bond is a
  * part of its velocity. So on lattices of equal spacings. */
-static void pdi_flux_lean(pd_flux *t)
+static void pdi_flux_ratio(pd_flux *t)
 {
     const pd_stencil *s = t->bonds->stencil;
-    double *c = t->lean;
+    double *c = t->ratio;
     t->even = 1;
     for (int k = 0; k < s->count; k++)
         for (int d = 0; d < PD_DIM; d++) {
@@ -113,21 +113,21 @@ static void pdi_flux_lean(pd_flux *t)
 }
 
 /* F of a bond is g.(w_i + w_j) - a (q_j - q_i), less what the pressure gradients leave in uneven lattices: w and q hold
- * carrier, pressure, its gradient and the potential of the flow (eq. 4.4, 4.10b). */
-static void pdi_flux_drive(const pd_ctx *ctx, const pd_flux *t)
+ * advecting, pressure, its gradient and the potential of the flow (eq. 4.4, 4.10b). */
+static void pdi_flux_stream(const pd_ctx *ctx, const pd_flux *t)
 {
     const pd_flow *f = t->flow;
     int64_t total = f->grid->total;
-    double *q = t->drive + PD_DIM * total;
+    double *q = t->stream + PD_DIM * total;
     int nt = pdi_par_threads(ctx, total * PD_DIM);
     (void)nt;
     PDI_PARALLEL_FOR(nt)
     for (int64_t i = 0; i < total; i++) {
         for (int d = 0; d < PD_DIM; d++) {
             int64_t at = d * total + i;
-            t->drive[at] = f->carrier[at] + 0.5 * f->tau * t->lean[d] * f->grad[at];
+            t->stream[at] = f->advecting[at] + 0.5 * f->stabilisation * t->ratio[d] * f->grad[at];
         }
-        q[i] = f->tau * f->p[i] + (f->potential ? f->potential[i] : 0.0);
+        q[i] = f->stabilisation * f->p[i] + (f->potential ? f->potential[i] : 0.0);
     }
 }
 
@@ -137,7 +137,7 @@ static void pdi_flux_uneven(const pd_flux *t, int32_t i, int k, int count, doubl
     const pd_flow *f = t->flow;
     const pd_stencil *s = f->bonds->stencil;
     const double *grad = f->grad + i, *far = grad + f->bonds->shift[k];
-    double part = 0.5 * f->tau * pdi_bond_lap(f->bonds, i)[k];
+    double part = 0.5 * f->stabilisation * pdi_bond_lap(f->bonds, i)[k];
     for (int d = 0; d < PD_DIM; d++) {
         int64_t at = (int64_t)d * f->grid->total;
         for (int b = 0; b < count; b++) flux[b] += part * s->xi[k * PD_DIM + d] * (grad[at + b] + far[at + b]);
@@ -149,7 +149,7 @@ static void pdi_flux_volume(const pd_flux *t, int32_t i, int k, int count, doubl
 {
     const pd_bonds *bonds = t->bonds;
     int64_t total = bonds->grid->total, shift = bonds->shift[k];
-    const double *w = t->drive + i, *q = w + PD_DIM * total, *g = bonds->stencil->grad + k * PD_DIM;
+    const double *w = t->stream + i, *q = w + PD_DIM * total, *g = bonds->stencil->grad + k * PD_DIM;
     double a = pdi_bond_lap(bonds, i)[k], share = pdi_bond_flux(bonds, i, k);
     for (int b = 0; b < count; b++) {
         double sum = pdi_flow_along(g, w + b, total) + pdi_flow_along(g, w + b + shift, total);
@@ -164,7 +164,7 @@ PDI_INLINE void pdi_flux_volumes(const pd_flux *t, int32_t i, int k, int count, 
 {
     const pd_stencil *s = t->bonds->stencil;
     int64_t total = t->bonds->grid->total, shift = t->bonds->shift[k];
-    const double *w = t->drive + i, *q = w + PD_DIM * total, *g = s->grad + k * PD_DIM;
+    const double *w = t->stream + i, *q = w + PD_DIM * total, *g = s->grad + k * PD_DIM;
     double a = s->lap[k];
     for (int b = 0; b < count; b++) {
         double here = pdi_flow_along(g, w + b, total);
@@ -183,15 +183,15 @@ static void pdi_flux_store(const pd_flux *t, int32_t i, int32_t row, int k, int 
     const pd_bonds *bonds = t->bonds;
     int32_t shift = bonds->shift[k];
     int own = k < bonds->stencil->count / 2, ghosts = 0;
-    double flux[PDI_LANES], open[PDI_LANES], factor, *slot = pdi_flux_slot(t, i, k, &factor);
+    double flux[PDI_PIECE], open[PDI_PIECE], factor, *slot = pdi_flux_slot(t, i, k, &factor);
     pdi_bond_gate gate = {NULL, 0, 0, 0};
     for (int b = 0; b < count && !own; b++) ghosts += bonds->grid->kind[i + b + shift] != PD_FLUID;
     if (!own && !ghosts) return;
-    pdi_lanes lanes = pdi_bond_gate_open(bonds, row, k, count, &gate, open);
+    pdi_openness which = pdi_bond_gate_open(bonds, row, k, count, &gate, open);
     pdi_flux_volume(t, i, k, count, flux);
     for (int b = 0; b < count; b++) {
         uint8_t kind = bonds->grid->kind[i + b + shift];
-        int shut = lanes == PDI_LANES_NONE || (lanes == PDI_LANES_SOME && !(open[b] > 0.0));
+        int shut = which == PDI_OPEN_NONE || (which == PDI_OPEN_SOME && !(open[b] > 0.0));
         if (!own && kind == PD_FLUID) continue;
         if (kind == PD_INLET) flux[b] = pdi_flow_bond_flux(t->flow, i + b, k);
         slot[b] = shut ? 0.0 : flux[b] / factor;
@@ -204,7 +204,7 @@ static void pdi_flux_refresh_run(const void *user, int32_t i, int32_t row, int32
     for (int k = 0; k < t->bonds->stencil->count; k++) {
         if (t->flux) pdi_flux_store(t, i, row, k, count);
         if (row < 0) continue;
-        double conduct[PDI_LANES];
+        double conduct[PDI_PIECE];
         pdi_diffusion_bond(t->diffusion, i, k, count, 1, conduct);
         for (int b = 0; b < count; b++)
             *pdi_flux_place(t, row + b, k) =
@@ -230,20 +230,20 @@ static void pdi_flux_one(const pd_flux *t, int32_t i, int k, double *flux, doubl
     else pdi_diffusion_bond(t->diffusion, i, k, 1, 0, bond);
 }
 
-PDI_FN pd_status pdi_flux_refresh(pd_ctx *ctx, const pd_flux *convect)
+PDI_FN pd_status pdi_flux_refresh(pd_ctx *ctx, const pd_flux *t)
 {
-    const pd_bonds *bonds = convect->bonds;
-    if (bonds->rows > convect->capacity)
-        return pdi_fail(ctx, PD_ERR_STATE, "convect",
+    const pd_bonds *bonds = t->bonds;
+    if (bonds->rows > t->capacity)
+        return pdi_fail(ctx, PD_ERR_STATE, "flux",
                         "%d rows, expected at most %d: call pd_transport_update after pd_bonds_update", bonds->rows,
-                        convect->capacity);
-    if (convect->flow) pdi_flux_drive(ctx, convect);
-    pdi_traverse_sweep(ctx, bonds, bonds->grid->fluid_count * bonds->stencil->count * 8, PDI_LANES,
-                       pdi_flux_refresh_run, convect);
-    for (int32_t p = 0; p < convect->boundary->count; p++)
+                        t->capacity);
+    if (t->flow) pdi_flux_stream(ctx, t);
+    pdi_traverse_sweep(ctx, bonds, bonds->grid->fluid_count * bonds->stencil->count * 8, PDI_PIECE,
+                       pdi_flux_refresh_run, t);
+    for (int32_t p = 0; p < t->boundary->count; p++)
         for (int k = 0; k < bonds->stencil->count; k++) {
             int64_t slot = (int64_t)p * bonds->stencil->count + k;
-            pdi_flux_one(convect, convect->boundary->node[p], k, convect->port_flux + slot, convect->port_bond + slot);
+            pdi_flux_one(t, t->boundary->node[p], k, t->boundary_flux + slot, t->boundary_bond + slot);
         }
     return PD_OK;
 }
@@ -254,7 +254,7 @@ PDI_FN pd_status pdi_flux_refresh(pd_ctx *ctx, const pd_flux *convect)
 typedef struct pdi_flux_sweep {
     const pd_flux *t;
     const double *c;
-    const double *x, *keep_by, *slope_by; /* direction of a derivative, and those of the limiter along it */
+    const double *x, *factor_by, *slope_by; /* direction of a derivative, and those of the limiter along it */
     double *y;
 } pdi_flux_sweep;
 
@@ -290,7 +290,7 @@ static inline void pdi_flux_shut(const pd_flux *t, int32_t row, int k, int count
 {
     pdi_bond_gate gate;
     gate.word = pdi_bond_words(t->bonds, row, k);
-    for (int b = 0; b < count; b++) flux[b] *= pdi_bond_gate_lane(&gate, k, b);
+    for (int b = 0; b < count; b++) flux[b] *= pdi_bond_gate_value(&gate, k, b);
 }
 
 /* Share of xi.G in the flux of a bond to `far`, beside inlets and outlets: inlets have no gradient. */
@@ -307,11 +307,11 @@ PDI_INLINE void pdi_flux_pair_get(const pd_flux *t, int32_t i, int32_t row, int3
     if (place >= 0) {
         int64_t first = (int64_t)place * bonds;
         const int32_t *far = t->boundary->far + first;
-        p->flux = t->port_flux + first + k;
-        p->back = t->port_flux + first + opposite;
+        p->flux = t->boundary_flux + first + k;
+        p->back = t->boundary_flux + first + opposite;
         p->turn = 1.0;
-        p->ahead = t->port_bond + first + k;
-        p->behind = t->port_bond + first + opposite;
+        p->ahead = t->boundary_bond + first + k;
+        p->behind = t->boundary_bond + first + opposite;
         p->next = far[k] - i;
         p->before = far[opposite] - i;
         p->lean[0] = pdi_flux_lean_of(t, *p->flux, far[k]);
@@ -344,7 +344,7 @@ PDI_INLINE void pdi_flux_pair_get(const pd_flux *t, int32_t i, int32_t row, int3
 PDI_INLINE void pdi_flux_apply_block(const pdi_flux_sweep *s, int32_t i, int32_t row, int32_t place, int count)
 {
     const pd_flux *t = s->t;
-    const double *PD_RESTRICT c = s->c + i, *PD_RESTRICT absorb = t->absorb + i, *hold = t->diffusion->hold;
+    const double *PD_RESTRICT c = s->c + i, *PD_RESTRICT absorb = t->absorb + i, *hold = t->diffusion->wall_rate;
     double sum[PDI_BLOCK], rate = t->rate, *PD_RESTRICT y = s->y + i;
     for (int b = 0; b < count; b++) sum[b] = (rate + absorb[b]) * c[b];
     for (int b = 0; b < count && hold; b++) sum[b] += hold[i + b] * c[b];
@@ -392,17 +392,17 @@ PDI_INLINE double pdi_flux_return(double flux, double least, double lean, const 
 
 /* What two bonds, one opposite to the other, are made of for node b of a block: the field or a direction, with the
  * limiter or its derivative. f and g: F of both, which leaves. */
-PDI_INLINE void pdi_flux_upwinds(const pdi_flux_pair *p, const double *xi, const double *c, const double *keep,
+PDI_INLINE void pdi_flux_upwinds(const pdi_flux_pair *p, const double *xi, const double *c, const double *factor,
                                  const double *slope, int64_t total, int b, double f, double g,
                                  pdi_flux_upwinded *ahead, pdi_flux_upwinded *behind)
 {
-    double x = 0.0, next = 0.0, before = 0.0, alpha = keep[b];
+    double x = 0.0, next = 0.0, before = 0.0, alpha = factor[b];
     for (int d = 0; d < PD_DIM; d++) {
         x += xi[d] * slope[d * total + b];
         next += xi[d] * slope[d * total + b + p->next];
         before += xi[d] * slope[d * total + b + p->before];
     }
-    double alpha_next = keep[b + p->next], alpha_before = keep[b + p->before];
+    double alpha_next = factor[b + p->next], alpha_before = factor[b + p->before];
     ahead->step = c[b + p->next] - c[b];
     ahead->x = f > 0.0 ? x : next;
     ahead->alpha = f > 0.0 ? alpha : alpha_next;
@@ -416,9 +416,9 @@ PDI_INLINE void pdi_flux_anti_block(const pdi_flux_sweep *s, int32_t i, int32_t 
                                     int by)
 {
     const pd_flux *t = s->t;
-    const double *PD_RESTRICT c = s->c + i, *PD_RESTRICT keep = t->limiter->keep + i;
+    const double *PD_RESTRICT c = s->c + i, *PD_RESTRICT factor = t->limiter->factor + i;
     const double *PD_RESTRICT slope = t->limiter->slope + i, *xi = t->bonds->stencil->xi;
-    const double *PD_RESTRICT z = by ? s->x + i : c, *PD_RESTRICT keep_by = by ? s->keep_by + i : keep;
+    const double *PD_RESTRICT z = by ? s->x + i : c, *PD_RESTRICT factor_by = by ? s->factor_by + i : factor;
     const double *PD_RESTRICT slope_by = by ? s->slope_by + i : slope;
     int64_t total = t->bonds->grid->total;
     double sum[PDI_BLOCK], *PD_RESTRICT y = s->y + i;
@@ -431,8 +431,8 @@ PDI_INLINE void pdi_flux_anti_block(const pdi_flux_sweep *s, int32_t i, int32_t 
         for (int b = 0; b < count; b++) {
             double f = flux[b], g = turn * back[b];
             pdi_flux_upwinded next, before, next_by, before_by;
-            pdi_flux_upwinds(&p, xi, c, keep, slope, total, b, f, g, &next, &before);
-            if (by) pdi_flux_upwinds(&p, xi, z, keep_by, slope_by, total, b, f, g, &next_by, &before_by);
+            pdi_flux_upwinds(&p, xi, c, factor, slope, total, b, f, g, &next, &before);
+            if (by) pdi_flux_upwinds(&p, xi, z, factor_by, slope_by, total, b, f, g, &next_by, &before_by);
             sum[b] -= pdi_flux_return(f, ahead[b], lean, &next, by ? &next_by : NULL);
             sum[b] -= pdi_flux_return(g, behind[b], lean_back, &before, by ? &before_by : NULL);
         }
@@ -462,10 +462,10 @@ static void pdi_flux_sweep_all(const pd_ctx *ctx, const pdi_flux_sweep *s, pdi_t
     pdi_traverse_blocks(ctx, s->t->boundary, bonds->grid->fluid_count * bonds->stencil->count * 2, block, s);
 }
 
-PDI_FN void pdi_flux_apply(const pd_ctx *ctx, const pd_flux *convect, const double *c, double *y)
+PDI_FN void pdi_flux_apply(const pd_ctx *ctx, const pd_flux *t, const double *c, double *y)
 {
     pdi_flux_sweep s;
-    s.t = convect;
+    s.t = t;
     s.c = c;
     s.y = y;
     pdi_flux_sweep_all(ctx, &s, pdi_flux_apply_nodes);
@@ -475,7 +475,7 @@ PDI_FN void pdi_flux_apply(const pd_ctx *ctx, const pd_flux *convect, const doub
 static double pdi_flux_balance(const pd_flux *t, const double *b, const double *c, int32_t i)
 {
     const pd_grid *grid = t->bonds->grid;
-    double diagonal = t->rate + t->absorb[i] + (t->diffusion->hold ? t->diffusion->hold[i] : 0.0), sum = b[i];
+    double diagonal = t->rate + t->absorb[i] + (t->diffusion->wall_rate ? t->diffusion->wall_rate[i] : 0.0), sum = b[i];
     for (int k = 0; k < t->bonds->stencil->count; k++) {
         int32_t j = i + t->bonds->shift[k];
         double flux, bond;
@@ -501,23 +501,23 @@ PDI_FN void pdi_flux_relax(const pd_flux *t, const double *b, int back, double *
     }
 }
 
-PDI_FN void pdi_flux_anti(const pd_ctx *ctx, const pd_flux *convect, const double *c, double *y)
+PDI_FN void pdi_flux_anti(const pd_ctx *ctx, const pd_flux *t, const double *c, double *y)
 {
     pdi_flux_sweep s;
-    s.t = convect;
+    s.t = t;
     s.c = c;
     s.y = y;
     pdi_flux_sweep_all(ctx, &s, pdi_flux_anti_nodes);
 }
 
-PDI_FN void pdi_flux_anti_by(const pd_ctx *ctx, const pd_flux *convect, const double *c, const double *x,
-                             const double *keep_by, const double *slope_by, double *y)
+PDI_FN void pdi_flux_anti_by(const pd_ctx *ctx, const pd_flux *t, const double *c, const double *x,
+                             const double *factor_by, const double *slope_by, double *y)
 {
     pdi_flux_sweep s;
-    s.t = convect;
+    s.t = t;
     s.c = c;
     s.x = x;
-    s.keep_by = keep_by;
+    s.factor_by = factor_by;
     s.slope_by = slope_by;
     s.y = y;
     pdi_flux_sweep_all(ctx, &s, pdi_flux_anti_nodes_by);
@@ -525,7 +525,7 @@ PDI_FN void pdi_flux_anti_by(const pd_ctx *ctx, const pd_flux *convect, const do
 
 /* What the bonds through a plane are asked for. */
 typedef struct pdi_flux_section {
-    const pd_flux *convect;
+    const pd_flux *t;
     const double *c;    /* [mol/m3] */
     const double *anti; /* [mol/m3/s] what the nodes gain by antidiffusion */
 } pdi_flux_section;
@@ -534,7 +534,7 @@ typedef struct pdi_flux_section {
 static double pdi_flux_section_bond(const void *user, int32_t i, int k)
 {
     const pdi_flux_section *section = (const pdi_flux_section *)user;
-    const pd_flux *t = section->convect;
+    const pd_flux *t = section->t;
     int32_t j = i + t->bonds->shift[k];
     if (t->bonds->grid->kind[i] == PD_FLUID) return pdi_flux_bond_flux(t, section->c, i, k);
     double over = pdi_grid_circumference(t->bonds->grid, j) / pdi_grid_circumference(t->bonds->grid, i);
@@ -545,7 +545,7 @@ static double pdi_flux_section_bond(const void *user, int32_t i, int k)
 static double pdi_flux_section_anti(const void *user, int32_t i, int k)
 {
     const pdi_flux_section *section = (const pdi_flux_section *)user;
-    const pd_flux *t = section->convect;
+    const pd_flux *t = section->t;
     const pd_grid *grid = t->bonds->grid;
     int32_t j = i + t->bonds->shift[k];
     if (grid->kind[i] != PD_FLUID) {
@@ -559,7 +559,7 @@ static double pdi_flux_section_anti(const void *user, int32_t i, int k)
     int32_t upwind = flux > 0.0 ? i : j;
     of.step = section->c[j] - section->c[i];
     of.x = 0.0;
-    of.alpha = t->limiter->keep[upwind];
+    of.alpha = t->limiter->factor[upwind];
     for (int d = 0; d < PD_DIM; d++)
         of.x += t->bonds->stencil->xi[k * PD_DIM + d] * t->limiter->slope[(int64_t)d * grid->total + upwind];
     return -pdi_flux_return(flux, bond, pdi_flux_lean_of(t, flux, j), &of, NULL);
@@ -570,7 +570,7 @@ static double pdi_flux_section_anti(const void *user, int32_t i, int k)
  * moves. */
 static double pdi_flux_section_gain(const pdi_flux_section *section, int axis, int index)
 {
-    const pd_flux *t = section->convect;
+    const pd_flux *t = section->t;
     pdi_sum sum[2] = {{0.0, 0.0}, {0.0, 0.0}};
     int fed[2] = {0, 0};
     if (t->bonds->grid->side[2 * axis] == PD_SIDE_PERIODIC) fed[0] = fed[1] = 1;
@@ -587,15 +587,15 @@ static double pdi_flux_section_gain(const pdi_flux_section *section, int axis, i
     return pdi_traverse_section(t->bonds, axis, index, pdi_flux_section_anti, section);
 }
 
-PDI_FN double pdi_flux_through(const pd_flux *convect, const double *c, const double *anti, int axis, int index)
+PDI_FN double pdi_flux_through(const pd_flux *t, const double *c, const double *anti, int axis, int index)
 {
     pdi_flux_section section;
-    section.convect = convect;
+    section.t = t;
     section.c = c;
     section.anti = anti;
-    double low = pdi_traverse_section(convect->bonds, axis, index, pdi_flux_section_bond, &section);
+    double low = pdi_traverse_section(t->bonds, axis, index, pdi_flux_section_bond, &section);
     double gain = anti ? pdi_flux_section_gain(&section, axis, index) : 0.0;
-    return (low - gain) * convect->bonds->stencil->volume;
+    return (low - gain) * t->bonds->stencil->volume;
 }
 
 PDI_FN void pdi_flux_list(pdi_owner *owner, void *object)
@@ -603,7 +603,7 @@ PDI_FN void pdi_flux_list(pdi_owner *owner, void *object)
     pd_flux *flux = (pd_flux *)object;
     if (!flux->flow) return;
     int64_t total = flux->bonds->grid->total;
-    PDI_ARRAY(owner, flux, drive, (PD_DIM + 1) * total, "1/s");
+    PDI_ARRAY(owner, flux, stream, (PD_DIM + 1) * total, "1/s");
     if (PD_DIM < 3) PDI_ARRAY(owner, flux, flux, flux->bonds->stencil->count / 2 * total, "1/s");
 }
 
@@ -616,42 +616,42 @@ PDI_FN void pdi_flux_row_list(pdi_owner *owner, void *object)
 static void pdi_flux_boundary_list(pdi_owner *owner, void *object)
 {
     pd_flux *flux = (pd_flux *)object;
-    int64_t bonds = flux->bonds ? (int64_t)flux->bonds->stencil->count * flux->port_capacity : 0;
-    PDI_ARRAY(owner, flux, port_flux, bonds, "1/s");
-    PDI_ARRAY(owner, flux, port_bond, bonds, "1/s");
+    int64_t bonds = flux->bonds ? (int64_t)flux->bonds->stencil->count * flux->boundary_capacity : 0;
+    PDI_ARRAY(owner, flux, boundary_flux, bonds, "1/s");
+    PDI_ARRAY(owner, flux, boundary_bond, bonds, "1/s");
 }
 
-static pd_status pdi_flux_fit_boundary(pd_ctx *ctx, pd_flux *convect)
+static pd_status pdi_flux_fit_boundary(pd_ctx *ctx, pd_flux *t)
 {
-    int32_t rows = convect->boundary->capacity;
-    if (rows == convect->port_capacity) return PD_OK;
-    return pdi_owner_renew(ctx, pdi_flux_boundary_list, convect, &convect->port_capacity, rows);
+    int32_t rows = t->boundary->capacity;
+    if (rows == t->boundary_capacity) return PD_OK;
+    return pdi_owner_renew(ctx, pdi_flux_boundary_list, t, &t->boundary_capacity, rows);
 }
 
-static pd_status pdi_flux_fit_rows(pd_ctx *ctx, pd_flux *convect)
+static pd_status pdi_flux_fit_rows(pd_ctx *ctx, pd_flux *t)
 {
-    int32_t rows = (convect->bonds->capacity + PDI_FLUX_PAGE - 1) / PDI_FLUX_PAGE * PDI_FLUX_PAGE;
-    if (rows == convect->capacity) return PD_OK;
-    return pdi_owner_renew(ctx, pdi_flux_row_list, convect, &convect->capacity, rows);
+    int32_t rows = (t->bonds->capacity + PDI_FLUX_PAGE - 1) / PDI_FLUX_PAGE * PDI_FLUX_PAGE;
+    if (rows == t->capacity) return PD_OK;
+    return pdi_owner_renew(ctx, pdi_flux_row_list, t, &t->capacity, rows);
 }
 
-PDI_FN pd_status pdi_flux_fit(pd_ctx *ctx, pd_flux *convect)
+PDI_FN pd_status pdi_flux_fit(pd_ctx *ctx, pd_flux *t)
 {
-    PDI_TRY(pdi_flux_fit_rows(ctx, convect));
-    return pdi_flux_fit_boundary(ctx, convect);
+    PDI_TRY(pdi_flux_fit_rows(ctx, t));
+    return pdi_flux_fit_boundary(ctx, t);
 }
 
-PDI_FN pd_status pdi_flux_build(pd_ctx *ctx, pd_flux *convect)
+PDI_FN pd_status pdi_flux_build(pd_ctx *ctx, pd_flux *t)
 {
-    pdi_flux_lean(convect);
-    PDI_TRY(pdi_owner_build(ctx, pdi_flux_list, convect));
-    return pdi_flux_fit(ctx, convect);
+    pdi_flux_ratio(t);
+    PDI_TRY(pdi_owner_build(ctx, pdi_flux_list, t));
+    return pdi_flux_fit(ctx, t);
 }
 
-PDI_FN void pdi_flux_free(pd_ctx *ctx, pd_flux *convect)
+PDI_FN void pdi_flux_free(pd_ctx *ctx, pd_flux *t)
 {
-    pdi_owner_free(ctx, pdi_flux_list, convect);
-    pdi_owner_free(ctx, pdi_flux_row_list, convect);
-    pdi_owner_free(ctx, pdi_flux_boundary_list, convect);
-    convect->capacity = convect->port_capacity = 0;
+    pdi_owner_free(ctx, pdi_flux_list, t);
+    pdi_owner_free(ctx, pdi_flux_row_list, t);
+    pdi_owner_free(ctx, pdi_flux_boundary_list, t);
+    t->capacity = t->boundary_capacity = 0;
 }

@@ -16,17 +16,18 @@ typedef struct pd_flux {
     const pd_boundary *boundary;
     const double *absorb;          /* [total] [1/s] */
     double rate;                   /* [1/s] of the term in time: 1 over the step, or 0 */
-    double lean[PD_DIM];           /* [-] a(n) xi over g(n), where that is one number for all bonds ... */
+    double ratio[PD_DIM];          /* [-] a(n) xi over g(n), where that is one number for all bonds ... */
     int even;                      /* ... 1: it is */
-    double *drive;                 /* [PD_DIM+1][total] w [m/s] and q [m2/s] that the volume fluxes are told from */
+    double *stream;                /* [PD_DIM+1][total] w [m/s] and q [m2/s] that the volume fluxes are told from */
     double *flux;                  /* [count/2][total] [1/s] volume fluxes F of the first half of the bonds: those of
                                     * the others are what their far ends have, negated. NULL in 3D, where telling them
                                     * anew takes no longer than reading them, and for fluid at rest */
     double *conduct;               /* [capacity/64][count][64] [1/s] conductances of the bonds of rows */
     int32_t capacity;              /* rows */
-    double *port_flux, *port_bond; /* [port_capacity][count] [1/s] volume fluxes, and conductances, of the bonds of
-                                    * nodes beside inlets and outlets */
-    int32_t port_capacity;
+    double *boundary_flux;         /* [boundary_capacity][count] [1/s] volume fluxes of the bonds of nodes beside inlets
+                                    * and outlets */
+    double *boundary_bond;         /* [boundary_capacity][count] [1/s] their conductances */
+    int32_t boundary_capacity;
 } pd_flux;
 
 #ifdef PDI_INTERNAL
@@ -34,33 +35,33 @@ typedef struct pd_flux {
 PDI_FN void pdi_flux_list(pdi_owner *owner, void *object);
 PDI_FN void pdi_flux_row_list(pdi_owner *owner, void *object);
 /* The borrowed terms are given. */
-PDI_FN pd_status pdi_flux_build(pd_ctx *ctx, pd_flux *convect);
+PDI_FN pd_status pdi_flux_build(pd_ctx *ctx, pd_flux *t);
 /* After pd_bonds_update and pdi_boundary_update: room for their rows. */
-PDI_FN pd_status pdi_flux_fit(pd_ctx *ctx, pd_flux *convect);
+PDI_FN pd_status pdi_flux_fit(pd_ctx *ctx, pd_flux *t);
 /* Store what the flow and the diffusivity give the bonds; the sweeps below read it. PD_ERR_STATE: no room for rows. */
-PDI_FN pd_status pdi_flux_refresh(pd_ctx *ctx, const pd_flux *convect);
-PDI_FN void pdi_flux_free(pd_ctx *ctx, pd_flux *convect);
+PDI_FN pd_status pdi_flux_refresh(pd_ctx *ctx, const pd_flux *t);
+PDI_FN void pdi_flux_free(pd_ctx *ctx, pd_flux *t);
 /* y [total] [mol/m3/s] = rate c + absorb c + what leaves each fluid node through its bonds and into held walls,
  * upwinded (eq. 5.1); c [total] with its images and inlets. */
-PDI_FN void pdi_flux_apply(const pd_ctx *ctx, const pd_flux *convect, const double *c, double *y);
+PDI_FN void pdi_flux_apply(const pd_ctx *ctx, const pd_flux *t, const double *c, double *y);
 /* A sweep of Gauss and Seidel over c [total] for A c = b with the operator above, forwards or (back = 1) backwards: one
  * thread. Inlets count as zero: b and c are a residual and a correction. */
-PDI_FN void pdi_flux_relax(const pd_flux *convect, const double *b, int back, double *c);
+PDI_FN void pdi_flux_relax(const pd_flux *t, const double *b, int back, double *c);
 /* y [total] [mol/m3/s]: what each fluid node gains by the antidiffusive fluxes of its bonds (eq. 5.4), with the present
  * limiter. Inlets have some, outlets none. */
-PDI_FN void pdi_flux_anti(const pd_ctx *ctx, const pd_flux *convect, const double *c, double *y);
+PDI_FN void pdi_flux_anti(const pd_ctx *ctx, const pd_flux *t, const double *c, double *y);
 /* The derivative of that along x [total], with its images and zero at inlets, from those of the limiter along x. */
-PDI_FN void pdi_flux_anti_by(const pd_ctx *ctx, const pd_flux *convect, const double *c, const double *x,
-                                const double *keep_by, const double *slope_by, double *y);
+PDI_FN void pdi_flux_anti_by(const pd_ctx *ctx, const pd_flux *t, const double *c, const double *x,
+                             const double *factor_by, const double *slope_by, double *y);
 /* Flux [mol/s] towards + of all bonds through the plane before index `index` of `axis`; anti: as told by
  * pdi_flux_anti, or NULL. */
-PDI_FN double pdi_flux_through(const pd_flux *convect, const double *c, const double *anti, int axis, int index);
+PDI_FN double pdi_flux_through(const pd_flux *t, const double *c, const double *anti, int axis, int index);
 /* Of bond k of node i: volume flux F [1/s] to the far end, conductance [1/s], and what upwinding adds to it [1/s]. */
-PDI_FN void pdi_flux_bond(const pd_flux *convect, int32_t i, int k, double *flux, double *bond, double *upwind);
+PDI_FN void pdi_flux_bond(const pd_flux *t, int32_t i, int k, double *flux, double *bond, double *upwind);
 /* Amount per volume and time [mol/m3/s] that leaves i through bond k, upwinded (eq. 5.1). */
-PDI_FN double pdi_flux_bond_flux(const pd_flux *convect, const double *c, int32_t i, int k);
+PDI_FN double pdi_flux_bond_flux(const pd_flux *t, const double *c, int32_t i, int k);
 /* Bond k of node i is open: by its row, or since its family is whole. */
-PDI_FN int pdi_flux_open(const pd_flux *convect, int32_t i, int k);
+PDI_FN int pdi_flux_open(const pd_flux *t, int32_t i, int k);
 #endif
 
 #endif

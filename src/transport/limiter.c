@@ -22,23 +22,23 @@ typedef struct pdi_limiter_sweep {
     const double *c;     /* [mol/m3] */
     const double *x;     /* [mol/m3] direction of a derivative, or NULL */
     double least;        /* [mol/m3] */
-    double *share, *slope; /* results, or their derivatives along x */
+    double *factor, *slope; /* results, or their derivatives along x */
 } pdi_limiter_sweep;
 
 /* The gradient of the node needs the moments of its open bonds: some of the others see no held value. */
 static int pdi_limiter_cut(const pd_limiter *l, int32_t i)
 {
     const pd_diffusion *f = l->diffusion;
-    return f->cut[i] > 0.0f && !(f->hold && f->hold[i] > 0.0 && !f->hold_part[i]);
+    return f->cut[i] > 0.0f && !(f->wall_rate && f->wall_rate[i] > 0.0 && !f->wall_part[i]);
 }
 
 /* Which of the rows have bond k open; 0: none. */
 static int pdi_limiter_gates(const pd_bonds *bonds, pdi_limiter_piece *p, int k)
 {
     pdi_bond_gate gate = {NULL, 0, 0, 0};
-    pdi_lanes open = pdi_bond_gate_open(bonds, p->row, k, p->count, &gate, p->gate);
-    for (int b = 0; b < p->count && open == PDI_LANES_ALL; b++) p->gate[b] = 1.0;
-    return open != PDI_LANES_NONE;
+    pdi_openness open = pdi_bond_gate_open(bonds, p->row, k, p->count, &gate, p->gate);
+    for (int b = 0; b < p->count && open == PDI_OPEN_ALL; b++) p->gate[b] = 1.0;
+    return open != PDI_OPEN_NONE;
 }
 
 /* The derivative of the size of a step: none at zero. */
@@ -56,12 +56,12 @@ static void pdi_limiter_walls(const pdi_limiter_sweep *s, pdi_limiter_piece *p, 
     int32_t i = p->i + b;
     int64_t total = bonds->grid->total;
     double c = p->c[b], value = f->field ? f->field[i] : f->desc.diffusivity, sum[PD_DIM], *slope = s->slope + i;
-    if (f->hold && f->hold[i] > 0.0) {
-        double step = (f->drive[i] - f->hold[i] * c) / value;
+    if (f->wall_rate && f->wall_rate[i] > 0.0) {
+        double step = (f->wall_source[i] - f->wall_rate[i] * c) / value;
         p->bend[b] += step;
         p->size[b] += fabs(step);
         if (p->x) {
-            double step_by = -f->hold[i] * p->x[b] / value;
+            double step_by = -f->wall_rate[i] * p->x[b] / value;
             p->bend_by[b] += step_by;
             p->size_by[b] += pdi_limiter_size_by(step, step_by);
         }
@@ -69,8 +69,8 @@ static void pdi_limiter_walls(const pdi_limiter_sweep *s, pdi_limiter_piece *p, 
     if (!(f->cut[i] > 0.0f)) return;
     if (!pdi_limiter_cut(l, i)) {
         for (int d = 0; d < PD_DIM; d++) {
-            double lean = f->hold_lean[d * total + i];
-            slope[d * total] += p->x ? -lean * p->x[b] : f->hold_grad[d * total + i] - lean * c;
+            double lean = f->wall_grad_rate[d * total + i];
+            slope[d * total] += p->x ? -lean * p->x[b] : f->wall_grad[d * total + i] - lean * c;
         }
         return;
     }
@@ -83,14 +83,14 @@ static void pdi_limiter_walls(const pdi_limiter_sweep *s, pdi_limiter_piece *p, 
 }
 
 /* The share that the sums leave (eq. 5.4). */
-static inline double pdi_limiter_share(double bend, double size, double floor_size)
+static inline double pdi_limiter_factor(double bend, double size, double floor_size)
 {
     double below = size + floor_size, ratio = below > 0.0 ? (fabs(bend) + floor_size) / below : 1.0;
     return 1.0 - ratio * ratio * ratio * ratio;
 }
 
 /* Its derivative, with those of the sums. */
-static inline double pdi_limiter_share_by(double bend, double size, double bend_by, double size_by, double floor_size)
+static inline double pdi_limiter_factor_by(double bend, double size, double bend_by, double size_by, double floor_size)
 {
     double below = size + floor_size, ratio = below > 0.0 ? (fabs(bend) + floor_size) / below : 0.0;
     double by = pdi_limiter_size_by(bend, bend_by) - ratio * size_by;
@@ -105,7 +105,7 @@ PDI_INLINE void pdi_limiter_block(const pdi_limiter_sweep *of, int32_t i, int by
     int64_t total = bonds->grid->total;
     double bend[PDI_BLOCK], size[PDI_BLOCK], bend_by[PDI_BLOCK], size_by[PDI_BLOCK], slope[PD_DIM][PDI_BLOCK];
     const double *PD_RESTRICT c = of->c + i, *PD_RESTRICT x = by ? of->x + i : c;
-    double *PD_RESTRICT share = of->share + i, *PD_RESTRICT out = of->slope + i, floor_size = of->least * s->lap_sum;
+    double *PD_RESTRICT factor = of->factor + i, *PD_RESTRICT out = of->slope + i, floor_size = of->least * s->lap_sum;
     memset(bend, 0, sizeof bend);
     memset(size, 0, sizeof size);
     memset(bend_by, 0, sizeof bend_by);
@@ -129,8 +129,8 @@ PDI_INLINE void pdi_limiter_block(const pdi_limiter_sweep *of, int32_t i, int by
         }
     }
     for (int b = 0; b < PDI_BLOCK; b++)
-        share[b] = by ? pdi_limiter_share_by(bend[b], size[b], bend_by[b], size_by[b], floor_size)
-                      : pdi_limiter_share(bend[b], size[b], floor_size);
+        factor[b] = by ? pdi_limiter_factor_by(bend[b], size[b], bend_by[b], size_by[b], floor_size)
+                      : pdi_limiter_factor(bend[b], size[b], floor_size);
     for (int d = 0; d < PD_DIM; d++)
         for (int b = 0; b < PDI_BLOCK; b++) out[d * total + b] = slope[d][b];
 }
@@ -169,11 +169,11 @@ static void pdi_limiter_piece_start(const pdi_limiter_sweep *s, int32_t i, int32
 
 static void pdi_limiter_piece_end(const pdi_limiter_sweep *s, pdi_limiter_piece *p)
 {
-    double floor_size = s->least * s->limiter->bonds->stencil->lap_sum, *share = s->share + p->i;
+    double floor_size = s->least * s->limiter->bonds->stencil->lap_sum, *factor = s->factor + p->i;
     for (int b = 0; b < p->count && p->row >= 0; b++) pdi_limiter_walls(s, p, b);
     for (int b = 0; b < p->count; b++)
-        share[b] = p->x ? pdi_limiter_share_by(p->bend[b], p->size[b], p->bend_by[b], p->size_by[b], floor_size)
-                        : pdi_limiter_share(p->bend[b], p->size[b], floor_size);
+        factor[b] = p->x ? pdi_limiter_factor_by(p->bend[b], p->size[b], p->bend_by[b], p->size_by[b], floor_size)
+                        : pdi_limiter_factor(p->bend[b], p->size[b], floor_size);
 }
 
 /* Rows, runs shorter than a block, and (compiled for these) single nodes at `place` of the list beside inlets and
@@ -212,8 +212,8 @@ static void pdi_limiter_sweep_all(const pd_ctx *ctx, const pdi_limiter_sweep *s,
     const pd_bonds *bonds = s->limiter->bonds;
     pdi_traverse_blocks(ctx, s->limiter->boundary, bonds->grid->fluid_count * bonds->stencil->count * 4,
                         pdi_limiter_nodes, s);
-    for (int32_t k = bonds->ghosts.count; k < bonds->ghosts.listed; k++) s->share[bonds->ghosts.node[k]] = entering;
-    pd_ghosts_scalar(&bonds->ghosts, s->share);
+    for (int32_t k = bonds->ghosts.count; k < bonds->ghosts.listed; k++) s->factor[bonds->ghosts.node[k]] = entering;
+    pd_ghosts_scalar(&bonds->ghosts, s->factor);
     pd_ghosts_vector(&bonds->ghosts, s->slope);
 }
 
@@ -224,20 +224,20 @@ PDI_FN void pdi_limiter_update(const pd_ctx *ctx, pd_limiter *l, const double *c
     s.c = c;
     s.x = NULL;
     s.least = least;
-    s.share = l->keep;
+    s.factor = l->factor;
     s.slope = l->slope;
     pdi_limiter_sweep_all(ctx, &s, 1.0);
 }
 
 PDI_FN void pdi_limiter_derive(const pd_ctx *ctx, const pd_limiter *l, const double *c, const double *x, double least,
-                               double *keep_by, double *slope_by)
+                               double *factor_by, double *slope_by)
 {
     pdi_limiter_sweep s;
     s.limiter = l;
     s.c = c;
     s.x = x;
     s.least = least;
-    s.share = keep_by;
+    s.factor = factor_by;
     s.slope = slope_by;
     pdi_limiter_sweep_all(ctx, &s, 0.0);
 }
@@ -247,7 +247,7 @@ PDI_FN void pdi_limiter_list(pdi_owner *owner, void *object)
     pd_limiter *limiter = (pd_limiter *)object;
     int64_t total = limiter->bonds ? limiter->bonds->grid->total : 0;
     PDI_ARRAY(owner, limiter, slope, PD_DIM * total, "mol/m4");
-    PDI_ARRAY(owner, limiter, keep, total, "1");
+    PDI_ARRAY(owner, limiter, factor, total, "1");
 }
 
 PDI_FN pd_status pdi_limiter_build(pd_ctx *ctx, const pd_diffusion *diffusion, const pd_boundary *boundary,

@@ -1,8 +1,8 @@
 /* limiter: the gradient of a concentration, and the share of its antidiffusive fluxes that a node may keep.
  *
- * keep = 1 - rho^4 with the ratio rho of the sum of all weighted steps along the bonds to that of their sizes (theory:
- * eq. 5.4): 1 where the field is nearly linear, 0 where the node is a maximum or minimum of its family. Wall values
- * count by linear extension. Both change continuously with the field, so Newton's method applies.
+ * factor = 1 - rho^4 with the ratio rho of the sum of all weighted steps along the bonds to that of their sizes
+ * (theory: eq. 5.4): 1 where the field is nearly linear, 0 where the node is a maximum or minimum of its family.
+ * Wall values count by linear extension. Both change continuously with the field, so Newton's method applies.
  */
 #ifndef PD_LIMITER_H
 #define PD_LIMITER_H
@@ -14,7 +14,7 @@ typedef struct pd_limiter {
     const pd_boundary *boundary;
     const pd_diffusion *diffusion;
     double *slope; /* [PD_DIM][total] [mol/m4] gradient, images included */
-    double *keep;  /* [total] [-] images included; ghosts of inlets 1 */
+    double *factor; /* [total] [-] images included; ghosts of inlets 1 */
 } pd_limiter;
 
 #ifdef PDI_INTERNAL
@@ -25,10 +25,10 @@ PDI_FN pd_status pdi_limiter_build(pd_ctx *ctx, const pd_diffusion *diffusion, c
                                    pd_limiter *limiter);
 /* c [total] with its images and inlets; steps along bonds far below `least` [mol/m3] count as none. */
 PDI_FN void pdi_limiter_update(const pd_ctx *ctx, pd_limiter *limiter, const double *c, double least);
-/* Derivatives of `keep` and `slope` for that c along x [total], with its images and zero at inlets. At a kink one of
+/* Derivatives of `factor` and `slope` for that c along x [total], with its images and zero at inlets. At a kink one of
  * both sides counts, or their mean, for all x: they are linear in x. */
 PDI_FN void pdi_limiter_derive(const pd_ctx *ctx, const pd_limiter *limiter, const double *c, const double *x,
-                               double least, double *keep_by, double *slope_by);
+                               double least, double *factor_by, double *slope_by);
 PDI_FN void pdi_limiter_free(pd_ctx *ctx, pd_limiter *limiter);
 #endif
 

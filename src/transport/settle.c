@@ -29,10 +29,10 @@ static double pdi_settle_slowest(const pd_transport *t)
 /* What the balances lack [mol/m3/s] into t->work, zero off the fluid. Held walls count as differences. */
 static void pdi_settle_residual(pd_ctx *ctx, pd_transport *t)
 {
-    pd_flux steady = t->convect;
+    pd_flux steady = t->flux;
     pd_diffusion free_walls = t->diffusion;
     double *out = t->work, *more = t->probe;
-    free_walls.hold = NULL;
+    free_walls.wall_rate = NULL;
     steady.diffusion = &free_walls;
     steady.rate = 0.0;
     pdi_transport_fresh(ctx, t);

@@ -35,23 +35,23 @@
 
 static void pdi_transport_operator(const pd_ctx *ctx, const pd_transport *t, const double *c, double *y)
 {
-    pd_flux convect = t->convect;
-    convect.rate = t->dt > 0.0 ? 1.0 / t->dt : 0.0;
+    pd_flux flux = t->flux;
+    flux.rate = t->dt > 0.0 ? 1.0 / t->dt : 0.0;
     if (t->repeated) {
         pdi_par_copy(ctx, t->grid->total, c, t->repeated);
         pd_ghosts_scalar(&t->bonds->ghosts, t->repeated);
         c = t->repeated;
     }
-    pdi_flux_apply(ctx, &convect, c, y);
+    pdi_flux_apply(ctx, &flux, c, y);
 }
 
 /* Upwinded nodes keep nothing. */
-static void pdi_transport_silence(const pd_transport *t, double *keep)
+static void pdi_transport_silence(const pd_transport *t, double *factor)
 {
     if (!t->upwinding) return;
     for (int32_t i = 0; i < t->grid->total; i++)
-        if (t->upwinded[i]) keep[i] = 0.0;
-    pd_ghosts_scalar(&t->bonds->ghosts, keep);
+        if (t->upwinded[i]) factor[i] = 0.0;
+    pd_ghosts_scalar(&t->bonds->ghosts, factor);
 }
 
 /* out [total]: limited antidiffusive fluxes of the field c (eq. 5.4), whose images are filled here. */
@@ -59,8 +59,8 @@ static void pdi_transport_anti(const pd_ctx *ctx, pd_transport *t, double *c, do
 {
     pd_ghosts_scalar(&t->bonds->ghosts, c);
     pdi_limiter_update(ctx, &t->limiter, c, PDI_TRANSPORT_FAINT * t->size);
-    pdi_transport_silence(t, t->limiter.keep);
-    pdi_flux_anti(ctx, &t->convect, c, out);
+    pdi_transport_silence(t, t->limiter.factor);
+    pdi_flux_anti(ctx, &t->flux, c, out);
 }
 
 /* What the solver callbacks see. */
@@ -84,15 +84,15 @@ static void pdi_transport_jacobian(void *user, const double *x, double *y)
     int32_t total = t->grid->total;
     const uint8_t *kind = t->grid->kind;
     /* fluxes and right-hand side are told anew after the solve */
-    double *slope_by = t->probe, *keep_by = t->rhs, *along = t->anti;
+    double *slope_by = t->probe, *factor_by = t->rhs, *along = t->anti;
     int nt = pdi_par_threads(u->ctx, (int64_t)total * 4);
     (void)nt;
     pdi_transport_operator(u->ctx, t, x, y);
     if (!u->limited) return;
     if (t->repeated) x = t->repeated; /* with its images, by now */
-    pdi_limiter_derive(u->ctx, &t->limiter, t->c, x, PDI_TRANSPORT_FAINT * t->size, keep_by, slope_by);
-    pdi_transport_silence(t, keep_by);
-    pdi_flux_anti_by(u->ctx, &t->convect, t->c, x, keep_by, slope_by, along);
+    pdi_limiter_derive(u->ctx, &t->limiter, t->c, x, PDI_TRANSPORT_FAINT * t->size, factor_by, slope_by);
+    pdi_transport_silence(t, factor_by);
+    pdi_flux_anti_by(u->ctx, &t->flux, t->c, x, factor_by, slope_by, along);
     PDI_PARALLEL_FOR(nt)
     for (int32_t i = 0; i < total; i++)
         if (kind[i] == PD_FLUID) y[i] -= along[i];
@@ -102,9 +102,9 @@ static void pdi_transport_precondition(void *user, const double *x, double *y)
 {
     pdi_transport_user *u = (pdi_transport_user *)user;
     pd_multigrid_cycle(u->ctx, &u->t->mg, x, y);
-    pd_flux convect = u->t->convect;
-    convect.rate = 1.0 / u->t->dt;
-    for (int sweep = 0; sweep < 2 * u->t->sweeping; sweep++) pdi_flux_relax(&convect, x, sweep & 1, y);
+    pd_flux flux = u->t->flux;
+    flux.rate = 1.0 / u->t->dt;
+    for (int sweep = 0; sweep < 2 * u->t->sweeping; sweep++) pdi_flux_relax(&flux, x, sweep & 1, y);
 }
 
 static pd_status pdi_transport_setup(pd_ctx *ctx, pd_transport *t)
@@ -124,7 +124,7 @@ static pd_status pdi_transport_setup(pd_ctx *ctx, pd_transport *t)
                      1.0 / t->dt, &faces, c);
     for (int32_t node = 0; node < grid->total; node++) {
         int i[PD_DIM];
-        double drain = t->absorb[node] + (t->diffusion.hold ? t->diffusion.hold[node] : 0.0);
+        double drain = t->absorb[node] + (t->diffusion.wall_rate ? t->diffusion.wall_rate[node] : 0.0);
         if (grid->kind[node] != PD_FLUID || !(drain > 0.0)) continue;
         pdi_grid_index(grid, node, i);
         c->mass[pdi_compact_cell(grid, i)] += (float)(drain * pdi_grid_circumference(grid, node));
@@ -142,8 +142,8 @@ static void pdi_transport_right_side(const pd_ctx *ctx, pd_transport *t)
     PDI_PARALLEL_FOR(nt)
     for (int32_t i = 0; i < t->grid->total; i++)
         t->rhs[i] = kind[i] == PD_FLUID ? (t->old[i] + t->carry[i]) / t->dt + t->source[i] + t->anti[i] : 0.0;
-    for (int32_t i = 0; i < t->grid->total && t->diffusion.drive; i++)
-        if (kind[i] == PD_FLUID) t->rhs[i] += t->diffusion.drive[i];
+    for (int32_t i = 0; i < t->grid->total && t->diffusion.wall_source; i++)
+        if (kind[i] == PD_FLUID) t->rhs[i] += t->diffusion.wall_source[i];
 }
 
 /* residual = rhs - A c at fluid nodes, into out. */
@@ -233,7 +233,7 @@ PDI_FN void pdi_transport_boundary(pd_transport *t)
 {
     pdi_sum out = {0.0, 0.0}, in = {0.0, 0.0};
     const pd_grid *grid = t->grid;
-    for (int32_t i = 0; i < grid->total && t->diffusion.hold; i++) {
+    for (int32_t i = 0; i < grid->total && t->diffusion.wall_rate; i++) {
         double gain = pdi_diffusion_gain(&t->diffusion, i, t->c[i], t->rest ? t->rest[i] : 0.0);
         if (grid->kind[i] == PD_FLUID)
             pdi_sum_add(gain > 0.0 ? &in : &out, fabs(gain) * pdi_grid_circumference(grid, i));
@@ -242,12 +242,12 @@ PDI_FN void pdi_transport_boundary(pd_transport *t)
         int32_t i = t->boundary.node[p];
         double around = pdi_grid_circumference(grid, i);
         for (int k = 0; k < t->bonds->stencil->count; k++) {
-            if (!pdi_flux_open(&t->convect, i, k)) continue;
+            if (!pdi_flux_open(&t->flux, i, k)) continue;
             uint8_t far_kind = grid->kind[i + t->bonds->shift[k]];
-            if (far_kind == PD_OUTLET) pdi_sum_add(&out, around * pdi_flux_bond_flux(&t->convect, t->c, i, k));
-            if (far_kind == PD_INLET) pdi_sum_add(&in, -around * pdi_flux_bond_flux(&t->convect, t->c, i, k));
+            if (far_kind == PD_OUTLET) pdi_sum_add(&out, around * pdi_flux_bond_flux(&t->flux, t->c, i, k));
+            if (far_kind == PD_INLET) pdi_sum_add(&in, -around * pdi_flux_bond_flux(&t->flux, t->c, i, k));
             if (far_kind == PD_INLET && t->rest)
-                pdi_sum_add(&in, -around * pdi_flux_bond_flux(&t->convect, t->rest, i, k));
+                pdi_sum_add(&in, -around * pdi_flux_bond_flux(&t->flux, t->rest, i, k));
         }
     }
     /* between nodes antidiffusive fluxes cancel: their sum came through the inlets */
@@ -272,7 +272,7 @@ static void pdi_transport_bounds(const pd_transport *t, const double *start, dou
         if (kind == PD_FLUID && t->absorb[i] > 0.0) *low = fmin(*low, 0.0);
         if (kind == PD_FLUID && t->source[i] > 0.0) *high = fmax(*high, t->ceiling);
     }
-    if (!t->diffusion.hold) return;
+    if (!t->diffusion.wall_rate) return;
     *low = fmin(*low, t->diffusion.held_least);
     *high = fmax(*high, t->diffusion.held_most);
 }
@@ -318,7 +318,7 @@ static int pdi_transport_start(const pd_ctx *ctx, pd_transport *t)
 {
     memset(t->upwinded, 0, (size_t)t->grid->total);
     t->upwinding = t->sweeping = 0;
-    t->size = t->diffusion.hold ? fmax(t->diffusion.held_most, 0.0) : 0.0;
+    t->size = t->diffusion.wall_rate ? fmax(t->diffusion.held_most, 0.0) : 0.0;
     pdi_transport_measure(ctx, t);
     return t->flow && t->desc.advection == PD_ADVECTION_LIMITED;
 }
@@ -484,7 +484,7 @@ PDI_FN pd_status pdi_transport_stage(pd_ctx *ctx, pd_transport *t, double dt, in
     int32_t total = t->grid->total;
     memset(result, 0, sizeof *result);
     t->dt = dt;
-    PDI_TRY(pdi_flux_refresh(ctx, &t->convect));
+    PDI_TRY(pdi_flux_refresh(ctx, &t->flux));
     pdi_transport_right_side(ctx, t);
     PDI_TRY(pdi_transport_setup(ctx, t));
     pdi_transport_residual(ctx, t, t->work);
@@ -529,11 +529,11 @@ pd_status pd_transport_implicit(pd_ctx *ctx, pd_transport *t, double dt, pd_tran
 PDI_FN double pdi_transport_rate(const pd_transport *t, int32_t i)
 {
     double room = t->desc.advection == PD_ADVECTION_LIMITED ? 2.0 : 1.0;
-    double rate = t->absorb[i] + (t->diffusion.hold ? t->diffusion.hold[i] : 0.0);
+    double rate = t->absorb[i] + (t->diffusion.wall_rate ? t->diffusion.wall_rate[i] : 0.0);
     for (int k = 0; k < t->bonds->stencil->count; k++) {
         double flux, bond, upwind;
-        if (!pdi_flux_open(&t->convect, i, k)) continue;
-        pdi_flux_bond(&t->convect, i, k, &flux, &bond, &upwind);
+        if (!pdi_flux_open(&t->flux, i, k)) continue;
+        pdi_flux_bond(&t->flux, i, k, &flux, &bond, &upwind);
         if (t->grid->kind[i + t->bonds->shift[k]] == PD_OUTLET) rate += fmax(flux, 0.0);
         else rate += bond + room * upwind - 0.5 * flux;
     }
@@ -559,7 +559,7 @@ pd_status pd_transport_explicit(pd_ctx *ctx, pd_transport *t, double dt)
         pdi_fail(ctx, PD_RETRY, "transport", "the explicit step of %g s exceeds the limit of %g s", dt, limit);
         return PD_RETRY;
     }
-    PDI_TRY(pdi_flux_refresh(ctx, &t->convect));
+    PDI_TRY(pdi_flux_refresh(ctx, &t->flux));
     if (t->rest) pdi_par_zero(ctx, t->grid->total, t->rest);
     t->dt = 0.0;
     int limited = pdi_transport_start(ctx, t), rounds = PDI_TRANSPORT_ROUNDS;
@@ -574,7 +574,7 @@ pd_status pd_transport_explicit(pd_ctx *ctx, pd_transport *t, double dt)
         pdi_transport_boundary(t);
         for (int32_t i = 0; i < t->grid->total; i++)
             if (kind[i] == PD_FLUID) {
-                double held = t->diffusion.drive ? t->diffusion.drive[i] : 0.0;
+                double held = t->diffusion.wall_source ? t->diffusion.wall_source[i] : 0.0;
                 t->c[i] = t->old[i] + dt * (t->source[i] + held + t->anti[i] - t->rhs[i]) + t->carry[i];
             }
     } while (limited && --rounds > 0 && pdi_transport_mark(t, low, high, 1e-15) > 0);
@@ -587,8 +587,8 @@ double pd_transport_section(pd_ctx *ctx, pd_transport *t, int axis, int index)
     int limited = t->flow && t->desc.advection == PD_ADVECTION_LIMITED;
     (void)ctx;
     pd_ghosts_scalar(&t->bonds->ghosts, t->c);
-    double flux = pdi_flux_through(&t->convect, t->c, limited ? t->anti : NULL, axis, index);
-    if (t->rest) flux += pdi_flux_through(&t->convect, t->rest, NULL, axis, index);
+    double flux = pdi_flux_through(&t->flux, t->c, limited ? t->anti : NULL, axis, index);
+    if (t->rest) flux += pdi_flux_through(&t->flux, t->rest, NULL, axis, index);
     return flux + pdi_diffusion_through(&t->diffusion, t->c, t->rest, axis, index);
 }
 
@@ -626,7 +626,7 @@ static void pdi_transport_pass(pd_transport *t)
         t->passed[0] = fmin(t->passed[0], t->c[i]);
         t->passed[1] = fmax(t->passed[1], t->c[i]);
     }
-    if (!t->diffusion.hold) return;
+    if (!t->diffusion.wall_rate) return;
     t->passed[0] = fmin(t->passed[0], t->diffusion.held_least);
     t->passed[1] = fmax(t->passed[1], t->diffusion.held_most);
 }
@@ -652,7 +652,7 @@ static pd_status pdi_transport_inlets(pd_ctx *ctx, pd_transport *t)
 static pd_status pdi_transport_holds(pd_ctx *ctx, const pd_transport *t)
 {
     const pd_diffusion *d = &t->diffusion;
-    if (!d->hold || (d->held_least >= 0.0 && d->held_most < 1e100)) return PD_OK;
+    if (!d->wall_rate || (d->held_least >= 0.0 && d->held_most < 1e100)) return PD_OK;
     return pdi_fail(ctx, PD_ERR_ARGUMENT, "transport",
                     "a wall holds C = %g mol/m3 at t = %g s, expected a finite value of at least 0",
                     d->held_least >= 0.0 ? d->held_most : d->held_least, t->time);
@@ -664,7 +664,7 @@ pd_status pd_transport_at(pd_ctx *ctx, pd_transport *t, double time)
     pdi_transport_pass(t);
     *t->desc.clock = t->time = time;
     PDI_TRY(pdi_transport_inlets(ctx, t));
-    if (t->diffusion.hold) pd_diffusion_renew(&t->diffusion);
+    if (t->diffusion.wall_rate) pd_diffusion_renew(&t->diffusion);
     return pdi_transport_holds(ctx, t);
 }
 
@@ -674,7 +674,7 @@ pd_status pd_transport_update(pd_ctx *ctx, pd_transport *t)
     pd_diffusion_update(ctx, &t->diffusion);
     PDI_TRY(pdi_transport_inlets(ctx, t));
     PDI_TRY(pdi_boundary_update(ctx, &t->boundary));
-    return pdi_flux_fit(ctx, &t->convect);
+    return pdi_flux_fit(ctx, &t->flux);
 }
 
 PDI_FN void pdi_transport_solvers(const pd_transport *t, pd_krylov_desc *kd, pd_multigrid_desc *md)
@@ -754,15 +754,15 @@ static pd_status pdi_transport_make(pd_ctx *ctx, const pd_grid *grid, const pd_b
     PDI_TRY(pd_diffusion_build(ctx, bonds, &dd, &t->diffusion));
     PDI_TRY(pdi_boundary_build(ctx, bonds, &t->boundary));
     if (flow) PDI_TRY(pdi_limiter_build(ctx, &t->diffusion, &t->boundary, &t->limiter));
-    t->convect.bonds = bonds;
-    t->convect.flow = flow;
-    t->convect.diffusion = &t->diffusion;
-    t->convect.limiter = &t->limiter;
-    t->convect.boundary = &t->boundary;
-    t->convect.absorb = t->absorb;
+    t->flux.bonds = bonds;
+    t->flux.flow = flow;
+    t->flux.diffusion = &t->diffusion;
+    t->flux.limiter = &t->limiter;
+    t->flux.boundary = &t->boundary;
+    t->flux.absorb = t->absorb;
     PDI_TRY(pdi_transport_inlets(ctx, t));
     PDI_TRY(pdi_transport_holds(ctx, t));
-    return pdi_flux_build(ctx, &t->convect);
+    return pdi_flux_build(ctx, &t->flux);
 }
 
 pd_status pd_transport_build(pd_ctx *ctx, const pd_grid *grid, const pd_bonds *bonds, const pd_flow *flow,
@@ -782,7 +782,7 @@ PDI_FN pd_status pdi_transport_store(pd_ctx *ctx, pd_transport *t, pd_archive *a
 
 void pd_transport_free(pd_ctx *ctx, pd_transport *t)
 {
-    pdi_flux_free(ctx, &t->convect);
+    pdi_flux_free(ctx, &t->flux);
     pdi_limiter_free(ctx, &t->limiter);
     pdi_boundary_free(ctx, &t->boundary);
     pd_diffusion_free(ctx, &t->diffusion);

@@ -41,7 +41,7 @@ typedef struct pd_transport {
     pd_diffusion diffusion; /* conductances of the bonds */
     pd_boundary boundary;
     pd_limiter limiter;     /* with a flow */
-    pd_flux convect;     /* fluxes of the bonds, from all of these */
+    pd_flux flux;        /* fluxes of the bonds, from all of these */
     double *c;              /* [total] [mol/m3]; solid nodes: what is left of the solid */
     double *old;            /* [total] [mol/m3] start of the step, work */
     double *source;         /* [total] [mol/m3/s] given by the caller before a step */
