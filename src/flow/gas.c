@@ -519,35 +519,91 @@ pd_status pd_gas_step(pd_ctx *ctx, pd_gas *gas, double dt)
     return PD_OK;
 }
 
+/* ---- the process ---- */
+
+static pd_status pdi_gas_longest(pd_ctx *ctx, void *self, pd_step *s)
+{
+    pd_gas *gas = (pd_gas *)self;
+    PDI_TRY(pd_gas_limit(ctx, gas, &s->dt));
+    s->dt *= gas->desc.cfl;
+    return PD_OK;
+}
+
+static pd_status pdi_gas_attempt(pd_ctx *ctx, void *self, pd_step *s)
+{
+    return pd_gas_step(ctx, (pd_gas *)self, s->dt);
+}
+
+static pd_status pdi_gas_accept(pd_ctx *ctx, void *self, pd_step *s)
+{
+    (void)ctx;
+    ((pd_gas *)self)->time = s->end;
+    return PD_OK;
+}
+
+static pd_status pdi_gas_again(pd_ctx *ctx, void *self, pd_step *s)
+{
+    pd_gas *gas = (pd_gas *)self;
+    if (s->trial == PDI_GAS_HALVINGS)
+        return pdi_fail(ctx, PD_ERR_STATE, "gas", "steps down to %g s at t = %g s leave the admissible range", s->dt,
+                        s->time);
+    s->dt *= 0.5;
+    gas->rejected++;
+    return PD_OK;
+}
+
+static pd_status pdi_gas_stuck(pd_ctx *ctx, void *self, const pd_step *s)
+{
+    (void)self;
+    return pdi_fail(ctx, PD_ERR_STATE, "gas",
+                    "steps of %g s do not lead on from t = %g s to %g s: the gas is too fast for this lattice", s->dt,
+                    s->time, s->limit);
+}
+
+static pd_status pdi_gas_archive(pd_ctx *ctx, void *self, pd_archive *archive)
+{
+    return pd_gas_store(ctx, (pd_gas *)self, archive);
+}
+
+static const pd_element pdi_gas_element[2] = {{"mass", "kg"}, {"energy", "J"}};
+
+static void pdi_gas_balance(pd_ctx *ctx, void *self, int k, pd_amounts *a)
+{
+    const pd_gas *gas = (const pd_gas *)self;
+    double stock[PD_GAS_FIELDS];
+    pd_gas_stock(ctx, gas, stock);
+    a->dissolved += stock[k ? PDI_GAS_P : 0];
+    a->out += gas->out[k];
+    a->in += gas->in[k];
+}
+
+pd_process pd_gas_process(pd_gas *gas)
+{
+    pd_process p;
+    memset(&p, 0, sizeof p);
+    p.name = "gas";
+    p.self = gas;
+    p.element = pdi_gas_element;
+    p.elements = 2;
+    p.inner = 1;
+    p.steps = &gas->steps;
+    p.span = pdi_process_span;
+    p.limit = pdi_gas_longest;
+    p.attempt = pdi_gas_attempt;
+    p.accept = pdi_gas_accept;
+    p.reject = pdi_gas_again;
+    p.stuck = pdi_gas_stuck;
+    p.store = pdi_gas_archive;
+    p.balance = pdi_gas_balance;
+    return p;
+}
+
 pd_status pd_gas_run(pd_ctx *ctx, pd_gas *gas, double t_end)
 {
+    pd_process p = pd_gas_process(gas);
     if (!(t_end >= gas->time))
         return pdi_fail(ctx, PD_ERR_ARGUMENT, "gas", "a run from %g s to %g s", gas->time, t_end);
-    while (gas->time < t_end) {
-        double left = t_end - gas->time, dt;
-        PDI_TRY(pdi_poll(ctx, "gas", gas->rejected));
-        PDI_TRY(pd_gas_limit(ctx, gas, &dt));
-        dt *= gas->desc.cfl;
-        int last = dt >= left;
-        if (pdi_stands_still(gas->time, left, dt))
-            return pdi_fail(ctx, PD_ERR_STATE, "gas",
-                            "steps of %g s do not lead on from t = %g s to %g s: the gas is too fast for this lattice",
-                            dt, gas->time, t_end);
-        if (last) dt = left;
-        pd_status status = pd_gas_step(ctx, gas, dt);
-        for (int halved = 0; halved < PDI_GAS_HALVINGS && status == PD_RETRY; halved++) {
-            dt *= 0.5;
-            last = 0;
-            gas->rejected++;
-            status = pd_gas_step(ctx, gas, dt);
-        }
-        if (status < 0) return status;
-        if (status == PD_RETRY)
-            return pdi_fail(ctx, PD_ERR_STATE, "gas", "steps down to %g s at t = %g s leave the admissible range", dt,
-                            gas->time);
-        if (last) gas->time = t_end;
-    }
-    return PD_OK;
+    return pdi_process_run(ctx, &p, gas->time, t_end);
 }
 
 void pd_gas_stock(pd_ctx *ctx, const pd_gas *gas, double *stock)

@@ -154,6 +154,7 @@ static pd_status pdi_model_transport(pd_ctx *ctx, pd_model *m)
         advance.rtol = u->rtol;
         advance.largest = u->max_step;
         PDI_TRY(pd_advance_build(ctx, &m->transport, &advance, &m->advance));
+        m->advance.settle = u->settle;
     }
     return pdi_model_initial(ctx, m, m->transport.c);
 }
@@ -276,28 +277,51 @@ static pd_status pdi_model_parts(pd_ctx *ctx, pd_model *m)
     return PD_OK;
 }
 
+PDI_FN void pdi_model_effort(const pd_model *m, pdi_effort *e)
+{
+    const pd_setup *u = m->setup;
+    int moves = u->has_flow && (u->motion == PD_MOTION_IMPLICIT || u->motion == PD_MOTION_EXPLICIT);
+    const pd_transport_result *r = u->has_dissolve ? &m->dissolving.result : &m->advance.result;
+    e->flow_solves = moves ? m->couple.steps : m->quasi.solves;
+    e->flow_evaluations = moves ? m->flow.evaluations : m->quasi.evaluations;
+    e->flow_krylov = m->quasi.krylov;
+    e->transport_krylov = u->has_dissolve ? m->dissolving.krylov : m->advance.krylov;
+    e->limiter = r->limiter;
+    e->momentum = m->quasi.result.momentum;
+    e->continuity = m->quasi.result.continuity;
+    e->change = r->change;
+    e->defect = r->defect;
+}
+
+/* What moves, in the order of a step. */
+static pd_status pdi_model_processes(pd_ctx *ctx, pd_model *m)
+{
+    const pd_setup *u = m->setup;
+    pd_couple *c = &m->couple;
+    if (u->has_flow && u->motion == PD_MOTION_STEADY)
+        PDI_TRY(pd_couple_add(ctx, c, pd_quasi_steady_process(&m->flow, &m->steady, &m->quasi)));
+    if (u->has_flow && u->motion == PD_MOTION_IMPLICIT)
+        PDI_TRY(pd_couple_add(ctx, c, pd_implicit_process(&m->implicit)));
+    if (u->has_flow && u->motion == PD_MOTION_EXPLICIT)
+        PDI_TRY(pd_couple_add(ctx, c, pd_unsteady_process(&m->unsteady)));
+    if (u->has_dissolve) PDI_TRY(pd_couple_add(ctx, c, pd_dissolving_process(&m->dissolve, &m->dissolving)));
+    else if (u->has_transport) PDI_TRY(pd_couple_add(ctx, c, pd_advance_process(&m->advance)));
+    if (!u->has_corrode) return PD_OK;
+    return pd_couple_add(ctx, c, u->forward ? pd_corrode_process(&m->corrode) : pd_recede_process(&m->recede));
+}
+
 pd_status pd_model_build(pd_ctx *ctx, const pd_setup *setup, pd_model *m)
 {
     pd_couple_desc desc;
     memset(m, 0, sizeof *m);
     memset(&desc, 0, sizeof desc);
     m->setup = setup;
+    desc.fraction = setup->fraction;
+    desc.max_step = setup->max_step;
     pd_status status = pdi_model_parts(ctx, m);
-    if (status == PD_OK) {
-        desc.fraction = setup->fraction;
-        desc.max_step = setup->max_step;
-        status = pd_couple_build(ctx, &desc, &m->grid, &m->bonds,
-                                 setup->has_flow && setup->motion != PD_MOTION_GIVEN ? &m->flow : NULL,
-                                 setup->has_flow && setup->motion == PD_MOTION_STEADY ? &m->steady : NULL,
-                                 setup->has_transport ? &m->transport : NULL,
-                                 setup->has_dissolve ? &m->dissolve : NULL, &m->couple);
-        if (setup->has_transport && !setup->has_dissolve) m->couple.advance = &m->advance;
-        if (setup->has_corrode) m->couple.corrode = &m->corrode;
-        if (setup->has_corrode && !setup->forward) m->couple.recede = &m->recede;
-        m->couple.settle = setup->settle;
-        if (setup->motion == PD_MOTION_IMPLICIT) m->couple.implicit = &m->implicit;
-        if (setup->motion == PD_MOTION_EXPLICIT) m->couple.unsteady = &m->unsteady;
-    }
+    if (status == PD_OK)
+        status = pd_couple_build(ctx, &desc, &m->grid, m->bonds.stencil ? &m->bonds : NULL, &m->couple);
+    if (status == PD_OK) status = pdi_model_processes(ctx, m);
     int line = m->line;
     if (status < 0) pd_model_free(ctx, m);
     m->line = line;

@@ -142,8 +142,10 @@ void pd_observe(pd_ctx *ctx, pd_model *m, pd_observables *o)
 {
     o->volume_loss = pd_couple_volume_loss(&m->couple);
     pdi_observe_extremes(m, o);
-    if (!o->has_flux || m->couple.flow_solves == o->seen) return;
-    o->seen = m->couple.flow_solves;
+    pdi_effort effort;
+    pdi_model_effort(m, &effort);
+    if (!o->has_flux || effort.flow_solves == o->seen) return;
+    o->seen = effort.flow_solves;
     pdi_observe_flux(ctx, m, o);
 }
 
