@@ -43,6 +43,8 @@ typedef struct pd_gas {
     double *wall_face;   /* [rows][PD_DIM] [1/m] sum of g over the closed bonds of a row: points into the wall */
     double *wall_gap;    /* [rows] [m] distance of the wall along wall_face */
     int32_t rows;        /* of the bonds at build */
+    int32_t *open;       /* [opens] fluid nodes with bonds through inlets and outlets */
+    int32_t opens;
     uint8_t *flag;       /* [total] the node fell back to first order in this stage, to stay positive; work */
     double out[2], in[2]; /* [kg], [J] (1D: per m2; 2D: per m) mass and energy through open sides since the build */
     double time;         /* [s] */

@@ -24,6 +24,7 @@ typedef struct pd_model {
     pd_quasi_steady quasi;
     pd_implicit implicit;
     pd_unsteady unsteady;
+    pd_gas gas;
     pd_transport transport;
     pd_advance advance;   /* without dissolution */
     pd_grain grain;
@@ -59,6 +60,8 @@ typedef struct pdi_effort {
 PDI_FN void pdi_model_effort(const pd_model *model, pdi_effort *effort);
 /* [total] [mol/m3] concentration of fluid nodes, content of solid ones; NULL: nothing is dissolved. */
 PDI_FN const double *pdi_model_c(const pd_model *model);
+/* [PD_DIM][total] [m/s] velocity of flow or gas; NULL: nothing moves. */
+PDI_FN const double *pdi_model_velocity(const pd_model *model);
 /* The lattice of a setup alone. *line: of the scene, what was being built; unchanged when unknown. */
 PDI_FN pd_status pdi_model_grid(pd_ctx *ctx, const pd_setup *setup, int *line, pd_stencil *stencil, pd_grid *grid);
 #endif

@@ -20,7 +20,7 @@ static const char *const pdi_output_columns[] = {"time_s",       "time_h",     "
 static int pdi_output_derived(pd_field field)
 {
     return field == PD_FIELD_C || field == PD_FIELD_P || field == PD_FIELD_D || field == PD_FIELD_RATE ||
-           field == PD_FIELD_DENSITY || field == PD_FIELD_DAMAGE;
+           field == PD_FIELD_DENSITY || field == PD_FIELD_DAMAGE || field == PD_FIELD_ENERGY;
 }
 
 static void pdi_output_fill(pd_output *out)
@@ -45,7 +45,7 @@ static int pdi_output_list(const pd_output *out, pd_vti_field *fields)
         f->data = out->scalar[k];
         if (k == PD_FIELD_V) {
             f->vector = 1;
-            f->data = m->flow.u;
+            f->data = pdi_model_velocity(m);
         } else if (k == PD_FIELD_KIND || k == PD_FIELD_PHASE) {
             f->type = PD_VTI_UINT8;
             f->data = k == PD_FIELD_KIND ? m->grid.kind : out->phase;

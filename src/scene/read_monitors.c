@@ -30,7 +30,7 @@ PDI_FN pd_status pdi_read_monitors_fields(pd_ctx *ctx, pd_text *text, const pd_s
         if (field == PD_FIELD_COUNT)
             return pd_text_refuse(ctx, text, section, key,
                                   "found '%s', expected some of C, v, p, kind, grain, phase, D,"
-                                  " rate, density, damage, or none", list.word[w]);
+                                  " rate, density, damage, energy, or none", list.word[w]);
         const char *needs = pdi_setup_field_needs(setup, (pd_field)field);
         if (needs && given)
             return pd_text_refuse(ctx, text, section, key, "found '%s', which needs %s", list.word[w], needs);
