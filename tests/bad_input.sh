@@ -57,7 +57,7 @@ spoil "unknown key" 's/until/untl/' \
 mean 'until'?"
 spoil "no until" 's/until = 1 h//' "bad.scene:8: found no 'until' in [run], expected until = a time [s]"
 spoil "unknown section" 's/\[transport\]/[transprt]/' \
-    "bad.scene:6: scene: found the section [transprt], expected one of constants, grid, shape, side, flow, \
+    "bad.scene:6: scene: found the section [transprt], expected one of constants, grid, shape, side, flow, gas, \
 transport, dissolve, corrode, table, run, output, probe, line, plane, force, transfer, total, measured: \
 did you mean 'transport'?"
 spoil "fractional cells" 's/h = 10 um/h = 7 um/' \
@@ -88,7 +88,8 @@ spoil "gb_factor without grains" 's/grains = 40 um//' \
 spoil "unknown material" 's/mg4ag/iron/' "bad.scene:2: material: found 'iron', expected mg4ag, steel304, \
 copper or alloy625"
 spoil "unknown field" 's/fields = C, v/fields = C, T/' \
-    "bad.scene:9: fields: found 'T', expected some of C, v, p, kind, grain, phase, D, rate, density, damage, or none"
+    "bad.scene:9: fields: found 'T', expected some of C, v, p, kind, grain, phase, D, rate, density, damage, \
+energy, or none"
 spoil "field without physics" 's/fields = C, v/fields = C, v, grain/;s/grains = 40 um//;s/gb_factor = 3//' \
     "bad.scene:9: fields: found 'grain', which needs a solid [shape] with grains"
 spoil "probe outside" 's/at = 100 um/at = 300 um/' \

@@ -282,8 +282,8 @@ TEST(sides_and_motion)
     refused(CLOSED "  time = explicit\n[run] until = 1 s\n", "c0");
     refused(CLOSED "  time = sometimes\n", "found 'sometimes', expected one of steady, implicit, explicit");
     refused(CLOSED "  time = implicit\n", "until");
-    refused(CLOSED "  time = implicit\n[transport] D = 0 m2/s\n[run] until = 1 s\n" BLOCK "[dissolve] rate = 1 um/h\n",
-            "time: found 'implicit' beside [dissolve]");
+    refused(CLOSED "  time = given\n[transport] D = 0 m2/s\n[run] until = 1 s\n" BLOCK "[dissolve] rate = 1 um/h\n",
+            "time: found 'given' beside [dissolve]");
 }
 
 /* What a scene leaves out owns no memory. */

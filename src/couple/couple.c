@@ -119,15 +119,20 @@ static pd_status pdi_couple_changed(pd_ctx *ctx, pd_couple *c, const int32_t *tu
     return PD_OK;
 }
 
-/* The longest step that a process asks of the run. */
-static pd_status pdi_couple_span(pd_ctx *ctx, const pd_couple *c, const pd_process *p, pd_step *s)
+/* The step of the run when the first process that moves goes through steps of its own: the longest that suits all. */
+static pd_status pdi_couple_span(pd_ctx *ctx, const pd_couple *c, pd_step *s)
 {
-    double left = s->limit - s->time, dt = p->span ? p->span(p->self, left, c->desc.max_step) : left;
-    if (pdi_stands_still(s->time, left, dt))
+    double left = s->limit - s->time;
+    s->dt = left;
+    for (int n = 0; n < c->count; n++)
+        if (c->process[n].span) PDI_TRY(c->process[n].span(ctx, c->process[n].self, s));
+    if (!(s->dt < left)) return PD_OK;
+    s->dt = pdi_process_even(left, s->dt);
+    if (pdi_stands_still(s->time, left, s->dt))
         return pdi_fail(ctx, PD_ERR_STATE, "couple",
-                        "steps of %g s do not lead on from t = %g s to %g s: max_step (%g s) is too small", dt, s->time,
-                        s->limit, c->desc.max_step);
-    if (dt < left) s->limit = s->time + dt;
+                        "steps of %g s do not lead on from t = %g s to %g s: max_step (%g s) is too small", s->dt,
+                        s->time, s->limit, c->desc.max_step);
+    if (s->dt < left) s->limit = s->time + s->dt;
     return PD_OK;
 }
 
@@ -135,13 +140,15 @@ static pd_status pdi_couple_span(pd_ctx *ctx, const pd_couple *c, const pd_proce
 static pd_status pdi_couple_move(pd_ctx *ctx, pd_couple *c, const pd_process *p, int once, pd_step *s)
 {
     pd_status worst = PD_OK;
+    double limit = s->limit;
     do {
+        s->limit = limit;
         pd_status status = pdi_process_step(ctx, p, s);
         if (status < 0) return status;
         if (status > 0) worst = status;
         PDI_TRY(pdi_couple_changed(ctx, c, s->turned, s->turned_count));
         s->time = s->end;
-    } while (!once && s->time < s->limit);
+    } while (!once && s->time < limit);
     if (p->finish) PDI_TRY(p->finish(ctx, p->self, s->end));
     return worst;
 }
@@ -167,7 +174,7 @@ static pd_status pdi_couple_advance(pd_ctx *ctx, pd_couple *c, double *end, doub
         if (!p->attempt) continue;
         s.time = c->time;
         s.limit = *end;
-        if (!moved) PDI_TRY(pdi_couple_span(ctx, c, p, &s));
+        if (!moved && p->inner) PDI_TRY(pdi_couple_span(ctx, c, &s));
         double span = s.limit - s.time;
         pd_status status = pdi_couple_move(ctx, c, p, !moved && !p->inner, &s);
         if (status < 0) return status;
@@ -177,8 +184,12 @@ static pd_status pdi_couple_advance(pd_ctx *ctx, pd_couple *c, double *end, doub
         *end = s.end;
         moved = 1;
     }
-    if (!moved) PDI_TRY(pdi_couple_at(ctx, c, *end));
-    return worst;
+    if (moved) return worst;
+    if (c->desc.max_step > 0.0 && c->desc.max_step < *dt) {
+        *dt = pdi_process_even(*dt, c->desc.max_step);
+        if (*dt < *end - c->time) *end = c->time + *dt;
+    }
+    return pdi_couple_at(ctx, c, *end);
 }
 
 pd_status pd_couple_step(pd_ctx *ctx, pd_couple *c, double t_limit)

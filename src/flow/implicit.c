@@ -190,10 +190,10 @@ static pd_status pdi_implicit_start(pd_ctx *ctx, void *self, double t)
 static double pdi_implicit_wanted(const pd_implicit *im) { return im->dt > 0.0 ? im->dt : im->desc.first; }
 
 /* What moves with the flow sees it at the ends of steps as long as its own. */
-static double pdi_implicit_span(void *self, double left, double max_step)
+static pd_status pdi_implicit_span(pd_ctx *ctx, void *self, pd_step *s)
 {
-    double dt = fmin(left, pdi_implicit_wanted((const pd_implicit *)self));
-    return pdi_process_even(left, max_step > 0.0 ? fmin(dt, max_step) : dt);
+    s->dt = fmin(s->dt, pdi_implicit_wanted((const pd_implicit *)self));
+    return pdi_process_span(ctx, self, s);
 }
 
 static pd_status pdi_implicit_limit(pd_ctx *ctx, void *self, pd_step *s)
@@ -237,10 +237,19 @@ static pd_status pdi_implicit_finish(pd_ctx *ctx, void *self, double t)
     return pdi_steady_even(ctx, ((pd_implicit *)self)->steady);
 }
 
+/* The slope at the end of the last step tells nothing about fluid that is new. */
+static pd_status pdi_implicit_changed(pd_ctx *ctx, void *self, const int32_t *turned, int32_t count)
+{
+    pd_implicit *im = (pd_implicit *)self;
+    im->last = 0.0;
+    return pd_flow_update(ctx, turned, count, im->flow);
+}
+
 static pd_status pdi_implicit_store(pd_ctx *ctx, void *self, pd_archive *archive)
 {
     pd_implicit *im = (pd_implicit *)self;
     PDI_TRY(pdi_flow_store(ctx, im->flow, archive));
+    PDI_TRY(pdi_steady_store(ctx, im->steady, archive));
     PDI_TRY(PDI_KEEP(ctx, archive, "implicit.time", &im->time, 1));
     PDI_TRY(PDI_KEEP(ctx, archive, "implicit.dt", &im->dt, 1));
     PDI_TRY(PDI_KEEP(ctx, archive, "implicit.error", &im->error, 1));
@@ -267,6 +276,7 @@ pd_process pd_implicit_process(pd_implicit *im)
     p.reject = pdi_implicit_again;
     p.stuck = pdi_implicit_stuck;
     p.finish = pdi_implicit_finish;
+    p.changed = pdi_implicit_changed;
     p.store = pdi_implicit_store;
     return p;
 }

@@ -254,6 +254,18 @@ static pd_status pdi_unsteady_stuck(pd_ctx *ctx, void *self, const pd_step *s)
                     "(%g m2/s) asks for them on this lattice", s->dt, s->time, s->limit, un->desc.sound, un->flow->nu);
 }
 
+/* New fluid has the density of its pressure; the lattice is another one for the limit. */
+static pd_status pdi_unsteady_changed(pd_ctx *ctx, void *self, const int32_t *turned, int32_t count)
+{
+    pd_unsteady *un = (pd_unsteady *)self;
+    PDI_TRY(pd_flow_update(ctx, turned, count, un->flow));
+    for (int32_t n = 0; n < count; n++)
+        un->density[turned[n]] = pdi_unsteady_density(&un->desc, un->flow->p[turned[n]]);
+    un->limit = 0.0;
+    pdi_spectrum_free(ctx, &un->spectrum);
+    return pdi_spectrum_build(ctx, un->flow, &un->spectrum);
+}
+
 static pd_status pdi_unsteady_store(pd_ctx *ctx, void *self, pd_archive *archive)
 {
     pd_unsteady *un = (pd_unsteady *)self;
@@ -280,6 +292,7 @@ pd_process pd_unsteady_process(pd_unsteady *un)
     p.accept = pdi_unsteady_accept;
     p.reject = pdi_unsteady_again;
     p.stuck = pdi_unsteady_stuck;
+    p.changed = pdi_unsteady_changed;
     p.store = pdi_unsteady_store;
     return p;
 }

@@ -15,12 +15,11 @@ static pd_status pdi_dissolving_start(pd_ctx *ctx, void *self, double t)
     return pd_transport_at(ctx, ((pd_dissolving *)self)->dissolve->transport, t);
 }
 
-/* Longest admissible step, then equal steps. */
-static pd_status pdi_dissolving_limit(pd_ctx *ctx, void *self, pd_step *s)
+/* The longest admissible step. */
+static pd_status pdi_dissolving_span(pd_ctx *ctx, void *self, pd_step *s)
 {
     pd_dissolving *q = (pd_dissolving *)self;
     pd_dissolve *d = q->dissolve;
-    double left = s->limit - s->time, dt = left;
     d->most = PDI_DISSOLVING_EXCESS * s->fraction;
     d->rtol = s->rtol;
     d->lost = s->lost;
@@ -28,10 +27,15 @@ static pd_status pdi_dissolving_limit(pd_ctx *ctx, void *self, pd_step *s)
     q->first = 0.0;
     PDI_TRY(pd_dissolve_prepare(ctx, d));
     double fastest = pd_dissolve_fastest(ctx, d);
-    if (fastest > 0.0) dt = fmin(dt, s->fraction / fastest);
-    dt = fmin(dt, d->next_dt);
-    if (s->max_step > 0.0) dt = fmin(dt, s->max_step);
-    s->dt = pdi_process_even(left, dt);
+    if (fastest > 0.0) s->dt = fmin(s->dt, s->fraction / fastest);
+    s->dt = fmin(s->dt, d->next_dt);
+    return pdi_process_span(ctx, self, s);
+}
+
+static pd_status pdi_dissolving_limit(pd_ctx *ctx, void *self, pd_step *s)
+{
+    PDI_TRY(pdi_dissolving_span(ctx, self, s));
+    s->dt = pdi_process_even(s->limit - s->time, s->dt);
     return PD_OK;
 }
 
@@ -145,6 +149,7 @@ pd_process pd_dissolving_process(pd_dissolve *dissolve, pd_dissolving *q)
     p.element = pdi_transport_element();
     p.elements = 1;
     p.start = pdi_dissolving_start;
+    p.span = pdi_dissolving_span;
     p.limit = pdi_dissolving_limit;
     p.attempt = pdi_dissolving_attempt;
     p.accept = pdi_dissolving_accept;

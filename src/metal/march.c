@@ -194,7 +194,6 @@ PDI_FN void pdi_march_common(pd_corrode *r, pd_process *p)
     p->elements = 1;
     p->steps = &r->steps;
     p->counts = 1;
-    p->span = pdi_process_span;
     p->store = pdi_march_store;
     p->balance = pdi_march_balance;
 }
@@ -205,6 +204,7 @@ pd_process pd_corrode_process(pd_corrode *r)
     memset(&p, 0, sizeof p);
     pdi_march_common(r, &p);
     p.inner = 1;
+    p.span = pdi_process_span;
     p.limit = pdi_march_limit;
     p.attempt = pdi_march_attempt;
     p.accept = pdi_march_accept;

@@ -485,7 +485,10 @@ static double pdi_recede_foresee(const pd_recede *r, double dt)
 static pd_status pdi_recede_limit(pd_ctx *ctx, void *self, pd_step *s)
 {
     pd_recede *r = (pd_recede *)self;
-    double left = s->limit - s->time, dt = left, limit;
+    double left, dt, limit;
+    PDI_TRY(pdi_process_span(ctx, self, s));
+    if (s->dt < s->limit - s->time) s->limit = s->time + pdi_process_even(s->limit - s->time, s->dt);
+    left = dt = s->limit - s->time;
     if (r->last_dt > 0.0) dt = fmin(fmin(dt, r->next_dt), r->front_dt);
     else { /* no step yet: an explicit one */
         PDI_TRY(pd_corrode_limit(ctx, r->corrode, &limit));

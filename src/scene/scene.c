@@ -342,10 +342,9 @@ static pd_status pdi_scene_motion(pdi_scene *s, int section)
             return pd_text_refuse(s->ctx, s->text, section, "time", "found '%s' beside an open side, expected given",
                                   motions[motion]);
     if (u->motion == PD_MOTION_STEADY) return PD_OK;
-    if (u->has_dissolve)
-        return pd_text_refuse(s->ctx, s->text, section, "time",
-                              "found '%s' beside [dissolve], expected steady: dissolution takes hours, the flow"
-                              " settles within a second", motions[motion]);
+    if (u->has_dissolve && u->motion == PD_MOTION_GIVEN)
+        return pd_text_refuse(s->ctx, s->text, section, "time", "found 'given' beside [dissolve], expected steady,"
+                              " implicit or explicit: a given flow does not enter where metal was");
     for (int d = 0; d < PD_DIM; d++)
         PDI_TRY(pd_text_expr(s->ctx, s->text, section, keys[d], "m/s", pdi_setup_position(), PD_DIM, "0",
                              &u->start[d]));
@@ -609,8 +608,8 @@ static pd_status pdi_scene_steady(pdi_scene *s, int section, const char *key, co
     for (int k = 0; k < count; k++)
         if (pdi_setup_timed(&expr[k]))
             return pd_text_refuse(s->ctx, s->text, section, key,
-                                  "found a function of t in a scene that is steady, expected time = implicit in [flow]"
-                                  " or [transport], or a function of the place");
+                                  "found a function of t in a scene that is steady, expected until = ... in [run], time"
+                                  " = implicit in [flow] or [transport], or a function of the place");
     return PD_OK;
 }
 
@@ -639,10 +638,11 @@ static pd_status pdi_scene_run(pdi_scene *s)
     pd_setup *u = s->setup;
     int section = pd_text_section(s->ctx, s->text, "run", NULL);
     int rests = u->motion == PD_MOTION_STEADY || u->motion == PD_MOTION_GIVEN;
-    if (rests && !u->has_gas && (!pdi_setup_carries(u) || u->settle)) return pdi_scene_timeless(s);
+    /* a steady flow may follow what stands outside of it, when a time to follow it for is given */
+    int follows = u->motion == PD_MOTION_STEADY && !u->has_transport && pd_text_has(s->ctx, s->text, section, "until");
+    if (rests && !follows && !u->has_gas && (!pdi_setup_carries(u) || u->settle)) return pdi_scene_timeless(s);
     PDI_TRY(pdi_scene_positive(s, section, "until", "s", NULL, &u->until));
-    if (pdi_setup_carries(u) || u->has_gas || !rests)
-        PDI_TRY(pdi_scene_within(s, section, "max_step", "s", "0", 0.0, PDI_SCENE_HUGE, 0, &u->max_step));
+    PDI_TRY(pdi_scene_within(s, section, "max_step", "s", "0", 0.0, PDI_SCENE_HUGE, 0, &u->max_step));
     if (u->max_step > 0.0 && u->until > PDI_SCENE_STEPS * u->max_step)
         return pd_text_refuse(s->ctx, s->text, section, "max_step", "found %.3g steps until the end, expected at most"
                               " %.0g", u->until / u->max_step, PDI_SCENE_STEPS);

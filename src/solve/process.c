@@ -8,10 +8,12 @@
 
 PDI_FN double pdi_process_even(double left, double dt) { return left / ceil(left / dt * (1.0 - 1e-12)); }
 
-PDI_FN double pdi_process_span(void *self, double left, double max_step)
+PDI_FN pd_status pdi_process_span(pd_ctx *ctx, void *self, pd_step *s)
 {
+    (void)ctx;
     (void)self;
-    return max_step > 0.0 && max_step < left ? pdi_process_even(left, max_step) : left;
+    if (s->max_step > 0.0) s->dt = fmin(s->dt, s->max_step);
+    return PD_OK;
 }
 
 static pd_status pdi_process_stuck(pd_ctx *ctx, const pd_process *p, const pd_step *s)
@@ -29,6 +31,7 @@ PDI_FN pd_status pdi_process_step(pd_ctx *ctx, const pd_process *p, pd_step *s)
     s->turned_count = 0;
     PDI_TRY(pdi_poll(ctx, p->name, p->steps ? *p->steps : 0));
     if (p->limit) PDI_TRY(p->limit(ctx, p->self, s));
+    left = s->limit - s->time;
     for (s->trial = 0;; s->trial++) {
         if (s->trial) PDI_TRY(pdi_poll(ctx, p->name, p->steps ? *p->steps : 0));
         if (pdi_stands_still(s->time, left, s->dt) || s->trial == PDI_PROCESS_TRIALS)
@@ -51,8 +54,8 @@ PDI_FN pd_status pdi_process_run(pd_ctx *ctx, const pd_process *p, double from, 
     pd_step s;
     pd_status worst = PD_OK;
     memset(&s, 0, sizeof s);
-    s.limit = to;
     for (s.time = from; s.time < to; s.time = s.end) {
+        s.limit = to;
         pd_status status = pdi_process_step(ctx, p, &s);
         if (status < 0) return status;
         if (status > 0) worst = status;

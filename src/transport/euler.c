@@ -9,8 +9,8 @@ static pd_status pdi_euler_start(pd_ctx *ctx, void *self, double t)
 
 static pd_status pdi_euler_limit(pd_ctx *ctx, void *self, pd_step *s)
 {
-    (void)ctx;
-    s->dt = pdi_process_span(self, s->limit - s->time, s->max_step);
+    PDI_TRY(pdi_process_span(ctx, self, s));
+    s->dt = pdi_process_even(s->limit - s->time, s->dt);
     return PD_OK;
 }
 

@@ -141,8 +141,9 @@ static inline void hard_watch(hard *h)
         h->excess = fmax(h->excess, size > 0.0 ? fmax(h->low - low, high - h->high) / size : fmax(-low, high));
         if (!(low <= high)) h->excess = h->model.grid.fluid_count ? HUGE_VAL : h->excess; /* NaN */
     }
-    if (c->recede) h->salt = fmax(h->salt, 3.1e-14 * c->dt * c->corrode->diffusion);
-    if (!c->flow || h->setup.side[0].kind != PD_SIDE_INLET || h->model.grid.n[0] < 4) return;
+    if (h->model.recede.corrode) h->salt = fmax(h->salt, 3.1e-14 * c->dt * h->model.corrode.diffusion);
+    if (!h->setup.has_flow || h->setup.motion == PD_MOTION_GIVEN) return;
+    if (h->setup.side[0].kind != PD_SIDE_INLET || h->model.grid.n[0] < 4) return;
     double up = pd_flow_section(&h->ctx, &h->model.flow, 0, 1);
     double down = pd_flow_section(&h->ctx, &h->model.flow, 0, h->model.grid.n[0] - 1);
     if (fabs(up) > 0.0) h->flux = fmax(h->flux, fabs(down - up) / fabs(up));
