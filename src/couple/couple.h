@@ -16,13 +16,13 @@
 /* Amounts of an element [unit of the element, per m depth in planar 2D, per m2 in 1D].
  * imbalance = solid + dissolved + carry + out - in - start. */
 typedef struct pd_ledger {
-    double start;       /* solid and dissolved at the start */
-    double solid_start; /* solid at the start */
-    double solid;       /* now */
-    double dissolved;   /* now in the fluid */
-    double carry;       /* what the last linear solve left undone or debris owes; delivered by the next step */
-    double out, in;     /* through outlets and inlets since the start */
-    double imbalance;
+    double start;       /* [unit] solid and dissolved at the start */
+    double solid_start; /* [unit] solid at the start */
+    double solid;       /* [unit] now */
+    double dissolved;   /* [unit] now in the fluid */
+    double carry;       /* [unit] what the last linear solve left undone or debris owes; the next step delivers it */
+    double out, in;     /* [unit] through outlets and inlets since the start */
+    double imbalance;   /* [unit] */
     double relative;    /* [-] |imbalance| over the initial solid (over start without solid) */
 } pd_ledger;
 

@@ -7,22 +7,22 @@
 #include <string.h>
 
 /* A residual that may do as a tolerance. */
-#define PDI_QUASI_NEARLY 1e-3
+#define PDI_QUASI_STEADY_NEARLY 1e-3
 
 /* Factor between what enters and what the inlets push that no lattice explains: 1 but for some per cent, 1.7 with metal
  * within a horizon of the inlet (test_couple). */
-#define PDI_QUASI_ENTERS 2.0
+#define PDI_QUASI_STEADY_ENTERS 2.0
 /* Inlets whose sum is below this share of them feed each other. */
-#define PDI_QUASI_FEEDS 1e-6
+#define PDI_QUASI_STEADY_FEEDS 1e-6
 
 /* Fluxes that contradict each other are no result: between metal and walls that the horizon spans the equations of the
  * lattice may have a solution that is none. */
-static pd_status pdi_quasi_enters(pd_ctx *ctx, const pd_quasi_steady *q)
+static pd_status pdi_quasi_steady_enters(pd_ctx *ctx, const pd_quasi_steady *q)
 {
     char place[PDI_GRID_PLACE];
     double pushed, gross, taken = pdi_flow_entering(ctx, q->flow, &pushed, &gross);
     double excess = (taken - pushed) / gross;
-    if (gross > 0.0 && !(excess >= 1.0 / PDI_QUASI_ENTERS - 1.0 && excess <= PDI_QUASI_ENTERS - 1.0))
+    if (gross > 0.0 && !(excess >= 1.0 / PDI_QUASI_STEADY_ENTERS - 1.0 && excess <= PDI_QUASI_STEADY_ENTERS - 1.0))
         return pdi_fail(ctx, PD_ERR_GEOMETRY, "steady",
                         "the flow at t = %g s passes the inlets at %.3g m3/s (2D: m2/s), expected about %.3g: the "
                         "horizon spans what lies between them and the outlets. Refine the grid, take a smaller m or "
@@ -39,14 +39,14 @@ static pd_status pdi_quasi_enters(pd_ctx *ctx, const pd_quasi_steady *q)
 }
 
 /* Why a flow solve may have failed: what enters cannot leave. `status` where there is another reason. */
-static pd_status pdi_quasi_blocked(pd_ctx *ctx, const pd_quasi_steady *q, pd_status status)
+static pd_status pdi_quasi_steady_blocked(pd_ctx *ctx, const pd_quasi_steady *q, pd_status status)
 {
     double pushed, gross;
     int32_t node;
     char place[PDI_GRID_PLACE];
     pdi_flow_entering(ctx, q->flow, &pushed, &gross);
     /* not inlets that feed each other */
-    if (pdi_is_final(status) || !(fabs(pushed) > PDI_QUASI_FEEDS * gross)) return status;
+    if (pdi_is_final(status) || !(fabs(pushed) > PDI_QUASI_STEADY_FEEDS * gross)) return status;
     PDI_TRY(pdi_port_blocked(ctx, q->flow->bonds, &node));
     if (node < 0) return status;
     return pdi_fail(ctx, PD_ERR_GEOMETRY, "steady",
@@ -55,13 +55,14 @@ static pd_status pdi_quasi_blocked(pd_ctx *ctx, const pd_quasi_steady *q, pd_sta
 }
 
 /* What a flow solve has reached that made no more progress, and what helps. */
-static pd_status pdi_quasi_unsteady(pd_ctx *ctx, const pd_quasi_steady *q)
+static pd_status pdi_quasi_steady_unsteady(pd_ctx *ctx, const pd_quasi_steady *q)
 {
     const pd_steady_result *r = &q->result;
     char place[PDI_GRID_PLACE], accept[64], why[120];
     double reached = r->excess * q->steady->desc.tolerance;
     accept[0] = '\0';
-    if (reached < PDI_QUASI_NEARLY) snprintf(accept, sizeof accept, "; steady = %.1e accepts this one", 1.1 * reached);
+    if (reached < PDI_QUASI_STEADY_NEARLY)
+        snprintf(accept, sizeof accept, "; steady = %.1e accepts this one", 1.1 * reached);
     /* from there Newton's next step would reach the rounding: this is it, and no flow that moves */
     if (reached < sqrt(DBL_EPSILON)) snprintf(why, sizeof why, "That is as far as their rounding lets them fall");
     else
@@ -76,24 +77,24 @@ static pd_status pdi_quasi_unsteady(pd_ctx *ctx, const pd_quasi_steady *q)
                     accept);
 }
 
-static pd_status pdi_quasi_solve(pd_ctx *ctx, pd_quasi_steady *q)
+static pd_status pdi_quasi_steady_solve(pd_ctx *ctx, pd_quasi_steady *q)
 {
     if (!q->stale) return PD_OK;
     pd_status status = pd_steady_solve(ctx, q->steady, &q->result);
     q->solves++;
     q->krylov += q->result.krylov;
     q->evaluations += q->result.evaluations;
-    if (status != PD_OK) status = pdi_quasi_blocked(ctx, q, status);
+    if (status != PD_OK) status = pdi_quasi_steady_blocked(ctx, q, status);
     if (status < 0) return status;
-    if (status != PD_OK) return pdi_quasi_unsteady(ctx, q);
-    PDI_TRY(pdi_quasi_enters(ctx, q));
+    if (status != PD_OK) return pdi_quasi_steady_unsteady(ctx, q);
+    PDI_TRY(pdi_quasi_steady_enters(ctx, q));
     q->stale = 0;
     q->moved = 0.0;
     return PD_OK;
 }
 
 /* What stands outside becomes that of time t; the flow follows when it has moved by more than its tolerance. */
-static pd_status pdi_quasi_at(pd_ctx *ctx, void *self, double t)
+static pd_status pdi_quasi_steady_at(pd_ctx *ctx, void *self, double t)
 {
     pd_quasi_steady *q = (pd_quasi_steady *)self;
     double moved;
@@ -101,23 +102,23 @@ static pd_status pdi_quasi_at(pd_ctx *ctx, void *self, double t)
     PDI_TRY(pd_flow_at(ctx, q->flow, t, 0.0, &moved));
     q->moved += moved;
     if (q->moved > q->steady->desc.tolerance) q->stale = 1;
-    return pdi_quasi_solve(ctx, q);
+    return pdi_quasi_steady_solve(ctx, q);
 }
 
-static pd_status pdi_quasi_finish(pd_ctx *ctx, void *self, double t)
+static pd_status pdi_quasi_steady_finish(pd_ctx *ctx, void *self, double t)
 {
     (void)t;
-    return pdi_quasi_solve(ctx, (pd_quasi_steady *)self);
+    return pdi_quasi_steady_solve(ctx, (pd_quasi_steady *)self);
 }
 
-static pd_status pdi_quasi_changed(pd_ctx *ctx, void *self, const int32_t *turned, int32_t count)
+static pd_status pdi_quasi_steady_changed(pd_ctx *ctx, void *self, const int32_t *turned, int32_t count)
 {
     pd_quasi_steady *q = (pd_quasi_steady *)self;
     q->stale = 1;
     return pd_flow_update(ctx, turned, count, q->flow);
 }
 
-static pd_status pdi_quasi_store(pd_ctx *ctx, void *self, pd_archive *archive)
+static pd_status pdi_quasi_steady_store(pd_ctx *ctx, void *self, pd_archive *archive)
 {
     pd_quasi_steady *q = (pd_quasi_steady *)self;
     PDI_TRY(pdi_flow_store(ctx, q->flow, archive));
@@ -141,13 +142,13 @@ pd_process pd_quasi_steady_process(pd_flow *flow, pd_steady *steady, pd_quasi_st
     q->stale = 1;
     p.name = "steady flow";
     p.self = q;
-    p.start = p.at = pdi_quasi_at;
-    p.finish = pdi_quasi_finish;
-    p.changed = pdi_quasi_changed;
-    p.store = pdi_quasi_store;
+    p.start = p.at = pdi_quasi_steady_at;
+    p.finish = pdi_quasi_steady_finish;
+    p.changed = pdi_quasi_steady_changed;
+    p.store = pdi_quasi_steady_store;
     return p;
 }
 
-#undef PDI_QUASI_NEARLY
-#undef PDI_QUASI_ENTERS
-#undef PDI_QUASI_FEEDS
+#undef PDI_QUASI_STEADY_NEARLY
+#undef PDI_QUASI_STEADY_ENTERS
+#undef PDI_QUASI_STEADY_FEEDS

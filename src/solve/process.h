@@ -37,10 +37,10 @@ typedef struct pd_element {
 
 /* Amounts of one element that enter the ledger [unit of the element; per m depth in planar 2D, per m2 in 1D]. */
 typedef struct pd_amounts {
-    double solid;     /* in metal */
-    double dissolved; /* in fluid */
-    double carry;     /* what the last linear solve left undone or debris owes; delivered by the next step */
-    double out, in;   /* through the sides since the start */
+    double solid;     /* [unit] in metal */
+    double dissolved; /* [unit] in fluid */
+    double carry;     /* [unit] what the last linear solve left undone or debris owes; delivered by the next step */
+    double out, in;   /* [unit] through the sides since the start */
 } pd_amounts;
 
 typedef struct pd_process {
