@@ -11,16 +11,14 @@ PDI_FN pd_status pdi_read_gas_side(pd_ctx *ctx, pd_text *text, int section, pd_s
     return PD_OK;
 }
 
-/* A gas moves alone: nothing else knows how to be carried by it. */
-static pd_status pdi_read_gas_alone(pd_ctx *ctx, pd_text *text, int section, const pd_setup *u)
+PDI_FN pd_status pdi_read_gas_alone(pd_ctx *ctx, pd_text *text, const pd_setup *u)
 {
+    int section = pd_text_section(ctx, text, "gas", NULL);
     const char *beside = u->has_flow ? "flow" : u->has_transport ? "transport" : u->has_dissolve ? "dissolve" :
                          u->has_corrode ? "corrode" : NULL;
-    if (beside)
-        return pd_text_refuse(ctx, text, section, "gas", "found beside [%s], expected [gas] alone: an inviscid gas "
-                              "carries nothing and attacks nothing", beside);
-    if (!u->axisymmetric) return PD_OK;
-    return pd_text_refuse(ctx, text, section, "gas", "found in a box with geometry = axisymmetric, expected planar");
+    if (!u->has_gas || !beside) return PD_OK;
+    return pd_text_refuse(ctx, text, section, "gas", "found beside [%s], expected [gas] alone: an inviscid gas carries "
+                          "nothing and attacks nothing", beside);
 }
 
 /* An expression in x, y, z; a constant one must be positive. */
@@ -50,7 +48,9 @@ PDI_FN pd_status pdi_read_gas_read(pd_ctx *ctx, pd_text *text, pd_setup *u)
     static const char *const keys[] = {"vx", "vy", "vz"};
     int section = pd_text_section(ctx, text, "gas", NULL), order;
     if (!u->has_gas) return PD_OK;
-    PDI_TRY(pdi_read_gas_alone(ctx, text, section, u));
+    if (u->axisymmetric)
+        return pd_text_refuse(ctx, text, section, "gas",
+                              "found in a box with geometry = axisymmetric, expected planar");
     PDI_TRY(pdi_read_gas_number(ctx, text, section, "gamma", "1.4", 1.0, 10.0, &u->gas_gamma));
     PDI_TRY(pdi_read_gas_positive(ctx, text, section, "rho", "kg/m3", &u->gas_rho));
     PDI_TRY(pdi_read_gas_positive(ctx, text, section, "p", "Pa", &u->gas_p));
