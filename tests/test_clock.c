@@ -2,6 +2,9 @@
  * steps see them.
  * dims: 2 */
 #include "couple/couple.h"
+#include "flow/implicit.h"
+#include "flow/unsteady.h"
+#include "transport/advance.h"
 #include "test.h"
 #include <complex.h>
 

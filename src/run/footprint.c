@@ -1,5 +1,6 @@
 /* footprint: see footprint.h */
 #include "run/footprint.h"
+#include "flow/gas.h"
 #include "flow/implicit.h"
 #include "flow/unsteady.h"
 #include "metal/dissolve.h"
@@ -207,6 +208,17 @@ static void pdi_footprint_flow(const pd_setup *u, pdi_footprint_plan *plan, pd_f
     if (u->motion == PD_MOTION_EXPLICIT) *bytes += pdi_footprint_list(plan, pdi_unsteady_list, &unsteady);
 }
 
+static void pdi_footprint_gas(const pd_setup *u, pdi_footprint_plan *plan, pd_footprint *b)
+{
+    pd_gas gas;
+    if (!u->has_gas) return;
+    memset(&gas, 0, sizeof gas);
+    gas.grid = &plan->grid;
+    gas.rows = (int32_t)(b->cut / plan->times);
+    gas.desc.order = u->gas_order;
+    b->bytes[PD_PART_GAS] = pdi_footprint_list(plan, pdi_gas_list, &gas);
+}
+
 static void pdi_footprint_transport(const pd_setup *u, pdi_footprint_plan *plan, pd_footprint *b)
 {
     double *bytes = &b->bytes[PD_PART_TRANSPORT];
@@ -294,7 +306,7 @@ static void pdi_footprint_output(const pd_setup *u, pd_footprint *b)
     double copies = 0.0;
     for (int k = 0; k < PD_FIELD_COUNT; k++)
         if (((u->fields >> k) & 1u) && (k == PD_FIELD_C || k == PD_FIELD_D || k == PD_FIELD_RATE ||
-                                        k == PD_FIELD_DENSITY || k == PD_FIELD_P))
+                                        k == PD_FIELD_DENSITY || k == PD_FIELD_P || k == PD_FIELD_ENERGY))
             copies += 8.0;
     b->files = copies * b->nodes + pdi_footprint_pictures(u);
 }
@@ -315,6 +327,7 @@ void pd_footprint_estimate(const pd_setup *u, pd_footprint *b)
     pdi_footprint_describe(u, b, &plan);
     pdi_footprint_lattice(u, &plan, b);
     pdi_footprint_flow(u, &plan, b);
+    pdi_footprint_gas(u, &plan, b);
     pdi_footprint_transport(u, &plan, b);
     pdi_footprint_metal(u, &plan, b);
     pdi_footprint_output(u, b);
