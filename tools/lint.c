@@ -174,8 +174,9 @@ static void check_header_names(const source *s)
         if (k && ends(s->line[k - 1], "\\")) continue; /* body of a macro */
         name_before(line, open, name);
         if (starts(line, "PD_API ")) check_public_function(s, k, name);
-        else if (!starts(line, "PDI_FN ") && !starts(line, "static inline "))
-            complain(s, k, "%s: a header declares PD_API, PDI_FN or static inline functions", name);
+        else if (!starts(line, "PDI_FN ") && !starts(line, "PDI_INLINE ") &&
+                 !starts(line, "static inline "))
+            complain(s, k, "%s: a header declares PD_API, PDI_FN or inline functions", name);
         else if (!internal_name_fits(s, name))
             complain(s, k, "internal function %s: expected pdi_%s_... or pdi_<type of this header>_...", name,
                      s->module);

@@ -159,36 +159,36 @@ static inline double pdi_flow_momentum(const pd_flow *flow, double speed, double
 /* ---- volume flux of a bond (eq. 4.4): share g.(w_i + w_j) - tau/2 a stabiliser. It is linear: that of a step is its
  * derivative, in single precision for the products of solvers ---- */
 /* g.w at one end; components of w are `stride` apart. */
-static inline double pdi_flow_along(const double *g, const double *w, int64_t stride)
+PDI_INLINE double pdi_flow_along(const double *g, const double *w, int64_t stride)
 {
     double sum = g[0] * w[0];
     for (int d = 1; d < PD_DIM; d++) sum += g[d] * w[d * stride];
     return sum;
 }
-static inline float pdi_flow_along_single(const float *g, const float *w, int64_t stride)
+PDI_INLINE float pdi_flow_along_single(const float *g, const float *w, int64_t stride)
 {
     float sum = g[0] * w[0];
     for (int d = 1; d < PD_DIM; d++) sum += g[d] * w[d * stride];
     return sum;
 }
 /* g.(w_i + w_j): what the advecting velocity w brings through the bond, and into the momentum (eq. 4.3). */
-static inline double pdi_flow_carried(const double *g, const double *near, int64_t near_stride, const double *far,
-                                      int64_t far_stride)
+PDI_INLINE double pdi_flow_carried(const double *g, const double *near, int64_t near_stride, const double *far,
+                                   int64_t far_stride)
 {
     double sum = 0.0;
     for (int d = 0; d < PD_DIM; d++) sum += g[d] * (near[d * near_stride] + far[d * far_stride]);
     return sum;
 }
 /* stabiliser = 2 (p_j - p_i) - xi.(G_i + G_j): the pressure difference less that of the gradients, of fourth order. */
-static inline double pdi_flow_stabiliser(const double *xi, double step, const double *near, int64_t near_stride,
-                                         const double *far, int64_t far_stride)
+PDI_INLINE double pdi_flow_stabiliser(const double *xi, double step, const double *near, int64_t near_stride,
+                                      const double *far, int64_t far_stride)
 {
     double stabiliser = 2.0 * step;
     for (int d = 0; d < PD_DIM; d++) stabiliser -= xi[d] * (near[d * near_stride] + far[d * far_stride]);
     return stabiliser;
 }
-static inline float pdi_flow_stabiliser_single(const float *xi, float step, const float *near, int64_t near_stride,
-                                               const float *far, int64_t far_stride)
+PDI_INLINE float pdi_flow_stabiliser_single(const float *xi, float step, const float *near, int64_t near_stride,
+                                            const float *far, int64_t far_stride)
 {
     float stabiliser = 2.0f * step;
     for (int d = 0; d < PD_DIM; d++) stabiliser -= xi[d] * (near[d * near_stride] + far[d * far_stride]);
