@@ -31,6 +31,7 @@ DEV = -std=c99 -O2 -g -ffp-contract=off $(WARN) -DPD_DEBUG -DPDI_SPLIT $(OMP) $(
 
 SOURCES := $(wildcard src/*/*.c)
 HEADERS := $(wildcard src/*/*.h)
+CASES := $(wildcard cases/*.h cases/*/*.h)
 DIMS = 1 2 3
 DRIVERS := $(foreach d,$(patsubst drivers/%.c,%,$(wildcard drivers/*.c)),\
              $(foreach k,$(DIMS),$(BUILD)/$(if $(filter scene,$d),pd,$d)$kd))
@@ -211,21 +212,16 @@ $$(BUILD)/hard_%_$(1)d: tests/hard/test_%.c $$(wildcard tests/hard/*.h tests/*.h
                          $$(BUILD)/flags
 	$$(building) $$(CC) $$(DEV) -DPD_DIM=$(1) -Isrc -Itests -Itests/hard $$< $$(OBJECTS_$(1)) -o $$@ $$(LIBS)
 
-$$(BUILD)/pd$(1)d: drivers/scene.c drivers/common.h pdcorr.h $$(BUILD)/flags
-	$$(building) $$(CC) $$(CFLAGS) $$(OMP) -DPD_DIM=$(1) -I. $$< -o $$@ $$(LIBS)
+# The library of all programs. PDI_SPLIT: the reports measure internal functions, too.
+$$(BUILD)/pdcorr$(1)d.o: pdcorr.h $$(BUILD)/flags
+	$$(building) $$(CC) $$(CFLAGS) $$(OMP) -DPD_DIM=$(1) -DPDCORR_IMPLEMENTATION -DPDI_SPLIT -x c -c $$< -o $$@
 
-$$(BUILD)/validate$(1)d: drivers/validate.c $$(wildcard drivers/*.h drivers/validate/*) pdcorr.h $$(BUILD)/flags
-	$$(building) $$(CC) $$(CFLAGS) $$(OMP) -DPD_DIM=$(1) -I. $$< -o $$@ $$(LIBS)
+$$(BUILD)/pd$(1)d: drivers/scene.c cases/common.h $$(BUILD)/pdcorr$(1)d.o
+	$$(building) $$(CC) $$(CFLAGS) $$(OMP) -DPD_DIM=$(1) -DPDCORR_LINKED -I. $$< $$(BUILD)/pdcorr$(1)d.o -o $$@ $$(LIBS)
 
-$$(BUILD)/bench$(1)d: drivers/bench.c $$(wildcard drivers/*.h drivers/bench/* drivers/validate/*) pdcorr.h $$(BUILD)/flags
-	$$(building) $$(CC) $$(CFLAGS) $$(OMP) -DPD_DIM=$(1) -I. $$< -o $$@ $$(LIBS)
-
-$$(BUILD)/stability$(1)d: drivers/stability.c $$(wildcard drivers/*.h drivers/stability/* drivers/validate/lab.h) \
-                          pdcorr.h $$(BUILD)/flags
-	$$(building) $$(CC) $$(CFLAGS) $$(OMP) -DPD_DIM=$(1) -I. $$< -o $$@ $$(LIBS)
-
-$$(BUILD)/%$(1)d: drivers/%.c pdcorr.h $$(BUILD)/flags
-	$$(building) $$(CC) $$(CFLAGS) $$(OMP) -DPD_DIM=$(1) -I. $$< -o $$@ $$(LIBS)
+$$(BUILD)/%$(1)d: drivers/%.c $$(CASES) $$(BUILD)/pdcorr$(1)d.o
+	$$(building) $$(CC) $$(CFLAGS) $$(OMP) -DPD_DIM=$(1) -DPDCORR_LINKED -DPDI_SPLIT -I. $$< $$(BUILD)/pdcorr$(1)d.o \
+	    -o $$@ $$(LIBS)
 
 -include $$(OBJECTS_$(1):.o=.d)
 endef
@@ -248,7 +244,7 @@ $(TEST_LOGS): $(LOGS)/%.log: $(BUILD)/% FORCE
 	@$(call log,$<)
 
 SCRIPT_LOGS := $(SCRIPTS:tests/%.sh=$(LOGS)/%.log)
-$(SCRIPT_LOGS): $(LOGS)/%.log: tests/%.sh pdcorr.h $(DRIVERS) $(BUILD)/amalgamate $(BUILD)/lint FORCE
+$(SCRIPT_LOGS): $(LOGS)/%.log: tests/%.sh pdcorr.h $(DRIVERS) $(BUILD)/pdcorr2d.o $(BUILD)/amalgamate $(BUILD)/lint FORCE
 	@$(call log,env CC='$(CC)' BUILD='$(BUILD)' OMP='$(OMP)' sh $<)
 
 # ---- the amalgam under every compiler at hand

@@ -7,7 +7,9 @@
 #ifndef PD_DIM
 #define PD_DIM 2
 #endif
+#ifndef PDCORR_LINKED
 #define PDCORR_IMPLEMENTATION
+#endif
 #include "pdcorr.h"
 #include <math.h>
 #include <stdio.h>
@@ -72,52 +74,44 @@ static double poly(int k, double x, double y, double *gx, double *lap)
 int main(void)
 {
     static const char *const names[] = {"1 + x - 2y", "x^2", "x y", "x^3", "x^4"};
-    pd_stencil_desc sd;
-    pd_grid_desc gd;
-    pd_stencil stencil;
-    pd_grid grid;
-    pd_bonds bonds;
+    pd_lattice_desc desc;
+    pd_lattice lattice;
+    double *f, *lap, *grad;
     pd_ctx_init(&ctx);
     print_moments();
 
     /* a box of 16 cells of size 1; nodes at least four cells away from the sides have whole families */
-    memset(&sd, 0, sizeof sd);
-    memset(&gd, 0, sizeof gd);
-    gd.solid = gd.wall = -1;
+    memset(&desc, 0, sizeof desc);
     for (int d = 0; d < PD_DIM; d++) {
-        sd.h[d] = 1.0;
-        gd.lo[d] = -8.0;
-        gd.hi[d] = 8.0;
+        desc.stencil.h[d] = 1.0;
+        desc.grid.lo[d] = -8.0;
+        desc.grid.hi[d] = 8.0;
     }
-    must(pd_stencil_build(&ctx, &sd, &stencil));
-    must(pd_grid_build(&ctx, &stencil, &gd, &grid));
-    must(pd_bonds_build(&ctx, &stencil, &grid, 0, &bonds));
-    double *f = (double *)calloc((size_t)grid.total * (PD_DIM + 2), sizeof *f), *lap = f + grid.total,
-           *grad = lap + grid.total;
-    if (!f) return 1;
+    must(pd_lattice_build(&ctx, &desc, &lattice));
+    must(pd_lattice_field(&ctx, &lattice, 1, &f));
+    must(pd_lattice_field(&ctx, &lattice, 1, &lap));
+    must(pd_lattice_field(&ctx, &lattice, PD_DIM, &grad));
+    const pd_grid *grid = &lattice.grid;
 
     printf("\npatch test, m = %g: largest error at nodes with whole families\n"
-           "  field         d/dx       Laplacian\n", stencil.m);
+           "  field         d/dx       Laplacian\n", lattice.stencil.m);
     for (int k = PD_DIM > 1 ? 0 : 1; k < 5; k++) {
         double worst_gradient = 0.0, worst_laplacian = 0.0, gx, l, x[PD_DIM];
-        for (int32_t i = 0; i < grid.total; i++) {
-            pd_grid_position(&grid, i, x);
+        for (int32_t i = 0; i < grid->total; i++) {
+            pd_grid_position(grid, i, x);
             f[i] = poly(k, x[0], x[PD_DIM - 1], &gx, &l);
         }
-        pd_op_gradient(&ctx, &bonds, f, grad);
-        pd_op_laplacian(&ctx, &bonds, f, lap);
-        for (int32_t i = 0; i < grid.total; i++) {
-            if (grid.kind[i] != PD_FLUID || bonds.row[i] >= 0) continue;
-            pd_grid_position(&grid, i, x);
+        pd_op_gradient(&ctx, &lattice.bonds, f, grad);
+        pd_op_laplacian(&ctx, &lattice.bonds, f, lap);
+        for (int32_t i = 0; i < grid->total; i++) {
+            if (grid->kind[i] != PD_FLUID || lattice.bonds.row[i] >= 0) continue;
+            pd_grid_position(grid, i, x);
             poly(k, x[0], x[PD_DIM - 1], &gx, &l);
             worst_gradient = fmax(worst_gradient, fabs(grad[i] - gx));
             worst_laplacian = fmax(worst_laplacian, fabs(lap[i] - l));
         }
         printf("  %-12s  %8.1e   %8.1e\n", names[k], worst_gradient, worst_laplacian);
     }
-    free(f);
-    pd_bonds_free(&ctx, &bonds);
-    pd_grid_free(&ctx, &grid);
-    pd_stencil_free(&ctx, &stencil);
+    pd_lattice_free(&ctx, &lattice);
     return 0;
 }

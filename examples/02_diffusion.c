@@ -7,7 +7,9 @@
 #ifndef PD_DIM
 #define PD_DIM 2
 #endif
+#ifndef PDCORR_LINKED
 #define PDCORR_IMPLEMENTATION
+#endif
 #include "pdcorr.h"
 #include <math.h>
 #include <stdio.h>
@@ -46,42 +48,33 @@ static double amplitude(const pd_grid *grid, const double *c)
 /* Relative error of the amplitude after one decay time, and the relative drift of the amount. */
 static double decay(int cells, int steps, double *drift)
 {
-    pd_stencil_desc sd;
-    pd_grid_desc gd;
+    pd_lattice_desc desc; /* no shapes; all sides are walls by default */
     pd_transport_desc td;
     pd_transport_result result;
-    pd_stencil stencil;
-    pd_grid grid;
-    pd_bonds bonds;
+    pd_lattice lattice;
     pd_transport transport;
     double pi = 3.14159265358979323846, tau = EDGE * EDGE / (DIFFUSIVITY * pi * pi);
-    memset(&sd, 0, sizeof sd);
-    memset(&gd, 0, sizeof gd);
+    memset(&desc, 0, sizeof desc);
     memset(&td, 0, sizeof td);
-    gd.solid = gd.wall = -1; /* no shapes; all sides are walls by default */
     for (int d = 0; d < PD_DIM; d++) {
-        sd.h[d] = EDGE / cells;
-        gd.hi[d] = EDGE;
+        desc.stencil.h[d] = EDGE / cells;
+        desc.grid.hi[d] = EDGE;
     }
     td.diffusivity = DIFFUSIVITY;
-    must(pd_stencil_build(&ctx, &sd, &stencil));
-    must(pd_grid_build(&ctx, &stencil, &gd, &grid));
-    must(pd_bonds_build(&ctx, &stencil, &grid, 0, &bonds));
-    must(pd_transport_build(&ctx, &grid, &bonds, NULL, &td, &transport));
-    for (int32_t i = 0; i < grid.total; i++) {
+    must(pd_lattice_build(&ctx, &desc, &lattice));
+    must(pd_transport_build(&ctx, &lattice.grid, &lattice.bonds, NULL, &td, &transport));
+    for (int32_t i = 0; i < lattice.grid.total; i++) {
         double x[PD_DIM];
-        pd_grid_position(&grid, i, x);
-        if (grid.kind[i] == PD_FLUID) transport.c[i] = MEAN + SWING * cos(pi * x[0] / EDGE);
+        pd_grid_position(&lattice.grid, i, x);
+        if (lattice.grid.kind[i] == PD_FLUID) transport.c[i] = MEAN + SWING * cos(pi * x[0] / EDGE);
     }
-    double start = pd_transport_stock(&ctx, &transport), first = amplitude(&grid, transport.c);
+    double start = pd_transport_stock(&ctx, &transport), first = amplitude(&lattice.grid, transport.c);
     for (int k = 0; k < steps; k++) must(pd_transport_implicit(&ctx, &transport, tau / steps, &result));
     double now = pd_transport_stock(&ctx, &transport) + pd_transport_carried(&ctx, &transport);
     *drift = fabs(now - start) / start;
-    double error = amplitude(&grid, transport.c) / (first * exp(-1.0)) - 1.0;
+    double error = amplitude(&lattice.grid, transport.c) / (first * exp(-1.0)) - 1.0;
     pd_transport_free(&ctx, &transport);
-    pd_bonds_free(&ctx, &bonds);
-    pd_grid_free(&ctx, &grid);
-    pd_stencil_free(&ctx, &stencil);
+    pd_lattice_free(&ctx, &lattice);
     return error;
 }
 

@@ -43,6 +43,25 @@ for case in "1 6" "2 36" "3 178"; do
     fi
 done
 
+# cpu COMMAND...: processor seconds of the command.
+cpu() {
+    sh -c '"$@" > /dev/null 2>&1 || exit; times' sh "$@" | tail -n 1 |
+        awk -F '[ms ]+' '{ print 60 * ($1 + $3) + $2 + $4 }'
+}
+
+# costs TIMES COMMAND...: a compilation takes at most so many times the processor seconds that those of amalgamate and
+# lint take together, 0.5 s where docs/performance.md is measured. A slow machine or a shared core slows all of them.
+costs() {
+    most=$1
+    shift
+    tools="$(cpu $CC -std=c99 -O3 -c "$root/tools/lint.c" -o tools.o) \
+        $(cpu $CC -std=c99 -O3 -c "$root/tools/amalgamate.c" -o tools.o)"
+    ours=$(cpu "$@")
+    echo "$ours s, the tools $tools s: $*" > "$dir/log"
+    cat "$dir/log"
+    echo "$ours $tools $most" | awk '{ exit !($1 > 0 && $1 <= $4 * ($2 + $3)) }'
+}
+
 # What a program with the whole header private to it does not call costs nothing.
 for dim in 1 2 3; do
     fresh kernel.c
@@ -54,6 +73,22 @@ for dim in 1 2 3; do
             awk 'NR == 2 { exit !($1 + $2 + $3 <= 100000) }' "$dir/log"
     fi
 done
+fresh kernel.c kernel_cut.c physics.c user.c implementation.c both.c
+check "cost of kernels alone" costs 5 $CC -std=c99 -O3 -DPD_DIM=2 kernel.c -o prog -lm
+check "cost of all physics" costs 40 $CC -std=c99 -O3 -DPD_DIM=2 -c physics.c -o physics.o
+check "cost of scenes" costs 60 $CC -std=c99 -O3 -DPD_DIM=2 -c implementation.c -o scenes.o
+
+# Rooms that are left out, from several files and private to one, without a warning.
+for cut in PDCORR_NO_SCENE PDCORR_NO_IO PDCORR_NO_PHYSICS; do
+    check "$cut" c99 -Werror -DPD_DIM=2 -D$cut -DPDCORR_IMPLEMENTATION -x c -fsyntax-only pdcorr.h
+    check "$cut, private" c99 -Werror -DPD_DIM=2 -D$cut kernel.c -o prog -lm
+    check "$cut, private: run" prints exact
+done
+check "kernels alone" c99 -Werror -O1 -DPD_DIM=2 -c kernel_cut.c -o kernel_cut.o
+check "kernels alone, linked" c99 -Werror -O1 -DPD_DIM=2 user.c kernel_cut.o -o prog -lm
+printf '#include "pdcorr.h"\nint main(void) { pd_setup s; return sizeof s == 0; }\n' > scene.c
+check "no scene is declared" fails_with pd_setup c99 -DPD_DIM=2 -DPDCORR_NO_SCENE -c scene.c
+check "both ways at once are refused" fails_with 'not both' c99 -DPD_DIM=2 -c both.c
 if command -v "$CXX" > /dev/null; then
     check "private, C++11" \
         sh -c "$CXX -std=c++11 -Wall -Wextra -Werror $OMP -DPD_DIM=2 -x c++ kernel.c -o prog -lm > $dir/log 2>&1"

@@ -34,7 +34,7 @@ typedef int (*pd_entry_fn)(void *user, int side, const double *x);
 typedef struct pd_grid_desc {
     double lo[PD_DIM], hi[PD_DIM]; /* [m] box; each edge a whole number of cells (1e-6 of a cell) */
     pd_side side[2 * PD_DIM];      /* x-, x+, y-, ... */
-    const pd_shape *shapes;        /* borrowed for the life of the grid; NULL: none */
+    const pd_shape *shapes;        /* borrowed for the life of the grid; NULL: none, whatever solid and wall are */
     int solid;                     /* index of the solid shape, -1: none */
     int wall;                      /* index of the wall shape (inside it: wall), -1: none */
     pd_entry_fn entry;             /* tells inlet and outlet apart, place by place, on sides that are one of them; NULL:

@@ -322,8 +322,7 @@ static void pdi_run_collect(const pdi_run *r, pd_run_result *result)
     result->bytes_per_node = nodes ? (double)r->ctx->peak / (double)nodes : 0.0;
 }
 
-/* Put file and line before the message of a setup that cannot be built. */
-static void pdi_run_blame(pd_ctx *ctx, const pd_setup *setup, int line)
+PDI_FN void pdi_run_blame(pd_ctx *ctx, const pd_setup *setup, int line)
 {
     char where[320], message[PD_MESSAGE_SIZE];
     if (!setup->source[0]) return;

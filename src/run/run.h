@@ -71,4 +71,9 @@ PD_API pd_status pd_run(pd_ctx *ctx, const pd_setup *setup, const pd_run_desc *d
 /* "result case=... dim=2 h=5e-06 m=3 volume_loss=..." into text[size]; the caller appends its times. */
 PD_API void pd_run_line(const pd_run_result *result, char *text, size_t size);
 
+#ifdef PDI_INTERNAL
+/* Put file and line before the message of a setup that cannot be built. */
+PDI_FN void pdi_run_blame(pd_ctx *ctx, const pd_setup *setup, int line);
+#endif
+
 #endif

@@ -777,13 +777,15 @@ static pd_status pdi_scene_text(pd_ctx *ctx, pd_text *text, const char *path, co
     return status;
 }
 
-pd_status pd_scene_read(pd_ctx *ctx, const char *path, const char *const *overrides, int count, pd_setup *setup)
+/* bytes NULL: from the file. */
+static pd_status pdi_scene_make(pd_ctx *ctx, const char *path, const char *bytes, const char *const *overrides,
+                                int count, pd_setup *setup)
 {
     pd_text text;
     PDI_TRY(pd_setup_init(ctx, setup));
     pdi_setup_split_path(path, setup->name, NULL);
     if (strlen(path) < sizeof setup->source) memcpy(setup->source, path, strlen(path) + 1);
-    pd_status status = pd_text_read(ctx, path, &text);
+    pd_status status = bytes ? pd_text_build(ctx, path, bytes, strlen(bytes), &text) : pd_text_read(ctx, path, &text);
     if (status == PD_OK) {
         status = pdi_scene_text(ctx, &text, path, overrides, count, setup);
         if (status == PD_OK) status = pdi_fingerprint_build(ctx, &text, setup);
@@ -793,6 +795,13 @@ pd_status pd_scene_read(pd_ctx *ctx, const char *path, const char *const *overri
     return status;
 }
 
-#undef PDI_SCENE_HUGE
-#undef PDI_SCENE_CELLS
-#undef PDI_SCENE_STEPS
+pd_status pd_scene_read(pd_ctx *ctx, const char *path, const char *const *overrides, int count, pd_setup *setup)
+{
+    return pdi_scene_make(ctx, path, NULL, overrides, count, setup);
+}
+
+pd_status pd_scene_build(pd_ctx *ctx, const char *name, const char *text, const char *const *overrides, int count,
+                         pd_setup *setup)
+{
+    return pdi_scene_make(ctx, name, text, overrides, count, setup);
+}

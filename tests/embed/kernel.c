@@ -22,7 +22,6 @@ int main(void)
         gd.hi[d] = 16.0;
         if (d) gd.side[2 * d] = gd.side[2 * d + 1] = PD_SIDE_PERIODIC;
     }
-    gd.solid = gd.wall = -1;
     if (pd_stencil_build(&ctx, &sd, &stencil) < 0 || pd_grid_build(&ctx, &stencil, &gd, &grid) < 0 ||
         pd_bonds_build(&ctx, &stencil, &grid, 0, &bonds) < 0)
         return 1;

@@ -1,0 +1,212 @@
+/* csr: see csr.h */
+#include "lattice/csr.h"
+#include <string.h>
+
+/* One matrix while it is built. */
+typedef struct pdi_csr_work {
+    const pd_bonds *bonds;
+    const pd_csr_desc *desc;
+    pd_csr *csr;
+    int32_t *source;  /* [total] node that an image stands for, of others the node itself */
+    int8_t *sign;     /* [total] of an image's component */
+    int32_t *column;  /* [count + 1] of one row, ascending: given nodes as -1 - node, then columns */
+    double *weight;   /* [count + 1] */
+    int32_t room;     /* count + 1 */
+    int32_t size;
+} pdi_csr_work;
+
+static pd_status pdi_csr_check(pd_ctx *ctx, const pd_bonds *bonds, const pd_csr_desc *d)
+{
+    int along = d->op == PD_CSR_GRADIENT || d->op == PD_CSR_DIVERGENCE;
+    if (d->op < PD_CSR_LAPLACIAN || d->op > PD_CSR_DIVERGENCE)
+        return pdi_fail(ctx, PD_ERR_ARGUMENT, "csr", "no operator has the number %d", (int)d->op);
+    if (along && (d->axis < 0 || d->axis >= PD_DIM))
+        return pdi_fail(ctx, PD_ERR_ARGUMENT, "csr", "the axis %d, expected one from 0 to %d", d->axis, PD_DIM - 1);
+    if (d->op != PD_CSR_DIFFUSE) return PD_OK;
+    if (!d->diffusivity) return pdi_fail(ctx, PD_ERR_ARGUMENT, "csr", "there is no diffusivity");
+    for (int32_t i = 0; i < bonds->grid->total; i++) {
+        uint8_t kind = bonds->grid->kind[i];
+        if (kind != PD_FLUID && kind != PD_INLET && kind != PD_OUTLET) continue;
+        if (!(d->diffusivity[i] >= 0.0 && d->diffusivity[i] < 1e300))
+            return pdi_fail(ctx, PD_ERR_ARGUMENT, "csr", "the diffusivity of node %d is %g m2/s, expected one >= 0",
+                            (int)i, d->diffusivity[i]);
+    }
+    return PD_OK;
+}
+
+/* Adds to the row what a value of the far end `far` (of the lattice, with its ghosts) counts. */
+static void pdi_csr_add(pdi_csr_work *w, int32_t far, double weight)
+{
+    int32_t node = w->source[far], at = w->size;
+    int32_t column = w->csr->index[node] >= 0 ? w->csr->index[node] : -1 - node;
+    if (w->sign[far] < 0) weight = -weight;
+    while (at > 0 && w->column[at - 1] > column) at--;
+    if (at > 0 && w->column[at - 1] == column) {
+        w->weight[at - 1] += weight;
+        return;
+    }
+    memmove(w->column + at + 1, w->column + at, (size_t)(w->size - at) * sizeof *w->column);
+    memmove(w->weight + at + 1, w->weight + at, (size_t)(w->size - at) * sizeof *w->weight);
+    w->column[at] = column;
+    w->weight[at] = weight;
+    w->size++;
+}
+
+/* Weight of the far end of bond k of node i; *own: what the node itself counts in it. */
+static double pdi_csr_weight(const pdi_csr_work *w, int32_t i, int k, double *own)
+{
+    const pd_bonds *b = w->bonds;
+    const pd_stencil *s = b->stencil;
+    int32_t r = b->row[i];
+    double weight = 0.0;
+    int axis = w->desc->axis;
+    switch (w->desc->op) {
+    case PD_CSR_LAPLACIAN: weight = pdi_bond_lap(b, i)[k]; break;
+    case PD_CSR_DIFFUSE: {
+        double one = w->desc->diffusivity[i], other = w->desc->diffusivity[w->source[i + b->shift[k]]];
+        double lower = one < other ? one : other, upper = one < other ? other : one;
+        weight = upper > 0.0 ? pdi_bond_lap(b, i)[k] * (2.0 * lower / (1.0 + lower / upper)) : 0.0; /* eq. 5.2 */
+        break;
+    }
+    case PD_CSR_GRADIENT: /* eq. 2.4; at cut families eq. 3.5 */
+        weight = r < 0 ? s->grad[k * PD_DIM + axis] : 0.0;
+        if (r >= 0 && b->grid->kind[i + b->shift[k]] == PD_INLET) break;
+        for (int e = 0; e < PD_DIM && r >= 0; e++)
+            weight += b->moment[((int64_t)r * PD_DIM + axis) * PD_DIM + e] * s->base[k] * s->xi[k * PD_DIM + e];
+        break;
+    case PD_CSR_DIVERGENCE: /* eq. 4.2 */
+        weight = s->grad[k * PD_DIM + axis] * pdi_bond_flux(b, i, k);
+        *own = weight;
+        return weight;
+    }
+    *own = -weight;
+    return weight;
+}
+
+static void pdi_csr_row(pdi_csr_work *w, int32_t i)
+{
+    const pd_bonds *b = w->bonds;
+    int32_t r = b->row[i];
+    double sum = 0.0, own;
+    w->size = 0;
+    for (int k = 0; k < b->stencil->count; k++) {
+        if (r >= 0 && !pdi_bond_open(b, r, k)) continue;
+        double weight = pdi_csr_weight(w, i, k, &own);
+        sum += own;
+        if (weight != 0.0) pdi_csr_add(w, i + b->shift[k], weight);
+    }
+    /* the opposite bonds of a whole family cancel to the last bit in op.h */
+    if (r < 0 && (w->desc->op == PD_CSR_GRADIENT || (w->desc->op == PD_CSR_DIVERGENCE && !b->ring.flux))) sum = 0.0;
+    pdi_csr_add(w, i, sum);
+}
+
+/* Row by row; count: only the lengths. */
+static void pdi_csr_rows(pdi_csr_work *w, int count)
+{
+    pd_csr *c = w->csr;
+    for (int32_t r = 0; r < c->rows; r++) {
+        int32_t given = 0;
+        pdi_csr_row(w, c->node[r]);
+        while (given < w->size && w->column[given] < 0) given++;
+        if (count) {
+            c->given_row[r + 1] = c->given_row[r] + given;
+            c->row[r + 1] = c->row[r] + w->size - given;
+            continue;
+        }
+        for (int32_t k = 0; k < given; k++) {
+            c->given[c->given_row[r] + k] = -1 - w->column[k];
+            c->given_weight[c->given_row[r] + k] = w->weight[k];
+        }
+        memcpy(c->column + c->row[r], w->column + given, (size_t)(w->size - given) * sizeof *c->column);
+        memcpy(c->weight + c->row[r], w->weight + given, (size_t)(w->size - given) * sizeof *c->weight);
+    }
+}
+
+static int pdi_csr_takes(const pd_bonds *bonds, const pd_csr_desc *desc, int32_t i)
+{
+    return bonds->grid->kind[i] == PD_FLUID && (!desc->mask || desc->mask[i]);
+}
+
+static pd_status pdi_csr_nodes(pd_ctx *ctx, const pd_bonds *bonds, const pd_csr_desc *desc, pd_csr *csr)
+{
+    csr->total = bonds->grid->total;
+    for (int32_t i = 0; i < csr->total; i++) csr->rows += pdi_csr_takes(bonds, desc, i);
+    if (!csr->rows) return pdi_fail(ctx, PD_ERR_GEOMETRY, "csr", "no fluid node is of the set");
+    PDI_TRY(PDI_NEW(ctx, "csr", csr->rows, csr->node));
+    PDI_TRY(PDI_NEW(ctx, "csr", csr->total, csr->index));
+    PDI_TRY(PDI_NEW(ctx, "csr", csr->rows + 1, csr->row));
+    PDI_TRY(PDI_NEW(ctx, "csr", csr->rows + 1, csr->given_row));
+    for (int32_t i = 0, r = 0; i < csr->total; i++) {
+        csr->index[i] = pdi_csr_takes(bonds, desc, i) ? r : -1;
+        if (csr->index[i] >= 0) csr->node[r++] = i;
+    }
+    return PD_OK;
+}
+
+static pd_status pdi_csr_fill(pd_ctx *ctx, pdi_csr_work *w)
+{
+    const pd_ghosts *g = &w->bonds->ghosts;
+    pd_csr *c = w->csr;
+    PDI_TRY(pdi_csr_nodes(ctx, w->bonds, w->desc, c));
+    PDI_TRY(PDI_NEW(ctx, "csr", c->total, w->source));
+    PDI_TRY(PDI_NEW(ctx, "csr", c->total, w->sign));
+    PDI_TRY(PDI_NEW(ctx, "csr", w->room, w->column));
+    PDI_TRY(PDI_NEW(ctx, "csr", w->room, w->weight));
+    for (int32_t i = 0; i < c->total; i++) w->source[i] = i;
+    for (int32_t k = 0; k < g->images; k++) {
+        int odd = w->desc->op == PD_CSR_DIVERGENCE && (g->odd[k] >> w->desc->axis & 1);
+        w->source[g->node[k]] = g->source[k];
+        w->sign[g->node[k]] = (int8_t)(odd ? -1 : 1);
+    }
+    pdi_csr_rows(w, 1);
+    PDI_TRY(PDI_NEW(ctx, "csr", c->row[c->rows], c->column));
+    PDI_TRY(PDI_NEW(ctx, "csr", c->row[c->rows], c->weight));
+    PDI_TRY(PDI_NEW(ctx, "csr", c->given_row[c->rows], c->given));
+    PDI_TRY(PDI_NEW(ctx, "csr", c->given_row[c->rows], c->given_weight));
+    pdi_csr_rows(w, 0);
+    return PD_OK;
+}
+
+pd_status pd_csr_build(pd_ctx *ctx, const pd_bonds *bonds, const pd_csr_desc *desc, pd_csr *csr)
+{
+    pdi_csr_work w;
+    memset(csr, 0, sizeof *csr);
+    memset(&w, 0, sizeof w);
+    PDI_TRY(pdi_csr_check(ctx, bonds, desc));
+    w.bonds = bonds;
+    w.desc = desc;
+    w.csr = csr;
+    w.room = bonds->stencil->count + 1;
+    pd_status status = pdi_csr_fill(ctx, &w);
+    PDI_DELETE(ctx, bonds->grid->total, w.source);
+    PDI_DELETE(ctx, bonds->grid->total, w.sign);
+    PDI_DELETE(ctx, w.room, w.column);
+    PDI_DELETE(ctx, w.room, w.weight);
+    if (status < 0) pd_csr_free(ctx, csr);
+    return status;
+}
+
+void pd_csr_apply(const pd_csr *csr, const double *x, const double *f, double *y)
+{
+    for (int32_t r = 0; r < csr->rows; r++) {
+        double sum = 0.0;
+        for (int64_t k = csr->row[r]; k < csr->row[r + 1]; k++) sum += csr->weight[k] * x[csr->column[k]];
+        for (int64_t k = csr->given_row[r]; k < csr->given_row[r + 1] && f; k++)
+            sum += csr->given_weight[k] * f[csr->given[k]];
+        y[r] = sum;
+    }
+}
+
+void pd_csr_free(pd_ctx *ctx, pd_csr *csr)
+{
+    int64_t entries = csr->row ? csr->row[csr->rows] : 0, given = csr->given_row ? csr->given_row[csr->rows] : 0;
+    PDI_DELETE(ctx, entries, csr->column);
+    PDI_DELETE(ctx, entries, csr->weight);
+    PDI_DELETE(ctx, given, csr->given);
+    PDI_DELETE(ctx, given, csr->given_weight);
+    PDI_DELETE(ctx, csr->rows, csr->node);
+    PDI_DELETE(ctx, csr->total, csr->index);
+    PDI_DELETE(ctx, csr->rows + 1, csr->row);
+    PDI_DELETE(ctx, csr->rows + 1, csr->given_row);
+    memset(csr, 0, sizeof *csr);
+}

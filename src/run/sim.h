@@ -1,0 +1,46 @@
+/* sim: a scene step by step, for programs that look at its fields or hand them on while it runs. Writes no files. */
+#ifndef PD_SIM_H
+#define PD_SIM_H
+#include "run/model.h"
+#include "scene/scene.h"
+
+/* A field over the cells of the box, without ghosts: component d of cell i, j, k stands at
+ * data[d * part + i * stride[0] + j * stride[1] + k * stride[2]]. */
+typedef struct pd_view {
+    const double *data; /* [components][cells] [unit of the label] */
+    const char *label;  /* "C [mol/m3]" */
+    int components;     /* PD_DIM of v, else 1 */
+    int n[PD_DIM];      /* cells */
+    int64_t stride[PD_DIM], part;
+} pd_view;
+
+/* Objects of the model point at each other: an open one must not be moved. */
+typedef struct pd_sim {
+    pd_setup setup;
+    pd_model model;
+    double time;  /* [s] */
+    double until; /* [s] that the scene asks for; steps may go on beyond it */
+    int64_t steps;
+    int64_t cells;                /* of the box */
+    double *field[PD_FIELD_COUNT]; /* [components][cells] [unit of the field] those that were asked for */
+} pd_sim;
+
+#define pd_sim_open PD_NAME(pd_sim_open)
+#define pd_sim_step PD_NAME(pd_sim_step)
+#define pd_sim_field PD_NAME(pd_sim_field)
+#define pd_sim_close PD_NAME(pd_sim_close)
+
+/* scene: the path of a scene file, or the text of a scene, which has a newline in it. `count` overrides as for
+ * pd_scene_read. The flow is solved and the balance opened: fields are there. The errors of the reader, of the builders
+ * and of the first flow solve. */
+PD_API pd_status pd_sim_open(pd_ctx *ctx, const char *scene, const char *const *overrides, int count, pd_sim *sim);
+/* One step, as long as its error allows, that does not pass t_limit [s]. Statuses of pd_couple_step; PD_ERR_ARGUMENT:
+ * t_limit lies not ahead. */
+PD_API pd_status pd_sim_step(pd_ctx *ctx, pd_sim *sim, double t_limit);
+/* The values of an output field (C, v, p, kind, grain, phase, D, rate, density, damage) as they are now. They stay in
+ * place until the field is asked for again or the simulation is closed. PD_ERR_ARGUMENT: no such field, or the scene
+ * has none. */
+PD_API pd_status pd_sim_field(pd_ctx *ctx, pd_sim *sim, const char *name, pd_view *view);
+PD_API void pd_sim_close(pd_ctx *ctx, pd_sim *sim);
+
+#endif

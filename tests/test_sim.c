@@ -1,0 +1,112 @@
+/* sim: a scene step by step against a run of it, its fields against the model.
+ * dims: 2 3 */
+#define _XOPEN_SOURCE 700
+#include "run/sim.h"
+#include "run/sample.h"
+#include "checkpoint_scene.h"
+
+/* Without outputs on the way, which cut steps of a run. */
+#define ONE_OUTPUT "output.every=100 h"
+
+/* A pin that dissolves in a stream. */
+#define PIN_SCENE \
+    CHANNEL PIN "  grains = 20 um\n" THROUGH "[transport] D = 1e-9 m2/s\n[dissolve] gb_factor = 3" LAW "\n" \
+    "[run] until = " HOURS "  fraction = 0.3\n[output] every = 2 h  fields = C\n"
+
+static pd_sim sim;
+
+/* The same with pd_run: time, steps, loss and ledger, bit for bit; and with pd_couple_run: the fields. */
+static void against_run(const char *text, const char *const *names)
+{
+    const char *overrides[] = {ONE_OUTPUT};
+    pd_ctx ctx, other;
+    pd_setup setup;
+    pd_run_desc desc;
+    pd_run_result result;
+    pd_model model;
+    pd_ctx_init(&ctx);
+    ctx.threads = 1;
+    if (!CHECK_OK(&ctx, pd_sim_open(&ctx, text, overrides, 1, &sim))) return;
+    CHECK_NEAR(sim.time, 0.0, 0.0);
+    while (sim.time < sim.until)
+        if (!CHECK_OK(&ctx, pd_sim_step(&ctx, &sim, sim.until))) return;
+    CHECK(sim.steps > 1);
+
+    memset(&desc, 0, sizeof desc);
+    desc.dry = 1;
+    if (!CHECK_OK(&other, load(&other, text, overrides, 1, &setup))) return;
+    CHECK_OK(&other, pd_run(&other, &setup, &desc, &result));
+    CHECK_NEAR(result.time, sim.time, 0.0);
+    CHECK_INT(result.steps, sim.steps);
+    CHECK_NEAR(result.volume_loss, pd_couple_volume_loss(&sim.model.couple), 0.0);
+    CHECK_OK(&other, pd_model_build(&other, &setup, &model));
+    CHECK_OK(&other, pd_couple_run(&other, &model.couple, setup.until, 0.0, NULL, NULL));
+    for (int k = 0; names[k]; k++) {
+        pd_view v;
+        int field = 0, at[PD_DIM];
+        if (!CHECK_OK(&ctx, pd_sim_field(&ctx, &sim, names[k], &v))) continue;
+        while (strcmp(pdi_setup_field_name((pd_field)field), names[k]) != 0) field++;
+        CHECK_INT(v.components, field == PD_FIELD_V ? PD_DIM : 1);
+        CHECK_STR(v.label, pdi_sample_label((pd_field)field));
+        memset(at, 0, sizeof at);
+        double size = 0.0;
+        for (int64_t cell = 0; cell < v.part; cell++) {
+            int64_t place_of = 0;
+            int32_t i = pd_grid_node(&model.grid, at);
+            double square = 0.0, value = pdi_sample_node(&model, (pd_field)field, i);
+            for (int d = 0; d < PD_DIM; d++) place_of += at[d] * v.stride[d];
+            for (int d = 0; d < v.components; d++) {
+                double part = v.data[d * v.part + place_of];
+                square += part * part;
+            }
+            CHECK_NEAR(v.components > 1 ? sqrt(square) : v.data[place_of], value, 0.0);
+            size += fabs(value);
+            for (int d = 0; d < PD_DIM && ++at[d] == v.n[d]; d++) at[d] = 0;
+        }
+        CHECK(size > 0.0);
+    }
+    pd_model_free(&other, &model);
+    leave(&other, &setup);
+    pd_sim_close(&ctx, &sim);
+    pd_sim_close(&ctx, &sim);
+    CHECK_INT(ctx.in_use, 0);
+}
+
+TEST(a_pin_in_a_stream)
+{
+    const char *names[] = {"C", "v", "p", "kind", "rate", "density", "grain", "D", "phase", NULL};
+    against_run(PIN_SCENE, names);
+}
+
+/* A scene text is named "scene" in messages; a file by its path. Nothing is left of what is refused. */
+TEST(what_is_refused)
+{
+    static const char text[] =
+        CHANNEL PIN "\n[side x-] flow = inlet  profile = uniform  mean = 0.01 m/s\n[side x+] flow = outlet\n"
+                    "[flow] rho = 1000 kg/m3  mu = 1e-3 Pa s  time = implicit\n[run] until = 1 s\n";
+    const char *overrides[] = {"until=1 h", "m=0.3"};
+    pd_ctx ctx;
+    pd_view view;
+    pd_ctx_init(&ctx);
+    CHECK_INT(pd_sim_open(&ctx, "nowhere.scene", NULL, 0, &sim), PD_ERR_FILE);
+    CHECK_INT(ctx.in_use, 0);
+    CHECK(pd_sim_open(&ctx, "[grid] h = 1 um\n[gird] h = 2 um\n", NULL, 0, &sim) < 0);
+    CHECK(strncmp(ctx.message, "scene:2", 7) == 0);
+    CHECK_INT(ctx.in_use, 0);
+    CHECK(pd_sim_open(&ctx, text, overrides, 2, &sim) < 0);
+    CHECK_INT(ctx.in_use, 0);
+    pd_sim_close(&ctx, &sim);
+    if (!CHECK_OK(&ctx, pd_sim_open(&ctx, text, overrides, 1, &sim))) return;
+    CHECK_NEAR(sim.until, 3600.0, 0.0);
+    CHECK_INT(pd_sim_step(&ctx, &sim, 0.0), PD_ERR_ARGUMENT);
+    CHECK_INT(pd_sim_field(&ctx, &sim, "q", &view), PD_ERR_ARGUMENT);
+    CHECK(strstr(ctx.message, "no field has the name q") != NULL);
+    CHECK_INT(pd_sim_field(&ctx, &sim, "C", &view), PD_ERR_ARGUMENT);
+    CHECK_STR(ctx.message, "sim: the field C needs a [transport] or [corrode] section");
+    CHECK(view.data == NULL);
+    CHECK_OK(&ctx, pd_sim_field(&ctx, &sim, "v", &view));
+    pd_sim_close(&ctx, &sim);
+    CHECK_INT(ctx.in_use, 0);
+}
+
+TEST_MAIN(ENTRY(a_pin_in_a_stream) ENTRY(what_is_refused))
