@@ -1,5 +1,6 @@
 /* couple: see couple.h */
 #include "couple/couple.h"
+#include "metal/content.h"
 #include <float.h>
 #include <math.h>
 #include <stdio.h>
@@ -447,7 +448,7 @@ static pd_status pdi_couple_turn(pd_ctx *ctx, pd_couple *c, const uint8_t *kind,
     PDI_TRY(pd_bonds_update(ctx, turned, count, c->bonds));
     if (c->flow) PDI_TRY(pd_flow_update(ctx, turned, count, c->flow));
     if (c->transport) PDI_TRY(pd_transport_update(ctx, c->transport));
-    if (c->dissolve) pdi_dissolve_turned(c->dissolve, turned, count);
+    if (c->dissolve) pdi_content_turned(c->dissolve, turned, count);
     return PD_OK;
 }
 
@@ -474,7 +475,7 @@ static pd_status pdi_couple_parts(pd_ctx *ctx, pd_couple *c, pd_archive *archive
     if (c->unsteady) PDI_TRY(pdi_unsteady_store(ctx, c->unsteady, archive));
     if (c->transport) PDI_TRY(pdi_transport_store(ctx, c->transport, archive));
     if (c->advance) PDI_TRY(pdi_advance_store(ctx, c->advance, archive));
-    if (c->dissolve) PDI_TRY(PDI_KEEP(ctx, archive, "dissolve.next_dt", &c->dissolve->next_dt, 1));
+    if (c->dissolve) PDI_TRY(pdi_dissolve_store(ctx, c->dissolve, archive));
     if (c->corrode) PDI_TRY(pdi_corrode_store(ctx, c->corrode, archive));
     return c->recede ? pdi_recede_store(ctx, c->recede, archive) : PD_OK;
 }

@@ -21,12 +21,8 @@
 #include "lattice/grid.h"
 #include "metal/material.h"
 #include "metal/front.h"
+#include "metal/metal.h"
 #include "metal/phase.h"
-
-typedef enum pd_drive {
-    PD_DRIVE_CONSTANT = 0,  /* the law holds at every concentration of the fluid */
-    PD_DRIVE_DIFFERENCE = 1 /* loss in proportion to C_j - C_i: the law holds at C_i = 0 */
-} pd_drive;
 
 /* Zero-initialise. */
 typedef struct pd_corrode_desc {

@@ -151,6 +151,9 @@ static void pdi_recede_law(const pd_recede *r, int32_t i, pdi_law *law)
     law->rate = m->desc.rate;
     law->user = m->desc.rate_user;
     law->top = m->desc.saturation;
+    law->limit = HUGE_VAL;
+    law->whole = 1.0;
+    law->part = 0.0;
     law->at.t = m->time + 0.5 * r->dt;
     pd_grid_position(m->grid, i, law->at.x);
 }

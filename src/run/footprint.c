@@ -151,7 +151,7 @@ static void pdi_footprint_metal(const pd_setup *u, pd_footprint *b)
     double shell = fmin(2.0 * PD_DIM * u->m * pow(b->solid, (PD_DIM - 1.0) / PD_DIM), b->fluid);
     if (u->has_dissolve)
         b->bytes[PD_PART_DISSOLVE] = 14.0 * b->nodes + 12.0 * b->solid +
-                                     (double)pdi_dissolve_shore_size() * (b->solid + shell);
+                                     (double)pdi_metal_beside_size() * (b->solid + shell);
     if (!u->has_corrode) return;
     b->bytes[PD_PART_CORRODE] = (28.0 + (u->passive >= 0)) * b->nodes + 9.0 * (b->nodes - b->cells) + 4.0 * b->cells +
                                 4.0 * b->solid;

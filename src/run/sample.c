@@ -1,5 +1,6 @@
 /* sample: see sample.h */
 #include "run/sample.h"
+#include "metal/interface.h"
 #include "lattice/surface.h"
 #include "lattice/quadratic.h"
 #include "lattice/reconstruct.h"
@@ -44,7 +45,7 @@ PDI_FN double pdi_sample_node(const pd_model *m, pd_field field, int32_t i)
     case PD_FIELD_PHASE: return m->grid.kind[i] == PD_SOLID;
     case PD_FIELD_D: return !fluid ? 0.0 : diffusivity ? diffusivity[i] : m->setup->diffusivity;
     case PD_FIELD_RATE:
-        return fluid ? pdi_dissolve_speed(&m->dissolve, i) : 0.0;
+        return fluid ? pdi_interface_speed(&m->dissolve, i) : 0.0;
     case PD_FIELD_DENSITY: return pdi_sample_density(m, i);
     case PD_FIELD_DAMAGE: return pd_corrode_damage(&m->corrode, i);
     case PD_FIELD_COUNT: break;

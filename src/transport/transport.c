@@ -30,6 +30,8 @@
 #define PDI_TRANSPORT_ROUGH 30.0
 /* The same where what is left undone breaks them. */
 #define PDI_TRANSPORT_FINE 1e-3
+/* Conductance of nodes that hold their concentration in the preconditioner, over that of their cell. */
+#define PDI_TRANSPORT_STIFF 1e6
 /* Rounds of upwinding the nodes that leave their bounds before the whole step is upwinded. */
 #define PDI_TRANSPORT_ROUNDS 20
 
@@ -70,10 +72,17 @@ typedef struct pdi_transport_user {
     int limited; /* 1: there are antidiffusive fluxes */
 } pdi_transport_user;
 
+/* Nodes that hold their concentration have no equation. */
+static void pdi_transport_pin(const pd_transport *t, double *y)
+{
+    for (int32_t k = 0; k < t->pinned_count; k++) y[t->pinned[k]] = 0.0;
+}
+
 static void pdi_transport_apply(void *user, const double *x, double *y)
 {
     pdi_transport_user *u = (pdi_transport_user *)user;
     pdi_transport_operator(u->ctx, u->t, x, y);
+    pdi_transport_pin(u->t, y);
 }
 
 /* y = A x less the derivative of the limited fluxes along x at the present field, whose fluxes were told last. */
@@ -87,7 +96,7 @@ static void pdi_transport_jacobian(void *user, const double *x, double *y)
     double *slope_by = t->probe, *keep_by = t->rhs, *along = t->anti;
     int nt = pdi_par_threads(u->ctx, (int64_t)total * 4);
     (void)nt;
-    pdi_transport_operator(u->ctx, t, x, y);
+    pdi_transport_apply(user, x, y);
     if (!u->limited) return;
     if (t->repeated) x = t->repeated; /* with its images, by now */
     pdi_limiter_derive(u->ctx, &t->limiter, t->c, x, PDI_TRANSPORT_FAINT * t->size, keep_by, slope_by);
@@ -96,6 +105,7 @@ static void pdi_transport_jacobian(void *user, const double *x, double *y)
     PDI_PARALLEL_FOR(nt)
     for (int32_t i = 0; i < total; i++)
         if (kind[i] == PD_FLUID) y[i] -= along[i];
+    pdi_transport_pin(t, y);
 }
 
 static void pdi_transport_precondition(void *user, const double *x, double *y)
@@ -105,6 +115,7 @@ static void pdi_transport_precondition(void *user, const double *x, double *y)
     pd_flux convect = u->t->convect;
     convect.rate = 1.0 / u->t->dt;
     for (int sweep = 0; sweep < 2 * u->t->sweeping; sweep++) pdi_flux_relax(&convect, x, sweep & 1, y);
+    pdi_transport_pin(u->t, y);
 }
 
 static pd_status pdi_transport_setup(pd_ctx *ctx, pd_transport *t)
@@ -128,6 +139,11 @@ static pd_status pdi_transport_setup(pd_ctx *ctx, pd_transport *t)
         if (grid->kind[node] != PD_FLUID || !(drain > 0.0)) continue;
         pdi_grid_index(grid, node, i);
         c->mass[pdi_compact_cell(grid, i)] += (float)(drain * pdi_grid_circumference(grid, node));
+    }
+    for (int32_t k = 0; k < t->pinned_count; k++) {
+        int i[PD_DIM];
+        pdi_grid_index(grid, t->pinned[k], i);
+        c->mass[pdi_compact_cell(grid, i)] *= (float)PDI_TRANSPORT_STIFF;
     }
     return pd_multigrid_setup(ctx, &t->mg, c->active, (const float *const *)c->conduct,
                               t->flow ? (const float *const *)c->flux : NULL, c->wall, c->mass);
@@ -180,6 +196,7 @@ static pd_status pdi_transport_solve(pd_ctx *ctx, pd_transport *t, double atol, 
     user.ctx = ctx;
     user.t = t;
     pdi_transport_residual(ctx, t, residual);
+    pdi_transport_pin(t, residual);
     t->krylov.desc.rtol = 1e-15;
     t->krylov.desc.atol = atol;
     pd_status status = pd_krylov_solve(ctx, &t->krylov, pdi_transport_apply, pdi_transport_precondition, &user,
@@ -271,6 +288,10 @@ static void pdi_transport_bounds(const pd_transport *t, const double *start, dou
         if (kind == PD_FLUID && t->source[i] < 0.0) *low = -HUGE_VAL;
         if (kind == PD_FLUID && t->absorb[i] > 0.0) *low = fmin(*low, 0.0);
         if (kind == PD_FLUID && t->source[i] > 0.0) *high = fmax(*high, t->ceiling);
+    }
+    for (int32_t k = 0; k < t->pinned_count; k++) {
+        *low = fmin(*low, t->c[t->pinned[k]]);
+        *high = fmax(*high, t->c[t->pinned[k]]);
     }
     if (!t->diffusion.hold) return;
     *low = fmin(*low, t->diffusion.held_least);
@@ -377,6 +398,7 @@ static double pdi_transport_evaluate(pd_ctx *ctx, pd_transport *t)
     pdi_transport_anti(ctx, t, t->c, t->anti);
     pdi_transport_right_side(ctx, t);
     pdi_transport_residual(ctx, t, t->work);
+    pdi_transport_pin(t, t->work);
     return sqrt(pdi_par_dot(ctx, t->grid->total, t->work, t->work));
 }
 
@@ -454,10 +476,10 @@ static pd_status pdi_transport_enforce(pd_ctx *ctx, pd_transport *t, double atol
     return pdi_transport_close(ctx, t, atol, result);
 }
 
-static pd_status pdi_transport_iterate(pd_ctx *ctx, pd_transport *t, double size, int bounded,
+static pd_status pdi_transport_iterate(pd_ctx *ctx, pd_transport *t, double atol, int bounded,
                                        pd_transport_result *result)
 {
-    double atol = t->desc.tolerance * size, moved = 0.0;
+    double moved = 0.0;
     if (!pdi_transport_start(ctx, t)) {
         pd_status status = pdi_transport_correct(ctx, t, atol, result, &moved);
         result->change = t->size > 0.0 ? moved / t->size : 0.0;
@@ -488,8 +510,10 @@ PDI_FN pd_status pdi_transport_stage(pd_ctx *ctx, pd_transport *t, double dt, in
     pdi_transport_right_side(ctx, t);
     PDI_TRY(pdi_transport_setup(ctx, t));
     pdi_transport_residual(ctx, t, t->work);
-    double size = fmax(pdi_transport_given(ctx, t), sqrt(pdi_par_dot(ctx, total, t->work, t->work)));
-    pd_status status = size > 0.0 ? pdi_transport_iterate(ctx, t, size, bounded, result) : PD_OK;
+    pdi_transport_pin(t, t->work);
+    double first = sqrt(pdi_par_dot(ctx, total, t->work, t->work)), size = fmax(pdi_transport_given(ctx, t), first);
+    double atol = fmax(t->desc.tolerance * size, t->forcing * first);
+    pd_status status = size > 0.0 ? pdi_transport_iterate(ctx, t, atol, bounded, result) : PD_OK;
     if (status < 0) return status;
     result->residual = size > 0.0 ? result->residual / size : 0.0;
     pdi_transport_boundary(t);
