@@ -79,9 +79,12 @@
  *     grain      Voronoi grains of a polycrystal and the volume fraction of their boundaries.
  *     law        the law of dissolution at one node of the fluid, solved and not guessed.
  *     entry      where bonds of metal enter the fluid.
- *     dissolve   surface-rate dissolution. Solid nodes lose metal through the bonds that join them to fluid.
  *     front      weights of the bonds across a front between metal and fluid, and the speed that they give it.
+ *     metal      dissolving metal, as data: its law, its content, and the fluid beside it.
+ *     interface  where metal enters the fluid, and with which weights.
+ *     content    what solid nodes hold: pieces that a step uses up, who turns fluid, and who takes over the rest.
  *     damage     mechanical bonds of metal that dissolves, broken at random as it goes (theory: 6.7).
+ *     dissolve   surface-rate dissolution. Solid nodes lose metal through the bonds that join them to fluid.
  *     phase      which nodes of bond-based corrosion are metal and which are fluid, and what a step does with them.
  *     corrode    bond-based corrosion. Metal and fluid are one concentration field on two phases; bonds across the front
  *     march      explicit steps of bond-based corrosion (corrode.h), and how long they may be (theory: section 6.5).
@@ -2669,6 +2672,10 @@ typedef struct pd_transport {
     double *work;           /* [2][total] [mol/m3/s] residual, [mol/m3] correction */
     double *probe;          /* [PD_DIM][total] [mol/m4] derivatives of the gradients along a direction, work */
     double *repeated;       /* [total] [mol/m3] operand with its images, work; NULL: no periodic or mirror side */
+    int32_t *pinned;        /* [pinned_count] nodes that hold their concentration in a stage: what they take or give is
+                             * the residual there. Borrowed */
+    int32_t pinned_count;
+    double forcing;         /* [-] a stage may end at this share of its first residual; 0: at the tolerance */
     double dt;              /* [s] of the step in work; 0: none */
     pd_compact compact;
     pd_multigrid mg;
@@ -2967,6 +2974,10 @@ PD_API pd_status pd_grain_measure(pd_ctx *ctx, const pd_grid *grid, const pd_gra
  * jump. Where a decreasing law jumps, every speed in between is a solution, so V falls by at most 1/R a concentration.
  * A law ends where it is not positive any more: no metal passes that concentration (saturation).
  *
+ * Without a film, R = 0, a law that jumps down has no line. There the fluid is held at the jump, its equations tell the
+ * speed, and the point leaves the jump when that is none between both sides (primal-dual active set: Hintermueller, Ito
+ * and Kunisch 2002). Saturation is such a jump to zero.
+ *
  * The equations of the fluid ask a speed of the metal, V(c) is what it gives. A point of a law is the line that stands
  * for V in the linear equations, and what earlier rounds have asked on both sides of the solution. Where both sides are
  * known the next line touches V where the line between the questions meets it: Newton's method alone runs in circles on
@@ -2982,7 +2993,9 @@ typedef struct pdi_law {
     pd_rate_fn rate;
     void *user;
     pd_rate_at at; /* c is that of the last question */
-    double top;    /* [mol/m3] concentrations are looked at up to here: those of the metal */
+    double top;    /* [mol/m3] concentrations are looked at up to here: those of the metal, or saturation */
+    double limit;  /* [mol/m3] the law is 0 from here on; HUGE_VAL: nowhere */
+    double whole, part; /* [-], [m3/mol] the rate is multiplied by whole - part c, at least 0; 1, 0: it holds as it is */
 } pdi_law;
 
 /* Line v = speed + slope c and what is known of both sides. */
@@ -2994,6 +3007,9 @@ typedef struct pdi_law_point {
     double low_c, low_v;    /* the metal gives at least the speed low_v that is asked there */
     double high_c, high_v;  /* it gives less; HUGE_VAL: not known */
     double largest;         /* [m/s] V so far */
+    int pinned;             /* 1: c is held at a jump of the law, and the speed is what the fluid needs there */
+    double pin;             /* [mol/m3] the last concentration before the jump */
+    double ahead, behind;   /* [m/s] speeds before and behind it */
 } pdi_law_point;
 
 /* v [m/s] at concentration c, as it is. */
@@ -3007,6 +3023,9 @@ PDI_FN int pdi_law_begin(pdi_law *law, double resist, double from, double end, d
 /* 1: the speed that the line asks at c lies on V, within `near` [m/s] or `close` [mol/m3]. 0: another line is taken.
  * -1: the law is not finite at law->at.c. */
 PDI_FN int pdi_law_meet(pdi_law *law, double c, double near, double close, pdi_law_point *point);
+/* Of a pinned point, with the speed [m/s] that the fluid needs: 1: it lies between those of the jump, within `near`, and
+ * is the speed of the line. 0: the point has left the jump, and there is another line. */
+PDI_FN int pdi_law_hold(pdi_law *law, double need, double near, pdi_law_point *point);
 /* Least V between concentrations a and c where the law rises in between, else HUGE_VAL: what the speeds at both do not
  * tell. */
 PDI_FN double pdi_law_slowest(pdi_law *law, pdi_law_point *point, double a, double c);
@@ -3058,104 +3077,6 @@ PDI_FN int32_t pdi_entry_around(const pd_bonds *bonds, uint8_t *work);
 
 #endif
 
-/* ======== >>metal/dissolve.h ======== */
-/* dissolve: surface-rate dissolution. Solid nodes lose metal through the bonds that join them to fluid.
- *
- * A bond of offset n from solid node j moves  V f_j c(n) Cs  [mol/m3/s] into the fluid, with V the mean of V(c_i), the
- * recession speed of the law behind the film between the surface and node i (law.h), over the nodes whose bonds the
- * metal cuts there (eq. 6.2c), f_j the grain factor and c(n) the interface area that the bond stands for: a flat front
- * recedes at V for every h, m and direction (theory: eq. 6.1 to 6.4). Law and transport are solved together for the end
- * of the step. The set of solid nodes would lead the metal by about one cell, and a curved front be too fast: so a
- * node joins the fluid when as much is left as the node set leads on average, and its solid neighbours take over the
- * rest (their content may exceed Cs: the surface stands out of the cell). The share `threshold` of the content stays in
- * the node as dissolved metal. Amounts are moved, never dropped;
- * metal that a step would use up gives what it has (eq. 6.6b).
- */
-#ifndef PD_DISSOLVE_H
-#define PD_DISSOLVE_H
-
-typedef struct pd_dissolve_desc {
-    double solid;        /* [mol/m3] concentration Cs of intact metal */
-    double threshold;    /* [-] fraction of Cs at which a node turns fluid, 0 <= threshold < 1 */
-    pd_rate_fn rate;      /* any law: rising, flat, with jumps; negative speeds count as 0 */
-    void *rate_user;
-    int uniform;          /* 1: the law depends on the concentration alone, its ends are looked for once */
-    const double *factor; /* [total] [-] of solid nodes, multiplies the speed; NULL: 1. Borrowed */
-} pd_dissolve_desc;
-
-typedef struct pd_dissolve {
-    pd_dissolve_desc desc;
-    pd_grid *grid;
-    const pd_bonds *bonds;
-    pd_transport *transport;  /* its array c holds the solid content too */
-    uint8_t *exposed;         /* [total] solid node with a fluid node in its family */
-    int32_t capacity;         /* of the lists: all solid nodes of the build */
-    int32_t *front;           /* exposed nodes, ascending */
-    int32_t *changed;         /* nodes that turned fluid in the last step */
-    int32_t *piece;           /* nodes of the pieces of metal that the step uses up, and work */
-    int32_t front_count, changed_count, gone_count;
-    uint8_t *mark;            /* [total] what the step knows of a solid node */
-    int rated;                /* 1: rate is that of the transport step just made */
-    double lead;              /* [-] content at which a node joins the fluid and its solid neighbours take the rest, so
-                               * that the surface of the node set lies where the metal ends on average (eq. 6.5) */
-    double spread;            /* [1/m2] sum a(n) of a whole family */
-    double time;              /* [s] of the law, set by the caller before pd_dissolve_prepare */
-    double most;              /* [-] likewise: the largest share of its span that a node may lose in a step; 0: any */
-    double rtol;              /* [-] likewise: error in time of the metal lost, over all that is lost; 0: any */
-    double lost;              /* [mol] likewise: lost before the step */
-    double retry_dt;          /* [s] after PD_RETRY: the step to try next */
-    double next_dt;           /* [s] longest step that the error in time of the last one proposes; HUGE_VAL: any */
-    int rounds;               /* linear systems in the last step */
-    int32_t *slot;            /* [total] place of a fluid node beside metal in `shore`; -1: it is none */
-    struct pdi_shore *shore;  /* these nodes */
-    int32_t shore_count, shore_capacity;
-    double from, end;         /* [mol/m3] a uniform law is positive between these; HUGE_VAL: it ends nowhere */
-    double *rate;             /* [total] [1/s] solid nodes: share of the span lost per time in the last step */
-} pd_dissolve;
-
-#define pd_dissolve_build PD_NAME(pd_dissolve_build)
-#define pd_dissolve_prepare PD_NAME(pd_dissolve_prepare)
-#define pd_dissolve_fastest PD_NAME(pd_dissolve_fastest)
-#define pd_dissolve_transport PD_NAME(pd_dissolve_transport)
-#define pd_dissolve_finish PD_NAME(pd_dissolve_finish)
-#define pd_dissolve_stock PD_NAME(pd_dissolve_stock)
-#define pd_dissolve_free PD_NAME(pd_dissolve_free)
-
-/* Fills the solid nodes of transport->c with Cs. PD_ERR_ARGUMENT: solid not positive, threshold out of range. */
-PD_API pd_status pd_dissolve_build(pd_ctx *ctx, pd_grid *grid, const pd_bonds *bonds, pd_transport *transport,
-                                   const pd_dissolve_desc *desc, pd_dissolve *dissolve);
-/* Begin a step: who lies beside metal, and the law there, at the present concentrations and at dissolve->time; sets
- * transport->source and ->absorb. PD_ERR_STATE: the law returned NaN, infinity or 1e100 m/s and more (the message names
- * node, place and concentration). */
-PD_API pd_status pd_dissolve_prepare(pd_ctx *ctx, pd_dissolve *dissolve);
-/* Largest loss rate [1/s] of any node as a fraction of what a node loses before it turns fluid. */
-PD_API double pd_dissolve_fastest(pd_ctx *ctx, const pd_dissolve *dissolve);
-/* pd_transport_implicit of dt [s] together with the law at its end. Where a piece of metal would give more than it has,
- * the step is taken again with what it has (theory: eq. 6.6b). PD_RETRY, nothing changed: a node would lose more than
- * `most`, the error is above `rtol`, or law and transport found no common solution; prepare again and take retry_dt. */
-PD_API pd_status pd_dissolve_transport(pd_ctx *ctx, pd_dissolve *dissolve, double dt, pd_transport_result *result);
-/* After the transport step of dt [s]: take the losses from the solid, turn empty nodes fluid (grid kinds and ghosts
- * change; bonds, flow and transport are the caller's to update with dissolve->changed). */
-PD_API pd_status pd_dissolve_finish(pd_ctx *ctx, pd_dissolve *dissolve, double dt);
-/* Amount [mol, per m in planar 2D] left in solid nodes. */
-PD_API double pd_dissolve_stock(pd_ctx *ctx, const pd_dissolve *dissolve);
-PD_API void pd_dissolve_free(pd_ctx *ctx, pd_dissolve *dissolve);
-
-#ifdef PDI_INTERNAL
-/* Nodes have turned fluid: who is exposed now. */
-PDI_FN void pdi_dissolve_turned(pd_dissolve *dissolve, const int32_t *turned, int32_t count);
-/* Recession speed [m/s] of metal beside node i in the last step; 0: there is none. */
-PDI_FN double pdi_dissolve_speed(const pd_dissolve *dissolve, int32_t i);
-/* The course of the law over a step from t [s] at the present concentrations: share [-] of a node's content by which
- * the law at the middle of the step and Simpson's rule disagree, and that the faster of middle and end takes, at most.
- */
-PDI_FN void pdi_dissolve_course(const pd_dissolve *dissolve, double t, double dt, double *error, double *taken);
-/* Bytes of one node of `shore`, which holds the metal and the fluid within a horizon of it. */
-PDI_FN size_t pdi_dissolve_shore_size(void);
-#endif
-
-#endif
-
 /* ======== >>metal/front.h ======== */
 /* front: weights of the bonds across a front between metal and fluid, and the speed that they give it.
  *
@@ -3197,6 +3118,235 @@ PD_API void pd_front_free(pd_ctx *ctx, pd_front *front);
 
 #endif
 
+/* ======== >>metal/metal.h ======== */
+/* metal: dissolving metal, as data: its law, its content, and the fluid beside it.
+ *
+ * Two models of the surface share all of this. They differ in the weights of the bonds that cross the surface and in
+ * when a node turns fluid.
+ * - Surface rate: what a bond gives enters at the first fluid node on its way, behind a film (theory: 6.1, 6.4).
+ * - Bonds: what a bond gives enters at its far end, and a node turns at saturation (theory: 6.5 to 6.7).
+ */
+#ifndef PD_METAL_H
+#define PD_METAL_H
+#include <math.h>
+
+typedef enum pd_metal_model {
+    PD_METAL_SURFACE = 0, /* surface rate */
+    PD_METAL_BONDS        /* bond-based corrosion */
+} pd_metal_model;
+
+typedef enum pd_drive {
+    PD_DRIVE_CONSTANT = 0,  /* the law holds at every concentration of the fluid */
+    PD_DRIVE_DIFFERENCE = 1 /* loss in proportion to C_j - C_i: the law holds at C_i = 0 */
+} pd_drive;
+
+/* Zero-initialise. */
+typedef struct pd_dissolve_desc {
+    double solid;         /* [mol/m3] concentration Cs of intact metal */
+    double threshold;     /* [-] fraction of Cs at which a node turns fluid, 0 <= threshold < 1; bonds: Csat/Cs */
+    pd_rate_fn rate;      /* any law: rising, flat, with jumps; negative speeds count as 0 */
+    void *rate_user;
+    int uniform;          /* 1: the law depends on the concentration alone, its ends are looked for once */
+    const double *factor; /* [total] [-] of solid nodes, multiplies the speed; NULL: 1. Borrowed */
+    pd_metal_model model;
+    /* ---- bonds: */
+    double saturation;    /* [mol/m3] Csat, 0 < Csat < Cs: fluid at or above it takes no metal, metal turns there */
+    double rtol;          /* [-] error in time of the fluid over Csat, root mean square, from which the next step
+                           * follows; 0: 1e-3 */
+    int activation;       /* 1: fluid holds `bulk`, what it gains is gone at once */
+    double bulk;          /* [mol/m3] with activation */
+    pd_drive drive;
+    pd_kernel kernel;
+    pd_weights weights;   /* of the kernel */
+    int stochastic;       /* 1: mechanical bonds of a node break at random as it dissolves, and it turns fluid when none
+                           * is left, with what it holds (theory: 6.7) */
+    uint64_t seed;        /* of that */
+    double repassivation; /* [mol/m3] fluid beside metal that is below it at the start of a step does not attack any
+                           * more: a film has formed; up to Csat, 0: none forms */
+    const uint8_t *passive; /* [total] 1: fluid there does not attack; NULL: none. Borrowed */
+} pd_dissolve_desc;
+
+typedef struct pd_dissolve {
+    pd_dissolve_desc desc;
+    pd_grid *grid;
+    const pd_bonds *bonds;
+    pd_transport *transport;  /* its array c holds the solid content too */
+    pd_front kernel;          /* bonds: weights across the front */
+    const double *weight;     /* [count] [1/m] weights of the bonds across the surface */
+    uint8_t *exposed;         /* [total] solid node with a fluid node in its family */
+    int32_t capacity;         /* of the lists: all solid nodes of the build */
+    int32_t *front;           /* exposed nodes, ascending */
+    int32_t *changed;         /* nodes that turned fluid in the last step */
+    int32_t *piece;           /* nodes of the pieces of metal that the step uses up, and work */
+    int32_t front_count, changed_count, gone_count;
+    uint8_t *mark;            /* [total] what the step knows of a solid node */
+    int rated;                /* 1: rate is that of the transport step just made */
+    double lead;              /* [-] content at which a node joins the fluid and its solid neighbours take the rest, so
+                               * that the surface of the node set lies where the metal ends on average (eq. 6.5) */
+    double spread;            /* [1/m2] sum a(n) of a whole family */
+    double time;              /* [s] of the law, set by the caller before pd_dissolve_prepare */
+    double most;              /* [-] set like time: the largest share of its span that a node may lose in a step; 0:
+                               * any */
+    double rtol;              /* [-] set like time: error in time of the metal lost, over all that is lost; 0: any */
+    double lost;              /* [mol] set like time: lost before the step */
+    double retry_dt;          /* [s] after PD_RETRY: the step to try next */
+    double next_dt;           /* [s] longest step that the error in time of the last one proposes; HUGE_VAL: any */
+    int rounds;               /* linear systems in the last step */
+    int32_t *slot;            /* [total] place of a fluid node beside metal in `beside`; -1: it is none */
+    struct pdi_beside *beside; /* these nodes */
+    int32_t beside_count, beside_capacity;
+    double from, end;         /* [mol/m3] a uniform law is positive between these; HUGE_VAL: it ends nowhere */
+    double *rate;             /* [total] [1/s] solid nodes: share of the span lost per time in the last step */
+    /* ---- bonds: */
+    int32_t *pinned;          /* [beside_capacity] see pd_transport */
+    uint8_t *film;            /* [total] 1: fluid in front of a film that has formed; NULL: none forms */
+    uint16_t *links;          /* [total] mechanical bonds of solid nodes at the start; NULL: not stochastic */
+    double *last;             /* [total] [mol/m3] content at which the last of them breaks; NULL: not stochastic */
+    double *moved;            /* [total] [mol/m3] change of fluid nodes in the last step; NULL: surface, activation */
+    double last_dt;           /* [s] of that step; 0: none */
+    int32_t turned;           /* nodes that turned in it: fields bend there, which is no error in time */
+    double rinsed;            /* [mol] activation: what is gone in the last step */
+} pd_dissolve;
+
+#ifdef PDI_INTERNAL
+
+/* A fluid node beside metal. */
+typedef struct pdi_beside {
+    int32_t node;
+    /* where metal enters */
+    double enters;         /* [mol/m4] sum f c(n) Cs over the solid bonds that enter here and follow the law */
+    double hollow, factor; /* [mol/m4] sums of that times the film in cells, and times f */
+    double normal[PD_DIM]; /* from the metal */
+    double links;          /* sum of what the bonds through here count */
+    double mean;           /* [m/s] speed of the metal */
+    double used, used_stock; /* of pieces of metal that do not last the step: weight [mol/m4], that times content */
+    double paid;           /* [mol/m4] and what they give, per speed */
+    /* where it arrives */
+    double weight;         /* [mol/m4] share of `enters` */
+    double given;          /* [mol/m3/s] what pieces of metal give that do not last the step (eq. 6.6b) */
+    double film;           /* [mol/m3] sum of weight times the film */
+    double flux;           /* [mol/m4] sum of weight times f */
+    double stock;          /* [mol2/m7] sum of weight times the content of the metal */
+    double before;         /* [m/s] speed at the start of the step */
+    pdi_law_point point;
+} pdi_beside;
+
+/* Bytes of one node of `beside`, which holds the metal and the fluid within a horizon of it. */
+static inline size_t pdi_metal_beside_size(void) { return sizeof(pdi_beside); }
+static inline int pdi_metal_bonds(const pd_dissolve *d) { return d->desc.model == PD_METAL_BONDS; }
+static inline double pdi_metal_factor(const pd_dissolve *d, int32_t solid)
+{
+    return d->desc.factor ? d->desc.factor[solid] : 1.0;
+}
+/* What an intact node loses before it turns fluid [mol/m3]. */
+static inline double pdi_metal_span(const pd_dissolve *d) { return d->desc.solid * (1.0 - d->desc.threshold); }
+/* Content at which node j turns [mol/m3]. */
+static inline double pdi_metal_end(const pd_dissolve *d, int32_t j)
+{
+    return d->last ? d->last[j] : d->desc.threshold * d->desc.solid;
+}
+/* Content of node j above what stays in it, as a share of the span. */
+static inline double pdi_metal_left(const pd_dissolve *d, int32_t j)
+{
+    return (d->transport->c[j] - pdi_metal_end(d, j)) / pdi_metal_span(d);
+}
+/* Weight c(n) [1/m] of bond k of node j across the surface; a ring moves what a bond crosses at its mean radius. */
+static inline double pdi_metal_area(const pd_dissolve *d, int32_t j, int k)
+{
+    const pd_stencil *s = d->bonds->stencil;
+    double middle = pdi_grid_around(d->grid, j, 0.5 * s->xi[k * PD_DIM + PD_DIM - 1]);
+    return d->weight[k] * (middle / pdi_grid_circumference(d->grid, j));
+}
+/* Volume of node j over that of node i. */
+static inline double pdi_metal_over(const pd_dissolve *d, int32_t j, int32_t i)
+{
+    return pdi_grid_circumference(d->grid, j) / pdi_grid_circumference(d->grid, i);
+}
+/* 1: there is a passive film in front of fluid node i. */
+static inline int pdi_metal_passive(const pd_dissolve *d, int32_t i)
+{
+    return (d->desc.passive && d->desc.passive[i]) || (d->film && d->film[i]);
+}
+/* What a bond between metal j and fluid i moves, over what it would by a constant drive [-]. */
+static inline double pdi_metal_drive(const pd_dissolve *d, int32_t j, int32_t i)
+{
+    if (d->desc.drive == PD_DRIVE_CONSTANT) return 1.0;
+    double ratio = log(d->desc.solid / d->desc.saturation);
+    return ratio * (d->transport->c[j] - d->transport->c[i]) / pdi_metal_span(d);
+}
+#endif
+
+#endif
+
+/* ======== >>metal/interface.h ======== */
+/* interface: where metal enters the fluid, and with which weights.
+ *
+ * Surface rate: bonds of metal enter the fluid at the first nodes on their way. What they give goes to all nodes whose
+ * bonds the metal cuts, to each what its cut bonds would carry (theory: eq. 6.2c). Bonds: they enter at their far end.
+ */
+#ifndef PD_INTERFACE_H
+#define PD_INTERFACE_H
+
+#ifdef PDI_INTERNAL
+/* Where bond k of metal node j enters the fluid; entry->count is 0 where it does not. */
+PDI_FN void pdi_interface_find(const pd_dissolve *dissolve, int32_t j, int k, pdi_entry *entry);
+/* What that bond gives to node i of the entry, per speed of the law [mol/m4]. */
+PDI_FN double pdi_interface_weight(const pd_dissolve *dissolve, int32_t j, int32_t i, int k, const pdi_entry *entry);
+/* The fluid beside metal, as nodes and contents are now. */
+PDI_FN void pdi_interface_land(pd_dissolve *dissolve);
+/* Speed [m/s] that the law gives at a node, on its line. */
+PDI_FN double pdi_interface_line(const pd_dissolve *dissolve, const pdi_beside *beside);
+/* R of the film [mol s/m4]; HUGE_VAL: nothing passes it. */
+PDI_FN double pdi_interface_resist(const pd_dissolve *dissolve, const pdi_beside *beside);
+PDI_FN double pdi_interface_diffusivity(const pd_dissolve *dissolve, int32_t i);
+/* Speeds of the metal where it enters, from the lines. */
+PDI_FN void pdi_interface_means(pd_dissolve *dissolve);
+/* Speed [m/s] of metal beside node i; 0: there is none. */
+PDI_FN double pdi_interface_speed(const pd_dissolve *dissolve, int32_t i);
+/* Rate [1/s] at which solid node j loses its span. */
+PDI_FN double pdi_interface_rate(const pd_dissolve *dissolve, int32_t j);
+/* What `used` and `paid` say of pieces of metal that do not last the step is given once for all (eq. 6.6b). */
+PDI_FN void pdi_interface_spare(pd_dissolve *dissolve);
+#endif
+
+#endif
+
+/* ======== >>metal/content.h ======== */
+/* content: what solid nodes hold: pieces that a step uses up, who turns fluid, and who takes over the rest.
+ *
+ * Surface rate: the set of solid nodes would lead the metal by about one cell, so a node joins the fluid when as much is
+ * left as the set leads on average, and its solid neighbours take over the rest (theory: 6.4). Bonds: a node turns at
+ * the end of the step that is closest to its end, and the metal around evens out the rest (theory: 6.6). Amounts are
+ * moved, never dropped.
+ */
+#ifndef PD_CONTENT_H
+#define PD_CONTENT_H
+
+#ifdef PDI_INTERNAL
+/* Marks of solid nodes within a step. */
+enum {
+    PDI_CONTENT_SEEN = 1,  /* by the search at hand */
+    PDI_CONTENT_LASTS = 2, /* its piece has more than it gives */
+    PDI_CONTENT_GONE = 4,  /* its piece gives all that it has */
+    PDI_CONTENT_TURNED = 8 /* fluid from this step on */
+};
+/* Mean lead of the node set [-] for the surface rate. */
+PDI_FN double pdi_content_lead(const pd_stencil *stencil);
+PDI_FN int pdi_content_is_exposed(const pd_dissolve *dissolve, int32_t j);
+/* List the exposed nodes. */
+PDI_FN void pdi_content_collect(pd_dissolve *dissolve);
+/* Pieces that would give more than they have: their sources become what they have. How many there are. */
+PDI_FN int pdi_content_spare(pd_dissolve *dissolve, double dt);
+/* Nodes have turned fluid: who is exposed now. */
+PDI_FN void pdi_content_turned(pd_dissolve *dissolve, const int32_t *turned, int32_t count);
+/* After the transport step of dt [s]: take the losses from the solid, turn nodes fluid. */
+PDI_FN pd_status pdi_content_finish(pd_ctx *ctx, pd_dissolve *dissolve, double dt);
+/* Amount [mol, per m in planar 2D] left in solid nodes. */
+PDI_FN double pdi_content_stock(const pd_dissolve *dissolve);
+#endif
+
+#endif
+
 /* ======== >>metal/damage.h ======== */
 /* damage: mechanical bonds of metal that dissolves, broken at random as it goes (theory: 6.7).
  *
@@ -3215,6 +3365,65 @@ PD_API void pd_front_free(pd_ctx *ctx, pd_front *front);
 PDI_FN double pdi_damage_broken(uint64_t seed, int32_t node, int bonds, double expected);
 /* The expected damage [-] at which the last of them breaks, in (0, 1); 1 when it has none. */
 PDI_FN double pdi_damage_last(uint64_t seed, int32_t node, int bonds);
+#endif
+
+#endif
+
+/* ======== >>metal/dissolve.h ======== */
+/* dissolve: surface-rate dissolution. Solid nodes lose metal through the bonds that join them to fluid.
+ *
+ * A bond of offset n from solid node j moves  V f_j c(n) Cs  [mol/m3/s] into the fluid, with V the mean of V(c_i), the
+ * recession speed of the law behind the film between the surface and node i (law.h), over the nodes whose bonds the
+ * metal cuts there (eq. 6.2c), f_j the grain factor and c(n) the interface area that the bond stands for: a flat front
+ * recedes at V for every h, m and direction (theory: eq. 6.1 to 6.4). Law and transport are solved together for the end
+ * of the step. The set of solid nodes would lead the metal by about one cell, and a curved front be too fast: so a
+ * node joins the fluid when as much is left as the node set leads on average, and its solid neighbours take over the
+ * rest (their content may exceed Cs: the surface stands out of the cell). The share `threshold` of the content stays in
+ * the node as dissolved metal. Amounts are moved, never dropped;
+ * metal that a step would use up gives what it has (eq. 6.6b).
+ */
+#ifndef PD_DISSOLVE_H
+#define PD_DISSOLVE_H
+
+#define pd_dissolve_build PD_NAME(pd_dissolve_build)
+#define pd_dissolve_prepare PD_NAME(pd_dissolve_prepare)
+#define pd_dissolve_fastest PD_NAME(pd_dissolve_fastest)
+#define pd_dissolve_transport PD_NAME(pd_dissolve_transport)
+#define pd_dissolve_finish PD_NAME(pd_dissolve_finish)
+#define pd_dissolve_stock PD_NAME(pd_dissolve_stock)
+#define pd_dissolve_damage PD_NAME(pd_dissolve_damage)
+#define pd_dissolve_free PD_NAME(pd_dissolve_free)
+
+/* Fills the solid nodes of transport->c with Cs. PD_ERR_ARGUMENT: solid not positive, threshold out of range. */
+PD_API pd_status pd_dissolve_build(pd_ctx *ctx, pd_grid *grid, const pd_bonds *bonds, pd_transport *transport,
+                                   const pd_dissolve_desc *desc, pd_dissolve *dissolve);
+/* Begin a step: who lies beside metal, and the law there, at the present concentrations and at dissolve->time; sets
+ * transport->source and ->absorb. PD_ERR_STATE: the law returned NaN, infinity or 1e100 m/s and more (the message names
+ * node, place and concentration). */
+PD_API pd_status pd_dissolve_prepare(pd_ctx *ctx, pd_dissolve *dissolve);
+/* Largest loss rate [1/s] of any node as a fraction of what a node loses before it turns fluid. */
+PD_API double pd_dissolve_fastest(pd_ctx *ctx, const pd_dissolve *dissolve);
+/* pd_transport_implicit of dt [s] together with the law at its end. Where a piece of metal would give more than it has,
+ * the step is taken again with what it has (theory: eq. 6.6b). PD_RETRY, nothing changed: a node would lose more than
+ * `most`, the error is above `rtol`, or law and transport found no common solution; prepare again and take retry_dt. */
+PD_API pd_status pd_dissolve_transport(pd_ctx *ctx, pd_dissolve *dissolve, double dt, pd_transport_result *result);
+/* After the transport step of dt [s]: take the losses from the solid, turn empty nodes fluid (grid kinds and ghosts
+ * change; bonds, flow and transport are the caller's to update with dissolve->changed). */
+PD_API pd_status pd_dissolve_finish(pd_ctx *ctx, pd_dissolve *dissolve, double dt);
+/* Amount [mol, per m in planar 2D] left in solid nodes. */
+PD_API double pd_dissolve_stock(pd_ctx *ctx, const pd_dissolve *dissolve);
+/* Damage [-] of a node: of metal the share of its mechanical bonds that are broken, or the share of Cs - Csat that it
+ * has lost when bonds do not break at random; 1 in fluid, 0 elsewhere. */
+PD_API double pd_dissolve_damage(const pd_dissolve *dissolve, int32_t node);
+PD_API void pd_dissolve_free(pd_ctx *ctx, pd_dissolve *dissolve);
+
+#ifdef PDI_INTERNAL
+/* The course of the law over a step from t [s] at the present concentrations: share [-] of a node's content by which
+ * the law at the middle of the step and Simpson's rule disagree, and that the faster of middle and end takes, at most.
+ */
+PDI_FN void pdi_dissolve_course(const pd_dissolve *dissolve, double t, double dt, double *error, double *taken);
+/* What steps carry on beside transport, which holds the contents. */
+PDI_FN pd_status pdi_dissolve_store(pd_ctx *ctx, pd_dissolve *dissolve, pd_archive *archive);
 #endif
 
 #endif
@@ -3299,11 +3508,6 @@ static inline int32_t pdi_phase_home(const pd_phases *phases, int deep, int32_t 
  */
 #ifndef PD_CORRODE_H
 #define PD_CORRODE_H
-
-typedef enum pd_drive {
-    PD_DRIVE_CONSTANT = 0,  /* the law holds at every concentration of the fluid */
-    PD_DRIVE_DIFFERENCE = 1 /* loss in proportion to C_j - C_i: the law holds at C_i = 0 */
-} pd_drive;
 
 /* Zero-initialise. */
 typedef struct pd_corrode_desc {
@@ -3639,13 +3843,10 @@ typedef struct pd_couple {
     pd_dissolve *dissolve;   /* NULL: no dissolution */
     int settle;              /* set after the build: the field of transport starts steady */
     pd_advance *advance;     /* set after the build: transport without dissolution in its error-controlled steps */
-    pd_corrode *corrode;     /* set after the build, without flow, transport and dissolution: bond-based corrosion. A
-                              * step of the coupling is one of recede, or of max_step (without: to the next output) */
-    pd_recede *recede;       /* and its implicit steps; NULL: explicit ones */
     double time;             /* [s] */
-    double dt;               /* [s] of the last step; corrosion: mean over those of its own in it */
+    double dt;               /* [s] of the last step */
     int started;
-    int64_t steps;           /* of the coupling; corrosion: of its own */
+    int64_t steps;
     int64_t flow_solves;
     int64_t unsolved;        /* steps in which the linear solver of transport missed its tolerance */
     int64_t krylov_flow, krylov_transport;
@@ -4686,7 +4887,6 @@ typedef enum pd_part {
     PD_PART_FLOW,     /* fields and steady solver */
     PD_PART_TRANSPORT,
     PD_PART_DISSOLVE,
-    PD_PART_CORRODE,
     PD_PART_GRAIN,
     PD_PART_COUNT
 } pd_part;
@@ -4821,7 +5021,9 @@ typedef struct pd_setup {
     size_t mask_size[PD_SETUP_MASKS];
     int masks;
     pd_setup_side side[2 * PD_DIM];    /* x-, x+, y-, ... */
-    int has_flow, has_transport, has_dissolve, has_corrode, has_grains;
+    int has_flow, has_transport, has_grains;
+    int has_dissolve;                  /* metal goes */
+    int has_corrode;                   /* it goes by bond-based corrosion */
     /* flow */
     double rho;             /* [kg/m3] */
     double mu;              /* [Pa s] */
@@ -4858,8 +5060,6 @@ typedef struct pd_setup {
     /* bond-based corrosion, with D and `initial` of transport, Cs, Csat and rate of dissolution */
     double bulk;            /* [mol/m3] held behind open sides, and everywhere with `activation` */
     int activation;         /* 1: activation control */
-    int forward;            /* 1: explicit steps under diffusion control */
-    double share, overshoot; /* [-] of a step, see corrode.h and recede.h; 0: defaults */
     double repassivation;   /* [mol/m3] 0: no films form */
     int stochastic;         /* 1: mechanical bonds break at random */
     int seed;               /* of that */
@@ -4900,10 +5100,6 @@ PD_API pd_status pd_setup_init(pd_ctx *ctx, pd_setup *setup);
 PD_API void pd_setup_free(pd_ctx *ctx, pd_setup *setup);
 
 #ifdef PDI_INTERNAL
-/* 1: there is a dissolved concentration, of transport or of bond-based corrosion. */
-static inline int pdi_setup_carries(const pd_setup *setup) { return setup->has_transport || setup->has_corrode; }
-/* 1: metal goes. */
-static inline int pdi_setup_loses(const pd_setup *setup) { return setup->has_dissolve || setup->has_corrode; }
 /* Name of a field in files: "C", "v", ... */
 PDI_FN const char *pdi_setup_field_name(pd_field field);
 /* Section of a kind of monitor: "line", ... */
@@ -5147,7 +5343,7 @@ PDI_FN void pdi_read_measured_series(const pd_setup_record *record, double x_uni
  *   [side x-]    flow = inlet|outlet|noslip|periodic|mirror|open  profile = parabola|uniform|expression
  *                mean = speed | flow_rate = 1 mL/min  vx = expression in x y z (vy, vz)  C = ...  p = 0
  *                noslip: velocity = 1 m/s, 0 m/s of a wall that slides along itself; C = ... held by the wall
- *                corrode: noslip, mirror, periodic, or open: bulk behind it
+ *                open without flow, with corrode: bulk behind it
  *   [flow]       rho  mu  steady = 1e-6  force = ...  speed, length: of reported residuals, by default its own
  *                time = steady|implicit|explicit|given  vx (vy, vz) = expression: flow at the start, or the given flow,
  *                which open sides let in and out  rtol = 1e-4 of implicit steps  eos = tait|linear, c0 = speed of sound
@@ -5155,10 +5351,9 @@ PDI_FN void pdi_read_measured_series(const pd_setup_record *record, double x_uni
  *   [transport]  D  initial = expression in x y z  advection = limited|upwind  time = implicit|steady
  *   [dissolve]   rate = speed, an expression in C | law = the same in 1/s per layer of h
  *                rate_scale = 1  Csat  Cs  gb_factor = 1  threshold = 0
- *   [corrode]    bond-based, in place of flow, transport and dissolve: rate = speed | current = A/m2, expressions in C
- *                rate_scale = 1  Csat  Cs  charge  D  initial  bulk = 0  control = diffusion|activation  gb_factor = 1
+ *   [corrode]    bond-based, in place of dissolve: rate = speed | current = A/m2, expressions in C
+ *                rate_scale = 1  Csat  Cs  charge  D  initial (without transport)  bulk = 0  control = diffusion|activation  gb_factor = 1
  *                drive = constant|difference  kernel = area|square|inverse  weights = calibrated|printed
- *                time = implicit|explicit  share = 0.2  overshoot = 0.05 of (explicit) steps
  *                repassivation = concentration  breaking = deterministic|stochastic  seed = 1
  *   [table NAME] file = law.csv  x = heading in unit  y = heading in unit  outside = hold|error: a function NAME(x) for
  *                all expressions, monotone between the points
@@ -5304,7 +5499,7 @@ typedef struct pd_model {
     int line;                 /* of the scene: what was being built when the build failed; 0: unknown */
     pd_stencil stencil;
     pd_grid grid;
-    pd_bonds bonds;       /* absent with corrode, whose bonds need no rows */
+    pd_bonds bonds;
     pd_inlet inlet;
     pd_flow flow;
     pd_steady steady;     /* absent with explicit flow */
@@ -5317,8 +5512,6 @@ typedef struct pd_model {
     double *factor;           /* [total] [-] rate factor of the grain boundaries; NULL: 1 */
     pd_dissolve dissolve;
     uint8_t *passive;         /* [total] 1: in front of a passive film; NULL: none */
-    pd_corrode corrode;
-    pd_recede recede;
     pd_couple couple;
     size_t bytes[PD_PART_COUNT];     /* [byte] */
     int64_t unknowns[PD_PART_COUNT];
@@ -5333,8 +5526,6 @@ PD_API pd_status pd_model_build(pd_ctx *ctx, const pd_setup *setup, pd_model *mo
 PD_API void pd_model_free(pd_ctx *ctx, pd_model *model);
 
 #ifdef PDI_INTERNAL
-/* [total] [mol/m3] concentration of fluid nodes, content of solid ones; NULL: nothing is dissolved. */
-PDI_FN const double *pdi_model_c(const pd_model *model);
 /* The lattice of a setup alone. *line: of the scene, what was being built; unchanged when unknown. */
 PDI_FN pd_status pdi_model_grid(pd_ctx *ctx, const pd_setup *setup, int *line, pd_stencil *stencil, pd_grid *grid);
 #endif
@@ -18327,6 +18518,8 @@ PDI_FN void pdi_flux_free(pd_ctx *ctx, pd_flux *convect)
 #define PDI_TRANSPORT_ROUGH 30.0
 /* The same where what is left undone breaks them. */
 #define PDI_TRANSPORT_FINE 1e-3
+/* Conductance of nodes that hold their concentration in the preconditioner, over that of their cell. */
+#define PDI_TRANSPORT_STIFF 1e6
 /* Rounds of upwinding the nodes that leave their bounds before the whole step is upwinded. */
 #define PDI_TRANSPORT_ROUNDS 20
 
@@ -18367,10 +18560,17 @@ typedef struct pdi_transport_user {
     int limited; /* 1: there are antidiffusive fluxes */
 } pdi_transport_user;
 
+/* Nodes that hold their concentration have no equation. */
+static void pdi_transport_pin(const pd_transport *t, double *y)
+{
+    for (int32_t k = 0; k < t->pinned_count; k++) y[t->pinned[k]] = 0.0;
+}
+
 static void pdi_transport_apply(void *user, const double *x, double *y)
 {
     pdi_transport_user *u = (pdi_transport_user *)user;
     pdi_transport_operator(u->ctx, u->t, x, y);
+    pdi_transport_pin(u->t, y);
 }
 
 /* y = A x less the derivative of the limited fluxes along x at the present field, whose fluxes were told last. */
@@ -18384,7 +18584,7 @@ static void pdi_transport_jacobian(void *user, const double *x, double *y)
     double *slope_by = t->probe, *keep_by = t->rhs, *along = t->anti;
     int nt = pdi_par_threads(u->ctx, (int64_t)total * 4);
     (void)nt;
-    pdi_transport_operator(u->ctx, t, x, y);
+    pdi_transport_apply(user, x, y);
     if (!u->limited) return;
     if (t->repeated) x = t->repeated; /* with its images, by now */
     pdi_limiter_derive(u->ctx, &t->limiter, t->c, x, PDI_TRANSPORT_FAINT * t->size, keep_by, slope_by);
@@ -18393,6 +18593,7 @@ static void pdi_transport_jacobian(void *user, const double *x, double *y)
     PDI_PARALLEL_FOR(nt)
     for (int32_t i = 0; i < total; i++)
         if (kind[i] == PD_FLUID) y[i] -= along[i];
+    pdi_transport_pin(t, y);
 }
 
 static void pdi_transport_precondition(void *user, const double *x, double *y)
@@ -18402,6 +18603,7 @@ static void pdi_transport_precondition(void *user, const double *x, double *y)
     pd_flux convect = u->t->convect;
     convect.rate = 1.0 / u->t->dt;
     for (int sweep = 0; sweep < 2 * u->t->sweeping; sweep++) pdi_flux_relax(&convect, x, sweep & 1, y);
+    pdi_transport_pin(u->t, y);
 }
 
 static pd_status pdi_transport_setup(pd_ctx *ctx, pd_transport *t)
@@ -18425,6 +18627,11 @@ static pd_status pdi_transport_setup(pd_ctx *ctx, pd_transport *t)
         if (grid->kind[node] != PD_FLUID || !(drain > 0.0)) continue;
         pdi_grid_index(grid, node, i);
         c->mass[pdi_compact_cell(grid, i)] += (float)(drain * pdi_grid_circumference(grid, node));
+    }
+    for (int32_t k = 0; k < t->pinned_count; k++) {
+        int i[PD_DIM];
+        pdi_grid_index(grid, t->pinned[k], i);
+        c->mass[pdi_compact_cell(grid, i)] *= (float)PDI_TRANSPORT_STIFF;
     }
     return pd_multigrid_setup(ctx, &t->mg, c->active, (const float *const *)c->conduct,
                               t->flow ? (const float *const *)c->flux : NULL, c->wall, c->mass);
@@ -18477,6 +18684,7 @@ static pd_status pdi_transport_solve(pd_ctx *ctx, pd_transport *t, double atol, 
     user.ctx = ctx;
     user.t = t;
     pdi_transport_residual(ctx, t, residual);
+    pdi_transport_pin(t, residual);
     t->krylov.desc.rtol = 1e-15;
     t->krylov.desc.atol = atol;
     pd_status status = pd_krylov_solve(ctx, &t->krylov, pdi_transport_apply, pdi_transport_precondition, &user,
@@ -18568,6 +18776,10 @@ static void pdi_transport_bounds(const pd_transport *t, const double *start, dou
         if (kind == PD_FLUID && t->source[i] < 0.0) *low = -HUGE_VAL;
         if (kind == PD_FLUID && t->absorb[i] > 0.0) *low = fmin(*low, 0.0);
         if (kind == PD_FLUID && t->source[i] > 0.0) *high = fmax(*high, t->ceiling);
+    }
+    for (int32_t k = 0; k < t->pinned_count; k++) {
+        *low = fmin(*low, t->c[t->pinned[k]]);
+        *high = fmax(*high, t->c[t->pinned[k]]);
     }
     if (!t->diffusion.hold) return;
     *low = fmin(*low, t->diffusion.held_least);
@@ -18674,6 +18886,7 @@ static double pdi_transport_evaluate(pd_ctx *ctx, pd_transport *t)
     pdi_transport_anti(ctx, t, t->c, t->anti);
     pdi_transport_right_side(ctx, t);
     pdi_transport_residual(ctx, t, t->work);
+    pdi_transport_pin(t, t->work);
     return sqrt(pdi_par_dot(ctx, t->grid->total, t->work, t->work));
 }
 
@@ -18751,10 +18964,10 @@ static pd_status pdi_transport_enforce(pd_ctx *ctx, pd_transport *t, double atol
     return pdi_transport_close(ctx, t, atol, result);
 }
 
-static pd_status pdi_transport_iterate(pd_ctx *ctx, pd_transport *t, double size, int bounded,
+static pd_status pdi_transport_iterate(pd_ctx *ctx, pd_transport *t, double atol, int bounded,
                                        pd_transport_result *result)
 {
-    double atol = t->desc.tolerance * size, moved = 0.0;
+    double moved = 0.0;
     if (!pdi_transport_start(ctx, t)) {
         pd_status status = pdi_transport_correct(ctx, t, atol, result, &moved);
         result->change = t->size > 0.0 ? moved / t->size : 0.0;
@@ -18785,8 +18998,10 @@ PDI_FN pd_status pdi_transport_stage(pd_ctx *ctx, pd_transport *t, double dt, in
     pdi_transport_right_side(ctx, t);
     PDI_TRY(pdi_transport_setup(ctx, t));
     pdi_transport_residual(ctx, t, t->work);
-    double size = fmax(pdi_transport_given(ctx, t), sqrt(pdi_par_dot(ctx, total, t->work, t->work)));
-    pd_status status = size > 0.0 ? pdi_transport_iterate(ctx, t, size, bounded, result) : PD_OK;
+    pdi_transport_pin(t, t->work);
+    double first = sqrt(pdi_par_dot(ctx, total, t->work, t->work)), size = fmax(pdi_transport_given(ctx, t), first);
+    double atol = fmax(t->desc.tolerance * size, t->forcing * first);
+    pd_status status = size > 0.0 ? pdi_transport_iterate(ctx, t, atol, bounded, result) : PD_OK;
     if (status < 0) return status;
     result->residual = size > 0.0 ? result->residual / size : 0.0;
     pdi_transport_boundary(t);
@@ -20088,7 +20303,8 @@ pd_status pd_grain_measure(pd_ctx *ctx, const pd_grid *grid, const pd_grain *gra
 PDI_FN double pdi_law_rate(pdi_law *law, double c)
 {
     law->at.c = c;
-    return law->rate(law->user, &law->at);
+    if (c >= law->limit) return 0.0;
+    return law->rate(law->user, &law->at) * fmax(law->whole - law->part * c, 0.0);
 }
 
 /* 1: a number that can be computed with. */
@@ -20210,6 +20426,69 @@ static int pdi_law_touch(pdi_law *law, double c, pdi_law_point *p)
     return 1;
 }
 
+/* Share of a concentration around a jump, and of a speed that makes one. */
+#define PDI_LAW_AROUND 1e-9
+#define PDI_LAW_DROP 1e-6
+
+/* Pin the point to the jump down between a and b. 0: there is none, the law is steep. */
+static int pdi_law_pin(pdi_law *law, double a, double b, pdi_law_point *p)
+{
+    double before = pdi_law_rate(law, a), behind = pdi_law_rate(law, b);
+    for (int k = 0; k < PDI_LAW_HALVINGS; k++) {
+        double middle = a + 0.5 * (b - a);
+        if (!(middle > a) || !(middle < b)) break;
+        double v = pdi_law_rate(law, middle);
+        if (before - v > v - behind) {
+            b = middle;
+            behind = v;
+        } else {
+            a = middle;
+            before = v;
+        }
+    }
+    if (!(before - fmax(behind, 0.0) > PDI_LAW_DROP * before)) return 0;
+    p->pinned = 1;
+    p->pin = a;
+    p->ahead = before;
+    p->behind = fmax(behind, 0.0);
+    p->largest = fmax(p->largest, before);
+    p->speed = p->slope = 0.0;
+    return 1;
+}
+
+/* 1: the law jumps down at c, and the point is pinned there. */
+static int pdi_law_jumps(pdi_law *law, double c, pdi_law_point *p)
+{
+    double a = c * (1.0 - PDI_LAW_AROUND), b = c * (1.0 + PDI_LAW_AROUND);
+    if (p->resist > 0.0 || !(b > a)) return 0;
+    double before = pdi_law_rate(law, a), behind = pdi_law_rate(law, b);
+    if (!(before - fmax(behind, 0.0) > PDI_LAW_DROP * before)) return 0;
+    return pdi_law_pin(law, a, b, p);
+}
+
+PDI_FN int pdi_law_hold(pdi_law *law, double need, double near, pdi_law_point *p)
+{
+    if (need <= p->ahead + near && need >= p->behind - near) {
+        p->speed = fmin(fmax(need, p->behind), p->ahead);
+        p->slope = 0.0;
+        return 1;
+    }
+    p->pinned = 0;
+    p->low_c = p->low_v = 0.0;
+    p->high_c = p->high_v = HUGE_VAL;
+    if (need > p->ahead) { /* the metal gives less than would hold the fluid here: c falls */
+        p->high_c = p->pin;
+        p->high_v = need;
+        pdi_law_touch(law, p->pin, p);
+        return 0;
+    }
+    p->low_c = p->pin; /* beyond the jump the metal still gives more */
+    p->low_v = need;
+    p->speed = p->behind;
+    p->slope = 0.0;
+    return 0;
+}
+
 PDI_FN int pdi_law_begin(pdi_law *law, double resist, double from, double end, double c, pdi_law_point *p)
 {
     p->resist = resist;
@@ -20219,7 +20498,8 @@ PDI_FN int pdi_law_begin(pdi_law *law, double resist, double from, double end, d
     p->largest = p->low_v = 0.0;
     p->low_c = c;
     p->high_c = p->high_v = HUGE_VAL;
-    return pdi_law_touch(law, c, p);
+    p->pinned = 0;
+    return pdi_law_jumps(law, c, p) || pdi_law_touch(law, c, p);
 }
 
 /* Where V meets the line between both questions, for the first time as far as the end of the law tells. NaN: the law is
@@ -20236,6 +20516,11 @@ static double pdi_law_crossing(pdi_law *law, pdi_law_point *p)
     if (!pdi_law_finite(above) || !pdi_law_finite(below)) return above + below;
     if (!(above > 0.0)) return a;
     if (!(below < 0.0)) return b;
+    if (!(p->resist > 0.0) && b <= end && b >= end) { /* what ends the law is a jump where it is positive just before */
+        double last = b * (1.0 - PDI_LAW_AROUND);
+        if (last > a && pdi_law_at(law, p, last) > asked_a + rise * (last - p->low_c) && pdi_law_pin(law, last, b, p))
+            return b;
+    }
     for (int k = 0; k < PDI_LAW_HALVINGS && b - a > 1e-14 * fmax(fabs(b), fabs(a)); k++) {
         double c = a + (b - a) * (above / (above - below));
         if (k % 4 == 3 || !(c > a) || !(c < b)) c = a + 0.5 * (b - a);
@@ -20252,6 +20537,7 @@ static double pdi_law_crossing(pdi_law *law, pdi_law_point *p)
             above *= 0.5;
         }
     }
+    if (!(p->resist > 0.0) && b - a <= PDI_LAW_AROUND * b) pdi_law_pin(law, a, b, p);
     return b;
 }
 
@@ -20354,6 +20640,7 @@ PDI_FN int pdi_law_meet(pdi_law *law, double c, double near, double close, pdi_l
     }
     double next = pdi_law_next(law, c, asked, given, p);
     if (!pdi_law_finite(next)) return -1;
+    if (p->pinned) return 0;
     if (asked < 0.0 && !(given > 0.0)) { /* at rest */
         p->speed = p->slope = 0.0;
         return 0;
@@ -20448,804 +20735,6 @@ PDI_FN int32_t pdi_entry_around(const pd_bonds *bonds, uint8_t *work)
         }
     }
     return count;
-}
-
-/* ======== >>metal/dissolve.c ======== */
-/* dissolve: see dissolve.h */
-#include <math.h>
-#include <string.h>
-
-/* Content above the threshold that counts as none, as a fraction of Cs: rounding of the losses. */
-#define PDI_DISSOLVE_EMPTY 1e-12
-
-/* Share of the mean lead that is taken off. The whole of it, right for layers of a flat front, is too much where steps
- * run over a curved one: 0.6 is fitted to discs of 8 and 16 cells (within 1.5 % of the speed until half is gone). */
-#define PDI_DISSOLVE_LEAD_SHARE 0.6
-
-/* Rounds in which law and transport have to agree, on a share of the fastest speed or of the field. */
-#define PDI_DISSOLVE_ROUNDS 100
-#define PDI_DISSOLVE_NEAR 1e-8
-#define PDI_DISSOLVE_CLOSE 1e-10
-/* Steps by the error in time: the share of the longest one that is taken, how much longer or shorter the next one may
- * be, and the loss of a node over the tolerance that is faint. */
-#define PDI_DISSOLVE_SAFE 0.9
-#define PDI_DISSOLVE_LONGER 10.0
-#define PDI_DISSOLVE_FAINT 1e-3
-
-/* A solid neighbour that loses at most this share of what a node loses lies behind it. */
-#define PDI_DISSOLVE_SHELTERED 0.6
-
-/* A fluid node within a horizon of metal. Bonds of metal enter the fluid at the first layer of nodes. What they give
- * goes to all nodes whose bonds the metal cuts, to each what its cut bonds would carry (theory: eq. 6.2c). */
-typedef struct pdi_shore {
-    int32_t node;
-    /* where metal enters */
-    double enters;         /* [mol/m4] sum f c(n) Cs over the solid bonds that enter here and follow the law */
-    double hollow, factor; /* [mol/m4] sums of that times the film in cells, and times f */
-    double normal[PD_DIM]; /* from the metal */
-    double links;          /* sum of what the bonds through here count */
-    double mean;           /* [m/s] speed of the metal */
-    double used, paid;     /* [mol/m4], [mol/m3/s] of pieces of metal that do not last the step: weight, and what it
-                            * gives */
-    /* where it arrives */
-    double weight;         /* [mol/m4] share of `enters` */
-    double given;          /* [mol/m3/s] what pieces of metal give that do not last the step (eq. 6.6b) */
-    double film;           /* [mol/m3] sum of weight times the film */
-    double flux;           /* [mol/m4] sum of weight times f */
-    double before;         /* [m/s] speed at the start of the step */
-    pdi_law_point point;
-} pdi_shore;
-
-PDI_FN size_t pdi_dissolve_shore_size(void) { return sizeof(pdi_shore); }
-
-static double pdi_dissolve_factor(const pd_dissolve *d, int32_t solid)
-{
-    return d->desc.factor ? d->desc.factor[solid] : 1.0;
-}
-
-/* What an intact node loses before it turns fluid [mol/m3]. */
-static double pdi_dissolve_span(const pd_dissolve *d) { return d->desc.solid * (1.0 - d->desc.threshold); }
-
-/* Interface area c(n) [1/m] of bond k of node j; a ring moves what a bond crosses at its mean radius. */
-static double pdi_dissolve_area(const pd_dissolve *d, int32_t j, int k)
-{
-    const pd_stencil *s = d->bonds->stencil;
-    double middle = pdi_grid_around(d->grid, j, 0.5 * s->xi[k * PD_DIM + PD_DIM - 1]);
-    return s->area[k] * (middle / pdi_grid_circumference(d->grid, j));
-}
-
-/* Volume of node j over that of node i. */
-static double pdi_dissolve_over(const pd_dissolve *d, int32_t j, int32_t i)
-{
-    return pdi_grid_circumference(d->grid, j) / pdi_grid_circumference(d->grid, i);
-}
-
-/* Content of node j above what stays in it, as a share of the span. */
-static double pdi_dissolve_left(const pd_dissolve *d, int32_t j)
-{
-    return (d->transport->c[j] - d->desc.threshold * d->desc.solid) / pdi_dissolve_span(d);
-}
-
-/* Speed that the law gives at a node, on its line. */
-static double pdi_dissolve_line(const pd_dissolve *d, const pdi_shore *shore)
-{
-    return shore->point.speed + shore->point.slope * d->transport->c[shore->node];
-}
-
-PDI_FN double pdi_dissolve_speed(const pd_dissolve *d, int32_t i)
-{
-    return d->slot[i] < 0 ? 0.0 : d->shore[d->slot[i]].mean;
-}
-
-static double pdi_dissolve_diffusivity(const pd_dissolve *d, int32_t i)
-{
-    const pd_diffusion *diffusion = &d->transport->diffusion;
-    return diffusion->field ? diffusion->field[i] : diffusion->desc.diffusivity;
-}
-
-/* R of the film of a node beside metal [mol s/m4]: what crosses it is the mean flux of the metal there. */
-static double pdi_dissolve_resist(const pd_dissolve *d, const pdi_shore *shore)
-{
-    double diffusivity = pdi_dissolve_diffusivity(d, shore->node);
-    double flux = pdi_dissolve_span(d) * (shore->flux / shore->weight), film = shore->film / shore->weight;
-    return diffusivity > 0.0 ? flux * film / diffusivity : HUGE_VAL;
-}
-
-/* What bond k of solid node j gives to fluid node i where it enters, per speed of the law [mol/m4]. */
-static double pdi_dissolve_weight(const pd_dissolve *d, int32_t j, int32_t i, int k, const pdi_entry *entry)
-{
-    return pdi_dissolve_span(d) * pdi_dissolve_factor(d, j) * (pdi_dissolve_area(d, j, k) / entry->count) *
-           pdi_dissolve_over(d, j, i);
-}
-
-/* Rate [1/s] at which solid node j loses its span: f sum c(n) v over its bonds to fluid. */
-static double pdi_dissolve_rate(const pd_dissolve *d, int32_t j)
-{
-    const pd_stencil *s = d->bonds->stencil;
-    pdi_entry entry;
-    double sum = 0.0;
-    for (int k = 0; k < s->count; k++) {
-        pdi_entry_find(d->bonds, j, k, &entry);
-        for (int e = 0; e < entry.count; e++) {
-            int32_t i = entry.node[e];
-            sum += pdi_dissolve_area(d, j, k) / entry.count * pdi_dissolve_speed(d, i);
-        }
-    }
-    return sum * pdi_dissolve_factor(d, j);
-}
-
-/* Mean lead of the node set in cells: along an axis layer l loses the share a_l = sum over n_axis >= l of c(n) h, and
- * has on average lost its own share half and those of the layers below whole: sum_l (l - 1/2) a_l = sum c(n) h n^2 / 2
- * over n_axis > 0. */
-static double pdi_dissolve_lead(const pd_stencil *s)
-{
-    double sum = 0.0;
-    for (int k = 0; k < s->count; k++)
-        for (int d = 0; d < PD_DIM; d++) {
-            double n = (double)s->offset[k * PD_DIM + d];
-            sum += 0.25 * s->area[k] * s->h[d] * n * n / PD_DIM;
-        }
-    return PDI_DISSOLVE_LEAD_SHARE * sum;
-}
-
-static void pdi_dissolve_collect(pd_dissolve *d)
-{
-    d->front_count = 0;
-    for (int32_t j = 0; j < d->grid->total; j++)
-        if (d->exposed[j]) d->front[d->front_count++] = j;
-}
-
-static int pdi_dissolve_is_exposed(const pd_dissolve *d, int32_t j)
-{
-    if (d->grid->kind[j] != PD_SOLID) return 0;
-    for (int k = 0; k < d->bonds->stencil->count; k++)
-        if (d->grid->kind[pdi_entry_far(d->bonds, j, k)] == PD_FLUID) return 1;
-    return 0;
-}
-
-static pd_status pdi_dissolve_make(pd_ctx *ctx, pd_grid *grid, const pd_bonds *bonds, pd_transport *transport,
-                                   const pd_dissolve_desc *desc, pd_dissolve *d)
-{
-    memset(d, 0, sizeof *d);
-    if (!(desc->solid > 0.0) || !(desc->solid < 1e100) || !(desc->threshold >= 0.0) || !(desc->threshold < 1.0) ||
-        !desc->rate)
-        return pdi_fail(ctx, PD_ERR_ARGUMENT, "dissolve",
-                        "Cs = %g mol/m3 must be positive, the threshold %g lie in [0, 1), a rate law be given",
-                        desc->solid, desc->threshold);
-    d->desc = *desc;
-    d->grid = grid;
-    d->bonds = bonds;
-    d->transport = transport;
-    d->capacity = (int32_t)grid->solid_count;
-    PDI_TRY(PDI_NEW(ctx, "dissolve", d->capacity, d->front));
-    PDI_TRY(PDI_NEW(ctx, "dissolve", d->capacity, d->changed));
-    PDI_TRY(PDI_NEW(ctx, "dissolve", d->capacity, d->piece));
-    PDI_TRY(PDI_NEW(ctx, "dissolve", grid->total, d->mark));
-    PDI_TRY(PDI_NEW(ctx, "dissolve", grid->total, d->exposed));
-    PDI_TRY(PDI_NEW(ctx, "dissolve", grid->total, d->rate));
-    PDI_TRY(PDI_NEW(ctx, "dissolve", grid->total, d->slot));
-    d->shore_capacity = pdi_entry_around(bonds, d->mark);
-    PDI_TRY(PDI_NEW(ctx, "dissolve", d->shore_capacity, d->shore));
-    d->from = HUGE_VAL;
-    d->next_dt = HUGE_VAL;
-    for (int32_t j = 0; j < grid->total; j++) {
-        if (grid->kind[j] == PD_SOLID) transport->c[j] = desc->solid;
-        d->exposed[j] = (uint8_t)pdi_dissolve_is_exposed(d, j);
-        d->slot[j] = -1;
-    }
-    d->lead = pdi_dissolve_lead(bonds->stencil);
-    for (int k = 0; k < bonds->stencil->count; k++) d->spread += bonds->stencil->lap[k];
-    pdi_dissolve_collect(d);
-    return PD_OK;
-}
-
-pd_status pd_dissolve_build(pd_ctx *ctx, pd_grid *grid, const pd_bonds *bonds, pd_transport *transport,
-                            const pd_dissolve_desc *desc, pd_dissolve *d)
-{
-    pd_status status = pdi_dissolve_make(ctx, grid, bonds, transport, desc, d);
-    if (status < 0) pd_dissolve_free(ctx, d);
-    return status;
-}
-
-/* The law beside node i. */
-static void pdi_dissolve_law(const pd_dissolve *d, int32_t i, pdi_law *law)
-{
-    law->rate = d->desc.rate;
-    law->user = d->desc.rate_user;
-    law->top = d->desc.solid;
-    law->at.t = d->time;
-    pd_grid_position(d->grid, i, law->at.x);
-}
-
-static pd_status pdi_dissolve_unlawful(pd_ctx *ctx, const pd_dissolve *d, pdi_law *law, int32_t i)
-{
-    char place[PDI_GRID_PLACE];
-    double c = law->at.c;
-    return pdi_fail(ctx, PD_ERR_STATE, "dissolve",
-                    "the rate law gives %g m/s at c = %g mol/m3, t = %g s (node %d at %s m), expected a speed below "
-                    "1e100 m/s", pdi_law_rate(law, c), c, d->time, (int)i, pdi_grid_place(d->grid, i, place));
-}
-
-/* The first line of the law at a node beside metal. */
-static pd_status pdi_dissolve_begin_law(pd_ctx *ctx, pd_dissolve *d, pdi_shore *shore)
-{
-    pdi_law law;
-    double c = fmax(d->transport->c[shore->node], 0.0);
-    pdi_dissolve_law(d, shore->node, &law);
-    if (d->desc.uniform && !(c >= d->from && c < d->end)) {
-        d->from = c;
-        d->end = pdi_law_end(&law, c, law.top);
-    }
-    if (!pdi_law_begin(&law, pdi_dissolve_resist(d, shore), d->from, d->end, c, &shore->point))
-        return pdi_dissolve_unlawful(ctx, d, &law, shore->node);
-    shore->before = pdi_dissolve_line(d, shore);
-    return PD_OK;
-}
-
-PDI_FN void pdi_dissolve_course(const pd_dissolve *d, double t, double dt, double *error, double *taken)
-{
-    *error = *taken = 0.0;
-    for (int32_t n = 0; n < d->shore_count; n++) {
-        const pdi_shore *shore = &d->shore[n];
-        pdi_law law;
-        double v[3], share = dt * shore->enters / pdi_dissolve_span(d);
-        pdi_dissolve_law(d, shore->node, &law);
-        for (int k = 0; k < 3; k++) {
-            law.at.t = t + 0.5 * k * dt;
-            v[k] = fmax(pdi_law_rate(&law, fmax(d->transport->c[shore->node], 0.0)), 0.0);
-        }
-        *error = fmax(*error, share * fabs(v[0] - 2.0 * v[1] + v[2]) / 6.0);
-        if (v[0] < v[1] || v[0] > v[1] || v[1] < v[2] || v[1] > v[2]) *taken = fmax(*taken, share * fmax(v[1], v[2]));
-    }
-}
-
-/* What the lines make of the equations of transport. */
-static void pdi_dissolve_sources(pd_dissolve *d)
-{
-    pd_transport *t = d->transport;
-    t->ceiling = 0.0; /* where the lines end */
-    for (int32_t k = 0; k < d->shore_count; k++) {
-        const pdi_shore *shore = &d->shore[k];
-        double source = shore->weight * shore->point.speed, absorb = -shore->weight * shore->point.slope;
-        t->source[shore->node] = source + shore->given;
-        t->absorb[shore->node] = absorb;
-        if (source > 0.0) t->ceiling = fmax(t->ceiling, absorb > 0.0 ? source / absorb : HUGE_VAL);
-    }
-}
-
-/* Node i among the fluid beside metal. */
-static pdi_shore *pdi_dissolve_join(pd_dissolve *d, int32_t i)
-{
-    if (d->slot[i] < 0) {
-        d->slot[i] = d->shore_count++;
-        memset(&d->shore[d->slot[i]], 0, sizeof(pdi_shore));
-        d->shore[d->slot[i]].node = i;
-    }
-    return &d->shore[d->slot[i]];
-}
-
-/* Where the metal of node j enters the fluid. The surface stands in the last metal cell on the way, as deep as that has
- * lost metal. */
-static void pdi_dissolve_gather(pd_dissolve *d, int32_t j)
-{
-    const pd_stencil *s = d->bonds->stencil;
-    double way[PD_DIM];
-    pdi_entry entry;
-    for (int k = 0; k < s->count; k++) {
-        pdi_entry_find(d->bonds, j, k, &entry);
-        for (int e = 0; e < entry.count; e++) {
-            double weight = pdi_dissolve_weight(d, j, entry.node[e], k, &entry);
-            if (!(weight > 0.0)) continue;
-            pdi_shore *shore = pdi_dissolve_join(d, entry.node[e]);
-            shore->enters += weight;
-            shore->hollow += weight * fmax(1.5 - pdi_dissolve_left(d, entry.last), 0.0);
-            shore->factor += weight * pdi_dissolve_factor(d, j);
-            pdi_entry_mirror(&entry, e, s->xi + k * PD_DIM, way);
-            for (int a = 0; a < PD_DIM; a++) shore->normal[a] += s->area[k] / entry.count * way[a];
-        }
-    }
-}
-
-/* A share of what enters at one node and arrives at another one, `beyond` [m] it as seen from the metal. */
-typedef void (*pdi_dissolve_link_fn)(pd_dissolve *d, pdi_shore *from, pdi_shore *to, double share, double beyond);
-
-/* All of them. A bond that the metal cuts carries a(n) times its way along the normal in a linear field. */
-static void pdi_dissolve_link(pd_dissolve *d, pdi_dissolve_link_fn link)
-{
-    const pd_stencil *s = d->bonds->stencil;
-    pdi_entry entry;
-    for (int32_t f = 0; f < d->front_count; f++)
-        for (int k = 0; k < s->count; k++) {
-            pdi_entry_find(d->bonds, d->front[f], k, &entry);
-            for (int e = 0; e < entry.count && entry.open; e++) {
-                if (d->slot[entry.node[e]] < 0) continue;
-                pdi_shore *from = &d->shore[d->slot[entry.node[e]]];
-                double normal[PD_DIM];
-                pdi_entry_mirror(&entry, e, from->normal, normal);
-                double share = s->lap[k] * pdi_vec_dot(s->xi + k * PD_DIM, normal) / entry.count;
-                if (!(from->enters > 0.0) || !(share > 0.0)) continue;
-                double beyond = fmax(pdi_entry_beyond(d->bonds, k, &entry, e, normal), 0.0);
-                link(d, from, pdi_dissolve_join(d, entry.far), share, beyond);
-            }
-        }
-    for (int32_t n = 0; n < d->shore_count; n++) { /* metal on all sides */
-        pdi_shore *shore = &d->shore[n];
-        if (shore->enters > 0.0 && !(shore->links > 0.0)) link(d, shore, shore, 0.0, 0.0);
-    }
-}
-
-static double pdi_dissolve_part(const pdi_shore *from, double share)
-{
-    return from->links > 0.0 ? share / from->links : 1.0;
-}
-
-static void pdi_dissolve_count(pd_dissolve *d, pdi_shore *from, pdi_shore *to, double share, double beyond)
-{
-    (void)d, (void)to, (void)beyond;
-    from->links += share;
-}
-
-static void pdi_dissolve_arrive(pd_dissolve *d, pdi_shore *from, pdi_shore *to, double share, double beyond)
-{
-    double over = pdi_dissolve_part(from, share) * pdi_dissolve_over(d, from->node, to->node), cell = 0.0;
-    for (int a = 0; a < PD_DIM; a++) cell = fmax(cell, fabs(from->normal[a]) * d->bonds->stencil->h[a]);
-    to->weight += over * from->enters;
-    to->film += over * (from->hollow * cell + from->enters * beyond);
-    to->flux += over * from->factor;
-}
-
-static void pdi_dissolve_average(pd_dissolve *d, pdi_shore *from, pdi_shore *to, double share, double beyond)
-{
-    (void)beyond;
-    from->mean += pdi_dissolve_part(from, share) * pdi_dissolve_line(d, to);
-}
-
-/* The speed of the metal is the mean of what the law gives where it arrives. */
-static void pdi_dissolve_means(pd_dissolve *d)
-{
-    for (int32_t n = 0; n < d->shore_count; n++) d->shore[n].mean = 0.0;
-    pdi_dissolve_link(d, pdi_dissolve_average);
-}
-
-/* What of it belongs to pieces of metal that do not last the step is given once for all. */
-static void pdi_dissolve_pay(pd_dissolve *d, pdi_shore *from, pdi_shore *to, double share, double beyond)
-{
-    double over = pdi_dissolve_part(from, share) * pdi_dissolve_over(d, from->node, to->node);
-    (void)beyond;
-    to->given += over * from->paid * pdi_dissolve_line(d, to);
-    to->weight = fmax(to->weight - over * from->used, 0.0);
-}
-
-static void pdi_dissolve_land(pd_dissolve *d)
-{
-    for (int32_t f = 0; f < d->front_count; f++) pdi_dissolve_gather(d, d->front[f]);
-    for (int32_t n = 0; n < d->shore_count; n++) {
-        double *normal = d->shore[n].normal, length = pdi_vec_norm(normal);
-        for (int a = 0; a < PD_DIM && length > 0.0; a++) normal[a] /= length;
-    }
-    pdi_dissolve_link(d, pdi_dissolve_count);
-    pdi_dissolve_link(d, pdi_dissolve_arrive);
-}
-
-pd_status pd_dissolve_prepare(pd_ctx *ctx, pd_dissolve *d)
-{
-    pd_transport *t = d->transport;
-    d->rated = d->gone_count = 0;
-    memset(d->mark, 0, (size_t)d->grid->total);
-    for (int32_t i = 0; i < d->grid->total; i++) t->source[i] = t->absorb[i] = 0.0;
-    for (int32_t k = 0; k < d->shore_count; k++) d->slot[d->shore[k].node] = -1;
-    d->shore_count = 0;
-    pdi_dissolve_land(d);
-    for (int32_t k = 0; k < d->shore_count; k++)
-        if (d->shore[k].weight > 0.0) PDI_TRY(pdi_dissolve_begin_law(ctx, d, &d->shore[k]));
-    pdi_dissolve_means(d);
-    pdi_dissolve_sources(d);
-    return PD_OK;
-}
-
-double pd_dissolve_fastest(pd_ctx *ctx, const pd_dissolve *d)
-{
-    double fastest = 0.0;
-    (void)ctx;
-    for (int32_t f = 0; f < d->front_count; f++) fastest = fmax(fastest, pdi_dissolve_rate(d, d->front[f]));
-    return fastest;
-}
-
-/* Who can take over from a node that leaves. */
-typedef enum pdi_dissolve_heir {
-    PDI_DISSOLVE_BEHIND, /* solid that the fluid reaches clearly less than the node itself: the next layer */
-    PDI_DISSOLVE_SOLID,  /* any solid */
-    PDI_DISSOLVE_FLUID   /* fluid, through the next transport step */
-} pdi_dissolve_heir;
-
-/* Weight of the far end of bond k of node j as an heir; 0: it is none. */
-static double pdi_dissolve_share(const pd_dissolve *d, int32_t j, int k, pdi_dissolve_heir heir)
-{
-    int32_t i = pdi_entry_far(d->bonds, j, k);
-    uint8_t wanted = heir == PDI_DISSOLVE_FLUID ? PD_FLUID : PD_SOLID;
-    if (i == j || d->grid->kind[i] != wanted || !pdi_entry_free(d->bonds, j, k)) return 0.0;
-    if (heir == PDI_DISSOLVE_FLUID) return d->bonds->stencil->area[k];
-    if (heir == PDI_DISSOLVE_BEHIND && d->rate[i] > PDI_DISSOLVE_SHELTERED * d->rate[j]) return 0.0;
-    return d->bonds->stencil->area[k] * pdi_dissolve_factor(d, i);
-}
-
-/* ---- pieces of metal that a step uses up ---- */
-
-/* Marks of solid nodes within a step. */
-enum {
-    PDI_DISSOLVE_SEEN = 1,   /* by the search at hand */
-    PDI_DISSOLVE_LASTS = 2,  /* its piece has more than it gives */
-    PDI_DISSOLVE_GONE = 4,   /* its piece gives all that it has */
-    PDI_DISSOLVE_TURNED = 8  /* fluid from this step on */
-};
-
-/* A piece of metal: nodes that can hand over to each other, directly or through others. */
-typedef struct pdi_dissolve_piece {
-    int32_t *node;
-    int32_t count;
-    double has, gives; /* [mol/m3 of a cell] above the threshold; in the step */
-} pdi_dissolve_piece;
-
-/* Take j into the piece. */
-static void pdi_dissolve_see(pd_dissolve *d, int32_t j, pdi_dissolve_piece *p)
-{
-    d->mark[j] |= PDI_DISSOLVE_SEEN;
-    p->node[p->count++] = j;
-}
-
-/* Take the far ends of the bonds of node i into the piece, as far as they are metal that dissolves, or were when the
- * step began. */
-static void pdi_dissolve_spread(pd_dissolve *d, int32_t i, pdi_dissolve_piece *p)
-{
-    for (int k = 0; k < d->bonds->stencil->count; k++) {
-        int32_t j = pdi_entry_far(d->bonds, i, k);
-        if (d->grid->kind[j] != PD_SOLID && !(d->mark[j] & PDI_DISSOLVE_TURNED)) continue;
-        double weight = d->bonds->stencil->area[k] * pdi_dissolve_factor(d, j);
-        if (j == i || (d->mark[j] & PDI_DISSOLVE_SEEN) || !(weight > 0.0)) continue;
-        if (pdi_entry_free(d->bonds, i, k)) pdi_dissolve_see(d, j, p);
-    }
-}
-
-static void pdi_dissolve_begin(pd_dissolve *d, int32_t j, pdi_dissolve_piece *p)
-{
-    p->node = d->piece + d->gone_count;
-    p->count = 0;
-    p->has = p->gives = 0.0;
-    pdi_dissolve_see(d, j, p);
-}
-
-static void pdi_dissolve_label(pd_dissolve *d, const pdi_dissolve_piece *p, int label)
-{
-    for (int32_t n = 0; n < p->count; n++)
-        d->mark[p->node[n]] = (uint8_t)((d->mark[p->node[n]] & ~PDI_DISSOLVE_SEEN) | label);
-}
-
-/* 1: the piece of node j has more than it gives in the step, which is as soon known as it has more than all metal
- * gives. */
-static int pdi_dissolve_lasts(pd_dissolve *d, int32_t j, double dt, double all, pdi_dissolve_piece *p)
-{
-    double floor_content = d->desc.threshold * d->desc.solid, take = dt * pdi_dissolve_span(d);
-    pdi_dissolve_begin(d, j, p);
-    for (int32_t n = 0; n < p->count; n++) {
-        int32_t i = p->node[n];
-        double around = pdi_grid_circumference(d->grid, i);
-        p->has += (d->transport->c[i] - floor_content) * around;
-        if (d->exposed[i]) p->gives += take * d->rate[i] * around;
-        if (p->has > all || (d->mark[i] & PDI_DISSOLVE_LASTS)) return 1;
-        pdi_dissolve_spread(d, i, p);
-    }
-    return p->has > p->gives;
-}
-
-/* What the piece gives by its law at the present concentrations, scaled to what it has. */
-static void pdi_dissolve_give(pd_dissolve *d, const pdi_dissolve_piece *p)
-{
-    pdi_entry entry;
-    double share = p->has / p->gives;
-    for (int32_t n = 0; n < p->count; n++) {
-        int32_t j = p->node[n];
-        for (int k = 0; k < d->bonds->stencil->count && d->exposed[j]; k++) {
-            pdi_entry_find(d->bonds, j, k, &entry);
-            for (int e = 0; e < entry.count; e++) {
-                int32_t i = entry.node[e];
-                double weight = pdi_dissolve_weight(d, j, i, k, &entry);
-                if (d->slot[i] < 0 || !(weight > 0.0)) continue;
-                d->shore[d->slot[i]].paid += share * weight;
-                d->shore[d->slot[i]].used += weight;
-            }
-        }
-    }
-}
-
-/* Pieces that would give more than they have: their sources become what they have. How many there are. */
-static int pdi_dissolve_spare(pd_dissolve *d, double dt)
-{
-    double take = dt * pdi_dissolve_span(d), all = 0.0;
-    int found = 0;
-    for (int32_t j = 0; j < d->grid->total; j++) {
-        d->mark[j] &= (uint8_t)~PDI_DISSOLVE_LASTS;
-        if (d->exposed[j]) all += fmax(take * d->rate[j], 0.0) * pdi_grid_circumference(d->grid, j);
-    }
-    for (int32_t f = 0; f < d->front_count; f++) {
-        int32_t j = d->front[f];
-        pdi_dissolve_piece piece;
-        if (d->mark[j] & (PDI_DISSOLVE_LASTS | PDI_DISSOLVE_GONE)) continue;
-        if (pdi_dissolve_left(d, j) > dt * d->rate[j]) continue;
-        int lasts = pdi_dissolve_lasts(d, j, dt, all, &piece);
-        pdi_dissolve_label(d, &piece, lasts ? PDI_DISSOLVE_LASTS : PDI_DISSOLVE_GONE);
-        if (lasts) continue;
-        pdi_dissolve_give(d, &piece);
-        d->gone_count += piece.count;
-        found++;
-    }
-    if (found) pdi_dissolve_link(d, pdi_dissolve_pay);
-    for (int32_t n = 0; n < d->shore_count; n++) d->shore[n].used = d->shore[n].paid = 0.0;
-    return found;
-}
-
-static void pdi_dissolve_rates(const pd_ctx *ctx, pd_dissolve *d)
-{
-    pdi_dissolve_means(d);
-    int nt = pdi_par_threads(ctx, (int64_t)d->front_count * d->bonds->stencil->count * 4);
-    (void)nt;
-    PDI_PARALLEL_FOR(nt)
-    for (int32_t f = 0; f < d->front_count; f++) {
-        int32_t j = d->front[f];
-        if (!(d->mark[j] & PDI_DISSOLVE_GONE)) d->rate[j] = pdi_dissolve_rate(d, j);
-    }
-    d->rated = 1;
-}
-
-/* *met: 1 when the lines ask at the present field what the law gives. Otherwise there are new lines. */
-static pd_status pdi_dissolve_meet(pd_ctx *ctx, pd_dissolve *d, int *met)
-{
-    const pd_transport *t = d->transport;
-    double fastest = 0.0;
-    *met = 1;
-    for (int32_t k = 0; k < d->shore_count; k++) fastest = fmax(fastest, d->shore[k].point.largest);
-    for (int32_t k = 0; k < d->shore_count; k++) {
-        pdi_shore *shore = &d->shore[k];
-        pdi_law law;
-        if (!(shore->weight > 0.0)) continue;
-        pdi_dissolve_law(d, shore->node, &law);
-        int found = pdi_law_meet(&law, t->c[shore->node], PDI_DISSOLVE_NEAR * fastest, PDI_DISSOLVE_CLOSE * t->size,
-                                 &shore->point);
-        if (found < 0) return pdi_dissolve_unlawful(ctx, d, &law, shore->node);
-        *met &= found;
-    }
-    return PD_OK;
-}
-
-/* 1: no node that lasts loses more than it may. */
-static int pdi_dissolve_moderate(pd_dissolve *d, double lost, double dt)
-{
-    if (!(d->most > 0.0) || lost <= d->most) return 1;
-    d->retry_dt = 0.5 * dt * d->most / lost;
-    return 0;
-}
-
-/* 1: the metal lost is right in time. A step takes the speed at its end; half of the range of speeds on the way is its
- * error, which goes with the square of the step. What is faint against a cell is right. */
-static int pdi_dissolve_accurate(pd_dissolve *d, double lost, double dt)
-{
-    const pd_transport *t = d->transport;
-    pdi_sum gone = {0.0, 0.0}, error = {0.0, 0.0};
-    for (int32_t k = 0; k < d->shore_count && d->rtol > 0.0; k++) {
-        pdi_shore *shore = &d->shore[k];
-        pdi_law law;
-        pdi_dissolve_law(d, shore->node, &law);
-        double speed = pdi_dissolve_line(d, shore);
-        double amount = dt * shore->weight * pdi_grid_circumference(d->grid, shore->node);
-        double slowest = pdi_law_slowest(&law, &shore->point, t->old[shore->node], t->c[shore->node]);
-        double fast = fmax(speed, shore->before), slow = fmin(fmin(speed, shore->before), slowest);
-        pdi_sum_add(&gone, amount * speed);
-        pdi_sum_add(&error, 0.5 * amount * (fast - slow));
-    }
-    double volume = d->bonds->stencil->volume, off = pdi_sum_total(&error) * volume;
-    double right = d->rtol * (d->lost + pdi_sum_total(&gone) * volume);
-    double factor = off > 0.0 ? PDI_DISSOLVE_SAFE * sqrt(right / off) : HUGE_VAL;
-    int faint = lost <= PDI_DISSOLVE_FAINT * d->rtol;
-    d->next_dt = dt * (faint ? PDI_DISSOLVE_LONGER : factor);
-    if (!(d->rtol > 0.0) || factor > PDI_DISSOLVE_LONGER) d->next_dt = HUGE_VAL;
-    if (!(d->rtol > 0.0) || off <= right || faint) return 1;
-    d->retry_dt = dt * fmax(factor, 1.0 / PDI_DISSOLVE_LONGER);
-    return 0;
-}
-
-/* 1: the step stands. */
-static int pdi_dissolve_stands(pd_dissolve *d, double dt)
-{
-    double lost = 0.0;
-    for (int32_t f = 0; f < d->front_count; f++)
-        if (!(d->mark[d->front[f]] & PDI_DISSOLVE_GONE)) lost = fmax(lost, dt * d->rate[d->front[f]]);
-    return pdi_dissolve_moderate(d, lost, dt) && pdi_dissolve_accurate(d, lost, dt);
-}
-
-/* Law and transport of a step together. */
-static pd_status pdi_dissolve_solve(pd_ctx *ctx, pd_dissolve *d, double dt, pd_transport_result *result)
-{
-    pd_transport *t = d->transport;
-    int krylov = 0, met;
-    for (d->rounds = 1; d->rounds <= PDI_DISSOLVE_ROUNDS; d->rounds++) {
-        pdi_dissolve_sources(d);
-        pd_status status = pdi_transport_stage(ctx, t, dt, 1, result);
-        result->krylov = krylov += result->krylov;
-        if (status < 0) return status;
-        PDI_TRY(pdi_dissolve_meet(ctx, d, &met));
-        if (!met) continue;
-        pdi_dissolve_rates(ctx, d);
-        /* less metal leaves less in the fluid, so others give more: each round finds new pieces, or is the last one */
-        if (pdi_dissolve_spare(d, dt)) continue;
-        return pdi_dissolve_stands(d, dt) ? status : PD_RETRY;
-    }
-    d->retry_dt = 0.5 * dt;
-    return PD_RETRY;
-}
-
-/* The speeds that were found stand for the lines: what metal loses and fluid gains is the same number. Where a line is
- * steeper than all that the fluid does, its concentration tells the speed to few digits, and the balance of the node
- * tells it. */
-static void pdi_dissolve_settle_speeds(const pd_ctx *ctx, pd_dissolve *d, double dt)
-{
-    const pd_transport *t = d->transport;
-    pdi_transport_residual(ctx, t, t->work);
-    for (int32_t k = 0; k < d->shore_count; k++) {
-        const pdi_shore *shore = &d->shore[k];
-        pdi_law_point *p = &d->shore[k].point;
-        double own = 1.0 / dt + pdi_dissolve_diffusivity(d, shore->node) * d->spread;
-        double speed = pdi_dissolve_line(d, shore);
-        if (-p->slope * shore->weight > own) speed = fmax(speed - t->work[shore->node] / shore->weight, 0.0);
-        p->speed = speed;
-        p->slope = 0.0;
-    }
-    pdi_dissolve_sources(d);
-    pdi_dissolve_rates(ctx, d);
-}
-
-pd_status pd_dissolve_transport(pd_ctx *ctx, pd_dissolve *d, double dt, pd_transport_result *result)
-{
-    PDI_TRY(pdi_transport_begin(ctx, d->transport, dt));
-    pd_status status = pdi_dissolve_solve(ctx, d, dt, result);
-    if (status >= 0 && status != PD_RETRY) pdi_dissolve_settle_speeds(ctx, d, dt);
-    return pdi_transport_end(ctx, d->transport, dt, status);
-}
-
-/* ---- after the transport step ---- */
-
-/* Move `rest` to the solid nodes nearest to j on paths through its piece, whose other nodes leave as well. 0: there is
- * none. */
-static int pdi_dissolve_pass_on(pd_dissolve *d, int32_t j, double rest)
-{
-    pdi_dissolve_piece p;
-    int32_t begin = 0, end = 1, found = 0;
-    pdi_dissolve_begin(d, j, &p);
-    while (begin < end && !found) {
-        for (int32_t n = begin; n < end; n++) pdi_dissolve_spread(d, p.node[n], &p);
-        begin = end;
-        end = p.count;
-        for (int32_t n = begin; n < end; n++) found += d->grid->kind[p.node[n]] == PD_SOLID;
-    }
-    for (int32_t n = begin; n < end; n++)
-        if (d->grid->kind[p.node[n]] == PD_SOLID)
-            d->transport->c[p.node[n]] += rest / found * pdi_dissolve_over(d, j, p.node[n]);
-    pdi_dissolve_label(d, &p, 0);
-    return found > 0;
-}
-
-/* Move `rest` (what node j still holds, or owes when negative) to the layer behind it, the present front; without one
- * to any solid neighbour, or to the metal that it hangs together with. Where there is none, it is rounding, and goes to
- * the fluid around. */
-static pd_status pdi_dissolve_hand_over(pd_ctx *ctx, pd_dissolve *d, int32_t j, double rest)
-{
-    int count = d->bonds->stencil->count;
-    for (int heir = PDI_DISSOLVE_BEHIND; heir <= PDI_DISSOLVE_FLUID; heir++) {
-        double sum = 0.0;
-        if (heir == PDI_DISSOLVE_FLUID && pdi_dissolve_pass_on(d, j, rest)) return PD_OK;
-        for (int k = 0; k < count; k++) sum += pdi_dissolve_share(d, j, k, (pdi_dissolve_heir)heir);
-        if (!(sum > 0.0)) continue;
-        double *target = heir == PDI_DISSOLVE_FLUID ? d->transport->carry : d->transport->c;
-        for (int k = 0; k < count; k++) {
-            int32_t i = pdi_entry_far(d->bonds, j, k);
-            double share = pdi_dissolve_share(d, j, k, (pdi_dissolve_heir)heir) / sum;
-            if (share > 0.0) target[i] += rest * share * pdi_dissolve_over(d, j, i);
-        }
-        return PD_OK;
-    }
-    return pdi_fail(ctx, PD_ERR_INTERNAL, "dissolve", "node %d dissolved without any neighbour", (int)j);
-}
-
-static void pdi_dissolve_note(pd_dissolve *d, int32_t j)
-{
-    d->mark[j] |= PDI_DISSOLVE_TURNED;
-    d->changed[d->changed_count++] = j;
-}
-
-/* Nodes within one bond of `j` may have become exposed. */
-static void pdi_dissolve_expose(pd_dissolve *d, int32_t j)
-{
-    d->exposed[j] = 0;
-    for (int k = 0; k < d->bonds->stencil->count; k++) {
-        int32_t i = pdi_entry_far(d->bonds, j, k);
-        if (d->grid->kind[i] == PD_SOLID) d->exposed[i] = 1;
-    }
-}
-
-/* 1 when node j has to leave the solid: down to the lead with a layer behind it that stays, or empty. */
-static int pdi_dissolve_spent(const pd_dissolve *d, int32_t j)
-{
-    double left = pdi_dissolve_left(d, j);
-    if (left <= PDI_DISSOLVE_EMPTY) return 1;
-    for (int k = 0; k < d->bonds->stencil->count && left <= d->lead; k++)
-        if (pdi_dissolve_share(d, j, k, PDI_DISSOLVE_BEHIND) > 0.0 &&
-            pdi_dissolve_left(d, pdi_entry_far(d->bonds, j, k)) > d->lead)
-            return 1;
-    return 0;
-}
-
-/* Spent nodes leave the solid, all of a round together, so that a flat layer leaves as one; what they hand over may
- * overdraw others, which leave in the next round. */
-static pd_status pdi_dissolve_settle(pd_ctx *ctx, pd_dissolve *d)
-{
-    double *c = d->transport->c, floor_content = d->desc.threshold * d->desc.solid;
-    for (int32_t first = 0;;) {
-        for (int32_t f = 0; f < d->front_count; f++) {
-            int32_t j = d->front[f];
-            if (!(d->mark[j] & PDI_DISSOLVE_TURNED) && pdi_dissolve_spent(d, j)) pdi_dissolve_note(d, j);
-        }
-        if (first == d->changed_count) return PD_OK;
-        for (int32_t n = first; n < d->changed_count; n++) pdi_grid_dissolve(d->grid, d->changed[n]);
-        for (; first < d->changed_count; first++) {
-            int32_t j = d->changed[first];
-            double rest = c[j] - floor_content;
-            c[j] = floor_content;
-            if (fabs(rest) > 0.0) PDI_TRY(pdi_dissolve_hand_over(ctx, d, j, rest));
-        }
-    }
-}
-
-PDI_FN void pdi_dissolve_turned(pd_dissolve *d, const int32_t *turned, int32_t count)
-{
-    for (int32_t n = 0; n < count; n++) pdi_dissolve_expose(d, turned[n]);
-    pdi_dissolve_collect(d);
-}
-
-pd_status pd_dissolve_finish(pd_ctx *ctx, pd_dissolve *d, double dt)
-{
-    double take = dt * pdi_dissolve_span(d), floor_content = d->desc.threshold * d->desc.solid, *c = d->transport->c;
-    if (!d->rated) pdi_dissolve_rates(ctx, d);
-    d->rated = d->changed_count = 0;
-    /* the contents tell where the surface stands, so all rates come first */
-    for (int32_t f = 0; f < d->front_count; f++) c[d->front[f]] -= take * d->rate[d->front[f]];
-    for (int32_t n = 0; n < d->gone_count; n++) {
-        c[d->piece[n]] = floor_content;
-        pdi_dissolve_note(d, d->piece[n]);
-    }
-    PDI_TRY(pdi_dissolve_settle(ctx, d));
-    if (d->changed_count) pdi_dissolve_turned(d, d->changed, d->changed_count);
-    return PD_OK;
-}
-
-double pd_dissolve_stock(pd_ctx *ctx, const pd_dissolve *d)
-{
-    pdi_sum sum = {0.0, 0.0};
-    (void)ctx;
-    for (int32_t j = 0; j < d->grid->total; j++)
-        if (d->grid->kind[j] == PD_SOLID) pdi_sum_add(&sum, d->transport->c[j] * pdi_grid_circumference(d->grid, j));
-    return pdi_sum_total(&sum) * d->bonds->stencil->volume;
-}
-
-void pd_dissolve_free(pd_ctx *ctx, pd_dissolve *d)
-{
-    int32_t total = d->grid ? d->grid->total : 0;
-    PDI_DELETE(ctx, total, d->exposed);
-    PDI_DELETE(ctx, total, d->rate);
-    PDI_DELETE(ctx, total, d->slot);
-    PDI_DELETE(ctx, d->shore_capacity, d->shore);
-    PDI_DELETE(ctx, total, d->mark);
-    PDI_DELETE(ctx, d->capacity, d->front);
-    PDI_DELETE(ctx, d->capacity, d->changed);
-    PDI_DELETE(ctx, d->capacity, d->piece);
-    memset(d, 0, sizeof *d);
 }
 
 /* ======== >>metal/front.c ======== */
@@ -21352,6 +20841,623 @@ void pd_front_free(pd_ctx *ctx, pd_front *f)
     memset(f, 0, sizeof *f);
 }
 
+/* ======== >>metal/interface.c ======== */
+/* interface: see interface.h */
+#include <math.h>
+#include <string.h>
+
+PDI_FN double pdi_interface_line(const pd_dissolve *d, const pdi_beside *beside)
+{
+    return beside->point.speed + beside->point.slope * d->transport->c[beside->node];
+}
+
+PDI_FN double pdi_interface_diffusivity(const pd_dissolve *d, int32_t i)
+{
+    const pd_diffusion *diffusion = &d->transport->diffusion;
+    return diffusion->field ? diffusion->field[i] : diffusion->desc.diffusivity;
+}
+
+/* What crosses the film is the mean flux of the metal there. With bonds there is no film. */
+PDI_FN double pdi_interface_resist(const pd_dissolve *d, const pdi_beside *beside)
+{
+    double diffusivity = pdi_interface_diffusivity(d, beside->node);
+    if (pdi_metal_bonds(d)) return 0.0;
+    double flux = pdi_metal_span(d) * (beside->flux / beside->weight), film = beside->film / beside->weight;
+    return diffusivity > 0.0 ? flux * film / diffusivity : HUGE_VAL;
+}
+
+PDI_FN void pdi_interface_find(const pd_dissolve *d, int32_t j, int k, pdi_entry *entry)
+{
+    if (!pdi_metal_bonds(d)) {
+        pdi_entry_find(d->bonds, j, k, entry);
+        return;
+    }
+    entry->count = entry->open = 0;
+    entry->far = entry->node[0] = pdi_entry_far(d->bonds, j, k);
+    entry->last = j;
+    if (d->grid->kind[entry->far] != PD_FLUID || pdi_metal_passive(d, entry->far)) return;
+    entry->count = pdi_entry_free(d->bonds, j, k);
+}
+
+PDI_FN double pdi_interface_speed(const pd_dissolve *d, int32_t i)
+{
+    return d->slot[i] < 0 ? 0.0 : d->beside[d->slot[i]].mean;
+}
+
+PDI_FN double pdi_interface_weight(const pd_dissolve *d, int32_t j, int32_t i, int k, const pdi_entry *entry)
+{
+    return pdi_metal_span(d) * pdi_metal_factor(d, j) * (pdi_metal_area(d, j, k) / entry->count) *
+           pdi_metal_over(d, j, i);
+}
+
+/* f sum c(n) v over the bonds to fluid. */
+PDI_FN double pdi_interface_rate(const pd_dissolve *d, int32_t j)
+{
+    const pd_stencil *s = d->bonds->stencil;
+    pdi_entry entry;
+    double sum = 0.0;
+    for (int k = 0; k < s->count; k++) {
+        pdi_interface_find(d, j, k, &entry);
+        for (int e = 0; e < entry.count; e++) {
+            int32_t i = entry.node[e];
+            sum += pdi_metal_area(d, j, k) / entry.count * pdi_metal_drive(d, j, i) * pdi_interface_speed(d, i);
+        }
+    }
+    return sum * pdi_metal_factor(d, j);
+}
+
+/* Node i among the fluid beside metal. */
+static pdi_beside *pdi_interface_join(pd_dissolve *d, int32_t i)
+{
+    if (d->slot[i] < 0) {
+        d->slot[i] = d->beside_count++;
+        memset(&d->beside[d->slot[i]], 0, sizeof(pdi_beside));
+        d->beside[d->slot[i]].node = i;
+    }
+    return &d->beside[d->slot[i]];
+}
+
+/* Where the metal of node j enters the fluid. The surface stands in the last metal cell on the way, as deep as that has
+ * lost metal. */
+static void pdi_interface_gather(pd_dissolve *d, int32_t j)
+{
+    const pd_stencil *s = d->bonds->stencil;
+    double way[PD_DIM];
+    pdi_entry entry;
+    for (int k = 0; k < s->count; k++) {
+        pdi_interface_find(d, j, k, &entry);
+        for (int e = 0; e < entry.count; e++) {
+            double weight = pdi_interface_weight(d, j, entry.node[e], k, &entry);
+            if (!(weight > 0.0)) continue;
+            pdi_beside *beside = pdi_interface_join(d, entry.node[e]);
+            beside->enters += weight;
+            beside->stock += weight * d->transport->c[j];
+            if (pdi_metal_bonds(d)) continue;
+            beside->hollow += weight * fmax(1.5 - pdi_metal_left(d, entry.last), 0.0);
+            beside->factor += weight * pdi_metal_factor(d, j);
+            pdi_entry_mirror(&entry, e, s->xi + k * PD_DIM, way);
+            for (int a = 0; a < PD_DIM; a++) beside->normal[a] += s->area[k] / entry.count * way[a];
+        }
+    }
+}
+
+/* A share of what enters at one node and arrives at another one, `beyond` [m] it as seen from the metal. */
+typedef void (*pdi_interface_link_fn)(pd_dissolve *d, pdi_beside *from, pdi_beside *to, double share, double beyond);
+
+/* All of them. A bond that the metal cuts carries a(n) times its way along the normal in a linear field. */
+static void pdi_interface_link(pd_dissolve *d, pdi_interface_link_fn link)
+{
+    const pd_stencil *s = d->bonds->stencil;
+    pdi_entry entry;
+    for (int32_t f = 0; f < d->front_count; f++)
+        for (int k = 0; k < s->count; k++) {
+            pdi_entry_find(d->bonds, d->front[f], k, &entry);
+            for (int e = 0; e < entry.count && entry.open; e++) {
+                if (d->slot[entry.node[e]] < 0) continue;
+                pdi_beside *from = &d->beside[d->slot[entry.node[e]]];
+                double normal[PD_DIM];
+                pdi_entry_mirror(&entry, e, from->normal, normal);
+                double share = s->lap[k] * pdi_vec_dot(s->xi + k * PD_DIM, normal) / entry.count;
+                if (!(from->enters > 0.0) || !(share > 0.0)) continue;
+                double beyond = fmax(pdi_entry_beyond(d->bonds, k, &entry, e, normal), 0.0);
+                link(d, from, pdi_interface_join(d, entry.far), share, beyond);
+            }
+        }
+    for (int32_t n = 0; n < d->beside_count; n++) { /* metal on all sides */
+        pdi_beside *beside = &d->beside[n];
+        if (beside->enters > 0.0 && !(beside->links > 0.0)) link(d, beside, beside, 0.0, 0.0);
+    }
+}
+
+static double pdi_interface_part(const pdi_beside *from, double share)
+{
+    return from->links > 0.0 ? share / from->links : 1.0;
+}
+
+static void pdi_interface_count(pd_dissolve *d, pdi_beside *from, pdi_beside *to, double share, double beyond)
+{
+    (void)d, (void)to, (void)beyond;
+    from->links += share;
+}
+
+static void pdi_interface_arrive(pd_dissolve *d, pdi_beside *from, pdi_beside *to, double share, double beyond)
+{
+    double over = pdi_interface_part(from, share) * pdi_metal_over(d, from->node, to->node), cell = 0.0;
+    for (int a = 0; a < PD_DIM; a++) cell = fmax(cell, fabs(from->normal[a]) * d->bonds->stencil->h[a]);
+    to->weight += over * from->enters;
+    to->film += over * (from->hollow * cell + from->enters * beyond);
+    to->flux += over * from->factor;
+}
+
+static void pdi_interface_average(pd_dissolve *d, pdi_beside *from, pdi_beside *to, double share, double beyond)
+{
+    (void)beyond;
+    from->mean += pdi_interface_part(from, share) * pdi_interface_line(d, to);
+}
+
+/* The speed of the metal is the mean of what the law gives where it arrives. */
+PDI_FN void pdi_interface_means(pd_dissolve *d)
+{
+    for (int32_t n = 0; n < d->beside_count; n++) {
+        pdi_beside *beside = &d->beside[n];
+        beside->mean = 0.0;
+        if (!pdi_metal_bonds(d)) continue;
+        /* the line is that of the law times the mean drive of the bonds */
+        double line = pdi_interface_line(d, beside), driven = 1.0;
+        if (d->desc.drive == PD_DRIVE_DIFFERENCE)
+            driven = log(d->desc.solid / d->desc.saturation) / pdi_metal_span(d) *
+                     (beside->stock / beside->weight - d->transport->c[beside->node]);
+        beside->mean = driven > 0.0 ? line / driven : 0.0;
+    }
+    if (!pdi_metal_bonds(d)) pdi_interface_link(d, pdi_interface_average);
+}
+
+/* What of it belongs to pieces of metal that do not last the step is given once for all. */
+static void pdi_interface_pay(pd_dissolve *d, pdi_beside *from, pdi_beside *to, double share, double beyond)
+{
+    double over = pdi_interface_part(from, share) * pdi_metal_over(d, from->node, to->node);
+    (void)beyond;
+    to->given += over * from->paid * pdi_interface_line(d, to);
+    to->weight = fmax(to->weight - over * from->used, 0.0);
+}
+
+PDI_FN void pdi_interface_land(pd_dissolve *d)
+{
+    for (int32_t k = 0; k < d->beside_count; k++) d->slot[d->beside[k].node] = -1;
+    d->beside_count = 0;
+    for (int32_t f = 0; f < d->front_count; f++) pdi_interface_gather(d, d->front[f]);
+    for (int32_t n = 0; n < d->beside_count; n++) {
+        double *normal = d->beside[n].normal, length = pdi_vec_norm(normal);
+        for (int a = 0; a < PD_DIM && length > 0.0; a++) normal[a] /= length;
+        if (pdi_metal_bonds(d)) d->beside[n].weight = d->beside[n].enters;
+    }
+    if (pdi_metal_bonds(d)) return;
+    pdi_interface_link(d, pdi_interface_count);
+    pdi_interface_link(d, pdi_interface_arrive);
+}
+
+PDI_FN void pdi_interface_spare(pd_dissolve *d)
+{
+    for (int32_t n = 0; n < d->beside_count && pdi_metal_bonds(d); n++) {
+        pdi_beside *beside = &d->beside[n];
+        beside->given += beside->paid * beside->mean;
+        beside->weight = fmax(beside->weight - beside->used, 0.0);
+        beside->stock = fmax(beside->stock - beside->used_stock, 0.0);
+    }
+    if (!pdi_metal_bonds(d)) pdi_interface_link(d, pdi_interface_pay);
+}
+
+/* ======== >>metal/content.c ======== */
+/* content: see content.h */
+#include <math.h>
+#include <string.h>
+
+/* Content above the threshold that counts as none, as a fraction of Cs: rounding of the losses. */
+#define PDI_CONTENT_EMPTY 1e-12
+
+/* Share of the mean lead that is taken off. The whole of it, right for layers of a flat front, is too much where steps
+ * run over a curved one: 0.6 is fitted to discs of 8 and 16 cells (within 1.5 % of the speed until half is gone). */
+#define PDI_CONTENT_LEAD_SHARE 0.6
+
+/* A solid neighbour that loses at most this share of what a node loses lies behind it. */
+#define PDI_CONTENT_SHELTERED 0.6
+
+/* Who can take over from a node that leaves. */
+typedef enum pdi_content_heir {
+    PDI_CONTENT_BEHIND, /* solid that the fluid reaches clearly less than the node itself: the next layer */
+    PDI_CONTENT_SOLID,  /* any solid */
+    PDI_CONTENT_FLUID   /* fluid, through the next transport step */
+} pdi_content_heir;
+
+/* A piece of metal: nodes that can hand over to each other, directly or through others. */
+typedef struct pdi_content_piece {
+    int32_t *node;
+    int32_t count;
+    double has, gives; /* [mol/m3 of a cell] above the threshold; in the step */
+} pdi_content_piece;
+
+/* Mean lead of the node set in cells: along an axis layer l loses the share a_l = sum over n_axis >= l of c(n) h, and
+ * has on average lost its own share half and those of the layers below whole: sum_l (l - 1/2) a_l = sum c(n) h n^2 / 2
+ * over n_axis > 0. */
+PDI_FN double pdi_content_lead(const pd_stencil *s)
+{
+    double sum = 0.0;
+    for (int k = 0; k < s->count; k++)
+        for (int d = 0; d < PD_DIM; d++) {
+            double n = (double)s->offset[k * PD_DIM + d];
+            sum += 0.25 * s->area[k] * s->h[d] * n * n / PD_DIM;
+        }
+    return PDI_CONTENT_LEAD_SHARE * sum;
+}
+
+PDI_FN void pdi_content_collect(pd_dissolve *d)
+{
+    d->front_count = 0;
+    for (int32_t j = 0; j < d->grid->total; j++)
+        if (d->exposed[j]) d->front[d->front_count++] = j;
+}
+
+PDI_FN int pdi_content_is_exposed(const pd_dissolve *d, int32_t j)
+{
+    if (d->grid->kind[j] != PD_SOLID) return 0;
+    for (int k = 0; k < d->bonds->stencil->count; k++)
+        if (d->grid->kind[pdi_entry_far(d->bonds, j, k)] == PD_FLUID) return 1;
+    return 0;
+}
+
+/* Weight of the far end of bond k of node j as an heir; 0: it is none. */
+static double pdi_content_share(const pd_dissolve *d, int32_t j, int k, pdi_content_heir heir)
+{
+    int32_t i = pdi_entry_far(d->bonds, j, k);
+    uint8_t wanted = heir == PDI_CONTENT_FLUID ? PD_FLUID : PD_SOLID;
+    if (i == j || d->grid->kind[i] != wanted || !pdi_entry_free(d->bonds, j, k)) return 0.0;
+    if (heir == PDI_CONTENT_FLUID) return d->weight[k];
+    if (heir == PDI_CONTENT_BEHIND && d->rate[i] > PDI_CONTENT_SHELTERED * d->rate[j]) return 0.0;
+    return d->weight[k] * pdi_metal_factor(d, i);
+}
+
+/* Take j into the piece. */
+static void pdi_content_see(pd_dissolve *d, int32_t j, pdi_content_piece *p)
+{
+    d->mark[j] |= PDI_CONTENT_SEEN;
+    p->node[p->count++] = j;
+}
+
+/* Take the far ends of the bonds of node i into the piece, as far as they are metal that dissolves, or were when the
+ * step began. */
+static void pdi_content_spread(pd_dissolve *d, int32_t i, pdi_content_piece *p)
+{
+    for (int k = 0; k < d->bonds->stencil->count; k++) {
+        int32_t j = pdi_entry_far(d->bonds, i, k);
+        if (d->grid->kind[j] != PD_SOLID && !(d->mark[j] & PDI_CONTENT_TURNED)) continue;
+        double weight = d->weight[k] * pdi_metal_factor(d, j);
+        if (j == i || (d->mark[j] & PDI_CONTENT_SEEN) || !(weight > 0.0)) continue;
+        if (pdi_entry_free(d->bonds, i, k)) pdi_content_see(d, j, p);
+    }
+}
+
+static void pdi_content_begin(pd_dissolve *d, int32_t j, pdi_content_piece *p)
+{
+    p->node = d->piece + d->gone_count;
+    p->count = 0;
+    p->has = p->gives = 0.0;
+    pdi_content_see(d, j, p);
+}
+
+static void pdi_content_label(pd_dissolve *d, const pdi_content_piece *p, int label)
+{
+    for (int32_t n = 0; n < p->count; n++)
+        d->mark[p->node[n]] = (uint8_t)((d->mark[p->node[n]] & ~PDI_CONTENT_SEEN) | label);
+}
+
+/* 1: the piece of node j has more than it gives in the step, which is as soon known as it has more than all metal
+ * gives. */
+static int pdi_content_lasts(pd_dissolve *d, int32_t j, double dt, double all, pdi_content_piece *p)
+{
+    double take = dt * pdi_metal_span(d);
+    pdi_content_begin(d, j, p);
+    for (int32_t n = 0; n < p->count; n++) {
+        int32_t i = p->node[n];
+        double around = pdi_grid_circumference(d->grid, i);
+        p->has += (d->transport->c[i] - pdi_metal_end(d, i)) * around;
+        if (d->exposed[i]) p->gives += take * d->rate[i] * around;
+        if (p->has > all || (d->mark[i] & PDI_CONTENT_LASTS)) return 1;
+        pdi_content_spread(d, i, p);
+    }
+    return p->has > p->gives;
+}
+
+/* What the piece gives by its law at the present concentrations, scaled to what it has. */
+static void pdi_content_give(pd_dissolve *d, const pdi_content_piece *p)
+{
+    pdi_entry entry;
+    double share = p->has / p->gives;
+    for (int32_t n = 0; n < p->count; n++) {
+        int32_t j = p->node[n];
+        for (int k = 0; k < d->bonds->stencil->count && d->exposed[j]; k++) {
+            pdi_interface_find(d, j, k, &entry);
+            for (int e = 0; e < entry.count; e++) {
+                int32_t i = entry.node[e];
+                double weight = pdi_interface_weight(d, j, i, k, &entry);
+                if (d->slot[i] < 0 || !(weight > 0.0)) continue;
+                d->beside[d->slot[i]].paid += share * pdi_metal_drive(d, j, i) * weight;
+                d->beside[d->slot[i]].used += weight;
+                d->beside[d->slot[i]].used_stock += weight * d->transport->c[j];
+            }
+        }
+    }
+}
+
+PDI_FN int pdi_content_spare(pd_dissolve *d, double dt)
+{
+    double take = dt * pdi_metal_span(d), all = 0.0;
+    int found = 0;
+    for (int32_t j = 0; j < d->grid->total; j++) {
+        d->mark[j] &= (uint8_t)~PDI_CONTENT_LASTS;
+        if (d->exposed[j]) all += fmax(take * d->rate[j], 0.0) * pdi_grid_circumference(d->grid, j);
+    }
+    for (int32_t f = 0; f < d->front_count; f++) {
+        int32_t j = d->front[f];
+        pdi_content_piece piece;
+        if (d->mark[j] & (PDI_CONTENT_LASTS | PDI_CONTENT_GONE)) continue;
+        if (pdi_metal_left(d, j) > dt * d->rate[j]) continue;
+        int lasts = pdi_content_lasts(d, j, dt, all, &piece);
+        pdi_content_label(d, &piece, lasts ? PDI_CONTENT_LASTS : PDI_CONTENT_GONE);
+        if (lasts) continue;
+        pdi_content_give(d, &piece);
+        d->gone_count += piece.count;
+        found++;
+    }
+    if (found) pdi_interface_spare(d);
+    for (int32_t n = 0; n < d->beside_count; n++)
+        d->beside[n].used = d->beside[n].used_stock = d->beside[n].paid = 0.0;
+    return found;
+}
+
+/* Move `rest` to the solid nodes nearest to j on paths through its piece, whose other nodes leave as well. 0: there is
+ * none. */
+static int pdi_content_pass_on(pd_dissolve *d, int32_t j, double rest)
+{
+    pdi_content_piece p;
+    int32_t begin = 0, end = 1, found = 0;
+    pdi_content_begin(d, j, &p);
+    while (begin < end && !found) {
+        for (int32_t n = begin; n < end; n++) pdi_content_spread(d, p.node[n], &p);
+        begin = end;
+        end = p.count;
+        for (int32_t n = begin; n < end; n++) found += d->grid->kind[p.node[n]] == PD_SOLID;
+    }
+    for (int32_t n = begin; n < end; n++)
+        if (d->grid->kind[p.node[n]] == PD_SOLID)
+            d->transport->c[p.node[n]] += rest / found * pdi_metal_over(d, j, p.node[n]);
+    pdi_content_label(d, &p, 0);
+    return found > 0;
+}
+
+/* Move `rest` (what node j still holds, or owes when negative) to the layer behind it, the present front; without one
+ * to any solid neighbour, or to the metal that it hangs together with. Where there is none, it is rounding, and goes to
+ * the fluid around. */
+static pd_status pdi_content_hand_over(pd_ctx *ctx, pd_dissolve *d, int32_t j, double rest)
+{
+    int count = d->bonds->stencil->count;
+    for (int heir = PDI_CONTENT_BEHIND; heir <= PDI_CONTENT_FLUID; heir++) {
+        double sum = 0.0;
+        if (heir == PDI_CONTENT_FLUID && pdi_content_pass_on(d, j, rest)) return PD_OK;
+        for (int k = 0; k < count; k++) sum += pdi_content_share(d, j, k, (pdi_content_heir)heir);
+        if (!(sum > 0.0)) continue;
+        double *target = heir == PDI_CONTENT_FLUID ? d->transport->carry : d->transport->c;
+        for (int k = 0; k < count; k++) {
+            int32_t i = pdi_entry_far(d->bonds, j, k);
+            double share = pdi_content_share(d, j, k, (pdi_content_heir)heir) / sum;
+            if (share > 0.0) target[i] += rest * share * pdi_metal_over(d, j, i);
+        }
+        return PD_OK;
+    }
+    return pdi_fail(ctx, PD_ERR_INTERNAL, "dissolve", "node %d dissolved without any neighbour", (int)j);
+}
+
+static void pdi_content_note(pd_dissolve *d, int32_t j)
+{
+    d->mark[j] |= PDI_CONTENT_TURNED;
+    d->changed[d->changed_count++] = j;
+}
+
+/* Nodes within one bond of `j` may have become exposed. */
+static void pdi_content_expose(pd_dissolve *d, int32_t j)
+{
+    d->exposed[j] = 0;
+    for (int k = 0; k < d->bonds->stencil->count; k++) {
+        int32_t i = pdi_entry_far(d->bonds, j, k);
+        if (d->grid->kind[i] == PD_SOLID) d->exposed[i] = 1;
+    }
+}
+
+/* 1 when node j has to leave the solid: down to the lead with a layer behind it that stays, or empty. */
+static int pdi_content_spent(const pd_dissolve *d, int32_t j)
+{
+    double left = pdi_metal_left(d, j);
+    if (left <= PDI_CONTENT_EMPTY) return 1;
+    for (int k = 0; k < d->bonds->stencil->count && left <= d->lead; k++)
+        if (pdi_content_share(d, j, k, PDI_CONTENT_BEHIND) > 0.0 &&
+            pdi_metal_left(d, pdi_entry_far(d->bonds, j, k)) > d->lead)
+            return 1;
+    return 0;
+}
+
+/* Spent nodes leave the solid, all of a round together, so that a flat layer leaves as one; what they hand over may
+ * overdraw others, which leave in the next round. */
+static pd_status pdi_content_settle(pd_ctx *ctx, pd_dissolve *d)
+{
+    double *c = d->transport->c;
+    for (int32_t first = 0;;) {
+        for (int32_t f = 0; f < d->front_count; f++) {
+            int32_t j = d->front[f];
+            if (!(d->mark[j] & PDI_CONTENT_TURNED) && pdi_content_spent(d, j)) pdi_content_note(d, j);
+        }
+        if (first == d->changed_count) return PD_OK;
+        for (int32_t n = first; n < d->changed_count; n++) pdi_grid_dissolve(d->grid, d->changed[n]);
+        for (; first < d->changed_count; first++) {
+            int32_t j = d->changed[first];
+            double rest = c[j] - pdi_metal_end(d, j);
+            c[j] = pdi_metal_end(d, j);
+            if (fabs(rest) > 0.0) PDI_TRY(pdi_content_hand_over(ctx, d, j, rest));
+        }
+    }
+}
+
+/* ---- bonds: a node turns at the end of the step that is closest to its own end ---- */
+
+/* Where node i finds or leaves metal: bond k leads to metal other than i, and no wall stands in between. -1: it does
+ * not. */
+static int32_t pdi_content_behind(const pd_dissolve *d, int32_t i, int k)
+{
+    int32_t at = pdi_entry_far(d->bonds, i, k);
+    if (at == i || d->grid->kind[at] != PD_SOLID || (d->mark[at] & PDI_CONTENT_TURNED)) return -1;
+    return pdi_entry_free(d->bonds, i, k) ? at : -1;
+}
+
+/* Node i, below its end, takes what it lacks from the metal in its reach, in proportion to the weights, and no more than
+ * that has above its end. What is left goes round until it is covered or none has any. Metal that is drained turns,
+ * too. */
+static void pdi_content_take(pd_dissolve *d, int32_t i)
+{
+    double *c = d->transport->c, lacks = pdi_metal_end(d, i) - c[i];
+    int again = 1;
+    while (lacks > 0.0 && again) {
+        double sum = 0.0, given = 0.0, share = lacks;
+        again = 0;
+        for (int k = 0; k < d->bonds->stencil->count; k++) {
+            int32_t at = pdi_content_behind(d, i, k);
+            if (at >= 0 && c[at] > pdi_metal_end(d, at)) sum += d->weight[k];
+        }
+        for (int k = 0; k < d->bonds->stencil->count && sum > 0.0; k++) {
+            int32_t at = pdi_content_behind(d, i, k);
+            if (at < 0 || !(c[at] > pdi_metal_end(d, at))) continue;
+            double has = (c[at] - pdi_metal_end(d, at)) * pdi_metal_over(d, at, i), part = share * (d->weight[k] / sum);
+            if (part >= has) {
+                part = has;
+                c[at] = pdi_metal_end(d, at);
+                pdi_content_note(d, at);
+                again = 1;
+            } else c[at] -= part * pdi_metal_over(d, i, at);
+            given += part;
+        }
+        c[i] += given;
+        lacks = again ? lacks - given : 0.0;
+    }
+}
+
+/* 1: metal that fluid reaches, that has room below Cs, and that does not turn in the next step. Hand-over within a layer
+ * would roughen the front. */
+static int pdi_content_receives(const pd_dissolve *d, int32_t at, double take)
+{
+    const double *c = d->transport->c;
+    return d->exposed[at] && c[at] < d->desc.solid && c[at] - pdi_metal_end(d, at) > take * d->rate[at];
+}
+
+/* Node i passes what it has above its end to such metal, in proportion to the weights and none more than whole metal
+ * has. What is left goes round, and stays where nobody takes it. */
+static void pdi_content_give_up(pd_dissolve *d, int32_t i, double take)
+{
+    double *c = d->transport->c, end = pdi_metal_end(d, i), left = c[i] - end;
+    int full = 1;
+    while (left > 0.0 && full) {
+        double sum = 0.0, given = 0.0;
+        full = 0;
+        for (int k = 0; k < d->bonds->stencil->count; k++) {
+            int32_t at = pdi_content_behind(d, i, k);
+            if (at >= 0 && pdi_content_receives(d, at, take)) sum += d->weight[k];
+        }
+        if (!(sum > 0.0)) break;
+        for (int k = 0; k < d->bonds->stencil->count; k++) {
+            int32_t at = pdi_content_behind(d, i, k);
+            if (at < 0 || !pdi_content_receives(d, at, take)) continue;
+            double part = left * (d->weight[k] / sum), room = (d->desc.solid - c[at]) * pdi_metal_over(d, at, i);
+            if (part >= room) {
+                part = room;
+                c[at] = d->desc.solid;
+                full = 1;
+            } else c[at] += part * pdi_metal_over(d, i, at);
+            given += part;
+        }
+        left = full ? left - given : 0.0;
+    }
+    c[i] = end + fmax(left, 0.0);
+}
+
+static pd_status pdi_content_saturate(pd_ctx *ctx, pd_dissolve *d, double take)
+{
+    double *c = d->transport->c;
+    int32_t candidates = 0;
+    for (int32_t f = 0; f < d->front_count; f++) {
+        int32_t i = d->front[f];
+        if (d->mark[i] & PDI_CONTENT_TURNED) continue;
+        if (c[i] - 0.5 * take * d->rate[i] <= pdi_metal_end(d, i)) d->piece[candidates++] = i;
+    }
+    for (int32_t n = 0; n < candidates; n++)
+        if (c[d->piece[n]] > pdi_metal_end(d, d->piece[n])) pdi_content_give_up(d, d->piece[n], take);
+    for (int32_t n = 0; n < candidates; n++)
+        if (c[d->piece[n]] <= pdi_metal_end(d, d->piece[n])) pdi_content_note(d, d->piece[n]);
+    for (int32_t n = 0; n < d->changed_count; n++) pdi_content_take(d, d->changed[n]); /* the list may grow */
+    for (int32_t n = 0; n < d->changed_count; n++) pdi_grid_dissolve(d->grid, d->changed[n]);
+    for (int32_t n = 0; n < d->changed_count; n++) {
+        int32_t i = d->changed[n];
+        double rest = c[i] - pdi_metal_end(d, i);
+        c[i] = pdi_metal_end(d, i);
+        if (fabs(rest) > 0.0) PDI_TRY(pdi_content_hand_over(ctx, d, i, rest));
+    }
+    return PD_OK;
+}
+
+/* Activation control: what a node that turns holds above the fluid is gone. */
+static void pdi_content_rinse(pd_dissolve *d, double take)
+{
+    pdi_sum gone = {0.0, 0.0};
+    double *c = d->transport->c;
+    for (int32_t k = 0; k < d->beside_count; k++) {
+        const pdi_beside *beside = &d->beside[k];
+        double gain = beside->weight * pdi_interface_line(d, beside) + beside->given;
+        pdi_sum_add(&gone, take / pdi_metal_span(d) * gain * pdi_grid_circumference(d->grid, beside->node));
+    }
+    for (int32_t n = 0; n < d->changed_count; n++) {
+        int32_t i = d->changed[n];
+        pdi_sum_add(&gone, (c[i] - d->desc.bulk) * pdi_grid_circumference(d->grid, i));
+        c[i] = d->desc.bulk;
+    }
+    d->rinsed = pdi_sum_total(&gone) * d->bonds->stencil->volume;
+}
+
+PDI_FN void pdi_content_turned(pd_dissolve *d, const int32_t *turned, int32_t count)
+{
+    for (int32_t n = 0; n < count; n++) pdi_content_expose(d, turned[n]);
+    pdi_content_collect(d);
+}
+
+PDI_FN pd_status pdi_content_finish(pd_ctx *ctx, pd_dissolve *d, double dt)
+{
+    double take = dt * pdi_metal_span(d), *c = d->transport->c;
+    d->changed_count = 0;
+    /* the contents tell where the surface stands, so all rates come first */
+    for (int32_t f = 0; f < d->front_count; f++) c[d->front[f]] -= take * d->rate[d->front[f]];
+    for (int32_t n = 0; n < d->gone_count; n++) {
+        c[d->piece[n]] = pdi_metal_end(d, d->piece[n]);
+        pdi_content_note(d, d->piece[n]);
+    }
+    if (pdi_metal_bonds(d)) PDI_TRY(pdi_content_saturate(ctx, d, take));
+    else PDI_TRY(pdi_content_settle(ctx, d));
+    if (d->desc.activation) pdi_content_rinse(d, take);
+    if (d->changed_count) pdi_content_turned(d, d->changed, d->changed_count);
+    return PD_OK;
+}
+
+PDI_FN double pdi_content_stock(const pd_dissolve *d)
+{
+    pdi_sum sum = {0.0, 0.0};
+    for (int32_t j = 0; j < d->grid->total; j++)
+        if (d->grid->kind[j] == PD_SOLID) pdi_sum_add(&sum, d->transport->c[j] * pdi_grid_circumference(d->grid, j));
+    return pdi_sum_total(&sum) * d->bonds->stencil->volume;
+}
+
 /* ======== >>metal/damage.c ======== */
 /* damage: see damage.h */
 #include <math.h>
@@ -21373,6 +21479,470 @@ PDI_FN double pdi_damage_last(uint64_t seed, int32_t node, int bonds)
     double last = 0.0;
     for (int b = 0; b < bonds; b++) last = fmax(last, pdi_damage_number(seed, node, b));
     return bonds ? last : 1.0;
+}
+
+/* ======== >>metal/dissolve.c ======== */
+/* dissolve: see dissolve.h */
+#include <math.h>
+#include <string.h>
+
+/* Rounds in which law and transport have to agree, on a share of the fastest speed or of the field. */
+#define PDI_DISSOLVE_ROUNDS 100
+#define PDI_DISSOLVE_NEAR 1e-8
+#define PDI_DISSOLVE_CLOSE 1e-10
+/* Steps by the error in time: the share of the longest one that is taken, how much longer or shorter the next one may
+ * be, and the loss of a node over the tolerance that is faint. */
+#define PDI_DISSOLVE_SAFE 0.9
+#define PDI_DISSOLVE_LONGER 10.0
+#define PDI_DISSOLVE_FAINT 1e-3
+/* Bonds: how much longer the next step may be, and the default of rtol. */
+#define PDI_DISSOLVE_GROWTH 1.5
+#define PDI_DISSOLVE_RTOL 1e-3
+/* Share of the first residual that a stage leaves while the law still changes (Eisenstat and Walker 1996). */
+#define PDI_DISSOLVE_FORCING 1e-3
+
+/* ---- build ---- */
+
+static pd_status pdi_dissolve_check(pd_ctx *ctx, const pd_dissolve_desc *desc)
+{
+    if (!(desc->solid > 0.0) || !(desc->solid < 1e100) || !(desc->threshold >= 0.0) || !(desc->threshold < 1.0) ||
+        !desc->rate)
+        return pdi_fail(ctx, PD_ERR_ARGUMENT, "dissolve",
+                        "Cs = %g mol/m3 must be positive, the threshold %g lie in [0, 1), a rate law be given",
+                        desc->solid, desc->threshold);
+    if (desc->model == PD_METAL_SURFACE) return PD_OK;
+    if (desc->model != PD_METAL_BONDS)
+        return pdi_fail(ctx, PD_ERR_ARGUMENT, "dissolve", "model %d, expected 0 or 1", (int)desc->model);
+    if (!(desc->solid > desc->saturation) || !(desc->saturation > 0.0) || desc->threshold > 0.0)
+        return pdi_fail(ctx, PD_ERR_ARGUMENT, "dissolve",
+                        "Cs = %g, Csat = %g mol/m3 and a threshold of %g, expected Cs > Csat > 0 and no threshold",
+                        desc->solid, desc->saturation, desc->threshold);
+    if (!(desc->bulk >= 0.0) || desc->bulk > desc->saturation || !(desc->rtol >= 0.0) || !(desc->rtol < 1.0))
+        return pdi_fail(ctx, PD_ERR_ARGUMENT, "dissolve",
+                        "bulk = %g mol/m3 and rtol = %g, expected 0 to Csat = %g mol/m3 and 0 to below 1", desc->bulk,
+                        desc->rtol, desc->saturation);
+    if (!(desc->repassivation >= 0.0) || desc->repassivation > desc->saturation)
+        return pdi_fail(ctx, PD_ERR_ARGUMENT, "dissolve",
+                        "repassivation below %g mol/m3, expected 0 to Csat = %g mol/m3", desc->repassivation,
+                        desc->saturation);
+    if ((int)desc->drive < PD_DRIVE_CONSTANT || (int)desc->drive > PD_DRIVE_DIFFERENCE)
+        return pdi_fail(ctx, PD_ERR_ARGUMENT, "dissolve", "drive %d, expected 0 or 1", (int)desc->drive);
+    return PD_OK;
+}
+
+static pd_status pdi_dissolve_allocate(pd_ctx *ctx, pd_dissolve *d)
+{
+    int32_t total = d->grid->total;
+    d->capacity = (int32_t)d->grid->solid_count;
+    PDI_TRY(PDI_NEW(ctx, "dissolve", d->capacity, d->front));
+    PDI_TRY(PDI_NEW(ctx, "dissolve", d->capacity, d->changed));
+    PDI_TRY(PDI_NEW(ctx, "dissolve", d->capacity, d->piece));
+    PDI_TRY(PDI_NEW(ctx, "dissolve", total, d->mark));
+    PDI_TRY(PDI_NEW(ctx, "dissolve", total, d->exposed));
+    PDI_TRY(PDI_NEW(ctx, "dissolve", total, d->rate));
+    PDI_TRY(PDI_NEW(ctx, "dissolve", total, d->slot));
+    d->beside_capacity = pdi_entry_around(d->bonds, d->mark);
+    PDI_TRY(PDI_NEW(ctx, "dissolve", d->beside_capacity, d->beside));
+    if (!pdi_metal_bonds(d)) return PD_OK;
+    PDI_TRY(PDI_NEW(ctx, "dissolve", d->beside_capacity, d->pinned));
+    if (d->desc.repassivation > 0.0) PDI_TRY(PDI_NEW(ctx, "dissolve", total, d->film));
+    if (!d->desc.activation) PDI_TRY(PDI_NEW(ctx, "dissolve", total, d->moved));
+    if (!d->desc.stochastic) return PD_OK;
+    PDI_TRY(PDI_NEW(ctx, "dissolve", total, d->links));
+    return PDI_NEW(ctx, "dissolve", total, d->last);
+}
+
+/* Mechanical bonds of solid nodes, and the content at which the last of them breaks. */
+static void pdi_dissolve_links(const pd_ctx *ctx, pd_dissolve *d)
+{
+    const pd_stencil *s = d->bonds->stencil;
+    int nt = pdi_par_threads(ctx, (int64_t)d->grid->solid_count * s->count);
+    (void)nt;
+    PDI_PARALLEL_FOR(nt)
+    for (int32_t j = 0; j < d->grid->total; j++) {
+        int links = 0;
+        if (d->grid->kind[j] != PD_SOLID) continue;
+        for (int k = 0; k < s->count; k++) links += d->grid->kind[pdi_entry_far(d->bonds, j, k)] == PD_SOLID;
+        d->links[j] = (uint16_t)links;
+        d->last[j] =
+            d->desc.saturation + (1.0 - pdi_damage_last(d->desc.seed, j, links)) * (d->desc.solid - d->desc.saturation);
+    }
+}
+
+static pd_status pdi_dissolve_make(pd_ctx *ctx, pd_grid *grid, const pd_bonds *bonds, pd_transport *transport,
+                                   const pd_dissolve_desc *desc, pd_dissolve *d)
+{
+    const pd_stencil *s = bonds->stencil;
+    memset(d, 0, sizeof *d);
+    PDI_TRY(pdi_dissolve_check(ctx, desc));
+    d->desc = *desc;
+    d->grid = grid;
+    d->bonds = bonds;
+    d->transport = transport;
+    d->weight = s->area;
+    if (pdi_metal_bonds(d)) {
+        d->desc.threshold = desc->saturation / desc->solid;
+        if (!(desc->rtol > 0.0)) d->desc.rtol = PDI_DISSOLVE_RTOL;
+        PDI_TRY(pd_front_build(ctx, s, desc->kernel, desc->weights, &d->kernel));
+        d->weight = d->kernel.weight;
+    }
+    PDI_TRY(pdi_dissolve_allocate(ctx, d));
+    transport->pinned = d->pinned;
+    d->from = d->next_dt = HUGE_VAL;
+    for (int32_t j = 0; j < grid->total; j++) {
+        if (grid->kind[j] == PD_SOLID) transport->c[j] = desc->solid;
+        if (grid->kind[j] == PD_FLUID && desc->activation) transport->c[j] = desc->bulk;
+        d->exposed[j] = (uint8_t)pdi_content_is_exposed(d, j);
+        d->slot[j] = -1;
+    }
+    if (d->links) pdi_dissolve_links(ctx, d);
+    d->lead = pdi_content_lead(s);
+    for (int k = 0; k < s->count; k++) d->spread += s->lap[k];
+    pdi_content_collect(d);
+    return PD_OK;
+}
+
+pd_status pd_dissolve_build(pd_ctx *ctx, pd_grid *grid, const pd_bonds *bonds, pd_transport *transport,
+                            const pd_dissolve_desc *desc, pd_dissolve *d)
+{
+    pd_status status = pdi_dissolve_make(ctx, grid, bonds, transport, desc, d);
+    if (status < 0) pd_dissolve_free(ctx, d);
+    return status;
+}
+
+/* ---- the law ---- */
+
+/* The law beside a node. A drive by difference is part of it. */
+static void pdi_dissolve_law(const pd_dissolve *d, const pdi_beside *beside, pdi_law *law)
+{
+    law->rate = d->desc.rate;
+    law->user = d->desc.rate_user;
+    law->top = pdi_metal_bonds(d) ? d->desc.saturation : d->desc.solid;
+    law->limit = pdi_metal_bonds(d) ? d->desc.saturation : HUGE_VAL;
+    law->whole = 1.0;
+    law->part = 0.0;
+    if (d->desc.drive == PD_DRIVE_DIFFERENCE) {
+        law->part = log(d->desc.solid / d->desc.saturation) / pdi_metal_span(d);
+        law->whole = law->part * beside->stock / beside->weight;
+    }
+    law->at.t = d->time;
+    pd_grid_position(d->grid, beside->node, law->at.x);
+}
+
+static pd_status pdi_dissolve_unlawful(pd_ctx *ctx, const pd_dissolve *d, pdi_law *law, int32_t i)
+{
+    char place[PDI_GRID_PLACE];
+    double c = law->at.c;
+    return pdi_fail(ctx, PD_ERR_STATE, "dissolve",
+                    "the rate law gives %g m/s at c = %g mol/m3, t = %g s (node %d at %s m), expected a speed below "
+                    "1e100 m/s", pdi_law_rate(law, c), c, d->time, (int)i, pdi_grid_place(d->grid, i, place));
+}
+
+/* The first line of the law at a node beside metal. */
+static pd_status pdi_dissolve_begin_law(pd_ctx *ctx, pd_dissolve *d, pdi_beside *beside)
+{
+    pdi_law law;
+    double c = fmax(d->transport->c[beside->node], 0.0);
+    pdi_dissolve_law(d, beside, &law);
+    if (d->desc.uniform && !(c >= d->from && c < d->end)) {
+        d->from = c;
+        d->end = fmin(pdi_law_end(&law, c, law.top), law.limit);
+    }
+    if (!pdi_law_begin(&law, pdi_interface_resist(d, beside), d->from, d->end, c, &beside->point))
+        return pdi_dissolve_unlawful(ctx, d, &law, beside->node);
+    beside->before = pdi_interface_line(d, beside);
+    return PD_OK;
+}
+
+PDI_FN void pdi_dissolve_course(const pd_dissolve *d, double t, double dt, double *error, double *taken)
+{
+    *error = *taken = 0.0;
+    for (int32_t n = 0; n < d->beside_count; n++) {
+        const pdi_beside *beside = &d->beside[n];
+        pdi_law law;
+        double v[3], share = dt * beside->enters / pdi_metal_span(d);
+        pdi_dissolve_law(d, beside, &law);
+        for (int k = 0; k < 3; k++) {
+            law.at.t = t + 0.5 * k * dt;
+            v[k] = fmax(pdi_law_rate(&law, fmax(d->transport->c[beside->node], 0.0)), 0.0);
+        }
+        *error = fmax(*error, share * fabs(v[0] - 2.0 * v[1] + v[2]) / 6.0);
+        if (v[0] < v[1] || v[0] > v[1] || v[1] < v[2] || v[1] > v[2]) *taken = fmax(*taken, share * fmax(v[1], v[2]));
+    }
+}
+
+/* What the lines make of the equations of transport. Nodes at a jump of the law hold its concentration, until the
+ * speeds are settled. */
+static void pdi_dissolve_sources(pd_dissolve *d, int settled)
+{
+    pd_transport *t = d->transport;
+    t->ceiling = 0.0; /* where the lines end */
+    t->pinned_count = 0;
+    for (int32_t k = 0; k < d->beside_count; k++) {
+        const pdi_beside *beside = &d->beside[k];
+        double source = beside->weight * beside->point.speed, absorb = -beside->weight * beside->point.slope;
+        if (beside->point.pinned && !settled) {
+            t->pinned[t->pinned_count++] = beside->node;
+            t->c[beside->node] = beside->point.pin;
+            source = 0.0;
+        }
+        t->source[beside->node] = source + beside->given;
+        t->absorb[beside->node] = absorb;
+        if (source > 0.0) t->ceiling = fmax(t->ceiling, absorb > 0.0 ? source / absorb : HUGE_VAL);
+    }
+}
+
+pd_status pd_dissolve_prepare(pd_ctx *ctx, pd_dissolve *d)
+{
+    pd_transport *t = d->transport;
+    d->rated = d->gone_count = 0;
+    memset(d->mark, 0, (size_t)d->grid->total);
+    for (int32_t i = 0; i < d->grid->total; i++) t->source[i] = t->absorb[i] = 0.0;
+    for (int32_t k = 0; k < d->beside_count && d->film; k++)
+        if (t->c[d->beside[k].node] < d->desc.repassivation) d->film[d->beside[k].node] = 1;
+    pdi_interface_land(d);
+    for (int32_t k = 0; k < d->beside_count; k++)
+        if (d->beside[k].weight > 0.0) PDI_TRY(pdi_dissolve_begin_law(ctx, d, &d->beside[k]));
+    if (!(d->last_dt > 0.0) && d->moved) d->next_dt = pd_transport_limit(ctx, t);
+    pdi_interface_means(d);
+    pdi_dissolve_sources(d, 1);
+    return PD_OK;
+}
+
+double pd_dissolve_fastest(pd_ctx *ctx, const pd_dissolve *d)
+{
+    double fastest = 0.0;
+    (void)ctx;
+    for (int32_t f = 0; f < d->front_count; f++) fastest = fmax(fastest, pdi_interface_rate(d, d->front[f]));
+    return fastest;
+}
+
+/* ---- law and transport of a step together ---- */
+
+static void pdi_dissolve_rates(const pd_ctx *ctx, pd_dissolve *d)
+{
+    pdi_interface_means(d);
+    int nt = pdi_par_threads(ctx, (int64_t)d->front_count * d->bonds->stencil->count * 4);
+    (void)nt;
+    PDI_PARALLEL_FOR(nt)
+    for (int32_t f = 0; f < d->front_count; f++) {
+        int32_t j = d->front[f];
+        if (!(d->mark[j] & PDI_CONTENT_GONE)) d->rate[j] = pdi_interface_rate(d, j);
+    }
+    d->rated = 1;
+}
+
+/* *met: 1 when the lines ask at the present field what the law gives. Otherwise there are new lines. */
+static pd_status pdi_dissolve_meet(pd_ctx *ctx, pd_dissolve *d, int *met)
+{
+    const pd_transport *t = d->transport;
+    double fastest = 0.0;
+    *met = 1;
+    if (t->pinned_count) pdi_transport_residual(ctx, t, t->work);
+    for (int32_t k = 0; k < d->beside_count; k++) fastest = fmax(fastest, d->beside[k].point.largest);
+    for (int32_t k = 0; k < d->beside_count; k++) {
+        pdi_beside *beside = &d->beside[k];
+        pdi_law law;
+        if (!(beside->weight > 0.0)) continue;
+        pdi_dissolve_law(d, beside, &law);
+        double near = PDI_DISSOLVE_NEAR * fastest, need = -t->work[beside->node] / beside->weight;
+        int found = beside->point.pinned ? pdi_law_hold(&law, need, near, &beside->point)
+                                         : pdi_law_meet(&law, t->c[beside->node], near, PDI_DISSOLVE_CLOSE * t->size,
+                                                        &beside->point);
+        if (found < 0) return pdi_dissolve_unlawful(ctx, d, &law, beside->node);
+        *met &= found;
+    }
+    return PD_OK;
+}
+
+/* 1: no node that lasts loses more than it may. */
+static int pdi_dissolve_moderate(pd_dissolve *d, double lost, double dt)
+{
+    if (!(d->most > 0.0) || lost <= d->most) return 1;
+    d->retry_dt = 0.5 * dt * d->most / lost;
+    return 0;
+}
+
+/* Bonds: the next step from the error in time of the fluid, half of what it has moved otherwise than before, over Csat,
+ * root mean square (eq. 6.12), and from what a node has lost. A step after one in which nodes turned is not judged:
+ * fields bend there. */
+static void pdi_dissolve_foresee(pd_dissolve *d, double lost, double dt)
+{
+    const pd_transport *t = d->transport;
+    pdi_sum sum = {0.0, 0.0};
+    int64_t nodes = 0;
+    double ratio = d->last_dt > 0.0 ? dt / d->last_dt : 0.0;
+    d->next_dt = HUGE_VAL;
+    for (int32_t i = 0; i < d->grid->total && d->moved; i++) {
+        if (d->grid->kind[i] != PD_FLUID) continue;
+        double moved = t->c[i] - t->old[i], error = 0.5 * (moved - ratio * d->moved[i]) / d->desc.saturation;
+        pdi_sum_add(&sum, error * error);
+        d->moved[i] = moved;
+        nodes++;
+    }
+    double error = nodes && !d->turned ? sqrt(pdi_sum_total(&sum) / (double)nodes) : 0.0;
+    if (d->moved)
+        d->next_dt = dt * fmin(PDI_DISSOLVE_GROWTH, error > 0.0 ? PDI_DISSOLVE_SAFE * sqrt(d->desc.rtol / error)
+                                                                 : PDI_DISSOLVE_GROWTH);
+    if (lost > 0.0) d->next_dt = fmin(d->next_dt, 0.5 * dt * d->most / lost);
+    d->last_dt = dt;
+}
+
+/* 1: the metal lost is right in time. A step takes the speed at its end; half of the range of speeds on the way is its
+ * error, which goes with the square of the step. What is faint against a cell is right. */
+static int pdi_dissolve_accurate(pd_dissolve *d, double lost, double dt)
+{
+    const pd_transport *t = d->transport;
+    pdi_sum gone = {0.0, 0.0}, error = {0.0, 0.0};
+    for (int32_t k = 0; k < d->beside_count && d->rtol > 0.0; k++) {
+        pdi_beside *beside = &d->beside[k];
+        pdi_law law;
+        pdi_dissolve_law(d, beside, &law);
+        double speed = pdi_interface_line(d, beside);
+        double amount = dt * beside->weight * pdi_grid_circumference(d->grid, beside->node);
+        double slowest = pdi_law_slowest(&law, &beside->point, t->old[beside->node], t->c[beside->node]);
+        double fast = fmax(speed, beside->before), slow = fmin(fmin(speed, beside->before), slowest);
+        pdi_sum_add(&gone, amount * speed);
+        pdi_sum_add(&error, 0.5 * amount * (fast - slow));
+    }
+    double volume = d->bonds->stencil->volume, off = pdi_sum_total(&error) * volume;
+    double right = d->rtol * (d->lost + pdi_sum_total(&gone) * volume);
+    double factor = off > 0.0 ? PDI_DISSOLVE_SAFE * sqrt(right / off) : HUGE_VAL;
+    int faint = lost <= PDI_DISSOLVE_FAINT * d->rtol;
+    d->next_dt = dt * (faint ? PDI_DISSOLVE_LONGER : factor);
+    if (!(d->rtol > 0.0) || factor > PDI_DISSOLVE_LONGER) d->next_dt = HUGE_VAL;
+    if (!(d->rtol > 0.0) || off <= right || faint) return 1;
+    d->retry_dt = dt * fmax(factor, 1.0 / PDI_DISSOLVE_LONGER);
+    return 0;
+}
+
+/* 1: the step stands. */
+static int pdi_dissolve_stands(pd_dissolve *d, double dt)
+{
+    double lost = 0.0;
+    for (int32_t f = 0; f < d->front_count; f++)
+        if (!(d->mark[d->front[f]] & PDI_CONTENT_GONE)) lost = fmax(lost, dt * d->rate[d->front[f]]);
+    if (!pdi_dissolve_moderate(d, lost, dt)) return 0;
+    if (!pdi_metal_bonds(d)) return pdi_dissolve_accurate(d, lost, dt);
+    pdi_dissolve_foresee(d, lost, dt);
+    return 1;
+}
+
+/* Law and transport of a step together. */
+static pd_status pdi_dissolve_solve(pd_ctx *ctx, pd_dissolve *d, double dt, pd_transport_result *result)
+{
+    pd_transport *t = d->transport;
+    pd_status status = PD_OK;
+    int krylov = 0, met = !pdi_metal_bonds(d);
+    for (d->rounds = 1; d->rounds <= PDI_DISSOLVE_ROUNDS; d->rounds++) {
+        pdi_dissolve_sources(d, 0);
+        t->forcing = met || !pdi_metal_bonds(d) ? 0.0 : PDI_DISSOLVE_FORCING;
+        if (!d->desc.activation) {
+            status = pdi_transport_stage(ctx, t, dt, 1, result);
+            result->krylov = krylov += result->krylov;
+            if (status < 0) return status;
+            PDI_TRY(pdi_dissolve_meet(ctx, d, &met));
+            if (!met || t->forcing > 0.0) continue;
+        }
+        pdi_dissolve_rates(ctx, d);
+        /* less metal leaves less in the fluid, so others give more: each round finds new pieces, or is the last one */
+        if (pdi_content_spare(d, dt)) continue;
+        return pdi_dissolve_stands(d, dt) ? status : PD_RETRY;
+    }
+    d->retry_dt = 0.5 * dt;
+    return PD_RETRY;
+}
+
+/* The speeds that were found stand for the lines: what metal loses and fluid gains is the same number. Where a line is
+ * steeper than all that the fluid does, its concentration tells the speed to few digits, and the balance of the node
+ * tells it. */
+static void pdi_dissolve_settle_speeds(const pd_ctx *ctx, pd_dissolve *d, double dt)
+{
+    const pd_transport *t = d->transport;
+    pdi_transport_residual(ctx, t, t->work);
+    for (int32_t k = 0; k < d->beside_count; k++) {
+        const pdi_beside *beside = &d->beside[k];
+        pdi_law_point *p = &d->beside[k].point;
+        if (p->pinned) continue;
+        double own = 1.0 / dt + pdi_interface_diffusivity(d, beside->node) * d->spread;
+        double speed = pdi_interface_line(d, beside);
+        if (-p->slope * beside->weight > own) speed = fmax(speed - t->work[beside->node] / beside->weight, 0.0);
+        p->speed = speed;
+        p->slope = 0.0;
+    }
+    pdi_dissolve_sources(d, 1);
+    pdi_dissolve_rates(ctx, d);
+}
+
+pd_status pd_dissolve_transport(pd_ctx *ctx, pd_dissolve *d, double dt, pd_transport_result *result)
+{
+    pd_transport *t = d->transport;
+    memset(result, 0, sizeof *result);
+    if (d->desc.activation) {
+        pd_status status = pdi_dissolve_solve(ctx, d, dt, result);
+        t->pinned_count = 0;
+        return status;
+    }
+    PDI_TRY(pdi_transport_begin(ctx, t, dt));
+    pd_status status = pdi_dissolve_solve(ctx, d, dt, result);
+    if (status >= 0 && status != PD_RETRY) pdi_dissolve_settle_speeds(ctx, d, dt);
+    t->pinned_count = 0;
+    t->forcing = 0.0;
+    return pdi_transport_end(ctx, t, dt, status);
+}
+
+pd_status pd_dissolve_finish(pd_ctx *ctx, pd_dissolve *d, double dt)
+{
+    if (!d->rated) pdi_dissolve_rates(ctx, d);
+    d->rated = 0;
+    pd_status status = pdi_content_finish(ctx, d, dt);
+    d->turned = d->changed_count;
+    return status;
+}
+
+double pd_dissolve_stock(pd_ctx *ctx, const pd_dissolve *d)
+{
+    (void)ctx;
+    return pdi_content_stock(d);
+}
+
+double pd_dissolve_damage(const pd_dissolve *d, int32_t i)
+{
+    if (d->grid->kind[i] == PD_FLUID) return 1.0;
+    if (d->grid->kind[i] != PD_SOLID) return 0.0;
+    double lost = (d->desc.solid - d->transport->c[i]) / pdi_metal_span(d);
+    lost = fmin(fmax(lost, 0.0), 1.0);
+    return d->links ? pdi_damage_broken(d->desc.seed, i, d->links[i], lost) : lost;
+}
+
+PDI_FN pd_status pdi_dissolve_store(pd_ctx *ctx, pd_dissolve *d, pd_archive *archive)
+{
+    PDI_TRY(PDI_KEEP(ctx, archive, "dissolve.next_dt", &d->next_dt, 1));
+    if (!pdi_metal_bonds(d)) return PD_OK;
+    if (d->film) PDI_TRY(PDI_KEEP(ctx, archive, "dissolve.film", d->film, d->grid->total));
+    if (d->moved) PDI_TRY(PDI_KEEP(ctx, archive, "dissolve.moved", d->moved, d->grid->total));
+    PDI_TRY(PDI_KEEP(ctx, archive, "dissolve.last_dt", &d->last_dt, 1));
+    return PDI_KEEP(ctx, archive, "dissolve.turned", &d->turned, 1);
+}
+
+void pd_dissolve_free(pd_ctx *ctx, pd_dissolve *d)
+{
+    int32_t total = d->grid ? d->grid->total : 0;
+    pd_front_free(ctx, &d->kernel);
+    PDI_DELETE(ctx, total, d->exposed);
+    PDI_DELETE(ctx, total, d->rate);
+    PDI_DELETE(ctx, total, d->slot);
+    PDI_DELETE(ctx, d->beside_capacity, d->beside);
+    PDI_DELETE(ctx, total, d->mark);
+    PDI_DELETE(ctx, d->capacity, d->front);
+    PDI_DELETE(ctx, d->capacity, d->changed);
+    PDI_DELETE(ctx, d->capacity, d->piece);
+    PDI_DELETE(ctx, d->beside_capacity, d->pinned);
+    PDI_DELETE(ctx, total, d->film);
+    PDI_DELETE(ctx, total, d->moved);
+    PDI_DELETE(ctx, total, d->links);
+    PDI_DELETE(ctx, total, d->last);
+    memset(d, 0, sizeof *d);
 }
 
 /* ======== >>metal/phase.c ======== */
@@ -22593,6 +23163,9 @@ static void pdi_recede_law(const pd_recede *r, int32_t i, pdi_law *law)
     law->rate = m->desc.rate;
     law->user = m->desc.rate_user;
     law->top = m->desc.saturation;
+    law->limit = HUGE_VAL;
+    law->whole = 1.0;
+    law->part = 0.0;
     law->at.t = m->time + 0.5 * r->dt;
     pd_grid_position(m->grid, i, law->at.x);
 }
@@ -23200,16 +23773,10 @@ static double pdi_couple_solid(pd_ctx *ctx, const pd_couple *c)
 static pd_status pdi_couple_balance(pd_ctx *ctx, pd_couple *c)
 {
     pd_ledger *l = &c->ledger;
-    if (!c->transport && !c->corrode) return PD_OK;
-    if (c->corrode) {
-        l->solid = pd_corrode_solid(c->corrode);
-        l->dissolved = pd_corrode_dissolved(c->corrode);
-        l->out = c->corrode->out + c->corrode->out_carry;
-    } else {
-        l->solid = pdi_couple_solid(ctx, c);
-        l->dissolved = pd_transport_stock(ctx, c->transport);
-        l->carry = pd_transport_carried(ctx, c->transport);
-    }
+    if (!c->transport) return PD_OK;
+    l->solid = pdi_couple_solid(ctx, c);
+    l->dissolved = pd_transport_stock(ctx, c->transport);
+    l->carry = pd_transport_carried(ctx, c->transport);
     if (c->steps == 0) {
         l->start = l->solid + l->dissolved;
         c->solid_start = l->solid;
@@ -23512,6 +24079,7 @@ static pd_status pdi_couple_dissolve(pd_ctx *ctx, pd_couple *c, double dt)
 {
     pd_dissolve *d = c->dissolve;
     PDI_TRY(pd_dissolve_finish(ctx, d, dt));
+    c->ledger.out += d->rinsed;
     if (!d->changed_count) return PD_OK;
     PDI_TRY(pd_bonds_update(ctx, d->changed, d->changed_count, c->bonds));
     if (c->flow) PDI_TRY(pd_flow_update(ctx, d->changed, d->changed_count, c->flow));
@@ -23520,34 +24088,12 @@ static pd_status pdi_couple_dissolve(pd_ctx *ctx, pd_couple *c, double dt)
     return PD_OK;
 }
 
-/* Bond-based corrosion over a step of the coupling: an implicit one, or as many explicit ones as it needs. */
-static pd_status pdi_couple_corrode(pd_ctx *ctx, pd_couple *c, double t_limit)
-{
-    pd_corrode *r = c->corrode;
-    double left = t_limit - c->time, reached = t_limit;
-    int64_t before = r->steps;
-    if (c->desc.max_step > 0.0 && pdi_stands_still(c->time, left, c->desc.max_step))
-        return pdi_fail(ctx, PD_ERR_STATE, "couple", "max_step = %g s does not lead on from t = %g s", c->desc.max_step,
-                        c->time);
-    if (c->desc.max_step > 0.0 && left > c->desc.max_step)
-        reached = c->time + left / ceil(left / c->desc.max_step * (1.0 - 1e-12));
-    if (c->recede) {
-        PDI_TRY(pd_recede_next(ctx, c->recede, reached));
-        reached = r->time;
-    } else PDI_TRY(pd_corrode_run(ctx, r, reached));
-    c->dt = (reached - c->time) / (double)(r->steps - before);
-    c->time = reached;
-    c->steps = r->steps;
-    return pdi_couple_balance(ctx, c);
-}
-
 pd_status pd_couple_step(pd_ctx *ctx, pd_couple *c, double t_limit)
 {
     double dt = t_limit - c->time;
     pd_status status = PD_OK;
     if (!(t_limit > c->time))
         return pdi_fail(ctx, PD_ERR_ARGUMENT, "couple", "a step from %g s cannot end at %g s", c->time, t_limit);
-    if (c->corrode) return pdi_couple_corrode(ctx, c, t_limit);
     if (c->implicit || c->unsteady) PDI_TRY(pdi_couple_move(ctx, c, t_limit, &t_limit));
     if (c->transport) status = pdi_couple_transport(ctx, c, t_limit, &dt);
     else dt = t_limit - c->time;
@@ -23594,10 +24140,9 @@ double pd_couple_volume_loss(const pd_couple *c)
 static pd_status pdi_couple_alike(pd_ctx *ctx, const pd_couple *c, pd_archive *archive)
 {
     const pd_grid *grid = c->grid;
-    const void *const parts[] = {c->flow, c->steady, c->implicit, c->unsteady, c->transport, c->advance, c->dissolve,
-                                 c->corrode, c->recede};
+    const void *const parts[] = {c->flow, c->steady, c->implicit, c->unsteady, c->transport, c->advance, c->dissolve};
     static const char *const part_names[] = {"flow", "steady", "implicit", "unsteady", "transport", "advance",
-                                             "dissolve", "corrode", "recede"};
+                                             "dissolve"};
     static const char *const cells[] = {"cells along x", "cells along y", "cells along z"};
     static const char *const spacing[] = {"h along x [m]", "h along y [m]", "h along z [m]"};
     static const char *const low[] = {"low end along x [m]", "low end along y [m]", "low end along z [m]"};
@@ -23627,11 +24172,11 @@ static pd_status pdi_couple_turn(pd_ctx *ctx, pd_couple *c, const uint8_t *kind,
         if (kind[i] != c->grid->kind[i])
             return pdi_fail(ctx, PD_ERR_GEOMETRY, "couple", "node %d is of kind %d in the file, expected %d", (int)i,
                             kind[i], c->grid->kind[i]);
-    if (!count || c->corrode) return PD_OK;
+    if (!count) return PD_OK;
     PDI_TRY(pd_bonds_update(ctx, turned, count, c->bonds));
     if (c->flow) PDI_TRY(pd_flow_update(ctx, turned, count, c->flow));
     if (c->transport) PDI_TRY(pd_transport_update(ctx, c->transport));
-    if (c->dissolve) pdi_dissolve_turned(c->dissolve, turned, count);
+    if (c->dissolve) pdi_content_turned(c->dissolve, turned, count);
     return PD_OK;
 }
 
@@ -23658,9 +24203,8 @@ static pd_status pdi_couple_parts(pd_ctx *ctx, pd_couple *c, pd_archive *archive
     if (c->unsteady) PDI_TRY(pdi_unsteady_store(ctx, c->unsteady, archive));
     if (c->transport) PDI_TRY(pdi_transport_store(ctx, c->transport, archive));
     if (c->advance) PDI_TRY(pdi_advance_store(ctx, c->advance, archive));
-    if (c->dissolve) PDI_TRY(PDI_KEEP(ctx, archive, "dissolve.next_dt", &c->dissolve->next_dt, 1));
-    if (c->corrode) PDI_TRY(pdi_corrode_store(ctx, c->corrode, archive));
-    return c->recede ? pdi_recede_store(ctx, c->recede, archive) : PD_OK;
+    if (c->dissolve) PDI_TRY(pdi_dissolve_store(ctx, c->dissolve, archive));
+    return PD_OK;
 }
 
 pd_status pd_couple_store(pd_ctx *ctx, pd_couple *c, pd_archive *archive)
@@ -29801,12 +30345,12 @@ PDI_FN const char *pdi_setup_field_needs(const pd_setup *setup, pd_field field)
     case PD_FIELD_V:
     case PD_FIELD_P: return setup->has_flow ? NULL : "a [flow] section";
     case PD_FIELD_C:
-    case PD_FIELD_D: return pdi_setup_carries(setup) ? NULL : "a [transport] or [corrode] section";
-    case PD_FIELD_RATE: return setup->has_dissolve ? NULL : "a [dissolve] section";
+    case PD_FIELD_D: return setup->has_transport ? NULL : "a [transport] or [corrode] section";
+    case PD_FIELD_RATE: return setup->has_dissolve ? NULL : "a [dissolve] or [corrode] section";
     case PD_FIELD_DAMAGE: return setup->has_corrode ? NULL : "a [corrode] section";
     case PD_FIELD_GRAIN: return setup->has_grains ? NULL : "a solid [shape] with grains";
     case PD_FIELD_DENSITY:
-        return setup->has_flow || pdi_setup_loses(setup) ? NULL : "a [flow], [dissolve] or [corrode] section";
+        return setup->has_flow || setup->has_dissolve ? NULL : "a [flow], [dissolve] or [corrode] section";
     case PD_FIELD_KIND:
     case PD_FIELD_PHASE:
     case PD_FIELD_COUNT: break;
@@ -29964,8 +30508,8 @@ static const pdi_syntax_section pdi_syntax_table[] = {
     {"flow", "rho, mu, steady, force, speed, length, time, vx, vy, vz, rtol, eos, c0"},
     {"transport", "D, initial, advection, time"},
     {"dissolve", "rate, law, rate_scale, Csat, Cs, gb_factor, threshold"},
-    {"corrode", "rate, current, rate_scale, Cs, Csat, charge, D, initial, bulk, control, time, drive, kernel, weights, "
-                "gb_factor, share, overshoot, repassivation, breaking, seed"},
+    {"corrode", "rate, current, rate_scale, Cs, Csat, charge, D, initial, bulk, control, drive, kernel, weights, "
+                "gb_factor, repassivation, breaking, seed"},
     {"table", "file, x, y, outside"},
     {"run", "until, rtol, fraction, max_step"},
     {"output", "every, fields, images, slice, prefix, folder"},
@@ -31277,9 +31821,6 @@ static pd_status pdi_read_monitors_plane(pdi_read_monitors *w, pd_setup_monitor 
 {
     const pd_setup *u = w->setup;
     double at = 0.0, index;
-    if (u->has_corrode)
-        return pd_text_refuse(w->ctx, w->text, w->section, "plane",
-                              "found beside [corrode], expected [line] or [total]");
     PDI_TRY(pdi_read_monitors_place(w->ctx, w->text, u, w->section, "at", &m->axis, &at));
     index = floor((at - u->lo[m->axis]) / u->h[m->axis] + 0.5);
     if (!(index >= 1.0) || !(index <= pdi_setup_cells(u, m->axis) - 1.0))
@@ -31407,7 +31948,7 @@ static pd_status pdi_read_monitors_probe(pdi_read_monitors *w)
     memcpy(p->name, label, strlen(label) + 1);
     p->line = w->text->section[w->section].line;
     PDI_TRY(pdi_read_monitors_point(w, "at", p->at));
-    return pdi_read_monitors_fields(w->ctx, w->text, u, w->section, "fields", pdi_setup_carries(u) ? "C" : "v",
+    return pdi_read_monitors_fields(w->ctx, w->text, u, w->section, "fields", u->has_transport ? "C" : "v",
                                     &p->fields);
 }
 
@@ -31875,18 +32416,16 @@ static pd_status pdi_scene_pairs(pdi_scene *s)
     return PD_OK;
 }
 
-/* With bond-based corrosion an open side has the bulk of the solution behind it. */
-static pd_status pdi_scene_bulk_side(pdi_scene *s, int section, int open, const char *found, pd_setup_side *side,
-                                     pd_side kind)
+/* In fluid at rest an open side has the bulk of the solution behind it: its plane holds that. */
+static pd_status pdi_scene_bulk_side(pdi_scene *s, int section, pd_setup_side *side)
 {
-    if (!open && pdi_grid_port(kind))
-        return pd_text_refuse(s->ctx, s->text, section, "flow",
-                              "found '%s' beside [corrode], expected open to hold its bulk concentration", found);
+    int corrode = pd_text_section(s->ctx, s->text, "corrode", NULL);
     if (pd_text_has(s->ctx, s->text, section, "C"))
         return pd_text_refuse(s->ctx, s->text, section, "C",
-                              "found beside [corrode], expected flow = open to hold its bulk concentration");
-    side->kind = open ? PD_SIDE_OUTLET : kind;
-    return PD_OK;
+                              "found beside flow = open, expected bulk in [corrode], or C without open");
+    side->kind = PD_SIDE_WALL;
+    side->holds = 1;
+    return pdi_scene_expr(s, corrode, "bulk", "mol/m3", "0", &side->held);
 }
 
 static pd_status pdi_scene_side(pdi_scene *s, int k, int section, int *inlets, int *outlets)
@@ -31905,7 +32444,7 @@ static pd_status pdi_scene_side(pdi_scene *s, int k, int section, int *inlets, i
             return pd_text_refuse(s->ctx, s->text, section, "flow",
                                   "found '%s' around an axis, expected noslip, inlet, outlet or open", flows[flow]);
     }
-    if (u->has_corrode) return pdi_scene_bulk_side(s, section, flow == open, flows[flow], &u->side[k], (pd_side)flow);
+    if (u->has_corrode && !u->has_flow && flow == open) return pdi_scene_bulk_side(s, section, &u->side[k]);
     if ((pdi_grid_port((pd_side)flow) || flow == open) && !u->has_flow)
         return pd_text_refuse(s->ctx, s->text, section, "flow",
                               "found '%s' without a [flow] section, expected C = ... alone"
@@ -32034,13 +32573,13 @@ static pd_status pdi_scene_transport(pdi_scene *s)
     static const char *const schemes[] = {"limited", "upwind", NULL}, *const times[] = {"implicit", "steady", NULL};
     pd_setup *u = s->setup;
     int section = pd_text_section(s->ctx, s->text, "transport", NULL), scheme;
-    if (!u->has_transport) return PD_OK;
+    if (!pd_text_has(s->ctx, s->text, section, NULL)) return PD_OK;
     PDI_TRY(pdi_scene_not_negative(s, section, "D", "m2/s", NULL, &u->diffusivity));
     PDI_TRY(pd_text_choice(s->ctx, s->text, section, "advection", schemes, "limited", &scheme));
     u->advection = (pd_advection)scheme;
     PDI_TRY(pd_text_choice(s->ctx, s->text, section, "time", times, "implicit", &u->settle));
     if (u->settle && u->has_dissolve)
-        return pd_text_refuse(s->ctx, s->text, section, "time", "found 'steady' beside [dissolve], expected implicit");
+        return pd_text_refuse(s->ctx, s->text, section, "time", "found 'steady' beside metal that dissolves, expected implicit");
     return pdi_scene_initial(s, section);
 }
 
@@ -32054,10 +32593,10 @@ static pd_status pdi_scene_constants(pdi_scene *s)
     pdi_read_constants_append(s->text, &s->named, "rho_m", "kg/m3", u->material.density);
     pdi_read_constants_append(s->text, &s->named, "M_m", "kg/mol", u->material.molar_mass);
     pdi_read_constants_append(s->text, &s->named, "z_m", "", u->material.charge);
-    if (pdi_setup_loses(u) && pd_text_has(s->ctx, s->text, section, "Cs"))
+    if (u->has_dissolve && pd_text_has(s->ctx, s->text, section, "Cs"))
         PDI_TRY(pdi_scene_positive(s, section, "Cs", "mol/m3", NULL, &u->solid_c));
     pdi_read_constants_append(s->text, &s->named, "Cs", "mol/m3", u->solid_c);
-    if (!pdi_setup_loses(u) || !pd_text_has(s->ctx, s->text, section, "Csat")) return PD_OK;
+    if (!u->has_dissolve || !pd_text_has(s->ctx, s->text, section, "Csat")) return PD_OK;
     PDI_TRY(pdi_scene_positive(s, section, "Csat", "mol/m3", NULL, &u->saturation));
     pdi_read_constants_append(s->text, &s->named, "Csat", "mol/m3", u->saturation);
     return PD_OK;
@@ -32103,7 +32642,7 @@ static pd_status pdi_scene_dissolve(pdi_scene *s)
 {
     pd_setup *u = s->setup;
     int section = pd_text_section(s->ctx, s->text, "dissolve", NULL);
-    if (!u->has_dissolve) return PD_OK;
+    if (!u->has_dissolve || u->has_corrode) return PD_OK;
     if (!u->has_transport)
         return pd_text_refuse(s->ctx, s->text, section, "dissolve",
                               "found no [transport] section, expected one: the metal goes into the fluid");
@@ -32125,13 +32664,16 @@ static pd_status pdi_scene_dissolve(pdi_scene *s)
 /* ---- [corrode] ---- */
 
 /* Before anything of the other sections is read. */
-static pd_status pdi_scene_corrode_alone(pdi_scene *s)
+static pd_status pdi_scene_corrode_first(pdi_scene *s)
 {
-    const pd_setup *u = s->setup;
-    const char *beside = u->has_flow ? "flow" : u->has_transport ? "transport" : u->has_dissolve ? "dissolve" : NULL;
-    if (!u->has_corrode || !beside) return PD_OK;
-    return pd_text_refuse(s->ctx, s->text, pd_text_section(s->ctx, s->text, "corrode", NULL), "corrode",
-                          "found beside [%s], expected [corrode] alone: it moves metal and fluid itself", beside);
+    pd_setup *u = s->setup;
+    int section = pd_text_section(s->ctx, s->text, "corrode", NULL);
+    if (!u->has_corrode) return PD_OK;
+    if (u->has_dissolve)
+        return pd_text_refuse(s->ctx, s->text, section, "corrode",
+                              "found beside [dissolve], expected one of them: both tell how the metal goes");
+    u->has_transport = u->has_dissolve = 1;
+    return PD_OK;
 }
 
 static pd_status pdi_scene_corrode_forms(pdi_scene *s, int section)
@@ -32140,26 +32682,46 @@ static pd_status pdi_scene_corrode_forms(pdi_scene *s, int section)
     static const char *const drives[] = {"constant", "difference", NULL};
     static const char *const kernels[] = {"area", "square", "inverse", NULL};
     static const char *const weights[] = {"calibrated", "printed", NULL};
-    static const char *const times[] = {"implicit", "explicit", NULL};
     static const char *const breakings[] = {"deterministic", "stochastic", NULL};
     pd_setup *u = s->setup;
     int drive, kernel, printed;
     PDI_TRY(pd_text_choice(s->ctx, s->text, section, "control", controls, "diffusion", &u->activation));
-    PDI_TRY(pd_text_choice(s->ctx, s->text, section, "time", times, u->activation ? "explicit" : "implicit",
-                           &u->forward));
-    if (u->activation && !u->forward)
-        return pd_text_refuse(s->ctx, s->text, section, "time",
-                              "found 'implicit' beside control = activation, expected explicit");
     PDI_TRY(pd_text_choice(s->ctx, s->text, section, "drive", drives, "constant", &drive));
     PDI_TRY(pd_text_choice(s->ctx, s->text, section, "kernel", kernels, "area", &kernel));
     PDI_TRY(pd_text_choice(s->ctx, s->text, section, "weights", weights, "calibrated", &printed));
     u->drive = (pd_drive)drive;
     u->kernel = (pd_kernel)kernel;
     u->weights = printed ? PD_WEIGHTS_PRINTED : PD_WEIGHTS_CALIBRATED;
+    if (u->activation && u->has_flow)
+        return pd_text_refuse(s->ctx, s->text, section, "control",
+                              "found 'activation' beside [flow], expected diffusion: with activation all fluid holds"
+                              " bulk");
+    if (printed && u->has_flow)
+        return pd_text_refuse(s->ctx, s->text, section, "weights",
+                              "found 'printed' beside [flow], expected calibrated: no flow is exact with others");
     PDI_TRY(pd_text_choice(s->ctx, s->text, section, "breaking", breakings, "deterministic", &u->stochastic));
     if (u->stochastic) return pd_text_integer(s->ctx, s->text, section, "seed", 0, 2147483647, "1", &u->seed);
     if (!pd_text_has(s->ctx, s->text, section, "seed")) return PD_OK;
     return pd_text_refuse(s->ctx, s->text, section, "seed", "found without breaking = stochastic, expected both");
+}
+
+/* D and the field at the start, unless [transport] has them. */
+static pd_status pdi_scene_corrode_fluid(pdi_scene *s, int section)
+{
+    static const char *const keys[] = {"D", "initial"};
+    pd_setup *u = s->setup;
+    int transport = pd_text_has(s->ctx, s->text, pd_text_section(s->ctx, s->text, "transport", NULL), NULL);
+    for (int k = 0; k < 2 && transport; k++)
+        if (pd_text_has(s->ctx, s->text, section, keys[k]))
+            return pd_text_refuse(s->ctx, s->text, section, keys[k],
+                                  "found beside a [transport] section, expected it there");
+    if (!transport) {
+        PDI_TRY(pdi_scene_not_negative(s, section, "D", "m2/s", u->activation ? "0" : NULL, &u->diffusivity));
+        PDI_TRY(pdi_scene_initial(s, section));
+    }
+    if (u->activation && (u->diffusivity > 0.0 || pd_text_has(s->ctx, s->text, section, "initial")))
+        pdi_setup_note(u, "D and initial belong to control = diffusion; with activation all fluid holds bulk");
+    return pdi_scene_within(s, section, "bulk", "mol/m3", "0", 0.0, u->saturation, 0, &u->bulk);
 }
 
 /* The speed of a current density of 1 A/m2 makes a current a rate. */
@@ -32187,24 +32749,14 @@ static pd_status pdi_scene_corrode(pdi_scene *s)
     PDI_TRY(pdi_scene_within(s, section, "Csat", "mol/m3", NULL, 0.0, u->solid_c, 1, &saturation));
     PDI_TRY(pdi_scene_corrode_rate(s, section));
     PDI_TRY(pdi_scene_gb_factor(s, section));
-    PDI_TRY(pdi_scene_not_negative(s, section, "D", "m2/s", u->activation ? "0" : NULL, &u->diffusivity));
-    PDI_TRY(pdi_scene_initial(s, section));
-    if (u->activation && (u->diffusivity > 0.0 || pd_text_has(s->ctx, s->text, section, "initial")))
-        pdi_setup_note(u, "D and initial belong to control = diffusion; with activation all fluid holds bulk");
-    PDI_TRY(pdi_scene_within(s, section, "bulk", "mol/m3", "0", 0.0, u->saturation, 0, &u->bulk));
+    PDI_TRY(pdi_scene_corrode_fluid(s, section));
     if (pd_text_has(s->ctx, s->text, section, "repassivation"))
         PDI_TRY(pdi_scene_within(s, section, "repassivation", "mol/m3", NULL, 0.0, u->saturation, 1,
                                  &u->repassivation));
     if (u->activation && u->repassivation > 0.0)
         return pd_text_refuse(s->ctx, s->text, section, "repassivation",
                               "found beside control = activation, expected diffusion: there all fluid holds bulk");
-    /* explicit: (1 - x)^n is not exp(-n x); else fronts do not depend on it */
-    const char *share = u->drive == PD_DRIVE_DIFFERENCE ? "0.01" : u->activation ? "0.1" : u->forward ? "0.01" : "0.2";
-    PDI_TRY(pdi_scene_within(s, section, "share", "", share, 0.0, 1.0, 1, &u->share));
-    if (!u->forward && pd_text_has(s->ctx, s->text, section, "overshoot"))
-        return pd_text_refuse(s->ctx, s->text, section, "overshoot",
-                              "found beside implicit steps, expected time = explicit: others do not pass Csat");
-    return u->forward ? pdi_scene_within(s, section, "overshoot", "", "0.05", 0.0, 1.0, 1, &u->overshoot) : PD_OK;
+    return PD_OK;
 }
 
 /* ---- [run], [output] ---- */
@@ -32245,16 +32797,19 @@ static pd_status pdi_scene_run(pdi_scene *s)
     pd_setup *u = s->setup;
     int section = pd_text_section(s->ctx, s->text, "run", NULL);
     int rests = u->motion == PD_MOTION_STEADY || u->motion == PD_MOTION_GIVEN;
-    if (rests && (!pdi_setup_carries(u) || u->settle)) return pdi_scene_timeless(s);
+    if (rests && (!u->has_transport || u->settle)) return pdi_scene_timeless(s);
     PDI_TRY(pdi_scene_positive(s, section, "until", "s", NULL, &u->until));
-    if (pdi_setup_carries(u) || !rests)
+    if (u->has_transport || !rests)
         PDI_TRY(pdi_scene_within(s, section, "max_step", "s", "0", 0.0, PDI_SCENE_HUGE, 0, &u->max_step));
     if (u->max_step > 0.0 && u->until > PDI_SCENE_STEPS * u->max_step)
         return pd_text_refuse(s->ctx, s->text, section, "max_step", "found %.3g steps until the end, expected at most"
                               " %.0g", u->until / u->max_step, PDI_SCENE_STEPS);
-    if (u->has_corrode && !u->forward)
-        PDI_TRY(pdi_scene_within(s, section, "rtol", "", "1e-3", 0.0, 0.1, 1, &u->rtol));
     if (!u->has_transport) return PD_OK;
+    if (u->has_corrode) { /* loss in proportion to a difference: (1 - x)^n is not exp(-n x) */
+        const char *share = u->drive == PD_DRIVE_DIFFERENCE ? "0.01" : u->activation ? "0.1" : "0.2";
+        PDI_TRY(pdi_scene_within(s, section, "rtol", "", "1e-3", 0.0, 0.1, 1, &u->rtol));
+        return pdi_scene_within(s, section, "fraction", "", share, 0.0, 1.0, 1, &u->fraction);
+    }
     pdi_scene_given(s, section, "rtol", PD_KNOB_RTOL);
     pdi_scene_given(s, section, "fraction", PD_KNOB_FRACTION);
     PDI_TRY(pdi_scene_within(s, section, "rtol", "", u->has_dissolve ? "4e-3" : "1e-3", 0.0, 0.1, 1, &u->rtol));
@@ -32295,7 +32850,6 @@ static pd_status pdi_scene_output(pdi_scene *s)
     u->every = u->until / 20.0;
     if (u->until > 0.0 && pd_text_has(s->ctx, s->text, section, "every"))
         PDI_TRY(pdi_scene_positive(s, section, "every", "s", NULL, &u->every));
-    if (u->has_corrode && u->forward && !(u->max_step > 0.0)) u->max_step = u->every / 20.0; /* rows of the tables */
     if (u->until > 0.0 && u->until / u->every > 9e5)
         return pd_text_refuse(s->ctx, s->text, section, "every",
                               "found %.3g frames until the end, expected at most 900000", u->until / u->every);
@@ -32321,7 +32875,7 @@ static void pdi_scene_lines(pdi_scene *s)
     u->line[PD_PART_FLOW] = pdi_scene_line(s, "flow", NULL);
     u->line[PD_PART_TRANSPORT] = pdi_scene_line(s, "transport", NULL);
     u->line[PD_PART_DISSOLVE] = pdi_scene_line(s, "dissolve", NULL);
-    u->line[PD_PART_CORRODE] = pdi_scene_line(s, "corrode", NULL);
+    if (!u->line[PD_PART_DISSOLVE]) u->line[PD_PART_DISSOLVE] = pdi_scene_line(s, "corrode", NULL);
     for (int k = 0; k < 2 * PD_DIM; k++) u->side[k].line = pdi_scene_line(s, "side", pdi_setup_side_name(k));
 }
 
@@ -32340,7 +32894,7 @@ static pd_status pdi_scene_sections(pd_ctx *ctx, pd_text *text, const char *path
     setup->has_transport = pd_text_has(ctx, text, pd_text_section(ctx, text, "transport", NULL), NULL);
     setup->has_dissolve = pd_text_has(ctx, text, pd_text_section(ctx, text, "dissolve", NULL), NULL);
     setup->has_corrode = pd_text_has(ctx, text, pd_text_section(ctx, text, "corrode", NULL), NULL);
-    PDI_TRY(pdi_scene_corrode_alone(&s));
+    PDI_TRY(pdi_scene_corrode_first(&s));
     PDI_TRY(pdi_read_constants_read(ctx, text, &s.named));
     PDI_TRY(pdi_read_tables_read(ctx, text, folder, setup));
     PDI_TRY(pdi_read_shapes_read(ctx, text, folder, setup));
@@ -32356,7 +32910,7 @@ static pd_status pdi_scene_sections(pd_ctx *ctx, pd_text *text, const char *path
     PDI_TRY(pdi_read_monitors_read(ctx, text, setup));
     PDI_TRY(pdi_read_measured_read(ctx, text, folder, setup));
     PDI_TRY(pd_text_unused(ctx, text));
-    if (!setup->has_flow && !pdi_setup_carries(setup))
+    if (!setup->has_flow && !setup->has_transport)
         return pd_text_refuse(ctx, text, 0, "scene",
                               "found no physics, expected a [flow], a [transport] or a [corrode] section");
     return PD_OK;
@@ -32876,12 +33430,11 @@ static int pdi_footprint_contrast(const pd_setup *u)
     return pdi_compact_contrast(n, u->h);
 }
 
-static void pdi_footprint_lattice(const pd_setup *u, pd_footprint *b)
+static void pdi_footprint_lattice(pd_footprint *b)
 {
     double row = 4.0 + 4.0 * ceil(b->bonds / 32.0) + 17.0 + 16.0 * PD_DIM * PD_DIM;
     b->bytes[PD_PART_GRID] = b->nodes + b->bonds * (70.0 + 12.0 * PD_DIM);
-    if (!u->has_corrode)
-        b->bytes[PD_PART_GRID] += 4.0 * b->nodes + 1.25 * row * b->cut + 9.0 * (b->nodes - b->cells);
+    b->bytes[PD_PART_GRID] += 4.0 * b->nodes + 1.25 * row * b->cut + 9.0 * (b->nodes - b->cells);
 }
 
 static void pdi_footprint_flow(const pd_setup *u, pd_footprint *b)
@@ -32934,24 +33487,17 @@ static void pdi_footprint_transport(const pd_setup *u, pd_footprint *b)
 
 static void pdi_footprint_metal(const pd_setup *u, pd_footprint *b)
 {
-    double coarse, bytes;
     if (u->has_grains) b->bytes[PD_PART_GRAIN] = 12.0 * b->nodes; /* and shares, which do not stay: 4 */
     /* fluid within a horizon of metal, which has at least the surface of a cube */
     double shell = fmin(2.0 * PD_DIM * u->m * pow(b->solid, (PD_DIM - 1.0) / PD_DIM), b->fluid);
     if (u->has_dissolve)
         b->bytes[PD_PART_DISSOLVE] = 14.0 * b->nodes + 12.0 * b->solid +
-                                     (double)pdi_dissolve_shore_size() * (b->solid + shell);
+                                     (double)pdi_metal_beside_size() * (b->solid + shell);
     if (!u->has_corrode) return;
-    b->bytes[PD_PART_CORRODE] = (28.0 + (u->passive >= 0)) * b->nodes + 9.0 * (b->nodes - b->cells) + 4.0 * b->cells +
-                                4.0 * b->solid;
-    if (u->drive == PD_DRIVE_CONSTANT) b->bytes[PD_PART_CORRODE] += 8.0 * b->nodes;
-    if (u->has_grains) b->bytes[PD_PART_CORRODE] += 8.0 * b->nodes;
-    if (u->stochastic) b->bytes[PD_PART_CORRODE] += 10.0 * b->nodes;
-    if (u->repassivation > 0.0) b->bytes[PD_PART_CORRODE] += b->nodes;
-    if (u->forward) return;
-    bytes = pdi_footprint_compact(0) + pdi_footprint_multigrid(1, pdi_footprint_contrast(u), &coarse);
-    b->bytes[PD_PART_CORRODE] += (97.0 + 40.0) * b->nodes + b->cells * bytes;
-    b->working += b->cells * coarse;
+    b->bytes[PD_PART_DISSOLVE] += (u->activation ? 0.0 : 8.0 * b->nodes) + 4.0 * (b->solid + shell) + 8.0 * b->bonds;
+    if (u->passive >= 0) b->bytes[PD_PART_DISSOLVE] += b->nodes;
+    if (u->stochastic) b->bytes[PD_PART_DISSOLVE] += 10.0 * b->nodes;
+    if (u->repassivation > 0.0) b->bytes[PD_PART_DISSOLVE] += b->nodes;
 }
 
 /* Pixels of a field of `cells`, `wanted` of them. */
@@ -32965,7 +33511,7 @@ static double pdi_footprint_pixels(double cells, double wanted)
 static double pdi_footprint_pictures(const pd_setup *u)
 {
     int right = u->slice_axis == 0 && PD_DIM == 3 ? 1 : 0, up = u->slice_axis == 2 || PD_DIM < 3 ? 1 : 2;
-    int plots = pdi_setup_loses(u) || (PD_DIM == 1 && u->images);
+    int plots = u->has_dissolve || (PD_DIM == 1 && u->images);
     double largest = 0.0;
     for (int k = 0; k < u->monitors; k++) {
         const pd_setup_monitor *m = &u->monitor[k];
@@ -33004,7 +33550,7 @@ void pd_footprint_estimate(const pd_setup *u, pd_footprint *b)
     }
     b->bonds = pdi_footprint_bonds(u->m);
     pdi_footprint_sample(u, reach, b);
-    pdi_footprint_lattice(u, b);
+    pdi_footprint_lattice(b);
     pdi_footprint_flow(u, b);
     pdi_footprint_transport(u, b);
     pdi_footprint_metal(u, b);
@@ -33068,7 +33614,7 @@ PDI_FN pd_status pdi_model_grid(pd_ctx *ctx, const pd_setup *u, int *line, pd_st
 static pd_status pdi_model_lattice(pd_ctx *ctx, pd_model *m)
 {
     PDI_TRY(pdi_model_grid(ctx, m->setup, &m->line, &m->stencil, &m->grid));
-    if (!m->setup->has_corrode) PDI_TRY(pd_bonds_build(ctx, &m->stencil, &m->grid, 0, &m->bonds));
+    PDI_TRY(pd_bonds_build(ctx, &m->stencil, &m->grid, 0, &m->bonds));
     pd_status status = pd_inlet_build(ctx, m->setup, &m->grid, &m->inlet);
     m->line = m->setup->side[m->inlet.latest].line;
     return status;
@@ -33199,7 +33745,7 @@ static pd_status pdi_model_factor(pd_ctx *ctx, pd_model *m, float *fraction)
 {
     PDI_TRY(pd_grain_fraction(ctx, &m->stencil, &m->grid, &m->grain, fraction));
     PDI_TRY(pd_grain_measure(ctx, &m->grid, &m->grain, fraction, &m->grain_stats));
-    if (!pdi_setup_loses(m->setup) || !(fabs(m->setup->gb_factor - 1.0) > 0.0)) return PD_OK;
+    if (!m->setup->has_dissolve || !(fabs(m->setup->gb_factor - 1.0) > 0.0)) return PD_OK;
     PDI_TRY(PDI_NEW(ctx, "model", m->grid.total, m->factor));
     for (int32_t i = 0; i < m->grid.total; i++)
         m->factor[i] = 1.0 + (m->setup->gb_factor - 1.0) * (double)fraction[i];
@@ -33226,20 +33772,6 @@ static double pdi_model_rate(void *user, const pd_rate_at *at)
     return u->rate_scale * pd_expr_eval(&u->rate, vars);
 }
 
-static pd_status pdi_model_dissolve(pd_ctx *ctx, pd_model *m)
-{
-    pd_dissolve_desc desc;
-    memset(&desc, 0, sizeof desc);
-    desc.solid = m->setup->solid_c;
-    desc.threshold = m->setup->threshold;
-    desc.rate = pdi_model_rate;
-    desc.rate_user = (void *)m->setup; /* only read */
-    desc.uniform = m->setup->rate.uses >> 1 == 0;
-    desc.factor = m->factor;
-    m->unknowns[PD_PART_DISSOLVE] = m->grid.solid_count;
-    return pd_dissolve_build(ctx, &m->grid, &m->bonds, &m->transport, &desc, &m->dissolve);
-}
-
 /* 1 for nodes in front of a passive film. */
 static pd_status pdi_model_passive(pd_ctx *ctx, pd_model *m)
 {
@@ -33254,54 +33786,49 @@ static pd_status pdi_model_passive(pd_ctx *ctx, pd_model *m)
     return PD_OK;
 }
 
-static pd_status pdi_model_corrode(pd_ctx *ctx, pd_model *m)
+/* What bond-based corrosion has beside Cs and a law. */
+static pd_status pdi_model_bonds(pd_ctx *ctx, pd_model *m, pd_dissolve_desc *desc)
 {
     const pd_setup *u = m->setup;
-    pd_corrode_desc desc;
-    memset(&desc, 0, sizeof desc);
-    desc.solid = u->solid_c;
-    desc.saturation = u->saturation;
-    desc.diffusivity = u->diffusivity;
-    desc.bulk = u->bulk;
-    desc.activation = u->activation;
-    desc.share = u->share;
-    desc.overshoot = u->overshoot;
-    desc.rate = pdi_model_rate;
-    desc.rate_user = (void *)u; /* only read */
-    desc.uniform = u->rate.uses >> 2 == 0;
-    desc.steady = (u->rate.uses >> 1 & 1) == 0;
-    desc.drive = u->drive;
-    desc.kernel = u->kernel;
-    desc.weights = u->weights;
-    desc.repassivation = u->repassivation;
-    desc.stochastic = u->stochastic;
-    desc.seed = (uint64_t)u->seed;
     PDI_TRY(pdi_model_passive(ctx, m));
-    desc.passive = m->passive;
-    desc.factor = m->factor;
-    PDI_TRY(pd_corrode_build(ctx, &m->grid, &m->stencil, &desc, &m->corrode));
-    m->unknowns[PD_PART_CORRODE] = m->grid.fluid_count + m->grid.solid_count;
-    if (!u->activation) PDI_TRY(pdi_model_initial(ctx, m, m->corrode.c));
-    pd_corrode_open(&m->corrode);
-    if (u->forward) return PD_OK;
-    pd_recede_desc implicit;
-    memset(&implicit, 0, sizeof implicit);
-    implicit.share = u->share;
-    implicit.rtol = u->rtol;
-    return pd_recede_build(ctx, &m->corrode, &implicit, &m->recede);
+    desc->model = PD_METAL_BONDS;
+    desc->saturation = u->saturation;
+    desc->rtol = u->rtol;
+    desc->activation = u->activation;
+    desc->bulk = u->bulk;
+    desc->drive = u->drive;
+    desc->kernel = u->kernel;
+    desc->weights = u->weights;
+    desc->stochastic = u->stochastic;
+    desc->seed = (uint64_t)u->seed;
+    desc->repassivation = u->repassivation;
+    desc->passive = m->passive;
+    return PD_OK;
 }
 
-PDI_FN const double *pdi_model_c(const pd_model *m) { return m->setup->has_corrode ? m->corrode.c : m->transport.c; }
+static pd_status pdi_model_dissolve(pd_ctx *ctx, pd_model *m)
+{
+    pd_dissolve_desc desc;
+    memset(&desc, 0, sizeof desc);
+    desc.solid = m->setup->solid_c;
+    desc.rate = pdi_model_rate;
+    desc.rate_user = (void *)m->setup; /* only read */
+    desc.uniform = m->setup->rate.uses >> 1 == 0;
+    desc.factor = m->factor;
+    if (m->setup->has_corrode) PDI_TRY(pdi_model_bonds(ctx, m, &desc));
+    else desc.threshold = m->setup->threshold;
+    m->unknowns[PD_PART_DISSOLVE] = m->grid.solid_count;
+    return pd_dissolve_build(ctx, &m->grid, &m->bonds, &m->transport, &desc, &m->dissolve);
+}
 
 static pd_status pdi_model_parts(pd_ctx *ctx, pd_model *m)
 {
     typedef pd_status (*build_fn)(pd_ctx *, pd_model *);
     const pd_setup *u = m->setup;
-    const pd_part part[] = {PD_PART_GRID, PD_PART_FLOW, PD_PART_TRANSPORT, PD_PART_GRAIN, PD_PART_DISSOLVE,
-                            PD_PART_CORRODE};
+    const pd_part part[] = {PD_PART_GRID, PD_PART_FLOW, PD_PART_TRANSPORT, PD_PART_GRAIN, PD_PART_DISSOLVE};
     const build_fn build[] = {pdi_model_lattice, pdi_model_flow, pdi_model_transport, pdi_model_grains,
-                              pdi_model_dissolve, pdi_model_corrode};
-    const int wanted[] = {1, u->has_flow, u->has_transport, u->has_grains, u->has_dissolve, u->has_corrode};
+                              pdi_model_dissolve};
+    const int wanted[] = {1, u->has_flow, u->has_transport, u->has_grains, u->has_dissolve};
     for (int k = 0; k < PD_PART_COUNT; k++) {
         size_t before = ctx->in_use;
         if (!wanted[k]) continue;
@@ -33328,8 +33855,6 @@ pd_status pd_model_build(pd_ctx *ctx, const pd_setup *setup, pd_model *m)
                                  setup->has_transport ? &m->transport : NULL,
                                  setup->has_dissolve ? &m->dissolve : NULL, &m->couple);
         if (setup->has_transport && !setup->has_dissolve) m->couple.advance = &m->advance;
-        if (setup->has_corrode) m->couple.corrode = &m->corrode;
-        if (setup->has_corrode && !setup->forward) m->couple.recede = &m->recede;
         m->couple.settle = setup->settle;
         if (setup->motion == PD_MOTION_IMPLICIT) m->couple.implicit = &m->implicit;
         if (setup->motion == PD_MOTION_EXPLICIT) m->couple.unsteady = &m->unsteady;
@@ -33342,8 +33867,6 @@ pd_status pd_model_build(pd_ctx *ctx, const pd_setup *setup, pd_model *m)
 
 void pd_model_free(pd_ctx *ctx, pd_model *m)
 {
-    pd_recede_free(ctx, &m->recede);
-    pd_corrode_free(ctx, &m->corrode);
     PDI_DELETE(ctx, m->grid.total, m->passive);
     pd_dissolve_free(ctx, &m->dissolve);
     PDI_DELETE(ctx, m->grid.total, m->factor);
@@ -33497,7 +34020,7 @@ void pd_observe_free(pd_ctx *ctx, pd_observables *o)
 static void pdi_observe_extremes(const pd_model *m, pd_observables *o)
 {
     int32_t total = m->grid.total;
-    const double *c = pdi_model_c(m);
+    const double *c = m->transport.c;
     o->v_max = o->c_max = 0.0;
     for (int32_t i = 0; i < total; i++) {
         double square = 0.0;
@@ -33599,7 +34122,7 @@ static double pdi_sample_density(const pd_model *m, int32_t i)
 {
     const pd_setup *u = m->setup;
     if (m->grid.kind[i] == PD_SOLID)
-        return pdi_setup_loses(u) ? u->material.density * pdi_model_c(m)[i] / u->solid_c : u->material.density;
+        return u->has_dissolve ? u->material.density * m->transport.c[i] / u->solid_c : u->material.density;
     return m->grid.kind[i] == PD_FLUID && u->has_flow ? u->rho : 0.0;
 }
 
@@ -33609,7 +34132,7 @@ PDI_FN double pdi_sample_node(const pd_model *m, pd_field field, int32_t i)
     const double *diffusivity = m->transport.diffusion.field;
     double square = 0.0;
     switch (field) {
-    case PD_FIELD_C: return fluid ? pdi_model_c(m)[i] : 0.0;
+    case PD_FIELD_C: return fluid ? m->transport.c[i] : 0.0;
     case PD_FIELD_V:
         for (int d = 0; d < PD_DIM && fluid; d++) {
             double u = m->flow.u[(int64_t)d * m->grid.total + i];
@@ -33622,9 +34145,9 @@ PDI_FN double pdi_sample_node(const pd_model *m, pd_field field, int32_t i)
     case PD_FIELD_PHASE: return m->grid.kind[i] == PD_SOLID;
     case PD_FIELD_D: return !fluid ? 0.0 : diffusivity ? diffusivity[i] : m->setup->diffusivity;
     case PD_FIELD_RATE:
-        return fluid ? pdi_dissolve_speed(&m->dissolve, i) : 0.0;
+        return fluid ? pdi_interface_speed(&m->dissolve, i) : 0.0;
     case PD_FIELD_DENSITY: return pdi_sample_density(m, i);
-    case PD_FIELD_DAMAGE: return pd_corrode_damage(&m->corrode, i);
+    case PD_FIELD_DAMAGE: return pd_dissolve_damage(&m->dissolve, i);
     case PD_FIELD_COUNT: break;
     }
     return 0.0;
@@ -33852,7 +34375,7 @@ PDI_FN double pdi_sample_point(const pd_model *m, pd_field field, int component,
     job.f = NULL;
     if (field == PD_FIELD_V) job.f = m->flow.u + (int64_t)component * m->grid.total;
     if (field == PD_FIELD_P) job.f = m->flow.p;
-    if (field == PD_FIELD_C) job.f = pdi_model_c(m);
+    if (field == PD_FIELD_C) job.f = m->transport.c;
     if (!job.f) {
         int cells = pdi_sample_cells(&m->grid, x, node);
         return pdi_sample_node(m, field, node[cells - 1]);
@@ -34294,7 +34817,7 @@ static pd_status pdi_output_loss(pd_ctx *ctx, pd_output *out)
     double *work = NULL;
     int64_t points = 1;
     pd_plot plot;
-    if (!pdi_setup_loses(u) || out->rows < 2) return PD_OK;
+    if (!u->has_dissolve || out->rows < 2) return PD_OK;
     double last = 3600.0 * out->time[out->rows - 1];
     int brief = last < 3600.0;
     memset(&plot, 0, sizeof plot);
@@ -34447,7 +34970,7 @@ static void pdi_summary_dissolve(const pdi_summary *s)
 {
     const pd_setup *u = s->model->setup;
     char text[384];
-    if (!u->has_dissolve) return;
+    if (!u->has_dissolve || u->has_corrode) return;
     pdi_summary_rate(u, text, sizeof text);
     pdi_summary_part(s, PD_PART_DISSOLVE, "dissolution", text);
     if (u->saturation > 0.0) pdi_summary_line(s, "  %-12sCsat = %.6g mol/m3", "", u->saturation);
@@ -34457,19 +34980,15 @@ static void pdi_summary_corrode(const pdi_summary *s)
 {
     static const char *const kernels[] = {"area", "inverse square", "inverse"};
     const pd_setup *u = s->model->setup;
-    char text[384], value[PD_UNITS_TEXT], until[PD_UNITS_TEXT];
+    char text[384];
     if (!u->has_corrode) return;
-    pdi_setup_show(u->diffusivity, "m2/s", value);
-    pdi_setup_show(u->until, "s", until);
-    if (u->activation) snprintf(text, sizeof text, "bond-based, activation control, until %s", until);
-    else snprintf(text, sizeof text, "bond-based, diffusion control with D = %s, until %s", value, until);
-    pdi_summary_part(s, PD_PART_CORRODE, "corrosion", text);
+    snprintf(text, sizeof text, "bond-based, %s control", u->activation ? "activation" : "diffusion");
+    pdi_summary_part(s, PD_PART_DISSOLVE, "corrosion", text);
     pdi_summary_rate(u, text, sizeof text);
     pdi_summary_line(s, "  %-12s%s, Csat = %.6g mol/m3", "", text, u->saturation);
-    pdi_summary_line(s, "  %-12s%s weights, %s%s, %s steps", "", kernels[u->kernel],
+    pdi_summary_line(s, "  %-12s%s weights, %s%s", "", kernels[u->kernel],
                      u->weights == PD_WEIGHTS_PRINTED ? "printed" : "calibrated",
-                     u->drive == PD_DRIVE_DIFFERENCE ? ", loss in proportion to the difference" : "",
-                     u->forward ? "explicit" : "implicit");
+                     u->drive == PD_DRIVE_DIFFERENCE ? ", loss in proportion to the difference" : "");
     if (u->stochastic) pdi_summary_line(s, "  %-12smechanical bonds break at random, seed %d", "", u->seed);
 }
 
@@ -34505,7 +35024,7 @@ static void pdi_summary_absent(const pdi_summary *s)
     const pd_setup *u = s->model->setup;
     char text[256] = "  not modelled: ";
     const char *const names[] = {"flow", "transport", "dissolution", "grains"};
-    const int has[] = {u->has_flow, pdi_setup_carries(u), pdi_setup_loses(u), u->has_grains};
+    const int has[] = {u->has_flow, u->has_transport, u->has_dissolve, u->has_grains};
     for (int k = 0; k < 4; k++) {
         size_t used = strlen(text);
         if (!has[k]) snprintf(text + used, sizeof text - used, "%s, ", names[k]);
@@ -34674,9 +35193,9 @@ static void pdi_monitor_total(pd_ctx *ctx, pd_model *model, pd_monitor *m)
 {
     const pd_setup *u = model->setup;
     pd_measure_box_result r;
-    const double *c = pdi_model_c(model);
+    const double *c = model->transport.c;
     pd_measure_box(ctx, &model->stencil, &model->grid, u->has_flow ? &model->flow : NULL, c,
-                   pdi_setup_loses(u) ? c : NULL, m->desc->lo, m->desc->hi, &r);
+                   u->has_dissolve ? c : NULL, m->desc->lo, m->desc->hi, &r);
     pdi_monitor_put(m, "volume", pdi_monitor_unit_volume[pdi_monitor_extent(u)], r.volume);
     if (u->has_flow) {
         pdi_monitor_put(m, "energy", pdi_monitor_unit_energy[pdi_monitor_extent(u)], r.energy);
@@ -34687,7 +35206,7 @@ static void pdi_monitor_total(pd_ctx *ctx, pd_model *model, pd_monitor *m)
         pdi_monitor_put(m, "C_min", "mol/m3", r.least);
         pdi_monitor_put(m, "C_max", "mol/m3", r.most);
     }
-    if (pdi_setup_loses(u)) pdi_monitor_put(m, "solid", pdi_monitor_unit_amount[pdi_monitor_extent(u)], r.solid);
+    if (u->has_dissolve) pdi_monitor_put(m, "solid", pdi_monitor_unit_amount[pdi_monitor_extent(u)], r.solid);
 }
 
 static pd_status pdi_monitor_figures(pd_ctx *ctx, pd_model *model, pd_monitor *m)
@@ -35078,7 +35597,7 @@ static pd_status pdi_figures_probe(pd_ctx *ctx, const pd_model *model, const pd_
 pd_status pd_figures_collect(pd_ctx *ctx, pd_model *model, const pd_monitors *monitors, pd_figures *f)
 {
     const pd_setup *u = model->setup;
-    if (pdi_setup_loses(u))
+    if (u->has_dissolve)
         PDI_TRY(pdi_figures_add(ctx, f, "scene", "", -1, "volume_loss", "-", pd_couple_volume_loss(&model->couple)));
     for (int k = 0; k < u->monitors; k++) {
         const pd_monitor *m = &monitors->monitor[k];
@@ -36163,7 +36682,7 @@ static pd_status pdi_estimate_twin(pd_ctx *ctx, const pd_run_desc *desc, pd_esti
 static double pdi_estimate_theory(const pd_setup *u, const pd_figure *f)
 {
     int carried = strstr(f->unit, "mol") || strcmp(f->section, "transfer") == 0 || strcmp(f->section, "scene") == 0;
-    return carried && (pdi_setup_loses(u) || (u->has_flow && u->advection == PD_ADVECTION_UPWIND)) ? 1.0 : 2.0;
+    return carried && (u->has_dissolve || (u->has_flow && u->advection == PD_ADVECTION_UPWIND)) ? 1.0 : 2.0;
 }
 
 static void pdi_estimate_judge(const pd_setup *u, pd_estimated *e)
@@ -36379,7 +36898,7 @@ static void pdi_accuracy_picks(pdi_accuracy *a)
         pdi_accuracy_pick(a, "flow.rtol", pdi_accuracy_given(a, PD_KNOB_FLOW_RTOL), fmin(0.1, 0.5 * w), &u->flow_rtol);
     if (u->has_transport && !u->has_dissolve && !u->settle)
         pdi_accuracy_pick(a, "run.rtol", rtol, fmin(0.1, 0.5 * w), &u->rtol);
-    if (u->has_dissolve)
+    if (u->has_dissolve && !u->has_corrode)
         pdi_accuracy_pick(a, rtol && !fraction ? "fraction (of rtol)" : "fraction", rtol || fraction,
                           fmin(0.5, 2.5 * w), &u->fraction);
     if (u->has_transport && u->has_flow && u->advection == PD_ADVECTION_LIMITED)
@@ -36979,7 +37498,7 @@ static pd_status pdi_sweep_scenes(pd_ctx *ctx, pd_sweep *s)
         PDI_TRY(pdi_sweep_read(ctx, s, index, &setup));
         memcpy(s->name, setup.name, sizeof s->name);
         if (!s->desc.folder) memcpy(s->folder, setup.folder, sizeof s->folder);
-        s->loses = s->loses || pdi_setup_loses(&setup);
+        s->loses = s->loses || setup.has_dissolve;
         pd_setup_free(ctx, &setup);
     }
     for (int index = 0; index < s->runs; index++) {

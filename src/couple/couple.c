@@ -17,16 +17,10 @@ static double pdi_couple_solid(pd_ctx *ctx, const pd_couple *c)
 static pd_status pdi_couple_balance(pd_ctx *ctx, pd_couple *c)
 {
     pd_ledger *l = &c->ledger;
-    if (!c->transport && !c->corrode) return PD_OK;
-    if (c->corrode) {
-        l->solid = pd_corrode_solid(c->corrode);
-        l->dissolved = pd_corrode_dissolved(c->corrode);
-        l->out = c->corrode->out + c->corrode->out_carry;
-    } else {
-        l->solid = pdi_couple_solid(ctx, c);
-        l->dissolved = pd_transport_stock(ctx, c->transport);
-        l->carry = pd_transport_carried(ctx, c->transport);
-    }
+    if (!c->transport) return PD_OK;
+    l->solid = pdi_couple_solid(ctx, c);
+    l->dissolved = pd_transport_stock(ctx, c->transport);
+    l->carry = pd_transport_carried(ctx, c->transport);
     if (c->steps == 0) {
         l->start = l->solid + l->dissolved;
         c->solid_start = l->solid;
@@ -329,6 +323,7 @@ static pd_status pdi_couple_dissolve(pd_ctx *ctx, pd_couple *c, double dt)
 {
     pd_dissolve *d = c->dissolve;
     PDI_TRY(pd_dissolve_finish(ctx, d, dt));
+    c->ledger.out += d->rinsed;
     if (!d->changed_count) return PD_OK;
     PDI_TRY(pd_bonds_update(ctx, d->changed, d->changed_count, c->bonds));
     if (c->flow) PDI_TRY(pd_flow_update(ctx, d->changed, d->changed_count, c->flow));
@@ -337,34 +332,12 @@ static pd_status pdi_couple_dissolve(pd_ctx *ctx, pd_couple *c, double dt)
     return PD_OK;
 }
 
-/* Bond-based corrosion over a step of the coupling: an implicit one, or as many explicit ones as it needs. */
-static pd_status pdi_couple_corrode(pd_ctx *ctx, pd_couple *c, double t_limit)
-{
-    pd_corrode *r = c->corrode;
-    double left = t_limit - c->time, reached = t_limit;
-    int64_t before = r->steps;
-    if (c->desc.max_step > 0.0 && pdi_stands_still(c->time, left, c->desc.max_step))
-        return pdi_fail(ctx, PD_ERR_STATE, "couple", "max_step = %g s does not lead on from t = %g s", c->desc.max_step,
-                        c->time);
-    if (c->desc.max_step > 0.0 && left > c->desc.max_step)
-        reached = c->time + left / ceil(left / c->desc.max_step * (1.0 - 1e-12));
-    if (c->recede) {
-        PDI_TRY(pd_recede_next(ctx, c->recede, reached));
-        reached = r->time;
-    } else PDI_TRY(pd_corrode_run(ctx, r, reached));
-    c->dt = (reached - c->time) / (double)(r->steps - before);
-    c->time = reached;
-    c->steps = r->steps;
-    return pdi_couple_balance(ctx, c);
-}
-
 pd_status pd_couple_step(pd_ctx *ctx, pd_couple *c, double t_limit)
 {
     double dt = t_limit - c->time;
     pd_status status = PD_OK;
     if (!(t_limit > c->time))
         return pdi_fail(ctx, PD_ERR_ARGUMENT, "couple", "a step from %g s cannot end at %g s", c->time, t_limit);
-    if (c->corrode) return pdi_couple_corrode(ctx, c, t_limit);
     if (c->implicit || c->unsteady) PDI_TRY(pdi_couple_move(ctx, c, t_limit, &t_limit));
     if (c->transport) status = pdi_couple_transport(ctx, c, t_limit, &dt);
     else dt = t_limit - c->time;
@@ -411,10 +384,9 @@ double pd_couple_volume_loss(const pd_couple *c)
 static pd_status pdi_couple_alike(pd_ctx *ctx, const pd_couple *c, pd_archive *archive)
 {
     const pd_grid *grid = c->grid;
-    const void *const parts[] = {c->flow, c->steady, c->implicit, c->unsteady, c->transport, c->advance, c->dissolve,
-                                 c->corrode, c->recede};
+    const void *const parts[] = {c->flow, c->steady, c->implicit, c->unsteady, c->transport, c->advance, c->dissolve};
     static const char *const part_names[] = {"flow", "steady", "implicit", "unsteady", "transport", "advance",
-                                             "dissolve", "corrode", "recede"};
+                                             "dissolve"};
     static const char *const cells[] = {"cells along x", "cells along y", "cells along z"};
     static const char *const spacing[] = {"h along x [m]", "h along y [m]", "h along z [m]"};
     static const char *const low[] = {"low end along x [m]", "low end along y [m]", "low end along z [m]"};
@@ -444,7 +416,7 @@ static pd_status pdi_couple_turn(pd_ctx *ctx, pd_couple *c, const uint8_t *kind,
         if (kind[i] != c->grid->kind[i])
             return pdi_fail(ctx, PD_ERR_GEOMETRY, "couple", "node %d is of kind %d in the file, expected %d", (int)i,
                             kind[i], c->grid->kind[i]);
-    if (!count || c->corrode) return PD_OK;
+    if (!count) return PD_OK;
     PDI_TRY(pd_bonds_update(ctx, turned, count, c->bonds));
     if (c->flow) PDI_TRY(pd_flow_update(ctx, turned, count, c->flow));
     if (c->transport) PDI_TRY(pd_transport_update(ctx, c->transport));
@@ -476,8 +448,7 @@ static pd_status pdi_couple_parts(pd_ctx *ctx, pd_couple *c, pd_archive *archive
     if (c->transport) PDI_TRY(pdi_transport_store(ctx, c->transport, archive));
     if (c->advance) PDI_TRY(pdi_advance_store(ctx, c->advance, archive));
     if (c->dissolve) PDI_TRY(pdi_dissolve_store(ctx, c->dissolve, archive));
-    if (c->corrode) PDI_TRY(pdi_corrode_store(ctx, c->corrode, archive));
-    return c->recede ? pdi_recede_store(ctx, c->recede, archive) : PD_OK;
+    return PD_OK;
 }
 
 pd_status pd_couple_store(pd_ctx *ctx, pd_couple *c, pd_archive *archive)

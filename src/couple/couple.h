@@ -13,7 +13,6 @@
 #include "transport/settle.h"
 #include "transport/advance.h"
 #include "metal/dissolve.h"
-#include "metal/recede.h"
 
 /* Amounts [mol, per m depth in planar 2D, per m2 in 1D]. imbalance = solid + dissolved + carry + out - in - start. */
 typedef struct pd_ledger {
@@ -45,13 +44,10 @@ typedef struct pd_couple {
     pd_dissolve *dissolve;   /* NULL: no dissolution */
     int settle;              /* set after the build: the field of transport starts steady */
     pd_advance *advance;     /* set after the build: transport without dissolution in its error-controlled steps */
-    pd_corrode *corrode;     /* set after the build, without flow, transport and dissolution: bond-based corrosion. A
-                              * step of the coupling is one of recede, or of max_step (without: to the next output) */
-    pd_recede *recede;       /* and its implicit steps; NULL: explicit ones */
     double time;             /* [s] */
-    double dt;               /* [s] of the last step; corrosion: mean over those of its own in it */
+    double dt;               /* [s] of the last step */
     int started;
-    int64_t steps;           /* of the coupling; corrosion: of its own */
+    int64_t steps;
     int64_t flow_solves;
     int64_t unsolved;        /* steps in which the linear solver of transport missed its tolerance */
     int64_t krylov_flow, krylov_transport;

@@ -87,12 +87,11 @@ static int pdi_footprint_contrast(const pd_setup *u)
     return pdi_compact_contrast(n, u->h);
 }
 
-static void pdi_footprint_lattice(const pd_setup *u, pd_footprint *b)
+static void pdi_footprint_lattice(pd_footprint *b)
 {
     double row = 4.0 + 4.0 * ceil(b->bonds / 32.0) + 17.0 + 16.0 * PD_DIM * PD_DIM;
     b->bytes[PD_PART_GRID] = b->nodes + b->bonds * (70.0 + 12.0 * PD_DIM);
-    if (!u->has_corrode)
-        b->bytes[PD_PART_GRID] += 4.0 * b->nodes + 1.25 * row * b->cut + 9.0 * (b->nodes - b->cells);
+    b->bytes[PD_PART_GRID] += 4.0 * b->nodes + 1.25 * row * b->cut + 9.0 * (b->nodes - b->cells);
 }
 
 static void pdi_footprint_flow(const pd_setup *u, pd_footprint *b)
@@ -145,7 +144,6 @@ static void pdi_footprint_transport(const pd_setup *u, pd_footprint *b)
 
 static void pdi_footprint_metal(const pd_setup *u, pd_footprint *b)
 {
-    double coarse, bytes;
     if (u->has_grains) b->bytes[PD_PART_GRAIN] = 12.0 * b->nodes; /* and shares, which do not stay: 4 */
     /* fluid within a horizon of metal, which has at least the surface of a cube */
     double shell = fmin(2.0 * PD_DIM * u->m * pow(b->solid, (PD_DIM - 1.0) / PD_DIM), b->fluid);
@@ -153,16 +151,10 @@ static void pdi_footprint_metal(const pd_setup *u, pd_footprint *b)
         b->bytes[PD_PART_DISSOLVE] = 14.0 * b->nodes + 12.0 * b->solid +
                                      (double)pdi_metal_beside_size() * (b->solid + shell);
     if (!u->has_corrode) return;
-    b->bytes[PD_PART_CORRODE] = (28.0 + (u->passive >= 0)) * b->nodes + 9.0 * (b->nodes - b->cells) + 4.0 * b->cells +
-                                4.0 * b->solid;
-    if (u->drive == PD_DRIVE_CONSTANT) b->bytes[PD_PART_CORRODE] += 8.0 * b->nodes;
-    if (u->has_grains) b->bytes[PD_PART_CORRODE] += 8.0 * b->nodes;
-    if (u->stochastic) b->bytes[PD_PART_CORRODE] += 10.0 * b->nodes;
-    if (u->repassivation > 0.0) b->bytes[PD_PART_CORRODE] += b->nodes;
-    if (u->forward) return;
-    bytes = pdi_footprint_compact(0) + pdi_footprint_multigrid(1, pdi_footprint_contrast(u), &coarse);
-    b->bytes[PD_PART_CORRODE] += (97.0 + 40.0) * b->nodes + b->cells * bytes;
-    b->working += b->cells * coarse;
+    b->bytes[PD_PART_DISSOLVE] += (u->activation ? 0.0 : 8.0 * b->nodes) + 4.0 * (b->solid + shell) + 8.0 * b->bonds;
+    if (u->passive >= 0) b->bytes[PD_PART_DISSOLVE] += b->nodes;
+    if (u->stochastic) b->bytes[PD_PART_DISSOLVE] += 10.0 * b->nodes;
+    if (u->repassivation > 0.0) b->bytes[PD_PART_DISSOLVE] += b->nodes;
 }
 
 /* Pixels of a field of `cells`, `wanted` of them. */
@@ -176,7 +168,7 @@ static double pdi_footprint_pixels(double cells, double wanted)
 static double pdi_footprint_pictures(const pd_setup *u)
 {
     int right = u->slice_axis == 0 && PD_DIM == 3 ? 1 : 0, up = u->slice_axis == 2 || PD_DIM < 3 ? 1 : 2;
-    int plots = pdi_setup_loses(u) || (PD_DIM == 1 && u->images);
+    int plots = u->has_dissolve || (PD_DIM == 1 && u->images);
     double largest = 0.0;
     for (int k = 0; k < u->monitors; k++) {
         const pd_setup_monitor *m = &u->monitor[k];
@@ -215,7 +207,7 @@ void pd_footprint_estimate(const pd_setup *u, pd_footprint *b)
     }
     b->bonds = pdi_footprint_bonds(u->m);
     pdi_footprint_sample(u, reach, b);
-    pdi_footprint_lattice(u, b);
+    pdi_footprint_lattice(b);
     pdi_footprint_flow(u, b);
     pdi_footprint_transport(u, b);
     pdi_footprint_metal(u, b);

@@ -11,7 +11,7 @@ typedef struct pd_model {
     int line;                 /* of the scene: what was being built when the build failed; 0: unknown */
     pd_stencil stencil;
     pd_grid grid;
-    pd_bonds bonds;       /* absent with corrode, whose bonds need no rows */
+    pd_bonds bonds;
     pd_inlet inlet;
     pd_flow flow;
     pd_steady steady;     /* absent with explicit flow */
@@ -24,8 +24,6 @@ typedef struct pd_model {
     double *factor;           /* [total] [-] rate factor of the grain boundaries; NULL: 1 */
     pd_dissolve dissolve;
     uint8_t *passive;         /* [total] 1: in front of a passive film; NULL: none */
-    pd_corrode corrode;
-    pd_recede recede;
     pd_couple couple;
     size_t bytes[PD_PART_COUNT];     /* [byte] */
     int64_t unknowns[PD_PART_COUNT];
@@ -40,8 +38,6 @@ PD_API pd_status pd_model_build(pd_ctx *ctx, const pd_setup *setup, pd_model *mo
 PD_API void pd_model_free(pd_ctx *ctx, pd_model *model);
 
 #ifdef PDI_INTERNAL
-/* [total] [mol/m3] concentration of fluid nodes, content of solid ones; NULL: nothing is dissolved. */
-PDI_FN const double *pdi_model_c(const pd_model *model);
 /* The lattice of a setup alone. *line: of the scene, what was being built; unchanged when unknown. */
 PDI_FN pd_status pdi_model_grid(pd_ctx *ctx, const pd_setup *setup, int *line, pd_stencil *stencil, pd_grid *grid);
 #endif

@@ -267,18 +267,16 @@ static pd_status pdi_scene_pairs(pdi_scene *s)
     return PD_OK;
 }
 
-/* With bond-based corrosion an open side has the bulk of the solution behind it. */
-static pd_status pdi_scene_bulk_side(pdi_scene *s, int section, int open, const char *found, pd_setup_side *side,
-                                     pd_side kind)
+/* In fluid at rest an open side has the bulk of the solution behind it: its plane holds that. */
+static pd_status pdi_scene_bulk_side(pdi_scene *s, int section, pd_setup_side *side)
 {
-    if (!open && pdi_grid_port(kind))
-        return pd_text_refuse(s->ctx, s->text, section, "flow",
-                              "found '%s' beside [corrode], expected open to hold its bulk concentration", found);
+    int corrode = pd_text_section(s->ctx, s->text, "corrode", NULL);
     if (pd_text_has(s->ctx, s->text, section, "C"))
         return pd_text_refuse(s->ctx, s->text, section, "C",
-                              "found beside [corrode], expected flow = open to hold its bulk concentration");
-    side->kind = open ? PD_SIDE_OUTLET : kind;
-    return PD_OK;
+                              "found beside flow = open, expected bulk in [corrode], or C without open");
+    side->kind = PD_SIDE_WALL;
+    side->holds = 1;
+    return pdi_scene_expr(s, corrode, "bulk", "mol/m3", "0", &side->held);
 }
 
 static pd_status pdi_scene_side(pdi_scene *s, int k, int section, int *inlets, int *outlets)
@@ -297,7 +295,7 @@ static pd_status pdi_scene_side(pdi_scene *s, int k, int section, int *inlets, i
             return pd_text_refuse(s->ctx, s->text, section, "flow",
                                   "found '%s' around an axis, expected noslip, inlet, outlet or open", flows[flow]);
     }
-    if (u->has_corrode) return pdi_scene_bulk_side(s, section, flow == open, flows[flow], &u->side[k], (pd_side)flow);
+    if (u->has_corrode && !u->has_flow && flow == open) return pdi_scene_bulk_side(s, section, &u->side[k]);
     if ((pdi_grid_port((pd_side)flow) || flow == open) && !u->has_flow)
         return pd_text_refuse(s->ctx, s->text, section, "flow",
                               "found '%s' without a [flow] section, expected C = ... alone"
@@ -426,13 +424,13 @@ static pd_status pdi_scene_transport(pdi_scene *s)
     static const char *const schemes[] = {"limited", "upwind", NULL}, *const times[] = {"implicit", "steady", NULL};
     pd_setup *u = s->setup;
     int section = pd_text_section(s->ctx, s->text, "transport", NULL), scheme;
-    if (!u->has_transport) return PD_OK;
+    if (!pd_text_has(s->ctx, s->text, section, NULL)) return PD_OK;
     PDI_TRY(pdi_scene_not_negative(s, section, "D", "m2/s", NULL, &u->diffusivity));
     PDI_TRY(pd_text_choice(s->ctx, s->text, section, "advection", schemes, "limited", &scheme));
     u->advection = (pd_advection)scheme;
     PDI_TRY(pd_text_choice(s->ctx, s->text, section, "time", times, "implicit", &u->settle));
     if (u->settle && u->has_dissolve)
-        return pd_text_refuse(s->ctx, s->text, section, "time", "found 'steady' beside [dissolve], expected implicit");
+        return pd_text_refuse(s->ctx, s->text, section, "time", "found 'steady' beside metal that dissolves, expected implicit");
     return pdi_scene_initial(s, section);
 }
 
@@ -446,10 +444,10 @@ static pd_status pdi_scene_constants(pdi_scene *s)
     pdi_read_constants_append(s->text, &s->named, "rho_m", "kg/m3", u->material.density);
     pdi_read_constants_append(s->text, &s->named, "M_m", "kg/mol", u->material.molar_mass);
     pdi_read_constants_append(s->text, &s->named, "z_m", "", u->material.charge);
-    if (pdi_setup_loses(u) && pd_text_has(s->ctx, s->text, section, "Cs"))
+    if (u->has_dissolve && pd_text_has(s->ctx, s->text, section, "Cs"))
         PDI_TRY(pdi_scene_positive(s, section, "Cs", "mol/m3", NULL, &u->solid_c));
     pdi_read_constants_append(s->text, &s->named, "Cs", "mol/m3", u->solid_c);
-    if (!pdi_setup_loses(u) || !pd_text_has(s->ctx, s->text, section, "Csat")) return PD_OK;
+    if (!u->has_dissolve || !pd_text_has(s->ctx, s->text, section, "Csat")) return PD_OK;
     PDI_TRY(pdi_scene_positive(s, section, "Csat", "mol/m3", NULL, &u->saturation));
     pdi_read_constants_append(s->text, &s->named, "Csat", "mol/m3", u->saturation);
     return PD_OK;
@@ -495,7 +493,7 @@ static pd_status pdi_scene_dissolve(pdi_scene *s)
 {
     pd_setup *u = s->setup;
     int section = pd_text_section(s->ctx, s->text, "dissolve", NULL);
-    if (!u->has_dissolve) return PD_OK;
+    if (!u->has_dissolve || u->has_corrode) return PD_OK;
     if (!u->has_transport)
         return pd_text_refuse(s->ctx, s->text, section, "dissolve",
                               "found no [transport] section, expected one: the metal goes into the fluid");
@@ -517,13 +515,16 @@ static pd_status pdi_scene_dissolve(pdi_scene *s)
 /* ---- [corrode] ---- */
 
 /* Before anything of the other sections is read. */
-static pd_status pdi_scene_corrode_alone(pdi_scene *s)
+static pd_status pdi_scene_corrode_first(pdi_scene *s)
 {
-    const pd_setup *u = s->setup;
-    const char *beside = u->has_flow ? "flow" : u->has_transport ? "transport" : u->has_dissolve ? "dissolve" : NULL;
-    if (!u->has_corrode || !beside) return PD_OK;
-    return pd_text_refuse(s->ctx, s->text, pd_text_section(s->ctx, s->text, "corrode", NULL), "corrode",
-                          "found beside [%s], expected [corrode] alone: it moves metal and fluid itself", beside);
+    pd_setup *u = s->setup;
+    int section = pd_text_section(s->ctx, s->text, "corrode", NULL);
+    if (!u->has_corrode) return PD_OK;
+    if (u->has_dissolve)
+        return pd_text_refuse(s->ctx, s->text, section, "corrode",
+                              "found beside [dissolve], expected one of them: both tell how the metal goes");
+    u->has_transport = u->has_dissolve = 1;
+    return PD_OK;
 }
 
 static pd_status pdi_scene_corrode_forms(pdi_scene *s, int section)
@@ -532,26 +533,46 @@ static pd_status pdi_scene_corrode_forms(pdi_scene *s, int section)
     static const char *const drives[] = {"constant", "difference", NULL};
     static const char *const kernels[] = {"area", "square", "inverse", NULL};
     static const char *const weights[] = {"calibrated", "printed", NULL};
-    static const char *const times[] = {"implicit", "explicit", NULL};
     static const char *const breakings[] = {"deterministic", "stochastic", NULL};
     pd_setup *u = s->setup;
     int drive, kernel, printed;
     PDI_TRY(pd_text_choice(s->ctx, s->text, section, "control", controls, "diffusion", &u->activation));
-    PDI_TRY(pd_text_choice(s->ctx, s->text, section, "time", times, u->activation ? "explicit" : "implicit",
-                           &u->forward));
-    if (u->activation && !u->forward)
-        return pd_text_refuse(s->ctx, s->text, section, "time",
-                              "found 'implicit' beside control = activation, expected explicit");
     PDI_TRY(pd_text_choice(s->ctx, s->text, section, "drive", drives, "constant", &drive));
     PDI_TRY(pd_text_choice(s->ctx, s->text, section, "kernel", kernels, "area", &kernel));
     PDI_TRY(pd_text_choice(s->ctx, s->text, section, "weights", weights, "calibrated", &printed));
     u->drive = (pd_drive)drive;
     u->kernel = (pd_kernel)kernel;
     u->weights = printed ? PD_WEIGHTS_PRINTED : PD_WEIGHTS_CALIBRATED;
+    if (u->activation && u->has_flow)
+        return pd_text_refuse(s->ctx, s->text, section, "control",
+                              "found 'activation' beside [flow], expected diffusion: with activation all fluid holds"
+                              " bulk");
+    if (printed && u->has_flow)
+        return pd_text_refuse(s->ctx, s->text, section, "weights",
+                              "found 'printed' beside [flow], expected calibrated: no flow is exact with others");
     PDI_TRY(pd_text_choice(s->ctx, s->text, section, "breaking", breakings, "deterministic", &u->stochastic));
     if (u->stochastic) return pd_text_integer(s->ctx, s->text, section, "seed", 0, 2147483647, "1", &u->seed);
     if (!pd_text_has(s->ctx, s->text, section, "seed")) return PD_OK;
     return pd_text_refuse(s->ctx, s->text, section, "seed", "found without breaking = stochastic, expected both");
+}
+
+/* D and the field at the start, unless [transport] has them. */
+static pd_status pdi_scene_corrode_fluid(pdi_scene *s, int section)
+{
+    static const char *const keys[] = {"D", "initial"};
+    pd_setup *u = s->setup;
+    int transport = pd_text_has(s->ctx, s->text, pd_text_section(s->ctx, s->text, "transport", NULL), NULL);
+    for (int k = 0; k < 2 && transport; k++)
+        if (pd_text_has(s->ctx, s->text, section, keys[k]))
+            return pd_text_refuse(s->ctx, s->text, section, keys[k],
+                                  "found beside a [transport] section, expected it there");
+    if (!transport) {
+        PDI_TRY(pdi_scene_not_negative(s, section, "D", "m2/s", u->activation ? "0" : NULL, &u->diffusivity));
+        PDI_TRY(pdi_scene_initial(s, section));
+    }
+    if (u->activation && (u->diffusivity > 0.0 || pd_text_has(s->ctx, s->text, section, "initial")))
+        pdi_setup_note(u, "D and initial belong to control = diffusion; with activation all fluid holds bulk");
+    return pdi_scene_within(s, section, "bulk", "mol/m3", "0", 0.0, u->saturation, 0, &u->bulk);
 }
 
 /* The speed of a current density of 1 A/m2 makes a current a rate. */
@@ -579,24 +600,14 @@ static pd_status pdi_scene_corrode(pdi_scene *s)
     PDI_TRY(pdi_scene_within(s, section, "Csat", "mol/m3", NULL, 0.0, u->solid_c, 1, &saturation));
     PDI_TRY(pdi_scene_corrode_rate(s, section));
     PDI_TRY(pdi_scene_gb_factor(s, section));
-    PDI_TRY(pdi_scene_not_negative(s, section, "D", "m2/s", u->activation ? "0" : NULL, &u->diffusivity));
-    PDI_TRY(pdi_scene_initial(s, section));
-    if (u->activation && (u->diffusivity > 0.0 || pd_text_has(s->ctx, s->text, section, "initial")))
-        pdi_setup_note(u, "D and initial belong to control = diffusion; with activation all fluid holds bulk");
-    PDI_TRY(pdi_scene_within(s, section, "bulk", "mol/m3", "0", 0.0, u->saturation, 0, &u->bulk));
+    PDI_TRY(pdi_scene_corrode_fluid(s, section));
     if (pd_text_has(s->ctx, s->text, section, "repassivation"))
         PDI_TRY(pdi_scene_within(s, section, "repassivation", "mol/m3", NULL, 0.0, u->saturation, 1,
                                  &u->repassivation));
     if (u->activation && u->repassivation > 0.0)
         return pd_text_refuse(s->ctx, s->text, section, "repassivation",
                               "found beside control = activation, expected diffusion: there all fluid holds bulk");
-    /* explicit: (1 - x)^n is not exp(-n x); else fronts do not depend on it */
-    const char *share = u->drive == PD_DRIVE_DIFFERENCE ? "0.01" : u->activation ? "0.1" : u->forward ? "0.01" : "0.2";
-    PDI_TRY(pdi_scene_within(s, section, "share", "", share, 0.0, 1.0, 1, &u->share));
-    if (!u->forward && pd_text_has(s->ctx, s->text, section, "overshoot"))
-        return pd_text_refuse(s->ctx, s->text, section, "overshoot",
-                              "found beside implicit steps, expected time = explicit: others do not pass Csat");
-    return u->forward ? pdi_scene_within(s, section, "overshoot", "", "0.05", 0.0, 1.0, 1, &u->overshoot) : PD_OK;
+    return PD_OK;
 }
 
 /* ---- [run], [output] ---- */
@@ -637,16 +648,19 @@ static pd_status pdi_scene_run(pdi_scene *s)
     pd_setup *u = s->setup;
     int section = pd_text_section(s->ctx, s->text, "run", NULL);
     int rests = u->motion == PD_MOTION_STEADY || u->motion == PD_MOTION_GIVEN;
-    if (rests && (!pdi_setup_carries(u) || u->settle)) return pdi_scene_timeless(s);
+    if (rests && (!u->has_transport || u->settle)) return pdi_scene_timeless(s);
     PDI_TRY(pdi_scene_positive(s, section, "until", "s", NULL, &u->until));
-    if (pdi_setup_carries(u) || !rests)
+    if (u->has_transport || !rests)
         PDI_TRY(pdi_scene_within(s, section, "max_step", "s", "0", 0.0, PDI_SCENE_HUGE, 0, &u->max_step));
     if (u->max_step > 0.0 && u->until > PDI_SCENE_STEPS * u->max_step)
         return pd_text_refuse(s->ctx, s->text, section, "max_step", "found %.3g steps until the end, expected at most"
                               " %.0g", u->until / u->max_step, PDI_SCENE_STEPS);
-    if (u->has_corrode && !u->forward)
-        PDI_TRY(pdi_scene_within(s, section, "rtol", "", "1e-3", 0.0, 0.1, 1, &u->rtol));
     if (!u->has_transport) return PD_OK;
+    if (u->has_corrode) { /* loss in proportion to a difference: (1 - x)^n is not exp(-n x) */
+        const char *share = u->drive == PD_DRIVE_DIFFERENCE ? "0.01" : u->activation ? "0.1" : "0.2";
+        PDI_TRY(pdi_scene_within(s, section, "rtol", "", "1e-3", 0.0, 0.1, 1, &u->rtol));
+        return pdi_scene_within(s, section, "fraction", "", share, 0.0, 1.0, 1, &u->fraction);
+    }
     pdi_scene_given(s, section, "rtol", PD_KNOB_RTOL);
     pdi_scene_given(s, section, "fraction", PD_KNOB_FRACTION);
     PDI_TRY(pdi_scene_within(s, section, "rtol", "", u->has_dissolve ? "4e-3" : "1e-3", 0.0, 0.1, 1, &u->rtol));
@@ -687,7 +701,6 @@ static pd_status pdi_scene_output(pdi_scene *s)
     u->every = u->until / 20.0;
     if (u->until > 0.0 && pd_text_has(s->ctx, s->text, section, "every"))
         PDI_TRY(pdi_scene_positive(s, section, "every", "s", NULL, &u->every));
-    if (u->has_corrode && u->forward && !(u->max_step > 0.0)) u->max_step = u->every / 20.0; /* rows of the tables */
     if (u->until > 0.0 && u->until / u->every > 9e5)
         return pd_text_refuse(s->ctx, s->text, section, "every",
                               "found %.3g frames until the end, expected at most 900000", u->until / u->every);
@@ -713,7 +726,7 @@ static void pdi_scene_lines(pdi_scene *s)
     u->line[PD_PART_FLOW] = pdi_scene_line(s, "flow", NULL);
     u->line[PD_PART_TRANSPORT] = pdi_scene_line(s, "transport", NULL);
     u->line[PD_PART_DISSOLVE] = pdi_scene_line(s, "dissolve", NULL);
-    u->line[PD_PART_CORRODE] = pdi_scene_line(s, "corrode", NULL);
+    if (!u->line[PD_PART_DISSOLVE]) u->line[PD_PART_DISSOLVE] = pdi_scene_line(s, "corrode", NULL);
     for (int k = 0; k < 2 * PD_DIM; k++) u->side[k].line = pdi_scene_line(s, "side", pdi_setup_side_name(k));
 }
 
@@ -732,7 +745,7 @@ static pd_status pdi_scene_sections(pd_ctx *ctx, pd_text *text, const char *path
     setup->has_transport = pd_text_has(ctx, text, pd_text_section(ctx, text, "transport", NULL), NULL);
     setup->has_dissolve = pd_text_has(ctx, text, pd_text_section(ctx, text, "dissolve", NULL), NULL);
     setup->has_corrode = pd_text_has(ctx, text, pd_text_section(ctx, text, "corrode", NULL), NULL);
-    PDI_TRY(pdi_scene_corrode_alone(&s));
+    PDI_TRY(pdi_scene_corrode_first(&s));
     PDI_TRY(pdi_read_constants_read(ctx, text, &s.named));
     PDI_TRY(pdi_read_tables_read(ctx, text, folder, setup));
     PDI_TRY(pdi_read_shapes_read(ctx, text, folder, setup));
@@ -748,7 +761,7 @@ static pd_status pdi_scene_sections(pd_ctx *ctx, pd_text *text, const char *path
     PDI_TRY(pdi_read_monitors_read(ctx, text, setup));
     PDI_TRY(pdi_read_measured_read(ctx, text, folder, setup));
     PDI_TRY(pd_text_unused(ctx, text));
-    if (!setup->has_flow && !pdi_setup_carries(setup))
+    if (!setup->has_flow && !setup->has_transport)
         return pd_text_refuse(ctx, text, 0, "scene",
                               "found no physics, expected a [flow], a [transport] or a [corrode] section");
     return PD_OK;

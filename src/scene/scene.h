@@ -11,7 +11,7 @@
  *   [side x-]    flow = inlet|outlet|noslip|periodic|mirror|open  profile = parabola|uniform|expression
  *                mean = speed | flow_rate = 1 mL/min  vx = expression in x y z (vy, vz)  C = ...  p = 0
  *                noslip: velocity = 1 m/s, 0 m/s of a wall that slides along itself; C = ... held by the wall
- *                corrode: noslip, mirror, periodic, or open: bulk behind it
+ *                open without flow, with corrode: bulk behind it
  *   [flow]       rho  mu  steady = 1e-6  force = ...  speed, length: of reported residuals, by default its own
  *                time = steady|implicit|explicit|given  vx (vy, vz) = expression: flow at the start, or the given flow,
  *                which open sides let in and out  rtol = 1e-4 of implicit steps  eos = tait|linear, c0 = speed of sound
@@ -19,10 +19,9 @@
  *   [transport]  D  initial = expression in x y z  advection = limited|upwind  time = implicit|steady
  *   [dissolve]   rate = speed, an expression in C | law = the same in 1/s per layer of h
  *                rate_scale = 1  Csat  Cs  gb_factor = 1  threshold = 0
- *   [corrode]    bond-based, in place of flow, transport and dissolve: rate = speed | current = A/m2, expressions in C
- *                rate_scale = 1  Csat  Cs  charge  D  initial  bulk = 0  control = diffusion|activation  gb_factor = 1
+ *   [corrode]    bond-based, in place of dissolve: rate = speed | current = A/m2, expressions in C
+ *                rate_scale = 1  Csat  Cs  charge  D  initial (without transport)  bulk = 0  control = diffusion|activation  gb_factor = 1
  *                drive = constant|difference  kernel = area|square|inverse  weights = calibrated|printed
- *                time = implicit|explicit  share = 0.2  overshoot = 0.05 of (explicit) steps
  *                repassivation = concentration  breaking = deterministic|stochastic  seed = 1
  *   [table NAME] file = law.csv  x = heading in unit  y = heading in unit  outside = hold|error: a function NAME(x) for
  *                all expressions, monotone between the points
