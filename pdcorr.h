@@ -2676,6 +2676,8 @@ typedef struct pd_transport {
                              * the residual there. Borrowed */
     int32_t pinned_count;
     double forcing;         /* [-] a stage may end at this share of its first residual; 0: at the tolerance */
+    int prepared;           /* 1: conductances and preconditioner are those of this step, */
+    double prepared_dt;     /* [s] and of this length */
     double dt;              /* [s] of the step in work; 0: none */
     pd_compact compact;
     pd_multigrid mg;
@@ -18613,14 +18615,23 @@ static pd_status pdi_transport_setup(pd_ctx *ctx, pd_transport *t)
     double spread[PD_DIM * PD_DIM];
     pd_compact *c = &t->compact;
     const pd_grid *grid = t->grid;
+    /* at rest later stages of a step differ by what holds the nodes alone */
+    int again = !t->flow && t->prepared && t->prepared_dt >= t->dt && t->prepared_dt <= t->dt;
     faces.closed = faces.outlet = 0;
     faces.inlet = 1;
     pdi_compact_upwind(t->bonds->stencil, t->desc.advection == PD_ADVECTION_LIMITED ? PDI_TRANSPORT_SPREAD : 1.0,
                          spread);
     convection.u = t->flow ? t->flow->u : NULL;
     convection.spread = spread;
-    pdi_compact_fill(ctx, t->desc.diffusivity, t->diffusion.field ? &t->diffusion.media : NULL, &convection,
-                     1.0 / t->dt, &faces, c);
+    if (!again)
+        pdi_compact_fill(ctx, t->desc.diffusivity, t->diffusion.field ? &t->diffusion.media : NULL, &convection,
+                         1.0 / t->dt, &faces, c);
+    for (int32_t node = 0; node < grid->total && again; node++) {
+        int i[PD_DIM];
+        if (grid->kind[node] != PD_FLUID) continue;
+        pdi_grid_index(grid, node, i);
+        c->mass[pdi_compact_cell(grid, i)] = (float)(pdi_grid_circumference(grid, node) * (double)(float)(1.0 / t->dt));
+    }
     for (int32_t node = 0; node < grid->total; node++) {
         int i[PD_DIM];
         double drain = t->absorb[node] + (t->diffusion.hold ? t->diffusion.hold[node] : 0.0);
@@ -18633,6 +18644,9 @@ static pd_status pdi_transport_setup(pd_ctx *ctx, pd_transport *t)
         pdi_grid_index(grid, t->pinned[k], i);
         c->mass[pdi_compact_cell(grid, i)] *= (float)PDI_TRANSPORT_STIFF;
     }
+    if (again) return pd_multigrid_mass(ctx, &t->mg, c->active, c->wall, c->mass);
+    t->prepared = 1;
+    t->prepared_dt = t->dt;
     return pd_multigrid_setup(ctx, &t->mg, c->active, (const float *const *)c->conduct,
                               t->flow ? (const float *const *)c->flux : NULL, c->wall, c->mass);
 }
@@ -18994,7 +19008,7 @@ PDI_FN pd_status pdi_transport_stage(pd_ctx *ctx, pd_transport *t, double dt, in
     int32_t total = t->grid->total;
     memset(result, 0, sizeof *result);
     t->dt = dt;
-    PDI_TRY(pdi_flux_refresh(ctx, &t->convect));
+    if (t->flow || !t->prepared) PDI_TRY(pdi_flux_refresh(ctx, &t->convect));
     pdi_transport_right_side(ctx, t);
     PDI_TRY(pdi_transport_setup(ctx, t));
     pdi_transport_residual(ctx, t, t->work);
@@ -19012,6 +19026,7 @@ PDI_FN pd_status pdi_transport_begin(pd_ctx *ctx, pd_transport *t, double dt)
 {
     if (!(dt > 0.0) || !(dt < 1e300))
         return pdi_fail(ctx, PD_ERR_ARGUMENT, "transport", "the step is %g s, expected a positive one", dt);
+    t->prepared = 0;
     pdi_par_copy(ctx, t->grid->total, t->c, t->old);
     pdi_transport_open(t);
     if (t->rest) pdi_par_zero(ctx, t->grid->total, t->rest);
@@ -19172,6 +19187,7 @@ static pd_status pdi_transport_holds(pd_ctx *ctx, const pd_transport *t)
 
 pd_status pd_transport_at(pd_ctx *ctx, pd_transport *t, double time)
 {
+    t->prepared = 0;
     if (!t->desc.clock) return PD_OK;
     pdi_transport_pass(t);
     *t->desc.clock = t->time = time;
@@ -19182,6 +19198,7 @@ pd_status pd_transport_at(pd_ctx *ctx, pd_transport *t, double time)
 
 pd_status pd_transport_update(pd_ctx *ctx, pd_transport *t)
 {
+    t->prepared = 0;
     if (t->desc.clock) *t->desc.clock = t->time;
     pd_diffusion_update(ctx, &t->diffusion);
     PDI_TRY(pdi_transport_inlets(ctx, t));
@@ -20477,7 +20494,7 @@ PDI_FN int pdi_law_hold(pdi_law *law, double need, double near, pdi_law_point *p
     p->low_c = p->low_v = 0.0;
     p->high_c = p->high_v = HUGE_VAL;
     if (need > p->ahead) { /* the metal gives less than would hold the fluid here: c falls */
-        p->high_c = p->pin;
+        p->low_c = p->high_c = p->pin;
         p->high_v = need;
         pdi_law_touch(law, p->pin, p);
         return 0;
@@ -33585,6 +33602,10 @@ pd_status pd_footprint_check(pd_ctx *ctx, const pd_setup *setup, int dry)
 #include <math.h>
 #include <string.h>
 
+/* Tolerance of the linear solves beside bond-based corrosion: what they leave is owed to the next step, and steps are
+ * right to 1e-3. */
+#define PDI_MODEL_CORRODE 1e-9
+
 PDI_FN pd_status pdi_model_grid(pd_ctx *ctx, const pd_setup *u, int *line, pd_stencil *stencil, pd_grid *grid)
 {
     pd_stencil_desc family;
@@ -33722,6 +33743,7 @@ static pd_status pdi_model_transport(pd_ctx *ctx, pd_model *m)
     desc.inlet = u->inlet;
     desc.advection = u->advection;
     desc.limiter_tolerance = u->limiter;
+    if (u->has_corrode) desc.tolerance = PDI_MODEL_CORRODE;
     if (u->medium >= 0) desc.field = pdi_model_diffusivity;
     if (u->medium >= 0) desc.level = pdi_model_interface;
     if (pd_wall_holds(u)) desc.held = pd_wall_held;

@@ -186,7 +186,7 @@ PDI_FN int pdi_law_hold(pdi_law *law, double need, double near, pdi_law_point *p
     p->low_c = p->low_v = 0.0;
     p->high_c = p->high_v = HUGE_VAL;
     if (need > p->ahead) { /* the metal gives less than would hold the fluid here: c falls */
-        p->high_c = p->pin;
+        p->low_c = p->high_c = p->pin;
         p->high_v = need;
         pdi_law_touch(law, p->pin, p);
         return 0;

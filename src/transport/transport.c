@@ -125,14 +125,23 @@ static pd_status pdi_transport_setup(pd_ctx *ctx, pd_transport *t)
     double spread[PD_DIM * PD_DIM];
     pd_compact *c = &t->compact;
     const pd_grid *grid = t->grid;
+    /* at rest later stages of a step differ by what holds the nodes alone */
+    int again = !t->flow && t->prepared && t->prepared_dt >= t->dt && t->prepared_dt <= t->dt;
     faces.closed = faces.outlet = 0;
     faces.inlet = 1;
     pdi_compact_upwind(t->bonds->stencil, t->desc.advection == PD_ADVECTION_LIMITED ? PDI_TRANSPORT_SPREAD : 1.0,
                          spread);
     convection.u = t->flow ? t->flow->u : NULL;
     convection.spread = spread;
-    pdi_compact_fill(ctx, t->desc.diffusivity, t->diffusion.field ? &t->diffusion.media : NULL, &convection,
-                     1.0 / t->dt, &faces, c);
+    if (!again)
+        pdi_compact_fill(ctx, t->desc.diffusivity, t->diffusion.field ? &t->diffusion.media : NULL, &convection,
+                         1.0 / t->dt, &faces, c);
+    for (int32_t node = 0; node < grid->total && again; node++) {
+        int i[PD_DIM];
+        if (grid->kind[node] != PD_FLUID) continue;
+        pdi_grid_index(grid, node, i);
+        c->mass[pdi_compact_cell(grid, i)] = (float)(pdi_grid_circumference(grid, node) * (double)(float)(1.0 / t->dt));
+    }
     for (int32_t node = 0; node < grid->total; node++) {
         int i[PD_DIM];
         double drain = t->absorb[node] + (t->diffusion.hold ? t->diffusion.hold[node] : 0.0);
@@ -145,6 +154,9 @@ static pd_status pdi_transport_setup(pd_ctx *ctx, pd_transport *t)
         pdi_grid_index(grid, t->pinned[k], i);
         c->mass[pdi_compact_cell(grid, i)] *= (float)PDI_TRANSPORT_STIFF;
     }
+    if (again) return pd_multigrid_mass(ctx, &t->mg, c->active, c->wall, c->mass);
+    t->prepared = 1;
+    t->prepared_dt = t->dt;
     return pd_multigrid_setup(ctx, &t->mg, c->active, (const float *const *)c->conduct,
                               t->flow ? (const float *const *)c->flux : NULL, c->wall, c->mass);
 }
@@ -506,7 +518,7 @@ PDI_FN pd_status pdi_transport_stage(pd_ctx *ctx, pd_transport *t, double dt, in
     int32_t total = t->grid->total;
     memset(result, 0, sizeof *result);
     t->dt = dt;
-    PDI_TRY(pdi_flux_refresh(ctx, &t->convect));
+    if (t->flow || !t->prepared) PDI_TRY(pdi_flux_refresh(ctx, &t->convect));
     pdi_transport_right_side(ctx, t);
     PDI_TRY(pdi_transport_setup(ctx, t));
     pdi_transport_residual(ctx, t, t->work);
@@ -524,6 +536,7 @@ PDI_FN pd_status pdi_transport_begin(pd_ctx *ctx, pd_transport *t, double dt)
 {
     if (!(dt > 0.0) || !(dt < 1e300))
         return pdi_fail(ctx, PD_ERR_ARGUMENT, "transport", "the step is %g s, expected a positive one", dt);
+    t->prepared = 0;
     pdi_par_copy(ctx, t->grid->total, t->c, t->old);
     pdi_transport_open(t);
     if (t->rest) pdi_par_zero(ctx, t->grid->total, t->rest);
@@ -684,6 +697,7 @@ static pd_status pdi_transport_holds(pd_ctx *ctx, const pd_transport *t)
 
 pd_status pd_transport_at(pd_ctx *ctx, pd_transport *t, double time)
 {
+    t->prepared = 0;
     if (!t->desc.clock) return PD_OK;
     pdi_transport_pass(t);
     *t->desc.clock = t->time = time;
@@ -694,6 +708,7 @@ pd_status pd_transport_at(pd_ctx *ctx, pd_transport *t, double time)
 
 pd_status pd_transport_update(pd_ctx *ctx, pd_transport *t)
 {
+    t->prepared = 0;
     if (t->desc.clock) *t->desc.clock = t->time;
     pd_diffusion_update(ctx, &t->diffusion);
     PDI_TRY(pdi_transport_inlets(ctx, t));

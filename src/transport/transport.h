@@ -67,6 +67,8 @@ typedef struct pd_transport {
                              * the residual there. Borrowed */
     int32_t pinned_count;
     double forcing;         /* [-] a stage may end at this share of its first residual; 0: at the tolerance */
+    int prepared;           /* 1: conductances and preconditioner are those of this step, */
+    double prepared_dt;     /* [s] and of this length */
     double dt;              /* [s] of the step in work; 0: none */
     pd_compact compact;
     pd_multigrid mg;
