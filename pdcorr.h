@@ -3005,7 +3005,8 @@ typedef struct pdi_law_point {
     double resist;          /* [mol s/m4] R of the film; HUGE_VAL: nothing passes it */
     double from, seen;      /* [mol/m3] the law is positive between these */
     double end;             /* [mol/m3] and ends here; HUGE_VAL: not known */
-    double speed, slope;    /* [m/s], [m4/mol/s], slope <= 0 */
+    double speed, slope;    /* [m/s], [m4/mol/s], slope <= 0 behind a film */
+    double touch;           /* [mol/m3] where the line touches V */
     double low_c, low_v;    /* the metal gives at least the speed low_v that is asked there */
     double high_c, high_v;  /* it gives less; HUGE_VAL: not known */
     double largest;         /* [m/s] V so far */
@@ -3025,6 +3026,8 @@ PDI_FN int pdi_law_begin(pdi_law *law, double resist, double from, double end, d
 /* 1: the speed that the line asks at c lies on V, within `near` [m/s] or `close` [mol/m3]. 0: another line is taken.
  * -1: the law is not finite at law->at.c. */
 PDI_FN int pdi_law_meet(pdi_law *law, double c, double near, double close, pdi_law_point *point);
+/* The slope becomes at most `most` [m4/mol/s]; the line still touches V. */
+PDI_FN void pdi_law_tame(double most, pdi_law_point *point);
 /* Of a pinned point, with the speed [m/s] that the fluid needs: 1: it lies between those of the jump, within `near`, and
  * is the speed of the line. 0: the point has left the jump, and there is another line. */
 PDI_FN int pdi_law_hold(pdi_law *law, double need, double near, pdi_law_point *point);
@@ -20428,7 +20431,7 @@ static double pdi_law_at(pdi_law *law, pdi_law_point *p, double c)
 #define PDI_LAW_STEP 0.01
 
 /* The line that touches V at c from below: what follows a solution is steeper, or the end. A rising law is taken as it
- * is. */
+ * is behind a film, and with its slope where there is none. */
 static int pdi_law_touch(pdi_law *law, double c, pdi_law_point *p)
 {
     double now = pdi_law_at(law, p, c), size = fmax(c, PDI_LAW_LEAST * law->top), width = PDI_LAW_WIDE * size;
@@ -20438,9 +20441,18 @@ static int pdi_law_touch(pdi_law *law, double c, pdi_law_point *p)
         width = fmax(fmin(width, PDI_LAW_STEP * p->resist * p->largest), PDI_LAW_NARROW * size);
     double other = c > width ? c - width : c + width, there = pdi_law_at(law, p, other);
     if (!pdi_law_finite(there)) return 0;
-    p->slope = fmin((there - now) / (other - c), 0.0);
+    p->slope = (there - now) / (other - c);
+    if (p->resist > 0.0) p->slope = fmin(p->slope, 0.0);
     p->speed = now - p->slope * c;
+    p->touch = c;
     return 1;
+}
+
+PDI_FN void pdi_law_tame(double most, pdi_law_point *p)
+{
+    if (p->pinned || p->slope <= most) return;
+    p->speed += (p->slope - most) * p->touch;
+    p->slope = most;
 }
 
 /* Share of a concentration around a jump, and of a speed that makes one. */
@@ -20594,13 +20606,15 @@ static double pdi_law_next(pdi_law *law, double c, double asked, double given, p
         pdi_law_point before = *p;
         p->low_c = c;
         p->low_v = asked;
+        if (!(p->resist > 0.0) && !(p->high_c < HUGE_VAL)) return c;
         if (c >= p->high_c) p->high_c = p->high_v = HUGE_VAL; /* its neighbours have moved */
         if (p->high_c < HUGE_VAL) return pdi_law_crossing(law, p);
         return given > before.largest ? pdi_law_ahead(law, &before, c, asked) : c;
     }
-    if (c <= p->low_c) p->low_c = p->low_v = 0.0; /* fluid without metal asks for none */
     p->high_c = c;
     p->high_v = asked;
+    if (c <= p->low_c && !(p->resist > 0.0)) return c; /* nothing is known below: Newton's method */
+    if (c <= p->low_c) p->low_c = p->low_v = 0.0; /* fluid without metal asks for none */
     return c > 0.0 ? pdi_law_crossing(law, p) : c;
 }
 
@@ -20644,7 +20658,7 @@ PDI_FN int pdi_law_meet(pdi_law *law, double c, double near, double close, pdi_l
 {
     double asked = p->speed + p->slope * c;
     c = fmax(c, 0.0);
-    double given = pdi_law_at(law, p, c), way = pdi_law_way(law, p, c, asked);
+    double given = pdi_law_at(law, p, c), way = p->resist > 0.0 ? pdi_law_way(law, p, c, asked) : c;
     if (!pdi_law_finite(given)) return -1;
     p->largest = fmax(p->largest, given);
     if (way < c) {
@@ -21515,6 +21529,8 @@ PDI_FN double pdi_damage_last(uint64_t seed, int32_t node, int bonds)
 /* Bonds: how much longer the next step may be, and the default of rtol. */
 #define PDI_DISSOLVE_GROWTH 1.5
 #define PDI_DISSOLVE_RTOL 1e-3
+/* Slope of a rising law in the equations, over that of the content of the node: more would leave no M-matrix. */
+#define PDI_DISSOLVE_RISE 0.5
 /* Share of the first residual that a stage leaves while the law still changes (Eisenstat and Walker 1996). */
 #define PDI_DISSOLVE_FORCING 1e-3
 
@@ -21690,13 +21706,14 @@ PDI_FN void pdi_dissolve_course(const pd_dissolve *d, double t, double dt, doubl
 
 /* What the lines make of the equations of transport. Nodes at a jump of the law hold its concentration, until the
  * speeds are settled. */
-static void pdi_dissolve_sources(pd_dissolve *d, int settled)
+static void pdi_dissolve_sources(pd_dissolve *d, double dt, int settled)
 {
     pd_transport *t = d->transport;
     t->ceiling = 0.0; /* where the lines end */
     t->pinned_count = 0;
     for (int32_t k = 0; k < d->beside_count; k++) {
-        const pdi_beside *beside = &d->beside[k];
+        pdi_beside *beside = &d->beside[k];
+        if (dt > 0.0 && beside->weight > 0.0) pdi_law_tame(PDI_DISSOLVE_RISE / (dt * beside->weight), &beside->point);
         double source = beside->weight * beside->point.speed, absorb = -beside->weight * beside->point.slope;
         if (beside->point.pinned && !settled) {
             t->pinned[t->pinned_count++] = beside->node;
@@ -21705,7 +21722,8 @@ static void pdi_dissolve_sources(pd_dissolve *d, int settled)
         }
         t->source[beside->node] = source + beside->given;
         t->absorb[beside->node] = absorb;
-        if (source > 0.0) t->ceiling = fmax(t->ceiling, absorb > 0.0 ? source / absorb : HUGE_VAL);
+        if (source > 0.0 || absorb < 0.0)
+            t->ceiling = fmax(t->ceiling, absorb > 0.0 ? source / absorb : HUGE_VAL);
     }
 }
 
@@ -21722,7 +21740,7 @@ pd_status pd_dissolve_prepare(pd_ctx *ctx, pd_dissolve *d)
         if (d->beside[k].weight > 0.0) PDI_TRY(pdi_dissolve_begin_law(ctx, d, &d->beside[k]));
     if (!(d->last_dt > 0.0) && d->moved) d->next_dt = pd_transport_limit(ctx, t);
     pdi_interface_means(d);
-    pdi_dissolve_sources(d, 1);
+    pdi_dissolve_sources(d, 0.0, 1);
     return PD_OK;
 }
 
@@ -21852,7 +21870,7 @@ static pd_status pdi_dissolve_solve(pd_ctx *ctx, pd_dissolve *d, double dt, pd_t
     pd_status status = PD_OK;
     int krylov = 0, met = !pdi_metal_bonds(d);
     for (d->rounds = 1; d->rounds <= PDI_DISSOLVE_ROUNDS; d->rounds++) {
-        pdi_dissolve_sources(d, 0);
+        pdi_dissolve_sources(d, dt, 0);
         t->forcing = met || !pdi_metal_bonds(d) ? 0.0 : PDI_DISSOLVE_FORCING;
         if (!d->desc.activation) {
             status = pdi_transport_stage(ctx, t, dt, 1, result);
@@ -21887,7 +21905,7 @@ static void pdi_dissolve_settle_speeds(const pd_ctx *ctx, pd_dissolve *d, double
         p->speed = speed;
         p->slope = 0.0;
     }
-    pdi_dissolve_sources(d, 1);
+    pdi_dissolve_sources(d, dt, 1);
     pdi_dissolve_rates(ctx, d);
 }
 

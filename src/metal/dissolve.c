@@ -18,6 +18,8 @@
 /* Bonds: how much longer the next step may be, and the default of rtol. */
 #define PDI_DISSOLVE_GROWTH 1.5
 #define PDI_DISSOLVE_RTOL 1e-3
+/* Slope of a rising law in the equations, over that of the content of the node: more would leave no M-matrix. */
+#define PDI_DISSOLVE_RISE 0.5
 /* Share of the first residual that a stage leaves while the law still changes (Eisenstat and Walker 1996). */
 #define PDI_DISSOLVE_FORCING 1e-3
 
@@ -193,13 +195,14 @@ PDI_FN void pdi_dissolve_course(const pd_dissolve *d, double t, double dt, doubl
 
 /* What the lines make of the equations of transport. Nodes at a jump of the law hold its concentration, until the
  * speeds are settled. */
-static void pdi_dissolve_sources(pd_dissolve *d, int settled)
+static void pdi_dissolve_sources(pd_dissolve *d, double dt, int settled)
 {
     pd_transport *t = d->transport;
     t->ceiling = 0.0; /* where the lines end */
     t->pinned_count = 0;
     for (int32_t k = 0; k < d->beside_count; k++) {
-        const pdi_beside *beside = &d->beside[k];
+        pdi_beside *beside = &d->beside[k];
+        if (dt > 0.0 && beside->weight > 0.0) pdi_law_tame(PDI_DISSOLVE_RISE / (dt * beside->weight), &beside->point);
         double source = beside->weight * beside->point.speed, absorb = -beside->weight * beside->point.slope;
         if (beside->point.pinned && !settled) {
             t->pinned[t->pinned_count++] = beside->node;
@@ -208,7 +211,8 @@ static void pdi_dissolve_sources(pd_dissolve *d, int settled)
         }
         t->source[beside->node] = source + beside->given;
         t->absorb[beside->node] = absorb;
-        if (source > 0.0) t->ceiling = fmax(t->ceiling, absorb > 0.0 ? source / absorb : HUGE_VAL);
+        if (source > 0.0 || absorb < 0.0)
+            t->ceiling = fmax(t->ceiling, absorb > 0.0 ? source / absorb : HUGE_VAL);
     }
 }
 
@@ -225,7 +229,7 @@ pd_status pd_dissolve_prepare(pd_ctx *ctx, pd_dissolve *d)
         if (d->beside[k].weight > 0.0) PDI_TRY(pdi_dissolve_begin_law(ctx, d, &d->beside[k]));
     if (!(d->last_dt > 0.0) && d->moved) d->next_dt = pd_transport_limit(ctx, t);
     pdi_interface_means(d);
-    pdi_dissolve_sources(d, 1);
+    pdi_dissolve_sources(d, 0.0, 1);
     return PD_OK;
 }
 
@@ -355,7 +359,7 @@ static pd_status pdi_dissolve_solve(pd_ctx *ctx, pd_dissolve *d, double dt, pd_t
     pd_status status = PD_OK;
     int krylov = 0, met = !pdi_metal_bonds(d);
     for (d->rounds = 1; d->rounds <= PDI_DISSOLVE_ROUNDS; d->rounds++) {
-        pdi_dissolve_sources(d, 0);
+        pdi_dissolve_sources(d, dt, 0);
         t->forcing = met || !pdi_metal_bonds(d) ? 0.0 : PDI_DISSOLVE_FORCING;
         if (!d->desc.activation) {
             status = pdi_transport_stage(ctx, t, dt, 1, result);
@@ -390,7 +394,7 @@ static void pdi_dissolve_settle_speeds(const pd_ctx *ctx, pd_dissolve *d, double
         p->speed = speed;
         p->slope = 0.0;
     }
-    pdi_dissolve_sources(d, 1);
+    pdi_dissolve_sources(d, dt, 1);
     pdi_dissolve_rates(ctx, d);
 }
 

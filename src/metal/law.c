@@ -120,7 +120,7 @@ static double pdi_law_at(pdi_law *law, pdi_law_point *p, double c)
 #define PDI_LAW_STEP 0.01
 
 /* The line that touches V at c from below: what follows a solution is steeper, or the end. A rising law is taken as it
- * is. */
+ * is behind a film, and with its slope where there is none. */
 static int pdi_law_touch(pdi_law *law, double c, pdi_law_point *p)
 {
     double now = pdi_law_at(law, p, c), size = fmax(c, PDI_LAW_LEAST * law->top), width = PDI_LAW_WIDE * size;
@@ -130,9 +130,18 @@ static int pdi_law_touch(pdi_law *law, double c, pdi_law_point *p)
         width = fmax(fmin(width, PDI_LAW_STEP * p->resist * p->largest), PDI_LAW_NARROW * size);
     double other = c > width ? c - width : c + width, there = pdi_law_at(law, p, other);
     if (!pdi_law_finite(there)) return 0;
-    p->slope = fmin((there - now) / (other - c), 0.0);
+    p->slope = (there - now) / (other - c);
+    if (p->resist > 0.0) p->slope = fmin(p->slope, 0.0);
     p->speed = now - p->slope * c;
+    p->touch = c;
     return 1;
+}
+
+PDI_FN void pdi_law_tame(double most, pdi_law_point *p)
+{
+    if (p->pinned || p->slope <= most) return;
+    p->speed += (p->slope - most) * p->touch;
+    p->slope = most;
 }
 
 /* Share of a concentration around a jump, and of a speed that makes one. */
@@ -286,13 +295,15 @@ static double pdi_law_next(pdi_law *law, double c, double asked, double given, p
         pdi_law_point before = *p;
         p->low_c = c;
         p->low_v = asked;
+        if (!(p->resist > 0.0) && !(p->high_c < HUGE_VAL)) return c;
         if (c >= p->high_c) p->high_c = p->high_v = HUGE_VAL; /* its neighbours have moved */
         if (p->high_c < HUGE_VAL) return pdi_law_crossing(law, p);
         return given > before.largest ? pdi_law_ahead(law, &before, c, asked) : c;
     }
-    if (c <= p->low_c) p->low_c = p->low_v = 0.0; /* fluid without metal asks for none */
     p->high_c = c;
     p->high_v = asked;
+    if (c <= p->low_c && !(p->resist > 0.0)) return c; /* nothing is known below: Newton's method */
+    if (c <= p->low_c) p->low_c = p->low_v = 0.0; /* fluid without metal asks for none */
     return c > 0.0 ? pdi_law_crossing(law, p) : c;
 }
 
@@ -336,7 +347,7 @@ PDI_FN int pdi_law_meet(pdi_law *law, double c, double near, double close, pdi_l
 {
     double asked = p->speed + p->slope * c;
     c = fmax(c, 0.0);
-    double given = pdi_law_at(law, p, c), way = pdi_law_way(law, p, c, asked);
+    double given = pdi_law_at(law, p, c), way = p->resist > 0.0 ? pdi_law_way(law, p, c, asked) : c;
     if (!pdi_law_finite(given)) return -1;
     p->largest = fmax(p->largest, given);
     if (way < c) {

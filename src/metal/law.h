@@ -39,7 +39,8 @@ typedef struct pdi_law_point {
     double resist;          /* [mol s/m4] R of the film; HUGE_VAL: nothing passes it */
     double from, seen;      /* [mol/m3] the law is positive between these */
     double end;             /* [mol/m3] and ends here; HUGE_VAL: not known */
-    double speed, slope;    /* [m/s], [m4/mol/s], slope <= 0 */
+    double speed, slope;    /* [m/s], [m4/mol/s], slope <= 0 behind a film */
+    double touch;           /* [mol/m3] where the line touches V */
     double low_c, low_v;    /* the metal gives at least the speed low_v that is asked there */
     double high_c, high_v;  /* it gives less; HUGE_VAL: not known */
     double largest;         /* [m/s] V so far */
@@ -59,6 +60,8 @@ PDI_FN int pdi_law_begin(pdi_law *law, double resist, double from, double end, d
 /* 1: the speed that the line asks at c lies on V, within `near` [m/s] or `close` [mol/m3]. 0: another line is taken.
  * -1: the law is not finite at law->at.c. */
 PDI_FN int pdi_law_meet(pdi_law *law, double c, double near, double close, pdi_law_point *point);
+/* The slope becomes at most `most` [m4/mol/s]; the line still touches V. */
+PDI_FN void pdi_law_tame(double most, pdi_law_point *point);
 /* Of a pinned point, with the speed [m/s] that the fluid needs: 1: it lies between those of the jump, within `near`, and
  * is the speed of the line. 0: the point has left the jump, and there is another line. */
 PDI_FN int pdi_law_hold(pdi_law *law, double need, double near, pdi_law_point *point);
