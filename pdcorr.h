@@ -3011,6 +3011,7 @@ typedef struct pdi_law_point {
     double high_c, high_v;  /* it gives less; HUGE_VAL: not known */
     double largest;         /* [m/s] V so far */
     int pinned;             /* 1: c is held at a jump of the law, and the speed is what the fluid needs there */
+    int beyond;             /* 1: c is, or was, above the jump at `pin` */
     double pin;             /* [mol/m3] the last concentration before the jump */
     double ahead, behind;   /* [m/s] speeds before and behind it */
 } pdi_law_point;
@@ -20502,7 +20503,7 @@ PDI_FN int pdi_law_hold(pdi_law *law, double need, double near, pdi_law_point *p
         p->slope = 0.0;
         return 1;
     }
-    p->pinned = 0;
+    p->pinned = p->beyond = 0;
     p->low_c = p->low_v = 0.0;
     p->high_c = p->high_v = HUGE_VAL;
     if (need > p->ahead) { /* the metal gives less than would hold the fluid here: c falls */
@@ -20511,6 +20512,7 @@ PDI_FN int pdi_law_hold(pdi_law *law, double need, double near, pdi_law_point *p
         pdi_law_touch(law, p->pin, p);
         return 0;
     }
+    p->beyond = 1;
     p->low_c = p->pin; /* beyond the jump the metal still gives more */
     p->low_v = need;
     p->speed = p->behind;
@@ -20527,7 +20529,11 @@ PDI_FN int pdi_law_begin(pdi_law *law, double resist, double from, double end, d
     p->largest = p->low_v = 0.0;
     p->low_c = c;
     p->high_c = p->high_v = HUGE_VAL;
-    p->pinned = 0;
+    p->pinned = p->beyond = 0;
+    if (!(resist > 0.0) && c >= law->limit) { /* it may fall back to saturation */
+        p->beyond = 1;
+        p->pin = law->limit;
+    }
     return pdi_law_jumps(law, c, p) || pdi_law_touch(law, c, p);
 }
 
@@ -20606,6 +20612,10 @@ static double pdi_law_next(pdi_law *law, double c, double asked, double given, p
         pdi_law_point before = *p;
         p->low_c = c;
         p->low_v = asked;
+        if (p->beyond && c < p->pin) { /* it has fallen back to the jump */
+            p->beyond = 0;
+            if (pdi_law_jumps(law, p->pin, p)) return p->pin;
+        }
         if (!(p->resist > 0.0) && !(p->high_c < HUGE_VAL)) return c;
         if (c >= p->high_c) p->high_c = p->high_v = HUGE_VAL; /* its neighbours have moved */
         if (p->high_c < HUGE_VAL) return pdi_law_crossing(law, p);
@@ -21521,6 +21531,8 @@ PDI_FN double pdi_damage_last(uint64_t seed, int32_t node, int bonds)
 #define PDI_DISSOLVE_ROUNDS 100
 #define PDI_DISSOLVE_NEAR 1e-8
 #define PDI_DISSOLVE_CLOSE 1e-10
+/* Bonds: a speed is near, too, when a step of it changes less than this share of the concentration. */
+#define PDI_DISSOLVE_MARGIN 3e-9
 /* Steps by the error in time: the share of the longest one that is taken, how much longer or shorter the next one may
  * be, and the loss of a node over the tolerance that is faint. */
 #define PDI_DISSOLVE_SAFE 0.9
@@ -21529,7 +21541,7 @@ PDI_FN double pdi_damage_last(uint64_t seed, int32_t node, int bonds)
 /* Bonds: how much longer the next step may be, and the default of rtol. */
 #define PDI_DISSOLVE_GROWTH 1.5
 #define PDI_DISSOLVE_RTOL 1e-3
-/* Slope of a rising law in the equations, over that of the content of the node: more would leave no M-matrix. */
+/* Slope of a rising law in the equations, over all else that a node exchanges. */
 #define PDI_DISSOLVE_RISE 0.5
 /* Share of the first residual that a stage leaves while the law still changes (Eisenstat and Walker 1996). */
 #define PDI_DISSOLVE_FORCING 1e-3
@@ -21713,7 +21725,10 @@ static void pdi_dissolve_sources(pd_dissolve *d, double dt, int settled)
     t->pinned_count = 0;
     for (int32_t k = 0; k < d->beside_count; k++) {
         pdi_beside *beside = &d->beside[k];
-        if (dt > 0.0 && beside->weight > 0.0) pdi_law_tame(PDI_DISSOLVE_RISE / (dt * beside->weight), &beside->point);
+        if (dt > 0.0 && beside->weight > 0.0) {
+            double own = 1.0 / dt + pdi_interface_diffusivity(d, beside->node) * d->spread;
+            pdi_law_tame(PDI_DISSOLVE_RISE * own / beside->weight, &beside->point);
+        }
         double source = beside->weight * beside->point.speed, absorb = -beside->weight * beside->point.slope;
         if (beside->point.pinned && !settled) {
             t->pinned[t->pinned_count++] = beside->node;
@@ -21768,7 +21783,7 @@ static void pdi_dissolve_rates(const pd_ctx *ctx, pd_dissolve *d)
 }
 
 /* *met: 1 when the lines ask at the present field what the law gives. Otherwise there are new lines. */
-static pd_status pdi_dissolve_meet(pd_ctx *ctx, pd_dissolve *d, int *met)
+static pd_status pdi_dissolve_meet(pd_ctx *ctx, pd_dissolve *d, double dt, int *met)
 {
     const pd_transport *t = d->transport;
     double fastest = 0.0;
@@ -21780,7 +21795,9 @@ static pd_status pdi_dissolve_meet(pd_ctx *ctx, pd_dissolve *d, int *met)
         pdi_law law;
         if (!(beside->weight > 0.0)) continue;
         pdi_dissolve_law(d, beside, &law);
-        double near = PDI_DISSOLVE_NEAR * fastest, need = -t->work[beside->node] / beside->weight;
+        double near = PDI_DISSOLVE_NEAR * fastest;
+        if (pdi_metal_bonds(d)) near = fmax(near, PDI_DISSOLVE_MARGIN * t->size / (dt * beside->weight));
+        double need = -t->work[beside->node] / beside->weight;
         int found = beside->point.pinned ? pdi_law_hold(&law, need, near, &beside->point)
                                          : pdi_law_meet(&law, t->c[beside->node], near, PDI_DISSOLVE_CLOSE * t->size,
                                                         &beside->point);
@@ -21876,7 +21893,7 @@ static pd_status pdi_dissolve_solve(pd_ctx *ctx, pd_dissolve *d, double dt, pd_t
             status = pdi_transport_stage(ctx, t, dt, 1, result);
             result->krylov = krylov += result->krylov;
             if (status < 0) return status;
-            PDI_TRY(pdi_dissolve_meet(ctx, d, &met));
+            PDI_TRY(pdi_dissolve_meet(ctx, d, dt, &met));
             if (!met || t->forcing > 0.0) continue;
         }
         pdi_dissolve_rates(ctx, d);

@@ -10,6 +10,8 @@
 #define PDI_DISSOLVE_ROUNDS 100
 #define PDI_DISSOLVE_NEAR 1e-8
 #define PDI_DISSOLVE_CLOSE 1e-10
+/* Bonds: a speed is near, too, when a step of it changes less than this share of the concentration. */
+#define PDI_DISSOLVE_MARGIN 3e-9
 /* Steps by the error in time: the share of the longest one that is taken, how much longer or shorter the next one may
  * be, and the loss of a node over the tolerance that is faint. */
 #define PDI_DISSOLVE_SAFE 0.9
@@ -18,7 +20,7 @@
 /* Bonds: how much longer the next step may be, and the default of rtol. */
 #define PDI_DISSOLVE_GROWTH 1.5
 #define PDI_DISSOLVE_RTOL 1e-3
-/* Slope of a rising law in the equations, over that of the content of the node: more would leave no M-matrix. */
+/* Slope of a rising law in the equations, over all else that a node exchanges. */
 #define PDI_DISSOLVE_RISE 0.5
 /* Share of the first residual that a stage leaves while the law still changes (Eisenstat and Walker 1996). */
 #define PDI_DISSOLVE_FORCING 1e-3
@@ -202,7 +204,10 @@ static void pdi_dissolve_sources(pd_dissolve *d, double dt, int settled)
     t->pinned_count = 0;
     for (int32_t k = 0; k < d->beside_count; k++) {
         pdi_beside *beside = &d->beside[k];
-        if (dt > 0.0 && beside->weight > 0.0) pdi_law_tame(PDI_DISSOLVE_RISE / (dt * beside->weight), &beside->point);
+        if (dt > 0.0 && beside->weight > 0.0) {
+            double own = 1.0 / dt + pdi_interface_diffusivity(d, beside->node) * d->spread;
+            pdi_law_tame(PDI_DISSOLVE_RISE * own / beside->weight, &beside->point);
+        }
         double source = beside->weight * beside->point.speed, absorb = -beside->weight * beside->point.slope;
         if (beside->point.pinned && !settled) {
             t->pinned[t->pinned_count++] = beside->node;
@@ -257,7 +262,7 @@ static void pdi_dissolve_rates(const pd_ctx *ctx, pd_dissolve *d)
 }
 
 /* *met: 1 when the lines ask at the present field what the law gives. Otherwise there are new lines. */
-static pd_status pdi_dissolve_meet(pd_ctx *ctx, pd_dissolve *d, int *met)
+static pd_status pdi_dissolve_meet(pd_ctx *ctx, pd_dissolve *d, double dt, int *met)
 {
     const pd_transport *t = d->transport;
     double fastest = 0.0;
@@ -269,7 +274,9 @@ static pd_status pdi_dissolve_meet(pd_ctx *ctx, pd_dissolve *d, int *met)
         pdi_law law;
         if (!(beside->weight > 0.0)) continue;
         pdi_dissolve_law(d, beside, &law);
-        double near = PDI_DISSOLVE_NEAR * fastest, need = -t->work[beside->node] / beside->weight;
+        double near = PDI_DISSOLVE_NEAR * fastest;
+        if (pdi_metal_bonds(d)) near = fmax(near, PDI_DISSOLVE_MARGIN * t->size / (dt * beside->weight));
+        double need = -t->work[beside->node] / beside->weight;
         int found = beside->point.pinned ? pdi_law_hold(&law, need, near, &beside->point)
                                          : pdi_law_meet(&law, t->c[beside->node], near, PDI_DISSOLVE_CLOSE * t->size,
                                                         &beside->point);
@@ -365,7 +372,7 @@ static pd_status pdi_dissolve_solve(pd_ctx *ctx, pd_dissolve *d, double dt, pd_t
             status = pdi_transport_stage(ctx, t, dt, 1, result);
             result->krylov = krylov += result->krylov;
             if (status < 0) return status;
-            PDI_TRY(pdi_dissolve_meet(ctx, d, &met));
+            PDI_TRY(pdi_dissolve_meet(ctx, d, dt, &met));
             if (!met || t->forcing > 0.0) continue;
         }
         pdi_dissolve_rates(ctx, d);

@@ -191,7 +191,7 @@ PDI_FN int pdi_law_hold(pdi_law *law, double need, double near, pdi_law_point *p
         p->slope = 0.0;
         return 1;
     }
-    p->pinned = 0;
+    p->pinned = p->beyond = 0;
     p->low_c = p->low_v = 0.0;
     p->high_c = p->high_v = HUGE_VAL;
     if (need > p->ahead) { /* the metal gives less than would hold the fluid here: c falls */
@@ -200,6 +200,7 @@ PDI_FN int pdi_law_hold(pdi_law *law, double need, double near, pdi_law_point *p
         pdi_law_touch(law, p->pin, p);
         return 0;
     }
+    p->beyond = 1;
     p->low_c = p->pin; /* beyond the jump the metal still gives more */
     p->low_v = need;
     p->speed = p->behind;
@@ -216,7 +217,11 @@ PDI_FN int pdi_law_begin(pdi_law *law, double resist, double from, double end, d
     p->largest = p->low_v = 0.0;
     p->low_c = c;
     p->high_c = p->high_v = HUGE_VAL;
-    p->pinned = 0;
+    p->pinned = p->beyond = 0;
+    if (!(resist > 0.0) && c >= law->limit) { /* it may fall back to saturation */
+        p->beyond = 1;
+        p->pin = law->limit;
+    }
     return pdi_law_jumps(law, c, p) || pdi_law_touch(law, c, p);
 }
 
@@ -295,6 +300,10 @@ static double pdi_law_next(pdi_law *law, double c, double asked, double given, p
         pdi_law_point before = *p;
         p->low_c = c;
         p->low_v = asked;
+        if (p->beyond && c < p->pin) { /* it has fallen back to the jump */
+            p->beyond = 0;
+            if (pdi_law_jumps(law, p->pin, p)) return p->pin;
+        }
         if (!(p->resist > 0.0) && !(p->high_c < HUGE_VAL)) return c;
         if (c >= p->high_c) p->high_c = p->high_v = HUGE_VAL; /* its neighbours have moved */
         if (p->high_c < HUGE_VAL) return pdi_law_crossing(law, p);

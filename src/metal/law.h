@@ -45,6 +45,7 @@ typedef struct pdi_law_point {
     double high_c, high_v;  /* it gives less; HUGE_VAL: not known */
     double largest;         /* [m/s] V so far */
     int pinned;             /* 1: c is held at a jump of the law, and the speed is what the fluid needs there */
+    int beyond;             /* 1: c is, or was, above the jump at `pin` */
     double pin;             /* [mol/m3] the last concentration before the jump */
     double ahead, behind;   /* [m/s] speeds before and behind it */
 } pdi_law_point;
