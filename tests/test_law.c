@@ -39,6 +39,9 @@ static pdi_law law_of(one_law *l)
     law.rate = rate;
     law.user = l;
     law.top = TOP;
+    law.limit = HUGE_VAL;
+    law.whole = 1.0;
+    law.part = 0.0;
     return law;
 }
 

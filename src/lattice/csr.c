@@ -96,7 +96,7 @@ static void pdi_csr_row(pdi_csr_work *w, int32_t i)
         if (weight != 0.0) pdi_csr_add(w, i + b->shift[k], weight);
     }
     /* the opposite bonds of a whole family cancel to the last bit in op.h */
-    if (r < 0 && (w->desc->op == PD_CSR_GRADIENT || (w->desc->op == PD_CSR_DIVERGENCE && !b->ring.flux))) sum = 0.0;
+    if (r < 0 && (w->desc->op == PD_CSR_GRADIENT || (w->desc->op == PD_CSR_DIVERGENCE && !b->axisym.flux))) sum = 0.0;
     pdi_csr_add(w, i, sum);
 }
 

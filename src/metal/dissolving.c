@@ -1,5 +1,6 @@
 /* dissolving: see dissolving.h */
 #include "metal/dissolving.h"
+#include "metal/content.h"
 #include <math.h>
 #include <string.h>
 
@@ -94,6 +95,7 @@ static pd_status pdi_dissolving_accept(pd_ctx *ctx, void *self, pd_step *s)
     q->out += s->dt * d->transport->outflow;
     q->in += s->dt * d->transport->inflow;
     PDI_TRY(pd_dissolve_finish(ctx, d, s->dt));
+    q->out += d->rinsed;
     s->turned = d->changed;
     s->turned_count = d->changed_count;
     return PD_OK;
@@ -111,7 +113,7 @@ static pd_status pdi_dissolving_changed(pd_ctx *ctx, void *self, const int32_t *
 {
     pd_dissolve *d = ((pd_dissolving *)self)->dissolve;
     PDI_TRY(pd_transport_update(ctx, d->transport));
-    if (turned != d->changed) pdi_dissolve_turned(d, turned, count); /* its own nodes it knows */
+    if (turned != d->changed) pdi_content_turned(d, turned, count); /* its own nodes it knows */
     return PD_OK;
 }
 
@@ -119,7 +121,7 @@ static pd_status pdi_dissolving_store(pd_ctx *ctx, void *self, pd_archive *archi
 {
     pd_dissolving *q = (pd_dissolving *)self;
     PDI_TRY(pdi_transport_store(ctx, q->dissolve->transport, archive));
-    PDI_TRY(PDI_KEEP(ctx, archive, "dissolve.next_dt", &q->dissolve->next_dt, 1));
+    PDI_TRY(pdi_dissolve_store(ctx, q->dissolve, archive));
     PDI_TRY(PDI_KEEP(ctx, archive, "dissolve.out", &q->out, 1));
     PDI_TRY(PDI_KEEP(ctx, archive, "dissolve.in", &q->in, 1));
     PDI_TRY(PDI_KEEP(ctx, archive, "krylov of transport", &q->krylov, 1));

@@ -12,7 +12,8 @@
 PDI_FN double pdi_law_rate(pdi_law *law, double c)
 {
     law->at.c = c;
-    return law->rate(law->user, &law->at);
+    if (c >= law->limit) return 0.0;
+    return law->rate(law->user, &law->at) * fmax(law->whole - law->part * c, 0.0);
 }
 
 /* 1: a number that can be computed with. */
@@ -119,7 +120,7 @@ static double pdi_law_at(pdi_law *law, pdi_law_point *p, double c)
 #define PDI_LAW_STEP 0.01
 
 /* The line that touches V at c from below: what follows a solution is steeper, or the end. A rising law is taken as it
- * is. */
+ * is behind a film, and with its slope where there is none. */
 static int pdi_law_touch(pdi_law *law, double c, pdi_law_point *p)
 {
     double now = pdi_law_at(law, p, c), size = fmax(c, PDI_LAW_LEAST * law->top), width = PDI_LAW_WIDE * size;
@@ -129,9 +130,82 @@ static int pdi_law_touch(pdi_law *law, double c, pdi_law_point *p)
         width = fmax(fmin(width, PDI_LAW_STEP * p->resist * p->largest), PDI_LAW_NARROW * size);
     double other = c > width ? c - width : c + width, there = pdi_law_at(law, p, other);
     if (!pdi_law_finite(there)) return 0;
-    p->slope = fmin((there - now) / (other - c), 0.0);
+    p->slope = (there - now) / (other - c);
+    if (p->resist > 0.0) p->slope = fmin(p->slope, 0.0);
     p->speed = now - p->slope * c;
+    p->touch = c;
     return 1;
+}
+
+PDI_FN void pdi_law_tame(double most, pdi_law_point *p)
+{
+    if (p->pinned || p->slope <= most) return;
+    p->speed += (p->slope - most) * p->touch;
+    p->slope = most;
+}
+
+/* Share of a concentration around a jump, and of a speed that makes one. */
+#define PDI_LAW_AROUND 1e-9
+#define PDI_LAW_DROP 1e-6
+
+/* Pin the point to the jump down between a and b. 0: there is none, the law is steep. */
+static int pdi_law_pin(pdi_law *law, double a, double b, pdi_law_point *p)
+{
+    double before = pdi_law_rate(law, a), behind = pdi_law_rate(law, b);
+    for (int k = 0; k < PDI_LAW_HALVINGS; k++) {
+        double middle = a + 0.5 * (b - a);
+        if (!(middle > a) || !(middle < b)) break;
+        double v = pdi_law_rate(law, middle);
+        if (before - v > v - behind) {
+            b = middle;
+            behind = v;
+        } else {
+            a = middle;
+            before = v;
+        }
+    }
+    if (!(before - fmax(behind, 0.0) > PDI_LAW_DROP * before)) return 0;
+    p->pinned = 1;
+    p->pin = a;
+    p->ahead = before;
+    p->behind = fmax(behind, 0.0);
+    p->largest = fmax(p->largest, before);
+    p->speed = p->slope = 0.0;
+    return 1;
+}
+
+/* 1: the law jumps down at c, and the point is pinned there. */
+static int pdi_law_jumps(pdi_law *law, double c, pdi_law_point *p)
+{
+    double a = c * (1.0 - PDI_LAW_AROUND), b = c * (1.0 + PDI_LAW_AROUND);
+    if (p->resist > 0.0 || !(b > a)) return 0;
+    double before = pdi_law_rate(law, a), behind = pdi_law_rate(law, b);
+    if (!(before - fmax(behind, 0.0) > PDI_LAW_DROP * before)) return 0;
+    return pdi_law_pin(law, a, b, p);
+}
+
+PDI_FN int pdi_law_hold(pdi_law *law, double need, double near, pdi_law_point *p)
+{
+    if (need <= p->ahead + near && need >= p->behind - near) {
+        p->speed = fmin(fmax(need, p->behind), p->ahead);
+        p->slope = 0.0;
+        return 1;
+    }
+    p->pinned = p->beyond = 0;
+    p->low_c = p->low_v = 0.0;
+    p->high_c = p->high_v = HUGE_VAL;
+    if (need > p->ahead) { /* the metal gives less than would hold the fluid here: c falls */
+        p->low_c = p->high_c = p->pin;
+        p->high_v = need;
+        pdi_law_touch(law, p->pin, p);
+        return 0;
+    }
+    p->beyond = 1;
+    p->low_c = p->pin; /* beyond the jump the metal still gives more */
+    p->low_v = need;
+    p->speed = p->behind;
+    p->slope = 0.0;
+    return 0;
 }
 
 PDI_FN int pdi_law_begin(pdi_law *law, double resist, double from, double end, double c, pdi_law_point *p)
@@ -143,7 +217,12 @@ PDI_FN int pdi_law_begin(pdi_law *law, double resist, double from, double end, d
     p->largest = p->low_v = 0.0;
     p->low_c = c;
     p->high_c = p->high_v = HUGE_VAL;
-    return pdi_law_touch(law, c, p);
+    p->pinned = p->beyond = 0;
+    if (!(resist > 0.0) && c >= law->limit) { /* it may fall back to saturation */
+        p->beyond = 1;
+        p->pin = law->limit;
+    }
+    return pdi_law_jumps(law, c, p) || pdi_law_touch(law, c, p);
 }
 
 /* Where V meets the line between both questions, for the first time as far as the end of the law tells. NaN: the law is
@@ -160,6 +239,11 @@ static double pdi_law_crossing(pdi_law *law, pdi_law_point *p)
     if (!pdi_law_finite(above) || !pdi_law_finite(below)) return above + below;
     if (!(above > 0.0)) return a;
     if (!(below < 0.0)) return b;
+    if (!(p->resist > 0.0) && b <= end && b >= end) { /* what ends the law is a jump where it is positive just before */
+        double last = b * (1.0 - PDI_LAW_AROUND);
+        if (last > a && pdi_law_at(law, p, last) > asked_a + rise * (last - p->low_c) && pdi_law_pin(law, last, b, p))
+            return b;
+    }
     for (int k = 0; k < PDI_LAW_HALVINGS && b - a > 1e-14 * fmax(fabs(b), fabs(a)); k++) {
         double c = a + (b - a) * (above / (above - below));
         if (k % 4 == 3 || !(c > a) || !(c < b)) c = a + 0.5 * (b - a);
@@ -176,6 +260,7 @@ static double pdi_law_crossing(pdi_law *law, pdi_law_point *p)
             above *= 0.5;
         }
     }
+    if (!(p->resist > 0.0) && b - a <= PDI_LAW_AROUND * b) pdi_law_pin(law, a, b, p);
     return b;
 }
 
@@ -215,13 +300,19 @@ static double pdi_law_next(pdi_law *law, double c, double asked, double given, p
         pdi_law_point before = *p;
         p->low_c = c;
         p->low_v = asked;
+        if (p->beyond && c < p->pin) { /* it has fallen back to the jump */
+            p->beyond = 0;
+            if (pdi_law_jumps(law, p->pin, p)) return p->pin;
+        }
+        if (!(p->resist > 0.0) && !(p->high_c < HUGE_VAL)) return c;
         if (c >= p->high_c) p->high_c = p->high_v = HUGE_VAL; /* its neighbours have moved */
         if (p->high_c < HUGE_VAL) return pdi_law_crossing(law, p);
         return given > before.largest ? pdi_law_ahead(law, &before, c, asked) : c;
     }
-    if (c <= p->low_c) p->low_c = p->low_v = 0.0; /* fluid without metal asks for none */
     p->high_c = c;
     p->high_v = asked;
+    if (c <= p->low_c && !(p->resist > 0.0)) return c; /* nothing is known below: Newton's method */
+    if (c <= p->low_c) p->low_c = p->low_v = 0.0; /* fluid without metal asks for none */
     return c > 0.0 ? pdi_law_crossing(law, p) : c;
 }
 
@@ -265,7 +356,7 @@ PDI_FN int pdi_law_meet(pdi_law *law, double c, double near, double close, pdi_l
 {
     double asked = p->speed + p->slope * c;
     c = fmax(c, 0.0);
-    double given = pdi_law_at(law, p, c), way = pdi_law_way(law, p, c, asked);
+    double given = pdi_law_at(law, p, c), way = p->resist > 0.0 ? pdi_law_way(law, p, c, asked) : c;
     if (!pdi_law_finite(given)) return -1;
     p->largest = fmax(p->largest, given);
     if (way < c) {
@@ -278,6 +369,7 @@ PDI_FN int pdi_law_meet(pdi_law *law, double c, double near, double close, pdi_l
     }
     double next = pdi_law_next(law, c, asked, given, p);
     if (!pdi_law_finite(next)) return -1;
+    if (p->pinned) return 0;
     if (asked < 0.0 && !(given > 0.0)) { /* at rest */
         p->speed = p->slope = 0.0;
         return 0;

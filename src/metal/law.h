@@ -9,6 +9,10 @@
  * jump. Where a decreasing law jumps, every speed in between is a solution, so V falls by at most 1/R a concentration.
  * A law ends where it is not positive any more: no metal passes that concentration (saturation).
  *
+ * Without a film, R = 0, a law that jumps down has no line. There the fluid is held at the jump, its equations tell the
+ * speed, and the point leaves the jump when that is none between both sides (primal-dual active set: Hintermueller, Ito
+ * and Kunisch 2002). Saturation is such a jump to zero.
+ *
  * The equations of the fluid ask a speed of the metal, V(c) is what it gives. A point of a law is the line that stands
  * for V in the linear equations, and what earlier rounds have asked on both sides of the solution. Where both sides are
  * known the next line touches V where the line between the questions meets it: Newton's method alone runs in circles on
@@ -25,7 +29,10 @@ typedef struct pdi_law {
     pd_rate_fn rate;
     void *user;
     pd_rate_at at; /* c is that of the last question */
-    double top;    /* [mol/m3] concentrations are looked at up to here: those of the metal */
+    double top;    /* [mol/m3] concentrations are looked at up to here: those of the metal, or saturation */
+    double limit;  /* [mol/m3] the law is 0 from here on; HUGE_VAL: nowhere */
+    double whole,
+        part; /* [-], [m3/mol] the rate is multiplied by whole - part c, at least 0; 1, 0: it holds as it is */
 } pdi_law;
 
 /* Line v = speed + slope c and what is known of both sides. */
@@ -33,10 +40,15 @@ typedef struct pdi_law_point {
     double resist;          /* [mol s/m4] R of the film; HUGE_VAL: nothing passes it */
     double from, seen;      /* [mol/m3] the law is positive between these */
     double end;             /* [mol/m3] and ends here; HUGE_VAL: not known */
-    double speed, slope;    /* [m/s], [m4/mol/s], slope <= 0 */
+    double speed, slope;    /* [m/s], [m4/mol/s], slope <= 0 behind a film */
+    double touch;           /* [mol/m3] where the line touches V */
     double low_c, low_v;    /* the metal gives at least the speed low_v that is asked there */
     double high_c, high_v;  /* it gives less; HUGE_VAL: not known */
     double largest;         /* [m/s] V so far */
+    int pinned;             /* 1: c is held at a jump of the law, and the speed is what the fluid needs there */
+    int beyond;             /* 1: c is, or was, above the jump at `pin` */
+    double pin;             /* [mol/m3] the last concentration before the jump */
+    double ahead, behind;   /* [m/s] speeds before and behind it */
 } pdi_law_point;
 
 /* v [m/s] at concentration c, as it is. */
@@ -50,6 +62,11 @@ PDI_FN int pdi_law_begin(pdi_law *law, double resist, double from, double end, d
 /* 1: the speed that the line asks at c lies on V, within `near` [m/s] or `close` [mol/m3]. 0: another line is taken.
  * -1: the law is not finite at law->at.c. */
 PDI_FN int pdi_law_meet(pdi_law *law, double c, double near, double close, pdi_law_point *point);
+/* The slope becomes at most `most` [m4/mol/s]; the line still touches V. */
+PDI_FN void pdi_law_tame(double most, pdi_law_point *point);
+/* Of a pinned point, with the speed [m/s] that the fluid needs: 1: it lies between those of the jump, within `near`,
+ * and is the speed of the line. 0: the point has left the jump, and there is another line. */
+PDI_FN int pdi_law_hold(pdi_law *law, double need, double near, pdi_law_point *point);
 /* Least V between concentrations a and c where the law rises in between, else HUGE_VAL: what the speeds at both do not
  * tell. */
 PDI_FN double pdi_law_slowest(pdi_law *law, pdi_law_point *point, double a, double c);

@@ -34,7 +34,7 @@ static void pdi_accuracy_picks(pdi_accuracy *a)
         pdi_accuracy_pick(a, "flow.rtol", pdi_accuracy_given(a, PD_KNOB_FLOW_RTOL), fmin(0.1, 0.5 * w), &u->flow_rtol);
     if (u->has_transport && !u->has_dissolve && !u->settle)
         pdi_accuracy_pick(a, "run.rtol", rtol, fmin(0.1, 0.5 * w), &u->rtol);
-    if (u->has_dissolve)
+    if (u->has_dissolve && !u->has_corrode)
         pdi_accuracy_pick(a, rtol && !fraction ? "fraction (of rtol)" : "fraction", rtol || fraction,
                           fmin(0.5, 2.5 * w), &u->fraction);
     if (u->has_transport && u->has_flow && u->advection == PD_ADVECTION_LIMITED)

@@ -75,7 +75,7 @@ static pd_status pdi_estimate_twin(pd_ctx *ctx, const pd_run_desc *desc, pd_esti
 static double pdi_estimate_theory(const pd_setup *u, const pd_figure *f)
 {
     int carried = strstr(f->unit, "mol") || strcmp(f->section, "transfer") == 0 || strcmp(f->section, "scene") == 0;
-    return carried && (pdi_setup_loses(u) || (u->has_flow && u->advection == PD_ADVECTION_UPWIND)) ? 1.0 : 2.0;
+    return carried && (u->has_dissolve || (u->has_flow && u->advection == PD_ADVECTION_UPWIND)) ? 1.0 : 2.0;
 }
 
 static void pdi_estimate_judge(const pd_setup *u, pd_estimated *e)

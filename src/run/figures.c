@@ -40,7 +40,7 @@ static pd_status pdi_figures_probe(pd_ctx *ctx, const pd_model *model, const pd_
 pd_status pd_figures_collect(pd_ctx *ctx, pd_model *model, const pd_monitors *monitors, pd_figures *f)
 {
     const pd_setup *u = model->setup;
-    if (pdi_setup_loses(u))
+    if (u->has_dissolve)
         PDI_TRY(pdi_figures_add(ctx, f, "scene", "", -1, "volume_loss", "-", pd_couple_volume_loss(&model->couple)));
     for (int k = 0; k < u->monitors; k++) {
         const pd_monitor *m = &monitors->monitor[k];

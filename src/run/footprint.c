@@ -167,10 +167,9 @@ static double pdi_footprint_krylov(pdi_footprint_plan *plan, const pd_krylov_des
     return pdi_footprint_list(plan, pdi_krylov_list, &krylov);
 }
 
-static void pdi_footprint_lattice(const pd_setup *u, pdi_footprint_plan *plan, pd_footprint *b)
+static void pdi_footprint_lattice(pdi_footprint_plan *plan, pd_footprint *b)
 {
     b->bytes[PD_PART_GRID] = b->nodes + b->bonds * (70.0 + 12.0 * PD_DIM); /* kinds; the stencil */
-    if (u->has_corrode) return;
     b->bytes[PD_PART_GRID] += 4.0 * b->nodes + 9.0 * (b->nodes - b->cells); /* rows of nodes; ghosts */
     b->bytes[PD_PART_GRID] += pdi_footprint_list(plan, pdi_bond_row_list, &plan->bonds);
 }
@@ -253,24 +252,19 @@ static void pdi_footprint_transport(const pd_setup *u, pdi_footprint_plan *plan,
               pdi_footprint_multigrid(plan, md.symmetric, md.contrast, &b->working);
 }
 
-static void pdi_footprint_metal(const pd_setup *u, pdi_footprint_plan *plan, pd_footprint *b)
+static void pdi_footprint_metal(const pd_setup *u, pd_footprint *b)
 {
     if (u->has_grains) b->bytes[PD_PART_GRAIN] = 12.0 * b->nodes; /* and shares, which do not stay: 4 */
     /* fluid within a horizon of metal, which has at least the surface of a cube */
     double shell = fmin(2.0 * PD_DIM * u->m * pow(b->solid, (PD_DIM - 1.0) / PD_DIM), b->fluid);
     if (u->has_dissolve)
         b->bytes[PD_PART_DISSOLVE] = 14.0 * b->nodes + 12.0 * b->solid +
-                                     (double)pdi_dissolve_shore_size() * (b->solid + shell);
+                                     (double)pdi_metal_beside_size() * (b->solid + shell);
     if (!u->has_corrode) return;
-    b->bytes[PD_PART_CORRODE] = (28.0 + (u->passive >= 0)) * b->nodes + 9.0 * (b->nodes - b->cells) + 4.0 * b->cells +
-                                4.0 * b->solid;
-    if (u->drive == PD_DRIVE_CONSTANT) b->bytes[PD_PART_CORRODE] += 8.0 * b->nodes;
-    if (u->has_grains) b->bytes[PD_PART_CORRODE] += 8.0 * b->nodes;
-    if (u->stochastic) b->bytes[PD_PART_CORRODE] += 10.0 * b->nodes;
-    if (u->repassivation > 0.0) b->bytes[PD_PART_CORRODE] += b->nodes;
-    if (u->forward) return;
-    b->bytes[PD_PART_CORRODE] += (97.0 + 40.0) * b->nodes + pdi_footprint_compact(plan, 0) +
-                                 pdi_footprint_multigrid(plan, 1, 0, &b->working);
+    b->bytes[PD_PART_DISSOLVE] += (u->activation ? 0.0 : 8.0 * b->nodes) + 4.0 * (b->solid + shell) + 8.0 * b->bonds;
+    if (u->passive >= 0) b->bytes[PD_PART_DISSOLVE] += b->nodes;
+    if (u->stochastic) b->bytes[PD_PART_DISSOLVE] += 10.0 * b->nodes;
+    if (u->repassivation > 0.0) b->bytes[PD_PART_DISSOLVE] += b->nodes;
 }
 
 /* Pixels of a field of `cells`, `wanted` of them. */
@@ -284,7 +278,7 @@ static double pdi_footprint_pixels(double cells, double wanted)
 static double pdi_footprint_pictures(const pd_setup *u)
 {
     int right = u->slice_axis == 0 && PD_DIM == 3 ? 1 : 0, up = u->slice_axis == 2 || PD_DIM < 3 ? 1 : 2;
-    int plots = pdi_setup_loses(u) || (PD_DIM == 1 && u->images);
+    int plots = u->has_dissolve || (PD_DIM == 1 && u->images);
     double largest = 0.0;
     for (int k = 0; k < u->monitors; k++) {
         const pd_setup_monitor *m = &u->monitor[k];
@@ -325,11 +319,11 @@ void pd_footprint_estimate(const pd_setup *u, pd_footprint *b)
     b->bonds = pdi_footprint_bonds(u->m);
     pdi_footprint_sample(u, reach, b);
     pdi_footprint_describe(u, b, &plan);
-    pdi_footprint_lattice(u, &plan, b);
+    pdi_footprint_lattice(&plan, b);
     pdi_footprint_flow(u, &plan, b);
     pdi_footprint_gas(u, &plan, b);
     pdi_footprint_transport(u, &plan, b);
-    pdi_footprint_metal(u, &plan, b);
+    pdi_footprint_metal(u, b);
     pdi_footprint_output(u, b);
     b->all = PDI_FOOTPRINT_BASE + b->working + b->files + PD_SHAPE_MAX * (double)sizeof *u->shape;
     for (int k = 0; k < u->masks; k++) b->all += (double)u->mask_size[k];

@@ -3,6 +3,10 @@
 #include <math.h>
 #include <string.h>
 
+/* Tolerance of the linear solves beside bond-based corrosion: what they leave is owed to the next step, and steps are
+ * right to 1e-3. */
+#define PDI_MODEL_CORRODE 1e-9
+
 PDI_FN pd_status pdi_model_grid(pd_ctx *ctx, const pd_setup *u, int *line, pd_stencil *stencil, pd_grid *grid)
 {
     pd_stencil_desc family;
@@ -32,7 +36,7 @@ PDI_FN pd_status pdi_model_grid(pd_ctx *ctx, const pd_setup *u, int *line, pd_st
 static pd_status pdi_model_lattice(pd_ctx *ctx, pd_model *m)
 {
     PDI_TRY(pdi_model_grid(ctx, m->setup, &m->line, &m->stencil, &m->grid));
-    if (!m->setup->has_corrode) PDI_TRY(pd_bonds_build(ctx, &m->stencil, &m->grid, 0, &m->bonds));
+    PDI_TRY(pd_bonds_build(ctx, &m->stencil, &m->grid, 0, &m->bonds));
     pd_status status = pd_inlet_build(ctx, m->setup, &m->grid, &m->inlet);
     m->line = m->setup->side[m->inlet.latest].line;
     return status;
@@ -165,6 +169,7 @@ static pd_status pdi_model_transport(pd_ctx *ctx, pd_model *m)
     desc.inlet = u->inlet;
     desc.advection = u->advection;
     desc.limiter_tolerance = u->limiter;
+    if (u->has_corrode) desc.tolerance = PDI_MODEL_CORRODE;
     if (u->medium >= 0) desc.field = pdi_model_diffusivity;
     if (u->medium >= 0) desc.level = pdi_model_interface;
     if (pd_wall_holds(u)) desc.held = pd_wall_held;
@@ -189,7 +194,7 @@ static pd_status pdi_model_factor(pd_ctx *ctx, pd_model *m, float *fraction)
 {
     PDI_TRY(pd_grain_fraction(ctx, &m->stencil, &m->grid, &m->grain, fraction));
     PDI_TRY(pd_grain_measure(ctx, &m->grid, &m->grain, fraction, &m->grain_stats));
-    if (!pdi_setup_loses(m->setup) || !(fabs(m->setup->gb_factor - 1.0) > 0.0)) return PD_OK;
+    if (!m->setup->has_dissolve || !(fabs(m->setup->gb_factor - 1.0) > 0.0)) return PD_OK;
     PDI_TRY(PDI_NEW(ctx, "model", m->grid.total, m->factor));
     for (int32_t i = 0; i < m->grid.total; i++)
         m->factor[i] = 1.0 + (m->setup->gb_factor - 1.0) * (double)fraction[i];
@@ -216,20 +221,6 @@ static double pdi_model_rate(void *user, const pd_rate_at *at)
     return u->rate_scale * pd_expr_eval(&u->rate, vars);
 }
 
-static pd_status pdi_model_dissolve(pd_ctx *ctx, pd_model *m)
-{
-    pd_dissolve_desc desc;
-    memset(&desc, 0, sizeof desc);
-    desc.solid = m->setup->solid_c;
-    desc.threshold = m->setup->threshold;
-    desc.rate = pdi_model_rate;
-    desc.rate_user = (void *)m->setup; /* only read */
-    desc.uniform = m->setup->rate.uses >> 1 == 0;
-    desc.factor = m->factor;
-    m->unknowns[PD_PART_DISSOLVE] = m->grid.solid_count;
-    return pd_dissolve_build(ctx, &m->grid, &m->bonds, &m->transport, &desc, &m->dissolve);
-}
-
 /* 1 for nodes in front of a passive film. */
 static pd_status pdi_model_passive(pd_ctx *ctx, pd_model *m)
 {
@@ -244,44 +235,40 @@ static pd_status pdi_model_passive(pd_ctx *ctx, pd_model *m)
     return PD_OK;
 }
 
-static pd_status pdi_model_corrode(pd_ctx *ctx, pd_model *m)
+/* What bond-based corrosion has beside Cs and a law. */
+static pd_status pdi_model_bonds(pd_ctx *ctx, pd_model *m, pd_dissolve_desc *desc)
 {
     const pd_setup *u = m->setup;
-    pd_corrode_desc desc;
-    memset(&desc, 0, sizeof desc);
-    desc.solid = u->solid_c;
-    desc.saturation = u->saturation;
-    desc.diffusivity = u->diffusivity;
-    desc.bulk = u->bulk;
-    desc.activation = u->activation;
-    desc.share = u->share;
-    desc.overshoot = u->overshoot;
-    desc.rate = pdi_model_rate;
-    desc.rate_user = (void *)u; /* only read */
-    desc.uniform = u->rate.uses >> 2 == 0;
-    desc.steady = (u->rate.uses >> 1 & 1) == 0;
-    desc.drive = u->drive;
-    desc.kernel = u->kernel;
-    desc.weights = u->weights;
-    desc.repassivation = u->repassivation;
-    desc.stochastic = u->stochastic;
-    desc.seed = (uint64_t)u->seed;
     PDI_TRY(pdi_model_passive(ctx, m));
-    desc.passive = m->passive;
-    desc.factor = m->factor;
-    PDI_TRY(pd_corrode_build(ctx, &m->grid, &m->stencil, &desc, &m->corrode));
-    m->unknowns[PD_PART_CORRODE] = m->grid.fluid_count + m->grid.solid_count;
-    if (!u->activation) PDI_TRY(pdi_model_initial(ctx, m, m->corrode.c));
-    pd_corrode_open(&m->corrode);
-    if (u->forward) return PD_OK;
-    pd_recede_desc implicit;
-    memset(&implicit, 0, sizeof implicit);
-    implicit.share = u->share;
-    implicit.rtol = u->rtol;
-    return pd_recede_build(ctx, &m->corrode, &implicit, &m->recede);
+    desc->model = PD_METAL_BONDS;
+    desc->saturation = u->saturation;
+    desc->rtol = u->rtol;
+    desc->activation = u->activation;
+    desc->bulk = u->bulk;
+    desc->drive = u->drive;
+    desc->kernel = u->kernel;
+    desc->weights = u->weights;
+    desc->stochastic = u->stochastic;
+    desc->seed = (uint64_t)u->seed;
+    desc->repassivation = u->repassivation;
+    desc->passive = m->passive;
+    return PD_OK;
 }
 
-PDI_FN const double *pdi_model_c(const pd_model *m) { return m->setup->has_corrode ? m->corrode.c : m->transport.c; }
+static pd_status pdi_model_dissolve(pd_ctx *ctx, pd_model *m)
+{
+    pd_dissolve_desc desc;
+    memset(&desc, 0, sizeof desc);
+    desc.solid = m->setup->solid_c;
+    desc.rate = pdi_model_rate;
+    desc.rate_user = (void *)m->setup; /* only read */
+    desc.uniform = m->setup->rate.uses >> 1 == 0;
+    desc.factor = m->factor;
+    if (m->setup->has_corrode) PDI_TRY(pdi_model_bonds(ctx, m, &desc));
+    else desc.threshold = m->setup->threshold;
+    m->unknowns[PD_PART_DISSOLVE] = m->grid.solid_count;
+    return pd_dissolve_build(ctx, &m->grid, &m->bonds, &m->transport, &desc, &m->dissolve);
+}
 
 PDI_FN const double *pdi_model_velocity(const pd_model *m)
 {
@@ -293,11 +280,10 @@ static pd_status pdi_model_parts(pd_ctx *ctx, pd_model *m)
     typedef pd_status (*build_fn)(pd_ctx *, pd_model *);
     const pd_setup *u = m->setup;
     const pd_part part[] = {PD_PART_GRID, PD_PART_FLOW, PD_PART_GAS, PD_PART_TRANSPORT, PD_PART_GRAIN,
-                            PD_PART_DISSOLVE, PD_PART_CORRODE};
+                            PD_PART_DISSOLVE};
     const build_fn build[] = {pdi_model_lattice, pdi_model_flow, pdi_model_gas, pdi_model_transport, pdi_model_grains,
-                              pdi_model_dissolve, pdi_model_corrode};
-    const int wanted[] = {1, u->has_flow, u->has_gas, u->has_transport, u->has_grains, u->has_dissolve,
-                          u->has_corrode};
+                              pdi_model_dissolve};
+    const int wanted[] = {1, u->has_flow, u->has_gas, u->has_transport, u->has_grains, u->has_dissolve};
     for (int k = 0; k < PD_PART_COUNT; k++) {
         size_t before = ctx->in_use;
         if (!wanted[k]) continue;
@@ -338,8 +324,7 @@ static pd_status pdi_model_processes(pd_ctx *ctx, pd_model *m)
     if (u->has_gas) PDI_TRY(pd_couple_add(ctx, c, pd_gas_process(&m->gas)));
     if (u->has_dissolve) PDI_TRY(pd_couple_add(ctx, c, pd_dissolving_process(&m->dissolve, &m->dissolving)));
     else if (u->has_transport) PDI_TRY(pd_couple_add(ctx, c, pd_advance_process(&m->advance)));
-    if (!u->has_corrode) return PD_OK;
-    return pd_couple_add(ctx, c, u->forward ? pd_corrode_process(&m->corrode) : pd_recede_process(&m->recede));
+    return PD_OK;
 }
 
 pd_status pd_model_build(pd_ctx *ctx, const pd_setup *setup, pd_model *m)
@@ -352,7 +337,7 @@ pd_status pd_model_build(pd_ctx *ctx, const pd_setup *setup, pd_model *m)
     desc.max_step = setup->max_step;
     pd_status status = pdi_model_parts(ctx, m);
     if (status == PD_OK)
-        status = pd_couple_build(ctx, &desc, &m->grid, m->bonds.stencil ? &m->bonds : NULL, &m->couple);
+        status = pd_couple_build(ctx, &desc, &m->grid, &m->bonds, &m->couple);
     if (status == PD_OK) status = pdi_model_processes(ctx, m);
     int line = m->line;
     if (status < 0) pd_model_free(ctx, m);
@@ -362,8 +347,6 @@ pd_status pd_model_build(pd_ctx *ctx, const pd_setup *setup, pd_model *m)
 
 void pd_model_free(pd_ctx *ctx, pd_model *m)
 {
-    pd_recede_free(ctx, &m->recede);
-    pd_corrode_free(ctx, &m->corrode);
     PDI_DELETE(ctx, m->grid.total, m->passive);
     pd_dissolve_free(ctx, &m->dissolve);
     PDI_DELETE(ctx, m->grid.total, m->factor);

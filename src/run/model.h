@@ -7,7 +7,6 @@
 #include "flow/unsteady.h"
 #include "transport/advance.h"
 #include "metal/dissolving.h"
-#include "metal/recede.h"
 #include "run/inlet.h"
 #include "run/wall.h"
 
@@ -17,7 +16,7 @@ typedef struct pd_model {
     int line;                 /* of the scene: what was being built when the build failed; 0: unknown */
     pd_stencil stencil;
     pd_grid grid;
-    pd_bonds bonds;       /* absent with corrode, whose bonds need no rows */
+    pd_bonds bonds;
     pd_inlet inlet;
     pd_flow flow;
     pd_steady steady;     /* absent with explicit flow */
@@ -33,8 +32,6 @@ typedef struct pd_model {
     pd_dissolve dissolve;
     pd_dissolving dissolving;
     uint8_t *passive;         /* [total] 1: in front of a passive film; NULL: none */
-    pd_corrode corrode;
-    pd_recede recede;
     pd_couple couple;
     size_t bytes[PD_PART_COUNT];     /* [byte] */
     int64_t unknowns[PD_PART_COUNT];
@@ -58,8 +55,6 @@ typedef struct pdi_effort {
     double change, defect;           /* [-] of a steady field, see pd_transport_result */
 } pdi_effort;
 PDI_FN void pdi_model_effort(const pd_model *model, pdi_effort *effort);
-/* [total] [mol/m3] concentration of fluid nodes, content of solid ones; NULL: nothing is dissolved. */
-PDI_FN const double *pdi_model_c(const pd_model *model);
 /* [PD_DIM][total] [m/s] velocity of flow or gas; NULL: nothing moves. */
 PDI_FN const double *pdi_model_velocity(const pd_model *model);
 /* The lattice of a setup alone. *line: of the scene, what was being built; unchanged when unknown. */

@@ -140,9 +140,9 @@ static void pdi_monitor_total(pd_ctx *ctx, pd_model *model, pd_monitor *m)
 {
     const pd_setup *u = model->setup;
     pd_measure_box_result r;
-    const double *c = pdi_model_c(model);
+    const double *c = model->transport.c;
     pd_measure_box(ctx, &model->stencil, &model->grid, u->has_flow ? &model->flow : NULL, c,
-                   pdi_setup_loses(u) ? c : NULL, m->desc->lo, m->desc->hi, &r);
+                   u->has_dissolve ? c : NULL, m->desc->lo, m->desc->hi, &r);
     pdi_monitor_put(m, "volume", pdi_monitor_unit_volume[pdi_monitor_extent(u)], r.volume);
     if (u->has_flow) {
         pdi_monitor_put(m, "energy", pdi_monitor_unit_energy[pdi_monitor_extent(u)], r.energy);
@@ -153,7 +153,7 @@ static void pdi_monitor_total(pd_ctx *ctx, pd_model *model, pd_monitor *m)
         pdi_monitor_put(m, "C_min", "mol/m3", r.least);
         pdi_monitor_put(m, "C_max", "mol/m3", r.most);
     }
-    if (pdi_setup_loses(u)) pdi_monitor_put(m, "solid", pdi_monitor_unit_amount[pdi_monitor_extent(u)], r.solid);
+    if (u->has_dissolve) pdi_monitor_put(m, "solid", pdi_monitor_unit_amount[pdi_monitor_extent(u)], r.solid);
 }
 
 static pd_status pdi_monitor_figures(pd_ctx *ctx, pd_model *model, pd_monitor *m)

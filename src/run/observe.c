@@ -74,7 +74,7 @@ void pd_observe_free(pd_ctx *ctx, pd_observables *o)
 static void pdi_observe_extremes(const pd_model *m, pd_observables *o)
 {
     int32_t total = m->grid.total;
-    const double *c = pdi_model_c(m), *u = pdi_model_velocity(m);
+    const double *c = m->transport.c, *u = pdi_model_velocity(m);
     o->v_max = o->c_max = 0.0;
     for (int32_t i = 0; i < total; i++) {
         double square = 0.0;

@@ -420,7 +420,7 @@ static pd_status pdi_output_loss(pd_ctx *ctx, pd_output *out)
     double *work = NULL;
     int64_t points = 1;
     pd_plot plot;
-    if (!pdi_setup_loses(u) || out->rows < 2) return PD_OK;
+    if (!u->has_dissolve || out->rows < 2) return PD_OK;
     double last = 3600.0 * out->time[out->rows - 1];
     int brief = last < 3600.0;
     memset(&plot, 0, sizeof plot);

@@ -1,5 +1,6 @@
 /* sample: see sample.h */
 #include "run/sample.h"
+#include "metal/interface.h"
 #include "lattice/surface.h"
 #include "lattice/quadratic.h"
 #include "lattice/reconstruct.h"
@@ -36,7 +37,7 @@ static double pdi_sample_density(const pd_model *m, int32_t i)
     const pd_setup *u = m->setup;
     if (u->has_gas) return m->grid.kind[i] == PD_FLUID ? m->gas.primitive[i] : 0.0;
     if (m->grid.kind[i] == PD_SOLID)
-        return pdi_setup_loses(u) ? u->material.density * pdi_model_c(m)[i] / u->solid_c : u->material.density;
+        return u->has_dissolve ? u->material.density * m->transport.c[i] / u->solid_c : u->material.density;
     return m->grid.kind[i] == PD_FLUID && u->has_flow ? u->rho : 0.0;
 }
 
@@ -46,7 +47,7 @@ PDI_FN double pdi_sample_node(const pd_model *m, pd_field field, int32_t i)
     const double *diffusivity = m->transport.diffusion.field;
     double square = 0.0;
     switch (field) {
-    case PD_FIELD_C: return fluid ? pdi_model_c(m)[i] : 0.0;
+    case PD_FIELD_C: return fluid ? m->transport.c[i] : 0.0;
     case PD_FIELD_V:
         for (int d = 0; d < PD_DIM && fluid; d++) {
             double u = pdi_model_velocity(m)[(int64_t)d * m->grid.total + i];
@@ -62,9 +63,9 @@ PDI_FN double pdi_sample_node(const pd_model *m, pd_field field, int32_t i)
     case PD_FIELD_PHASE: return m->grid.kind[i] == PD_SOLID;
     case PD_FIELD_D: return !fluid ? 0.0 : diffusivity ? diffusivity[i] : m->setup->diffusivity;
     case PD_FIELD_RATE:
-        return fluid ? pdi_dissolve_speed(&m->dissolve, i) : 0.0;
+        return fluid ? pdi_interface_speed(&m->dissolve, i) : 0.0;
     case PD_FIELD_DENSITY: return pdi_sample_density(m, i);
-    case PD_FIELD_DAMAGE: return pd_corrode_damage(&m->corrode, i);
+    case PD_FIELD_DAMAGE: return pd_dissolve_damage(&m->dissolve, i);
     case PD_FIELD_COUNT: break;
     }
     return 0.0;
@@ -292,7 +293,7 @@ PDI_FN double pdi_sample_point(const pd_model *m, pd_field field, int component,
     job.f = NULL;
     if (field == PD_FIELD_V && m->flow.u) job.f = m->flow.u + (int64_t)component * m->grid.total;
     if (field == PD_FIELD_P) job.f = m->flow.p;
-    if (field == PD_FIELD_C) job.f = pdi_model_c(m);
+    if (field == PD_FIELD_C) job.f = m->transport.c;
     if (m->setup->has_gas) job.f = pdi_sample_gas(m, field);
     if (m->setup->has_gas && field == PD_FIELD_V) job.f += (int64_t)component * m->grid.total;
     if (!job.f) {

@@ -114,7 +114,7 @@ static void pdi_summary_dissolve(const pdi_summary *s)
 {
     const pd_setup *u = s->model->setup;
     char text[384];
-    if (!u->has_dissolve) return;
+    if (!u->has_dissolve || u->has_corrode) return;
     pdi_summary_rate(u, text, sizeof text);
     pdi_summary_part(s, PD_PART_DISSOLVE, "dissolution", text);
     if (u->saturation > 0.0) pdi_summary_line(s, "  %-12sCsat = %.6g mol/m3", "", u->saturation);
@@ -124,19 +124,15 @@ static void pdi_summary_corrode(const pdi_summary *s)
 {
     static const char *const kernels[] = {"area", "inverse square", "inverse"};
     const pd_setup *u = s->model->setup;
-    char text[384], value[PD_UNITS_TEXT], until[PD_UNITS_TEXT];
+    char text[384];
     if (!u->has_corrode) return;
-    pdi_setup_show(u->diffusivity, "m2/s", value);
-    pdi_setup_show(u->until, "s", until);
-    if (u->activation) snprintf(text, sizeof text, "bond-based, activation control, until %s", until);
-    else snprintf(text, sizeof text, "bond-based, diffusion control with D = %s, until %s", value, until);
-    pdi_summary_part(s, PD_PART_CORRODE, "corrosion", text);
+    snprintf(text, sizeof text, "bond-based, %s control", u->activation ? "activation" : "diffusion");
+    pdi_summary_part(s, PD_PART_DISSOLVE, "corrosion", text);
     pdi_summary_rate(u, text, sizeof text);
     pdi_summary_line(s, "  %-12s%s, Csat = %.6g mol/m3", "", text, u->saturation);
-    pdi_summary_line(s, "  %-12s%s weights, %s%s, %s steps", "", kernels[u->kernel],
+    pdi_summary_line(s, "  %-12s%s weights, %s%s", "", kernels[u->kernel],
                      u->weights == PD_WEIGHTS_PRINTED ? "printed" : "calibrated",
-                     u->drive == PD_DRIVE_DIFFERENCE ? ", loss in proportion to the difference" : "",
-                     u->forward ? "explicit" : "implicit");
+                     u->drive == PD_DRIVE_DIFFERENCE ? ", loss in proportion to the difference" : "");
     if (u->stochastic) pdi_summary_line(s, "  %-12smechanical bonds break at random, seed %d", "", u->seed);
 }
 
@@ -172,7 +168,7 @@ static void pdi_summary_absent(const pdi_summary *s)
     const pd_setup *u = s->model->setup;
     char text[256] = "  not modelled: ";
     const char *const names[] = {"flow", "transport", "dissolution", "grains", "inertia of the flow in time", "gas"};
-    const int has[] = {u->has_flow, pdi_setup_carries(u), pdi_setup_loses(u), u->has_grains,
+    const int has[] = {u->has_flow, u->has_transport, u->has_dissolve, u->has_grains,
                        u->motion != PD_MOTION_STEADY || u->has_gas, u->has_gas};
     for (int k = 0; k < 6; k++) {
         size_t used = strlen(text);

@@ -179,7 +179,7 @@ static pd_status pdi_sweep_scenes(pd_ctx *ctx, pd_sweep *s)
         PDI_TRY(pdi_sweep_read(ctx, s, index, &setup));
         memcpy(s->name, setup.name, sizeof s->name);
         if (!s->desc.folder) memcpy(s->folder, setup.folder, sizeof s->folder);
-        s->loses = s->loses || pdi_setup_loses(&setup);
+        s->loses = s->loses || setup.has_dissolve;
         pd_setup_free(ctx, &setup);
     }
     for (int index = 0; index < s->runs; index++) {

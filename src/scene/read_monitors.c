@@ -153,9 +153,8 @@ static pd_status pdi_read_monitors_plane(pdi_read_monitors *w, pd_setup_monitor 
 {
     const pd_setup *u = w->setup;
     double at = 0.0, index;
-    if (u->has_corrode || u->has_gas)
-        return pd_text_refuse(w->ctx, w->text, w->section, "plane", "found beside [%s], expected [line] or [total]",
-                              u->has_gas ? "gas" : "corrode");
+    if (u->has_gas)
+        return pd_text_refuse(w->ctx, w->text, w->section, "plane", "found beside [gas], expected [line] or [total]");
     PDI_TRY(pdi_read_monitors_place(w->ctx, w->text, u, w->section, "at", &m->axis, &at));
     index = floor((at - u->lo[m->axis]) / u->h[m->axis] + 0.5);
     if (!(index >= 1.0) || !(index <= pdi_setup_cells(u, m->axis) - 1.0))
@@ -283,7 +282,7 @@ static pd_status pdi_read_monitors_probe(pdi_read_monitors *w)
     memcpy(p->name, label, strlen(label) + 1);
     p->line = w->text->section[w->section].line;
     PDI_TRY(pdi_read_monitors_point(w, "at", p->at));
-    return pdi_read_monitors_fields(w->ctx, w->text, u, w->section, "fields", pdi_setup_carries(u) ? "C" : "v",
+    return pdi_read_monitors_fields(w->ctx, w->text, u, w->section, "fields", u->has_transport ? "C" : "v",
                                     &p->fields);
 }
 

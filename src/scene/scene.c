@@ -5,6 +5,7 @@
 #include "scene/read_tables.h"
 #include "scene/fingerprint.h"
 #include "scene/read_shapes.h"
+#include "scene/read_metal.h"
 #include "scene/read_gas.h"
 #include "scene/read_flat.h"
 #include "scene/read_monitors.h"
@@ -13,56 +14,19 @@
 #include <stdio.h>
 #include <string.h>
 
-/* A rate that dissolves in less than a nanosecond or a box of light years is a slip of a unit. */
-#define PDI_SCENE_HUGE 1e30
+/* A box of light years is a slip of a unit. */
 #define PDI_SCENE_CELLS 1e9 /* on an axis */
 #define PDI_SCENE_STEPS 1e9 /* that a scene may ask for */
 
-typedef struct pdi_scene {
-    pd_ctx *ctx;
-    pd_text *text;
-    pd_setup *setup;
-    pdi_read_constants named;
-} pdi_scene;
-
-/* A number in low .. high; low_open: low itself is refused. */
-static pd_status pdi_scene_within(pdi_scene *s, int section, const char *key, const char *unit, const char *fallback,
-                                  double low, double high, int low_open, double *value)
-{
-    char found[PD_UNITS_TEXT], bottom[PD_UNITS_TEXT], top[PD_UNITS_TEXT];
-    PDI_TRY(pd_text_number(s->ctx, s->text, section, key, unit, fallback, value));
-    if ((low_open ? *value > low : *value >= low) && *value <= high) return PD_OK;
-    pdi_setup_show(*value, unit, found);
-    pdi_setup_show(low, unit, bottom);
-    pdi_setup_show(high, unit, top);
-    if (high < PDI_SCENE_HUGE || *value > high)
-        return pd_text_refuse(s->ctx, s->text, section, key, "found %s, expected a value %s %s and at most %s", found,
-                              low_open ? "above" : "from", bottom, top);
-    return pd_text_refuse(s->ctx, s->text, section, key, "found %s, expected %s", found,
-                          low_open ? "a positive value" : "a value of at least 0");
-}
-
-static pd_status pdi_scene_positive(pdi_scene *s, int section, const char *key, const char *unit, const char *fallback,
-                                    double *value)
-{
-    return pdi_scene_within(s, section, key, unit, fallback, 0.0, PDI_SCENE_HUGE, 1, value);
-}
-
-static pd_status pdi_scene_not_negative(pdi_scene *s, int section, const char *key, const char *unit,
-                                        const char *fallback, double *value)
-{
-    return pdi_scene_within(s, section, key, unit, fallback, 0.0, PDI_SCENE_HUGE, 0, value);
-}
-
 /* Keep in mind whether the file sets the knob. */
-static void pdi_scene_given(pdi_scene *s, int section, const char *key, pd_knob knob)
+static void pdi_scene_given(pdi_reader *s, int section, const char *key, pd_knob knob)
 {
     if (pd_text_has(s->ctx, s->text, section, key)) s->setup->given |= 1u << knob;
 }
 
 /* ---- [grid] ---- */
 
-static pd_status pdi_scene_whole_cells(pdi_scene *s, int section)
+static pd_status pdi_scene_whole_cells(pdi_reader *s, int section)
 {
     const pd_setup *u = s->setup;
     for (int d = 0; d < PD_DIM; d++) {
@@ -84,7 +48,7 @@ static pd_status pdi_scene_whole_cells(pdi_scene *s, int section)
 }
 
 /* Planar, or rings around x: then the box begins on the axis, which is no side of its own, or away from it. */
-static pd_status pdi_scene_geometry(pdi_scene *s, int section)
+static pd_status pdi_scene_geometry(pdi_reader *s, int section)
 {
     static const char *const kinds[] = {"planar", "axisymmetric", NULL};
     pd_setup *u = s->setup;
@@ -109,7 +73,7 @@ static pd_status pdi_scene_geometry(pdi_scene *s, int section)
                           " horizon, %s", found, horizon);
 }
 
-static pd_status pdi_scene_grid(pdi_scene *s)
+static pd_status pdi_scene_grid(pdi_reader *s)
 {
     pd_setup *u = s->setup;
     int section = pd_text_section(s->ctx, s->text, "grid", NULL), count;
@@ -121,7 +85,7 @@ static pd_status pdi_scene_grid(pdi_scene *s)
         if (!(u->h[d] > 0.0))
             return pd_text_refuse(s->ctx, s->text, section, "h", "found %.6g m, expected a positive length", u->h[d]);
     }
-    PDI_TRY(pdi_scene_within(s, section, "m", "", "3", 1.0, 6.0, 0, &u->m));
+    PDI_TRY(pdi_reader_within(s, section, "m", "", "3", 1.0, 6.0, 0, &u->m));
     PDI_TRY(pd_text_ranges(s->ctx, s->text, section, "box", "m", NULL, PD_DIM, u->lo, u->hi, &count));
     if (count != PD_DIM)
         return pd_text_refuse(s->ctx, s->text, section, "box", "found %d range%s, expected %d, one for each axis:"
@@ -133,7 +97,7 @@ static pd_status pdi_scene_grid(pdi_scene *s)
 
 /* ---- [side ...] ---- */
 
-static pd_status pdi_scene_side_names(pdi_scene *s)
+static pd_status pdi_scene_side_names(pdi_reader *s)
 {
     for (int k = pd_text_next(s->ctx, s->text, "side", -1); k >= 0; k = pd_text_next(s->ctx, s->text, "side", k)) {
         const char *label = s->text->section[k].label;
@@ -147,14 +111,14 @@ static pd_status pdi_scene_side_names(pdi_scene *s)
 }
 
 /* An expression in x, y, z and t. */
-static pd_status pdi_scene_expr(pdi_scene *s, int section, const char *key, const char *unit, const char *fallback,
+static pd_status pdi_scene_expr(pdi_reader *s, int section, const char *key, const char *unit, const char *fallback,
                                 pd_expr *expr)
 {
     return pd_text_expr(s->ctx, s->text, section, key, unit, pdi_setup_position(), PDI_SETUP_PLACE, fallback, expr);
 }
 
 /* What goes through an inlet: a constant, left to the caller (stream->uses is 0), or a function of time. */
-static pd_status pdi_scene_stream(pdi_scene *s, int section, const char *key, const char *unit, pd_expr *stream)
+static pd_status pdi_scene_stream(pdi_reader *s, int section, const char *key, const char *unit, pd_expr *stream)
 {
     PDI_TRY(pdi_scene_expr(s, section, key, unit, NULL, stream));
     if (!(stream->uses & ~((uint32_t)1 << PD_DIM))) return PD_OK;
@@ -162,12 +126,12 @@ static pd_status pdi_scene_stream(pdi_scene *s, int section, const char *key, co
                           " profile = expression with a velocity");
 }
 
-static pd_status pdi_scene_speed(pdi_scene *s, int section, pd_setup_side *side)
+static pd_status pdi_scene_speed(pdi_reader *s, int section, pd_setup_side *side)
 {
     int volume = pd_text_has(s->ctx, s->text, section, "flow_rate");
     if (!volume) PDI_TRY(pdi_scene_stream(s, section, "mean", "m/s", &side->stream));
     if (!volume && side->stream.uses) return PD_OK;
-    if (!volume) return pdi_scene_not_negative(s, section, "mean", "m/s", NULL, &side->mean);
+    if (!volume) return pdi_reader_not_negative(s, section, "mean", "m/s", NULL, &side->mean);
     if (pd_text_has(s->ctx, s->text, section, "mean"))
         return pd_text_refuse(s->ctx, s->text, section, "flow_rate", "found beside 'mean', expected one of them");
     if (PD_DIM == 1)
@@ -176,10 +140,10 @@ static pd_status pdi_scene_speed(pdi_scene *s, int section, pd_setup_side *side)
     side->flow_rate = 1.0;
     PDI_TRY(pdi_scene_stream(s, section, "flow_rate", "m3/s", &side->stream));
     if (side->stream.uses) return PD_OK;
-    return pdi_scene_positive(s, section, "flow_rate", "m3/s", NULL, &side->flow_rate);
+    return pdi_reader_positive(s, section, "flow_rate", "m3/s", NULL, &side->flow_rate);
 }
 
-static pd_status pdi_scene_inlet(pdi_scene *s, int section, pd_setup_side *side)
+static pd_status pdi_scene_inlet(pdi_reader *s, int section, pd_setup_side *side)
 {
     static const char *const profiles[] = {"uniform", "parabola", "expression", NULL};
     static const char *const keys[] = {"vx", "vy", "vz"};
@@ -196,10 +160,10 @@ static pd_status pdi_scene_inlet(pdi_scene *s, int section, pd_setup_side *side)
 }
 
 /* The inflow has one concentration, the outflow one pressure: a second value must repeat the first. */
-static pd_status pdi_scene_same(pdi_scene *s, int section, const char *key, const char *unit, int *seen, double *value)
+static pd_status pdi_scene_same(pdi_reader *s, int section, const char *key, const char *unit, int *seen, double *value)
 {
     double found;
-    PDI_TRY(pdi_scene_within(s, section, key, unit, "0", key[0] == 'p' ? -PDI_SCENE_HUGE : 0.0, PDI_SCENE_HUGE, 0,
+    PDI_TRY(pdi_reader_within(s, section, key, unit, "0", key[0] == 'p' ? -PDI_READER_HUGE : 0.0, PDI_READER_HUGE, 0,
                              &found));
     if (*seen && fabs(found - *value) > 0.0)
         return pd_text_refuse(s->ctx, s->text, section, key, "found %.6g, another side has %.6g, expected one value",
@@ -210,7 +174,7 @@ static pd_status pdi_scene_same(pdi_scene *s, int section, const char *key, cons
 }
 
 /* An inlet where the given flow enters, an outlet where it leaves. */
-static pd_status pdi_scene_open(pdi_scene *s, int section, pd_setup_side *side)
+static pd_status pdi_scene_open(pdi_reader *s, int section, pd_setup_side *side)
 {
     side->kind = PD_SIDE_INLET;
     side->open = 1;
@@ -218,7 +182,7 @@ static pd_status pdi_scene_open(pdi_scene *s, int section, pd_setup_side *side)
 }
 
 /* What a flow brings through an inlet: the one constant, or an expression of the side. */
-static pd_status pdi_scene_enters(pdi_scene *s, int section, pd_setup_side *side, int *inlets)
+static pd_status pdi_scene_enters(pdi_reader *s, int section, pd_setup_side *side, int *inlets)
 {
     pd_expr found;
     PDI_TRY(pdi_scene_expr(s, section, "C", "mol/m3", "0", &found));
@@ -232,7 +196,7 @@ static pd_status pdi_scene_enters(pdi_scene *s, int section, pd_setup_side *side
 }
 
 /* A wall may slide along itself and hold a concentration. */
-static pd_status pdi_scene_wall(pdi_scene *s, int section, int k)
+static pd_status pdi_scene_wall(pdi_reader *s, int section, int k)
 {
     pd_setup_side *side = &s->setup->side[k];
     int count;
@@ -251,11 +215,11 @@ static pd_status pdi_scene_wall(pdi_scene *s, int section, int k)
     side->holds = 1;
     PDI_TRY(pdi_scene_expr(s, section, "C", "mol/m3", NULL, &side->held));
     double held;
-    return side->held.uses ? PD_OK : pdi_scene_not_negative(s, section, "C", "mol/m3", NULL, &held);
+    return side->held.uses ? PD_OK : pdi_reader_not_negative(s, section, "C", "mol/m3", NULL, &held);
 }
 
 /* Periodic sides come in pairs. */
-static pd_status pdi_scene_pairs(pdi_scene *s)
+static pd_status pdi_scene_pairs(pdi_reader *s)
 {
     for (int k = 0; k < 2 * PD_DIM; k++) {
         const pd_setup_side *a = &s->setup->side[k], *b = &s->setup->side[k ^ 1];
@@ -268,21 +232,19 @@ static pd_status pdi_scene_pairs(pdi_scene *s)
     return PD_OK;
 }
 
-/* With bond-based corrosion an open side has the bulk of the solution behind it. */
-static pd_status pdi_scene_bulk_side(pdi_scene *s, int section, int open, const char *found, pd_setup_side *side,
-                                     pd_side kind)
+/* In fluid at rest an open side has the bulk of the solution behind it: its plane holds that. */
+static pd_status pdi_scene_bulk_side(pdi_reader *s, int section, pd_setup_side *side)
 {
-    if (!open && pdi_grid_port(kind))
-        return pd_text_refuse(s->ctx, s->text, section, "flow",
-                              "found '%s' beside [corrode], expected open to hold its bulk concentration", found);
+    int corrode = pd_text_section(s->ctx, s->text, "corrode", NULL);
     if (pd_text_has(s->ctx, s->text, section, "C"))
         return pd_text_refuse(s->ctx, s->text, section, "C",
-                              "found beside [corrode], expected flow = open to hold its bulk concentration");
-    side->kind = open ? PD_SIDE_OUTLET : kind;
-    return PD_OK;
+                              "found beside flow = open, expected bulk in [corrode], or C without open");
+    side->kind = PD_SIDE_WALL;
+    side->holds = 1;
+    return pdi_scene_expr(s, corrode, "bulk", "mol/m3", "0", &side->held);
 }
 
-static pd_status pdi_scene_side(pdi_scene *s, int k, int section, int *inlets, int *outlets)
+static pd_status pdi_scene_side(pdi_reader *s, int k, int section, int *inlets, int *outlets)
 {
     static const char *const flows[] = {"noslip", "inlet", "outlet", "periodic", "mirror", "open", NULL};
     const int open = 5;
@@ -299,7 +261,7 @@ static pd_status pdi_scene_side(pdi_scene *s, int k, int section, int *inlets, i
             return pd_text_refuse(s->ctx, s->text, section, "flow",
                                   "found '%s' around an axis, expected noslip, inlet, outlet or open", flows[flow]);
     }
-    if (u->has_corrode) return pdi_scene_bulk_side(s, section, flow == open, flows[flow], &u->side[k], (pd_side)flow);
+    if (u->has_corrode && !u->has_flow && flow == open) return pdi_scene_bulk_side(s, section, &u->side[k]);
     if ((pdi_grid_port((pd_side)flow) || flow == open) && !u->has_flow)
         return pd_text_refuse(s->ctx, s->text, section, "flow",
                               "found '%s' without a [flow] section, expected C = ... alone"
@@ -314,7 +276,7 @@ static pd_status pdi_scene_side(pdi_scene *s, int k, int section, int *inlets, i
     return PD_OK;
 }
 
-static pd_status pdi_scene_sides(pdi_scene *s)
+static pd_status pdi_scene_sides(pdi_reader *s)
 {
     int inlets = 0, outlets = 0;
     PDI_TRY(pdi_scene_side_names(s));
@@ -328,7 +290,7 @@ static pd_status pdi_scene_sides(pdi_scene *s)
 /* ---- physics ---- */
 
 /* Flow that is not steady: where it starts, and how it moves on. */
-static pd_status pdi_scene_motion(pdi_scene *s, int section)
+static pd_status pdi_scene_motion(pdi_reader *s, int section)
 {
     static const char *const motions[] = {"steady", "implicit", "explicit", "given", NULL};
     static const char *const states[] = {"tait", "linear", NULL};
@@ -351,14 +313,14 @@ static pd_status pdi_scene_motion(pdi_scene *s, int section)
     if (u->motion == PD_MOTION_GIVEN) return PD_OK;
     if (u->motion == PD_MOTION_IMPLICIT) {
         pdi_scene_given(s, section, "rtol", PD_KNOB_FLOW_RTOL);
-        return pdi_scene_within(s, section, "rtol", "", "1e-4", 0.0, 0.1, 1, &u->flow_rtol);
+        return pdi_reader_within(s, section, "rtol", "", "1e-4", 0.0, 0.1, 1, &u->flow_rtol);
     }
     PDI_TRY(pd_text_choice(s->ctx, s->text, section, "eos", states, "tait", &u->linear));
-    return pdi_scene_positive(s, section, "c0", "m/s", NULL, &u->sound);
+    return pdi_reader_positive(s, section, "c0", "m/s", NULL, &u->sound);
 }
 
 /* Compressible keys of a scene whose flow is steady are read and set aside. */
-static pd_status pdi_scene_compressible(pdi_scene *s, int section)
+static pd_status pdi_scene_compressible(pdi_reader *s, int section)
 {
     static const char *const states[] = {"tait", "linear", NULL};
     double sound;
@@ -366,14 +328,14 @@ static pd_status pdi_scene_compressible(pdi_scene *s, int section)
     if (s->setup->motion != PD_MOTION_STEADY) return PD_OK;
     if (!pd_text_has(s->ctx, s->text, section, "eos") && !pd_text_has(s->ctx, s->text, section, "c0")) return PD_OK;
     PDI_TRY(pd_text_choice(s->ctx, s->text, section, "eos", states, "tait", &state));
-    PDI_TRY(pdi_scene_positive(s, section, "c0", "m/s", "1 m/s", &sound));
+    PDI_TRY(pdi_reader_positive(s, section, "c0", "m/s", "1 m/s", &sound));
     pdi_setup_note(s->setup,
                    "eos and c0 belong to time = explicit; the steady solver is incompressible and ignores them");
     return PD_OK;
 }
 
 /* A constant force, or components of which one is none. */
-static pd_status pdi_scene_force(pdi_scene *s, int section)
+static pd_status pdi_scene_force(pdi_reader *s, int section)
 {
     pd_setup *u = s->setup;
     int count;
@@ -386,20 +348,20 @@ static pd_status pdi_scene_force(pdi_scene *s, int section)
     return pd_text_numbers(s->ctx, s->text, section, "force", "m/s2", NULL, PD_DIM, u->force, &count);
 }
 
-static pd_status pdi_scene_flow(pdi_scene *s)
+static pd_status pdi_scene_flow(pdi_reader *s)
 {
     pd_setup *u = s->setup;
     int section = pd_text_section(s->ctx, s->text, "flow", NULL), inflow = 0, outflow = 0;
     if (!u->has_flow) return PD_OK;
-    PDI_TRY(pdi_scene_positive(s, section, "rho", "kg/m3", NULL, &u->rho));
-    PDI_TRY(pdi_scene_positive(s, section, "mu", "Pa s", NULL, &u->mu));
-    PDI_TRY(pdi_scene_within(s, section, "steady", "", "1e-6", 0.0, 0.1, 1, &u->steady));
+    PDI_TRY(pdi_reader_positive(s, section, "rho", "kg/m3", NULL, &u->rho));
+    PDI_TRY(pdi_reader_positive(s, section, "mu", "Pa s", NULL, &u->mu));
+    PDI_TRY(pdi_reader_within(s, section, "steady", "", "1e-6", 0.0, 0.1, 1, &u->steady));
     pdi_scene_given(s, section, "steady", PD_KNOB_STEADY);
     PDI_TRY(pdi_scene_force(s, section));
     if (pd_text_has(s->ctx, s->text, section, "speed"))
-        PDI_TRY(pdi_scene_positive(s, section, "speed", "m/s", NULL, &u->speed));
+        PDI_TRY(pdi_reader_positive(s, section, "speed", "m/s", NULL, &u->speed));
     if (pd_text_has(s->ctx, s->text, section, "length"))
-        PDI_TRY(pdi_scene_positive(s, section, "length", "m", NULL, &u->length));
+        PDI_TRY(pdi_reader_positive(s, section, "length", "m", NULL, &u->length));
     PDI_TRY(pdi_scene_motion(s, section));
     PDI_TRY(pdi_scene_compressible(s, section));
     for (int k = 0; k < 2 * PD_DIM; k++) {
@@ -412,198 +374,45 @@ static pd_status pdi_scene_flow(pdi_scene *s)
     return PD_OK;
 }
 
-static pd_status pdi_scene_initial(pdi_scene *s, int section)
-{
-    pd_expr *initial = &s->setup->initial;
-    PDI_TRY(pd_text_expr(s->ctx, s->text, section, "initial", "mol/m3", pdi_setup_position(), PD_DIM, "0", initial));
-    if (pd_expr_constant(initial) && pd_expr_eval(initial, NULL) < 0.0)
-        return pd_text_refuse(s->ctx, s->text, section, "initial", "found %.6g mol/m3, expected at least 0",
-                              pd_expr_eval(initial, NULL));
-    return PD_OK;
-}
-
-static pd_status pdi_scene_transport(pdi_scene *s)
+static pd_status pdi_scene_transport(pdi_reader *s)
 {
     static const char *const schemes[] = {"limited", "upwind", NULL}, *const times[] = {"implicit", "steady", NULL};
     pd_setup *u = s->setup;
     int section = pd_text_section(s->ctx, s->text, "transport", NULL), scheme;
-    if (!u->has_transport) return PD_OK;
-    PDI_TRY(pdi_scene_not_negative(s, section, "D", "m2/s", NULL, &u->diffusivity));
+    if (!pd_text_has(s->ctx, s->text, section, NULL)) return PD_OK;
+    PDI_TRY(pdi_reader_not_negative(s, section, "D", "m2/s", NULL, &u->diffusivity));
     PDI_TRY(pd_text_choice(s->ctx, s->text, section, "advection", schemes, "limited", &scheme));
     u->advection = (pd_advection)scheme;
     PDI_TRY(pd_text_choice(s->ctx, s->text, section, "time", times, "implicit", &u->settle));
     if (u->settle && u->has_dissolve)
-        return pd_text_refuse(s->ctx, s->text, section, "time", "found 'steady' beside [dissolve], expected implicit");
-    return pdi_scene_initial(s, section);
+        return pd_text_refuse(s->ctx, s->text, section, "time",
+                              "found 'steady' beside metal that dissolves, expected implicit");
+    return pdi_reader_initial(s, section);
 }
 
 /* Cs, Csat and the properties of the metal become constants of all later numbers. */
-static pd_status pdi_scene_constants(pdi_scene *s)
+static pd_status pdi_scene_constants(pdi_reader *s)
 {
     pd_setup *u = s->setup;
     int section = pd_text_section(s->ctx, s->text, u->has_corrode ? "corrode" : "dissolve", NULL);
     if (u->has_corrode && pd_text_has(s->ctx, s->text, section, "charge"))
-        PDI_TRY(pdi_scene_within(s, section, "charge", "", NULL, 0.0, 10.0, 1, &u->material.charge));
+        PDI_TRY(pdi_reader_within(s, section, "charge", "", NULL, 0.0, 10.0, 1, &u->material.charge));
     pdi_read_constants_append(s->text, &s->named, "rho_m", "kg/m3", u->material.density);
     pdi_read_constants_append(s->text, &s->named, "M_m", "kg/mol", u->material.molar_mass);
     pdi_read_constants_append(s->text, &s->named, "z_m", "", u->material.charge);
-    if (pdi_setup_loses(u) && pd_text_has(s->ctx, s->text, section, "Cs"))
-        PDI_TRY(pdi_scene_positive(s, section, "Cs", "mol/m3", NULL, &u->solid_c));
+    if (u->has_dissolve && pd_text_has(s->ctx, s->text, section, "Cs"))
+        PDI_TRY(pdi_reader_positive(s, section, "Cs", "mol/m3", NULL, &u->solid_c));
     pdi_read_constants_append(s->text, &s->named, "Cs", "mol/m3", u->solid_c);
-    if (!pdi_setup_loses(u) || !pd_text_has(s->ctx, s->text, section, "Csat")) return PD_OK;
-    PDI_TRY(pdi_scene_positive(s, section, "Csat", "mol/m3", NULL, &u->saturation));
+    if (!u->has_dissolve || !pd_text_has(s->ctx, s->text, section, "Csat")) return PD_OK;
+    PDI_TRY(pdi_reader_positive(s, section, "Csat", "mol/m3", NULL, &u->saturation));
     pdi_read_constants_append(s->text, &s->named, "Csat", "mol/m3", u->saturation);
     return PD_OK;
-}
-
-/* The law at C = 0 tells the size of the speed, and a rate that is negative there never dissolves anything. */
-static pd_status pdi_scene_check_rate(pdi_scene *s, int section, const char *key)
-{
-    double v = pdi_setup_speed(s->setup);
-    char slow[PD_UNITS_TEXT];
-    if (s->setup->rate.uses <= 1 && (!(v >= 0.0) || v > 1.0))
-        return pd_text_refuse(s->ctx, s->text, section, key,
-                              "found a recession speed of %.6g m/s at C = 0, expected 0 to 1 m/s", v);
-    if (strcmp(key, "law") != 0) return PD_OK;
-    pdi_setup_show(s->setup->h[0], "m", slow);
-    pdi_setup_note(s->setup, "law: one layer of %s a unit of the rate: %.6g um/h = %.6g mm/year at C = 0", slow,
-                   v * 1e6 * 3600.0, v * 1e3 * 31557600.0);
-    return PD_OK;
-}
-
-/* Speed, or current density through Faraday's law, as an expression in C, t, x, y and z. */
-static pd_status pdi_scene_rate(pdi_scene *s, int section, const char *key, const char *other, const char *unit)
-{
-    double factor;
-    if (pd_text_has(s->ctx, s->text, section, other) && strcmp(key, other) != 0)
-        return pd_text_refuse(s->ctx, s->text, section, key, "found beside '%s', expected one of them", other);
-    PDI_TRY(pd_text_expr(s->ctx, s->text, section, key, unit, pdi_setup_law(), PDI_SETUP_LAW, NULL, &s->setup->rate));
-    PDI_TRY(pdi_scene_within(s, section, "rate_scale", "", "1", 0.0, 1e6, 0, &factor));
-    s->setup->rate_scale *= factor;
-    return pdi_scene_check_rate(s, section, key);
-}
-
-static pd_status pdi_scene_gb_factor(pdi_scene *s, int section)
-{
-    pd_setup *u = s->setup;
-    PDI_TRY(pdi_scene_within(s, section, "gb_factor", "", "1", 0.0, 1e6, 0, &u->gb_factor));
-    if (!(fabs(u->gb_factor - 1.0) > 0.0) || u->has_grains) return PD_OK;
-    return pd_text_refuse(s->ctx, s->text, section, "gb_factor",
-                          "found %.6g without grains, expected grains = SIZE in a solid [shape ...]", u->gb_factor);
-}
-
-static pd_status pdi_scene_dissolve(pdi_scene *s)
-{
-    pd_setup *u = s->setup;
-    int section = pd_text_section(s->ctx, s->text, "dissolve", NULL);
-    if (!u->has_dissolve) return PD_OK;
-    if (!u->has_transport)
-        return pd_text_refuse(s->ctx, s->text, section, "dissolve",
-                              "found no [transport] section, expected one: the metal goes into the fluid");
-    if (u->solid < 0)
-        return pd_text_refuse(s->ctx, s->text, section, "dissolve", "found no solid, expected a [shape ...] with kind ="
-                              " solid");
-    int layers = pd_text_has(s->ctx, s->text, section, "law");
-    const char *key = layers ? "law" : "rate";
-    for (int d = 1; d < PD_DIM && layers; d++)
-        if (fabs(u->h[d] - u->h[0]) > 1e-9 * u->h[0])
-            return pd_text_refuse(s->ctx, s->text, section, "law",
-                                  "found different spacings of the axes, expected rate = speed there");
-    u->rate_scale = layers ? u->h[0] : 1.0;
-    PDI_TRY(pdi_scene_rate(s, section, key, "rate", layers ? "1/s" : "m/s"));
-    PDI_TRY(pdi_scene_gb_factor(s, section));
-    return pdi_scene_within(s, section, "threshold", "", "0", 0.0, 0.99, 0, &u->threshold);
-}
-
-/* ---- [corrode] ---- */
-
-/* Before anything of the other sections is read. */
-static pd_status pdi_scene_corrode_alone(pdi_scene *s)
-{
-    const pd_setup *u = s->setup;
-    const char *beside = u->has_flow ? "flow" : u->has_transport ? "transport" : u->has_dissolve ? "dissolve" : NULL;
-    if (!u->has_corrode || !beside) return PD_OK;
-    return pd_text_refuse(s->ctx, s->text, pd_text_section(s->ctx, s->text, "corrode", NULL), "corrode",
-                          "found beside [%s], expected [corrode] alone: it moves metal and fluid itself", beside);
-}
-
-static pd_status pdi_scene_corrode_forms(pdi_scene *s, int section)
-{
-    static const char *const controls[] = {"diffusion", "activation", NULL};
-    static const char *const drives[] = {"constant", "difference", NULL};
-    static const char *const kernels[] = {"area", "square", "inverse", NULL};
-    static const char *const weights[] = {"calibrated", "printed", NULL};
-    static const char *const times[] = {"implicit", "explicit", NULL};
-    static const char *const breakings[] = {"deterministic", "stochastic", NULL};
-    pd_setup *u = s->setup;
-    int drive, kernel, printed;
-    PDI_TRY(pd_text_choice(s->ctx, s->text, section, "control", controls, "diffusion", &u->activation));
-    PDI_TRY(pd_text_choice(s->ctx, s->text, section, "time", times, u->activation ? "explicit" : "implicit",
-                           &u->forward));
-    if (u->activation && !u->forward)
-        return pd_text_refuse(s->ctx, s->text, section, "time",
-                              "found 'implicit' beside control = activation, expected explicit");
-    PDI_TRY(pd_text_choice(s->ctx, s->text, section, "drive", drives, "constant", &drive));
-    PDI_TRY(pd_text_choice(s->ctx, s->text, section, "kernel", kernels, "area", &kernel));
-    PDI_TRY(pd_text_choice(s->ctx, s->text, section, "weights", weights, "calibrated", &printed));
-    u->drive = (pd_drive)drive;
-    u->kernel = (pd_kernel)kernel;
-    u->weights = printed ? PD_WEIGHTS_PRINTED : PD_WEIGHTS_CALIBRATED;
-    PDI_TRY(pd_text_choice(s->ctx, s->text, section, "breaking", breakings, "deterministic", &u->stochastic));
-    if (u->stochastic) return pd_text_integer(s->ctx, s->text, section, "seed", 0, 2147483647, "1", &u->seed);
-    if (!pd_text_has(s->ctx, s->text, section, "seed")) return PD_OK;
-    return pd_text_refuse(s->ctx, s->text, section, "seed", "found without breaking = stochastic, expected both");
-}
-
-/* The speed of a current density of 1 A/m2 makes a current a rate. */
-static pd_status pdi_scene_corrode_rate(pdi_scene *s, int section)
-{
-    pd_setup *u = s->setup;
-    pd_material metal = u->material;
-    int current = pd_text_has(s->ctx, s->text, section, "current");
-    metal.density = u->solid_c * metal.molar_mass;
-    u->rate_scale = current ? pd_material_speed(&metal, 1.0) : 1.0;
-    return pdi_scene_rate(s, section, current ? "current" : "rate", "rate", current ? "A/m2" : "m/s");
-}
-
-/* A concentration of the fluid: metal begins at Cs. */
-static pd_status pdi_scene_corrode(pdi_scene *s)
-{
-    pd_setup *u = s->setup;
-    int section = pd_text_section(s->ctx, s->text, "corrode", NULL);
-    double saturation;
-    if (!u->has_corrode) return PD_OK;
-    if (u->solid < 0)
-        return pd_text_refuse(s->ctx, s->text, section, "corrode",
-                              "found no solid, expected a [shape ...] with kind = solid");
-    PDI_TRY(pdi_scene_corrode_forms(s, section));
-    PDI_TRY(pdi_scene_within(s, section, "Csat", "mol/m3", NULL, 0.0, u->solid_c, 1, &saturation));
-    PDI_TRY(pdi_scene_corrode_rate(s, section));
-    PDI_TRY(pdi_scene_gb_factor(s, section));
-    PDI_TRY(pdi_scene_not_negative(s, section, "D", "m2/s", u->activation ? "0" : NULL, &u->diffusivity));
-    PDI_TRY(pdi_scene_initial(s, section));
-    if (u->activation && (u->diffusivity > 0.0 || pd_text_has(s->ctx, s->text, section, "initial")))
-        pdi_setup_note(u, "D and initial belong to control = diffusion; with activation all fluid holds bulk");
-    PDI_TRY(pdi_scene_within(s, section, "bulk", "mol/m3", "0", 0.0, u->saturation, 0, &u->bulk));
-    if (pd_text_has(s->ctx, s->text, section, "repassivation"))
-        PDI_TRY(pdi_scene_within(s, section, "repassivation", "mol/m3", NULL, 0.0, u->saturation, 1,
-                                 &u->repassivation));
-    if (u->activation && u->repassivation > 0.0)
-        return pd_text_refuse(s->ctx, s->text, section, "repassivation",
-                              "found beside control = activation, expected diffusion: there all fluid holds bulk");
-    /* explicit: (1 - x)^n is not exp(-n x); else fronts do not depend on it */
-    const char *share = u->drive == PD_DRIVE_DIFFERENCE ? "0.01" : u->activation ? "0.1" : u->forward ? "0.01" : "0.2";
-    PDI_TRY(pdi_scene_within(s, section, "share", "", share, 0.0, 1.0, 1, &u->share));
-    if (!u->forward && pd_text_has(s->ctx, s->text, section, "overshoot"))
-        return pd_text_refuse(s->ctx, s->text, section, "overshoot",
-                              "found beside implicit steps, expected time = explicit: others do not pass Csat");
-    return u->forward ? pdi_scene_within(s, section, "overshoot", "", "0.05", 0.0, 1.0, 1, &u->overshoot) : PD_OK;
 }
 
 /* ---- [run], [output] ---- */
 
 /* Where the first of `count` expressions that depends on time is refused. */
-static pd_status pdi_scene_steady(pdi_scene *s, int section, const char *key, const pd_expr *expr, int count)
+static pd_status pdi_scene_steady(pdi_reader *s, int section, const char *key, const pd_expr *expr, int count)
 {
     for (int k = 0; k < count; k++)
         if (pdi_setup_timed(&expr[k]))
@@ -614,7 +423,7 @@ static pd_status pdi_scene_steady(pdi_scene *s, int section, const char *key, co
 }
 
 /* Nothing depends on time where there is none. */
-static pd_status pdi_scene_timeless(pdi_scene *s)
+static pd_status pdi_scene_timeless(pdi_reader *s)
 {
     static const char *const keys[] = {"vx", "vy", "vz"};
     const pd_setup *u = s->setup;
@@ -633,33 +442,36 @@ static pd_status pdi_scene_timeless(pdi_scene *s)
     return pdi_scene_steady(s, pd_text_section(s->ctx, s->text, "flow", NULL), "force", u->body, PD_DIM);
 }
 
-static pd_status pdi_scene_run(pdi_scene *s)
+static pd_status pdi_scene_run(pdi_reader *s)
 {
     pd_setup *u = s->setup;
     int section = pd_text_section(s->ctx, s->text, "run", NULL);
     int rests = u->motion == PD_MOTION_STEADY || u->motion == PD_MOTION_GIVEN;
     /* a steady flow may follow what stands outside of it, when a time to follow it for is given */
     int follows = u->motion == PD_MOTION_STEADY && !u->has_transport && pd_text_has(s->ctx, s->text, section, "until");
-    if (rests && !follows && !u->has_gas && (!pdi_setup_carries(u) || u->settle)) return pdi_scene_timeless(s);
-    PDI_TRY(pdi_scene_positive(s, section, "until", "s", NULL, &u->until));
-    PDI_TRY(pdi_scene_within(s, section, "max_step", "s", "0", 0.0, PDI_SCENE_HUGE, 0, &u->max_step));
+    if (rests && !follows && !u->has_gas && (!u->has_transport || u->settle)) return pdi_scene_timeless(s);
+    PDI_TRY(pdi_reader_positive(s, section, "until", "s", NULL, &u->until));
+    PDI_TRY(pdi_reader_within(s, section, "max_step", "s", "0", 0.0, PDI_READER_HUGE, 0, &u->max_step));
     if (u->max_step > 0.0 && u->until > PDI_SCENE_STEPS * u->max_step)
         return pd_text_refuse(s->ctx, s->text, section, "max_step", "found %.3g steps until the end, expected at most"
                               " %.0g", u->until / u->max_step, PDI_SCENE_STEPS);
-    if (u->has_corrode && !u->forward)
-        PDI_TRY(pdi_scene_within(s, section, "rtol", "", "1e-3", 0.0, 0.1, 1, &u->rtol));
     if (!u->has_transport) return PD_OK;
+    if (u->has_corrode) { /* loss in proportion to a difference: (1 - x)^n is not exp(-n x) */
+        const char *share = u->drive == PD_DRIVE_DIFFERENCE ? "0.01" : u->activation ? "0.1" : "0.2";
+        PDI_TRY(pdi_reader_within(s, section, "rtol", "", "1e-3", 0.0, 0.1, 1, &u->rtol));
+        return pdi_reader_within(s, section, "fraction", "", share, 0.0, 1.0, 1, &u->fraction);
+    }
     pdi_scene_given(s, section, "rtol", PD_KNOB_RTOL);
     pdi_scene_given(s, section, "fraction", PD_KNOB_FRACTION);
-    PDI_TRY(pdi_scene_within(s, section, "rtol", "", u->has_dissolve ? "4e-3" : "1e-3", 0.0, 0.1, 1, &u->rtol));
+    PDI_TRY(pdi_reader_within(s, section, "rtol", "", u->has_dissolve ? "4e-3" : "1e-3", 0.0, 0.1, 1, &u->rtol));
     /* Measured on a dissolving disc of radius 12 h, law 1 - C/Csat, after 4 h of recession: the volume loss is off by
      * 3e-3 when a step takes at most 0.1 of a node, by 1e-3 with 0.025. */
     u->fraction = fmin(1.0, 25.0 * u->rtol);
     if (!pd_text_has(s->ctx, s->text, section, "fraction")) return PD_OK;
-    return pdi_scene_within(s, section, "fraction", "", NULL, 0.0, 1.0, 1, &u->fraction);
+    return pdi_reader_within(s, section, "fraction", "", NULL, 0.0, 1.0, 1, &u->fraction);
 }
 
-static pd_status pdi_scene_slice(pdi_scene *s, int section)
+static pd_status pdi_scene_slice(pdi_reader *s, int section)
 {
     pd_setup *u = s->setup;
     u->slice_axis = PD_DIM - 1;
@@ -671,7 +483,7 @@ static pd_status pdi_scene_slice(pdi_scene *s, int section)
 }
 
 /* A file name without a folder. */
-static pd_status pdi_scene_prefix(pdi_scene *s, int section)
+static pd_status pdi_scene_prefix(pdi_reader *s, int section)
 {
     const char *value;
     PDI_TRY(pd_text_string(s->ctx, s->text, section, "prefix", "corr", &value));
@@ -682,15 +494,14 @@ static pd_status pdi_scene_prefix(pdi_scene *s, int section)
     return PD_OK;
 }
 
-static pd_status pdi_scene_output(pdi_scene *s)
+static pd_status pdi_scene_output(pdi_reader *s)
 {
     pd_setup *u = s->setup;
     int section = pd_text_section(s->ctx, s->text, "output", NULL);
     u->every = u->until / 20.0;
     if (u->until > 0.0 && pd_text_has(s->ctx, s->text, section, "every"))
-        PDI_TRY(pdi_scene_positive(s, section, "every", "s", NULL, &u->every));
-    if ((u->has_gas || (u->has_corrode && u->forward)) && !(u->max_step > 0.0))
-        u->max_step = u->every / 20.0; /* rows of the tables */
+        PDI_TRY(pdi_reader_positive(s, section, "every", "s", NULL, &u->every));
+    if (u->has_gas && !(u->max_step > 0.0)) u->max_step = u->every / 20.0; /* rows of the tables */
     if (u->until > 0.0 && u->until / u->every > 9e5)
         return pd_text_refuse(s->ctx, s->text, section, "every",
                               "found %.3g frames until the end, expected at most 900000", u->until / u->every);
@@ -703,14 +514,14 @@ static pd_status pdi_scene_output(pdi_scene *s)
 }
 
 /* Line of a section, 0: absent. */
-static int pdi_scene_line(pdi_scene *s, const char *name, const char *label)
+static int pdi_scene_line(pdi_reader *s, const char *name, const char *label)
 {
     int section = pd_text_section(s->ctx, s->text, name, label);
     return section >= 0 ? s->text->section[section].line : 0;
 }
 
 /* Where errors belong that show only when the model is built. */
-static void pdi_scene_lines(pdi_scene *s)
+static void pdi_scene_lines(pdi_reader *s)
 {
     pd_setup *u = s->setup;
     u->line[PD_PART_GRID] = pdi_scene_line(s, "grid", NULL);
@@ -718,13 +529,13 @@ static void pdi_scene_lines(pdi_scene *s)
     u->line[PD_PART_GAS] = pdi_scene_line(s, "gas", NULL);
     u->line[PD_PART_TRANSPORT] = pdi_scene_line(s, "transport", NULL);
     u->line[PD_PART_DISSOLVE] = pdi_scene_line(s, "dissolve", NULL);
-    u->line[PD_PART_CORRODE] = pdi_scene_line(s, "corrode", NULL);
+    if (!u->line[PD_PART_DISSOLVE]) u->line[PD_PART_DISSOLVE] = pdi_scene_line(s, "corrode", NULL);
     for (int k = 0; k < 2 * PD_DIM; k++) u->side[k].line = pdi_scene_line(s, "side", pdi_setup_side_name(k));
 }
 
 static pd_status pdi_scene_sections(pd_ctx *ctx, pd_text *text, const char *path, pd_setup *setup)
 {
-    pdi_scene s;
+    pdi_reader s;
     char folder[PD_PATH_SIZE], name[PD_SETUP_NAME];
     memset(&s, 0, sizeof s);
     s.ctx = ctx;
@@ -739,7 +550,7 @@ static pd_status pdi_scene_sections(pd_ctx *ctx, pd_text *text, const char *path
     setup->has_dissolve = pd_text_has(ctx, text, pd_text_section(ctx, text, "dissolve", NULL), NULL);
     setup->has_corrode = pd_text_has(ctx, text, pd_text_section(ctx, text, "corrode", NULL), NULL);
     PDI_TRY(pdi_read_gas_alone(ctx, text, setup));
-    PDI_TRY(pdi_scene_corrode_alone(&s));
+    PDI_TRY(pdi_read_metal_first(&s));
     PDI_TRY(pdi_read_constants_read(ctx, text, &s.named));
     PDI_TRY(pdi_read_tables_read(ctx, text, folder, setup));
     PDI_TRY(pdi_read_shapes_read(ctx, text, folder, setup));
@@ -749,14 +560,14 @@ static pd_status pdi_scene_sections(pd_ctx *ctx, pd_text *text, const char *path
     PDI_TRY(pdi_scene_flow(&s));
     PDI_TRY(pdi_read_gas_read(ctx, text, setup));
     PDI_TRY(pdi_scene_transport(&s));
-    PDI_TRY(pdi_scene_dissolve(&s));
-    PDI_TRY(pdi_scene_corrode(&s));
+    PDI_TRY(pdi_read_metal_dissolve(&s));
+    PDI_TRY(pdi_read_metal_corrode(&s));
     PDI_TRY(pdi_scene_run(&s));
     PDI_TRY(pdi_scene_output(&s));
     PDI_TRY(pdi_read_monitors_read(ctx, text, setup));
     PDI_TRY(pdi_read_measured_read(ctx, text, folder, setup));
     PDI_TRY(pd_text_unused(ctx, text));
-    if (!setup->has_flow && !setup->has_gas && !pdi_setup_carries(setup))
+    if (!setup->has_flow && !setup->has_gas && !setup->has_transport)
         return pd_text_refuse(ctx, text, 0, "scene",
                               "found no physics, expected a [flow], [gas], [transport] or [corrode] section");
     return PD_OK;

@@ -83,12 +83,12 @@ PDI_FN const char *pdi_setup_field_needs(const pd_setup *setup, pd_field field)
     case PD_FIELD_P: return setup->has_flow || setup->has_gas ? NULL : "a [flow] or [gas] section";
     case PD_FIELD_ENERGY: return setup->has_gas ? NULL : "a [gas] section";
     case PD_FIELD_C:
-    case PD_FIELD_D: return pdi_setup_carries(setup) ? NULL : "a [transport] or [corrode] section";
-    case PD_FIELD_RATE: return setup->has_dissolve ? NULL : "a [dissolve] section";
+    case PD_FIELD_D: return setup->has_transport ? NULL : "a [transport] or [corrode] section";
+    case PD_FIELD_RATE: return setup->has_dissolve ? NULL : "a [dissolve] or [corrode] section";
     case PD_FIELD_DAMAGE: return setup->has_corrode ? NULL : "a [corrode] section";
     case PD_FIELD_GRAIN: return setup->has_grains ? NULL : "a solid [shape] with grains";
     case PD_FIELD_DENSITY:
-        if (setup->has_flow || setup->has_gas || pdi_setup_loses(setup)) break;
+        if (setup->has_flow || setup->has_gas || setup->has_dissolve) break;
         return "a [flow], [gas], [dissolve] or [corrode] section";
     case PD_FIELD_KIND:
     case PD_FIELD_PHASE:

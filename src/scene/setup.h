@@ -7,7 +7,7 @@
 #include "metal/material.h"
 #include "metal/grain.h"
 #include "metal/dissolve.h"
-#include "metal/corrode.h"
+#include "metal/metal.h"
 #include "flow/gas.h"
 #include "io/file.h"
 #include "scene/expr.h"
@@ -45,7 +45,6 @@ typedef enum pd_part {
     PD_PART_GAS,
     PD_PART_TRANSPORT,
     PD_PART_DISSOLVE,
-    PD_PART_CORRODE,
     PD_PART_GRAIN,
     PD_PART_COUNT
 } pd_part;
@@ -180,7 +179,9 @@ typedef struct pd_setup {
     size_t mask_size[PD_SETUP_MASKS];
     int masks;
     pd_setup_side side[2 * PD_DIM];    /* x-, x+, y-, ... */
-    int has_flow, has_gas, has_transport, has_dissolve, has_corrode, has_grains;
+    int has_flow, has_gas, has_transport, has_grains;
+    int has_dissolve;                  /* metal goes */
+    int has_corrode;                   /* it goes by bond-based corrosion */
     /* flow */
     double rho;             /* [kg/m3] */
     double mu;              /* [Pa s] */
@@ -222,8 +223,6 @@ typedef struct pd_setup {
     /* bond-based corrosion, with D and `initial` of transport, Cs, Csat and rate of dissolution */
     double bulk;            /* [mol/m3] held behind open sides, and everywhere with `activation` */
     int activation;         /* 1: activation control */
-    int forward;            /* 1: explicit steps under diffusion control */
-    double share, overshoot; /* [-] of a step, see corrode.h and recede.h; 0: defaults */
     double repassivation;   /* [mol/m3] 0: no films form */
     int stochastic;         /* 1: mechanical bonds break at random */
     int seed;               /* of that */
@@ -264,10 +263,6 @@ PD_API pd_status pd_setup_init(pd_ctx *ctx, pd_setup *setup);
 PD_API void pd_setup_free(pd_ctx *ctx, pd_setup *setup);
 
 #ifdef PDI_INTERNAL
-/* 1: there is a dissolved concentration, of transport or of bond-based corrosion. */
-static inline int pdi_setup_carries(const pd_setup *setup) { return setup->has_transport || setup->has_corrode; }
-/* 1: metal goes. */
-static inline int pdi_setup_loses(const pd_setup *setup) { return setup->has_dissolve || setup->has_corrode; }
 /* Name of a field in files: "C", "v", ... */
 PDI_FN const char *pdi_setup_field_name(pd_field field);
 /* Section of a kind of monitor: "line", ... */

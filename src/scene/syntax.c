@@ -18,8 +18,8 @@ static const pdi_syntax_section pdi_syntax_table[] = {
     {"gas", "gamma, rho, p, vx, vy, vz, order, cfl"},
     {"transport", "D, initial, advection, time"},
     {"dissolve", "rate, law, rate_scale, Csat, Cs, gb_factor, threshold"},
-    {"corrode", "rate, current, rate_scale, Cs, Csat, charge, D, initial, bulk, control, time, drive, kernel, weights, "
-                "gb_factor, share, overshoot, repassivation, breaking, seed"},
+    {"corrode", "rate, current, rate_scale, Cs, Csat, charge, D, initial, bulk, control, drive, kernel, weights, "
+                "gb_factor, repassivation, breaking, seed"},
     {"table", "file, x, y, outside"},
     {"run", "until, rtol, fraction, max_step"},
     {"output", "every, fields, images, slice, prefix, folder"},

@@ -30,6 +30,8 @@
 #define PDI_TRANSPORT_ROUGH 30.0
 /* The same where what is left undone breaks them. */
 #define PDI_TRANSPORT_FINE 1e-3
+/* Conductance of nodes that hold their concentration in the preconditioner, over that of their cell. */
+#define PDI_TRANSPORT_STIFF 1e6
 /* Rounds of upwinding the nodes that leave their bounds before the whole step is upwinded. */
 #define PDI_TRANSPORT_ROUNDS 20
 
@@ -69,10 +71,17 @@ typedef struct pdi_transport_user {
     int limited; /* 1: there are antidiffusive fluxes */
 } pdi_transport_user;
 
+/* Nodes that hold their concentration have no equation. */
+static void pdi_transport_pin(const pd_transport *t, double *y)
+{
+    for (int32_t k = 0; k < t->pinned_count; k++) y[t->pinned[k]] = 0.0;
+}
+
 static void pdi_transport_apply(void *user, const double *x, double *y)
 {
     pdi_transport_user *u = (pdi_transport_user *)user;
     pdi_transport_operator(u->ctx, u->t, x, y);
+    pdi_transport_pin(u->t, y);
 }
 
 /* y = A x less the derivative of the limited fluxes along x at the present field, whose fluxes were told last. */
@@ -86,7 +95,7 @@ static void pdi_transport_jacobian(void *user, const double *x, double *y)
     double *slope_by = t->probe, *factor_by = t->rhs, *along = t->anti;
     int nt = pdi_par_threads(u->ctx, (int64_t)total * 4);
     (void)nt;
-    pdi_transport_operator(u->ctx, t, x, y);
+    pdi_transport_apply(user, x, y);
     if (!u->limited) return;
     if (t->repeated) x = t->repeated; /* with its images, by now */
     pdi_limiter_derive(u->ctx, &t->limiter, t->c, x, PDI_TRANSPORT_FAINT * t->size, factor_by, slope_by);
@@ -95,6 +104,7 @@ static void pdi_transport_jacobian(void *user, const double *x, double *y)
     PDI_PARALLEL_FOR(nt)
     for (int32_t i = 0; i < total; i++)
         if (kind[i] == PD_FLUID) y[i] -= along[i];
+    pdi_transport_pin(t, y);
 }
 
 static void pdi_transport_precondition(void *user, const double *x, double *y)
@@ -104,6 +114,7 @@ static void pdi_transport_precondition(void *user, const double *x, double *y)
     pd_flux flux = u->t->flux;
     flux.rate = 1.0 / u->t->dt;
     for (int sweep = 0; sweep < 2 * u->t->sweeping; sweep++) pdi_flux_relax(&flux, x, sweep & 1, y);
+    pdi_transport_pin(u->t, y);
 }
 
 static pd_status pdi_transport_setup(pd_ctx *ctx, pd_transport *t)
@@ -113,14 +124,23 @@ static pd_status pdi_transport_setup(pd_ctx *ctx, pd_transport *t)
     double spread[PD_DIM * PD_DIM];
     pd_compact *c = &t->compact;
     const pd_grid *grid = t->grid;
+    /* at rest later stages of a step differ by what holds the nodes alone */
+    int again = !t->flow && t->prepared && t->prepared_dt >= t->dt && t->prepared_dt <= t->dt;
     faces.closed = faces.outlet = 0;
     faces.inlet = 1;
     pdi_compact_upwind(t->bonds->stencil, t->desc.advection == PD_ADVECTION_LIMITED ? PDI_TRANSPORT_SPREAD : 1.0,
                          spread);
     convection.u = t->flow ? t->flow->u : NULL;
     convection.spread = spread;
-    pdi_compact_fill(ctx, t->desc.diffusivity, t->diffusion.field ? &t->diffusion.media : NULL, &convection,
-                     1.0 / t->dt, &faces, c);
+    if (!again)
+        pdi_compact_fill(ctx, t->desc.diffusivity, t->diffusion.field ? &t->diffusion.media : NULL, &convection,
+                         1.0 / t->dt, &faces, c);
+    for (int32_t node = 0; node < grid->total && again; node++) {
+        int i[PD_DIM];
+        if (grid->kind[node] != PD_FLUID) continue;
+        pdi_grid_index(grid, node, i);
+        c->mass[pdi_compact_cell(grid, i)] = (float)(pdi_grid_circumference(grid, node) * (double)(float)(1.0 / t->dt));
+    }
     for (int32_t node = 0; node < grid->total; node++) {
         int i[PD_DIM];
         double drain = t->absorb[node] + (t->diffusion.wall_rate ? t->diffusion.wall_rate[node] : 0.0);
@@ -128,6 +148,14 @@ static pd_status pdi_transport_setup(pd_ctx *ctx, pd_transport *t)
         pdi_grid_index(grid, node, i);
         c->mass[pdi_compact_cell(grid, i)] += (float)(drain * pdi_grid_circumference(grid, node));
     }
+    for (int32_t k = 0; k < t->pinned_count; k++) {
+        int i[PD_DIM];
+        pdi_grid_index(grid, t->pinned[k], i);
+        c->mass[pdi_compact_cell(grid, i)] *= (float)PDI_TRANSPORT_STIFF;
+    }
+    if (again) return pd_multigrid_mass(ctx, &t->mg, c->active, c->wall, c->mass);
+    t->prepared = 1;
+    t->prepared_dt = t->dt;
     return pd_multigrid_setup(ctx, &t->mg, c->active, (const float *const *)c->conduct,
                               t->flow ? (const float *const *)c->flux : NULL, c->wall, c->mass);
 }
@@ -179,6 +207,7 @@ static pd_status pdi_transport_solve(pd_ctx *ctx, pd_transport *t, double atol, 
     user.ctx = ctx;
     user.t = t;
     pdi_transport_residual(ctx, t, residual);
+    pdi_transport_pin(t, residual);
     t->krylov.desc.rtol = 1e-15;
     t->krylov.desc.atol = atol;
     pd_status status = pd_krylov_solve(ctx, &t->krylov, pdi_transport_apply, pdi_transport_precondition, &user,
@@ -270,6 +299,10 @@ static void pdi_transport_bounds(const pd_transport *t, const double *start, dou
         if (kind == PD_FLUID && t->source[i] < 0.0) *low = -HUGE_VAL;
         if (kind == PD_FLUID && t->absorb[i] > 0.0) *low = fmin(*low, 0.0);
         if (kind == PD_FLUID && t->source[i] > 0.0) *high = fmax(*high, t->ceiling);
+    }
+    for (int32_t k = 0; k < t->pinned_count; k++) {
+        *low = fmin(*low, t->c[t->pinned[k]]);
+        *high = fmax(*high, t->c[t->pinned[k]]);
     }
     if (!t->diffusion.wall_rate) return;
     *low = fmin(*low, t->diffusion.held_least);
@@ -376,6 +409,7 @@ static double pdi_transport_evaluate(pd_ctx *ctx, pd_transport *t)
     pdi_transport_anti(ctx, t, t->c, t->anti);
     pdi_transport_right_side(ctx, t);
     pdi_transport_residual(ctx, t, t->work);
+    pdi_transport_pin(t, t->work);
     return sqrt(pdi_par_dot(ctx, t->grid->total, t->work, t->work));
 }
 
@@ -453,10 +487,10 @@ static pd_status pdi_transport_enforce(pd_ctx *ctx, pd_transport *t, double atol
     return pdi_transport_close(ctx, t, atol, result);
 }
 
-static pd_status pdi_transport_iterate(pd_ctx *ctx, pd_transport *t, double size, int bounded,
+static pd_status pdi_transport_iterate(pd_ctx *ctx, pd_transport *t, double atol, int bounded,
                                        pd_transport_result *result)
 {
-    double atol = t->desc.tolerance * size, moved = 0.0;
+    double moved = 0.0;
     if (!pdi_transport_start(ctx, t)) {
         pd_status status = pdi_transport_correct(ctx, t, atol, result, &moved);
         result->change = t->size > 0.0 ? moved / t->size : 0.0;
@@ -483,12 +517,14 @@ PDI_FN pd_status pdi_transport_stage(pd_ctx *ctx, pd_transport *t, double dt, in
     int32_t total = t->grid->total;
     memset(result, 0, sizeof *result);
     t->dt = dt;
-    PDI_TRY(pdi_flux_refresh(ctx, &t->flux));
+    if (t->flow || !t->prepared) PDI_TRY(pdi_flux_refresh(ctx, &t->flux));
     pdi_transport_right_side(ctx, t);
     PDI_TRY(pdi_transport_setup(ctx, t));
     pdi_transport_residual(ctx, t, t->work);
-    double size = fmax(pdi_transport_given(ctx, t), sqrt(pdi_par_dot(ctx, total, t->work, t->work)));
-    pd_status status = size > 0.0 ? pdi_transport_iterate(ctx, t, size, bounded, result) : PD_OK;
+    pdi_transport_pin(t, t->work);
+    double first = sqrt(pdi_par_dot(ctx, total, t->work, t->work)), size = fmax(pdi_transport_given(ctx, t), first);
+    double atol = fmax(t->desc.tolerance * size, t->forcing * first);
+    pd_status status = size > 0.0 ? pdi_transport_iterate(ctx, t, atol, bounded, result) : PD_OK;
     if (status < 0) return status;
     result->residual = size > 0.0 ? result->residual / size : 0.0;
     pdi_transport_boundary(t);
@@ -499,6 +535,7 @@ PDI_FN pd_status pdi_transport_begin(pd_ctx *ctx, pd_transport *t, double dt)
 {
     if (!(dt > 0.0) || !(dt < 1e300))
         return pdi_fail(ctx, PD_ERR_ARGUMENT, "transport", "the step is %g s, expected a positive one", dt);
+    t->prepared = 0;
     pdi_par_copy(ctx, t->grid->total, t->c, t->old);
     pdi_transport_open(t);
     if (t->rest) pdi_par_zero(ctx, t->grid->total, t->rest);
@@ -659,6 +696,7 @@ static pd_status pdi_transport_holds(pd_ctx *ctx, const pd_transport *t)
 
 pd_status pd_transport_at(pd_ctx *ctx, pd_transport *t, double time)
 {
+    t->prepared = 0;
     if (!t->desc.clock) return PD_OK;
     pdi_transport_pass(t);
     *t->desc.clock = t->time = time;
@@ -669,6 +707,7 @@ pd_status pd_transport_at(pd_ctx *ctx, pd_transport *t, double time)
 
 pd_status pd_transport_update(pd_ctx *ctx, pd_transport *t)
 {
+    t->prepared = 0;
     if (t->desc.clock) *t->desc.clock = t->time;
     pd_diffusion_update(ctx, &t->diffusion);
     PDI_TRY(pdi_transport_inlets(ctx, t));

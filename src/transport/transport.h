@@ -64,6 +64,12 @@ typedef struct pd_transport {
     double *work;           /* [2][total] [mol/m3/s] residual, [mol/m3] correction */
     double *probe;          /* [PD_DIM][total] [mol/m4] derivatives of the gradients along a direction, work */
     double *repeated;       /* [total] [mol/m3] operand with its images, work; NULL: no periodic or mirror side */
+    int32_t *pinned;        /* [pinned_count] nodes that hold their concentration in a stage: what they take or give is
+                             * the residual there. Borrowed */
+    int32_t pinned_count;
+    double forcing;         /* [-] a stage may end at this share of its first residual; 0: at the tolerance */
+    int prepared;           /* 1: conductances and preconditioner are those of this step, */
+    double prepared_dt;     /* [s] and of this length */
     double dt;              /* [s] of the step in work; 0: none */
     pd_compact compact;
     pd_multigrid mg;

@@ -26,7 +26,7 @@ static long work_done(const pd_model *m)
  * with bond-based corrosion, where a node more that has turned fluid is a step of it. */
 static void work_result(const pd_model *m)
 {
-    const double *c = m->setup->has_corrode ? NULL : pdi_model_c(m);
+    const double *c = m->setup->has_corrode ? NULL : m->transport.c;
     double flow = 0.0, amount = 0.0;
     for (int64_t i = 0; i < m->grid.total; i++) {
         if (m->grid.kind[i] != PD_FLUID) continue;

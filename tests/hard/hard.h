@@ -62,7 +62,7 @@ static inline int hard_long(void)
         if (PD_DIM == 3 && !hard_long()) SKIP("in 3D with PD_HARD=1 alone"); \
     } while (0)
 
-static inline const double *hard_field(const hard *h) { return pdi_model_c(&h->model); }
+static inline const double *hard_field(const hard *h) { return h->model.transport.c; }
 
 static inline void hard_extremes(const hard *h, double *low, double *high)
 {
@@ -80,7 +80,7 @@ static inline void hard_extremes(const hard *h, double *low, double *high)
 static inline void hard_bounds(hard *h)
 {
     const pd_setup *u = &h->setup;
-    if (!pdi_setup_carries(u)) return;
+    if (!u->has_transport) return;
     const double origin[PD_DIM] = {0.0}; /* held values are constants here */
     hard_extremes(h, &h->low, &h->high);
     for (int s = 0; s < 2 * PD_DIM; s++) {
@@ -96,7 +96,7 @@ static inline void hard_bounds(hard *h)
         h->low = fmin(h->low, held);
         h->high = fmax(h->high, held);
     }
-    if (!pdi_setup_loses(u)) return;
+    if (!u->has_dissolve) return;
     h->low = fmin(h->low, 0.0);
     h->high = fmax(h->high, fmax(u->saturation, u->threshold * u->solid_c));
     if (u->has_corrode && u->forward) h->high *= 1.0 + u->overshoot;
@@ -135,7 +135,7 @@ static inline void hard_watch(hard *h)
     if (amount > 0.0) h->rounding += 1.1e-16 * c->dt * fastest / c->grid->h[0] * l->dissolved / amount;
     if (h->model.quasi.steady)
         h->residual = fmax(h->residual, h->model.quasi.result.excess * h->model.steady.desc.tolerance);
-    if (pdi_setup_carries(&h->setup)) {
+    if (h->setup.has_transport) {
         hard_extremes(h, &low, &high);
         if (h->setup.activation) low = high = 0.0;
         h->excess = fmax(h->excess, size > 0.0 ? fmax(h->low - low, high - h->high) / size : fmax(-low, high));

@@ -201,7 +201,7 @@ static uint64_t run_on(hard *h, const char *text, int threads)
     h->ctx.threads = threads;
     CHECK(hard_steps(h, h->setup.until));
     size_t total = (size_t)h->model.grid.total;
-    if (pdi_setup_carries(&h->setup)) hash = hash_of(hash, hard_field(h), total * sizeof(double));
+    if (h->setup.has_transport) hash = hash_of(hash, hard_field(h), total * sizeof(double));
     if (h->setup.has_flow) {
         hash = hash_of(hash, h->model.flow.u, PD_DIM * total * sizeof(double));
         hash = hash_of(hash, h->model.flow.p, total * sizeof(double));

@@ -1,0 +1,411 @@
+/* content: see content.h */
+#include "metal/content.h"
+#include "core/par.h"
+#include <math.h>
+#include <string.h>
+
+/* Content above the threshold that counts as none, as a fraction of Cs: rounding of the losses. */
+#define PDI_CONTENT_EMPTY 1e-12
+
+/* Share of the mean lead that is taken off. The whole of it, right for layers of a flat front, is too much where steps
+ * run over a curved one: 0.6 is fitted to discs of 8 and 16 cells (within 1.5 % of the speed until half is gone). */
+#define PDI_CONTENT_LEAD_SHARE 0.6
+
+/* A solid neighbour that loses at most this share of what a node loses lies behind it. */
+#define PDI_CONTENT_SHELTERED 0.6
+
+/* Who can take over from a node that leaves. */
+typedef enum pdi_content_heir {
+    PDI_CONTENT_BEHIND, /* solid that the fluid reaches clearly less than the node itself: the next layer */
+    PDI_CONTENT_SOLID,  /* any solid */
+    PDI_CONTENT_FLUID   /* fluid, through the next transport step */
+} pdi_content_heir;
+
+/* A piece of metal: nodes that can hand over to each other, directly or through others. */
+typedef struct pdi_content_piece {
+    int32_t *node;
+    int32_t count;
+    double has, gives; /* [mol/m3 of a cell] above the threshold; in the step */
+} pdi_content_piece;
+
+/* Mean lead of the node set in cells: along an axis layer l loses the share a_l = sum over n_axis >= l of c(n) h, and
+ * has on average lost its own share half and those of the layers below whole: sum_l (l - 1/2) a_l = sum c(n) h n^2 / 2
+ * over n_axis > 0. */
+PDI_FN double pdi_content_lead(const pd_stencil *s)
+{
+    double sum = 0.0;
+    for (int k = 0; k < s->count; k++)
+        for (int d = 0; d < PD_DIM; d++) {
+            double n = (double)s->offset[k * PD_DIM + d];
+            sum += 0.25 * s->area[k] * s->h[d] * n * n / PD_DIM;
+        }
+    return PDI_CONTENT_LEAD_SHARE * sum;
+}
+
+PDI_FN void pdi_content_collect(pd_dissolve *d)
+{
+    d->front_count = 0;
+    for (int32_t j = 0; j < d->grid->total; j++)
+        if (d->exposed[j]) d->front[d->front_count++] = j;
+}
+
+PDI_FN int pdi_content_is_exposed(const pd_dissolve *d, int32_t j)
+{
+    if (d->grid->kind[j] != PD_SOLID) return 0;
+    for (int k = 0; k < d->bonds->stencil->count; k++)
+        if (d->grid->kind[pdi_entry_far(d->bonds, j, k)] == PD_FLUID) return 1;
+    return 0;
+}
+
+/* Weight of the far end of bond k of node j as an heir; 0: it is none. */
+static double pdi_content_share(const pd_dissolve *d, int32_t j, int k, pdi_content_heir heir)
+{
+    int32_t i = pdi_entry_far(d->bonds, j, k);
+    uint8_t wanted = heir == PDI_CONTENT_FLUID ? PD_FLUID : PD_SOLID;
+    if (i == j || d->grid->kind[i] != wanted || !pdi_entry_free(d->bonds, j, k)) return 0.0;
+    if (heir == PDI_CONTENT_FLUID) return d->weight[k];
+    if (heir == PDI_CONTENT_BEHIND && d->rate[i] > PDI_CONTENT_SHELTERED * d->rate[j]) return 0.0;
+    return d->weight[k] * pdi_metal_factor(d, i);
+}
+
+/* Take j into the piece. */
+static void pdi_content_see(pd_dissolve *d, int32_t j, pdi_content_piece *p)
+{
+    d->mark[j] |= PDI_CONTENT_SEEN;
+    p->node[p->count++] = j;
+}
+
+/* Take the far ends of the bonds of node i into the piece, as far as they are metal that dissolves, or were when the
+ * step began. */
+static void pdi_content_spread(pd_dissolve *d, int32_t i, pdi_content_piece *p)
+{
+    for (int k = 0; k < d->bonds->stencil->count; k++) {
+        int32_t j = pdi_entry_far(d->bonds, i, k);
+        if (d->grid->kind[j] != PD_SOLID && !(d->mark[j] & PDI_CONTENT_TURNED)) continue;
+        double weight = d->weight[k] * pdi_metal_factor(d, j);
+        if (j == i || (d->mark[j] & PDI_CONTENT_SEEN) || !(weight > 0.0)) continue;
+        if (pdi_entry_free(d->bonds, i, k)) pdi_content_see(d, j, p);
+    }
+}
+
+static void pdi_content_begin(pd_dissolve *d, int32_t j, pdi_content_piece *p)
+{
+    p->node = d->piece + d->gone_count;
+    p->count = 0;
+    p->has = p->gives = 0.0;
+    pdi_content_see(d, j, p);
+}
+
+static void pdi_content_label(pd_dissolve *d, const pdi_content_piece *p, int label)
+{
+    for (int32_t n = 0; n < p->count; n++)
+        d->mark[p->node[n]] = (uint8_t)((d->mark[p->node[n]] & ~PDI_CONTENT_SEEN) | label);
+}
+
+/* 1: the piece of node j has more than it gives in the step, which is as soon known as it has more than all metal
+ * gives. */
+static int pdi_content_lasts(pd_dissolve *d, int32_t j, double dt, double all, pdi_content_piece *p)
+{
+    double take = dt * pdi_metal_span(d);
+    pdi_content_begin(d, j, p);
+    for (int32_t n = 0; n < p->count; n++) {
+        int32_t i = p->node[n];
+        double around = pdi_grid_circumference(d->grid, i);
+        p->has += (d->transport->c[i] - pdi_metal_end(d, i)) * around;
+        if (d->exposed[i]) p->gives += take * d->rate[i] * around;
+        if (p->has > all || (d->mark[i] & PDI_CONTENT_LASTS)) return 1;
+        pdi_content_spread(d, i, p);
+    }
+    return p->has > p->gives;
+}
+
+/* What the piece gives by its law at the present concentrations, scaled to what it has. */
+static void pdi_content_give(pd_dissolve *d, const pdi_content_piece *p)
+{
+    pdi_entry entry;
+    double share = p->has / p->gives;
+    for (int32_t n = 0; n < p->count; n++) {
+        int32_t j = p->node[n];
+        for (int k = 0; k < d->bonds->stencil->count && d->exposed[j]; k++) {
+            pdi_interface_find(d, j, k, &entry);
+            for (int e = 0; e < entry.count; e++) {
+                int32_t i = entry.node[e];
+                double weight = pdi_interface_weight(d, j, i, k, &entry);
+                if (d->slot[i] < 0 || !(weight > 0.0)) continue;
+                d->beside[d->slot[i]].paid += share * pdi_metal_drive(d, j, i) * weight;
+                d->beside[d->slot[i]].used += weight;
+                d->beside[d->slot[i]].used_stock += weight * d->transport->c[j];
+            }
+        }
+    }
+}
+
+PDI_FN int pdi_content_spare(pd_dissolve *d, double dt)
+{
+    double take = dt * pdi_metal_span(d), all = 0.0;
+    int found = 0;
+    for (int32_t j = 0; j < d->grid->total; j++) {
+        d->mark[j] &= (uint8_t)~PDI_CONTENT_LASTS;
+        if (d->exposed[j]) all += fmax(take * d->rate[j], 0.0) * pdi_grid_circumference(d->grid, j);
+    }
+    for (int32_t f = 0; f < d->front_count; f++) {
+        int32_t j = d->front[f];
+        pdi_content_piece piece;
+        if (d->mark[j] & (PDI_CONTENT_LASTS | PDI_CONTENT_GONE)) continue;
+        if (pdi_metal_left(d, j) > dt * d->rate[j]) continue;
+        int lasts = pdi_content_lasts(d, j, dt, all, &piece);
+        pdi_content_label(d, &piece, lasts ? PDI_CONTENT_LASTS : PDI_CONTENT_GONE);
+        if (lasts) continue;
+        pdi_content_give(d, &piece);
+        d->gone_count += piece.count;
+        found++;
+    }
+    if (found) pdi_interface_spare(d);
+    for (int32_t n = 0; n < d->beside_count; n++)
+        d->beside[n].used = d->beside[n].used_stock = d->beside[n].paid = 0.0;
+    return found;
+}
+
+/* Move `rest` to the solid nodes nearest to j on paths through its piece, whose other nodes leave as well. 0: there is
+ * none. */
+static int pdi_content_pass_on(pd_dissolve *d, int32_t j, double rest)
+{
+    pdi_content_piece p;
+    int32_t begin = 0, end = 1, found = 0;
+    pdi_content_begin(d, j, &p);
+    while (begin < end && !found) {
+        for (int32_t n = begin; n < end; n++) pdi_content_spread(d, p.node[n], &p);
+        begin = end;
+        end = p.count;
+        for (int32_t n = begin; n < end; n++) found += d->grid->kind[p.node[n]] == PD_SOLID;
+    }
+    for (int32_t n = begin; n < end; n++)
+        if (d->grid->kind[p.node[n]] == PD_SOLID)
+            d->transport->c[p.node[n]] += rest / found * pdi_metal_over(d, j, p.node[n]);
+    pdi_content_label(d, &p, 0);
+    return found > 0;
+}
+
+/* Move `rest` (what node j still holds, or owes when negative) to the layer behind it, the present front; without one
+ * to any solid neighbour, or to the metal that it hangs together with. Where there is none, it is rounding, and goes to
+ * the fluid around. */
+static pd_status pdi_content_hand_over(pd_ctx *ctx, pd_dissolve *d, int32_t j, double rest)
+{
+    int count = d->bonds->stencil->count;
+    for (int heir = PDI_CONTENT_BEHIND; heir <= PDI_CONTENT_FLUID; heir++) {
+        double sum = 0.0;
+        if (heir == PDI_CONTENT_FLUID && pdi_content_pass_on(d, j, rest)) return PD_OK;
+        for (int k = 0; k < count; k++) sum += pdi_content_share(d, j, k, (pdi_content_heir)heir);
+        if (!(sum > 0.0)) continue;
+        double *target = heir == PDI_CONTENT_FLUID ? d->transport->carry : d->transport->c;
+        for (int k = 0; k < count; k++) {
+            int32_t i = pdi_entry_far(d->bonds, j, k);
+            double share = pdi_content_share(d, j, k, (pdi_content_heir)heir) / sum;
+            if (share > 0.0) target[i] += rest * share * pdi_metal_over(d, j, i);
+        }
+        return PD_OK;
+    }
+    return pdi_fail(ctx, PD_ERR_INTERNAL, "dissolve", "node %d dissolved without any neighbour", (int)j);
+}
+
+static void pdi_content_note(pd_dissolve *d, int32_t j)
+{
+    d->mark[j] |= PDI_CONTENT_TURNED;
+    d->changed[d->changed_count++] = j;
+}
+
+/* Nodes within one bond of `j` may have become exposed. */
+static void pdi_content_expose(pd_dissolve *d, int32_t j)
+{
+    d->exposed[j] = 0;
+    for (int k = 0; k < d->bonds->stencil->count; k++) {
+        int32_t i = pdi_entry_far(d->bonds, j, k);
+        if (d->grid->kind[i] == PD_SOLID) d->exposed[i] = 1;
+    }
+}
+
+/* 1 when node j has to leave the solid: down to the lead with a layer behind it that stays, or empty. */
+static int pdi_content_spent(const pd_dissolve *d, int32_t j)
+{
+    double left = pdi_metal_left(d, j);
+    if (left <= PDI_CONTENT_EMPTY) return 1;
+    for (int k = 0; k < d->bonds->stencil->count && left <= d->lead; k++)
+        if (pdi_content_share(d, j, k, PDI_CONTENT_BEHIND) > 0.0 &&
+            pdi_metal_left(d, pdi_entry_far(d->bonds, j, k)) > d->lead)
+            return 1;
+    return 0;
+}
+
+/* Spent nodes leave the solid, all of a round together, so that a flat layer leaves as one; what they hand over may
+ * overdraw others, which leave in the next round. */
+static pd_status pdi_content_settle(pd_ctx *ctx, pd_dissolve *d)
+{
+    double *c = d->transport->c;
+    for (int32_t first = 0;;) {
+        for (int32_t f = 0; f < d->front_count; f++) {
+            int32_t j = d->front[f];
+            if (!(d->mark[j] & PDI_CONTENT_TURNED) && pdi_content_spent(d, j)) pdi_content_note(d, j);
+        }
+        if (first == d->changed_count) return PD_OK;
+        for (int32_t n = first; n < d->changed_count; n++) pdi_grid_dissolve(d->grid, d->changed[n]);
+        for (; first < d->changed_count; first++) {
+            int32_t j = d->changed[first];
+            double rest = c[j] - pdi_metal_end(d, j);
+            c[j] = pdi_metal_end(d, j);
+            if (fabs(rest) > 0.0) PDI_TRY(pdi_content_hand_over(ctx, d, j, rest));
+        }
+    }
+}
+
+/* ---- bonds: a node turns at the end of the step that is closest to its own end ---- */
+
+/* Where node i finds or leaves metal: bond k leads to metal other than i, and no wall stands in between. -1: it does
+ * not. */
+static int32_t pdi_content_behind(const pd_dissolve *d, int32_t i, int k)
+{
+    int32_t at = pdi_entry_far(d->bonds, i, k);
+    if (at == i || d->grid->kind[at] != PD_SOLID || (d->mark[at] & PDI_CONTENT_TURNED)) return -1;
+    return pdi_entry_free(d->bonds, i, k) ? at : -1;
+}
+
+/* Node i, below its end, takes what it lacks from the metal in its reach, in proportion to the weights, and no more
+ * than that has above its end. What is left goes round until it is covered or none has any. Metal that is drained
+ * turns, too. */
+static void pdi_content_take(pd_dissolve *d, int32_t i)
+{
+    double *c = d->transport->c, lacks = pdi_metal_end(d, i) - c[i];
+    int again = 1;
+    while (lacks > 0.0 && again) {
+        double sum = 0.0, given = 0.0, share = lacks;
+        again = 0;
+        for (int k = 0; k < d->bonds->stencil->count; k++) {
+            int32_t at = pdi_content_behind(d, i, k);
+            if (at >= 0 && c[at] > pdi_metal_end(d, at)) sum += d->weight[k];
+        }
+        for (int k = 0; k < d->bonds->stencil->count && sum > 0.0; k++) {
+            int32_t at = pdi_content_behind(d, i, k);
+            if (at < 0 || !(c[at] > pdi_metal_end(d, at))) continue;
+            double has = (c[at] - pdi_metal_end(d, at)) * pdi_metal_over(d, at, i), part = share * (d->weight[k] / sum);
+            if (part >= has) {
+                part = has;
+                c[at] = pdi_metal_end(d, at);
+                pdi_content_note(d, at);
+                again = 1;
+            } else c[at] -= part * pdi_metal_over(d, i, at);
+            given += part;
+        }
+        c[i] += given;
+        lacks = again ? lacks - given : 0.0;
+    }
+}
+
+/* 1: metal that fluid reaches, that has room below Cs, and that does not turn in the next step. Hand-over within a
+ * layer would roughen the front. */
+static int pdi_content_receives(const pd_dissolve *d, int32_t at, double take)
+{
+    const double *c = d->transport->c;
+    return d->exposed[at] && c[at] < d->desc.solid && c[at] - pdi_metal_end(d, at) > take * d->rate[at];
+}
+
+/* Node i passes what it has above its end to such metal, in proportion to the weights and none more than whole metal
+ * has. What is left goes round, and stays where nobody takes it. */
+static void pdi_content_give_up(pd_dissolve *d, int32_t i, double take)
+{
+    double *c = d->transport->c, end = pdi_metal_end(d, i), left = c[i] - end;
+    int full = 1;
+    while (left > 0.0 && full) {
+        double sum = 0.0, given = 0.0;
+        full = 0;
+        for (int k = 0; k < d->bonds->stencil->count; k++) {
+            int32_t at = pdi_content_behind(d, i, k);
+            if (at >= 0 && pdi_content_receives(d, at, take)) sum += d->weight[k];
+        }
+        if (!(sum > 0.0)) break;
+        for (int k = 0; k < d->bonds->stencil->count; k++) {
+            int32_t at = pdi_content_behind(d, i, k);
+            if (at < 0 || !pdi_content_receives(d, at, take)) continue;
+            double part = left * (d->weight[k] / sum), room = (d->desc.solid - c[at]) * pdi_metal_over(d, at, i);
+            if (part >= room) {
+                part = room;
+                c[at] = d->desc.solid;
+                full = 1;
+            } else c[at] += part * pdi_metal_over(d, i, at);
+            given += part;
+        }
+        left = full ? left - given : 0.0;
+    }
+    c[i] = end + fmax(left, 0.0);
+}
+
+static pd_status pdi_content_saturate(pd_ctx *ctx, pd_dissolve *d, double take)
+{
+    double *c = d->transport->c;
+    int32_t candidates = 0;
+    for (int32_t f = 0; f < d->front_count; f++) {
+        int32_t i = d->front[f];
+        if (d->mark[i] & PDI_CONTENT_TURNED) continue;
+        if (c[i] - 0.5 * take * d->rate[i] <= pdi_metal_end(d, i)) d->piece[candidates++] = i;
+    }
+    for (int32_t n = 0; n < candidates; n++)
+        if (c[d->piece[n]] > pdi_metal_end(d, d->piece[n])) pdi_content_give_up(d, d->piece[n], take);
+    for (int32_t n = 0; n < candidates; n++)
+        if (c[d->piece[n]] <= pdi_metal_end(d, d->piece[n])) pdi_content_note(d, d->piece[n]);
+    for (int32_t n = 0; n < d->changed_count; n++) pdi_content_take(d, d->changed[n]); /* the list may grow */
+    for (int32_t n = 0; n < d->changed_count; n++) pdi_grid_dissolve(d->grid, d->changed[n]);
+    for (int32_t n = 0; n < d->changed_count; n++) {
+        int32_t i = d->changed[n];
+        double rest = c[i] - pdi_metal_end(d, i);
+        c[i] = pdi_metal_end(d, i);
+        if (fabs(rest) > 0.0) PDI_TRY(pdi_content_hand_over(ctx, d, i, rest));
+    }
+    return PD_OK;
+}
+
+/* Activation control: what a node that turns holds above the fluid is gone. */
+static void pdi_content_rinse(pd_dissolve *d, double take)
+{
+    pdi_sum gone = {0.0, 0.0};
+    double *c = d->transport->c;
+    for (int32_t k = 0; k < d->beside_count; k++) {
+        const pdi_beside *beside = &d->beside[k];
+        double gain = beside->weight * pdi_interface_line(d, beside) + beside->given;
+        pdi_sum_add(&gone, take / pdi_metal_span(d) * gain * pdi_grid_circumference(d->grid, beside->node));
+    }
+    for (int32_t n = 0; n < d->changed_count; n++) {
+        int32_t i = d->changed[n];
+        pdi_sum_add(&gone, (c[i] - d->desc.bulk) * pdi_grid_circumference(d->grid, i));
+        c[i] = d->desc.bulk;
+    }
+    d->rinsed = pdi_sum_total(&gone) * d->bonds->stencil->volume;
+}
+
+PDI_FN void pdi_content_turned(pd_dissolve *d, const int32_t *turned, int32_t count)
+{
+    for (int32_t n = 0; n < count; n++) pdi_content_expose(d, turned[n]);
+    pdi_content_collect(d);
+}
+
+PDI_FN pd_status pdi_content_finish(pd_ctx *ctx, pd_dissolve *d, double dt)
+{
+    double take = dt * pdi_metal_span(d), *c = d->transport->c;
+    d->changed_count = 0;
+    /* the contents tell where the surface stands, so all rates come first */
+    for (int32_t f = 0; f < d->front_count; f++) c[d->front[f]] -= take * d->rate[d->front[f]];
+    for (int32_t n = 0; n < d->gone_count; n++) {
+        c[d->piece[n]] = pdi_metal_end(d, d->piece[n]);
+        pdi_content_note(d, d->piece[n]);
+    }
+    if (pdi_metal_bonds(d)) PDI_TRY(pdi_content_saturate(ctx, d, take));
+    else PDI_TRY(pdi_content_settle(ctx, d));
+    if (d->desc.activation) pdi_content_rinse(d, take);
+    if (d->changed_count) pdi_content_turned(d, d->changed, d->changed_count);
+    return PD_OK;
+}
+
+PDI_FN double pdi_content_stock(const pd_dissolve *d)
+{
+    pdi_sum sum = {0.0, 0.0};
+    for (int32_t j = 0; j < d->grid->total; j++)
+        if (d->grid->kind[j] == PD_SOLID) pdi_sum_add(&sum, d->transport->c[j] * pdi_grid_circumference(d->grid, j));
+    return pdi_sum_total(&sum) * d->bonds->stencil->volume;
+}

@@ -1,0 +1,35 @@
+/* content: what solid nodes hold: pieces that a step uses up, who turns fluid, and who takes over the rest.
+ *
+ * Surface rate: the set of solid nodes would lead the metal by about one cell, so a node joins the fluid when as much
+ * is left as the set leads on average, and its solid neighbours take over the rest (theory: 6.4). Bonds: a node turns
+ * at the end of the step that is closest to its end, and the metal around evens out the rest (theory: 6.6). Amounts are
+ * moved, never dropped.
+ */
+#ifndef PD_CONTENT_H
+#define PD_CONTENT_H
+#include "metal/interface.h"
+
+#ifdef PDI_INTERNAL
+/* Marks of solid nodes within a step. */
+enum {
+    PDI_CONTENT_SEEN = 1,  /* by the search at hand */
+    PDI_CONTENT_LASTS = 2, /* its piece has more than it gives */
+    PDI_CONTENT_GONE = 4,  /* its piece gives all that it has */
+    PDI_CONTENT_TURNED = 8 /* fluid from this step on */
+};
+/* Mean lead of the node set [-] for the surface rate. */
+PDI_FN double pdi_content_lead(const pd_stencil *stencil);
+PDI_FN int pdi_content_is_exposed(const pd_dissolve *dissolve, int32_t j);
+/* List the exposed nodes. */
+PDI_FN void pdi_content_collect(pd_dissolve *dissolve);
+/* Pieces that would give more than they have: their sources become what they have. How many there are. */
+PDI_FN int pdi_content_spare(pd_dissolve *dissolve, double dt);
+/* Nodes have turned fluid: who is exposed now. */
+PDI_FN void pdi_content_turned(pd_dissolve *dissolve, const int32_t *turned, int32_t count);
+/* After the transport step of dt [s]: take the losses from the solid, turn nodes fluid. */
+PDI_FN pd_status pdi_content_finish(pd_ctx *ctx, pd_dissolve *dissolve, double dt);
+/* Amount [mol, per m in planar 2D] left in solid nodes. */
+PDI_FN double pdi_content_stock(const pd_dissolve *dissolve);
+#endif
+
+#endif

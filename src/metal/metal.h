@@ -1,0 +1,161 @@
+/* metal: dissolving metal, as data: its law, its content, and the fluid beside it.
+ *
+ * Two models of the surface share all of this. They differ in the weights of the bonds that cross the surface and in
+ * when a node turns fluid.
+ * - Surface rate: what a bond gives enters at the first fluid node on its way, behind a film (theory: 6.1, 6.4).
+ * - Bonds: what a bond gives enters at its far end, and a node turns at saturation (theory: 6.5 to 6.7).
+ */
+#ifndef PD_METAL_H
+#define PD_METAL_H
+#include "transport/transport.h"
+#include "metal/front.h"
+#include "metal/law.h"
+#include <math.h>
+
+typedef enum pd_metal_model {
+    PD_METAL_SURFACE = 0, /* surface rate */
+    PD_METAL_BONDS        /* bond-based corrosion */
+} pd_metal_model;
+
+typedef enum pd_drive {
+    PD_DRIVE_CONSTANT = 0,  /* the law holds at every concentration of the fluid */
+    PD_DRIVE_DIFFERENCE = 1 /* loss in proportion to C_j - C_i: the law holds at C_i = 0 */
+} pd_drive;
+
+/* Zero-initialise. */
+typedef struct pd_dissolve_desc {
+    double solid;         /* [mol/m3] concentration Cs of intact metal */
+    double threshold;     /* [-] fraction of Cs at which a node turns fluid, 0 <= threshold < 1; bonds: Csat/Cs */
+    pd_rate_fn rate;      /* any law: rising, flat, with jumps; negative speeds count as 0 */
+    void *rate_user;
+    int uniform;          /* 1: the law depends on the concentration alone, its ends are looked for once */
+    const double *factor; /* [total] [-] of solid nodes, multiplies the speed; NULL: 1. Borrowed */
+    pd_metal_model model;
+    /* ---- bonds: */
+    double saturation;    /* [mol/m3] Csat, 0 < Csat < Cs: fluid at or above it takes no metal, metal turns there */
+    double rtol;          /* [-] error in time of the fluid over Csat, root mean square, from which the next step
+                           * follows; 0: 1e-3 */
+    int activation;       /* 1: fluid holds `bulk`, what it gains is gone at once */
+    double bulk;          /* [mol/m3] with activation */
+    pd_drive drive;
+    pd_kernel kernel;
+    pd_weights weights;   /* of the kernel */
+    int stochastic;       /* 1: mechanical bonds of a node break at random as it dissolves, and it turns fluid when none
+                           * is left, with what it holds (theory: 6.7) */
+    uint64_t seed;        /* of that */
+    double repassivation; /* [mol/m3] fluid beside metal that is below it at the start of a step does not attack any
+                           * more: a film has formed; up to Csat, 0: none forms */
+    const uint8_t *passive; /* [total] 1: fluid there does not attack; NULL: none. Borrowed */
+} pd_dissolve_desc;
+
+typedef struct pd_dissolve {
+    pd_dissolve_desc desc;
+    pd_grid *grid;
+    const pd_bonds *bonds;
+    pd_transport *transport;  /* its array c holds the solid content too */
+    pd_front kernel;          /* bonds: weights across the front */
+    const double *weight;     /* [count] [1/m] weights of the bonds across the surface */
+    uint8_t *exposed;         /* [total] solid node with a fluid node in its family */
+    int32_t capacity;         /* of the lists: all solid nodes of the build */
+    int32_t *front;           /* exposed nodes, ascending */
+    int32_t *changed;         /* nodes that turned fluid in the last step */
+    int32_t *piece;           /* nodes of the pieces of metal that the step uses up, and work */
+    int32_t front_count, changed_count, gone_count;
+    uint8_t *mark;            /* [total] what the step knows of a solid node */
+    int rated;                /* 1: rate is that of the transport step just made */
+    double lead;              /* [-] content at which a node joins the fluid and its solid neighbours take the rest, so
+                               * that the surface of the node set lies where the metal ends on average (eq. 6.5) */
+    double spread;            /* [1/m2] sum a(n) of a whole family */
+    double time;              /* [s] of the law, set by the caller before pd_dissolve_prepare */
+    double most;              /* [-] set like time: the largest share of its span that a node may lose in a step; 0:
+                               * any */
+    double rtol;              /* [-] set like time: error in time of the metal lost, over all that is lost; 0: any */
+    double lost;              /* [mol] set like time: lost before the step */
+    double retry_dt;          /* [s] after PD_RETRY: the step to try next */
+    double next_dt;           /* [s] longest step that the error in time of the last one proposes; HUGE_VAL: any */
+    int rounds;               /* linear systems in the last step */
+    int32_t *slot;            /* [total] place of a fluid node beside metal in `beside`; -1: it is none */
+    struct pdi_beside *beside; /* these nodes */
+    int32_t beside_count, beside_capacity;
+    double from, end;         /* [mol/m3] a uniform law is positive between these; HUGE_VAL: it ends nowhere */
+    double *rate;             /* [total] [1/s] solid nodes: share of the span lost per time in the last step */
+    /* ---- bonds: */
+    int32_t *pinned;          /* [beside_capacity] see pd_transport */
+    uint8_t *film;            /* [total] 1: fluid in front of a film that has formed; NULL: none forms */
+    uint16_t *links;          /* [total] mechanical bonds of solid nodes at the start; NULL: not stochastic */
+    double *last;             /* [total] [mol/m3] content at which the last of them breaks; NULL: not stochastic */
+    double *moved;            /* [total] [mol/m3] change of fluid nodes in the last step; NULL: surface, activation */
+    double last_dt;           /* [s] of that step; 0: none */
+    int32_t turned;           /* nodes that turned in it: fields bend there, which is no error in time */
+    double rinsed;            /* [mol] activation: what is gone in the last step */
+} pd_dissolve;
+
+#ifdef PDI_INTERNAL
+
+/* A fluid node beside metal. */
+typedef struct pdi_beside {
+    int32_t node;
+    /* where metal enters */
+    double enters;         /* [mol/m4] sum f c(n) Cs over the solid bonds that enter here and follow the law */
+    double hollow, factor; /* [mol/m4] sums of that times the film in cells, and times f */
+    double normal[PD_DIM]; /* from the metal */
+    double links;          /* sum of what the bonds through here count */
+    double mean;           /* [m/s] speed of the metal */
+    double used, used_stock; /* of pieces of metal that do not last the step: weight [mol/m4], that times content */
+    double paid;           /* [mol/m4] and what they give, per speed */
+    /* where it arrives */
+    double weight;         /* [mol/m4] share of `enters` */
+    double given;          /* [mol/m3/s] what pieces of metal give that do not last the step (eq. 6.6b) */
+    double film;           /* [mol/m3] sum of weight times the film */
+    double flux;           /* [mol/m4] sum of weight times f */
+    double stock;          /* [mol2/m7] sum of weight times the content of the metal */
+    double before;         /* [m/s] speed at the start of the step */
+    pdi_law_point point;
+} pdi_beside;
+
+/* Bytes of one node of `beside`, which holds the metal and the fluid within a horizon of it. */
+static inline size_t pdi_metal_beside_size(void) { return sizeof(pdi_beside); }
+static inline int pdi_metal_bonds(const pd_dissolve *d) { return d->desc.model == PD_METAL_BONDS; }
+static inline double pdi_metal_factor(const pd_dissolve *d, int32_t solid)
+{
+    return d->desc.factor ? d->desc.factor[solid] : 1.0;
+}
+/* What an intact node loses before it turns fluid [mol/m3]. */
+static inline double pdi_metal_span(const pd_dissolve *d) { return d->desc.solid * (1.0 - d->desc.threshold); }
+/* Content at which node j turns [mol/m3]. */
+static inline double pdi_metal_end(const pd_dissolve *d, int32_t j)
+{
+    return d->last ? d->last[j] : d->desc.threshold * d->desc.solid;
+}
+/* Content of node j above what stays in it, as a share of the span. */
+static inline double pdi_metal_left(const pd_dissolve *d, int32_t j)
+{
+    return (d->transport->c[j] - pdi_metal_end(d, j)) / pdi_metal_span(d);
+}
+/* Weight c(n) [1/m] of bond k of node j across the surface; a ring moves what a bond crosses at its mean radius. */
+static inline double pdi_metal_area(const pd_dissolve *d, int32_t j, int k)
+{
+    const pd_stencil *s = d->bonds->stencil;
+    double middle = pdi_grid_around(d->grid, j, 0.5 * s->xi[k * PD_DIM + PD_DIM - 1]);
+    return d->weight[k] * (middle / pdi_grid_circumference(d->grid, j));
+}
+/* Volume of node j over that of node i. */
+static inline double pdi_metal_over(const pd_dissolve *d, int32_t j, int32_t i)
+{
+    return pdi_grid_circumference(d->grid, j) / pdi_grid_circumference(d->grid, i);
+}
+/* 1: there is a passive film in front of fluid node i. */
+static inline int pdi_metal_passive(const pd_dissolve *d, int32_t i)
+{
+    return (d->desc.passive && d->desc.passive[i]) || (d->film && d->film[i]);
+}
+/* What a bond between metal j and fluid i moves, over what it would by a constant drive [-]. */
+static inline double pdi_metal_drive(const pd_dissolve *d, int32_t j, int32_t i)
+{
+    if (d->desc.drive == PD_DRIVE_CONSTANT) return 1.0;
+    double ratio = log(d->desc.solid / d->desc.saturation);
+    return ratio * (d->transport->c[j] - d->transport->c[i]) / pdi_metal_span(d);
+}
+#endif
+
+#endif

@@ -1,0 +1,129 @@
+/* Scenes of the tests of bond-based corrosion: metal of the 304 pencil electrode in a box. */
+#ifndef METAL_SCENE_H
+#define METAL_SCENE_H
+#include "couple/couple.h"
+#include "test.h"
+
+#define CS 143e3     /* [mol/m3] */
+#define CSAT 5.1e3   /* [mol/m3] */
+#define SPEED 1e-7   /* [m/s] */
+#define H 1e-6       /* [m] */
+
+typedef struct scene {
+    pd_ctx ctx;
+    pd_stencil_desc stencil_desc;
+    pd_stencil stencil;
+    pd_grid_desc grid_desc;
+    pd_shape shapes[4];
+    pd_grid grid;
+    pd_bonds bonds;
+    pd_transport_desc transport_desc;
+    pd_transport transport;
+    pd_dissolve_desc desc;
+    pd_dissolve dissolve;
+    pd_couple_desc couple_desc;
+    pd_couple couple;
+    double bulk; /* [mol/m3] held on open sides: walls of the grid */
+    int open[2 * PD_DIM];
+    double speed;
+} scene;
+
+static scene test_scene;
+
+static double constant_law(void *user, const pd_rate_at *at)
+{
+    (void)at;
+    return *(const double *)user;
+}
+
+/* `bulk` on the planes of open sides, no flux elsewhere. */
+static double held_bulk(void *user, const double *x)
+{
+    const scene *s = (const scene *)user;
+    for (int d = 0; d < PD_DIM; d++)
+        for (int side = 0; side < 2; side++) {
+            double plane = side ? s->grid_desc.hi[d] : s->grid_desc.lo[d];
+            if (s->open[2 * d + side] && fabs(x[d] - plane) < 1e-6 * s->stencil_desc.h[d]) return s->bulk;
+        }
+    return NAN;
+}
+
+/* A box of cells from the origin, m = 3, activation control at SPEED. */
+static scene *scene_start(int x, int y, int z)
+{
+    scene *s = &test_scene;
+    int n[3];
+    memset(s, 0, sizeof *s);
+    pd_ctx_init(&s->ctx);
+    n[0] = x;
+    n[1] = y;
+    n[2] = z;
+    for (int d = 0; d < PD_DIM; d++) {
+        s->stencil_desc.h[d] = H;
+        s->grid_desc.hi[d] = n[d] * H;
+    }
+    s->stencil_desc.m = 3.0;
+    s->grid_desc.shapes = s->shapes;
+    s->grid_desc.solid = 0;
+    s->grid_desc.wall = -1;
+    s->speed = SPEED;
+    s->couple_desc.fraction = 0.2;
+    s->transport_desc.user = s;
+    s->desc.model = PD_METAL_BONDS;
+    s->desc.solid = CS;
+    s->desc.saturation = CSAT;
+    s->desc.activation = 1;
+    s->desc.rate = constant_law;
+    s->desc.uniform = 1;
+    s->desc.rate_user = &s->speed;
+    return s;
+}
+
+static int scene_metal(scene *s)
+{
+    for (int k = 0; k < 2 * PD_DIM; k++)
+        if (s->open[k]) s->transport_desc.held = held_bulk;
+    return CHECK_OK(&s->ctx, pd_bonds_build(&s->ctx, &s->stencil, &s->grid, 0, &s->bonds)) &&
+           CHECK_OK(&s->ctx,
+                    pd_transport_build(&s->ctx, &s->grid, &s->bonds, NULL, &s->transport_desc, &s->transport)) &&
+           CHECK_OK(&s->ctx,
+                    pd_dissolve_build(&s->ctx, &s->grid, &s->bonds, &s->transport, &s->desc, &s->dissolve)) &&
+           CHECK_OK(&s->ctx, pd_couple_build(&s->ctx, &s->couple_desc, &s->grid, &s->bonds, NULL, NULL, &s->transport,
+                                             &s->dissolve, &s->couple));
+}
+
+static int scene_build(scene *s)
+{
+    return CHECK_OK(&s->ctx, pd_stencil_build(&s->ctx, &s->stencil_desc, &s->stencil)) &&
+           CHECK_OK(&s->ctx, pd_grid_build(&s->ctx, &s->stencil, &s->grid_desc, &s->grid)) && scene_metal(s);
+}
+
+static void scene_free(scene *s)
+{
+    pd_dissolve_free(&s->ctx, &s->dissolve);
+    pd_dissolve_free(&s->ctx, &s->dissolve); /* twice is allowed */
+    pd_transport_free(&s->ctx, &s->transport);
+    pd_bonds_free(&s->ctx, &s->bonds);
+    pd_grid_free(&s->ctx, &s->grid);
+    pd_stencil_free(&s->ctx, &s->stencil);
+    CHECK_INT(s->ctx.in_use, 0);
+}
+
+static inline pd_status scene_run(scene *s, double t_end)
+{
+    return pd_couple_run(&s->ctx, &s->couple, t_end, 0.0, NULL, NULL);
+}
+
+static void half_space(scene *s, double at)
+{
+    s->shapes[0].type = PD_SHAPE_HALF_SPACE;
+    s->shapes[0].a[0] = at;
+    s->shapes[0].b[0] = -1.0;
+}
+
+#define PENCIL_D 8.5e-10         /* [m2/s] */
+#define PENCIL_LAMBDA 0.13515753 /* [-] sqrt(pi) l exp(l^2) erf(l) = Csat/(Cs - Csat), Cs = 143 M, Csat = 5.1 M */
+#define PENCIL_START 8e-6        /* [m] depth at which the run starts, on the closed form */
+#define PENCIL_10S 24.9218e-6    /* [m] depth at 10 s (closed form; pencil304_stefan.csv) */
+
+#endif
