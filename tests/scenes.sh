@@ -9,7 +9,7 @@ run() {
     shift 2
     file=examples/scenes/validation/$scene.scene
     [ -f "$file" ] || file=examples/scenes/$scene.scene
-    "$build/pd${scene##*_}" "$file" "$@" --out "$dir/$name" > "$dir/$name.log" 2>&1 ||
+    "$programs/pd${scene##*_}" "$file" "$@" --out "$dir/$name" > "$dir/$name.log" 2>&1 ||
         cat "$dir/$name.log"
 }
 
