@@ -1,6 +1,7 @@
 /* bond: openness, tightness of thin walls, updates, wall coefficients, cut points, memory faults.
  * dims: 1 2 3 */
 #include "lattice/bond.h"
+#include "random.h"
 #include "test.h"
 #include <stdlib.h>
 
@@ -18,12 +19,6 @@ typedef struct scene {
 } scene;
 
 static scene test_scene;
-
-static uint32_t next_random(uint32_t *state)
-{
-    *state = *state * 1664525u + 1013904223u;
-    return *state >> 8;
-}
 
 /* A box from the origin with spacing h, walls all round, no shape; the context is kept. */
 static int scene_init(scene *s, double m, double h, int x, int y, int z)
