@@ -53,7 +53,8 @@ FAST_LOGS := $(filter-out $(SLOW_TESTS:$(BUILD)/%=$(LOGS)/%.log) $(SLOW_SCRIPTS:
 # As many at a time as there are cores, unless make was told.
 JOBS = $(if $(filter -j% --jobserver%,$(MAKEFLAGS)),,-j$(shell env -u OMP_NUM_THREADS nproc 2> /dev/null || echo 2))
 
-.PHONY: all drivers run report validation bench stability test test-all test-hard test-quick tests amalgam lint check-compilers sanitize clean help FORCE
+.PHONY: all drivers run report validation bench stability test test-all test-hard test-quick tests amalgam lint
+.PHONY: check-compilers sanitize clean help FORCE
 .SECONDARY:
 .DELETE_ON_ERROR:
 
@@ -219,7 +220,8 @@ $$(BUILD)/test_%_$(1)d: tests/test_%.c $$(wildcard tests/*.h) $$(HEADERS) $$(OBJ
 
 $$(BUILD)/hard_%_$(1)d: tests/hard/test_%.c $$(wildcard tests/hard/*.h tests/*.h) $$(HEADERS) $$(OBJECTS_$(1)) \
                          $$(BUILD)/flags
-	$$(building) $$(CC) $$(DEV_TEST) -DPDI_SPLIT -DPD_DIM=$(1) -Isrc -Itests -Itests/hard $$< $$(OBJECTS_$(1)) -o $$@ $$(LIBS)
+	$$(building) $$(CC) $$(DEV_TEST) -DPDI_SPLIT -DPD_DIM=$(1) -Isrc -Itests -Itests/hard $$< $$(OBJECTS_$(1)) \
+	    -o $$@ $$(LIBS)
 
 $$(BUILD)/check/pd$(1)d: drivers/scene.c drivers/common.h pdcorr.h $$(OBJECTS_$(1)) $$(BUILD)/flags
 	@mkdir -p $$(@D)

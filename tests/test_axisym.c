@@ -200,7 +200,8 @@ TEST(conservation)
             double volume = pdi_grid_circumference(&s->grid, node);
             sum[1] += s->field[OUT][node] * volume;
             size[1] += fabs(s->field[OUT][node]) * volume;
-            sum[2] += (s->field[U][node] * s->field[OUT][node] - s->field[F][node] * s->field[OUT][s->grid.total + node]) * volume;
+            sum[2] += (s->field[U][node] * s->field[OUT][node] -
+                       s->field[F][node] * s->field[OUT][s->grid.total + node]) * volume;
             size[2] += fabs(s->field[U][node] * s->field[OUT][node]) * volume;
         }
         for (int k = 0; k < 3; k++) CHECK_LE(fabs(sum[k]), 1e-13 * size[k]);
@@ -582,6 +583,7 @@ TEST(refusals)
 {
     scene *s = scene_start(3.0, 1.0, 1.0, 8, 0, 8);
     pd_grid grid;
+    if (!CHECK_OK(&s->ctx, pd_stencil_build(&s->ctx, &s->stencil_desc, &s->stencil))) return;
     pd_grid_desc desc = s->grid_desc;
     CHECK_OK(&s->ctx, build_with(&desc, &grid));
     desc.side[2] = PD_SIDE_WALL;

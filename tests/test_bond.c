@@ -576,5 +576,6 @@ TEST(memory_faults)
 #define OF_DIM ENTRY(thin_walls_are_tight)
 #endif
 
-TEST_MAIN(ENTRY(random_masks) OF_DIM ENTRY(update_equals_fresh) ENTRY(validate_notices) ENTRY(flat_wall_coefficients)
-              ENTRY(cut_points_on_round_surfaces) ENTRY(memory_faults))
+TEST_MAIN(ENTRY(random_masks) OF_DIM SLOW_ENTRY_IF(PD_DIM == 3, update_equals_fresh) ENTRY(validate_notices)
+          ENTRY(flat_wall_coefficients)
+              ENTRY(cut_points_on_round_surfaces) SLOW_ENTRY_IF(PD_DIM == 3, memory_faults))

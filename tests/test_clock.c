@@ -154,4 +154,4 @@ TEST(explicit_steps_follow)
     }
 }
 
-TEST_MAIN(ENTRY(second_order_in_time_and_space) ENTRY(explicit_steps_follow))
+TEST_MAIN(SLOW_ENTRY(second_order_in_time_and_space) ENTRY(explicit_steps_follow))

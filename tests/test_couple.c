@@ -405,10 +405,10 @@ TEST(steps_meet_the_interval)
 }
 
 #if PD_DIM == 2
-#define OF_DIM ENTRY(step_size) ENTRY(random_geometries_in_flow)
+#define OF_DIM ENTRY(step_size) SLOW_ENTRY(random_geometries_in_flow)
 #else
 #define OF_DIM
 #endif
 
-TEST_MAIN(ENTRY(pin_run) OF_DIM ENTRY(units_do_not_matter) ENTRY(random_geometries)
+TEST_MAIN(SLOW_ENTRY_IF(PD_DIM == 3, pin_run) OF_DIM ENTRY(units_do_not_matter) SLOW_ENTRY(random_geometries)
               ENTRY(arguments) ENTRY(steps_meet_the_interval))

@@ -37,7 +37,8 @@ TEST(monotone_between_points)
         x[0] = -1.0;
         y[0] = 0.5;
         for (int k = 1; k < n; k++) {
-            double step = pow(10.0, 6.0 * random_share(&seed) - 6.0), jump = pow(10.0, 12.0 * random_share(&seed) - 9.0);
+            double step = pow(10.0, 6.0 * random_share(&seed) - 6.0);
+            double jump = pow(10.0, 12.0 * random_share(&seed) - 9.0);
             if (next_random(&seed) % 3 == 0) jump = 0.0;
             x[k] = x[k - 1] + step;
             y[k] = y[k - 1] + (rising || next_random(&seed) % 2 ? jump : -jump);

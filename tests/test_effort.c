@@ -173,5 +173,5 @@ TEST(flow_over_spacings)
     }
 }
 
-TEST_MAIN(ENTRY(transport_over_peclet_and_horizon) ENTRY(transport_over_spacings)
-          ENTRY(flow_over_reynolds_and_horizon) ENTRY(flow_over_spacings))
+TEST_MAIN(SLOW_ENTRY(transport_over_peclet_and_horizon) ENTRY(transport_over_spacings)
+          SLOW_ENTRY(flow_over_reynolds_and_horizon) ENTRY(flow_over_spacings))

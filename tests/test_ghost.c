@@ -276,7 +276,8 @@ TEST(inlets_are_odd)
             i[0] = -1 - i[0]; /* the mirror image of it behind the same of the other sides */
             int32_t inner = pd_grid_node(&s.grid, i);
             for (int d = 0; d < PD_DIM; d++) {
-                double sum = s.field[V][(int64_t)d * s.grid.total + ghost] + s.field[V][(int64_t)d * s.grid.total + inner];
+                const double *v = s.field[V] + (int64_t)d * s.grid.total;
+                double sum = v[ghost] + v[inner];
                 CHECK_NEAR(sum, zero ? 0.0 : 2.0 * held[d * inlets + k], 1e-14);
             }
         }

@@ -97,7 +97,8 @@ TEST(gradient_of_linear_fields)
                 pd_grid_position(&s->grid, node, x);
                 s->field[A][node] = 3.0;
                 for (int d = 0; d < PD_DIM; d++) s->field[A][node] += (d + 1.5) * x[d];
-                if (!pdi_grid_open(s->grid.kind[node]) || s->grid.kind[node] == PD_INLET) s->field[A][node] = (double)NAN;
+                if (!pdi_grid_open(s->grid.kind[node]) || s->grid.kind[node] == PD_INLET)
+                    s->field[A][node] = (double)NAN;
             }
             pd_op_gradient(&s->ctx, &s->bonds, s->field[A], s->field[B]);
             for (int32_t node = 0; node < total; node++) {
@@ -200,7 +201,7 @@ TEST(inflow_is_the_sum_of_the_divergence)
     fluid_sum(s, s->field[B], &size);
     CHECK_LE(size, 1e-13 * 0.7 / 0.01);
     for (int32_t node = 0; node < s->grid.total; node++)
-        if (s->grid.kind[node] == PD_OUTLET) s->field[A][node] = -0.7; /* odd about the end: nothing leaves on the face */
+        if (s->grid.kind[node] == PD_OUTLET) s->field[A][node] = -0.7;  /* odd: nothing leaves on the face */
     pd_op_divergence(&s->ctx, &s->bonds, s->field[A], s->field[B]);
     double inflow = 0.0;
     for (int32_t node = 0; node < s->grid.total; node++)
@@ -224,7 +225,8 @@ static void apply(scene *s, int which, const pd_bonds *bonds, const double *f, d
 /* Diffusivities over eight orders of magnitude. */
 static void fill_diffusivity(scene *s, uint32_t seed)
 {
-    for (int32_t node = 0; node < s->grid.total; node++) s->field[D][node] = pow(10.0, -12.0 + 4.0 * random_real(&seed));
+    for (int32_t node = 0; node < s->grid.total; node++)
+        s->field[D][node] = pow(10.0, -12.0 + 4.0 * random_real(&seed));
 }
 
 /* Rows for all nodes give what the shared stencil gives; nothing but fluid nodes is written. */
@@ -319,7 +321,8 @@ TEST(diffusivity_is_checked)
     static const double wrong[] = {-1e-9, (double)NAN, (double)INFINITY};
     if (!box_build(s, 3.0, 0.01, 20, 12, 8, BODY_BALL, 1)) return;
     fill_random(s, 43, s->field[A]);
-    for (int32_t node = 0; node < s->grid.total; node++) s->field[D][node] = pdi_grid_open(s->grid.kind[node]) ? 1e-9 : NAN;
+    for (int32_t node = 0; node < s->grid.total; node++)
+        s->field[D][node] = pdi_grid_open(s->grid.kind[node]) ? 1e-9 : NAN;
     CHECK_OK(&s->ctx, pd_op_diffuse(&s->ctx, &s->bonds, s->field[D], s->field[A], s->field[B]));
     int32_t node = s->bonds.node[0];
     for (int k = 0; k < 3; k++) {

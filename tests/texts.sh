@@ -7,6 +7,10 @@ verdict "a figure in a text is not that of the report; make texts mends it"
 ! grep -q 'README.md: 0 figures' "$dir/log"
 verdict "the figures of README.md have no sources"
 
+sed -n '/^```c$/,/^```$/p' README.md | sed '/^```/d' > "$dir/program.c"
+${CC:-cc} -std=c99 -Wall -Wextra -Werror -fsyntax-only -I. "$dir/program.c" > "$dir/log" 2>&1
+verdict "the program of README.md does not compile"
+
 mkdir "$dir/docs"
 cat > "$dir/docs/validation.md" << 'END'
 # Validation
