@@ -1,4 +1,5 @@
 #!/bin/sh
+# slow: yes
 # Runs of programs built with OpenMP, on one and on three threads, and of programs built without it and with fewer
 # optimisations, write the same bytes: flow, transport and dissolution in 2D, bond-based corrosion in 3D.
 . tests/lib/script.sh

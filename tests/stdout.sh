@@ -1,4 +1,5 @@
 #!/bin/sh
+# slow: yes
 # What a program prints has to arrive: with a full or closed standard output every program says so and ends with 1, and
 # the files of its run are whole.
 . tests/lib/script.sh

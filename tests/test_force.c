@@ -357,6 +357,6 @@ TEST(bad_boxes)
 TEST_MAIN(ENTRY(friction_in_a_channel) ENTRY(moving_wall) ENTRY(lift_of_a_ball) ENTRY(friction_in_a_tube)
           ENTRY(several_bodies) ENTRY(bad_boxes))
 #else
-TEST_MAIN(ENTRY(friction_in_a_channel) ENTRY(moving_wall) ENTRY(lift_of_a_ball) ENTRY(lattice_anywhere)
+TEST_MAIN(ENTRY(friction_in_a_channel) ENTRY(moving_wall) ENTRY(lift_of_a_ball) SLOW_ENTRY(lattice_anywhere)
           ENTRY(several_bodies) ENTRY(bad_boxes))
 #endif

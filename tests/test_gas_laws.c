@@ -1,5 +1,5 @@
 /* test_gas_laws: what a gas keeps: conservation, rest, symmetry, units, threads, the step limit, open sides.
- * dims: 1 2 3 */
+ * dims: 1 2 3   slow: 3 */
 #include "core/rng.h"
 #include "gas_scene.h"
 
