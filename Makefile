@@ -50,7 +50,7 @@ LOGS = $(BUILD)/logs
 TEST_LOGS := $(TESTS:$(BUILD)/%=$(LOGS)/%.log) $(HARD_TESTS:$(BUILD)/%=$(LOGS)/%.log)
 ALL_LOGS := $(LOGS)/amalgam.log $(LOGS)/lint.log $(SCRIPTS:tests/%.sh=$(LOGS)/%.log) $(TEST_LOGS)
 FAST_LOGS := $(filter-out $(SLOW_TESTS:$(BUILD)/%=$(LOGS)/%.log) $(SLOW_SCRIPTS:tests/%.sh=$(LOGS)/%.log),$(ALL_LOGS))
-# As many at a time as there are cores, unless make was told.
+# As many at a time as there are cores, unless make has a -j.
 JOBS = $(if $(filter -j% --jobserver%,$(MAKEFLAGS)),,-j$(shell env -u OMP_NUM_THREADS nproc 2> /dev/null || echo 2))
 
 .PHONY: all drivers run report validation bench stability test test-all test-hard test-quick tests amalgam lint

@@ -7,9 +7,9 @@
  * failing check and ends with "N passed, N failed" (and ", N skipped"), N counting tests. It exits 1 when a test
  * failed and 2 on an unknown name. A test that made no check fails. Every CHECK is an expression, 1 when it held:
  * `if (!CHECK_OK(&ctx, pd_stencil_build(...))) return;`. A SLOW_ENTRY runs when it is named or PD_TEST_ALL=1 stands in
- * the environment, as in `make test-all`; SLOW_ENTRY_IF(PD_DIM == 3, name) is slow in 3D. A comment `dims: 1 2 3` in the
- * first five lines of the file says for which PD_DIM the Makefile builds it (without: 2), and `slow: 3` which of them
- * `make test` leaves out. --times prints the seconds of processor time of every test.
+ * the environment, as in `make test-all`; SLOW_ENTRY_IF(PD_DIM == 3, name) is slow in 3D. A comment `dims: 1 2 3` in
+ * the first five lines of the file says for which PD_DIM the Makefile builds it (without: 2), and `slow: 3` which of
+ * them `make test` leaves out. --times prints the seconds of processor time of every test.
  */
 #ifndef PD_TEST_H
 #define PD_TEST_H

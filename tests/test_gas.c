@@ -473,4 +473,5 @@ TEST(goes_on_from_a_file)
 }
 
 TEST_MAIN(ENTRY(exact_solution_itself) SLOW_ENTRY_IF(PD_DIM > 1, sod) ENTRY(sod_converges) ENTRY(positivity)
-          ENTRY(advected_density) WAVES ENTRY(sound_between_walls) ENTRY(shock_comes_back_from_a_wall) ENTRY(goes_on_from_a_file))
+          ENTRY(advected_density) WAVES ENTRY(sound_between_walls) ENTRY(shock_comes_back_from_a_wall)
+          ENTRY(goes_on_from_a_file))

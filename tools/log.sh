@@ -9,8 +9,8 @@ mkdir -p "$folder"
 OMP_WAIT_POLICY=passive OMP_NUM_THREADS=${OMP_NUM_THREADS:-1} "$@" > "$log.new" 2>&1
 status=$?
 times > "$log.times" # of this shell, of the command
-seconds=$(awk '{ u = 0; for (k = 1; k <= 2; k++) { split($k, t, /[ms]/); u += 60 * t[1] + t[2] } } END { printf "%.1f", u }' \
-    "$log.times")
+seconds=$(awk '{ u = 0; for (k = 1; k <= 2; k++) { split($k, t, /[ms]/); u += 60 * t[1] + t[2] } }
+    END { printf "%.1f", u }' "$log.times")
 rm -f "$log.times"
 echo "exit $status" >> "$log.new"
 mv "$log.new" "$log"

@@ -58,7 +58,12 @@ cases() {
     }
     /^## Longest steps/ { flush(); inside = 0 }
     /^## Hard cases/ { inside = 1 }
-    inside && /^### / { flush(); name = substr($0, 5); anchor = name; gsub(/ /, "-", anchor); right = refused = failed = 0 }
+    inside && /^### / {
+        flush()
+        name = anchor = substr($0, 5)
+        gsub(/ /, "-", anchor)
+        right = refused = failed = 0
+    }
     inside && /^\| right / { right++ }
     inside && /^\| refused / { refused++ }
     inside && /^\| \*\*failed/ { failed++ }
@@ -91,7 +96,7 @@ depend on the machine; times do.
 END
 [ -f "$docs/details/stability.md" ] && page stability Stability << 'END'
 What happens in hard cases: thin walls, closed pockets, extreme numbers, stiff laws, random geometries? Each part ends
-with the right answer or is refused with a message; a failure would stand in the last column. `make stability` runs them,
-and measures how long steps may be (at the end of the details).
+with the right answer or is refused with a message; failures stand in the last column. `make stability` runs them, and
+measures how long steps may be (at the end of the details).
 END
 exit 0

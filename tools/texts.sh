@@ -5,8 +5,8 @@
 #   0.98<!-- is validation cylinder-2d; 10; drag, box; x100 --> % off
 #
 #   is | below | above    the same to the digits printed | a bound of it
-#   REPORT SECTION        docs/details/REPORT.md and the name of its section: the id of the anchor; /CAPTION behind it: the
-#                         table under that bold caption, else the first one that has the row and the column
+#   REPORT SECTION        docs/details/REPORT.md and the name of its section: the id of the anchor; /CAPTION behind it:
+#                         the table under that bold caption, else the first one that has the row and the column
 #   ; ROW                 first cell of the row, in a summary "case, 2D: part, measure"; `max`, `min`, `last`: of all
 #   ; COLUMN              heading
 #   ; x100                factor, where there is one
