@@ -20,8 +20,13 @@ scene|scene files become a setup
 run|a setup becomes files: model, output, studies
 END
 
+# Lines of rooms: the first word is a folder.
+while read -r room modules; do
+    [ ! -d "src/$room" ] || echo "$room $modules"
+done < src/MODULES > "$dir/rooms"
+
 # room|module|what its header says of it in one sentence
-grep -v '^#' src/MODULES | while read -r room modules; do
+while read -r room modules; do
     for m in $modules; do
         [ -f "src/$room/$m.h" ] || continue
         text=$(awk '{ sub(/^\/\*/, ""); sub(/^ \*/, ""); end = sub(/\*\/.*/, ""); gsub(/^ +| +$/, "") }
@@ -32,10 +37,10 @@ grep -v '^#' src/MODULES | while read -r room modules; do
                   sub(/[. ]*$/, "", words); gsub(/\|/, ",", words); print words }' "src/$room/$m.h")
         printf '%s|%s|%s\n' "$room" "$m" "$text"
     done
-done > "$dir/modules"
+done < "$dir/rooms" > "$dir/modules"
 
 # Pairs of rooms: the first includes the second.
-for room in $(grep -v '^#' src/MODULES | cut -d' ' -f1); do
+for room in $(cut -d' ' -f1 "$dir/rooms"); do
     grep -ho '^#include "[a-z_]*/' "src/$room"/*.[ch] | sed 's/.*"//; s,/$,,' | sort -u | sed "s/^/$room /"
 done | awk '$1 != $2' > "$dir/includes"
 
