@@ -40,12 +40,12 @@ static double rate(void *user, const pd_rate_at *at)
     return law->speed * (1.0 - at->c / law->saturation);
 }
 
-static void print_ledger(const pd_couple *c)
+static void print_ledger(const pd_couple *c, const pd_quasi_steady *q)
 {
-    const pd_ledger *l = &c->ledger;
+    const pd_ledger *l = &c->ledger[0];
     printf("  %5.1f  %5.0f  %6.2f   %10.4e  %10.4e  %10.4e  %8.1e   %5.0f\n", c->time / 3600.0, (double)c->steps,
            100.0 * pd_couple_volume_loss(c), l->solid, l->dissolved, l->out, l->imbalance / l->start,
-           (double)c->flow_solves);
+           (double)q->solves);
 }
 
 int main(void)
@@ -64,6 +64,8 @@ int main(void)
     pd_steady steady;
     pd_transport transport;
     pd_dissolve dissolve;
+    pd_quasi_steady quasi;
+    pd_dissolving dissolving;
     pd_couple couple;
     pd_shape pin;
     pd_material metal = pd_material_mg4ag();
@@ -114,14 +116,16 @@ int main(void)
     od.rate_user = &law;
     must(pd_dissolve_build(&ctx, &grid, &bonds, &transport, &od, &dissolve));
 
-    must(pd_couple_build(&ctx, &cd, &grid, &bonds, &flow, &steady, &transport, &dissolve, &couple));
+    must(pd_couple_build(&ctx, &cd, &grid, &bonds, &couple));
+    must(pd_couple_add(&ctx, &couple, pd_quasi_steady_process(&flow, &steady, &quasi)));
+    must(pd_couple_add(&ctx, &couple, pd_dissolving_process(&dissolve, &dissolving)));
     must(pd_couple_start(&ctx, &couple));
     printf("amounts in mol per metre of depth\n"
            "  t [h]  steps  loss %%   solid       dissolved   out         imbalance  flow solves\n");
-    print_ledger(&couple);
+    print_ledger(&couple, &quasi);
     for (int k = 1; k <= 6; k++) {
         while (couple.time < k * hour) must(pd_couple_step(&ctx, &couple, k * hour));
-        print_ledger(&couple);
+        print_ledger(&couple, &quasi);
     }
 
     pd_dissolve_free(&ctx, &dissolve);

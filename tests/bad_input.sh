@@ -57,7 +57,7 @@ spoil "unknown key" 's/until/untl/' \
 mean 'until'?"
 spoil "no until" 's/until = 1 h//' "bad.scene:8: found no 'until' in [run], expected until = a time [s]"
 spoil "unknown section" 's/\[transport\]/[transprt]/' \
-    "bad.scene:6: scene: found the section [transprt], expected one of constants, grid, shape, side, flow, \
+    "bad.scene:6: scene: found the section [transprt], expected one of constants, grid, shape, side, flow, gas, \
 transport, dissolve, corrode, table, run, output, probe, line, plane, force, transfer, total, measured: \
 did you mean 'transport'?"
 spoil "fractional cells" 's/h = 10 um/h = 7 um/' \
@@ -88,7 +88,8 @@ spoil "gb_factor without grains" 's/grains = 40 um//' \
 spoil "unknown material" 's/mg4ag/iron/' "bad.scene:2: material: found 'iron', expected mg4ag, steel304, \
 copper or alloy625"
 spoil "unknown field" 's/fields = C, v/fields = C, T/' \
-    "bad.scene:9: fields: found 'T', expected some of C, v, p, kind, grain, phase, D, rate, density, damage, or none"
+    "bad.scene:9: fields: found 'T', expected some of C, v, p, kind, grain, phase, D, rate, density, damage, \
+energy, or none"
 spoil "field without physics" 's/fields = C, v/fields = C, v, grain/;s/grains = 40 um//;s/gb_factor = 3//' \
     "bad.scene:9: fields: found 'grain', which needs a solid [shape] with grains"
 spoil "probe outside" 's/at = 100 um/at = 300 um/' \
@@ -236,6 +237,49 @@ pits "axisymmetric corrosion" 's/m = 3/m = 3   geometry = axisymmetric/' \
     "4: corrode: the grid is axisymmetric, expected a planar one"
 pits "plane beside corrode" 's/\[run/[plane a] at = x 20 um\n[run/' \
     "5: plane: found beside [corrode], expected [line] or [total]"
+
+# ---- gas ----
+
+tube() {
+    cat << 'END'
+[grid]      h = 10 mm   m = 2   box = 0 .. 400 mm, 0 .. 100 mm
+[side x-]   flow = inlet
+[gas]       rho = if(x < 0.2 m, 1 kg/m3, 0.5 kg/m3)   p = 1 Pa   vx = 0.1 m/s
+[run]       until = 0.1 s
+END
+}
+
+# gases NAME SED MESSAGE: one edit of the tube.
+gases() {
+    tube | sed "$2" > bad.scene
+    rejects "$1" "bad.scene:$3"
+}
+
+for beside in "flow] rho = 1 g/cm3" "transport] D = 1e-9 m2/s" "dissolve] rate = 1 um/s" "corrode] rate = 1 um/s"; do
+    gases "gas beside ${beside%%]*}" "s|\[run|[$beside\\n[run|" \
+        "3: gas: found beside [${beside%%]*}], expected [gas] alone: an inviscid gas carries nothing \
+and attacks nothing"
+done
+gases "axisymmetric gas" 's/m = 2/m = 2   geometry = axisymmetric/' \
+    "3: gas: found in a box with geometry = axisymmetric, expected planar"
+gases "no pressure" 's/p = 1 Pa//' "3: found no 'p' in [gas], expected p = a pressure [Pa]"
+gases "no density" 's/rho = .*m3)//' "3: found no 'rho' in [gas], expected rho = a density [kg/m3]"
+gases "no end of a gas" 's/until = 0.1 s//' "4: found no 'until' in [run], expected until = a time [s]"
+gases "pressure of nothing" 's/p = 1 Pa/p = 0 Pa/' "3: p: found 0 Pa, expected a positive value"
+gases "a gas of one degree less" 's/p = 1 Pa/p = 1 Pa   gamma = 1/' \
+    "3: gamma: found 1, expected a value above 1 and at most 10"
+gases "too long steps" 's/p = 1 Pa/p = 1 Pa   cfl = 1.5/' "3: cfl: found 1.5, expected a value above 0 and at most 1"
+gases "third order" 's/p = 1 Pa/p = 1 Pa   order = third/' "3: column 76: found 'third', expected one of second, first"
+gases "rough wall of a gas" 's/flow = inlet/flow = noslip/' \
+    "2: column 20: found 'noslip', expected one of slip, inlet, outlet, periodic, mirror: did you mean 'slip'?"
+gases "profile of a gas" 's/flow = inlet/flow = inlet   profile = uniform/' \
+    "2: found the unknown key 'profile' in [side x-], expected one of flow"
+gases "vacuum somewhere" 's/0.5 kg/0 kg/' "3: gas: the initial state at (0.205, ...) m has rho = 0 kg/m3, v = \
+(0.1, ...) m/s and p = 1 Pa: density and pressure must be positive and finite"
+gases "concentration of a gas" 's/until = 0.1 s/until = 0.1 s\n[output] fields = C/' \
+    "5: fields: found 'C', which needs a [transport] or [corrode] section"
+gases "plane in a gas" 's/\[run/[plane a] at = x 0.2 m\n[run/' \
+    "4: plane: found beside [gas], expected [line] or [total]"
 
 # ---- tables ----
 

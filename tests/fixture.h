@@ -13,6 +13,8 @@
 #ifndef FIXTURE_H
 #define FIXTURE_H
 #include "couple/couple.h"
+#include "flow/quasi_steady.h"
+#include "metal/dissolving.h"
 #include "random.h"
 #include "test.h"
 
@@ -47,6 +49,8 @@ typedef struct scene {
     pd_steady steady;
     pd_transport transport;
     pd_dissolve dissolve;
+    pd_quasi_steady quasi;
+    pd_dissolving dissolving;
     pd_couple couple;
     pd_transport_result result;
     int64_t size;                /* of a vector field */
@@ -106,8 +110,11 @@ static inline pd_status scene_try_rest(scene *s)
     if (s->with & WITH_DISSOLVE)
         PDI_TRY(pd_dissolve_build(&s->ctx, &s->grid, &s->bonds, &s->transport, &s->dissolve_desc, &s->dissolve));
     if (s->with & WITH_COUPLE)
-        PDI_TRY(pd_couple_build(&s->ctx, &s->couple_desc, &s->grid, &s->bonds, flow, steady, &s->transport,
-                                s->with & WITH_DISSOLVE ? &s->dissolve : NULL, &s->couple));
+        PDI_TRY(pd_couple_build(&s->ctx, &s->couple_desc, &s->grid, &s->bonds, &s->couple));
+    if ((s->with & WITH_COUPLE) && steady)
+        PDI_TRY(pd_couple_add(&s->ctx, &s->couple, pd_quasi_steady_process(flow, steady, &s->quasi)));
+    if ((s->with & WITH_COUPLE) && (s->with & WITH_DISSOLVE))
+        PDI_TRY(pd_couple_add(&s->ctx, &s->couple, pd_dissolving_process(&s->dissolve, &s->dissolving)));
     for (int k = 0; k < s->fields; k++) PDI_TRY(PDI_NEW(&s->ctx, "test", s->size, s->field[k]));
     return PD_OK;
 }

@@ -62,6 +62,18 @@ centred() {
     verdict "$1: the centre of mass lies at '$found', expected $3 within $4"
 }
 
+# ---- gas ----
+
+# Sod's tube: the exact solution between rarefaction and contact, and between contact and shock
+shows shock_tube_1d probes.csv 0.2 rarefied_density 0.42632 1e-3
+shows shock_tube_1d probes.csv 0.2 rarefied_p 0.30313 1e-3
+shows shock_tube_1d probes.csv 0.2 rarefied_vx 0.92745 1e-3
+shows shock_tube_1d probes.csv 0.2 rarefied_energy 0.941177 1e-3
+shows shock_tube_1d probes.csv 0.2 shocked_density 0.26557 2e-3
+shows shock_tube_1d probes.csv 0.2 shocked_p 0.30313 1e-3
+shows shock_tube_1d probes.csv 0.2 shocked_vx 0.92745 1e-3
+reports shock_tube_1d ledger 0 1e-14
+
 # ---- flow ----
 
 # u on the axis: the mean over a cell of a parabola seen from its centres

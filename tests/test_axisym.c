@@ -520,6 +520,7 @@ static double shrink(int ball, int ratio, double *ledger)
     pd_transport transport;
     pd_transport_desc td;
     pd_dissolve dissolve;
+    pd_dissolving dissolving;
     pd_dissolve_desc dd;
     pd_couple couple;
     pd_couple_desc cd;
@@ -537,20 +538,20 @@ static double shrink(int ball, int ratio, double *ledger)
     if (!scene_build(s) ||
         !CHECK_OK(&s->ctx, pd_transport_build(&s->ctx, &s->grid, &s->bonds, NULL, &td, &transport)) ||
         !CHECK_OK(&s->ctx, pd_dissolve_build(&s->ctx, &s->grid, &s->bonds, &transport, &dd, &dissolve)) ||
-        !CHECK_OK(&s->ctx, pd_couple_build(&s->ctx, &cd, &s->grid, &s->bonds, NULL, NULL, &transport, &dissolve,
-                                           &couple)) ||
+        !CHECK_OK(&s->ctx, pd_couple_build(&s->ctx, &cd, &s->grid, &s->bonds, &couple)) ||
+        !CHECK_OK(&s->ctx, pd_couple_add(&s->ctx, &couple, pd_dissolving_process(&dissolve, &dissolving))) ||
         !CHECK_OK(&s->ctx, pd_couple_start(&s->ctx, &couple)))
         return HUGE_VAL;
-    double start = couple.ledger.start / cs;
+    double start = couple.ledger[0].start / cs;
     double first = ball ? cbrt(0.75 * start / PI) : sqrt(start / PI / (4.0 * h));
     CHECK_REL(first, radius, ball ? 0.05 : 0.01);
     for (int k = 4; pd_couple_volume_loss(&couple) < 0.5; k++) {
         double receded = 0.05 * k * radius;
         while (couple.time < receded / SPEED)
             if (!CHECK_OK(&s->ctx, pd_couple_step(&s->ctx, &couple, receded / SPEED))) return HUGE_VAL;
-        double left = couple.ledger.solid / couple.ledger.start;
+        double left = couple.ledger[0].solid / couple.ledger[0].start;
         worst = fmax(worst, fabs(first * (1.0 - (ball ? cbrt(left) : sqrt(left))) / receded - 1.0));
-        *ledger = fmax(*ledger, couple.ledger.relative);
+        *ledger = fmax(*ledger, couple.ledger[0].relative);
     }
     pd_dissolve_free(&s->ctx, &dissolve);
     pd_transport_free(&s->ctx, &transport);

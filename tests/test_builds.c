@@ -293,7 +293,7 @@ BUILD(couple, pd_couple)
     pd_couple_desc d;
     memset(&d, 0, sizeof d);
     d.fraction = l->wrong ? -1.0 : 0.0;
-    return pd_couple_build(ctx, &d, &l->pin.grid, &l->pin.bonds, NULL, NULL, &l->pin.transport, NULL, o);
+    return pd_couple_build(ctx, &d, &l->pin.grid, &l->pin.bonds, o);
 }
 
 static void pd_inlet_free(pd_ctx *ctx, pd_inlet *inlet)

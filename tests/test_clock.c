@@ -1,6 +1,8 @@
 /* clock: what follows time: walls, inlets, forces, held and entering concentrations, against closed forms; laws whose
  * steps see them.
  * dims: 2 */
+#include "flow/implicit.h"
+#include "flow/unsteady.h"
 #include "fixture.h"
 #include <complex.h>
 

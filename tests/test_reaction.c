@@ -125,7 +125,7 @@ static int run_to(scene *s, double end, double high)
     double loss = 0.0;
     for (int steps = 0; s->couple.time < end; steps++) {
         if (!CHECK(steps < 3000) || !CHECK_OK(&s->ctx, pd_couple_step(&s->ctx, &s->couple, end))) return 0;
-        CHECK_LE(s->couple.ledger.relative, 1e-12);
+        CHECK_LE(s->couple.ledger[0].relative, 1e-12);
         CHECK(pd_couple_volume_loss(&s->couple) >= loss - 1e-15);
         loss = pd_couple_volume_loss(&s->couple);
         for (int32_t i = 0; i < s->grid.total; i++)
@@ -161,7 +161,7 @@ TEST(closed_boxes)
             double until = times[k] * unit, expected = vessel(&l, end, until);
             if (!metal_build(s, rate, &l, CS, 1.0 + number % 3, 1e-6, -1.0, 1e-3)) return;
             if (!run_to(s, until, end)) printf("law %d\n", number);
-            double c = s->couple.ledger.dissolved / ((double)s->grid.fluid_count * s->stencil.volume);
+            double c = s->couple.ledger[0].dissolved / ((double)s->grid.fluid_count * s->stencil.volume);
             if (!CHECK_NEAR(c, expected, 0.02 * expected))
                 printf("law %d, kind %d, time %g\n", number, l.kind, times[k]);
             if (k == 2 && l.kind != 1) CHECK_NEAR(c, end, 1e-4 * CSAT);
@@ -296,7 +296,7 @@ TEST(saturated_at_once)
             if (!metal_build(s, falling, &speed, solid, m, diffusivity, -1.0, 1e-4)) return;
             s->couple.desc.max_step = 5e-4 * width * width / diffusivity;
             if (!run_to(s, width * width / diffusivity, CSAT)) printf("m %d\n", m);
-            error[k] = s->couple.ledger.dissolved / (2.0 * CSAT * width / sqrt(3.14159265358979324)) - 1.0;
+            error[k] = s->couple.ledger[0].dissolved / (2.0 * CSAT * width / sqrt(3.14159265358979324)) - 1.0;
             scene_free(s);
         }
         NOTE("m = %d: off by %.2e and %.2e with 2 and 4 cells of penetration", m, error[0], error[1]);

@@ -266,7 +266,7 @@ TEST(sides_and_motion)
         CHECK_NEAR(v[0], 3e-3, 0.0);
         CHECK_NEAR(pd_wall_held(&m.inlet, x), 5.0, 0.0);
         CHECK(!(pd_wall_held(&m.inlet, inside) >= 0.0));
-        CHECK(m.couple.implicit == &m.implicit && m.couple.steady == NULL && m.unsteady.density == NULL);
+        CHECK(m.couple.process[0].self == &m.implicit && m.quasi.steady == NULL && m.unsteady.density == NULL);
         pd_model_free(&ctx, &m);
         leave(&ctx, &u);
     }
@@ -282,8 +282,8 @@ TEST(sides_and_motion)
     refused(CLOSED "  time = explicit\n[run] until = 1 s\n", "c0");
     refused(CLOSED "  time = sometimes\n", "found 'sometimes', expected one of steady, implicit, explicit");
     refused(CLOSED "  time = implicit\n", "until");
-    refused(CLOSED "  time = implicit\n[transport] D = 0 m2/s\n[run] until = 1 s\n" BLOCK "[dissolve] rate = 1 um/h\n",
-            "time: found 'implicit' beside [dissolve]");
+    refused(CLOSED "  time = given\n[transport] D = 0 m2/s\n[run] until = 1 s\n" BLOCK "[dissolve] rate = 1 um/h\n",
+            "time: found 'given' beside [dissolve]");
 }
 
 /* What a scene leaves out owns no memory. */
@@ -295,7 +295,7 @@ TEST(absent_physics_costs_nothing)
     if (build(&ctx, STILL, &u, &m)) {
         CHECK_INT(m.bytes[PD_PART_FLOW] + m.bytes[PD_PART_GRAIN] + m.bytes[PD_PART_DISSOLVE], 0);
         CHECK(m.flow.u == NULL && m.steady.work == NULL && m.factor == NULL && m.dissolve.front == NULL);
-        CHECK(m.couple.flow == NULL && m.couple.dissolve == NULL && m.couple.transport == &m.transport);
+        CHECK(m.couple.count == 1 && m.couple.process[0].self == &m.advance);
         CHECK_INT(m.unknowns[PD_PART_FLOW], 0);
         CHECK_INT(m.unknowns[PD_PART_TRANSPORT], 200);
         pd_model_free(&ctx, &m);
@@ -303,7 +303,7 @@ TEST(absent_physics_costs_nothing)
     }
     if (build(&ctx, CHANNEL "[side x-] flow = inlet  profile = uniform  mean = 1 mm/s\n", &u, &m)) {
         CHECK_INT(m.bytes[PD_PART_TRANSPORT], 0);
-        CHECK(m.transport.c == NULL && m.couple.transport == NULL);
+        CHECK(m.transport.c == NULL && m.couple.count == 1 && m.couple.elements == 0);
         CHECK_INT(m.unknowns[PD_PART_FLOW], 600);
         pd_model_free(&ctx, &m);
         leave(&ctx, &u);

@@ -147,8 +147,8 @@ static int short_channel(scene *s, double tolerance, pd_couple *couple)
     pd_couple_desc cd;
     memset(&cd, 0, sizeof cd);
     return plates_build(s, h, n, 2.0) && flow_build(s, tolerance) &&
-           CHECK_OK(&s->ctx,
-                    pd_couple_build(&s->ctx, &cd, &s->grid, &s->bonds, &s->flow, &s->steady, NULL, NULL, couple));
+           CHECK_OK(&s->ctx, pd_couple_build(&s->ctx, &cd, &s->grid, &s->bonds, couple)) &&
+           CHECK_OK(&s->ctx, pd_couple_add(&s->ctx, couple, pd_quasi_steady_process(&s->flow, &s->steady, &s->quasi)));
 }
 
 /* A lattice that does not let in what the inlet brings has a solution with small residuals, and is no result. */

@@ -102,8 +102,10 @@ static void scene_note(bench *b, const scene_run *s, const pd_model *model, cons
                        double cpu)
 {
     const pd_couple *c = &model->couple;
+    pdi_effort effort;
+    pdi_model_effort(model, &effort);
     double nodes = (double)(model->grid.fluid_count + model->grid.solid_count);
-    double bytes = (double)b->ctx->peak / nodes, evals = (double)c->flow_evaluations, steps = (double)c->steps;
+    double bytes = (double)b->ctx->peak / nodes, evals = (double)effort.flow_evaluations, steps = (double)c->steps;
     char what[96];
     if (model->implicit.steps) steps = (double)model->implicit.steps;
     const char *name = s->name ? s->name : model->setup->name;
@@ -123,7 +125,7 @@ static void scene_note(bench *b, const scene_run *s, const pd_model *model, cons
     bench_result(b,
                  "name=%s h=%g m=%g volume_loss=%.6g ledger=%.3g flux=%.3g evals=%.0f steps=%.0f nodes=%.0f "
                  "bytes_per_node=%.0f wall_s=%.3f cpu_s=%.3f threads=%d",
-                 name, model->grid.h[0], model->stencil.m, seen->volume_loss, c->ledger.relative,
+                 name, model->grid.h[0], model->stencil.m, seen->volume_loss, c->ledger[0].relative,
                  seen->flux, evals, steps, nodes, bytes, wall, cpu, b->ctx->threads);
     if (b->quick) return;
     snprintf(what, sizeof what, "%s: bytes a node", name);
@@ -193,18 +195,19 @@ enum { COUNT_SOLVES = 5 };
 static pd_status counts_pin_solves(bench *b, pd_model *model, int solves, int64_t *first, int64_t *again, double *mean)
 {
     pd_couple *c = &model->couple;
+    const pd_quasi_steady *flow = &model->quasi;
     int64_t start, total = 0;
     *again = 0;
     PDI_TRY(pd_couple_start(b->ctx, c));
-    *first = start = c->flow_evaluations;
+    *first = start = flow->evaluations;
     for (int found = 0; found < solves && c->steps < 1000;) {
-        int64_t before = c->flow_evaluations, known = c->flow_solves;
+        int64_t before = flow->evaluations, known = flow->solves;
         PDI_TRY(pd_couple_step(b->ctx, c, model->setup->until));
-        if (c->flow_solves == known) continue;
-        *again = c->flow_evaluations - before > *again ? c->flow_evaluations - before : *again;
+        if (flow->solves == known) continue;
+        *again = flow->evaluations - before > *again ? flow->evaluations - before : *again;
         found++;
     }
-    total = c->flow_evaluations - start;
+    total = flow->evaluations - start;
     *mean = (double)total / solves;
     return PD_OK;
 }
@@ -227,7 +230,7 @@ static pd_status counts_pin_level(bench *b, const char *h, int solves)
     cpu = cpu_seconds() - cpu;
     if (status >= 0) {
         double nodes = (double)model.grid.fluid_count;
-        const pd_steady_result *last = &model.couple.steady_result;
+        const pd_steady_result *last = &model.quasi.result;
         double residual = fmax(last->momentum, last->continuity);
         table_row *row = bench_row(b);
         table_cell(row, "%s", h);

@@ -390,7 +390,7 @@ static pd_status study_pin_loss(bench *b, const pin_knobs *k, double *loss, stud
     }
     *loss = pd_couple_volume_loss(&model.couple);
     p->steps = (double)model.couple.steps;
-    p->evals = (double)model.couple.flow_evaluations;
+    p->evals = (double)model.quasi.evaluations;
     runs_close(b, &setup, &model);
     return status;
 }

@@ -124,7 +124,7 @@ static const val_case rate_case = {
 static int ledger_watch(void *user, const pd_couple *couple)
 {
     double *worst = (double *)user;
-    *worst = fmax(*worst, couple->ledger.relative);
+    *worst = fmax(*worst, couple->ledger[0].relative);
     return 0;
 }
 
@@ -175,9 +175,9 @@ static pd_status ledger_run(val_job *job)
     PDI_TRY(pd_couple_run(job->ctx, &lab->couple, job->level.p, 0.0, ledger_watch, &job->out->err[0]));
     job->out->h = lab->grid.h[0];
     job->out->err[1] = pd_couple_volume_loss(&lab->couple);
-    job->out->residual = fmax(lab->couple.steady_result.momentum, lab->couple.steady_result.continuity);
+    job->out->residual = fmax(lab->quasi.result.momentum, lab->quasi.result.continuity);
     job->out->steps = (long)lab->couple.steps;
-    job->out->evals = (long)lab->couple.flow_evaluations;
+    job->out->evals = (long)lab->quasi.evaluations;
     return PD_OK;
 }
 

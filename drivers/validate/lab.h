@@ -35,6 +35,9 @@ typedef struct val_lab {
     pd_steady steady;
     pd_transport transport;
     pd_dissolve dissolve;
+    pd_dissolving dissolving;
+    pd_quasi_steady quasi;
+    pd_euler euler;
     pd_couple couple;
     pd_implicit implicit;
     pd_gas gas;
@@ -79,8 +82,13 @@ static pd_status lab_build(pd_ctx *ctx, val_lab *lab, int parts)
         PDI_TRY(
             pd_dissolve_build(ctx, &lab->grid, &lab->bonds, &lab->transport, &lab->dissolve_desc, &lab->dissolve));
     if (parts & VAL_COUPLE)
-        PDI_TRY(pd_couple_build(ctx, &lab->couple_desc, &lab->grid, &lab->bonds, flow, steady, &lab->transport,
-                                dissolve, &lab->couple));
+        PDI_TRY(pd_couple_build(ctx, &lab->couple_desc, &lab->grid, &lab->bonds, &lab->couple));
+    if (parts & VAL_COUPLE && steady)
+        PDI_TRY(pd_couple_add(ctx, &lab->couple, pd_quasi_steady_process(flow, steady, &lab->quasi)));
+    if (parts & VAL_COUPLE && dissolve)
+        PDI_TRY(pd_couple_add(ctx, &lab->couple, pd_dissolving_process(dissolve, &lab->dissolving)));
+    if (parts & VAL_COUPLE && !dissolve)
+        PDI_TRY(pd_couple_add(ctx, &lab->couple, pd_euler_process(&lab->transport, &lab->euler)));
     return PD_OK;
 }
 

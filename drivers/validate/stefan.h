@@ -52,7 +52,7 @@ static double stefan_field(double x, double depth)
 static double stefan_now(val_job *job, double bottom)
 {
     const val_lab *lab = job->lab;
-    return bottom - (bottom - STEFAN_START) * lab->couple.ledger.solid / lab->couple.solid_start;
+    return bottom - (bottom - STEFAN_START) * lab->couple.ledger[0].solid / lab->couple.ledger[0].solid_start;
 }
 
 static void stefan_titles(val_job *job)

@@ -2,149 +2,12 @@
 #include "couple/couple.h"
 #include <float.h>
 #include <math.h>
-#include <stdio.h>
 #include <string.h>
 
 /* Share of a node that a step takes over the error of the loss that it is taken for. */
 #define PDI_COUPLE_FRACTION 25.0
 
-static double pdi_couple_solid(pd_ctx *ctx, const pd_couple *c)
-{
-    return c->dissolve ? pd_dissolve_stock(ctx, c->dissolve) : 0.0;
-}
-
-static pd_status pdi_couple_balance(pd_ctx *ctx, pd_couple *c)
-{
-    pd_ledger *l = &c->ledger;
-    if (!c->transport && !c->corrode) return PD_OK;
-    if (c->corrode) {
-        l->solid = pd_corrode_solid(c->corrode);
-        l->dissolved = pd_corrode_dissolved(c->corrode);
-        l->out = c->corrode->out + c->corrode->out_carry;
-    } else {
-        l->solid = pdi_couple_solid(ctx, c);
-        l->dissolved = pd_transport_stock(ctx, c->transport);
-        l->carry = pd_transport_carried(ctx, c->transport);
-    }
-    if (c->steps == 0) {
-        l->start = l->solid + l->dissolved;
-        c->solid_start = l->solid;
-    }
-    l->imbalance = (l->solid + l->dissolved + l->carry - l->start) + (l->out - l->in);
-    double scale = c->solid_start > 0.0 ? c->solid_start : fmax(l->start, fmax(l->in, l->out));
-    l->relative = scale > 0.0 ? fabs(l->imbalance) / scale : 0.0;
-    /* what has passed is rounded in every step, and may be many times the metal */
-    double rounding = DBL_EPSILON * (double)(c->steps + 8) * (fabs(l->in) + fabs(l->out));
-    if (!(fabs(l->imbalance) <= c->desc.ledger_tolerance * scale + rounding))
-        return pdi_fail(
-            ctx, PD_ERR_LEDGER, "couple",
-            "at t = %g s solid %.9g + dissolved %.9g + out %.9g - in %.9g mol misses the start %.9g mol by %.3g",
-            c->time, l->solid, l->dissolved, l->out, l->in, l->start, l->imbalance);
-    return PD_OK;
-}
-
-/* A residual that may do as a tolerance. */
-#define PDI_COUPLE_NEARLY 1e-3
-
-/* Factor between what enters and what the inlets push that no lattice explains: 1 but for some per cent, 1.7 with metal
- * within a horizon of the inlet (test_couple). */
-#define PDI_COUPLE_ENTERS 2.0
-/* Inlets whose sum is below this share of them feed each other. */
-#define PDI_COUPLE_FEEDS 1e-6
-
-/* Fluxes that contradict each other are no result: between metal and walls that the horizon spans the equations of the
- * lattice may have a solution that is none. */
-static pd_status pdi_couple_enters(pd_ctx *ctx, const pd_couple *c)
-{
-    char place[PDI_GRID_PLACE];
-    double pushed, gross, taken = pdi_flow_entering(ctx, c->flow, &pushed, &gross);
-    double excess = (taken - pushed) / gross;
-    if (gross > 0.0 && !(excess >= 1.0 / PDI_COUPLE_ENTERS - 1.0 && excess <= PDI_COUPLE_ENTERS - 1.0))
-        return pdi_fail(ctx, PD_ERR_GEOMETRY, "couple",
-                        "the flow at t = %g s passes the inlets at %.3g m3/s (2D: m2/s), expected about %.3g: the "
-                        "horizon spans what lies between them and the outlets. Refine the grid, take a smaller m or "
-                        "free cells",
-                        c->time, taken, pushed);
-    if (!(c->steady->uneven <= c->steady->desc.tolerance * gross) && gross > 0.0)
-        return pdi_fail(ctx, PD_ERR_DIVERGED, "couple",
-                        "the fluxes through sections of the flow at t = %g s differ by up to %.3g m3/s (2D: m2/s), "
-                        "expected at most %g of the %.3g that enter, most of all at %s m. Loosen the tolerance or "
-                        "refine the grid",
-                        c->time, c->steady->uneven, c->steady->desc.tolerance, gross,
-                        pdi_grid_place(c->grid, pdi_steady_worst(c->steady), place));
-    return PD_OK;
-}
-
-/* Why a flow solve may have failed: what enters cannot leave. `status` where there is another reason. */
-static pd_status pdi_couple_blocked(pd_ctx *ctx, const pd_couple *c, pd_status status)
-{
-    double pushed, gross;
-    int32_t node;
-    char place[PDI_GRID_PLACE];
-    pdi_flow_entering(ctx, c->flow, &pushed, &gross);
-    /* not inlets that feed each other */
-    if (pdi_is_final(status) || !(fabs(pushed) > PDI_COUPLE_FEEDS * gross)) return status;
-    PDI_TRY(pdi_port_blocked(ctx, c->flow->bonds, &node));
-    if (node < 0) return status;
-    return pdi_fail(ctx, PD_ERR_GEOMETRY, "couple",
-                    "the flow at t = %g s has no way from the inlet beside %s m to an outlet: metal or walls close it",
-                    c->time, pdi_grid_place(c->grid, node, place));
-}
-
-/* What a flow solve has reached that made no more progress, and what helps. */
-static pd_status pdi_couple_unsteady(pd_ctx *ctx, const pd_couple *c)
-{
-    const pd_steady_result *r = &c->steady_result;
-    char place[PDI_GRID_PLACE], accept[64], why[120];
-    double reached = r->excess * c->steady->desc.tolerance;
-    accept[0] = '\0';
-    if (reached < PDI_COUPLE_NEARLY) snprintf(accept, sizeof accept, "; steady = %.1e accepts this one", 1.1 * reached);
-    /* from there Newton's next step would reach the rounding: this is it, and no flow that moves */
-    if (reached < sqrt(DBL_EPSILON)) snprintf(why, sizeof why, "That is as far as their rounding lets them fall");
-    else
-        snprintf(why, sizeof why,
-                 "At Re = %.3g there may be no steady flow: time = implicit in [flow] tells how it moves",
-                 c->flow->speed * c->flow->length / c->flow->nu);
-    return pdi_fail(ctx, PD_ERR_DIVERGED, "couple",
-                    "the flow is not steady at t = %g s: after %d Newton steps the residuals are %.3g (momentum) and "
-                    "%.3g (continuity), %.3g times what steady = %g allows, largest at %s m, and further steps do not "
-                    "lower them. %s%s", c->time, r->newton, r->momentum, r->continuity, r->excess,
-                    c->steady->desc.tolerance, pdi_grid_place(c->grid, pdi_steady_worst(c->steady), place), why,
-                    accept);
-}
-
-static pd_status pdi_couple_flow(pd_ctx *ctx, pd_couple *c)
-{
-    if (!c->steady || !c->flow_stale) return PD_OK;
-    pd_status status = pd_steady_solve(ctx, c->steady, &c->steady_result);
-    c->flow_solves++;
-    c->krylov_flow += c->steady_result.krylov;
-    c->flow_evaluations += c->steady_result.evaluations;
-    if (status != PD_OK) status = pdi_couple_blocked(ctx, c, status);
-    if (status < 0) return status;
-    if (status != PD_OK) return pdi_couple_unsteady(ctx, c);
-    PDI_TRY(pdi_couple_enters(ctx, c));
-    c->flow_stale = 0;
-    c->flow_moved = 0.0;
-    return PD_OK;
-}
-
-/* What stands outside becomes that of time t; a steady flow follows when it has moved by more than its tolerance. */
-static pd_status pdi_couple_at(pd_ctx *ctx, void *user, double t)
-{
-    pd_couple *c = (pd_couple *)user;
-    if (c->steady) {
-        double moved;
-        PDI_TRY(pd_flow_at(ctx, c->flow, t, 0.0, &moved));
-        c->flow_moved += moved;
-        if (c->flow_moved > c->steady->desc.tolerance) c->flow_stale = 1;
-        PDI_TRY(pdi_couple_flow(ctx, c));
-    }
-    return c->transport ? pd_transport_at(ctx, c->transport, t) : PD_OK;
-}
-
-pd_status pd_couple_build(pd_ctx *ctx, const pd_couple_desc *desc, pd_grid *grid, pd_bonds *bonds, pd_flow *flow,
-                          pd_steady *steady, pd_transport *transport, pd_dissolve *dissolve, pd_couple *c)
+pd_status pd_couple_build(pd_ctx *ctx, const pd_couple_desc *desc, pd_grid *grid, pd_bonds *bonds, pd_couple *c)
 {
     memset(c, 0, sizeof *c);
     if (!(desc->fraction >= 0.0) || desc->fraction > 1.0 || !(desc->rtol >= 0.0) || desc->rtol > 1.0 ||
@@ -152,229 +15,198 @@ pd_status pd_couple_build(pd_ctx *ctx, const pd_couple_desc *desc, pd_grid *grid
         return pdi_fail(ctx, PD_ERR_ARGUMENT, "couple",
                         "fraction %g and rtol %g must lie in [0, 1], max_step %g s be at least 0", desc->fraction,
                         desc->rtol, desc->max_step);
-    if (dissolve && !transport)
-        return pdi_fail(ctx, PD_ERR_ARGUMENT, "couple", "dissolution needs transport");
     c->desc = *desc;
     if (!(c->desc.fraction > 0.0)) c->desc.fraction = 0.1;
     if (!(c->desc.rtol > 0.0)) c->desc.rtol = c->desc.fraction / PDI_COUPLE_FRACTION;
     if (!(c->desc.ledger_tolerance > 0.0)) c->desc.ledger_tolerance = 1e-10;
     c->grid = grid;
     c->bonds = bonds;
-    c->flow = flow;
-    c->steady = steady;
-    c->transport = transport;
-    c->dissolve = dissolve;
-    c->flow_stale = flow != NULL;
     c->solid_nodes_start = grid->solid_count;
     return PD_OK;
 }
 
-/* Move the flow on by a step that does not pass t_limit; *reached: where it ends. */
-static pd_status pdi_couple_move(pd_ctx *ctx, pd_couple *c, double t_limit, double *reached)
+/* Place of the ledger of an element; `elements`: there is none yet. */
+static int pdi_couple_ledger(const pd_couple *c, const pd_element *element)
 {
-    double left = t_limit - c->time, dt = left;
-    int64_t before = c->flow->evaluations;
-    if (c->desc.max_step > 0.0) dt = fmin(dt, c->desc.max_step);
-    if (c->implicit) {
-        double wanted = c->implicit->dt > 0.0 ? c->implicit->dt : c->implicit->desc.first;
-        dt = fmin(dt, wanted);
+    int e = 0;
+    while (e < c->elements && strcmp(c->element[e].name, element->name) != 0) e++;
+    return e;
+}
+
+pd_status pd_couple_add(pd_ctx *ctx, pd_couple *c, pd_process process)
+{
+    if (c->count == PD_COUPLE_PROCESSES)
+        return pdi_fail(ctx, PD_ERR_SIZE, "couple", "more than %d processes", PD_COUPLE_PROCESSES);
+    for (int k = 0; k < process.elements; k++) {
+        int e = pdi_couple_ledger(c, &process.element[k]);
+        if (e == PD_COUPLE_ELEMENTS)
+            return pdi_fail(ctx, PD_ERR_SIZE, "couple", "more than %d elements", PD_COUPLE_ELEMENTS);
+        c->element[e] = process.element[k];
+        if (e == c->elements) c->elements++;
     }
-    dt = left / ceil(left / dt * (1.0 - 1e-12));
-    if (pdi_stands_still(c->time, left, dt))
-        return pdi_fail(ctx, PD_ERR_STATE, "couple",
-                        "steps of %g s do not lead on from t = %g s to %g s: max_step (%g s) is too small", dt,
-                        c->time, t_limit, c->desc.max_step);
-    *reached = dt < left ? c->time + dt : t_limit;
-    PDI_TRY(c->implicit ? pd_implicit_run(ctx, c->implicit, *reached) : pd_unsteady_run(ctx, c->unsteady, *reached));
-    c->flow_evaluations += c->flow->evaluations - before;
-    c->flow_solves++;
+    c->process[c->count++] = process;
+    return PD_OK;
+}
+
+/* ---- ledger ---- */
+
+static void pdi_couple_sum(pd_ctx *ctx, pd_couple *c)
+{
+    pd_amounts sum[PD_COUPLE_ELEMENTS];
+    memset(sum, 0, sizeof sum);
+    for (int n = 0; n < c->count; n++) {
+        const pd_process *p = &c->process[n];
+        for (int k = 0; k < p->elements; k++) p->balance(ctx, p->self, k, &sum[pdi_couple_ledger(c, &p->element[k])]);
+    }
+    for (int e = 0; e < c->elements; e++) {
+        pd_ledger *l = &c->ledger[e];
+        l->solid = sum[e].solid;
+        l->dissolved = sum[e].dissolved;
+        l->carry = sum[e].carry;
+        l->out = sum[e].out;
+        l->in = sum[e].in;
+        if (c->steps) continue;
+        l->start = l->solid + l->dissolved;
+        l->solid_start = l->solid;
+    }
+}
+
+static pd_status pdi_couple_balance(pd_ctx *ctx, pd_couple *c)
+{
+    pdi_couple_sum(ctx, c);
+    for (int e = 0; e < c->elements; e++) {
+        pd_ledger *l = &c->ledger[e];
+        l->imbalance = (l->solid + l->dissolved + l->carry - l->start) + (l->out - l->in);
+        double scale = l->solid_start > 0.0 ? l->solid_start : fmax(l->start, fmax(l->in, l->out));
+        l->relative = scale > 0.0 ? fabs(l->imbalance) / scale : 0.0;
+        /* what has passed is rounded in every step, and may be many times the metal */
+        double rounding = DBL_EPSILON * (double)(c->steps + 8) * (fabs(l->in) + fabs(l->out));
+        if (!(fabs(l->imbalance) <= c->desc.ledger_tolerance * scale + rounding))
+            return pdi_fail(ctx, PD_ERR_LEDGER, "couple",
+                            "at t = %g s solid %.9g + dissolved %.9g + out %.9g - in %.9g %s of %s misses the start "
+                            "%.9g %s by %.3g", c->time, l->solid, l->dissolved, l->out, l->in, c->element[e].unit,
+                            c->element[e].name, l->start, c->element[e].unit, l->imbalance);
+    }
+    return PD_OK;
+}
+
+/* ---- steps ---- */
+
+/* Quasi-steady processes become those of time t. */
+static pd_status pdi_couple_at(pd_ctx *ctx, void *user, double t)
+{
+    pd_couple *c = (pd_couple *)user;
+    for (int n = 0; n < c->count; n++)
+        if (c->process[n].at) PDI_TRY(c->process[n].at(ctx, c->process[n].self, t));
     return PD_OK;
 }
 
 pd_status pd_couple_start(pd_ctx *ctx, pd_couple *c)
 {
-    int moving = (c->implicit != NULL) + (c->unsteady != NULL);
-    if ((c->flow && !c->steady && moving != 1) || (c->dissolve && (moving || c->advance)))
-        return pdi_fail(ctx, PD_ERR_ARGUMENT, "couple",
-                        "flow needs one solver, dissolution a steady one and the steps of the coupling");
-    if (moving) pd_flow_prepare(ctx, c->flow);
-    if (c->advance) c->advance->time = c->time;
-    PDI_TRY(pdi_couple_at(ctx, c, c->time));
-    if (c->settle) {
-        pd_status status = pd_transport_steady(ctx, c->transport, &c->transport_result);
-        c->krylov_transport += c->transport_result.krylov;
-        if (status < 0) return status;
-        char place[PDI_GRID_PLACE];
-        if (status != PD_OK)
-            return pdi_fail(ctx, PD_ERR_DIVERGED, "couple",
-                            "the concentration is not steady: what the balances of the nodes lack is %.3g of what "
-                            "passes, expected %g, and a step still changes %.3g of it; the largest at %s m. Solve in "
-                            "time, with advection = upwind, or on a finer grid", c->transport_result.defect,
-                            PDI_SETTLE_DEFECT, c->transport_result.change,
-                            pdi_grid_place(c->grid, pdi_settle_worst(c->transport), place));
-    }
+    for (int n = 0; n < c->count; n++)
+        if (c->process[n].start) PDI_TRY(c->process[n].start(ctx, c->process[n].self, c->time));
     c->started = 1;
     return pdi_couple_balance(ctx, c);
 }
 
-/* Longest admissible step, then equal steps up to t_limit. */
-static double pdi_couple_choose(pd_ctx *ctx, const pd_couple *c, double t_limit)
+/* Nodes have turned fluid: let all that follows from kinds follow. */
+static pd_status pdi_couple_changed(pd_ctx *ctx, pd_couple *c, const int32_t *turned, int32_t count)
 {
-    double left = t_limit - c->time, dt = left;
-    double fastest = c->dissolve ? pd_dissolve_fastest(ctx, c->dissolve) : 0.0;
-    if (fastest > 0.0) dt = fmin(dt, c->desc.fraction / fastest);
-    if (c->dissolve) dt = fmin(dt, c->dissolve->next_dt);
-    if (c->desc.max_step > 0.0 && !c->implicit && !c->unsteady) dt = fmin(dt, c->desc.max_step);
-    return left / ceil(left / dt * (1.0 - 1e-12));
-}
-
-/* Share of `fraction` that the course of a law within a step may cost. */
-#define PDI_COUPLE_EXACT 0.04
-
-/* A law that depends on time holds at the middle of a step: that is of second order. The step becomes so short that it
- * takes no more than it may, and that the rest is a small part of that; a jump is met within that, too. */
-static void pdi_couple_law(const pd_couple *c, double t_limit, double *dt)
-{
-    double left = t_limit - c->time;
-    for (;;) {
-        double error, taken;
-        pdi_dissolve_course(c->dissolve, c->time, *dt, &error, &taken);
-        double share = fmax(taken / c->desc.fraction, error / (PDI_COUPLE_EXACT * c->desc.fraction));
-        if (share <= 1.0 + 1e-9) return;
-        *dt = left / ceil(left / (*dt * fmax(0.9 / share, 0.1)) * (1.0 - 1e-12));
-    }
-}
-
-/* A node may lose this much more than the share that steps are chosen for, where the law speeds up. A step this much
- * shorter than wanted has failed. */
-#define PDI_COUPLE_EXCESS 2.0
-#define PDI_COUPLE_SHORTEST 1e-9
-
-/* Steps that time cannot count lead nowhere. */
-static pd_status pdi_couple_moves(pd_ctx *ctx, const pd_couple *c, double t_limit, double dt)
-{
-    if (!pdi_stands_still(c->time, t_limit - c->time, dt)) return PD_OK;
-    return pdi_fail(ctx, PD_ERR_STATE, "couple",
-                    "steps of %g s do not lead on from t = %g s to %g s: fraction (%g) or max_step (%g s) is too "
-                    "small, or the metal dissolves too fast", dt, c->time, t_limit, c->desc.fraction, c->desc.max_step);
-}
-
-/* Transport and law over a step of at most dt [s], which becomes the one taken. */
-static pd_status pdi_couple_react(pd_ctx *ctx, pd_couple *c, double t_limit, double *dt)
-{
-    pd_dissolve *d = c->dissolve;
-    double first = 0.0, left = t_limit - c->time;
-    pd_status status;
-    d->most = PDI_COUPLE_EXCESS * c->desc.fraction;
-    d->rtol = c->desc.rtol;
-    d->lost = c->solid_start - c->ledger.solid;
-    d->time = c->time;
-    PDI_TRY(pd_dissolve_prepare(ctx, d));
-    for (*dt = pdi_couple_choose(ctx, c, t_limit);; *dt = left / ceil(left / d->retry_dt * (1.0 - 1e-12))) {
-        if (!d->desc.uniform) pdi_couple_law(c, t_limit, dt);
-        if (!d->desc.uniform || first > 0.0) { /* what changes in time is taken at the middle of the step */
-            d->time = c->time + 0.5 * *dt;
-            PDI_TRY(pd_dissolve_prepare(ctx, d));
-        }
-        PDI_TRY(pdi_couple_moves(ctx, c, t_limit, *dt));
-        PDI_TRY(pdi_couple_at(ctx, c, c->time + *dt));
-        status = pd_dissolve_transport(ctx, d, *dt, &c->transport_result);
-        c->krylov_transport += status < 0 ? 0 : c->transport_result.krylov;
-        if (status != PD_RETRY) return status;
-        first = fmax(first, *dt);
-        if (d->retry_dt < PDI_COUPLE_SHORTEST * first) break;
-    }
-    return pdi_fail(ctx, PD_ERR_DIVERGED, "couple",
-                    "at t = %g s law and transport have no common solution for steps of %g s or more, or the law grows "
-                    "so fast that metal would lose more than %g of a cell in them. Take a smoother law",
-                    c->time, *dt, d->most);
-}
-
-/* Transport over one step that does not pass t_limit: in one step, or in as many as its error asks for. */
-static pd_status pdi_couple_transport(pd_ctx *ctx, pd_couple *c, double t_limit, double *dt)
-{
-    *dt = t_limit - c->time;
-    if (c->advance) {
-        pd_advance *a = c->advance;
-        double out = a->out, in = a->in;
-        int64_t krylov = a->krylov;
-        if (c->steady) a->at = pdi_couple_at;
-        a->at_user = c;
-        pd_status status = c->implicit || c->unsteady ? pd_advance_run(ctx, a, t_limit, &c->transport_result)
-                                                      : pd_advance_next(ctx, a, t_limit, &c->transport_result);
-        if (status < 0) return status;
-        if (a->time < t_limit) *dt = a->time - c->time;
-        c->krylov_transport += a->krylov - krylov;
-        c->ledger.out += a->out - out;
-        c->ledger.in += a->in - in;
-        return status;
-    }
-    pd_status status;
-    if (c->dissolve) status = pdi_couple_react(ctx, c, t_limit, dt);
-    else {
-        *dt = pdi_couple_choose(ctx, c, t_limit);
-        PDI_TRY(pdi_couple_moves(ctx, c, t_limit, *dt));
-        PDI_TRY(pdi_couple_at(ctx, c, c->time + *dt));
-        status = pd_transport_implicit(ctx, c->transport, *dt, &c->transport_result);
-        c->krylov_transport += status < 0 ? 0 : c->transport_result.krylov;
-    }
-    if (status < 0) return status;
-    c->ledger.out += *dt * c->transport->outflow;
-    c->ledger.in += *dt * c->transport->inflow;
-    return status;
-}
-
-static pd_status pdi_couple_dissolve(pd_ctx *ctx, pd_couple *c, double dt)
-{
-    pd_dissolve *d = c->dissolve;
-    PDI_TRY(pd_dissolve_finish(ctx, d, dt));
-    if (!d->changed_count) return PD_OK;
-    PDI_TRY(pd_bonds_update(ctx, d->changed, d->changed_count, c->bonds));
-    if (c->flow) PDI_TRY(pd_flow_update(ctx, d->changed, d->changed_count, c->flow));
-    PDI_TRY(pd_transport_update(ctx, c->transport));
-    c->flow_stale = c->flow != NULL;
+    if (!count) return PD_OK;
+    if (c->bonds) PDI_TRY(pd_bonds_update(ctx, turned, count, c->bonds));
+    for (int n = 0; n < c->count; n++)
+        if (c->process[n].changed) PDI_TRY(c->process[n].changed(ctx, c->process[n].self, turned, count));
     return PD_OK;
 }
 
-/* Bond-based corrosion over a step of the coupling: an implicit one, or as many explicit ones as it needs. */
-static pd_status pdi_couple_corrode(pd_ctx *ctx, pd_couple *c, double t_limit)
+/* The step of the run when the first process that moves goes through steps of its own: the longest that suits all. */
+static pd_status pdi_couple_span(pd_ctx *ctx, const pd_couple *c, pd_step *s)
 {
-    pd_corrode *r = c->corrode;
-    double left = t_limit - c->time, reached = t_limit;
-    int64_t before = r->steps;
-    if (c->desc.max_step > 0.0 && pdi_stands_still(c->time, left, c->desc.max_step))
-        return pdi_fail(ctx, PD_ERR_STATE, "couple", "max_step = %g s does not lead on from t = %g s", c->desc.max_step,
-                        c->time);
-    if (c->desc.max_step > 0.0 && left > c->desc.max_step)
-        reached = c->time + left / ceil(left / c->desc.max_step * (1.0 - 1e-12));
-    if (c->recede) {
-        PDI_TRY(pd_recede_next(ctx, c->recede, reached));
-        reached = r->time;
-    } else PDI_TRY(pd_corrode_run(ctx, r, reached));
-    c->dt = (reached - c->time) / (double)(r->steps - before);
-    c->time = reached;
-    c->steps = r->steps;
-    return pdi_couple_balance(ctx, c);
+    double left = s->limit - s->time;
+    s->dt = left;
+    for (int n = 0; n < c->count; n++)
+        if (c->process[n].span) PDI_TRY(c->process[n].span(ctx, c->process[n].self, s));
+    if (!(s->dt < left)) return PD_OK;
+    s->dt = pdi_process_even(left, s->dt);
+    if (pdi_stands_still(s->time, left, s->dt))
+        return pdi_fail(ctx, PD_ERR_STATE, "couple",
+                        "steps of %g s do not lead on from t = %g s to %g s: max_step (%g s) is too small", s->dt,
+                        s->time, s->limit, c->desc.max_step);
+    if (s->dt < left) s->limit = s->time + s->dt;
+    return PD_OK;
+}
+
+/* Move a process on to s->limit, or by one step of its own. */
+static pd_status pdi_couple_move(pd_ctx *ctx, pd_couple *c, const pd_process *p, int once, pd_step *s)
+{
+    pd_status worst = PD_OK;
+    double limit = s->limit;
+    do {
+        s->limit = limit;
+        pd_status status = pdi_process_step(ctx, p, s);
+        if (status < 0) return status;
+        if (status > 0) worst = status;
+        PDI_TRY(pdi_couple_changed(ctx, c, s->turned, s->turned_count));
+        s->time = s->end;
+    } while (!once && s->time < limit);
+    if (p->finish) PDI_TRY(p->finish(ctx, p->self, s->end));
+    return worst;
+}
+
+/* All processes that move, in their order, up to the end of the step: *end and *dt [s]. *count: steps that it counts
+ * for. */
+static pd_status pdi_couple_advance(pd_ctx *ctx, pd_couple *c, double *end, double *dt, int64_t *count)
+{
+    pd_step s;
+    pd_status worst = PD_OK;
+    int moved = 0;
+    memset(&s, 0, sizeof s);
+    s.fraction = c->desc.fraction;
+    s.rtol = c->desc.rtol;
+    s.max_step = c->desc.max_step;
+    s.lost = c->ledger[0].solid_start - c->ledger[0].solid;
+    s.at = pdi_couple_at;
+    s.at_user = c;
+    *count = 1;
+    for (int n = 0; n < c->count; n++) {
+        const pd_process *p = &c->process[n];
+        int64_t before = p->counts ? *p->steps : 0;
+        if (!p->attempt) continue;
+        s.time = c->time;
+        s.limit = *end;
+        if (!moved && p->inner) PDI_TRY(pdi_couple_span(ctx, c, &s));
+        double span = s.limit - s.time;
+        pd_status status = pdi_couple_move(ctx, c, p, !moved && !p->inner, &s);
+        if (status < 0) return status;
+        if (status > 0) worst = status;
+        if (p->counts) *count = *p->steps - before;
+        if (!moved) *dt = p->inner ? span : s.dt;
+        *end = s.end;
+        moved = 1;
+    }
+    if (moved) return worst;
+    if (c->desc.max_step > 0.0 && c->desc.max_step < *dt) {
+        *dt = pdi_process_even(*dt, c->desc.max_step);
+        if (*dt < *end - c->time) *end = c->time + *dt;
+    }
+    return pdi_couple_at(ctx, c, *end);
 }
 
 pd_status pd_couple_step(pd_ctx *ctx, pd_couple *c, double t_limit)
 {
-    double dt = t_limit - c->time;
-    pd_status status = PD_OK;
+    double end = t_limit, dt = t_limit - c->time;
+    int64_t count;
     if (!(t_limit > c->time))
         return pdi_fail(ctx, PD_ERR_ARGUMENT, "couple", "a step from %g s cannot end at %g s", c->time, t_limit);
-    if (c->corrode) return pdi_couple_corrode(ctx, c, t_limit);
-    if (c->implicit || c->unsteady) PDI_TRY(pdi_couple_move(ctx, c, t_limit, &t_limit));
-    if (c->transport) status = pdi_couple_transport(ctx, c, t_limit, &dt);
-    else dt = t_limit - c->time;
+    pd_status status = pdi_couple_advance(ctx, c, &end, &dt, &count);
     if (status < 0) return status;
     c->unsolved += status > 0;
-    if (c->dissolve) PDI_TRY(pdi_couple_dissolve(ctx, c, dt));
-    c->dt = dt;
-    c->time = dt < t_limit - c->time ? c->time + dt : t_limit;
-    c->steps++;
+    c->dt = dt / (double)count;
+    c->time = end;
+    c->steps += count;
     PDI_TRY(pdi_couple_balance(ctx, c));
-    PDI_TRY(pdi_couple_flow(ctx, c));
+    for (int n = 0; n < c->count; n++)
+        if (c->process[n].at && c->process[n].finish) PDI_TRY(c->process[n].finish(ctx, c->process[n].self, c->time));
     return status;
 }
 
@@ -401,7 +233,19 @@ pd_status pd_couple_run(pd_ctx *ctx, pd_couple *c, double t_end, double every, p
 
 double pd_couple_volume_loss(const pd_couple *c)
 {
-    return c->solid_start > 0.0 ? 1.0 - c->ledger.solid / c->solid_start : 0.0;
+    double start = 0.0, left = 0.0;
+    for (int e = 0; e < c->elements; e++) {
+        start += c->ledger[e].solid_start;
+        left += c->ledger[e].solid;
+    }
+    return start > 0.0 ? 1.0 - left / start : 0.0;
+}
+
+double pd_couple_imbalance(const pd_couple *c)
+{
+    double worst = 0.0;
+    for (int e = 0; e < c->elements; e++) worst = fmax(worst, c->ledger[e].relative);
+    return worst;
 }
 
 /* ---- state ---- */
@@ -410,10 +254,6 @@ double pd_couple_volume_loss(const pd_couple *c)
 static pd_status pdi_couple_alike(pd_ctx *ctx, const pd_couple *c, pd_archive *archive)
 {
     const pd_grid *grid = c->grid;
-    const void *const parts[] = {c->flow, c->steady, c->implicit, c->unsteady, c->transport, c->advance, c->dissolve,
-                                 c->corrode, c->recede};
-    static const char *const part_names[] = {"flow", "steady", "implicit", "unsteady", "transport", "advance",
-                                             "dissolve", "corrode", "recede"};
     static const char *const cells[] = {"cells along x", "cells along y", "cells along z"};
     static const char *const spacing[] = {"h along x [m]", "h along y [m]", "h along z [m]"};
     static const char *const low[] = {"low end along x [m]", "low end along y [m]", "low end along z [m]"};
@@ -424,8 +264,8 @@ static pd_status pdi_couple_alike(pd_ctx *ctx, const pd_couple *c, pd_archive *a
     }
     PDI_TRY(PDI_SAME(ctx, archive, "ghost layers", grid->ghost));
     PDI_TRY(PDI_SAME(ctx, archive, "metal nodes at the start", (double)c->solid_nodes_start));
-    for (size_t k = 0; k < sizeof parts / sizeof parts[0]; k++)
-        PDI_TRY(PDI_SAME(ctx, archive, part_names[k], parts[k] != NULL));
+    PDI_TRY(PDI_SAME(ctx, archive, "processes", c->count));
+    for (int n = 0; n < c->count; n++) PDI_TRY(PDI_SAME(ctx, archive, c->process[n].name, 1));
     return PD_OK;
 }
 
@@ -443,12 +283,7 @@ static pd_status pdi_couple_turn(pd_ctx *ctx, pd_couple *c, const uint8_t *kind,
         if (kind[i] != c->grid->kind[i])
             return pdi_fail(ctx, PD_ERR_GEOMETRY, "couple", "node %d is of kind %d in the file, expected %d", (int)i,
                             kind[i], c->grid->kind[i]);
-    if (!count || c->corrode) return PD_OK;
-    PDI_TRY(pd_bonds_update(ctx, turned, count, c->bonds));
-    if (c->flow) PDI_TRY(pd_flow_update(ctx, turned, count, c->flow));
-    if (c->transport) PDI_TRY(pd_transport_update(ctx, c->transport));
-    if (c->dissolve) pdi_dissolve_turned(c->dissolve, turned, count);
-    return PD_OK;
+    return pdi_couple_changed(ctx, c, turned, count);
 }
 
 static pd_status pdi_couple_kinds(pd_ctx *ctx, pd_couple *c, pd_archive *archive)
@@ -466,41 +301,18 @@ static pd_status pdi_couple_kinds(pd_ctx *ctx, pd_couple *c, pd_archive *archive
     return status;
 }
 
-static pd_status pdi_couple_parts(pd_ctx *ctx, pd_couple *c, pd_archive *archive)
-{
-    if (c->flow) PDI_TRY(pdi_flow_store(ctx, c->flow, archive));
-    if (c->steady) PDI_TRY(pdi_steady_store(ctx, c->steady, archive));
-    if (c->implicit) PDI_TRY(pdi_implicit_store(ctx, c->implicit, archive));
-    if (c->unsteady) PDI_TRY(pdi_unsteady_store(ctx, c->unsteady, archive));
-    if (c->transport) PDI_TRY(pdi_transport_store(ctx, c->transport, archive));
-    if (c->advance) PDI_TRY(pdi_advance_store(ctx, c->advance, archive));
-    if (c->dissolve) PDI_TRY(PDI_KEEP(ctx, archive, "dissolve.next_dt", &c->dissolve->next_dt, 1));
-    if (c->corrode) PDI_TRY(pdi_corrode_store(ctx, c->corrode, archive));
-    return c->recede ? pdi_recede_store(ctx, c->recede, archive) : PD_OK;
-}
-
 pd_status pd_couple_store(pd_ctx *ctx, pd_couple *c, pd_archive *archive)
 {
-    pd_steady_result *flow = &c->steady_result;
-    pd_transport_result *transport = &c->transport_result;
     PDI_TRY(pdi_couple_alike(ctx, c, archive));
     PDI_TRY(pdi_couple_kinds(ctx, c, archive));
-    PDI_TRY(pdi_couple_parts(ctx, c, archive));
+    for (int n = 0; n < c->count; n++)
+        if (c->process[n].store) PDI_TRY(c->process[n].store(ctx, c->process[n].self, archive));
     PDI_TRY(PDI_KEEP(ctx, archive, "time", &c->time, 1));
     PDI_TRY(PDI_KEEP(ctx, archive, "dt", &c->dt, 1));
     PDI_TRY(PDI_KEEP(ctx, archive, "started", &c->started, 1));
     PDI_TRY(PDI_KEEP(ctx, archive, "steps", &c->steps, 1));
-    PDI_TRY(PDI_KEEP(ctx, archive, "flow solves", &c->flow_solves, 1));
     PDI_TRY(PDI_KEEP(ctx, archive, "unsolved", &c->unsolved, 1));
-    PDI_TRY(PDI_KEEP(ctx, archive, "krylov of the flow", &c->krylov_flow, 1));
-    PDI_TRY(PDI_KEEP(ctx, archive, "krylov of transport", &c->krylov_transport, 1));
-    PDI_TRY(PDI_KEEP(ctx, archive, "evaluations of the flow", &c->flow_evaluations, 1));
-    PDI_TRY(PDI_KEEP(ctx, archive, "flow stale", &c->flow_stale, 1));
-    if (c->flow && c->flow->clock) PDI_TRY(PDI_KEEP(ctx, archive, "flow moved", &c->flow_moved, 1));
-    PDI_TRY(PDI_KEEP(ctx, archive, "momentum residual", &flow->momentum, 1));
-    PDI_TRY(PDI_KEEP(ctx, archive, "continuity residual", &flow->continuity, 1));
-    PDI_TRY(PDI_KEEP(ctx, archive, "limiter steps", &transport->limiter, 1));
-    PDI_TRY(PDI_KEEP(ctx, archive, "change", &transport->change, 1));
-    PDI_TRY(PDI_KEEP(ctx, archive, "solid at the start", &c->solid_start, 1));
-    return PDI_KEEP(ctx, archive, "ledger", &c->ledger, 1);
+    return PDI_KEEP(ctx, archive, "ledger", c->ledger, c->elements);
 }
+
+#undef PDI_COUPLE_FRACTION

@@ -76,6 +76,7 @@ static int pdi_gas_convert(const pd_gas *gas, int32_t i)
 }
 
 static int pdi_gas_holds(uint8_t kind) { return kind == PD_FLUID || kind == PD_INLET; }
+static int pdi_gas_behind(uint8_t kind) { return kind == PD_OUTLET || kind == PD_INLET; }
 
 /* Primitive states of fluid nodes and inlets. Returns the first node that is not admissible, or -1. */
 static int32_t pdi_gas_convert_all(const pd_ctx *ctx, const pd_gas *gas)
@@ -352,6 +353,35 @@ static void pdi_gas_rate_lanes(const pd_gas *gas, int32_t i, int32_t row, int co
         for (int b = 0; b < count; b++) gas->rate[c * total + i + b] = -sum[c][b];
 }
 
+/* Mass and energy [kg/s], [J/s] (1D: per m2; 2D: per m) that bonds carry out through open sides and in, by the states
+ * and slopes of the rates: out [2], in [2]. */
+static void pdi_gas_passing(const pd_gas *gas, double *out, double *in)
+{
+    const pd_bonds *bonds = gas->bonds;
+    const pd_stencil *s = bonds->stencil;
+    out[0] = out[1] = in[0] = in[1] = 0.0;
+    for (int32_t o = 0; o < gas->opens; o++) {
+        double sum[PD_GAS_FIELDS][PDI_LANES], n[PD_DIM];
+        int32_t i = gas->open[o], row = bonds->row[i];
+        pdi_gas_face face;
+        memset(sum, 0, sizeof sum);
+        for (int k = 0; k < s->count; k++) {
+            if (!pdi_gas_behind(gas->grid->kind[i + bonds->shift[k]])) continue;
+            if (row >= 0 && !pdi_bond_open(bonds, row, k)) continue;
+            double weight = pdi_gas_bond(s, k, n);
+            pdi_gas_reconstruct(gas, i, k, 1, NULL, &face);
+            pdi_gas_waves(gas, n, 1, &face);
+            pdi_gas_hllc(gas, n, weight, gas->primitive + (int64_t)PDI_GAS_P * gas->grid->total + i, 1, NULL, &face,
+                         sum);
+        }
+        for (int k = 0; k < 2; k++) {
+            double passes = sum[k ? PDI_GAS_P : 0][0] * s->volume;
+            if (passes > 0.0) out[k] += passes;
+            else in[k] -= passes;
+        }
+    }
+}
+
 /* Sums of wave speeds [1/s] of the step limit (eq. 4.26), into the first field of rate. */
 static void pdi_gas_limit_lanes(const pd_gas *gas, int32_t i, int32_t row, int count)
 {
@@ -468,8 +498,9 @@ static void pdi_gas_flatten(pd_gas *gas)
     pdi_gas_ghosts(gas, 1);
 }
 
-/* 1: done. 0: *lost is a node whose density or pressure would turn non-positive; the state is that before the stage. */
-static int pdi_gas_advance(const pd_ctx *ctx, pd_gas *gas, const pdi_gas_stage *g, int32_t *lost)
+/* 1: done; passes [4]: what went out and in meanwhile, as pdi_gas_passing has it. 0: *lost is a node whose density or
+ * pressure would turn non-positive; the state is that before the stage. */
+static int pdi_gas_advance(const pd_ctx *ctx, pd_gas *gas, const pdi_gas_stage *g, int32_t *lost, double *passes)
 {
     const uint8_t *kind = gas->grid->kind;
     int32_t total = gas->grid->total;
@@ -485,6 +516,7 @@ static int pdi_gas_advance(const pd_ctx *ctx, pd_gas *gas, const pdi_gas_stage *
         pdi_gas_flatten(gas);
     }
     if (found != 0) return 0;
+    pdi_gas_passing(gas, passes, passes + 2);
     PDI_PARALLEL_FOR(nt)
     for (int32_t i = 0; i < total; i++) {
         double u[PD_GAS_FIELDS];
@@ -498,6 +530,8 @@ static int pdi_gas_advance(const pd_ctx *ctx, pd_gas *gas, const pdi_gas_stage *
 pd_status pd_gas_step(pd_ctx *ctx, pd_gas *gas, double dt)
 {
     static const double old_share[3] = {0.0, 0.75, 1.0 / 3.0};
+    static const double weight[3] = {1.0 / 6.0, 1.0 / 6.0, 2.0 / 3.0}; /* of the rates of the stages in the step */
+    double passes[3][4];
     int64_t size = (int64_t)PD_GAS_FIELDS * gas->grid->total;
     if (!(dt > 0.0)) return pdi_fail(ctx, PD_ERR_ARGUMENT, "gas", "the step is %g s, expected a positive one", dt);
     int32_t bad = pdi_gas_convert_all(ctx, gas);
@@ -507,47 +541,108 @@ pd_status pd_gas_step(pd_ctx *ctx, pd_gas *gas, double dt)
         pdi_gas_stage g;
         g.old_share = old_share[stage];
         g.dt = dt;
-        int done = pdi_gas_advance(ctx, gas, &g, &bad);
+        int done = pdi_gas_advance(ctx, gas, &g, &bad, passes[stage]);
         if (!done) pdi_par_copy(ctx, size, gas->start, gas->state);
         pdi_gas_convert_all(ctx, gas);
         if (done) continue;
         return pdi_fail(ctx, PD_RETRY, "gas", "density or pressure of node %d turns non-positive in a step of %g s at "
                         "t = %g s", (int)bad, dt, gas->time);
     }
+    for (int stage = 0; stage < 3; stage++)
+        for (int k = 0; k < 2; k++) {
+            gas->out[k] += dt * weight[stage] * passes[stage][k];
+            gas->in[k] += dt * weight[stage] * passes[stage][2 + k];
+        }
     gas->time += dt;
     gas->steps++;
     return PD_OK;
 }
 
+/* ---- the process ---- */
+
+static pd_status pdi_gas_longest(pd_ctx *ctx, void *self, pd_step *s)
+{
+    pd_gas *gas = (pd_gas *)self;
+    PDI_TRY(pd_gas_limit(ctx, gas, &s->dt));
+    s->dt *= gas->desc.cfl;
+    return PD_OK;
+}
+
+static pd_status pdi_gas_attempt(pd_ctx *ctx, void *self, pd_step *s)
+{
+    return pd_gas_step(ctx, (pd_gas *)self, s->dt);
+}
+
+static pd_status pdi_gas_accept(pd_ctx *ctx, void *self, pd_step *s)
+{
+    (void)ctx;
+    ((pd_gas *)self)->time = s->end;
+    return PD_OK;
+}
+
+static pd_status pdi_gas_again(pd_ctx *ctx, void *self, pd_step *s)
+{
+    pd_gas *gas = (pd_gas *)self;
+    if (s->trial == PDI_GAS_HALVINGS)
+        return pdi_fail(ctx, PD_ERR_STATE, "gas", "steps down to %g s at t = %g s leave the admissible range", s->dt,
+                        s->time);
+    s->dt *= 0.5;
+    gas->rejected++;
+    return PD_OK;
+}
+
+static pd_status pdi_gas_stuck(pd_ctx *ctx, void *self, const pd_step *s)
+{
+    (void)self;
+    return pdi_fail(ctx, PD_ERR_STATE, "gas",
+                    "steps of %g s do not lead on from t = %g s to %g s: the gas is too fast for this lattice", s->dt,
+                    s->time, s->limit);
+}
+
+static pd_status pdi_gas_archive(pd_ctx *ctx, void *self, pd_archive *archive)
+{
+    return pd_gas_store(ctx, (pd_gas *)self, archive);
+}
+
+static const pd_element pdi_gas_element[2] = {{"mass", "kg"}, {"energy", "J"}};
+
+static void pdi_gas_balance(pd_ctx *ctx, void *self, int k, pd_amounts *a)
+{
+    const pd_gas *gas = (const pd_gas *)self;
+    double stock[PD_GAS_FIELDS];
+    pd_gas_stock(ctx, gas, stock);
+    a->dissolved += stock[k ? PDI_GAS_P : 0];
+    a->out += gas->out[k];
+    a->in += gas->in[k];
+}
+
+pd_process pd_gas_process(pd_gas *gas)
+{
+    pd_process p;
+    memset(&p, 0, sizeof p);
+    p.name = "gas";
+    p.self = gas;
+    p.element = pdi_gas_element;
+    p.elements = 2;
+    p.inner = 1;
+    p.steps = &gas->steps;
+    p.span = pdi_process_span;
+    p.limit = pdi_gas_longest;
+    p.attempt = pdi_gas_attempt;
+    p.accept = pdi_gas_accept;
+    p.reject = pdi_gas_again;
+    p.stuck = pdi_gas_stuck;
+    p.store = pdi_gas_archive;
+    p.balance = pdi_gas_balance;
+    return p;
+}
+
 pd_status pd_gas_run(pd_ctx *ctx, pd_gas *gas, double t_end)
 {
+    pd_process p = pd_gas_process(gas);
     if (!(t_end >= gas->time))
         return pdi_fail(ctx, PD_ERR_ARGUMENT, "gas", "a run from %g s to %g s", gas->time, t_end);
-    while (gas->time < t_end) {
-        double left = t_end - gas->time, dt;
-        PDI_TRY(pdi_poll(ctx, "gas", gas->rejected));
-        PDI_TRY(pd_gas_limit(ctx, gas, &dt));
-        dt *= gas->desc.cfl;
-        int last = dt >= left;
-        if (pdi_stands_still(gas->time, left, dt))
-            return pdi_fail(ctx, PD_ERR_STATE, "gas",
-                            "steps of %g s do not lead on from t = %g s to %g s: the gas is too fast for this lattice",
-                            dt, gas->time, t_end);
-        if (last) dt = left;
-        pd_status status = pd_gas_step(ctx, gas, dt);
-        for (int halved = 0; halved < PDI_GAS_HALVINGS && status == PD_RETRY; halved++) {
-            dt *= 0.5;
-            last = 0;
-            gas->rejected++;
-            status = pd_gas_step(ctx, gas, dt);
-        }
-        if (status < 0) return status;
-        if (status == PD_RETRY)
-            return pdi_fail(ctx, PD_ERR_STATE, "gas", "steps down to %g s at t = %g s leave the admissible range", dt,
-                            gas->time);
-        if (last) gas->time = t_end;
-    }
-    return PD_OK;
+    return pdi_process_run(ctx, &p, gas->time, t_end);
 }
 
 void pd_gas_stock(pd_ctx *ctx, const pd_gas *gas, double *stock)
@@ -586,6 +681,27 @@ static void pdi_gas_wall_build(const pd_bonds *bonds, int32_t r, double *face, d
         dot += face[d] * along[d];
     }
     *gap = square > 0.0 ? dot / (weights * sqrt(square)) : 0.0;
+}
+
+/* Fluid nodes whose family reaches through an open side. */
+static pd_status pdi_gas_find_open(pd_ctx *ctx, pd_gas *gas)
+{
+    const pd_bonds *bonds = gas->bonds;
+    int32_t total = gas->grid->total;
+    for (int fill = 0; fill < 2; fill++) {
+        int32_t found = 0;
+        for (int32_t i = 0; i < total; i++) {
+            int open = 0;
+            if (gas->grid->kind[i] != PD_FLUID) continue;
+            for (int k = 0; k < bonds->stencil->count && !open; k++)
+                open = pdi_gas_behind(gas->grid->kind[i + bonds->shift[k]]);
+            if (open && fill) gas->open[found] = i;
+            found += open;
+        }
+        gas->opens = found;
+        if (!fill) PDI_TRY(PDI_NEW(ctx, "gas", found, gas->open));
+    }
+    return PD_OK;
 }
 
 /* The state of a node from the callback, mirrored where an inlet lies behind a mirror side. */
@@ -637,6 +753,7 @@ static pd_status pdi_gas_make(pd_ctx *ctx, const pd_grid *grid, const pd_bonds *
     PDI_TRY(PDI_NEW(ctx, "gas", (int64_t)gas->rows * PD_DIM, gas->wall_face));
     PDI_TRY(PDI_NEW(ctx, "gas", gas->rows, gas->wall_gap));
     PDI_TRY(PDI_NEW(ctx, "gas", total, gas->flag));
+    PDI_TRY(pdi_gas_find_open(ctx, gas));
     if (desc->order == PD_GAS_SECOND) PDI_TRY(PDI_NEW(ctx, "gas", PD_GAS_FIELDS * PD_DIM * total, gas->slope));
     for (int32_t r = 0; r < gas->rows; r++)
         pdi_gas_wall_build(bonds, r, gas->wall_face + (int64_t)r * PD_DIM, &gas->wall_gap[r]);
@@ -655,6 +772,8 @@ pd_status pd_gas_build(pd_ctx *ctx, const pd_grid *grid, const pd_bonds *bonds, 
 pd_status pd_gas_store(pd_ctx *ctx, pd_gas *gas, pd_archive *archive)
 {
     PDI_TRY(PDI_KEEP(ctx, archive, "gas.state", gas->state, (int64_t)PD_GAS_FIELDS * gas->grid->total));
+    PDI_TRY(PDI_KEEP(ctx, archive, "gas.out", gas->out, 2));
+    PDI_TRY(PDI_KEEP(ctx, archive, "gas.in", gas->in, 2));
     PDI_TRY(PDI_KEEP(ctx, archive, "gas.time", &gas->time, 1));
     PDI_TRY(PDI_KEEP(ctx, archive, "gas.steps", &gas->steps, 1));
     PDI_TRY(PDI_KEEP(ctx, archive, "gas.rejected", &gas->rejected, 1));
@@ -672,6 +791,7 @@ void pd_gas_free(pd_ctx *ctx, pd_gas *gas)
     PDI_DELETE(ctx, PD_GAS_FIELDS * total, gas->rate);
     PDI_DELETE(ctx, (int64_t)gas->rows * PD_DIM, gas->wall_face);
     PDI_DELETE(ctx, gas->rows, gas->wall_gap);
+    PDI_DELETE(ctx, gas->opens, gas->open);
     PDI_DELETE(ctx, total, gas->flag);
     PDI_DELETE(ctx, PD_GAS_FIELDS * PD_DIM * total, gas->slope);
     memset(gas, 0, sizeof *gas);

@@ -9,7 +9,7 @@
  */
 #ifndef PD_GAS_H
 #define PD_GAS_H
-#include "core/archive.h"
+#include "solve/process.h"
 #include "lattice/bond.h"
 
 /* Fields of a state: the density, PD_DIM components of the momentum (or velocity), the energy (or pressure). */
@@ -43,7 +43,10 @@ typedef struct pd_gas {
     double *wall_face;   /* [rows][PD_DIM] [1/m] sum of g over the closed bonds of a row: points into the wall */
     double *wall_gap;    /* [rows] [m] distance of the wall along wall_face */
     int32_t rows;        /* of the bonds at build */
+    int32_t *open;       /* [opens] fluid nodes with bonds through inlets and outlets */
+    int32_t opens;
     uint8_t *flag;       /* [total] the node fell back to first order in this stage, to stay positive; work */
+    double out[2], in[2]; /* [kg], [J] (1D: per m2; 2D: per m) mass and energy through open sides since the build */
     double time;         /* [s] */
     int64_t steps, rejected; /* steps done; steps that were halved */
     int64_t lowered;     /* nodes that fell back to first order, summed over stages */
@@ -53,6 +56,7 @@ typedef struct pd_gas {
 #define pd_gas_limit PD_NAME(pd_gas_limit)
 #define pd_gas_step PD_NAME(pd_gas_step)
 #define pd_gas_run PD_NAME(pd_gas_run)
+#define pd_gas_process PD_NAME(pd_gas_process)
 #define pd_gas_stock PD_NAME(pd_gas_stock)
 #define pd_gas_store PD_NAME(pd_gas_store)
 #define pd_gas_free PD_NAME(pd_gas_free)
@@ -70,6 +74,8 @@ PD_API pd_status pd_gas_limit(pd_ctx *ctx, pd_gas *gas, double *limit);
 PD_API pd_status pd_gas_step(pd_ctx *ctx, pd_gas *gas, double dt);
 /* Steps of cfl times the limit up to t_end [s]; rejected steps are halved. PD_ERR_STATE: 20 halvings did not help. */
 PD_API pd_status pd_gas_run(pd_ctx *ctx, pd_gas *gas, double t_end);
+/* The gas as a part of a run, for pd_couple_add, with ledgers of mass and energy. */
+PD_API pd_process pd_gas_process(pd_gas *gas);
 /* stock [PD_GAS_FIELDS]: mass [kg], momentum [kg m/s], energy [J] of all fluid nodes (1D: per m2; 2D: per m). */
 PD_API void pd_gas_stock(pd_ctx *ctx, const pd_gas *gas, double *stock);
 /* Write what steps carry on, or read it into a gas built alike, to go on with the same bits. Errors of

@@ -155,10 +155,19 @@ static void pdi_implicit_reject(const pd_ctx *ctx, pd_implicit *im, double dt)
     im->rejected++;
 }
 
-static pd_status pdi_implicit_hopeless(pd_ctx *ctx, const pd_implicit *im, double dt, pd_status status)
+/* The last step was too coarse, or did not converge (its error is infinite then): a shorter one. */
+static pd_status pdi_implicit_again(pd_ctx *ctx, void *self, pd_step *s)
 {
+    pd_implicit *im = (pd_implicit *)self;
     char place[PDI_GRID_PLACE];
-    if (status == PD_OK)
+    int last, solved = s->error < HUGE_VAL;
+    double dt = s->dt;
+    if (solved) pdi_implicit_reject(ctx, im, dt);
+    im->time = s->time;
+    im->dt = dt * fmax(PDI_IMPLICIT_SHRINK, pdi_sdirk_factor(s->error, PDI_IMPLICIT_GROWTH));
+    s->dt = pdi_sdirk_clip(im->dt, im->desc.largest, s->limit - s->time, &last);
+    if (dt > PDI_IMPLICIT_SMALLEST * im->desc.first) return PD_OK;
+    if (solved)
         return pdi_fail(ctx, PD_ERR_STATE, "implicit",
                         "the error of a step of %g s at t = %g s is %g and does not fall with the step, expected %g: "
                         "loosen rtol, or look for an inlet or wall that jumps in time", dt, im->time, im->error,
@@ -169,38 +178,78 @@ static pd_status pdi_implicit_hopeless(pd_ctx *ctx, const pd_implicit *im, doubl
                     pdi_grid_place(im->flow->grid, pdi_steady_worst(im->steady), place), im->desc.rtol);
 }
 
-pd_status pd_implicit_run(pd_ctx *ctx, pd_implicit *im, double t_end)
+/* ---- the process ---- */
+
+static pd_status pdi_implicit_start(pd_ctx *ctx, void *self, double t)
 {
-    if (!(t_end >= im->time))
-        return pdi_fail(ctx, PD_ERR_ARGUMENT, "implicit", "a run from %g s to %g s", im->time, t_end);
-    if (!(im->dt > 0.0)) im->dt = im->desc.first;
-    while (im->time < t_end) {
-        PDI_TRY(pdi_poll(ctx, "flow in time", im->steps));
-        int last;
-        double begin = im->time, dt = pdi_sdirk_clip(im->dt, im->desc.largest, t_end - begin, &last);
-        if (pdi_stands_still(begin, t_end - begin, dt))
-            return pdi_fail(ctx, PD_ERR_STATE, "implicit",
-                            "steps of %g s do not lead on from t = %g s to %g s: loosen rtol (%g) or take a longer "
-                            "largest step (%g s, 0: none)", dt, begin, t_end, im->desc.rtol, im->desc.largest);
-        pd_status status = pd_implicit_step(ctx, im, dt);
-        if (status < 0) return status;
-        double share = status == PD_OK ? im->error / im->desc.rtol : 25.0;
-        double factor = pdi_sdirk_factor(share, PDI_IMPLICIT_GROWTH);
-        if (share > 1.0) {
-            if (status == PD_OK) pdi_implicit_reject(ctx, im, dt);
-            im->time = begin;
-            im->dt = dt * fmax(PDI_IMPLICIT_SHRINK, factor);
-            if (!(dt > PDI_IMPLICIT_SMALLEST * im->desc.first)) return pdi_implicit_hopeless(ctx, im, dt, status);
-            continue;
-        }
-        if (last) im->time = t_end;
-        im->dt = pdi_sdirk_plan(im->dt, dt, factor);
-    }
-    return pdi_steady_even(ctx, im->steady);
+    (void)t;
+    pd_flow_prepare(ctx, ((pd_implicit *)self)->flow);
+    return PD_OK;
 }
 
-PDI_FN pd_status pdi_implicit_store(pd_ctx *ctx, pd_implicit *im, pd_archive *archive)
+static double pdi_implicit_wanted(const pd_implicit *im) { return im->dt > 0.0 ? im->dt : im->desc.first; }
+
+/* What moves with the flow sees it at the ends of steps as long as its own. */
+static pd_status pdi_implicit_span(pd_ctx *ctx, void *self, pd_step *s)
 {
+    s->dt = fmin(s->dt, pdi_implicit_wanted((const pd_implicit *)self));
+    return pdi_process_span(ctx, self, s);
+}
+
+static pd_status pdi_implicit_limit(pd_ctx *ctx, void *self, pd_step *s)
+{
+    pd_implicit *im = (pd_implicit *)self;
+    int last;
+    (void)ctx;
+    im->dt = pdi_implicit_wanted(im);
+    s->dt = pdi_sdirk_clip(im->dt, im->desc.largest, s->limit - s->time, &last);
+    return PD_OK;
+}
+
+static pd_status pdi_implicit_attempt(pd_ctx *ctx, void *self, pd_step *s)
+{
+    pd_implicit *im = (pd_implicit *)self;
+    pd_status status = pd_implicit_step(ctx, im, s->dt);
+    s->error = status == PD_OK ? im->error / im->desc.rtol : HUGE_VAL;
+    return status < 0 || !(s->error > 1.0) ? status : PD_RETRY;
+}
+
+static pd_status pdi_implicit_accept(pd_ctx *ctx, void *self, pd_step *s)
+{
+    pd_implicit *im = (pd_implicit *)self;
+    (void)ctx;
+    im->time = s->end;
+    im->dt = pdi_sdirk_plan(im->dt, s->dt, pdi_sdirk_factor(s->error, PDI_IMPLICIT_GROWTH));
+    return PD_OK;
+}
+
+static pd_status pdi_implicit_stuck(pd_ctx *ctx, void *self, const pd_step *s)
+{
+    const pd_implicit *im = (const pd_implicit *)self;
+    return pdi_fail(ctx, PD_ERR_STATE, "implicit",
+                    "steps of %g s do not lead on from t = %g s to %g s: loosen rtol (%g) or take a longer largest "
+                    "step (%g s, 0: none)", s->dt, s->time, s->limit, im->desc.rtol, im->desc.largest);
+}
+
+static pd_status pdi_implicit_finish(pd_ctx *ctx, void *self, double t)
+{
+    (void)t;
+    return pdi_steady_even(ctx, ((pd_implicit *)self)->steady);
+}
+
+/* The slope at the end of the last step tells nothing about fluid that is new. */
+static pd_status pdi_implicit_changed(pd_ctx *ctx, void *self, const int32_t *turned, int32_t count)
+{
+    pd_implicit *im = (pd_implicit *)self;
+    im->last = 0.0;
+    return pd_flow_update(ctx, turned, count, im->flow);
+}
+
+static pd_status pdi_implicit_store(pd_ctx *ctx, void *self, pd_archive *archive)
+{
+    pd_implicit *im = (pd_implicit *)self;
+    PDI_TRY(pdi_flow_store(ctx, im->flow, archive));
+    PDI_TRY(pdi_steady_store(ctx, im->steady, archive));
     PDI_TRY(PDI_KEEP(ctx, archive, "implicit.time", &im->time, 1));
     PDI_TRY(PDI_KEEP(ctx, archive, "implicit.dt", &im->dt, 1));
     PDI_TRY(PDI_KEEP(ctx, archive, "implicit.error", &im->error, 1));
@@ -209,6 +258,35 @@ PDI_FN pd_status pdi_implicit_store(pd_ctx *ctx, pd_implicit *im, pd_archive *ar
     PDI_TRY(PDI_KEEP(ctx, archive, "implicit.steps", &im->steps, 1));
     PDI_TRY(PDI_KEEP(ctx, archive, "implicit.rejected", &im->rejected, 1));
     return PDI_KEEP(ctx, archive, "implicit.evaluations", &im->evaluations, 1);
+}
+
+pd_process pd_implicit_process(pd_implicit *im)
+{
+    pd_process p;
+    memset(&p, 0, sizeof p);
+    p.name = "flow in time";
+    p.self = im;
+    p.inner = 1;
+    p.steps = &im->steps;
+    p.start = pdi_implicit_start;
+    p.span = pdi_implicit_span;
+    p.limit = pdi_implicit_limit;
+    p.attempt = pdi_implicit_attempt;
+    p.accept = pdi_implicit_accept;
+    p.reject = pdi_implicit_again;
+    p.stuck = pdi_implicit_stuck;
+    p.finish = pdi_implicit_finish;
+    p.changed = pdi_implicit_changed;
+    p.store = pdi_implicit_store;
+    return p;
+}
+
+pd_status pd_implicit_run(pd_ctx *ctx, pd_implicit *im, double t_end)
+{
+    pd_process p = pd_implicit_process(im);
+    if (!(t_end >= im->time))
+        return pdi_fail(ctx, PD_ERR_ARGUMENT, "implicit", "a run from %g s to %g s", im->time, t_end);
+    return pdi_process_run(ctx, &p, im->time, t_end);
 }
 
 void pd_implicit_free(pd_ctx *ctx, pd_implicit *im)

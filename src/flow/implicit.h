@@ -8,6 +8,7 @@
 #ifndef PD_IMPLICIT_H
 #define PD_IMPLICIT_H
 #include "flow/steady.h"
+#include "solve/process.h"
 
 typedef struct pd_implicit_desc {
     double tolerance; /* [-] of the stages, against the reference speed; 0: a thousandth of rtol */
@@ -34,6 +35,7 @@ typedef struct pd_implicit {
 #define pd_implicit_build PD_NAME(pd_implicit_build)
 #define pd_implicit_step PD_NAME(pd_implicit_step)
 #define pd_implicit_run PD_NAME(pd_implicit_run)
+#define pd_implicit_process PD_NAME(pd_implicit_process)
 #define pd_implicit_free PD_NAME(pd_implicit_free)
 
 /* Starts from the state in flow; flow and steady are borrowed. PD_ERR_ARGUMENT: a knob is negative or not finite. */
@@ -44,11 +46,8 @@ PD_API pd_status pd_implicit_step(pd_ctx *ctx, pd_implicit *implicit, double dt)
 /* Steps of controlled error up to t_end [s]. PD_ERR_STATE: steps of 1e-12 of the first one do not converge, or their
  * error does not fall. */
 PD_API pd_status pd_implicit_run(pd_ctx *ctx, pd_implicit *implicit, double t_end);
+/* The flow as a part of a run, for pd_couple_add; it prepares the flow. */
+PD_API pd_process pd_implicit_process(pd_implicit *implicit);
 PD_API void pd_implicit_free(pd_ctx *ctx, pd_implicit *implicit);
-
-#ifdef PDI_INTERNAL
-/* What steps carry on beside the flow. */
-PDI_FN pd_status pdi_implicit_store(pd_ctx *ctx, pd_implicit *implicit, pd_archive *archive);
-#endif
 
 #endif

@@ -4,6 +4,9 @@
 #include <math.h>
 #include <string.h>
 
+/* How often a step that leaves the admissible range is halved. */
+#define PDI_UNSTEADY_HALVINGS 20
+
 static double pdi_unsteady_pressure(const pd_unsteady_desc *d, double density)
 {
     double c2 = d->sound * d->sound;
@@ -206,43 +209,100 @@ double pd_unsteady_limit(pd_ctx *ctx, pd_unsteady *un)
     return un->limit;
 }
 
-pd_status pd_unsteady_run(pd_ctx *ctx, pd_unsteady *un, double t_end)
+/* ---- the process ---- */
+
+static pd_status pdi_unsteady_start(pd_ctx *ctx, void *self, double t)
 {
-    if (!(t_end >= un->time))
-        return pdi_fail(ctx, PD_ERR_ARGUMENT, "unsteady", "a run from %g s to %g s", un->time, t_end);
-    while (un->time < t_end) {
-        PDI_TRY(pdi_poll(ctx, "explicit flow", un->steps));
-        double left = t_end - un->time, dt = un->desc.cfl * pd_unsteady_limit(ctx, un);
-        int last = dt >= left;
-        if (pdi_stands_still(un->time, left, dt))
-            return pdi_fail(ctx, PD_ERR_STATE, "unsteady",
-                            "steps of %g s do not lead on from t = %g s to %g s: the speed of sound (%g m/s) or the "
-                            "viscosity (%g m2/s) asks for them on this lattice", dt, un->time, t_end, un->desc.sound,
-                            un->flow->nu);
-        if (last) dt = left;
-        pd_status status = PD_RETRY;
-        for (int halved = 0; halved <= 20 && status == PD_RETRY; halved++) {
-            status = pd_unsteady_step(ctx, un, dt);
-            if (status == PD_OK) break;
-            if (status < 0) return status;
-            dt *= 0.5;
-            last = 0;
-        }
-        if (status == PD_RETRY)
-            return pdi_fail(ctx, PD_ERR_STATE, "unsteady", "steps down to %g s at t = %g s leave the admissible range",
-                            dt, un->time);
-        if (last) un->time = t_end;
-    }
+    (void)t;
+    pd_flow_prepare(ctx, ((pd_unsteady *)self)->flow);
     return PD_OK;
 }
 
-PDI_FN pd_status pdi_unsteady_store(pd_ctx *ctx, pd_unsteady *un, pd_archive *archive)
+static pd_status pdi_unsteady_longest(pd_ctx *ctx, void *self, pd_step *s)
 {
+    pd_unsteady *un = (pd_unsteady *)self;
+    s->dt = un->desc.cfl * pd_unsteady_limit(ctx, un);
+    return PD_OK;
+}
+
+static pd_status pdi_unsteady_attempt(pd_ctx *ctx, void *self, pd_step *s)
+{
+    return pd_unsteady_step(ctx, (pd_unsteady *)self, s->dt);
+}
+
+static pd_status pdi_unsteady_accept(pd_ctx *ctx, void *self, pd_step *s)
+{
+    (void)ctx;
+    ((pd_unsteady *)self)->time = s->end;
+    return PD_OK;
+}
+
+static pd_status pdi_unsteady_again(pd_ctx *ctx, void *self, pd_step *s)
+{
+    (void)self;
+    s->dt *= 0.5;
+    if (s->trial < PDI_UNSTEADY_HALVINGS) return PD_OK;
+    return pdi_fail(ctx, PD_ERR_STATE, "unsteady", "steps down to %g s at t = %g s leave the admissible range", s->dt,
+                    s->time);
+}
+
+static pd_status pdi_unsteady_stuck(pd_ctx *ctx, void *self, const pd_step *s)
+{
+    const pd_unsteady *un = (const pd_unsteady *)self;
+    return pdi_fail(ctx, PD_ERR_STATE, "unsteady",
+                    "steps of %g s do not lead on from t = %g s to %g s: the speed of sound (%g m/s) or the viscosity "
+                    "(%g m2/s) asks for them on this lattice", s->dt, s->time, s->limit, un->desc.sound, un->flow->nu);
+}
+
+/* New fluid has the density of its pressure; the lattice is another one for the limit. */
+static pd_status pdi_unsteady_changed(pd_ctx *ctx, void *self, const int32_t *turned, int32_t count)
+{
+    pd_unsteady *un = (pd_unsteady *)self;
+    PDI_TRY(pd_flow_update(ctx, turned, count, un->flow));
+    for (int32_t n = 0; n < count; n++)
+        un->density[turned[n]] = pdi_unsteady_density(&un->desc, un->flow->p[turned[n]]);
+    un->limit = 0.0;
+    pdi_spectrum_free(ctx, &un->spectrum);
+    return pdi_spectrum_build(ctx, un->flow, &un->spectrum);
+}
+
+static pd_status pdi_unsteady_store(pd_ctx *ctx, void *self, pd_archive *archive)
+{
+    pd_unsteady *un = (pd_unsteady *)self;
+    PDI_TRY(pdi_flow_store(ctx, un->flow, archive));
     PDI_TRY(PDI_KEEP(ctx, archive, "unsteady.density", un->density, un->flow->grid->total));
     PDI_TRY(PDI_KEEP(ctx, archive, "unsteady.time", &un->time, 1));
     PDI_TRY(PDI_KEEP(ctx, archive, "unsteady.steps", &un->steps, 1));
     if (archive->reading) pdi_unsteady_fill(ctx, un);
     return PD_OK;
+}
+
+pd_process pd_unsteady_process(pd_unsteady *un)
+{
+    pd_process p;
+    memset(&p, 0, sizeof p);
+    p.name = "explicit flow";
+    p.self = un;
+    p.inner = 1;
+    p.steps = &un->steps;
+    p.start = pdi_unsteady_start;
+    p.span = pdi_process_span;
+    p.limit = pdi_unsteady_longest;
+    p.attempt = pdi_unsteady_attempt;
+    p.accept = pdi_unsteady_accept;
+    p.reject = pdi_unsteady_again;
+    p.stuck = pdi_unsteady_stuck;
+    p.changed = pdi_unsteady_changed;
+    p.store = pdi_unsteady_store;
+    return p;
+}
+
+pd_status pd_unsteady_run(pd_ctx *ctx, pd_unsteady *un, double t_end)
+{
+    pd_process p = pd_unsteady_process(un);
+    if (!(t_end >= un->time))
+        return pdi_fail(ctx, PD_ERR_ARGUMENT, "unsteady", "a run from %g s to %g s", un->time, t_end);
+    return pdi_process_run(ctx, &p, un->time, t_end);
 }
 
 void pd_unsteady_free(pd_ctx *ctx, pd_unsteady *un)
@@ -255,3 +315,5 @@ void pd_unsteady_free(pd_ctx *ctx, pd_unsteady *un)
     pdi_spectrum_free(ctx, &un->spectrum);
     memset(un, 0, sizeof *un);
 }
+
+#undef PDI_UNSTEADY_HALVINGS

@@ -7,6 +7,7 @@
 #ifndef PD_UNSTEADY_H
 #define PD_UNSTEADY_H
 #include "flow/spectrum.h"
+#include "solve/process.h"
 
 typedef enum pd_eos {
     PD_EOS_TAIT = 0,  /* p = rho0 c0^2/gamma ((rho/rho0)^gamma - 1); Monaghan 1994 */
@@ -38,6 +39,7 @@ typedef struct pd_unsteady {
 #define pd_unsteady_limit PD_NAME(pd_unsteady_limit)
 #define pd_unsteady_step PD_NAME(pd_unsteady_step)
 #define pd_unsteady_run PD_NAME(pd_unsteady_run)
+#define pd_unsteady_process PD_NAME(pd_unsteady_process)
 #define pd_unsteady_free PD_NAME(pd_unsteady_free)
 
 /* Starts from the velocity and pressure in flow (borrowed). PD_ERR_ARGUMENT: sound not positive, gamma below 1,
@@ -50,11 +52,8 @@ PD_API double pd_unsteady_limit(pd_ctx *ctx, pd_unsteady *unsteady);
 PD_API pd_status pd_unsteady_step(pd_ctx *ctx, pd_unsteady *unsteady, double dt);
 /* Steps of cfl times the limit up to t_end [s]; rejected steps are halved. PD_ERR_STATE: 20 halvings did not help. */
 PD_API pd_status pd_unsteady_run(pd_ctx *ctx, pd_unsteady *unsteady, double t_end);
+/* The flow as a part of a run, for pd_couple_add; it prepares the flow. */
+PD_API pd_process pd_unsteady_process(pd_unsteady *unsteady);
 PD_API void pd_unsteady_free(pd_ctx *ctx, pd_unsteady *unsteady);
-
-#ifdef PDI_INTERNAL
-/* What steps carry on beside the flow, which comes first. */
-PDI_FN pd_status pdi_unsteady_store(pd_ctx *ctx, pd_unsteady *unsteady, pd_archive *archive);
-#endif
 
 #endif

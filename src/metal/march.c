@@ -2,6 +2,7 @@
 #include "metal/march.h"
 #include "core/par.h"
 #include <math.h>
+#include <string.h>
 
 /* Rates [1/s] at most: of a fluid node towards its neighbours, of a solid node as a share of Cs - Csat. */
 static void pdi_march_rates(const pd_corrode *r, double *field, double *loss)
@@ -117,38 +118,103 @@ pd_status pd_corrode_step(pd_ctx *ctx, pd_corrode *r, double dt)
     return PD_OK;
 }
 
+/* ---- the process ---- */
+
+static pd_status pdi_march_limit(pd_ctx *ctx, void *self, pd_step *s)
+{
+    pd_corrode *r = (pd_corrode *)self;
+    double left = s->limit - s->time, limit;
+    PDI_TRY(pdi_corrode_prepare(ctx, r));
+    limit = pdi_march_accurate(r);
+    /* at the limit proper a node may take all from its neighbours: beyond Csat by a step of its own each time */
+    double most = pdi_march_at_most(r);
+    if (limit * most > 1.0) limit = 1.0 / most;
+    s->dt = pdi_process_even(left, pdi_march_foresee(r, fmin(limit, left)));
+    if (!(r->ahead > 0.0)) return PD_OK;
+    pd_status status = pdi_corrode_prepare(ctx, r);
+    r->ahead = 0.0;
+    return status;
+}
+
+static pd_status pdi_march_attempt(pd_ctx *ctx, void *self, pd_step *s)
+{
+    pd_corrode *r = (pd_corrode *)self;
+    pdi_corrode_exchange(ctx, r, s->dt);
+    s->error = pdi_corrode_spare(r);
+    return s->error < 1.0 ? PD_RETRY : PD_OK;
+}
+
+static pd_status pdi_march_reject(pd_ctx *ctx, void *self, pd_step *s)
+{
+    (void)ctx;
+    (void)self;
+    s->dt *= s->error;
+    return PD_OK;
+}
+
+static pd_status pdi_march_accept(pd_ctx *ctx, void *self, pd_step *s)
+{
+    pd_corrode *r = (pd_corrode *)self;
+    (void)ctx;
+    pdi_corrode_commit(r, s->dt);
+    r->time = s->end;
+    return PD_OK;
+}
+
+static pd_status pdi_march_stuck(pd_ctx *ctx, void *self, const pd_step *s)
+{
+    const pd_corrode *r = (const pd_corrode *)self;
+    return pdi_fail(ctx, PD_ERR_STATE, "corrode",
+                    "steps of %g s do not lead on from t = %g s to %g s: the shares of content (%g) or of overshoot "
+                    "(%g) that a step may take are too small, Csat (%g mol/m3) too low, or the rate too high", s->dt,
+                    s->time, s->limit, r->desc.share, r->desc.overshoot, r->desc.saturation);
+}
+
+static pd_status pdi_march_store(pd_ctx *ctx, void *self, pd_archive *archive)
+{
+    return pdi_corrode_store(ctx, (pd_corrode *)self, archive);
+}
+
+static void pdi_march_balance(pd_ctx *ctx, void *self, int k, pd_amounts *a)
+{
+    const pd_corrode *r = (const pd_corrode *)self;
+    (void)ctx;
+    (void)k;
+    a->solid += pd_corrode_solid(r);
+    a->dissolved += pd_corrode_dissolved(r);
+    a->out += r->out + r->out_carry;
+}
+
+PDI_FN void pdi_march_common(pd_corrode *r, pd_process *p)
+{
+    static const pd_element metal = {"metal", "mol"};
+    p->name = "corrosion";
+    p->self = r;
+    p->element = &metal;
+    p->elements = 1;
+    p->steps = &r->steps;
+    p->counts = 1;
+    p->store = pdi_march_store;
+    p->balance = pdi_march_balance;
+}
+
+pd_process pd_corrode_process(pd_corrode *r)
+{
+    pd_process p;
+    memset(&p, 0, sizeof p);
+    pdi_march_common(r, &p);
+    p.inner = 1;
+    p.span = pdi_process_span;
+    p.limit = pdi_march_limit;
+    p.attempt = pdi_march_attempt;
+    p.accept = pdi_march_accept;
+    p.reject = pdi_march_reject;
+    p.stuck = pdi_march_stuck;
+    return p;
+}
+
 pd_status pd_corrode_run(pd_ctx *ctx, pd_corrode *r, double t_end)
 {
-    while (r->time < t_end) {
-        double left = t_end - r->time, limit;
-        PDI_TRY(pdi_poll(ctx, "corrosion", r->steps));
-        PDI_TRY(pdi_corrode_prepare(ctx, r));
-        limit = pdi_march_accurate(r);
-        /* at the limit proper a node may take all from its neighbours: beyond Csat by a step of its own each time */
-        double most = pdi_march_at_most(r);
-        if (limit * most > 1.0) limit = 1.0 / most;
-        limit = pdi_march_foresee(r, fmin(limit, left));
-        double count = ceil(left / limit * (1.0 - 1e-12));
-        double dt = count > 1.0 ? left / count : left;
-        double spare;
-        if (r->ahead > 0.0) {
-            pd_status status = pdi_corrode_prepare(ctx, r);
-            r->ahead = 0.0;
-            if (status < 0) return status;
-        }
-        for (;; dt *= spare, count = 2.0) {
-            if (pdi_stands_still(r->time, left, dt))
-                return pdi_fail(ctx, PD_ERR_STATE, "corrode",
-                                "steps of %g s do not lead on from t = %g s to %g s: the shares of content (%g) or of "
-                                "overshoot (%g) that a step may take are too small, Csat (%g mol/m3) too low, or the "
-                                "rate too high", dt, r->time, t_end, r->desc.share, r->desc.overshoot,
-                                r->desc.saturation);
-            pdi_corrode_exchange(ctx, r, dt);
-            spare = pdi_corrode_spare(r);
-            if (!(spare < 1.0)) break;
-        }
-        pdi_corrode_commit(r, dt);
-        if (!(count > 1.0)) r->time = t_end; /* no last step of rounding's length */
-    }
-    return PD_OK;
+    pd_process p = pd_corrode_process(r);
+    return pdi_process_run(ctx, &p, r->time, t_end);
 }

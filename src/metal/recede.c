@@ -480,40 +480,111 @@ static double pdi_recede_foresee(const pd_recede *r, double dt)
     }
 }
 
-pd_status pd_recede_next(pd_ctx *ctx, pd_recede *r, double t_end)
+/* ---- the process ---- */
+
+static pd_status pdi_recede_limit(pd_ctx *ctx, void *self, pd_step *s)
 {
-    pd_corrode *m = r->corrode;
-    double left = t_end - m->time, dt = left, limit;
-    if (!(left > 0.0))
-        return pdi_fail(ctx, PD_ERR_ARGUMENT, "recede", "a step from %g s cannot end at %g s", m->time, t_end);
+    pd_recede *r = (pd_recede *)self;
+    double left, dt, limit;
+    PDI_TRY(pdi_process_span(ctx, self, s));
+    if (s->dt < s->limit - s->time) s->limit = s->time + pdi_process_even(s->limit - s->time, s->dt);
+    left = dt = s->limit - s->time;
     if (r->last_dt > 0.0) dt = fmin(fmin(dt, r->next_dt), r->front_dt);
     else { /* no step yet: an explicit one */
-        PDI_TRY(pd_corrode_limit(ctx, m, &limit));
+        PDI_TRY(pd_corrode_limit(ctx, r->corrode, &limit));
         dt = fmin(dt, limit);
     }
     dt = pdi_recede_foresee(r, dt);
-    double shortest = PDI_RECEDE_SHORTEST * dt, count = ceil(left / dt * (1.0 - 1e-12));
-    dt = left / count;
-    if (pdi_stands_still(m->time, left, dt))
-        return pdi_fail(ctx, PD_ERR_STATE, "recede",
-                        "steps of %g s do not lead on from t = %g s to %g s: share (%g) or rtol (%g) is too small, or "
-                        "the rate changes too fast with C", dt, m->time, t_end, r->desc.share, r->desc.rtol);
-    pd_status status = pd_recede_step(ctx, r, dt);
-    for (; status == PD_RETRY && dt > shortest; status = pd_recede_step(ctx, r, dt)) {
-        dt = r->retry_dt;
-        count = 2.0;
-    }
-    if (status == PD_RETRY)
-        return pdi_fail(ctx, PD_ERR_DIVERGED, "recede", "no step of %g s or more can be taken at t = %g s", shortest,
-                        m->time);
-    if (status == PD_OK && !(count > 1.0)) m->time = t_end;
-    return status;
+    s->shortest = PDI_RECEDE_SHORTEST * dt;
+    s->dt = pdi_process_even(left, dt);
+    return PD_OK;
+}
+
+static pd_status pdi_recede_attempt(pd_ctx *ctx, void *self, pd_step *s)
+{
+    return pd_recede_step(ctx, (pd_recede *)self, s->dt);
+}
+
+static pd_status pdi_recede_reject(pd_ctx *ctx, void *self, pd_step *s)
+{
+    const pd_recede *r = (const pd_recede *)self;
+    if (!(s->dt > s->shortest))
+        return pdi_fail(ctx, PD_ERR_DIVERGED, "recede", "no step of %g s or more can be taken at t = %g s", s->shortest,
+                        s->time);
+    s->dt = r->retry_dt;
+    return PD_OK;
+}
+
+static pd_status pdi_recede_accept(pd_ctx *ctx, void *self, pd_step *s)
+{
+    (void)ctx;
+    ((pd_recede *)self)->corrode->time = s->end;
+    return PD_OK;
+}
+
+static pd_status pdi_recede_stuck(pd_ctx *ctx, void *self, const pd_step *s)
+{
+    const pd_recede *r = (const pd_recede *)self;
+    return pdi_fail(ctx, PD_ERR_STATE, "recede",
+                    "steps of %g s do not lead on from t = %g s to %g s: share (%g) or rtol (%g) is too small, or the "
+                    "rate changes too fast with C", s->dt, s->time, s->limit, r->desc.share, r->desc.rtol);
+}
+
+static pd_status pdi_recede_store(pd_ctx *ctx, void *self, pd_archive *archive)
+{
+    pd_recede *r = (pd_recede *)self;
+    int32_t total = r->corrode->grid->total;
+    PDI_TRY(pdi_corrode_store(ctx, r->corrode, archive));
+    PDI_TRY(PDI_KEEP(ctx, archive, "recede.moved", r->moved, total));
+    PDI_TRY(PDI_KEEP(ctx, archive, "recede.state", r->state, total));
+    PDI_TRY(PDI_KEEP(ctx, archive, "recede.last_dt", &r->last_dt, 1));
+    PDI_TRY(PDI_KEEP(ctx, archive, "recede.next_dt", &r->next_dt, 1));
+    PDI_TRY(PDI_KEEP(ctx, archive, "recede.front_dt", &r->front_dt, 1));
+    PDI_TRY(PDI_KEEP(ctx, archive, "recede.turned", &r->turned, 1));
+    PDI_TRY(PDI_KEEP(ctx, archive, "recede.newton", &r->newton, 1));
+    PDI_TRY(PDI_KEEP(ctx, archive, "recede.iterations", &r->iterations, 1));
+    return PDI_KEEP(ctx, archive, "recede.rejected", &r->rejected, 1);
+}
+
+static void pdi_recede_amounts(pd_ctx *ctx, void *self, int k, pd_amounts *a)
+{
+    pd_process p;
+    pdi_march_common(((pd_recede *)self)->corrode, &p);
+    p.balance(ctx, p.self, k, a);
+}
+
+pd_process pd_recede_process(pd_recede *r)
+{
+    pd_process p;
+    memset(&p, 0, sizeof p);
+    pdi_march_common(r->corrode, &p);
+    p.self = r;
+    p.limit = pdi_recede_limit;
+    p.attempt = pdi_recede_attempt;
+    p.accept = pdi_recede_accept;
+    p.reject = pdi_recede_reject;
+    p.stuck = pdi_recede_stuck;
+    p.store = pdi_recede_store;
+    p.balance = pdi_recede_amounts;
+    return p;
+}
+
+pd_status pd_recede_next(pd_ctx *ctx, pd_recede *r, double t_end)
+{
+    pd_process p = pd_recede_process(r);
+    pd_step s;
+    memset(&s, 0, sizeof s);
+    s.time = r->corrode->time;
+    s.limit = t_end;
+    if (!(t_end > s.time))
+        return pdi_fail(ctx, PD_ERR_ARGUMENT, "recede", "a step from %g s cannot end at %g s", s.time, t_end);
+    return pdi_process_step(ctx, &p, &s);
 }
 
 pd_status pd_recede_run(pd_ctx *ctx, pd_recede *r, double t_end)
 {
-    while (r->corrode->time < t_end) PDI_TRY(pd_recede_next(ctx, r, t_end));
-    return PD_OK;
+    pd_process p = pd_recede_process(r);
+    return pdi_process_run(ctx, &p, r->corrode->time, t_end);
 }
 
 static pd_status pdi_recede_allocate(pd_ctx *ctx, pd_recede *r)
@@ -570,20 +641,6 @@ pd_status pd_recede_build(pd_ctx *ctx, pd_corrode *corrode, const pd_recede_desc
     pd_status status = pdi_recede_make(ctx, corrode, desc, r);
     if (status < 0) pd_recede_free(ctx, r);
     return status;
-}
-
-PDI_FN pd_status pdi_recede_store(pd_ctx *ctx, pd_recede *r, pd_archive *archive)
-{
-    int32_t total = r->corrode->grid->total;
-    PDI_TRY(PDI_KEEP(ctx, archive, "recede.moved", r->moved, total));
-    PDI_TRY(PDI_KEEP(ctx, archive, "recede.state", r->state, total));
-    PDI_TRY(PDI_KEEP(ctx, archive, "recede.last_dt", &r->last_dt, 1));
-    PDI_TRY(PDI_KEEP(ctx, archive, "recede.next_dt", &r->next_dt, 1));
-    PDI_TRY(PDI_KEEP(ctx, archive, "recede.front_dt", &r->front_dt, 1));
-    PDI_TRY(PDI_KEEP(ctx, archive, "recede.turned", &r->turned, 1));
-    PDI_TRY(PDI_KEEP(ctx, archive, "recede.newton", &r->newton, 1));
-    PDI_TRY(PDI_KEEP(ctx, archive, "recede.iterations", &r->iterations, 1));
-    return PDI_KEEP(ctx, archive, "recede.rejected", &r->rejected, 1);
 }
 
 void pd_recede_free(pd_ctx *ctx, pd_recede *r)

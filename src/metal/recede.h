@@ -65,6 +65,7 @@ typedef struct pd_recede {
 #define pd_recede_step PD_NAME(pd_recede_step)
 #define pd_recede_next PD_NAME(pd_recede_next)
 #define pd_recede_run PD_NAME(pd_recede_run)
+#define pd_recede_process PD_NAME(pd_recede_process)
 #define pd_recede_free PD_NAME(pd_recede_free)
 
 /* The corrosion is borrowed. PD_ERR_ARGUMENT: activation control (there is nothing to solve for), a tolerance out of
@@ -78,11 +79,8 @@ PD_API pd_status pd_recede_step(pd_ctx *ctx, pd_recede *recede, double dt);
 PD_API pd_status pd_recede_next(pd_ctx *ctx, pd_recede *recede, double t_end);
 /* Such steps up to t_end [s]. */
 PD_API pd_status pd_recede_run(pd_ctx *ctx, pd_recede *recede, double t_end);
+/* The corrosion as a part of a run, for pd_couple_add: by such steps. */
+PD_API pd_process pd_recede_process(pd_recede *recede);
 PD_API void pd_recede_free(pd_ctx *ctx, pd_recede *recede);
-
-#ifdef PDI_INTERNAL
-/* What steps carry on beside the corrosion. */
-PDI_FN pd_status pdi_recede_store(pd_ctx *ctx, pd_recede *recede, pd_archive *archive);
-#endif
 
 #endif

@@ -121,6 +121,13 @@ static void pdi_footprint_flow(const pd_setup *u, pd_footprint *b)
     b->bytes[PD_PART_FLOW] += 8.0 * values * b->nodes;
 }
 
+static void pdi_footprint_gas(const pd_setup *u, pd_footprint *b)
+{
+    double fields = PD_GAS_FIELDS * (4.0 + (u->gas_order == PD_GAS_SECOND ? PD_DIM : 0.0));
+    if (!u->has_gas) return;
+    b->bytes[PD_PART_GAS] = (8.0 * fields + 1.0) * b->nodes + 8.0 * (PD_DIM + 1.0) * 1.25 * b->cut;
+}
+
 static void pdi_footprint_transport(const pd_setup *u, pd_footprint *b)
 {
     double values = 12.0 + 4.0, coarse, bytes; /* fields and vectors of the solver */
@@ -198,7 +205,7 @@ static void pdi_footprint_output(const pd_setup *u, pd_footprint *b)
     double copies = 0.0;
     for (int k = 0; k < PD_FIELD_COUNT; k++)
         if (((u->fields >> k) & 1u) && (k == PD_FIELD_C || k == PD_FIELD_D || k == PD_FIELD_RATE ||
-                                        k == PD_FIELD_DENSITY || k == PD_FIELD_P))
+                                        k == PD_FIELD_DENSITY || k == PD_FIELD_P || k == PD_FIELD_ENERGY))
             copies += 8.0;
     b->files = copies * b->nodes + pdi_footprint_pictures(u);
 }
@@ -217,6 +224,7 @@ void pd_footprint_estimate(const pd_setup *u, pd_footprint *b)
     pdi_footprint_sample(u, reach, b);
     pdi_footprint_lattice(u, b);
     pdi_footprint_flow(u, b);
+    pdi_footprint_gas(u, b);
     pdi_footprint_transport(u, b);
     pdi_footprint_metal(u, b);
     pdi_footprint_output(u, b);

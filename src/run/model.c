@@ -102,6 +102,31 @@ static pd_status pdi_model_flow(pd_ctx *ctx, pd_model *m)
     return PD_OK;
 }
 
+/* Of the gas at the start, and behind inlets. */
+static void pdi_model_gas_state(void *user, const double *x, double *rho, double *v, double *p)
+{
+    const pd_setup *u = (const pd_setup *)user;
+    *rho = pdi_setup_eval(&u->gas_rho, x, 0.0);
+    *p = pdi_setup_eval(&u->gas_p, x, 0.0);
+    for (int d = 0; d < PD_DIM; d++) v[d] = pdi_setup_eval(&u->start[d], x, 0.0);
+}
+
+static pd_status pdi_model_gas(pd_ctx *ctx, pd_model *m)
+{
+    const pd_setup *u = m->setup;
+    pd_gas_desc desc;
+    memset(&desc, 0, sizeof desc);
+    desc.gamma = u->gas_gamma;
+    desc.order = u->gas_order;
+    desc.cfl = u->gas_cfl;
+    desc.initial = pdi_model_gas_state;
+    desc.initial_user = (void *)u; /* only read */
+    m->unknowns[PD_PART_GAS] = PD_GAS_FIELDS * m->grid.fluid_count;
+    PDI_TRY(pd_gas_build(ctx, &m->grid, &m->bonds, &desc, &m->gas));
+    double limit;
+    return pd_gas_limit(ctx, &m->gas, &limit); /* the state at the start shows */
+}
+
 static pd_status pdi_model_initial(pd_ctx *ctx, const pd_model *m, double *field)
 {
     for (int32_t node = 0; node < m->grid.total; node++) {
@@ -154,6 +179,7 @@ static pd_status pdi_model_transport(pd_ctx *ctx, pd_model *m)
         advance.rtol = u->rtol;
         advance.largest = u->max_step;
         PDI_TRY(pd_advance_build(ctx, &m->transport, &advance, &m->advance));
+        m->advance.settle = u->settle;
     }
     return pdi_model_initial(ctx, m, m->transport.c);
 }
@@ -257,15 +283,21 @@ static pd_status pdi_model_corrode(pd_ctx *ctx, pd_model *m)
 
 PDI_FN const double *pdi_model_c(const pd_model *m) { return m->setup->has_corrode ? m->corrode.c : m->transport.c; }
 
+PDI_FN const double *pdi_model_velocity(const pd_model *m)
+{
+    return m->gas.primitive ? m->gas.primitive + m->grid.total : m->flow.u;
+}
+
 static pd_status pdi_model_parts(pd_ctx *ctx, pd_model *m)
 {
     typedef pd_status (*build_fn)(pd_ctx *, pd_model *);
     const pd_setup *u = m->setup;
-    const pd_part part[] = {PD_PART_GRID, PD_PART_FLOW, PD_PART_TRANSPORT, PD_PART_GRAIN, PD_PART_DISSOLVE,
-                            PD_PART_CORRODE};
-    const build_fn build[] = {pdi_model_lattice, pdi_model_flow, pdi_model_transport, pdi_model_grains,
+    const pd_part part[] = {PD_PART_GRID, PD_PART_FLOW, PD_PART_GAS, PD_PART_TRANSPORT, PD_PART_GRAIN,
+                            PD_PART_DISSOLVE, PD_PART_CORRODE};
+    const build_fn build[] = {pdi_model_lattice, pdi_model_flow, pdi_model_gas, pdi_model_transport, pdi_model_grains,
                               pdi_model_dissolve, pdi_model_corrode};
-    const int wanted[] = {1, u->has_flow, u->has_transport, u->has_grains, u->has_dissolve, u->has_corrode};
+    const int wanted[] = {1, u->has_flow, u->has_gas, u->has_transport, u->has_grains, u->has_dissolve,
+                          u->has_corrode};
     for (int k = 0; k < PD_PART_COUNT; k++) {
         size_t before = ctx->in_use;
         if (!wanted[k]) continue;
@@ -276,28 +308,52 @@ static pd_status pdi_model_parts(pd_ctx *ctx, pd_model *m)
     return PD_OK;
 }
 
+PDI_FN void pdi_model_effort(const pd_model *m, pdi_effort *e)
+{
+    const pd_setup *u = m->setup;
+    int moves = u->has_flow && (u->motion == PD_MOTION_IMPLICIT || u->motion == PD_MOTION_EXPLICIT);
+    const pd_transport_result *r = u->has_dissolve ? &m->dissolving.result : &m->advance.result;
+    e->flow_solves = moves ? m->couple.steps : m->quasi.solves;
+    e->flow_evaluations = moves ? m->flow.evaluations : m->quasi.evaluations;
+    e->flow_krylov = m->quasi.krylov;
+    e->transport_krylov = u->has_dissolve ? m->dissolving.krylov : m->advance.krylov;
+    e->limiter = r->limiter;
+    e->momentum = m->quasi.result.momentum;
+    e->continuity = m->quasi.result.continuity;
+    e->change = r->change;
+    e->defect = r->defect;
+}
+
+/* What moves, in the order of a step. */
+static pd_status pdi_model_processes(pd_ctx *ctx, pd_model *m)
+{
+    const pd_setup *u = m->setup;
+    pd_couple *c = &m->couple;
+    if (u->has_flow && u->motion == PD_MOTION_STEADY)
+        PDI_TRY(pd_couple_add(ctx, c, pd_quasi_steady_process(&m->flow, &m->steady, &m->quasi)));
+    if (u->has_flow && u->motion == PD_MOTION_IMPLICIT)
+        PDI_TRY(pd_couple_add(ctx, c, pd_implicit_process(&m->implicit)));
+    if (u->has_flow && u->motion == PD_MOTION_EXPLICIT)
+        PDI_TRY(pd_couple_add(ctx, c, pd_unsteady_process(&m->unsteady)));
+    if (u->has_gas) PDI_TRY(pd_couple_add(ctx, c, pd_gas_process(&m->gas)));
+    if (u->has_dissolve) PDI_TRY(pd_couple_add(ctx, c, pd_dissolving_process(&m->dissolve, &m->dissolving)));
+    else if (u->has_transport) PDI_TRY(pd_couple_add(ctx, c, pd_advance_process(&m->advance)));
+    if (!u->has_corrode) return PD_OK;
+    return pd_couple_add(ctx, c, u->forward ? pd_corrode_process(&m->corrode) : pd_recede_process(&m->recede));
+}
+
 pd_status pd_model_build(pd_ctx *ctx, const pd_setup *setup, pd_model *m)
 {
     pd_couple_desc desc;
     memset(m, 0, sizeof *m);
     memset(&desc, 0, sizeof desc);
     m->setup = setup;
+    desc.fraction = setup->fraction;
+    desc.max_step = setup->max_step;
     pd_status status = pdi_model_parts(ctx, m);
-    if (status == PD_OK) {
-        desc.fraction = setup->fraction;
-        desc.max_step = setup->max_step;
-        status = pd_couple_build(ctx, &desc, &m->grid, &m->bonds,
-                                 setup->has_flow && setup->motion != PD_MOTION_GIVEN ? &m->flow : NULL,
-                                 setup->has_flow && setup->motion == PD_MOTION_STEADY ? &m->steady : NULL,
-                                 setup->has_transport ? &m->transport : NULL,
-                                 setup->has_dissolve ? &m->dissolve : NULL, &m->couple);
-        if (setup->has_transport && !setup->has_dissolve) m->couple.advance = &m->advance;
-        if (setup->has_corrode) m->couple.corrode = &m->corrode;
-        if (setup->has_corrode && !setup->forward) m->couple.recede = &m->recede;
-        m->couple.settle = setup->settle;
-        if (setup->motion == PD_MOTION_IMPLICIT) m->couple.implicit = &m->implicit;
-        if (setup->motion == PD_MOTION_EXPLICIT) m->couple.unsteady = &m->unsteady;
-    }
+    if (status == PD_OK)
+        status = pd_couple_build(ctx, &desc, &m->grid, m->bonds.stencil ? &m->bonds : NULL, &m->couple);
+    if (status == PD_OK) status = pdi_model_processes(ctx, m);
     int line = m->line;
     if (status < 0) pd_model_free(ctx, m);
     m->line = line;
@@ -314,6 +370,7 @@ void pd_model_free(pd_ctx *ctx, pd_model *m)
     pd_grain_free(ctx, &m->grain);
     pd_advance_free(ctx, &m->advance);
     pd_transport_free(ctx, &m->transport);
+    pd_gas_free(ctx, &m->gas);
     pd_implicit_free(ctx, &m->implicit);
     pd_unsteady_free(ctx, &m->unsteady);
     pd_steady_free(ctx, &m->steady);

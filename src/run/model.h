@@ -2,6 +2,12 @@
 #ifndef PD_MODEL_H
 #define PD_MODEL_H
 #include "couple/couple.h"
+#include "flow/quasi_steady.h"
+#include "flow/implicit.h"
+#include "flow/unsteady.h"
+#include "transport/advance.h"
+#include "metal/dissolving.h"
+#include "metal/recede.h"
 #include "run/inlet.h"
 #include "run/wall.h"
 
@@ -15,14 +21,17 @@ typedef struct pd_model {
     pd_inlet inlet;
     pd_flow flow;
     pd_steady steady;     /* absent with explicit flow */
+    pd_quasi_steady quasi;
     pd_implicit implicit;
     pd_unsteady unsteady;
+    pd_gas gas;
     pd_transport transport;
     pd_advance advance;   /* without dissolution */
     pd_grain grain;
     pd_grain_stats grain_stats;
     double *factor;           /* [total] [-] rate factor of the grain boundaries; NULL: 1 */
     pd_dissolve dissolve;
+    pd_dissolving dissolving;
     uint8_t *passive;         /* [total] 1: in front of a passive film; NULL: none */
     pd_corrode corrode;
     pd_recede recede;
@@ -40,8 +49,19 @@ PD_API pd_status pd_model_build(pd_ctx *ctx, const pd_setup *setup, pd_model *mo
 PD_API void pd_model_free(pd_ctx *ctx, pd_model *model);
 
 #ifdef PDI_INTERNAL
+/* What the solvers have done since the start, and what they have reached; zero where there is none. */
+typedef struct pdi_effort {
+    int64_t flow_solves;             /* of a flow in time: steps of the run */
+    int64_t flow_evaluations, flow_krylov, transport_krylov;
+    int limiter;                     /* Newton steps on the limited equations in the last step */
+    double momentum, continuity;     /* [-] residuals of the last flow solve */
+    double change, defect;           /* [-] of a steady field, see pd_transport_result */
+} pdi_effort;
+PDI_FN void pdi_model_effort(const pd_model *model, pdi_effort *effort);
 /* [total] [mol/m3] concentration of fluid nodes, content of solid ones; NULL: nothing is dissolved. */
 PDI_FN const double *pdi_model_c(const pd_model *model);
+/* [PD_DIM][total] [m/s] velocity of flow or gas; NULL: nothing moves. */
+PDI_FN const double *pdi_model_velocity(const pd_model *model);
 /* The lattice of a setup alone. *line: of the scene, what was being built; unchanged when unknown. */
 PDI_FN pd_status pdi_model_grid(pd_ctx *ctx, const pd_setup *setup, int *line, pd_stencil *stencil, pd_grid *grid);
 #endif

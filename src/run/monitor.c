@@ -77,8 +77,10 @@ static pd_status pdi_monitor_force(pd_ctx *ctx, pd_model *model, pd_monitor *m)
     const char *unit = pdi_monitor_unit_force[pdi_monitor_extent(model->setup)];
     double force[PD_DIM], friction[PD_DIM], pressure[PD_DIM], around[PD_DIM];
     double scale = d->speed > 0.0 ? 2.0 / (model->flow.rho * d->speed * d->speed * d->area) : 0.0;
-    if (m->seen == model->couple.flow_solves) return PD_OK;
-    m->seen = model->couple.flow_solves;
+    pdi_effort effort;
+    pdi_model_effort(model, &effort);
+    if (m->seen == effort.flow_solves) return PD_OK;
+    m->seen = effort.flow_solves;
     m->count = 0;
     pd_force_shape(ctx, &model->flow, d->shape ? d->shape - 1 : PD_FORCE_ALL, d->lo, d->hi, force, friction, pressure);
     pdi_monitor_put_vector(m, 'f', "", unit, force, 1.0);
@@ -437,18 +439,18 @@ pd_status pd_monitors_open(pd_ctx *ctx, pd_monitors *all, pd_folder *folder)
 
 pd_status pd_monitors_step(pd_ctx *ctx, pd_monitors *all)
 {
-    const pd_couple *c = &all->model->couple;
     double row[PD_MONITOR_FIGURES + 1];
     int count = all->model->setup->monitors;
     if (count == 0) return PD_OK;
     pdi_sample_prepare(all->model);
     /* sources belong to a step: before the first one they are those that it starts with */
-    if (c->dissolve && c->steps == 0) PDI_TRY(pd_dissolve_prepare(ctx, c->dissolve));
+    if (all->model->setup->has_dissolve && all->model->couple.steps == 0)
+        PDI_TRY(pd_dissolve_prepare(ctx, &all->model->dissolve));
     for (int k = 0; k < count; k++) {
         pd_monitor *m = &all->monitor[k];
         PDI_TRY(pdi_monitor_figures(ctx, all->model, m));
         if (m->count == 0 || !m->table.file.stream) continue;
-        row[0] = c->time;
+        row[0] = all->model->couple.time;
         for (int f = 0; f < m->count; f++) row[f + 1] = m->figure[f].value;
         PDI_TRY(pd_csv_row(ctx, &m->table, row));
     }

@@ -74,15 +74,14 @@ void pd_observe_free(pd_ctx *ctx, pd_observables *o)
 static void pdi_observe_extremes(const pd_model *m, pd_observables *o)
 {
     int32_t total = m->grid.total;
-    const double *c = pdi_model_c(m);
+    const double *c = pdi_model_c(m), *u = pdi_model_velocity(m);
     o->v_max = o->c_max = 0.0;
     for (int32_t i = 0; i < total; i++) {
         double square = 0.0;
         if (m->grid.kind[i] != PD_FLUID) continue;
         if (c) o->c_max = fmax(o->c_max, c[i]);
         if (o->depth) o->front = fmax(o->front, (double)o->depth[i]);
-        for (int d = 0; d < PD_DIM &&
-             m->flow.u; d++) square += m->flow.u[(int64_t)d * total + i] * m->flow.u[(int64_t)d * total + i];
+        for (int d = 0; d < PD_DIM && u; d++) square += u[(int64_t)d * total + i] * u[(int64_t)d * total + i];
         o->v_max = fmax(o->v_max, square);
     }
     o->v_max = sqrt(o->v_max);
@@ -142,8 +141,10 @@ void pd_observe(pd_ctx *ctx, pd_model *m, pd_observables *o)
 {
     o->volume_loss = pd_couple_volume_loss(&m->couple);
     pdi_observe_extremes(m, o);
-    if (!o->has_flux || m->couple.flow_solves == o->seen) return;
-    o->seen = m->couple.flow_solves;
+    pdi_effort effort;
+    pdi_model_effort(m, &effort);
+    if (!o->has_flux || effort.flow_solves == o->seen) return;
+    o->seen = effort.flow_solves;
     pdi_observe_flux(ctx, m, o);
 }
 

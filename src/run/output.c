@@ -20,7 +20,7 @@ static const char *const pdi_output_columns[] = {"time_s",       "time_h",     "
 static int pdi_output_derived(pd_field field)
 {
     return field == PD_FIELD_C || field == PD_FIELD_P || field == PD_FIELD_D || field == PD_FIELD_RATE ||
-           field == PD_FIELD_DENSITY || field == PD_FIELD_DAMAGE;
+           field == PD_FIELD_DENSITY || field == PD_FIELD_DAMAGE || field == PD_FIELD_ENERGY;
 }
 
 static void pdi_output_fill(pd_output *out)
@@ -45,7 +45,7 @@ static int pdi_output_list(const pd_output *out, pd_vti_field *fields)
         f->data = out->scalar[k];
         if (k == PD_FIELD_V) {
             f->vector = 1;
-            f->data = m->flow.u;
+            f->data = pdi_model_velocity(m);
         } else if (k == PD_FIELD_KIND || k == PD_FIELD_PHASE) {
             f->type = PD_VTI_UINT8;
             f->data = k == PD_FIELD_KIND ? m->grid.kind : out->phase;
@@ -283,24 +283,26 @@ pd_status pd_output_step(pd_ctx *ctx, pd_output *out, const pd_observables *o)
 {
     const pd_couple *c = &out->model->couple;
     double row[PDI_OUTPUT_COLUMNS], probe[PD_CSV_COLUMNS];
+    pdi_effort effort;
     int k = 0;
+    pdi_model_effort(out->model, &effort);
     row[k++] = c->time;
     row[k++] = c->time / 3600.0;
     row[k++] = o->volume_loss;
     row[k++] = (double)out->model->grid.solid_count;
     row[k++] = o->v_max;
     row[k++] = o->c_max;
-    row[k++] = c->ledger.relative;
+    row[k++] = pd_couple_imbalance(c);
     row[k++] = o->flux;
     row[k++] = c->dt;
     row[k++] = (double)c->steps;
-    row[k++] = (double)c->flow_solves;
-    row[k++] = (double)c->flow_evaluations;
-    row[k++] = (double)c->krylov_flow;
-    row[k++] = (double)c->krylov_transport;
-    row[k++] = (double)c->transport_result.limiter;
-    row[k++] = c->steady_result.momentum;
-    row[k++] = c->steady_result.continuity;
+    row[k++] = (double)effort.flow_solves;
+    row[k++] = (double)effort.flow_evaluations;
+    row[k++] = (double)effort.flow_krylov;
+    row[k++] = (double)effort.transport_krylov;
+    row[k++] = (double)effort.limiter;
+    row[k++] = effort.momentum;
+    row[k++] = effort.continuity;
     row[k++] = o->front;
     PD_ASSERT(k == PDI_OUTPUT_COLUMNS);
     PDI_TRY(pd_csv_row(ctx, &out->diagnostics, row));

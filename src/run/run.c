@@ -295,6 +295,8 @@ static void pdi_run_collect(const pdi_run *r, pd_run_result *result)
 {
     const pd_model *m = &r->model;
     const pd_couple *c = &m->couple;
+    pdi_effort effort;
+    pdi_model_effort(m, &effort);
     int64_t nodes = m->grid.fluid_count + m->grid.solid_count;
     memcpy(result->name, r->setup->name, sizeof result->name);
     result->stopped = r->stopped;
@@ -302,17 +304,17 @@ static void pdi_run_collect(const pdi_run *r, pd_run_result *result)
     result->h = r->setup->h[0];
     result->m = m->stencil.m;
     result->volume_loss = r->observables.volume_loss;
-    result->ledger = c->ledger.relative;
+    result->ledger = pd_couple_imbalance(c);
     result->has_front = r->setup->has_corrode;
     result->front = r->observables.front;
     result->has_flux = r->observables.has_flux;
     result->flux = r->observables.flux;
     result->flux_max = r->observables.flux_max;
-    result->residual = fmax(c->steady_result.momentum, c->steady_result.continuity);
-    result->evaluations = c->flow_evaluations;
-    result->settled = c->settle;
-    result->change = c->transport_result.change;
-    result->defect = c->transport_result.defect;
+    result->residual = fmax(effort.momentum, effort.continuity);
+    result->evaluations = effort.flow_evaluations;
+    result->settled = r->setup->settle;
+    result->change = effort.change;
+    result->defect = effort.defect;
     result->steps = c->steps;
     result->unsolved = c->unsolved;
     result->threads = pdi_par_offered(r->ctx, INT64_MAX);

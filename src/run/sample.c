@@ -13,13 +13,28 @@
 #define PDI_SAMPLE_OFF 1e-3  /* [cells] from a smooth surface: the place is one of a cell's faces */
 
 static const char *const pdi_sample_labels[] = {"C [mol/m3]", "v [m/s]",  "p [Pa]",     "kind",           "grain",
-                                                "phase",      "D [m2/s]", "rate [m/s]", "density [kg/m3]", "damage"};
+                                                "phase",      "D [m2/s]", "rate [m/s]", "density [kg/m3]", "damage",
+                                                "energy [J/m3]"};
 
 PDI_FN const char *pdi_sample_label(pd_field field) { return pdi_sample_labels[field]; }
+
+/* A field of the gas; NULL: it is none of its. Components of the velocity lie one after another. */
+static const double *pdi_sample_gas(const pd_model *m, pd_field field)
+{
+    int64_t last = (int64_t)(PD_GAS_FIELDS - 1) * m->grid.total;
+    switch (field) {
+    case PD_FIELD_DENSITY: return m->gas.primitive;
+    case PD_FIELD_V: return m->gas.primitive + m->grid.total;
+    case PD_FIELD_P: return m->gas.primitive + last;
+    case PD_FIELD_ENERGY: return m->gas.state + last;
+    default: return NULL;
+    }
+}
 
 static double pdi_sample_density(const pd_model *m, int32_t i)
 {
     const pd_setup *u = m->setup;
+    if (u->has_gas) return m->grid.kind[i] == PD_FLUID ? m->gas.primitive[i] : 0.0;
     if (m->grid.kind[i] == PD_SOLID)
         return pdi_setup_loses(u) ? u->material.density * pdi_model_c(m)[i] / u->solid_c : u->material.density;
     return m->grid.kind[i] == PD_FLUID && u->has_flow ? u->rho : 0.0;
@@ -34,11 +49,14 @@ PDI_FN double pdi_sample_node(const pd_model *m, pd_field field, int32_t i)
     case PD_FIELD_C: return fluid ? pdi_model_c(m)[i] : 0.0;
     case PD_FIELD_V:
         for (int d = 0; d < PD_DIM && fluid; d++) {
-            double u = m->flow.u[(int64_t)d * m->grid.total + i];
+            double u = pdi_model_velocity(m)[(int64_t)d * m->grid.total + i];
             square += u * u;
         }
         return sqrt(square);
-    case PD_FIELD_P: return fluid ? m->flow.p[i] * m->flow.rho : 0.0;
+    case PD_FIELD_P:
+        if (m->setup->has_gas) return fluid ? pdi_sample_gas(m, PD_FIELD_P)[i] : 0.0;
+        return fluid ? m->flow.p[i] * m->flow.rho : 0.0;
+    case PD_FIELD_ENERGY: return fluid ? pdi_sample_gas(m, PD_FIELD_ENERGY)[i] : 0.0;
     case PD_FIELD_KIND: return m->grid.kind[i];
     case PD_FIELD_GRAIN: return m->grid.kind[i] == PD_SOLID ? m->grain.id[i] : -1.0;
     case PD_FIELD_PHASE: return m->grid.kind[i] == PD_SOLID;
@@ -272,14 +290,18 @@ PDI_FN double pdi_sample_point(const pd_model *m, pd_field field, int component,
     job.field = field;
     job.component = component;
     job.f = NULL;
-    if (field == PD_FIELD_V) job.f = m->flow.u + (int64_t)component * m->grid.total;
+    if (field == PD_FIELD_V && m->flow.u) job.f = m->flow.u + (int64_t)component * m->grid.total;
     if (field == PD_FIELD_P) job.f = m->flow.p;
     if (field == PD_FIELD_C) job.f = pdi_model_c(m);
+    if (m->setup->has_gas) job.f = pdi_sample_gas(m, field);
+    if (m->setup->has_gas && field == PD_FIELD_V) job.f += (int64_t)component * m->grid.total;
     if (!job.f) {
         int cells = pdi_sample_cells(&m->grid, x, node);
         return pdi_sample_node(m, field, node[cells - 1]);
     }
     int fluid = pdi_sample_bases(m, x, node);
+    /* a gas has jumps, and slips along walls */
+    if (fluid && m->setup->has_gas) return pdi_sample_between(&m->grid, job.f, x);
     for (int k = 0; k < fluid; k++)
         sum += m->bonds.grid ? pdi_sample_fit(&job, node[k], x) : pdi_sample_between(&m->grid, job.f, x);
     if (!fluid) return (double)NAN;

@@ -72,6 +72,17 @@ static void pdi_summary_flow(const pdi_summary *s)
     pdi_summary_part(s, PD_PART_FLOW, "flow", text);
 }
 
+static void pdi_summary_gas(const pdi_summary *s)
+{
+    const pd_setup *u = s->model->setup;
+    char text[192], until[PD_UNITS_TEXT];
+    if (!u->has_gas) return;
+    pdi_setup_show(u->until, "s", until);
+    snprintf(text, sizeof text, "ideal gas with gamma = %g, %s order, explicit, until %s", u->gas_gamma,
+             u->gas_order == PD_GAS_SECOND ? "second" : "first", until);
+    pdi_summary_part(s, PD_PART_GAS, "gas", text);
+}
+
 static void pdi_summary_transport(const pdi_summary *s)
 {
     const pd_setup *u = s->model->setup;
@@ -160,13 +171,14 @@ static void pdi_summary_absent(const pdi_summary *s)
 {
     const pd_setup *u = s->model->setup;
     char text[256] = "  not modelled: ";
-    const char *const names[] = {"flow", "transport", "dissolution", "grains"};
-    const int has[] = {u->has_flow, pdi_setup_carries(u), pdi_setup_loses(u), u->has_grains};
-    for (int k = 0; k < 4; k++) {
+    const char *const names[] = {"flow", "transport", "dissolution", "grains", "inertia of the flow in time", "gas"};
+    const int has[] = {u->has_flow, pdi_setup_carries(u), pdi_setup_loses(u), u->has_grains,
+                       u->motion != PD_MOTION_STEADY || u->has_gas, u->has_gas};
+    for (int k = 0; k < 6; k++) {
         size_t used = strlen(text);
         if (!has[k]) snprintf(text + used, sizeof text - used, "%s, ", names[k]);
     }
-    pdi_summary_line(s, "%s%sgas, mechanics", text, u->motion ? "" : "inertia of the flow in time, ");
+    pdi_summary_line(s, "%smechanics", text);
 }
 
 void pd_summary_print(const pd_model *model, pd_print_fn print, void *user)
@@ -180,6 +192,7 @@ void pd_summary_print(const pd_model *model, pd_print_fn print, void *user)
     s.user = user;
     pdi_summary_grid(&s);
     pdi_summary_flow(&s);
+    pdi_summary_gas(&s);
     pdi_summary_transport(&s);
     pdi_summary_dissolve(&s);
     pdi_summary_corrode(&s);

@@ -30,7 +30,7 @@ PDI_FN pd_status pdi_read_monitors_fields(pd_ctx *ctx, pd_text *text, const pd_s
         if (field == PD_FIELD_COUNT)
             return pd_text_refuse(ctx, text, section, key,
                                   "found '%s', expected some of C, v, p, kind, grain, phase, D,"
-                                  " rate, density, damage, or none", list.word[w]);
+                                  " rate, density, damage, energy, or none", list.word[w]);
         const char *needs = pdi_setup_field_needs(setup, (pd_field)field);
         if (needs && given)
             return pd_text_refuse(ctx, text, section, key, "found '%s', which needs %s", list.word[w], needs);
@@ -153,9 +153,9 @@ static pd_status pdi_read_monitors_plane(pdi_read_monitors *w, pd_setup_monitor 
 {
     const pd_setup *u = w->setup;
     double at = 0.0, index;
-    if (u->has_corrode)
-        return pd_text_refuse(w->ctx, w->text, w->section, "plane",
-                              "found beside [corrode], expected [line] or [total]");
+    if (u->has_corrode || u->has_gas)
+        return pd_text_refuse(w->ctx, w->text, w->section, "plane", "found beside [%s], expected [line] or [total]",
+                              u->has_gas ? "gas" : "corrode");
     PDI_TRY(pdi_read_monitors_place(w->ctx, w->text, u, w->section, "at", &m->axis, &at));
     index = floor((at - u->lo[m->axis]) / u->h[m->axis] + 0.5);
     if (!(index >= 1.0) || !(index <= pdi_setup_cells(u, m->axis) - 1.0))

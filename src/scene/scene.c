@@ -5,6 +5,7 @@
 #include "scene/read_tables.h"
 #include "scene/fingerprint.h"
 #include "scene/read_shapes.h"
+#include "scene/read_gas.h"
 #include "scene/read_flat.h"
 #include "scene/read_monitors.h"
 #include "scene/read_measured.h"
@@ -287,6 +288,7 @@ static pd_status pdi_scene_side(pdi_scene *s, int k, int section, int *inlets, i
     const int open = 5;
     pd_setup *u = s->setup;
     int flow;
+    if (u->has_gas) return pdi_read_gas_side(s->ctx, s->text, section, &u->side[k]);
     PDI_TRY(pd_text_choice(s->ctx, s->text, section, "flow", flows, "noslip", &flow));
     if (u->axisymmetric && k / 2 == PD_DIM - 1) {
         int axis = u->side[k].kind == PD_SIDE_MIRROR;
@@ -340,10 +342,9 @@ static pd_status pdi_scene_motion(pdi_scene *s, int section)
             return pd_text_refuse(s->ctx, s->text, section, "time", "found '%s' beside an open side, expected given",
                                   motions[motion]);
     if (u->motion == PD_MOTION_STEADY) return PD_OK;
-    if (u->has_dissolve)
-        return pd_text_refuse(s->ctx, s->text, section, "time",
-                              "found '%s' beside [dissolve], expected steady: dissolution takes hours, the flow"
-                              " settles within a second", motions[motion]);
+    if (u->has_dissolve && u->motion == PD_MOTION_GIVEN)
+        return pd_text_refuse(s->ctx, s->text, section, "time", "found 'given' beside [dissolve], expected steady,"
+                              " implicit or explicit: a given flow does not enter where metal was");
     for (int d = 0; d < PD_DIM; d++)
         PDI_TRY(pd_text_expr(s->ctx, s->text, section, keys[d], "m/s", pdi_setup_position(), PD_DIM, "0",
                              &u->start[d]));
@@ -607,8 +608,8 @@ static pd_status pdi_scene_steady(pdi_scene *s, int section, const char *key, co
     for (int k = 0; k < count; k++)
         if (pdi_setup_timed(&expr[k]))
             return pd_text_refuse(s->ctx, s->text, section, key,
-                                  "found a function of t in a scene that is steady, expected time = implicit in [flow]"
-                                  " or [transport], or a function of the place");
+                                  "found a function of t in a scene that is steady, expected until = ... in [run], time"
+                                  " = implicit in [flow] or [transport], or a function of the place");
     return PD_OK;
 }
 
@@ -637,10 +638,11 @@ static pd_status pdi_scene_run(pdi_scene *s)
     pd_setup *u = s->setup;
     int section = pd_text_section(s->ctx, s->text, "run", NULL);
     int rests = u->motion == PD_MOTION_STEADY || u->motion == PD_MOTION_GIVEN;
-    if (rests && (!pdi_setup_carries(u) || u->settle)) return pdi_scene_timeless(s);
+    /* a steady flow may follow what stands outside of it, when a time to follow it for is given */
+    int follows = u->motion == PD_MOTION_STEADY && !u->has_transport && pd_text_has(s->ctx, s->text, section, "until");
+    if (rests && !follows && !u->has_gas && (!pdi_setup_carries(u) || u->settle)) return pdi_scene_timeless(s);
     PDI_TRY(pdi_scene_positive(s, section, "until", "s", NULL, &u->until));
-    if (pdi_setup_carries(u) || !rests)
-        PDI_TRY(pdi_scene_within(s, section, "max_step", "s", "0", 0.0, PDI_SCENE_HUGE, 0, &u->max_step));
+    PDI_TRY(pdi_scene_within(s, section, "max_step", "s", "0", 0.0, PDI_SCENE_HUGE, 0, &u->max_step));
     if (u->max_step > 0.0 && u->until > PDI_SCENE_STEPS * u->max_step)
         return pd_text_refuse(s->ctx, s->text, section, "max_step", "found %.3g steps until the end, expected at most"
                               " %.0g", u->until / u->max_step, PDI_SCENE_STEPS);
@@ -687,11 +689,13 @@ static pd_status pdi_scene_output(pdi_scene *s)
     u->every = u->until / 20.0;
     if (u->until > 0.0 && pd_text_has(s->ctx, s->text, section, "every"))
         PDI_TRY(pdi_scene_positive(s, section, "every", "s", NULL, &u->every));
-    if (u->has_corrode && u->forward && !(u->max_step > 0.0)) u->max_step = u->every / 20.0; /* rows of the tables */
+    if ((u->has_gas || (u->has_corrode && u->forward)) && !(u->max_step > 0.0))
+        u->max_step = u->every / 20.0; /* rows of the tables */
     if (u->until > 0.0 && u->until / u->every > 9e5)
         return pd_text_refuse(s->ctx, s->text, section, "every",
                               "found %.3g frames until the end, expected at most 900000", u->until / u->every);
-    PDI_TRY(pdi_read_monitors_fields(s->ctx, s->text, u, section, "fields", "C, v, p, kind, grain", &u->fields));
+    PDI_TRY(pdi_read_monitors_fields(s->ctx, s->text, u, section, "fields",
+                                     u->has_gas ? "density, v, p, energy, kind" : "C, v, p, kind, grain", &u->fields));
     PDI_TRY(pdi_read_monitors_fields(s->ctx, s->text, u, section, "images", "none", &u->images));
     PDI_TRY(pdi_scene_prefix(s, section));
     PDI_TRY(pdi_setup_folder(s->ctx, s->text, section, "folder", u));
@@ -711,6 +715,7 @@ static void pdi_scene_lines(pdi_scene *s)
     pd_setup *u = s->setup;
     u->line[PD_PART_GRID] = pdi_scene_line(s, "grid", NULL);
     u->line[PD_PART_FLOW] = pdi_scene_line(s, "flow", NULL);
+    u->line[PD_PART_GAS] = pdi_scene_line(s, "gas", NULL);
     u->line[PD_PART_TRANSPORT] = pdi_scene_line(s, "transport", NULL);
     u->line[PD_PART_DISSOLVE] = pdi_scene_line(s, "dissolve", NULL);
     u->line[PD_PART_CORRODE] = pdi_scene_line(s, "corrode", NULL);
@@ -729,9 +734,11 @@ static pd_status pdi_scene_sections(pd_ctx *ctx, pd_text *text, const char *path
     PDI_TRY(pdi_syntax_check(ctx, text));
     pdi_scene_lines(&s);
     setup->has_flow = pd_text_has(ctx, text, pd_text_section(ctx, text, "flow", NULL), NULL);
+    setup->has_gas = pd_text_has(ctx, text, pd_text_section(ctx, text, "gas", NULL), NULL);
     setup->has_transport = pd_text_has(ctx, text, pd_text_section(ctx, text, "transport", NULL), NULL);
     setup->has_dissolve = pd_text_has(ctx, text, pd_text_section(ctx, text, "dissolve", NULL), NULL);
     setup->has_corrode = pd_text_has(ctx, text, pd_text_section(ctx, text, "corrode", NULL), NULL);
+    PDI_TRY(pdi_read_gas_alone(ctx, text, setup));
     PDI_TRY(pdi_scene_corrode_alone(&s));
     PDI_TRY(pdi_read_constants_read(ctx, text, &s.named));
     PDI_TRY(pdi_read_tables_read(ctx, text, folder, setup));
@@ -740,6 +747,7 @@ static pd_status pdi_scene_sections(pd_ctx *ctx, pd_text *text, const char *path
     PDI_TRY(pdi_scene_grid(&s));
     PDI_TRY(pdi_scene_sides(&s));
     PDI_TRY(pdi_scene_flow(&s));
+    PDI_TRY(pdi_read_gas_read(ctx, text, setup));
     PDI_TRY(pdi_scene_transport(&s));
     PDI_TRY(pdi_scene_dissolve(&s));
     PDI_TRY(pdi_scene_corrode(&s));
@@ -748,9 +756,9 @@ static pd_status pdi_scene_sections(pd_ctx *ctx, pd_text *text, const char *path
     PDI_TRY(pdi_read_monitors_read(ctx, text, setup));
     PDI_TRY(pdi_read_measured_read(ctx, text, folder, setup));
     PDI_TRY(pd_text_unused(ctx, text));
-    if (!setup->has_flow && !pdi_setup_carries(setup))
+    if (!setup->has_flow && !setup->has_gas && !pdi_setup_carries(setup))
         return pd_text_refuse(ctx, text, 0, "scene",
-                              "found no physics, expected a [flow], a [transport] or a [corrode] section");
+                              "found no physics, expected a [flow], [gas], [transport] or [corrode] section");
     return PD_OK;
 }
 

@@ -16,6 +16,8 @@
  *                time = steady|implicit|explicit|given  vx (vy, vz) = expression: flow at the start, or the given flow,
  *                which open sides let in and out  rtol = 1e-4 of implicit steps  eos = tait|linear, c0 = speed of sound
  *                of explicit ones
+ *   [gas]        gamma = 1.4  rho, p, vx (vy, vz) = expressions: at the start  order = second|first  cfl = 0.8; alone.
+ *                [side x-] flow = slip|mirror|periodic|outlet|inlet (the state of the start)
  *   [transport]  D  initial = expression in x y z  advection = limited|upwind  time = implicit|steady
  *   [dissolve]   rate = speed, an expression in C | law = the same in 1/s per layer of h
  *                rate_scale = 1  Csat  Cs  gb_factor = 1  threshold = 0
@@ -29,7 +31,8 @@
  *   [run]        until  rtol = 4e-3 (of the volume loss; without dissolution 1e-3, of a step of the transport or of
  *                corrode)
  *                fraction of a node that a step takes (25 rtol)  max_step
- *   [output]     every  fields = C, v, p, kind, grain, phase, D, rate, density, damage  images = ...  slice = z 0 um
+ *   [output]     every  fields = C, v, p, kind, grain, phase, D, rate, density, damage, energy
+ *                images = ...  slice = z 0 um
  *                prefix  folder
  *   [probe NAME] at = x, y  fields = C, v
  *   [line NAME]  from = x, y  to = x, y  points = 101 | spacing  fields  images

@@ -6,7 +6,7 @@
 #include <string.h>
 
 static const char *const pdi_setup_fields[] = {"C",     "v", "p",    "kind",    "grain",
-                                               "phase", "D", "rate", "density", "damage"};
+                                               "phase", "D", "rate", "density", "damage", "energy"};
 static const char *const pdi_setup_sides[] = {"x-", "x+", "y-", "y+", "z-", "z+"};
 static const pd_expr_symbol pdi_setup_axes[] = {{"x", "m", 0.0},
 #if PD_DIM > 1
@@ -48,6 +48,8 @@ void pd_setup_free(pd_ctx *ctx, pd_setup *setup)
     for (int k = 0; k < setup->wall_count; k++) pd_expr_free(ctx, &setup->walls[k].held);
     for (int d = 0; d < PD_DIM; d++) pd_expr_free(ctx, &setup->body[d]);
     for (int d = 0; d < PD_DIM; d++) pd_expr_free(ctx, &setup->start[d]);
+    pd_expr_free(ctx, &setup->gas_rho);
+    pd_expr_free(ctx, &setup->gas_p);
     pd_expr_free(ctx, &setup->initial);
     pd_expr_free(ctx, &setup->rate);
     for (int k = 0; k < setup->masks; k++) PDI_DELETE(ctx, setup->mask_size[k], setup->mask[k]);
@@ -78,14 +80,16 @@ PDI_FN const char *pdi_setup_field_needs(const pd_setup *setup, pd_field field)
 {
     switch (field) {
     case PD_FIELD_V:
-    case PD_FIELD_P: return setup->has_flow ? NULL : "a [flow] section";
+    case PD_FIELD_P: return setup->has_flow || setup->has_gas ? NULL : "a [flow] or [gas] section";
+    case PD_FIELD_ENERGY: return setup->has_gas ? NULL : "a [gas] section";
     case PD_FIELD_C:
     case PD_FIELD_D: return pdi_setup_carries(setup) ? NULL : "a [transport] or [corrode] section";
     case PD_FIELD_RATE: return setup->has_dissolve ? NULL : "a [dissolve] section";
     case PD_FIELD_DAMAGE: return setup->has_corrode ? NULL : "a [corrode] section";
     case PD_FIELD_GRAIN: return setup->has_grains ? NULL : "a solid [shape] with grains";
     case PD_FIELD_DENSITY:
-        return setup->has_flow || pdi_setup_loses(setup) ? NULL : "a [flow], [dissolve] or [corrode] section";
+        if (setup->has_flow || setup->has_gas || pdi_setup_loses(setup)) break;
+        return "a [flow], [gas], [dissolve] or [corrode] section";
     case PD_FIELD_KIND:
     case PD_FIELD_PHASE:
     case PD_FIELD_COUNT: break;

@@ -8,6 +8,7 @@
 #include "metal/grain.h"
 #include "metal/dissolve.h"
 #include "metal/corrode.h"
+#include "flow/gas.h"
 #include "io/file.h"
 #include "scene/expr.h"
 #include "scene/text.h"
@@ -33,6 +34,7 @@ typedef enum pd_field {
     PD_FIELD_RATE,
     PD_FIELD_DENSITY,
     PD_FIELD_DAMAGE,
+    PD_FIELD_ENERGY,
     PD_FIELD_COUNT
 } pd_field;
 
@@ -40,6 +42,7 @@ typedef enum pd_field {
 typedef enum pd_part {
     PD_PART_GRID = 0, /* stencil, lattice, bonds */
     PD_PART_FLOW,     /* fields and steady solver */
+    PD_PART_GAS,
     PD_PART_TRANSPORT,
     PD_PART_DISSOLVE,
     PD_PART_CORRODE,
@@ -177,7 +180,7 @@ typedef struct pd_setup {
     size_t mask_size[PD_SETUP_MASKS];
     int masks;
     pd_setup_side side[2 * PD_DIM];    /* x-, x+, y-, ... */
-    int has_flow, has_transport, has_dissolve, has_corrode, has_grains;
+    int has_flow, has_gas, has_transport, has_dissolve, has_corrode, has_grains;
     /* flow */
     double rho;             /* [kg/m3] */
     double mu;              /* [Pa s] */
@@ -189,10 +192,15 @@ typedef struct pd_setup {
     double length;          /* [m] reference; 0: width of the inlet */
     double steady;          /* [-] residual */
     pd_motion motion;
-    pd_expr start[PD_DIM];  /* of x, y, z; in m/s: given flow, or flow at the start */
+    pd_expr start[PD_DIM];  /* of x, y, z; in m/s: given flow, or flow or gas at the start */
     double flow_rtol;       /* [-] error of an implicit step */
     int linear;             /* explicit: equation of state p = c0^2 (rho - rho0), else Tait */
     double sound;           /* [m/s] explicit: c0 */
+    /* gas */
+    double gas_gamma;       /* [-] */
+    pd_expr gas_rho, gas_p; /* of x, y, z; in kg/m3, in Pa: at the start, and held behind inlets */
+    pd_gas_order gas_order;
+    double gas_cfl;         /* [-] */
     /* transport */
     double diffusivity;     /* [m2/s] */
     double medium_diffusivity; /* [m2/s] of fluid inside the medium */

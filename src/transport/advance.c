@@ -8,7 +8,6 @@
 /* Step control: the largest change from one step to the next. */
 #define PDI_ADVANCE_GROWTH 4.0
 #define PDI_ADVANCE_SHRINK 0.1
-#define PDI_ADVANCE_TRIALS 200 /* rejected steps in a row */
 
 static pd_status pdi_advance_make(pd_ctx *ctx, pd_transport *transport, const pd_advance_desc *desc, pd_advance *a)
 {
@@ -73,7 +72,8 @@ static double pdi_advance_error(const pd_advance *a, double *largest)
 /* A flow and values outside become those of time t. */
 static pd_status pdi_advance_at(pd_ctx *ctx, pd_advance *a, double t)
 {
-    return a->at ? a->at(ctx, a->at_user, t) : pd_transport_at(ctx, a->transport, t);
+    if (a->at) PDI_TRY(a->at(ctx, a->at_user, t));
+    return pd_transport_at(ctx, a->transport, t);
 }
 
 static pd_status pdi_advance_stages(pd_ctx *ctx, pd_advance *a, double dt, pd_transport_result *result)
@@ -130,61 +130,90 @@ pd_status pd_advance_step(pd_ctx *ctx, pd_advance *a, double dt, pd_transport_re
     return status;
 }
 
-/* Take the last step back; time and amounts are the caller's. */
-static void pdi_advance_reject(const pd_ctx *ctx, pd_advance *a)
+/* ---- the steps of a process ---- */
+
+static pd_status pdi_advance_limit(pd_ctx *ctx, void *self, pd_step *s)
 {
+    pd_advance *a = (pd_advance *)self;
+    int last;
+    (void)ctx;
+    if (!(a->dt > 0.0)) a->dt = a->desc.first > 0.0 ? a->desc.first : s->limit - s->time;
+    a->largest = 0.0; /* what longer trials have met counts: a field that begins with nothing has no size of its own */
+    a->time = s->time;
+    a->at = s->at;
+    a->at_user = s->at_user;
+    a->passed[0] = a->out;
+    a->passed[1] = a->in;
+    s->dt = pdi_sdirk_clip(a->dt, a->desc.largest, s->limit - s->time, &last);
+    return PD_OK;
+}
+
+static pd_status pdi_advance_attempt(pd_ctx *ctx, void *self, pd_step *s)
+{
+    pd_advance *a = (pd_advance *)self;
+    pd_status status = pd_advance_step(ctx, a, s->dt, &a->result);
+    s->error = a->error / a->desc.rtol;
+    return status < 0 || s->error <= 1.0 ? status : PD_RETRY;
+}
+
+static pd_status pdi_advance_accept(pd_ctx *ctx, void *self, pd_step *s)
+{
+    pd_advance *a = (pd_advance *)self;
+    (void)ctx;
+    a->time = s->end;
+    a->dt = pdi_sdirk_plan(a->dt, s->dt, pdi_sdirk_factor(s->error, PDI_ADVANCE_GROWTH));
+    return PD_OK;
+}
+
+static pd_status pdi_advance_reject(pd_ctx *ctx, void *self, pd_step *s)
+{
+    pd_advance *a = (pd_advance *)self;
+    int last;
     pdi_advance_restore(ctx, a);
     a->steps--;
     a->rejected++;
+    a->time = s->time;
+    a->out = a->passed[0];
+    a->in = a->passed[1];
+    a->dt = s->dt * fmax(PDI_ADVANCE_SHRINK, pdi_sdirk_factor(s->error, PDI_ADVANCE_GROWTH));
+    s->dt = pdi_sdirk_clip(a->dt, a->desc.largest, s->limit - s->time, &last);
+    return PD_OK;
 }
 
-pd_status pd_advance_next(pd_ctx *ctx, pd_advance *a, double t_end, pd_transport_result *result)
+static pd_status pdi_advance_stuck(pd_ctx *ctx, void *self, const pd_step *s)
 {
-    if (!(t_end > a->time))
-        return pdi_fail(ctx, PD_ERR_ARGUMENT, "advance", "a step from %g s to %g s", a->time, t_end);
-    if (!(a->dt > 0.0)) a->dt = a->desc.first > 0.0 ? a->desc.first : t_end - a->time;
-    a->largest = 0.0; /* what longer trials have met counts: a field that begins with nothing has no size of its own */
-    for (int trial = 0; trial < PDI_ADVANCE_TRIALS; trial++) {
-        int last;
-        double begin = a->time, out = a->out, in = a->in;
-        double dt = pdi_sdirk_clip(a->dt, a->desc.largest, t_end - begin, &last);
-        if (pdi_stands_still(begin, t_end - begin, dt)) break;
-        pd_status status = pd_advance_step(ctx, a, dt, result);
-        if (status < 0) return status;
-        double share = a->error / a->desc.rtol;
-        double factor = pdi_sdirk_factor(share, PDI_ADVANCE_GROWTH);
-        if (share <= 1.0) {
-            if (last) a->time = t_end;
-            a->dt = pdi_sdirk_plan(a->dt, dt, factor);
-            return status;
-        }
-        pdi_advance_reject(ctx, a);
-        a->time = begin;
-        a->out = out;
-        a->in = in;
-        a->dt = dt * fmax(PDI_ADVANCE_SHRINK, factor);
-    }
+    const pd_advance *a = (const pd_advance *)self;
     return pdi_fail(ctx, PD_ERR_STATE, "advance",
-                    "the error of a step of %g s at t = %g s is %g, expected it to fall with the step", a->dt, a->time,
+                    "the error of a step of %g s at t = %g s is %g, expected it to fall with the step", s->dt, s->time,
                     a->error);
 }
 
-pd_status pd_advance_run(pd_ctx *ctx, pd_advance *a, double t_end, pd_transport_result *result)
+static pd_status pdi_advance_settle(pd_ctx *ctx, pd_advance *a)
 {
-    if (!(t_end >= a->time))
-        return pdi_fail(ctx, PD_ERR_ARGUMENT, "advance", "a run from %g s to %g s", a->time, t_end);
-    pd_status worst = PD_OK;
-    while (a->time < t_end) {
-        PDI_TRY(pdi_poll(ctx, "transport in time", a->steps));
-        pd_status status = pd_advance_next(ctx, a, t_end, result);
-        if (status < 0) return status;
-        if (status > 0) worst = status;
-    }
-    return worst;
+    const pd_transport_result *r = &a->result;
+    char place[PDI_GRID_PLACE];
+    pd_status status = pd_transport_steady(ctx, a->transport, &a->result);
+    a->krylov += r->krylov;
+    if (status <= 0) return status;
+    return pdi_fail(ctx, PD_ERR_DIVERGED, "settle",
+                    "the concentration is not steady: what the balances of the nodes lack is %.3g of what passes, "
+                    "expected %g, and a step still changes %.3g of it; the largest at %s m. Solve in time, with "
+                    "advection = upwind, or on a finer grid", r->defect, PDI_SETTLE_DEFECT, r->change,
+                    pdi_grid_place(a->transport->grid, pdi_settle_worst(a->transport), place));
 }
 
-PDI_FN pd_status pdi_advance_store(pd_ctx *ctx, pd_advance *a, pd_archive *archive)
+static pd_status pdi_advance_start(pd_ctx *ctx, void *self, double t)
 {
+    pd_advance *a = (pd_advance *)self;
+    a->time = t;
+    PDI_TRY(pd_transport_at(ctx, a->transport, t));
+    return a->settle ? pdi_advance_settle(ctx, a) : PD_OK;
+}
+
+static pd_status pdi_advance_store(pd_ctx *ctx, void *self, pd_archive *archive)
+{
+    pd_advance *a = (pd_advance *)self;
+    PDI_TRY(pdi_transport_store(ctx, a->transport, archive));
     PDI_TRY(PDI_KEEP(ctx, archive, "advance.time", &a->time, 1));
     PDI_TRY(PDI_KEEP(ctx, archive, "advance.dt", &a->dt, 1));
     PDI_TRY(PDI_KEEP(ctx, archive, "advance.error", &a->error, 1));
@@ -193,7 +222,63 @@ PDI_FN pd_status pdi_advance_store(pd_ctx *ctx, pd_advance *a, pd_archive *archi
     PDI_TRY(PDI_KEEP(ctx, archive, "advance.steps", &a->steps, 1));
     PDI_TRY(PDI_KEEP(ctx, archive, "advance.rejected", &a->rejected, 1));
     PDI_TRY(PDI_KEEP(ctx, archive, "advance.krylov", &a->krylov, 1));
-    return PDI_KEEP(ctx, archive, "advance.euler", &a->euler, 1);
+    PDI_TRY(PDI_KEEP(ctx, archive, "advance.euler", &a->euler, 1));
+    PDI_TRY(PDI_KEEP(ctx, archive, "limiter steps", &a->result.limiter, 1));
+    return PDI_KEEP(ctx, archive, "change", &a->result.change, 1);
+}
+
+static void pdi_advance_balance(pd_ctx *ctx, void *self, int k, pd_amounts *amounts)
+{
+    const pd_advance *a = (const pd_advance *)self;
+    (void)k;
+    amounts->dissolved += pd_transport_stock(ctx, a->transport);
+    amounts->carry += pd_transport_carried(ctx, a->transport);
+    amounts->out += a->out;
+    amounts->in += a->in;
+}
+
+pd_process pd_advance_process(pd_advance *a)
+{
+    pd_process p;
+    memset(&p, 0, sizeof p);
+    p.name = "transport in time";
+    p.self = a;
+    p.element = pdi_transport_element();
+    p.elements = 1;
+    p.steps = &a->steps;
+    p.start = pdi_advance_start;
+    p.limit = pdi_advance_limit;
+    p.attempt = pdi_advance_attempt;
+    p.accept = pdi_advance_accept;
+    p.reject = pdi_advance_reject;
+    p.stuck = pdi_advance_stuck;
+    p.store = pdi_advance_store;
+    p.balance = pdi_advance_balance;
+    return p;
+}
+
+pd_status pd_advance_next(pd_ctx *ctx, pd_advance *a, double t_end, pd_transport_result *result)
+{
+    pd_process p = pd_advance_process(a);
+    pd_step s;
+    memset(&s, 0, sizeof s);
+    if (!(t_end > a->time))
+        return pdi_fail(ctx, PD_ERR_ARGUMENT, "advance", "a step from %g s to %g s", a->time, t_end);
+    s.time = a->time;
+    s.limit = t_end;
+    pd_status status = pdi_process_step(ctx, &p, &s);
+    *result = a->result;
+    return status;
+}
+
+pd_status pd_advance_run(pd_ctx *ctx, pd_advance *a, double t_end, pd_transport_result *result)
+{
+    pd_process p = pd_advance_process(a);
+    if (!(t_end >= a->time))
+        return pdi_fail(ctx, PD_ERR_ARGUMENT, "advance", "a run from %g s to %g s", a->time, t_end);
+    pd_status status = pdi_process_run(ctx, &p, a->time, t_end);
+    *result = a->result;
+    return status;
 }
 
 void pd_advance_free(pd_ctx *ctx, pd_advance *a)

@@ -7,6 +7,8 @@
 #ifndef PD_ADVANCE_H
 #define PD_ADVANCE_H
 #include "transport/transport.h"
+#include "transport/settle.h"
+#include "solve/process.h"
 
 typedef struct pd_advance_desc {
     double rtol;    /* [-] error of one step against the largest concentration, by the embedded estimate; 0: 1e-3 */
@@ -14,14 +16,10 @@ typedef struct pd_advance_desc {
     double largest; /* [s] largest step of a run; 0: none */
 } pd_advance_desc;
 
-/* What stands outside of the transport becomes that of time t [s]. */
-typedef pd_status (*pd_advance_at_fn)(pd_ctx *ctx, void *user, double t);
-
 typedef struct pd_advance {
     pd_advance_desc desc; /* defaults filled in */
     pd_transport *transport;
-    pd_advance_at_fn at;   /* set after the build: called before each stage, for a flow that follows its boundary; it
-                            * calls pd_transport_at. NULL: nothing but that is called */
+    pd_at_fn at;           /* of the step at hand: called before each stage, for a flow that follows its boundary */
     void *at_user;
     double *start, *carry; /* [total] [mol/m3] field and carry at the start of the step */
     double *slope;         /* [total] [mol/m3] change of the first stage */
@@ -31,6 +29,9 @@ typedef struct pd_advance {
     double error;          /* [-] estimated error of the last step */
     double largest;        /* [mol/m3] concentration in the trials of a step */
     double out, in;        /* [mol] (per m in planar 2D) through outlets, inlets and held walls since the build */
+    int settle;            /* set before a run of couple.h starts: the field starts steady */
+    double passed[2];      /* [mol] out and in at the start of the step */
+    pd_transport_result result; /* of the last stage */
     int64_t steps, rejected, krylov;
     int64_t euler;         /* steps taken by backward Euler to keep the bounds */
 } pd_advance;
@@ -39,6 +40,7 @@ typedef struct pd_advance {
 #define pd_advance_step PD_NAME(pd_advance_step)
 #define pd_advance_next PD_NAME(pd_advance_next)
 #define pd_advance_run PD_NAME(pd_advance_run)
+#define pd_advance_process PD_NAME(pd_advance_process)
 #define pd_advance_free PD_NAME(pd_advance_free)
 
 /* transport is borrowed; its c is the state. PD_ERR_ARGUMENT: a knob is negative or not finite. */
@@ -51,11 +53,8 @@ PD_API pd_status pd_advance_step(pd_ctx *ctx, pd_advance *advance, double dt, pd
 PD_API pd_status pd_advance_next(pd_ctx *ctx, pd_advance *advance, double t_end, pd_transport_result *result);
 /* Such steps up to t_end [s]. */
 PD_API pd_status pd_advance_run(pd_ctx *ctx, pd_advance *advance, double t_end, pd_transport_result *result);
+/* The transport as a part of a run, for pd_couple_add: by such steps. */
+PD_API pd_process pd_advance_process(pd_advance *advance);
 PD_API void pd_advance_free(pd_ctx *ctx, pd_advance *advance);
-
-#ifdef PDI_INTERNAL
-/* What steps carry on beside the transport. */
-PDI_FN pd_status pdi_advance_store(pd_ctx *ctx, pd_advance *advance, pd_archive *archive);
-#endif
 
 #endif

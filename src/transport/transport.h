@@ -8,6 +8,7 @@
  */
 #ifndef PD_TRANSPORT_H
 #define PD_TRANSPORT_H
+#include "solve/process.h"
 #include "solve/krylov.h"
 #include "solve/multigrid.h"
 #include "solve/compact.h"
@@ -141,6 +142,12 @@ PDI_FN double pdi_transport_rate(const pd_transport *transport, int32_t i);
 /* Correction [total] [mol/m3] for the residual in t->work, to a share of it, with the operator of the last stage. It
  * stands behind the residual. */
 PDI_FN pd_status pdi_transport_refine(pd_ctx *ctx, pd_transport *transport, double share, pd_transport_result *result);
+/* The element of all that is dissolved. */
+static inline const pd_element *pdi_transport_element(void)
+{
+    static const pd_element metal = {"metal", "mol"};
+    return &metal;
+}
 /* 1 when c lies within the bounds of `start` and the inflow. */
 PDI_FN int pdi_transport_within(const pd_transport *transport, const double *start);
 #endif

@@ -14,9 +14,11 @@
 /* Iterations and evaluations of all solvers of the model. */
 static long work_done(const pd_model *m)
 {
-    int64_t work = m->couple.flow_evaluations + m->couple.krylov_transport;
-    if (m->couple.implicit) work += m->implicit.evaluations;
-    if (m->couple.recede) work += m->recede.newton + m->recede.iterations;
+    pdi_effort effort;
+    pdi_model_effort(m, &effort);
+    int64_t work = effort.flow_evaluations + effort.transport_krylov;
+    if (m->implicit.flow) work += m->implicit.evaluations;
+    if (m->recede.corrode) work += m->recede.newton + m->recede.iterations;
     return (long)work;
 }
 
@@ -24,7 +26,7 @@ static long work_done(const pd_model *m)
  * with bond-based corrosion, where a node more that has turned fluid is a step of it. */
 static void work_result(const pd_model *m)
 {
-    const double *c = m->couple.corrode ? NULL : pdi_model_c(m);
+    const double *c = m->setup->has_corrode ? NULL : pdi_model_c(m);
     double flow = 0.0, amount = 0.0;
     for (int64_t i = 0; i < m->grid.total; i++) {
         if (m->grid.kind[i] != PD_FLUID) continue;

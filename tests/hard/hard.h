@@ -124,22 +124,26 @@ static inline void hard_watch(hard *h)
     const pd_couple *c = &h->model.couple;
     double low, high, size = fmax(fabs(h->low), fabs(h->high));
     /* over what has been there, or has passed */
-    double amount = fmax(fmax(c->ledger.start, h->model.couple.solid_start), fmax(c->ledger.in, c->ledger.out));
-    if (amount > 0.0) h->ledger = fmax(h->ledger, fabs(c->ledger.imbalance) / amount);
+    const pd_ledger *l = &c->ledger[0];
+    double amount = fmax(fmax(l->start, l->solid_start), fmax(l->in, l->out));
+    if (amount > 0.0) h->ledger = fmax(h->ledger, fabs(l->imbalance) / amount);
     /* a step rounds what passes each node in it */
     double fastest = 0.0;
-    for (int32_t i = 0; i < PD_DIM * c->grid->total && c->flow && c->transport; i++)
-        fastest = fmax(fastest, fabs(c->flow->u[i]));
-    if (amount > 0.0) h->rounding += 1.1e-16 * c->dt * fastest / c->grid->h[0] * c->ledger.dissolved / amount;
-    if (c->steady) h->residual = fmax(h->residual, c->steady_result.excess * c->steady->desc.tolerance);
+    int moves = h->setup.has_flow && h->setup.motion != PD_MOTION_GIVEN && h->setup.has_transport;
+    for (int32_t i = 0; i < PD_DIM * c->grid->total && moves; i++)
+        fastest = fmax(fastest, fabs(h->model.flow.u[i]));
+    if (amount > 0.0) h->rounding += 1.1e-16 * c->dt * fastest / c->grid->h[0] * l->dissolved / amount;
+    if (h->model.quasi.steady)
+        h->residual = fmax(h->residual, h->model.quasi.result.excess * h->model.steady.desc.tolerance);
     if (pdi_setup_carries(&h->setup)) {
         hard_extremes(h, &low, &high);
         if (h->setup.activation) low = high = 0.0;
         h->excess = fmax(h->excess, size > 0.0 ? fmax(h->low - low, high - h->high) / size : fmax(-low, high));
         if (!(low <= high)) h->excess = h->model.grid.fluid_count ? HUGE_VAL : h->excess; /* NaN */
     }
-    if (c->recede) h->salt = fmax(h->salt, 3.1e-14 * c->dt * c->corrode->diffusion);
-    if (!c->flow || h->setup.side[0].kind != PD_SIDE_INLET || h->model.grid.n[0] < 4) return;
+    if (h->model.recede.corrode) h->salt = fmax(h->salt, 3.1e-14 * c->dt * h->model.corrode.diffusion);
+    if (!h->setup.has_flow || h->setup.motion == PD_MOTION_GIVEN) return;
+    if (h->setup.side[0].kind != PD_SIDE_INLET || h->model.grid.n[0] < 4) return;
     double up = pd_flow_section(&h->ctx, &h->model.flow, 0, 1);
     double down = pd_flow_section(&h->ctx, &h->model.flow, 0, h->model.grid.n[0] - 1);
     if (fabs(up) > 0.0) h->flux = fmax(h->flux, fabs(down - up) / fabs(up));

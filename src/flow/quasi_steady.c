@@ -1,0 +1,154 @@
+/* quasi_steady: see quasi_steady.h */
+#include "flow/quasi_steady.h"
+#include "lattice/port.h"
+#include <float.h>
+#include <math.h>
+#include <stdio.h>
+#include <string.h>
+
+/* A residual that may do as a tolerance. */
+#define PDI_QUASI_STEADY_NEARLY 1e-3
+
+/* Factor between what enters and what the inlets push that no lattice explains: 1 but for some per cent, 1.7 with metal
+ * within a horizon of the inlet (test_couple). */
+#define PDI_QUASI_STEADY_ENTERS 2.0
+/* Inlets whose sum is below this share of them feed each other. */
+#define PDI_QUASI_STEADY_FEEDS 1e-6
+
+/* Fluxes that contradict each other are no result: between metal and walls that the horizon spans the equations of the
+ * lattice may have a solution that is none. */
+static pd_status pdi_quasi_steady_enters(pd_ctx *ctx, const pd_quasi_steady *q)
+{
+    char place[PDI_GRID_PLACE];
+    double pushed, gross, taken = pdi_flow_entering(ctx, q->flow, &pushed, &gross);
+    double excess = (taken - pushed) / gross;
+    if (gross > 0.0 && !(excess >= 1.0 / PDI_QUASI_STEADY_ENTERS - 1.0 && excess <= PDI_QUASI_STEADY_ENTERS - 1.0))
+        return pdi_fail(ctx, PD_ERR_GEOMETRY, "steady",
+                        "the flow at t = %g s passes the inlets at %.3g m3/s (2D: m2/s), expected about %.3g: the "
+                        "horizon spans what lies between them and the outlets. Refine the grid, take a smaller m or "
+                        "free cells",
+                        q->time, taken, pushed);
+    if (!(q->steady->uneven <= q->steady->desc.tolerance * gross) && gross > 0.0)
+        return pdi_fail(ctx, PD_ERR_DIVERGED, "steady",
+                        "the fluxes through sections of the flow at t = %g s differ by up to %.3g m3/s (2D: m2/s), "
+                        "expected at most %g of the %.3g that enter, most of all at %s m. Loosen the tolerance or "
+                        "refine the grid",
+                        q->time, q->steady->uneven, q->steady->desc.tolerance, gross,
+                        pdi_grid_place(q->flow->grid, pdi_steady_worst(q->steady), place));
+    return PD_OK;
+}
+
+/* Why a flow solve may have failed: what enters cannot leave. `status` where there is another reason. */
+static pd_status pdi_quasi_steady_blocked(pd_ctx *ctx, const pd_quasi_steady *q, pd_status status)
+{
+    double pushed, gross;
+    int32_t node;
+    char place[PDI_GRID_PLACE];
+    pdi_flow_entering(ctx, q->flow, &pushed, &gross);
+    /* not inlets that feed each other */
+    if (pdi_is_final(status) || !(fabs(pushed) > PDI_QUASI_STEADY_FEEDS * gross)) return status;
+    PDI_TRY(pdi_port_blocked(ctx, q->flow->bonds, &node));
+    if (node < 0) return status;
+    return pdi_fail(ctx, PD_ERR_GEOMETRY, "steady",
+                    "the flow at t = %g s has no way from the inlet beside %s m to an outlet: metal or walls close it",
+                    q->time, pdi_grid_place(q->flow->grid, node, place));
+}
+
+/* What a flow solve has reached that made no more progress, and what helps. */
+static pd_status pdi_quasi_steady_unsteady(pd_ctx *ctx, const pd_quasi_steady *q)
+{
+    const pd_steady_result *r = &q->result;
+    char place[PDI_GRID_PLACE], accept[64], why[120];
+    double reached = r->excess * q->steady->desc.tolerance;
+    accept[0] = '\0';
+    if (reached < PDI_QUASI_STEADY_NEARLY)
+        snprintf(accept, sizeof accept, "; steady = %.1e accepts this one", 1.1 * reached);
+    /* from there Newton's next step would reach the rounding: this is it, and no flow that moves */
+    if (reached < sqrt(DBL_EPSILON)) snprintf(why, sizeof why, "That is as far as their rounding lets them fall");
+    else
+        snprintf(why, sizeof why,
+                 "At Re = %.3g there may be no steady flow: time = implicit in [flow] tells how it moves",
+                 q->flow->speed * q->flow->length / q->flow->nu);
+    return pdi_fail(ctx, PD_ERR_DIVERGED, "steady",
+                    "the flow is not steady at t = %g s: after %d Newton steps the residuals are %.3g (momentum) and "
+                    "%.3g (continuity), %.3g times what steady = %g allows, largest at %s m, and further steps do not "
+                    "lower them. %s%s", q->time, r->newton, r->momentum, r->continuity, r->excess,
+                    q->steady->desc.tolerance, pdi_grid_place(q->flow->grid, pdi_steady_worst(q->steady), place), why,
+                    accept);
+}
+
+static pd_status pdi_quasi_steady_solve(pd_ctx *ctx, pd_quasi_steady *q)
+{
+    if (!q->stale) return PD_OK;
+    pd_status status = pd_steady_solve(ctx, q->steady, &q->result);
+    q->solves++;
+    q->krylov += q->result.krylov;
+    q->evaluations += q->result.evaluations;
+    if (status != PD_OK) status = pdi_quasi_steady_blocked(ctx, q, status);
+    if (status < 0) return status;
+    if (status != PD_OK) return pdi_quasi_steady_unsteady(ctx, q);
+    PDI_TRY(pdi_quasi_steady_enters(ctx, q));
+    q->stale = 0;
+    q->moved = 0.0;
+    return PD_OK;
+}
+
+/* What stands outside becomes that of time t; the flow follows when it has moved by more than its tolerance. */
+static pd_status pdi_quasi_steady_at(pd_ctx *ctx, void *self, double t)
+{
+    pd_quasi_steady *q = (pd_quasi_steady *)self;
+    double moved;
+    q->time = t;
+    PDI_TRY(pd_flow_at(ctx, q->flow, t, 0.0, &moved));
+    q->moved += moved;
+    if (q->moved > q->steady->desc.tolerance) q->stale = 1;
+    return pdi_quasi_steady_solve(ctx, q);
+}
+
+static pd_status pdi_quasi_steady_finish(pd_ctx *ctx, void *self, double t)
+{
+    (void)t;
+    return pdi_quasi_steady_solve(ctx, (pd_quasi_steady *)self);
+}
+
+static pd_status pdi_quasi_steady_changed(pd_ctx *ctx, void *self, const int32_t *turned, int32_t count)
+{
+    pd_quasi_steady *q = (pd_quasi_steady *)self;
+    q->stale = 1;
+    return pd_flow_update(ctx, turned, count, q->flow);
+}
+
+static pd_status pdi_quasi_steady_store(pd_ctx *ctx, void *self, pd_archive *archive)
+{
+    pd_quasi_steady *q = (pd_quasi_steady *)self;
+    PDI_TRY(pdi_flow_store(ctx, q->flow, archive));
+    PDI_TRY(pdi_steady_store(ctx, q->steady, archive));
+    PDI_TRY(PDI_KEEP(ctx, archive, "flow solves", &q->solves, 1));
+    PDI_TRY(PDI_KEEP(ctx, archive, "krylov of the flow", &q->krylov, 1));
+    PDI_TRY(PDI_KEEP(ctx, archive, "evaluations of the flow", &q->evaluations, 1));
+    PDI_TRY(PDI_KEEP(ctx, archive, "flow stale", &q->stale, 1));
+    PDI_TRY(PDI_KEEP(ctx, archive, "flow moved", &q->moved, 1));
+    PDI_TRY(PDI_KEEP(ctx, archive, "momentum residual", &q->result.momentum, 1));
+    return PDI_KEEP(ctx, archive, "continuity residual", &q->result.continuity, 1);
+}
+
+pd_process pd_quasi_steady_process(pd_flow *flow, pd_steady *steady, pd_quasi_steady *q)
+{
+    pd_process p;
+    memset(&p, 0, sizeof p);
+    memset(q, 0, sizeof *q);
+    q->flow = flow;
+    q->steady = steady;
+    q->stale = 1;
+    p.name = "steady flow";
+    p.self = q;
+    p.start = p.at = pdi_quasi_steady_at;
+    p.finish = pdi_quasi_steady_finish;
+    p.changed = pdi_quasi_steady_changed;
+    p.store = pdi_quasi_steady_store;
+    return p;
+}
+
+#undef PDI_QUASI_STEADY_NEARLY
+#undef PDI_QUASI_STEADY_ENTERS
+#undef PDI_QUASI_STEADY_FEEDS

@@ -1,0 +1,27 @@
+/* quasi_steady: a flow that is steady at every instant of a run, as a process.
+ *
+ * Acoustics take ns, advection ms, dissolution h: the flow of an instant is the steady one of the geometry and of what
+ * stands outside at that instant. It is solved again when metal has turned fluid, or when inlets, walls and forces have
+ * moved by more than the tolerance of the solver (theory: section 7).
+ */
+#ifndef PD_QUASI_STEADY_H
+#define PD_QUASI_STEADY_H
+#include "flow/steady.h"
+#include "solve/process.h"
+
+typedef struct pd_quasi_steady {
+    pd_flow *flow;
+    pd_steady *steady;
+    pd_steady_result result; /* of the last solve */
+    int stale;               /* the geometry, or what stands outside, has changed since */
+    double moved;            /* [-] by how much what stands outside has, see pd_flow_at */
+    double time;             /* [s] of what stands outside */
+    int64_t solves, krylov, evaluations;
+} pd_quasi_steady;
+
+#define pd_quasi_steady_process PD_NAME(pd_quasi_steady_process)
+
+/* Zeroes `quasi`, which must live as long as the process. Flow and solver are borrowed. */
+PD_API pd_process pd_quasi_steady_process(pd_flow *flow, pd_steady *steady, pd_quasi_steady *quasi);
+
+#endif

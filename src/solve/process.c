@@ -1,0 +1,67 @@
+/* process: see process.h */
+#include "solve/process.h"
+#include <math.h>
+#include <string.h>
+
+/* Attempts at one step at most. */
+#define PDI_PROCESS_TRIALS 1000
+
+PDI_FN double pdi_process_even(double left, double dt) { return left / ceil(left / dt * (1.0 - 1e-12)); }
+
+PDI_FN pd_status pdi_process_span(pd_ctx *ctx, void *self, pd_step *s)
+{
+    (void)ctx;
+    (void)self;
+    if (s->max_step > 0.0) s->dt = fmin(s->dt, s->max_step);
+    return PD_OK;
+}
+
+static pd_status pdi_process_stuck(pd_ctx *ctx, const pd_process *p, const pd_step *s)
+{
+    if (p->stuck) return p->stuck(ctx, p->self, s);
+    return pdi_fail(ctx, PD_ERR_STATE, p->name, "steps of %g s do not lead on from t = %g s to %g s", s->dt, s->time,
+                    s->limit);
+}
+
+PDI_FN pd_status pdi_process_step(pd_ctx *ctx, const pd_process *p, pd_step *s)
+{
+    double left = s->limit - s->time;
+    pd_status status;
+    s->dt = left;
+    s->turned_count = 0;
+    PDI_TRY(pdi_poll(ctx, p->name, p->steps ? *p->steps : 0));
+    if (p->limit) PDI_TRY(p->limit(ctx, p->self, s));
+    left = s->limit - s->time;
+    for (s->trial = 0;; s->trial++) {
+        if (s->trial) PDI_TRY(pdi_poll(ctx, p->name, p->steps ? *p->steps : 0));
+        if (pdi_stands_still(s->time, left, s->dt) || s->trial == PDI_PROCESS_TRIALS)
+            return pdi_process_stuck(ctx, p, s);
+        if (s->dt < left) s->end = s->time + s->dt;
+        else {
+            s->dt = left;
+            s->end = s->limit;
+        }
+        status = p->attempt(ctx, p->self, s);
+        if (status != PD_RETRY) break;
+        PDI_TRY(p->reject(ctx, p->self, s));
+    }
+    if (status >= 0 && p->accept) PDI_TRY(p->accept(ctx, p->self, s));
+    return status;
+}
+
+PDI_FN pd_status pdi_process_run(pd_ctx *ctx, const pd_process *p, double from, double to)
+{
+    pd_step s;
+    pd_status worst = PD_OK;
+    memset(&s, 0, sizeof s);
+    for (s.time = from; s.time < to; s.time = s.end) {
+        s.limit = to;
+        pd_status status = pdi_process_step(ctx, p, &s);
+        if (status < 0) return status;
+        if (status > 0) worst = status;
+    }
+    if (p->finish) PDI_TRY(p->finish(ctx, p->self, to));
+    return worst;
+}
+
+#undef PDI_PROCESS_TRIALS
