@@ -32,6 +32,7 @@ DEV_TEST = -std=c99 -O1 -ffp-contract=off $(WARN) -DPD_DEBUG $(OMP) $(EXTRA)
 
 SOURCES := $(wildcard src/*/*.c)
 HEADERS := $(wildcard src/*/*.h)
+CASES := $(wildcard cases/*.h cases/*/*.h)
 DIMS = 1 2 3
 DRIVERS := $(foreach d,$(patsubst drivers/%.c,%,$(wildcard drivers/*.c)),\
              $(foreach k,$(DIMS),$(BUILD)/$(if $(filter scene,$d),pd,$d)$kd))
@@ -223,26 +224,20 @@ $$(BUILD)/hard_%_$(1)d: tests/hard/test_%.c $$(wildcard tests/hard/*.h tests/*.h
 	$$(building) $$(CC) $$(DEV_TEST) -DPDI_SPLIT -DPD_DIM=$(1) -Isrc -Itests -Itests/hard $$< $$(OBJECTS_$(1)) \
 	    -o $$@ $$(LIBS)
 
-$$(BUILD)/check/pd$(1)d: drivers/scene.c drivers/common.h pdcorr.h $$(OBJECTS_$(1)) $$(BUILD)/flags
+$$(BUILD)/check/pd$(1)d: drivers/scene.c cases/common.h pdcorr.h $$(OBJECTS_$(1)) $$(BUILD)/flags
 	@mkdir -p $$(@D)
-	$$(building) sed '/^.define PDCORR_IMPLEMENTATION/d' $$< | $$(CC) $$(DEV_TEST) -DPD_DIM=$(1) -I. -Idrivers -x c - \
-	    -x none $$(OBJECTS_$(1)) -o $$@ $$(LIBS)
+	$$(building) $$(CC) $$(DEV_TEST) -DPD_DIM=$(1) -DPDCORR_LINKED -I. $$< $$(OBJECTS_$(1)) -o $$@ $$(LIBS)
 
-$$(BUILD)/pd$(1)d: drivers/scene.c drivers/common.h pdcorr.h $$(BUILD)/flags
-	$$(building) $$(CC) $$(CFLAGS) $$(OMP) -DPD_DIM=$(1) -I. $$< -o $$@ $$(LIBS)
+# The library of all programs. PDI_SPLIT: the reports measure internal functions, too.
+$$(BUILD)/pdcorr$(1)d.o: pdcorr.h $$(BUILD)/flags
+	$$(building) $$(CC) $$(CFLAGS) $$(OMP) -DPD_DIM=$(1) -DPDCORR_IMPLEMENTATION -DPDI_SPLIT -x c -c $$< -o $$@
 
-$$(BUILD)/validate$(1)d: drivers/validate.c $$(wildcard drivers/*.h drivers/validate/*) pdcorr.h $$(BUILD)/flags
-	$$(building) $$(CC) $$(CFLAGS) $$(OMP) -DPD_DIM=$(1) -I. $$< -o $$@ $$(LIBS)
+$$(BUILD)/pd$(1)d: drivers/scene.c cases/common.h $$(BUILD)/pdcorr$(1)d.o
+	$$(building) $$(CC) $$(CFLAGS) $$(OMP) -DPD_DIM=$(1) -DPDCORR_LINKED -I. $$< $$(BUILD)/pdcorr$(1)d.o -o $$@ $$(LIBS)
 
-$$(BUILD)/bench$(1)d: drivers/bench.c $$(wildcard drivers/*.h drivers/bench/* drivers/validate/*) pdcorr.h $$(BUILD)/flags
-	$$(building) $$(CC) $$(CFLAGS) $$(OMP) -DPD_DIM=$(1) -I. $$< -o $$@ $$(LIBS)
-
-$$(BUILD)/stability$(1)d: drivers/stability.c $$(wildcard drivers/*.h drivers/stability/* drivers/validate/lab.h) \
-                          pdcorr.h $$(BUILD)/flags
-	$$(building) $$(CC) $$(CFLAGS) $$(OMP) -DPD_DIM=$(1) -I. $$< -o $$@ $$(LIBS)
-
-$$(BUILD)/%$(1)d: drivers/%.c pdcorr.h $$(BUILD)/flags
-	$$(building) $$(CC) $$(CFLAGS) $$(OMP) -DPD_DIM=$(1) -I. $$< -o $$@ $$(LIBS)
+$$(BUILD)/%$(1)d: drivers/%.c $$(CASES) $$(BUILD)/pdcorr$(1)d.o
+	$$(building) $$(CC) $$(CFLAGS) $$(OMP) -DPD_DIM=$(1) -DPDCORR_LINKED -DPDI_SPLIT -I. $$< $$(BUILD)/pdcorr$(1)d.o \
+	    -o $$@ $$(LIBS)
 
 -include $$(OBJECTS_$(1):.o=.d)
 endef
@@ -266,7 +261,7 @@ $(TEST_LOGS): $(LOGS)/%.log: $(BUILD)/% FORCE
 SCRIPT_LOGS := $(SCRIPTS:tests/%.sh=$(LOGS)/%.log)
 # PROGRAMS: where shell tests find pd1d and its like. `make test` gives them programs linked to the objects of the
 # tests, which are built in a moment and have assertions.
-$(SCRIPT_LOGS): $(LOGS)/%.log: tests/%.sh pdcorr.h $(if $(PROGRAMS),$(DIMS:%=$(PROGRAMS)/pd%d),$(DRIVERS)) \
+$(SCRIPT_LOGS): $(LOGS)/%.log: tests/%.sh pdcorr.h $(if $(PROGRAMS),$(DIMS:%=$(PROGRAMS)/pd%d),$(DRIVERS) $(BUILD)/pdcorr2d.o) \
                                $(BUILD)/amalgamate $(BUILD)/lint FORCE
 	@$(call log,env CC='$(CC)' BUILD='$(BUILD)' OMP='$(OMP)' $(if $(PROGRAMS),PROGRAMS='$(PROGRAMS)') sh $<)
 

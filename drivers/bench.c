@@ -5,7 +5,9 @@
  * Exit status: 0 done, 1 a run failed, 2 wrong usage. A missed goal is no failure: times depend on the machine.
  */
 #define _POSIX_C_SOURCE 200809L
+#ifndef PDCORR_LINKED /* with a library that is compiled apart */
 #define PDCORR_IMPLEMENTATION
+#endif
 #include "pdcorr.h"
 
 #include <math.h>
@@ -17,10 +19,10 @@
 #include <time.h>
 #include <unistd.h>
 
-#include "common.h"
-#include "table.h"
-#include "validate/cases.h"
-#include "bench/cases.h"
+#include "cases/common.h"
+#include "cases/table.h"
+#include "cases/validate/cases.h"
+#include "cases/bench/cases.h"
 
 typedef struct options {
     const char *program, *out, *scenes;

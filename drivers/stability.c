@@ -6,7 +6,9 @@
  * Exit status: 0 done, 1 a run failed or, with --check, a step is none of those the program knows, 2 wrong usage.
  */
 #define _POSIX_C_SOURCE 200809L
+#ifndef PDCORR_LINKED /* with a library that is compiled apart */
 #define PDCORR_IMPLEMENTATION
+#endif
 #include "pdcorr.h"
 
 #include <math.h>
@@ -18,11 +20,11 @@
 #include <time.h>
 #include <unistd.h>
 
-#include "common.h"
-#include "table.h"
-#include "validate/lab.h"
-#include "stability/symbol.h"
-#include "stability/cases.h"
+#include "cases/common.h"
+#include "cases/table.h"
+#include "cases/validate/lab.h"
+#include "cases/stability/symbol.h"
+#include "cases/stability/cases.h"
 
 enum { STAB_RATIOS = 4, STAB_ROOM = 16 };
 static const double ratios[STAB_RATIOS] = {2.0, 3.0, 4.0, 5.0};

@@ -5,7 +5,9 @@
  * Exit status: 0 done, 1 a run failed or, with --check, a goal was missed, 2 wrong usage.
  */
 #define _POSIX_C_SOURCE 200809L
+#ifndef PDCORR_LINKED /* with a library that is compiled apart */
 #define PDCORR_IMPLEMENTATION
+#endif
 #include "pdcorr.h"
 
 #include <math.h>
@@ -17,10 +19,10 @@
 #include <time.h>
 #include <unistd.h>
 
-#include "common.h"
-#include "table.h"
-#include "validate/cases.h"
-#include "validate/report.h"
+#include "cases/common.h"
+#include "cases/table.h"
+#include "cases/validate/cases.h"
+#include "cases/validate/report.h"
 
 enum { MAX_RESULTS = 96 };
 

@@ -7,7 +7,9 @@
 #ifndef PD_DIM
 #define PD_DIM 2
 #endif
+#ifndef PDCORR_LINKED
 #define PDCORR_IMPLEMENTATION
+#endif
 #include "pdcorr.h"
 #include <math.h>
 #include <stdio.h>

@@ -5,7 +5,9 @@
  *   cc -std=c99 -O2 -I. examples/04_pin.c -o 04_pin -lm
  */
 #define PD_DIM 2
+#ifndef PDCORR_LINKED
 #define PDCORR_IMPLEMENTATION
+#endif
 #include "pdcorr.h"
 #include <math.h>
 #include <stdio.h>

@@ -1,6 +1,8 @@
 /* 05: a scene file in 20 lines.  cc -std=c99 -O2 -I. examples/05_embed.c -o 05_embed -lm */
 #define PD_DIM 2
+#ifndef PDCORR_LINKED
 #define PDCORR_IMPLEMENTATION
+#endif
 #include "pdcorr.h"
 #include <stdio.h>
 

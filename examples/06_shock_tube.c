@@ -6,7 +6,9 @@
  *   cc -std=c99 -O2 -I. examples/06_shock_tube.c -o 06_shock_tube -lm
  */
 #define PD_DIM 1
+#ifndef PDCORR_LINKED
 #define PDCORR_IMPLEMENTATION
+#endif
 #include "pdcorr.h"
 #include <math.h>
 #include <stdio.h>

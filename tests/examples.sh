@@ -1,11 +1,14 @@
 #!/bin/sh
 # slow: yes
-# Every program of examples/ compiles alone with pdcorr.h, without a warning, and runs.
+# Every program of examples/ compiles alone with pdcorr.h, without a warning, and runs, linked to the library.
 . tests/lib/script.sh
 cc=${CC:-cc}
 for file in examples/*.c; do
     name=$(basename "$file" .c)
-    "$cc" -std=c99 -O2 -Wall -Wextra -Wpedantic -Werror ${OMP:-} -I. "$file" -o "$dir/$name" -lm > "$dir/log" 2>&1 &&
+    "$cc" -std=c99 -fsyntax-only -Wall -Wextra -Wpedantic -Werror ${OMP:-} -I. "$file" > "$dir/log" 2>&1
+    verdict "$file alone"
+    "$cc" -std=c99 -O2 -Wall -Wextra -Wpedantic -Werror -DPDCORR_LINKED ${OMP:-} -I. "$file" "$build/pdcorr2d.o" \
+        -o "$dir/$name" -lm > "$dir/log" 2>&1 &&
         (cd "$dir" && "./$name" "$root/examples/scenes/mg_pin_2d.scene") >> "$dir/log" 2>&1
     verdict "$file"
 done

@@ -3,6 +3,7 @@
 # What amalgamate refuses, and that its output is the files themselves, less their includes of each other.
 . tests/lib/script.sh
 tool=$build/amalgamate
+CC=${CC:-cc}
 cd "$dir" || exit 1
 
 # A library of three modules in two rooms.
@@ -97,5 +98,30 @@ check "no first comment" refuses 'first line has to begin'
 fresh
 rm src/cellar/low.c
 check "a module of a header alone" tool
+
+# Rooms that a macro leaves out, and modules that gain nothing from much optimisation.
+fresh
+printf 'cut NO_ATTIC: attic\ncold 1: attic\ncold 2: low high\n' >> src/MODULES
+check "cuts" tool
+check "guards headers and sources" [ "$(grep -c '^#if !defined(NO_ATTIC)$' one.h)" = 2 ]
+check "closes the guards" [ "$(grep -c '^#endif /\* cut \*/$' one.h)" = 2 ]
+sed -n 's/^#pragma GCC //p' one.h > pragmas
+check "the later level counts" [ "$(grep -c O2 pragmas) $(grep -c O1 pragmas)" = "2 0" ]
+check "restores the level" [ "$(sed -n '/_options/s/_.*//p' pragmas | tr '\n' ' ')" = 'push pop push pop ' ]
+grep -v '^# *include <' one.h > cut.c
+check "leaves out the attic" sh -c "$CC -DNO_ATTIC -DPDCORR_IMPLEMENTATION -DPDI_INTERNAL -E cut.c > cut.i &&
+    grep -q 'int low' cut.i && ! grep -q 'int *high' cut.i"
+fresh
+printf 'cut NO_CELLAR: cellar\n' >> src/MODULES
+check "a cut below what stays" refuses 'NO_CELLAR leaves out cellar/low, which attic/high uses'
+fresh
+printf 'cut NO_SHED: shed\n' >> src/MODULES
+check "a cut of no room" refuses 'shed is no room that stands before'
+fresh
+printf 'cut NO_LOW: low\n' >> src/MODULES
+check "a cut of a module" refuses 'low is no room that stands before'
+fresh
+printf 'cold 1: shed\n' >> src/MODULES
+check "a level of nothing" refuses 'shed is no room or module'
 
 score

@@ -7,6 +7,11 @@
  * only the lines that include another module are left out. Refused: include cycles, a module that includes a later
  * one, files of SRC that no module owns, a module without header. --check compares with OUT instead of writing it,
  * --rules stops after the refusals, --skip-missing passes over modules that have no header yet.
+ *
+ * Two other lines of MODULES, behind those of the rooms:
+ *   cut MACRO: ROOM...          the macro leaves these rooms out; refused when a room that stays uses one of them
+ *   cold N: ROOM or MODULE...   no loop of theirs gains from more than -O<N>, which gcc then compiles their .c with;
+ *                               of two lines that name a module the later one counts
  */
 #define _POSIX_C_SOURCE 200809L
 #include <ctype.h>
@@ -17,6 +22,7 @@
 #include <string.h>
 
 #define MAX_MODULES 128
+#define MAX_CUTS 8
 #define NAME_SIZE 48
 #define PATH_SIZE 1024
 
@@ -26,6 +32,8 @@ typedef struct module {
     char path[2 * NAME_SIZE]; /* room/name */
     char *header, *source; /* texts; NULL: no such file */
     char uses[MAX_MODULES]; /* 1: a file of this module includes that module */
+    unsigned cuts; /* bit k: cut k leaves it out */
+    int level; /* of optimisation that its .c gains from; 0: whatever the compiler has */
     int seen; /* of the cycle search: 1 on the path, 2 finished */
 } module;
 
@@ -36,6 +44,8 @@ typedef struct text {
 
 static module modules[MAX_MODULES];
 static int module_count;
+static char cuts[MAX_CUTS][NAME_SIZE]; /* macros */
+static int cut_count;
 
 static void die(const char *format, ...)
 {
@@ -142,6 +152,41 @@ static void add_module(const char *src, const char *room, const char *name, int 
     module_count++;
 }
 
+/* The words from `at` to the end of the line: rooms of a cut, or, cut < 0, rooms and modules of a level. */
+static void mark_modules(const char *src, const char *at, const char *end, int cut, int level)
+{
+    char name[NAME_SIZE];
+    int size;
+    for (; at < end && sscanf(at, " %47s%n", name, &size) == 1 && at + size <= end; at += size) {
+        int found = 0;
+        for (int k = 0; k < module_count; k++) {
+            module *m = &modules[k];
+            if (strcmp(m->room, name) != 0 &&
+                (cut >= 0 || (strcmp(m->name, name) != 0 && strcmp(m->path, name) != 0)))
+                continue;
+            if (cut >= 0) m->cuts |= 1u << cut;
+            else m->level = level;
+            found = 1;
+        }
+        if (!found) die("%s/MODULES: %s is no %s that stands before", src, name, cut < 0 ? "room or module" : "room");
+    }
+}
+
+static int read_mark(const char *src, const char *line, const char *end)
+{
+    char name[NAME_SIZE];
+    int size = 0;
+    if (strncmp(line, "cold ", 5) == 0 && line[5] >= '1' && line[5] <= '3' && line[6] == ':') {
+        mark_modules(src, line + 7, end, -1, line[5] - '0');
+        return 1;
+    }
+    if (sscanf(line, "cut %47[A-Z_]:%n", name, &size) != 1 || !size) return 0;
+    if (cut_count == MAX_CUTS) die("%s/MODULES: more than %d cuts", src, MAX_CUTS);
+    strcpy(cuts[cut_count], name);
+    mark_modules(src, line + size, end, cut_count++, 0);
+    return 1;
+}
+
 static void read_modules(const char *src, int skip_missing)
 {
     char path[PATH_SIZE];
@@ -153,6 +198,7 @@ static void read_modules(const char *src, int skip_missing)
         int size;
         if (*line == '#' || *line == '\n') continue;
         const char *at = line, *end = line + strcspn(line, "\n");
+        if (read_mark(src, line, end)) continue;
         for (int k = 0; at < end && sscanf(at, " %47s%n", k ? name : room, &size) == 1; k++) {
             at += size;
             if (at > end) break;
@@ -228,6 +274,16 @@ static void refuse_reaching_up(void)
                     modules[used].path);
 }
 
+/* What a macro leaves out, nothing that stays may use. */
+static void refuse_torn_cuts(void)
+{
+    for (int k = 0; k < module_count; k++)
+        for (int used = 0; used < module_count; used++)
+            for (int cut = 0; cut < cut_count; cut++)
+                if (modules[k].uses[used] && (modules[used].cuts & ~modules[k].cuts) >> cut & 1u)
+                    die("%s leaves out %s, which %s uses", cuts[cut], modules[used].path, modules[k].path);
+}
+
 /* The version, from the line #define PD_VERSION "..." of config.h. */
 static void find_version(char *version, size_t room)
 {
@@ -265,6 +321,12 @@ static void append_banner(text *out)
         " *   and leave PDCORR_IMPLEMENTATION out everywhere else. With PDCORR_STATIC in its place all is private to",
         " *   the file, and what it does not call costs neither time nor room. Any C99 or C++11 compiler will do:",
         " *       cc -std=c99 -O3 -march=native -ffp-contract=off -fopenmp prog.c -lm",
+        " *   Rooms that a program does not use can be left out; put these lines above the inclusion, too:",
+        " *       #define PDCORR_NO_SCENE          leaves out scene and run",
+        " *       #define PDCORR_NO_IO             leaves out io, and scene and run, which need it",
+        " *       #define PDCORR_NO_PHYSICS        leaves out flow, transport, metal, couple, and scene and run",
+        " *   Both of the last leave the kernels: core, lattice, solve. A file may leave out more than the one with",
+        " *   PDCORR_IMPLEMENTATION. gcc compiles what runs spend no time in with -O1 or -O2 where the file has -O3.",
         " *   OpenMP is optional and does not change a bit of the results. Linked names carry the dimension, so that",
         " *   several dimensions live in one program. Start with pd_ctx_init; every call that can fail returns a",
         " *   pd_status, and pd_ctx.message then says what, where and how to mend.",
@@ -304,6 +366,43 @@ static void append_file(text *out, const module *m, const char *data, const char
     }
 }
 
+/* Guards of neighbours that the same macros leave out; their level of optimisation. */
+static void close_guards(text *out, const module *last, int sources)
+{
+    if (sources && last->level) append_line(out, "#ifdef PDI_COLD\n#pragma GCC pop_options\n#endif");
+    if (last->cuts) append_line(out, "#endif /* cut */");
+}
+
+static void open_guards(text *out, const module *m, int sources)
+{
+    char line[MAX_CUTS * (NAME_SIZE + 16)] = "\n#if";
+    for (int cut = 0; cut < cut_count; cut++)
+        if (m->cuts >> cut & 1u)
+            snprintf(line + strlen(line), sizeof line - strlen(line), "%s !defined(%s)", line[4] ? " &&" : "",
+                     cuts[cut]);
+    if (m->cuts) append_line(out, "%s", line);
+    if (sources && m->level)
+        append_line(out, "\n#ifdef PDI_COLD\n#pragma GCC push_options\n#pragma GCC optimize (\"O%d\")\n#endif",
+                    m->level);
+}
+
+/* All headers, or all sources. */
+static void append_modules(text *out, int sources)
+{
+    const module *last = NULL;
+    for (int k = 0; k < module_count; k++) {
+        const module *m = &modules[k];
+        if (sources && !m->source) continue;
+        if (!last || last->cuts != m->cuts || (sources && last->level != m->level)) {
+            if (last) close_guards(out, last, sources);
+            open_guards(out, m, sources);
+        }
+        append_file(out, m, sources ? m->source : m->header, sources ? ".c" : ".h");
+        last = m;
+    }
+    if (last) close_guards(out, last, sources);
+}
+
 static void append_licence(text *out, const char *path)
 {
     const char *licence = read_text(path);
@@ -320,15 +419,14 @@ static void append_licence(text *out, const char *path)
 static void append_all(text *out, const char *licence)
 {
     append_banner(out);
-    for (int k = 0; k < module_count; k++) append_file(out, &modules[k], modules[k].header, ".h");
+    append_modules(out, 0);
     append_line(out, "\n/* ======== >>implementation ======== */");
     append_line(out, "#if (defined(PDCORR_IMPLEMENTATION) || defined(PDCORR_STATIC)) && !defined(PDI_IMPLEMENTED)");
     append_line(out, "#define PDI_IMPLEMENTED");
     append_line(out, "#ifndef PDI_INTERNAL");
     append_line(out, "#error \"pdcorr: define PDCORR_IMPLEMENTATION before the first inclusion in this file\"");
     append_line(out, "#else");
-    for (int k = 0; k < module_count; k++)
-        if (modules[k].source) append_file(out, &modules[k], modules[k].source, ".c");
+    append_modules(out, 1);
     append_line(out, "\n#endif");
     append_line(out, "#endif /* PDCORR_IMPLEMENTATION */");
     append_licence(out, licence);
@@ -381,6 +479,7 @@ int main(int argc, char **argv)
     for (int k = 0; k < module_count; k++)
         if (modules[k].seen == 0) refuse_cycles(k, 0, path);
     refuse_reaching_up();
+    refuse_torn_cuts();
     if (rules) return 0;
     append_all(&out, name[1]);
     if (check) check_text(name[2], &out);

@@ -3,6 +3,9 @@
  *   PD_DIM                 1, 2 or 3: the space dimension (required)
  *   PDCORR_IMPLEMENTATION  define in exactly one C file per PD_DIM
  *   PDCORR_STATIC          the same, private to this file: what it does not call is neither compiled nor linked
+ *   PDCORR_NO_SCENE        leaves out the rooms scene and run
+ *   PDCORR_NO_IO           leaves out files and pictures: io, scene, run
+ *   PDCORR_NO_PHYSICS      leaves out flow, transport, metal, couple, scene, run; kernels (core, lattice, solve) stay
  *   _OPENMP                set by the compiler (-fopenmp); without it the same bits come out
  */
 /* The guards would skip a second dimension without a word. */
@@ -32,6 +35,10 @@
 #else
 #define PDI_DIM_IS_3
 #define PDI_MORE_AXES ", one for each axis"
+#endif
+
+#if defined(PDCORR_IMPLEMENTATION) && defined(PDCORR_STATIC)
+#error "pdcorr: define PDCORR_IMPLEMENTATION or PDCORR_STATIC, not both: one offers to other files what the other hides"
 #endif
 
 #include <stddef.h>
@@ -73,10 +80,16 @@
 #else
 #define PDI_FN extern
 #endif
-#elif defined(PDCORR_STATIC)
+#elif defined(PDCORR_STATIC) || defined(PDCORR_NO_SCENE) || defined(PDCORR_NO_IO) || defined(PDCORR_NO_PHYSICS)
 #define PDI_FN PDI_PRIVATE
 #else
 #define PDI_FN static
+#endif
+
+/* PDI_COLD: rooms where no run spends its time are compiled with less optimisation, as far as the compiler can. */
+#if defined(__GNUC__) && !defined(__clang__) && !defined(__INTEL_COMPILER) && defined(__OPTIMIZE__) && \
+    !defined(__OPTIMIZE_SIZE__)
+#define PDI_COLD
 #endif
 
 /* PDI_INLINE: bodies of inner loops that pay only with the constants of their callers. */

@@ -54,8 +54,7 @@ static void pdi_transport_silence(const pd_transport *t, double *keep)
     pd_ghosts_scalar(&t->bonds->ghosts, keep);
 }
 
-/* out [total]: limited antidiffusive fluxes of the field c (eq. 5.4), whose images are filled here. */
-static void pdi_transport_anti(const pd_ctx *ctx, pd_transport *t, double *c, double *out)
+PDI_FN void pdi_transport_anti(const pd_ctx *ctx, pd_transport *t, double *c, double *out)
 {
     pd_ghosts_scalar(&t->bonds->ghosts, c);
     pdi_limiter_update(ctx, &t->limiter, c, PDI_TRANSPORT_FAINT * t->size);

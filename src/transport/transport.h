@@ -130,6 +130,8 @@ PDI_FN pd_status pdi_transport_begin(pd_ctx *ctx, pd_transport *transport, doubl
 PDI_FN pd_status pdi_transport_end(pd_ctx *ctx, pd_transport *transport, double dt, pd_status status);
 /* out [total] [mol/m3/s]: residual of the last stage, what it left undone. */
 PDI_FN void pdi_transport_residual(const pd_ctx *ctx, const pd_transport *transport, double *out);
+/* out [total] [mol/m3/s]: limited antidiffusive fluxes of the field c (eq. 5.4), whose images are filled here. */
+PDI_FN void pdi_transport_anti(const pd_ctx *ctx, pd_transport *transport, double *c, double *out);
 /* The bounds of a step begin with what is held and enters at its start. */
 PDI_FN void pdi_transport_open(pd_transport *transport);
 /* What steps carry on beside the flow, which comes first; sources are those of the next step. */

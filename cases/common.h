@@ -1,6 +1,6 @@
 /* common: what the programs share: clocks, memory, and the reading of numbers on the command line. */
-#ifndef DRIVERS_COMMON_H
-#define DRIVERS_COMMON_H
+#ifndef CASES_COMMON_H
+#define CASES_COMMON_H
 
 /* [s] */
 static double clock_seconds(clockid_t clock)

@@ -1,6 +1,6 @@
 /* table: rows of cells on the screen and in Markdown, text of reports, and curves of their figures. */
-#ifndef DRIVERS_TABLE_H
-#define DRIVERS_TABLE_H
+#ifndef CASES_TABLE_H
+#define CASES_TABLE_H
 
 enum { TABLE_CELLS = 24, TABLE_CELL = 48 };
 

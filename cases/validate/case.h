@@ -1,4 +1,4 @@
-/* case: what a validation case is. Included by drivers/validate.c alone.
+/* case: what a validation case is. Included by drivers/validate.c, drivers/bench.c.
  *
  * A case has parts, a part has levels. The driver calls the part's run function once a level with a fresh lab, takes
  * the times, works out the orders of convergence and judges the goals. To add a case: write its run functions into the
