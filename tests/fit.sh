@@ -1,4 +1,5 @@
 #!/bin/sh
+# slow: yes
 # Measured points on the command line: the scene of the measured wire meets its scans, a fit finds what closed forms
 # give, and bad input is told in one line.
 . tests/lib/script.sh

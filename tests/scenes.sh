@@ -1,4 +1,5 @@
 #!/bin/sh
+# slow: yes
 # The validation scenes run, and their tables show what closed forms, series and published figures say. Where the
 # validate programs have the same case, the figures are the same.
 . tests/lib/script.sh
