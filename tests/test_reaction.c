@@ -1,6 +1,6 @@
 /* reaction: random laws of dissolution in closed boxes, against the balance of one stirred vessel, and beside a bath,
  * against the linear profile between metal and bath; steps as long as the run chooses them.
- * dims: 1 2 3 */
+ * dims: 1 2 3   slow: 1 2 3 */
 #include "fixture.h"
 #include <math.h>
 

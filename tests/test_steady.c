@@ -505,7 +505,7 @@ TEST(limits)
     ENTRY(references_change_no_bit) ENTRY(creeping_pin) ENTRY(vortices_from_rest) \
     ENTRY(inlet_on_its_side) ENTRY(no_progress)
 #else
-#define OF_DIM ENTRY(hagen_poiseuille)
+#define OF_DIM SLOW_ENTRY_IF(PD_DIM == 3, hagen_poiseuille)
 #endif
 
 TEST_MAIN(OF_DIM ENTRY(threads_change_no_bit) ENTRY(limits))

@@ -688,9 +688,10 @@ TEST(bad_input)
 }
 
 #if PD_DIM == 1
-#define OF_DIM ENTRY(cosine_is_exact_for_nearest_neighbours) ENTRY(boundary_layer_exact) ENTRY(pulse_arrives)
+#define OF_DIM ENTRY(cosine_is_exact_for_nearest_neighbours) ENTRY(boundary_layer_exact) \
+    SLOW_ENTRY_IF(PD_DIM > 1, pulse_arrives)
 #elif PD_DIM == 2
-#define OF_DIM ENTRY(bounded_around_a_disc) ENTRY(pulse_arrives)
+#define OF_DIM ENTRY(bounded_around_a_disc) SLOW_ENTRY_IF(PD_DIM > 1, pulse_arrives)
 #else
 #define OF_DIM
 #endif
