@@ -269,7 +269,7 @@ gases "pressure of nothing" 's/p = 1 Pa/p = 0 Pa/' "3: p: found 0 Pa, expected a
 gases "a gas of one degree less" 's/p = 1 Pa/p = 1 Pa   gamma = 1/' \
     "3: gamma: found 1, expected a value above 1 and at most 10"
 gases "too long steps" 's/p = 1 Pa/p = 1 Pa   cfl = 1.5/' "3: cfl: found 1.5, expected a value above 0 and at most 1"
-gases "third order" 's/p = 1 Pa/p = 1 Pa   order = third/' "3: column 76: found 'third', expected one of second, first"
+gases "third order" 's/p = 1 Pa/p = 1 Pa   order = third/' "3: column 74: found 'third', expected one of second, first"
 gases "rough wall of a gas" 's/flow = inlet/flow = noslip/' \
     "2: column 20: found 'noslip', expected one of slip, inlet, outlet, periodic, mirror: did you mean 'slip'?"
 gases "profile of a gas" 's/flow = inlet/flow = inlet   profile = uniform/' \

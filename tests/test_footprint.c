@@ -16,7 +16,8 @@ static const example examples[] = {
     {"validation/advection_1d.scene", "until=0.01 s"},
     {"validation/gauss_1d.scene", NULL},
     {"validation/layers_1d.scene", NULL},
-    {"validation/rate_1d.scene", NULL}
+    {"validation/rate_1d.scene", NULL},
+    {"shock_tube_1d.scene", NULL}
 #elif PD_DIM == 2
     {"mg_pin_2d.scene", "h=10 um"},
     {"mg_pin_axi.scene", "h=10 um"},

@@ -92,6 +92,17 @@ static pd_status pdi_couple_balance(pd_ctx *ctx, pd_couple *c)
 
 /* ---- steps ---- */
 
+/* Solid of the elements of a process that is gone. */
+static double pdi_couple_lost(const pd_couple *c, const pd_process *p)
+{
+    double lost = 0.0;
+    for (int k = 0; k < p->elements; k++) {
+        const pd_ledger *l = &c->ledger[pdi_couple_ledger(c, &p->element[k])];
+        lost += l->solid_start - l->solid;
+    }
+    return lost;
+}
+
 /* Quasi-steady processes become those of time t. */
 static pd_status pdi_couple_at(pd_ctx *ctx, void *user, double t)
 {
@@ -124,8 +135,11 @@ static pd_status pdi_couple_span(pd_ctx *ctx, const pd_couple *c, pd_step *s)
 {
     double left = s->limit - s->time;
     s->dt = left;
-    for (int n = 0; n < c->count; n++)
-        if (c->process[n].span) PDI_TRY(c->process[n].span(ctx, c->process[n].self, s));
+    for (int n = 0; n < c->count; n++) {
+        if (!c->process[n].span) continue;
+        s->lost = pdi_couple_lost(c, &c->process[n]);
+        PDI_TRY(c->process[n].span(ctx, c->process[n].self, s));
+    }
     if (!(s->dt < left)) return PD_OK;
     s->dt = pdi_process_even(left, s->dt);
     if (pdi_stands_still(s->time, left, s->dt))
@@ -164,7 +178,6 @@ static pd_status pdi_couple_advance(pd_ctx *ctx, pd_couple *c, double *end, doub
     s.fraction = c->desc.fraction;
     s.rtol = c->desc.rtol;
     s.max_step = c->desc.max_step;
-    s.lost = c->ledger[0].solid_start - c->ledger[0].solid;
     s.at = pdi_couple_at;
     s.at_user = c;
     *count = 1;
@@ -176,6 +189,7 @@ static pd_status pdi_couple_advance(pd_ctx *ctx, pd_couple *c, double *end, doub
         s.limit = *end;
         if (!moved && p->inner) PDI_TRY(pdi_couple_span(ctx, c, &s));
         double span = s.limit - s.time;
+        s.lost = pdi_couple_lost(c, p);
         pd_status status = pdi_couple_move(ctx, c, p, !moved && !p->inner, &s);
         if (status < 0) return status;
         if (status > 0) worst = status;

@@ -76,7 +76,7 @@ PD_API pd_status pd_couple_step(pd_ctx *ctx, pd_couple *couple, double t_limit);
  * `every` [s] (0: only on t_end). PD_NOT_CONVERGED: done, with such steps; `unsolved` counts them. */
 PD_API pd_status pd_couple_run(pd_ctx *ctx, pd_couple *couple, double t_end, double every, pd_observer_fn observer,
                                void *user);
-/* Share [-] of the initial solid amount of all elements that is gone. */
+/* Share [-] of the initial solid amount that is gone, all elements taken together. */
 PD_API double pd_couple_volume_loss(const pd_couple *couple);
 /* Worst relative imbalance [-] of all ledgers. */
 PD_API double pd_couple_imbalance(const pd_couple *couple);

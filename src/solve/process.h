@@ -23,7 +23,7 @@ typedef struct pd_step {
     double fraction;  /* [-] of the run: largest share of a node's content that a step takes */
     double rtol;      /* [-] of the run: error in time of what is lost, over all that is lost */
     double max_step;  /* [s] of the run; 0: none */
-    double lost;      /* [unit of the first element] solid lost since the start of the run */
+    double lost;      /* [unit of its elements] solid of the process lost since the start of the run */
     pd_at_fn at;      /* call before equations at a time are solved; NULL: nothing is quasi-steady */
     void *at_user;
     const int32_t *turned; /* [turned_count] `accept` tells which nodes of metal have turned fluid */
