@@ -502,7 +502,7 @@ TEST(limits)
 #if PD_DIM == 2
 #define OF_DIM \
     ENTRY(pin_from_rest) ENTRY(pin_is_symmetric) ENTRY(poiseuille_from_rest) ENTRY(resolve_after_dissolution) \
-    ENTRY(references_change_no_bit) ENTRY(creeping_pin) ENTRY(vortices_from_rest) \
+    ENTRY(references_change_no_bit) ENTRY(creeping_pin) SLOW_ENTRY(vortices_from_rest) \
     ENTRY(inlet_on_its_side) ENTRY(no_progress)
 #else
 #define OF_DIM SLOW_ENTRY_IF(PD_DIM == 3, hagen_poiseuille)
