@@ -26,8 +26,9 @@ endif
 endif
 
 CFLAGS ?= -std=c99 -O3 $(NATIVE) -ffp-contract=off
-# Tests run the split sources with the library's own assertions on.
+# Tests run the split sources with the library's own assertions on. A test program itself needs no speed.
 DEV = -std=c99 -O2 -g -ffp-contract=off $(WARN) -DPD_DEBUG -DPDI_SPLIT $(OMP) $(EXTRA)
+DEV_TEST = -std=c99 -O1 -ffp-contract=off $(WARN) -DPD_DEBUG $(OMP) $(EXTRA)
 
 SOURCES := $(wildcard src/*/*.c)
 HEADERS := $(wildcard src/*/*.h)
@@ -35,20 +36,26 @@ CASES := $(wildcard cases/*.h cases/*/*.h)
 DIMS = 1 2 3
 DRIVERS := $(foreach d,$(patsubst drivers/%.c,%,$(wildcard drivers/*.c)),\
              $(foreach k,$(DIMS),$(BUILD)/$(if $(filter scene,$d),pd,$d)$kd))
-# tests/test_x.c with `dims: 1 3` in its first five lines becomes build/test_x_1d and build/test_x_3d.
-TESTS := $(shell for f in tests/test_*.c; do \
-             dims=$$(sed -n '1,5s/.*dims: *\([1-3][1-3 ]*\).*/\1/p' $$f | head -n 1); \
-             for k in $${dims:-2}; do echo $(BUILD)/$$(basename $$f .c)_$${k}d; done; done)
-# tests/hard/test_x.c likewise becomes build/hard_x_2d; `PD_HARD=1` in the environment asks for long sweeps.
-HARD_TESTS := $(shell for f in tests/hard/test_*.c; do \
-            dims=$$(sed -n '1,5s/.*dims: *\([1-3][1-3 ]*\).*/\1/p' $$f | head -n 1); \
-            for k in $${dims:-2}; do echo $(BUILD)/$$(basename $$f .c | sed s/^test_/hard_/)_$${k}d; done; done)
+# tests/test_x.c with `dims: 1 3` in its first five lines becomes build/test_x_1d and build/test_x_3d, and
+# tests/hard/test_x.c becomes build/hard_x_1d. Behind `slow:` stand the dimensions that `make test` leaves to
+# `make test-all`; in a shell test that word is `slow: yes`.
+marked = $(shell for f in $(2); do \
+             dims=$$(sed -n '1,5s/.*$(1): *\([1-3][1-3 ]*\).*/\1/p' $$f | head -n 1); \
+             for k in $${dims:-$(3)}; do echo $(BUILD)/$(4)$$(basename $$f .c | sed s/^test_//)_$${k}d; done; done)
+TESTS := $(call marked,dims,tests/test_*.c,2,test_)
+HARD_TESTS := $(call marked,dims,tests/hard/test_*.c,2,hard_)
+SLOW_TESTS := $(call marked,slow,tests/test_*.c,,test_) $(call marked,slow,tests/hard/test_*.c,,hard_)
 SCRIPTS := $(wildcard tests/*.sh)
+SLOW_SCRIPTS := $(shell for f in $(SCRIPTS); do sed 5q $$f | grep -q 'slow: yes' && echo $$f; done)
 LOGS = $(BUILD)/logs
 TEST_LOGS := $(TESTS:$(BUILD)/%=$(LOGS)/%.log) $(HARD_TESTS:$(BUILD)/%=$(LOGS)/%.log)
-ALL_LOGS := $(LOGS)/amalgam.log $(LOGS)/lint.log $(TEST_LOGS) $(SCRIPTS:tests/%.sh=$(LOGS)/%.log)
+ALL_LOGS := $(LOGS)/amalgam.log $(LOGS)/lint.log $(SCRIPTS:tests/%.sh=$(LOGS)/%.log) $(TEST_LOGS)
+FAST_LOGS := $(filter-out $(SLOW_TESTS:$(BUILD)/%=$(LOGS)/%.log) $(SLOW_SCRIPTS:tests/%.sh=$(LOGS)/%.log),$(ALL_LOGS))
+# As many at a time as there are cores, unless make has a -j.
+JOBS = $(if $(filter -j% --jobserver%,$(MAKEFLAGS)),,-j$(shell env -u OMP_NUM_THREADS nproc 2> /dev/null || echo 2))
 
-.PHONY: all drivers run report validation bench stability test test-hard test-quick tests amalgam lint check-compilers sanitize clean help FORCE
+.PHONY: all drivers run report validation bench stability test test-all test-hard test-quick tests amalgam lint
+.PHONY: check-compilers sanitize clean help FORCE
 .SECONDARY:
 .DELETE_ON_ERROR:
 
@@ -94,21 +101,25 @@ stability: $(HARD_TESTS) $(foreach k,$(DIMS),$(BUILD)/stability$(k)d) ## run all
 	for k in $(DIMS); do OMP_WAIT_POLICY=passive $(BUILD)/stability$${k}d --out $(BUILD)/stability || exit 1; done
 	sh tools/report.sh --stability $(BUILD)/stability docs
 
+# run-logs LOGS,FLAGS: makes the logs and ends with the sum. A test that does not build counts as failed, and the others
+# still run.
+define run-logs
+@rm -f $(LOGS)/*.log; mkdir -p $(LOGS); date +%s > $(LOGS)/begin
++@$(2) $(MAKE) -k $(JOBS) --no-print-directory OF=$(words $(1)) $(1) || true
+@sh tools/sum.sh --since $(LOGS)/begin $(1)
+endef
+
+test: ## fast checks and tests of every module: minutes; ends with the sum
+	$(call run-logs,$(FAST_LOGS),PROGRAMS=$(BUILD)/check)
+
+test-all: ## all checks and tests, slow ones too
+	$(call run-logs,$(ALL_LOGS),PD_TEST_ALL=1)
+
+test-quick: ## the fast tests in 2D only
+	$(call run-logs,$(filter %_2d.log,$(FAST_LOGS)))
+
 test-hard: ## the hard cases with their long sweeps: tens of minutes
-	@rm -f $(LOGS)/hard_*.log
-	+@PD_HARD=1 $(MAKE) -k --no-print-directory $(filter $(LOGS)/hard_%,$(TEST_LOGS)) || true
-	@sh tools/sum.sh $(filter $(LOGS)/hard_%,$(TEST_LOGS))
-
-# A test that does not build counts as failed, and the others still run.
-test: ## all checks and tests; ends with the sum
-	@rm -f $(LOGS)/*.log
-	+@$(MAKE) -k --no-print-directory $(ALL_LOGS) || true
-	@sh tools/sum.sh $(ALL_LOGS)
-
-test-quick: ## the test programs in 2D only
-	@rm -f $(LOGS)/*.log
-	+@$(MAKE) -k --no-print-directory $(filter %_2d.log,$(TEST_LOGS)) || true
-	@sh tools/sum.sh $(filter %_2d.log,$(TEST_LOGS))
+	$(call run-logs,$(filter $(LOGS)/hard_%,$(TEST_LOGS)),PD_TEST_ALL=1 PD_HARD=1)
 
 tests: $(TESTS) $(HARD_TESTS) ## build the test programs without running them
 
@@ -195,7 +206,7 @@ help: ## this list
 # Everything is rebuilt when the compiler or a flag changes.
 $(BUILD)/flags: FORCE
 	@mkdir -p $(@D)
-	@echo '$(CC) | $(CFLAGS) | $(DEV)' > $@.new
+	@echo '$(CC) | $(CFLAGS) | $(DEV) | $(DEV_TEST)' > $@.new
 	@if cmp -s $@.new $@; then rm $@.new; else mv $@.new $@; fi
 
 define RULES_OF_DIM
@@ -206,11 +217,16 @@ $$(BUILD)/obj$(1)d/%.o: src/%.c $$(BUILD)/flags
 	$$(building) $$(CC) $$(DEV) -DPD_DIM=$(1) -Isrc -MMD -MP -c $$< -o $$@
 
 $$(BUILD)/test_%_$(1)d: tests/test_%.c $$(wildcard tests/*.h) $$(HEADERS) $$(OBJECTS_$(1)) $$(BUILD)/flags
-	$$(building) $$(CC) $$(DEV) -DPD_DIM=$(1) -Isrc -Itests $$< $$(OBJECTS_$(1)) -o $$@ $$(LIBS)
+	$$(building) $$(CC) $$(DEV_TEST) -DPDI_SPLIT -DPD_DIM=$(1) -Isrc -Itests $$< $$(OBJECTS_$(1)) -o $$@ $$(LIBS)
 
 $$(BUILD)/hard_%_$(1)d: tests/hard/test_%.c $$(wildcard tests/hard/*.h tests/*.h) $$(HEADERS) $$(OBJECTS_$(1)) \
                          $$(BUILD)/flags
-	$$(building) $$(CC) $$(DEV) -DPD_DIM=$(1) -Isrc -Itests -Itests/hard $$< $$(OBJECTS_$(1)) -o $$@ $$(LIBS)
+	$$(building) $$(CC) $$(DEV_TEST) -DPDI_SPLIT -DPD_DIM=$(1) -Isrc -Itests -Itests/hard $$< $$(OBJECTS_$(1)) \
+	    -o $$@ $$(LIBS)
+
+$$(BUILD)/check/pd$(1)d: drivers/scene.c cases/common.h pdcorr.h $$(OBJECTS_$(1)) $$(BUILD)/flags
+	@mkdir -p $$(@D)
+	$$(building) $$(CC) $$(DEV_TEST) -DPD_DIM=$(1) -DPDCORR_LINKED -I. $$< $$(OBJECTS_$(1)) -o $$@ $$(LIBS)
 
 # The library of all programs. PDI_SPLIT: the reports measure internal functions, too.
 $$(BUILD)/pdcorr$(1)d.o: pdcorr.h $$(BUILD)/flags
@@ -230,9 +246,8 @@ $(foreach k,$(DIMS),$(eval $(call RULES_OF_DIM,$k)))
 $(BUILD)/amalgamate $(BUILD)/lint: $(BUILD)/%: tools/%.c $(BUILD)/flags
 	$(building) $(CC) -std=c99 -O1 $(WARN) $< -o $@
 
-# ---- logs: output, then a line "exit N"; tools/sum.sh adds them up. Threads sleep at barriers, because several
-# ---- programs share the processor.
-log = mkdir -p $(LOGS); OMP_WAIT_POLICY=passive $(1) > $@.new 2>&1; echo "exit $$?" >> $@.new; mv $@.new $@
+# ---- logs: output, then a line "exit N"; tools/sum.sh adds them up.
+log = sh tools/log.sh $@ '$(OF)' $(1)
 
 $(LOGS)/amalgam.log: $(BUILD)/amalgamate FORCE
 	@$(call log,$(BUILD)/amalgamate --check src LICENSE pdcorr.h)
@@ -244,8 +259,11 @@ $(TEST_LOGS): $(LOGS)/%.log: $(BUILD)/% FORCE
 	@$(call log,$<)
 
 SCRIPT_LOGS := $(SCRIPTS:tests/%.sh=$(LOGS)/%.log)
-$(SCRIPT_LOGS): $(LOGS)/%.log: tests/%.sh pdcorr.h $(DRIVERS) $(BUILD)/pdcorr2d.o $(BUILD)/amalgamate $(BUILD)/lint FORCE
-	@$(call log,env CC='$(CC)' BUILD='$(BUILD)' OMP='$(OMP)' sh $<)
+# PROGRAMS: where shell tests find pd1d and its like. `make test` gives them programs linked to the objects of the
+# tests, which are built in a moment and have assertions.
+$(SCRIPT_LOGS): $(LOGS)/%.log: tests/%.sh pdcorr.h $(if $(PROGRAMS),$(DIMS:%=$(PROGRAMS)/pd%d),$(DRIVERS) $(BUILD)/pdcorr2d.o) \
+                               $(BUILD)/amalgamate $(BUILD)/lint FORCE
+	@$(call log,env CC='$(CC)' BUILD='$(BUILD)' OMP='$(OMP)' $(if $(PROGRAMS),PROGRAMS='$(PROGRAMS)') sh $<)
 
 # ---- the amalgam under every compiler at hand
 COMPILERS := $(foreach k,$(DIMS),gcc-$k gcc-$k-fopenmp clang-$k clang-$k-fopenmp g++-$k clang++-$k)

@@ -24,7 +24,7 @@ rejects() {
     name=$1 message=$2
     shift 2
     rm -rf out
-    "$build/pd2d" bad.scene --out out "$@" > stdout 2> stderr
+    "$programs/pd2d" bad.scene --out out "$@" > stdout 2> stderr
     status=$?
     printf 'pd2d: %s\n' "$message" > wanted
     [ $status = 2 ] && [ ! -s stdout ] && [ ! -e out ] && cmp -s stderr wanted
@@ -364,7 +364,7 @@ for size in 2XB -1GB 0 1e99TB; do
 done
 # A run that needs more than the limit ends with 1 before it has written anything.
 rm -rf out
-"$build/pd2d" bad.scene --out out --memory-limit 300kB > stdout 2> stderr
+"$programs/pd2d" bad.scene --out out --memory-limit 300kB > stdout 2> stderr
 [ $? = 1 ] && [ ! -s stdout ] && [ ! -e out ] && [ "$(wc -l < stderr)" = 1 ] &&
     grep -q '^pd2d: memory: the run needs about [0-9.]* MB, the limit is 0.3 MB$' stderr
 said=$?

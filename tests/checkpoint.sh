@@ -32,7 +32,7 @@ END
 
 # begin DIM SCENE OUT ARGUMENT...: in the background; $! is its process.
 begin() {
-    program=$build/pd$1d scene=$2 out=$3
+    program=$programs/pd$1d scene=$2 out=$3
     shift 3
     "$program" "$scene" --out "$out" --quiet "$@" > log 2>&1 &
 }
@@ -159,7 +159,7 @@ refused() {
     name=$1 message=$2
     shift 2
     cp -r keep before
-    "$build/pd2d" pin.scene --out keep --quiet "$@" > stdout 2> log
+    "$programs/pd2d" pin.scene --out keep --quiet "$@" > stdout 2> log
     [ $? = 2 ] && [ ! -s stdout ] && [ "$(cat log)" = "pd2d: $message" ] && diff -r before keep > /dev/null
     verdict "$name"
     rm -rf before
@@ -175,17 +175,17 @@ refused "another accuracy" "keep/checkpoint.bin: it is of another scene: found n
     --resume --accuracy 1%
 cp keep/checkpoint.bin good
 printf x | dd of=keep/checkpoint.bin bs=1 seek=20000 conv=notrunc 2> /dev/null
-"$build/pd2d" pin.scene --out keep --resume > stdout 2> log
+"$programs/pd2d" pin.scene --out keep --resume > stdout 2> log
 [ $? = 2 ] && grep -q "^pd2d: store: 'keep/checkpoint.bin' is damaged in the item '[a-z.]*'$" log
 verdict "a damaged checkpoint"
 head -c 20000 good > keep/checkpoint.bin
-"$build/pd2d" pin.scene --out keep --resume > stdout 2> log
+"$programs/pd2d" pin.scene --out keep --resume > stdout 2> log
 [ $? = 2 ] && grep -q "^pd2d: store: 'keep/checkpoint.bin' is cut off in the item '[a-z.]*'$" log
 verdict "half a checkpoint"
 rm keep/checkpoint.bin
 refused "no checkpoint" "file: cannot open 'keep/checkpoint.bin': No such file or directory" --resume
 mkdir pin3 && cp good pin3/checkpoint.bin
-"$build/pd3d" pit.scene --out pin3 --resume > stdout 2> log
+"$programs/pd3d" pit.scene --out pin3 --resume > stdout 2> log
 [ $? = 2 ] && [ "$(cat log)" = "pd3d: store: 'pin3/checkpoint.bin' is of dimension 2, expected 3" ]
 verdict "another dimension"
 
@@ -209,7 +209,7 @@ cp room/checkpoint.bin former
 (
     trap '' XFSZ
     ulimit -f 120
-    exec "$build/pd2d" pin.scene --out room --resume --checkpoint '0 s' "$fine" until=30min fields=none images=none
+    exec "$programs/pd2d" pin.scene --out room --resume --checkpoint '0 s' "$fine" until=30min fields=none images=none
 ) > log 2>&1 &
 while kill -0 $! 2> /dev/null && ! grep -q '^note: no checkpoint' log; do sleep 0.01; done
 grep -q "^note: no checkpoint at t = .* the one before stays: file: cannot write 'room/checkpoint.bin.part': " log

@@ -9,7 +9,7 @@ export OMP_NUM_THREADS=1
 run() {
     name=$1
     shift
-    "$build/pd2d" "$name.scene" --quiet --out "$name" "$@" > log 2>&1
+    "$programs/pd2d" "$name.scene" --quiet --out "$name" "$@" > log 2>&1
 }
 
 # value KEY: of the result line in log.
@@ -97,7 +97,7 @@ check "walls and forces on a clock" run beat
 # killed SCENE: the run ends when it has a checkpoint and goes on from there.
 killed() {
     mv "$1" "whole_$1"
-    "$build/pd2d" "$1.scene" --quiet --out "$1" --checkpoint "0 s" > log 2>&1 &
+    "$programs/pd2d" "$1.scene" --quiet --out "$1" --checkpoint "0 s" > log 2>&1 &
     for round in 1 2 3 4 5 6 7 8 9 10; do
         [ -e "$1/checkpoint.bin" ] || sleep 0.02
     done

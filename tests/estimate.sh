@@ -9,7 +9,7 @@ scenes=$root/examples/scenes/validation
 run() {
     name=$1 dim=$2 scene=$3
     shift 3
-    "$build/pd${dim}d" "$scene" "$@" --out "$dir/$name" > "$dir/$name.out" 2> "$dir/$name.err"
+    "$programs/pd${dim}d" "$scene" "$@" --out "$dir/$name" > "$dir/$name.out" 2> "$dir/$name.err"
     said=$?
     verdict "$name: status $said: $(cat "$dir/$name.err")" $said
 }
@@ -118,7 +118,7 @@ without blind 2 "$dir/blind.scene" \
 checked() {
     wanted=$1 message=$2 dim=$3 scene=$4
     shift 4
-    "$build/pd${dim}d" "$scene" --check --out "$dir/checked" "$@" > "$dir/log" 2>&1
+    "$programs/pd${dim}d" "$scene" --check --out "$dir/checked" "$@" > "$dir/log" 2>&1
     [ $? = "$wanted" ] && tail -n 1 "$dir/log" | grep -qF -- "$message" && [ ! -e "$dir/checked" ]
     verdict "check of ${scene##*/} $*: expected $wanted and '$message'"
 }
@@ -150,7 +150,7 @@ verdict "again: at h = $wanted the probe shows $(last again a_C), expected 0.525
 sed 's/^\[run\] */[run] rtol = 0.02 /' "$scenes/slab_2d.scene" > "$dir/kept.scene"
 run kept 2 "$dir/kept.scene" --accuracy 1%
 says kept out "note: accuracy 1 %: picked nothing; the scene sets run.rtol = 0.02"
-"$build/pd2d" "$dir/kept.scene" --out "$dir/same" > "$dir/same.out" 2>&1 &&
+"$programs/pd2d" "$dir/kept.scene" --out "$dir/same" > "$dir/same.out" 2>&1 &&
     cmp -s "$dir/same/probes.csv" "$dir/kept/probes.csv"
 verdict "kept: the accuracy changes a run whose scene sets everything"
 run pin 2 "${scenes%/*}/mg_pin_2d.scene" "h=20 um" "until=10 min" "every=10 min" --accuracy 1% --quiet
@@ -160,7 +160,7 @@ says pin out "accuracy=0.01 reached=unknown"
 # ---- bad values ----
 
 for bad in 0 200% 60% abc 1%% % nan -1 1e-9 ''; do
-    "$build/pd2d" "$scenes/slab_2d.scene" --out "$dir/bad" --accuracy "$bad" > "$dir/bad.out" 2> "$dir/bad.err"
+    "$programs/pd2d" "$scenes/slab_2d.scene" --out "$dir/bad" --accuracy "$bad" > "$dir/bad.out" 2> "$dir/bad.err"
     status=$?
     echo "pd2d: --accuracy expects a share from 0.0001% to 50%, such as 1% or 0.01; pd2d --help tells the usage" \
         > "$dir/wanted"
@@ -168,7 +168,7 @@ for bad in 0 200% 60% abc 1%% % nan -1 1e-9 ''; do
     said=$?
     verdict "--accuracy '$bad': status $status, $(cat "$dir/bad.err")" $said
 done
-"$build/pd2d" "$scenes/slab_2d.scene" --accuracy > "$dir/bad.out" 2> "$dir/bad.err"
+"$programs/pd2d" "$scenes/slab_2d.scene" --accuracy > "$dir/bad.out" 2> "$dir/bad.err"
 [ $? = 2 ]
 verdict "--accuracy without a value is taken"
 score

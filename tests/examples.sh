@@ -1,4 +1,5 @@
 #!/bin/sh
+# slow: yes
 # Every program of examples/ compiles alone with pdcorr.h, without a warning, and runs, linked to the library.
 . tests/lib/script.sh
 cc=${CC:-cc}

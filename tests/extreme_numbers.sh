@@ -82,7 +82,7 @@ numbers() {
 # tries DIM NAME: every number of NAME.scene with every value, one after the other.
 tries() {
     dim=$1 name=$2
-    "$build/pd${dim}d" "$name.scene" --out "$name" --quiet --checkpoint off > out 2> log
+    "$programs/pd${dim}d" "$name.scene" --out "$name" --quiet --checkpoint off > out 2> log
     verdict "$name: the scene itself"
     count=0 hung=0 died=0 mute=0
     numbers "$name.scene" > places
@@ -90,7 +90,7 @@ tries() {
         for value in 1e-300 1e300 1e999 nan -1; do
             awk -v n="$line" -v c="$column" -v l="$length" -v v="$value" \
                 'NR == n { $0 = substr($0, 1, c - 1) v substr($0, c + l) } { print }' "$name.scene" > case.scene
-            timeout 10 "$build/pd${dim}d" case.scene --out case --quiet --checkpoint off --memory-limit 500MB \
+            timeout 10 "$programs/pd${dim}d" case.scene --out case --quiet --checkpoint off --memory-limit 500MB \
                 > out 2> err < /dev/null
             status=$?
             count=$((count + 1))

@@ -1,4 +1,5 @@
 #!/bin/sh
+# slow: yes
 # Measured points on the command line: the scene of the measured wire meets its scans, a fit finds what closed forms
 # give, and bad input is told in one line.
 . tests/lib/script.sh
@@ -21,7 +22,7 @@ lies() {
 }
 
 # The scene as it is shipped: every scan within its spread.
-"$build/pd2d" "$scenes/mg_wire.scene" --quiet --out wire > log 2>&1
+"$programs/pd2d" "$scenes/mg_wire.scene" --quiet --out wire > log 2>&1
 verdict "mg_wire runs"
 lies points 9 9
 lies within_spread 9 9
@@ -33,7 +34,7 @@ check "ten rows of points" test "$(grep -c '^[0-9]' wire/measured_scans.csv)" = 
 # A cylinder that recedes by v (1 - exp(-t/tau)), t from 0.6872 h on, fitted to the same points with the same weights:
 # v = 1.709 um/h, tau = 1.522 h, standard errors 0.261 and 0.450, chi2 1.25; without film 1.0901 and 0.0302 um/h,
 # chi2 25.1. The coarse lattice is off by less than the errors.
-"$build/pd2d" "$scenes/mg_wire.scene" "h=20 um" --quiet --out fit --fit "constants.v=1..3 um/h" \
+"$programs/pd2d" "$scenes/mg_wire.scene" "h=20 um" --quiet --out fit --fit "constants.v=1..3 um/h" \
     --fit "constants.tau=0.5..4 h" > log 2>&1
 verdict "a fit of two constants"
 lies constants.v 1.448 1.97
@@ -44,7 +45,7 @@ lies chi2 1.0 1.6
 lies correlation_1_2 0.9 1
 lies fine_evals 8 30
 lies within_spread 9 9
-"$build/pd2d" "$scenes/mg_wire.scene" "h=20 um" "rate=v*(1 - C/Csat)" --quiet --out fit \
+"$programs/pd2d" "$scenes/mg_wire.scene" "h=20 um" "rate=v*(1 - C/Csat)" --quiet --out fit \
     --fit "constants.v=0.5..3 um/h" > log 2>&1
 verdict "a fit of a constant speed"
 lies constants.v 0.98 1.20
@@ -53,7 +54,7 @@ lies freedom 8 8
 
 # Points of the command line, with the fit and without it.
 printf 'when,lost,sd\n2,10,1\n3,15,1\n' > points.csv
-"$build/pd2d" "$scenes/mg_wire.scene" "h=20 um" --quiet --out to \
+"$programs/pd2d" "$scenes/mg_wire.scene" "h=20 um" --quiet --out to \
     --to "points.csv  time = when in h  value = lost in %  spread = sd in %  start = 1 h" > log 2>&1
 verdict "a run with points of the command line"
 lies points 2 2
@@ -63,7 +64,7 @@ check "their table" test -s to/measured_data.csv
 says() {
     text=$1 wanted=$2
     shift 2
-    "$build/pd2d" "$scenes/mg_wire.scene" --quiet --out none "$@" > stdout 2> log
+    "$programs/pd2d" "$scenes/mg_wire.scene" --quiet --out none "$@" > stdout 2> log
     status=$?
     [ "$status" = "$wanted" ] && [ "$(wc -l < log)" = 1 ] && grep -qF -e "$text" log && [ ! -e none ]
     verdict "says '$text' with $wanted" $?

@@ -15,7 +15,7 @@ cat > pin.scene << 'END'
 END
 sed 's/until = 2 h/until = 2000 h   max_step = 1 s/' pin.scene > slow.scene
 
-pd() { "$build/pd2d" "$@" > stdout 2> stderr; }
+pd() { "$programs/pd2d" "$@" > stdout 2> stderr; }
 # refuses NAME MESSAGE ARGUMENT...: status 2, exactly this line, and the folder `out` as it was.
 refuses() {
     name=$1 message=$2
@@ -92,7 +92,7 @@ fi
 
 # two at once; a run that is killed
 rm -rf out
-"$build/pd2d" slow.scene --out out --quiet > /dev/null 2>&1 &
+"$programs/pd2d" slow.scene --out out --quiet > /dev/null 2>&1 &
 first=$!
 while [ ! -e out/checkpoint.bin ] && [ ! -s out/diagnostics.csv ] && kill -0 $first 2> /dev/null; do sleep 0.05; done
 for how in "" --check --resume; do
@@ -115,7 +115,7 @@ verdict "its lock is gone"
 
 # frames behind a checkpoint go when the run goes on, and come again
 rm -rf out
-"$build/pd2d" slow.scene --out out --quiet until=30s every=1s --checkpoint "0 s" > /dev/null 2>&1 &
+"$programs/pd2d" slow.scene --out out --quiet until=30s every=1s --checkpoint "0 s" > /dev/null 2>&1 &
 first=$!
 while [ ! -e out/C_000004_t4.0s.png ] && kill -0 $first 2> /dev/null; do sleep 0.02; done
 kill -INT $first

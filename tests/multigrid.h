@@ -2,6 +2,7 @@
 #ifndef TESTS_MULTIGRID_H
 #define TESTS_MULTIGRID_H
 #include "solve/multigrid.h"
+#include "random.h"
 #include "test.h"
 #include <stdlib.h>
 
@@ -22,13 +23,9 @@ typedef struct problem {
     pd_multigrid mg;
 } problem;
 
-static unsigned seed;
+static uint32_t seed;
 
-static inline double uniform(void)
-{
-    seed = seed * 1664525u + 1013904223u;
-    return (double)(seed >> 8) / 16777216.0;
-}
+static inline double uniform(void) { return random_share(&seed); }
 
 static inline void *room(size_t count, size_t size)
 {

@@ -1,4 +1,5 @@
 #!/bin/sh
+# slow: yes
 # Runs of programs built with OpenMP, on one and on three threads, and of programs built without it and with fewer
 # optimisations, write the same bytes: flow, transport and dissolution in 2D, bond-based corrosion in 3D.
 . tests/lib/script.sh
@@ -35,7 +36,7 @@ for dim in 2 3; do
         CFLAGS='-std=c99 -O1 $(NATIVE) -ffp-contract=off' "$dir/plain/pd${dim}d" > "$dir/log" 2>&1
     verdict "${dim}D without OpenMP builds"
     for threads in 1 3; do
-        OMP_NUM_THREADS=$threads "$build/pd${dim}d" "$dir/$dim.scene" --out "$dir/with_${dim}_$threads" --quiet \
+        OMP_NUM_THREADS=$threads "$programs/pd${dim}d" "$dir/$dim.scene" --out "$dir/with_${dim}_$threads" --quiet \
             > "$dir/log" 2>&1
         verdict "${dim}D on $threads threads ends"
     done
@@ -52,10 +53,10 @@ done
 # Threads that wait sleep soon, unless the caller wants it otherwise: a program beside takes no more than its share.
 if [ -n "${OMP:-}" ]; then
     unset OMP_WAIT_POLICY GOMP_SPINCOUNT KMP_BLOCKTIME
-    OMP_DISPLAY_ENV=verbose "$build/pd2d" "$dir/2.scene" --check --threads 2 > /dev/null 2> "$dir/log"
+    OMP_DISPLAY_ENV=verbose "$programs/pd2d" "$dir/2.scene" --check --threads 2 > /dev/null 2> "$dir/log"
     grep -qi "OMP_WAIT_POLICY *= *'PASSIVE'" "$dir/log"
     verdict "waiting threads sleep"
-    OMP_WAIT_POLICY=active OMP_DISPLAY_ENV=verbose "$build/pd2d" "$dir/2.scene" --check --threads 2 > /dev/null \
+    OMP_WAIT_POLICY=active OMP_DISPLAY_ENV=verbose "$programs/pd2d" "$dir/2.scene" --check --threads 2 > /dev/null \
         2> "$dir/log"
     grep -qi "OMP_WAIT_POLICY *= *'ACTIVE'" "$dir/log"
     verdict "the caller's own choice stays"

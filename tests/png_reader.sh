@@ -1,4 +1,5 @@
 #!/bin/sh
+# slow: yes
 # PNG files against an independent decoder and encoder: Python's zlib and struct. What pdcorr writes is decoded by
 # Python, and images of every supported kind packed by Python are read by pdcorr. Skipped without python3.
 . tests/lib/script.sh

@@ -1,4 +1,5 @@
 #!/bin/sh
+# slow: yes
 # The validation scenes run, and their tables show what closed forms, series and published figures say. Where the
 # validate programs have the same case, the figures are the same.
 . tests/lib/script.sh
@@ -9,7 +10,7 @@ run() {
     shift 2
     file=examples/scenes/validation/$scene.scene
     [ -f "$file" ] || file=examples/scenes/$scene.scene
-    "$build/pd${scene##*_}" "$file" "$@" --out "$dir/$name" > "$dir/$name.log" 2>&1 ||
+    "$programs/pd${scene##*_}" "$file" "$@" --out "$dir/$name" > "$dir/$name.log" 2>&1 ||
         cat "$dir/$name.log"
 }
 

@@ -1,4 +1,5 @@
 #!/bin/sh
+# slow: yes
 # What a program prints has to arrive: with a full or closed standard output every program says so and ends with 1, and
 # the files of its run are whole.
 . tests/lib/script.sh
@@ -28,12 +29,12 @@ for program in pd validate bench stability; do
 done
 for program in validate bench stability; do lost "$program --list" "$build/${program}2d" --list; done
 lost "validate" "$build/validate2d" patch --quick --quiet
-lost "a check" "$build/pd2d" "$dir/slab.scene" --out "$dir/check" --check
-lost "a run" "$build/pd2d" "$dir/slab.scene" --out "$dir/out" --quiet
-"$build/pd2d" "$dir/slab.scene" --out "$dir/whole" --quiet > "$dir/log" 2>&1 &&
+lost "a check" "$programs/pd2d" "$dir/slab.scene" --out "$dir/check" --check
+lost "a run" "$programs/pd2d" "$dir/slab.scene" --out "$dir/out" --quiet
+"$programs/pd2d" "$dir/slab.scene" --out "$dir/whole" --quiet > "$dir/log" 2>&1 &&
     diff -r "$dir/out" "$dir/whole" > "$dir/log"
 verdict "the files of a run whose lines are lost"
-"$build/pd2d" "$dir/slab.scene" --quiet > "$dir/log" 2>&1 --out "$dir/out" until=s
+"$programs/pd2d" "$dir/slab.scene" --quiet > "$dir/log" 2>&1 --out "$dir/out" until=s
 [ $? = 2 ]
 verdict "an error keeps its own status"
 score

@@ -17,7 +17,7 @@ END
 sweep() {
     wanted=$1
     shift
-    "$build/pd2d" slab.scene --out out "$@" > log 2>&1
+    "$programs/pd2d" slab.scene --out out "$@" > log 2>&1
     [ $? = "$wanted" ]
 }
 
@@ -62,13 +62,13 @@ grep -q '^run002,.*the rate law gives' out/sweep.csv
 verdict "the table tells why a run failed" $?
 
 # a signal: 3, and what was not begun is stopped, too
-"$build/pd2d" slab.scene --out out --sweep "rate=1,2,3,4 um/h" run.max_step="0.05 s" --threads 2 > log 2>&1 &
+"$programs/pd2d" slab.scene --out out --sweep "rate=1,2,3,4 um/h" run.max_step="0.05 s" --threads 2 > log 2>&1 &
 sleep 1
 kill -TERM $!
 wait $!
 [ $? = 3 ] && grep -q '^run001,1,stopped,' out/sweep.csv && grep -q '^run004,4,stopped,not begun' out/sweep.csv
 verdict "a signal ends all runs" $?
-"$build/pd2d" slab.scene rate="1 um/h" run.max_step="0.05 s" --out out/run001 --resume --quiet > log 2>&1 &
+"$programs/pd2d" slab.scene rate="1 um/h" run.max_step="0.05 s" --out out/run001 --resume --quiet > log 2>&1 &
 sleep 0.5
 kill -TERM $!
 wait $!

@@ -1,24 +1,29 @@
 /* test: the harness of the test programs, plain C99.
  *
  *   TEST(square_of_two) { CHECK_NEAR(2.0 * 2.0, 4.0, 0.0); }
- *   TEST_MAIN(ENTRY(square_of_two) ENTRY(another))
+ *   TEST_MAIN(ENTRY(square_of_two) SLOW_ENTRY(another))
  *
  * The program runs every test, or those named as arguments (--list prints the names), prints one line for each
  * failing check and ends with "N passed, N failed" (and ", N skipped"), N counting tests. It exits 1 when a test
  * failed and 2 on an unknown name. A test that made no check fails. Every CHECK is an expression, 1 when it held:
- * `if (!CHECK_OK(&ctx, pd_stencil_build(...))) return;`. A comment `dims: 1 2 3` within the first five lines of the
- * file says for which PD_DIM the Makefile builds it (without: 2).
+ * `if (!CHECK_OK(&ctx, pd_stencil_build(...))) return;`. A SLOW_ENTRY runs when it is named or PD_TEST_ALL=1 stands in
+ * the environment, as in `make test-all`; SLOW_ENTRY_IF(PD_DIM == 3, name) is slow in 3D. A comment `dims: 1 2 3` in
+ * the first five lines of the file says for which PD_DIM the Makefile builds it (without: 2), and `slow: 3` which of
+ * them `make test` leaves out. --times prints the seconds of processor time of every test.
  */
 #ifndef PD_TEST_H
 #define PD_TEST_H
 #include <math.h>
 #include <stdarg.h>
 #include <stdio.h>
+#include <stdlib.h>
 #include <string.h>
+#include <time.h>
 
 typedef struct test_entry {
     const char *name;
     void (*run)(void);
+    int slow;
 } test_entry;
 
 /* State of the running test. */
@@ -31,7 +36,9 @@ static struct test_state {
 #define TEST_LINES 20
 
 #define TEST(name) static void test_##name(void)
-#define ENTRY(name) {#name, test_##name},
+#define ENTRY(name) {#name, test_##name, 0},
+#define SLOW_ENTRY(name) {#name, test_##name, 1},
+#define SLOW_ENTRY_IF(condition, name) {#name, test_##name, condition},
 #define TEST_MAIN(entries) \
     int main(int argc, char **argv) \
     { \
@@ -125,19 +132,22 @@ static inline int test_check_ok(int status, const char *message, const char *fil
     return test_check(status == 0, file, line, "%s: status %d: %s", text, status, message);
 }
 
-static inline int test_selected(const char *name, int argc, char **argv)
+static inline int test_selected(const test_entry *entry, int all, int names, char **name)
 {
-    int found = argc < 2;
-    for (int k = 1; k < argc; k++) found = found || strcmp(argv[k], name) == 0;
+    int found = names == 0 && (all || !entry->slow);
+    for (int k = 0; k < names; k++) found = found || strcmp(name[k], entry->name) == 0;
     return found;
 }
 
 static inline int test_run(const test_entry *table, int count, int argc, char **argv)
 {
-    int passed = 0, failed = 0, skipped = 0;
+    int passed = 0, failed = 0, skipped = 0, left = 0;
     int list = argc == 2 && strcmp(argv[1], "--list") == 0;
+    int times = argc > 1 && strcmp(argv[1], "--times") == 0;
+    int first = 1 + (list || times);
+    const char *all = getenv("PD_TEST_ALL");
     setvbuf(stdout, NULL, _IOLBF, BUFSIZ); /* nothing is lost when a test crashes */
-    for (int k = 1; k < argc && !list; k++) {
+    for (int k = first; k < argc; k++) {
         int known = 0;
         for (int t = 0; t < count; t++) known = known || strcmp(argv[k], table[t].name) == 0;
         if (!known) {
@@ -147,16 +157,23 @@ static inline int test_run(const test_entry *table, int count, int argc, char **
     }
     for (int t = 0; t < count; t++) {
         if (list) printf("%s\n", table[t].name);
-        if (list || !test_selected(table[t].name, argc, argv)) continue;
+        if (list) continue;
+        if (!test_selected(&table[t], all && all[0] == '1', argc - first, argv + first)) {
+            left += argc == first;
+            continue;
+        }
         memset(&test_now, 0, sizeof test_now);
         test_now.name = table[t].name;
+        clock_t begin = clock();
         table[t].run();
+        if (times) test_note("time", "%.2f s", (double)(clock() - begin) / CLOCKS_PER_SEC);
         if (test_now.checks == 0 && !test_now.skipped) test_check(0, __FILE__, __LINE__, "the test made no check");
         if (test_now.failures) failed++;
         else if (test_now.skipped) skipped++;
         else passed++;
     }
     if (list) return 0;
+    if (left) printf("left to PD_TEST_ALL=1: %d\n", left);
     printf("%d passed, %d failed", passed, failed);
     if (skipped) printf(", %d skipped", skipped);
     printf("\n");

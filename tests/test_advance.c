@@ -1,72 +1,46 @@
 /* test_advance: transport in time of second order, against closed forms.
  * dims: 1 2 */
-#include "test.h"
+#include "fixture.h"
 #include "transport/advance.h"
 #include <math.h>
 #include <string.h>
 
 static const double pi = 3.14159265358979323846;
 
-typedef struct scene {
-    pd_ctx ctx;
-    pd_stencil_desc stencil_desc;
-    pd_grid_desc grid_desc;
-    pd_flow_desc flow_desc;
-    pd_transport_desc desc;
-    pd_advance_desc advance_desc;
-    int flowing;
-    pd_stencil stencil;
-    pd_grid grid;
-    pd_bonds bonds;
-    pd_flow flow;
-    pd_transport transport;
-    pd_advance advance;
-    pd_transport_result result;
-} scene;
-
 static scene test_scene;
+static pd_advance_desc advance_desc;
+static pd_advance advance;
 
 /* n cells over a length of 1 along axis 0, periodic all round. */
 static scene *scene_start(int n)
 {
     scene *s = &test_scene;
-    memset(s, 0, sizeof *s);
-    pd_ctx_init(&s->ctx);
-    for (int d = 0; d < PD_DIM; d++) {
-        s->stencil_desc.h[d] = 1.0 / n;
-        s->grid_desc.hi[d] = d == 0 ? 1.0 : 5.0 / n;
-        s->grid_desc.side[2 * d] = s->grid_desc.side[2 * d + 1] = PD_SIDE_PERIODIC;
-    }
-    s->grid_desc.solid = s->grid_desc.wall = -1;
+    scene_box(s, 0.0, 1.0 / n, n, 5, 5);
+    s->grid_desc.hi[0] = 1.0;
+    for (int side = 0; side < 2 * PD_DIM; side++) s->grid_desc.side[side] = PD_SIDE_PERIODIC;
+    s->with = WITH_TRANSPORT;
     s->flow_desc.rho = s->flow_desc.mu = s->flow_desc.speed = s->flow_desc.length = 1.0;
-    s->desc.tolerance = 1e-12;
+    s->transport_desc.tolerance = 1e-12;
+    memset(&advance_desc, 0, sizeof advance_desc);
     return s;
 }
 
-static int scene_build(scene *s)
+/* A stream of 1 along axis 0, if there is a flow. */
+static int advance_build(scene *s)
 {
-    if (!CHECK_OK(&s->ctx, pd_stencil_build(&s->ctx, &s->stencil_desc, &s->stencil)) ||
-        !CHECK_OK(&s->ctx, pd_grid_build(&s->ctx, &s->stencil, &s->grid_desc, &s->grid)) ||
-        !CHECK_OK(&s->ctx, pd_bonds_build(&s->ctx, &s->stencil, &s->grid, 0, &s->bonds))) return 0;
-    if (s->flowing && !CHECK_OK(&s->ctx, pd_flow_build(&s->ctx, &s->grid, &s->bonds, &s->flow_desc, &s->flow)))
-        return 0;
-    for (int32_t i = 0; i < s->grid.total && s->flowing; i++)
+    int flowing = s->with & WITH_FLOW;
+    if (!scene_build(s)) return 0;
+    for (int32_t i = 0; i < s->grid.total && flowing; i++)
         if (s->grid.kind[i] == PD_FLUID) s->flow.u[i] = 1.0;
-    if (s->flowing) pd_flow_prepare(&s->ctx, &s->flow);
-    return CHECK_OK(&s->ctx, pd_transport_build(&s->ctx, &s->grid, &s->bonds, s->flowing ? &s->flow : NULL, &s->desc,
-                                                &s->transport)) &&
-           CHECK_OK(&s->ctx, pd_advance_build(&s->ctx, &s->transport, &s->advance_desc, &s->advance));
+    if (flowing) pd_flow_prepare(&s->ctx, &s->flow);
+    return CHECK_OK(&s->ctx, pd_transport_update(&s->ctx, &s->transport)) &&
+           CHECK_OK(&s->ctx, pd_advance_build(&s->ctx, &s->transport, &advance_desc, &advance));
 }
 
-static void scene_free(scene *s)
+static void advance_free(scene *s)
 {
-    pd_advance_free(&s->ctx, &s->advance);
-    pd_transport_free(&s->ctx, &s->transport);
-    pd_flow_free(&s->ctx, &s->flow);
-    pd_bonds_free(&s->ctx, &s->bonds);
-    pd_grid_free(&s->ctx, &s->grid);
-    pd_stencil_free(&s->ctx, &s->stencil);
-    CHECK_INT((int)s->ctx.in_use, 0);
+    pd_advance_free(&s->ctx, &advance);
+    scene_free(s);
 }
 
 static double wave(const scene *s, int32_t i, double amplitude)
@@ -88,21 +62,21 @@ static double decay(int steps, double rtol, long *taken)
 {
     scene *s = scene_start(16);
     double k = 2.0 * pi, rate = 0.0, error = 0.0;
-    s->desc.diffusivity = 0.05;
-    s->advance_desc.rtol = rtol;
-    if (!scene_build(s)) return 1.0;
+    s->transport_desc.diffusivity = 0.05;
+    advance_desc.rtol = rtol;
+    if (!advance_build(s)) return 1.0;
     for (int b = 0; b < s->stencil.count; b++)
-        rate += s->desc.diffusivity * s->stencil.lap[b] * (1.0 - cos(k * s->stencil.xi[b * PD_DIM]));
+        rate += s->transport_desc.diffusivity * s->stencil.lap[b] * (1.0 - cos(k * s->stencil.xi[b * PD_DIM]));
     fill(s);
     for (int n = 0; n < steps; n++)
-        if (!CHECK_OK(&s->ctx, pd_advance_step(&s->ctx, &s->advance, 1.0 / steps, &s->result))) return 1.0;
-    if (!steps && !CHECK_OK(&s->ctx, pd_advance_run(&s->ctx, &s->advance, 1.0, &s->result))) return 1.0;
-    CHECK_NEAR(s->advance.time, 1.0, 1e-12);
+        if (!CHECK_OK(&s->ctx, pd_advance_step(&s->ctx, &advance, 1.0 / steps, &s->result))) return 1.0;
+    if (!steps && !CHECK_OK(&s->ctx, pd_advance_run(&s->ctx, &advance, 1.0, &s->result))) return 1.0;
+    CHECK_NEAR(advance.time, 1.0, 1e-12);
     for (int32_t i = 0; i < s->grid.total; i++)
         if (s->grid.kind[i] == PD_FLUID) error = fmax(error, fabs(s->transport.c[i] - wave(s, i, exp(-rate))));
-    *taken = (long)s->advance.steps;
-    CHECK_INT(s->advance.euler, 0);
-    scene_free(s);
+    *taken = (long)advance.steps;
+    CHECK_INT(advance.euler, 0);
+    advance_free(s);
     return error;
 }
 
@@ -133,9 +107,9 @@ TEST(bounds_and_balance)
     static const double diffusivities[] = {0.0, 1e-6, 1e-3, 1e-1}, steps[] = {0.002, 0.02, 0.3};
     for (int k = 0; k < 12; k++) {
         scene *s = scene_start(24);
-        s->flowing = 1;
-        s->desc.diffusivity = diffusivities[k % 4];
-        if (!scene_build(s)) return;
+        s->with |= WITH_FLOW;
+        s->transport_desc.diffusivity = diffusivities[k % 4];
+        if (!advance_build(s)) return;
         for (int32_t i = 0; i < s->grid.total; i++) {
             double x[PD_DIM];
             pd_grid_position(&s->grid, i, x);
@@ -143,7 +117,7 @@ TEST(bounds_and_balance)
         }
         double before = pd_transport_stock(&s->ctx, &s->transport);
         for (int n = 0; n < 5; n++) {
-            if (!CHECK_OK(&s->ctx, pd_advance_step(&s->ctx, &s->advance, steps[k / 4], &s->result))) return;
+            if (!CHECK_OK(&s->ctx, pd_advance_step(&s->ctx, &advance, steps[k / 4], &s->result))) return;
             double low = 1e9, high = -1e9, now = pd_transport_stock(&s->ctx, &s->transport);
             for (int32_t i = 0; i < s->grid.total; i++) {
                 if (s->grid.kind[i] != PD_FLUID) continue;
@@ -154,7 +128,7 @@ TEST(bounds_and_balance)
             CHECK_LE(high, 3.0 + 3e-9);
             CHECK_NEAR(now + pd_transport_carried(&s->ctx, &s->transport), before, 1e-13 * before);
         }
-        scene_free(s);
+        advance_free(s);
     }
 }
 
@@ -169,31 +143,31 @@ TEST(balance_of_a_run)
 {
     scene *s = scene_start(20);
     s->grid_desc.side[0] = s->grid_desc.side[1] = PD_SIDE_WALL;
-    s->desc.diffusivity = 1.0;
-    s->desc.held = ends;
-    s->advance_desc.rtol = 1e-4;
-    if (!scene_build(s)) return;
+    s->transport_desc.diffusivity = 1.0;
+    s->transport_desc.held = ends;
+    advance_desc.rtol = 1e-4;
+    if (!advance_build(s)) return;
     for (int n = 1; n <= 4; n++) {
-        CHECK_OK(&s->ctx, pd_advance_run(&s->ctx, &s->advance, 0.01 * n, &s->result));
+        CHECK_OK(&s->ctx, pd_advance_run(&s->ctx, &advance, 0.01 * n, &s->result));
         double stock = pd_transport_stock(&s->ctx, &s->transport) + pd_transport_carried(&s->ctx, &s->transport);
-        CHECK_NEAR(stock, s->advance.in - s->advance.out, 1e-13 * s->advance.in);
+        CHECK_NEAR(stock, advance.in - advance.out, 1e-13 * advance.in);
     }
-    CHECK(s->advance.rejected > 0 && s->advance.out > 0.0);
-    scene_free(s);
+    CHECK(advance.rejected > 0 && advance.out > 0.0);
+    advance_free(s);
 }
 
 TEST(bad_descs)
 {
     scene *s = scene_start(8);
-    if (!scene_build(s)) return;
+    if (!advance_build(s)) return;
     pd_advance none;
     pd_advance_desc desc;
     memset(&desc, 0, sizeof desc);
     desc.first = -1.0;
     CHECK_INT((int)pd_advance_build(&s->ctx, &s->transport, &desc, &none), (int)PD_ERR_ARGUMENT);
-    CHECK_INT((int)pd_advance_step(&s->ctx, &s->advance, 0.0, &s->result), (int)PD_ERR_ARGUMENT);
-    CHECK_INT((int)pd_advance_run(&s->ctx, &s->advance, -1.0, &s->result), (int)PD_ERR_ARGUMENT);
-    scene_free(s);
+    CHECK_INT((int)pd_advance_step(&s->ctx, &advance, 0.0, &s->result), (int)PD_ERR_ARGUMENT);
+    CHECK_INT((int)pd_advance_run(&s->ctx, &advance, -1.0, &s->result), (int)PD_ERR_ARGUMENT);
+    advance_free(s);
 }
 
 TEST_MAIN(ENTRY(second_order_in_time) ENTRY(steps_by_error) ENTRY(bounds_and_balance) ENTRY(balance_of_a_run)

@@ -1,4 +1,5 @@
 #!/bin/sh
+# slow: yes
 # What amalgamate refuses, and that its output is the files themselves, less their includes of each other.
 . tests/lib/script.sh
 tool=$build/amalgamate

@@ -2,85 +2,31 @@
  * dissolution with the volumes of rings.
  * dims: 2 */
 #include "transport/advance.h"
-#include "couple/couple.h"
-#include "metal/dissolving.h"
-#include "transport/advance.h"
 #include "flow/force.h"
 #include "flow/implicit.h"
 #include "lattice/op.h"
 #include "transport/settle.h"
-#include "flow/steady.h"
-#include "test.h"
+#include "fixture.h"
 #include <stdlib.h>
 
 #define PI 3.14159265358979323846
 
-typedef struct scene {
-    pd_ctx ctx;
-    pd_stencil stencil;
-    pd_grid_desc desc;
-    pd_shape shapes[4];
-    pd_grid grid;
-    pd_bonds bonds;
-    int64_t total;
-    double *f, *out, *u; /* [total], [2][total], [2][total] */
-} scene;
-
 static scene test_scene;
+enum { F, U, OUT }; /* fields: a scalar, a vector, what an operator gives */
 
-/* A box of cells 0 .. nz, first .. first + nr, closed all around, fluid; the caller changes s->desc. */
+/* A box of cells 0 .. nz, first .. first + nr, closed all around, fluid; the caller changes s->grid_desc. */
 static scene *scene_start(double m, double hz, double hr, int nz, int first, int nr)
 {
     scene *s = &test_scene;
-    pd_stencil_desc sd;
-    memset(s, 0, sizeof *s);
-    memset(&sd, 0, sizeof sd);
-    pd_ctx_init(&s->ctx);
-    sd.m = m;
-    sd.h[0] = hz;
-    sd.h[1] = hr;
-    s->desc.axisymmetric = 1;
-    s->desc.lo[1] = first * hr;
-    s->desc.hi[0] = nz * hz;
-    s->desc.hi[1] = (first + nr) * hr;
-    s->desc.side[2] = first ? PD_SIDE_WALL : PD_SIDE_MIRROR;
-    s->desc.shapes = s->shapes;
-    s->desc.solid = s->desc.wall = -1;
-    CHECK_OK(&s->ctx, pd_stencil_build(&s->ctx, &sd, &s->stencil));
+    scene_box(s, m, hz, nz, 1, 1);
+    s->stencil_desc.h[1] = hr;
+    s->grid_desc.axisymmetric = 1;
+    s->grid_desc.lo[1] = first * hr;
+    s->grid_desc.hi[1] = (first + nr) * hr;
+    s->grid_desc.side[2] = first ? PD_SIDE_WALL : PD_SIDE_MIRROR;
+    s->fields = 3;
     return s;
 }
-
-static int scene_build(scene *s)
-{
-    if (!CHECK_OK(&s->ctx, pd_grid_build(&s->ctx, &s->stencil, &s->desc, &s->grid)) ||
-        !CHECK_OK(&s->ctx, pd_bonds_build(&s->ctx, &s->stencil, &s->grid, 0, &s->bonds)) ||
-        !CHECK_OK(&s->ctx, pd_bonds_validate(&s->ctx, &s->bonds)))
-        return 0;
-    s->total = s->grid.total;
-    s->f = (double *)calloc((size_t)s->total, sizeof(double));
-    s->out = (double *)calloc((size_t)(2 * s->total), sizeof(double));
-    s->u = (double *)calloc((size_t)(2 * s->total), sizeof(double));
-    return CHECK(s->f && s->out && s->u);
-}
-
-static void scene_free(scene *s)
-{
-    pd_bonds_free(&s->ctx, &s->bonds);
-    pd_grid_free(&s->ctx, &s->grid);
-    pd_stencil_free(&s->ctx, &s->stencil);
-    CHECK_INT(s->ctx.in_use, 0);
-    free(s->f);
-    free(s->out);
-    free(s->u);
-}
-
-static uint32_t next_random(uint32_t *state)
-{
-    *state = *state * 1664525u + 1013904223u;
-    return *state >> 8;
-}
-
-static double random_real(uint32_t *state) { return (double)next_random(state) / 8388608.0 - 1.0; }
 
 /* ---- operators ---- */
 
@@ -132,34 +78,34 @@ static void exactness(double m, double hz, double hr, int first)
 {
     scene *s = scene_start(m, hz, hr, 5, first, 14);
     double worst[3] = {0.0, 0.0, 0.0}, least = HUGE_VAL, x[2], div, u[2];
-    s->desc.side[0] = s->desc.side[1] = PD_SIDE_PERIODIC;
-    s->desc.side[3] = PD_SIDE_OUTLET;
-    if (first) s->desc.side[2] = PD_SIDE_OUTLET;
+    s->grid_desc.side[0] = s->grid_desc.side[1] = PD_SIDE_PERIODIC;
+    s->grid_desc.side[3] = PD_SIDE_OUTLET;
+    if (first) s->grid_desc.side[2] = PD_SIDE_OUTLET;
     if (!scene_build(s)) return;
     CHECK_INT(s->bonds.rows, 0);
     for (int which = 0; which < 6; which++) {
-        for (int32_t node = 0; node < s->total; node++) {
+        for (int32_t node = 0; node < s->grid.total; node++) {
             pd_grid_position(&s->grid, node, x);
-            s->f[node] = which < 4 ? quadratic(which, x[0], x[1]).value : 0.0;
+            s->field[F][node] = which < 4 ? quadratic(which, x[0], x[1]).value : 0.0;
             vector(which, x[0], x[1], u, &div);
-            s->u[node] = u[0];
-            s->u[s->total + node] = u[1];
+            s->field[U][node] = u[0];
+            s->field[U][s->grid.total + node] = u[1];
         }
         for (int what = which < 4 ? 0 : 2; what < 3; what++) {
-            if (what == 0) pd_op_laplacian(&s->ctx, &s->bonds, s->f, s->out);
-            if (what == 1) pd_op_gradient(&s->ctx, &s->bonds, s->f, s->out);
-            if (what == 2) pd_op_divergence(&s->ctx, &s->bonds, s->u, s->out);
-            for (int32_t node = 0; node < s->total; node++) {
+            if (what == 0) pd_op_laplacian(&s->ctx, &s->bonds, s->field[F], s->field[OUT]);
+            if (what == 1) pd_op_gradient(&s->ctx, &s->bonds, s->field[F], s->field[OUT]);
+            if (what == 2) pd_op_divergence(&s->ctx, &s->bonds, s->field[U], s->field[OUT]);
+            for (int32_t node = 0; node < s->grid.total; node++) {
                 if (s->grid.kind[node] != PD_FLUID) continue;
                 pd_grid_position(&s->grid, node, x);
                 scalar q = quadratic(which, x[0], x[1]);
                 vector(which, x[0], x[1], u, &div);
                 double size = 1.0 / (hz * hz) + 1.0 / (hr * hr), span = 5.0 * hz + (first + 14.0) * hr, error = 0.0;
-                if (what == 0) error = fabs(s->out[node] - q.lap) / (size * span * span);
+                if (what == 0) error = fabs(s->field[OUT][node] - q.lap) / (size * span * span);
                 if (what == 1)
-                    error = fmax(fabs(s->out[node] - q.dz), fabs(s->out[s->total + node] - q.dr)) /
+                    error = fmax(fabs(s->field[OUT][node] - q.dz), fabs(s->field[OUT][s->grid.total + node] - q.dr)) /
                             (sqrt(size) * span * span);
-                if (what == 2) error = fabs(s->out[node] - div) / (sqrt(size) * span * span);
+                if (what == 2) error = fabs(s->field[OUT][node] - div) / (sqrt(size) * span * span);
                 worst[what] = fmax(worst[what], error);
             }
         }
@@ -197,21 +143,21 @@ TEST(hoop)
         int n = 20 << level;
         scene *s = scene_start(3.0, 1.0 / n, 1.0 / n, 4, 0, n);
         double x[2];
-        s->desc.side[0] = s->desc.side[1] = PD_SIDE_PERIODIC;
-        s->desc.side[3] = PD_SIDE_OUTLET;
+        s->grid_desc.side[0] = s->grid_desc.side[1] = PD_SIDE_PERIODIC;
+        s->grid_desc.side[3] = PD_SIDE_OUTLET;
         if (!scene_build(s)) return;
         for (int cubic = 0; cubic < 2; cubic++) {
             double worst = 0.0;
-            for (int32_t node = 0; node < s->total; node++) {
+            for (int32_t node = 0; node < s->grid.total; node++) {
                 pd_grid_position(&s->grid, node, x);
-                s->f[node] = cubic ? x[1] * x[1] * x[1] : x[1];
+                s->field[F][node] = cubic ? x[1] * x[1] * x[1] : x[1];
             }
-            pd_op_laplacian(&s->ctx, &s->bonds, s->f, s->out);
-            for (int32_t node = 0; node < s->total; node++) {
+            pd_op_laplacian(&s->ctx, &s->bonds, s->field[F], s->field[OUT]);
+            for (int32_t node = 0; node < s->grid.total; node++) {
                 if (s->grid.kind[node] != PD_FLUID) continue;
                 pd_grid_position(&s->grid, node, x);
                 double hoop = s->bonds.axisym.hoop[node / s->grid.stride[1]];
-                worst = fmax(worst, fabs(s->out[node] - hoop * s->f[node] - (cubic ? 8.0 * x[1] : 0.0)));
+                worst = fmax(worst, fabs(s->field[OUT][node] - hoop * s->field[F][node] - (cubic ? 8.0 * x[1] : 0.0)));
             }
             if (!cubic) CHECK_LE(worst, 1e-10 * n);
             if (cubic) error[level] = worst;
@@ -229,33 +175,34 @@ TEST(conservation)
         scene *s = scene_start(3.0, 1.0, 0.7, 20, first, 16);
         uint32_t state = 7;
         double sum[3] = {0.0, 0.0, 0.0}, size[3] = {0.0, 0.0, 0.0};
-        s->desc.solid = 0;
+        s->grid_desc.solid = 0;
         s->shapes[0].type = PD_SHAPE_BOX;
         s->shapes[0].a[0] = 6.0;
         s->shapes[0].b[0] = 13.0;
-        s->shapes[0].a[1] = s->desc.lo[1] + (first ? 2.8 : 0.0);
-        s->shapes[0].b[1] = s->desc.lo[1] + 4.2;
+        s->shapes[0].a[1] = s->grid_desc.lo[1] + (first ? 2.8 : 0.0);
+        s->shapes[0].b[1] = s->grid_desc.lo[1] + 4.2;
         if (!scene_build(s)) return;
-        for (int64_t k = 0; k < 2 * s->total; k++) s->u[k] = random_real(&state);
-        pd_ghosts_vector(&s->bonds.ghosts, s->u);
-        pd_op_divergence(&s->ctx, &s->bonds, s->u, s->out);
-        for (int32_t node = 0; node < s->total; node++) {
+        for (int64_t k = 0; k < 2 * s->grid.total; k++) s->field[U][k] = random_real(&state);
+        pd_ghosts_vector(&s->bonds.ghosts, s->field[U]);
+        pd_op_divergence(&s->ctx, &s->bonds, s->field[U], s->field[OUT]);
+        for (int32_t node = 0; node < s->grid.total; node++) {
             if (s->grid.kind[node] != PD_FLUID) continue;
-            sum[0] += s->out[node] * pdi_grid_circumference(&s->grid, node);
-            size[0] += fabs(s->out[node]) * pdi_grid_circumference(&s->grid, node);
+            sum[0] += s->field[OUT][node] * pdi_grid_circumference(&s->grid, node);
+            size[0] += fabs(s->field[OUT][node]) * pdi_grid_circumference(&s->grid, node);
         }
-        for (int32_t node = 0; node < s->total; node++) s->f[node] = random_real(&state);
-        pd_ghosts_scalar(&s->bonds.ghosts, s->f);
-        pd_ghosts_scalar(&s->bonds.ghosts, s->u);
-        pd_op_laplacian(&s->ctx, &s->bonds, s->f, s->out);
-        pd_op_laplacian(&s->ctx, &s->bonds, s->u, s->out + s->total);
-        for (int32_t node = 0; node < s->total; node++) {
+        for (int32_t node = 0; node < s->grid.total; node++) s->field[F][node] = random_real(&state);
+        pd_ghosts_scalar(&s->bonds.ghosts, s->field[F]);
+        pd_ghosts_scalar(&s->bonds.ghosts, s->field[U]);
+        pd_op_laplacian(&s->ctx, &s->bonds, s->field[F], s->field[OUT]);
+        pd_op_laplacian(&s->ctx, &s->bonds, s->field[U], s->field[OUT] + s->grid.total);
+        for (int32_t node = 0; node < s->grid.total; node++) {
             if (s->grid.kind[node] != PD_FLUID) continue;
             double volume = pdi_grid_circumference(&s->grid, node);
-            sum[1] += s->out[node] * volume;
-            size[1] += fabs(s->out[node]) * volume;
-            sum[2] += (s->u[node] * s->out[node] - s->f[node] * s->out[s->total + node]) * volume;
-            size[2] += fabs(s->u[node] * s->out[node]) * volume;
+            sum[1] += s->field[OUT][node] * volume;
+            size[1] += fabs(s->field[OUT][node]) * volume;
+            sum[2] += (s->field[U][node] * s->field[OUT][node] -
+                       s->field[F][node] * s->field[OUT][s->grid.total + node]) * volume;
+            size[2] += fabs(s->field[U][node] * s->field[OUT][node]) * volume;
         }
         for (int k = 0; k < 3; k++) CHECK_LE(fabs(sum[k]), 1e-13 * size[k]);
         scene_free(s);
@@ -281,19 +228,19 @@ TEST(order)
         int n = 16 << level;
         scene *s = scene_start(3.0, 1.0 / n, 1.0 / n, n, 0, n);
         double a = 5.0, b = 2.0 * PI, x[2], weight = 0.0;
-        s->desc.side[0] = s->desc.side[1] = PD_SIDE_PERIODIC;
-        s->desc.side[3] = PD_SIDE_OUTLET;
+        s->grid_desc.side[0] = s->grid_desc.side[1] = PD_SIDE_PERIODIC;
+        s->grid_desc.side[3] = PD_SIDE_OUTLET;
         if (!scene_build(s)) return;
-        for (int32_t node = 0; node < s->total; node++) {
+        for (int32_t node = 0; node < s->grid.total; node++) {
             pd_grid_position(&s->grid, node, x);
-            s->f[node] = bessel0(a * x[1]) * cos(b * x[0]);
+            s->field[F][node] = bessel0(a * x[1]) * cos(b * x[0]);
         }
-        pd_op_laplacian(&s->ctx, &s->bonds, s->f, s->out);
+        pd_op_laplacian(&s->ctx, &s->bonds, s->field[F], s->field[OUT]);
         mean[level] = most[level] = 0.0;
-        for (int32_t node = 0; node < s->total; node++) {
+        for (int32_t node = 0; node < s->grid.total; node++) {
             if (s->grid.kind[node] != PD_FLUID) continue;
             double volume = pdi_grid_circumference(&s->grid, node);
-            double error = fabs(s->out[node] + (a * a + b * b) * s->f[node]);
+            double error = fabs(s->field[OUT][node] + (a * a + b * b) * s->field[F][node]);
             mean[level] += volume * error;
             weight += volume;
             most[level] = fmax(most[level], error);
@@ -365,17 +312,17 @@ static double pipe_error(int cells, int first, double m, double *gradient, int64
     scene *s = scene_start(m, h, h, 12, first, cells);
     stream t;
     pd_steady_result result;
-    s->desc.side[0] = PD_SIDE_INLET;
-    s->desc.side[1] = PD_SIDE_OUTLET;
+    s->grid_desc.side[0] = PD_SIDE_INLET;
+    s->grid_desc.side[1] = PD_SIDE_OUTLET;
     if (!scene_build(s) || !stream_build(s, &t, first * h, outer, 1.0, 0.1)) return HUGE_VAL;
     CHECK_OK(&s->ctx, pd_steady_solve(&s->ctx, &t.steady, &result));
     CHECK_INT(result.converged, 1);
     *evaluations = result.evaluations;
-    for (int32_t node = 0; node < s->total; node++) {
+    for (int32_t node = 0; node < s->grid.total; node++) {
         if (s->grid.kind[node] != PD_FLUID) continue;
         pd_grid_position(&s->grid, node, x);
         double volume = pdi_grid_circumference(&s->grid, node);
-        double e = t.flow.u[node] - developed(t.inner, outer, x[1]), v = t.flow.u[s->total + node];
+        double e = t.flow.u[node] - developed(t.inner, outer, x[1]), v = t.flow.u[s->grid.total + node];
         sum += volume * (e * e + v * v);
         weight += volume;
     }
@@ -423,9 +370,9 @@ TEST(pin)
     stream t;
     pd_steady_result result;
     double lo[2], hi[2], surface[2], balance[2];
-    s->desc.side[0] = PD_SIDE_INLET;
-    s->desc.side[1] = PD_SIDE_OUTLET;
-    s->desc.solid = 0;
+    s->grid_desc.side[0] = PD_SIDE_INLET;
+    s->grid_desc.side[1] = PD_SIDE_OUTLET;
+    s->grid_desc.solid = 0;
     s->shapes[0].type = PD_SHAPE_BOX;
     s->shapes[0].a[0] = 1.0;
     s->shapes[0].b[0] = 2.0;
@@ -475,7 +422,7 @@ static double fading_error(int n, double *gone)
         !CHECK_OK(&s->ctx, pd_transport_build(&s->ctx, &s->grid, &s->bonds, NULL, &td, &transport)) ||
         !CHECK_OK(&s->ctx, pd_advance_build(&s->ctx, &transport, &ad, &advance)))
         return HUGE_VAL;
-    for (int32_t i = 0; i < s->total; i++) {
+    for (int32_t i = 0; i < s->grid.total; i++) {
         pd_grid_position(&s->grid, i, x);
         if (s->grid.kind[i] == PD_FLUID) transport.c[i] += bessel0(zero * x[1]);
     }
@@ -484,7 +431,7 @@ static double fading_error(int n, double *gone)
     *gone = pd_transport_stock(&s->ctx, &transport) + pd_transport_carried(&s->ctx, &transport) - start;
     CHECK_REL(start, 2.0 * PI * 6.0 / n, 2.0 / (n * n)); /* the volume of rings is that of the tube */
     *gone /= start;
-    for (int32_t i = 0; i < s->total; i++) {
+    for (int32_t i = 0; i < s->grid.total; i++) {
         if (s->grid.kind[i] != PD_FLUID) continue;
         pd_grid_position(&s->grid, i, x);
         double e = transport.c[i] - 2.0 - exp(-0.1 * zero * zero) * bessel0(zero * x[1]);
@@ -525,12 +472,12 @@ static double held_error(int cells, double *through)
     td.diffusivity = 0.5;
     td.held = held_at;
     td.user = &middle;
-    s->desc.side[0] = s->desc.side[1] = PD_SIDE_PERIODIC;
+    s->grid_desc.side[0] = s->grid_desc.side[1] = PD_SIDE_PERIODIC;
     if (!scene_build(s) ||
         !CHECK_OK(&s->ctx, pd_transport_build(&s->ctx, &s->grid, &s->bonds, NULL, &td, &transport)))
         return HUGE_VAL;
     CHECK_OK(&s->ctx, pd_transport_steady(&s->ctx, &transport, &result));
-    for (int32_t i = 0; i < s->total; i++) {
+    for (int32_t i = 0; i < s->grid.total; i++) {
         if (s->grid.kind[i] != PD_FLUID) continue;
         pd_grid_position(&s->grid, i, x);
         worst = fmax(worst, fabs(transport.c[i] - log(1.5 / x[1]) / log(3.0)));
@@ -580,7 +527,7 @@ static double shrink(int ball, int ratio, double *ledger)
     memset(&td, 0, sizeof td);
     memset(&dd, 0, sizeof dd);
     memset(&cd, 0, sizeof cd);
-    s->desc.solid = 0;
+    s->grid_desc.solid = 0;
     s->shapes[0].type = ball ? PD_SHAPE_BALL : PD_SHAPE_CYLINDER;
     s->shapes[0].r = radius;
     s->shapes[0].a[0] = nr * h;
@@ -637,15 +584,16 @@ TEST(refusals)
 {
     scene *s = scene_start(3.0, 1.0, 1.0, 8, 0, 8);
     pd_grid grid;
-    pd_grid_desc desc = s->desc;
+    if (!CHECK_OK(&s->ctx, pd_stencil_build(&s->ctx, &s->stencil_desc, &s->stencil))) return;
+    pd_grid_desc desc = s->grid_desc;
     CHECK_OK(&s->ctx, build_with(&desc, &grid));
     desc.side[2] = PD_SIDE_WALL;
     CHECK_INT(build_with(&desc, &grid), PD_ERR_ARGUMENT);
     CHECK_STR(s->ctx.message, "grid: the side at the axis r = 0 has type 0, expected mirror");
-    desc = s->desc;
+    desc = s->grid_desc;
     desc.side[3] = PD_SIDE_MIRROR;
     CHECK_INT(build_with(&desc, &grid), PD_ERR_ARGUMENT);
-    desc = s->desc;
+    desc = s->grid_desc;
     desc.lo[1] = 2.0;
     CHECK_INT(build_with(&desc, &grid), PD_ERR_GEOMETRY);
     CHECK_STR(s->ctx.message, "grid: an axisymmetric box begins at r = 2 m, expected 0 or at least one horizon, 3 m");

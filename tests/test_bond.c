@@ -1,6 +1,7 @@
 /* bond: openness, tightness of thin walls, updates, wall coefficients, cut points, memory faults.
  * dims: 1 2 3 */
 #include "lattice/bond.h"
+#include "random.h"
 #include "test.h"
 #include <stdlib.h>
 
@@ -18,12 +19,6 @@ typedef struct scene {
 } scene;
 
 static scene test_scene;
-
-static uint32_t next_random(uint32_t *state)
-{
-    *state = *state * 1664525u + 1013904223u;
-    return *state >> 8;
-}
 
 /* A box from the origin with spacing h, walls all round, no shape; the context is kept. */
 static int scene_init(scene *s, double m, double h, int x, int y, int z)
@@ -581,5 +576,6 @@ TEST(memory_faults)
 #define OF_DIM ENTRY(thin_walls_are_tight)
 #endif
 
-TEST_MAIN(ENTRY(random_masks) OF_DIM ENTRY(update_equals_fresh) ENTRY(validate_notices) ENTRY(flat_wall_coefficients)
-          ENTRY(cut_points_on_round_surfaces) ENTRY(memory_faults))
+TEST_MAIN(ENTRY(random_masks) OF_DIM SLOW_ENTRY_IF(PD_DIM == 3, update_equals_fresh) ENTRY(validate_notices)
+          ENTRY(flat_wall_coefficients)
+              ENTRY(cut_points_on_round_surfaces) SLOW_ENTRY_IF(PD_DIM == 3, memory_faults))

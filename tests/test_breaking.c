@@ -345,8 +345,10 @@ TEST(implicit_steps)
 #if PD_DIM == 1
 #define OF_DIM
 #else
-#define OF_DIM ENTRY(roughness_grows)
+#define OF_DIM SLOW_ENTRY_IF(PD_DIM == 3, roughness_grows)
 #endif
 
-TEST_MAIN(ENTRY(bonds_break_as_metal_goes) ENTRY(last_bond) ENTRY(damage_follows_the_loss) ENTRY(front_speed) OF_DIM
-          ENTRY(amounts_are_conserved) ENTRY(seeds_and_threads) ENTRY(lone_nodes) ENTRY(implicit_steps))
+TEST_MAIN(ENTRY(bonds_break_as_metal_goes) ENTRY(last_bond) ENTRY(damage_follows_the_loss)
+          SLOW_ENTRY_IF(PD_DIM > 1, front_speed) OF_DIM
+          SLOW_ENTRY_IF(PD_DIM == 3, amounts_are_conserved) ENTRY(seeds_and_threads) ENTRY(lone_nodes)
+          ENTRY(implicit_steps))

@@ -385,5 +385,6 @@ TEST(no_room)
     free(left);
 }
 
-TEST_MAIN(ENTRY(stopped_and_not) ENTRY(behind_the_checkpoint) ENTRY(life_of_a_checkpoint) ENTRY(models_go_on)
+TEST_MAIN(SLOW_ENTRY(stopped_and_not) SLOW_ENTRY_IF(PD_DIM == 3, behind_the_checkpoint)
+          ENTRY(life_of_a_checkpoint) SLOW_ENTRY_IF(PD_DIM == 3, models_go_on)
           ENTRY(damage) ENTRY(other_files) ENTRY(other_scenes) ENTRY(other_settings) ENTRY(no_room))

@@ -1,5 +1,5 @@
 /* corrode: speed of flat fronts against the sum over the family, the pencil electrode, exact amounts, threads.
- * dims: 1 2 3 */
+ * dims: 1 2 3   slow: 3 */
 #include "corrode_scene.h"
 
 /* ---- speeds ---- */

@@ -1,17 +1,10 @@
 /* curve: exact at the points, monotone on hostile data, third order on smooth data, what is refused. */
 #include "scene/curve.h"
+#include "random.h"
 #include "test.h"
 #include <float.h>
 
 #define MOST 400
-
-static uint32_t next_random(uint32_t *state)
-{
-    *state = *state * 1664525u + 1013904223u;
-    return *state >> 8;
-}
-
-static double uniform(uint32_t *state) { return ((double)next_random(state) + 0.5) / 16777216.0; }
 
 /* Between two points the curve runs from one value to the other, never back and never beyond: up to rounding in its
  * three terms, which are at most three times the step of y. */
@@ -44,7 +37,8 @@ TEST(monotone_between_points)
         x[0] = -1.0;
         y[0] = 0.5;
         for (int k = 1; k < n; k++) {
-            double step = pow(10.0, 6.0 * uniform(&seed) - 6.0), jump = pow(10.0, 12.0 * uniform(&seed) - 9.0);
+            double step = pow(10.0, 6.0 * random_share(&seed) - 6.0);
+            double jump = pow(10.0, 12.0 * random_share(&seed) - 9.0);
             if (next_random(&seed) % 3 == 0) jump = 0.0;
             x[k] = x[k - 1] + step;
             y[k] = y[k - 1] + (rising || next_random(&seed) % 2 ? jump : -jump);

@@ -1,26 +1,13 @@
 /* What a step costs varies smoothly with the horizon, the ratio of spacings, the cell Peclet and the Reynolds number:
  * iterations of neighbouring cases are within a bounded ratio. A bar stands in a channel.
  * dims: 2 */
-#include "flow/steady.h"
-#include "test.h"
-#include "transport/transport.h"
+#include "fixture.h"
 
 #define NU 1e-6  /* [m2/s] */
 #define CELLS 16 /* across the channel */
 
-typedef struct scene {
-    pd_ctx ctx;
-    pd_stencil stencil;
-    pd_shape bar;
-    pd_grid grid;
-    pd_bonds bonds;
-    pd_flow flow;
-    pd_steady steady;
-    pd_steady_result solved;
-    double mean, width; /* [m/s] [m] */
-} scene;
-
 static scene test_scene;
+static pd_steady_result solved;
 
 static void profile(void *user, const double *x, double *u)
 {
@@ -38,61 +25,32 @@ static double plume(void *user, const double *x)
     return exp(-y * y);
 }
 
-static void scene_free(scene *s)
-{
-    pd_steady_free(&s->ctx, &s->steady);
-    pd_flow_free(&s->ctx, &s->flow);
-    pd_bonds_free(&s->ctx, &s->bonds);
-    pd_grid_free(&s->ctx, &s->grid);
-    pd_stencil_free(&s->ctx, &s->stencil);
-    CHECK_INT(s->ctx.in_use, 0);
-}
-
 /* The flow at a Reynolds number of the width of the channel, from rest; cells of the spacings h. */
 static scene *scene_flow(const double *h, double m, double reynolds)
 {
     scene *s = &test_scene;
-    pd_stencil_desc sd;
-    pd_grid_desc gd;
-    pd_flow_desc fd;
-    pd_steady_desc dd;
-    memset(s, 0, sizeof *s);
-    memset(&sd, 0, sizeof sd);
-    memset(&gd, 0, sizeof gd);
-    memset(&fd, 0, sizeof fd);
-    memset(&dd, 0, sizeof dd);
-    pd_ctx_init(&s->ctx);
+    scene_box(s, m, 1.0, 2 * CELLS, CELLS, 1);
     s->ctx.threads = 1;
-    sd.m = m;
-    s->bar.type = PD_SHAPE_BOX;
+    s->shapes[0].type = PD_SHAPE_BOX;
     for (int d = 0; d < 2; d++) {
-        int n = d ? CELLS : 2 * CELLS;
-        sd.h[d] = h[d];
-        gd.hi[d] = n * h[d];
-        s->bar.a[d] = (d ? 6.0 : 7.0) * h[d];
-        s->bar.b[d] = 11.0 * h[d];
+        s->stencil_desc.h[d] = h[d];
+        s->grid_desc.hi[d] *= h[d];
+        s->shapes[0].a[d] = (d ? 6.0 : 7.0) * h[d];
+        s->shapes[0].b[d] = 11.0 * h[d];
     }
-    gd.shapes = &s->bar;
-    gd.wall = 0;
-    gd.solid = -1;
-    gd.side[0] = PD_SIDE_INLET;
-    gd.side[1] = PD_SIDE_OUTLET;
-    s->width = gd.hi[1];
-    s->mean = fd.speed = reynolds * NU / s->width;
-    fd.rho = 1000.0;
-    fd.mu = NU * fd.rho;
-    fd.length = s->width;
-    fd.inlet = profile;
-    fd.inlet_user = s;
-    dd.tolerance = 1e-8;
-    if (!CHECK_OK(&s->ctx, pd_stencil_build(&s->ctx, &sd, &s->stencil)) ||
-        !CHECK_OK(&s->ctx, pd_grid_build(&s->ctx, &s->stencil, &gd, &s->grid)) ||
-        !CHECK_OK(&s->ctx, pd_bonds_build(&s->ctx, &s->stencil, &s->grid, 0, &s->bonds)) ||
-        !CHECK_OK(&s->ctx, pd_flow_build(&s->ctx, &s->grid, &s->bonds, &fd, &s->flow)) ||
-        !CHECK_OK(&s->ctx, pd_steady_build(&s->ctx, &s->flow, &dd, &s->steady)) ||
-        !CHECK_OK(&s->ctx, pd_steady_solve(&s->ctx, &s->steady, &s->solved)))
-        return NULL;
-    return s;
+    s->grid_desc.wall = 0;
+    s->grid_desc.side[0] = PD_SIDE_INLET;
+    s->grid_desc.side[1] = PD_SIDE_OUTLET;
+    s->width = s->grid_desc.hi[1];
+    s->mean = s->flow_desc.speed = reynolds * NU / s->width;
+    s->with = WITH_FLOW | WITH_STEADY;
+    s->flow_desc.rho = 1000.0;
+    s->flow_desc.mu = NU * s->flow_desc.rho;
+    s->flow_desc.length = s->width;
+    s->flow_desc.inlet = profile;
+    s->flow_desc.inlet_user = s;
+    s->steady_desc.tolerance = 1e-8;
+    return scene_build(s) && CHECK_OK(&s->ctx, pd_steady_solve(&s->ctx, &s->steady, &solved)) ? s : NULL;
 }
 
 /* Krylov iterations of one step from an empty channel, of so many times the way through it, at a Peclet number of the
@@ -186,7 +144,7 @@ TEST(flow_over_reynolds_and_horizon)
         for (int r = 0; r < (m > 5 ? LEVELS - 1 : LEVELS); r++) {
             scene *s = scene_flow(h, m, numbers[r]);
             if (!s) return;
-            cost[r] = (int)s->solved.evaluations;
+            cost[r] = (int)solved.evaluations;
             if (!smooth(last, cost[r], 2.0) || !smooth(below[r], cost[r], 2.0)) NOTE("m = %d, Re = %g", m, numbers[r]);
             last = below[r] = cost[r];
             scene_free(s);
@@ -206,7 +164,7 @@ TEST(flow_over_spacings)
             h[0] *= ratio;
             scene *s = scene_flow(h, m, 1.0);
             if (!s) return;
-            int cost = (int)s->solved.evaluations;
+            int cost = (int)solved.evaluations;
             NOTE("m = %d, %.3g to 1: %d evaluations", m, ratio, cost);
             smooth(last, cost, 2.0);
             last = cost;
@@ -215,5 +173,5 @@ TEST(flow_over_spacings)
     }
 }
 
-TEST_MAIN(ENTRY(transport_over_peclet_and_horizon) ENTRY(transport_over_spacings)
-          ENTRY(flow_over_reynolds_and_horizon) ENTRY(flow_over_spacings))
+TEST_MAIN(SLOW_ENTRY(transport_over_peclet_and_horizon) ENTRY(transport_over_spacings)
+          SLOW_ENTRY(flow_over_reynolds_and_horizon) ENTRY(flow_over_spacings))

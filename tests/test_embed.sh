@@ -1,4 +1,5 @@
 #!/bin/sh
+# slow: yes
 # Embeds pdcorr.h in small user programs: it and one source file alone in an empty folder, as C99 and C++11, in every
 # dimension; two dimensions in one program; and the mistakes that have to be caught by the compiler or the linker.
 . tests/lib/script.sh

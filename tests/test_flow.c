@@ -1,7 +1,7 @@
 /* flow: exact discrete solutions, conservation through sections, linearisation, faults.
  * dims: 2 3 */
 #include "flow/jacobian.h"
-#include "test.h"
+#include "fixture.h"
 #include <stdlib.h>
 
 #define RHO 1000.0
@@ -9,27 +9,8 @@
 #define U 0.236
 #define H 10e-6
 
-typedef struct scene {
-    pd_ctx ctx;
-    pd_stencil stencil;
-    pd_grid_desc grid_desc;
-    pd_shape shapes[4];
-    pd_grid grid;
-    pd_bonds bonds;
-    pd_flow_desc flow_desc;
-    pd_flow flow;
-    double *ru, *rc; /* residuals, one block */
-} scene;
-
 static scene test_scene;
-
-static uint32_t next_random(uint32_t *state)
-{
-    *state = *state * 1664525u + 1013904223u;
-    return *state >> 8;
-}
-
-static double random_real(uint32_t *state) { return (double)next_random(state) / 8388608.0 - 1.0; }
+static double *ru, *rc; /* residuals, one block: of momentum, of continuity */
 
 /* Parabola between planes y = centre -+ half. */
 typedef struct channel {
@@ -47,51 +28,27 @@ static void parabola(void *user, const double *x, double *u)
 /* A box from the origin of x * y (* z) cells, all sides walls, spacing H. */
 static void scene_start(scene *s, int x, int y, int z)
 {
-    int n[3];
-    memset(s, 0, sizeof *s);
-    pd_ctx_init(&s->ctx);
-    n[0] = x;
-    n[1] = y;
-    n[2] = z;
-    for (int d = 0; d < PD_DIM; d++) s->grid_desc.hi[d] = n[d] * H;
-    s->grid_desc.shapes = s->shapes;
-    s->grid_desc.solid = s->grid_desc.wall = -1;
+    scene_box(s, 0.0, H, x, y, z);
+    s->with = WITH_FLOW;
     s->flow_desc.rho = RHO;
     s->flow_desc.mu = MU;
     s->flow_desc.speed = U;
-    s->flow_desc.length = n[1] * H;
+    s->flow_desc.length = y * H;
 }
 
-static pd_status scene_build_parts(scene *s, double m)
+static int flow_build(scene *s, double m)
 {
-    pd_stencil_desc sd;
-    pd_status status;
-    memset(&sd, 0, sizeof sd);
-    sd.m = m;
-    for (int d = 0; d < PD_DIM; d++) sd.h[d] = H;
-    if ((status = pd_stencil_build(&s->ctx, &sd, &s->stencil)) < 0) return status;
-    if ((status = pd_grid_build(&s->ctx, &s->stencil, &s->grid_desc, &s->grid)) < 0) return status;
-    if ((status = pd_bonds_build(&s->ctx, &s->stencil, &s->grid, 0, &s->bonds)) < 0) return status;
-    return pd_flow_build(&s->ctx, &s->grid, &s->bonds, &s->flow_desc, &s->flow);
+    if (!scene_build_m(s, m)) return 0;
+    ru = (double *)calloc((size_t)(PD_DIM + 1) * (size_t)s->grid.total, sizeof(double));
+    rc = ru + (int64_t)PD_DIM * s->grid.total;
+    return CHECK(ru != NULL);
 }
 
-static int scene_build(scene *s, double m)
+static void flow_free(scene *s)
 {
-    if (!CHECK_OK(&s->ctx, scene_build_parts(s, m))) return 0;
-    s->ru = (double *)calloc((size_t)(PD_DIM + 1) * (size_t)s->grid.total, sizeof(double));
-    s->rc = s->ru + (int64_t)PD_DIM * s->grid.total;
-    return CHECK(s->ru != NULL);
-}
-
-static void scene_free(scene *s)
-{
-    pd_flow_free(&s->ctx, &s->flow);
-    pd_flow_free(&s->ctx, &s->flow); /* twice is allowed */
-    pd_bonds_free(&s->ctx, &s->bonds);
-    pd_grid_free(&s->ctx, &s->grid);
-    pd_stencil_free(&s->ctx, &s->stencil);
-    free(s->ru);
-    CHECK_INT(s->ctx.in_use, 0);
+    free(ru);
+    ru = rc = NULL;
+    scene_free(s);
 }
 
 /* Inlet at x-, outlet at x+, a ball (disc) in between. */
@@ -110,7 +67,7 @@ static int build_ball(scene *s, double m, channel *c)
     s->flow_desc.inlet = parabola;
     s->flow_desc.inlet_user = c;
     s->flow_desc.p_out = 3.0;
-    return scene_build(s, m);
+    return flow_build(s, m);
 }
 
 /* Any state: random velocity of magnitude U and pressure of magnitude U^2. */
@@ -128,10 +85,10 @@ static void scaled_residuals(scene *s, double *momentum, double *continuity)
 {
     double length = s->flow_desc.length;
     int64_t split = (int64_t)PD_DIM * s->grid.total;
-    pd_flow_residual(&s->ctx, &s->flow, s->ru, s->rc);
+    pd_flow_residual(&s->ctx, &s->flow, ru, rc);
     *momentum = *continuity = 0.0;
-    for (int64_t k = 0; k < split; k++) *momentum = fmax(*momentum, fabs(s->ru[k]) * length / (U * U));
-    for (int32_t k = 0; k < s->grid.total; k++) *continuity = fmax(*continuity, fabs(s->rc[k]) * length / U);
+    for (int64_t k = 0; k < split; k++) *momentum = fmax(*momentum, fabs(ru[k]) * length / (U * U));
+    for (int32_t k = 0; k < s->grid.total; k++) *continuity = fmax(*continuity, fabs(rc[k]) * length / U);
 }
 
 /* ---- exact solutions ---- */
@@ -149,7 +106,7 @@ TEST(hydrostatics)
         s->flow_desc.force[d] = (d + 1.0) * U * U / s->flow_desc.length;
     }
     s->grid_desc.solid = 0;
-    if (!scene_build(s, 3.0)) return;
+    if (!flow_build(s, 3.0)) return;
     for (int32_t node = 0; node < s->grid.total; node++) {
         double x[PD_DIM];
         pd_grid_position(&s->grid, node, x);
@@ -159,7 +116,7 @@ TEST(hydrostatics)
     scaled_residuals(s, &momentum, &continuity);
     CHECK_LE(momentum, 1e-12);
     CHECK_LE(continuity, 1e-12);
-    scene_free(s);
+    flow_free(s);
 }
 
 #if PD_DIM == 2
@@ -200,12 +157,12 @@ TEST(poiseuille_between_sides)
             s->flow_desc.inlet = parabola;
             s->flow_desc.inlet_user = &c;
             s->flow_desc.p_out = 2.0;
-            if (!scene_build(s, m)) return;
+            if (!flow_build(s, m)) return;
             check_poiseuille(s, &c);
             /* the midpoint sum of the parabola: 2 U half (1 + 1/(2 n^2)) */
             double flux = 2.0 * U * c.half * (1.0 + 0.5 / (across[k] * across[k]));
             CHECK_REL(pd_flow_section_nodes(&s->ctx, &s->flow, 0, 5), flux, 1e-12);
-            scene_free(s);
+            flow_free(s);
         }
 }
 
@@ -233,9 +190,9 @@ TEST(poiseuille_between_planes)
             s->grid_desc.side[1] = PD_SIDE_OUTLET;
             s->flow_desc.inlet = parabola;
             s->flow_desc.inlet_user = &c;
-            if (!scene_build(s, m)) return;
+            if (!flow_build(s, m)) return;
             check_poiseuille(s, &c);
-            scene_free(s);
+            flow_free(s);
         }
 }
 #endif
@@ -260,11 +217,11 @@ TEST(sections_balance)
                 int i[PD_DIM];
                 pdi_grid_index(&s->grid, node, i);
                 if (s->grid.kind[node] != PD_FLUID || i[0] < 1 || i[0] >= index) continue;
-                gain += s->rc[node] * s->stencil.volume;
+                gain += rc[node] * s->stencil.volume;
             }
             CHECK_NEAR(pd_flow_section(&s->ctx, &s->flow, 0, index), start + gain, 1e-12 * scale);
         }
-        scene_free(s);
+        flow_free(s);
     }
 }
 
@@ -293,8 +250,8 @@ TEST(linearisation)
             if (k < split) s->flow.u[k] = value;
             else s->flow.p[k - split] = value;
         }
-        pd_flow_residual(&s->ctx, &s->flow, s->ru, s->rc);
-        if (sign > 0) memcpy(up, s->ru, (size_t)size * sizeof *up);
+        pd_flow_residual(&s->ctx, &s->flow, ru, rc);
+        if (sign > 0) memcpy(up, ru, (size_t)size * sizeof *up);
     }
     memcpy(s->flow.u, state, (size_t)split * sizeof *state);
     pd_jacobian linear;
@@ -315,9 +272,9 @@ TEST(linearisation)
     double largest[2] = {0.0, 0.0};
     for (int64_t k = 0; k < size; k++) largest[k >= split] = fmax(largest[k >= split], fabs(product[k]));
     CHECK(largest[0] > 0.0 && largest[1] > 0.0);
-    for (int64_t k = 0; k < size; k++) CHECK_NEAR(product[k], up[k] - s->ru[k], 1e-6 * largest[k >= split]);
+    for (int64_t k = 0; k < size; k++) CHECK_NEAR(product[k], up[k] - ru[k], 1e-6 * largest[k >= split]);
     free(work);
-    scene_free(s);
+    flow_free(s);
 }
 
 TEST(threads_change_no_bit)
@@ -330,16 +287,16 @@ TEST(threads_change_no_bit)
     if (!CHECK(first != NULL)) return;
     fill_random(s, 13);
     s->ctx.threads = 1;
-    pd_flow_residual(&s->ctx, &s->flow, s->ru, s->rc);
-    memcpy(first, s->ru, bytes);
+    pd_flow_residual(&s->ctx, &s->flow, ru, rc);
+    memcpy(first, ru, bytes);
     for (int threads = 2; threads <= 4; threads *= 2) {
         s->ctx.threads = threads;
-        pd_flow_residual(&s->ctx, &s->flow, s->ru, s->rc);
-        CHECK(memcmp(first, s->ru, bytes) == 0);
+        pd_flow_residual(&s->ctx, &s->flow, ru, rc);
+        CHECK(memcmp(first, ru, bytes) == 0);
     }
     CHECK_INT(s->flow.evaluations, 3);
     free(first);
-    scene_free(s);
+    flow_free(s);
 }
 
 /* ---- building and changing ---- */
@@ -371,7 +328,7 @@ TEST(bad_input)
         CHECK(strncmp(s->ctx.message, "flow: ", 6) == 0);
         pd_flow_free(&s->ctx, &flow);
     }
-    scene_free(s);
+    flow_free(s);
 }
 
 /* A dissolved node starts at rest with the mean pressure of the fluid around it; ghosts follow. */
@@ -387,7 +344,7 @@ TEST(update_of_dissolved_nodes)
     s->shapes[0].a[0] = 6.0 * H;
     for (int d = 0; d < PD_DIM; d++) s->shapes[0].b[d] = d ? 5.0 * H : s->grid_desc.hi[0];
     s->grid_desc.solid = 0;
-    if (!scene_build(s, 2.0)) return;
+    if (!flow_build(s, 2.0)) return;
     int32_t before = s->bonds.ghosts.count;
     fill_random(s, 7);
     for (int32_t node = 0; node < s->grid.total; node++) {
@@ -403,11 +360,11 @@ TEST(update_of_dissolved_nodes)
         for (int d = 0; d < PD_DIM; d++) CHECK_NEAR(s->flow.u[(int64_t)d * s->grid.total + changed[k]], 0.0, 0.0);
         CHECK(fabs(s->flow.p[changed[k]]) <= U * U);
     }
-    pd_flow_residual(&s->ctx, &s->flow, s->ru, s->rc);
-    for (int64_t k = 0; k < (int64_t)(PD_DIM + 1) * s->grid.total; k++) CHECK(s->ru[k] - s->ru[k] == 0.0); /* finite */
+    pd_flow_residual(&s->ctx, &s->flow, ru, rc);
+    for (int64_t k = 0; k < (int64_t)(PD_DIM + 1) * s->grid.total; k++) CHECK(ru[k] - ru[k] == 0.0); /* finite */
     for (int32_t o = 0; o < s->bonds.ghosts.count; o++)
         CHECK_NEAR(s->flow.p[s->bonds.ghosts.node[o]], -s->flow.p[s->bonds.ghosts.source[o]], 1e-15);
-    scene_free(s);
+    flow_free(s);
 }
 
 /* An allocator that fails at its call number `fail_at` and compares the sizes it is told. */
@@ -452,9 +409,10 @@ TEST(memory_faults)
         s->flow_desc.inlet_user = &c;
         s->ctx.alloc.fn = faulty_realloc;
         s->ctx.alloc.user = &f;
-        status = scene_build_parts(s, 2.0);
+        s->stencil_desc.m = 2.0;
+        status = scene_try(s);
         if (status < 0) CHECK_INT(status, PD_ERR_MEMORY);
-        scene_free(s);
+        flow_free(s);
         CHECK_INT(f.live, 0);
         CHECK_INT(f.wrong_size, 0);
     }

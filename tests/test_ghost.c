@@ -1,54 +1,23 @@
 /* test_ghost: periodic and mirror sides in any combination: kinds, images, signs, and what operators make of them.
  * dims: 1 2 3 */
-#include "test.h"
+#include "fixture.h"
 #include "lattice/op.h"
 #include <math.h>
 #include <string.h>
 
-typedef struct scene {
-    pd_ctx ctx;
-    pd_stencil stencil;
-    pd_grid grid;
-    pd_bonds bonds;
-    double *f, *v, *out;
-} scene;
-
 static const int CELLS[3] = {7, 6, 5};
+enum { F, V, OUT }; /* fields: a scalar, a vector, what an operator gives */
 
-static pd_status scene_build(scene *s, double m, const pd_side *side, const pd_shape *shapes, int solid)
+static pd_status box_try(scene *s, double m, const pd_side *side, const pd_shape *solid)
 {
-    pd_stencil_desc sd;
-    pd_grid_desc gd;
-    memset(s, 0, sizeof *s);
-    memset(&sd, 0, sizeof sd);
-    memset(&gd, 0, sizeof gd);
-    pd_ctx_init(&s->ctx);
-    sd.m = m;
-    for (int d = 0; d < PD_DIM; d++) {
-        sd.h[d] = 1.0;
-        gd.hi[d] = (double)CELLS[d];
+    scene_box(s, m, 1.0, CELLS[0], CELLS[1], CELLS[2]);
+    memcpy(s->grid_desc.side, side, sizeof s->grid_desc.side);
+    if (solid) {
+        s->shapes[0] = *solid;
+        s->grid_desc.solid = 0;
     }
-    memcpy(gd.side, side, sizeof gd.side);
-    gd.shapes = shapes;
-    gd.solid = solid;
-    gd.wall = -1;
-    PDI_TRY(pd_stencil_build(&s->ctx, &sd, &s->stencil));
-    PDI_TRY(pd_grid_build(&s->ctx, &s->stencil, &gd, &s->grid));
-    PDI_TRY(pd_bonds_build(&s->ctx, &s->stencil, &s->grid, 0, &s->bonds));
-    PDI_TRY(PDI_NEW(&s->ctx, "test", s->grid.total, s->f));
-    PDI_TRY(PDI_NEW(&s->ctx, "test", s->grid.total, s->out));
-    return PDI_NEW(&s->ctx, "test", PD_DIM * s->grid.total, s->v);
-}
-
-static void scene_free(scene *s)
-{
-    PDI_DELETE(&s->ctx, s->grid.total, s->f);
-    PDI_DELETE(&s->ctx, s->grid.total, s->out);
-    PDI_DELETE(&s->ctx, PD_DIM * s->grid.total, s->v);
-    pd_bonds_free(&s->ctx, &s->bonds);
-    pd_grid_free(&s->ctx, &s->grid);
-    pd_stencil_free(&s->ctx, &s->stencil);
-    CHECK_INT((int)s->ctx.in_use, 0);
+    s->fields = 3;
+    return scene_try(s);
 }
 
 /* Side kinds of the axes from a number: two bits a side. */
@@ -102,19 +71,19 @@ TEST(every_combination_of_sides)
     pd_side side[2 * PD_DIM];
     for (int code = 0; sides_of(code, side); code++) {
         scene s_, *s = &s_;
-        if (!CHECK_OK(&s->ctx, scene_build(s, 3.0, side, NULL, -1))) return;
+        if (!CHECK_OK(&s->ctx, box_try(s, 3.0, side, NULL))) return;
         const pd_grid *g = &s->grid;
         for (int32_t node = 0; node < g->total; node++) {
             double x[PD_DIM];
-            s->f[node] = -1e30;
-            for (int d = 0; d < PD_DIM; d++) s->v[d * g->total + node] = -1e30;
+            s->field[F][node] = -1e30;
+            for (int d = 0; d < PD_DIM; d++) s->field[V][d * g->total + node] = -1e30;
             if (g->kind[node] != PD_FLUID) continue;
             pd_grid_position(g, node, x);
-            s->f[node] = smooth(x, 0);
-            for (int d = 0; d < PD_DIM; d++) s->v[d * g->total + node] = smooth(x, d + 1);
+            s->field[F][node] = smooth(x, 0);
+            for (int d = 0; d < PD_DIM; d++) s->field[V][d * g->total + node] = smooth(x, d + 1);
         }
-        pd_ghosts_pressure(&s->bonds.ghosts, 2.0, s->f);
-        pd_ghosts_vector(&s->bonds.ghosts, s->v);
+        pd_ghosts_pressure(&s->bonds.ghosts, 2.0, s->field[F]);
+        pd_ghosts_vector(&s->bonds.ghosts, s->field[V]);
         int bad = 0, seen = 0;
         for (int32_t node = 0; node < g->total; node++) {
             double x[PD_DIM];
@@ -136,11 +105,11 @@ TEST(every_combination_of_sides)
             if (kind != PD_IMAGE && kind != PD_OUTLET) continue;
             seen++;
             double p = smooth(x, 0);
-            if (s->f[node] != (kind == PD_OUTLET ? 4.0 - p : p)) bad++;
+            if (s->field[F][node] != (kind == PD_OUTLET ? 4.0 - p : p)) bad++;
             for (int d = 0; d < PD_DIM; d++) {
                 double want = sign[d] * smooth(x, d + 1);
                 if (kind == PD_OUTLET && d != outlet) want = -want;
-                if (s->v[d * g->total + node] != want) bad++;
+                if (s->field[V][d * g->total + node] != want) bad++;
             }
         }
         if (!CHECK_INT(bad, 0)) NOTE("combination %d", code);
@@ -161,7 +130,7 @@ TEST(whole_families)
             scene s_, *s = &s_;
             if (PD_DIM == 3 && k == 4) continue; /* a million ghosts */
             for (int d = 0; d < 2 * PD_DIM; d++) side[d] = mirror ? PD_SIDE_MIRROR : PD_SIDE_PERIODIC;
-            if (!CHECK_OK(&s->ctx, scene_build(s, ms[k], side, NULL, -1))) return;
+            if (!CHECK_OK(&s->ctx, box_try(s, ms[k], side, NULL))) return;
             CHECK_INT(s->bonds.rows, 0);
             int64_t covered = 0;
             for (int32_t r = 0; r < s->bonds.whole.count; r++) covered += s->bonds.whole.length[r];
@@ -186,21 +155,21 @@ TEST(periodic_translation)
     pd_side side[2 * PD_DIM];
     scene s_, *s = &s_;
     for (int d = 0; d < 2 * PD_DIM; d++) side[d] = PD_SIDE_PERIODIC;
-    if (!CHECK_OK(&s->ctx, scene_build(s, 3.0, side, NULL, -1))) return;
+    if (!CHECK_OK(&s->ctx, box_try(s, 3.0, side, NULL))) return;
     for (int move = 0; move < 4; move++) {
         int different = 0;
         double sum = 0.0, size = 0.0;
         for (int32_t node = 0; node < s->grid.total; node++)
-            if (s->grid.kind[node] == PD_FLUID) s->f[node] = sin(1.7 * place_of(s, node, move));
-        pd_ghosts_scalar(&s->bonds.ghosts, s->f);
-        pd_op_laplacian(&s->ctx, &s->bonds, s->f, s->out);
+            if (s->grid.kind[node] == PD_FLUID) s->field[F][node] = sin(1.7 * place_of(s, node, move));
+        pd_ghosts_scalar(&s->bonds.ghosts, s->field[F]);
+        pd_op_laplacian(&s->ctx, &s->bonds, s->field[F], s->field[OUT]);
         for (int32_t node = 0; node < s->grid.total; node++) {
             if (s->grid.kind[node] != PD_FLUID) continue;
             int place = place_of(s, node, move);
-            if (move == 0) first[place] = s->out[node];
-            different += s->out[node] != first[place];
-            sum += s->out[node];
-            size += fabs(s->out[node]);
+            if (move == 0) first[place] = s->field[OUT][node];
+            different += s->field[OUT][node] != first[place];
+            sum += s->field[OUT][node];
+            size += fabs(s->field[OUT][node]);
         }
         CHECK_INT(different, 0);
         CHECK_LE(fabs(sum), 1e-14 * size);
@@ -219,16 +188,16 @@ TEST(fluxes_close)
         int closed = 1;
         for (int d = 0; d < 2 * PD_DIM; d++) closed = closed && !pdi_grid_port(side[d]);
         if (!closed) continue;
-        if (!CHECK_OK(&s->ctx, scene_build(s, 3.0, side, NULL, -1))) return;
+        if (!CHECK_OK(&s->ctx, box_try(s, 3.0, side, NULL))) return;
         for (int32_t node = 0; node < s->grid.total; node++)
             for (int d = 0; d < PD_DIM && s->grid.kind[node] == PD_FLUID; d++)
-                s->v[d * s->grid.total + node] = sin(3.1 * node + d);
-        pd_ghosts_vector(&s->bonds.ghosts, s->v);
-        pd_op_divergence(&s->ctx, &s->bonds, s->v, s->out);
+                s->field[V][d * s->grid.total + node] = sin(3.1 * node + d);
+        pd_ghosts_vector(&s->bonds.ghosts, s->field[V]);
+        pd_op_divergence(&s->ctx, &s->bonds, s->field[V], s->field[OUT]);
         for (int32_t node = 0; node < s->grid.total; node++) {
             if (s->grid.kind[node] != PD_FLUID) continue;
-            sum += s->out[node];
-            size += fabs(s->out[node]);
+            sum += s->field[OUT][node];
+            size += fabs(s->field[OUT][node]);
         }
         CHECK(size > 0.0);
         CHECK_LE(fabs(sum), 1e-14 * size);
@@ -263,7 +232,7 @@ TEST(solid_at_sides_dissolves)
             shape.a[d] = mirror ? -1.0 : 0.0; /* reaches behind the mirror */
             shape.b[d] = 3.0;
         }
-        if (!CHECK_OK(&s->ctx, scene_build(s, 3.0, side, &shape, 0))) return;
+        if (!CHECK_OK(&s->ctx, box_try(s, 3.0, side, &shape))) return;
         for (int round = 0; s->grid.solid_count > 0; round++) {
             int32_t gone = -1;
             for (int32_t node = 0; node < s->grid.total; node++)
@@ -290,16 +259,16 @@ TEST(inlets_are_odd)
     for (int k = 0; k < 2 * PD_DIM; k++) side[k] = PD_DIM == 3 && k > 3 ? PD_SIDE_PERIODIC : PD_SIDE_MIRROR;
     side[0] = PD_SIDE_INLET;
     side[1] = PD_SIDE_OUTLET;
-    if (!CHECK_OK(&s.ctx, scene_build(&s, 2.0, side, NULL, -1))) return;
+    if (!CHECK_OK(&s.ctx, box_try(&s, 2.0, side, NULL))) return;
     const pd_ghosts *g = &s.bonds.ghosts;
     inlets = g->listed - g->count;
     CHECK(inlets > 0);
     if (!CHECK_OK(&s.ctx, PDI_NEW(&s.ctx, "test", PD_DIM * inlets, held))) return;
-    for (int32_t i = 0; i < PD_DIM * s.grid.total; i++) s.v[i] = sin(1.0 + 3.0 * i);
+    for (int32_t i = 0; i < PD_DIM * s.grid.total; i++) s.field[V][i] = sin(1.0 + 3.0 * i);
     for (int64_t i = 0; i < PD_DIM * inlets; i++) held[i] = cos(2.0 * (double)i);
     for (int zero = 0; zero < 2; zero++) {
-        pd_ghosts_vector(g, s.v);
-        pd_ghosts_held(g, zero ? NULL : held, s.v);
+        pd_ghosts_vector(g, s.field[V]);
+        pd_ghosts_held(g, zero ? NULL : held, s.field[V]);
         for (int64_t k = 0; k < inlets; k++) {
             int32_t ghost = g->node[g->count + k];
             int i[PD_DIM];
@@ -307,7 +276,8 @@ TEST(inlets_are_odd)
             i[0] = -1 - i[0]; /* the mirror image of it behind the same of the other sides */
             int32_t inner = pd_grid_node(&s.grid, i);
             for (int d = 0; d < PD_DIM; d++) {
-                double sum = s.v[(int64_t)d * s.grid.total + ghost] + s.v[(int64_t)d * s.grid.total + inner];
+                const double *v = s.field[V] + (int64_t)d * s.grid.total;
+                double sum = v[ghost] + v[inner];
                 CHECK_NEAR(sum, zero ? 0.0 : 2.0 * held[d * inlets + k], 1e-14);
             }
         }
@@ -322,7 +292,7 @@ TEST(one_sided_period_is_refused)
     scene s_, *s = &s_;
     for (int d = 0; d < 2 * PD_DIM; d++) side[d] = PD_SIDE_WALL;
     side[1] = PD_SIDE_PERIODIC;
-    CHECK_INT(scene_build(s, 3.0, side, NULL, -1), PD_ERR_ARGUMENT);
+    CHECK_INT(box_try(s, 3.0, side, NULL), PD_ERR_ARGUMENT);
     CHECK(strstr(s->ctx.message, "periodic on one side only") != NULL);
     pd_grid_free(&s->ctx, &s->grid);
     pd_stencil_free(&s->ctx, &s->stencil);

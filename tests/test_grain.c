@@ -402,6 +402,6 @@ TEST(refusals)
     sample_free(&s);
 }
 
-TEST_MAIN(ENTRY(nearest_seed) ENTRY(independent_of_grid_and_threads) ENTRY(plane_boundary) ENTRY(refinement)
-          ENTRY(poisson_voronoi) ENTRY(size_distribution) ENTRY(fraction_and_dissolution) ENTRY(statistics)
-          ENTRY(refusals))
+TEST_MAIN(ENTRY(nearest_seed) ENTRY(independent_of_grid_and_threads) ENTRY(plane_boundary)
+          SLOW_ENTRY_IF(PD_DIM == 3, refinement) SLOW_ENTRY_IF(PD_DIM == 3, poisson_voronoi) ENTRY(size_distribution)
+          ENTRY(fraction_and_dissolution) ENTRY(statistics) ENTRY(refusals))

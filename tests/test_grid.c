@@ -1,6 +1,7 @@
 /* grid: numbering, kinds, ghosts, dissolving nodes, refused input.
  * dims: 1 2 3 */
 #include "lattice/grid.h"
+#include "random.h"
 #include "test.h"
 
 #define H 0.25
@@ -245,12 +246,6 @@ TEST(smaller_than_the_horizon)
             check_outside(s);
             scene_free(s);
         }
-}
-
-static uint32_t next_random(uint32_t *state)
-{
-    *state = *state * 1664525u + 1013904223u;
-    return *state >> 8;
 }
 
 /* Kinds after dissolving node by node against those of a grid that never had the nodes. */

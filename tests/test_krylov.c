@@ -2,6 +2,7 @@
  * dims: 2 */
 #include "solve/krylov.h"
 #include "fault.h"
+#include "random.h"
 
 #define PI 3.14159265358979323846
 #define N_MAX 60000
@@ -65,11 +66,7 @@ static void broken(void *user, const double *x, double *y)
     for (int i = 0; i < s->n; i++) y[i] = x[i] * (double)NAN;
 }
 
-static double unit_random(unsigned *state)
-{
-    *state = *state * 1664525u + 1013904223u;
-    return (double)(*state >> 8) / 16777216.0 - 0.5;
-}
+static double unit_random(uint32_t *state) { return random_share(state) - 0.5; }
 
 static double residual_norm(sys *s, const double *b, const double *x)
 {
@@ -376,7 +373,7 @@ TEST(not_converged)
 {
     enum { N = 200 };
     double b[N], x[N];
-    unsigned state = 7;
+    uint32_t state = 7;
     for (int i = 0; i < N; i++) b[i] = unit_random(&state);
     for (int m = 0; m < 2; m++) {
         double last = 1e300;
@@ -447,7 +444,7 @@ TEST(flexible)
     pd_krylov_result r;
     pd_ctx_init(&ctx);
     sys s = make(K_POISSON, N);
-    unsigned state = 3;
+    uint32_t state = 3;
     for (int i = 0; i < N; i++) b[i] = unit_random(&state);
     pd_krylov_desc d = describe(PD_KRYLOV_GMRES, N);
     d.flexible = 1;
@@ -464,7 +461,7 @@ TEST(unit_covariance)
 {
     enum { N = 90 };
     double b[N], x[N], y[N];
-    unsigned state = 11;
+    uint32_t state = 11;
     for (int m = 0; m < 2; m++) {
         pd_ctx ctx;
         pd_krylov_result r, q;
@@ -486,7 +483,7 @@ TEST(unit_covariance)
 TEST(threads)
 {
     double *b = (double *)calloc(N_MAX, sizeof *b), *x = (double *)calloc(3 * (size_t)N_MAX, sizeof *x);
-    unsigned state = 5;
+    uint32_t state = 5;
     if (!CHECK(b && x)) return;
     for (int i = 0; i < N_MAX; i++) b[i] = unit_random(&state);
     for (int m = 0; m < 2; m++) {

@@ -2,7 +2,7 @@
  * dims: 2 3 */
 #include "couple/measure.h"
 #include "transport/settle.h"
-#include "test.h"
+#include "fixture.h"
 #include <math.h>
 #include <string.h>
 
@@ -12,60 +12,24 @@
 
 static const double pi = 3.14159265358979323846;
 
-typedef struct scene {
-    pd_ctx ctx;
-    pd_stencil_desc stencil_desc;
-    pd_grid_desc grid_desc;
-    pd_shape shape;
-    pd_flow_desc flow_desc;
-    pd_transport_desc transport_desc;
-    pd_stencil stencil;
-    pd_grid grid;
-    pd_bonds bonds;
-    pd_flow flow;
-    pd_transport transport;
-} scene;
-
 static scene test_scene;
 
 /* A channel of 2 m x 1 m (x 0.5 m, mirrored), n cells across. */
 static scene *scene_start(int n)
 {
     scene *s = &test_scene;
-    memset(s, 0, sizeof *s);
-    pd_ctx_init(&s->ctx);
-    for (int d = 0; d < PD_DIM; d++) {
-        s->stencil_desc.h[d] = 1.0 / n;
-        s->grid_desc.hi[d] = d == 0 ? 2.0 : d == 1 ? 1.0 : 0.5;
-        if (d == 2) s->grid_desc.side[4] = s->grid_desc.side[5] = PD_SIDE_MIRROR;
+    scene_box(s, 0.0, 1.0 / n, 2 * n, n, n);
+    s->grid_desc.hi[1] = 1.0;
+    if (PD_DIM == 3) {
+        s->grid_desc.hi[PD_DIM - 1] = 0.5;
+        s->grid_desc.side[2 * PD_DIM - 1] = s->grid_desc.side[2 * PD_DIM - 2] = PD_SIDE_MIRROR;
     }
-    s->grid_desc.shapes = &s->shape;
-    s->grid_desc.solid = s->grid_desc.wall = -1;
+    s->with = WITH_FLOW | WITH_TRANSPORT;
     s->flow_desc.rho = RHO;
     s->flow_desc.mu = 1.0;
     s->flow_desc.speed = s->flow_desc.length = 1.0;
     s->transport_desc.diffusivity = D;
     return s;
-}
-
-static int scene_build(scene *s)
-{
-    return CHECK_OK(&s->ctx, pd_stencil_build(&s->ctx, &s->stencil_desc, &s->stencil)) &&
-           CHECK_OK(&s->ctx, pd_grid_build(&s->ctx, &s->stencil, &s->grid_desc, &s->grid)) &&
-           CHECK_OK(&s->ctx, pd_bonds_build(&s->ctx, &s->stencil, &s->grid, 0, &s->bonds)) &&
-           CHECK_OK(&s->ctx, pd_flow_build(&s->ctx, &s->grid, &s->bonds, &s->flow_desc, &s->flow)) &&
-           CHECK_OK(&s->ctx, pd_transport_build(&s->ctx, &s->grid, &s->bonds, &s->flow, &s->transport_desc,
-                                                &s->transport));
-}
-
-static void scene_free(scene *s)
-{
-    pd_transport_free(&s->ctx, &s->transport);
-    pd_flow_free(&s->ctx, &s->flow);
-    pd_bonds_free(&s->ctx, &s->bonds);
-    pd_grid_free(&s->ctx, &s->grid);
-    pd_stencil_free(&s->ctx, &s->stencil);
-    CHECK_INT(s->ctx.in_use, 0);
 }
 
 static double depth(void) { return PD_DIM == 3 ? 0.5 : 1.0; }
@@ -200,10 +164,10 @@ TEST(area_of_a_ball)
     for (int n = 28; n <= 40; n += 12) {
         scene *s = scene_start(n);
         double lo[3] = {0.6, 0.13, 0.0}, hi[3] = {1.4, 0.87, 0.4}, flux, area;
-        s->shape.type = PD_SHAPE_BALL;
-        s->shape.r = 0.25;
-        s->shape.a[0] = 1.0;
-        s->shape.a[1] = 0.5;
+        s->shapes[0].type = PD_SHAPE_BALL;
+        s->shapes[0].r = 0.25;
+        s->shapes[0].a[0] = 1.0;
+        s->shapes[0].a[1] = 0.5;
         s->grid_desc.wall = 0;
         s->transport_desc.held = everywhere;
         if (!scene_build(s)) return;

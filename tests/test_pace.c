@@ -1,5 +1,6 @@
 /* A machine that is simulated: loops of known length, and a program beside that takes time slices. dims: 2 */
 #include "core/pace.h"
+#include "random.h"
 #include "test.h"
 
 typedef struct machine {
@@ -13,11 +14,7 @@ typedef struct machine {
     double jitter;   /* [-] of all loops */
 } machine;
 
-static double machine_random(machine *m)
-{
-    m->seed = m->seed * 1664525u + 1013904223u;
-    return (double)(m->seed >> 8) / 16777216.0;
-}
+static double machine_random(machine *m) { return random_share(&m->seed); }
 
 /* One loop that takes one thread `length` seconds. */
 static void machine_loop(machine *m, uint64_t key, double length)

@@ -1,9 +1,7 @@
 /* reaction: random laws of dissolution in closed boxes, against the balance of one stirred vessel, and beside a bath,
  * against the linear profile between metal and bath; steps as long as the run chooses them.
- * dims: 1 2 3 */
-#include "couple/couple.h"
-#include "metal/dissolving.h"
-#include "test.h"
+ * dims: 1 2 3   slow: 1 2 3 */
+#include "fixture.h"
 #include <math.h>
 
 #define CS 71500.0   /* [mol/m3] */
@@ -20,12 +18,6 @@ typedef struct random_law {
 } random_law;
 
 static uint32_t random_state;
-
-static double random_number(double low, double high)
-{
-    random_state = random_state * 1664525u + 1013904223u;
-    return low + (high - low) * ((double)(random_state >> 8) / 16777216.0);
-}
 
 /* Powers, roots, exponentials, rising laws, tables of jumps or of lines with negative parts; 0 beyond Csat. */
 static double rate(void *user, const pd_rate_at *at)
@@ -59,11 +51,11 @@ static void draw(random_law *l, int number)
 {
     memset(l, 0, sizeof *l);
     random_state = 77u + 1000u * (uint32_t)number;
-    random_number(0.0, 1.0);
+    random_between(&random_state, 0.0, 1.0);
     l->kind = number % 7;
-    l->power = random_number(1.0, 8.0);
-    l->value[0] = random_number(0.2, 1.0);
-    for (int k = 1; k < VALUES; k++) l->value[k] = random_number(-0.4, 1.5);
+    l->power = random_between(&random_state, 1.0, 8.0);
+    l->value[0] = random_between(&random_state, 0.2, 1.0);
+    for (int k = 1; k < VALUES; k++) l->value[k] = random_between(&random_state, -0.4, 1.5);
 }
 
 /* Smallest concentration at which the law is not positive. */
@@ -74,42 +66,24 @@ static double end_of(random_law *l, double c)
     return c;
 }
 
-typedef struct scene {
-    pd_ctx ctx;
-    pd_stencil stencil;
-    pd_grid grid;
-    pd_bonds bonds;
-    pd_transport transport;
-    pd_dissolve dissolve;
-    pd_dissolving dissolving;
-    pd_couple couple;
-    pd_stencil_desc stencil_desc;
-    pd_grid_desc grid_desc;
-    pd_transport_desc transport_desc;
-    pd_dissolve_desc dissolve_desc;
-    pd_couple_desc couple_desc;
-    pd_shape shapes[3];
-    double bath; /* [mol/m3] */
-} scene;
-
 static scene test_scene;
+static double held_bath; /* [mol/m3] */
 
 static double bath_of(void *user, const double *x)
 {
     /* nothing on the metal */
-    return x[0] > (SOLID + FLUID - 1 - 1e-6) * H ? ((const scene *)user)->bath : NAN;
+    return x[0] > (SOLID + FLUID - 1 - 1e-6) * H ? *(const double *)user : NAN;
 }
 
 static void scene_start(scene *s, pd_rate_fn law, void *l, double solid, double m, double diffusivity, double rtol)
 {
-    memset(s, 0, sizeof *s);
-    pd_ctx_init(&s->ctx);
+    scene_reset(s);
     s->ctx.threads = 1;
+    s->with = WITH_TRANSPORT | WITH_DISSOLVE | WITH_COUPLE;
+    s->grid_desc.solid = 0;
     s->stencil_desc.m = m;
-    s->grid_desc.shapes = s->shapes;
-    s->grid_desc.wall = -1;
     s->transport_desc.diffusivity = diffusivity;
-    s->transport_desc.user = s;
+    s->transport_desc.user = &held_bath;
     s->dissolve_desc.solid = solid;
     s->dissolve_desc.rate = law;
     s->dissolve_desc.rate_user = l;
@@ -120,25 +94,15 @@ static void scene_start(scene *s, pd_rate_fn law, void *l, double solid, double 
 
 static int scene_make(scene *s)
 {
-    return CHECK_OK(&s->ctx, pd_stencil_build(&s->ctx, &s->stencil_desc, &s->stencil)) &&
-           CHECK_OK(&s->ctx, pd_grid_build(&s->ctx, &s->stencil, &s->grid_desc, &s->grid)) &&
-           CHECK_OK(&s->ctx, pd_bonds_build(&s->ctx, &s->stencil, &s->grid, 0, &s->bonds)) &&
-           CHECK_OK(&s->ctx, pd_transport_build(&s->ctx, &s->grid, &s->bonds, NULL, &s->transport_desc,
-                                                &s->transport)) &&
-           CHECK_OK(&s->ctx, pd_dissolve_build(&s->ctx, &s->grid, &s->bonds, &s->transport, &s->dissolve_desc,
-                                               &s->dissolve)) &&
-           CHECK_OK(&s->ctx, pd_couple_build(&s->ctx, &s->couple_desc, &s->grid, &s->bonds, &s->couple)) &&
-           CHECK_OK(&s->ctx,
-                    pd_couple_add(&s->ctx, &s->couple, pd_dissolving_process(&s->dissolve, &s->dissolving))) &&
-           CHECK_OK(&s->ctx, pd_couple_start(&s->ctx, &s->couple));
+    return scene_build(s) && CHECK_OK(&s->ctx, pd_couple_start(&s->ctx, &s->couple));
 }
 
 /* Metal on the low side of the axis 0, fluid, and from 390 um a bath that holds its concentration, or none. */
-static int scene_build(scene *s, pd_rate_fn law, void *l, double solid, double m, double diffusivity, double bath,
+static int metal_build(scene *s, pd_rate_fn law, void *l, double solid, double m, double diffusivity, double bath,
                        double rtol)
 {
     scene_start(s, law, l, solid, m, diffusivity, rtol);
-    s->bath = bath;
+    held_bath = bath;
     for (int d = 0; d < PD_DIM; d++) {
         s->stencil_desc.h[d] = H;
         s->grid_desc.hi[d] = (d ? 4 : SOLID + FLUID) * H;
@@ -153,16 +117,6 @@ static int scene_build(scene *s, pd_rate_fn law, void *l, double solid, double m
     s->transport_desc.initial = fmax(bath, 0.0);
     s->transport_desc.held = bath >= 0.0 ? bath_of : NULL;
     return scene_make(s);
-}
-
-static void scene_free(scene *s)
-{
-    pd_dissolve_free(&s->ctx, &s->dissolve);
-    pd_transport_free(&s->ctx, &s->transport);
-    pd_bonds_free(&s->ctx, &s->bonds);
-    pd_grid_free(&s->ctx, &s->grid);
-    pd_stencil_free(&s->ctx, &s->stencil);
-    CHECK_INT(s->ctx.in_use, 0);
 }
 
 /* Steps up to `end`. Every one closes the ledger, deposits nothing and keeps the fluid below `high`. */
@@ -205,7 +159,7 @@ TEST(closed_boxes)
             static const double times[] = {0.1, 1.0, 1e4};
             scene *s = &test_scene;
             double until = times[k] * unit, expected = vessel(&l, end, until);
-            if (!scene_build(s, rate, &l, CS, 1.0 + number % 3, 1e-6, -1.0, 1e-3)) return;
+            if (!metal_build(s, rate, &l, CS, 1.0 + number % 3, 1e-6, -1.0, 1e-3)) return;
             if (!run_to(s, until, end)) printf("law %d\n", number);
             double c = s->couple.ledger[0].dissolved / ((double)s->grid.fluid_count * s->stencil.volume);
             if (!CHECK_NEAR(c, expected, 0.02 * expected))
@@ -225,11 +179,11 @@ TEST(beside_a_bath)
     for (int number = 0; number < LAWS; number++) {
         random_law l;
         draw(&l, number);
-        double length = (FLUID - 1) * H, strength = pow(10.0, random_number(-2.0, 2.0));
-        double bath = random_number(0.0, number % 3 ? 0.3 : 1.5) * CSAT;
+        double length = (FLUID - 1) * H, strength = pow(10.0, random_between(&random_state, -2.0, 2.0));
+        double bath = random_between(&random_state, 0.0, number % 3 ? 0.3 : 1.5) * CSAT;
         l.speed = strength * CSAT * diffusivity / (CS * length);
         scene *s = &test_scene;
-        if (!scene_build(s, rate, &l, CS, 1.0, diffusivity, bath, 1e-4)) return;
+        if (!metal_build(s, rate, &l, CS, 1.0, diffusivity, bath, 1e-4)) return;
         double until = 8.0 * length * length / diffusivity;
         if (!run_to(s, until, fmax(bath, end_of(&l, bath)))) printf("law %d\n", number);
         double depth = pd_couple_volume_loss(&s->couple) * SOLID * H, before = depth, from = s->couple.time;
@@ -272,7 +226,7 @@ TEST(resistances_in_series)
         for (double strength = 1e-2; strength < 2e6; strength *= PD_DIM == 3 ? 1e4 : 1e2) {
             scene *s = &test_scene;
             double speed = strength * CSAT * diffusivity / (solid * length);
-            if (!scene_build(s, falling, &speed, solid, m, diffusivity, 0.2 * CSAT, 1e-3)) return;
+            if (!metal_build(s, falling, &speed, solid, m, diffusivity, 0.2 * CSAT, 1e-3)) return;
             if (!run_to(s, 200.0 * length * length / diffusivity, CSAT)) printf("m %d, strength %g\n", m, strength);
             double flux = given(s) / pow(4.0 * H, PD_DIM - 1.0);
             double expected = 0.8 * CSAT / (length / diffusivity + CSAT / (speed * solid));
@@ -286,7 +240,7 @@ TEST(resistances_in_series)
 #if PD_DIM == 2
 static double round_bath(void *user, const double *x)
 {
-    return hypot(x[0], x[1]) > 15.0 * H ? ((const scene *)user)->bath : NAN;
+    return hypot(x[0], x[1]) > 15.0 * H ? *(const double *)user : NAN;
 }
 
 /* A rod of the radius 10 H in a ring that holds its concentration at 20 H: D (s - bath)/(R1 ln(R2/R1)). Surfaces as the
@@ -301,7 +255,7 @@ TEST(rod_in_a_ring)
                 scene *s = &test_scene;
                 double h = 10.0 * H / (8 << k), speed = strength * CSAT * diffusivity / (solid * length);
                 scene_start(s, falling, &speed, solid, m, diffusivity, 1e-3);
-                s->bath = s->transport_desc.initial = 0.2 * CSAT;
+                held_bath = s->transport_desc.initial = 0.2 * CSAT;
                 s->transport_desc.held = round_bath;
                 for (int d = 0; d < 2; d++) {
                     s->stencil_desc.h[d] = h;
@@ -339,7 +293,7 @@ TEST(saturated_at_once)
         for (int k = 0; k < 2; k++) {
             scene *s = &test_scene;
             double width = (k + 1) * 2.0 * H, speed = 1e6 * CSAT * diffusivity / (solid * H);
-            if (!scene_build(s, falling, &speed, solid, m, diffusivity, -1.0, 1e-4)) return;
+            if (!metal_build(s, falling, &speed, solid, m, diffusivity, -1.0, 1e-4)) return;
             s->couple.desc.max_step = 5e-4 * width * width / diffusivity;
             if (!run_to(s, width * width / diffusivity, CSAT)) printf("m %d\n", m);
             error[k] = s->couple.ledger[0].dissolved / (2.0 * CSAT * width / sqrt(3.14159265358979324)) - 1.0;

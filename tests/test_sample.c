@@ -3,6 +3,7 @@
 #define _XOPEN_SOURCE 700
 #include "run/monitor.h"
 #include "run/sample.h"
+#include "random.h"
 #include "scene_file.h"
 #include "transport/settle.h"
 #include <math.h>
@@ -29,14 +30,13 @@ static void stop(void)
 }
 
 /* A number from 0 to 1, the same each time; the ends and quarters come often. */
-static double draw(unsigned *state)
+static double draw(uint32_t *state)
 {
-    *state = *state * 1664525u + 1013904223u;
-    unsigned k = *state >> 16;
+    uint32_t k = next_random(state) >> 8;
     return k % 5 == 0 ? (double)(k / 5 % 5) / 4.0 : (k % 10007) / 10006.0;
 }
 
-static void place(unsigned *state, double *x)
+static void place(uint32_t *state, double *x)
 {
     for (int d = 0; d < PD_DIM; d++) x[d] = setup.lo[d] + draw(state) * (setup.hi[d] - setup.lo[d]);
 }
@@ -62,7 +62,7 @@ static double radius(const double *x)
 static void check_plates(const char *h, int m, const char *sides, double lid)
 {
     char text[1200];
-    unsigned state = 7;
+    uint32_t state = 7;
     double worst = 0.0, wall = 0.0;
     snprintf(text, sizeof text,
              "[grid] h = %s m = %d box = " BOX("0 .. 2 m", "0 .. 1 m", "0 .. 1 m") "\n%s"
@@ -110,7 +110,7 @@ TEST(between_plates)
 static double ball_error(int n, double m, double shift, double *on)
 {
     char text[1200];
-    unsigned state = 3;
+    uint32_t state = 3;
     double worst = 0.0;
     int served = 0;
     snprintf(text, sizeof text,
@@ -172,7 +172,7 @@ static double straight(const double *x) { return 3.0 + 5.0 * (2.0 - x[0]); }
 /* A linear pressure is exact on walls, at an outlet and between. */
 TEST(pressure_on_walls)
 {
-    unsigned state = 11;
+    uint32_t state = 11;
     if (!start("[grid] h = 0.1 m m = 3 box = " BOX("0 .. 2 m", "0 .. 1 m", "0 .. 1 m") "\n"
                "[shape b] ball = " BOX("0.97 m", "0.5 m", "0.5 m") " radius = 0.23 m kind = wall\n"
                "[side x-] flow = inlet profile = uniform mean = 1 m/s\n[side x+] flow = outlet p = 3 Pa\n"
@@ -204,7 +204,7 @@ static double bent(const double *x)
 TEST(bent_pressure_on_walls)
 {
     static const double middle[3] = {0.97, 0.513, 0.502};
-    unsigned state = 13;
+    uint32_t state = 13;
     int served = 0;
     if (!start("[grid] h = 0.05 m m = 2 box = " BOX("0 .. 2 m", "0 .. 1 m", "0 .. 1 m") "\n"
                "[shape b] ball = " BOX("0.97 m", "0.513 m", "0.502 m") " radius = 0.23 m kind = wall\n"
@@ -267,7 +267,7 @@ TEST(dissolving_metal)
 /* A tube: exact on its wall, on its axis and between. */
 TEST(tube)
 {
-    unsigned state = 5;
+    uint32_t state = 5;
     if (!start("[grid] h = 0.1 m m = 3 box = 0 .. 2 m, 0 .. 1 m geometry = axisymmetric\n" PERIODIC
                "[flow] rho = 1 kg/m3 mu = 1 Pa s time = given speed = 1 m/s length = 1 m vx = 1 m/s*(1 - y*y/(1 m)^2)\n"
                "[transport] D = 1 m2/s\n[run] until = 1 s\n")) return;
@@ -285,7 +285,7 @@ TEST(tube)
 static void check_linear(int m, int closed)
 {
     char text[600];
-    unsigned state = 9;
+    uint32_t state = 9;
     snprintf(text, sizeof text,
              "[grid] h = 0.1 m m = %d box = 0 .. 1 m%s\n[side x-] C = 1 mol/m3\n[side x+] %s\n"
              "[transport] D = 1 m2/s initial = 1 mol/m3 * (1 + 3*x/(1 m)%s)\n[run] until = 1 s\n", m,

@@ -1,25 +1,12 @@
 /* Lattices with unequal spacings, up to 1000 to 1 along any axis: flow between plates, gradients beside walls, work.
  * dims: 2 3 */
-#include "couple/couple.h"
-#include "flow/quasi_steady.h"
 #include "lattice/op.h"
-#include "flow/steady.h"
-#include "test.h"
+#include "fixture.h"
 #include <float.h>
 #include <stdlib.h>
 
 #define NU 1e-6 /* [m2/s] */
 #define MEAN 1e-3 /* [m/s] */
-
-typedef struct scene {
-    pd_ctx ctx;
-    pd_stencil stencil;
-    pd_grid grid;
-    pd_bonds bonds;
-    pd_flow flow;
-    pd_steady steady;
-    double width; /* [m] between the plates */
-} scene;
 
 static scene test_scene;
 
@@ -32,55 +19,33 @@ static void profile(void *user, const double *x, double *u)
 }
 
 /* Plates across y; in 3D z repeats. n cells of the sizes h. */
-static int scene_build(scene *s, const double *h, const int *n, double m)
+static int plates_build(scene *s, const double *h, const int *n, double m)
 {
-    pd_stencil_desc sd;
-    pd_grid_desc gd;
-    memset(s, 0, sizeof *s);
-    memset(&sd, 0, sizeof sd);
-    memset(&gd, 0, sizeof gd);
-    pd_ctx_init(&s->ctx);
+    scene_reset(s);
     s->ctx.threads = 1;
     for (int d = 0; d < PD_DIM; d++) {
-        sd.h[d] = h[d];
-        gd.hi[d] = h[d] * n[d];
-        if (d == 2) gd.side[2 * d] = gd.side[2 * d + 1] = PD_SIDE_PERIODIC;
+        s->stencil_desc.h[d] = h[d];
+        s->grid_desc.hi[d] = h[d] * n[d];
+        if (d == 2) s->grid_desc.side[2 * d] = s->grid_desc.side[2 * d + 1] = PD_SIDE_PERIODIC;
     }
-    sd.m = m;
-    gd.side[0] = PD_SIDE_INLET;
-    gd.side[1] = PD_SIDE_OUTLET;
-    gd.solid = gd.wall = -1;
-    s->width = gd.hi[1];
-    return CHECK_OK(&s->ctx, pd_stencil_build(&s->ctx, &sd, &s->stencil)) &&
-           CHECK_OK(&s->ctx, pd_grid_build(&s->ctx, &s->stencil, &gd, &s->grid)) &&
-           CHECK_OK(&s->ctx, pd_bonds_build(&s->ctx, &s->stencil, &s->grid, 0, &s->bonds));
+    s->stencil_desc.m = m;
+    s->grid_desc.side[0] = PD_SIDE_INLET;
+    s->grid_desc.side[1] = PD_SIDE_OUTLET;
+    s->width = s->grid_desc.hi[1];
+    return scene_build(s);
 }
 
 static int flow_build(scene *s, double tolerance)
 {
-    pd_flow_desc fd;
-    pd_steady_desc dd;
-    memset(&fd, 0, sizeof fd);
-    memset(&dd, 0, sizeof dd);
-    fd.rho = 1000.0;
-    fd.mu = NU * fd.rho;
-    fd.speed = MEAN;
-    fd.length = s->width;
-    fd.inlet = profile;
-    fd.inlet_user = s;
-    dd.tolerance = tolerance;
-    return CHECK_OK(&s->ctx, pd_flow_build(&s->ctx, &s->grid, &s->bonds, &fd, &s->flow)) &&
-           CHECK_OK(&s->ctx, pd_steady_build(&s->ctx, &s->flow, &dd, &s->steady));
-}
-
-static void scene_free(scene *s)
-{
-    pd_steady_free(&s->ctx, &s->steady);
-    pd_flow_free(&s->ctx, &s->flow);
-    pd_bonds_free(&s->ctx, &s->bonds);
-    pd_grid_free(&s->ctx, &s->grid);
-    pd_stencil_free(&s->ctx, &s->stencil);
-    CHECK_INT(s->ctx.in_use, 0);
+    s->flow_desc.rho = 1000.0;
+    s->flow_desc.mu = NU * s->flow_desc.rho;
+    s->flow_desc.speed = MEAN;
+    s->flow_desc.length = s->width;
+    s->flow_desc.inlet = profile;
+    s->flow_desc.inlet_user = s;
+    s->steady_desc.tolerance = tolerance;
+    return CHECK_OK(&s->ctx, pd_flow_build(&s->ctx, &s->grid, &s->bonds, &s->flow_desc, &s->flow)) &&
+           CHECK_OK(&s->ctx, pd_steady_build(&s->ctx, &s->flow, &s->steady_desc, &s->steady));
 }
 
 /* Largest error of the velocity over the mean speed, and of the pressure over its drop along the channel. */
@@ -105,7 +70,7 @@ static int channel(const double *h, const int *n, double m, int64_t *evaluations
     scene *s = &test_scene;
     pd_steady_result result;
     double velocity, pressure, through = MEAN * n[1] * h[1] * (PD_DIM == 3 ? n[PD_DIM - 1] * h[PD_DIM - 1] : 1.0);
-    if (!scene_build(s, h, n, m) || !flow_build(s, 5e-9)) return 0;
+    if (!plates_build(s, h, n, m) || !flow_build(s, 5e-9)) return 0;
     int good = CHECK_OK(&s->ctx, pd_steady_solve(&s->ctx, &s->steady, &result));
     *evaluations = result.evaluations;
     errors(s, &velocity, &pressure);
@@ -152,7 +117,7 @@ TEST(linear_fields_beside_walls)
         for (int r = 0; r < 4; r++) {
             double h[PD_DIM], worst = 0.0;
             for (int d = 0; d < PD_DIM; d++) h[d] = d == axis ? ratios[r] * 1e-6 : 1e-6;
-            if (!scene_build(s, h, n, 3.0)) return;
+            if (!plates_build(s, h, n, 3.0)) return;
             double *f = (double *)calloc((size_t)s->grid.total * (PD_DIM + 1), sizeof *f), *g = f + s->grid.total;
             for (int along = 0; along < 2; along++) {
                 for (int32_t i = 0; i < s->grid.total; i++) {
@@ -175,18 +140,15 @@ TEST(linear_fields_beside_walls)
         }
 }
 
-static pd_quasi_steady test_quasi;
-
 static int short_channel(scene *s, double tolerance, pd_couple *couple)
 {
     double h[3] = {1e-6, 1e-6, 1e-6};
     int n[3] = {8, 7, 6};
     pd_couple_desc cd;
     memset(&cd, 0, sizeof cd);
-    return scene_build(s, h, n, 2.0) && flow_build(s, tolerance) &&
+    return plates_build(s, h, n, 2.0) && flow_build(s, tolerance) &&
            CHECK_OK(&s->ctx, pd_couple_build(&s->ctx, &cd, &s->grid, &s->bonds, couple)) &&
-           CHECK_OK(&s->ctx,
-                    pd_couple_add(&s->ctx, couple, pd_quasi_steady_process(&s->flow, &s->steady, &test_quasi)));
+           CHECK_OK(&s->ctx, pd_couple_add(&s->ctx, couple, pd_quasi_steady_process(&s->flow, &s->steady, &s->quasi)));
 }
 
 /* A lattice that does not let in what the inlet brings has a solution with small residuals, and is no result. */

@@ -7,8 +7,12 @@ verdict "a figure in a text is not that of the report; make texts mends it"
 ! grep -q 'README.md: 0 figures' "$dir/log"
 verdict "the figures of README.md have no sources"
 
-mkdir "$dir/docs"
-cat > "$dir/docs/validation.md" << 'END'
+sed -n '/^```c$/,/^```$/p' README.md | sed '/^```/d' > "$dir/program.c"
+${CC:-cc} -std=c99 -Wall -Wextra -Werror -fsyntax-only -I. "$dir/program.c" > "$dir/log" 2>&1
+verdict "the program of README.md does not compile"
+
+mkdir -p "$dir/docs/details"
+cat > "$dir/docs/details/validation.md" << 'END'
 # Validation
 
 ## Summary
@@ -31,8 +35,8 @@ cat > "$dir/docs/validation.md" << 'END'
 |---|---|
 | 10 | 5.0e-03 |
 END
-: > "$dir/docs/performance.md"
-: > "$dir/docs/stability.md"
+: > "$dir/docs/details/performance.md"
+: > "$dir/docs/details/stability.md"
 
 texts() { DOCS=$dir/docs sh tools/texts.sh "$@" "$dir/README.md" > "$dir/log" 2>&1; }
 # right TEXT: the text passes. wrong TEXT MESSAGE MENDED: it is complained of, and mended to that.

@@ -1,4 +1,5 @@
 #!/bin/sh
+# slow: yes
 # Every validation case on its coarse levels in 1D, 2D and 3D: no goal or guard is missed. And the driver's manners.
 . tests/lib/script.sh
 

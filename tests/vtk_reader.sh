@@ -1,4 +1,5 @@
 #!/bin/sh
+# slow: yes
 # VTI and PVD files opened with VTK itself (vtk_reader.py). Skipped without VTK for Python (Debian: python3-vtk9).
 . tests/lib/script.sh
 CC=${CC:-cc}

@@ -1,12 +1,13 @@
 #!/bin/sh
 # report.sh DIR DOCS: puts the sections that validate1d, validate2d and validate3d have written into DIR together as
-# DOCS/validation.md, misses first, with their figures in DOCS/img/validation/.
+# DOCS/details/validation.md, misses first, with their pictures in DOCS/img/validation/; tools/summary.sh makes the page
+# to read of it, DOCS/validation.md.
 #
-# report.sh --performance DIR DOCS: the same of bench1d, 2d and 3d, as DOCS/performance.md. Sections that an earlier run
+# report.sh --performance DIR DOCS: that of bench1d, 2d and 3d. Sections that an earlier run
 # has left in DIR count, so that single cases can be run again.
 #
 # report.sh --stability DIR DOCS: the result lines of the logs of tests/hard/ in DIR, and what stability1d, 2d and 3d
-# have written there, as DOCS/stability.md. The reasons of the cases are the comments above their tests.
+# have written there. The reasons of the cases are the comments above their tests.
 kind=validation
 [ "$1" = --performance ] && kind=performance && shift
 [ "$1" = --stability ] && kind=stability && shift
@@ -29,7 +30,7 @@ else
 fi
 pictures=$docs/img/$kind
 rm -rf "$pictures"
-mkdir -p "$pictures" || exit 1
+mkdir -p "$pictures" "$docs/details" || exit 1
 
 # Rows of one table from result lines: underscores of words are spaces, `message` runs to the end of the line.
 parts() {
@@ -172,11 +173,12 @@ met=$(rows | grep -c '^| met ')
             echo
             echo "<a id=\"$name-${k}d\"></a>"
             echo
-            sed "s#](${name}_${k}d#](img/$kind/${name}_${k}d#" "$dir/${name}_${k}d.md"
+            # errors over the cells stand in the tables: their plots stay in DIR
+            sed "/_errors.png)\$/d; s#](${name}_${k}d#](../img/$kind/${name}_${k}d#" "$dir/${name}_${k}d.md" | cat -s
         done
     done
-} > "$docs/$kind.md.part" || exit 1
-for picture in $(sed -n "s#.*](img/$kind/\([^)]*\)).*#\1#p" "$docs/$kind.md.part"); do
+} > "$docs/details/$kind.md.part" || exit 1
+for picture in $(sed -n "s#.*](../img/$kind/\([^)]*\)).*#\1#p" "$docs/details/$kind.md.part"); do
     cp "$dir/$picture" "$pictures/" || exit 1
 done
-mv "$docs/$kind.md.part" "$docs/$kind.md"
+mv "$docs/details/$kind.md.part" "$docs/details/$kind.md" && sh tools/summary.sh "$docs"

@@ -1,7 +1,13 @@
 #!/bin/sh
-# sum.sh LOG...: one line for each log, what was skipped, the whole log where something failed, and the sum last.
+# sum.sh [--since FILE] LOG...: one line for each log, what was skipped, the whole log where something failed, and the
+# sum last. --since: FILE holds the second in which the tests began; logs without a failure have had their line.
 # A log ends with "exit N"; its result is the last line "N passed, N failed[, N skipped]" or else its exit status.
-passed=0 failed=0 skipped=0
+passed=0 failed=0 skipped=0 begin=
+if [ "$1" = --since ]; then
+    begin=$(cat "$2")
+    shift 2
+fi
+logs=$#
 for log in "$@"; do
     name=$(basename "$log" .log)
     if [ ! -f "$log" ]; then
@@ -22,10 +28,11 @@ for log in "$@"; do
         echo "FAILED $name: $result (exit $status)"
         sed 's/^/    /' "$log"
     else
-        echo "ok     $name: $result"
+        [ -n "$begin" ] || echo "ok     $name: $result"
         grep '^skipped: ' "$log" | sed 's/^/    /'
     fi
 done
+[ -z "$begin" ] || echo "$logs logs in $(($(date +%s) - begin)) s"
 if [ "$skipped" = 0 ]; then
     echo "$passed passed, $failed failed"
 else

@@ -1,12 +1,12 @@
 #!/bin/sh
-# texts.sh [--write] [--runs] [FILE...]: holds figures in texts against the reports that docs/ keeps of them. A figure
+# texts.sh [--write] [--runs] [FILE...]: holds figures in texts against the reports in docs/details/. A figure
 # is a number right before a comment, which readers do not see:
 #
 #   0.98<!-- is validation cylinder-2d; 10; drag, box; x100 --> % off
 #
 #   is | below | above    the same to the digits printed | a bound of it
-#   REPORT SECTION        docs/REPORT.md and the name of its section: the id of the anchor; /CAPTION behind it: the
-#                         table under that bold caption, else the first one that has the row and the column
+#   REPORT SECTION        docs/details/REPORT.md and the name of its section: the id of the anchor; /CAPTION behind it:
+#                         the table under that bold caption, else the first one that has the row and the column
 #   ; ROW                 first cell of the row, in a summary "case, 2D: part, measure"; `max`, `min`, `last`: of all
 #   ; COLUMN              heading
 #   ; x100                factor, where there is one
@@ -208,7 +208,7 @@ for text in "$@"; do
         for (r = 1; r <= 3; r++) {
             section = caption = ""
             inside = 0
-            while ((getline line < (docs "/" report[r] ".md")) > 0) learn(report[r], line)
+            while ((getline line < (docs "/details/" report[r] ".md")) > 0) learn(report[r], line)
         }
     }
     {

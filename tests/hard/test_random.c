@@ -1,7 +1,6 @@
 /* random: blobs of metal and wall in boxes of any size, sides, families and laws: every run ends, balances and keeps
- * the
- * maximum principle, or is refused with a reason. PD_HARD=1: 10,000 geometries over the three dimensions.
- * dims: 1 2 3 */
+ * the maximum principle, or is refused with a reason. PD_HARD=1: 10,000 geometries over the three dimensions.
+ * dims: 1 2 3   slow: 2 3 */
 #define _XOPEN_SOURCE 700
 #include "hard.h"
 #include "core/rng.h"

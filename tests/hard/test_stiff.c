@@ -1,5 +1,5 @@
 /* stiff: implicit steps far beyond what explicit ones may take, explicit steps at their limit and just above it.
- * dims: 1 2 3 */
+ * dims: 1 2 3   slow: 3 */
 #define _XOPEN_SOURCE 700
 #include "hard.h"
 

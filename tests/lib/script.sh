@@ -1,12 +1,15 @@
 # script: what every shell script of tests/ starts with, sourced from the root of the checkout.
 #
 #   root, build   folders of the checkout and of what is built, absolute
+#   programs      folder of pd1d, pd2d and pd3d
 #   dir           a folder of its own, gone in the end; $dir/log: what the last command said
 #   verdict, check, score   count and report
 
 root=$PWD
 build=${BUILD:-build}
 case $build in /*) ;; *) build=$root/$build ;; esac
+programs=${PROGRAMS:-$build}
+case $programs in /*) ;; *) programs=$root/$programs ;; esac
 dir=$(mktemp -d) || exit 1
 trap 'rm -rf "$dir"' EXIT
 passed=0 failed=0 skipped=0
