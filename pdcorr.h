@@ -9015,7 +9015,7 @@ static void pdi_axisym_hoop(const pd_stencil *s, const pdi_axisym_fit *f, const 
 
 static void pdi_axisym_list(pdi_owner *owner, void *object)
 {
-    pd_axisym *axisym = (pd_axisym *)object;
+    pd_axisym *ring = (pd_axisym *)object;
     PDI_ARRAY(owner, ring, lap, (int64_t)ring->rows * ring->count, "1/m2");
     PDI_ARRAY(owner, ring, flux, (int64_t)ring->rows * ring->count, "1");
     PDI_ARRAY(owner, ring, hoop, ring->rows, "1/m2");

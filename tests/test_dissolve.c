@@ -205,9 +205,9 @@ TEST(saturation)
         }
         double fluid = (double)s->grid.fluid_count * s->stencil.volume;
         CHECK(s->grid.solid_count > 0);
-        CHECK_REL(s->couple.ledger[0].dissolved, fluid * rate.csat, 1e-6);
-        CHECK_REL(s->couple.ledger[0].solid, s->couple.ledger[0].start - s->couple.ledger[0].dissolved - s->couple.ledger[0].carry,
-                  1e-12);
+        const pd_ledger *l = &s->couple.ledger[0];
+        CHECK_REL(l->dissolved, fluid * rate.csat, 1e-6);
+        CHECK_REL(l->solid, l->start - l->dissolved - l->carry, 1e-12);
         scene_free(s);
     }
 }
