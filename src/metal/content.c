@@ -268,9 +268,9 @@ static int32_t pdi_content_behind(const pd_dissolve *d, int32_t i, int k)
     return pdi_entry_free(d->bonds, i, k) ? at : -1;
 }
 
-/* Node i, below its end, takes what it lacks from the metal in its reach, in proportion to the weights, and no more than
- * that has above its end. What is left goes round until it is covered or none has any. Metal that is drained turns,
- * too. */
+/* Node i, below its end, takes what it lacks from the metal in its reach, in proportion to the weights, and no more
+ * than that has above its end. What is left goes round until it is covered or none has any. Metal that is drained
+ * turns, too. */
 static void pdi_content_take(pd_dissolve *d, int32_t i)
 {
     double *c = d->transport->c, lacks = pdi_metal_end(d, i) - c[i];
@@ -299,8 +299,8 @@ static void pdi_content_take(pd_dissolve *d, int32_t i)
     }
 }
 
-/* 1: metal that fluid reaches, that has room below Cs, and that does not turn in the next step. Hand-over within a layer
- * would roughen the front. */
+/* 1: metal that fluid reaches, that has room below Cs, and that does not turn in the next step. Hand-over within a
+ * layer would roughen the front. */
 static int pdi_content_receives(const pd_dissolve *d, int32_t at, double take)
 {
     const double *c = d->transport->c;

@@ -31,7 +31,7 @@ typedef struct pdi_law {
     pd_rate_at at; /* c is that of the last question */
     double top;    /* [mol/m3] concentrations are looked at up to here: those of the metal, or saturation */
     double limit;  /* [mol/m3] the law is 0 from here on; HUGE_VAL: nowhere */
-    double whole, part; /* [-], [m3/mol] the rate is multiplied by whole - part c, at least 0; 1, 0: it holds as it is */
+    double whole, part; /* [-], [m3/mol] the rate is multiplied by whole - part c, at least 0; 1, 0: as it is */
 } pdi_law;
 
 /* Line v = speed + slope c and what is known of both sides. */
@@ -63,8 +63,8 @@ PDI_FN int pdi_law_begin(pdi_law *law, double resist, double from, double end, d
 PDI_FN int pdi_law_meet(pdi_law *law, double c, double near, double close, pdi_law_point *point);
 /* The slope becomes at most `most` [m4/mol/s]; the line still touches V. */
 PDI_FN void pdi_law_tame(double most, pdi_law_point *point);
-/* Of a pinned point, with the speed [m/s] that the fluid needs: 1: it lies between those of the jump, within `near`, and
- * is the speed of the line. 0: the point has left the jump, and there is another line. */
+/* Of a pinned point, with the speed [m/s] that the fluid needs: 1: it lies between those of the jump, within `near`,
+ * and is the speed of the line. 0: the point has left the jump, and there is another line. */
 PDI_FN int pdi_law_hold(pdi_law *law, double need, double near, pdi_law_point *point);
 /* Least V between concentrations a and c where the law rises in between, else HUGE_VAL: what the speeds at both do not
  * tell. */

@@ -430,7 +430,8 @@ static pd_status pdi_scene_transport(pdi_scene *s)
     u->advection = (pd_advection)scheme;
     PDI_TRY(pd_text_choice(s->ctx, s->text, section, "time", times, "implicit", &u->settle));
     if (u->settle && u->has_dissolve)
-        return pd_text_refuse(s->ctx, s->text, section, "time", "found 'steady' beside metal that dissolves, expected implicit");
+        return pd_text_refuse(s->ctx, s->text, section, "time",
+                              "found 'steady' beside metal that dissolves, expected implicit");
     return pdi_scene_initial(s, section);
 }
 

@@ -20,8 +20,9 @@
  *   [dissolve]   rate = speed, an expression in C | law = the same in 1/s per layer of h
  *                rate_scale = 1  Csat  Cs  gb_factor = 1  threshold = 0
  *   [corrode]    bond-based, in place of dissolve: rate = speed | current = A/m2, expressions in C
- *                rate_scale = 1  Csat  Cs  charge  D  initial (without transport)  bulk = 0  control = diffusion|activation  gb_factor = 1
- *                drive = constant|difference  kernel = area|square|inverse  weights = calibrated|printed
+ *                rate_scale = 1  Csat  Cs  charge  D  initial (without transport)  bulk = 0  gb_factor = 1
+ *                control = diffusion|activation  drive = constant|difference  kernel = area|square|inverse
+ *                weights = calibrated|printed
  *                repassivation = concentration  breaking = deterministic|stochastic  seed = 1
  *   [table NAME] file = law.csv  x = heading in unit  y = heading in unit  outside = hold|error: a function NAME(x) for
  *                all expressions, monotone between the points
