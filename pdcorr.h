@@ -83,6 +83,7 @@
  *     diffusion  the conductances of bonds beside walls, between materials, and to values that are held on walls.
  *     limiter    the gradient of a concentration, and the share of its antidiffusive fluxes that a node may keep.
  *     flux       what bonds carry from node to node: upwinded advection and diffusion, and the antidiffusive fluxes that take
+ *     bounds     least and largest value that a field may take, and the nodes that leave them.
  *     transport  conservative, bounded advection and diffusion of dissolved metal on fluid nodes.
  *     settle     the steady field of transport.
  *     euler      transport without metal as a process, by one backward Euler step at a time; advance.h controls its error.
@@ -3062,6 +3063,28 @@ PDI_FN int pdi_flux_open(const pd_flux *t, int32_t i, int k);
 
 #endif
 
+/* ======== >>transport/bounds.h ======== */
+/* bounds: least and largest value that a field may take, and the nodes that leave them. */
+#ifndef PD_BOUNDS_H
+#define PD_BOUNDS_H
+
+#ifdef PDI_INTERNAL
+typedef struct pdi_bounds {
+    double low, high; /* low > high: nothing is known yet */
+} pdi_bounds;
+
+PDI_FN void pdi_bounds_take(double value, pdi_bounds *bounds);
+/* Both move out by a share of the largest value of the fluid. */
+PDI_FN void pdi_bounds_widen(const pd_grid *grid, const double *c, double share, pdi_bounds *bounds);
+/* 1: the field keeps them at all fluid nodes, with `more` on top of it where that is not NULL. */
+PDI_FN int pdi_bounds_keep(const pd_grid *grid, const double *c, const double *more, const pdi_bounds *bounds);
+/* Marks the fluid nodes that leave them, and where that is done already the far ends of their bonds; how many are
+ * new. */
+PDI_FN int64_t pdi_bounds_mark(const pd_bonds *bonds, const double *c, const pdi_bounds *bounds, uint8_t *marked);
+#endif
+
+#endif
+
 /* ======== >>transport/transport.h ======== */
 /* transport: conservative, bounded advection and diffusion of dissolved metal on fluid nodes.
  *
@@ -3482,8 +3505,7 @@ typedef struct pdi_law {
     pd_rate_at at; /* c is that of the last question */
     double top;    /* [mol/m3] concentrations are looked at up to here: those of the metal, or saturation */
     double limit;  /* [mol/m3] the law is 0 from here on; HUGE_VAL: nowhere */
-    double whole,
-        part; /* [-], [m3/mol] the rate is multiplied by whole - part c, at least 0; 1, 0: it holds as it is */
+    double whole, part; /* [-], [m3/mol] the rate is multiplied by whole - part c, at least 0; 1, 0: as it is */
 } pdi_law;
 
 /* Line v = speed + slope c and what is known of both sides. */
@@ -3808,8 +3830,8 @@ PDI_FN void pdi_interface_spare(pd_dissolve *dissolve);
  *
  * Surface rate: the set of solid nodes would lead the metal by about one cell, so a node joins the fluid when as much
  * is left as the set leads on average, and its solid neighbours take over the rest (theory: 6.4). Bonds: a node turns
- * at the end of the step that is closest to its end, and the metal around evens out the rest (theory: 6.6). Amounts are
- * moved, never dropped.
+ * at the end of the step that is closest to its end, and the metal around evens out the rest (theory: 6.6). Amounts
+ * are moved, never dropped.
  */
 #ifndef PD_CONTENT_H
 #define PD_CONTENT_H
@@ -5607,19 +5629,27 @@ PDI_FN void pdi_read_measured_series(const pd_setup_record *record, double x_uni
  *   [dissolve]   rate = speed, an expression in C | law = the same in 1/s per layer of h
  *                rate_scale = 1  Csat  Cs  gb_factor = 1  threshold = 0
  *   [corrode]    bond-based, in place of dissolve: rate = speed | current = A/m2, expressions in C
- *                rate_scale = 1  Csat  Cs  charge  D  initial (without transport)  bulk = 0  control =
- * diffusion|activation  gb_factor = 1 drive = constant|difference  kernel = area|square|inverse  weights =
- * calibrated|printed repassivation = concentration  breaking = deterministic|stochastic  seed = 1 [table NAME] file =
- * law.csv  x = heading in unit  y = heading in unit  outside = hold|error: a function NAME(x) for all expressions,
- * monotone between the points [run]        until  rtol = 4e-3 (of the volume loss; without dissolution 1e-3, of a step
- * of the transport or of corrode) fraction of a node that a step takes (25 rtol)  max_step [output]     every  fields =
- * C, v, p, kind, grain, phase, D, rate, density, damage, energy images = ...  slice = z 0 um prefix  folder [probe
- * NAME] at = x, y  fields = C, v [line NAME]  from = x, y  to = x, y  points = 101 | spacing  fields  images [plane
- * NAME] at = x 1 mm [force NAME] box = a .. b, c .. d  shape = NAME  balance = yes|no  speed, length (3D: area):
- * reference values of coefficients [transfer NAME] box  along = x|y|z  length  surface = C there  fluid = inlet|bulk|C
- * D  area [total NAME] box [measured NAME] file = wire.csv  time = heading in unit  value = heading in unit  spread =
- * heading in unit of = volume_loss | plane.NAME.flow | ...: points that the run is compared with start = 0 s: time of
- * the file at which the run begins
+ *                rate_scale = 1  Csat  Cs  charge  D  initial (without transport)  bulk = 0  gb_factor = 1
+ *                control = diffusion|activation  drive = constant|difference  kernel = area|square|inverse
+ *                weights = calibrated|printed
+ *                repassivation = concentration  breaking = deterministic|stochastic  seed = 1
+ *   [table NAME] file = law.csv  x = heading in unit  y = heading in unit  outside = hold|error: a function NAME(x) for
+ *                all expressions, monotone between the points
+ *   [run]        until  rtol = 4e-3 (of the volume loss; without dissolution 1e-3, of a step of the transport or of
+ *                corrode)
+ *                fraction of a node that a step takes (25 rtol)  max_step
+ *   [output]     every  fields = C, v, p, kind, grain, phase, D, rate, density, damage, energy  images = ...  slice = z 0 um
+ *                prefix  folder
+ *   [probe NAME] at = x, y  fields = C, v
+ *   [line NAME]  from = x, y  to = x, y  points = 101 | spacing  fields  images
+ *   [plane NAME] at = x 1 mm
+ *   [force NAME] box = a .. b, c .. d  shape = NAME  balance = yes|no  speed, length (3D: area): reference values of
+ *                coefficients
+ *   [transfer NAME] box  along = x|y|z  length  surface = C there  fluid = inlet|bulk|C  D  area
+ *   [total NAME] box
+ *   [measured NAME] file = wire.csv  time = heading in unit  value = heading in unit  spread = heading in unit
+ *                of = volume_loss | plane.NAME.flow | ...: points that the run is compared with
+ *                start = 0 s: time of the file at which the run begins
  *
  * Named constants in numbers and expressions: Csat, Cs, and rho_m, M_m, z_m of the material.
  */
@@ -19730,6 +19760,68 @@ PDI_FN void pdi_flux_free(pd_ctx *ctx, pd_flux *t)
 
 #ifdef PDI_COLD
 #pragma GCC push_options
+#pragma GCC optimize ("O1")
+#endif
+
+/* ======== >>transport/bounds.c ======== */
+/* bounds: see bounds.h */
+#include <math.h>
+
+PDI_FN void pdi_bounds_take(double value, pdi_bounds *b)
+{
+    b->low = fmin(b->low, value);
+    b->high = fmax(b->high, value);
+}
+
+PDI_FN void pdi_bounds_widen(const pd_grid *grid, const double *c, double share, pdi_bounds *b)
+{
+    double size = 0.0;
+    for (int32_t i = 0; i < grid->total; i++)
+        if (grid->kind[i] == PD_FLUID) size = fmax(size, fabs(c[i]));
+    b->low -= share * size;
+    b->high += share * size;
+}
+
+PDI_FN int pdi_bounds_keep(const pd_grid *grid, const double *c, const double *more, const pdi_bounds *b)
+{
+    for (int32_t i = 0; i < grid->total; i++) {
+        double value = more ? c[i] + more[i] : c[i];
+        if (grid->kind[i] == PD_FLUID && (value < b->low || value > b->high)) return 0;
+    }
+    return 1;
+}
+
+/* Mark node i, or the one that it repeats; 1 when it is new. */
+static int pdi_bounds_mark_one(const pd_grid *grid, int32_t i, uint8_t *marked)
+{
+    if (grid->kind[i] == PD_IMAGE) i = pdi_grid_image(grid, i, NULL);
+    int fresh = !marked[i];
+    marked[i] = 1;
+    return fresh;
+}
+
+PDI_FN int64_t pdi_bounds_mark(const pd_bonds *bonds, const double *c, const pdi_bounds *b, uint8_t *marked)
+{
+    const pd_grid *grid = bonds->grid;
+    int64_t found = 0;
+    for (int32_t i = 0; i < grid->total; i++) {
+        if (grid->kind[i] != PD_FLUID || (c[i] >= b->low && c[i] <= b->high)) continue;
+        if (pdi_bounds_mark_one(grid, i, marked)) found++;
+        else
+            for (int k = 0; k < bonds->stencil->count; k++)
+                found += pdi_bounds_mark_one(grid, i + bonds->shift[k], marked);
+    }
+    return found;
+}
+#ifdef PDI_COLD
+#pragma GCC pop_options
+#endif
+#endif /* cut */
+
+#if !defined(PDCORR_NO_PHYSICS)
+
+#ifdef PDI_COLD
+#pragma GCC push_options
 #pragma GCC optimize ("O2")
 #endif
 
@@ -20020,61 +20112,33 @@ PDI_FN void pdi_transport_boundary(pd_transport *t)
 }
 
 /* Bounds that the step must keep: those of the field at its start and of the inflow; a source lifts the upper one. */
-static void pdi_transport_bounds(const pd_transport *t, const double *start, double *low, double *high)
+static void pdi_transport_bounds(const pd_transport *t, const double *start, double slack, pdi_bounds *b)
 {
-    *low = t->passed[0];
-    *high = fmax(t->passed[1], 0.0);
+    b->low = t->passed[0];
+    b->high = fmax(t->passed[1], 0.0);
     for (int32_t i = 0; i < t->grid->total; i++) {
         uint8_t kind = t->grid->kind[i];
         if (kind != PD_FLUID && kind != PD_INLET) continue;
-        double value = kind == PD_FLUID ? start[i] : t->c[i];
-        *low = fmin(*low, value);
-        *high = fmax(*high, value);
-        if (kind == PD_FLUID && t->source[i] < 0.0) *low = -HUGE_VAL;
-        if (kind == PD_FLUID && t->absorb[i] > 0.0) *low = fmin(*low, 0.0);
-        if (kind == PD_FLUID && t->source[i] > 0.0) *high = fmax(*high, t->ceiling);
+        pdi_bounds_take(kind == PD_FLUID ? start[i] : t->c[i], b);
+        if (kind == PD_FLUID && t->source[i] < 0.0) b->low = -HUGE_VAL;
+        if (kind == PD_FLUID && t->absorb[i] > 0.0) b->low = fmin(b->low, 0.0);
+        if (kind == PD_FLUID && t->source[i] > 0.0) b->high = fmax(b->high, t->ceiling);
     }
-    for (int32_t k = 0; k < t->pinned_count; k++) {
-        *low = fmin(*low, t->c[t->pinned[k]]);
-        *high = fmax(*high, t->c[t->pinned[k]]);
+    for (int32_t k = 0; k < t->pinned_count; k++) pdi_bounds_take(t->c[t->pinned[k]], b);
+    if (t->diffusion.wall_rate) {
+        b->low = fmin(b->low, t->diffusion.held_least);
+        b->high = fmax(b->high, t->diffusion.held_most);
     }
-    if (!t->diffusion.wall_rate) return;
-    *low = fmin(*low, t->diffusion.held_least);
-    *high = fmax(*high, t->diffusion.held_most);
-}
-
-/* Widen the bounds by a share of the field. */
-static void pdi_transport_slack(const pd_transport *t, double share, double *low, double *high)
-{
-    double size = 0.0;
-    for (int32_t i = 0; i < t->grid->total; i++)
-        if (t->grid->kind[i] == PD_FLUID) size = fmax(size, fabs(t->c[i]));
-    *low -= share * size;
-    *high += share * size;
-}
-
-/* Mark node i, or the one that it repeats; 1 when it is new. */
-static int pdi_transport_mark_one(pd_transport *t, int32_t i)
-{
-    if (t->grid->kind[i] == PD_IMAGE) i = pdi_grid_image(t->grid, i, NULL);
-    int fresh = !t->upwinded[i];
-    t->upwinded[i] = 1;
-    return fresh;
+    pdi_bounds_widen(t->grid, t->c, slack, b);
 }
 
 /* Mark the nodes outside of the bounds, and where that has not helped their neighbours too, whose antidiffusive fluxes
  * reach them from upstream; how many are new. */
-static int64_t pdi_transport_mark(pd_transport *t, double low, double high, double slack)
+static int64_t pdi_transport_mark(pd_transport *t, double slack)
 {
-    int64_t found = 0;
-    pdi_transport_slack(t, slack, &low, &high);
-    for (int32_t i = 0; i < t->grid->total; i++) {
-        if (t->grid->kind[i] != PD_FLUID || (t->c[i] >= low && t->c[i] <= high)) continue;
-        if (pdi_transport_mark_one(t, i)) found++;
-        else
-            for (int k = 0; k < t->bonds->stencil->count; k++)
-                found += pdi_transport_mark_one(t, i + t->bonds->shift[k]);
-    }
+    pdi_bounds bounds;
+    pdi_transport_bounds(t, t->old, slack, &bounds);
+    int64_t found = pdi_bounds_mark(t->bonds, t->c, &bounds, t->upwinded);
     t->upwinding = t->upwinding || found > 0;
     return found;
 }
@@ -20092,14 +20156,9 @@ static int pdi_transport_start(const pd_ctx *ctx, pd_transport *t)
 /* 1 when the field, with `more` on top of it where that is not NULL, is within its bounds. */
 static int pdi_transport_bounded(const pd_transport *t, const double *start, const double *more)
 {
-    double low, high;
-    pdi_transport_bounds(t, start, &low, &high);
-    pdi_transport_slack(t, PDI_TRANSPORT_SLACK, &low, &high);
-    for (int32_t i = 0; i < t->grid->total; i++) {
-        double c = more ? t->c[i] + more[i] : t->c[i];
-        if (t->grid->kind[i] == PD_FLUID && (c < low || c > high)) return 0;
-    }
-    return 1;
+    pdi_bounds bounds;
+    pdi_transport_bounds(t, start, PDI_TRANSPORT_SLACK, &bounds);
+    return pdi_bounds_keep(t->grid, t->c, more, &bounds);
 }
 
 PDI_FN int pdi_transport_within(const pd_transport *t, const double *start)
@@ -20195,9 +20254,8 @@ static pd_status pdi_transport_newton(pd_ctx *ctx, pd_transport *t, double goal,
  * concerned lose their antidiffusive fluxes until none is left. Fluxes are limited, values never. */
 static pd_status pdi_transport_enforce(pd_ctx *ctx, pd_transport *t, double atol, pd_transport_result *result)
 {
-    double low, high, moved;
+    double moved;
     pd_status status = PD_OK;
-    pdi_transport_bounds(t, t->old, &low, &high);
     for (int round = 0; round <= PDI_TRANSPORT_ROUNDS; round++) {
         if (pdi_transport_within(t, t->old)) {
             /* the last solve moves a field whose fluxes have not settled: it has to stay within the bounds, too */
@@ -20210,7 +20268,7 @@ static pd_status pdi_transport_enforce(pd_ctx *ctx, pd_transport *t, double atol
             PDI_TRY(pdi_transport_newton(ctx, t, PDI_TRANSPORT_FINISHED * atol, result));
             continue;
         }
-        pdi_transport_mark(t, low, high, PDI_TRANSPORT_SLACK);
+        pdi_transport_mark(t, PDI_TRANSPORT_SLACK);
         if (round == PDI_TRANSPORT_ROUNDS) pdi_par_zero(ctx, t->grid->total, t->anti);
         else pdi_transport_anti(ctx, t, t->c, t->anti);
         pdi_transport_right_side(ctx, t);
@@ -20333,10 +20391,8 @@ pd_status pd_transport_explicit(pd_ctx *ctx, pd_transport *t, double dt)
     if (t->rest) pdi_par_zero(ctx, t->grid->total, t->rest);
     t->dt = 0.0;
     int limited = pdi_transport_start(ctx, t), rounds = PDI_TRANSPORT_ROUNDS;
-    double low, high;
     pdi_par_copy(ctx, t->grid->total, t->c, t->old);
     pdi_transport_open(t);
-    pdi_transport_bounds(t, t->old, &low, &high);
     pdi_transport_operator(ctx, t, t->old, t->rhs);
     do {
         pdi_par_copy(ctx, t->grid->total, t->old, t->c);
@@ -20347,7 +20403,7 @@ pd_status pd_transport_explicit(pd_ctx *ctx, pd_transport *t, double dt)
                 double held = t->diffusion.wall_source ? t->diffusion.wall_source[i] : 0.0;
                 t->c[i] = t->old[i] + dt * (t->source[i] + held + t->anti[i] - t->rhs[i]) + t->carry[i];
             }
-    } while (limited && --rounds > 0 && pdi_transport_mark(t, low, high, 1e-15) > 0);
+    } while (limited && --rounds > 0 && pdi_transport_mark(t, 1e-15) > 0);
     pdi_par_zero(ctx, t->grid->total, t->carry);
     return PD_OK;
 }

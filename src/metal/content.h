@@ -2,8 +2,8 @@
  *
  * Surface rate: the set of solid nodes would lead the metal by about one cell, so a node joins the fluid when as much
  * is left as the set leads on average, and its solid neighbours take over the rest (theory: 6.4). Bonds: a node turns
- * at the end of the step that is closest to its end, and the metal around evens out the rest (theory: 6.6). Amounts are
- * moved, never dropped.
+ * at the end of the step that is closest to its end, and the metal around evens out the rest (theory: 6.6). Amounts
+ * are moved, never dropped.
  */
 #ifndef PD_CONTENT_H
 #define PD_CONTENT_H

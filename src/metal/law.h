@@ -31,8 +31,7 @@ typedef struct pdi_law {
     pd_rate_at at; /* c is that of the last question */
     double top;    /* [mol/m3] concentrations are looked at up to here: those of the metal, or saturation */
     double limit;  /* [mol/m3] the law is 0 from here on; HUGE_VAL: nowhere */
-    double whole,
-        part; /* [-], [m3/mol] the rate is multiplied by whole - part c, at least 0; 1, 0: it holds as it is */
+    double whole, part; /* [-], [m3/mol] the rate is multiplied by whole - part c, at least 0; 1, 0: as it is */
 } pdi_law;
 
 /* Line v = speed + slope c and what is known of both sides. */

@@ -22,19 +22,27 @@
  *   [dissolve]   rate = speed, an expression in C | law = the same in 1/s per layer of h
  *                rate_scale = 1  Csat  Cs  gb_factor = 1  threshold = 0
  *   [corrode]    bond-based, in place of dissolve: rate = speed | current = A/m2, expressions in C
- *                rate_scale = 1  Csat  Cs  charge  D  initial (without transport)  bulk = 0  control =
- * diffusion|activation  gb_factor = 1 drive = constant|difference  kernel = area|square|inverse  weights =
- * calibrated|printed repassivation = concentration  breaking = deterministic|stochastic  seed = 1 [table NAME] file =
- * law.csv  x = heading in unit  y = heading in unit  outside = hold|error: a function NAME(x) for all expressions,
- * monotone between the points [run]        until  rtol = 4e-3 (of the volume loss; without dissolution 1e-3, of a step
- * of the transport or of corrode) fraction of a node that a step takes (25 rtol)  max_step [output]     every  fields =
- * C, v, p, kind, grain, phase, D, rate, density, damage, energy images = ...  slice = z 0 um prefix  folder [probe
- * NAME] at = x, y  fields = C, v [line NAME]  from = x, y  to = x, y  points = 101 | spacing  fields  images [plane
- * NAME] at = x 1 mm [force NAME] box = a .. b, c .. d  shape = NAME  balance = yes|no  speed, length (3D: area):
- * reference values of coefficients [transfer NAME] box  along = x|y|z  length  surface = C there  fluid = inlet|bulk|C
- * D  area [total NAME] box [measured NAME] file = wire.csv  time = heading in unit  value = heading in unit  spread =
- * heading in unit of = volume_loss | plane.NAME.flow | ...: points that the run is compared with start = 0 s: time of
- * the file at which the run begins
+ *                rate_scale = 1  Csat  Cs  charge  D  initial (without transport)  bulk = 0  gb_factor = 1
+ *                control = diffusion|activation  drive = constant|difference  kernel = area|square|inverse
+ *                weights = calibrated|printed
+ *                repassivation = concentration  breaking = deterministic|stochastic  seed = 1
+ *   [table NAME] file = law.csv  x = heading in unit  y = heading in unit  outside = hold|error: a function NAME(x) for
+ *                all expressions, monotone between the points
+ *   [run]        until  rtol = 4e-3 (of the volume loss; without dissolution 1e-3, of a step of the transport or of
+ *                corrode)
+ *                fraction of a node that a step takes (25 rtol)  max_step
+ *   [output]     every  fields = C, v, p, kind, grain, phase, D, rate, density, damage, energy  images = ...  slice = z 0 um
+ *                prefix  folder
+ *   [probe NAME] at = x, y  fields = C, v
+ *   [line NAME]  from = x, y  to = x, y  points = 101 | spacing  fields  images
+ *   [plane NAME] at = x 1 mm
+ *   [force NAME] box = a .. b, c .. d  shape = NAME  balance = yes|no  speed, length (3D: area): reference values of
+ *                coefficients
+ *   [transfer NAME] box  along = x|y|z  length  surface = C there  fluid = inlet|bulk|C  D  area
+ *   [total NAME] box
+ *   [measured NAME] file = wire.csv  time = heading in unit  value = heading in unit  spread = heading in unit
+ *                of = volume_loss | plane.NAME.flow | ...: points that the run is compared with
+ *                start = 0 s: time of the file at which the run begins
  *
  * Named constants in numbers and expressions: Csat, Cs, and rho_m, M_m, z_m of the material.
  */

@@ -286,61 +286,33 @@ PDI_FN void pdi_transport_boundary(pd_transport *t)
 }
 
 /* Bounds that the step must keep: those of the field at its start and of the inflow; a source lifts the upper one. */
-static void pdi_transport_bounds(const pd_transport *t, const double *start, double *low, double *high)
+static void pdi_transport_bounds(const pd_transport *t, const double *start, double slack, pdi_bounds *b)
 {
-    *low = t->passed[0];
-    *high = fmax(t->passed[1], 0.0);
+    b->low = t->passed[0];
+    b->high = fmax(t->passed[1], 0.0);
     for (int32_t i = 0; i < t->grid->total; i++) {
         uint8_t kind = t->grid->kind[i];
         if (kind != PD_FLUID && kind != PD_INLET) continue;
-        double value = kind == PD_FLUID ? start[i] : t->c[i];
-        *low = fmin(*low, value);
-        *high = fmax(*high, value);
-        if (kind == PD_FLUID && t->source[i] < 0.0) *low = -HUGE_VAL;
-        if (kind == PD_FLUID && t->absorb[i] > 0.0) *low = fmin(*low, 0.0);
-        if (kind == PD_FLUID && t->source[i] > 0.0) *high = fmax(*high, t->ceiling);
+        pdi_bounds_take(kind == PD_FLUID ? start[i] : t->c[i], b);
+        if (kind == PD_FLUID && t->source[i] < 0.0) b->low = -HUGE_VAL;
+        if (kind == PD_FLUID && t->absorb[i] > 0.0) b->low = fmin(b->low, 0.0);
+        if (kind == PD_FLUID && t->source[i] > 0.0) b->high = fmax(b->high, t->ceiling);
     }
-    for (int32_t k = 0; k < t->pinned_count; k++) {
-        *low = fmin(*low, t->c[t->pinned[k]]);
-        *high = fmax(*high, t->c[t->pinned[k]]);
+    for (int32_t k = 0; k < t->pinned_count; k++) pdi_bounds_take(t->c[t->pinned[k]], b);
+    if (t->diffusion.wall_rate) {
+        b->low = fmin(b->low, t->diffusion.held_least);
+        b->high = fmax(b->high, t->diffusion.held_most);
     }
-    if (!t->diffusion.wall_rate) return;
-    *low = fmin(*low, t->diffusion.held_least);
-    *high = fmax(*high, t->diffusion.held_most);
-}
-
-/* Widen the bounds by a share of the field. */
-static void pdi_transport_slack(const pd_transport *t, double share, double *low, double *high)
-{
-    double size = 0.0;
-    for (int32_t i = 0; i < t->grid->total; i++)
-        if (t->grid->kind[i] == PD_FLUID) size = fmax(size, fabs(t->c[i]));
-    *low -= share * size;
-    *high += share * size;
-}
-
-/* Mark node i, or the one that it repeats; 1 when it is new. */
-static int pdi_transport_mark_one(pd_transport *t, int32_t i)
-{
-    if (t->grid->kind[i] == PD_IMAGE) i = pdi_grid_image(t->grid, i, NULL);
-    int fresh = !t->upwinded[i];
-    t->upwinded[i] = 1;
-    return fresh;
+    pdi_bounds_widen(t->grid, t->c, slack, b);
 }
 
 /* Mark the nodes outside of the bounds, and where that has not helped their neighbours too, whose antidiffusive fluxes
  * reach them from upstream; how many are new. */
-static int64_t pdi_transport_mark(pd_transport *t, double low, double high, double slack)
+static int64_t pdi_transport_mark(pd_transport *t, double slack)
 {
-    int64_t found = 0;
-    pdi_transport_slack(t, slack, &low, &high);
-    for (int32_t i = 0; i < t->grid->total; i++) {
-        if (t->grid->kind[i] != PD_FLUID || (t->c[i] >= low && t->c[i] <= high)) continue;
-        if (pdi_transport_mark_one(t, i)) found++;
-        else
-            for (int k = 0; k < t->bonds->stencil->count; k++)
-                found += pdi_transport_mark_one(t, i + t->bonds->shift[k]);
-    }
+    pdi_bounds bounds;
+    pdi_transport_bounds(t, t->old, slack, &bounds);
+    int64_t found = pdi_bounds_mark(t->bonds, t->c, &bounds, t->upwinded);
     t->upwinding = t->upwinding || found > 0;
     return found;
 }
@@ -358,14 +330,9 @@ static int pdi_transport_start(const pd_ctx *ctx, pd_transport *t)
 /* 1 when the field, with `more` on top of it where that is not NULL, is within its bounds. */
 static int pdi_transport_bounded(const pd_transport *t, const double *start, const double *more)
 {
-    double low, high;
-    pdi_transport_bounds(t, start, &low, &high);
-    pdi_transport_slack(t, PDI_TRANSPORT_SLACK, &low, &high);
-    for (int32_t i = 0; i < t->grid->total; i++) {
-        double c = more ? t->c[i] + more[i] : t->c[i];
-        if (t->grid->kind[i] == PD_FLUID && (c < low || c > high)) return 0;
-    }
-    return 1;
+    pdi_bounds bounds;
+    pdi_transport_bounds(t, start, PDI_TRANSPORT_SLACK, &bounds);
+    return pdi_bounds_keep(t->grid, t->c, more, &bounds);
 }
 
 PDI_FN int pdi_transport_within(const pd_transport *t, const double *start)
@@ -461,9 +428,8 @@ static pd_status pdi_transport_newton(pd_ctx *ctx, pd_transport *t, double goal,
  * concerned lose their antidiffusive fluxes until none is left. Fluxes are limited, values never. */
 static pd_status pdi_transport_enforce(pd_ctx *ctx, pd_transport *t, double atol, pd_transport_result *result)
 {
-    double low, high, moved;
+    double moved;
     pd_status status = PD_OK;
-    pdi_transport_bounds(t, t->old, &low, &high);
     for (int round = 0; round <= PDI_TRANSPORT_ROUNDS; round++) {
         if (pdi_transport_within(t, t->old)) {
             /* the last solve moves a field whose fluxes have not settled: it has to stay within the bounds, too */
@@ -476,7 +442,7 @@ static pd_status pdi_transport_enforce(pd_ctx *ctx, pd_transport *t, double atol
             PDI_TRY(pdi_transport_newton(ctx, t, PDI_TRANSPORT_FINISHED * atol, result));
             continue;
         }
-        pdi_transport_mark(t, low, high, PDI_TRANSPORT_SLACK);
+        pdi_transport_mark(t, PDI_TRANSPORT_SLACK);
         if (round == PDI_TRANSPORT_ROUNDS) pdi_par_zero(ctx, t->grid->total, t->anti);
         else pdi_transport_anti(ctx, t, t->c, t->anti);
         pdi_transport_right_side(ctx, t);
@@ -599,10 +565,8 @@ pd_status pd_transport_explicit(pd_ctx *ctx, pd_transport *t, double dt)
     if (t->rest) pdi_par_zero(ctx, t->grid->total, t->rest);
     t->dt = 0.0;
     int limited = pdi_transport_start(ctx, t), rounds = PDI_TRANSPORT_ROUNDS;
-    double low, high;
     pdi_par_copy(ctx, t->grid->total, t->c, t->old);
     pdi_transport_open(t);
-    pdi_transport_bounds(t, t->old, &low, &high);
     pdi_transport_operator(ctx, t, t->old, t->rhs);
     do {
         pdi_par_copy(ctx, t->grid->total, t->old, t->c);
@@ -613,7 +577,7 @@ pd_status pd_transport_explicit(pd_ctx *ctx, pd_transport *t, double dt)
                 double held = t->diffusion.wall_source ? t->diffusion.wall_source[i] : 0.0;
                 t->c[i] = t->old[i] + dt * (t->source[i] + held + t->anti[i] - t->rhs[i]) + t->carry[i];
             }
-    } while (limited && --rounds > 0 && pdi_transport_mark(t, low, high, 1e-15) > 0);
+    } while (limited && --rounds > 0 && pdi_transport_mark(t, 1e-15) > 0);
     pdi_par_zero(ctx, t->grid->total, t->carry);
     return PD_OK;
 }

@@ -13,6 +13,7 @@
 #include "solve/multigrid.h"
 #include "solve/compact.h"
 #include "transport/flux.h"
+#include "transport/bounds.h"
 
 typedef enum pd_advection {
     PD_ADVECTION_LIMITED = 0, /* second order where smooth */
