@@ -31,8 +31,8 @@
  *   [run]        until  rtol = 4e-3 (of the volume loss; without dissolution 1e-3, of a step of the transport or of
  *                corrode)
  *                fraction of a node that a step takes (25 rtol)  max_step
- *   [output]     every  fields = C, v, p, kind, grain, phase, D, rate, density, damage, energy  images = ...  slice = z 0 um
- *                prefix  folder
+ *   [output]     every  fields = C, v, p, kind, grain, phase, D, rate, density, damage, energy  images = ...
+ *                slice = z 0 um  prefix  folder
  *   [probe NAME] at = x, y  fields = C, v
  *   [line NAME]  from = x, y  to = x, y  points = 101 | spacing  fields  images
  *   [plane NAME] at = x 1 mm
