@@ -79,7 +79,7 @@ END {
     for (a = 0; a < rooms; a++) { if (level[order[a]] > top) top = level[order[a]]; width[level[order[a]]]++ }
     # rooms of scenes and files stand on the right
     right["io"] = right["scene"] = 1
-    high = 92; gap = 34; wide = 880; half = 480
+    high = 106; gap = 30; wide = 880; half = 480
     total = (top + 1) * (high + gap) + gap
     printf "<svg xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"0 0 %d %d\" font-family=\"sans-serif\">\n", \
         wide + 40, total
