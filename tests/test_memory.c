@@ -206,7 +206,8 @@ TEST(corrosion)
           "  normal = " VALUES("1", "0") "  kind = passive\n"
           "[corrode] rate = 0.5 um/s  Csat = 5 mol/L  D = 1e-9 m2/s  gb_factor = 2\n"
           "[run] until = 2 s\n[output] every = 2 s  fields = C, density, phase\n" WATCH, 0, 0);
-    sweep("explicit", GRID METAL OPEN_END "[corrode] rate = 1 um/s  Csat = 5 mol/L  D = 1e-9 m2/s  time = explicit\n"
+    sweep("stochastic", GRID METAL OPEN_END "[corrode] rate = 1 um/s  Csat = 5 mol/L  D = 1e-9 m2/s\n"
+          "breaking = stochastic  repassivation = 0.1 mol/L\n"
           "[run] until = 0.02 s\n[output] every = 0.02 s\n" WATCH, 0, 0);
     sweep("activation", GRID METAL OPEN_END "[corrode] rate = 1 um/s  Csat = 5 mol/L  control = activation\n"
           "[run] until = 2 s\n[output] every = 2 s\n" WATCH, 0, 0);

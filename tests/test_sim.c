@@ -63,7 +63,7 @@ static void against_run(const char *text, const char *const *names)
             size += fabs(value);
             for (int d = 0; d < PD_DIM && ++at[d] == v.n[d]; d++) at[d] = 0;
         }
-        CHECK(size > 0.0);
+        if (!CHECK(size > 0.0)) NOTE("%s is zero everywhere", names[k]);
     }
     pd_model_free(&other, &model);
     leave(&other, &setup);
@@ -74,7 +74,7 @@ static void against_run(const char *text, const char *const *names)
 
 TEST(a_pin_in_a_stream)
 {
-    const char *names[] = {"C", "v", "p", "kind", "rate", "density", "grain", "D", "phase", NULL};
+    const char *names[] = {"C", "v", "p", "kind", "rate", "density", "grain", "D", NULL};
     against_run(PIN_SCENE, names);
 }
 

@@ -18,7 +18,6 @@ static long work_done(const pd_model *m)
     pdi_model_effort(m, &effort);
     int64_t work = effort.flow_evaluations + effort.transport_krylov;
     if (m->implicit.flow) work += m->implicit.evaluations;
-    if (m->recede.corrode) work += m->recede.newton + m->recede.iterations;
     return (long)work;
 }
 
