@@ -151,7 +151,7 @@ TEST(step_at_the_limit)
         snprintf(text, sizeof text,
                  "%s[corrode] rate = 10 um/h  D = 1e-9 m2/s  Cs = 2 mol/L  Csat = "
                  "500 "
-                 "mol/m3  drive = %s\n[run] until = 1 h\n",
+                 "mol/m3  drive = %s\n[run] until = 1 h  fraction = 1\n",
                  FRONT, drive ? "difference" : "constant");
         if (CHECK(hard_open(h, text))) {
             pd_couple *c = &h->model.couple;
