@@ -3,8 +3,8 @@
 #include <math.h>
 #include <string.h>
 
-/* Tolerance of the linear solves beside bond-based corrosion: what they leave is owed to the next step, and steps are
- * right to 1e-3. */
+/* Tolerance of the linear solves beside bond-based corrosion in fluid at rest: what they leave is owed to the next step,
+ * and steps are right to 1e-3. In a stream Newton's method on the limited fluxes needs the usual one. */
 #define PDI_MODEL_CORRODE 1e-9
 
 PDI_FN pd_status pdi_model_grid(pd_ctx *ctx, const pd_setup *u, int *line, pd_stencil *stencil, pd_grid *grid)
@@ -169,7 +169,7 @@ static pd_status pdi_model_transport(pd_ctx *ctx, pd_model *m)
     desc.inlet = u->inlet;
     desc.advection = u->advection;
     desc.limiter_tolerance = u->limiter;
-    if (u->has_corrode) desc.tolerance = PDI_MODEL_CORRODE;
+    if (u->has_corrode && !u->has_flow) desc.tolerance = PDI_MODEL_CORRODE;
     if (u->medium >= 0) desc.field = pdi_model_diffusivity;
     if (u->medium >= 0) desc.level = pdi_model_interface;
     if (pd_wall_holds(u)) desc.held = pd_wall_held;
