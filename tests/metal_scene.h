@@ -2,6 +2,7 @@
 #ifndef METAL_SCENE_H
 #define METAL_SCENE_H
 #include "couple/couple.h"
+#include "metal/dissolving.h"
 #include "test.h"
 
 #define CS 143e3     /* [mol/m3] */
@@ -21,6 +22,7 @@ typedef struct scene {
     pd_transport transport;
     pd_dissolve_desc desc;
     pd_dissolve dissolve;
+    pd_dissolving dissolving;
     pd_couple_desc couple_desc;
     pd_couple couple;
     double bulk; /* [mol/m3] held on open sides: walls of the grid */
@@ -79,24 +81,33 @@ static scene *scene_start(int x, int y, int z)
     return s;
 }
 
+/* Everything but lattice and bonds; the status is that of the first builder that refuses. */
+static pd_status scene_physics(scene *s)
+{
+    pd_status status = pd_transport_build(&s->ctx, &s->grid, &s->bonds, NULL, &s->transport_desc, &s->transport);
+    if (status == PD_OK)
+        status = pd_dissolve_build(&s->ctx, &s->grid, &s->bonds, &s->transport, &s->desc, &s->dissolve);
+    if (status == PD_OK) status = pd_couple_build(&s->ctx, &s->couple_desc, &s->grid, &s->bonds, &s->couple);
+    if (status == PD_OK)
+        status = pd_couple_add(&s->ctx, &s->couple, pd_dissolving_process(&s->dissolve, &s->dissolving));
+    return status;
+}
+
 static int scene_metal(scene *s)
 {
     for (int k = 0; k < 2 * PD_DIM; k++)
         if (s->open[k]) s->transport_desc.held = held_bulk;
     return CHECK_OK(&s->ctx, pd_bonds_build(&s->ctx, &s->stencil, &s->grid, 0, &s->bonds)) &&
-           CHECK_OK(&s->ctx,
-                    pd_transport_build(&s->ctx, &s->grid, &s->bonds, NULL, &s->transport_desc, &s->transport)) &&
-           CHECK_OK(&s->ctx,
-                    pd_dissolve_build(&s->ctx, &s->grid, &s->bonds, &s->transport, &s->desc, &s->dissolve)) &&
-           CHECK_OK(&s->ctx, pd_couple_build(&s->ctx, &s->couple_desc, &s->grid, &s->bonds, NULL, NULL, &s->transport,
-                                             &s->dissolve, &s->couple));
+           CHECK_OK(&s->ctx, scene_physics(s));
 }
 
-static int scene_build(scene *s)
+static int scene_lattice(scene *s)
 {
     return CHECK_OK(&s->ctx, pd_stencil_build(&s->ctx, &s->stencil_desc, &s->stencil)) &&
-           CHECK_OK(&s->ctx, pd_grid_build(&s->ctx, &s->stencil, &s->grid_desc, &s->grid)) && scene_metal(s);
+           CHECK_OK(&s->ctx, pd_grid_build(&s->ctx, &s->stencil, &s->grid_desc, &s->grid));
 }
+
+static int scene_build(scene *s) { return scene_lattice(s) && scene_metal(s); }
 
 static void scene_free(scene *s)
 {
@@ -114,6 +125,30 @@ static inline pd_status scene_run(scene *s, double t_end)
     return pd_couple_run(&s->ctx, &s->couple, t_end, 0.0, NULL, NULL);
 }
 
+static inline double scene_solid(scene *s) { return pd_dissolve_stock(&s->ctx, &s->dissolve); }
+
+/* One step that does not pass t_end. */
+static inline int scene_step(scene *s, double t_end)
+{
+    pd_couple *c = &s->couple;
+    if (!c->started && !CHECK_OK(&s->ctx, pd_couple_start(&s->ctx, c))) return 0;
+    return CHECK_OK(&s->ctx, pd_couple_step(&s->ctx, c, t_end));
+}
+
+/* All fluid holds c; the balance begins anew with it. */
+static inline void scene_fill(scene *s, double c)
+{
+    double before = pd_transport_stock(&s->ctx, &s->transport);
+    for (int32_t i = 0; i < s->grid.total; i++)
+        if (s->grid.kind[i] == PD_FLUID) s->transport.c[i] = c;
+    s->couple.ledger[0].start += pd_transport_stock(&s->ctx, &s->transport) - before;
+}
+
+static inline void scene_periodic(scene *s)
+{
+    for (int d = 1; d < PD_DIM; d++) s->grid_desc.side[2 * d] = s->grid_desc.side[2 * d + 1] = PD_SIDE_PERIODIC;
+}
+
 static void half_space(scene *s, double at)
 {
     s->shapes[0].type = PD_SHAPE_HALF_SPACE;
@@ -125,5 +160,41 @@ static void half_space(scene *s, double at)
 #define PENCIL_LAMBDA 0.13515753 /* [-] sqrt(pi) l exp(l^2) erf(l) = Csat/(Cs - Csat), Cs = 143 M, Csat = 5.1 M */
 #define PENCIL_START 8e-6        /* [m] depth at which the run starts, on the closed form */
 #define PENCIL_10S 24.9218e-6    /* [m] depth at 10 s (closed form; pencil304_stefan.csv) */
+
+static inline uint32_t next_random(uint32_t *state)
+{
+    *state = *state * 1664525u + 1013904223u;
+    return *state >> 8;
+}
+
+/* A lump of metal with holes beside a wall, in a box with one kind of each side. */
+static inline scene *lump(pd_drive drive, int threads, const double *factor)
+{
+    static const pd_side sides[6] = {PD_SIDE_WALL, PD_SIDE_MIRROR, PD_SIDE_PERIODIC, PD_SIDE_PERIODIC, PD_SIDE_WALL,
+                                     PD_SIDE_WALL};
+    /* with threads so large that they are used */
+    int y = threads ? 12 : 5, z = threads ? 12 : 6;
+    scene *s = PD_DIM == 3 ? scene_start(12, y, z) : scene_start(40, threads ? 80 : 25, 0);
+    uint32_t seed = 99;
+    s->ctx.threads = threads;
+    for (int k = 0; k < 2 * PD_DIM; k++) s->grid_desc.side[k] = sides[k];
+    s->open[0] = 1;
+    if (PD_DIM == 3) s->open[5] = 1;
+    half_space(s, 0.4 * s->grid_desc.hi[0]);
+    s->grid_desc.wall = 1;
+    s->shapes[1].type = PD_SHAPE_BALL;
+    s->shapes[1].r = 2.5 * H;
+    s->shapes[1].a[0] = 0.5 * s->grid_desc.hi[0];
+    s->stencil_desc.m = 2.0;
+    s->desc.activation = 0;
+    s->desc.drive = drive;
+    s->desc.factor = factor;
+    s->transport_desc.diffusivity = 1e-12;
+    s->transport_desc.initial = 100.0;
+    if (!scene_lattice(s)) return NULL;
+    for (int32_t i = 0; i < s->grid.total; i++)
+        if (s->grid.kind[i] == PD_SOLID && next_random(&seed) % 12 == 0) pdi_grid_dissolve(&s->grid, i);
+    return scene_metal(s) ? s : NULL;
+}
 
 #endif

@@ -120,6 +120,10 @@ static pd_status pdi_dissolve_make(pd_ctx *ctx, pd_grid *grid, const pd_bonds *b
         d->slot[j] = -1;
     }
     if (d->links) pdi_dissolve_links(ctx, d);
+    for (int32_t j = 0; j < grid->total && desc->factor; j++)
+        if (grid->kind[j] == PD_SOLID && (!(desc->factor[j] >= 0.0) || !(desc->factor[j] < 1e100)))
+            return pdi_fail(ctx, PD_ERR_ARGUMENT, "dissolve", "node %d has the factor %g, expected a finite one of at "
+                            "least 0", (int)j, desc->factor[j]);
     d->lead = pdi_content_lead(s);
     for (int k = 0; k < s->count; k++) d->spread += s->lap[k];
     pdi_content_collect(d);
@@ -178,17 +182,37 @@ static pd_status pdi_dissolve_begin_law(pd_ctx *ctx, pd_dissolve *d, pdi_beside 
     return PD_OK;
 }
 
+/* Bonds: a jump of the law costs half of its height at most, which is what the mean of two speeds at the same distance
+ * from the middle is off by. A whole family of fluid may take metal. */
+static void pdi_dissolve_bond_course(const pd_dissolve *d, pdi_law *law, double t, double dt, double c, double *error,
+                                     double *taken)
+{
+    double v[5], share = dt * d->kernel.total, least = HUGE_VAL, most = 0.0;
+    for (int k = 0; k < 5; k++) {
+        law->at.t = t + 0.25 * k * dt;
+        v[k] = fmax(pdi_law_rate(law, c), 0.0);
+        least = fmin(least, v[k]);
+        most = fmax(most, v[k]);
+    }
+    for (int k = 0; k < 2; k++) *error = fmax(*error, share * fabs(0.5 * (v[k] + v[4 - k]) - v[2]));
+    if (most > least) *taken = fmax(*taken, share * most);
+}
+
 PDI_FN void pdi_dissolve_course(const pd_dissolve *d, double t, double dt, double *error, double *taken)
 {
     *error = *taken = 0.0;
     for (int32_t n = 0; n < d->beside_count; n++) {
         const pdi_beside *beside = &d->beside[n];
         pdi_law law;
-        double v[3], share = dt * beside->enters / pdi_metal_span(d);
+        double v[3], share = dt * beside->enters / pdi_metal_span(d), c = fmax(d->transport->c[beside->node], 0.0);
         pdi_dissolve_law(d, beside, &law);
+        if (pdi_metal_bonds(d)) {
+            pdi_dissolve_bond_course(d, &law, t, dt, c, error, taken);
+            continue;
+        }
         for (int k = 0; k < 3; k++) {
             law.at.t = t + 0.5 * k * dt;
-            v[k] = fmax(pdi_law_rate(&law, fmax(d->transport->c[beside->node], 0.0)), 0.0);
+            v[k] = fmax(pdi_law_rate(&law, c), 0.0);
         }
         *error = fmax(*error, share * fabs(v[0] - 2.0 * v[1] + v[2]) / 6.0);
         if (v[0] < v[1] || v[0] > v[1] || v[1] < v[2] || v[1] > v[2]) *taken = fmax(*taken, share * fmax(v[1], v[2]));
@@ -221,15 +245,27 @@ static void pdi_dissolve_sources(pd_dissolve *d, double dt, int settled)
     }
 }
 
+/* Films form where fluid beside metal is below the threshold; how many are new. */
+static int32_t pdi_dissolve_films(pd_dissolve *d)
+{
+    int32_t formed = 0;
+    for (int32_t k = 0; k < d->beside_count && d->film; k++) {
+        int32_t i = d->beside[k].node;
+        if (d->film[i] || !(d->transport->c[i] < d->desc.repassivation)) continue;
+        d->film[i] = 1;
+        formed++;
+    }
+    return formed;
+}
+
 pd_status pd_dissolve_prepare(pd_ctx *ctx, pd_dissolve *d)
 {
     pd_transport *t = d->transport;
     d->rated = d->gone_count = 0;
     memset(d->mark, 0, (size_t)d->grid->total);
     for (int32_t i = 0; i < d->grid->total; i++) t->source[i] = t->absorb[i] = 0.0;
-    for (int32_t k = 0; k < d->beside_count && d->film; k++)
-        if (t->c[d->beside[k].node] < d->desc.repassivation) d->film[d->beside[k].node] = 1;
     pdi_interface_land(d);
+    if (pdi_dissolve_films(d)) pdi_interface_land(d);
     for (int32_t k = 0; k < d->beside_count; k++)
         if (d->beside[k].weight > 0.0) PDI_TRY(pdi_dissolve_begin_law(ctx, d, &d->beside[k]));
     if (!(d->last_dt > 0.0) && d->moved) d->next_dt = pd_transport_limit(ctx, t);
@@ -242,7 +278,7 @@ double pd_dissolve_fastest(pd_ctx *ctx, const pd_dissolve *d)
 {
     double fastest = 0.0;
     (void)ctx;
-    for (int32_t f = 0; f < d->front_count; f++) fastest = fmax(fastest, pdi_interface_rate(d, d->front[f]));
+    for (int32_t f = 0; f < d->front_count; f++) fastest = fmax(fastest, pdi_interface_pace(d, d->front[f]));
     return fastest;
 }
 
@@ -347,12 +383,18 @@ static int pdi_dissolve_accurate(pd_dissolve *d, double lost, double dt)
     return 0;
 }
 
+/* What the step has taken from node j, as a share of its span per time. */
+static double pdi_dissolve_pace(const pd_dissolve *d, int32_t j)
+{
+    return d->desc.drive == PD_DRIVE_CONSTANT ? d->rate[j] : pdi_interface_pace(d, j);
+}
+
 /* 1: the step stands. */
 static int pdi_dissolve_stands(pd_dissolve *d, double dt)
 {
     double lost = 0.0;
     for (int32_t f = 0; f < d->front_count; f++)
-        if (!(d->mark[d->front[f]] & PDI_CONTENT_GONE)) lost = fmax(lost, dt * d->rate[d->front[f]]);
+        if (!(d->mark[d->front[f]] & PDI_CONTENT_GONE)) lost = fmax(lost, dt * pdi_dissolve_pace(d, d->front[f]));
     if (!pdi_dissolve_moderate(d, lost, dt)) return 0;
     if (!pdi_metal_bonds(d)) return pdi_dissolve_accurate(d, lost, dt);
     pdi_dissolve_foresee(d, lost, dt);

@@ -64,6 +64,19 @@ PDI_FN double pdi_interface_rate(const pd_dissolve *d, int32_t j)
     return sum * pdi_metal_factor(d, j);
 }
 
+
+PDI_FN double pdi_interface_pace(const pd_dissolve *d, int32_t j)
+{
+    pdi_entry entry;
+    double fastest = 0.0;
+    if (d->desc.drive == PD_DRIVE_CONSTANT) return pdi_interface_rate(d, j);
+    for (int k = 0; k < d->bonds->stencil->count; k++) {
+        pdi_interface_find(d, j, k, &entry);
+        for (int e = 0; e < entry.count; e++) fastest = fmax(fastest, pdi_interface_speed(d, entry.node[e]));
+    }
+    return d->kernel.total * fastest * pdi_metal_factor(d, j);
+}
+
 /* Node i among the fluid beside metal. */
 static pdi_beside *pdi_interface_join(pd_dissolve *d, int32_t i)
 {

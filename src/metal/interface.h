@@ -26,6 +26,9 @@ PDI_FN void pdi_interface_means(pd_dissolve *dissolve);
 PDI_FN double pdi_interface_speed(const pd_dissolve *dissolve, int32_t i);
 /* Rate [1/s] at which solid node j loses its span. */
 PDI_FN double pdi_interface_rate(const pd_dissolve *dissolve, int32_t j);
+/* What steps are chosen for: the same; with a loss in proportion to a difference that of a node with fluid all around
+ * by a constant drive. Such a loss fades, and steps that follow it would grow up to the end. */
+PDI_FN double pdi_interface_pace(const pd_dissolve *dissolve, int32_t j);
 /* What `used` and `paid` say of pieces of metal that do not last the step is given once for all (eq. 6.6b). */
 PDI_FN void pdi_interface_spare(pd_dissolve *dissolve);
 #endif
