@@ -310,10 +310,13 @@ static pd_status pdi_dissolve_meet(pd_ctx *ctx, pd_dissolve *d, double dt, int *
         pdi_law law;
         if (!(beside->weight > 0.0)) continue;
         pdi_dissolve_law(d, beside, &law);
-        double near = PDI_DISSOLVE_NEAR * fastest;
-        if (pdi_metal_bonds(d)) near = fmax(near, PDI_DISSOLVE_MARGIN * t->size / (dt * beside->weight));
+        double near = PDI_DISSOLVE_NEAR * fastest, held = near;
+        if (pdi_metal_bonds(d)) { /* what a node holds beyond its law is owed to the next step, and lifts that */
+            held = PDI_DISSOLVE_MARGIN * t->size / (dt * beside->weight);
+            near = fmax(near, held);
+        }
         double need = -t->work[beside->node] / beside->weight;
-        int found = beside->point.pinned ? pdi_law_hold(&law, need, near, &beside->point)
+        int found = beside->point.pinned ? pdi_law_hold(&law, need, held, &beside->point)
                                          : pdi_law_meet(&law, t->c[beside->node], near, PDI_DISSOLVE_CLOSE * t->size,
                                                         &beside->point);
         if (found < 0) return pdi_dissolve_unlawful(ctx, d, &law, beside->node);
