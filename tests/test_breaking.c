@@ -243,7 +243,8 @@ TEST(amounts_are_conserved)
             CHECK_LE(s->couple.ledger.relative, 1e-13);
             for (int32_t i = 0; i < s->grid.total; i++) {
                 if (s->grid.kind[i] != PD_SOLID && s->grid.kind[i] != PD_FLUID) continue;
-                CHECK(s->transport.c[i] >= 0.0 && s->transport.c[i] <= CS);
+                /* fluid without metal ends within the tolerance of the linear solves */
+                CHECK(s->transport.c[i] >= -1e-9 * CSAT && s->transport.c[i] <= CS);
                 above += s->grid.kind[i] == PD_FLUID && s->transport.c[i] > 1.06 * CSAT;
             }
         }
@@ -315,10 +316,12 @@ TEST(long_steps)
         s->desc.rtol = run ? 0.0 : 1e-4;
         if (!scene_build(s)) return;
         double before = scene_solid(s);
-        CHECK_OK(&s->ctx, scene_run(s, 30.0));
+        while (s->couple.time < 30.0) {
+            if (!scene_step(s, 30.0)) return;
+            for (int32_t i = 0; i < s->grid.total; i++)
+                if (s->grid.kind[i] == PD_FLUID) most = fmax(most, s->transport.c[i]);
+        }
         lost[run] = 1.0 - scene_solid(s) / before;
-        for (int32_t i = 0; i < s->grid.total; i++)
-            if (s->grid.kind[i] == PD_FLUID) most = fmax(most, s->transport.c[i]);
         CHECK_LE(s->couple.ledger.relative, 1e-13);
         NOTE("%s: lost %.5f in %d steps", run ? "long steps" : "short steps", lost[run], (int)s->couple.steps);
         scene_free(s);
