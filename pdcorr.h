@@ -3819,6 +3819,9 @@ PDI_FN void pdi_interface_means(pd_dissolve *dissolve);
 PDI_FN double pdi_interface_speed(const pd_dissolve *dissolve, int32_t i);
 /* Rate [1/s] at which solid node j loses its span. */
 PDI_FN double pdi_interface_rate(const pd_dissolve *dissolve, int32_t j);
+/* What steps are chosen for: the same; with a loss in proportion to a difference that of a node with fluid all around
+ * by a constant drive. Such a loss fades, and steps that follow it would grow up to the end. */
+PDI_FN double pdi_interface_pace(const pd_dissolve *dissolve, int32_t j);
 /* What `used` and `paid` say of pieces of metal that do not last the step is given once for all (eq. 6.6b). */
 PDI_FN void pdi_interface_spare(pd_dissolve *dissolve);
 #endif
@@ -5638,8 +5641,8 @@ PDI_FN void pdi_read_measured_series(const pd_setup_record *record, double x_uni
  *   [run]        until  rtol = 4e-3 (of the volume loss; without dissolution 1e-3, of a step of the transport or of
  *                corrode)
  *                fraction of a node that a step takes (25 rtol)  max_step
- *   [output]     every  fields = C, v, p, kind, grain, phase, D, rate, density, damage, energy  images = ...  slice = z 0 um
- *                prefix  folder
+ *   [output]     every  fields = C, v, p, kind, grain, phase, D, rate, density, damage, energy  images = ...
+ *                slice = z 0 um  prefix  folder
  *   [probe NAME] at = x, y  fields = C, v
  *   [line NAME]  from = x, y  to = x, y  points = 101 | spacing  fields  images
  *   [plane NAME] at = x 1 mm
@@ -22454,6 +22457,19 @@ PDI_FN double pdi_interface_rate(const pd_dissolve *d, int32_t j)
     return sum * pdi_metal_factor(d, j);
 }
 
+
+PDI_FN double pdi_interface_pace(const pd_dissolve *d, int32_t j)
+{
+    pdi_entry entry;
+    double fastest = 0.0;
+    if (d->desc.drive == PD_DRIVE_CONSTANT) return pdi_interface_rate(d, j);
+    for (int k = 0; k < d->bonds->stencil->count; k++) {
+        pdi_interface_find(d, j, k, &entry);
+        for (int e = 0; e < entry.count; e++) fastest = fmax(fastest, pdi_interface_speed(d, entry.node[e]));
+    }
+    return d->kernel.total * fastest * pdi_metal_factor(d, j);
+}
+
 /* Node i among the fluid beside metal. */
 static pdi_beside *pdi_interface_join(pd_dissolve *d, int32_t i)
 {
@@ -23148,6 +23164,10 @@ static pd_status pdi_dissolve_make(pd_ctx *ctx, pd_grid *grid, const pd_bonds *b
         d->slot[j] = -1;
     }
     if (d->links) pdi_dissolve_links(ctx, d);
+    for (int32_t j = 0; j < grid->total && desc->factor; j++)
+        if (grid->kind[j] == PD_SOLID && (!(desc->factor[j] >= 0.0) || !(desc->factor[j] < 1e100)))
+            return pdi_fail(ctx, PD_ERR_ARGUMENT, "dissolve", "node %d has the factor %g, expected a finite one of at "
+                            "least 0", (int)j, desc->factor[j]);
     d->lead = pdi_content_lead(s);
     for (int k = 0; k < s->count; k++) d->spread += s->lap[k];
     pdi_content_collect(d);
@@ -23206,17 +23226,37 @@ static pd_status pdi_dissolve_begin_law(pd_ctx *ctx, pd_dissolve *d, pdi_beside 
     return PD_OK;
 }
 
+/* Bonds: a jump of the law costs half of its height at most, which is what the mean of two speeds at the same distance
+ * from the middle is off by. A whole family of fluid may take metal. */
+static void pdi_dissolve_bond_course(const pd_dissolve *d, pdi_law *law, double t, double dt, double c, double *error,
+                                     double *taken)
+{
+    double v[5], share = dt * d->kernel.total, least = HUGE_VAL, most = 0.0;
+    for (int k = 0; k < 5; k++) {
+        law->at.t = t + 0.25 * k * dt;
+        v[k] = fmax(pdi_law_rate(law, c), 0.0);
+        least = fmin(least, v[k]);
+        most = fmax(most, v[k]);
+    }
+    for (int k = 0; k < 2; k++) *error = fmax(*error, share * fabs(0.5 * (v[k] + v[4 - k]) - v[2]));
+    if (most > least) *taken = fmax(*taken, share * most);
+}
+
 PDI_FN void pdi_dissolve_course(const pd_dissolve *d, double t, double dt, double *error, double *taken)
 {
     *error = *taken = 0.0;
     for (int32_t n = 0; n < d->beside_count; n++) {
         const pdi_beside *beside = &d->beside[n];
         pdi_law law;
-        double v[3], share = dt * beside->enters / pdi_metal_span(d);
+        double v[3], share = dt * beside->enters / pdi_metal_span(d), c = fmax(d->transport->c[beside->node], 0.0);
         pdi_dissolve_law(d, beside, &law);
+        if (pdi_metal_bonds(d)) {
+            pdi_dissolve_bond_course(d, &law, t, dt, c, error, taken);
+            continue;
+        }
         for (int k = 0; k < 3; k++) {
             law.at.t = t + 0.5 * k * dt;
-            v[k] = fmax(pdi_law_rate(&law, fmax(d->transport->c[beside->node], 0.0)), 0.0);
+            v[k] = fmax(pdi_law_rate(&law, c), 0.0);
         }
         *error = fmax(*error, share * fabs(v[0] - 2.0 * v[1] + v[2]) / 6.0);
         if (v[0] < v[1] || v[0] > v[1] || v[1] < v[2] || v[1] > v[2]) *taken = fmax(*taken, share * fmax(v[1], v[2]));
@@ -23249,15 +23289,27 @@ static void pdi_dissolve_sources(pd_dissolve *d, double dt, int settled)
     }
 }
 
+/* Films form where fluid beside metal is below the threshold; how many are new. */
+static int32_t pdi_dissolve_films(pd_dissolve *d)
+{
+    int32_t formed = 0;
+    for (int32_t k = 0; k < d->beside_count && d->film; k++) {
+        int32_t i = d->beside[k].node;
+        if (d->film[i] || !(d->transport->c[i] < d->desc.repassivation)) continue;
+        d->film[i] = 1;
+        formed++;
+    }
+    return formed;
+}
+
 pd_status pd_dissolve_prepare(pd_ctx *ctx, pd_dissolve *d)
 {
     pd_transport *t = d->transport;
     d->rated = d->gone_count = 0;
     memset(d->mark, 0, (size_t)d->grid->total);
     for (int32_t i = 0; i < d->grid->total; i++) t->source[i] = t->absorb[i] = 0.0;
-    for (int32_t k = 0; k < d->beside_count && d->film; k++)
-        if (t->c[d->beside[k].node] < d->desc.repassivation) d->film[d->beside[k].node] = 1;
     pdi_interface_land(d);
+    if (pdi_dissolve_films(d)) pdi_interface_land(d);
     for (int32_t k = 0; k < d->beside_count; k++)
         if (d->beside[k].weight > 0.0) PDI_TRY(pdi_dissolve_begin_law(ctx, d, &d->beside[k]));
     if (!(d->last_dt > 0.0) && d->moved) d->next_dt = pd_transport_limit(ctx, t);
@@ -23270,7 +23322,7 @@ double pd_dissolve_fastest(pd_ctx *ctx, const pd_dissolve *d)
 {
     double fastest = 0.0;
     (void)ctx;
-    for (int32_t f = 0; f < d->front_count; f++) fastest = fmax(fastest, pdi_interface_rate(d, d->front[f]));
+    for (int32_t f = 0; f < d->front_count; f++) fastest = fmax(fastest, pdi_interface_pace(d, d->front[f]));
     return fastest;
 }
 
@@ -23375,12 +23427,18 @@ static int pdi_dissolve_accurate(pd_dissolve *d, double lost, double dt)
     return 0;
 }
 
+/* What the step has taken from node j, as a share of its span per time. */
+static double pdi_dissolve_pace(const pd_dissolve *d, int32_t j)
+{
+    return d->desc.drive == PD_DRIVE_CONSTANT ? d->rate[j] : pdi_interface_pace(d, j);
+}
+
 /* 1: the step stands. */
 static int pdi_dissolve_stands(pd_dissolve *d, double dt)
 {
     double lost = 0.0;
     for (int32_t f = 0; f < d->front_count; f++)
-        if (!(d->mark[d->front[f]] & PDI_CONTENT_GONE)) lost = fmax(lost, dt * d->rate[d->front[f]]);
+        if (!(d->mark[d->front[f]] & PDI_CONTENT_GONE)) lost = fmax(lost, dt * pdi_dissolve_pace(d, d->front[f]));
     if (!pdi_dissolve_moderate(d, lost, dt)) return 0;
     if (!pdi_metal_bonds(d)) return pdi_dissolve_accurate(d, lost, dt);
     pdi_dissolve_foresee(d, lost, dt);
@@ -33786,8 +33844,8 @@ pd_status pd_footprint_check(pd_ctx *ctx, const pd_setup *setup, int dry)
 #include <math.h>
 #include <string.h>
 
-/* Tolerance of the linear solves beside bond-based corrosion: what they leave is owed to the next step, and steps are
- * right to 1e-3. */
+/* Tolerance of the linear solves beside bond-based corrosion in fluid at rest: what they leave is owed to the next step,
+ * and steps are right to 1e-3. In a stream Newton's method on the limited fluxes needs the usual one. */
 #define PDI_MODEL_CORRODE 1e-9
 
 PDI_FN pd_status pdi_model_grid(pd_ctx *ctx, const pd_setup *u, int *line, pd_stencil *stencil, pd_grid *grid)
@@ -33952,7 +34010,7 @@ static pd_status pdi_model_transport(pd_ctx *ctx, pd_model *m)
     desc.inlet = u->inlet;
     desc.advection = u->advection;
     desc.limiter_tolerance = u->limiter;
-    if (u->has_corrode) desc.tolerance = PDI_MODEL_CORRODE;
+    if (u->has_corrode && !u->has_flow) desc.tolerance = PDI_MODEL_CORRODE;
     if (u->medium >= 0) desc.field = pdi_model_diffusivity;
     if (u->medium >= 0) desc.level = pdi_model_interface;
     if (pd_wall_holds(u)) desc.held = pd_wall_held;

@@ -51,7 +51,7 @@ static double held_bulk(void *user, const double *x)
 }
 
 /* A box of cells from the origin, m = 3, activation control at SPEED. */
-static scene *scene_start(int x, int y, int z)
+static inline scene *scene_start(int x, int y, int z)
 {
     scene *s = &test_scene;
     int n[3];
@@ -107,7 +107,7 @@ static int scene_lattice(scene *s)
            CHECK_OK(&s->ctx, pd_grid_build(&s->ctx, &s->stencil, &s->grid_desc, &s->grid));
 }
 
-static int scene_build(scene *s) { return scene_lattice(s) && scene_metal(s); }
+static inline int scene_build(scene *s) { return scene_lattice(s) && scene_metal(s); }
 
 static void scene_free(scene *s)
 {
@@ -149,7 +149,7 @@ static inline void scene_periodic(scene *s)
     for (int d = 1; d < PD_DIM; d++) s->grid_desc.side[2 * d] = s->grid_desc.side[2 * d + 1] = PD_SIDE_PERIODIC;
 }
 
-static void half_space(scene *s, double at)
+static inline void half_space(scene *s, double at)
 {
     s->shapes[0].type = PD_SHAPE_HALF_SPACE;
     s->shapes[0].a[0] = at;

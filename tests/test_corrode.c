@@ -124,8 +124,8 @@ TEST(passive_film)
         if (!scene_build(s)) return;
         for (int32_t i = 0; i < s->grid.total && run; i++) film[i] = s->grid.kind[i] == PD_FLUID ? 0 : 1;
         double before = scene_solid(s);
-        for (int layer = 1; layer <= 3; layer++) {
-            CHECK_OK(&s->ctx, scene_run(s, layer * H / SPEED));
+        while (s->couple.time < 3.0 * H / SPEED) {
+            if (!scene_step(s, 3.0 * H / SPEED)) return;
             /* what has turned is open, too */
             for (int32_t i = 0; i < s->grid.total && run; i++) film[i] = s->grid.kind[i] == PD_FLUID ? 0 : 1;
         }
@@ -133,7 +133,7 @@ TEST(passive_film)
         scene_free(s);
     }
     CHECK_LE(fabs(lost[0]), 0.0);
-    CHECK(lost[2] > 0.1 && lost[1] > 0.8 * lost[2]);
+    CHECK(lost[2] > 0.1 && fabs(lost[1] - lost[2]) <= 0.0);
 }
 
 /* Fluid that falls below the threshold beside metal does not attack any more, though it fills up again; fluid that

@@ -128,7 +128,9 @@ static int pdi_law_touch(pdi_law *law, double c, pdi_law_point *p)
     p->largest = fmax(p->largest, now);
     if (p->resist < HUGE_VAL && p->resist > 0.0)
         width = fmax(fmin(width, PDI_LAW_STEP * p->resist * p->largest), PDI_LAW_NARROW * size);
-    double other = c > width ? c - width : c + width, there = pdi_law_at(law, p, other);
+    double other = c > width ? c - width : c + width, jump = p->beyond ? fmin(p->pin, law->limit) : law->limit;
+    if (!(p->resist > 0.0) && c > jump && other <= jump) other = c + width; /* the slope is none of the jump */
+    double there = pdi_law_at(law, p, other);
     if (!pdi_law_finite(there)) return 0;
     p->slope = (there - now) / (other - c);
     if (p->resist > 0.0) p->slope = fmin(p->slope, 0.0);
