@@ -21950,7 +21950,9 @@ static int pdi_law_touch(pdi_law *law, double c, pdi_law_point *p)
     p->largest = fmax(p->largest, now);
     if (p->resist < HUGE_VAL && p->resist > 0.0)
         width = fmax(fmin(width, PDI_LAW_STEP * p->resist * p->largest), PDI_LAW_NARROW * size);
-    double other = c > width ? c - width : c + width, there = pdi_law_at(law, p, other);
+    double other = c > width ? c - width : c + width, jump = p->beyond ? fmin(p->pin, law->limit) : law->limit;
+    if (!(p->resist > 0.0) && c > jump && other <= jump) other = c + width; /* the slope is none of the jump */
+    double there = pdi_law_at(law, p, other);
     if (!pdi_law_finite(there)) return 0;
     p->slope = (there - now) / (other - c);
     if (p->resist > 0.0) p->slope = fmin(p->slope, 0.0);
@@ -23354,10 +23356,13 @@ static pd_status pdi_dissolve_meet(pd_ctx *ctx, pd_dissolve *d, double dt, int *
         pdi_law law;
         if (!(beside->weight > 0.0)) continue;
         pdi_dissolve_law(d, beside, &law);
-        double near = PDI_DISSOLVE_NEAR * fastest;
-        if (pdi_metal_bonds(d)) near = fmax(near, PDI_DISSOLVE_MARGIN * t->size / (dt * beside->weight));
+        double near = PDI_DISSOLVE_NEAR * fastest, held = near;
+        if (pdi_metal_bonds(d)) { /* what a node holds beyond its law is owed to the next step, and lifts that */
+            held = PDI_DISSOLVE_MARGIN * t->size / (dt * beside->weight);
+            near = fmax(near, held);
+        }
         double need = -t->work[beside->node] / beside->weight;
-        int found = beside->point.pinned ? pdi_law_hold(&law, need, near, &beside->point)
+        int found = beside->point.pinned ? pdi_law_hold(&law, need, held, &beside->point)
                                          : pdi_law_meet(&law, t->c[beside->node], near, PDI_DISSOLVE_CLOSE * t->size,
                                                         &beside->point);
         if (found < 0) return pdi_dissolve_unlawful(ctx, d, &law, beside->node);
@@ -33844,8 +33849,8 @@ pd_status pd_footprint_check(pd_ctx *ctx, const pd_setup *setup, int dry)
 #include <math.h>
 #include <string.h>
 
-/* Tolerance of the linear solves beside bond-based corrosion in fluid at rest: what they leave is owed to the next step,
- * and steps are right to 1e-3. In a stream Newton's method on the limited fluxes needs the usual one. */
+/* Tolerance of the linear solves beside bond-based corrosion in fluid at rest: what they leave is owed to the next
+ * step, and steps are right to 1e-3. In a stream Newton's method on the limited fluxes needs the usual one. */
 #define PDI_MODEL_CORRODE 1e-9
 
 PDI_FN pd_status pdi_model_grid(pd_ctx *ctx, const pd_setup *u, int *line, pd_stencil *stencil, pd_grid *grid)

@@ -200,10 +200,10 @@ pits "corrode beside dissolve" 's/\[run/[dissolve] rate = 1 um\/s\n[run/' \
     "4: corrode: found beside [dissolve], expected one of them: both tell how the metal goes"
 pits "D beside transport" 's/\[run/[transport] D = 1e-9 m2\/s\n[run/' \
     "4: D: found beside a [transport] section, expected it there"
-pits "activation in a stream" 's/D =/control = activation   D =/;s/\[run/[flow] rho = 1 g\/cm3   mu = 1 mPa s\n[run/' \
+water='s/flow = open/flow = noslip/;s/\[run/[flow] rho = 1 g\/cm3   mu = 1 mPa s\n[run/'
+pits "activation in a stream" "s/D =/control = activation   D =/;$water" \
     "4: control: found 'activation' beside [flow], expected diffusion: with activation all fluid holds bulk"
-pits "printed weights in a stream" \
-    's/D =/kernel = square   weights = printed   D =/;s/\[run/[flow] rho = 1 g\/cm3   mu = 1 mPa s\n[run/' \
+pits "printed weights in a stream" "s/D =/kernel = square   weights = printed   D =/;$water" \
     "4: weights: found 'printed' beside [flow], expected calibrated: no flow is exact with others"
 pits "corrode without rate" 's/rate = 1 um\/s//' "4: found no 'rate' in [corrode], expected rate = a speed [m/s]"
 pits "rate and current" 's/rate =/current = 1 A\/m2   rate =/' \
