@@ -290,7 +290,8 @@ TEST(law_without_a_value)
     for (int k = 0; k < 2; k++)
         for (int bonds = 0; bonds < 2; bonds++) {
             snprintf(text, sizeof text, "%s%s  initial = 0.1*Csat\n%s%s  %s[run] until = 10 h\n", FRONT,
-                     bonds ? "[corrode] D = 1e-9 m2/s" : "[transport] D = 1e-9 m2/s", bonds ? "" : "[dissolve]\n", laws[k], METAL);
+                     bonds ? "[corrode] D = 1e-9 m2/s" : "[transport] D = 1e-9 m2/s", bonds ? "" : "[dissolve]\n",
+                     laws[k], METAL);
             snprintf(name, sizeof name, "%s_%s", bonds ? "corrode" : "dissolve", names[k]);
             hard_refused(h, text, name, values[k], PD_ERR_STATE);
         }

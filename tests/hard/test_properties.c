@@ -178,7 +178,8 @@ TEST(rotation)
             snprintf(text, sizeof text,
                      "[grid] h = 10 um  m = 3  box = %s\n[shape pin] box = %s  kind = solid\n"
                      "[side %c-] flow = %s\n[side %c+] flow = %s\n%s%s[run] until = 600 s\n",
-                     boxes[k], pins[k], "xy"[k], streams(kind) ? "inlet  profile = uniform  mean = 1 mm/s" : "open", "xy"[k],
+                     boxes[k], pins[k], "xy"[k],
+                     streams(kind) ? "inlet  profile = uniform  mean = 1 mm/s" : "open", "xy"[k],
                      streams(kind) ? "outlet" : "noslip", streams(kind) ? FLOW : "", physics(kind));
             good = hard_play(both[k], text) && good;
         }
