@@ -324,7 +324,7 @@ static pd_status pdi_couple_dissolve(pd_ctx *ctx, pd_couple *c, double dt)
     pd_dissolve *d = c->dissolve;
     PDI_TRY(pd_dissolve_finish(ctx, d, dt));
     c->ledger.out += d->rinsed;
-    if (!d->changed_count) return PD_OK;
+    if (!d->changed_count || (c->rowless && c->transport->desc.given)) return PD_OK;
     PDI_TRY(pd_bonds_update(ctx, d->changed, d->changed_count, c->bonds));
     if (c->flow) PDI_TRY(pd_flow_update(ctx, d->changed, d->changed_count, c->flow));
     PDI_TRY(pd_transport_update(ctx, c->transport));

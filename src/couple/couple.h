@@ -43,6 +43,8 @@ typedef struct pd_couple {
     pd_transport *transport; /* NULL: flow alone */
     pd_dissolve *dissolve;   /* NULL: no dissolution */
     int settle;              /* set after the build: the field of transport starts steady */
+    int rowless;             /* set after the build: no flow, and nobody asks for the rows of the bonds; with a given
+                              * field of transport they stay as they are */
     pd_advance *advance;     /* set after the build: transport without dissolution in its error-controlled steps */
     double time;             /* [s] */
     double dt;               /* [s] of the last step */

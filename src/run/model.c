@@ -144,6 +144,7 @@ static pd_status pdi_model_transport(pd_ctx *ctx, pd_model *m)
     desc.inlet = u->inlet;
     desc.advection = u->advection;
     desc.limiter_tolerance = u->limiter;
+    desc.given = u->has_corrode && u->activation && !u->has_flow;
     if (u->has_corrode) desc.tolerance = PDI_MODEL_CORRODE;
     if (u->medium >= 0) desc.field = pdi_model_diffusivity;
     if (u->medium >= 0) desc.level = pdi_model_interface;
@@ -279,6 +280,7 @@ pd_status pd_model_build(pd_ctx *ctx, const pd_setup *setup, pd_model *m)
                                  setup->has_dissolve ? &m->dissolve : NULL, &m->couple);
         if (setup->has_transport && !setup->has_dissolve) m->couple.advance = &m->advance;
         m->couple.settle = setup->settle;
+        m->couple.rowless = !setup->probes && !setup->monitors; /* fields at other points than nodes */
         if (setup->motion == PD_MOTION_IMPLICIT) m->couple.implicit = &m->implicit;
         if (setup->motion == PD_MOTION_EXPLICIT) m->couple.unsteady = &m->unsteady;
     }

@@ -518,7 +518,8 @@ PDI_FN pd_status pdi_transport_stage(pd_ctx *ctx, pd_transport *t, double dt, in
     int32_t total = t->grid->total;
     memset(result, 0, sizeof *result);
     t->dt = dt;
-    if (t->flow || !t->prepared) PDI_TRY(pdi_flux_refresh(ctx, &t->convect));
+    if (!t->conducting) PDI_TRY(pdi_flux_refresh(ctx, &t->convect));
+    t->conducting = !t->flow;
     pdi_transport_right_side(ctx, t);
     PDI_TRY(pdi_transport_setup(ctx, t));
     pdi_transport_residual(ctx, t, t->work);
@@ -532,10 +533,17 @@ PDI_FN pd_status pdi_transport_stage(pd_ctx *ctx, pd_transport *t, double dt, in
     return result->residual <= 10.0 * t->desc.tolerance ? PD_OK : status;
 }
 
+static pd_status pdi_transport_solves(pd_ctx *ctx, const pd_transport *t)
+{
+    if (!t->desc.given) return PD_OK;
+    return pdi_fail(ctx, PD_ERR_ARGUMENT, "transport", "the field is given: there are no steps to take");
+}
+
 PDI_FN pd_status pdi_transport_begin(pd_ctx *ctx, pd_transport *t, double dt)
 {
     if (!(dt > 0.0) || !(dt < 1e300))
         return pdi_fail(ctx, PD_ERR_ARGUMENT, "transport", "the step is %g s, expected a positive one", dt);
+    PDI_TRY(pdi_transport_solves(ctx, t));
     t->prepared = 0;
     pdi_par_copy(ctx, t->grid->total, t->c, t->old);
     pdi_transport_open(t);
@@ -591,6 +599,7 @@ pd_status pd_transport_explicit(pd_ctx *ctx, pd_transport *t, double dt)
     const uint8_t *kind = t->grid->kind;
     if (!(dt > 0.0))
         return pdi_fail(ctx, PD_ERR_ARGUMENT, "transport", "the step is %g s, expected a positive one", dt);
+    PDI_TRY(pdi_transport_solves(ctx, t));
     double limit = pd_transport_limit(ctx, t);
     if (dt > limit * (1.0 + 1e-12)) {
         pdi_fail(ctx, PD_RETRY, "transport", "the explicit step of %g s exceeds the limit of %g s", dt, limit);
@@ -623,6 +632,7 @@ double pd_transport_section(pd_ctx *ctx, pd_transport *t, int axis, int index)
 {
     int limited = t->flow && t->desc.advection == PD_ADVECTION_LIMITED;
     (void)ctx;
+    if (t->desc.given) return 0.0;
     pd_ghosts_scalar(&t->bonds->ghosts, t->c);
     double flux = pdi_flux_through(&t->convect, t->c, limited ? t->anti : NULL, axis, index);
     if (t->rest) flux += pdi_flux_through(&t->convect, t->rest, NULL, axis, index);
@@ -708,12 +718,25 @@ pd_status pd_transport_at(pd_ctx *ctx, pd_transport *t, double time)
 
 pd_status pd_transport_update(pd_ctx *ctx, pd_transport *t)
 {
-    t->prepared = 0;
+    if (t->desc.given) return PD_OK;
+    t->prepared = t->conducting = 0;
     if (t->desc.clock) *t->desc.clock = t->time;
     pd_diffusion_update(ctx, &t->diffusion);
     PDI_TRY(pdi_transport_inlets(ctx, t));
     PDI_TRY(pdi_ports_update(ctx, &t->ports));
     return pdi_flux_fit(ctx, &t->convect);
+}
+
+/* What a given field needs, too. */
+static pd_status pdi_transport_fields(pd_ctx *ctx, const pd_grid *grid, pd_transport *t)
+{
+    PDI_TRY(PDI_NEW(ctx, "transport", grid->total, t->c));
+    PDI_TRY(PDI_NEW(ctx, "transport", grid->total, t->source));
+    PDI_TRY(PDI_NEW(ctx, "transport", grid->total, t->absorb));
+    PDI_TRY(PDI_NEW(ctx, "transport", grid->total, t->carry));
+    for (int32_t i = 0; i < grid->total; i++)
+        if (grid->kind[i] == PD_FLUID) t->c[i] = t->desc.initial;
+    return PD_OK;
 }
 
 static pd_status pdi_transport_make(pd_ctx *ctx, const pd_grid *grid, const pd_bonds *bonds, const pd_flow *flow,
@@ -735,6 +758,11 @@ static pd_status pdi_transport_make(pd_ctx *ctx, const pd_grid *grid, const pd_b
     t->grid = grid;
     t->bonds = bonds;
     t->flow = flow;
+    if (desc->given && flow)
+        return pdi_fail(ctx, PD_ERR_ARGUMENT, "transport", "a given field does not go with a flow");
+    t->diffusion.desc.diffusivity = desc->diffusivity;
+    PDI_TRY(pdi_transport_fields(ctx, grid, t));
+    if (desc->given) return PD_OK;
     pd_krylov_desc kd;
     pd_multigrid_desc md;
     memset(&kd, 0, sizeof kd);
@@ -753,11 +781,7 @@ static pd_status pdi_transport_make(pd_ctx *ctx, const pd_grid *grid, const pd_b
     PDI_TRY(pdi_compact_build(ctx, grid, flow != NULL, &t->compact));
     PDI_TRY(pd_multigrid_build(ctx, &md, &t->mg));
     PDI_TRY(pd_krylov_build(ctx, &kd, &t->krylov));
-    PDI_TRY(PDI_NEW(ctx, "transport", grid->total, t->c));
     PDI_TRY(PDI_NEW(ctx, "transport", grid->total, t->old));
-    PDI_TRY(PDI_NEW(ctx, "transport", grid->total, t->source));
-    PDI_TRY(PDI_NEW(ctx, "transport", grid->total, t->absorb));
-    PDI_TRY(PDI_NEW(ctx, "transport", grid->total, t->carry));
     PDI_TRY(PDI_NEW(ctx, "transport", grid->total, t->anti));
     if (desc->field) PDI_TRY(PDI_NEW(ctx, "transport", grid->total, t->rest));
     PDI_TRY(PDI_NEW(ctx, "transport", grid->total, t->upwinded));
@@ -766,8 +790,6 @@ static pd_status pdi_transport_make(pd_ctx *ctx, const pd_grid *grid, const pd_b
     PDI_TRY(PDI_NEW(ctx, "transport", PD_DIM * (int64_t)grid->total, t->probe));
     for (int s = 0; s < 2 * PD_DIM && !t->repeated; s++)
         if (grid->side[s] >= PD_SIDE_PERIODIC) PDI_TRY(PDI_NEW(ctx, "transport", grid->total, t->repeated));
-    for (int32_t i = 0; i < grid->total; i++)
-        if (grid->kind[i] == PD_FLUID) t->c[i] = desc->initial;
     pd_diffusion_desc dd;
     memset(&dd, 0, sizeof dd);
     dd.diffusivity = desc->diffusivity;

@@ -31,6 +31,8 @@ typedef struct pd_transport_desc {
     double tolerance;       /* [-] of the linear solves, relative to the right-hand side; 0: 1e-11 */
     int max_limiter;        /* Newton steps on the limited equations in one implicit step; 0: 30 */
     double limiter_tolerance; /* [-] relative change of the field at which they stop; 0: 1e-10 */
+    int given;              /* 1: the field is the caller's, as under activation control: nothing is built to solve for
+                             * it, steps are refused, fluxes are 0 */
 } pd_transport_desc;
 
 typedef struct pd_transport {
@@ -67,7 +69,8 @@ typedef struct pd_transport {
                              * the residual there. Borrowed */
     int32_t pinned_count;
     double forcing;         /* [-] a stage may end at this share of its first residual; 0: at the tolerance */
-    int prepared;           /* 1: conductances and preconditioner are those of this step, */
+    int conducting;         /* 1: conductances are those of the present nodes, in fluid at rest */
+    int prepared;           /* 1: the preconditioner is that of this step, */
     double prepared_dt;     /* [s] and of this length */
     double dt;              /* [s] of the step in work; 0: none */
     pd_compact compact;
@@ -99,7 +102,7 @@ typedef struct pd_transport_result {
 #define pd_transport_free PD_NAME(pd_transport_free)
 
 /* flow may be NULL; after setting the fields of a flow by hand call pd_flow_prepare. PD_ERR_ARGUMENT: diffusivity or
- * concentrations negative or not finite. */
+ * concentrations negative or not finite, a given field with a flow. */
 PD_API pd_status pd_transport_build(pd_ctx *ctx, const pd_grid *grid, const pd_bonds *bonds, const pd_flow *flow,
                                     const pd_transport_desc *desc, pd_transport *transport);
 /* After pd_bonds_update: inlet ghosts and conductances follow. Fluid values stay (a dissolved node keeps its
