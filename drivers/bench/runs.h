@@ -42,8 +42,6 @@ static const scene_run scene_runs[] = {
     {NULL, "mg_pin_axi.scene", {NULL}, {"grid.h=10 um", "run.until=10 min", NULL}, 0.0, 0.0},
     {NULL, "crevice_625_2d.scene", {NULL}, {"grid.h=50 um, 2 um", "run.until=1 h", NULL}, 60.0, 0.0},
     {NULL, "pit_304_2d.scene", {NULL}, {"run.until=2 s", NULL}, 0.0, 0.0},
-    {"pit_304_2d_explicit", "pit_304_2d.scene", {"corrode.time=explicit", NULL},
-     {"run.until=0.1 s", "corrode.time=explicit", NULL}, 0.0, 0.0},
 };
 #else
 static const scene_run scene_runs[] = {
@@ -51,7 +49,7 @@ static const scene_run scene_runs[] = {
     {NULL, "validation/channel3d_3d.scene", {NULL}, {"grid.h=0.25 m", "run.until=0.5 s", NULL}, 100.0, 0.0},
     {"uniform_cu_3d_slab", "uniform_cu_3d.scene", /* 128 x 128 x 64 nodes; with this share about 650 steps */
      {"grid.box=-64 um .. 64 um, -64 um .. 64 um, -32 um .. 32 um",
-      "shape.metal.box=-58 um .. 58 um, -58 um .. 58 um, -26 um .. 26 um", "corrode.share=0.02", "run.until=150 s",
+      "shape.metal.box=-58 um .. 58 um, -58 um .. 58 um, -26 um .. 26 um", "run.fraction=0.02", "run.until=150 s",
       NULL},
      {"run.until=5 s", NULL}, 0.0, 10.0},
     {NULL, "pits_304_3d.scene", {NULL}, {"run.until=1 s", NULL}, 0.0, 0.0},

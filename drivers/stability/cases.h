@@ -123,107 +123,6 @@ static pd_status stab_transport(pd_ctx *ctx, val_lab *lab, double m, double x, s
     return PD_OK;
 }
 
-/* ---- explicit bond-based corrosion ---- */
-
-static double stab_speed(void *user, const pd_rate_at *at)
-{
-    (void)at;
-    return *(const double *)user;
-}
-
-/* How far contents [-] are below none or above those of whole metal after a step dt. */
-static double stab_excess(pd_ctx *ctx, pd_corrode *r, double dt)
-{
-    double most = -HUGE_VAL;
-    pdi_corrode_ghosts(r);
-    pdi_corrode_exchange(ctx, r, dt);
-    for (int32_t i = 0; i < r->grid->total; i++)
-        if ((r->grid->kind[i] == PD_FLUID || r->grid->kind[i] == PD_SOLID) && r->map.role[i] != PDI_ROLE_IDLE)
-            most = fmax(most, fmax(-r->next[i], r->next[i] - r->desc.solid));
-    return most;
-}
-
-/* Lowers *worst to the longest step that fluid node `node` allows, at Csat amid fluid without metal or without any amid
- * fluid that has as much as metal, and *limit to what the code says of those states. */
-static pd_status stab_corrode_node(pd_ctx *ctx, pd_corrode *r, int32_t node, double *limit, double *worst)
-{
-    for (int full = 0; full < 2; full++) {
-        double said, low = 0.0, high;
-        for (int32_t k = 0; k < r->grid->total; k++)
-            if (r->grid->kind[k] == PD_FLUID) r->c[k] = (k == node) ^ full ? (full ? 2.0 : 0.999999) : 0.0;
-        PDI_TRY(pd_corrode_limit(ctx, r, &said));
-        high = 4.0 * said;
-        for (int step = 0; step < 40; step++) {
-            double middle = 0.5 * (low + high);
-            if (stab_excess(ctx, r, middle) <= 1e-14) low = middle;
-            else high = middle;
-        }
-        *worst = fmin(*worst, low);
-        *limit = fmin(*limit, said);
-    }
-    return PD_OK;
-}
-
-/* The same of all fluid nodes along axis 0, of those that see no metal one beside the box and one inside. */
-static pd_status stab_corrode_line(pd_ctx *ctx, const val_lab *lab, pd_corrode *r, double *limit, double *worst)
-{
-    *limit = *worst = HUGE_VAL;
-    for (int at = 0; at < lab->grid.n[0]; at++) {
-        int i[PD_DIM];
-        for (int d = 0; d < PD_DIM; d++) i[d] = d ? lab->grid.n[d] / 2 : at;
-        int32_t node = pd_grid_node(&lab->grid, i);
-        if (lab->grid.kind[node] != PD_FLUID) continue;
-        if (r->map.role[node] == PDI_ROLE_WHOLE && at > 0 && at != lab->stencil.reach + 1) continue;
-        PDI_TRY(stab_corrode_node(ctx, r, node, limit, worst));
-    }
-    return PD_OK;
-}
-
-/* x: speed of the front over that of diffusion, v h/D, with a loss in proportion to the difference of concentrations.
- * D = 1. A single node of fluid at Csat loses fastest, next to the front or far from it, or a single node of metal. */
-static pd_status stab_corrode(pd_ctx *ctx, val_lab *lab, double m, double x, stab_point *point)
-{
-    static double speed;
-    int n = 6 * (int)m + 2;
-    pd_corrode *r = &lab->corrode;
-    lab_box(lab, 1.0, m, 0.0, n);
-    for (int s = 2; s < 2 * PD_DIM; s++) lab->grid_desc.side[s] = PD_SIDE_PERIODIC;
-    for (int d = 1; d < PD_DIM; d++) lab->grid_desc.hi[d] = 2 * (int)m + 2;
-    lab->grid_desc.solid = 0;
-    lab->shapes[0].type = PD_SHAPE_HALF_SPACE;
-    lab->shapes[0].a[0] = 3 * (int)m + 1;
-    lab->shapes[0].b[0] = -1.0;
-    speed = x;
-    lab->corrode_desc.solid = 2.0;
-    lab->corrode_desc.saturation = 1.0;
-    lab->corrode_desc.diffusivity = 1.0;
-    lab->corrode_desc.rate = stab_speed;
-    lab->corrode_desc.uniform = 1;
-    lab->corrode_desc.rate_user = &speed;
-    lab->corrode_desc.drive = PD_DRIVE_DIFFERENCE;
-    PDI_TRY(lab_build(ctx, lab, VAL_CORRODE));
-    double limit, worst;
-    PDI_TRY(stab_corrode_line(ctx, lab, r, &limit, &worst));
-    point->step = limit;
-    point->bounded = worst;
-    point->unit = 1.0; /* D/h2 */
-    /* debris of a single node: fluid all around */
-    pd_corrode_free(ctx, r);
-    pd_grid_free(ctx, &lab->grid);
-    pd_stencil_free(ctx, &lab->stencil);
-    lab->shapes[0].type = PD_SHAPE_BALL;
-    lab->shapes[0].r = 0.6;
-    for (int d = 0; d < PD_DIM; d++) lab->shapes[0].a[d] = 0.5 * lab->grid_desc.hi[d] + 0.5;
-    PDI_TRY(lab_build(ctx, lab, VAL_CORRODE));
-    PDI_TRY(stab_corrode_line(ctx, lab, r, &limit, &worst));
-    /* the case that is further from its limit, of equal ones the shorter step; one beyond its limit in any case */
-    double here = limit / worst, there = point->step / point->bounded;
-    if (here < 1.001 && (there > 1.001 || there < here - 1e-3 || point->step < limit)) return PD_OK;
-    point->step = limit;
-    point->bounded = worst;
-    return PD_OK;
-}
-
 /* ---- weakly compressible flow ---- */
 
 static pd_unsteady stab_un;
@@ -462,22 +361,6 @@ static const stab_case stab_cases[] = {
      {1e-2, 1e-1, 1.0, 3.0, 10.0, 1e2, 1e3, 1e4, 1e5, 1e6},
      10,
      stab_transport},
-    {"corrode",
-     "explicit bond-based corrosion",
-     "Forward Euler steps of diffusion and of metal that dissolves in proportion to the difference of "
-     "concentrations: beside a flat front, and around a single node of debris. The step is one of bounds, and "
-     "refused above: no node loses more than it has, and none gets more than its neighbours have. It is that of "
-     "the node with the largest sum of coefficients, told from the bonds that it has at present. `bounded to` is "
-     "measured with one node at Csat amid fluid without metal, and with one without any amid fluid that has as "
-     "much as metal, at every distance from the metal.",
-     "speed",
-     "front speed v h/D [-]",
-     "diffusion number D dt/h2 [-]",
-     0.9,
-     0,
-     {1e-3, 1e-2, 1e-1, 1.0, 10.0, 1e2, 1e3, 1e4},
-     8,
-     stab_corrode},
     {"unsteady",
      "explicit weakly compressible flow",
      "Three-stage Runge-Kutta steps about a uniform stream at a tenth of the speed of sound, linear equation of "

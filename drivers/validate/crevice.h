@@ -108,6 +108,13 @@ static int crevice_reference(crevice_line *w)
 
 /* ---- the same in 2D ---- */
 
+/* The mouth holds 0. */
+static double crevice_held(void *user, const double *x)
+{
+    (void)user;
+    return x[0] < 1e-9 * CREVICE_LENGTH ? 0.0 : (double)NAN;
+}
+
 static pd_status crevice_build(val_job *job)
 {
     val_lab *lab = job->lab;
@@ -116,17 +123,20 @@ static pd_status crevice_build(val_job *job)
     lab->stencil_desc.h[1] = hy;
     lab->grid_desc.lo[1] = -CREVICE_METAL;
     lab->grid_desc.hi[1] = CREVICE_MOUTH;
-    for (int side = 0; side < 4; side++) lab->grid_desc.side[side] = side ? PD_SIDE_MIRROR : PD_SIDE_INLET;
+    for (int side = 0; side < 4; side++) lab->grid_desc.side[side] = side ? PD_SIDE_MIRROR : PD_SIDE_WALL;
     lab->grid_desc.solid = 0;
     lab->shapes[0].type = PD_SHAPE_HALF_SPACE;
     lab->shapes[0].b[0] = -(CREVICE_MOUTH - CREVICE_END);
     lab->shapes[0].b[1] = CREVICE_LENGTH;
-    lab->corrode_desc.solid = CREVICE_CS;
-    lab->corrode_desc.saturation = CREVICE_CSAT;
-    lab->corrode_desc.diffusivity = CREVICE_D;
-    lab->corrode_desc.rate = crevice_law;
-    lab->corrode_desc.uniform = 1;
-    return lab_build(job->ctx, lab, VAL_CORRODE | VAL_RECEDE);
+    lab->transport_desc.diffusivity = CREVICE_D;
+    lab->transport_desc.held = crevice_held;
+    lab->dissolve_desc.model = PD_METAL_BONDS;
+    lab->dissolve_desc.solid = CREVICE_CS;
+    lab->dissolve_desc.saturation = CREVICE_CSAT;
+    lab->dissolve_desc.rate = crevice_law;
+    lab->dissolve_desc.uniform = 1;
+    lab->couple_desc.fraction = 0.2;
+    return lab_build(job->ctx, lab, VAL_TRANSPORT | VAL_DISSOLVE | VAL_COUPLE);
 }
 
 /* [m] that column i has lost. */
@@ -142,7 +152,7 @@ static double crevice_depth(const val_lab *lab, int column)
         if (CREVICE_MOUTH - x[1] < crevice_gap(x[0])) continue;
         sum += lab->grid.kind[node] == PD_FLUID
                    ? 1.0
-                   : (CREVICE_CS - lab->corrode.c[node]) / (CREVICE_CS - CREVICE_CSAT);
+                   : (CREVICE_CS - lab->transport.c[node]) / (CREVICE_CS - CREVICE_CSAT);
     }
     return sum * lab->grid.h[1];
 }
@@ -173,10 +183,9 @@ static pd_status crevice_run(val_job *job)
     for (int32_t i = 0; i < lab->grid.total; i++) {
         double x[PD_DIM];
         pd_grid_position(&lab->grid, i, x);
-        if (lab->grid.kind[i] == PD_FLUID) lab->corrode.c[i] = crevice_initial(x[0]);
+        if (lab->grid.kind[i] == PD_FLUID) lab->transport.c[i] = crevice_initial(x[0]);
     }
-    pd_corrode_open(&lab->corrode);
-    PDI_TRY(pd_recede_run(job->ctx, &lab->recede, CREVICE_TIME));
+    PDI_TRY(pd_couple_run(job->ctx, &lab->couple, CREVICE_TIME, 0.0, NULL, NULL));
     for (int which = 0; which < 2; which++) {
         int cells = which ? lab->grid.n[0] : CREVICE_CELLS;
         for (int i = 0; i < cells; i++) {
@@ -194,8 +203,8 @@ static pd_status crevice_run(val_job *job)
     job->out->err[0] = fabs(deepest[1] / deepest[0] - 1.0);
     job->out->err[1] = fabs(place[1] - place[0]) / CREVICE_LENGTH;
     job->out->err[2] = fabs(mean[1] / mean[0] - 1.0);
-    job->out->err[3] = pd_corrode_imbalance(&lab->corrode);
-    job->out->steps = (long)lab->corrode.steps;
+    job->out->err[3] = lab->couple.ledger.relative;
+    job->out->steps = (long)lab->couple.steps;
     return PD_OK;
 }
 

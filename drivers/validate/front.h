@@ -4,7 +4,7 @@
 
 #define FRONT_SPEED (1e-3 / 31557600.0) /* [m/s] 1 mm/year */
 #define FRONT_CELLS (PD_DIM == 3 ? 40 : 64)
-#define FRONT_SHARE 0.005 /* [-] of Cs - Csat that a node loses in a step at most */
+#define FRONT_SHARE 0.005 /* [-] of Cs - Csat that a node with fluid all around loses in a step */
 
 static double front_law(void *user, const pd_rate_at *at)
 {
@@ -35,12 +35,13 @@ static void front_slab(val_job *job, const int *direction, double h, double *spe
             layer += direction[d] * (rest % lab->shapes[0].n[d]);
         mask[k] = layer % FRONT_CELLS < 3 * FRONT_CELLS / 4;
     }
-    lab->corrode_desc.solid = 1e5;
-    lab->corrode_desc.saturation = 5e3;
-    lab->corrode_desc.activation = 1;
-    lab->corrode_desc.rate = front_law;
-    lab->corrode_desc.uniform = 1;
-    lab->corrode_desc.rate_user = speed;
+    lab->dissolve_desc.model = PD_METAL_BONDS;
+    lab->dissolve_desc.solid = 1e5;
+    lab->dissolve_desc.saturation = 5e3;
+    lab->dissolve_desc.activation = lab->transport_desc.given = 1;
+    lab->dissolve_desc.rate = front_law;
+    lab->dissolve_desc.uniform = 1;
+    lab->dissolve_desc.rate_user = speed;
 }
 
 /* Speed of both fronts between the times at which they have passed 6 and 9 layers; *measure: f(N). */
@@ -53,22 +54,23 @@ static pd_status front_run(val_job *job, const int *direction, pd_kernel kernel,
     int64_t layer = 2, gone = 0;
     memset(lab, 0, sizeof *lab);
     front_slab(job, direction, h, &speed, mask);
-    lab->corrode_desc.kernel = kernel;
-    PDI_TRY(lab_build(job->ctx, lab, VAL_CORRODE));
+    lab->dissolve_desc.kernel = kernel;
+    PDI_TRY(lab_build(job->ctx, lab, VAL_TRANSPORT | VAL_DISSOLVE | VAL_COUPLE));
     for (int d = 0; d < PD_DIM; d++) length += direction[d];
     for (int d = 0; d < PD_DIM; d++) normal[d] = direction[d] / sqrt(length);
     for (int d = 1; d < PD_DIM; d++) layer *= lab->grid.n[d];
-    double step = FRONT_SHARE / (speed * lab->corrode.front.total);
+    double step = FRONT_SHARE / (speed * lab->dissolve.kernel.total);
+    lab->couple.rowless = 1;
+    PDI_TRY(pd_couple_start(job->ctx, &lab->couple));
     while (gone < 9 * layer) {
-        pd_status status = pd_corrode_step(job->ctx, &lab->corrode, step);
-        if (status != PD_OK) return status < 0 ? status : PD_ERR_STATE;
-        gone += lab->corrode.changed_count;
-        if (!(begin > 0.0) && gone >= 6 * layer) begin = lab->corrode.time;
+        PDI_TRY(pd_couple_step(job->ctx, &lab->couple, lab->couple.time + step));
+        gone += lab->dissolve.changed_count;
+        if (!(begin > 0.0) && gone >= 6 * layer) begin = lab->couple.time;
     }
-    *found = 3.0 * h / sqrt(length) / (lab->corrode.time - begin);
-    *measure = pd_front_measure(&lab->corrode.front, normal);
+    *found = 3.0 * h / sqrt(length) / (lab->couple.time - begin);
+    *measure = pd_front_measure(&lab->dissolve.kernel, normal);
     job->out->h = h;
-    job->out->steps += (long)lab->corrode.steps;
+    job->out->steps += (long)lab->couple.steps;
     lab_free(job->ctx, lab);
     return PD_OK;
 }

@@ -3,16 +3,14 @@
 #define VAL_LAB_H
 
 typedef enum val_build {
-    VAL_LATTICE = 0, /* stencil and grid are always built, bonds for all but VAL_CORRODE */
+    VAL_LATTICE = 0, /* stencil, grid and bonds are always built */
     VAL_FLOW = 1,
     VAL_STEADY = 2,  /* with VAL_FLOW */
     VAL_TRANSPORT = 4,
     VAL_DISSOLVE = 8,
     VAL_COUPLE = 16,
     VAL_IMPLICIT = 32, /* with VAL_STEADY */
-    VAL_GAS = 64,
-    VAL_CORRODE = 128,
-    VAL_RECEDE = 256 /* with VAL_CORRODE */
+    VAL_GAS = 64
 } val_build;
 
 typedef struct val_lab {
@@ -26,8 +24,6 @@ typedef struct val_lab {
     pd_couple_desc couple_desc;
     pd_implicit_desc implicit_desc;
     pd_gas_desc gas_desc;
-    pd_corrode_desc corrode_desc;
-    pd_recede_desc recede_desc;
     pd_stencil stencil;
     pd_grid grid;
     pd_bonds bonds;
@@ -38,8 +34,6 @@ typedef struct val_lab {
     pd_couple couple;
     pd_implicit implicit;
     pd_gas gas;
-    pd_corrode corrode;
-    pd_recede recede;
     double *field[4]; /* [field_size] work of the case, see lab_fields */
     size_t field_size;
 } val_lab;
@@ -64,15 +58,12 @@ static pd_status lab_build(pd_ctx *ctx, val_lab *lab, int parts)
     pd_dissolve *dissolve = parts & VAL_DISSOLVE ? &lab->dissolve : NULL;
     PDI_TRY(pd_stencil_build(ctx, &lab->stencil_desc, &lab->stencil));
     PDI_TRY(pd_grid_build(ctx, &lab->stencil, &lab->grid_desc, &lab->grid));
-    if (!(parts & VAL_CORRODE)) PDI_TRY(pd_bonds_build(ctx, &lab->stencil, &lab->grid, 0, &lab->bonds));
+    PDI_TRY(pd_bonds_build(ctx, &lab->stencil, &lab->grid, 0, &lab->bonds));
     if (flow) PDI_TRY(pd_flow_build(ctx, &lab->grid, &lab->bonds, &lab->flow_desc, flow));
     if (steady) PDI_TRY(pd_steady_build(ctx, flow, &lab->steady_desc, steady));
     if (parts & VAL_IMPLICIT)
         PDI_TRY(pd_implicit_build(ctx, flow, steady, &lab->implicit_desc, &lab->implicit));
     if (parts & VAL_GAS) PDI_TRY(pd_gas_build(ctx, &lab->grid, &lab->bonds, &lab->gas_desc, &lab->gas));
-    if (parts & VAL_CORRODE)
-        PDI_TRY(pd_corrode_build(ctx, &lab->grid, &lab->stencil, &lab->corrode_desc, &lab->corrode));
-    if (parts & VAL_RECEDE) PDI_TRY(pd_recede_build(ctx, &lab->corrode, &lab->recede_desc, &lab->recede));
     if (parts & VAL_TRANSPORT)
         PDI_TRY(pd_transport_build(ctx, &lab->grid, &lab->bonds, flow, &lab->transport_desc, &lab->transport));
     if (dissolve)
@@ -95,8 +86,6 @@ static pd_status lab_fields(pd_ctx *ctx, val_lab *lab, int count, int components
 static void lab_free(pd_ctx *ctx, val_lab *lab)
 {
     for (int k = 0; k < 4; k++) PDI_DELETE(ctx, lab->field_size, lab->field[k]);
-    pd_recede_free(ctx, &lab->recede);
-    pd_corrode_free(ctx, &lab->corrode);
     pd_gas_free(ctx, &lab->gas);
     pd_implicit_free(ctx, &lab->implicit);
     pd_dissolve_free(ctx, &lab->dissolve);

@@ -133,14 +133,16 @@ static pd_status stefan_bonds_build(val_job *job, double bottom)
 {
     val_lab *lab = job->lab;
     stefan_metal(job, bottom, 2.0 * STEFAN_START / job->level.n);
-    lab->grid_desc.side[0] = PD_SIDE_INLET;
     for (int side = 2; side < 2 * PD_DIM; side++) lab->grid_desc.side[side] = PD_SIDE_PERIODIC;
-    lab->corrode_desc.solid = STEFAN_CS;
-    lab->corrode_desc.saturation = STEFAN_CSAT;
-    lab->corrode_desc.diffusivity = STEFAN_D;
-    lab->corrode_desc.rate = stefan_fast_law;
-    lab->corrode_desc.uniform = 1;
-    return lab_build(job->ctx, lab, VAL_CORRODE | VAL_RECEDE);
+    lab->transport_desc.diffusivity = STEFAN_D;
+    lab->transport_desc.held = stefan_held;
+    lab->dissolve_desc.model = PD_METAL_BONDS;
+    lab->dissolve_desc.solid = STEFAN_CS;
+    lab->dissolve_desc.saturation = STEFAN_CSAT;
+    lab->dissolve_desc.rate = stefan_fast_law;
+    lab->dissolve_desc.uniform = 1;
+    lab->couple_desc.fraction = 0.2;
+    return lab_build(job->ctx, lab, VAL_TRANSPORT | VAL_DISSOLVE | VAL_COUPLE);
 }
 
 static pd_status stefan_bonds_run(val_job *job)
@@ -153,24 +155,21 @@ static pd_status stefan_bonds_run(val_job *job)
     for (int32_t i = 0; i < lab->grid.total; i++) {
         double x[PD_DIM];
         pd_grid_position(&lab->grid, i, x);
-        if (lab->grid.kind[i] == PD_FLUID) lab->corrode.c[i] = stefan_field(x[0], STEFAN_START);
+        if (lab->grid.kind[i] == PD_FLUID) lab->transport.c[i] = stefan_field(x[0], STEFAN_START);
     }
-    pd_corrode_open(&lab->corrode);
-    double solid = pd_corrode_solid(&lab->corrode);
     job->out->h = lab->grid.h[0];
     for (int k = 0; k < times; k++) {
-        PDI_TRY(pd_recede_run(job->ctx, &lab->recede, stefan_time[k] - begin));
-        double depth = bottom - (bottom - STEFAN_START) * pd_corrode_solid(&lab->corrode) / solid;
-        job->out->err[k] = fabs(depth / stefan_depth[k] - 1.0);
+        PDI_TRY(pd_couple_run(job->ctx, &lab->couple, stefan_time[k] - begin, 0.0, NULL, NULL));
+        job->out->err[k] = fabs(stefan_now(job, bottom) / stefan_depth[k] - 1.0);
     }
-    job->out->steps = (long)lab->corrode.steps;
+    job->out->steps = (long)lab->couple.steps;
     return PD_OK;
 }
 
 #define STEFAN_BONDS_MISS "First order: fluid beside the front is at saturation one cell early."
 
 static const val_part stefan_bonds_part = {
-    "bonds", "Bond-based, implicit steps", "8 um/h", VAL_BY_N, NULL, 1.0,
+    "bonds", "Bond-based", "8 um/h", VAL_BY_N, NULL, 1.0,
 #if PD_DIM == 3
     {{"err_10s", "10 s"}}, 1, {{0, 1e-2, 0.0, 32, VAL_GOAL}, {0, 0.0, 0.9, 0, VAL_GOAL}}, 2,
     {{2, 1.0, 0.0}, {4, 1.0, 0.0}, {8, 1.0, 0.0}, {16, 1.0, 0.0}, {32, 1.0, 0.0}}, 5, 2,
