@@ -85,6 +85,7 @@
  *     flux       what bonds carry from node to node: upwinded advection and diffusion, and the antidiffusive fluxes that take
  *     bounds     least and largest value that a field may take, and the nodes that leave them.
  *     transport  conservative, bounded advection and diffusion of dissolved metal on fluid nodes.
+ *     explicit   transport by forward Euler steps (eq. 5.3), and how long they may be.
  *     settle     the steady field of transport.
  *     euler      transport without metal as a process, by one backward Euler step at a time; advance.h controls its error.
  *     advance    transport in time, of second order, with error-controlled steps.
@@ -3115,6 +3116,8 @@ typedef struct pd_transport_desc {
     double tolerance;       /* [-] of the linear solves, relative to the right-hand side; 0: 1e-11 */
     int max_limiter;        /* Newton steps on the limited equations in one implicit step; 0: 30 */
     double limiter_tolerance; /* [-] relative change of the field at which they stop; 0: 1e-10 */
+    int given;              /* 1: the field is the caller's, as under activation control: nothing is built to solve for
+                             * it, steps are refused, fluxes are 0 */
 } pd_transport_desc;
 
 typedef struct pd_transport {
@@ -3151,7 +3154,8 @@ typedef struct pd_transport {
                              * the residual there. Borrowed */
     int32_t pinned_count;
     double forcing;         /* [-] a stage may end at this share of its first residual; 0: at the tolerance */
-    int prepared;           /* 1: conductances and preconditioner are those of this step, */
+    int conducting;         /* 1: conductances are those of the present nodes, in fluid at rest */
+    int prepared;           /* 1: the preconditioner is that of this step, */
     double prepared_dt;     /* [s] and of this length */
     double dt;              /* [s] of the step in work; 0: none */
     pd_compact compact;
@@ -3175,15 +3179,13 @@ typedef struct pd_transport_result {
 #define pd_transport_update PD_NAME(pd_transport_update)
 #define pd_transport_at PD_NAME(pd_transport_at)
 #define pd_transport_implicit PD_NAME(pd_transport_implicit)
-#define pd_transport_explicit PD_NAME(pd_transport_explicit)
-#define pd_transport_limit PD_NAME(pd_transport_limit)
 #define pd_transport_section PD_NAME(pd_transport_section)
 #define pd_transport_stock PD_NAME(pd_transport_stock)
 #define pd_transport_carried PD_NAME(pd_transport_carried)
 #define pd_transport_free PD_NAME(pd_transport_free)
 
 /* flow may be NULL; after setting the fields of a flow by hand call pd_flow_prepare. PD_ERR_ARGUMENT: diffusivity or
- * concentrations negative or not finite. */
+ * concentrations negative or not finite, a given field with a flow. */
 PD_API pd_status pd_transport_build(pd_ctx *ctx, const pd_grid *grid, const pd_bonds *bonds, const pd_flow *flow,
                                     const pd_transport_desc *desc, pd_transport *transport);
 /* After pd_bonds_update: inlet ghosts and conductances follow. Fluid values stay (a dissolved node keeps its
@@ -3194,10 +3196,6 @@ PD_API pd_status pd_transport_at(pd_ctx *ctx, pd_transport *t, double time);
 /* One backward Euler step of dt [s] (any length: dt >> all time scales gives the steady state). PD_NOT_CONVERGED: the
  * linear solver stopped above its tolerance; what is missing is in carry. */
 PD_API pd_status pd_transport_implicit(pd_ctx *ctx, pd_transport *transport, double dt, pd_transport_result *result);
-/* One forward Euler step. PD_RETRY, nothing changed: dt exceeds pd_transport_limit. */
-PD_API pd_status pd_transport_explicit(pd_ctx *ctx, pd_transport *transport, double dt);
-/* Largest explicit step [s] that keeps every node within its neighbours. */
-PD_API double pd_transport_limit(pd_ctx *ctx, const pd_transport *transport);
 /* Flux [mol/s, per m in planar 2D] towards + of all bonds that cross the plane between cells index - 1 and index of
  * `axis` (index 1 .. n-1) at the end of the last step, antidiffusive fluxes included: what the scheme conserves (eq.
  * 5.1, 5.4). Along a periodic axis up to the tolerance of the limiter. */
@@ -3225,15 +3223,22 @@ PDI_FN pd_status pdi_transport_end(pd_ctx *ctx, pd_transport *transport, double 
 PDI_FN void pdi_transport_residual(const pd_ctx *ctx, const pd_transport *transport, double *out);
 /* out [total] [mol/m3/s]: limited antidiffusive fluxes of the field c (eq. 5.4), whose images are filled here. */
 PDI_FN void pdi_transport_anti(const pd_ctx *ctx, pd_transport *transport, double *c, double *out);
+/* Rounds of upwinding the nodes that leave their bounds before the whole step is upwinded. */
+#define PDI_TRANSPORT_ROUNDS 20
+/* PD_ERR_ARGUMENT: the field is given. Begin a step with no node upwinded, 1: fluxes are limited. y [total] [mol/m3/s]:
+ * net outflow of nodes. Upwind the nodes that leave their bounds by more than a share `slack`: how many are new. */
+PDI_FN pd_status pdi_transport_solves(pd_ctx *ctx, const pd_transport *transport);
+PDI_FN int pdi_transport_start(const pd_ctx *ctx, pd_transport *transport);
+PDI_FN void pdi_transport_operator(const pd_ctx *ctx, const pd_transport *transport, const double *c, double *y);
+PDI_FN int64_t pdi_transport_mark(pd_transport *transport, double slack);
 /* The bounds of a step begin with what is held and enters at its start. */
 PDI_FN void pdi_transport_open(pd_transport *transport);
 /* What steps carry on beside the flow, which comes first; sources are those of the next step. */
 PDI_FN pd_status pdi_transport_store(pd_ctx *ctx, pd_transport *transport, pd_archive *archive);
 /* For the steady field. Limited antidiffusive fluxes of the present field into t->anti (0: none are limited); outflow
- * and inflow of it; the rate [1/s] at which node i exchanges its content. */
+ * and inflow of it. */
 PDI_FN int pdi_transport_fresh(pd_ctx *ctx, pd_transport *transport);
 PDI_FN void pdi_transport_boundary(pd_transport *transport);
-PDI_FN double pdi_transport_rate(const pd_transport *transport, int32_t i);
 /* Correction [total] [mol/m3] for the residual in t->work, to a share of it, with the operator of the last stage. It
  * stands behind the residual. */
 PDI_FN pd_status pdi_transport_refine(pd_ctx *ctx, pd_transport *transport, double share, pd_transport_result *result);
@@ -3246,6 +3251,25 @@ static inline const pd_element *pdi_transport_element(void)
 /* 1 when c lies within the bounds of `start` and the inflow. */
 PDI_FN int pdi_transport_within(const pd_transport *transport, const double *start);
 #endif
+
+#endif
+
+/* ======== >>transport/explicit.h ======== */
+/* explicit: transport by forward Euler steps (eq. 5.3), and how long they may be. */
+#ifndef PD_EXPLICIT_H
+#define PD_EXPLICIT_H
+
+#define pd_transport_explicit PD_NAME(pd_transport_explicit)
+#define pd_transport_limit PD_NAME(pd_transport_limit)
+
+/* One forward Euler step. PD_RETRY, nothing changed: dt exceeds pd_transport_limit. */
+PD_API pd_status pd_transport_explicit(pd_ctx *ctx, pd_transport *transport, double dt);
+/* Largest explicit step [s] that keeps every node within its neighbours. */
+PD_API double pd_transport_limit(pd_ctx *ctx, const pd_transport *transport);
+
+/* Rate [1/s] at which node i exchanges its content: one over its explicit limit. Limited antidiffusive fluxes may need
+ * as much room as upwinding itself. */
+PDI_FN double pdi_explicit_rate(const pd_transport *transport, int32_t i);
 
 #endif
 
@@ -19308,9 +19332,10 @@ static void pdi_flux_refresh_run(const void *user, int32_t i, int32_t row, int32
         if (row < 0) continue;
         double conduct[PDI_PIECE];
         pdi_diffusion_bond(t->diffusion, i, k, count, 1, conduct);
-        for (int b = 0; b < count; b++)
-            *pdi_flux_place(t, row + b, k) =
-                pdi_bond_open(t->bonds, row + b, k) ? conduct[b] / pdi_flux_entry(t, i + b, k) : 0.0;
+        for (int b = 0; b < count; b++) {
+            double entry = t->bonds->inlet[row + b] ? pdi_flux_entry(t, i + b, k) : 1.0;
+            *pdi_flux_place(t, row + b, k) = pdi_bond_open(t->bonds, row + b, k) ? conduct[b] / entry : 0.0;
+        }
     }
 }
 
@@ -19861,10 +19886,8 @@ PDI_FN int64_t pdi_bounds_mark(const pd_bonds *bonds, const double *c, const pdi
 #define PDI_TRANSPORT_FINE 1e-3
 /* Conductance of nodes that hold their concentration in the preconditioner, over that of their cell. */
 #define PDI_TRANSPORT_STIFF 1e6
-/* Rounds of upwinding the nodes that leave their bounds before the whole step is upwinded. */
-#define PDI_TRANSPORT_ROUNDS 20
 
-static void pdi_transport_operator(const pd_ctx *ctx, const pd_transport *t, const double *c, double *y)
+PDI_FN void pdi_transport_operator(const pd_ctx *ctx, const pd_transport *t, const double *c, double *y)
 {
     pd_flux flux = t->flux;
     flux.rate = t->dt > 0.0 ? 1.0 / t->dt : 0.0;
@@ -20137,7 +20160,7 @@ static void pdi_transport_bounds(const pd_transport *t, const double *start, dou
 
 /* Mark the nodes outside of the bounds, and where that has not helped their neighbours too, whose antidiffusive fluxes
  * reach them from upstream; how many are new. */
-static int64_t pdi_transport_mark(pd_transport *t, double slack)
+PDI_FN int64_t pdi_transport_mark(pd_transport *t, double slack)
 {
     pdi_bounds bounds;
     pdi_transport_bounds(t, t->old, slack, &bounds);
@@ -20147,7 +20170,7 @@ static int64_t pdi_transport_mark(pd_transport *t, double slack)
 }
 
 /* Begin a step: no node is upwinded, and the size of the field is that of now. Returns 1 when fluxes are limited. */
-static int pdi_transport_start(const pd_ctx *ctx, pd_transport *t)
+PDI_FN int pdi_transport_start(const pd_ctx *ctx, pd_transport *t)
 {
     memset(t->upwinded, 0, (size_t)t->grid->total);
     t->upwinding = t->sweeping = 0;
@@ -20312,7 +20335,8 @@ PDI_FN pd_status pdi_transport_stage(pd_ctx *ctx, pd_transport *t, double dt, in
     int32_t total = t->grid->total;
     memset(result, 0, sizeof *result);
     t->dt = dt;
-    if (t->flow || !t->prepared) PDI_TRY(pdi_flux_refresh(ctx, &t->flux));
+    if (!t->conducting) PDI_TRY(pdi_flux_refresh(ctx, &t->flux));
+    t->conducting = !t->flow;
     pdi_transport_right_side(ctx, t);
     PDI_TRY(pdi_transport_setup(ctx, t));
     pdi_transport_residual(ctx, t, t->work);
@@ -20326,10 +20350,17 @@ PDI_FN pd_status pdi_transport_stage(pd_ctx *ctx, pd_transport *t, double dt, in
     return result->residual <= 10.0 * t->desc.tolerance ? PD_OK : status;
 }
 
+PDI_FN pd_status pdi_transport_solves(pd_ctx *ctx, const pd_transport *t)
+{
+    if (!t->desc.given) return PD_OK;
+    return pdi_fail(ctx, PD_ERR_ARGUMENT, "transport", "the field is given: there are no steps to take");
+}
+
 PDI_FN pd_status pdi_transport_begin(pd_ctx *ctx, pd_transport *t, double dt)
 {
     if (!(dt > 0.0) || !(dt < 1e300))
         return pdi_fail(ctx, PD_ERR_ARGUMENT, "transport", "the step is %g s, expected a positive one", dt);
+    PDI_TRY(pdi_transport_solves(ctx, t));
     t->prepared = 0;
     pdi_par_copy(ctx, t->grid->total, t->c, t->old);
     pdi_transport_open(t);
@@ -20355,66 +20386,11 @@ pd_status pd_transport_implicit(pd_ctx *ctx, pd_transport *t, double dt, pd_tran
     return pdi_transport_end(ctx, t, dt, pdi_transport_stage(ctx, t, dt, 1, result));
 }
 
-/* Rate [1/s] at which node i exchanges its content: one over its explicit limit. Limited antidiffusive fluxes may need
- * as much room as upwinding itself. */
-PDI_FN double pdi_transport_rate(const pd_transport *t, int32_t i)
-{
-    double room = t->desc.advection == PD_ADVECTION_LIMITED ? 2.0 : 1.0;
-    double rate = t->absorb[i] + (t->diffusion.wall_rate ? t->diffusion.wall_rate[i] : 0.0);
-    for (int k = 0; k < t->bonds->stencil->count; k++) {
-        double flux, bond, upwind;
-        if (!pdi_flux_open(&t->flux, i, k)) continue;
-        pdi_flux_bond(&t->flux, i, k, &flux, &bond, &upwind);
-        if (t->grid->kind[i + t->bonds->shift[k]] == PD_OUTLET) rate += fmax(flux, 0.0);
-        else rate += bond + room * upwind - 0.5 * flux;
-    }
-    return rate;
-}
-
-double pd_transport_limit(pd_ctx *ctx, const pd_transport *t)
-{
-    double fastest = 0.0;
-    (void)ctx;
-    for (int32_t i = 0; i < t->grid->total; i++)
-        if (t->grid->kind[i] == PD_FLUID) fastest = fmax(fastest, pdi_transport_rate(t, i));
-    return fastest > 0.0 ? 1.0 / fastest : HUGE_VAL;
-}
-
-pd_status pd_transport_explicit(pd_ctx *ctx, pd_transport *t, double dt)
-{
-    const uint8_t *kind = t->grid->kind;
-    if (!(dt > 0.0))
-        return pdi_fail(ctx, PD_ERR_ARGUMENT, "transport", "the step is %g s, expected a positive one", dt);
-    double limit = pd_transport_limit(ctx, t);
-    if (dt > limit * (1.0 + 1e-12)) {
-        pdi_fail(ctx, PD_RETRY, "transport", "the explicit step of %g s exceeds the limit of %g s", dt, limit);
-        return PD_RETRY;
-    }
-    PDI_TRY(pdi_flux_refresh(ctx, &t->flux));
-    if (t->rest) pdi_par_zero(ctx, t->grid->total, t->rest);
-    t->dt = 0.0;
-    int limited = pdi_transport_start(ctx, t), rounds = PDI_TRANSPORT_ROUNDS;
-    pdi_par_copy(ctx, t->grid->total, t->c, t->old);
-    pdi_transport_open(t);
-    pdi_transport_operator(ctx, t, t->old, t->rhs);
-    do {
-        pdi_par_copy(ctx, t->grid->total, t->old, t->c);
-        if (limited) pdi_transport_anti(ctx, t, t->c, t->anti);
-        pdi_transport_boundary(t);
-        for (int32_t i = 0; i < t->grid->total; i++)
-            if (kind[i] == PD_FLUID) {
-                double held = t->diffusion.wall_source ? t->diffusion.wall_source[i] : 0.0;
-                t->c[i] = t->old[i] + dt * (t->source[i] + held + t->anti[i] - t->rhs[i]) + t->carry[i];
-            }
-    } while (limited && --rounds > 0 && pdi_transport_mark(t, 1e-15) > 0);
-    pdi_par_zero(ctx, t->grid->total, t->carry);
-    return PD_OK;
-}
-
 double pd_transport_section(pd_ctx *ctx, pd_transport *t, int axis, int index)
 {
     int limited = t->flow && t->desc.advection == PD_ADVECTION_LIMITED;
     (void)ctx;
+    if (t->desc.given) return 0.0;
     pd_ghosts_scalar(&t->bonds->ghosts, t->c);
     double flux = pdi_flux_through(&t->flux, t->c, limited ? t->anti : NULL, axis, index);
     if (t->rest) flux += pdi_flux_through(&t->flux, t->rest, NULL, axis, index);
@@ -20500,7 +20476,8 @@ pd_status pd_transport_at(pd_ctx *ctx, pd_transport *t, double time)
 
 pd_status pd_transport_update(pd_ctx *ctx, pd_transport *t)
 {
-    t->prepared = 0;
+    if (t->desc.given) return PD_OK;
+    t->prepared = t->conducting = 0;
     if (t->desc.clock) *t->desc.clock = t->time;
     pd_diffusion_update(ctx, &t->diffusion);
     PDI_TRY(pdi_transport_inlets(ctx, t));
@@ -20534,11 +20511,12 @@ PDI_FN void pdi_transport_list(pdi_owner *owner, void *object)
     for (int s = 0; s < 2 * PD_DIM; s++) images = images || transport->grid->side[s] >= PD_SIDE_PERIODIC;
     PDI_STATE(owner, transport, c, total, "mol/m3");
     PDI_STATE(owner, transport, carry, total, "mol/m3");
+    PDI_ARRAY(owner, transport, source, total, "mol/m3/s");
+    PDI_ARRAY(owner, transport, absorb, total, "1/s");
+    if (transport->desc.given) return;
     PDI_OWN(owner, transport->flow ? PDI_OWNED_STATE : PDI_OWNED_ARRAY, transport, anti, total, "mol/m3/s");
     if (transport->desc.field) PDI_STATE(owner, transport, rest, total, "mol/m3");
     PDI_ARRAY(owner, transport, old, total, "mol/m3");
-    PDI_ARRAY(owner, transport, source, total, "mol/m3/s");
-    PDI_ARRAY(owner, transport, absorb, total, "1/s");
     PDI_ARRAY(owner, transport, upwinded, total, "1");
     PDI_ARRAY(owner, transport, rhs, total, "mol/m3/s");
     PDI_ARRAY(owner, transport, work, 2 * total, "");
@@ -20566,15 +20544,19 @@ static pd_status pdi_transport_make(pd_ctx *ctx, const pd_grid *grid, const pd_b
     t->grid = grid;
     t->bonds = bonds;
     t->flow = flow;
+    if (desc->given && flow)
+        return pdi_fail(ctx, PD_ERR_ARGUMENT, "transport", "a given field does not go with a flow");
+    t->diffusion.desc.diffusivity = desc->diffusivity;
+    PDI_TRY(pdi_owner_build(ctx, pdi_transport_list, t));
+    for (int32_t i = 0; i < grid->total; i++)
+        if (grid->kind[i] == PD_FLUID) t->c[i] = desc->initial;
+    if (desc->given) return PD_OK;
     pd_krylov_desc kd;
     pd_multigrid_desc md;
     pdi_transport_solvers(t, &kd, &md);
     PDI_TRY(pdi_compact_build(ctx, grid, flow != NULL, &t->compact));
     PDI_TRY(pd_multigrid_build(ctx, &md, &t->mg));
     PDI_TRY(pd_krylov_build(ctx, &kd, &t->krylov));
-    PDI_TRY(pdi_owner_build(ctx, pdi_transport_list, t));
-    for (int32_t i = 0; i < grid->total; i++)
-        if (grid->kind[i] == PD_FLUID) t->c[i] = desc->initial;
     pd_diffusion_desc dd;
     memset(&dd, 0, sizeof dd);
     dd.diffusivity = desc->diffusivity;
@@ -20635,6 +20617,65 @@ void pd_transport_free(pd_ctx *ctx, pd_transport *t)
 #pragma GCC optimize ("O1")
 #endif
 
+/* ======== >>transport/explicit.c ======== */
+/* explicit: see explicit.h */
+#include <math.h>
+
+PDI_FN double pdi_explicit_rate(const pd_transport *t, int32_t i)
+{
+    double room = t->desc.advection == PD_ADVECTION_LIMITED ? 2.0 : 1.0;
+    double rate = t->absorb[i] + (t->diffusion.wall_rate ? t->diffusion.wall_rate[i] : 0.0);
+    for (int k = 0; k < t->bonds->stencil->count; k++) {
+        double flux, bond, upwind;
+        if (!pdi_flux_open(&t->flux, i, k)) continue;
+        pdi_flux_bond(&t->flux, i, k, &flux, &bond, &upwind);
+        if (t->grid->kind[i + t->bonds->shift[k]] == PD_OUTLET) rate += fmax(flux, 0.0);
+        else rate += bond + room * upwind - 0.5 * flux;
+    }
+    return rate;
+}
+
+double pd_transport_limit(pd_ctx *ctx, const pd_transport *t)
+{
+    double fastest = 0.0;
+    (void)ctx;
+    for (int32_t i = 0; i < t->grid->total; i++)
+        if (t->grid->kind[i] == PD_FLUID) fastest = fmax(fastest, pdi_explicit_rate(t, i));
+    return fastest > 0.0 ? 1.0 / fastest : HUGE_VAL;
+}
+
+pd_status pd_transport_explicit(pd_ctx *ctx, pd_transport *t, double dt)
+{
+    const uint8_t *kind = t->grid->kind;
+    if (!(dt > 0.0))
+        return pdi_fail(ctx, PD_ERR_ARGUMENT, "transport", "the step is %g s, expected a positive one", dt);
+    PDI_TRY(pdi_transport_solves(ctx, t));
+    double limit = pd_transport_limit(ctx, t);
+    if (dt > limit * (1.0 + 1e-12)) {
+        pdi_fail(ctx, PD_RETRY, "transport", "the explicit step of %g s exceeds the limit of %g s", dt, limit);
+        return PD_RETRY;
+    }
+    PDI_TRY(pdi_flux_refresh(ctx, &t->flux));
+    if (t->rest) pdi_par_zero(ctx, t->grid->total, t->rest);
+    t->dt = 0.0;
+    int limited = pdi_transport_start(ctx, t), rounds = PDI_TRANSPORT_ROUNDS;
+    pdi_par_copy(ctx, t->grid->total, t->c, t->old);
+    pdi_transport_open(t);
+    pdi_transport_operator(ctx, t, t->old, t->rhs);
+    do {
+        pdi_par_copy(ctx, t->grid->total, t->old, t->c);
+        if (limited) pdi_transport_anti(ctx, t, t->c, t->anti);
+        pdi_transport_boundary(t);
+        for (int32_t i = 0; i < t->grid->total; i++)
+            if (kind[i] == PD_FLUID) {
+                double held = t->diffusion.wall_source ? t->diffusion.wall_source[i] : 0.0;
+                t->c[i] = t->old[i] + dt * (t->source[i] + held + t->anti[i] - t->rhs[i]) + t->carry[i];
+            }
+    } while (limited && --rounds > 0 && pdi_transport_mark(t, 1e-15) > 0);
+    pdi_par_zero(ctx, t->grid->total, t->carry);
+    return PD_OK;
+}
+
 /* ======== >>transport/settle.c ======== */
 /* settle: see settle.h */
 #include <float.h>
@@ -20656,7 +20697,7 @@ static double pdi_settle_slowest(const pd_transport *t)
 {
     double slowest = HUGE_VAL;
     for (int32_t i = 0; i < t->grid->total; i++) {
-        double rate = t->grid->kind[i] == PD_FLUID ? pdi_transport_rate(t, i) : 0.0;
+        double rate = t->grid->kind[i] == PD_FLUID ? pdi_explicit_rate(t, i) : 0.0;
         if (rate > 0.0) slowest = fmin(slowest, rate);
     }
     return slowest < HUGE_VAL ? 1.0 / slowest : HUGE_VAL;
@@ -22218,9 +22259,18 @@ PDI_FN int32_t pdi_entry_far(const pd_bonds *bonds, int32_t i, int k)
     return pdi_entry_home(bonds, i + bonds->shift[k], NULL);
 }
 
+/* 1: no node of the box is a wall. */
+static int pdi_entry_unwalled(const pd_grid *grid)
+{
+    int64_t cells = 1;
+    for (int d = 0; d < PD_DIM; d++) cells *= grid->n[d];
+    return grid->fluid_count + grid->solid_count == cells;
+}
+
 PDI_FN int pdi_entry_free(const pd_bonds *bonds, int32_t i, int k)
 {
     const pd_stencil *s = bonds->stencil;
+    if (pdi_entry_unwalled(bonds->grid)) return 1;
     for (int g = s->group_first[k]; g < s->group_first[k + 1] - 1; g++) {
         int walled = 1;
         for (int c = s->group_cell[g]; c < s->group_cell[g + 1] && walled; c++) {
@@ -23073,13 +23123,15 @@ PDI_FN double pdi_damage_last(uint64_t seed, int32_t node, int bonds)
 
 /* ---- build ---- */
 
-static pd_status pdi_dissolve_check(pd_ctx *ctx, const pd_dissolve_desc *desc)
+static pd_status pdi_dissolve_check(pd_ctx *ctx, const pd_dissolve_desc *desc, int given)
 {
     if (!(desc->solid > 0.0) || !(desc->solid < 1e100) || !(desc->threshold >= 0.0) || !(desc->threshold < 1.0) ||
         !desc->rate)
         return pdi_fail(ctx, PD_ERR_ARGUMENT, "dissolve",
                         "Cs = %g mol/m3 must be positive, the threshold %g lie in [0, 1), a rate law be given",
                         desc->solid, desc->threshold);
+    if (given && (desc->model == PD_METAL_SURFACE || !desc->activation))
+        return pdi_fail(ctx, PD_ERR_ARGUMENT, "dissolve", "the field of transport is given, but not by activation");
     if (desc->model == PD_METAL_SURFACE) return PD_OK;
     if (desc->model != PD_METAL_BONDS)
         return pdi_fail(ctx, PD_ERR_ARGUMENT, "dissolve", "model %d, expected 0 or 1", (int)desc->model);
@@ -23144,7 +23196,7 @@ static pd_status pdi_dissolve_make(pd_ctx *ctx, pd_grid *grid, const pd_bonds *b
 {
     const pd_stencil *s = bonds->stencil;
     memset(d, 0, sizeof *d);
-    PDI_TRY(pdi_dissolve_check(ctx, desc));
+    PDI_TRY(pdi_dissolve_check(ctx, desc, transport->desc.given));
     d->desc = *desc;
     d->grid = grid;
     d->bonds = bonds;
@@ -33715,6 +33767,11 @@ static void pdi_footprint_transport(const pd_setup *u, pdi_footprint_plan *plan,
     t.bonds = t.flux.bonds = t.limiter.bonds = t.diffusion.bonds = &plan->bonds;
     if (u->has_flow) t.flow = t.flux.flow = &plan->flow;
     if (medium) t.desc.field = t.diffusion.media.level = pdi_footprint_any;
+    t.desc.given = u->has_corrode && u->activation && !u->has_flow;
+    if (t.desc.given) {
+        *bytes = pdi_footprint_list(plan, pdi_transport_list, &t);
+        return;
+    }
     if (pd_wall_holds(u)) t.diffusion.desc.held = pdi_footprint_any;
     t.diffusion.media.grid = &plan->grid;
     t.diffusion.media.stencil = &plan->stencil;
@@ -34015,6 +34072,7 @@ static pd_status pdi_model_transport(pd_ctx *ctx, pd_model *m)
     desc.inlet = u->inlet;
     desc.advection = u->advection;
     desc.limiter_tolerance = u->limiter;
+    desc.given = u->has_corrode && u->activation && !u->has_flow;
     if (u->has_corrode && !u->has_flow) desc.tolerance = PDI_MODEL_CORRODE;
     if (u->medium >= 0) desc.field = pdi_model_diffusivity;
     if (u->medium >= 0) desc.level = pdi_model_interface;

@@ -38,6 +38,7 @@ static void front_slab(val_job *job, const int *direction, double h, double *spe
     lab->dissolve_desc.model = PD_METAL_BONDS;
     lab->dissolve_desc.solid = 1e5;
     lab->dissolve_desc.saturation = 5e3;
+    lab->dissolve_desc.activation = lab->transport_desc.given = 1;
     lab->dissolve_desc.rate = front_law;
     lab->dissolve_desc.uniform = 1;
     lab->dissolve_desc.rate_user = speed;

@@ -128,6 +128,7 @@ static pd_status peer_cube_run(val_job *job)
     desc->saturation = PEER_CUBE_CSAT;
     desc->activation = 1;
     desc->rate_user = &speed;
+    job->lab->transport_desc.given = 1;
     job->lab->couple_desc.max_step = 0.4;
     PDI_TRY(peer_build(job, 1e-6, box, metal, 0));
     return peer_compare(job, peer_cube, 10.0);

@@ -3,6 +3,7 @@
 #include "core/par.h"
 #include "metal/content.h"
 #include "metal/damage.h"
+#include "transport/explicit.h"
 #include <math.h>
 #include <string.h>
 
@@ -27,13 +28,15 @@
 
 /* ---- build ---- */
 
-static pd_status pdi_dissolve_check(pd_ctx *ctx, const pd_dissolve_desc *desc)
+static pd_status pdi_dissolve_check(pd_ctx *ctx, const pd_dissolve_desc *desc, int given)
 {
     if (!(desc->solid > 0.0) || !(desc->solid < 1e100) || !(desc->threshold >= 0.0) || !(desc->threshold < 1.0) ||
         !desc->rate)
         return pdi_fail(ctx, PD_ERR_ARGUMENT, "dissolve",
                         "Cs = %g mol/m3 must be positive, the threshold %g lie in [0, 1), a rate law be given",
                         desc->solid, desc->threshold);
+    if (given && (desc->model == PD_METAL_SURFACE || !desc->activation))
+        return pdi_fail(ctx, PD_ERR_ARGUMENT, "dissolve", "the field of transport is given, but not by activation");
     if (desc->model == PD_METAL_SURFACE) return PD_OK;
     if (desc->model != PD_METAL_BONDS)
         return pdi_fail(ctx, PD_ERR_ARGUMENT, "dissolve", "model %d, expected 0 or 1", (int)desc->model);
@@ -98,7 +101,7 @@ static pd_status pdi_dissolve_make(pd_ctx *ctx, pd_grid *grid, const pd_bonds *b
 {
     const pd_stencil *s = bonds->stencil;
     memset(d, 0, sizeof *d);
-    PDI_TRY(pdi_dissolve_check(ctx, desc));
+    PDI_TRY(pdi_dissolve_check(ctx, desc, transport->desc.given));
     d->desc = *desc;
     d->grid = grid;
     d->bonds = bonds;

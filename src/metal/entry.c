@@ -15,9 +15,18 @@ PDI_FN int32_t pdi_entry_far(const pd_bonds *bonds, int32_t i, int k)
     return pdi_entry_home(bonds, i + bonds->shift[k], NULL);
 }
 
+/* 1: no node of the box is a wall. */
+static int pdi_entry_unwalled(const pd_grid *grid)
+{
+    int64_t cells = 1;
+    for (int d = 0; d < PD_DIM; d++) cells *= grid->n[d];
+    return grid->fluid_count + grid->solid_count == cells;
+}
+
 PDI_FN int pdi_entry_free(const pd_bonds *bonds, int32_t i, int k)
 {
     const pd_stencil *s = bonds->stencil;
+    if (pdi_entry_unwalled(bonds->grid)) return 1;
     for (int g = s->group_first[k]; g < s->group_first[k + 1] - 1; g++) {
         int walled = 1;
         for (int c = s->group_cell[g]; c < s->group_cell[g + 1] && walled; c++) {

@@ -233,6 +233,11 @@ static void pdi_footprint_transport(const pd_setup *u, pdi_footprint_plan *plan,
     t.bonds = t.flux.bonds = t.limiter.bonds = t.diffusion.bonds = &plan->bonds;
     if (u->has_flow) t.flow = t.flux.flow = &plan->flow;
     if (medium) t.desc.field = t.diffusion.media.level = pdi_footprint_any;
+    t.desc.given = u->has_corrode && u->activation && !u->has_flow;
+    if (t.desc.given) {
+        *bytes = pdi_footprint_list(plan, pdi_transport_list, &t);
+        return;
+    }
     if (pd_wall_holds(u)) t.diffusion.desc.held = pdi_footprint_any;
     t.diffusion.media.grid = &plan->grid;
     t.diffusion.media.stencil = &plan->stencil;

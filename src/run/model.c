@@ -169,6 +169,7 @@ static pd_status pdi_model_transport(pd_ctx *ctx, pd_model *m)
     desc.inlet = u->inlet;
     desc.advection = u->advection;
     desc.limiter_tolerance = u->limiter;
+    desc.given = u->has_corrode && u->activation && !u->has_flow;
     if (u->has_corrode && !u->has_flow) desc.tolerance = PDI_MODEL_CORRODE;
     if (u->medium >= 0) desc.field = pdi_model_diffusivity;
     if (u->medium >= 0) desc.level = pdi_model_interface;

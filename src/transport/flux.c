@@ -206,9 +206,10 @@ static void pdi_flux_refresh_run(const void *user, int32_t i, int32_t row, int32
         if (row < 0) continue;
         double conduct[PDI_PIECE];
         pdi_diffusion_bond(t->diffusion, i, k, count, 1, conduct);
-        for (int b = 0; b < count; b++)
-            *pdi_flux_place(t, row + b, k) =
-                pdi_bond_open(t->bonds, row + b, k) ? conduct[b] / pdi_flux_entry(t, i + b, k) : 0.0;
+        for (int b = 0; b < count; b++) {
+            double entry = t->bonds->inlet[row + b] ? pdi_flux_entry(t, i + b, k) : 1.0;
+            *pdi_flux_place(t, row + b, k) = pdi_bond_open(t->bonds, row + b, k) ? conduct[b] / entry : 0.0;
+        }
     }
 }
 

@@ -1,6 +1,7 @@
 /* settle: see settle.h */
 #include "transport/settle.h"
 #include "core/par.h"
+#include "transport/explicit.h"
 #include <float.h>
 #include <math.h>
 #include <string.h>
@@ -20,7 +21,7 @@ static double pdi_settle_slowest(const pd_transport *t)
 {
     double slowest = HUGE_VAL;
     for (int32_t i = 0; i < t->grid->total; i++) {
-        double rate = t->grid->kind[i] == PD_FLUID ? pdi_transport_rate(t, i) : 0.0;
+        double rate = t->grid->kind[i] == PD_FLUID ? pdi_explicit_rate(t, i) : 0.0;
         if (rate > 0.0) slowest = fmin(slowest, rate);
     }
     return slowest < HUGE_VAL ? 1.0 / slowest : HUGE_VAL;

@@ -32,10 +32,8 @@
 #define PDI_TRANSPORT_FINE 1e-3
 /* Conductance of nodes that hold their concentration in the preconditioner, over that of their cell. */
 #define PDI_TRANSPORT_STIFF 1e6
-/* Rounds of upwinding the nodes that leave their bounds before the whole step is upwinded. */
-#define PDI_TRANSPORT_ROUNDS 20
 
-static void pdi_transport_operator(const pd_ctx *ctx, const pd_transport *t, const double *c, double *y)
+PDI_FN void pdi_transport_operator(const pd_ctx *ctx, const pd_transport *t, const double *c, double *y)
 {
     pd_flux flux = t->flux;
     flux.rate = t->dt > 0.0 ? 1.0 / t->dt : 0.0;
@@ -308,7 +306,7 @@ static void pdi_transport_bounds(const pd_transport *t, const double *start, dou
 
 /* Mark the nodes outside of the bounds, and where that has not helped their neighbours too, whose antidiffusive fluxes
  * reach them from upstream; how many are new. */
-static int64_t pdi_transport_mark(pd_transport *t, double slack)
+PDI_FN int64_t pdi_transport_mark(pd_transport *t, double slack)
 {
     pdi_bounds bounds;
     pdi_transport_bounds(t, t->old, slack, &bounds);
@@ -318,7 +316,7 @@ static int64_t pdi_transport_mark(pd_transport *t, double slack)
 }
 
 /* Begin a step: no node is upwinded, and the size of the field is that of now. Returns 1 when fluxes are limited. */
-static int pdi_transport_start(const pd_ctx *ctx, pd_transport *t)
+PDI_FN int pdi_transport_start(const pd_ctx *ctx, pd_transport *t)
 {
     memset(t->upwinded, 0, (size_t)t->grid->total);
     t->upwinding = t->sweeping = 0;
@@ -483,7 +481,8 @@ PDI_FN pd_status pdi_transport_stage(pd_ctx *ctx, pd_transport *t, double dt, in
     int32_t total = t->grid->total;
     memset(result, 0, sizeof *result);
     t->dt = dt;
-    if (t->flow || !t->prepared) PDI_TRY(pdi_flux_refresh(ctx, &t->flux));
+    if (!t->conducting) PDI_TRY(pdi_flux_refresh(ctx, &t->flux));
+    t->conducting = !t->flow;
     pdi_transport_right_side(ctx, t);
     PDI_TRY(pdi_transport_setup(ctx, t));
     pdi_transport_residual(ctx, t, t->work);
@@ -497,10 +496,17 @@ PDI_FN pd_status pdi_transport_stage(pd_ctx *ctx, pd_transport *t, double dt, in
     return result->residual <= 10.0 * t->desc.tolerance ? PD_OK : status;
 }
 
+PDI_FN pd_status pdi_transport_solves(pd_ctx *ctx, const pd_transport *t)
+{
+    if (!t->desc.given) return PD_OK;
+    return pdi_fail(ctx, PD_ERR_ARGUMENT, "transport", "the field is given: there are no steps to take");
+}
+
 PDI_FN pd_status pdi_transport_begin(pd_ctx *ctx, pd_transport *t, double dt)
 {
     if (!(dt > 0.0) || !(dt < 1e300))
         return pdi_fail(ctx, PD_ERR_ARGUMENT, "transport", "the step is %g s, expected a positive one", dt);
+    PDI_TRY(pdi_transport_solves(ctx, t));
     t->prepared = 0;
     pdi_par_copy(ctx, t->grid->total, t->c, t->old);
     pdi_transport_open(t);
@@ -526,66 +532,11 @@ pd_status pd_transport_implicit(pd_ctx *ctx, pd_transport *t, double dt, pd_tran
     return pdi_transport_end(ctx, t, dt, pdi_transport_stage(ctx, t, dt, 1, result));
 }
 
-/* Rate [1/s] at which node i exchanges its content: one over its explicit limit. Limited antidiffusive fluxes may need
- * as much room as upwinding itself. */
-PDI_FN double pdi_transport_rate(const pd_transport *t, int32_t i)
-{
-    double room = t->desc.advection == PD_ADVECTION_LIMITED ? 2.0 : 1.0;
-    double rate = t->absorb[i] + (t->diffusion.wall_rate ? t->diffusion.wall_rate[i] : 0.0);
-    for (int k = 0; k < t->bonds->stencil->count; k++) {
-        double flux, bond, upwind;
-        if (!pdi_flux_open(&t->flux, i, k)) continue;
-        pdi_flux_bond(&t->flux, i, k, &flux, &bond, &upwind);
-        if (t->grid->kind[i + t->bonds->shift[k]] == PD_OUTLET) rate += fmax(flux, 0.0);
-        else rate += bond + room * upwind - 0.5 * flux;
-    }
-    return rate;
-}
-
-double pd_transport_limit(pd_ctx *ctx, const pd_transport *t)
-{
-    double fastest = 0.0;
-    (void)ctx;
-    for (int32_t i = 0; i < t->grid->total; i++)
-        if (t->grid->kind[i] == PD_FLUID) fastest = fmax(fastest, pdi_transport_rate(t, i));
-    return fastest > 0.0 ? 1.0 / fastest : HUGE_VAL;
-}
-
-pd_status pd_transport_explicit(pd_ctx *ctx, pd_transport *t, double dt)
-{
-    const uint8_t *kind = t->grid->kind;
-    if (!(dt > 0.0))
-        return pdi_fail(ctx, PD_ERR_ARGUMENT, "transport", "the step is %g s, expected a positive one", dt);
-    double limit = pd_transport_limit(ctx, t);
-    if (dt > limit * (1.0 + 1e-12)) {
-        pdi_fail(ctx, PD_RETRY, "transport", "the explicit step of %g s exceeds the limit of %g s", dt, limit);
-        return PD_RETRY;
-    }
-    PDI_TRY(pdi_flux_refresh(ctx, &t->flux));
-    if (t->rest) pdi_par_zero(ctx, t->grid->total, t->rest);
-    t->dt = 0.0;
-    int limited = pdi_transport_start(ctx, t), rounds = PDI_TRANSPORT_ROUNDS;
-    pdi_par_copy(ctx, t->grid->total, t->c, t->old);
-    pdi_transport_open(t);
-    pdi_transport_operator(ctx, t, t->old, t->rhs);
-    do {
-        pdi_par_copy(ctx, t->grid->total, t->old, t->c);
-        if (limited) pdi_transport_anti(ctx, t, t->c, t->anti);
-        pdi_transport_boundary(t);
-        for (int32_t i = 0; i < t->grid->total; i++)
-            if (kind[i] == PD_FLUID) {
-                double held = t->diffusion.wall_source ? t->diffusion.wall_source[i] : 0.0;
-                t->c[i] = t->old[i] + dt * (t->source[i] + held + t->anti[i] - t->rhs[i]) + t->carry[i];
-            }
-    } while (limited && --rounds > 0 && pdi_transport_mark(t, 1e-15) > 0);
-    pdi_par_zero(ctx, t->grid->total, t->carry);
-    return PD_OK;
-}
-
 double pd_transport_section(pd_ctx *ctx, pd_transport *t, int axis, int index)
 {
     int limited = t->flow && t->desc.advection == PD_ADVECTION_LIMITED;
     (void)ctx;
+    if (t->desc.given) return 0.0;
     pd_ghosts_scalar(&t->bonds->ghosts, t->c);
     double flux = pdi_flux_through(&t->flux, t->c, limited ? t->anti : NULL, axis, index);
     if (t->rest) flux += pdi_flux_through(&t->flux, t->rest, NULL, axis, index);
@@ -671,7 +622,8 @@ pd_status pd_transport_at(pd_ctx *ctx, pd_transport *t, double time)
 
 pd_status pd_transport_update(pd_ctx *ctx, pd_transport *t)
 {
-    t->prepared = 0;
+    if (t->desc.given) return PD_OK;
+    t->prepared = t->conducting = 0;
     if (t->desc.clock) *t->desc.clock = t->time;
     pd_diffusion_update(ctx, &t->diffusion);
     PDI_TRY(pdi_transport_inlets(ctx, t));
@@ -705,11 +657,12 @@ PDI_FN void pdi_transport_list(pdi_owner *owner, void *object)
     for (int s = 0; s < 2 * PD_DIM; s++) images = images || transport->grid->side[s] >= PD_SIDE_PERIODIC;
     PDI_STATE(owner, transport, c, total, "mol/m3");
     PDI_STATE(owner, transport, carry, total, "mol/m3");
+    PDI_ARRAY(owner, transport, source, total, "mol/m3/s");
+    PDI_ARRAY(owner, transport, absorb, total, "1/s");
+    if (transport->desc.given) return;
     PDI_OWN(owner, transport->flow ? PDI_OWNED_STATE : PDI_OWNED_ARRAY, transport, anti, total, "mol/m3/s");
     if (transport->desc.field) PDI_STATE(owner, transport, rest, total, "mol/m3");
     PDI_ARRAY(owner, transport, old, total, "mol/m3");
-    PDI_ARRAY(owner, transport, source, total, "mol/m3/s");
-    PDI_ARRAY(owner, transport, absorb, total, "1/s");
     PDI_ARRAY(owner, transport, upwinded, total, "1");
     PDI_ARRAY(owner, transport, rhs, total, "mol/m3/s");
     PDI_ARRAY(owner, transport, work, 2 * total, "");
@@ -737,15 +690,19 @@ static pd_status pdi_transport_make(pd_ctx *ctx, const pd_grid *grid, const pd_b
     t->grid = grid;
     t->bonds = bonds;
     t->flow = flow;
+    if (desc->given && flow)
+        return pdi_fail(ctx, PD_ERR_ARGUMENT, "transport", "a given field does not go with a flow");
+    t->diffusion.desc.diffusivity = desc->diffusivity;
+    PDI_TRY(pdi_owner_build(ctx, pdi_transport_list, t));
+    for (int32_t i = 0; i < grid->total; i++)
+        if (grid->kind[i] == PD_FLUID) t->c[i] = desc->initial;
+    if (desc->given) return PD_OK;
     pd_krylov_desc kd;
     pd_multigrid_desc md;
     pdi_transport_solvers(t, &kd, &md);
     PDI_TRY(pdi_compact_build(ctx, grid, flow != NULL, &t->compact));
     PDI_TRY(pd_multigrid_build(ctx, &md, &t->mg));
     PDI_TRY(pd_krylov_build(ctx, &kd, &t->krylov));
-    PDI_TRY(pdi_owner_build(ctx, pdi_transport_list, t));
-    for (int32_t i = 0; i < grid->total; i++)
-        if (grid->kind[i] == PD_FLUID) t->c[i] = desc->initial;
     pd_diffusion_desc dd;
     memset(&dd, 0, sizeof dd);
     dd.diffusivity = desc->diffusivity;

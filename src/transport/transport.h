@@ -33,6 +33,8 @@ typedef struct pd_transport_desc {
     double tolerance;       /* [-] of the linear solves, relative to the right-hand side; 0: 1e-11 */
     int max_limiter;        /* Newton steps on the limited equations in one implicit step; 0: 30 */
     double limiter_tolerance; /* [-] relative change of the field at which they stop; 0: 1e-10 */
+    int given;              /* 1: the field is the caller's, as under activation control: nothing is built to solve for
+                             * it, steps are refused, fluxes are 0 */
 } pd_transport_desc;
 
 typedef struct pd_transport {
@@ -69,7 +71,8 @@ typedef struct pd_transport {
                              * the residual there. Borrowed */
     int32_t pinned_count;
     double forcing;         /* [-] a stage may end at this share of its first residual; 0: at the tolerance */
-    int prepared;           /* 1: conductances and preconditioner are those of this step, */
+    int conducting;         /* 1: conductances are those of the present nodes, in fluid at rest */
+    int prepared;           /* 1: the preconditioner is that of this step, */
     double prepared_dt;     /* [s] and of this length */
     double dt;              /* [s] of the step in work; 0: none */
     pd_compact compact;
@@ -93,15 +96,13 @@ typedef struct pd_transport_result {
 #define pd_transport_update PD_NAME(pd_transport_update)
 #define pd_transport_at PD_NAME(pd_transport_at)
 #define pd_transport_implicit PD_NAME(pd_transport_implicit)
-#define pd_transport_explicit PD_NAME(pd_transport_explicit)
-#define pd_transport_limit PD_NAME(pd_transport_limit)
 #define pd_transport_section PD_NAME(pd_transport_section)
 #define pd_transport_stock PD_NAME(pd_transport_stock)
 #define pd_transport_carried PD_NAME(pd_transport_carried)
 #define pd_transport_free PD_NAME(pd_transport_free)
 
 /* flow may be NULL; after setting the fields of a flow by hand call pd_flow_prepare. PD_ERR_ARGUMENT: diffusivity or
- * concentrations negative or not finite. */
+ * concentrations negative or not finite, a given field with a flow. */
 PD_API pd_status pd_transport_build(pd_ctx *ctx, const pd_grid *grid, const pd_bonds *bonds, const pd_flow *flow,
                                     const pd_transport_desc *desc, pd_transport *transport);
 /* After pd_bonds_update: inlet ghosts and conductances follow. Fluid values stay (a dissolved node keeps its
@@ -112,10 +113,6 @@ PD_API pd_status pd_transport_at(pd_ctx *ctx, pd_transport *t, double time);
 /* One backward Euler step of dt [s] (any length: dt >> all time scales gives the steady state). PD_NOT_CONVERGED: the
  * linear solver stopped above its tolerance; what is missing is in carry. */
 PD_API pd_status pd_transport_implicit(pd_ctx *ctx, pd_transport *transport, double dt, pd_transport_result *result);
-/* One forward Euler step. PD_RETRY, nothing changed: dt exceeds pd_transport_limit. */
-PD_API pd_status pd_transport_explicit(pd_ctx *ctx, pd_transport *transport, double dt);
-/* Largest explicit step [s] that keeps every node within its neighbours. */
-PD_API double pd_transport_limit(pd_ctx *ctx, const pd_transport *transport);
 /* Flux [mol/s, per m in planar 2D] towards + of all bonds that cross the plane between cells index - 1 and index of
  * `axis` (index 1 .. n-1) at the end of the last step, antidiffusive fluxes included: what the scheme conserves (eq.
  * 5.1, 5.4). Along a periodic axis up to the tolerance of the limiter. */
@@ -143,15 +140,22 @@ PDI_FN pd_status pdi_transport_end(pd_ctx *ctx, pd_transport *transport, double 
 PDI_FN void pdi_transport_residual(const pd_ctx *ctx, const pd_transport *transport, double *out);
 /* out [total] [mol/m3/s]: limited antidiffusive fluxes of the field c (eq. 5.4), whose images are filled here. */
 PDI_FN void pdi_transport_anti(const pd_ctx *ctx, pd_transport *transport, double *c, double *out);
+/* Rounds of upwinding the nodes that leave their bounds before the whole step is upwinded. */
+#define PDI_TRANSPORT_ROUNDS 20
+/* PD_ERR_ARGUMENT: the field is given. Begin a step with no node upwinded, 1: fluxes are limited. y [total] [mol/m3/s]:
+ * net outflow of nodes. Upwind the nodes that leave their bounds by more than a share `slack`: how many are new. */
+PDI_FN pd_status pdi_transport_solves(pd_ctx *ctx, const pd_transport *transport);
+PDI_FN int pdi_transport_start(const pd_ctx *ctx, pd_transport *transport);
+PDI_FN void pdi_transport_operator(const pd_ctx *ctx, const pd_transport *transport, const double *c, double *y);
+PDI_FN int64_t pdi_transport_mark(pd_transport *transport, double slack);
 /* The bounds of a step begin with what is held and enters at its start. */
 PDI_FN void pdi_transport_open(pd_transport *transport);
 /* What steps carry on beside the flow, which comes first; sources are those of the next step. */
 PDI_FN pd_status pdi_transport_store(pd_ctx *ctx, pd_transport *transport, pd_archive *archive);
 /* For the steady field. Limited antidiffusive fluxes of the present field into t->anti (0: none are limited); outflow
- * and inflow of it; the rate [1/s] at which node i exchanges its content. */
+ * and inflow of it. */
 PDI_FN int pdi_transport_fresh(pd_ctx *ctx, pd_transport *transport);
 PDI_FN void pdi_transport_boundary(pd_transport *transport);
-PDI_FN double pdi_transport_rate(const pd_transport *transport, int32_t i);
 /* Correction [total] [mol/m3] for the residual in t->work, to a share of it, with the operator of the last stage. It
  * stands behind the residual. */
 PDI_FN pd_status pdi_transport_refine(pd_ctx *ctx, pd_transport *transport, double share, pd_transport_result *result);
