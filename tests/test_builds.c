@@ -266,20 +266,6 @@ BUILD(dissolve, pd_dissolve)
     return pd_dissolve_build(ctx, &l->pin.grid, &l->pin.bonds, &l->pin.transport, &d, o);
 }
 
-BUILD(corrode, pd_corrode)
-{
-    pd_corrode_desc d = l->pit.corrode.desc;
-    if (l->wrong) d.solid = -1.0;
-    return pd_corrode_build(ctx, &l->pit.grid, &l->pit.stencil, &d, o);
-}
-
-BUILD(recede, pd_recede)
-{
-    pd_recede_desc d = l->pit.recede.desc;
-    if (l->wrong) d.rtol = -1.0;
-    return pd_recede_build(ctx, &l->pit.corrode, &d, o);
-}
-
 BUILD(observe, pd_observables) { return pd_observe_build(ctx, &l->pit, o); }
 
 static void pd_couple_free(pd_ctx *ctx, pd_couple *couple)
@@ -379,7 +365,6 @@ static const entry builds[] = {
     ROW(steady, pd_steady, 1, 1) ROW(implicit, pd_implicit, 1, 1) ROW(unsteady, pd_unsteady, 1, 1)
     ROW(gas, pd_gas, 1, 1) ROW(diffusion, pd_diffusion, 1, 1) ROW(transport, pd_transport, 1, 1)
     ROW(advance, pd_advance, 1, 1) ROW(dissolve, pd_dissolve, 1, 1)
-    ROW(corrode, pd_corrode, 1, 1) ROW(recede, pd_recede, 1, 1)
     ROW(observe, pd_observables, 0, 1) ROW(couple, pd_couple, 1, 0) ROW(inlet, pd_inlet, 0, 0)
     ROW(coarser, pd_coarser, 1, 1) ROW(model, pd_model, 0, 1) ROW(monitors, pd_monitors, 0, 1)
     ROW(compare, pd_compare, 0, 0) ROW(sweep, pd_sweep, 1, 1)

@@ -202,11 +202,12 @@ TEST(flow_in_time)
 
 TEST(corrosion)
 {
-    sweep("implicit", GRID METAL GRAINS OPEN_END "[shape film] half_space = yes  point = " VALUES("3 um", "0")
+    sweep("diffusion", GRID METAL GRAINS OPEN_END "[shape film] half_space = yes  point = " VALUES("3 um", "0")
           "  normal = " VALUES("1", "0") "  kind = passive\n"
           "[corrode] rate = 0.5 um/s  Csat = 5 mol/L  D = 1e-9 m2/s  gb_factor = 2\n"
           "[run] until = 2 s\n[output] every = 2 s  fields = C, density, phase\n" WATCH, 0, 0);
-    sweep("explicit", GRID METAL OPEN_END "[corrode] rate = 1 um/s  Csat = 5 mol/L  D = 1e-9 m2/s  time = explicit\n"
+    sweep("random", GRID METAL OPEN_END "[corrode] rate = 1 um/s  Csat = 5 mol/L  D = 1e-9 m2/s"
+          "  breaking = stochastic  repassivation = 0.01*Csat  initial = 0.1*Csat\n"
           "[run] until = 0.02 s\n[output] every = 0.02 s\n" WATCH, 0, 0);
     sweep("activation", GRID METAL OPEN_END "[corrode] rate = 1 um/s  Csat = 5 mol/L  control = activation\n"
           "[run] until = 2 s\n[output] every = 2 s\n" WATCH, 0, 0);

@@ -151,7 +151,7 @@ TEST(run_with_a_table)
         memset(&desc, 0, sizeof desc);
         desc.folder = path_of("out");
         snprintf(text, sizeof text, "[table f] file = %s  x = C in mol/L  y = i in um/s  outside = error\n" BOX METAL
-                 SIDES CORRODE "rate = %s  time = explicit\n" END, k < 2 ? "line.csv" : "short.csv", laws[k]);
+                 SIDES CORRODE "rate = %s\n" END, k < 2 ? "line.csv" : "short.csv", laws[k]);
         if (!CHECK_OK(&ctx, load(&ctx, text, NULL, 0, &u))) return;
         pd_status status = pd_run(&ctx, &u, &desc, &result);
         CHECK_INT(status, k < 2 ? PD_OK : PD_ERR_STATE);
@@ -161,7 +161,7 @@ TEST(run_with_a_table)
         leave(&ctx, &u);
     }
     CHECK(loss[0] > 0.0);
-    CHECK_REL(loss[1], loss[0], 1e-12);
+    CHECK_REL(loss[1], loss[0], 1e-10); /* the last digits of the law, through the tolerance of implicit steps */
 }
 
 TEST_MAIN(ENTRY(crevice_data) ENTRY(in_every_expression) ENTRY(messages) ENTRY(run_with_a_table))

@@ -16,7 +16,7 @@ static long work_done(const pd_model *m)
 {
     int64_t work = m->couple.flow_evaluations + m->couple.krylov_transport;
     if (m->couple.implicit) work += m->implicit.evaluations;
-    if (m->couple.recede) work += m->recede.newton + m->recede.iterations;
+    if (m->setup->has_corrode) work += m->couple.steps;
     return (long)work;
 }
 

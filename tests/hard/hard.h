@@ -27,7 +27,6 @@
 
 #define LEDGER 1e-12 /* [-] relative to the metal at the start */
 #define BOUNDS 1e-9  /* [-] by which concentrations may leave their bounds, over the largest */
-#define SALT 3.1e-9  /* [-] the same of implicit corrosion: a salt layer counts from three times its tolerance */
 #define LIMITED 1e-8 /* [-] by which fields of the same scene told in other words may differ over Csat with limited
                       * fluxes: the tolerances of the solvers */
 #define LEVEL 1e-10  /* [-] by which the flow far up and far down may differ: steady fluxes are free of divergence */
@@ -43,7 +42,6 @@ typedef struct hard {
     double ledger, excess, residual; /* [-] worst of the run */
     double flux;                     /* [-] mismatch of the flow far up and far down */
     double rounding;                 /* [-] that sums over bonds may leave of the ledger */
-    double salt;                     /* [-] what rounding leaves of implicit corrosion in its longest step */
     int failures;                    /* of the test before this part */
 } hard;
 
@@ -99,7 +97,6 @@ static inline void hard_bounds(hard *h)
     if (!u->has_dissolve) return;
     h->low = fmin(h->low, 0.0);
     h->high = fmax(h->high, fmax(u->saturation, u->threshold * u->solid_c));
-    if (u->has_corrode && u->forward) h->high *= 1.0 + u->overshoot;
 }
 
 /* Reads and builds; 0: refused, with status and message. */
@@ -138,7 +135,6 @@ static inline void hard_watch(hard *h)
         h->excess = fmax(h->excess, size > 0.0 ? fmax(h->low - low, high - h->high) / size : fmax(-low, high));
         if (!(low <= high)) h->excess = h->model.grid.fluid_count ? HUGE_VAL : h->excess; /* NaN */
     }
-    if (c->recede) h->salt = fmax(h->salt, 3.1e-14 * c->dt * c->corrode->diffusion);
     if (!c->flow || h->setup.side[0].kind != PD_SIDE_INLET || h->model.grid.n[0] < 4) return;
     double up = pd_flow_section(&h->ctx, &h->model.flow, 0, 1);
     double down = pd_flow_section(&h->ctx, &h->model.flow, 0, h->model.grid.n[0] - 1);
@@ -169,7 +165,6 @@ static inline int hard_sound(const hard *h)
     const pd_setup *u = &h->setup;
     int steady = u->has_flow && u->motion == PD_MOTION_STEADY;
     double bound = u->has_flow && !steady ? fmax(BOUNDS, u->steady) : BOUNDS;
-    if (u->has_corrode && !u->forward) bound = fmax(SALT, h->salt);
     /* rounding of a step adds up */
     int good = CHECK_LE(h->ledger, fmax(fmax(LEDGER, h->rounding), 2.2e-16 * (double)h->model.couple.steps));
     good = CHECK_INT(h->model.couple.unsolved, 0) && good;

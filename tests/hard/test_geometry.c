@@ -66,15 +66,14 @@ TEST(wall_of_one_node)
     const char *both = CHANNEL "[shape plate] box = 100 um .. 110 um" ACROSS(
         "0 .. 80 um") "  kind = solid\n"
                       "[side x-] flow = open\n[side x+] flow = open\n"
-                      "[corrode] control = activation  rate = 10 um/h  Cs = 2 mol/L  Csat = 1e-3 mol/m3  share = "
-                      "0.01\n"
-                      "[run] until = 10 h  max_step = 0.5 min\n";
+                      "[corrode] control = activation  rate = 10 um/h  Cs = 2 mol/L  Csat = 1e-3 mol/m3\n"
+                      "[run] until = 10 h  fraction = 0.01  max_step = 0.5 min\n";
     double error = 1.0;
     if (CHECK(hard_open(h, both))) {
-        const pd_corrode *r = &h->model.corrode;
+        const pd_dissolve *d = &h->model.dissolve;
         double sum = 0.0, end = 0.0;
-        for (int k = 0; k < r->stencil->count; k++)
-            if (r->stencil->offset[k * PD_DIM] != 0) sum += r->front.weight[k];
+        for (int k = 0; k < h->model.stencil.count; k++)
+            if (h->model.stencil.offset[k * PD_DIM] != 0) sum += d->kernel.weight[k];
         double due = 1.0 / (sum * 10e-6 / 3600.0);
         h->status = pd_couple_start(&h->ctx, &h->model.couple);
         while (h->status >= 0 && h->model.grid.solid_count && end < 2.0 * due) {

@@ -288,16 +288,12 @@ TEST(law_without_a_value)
     hard *h = &hard_one;
     char text[1200], name[40];
     for (int k = 0; k < 2; k++)
-        for (int bonds = 0; bonds < 3; bonds++) {
+        for (int bonds = 0; bonds < 2; bonds++) {
             snprintf(text, sizeof text, "%s%s  initial = 0.1*Csat\n%s%s  %s[run] until = 10 h\n", FRONT,
-                     bonds == 2 ? "[corrode] time = explicit  D = 1e-9 m2/s"
-                     : bonds    ? "[corrode] D = 1e-9 m2/s"
-                                : "[transport] D = 1e-9 m2/s",
+                     bonds ? "[corrode] D = 1e-9 m2/s" : "[transport] D = 1e-9 m2/s",
                      bonds ? "" : "[dissolve]\n", laws[k], METAL);
             snprintf(name, sizeof name, "%s_%s",
-                     bonds == 2 ? "corrode_explicit"
-                     : bonds    ? "corrode"
-                                : "dissolve",
+                     bonds ? "corrode" : "dissolve",
                      names[k]);
             hard_refused(h, text, name, values[k], PD_ERR_STATE);
         }

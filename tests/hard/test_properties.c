@@ -7,14 +7,13 @@ static hard hard_two;
 
 #define METAL "Cs = 2 mol/L  Csat = 500 mol/m3\n"
 
-/* Physics of the scenes: 0 dissolution (with a stream beyond 1D), 1 bond-based, 2 the same explicitly. */
-static const char *const kinds[] = {"couple", "corrode", "corrode_explicit"};
+/* Physics of the scenes: 0 dissolution (with a stream beyond 1D), 1 bond-based. */
+static const char *const kinds[] = {"couple", "corrode"};
 
 static const char *physics(int kind)
 {
-    return kind == 0   ? "[transport] D = 1e-9 m2/s\n[dissolve] rate = 10 um/h * (1 - C/Csat)  " METAL
-           : kind == 1 ? "[corrode] D = 1e-9 m2/s  rate = 10 um/h * (1 - C/Csat)  " METAL
-                       : "[corrode] time = explicit  D = 1e-9 m2/s  rate = 10 um/h * (1 - C/Csat)  " METAL;
+    return kind == 0 ? "[transport] D = 1e-9 m2/s\n[dissolve] rate = 10 um/h * (1 - C/Csat)  " METAL
+                     : "[corrode] D = 1e-9 m2/s  rate = 10 um/h * (1 - C/Csat)  " METAL;
 }
 
 #define FLOW "[flow] rho = 1000 kg/m3  mu = 1e-3 Pa s  steady = 1e-9\n"
@@ -80,7 +79,7 @@ TEST(translation)
     NOT_IN_3D();
     hard *h = &hard_one, *base = &hard_two;
     char text[1600];
-    for (int kind = 0; kind < 3; kind++)
+    for (int kind = 0; kind < 2; kind++)
         for (int shift = 0; shift < 2; shift++) {
             double at[2] = {0.0, shift ? 123.4567 : 1048576.0}, off = 1.0;
             hard *both[2] = {base, h};
@@ -121,7 +120,7 @@ TEST(reflection)
     NOT_IN_3D();
     hard *h = &hard_one, *base = &hard_two;
     char text[1600];
-    for (int kind = 0; kind < 3; kind++) {
+    for (int kind = 0; kind < 2; kind++) {
         hard *both[2] = {base, h};
         double off = 1.0;
         int good = 1;
@@ -165,7 +164,7 @@ TEST(rotation)
                                                     : "30 um .. 50 um, 50 um .. 80 um, 20 um .. 40 um"};
     hard *h = &hard_one, *base = &hard_two;
     char text[1600];
-    for (int kind = 0; kind < 3; kind++) {
+    for (int kind = 0; kind < 2; kind++) {
         hard *both[2] = {base, h};
         double off = 1.0;
         int good = 1;
@@ -217,7 +216,7 @@ TEST(threads)
     NOT_IN_3D();
     hard *h = &hard_one;
     char text[1600];
-    for (int kind = 0; kind < 3; kind++) {
+    for (int kind = 0; kind < 2; kind++) {
         const char *box = PD_DIM == 1   ? "0 .. 40 mm"
                           : PD_DIM == 2 ? "0 .. 600 um, 0 .. 400 um"
                                         : "0 .. 200 um, 0 .. 160 um, 0 .. 160 um";
@@ -266,15 +265,14 @@ static void *counting(void *user, void *ptr, size_t old_size, size_t new_size)
 TEST(steps_need_no_memory)
 {
     NOT_IN_3D();
-    static const char *const names[] = {"couple",        "corrode",      "corrode_explicit", "transport_in_time",
-                                        "flow_implicit", "flow_explicit"};
+    static const char *const names[] = {"couple", "corrode", "transport_in_time", "flow_implicit", "flow_explicit"};
     hard *h = &hard_one;
     char text[1600];
-    for (int kind = 0; kind < (PD_DIM == 1 ? 4 : 6); kind++) {
-        const char *stream = kind < 4 ? "[side x-] flow = inlet  profile = uniform  mean = 1 mm/s\n[side x+] flow = "
+    for (int kind = 0; kind < (PD_DIM == 1 ? 3 : 5); kind++) {
+        const char *stream = kind < 3 ? "[side x-] flow = inlet  profile = uniform  mean = 1 mm/s\n[side x+] flow = "
                                         "outlet\n"
                                       : "[side x-] flow = periodic\n[side x+] flow = periodic\n";
-        int streaming = kind >= 4 || (kind == 0 && PD_DIM > 1), failures = test_now.failures;
+        int streaming = kind >= 3 || (kind == 0 && PD_DIM > 1), failures = test_now.failures;
         long spent = 0;
         denied = 0;
         snprintf(text, sizeof text,
@@ -284,14 +282,14 @@ TEST(steps_need_no_memory)
                  ACROSS("0 .. 60 um"), ACROSS("20 um .. 40 um"), streaming ? stream : "",
                  streaming ? "[flow] rho = 1000 kg/m3  mu = 1e-3 Pa s  " : "",
                  !streaming  ? ""
-                 : kind < 4  ? "\n"
-                 : kind == 4 ? "speed = 1 mm/s  length = 60 um  force = 1 m/s2" REST "  time = implicit\n"
+                 : kind < 3  ? "\n"
+                 : kind == 3 ? "speed = 1 mm/s  length = 60 um  force = 1 m/s2" REST "  time = implicit\n"
                              : "speed = 1 mm/s  length = 60 um  force = 1 m/s2" REST
                                "  time = explicit  c0 = 20 mm/s\n",
-                 kind == 3  ? "[transport] D = 1e-9 m2/s  initial = 1 mol/m3 * (x > 100 um)\n"
-                 : kind < 3 ? physics(kind)
+                 kind == 2  ? "[transport] D = 1e-9 m2/s  initial = 1 mol/m3 * (x > 100 um)\n"
+                 : kind < 2 ? physics(kind)
                             : "",
-                 kind < 4 ? "max_step = 1 s" : "");
+                 kind < 3 ? "max_step = 1 s" : "");
         memset(h, 0, sizeof *h);
         if (!CHECK_OK(&h->ctx, load(&h->ctx, text, NULL, 0, &h->setup))) return;
         pd_ctx made = h->ctx;
@@ -299,7 +297,7 @@ TEST(steps_need_no_memory)
         made.in_use = made.peak = 0;
         if (!CHECK_OK(&made, pd_model_build(&made, &h->setup, &h->model))) return;
         CHECK_OK(&made, pd_couple_start(&made, &h->model.couple));
-        double dt = kind >= 4 ? 1e-4 : 1.0;
+        double dt = kind >= 3 ? 1e-4 : 1.0;
         for (int step = 0; step < 8; step++) {
             size_t had = made.in_use;
             calls = 0;

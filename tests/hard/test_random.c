@@ -60,12 +60,13 @@ static int random_scene(dice *d, int kind, char *text, size_t size)
 {
     static uint8_t solid[MOST], wall[MOST];
     static const char *const sides[] = {"noslip", "mirror", "periodic", "noslip"};
-    int n[3] = {1, 1, 1}, cells = 1, least = kind == 1 ? 9 : 1, most = PD_DIM == 3 ? kind == 1 ? 9 : 7 : 16, walled;
+    int n[3] = {1, 1, 1}, cells = 1, stream = kind % 2, bonds = kind >= 2;
+    int least = stream ? 9 : 1, most = PD_DIM == 3 ? stream ? 9 : 7 : 16, walled;
     int m = 1 + choose(d, PD_DIM == 3 ? 2 : 4);
     for (int a = 0; a < PD_DIM; a++) cells *= n[a] = least + choose(d, most - least + 1);
-    walled = choose(d, 3) == 0 && kind < 2;
-    int walls = walled ? blobs(d, n, roll(d, 0.3, 0.45), kind == 1 ? 2 : 0, NULL, wall) : 0;
-    int metal = blobs(d, n, roll(d, 0.35, kind == 1 ? 0.42 : 0.6), kind == 1 ? 2 : 0, walls ? wall : NULL, solid);
+    walled = choose(d, 3) == 0 && !bonds;
+    int walls = walled ? blobs(d, n, roll(d, 0.3, 0.45), stream ? 2 : 0, NULL, wall) : 0;
+    int metal = blobs(d, n, roll(d, 0.35, stream ? 0.42 : 0.6), stream ? 2 : 0, walls ? wall : NULL, solid);
     if (!metal || metal + walls == cells) return 0;
     text[0] = 0;
     add(text, size, "[grid] h = 10 um  m = %d  box = ", m);
@@ -78,8 +79,8 @@ static int random_scene(dice *d, int kind, char *text, size_t size)
     }
     for (int a = 0; a < PD_DIM; a++) {
         const char *flow = sides[choose(d, 4)];
-        int open = kind >= 2 && n[a] > m && choose(d, 2) && strcmp(flow, "periodic") != 0;
-        if (kind == 1 && a == 0)
+        int open = kind == 2 && n[a] > m && choose(d, 2) && strcmp(flow, "periodic") != 0;
+        if (stream && a == 0)
             add(text, size,
                 "\n[side x-] flow = inlet  profile = uniform  mean = %.3g m/s  C = %.3g mol/m3\n"
                 "[side x+] flow = outlet",
@@ -90,17 +91,14 @@ static int random_scene(dice *d, int kind, char *text, size_t size)
     }
     const char *initial[] = {"0 mol/m3", "0.5*Csat", "1.5*Csat", "Csat"};
     double csat = pow(10.0, roll(d, 1.0, 2.9)), diffusivity = pow(10.0, roll(d, -13.0, -8.0));
-    if (kind == 1) add(text, size, "\n[flow] rho = 1000 kg/m3  mu = 1e-3 Pa s  steady = 1e-8");
-    add(text, size, "\n[%s] D = %.3g m2/s  initial = %s", kind < 2 ? "transport" : "corrode", diffusivity,
+    if (stream) add(text, size, "\n[flow] rho = 1000 kg/m3  mu = 1e-3 Pa s  steady = 1e-8");
+    add(text, size, "\n[%s] D = %.3g m2/s  initial = %s", bonds ? "corrode" : "transport", diffusivity,
         initial[choose(d, 4)]);
-    if (kind < 2)
+    if (!bonds)
         add(text, size, "\n[dissolve] threshold = %.3g", choose(d, 3) ? 0.0 : roll(d, 0.0, 0.9) * csat / 1000.0);
-    if (kind == 3) add(text, size, "  time = explicit");
-    if (kind == 2) add(text, size, "  drive = %s", choose(d, 2) ? "difference" : "constant");
-    /* explicit steps are as short as diffusion over a cell */
-    double until = kind == 3 && PD_DIM == 3 ? fmin(3600.0, 1e3 * 1e-10 / diffusivity) : 3600.0;
-    add(text, size, "\nrate = %.3g um/h * (1 - C/Csat)  Cs = 1 mol/L  Csat = %.3g mol/m3\n[run] until = %.6g s%s\n",
-        pow(10.0, roll(d, 0.0, 2.0)), csat, until, kind < 2 ? "" : "  max_step = 30 min");
+    if (bonds) add(text, size, "  drive = %s", choose(d, 2) ? "difference" : "constant");
+    add(text, size, "\nrate = %.3g um/h * (1 - C/Csat)  Cs = 1 mol/L  Csat = %.3g mol/m3\n[run] until = 1 h%s\n",
+        pow(10.0, roll(d, 0.0, 2.0)), csat, bonds ? "  max_step = 30 min" : "");
     return 1;
 }
 
@@ -127,7 +125,7 @@ static void sweep(int kind, const char *part, int rounds)
             done++;
         } else {
             /* a channel that is closed, a stream that is too fast for its lattice */
-            CHECK(h->status < 0 && strlen(h->ctx.message) > 20 && kind == 1);
+            CHECK(h->status < 0 && strlen(h->ctx.message) > 20 && kind % 2);
             CHECK_INT(strncmp(h->ctx.message, "steady: ", 8) && strncmp(h->ctx.message, "couple: the flow", 16), 0);
             refused++;
         }
@@ -144,9 +142,9 @@ static void sweep(int kind, const char *part, int rounds)
 
 TEST(random_geometries)
 {
-    static const char *const parts[] = {"dissolve_at_rest", "couple_in_a_stream", "corrode", "corrode_explicit"};
-    static const int quick[3][4] = {{60, 0, 60, 10}, {80, 8, 80, 4}, {10, 2, 10, 1}};
-    static const int whole[3][4] = {{1600, 0, 1000, 100}, {3000, 500, 2300, 100}, {600, 100, 650, 50}};
+    static const char *const parts[] = {"dissolve_at_rest", "couple_in_a_stream", "corrode", "corrode_in_a_stream"};
+    static const int quick[3][4] = {{60, 0, 60, 0}, {80, 8, 80, 8}, {10, 2, 10, 1}};
+    static const int whole[3][4] = {{1600, 0, 1000, 0}, {3000, 500, 2300, 300}, {600, 100, 650, 50}};
     for (int kind = 0; kind < 4; kind++) {
         int rounds = hard_long() ? whole[PD_DIM - 1][kind] : quick[PD_DIM - 1][kind];
         if (rounds) sweep(kind, parts[kind], rounds); /* in 1D metal stops the stream */

@@ -68,10 +68,10 @@ TEST(cells_of_1e_9_and_1e3_m)
                   {"1e3_m", 1e8, 1e12, 0},
                   {"2^-30_m", 9.5367431640625e-7, 1.0 / 65536.0, 1},
                   {"2^10_m", 1073741824.0, 65536.0, 1}};
-    static const char *const names[] = {"couple", "corrode", "corrode_explicit"};
+    static const char *const names[] = {"couple", "corrode"};
     hard *h = &hard_one, *base = &hard_two;
     char text[1200], part[64];
-    for (int bonds = 0; bonds < 3; bonds++) {
+    for (int bonds = 0; bonds < 2; bonds++) {
         snprintf(text, sizeof text, "%s%s%s%s[run] until = 0.5 h\n", CHANNEL,
                  bonds ? "[side x-] flow = open\n"
                  : PD_DIM == 1
@@ -79,7 +79,7 @@ TEST(cells_of_1e_9_and_1e3_m)
                      : "[side x-] flow = inlet  profile = uniform  mean = 1 mm/s  C = 0\n[side x+] flow = outlet\n"
                        "[flow] rho = 1000 kg/m3  mu = 1e-3 Pa s  steady = 1e-10\n", /* below what is compared */
                  bonds ? "[corrode] D = 1e-9 m2/s  " : "[transport] D = 1e-9 m2/s\n[dissolve] ",
-                 bonds == 2 ? "time = explicit  " METAL : METAL);
+                 METAL);
         if (!play_scaled(base, text, 1.0, 1.0)) return;
         double size = 500.0;
         CHECK(pd_couple_volume_loss(&base->model.couple) > 0.01);

@@ -56,7 +56,7 @@ TEST(step_1e6_times_the_limit)
     if (CHECK(hard_open(h, FRONT "[corrode] rate = 10 um/h * (1 - C/Csat)  D = 1e-9 m2/s  Cs = 2 mol/L  Csat = 500 "
                                  "mol/m3\n"
                                  "[run] until = 1e4 h  max_step = 1e4 h\n"))) {
-        CHECK_OK(&h->ctx, pd_corrode_limit(&h->ctx, &h->model.corrode, &limit));
+        limit = pd_transport_limit(&h->ctx, &h->model.transport);
         CHECK(h->setup.until > TIMES * limit);
         CHECK(hard_steps(h, h->setup.until));
         hard_sound(h);
@@ -65,8 +65,7 @@ TEST(step_1e6_times_the_limit)
          * is lost
          * of the layer at the front is none of the layers that turned */
         CHECK(loss > 0.25 && loss < 0.36);
-        CHECK_LE(h->model.recede.rejected, 200);
-        CHECK_LE(h->model.corrode.steps, 5000);
+        CHECK_LE(h->model.couple.steps, 5000);
     }
     double low = 0.0, high = 0.0;
     if (h->built) hard_extremes(h, &low, &high);
@@ -128,33 +127,6 @@ TEST(step_at_the_limit)
         CHECK_REL(pd_transport_stock(&h->ctx, t), stock, LEDGER);
     }
     hard_end(h, "transport", fmax(worst, 0.0), "excess_at_the_limit_one_per_cent_more_is_refused", 0.0, NULL);
-    for (int drive = 0; drive < 2; drive++) {
-        char text[1200];
-        snprintf(text, sizeof text,
-                 "%s[corrode] time = explicit  rate = 10 um/h  D = 1e-9 m2/s  Cs = 2 mol/L  Csat = "
-                 "500 "
-                 "mol/m3  drive = %s\n[run] until = 1 h\n",
-                 FRONT, drive ? "difference" : "constant");
-        worst = 0.0;
-        if (CHECK(hard_open(h, text))) {
-            pd_corrode *r = &h->model.corrode;
-            random_fluid(h, r->c, 400.0);
-            pd_corrode_open(r);
-            for (int k = 0; k < 200; k++) {
-                double limit, low, high;
-                CHECK_OK(&h->ctx, pd_corrode_limit(&h->ctx, r, &limit));
-                CHECK_INT(pd_corrode_step(&h->ctx, r, 1.01 * limit), PD_RETRY);
-                CHECK(strstr(h->ctx.message, above) != NULL);
-                CHECK_OK(&h->ctx, pd_corrode_step(&h->ctx, r, limit));
-                hard_extremes(h, &low, &high);
-                worst = fmax(worst, -low / 500.0);
-                CHECK_LE(pd_corrode_imbalance(r), LEDGER);
-            }
-            CHECK_LE(worst, 1e-14);
-        }
-        hard_end(h, drive ? "corrode_difference" : "corrode_constant", fmax(worst, 0.0),
-                 "undershoot_at_the_limit_one_per_cent_more_is_refused", 0.0, NULL);
-    }
 }
 
 TEST_MAIN(ENTRY(step_1e6_times_the_limit) ENTRY(step_at_the_limit))
