@@ -82,7 +82,7 @@ static inline void hard_bounds(hard *h)
     const double origin[PD_DIM] = {0.0}; /* held values are constants here */
     hard_extremes(h, &h->low, &h->high);
     for (int s = 0; s < 2 * PD_DIM; s++) {
-        double bring = u->has_corrode ? u->bulk : u->inlet;
+        double bring = u->inlet;
         if (u->side[s].holds) bring = pdi_setup_eval(&u->side[s].held, origin, 0.0);
         if (!u->side[s].holds && !pdi_grid_port(u->side[s].kind)) continue;
         h->low = fmin(h->low, bring);

@@ -319,8 +319,9 @@ TEST(box_smaller_than_the_horizon)
         hard_end(h, bonds ? "corrode" : "dissolve", h->ledger, "imbalance", 0.0, NULL);
     }
     snprintf(text, sizeof text, "%s%s%s[run] until = 1 h\n", box, OPEN, BONDS);
-    hard_refused(h, text, "corrode_held_side",
-                 "the box is 3 cells long on axis 0, with held sides expected at least a horizon: 6", PD_ERR_GEOMETRY);
+    /* what the layer gives goes through the side, which holds no metal */
+    if (hard_play(h, text)) CHECK(h->model.couple.ledger.out > 0.0);
+    hard_end(h, "corrode_held_side", h->ledger, "imbalance", 0.0, NULL);
 }
 
 /* A single node has no bond at all, and a second one of metal is the whole solid. */
