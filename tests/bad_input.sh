@@ -195,10 +195,10 @@ pits() {
     rejects "$1" "bad.scene:$3"
 }
 
-for beside in "flow] rho = 1 g/cm3" "transport] D = 1e-9 m2/s" "dissolve] rate = 1 um/s"; do
-    pits "corrode beside ${beside%%]*}" "s|\[run|[$beside\\n[run|" \
-        "4: corrode: found beside [${beside%%]*}], expected [corrode] alone: it moves metal and fluid itself"
-done
+pits "corrode beside dissolve" 's|\[run|[dissolve] rate = 1 um/s\n[run|' \
+    "4: corrode: found beside [dissolve], expected one of them: both tell how the metal goes"
+pits "D of corrode beside transport" 's|\[run|[transport] D = 1e-9 m2/s\n[run|' \
+    "4: D: found beside a [transport] section, expected it there"
 pits "corrode without rate" 's/rate = 1 um\/s//' "4: found no 'rate' in [corrode], expected rate = a speed [m/s]"
 pits "rate and current" 's/rate =/current = 1 A\/m2   rate =/' \
     "4: current: found beside 'rate', expected one of them"
@@ -216,27 +216,17 @@ pits "unknown drive" 's/D =/drive = none   D =/' "4: column 54: found 'none', ex
 pits "unknown kernel" 's/D =/kernel = cube   D =/' "4: column 55: found 'cube', expected one of area, square, inverse"
 pits "unknown weights" 's/D =/weights = own   D =/' \
     "4: column 56: found 'own', expected one of calibrated, printed"
-pits "share of nothing" 's/D =/share = 0   D =/' "4: share: found 0, expected a value above 0 and at most 1"
-pits "no overshoot" 's/D =/time = explicit   overshoot = 0   D =/' \
-    "4: overshoot: found 0, expected a value above 0 and at most 1"
-pits "overshoot of implicit steps" 's/D =/overshoot = 0.1   D =/' \
-    "4: overshoot: found beside implicit steps, expected time = explicit: others do not pass Csat"
 pits "unknown breaking" 's/D =/breaking = random   D =/' \
     "4: column 57: found 'random', expected one of deterministic, stochastic"
 pits "seed of nothing" 's/D =/seed = 2   D =/' "4: seed: found without breaking = stochastic, expected both"
 pits "seed below zero" 's/D =/breaking = stochastic   seed = -1   D =/' \
     "4: column 77: found -1, expected a whole number from 0 to 2147483647"
 pits "inlet without flow" 's/flow = open/flow = inlet/' \
-    "3: flow: found 'inlet' beside [corrode], expected open to hold its bulk concentration"
-pits "held side" 's/flow = open/C = 0/' \
-    "3: C: found beside [corrode], expected flow = open to hold its bulk concentration"
+    "3: flow: found 'inlet' without a [flow] section, expected C = ... alone to hold a concentration"
+pits "held open side" 's/flow = open/flow = open   C = 0/' \
+    "3: C: found beside flow = open, expected bulk in [corrode], or C without open"
 pits "printed area weights" 's/D =/weights = printed   D =/' \
     "4: front: this kernel has no coefficient of the continuum in 2D"
-pits "axisymmetric corrosion" 's/m = 3/m = 3   geometry = axisymmetric/' \
-    "4: corrode: the grid is axisymmetric, expected a planar one"
-pits "plane beside corrode" 's/\[run/[plane a] at = x 20 um\n[run/' \
-    "5: plane: found beside [corrode], expected [line] or [total]"
-
 # ---- tables ----
 
 # tables NAME TABLE SECTION MESSAGE: the pit with one more section on line 6 and its file.

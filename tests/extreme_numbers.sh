@@ -49,8 +49,8 @@ cat > corrode.scene << 'END'
 [shape m]   half_space = 50 um   point = 50 um   normal = 1   kind = solid   material = steel304   grains = 20 um
 [side x+]   flow = open
 [corrode]   Cs = 143 mol/L   Csat = 5.1 mol/L   D = 8.5e-10 m2/s   current = 5 A/cm2   charge = 2.2   initial = 0 mol/m3
-            bulk = 0 mol/m3   share = 0.2   gb_factor = 2   repassivation = 0.1 mol/L   breaking = stochastic   seed = 1
-[run]       until = 0.5 s   rtol = 1e-2   max_step = 0.1 s
+            bulk = 0 mol/m3   gb_factor = 2   repassivation = 0.1 mol/L   breaking = stochastic   seed = 1
+[run]       until = 0.5 s   rtol = 1e-2   max_step = 0.1 s   fraction = 0.2
 [output]    every = 0.5 s   fields = none   images = none
 END
 sed -i 's/half_space = 50 um *//' corrode.scene
@@ -59,9 +59,8 @@ cat > bonds.scene << 'END'
 [grid]      h = 5 um   m = 2   box = 0 um .. 100 um
 [shape m]   box = 0 um .. 50 um   kind = solid   material = steel304
 [side x+]   flow = open
-[corrode]   Cs = 143 mol/L   Csat = 5.1 mol/L   D = 8.5e-10 m2/s   rate = 10 um/s   time = explicit   share = 0.2
-            overshoot = 0.1
-[run]       until = 0.5 s   max_step = 0.1 s
+[corrode]   Cs = 143 mol/L   Csat = 5.1 mol/L   D = 8.5e-10 m2/s   rate = 10 um/s   drive = difference
+[run]       until = 0.5 s   max_step = 0.1 s   fraction = 0.2
 [output]    every = 0.5 s   fields = none   images = none
 END
 
