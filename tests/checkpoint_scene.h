@@ -76,10 +76,11 @@
 #define WATCHED "  fields = C, kind, density  images = C" SLICE "\n[total e]\n[line b] from = -11 um" ZERO \
     "  to = 11 um" ZERO "  points = 9  fields = C\n"
 #define DIFFUSION "[corrode] Cs = 143 mol/L  Csat = 5.1 mol/L  D = 8.5e-10 m2/s  current = 5 A/cm2"
-#define CORRODE_IMPLICIT \
+#define CORRODE_DIFFUSION \
     METAL DIFFUSION "\n[run] until = " SECONDS "  max_step = 0.05 s\n[output] every = 0.2 s" WATCHED
-#define CORRODE_EXPLICIT METAL DIFFUSION "  time = explicit\n[run] until = 0.1 s  max_step = 9 ms\n" \
-    "[output] every = 0.03 s" WATCHED
+#define CORRODE_RANDOM \
+    METAL DIFFUSION "  breaking = stochastic  seed = 7  initial = 0.5*Csat  repassivation = 0.4*Csat\n" \
+    "[run] until = " SECONDS "  max_step = 0.05 s\n[output] every = 0.2 s" WATCHED
 #define CORRODE_ACTIVATION \
     METAL "[corrode] control = activation  rate = 1 um/s  Cs = 143 mol/L  Csat = 5.1 mol/L\n" \
     "[run] until = 3 s  max_step = 0.25 s\n[output] every = 1 s" WATCHED
@@ -91,8 +92,8 @@ static const struct {
              {"implicit flow", IMPLICIT},
              {"explicit flow", EXPLICIT},
              {"given flow", GIVEN},
-             {"corrosion, implicit", CORRODE_IMPLICIT},
-             {"corrosion, explicit", CORRODE_EXPLICIT},
+             {"corrosion, diffusion", CORRODE_DIFFUSION},
+             {"corrosion, random breaking and films", CORRODE_RANDOM},
              {"corrosion, activation", CORRODE_ACTIVATION}};
 #define KINDS ((int)(sizeof kinds / sizeof kinds[0]))
 

@@ -109,7 +109,7 @@ killed() {
 check "a stream that beats goes on after it was killed" killed pulse
 check "a flow in time goes on after it was killed" killed beat
 
-# metal that waits in implicit steps of [corrode], with fluid that takes away all
+# metal of [corrode] that waits, with fluid that takes away all
 cat > wait.scene << 'END'
 [grid]        h = 2 um   m = 2   box = 0 .. 20 um, 0 .. 60 um
 [shape metal] box = 0 .. 20 um, 0 .. 40 um   kind = solid   material = steel304

@@ -11,8 +11,10 @@ PD_API pd_status pd_transport_explicit(pd_ctx *ctx, pd_transport *transport, dou
 /* Largest explicit step [s] that keeps every node within its neighbours. */
 PD_API double pd_transport_limit(pd_ctx *ctx, const pd_transport *transport);
 
+#ifdef PDI_INTERNAL
 /* Rate [1/s] at which node i exchanges its content: one over its explicit limit. Limited antidiffusive fluxes may need
  * as much room as upwinding itself. */
 PDI_FN double pdi_explicit_rate(const pd_transport *transport, int32_t i);
+#endif
 
 #endif
