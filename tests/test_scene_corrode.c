@@ -1,4 +1,4 @@
-/* [corrode] of a scene: its keys, fronts against closed forms, streams, axes, the balance, threads, films, grains, files.
+/* [corrode] of a scene: keys, fronts against closed forms, streams, axes, the balance, threads, films, grains, files.
  * dims: 1 2 3 */
 #define _XOPEN_SOURCE 700
 #include "scene_file.h"
@@ -232,8 +232,8 @@ TEST(grains_dissolve_along_their_boundaries)
     CHECK_LE(with.ledger, 1e-12);
 }
 
-/* Random breaking: seeds, the balance with short steps and long ones, and damage as a field: whole metal has none, a probe
- * in the solution reads 1. */
+/* Random breaking: seeds, the balance with short steps and long ones, and damage as a field: whole metal has none, a
+ * probe in the solution reads 1. */
 TEST(bonds_that_break_at_random)
 {
     double lost[4];
@@ -268,7 +268,7 @@ TEST(bonds_that_break_at_random)
 #define SALT_LAW "[corrode] Cs = 143 mol/L  Csat = 5.1 mol/L  D = 1e-10 m2/s  rate = %s\n"
 #define WATCHED "[run] until = 1 s\n[output] every = 1 s  fields = C, kind\n[plane down] at = x 40 um\n[total all]\n"
 #define STREAM \
-    "[side x-] flow = inlet  profile = uniform  mean = 1 mm/s  C = 0\n[side x+] flow = outlet\n" \
+    "[side x-] flow = inlet  profile = uniform  mean = 0.1 mm/s  C = 0\n[side x+] flow = outlet\n" \
     "[flow] rho = 1000 kg/m3  mu = 1e-3 Pa s\n"
 
 /* A stream past a body carries off what lies before it: more is lost than where the ends of the channel hold fresh
