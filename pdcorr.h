@@ -2081,6 +2081,7 @@ typedef struct pd_element {
 /* Amounts of one element that enter the ledger [unit of the element; per m depth in planar 2D, per m2 in 1D]. */
 typedef struct pd_amounts {
     double solid;     /* [unit] in metal */
+    double volume;    /* [m3] (m2 in planar 2D, m in 1D) of that */
     double dissolved; /* [unit] in fluid */
     double carry;     /* [unit] what the last linear solve left undone or debris owes; delivered by the next step */
     double out, in;   /* [unit] through the sides since the start */
@@ -3522,16 +3523,26 @@ PD_API pd_status pd_grain_measure(pd_ctx *ctx, const pd_grid *grid, const pd_gra
 #ifndef PD_LAW_H
 #define PD_LAW_H
 
+/* Most metals of a dissolution. */
+#define PDI_LAW_METALS 8
+
 #ifdef PDI_INTERNAL
 
-/* A law at a place and a time. */
-typedef struct pdi_law {
+/* The law of one metal at a place. */
+typedef struct pdi_law_metal {
     pd_rate_fn rate;
     void *user;
+    double whole, part; /* [-], [m3/mol] the rate is multiplied by whole - part c, at least 0; 1, 0: as it is */
+    double share;       /* [-] of the metals there */
+} pdi_law_metal;
+
+/* A law at a place and a time: that of its metal, or the mean of those of several ones, where none counts below 0. */
+typedef struct pdi_law {
+    pdi_law_metal metal[PDI_LAW_METALS];
+    int metals;
     pd_rate_at at; /* c is that of the last question */
     double top;    /* [mol/m3] concentrations are looked at up to here: those of the metal, or saturation */
     double limit;  /* [mol/m3] the law is 0 from here on; HUGE_VAL: nowhere */
-    double whole, part; /* [-], [m3/mol] the rate is multiplied by whole - part c, at least 0; 1, 0: as it is */
 } pdi_law;
 
 /* Line v = speed + slope c and what is known of both sides. */
@@ -3550,7 +3561,8 @@ typedef struct pdi_law_point {
     double ahead, behind;   /* [m/s] speeds before and behind it */
 } pdi_law_point;
 
-/* v [m/s] at concentration c, as it is. */
+/* v [m/s] of metal m alone at concentration c, as it is; that of the law. */
+PDI_FN double pdi_law_own(pdi_law *law, int m, double c);
 PDI_FN double pdi_law_rate(pdi_law *law, double c);
 /* Smallest concentration from c to `limit` at which the law is not positive; HUGE_VAL: there is none. Zones narrower
  * than 6 % of a concentration and 1e-9 of the top may be missed. */
@@ -3656,6 +3668,10 @@ PD_API pd_status pd_front_build(pd_ctx *ctx, const pd_stencil *stencil, pd_kerne
 PD_API double pd_front_measure(const pd_front *front, const double *normal);
 PD_API void pd_front_free(pd_ctx *ctx, pd_front *front);
 
+#ifdef PDI_INTERNAL
+PDI_FN void pdi_front_list(pdi_owner *owner, void *front);
+#endif
+
 #endif
 
 /* ======== >>metal/metal.h ======== */
@@ -3680,6 +3696,14 @@ typedef enum pd_drive {
     PD_DRIVE_DIFFERENCE = 1 /* loss in proportion to C_j - C_i: the law holds at C_i = 0 */
 } pd_drive;
 
+/* A metal that has a Cs and a law of its own. */
+typedef struct pd_metal {
+    double solid;    /* [mol/m3] see pd_dissolve_desc */
+    pd_rate_fn rate;
+    void *rate_user;
+    int uniform;
+} pd_metal;
+
 /* Zero-initialise. */
 typedef struct pd_dissolve_desc {
     double solid;         /* [mol/m3] concentration Cs of intact metal */
@@ -3687,6 +3711,9 @@ typedef struct pd_dissolve_desc {
     pd_rate_fn rate;      /* any law: rising, flat, with jumps; negative speeds count as 0 */
     void *rate_user;
     int uniform;          /* 1: the law depends on the concentration alone, its ends are looked for once */
+    const pd_metal *more; /* [more_count] other metals, whose amounts add up in the fluid; copied */
+    int more_count;       /* at most 7 */
+    const uint8_t *metal; /* [total] of solid nodes: 0: the metal above, k: more[k - 1]; NULL: 0. Borrowed */
     const double *factor; /* [total] [-] of solid nodes, multiplies the speed; NULL: 1. Borrowed */
     pd_metal_model model;
     /* ---- bonds: */
@@ -3713,6 +3740,9 @@ typedef struct pd_dissolve {
     pd_transport *transport;  /* its array c holds the solid content too */
     pd_front kernel;          /* bonds: weights across the front */
     const double *weight;     /* [count] [1/m] weights of the bonds across the surface */
+    struct pdi_metal_kind *kind; /* [kinds] the metals */
+    int kinds;
+    int uniform;              /* 1: all laws are */
     uint8_t *exposed;         /* [total] solid node with a fluid node in its family */
     int32_t capacity;         /* of the lists: all solid nodes of the build */
     int32_t *front;           /* exposed nodes, ascending */
@@ -3734,8 +3764,8 @@ typedef struct pd_dissolve {
     int rounds;               /* linear systems in the last step */
     int32_t *slot;            /* [total] place of a fluid node beside metal in `beside`; -1: it is none */
     struct pdi_beside *beside; /* these nodes */
+    struct pdi_metal_beside *portion; /* [beside_capacity, kinds] the metals beside them */
     int32_t beside_count, beside_capacity;
-    double from, end;         /* [mol/m3] a uniform law is positive between these; HUGE_VAL: it ends nowhere */
     double *rate;             /* [total] [1/s] solid nodes: share of the span lost per time in the last step */
     /* ---- bonds: */
     int32_t *pinned;          /* [beside_capacity] see pd_transport */
@@ -3750,45 +3780,66 @@ typedef struct pd_dissolve {
 
 #ifdef PDI_INTERNAL
 
-/* A fluid node beside metal. */
+/* A metal: Cs, content that it loses before it turns fluid, content at which it turns [mol/m3], law. */
+typedef struct pdi_metal_kind {
+    double solid, span, end;
+    pd_metal law;
+    double from, to; /* [mol/m3] a uniform law is positive between these; HUGE_VAL: it ends nowhere */
+} pdi_metal_kind;
+
+/* One of the metals beside a fluid node. */
+typedef struct pdi_metal_beside {
+    double enters;         /* [mol/m4] see pdi_beside */
+    double mean;           /* [m/s] speed of the metal where it enters */
+    double weight;         /* [mol/m4] see pdi_beside */
+    double speed;          /* [m/s] what its law gives where it arrives */
+    double stock;          /* [mol2/m7] sum of weight times the content of the metal */
+    double used, used_stock; /* of pieces of metal that do not last the step: weight [mol/m4], that times content */
+    double paid;           /* [mol/m4] and what they give, per speed */
+} pdi_metal_beside;
+
+/* A fluid node beside metal: what all metals there are together. */
 typedef struct pdi_beside {
     int32_t node;
     /* where metal enters */
     double enters;         /* [mol/m4] sum f c(n) Cs over the solid bonds that enter here and follow the law */
-    double hollow, factor; /* [mol/m4] sums of that times the film in cells, and times f */
+    double hollow, factor; /* [mol/m4] sums of that times the film in cells, and times f Cs over Cs of the first metal */
     double normal[PD_DIM]; /* from the metal */
     double links;          /* sum of what the bonds through here count */
-    double mean;           /* [m/s] speed of the metal */
-    double used, used_stock; /* of pieces of metal that do not last the step: weight [mol/m4], that times content */
-    double paid;           /* [mol/m4] and what they give, per speed */
     /* where it arrives */
     double weight;         /* [mol/m4] share of `enters` */
     double given;          /* [mol/m3/s] what pieces of metal give that do not last the step (eq. 6.6b) */
     double film;           /* [mol/m3] sum of weight times the film */
-    double flux;           /* [mol/m4] sum of weight times f */
-    double stock;          /* [mol2/m7] sum of weight times the content of the metal */
+    double flux;           /* [mol/m4] sum of weight times f Cs over Cs of the first metal */
     double before;         /* [m/s] speed at the start of the step */
     pdi_law_point point;
 } pdi_beside;
 
-/* Bytes of one node of `beside`, which holds the metal and the fluid within a horizon of it. */
-static inline size_t pdi_metal_beside_size(void) { return sizeof(pdi_beside); }
 static inline int pdi_metal_bonds(const pd_dissolve *d) { return d->desc.model == PD_METAL_BONDS; }
 static inline double pdi_metal_factor(const pd_dissolve *d, int32_t solid)
 {
     return d->desc.factor ? d->desc.factor[solid] : 1.0;
 }
-/* What an intact node loses before it turns fluid [mol/m3]. */
-static inline double pdi_metal_span(const pd_dissolve *d) { return d->desc.solid * (1.0 - d->desc.threshold); }
+/* Index of the metal of solid node j. */
+static inline int pdi_metal_of(const pd_dissolve *d, int32_t j) { return d->desc.metal ? d->desc.metal[j] : 0; }
+/* Cs there. */
+static inline double pdi_metal_solid(const pd_dissolve *d, int32_t j) { return d->kind[pdi_metal_of(d, j)].solid; }
+/* What an intact node j loses before it turns fluid [mol/m3]. */
+static inline double pdi_metal_span(const pd_dissolve *d, int32_t j) { return d->kind[pdi_metal_of(d, j)].span; }
 /* Content at which node j turns [mol/m3]. */
 static inline double pdi_metal_end(const pd_dissolve *d, int32_t j)
 {
-    return d->last ? d->last[j] : d->desc.threshold * d->desc.solid;
+    return d->last ? d->last[j] : d->kind[pdi_metal_of(d, j)].end;
+}
+/* The metals beside a fluid node. */
+static inline pdi_metal_beside *pdi_metal_portion(const pd_dissolve *d, const pdi_beside *beside)
+{
+    return d->portion + (beside - d->beside) * d->kinds;
 }
 /* Content of node j above what stays in it, as a share of the span. */
 static inline double pdi_metal_left(const pd_dissolve *d, int32_t j)
 {
-    return (d->transport->c[j] - pdi_metal_end(d, j)) / pdi_metal_span(d);
+    return (d->transport->c[j] - pdi_metal_end(d, j)) / pdi_metal_span(d, j);
 }
 /* Weight c(n) [1/m] of bond k of node j across the surface; a ring moves what a bond crosses at its mean radius. */
 static inline double pdi_metal_area(const pd_dissolve *d, int32_t j, int k)
@@ -3811,8 +3862,8 @@ static inline int pdi_metal_passive(const pd_dissolve *d, int32_t i)
 static inline double pdi_metal_drive(const pd_dissolve *d, int32_t j, int32_t i)
 {
     if (d->desc.drive == PD_DRIVE_CONSTANT) return 1.0;
-    double ratio = log(d->desc.solid / d->desc.saturation);
-    return ratio * (d->transport->c[j] - d->transport->c[i]) / pdi_metal_span(d);
+    double ratio = log(pdi_metal_solid(d, j) / d->desc.saturation);
+    return ratio * (d->transport->c[j] - d->transport->c[i]) / pdi_metal_span(d, j);
 }
 #endif
 
@@ -3841,8 +3892,11 @@ PDI_FN double pdi_interface_resist(const pd_dissolve *dissolve, const pdi_beside
 PDI_FN double pdi_interface_diffusivity(const pd_dissolve *dissolve, int32_t i);
 /* Speeds of the metal where it enters, from the lines. */
 PDI_FN void pdi_interface_means(pd_dissolve *dissolve);
-/* Speed [m/s] of metal beside node i; 0: there is none. */
-PDI_FN double pdi_interface_speed(const pd_dissolve *dissolve, int32_t i);
+/* Speed [m/s] of a metal beside node i, and of the fastest one; 0: there is none. */
+PDI_FN double pdi_interface_speed(const pd_dissolve *dissolve, int32_t i, int metal);
+PDI_FN double pdi_interface_fastest(const pd_dissolve *dissolve, int32_t i);
+/* The law beside a node. A drive by difference is part of it. */
+PDI_FN void pdi_interface_law(const pd_dissolve *dissolve, const pdi_beside *beside, pdi_law *law);
 /* Rate [1/s] at which solid node j loses its span. */
 PDI_FN double pdi_interface_rate(const pd_dissolve *dissolve, int32_t j);
 /* What steps are chosen for: the same; with a loss in proportion to a difference that of a node with fluid all around
@@ -3884,8 +3938,8 @@ PDI_FN int pdi_content_spare(pd_dissolve *dissolve, double dt);
 PDI_FN void pdi_content_turned(pd_dissolve *dissolve, const int32_t *turned, int32_t count);
 /* After the transport step of dt [s]: take the losses from the solid, turn nodes fluid. */
 PDI_FN pd_status pdi_content_finish(pd_ctx *ctx, pd_dissolve *dissolve, double dt);
-/* Amount [mol, per m in planar 2D] left in solid nodes. */
-PDI_FN double pdi_content_stock(const pd_dissolve *dissolve);
+/* Amount [mol, per m in planar 2D] left in solid nodes, and its volume [m3, m2 in planar 2D]. */
+PDI_FN double pdi_content_stock(const pd_dissolve *dissolve, double *volume);
 #endif
 
 #endif
@@ -3965,8 +4019,9 @@ PD_API void pd_dissolve_free(pd_ctx *ctx, pd_dissolve *dissolve);
  * the law at the middle of the step and Simpson's rule disagree, and that the faster of middle and end takes, at most.
  */
 PDI_FN void pdi_dissolve_course(const pd_dissolve *dissolve, double t, double dt, double *error, double *taken);
-/* What steps carry on beside transport, which holds the contents. */
-PDI_FN pd_status pdi_dissolve_store(pd_ctx *ctx, pd_dissolve *dissolve, pd_archive *archive);
+/* Its arrays; those of the fluid beside metal, which are made later. */
+PDI_FN void pdi_dissolve_list(pdi_owner *owner, void *dissolve);
+PDI_FN void pdi_dissolve_beside_list(pdi_owner *owner, void *dissolve);
 #endif
 
 #endif
@@ -4067,6 +4122,8 @@ typedef struct pd_ledger {
     double start;       /* [unit] solid and dissolved at the start */
     double solid_start; /* [unit] solid at the start */
     double solid;       /* [unit] now */
+    double volume_start; /* [m3] (m2 in planar 2D, m in 1D) of the solid at the start */
+    double volume;      /* [m3] now */
     double dissolved;   /* [unit] now in the fluid */
     double carry;       /* [unit] what the last linear solve left undone or debris owes; the next step delivers it */
     double out, in;     /* [unit] through outlets and inlets since the start */
@@ -5098,6 +5155,7 @@ PDI_FN pd_status pdi_named_files_fail(pd_ctx *ctx, const pd_text *text, int sect
 #define PD_SETUP_NOTES 48
 #define PD_SETUP_MASKS 8
 #define PD_SETUP_WALLS 32
+#define PD_SETUP_METALS 4 /* one of each material */
 #define PD_SETUP_RECORDS 8
 #define PD_SETUP_SHAPES 64 /* [shape] sections */
 
@@ -5233,6 +5291,15 @@ typedef struct pd_setup_record {
 /* Numerical settings that a scene may leave open. */
 typedef enum pd_knob { PD_KNOB_STEADY = 0, PD_KNOB_FLOW_RTOL, PD_KNOB_RTOL, PD_KNOB_FRACTION } pd_knob;
 
+/* A metal of the scene. */
+typedef struct pd_setup_metal {
+    pd_material material;
+    double solid_c;    /* [mol/m3] Cs */
+    int shape;         /* where it is; -1: all solid that is not of a later metal */
+    pd_expr rate;      /* of C, t, x, y, z; in m/s, in 1/s per layer, or in A/m2 */
+    double rate_scale; /* [-] 1 for a speed, [m] thickness of the layer, [m3/(A s)] speed of a current density */
+} pd_setup_metal;
+
 typedef struct pd_setup {
     char name[PD_SETUP_NAME];  /* of the case: the file without folder and ending */
     char folder[PD_PATH_SIZE]; /* of the output */
@@ -5291,13 +5358,11 @@ typedef struct pd_setup {
     double limiter;         /* [-] change of the field at which the limiter stops; 0: that of transport.h */
     int settle;             /* the steady field, and nothing else in time */
     /* dissolution */
-    pd_material material;
-    double solid_c;         /* [mol/m3] Cs */
+    pd_setup_metal metal[PD_SETUP_METALS];
+    int metals;             /* at least 1 */
     double saturation;      /* [mol/m3] Csat; 0: not given */
     double gb_factor;       /* [-] */
     double threshold;       /* [-] */
-    pd_expr rate;           /* of C, t, x, y, z; in m/s, in 1/s per layer, or in A/m2 */
-    double rate_scale;      /* [-] 1 for a speed, [m] thickness of the layer, [m3/(A s)] speed of a current density */
     pd_grain_desc grain;
     /* bond-based corrosion, with D and `initial` of transport, Cs, Csat and rate of dissolution */
     double bulk;            /* [mol/m3] held behind open sides, and everywhere with `activation` */
@@ -5359,7 +5424,7 @@ PDI_FN const pd_expr_symbol *pdi_setup_position(void);
 #define PDI_SETUP_LAW (PD_DIM + 2)
 PDI_FN const pd_expr_symbol *pdi_setup_law(void);
 /* Value of the law at C = 0, t = 0 and x = 0, times rate_scale [m/s]. */
-PDI_FN double pdi_setup_speed(const pd_setup *setup);
+PDI_FN double pdi_setup_speed(const pd_setup_metal *metal);
 /* Value of an expression in x, y, z, t. */
 PDI_FN double pdi_setup_eval(const pd_expr *expr, const double *x, double t);
 /* 1: it depends on t. */
@@ -5525,11 +5590,21 @@ PDI_FN pd_status pdi_reader_initial(pdi_reader *s, int section);
 #endif
 
 /* ======== >>scene/read_metal.h ======== */
-/* read_metal: reads the sections [dissolve] and [corrode] of a scene: how metal goes. */
+/* read_metal: reads the sections [dissolve] and [corrode] of a scene: how metal goes.
+ *
+ * [dissolve NAME] and [corrode NAME] tell Cs, charge and law of one of several metals, whose shapes have material = NAME.
+ * Metals without such a section follow the one without a name, which tells all else.
+ */
 #ifndef PD_READ_METAL_H
 #define PD_READ_METAL_H
 
 #ifdef PDI_INTERNAL
+/* 1: there is a section of that name, with or without the name of a metal. */
+PDI_FN int pdi_read_metal_given(pdi_reader *s, const char *name);
+/* Cs, Csat and the properties of the first metal become constants of all later numbers. */
+PDI_FN pd_status pdi_read_metal_constants(pdi_reader *s);
+/* The law of each metal. */
+PDI_FN pd_status pdi_read_metal_laws(pdi_reader *s);
 /* Before anything of the other sections is read: what [corrode] brings with it. */
 PDI_FN pd_status pdi_read_metal_first(pdi_reader *s);
 /* [dissolve], the surface rate. */
@@ -5825,6 +5900,7 @@ typedef struct pd_model {
     double *factor;           /* [total] [-] rate factor of the grain boundaries; NULL: 1 */
     pd_dissolve dissolve;
     pd_dissolving dissolving;
+    uint8_t *metal;           /* [total] index of the metal of solid nodes; NULL: all are of the first one */
     uint8_t *passive;         /* [total] 1: in front of a passive film; NULL: none */
     pd_couple couple;
     size_t bytes[PD_PART_COUNT];     /* [byte] */
@@ -21874,11 +21950,23 @@ pd_status pd_grain_measure(pd_ctx *ctx, const pd_grid *grid, const pd_grain *gra
 #define PDI_LAW_HALVINGS 200
 #define PDI_LAW_ROUNDS 400
 
-PDI_FN double pdi_law_rate(pdi_law *law, double c)
+PDI_FN double pdi_law_own(pdi_law *law, int m, double c)
 {
+    const pdi_law_metal *metal = &law->metal[m];
     law->at.c = c;
     if (c >= law->limit) return 0.0;
-    return law->rate(law->user, &law->at) * fmax(law->whole - law->part * c, 0.0);
+    return metal->rate(metal->user, &law->at) * fmax(metal->whole - metal->part * c, 0.0);
+}
+
+PDI_FN double pdi_law_rate(pdi_law *law, double c)
+{
+    double sum = 0.0;
+    if (law->metals == 1) return pdi_law_own(law, 0, c);
+    for (int m = 0; m < law->metals; m++) {
+        double v = pdi_law_own(law, m, c);
+        if (!(v < 0.0)) sum += law->metal[m].share * v; /* one that is no number shows */
+    }
+    return sum;
 }
 
 /* 1: a number that can be computed with. */
@@ -22403,6 +22491,12 @@ static pd_status pdi_front_print(pd_ctx *ctx, pd_front *f)
     return PD_OK;
 }
 
+PDI_FN void pdi_front_list(pdi_owner *owner, void *object)
+{
+    pd_front *front = (pd_front *)object;
+    if (front->stencil) PDI_ARRAY(owner, front, weight, front->stencil->count, "1/m");
+}
+
 static pd_status pdi_front_make(pd_ctx *ctx, const pd_stencil *stencil, pd_kernel kernel, pd_weights weights,
                                 pd_front *f)
 {
@@ -22412,7 +22506,7 @@ static pd_status pdi_front_make(pd_ctx *ctx, const pd_stencil *stencil, pd_kerne
     f->kernel = kernel;
     if ((int)kernel < PD_KERNEL_AREA || (int)kernel > PD_KERNEL_INVERSE)
         return pdi_fail(ctx, PD_ERR_ARGUMENT, "front", "kernel %d, expected 0 to 2", (int)kernel);
-    PDI_TRY(PDI_NEW(ctx, "front", stencil->count, f->weight));
+    PDI_TRY(pdi_owner_build(ctx, pdi_front_list, f));
     if (weights == PD_WEIGHTS_PRINTED) PDI_TRY(pdi_front_print(ctx, f));
     else if (kernel == PD_KERNEL_AREA) memcpy(f->weight, stencil->area, (size_t)stencil->count * sizeof(double));
     else PDI_TRY(pdi_front_calibrate(ctx, f));
@@ -22442,7 +22536,7 @@ double pd_front_measure(const pd_front *f, const double *normal)
 
 void pd_front_free(pd_ctx *ctx, pd_front *f)
 {
-    PDI_DELETE(ctx, f->stencil ? f->stencil->count : 0, f->weight);
+    pdi_owner_free(ctx, pdi_front_list, f);
     memset(f, 0, sizeof *f);
 }
 
@@ -22467,7 +22561,7 @@ PDI_FN double pdi_interface_resist(const pd_dissolve *d, const pdi_beside *besid
 {
     double diffusivity = pdi_interface_diffusivity(d, beside->node);
     if (pdi_metal_bonds(d)) return 0.0;
-    double flux = pdi_metal_span(d) * (beside->flux / beside->weight), film = beside->film / beside->weight;
+    double flux = d->kind[0].span * (beside->flux / beside->weight), film = beside->film / beside->weight;
     return diffusivity > 0.0 ? flux * film / diffusivity : HUGE_VAL;
 }
 
@@ -22484,14 +22578,21 @@ PDI_FN void pdi_interface_find(const pd_dissolve *d, int32_t j, int k, pdi_entry
     entry->count = pdi_entry_free(d->bonds, j, k);
 }
 
-PDI_FN double pdi_interface_speed(const pd_dissolve *d, int32_t i)
+PDI_FN double pdi_interface_speed(const pd_dissolve *d, int32_t i, int metal)
 {
-    return d->slot[i] < 0 ? 0.0 : d->beside[d->slot[i]].mean;
+    return d->slot[i] < 0 ? 0.0 : pdi_metal_portion(d, &d->beside[d->slot[i]])[metal].mean;
+}
+
+PDI_FN double pdi_interface_fastest(const pd_dissolve *d, int32_t i)
+{
+    double fastest = 0.0;
+    for (int m = 0; m < d->kinds; m++) fastest = fmax(fastest, pdi_interface_speed(d, i, m));
+    return fastest;
 }
 
 PDI_FN double pdi_interface_weight(const pd_dissolve *d, int32_t j, int32_t i, int k, const pdi_entry *entry)
 {
-    return pdi_metal_span(d) * pdi_metal_factor(d, j) * (pdi_metal_area(d, j, k) / entry->count) *
+    return pdi_metal_span(d, j) * pdi_metal_factor(d, j) * (pdi_metal_area(d, j, k) / entry->count) *
            pdi_metal_over(d, j, i);
 }
 
@@ -22505,12 +22606,12 @@ PDI_FN double pdi_interface_rate(const pd_dissolve *d, int32_t j)
         pdi_interface_find(d, j, k, &entry);
         for (int e = 0; e < entry.count; e++) {
             int32_t i = entry.node[e];
-            sum += pdi_metal_area(d, j, k) / entry.count * pdi_metal_drive(d, j, i) * pdi_interface_speed(d, i);
+            double speed = pdi_interface_speed(d, i, pdi_metal_of(d, j));
+            sum += pdi_metal_area(d, j, k) / entry.count * pdi_metal_drive(d, j, i) * speed;
         }
     }
     return sum * pdi_metal_factor(d, j);
 }
-
 
 PDI_FN double pdi_interface_pace(const pd_dissolve *d, int32_t j)
 {
@@ -22519,7 +22620,8 @@ PDI_FN double pdi_interface_pace(const pd_dissolve *d, int32_t j)
     if (d->desc.drive == PD_DRIVE_CONSTANT) return pdi_interface_rate(d, j);
     for (int k = 0; k < d->bonds->stencil->count; k++) {
         pdi_interface_find(d, j, k, &entry);
-        for (int e = 0; e < entry.count; e++) fastest = fmax(fastest, pdi_interface_speed(d, entry.node[e]));
+        for (int e = 0; e < entry.count; e++)
+            fastest = fmax(fastest, pdi_interface_speed(d, entry.node[e], pdi_metal_of(d, j)));
     }
     return d->kernel.total * fastest * pdi_metal_factor(d, j);
 }
@@ -22529,8 +22631,10 @@ static pdi_beside *pdi_interface_join(pd_dissolve *d, int32_t i)
 {
     if (d->slot[i] < 0) {
         d->slot[i] = d->beside_count++;
-        memset(&d->beside[d->slot[i]], 0, sizeof(pdi_beside));
-        d->beside[d->slot[i]].node = i;
+        pdi_beside *beside = &d->beside[d->slot[i]];
+        memset(beside, 0, sizeof *beside);
+        memset(pdi_metal_portion(d, beside), 0, (size_t)d->kinds * sizeof(pdi_metal_beside));
+        beside->node = i;
     }
     return &d->beside[d->slot[i]];
 }
@@ -22540,7 +22644,7 @@ static pdi_beside *pdi_interface_join(pd_dissolve *d, int32_t i)
 static void pdi_interface_gather(pd_dissolve *d, int32_t j)
 {
     const pd_stencil *s = d->bonds->stencil;
-    double way[PD_DIM];
+    double way[PD_DIM], relative = pdi_metal_span(d, j) / d->kind[0].span;
     pdi_entry entry;
     for (int k = 0; k < s->count; k++) {
         pdi_interface_find(d, j, k, &entry);
@@ -22548,11 +22652,13 @@ static void pdi_interface_gather(pd_dissolve *d, int32_t j)
             double weight = pdi_interface_weight(d, j, entry.node[e], k, &entry);
             if (!(weight > 0.0)) continue;
             pdi_beside *beside = pdi_interface_join(d, entry.node[e]);
+            pdi_metal_beside *portion = &pdi_metal_portion(d, beside)[pdi_metal_of(d, j)];
             beside->enters += weight;
-            beside->stock += weight * d->transport->c[j];
+            portion->enters += weight;
+            portion->stock += weight * d->transport->c[j];
             if (pdi_metal_bonds(d)) continue;
             beside->hollow += weight * fmax(1.5 - pdi_metal_left(d, entry.last), 0.0);
-            beside->factor += weight * pdi_metal_factor(d, j);
+            beside->factor += weight * (pdi_metal_factor(d, j) * relative);
             pdi_entry_mirror(&entry, e, s->xi + k * PD_DIM, way);
             for (int a = 0; a < PD_DIM; a++) beside->normal[a] += s->area[k] / entry.count * way[a];
         }
@@ -22603,6 +22709,8 @@ static void pdi_interface_arrive(pd_dissolve *d, pdi_beside *from, pdi_beside *t
     double over = pdi_interface_part(from, share) * pdi_metal_over(d, from->node, to->node), cell = 0.0;
     for (int a = 0; a < PD_DIM; a++) cell = fmax(cell, fabs(from->normal[a]) * d->bonds->stencil->h[a]);
     to->weight += over * from->enters;
+    for (int m = 0; m < d->kinds; m++)
+        pdi_metal_portion(d, to)[m].weight += over * pdi_metal_portion(d, from)[m].enters;
     to->film += over * (from->hollow * cell + from->enters * beyond);
     to->flux += over * from->factor;
 }
@@ -22610,22 +22718,97 @@ static void pdi_interface_arrive(pd_dissolve *d, pdi_beside *from, pdi_beside *t
 static void pdi_interface_average(pd_dissolve *d, pdi_beside *from, pdi_beside *to, double share, double beyond)
 {
     (void)beyond;
-    from->mean += pdi_interface_part(from, share) * pdi_interface_line(d, to);
+    for (int m = 0; m < d->kinds; m++)
+        pdi_metal_portion(d, from)[m].mean += pdi_interface_part(from, share) * pdi_metal_portion(d, to)[m].speed;
+}
+
+/* Factor of the law, whole - part c, of a drive by difference. */
+static void pdi_interface_drive(const pd_dissolve *d, const pdi_metal_beside *portion, double *whole, double *part)
+{
+    const pdi_metal_kind *kind = &d->kind[(portion - d->portion) % d->kinds];
+    *whole = 1.0;
+    *part = 0.0;
+    if (d->desc.drive != PD_DRIVE_DIFFERENCE) return;
+    *part = log(kind->solid / d->desc.saturation) / kind->span;
+    *whole = *part * portion->stock / portion->weight;
+}
+
+PDI_FN void pdi_interface_law(const pd_dissolve *d, const pdi_beside *beside, pdi_law *law)
+{
+    const pdi_metal_beside *portion = pdi_metal_portion(d, beside);
+    law->metals = 0;
+    law->top = law->limit = d->desc.saturation;
+    if (!pdi_metal_bonds(d)) {
+        law->top = 0.0;
+        law->limit = HUGE_VAL;
+    }
+    int arrives = beside->weight > 0.0;
+    for (int m = 0; m < d->kinds; m++) {
+        pdi_law_metal *own = &law->metal[law->metals];
+        double weight = arrives ? portion[m].weight : portion[m].enters;
+        if (!(weight > 0.0)) continue;
+        own->rate = d->kind[m].law.rate;
+        own->user = d->kind[m].law.rate_user;
+        own->share = weight / (arrives ? beside->weight : beside->enters);
+        pdi_interface_drive(d, &portion[m], &own->whole, &own->part);
+        if (!pdi_metal_bonds(d)) law->top = fmax(law->top, d->kind[m].solid);
+        law->metals++;
+    }
+    law->at.t = d->time;
+    pd_grid_position(d->grid, beside->node, law->at.x);
+}
+
+/* Share of a concentration around that at the surface, where the metals share what is between the sides of a jump. */
+#define PDI_INTERFACE_AROUND 1e-7
+#define PDI_INTERFACE_DROP 1e-6
+
+/* What the line says of all metals together is what each one gives at the concentration at the surface, or between both
+ * sides of a jump. */
+static void pdi_interface_share(const pd_dissolve *d, const pdi_beside *beside)
+{
+    pdi_metal_beside *portion = pdi_metal_portion(d, beside);
+    double line = pdi_interface_line(d, beside), resist = pdi_interface_resist(d, beside), sum = 0.0;
+    double before[PDI_LAW_METALS], behind[PDI_LAW_METALS], above = 0.0, below = 0.0;
+    pdi_law law;
+    pdi_interface_law(d, beside, &law);
+    double c = fmax(d->transport->c[beside->node], 0.0);
+    double s = resist < HUGE_VAL ? fmin(c + resist * fmax(line, 0.0), law.top) : law.top;
+    for (int k = 0; k < law.metals && law.metals > 1; k++) {
+        before[k] = fmax(pdi_law_own(&law, k, s * (1.0 - PDI_INTERFACE_AROUND)), 0.0);
+        behind[k] = fmax(pdi_law_own(&law, k, s * (1.0 + PDI_INTERFACE_AROUND)), 0.0);
+        above += law.metal[k].share * before[k];
+        below += law.metal[k].share * behind[k];
+    }
+    double high = fmax(above, below), theta = 0.5;
+    if (fabs(above - below) > PDI_INTERFACE_DROP * high) theta = fmin(fmax((line - below) / (above - below), 0.0), 1.0);
+    for (int k = 0; k < law.metals && law.metals > 1; k++) {
+        before[k] = theta * before[k] + (1.0 - theta) * behind[k];
+        sum += law.metal[k].share * before[k];
+    }
+    for (int m = 0, k = 0; m < d->kinds; m++) {
+        portion[m].speed = 0.0;
+        if (!(portion[m].weight > 0.0)) continue;
+        portion[m].speed = law.metals > 1 && sum > 0.0 ? before[k] * (line / sum) : line;
+        k++;
+    }
 }
 
 /* The speed of the metal is the mean of what the law gives where it arrives. */
 PDI_FN void pdi_interface_means(pd_dissolve *d)
 {
     for (int32_t n = 0; n < d->beside_count; n++) {
-        pdi_beside *beside = &d->beside[n];
-        beside->mean = 0.0;
-        if (!pdi_metal_bonds(d)) continue;
-        /* the line is that of the law times the mean drive of the bonds */
-        double line = pdi_interface_line(d, beside), driven = 1.0;
-        if (d->desc.drive == PD_DRIVE_DIFFERENCE)
-            driven = log(d->desc.solid / d->desc.saturation) / pdi_metal_span(d) *
-                     (beside->stock / beside->weight - d->transport->c[beside->node]);
-        beside->mean = driven > 0.0 ? line / driven : 0.0;
+        const pdi_beside *beside = &d->beside[n];
+        if (beside->weight > 0.0) pdi_interface_share(d, beside);
+        for (int m = 0; m < d->kinds; m++) {
+            pdi_metal_beside *portion = &pdi_metal_portion(d, beside)[m];
+            double whole, part;
+            portion->mean = 0.0;
+            if (!pdi_metal_bonds(d) || !(portion->weight > 0.0)) continue;
+            /* the line is that of the law times the mean drive of the bonds */
+            pdi_interface_drive(d, portion, &whole, &part);
+            double driven = whole - part * d->transport->c[beside->node];
+            portion->mean = driven > 0.0 ? portion->speed / driven : 0.0;
+        }
     }
     if (!pdi_metal_bonds(d)) pdi_interface_link(d, pdi_interface_average);
 }
@@ -22635,8 +22818,14 @@ static void pdi_interface_pay(pd_dissolve *d, pdi_beside *from, pdi_beside *to, 
 {
     double over = pdi_interface_part(from, share) * pdi_metal_over(d, from->node, to->node);
     (void)beyond;
-    to->given += over * from->paid * pdi_interface_line(d, to);
-    to->weight = fmax(to->weight - over * from->used, 0.0);
+    to->weight = 0.0;
+    for (int m = 0; m < d->kinds; m++) {
+        const pdi_metal_beside *gives = &pdi_metal_portion(d, from)[m];
+        pdi_metal_beside *portion = &pdi_metal_portion(d, to)[m];
+        to->given += over * gives->paid * portion->speed;
+        portion->weight = fmax(portion->weight - over * gives->used, 0.0);
+        to->weight += portion->weight;
+    }
 }
 
 PDI_FN void pdi_interface_land(pd_dissolve *d)
@@ -22647,7 +22836,12 @@ PDI_FN void pdi_interface_land(pd_dissolve *d)
     for (int32_t n = 0; n < d->beside_count; n++) {
         double *normal = d->beside[n].normal, length = pdi_vec_norm(normal);
         for (int a = 0; a < PD_DIM && length > 0.0; a++) normal[a] /= length;
-        if (pdi_metal_bonds(d)) d->beside[n].weight = d->beside[n].enters;
+        if (!pdi_metal_bonds(d)) continue;
+        d->beside[n].weight = d->beside[n].enters;
+        for (int m = 0; m < d->kinds; m++) {
+            pdi_metal_beside *portion = &pdi_metal_portion(d, &d->beside[n])[m];
+            portion->weight = portion->enters;
+        }
     }
     if (pdi_metal_bonds(d)) return;
     pdi_interface_link(d, pdi_interface_count);
@@ -22658,12 +22852,20 @@ PDI_FN void pdi_interface_spare(pd_dissolve *d)
 {
     for (int32_t n = 0; n < d->beside_count && pdi_metal_bonds(d); n++) {
         pdi_beside *beside = &d->beside[n];
-        beside->given += beside->paid * beside->mean;
-        beside->weight = fmax(beside->weight - beside->used, 0.0);
-        beside->stock = fmax(beside->stock - beside->used_stock, 0.0);
+        beside->weight = 0.0;
+        for (int m = 0; m < d->kinds; m++) {
+            pdi_metal_beside *portion = &pdi_metal_portion(d, beside)[m];
+            beside->given += portion->paid * portion->mean;
+            portion->weight = fmax(portion->weight - portion->used, 0.0);
+            portion->stock = fmax(portion->stock - portion->used_stock, 0.0);
+            beside->weight += portion->weight;
+        }
     }
     if (!pdi_metal_bonds(d)) pdi_interface_link(d, pdi_interface_pay);
 }
+
+#undef PDI_INTERFACE_AROUND
+#undef PDI_INTERFACE_DROP
 
 /* ======== >>metal/content.c ======== */
 /* content: see content.h */
@@ -22730,6 +22932,7 @@ static double pdi_content_share(const pd_dissolve *d, int32_t j, int k, pdi_cont
     uint8_t wanted = heir == PDI_CONTENT_FLUID ? PD_FLUID : PD_SOLID;
     if (i == j || d->grid->kind[i] != wanted || !pdi_entry_free(d->bonds, j, k)) return 0.0;
     if (heir == PDI_CONTENT_FLUID) return d->weight[k];
+    if (pdi_metal_of(d, i) != pdi_metal_of(d, j)) return 0.0;
     if (heir == PDI_CONTENT_BEHIND && d->rate[i] > PDI_CONTENT_SHELTERED * d->rate[j]) return 0.0;
     return d->weight[k] * pdi_metal_factor(d, i);
 }
@@ -22748,6 +22951,7 @@ static void pdi_content_spread(pd_dissolve *d, int32_t i, pdi_content_piece *p)
     for (int k = 0; k < d->bonds->stencil->count; k++) {
         int32_t j = pdi_entry_far(d->bonds, i, k);
         if (d->grid->kind[j] != PD_SOLID && !(d->mark[j] & PDI_CONTENT_TURNED)) continue;
+        if (pdi_metal_of(d, j) != pdi_metal_of(d, i)) continue;
         double weight = d->weight[k] * pdi_metal_factor(d, j);
         if (j == i || (d->mark[j] & PDI_CONTENT_SEEN) || !(weight > 0.0)) continue;
         if (pdi_entry_free(d->bonds, i, k)) pdi_content_see(d, j, p);
@@ -22772,7 +22976,7 @@ static void pdi_content_label(pd_dissolve *d, const pdi_content_piece *p, int la
  * gives. */
 static int pdi_content_lasts(pd_dissolve *d, int32_t j, double dt, double all, pdi_content_piece *p)
 {
-    double take = dt * pdi_metal_span(d);
+    double take = dt * pdi_metal_span(d, j);
     pdi_content_begin(d, j, p);
     for (int32_t n = 0; n < p->count; n++) {
         int32_t i = p->node[n];
@@ -22798,9 +23002,10 @@ static void pdi_content_give(pd_dissolve *d, const pdi_content_piece *p)
                 int32_t i = entry.node[e];
                 double weight = pdi_interface_weight(d, j, i, k, &entry);
                 if (d->slot[i] < 0 || !(weight > 0.0)) continue;
-                d->beside[d->slot[i]].paid += share * pdi_metal_drive(d, j, i) * weight;
-                d->beside[d->slot[i]].used += weight;
-                d->beside[d->slot[i]].used_stock += weight * d->transport->c[j];
+                pdi_metal_beside *portion = &pdi_metal_portion(d, &d->beside[d->slot[i]])[pdi_metal_of(d, j)];
+                portion->paid += share * pdi_metal_drive(d, j, i) * weight;
+                portion->used += weight;
+                portion->used_stock += weight * d->transport->c[j];
             }
         }
     }
@@ -22808,11 +23013,12 @@ static void pdi_content_give(pd_dissolve *d, const pdi_content_piece *p)
 
 PDI_FN int pdi_content_spare(pd_dissolve *d, double dt)
 {
-    double take = dt * pdi_metal_span(d), all = 0.0;
+    double all = 0.0;
     int found = 0;
     for (int32_t j = 0; j < d->grid->total; j++) {
         d->mark[j] &= (uint8_t)~PDI_CONTENT_LASTS;
-        if (d->exposed[j]) all += fmax(take * d->rate[j], 0.0) * pdi_grid_circumference(d->grid, j);
+        if (d->exposed[j])
+            all += fmax(dt * pdi_metal_span(d, j) * d->rate[j], 0.0) * pdi_grid_circumference(d->grid, j);
     }
     for (int32_t f = 0; f < d->front_count; f++) {
         int32_t j = d->front[f];
@@ -22827,8 +23033,8 @@ PDI_FN int pdi_content_spare(pd_dissolve *d, double dt)
         found++;
     }
     if (found) pdi_interface_spare(d);
-    for (int32_t n = 0; n < d->beside_count; n++)
-        d->beside[n].used = d->beside[n].used_stock = d->beside[n].paid = 0.0;
+    for (int32_t n = 0; n < d->beside_count * d->kinds; n++)
+        d->portion[n].used = d->portion[n].used_stock = d->portion[n].paid = 0.0;
     return found;
 }
 
@@ -22925,12 +23131,13 @@ static pd_status pdi_content_settle(pd_ctx *ctx, pd_dissolve *d)
 
 /* ---- bonds: a node turns at the end of the step that is closest to its own end ---- */
 
-/* Where node i finds or leaves metal: bond k leads to metal other than i, and no wall stands in between. -1: it does
+/* Where node i finds or leaves metal: bond k leads to other nodes of its metal, and no wall stands in between. -1: it does
  * not. */
 static int32_t pdi_content_behind(const pd_dissolve *d, int32_t i, int k)
 {
     int32_t at = pdi_entry_far(d->bonds, i, k);
     if (at == i || d->grid->kind[at] != PD_SOLID || (d->mark[at] & PDI_CONTENT_TURNED)) return -1;
+    if (pdi_metal_of(d, at) != pdi_metal_of(d, i)) return -1;
     return pdi_entry_free(d->bonds, i, k) ? at : -1;
 }
 
@@ -22967,15 +23174,16 @@ static void pdi_content_take(pd_dissolve *d, int32_t i)
 
 /* 1: metal that fluid reaches, that has room below Cs, and that does not turn in the next step. Hand-over within a
  * layer would roughen the front. */
-static int pdi_content_receives(const pd_dissolve *d, int32_t at, double take)
+static int pdi_content_receives(const pd_dissolve *d, int32_t at, double dt)
 {
     const double *c = d->transport->c;
-    return d->exposed[at] && c[at] < d->desc.solid && c[at] - pdi_metal_end(d, at) > take * d->rate[at];
+    double take = dt * pdi_metal_span(d, at);
+    return d->exposed[at] && c[at] < pdi_metal_solid(d, at) && c[at] - pdi_metal_end(d, at) > take * d->rate[at];
 }
 
 /* Node i passes what it has above its end to such metal, in proportion to the weights and none more than whole metal
  * has. What is left goes round, and stays where nobody takes it. */
-static void pdi_content_give_up(pd_dissolve *d, int32_t i, double take)
+static void pdi_content_give_up(pd_dissolve *d, int32_t i, double dt)
 {
     double *c = d->transport->c, end = pdi_metal_end(d, i), left = c[i] - end;
     int full = 1;
@@ -22984,16 +23192,17 @@ static void pdi_content_give_up(pd_dissolve *d, int32_t i, double take)
         full = 0;
         for (int k = 0; k < d->bonds->stencil->count; k++) {
             int32_t at = pdi_content_behind(d, i, k);
-            if (at >= 0 && pdi_content_receives(d, at, take)) sum += d->weight[k];
+            if (at >= 0 && pdi_content_receives(d, at, dt)) sum += d->weight[k];
         }
         if (!(sum > 0.0)) break;
         for (int k = 0; k < d->bonds->stencil->count; k++) {
             int32_t at = pdi_content_behind(d, i, k);
-            if (at < 0 || !pdi_content_receives(d, at, take)) continue;
-            double part = left * (d->weight[k] / sum), room = (d->desc.solid - c[at]) * pdi_metal_over(d, at, i);
+            if (at < 0 || !pdi_content_receives(d, at, dt)) continue;
+            double solid = pdi_metal_solid(d, at), room = (solid - c[at]) * pdi_metal_over(d, at, i);
+            double part = left * (d->weight[k] / sum);
             if (part >= room) {
                 part = room;
-                c[at] = d->desc.solid;
+                c[at] = solid;
                 full = 1;
             } else c[at] += part * pdi_metal_over(d, i, at);
             given += part;
@@ -23003,17 +23212,18 @@ static void pdi_content_give_up(pd_dissolve *d, int32_t i, double take)
     c[i] = end + fmax(left, 0.0);
 }
 
-static pd_status pdi_content_saturate(pd_ctx *ctx, pd_dissolve *d, double take)
+static pd_status pdi_content_saturate(pd_ctx *ctx, pd_dissolve *d, double dt)
 {
     double *c = d->transport->c;
     int32_t candidates = 0;
     for (int32_t f = 0; f < d->front_count; f++) {
         int32_t i = d->front[f];
         if (d->mark[i] & PDI_CONTENT_TURNED) continue;
+        double take = dt * pdi_metal_span(d, i);
         if (c[i] - 0.5 * take * d->rate[i] <= pdi_metal_end(d, i)) d->piece[candidates++] = i;
     }
     for (int32_t n = 0; n < candidates; n++)
-        if (c[d->piece[n]] > pdi_metal_end(d, d->piece[n])) pdi_content_give_up(d, d->piece[n], take);
+        if (c[d->piece[n]] > pdi_metal_end(d, d->piece[n])) pdi_content_give_up(d, d->piece[n], dt);
     for (int32_t n = 0; n < candidates; n++)
         if (c[d->piece[n]] <= pdi_metal_end(d, d->piece[n])) pdi_content_note(d, d->piece[n]);
     for (int32_t n = 0; n < d->changed_count; n++) pdi_content_take(d, d->changed[n]); /* the list may grow */
@@ -23028,14 +23238,14 @@ static pd_status pdi_content_saturate(pd_ctx *ctx, pd_dissolve *d, double take)
 }
 
 /* Activation control: what a node that turns holds above the fluid is gone. */
-static void pdi_content_rinse(pd_dissolve *d, double take)
+static void pdi_content_rinse(pd_dissolve *d, double dt)
 {
     pdi_sum gone = {0.0, 0.0};
     double *c = d->transport->c;
     for (int32_t k = 0; k < d->beside_count; k++) {
         const pdi_beside *beside = &d->beside[k];
         double gain = beside->weight * pdi_interface_line(d, beside) + beside->given;
-        pdi_sum_add(&gone, take / pdi_metal_span(d) * gain * pdi_grid_circumference(d->grid, beside->node));
+        pdi_sum_add(&gone, dt * gain * pdi_grid_circumference(d->grid, beside->node));
     }
     for (int32_t n = 0; n < d->changed_count; n++) {
         int32_t i = d->changed[n];
@@ -23053,26 +23263,32 @@ PDI_FN void pdi_content_turned(pd_dissolve *d, const int32_t *turned, int32_t co
 
 PDI_FN pd_status pdi_content_finish(pd_ctx *ctx, pd_dissolve *d, double dt)
 {
-    double take = dt * pdi_metal_span(d), *c = d->transport->c;
+    double *c = d->transport->c;
     d->changed_count = 0;
     /* the contents tell where the surface stands, so all rates come first */
-    for (int32_t f = 0; f < d->front_count; f++) c[d->front[f]] -= take * d->rate[d->front[f]];
+    for (int32_t f = 0; f < d->front_count; f++)
+        c[d->front[f]] -= dt * pdi_metal_span(d, d->front[f]) * d->rate[d->front[f]];
     for (int32_t n = 0; n < d->gone_count; n++) {
         c[d->piece[n]] = pdi_metal_end(d, d->piece[n]);
         pdi_content_note(d, d->piece[n]);
     }
-    if (pdi_metal_bonds(d)) PDI_TRY(pdi_content_saturate(ctx, d, take));
+    if (pdi_metal_bonds(d)) PDI_TRY(pdi_content_saturate(ctx, d, dt));
     else PDI_TRY(pdi_content_settle(ctx, d));
-    if (d->desc.activation) pdi_content_rinse(d, take);
+    if (d->desc.activation) pdi_content_rinse(d, dt);
     if (d->changed_count) pdi_content_turned(d, d->changed, d->changed_count);
     return PD_OK;
 }
 
-PDI_FN double pdi_content_stock(const pd_dissolve *d)
+PDI_FN double pdi_content_stock(const pd_dissolve *d, double *volume)
 {
-    pdi_sum sum = {0.0, 0.0};
-    for (int32_t j = 0; j < d->grid->total; j++)
-        if (d->grid->kind[j] == PD_SOLID) pdi_sum_add(&sum, d->transport->c[j] * pdi_grid_circumference(d->grid, j));
+    pdi_sum sum = {0.0, 0.0}, whole = {0.0, 0.0};
+    for (int32_t j = 0; j < d->grid->total; j++) {
+        if (d->grid->kind[j] != PD_SOLID) continue;
+        double amount = d->transport->c[j] * pdi_grid_circumference(d->grid, j);
+        pdi_sum_add(&sum, amount);
+        pdi_sum_add(&whole, amount / pdi_metal_solid(d, j));
+    }
+    *volume = pdi_sum_total(&whole) * d->bonds->stencil->volume;
     return pdi_sum_total(&sum) * d->bonds->stencil->volume;
 }
 
@@ -23125,22 +23341,45 @@ PDI_FN double pdi_damage_last(uint64_t seed, int32_t node, int bonds)
 
 /* ---- build ---- */
 
-static pd_status pdi_dissolve_check(pd_ctx *ctx, const pd_dissolve_desc *desc, int given)
+static pd_status pdi_dissolve_check_metal(pd_ctx *ctx, const pd_dissolve_desc *desc, const pd_metal *metal)
 {
-    if (!(desc->solid > 0.0) || !(desc->solid < 1e100) || !(desc->threshold >= 0.0) || !(desc->threshold < 1.0) ||
-        !desc->rate)
+    if (!(metal->solid > 0.0) || !(metal->solid < 1e100) || !(desc->threshold >= 0.0) || !(desc->threshold < 1.0) ||
+        !metal->rate)
         return pdi_fail(ctx, PD_ERR_ARGUMENT, "dissolve",
                         "Cs = %g mol/m3 must be positive, the threshold %g lie in [0, 1), a rate law be given",
-                        desc->solid, desc->threshold);
+                        metal->solid, desc->threshold);
+    if (desc->model != PD_METAL_BONDS) return PD_OK;
+    if (!(metal->solid > desc->saturation) || !(desc->saturation > 0.0) || desc->threshold > 0.0)
+        return pdi_fail(ctx, PD_ERR_ARGUMENT, "dissolve",
+                        "Cs = %g, Csat = %g mol/m3 and a threshold of %g, expected Cs > Csat > 0 and no threshold",
+                        metal->solid, desc->saturation, desc->threshold);
+    return PD_OK;
+}
+
+static pd_metal pdi_dissolve_metal(const pd_dissolve_desc *desc, int m)
+{
+    pd_metal first;
+    first.solid = desc->solid;
+    first.rate = desc->rate;
+    first.rate_user = desc->rate_user;
+    first.uniform = desc->uniform;
+    return m ? desc->more[m - 1] : first;
+}
+
+static pd_status pdi_dissolve_check(pd_ctx *ctx, const pd_dissolve_desc *desc, int given)
+{
+    if (desc->more_count < 0 || desc->more_count >= PDI_LAW_METALS || (desc->more_count && !desc->more))
+        return pdi_fail(ctx, PD_ERR_ARGUMENT, "dissolve", "%d metals beside the first one, expected 0 to %d and their "
+                        "list", desc->more_count, PDI_LAW_METALS - 1);
+    for (int m = 0; m <= desc->more_count; m++) {
+        pd_metal metal = pdi_dissolve_metal(desc, m);
+        PDI_TRY(pdi_dissolve_check_metal(ctx, desc, &metal));
+    }
     if (given && (desc->model == PD_METAL_SURFACE || !desc->activation))
         return pdi_fail(ctx, PD_ERR_ARGUMENT, "dissolve", "the field of transport is given, but not by activation");
     if (desc->model == PD_METAL_SURFACE) return PD_OK;
     if (desc->model != PD_METAL_BONDS)
         return pdi_fail(ctx, PD_ERR_ARGUMENT, "dissolve", "model %d, expected 0 or 1", (int)desc->model);
-    if (!(desc->solid > desc->saturation) || !(desc->saturation > 0.0) || desc->threshold > 0.0)
-        return pdi_fail(ctx, PD_ERR_ARGUMENT, "dissolve",
-                        "Cs = %g, Csat = %g mol/m3 and a threshold of %g, expected Cs > Csat > 0 and no threshold",
-                        desc->solid, desc->saturation, desc->threshold);
     if (!(desc->bulk >= 0.0) || desc->bulk > desc->saturation || !(desc->rtol >= 0.0) || !(desc->rtol < 1.0))
         return pdi_fail(ctx, PD_ERR_ARGUMENT, "dissolve",
                         "bulk = %g mol/m3 and rtol = %g, expected 0 to Csat = %g mol/m3 and 0 to below 1", desc->bulk,
@@ -23154,26 +23393,37 @@ static pd_status pdi_dissolve_check(pd_ctx *ctx, const pd_dissolve_desc *desc, i
     return PD_OK;
 }
 
-static pd_status pdi_dissolve_allocate(pd_ctx *ctx, pd_dissolve *d)
+PDI_FN void pdi_dissolve_list(pdi_owner *owner, void *object)
 {
-    int32_t total = d->grid->total;
-    d->capacity = (int32_t)d->grid->solid_count;
-    PDI_TRY(PDI_NEW(ctx, "dissolve", d->capacity, d->front));
-    PDI_TRY(PDI_NEW(ctx, "dissolve", d->capacity, d->changed));
-    PDI_TRY(PDI_NEW(ctx, "dissolve", d->capacity, d->piece));
-    PDI_TRY(PDI_NEW(ctx, "dissolve", total, d->mark));
-    PDI_TRY(PDI_NEW(ctx, "dissolve", total, d->exposed));
-    PDI_TRY(PDI_NEW(ctx, "dissolve", total, d->rate));
-    PDI_TRY(PDI_NEW(ctx, "dissolve", total, d->slot));
-    d->beside_capacity = pdi_entry_around(d->bonds, d->mark);
-    PDI_TRY(PDI_NEW(ctx, "dissolve", d->beside_capacity, d->beside));
-    if (!pdi_metal_bonds(d)) return PD_OK;
-    PDI_TRY(PDI_NEW(ctx, "dissolve", d->beside_capacity, d->pinned));
-    if (d->desc.repassivation > 0.0) PDI_TRY(PDI_NEW(ctx, "dissolve", total, d->film));
-    if (!d->desc.activation) PDI_TRY(PDI_NEW(ctx, "dissolve", total, d->moved));
-    if (!d->desc.stochastic) return PD_OK;
-    PDI_TRY(PDI_NEW(ctx, "dissolve", total, d->links));
-    return PDI_NEW(ctx, "dissolve", total, d->last);
+    pd_dissolve *dissolve = (pd_dissolve *)object;
+    if (!dissolve->grid) return;
+    const pd_dissolve_desc *desc = &dissolve->desc;
+    int64_t total = dissolve->grid->total;
+    int bonds = desc->model == PD_METAL_BONDS, stochastic = bonds && desc->stochastic;
+    PDI_ARRAY(owner, dissolve, kind, dissolve->kinds, "");
+    PDI_ARRAY(owner, dissolve, front, dissolve->capacity, "1");
+    PDI_ARRAY(owner, dissolve, changed, dissolve->capacity, "1");
+    PDI_ARRAY(owner, dissolve, piece, dissolve->capacity, "1");
+    PDI_ARRAY(owner, dissolve, mark, total, "1");
+    PDI_ARRAY(owner, dissolve, exposed, total, "1");
+    PDI_ARRAY(owner, dissolve, rate, total, "1/s");
+    PDI_ARRAY(owner, dissolve, slot, total, "1");
+    if (bonds && desc->repassivation > 0.0) PDI_STATE(owner, dissolve, film, total, "1");
+    if (bonds && !desc->activation) PDI_STATE(owner, dissolve, moved, total, "mol/m3");
+    if (stochastic) PDI_ARRAY(owner, dissolve, links, total, "1");
+    if (stochastic) PDI_ARRAY(owner, dissolve, last, total, "mol/m3");
+    PDI_VALUE(owner, dissolve, next_dt, "s");
+    PDI_VALUE(owner, dissolve, last_dt, "s");
+    PDI_VALUE(owner, dissolve, turned, "1");
+}
+
+PDI_FN void pdi_dissolve_beside_list(pdi_owner *owner, void *object)
+{
+    pd_dissolve *dissolve = (pd_dissolve *)object;
+    int64_t count = dissolve->beside_capacity;
+    PDI_ARRAY(owner, dissolve, beside, count, "");
+    PDI_ARRAY(owner, dissolve, portion, count * dissolve->kinds, "");
+    if (pdi_metal_bonds(dissolve)) PDI_ARRAY(owner, dissolve, pinned, count, "1");
 }
 
 /* Mechanical bonds of solid nodes, and the content at which the last of them breaks. */
@@ -23188,9 +23438,31 @@ static void pdi_dissolve_links(const pd_ctx *ctx, pd_dissolve *d)
         if (d->grid->kind[j] != PD_SOLID) continue;
         for (int k = 0; k < s->count; k++) links += d->grid->kind[pdi_entry_far(d->bonds, j, k)] == PD_SOLID;
         d->links[j] = (uint16_t)links;
-        d->last[j] =
-            d->desc.saturation + (1.0 - pdi_damage_last(d->desc.seed, j, links)) * (d->desc.solid - d->desc.saturation);
+        double span = pdi_metal_solid(d, j) - d->desc.saturation;
+        d->last[j] = d->desc.saturation + (1.0 - pdi_damage_last(d->desc.seed, j, links)) * span;
     }
+}
+
+/* The metals: with bonds they turn at saturation. */
+static pd_status pdi_dissolve_kinds(pd_ctx *ctx, pd_dissolve *d)
+{
+    d->uniform = 1;
+    for (int m = 0; m < d->kinds; m++) {
+        pdi_metal_kind *kind = &d->kind[m];
+        kind->law = pdi_dissolve_metal(&d->desc, m);
+        kind->solid = kind->law.solid;
+        double threshold = pdi_metal_bonds(d) ? d->desc.saturation / kind->solid : d->desc.threshold;
+        kind->end = threshold * kind->solid;
+        kind->span = kind->solid * (1.0 - threshold);
+        kind->from = HUGE_VAL;
+        d->uniform = d->uniform && kind->law.uniform;
+    }
+    d->desc.more = NULL;
+    for (int32_t j = 0; j < d->grid->total; j++)
+        if (d->grid->kind[j] == PD_SOLID && pdi_metal_of(d, j) >= d->kinds)
+            return pdi_fail(ctx, PD_ERR_ARGUMENT, "dissolve", "node %d is of metal %d, expected 0 to %d", (int)j,
+                            pdi_metal_of(d, j), d->kinds - 1);
+    return PD_OK;
 }
 
 static pd_status pdi_dissolve_make(pd_ctx *ctx, pd_grid *grid, const pd_bonds *bonds, pd_transport *transport,
@@ -23205,16 +23477,20 @@ static pd_status pdi_dissolve_make(pd_ctx *ctx, pd_grid *grid, const pd_bonds *b
     d->transport = transport;
     d->weight = s->area;
     if (pdi_metal_bonds(d)) {
-        d->desc.threshold = desc->saturation / desc->solid;
         if (!(desc->rtol > 0.0)) d->desc.rtol = PDI_DISSOLVE_RTOL;
         PDI_TRY(pd_front_build(ctx, s, desc->kernel, desc->weights, &d->kernel));
         d->weight = d->kernel.weight;
     }
-    PDI_TRY(pdi_dissolve_allocate(ctx, d));
+    d->kinds = desc->more_count + 1;
+    d->capacity = (int32_t)grid->solid_count;
+    PDI_TRY(pdi_owner_build(ctx, pdi_dissolve_list, d));
+    PDI_TRY(pdi_dissolve_kinds(ctx, d));
+    d->beside_capacity = pdi_entry_around(bonds, d->mark);
+    PDI_TRY(pdi_owner_build(ctx, pdi_dissolve_beside_list, d));
     transport->pinned = d->pinned;
-    d->from = d->next_dt = HUGE_VAL;
+    d->next_dt = HUGE_VAL;
     for (int32_t j = 0; j < grid->total; j++) {
-        if (grid->kind[j] == PD_SOLID) transport->c[j] = desc->solid;
+        if (grid->kind[j] == PD_SOLID) transport->c[j] = pdi_metal_solid(d, j);
         if (grid->kind[j] == PD_FLUID && desc->activation) transport->c[j] = desc->bulk;
         d->exposed[j] = (uint8_t)pdi_content_is_exposed(d, j);
         d->slot[j] = -1;
@@ -23240,23 +23516,6 @@ pd_status pd_dissolve_build(pd_ctx *ctx, pd_grid *grid, const pd_bonds *bonds, p
 
 /* ---- the law ---- */
 
-/* The law beside a node. A drive by difference is part of it. */
-static void pdi_dissolve_law(const pd_dissolve *d, const pdi_beside *beside, pdi_law *law)
-{
-    law->rate = d->desc.rate;
-    law->user = d->desc.rate_user;
-    law->top = pdi_metal_bonds(d) ? d->desc.saturation : d->desc.solid;
-    law->limit = pdi_metal_bonds(d) ? d->desc.saturation : HUGE_VAL;
-    law->whole = 1.0;
-    law->part = 0.0;
-    if (d->desc.drive == PD_DRIVE_DIFFERENCE) {
-        law->part = log(d->desc.solid / d->desc.saturation) / pdi_metal_span(d);
-        law->whole = law->part * beside->stock / beside->weight;
-    }
-    law->at.t = d->time;
-    pd_grid_position(d->grid, beside->node, law->at.x);
-}
-
 static pd_status pdi_dissolve_unlawful(pd_ctx *ctx, const pd_dissolve *d, pdi_law *law, int32_t i)
 {
     char place[PDI_GRID_PLACE];
@@ -23266,17 +23525,31 @@ static pd_status pdi_dissolve_unlawful(pd_ctx *ctx, const pd_dissolve *d, pdi_la
                     "1e100 m/s", pdi_law_rate(law, c), c, d->time, (int)i, pdi_grid_place(d->grid, i, place));
 }
 
+/* The metal of uniform law that is alone beside the node; NULL: there are several, or it is another law. */
+static pdi_metal_kind *pdi_dissolve_alone(const pd_dissolve *d, const pdi_beside *beside)
+{
+    pdi_metal_kind *found = NULL;
+    for (int m = 0; m < d->kinds; m++) {
+        if (!(pdi_metal_portion(d, beside)[m].weight > 0.0)) continue;
+        if (found || !d->kind[m].law.uniform) return NULL;
+        found = &d->kind[m];
+    }
+    return found;
+}
+
 /* The first line of the law at a node beside metal. */
 static pd_status pdi_dissolve_begin_law(pd_ctx *ctx, pd_dissolve *d, pdi_beside *beside)
 {
     pdi_law law;
     double c = fmax(d->transport->c[beside->node], 0.0);
-    pdi_dissolve_law(d, beside, &law);
-    if (d->desc.uniform && !(c >= d->from && c < d->end)) {
-        d->from = c;
-        d->end = fmin(pdi_law_end(&law, c, law.top), law.limit);
+    pdi_metal_kind *alone = pdi_dissolve_alone(d, beside);
+    pdi_interface_law(d, beside, &law);
+    if (alone && !(c >= alone->from && c < alone->to)) {
+        alone->from = c;
+        alone->to = fmin(pdi_law_end(&law, c, law.top), law.limit);
     }
-    if (!pdi_law_begin(&law, pdi_interface_resist(d, beside), d->from, d->end, c, &beside->point))
+    double from = alone ? alone->from : HUGE_VAL, to = alone ? alone->to : 0.0;
+    if (!pdi_law_begin(&law, pdi_interface_resist(d, beside), from, to, c, &beside->point))
         return pdi_dissolve_unlawful(ctx, d, &law, beside->node);
     beside->before = pdi_interface_line(d, beside);
     return PD_OK;
@@ -23304,8 +23577,10 @@ PDI_FN void pdi_dissolve_course(const pd_dissolve *d, double t, double dt, doubl
     for (int32_t n = 0; n < d->beside_count; n++) {
         const pdi_beside *beside = &d->beside[n];
         pdi_law law;
-        double v[3], share = dt * beside->enters / pdi_metal_span(d), c = fmax(d->transport->c[beside->node], 0.0);
-        pdi_dissolve_law(d, beside, &law);
+        double v[3], share = 0.0, c = fmax(d->transport->c[beside->node], 0.0);
+        for (int m = 0; m < d->kinds; m++)
+            share += dt * pdi_metal_portion(d, beside)[m].enters / d->kind[m].span;
+        pdi_interface_law(d, beside, &law);
         if (pdi_metal_bonds(d)) {
             pdi_dissolve_bond_course(d, &law, t, dt, c, error, taken);
             continue;
@@ -23409,7 +23684,7 @@ static pd_status pdi_dissolve_meet(pd_ctx *ctx, pd_dissolve *d, double dt, int *
         pdi_beside *beside = &d->beside[k];
         pdi_law law;
         if (!(beside->weight > 0.0)) continue;
-        pdi_dissolve_law(d, beside, &law);
+        pdi_interface_law(d, beside, &law);
         double near = PDI_DISSOLVE_NEAR * fastest, held = near;
         if (pdi_metal_bonds(d)) { /* what a node holds beyond its law is owed to the next step, and lifts that */
             held = PDI_DISSOLVE_MARGIN * t->size / (dt * beside->weight);
@@ -23467,7 +23742,7 @@ static int pdi_dissolve_accurate(pd_dissolve *d, double lost, double dt)
     for (int32_t k = 0; k < d->beside_count && d->rtol > 0.0; k++) {
         pdi_beside *beside = &d->beside[k];
         pdi_law law;
-        pdi_dissolve_law(d, beside, &law);
+        pdi_interface_law(d, beside, &law);
         double speed = pdi_interface_line(d, beside);
         double amount = dt * beside->weight * pdi_grid_circumference(d->grid, beside->node);
         double slowest = pdi_law_slowest(&law, &beside->point, t->old[beside->node], t->c[beside->node]);
@@ -23578,46 +23853,25 @@ pd_status pd_dissolve_finish(pd_ctx *ctx, pd_dissolve *d, double dt)
 
 double pd_dissolve_stock(pd_ctx *ctx, const pd_dissolve *d)
 {
+    double volume;
     (void)ctx;
-    return pdi_content_stock(d);
+    return pdi_content_stock(d, &volume);
 }
 
 double pd_dissolve_damage(const pd_dissolve *d, int32_t i)
 {
     if (d->grid->kind[i] == PD_FLUID) return 1.0;
     if (d->grid->kind[i] != PD_SOLID) return 0.0;
-    double lost = (d->desc.solid - d->transport->c[i]) / pdi_metal_span(d);
+    double lost = (pdi_metal_solid(d, i) - d->transport->c[i]) / pdi_metal_span(d, i);
     lost = fmin(fmax(lost, 0.0), 1.0);
     return d->links ? pdi_damage_broken(d->desc.seed, i, d->links[i], lost) : lost;
 }
 
-PDI_FN pd_status pdi_dissolve_store(pd_ctx *ctx, pd_dissolve *d, pd_archive *archive)
-{
-    PDI_TRY(PDI_KEEP(ctx, archive, "dissolve.next_dt", &d->next_dt, 1));
-    if (!pdi_metal_bonds(d)) return PD_OK;
-    if (d->film) PDI_TRY(PDI_KEEP(ctx, archive, "dissolve.film", d->film, d->grid->total));
-    if (d->moved) PDI_TRY(PDI_KEEP(ctx, archive, "dissolve.moved", d->moved, d->grid->total));
-    PDI_TRY(PDI_KEEP(ctx, archive, "dissolve.last_dt", &d->last_dt, 1));
-    return PDI_KEEP(ctx, archive, "dissolve.turned", &d->turned, 1);
-}
-
 void pd_dissolve_free(pd_ctx *ctx, pd_dissolve *d)
 {
-    int32_t total = d->grid ? d->grid->total : 0;
     pd_front_free(ctx, &d->kernel);
-    PDI_DELETE(ctx, total, d->exposed);
-    PDI_DELETE(ctx, total, d->rate);
-    PDI_DELETE(ctx, total, d->slot);
-    PDI_DELETE(ctx, d->beside_capacity, d->beside);
-    PDI_DELETE(ctx, total, d->mark);
-    PDI_DELETE(ctx, d->capacity, d->front);
-    PDI_DELETE(ctx, d->capacity, d->changed);
-    PDI_DELETE(ctx, d->capacity, d->piece);
-    PDI_DELETE(ctx, d->beside_capacity, d->pinned);
-    PDI_DELETE(ctx, total, d->film);
-    PDI_DELETE(ctx, total, d->moved);
-    PDI_DELETE(ctx, total, d->links);
-    PDI_DELETE(ctx, total, d->last);
+    pdi_owner_free(ctx, pdi_dissolve_list, d);
+    pdi_owner_free(ctx, pdi_dissolve_beside_list, d);
     memset(d, 0, sizeof *d);
 }
 
@@ -23667,7 +23921,7 @@ static pd_status pdi_dissolving_limit(pd_ctx *ctx, void *self, pd_step *s)
 static double pdi_dissolving_course(const pd_dissolve *d, const pd_step *s)
 {
     double error, taken;
-    if (d->desc.uniform) return 1.0;
+    if (d->uniform) return 1.0;
     pdi_dissolve_course(d, s->time, s->dt, &error, &taken);
     double share = fmax(taken / s->fraction, error / (PDI_DISSOLVING_EXACT * s->fraction));
     return share <= 1.0 + 1e-9 ? 1.0 : fmax(0.9 / share, 0.1);
@@ -23680,7 +23934,7 @@ static pd_status pdi_dissolving_attempt(pd_ctx *ctx, void *self, pd_step *s)
     double end = s->time + s->dt;
     s->error = pdi_dissolving_course(d, s);
     if (s->error < 1.0) return PD_RETRY;
-    if (!d->desc.uniform || q->first > 0.0) { /* what changes in time is taken at the middle of the step */
+    if (!d->uniform || q->first > 0.0) { /* what changes in time is taken at the middle of the step */
         d->time = s->time + 0.5 * s->dt;
         PDI_TRY(pd_dissolve_prepare(ctx, d));
     }
@@ -23743,7 +23997,7 @@ static pd_status pdi_dissolving_store(pd_ctx *ctx, void *self, pd_archive *archi
 {
     pd_dissolving *q = (pd_dissolving *)self;
     PDI_TRY(pdi_transport_store(ctx, q->dissolve->transport, archive));
-    PDI_TRY(pdi_dissolve_store(ctx, q->dissolve, archive));
+    PDI_TRY(pdi_owner_store(ctx, pdi_dissolve_list, q->dissolve, archive));
     PDI_TRY(PDI_KEEP(ctx, archive, "dissolve.out", &q->out, 1));
     PDI_TRY(PDI_KEEP(ctx, archive, "dissolve.in", &q->in, 1));
     PDI_TRY(PDI_KEEP(ctx, archive, "krylov of transport", &q->krylov, 1));
@@ -23755,7 +24009,9 @@ static void pdi_dissolving_balance(pd_ctx *ctx, void *self, int k, pd_amounts *a
 {
     const pd_dissolving *q = (const pd_dissolving *)self;
     (void)k;
-    a->solid += pd_dissolve_stock(ctx, q->dissolve);
+    double volume;
+    a->solid += pdi_content_stock(q->dissolve, &volume);
+    a->volume += volume;
     a->dissolved += pd_transport_stock(ctx, q->dissolve->transport);
     a->carry += pd_transport_carried(ctx, q->dissolve->transport);
     a->out += q->out;
@@ -24006,6 +24262,7 @@ static void pdi_couple_sum(pd_ctx *ctx, pd_couple *c)
     for (int e = 0; e < c->elements; e++) {
         pd_ledger *l = &c->ledger[e];
         l->solid = sum[e].solid;
+        l->volume = sum[e].volume;
         l->dissolved = sum[e].dissolved;
         l->carry = sum[e].carry;
         l->out = sum[e].out;
@@ -24013,6 +24270,7 @@ static void pdi_couple_sum(pd_ctx *ctx, pd_couple *c)
         if (c->steps) continue;
         l->start = l->solid + l->dissolved;
         l->solid_start = l->solid;
+        l->volume_start = l->volume;
     }
 }
 
@@ -24194,8 +24452,8 @@ double pd_couple_volume_loss(const pd_couple *c)
 {
     double start = 0.0, left = 0.0;
     for (int e = 0; e < c->elements; e++) {
-        start += c->ledger[e].solid_start;
-        left += c->ledger[e].solid;
+        start += c->ledger[e].volume_start;
+        left += c->ledger[e].volume;
     }
     return start > 0.0 ? 1.0 - left / start : 0.0;
 }
@@ -30403,10 +30661,12 @@ pd_status pd_setup_init(pd_ctx *ctx, pd_setup *setup)
     setup->solid = setup->wall = setup->medium = setup->passive = -1;
     setup->m = 3.0;
     setup->gb_factor = 1.0;
-    setup->rate_scale = 1.0;
     setup->slice_axis = PD_DIM - 1;
-    setup->material = pd_material_mg4ag();
-    setup->solid_c = pd_material_concentration(&setup->material);
+    setup->metals = 1;
+    setup->metal[0].material = pd_material_mg4ag();
+    setup->metal[0].solid_c = pd_material_concentration(&setup->metal[0].material);
+    setup->metal[0].shape = -1;
+    setup->metal[0].rate_scale = 1.0;
     memcpy(setup->prefix, "corr", 5);
     memcpy(setup->folder, "output", 7);
     pd_status status = PDI_NEW(ctx, "setup", PD_SHAPE_MAX, setup->shape);
@@ -30429,7 +30689,7 @@ void pd_setup_free(pd_ctx *ctx, pd_setup *setup)
     pd_expr_free(ctx, &setup->gas_rho);
     pd_expr_free(ctx, &setup->gas_p);
     pd_expr_free(ctx, &setup->initial);
-    pd_expr_free(ctx, &setup->rate);
+    for (int k = 0; k < setup->metals; k++) pd_expr_free(ctx, &setup->metal[k].rate);
     for (int k = 0; k < setup->masks; k++) PDI_DELETE(ctx, setup->mask_size[k], setup->mask[k]);
     PDI_DELETE(ctx, PD_SHAPE_MAX, setup->shape);
     for (int k = 0; k < setup->tables; k++) pd_curve_free(ctx, &setup->table[k].curve);
@@ -30492,11 +30752,11 @@ PDI_FN const pd_expr_symbol *pdi_setup_position(void) { return pdi_setup_axes; }
 
 PDI_FN const pd_expr_symbol *pdi_setup_law(void) { return pdi_setup_symbols; }
 
-PDI_FN double pdi_setup_speed(const pd_setup *u)
+PDI_FN double pdi_setup_speed(const pd_setup_metal *metal)
 {
     double vars[PDI_SETUP_LAW];
     memset(vars, 0, sizeof vars);
-    return u->rate_scale * pd_expr_eval(&u->rate, vars);
+    return metal->rate_scale * pd_expr_eval(&metal->rate, vars);
 }
 
 PDI_FN double pdi_setup_eval(const pd_expr *expr, const double *x, double t)
@@ -30625,7 +30885,7 @@ static const pdi_syntax_section pdi_syntax_table[] = {
     {"flow", "rho, mu, steady, force, speed, length, time, vx, vy, vz, rtol, eos, c0"},
     {"gas", "gamma, rho, p, vx, vy, vz, order, cfl"},
     {"transport", "D, initial, advection, time"},
-    {"dissolve", "rate, law, rate_scale, Csat, Cs, gb_factor, threshold"},
+    {"dissolve", "rate, law, rate_scale, Csat, Cs, charge, gb_factor, threshold"},
     {"corrode", "rate, current, rate_scale, Cs, Csat, charge, D, initial, bulk, control, drive, kernel, weights, "
                 "gb_factor, repassivation, breaking, seed"},
     {"table", "file, x, y, outside"},
@@ -31000,7 +31260,7 @@ PDI_FN pd_status pdi_fingerprint_build(pd_ctx *ctx, const pd_text *text, pd_setu
         PDI_TRY(pdi_fingerprint_add(ctx, u, line));
     }
     /* that of a flat file depends on what it said before overrides */
-    snprintf(line, sizeof line, "scale of the rate = %.17g", u->rate_scale);
+    snprintf(line, sizeof line, "scale of the rate = %.17g", u->metal[0].rate_scale);
     return text->flat ? pdi_fingerprint_add(ctx, u, line) : PD_OK;
 }
 
@@ -31289,9 +31549,11 @@ static pd_status pdi_read_shapes_geometry(pdi_read_shapes *s, int *index)
     return outside ? pdi_setup_outside(s->ctx, s->setup, index) : PD_OK;
 }
 
-/* One metal in one run: a second section may repeat it, not change it. */
-static pd_status pdi_read_shapes_material(pdi_read_shapes *s)
+/* The metal of a shape: the first one that is named is also that of shapes without a name. */
+static pd_status pdi_read_shapes_material(pdi_read_shapes *s, int index)
 {
+    pd_setup *u = s->setup;
+    int found = 0;
     const char *name;
     pd_material material;
     if (!pd_text_has(s->ctx, s->text, s->section, "material")) return PD_OK;
@@ -31299,11 +31561,19 @@ static pd_status pdi_read_shapes_material(pdi_read_shapes *s)
     if (!pd_material_find(name, &material))
         return pd_text_refuse(s->ctx, s->text, s->section, "material", "found '%.40s', expected %s", name,
                               PDI_MATERIAL_NAMES);
-    if (s->materials++ && strcmp(material.name, s->setup->material.name) != 0)
-        return pd_text_refuse(s->ctx, s->text, s->section, "material", "found a second material, expected one for all");
-    s->setup->material = material;
-    s->setup->solid_c = pd_material_concentration(&material);
-    return PD_OK;
+    if (!s->materials++) u->metal[0].material = material;
+    while (found < u->metals && strcmp(material.name, u->metal[found].material.name) != 0) found++;
+    if (found == PD_SETUP_METALS)
+        return pd_text_refuse(s->ctx, s->text, s->section, "material", "found more than %d metals", PD_SETUP_METALS);
+    pd_setup_metal *metal = &u->metal[found];
+    if (found == u->metals) {
+        metal->material = material;
+        metal->shape = -1;
+        metal->rate_scale = 1.0;
+        u->metals++;
+    }
+    metal->solid_c = pd_material_concentration(&material);
+    return found ? pdi_setup_join(s->ctx, u, index, &metal->shape) : PD_OK;
 }
 
 static pd_status pdi_read_shapes_grains(pdi_read_shapes *s)
@@ -31400,7 +31670,7 @@ static pd_status pdi_read_shapes_section(pdi_read_shapes *s)
     if (kind == PDI_READ_SHAPES_WALL) return pdi_read_shapes_wall(s, index);
     if (kind == PDI_READ_SHAPES_PASSIVE) return pdi_read_shapes_passive(s, index);
     if (kind != PDI_READ_SHAPES_SOLID) return PD_OK;
-    PDI_TRY(pdi_read_shapes_material(s));
+    PDI_TRY(pdi_read_shapes_material(s, index));
     PDI_TRY(pdi_read_shapes_grains(s));
     return pdi_setup_join(s->ctx, s->setup, index, &s->setup->solid);
 }
@@ -31475,12 +31745,95 @@ PDI_FN pd_status pdi_reader_initial(pdi_reader *s, int section)
 #include <stdio.h>
 #include <string.h>
 
-/* The law at C = 0 tells the size of the speed, and a rate that is negative there never dissolves anything. */
-static pd_status pdi_read_metal_check(pdi_reader *s, int section, const char *key)
+PDI_FN int pdi_read_metal_given(pdi_reader *s, const char *name)
 {
-    double v = pdi_setup_speed(s->setup);
+    for (int section = -1; (section = pd_text_next(s->ctx, s->text, name, section)) >= 0;)
+        if (pd_text_has(s->ctx, s->text, section, NULL)) return 1;
+    return 0;
+}
+
+static const char *pdi_read_metal_name(const pd_setup *u) { return u->has_corrode ? "corrode" : "dissolve"; }
+
+/* The section of metal m: its own, or that of all. */
+static int pdi_read_metal_section(pdi_reader *s, int m)
+{
+    const pd_setup *u = s->setup;
+    int own = pd_text_section(s->ctx, s->text, pdi_read_metal_name(u), u->metal[m].material.name);
+    if (pd_text_has(s->ctx, s->text, own, NULL)) return own;
+    return pd_text_section(s->ctx, s->text, pdi_read_metal_name(u), NULL);
+}
+
+/* Sections of metals that are there, with what belongs to one metal. */
+static pd_status pdi_read_metal_labels(pdi_reader *s)
+{
+    static const char *const keys[] = {"rate", "law", "current", "rate_scale", "Cs", "charge"};
+    const pd_setup *u = s->setup;
+    char names[PD_SETUP_METALS * 16] = "";
+    for (int m = 0; m < u->metals; m++)
+        snprintf(names + strlen(names), sizeof names - strlen(names), "%s%s", m ? ", " : "", u->metal[m].material.name);
+    for (int k = 0; k < s->text->entry_count; k++) {
+        const pd_text_entry *e = &s->text->entry[k];
+        const pd_section *section = &s->text->section[e->section];
+        int known = 0, single = 0;
+        if (strcmp(section->name, pdi_read_metal_name(u)) != 0 || !section->label[0]) continue;
+        for (int m = 0; m < u->metals; m++) known |= strcmp(section->label, u->metal[m].material.name) == 0;
+        for (size_t n = 0; n < sizeof keys / sizeof keys[0]; n++) single |= strcmp(e->key, keys[n]) == 0;
+        if (!known)
+            return pd_text_refuse(s->ctx, s->text, e->section, e->key,
+                                  "found the metal '%.40s', expected a material of the shapes: %s", section->label,
+                                  names);
+        if (!single)
+            return pd_text_refuse(s->ctx, s->text, e->section, e->key,
+                                  "found in the section of one metal, expected it in [%s], which tells of all metals",
+                                  section->name);
+    }
+    return PD_OK;
+}
+
+/* Numbers of the section of a metal may name its properties. */
+static void pdi_read_metal_named(pdi_reader *s, const pd_setup_metal *metal)
+{
+    static const char *const names[] = {"rho_m", "M_m", "z_m", "Cs"};
+    const double values[] = {metal->material.density, metal->material.molar_mass, metal->material.charge,
+                             metal->solid_c};
+    for (int k = 0; k < s->named.count; k++)
+        for (size_t n = 0; n < sizeof names / sizeof names[0]; n++)
+            if (strcmp(s->named.symbol[k].name, names[n]) == 0) s->named.symbol[k].value = values[n];
+}
+
+PDI_FN pd_status pdi_read_metal_constants(pdi_reader *s)
+{
+    pd_setup *u = s->setup;
+    int all = pd_text_section(s->ctx, s->text, pdi_read_metal_name(u), NULL);
+    pdi_read_constants_append(s->text, &s->named, "rho_m", "kg/m3", u->metal[0].material.density);
+    pdi_read_constants_append(s->text, &s->named, "M_m", "kg/mol", u->metal[0].material.molar_mass);
+    pdi_read_constants_append(s->text, &s->named, "z_m", "", u->metal[0].material.charge);
+    if (u->has_dissolve) PDI_TRY(pdi_read_metal_labels(s));
+    for (int m = 0; m < u->metals && u->has_dissolve; m++) {
+        pd_setup_metal *metal = &u->metal[m];
+        int section = pdi_read_metal_section(s, m);
+        if (pd_text_has(s->ctx, s->text, section, "charge"))
+            PDI_TRY(pdi_reader_within(s, section, "charge", "", NULL, 0.0, 10.0, 1, &metal->material.charge));
+        pdi_read_metal_named(s, metal);
+        if (pd_text_has(s->ctx, s->text, section, "Cs"))
+            PDI_TRY(pdi_reader_positive(s, section, "Cs", "mol/m3", NULL, &metal->solid_c));
+    }
+    pdi_read_metal_named(s, &u->metal[0]);
+    pdi_read_constants_append(s->text, &s->named, "Cs", "mol/m3", u->metal[0].solid_c);
+    if (!u->has_dissolve || !pd_text_has(s->ctx, s->text, all, "Csat")) return PD_OK;
+    PDI_TRY(pdi_reader_positive(s, all, "Csat", "mol/m3", NULL, &u->saturation));
+    pdi_read_constants_append(s->text, &s->named, "Csat", "mol/m3", u->saturation);
+    return PD_OK;
+}
+
+/* ---- laws ---- */
+
+/* The law at C = 0 tells the size of the speed, and a rate that is negative there never dissolves anything. */
+static pd_status pdi_read_metal_check(pdi_reader *s, int section, const char *key, const pd_setup_metal *metal)
+{
+    double v = pdi_setup_speed(metal);
     char slow[PD_UNITS_TEXT];
-    if (s->setup->rate.uses <= 1 && (!(v >= 0.0) || v > 1.0))
+    if (metal->rate.uses <= 1 && (!(v >= 0.0) || v > 1.0))
         return pd_text_refuse(s->ctx, s->text, section, key,
                               "found a recession speed of %.6g m/s at C = 0, expected 0 to 1 m/s", v);
     if (strcmp(key, "law") != 0) return PD_OK;
@@ -31491,16 +31844,60 @@ static pd_status pdi_read_metal_check(pdi_reader *s, int section, const char *ke
 }
 
 /* Speed, or current density through Faraday's law, as an expression in C, t, x, y and z. */
-static pd_status pdi_read_metal_rate(pdi_reader *s, int section, const char *key, const char *other, const char *unit)
+static pd_status pdi_read_metal_rate(pdi_reader *s, int section, const char *key, const char *other, const char *unit,
+                                     pd_setup_metal *metal)
 {
     double factor;
     if (pd_text_has(s->ctx, s->text, section, other) && strcmp(key, other) != 0)
         return pd_text_refuse(s->ctx, s->text, section, key, "found beside '%s', expected one of them", other);
-    PDI_TRY(pd_text_expr(s->ctx, s->text, section, key, unit, pdi_setup_law(), PDI_SETUP_LAW, NULL, &s->setup->rate));
+    PDI_TRY(pd_text_expr(s->ctx, s->text, section, key, unit, pdi_setup_law(), PDI_SETUP_LAW, NULL, &metal->rate));
     PDI_TRY(pdi_reader_within(s, section, "rate_scale", "", "1", 0.0, 1e6, 0, &factor));
-    s->setup->rate_scale *= factor;
-    return pdi_read_metal_check(s, section, key);
+    metal->rate_scale *= factor;
+    return pdi_read_metal_check(s, section, key, metal);
 }
+
+/* Layers of a cell per time. */
+static pd_status pdi_read_metal_layers(pdi_reader *s, int section, pd_setup_metal *metal)
+{
+    const pd_setup *u = s->setup;
+    int layers = pd_text_has(s->ctx, s->text, section, "law");
+    for (int d = 1; d < PD_DIM && layers; d++)
+        if (fabs(u->h[d] - u->h[0]) > 1e-9 * u->h[0])
+            return pd_text_refuse(s->ctx, s->text, section, "law",
+                                  "found different spacings of the axes, expected rate = speed there");
+    metal->rate_scale = layers ? u->h[0] : 1.0;
+    return pdi_read_metal_rate(s, section, layers ? "law" : "rate", "rate", layers ? "1/s" : "m/s", metal);
+}
+
+/* The speed of a current density of 1 A/m2 makes a current a rate. */
+static pd_status pdi_read_metal_current(pdi_reader *s, int section, pd_setup_metal *m)
+{
+    pd_material metal = m->material;
+    int current = pd_text_has(s->ctx, s->text, section, "current");
+    metal.density = m->solid_c * metal.molar_mass;
+    m->rate_scale = current ? pd_material_speed(&metal, 1.0) : 1.0;
+    return pdi_read_metal_rate(s, section, current ? "current" : "rate", "rate", current ? "A/m2" : "m/s", m);
+}
+
+PDI_FN pd_status pdi_read_metal_laws(pdi_reader *s)
+{
+    pd_setup *u = s->setup;
+    pd_status status = PD_OK;
+    for (int m = 0; m < u->metals && u->has_dissolve && status == PD_OK; m++) {
+        int section = pdi_read_metal_section(s, m);
+        pdi_read_metal_named(s, &u->metal[m]);
+        status = u->has_corrode ? pdi_read_metal_current(s, section, &u->metal[m])
+                                : pdi_read_metal_layers(s, section, &u->metal[m]);
+        if (status == PD_OK && u->has_corrode && u->metal[m].solid_c <= u->saturation)
+            return pd_text_refuse(s->ctx, s->text, section, "Csat",
+                                  "found %.6g mol/m3, expected less than Cs = %.6g mol/m3 of %s", u->saturation,
+                                  u->metal[m].solid_c, u->metal[m].material.name);
+    }
+    pdi_read_metal_named(s, &u->metal[0]);
+    return status;
+}
+
+/* ---- what all metals share ---- */
 
 static pd_status pdi_read_metal_boundaries(pdi_reader *s, int section)
 {
@@ -31522,14 +31919,6 @@ PDI_FN pd_status pdi_read_metal_dissolve(pdi_reader *s)
     if (u->solid < 0)
         return pd_text_refuse(s->ctx, s->text, section, "dissolve", "found no solid, expected a [shape ...] with kind ="
                               " solid");
-    int layers = pd_text_has(s->ctx, s->text, section, "law");
-    const char *key = layers ? "law" : "rate";
-    for (int d = 1; d < PD_DIM && layers; d++)
-        if (fabs(u->h[d] - u->h[0]) > 1e-9 * u->h[0])
-            return pd_text_refuse(s->ctx, s->text, section, "law",
-                                  "found different spacings of the axes, expected rate = speed there");
-    u->rate_scale = layers ? u->h[0] : 1.0;
-    PDI_TRY(pdi_read_metal_rate(s, section, key, "rate", layers ? "1/s" : "m/s"));
     PDI_TRY(pdi_read_metal_boundaries(s, section));
     return pdi_reader_within(s, section, "threshold", "", "0", 0.0, 0.99, 0, &u->threshold);
 }
@@ -31595,17 +31984,6 @@ static pd_status pdi_read_metal_fluid(pdi_reader *s, int section)
     return pdi_reader_within(s, section, "bulk", "mol/m3", "0", 0.0, u->saturation, 0, &u->bulk);
 }
 
-/* The speed of a current density of 1 A/m2 makes a current a rate. */
-static pd_status pdi_read_metal_current(pdi_reader *s, int section)
-{
-    pd_setup *u = s->setup;
-    pd_material metal = u->material;
-    int current = pd_text_has(s->ctx, s->text, section, "current");
-    metal.density = u->solid_c * metal.molar_mass;
-    u->rate_scale = current ? pd_material_speed(&metal, 1.0) : 1.0;
-    return pdi_read_metal_rate(s, section, current ? "current" : "rate", "rate", current ? "A/m2" : "m/s");
-}
-
 /* A concentration of the fluid: metal begins at Cs. */
 PDI_FN pd_status pdi_read_metal_corrode(pdi_reader *s)
 {
@@ -31617,8 +31995,7 @@ PDI_FN pd_status pdi_read_metal_corrode(pdi_reader *s)
         return pd_text_refuse(s->ctx, s->text, section, "corrode",
                               "found no solid, expected a [shape ...] with kind = solid");
     PDI_TRY(pdi_read_metal_forms(s, section));
-    PDI_TRY(pdi_reader_within(s, section, "Csat", "mol/m3", NULL, 0.0, u->solid_c, 1, &saturation));
-    PDI_TRY(pdi_read_metal_current(s, section));
+    PDI_TRY(pdi_reader_within(s, section, "Csat", "mol/m3", NULL, 0.0, u->metal[0].solid_c, 1, &saturation));
     PDI_TRY(pdi_read_metal_boundaries(s, section));
     PDI_TRY(pdi_read_metal_fluid(s, section));
     if (pd_text_has(s->ctx, s->text, section, "repassivation"))
@@ -31891,11 +32268,11 @@ static pd_status pdi_read_flat_transport(pd_ctx *ctx, const pdi_read_flat *f, pd
 {
     char text[64];
     pd_expr_desc desc;
-    double intact = f->rho_m / setup->material.molar_mass;
+    double intact = f->rho_m / setup->metal[0].material.molar_mass;
     setup->has_transport = 1;
     setup->diffusivity = f->D_liquid;
-    setup->material.density = f->rho_m;
-    setup->solid_c = f->C_solid_init * intact;
+    setup->metal[0].material.density = f->rho_m;
+    setup->metal[0].solid_c = f->C_solid_init * intact;
     setup->inlet = f->C_liquid_init * intact;
     snprintf(text, sizeof text, "%.17g", setup->inlet);
     memset(&desc, 0, sizeof desc);
@@ -31975,12 +32352,12 @@ static pd_status pdi_read_flat_law(pd_ctx *ctx, double speed, pd_setup *setup)
     desc.unit = "m/s";
     desc.vars = concentration;
     desc.var_count = 1;
-    return pd_expr_build(ctx, &desc, &setup->rate);
+    return pd_expr_build(ctx, &desc, &setup->metal[0].rate);
 }
 
 static pd_status pdi_read_flat_dissolve(pd_ctx *ctx, const pd_text *text, const pdi_read_flat *f, pd_setup *setup)
 {
-    double intact = f->rho_m / setup->material.molar_mass;
+    double intact = f->rho_m / setup->metal[0].material.molar_mass;
     setup->has_dissolve = setup->solid >= 0 && (f->bonds ? f->D_grain : f->k_corr) > 0.0;
     if (!setup->has_dissolve) return PD_OK;
     if (f->C_thresh >= f->C_solid_init)
@@ -32922,25 +33299,6 @@ static pd_status pdi_scene_transport(pdi_reader *s)
     return pdi_reader_initial(s, section);
 }
 
-/* Cs, Csat and the properties of the metal become constants of all later numbers. */
-static pd_status pdi_scene_constants(pdi_reader *s)
-{
-    pd_setup *u = s->setup;
-    int section = pd_text_section(s->ctx, s->text, u->has_corrode ? "corrode" : "dissolve", NULL);
-    if (u->has_corrode && pd_text_has(s->ctx, s->text, section, "charge"))
-        PDI_TRY(pdi_reader_within(s, section, "charge", "", NULL, 0.0, 10.0, 1, &u->material.charge));
-    pdi_read_constants_append(s->text, &s->named, "rho_m", "kg/m3", u->material.density);
-    pdi_read_constants_append(s->text, &s->named, "M_m", "kg/mol", u->material.molar_mass);
-    pdi_read_constants_append(s->text, &s->named, "z_m", "", u->material.charge);
-    if (u->has_dissolve && pd_text_has(s->ctx, s->text, section, "Cs"))
-        PDI_TRY(pdi_reader_positive(s, section, "Cs", "mol/m3", NULL, &u->solid_c));
-    pdi_read_constants_append(s->text, &s->named, "Cs", "mol/m3", u->solid_c);
-    if (!u->has_dissolve || !pd_text_has(s->ctx, s->text, section, "Csat")) return PD_OK;
-    PDI_TRY(pdi_reader_positive(s, section, "Csat", "mol/m3", NULL, &u->saturation));
-    pdi_read_constants_append(s->text, &s->named, "Csat", "mol/m3", u->saturation);
-    return PD_OK;
-}
-
 /* ---- [run], [output] ---- */
 
 /* Where the first of `count` expressions that depends on time is refused. */
@@ -33079,14 +33437,14 @@ static pd_status pdi_scene_sections(pd_ctx *ctx, pd_text *text, const char *path
     setup->has_flow = pd_text_has(ctx, text, pd_text_section(ctx, text, "flow", NULL), NULL);
     setup->has_gas = pd_text_has(ctx, text, pd_text_section(ctx, text, "gas", NULL), NULL);
     setup->has_transport = pd_text_has(ctx, text, pd_text_section(ctx, text, "transport", NULL), NULL);
-    setup->has_dissolve = pd_text_has(ctx, text, pd_text_section(ctx, text, "dissolve", NULL), NULL);
-    setup->has_corrode = pd_text_has(ctx, text, pd_text_section(ctx, text, "corrode", NULL), NULL);
+    setup->has_dissolve = pdi_read_metal_given(&s, "dissolve");
+    setup->has_corrode = pdi_read_metal_given(&s, "corrode");
     PDI_TRY(pdi_read_gas_alone(ctx, text, setup));
     PDI_TRY(pdi_read_metal_first(&s));
     PDI_TRY(pdi_read_constants_read(ctx, text, &s.named));
     PDI_TRY(pdi_read_tables_read(ctx, text, folder, setup));
     PDI_TRY(pdi_read_shapes_read(ctx, text, folder, setup));
-    PDI_TRY(pdi_scene_constants(&s));
+    PDI_TRY(pdi_read_metal_constants(&s));
     PDI_TRY(pdi_scene_grid(&s));
     PDI_TRY(pdi_scene_sides(&s));
     PDI_TRY(pdi_scene_flow(&s));
@@ -33094,6 +33452,7 @@ static pd_status pdi_scene_sections(pd_ctx *ctx, pd_text *text, const char *path
     PDI_TRY(pdi_scene_transport(&s));
     PDI_TRY(pdi_read_metal_dissolve(&s));
     PDI_TRY(pdi_read_metal_corrode(&s));
+    PDI_TRY(pdi_read_metal_laws(&s));
     PDI_TRY(pdi_scene_run(&s));
     PDI_TRY(pdi_scene_output(&s));
     PDI_TRY(pdi_read_monitors_read(ctx, text, setup));
@@ -33793,19 +34152,28 @@ static void pdi_footprint_transport(const pd_setup *u, pdi_footprint_plan *plan,
               pdi_footprint_multigrid(plan, md.symmetric, md.contrast, &b->working);
 }
 
-static void pdi_footprint_metal(const pd_setup *u, pd_footprint *b)
+static void pdi_footprint_metal(const pd_setup *u, const pdi_footprint_plan *plan, pd_footprint *b)
 {
+    double *bytes = &b->bytes[PD_PART_DISSOLVE];
+    pd_dissolve d;
     if (u->has_grains) b->bytes[PD_PART_GRAIN] = 12.0 * b->nodes; /* and shares, which do not stay: 4 */
+    if (!u->has_dissolve) return;
     /* fluid within a horizon of metal, which has at least the surface of a cube */
     double shell = fmin(2.0 * PD_DIM * u->m * pow(b->solid, (PD_DIM - 1.0) / PD_DIM), b->fluid);
-    if (u->has_dissolve)
-        b->bytes[PD_PART_DISSOLVE] = 14.0 * b->nodes + 12.0 * b->solid +
-                                     (double)pdi_metal_beside_size() * (b->solid + shell);
-    if (!u->has_corrode) return;
-    b->bytes[PD_PART_DISSOLVE] += (u->activation ? 0.0 : 8.0 * b->nodes) + 4.0 * (b->solid + shell) + 8.0 * b->bonds;
-    if (u->passive >= 0) b->bytes[PD_PART_DISSOLVE] += b->nodes;
-    if (u->stochastic) b->bytes[PD_PART_DISSOLVE] += 10.0 * b->nodes;
-    if (u->repassivation > 0.0) b->bytes[PD_PART_DISSOLVE] += b->nodes;
+    memset(&d, 0, sizeof d);
+    d.grid = (pd_grid *)&plan->grid; /* only read */
+    d.kinds = u->metals;
+    d.capacity = (int32_t)plan->grid.solid_count;
+    d.beside_capacity = (int32_t)((b->solid + shell) / plan->times);
+    d.kernel.stencil = &plan->stencil;
+    d.desc.model = u->has_corrode ? PD_METAL_BONDS : PD_METAL_SURFACE;
+    d.desc.activation = u->activation;
+    d.desc.stochastic = u->stochastic;
+    d.desc.repassivation = u->repassivation;
+    *bytes = pdi_footprint_list(plan, pdi_dissolve_list, &d) + pdi_footprint_list(plan, pdi_dissolve_beside_list, &d);
+    if (u->has_corrode) *bytes += pdi_footprint_list(plan, pdi_front_list, &d.kernel);
+    if (u->passive >= 0) *bytes += b->nodes;
+    if (u->metals > 1) *bytes += b->nodes;
 }
 
 /* Pixels of a field of `cells`, `wanted` of them. */
@@ -33864,7 +34232,7 @@ void pd_footprint_estimate(const pd_setup *u, pd_footprint *b)
     pdi_footprint_flow(u, &plan, b);
     pdi_footprint_gas(u, &plan, b);
     pdi_footprint_transport(u, &plan, b);
-    pdi_footprint_metal(u, b);
+    pdi_footprint_metal(u, &plan, b);
     pdi_footprint_output(u, b);
     b->all = PDI_FOOTPRINT_BASE + b->working + b->files + PD_SHAPE_MAX * (double)sizeof *u->shape;
     for (int k = 0; k < u->masks; k++) b->all += (double)u->mask_size[k];
@@ -34119,12 +34487,12 @@ static pd_status pdi_model_grains(pd_ctx *ctx, pd_model *m)
 
 static double pdi_model_rate(void *user, const pd_rate_at *at)
 {
-    const pd_setup *u = (const pd_setup *)user;
+    const pd_setup_metal *metal = (const pd_setup_metal *)user;
     double vars[PDI_SETUP_LAW];
     vars[0] = at->c;
     vars[1] = at->t;
     memcpy(vars + 2, at->x, sizeof at->x);
-    return u->rate_scale * pd_expr_eval(&u->rate, vars);
+    return metal->rate_scale * pd_expr_eval(&metal->rate, vars);
 }
 
 /* 1 for nodes in front of a passive film. */
@@ -34139,6 +34507,32 @@ static pd_status pdi_model_passive(pd_ctx *ctx, pd_model *m)
         m->passive[i] = pd_shape_distance(u->shape, u->passive, x) < 0.0;
     }
     return PD_OK;
+}
+
+/* Solid nodes of the metals after the first one. */
+static pd_status pdi_model_metals(pd_ctx *ctx, pd_model *m)
+{
+    const pd_setup *u = m->setup;
+    if (u->metals == 1) return PD_OK;
+    PDI_TRY(PDI_NEW(ctx, "model", m->grid.total, m->metal));
+    for (int32_t i = 0; i < m->grid.total; i++) {
+        double x[PD_DIM];
+        if (m->grid.kind[i] != PD_SOLID) continue;
+        pd_grid_position(&m->grid, i, x);
+        for (int k = 1; k < u->metals; k++)
+            if (pd_shape_distance(u->shape, u->metal[k].shape, x) <= 0.0) m->metal[i] = (uint8_t)k;
+    }
+    return PD_OK;
+}
+
+static pd_metal pdi_model_metal(const pd_setup_metal *metal)
+{
+    pd_metal is;
+    is.solid = metal->solid_c;
+    is.rate = pdi_model_rate;
+    is.rate_user = (void *)metal; /* only read */
+    is.uniform = metal->rate.uses >> 1 == 0;
+    return is;
 }
 
 /* What bond-based corrosion has beside Cs and a law. */
@@ -34163,12 +34557,19 @@ static pd_status pdi_model_bonds(pd_ctx *ctx, pd_model *m, pd_dissolve_desc *des
 
 static pd_status pdi_model_dissolve(pd_ctx *ctx, pd_model *m)
 {
+    const pd_setup *u = m->setup;
+    pd_metal metal[PD_SETUP_METALS];
     pd_dissolve_desc desc;
     memset(&desc, 0, sizeof desc);
-    desc.solid = m->setup->solid_c;
-    desc.rate = pdi_model_rate;
-    desc.rate_user = (void *)m->setup; /* only read */
-    desc.uniform = m->setup->rate.uses >> 1 == 0;
+    PDI_TRY(pdi_model_metals(ctx, m));
+    for (int k = 0; k < u->metals; k++) metal[k] = pdi_model_metal(&u->metal[k]);
+    desc.solid = metal[0].solid;
+    desc.rate = metal[0].rate;
+    desc.rate_user = metal[0].rate_user;
+    desc.uniform = metal[0].uniform;
+    desc.more = metal + 1;
+    desc.more_count = u->metals - 1;
+    desc.metal = m->metal;
     desc.factor = m->factor;
     if (m->setup->has_corrode) PDI_TRY(pdi_model_bonds(ctx, m, &desc));
     else desc.threshold = m->setup->threshold;
@@ -34254,6 +34655,7 @@ pd_status pd_model_build(pd_ctx *ctx, const pd_setup *setup, pd_model *m)
 void pd_model_free(pd_ctx *ctx, pd_model *m)
 {
     PDI_DELETE(ctx, m->grid.total, m->passive);
+    PDI_DELETE(ctx, m->grid.total, m->metal);
     pd_dissolve_free(ctx, &m->dissolve);
     PDI_DELETE(ctx, m->grid.total, m->factor);
     pd_grain_free(ctx, &m->grain);
@@ -34546,8 +34948,10 @@ static double pdi_sample_density(const pd_model *m, int32_t i)
 {
     const pd_setup *u = m->setup;
     if (u->has_gas) return m->grid.kind[i] == PD_FLUID ? m->gas.primitive[i] : 0.0;
-    if (m->grid.kind[i] == PD_SOLID)
-        return u->has_dissolve ? u->material.density * m->transport.c[i] / u->solid_c : u->material.density;
+    if (m->grid.kind[i] == PD_SOLID) {
+        const pd_setup_metal *metal = &u->metal[m->metal ? m->metal[i] : 0];
+        return metal->material.density * (u->has_dissolve ? m->transport.c[i] / metal->solid_c : 1.0);
+    }
     return m->grid.kind[i] == PD_FLUID && u->has_flow ? u->rho : 0.0;
 }
 
@@ -34573,7 +34977,7 @@ PDI_FN double pdi_sample_node(const pd_model *m, pd_field field, int32_t i)
     case PD_FIELD_PHASE: return m->grid.kind[i] == PD_SOLID;
     case PD_FIELD_D: return !fluid ? 0.0 : diffusivity ? diffusivity[i] : m->setup->diffusivity;
     case PD_FIELD_RATE:
-        return fluid ? pdi_interface_speed(&m->dissolve, i) : 0.0;
+        return fluid ? pdi_interface_fastest(&m->dissolve, i) : 0.0;
     case PD_FIELD_DENSITY: return pdi_sample_density(m, i);
     case PD_FIELD_DAMAGE: return pd_dissolve_damage(&m->dissolve, i);
     case PD_FIELD_COUNT: break;
@@ -35412,14 +35816,16 @@ static void pdi_summary_transport(const pdi_summary *s)
 }
 
 /* "surface rate 1 um/h at C = 0 (8.766 mm/year, 3.8 A/m2 with z = 2), Cs = 71508 mol/m3" */
-static void pdi_summary_rate(const pd_setup *u, char *text, size_t size)
+static void pdi_summary_rate(const pd_setup *u, int m, char *text, size_t size)
 {
+    const pd_setup_metal *metal = &u->metal[m];
     char speed[PD_UNITS_TEXT];
-    double v = pdi_setup_speed(u);
+    double v = pdi_setup_speed(metal), z = metal->material.charge;
     pdi_setup_show(v, "m/s", speed);
-    snprintf(text, size, "surface rate %s at C = 0%s (%.4g mm/year, %.4g A/m2 with z = %g), Cs = %.6g mol/m3", speed,
-             u->rate.uses > 1 ? ", t = 0 and the origin" : "",
-             v * 1e3 * 31557600.0, v * u->solid_c * u->material.charge * 96485.33212, u->material.charge, u->solid_c);
+    snprintf(text, size, "%s%ssurface rate %s at C = 0%s (%.4g mm/year, %.4g A/m2 with z = %g), Cs = %.6g mol/m3",
+             u->metals > 1 ? metal->material.name : "", u->metals > 1 ? ": " : "", speed,
+             metal->rate.uses > 1 ? ", t = 0 and the origin" : "", v * 1e3 * 31557600.0,
+             v * metal->solid_c * z * 96485.33212, z, metal->solid_c);
 }
 
 static void pdi_summary_dissolve(const pdi_summary *s)
@@ -35427,8 +35833,12 @@ static void pdi_summary_dissolve(const pdi_summary *s)
     const pd_setup *u = s->model->setup;
     char text[384];
     if (!u->has_dissolve || u->has_corrode) return;
-    pdi_summary_rate(u, text, sizeof text);
+    pdi_summary_rate(u, 0, text, sizeof text);
     pdi_summary_part(s, PD_PART_DISSOLVE, "dissolution", text);
+    for (int m = 1; m < u->metals; m++) {
+        pdi_summary_rate(u, m, text, sizeof text);
+        pdi_summary_line(s, "  %-12s%s", "", text);
+    }
     if (u->saturation > 0.0) pdi_summary_line(s, "  %-12sCsat = %.6g mol/m3", "", u->saturation);
 }
 
@@ -35440,8 +35850,10 @@ static void pdi_summary_corrode(const pdi_summary *s)
     if (!u->has_corrode) return;
     snprintf(text, sizeof text, "bond-based, %s control", u->activation ? "activation" : "diffusion");
     pdi_summary_part(s, PD_PART_DISSOLVE, "corrosion", text);
-    pdi_summary_rate(u, text, sizeof text);
-    pdi_summary_line(s, "  %-12s%s, Csat = %.6g mol/m3", "", text, u->saturation);
+    for (int m = 0; m < u->metals; m++) {
+        pdi_summary_rate(u, m, text, sizeof text);
+        pdi_summary_line(s, "  %-12s%s, Csat = %.6g mol/m3", "", text, u->saturation);
+    }
     pdi_summary_line(s, "  %-12s%s weights, %s%s", "", kernels[u->kernel],
                      u->weights == PD_WEIGHTS_PRINTED ? "printed" : "calibrated",
                      u->drive == PD_DRIVE_DIFFERENCE ? ", loss in proportion to the difference" : "");

@@ -47,10 +47,12 @@
     "[transfer f] box = -30 um .. 60 um" ACROSS("-25 um .. 25 um") "  along = x  length = 40 um" \
     "  surface = 56 mol/m3  fluid = inlet\n"
 
-/* Dissolution at rest in a periodic box. */
+/* Dissolution of two metals at rest in a periodic box. */
 #define AT_REST \
-    CHANNEL PIN "\n[side x-] flow = periodic\n[side x+] flow = periodic\n[side y-] flow = mirror\n" \
-    "[transport] D = 1e-12 m2/s  initial = 5 mol/m3\n[dissolve] rate = 2 um/h\n[run] until = " HOURS "\n" \
+    CHANNEL PIN "\n[shape tip] box = 20 um .. 40 um" ACROSS("-20 um .. 20 um") "  kind = solid  material = steel304" \
+    "\n[side x-] flow = periodic\n[side x+] flow = periodic\n[side y-] flow = mirror\n" \
+    "[transport] D = 1e-12 m2/s  initial = 5 mol/m3\n[dissolve] rate = 2 um/h\n" \
+    "[dissolve steel304] rate = 3 um/h * (1 - C/(50 mol/m3))  Cs = 100 mol/L\n[run] until = " HOURS "\n" \
     "[output] every = 2 h  fields = C, kind\n[total e]\n"
 
 /* Flow in time with transport of controlled error, and transport of a given flow. */
@@ -88,7 +90,7 @@
 static const struct {
     const char *name, *text;
 } kinds[] = {{"coupled", COUPLED},
-             {"at rest", AT_REST},
+             {"two metals at rest", AT_REST},
              {"implicit flow", IMPLICIT},
              {"explicit flow", EXPLICIT},
              {"given flow", GIVEN},

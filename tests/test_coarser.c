@@ -114,7 +114,7 @@ TEST(planes_and_rates)
     pd_ctx ctx;
     pd_setup u;
     if (!start(&ctx, &u)) return;
-    u.rate_scale = 1e-6;
+    u.metal[0].rate_scale = 1e-6;
     u.fraction = 0.07;
     u.monitors = 3;
     u.monitor[0].kind = PD_MONITOR_LINE;
@@ -124,7 +124,7 @@ TEST(planes_and_rates)
     u.monitor[2].kind = PD_MONITOR_TOTAL;
     if (CHECK_OK(&ctx, pd_coarser_build(&ctx, &u, 4, &twin))) {
         CHECK_REL(twin.setup.h[0], 4e-6, 1e-15);
-        CHECK_NEAR(twin.setup.rate_scale, 1e-6, 0.0);
+        CHECK_NEAR(twin.setup.metal[0].rate_scale, 1e-6, 0.0);
         CHECK_NEAR(twin.setup.fraction, 0.07, 0.0);
         CHECK_INT(twin.setup.monitors, 3);
         CHECK_INT(twin.setup.monitor[0].index, 1);

@@ -38,7 +38,7 @@ static const double layers = PD_DIM == 2 ? 26.0 / 36.0 / 0.8 : 114.0 / 178.0 / 0
 static double speed_of(const pd_setup *u)
 {
     double none = 0.0;
-    return u->rate_scale * pd_expr_eval(&u->rate, &none);
+    return u->metal[0].rate_scale * pd_expr_eval(&u->metal[0].rate, &none);
 }
 
 /* Time [s] in which the front passes a layer by a rule of the project, in explicit steps as it makes them: a plane
@@ -89,7 +89,7 @@ static void check_defaults(const pd_setup *u)
     CHECK_NEAR(u->mu, 1e-3, 0.0);
     CHECK_NEAR(u->steady, 5e-6, 0.0);
     CHECK_NEAR(u->diffusivity, 1e-9, 0.0);
-    CHECK_NEAR(u->solid_c, 71507.9, 0.05); /* 1738 / 0.024305 */
+    CHECK_NEAR(u->metal[0].solid_c, 71507.9, 0.05); /* 1738 / 0.024305 */
     CHECK_NEAR(u->inlet, 0.0, 0.0);
     CHECK_NEAR(u->threshold, 0.2, 0.0);
     CHECK_REL(speed_of(u), 5e-9 * layers, 1e-14);
@@ -252,7 +252,8 @@ TEST(later_files)
     CHECK_REL(speed_of(&u), 2.5e-6 / layer, 2e-3);
     CHECK_REL(u.gb_factor, 5.0, 1e-5); /* 2e-15 over 4e-16, less what the fluid adds */
     double c = 0.45 * 1738.0 / 0.024305;
-    CHECK_REL(u.rate_scale * pd_expr_eval(&u.rate, &c), 0.5 * speed_of(&u), 1e-9); /* halfway to C_sat */
+    const pd_setup_metal *metal = &u.metal[0];
+    CHECK_REL(metal->rate_scale * pd_expr_eval(&metal->rate, &c), 0.5 * speed_of(&u), 1e-9); /* halfway to C_sat */
     leave(&ctx, &u);
     /* a rate of the file wins, and the diffusivities have no effect */
     char text[sizeof later + 40];

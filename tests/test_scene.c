@@ -55,8 +55,8 @@ TEST(every_key)
     CHECK_NEAR(u.diffusivity, 2e-9, 0.0);
     CHECK_INT(u.advection, PD_ADVECTION_UPWIND);
     CHECK_REL(pd_expr_eval(&u.initial, x), 2.0, 1e-15);
-    CHECK_REL(u.rate_scale * pd_expr_eval(&u.rate, &c), 0.5e-9, 1e-14);
-    CHECK_REL(u.solid_c, 1738.0 / 0.024305, 1e-15);
+    CHECK_REL(u.metal[0].rate_scale * pd_expr_eval(&u.metal[0].rate, &c), 0.5e-9, 1e-14);
+    CHECK_REL(u.metal[0].solid_c, 1738.0 / 0.024305, 1e-15);
     CHECK_NEAR(u.saturation, 50.0, 0.0);
     CHECK_NEAR(u.gb_factor, 3.0, 0.0);
     CHECK_NEAR(u.threshold, 0.1, 0.0);
@@ -124,7 +124,7 @@ TEST(law_per_layer)
     pd_setup u;
     double c = 0.0;
     if (!CHECK_OK(&ctx, load(&ctx, STILL BLOCK "[dissolve] law = 1e-3 1/s\n", NULL, 0, &u))) return;
-    CHECK_REL(u.rate_scale * pd_expr_eval(&u.rate, &c), 1e-8, 1e-14);
+    CHECK_REL(u.metal[0].rate_scale * pd_expr_eval(&u.metal[0].rate, &c), 1e-8, 1e-14);
     CHECK_INT(u.notes, 1);
     CHECK(strstr(u.note[0], "36 um/h") != NULL && strstr(u.note[0], "315.576 mm/year") != NULL);
     leave(&ctx, &u);
@@ -580,11 +580,12 @@ TEST(watching_a_transfer)
     if (!CHECK_OK(&ctx, load(&ctx, DISSOLVING "[transfer a] box = 0 .. 200 um, 0 .. 100 um  along = x\n[total a]\n",
                              NULL, 0, &u))) return;
     CHECK_OK(&ctx, run(&ctx, &u, path_of("transfer"), 0, &l, &r));
-    CHECK_REL(last_of(&ctx, "transfer/transfer_a.csv", "flux [mol/m/s]"), 2e-6 / 3600.0 * u.solid_c * 200e-6, 2e-2);
+    double expected = 2e-6 / 3600.0 * u.metal[0].solid_c * 200e-6;
+    CHECK_REL(last_of(&ctx, "transfer/transfer_a.csv", "flux [mol/m/s]"), expected, 2e-2);
     CHECK_REL(last_of(&ctx, "transfer/transfer_a_000003_t3600.0s.csv", "x [m]"), 195e-6, 1e-12);
     double held = last_of(&ctx, "transfer/total_a.csv", "dissolved [mol/m]") +
                   last_of(&ctx, "transfer/total_a.csv", "solid [mol/m]");
-    CHECK_REL(held, u.solid_c * 200e-6 * 50e-6, 1e-9);
+    CHECK_REL(held, u.metal[0].solid_c * 200e-6 * 50e-6, 1e-9);
     CHECK(access(path_of("transfer/transfer_a_density_000003_t3600.0s.png"), R_OK) == 0);
     leave(&ctx, &u);
     if (!CHECK_OK(&ctx, load(&ctx, "[grid] h = 10 um  box = 0 .. 100 um, 0 .. 100 um\n[side x-] flow = mirror\n"

@@ -61,6 +61,7 @@ static void pdi_couple_sum(pd_ctx *ctx, pd_couple *c)
     for (int e = 0; e < c->elements; e++) {
         pd_ledger *l = &c->ledger[e];
         l->solid = sum[e].solid;
+        l->volume = sum[e].volume;
         l->dissolved = sum[e].dissolved;
         l->carry = sum[e].carry;
         l->out = sum[e].out;
@@ -68,6 +69,7 @@ static void pdi_couple_sum(pd_ctx *ctx, pd_couple *c)
         if (c->steps) continue;
         l->start = l->solid + l->dissolved;
         l->solid_start = l->solid;
+        l->volume_start = l->volume;
     }
 }
 
@@ -249,8 +251,8 @@ double pd_couple_volume_loss(const pd_couple *c)
 {
     double start = 0.0, left = 0.0;
     for (int e = 0; e < c->elements; e++) {
-        start += c->ledger[e].solid_start;
-        left += c->ledger[e].solid;
+        start += c->ledger[e].volume_start;
+        left += c->ledger[e].volume;
     }
     return start > 0.0 ? 1.0 - left / start : 0.0;
 }

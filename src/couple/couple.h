@@ -19,6 +19,8 @@ typedef struct pd_ledger {
     double start;       /* [unit] solid and dissolved at the start */
     double solid_start; /* [unit] solid at the start */
     double solid;       /* [unit] now */
+    double volume_start; /* [m3] (m2 in planar 2D, m in 1D) of the solid at the start */
+    double volume;      /* [m3] now */
     double dissolved;   /* [unit] now in the fluid */
     double carry;       /* [unit] what the last linear solve left undone or debris owes; the next step delivers it */
     double out, in;     /* [unit] through outlets and inlets since the start */

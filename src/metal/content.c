@@ -1,6 +1,7 @@
 /* content: see content.h */
 #include "metal/content.h"
 #include "core/par.h"
+#include "core/vec.h"
 #include <math.h>
 #include <string.h>
 
@@ -82,6 +83,7 @@ static void pdi_content_spread(pd_dissolve *d, int32_t i, pdi_content_piece *p)
     for (int k = 0; k < d->bonds->stencil->count; k++) {
         int32_t j = pdi_entry_far(d->bonds, i, k);
         if (d->grid->kind[j] != PD_SOLID && !(d->mark[j] & PDI_CONTENT_TURNED)) continue;
+        if (pdi_metal_of(d, j) != pdi_metal_of(d, i)) continue;
         double weight = d->weight[k] * pdi_metal_factor(d, j);
         if (j == i || (d->mark[j] & PDI_CONTENT_SEEN) || !(weight > 0.0)) continue;
         if (pdi_entry_free(d->bonds, i, k)) pdi_content_see(d, j, p);
@@ -106,7 +108,7 @@ static void pdi_content_label(pd_dissolve *d, const pdi_content_piece *p, int la
  * gives. */
 static int pdi_content_lasts(pd_dissolve *d, int32_t j, double dt, double all, pdi_content_piece *p)
 {
-    double take = dt * pdi_metal_span(d);
+    double take = dt * pdi_metal_span(d, j);
     pdi_content_begin(d, j, p);
     for (int32_t n = 0; n < p->count; n++) {
         int32_t i = p->node[n];
@@ -132,9 +134,10 @@ static void pdi_content_give(pd_dissolve *d, const pdi_content_piece *p)
                 int32_t i = entry.node[e];
                 double weight = pdi_interface_weight(d, j, i, k, &entry);
                 if (d->slot[i] < 0 || !(weight > 0.0)) continue;
-                d->beside[d->slot[i]].paid += share * pdi_metal_drive(d, j, i) * weight;
-                d->beside[d->slot[i]].used += weight;
-                d->beside[d->slot[i]].used_stock += weight * d->transport->c[j];
+                pdi_metal_beside *portion = &pdi_metal_portion(d, &d->beside[d->slot[i]])[pdi_metal_of(d, j)];
+                portion->paid += share * pdi_metal_drive(d, j, i) * weight;
+                portion->used += weight;
+                portion->used_stock += weight * d->transport->c[j];
             }
         }
     }
@@ -142,11 +145,12 @@ static void pdi_content_give(pd_dissolve *d, const pdi_content_piece *p)
 
 PDI_FN int pdi_content_spare(pd_dissolve *d, double dt)
 {
-    double take = dt * pdi_metal_span(d), all = 0.0;
+    double all = 0.0;
     int found = 0;
     for (int32_t j = 0; j < d->grid->total; j++) {
         d->mark[j] &= (uint8_t)~PDI_CONTENT_LASTS;
-        if (d->exposed[j]) all += fmax(take * d->rate[j], 0.0) * pdi_grid_circumference(d->grid, j);
+        if (d->exposed[j])
+            all += fmax(dt * pdi_metal_span(d, j) * d->rate[j], 0.0) * pdi_grid_circumference(d->grid, j);
     }
     for (int32_t f = 0; f < d->front_count; f++) {
         int32_t j = d->front[f];
@@ -161,8 +165,8 @@ PDI_FN int pdi_content_spare(pd_dissolve *d, double dt)
         found++;
     }
     if (found) pdi_interface_spare(d);
-    for (int32_t n = 0; n < d->beside_count; n++)
-        d->beside[n].used = d->beside[n].used_stock = d->beside[n].paid = 0.0;
+    for (int32_t n = 0; n < d->beside_count * d->kinds; n++)
+        d->portion[n].used = d->portion[n].used_stock = d->portion[n].paid = 0.0;
     return found;
 }
 
@@ -186,22 +190,65 @@ static int pdi_content_pass_on(pd_dissolve *d, int32_t j, double rest)
     return found > 0;
 }
 
+/* 1: bond k of node j leads to the same metal. */
+static int pdi_content_same(const pd_dissolve *d, int32_t j, int k)
+{
+    return pdi_metal_of(d, pdi_entry_far(d->bonds, j, k)) == pdi_metal_of(d, j);
+}
+
+/* From the fluid into the metal at node j, of any length. */
+static void pdi_content_inward(const pd_dissolve *d, int32_t j, double *normal)
+{
+    const pd_stencil *s = d->bonds->stencil;
+    for (int a = 0; a < PD_DIM; a++) normal[a] = 0.0;
+    for (int k = 0; k < s->count; k++) {
+        uint8_t kind = d->grid->kind[pdi_entry_far(d->bonds, j, k)];
+        double sign = kind == PD_SOLID ? 1.0 : kind == PD_FLUID ? -1.0 : 0.0;
+        for (int a = 0; a < PD_DIM; a++) normal[a] += sign * d->weight[k] * s->xi[k * PD_DIM + a];
+    }
+}
+
+/* The bond along which node j hands over the share of bond k. What another metal would get goes as deep into the metal,
+ * but straight: as much would have come from there, so that a flat front across two metals stays flat. -1: none. */
+static int pdi_content_path(const pd_dissolve *d, int32_t j, int k, const double *inward, pdi_content_heir heir)
+{
+    const pd_stencil *s = d->bonds->stencil;
+    const double *xi = s->xi + k * PD_DIM;
+    double length = pdi_vec_dot(inward, inward), along = 0.0;
+    int32_t n[PD_DIM];
+    if (heir == PDI_CONTENT_FLUID || pdi_content_same(d, j, k)) return k;
+    if (length > 0.0) along = pdi_vec_dot(xi, inward) / length;
+    for (int a = 0; a < PD_DIM; a++) n[a] = (int32_t)floor(along * inward[a] / s->h[a] + 0.5);
+    for (int b = 0; b < s->count; b++) {
+        int equal = 1;
+        for (int a = 0; a < PD_DIM; a++) equal = equal && s->offset[b * PD_DIM + a] == n[a];
+        if (equal) return pdi_content_same(d, j, b) && pdi_content_share(d, j, b, heir) > 0.0 ? b : -1;
+    }
+    return -1;
+}
+
 /* Move `rest` (what node j still holds, or owes when negative) to the layer behind it, the present front; without one
  * to any solid neighbour, or to the metal that it hangs together with. Where there is none, it is rounding, and goes to
  * the fluid around. */
 static pd_status pdi_content_hand_over(pd_ctx *ctx, pd_dissolve *d, int32_t j, double rest)
 {
     int count = d->bonds->stencil->count;
-    for (int heir = PDI_CONTENT_BEHIND; heir <= PDI_CONTENT_FLUID; heir++) {
+    double inward[PD_DIM] = {0.0};
+    if (d->kinds > 1) pdi_content_inward(d, j, inward);
+    for (int order = PDI_CONTENT_BEHIND; order <= PDI_CONTENT_FLUID; order++) {
+        pdi_content_heir heir = (pdi_content_heir)order;
         double sum = 0.0;
         if (heir == PDI_CONTENT_FLUID && pdi_content_pass_on(d, j, rest)) return PD_OK;
-        for (int k = 0; k < count; k++) sum += pdi_content_share(d, j, k, (pdi_content_heir)heir);
+        for (int k = 0; k < count; k++)
+            if (pdi_content_path(d, j, k, inward, heir) >= 0) sum += pdi_content_share(d, j, k, heir);
         if (!(sum > 0.0)) continue;
         double *target = heir == PDI_CONTENT_FLUID ? d->transport->carry : d->transport->c;
         for (int k = 0; k < count; k++) {
-            int32_t i = pdi_entry_far(d->bonds, j, k);
-            double share = pdi_content_share(d, j, k, (pdi_content_heir)heir) / sum;
-            if (share > 0.0) target[i] += rest * share * pdi_metal_over(d, j, i);
+            int path = pdi_content_path(d, j, k, inward, heir);
+            double share = pdi_content_share(d, j, k, heir) / sum;
+            if (path < 0 || !(share > 0.0)) continue;
+            int32_t i = pdi_entry_far(d->bonds, j, path);
+            target[i] += rest * share * pdi_metal_over(d, j, i);
         }
         return PD_OK;
     }
@@ -230,7 +277,7 @@ static int pdi_content_spent(const pd_dissolve *d, int32_t j)
     double left = pdi_metal_left(d, j);
     if (left <= PDI_CONTENT_EMPTY) return 1;
     for (int k = 0; k < d->bonds->stencil->count && left <= d->lead; k++)
-        if (pdi_content_share(d, j, k, PDI_CONTENT_BEHIND) > 0.0 &&
+        if (pdi_content_same(d, j, k) && pdi_content_share(d, j, k, PDI_CONTENT_BEHIND) > 0.0 &&
             pdi_metal_left(d, pdi_entry_far(d->bonds, j, k)) > d->lead)
             return 1;
     return 0;
@@ -259,12 +306,13 @@ static pd_status pdi_content_settle(pd_ctx *ctx, pd_dissolve *d)
 
 /* ---- bonds: a node turns at the end of the step that is closest to its own end ---- */
 
-/* Where node i finds or leaves metal: bond k leads to metal other than i, and no wall stands in between. -1: it does
- * not. */
+/* Where node i finds or leaves metal: bond k leads to another node of its metal, and no wall stands in between. -1: it
+ * does not. */
 static int32_t pdi_content_behind(const pd_dissolve *d, int32_t i, int k)
 {
     int32_t at = pdi_entry_far(d->bonds, i, k);
     if (at == i || d->grid->kind[at] != PD_SOLID || (d->mark[at] & PDI_CONTENT_TURNED)) return -1;
+    if (pdi_metal_of(d, at) != pdi_metal_of(d, i)) return -1;
     return pdi_entry_free(d->bonds, i, k) ? at : -1;
 }
 
@@ -301,15 +349,16 @@ static void pdi_content_take(pd_dissolve *d, int32_t i)
 
 /* 1: metal that fluid reaches, that has room below Cs, and that does not turn in the next step. Hand-over within a
  * layer would roughen the front. */
-static int pdi_content_receives(const pd_dissolve *d, int32_t at, double take)
+static int pdi_content_receives(const pd_dissolve *d, int32_t at, double dt)
 {
     const double *c = d->transport->c;
-    return d->exposed[at] && c[at] < d->desc.solid && c[at] - pdi_metal_end(d, at) > take * d->rate[at];
+    double take = dt * pdi_metal_span(d, at);
+    return d->exposed[at] && c[at] < pdi_metal_solid(d, at) && c[at] - pdi_metal_end(d, at) > take * d->rate[at];
 }
 
 /* Node i passes what it has above its end to such metal, in proportion to the weights and none more than whole metal
  * has. What is left goes round, and stays where nobody takes it. */
-static void pdi_content_give_up(pd_dissolve *d, int32_t i, double take)
+static void pdi_content_give_up(pd_dissolve *d, int32_t i, double dt)
 {
     double *c = d->transport->c, end = pdi_metal_end(d, i), left = c[i] - end;
     int full = 1;
@@ -318,16 +367,17 @@ static void pdi_content_give_up(pd_dissolve *d, int32_t i, double take)
         full = 0;
         for (int k = 0; k < d->bonds->stencil->count; k++) {
             int32_t at = pdi_content_behind(d, i, k);
-            if (at >= 0 && pdi_content_receives(d, at, take)) sum += d->weight[k];
+            if (at >= 0 && pdi_content_receives(d, at, dt)) sum += d->weight[k];
         }
         if (!(sum > 0.0)) break;
         for (int k = 0; k < d->bonds->stencil->count; k++) {
             int32_t at = pdi_content_behind(d, i, k);
-            if (at < 0 || !pdi_content_receives(d, at, take)) continue;
-            double part = left * (d->weight[k] / sum), room = (d->desc.solid - c[at]) * pdi_metal_over(d, at, i);
+            if (at < 0 || !pdi_content_receives(d, at, dt)) continue;
+            double solid = pdi_metal_solid(d, at), room = (solid - c[at]) * pdi_metal_over(d, at, i);
+            double part = left * (d->weight[k] / sum);
             if (part >= room) {
                 part = room;
-                c[at] = d->desc.solid;
+                c[at] = solid;
                 full = 1;
             } else c[at] += part * pdi_metal_over(d, i, at);
             given += part;
@@ -337,17 +387,18 @@ static void pdi_content_give_up(pd_dissolve *d, int32_t i, double take)
     c[i] = end + fmax(left, 0.0);
 }
 
-static pd_status pdi_content_saturate(pd_ctx *ctx, pd_dissolve *d, double take)
+static pd_status pdi_content_saturate(pd_ctx *ctx, pd_dissolve *d, double dt)
 {
     double *c = d->transport->c;
     int32_t candidates = 0;
     for (int32_t f = 0; f < d->front_count; f++) {
         int32_t i = d->front[f];
         if (d->mark[i] & PDI_CONTENT_TURNED) continue;
+        double take = dt * pdi_metal_span(d, i);
         if (c[i] - 0.5 * take * d->rate[i] <= pdi_metal_end(d, i)) d->piece[candidates++] = i;
     }
     for (int32_t n = 0; n < candidates; n++)
-        if (c[d->piece[n]] > pdi_metal_end(d, d->piece[n])) pdi_content_give_up(d, d->piece[n], take);
+        if (c[d->piece[n]] > pdi_metal_end(d, d->piece[n])) pdi_content_give_up(d, d->piece[n], dt);
     for (int32_t n = 0; n < candidates; n++)
         if (c[d->piece[n]] <= pdi_metal_end(d, d->piece[n])) pdi_content_note(d, d->piece[n]);
     for (int32_t n = 0; n < d->changed_count; n++) pdi_content_take(d, d->changed[n]); /* the list may grow */
@@ -362,14 +413,14 @@ static pd_status pdi_content_saturate(pd_ctx *ctx, pd_dissolve *d, double take)
 }
 
 /* Activation control: what a node that turns holds above the fluid is gone. */
-static void pdi_content_rinse(pd_dissolve *d, double take)
+static void pdi_content_rinse(pd_dissolve *d, double dt)
 {
     pdi_sum gone = {0.0, 0.0};
     double *c = d->transport->c;
     for (int32_t k = 0; k < d->beside_count; k++) {
         const pdi_beside *beside = &d->beside[k];
         double gain = beside->weight * pdi_interface_line(d, beside) + beside->given;
-        pdi_sum_add(&gone, take / pdi_metal_span(d) * gain * pdi_grid_circumference(d->grid, beside->node));
+        pdi_sum_add(&gone, dt * gain * pdi_grid_circumference(d->grid, beside->node));
     }
     for (int32_t n = 0; n < d->changed_count; n++) {
         int32_t i = d->changed[n];
@@ -387,25 +438,31 @@ PDI_FN void pdi_content_turned(pd_dissolve *d, const int32_t *turned, int32_t co
 
 PDI_FN pd_status pdi_content_finish(pd_ctx *ctx, pd_dissolve *d, double dt)
 {
-    double take = dt * pdi_metal_span(d), *c = d->transport->c;
+    double *c = d->transport->c;
     d->changed_count = 0;
     /* the contents tell where the surface stands, so all rates come first */
-    for (int32_t f = 0; f < d->front_count; f++) c[d->front[f]] -= take * d->rate[d->front[f]];
+    for (int32_t f = 0; f < d->front_count; f++)
+        c[d->front[f]] -= dt * pdi_metal_span(d, d->front[f]) * d->rate[d->front[f]];
     for (int32_t n = 0; n < d->gone_count; n++) {
         c[d->piece[n]] = pdi_metal_end(d, d->piece[n]);
         pdi_content_note(d, d->piece[n]);
     }
-    if (pdi_metal_bonds(d)) PDI_TRY(pdi_content_saturate(ctx, d, take));
+    if (pdi_metal_bonds(d)) PDI_TRY(pdi_content_saturate(ctx, d, dt));
     else PDI_TRY(pdi_content_settle(ctx, d));
-    if (d->desc.activation) pdi_content_rinse(d, take);
+    if (d->desc.activation) pdi_content_rinse(d, dt);
     if (d->changed_count) pdi_content_turned(d, d->changed, d->changed_count);
     return PD_OK;
 }
 
-PDI_FN double pdi_content_stock(const pd_dissolve *d)
+PDI_FN double pdi_content_stock(const pd_dissolve *d, double *volume)
 {
-    pdi_sum sum = {0.0, 0.0};
-    for (int32_t j = 0; j < d->grid->total; j++)
-        if (d->grid->kind[j] == PD_SOLID) pdi_sum_add(&sum, d->transport->c[j] * pdi_grid_circumference(d->grid, j));
+    pdi_sum sum = {0.0, 0.0}, whole = {0.0, 0.0};
+    for (int32_t j = 0; j < d->grid->total; j++) {
+        if (d->grid->kind[j] != PD_SOLID) continue;
+        double amount = d->transport->c[j] * pdi_grid_circumference(d->grid, j);
+        pdi_sum_add(&sum, amount);
+        pdi_sum_add(&whole, amount / pdi_metal_solid(d, j));
+    }
+    *volume = pdi_sum_total(&whole) * d->bonds->stencil->volume;
     return pdi_sum_total(&sum) * d->bonds->stencil->volume;
 }

@@ -28,22 +28,45 @@
 
 /* ---- build ---- */
 
-static pd_status pdi_dissolve_check(pd_ctx *ctx, const pd_dissolve_desc *desc, int given)
+static pd_status pdi_dissolve_check_metal(pd_ctx *ctx, const pd_dissolve_desc *desc, const pd_metal *metal)
 {
-    if (!(desc->solid > 0.0) || !(desc->solid < 1e100) || !(desc->threshold >= 0.0) || !(desc->threshold < 1.0) ||
-        !desc->rate)
+    if (!(metal->solid > 0.0) || !(metal->solid < 1e100) || !(desc->threshold >= 0.0) || !(desc->threshold < 1.0) ||
+        !metal->rate)
         return pdi_fail(ctx, PD_ERR_ARGUMENT, "dissolve",
                         "Cs = %g mol/m3 must be positive, the threshold %g lie in [0, 1), a rate law be given",
-                        desc->solid, desc->threshold);
+                        metal->solid, desc->threshold);
+    if (desc->model != PD_METAL_BONDS) return PD_OK;
+    if (!(metal->solid > desc->saturation) || !(desc->saturation > 0.0) || desc->threshold > 0.0)
+        return pdi_fail(ctx, PD_ERR_ARGUMENT, "dissolve",
+                        "Cs = %g, Csat = %g mol/m3 and a threshold of %g, expected Cs > Csat > 0 and no threshold",
+                        metal->solid, desc->saturation, desc->threshold);
+    return PD_OK;
+}
+
+static pd_metal pdi_dissolve_metal(const pd_dissolve_desc *desc, int m)
+{
+    pd_metal first;
+    first.solid = desc->solid;
+    first.rate = desc->rate;
+    first.rate_user = desc->rate_user;
+    first.uniform = desc->uniform;
+    return m ? desc->more[m - 1] : first;
+}
+
+static pd_status pdi_dissolve_check(pd_ctx *ctx, const pd_dissolve_desc *desc, int given)
+{
+    if (desc->more_count < 0 || desc->more_count >= PDI_LAW_METALS || (desc->more_count && !desc->more))
+        return pdi_fail(ctx, PD_ERR_ARGUMENT, "dissolve", "%d metals beside the first one, expected 0 to %d and their "
+                        "list", desc->more_count, PDI_LAW_METALS - 1);
+    for (int m = 0; m <= desc->more_count; m++) {
+        pd_metal metal = pdi_dissolve_metal(desc, m);
+        PDI_TRY(pdi_dissolve_check_metal(ctx, desc, &metal));
+    }
     if (given && (desc->model == PD_METAL_SURFACE || !desc->activation))
         return pdi_fail(ctx, PD_ERR_ARGUMENT, "dissolve", "the field of transport is given, but not by activation");
     if (desc->model == PD_METAL_SURFACE) return PD_OK;
     if (desc->model != PD_METAL_BONDS)
         return pdi_fail(ctx, PD_ERR_ARGUMENT, "dissolve", "model %d, expected 0 or 1", (int)desc->model);
-    if (!(desc->solid > desc->saturation) || !(desc->saturation > 0.0) || desc->threshold > 0.0)
-        return pdi_fail(ctx, PD_ERR_ARGUMENT, "dissolve",
-                        "Cs = %g, Csat = %g mol/m3 and a threshold of %g, expected Cs > Csat > 0 and no threshold",
-                        desc->solid, desc->saturation, desc->threshold);
     if (!(desc->bulk >= 0.0) || desc->bulk > desc->saturation || !(desc->rtol >= 0.0) || !(desc->rtol < 1.0))
         return pdi_fail(ctx, PD_ERR_ARGUMENT, "dissolve",
                         "bulk = %g mol/m3 and rtol = %g, expected 0 to Csat = %g mol/m3 and 0 to below 1", desc->bulk,
@@ -57,26 +80,37 @@ static pd_status pdi_dissolve_check(pd_ctx *ctx, const pd_dissolve_desc *desc, i
     return PD_OK;
 }
 
-static pd_status pdi_dissolve_allocate(pd_ctx *ctx, pd_dissolve *d)
+PDI_FN void pdi_dissolve_list(pdi_owner *owner, void *object)
 {
-    int32_t total = d->grid->total;
-    d->capacity = (int32_t)d->grid->solid_count;
-    PDI_TRY(PDI_NEW(ctx, "dissolve", d->capacity, d->front));
-    PDI_TRY(PDI_NEW(ctx, "dissolve", d->capacity, d->changed));
-    PDI_TRY(PDI_NEW(ctx, "dissolve", d->capacity, d->piece));
-    PDI_TRY(PDI_NEW(ctx, "dissolve", total, d->mark));
-    PDI_TRY(PDI_NEW(ctx, "dissolve", total, d->exposed));
-    PDI_TRY(PDI_NEW(ctx, "dissolve", total, d->rate));
-    PDI_TRY(PDI_NEW(ctx, "dissolve", total, d->slot));
-    d->beside_capacity = pdi_entry_around(d->bonds, d->mark);
-    PDI_TRY(PDI_NEW(ctx, "dissolve", d->beside_capacity, d->beside));
-    if (!pdi_metal_bonds(d)) return PD_OK;
-    PDI_TRY(PDI_NEW(ctx, "dissolve", d->beside_capacity, d->pinned));
-    if (d->desc.repassivation > 0.0) PDI_TRY(PDI_NEW(ctx, "dissolve", total, d->film));
-    if (!d->desc.activation) PDI_TRY(PDI_NEW(ctx, "dissolve", total, d->moved));
-    if (!d->desc.stochastic) return PD_OK;
-    PDI_TRY(PDI_NEW(ctx, "dissolve", total, d->links));
-    return PDI_NEW(ctx, "dissolve", total, d->last);
+    pd_dissolve *dissolve = (pd_dissolve *)object;
+    if (!dissolve->grid) return;
+    const pd_dissolve_desc *desc = &dissolve->desc;
+    int64_t total = dissolve->grid->total;
+    int bonds = desc->model == PD_METAL_BONDS, stochastic = bonds && desc->stochastic;
+    PDI_ARRAY(owner, dissolve, kind, dissolve->kinds, "");
+    PDI_ARRAY(owner, dissolve, front, dissolve->capacity, "1");
+    PDI_ARRAY(owner, dissolve, changed, dissolve->capacity, "1");
+    PDI_ARRAY(owner, dissolve, piece, dissolve->capacity, "1");
+    PDI_ARRAY(owner, dissolve, mark, total, "1");
+    PDI_ARRAY(owner, dissolve, exposed, total, "1");
+    PDI_ARRAY(owner, dissolve, rate, total, "1/s");
+    PDI_ARRAY(owner, dissolve, slot, total, "1");
+    if (bonds && desc->repassivation > 0.0) PDI_STATE(owner, dissolve, film, total, "1");
+    if (bonds && !desc->activation) PDI_STATE(owner, dissolve, moved, total, "mol/m3");
+    if (stochastic) PDI_ARRAY(owner, dissolve, links, total, "1");
+    if (stochastic) PDI_ARRAY(owner, dissolve, last, total, "mol/m3");
+    PDI_VALUE(owner, dissolve, next_dt, "s");
+    PDI_VALUE(owner, dissolve, last_dt, "s");
+    PDI_VALUE(owner, dissolve, turned, "1");
+}
+
+PDI_FN void pdi_dissolve_beside_list(pdi_owner *owner, void *object)
+{
+    pd_dissolve *dissolve = (pd_dissolve *)object;
+    int64_t count = dissolve->beside_capacity;
+    PDI_ARRAY(owner, dissolve, beside, count, "");
+    PDI_ARRAY(owner, dissolve, portion, count * dissolve->kinds, "");
+    if (pdi_metal_bonds(dissolve)) PDI_ARRAY(owner, dissolve, pinned, count, "1");
 }
 
 /* Mechanical bonds of solid nodes, and the content at which the last of them breaks. */
@@ -91,9 +125,31 @@ static void pdi_dissolve_links(const pd_ctx *ctx, pd_dissolve *d)
         if (d->grid->kind[j] != PD_SOLID) continue;
         for (int k = 0; k < s->count; k++) links += d->grid->kind[pdi_entry_far(d->bonds, j, k)] == PD_SOLID;
         d->links[j] = (uint16_t)links;
-        d->last[j] =
-            d->desc.saturation + (1.0 - pdi_damage_last(d->desc.seed, j, links)) * (d->desc.solid - d->desc.saturation);
+        double span = pdi_metal_solid(d, j) - d->desc.saturation;
+        d->last[j] = d->desc.saturation + (1.0 - pdi_damage_last(d->desc.seed, j, links)) * span;
     }
+}
+
+/* The metals: with bonds they turn at saturation. */
+static pd_status pdi_dissolve_kinds(pd_ctx *ctx, pd_dissolve *d)
+{
+    d->uniform = 1;
+    for (int m = 0; m < d->kinds; m++) {
+        pdi_metal_kind *kind = &d->kind[m];
+        kind->law = pdi_dissolve_metal(&d->desc, m);
+        kind->solid = kind->law.solid;
+        double threshold = pdi_metal_bonds(d) ? d->desc.saturation / kind->solid : d->desc.threshold;
+        kind->end = threshold * kind->solid;
+        kind->span = kind->solid * (1.0 - threshold);
+        kind->from = HUGE_VAL;
+        d->uniform = d->uniform && kind->law.uniform;
+    }
+    d->desc.more = NULL;
+    for (int32_t j = 0; j < d->grid->total; j++)
+        if (d->grid->kind[j] == PD_SOLID && pdi_metal_of(d, j) >= d->kinds)
+            return pdi_fail(ctx, PD_ERR_ARGUMENT, "dissolve", "node %d is of metal %d, expected 0 to %d", (int)j,
+                            pdi_metal_of(d, j), d->kinds - 1);
+    return PD_OK;
 }
 
 static pd_status pdi_dissolve_make(pd_ctx *ctx, pd_grid *grid, const pd_bonds *bonds, pd_transport *transport,
@@ -108,16 +164,20 @@ static pd_status pdi_dissolve_make(pd_ctx *ctx, pd_grid *grid, const pd_bonds *b
     d->transport = transport;
     d->weight = s->area;
     if (pdi_metal_bonds(d)) {
-        d->desc.threshold = desc->saturation / desc->solid;
         if (!(desc->rtol > 0.0)) d->desc.rtol = PDI_DISSOLVE_RTOL;
         PDI_TRY(pd_front_build(ctx, s, desc->kernel, desc->weights, &d->kernel));
         d->weight = d->kernel.weight;
     }
-    PDI_TRY(pdi_dissolve_allocate(ctx, d));
+    d->kinds = desc->more_count + 1;
+    d->capacity = (int32_t)grid->solid_count;
+    PDI_TRY(pdi_owner_build(ctx, pdi_dissolve_list, d));
+    PDI_TRY(pdi_dissolve_kinds(ctx, d));
+    d->beside_capacity = pdi_entry_around(bonds, d->mark);
+    PDI_TRY(pdi_owner_build(ctx, pdi_dissolve_beside_list, d));
     transport->pinned = d->pinned;
-    d->from = d->next_dt = HUGE_VAL;
+    d->next_dt = HUGE_VAL;
     for (int32_t j = 0; j < grid->total; j++) {
-        if (grid->kind[j] == PD_SOLID) transport->c[j] = desc->solid;
+        if (grid->kind[j] == PD_SOLID) transport->c[j] = pdi_metal_solid(d, j);
         if (grid->kind[j] == PD_FLUID && desc->activation) transport->c[j] = desc->bulk;
         d->exposed[j] = (uint8_t)pdi_content_is_exposed(d, j);
         d->slot[j] = -1;
@@ -143,23 +203,6 @@ pd_status pd_dissolve_build(pd_ctx *ctx, pd_grid *grid, const pd_bonds *bonds, p
 
 /* ---- the law ---- */
 
-/* The law beside a node. A drive by difference is part of it. */
-static void pdi_dissolve_law(const pd_dissolve *d, const pdi_beside *beside, pdi_law *law)
-{
-    law->rate = d->desc.rate;
-    law->user = d->desc.rate_user;
-    law->top = pdi_metal_bonds(d) ? d->desc.saturation : d->desc.solid;
-    law->limit = pdi_metal_bonds(d) ? d->desc.saturation : HUGE_VAL;
-    law->whole = 1.0;
-    law->part = 0.0;
-    if (d->desc.drive == PD_DRIVE_DIFFERENCE) {
-        law->part = log(d->desc.solid / d->desc.saturation) / pdi_metal_span(d);
-        law->whole = law->part * beside->stock / beside->weight;
-    }
-    law->at.t = d->time;
-    pd_grid_position(d->grid, beside->node, law->at.x);
-}
-
 static pd_status pdi_dissolve_unlawful(pd_ctx *ctx, const pd_dissolve *d, pdi_law *law, int32_t i)
 {
     char place[PDI_GRID_PLACE];
@@ -169,17 +212,31 @@ static pd_status pdi_dissolve_unlawful(pd_ctx *ctx, const pd_dissolve *d, pdi_la
                     "1e100 m/s", pdi_law_rate(law, c), c, d->time, (int)i, pdi_grid_place(d->grid, i, place));
 }
 
+/* The metal of uniform law that is alone beside the node; NULL: there are several, or it is another law. */
+static pdi_metal_kind *pdi_dissolve_alone(const pd_dissolve *d, const pdi_beside *beside)
+{
+    pdi_metal_kind *found = NULL;
+    for (int m = 0; m < d->kinds; m++) {
+        if (!(pdi_metal_portion(d, beside)[m].weight > 0.0)) continue;
+        if (found || !d->kind[m].law.uniform) return NULL;
+        found = &d->kind[m];
+    }
+    return found;
+}
+
 /* The first line of the law at a node beside metal. */
 static pd_status pdi_dissolve_begin_law(pd_ctx *ctx, pd_dissolve *d, pdi_beside *beside)
 {
     pdi_law law;
     double c = fmax(d->transport->c[beside->node], 0.0);
-    pdi_dissolve_law(d, beside, &law);
-    if (d->desc.uniform && !(c >= d->from && c < d->end)) {
-        d->from = c;
-        d->end = fmin(pdi_law_end(&law, c, law.top), law.limit);
+    pdi_metal_kind *alone = pdi_dissolve_alone(d, beside);
+    pdi_interface_law(d, beside, &law);
+    if (alone && !(c >= alone->from && c < alone->to)) {
+        alone->from = c;
+        alone->to = fmin(pdi_law_end(&law, c, law.top), law.limit);
     }
-    if (!pdi_law_begin(&law, pdi_interface_resist(d, beside), d->from, d->end, c, &beside->point))
+    double from = alone ? alone->from : HUGE_VAL, to = alone ? alone->to : 0.0;
+    if (!pdi_law_begin(&law, pdi_interface_resist(d, beside), from, to, c, &beside->point))
         return pdi_dissolve_unlawful(ctx, d, &law, beside->node);
     beside->before = pdi_interface_line(d, beside);
     return PD_OK;
@@ -207,8 +264,10 @@ PDI_FN void pdi_dissolve_course(const pd_dissolve *d, double t, double dt, doubl
     for (int32_t n = 0; n < d->beside_count; n++) {
         const pdi_beside *beside = &d->beside[n];
         pdi_law law;
-        double v[3], share = dt * beside->enters / pdi_metal_span(d), c = fmax(d->transport->c[beside->node], 0.0);
-        pdi_dissolve_law(d, beside, &law);
+        double v[3], share = 0.0, c = fmax(d->transport->c[beside->node], 0.0);
+        for (int m = 0; m < d->kinds; m++)
+            share += dt * pdi_metal_portion(d, beside)[m].enters / d->kind[m].span;
+        pdi_interface_law(d, beside, &law);
         if (pdi_metal_bonds(d)) {
             pdi_dissolve_bond_course(d, &law, t, dt, c, error, taken);
             continue;
@@ -312,7 +371,7 @@ static pd_status pdi_dissolve_meet(pd_ctx *ctx, pd_dissolve *d, double dt, int *
         pdi_beside *beside = &d->beside[k];
         pdi_law law;
         if (!(beside->weight > 0.0)) continue;
-        pdi_dissolve_law(d, beside, &law);
+        pdi_interface_law(d, beside, &law);
         double near = PDI_DISSOLVE_NEAR * fastest, held = near;
         if (pdi_metal_bonds(d)) { /* what a node holds beyond its law is owed to the next step, and lifts that */
             held = PDI_DISSOLVE_MARGIN * t->size / (dt * beside->weight);
@@ -370,7 +429,7 @@ static int pdi_dissolve_accurate(pd_dissolve *d, double lost, double dt)
     for (int32_t k = 0; k < d->beside_count && d->rtol > 0.0; k++) {
         pdi_beside *beside = &d->beside[k];
         pdi_law law;
-        pdi_dissolve_law(d, beside, &law);
+        pdi_interface_law(d, beside, &law);
         double speed = pdi_interface_line(d, beside);
         double amount = dt * beside->weight * pdi_grid_circumference(d->grid, beside->node);
         double slowest = pdi_law_slowest(&law, &beside->point, t->old[beside->node], t->c[beside->node]);
@@ -481,45 +540,24 @@ pd_status pd_dissolve_finish(pd_ctx *ctx, pd_dissolve *d, double dt)
 
 double pd_dissolve_stock(pd_ctx *ctx, const pd_dissolve *d)
 {
+    double volume;
     (void)ctx;
-    return pdi_content_stock(d);
+    return pdi_content_stock(d, &volume);
 }
 
 double pd_dissolve_damage(const pd_dissolve *d, int32_t i)
 {
     if (d->grid->kind[i] == PD_FLUID) return 1.0;
     if (d->grid->kind[i] != PD_SOLID) return 0.0;
-    double lost = (d->desc.solid - d->transport->c[i]) / pdi_metal_span(d);
+    double lost = (pdi_metal_solid(d, i) - d->transport->c[i]) / pdi_metal_span(d, i);
     lost = fmin(fmax(lost, 0.0), 1.0);
     return d->links ? pdi_damage_broken(d->desc.seed, i, d->links[i], lost) : lost;
 }
 
-PDI_FN pd_status pdi_dissolve_store(pd_ctx *ctx, pd_dissolve *d, pd_archive *archive)
-{
-    PDI_TRY(PDI_KEEP(ctx, archive, "dissolve.next_dt", &d->next_dt, 1));
-    if (!pdi_metal_bonds(d)) return PD_OK;
-    if (d->film) PDI_TRY(PDI_KEEP(ctx, archive, "dissolve.film", d->film, d->grid->total));
-    if (d->moved) PDI_TRY(PDI_KEEP(ctx, archive, "dissolve.moved", d->moved, d->grid->total));
-    PDI_TRY(PDI_KEEP(ctx, archive, "dissolve.last_dt", &d->last_dt, 1));
-    return PDI_KEEP(ctx, archive, "dissolve.turned", &d->turned, 1);
-}
-
 void pd_dissolve_free(pd_ctx *ctx, pd_dissolve *d)
 {
-    int32_t total = d->grid ? d->grid->total : 0;
     pd_front_free(ctx, &d->kernel);
-    PDI_DELETE(ctx, total, d->exposed);
-    PDI_DELETE(ctx, total, d->rate);
-    PDI_DELETE(ctx, total, d->slot);
-    PDI_DELETE(ctx, d->beside_capacity, d->beside);
-    PDI_DELETE(ctx, total, d->mark);
-    PDI_DELETE(ctx, d->capacity, d->front);
-    PDI_DELETE(ctx, d->capacity, d->changed);
-    PDI_DELETE(ctx, d->capacity, d->piece);
-    PDI_DELETE(ctx, d->beside_capacity, d->pinned);
-    PDI_DELETE(ctx, total, d->film);
-    PDI_DELETE(ctx, total, d->moved);
-    PDI_DELETE(ctx, total, d->links);
-    PDI_DELETE(ctx, total, d->last);
+    pdi_owner_free(ctx, pdi_dissolve_list, d);
+    pdi_owner_free(ctx, pdi_dissolve_beside_list, d);
     memset(d, 0, sizeof *d);
 }

@@ -51,8 +51,9 @@ PD_API void pd_dissolve_free(pd_ctx *ctx, pd_dissolve *dissolve);
  * the law at the middle of the step and Simpson's rule disagree, and that the faster of middle and end takes, at most.
  */
 PDI_FN void pdi_dissolve_course(const pd_dissolve *dissolve, double t, double dt, double *error, double *taken);
-/* What steps carry on beside transport, which holds the contents. */
-PDI_FN pd_status pdi_dissolve_store(pd_ctx *ctx, pd_dissolve *dissolve, pd_archive *archive);
+/* Its arrays; those of the fluid beside metal, which are made later. */
+PDI_FN void pdi_dissolve_list(pdi_owner *owner, void *dissolve);
+PDI_FN void pdi_dissolve_beside_list(pdi_owner *owner, void *dissolve);
 #endif
 
 #endif

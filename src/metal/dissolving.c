@@ -45,7 +45,7 @@ static pd_status pdi_dissolving_limit(pd_ctx *ctx, void *self, pd_step *s)
 static double pdi_dissolving_course(const pd_dissolve *d, const pd_step *s)
 {
     double error, taken;
-    if (d->desc.uniform) return 1.0;
+    if (d->uniform) return 1.0;
     pdi_dissolve_course(d, s->time, s->dt, &error, &taken);
     double share = fmax(taken / s->fraction, error / (PDI_DISSOLVING_EXACT * s->fraction));
     return share <= 1.0 + 1e-9 ? 1.0 : fmax(0.9 / share, 0.1);
@@ -58,7 +58,7 @@ static pd_status pdi_dissolving_attempt(pd_ctx *ctx, void *self, pd_step *s)
     double end = s->time + s->dt;
     s->error = pdi_dissolving_course(d, s);
     if (s->error < 1.0) return PD_RETRY;
-    if (!d->desc.uniform || q->first > 0.0) { /* what changes in time is taken at the middle of the step */
+    if (!d->uniform || q->first > 0.0) { /* what changes in time is taken at the middle of the step */
         d->time = s->time + 0.5 * s->dt;
         PDI_TRY(pd_dissolve_prepare(ctx, d));
     }
@@ -121,7 +121,7 @@ static pd_status pdi_dissolving_store(pd_ctx *ctx, void *self, pd_archive *archi
 {
     pd_dissolving *q = (pd_dissolving *)self;
     PDI_TRY(pdi_transport_store(ctx, q->dissolve->transport, archive));
-    PDI_TRY(pdi_dissolve_store(ctx, q->dissolve, archive));
+    PDI_TRY(pdi_owner_store(ctx, pdi_dissolve_list, q->dissolve, archive));
     PDI_TRY(PDI_KEEP(ctx, archive, "dissolve.out", &q->out, 1));
     PDI_TRY(PDI_KEEP(ctx, archive, "dissolve.in", &q->in, 1));
     PDI_TRY(PDI_KEEP(ctx, archive, "krylov of transport", &q->krylov, 1));
@@ -133,7 +133,9 @@ static void pdi_dissolving_balance(pd_ctx *ctx, void *self, int k, pd_amounts *a
 {
     const pd_dissolving *q = (const pd_dissolving *)self;
     (void)k;
-    a->solid += pd_dissolve_stock(ctx, q->dissolve);
+    double volume;
+    a->solid += pdi_content_stock(q->dissolve, &volume);
+    a->volume += volume;
     a->dissolved += pd_transport_stock(ctx, q->dissolve->transport);
     a->carry += pd_transport_carried(ctx, q->dissolve->transport);
     a->out += q->out;

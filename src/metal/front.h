@@ -7,6 +7,7 @@
  */
 #ifndef PD_FRONT_H
 #define PD_FRONT_H
+#include "core/owner.h"
 #include "lattice/stencil.h"
 
 typedef enum pd_kernel {
@@ -36,5 +37,9 @@ PD_API pd_status pd_front_build(pd_ctx *ctx, const pd_stencil *stencil, pd_kerne
 /* f(N) [-] of a unit vector. */
 PD_API double pd_front_measure(const pd_front *front, const double *normal);
 PD_API void pd_front_free(pd_ctx *ctx, pd_front *front);
+
+#ifdef PDI_INTERNAL
+PDI_FN void pdi_front_list(pdi_owner *owner, void *front);
+#endif
 
 #endif

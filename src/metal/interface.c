@@ -20,7 +20,7 @@ PDI_FN double pdi_interface_resist(const pd_dissolve *d, const pdi_beside *besid
 {
     double diffusivity = pdi_interface_diffusivity(d, beside->node);
     if (pdi_metal_bonds(d)) return 0.0;
-    double flux = pdi_metal_span(d) * (beside->flux / beside->weight), film = beside->film / beside->weight;
+    double flux = d->kind[0].span * (beside->flux / beside->weight), film = beside->film / beside->weight;
     return diffusivity > 0.0 ? flux * film / diffusivity : HUGE_VAL;
 }
 
@@ -37,14 +37,21 @@ PDI_FN void pdi_interface_find(const pd_dissolve *d, int32_t j, int k, pdi_entry
     entry->count = pdi_entry_free(d->bonds, j, k);
 }
 
-PDI_FN double pdi_interface_speed(const pd_dissolve *d, int32_t i)
+PDI_FN double pdi_interface_speed(const pd_dissolve *d, int32_t i, int metal)
 {
-    return d->slot[i] < 0 ? 0.0 : d->beside[d->slot[i]].mean;
+    return d->slot[i] < 0 ? 0.0 : pdi_metal_portion(d, &d->beside[d->slot[i]])[metal].mean;
+}
+
+PDI_FN double pdi_interface_fastest(const pd_dissolve *d, int32_t i)
+{
+    double fastest = 0.0;
+    for (int m = 0; m < d->kinds; m++) fastest = fmax(fastest, pdi_interface_speed(d, i, m));
+    return fastest;
 }
 
 PDI_FN double pdi_interface_weight(const pd_dissolve *d, int32_t j, int32_t i, int k, const pdi_entry *entry)
 {
-    return pdi_metal_span(d) * pdi_metal_factor(d, j) * (pdi_metal_area(d, j, k) / entry->count) *
+    return pdi_metal_span(d, j) * pdi_metal_factor(d, j) * (pdi_metal_area(d, j, k) / entry->count) *
            pdi_metal_over(d, j, i);
 }
 
@@ -58,12 +65,12 @@ PDI_FN double pdi_interface_rate(const pd_dissolve *d, int32_t j)
         pdi_interface_find(d, j, k, &entry);
         for (int e = 0; e < entry.count; e++) {
             int32_t i = entry.node[e];
-            sum += pdi_metal_area(d, j, k) / entry.count * pdi_metal_drive(d, j, i) * pdi_interface_speed(d, i);
+            double speed = pdi_interface_speed(d, i, pdi_metal_of(d, j));
+            sum += pdi_metal_area(d, j, k) / entry.count * pdi_metal_drive(d, j, i) * speed;
         }
     }
     return sum * pdi_metal_factor(d, j);
 }
-
 
 PDI_FN double pdi_interface_pace(const pd_dissolve *d, int32_t j)
 {
@@ -72,7 +79,8 @@ PDI_FN double pdi_interface_pace(const pd_dissolve *d, int32_t j)
     if (d->desc.drive == PD_DRIVE_CONSTANT) return pdi_interface_rate(d, j);
     for (int k = 0; k < d->bonds->stencil->count; k++) {
         pdi_interface_find(d, j, k, &entry);
-        for (int e = 0; e < entry.count; e++) fastest = fmax(fastest, pdi_interface_speed(d, entry.node[e]));
+        for (int e = 0; e < entry.count; e++)
+            fastest = fmax(fastest, pdi_interface_speed(d, entry.node[e], pdi_metal_of(d, j)));
     }
     return d->kernel.total * fastest * pdi_metal_factor(d, j);
 }
@@ -82,8 +90,10 @@ static pdi_beside *pdi_interface_join(pd_dissolve *d, int32_t i)
 {
     if (d->slot[i] < 0) {
         d->slot[i] = d->beside_count++;
-        memset(&d->beside[d->slot[i]], 0, sizeof(pdi_beside));
-        d->beside[d->slot[i]].node = i;
+        pdi_beside *beside = &d->beside[d->slot[i]];
+        memset(beside, 0, sizeof *beside);
+        memset(pdi_metal_portion(d, beside), 0, (size_t)d->kinds * sizeof(pdi_metal_beside));
+        beside->node = i;
     }
     return &d->beside[d->slot[i]];
 }
@@ -93,7 +103,7 @@ static pdi_beside *pdi_interface_join(pd_dissolve *d, int32_t i)
 static void pdi_interface_gather(pd_dissolve *d, int32_t j)
 {
     const pd_stencil *s = d->bonds->stencil;
-    double way[PD_DIM];
+    double way[PD_DIM], relative = pdi_metal_span(d, j) / d->kind[0].span;
     pdi_entry entry;
     for (int k = 0; k < s->count; k++) {
         pdi_interface_find(d, j, k, &entry);
@@ -101,11 +111,13 @@ static void pdi_interface_gather(pd_dissolve *d, int32_t j)
             double weight = pdi_interface_weight(d, j, entry.node[e], k, &entry);
             if (!(weight > 0.0)) continue;
             pdi_beside *beside = pdi_interface_join(d, entry.node[e]);
+            pdi_metal_beside *portion = &pdi_metal_portion(d, beside)[pdi_metal_of(d, j)];
             beside->enters += weight;
-            beside->stock += weight * d->transport->c[j];
+            portion->enters += weight;
+            portion->stock += weight * d->transport->c[j];
             if (pdi_metal_bonds(d)) continue;
             beside->hollow += weight * fmax(1.5 - pdi_metal_left(d, entry.last), 0.0);
-            beside->factor += weight * pdi_metal_factor(d, j);
+            beside->factor += weight * (pdi_metal_factor(d, j) * relative);
             pdi_entry_mirror(&entry, e, s->xi + k * PD_DIM, way);
             for (int a = 0; a < PD_DIM; a++) beside->normal[a] += s->area[k] / entry.count * way[a];
         }
@@ -156,6 +168,8 @@ static void pdi_interface_arrive(pd_dissolve *d, pdi_beside *from, pdi_beside *t
     double over = pdi_interface_part(from, share) * pdi_metal_over(d, from->node, to->node), cell = 0.0;
     for (int a = 0; a < PD_DIM; a++) cell = fmax(cell, fabs(from->normal[a]) * d->bonds->stencil->h[a]);
     to->weight += over * from->enters;
+    for (int m = 0; m < d->kinds; m++)
+        pdi_metal_portion(d, to)[m].weight += over * pdi_metal_portion(d, from)[m].enters;
     to->film += over * (from->hollow * cell + from->enters * beyond);
     to->flux += over * from->factor;
 }
@@ -163,22 +177,97 @@ static void pdi_interface_arrive(pd_dissolve *d, pdi_beside *from, pdi_beside *t
 static void pdi_interface_average(pd_dissolve *d, pdi_beside *from, pdi_beside *to, double share, double beyond)
 {
     (void)beyond;
-    from->mean += pdi_interface_part(from, share) * pdi_interface_line(d, to);
+    for (int m = 0; m < d->kinds; m++)
+        pdi_metal_portion(d, from)[m].mean += pdi_interface_part(from, share) * pdi_metal_portion(d, to)[m].speed;
+}
+
+/* Factor of the law, whole - part c, of a drive by difference. */
+static void pdi_interface_drive(const pd_dissolve *d, const pdi_metal_beside *portion, double *whole, double *part)
+{
+    const pdi_metal_kind *kind = &d->kind[(portion - d->portion) % d->kinds];
+    *whole = 1.0;
+    *part = 0.0;
+    if (d->desc.drive != PD_DRIVE_DIFFERENCE) return;
+    *part = log(kind->solid / d->desc.saturation) / kind->span;
+    *whole = *part * portion->stock / portion->weight;
+}
+
+PDI_FN void pdi_interface_law(const pd_dissolve *d, const pdi_beside *beside, pdi_law *law)
+{
+    const pdi_metal_beside *portion = pdi_metal_portion(d, beside);
+    law->metals = 0;
+    law->top = law->limit = d->desc.saturation;
+    if (!pdi_metal_bonds(d)) {
+        law->top = 0.0;
+        law->limit = HUGE_VAL;
+    }
+    int arrives = beside->weight > 0.0;
+    for (int m = 0; m < d->kinds; m++) {
+        pdi_law_metal *own = &law->metal[law->metals];
+        double weight = arrives ? portion[m].weight : portion[m].enters;
+        if (!(weight > 0.0)) continue;
+        own->rate = d->kind[m].law.rate;
+        own->user = d->kind[m].law.rate_user;
+        own->share = weight / (arrives ? beside->weight : beside->enters);
+        pdi_interface_drive(d, &portion[m], &own->whole, &own->part);
+        if (!pdi_metal_bonds(d)) law->top = fmax(law->top, d->kind[m].solid);
+        law->metals++;
+    }
+    law->at.t = d->time;
+    pd_grid_position(d->grid, beside->node, law->at.x);
+}
+
+/* Share of a concentration around that at the surface, where the metals share what is between the sides of a jump. */
+#define PDI_INTERFACE_AROUND 1e-7
+#define PDI_INTERFACE_DROP 1e-6
+
+/* What the line says of all metals together is what each one gives at the concentration at the surface, or between both
+ * sides of a jump. */
+static void pdi_interface_share(const pd_dissolve *d, const pdi_beside *beside)
+{
+    pdi_metal_beside *portion = pdi_metal_portion(d, beside);
+    double line = pdi_interface_line(d, beside), resist = pdi_interface_resist(d, beside), sum = 0.0;
+    double before[PDI_LAW_METALS], behind[PDI_LAW_METALS], above = 0.0, below = 0.0;
+    pdi_law law;
+    pdi_interface_law(d, beside, &law);
+    double c = fmax(d->transport->c[beside->node], 0.0);
+    double s = resist < HUGE_VAL ? fmin(c + resist * fmax(line, 0.0), law.top) : law.top;
+    for (int k = 0; k < law.metals && law.metals > 1; k++) {
+        before[k] = fmax(pdi_law_own(&law, k, s * (1.0 - PDI_INTERFACE_AROUND)), 0.0);
+        behind[k] = fmax(pdi_law_own(&law, k, s * (1.0 + PDI_INTERFACE_AROUND)), 0.0);
+        above += law.metal[k].share * before[k];
+        below += law.metal[k].share * behind[k];
+    }
+    double high = fmax(above, below), theta = 0.5;
+    if (fabs(above - below) > PDI_INTERFACE_DROP * high) theta = fmin(fmax((line - below) / (above - below), 0.0), 1.0);
+    for (int k = 0; k < law.metals && law.metals > 1; k++) {
+        before[k] = theta * before[k] + (1.0 - theta) * behind[k];
+        sum += law.metal[k].share * before[k];
+    }
+    for (int m = 0, k = 0; m < d->kinds; m++) {
+        portion[m].speed = 0.0;
+        if (!(portion[m].weight > 0.0)) continue;
+        portion[m].speed = law.metals > 1 && sum > 0.0 ? before[k] * (line / sum) : line;
+        k++;
+    }
 }
 
 /* The speed of the metal is the mean of what the law gives where it arrives. */
 PDI_FN void pdi_interface_means(pd_dissolve *d)
 {
     for (int32_t n = 0; n < d->beside_count; n++) {
-        pdi_beside *beside = &d->beside[n];
-        beside->mean = 0.0;
-        if (!pdi_metal_bonds(d)) continue;
-        /* the line is that of the law times the mean drive of the bonds */
-        double line = pdi_interface_line(d, beside), driven = 1.0;
-        if (d->desc.drive == PD_DRIVE_DIFFERENCE)
-            driven = log(d->desc.solid / d->desc.saturation) / pdi_metal_span(d) *
-                     (beside->stock / beside->weight - d->transport->c[beside->node]);
-        beside->mean = driven > 0.0 ? line / driven : 0.0;
+        const pdi_beside *beside = &d->beside[n];
+        if (beside->weight > 0.0) pdi_interface_share(d, beside);
+        for (int m = 0; m < d->kinds; m++) {
+            pdi_metal_beside *portion = &pdi_metal_portion(d, beside)[m];
+            double whole, part;
+            portion->mean = 0.0;
+            if (!pdi_metal_bonds(d) || !(portion->weight > 0.0)) continue;
+            /* the line is that of the law times the mean drive of the bonds */
+            pdi_interface_drive(d, portion, &whole, &part);
+            double driven = whole - part * d->transport->c[beside->node];
+            portion->mean = driven > 0.0 ? portion->speed / driven : 0.0;
+        }
     }
     if (!pdi_metal_bonds(d)) pdi_interface_link(d, pdi_interface_average);
 }
@@ -188,8 +277,14 @@ static void pdi_interface_pay(pd_dissolve *d, pdi_beside *from, pdi_beside *to, 
 {
     double over = pdi_interface_part(from, share) * pdi_metal_over(d, from->node, to->node);
     (void)beyond;
-    to->given += over * from->paid * pdi_interface_line(d, to);
-    to->weight = fmax(to->weight - over * from->used, 0.0);
+    to->weight = 0.0;
+    for (int m = 0; m < d->kinds; m++) {
+        const pdi_metal_beside *gives = &pdi_metal_portion(d, from)[m];
+        pdi_metal_beside *portion = &pdi_metal_portion(d, to)[m];
+        to->given += over * gives->paid * portion->speed;
+        portion->weight = fmax(portion->weight - over * gives->used, 0.0);
+        to->weight += portion->weight;
+    }
 }
 
 PDI_FN void pdi_interface_land(pd_dissolve *d)
@@ -200,7 +295,12 @@ PDI_FN void pdi_interface_land(pd_dissolve *d)
     for (int32_t n = 0; n < d->beside_count; n++) {
         double *normal = d->beside[n].normal, length = pdi_vec_norm(normal);
         for (int a = 0; a < PD_DIM && length > 0.0; a++) normal[a] /= length;
-        if (pdi_metal_bonds(d)) d->beside[n].weight = d->beside[n].enters;
+        if (!pdi_metal_bonds(d)) continue;
+        d->beside[n].weight = d->beside[n].enters;
+        for (int m = 0; m < d->kinds; m++) {
+            pdi_metal_beside *portion = &pdi_metal_portion(d, &d->beside[n])[m];
+            portion->weight = portion->enters;
+        }
     }
     if (pdi_metal_bonds(d)) return;
     pdi_interface_link(d, pdi_interface_count);
@@ -211,9 +311,17 @@ PDI_FN void pdi_interface_spare(pd_dissolve *d)
 {
     for (int32_t n = 0; n < d->beside_count && pdi_metal_bonds(d); n++) {
         pdi_beside *beside = &d->beside[n];
-        beside->given += beside->paid * beside->mean;
-        beside->weight = fmax(beside->weight - beside->used, 0.0);
-        beside->stock = fmax(beside->stock - beside->used_stock, 0.0);
+        beside->weight = 0.0;
+        for (int m = 0; m < d->kinds; m++) {
+            pdi_metal_beside *portion = &pdi_metal_portion(d, beside)[m];
+            beside->given += portion->paid * portion->mean;
+            portion->weight = fmax(portion->weight - portion->used, 0.0);
+            portion->stock = fmax(portion->stock - portion->used_stock, 0.0);
+            beside->weight += portion->weight;
+        }
     }
     if (!pdi_metal_bonds(d)) pdi_interface_link(d, pdi_interface_pay);
 }
+
+#undef PDI_INTERFACE_AROUND
+#undef PDI_INTERFACE_DROP

@@ -9,11 +9,23 @@
 #define PDI_LAW_HALVINGS 200
 #define PDI_LAW_ROUNDS 400
 
-PDI_FN double pdi_law_rate(pdi_law *law, double c)
+PDI_FN double pdi_law_own(pdi_law *law, int m, double c)
 {
+    const pdi_law_metal *metal = &law->metal[m];
     law->at.c = c;
     if (c >= law->limit) return 0.0;
-    return law->rate(law->user, &law->at) * fmax(law->whole - law->part * c, 0.0);
+    return metal->rate(metal->user, &law->at) * fmax(metal->whole - metal->part * c, 0.0);
+}
+
+PDI_FN double pdi_law_rate(pdi_law *law, double c)
+{
+    double sum = 0.0;
+    if (law->metals == 1) return pdi_law_own(law, 0, c);
+    for (int m = 0; m < law->metals; m++) {
+        double v = pdi_law_own(law, m, c);
+        if (!(v < 0.0)) sum += law->metal[m].share * v; /* one that is no number shows */
+    }
+    return sum;
 }
 
 /* 1: a number that can be computed with. */

@@ -22,16 +22,26 @@
 #define PD_LAW_H
 #include "metal/material.h"
 
+/* Most metals of a dissolution. */
+#define PDI_LAW_METALS 8
+
 #ifdef PDI_INTERNAL
 
-/* A law at a place and a time. */
-typedef struct pdi_law {
+/* The law of one metal at a place. */
+typedef struct pdi_law_metal {
     pd_rate_fn rate;
     void *user;
+    double whole, part; /* [-], [m3/mol] the rate is multiplied by whole - part c, at least 0; 1, 0: as it is */
+    double share;       /* [-] of the metals there */
+} pdi_law_metal;
+
+/* A law at a place and a time: that of its metal, or the mean of those of several ones, where none counts below 0. */
+typedef struct pdi_law {
+    pdi_law_metal metal[PDI_LAW_METALS];
+    int metals;
     pd_rate_at at; /* c is that of the last question */
     double top;    /* [mol/m3] concentrations are looked at up to here: those of the metal, or saturation */
     double limit;  /* [mol/m3] the law is 0 from here on; HUGE_VAL: nowhere */
-    double whole, part; /* [-], [m3/mol] the rate is multiplied by whole - part c, at least 0; 1, 0: as it is */
 } pdi_law;
 
 /* Line v = speed + slope c and what is known of both sides. */
@@ -50,7 +60,8 @@ typedef struct pdi_law_point {
     double ahead, behind;   /* [m/s] speeds before and behind it */
 } pdi_law_point;
 
-/* v [m/s] at concentration c, as it is. */
+/* v [m/s] of metal m alone at concentration c, as it is; that of the law. */
+PDI_FN double pdi_law_own(pdi_law *law, int m, double c);
 PDI_FN double pdi_law_rate(pdi_law *law, double c);
 /* Smallest concentration from c to `limit` at which the law is not positive; HUGE_VAL: there is none. Zones narrower
  * than 6 % of a concentration and 1e-9 of the top may be missed. */

@@ -22,6 +22,14 @@ typedef enum pd_drive {
     PD_DRIVE_DIFFERENCE = 1 /* loss in proportion to C_j - C_i: the law holds at C_i = 0 */
 } pd_drive;
 
+/* A metal that has a Cs and a law of its own. */
+typedef struct pd_metal {
+    double solid;    /* [mol/m3] see pd_dissolve_desc */
+    pd_rate_fn rate;
+    void *rate_user;
+    int uniform;
+} pd_metal;
+
 /* Zero-initialise. */
 typedef struct pd_dissolve_desc {
     double solid;         /* [mol/m3] concentration Cs of intact metal */
@@ -29,6 +37,9 @@ typedef struct pd_dissolve_desc {
     pd_rate_fn rate;      /* any law: rising, flat, with jumps; negative speeds count as 0 */
     void *rate_user;
     int uniform;          /* 1: the law depends on the concentration alone, its ends are looked for once */
+    const pd_metal *more; /* [more_count] other metals, whose amounts add up in the fluid; copied */
+    int more_count;       /* at most 7 */
+    const uint8_t *metal; /* [total] of solid nodes: 0: the metal above, k: more[k - 1]; NULL: 0. Borrowed */
     const double *factor; /* [total] [-] of solid nodes, multiplies the speed; NULL: 1. Borrowed */
     pd_metal_model model;
     /* ---- bonds: */
@@ -55,6 +66,9 @@ typedef struct pd_dissolve {
     pd_transport *transport;  /* its array c holds the solid content too */
     pd_front kernel;          /* bonds: weights across the front */
     const double *weight;     /* [count] [1/m] weights of the bonds across the surface */
+    struct pdi_metal_kind *kind; /* [kinds] the metals */
+    int kinds;
+    int uniform;              /* 1: all laws are */
     uint8_t *exposed;         /* [total] solid node with a fluid node in its family */
     int32_t capacity;         /* of the lists: all solid nodes of the build */
     int32_t *front;           /* exposed nodes, ascending */
@@ -76,8 +90,8 @@ typedef struct pd_dissolve {
     int rounds;               /* linear systems in the last step */
     int32_t *slot;            /* [total] place of a fluid node beside metal in `beside`; -1: it is none */
     struct pdi_beside *beside; /* these nodes */
+    struct pdi_metal_beside *portion; /* [beside_capacity, kinds] the metals beside them */
     int32_t beside_count, beside_capacity;
-    double from, end;         /* [mol/m3] a uniform law is positive between these; HUGE_VAL: it ends nowhere */
     double *rate;             /* [total] [1/s] solid nodes: share of the span lost per time in the last step */
     /* ---- bonds: */
     int32_t *pinned;          /* [beside_capacity] see pd_transport */
@@ -92,45 +106,66 @@ typedef struct pd_dissolve {
 
 #ifdef PDI_INTERNAL
 
-/* A fluid node beside metal. */
+/* A metal: Cs, content that it loses before it turns fluid, content at which it turns [mol/m3], law. */
+typedef struct pdi_metal_kind {
+    double solid, span, end;
+    pd_metal law;
+    double from, to; /* [mol/m3] a uniform law is positive between these; HUGE_VAL: it ends nowhere */
+} pdi_metal_kind;
+
+/* One of the metals beside a fluid node. */
+typedef struct pdi_metal_beside {
+    double enters;         /* [mol/m4] see pdi_beside */
+    double mean;           /* [m/s] speed of the metal where it enters */
+    double weight;         /* [mol/m4] see pdi_beside */
+    double speed;          /* [m/s] what its law gives where it arrives */
+    double stock;          /* [mol2/m7] sum of weight times the content of the metal */
+    double used, used_stock; /* of pieces of metal that do not last the step: weight [mol/m4], that times content */
+    double paid;           /* [mol/m4] and what they give, per speed */
+} pdi_metal_beside;
+
+/* A fluid node beside metal: what all metals there are together. */
 typedef struct pdi_beside {
     int32_t node;
     /* where metal enters */
     double enters;         /* [mol/m4] sum f c(n) Cs over the solid bonds that enter here and follow the law */
-    double hollow, factor; /* [mol/m4] sums of that times the film in cells, and times f */
+    double hollow, factor; /* [mol/m4] sums of that times the film in cells, and times f Cs/Cs of the first metal */
     double normal[PD_DIM]; /* from the metal */
     double links;          /* sum of what the bonds through here count */
-    double mean;           /* [m/s] speed of the metal */
-    double used, used_stock; /* of pieces of metal that do not last the step: weight [mol/m4], that times content */
-    double paid;           /* [mol/m4] and what they give, per speed */
     /* where it arrives */
     double weight;         /* [mol/m4] share of `enters` */
     double given;          /* [mol/m3/s] what pieces of metal give that do not last the step (eq. 6.6b) */
     double film;           /* [mol/m3] sum of weight times the film */
-    double flux;           /* [mol/m4] sum of weight times f */
-    double stock;          /* [mol2/m7] sum of weight times the content of the metal */
+    double flux;           /* [mol/m4] sum of weight times f Cs/Cs of the first metal */
     double before;         /* [m/s] speed at the start of the step */
     pdi_law_point point;
 } pdi_beside;
 
-/* Bytes of one node of `beside`, which holds the metal and the fluid within a horizon of it. */
-static inline size_t pdi_metal_beside_size(void) { return sizeof(pdi_beside); }
 static inline int pdi_metal_bonds(const pd_dissolve *d) { return d->desc.model == PD_METAL_BONDS; }
 static inline double pdi_metal_factor(const pd_dissolve *d, int32_t solid)
 {
     return d->desc.factor ? d->desc.factor[solid] : 1.0;
 }
-/* What an intact node loses before it turns fluid [mol/m3]. */
-static inline double pdi_metal_span(const pd_dissolve *d) { return d->desc.solid * (1.0 - d->desc.threshold); }
+/* Index of the metal of solid node j. */
+static inline int pdi_metal_of(const pd_dissolve *d, int32_t j) { return d->desc.metal ? d->desc.metal[j] : 0; }
+/* Cs there. */
+static inline double pdi_metal_solid(const pd_dissolve *d, int32_t j) { return d->kind[pdi_metal_of(d, j)].solid; }
+/* What an intact node j loses before it turns fluid [mol/m3]. */
+static inline double pdi_metal_span(const pd_dissolve *d, int32_t j) { return d->kind[pdi_metal_of(d, j)].span; }
 /* Content at which node j turns [mol/m3]. */
 static inline double pdi_metal_end(const pd_dissolve *d, int32_t j)
 {
-    return d->last ? d->last[j] : d->desc.threshold * d->desc.solid;
+    return d->last ? d->last[j] : d->kind[pdi_metal_of(d, j)].end;
+}
+/* The metals beside a fluid node. */
+static inline pdi_metal_beside *pdi_metal_portion(const pd_dissolve *d, const pdi_beside *beside)
+{
+    return d->portion + (beside - d->beside) * d->kinds;
 }
 /* Content of node j above what stays in it, as a share of the span. */
 static inline double pdi_metal_left(const pd_dissolve *d, int32_t j)
 {
-    return (d->transport->c[j] - pdi_metal_end(d, j)) / pdi_metal_span(d);
+    return (d->transport->c[j] - pdi_metal_end(d, j)) / pdi_metal_span(d, j);
 }
 /* Weight c(n) [1/m] of bond k of node j across the surface; a ring moves what a bond crosses at its mean radius. */
 static inline double pdi_metal_area(const pd_dissolve *d, int32_t j, int k)
@@ -153,8 +188,8 @@ static inline int pdi_metal_passive(const pd_dissolve *d, int32_t i)
 static inline double pdi_metal_drive(const pd_dissolve *d, int32_t j, int32_t i)
 {
     if (d->desc.drive == PD_DRIVE_CONSTANT) return 1.0;
-    double ratio = log(d->desc.solid / d->desc.saturation);
-    return ratio * (d->transport->c[j] - d->transport->c[i]) / pdi_metal_span(d);
+    double ratio = log(pdi_metal_solid(d, j) / d->desc.saturation);
+    return ratio * (d->transport->c[j] - d->transport->c[i]) / pdi_metal_span(d, j);
 }
 #endif
 

@@ -257,19 +257,28 @@ static void pdi_footprint_transport(const pd_setup *u, pdi_footprint_plan *plan,
               pdi_footprint_multigrid(plan, md.symmetric, md.contrast, &b->working);
 }
 
-static void pdi_footprint_metal(const pd_setup *u, pd_footprint *b)
+static void pdi_footprint_metal(const pd_setup *u, const pdi_footprint_plan *plan, pd_footprint *b)
 {
+    double *bytes = &b->bytes[PD_PART_DISSOLVE];
+    pd_dissolve d;
     if (u->has_grains) b->bytes[PD_PART_GRAIN] = 12.0 * b->nodes; /* and shares, which do not stay: 4 */
+    if (!u->has_dissolve) return;
     /* fluid within a horizon of metal, which has at least the surface of a cube */
     double shell = fmin(2.0 * PD_DIM * u->m * pow(b->solid, (PD_DIM - 1.0) / PD_DIM), b->fluid);
-    if (u->has_dissolve)
-        b->bytes[PD_PART_DISSOLVE] = 14.0 * b->nodes + 12.0 * b->solid +
-                                     (double)pdi_metal_beside_size() * (b->solid + shell);
-    if (!u->has_corrode) return;
-    b->bytes[PD_PART_DISSOLVE] += (u->activation ? 0.0 : 8.0 * b->nodes) + 4.0 * (b->solid + shell) + 8.0 * b->bonds;
-    if (u->passive >= 0) b->bytes[PD_PART_DISSOLVE] += b->nodes;
-    if (u->stochastic) b->bytes[PD_PART_DISSOLVE] += 10.0 * b->nodes;
-    if (u->repassivation > 0.0) b->bytes[PD_PART_DISSOLVE] += b->nodes;
+    memset(&d, 0, sizeof d);
+    d.grid = (pd_grid *)&plan->grid; /* only read */
+    d.kinds = u->metals;
+    d.capacity = (int32_t)plan->grid.solid_count;
+    d.beside_capacity = (int32_t)((b->solid + shell) / plan->times);
+    d.kernel.stencil = &plan->stencil;
+    d.desc.model = u->has_corrode ? PD_METAL_BONDS : PD_METAL_SURFACE;
+    d.desc.activation = u->activation;
+    d.desc.stochastic = u->stochastic;
+    d.desc.repassivation = u->repassivation;
+    *bytes = pdi_footprint_list(plan, pdi_dissolve_list, &d) + pdi_footprint_list(plan, pdi_dissolve_beside_list, &d);
+    if (u->has_corrode) *bytes += pdi_footprint_list(plan, pdi_front_list, &d.kernel);
+    if (u->passive >= 0) *bytes += b->nodes;
+    if (u->metals > 1) *bytes += b->nodes;
 }
 
 /* Pixels of a field of `cells`, `wanted` of them. */
@@ -328,7 +337,7 @@ void pd_footprint_estimate(const pd_setup *u, pd_footprint *b)
     pdi_footprint_flow(u, &plan, b);
     pdi_footprint_gas(u, &plan, b);
     pdi_footprint_transport(u, &plan, b);
-    pdi_footprint_metal(u, b);
+    pdi_footprint_metal(u, &plan, b);
     pdi_footprint_output(u, b);
     b->all = PDI_FOOTPRINT_BASE + b->working + b->files + PD_SHAPE_MAX * (double)sizeof *u->shape;
     for (int k = 0; k < u->masks; k++) b->all += (double)u->mask_size[k];

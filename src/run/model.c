@@ -214,12 +214,12 @@ static pd_status pdi_model_grains(pd_ctx *ctx, pd_model *m)
 
 static double pdi_model_rate(void *user, const pd_rate_at *at)
 {
-    const pd_setup *u = (const pd_setup *)user;
+    const pd_setup_metal *metal = (const pd_setup_metal *)user;
     double vars[PDI_SETUP_LAW];
     vars[0] = at->c;
     vars[1] = at->t;
     memcpy(vars + 2, at->x, sizeof at->x);
-    return u->rate_scale * pd_expr_eval(&u->rate, vars);
+    return metal->rate_scale * pd_expr_eval(&metal->rate, vars);
 }
 
 /* 1 for nodes in front of a passive film. */
@@ -234,6 +234,32 @@ static pd_status pdi_model_passive(pd_ctx *ctx, pd_model *m)
         m->passive[i] = pd_shape_distance(u->shape, u->passive, x) < 0.0;
     }
     return PD_OK;
+}
+
+/* Solid nodes of the metals after the first one. */
+static pd_status pdi_model_metals(pd_ctx *ctx, pd_model *m)
+{
+    const pd_setup *u = m->setup;
+    if (u->metals == 1) return PD_OK;
+    PDI_TRY(PDI_NEW(ctx, "model", m->grid.total, m->metal));
+    for (int32_t i = 0; i < m->grid.total; i++) {
+        double x[PD_DIM];
+        if (m->grid.kind[i] != PD_SOLID) continue;
+        pd_grid_position(&m->grid, i, x);
+        for (int k = 1; k < u->metals; k++)
+            if (pd_shape_distance(u->shape, u->metal[k].shape, x) <= 0.0) m->metal[i] = (uint8_t)k;
+    }
+    return PD_OK;
+}
+
+static pd_metal pdi_model_metal(const pd_setup_metal *metal)
+{
+    pd_metal is;
+    is.solid = metal->solid_c;
+    is.rate = pdi_model_rate;
+    is.rate_user = (void *)metal; /* only read */
+    is.uniform = metal->rate.uses >> 1 == 0;
+    return is;
 }
 
 /* What bond-based corrosion has beside Cs and a law. */
@@ -258,12 +284,19 @@ static pd_status pdi_model_bonds(pd_ctx *ctx, pd_model *m, pd_dissolve_desc *des
 
 static pd_status pdi_model_dissolve(pd_ctx *ctx, pd_model *m)
 {
+    const pd_setup *u = m->setup;
+    pd_metal metal[PD_SETUP_METALS];
     pd_dissolve_desc desc;
     memset(&desc, 0, sizeof desc);
-    desc.solid = m->setup->solid_c;
-    desc.rate = pdi_model_rate;
-    desc.rate_user = (void *)m->setup; /* only read */
-    desc.uniform = m->setup->rate.uses >> 1 == 0;
+    PDI_TRY(pdi_model_metals(ctx, m));
+    for (int k = 0; k < u->metals; k++) metal[k] = pdi_model_metal(&u->metal[k]);
+    desc.solid = metal[0].solid;
+    desc.rate = metal[0].rate;
+    desc.rate_user = metal[0].rate_user;
+    desc.uniform = metal[0].uniform;
+    desc.more = metal + 1;
+    desc.more_count = u->metals - 1;
+    desc.metal = m->metal;
     desc.factor = m->factor;
     if (m->setup->has_corrode) PDI_TRY(pdi_model_bonds(ctx, m, &desc));
     else desc.threshold = m->setup->threshold;
@@ -349,6 +382,7 @@ pd_status pd_model_build(pd_ctx *ctx, const pd_setup *setup, pd_model *m)
 void pd_model_free(pd_ctx *ctx, pd_model *m)
 {
     PDI_DELETE(ctx, m->grid.total, m->passive);
+    PDI_DELETE(ctx, m->grid.total, m->metal);
     pd_dissolve_free(ctx, &m->dissolve);
     PDI_DELETE(ctx, m->grid.total, m->factor);
     pd_grain_free(ctx, &m->grain);

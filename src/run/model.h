@@ -31,6 +31,7 @@ typedef struct pd_model {
     double *factor;           /* [total] [-] rate factor of the grain boundaries; NULL: 1 */
     pd_dissolve dissolve;
     pd_dissolving dissolving;
+    uint8_t *metal;           /* [total] index of the metal of solid nodes; NULL: all are of the first one */
     uint8_t *passive;         /* [total] 1: in front of a passive film; NULL: none */
     pd_couple couple;
     size_t bytes[PD_PART_COUNT];     /* [byte] */

@@ -36,8 +36,10 @@ static double pdi_sample_density(const pd_model *m, int32_t i)
 {
     const pd_setup *u = m->setup;
     if (u->has_gas) return m->grid.kind[i] == PD_FLUID ? m->gas.primitive[i] : 0.0;
-    if (m->grid.kind[i] == PD_SOLID)
-        return u->has_dissolve ? u->material.density * m->transport.c[i] / u->solid_c : u->material.density;
+    if (m->grid.kind[i] == PD_SOLID) {
+        const pd_setup_metal *metal = &u->metal[m->metal ? m->metal[i] : 0];
+        return metal->material.density * (u->has_dissolve ? m->transport.c[i] / metal->solid_c : 1.0);
+    }
     return m->grid.kind[i] == PD_FLUID && u->has_flow ? u->rho : 0.0;
 }
 
@@ -63,7 +65,7 @@ PDI_FN double pdi_sample_node(const pd_model *m, pd_field field, int32_t i)
     case PD_FIELD_PHASE: return m->grid.kind[i] == PD_SOLID;
     case PD_FIELD_D: return !fluid ? 0.0 : diffusivity ? diffusivity[i] : m->setup->diffusivity;
     case PD_FIELD_RATE:
-        return fluid ? pdi_interface_speed(&m->dissolve, i) : 0.0;
+        return fluid ? pdi_interface_fastest(&m->dissolve, i) : 0.0;
     case PD_FIELD_DENSITY: return pdi_sample_density(m, i);
     case PD_FIELD_DAMAGE: return pd_dissolve_damage(&m->dissolve, i);
     case PD_FIELD_COUNT: break;

@@ -100,14 +100,16 @@ static void pdi_summary_transport(const pdi_summary *s)
 }
 
 /* "surface rate 1 um/h at C = 0 (8.766 mm/year, 3.8 A/m2 with z = 2), Cs = 71508 mol/m3" */
-static void pdi_summary_rate(const pd_setup *u, char *text, size_t size)
+static void pdi_summary_rate(const pd_setup *u, int m, char *text, size_t size)
 {
+    const pd_setup_metal *metal = &u->metal[m];
     char speed[PD_UNITS_TEXT];
-    double v = pdi_setup_speed(u);
+    double v = pdi_setup_speed(metal), z = metal->material.charge;
     pdi_setup_show(v, "m/s", speed);
-    snprintf(text, size, "surface rate %s at C = 0%s (%.4g mm/year, %.4g A/m2 with z = %g), Cs = %.6g mol/m3", speed,
-             u->rate.uses > 1 ? ", t = 0 and the origin" : "",
-             v * 1e3 * 31557600.0, v * u->solid_c * u->material.charge * 96485.33212, u->material.charge, u->solid_c);
+    snprintf(text, size, "%s%ssurface rate %s at C = 0%s (%.4g mm/year, %.4g A/m2 with z = %g), Cs = %.6g mol/m3",
+             u->metals > 1 ? metal->material.name : "", u->metals > 1 ? ": " : "", speed,
+             metal->rate.uses > 1 ? ", t = 0 and the origin" : "", v * 1e3 * 31557600.0,
+             v * metal->solid_c * z * 96485.33212, z, metal->solid_c);
 }
 
 static void pdi_summary_dissolve(const pdi_summary *s)
@@ -115,8 +117,12 @@ static void pdi_summary_dissolve(const pdi_summary *s)
     const pd_setup *u = s->model->setup;
     char text[384];
     if (!u->has_dissolve || u->has_corrode) return;
-    pdi_summary_rate(u, text, sizeof text);
+    pdi_summary_rate(u, 0, text, sizeof text);
     pdi_summary_part(s, PD_PART_DISSOLVE, "dissolution", text);
+    for (int m = 1; m < u->metals; m++) {
+        pdi_summary_rate(u, m, text, sizeof text);
+        pdi_summary_line(s, "  %-12s%s", "", text);
+    }
     if (u->saturation > 0.0) pdi_summary_line(s, "  %-12sCsat = %.6g mol/m3", "", u->saturation);
 }
 
@@ -128,8 +134,10 @@ static void pdi_summary_corrode(const pdi_summary *s)
     if (!u->has_corrode) return;
     snprintf(text, sizeof text, "bond-based, %s control", u->activation ? "activation" : "diffusion");
     pdi_summary_part(s, PD_PART_DISSOLVE, "corrosion", text);
-    pdi_summary_rate(u, text, sizeof text);
-    pdi_summary_line(s, "  %-12s%s, Csat = %.6g mol/m3", "", text, u->saturation);
+    for (int m = 0; m < u->metals; m++) {
+        pdi_summary_rate(u, m, text, sizeof text);
+        pdi_summary_line(s, "  %-12s%s, Csat = %.6g mol/m3", "", text, u->saturation);
+    }
     pdi_summary_line(s, "  %-12s%s weights, %s%s", "", kernels[u->kernel],
                      u->weights == PD_WEIGHTS_PRINTED ? "printed" : "calibrated",
                      u->drive == PD_DRIVE_DIFFERENCE ? ", loss in proportion to the difference" : "");

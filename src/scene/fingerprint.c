@@ -69,7 +69,7 @@ PDI_FN pd_status pdi_fingerprint_build(pd_ctx *ctx, const pd_text *text, pd_setu
         PDI_TRY(pdi_fingerprint_add(ctx, u, line));
     }
     /* that of a flat file depends on what it said before overrides */
-    snprintf(line, sizeof line, "scale of the rate = %.17g", u->rate_scale);
+    snprintf(line, sizeof line, "scale of the rate = %.17g", u->metal[0].rate_scale);
     return text->flat ? pdi_fingerprint_add(ctx, u, line) : PD_OK;
 }
 

@@ -197,11 +197,11 @@ static pd_status pdi_read_flat_transport(pd_ctx *ctx, const pdi_read_flat *f, pd
 {
     char text[64];
     pd_expr_desc desc;
-    double intact = f->rho_m / setup->material.molar_mass;
+    double intact = f->rho_m / setup->metal[0].material.molar_mass;
     setup->has_transport = 1;
     setup->diffusivity = f->D_liquid;
-    setup->material.density = f->rho_m;
-    setup->solid_c = f->C_solid_init * intact;
+    setup->metal[0].material.density = f->rho_m;
+    setup->metal[0].solid_c = f->C_solid_init * intact;
     setup->inlet = f->C_liquid_init * intact;
     snprintf(text, sizeof text, "%.17g", setup->inlet);
     memset(&desc, 0, sizeof desc);
@@ -281,12 +281,12 @@ static pd_status pdi_read_flat_law(pd_ctx *ctx, double speed, pd_setup *setup)
     desc.unit = "m/s";
     desc.vars = concentration;
     desc.var_count = 1;
-    return pd_expr_build(ctx, &desc, &setup->rate);
+    return pd_expr_build(ctx, &desc, &setup->metal[0].rate);
 }
 
 static pd_status pdi_read_flat_dissolve(pd_ctx *ctx, const pd_text *text, const pdi_read_flat *f, pd_setup *setup)
 {
-    double intact = f->rho_m / setup->material.molar_mass;
+    double intact = f->rho_m / setup->metal[0].material.molar_mass;
     setup->has_dissolve = setup->solid >= 0 && (f->bonds ? f->D_grain : f->k_corr) > 0.0;
     if (!setup->has_dissolve) return PD_OK;
     if (f->C_thresh >= f->C_solid_init)

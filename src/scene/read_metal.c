@@ -4,12 +4,95 @@
 #include <stdio.h>
 #include <string.h>
 
-/* The law at C = 0 tells the size of the speed, and a rate that is negative there never dissolves anything. */
-static pd_status pdi_read_metal_check(pdi_reader *s, int section, const char *key)
+PDI_FN int pdi_read_metal_given(pdi_reader *s, const char *name)
 {
-    double v = pdi_setup_speed(s->setup);
+    for (int section = -1; (section = pd_text_next(s->ctx, s->text, name, section)) >= 0;)
+        if (pd_text_has(s->ctx, s->text, section, NULL)) return 1;
+    return 0;
+}
+
+static const char *pdi_read_metal_name(const pd_setup *u) { return u->has_corrode ? "corrode" : "dissolve"; }
+
+/* The section of metal m: its own, or that of all. */
+static int pdi_read_metal_section(pdi_reader *s, int m)
+{
+    const pd_setup *u = s->setup;
+    int own = pd_text_section(s->ctx, s->text, pdi_read_metal_name(u), u->metal[m].material.name);
+    if (pd_text_has(s->ctx, s->text, own, NULL)) return own;
+    return pd_text_section(s->ctx, s->text, pdi_read_metal_name(u), NULL);
+}
+
+/* Sections of metals that are there, with what belongs to one metal. */
+static pd_status pdi_read_metal_labels(pdi_reader *s)
+{
+    static const char *const keys[] = {"rate", "law", "current", "rate_scale", "Cs", "charge"};
+    const pd_setup *u = s->setup;
+    char names[PD_SETUP_METALS * 16] = "";
+    for (int m = 0; m < u->metals; m++)
+        snprintf(names + strlen(names), sizeof names - strlen(names), "%s%s", m ? ", " : "", u->metal[m].material.name);
+    for (int k = 0; k < s->text->entry_count; k++) {
+        const pd_text_entry *e = &s->text->entry[k];
+        const pd_section *section = &s->text->section[e->section];
+        int known = 0, single = 0;
+        if (strcmp(section->name, pdi_read_metal_name(u)) != 0 || !section->label[0]) continue;
+        for (int m = 0; m < u->metals; m++) known |= strcmp(section->label, u->metal[m].material.name) == 0;
+        for (size_t n = 0; n < sizeof keys / sizeof keys[0]; n++) single |= strcmp(e->key, keys[n]) == 0;
+        if (!known)
+            return pd_text_refuse(s->ctx, s->text, e->section, e->key,
+                                  "found the metal '%.40s', expected a material of the shapes: %s", section->label,
+                                  names);
+        if (!single)
+            return pd_text_refuse(s->ctx, s->text, e->section, e->key,
+                                  "found in the section of one metal, expected it in [%s], which tells of all metals",
+                                  section->name);
+    }
+    return PD_OK;
+}
+
+/* Numbers of the section of a metal may name its properties. */
+static void pdi_read_metal_named(pdi_reader *s, const pd_setup_metal *metal)
+{
+    static const char *const names[] = {"rho_m", "M_m", "z_m", "Cs"};
+    const double values[] = {metal->material.density, metal->material.molar_mass, metal->material.charge,
+                             metal->solid_c};
+    for (int k = 0; k < s->named.count; k++)
+        for (size_t n = 0; n < sizeof names / sizeof names[0]; n++)
+            if (strcmp(s->named.symbol[k].name, names[n]) == 0) s->named.symbol[k].value = values[n];
+}
+
+PDI_FN pd_status pdi_read_metal_constants(pdi_reader *s)
+{
+    pd_setup *u = s->setup;
+    int all = pd_text_section(s->ctx, s->text, pdi_read_metal_name(u), NULL);
+    pdi_read_constants_append(s->text, &s->named, "rho_m", "kg/m3", u->metal[0].material.density);
+    pdi_read_constants_append(s->text, &s->named, "M_m", "kg/mol", u->metal[0].material.molar_mass);
+    pdi_read_constants_append(s->text, &s->named, "z_m", "", u->metal[0].material.charge);
+    if (u->has_dissolve) PDI_TRY(pdi_read_metal_labels(s));
+    for (int m = 0; m < u->metals && u->has_dissolve; m++) {
+        pd_setup_metal *metal = &u->metal[m];
+        int section = pdi_read_metal_section(s, m);
+        if (pd_text_has(s->ctx, s->text, section, "charge"))
+            PDI_TRY(pdi_reader_within(s, section, "charge", "", NULL, 0.0, 10.0, 1, &metal->material.charge));
+        pdi_read_metal_named(s, metal);
+        if (pd_text_has(s->ctx, s->text, section, "Cs"))
+            PDI_TRY(pdi_reader_positive(s, section, "Cs", "mol/m3", NULL, &metal->solid_c));
+    }
+    pdi_read_metal_named(s, &u->metal[0]);
+    pdi_read_constants_append(s->text, &s->named, "Cs", "mol/m3", u->metal[0].solid_c);
+    if (!u->has_dissolve || !pd_text_has(s->ctx, s->text, all, "Csat")) return PD_OK;
+    PDI_TRY(pdi_reader_positive(s, all, "Csat", "mol/m3", NULL, &u->saturation));
+    pdi_read_constants_append(s->text, &s->named, "Csat", "mol/m3", u->saturation);
+    return PD_OK;
+}
+
+/* ---- laws ---- */
+
+/* The law at C = 0 tells the size of the speed, and a rate that is negative there never dissolves anything. */
+static pd_status pdi_read_metal_check(pdi_reader *s, int section, const char *key, const pd_setup_metal *metal)
+{
+    double v = pdi_setup_speed(metal);
     char slow[PD_UNITS_TEXT];
-    if (s->setup->rate.uses <= 1 && (!(v >= 0.0) || v > 1.0))
+    if (metal->rate.uses <= 1 && (!(v >= 0.0) || v > 1.0))
         return pd_text_refuse(s->ctx, s->text, section, key,
                               "found a recession speed of %.6g m/s at C = 0, expected 0 to 1 m/s", v);
     if (strcmp(key, "law") != 0) return PD_OK;
@@ -20,16 +103,60 @@ static pd_status pdi_read_metal_check(pdi_reader *s, int section, const char *ke
 }
 
 /* Speed, or current density through Faraday's law, as an expression in C, t, x, y and z. */
-static pd_status pdi_read_metal_rate(pdi_reader *s, int section, const char *key, const char *other, const char *unit)
+static pd_status pdi_read_metal_rate(pdi_reader *s, int section, const char *key, const char *other, const char *unit,
+                                     pd_setup_metal *metal)
 {
     double factor;
     if (pd_text_has(s->ctx, s->text, section, other) && strcmp(key, other) != 0)
         return pd_text_refuse(s->ctx, s->text, section, key, "found beside '%s', expected one of them", other);
-    PDI_TRY(pd_text_expr(s->ctx, s->text, section, key, unit, pdi_setup_law(), PDI_SETUP_LAW, NULL, &s->setup->rate));
+    PDI_TRY(pd_text_expr(s->ctx, s->text, section, key, unit, pdi_setup_law(), PDI_SETUP_LAW, NULL, &metal->rate));
     PDI_TRY(pdi_reader_within(s, section, "rate_scale", "", "1", 0.0, 1e6, 0, &factor));
-    s->setup->rate_scale *= factor;
-    return pdi_read_metal_check(s, section, key);
+    metal->rate_scale *= factor;
+    return pdi_read_metal_check(s, section, key, metal);
 }
+
+/* Layers of a cell per time. */
+static pd_status pdi_read_metal_layers(pdi_reader *s, int section, pd_setup_metal *metal)
+{
+    const pd_setup *u = s->setup;
+    int layers = pd_text_has(s->ctx, s->text, section, "law");
+    for (int d = 1; d < PD_DIM && layers; d++)
+        if (fabs(u->h[d] - u->h[0]) > 1e-9 * u->h[0])
+            return pd_text_refuse(s->ctx, s->text, section, "law",
+                                  "found different spacings of the axes, expected rate = speed there");
+    metal->rate_scale = layers ? u->h[0] : 1.0;
+    return pdi_read_metal_rate(s, section, layers ? "law" : "rate", "rate", layers ? "1/s" : "m/s", metal);
+}
+
+/* The speed of a current density of 1 A/m2 makes a current a rate. */
+static pd_status pdi_read_metal_current(pdi_reader *s, int section, pd_setup_metal *m)
+{
+    pd_material metal = m->material;
+    int current = pd_text_has(s->ctx, s->text, section, "current");
+    metal.density = m->solid_c * metal.molar_mass;
+    m->rate_scale = current ? pd_material_speed(&metal, 1.0) : 1.0;
+    return pdi_read_metal_rate(s, section, current ? "current" : "rate", "rate", current ? "A/m2" : "m/s", m);
+}
+
+PDI_FN pd_status pdi_read_metal_laws(pdi_reader *s)
+{
+    pd_setup *u = s->setup;
+    pd_status status = PD_OK;
+    for (int m = 0; m < u->metals && u->has_dissolve && status == PD_OK; m++) {
+        int section = pdi_read_metal_section(s, m);
+        pdi_read_metal_named(s, &u->metal[m]);
+        status = u->has_corrode ? pdi_read_metal_current(s, section, &u->metal[m])
+                                : pdi_read_metal_layers(s, section, &u->metal[m]);
+        if (status == PD_OK && u->has_corrode && u->metal[m].solid_c <= u->saturation)
+            return pd_text_refuse(s->ctx, s->text, section, "Csat",
+                                  "found %.6g mol/m3, expected less than Cs = %.6g mol/m3 of %s", u->saturation,
+                                  u->metal[m].solid_c, u->metal[m].material.name);
+    }
+    pdi_read_metal_named(s, &u->metal[0]);
+    return status;
+}
+
+/* ---- what all metals share ---- */
 
 static pd_status pdi_read_metal_boundaries(pdi_reader *s, int section)
 {
@@ -51,14 +178,6 @@ PDI_FN pd_status pdi_read_metal_dissolve(pdi_reader *s)
     if (u->solid < 0)
         return pd_text_refuse(s->ctx, s->text, section, "dissolve", "found no solid, expected a [shape ...] with kind ="
                               " solid");
-    int layers = pd_text_has(s->ctx, s->text, section, "law");
-    const char *key = layers ? "law" : "rate";
-    for (int d = 1; d < PD_DIM && layers; d++)
-        if (fabs(u->h[d] - u->h[0]) > 1e-9 * u->h[0])
-            return pd_text_refuse(s->ctx, s->text, section, "law",
-                                  "found different spacings of the axes, expected rate = speed there");
-    u->rate_scale = layers ? u->h[0] : 1.0;
-    PDI_TRY(pdi_read_metal_rate(s, section, key, "rate", layers ? "1/s" : "m/s"));
     PDI_TRY(pdi_read_metal_boundaries(s, section));
     return pdi_reader_within(s, section, "threshold", "", "0", 0.0, 0.99, 0, &u->threshold);
 }
@@ -124,17 +243,6 @@ static pd_status pdi_read_metal_fluid(pdi_reader *s, int section)
     return pdi_reader_within(s, section, "bulk", "mol/m3", "0", 0.0, u->saturation, 0, &u->bulk);
 }
 
-/* The speed of a current density of 1 A/m2 makes a current a rate. */
-static pd_status pdi_read_metal_current(pdi_reader *s, int section)
-{
-    pd_setup *u = s->setup;
-    pd_material metal = u->material;
-    int current = pd_text_has(s->ctx, s->text, section, "current");
-    metal.density = u->solid_c * metal.molar_mass;
-    u->rate_scale = current ? pd_material_speed(&metal, 1.0) : 1.0;
-    return pdi_read_metal_rate(s, section, current ? "current" : "rate", "rate", current ? "A/m2" : "m/s");
-}
-
 /* A concentration of the fluid: metal begins at Cs. */
 PDI_FN pd_status pdi_read_metal_corrode(pdi_reader *s)
 {
@@ -146,8 +254,7 @@ PDI_FN pd_status pdi_read_metal_corrode(pdi_reader *s)
         return pd_text_refuse(s->ctx, s->text, section, "corrode",
                               "found no solid, expected a [shape ...] with kind = solid");
     PDI_TRY(pdi_read_metal_forms(s, section));
-    PDI_TRY(pdi_reader_within(s, section, "Csat", "mol/m3", NULL, 0.0, u->solid_c, 1, &saturation));
-    PDI_TRY(pdi_read_metal_current(s, section));
+    PDI_TRY(pdi_reader_within(s, section, "Csat", "mol/m3", NULL, 0.0, u->metal[0].solid_c, 1, &saturation));
     PDI_TRY(pdi_read_metal_boundaries(s, section));
     PDI_TRY(pdi_read_metal_fluid(s, section));
     if (pd_text_has(s->ctx, s->text, section, "repassivation"))

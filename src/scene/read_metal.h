@@ -1,9 +1,19 @@
-/* read_metal: reads the sections [dissolve] and [corrode] of a scene: how metal goes. */
+/* read_metal: reads the sections [dissolve] and [corrode] of a scene: how metal goes.
+ *
+ * [dissolve NAME] and [corrode NAME] tell Cs, charge and law of one of several metals, whose shapes have material =
+ * NAME. Metals without such a section follow the one without a name, which tells all else.
+ */
 #ifndef PD_READ_METAL_H
 #define PD_READ_METAL_H
 #include "scene/reader.h"
 
 #ifdef PDI_INTERNAL
+/* 1: there is a section of that name, with or without the name of a metal. */
+PDI_FN int pdi_read_metal_given(pdi_reader *s, const char *name);
+/* Cs, Csat and the properties of the first metal become constants of all later numbers. */
+PDI_FN pd_status pdi_read_metal_constants(pdi_reader *s);
+/* The law of each metal. */
+PDI_FN pd_status pdi_read_metal_laws(pdi_reader *s);
 /* Before anything of the other sections is read: what [corrode] brings with it. */
 PDI_FN pd_status pdi_read_metal_first(pdi_reader *s);
 /* [dissolve], the surface rate. */

@@ -241,9 +241,11 @@ static pd_status pdi_read_shapes_geometry(pdi_read_shapes *s, int *index)
     return outside ? pdi_setup_outside(s->ctx, s->setup, index) : PD_OK;
 }
 
-/* One metal in one run: a second section may repeat it, not change it. */
-static pd_status pdi_read_shapes_material(pdi_read_shapes *s)
+/* The metal of a shape: the first one that is named is also that of shapes without a name. */
+static pd_status pdi_read_shapes_material(pdi_read_shapes *s, int index)
 {
+    pd_setup *u = s->setup;
+    int found = 0;
     const char *name;
     pd_material material;
     if (!pd_text_has(s->ctx, s->text, s->section, "material")) return PD_OK;
@@ -251,11 +253,19 @@ static pd_status pdi_read_shapes_material(pdi_read_shapes *s)
     if (!pd_material_find(name, &material))
         return pd_text_refuse(s->ctx, s->text, s->section, "material", "found '%.40s', expected %s", name,
                               PDI_MATERIAL_NAMES);
-    if (s->materials++ && strcmp(material.name, s->setup->material.name) != 0)
-        return pd_text_refuse(s->ctx, s->text, s->section, "material", "found a second material, expected one for all");
-    s->setup->material = material;
-    s->setup->solid_c = pd_material_concentration(&material);
-    return PD_OK;
+    if (!s->materials++) u->metal[0].material = material;
+    while (found < u->metals && strcmp(material.name, u->metal[found].material.name) != 0) found++;
+    if (found == PD_SETUP_METALS)
+        return pd_text_refuse(s->ctx, s->text, s->section, "material", "found more than %d metals", PD_SETUP_METALS);
+    pd_setup_metal *metal = &u->metal[found];
+    if (found == u->metals) {
+        metal->material = material;
+        metal->shape = -1;
+        metal->rate_scale = 1.0;
+        u->metals++;
+    }
+    metal->solid_c = pd_material_concentration(&material);
+    return found ? pdi_setup_join(s->ctx, u, index, &metal->shape) : PD_OK;
 }
 
 static pd_status pdi_read_shapes_grains(pdi_read_shapes *s)
@@ -352,7 +362,7 @@ static pd_status pdi_read_shapes_section(pdi_read_shapes *s)
     if (kind == PDI_READ_SHAPES_WALL) return pdi_read_shapes_wall(s, index);
     if (kind == PDI_READ_SHAPES_PASSIVE) return pdi_read_shapes_passive(s, index);
     if (kind != PDI_READ_SHAPES_SOLID) return PD_OK;
-    PDI_TRY(pdi_read_shapes_material(s));
+    PDI_TRY(pdi_read_shapes_material(s, index));
     PDI_TRY(pdi_read_shapes_grains(s));
     return pdi_setup_join(s->ctx, s->setup, index, &s->setup->solid);
 }

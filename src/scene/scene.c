@@ -390,25 +390,6 @@ static pd_status pdi_scene_transport(pdi_reader *s)
     return pdi_reader_initial(s, section);
 }
 
-/* Cs, Csat and the properties of the metal become constants of all later numbers. */
-static pd_status pdi_scene_constants(pdi_reader *s)
-{
-    pd_setup *u = s->setup;
-    int section = pd_text_section(s->ctx, s->text, u->has_corrode ? "corrode" : "dissolve", NULL);
-    if (u->has_corrode && pd_text_has(s->ctx, s->text, section, "charge"))
-        PDI_TRY(pdi_reader_within(s, section, "charge", "", NULL, 0.0, 10.0, 1, &u->material.charge));
-    pdi_read_constants_append(s->text, &s->named, "rho_m", "kg/m3", u->material.density);
-    pdi_read_constants_append(s->text, &s->named, "M_m", "kg/mol", u->material.molar_mass);
-    pdi_read_constants_append(s->text, &s->named, "z_m", "", u->material.charge);
-    if (u->has_dissolve && pd_text_has(s->ctx, s->text, section, "Cs"))
-        PDI_TRY(pdi_reader_positive(s, section, "Cs", "mol/m3", NULL, &u->solid_c));
-    pdi_read_constants_append(s->text, &s->named, "Cs", "mol/m3", u->solid_c);
-    if (!u->has_dissolve || !pd_text_has(s->ctx, s->text, section, "Csat")) return PD_OK;
-    PDI_TRY(pdi_reader_positive(s, section, "Csat", "mol/m3", NULL, &u->saturation));
-    pdi_read_constants_append(s->text, &s->named, "Csat", "mol/m3", u->saturation);
-    return PD_OK;
-}
-
 /* ---- [run], [output] ---- */
 
 /* Where the first of `count` expressions that depends on time is refused. */
@@ -547,14 +528,14 @@ static pd_status pdi_scene_sections(pd_ctx *ctx, pd_text *text, const char *path
     setup->has_flow = pd_text_has(ctx, text, pd_text_section(ctx, text, "flow", NULL), NULL);
     setup->has_gas = pd_text_has(ctx, text, pd_text_section(ctx, text, "gas", NULL), NULL);
     setup->has_transport = pd_text_has(ctx, text, pd_text_section(ctx, text, "transport", NULL), NULL);
-    setup->has_dissolve = pd_text_has(ctx, text, pd_text_section(ctx, text, "dissolve", NULL), NULL);
-    setup->has_corrode = pd_text_has(ctx, text, pd_text_section(ctx, text, "corrode", NULL), NULL);
+    setup->has_dissolve = pdi_read_metal_given(&s, "dissolve");
+    setup->has_corrode = pdi_read_metal_given(&s, "corrode");
     PDI_TRY(pdi_read_gas_alone(ctx, text, setup));
     PDI_TRY(pdi_read_metal_first(&s));
     PDI_TRY(pdi_read_constants_read(ctx, text, &s.named));
     PDI_TRY(pdi_read_tables_read(ctx, text, folder, setup));
     PDI_TRY(pdi_read_shapes_read(ctx, text, folder, setup));
-    PDI_TRY(pdi_scene_constants(&s));
+    PDI_TRY(pdi_read_metal_constants(&s));
     PDI_TRY(pdi_scene_grid(&s));
     PDI_TRY(pdi_scene_sides(&s));
     PDI_TRY(pdi_scene_flow(&s));
@@ -562,6 +543,7 @@ static pd_status pdi_scene_sections(pd_ctx *ctx, pd_text *text, const char *path
     PDI_TRY(pdi_scene_transport(&s));
     PDI_TRY(pdi_read_metal_dissolve(&s));
     PDI_TRY(pdi_read_metal_corrode(&s));
+    PDI_TRY(pdi_read_metal_laws(&s));
     PDI_TRY(pdi_scene_run(&s));
     PDI_TRY(pdi_scene_output(&s));
     PDI_TRY(pdi_read_monitors_read(ctx, text, setup));

@@ -25,10 +25,12 @@ pd_status pd_setup_init(pd_ctx *ctx, pd_setup *setup)
     setup->solid = setup->wall = setup->medium = setup->passive = -1;
     setup->m = 3.0;
     setup->gb_factor = 1.0;
-    setup->rate_scale = 1.0;
     setup->slice_axis = PD_DIM - 1;
-    setup->material = pd_material_mg4ag();
-    setup->solid_c = pd_material_concentration(&setup->material);
+    setup->metals = 1;
+    setup->metal[0].material = pd_material_mg4ag();
+    setup->metal[0].solid_c = pd_material_concentration(&setup->metal[0].material);
+    setup->metal[0].shape = -1;
+    setup->metal[0].rate_scale = 1.0;
     memcpy(setup->prefix, "corr", 5);
     memcpy(setup->folder, "output", 7);
     pd_status status = PDI_NEW(ctx, "setup", PD_SHAPE_MAX, setup->shape);
@@ -51,7 +53,7 @@ void pd_setup_free(pd_ctx *ctx, pd_setup *setup)
     pd_expr_free(ctx, &setup->gas_rho);
     pd_expr_free(ctx, &setup->gas_p);
     pd_expr_free(ctx, &setup->initial);
-    pd_expr_free(ctx, &setup->rate);
+    for (int k = 0; k < setup->metals; k++) pd_expr_free(ctx, &setup->metal[k].rate);
     for (int k = 0; k < setup->masks; k++) PDI_DELETE(ctx, setup->mask_size[k], setup->mask[k]);
     PDI_DELETE(ctx, PD_SHAPE_MAX, setup->shape);
     for (int k = 0; k < setup->tables; k++) pd_curve_free(ctx, &setup->table[k].curve);
@@ -114,11 +116,11 @@ PDI_FN const pd_expr_symbol *pdi_setup_position(void) { return pdi_setup_axes; }
 
 PDI_FN const pd_expr_symbol *pdi_setup_law(void) { return pdi_setup_symbols; }
 
-PDI_FN double pdi_setup_speed(const pd_setup *u)
+PDI_FN double pdi_setup_speed(const pd_setup_metal *metal)
 {
     double vars[PDI_SETUP_LAW];
     memset(vars, 0, sizeof vars);
-    return u->rate_scale * pd_expr_eval(&u->rate, vars);
+    return metal->rate_scale * pd_expr_eval(&metal->rate, vars);
 }
 
 PDI_FN double pdi_setup_eval(const pd_expr *expr, const double *x, double t)

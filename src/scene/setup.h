@@ -19,6 +19,7 @@
 #define PD_SETUP_NOTES 48
 #define PD_SETUP_MASKS 8
 #define PD_SETUP_WALLS 32
+#define PD_SETUP_METALS 4 /* one of each material */
 #define PD_SETUP_RECORDS 8
 #define PD_SETUP_SHAPES 64 /* [shape] sections */
 
@@ -154,6 +155,15 @@ typedef struct pd_setup_record {
 /* Numerical settings that a scene may leave open. */
 typedef enum pd_knob { PD_KNOB_STEADY = 0, PD_KNOB_FLOW_RTOL, PD_KNOB_RTOL, PD_KNOB_FRACTION } pd_knob;
 
+/* A metal of the scene. */
+typedef struct pd_setup_metal {
+    pd_material material;
+    double solid_c;    /* [mol/m3] Cs */
+    int shape;         /* where it is; -1: all solid that is not of a later metal */
+    pd_expr rate;      /* of C, t, x, y, z; in m/s, in 1/s per layer, or in A/m2 */
+    double rate_scale; /* [-] 1 for a speed, [m] thickness of the layer, [m3/(A s)] speed of a current density */
+} pd_setup_metal;
+
 typedef struct pd_setup {
     char name[PD_SETUP_NAME];  /* of the case: the file without folder and ending */
     char folder[PD_PATH_SIZE]; /* of the output */
@@ -212,13 +222,11 @@ typedef struct pd_setup {
     double limiter;         /* [-] change of the field at which the limiter stops; 0: that of transport.h */
     int settle;             /* the steady field, and nothing else in time */
     /* dissolution */
-    pd_material material;
-    double solid_c;         /* [mol/m3] Cs */
+    pd_setup_metal metal[PD_SETUP_METALS];
+    int metals;             /* at least 1 */
     double saturation;      /* [mol/m3] Csat; 0: not given */
     double gb_factor;       /* [-] */
     double threshold;       /* [-] */
-    pd_expr rate;           /* of C, t, x, y, z; in m/s, in 1/s per layer, or in A/m2 */
-    double rate_scale;      /* [-] 1 for a speed, [m] thickness of the layer, [m3/(A s)] speed of a current density */
     pd_grain_desc grain;
     /* bond-based corrosion, with D and `initial` of transport, Cs, Csat and rate of dissolution */
     double bulk;            /* [mol/m3] held behind open sides, and everywhere with `activation` */
@@ -280,7 +288,7 @@ PDI_FN const pd_expr_symbol *pdi_setup_position(void);
 #define PDI_SETUP_LAW (PD_DIM + 2)
 PDI_FN const pd_expr_symbol *pdi_setup_law(void);
 /* Value of the law at C = 0, t = 0 and x = 0, times rate_scale [m/s]. */
-PDI_FN double pdi_setup_speed(const pd_setup *setup);
+PDI_FN double pdi_setup_speed(const pd_setup_metal *metal);
 /* Value of an expression in x, y, z, t. */
 PDI_FN double pdi_setup_eval(const pd_expr *expr, const double *x, double t);
 /* 1: it depends on t. */

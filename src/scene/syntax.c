@@ -17,7 +17,7 @@ static const pdi_syntax_section pdi_syntax_table[] = {
     {"flow", "rho, mu, steady, force, speed, length, time, vx, vy, vz, rtol, eos, c0"},
     {"gas", "gamma, rho, p, vx, vy, vz, order, cfl"},
     {"transport", "D, initial, advection, time"},
-    {"dissolve", "rate, law, rate_scale, Csat, Cs, gb_factor, threshold"},
+    {"dissolve", "rate, law, rate_scale, Csat, Cs, charge, gb_factor, threshold"},
     {"corrode", "rate, current, rate_scale, Cs, Csat, charge, D, initial, bulk, control, drive, kernel, weights, "
                 "gb_factor, repassivation, breaking, seed"},
     {"table", "file, x, y, outside"},

@@ -38,6 +38,7 @@ typedef struct pd_element {
 /* Amounts of one element that enter the ledger [unit of the element; per m depth in planar 2D, per m2 in 1D]. */
 typedef struct pd_amounts {
     double solid;     /* [unit] in metal */
+    double volume;    /* [m3] (m2 in planar 2D, m in 1D) of that */
     double dissolved; /* [unit] in fluid */
     double carry;     /* [unit] what the last linear solve left undone or debris owes; delivered by the next step */
     double out, in;   /* [unit] through the sides since the start */

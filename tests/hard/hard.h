@@ -98,7 +98,7 @@ static inline void hard_bounds(hard *h)
     }
     if (!u->has_dissolve) return;
     h->low = fmin(h->low, 0.0);
-    h->high = fmax(h->high, fmax(u->saturation, u->threshold * u->solid_c));
+    h->high = fmax(h->high, fmax(u->saturation, u->threshold * u->metal[0].solid_c));
 }
 
 /* Reads and builds; 0: refused, with status and message. */

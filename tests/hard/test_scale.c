@@ -29,7 +29,7 @@ static void rescale(pd_setup *u, double length, double time)
     for (int s = 0; s < 2 * PD_DIM; s++) u->side[s].mean *= speed;
     u->mu *= diffusion;
     u->diffusivity *= diffusion;
-    u->rate_scale *= speed;
+    u->metal[0].rate_scale *= speed;
     u->until *= time;
     u->every *= time;
     u->max_step *= time;
