@@ -3767,8 +3767,8 @@ typedef struct pd_dissolve {
     struct pdi_metal_beside *portion; /* [beside_capacity, kinds] the metals beside them */
     int32_t beside_count, beside_capacity;
     double *rate;             /* [total] [1/s] solid nodes: share of the span lost per time in the last step */
-    /* ---- bonds: */
     int32_t *pinned;          /* [beside_capacity] see pd_transport */
+    /* ---- bonds: */
     uint8_t *film;            /* [total] 1: fluid in front of a film that has formed; NULL: none forms */
     uint16_t *links;          /* [total] mechanical bonds of solid nodes at the start; NULL: not stochastic */
     double *last;             /* [total] [mol/m3] content at which the last of them breaks; NULL: not stochastic */
@@ -3803,14 +3803,14 @@ typedef struct pdi_beside {
     int32_t node;
     /* where metal enters */
     double enters;         /* [mol/m4] sum f c(n) Cs over the solid bonds that enter here and follow the law */
-    double hollow, factor; /* [mol/m4] sums of that times the film in cells, and times f Cs over Cs of the first metal */
+    double hollow, factor; /* [mol/m4] sums of that times the film in cells, and times f Cs/Cs of the first metal */
     double normal[PD_DIM]; /* from the metal */
     double links;          /* sum of what the bonds through here count */
     /* where it arrives */
     double weight;         /* [mol/m4] share of `enters` */
     double given;          /* [mol/m3/s] what pieces of metal give that do not last the step (eq. 6.6b) */
     double film;           /* [mol/m3] sum of weight times the film */
-    double flux;           /* [mol/m4] sum of weight times f Cs over Cs of the first metal */
+    double flux;           /* [mol/m4] sum of weight times f Cs/Cs of the first metal */
     double before;         /* [m/s] speed at the start of the step */
     pdi_law_point point;
 } pdi_beside;
@@ -5592,8 +5592,8 @@ PDI_FN pd_status pdi_reader_initial(pdi_reader *s, int section);
 /* ======== >>scene/read_metal.h ======== */
 /* read_metal: reads the sections [dissolve] and [corrode] of a scene: how metal goes.
  *
- * [dissolve NAME] and [corrode NAME] tell Cs, charge and law of one of several metals, whose shapes have material = NAME.
- * Metals without such a section follow the one without a name, which tells all else.
+ * [dissolve NAME] and [corrode NAME] tell Cs, charge and law of one of several metals, whose shapes have material =
+ * NAME. Metals without such a section follow the one without a name, which tells all else.
  */
 #ifndef PD_READ_METAL_H
 #define PD_READ_METAL_H
@@ -22932,7 +22932,6 @@ static double pdi_content_share(const pd_dissolve *d, int32_t j, int k, pdi_cont
     uint8_t wanted = heir == PDI_CONTENT_FLUID ? PD_FLUID : PD_SOLID;
     if (i == j || d->grid->kind[i] != wanted || !pdi_entry_free(d->bonds, j, k)) return 0.0;
     if (heir == PDI_CONTENT_FLUID) return d->weight[k];
-    if (pdi_metal_of(d, i) != pdi_metal_of(d, j)) return 0.0;
     if (heir == PDI_CONTENT_BEHIND && d->rate[i] > PDI_CONTENT_SHELTERED * d->rate[j]) return 0.0;
     return d->weight[k] * pdi_metal_factor(d, i);
 }
@@ -23058,22 +23057,65 @@ static int pdi_content_pass_on(pd_dissolve *d, int32_t j, double rest)
     return found > 0;
 }
 
+/* 1: bond k of node j leads to the same metal. */
+static int pdi_content_same(const pd_dissolve *d, int32_t j, int k)
+{
+    return pdi_metal_of(d, pdi_entry_far(d->bonds, j, k)) == pdi_metal_of(d, j);
+}
+
+/* From the fluid into the metal at node j, of any length. */
+static void pdi_content_inward(const pd_dissolve *d, int32_t j, double *normal)
+{
+    const pd_stencil *s = d->bonds->stencil;
+    for (int a = 0; a < PD_DIM; a++) normal[a] = 0.0;
+    for (int k = 0; k < s->count; k++) {
+        uint8_t kind = d->grid->kind[pdi_entry_far(d->bonds, j, k)];
+        double sign = kind == PD_SOLID ? 1.0 : kind == PD_FLUID ? -1.0 : 0.0;
+        for (int a = 0; a < PD_DIM; a++) normal[a] += sign * d->weight[k] * s->xi[k * PD_DIM + a];
+    }
+}
+
+/* The bond along which node j hands over the share of bond k. What another metal would get goes as deep into the metal,
+ * but straight: as much would have come from there, so that a flat front across two metals stays flat. -1: none. */
+static int pdi_content_path(const pd_dissolve *d, int32_t j, int k, const double *inward, pdi_content_heir heir)
+{
+    const pd_stencil *s = d->bonds->stencil;
+    const double *xi = s->xi + k * PD_DIM;
+    double length = pdi_vec_dot(inward, inward), along = 0.0;
+    int32_t n[PD_DIM];
+    if (heir == PDI_CONTENT_FLUID || pdi_content_same(d, j, k)) return k;
+    if (length > 0.0) along = pdi_vec_dot(xi, inward) / length;
+    for (int a = 0; a < PD_DIM; a++) n[a] = (int32_t)floor(along * inward[a] / s->h[a] + 0.5);
+    for (int b = 0; b < s->count; b++) {
+        int equal = 1;
+        for (int a = 0; a < PD_DIM; a++) equal = equal && s->offset[b * PD_DIM + a] == n[a];
+        if (equal) return pdi_content_same(d, j, b) && pdi_content_share(d, j, b, heir) > 0.0 ? b : -1;
+    }
+    return -1;
+}
+
 /* Move `rest` (what node j still holds, or owes when negative) to the layer behind it, the present front; without one
  * to any solid neighbour, or to the metal that it hangs together with. Where there is none, it is rounding, and goes to
  * the fluid around. */
 static pd_status pdi_content_hand_over(pd_ctx *ctx, pd_dissolve *d, int32_t j, double rest)
 {
     int count = d->bonds->stencil->count;
-    for (int heir = PDI_CONTENT_BEHIND; heir <= PDI_CONTENT_FLUID; heir++) {
+    double inward[PD_DIM] = {0.0};
+    if (d->kinds > 1) pdi_content_inward(d, j, inward);
+    for (int order = PDI_CONTENT_BEHIND; order <= PDI_CONTENT_FLUID; order++) {
+        pdi_content_heir heir = (pdi_content_heir)order;
         double sum = 0.0;
         if (heir == PDI_CONTENT_FLUID && pdi_content_pass_on(d, j, rest)) return PD_OK;
-        for (int k = 0; k < count; k++) sum += pdi_content_share(d, j, k, (pdi_content_heir)heir);
+        for (int k = 0; k < count; k++)
+            if (pdi_content_path(d, j, k, inward, heir) >= 0) sum += pdi_content_share(d, j, k, heir);
         if (!(sum > 0.0)) continue;
         double *target = heir == PDI_CONTENT_FLUID ? d->transport->carry : d->transport->c;
         for (int k = 0; k < count; k++) {
-            int32_t i = pdi_entry_far(d->bonds, j, k);
-            double share = pdi_content_share(d, j, k, (pdi_content_heir)heir) / sum;
-            if (share > 0.0) target[i] += rest * share * pdi_metal_over(d, j, i);
+            int path = pdi_content_path(d, j, k, inward, heir);
+            double share = pdi_content_share(d, j, k, heir) / sum;
+            if (path < 0 || !(share > 0.0)) continue;
+            int32_t i = pdi_entry_far(d->bonds, j, path);
+            target[i] += rest * share * pdi_metal_over(d, j, i);
         }
         return PD_OK;
     }
@@ -23102,7 +23144,7 @@ static int pdi_content_spent(const pd_dissolve *d, int32_t j)
     double left = pdi_metal_left(d, j);
     if (left <= PDI_CONTENT_EMPTY) return 1;
     for (int k = 0; k < d->bonds->stencil->count && left <= d->lead; k++)
-        if (pdi_content_share(d, j, k, PDI_CONTENT_BEHIND) > 0.0 &&
+        if (pdi_content_same(d, j, k) && pdi_content_share(d, j, k, PDI_CONTENT_BEHIND) > 0.0 &&
             pdi_metal_left(d, pdi_entry_far(d->bonds, j, k)) > d->lead)
             return 1;
     return 0;
@@ -23131,8 +23173,8 @@ static pd_status pdi_content_settle(pd_ctx *ctx, pd_dissolve *d)
 
 /* ---- bonds: a node turns at the end of the step that is closest to its own end ---- */
 
-/* Where node i finds or leaves metal: bond k leads to other nodes of its metal, and no wall stands in between. -1: it does
- * not. */
+/* Where node i finds or leaves metal: bond k leads to another node of its metal, and no wall stands in between. -1: it
+ * does not. */
 static int32_t pdi_content_behind(const pd_dissolve *d, int32_t i, int k)
 {
     int32_t at = pdi_entry_far(d->bonds, i, k);
@@ -23423,7 +23465,7 @@ PDI_FN void pdi_dissolve_beside_list(pdi_owner *owner, void *object)
     int64_t count = dissolve->beside_capacity;
     PDI_ARRAY(owner, dissolve, beside, count, "");
     PDI_ARRAY(owner, dissolve, portion, count * dissolve->kinds, "");
-    if (pdi_metal_bonds(dissolve)) PDI_ARRAY(owner, dissolve, pinned, count, "1");
+    PDI_ARRAY(owner, dissolve, pinned, count, "1");
 }
 
 /* Mechanical bonds of solid nodes, and the content at which the last of them breaks. */

@@ -36,12 +36,12 @@ static pdi_law law_of(one_law *l)
 {
     pdi_law law;
     memset(&law, 0, sizeof law);
-    law.rate = rate;
-    law.user = l;
+    law.metals = 1;
+    law.metal[0].rate = rate;
+    law.metal[0].user = l;
+    law.metal[0].whole = law.metal[0].share = 1.0;
     law.top = TOP;
     law.limit = HUGE_VAL;
-    law.whole = 1.0;
-    law.part = 0.0;
     return law;
 }
 

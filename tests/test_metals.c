@@ -1,5 +1,5 @@
-/* Several metals in one run: each has its Cs, law and charge. Fronts and a sealed cell against closed forms, metals that
- * are alike against one metal, salt layers, scenes.
+/* Several metals in one run: each has its Cs, law and charge. Fronts and a sealed cell against closed forms, metals
+ * that are alike against one metal, salt layers, scenes.
  * dims: 1 2 3 */
 #define _XOPEN_SOURCE 700
 #include "scene_file.h"
@@ -244,8 +244,8 @@ TEST(refusals)
  * nothing is lost. */
 TEST(stripes)
 {
-    static const char *const laws[] = {"[corrode] rate = 1 um/s  Csat = 5 mol/L  D = 1e-9 m2/s\n[corrode steel304] rate "
-                                       "= 0.5 um/s * (0.2 + 0.8*(C < 0.4*Csat))  Cs = 50 mol/L\n",
+    static const char *const laws[] = {"[corrode] rate = 1 um/s  Csat = 5 mol/L  D = 1e-9 m2/s\n[corrode steel304] "
+                                       "rate = 0.5 um/s * (0.2 + 0.8*(C < 0.4*Csat))  Cs = 50 mol/L\n",
                                        "[corrode] drive = difference  rate = 1 um/s * (1 - C/Csat)  Csat = 5 mol/L  "
                                        "D = 1e-9 m2/s\n[corrode steel304] rate = 0.5 um/s  Cs = 50 mol/L\n",
                                        "[transport] D = 1e-9 m2/s  initial = 0 mol/m3\n[dissolve] rate = 1 um/s * (1 - "
@@ -256,7 +256,8 @@ TEST(stripes)
         for (int two = 0; two < 2; two++) {
             char text[2000];
             int used = snprintf(text, sizeof text, "[grid] h = 1 um  m = 2  box = 0 .. 24 um" ACROSS("0 .. 8 um") "\n"
-                                "[shape base] box = 8 um .. 24 um" ACROSS("0 .. 8 um") "  kind = solid  material = mg4ag\n");
+                                "[shape base] box = 8 um .. 24 um" ACROSS("0 .. 8 um")
+                                "  kind = solid  material = mg4ag\n");
             for (int n = 0; n < 4; n++)
                 used += snprintf(text + used, sizeof text - (size_t)used, PD_DIM == 1
                                  ? "[shape s%d] box = %d um .. %d um  kind = solid  material = steel304\n"

@@ -110,7 +110,7 @@ PDI_FN void pdi_dissolve_beside_list(pdi_owner *owner, void *object)
     int64_t count = dissolve->beside_capacity;
     PDI_ARRAY(owner, dissolve, beside, count, "");
     PDI_ARRAY(owner, dissolve, portion, count * dissolve->kinds, "");
-    if (pdi_metal_bonds(dissolve)) PDI_ARRAY(owner, dissolve, pinned, count, "1");
+    PDI_ARRAY(owner, dissolve, pinned, count, "1");
 }
 
 /* Mechanical bonds of solid nodes, and the content at which the last of them breaks. */

@@ -93,8 +93,8 @@ typedef struct pd_dissolve {
     struct pdi_metal_beside *portion; /* [beside_capacity, kinds] the metals beside them */
     int32_t beside_count, beside_capacity;
     double *rate;             /* [total] [1/s] solid nodes: share of the span lost per time in the last step */
-    /* ---- bonds: */
     int32_t *pinned;          /* [beside_capacity] see pd_transport */
+    /* ---- bonds: */
     uint8_t *film;            /* [total] 1: fluid in front of a film that has formed; NULL: none forms */
     uint16_t *links;          /* [total] mechanical bonds of solid nodes at the start; NULL: not stochastic */
     double *last;             /* [total] [mol/m3] content at which the last of them breaks; NULL: not stochastic */

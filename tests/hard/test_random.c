@@ -53,15 +53,19 @@ static int add(char *text, size_t size, const char *format, ...)
     return written;
 }
 
+static uint8_t solid[MOST]; /* of the last scene */
+static int cells;
+
 /* kind 0: dissolution in fluid at rest, 1: in a stream, 2: bond-based, 3: with activation control, 4: in a stream.
  * Returns 0 when there is no metal. */
 static int random_scene(dice *d, int kind, char *text, size_t size)
 {
     int streams = kind == 1 || kind == 4;
-    static uint8_t solid[MOST], wall[MOST];
+    static uint8_t wall[MOST];
     static const char *const sides[] = {"noslip", "mirror", "periodic", "noslip"};
-    int n[3] = {1, 1, 1}, cells = 1, least = streams ? 9 : 1, most = PD_DIM == 3 ? streams ? 9 : 7 : 16, walled;
+    int n[3] = {1, 1, 1}, least = streams ? 9 : 1, most = PD_DIM == 3 ? streams ? 9 : 7 : 16, walled;
     int m = 1 + choose(d, PD_DIM == 3 ? 2 : 4);
+    cells = 1;
     for (int a = 0; a < PD_DIM; a++) cells *= n[a] = least + choose(d, most - least + 1);
     walled = choose(d, 3) == 0 && (kind < 2 || streams);
     int walls = walled ? blobs(d, n, roll(d, 0.3, 0.45), streams ? 2 : 0, NULL, wall) : 0;
@@ -74,7 +78,8 @@ static int random_scene(dice *d, int kind, char *text, size_t size)
         put(w ? "wall.raw" : "solid.raw", w ? wall : solid, (size_t)cells);
         add(text, size, "\n[shape %s] raw = %s.raw  size = %d", w ? "wall" : "solid", w ? "wall" : "solid", n[0]);
         for (int a = 1; a < PD_DIM; a++) add(text, size, ", %d", n[a]);
-        add(text, size, "  corner = 0 um%s  cell = 10 um  kind = %s", ACROSS("0 um"), w ? "wall" : "solid");
+        add(text, size, "  corner = 0 um%s  cell = 10 um  kind = %s", ACROSS("0 um"),
+            w ? "wall" : "solid  material = mg4ag");
     }
     for (int a = 0; a < PD_DIM; a++) {
         const char *flow = sides[choose(d, 4)];
@@ -103,6 +108,23 @@ static int random_scene(dice *d, int kind, char *text, size_t size)
     return 1;
 }
 
+/* A second metal takes some of the nodes of the first one, with a law of its own. The dice stay as they are. */
+static void second_metal(dice d, int kind, char *text, size_t size)
+{
+    static uint8_t second[MOST];
+    const char *as = strstr(text, "size = "), *metal = kind < 2 ? "dissolve" : "corrode";
+    char box[64] = "";
+    int found = 0;
+    for (int i = 0; i < cells; i++) found += second[i] = (uint8_t)(solid[i] && choose(&d, 3) == 0);
+    if (!found) return;
+    put("second.raw", second, (size_t)cells);
+    snprintf(box, sizeof box, "%.*s", (int)strcspn(as, "c"), as);
+    add(text, size, "[shape second] raw = second.raw  %s  corner = 0 um%s  cell = 10 um  kind = solid  material = copper"
+        "\n[%s copper] rate = %.3g um/h * (1 - C/Csat)%s  Cs = %.3g mol/L\n", box, ACROSS("0 um"), metal,
+        pow(10.0, roll(&d, 0.0, 2.0)), choose(&d, 2) ? "" : " * (0.2 + 0.8*(C < 0.4*Csat))",
+        roll(&d, 1.0, 8.0));
+}
+
 static void sweep(int kind, const char *part, int rounds)
 {
     hard *h = &hard_one;
@@ -115,6 +137,7 @@ static void sweep(int kind, const char *part, int rounds)
         d.seed = (uint64_t)round * 8 + (uint64_t)kind;
         d.at = 0;
         if (!random_scene(&d, kind, text, sizeof text)) continue;
+        if (round % 3 == 0) second_metal(d, kind, text, sizeof text);
         int before = test_now.failures;
         if (hard_open(h, text) && hard_steps(h, h->setup.until)) {
             hard_sound(h);
