@@ -119,8 +119,8 @@ static void second_metal(dice d, int kind, char *text, size_t size)
     if (!found) return;
     put("second.raw", second, (size_t)cells);
     snprintf(box, sizeof box, "%.*s", (int)strcspn(as, "c"), as);
-    add(text, size, "[shape second] raw = second.raw  %s  corner = 0 um%s  cell = 10 um  kind = solid  material = copper"
-        "\n[%s copper] rate = %.3g um/h * (1 - C/Csat)%s  Cs = %.3g mol/L\n", box, ACROSS("0 um"), metal,
+    add(text, size, "[shape second] raw = second.raw  %s  corner = 0 um%s  cell = 10 um  kind = solid  material = "
+        "copper\n[%s copper] rate = %.3g um/h * (1 - C/Csat)%s  Cs = %.3g mol/L\n", box, ACROSS("0 um"), metal,
         pow(10.0, roll(&d, 0.0, 2.0)), choose(&d, 2) ? "" : " * (0.2 + 0.8*(C < 0.4*Csat))",
         roll(&d, 1.0, 8.0));
 }
