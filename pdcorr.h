@@ -22767,9 +22767,12 @@ PDI_FN void pdi_interface_law(const pd_dissolve *d, const pdi_beside *beside, pd
 static void pdi_interface_share(const pd_dissolve *d, const pdi_beside *beside)
 {
     pdi_metal_beside *portion = pdi_metal_portion(d, beside);
-    double line = pdi_interface_line(d, beside), resist = pdi_interface_resist(d, beside), sum = 0.0;
+    double line = pdi_interface_line(d, beside), sum = 0.0;
     double before[PDI_LAW_METALS], behind[PDI_LAW_METALS], above = 0.0, below = 0.0;
     pdi_law law;
+    portion->speed = line;
+    if (d->kinds == 1) return;
+    double resist = pdi_interface_resist(d, beside);
     pdi_interface_law(d, beside, &law);
     double c = fmax(d->transport->c[beside->node], 0.0);
     double s = resist < HUGE_VAL ? fmin(c + resist * fmax(line, 0.0), law.top) : law.top;
