@@ -62,8 +62,9 @@ wrong_names $sources Makefile $texts > "$dir/log"
 check "texts and comments name what the code has" test ! -s "$dir/log"
 
 # Files. The tests of the tools make up some, and name none in comments.
-grep -noE '(^|[^A-Za-z0-9_/.-])(src|drivers|cases|tests|tools|examples|docs)/[A-Za-z0-9_./-]*[A-Za-z0-9_/][*<$%]*' README.md docs/*.md \
-    CHANGELOG.md Makefile $(find src drivers cases examples tests/hard tests/embed tests/fuzz -type f) /dev/null |
+folder='(src|drivers|cases|tests|tools|examples|docs)'
+grep -noE "(^|[^A-Za-z0-9_/.-])$folder/[A-Za-z0-9_./-]*[A-Za-z0-9_/][*<\$%]*" README.md CHANGELOG.md docs/*.md \
+    Makefile $(find src drivers cases examples tests/hard tests/embed tests/fuzz -type f) |
     sed 's/:[^:A-Za-z]*\([a-z]*\/\)/:\1/' | while IFS=: read -r file line path; do
     case $path in *[*\<\$%] | tests/test_x.c | tests/hard/test_x.c) continue ;; esac
     [ -e "$path" ] || [ -e "${file%/*}/$path" ] || echo "$file:$line: no $path"
@@ -72,7 +73,8 @@ check "texts and comments name files that exist" test ! -s "$dir/log"
 
 # Modules, tests and cases, as the texts write them.
 modules=$(sed -n '/^#/d; /^c[ou]/s/^\(cut\|cold\) .*//; p' src/MODULES | cut -d' ' -f2-)
-grep -noE '[Mm]odules? `[a-z_]+`' README.md docs/*.md | sed 's/:[^:]*`\(.*\)`/:\1/' | while IFS=: read -r file line name; do
+grep -noE '[Mm]odules? `[a-z_]+`' README.md docs/*.md | sed 's/:[^:]*`\(.*\)`/:\1/' |
+    while IFS=: read -r file line name; do
     case " $(echo $modules) " in *" $name "*) ;; *) echo "$file:$line: no module $name" ;; esac
 done > "$dir/log"
 check "texts name modules that exist" test ! -s "$dir/log"
@@ -82,7 +84,8 @@ grep -noE '`test_[a-z0-9_]+`' README.md docs/*.md | sed 's/`//g' | while IFS=: r
 done > "$dir/log"
 check "texts name tests that exist" test ! -s "$dir/log"
 
-grep -noE '`(validate|bench)[123]d [a-z0-9_ ]+`' README.md docs/*.md | tr -d '`' | while IFS=: read -r file line words; do
+grep -noE '`(validate|bench)[123]d [a-z0-9_ ]+`' README.md docs/*.md | tr -d '`' |
+    while IFS=: read -r file line words; do
     set -- $words
     cases=cases/${1%[123]d}
     shift
