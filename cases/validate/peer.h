@@ -184,8 +184,8 @@ static pd_status peer_pit_run(val_job *job)
     {{0, 1e-2, 0.0, 0, VAL_GOAL}, {1, 1e-2, 0.0, 0, VAL_GOAL}, {2, 1e-2, 0.0, 0, VAL_GOAL}, \
      {3, 1e-5, 0.0, 0, VAL_GOAL}}, 4
 #define PEER_CUBE_MISS \
-    "A layer of the cube is gone within a few steps, and a layer is a tenth of its nodes: what one code has turned " \
-    "before a stored time the other has a step later. The amounts show how near both are."
+    "The outer layer of the cube is a fifth of its nodes, and the nodes of a face turn in the same step: what one " \
+    "code turns before a stored time the other turns a step later. The amounts show how near both are."
 #define PEER_PIT_MISS \
     "Bonds of fluid need a free line of sight here, and conduct along metal as along walls. Those of the other code " \
     "pass through metal. The mouth of the pit is seven cells wide."
