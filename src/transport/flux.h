@@ -1,4 +1,4 @@
-/* flux: what bonds carry from node to node: upwinded advection and diffusion, and the antidiffusive fluxes that take
+/* flux: advection and diffusion at a bond: upwinded fluxes from node to node, and the antidiffusive fluxes that take
  * back what upwinding adds (theory: eq. 5.1, 5.4).
  */
 #ifndef PD_FLUX_H

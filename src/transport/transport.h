@@ -1,4 +1,4 @@
-/* transport: conservative, bounded advection and diffusion of dissolved metal on fluid nodes.
+/* transport: steps of advection and diffusion of a dissolved species on fluid nodes, conservative and bounded.
  *
  * dc/dt + sum_j F_ij (c_i + c_j)/2 - sum_j (D a + d)(c_j - c_i) = source - absorb c - sum_j alpha d s_ij  over open
  * bonds, with F_ij the volume flux of the flow and d = max(|F|/2 - D a, 0) the diffusion that makes the left side an
