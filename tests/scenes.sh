@@ -192,7 +192,8 @@ shows crevice_625_2d diagnostics.csv end C_max 5600 1e-7
 run crevice_short_2d crevice_625_2d "h=50 um, 2 um" "corrode.initial=if(x > 12.2 mm, 0.99*Csat, 0)"
 reports crevice_short_2d volume_loss 0 1e-3
 # around an axis: L^2/2 + b L = 2 l^2 D t with b = pi a/4 - a^2/(2 R) for the mouth, a = 50 um, in a vessel of
-# R = 120 um, is 38.7 um after a minute; metal enters the fluid within the horizon of 12 um, half of which is left for it
+# R = 120 um, is 38.7 um after a minute; metal enters the fluid within the horizon of 12 um, half of which is left
+# for it
 run pencil_304_axi pencil_304_axi "until=1 min"
 reports pencil_304_axi volume_loss 0.3225 0.3725
 shows pencil_304_axi diagnostics.csv end C_max 5100 1e-6
