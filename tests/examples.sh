@@ -7,7 +7,8 @@ for file in examples/*.c; do
     name=$(basename "$file" .c)
     "$cc" -std=c99 -fsyntax-only -Wall -Wextra -Wpedantic -Werror ${OMP:-} -I. "$file" > "$dir/log" 2>&1
     verdict "$file alone"
-    "$cc" -std=c99 -O2 -Wall -Wextra -Wpedantic -Werror -DPDCORR_LINKED ${OMP:-} -I. "$file" "$build/pdcorr2d.o" \
+    dim=$(sed -n 's/^#define PD_DIM \([123]\).*/\1/p' "$file")
+    "$cc" -std=c99 -O2 -Wall -Wextra -Wpedantic -Werror -DPDCORR_LINKED ${OMP:-} -I. "$file" "$build/pdcorr${dim}d.o" \
         -o "$dir/$name" -lm > "$dir/log" 2>&1 &&
         (cd "$dir" && "./$name" "$root/examples/scenes/mg_pin_2d.scene") >> "$dir/log" 2>&1
     verdict "$file"

@@ -1,4 +1,4 @@
-/* peer: bond-based corrosion against a code of the same model, node by node. */
+/* peer: bond-based corrosion against a code of the same model with explicit steps. */
 #ifndef VAL_PEER_H
 #define VAL_PEER_H
 
@@ -100,8 +100,8 @@ static peer_row peer_state(const val_lab *lab)
 
 static double peer_off(double found, double stored, double scale) { return fabs(found - stored) / scale; }
 
-/* Stored times are `apart` [s] apart, the first of them is the start. Differences are told over what there was at the
- * start, or over saturation. */
+/* Stored times are `apart` [s] apart, the first of them is the start. Differences are over the metal of the start. The
+ * last figure tells how far the fluid gets above saturation. */
 static pd_status peer_compare(val_job *job, const peer_row *row, double apart)
 {
     double *err = job->out->err;
@@ -111,7 +111,7 @@ static pd_status peer_compare(val_job *job, const peer_row *row, double apart)
         err[0] = fmax(err[0], peer_off(found.nodes, row[k].nodes, row[0].nodes));
         err[1] = fmax(err[1], peer_off(found.solid, row[k].solid, row[0].solid));
         err[2] = fmax(err[2], peer_off(found.fluid, row[k].fluid, row[0].solid));
-        err[3] = fmax(err[3], peer_off(found.most, row[k].most, job->lab->dissolve_desc.saturation));
+        err[3] = fmax(err[3], found.most / job->lab->dissolve_desc.saturation - 1.0);
     }
     job->out->steps = (long)job->lab->couple.steps;
     return PD_OK;
@@ -179,29 +179,36 @@ static pd_status peer_pit_run(val_job *job)
 
 #define PEER_MEASURES \
     {{"diff_nodes", "solid nodes"}, {"err_solid", "moles in solid"}, {"err_fluid", "moles in fluid"}, \
-     {"err_most", "largest concentration"}}, 4
+     {"above", "above saturation"}}, 4
 #define PEER_GOALS \
-    {{0, 0.5, 0.0, 0, VAL_GOAL}, {1, 1e-8, 0.0, 0, VAL_GOAL}, {2, 1e-8, 0.0, 0, VAL_GOAL}, \
-     {3, 1e-8, 0.0, 0, VAL_GOAL}}, 4
+    {{0, 1e-2, 0.0, 0, VAL_GOAL}, {1, 1e-2, 0.0, 0, VAL_GOAL}, {2, 1e-2, 0.0, 0, VAL_GOAL}, \
+     {3, 1e-5, 0.0, 0, VAL_GOAL}}, 4
+#define PEER_CUBE_MISS \
+    "The outer layer of the cube is a fifth of its nodes, and the nodes of a face turn in the same step: what one " \
+    "code turns before a stored time the other turns a step later. The amounts show how near both are."
+#define PEER_PIT_MISS \
+    "Bonds of fluid need a free line of sight here, and conduct along metal as along walls. Those of the other code " \
+    "pass through metal. The mouth of the pit is seven cells wide."
 
 static const val_part peer_cube_part = {
     "cube", "Copper cube, activation control", "stored times", VAL_BY_N, NULL, 0.0, PEER_MEASURES, PEER_GOALS,
-    {{4, 4.02, 0.0}, {PEER_CUBE_ROWS, 4.02, 0.0}}, 2, 1, peer_cube_run, NULL};
+    {{4, 4.02, 0.0}, {PEER_CUBE_ROWS, 4.02, 0.0}}, 2, 1, peer_cube_run, PEER_CUBE_MISS};
 
 static const val_part peer_pit_part = {
     "pit", "Pit under a salt layer", "stored times", VAL_BY_N, NULL, 0.0, PEER_MEASURES, PEER_GOALS,
-    {{13, 3.015, 0.0}, {PEER_PIT_ROWS, 3.015, 0.0}}, 2, 1, peer_pit_run, NULL};
+    {{13, 3.015, 0.0}, {PEER_PIT_ROWS, 3.015, 0.0}}, 2, 1, peer_pit_run, PEER_PIT_MISS};
 
 static const val_part *const peer_parts[] = {&peer_cube_part, &peer_pit_part};
 
 static const val_case peer_case = {
-    "perifast", "Bond-based corrosion, identical runs of another code",
-    "Two runs of PeriFast/Corrosion are repeated node for node: printed weights, whole cells, forward Euler. A copper "
-    "cube of 15,625 nodes dissolves under activation control; a pit grows from the middle of a passive surface, with "
-    "a salt layer that pauses and lets go. Solid nodes, moles of solid and of fluid and the largest concentration at "
-    "every stored time. The peer prints nine digits; relative differences of 5e-10 to 5e-9 are its rounding.",
-    "Phase changes that set the concentration, a cached mask of the salt layer, exchange that differs between the ends "
-    "of a bond, sums that depend on the order of the nodes.",
+    "perifast", "Bond-based corrosion against another code",
+    "Two runs of PeriFast/Corrosion with its weights and whole cells. It takes forward Euler steps: 500 for a copper "
+    "cube of 15,625 nodes under activation control, 3000 for a pit that grows from the middle of a passive surface "
+    "under a salt layer. Here steps are implicit, as long for the cube, thirty times as long for the pit. Solid nodes "
+    "and moles of solid and of fluid at every stored time, over the metal of the start. The fluid of the other "
+    "code gets 5.5 % above saturation; the last column tells by how much it does here.",
+    "Weights, fluxes and rates that are off by a factor, metal that vanishes where nodes turn, a salt layer that does "
+    "not let go.",
     "table `perifast_corrosion_ref.csv`",
     peer_parts, 2};
 

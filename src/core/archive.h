@@ -1,5 +1,5 @@
-/* archive: state that steps carry on, on its way out of the objects or back into them. One function of a module lists
- * what it keeps, for both ways. What is behind the callbacks, a file or memory, is no matter of a physics.
+/* archive: the state of objects, written out or read back. One function of a module lists what steps carry on, for both
+ * ways. What is behind the callbacks, a file or memory, is no matter of a physics.
  */
 #ifndef PD_ARCHIVE_H
 #define PD_ARCHIVE_H

@@ -21,7 +21,7 @@ typedef struct pd_flow_desc {
                              * NULL: they do not depend on time. Borrowed */
     double p_out;           /* [Pa] at outlets */
     double speed;           /* [m/s] reference U that results report residuals against; 0: that of the flow */
-    double length;          /* [m] reference L, likewise */
+    double length;          /* [m] reference L of the same reports; 0: that of the flow */
     pd_velocity_fn inlet;   /* NULL: fluid at rest in the inlet ghosts */
     void *inlet_user;
     pd_velocity_fn wall;    /* velocity along the surface of walls and solids, at points on it; NULL: at rest */

@@ -79,8 +79,8 @@ PD_API pd_status pd_gas_run(pd_ctx *ctx, pd_gas *gas, double t_end);
 PD_API pd_process pd_gas_process(pd_gas *gas);
 /* stock [PD_GAS_FIELDS]: mass [kg], momentum [kg m/s], energy [J] of all fluid nodes (1D: per m2; 2D: per m). */
 PD_API void pd_gas_stock(pd_ctx *ctx, const pd_gas *gas, double *stock);
-/* Write what steps carry on, or read it into a gas built alike, to go on with the same bits. Errors of
- * pd_store_bytes; PD_ERR_STATE: the state is not admissible. */
+/* Write what steps carry on, or read it into a gas built alike, to go on with the same bits. Errors: those
+ * of the archive (pd_store_open); PD_ERR_STATE: the state is not admissible. */
 PD_API pd_status pd_gas_store(pd_ctx *ctx, pd_gas *gas, pd_archive *archive);
 PD_API void pd_gas_free(pd_ctx *ctx, pd_gas *gas);
 

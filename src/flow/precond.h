@@ -11,7 +11,7 @@
 typedef struct pdi_precond {
     pd_multigrid *poisson;    /* one cycle of it stands for the inverse of -lap */
     pd_multigrid *seep;       /* one cycle of it stands for the inverse of -div(mobility grad) */
-    pd_multigrid *damped;     /* the same of pdi_precond_damping - lap; NULL: none */
+    pd_multigrid *damped;     /* one cycle stands for the inverse of pdi_precond_damping - lap; NULL: none */
     double shift;             /* [1/s] of the momentum balance */
     double *grad, *convected; /* [PD_DIM][total] */
 } pdi_precond;

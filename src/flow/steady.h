@@ -42,7 +42,7 @@ typedef struct pd_steady {
 
 typedef struct pd_steady_result {
     double momentum;    /* [-] max |momentum residual| over U^2/L + nu U/L^2 with the reference speed and length */
-    double continuity;  /* [-] max |continuity residual| L/U, likewise */
+    double continuity;  /* [-] max |continuity residual| L/U, with the same U and L */
     double excess;      /* [-] larger residual against the scales of the flow, over the tolerance */
     int newton, krylov; /* steps and iterations of this solve */
     int64_t evaluations;

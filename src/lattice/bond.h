@@ -44,7 +44,7 @@ typedef struct pd_bonds {
     double *leg;         /* [capacity][2 PD_DIM] [-] spacings to the next cell along an axis, x-, x+, y-, ...: 1, or
                           * when it is closed minus the fraction of it to the surface */
     double *wall_lap;    /* [capacity] [1/m2] sum over cut bonds of a/t (eq. 3.3), and the bend of a curved surface */
-    double *wall_curv;   /* [capacity] [-] sum over cut bonds of a (xi.N)^2 (1-t)/2 (eq. 3.4), likewise */
+    double *wall_curv;   /* [capacity] [-] sum over cut bonds of a (xi.N)^2 (1-t)/2 (eq. 3.4), and that bend */
     double *moment;      /* [capacity][PD_DIM][PD_DIM] [unit of 1/(base m2)] inverse of sum w xi xi^T over open bonds
                           * (eq. 3.5) */
     double *advecting;   /* [capacity][PD_DIM][PD_DIM] [-] makes the flux through the bonds of a cut family that of a

@@ -104,7 +104,7 @@ PDI_FN double pdi_grid_around(const pd_grid *grid, int32_t node, double out);
 PDI_FN int pdi_grid_between(const pd_grid *grid, const double *lo, const double *hi, const double *x);
 /* Bring index i[] back through periodic and mirror sides only; the bits of flip as above. */
 PDI_FN int pdi_grid_fold(const pd_grid *grid, int *i);
-/* The same for a position [m]; behind inlets and outlets the geometry is the mirror image too, so those fold likewise.
+/* The same for a position [m]; behind inlets and outlets the geometry is the mirror image too, so those fold, too.
  * Walls do not. */
 PDI_FN void pdi_grid_fold_position(const pd_grid *grid, double *x);
 /* Through periodic and mirror sides only. */

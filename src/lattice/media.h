@@ -2,7 +2,7 @@
  *
  * Along a bond materials are resistances in series (theory: eq. 5.8). A surface is the zero level of a signed distance;
  * all its crossings of a bond count, so a layer thinner than a bond is not passed over, and a surface may lie on a
- * node. What bonds near the surface conduct is told once, the same for both ends.
+ * node. What bonds near the surface conduct is computed once, the same for both ends.
  */
 #ifndef PD_MEDIA_H
 #define PD_MEDIA_H

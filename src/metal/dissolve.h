@@ -1,14 +1,17 @@
-/* dissolve: surface-rate dissolution. Solid nodes lose metal through the bonds that join them to fluid.
+/* dissolve: a step of a dissolving surface, by a surface rate or by bonds. Solid nodes lose metal through the bonds
+ * that join them to fluid. Law and transport are solved together for the end of the step. Amounts are moved, never
+ * dropped; metal that a step would use up gives what it has (eq. 6.6b).
  *
- * A bond of offset n from solid node j moves  V f_j c(n) Cs  [mol/m3/s] into the fluid, with V the mean of V(c_i), the
- * recession speed of the law behind the film between the surface and node i (law.h), over the nodes whose bonds the
- * metal cuts there (eq. 6.2c), f_j the grain factor and c(n) the interface area that the bond stands for: a flat front
- * recedes at V for every h, m and direction (theory: eq. 6.1 to 6.4). Law and transport are solved together for the end
- * of the step. The set of solid nodes would lead the metal by about one cell, and a curved front be too fast: so a
- * node joins the fluid when as much is left as the node set leads on average, and its solid neighbours take over the
- * rest (their content may exceed Cs: the surface stands out of the cell). The share `threshold` of the content stays in
- * the node as dissolved metal. Amounts are moved, never dropped;
- * metal that a step would use up gives what it has (eq. 6.6b).
+ * Surface rate. A bond of offset n from solid node j moves  V f_j c(n) Cs  [mol/m3/s] into the fluid, with V the mean
+ * of V(c_i), the recession speed of the law behind the film between the surface and node i (law.h), over the nodes
+ * whose bonds the metal cuts there (eq. 6.2c), f_j the grain factor and c(n) the interface area that the bond stands
+ * for: a flat front recedes at V for every h, m and direction (theory: eq. 6.1 to 6.4). The set of solid nodes would
+ * lead the metal by about one cell, and a curved front be too fast: so a node joins the fluid when as much is left as
+ * the node set leads on average, and its solid neighbours take over the rest (their content may exceed Cs: the surface
+ * stands out of the cell). The share `threshold` of the content stays in the node as dissolved metal.
+ *
+ * Bonds. A bond moves V(c_i) b(n) (Cs - Csat) [mol/m3/s] to the node at its far end (theory: eq. 6.7). Fluid at Csat
+ * takes what transport carries away and no more, the salt layer (6.11). A node that is down to Csat turns fluid.
  */
 #ifndef PD_DISSOLVE_H
 #define PD_DISSOLVE_H

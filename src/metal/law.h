@@ -1,4 +1,4 @@
-/* law: the law of dissolution at one node of the fluid, solved and not guessed.
+/* law: the law of dissolution at one node of the fluid: its speed behind a film, its jumps, the salt layer.
  *
  * Metal at the surface dissolves at v(s), where s is the concentration there. What dissolves diffuses through the film
  * between the surface and the node, so that

@@ -1,7 +1,7 @@
 /* monitor: what a run watches besides its fields: tables in time, profiles and plots, last values.
  *
  *   plane_up.csv, force_pin.csv, transfer_pin.csv, total_all.csv     one row a step
- *   line_centre_000012_t6.1s.csv, line_centre_C_000012_t6.1s.png     at output times; likewise the local values of a
+ *   line_centre_000012_t6.1s.csv, line_centre_C_000012_t6.1s.png     at output times, as are the local values of a
  *                                                                    transfer
  *
  * Names of columns hold their units, "flow [m2/s]". Sherwood number: Sh = flux L / (area (C_surface - C_fluid) D); with

@@ -13,7 +13,7 @@ PDI_FN double pdi_sample_node(const pd_model *m, pd_field field, int32_t node);
 PDI_FN void pdi_sample_prepare(pd_model *m);
 /* Value at the place x [m] of the box: C and v (its component) of the quadratic that fits nodes and surfaces around x
  * best, p along its gradient (theory: 3.6; with bond-based corrosion linear between fluid nodes), as the mean over the
- * fluid cells that x touches. A place on or before a smooth surface in a closed cell is told from the nearest fluid
+ * fluid cells that x touches. A place on or before a smooth surface in a closed cell is taken from the nearest fluid
  * nodes, one behind the surface in a fluid cell from the surface; NaN where there is no fluid. Other fields: of the
  * cell. */
 PDI_FN double pdi_sample_point(const pd_model *m, pd_field field, int component, const double *x);

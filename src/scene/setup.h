@@ -216,7 +216,7 @@ typedef struct pd_setup {
     double diffusivity;     /* [m2/s] */
     double medium_diffusivity; /* [m2/s] of fluid inside the medium */
     double inlet;           /* [mol/m3] of all inlets when `enters` is 0 */
-    int enters;             /* 1: what enters is told by the sides */
+    int enters;             /* 1: the sides say what enters */
     pd_expr initial;        /* of x, y, z; in mol/m3 */
     pd_advection advection;
     double limiter;         /* [-] change of the field at which the limiter stops; 0: that of transport.h */

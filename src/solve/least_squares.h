@@ -1,4 +1,4 @@
-/* least_squares: bounded least squares over a few parameters of a function that is dear and not exact: a run.
+/* least_squares: bounded least squares over a few parameters of a function that costs much and has noise: a run.
  *
  * Levenberg-Marquardt steps in parameters scaled to their bounds; derivatives are difference quotients whose step
  * weighs the noise of the function, measured first, against their curvature, and are carried on by secant updates

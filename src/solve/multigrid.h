@@ -6,7 +6,7 @@
  *
  * Coarse cells are the connected parts of the blocks of 2 cells along each coarsened axis: a wall thinner than a block
  * stays a wall, and pockets that do not touch stay apart on all levels down to one cell each. Coefficients are kept
- * in single precision, scaled by a power of two; each cycle scales its right-hand side likewise.
+ * in single precision, scaled by a power of two; each cycle scales its right-hand side, too.
  *
  * Where conductances differ by orders of magnitude, a good conductor has a mean that only the mass and the poor
  * conductor around it hold, and these may be below the rounding of its own links. So with desc.contrast each level

@@ -1,4 +1,4 @@
-/* explicit: transport by forward Euler steps (eq. 5.3), and how long they may be. */
+/* explicit: forward Euler steps of transport, and how long they may be (theory: eq. 5.3). */
 #ifndef PD_EXPLICIT_H
 #define PD_EXPLICIT_H
 #include "transport/transport.h"

@@ -1,4 +1,4 @@
-/* flux: what bonds carry from node to node: upwinded advection and diffusion, and the antidiffusive fluxes that take
+/* flux: advection and diffusion at a bond: upwinded fluxes from node to node, and the antidiffusive fluxes that take
  * back what upwinding adds (theory: eq. 5.1, 5.4).
  */
 #ifndef PD_FLUX_H
@@ -18,7 +18,7 @@ typedef struct pd_flux {
     double rate;                   /* [1/s] of the term in time: 1 over the step, or 0 */
     double ratio[PD_DIM];          /* [-] a(n) xi over g(n), where that is one number for all bonds ... */
     int even;                      /* ... 1: it is */
-    double *stream;                /* [PD_DIM+1][total] w [m/s] and q [m2/s] that the volume fluxes are told from */
+    double *stream;                /* [PD_DIM+1][total] w [m/s] and q [m2/s] that the volume fluxes follow from */
     double *flux;                  /* [count/2][total] [1/s] volume fluxes F of the first half of the bonds: those of
                                     * the others are what their far ends have, negated. NULL in 3D, where telling them
                                     * anew takes no longer than reading them, and for fluid at rest */
@@ -53,7 +53,7 @@ PDI_FN void pdi_flux_anti(const pd_ctx *ctx, const pd_flux *t, const double *c, 
 /* The derivative of that along x [total], with its images and zero at inlets, from those of the limiter along x. */
 PDI_FN void pdi_flux_anti_by(const pd_ctx *ctx, const pd_flux *t, const double *c, const double *x,
                              const double *factor_by, const double *slope_by, double *y);
-/* Flux [mol/s] towards + of all bonds through the plane before index `index` of `axis`; anti: as told by
+/* Flux [mol/s] towards + of all bonds through the plane before index `index` of `axis`; anti: those of
  * pdi_flux_anti, or NULL. */
 PDI_FN double pdi_flux_through(const pd_flux *t, const double *c, const double *anti, int axis, int index);
 /* Of bond k of node i: volume flux F [1/s] to the far end, conductance [1/s], and what upwinding adds to it [1/s]. */

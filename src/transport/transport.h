@@ -1,4 +1,4 @@
-/* transport: conservative, bounded advection and diffusion of dissolved metal on fluid nodes.
+/* transport: steps of advection and diffusion of a dissolved species on fluid nodes, conservative and bounded.
  *
  * dc/dt + sum_j F_ij (c_i + c_j)/2 - sum_j (D a + d)(c_j - c_i) = source - absorb c - sum_j alpha d s_ij  over open
  * bonds, with F_ij the volume flux of the flow and d = max(|F|/2 - D a, 0) the diffusion that makes the left side an
@@ -49,10 +49,10 @@ typedef struct pd_transport {
     double *c;              /* [total] [mol/m3]; solid nodes: what is left of the solid */
     double *old;            /* [total] [mol/m3] start of the step, work */
     double *source;         /* [total] [mol/m3/s] given by the caller before a step */
-    double *absorb;         /* [total] [1/s] likewise; source - absorb c enters the fluid */
+    double *absorb;         /* [total] [1/s] given, too; source - absorb c enters the fluid */
     double time;            /* [s] of the values that are held and enter */
     double passed[2];       /* [mol/m3] least and largest of those since the step began, bounds of the field too */
-    double ceiling;         /* [mol/m3] likewise: what sources lift the fluid to at most; HUGE_VAL: anything */
+    double ceiling;         /* [mol/m3] given, too: what sources lift the fluid to at most; HUGE_VAL: anything */
     double *carry;          /* [total] [mol/m3] what the last solve left undone; the next step delivers it */
     double *anti;           /* [total] [mol/m3/s] limited antidiffusive fluxes in force */
     double *rest;           /* [total] [mol/m3] what c of a steady field leaves to rounding: what flows through a good
