@@ -95,7 +95,7 @@ int main(void)
     gd.side[0] = PD_SIDE_INLET;
     gd.side[1] = PD_SIDE_OUTLET;
     gd.shapes = &pin;
-    gd.wall = -1;
+    gd.solid = &pin;
     must(pd_stencil_build(&ctx, &sd, &stencil));
     must(pd_grid_build(&ctx, &stencil, &gd, &grid));
     must(pd_bonds_build(&ctx, &stencil, &grid, 0, &bonds));

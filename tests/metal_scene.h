@@ -66,8 +66,7 @@ static inline scene *scene_start(int x, int y, int z)
     }
     s->stencil_desc.m = 3.0;
     s->grid_desc.shapes = s->shapes;
-    s->grid_desc.solid = 0;
-    s->grid_desc.wall = -1;
+    s->grid_desc.solid = &s->shapes[0];
     s->speed = SPEED;
     s->couple_desc.fraction = 0.2;
     s->transport_desc.user = s;
@@ -181,7 +180,7 @@ static inline scene *lump(pd_drive drive, int threads, const double *factor)
     s->open[0] = 1;
     if (PD_DIM == 3) s->open[5] = 1;
     half_space(s, 0.4 * s->grid_desc.hi[0]);
-    s->grid_desc.wall = 1;
+    s->grid_desc.wall = &s->shapes[1];
     s->shapes[1].type = PD_SHAPE_BALL;
     s->shapes[1].r = 2.5 * H;
     s->shapes[1].a[0] = 0.5 * s->grid_desc.hi[0];

@@ -58,7 +58,6 @@ static void make_box(lab *l)
         l->family.h[d] = 1e-6;
         l->box.hi[d] = 8e-6;
     }
-    l->box.solid = l->box.wall = -1;
     l->box.axisymmetric = PD_DIM == 2;
     if (PD_DIM == 2) l->box.side[2 * PD_DIM - 2] = PD_SIDE_MIRROR; /* the axis */
 }

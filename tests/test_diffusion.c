@@ -34,7 +34,7 @@ TEST(conductances_are_symmetric)
     s->shapes[0].type = PD_SHAPE_BALL;
     s->shapes[0].r = 0.21;
     for (int d = 0; d < PD_DIM; d++) s->shapes[0].a[d] = d == 0 ? 0.43 : 0.37;
-    s->grid_desc.solid = 0;
+    s->grid_desc.solid = &s->shapes[0];
     s->grid_desc.side[0] = PD_SIDE_MIRROR;
     if (PD_DIM > 1) s->grid_desc.side[2 * PD_DIM - 1] = s->grid_desc.side[2 * PD_DIM - 2] = PD_SIDE_PERIODIC;
     if (!scene_build(s)) return;
@@ -90,7 +90,7 @@ static double decay_rate(int n, int across, double m, int held, int metal)
         s->shapes[0].b[d] = d ? s->grid_desc.hi[d] : 2.0;
         s->grid_desc.lo[d] -= cell;
         s->grid_desc.hi[d] += cell;
-            s->grid_desc.solid = 1;
+            s->grid_desc.solid = &s->shapes[1];
     }
     double before = 0.0, after = 0.0, dt = 0.01;
     if (held) s->transport_desc.held = at_rest;
@@ -583,7 +583,7 @@ static double shell_error(int n, double m, double shift, double ratio)
     shapes[3].child[1] = 2;
     shapes[3].children = 2;
     s->grid_desc.shapes = shapes;
-    s->grid_desc.wall = 3;
+    s->grid_desc.wall = &shapes[3];
     s->transport_desc.field = shell_at;
     s->transport_desc.level = shell_level;
     s->transport_desc.held = shell_held;

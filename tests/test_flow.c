@@ -63,7 +63,7 @@ static int build_ball(scene *s, double m, channel *c)
     s->shapes[0].type = PD_SHAPE_BALL;
     s->shapes[0].r = 3.3 * H;
     for (int d = 0; d < PD_DIM; d++) s->shapes[0].a[d] = 0.47 * s->grid_desc.hi[d];
-    s->grid_desc.solid = 0;
+    s->grid_desc.solid = &s->shapes[0];
     s->flow_desc.inlet = parabola;
     s->flow_desc.inlet_user = c;
     s->flow_desc.p_out = 3.0;
@@ -105,7 +105,7 @@ TEST(hydrostatics)
         s->shapes[0].a[d] = 0.47 * s->grid_desc.hi[d];
         s->flow_desc.force[d] = (d + 1.0) * U * U / s->flow_desc.length;
     }
-    s->grid_desc.solid = 0;
+    s->grid_desc.solid = &s->shapes[0];
     if (!flow_build(s, 3.0)) return;
     for (int32_t node = 0; node < s->grid.total; node++) {
         double x[PD_DIM];
@@ -183,7 +183,7 @@ TEST(poiseuille_between_planes)
             }
             s->shapes[2].type = PD_SHAPE_UNION;
             s->shapes[2].children = 2;
-            s->grid_desc.wall = 2;
+            s->grid_desc.wall = &s->shapes[2];
             c.half = 0.5 * (high[k] - low[k]) * H;
             c.centre = 0.5 * (high[k] + low[k]) * H;
             s->grid_desc.side[0] = PD_SIDE_INLET;
@@ -343,7 +343,7 @@ TEST(update_of_dissolved_nodes)
     s->shapes[0].type = PD_SHAPE_BOX; /* reaches the outlet */
     s->shapes[0].a[0] = 6.0 * H;
     for (int d = 0; d < PD_DIM; d++) s->shapes[0].b[d] = d ? 5.0 * H : s->grid_desc.hi[0];
-    s->grid_desc.solid = 0;
+    s->grid_desc.solid = &s->shapes[0];
     if (!flow_build(s, 2.0)) return;
     int32_t before = s->bonds.ghosts.count;
     fill_random(s, 7);

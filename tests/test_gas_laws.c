@@ -31,7 +31,7 @@ static void setup_ball(setup *u, pd_shape *ball, int cells)
     setup_init(u, cells, cells, PD_SIDE_WALL, PD_SIDE_WALL);
     u->side[1] = PD_SIDE_MIRROR;
     u->shapes = ball;
-    u->solid = 0;
+    u->solid = ball;
 }
 
 /* Contacts at rest beside walls and a staircase keep their bits. */

@@ -14,7 +14,7 @@ static pd_status box_try(scene *s, double m, const pd_side *side, const pd_shape
     memcpy(s->grid_desc.side, side, sizeof s->grid_desc.side);
     if (solid) {
         s->shapes[0] = *solid;
-        s->grid_desc.solid = 0;
+        s->grid_desc.solid = &s->shapes[0];
     }
     s->fields = 3;
     return scene_try(s);

@@ -43,8 +43,7 @@ static int sample_grid(sample *s, const double *low, const double *edge, int cel
         grid.hi[d] = low[d] + edge[d] + margin * stencil.h[d];
     }
     grid.shapes = s->shape;
-    grid.solid = 0;
-    grid.wall = -1;
+    grid.solid = &s->shape[0];
     return CHECK_OK(&s->ctx, pd_stencil_build(&s->ctx, &stencil, &s->stencil)) &&
            CHECK_OK(&s->ctx, pd_grid_build(&s->ctx, &s->stencil, &grid, &s->grid));
 }

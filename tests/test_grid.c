@@ -24,7 +24,6 @@ static int scene_init(scene *s, double m, const int *n)
     memset(&sd, 0, sizeof sd);
     pd_ctx_init(&s->ctx);
     sd.m = m;
-    s->desc.solid = s->desc.wall = -1;
     s->desc.shapes = s->shapes;
     for (int d = 0; d < PD_DIM; d++) {
         sd.h[d] = H * (d + 1);
@@ -112,8 +111,8 @@ TEST(kinds_follow_shapes)
     s->shapes[1].type = PD_SHAPE_HALF_SPACE;
     s->shapes[1].a[0] = -0.4;
     s->shapes[1].b[0] = 2.0;
-    s->desc.solid = 0;
-    s->desc.wall = 1;
+    s->desc.solid = &s->shapes[0];
+    s->desc.wall = &s->shapes[1];
     if (!CHECK_OK(&s->ctx, scene_build(s))) return;
     int64_t count[6] = {0, 0, 0, 0, 0, 0};
     for (int32_t node = 0; node < s->grid.total; node++) {
@@ -210,7 +209,7 @@ static int build_ported(scene *s, double m, const int *n)
     s->shapes[2].type = PD_SHAPE_UNION;
     s->shapes[2].child[1] = 1;
     s->shapes[2].children = 2;
-    s->desc.solid = 2;
+    s->desc.solid = &s->shapes[2];
     return CHECK_OK(&s->ctx, scene_build(s));
 }
 
@@ -271,7 +270,7 @@ TEST(dissolve_equals_fresh)
             s->shapes[0].b[d] = s->stencil.h[d];
             s->shapes[0].n[d] = n[d];
         }
-        s->desc.solid = 0;
+        s->desc.solid = &s->shapes[0];
         if (!CHECK_OK(&s->ctx, scene_build(s))) return;
         for (int c = cells - 1; c > 0; c--) {
             int i[PD_DIM];
@@ -346,7 +345,10 @@ TEST(bad_shapes)
     set_cells(n, 10, 10, 10);
     if (!scene_init(s, 3.0, n)) return;
     pd_shape *shape = &s->shapes[0];
-    s->desc.solid = 0;
+    s->desc.solid = &s->shapes[0];
+    s->desc.shapes = NULL;
+    check_refused(s, PD_ERR_ARGUMENT, "array of shapes");
+    s->desc.shapes = s->shapes;
     shape->type = PD_SHAPE_BALL;
     shape->r = 0.9;
     shape->a[PD_DIM - 1] = s->desc.hi[PD_DIM - 1] - 0.5; /* sticks out */
@@ -368,9 +370,9 @@ TEST(bad_shapes)
     CHECK_INT(s->grid.fluid_count, 0);
     pd_grid_free(&s->ctx, &s->grid);
     s->shapes[1] = *shape;
-    s->desc.wall = 1;
+    s->desc.wall = &s->shapes[1];
     check_refused(s, PD_ERR_GEOMETRY, "no node"); /* the wall comes first */
-    s->desc.solid = -1;
+    s->desc.solid = NULL;
     check_refused(s, PD_ERR_GEOMETRY, "every node");
     scene_free(s);
 }

@@ -20,7 +20,6 @@ static void scene_init(scene *s, int nx, int ny, pd_side low, pd_side high)
     }
     s->grid_desc.side[2] = low;
     s->grid_desc.side[3] = high;
-    s->grid_desc.solid = s->grid_desc.wall = -1;
     s->flow_desc.rho = s->flow_desc.speed = s->flow_desc.length = 1.0;
     s->flow_desc.mu = 1.0;
 }

@@ -168,7 +168,7 @@ TEST(area_of_a_ball)
         s->shapes[0].r = 0.25;
         s->shapes[0].a[0] = 1.0;
         s->shapes[0].a[1] = 0.5;
-        s->grid_desc.wall = 0;
+        s->grid_desc.wall = &s->shapes[0];
         s->transport_desc.held = everywhere;
         if (!scene_build(s)) return;
         pd_measure_exchange(&s->ctx, &s->transport, NULL, lo, hi, -1, &flux, &area);

@@ -301,7 +301,6 @@ static pd_status run_gas(pd_ctx *ctx, void *user)
         family.h[d] = 1.0;
         box.hi[d] = 8.0;
     }
-    box.solid = box.wall = -1;
     desc.gamma = 1.4;
     desc.order = PD_GAS_SECOND;
     desc.initial = at_rest;

@@ -182,7 +182,6 @@ static int box_build(pd_ctx *ctx, double max_step, box *b)
         family.h[d] = 1.0;
         desc.hi[d] = 4.0;
     }
-    desc.wall = desc.solid = -1;
     run.max_step = max_step;
     return CHECK_OK(ctx, pd_stencil_build(ctx, &family, &b->stencil)) &&
            CHECK_OK(ctx, pd_grid_build(ctx, &b->stencil, &desc, &b->grid)) &&

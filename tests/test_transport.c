@@ -548,7 +548,7 @@ TEST(bounded_around_a_disc)
         s->shapes[0].r = 4.2 * H;
         s->shapes[0].a[0] = 14.0 * H;
         s->shapes[0].a[1] = 9.0 * H;
-        s->grid_desc.wall = 0;
+        s->grid_desc.wall = &s->shapes[0];
         s->flow_desc.inlet = plug;
         s->transport_desc.advection = advection ? PD_ADVECTION_UPWIND : PD_ADVECTION_LIMITED;
         s->transport_desc.inlet = 1.0;

@@ -172,7 +172,7 @@ static pd_status flux_run(val_job *job)
     double cap = job->level.p * 40.0 * um;
     val_lab *lab = job->lab;
     flow_channel(lab, 300.0 * um / job->level.n, job->level.m, -500.0 * um, 900.0 * um, &mean, 1e-8);
-    lab->grid_desc.solid = 3;
+    lab->grid_desc.solid = &lab->shapes[3];
     lab->shapes[0].type = PD_SHAPE_BOX;
     lab->shapes[0].a[0] = cap;
     lab->shapes[0].a[1] = -40.0 * um;
@@ -243,7 +243,7 @@ static pd_status hagen_run(val_job *job)
     lab->shapes[0].r = FLOW_HALF;
     lab->shapes[1].type = PD_SHAPE_COMPLEMENT;
     lab->shapes[1].children = 1;
-    lab->grid_desc.wall = 1;
+    lab->grid_desc.wall = &lab->shapes[1];
     PDI_TRY(lab_build(job->ctx, lab, VAL_FLOW | VAL_STEADY));
     PDI_TRY(flow_solve(job));
     job->out->h = lab->grid.h[0];

@@ -19,7 +19,7 @@ static void front_slab(val_job *job, const int *direction, double h, double *spe
     val_lab *lab = job->lab;
     int cells = 1;
     lab_box(lab, h, job->level.m, 0.0, FRONT_CELLS * h);
-    lab->grid_desc.solid = 0;
+    lab->grid_desc.solid = &lab->shapes[0];
     lab->shapes[0].type = PD_SHAPE_VOXELS;
     lab->shapes[0].mask = mask;
     for (int d = 0; d < PD_DIM; d++) {

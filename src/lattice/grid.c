@@ -322,11 +322,14 @@ static void pdi_grid_list(pdi_owner *owner, void *object)
 static pd_status pdi_grid_make(pd_ctx *ctx, const pd_stencil *stencil, const pd_grid_desc *desc, pd_grid *grid)
 {
     memset(grid, 0, sizeof *grid);
+    if ((desc->solid || desc->wall) && !desc->shapes)
+        return pdi_fail(ctx, PD_ERR_ARGUMENT, "grid",
+                        "desc.solid and desc.wall point into desc.shapes, which is NULL: an array of shapes is expected");
     PDI_TRY(pdi_grid_size(ctx, stencil, desc, grid));
     if (desc->axisymmetric) PDI_TRY(pdi_grid_rings(ctx, stencil, grid));
     grid->shapes = desc->shapes;
-    grid->solid = desc->shapes ? desc->solid : -1;
-    grid->wall = desc->shapes ? desc->wall : -1;
+    grid->solid = desc->solid ? (int)(desc->solid - desc->shapes) : -1;
+    grid->wall = desc->wall ? (int)(desc->wall - desc->shapes) : -1;
     grid->entry = desc->entry;
     grid->entry_user = desc->entry_user;
     if (grid->solid >= 0) PDI_TRY(pdi_grid_check_solid(ctx, grid));

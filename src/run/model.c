@@ -23,8 +23,8 @@ PDI_FN pd_status pdi_model_grid(pd_ctx *ctx, const pd_setup *u, int *line, pd_st
     for (int s = 0; s < 2 * PD_DIM; s++) box.side[s] = u->side[s].kind;
     box.shapes = u->shapes ? u->shape : NULL;
     box.axisymmetric = u->axisymmetric;
-    box.solid = u->solid;
-    box.wall = u->wall;
+    if (u->solid >= 0) box.solid = &u->shape[u->solid];
+    if (u->wall >= 0) box.wall = &u->shape[u->wall];
     for (int s = 0; s < 2 * PD_DIM; s++)
         if (u->side[s].open) box.entry = pd_inlet_enters;
     box.entry_user = (void *)u; /* only read */
