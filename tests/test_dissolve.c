@@ -391,7 +391,7 @@ TEST(nothing_to_dissolve)
     if (!run_to(s, 1.0)) return;
     CHECK_INT(s->couple.steps, 1);
     CHECK(pd_couple_volume_loss(&s->couple) == 0.0);
-    CHECK(pd_dissolve_fastest(&s->ctx, &s->dissolve) == 0.0);
+    CHECK(pdi_dissolve_fastest(&s->ctx, &s->dissolve) == 0.0);
     scene_free(s);
 }
 

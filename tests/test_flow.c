@@ -85,7 +85,7 @@ static void scaled_residuals(scene *s, double *momentum, double *continuity)
 {
     double length = s->flow_desc.length;
     int64_t split = (int64_t)PD_DIM * s->grid.total;
-    pd_flow_residual(&s->ctx, &s->flow, ru, rc);
+    pdi_flow_residual(&s->ctx, &s->flow, ru, rc);
     *momentum = *continuity = 0.0;
     for (int64_t k = 0; k < split; k++) *momentum = fmax(*momentum, fabs(ru[k]) * length / (U * U));
     for (int32_t k = 0; k < s->grid.total; k++) *continuity = fmax(*continuity, fabs(rc[k]) * length / U);
@@ -161,7 +161,7 @@ TEST(poiseuille_between_sides)
             check_poiseuille(s, &c);
             /* the midpoint sum of the parabola: 2 U half (1 + 1/(2 n^2)) */
             double flux = 2.0 * U * c.half * (1.0 + 0.5 / (across[k] * across[k]));
-            CHECK_REL(pd_flow_section_nodes(&s->ctx, &s->flow, 0, 5), flux, 1e-12);
+            CHECK_REL(pdi_flow_section_nodes(&s->flow, 0, 5), flux, 1e-12);
             flow_free(s);
         }
 }
@@ -250,17 +250,17 @@ TEST(linearisation)
             if (k < split) s->flow.u[k] = value;
             else s->flow.p[k - split] = value;
         }
-        pd_flow_residual(&s->ctx, &s->flow, ru, rc);
+        pdi_flow_residual(&s->ctx, &s->flow, ru, rc);
         if (sign > 0) memcpy(up, ru, (size_t)size * sizeof *up);
     }
     memcpy(s->flow.u, state, (size_t)split * sizeof *state);
     pd_jacobian linear;
     pdi_jacobian_step along;
-    pd_flow_prepare(&s->ctx, &s->flow);
+    pdi_flow_prepare(&s->ctx, &s->flow);
     if (!CHECK_OK(&s->ctx, pdi_jacobian_build(&s->ctx, &s->flow, &linear))) return;
     pdi_jacobian_freeze(&s->ctx, &linear);
     pd_ghosts_vector(&s->bonds.ghosts, step);
-    pd_ghosts_pressure(&s->bonds.ghosts, 0.0, step + split);
+    pdi_ghosts_pressure(&s->bonds.ghosts, 0.0, step + split);
     pdi_flow_gradient(&s->ctx, &s->flow, step + split, grad);
     pdi_flow_advecting(&s->ctx, &s->flow, step, mass);
     along.advecting = mass;
@@ -287,11 +287,11 @@ TEST(threads_change_no_bit)
     if (!CHECK(first != NULL)) return;
     fill_random(s, 13);
     s->ctx.threads = 1;
-    pd_flow_residual(&s->ctx, &s->flow, ru, rc);
+    pdi_flow_residual(&s->ctx, &s->flow, ru, rc);
     memcpy(first, ru, bytes);
     for (int threads = 2; threads <= 4; threads *= 2) {
         s->ctx.threads = threads;
-        pd_flow_residual(&s->ctx, &s->flow, ru, rc);
+        pdi_flow_residual(&s->ctx, &s->flow, ru, rc);
         CHECK(memcmp(first, ru, bytes) == 0);
     }
     CHECK_INT(s->flow.evaluations, 3);
@@ -355,12 +355,12 @@ TEST(update_of_dissolved_nodes)
     CHECK_OK(&s->ctx, pd_bonds_update(&s->ctx, changed, count, &s->bonds));
     CHECK_OK(&s->ctx, pd_flow_update(&s->ctx, changed, count, &s->flow));
     CHECK(count > 10 && s->bonds.ghosts.count > before);
-    CHECK_INT(s->bonds.ghosts.count, pd_grid_count(&s->grid, PD_OUTLET));
+    CHECK_INT(s->bonds.ghosts.count, pdi_grid_count(&s->grid, PD_OUTLET));
     for (int32_t k = 0; k < count; k++) {
         for (int d = 0; d < PD_DIM; d++) CHECK_NEAR(s->flow.u[(int64_t)d * s->grid.total + changed[k]], 0.0, 0.0);
         CHECK(fabs(s->flow.p[changed[k]]) <= U * U);
     }
-    pd_flow_residual(&s->ctx, &s->flow, ru, rc);
+    pdi_flow_residual(&s->ctx, &s->flow, ru, rc);
     for (int64_t k = 0; k < (int64_t)(PD_DIM + 1) * s->grid.total; k++) CHECK(ru[k] - ru[k] == 0.0); /* finite */
     for (int32_t o = 0; o < s->bonds.ghosts.count; o++)
         CHECK_NEAR(s->flow.p[s->bonds.ghosts.node[o]], -s->flow.p[s->bonds.ghosts.source[o]], 1e-15);

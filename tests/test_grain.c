@@ -184,7 +184,7 @@ static double mean_fraction(const sample *s)
 {
     pd_grain_stats stats;
     pd_ctx ctx = s->ctx;
-    CHECK_OK(&ctx, pd_grain_measure(&ctx, &s->grid, &s->grain, s->fraction, &stats));
+    CHECK_OK(&ctx, pdi_grain_measure(&ctx, &s->grid, &s->grain, s->fraction, &stats));
     return stats.boundary_fraction;
 }
 
@@ -361,7 +361,7 @@ TEST(statistics)
     desc.centres = centre;
     desc.centre_count = 4;
     if (sample_grid(&s, origin, unit_edge, 20, 1.0, 4, 1.0) && sample_grains(&s, &desc) &&
-        CHECK_OK(&s.ctx, pd_grain_measure(&s.ctx, &s.grid, &s.grain, s.fraction, &stats))) {
+        CHECK_OK(&s.ctx, pdi_grain_measure(&s.ctx, &s.grid, &s.grain, s.fraction, &stats))) {
         double diameter = PD_DIM == 2 ? sqrt(0.25 * 4.0 / 3.14159265358979) : cbrt(0.25 * 6.0 / 3.14159265358979);
         CHECK_INT(stats.count, 4);
         CHECK_REL(stats.mean, diameter, 1e-12);

@@ -126,7 +126,7 @@ TEST(kinds_follow_shapes)
         expected = x[0] < -0.4 ? PD_WALL : r2 <= 1.21 ? PD_SOLID : PD_FLUID;
         CHECK(s->grid.kind[node] == expected || (expected == PD_WALL && s->grid.kind[node] == PD_OUTSIDE));
     }
-    for (int k = 0; k < 6; k++) CHECK_INT(pd_grid_count(&s->grid, (pd_kind)k), count[k]);
+    for (int k = 0; k < 6; k++) CHECK_INT(pdi_grid_count(&s->grid, (pd_kind)k), count[k]);
     CHECK_INT(s->grid.fluid_count, count[PD_FLUID]);
     CHECK_INT(s->grid.solid_count, count[PD_SOLID]);
     CHECK(count[PD_FLUID] > 0 && count[PD_SOLID] > 0 && count[PD_WALL] > 0 && count[PD_OUTSIDE] > 0);
@@ -222,9 +222,9 @@ TEST(ghosts)
     check_ghosts(s);
     check_outside(s);
 #if PD_DIM > 1
-    CHECK(pd_grid_count(&s->grid, PD_INLET) > 0);
+    CHECK(pdi_grid_count(&s->grid, PD_INLET) > 0);
 #endif
-    CHECK(pd_grid_count(&s->grid, PD_OUTLET) > 0);
+    CHECK(pdi_grid_count(&s->grid, PD_OUTLET) > 0);
     scene_free(s);
 }
 
@@ -282,7 +282,7 @@ TEST(dissolve_equals_fresh)
         if (!CHECK_OK(&s->ctx, pd_grid_build(&s->ctx, &s->stencil, &s->desc, &fresh))) return;
         CHECK_INT(s->grid.fluid_count, fresh.fluid_count);
         CHECK_INT(s->grid.solid_count, fresh.solid_count);
-        CHECK_INT(pd_grid_count(&s->grid, PD_FLUID), fresh.fluid_count);
+        CHECK_INT(pdi_grid_count(&s->grid, PD_FLUID), fresh.fluid_count);
         for (int32_t node = 0; node < fresh.total; node++) {
             int closed = s->grid.kind[node] == PD_WALL || s->grid.kind[node] == PD_OUTSIDE;
             int fresh_closed = fresh.kind[node] == PD_WALL || fresh.kind[node] == PD_OUTSIDE;

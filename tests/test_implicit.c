@@ -194,7 +194,7 @@ TEST(any_start_and_step)
             if (s->grid.kind[i % s->grid.total] == PD_FLUID) after += s->flow.u[i] * s->flow.u[i];
         CHECK_LE(after, before);
         double *r = s->steady.residual;
-        pd_flow_residual(&s->ctx, &s->flow, r, r + PD_DIM * s->grid.total);
+        pdi_flow_residual(&s->ctx, &s->flow, r, r + PD_DIM * s->grid.total);
         CHECK_LE(pdi_par_max_abs(&s->ctx, s->grid.total, r + PD_DIM * s->grid.total), 1e-8);
         scene_free(s);
     }

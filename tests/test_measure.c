@@ -51,7 +51,7 @@ static void stream(scene *s, int back)
         s->flow.u[i] = u[0];
         s->flow.p[i] = (back ? x[0] : 2.0 - x[0]) * 12.0 * MEAN / RHO; /* p = 0 at the outlet */
     }
-    pd_flow_prepare(&s->ctx, &s->flow);
+    pdi_flow_prepare(&s->ctx, &s->flow);
 }
 
 /* The metal that steady transport carries is the same through every plane, whichever way the stream goes, and all of it

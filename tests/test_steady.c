@@ -85,7 +85,7 @@ static int solve(scene *s, pd_steady_result *result)
     CHECK_INT(result->converged, 1);
     double *r = (double *)calloc((size_t)(split + total), sizeof *r);
     if (!CHECK(r != NULL)) return 0;
-    pd_flow_residual(&s->ctx, &s->flow, r, r + split);
+    pdi_flow_residual(&s->ctx, &s->flow, r, r + split);
     for (int64_t k = 0; k < split; k++) momentum = fmax(momentum, fabs(r[k]) / force);
     for (int64_t k = split; k < split + total; k++) continuity = fmax(continuity, fabs(r[k]) / strain);
     free(r);

@@ -38,12 +38,12 @@ static int attempt(const char *bytes, size_t size, int build)
     pd_status status = pd_scene_read(&ctx, path_of("b.scene"), NULL, 0, &u);
     int accepted = status == PD_OK;
     if (accepted) {
-        pd_footprint_estimate(&u, &b);
+        pdi_footprint_estimate(&u, &b);
         CHECK(b.all > 0.0 && pdi_file_below(u.folder));
         if (build && b.all - b.files < 1e6) {
             model = (pd_model *)calloc(1, sizeof *model);
-            if (CHECK(model != NULL)) status = pd_model_build(&ctx, &u, model);
-            if (model) pd_model_free(&ctx, model);
+            if (CHECK(model != NULL)) status = pdi_model_build(&ctx, &u, model);
+            if (model) pdi_model_free(&ctx, model);
             free(model);
         }
         pd_setup_free(&ctx, &u);

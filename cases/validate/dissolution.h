@@ -164,7 +164,8 @@ static pd_status ledger_run(val_job *job)
 {
     val_lab *lab = job->lab;
     val_law law = {0.0, 1000.0};
-    pd_material metal = pd_material_mg4ag();
+    pd_material metal;
+    if (!pd_material_find("mg4ag", &metal)) return PD_ERR_ARGUMENT;
     ledger_scene(job, &law);
     lab->transport_desc.diffusivity = 1e-9;
     lab->dissolve_desc.solid = pd_material_concentration(&metal);

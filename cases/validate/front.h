@@ -67,7 +67,7 @@ static pd_status front_run(val_job *job, const int *direction, pd_kernel kernel,
         if (!(begin > 0.0) && gone >= 6 * layer) begin = lab->couple.time;
     }
     *found = 3.0 * h / sqrt(length) / (lab->couple.time - begin);
-    *measure = pd_front_measure(&lab->dissolve.kernel, normal);
+    *measure = pdi_front_measure(&lab->dissolve.kernel, normal);
     job->out->h = h;
     job->out->steps += (long)lab->couple.steps;
     lab_free(job->ctx, lab);

@@ -65,7 +65,6 @@ typedef struct pd_grid {
 #define pd_grid_free PD_NAME(pd_grid_free)
 #define pd_grid_position PD_NAME(pd_grid_position)
 #define pd_grid_node PD_NAME(pd_grid_node)
-#define pd_grid_count PD_NAME(pd_grid_count)
 
 /* PD_ERR_GEOMETRY: the box is not a whole number of cells, a shape lies outside the
  * box (behind periodic and mirror sides it is cut off), no fluid node is left, an axisymmetric box does not begin at
@@ -77,10 +76,10 @@ PD_API void pd_grid_free(pd_ctx *ctx, pd_grid *grid);
 PD_API void pd_grid_position(const pd_grid *grid, int32_t node, double *x);
 /* Node of cell index i[] of the box (ghosts: -ghost .. n+ghost-1). */
 PD_API int32_t pd_grid_node(const pd_grid *grid, const int *i);
-/* Number of nodes of one kind inside the box. */
-PD_API int64_t pd_grid_count(const pd_grid *grid, pd_kind kind);
-
 #ifdef PDI_INTERNAL
+/* Number of nodes of one kind inside the box. */
+PDI_FN int64_t pdi_grid_count(const pd_grid *grid, pd_kind kind);
+
 /* Pieces of lattice lines shorter than this are not worth a vector. */
 #define PDI_VECTOR 8
 /* Cell index (ghosts negative) of a node. */

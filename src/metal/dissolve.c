@@ -110,7 +110,7 @@ static pd_status pdi_dissolve_make(pd_ctx *ctx, pd_grid *grid, const pd_bonds *b
     if (pdi_metal_bonds(d)) {
         d->desc.threshold = desc->saturation / desc->solid;
         if (!(desc->rtol > 0.0)) d->desc.rtol = PDI_DISSOLVE_RTOL;
-        PDI_TRY(pd_front_build(ctx, s, desc->kernel, desc->weights, &d->kernel));
+        PDI_TRY(pdi_front_build(ctx, s, desc->kernel, desc->weights, &d->kernel));
         d->weight = d->kernel.weight;
     }
     PDI_TRY(pdi_dissolve_allocate(ctx, d));
@@ -261,7 +261,7 @@ static int32_t pdi_dissolve_films(pd_dissolve *d)
     return formed;
 }
 
-pd_status pd_dissolve_prepare(pd_ctx *ctx, pd_dissolve *d)
+PDI_FN pd_status pdi_dissolve_prepare(pd_ctx *ctx, pd_dissolve *d)
 {
     pd_transport *t = d->transport;
     d->rated = d->gone_count = 0;
@@ -277,7 +277,7 @@ pd_status pd_dissolve_prepare(pd_ctx *ctx, pd_dissolve *d)
     return PD_OK;
 }
 
-double pd_dissolve_fastest(pd_ctx *ctx, const pd_dissolve *d)
+PDI_FN double pdi_dissolve_fastest(pd_ctx *ctx, const pd_dissolve *d)
 {
     double fastest = 0.0;
     (void)ctx;
@@ -453,7 +453,7 @@ static void pdi_dissolve_settle_speeds(const pd_ctx *ctx, pd_dissolve *d, double
     pdi_dissolve_rates(ctx, d);
 }
 
-pd_status pd_dissolve_transport(pd_ctx *ctx, pd_dissolve *d, double dt, pd_transport_result *result)
+PDI_FN pd_status pdi_dissolve_transport(pd_ctx *ctx, pd_dissolve *d, double dt, pd_transport_result *result)
 {
     pd_transport *t = d->transport;
     memset(result, 0, sizeof *result);
@@ -470,7 +470,7 @@ pd_status pd_dissolve_transport(pd_ctx *ctx, pd_dissolve *d, double dt, pd_trans
     return pdi_transport_end(ctx, t, dt, status);
 }
 
-pd_status pd_dissolve_finish(pd_ctx *ctx, pd_dissolve *d, double dt)
+PDI_FN pd_status pdi_dissolve_finish(pd_ctx *ctx, pd_dissolve *d, double dt)
 {
     if (!d->rated) pdi_dissolve_rates(ctx, d);
     d->rated = 0;
@@ -479,7 +479,7 @@ pd_status pd_dissolve_finish(pd_ctx *ctx, pd_dissolve *d, double dt)
     return status;
 }
 
-double pd_dissolve_stock(pd_ctx *ctx, const pd_dissolve *d)
+PDI_FN double pdi_dissolve_stock(pd_ctx *ctx, const pd_dissolve *d)
 {
     (void)ctx;
     return pdi_content_stock(d);
@@ -507,7 +507,7 @@ PDI_FN pd_status pdi_dissolve_store(pd_ctx *ctx, pd_dissolve *d, pd_archive *arc
 void pd_dissolve_free(pd_ctx *ctx, pd_dissolve *d)
 {
     int32_t total = d->grid ? d->grid->total : 0;
-    pd_front_free(ctx, &d->kernel);
+    pdi_front_free(ctx, &d->kernel);
     PDI_DELETE(ctx, total, d->exposed);
     PDI_DELETE(ctx, total, d->rate);
     PDI_DELETE(ctx, total, d->slot);
