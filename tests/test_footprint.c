@@ -62,7 +62,7 @@ TEST(estimate_against_peak)
         pd_ctx_init(&ctx);
         ctx.threads = 1;
         if (!CHECK_OK(&ctx, pd_scene_read(&ctx, path, &examples[k].shorter, examples[k].shorter != NULL, &u))) continue;
-        pdi_footprint_estimate(&u, &b);
+        pd_footprint_estimate(&u, &b);
         CHECK_OK(&ctx, pd_run(&ctx, &u, &desc, &result));
         double ratio = b.all / (double)ctx.peak;
         if (!CHECK(ratio <= 1.0 + PD_FOOTPRINT_ERROR && ratio >= 1.0 / (1.0 + PD_FOOTPRINT_ERROR)))

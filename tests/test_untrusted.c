@@ -38,7 +38,7 @@ static int attempt(const char *bytes, size_t size, int build)
     pd_status status = pd_scene_read(&ctx, path_of("b.scene"), NULL, 0, &u);
     int accepted = status == PD_OK;
     if (accepted) {
-        pdi_footprint_estimate(&u, &b);
+        pd_footprint_estimate(&u, &b);
         CHECK(b.all > 0.0 && pdi_file_below(u.folder));
         if (build && b.all - b.files < 1e6) {
             model = (pd_model *)calloc(1, sizeof *model);

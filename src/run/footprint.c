@@ -310,7 +310,7 @@ static void pdi_footprint_output(const pd_setup *u, pd_footprint *b)
     b->files = copies * b->nodes + pdi_footprint_pictures(u);
 }
 
-PDI_FN void pdi_footprint_estimate(const pd_setup *u, pd_footprint *b)
+void pd_footprint_estimate(const pd_setup *u, pd_footprint *b)
 {
     pdi_footprint_plan plan;
     double reach = ceil(u->m + 0.5) - 1.0;
@@ -338,7 +338,7 @@ PDI_FN void pdi_footprint_estimate(const pd_setup *u, pd_footprint *b)
 PDI_FN pd_status pdi_footprint_check(pd_ctx *ctx, const pd_setup *setup, int dry)
 {
     pd_footprint b;
-    pdi_footprint_estimate(setup, &b);
+    pd_footprint_estimate(setup, &b);
     if (dry) b.all -= b.files;
     if (!(b.nodes <= (double)INT32_MAX))
         return pdi_fail(ctx, PD_ERR_SIZE, "grid", "the lattice has %.3g nodes, at most %.3g are possible", b.nodes,

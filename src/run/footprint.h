@@ -22,9 +22,12 @@ typedef struct pd_footprint {
     double all;                   /* [byte] */
 } pd_footprint;
 
-#ifdef PDI_INTERNAL
+#define pd_footprint_estimate PD_NAME(pd_footprint_estimate)
+
 /* What a run of the setup takes at most; shapes are sampled at some thousand points. */
-PDI_FN void pdi_footprint_estimate(const pd_setup *setup, pd_footprint *budget);
+PD_API void pd_footprint_estimate(const pd_setup *setup, pd_footprint *budget);
+
+#ifdef PDI_INTERNAL
 /* dry: a run that writes nothing. PD_ERR_LIMIT when the estimate passes ctx->alloc.limit by more than its error;
  * PD_ERR_SIZE when the lattice has more nodes than an int32 counts. */
 PDI_FN pd_status pdi_footprint_check(pd_ctx *ctx, const pd_setup *setup, int dry);
